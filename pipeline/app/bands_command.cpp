@@ -7,15 +7,15 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "documents/json_file.hpp"
+#include "core/json_file.hpp"
 #include "store/motion_model_file.hpp"
-#include "uncertainty/spread.hpp"
+#include "solve/spread.hpp"
 
 namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using uncertainty::BandQuantity;
+using solve::BandQuantity;
 
 constexpr std::array<const char*, 5> probability_names{"min", "p05", "p50", "p95", "max"};
 
@@ -51,7 +51,7 @@ class BandTables {
         motion_(*model.uncertainty),
         key_(model.frames ? model.frames->key : model.flexion_deg),
         key_name_(model.frames ? model.frames->key_name : "flexion_deg"),
-        quantities_(uncertainty::quantities_of(motion_))
+        quantities_(solve::quantities_of(motion_))
   {
   }
 
@@ -71,11 +71,11 @@ class BandTables {
       for (std::size_t p = 0; p < probability_names.size(); ++p) {
         Json values = Json::array();
         for (std::size_t i = 0; i < key_.size(); ++i)
-          values.push_back(json_number(uncertainty::band_at(motion_, p, i, quantity.row)));
+          values.push_back(json_number(solve::band_at(motion_, p, i, quantity.row)));
         one[probability_names[p]] = std::move(values);
       }
       Json shares = Json::array();
-      for (const uncertainty::SpreadShare& share : uncertainty::spread_shares(motion_, quantity.row)) {
+      for (const solve::SpreadShare& share : solve::spread_shares(motion_, quantity.row)) {
         shares.push_back({{"draw", motion_.draw[share.draw]},
                           {"first_order", json_number(share.index)},
                           {"low", json_number(share.low)},
@@ -101,7 +101,7 @@ class BandTables {
       std::printf("\n%s,%d", cell(key_[i]).c_str(), motion_.n_solved[i]);
       for (const BandQuantity& quantity : quantities_) {
         for (std::size_t p = 0; p < probability_names.size(); ++p)
-          std::printf(",%s", cell(uncertainty::band_at(motion_, p, i, quantity.row)).c_str());
+          std::printf(",%s", cell(solve::band_at(motion_, p, i, quantity.row)).c_str());
       }
     }
     std::printf("\n");
@@ -174,7 +174,7 @@ class BandTables {
 
 }  // namespace
 
-console::ExitCode bands_command(const BandsOptions& options)
+core::ExitCode bands_command(const BandsOptions& options)
 {
   const store::MotionModel model = store::read_motion_model(options.file);
   if (!model.uncertainty)
@@ -182,11 +182,11 @@ console::ExitCode bands_command(const BandsOptions& options)
         {options.file, "/uncertainty", "no samples", "the motion model of a job with [uncertainty]"});
   const BandTables tables(model);
   if (options.as_json) {
-    std::printf("%s\n", documents::json_text(tables.json(), 1).c_str());
+    std::printf("%s\n", core::json_text(tables.json(), 1).c_str());
   } else {
     tables.print(options.table);
   }
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 }  // namespace vrda::app

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "console/console.hpp"
+#include "core/console.hpp"
 
 namespace CLI {
 class App;
@@ -21,6 +21,6 @@ struct BandsOptions {
 };
 
 /// Throws InputError if the model has no /uncertainty.
-console::ExitCode bands_command(const BandsOptions& options);
+core::ExitCode bands_command(const BandsOptions& options);
 
 }  // namespace vrda::app

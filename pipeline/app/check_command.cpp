@@ -8,16 +8,16 @@
 #include <nlohmann/json.hpp>
 
 #include "app/check_push.hpp"
-#include "core/side.hpp"
+#include "model/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "documents/json_file.hpp"
-#include "job_run/job_checks.hpp"
-#include "job_run/run_output.hpp"
-#include "job_run/summary.hpp"
-#include "load/job.hpp"
-#include "model_build/case_solver.hpp"
-#include "picture/case_picture.hpp"
+#include "core/json_file.hpp"
+#include "run/job_checks.hpp"
+#include "run/run_output.hpp"
+#include "run/summary.hpp"
+#include "job/job.hpp"
+#include "solve/case_solver.hpp"
+#include "job/case_picture.hpp"
 
 namespace vrda::app {
 namespace {
@@ -30,7 +30,7 @@ std::vector<double> numbers(const Eigen::Vector3d& v)
 }
 
 // Overlap and travel to contact at the initial pose of the job.
-Json initial_pose_of(const job_run::InitialContact& start, const load::Case& job_case)
+Json initial_pose_of(const run::InitialContact& start, const job::Case& job_case)
 {
   return {{"overlapping", start.is_overlapping},
           {"travel_along_delta_mm", std::isfinite(start.travel_mm) ? Json(start.travel_mm) : Json()},
@@ -38,7 +38,7 @@ Json initial_pose_of(const job_run::InitialContact& start, const load::Case& job
           {"approach_step_mm", job_case.search.approach_step_mm}};
 }
 
-Json component_json(const load::ComponentSurvey& c)
+Json component_json(const job::ComponentSurvey& c)
 {
   return {{"body", c.body},
           {"name", c.name},
@@ -61,10 +61,10 @@ Json component_json(const load::ComponentSurvey& c)
 }
 
 // The values found for "auto" in the job.
-Json found_frames_json(const std::optional<load::FoundFrames>& found)
+Json found_frames_json(const std::optional<job::FoundFrames>& found)
 {
   if (!found) return {};
-  const auto frame = [](const load::FoundFrame& f) {
+  const auto frame = [](const job::FoundFrame& f) {
     return Json{{"origin", numbers(f.origin_native)}, {"rotation_deg", numbers(f.rotation_deg)}};
   };
   return {{"reference", frame(found->reference)}, {"moving", frame(found->moving)}};
@@ -75,7 +75,7 @@ Json axis_json(const std::vector<double>& values)
   return {{"from_deg", values.front()}, {"to_deg", values.back()}, {"count", values.size()}};
 }
 
-Json grid_json(const load::Case& job_case, const sweep::SweepPlan& plan)
+Json grid_json(const job::Case& job_case, const solve::SweepPlan& plan)
 {
   return {{"flexion", axis_json(job_case.grid.flexion_deg)},
           {"varus", job_case.is_varus_free ? Json() : axis_json(job_case.grid.varus_deg)},
@@ -84,7 +84,7 @@ Json grid_json(const load::Case& job_case, const sweep::SweepPlan& plan)
 }
 
 // Roles of the coordinates where a grid cannot express them, and the frames of a sequence.
-Json coordinates_json(const load::Case& job_case)
+Json coordinates_json(const job::Case& job_case)
 {
   if (!job_case.coordinates) return {};
   Json roles;
@@ -100,12 +100,12 @@ Json coordinates_json(const load::Case& job_case)
   return out;
 }
 
-bool is_search(const load::Case& job_case)
+bool is_search(const job::Case& job_case)
 {
   return job_case.method == "stability-search";
 }
 
-Json steps_json(const load::Case& job_case)
+Json steps_json(const job::Case& job_case)
 {
   if (!is_search(job_case)) return {};
   const SearchOptions& s = job_case.search;
@@ -115,7 +115,7 @@ Json steps_json(const load::Case& job_case)
           {"rotation_resolution_deg", deg_from_rad(s.rotation_resolution_rad)}};
 }
 
-Json equilibrium_json(const load::Case& job_case)
+Json equilibrium_json(const job::Case& job_case)
 {
   if (is_search(job_case)) return {};
   return {{"tolerance_mm", job_case.equilibrium.tolerance_mm},
@@ -126,17 +126,17 @@ Json equilibrium_json(const load::Case& job_case)
 }
 
 // Bundles in the order of their first fibres.
-Json ligaments_json(const ligament::Ligaments& ligaments)
+Json ligaments_json(const model::Ligaments& ligaments)
 {
   if (ligaments.fibres.empty()) return {};
   Json bundles = Json::array(), wraps = Json::array();
-  for (const ligament::Wrap& wrap : ligaments.wraps) {
+  for (const model::Wrap& wrap : ligaments.wraps) {
     wraps.push_back({{"name", wrap.name},
-                     {"shape", wrap.shape == ligament::WrapShape::cylinder ? "cylinder" : "ellipsoid"},
-                     {"body", wrap.body == ligament::WrapBody::reference ? "reference" : "moving"},
+                     {"shape", wrap.shape == model::WrapShape::cylinder ? "cylinder" : "ellipsoid"},
+                     {"body", wrap.body == model::WrapBody::reference ? "reference" : "moving"},
                      {"fibres", 0}});
   }
-  for (const ligament::Fibre& fibre : ligaments.fibres) {
+  for (const model::Fibre& fibre : ligaments.fibres) {
     auto bundle = std::find_if(bundles.begin(), bundles.end(),
                                [&](const Json& b) { return b["name"] == fibre.bundle; });
     if (bundle == bundles.end())
@@ -152,22 +152,22 @@ Json ligaments_json(const ligament::Ligaments& ligaments)
           {"transition_strain", ligaments.transition_strain}};
 }
 
-Json job_json(const load::Case& job_case, const job_run::InitialContact& start, const load::PushJob& push)
+Json job_json(const job::Case& job_case, const run::InitialContact& start, const job::PushJob& push)
 {
-  const sweep::SweepPlan plan = model_build::plan_of(job_case);
+  const solve::SweepPlan plan = solve::plan_of(job_case);
   Json components = Json::array();
-  for (const load::ComponentSurvey& c : job_case.survey) components.push_back(component_json(c));
+  for (const job::ComponentSurvey& c : job_case.survey) components.push_back(component_json(c));
   return {{"title", job_case.title},
           {"joint", job_case.joint},
           {"side", side_name(job_case.frame.side)},
           {"method", job_case.method},
-          {"solver_version", model_build::solver_version_of(job_case)},
-          {"job_key", model_build::fingerprint_of(job_case)},
+          {"solver_version", solve::solver_version_of(job_case)},
+          {"job_key", solve::fingerprint_of(job_case)},
           {"rotation_centre_mm", numbers(job_case.frame.rotation_centre_mm)},
           {"found_frames", found_frames_json(job_case.found_frames)},
           {"delta", numbers(job_case.frame.delta)},
-          {"scaling", job_run::scaling_json(job_case.scaling)},
-          {"scaling_note", job_run::scaling_line(job_case)},
+          {"scaling", run::scaling_json(job_case.scaling)},
+          {"scaling_note", run::scaling_line(job_case)},
           {"components", components},
           {"initial_pose", initial_pose_of(start, job_case)},
           {"ligaments", ligaments_json(job_case.ligaments)},
@@ -280,7 +280,7 @@ void print(const Json& u)
     std::printf("%s.frame found: origin %s, align rotation %s degrees\n", body,
                 number_text(frame["origin"]).c_str(), number_text(frame["rotation_deg"]).c_str());
   }
-  job_run::print_scaling(u["scaling"]);
+  run::print_scaling(u["scaling"]);
   if (const auto note = u["scaling_note"].get<std::string>(); !note.empty())
     std::printf("  %s\n", note.c_str());
   std::printf("components\n");
@@ -307,38 +307,38 @@ void print(const Json& u)
   for (const Json& w : u["warnings"]) std::printf("warning: %s\n", w.get<std::string>().c_str());
 }
 
-void write_picture(const std::string& path, const load::Case& job_case, const load::Job& job,
+void write_picture(const std::string& path, const job::Case& job_case, const job::Job& job,
                    std::size_t n_warnings)
 {
-  picture::PictureNotes notes;
+  job::PictureNotes notes;
   notes.n_warnings = n_warnings;
   // Objects with frames of their own have no common axes of files.
-  if (load::has_mesh_file(job) && !job.reference.frame && !job.moving.frame)
+  if (job::has_mesh_file(job) && !job.reference.frame && !job.moving.frame)
     notes.file_axes = {job.frame.anterior, job.frame.proximal, job.frame.right};
-  job_run::publish(path, "vrda check", picture::case_picture(job_case, notes));
+  run::publish(path, "vrda check", job::case_picture(job_case, notes));
 }
 
 }  // namespace
 
 nlohmann::ordered_json check_json(const CheckOptions& options)
 {
-  const load::Job job = load::read_job(options.job_file, options.overrides);
-  const job_run::CheckedCase checked = job_run::load_checked_case(job, options.data_directory);
-  const load::Case job_case = load::scaled_to_subject(checked.job_case);
+  const job::Job job = job::read_job(options.job_file, options.overrides);
+  const run::CheckedCase checked = run::load_checked_case(job, options.data_directory);
+  const job::Case job_case = job::scaled_to_subject(checked.job_case);
   const Json result = job_json(job_case, checked.initial, job.push);
   if (!options.picture.empty()) write_picture(options.picture, job_case, job, job_case.warnings.size());
   return result;
 }
 
-console::ExitCode check_command(const CheckOptions& options)
+core::ExitCode check_command(const CheckOptions& options)
 {
   const Json result = check_json(options);
   if (options.as_json) {
-    std::printf("%s\n", documents::json_text(result, 2).c_str());
+    std::printf("%s\n", core::json_text(result, 2).c_str());
   } else {
     print(result);
   }
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 }  // namespace vrda::app

@@ -16,7 +16,7 @@ std::vector<double> numbers_of(const Eigen::Vector3d& v)
 }
 
 // A number or a list; a setting over flexion becomes a table with one row per angle, as in the job.
-Json over_flexion_json(const load::FlexionTable& setting)
+Json over_flexion_json(const job::FlexionTable& setting)
 {
   if (!setting.columns.empty()) return {{"columns", setting.columns}};
   Json rows = Json::array(), angles_deg = Json::array();
@@ -36,11 +36,11 @@ Json points_json(const std::vector<Eigen::Vector3d>& points_mm)
   return rows;
 }
 
-Json loads_json(const load::PushJob& push, const load::Case& job_case)
+Json loads_json(const job::PushJob& push, const job::Case& job_case)
 {
   Json loads = Json::array();
   for (std::size_t k = 0; k < push.loads.size(); ++k) {
-    const load::LoadPoint& at = job_case.loads.at(k);
+    const job::LoadPoint& at = job_case.loads.at(k);
     loads.push_back({{"name", at.name},
                      {"frame", name_of(at.frame)},
                      {"force_n", over_flexion_json(push.loads[k].force_n)},
@@ -50,11 +50,11 @@ Json loads_json(const load::PushJob& push, const load::Case& job_case)
   return loads;
 }
 
-Json lines_json(const load::PushJob& push, const load::Case& job_case)
+Json lines_json(const job::PushJob& push, const job::Case& job_case)
 {
   Json lines = Json::array();
   for (std::size_t k = 0; k < push.lines.size(); ++k) {
-    const load::LinePath& path = job_case.lines.at(k);
+    const job::LinePath& path = job_case.lines.at(k);
     lines.push_back({{"name", path.name},
                      {"tension_n", over_flexion_json(push.lines[k].tension_n)},
                      {"reference_mm", points_json(path.reference_mm)},
@@ -65,7 +65,7 @@ Json lines_json(const load::PushJob& push, const load::Case& job_case)
 
 }  // namespace
 
-Json push_json(const load::PushJob& push, const load::Case& job_case)
+Json push_json(const job::PushJob& push, const job::Case& job_case)
 {
   return {{"delta", over_flexion_json(push.delta)},
           {"force_n", over_flexion_json(push.force_n)},

@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "cluster/campaign.hpp"
-#include "cluster/cost.hpp"
-#include "cluster/jobs.hpp"
-#include "cluster/submission.hpp"
-#include "console/console.hpp"
-#include "load/case.hpp"
-#include "sweep/sweep.hpp"
+#include "run/campaign.hpp"
+#include "run/cost.hpp"
+#include "run/jobs.hpp"
+#include "run/submission.hpp"
+#include "core/console.hpp"
+#include "job/case.hpp"
+#include "solve/sweep.hpp"
 
 namespace vrda::app {
 
@@ -23,22 +23,22 @@ struct PlanOptions {
 };
 
 /// Prints the cases and their estimated cost; solves nothing. Throws InputError for the first invalid case.
-console::ExitCode plan_command(const PlanOptions& options);
+core::ExitCode plan_command(const PlanOptions& options);
 
 /// A checked case of a campaign with its estimated cost.
 struct PlannedCase {
-  cluster::CampaignCase campaign_case;
-  load::Case job_case;  ///< without bodies, survey and job text
-  sweep::SweepPlan plan;
-  cluster::CaseSize size;
-  cluster::CaseCost cost;
+  run::CampaignCase campaign_case;
+  job::Case job_case;  ///< without bodies, survey and job text
+  solve::SweepPlan plan;
+  run::CaseSize size;
+  run::CaseCost cost;
   std::string same_as;        ///< an earlier case with the same motion; empty: none
   std::string same_steps_as;  ///< an earlier case that differs only in scaling and can share its journal
 };
 
 /// Reads every job, and each set of meshes once. Throws InputError for the first invalid case; with several
 /// cases the message names it. Cost: a few ms per case, plus loading each set of meshes.
-std::vector<PlannedCase> planned_cases(const cluster::Campaign& campaign);
+std::vector<PlannedCase> planned_cases(const run::Campaign& campaign);
 
 /// `vrda index`: writes one table of the results of a submission.
 struct IndexOptions {
@@ -49,10 +49,10 @@ struct IndexOptions {
 
 /// Writes index.csv, index.h5 and index.times.csv into the folder and prints their paths. Unfinished cases
 /// get rows too. Throws InputError if the submission is missing or the files cannot be written.
-console::ExitCode index_command(const IndexOptions& options);
+core::ExitCode index_command(const IndexOptions& options);
 
 /// As index_command, for a submission that is already read; `options.folder` must be absolute.
-console::ExitCode write_submission_index(const IndexOptions& options, const cluster::Submission& submission);
+core::ExitCode write_submission_index(const IndexOptions& options, const run::Submission& submission);
 
 /// `vrda status`: prints the progress of the tasks of a submission.
 struct StatusOptions {
@@ -61,7 +61,7 @@ struct StatusOptions {
   bool as_json = false;   ///< print all cases and tasks
 };
 
-console::ExitCode status_command(const StatusOptions& options);
+core::ExitCode status_command(const StatusOptions& options);
 
 /// `vrda submit` and `vrda resume`: run the cases of a job or campaign through Slurm or local processes.
 struct SubmitOptions {
@@ -70,7 +70,7 @@ struct SubmitOptions {
   std::string data_directory;
   std::vector<std::string> overrides;
   int n_shards = 1;  ///< shards per case
-  cluster::SlurmOptions slurm;
+  run::SlurmOptions slurm;
   bool is_dry = false;    ///< print scripts and commands, write nothing
   bool is_local = false;  ///< run the tasks now, on this machine
   int n_workers = 0;      ///< concurrent local processes; 0: one per processor
@@ -80,11 +80,11 @@ struct SubmitOptions {
 /// Writes the submission's folder and starts all of its tasks. Throws InputError if the folder already
 /// contains a submission or a motion model that would be replaced. If Slurm refuses the first job, the folder
 /// is removed; if it refuses a later one, the accepted jobs continue and vrda resume submits the rest.
-console::ExitCode submit_command(const SubmitOptions& options);
+core::ExitCode submit_command(const SubmitOptions& options);
 
 struct ResumeOptions {
   std::string folder;
-  cluster::SlurmOptions slurm;  ///< an empty or 0 option keeps its submitted value
+  run::SlurmOptions slurm;  ///< an empty or 0 option keeps its submitted value
   bool is_dry = false;
   bool is_local = false;
   int n_workers = 0;
@@ -92,7 +92,7 @@ struct ResumeOptions {
 };
 
 /// Starts the missing tasks and prints why. Does not start tasks that Slurm has queued or runs.
-console::ExitCode resume_command(const ResumeOptions& options);
+core::ExitCode resume_command(const ResumeOptions& options);
 
 /// `vrda task`: the command that each Slurm task or local process of a submission runs.
 struct TaskOptions {
@@ -110,7 +110,7 @@ struct TaskOptions {
 /// Runs the requested tasks in this process and writes the state of each before and after. Skips a task whose
 /// case is finished. Returns the worst exit code; an interruption ends the list. An interruption at the time
 /// limit without a solved step is a failure, since a restart would end the same way.
-console::ExitCode task_command(const TaskOptions& options);
+core::ExitCode task_command(const TaskOptions& options);
 
 /// How start_tasks starts the tasks of a submission.
 struct StartOptions {
@@ -122,7 +122,7 @@ struct StartOptions {
 
 /// Local: returns the worst exit code once all processes have ended. Slurm: prints the submitted jobs. Dry
 /// run: prints what would be submitted.
-console::ExitCode start_tasks(const std::string& folder, const cluster::Submission& submission,
-                              const cluster::Work& work, const StartOptions& options);
+core::ExitCode start_tasks(const std::string& folder, const run::Submission& submission,
+                              const run::Work& work, const StartOptions& options);
 
 }  // namespace vrda::app

@@ -16,7 +16,7 @@ std::string without_prefix(const std::string& line)
   return line.starts_with(prefix) ? line.substr(prefix.size()) : line;
 }
 
-void add_slurm_options(CLI::App& c, cluster::SlurmOptions& slurm)
+void add_slurm_options(CLI::App& c, run::SlurmOptions& slurm)
 {
   c.add_option("--partition", slurm.partition, "Slurm partition; default: the cluster's")
       ->envname("SBATCH_PARTITION");
@@ -63,7 +63,7 @@ void add_local_options(CLI::App& c, bool& is_local, int& n_workers, bool& is_dry
 
 }  // namespace
 
-void ClusterOptions::add_to(const AddCommand& add, std::function<console::ExitCode()>& chosen)
+void ClusterOptions::add_to(const AddCommand& add, std::function<core::ExitCode()>& chosen)
 {
   add_plan(add, chosen);
   add_submit(add, chosen);
@@ -73,7 +73,7 @@ void ClusterOptions::add_to(const AddCommand& add, std::function<console::ExitCo
   add_task(add, chosen);
 }
 
-void ClusterOptions::add_plan(const AddCommand& add, std::function<console::ExitCode()>& chosen)
+void ClusterOptions::add_plan(const AddCommand& add, std::function<core::ExitCode()>& chosen)
 {
   CLI::App& c =
       add("plan", "Check the cases of a job or campaign and list their estimated cost; solve nothing.",
@@ -83,7 +83,7 @@ void ClusterOptions::add_plan(const AddCommand& add, std::function<console::Exit
   c.callback([this, &chosen] { chosen = [this] { return plan_command(plan_); }; });
 }
 
-void ClusterOptions::add_index(const AddCommand& add, std::function<console::ExitCode()>& chosen)
+void ClusterOptions::add_index(const AddCommand& add, std::function<core::ExitCode()>& chosen)
 {
   CLI::App& c = add("index", "Tabulate the results of a submission: one row per case, as CSV and HDF5.",
                     "vrda index results/campaign-example");
@@ -94,7 +94,7 @@ void ClusterOptions::add_index(const AddCommand& add, std::function<console::Exi
   c.callback([this, &chosen] { chosen = [this] { return index_command(index_); }; });
 }
 
-void ClusterOptions::add_submit(const AddCommand& add, std::function<console::ExitCode()>& chosen)
+void ClusterOptions::add_submit(const AddCommand& add, std::function<core::ExitCode()>& chosen)
 {
   CLI::App& c = add("submit", "Run the cases of a job or campaign as Slurm tasks or local processes.",
                     "vrda submit jobs/knee-generic.toml --shards 8 --partition batch --time 30 --mem 500M\n  "
@@ -106,7 +106,7 @@ void ClusterOptions::add_submit(const AddCommand& add, std::function<console::Ex
   c.callback([this, &chosen] { chosen = [this] { return submit_command(submit_); }; });
 }
 
-void ClusterOptions::add_resume(const AddCommand& add, std::function<console::ExitCode()>& chosen)
+void ClusterOptions::add_resume(const AddCommand& add, std::function<core::ExitCode()>& chosen)
 {
   CLI::App& c = add("resume", "Submit the missing tasks of a submission; given options replace its own.",
                     "vrda resume results/knee-generic --time 1:00:00");
@@ -117,7 +117,7 @@ void ClusterOptions::add_resume(const AddCommand& add, std::function<console::Ex
   c.callback([this, &chosen] { chosen = [this] { return resume_command(resume_); }; });
 }
 
-void ClusterOptions::add_status(const AddCommand& add, std::function<console::ExitCode()>& chosen)
+void ClusterOptions::add_status(const AddCommand& add, std::function<core::ExitCode()>& chosen)
 {
   CLI::App& c = add("status", "Print the progress of a submission by task, or of a campaign by case.",
                     "vrda status results/knee-generic");
@@ -127,7 +127,7 @@ void ClusterOptions::add_status(const AddCommand& add, std::function<console::Ex
   c.callback([this, &chosen] { chosen = [this] { return status_command(status_); }; });
 }
 
-void ClusterOptions::add_task(const AddCommand& add, std::function<console::ExitCode()>& chosen)
+void ClusterOptions::add_task(const AddCommand& add, std::function<core::ExitCode()>& chosen)
 {
   CLI::App& c = add("task", "Run one task of a submission; called by its scripts and local processes.",
                     "vrda task results/knee-generic --kind shard --case knee-generic --shard 3");

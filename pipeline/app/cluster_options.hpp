@@ -6,8 +6,8 @@
 #include <string>
 
 #include "app/cluster_commands.hpp"
-#include "console/console.hpp"
-#include "job_run/run_command.hpp"
+#include "core/console.hpp"
+#include "run/run_command.hpp"
 
 namespace CLI {
 class App;
@@ -23,15 +23,15 @@ class ClusterOptions {
 
   /// Adds the commands; parsing one of them stores its action in `chosen`. `chosen` and this object must
   /// outlive parsing and the call of the action.
-  void add_to(const AddCommand& add, std::function<console::ExitCode()>& chosen);
+  void add_to(const AddCommand& add, std::function<core::ExitCode()>& chosen);
 
  private:
-  void add_plan(const AddCommand& add, std::function<console::ExitCode()>& chosen);
-  void add_index(const AddCommand& add, std::function<console::ExitCode()>& chosen);
-  void add_submit(const AddCommand& add, std::function<console::ExitCode()>& chosen);
-  void add_resume(const AddCommand& add, std::function<console::ExitCode()>& chosen);
-  void add_status(const AddCommand& add, std::function<console::ExitCode()>& chosen);
-  void add_task(const AddCommand& add, std::function<console::ExitCode()>& chosen);
+  void add_plan(const AddCommand& add, std::function<core::ExitCode()>& chosen);
+  void add_index(const AddCommand& add, std::function<core::ExitCode()>& chosen);
+  void add_submit(const AddCommand& add, std::function<core::ExitCode()>& chosen);
+  void add_resume(const AddCommand& add, std::function<core::ExitCode()>& chosen);
+  void add_status(const AddCommand& add, std::function<core::ExitCode()>& chosen);
+  void add_task(const AddCommand& add, std::function<core::ExitCode()>& chosen);
 
   PlanOptions plan_;
   IndexOptions index_;
@@ -42,6 +42,6 @@ class ClusterOptions {
 };
 
 /// Adds the options of `vrda run`.
-void add_run_options(CLI::App& command, job_run::RunOptions& options);
+void add_run_options(CLI::App& command, run::RunOptions& options);
 
 }  // namespace vrda::app

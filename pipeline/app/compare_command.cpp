@@ -7,13 +7,13 @@
 #include <set>
 
 #include "app/model_commands.hpp"
-#include "audit/audit.hpp"
-#include "compare/compare.hpp"
+#include "analysis/audit.hpp"
+#include "analysis/compare.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "documents/json_file.hpp"
-#include "job_run/default_motion.hpp"
-#include "job_run/summary.hpp"
+#include "core/json_file.hpp"
+#include "run/default_motion.hpp"
+#include "run/summary.hpp"
 
 namespace vrda::app {
 namespace {
@@ -30,19 +30,19 @@ std::string number(double value)
 }
 
 /// Errors of the translation vector, then of the angles.
-std::vector<compare::ErrorMeasures> errors_of(const compare::DegreeRow& row)
+std::vector<analysis::ErrorMeasures> errors_of(const analysis::DegreeRow& row)
 {
-  std::vector<compare::ErrorMeasures> errors{row.translation};
+  std::vector<analysis::ErrorMeasures> errors{row.translation};
   for (std::size_t s = 3; s < row.surfaces.size(); ++s) errors.push_back(row.surfaces[s].errors);
   return errors;
 }
 
-constexpr double compare::ErrorMeasures::*measures[] = {
-    &compare::ErrorMeasures::rms, &compare::ErrorMeasures::largest, &compare::ErrorMeasures::leave_one_out,
-    &compare::ErrorMeasures::roughness};
+constexpr double analysis::ErrorMeasures::*measures[] = {
+    &analysis::ErrorMeasures::rms, &analysis::ErrorMeasures::largest, &analysis::ErrorMeasures::leave_one_out,
+    &analysis::ErrorMeasures::roughness};
 
 /// Two heading lines: the measure above its first column, the unit above every column.
-std::pair<Cells, Cells> headings(const compare::DegreeRow& row)
+std::pair<Cells, Cells> headings(const analysis::DegreeRow& row)
 {
   Cells upper{""}, lower{"degree"};
   for (const char* measure : {"RMS", "largest", "leave-one-out", "roughness"}) {
@@ -70,11 +70,11 @@ std::pair<Cells, Cells> headings(const compare::DegreeRow& row)
   return {upper, lower};
 }
 
-Cells cells_of(const compare::DegreeRow& row, const compare::RankedDegree& ranked)
+Cells cells_of(const analysis::DegreeRow& row, const analysis::RankedDegree& ranked)
 {
   Cells cells{std::to_string(row.set.degree)};
   for (const auto measure : measures) {
-    for (const compare::ErrorMeasures& errors : errors_of(row)) cells.push_back(number(errors.*measure));
+    for (const analysis::ErrorMeasures& errors : errors_of(row)) cells.push_back(number(errors.*measure));
   }
   cells.push_back(number(100.0 * row.perceptible_share));
   cells.insert(cells.end(), {number(ranked.error), number(row.second_difference)});
@@ -82,14 +82,14 @@ Cells cells_of(const compare::DegreeRow& row, const compare::RankedDegree& ranke
     cells.insert(cells.end(), {number(row.contact->largest_overlap_mm), number(row.contact->largest_gap_mm)});
   if (!row.audit_totals) return cells;
   for (const auto fault :
-       {&compare::AuditTotals::largest_penetration_mm, &compare::AuditTotals::largest_gap_mm}) {
+       {&analysis::AuditTotals::largest_penetration_mm, &analysis::AuditTotals::largest_gap_mm}) {
     cells.push_back(number(row.audit_totals->at_grid.*fault));
     cells.push_back(number(row.audit_totals->between.*fault));
   }
   return cells;
 }
 
-Json json_of(const compare::ErrorMeasures& errors)
+Json json_of(const analysis::ErrorMeasures& errors)
 {
   return {{"rms", errors.rms},
           {"largest_residual", errors.largest},
@@ -97,7 +97,7 @@ Json json_of(const compare::ErrorMeasures& errors)
           {"roughness", errors.roughness}};
 }
 
-Json json_of(const compare::AuditTotals& faults)
+Json json_of(const analysis::AuditTotals& faults)
 {
   return {{"attitudes", faults.n_attitudes},
           {"overlapping", faults.n_overlapping},
@@ -106,7 +106,7 @@ Json json_of(const compare::AuditTotals& faults)
           {"largest_gap_mm", faults.largest_gap_mm}};
 }
 
-Json json_of(const compare::ContactFigures& contact)
+Json json_of(const analysis::ContactFigures& contact)
 {
   Json json = {{"poses", contact.n_poses},
                {"lifted_off", contact.n_lifted_off},
@@ -116,7 +116,7 @@ Json json_of(const compare::ContactFigures& contact)
   return json;
 }
 
-Json json_of(const compare::SurfaceRow& surface, bool is_length)
+Json json_of(const analysis::SurfaceRow& surface, bool is_length)
 {
   Json json = {{"unit", is_length ? "mm" : "degree"},
                {"cells", surface.n_cells},
@@ -125,7 +125,7 @@ Json json_of(const compare::SurfaceRow& surface, bool is_length)
   return json;
 }
 
-Json json_of(const compare::DegreeRow& row, const compare::RankedDegree& ranked)
+Json json_of(const analysis::DegreeRow& row, const analysis::RankedDegree& ranked)
 {
   Json surfaces = Json::object();
   for (std::size_t s = 0; s < row.surfaces.size(); ++s)
@@ -153,7 +153,7 @@ Json json_of(const compare::DegreeRow& row, const compare::RankedDegree& ranked)
 
 }  // namespace
 
-std::string comparison_table(const compare::Comparison& comparison)
+std::string comparison_table(const analysis::Comparison& comparison)
 {
   const auto [upper, lower] = headings(comparison.rows.front());
   std::vector<Cells> lines{upper, lower};
@@ -173,19 +173,19 @@ std::string comparison_table(const compare::Comparison& comparison)
   return text;
 }
 
-std::string recommendation_text(const compare::Recommendation& recommendation)
+std::string recommendation_text(const analysis::Recommendation& recommendation)
 {
   if (recommendation.degree >= 0) return "recommended: " + recommendation.reason;
   return std::string("no degree meets the criteria (") + name_of(recommendation.fault) +
          "): " + recommendation.reason;
 }
 
-Json json_of(const compare::Comparison& comparison)
+Json json_of(const analysis::Comparison& comparison)
 {
   Json rows = Json::array();
   for (std::size_t k = 0; k < comparison.rows.size(); ++k)
     rows.push_back(json_of(comparison.rows[k], comparison.recommendation.ranked[k]));
-  const compare::Recommendation& r = comparison.recommendation;
+  const analysis::Recommendation& r = comparison.recommendation;
   const auto degree = [](int value) { return value < 0 ? Json() : Json(value); };
   return {{"perceptible", {{"mm", perceptible_mm}, {"degree", deg_from_rad(perceptible_rad)}}},
           {"degrees", rows},
@@ -216,22 +216,22 @@ int degree_of(const std::string& word, const std::string& text)
   return degree;
 }
 
-compare::CompareOptions compare_options(const CompareCommandOptions& options)
+analysis::CompareOptions compare_options(const CompareCommandOptions& options)
 {
-  const int n_threads = job_run::thread_count_or_all(options.n_threads);
+  const int n_threads = run::thread_count_or_all(options.n_threads);
   const std::function<void()>& hook = options.before_measuring;
-  compare::CompareOptions compare;
+  analysis::CompareOptions compare;
   compare.name = options.file;
   compare.degrees = parse_degrees(options.degrees);
   compare.smooth.is_robust = options.is_robust;
   if (options.is_recontacted) {
     compare.recontact = [n_threads, hook](const store::MotionModel& model, const store::SmoothedSet& set) {
       if (hook) hook();
-      return audit::recontact(model, set, n_threads);
+      return analysis::recontact(model, set, n_threads);
     };
   }
   if (options.refine > 0) {
-    compare.contact = [measure = job_run::contact_measure(n_threads), hook](const store::MotionModel& model,
+    compare.contact = [measure = run::contact_measure(n_threads), hook](const store::MotionModel& model,
                                                                             const store::SmoothedSet& set) {
       if (hook) hook();
       return measure(model, set);
@@ -239,22 +239,22 @@ compare::CompareOptions compare_options(const CompareCommandOptions& options)
     compare.audit = [n_threads, hook, refine = options.refine](const store::MotionModel& model,
                                                                const std::string& set) {
       if (hook) hook();
-      console::log_info("measuring " + set);
-      return audit::audit(model, set, refine, n_threads);
+      core::log_info("measuring " + set);
+      return analysis::audit(model, set, refine, n_threads);
     };
   }
   return compare;
 }
 
-void report_skipped_degrees(const std::string& file, const compare::Comparison& comparison)
+void report_skipped_degrees(const std::string& file, const analysis::Comparison& comparison)
 {
   if (!comparison.undetermined_degrees.empty()) {
-    console::log_info(file + ": too few solved cells to fit degree " +
+    core::log_info(file + ": too few solved cells to fit degree " +
                       std::to_string(comparison.undetermined_degrees.front()) + " and above");
   }
-  for (const compare::DegreeRow& row : comparison.rows) {
+  for (const analysis::DegreeRow& row : comparison.rows) {
     if (!row.is_converged)
-      console::log_warning("degree " + std::to_string(row.set.degree) +
+      core::log_warning("degree " + std::to_string(row.set.degree) +
                            ": the robust weights did not converge within the iteration limit");
   }
 }
@@ -277,31 +277,31 @@ std::vector<int> parse_degrees(const std::string& text)
   return {degrees.begin(), degrees.end()};
 }
 
-compare::Comparison compare_degrees(const CompareCommandOptions& options)
+analysis::Comparison compare_degrees(const CompareCommandOptions& options)
 {
-  const compare::CompareOptions compare_with = compare_options(options);
-  const store::MotionModel model = job_run::read_solved_model(options.file);
+  const analysis::CompareOptions compare_with = compare_options(options);
+  const store::MotionModel model = run::read_solved_model(options.file);
   store::require_grid(model, options.file, "vrda compare");
-  compare::Comparison comparison = compare::compare(model, compare_with);
+  analysis::Comparison comparison = analysis::compare(model, compare_with);
   report_skipped_degrees(options.file, comparison);
   return comparison;
 }
 
-console::ExitCode compare_command(const CompareCommandOptions& options)
+core::ExitCode compare_command(const CompareCommandOptions& options)
 {
-  const compare::Comparison comparison = compare_degrees(options);
+  const analysis::Comparison comparison = compare_degrees(options);
   if (!options.as_json) {
     std::printf("%s%s\n", comparison_table(comparison).c_str(),
                 recommendation_text(comparison.recommendation).c_str());
-    return console::ExitCode::done;
+    return core::ExitCode::done;
   }
   nlohmann::ordered_json json = {{"file", options.file},
                                  {"robust", options.is_robust},
                                  {"recontacted", options.is_recontacted},
                                  {"refine", options.refine}};
   json.update(json_of(comparison));
-  std::printf("%s\n", documents::json_text(json, 2).c_str());
-  return console::ExitCode::done;
+  std::printf("%s\n", core::json_text(json, 2).c_str());
+  return core::ExitCode::done;
 }
 
 }  // namespace vrda::app

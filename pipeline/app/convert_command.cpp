@@ -8,16 +8,16 @@
 #include <utility>
 
 #include "app/file_commands.hpp"
-#include "convert/job_text.hpp"
-#include "convert/mesh_writer.hpp"
-#include "convert/object_set.hpp"
+#include "job/job_text.hpp"
+#include "job/mesh_writer.hpp"
+#include "job/object_set.hpp"
 #include "core/error.hpp"
-#include "job_run/run_output.hpp"
-#include "load/axis_map.hpp"
-#include "load/clean_mesh.hpp"
-#include "load/input_file.hpp"
-#include "load/job_schema.hpp"
-#include "shapes/shapes.hpp"
+#include "run/run_output.hpp"
+#include "job/axis_map.hpp"
+#include "job/clean_mesh.hpp"
+#include "job/input_file.hpp"
+#include "job/job_schema.hpp"
+#include "geometry/shapes.hpp"
 
 namespace vrda::app {
 namespace {
@@ -47,28 +47,28 @@ void print_table(const std::vector<TableRow>& rows)
 /// The paths and contents of a result's files; the first is its main file.
 using ResultFiles = std::vector<std::pair<std::string, std::string>>;
 
-console::ExitCode publish(const std::string& folder, const std::string& command, const ResultFiles& files)
+core::ExitCode publish(const std::string& folder, const std::string& command, const ResultFiles& files)
 {
   check(!files.empty(), "a result has a file");
-  job_run::make_folder(folder);
-  std::optional<Publication> result = job_run::begin_result(files.front().first, command);
-  if (!result) return console::ExitCode::interrupted;
+  run::make_folder(folder);
+  std::optional<Publication> result = run::begin_result(files.front().first, command);
+  if (!result) return core::ExitCode::interrupted;
   for (std::size_t k = 1; k < files.size(); ++k) result->add(files[k].first, files[k].second);
   result->publish(files.front().second);
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
-TableRow counted_component(const convert::ObjectComponent& component, const std::string& stem)
+TableRow counted_component(const job::ObjectComponent& component, const std::string& stem)
 {
-  const load::CleanMesh clean = load::clean_mesh(component.mesh, load::Winding::outward, Side::right);
-  console::log_info(stem + ".obj, " + stem + ".normals: " + std::to_string(component.mesh.vertices.rows()) +
+  const job::CleanMesh clean = job::clean_mesh(component.mesh, job::Winding::outward, Side::right);
+  core::log_info(stem + ".obj, " + stem + ".normals: " + std::to_string(component.mesh.vertices.rows()) +
                     " vertices");
   if (clean.n_degenerate > 0) {
-    console::log_warning(component.name + ": " + std::to_string(clean.n_degenerate) +
+    core::log_warning(component.name + ": " + std::to_string(clean.n_degenerate) +
                          " faces or triangles without area are not counted as triangles");
   }
   if (clean.n_identical > 0) {
-    console::log_warning(component.name + ": " + std::to_string(clean.n_identical) +
+    core::log_warning(component.name + ": " + std::to_string(clean.n_identical) +
                          " identical triangles are counted once");
   }
   return {component.name, component.mesh.size.size(), clean.mesh.triangles.rows()};
@@ -82,74 +82,74 @@ fs::path models_folder(const fs::path& configuration)
   return !fs::exists(beside) && fs::is_directory(above) ? above : beside;
 }
 
-void warn_of_missing_models(const convert::KeywordConfiguration& configuration, const fs::path& models)
+void warn_of_missing_models(const job::KeywordConfiguration& configuration, const fs::path& models)
 {
   for (const std::vector<std::string>* names : {&configuration.reference, &configuration.moving}) {
     for (const std::string& name : *names) {
       const fs::path file = models / (name + ".obj");
       if (!fs::exists(file))
-        console::log_warning("missing file \"" + file.string() + "\", which the job needs");
+        core::log_warning("missing file \"" + file.string() + "\", which the job needs");
     }
   }
 }
 
 }  // namespace
 
-console::ExitCode convert_object_command(const ConvertObjectOptions& options)
+core::ExitCode convert_object_command(const ConvertObjectOptions& options)
 {
-  const std::vector<convert::ObjectComponent> components =
-      convert::parse_object_set(convert::read_object_set(options.prefix));
-  const auto stem_of = [&](const convert::ObjectComponent& component) {
+  const std::vector<job::ObjectComponent> components =
+      job::parse_object_set(job::read_object_set(options.prefix));
+  const auto stem_of = [&](const job::ObjectComponent& component) {
     return (fs::path(options.folder) / component.name).string();
   };
   ResultFiles files;
-  for (const convert::ObjectComponent& component : components) {
+  for (const job::ObjectComponent& component : components) {
     const std::string stem = stem_of(component);
-    files.emplace_back(stem + ".obj", convert::vertices_faces_bytes(component.mesh));
-    files.emplace_back(stem + ".normals", convert::vertex_normals_bytes(component.mesh));
+    files.emplace_back(stem + ".obj", job::vertices_faces_bytes(component.mesh));
+    files.emplace_back(stem + ".normals", job::vertex_normals_bytes(component.mesh));
   }
-  const console::ExitCode code = publish(options.folder, "vrda convert", files);
+  const core::ExitCode code = publish(options.folder, "vrda convert", files);
   std::vector<TableRow> rows;
-  for (const convert::ObjectComponent& component : components)
+  for (const job::ObjectComponent& component : components)
     rows.push_back(counted_component(component, stem_of(component)));
   print_table(rows);
   return code;
 }
 
-console::ExitCode convert_mesh_command(const ConvertMeshOptions& options)
+core::ExitCode convert_mesh_command(const ConvertMeshOptions& options)
 {
   std::error_code no_such_file;
   if (fs::equivalent(options.input, options.output, no_such_file))
     throw InputError({options.output, "output", "the input file", "another file"});
   std::string bytes =
-      load::file_bytes(options.input, {options.input, "", "", "a mesh file"}, load::largest_mesh_bytes);
-  const load::RawMesh mesh = convert::merge_equal_vertices(load::read_mesh(options.input, std::move(bytes)));
-  const console::ExitCode code =
-      job_run::publish(options.output, "vrda convert", convert::mesh_bytes(options.output, mesh));
+      job::file_bytes(options.input, {options.input, "", "", "a mesh file"}, job::largest_mesh_bytes);
+  const job::RawMesh mesh = job::merge_equal_vertices(job::read_mesh(options.input, std::move(bytes)));
+  const core::ExitCode code =
+      run::publish(options.output, "vrda convert", job::mesh_bytes(options.output, mesh));
   std::printf("%s\n", options.output.c_str());
-  console::log_info(std::to_string(mesh.vertices.rows()) + " vertices, " + std::to_string(mesh.size.size()) +
+  core::log_info(std::to_string(mesh.vertices.rows()) + " vertices, " + std::to_string(mesh.size.size()) +
                     " faces");
   return code;
 }
 
-console::ExitCode convert_config_command(const ConvertConfigOptions& options)
+core::ExitCode convert_config_command(const ConvertConfigOptions& options)
 {
-  job_run::require_plain_text("file", options.file);
-  const convert::NamedText source = convert::read_configuration(options.file);
-  const convert::KeywordConfiguration configuration =
-      convert::parse_configuration(source, load::mm_per_unit(options.unit));
+  run::require_plain_text("file", options.file);
+  const job::NamedText source = job::read_configuration(options.file);
+  const job::KeywordConfiguration configuration =
+      job::parse_configuration(source, job::mm_per_unit(options.unit));
   const fs::path models = models_folder(options.file);
   std::error_code no_such_file;
   if (fs::equivalent(options.file, options.output, no_such_file))
     throw InputError({options.output, "output", "the configuration file", "another file"});
   const fs::path job_folder = fs::absolute(options.output).lexically_normal().parent_path();
   const fs::path file = options.file;
-  const std::string text = convert::job_text(
+  const std::string text = job::job_text(
       configuration, {file.stem().string(), file.filename().string(),
                       models.lexically_relative(job_folder).generic_string(), options.unit});
-  load::checked_job(
-      {options.output, documents::parse_toml(text, options.output), {}});  // a name may be invalid UTF-8
-  const console::ExitCode code = job_run::publish(options.output, "vrda convert", text);
+  job::checked_job(
+      {options.output, core::parse_toml(text, options.output), {}});  // a name may be invalid UTF-8
+  const core::ExitCode code = run::publish(options.output, "vrda convert", text);
   std::printf("%s\n", options.output.c_str());
   warn_of_missing_models(configuration, models);
   return code;
@@ -157,9 +157,9 @@ console::ExitCode convert_config_command(const ConvertConfigOptions& options)
 
 namespace {
 
-shapes::ShapeRequest request_of(const ShapeOptions& options)
+geometry::ShapeRequest request_of(const ShapeOptions& options)
 {
-  shapes::ShapeRequest request;
+  geometry::ShapeRequest request;
   request.shape = options.shape;
   for (const std::string& parameter : options.parameters) {
     const std::size_t equals = parameter.find('=');
@@ -180,38 +180,38 @@ shapes::ShapeRequest request_of(const ShapeOptions& options)
 
 }  // namespace
 
-console::ExitCode shape_command(const ShapeOptions& options)
+core::ExitCode shape_command(const ShapeOptions& options)
 {
-  const shapes::ShapeRequest request = request_of(options);
+  const geometry::ShapeRequest request = request_of(options);
   // A shape without ligaments is refused before anything is written.
-  const std::string table = options.has_ligaments ? shapes::fibre_table(request) : "";
-  const shapes::Shape shape = shapes::generate_shape(request);
+  const std::string table = options.has_ligaments ? geometry::fibre_table(request) : "";
+  const geometry::Shape shape = geometry::generate_shape(request);
   ResultFiles files;
   std::vector<std::string> remarks;
-  for (const std::vector<shapes::ShapePart>* parts : {&shape.reference, &shape.moving}) {
-    for (const shapes::ShapePart& part : *parts) {
+  for (const std::vector<geometry::ShapePart>* parts : {&shape.reference, &shape.moving}) {
+    for (const geometry::ShapePart& part : *parts) {
       files.emplace_back((fs::path(options.folder) / (part.name + ".stl")).string(),
-                         convert::stl_bytes(part.mesh, "vrda shape, mm"));
+                         job::stl_bytes(part.mesh, "vrda shape, mm"));
       remarks.push_back(part.name + ": " + std::to_string(part.mesh.triangles.rows()) + " triangles, " +
                         part.material + (part.has_contact ? "" : ", drawn only"));
     }
   }
   if (options.has_ligaments) {
     files.emplace_back((fs::path(options.folder) / "ligaments.csv").string(), table);
-    remarks.push_back("ligaments: " + std::to_string(shapes::generate_fibres(request).size()) + " fibres");
+    remarks.push_back("ligaments: " + std::to_string(geometry::generate_fibres(request).size()) + " fibres");
   }
-  const console::ExitCode code = publish(options.folder, "vrda shape", files);
+  const core::ExitCode code = publish(options.folder, "vrda shape", files);
   for (const auto& [path, bytes] : files) std::printf("%s\n", path.c_str());
-  for (const std::string& remark : remarks) console::log_info(remark);
+  for (const std::string& remark : remarks) core::log_info(remark);
   return code;
 }
 
 std::string shape_help()
 {
   std::string text = "Shapes and their parameters (name=value):\n";
-  for (const std::string& shape : shapes::shape_names()) {
-    text += "  " + shape + ": " + shapes::shape_summary(shape) + '\n';
-    for (const shapes::ShapeParameter& p : shapes::shape_parameters(shape)) {
+  for (const std::string& shape : geometry::shape_names()) {
+    text += "  " + shape + ": " + geometry::shape_summary(shape) + '\n';
+    for (const geometry::ShapeParameter& p : geometry::shape_parameters(shape)) {
       char line[160];
       if (p.choices.empty()) {
         std::snprintf(line, sizeof line, "    %-18s %g %s (%g to %g)", p.name.c_str(), p.default_number,

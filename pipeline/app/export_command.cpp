@@ -10,14 +10,14 @@
 #include <optional>
 
 #include "app/angle_range.hpp"
-#include "convert/mesh_writer.hpp"
+#include "job/mesh_writer.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
-#include "documents/json_file.hpp"
-#include "exports/formats.hpp"
-#include "exports/osim_model.hpp"
-#include "job_run/run_output.hpp"
-#include "measured/motion_convention.hpp"
+#include "core/json_file.hpp"
+#include "tables/formats.hpp"
+#include "tables/osim_model.hpp"
+#include "run/run_output.hpp"
+#include "tables/motion_convention.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::app {
@@ -96,26 +96,26 @@ std::string smoothed_set(const store::MotionModel& model, const std::string& fil
   return "degree_" + std::to_string(model.smoothed.back().degree);
 }
 
-exports::FlexionPlan plan_of(const ExportOptions& options, const store::MotionModel& model)
+tables::FlexionPlan plan_of(const ExportOptions& options, const store::MotionModel& model)
 {
-  exports::FlexionPlan plan;
+  tables::FlexionPlan plan;
   plan.set = options.set;
   if (!options.flexion.empty()) plan.flexion_deg = angle_range({"vrda export", "--flexion", options.flexion});
   if (options.format == "osim" && options.flexion.empty() && !model.frames)
-    plan.flexion_deg = exports::osim_flexions_deg(model, options.set);
-  plan.varus = exports::default_varus(model, options.set);
+    plan.flexion_deg = tables::osim_flexions_deg(model, options.set);
+  plan.varus = tables::default_varus(model, options.set);
   if (options.varus == driven_varus) {
     if (plan.set.empty()) plan.set = smoothed_set(model, options.file);
     plan.flexion_deg.clear();
-    plan.varus = exports::VarusRule::spine;
+    plan.varus = tables::VarusRule::spine;
     return plan;
   }
-  if (options.varus == exports::name_of(exports::VarusRule::spine)) plan.varus = exports::VarusRule::spine;
-  if (options.varus == exports::name_of(exports::VarusRule::zero)) plan.varus = exports::VarusRule::zero;
-  if (options.varus.empty() || options.varus == exports::name_of(plan.varus)) return plan;
+  if (options.varus == tables::name_of(tables::VarusRule::spine)) plan.varus = tables::VarusRule::spine;
+  if (options.varus == tables::name_of(tables::VarusRule::zero)) plan.varus = tables::VarusRule::zero;
+  if (options.varus.empty() || options.varus == tables::name_of(plan.varus)) return plan;
   const std::optional<double> varus_deg = finite_number(options.varus);
   if (!varus_deg) refuse("--varus", options.varus, "degrees, spine or zero");
-  plan.varus = exports::VarusRule::given;
+  plan.varus = tables::VarusRule::given;
   plan.varus_deg = *varus_deg;
   return plan;
 }
@@ -130,24 +130,24 @@ bool is_column_name(const std::string& name)
   });
 }
 
-exports::OpenSimOptions opensim_options(const ExportOptions& options, const std::string& joint, Side side)
+tables::OpenSimOptions opensim_options(const ExportOptions& options, const std::string& joint, Side side)
 {
-  exports::OpenSimOptions opensim{exports::opensim_columns(joint, side), options.in_degrees,
+  tables::OpenSimOptions opensim{tables::opensim_columns(joint, side), options.in_degrees,
                                   options.degrees_per_second, options.translations == "mesh-origin"};
   const bool has_two = options.varus == driven_varus;
   for (const auto& [coordinate, column] :
-       measured::names_by_coordinate("vrda export", "--coordinate", options.coordinates)) {
+       tables::names_by_coordinate("vrda export", "--coordinate", options.coordinates)) {
     const auto* found =
-        std::find(exports::opensim_coordinates.begin(), exports::opensim_coordinates.end(), coordinate);
+        std::find(tables::opensim_coordinates.begin(), tables::opensim_coordinates.end(), coordinate);
     const bool has_sign = column[0] == '-' || column[0] == '+';
     const std::string name = has_sign ? column.substr(1) : column;
-    if (found == exports::opensim_coordinates.end() || !is_column_name(name)) {
+    if (found == tables::opensim_coordinates.end() || !is_column_name(name)) {
       refuse("--coordinate", coordinate + "=" + column,
              "COORDINATE=NAME, one of flexion, varus, internal, tx, ty, tz; -NAME negates it");
     }
     if (options.format == "osim" && coordinate != "flexion" && !(has_two && coordinate == "varus"))
       refuse("--coordinate", coordinate + " with --to osim", "flexion, and varus with --varus driven");
-    const auto k = static_cast<std::size_t>(found - exports::opensim_coordinates.begin());
+    const auto k = static_cast<std::size_t>(found - tables::opensim_coordinates.begin());
     opensim.columns[k] = name;
     if (column[0] == '-') opensim.sign[k] = -1.0;
   }
@@ -171,8 +171,8 @@ std::string piece_name(const fs::path& output, const char* kind, std::size_t fra
 /// Empty when interrupted.
 std::optional<Publication> begin_export(const std::string& output)
 {
-  job_run::make_parent_folder(output);
-  return job_run::begin_result(output, "vrda export");
+  run::make_parent_folder(output);
+  return run::begin_result(output, "vrda export");
 }
 
 std::vector<std::string> write_single(const std::string& output, const std::string& bytes)
@@ -183,82 +183,82 @@ std::vector<std::string> write_single(const std::string& output, const std::stri
   return {output};
 }
 
-std::vector<std::string> write_series(const store::MotionModel& model, const exports::FlexionMotion& motion,
+std::vector<std::string> write_series(const store::MotionModel& model, const tables::FlexionMotion& motion,
                                       const fs::path& output)
 {
   std::optional<Publication> result = begin_export(output.string());
   if (!result) return {};
   std::vector<std::string> files;
-  std::vector<exports::SeriesEntry> entries;
-  const auto write = [&](const exports::FlexionFrame& frame, int part, const std::string& name,
+  std::vector<tables::SeriesEntry> entries;
+  const auto write = [&](const tables::FlexionFrame& frame, int part, const std::string& name,
                          const std::string& bytes) {
     const std::string path = (output.parent_path() / name).string();
     result->add(path, bytes);
     files.push_back(path);
-    entries.push_back({exports::abscissa(motion, frame), part, name});
+    entries.push_back({tables::abscissa(motion, frame), part, name});
   };
-  job_run::make_folder((output.parent_path() / output.stem()).string());
+  run::make_folder((output.parent_path() / output.stem()).string());
   for (std::size_t k = 0; k < motion.frames.size(); ++k) {
-    const exports::FlexionFrame& frame = motion.frames[k];
-    write(frame, 0, piece_name(output, "", k), exports::posed_vtp(model, frame));
-    const std::string contacts = motion.set == "raw" ? exports::contacts_vtp(model, frame) : "";
+    const tables::FlexionFrame& frame = motion.frames[k];
+    write(frame, 0, piece_name(output, "", k), tables::posed_vtp(model, frame));
+    const std::string contacts = motion.set == "raw" ? tables::contacts_vtp(model, frame) : "";
     if (!contacts.empty()) write(frame, 1, piece_name(output, "_contacts", k), contacts);
   }
-  result->publish(exports::series_pvd(motion, entries));
+  result->publish(tables::series_pvd(motion, entries));
   files.insert(files.begin(), output.string());
   return files;
 }
 
 std::vector<std::string> write_osim(const ExportOptions& options, const store::MotionModel& model,
-                                    const exports::FlexionMotion& motion)
+                                    const tables::FlexionMotion& motion)
 {
   const fs::path output = options.output, folder = output.parent_path() / "Geometry";
-  const exports::OpenSimOptions opensim = opensim_options(options, model.joint, motion.side);
-  exports::OsimOptions osim{options.file, opensim.columns[0], output.stem().string()};
+  const tables::OpenSimOptions opensim = opensim_options(options, model.joint, motion.side);
+  tables::OsimOptions osim{options.file, opensim.columns[0], output.stem().string()};
   osim.flexion_sign = opensim.sign[0];
   if (options.varus == driven_varus) {
-    osim.surfaces = exports::osim_surfaces(model, options.file, motion.set);
+    osim.surfaces = tables::osim_surfaces(model, options.file, motion.set);
     osim.varus_coordinate = opensim.columns[1];
     osim.varus_sign = opensim.sign[1];
   }
-  if (options.only_joint) return write_single(options.output, exports::osim_joint(model, motion, osim));
-  const exports::OsimModel exported = exports::osim_model(model, motion, osim);
+  if (options.only_joint) return write_single(options.output, tables::osim_joint(model, motion, osim));
+  const tables::OsimModel exported = tables::osim_model(model, motion, osim);
   std::optional<Publication> result = begin_export(options.output);
   if (!result) return {};
-  job_run::make_folder(folder.string());
+  run::make_folder(folder.string());
   std::vector<std::string> files{options.output};
-  for (const exports::OsimMesh& mesh : exported.meshes) {
+  for (const tables::OsimMesh& mesh : exported.meshes) {
     files.push_back((folder / mesh.file).string());
-    result->add(files.back(), convert::stl_bytes(mesh.mesh_m, "vrda export, metres"));
+    result->add(files.back(), job::stl_bytes(mesh.mesh_m, "vrda export, metres"));
   }
   result->publish(exported.xml);
   return files;
 }
 
 std::string file_of(const ExportOptions& options, const store::MotionModel& model,
-                    const exports::FlexionMotion& motion)
+                    const tables::FlexionMotion& motion)
 {
-  if (options.format == "csv") return exports::flexion_csv(motion);
-  if (options.format == "gltf") return exports::animated_glb(model, motion, options.degrees_per_second);
-  return exports::opensim_table(motion, opensim_options(options, model.joint, motion.side));
+  if (options.format == "csv") return tables::flexion_csv(motion);
+  if (options.format == "gltf") return tables::animated_glb(model, motion, options.degrees_per_second);
+  return tables::opensim_table(motion, opensim_options(options, model.joint, motion.side));
 }
 
-void warn_of_left_out(const exports::FlexionMotion& motion)
+void warn_of_left_out(const tables::FlexionMotion& motion)
 {
   if (motion.omitted.empty()) return;
   std::string list;
   constexpr std::size_t most_shown = 10;
   for (std::size_t k = 0; k < std::min(most_shown, motion.omitted.size()); ++k) {
-    const exports::OmittedFlexion& out = motion.omitted[k];
+    const tables::OmittedFlexion& out = motion.omitted[k];
     list += (k > 0 ? ", " : "") + shortest_decimal(motion.key_name.empty() ? out.flexion_deg : out.key) +
             " (" + out.reason + ")";
   }
   if (motion.omitted.size() > most_shown) list += ", ...";
-  console::log_warning(std::to_string(motion.omitted.size()) +
+  core::log_warning(std::to_string(motion.omitted.size()) +
                        (motion.key_name.empty() ? " flexions" : " frames") + " omitted: " + list);
 }
 
-nlohmann::ordered_json report_of(const ExportOptions& options, const exports::FlexionMotion* motion,
+nlohmann::ordered_json report_of(const ExportOptions& options, const tables::FlexionMotion* motion,
                                  const std::vector<std::string>& files)
 {
   nlohmann::ordered_json json{{"to", options.format}, {"files", files}};
@@ -267,7 +267,7 @@ nlohmann::ordered_json report_of(const ExportOptions& options, const exports::Fl
   if (!motion->reason.empty()) json["reason"] = motion->reason;
   json["attitudes"] = motion->frames.size();
   json["left_out"] = nlohmann::ordered_json::array();
-  for (const exports::OmittedFlexion& out : motion->omitted) {
+  for (const tables::OmittedFlexion& out : motion->omitted) {
     nlohmann::ordered_json& entry = json["left_out"].emplace_back();
     if (!motion->key_name.empty()) entry[motion->key_name] = out.key;
     entry.update({{"flexion_deg", out.flexion_deg}, {"why", out.reason}});
@@ -287,12 +287,12 @@ nlohmann::ordered_json write_export(const ExportOptions& options)
     if (!(model.status == status_stable).any()) {
       throw InputError({options.file, "status", "no stable cell", "at least one to export"});
     }
-    return report_of(options, nullptr, write_single(options.output, exports::cells_csv(model)));
+    return report_of(options, nullptr, write_single(options.output, tables::cells_csv(model)));
   }
-  const exports::FlexionMotion motion = exports::flexion_motion(model, options.file, plan_of(options, model));
+  const tables::FlexionMotion motion = tables::flexion_motion(model, options.file, plan_of(options, model));
   std::vector<std::string> files;
   if (options.format == "vtk" || options.format == "osim")
-    job_run::require_plain_text("--output", output.filename().string());
+    run::require_plain_text("--output", output.filename().string());
   if (options.format == "vtk") {
     files = write_series(model, motion, output);
   } else if (options.format == "osim") {
@@ -301,24 +301,24 @@ nlohmann::ordered_json write_export(const ExportOptions& options)
     files = write_single(options.output, file_of(options, model, motion));
   }
   warn_of_left_out(motion);
-  const store::DefaultMotion shown = motion::default_motion(model);
+  const store::DefaultMotion shown = store::default_motion(model);
   if (options.set.empty() && !shown.reason.empty())
-    console::log_warning(options.file + ": " + motion.set + " is exported; " + shown.reason);
+    core::log_warning(options.file + ": " + motion.set + " is exported; " + shown.reason);
   const std::string lock = gimbal_lock_text(motion.n_locked);
-  if (!lock.empty()) console::log_warning(lock);
-  console::log_info(motion.set + ": " + std::to_string(motion.frames.size()) + " attitudes");
+  if (!lock.empty()) core::log_warning(lock);
+  core::log_info(motion.set + ": " + std::to_string(motion.frames.size()) + " attitudes");
   return report_of(options, &motion, files);
 }
 
-console::ExitCode export_command(const ExportOptions& options)
+core::ExitCode export_command(const ExportOptions& options)
 {
   const nlohmann::ordered_json report = write_export(options);
   if (options.as_json) {
-    std::printf("%s\n", documents::json_text(report, 2).c_str());
+    std::printf("%s\n", core::json_text(report, 2).c_str());
   } else {
     for (const auto& file : report["files"]) std::printf("%s\n", file.get<std::string>().c_str());
   }
-  return report["files"].empty() ? console::ExitCode::interrupted : console::ExitCode::done;
+  return report["files"].empty() ? core::ExitCode::interrupted : core::ExitCode::done;
 }
 
 }  // namespace vrda::app

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "console/console.hpp"
+#include "core/console.hpp"
 #include "report/report.hpp"
 
 namespace CLI {
@@ -26,7 +26,7 @@ struct CheckOptions {
 nlohmann::ordered_json check_json(const CheckOptions& options);
 
 /// Prints check_json().
-console::ExitCode check_command(const CheckOptions& options);
+core::ExitCode check_command(const CheckOptions& options);
 
 /// `vrda prepare`: a job from the meshes of two bones.
 struct PrepareOptions {
@@ -52,7 +52,7 @@ void add_prepare_options(CLI::App& command, PrepareOptions& options);
 
 /// Writes meshes in anatomical frames, job, ligaments, prepare.json and prepare.png, all at the end. Throws
 /// InputError for objects that are not the bones of one knee: then refused.png is the only file written.
-console::ExitCode prepare_command(const PrepareOptions& options);
+core::ExitCode prepare_command(const PrepareOptions& options);
 
 /// `vrda shape`: writes a generated joint as STL files and its ligaments as a CSV table.
 struct ShapeOptions {
@@ -62,7 +62,7 @@ struct ShapeOptions {
   bool has_ligaments = false;           ///< write ligaments.csv too
 };
 
-console::ExitCode shape_command(const ShapeOptions& options);
+core::ExitCode shape_command(const ShapeOptions& options);
 
 /// Lists every shape with its parameters, for `--help`.
 std::string shape_help();
@@ -85,12 +85,12 @@ struct ConvertConfigOptions {
 };
 
 /// Writes NAME.obj (Vertices-Faces) and NAME.normals per component; prints the table of thesis 5.2.
-console::ExitCode convert_object_command(const ConvertObjectOptions& options);
+core::ExitCode convert_object_command(const ConvertObjectOptions& options);
 
-console::ExitCode convert_mesh_command(const ConvertMeshOptions& options);
+core::ExitCode convert_mesh_command(const ConvertMeshOptions& options);
 
 /// Searches for models in the folder `models` next to the configuration, then next to its folder.
-console::ExitCode convert_config_command(const ConvertConfigOptions& options);
+core::ExitCode convert_config_command(const ConvertConfigOptions& options);
 
 /// `vrda export`: writes a motion model in formats of other programs (schemas/exports.md).
 struct ExportOptions {
@@ -115,7 +115,7 @@ struct ExportOptions {
 nlohmann::ordered_json write_export(const ExportOptions& options);
 
 /// Prints the files of write_export().
-console::ExitCode export_command(const ExportOptions& options);
+core::ExitCode export_command(const ExportOptions& options);
 
 /// Adds the options to a command.
 void add_export_options(CLI::App& command, ExportOptions& options);
@@ -132,7 +132,7 @@ struct ReportOptions {
 
 /// Writes <folder>/index.html and prints its path. Writes nothing if a file is unreadable or has no solved
 /// attitude.
-console::ExitCode report_command(const ReportOptions& options);
+core::ExitCode report_command(const ReportOptions& options);
 
 /// Returns `player`, which must exist (InputError), or if empty the vrda-player next to the running program;
 /// an empty text if none exists.

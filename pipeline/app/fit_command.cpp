@@ -8,32 +8,32 @@
 
 #include "app/score_command.hpp"
 #include "core/error.hpp"
-#include "core/side.hpp"
+#include "model/side.hpp"
 #include "core/text.hpp"
-#include "documents/json_file.hpp"
-#include "fit/offset_fit.hpp"
-#include "job_run/run_output.hpp"
-#include "job_run/summary.hpp"
-#include "load/job.hpp"
-#include "measured/motion_poses.hpp"
-#include "motion_import/imported_model.hpp"
+#include "core/json_file.hpp"
+#include "analysis/offset_fit.hpp"
+#include "run/run_output.hpp"
+#include "run/summary.hpp"
+#include "job/job.hpp"
+#include "tables/motion_poses.hpp"
+#include "tables/imported_model.hpp"
 
 namespace vrda::app {
 namespace {
 
 using FitJson = nlohmann::ordered_json;
-using fit::FitStatus;
-using fit::OffsetFit;
-using fit::OffsetFitInput;
+using analysis::FitStatus;
+using analysis::OffsetFit;
+using analysis::OffsetFitInput;
 
 // Both sides of a normal distribution: 95 %.
 constexpr double interval_95 = 1.96;
 
 // Keys with "fit", and the components in `input`.
-std::vector<std::string> fitted_keys(const load::Job& job, OffsetFitInput& input)
+std::vector<std::string> fitted_keys(const job::Job& job, OffsetFitInput& input)
 {
   std::vector<std::string> keys;
-  const auto add = [&keys](const load::BodyJob& body, std::vector<std::int32_t>& rows) {
+  const auto add = [&keys](const job::BodyJob& body, std::vector<std::int32_t>& rows) {
     for (std::size_t k = 0; k < body.components.size(); ++k) {
       if (!body.components[k].is_offset_fitted) continue;
       keys.push_back(body.components[k].key + ".offset_mm");
@@ -56,18 +56,18 @@ std::vector<std::string> with_offset_of(const FitCommandOptions& o, const std::v
   return overrides;
 }
 
-std::vector<Pose> poses_at(const FitCommandOptions& o, const load::Job& job, const load::Case& job_case)
+std::vector<Pose> poses_at(const FitCommandOptions& o, const job::Job& job, const job::Case& job_case)
 {
   std::vector<Pose> poses;
   if (!o.motion.ends_with(".h5")) {
-    measured::MotionConvention of_table;
-    of_table.joint = motion_import::import_frame(job, job_case).joint;
-    of_table.stated.angles = measured::angle_unit_named(o.angles);
-    const measured::MotionSequence motion = measured::read_motion(o.motion, of_table);
-    for (const std::string& line : motion.warnings) console::log_warning(line);
+    tables::MotionConvention of_table;
+    of_table.joint = tables::import_frame(job, job_case).joint;
+    of_table.stated.angles = tables::angle_unit_named(o.angles);
+    const tables::MotionSequence motion = tables::read_motion(o.motion, of_table);
+    for (const std::string& line : motion.warnings) core::log_warning(line);
     poses = motion.X_reference_moving;
   } else {
-    const store::MotionModel model = job_run::read_solved_model(o.motion);
+    const store::MotionModel model = run::read_solved_model(o.motion);
     if (side_named(model.side) != job.side)
       throw InputError({o.motion, "side", model.side, "the side of " + o.job_file});
     for (std::size_t k = 0; 16 * k < model.X_reference_moving.size(); ++k) {
@@ -95,7 +95,7 @@ void print(const Report& r, const FitCommandOptions& o)
   const OffsetFit& found = r.fit;
   if (o.as_json) {
     const FitJson json = {{"keys", r.keys},
-                          {"status", fit::name_of(found.status)},
+                          {"status", analysis::name_of(found.status)},
                           {"offset_mm", number_json(found.offset_mm)},
                           {"standard_error_mm", number_json(found.standard_error_mm)},
                           {"gap_rms_mm", number_json(found.gap_rms_mm)},
@@ -104,7 +104,7 @@ void print(const Report& r, const FitCommandOptions& o)
                           {"travel_per_mm", number_json(found.travel_per_mm)},
                           {"training_frames", r.n_training},
                           {"frames_with_gap", found.n_frames}};
-    std::printf("%s\n", documents::json_text(json, 2).c_str());
+    std::printf("%s\n", core::json_text(json, 2).c_str());
     return;
   }
   for (const std::string& key : r.keys) std::printf("%s\n", key.c_str());
@@ -114,7 +114,7 @@ void print(const Report& r, const FitCommandOptions& o)
     return;
   }
   std::printf("%s: %.4f mm, 95 %% within %.4f mm (remaining gaps of %d frames taken as independent)\n",
-              fit::name_of(found.status), found.offset_mm, interval_95 * found.standard_error_mm,
+              analysis::name_of(found.status), found.offset_mm, interval_95 * found.standard_error_mm,
               found.n_frames);
   std::printf("gaps along Delta, root mean square: %.4f mm; without offset %.4f mm\n", found.gap_rms_mm,
               found.bare_gap_rms_mm);
@@ -144,41 +144,41 @@ void require_absent(const Publication& result, const FitCommandOptions& o,
         files, {"", "--output", "a file that is not a result of this job", "another --output, or --replace"});
 }
 
-console::ExitCode fit_command(const FitCommandOptions& o)
+core::ExitCode fit_command(const FitCommandOptions& o)
 {
   if (!o.to_files.empty()) return identify_command(o);
   if (o.motion.empty()) throw InputError({"vrda fit", "--to", "nothing", "--to TABLE, or --motion POSES"});
   std::optional<Publication> result =
-      o.output.empty() ? std::nullopt : job_run::begin_result(o.output, "vrda fit");
-  if (!result && !o.output.empty()) return console::ExitCode::interrupted;
+      o.output.empty() ? std::nullopt : run::begin_result(o.output, "vrda fit");
+  if (!result && !o.output.empty()) return core::ExitCode::interrupted;
   if (result) require_absent(*result, o, {o.output});
   Report report;
   OffsetFitInput input;
-  report.keys = fitted_keys(load::read_job(o.job_file, o.overrides), input);
-  const load::Job bare_job = load::read_job(o.job_file, with_offset_of(o, report.keys, 0.0));
-  load::Case job_case = load::load_case(bare_job, o.data_directory);
-  if (!job_case.is_push_fixed_in_reference) job_case = load::with_one_delta(std::move(job_case), o.job_file);
-  const load::Case subject = load::scaled_to_subject(job_case);
+  report.keys = fitted_keys(job::read_job(o.job_file, o.overrides), input);
+  const job::Job bare_job = job::read_job(o.job_file, with_offset_of(o, report.keys, 0.0));
+  job::Case job_case = job::load_case(bare_job, o.data_directory);
+  if (!job_case.is_push_fixed_in_reference) job_case = job::with_one_delta(std::move(job_case), o.job_file);
+  const job::Case subject = job::scaled_to_subject(job_case);
   if (job_case.scaling)
     throw InputError({o.job_file, "scaling", "a scaled job with offset_mm = \"fit\"",
                       "the subject's own meshes: offset_mm is a length before scaling"});
   const std::vector<Pose> poses = poses_at(o, bare_job, job_case);
-  const score::RowRange training = rows_of({"vrda fit", "--rows"}, o.rows, poses.size());
+  const analysis::RowRange training = rows_of({"vrda fit", "--rows"}, o.rows, poses.size());
   OffsetFitInput others = input;
   for (std::size_t k = 0; k < poses.size(); ++k)
     (training.contains(k) ? input : others).X_reference_moving.push_back(poses[k]);
   report.n_frames = poses.size();
   report.n_training = input.X_reference_moving.size();
-  report.fit = fit::fit_offset(subject, input);
+  report.fit = analysis::fit_offset(subject, input);
   if (report.fit.status != FitStatus::undetermined)
-    report.other_gap_rms_mm = rms_over(fit::gaps_at_offset(subject, others, report.fit.offset_mm));
+    report.other_gap_rms_mm = rms_over(analysis::gaps_at_offset(subject, others, report.fit.offset_mm));
   print(report, o);
-  if (report.fit.status != FitStatus::converged) return console::ExitCode::incomplete;
-  if (!result) return console::ExitCode::done;
-  const load::Job found = load::read_job(o.job_file, with_offset_of(o, report.keys, report.fit.offset_mm));
-  result->publish(job_case.found_frames ? load::with_found_frames(found, *job_case.found_frames).resolved_text
+  if (report.fit.status != FitStatus::converged) return core::ExitCode::incomplete;
+  if (!result) return core::ExitCode::done;
+  const job::Job found = job::read_job(o.job_file, with_offset_of(o, report.keys, report.fit.offset_mm));
+  result->publish(job_case.found_frames ? job::with_found_frames(found, *job_case.found_frames).resolved_text
                                         : found.resolved_text);
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 }  // namespace vrda::app

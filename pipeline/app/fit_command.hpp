@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "console/console.hpp"
+#include "core/console.hpp"
 #include "core/publication.hpp"
 
 namespace CLI {
@@ -39,10 +39,10 @@ void require_absent(const Publication& result, const FitCommandOptions& options,
 
 /// With `to_files` identify(); else prints the offset with its standard error and the gaps of training and
 /// other frames. Exit code 3 if it is not determined.
-console::ExitCode fit_command(const FitCommandOptions& options);
+core::ExitCode fit_command(const FitCommandOptions& options);
 
 /// Fits the unknowns of [fit] and prints them with what the measurements decide, and the misfits. Continues
 /// from the journal next to `output`. Exit code 3 unless the fit converged.
-console::ExitCode identify_command(const FitCommandOptions& options);
+core::ExitCode identify_command(const FitCommandOptions& options);
 
 }  // namespace vrda::app

@@ -10,19 +10,19 @@
 #include "app/fit_command.hpp"
 #include "app/score_command.hpp"
 #include "core/error.hpp"
-#include "core/joint_kind.hpp"
+#include "model/joint_kind.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "fit/fit_files.hpp"
-#include "fit/fit_journal.hpp"
-#include "job_run/job_checks.hpp"
-#include "job_run/run_output.hpp"
-#include "job_run/summary.hpp"
-#include "load/command_jobs.hpp"
-#include "load/csv_table.hpp"
-#include "load/input_file.hpp"
-#include "measured/motion_poses.hpp"
-#include "model_build/case_solver.hpp"
+#include "analysis/fit_files.hpp"
+#include "analysis/fit_journal.hpp"
+#include "run/job_checks.hpp"
+#include "run/run_output.hpp"
+#include "run/summary.hpp"
+#include "job/command_jobs.hpp"
+#include "job/csv_table.hpp"
+#include "job/input_file.hpp"
+#include "tables/motion_poses.hpp"
+#include "solve/case_solver.hpp"
 
 namespace vrda::app {
 namespace {
@@ -32,41 +32,41 @@ constexpr double normal_95 = 1.96;  // both sides of a normal distribution
 
 /// The measurements and the cases over their flexions; `data` refers to the cases.
 struct Measurements {
-  std::vector<score::Sequence> trials;
-  std::vector<laxity::PublishedValue> laxities;
-  std::vector<load::LoadedInput> inputs;
+  std::vector<analysis::Sequence> trials;
+  std::vector<analysis::PublishedValue> laxities;
+  std::vector<job::LoadedInput> inputs;
 };
 
 bool is_laxity_table(const std::string& file, const std::string& text)
 {
-  const load::CsvTable table(file, text, {"row", "rows", "rows"});
-  const std::vector<std::string_view> columns = load::split_fields(table.header().text);
+  const job::CsvTable table(file, text, {"row", "rows", "rows"});
+  const std::vector<std::string_view> columns = job::split_fields(table.header().text);
   return std::find(columns.begin(), columns.end(), "test") != columns.end();
 }
 
-Measurements measurements_of(const FitCommandOptions& o, const score::Convention& convention,
+Measurements measurements_of(const FitCommandOptions& o, const analysis::Convention& convention,
                              const std::string& joint)
 {
   Measurements all;
   for (const std::string& file : o.to_files) {
-    const std::string text = load::file_bytes(file, {file, "", "", "a CSV file of a motion or of laxities"},
+    const std::string text = job::file_bytes(file, {file, "", "", "a CSV file of a motion or of laxities"},
                                               largest_measurement_bytes);
-    all.inputs.push_back({file, load::sha256_of(text)});
+    all.inputs.push_back({file, job::sha256_of(text)});
     if (file.ends_with(".csv") && is_laxity_table(file, text)) {
-      const std::vector<laxity::PublishedValue> rows = laxity::published_values(file, text);
+      const std::vector<analysis::PublishedValue> rows = analysis::published_values(file, text);
       all.laxities.insert(all.laxities.end(), rows.begin(), rows.end());
       continue;
     }
-    measured::MotionConvention of_table;
+    tables::MotionConvention of_table;
     of_table.joint.side = convention.side;
     of_table.joint.rotation_centre_mm = convention.rotation_centre_mm;
     of_table.joint.has_large_flexion = joint_kind(joint).has_large_flexion;
-    of_table.stated.angles = measured::angle_unit_named(o.angles);
-    const measured::MotionSequence motion = measured::read_motion(file, of_table);
-    for (const std::string& line : motion.warnings) console::log_warning(line);
-    score::Sequence trial =
-        score::sequence_of(file, motion.key_name, motion.key, motion.X_reference_moving, convention);
-    const score::RowRange rows = rows_of({"vrda fit", "--rows"}, o.rows, trial.rows.size());
+    of_table.stated.angles = tables::angle_unit_named(o.angles);
+    const tables::MotionSequence motion = tables::read_motion(file, of_table);
+    for (const std::string& line : motion.warnings) core::log_warning(line);
+    analysis::Sequence trial =
+        analysis::sequence_of(file, motion.key_name, motion.key, motion.X_reference_moving, convention);
+    const analysis::RowRange rows = rows_of({"vrda fit", "--rows"}, o.rows, trial.rows.size());
     for (std::size_t k = 0; k < trial.rows.size(); ++k) {
       if (!rows.contains(k)) trial.rows[k].missing = "not among --rows";
     }
@@ -75,12 +75,12 @@ Measurements measurements_of(const FitCommandOptions& o, const score::Convention
   return all;
 }
 
-void require_common_flexion(const FitCommandOptions& o, const std::vector<laxity::PublishedValue>& rows,
+void require_common_flexion(const FitCommandOptions& o, const std::vector<analysis::PublishedValue>& rows,
                             const std::vector<double>& flexion_deg)
 {
   const double least = *std::min_element(flexion_deg.begin(), flexion_deg.end());
   const double largest = *std::max_element(flexion_deg.begin(), flexion_deg.end());
-  if (std::any_of(rows.begin(), rows.end(), [&](const laxity::PublishedValue& row) {
+  if (std::any_of(rows.begin(), rows.end(), [&](const analysis::PublishedValue& row) {
         return row.flexion_deg >= least && row.flexion_deg <= largest;
       }))
     return;
@@ -89,14 +89,14 @@ void require_common_flexion(const FitCommandOptions& o, const std::vector<laxity
 }
 
 // Whole degrees that cover the trials.
-std::vector<double> flexions_of(const std::vector<score::Sequence>& trials)
+std::vector<double> flexions_of(const std::vector<analysis::Sequence>& trials)
 {
   double low_deg = 180.0, high_deg = -180.0;
-  for (const score::Sequence& trial : trials) {
-    for (const score::Row& row : trial.rows) {
+  for (const analysis::Sequence& trial : trials) {
+    for (const analysis::Row& row : trial.rows) {
       if (!row.missing.empty()) continue;
-      low_deg = std::min(low_deg, std::floor(deg_from_rad(row.value[score::at_flexion])));
-      high_deg = std::max(high_deg, std::ceil(deg_from_rad(row.value[score::at_flexion])));
+      low_deg = std::min(low_deg, std::floor(deg_from_rad(row.value[analysis::at_flexion])));
+      high_deg = std::max(high_deg, std::ceil(deg_from_rad(row.value[analysis::at_flexion])));
     }
   }
   std::vector<double> flexions_deg;
@@ -104,7 +104,7 @@ std::vector<double> flexions_of(const std::vector<score::Sequence>& trials)
   return flexions_deg;
 }
 
-void require_question(const FitCommandOptions& o, const load::Job& job)
+void require_question(const FitCommandOptions& o, const job::Job& job)
 {
   if (!job.fit)
     throw InputError({o.job_file, "fit", "nothing", "[[fit.parameter]] for --to (schemas/fit.md)"});
@@ -122,16 +122,16 @@ std::string fixed(double value, int digits = 2)
 
 std::string as_shown(double value, std::size_t coordinate)
 {
-  return fixed(coordinate < score::n_angles ? deg_from_rad(value) : value);
+  return fixed(coordinate < analysis::n_angles ? deg_from_rad(value) : value);
 }
 
-void print_unknowns(const fit::FitDocument& document)
+void print_unknowns(const analysis::FitDocument& document)
 {
   std::printf("%-36s %12s %12s %10s %9s  %s\n", "", "change", "95 % within", "prior sd", "explained", "");
   for (std::size_t k = 0; k < document.unknowns.size(); ++k) {
-    const fit::Unknown& unknown = document.unknowns[k];
-    const fit::FittedUnknown& found = document.found.unknowns[k];
-    std::string remark = fit::name_of(found.identifiability);
+    const analysis::Unknown& unknown = document.unknowns[k];
+    const analysis::FittedUnknown& found = document.found.unknowns[k];
+    std::string remark = analysis::name_of(found.identifiability);
     if (std::abs(found.correlation) > 0.9)
       remark += ", with " + document.unknowns[found.partner].name + ' ' + fixed(found.correlation);
     std::printf("%-36s %12.4g %12.4g %10.4g %8.0f %%  %s\n", (unknown.name + ' ' + unknown.unit()).c_str(),
@@ -139,34 +139,34 @@ void print_unknowns(const fit::FitDocument& document)
   }
 }
 
-void print_misfits(const fit::Identification& found)
+void print_misfits(const analysis::Identification& found)
 {
   std::printf("root mean square difference (degrees, mm): before, after, after a fit without it\n");
-  for (const fit::TrialMisfit& trial : found.trials) {
+  for (const analysis::TrialMisfit& trial : found.trials) {
     std::printf("%s, %zu rows\n", trial.name.c_str(), trial.n_rows);
-    for (std::size_t c = 1; c < score::n_scored; ++c)
-      std::printf("  %-10s %8s %8s %8s\n", score::coordinate_names[c].name,
+    for (std::size_t c = 1; c < analysis::n_scored; ++c)
+      std::printf("  %-10s %8s %8s %8s\n", analysis::coordinate_names[c].name,
                   as_shown(trial.before[c], c).c_str(), as_shown(trial.after[c], c).c_str(),
                   as_shown(trial.without[c], c).c_str());
   }
-  for (const fit::LaxityMisfit& row : found.laxities)
+  for (const analysis::LaxityMisfit& row : found.laxities)
     std::printf("%-18s %6.4g degrees: measured %s, before %s, after %s\n", row.measured.test.c_str(),
                 row.measured.flexion_deg, fixed(row.measured.value).c_str(), fixed(row.before).c_str(),
                 fixed(row.after).c_str());
 }
 
-void print_found(const fit::FitDocument& document)
+void print_found(const analysis::FitDocument& document)
 {
-  const fit::Identification& found = document.found;
+  const analysis::Identification& found = document.found;
   print_unknowns(document);
   std::string undecided;
   for (std::size_t k = 0; k < document.unknowns.size(); ++k) {
-    if (found.unknowns[k].identifiability == fit::Identifiability::undecided)
+    if (found.unknowns[k].identifiability == analysis::Identifiability::undecided)
       undecided += (undecided.empty() ? "" : ", ") + document.unknowns[k].name;
   }
   std::printf(
       "%s after %d steps; %zu of %zu independent combinations identified; residuals %.2f times the noise\n",
-      fit::name_of(found.status), found.n_iterations, found.n_directions, document.unknowns.size(),
+      analysis::name_of(found.status), found.n_iterations, found.n_directions, document.unknowns.size(),
       found.noise_scale);
   std::printf("not identifiable from the measurements: %s\n", undecided.empty() ? "none" : undecided.c_str());
   print_misfits(found);
@@ -186,19 +186,19 @@ std::string journal_of(const FitCommandOptions& o)
 
 // The job itself, or the bytes of one of its files.
 bool is_input(const std::string& file, const FitCommandOptions& o,
-              const std::vector<load::LoadedInput>& inputs)
+              const std::vector<job::LoadedInput>& inputs)
 {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return false;
   if (std::filesystem::equivalent(file, o.job_file, error)) return true;
   const std::string sha256 =
-      load::sha256_of(load::file_bytes(file, {file, "", "", "a readable file"}, largest_measurement_bytes));
+      job::sha256_of(job::file_bytes(file, {file, "", "", "a readable file"}, largest_measurement_bytes));
   return std::any_of(inputs.begin(), inputs.end(),
-                     [&](const load::LoadedInput& input) { return input.sha256 == sha256; });
+                     [&](const job::LoadedInput& input) { return input.sha256 == sha256; });
 }
 
-bool is_same_fit(const nlohmann::json& earlier, const load::Job& job,
-                 const std::vector<load::LoadedInput>& inputs)
+bool is_same_fit(const nlohmann::json& earlier, const job::Job& job,
+                 const std::vector<job::LoadedInput>& inputs)
 {
   using Json = nlohmann::json;
   if (!earlier.is_object() || earlier.value("job", Json()) != job.resolved_text) return false;
@@ -210,8 +210,8 @@ bool is_same_fit(const nlohmann::json& earlier, const load::Job& job,
 }
 
 // A result of the same job and measurements may be replaced, unless the job reads it.
-void require_replaceable_output(const Publication& result, const FitCommandOptions& o, const load::Job& job,
-                                const std::vector<load::LoadedInput>& inputs)
+void require_replaceable_output(const Publication& result, const FitCommandOptions& o, const job::Job& job,
+                                const std::vector<job::LoadedInput>& inputs)
 {
   const std::string stem = stem_of(o.output), facts = stem + ".fit.json";
   const std::vector<std::string> files{o.output, facts, stem + ".ligaments.csv"};
@@ -220,117 +220,117 @@ void require_replaceable_output(const Publication& result, const FitCommandOptio
       std::any_of(files.begin(), files.end(), [&](const auto& file) { return is_input(file, o, inputs); });
   if (!is_read && std::filesystem::exists(facts, error)) {
     const std::string text =
-        load::file_bytes(facts, {facts, "", "", "the facts of an earlier fit"}, largest_measurement_bytes);
+        job::file_bytes(facts, {facts, "", "", "the facts of an earlier fit"}, largest_measurement_bytes);
     if (is_same_fit(nlohmann::json::parse(text, nullptr, false), job, inputs)) return;
   }
   require_absent(result, o, files);
 }
 
-void write_fitted(Publication& result, const FitCommandOptions& o, const load::Job& job,
-                  const load::Case& job_case, const fit::FitDocument& document)
+void write_fitted(Publication& result, const FitCommandOptions& o, const job::Job& job,
+                  const job::Case& job_case, const analysis::FitDocument& document)
 {
   const std::string stem = stem_of(o.output);
   std::string table;
   const bool has_fibres = std::any_of(document.unknowns.begin(), document.unknowns.end(),
-                                      [](const fit::Unknown& unknown) { return !unknown.fibres.empty(); });
+                                      [](const analysis::Unknown& unknown) { return !unknown.fibres.empty(); });
   if (has_fibres) {
     const std::string path = stem + ".ligaments.csv";
     table = std::filesystem::path(path).filename().string();
-    result.add(path, fit::fitted_ligaments_csv(job, job_case, document.unknowns, document.found));
+    result.add(path, analysis::fitted_ligaments_csv(job, job_case, document.unknowns, document.found));
   }
-  result.add(stem + ".fit.json", fit::fit_json(document));
-  result.publish(fit::fitted_job_text(job, table, document.unknowns, document.found.change()));
-  job_run::remove_obsolete_files({journal_of(o)});
+  result.add(stem + ".fit.json", analysis::fit_json(document));
+  result.publish(analysis::fitted_job_text(job, table, document.unknowns, document.found.change()));
+  run::remove_obsolete_files({journal_of(o)});
 }
 
-fit::Identification identified(const FitCommandOptions& o, const fit::FitData& data, fit::IdentifyPlan& plan,
-                               const std::vector<load::LoadedInput>& inputs)
+analysis::Identification identified(const FitCommandOptions& o, const analysis::FitData& data, analysis::IdentifyPlan& plan,
+                               const std::vector<job::LoadedInput>& inputs)
 {
   std::vector<std::string> hashes{o.rows, o.translations};
-  for (const load::LoadedInput& input : inputs) hashes.push_back(input.sha256);
+  for (const job::LoadedInput& input : inputs) hashes.push_back(input.sha256);
   for (const double noise : plan.fit.noise)
     hashes.push_back(std::isfinite(noise) ? shortest_decimal(noise) : "inf");
-  std::optional<journal::FrameWriter> journal;
+  std::optional<core::FrameWriter> journal;
   if (!o.output.empty()) {
-    journal.emplace(fit::open_evaluations(journal_of(o), fit::identification_key(data, plan, hashes),
+    journal.emplace(analysis::open_evaluations(journal_of(o), analysis::identification_key(data, plan, hashes),
                                           o.is_fresh, plan.known));
-    plan.keep = [&](const fit::Evaluation& evaluation) {
-      journal->append(fit::evaluation_bytes(evaluation));
+    plan.keep = [&](const analysis::Evaluation& evaluation) {
+      journal->append(analysis::evaluation_bytes(evaluation));
     };
   }
-  console::install_signal_handlers();
-  plan.is_stopped = console::is_interrupted;
-  fit::Identification found = fit::identify(data, plan);
+  core::install_signal_handlers();
+  plan.is_stopped = core::is_interrupted;
+  analysis::Identification found = analysis::identify(data, plan);
   if (!journal) return found;
   journal->close();
-  if (found.is_stopped) console::log_info(journal_of(o) + ": repeat the command to resume");
+  if (found.is_stopped) core::log_info(journal_of(o) + ": repeat the command to resume");
   return found;
 }
 
 }  // namespace
 
-console::ExitCode identify_command(const FitCommandOptions& o)
+core::ExitCode identify_command(const FitCommandOptions& o)
 {
-  job_run::require_plain_text("--output", std::filesystem::path(o.output).filename().string());
-  const load::Job given = load::read_job(o.job_file, o.overrides);
+  run::require_plain_text("--output", std::filesystem::path(o.output).filename().string());
+  const job::Job given = job::read_job(o.job_file, o.overrides);
   require_question(o, given);
-  score::Convention convention;
+  analysis::Convention convention;
   // Frames that are found need the meshes.
-  const load::Case first_case =
-      job_run::load_checked_case(load::over_flexions(given, {0.0}), o.data_directory).job_case;
-  const load::Job job =
-      first_case.found_frames ? load::with_found_frames(given, *first_case.found_frames) : given;
+  const job::Case first_case =
+      run::load_checked_case(job::over_flexions(given, {0.0}), o.data_directory).job_case;
+  const job::Job job =
+      first_case.found_frames ? job::with_found_frames(given, *first_case.found_frames) : given;
   convention.side = job.side;
   convention.rotation_centre_mm = first_case.frame.rotation_centre_mm;
-  if (o.translations == "mesh-origin") convention.translations = score::Translations::mesh_origin;
+  if (o.translations == "mesh-origin") convention.translations = analysis::Translations::mesh_origin;
   Measurements measured = measurements_of(o, convention, job.joint);
   if (!measured.laxities.empty() && !job.laxity)
     throw InputError({o.job_file, "laxity", "nothing", "[laxity] with the loads of the measured laxities"});
-  fit::FitData data;
+  analysis::FitData data;
   data.convention = convention;
-  std::optional<load::Case> motion, laxity;
+  std::optional<job::Case> motion, laxity;
   if (!measured.trials.empty()) {
-    motion = load::load_case(load::over_flexions(job, flexions_of(measured.trials)), o.data_directory);
+    motion = job::load_case(job::over_flexions(job, flexions_of(measured.trials)), o.data_directory);
     data.motion = &*motion;
   }
   if (!measured.laxities.empty()) {
     data.loads = *job.laxity;
     data.loads.cuts.clear();
     require_common_flexion(o, measured.laxities, data.loads.flexion_deg);
-    laxity = load::load_case(load::over_flexions(job, data.loads.flexion_deg), o.data_directory);
+    laxity = job::load_case(job::over_flexions(job, data.loads.flexion_deg), o.data_directory);
     data.laxity = &*laxity;
   }
-  std::vector<load::LoadedInput> inputs = first_case.inputs;
+  std::vector<job::LoadedInput> inputs = first_case.inputs;
   inputs.insert(inputs.end(), measured.inputs.begin(), measured.inputs.end());
   std::optional<Publication> result =
-      o.output.empty() ? std::nullopt : job_run::begin_result(o.output, "vrda fit");
-  if (!result && !o.output.empty()) return console::ExitCode::interrupted;
+      o.output.empty() ? std::nullopt : run::begin_result(o.output, "vrda fit");
+  if (!result && !o.output.empty()) return core::ExitCode::interrupted;
   if (result) require_replaceable_output(*result, o, job, inputs);
   data.trials = std::move(measured.trials);
   data.laxities = std::move(measured.laxities);
-  for (const std::string& warning : first_case.warnings) console::log_warning(warning);
-  fit::IdentifyPlan plan;
+  for (const std::string& warning : first_case.warnings) core::log_warning(warning);
+  analysis::IdentifyPlan plan;
   plan.fit = *job.fit;
-  plan.unknowns = fit::unknowns_of(job, first_case);
-  plan.n_threads = job_run::thread_count_or_all(o.n_threads);
-  const bool is_shown = console::progress_style_of(o.progress) != console::ProgressStyle::none;
+  plan.unknowns = analysis::unknowns_of(job, first_case);
+  plan.n_threads = run::thread_count_or_all(o.n_threads);
+  const bool is_shown = core::progress_style_of(o.progress) != core::ProgressStyle::none;
   std::atomic<int> n_done = 0;
   plan.on_progress = [&] {
     const int n = ++n_done;
-    if (is_shown && n % 50 == 0) console::log_info(std::to_string(n) + " evaluations");
+    if (is_shown && n % 50 == 0) core::log_info(std::to_string(n) + " evaluations");
   };
-  const fit::FitDocument document{
-      "vrda " VRDA_VERSION, model_build::solver_version_of(first_case), job.title, job.resolved_text, inputs,
+  const analysis::FitDocument document{
+      "vrda " VRDA_VERSION, solve::solver_version_of(first_case), job.title, job.resolved_text, inputs,
       plan.unknowns,        identified(o, data, plan, measured.inputs)};
-  if (document.found.is_stopped) return console::ExitCode::interrupted;
+  if (document.found.is_stopped) return core::ExitCode::interrupted;
   if (result) write_fitted(*result, o, job, first_case, document);
   if (o.as_json) {
-    std::printf("%s", fit::fit_json(document).c_str());
+    std::printf("%s", analysis::fit_json(document).c_str());
   } else {
     print_found(document);
   }
-  return document.found.status == fit::FitStatus::converged ? console::ExitCode::done
-                                                            : console::ExitCode::incomplete;
+  return document.found.status == analysis::FitStatus::converged ? core::ExitCode::done
+                                                            : core::ExitCode::incomplete;
 }
 
 }  // namespace vrda::app

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "console/console.hpp"
+#include "core/console.hpp"
 
 namespace CLI {
 class App;
@@ -31,7 +31,7 @@ struct ImportOptions {
 
 /// Prints the conventions tried with the gaps that they leave, and the path of the model. Throws InputError
 /// with the options to add where conventions cannot be distinguished; nothing is then written.
-console::ExitCode import_command(const ImportOptions& options);
+core::ExitCode import_command(const ImportOptions& options);
 
 /// Adds the options to a command.
 void add_import_options(CLI::App& command, ImportOptions& options);

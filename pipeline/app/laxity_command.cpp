@@ -7,14 +7,14 @@
 
 #include "core/error.hpp"
 #include "core/open_file.hpp"
-#include "documents/json_file.hpp"
-#include "job_run/job_checks.hpp"
-#include "job_run/run_output.hpp"
-#include "job_run/summary.hpp"
-#include "laxity/laxity_files.hpp"
-#include "load/command_jobs.hpp"
-#include "load/input_file.hpp"
-#include "model_build/case_solver.hpp"
+#include "core/json_file.hpp"
+#include "run/job_checks.hpp"
+#include "run/run_output.hpp"
+#include "run/summary.hpp"
+#include "analysis/laxity_files.hpp"
+#include "job/command_jobs.hpp"
+#include "job/input_file.hpp"
+#include "solve/case_solver.hpp"
 
 namespace vrda::app {
 namespace {
@@ -27,17 +27,17 @@ void require_same_job(const std::string& file, const std::string& job)
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return;
   const std::string wanted = "laxity.json of vrda laxity";
-  const documents::JsonFile found(
-      file, load::file_bytes(file, {file, "", "no such file", wanted}, largest_laxity_bytes), wanted);
+  const core::JsonFile found(
+      file, job::file_bytes(file, {file, "", "no such file", wanted}, largest_laxity_bytes), wanted);
   if (found.text("job") == job) return;
   throw InputError({file, "job", "the result of another job", "this one's, another --output, or --replace"});
 }
 
-std::vector<laxity::PublishedValue> published_of(const std::string& file)
+std::vector<analysis::PublishedValue> published_of(const std::string& file)
 {
   if (file.empty()) return {};
-  return laxity::published_values(
-      file, load::file_bytes(file, {file, "", "", "a CSV file of laxities"}, largest_laxity_bytes));
+  return analysis::published_values(
+      file, job::file_bytes(file, {file, "", "", "a CSV file of laxities"}, largest_laxity_bytes));
 }
 
 std::string three_digits(double value)
@@ -48,13 +48,13 @@ std::string three_digits(double value)
   return text;
 }
 
-void print_curves(const laxity::LaxityResult& result)
+void print_curves(const analysis::LaxityResult& result)
 {
   std::printf("%-10s %-10s %8s %10s %10s %10s  %s\n", "state", "test", "flexion", "load", "laxity", "",
               "largest shares");
-  for (const laxity::LaxityCurve& curve : result.curves) {
-    const laxity::TestKind& kind = laxity::kind_of(curve.test);
-    std::vector<laxity::BundleResistance> rows = curve.bundles;
+  for (const analysis::LaxityCurve& curve : result.curves) {
+    const analysis::TestKind& kind = analysis::kind_of(curve.test);
+    std::vector<analysis::BundleResistance> rows = curve.bundles;
     if (curve.is_complete()) rows.push_back(curve.contact);
     std::stable_sort(rows.begin(), rows.end(),
                      [](const auto& a, const auto& b) { return a.share > b.share; });
@@ -67,16 +67,16 @@ void print_curves(const laxity::LaxityResult& result)
     std::printf(
         "%-10s %-10s %8.4g %10.6g %10s %10s  %s\n", result.states[curve.state].c_str(), kind.name,
         result.loads.flexion_deg[curve.flexion], curve.poses.back().load,
-        three_digits(laxity::in_file_unit(kind, curve.laxity())).c_str(),
+        three_digits(analysis::in_file_unit(kind, curve.laxity())).c_str(),
         curve.is_complete() ? (kind.is_force() ? "mm" : "degrees") : name_of(curve.poses.back().status),
         shares.c_str());
   }
 }
 
-void print_published(const std::vector<laxity::Compared>& compared)
+void print_published(const std::vector<analysis::Compared>& compared)
 {
-  for (const laxity::Compared& one : compared) {
-    const laxity::PublishedValue& row = one.published;
+  for (const analysis::Compared& one : compared) {
+    const analysis::PublishedValue& row = one.published;
     std::printf("%s at %.4g degrees: published %.3f, found %s%s%s\n", row.test.c_str(), row.flexion_deg,
                 row.value, three_digits(one.found).c_str(), row.source.empty() ? "" : ", ",
                 row.source.c_str());
@@ -85,50 +85,50 @@ void print_published(const std::vector<laxity::Compared>& compared)
 
 }  // namespace
 
-console::ExitCode laxity_command(const LaxityOptions& o)
+core::ExitCode laxity_command(const LaxityOptions& o)
 {
-  const load::Job job = load::read_job(o.job_file, o.overrides);
+  const job::Job job = job::read_job(o.job_file, o.overrides);
   if (!job.laxity)
     throw InputError(
         {o.job_file, "laxity", "nothing", "[laxity] with flexion_deg and a load (schemas/laxity.md)"});
-  const std::vector<laxity::PublishedValue> published = published_of(o.against);
-  const load::Case job_case = load::scaled_to_subject(
-      job_run::load_checked_case(load::over_flexions(job, job.laxity->flexion_deg), o.data_directory)
+  const std::vector<analysis::PublishedValue> published = published_of(o.against);
+  const job::Case job_case = job::scaled_to_subject(
+      run::load_checked_case(job::over_flexions(job, job.laxity->flexion_deg), o.data_directory)
           .job_case);
-  for (const std::string& warning : job_case.warnings) console::log_warning(warning);
+  for (const std::string& warning : job_case.warnings) core::log_warning(warning);
   const std::filesystem::path folder = o.folder;
   const std::string file = (folder / "laxity.json").string();
-  job_run::make_folder(folder.string());
-  std::optional<Publication> output = job_run::begin_result(file, "vrda laxity");
-  if (!output) return console::ExitCode::interrupted;
+  run::make_folder(folder.string());
+  std::optional<Publication> output = run::begin_result(file, "vrda laxity");
+  if (!output) return core::ExitCode::interrupted;
   if (!o.may_replace) require_same_job(file, job_case.resolved_job);
-  laxity::LaxityPlan plan;
+  analysis::LaxityPlan plan;
   plan.loads = *job.laxity;
-  plan.n_threads = job_run::thread_count_or_all(o.n_threads);
-  console::install_signal_handlers();
-  plan.is_stopped = console::is_interrupted;
-  console::Progress progress(console::progress_style_of(o.progress), "curves",
-                             static_cast<int>(laxity::n_curves(plan.loads)), 0);
+  plan.n_threads = run::thread_count_or_all(o.n_threads);
+  core::install_signal_handlers();
+  plan.is_stopped = core::is_interrupted;
+  core::Progress progress(core::progress_style_of(o.progress), "curves",
+                             static_cast<int>(analysis::n_curves(plan.loads)), 0);
   plan.on_progress = [&] { progress.advance(); };
-  laxity::LaxityDocument document{
-      "vrda " VRDA_VERSION, model_build::solver_version_of(job_case),  job_case.title,
+  analysis::LaxityDocument document{
+      "vrda " VRDA_VERSION, solve::solver_version_of(job_case),  job_case.title,
       job_case.joint,       job.side == Side::left ? "left" : "right", job_case.resolved_job,
-      job_case.inputs,      laxity::laxity_of(job_case, plan),         {}};
-  if (document.result.curves.empty()) return console::ExitCode::interrupted;
-  document.compared = laxity::compared(document.result, published);
-  output->add((folder / "index.html").string(), laxity::laxity_page(document));
-  output->add((folder / "laxity.csv").string(), laxity::laxity_csv(document));
-  output->add((folder / "share.csv").string(), laxity::share_csv(document));
-  output->publish(laxity::laxity_json(document));
+      job_case.inputs,      analysis::laxity_of(job_case, plan),         {}};
+  if (document.result.curves.empty()) return core::ExitCode::interrupted;
+  document.compared = analysis::compared(document.result, published);
+  output->add((folder / "index.html").string(), analysis::laxity_page(document));
+  output->add((folder / "laxity.csv").string(), analysis::laxity_csv(document));
+  output->add((folder / "share.csv").string(), analysis::share_csv(document));
+  output->publish(analysis::laxity_json(document));
   if (o.as_json) {
-    std::printf("%s", laxity::laxity_json(document).c_str());
+    std::printf("%s", analysis::laxity_json(document).c_str());
   } else {
     print_curves(document.result);
     print_published(document.compared);
   }
   const bool is_solved = std::all_of(document.result.curves.begin(), document.result.curves.end(),
-                                     [](const laxity::LaxityCurve& curve) { return curve.is_complete(); });
-  return is_solved ? console::ExitCode::done : console::ExitCode::incomplete;
+                                     [](const analysis::LaxityCurve& curve) { return curve.is_complete(); });
+  return is_solved ? core::ExitCode::done : core::ExitCode::incomplete;
 }
 
 }  // namespace vrda::app

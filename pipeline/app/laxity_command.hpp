@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "console/console.hpp"
+#include "core/console.hpp"
 
 namespace CLI {
 class App;
@@ -28,6 +28,6 @@ struct LaxityOptions {
 /// Writes laxity.json, laxity.csv, share.csv and index.html into the folder and prints the laxities. Exit
 /// code 3 if a load has no equilibrium. Throws InputError before solving if the job has no [laxity], or if
 /// the folder has the result of another job.
-console::ExitCode laxity_command(const LaxityOptions& options);
+core::ExitCode laxity_command(const LaxityOptions& options);
 
 }  // namespace vrda::app

@@ -19,18 +19,18 @@
 #include "app/rom_command.hpp"
 #include "app/score_command.hpp"
 #include "app/usage.hpp"
-#include "console/console.hpp"
+#include "core/console.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "job_run/merge_command.hpp"
-#include "job_run/run_command.hpp"
+#include "run/merge_command.hpp"
+#include "run/run_command.hpp"
 #include "store/evaluate_smoothed.hpp"
 #include "store/read_separately.hpp"
 #include "store/seal.hpp"
 
 namespace {
 
-using vrda::console::ExitCode;
+using vrda::core::ExitCode;
 
 constexpr const char* help_footer = R"(Example:
   vrda run jobs/knee-generic.toml
@@ -46,8 +46,8 @@ Exit codes:
 
 struct Commands {
   CLI::App app{"VRDA: computes a motion model of a joint from its surface meshes.", "vrda"};
-  vrda::job_run::RunOptions run;
-  vrda::job_run::MergeOptions merge;
+  vrda::run::RunOptions run;
+  vrda::run::MergeOptions merge;
   vrda::app::CheckOptions check;
   vrda::app::InfoOptions info;
   vrda::app::InfoOptions validate;
@@ -107,7 +107,7 @@ struct Commands {
     c.callback([this] {
       chosen = [this] {
         if (is_quiet) run.progress = "none";
-        return vrda::job_run::run_command(run);
+        return vrda::run::run_command(run);
       };
     });
   }
@@ -128,7 +128,7 @@ struct Commands {
         ->check(vrda::app::whole_number(1, 1024));
     c.add_flag("--keep", merge.keeps_journals, "Keep the journals");
     c.add_flag("--replace", merge.may_replace, "Replace the result of another job");
-    c.callback([this] { chosen = [this] { return vrda::job_run::merge_command(merge); }; });
+    c.callback([this] { chosen = [this] { return vrda::run::merge_command(merge); }; });
   }
 
   void add_check()
@@ -461,9 +461,9 @@ int run_program(int argc, char** argv)
     std::fprintf(stderr, "vrda: %s\n", vrda::app::usage_message(commands.app, error).c_str());
     return as_int(ExitCode::bad_input);
   }
-  if (commands.is_quiet) vrda::console::suppress_info();
+  if (commands.is_quiet) vrda::core::suppress_info();
   vrda::store::on_unconfined_read([](const std::string& why) {
-    vrda::console::log_warning("the process that reads HDF5 runs without a sandbox on this system (" + why +
+    vrda::core::log_warning("the process that reads HDF5 runs without a sandbox on this system (" + why +
                                "); its resource limits still apply");
   });
   const ExitCode code = commands.chosen();

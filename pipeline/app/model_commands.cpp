@@ -6,17 +6,17 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "audit/audit.hpp"
-#include "core/clinical.hpp"
+#include "analysis/audit.hpp"
+#include "model/clinical.hpp"
 #include "core/error.hpp"
-#include "core/joint_kind.hpp"
-#include "core/mesh.hpp"
-#include "documents/json_file.hpp"
-#include "job_run/default_motion.hpp"
-#include "job_run/summary.hpp"
-#include "motion/curve_figures.hpp"
-#include "motion/poses.hpp"
-#include "reduce/reduce.hpp"
+#include "model/joint_kind.hpp"
+#include "model/mesh.hpp"
+#include "core/json_file.hpp"
+#include "run/default_motion.hpp"
+#include "run/summary.hpp"
+#include "store/curve_figures.hpp"
+#include "store/poses.hpp"
+#include "analysis/reduce.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/solved_cells.hpp"
 
@@ -60,8 +60,8 @@ Json theta_json(const store::MotionModel& model)
 // Internal rotation along the spine: the screw-home motion of the joint.
 Json screw_home(const store::MotionModel& model)
 {
-  const motion::FlexionCurve rotation = motion::spine_rotation(model);
-  const motion::CurveFigures f = motion::curve_figures(rotation);
+  const store::FlexionCurve rotation = store::spine_rotation(model);
+  const store::CurveFigures f = store::curve_figures(rotation);
   Json curve = Json::array();
   std::size_t row = 0;
   for (Eigen::Index cell = 0; cell < model.is_spine.size(); ++cell) {
@@ -76,7 +76,7 @@ Json screw_home(const store::MotionModel& model)
           {"peak", {{"deg", f.peak_deg}, {"flexion_deg", f.peak_at_deg}}},
           {"largest_change",
            {{"deg", f.change_deg},
-            {"within_deg", motion::change_window_deg},
+            {"within_deg", store::change_window_deg},
             {"from_flexion_deg", f.change_from_deg},
             {"to_flexion_deg", f.change_to_deg}}},
           {"spine", curve}};
@@ -85,16 +85,16 @@ Json screw_home(const store::MotionModel& model)
 // Null where theta does not jump along the spine.
 Json spine_jump_json(const store::MotionModel& model)
 {
-  const motion::SpineJump jump = motion::spine_jump(model);
-  if (motion::text_of(jump).empty() || store::has_turned_axes(model)) return {};
+  const store::SpineJump jump = store::spine_jump(model);
+  if (store::text_of(jump).empty() || store::has_turned_axes(model)) return {};
   return {{"deg", jump.change_deg}, {"from_flexion_deg", jump.from_deg}, {"to_flexion_deg", jump.to_deg}};
 }
 
 // Null unless no polynomial follows the raw motion.
 Json jump_json(const store::MotionModel& model)
 {
-  const compare::RawJump jump = compare::raw_jump(model);
-  if (jump.size <= compare::largest_raw_jump) return {};
+  const analysis::RawJump jump = analysis::raw_jump(model);
+  if (jump.size <= analysis::largest_raw_jump) return {};
   return {{"perceptible_errors", jump.size},
           {"from_flexion_deg", jump.from_deg},
           {"to_flexion_deg", jump.to_deg}};
@@ -102,7 +102,7 @@ Json jump_json(const store::MotionModel& model)
 
 Json default_motion_json(const store::MotionModel& model)
 {
-  const store::DefaultMotion shown = motion::default_motion(model);
+  const store::DefaultMotion shown = store::default_motion(model);
   return {{"set", shown.set}, {"reason", shown.reason}, {"is_compared", model.default_motion.has_value()}};
 }
 
@@ -125,7 +125,7 @@ Json unsolved_json(const store::MotionModel& model)
 Json doubtful_json(const store::MotionModel& model)
 {
   Json list = Json::array();
-  for (const job_run::DoubtfulCell& cell : job_run::doubtful_cells(model)) {
+  for (const run::DoubtfulCell& cell : run::doubtful_cells(model)) {
     list.push_back({{"flexion_deg", cell.flexion_deg},
                     {"varus_deg", cell.varus_deg},
                     {"plausibility", name_of(cell.plausibility)}});
@@ -188,7 +188,7 @@ Json equilibrium_json(const store::MotionModel& model)
 // For free varus reports the range of solved angles; the grid then has a single column.
 Json grid_json(const store::MotionModel& model, const store::ClinicalSurfaces& clinical)
 {
-  const bool is_varus_free = motion::Motion(model, "raw").is_varus_free();
+  const bool is_varus_free = store::Motion(model, "raw").is_varus_free();
   // The attitudes of frames are found from their poses, like the joint's own angles.
   const bool has_own_axes = model.frames && !store::has_turned_axes(model);
   const auto axis = [](const std::vector<double>& values) {
@@ -242,12 +242,12 @@ Json frames_json(const store::MotionModel& model)
 using TwoSidedByMotion = std::vector<std::pair<std::string, store::TwoSidedFigures>>;
 
 // Raw and two-sided motion measured again, the others as audited.
-TwoSidedByMotion two_sided_by_motion(const store::MotionModel& model, const audit::AuditFigures& raw)
+TwoSidedByMotion two_sided_by_motion(const store::MotionModel& model, const analysis::AuditFigures& raw)
 {
   TwoSidedByMotion motions{{"raw", raw.two_sided}};
   if (model.two_sided)
-    motions.emplace_back("two_sided", store::two_sided_figures(audit::audit(
-                                          model, "two_sided", 1, job_run::thread_count_or_all(0))));
+    motions.emplace_back("two_sided", store::two_sided_figures(analysis::audit(
+                                          model, "two_sided", 1, run::thread_count_or_all(0))));
   for (const store::AuditSet& audit : model.audits) {
     if (audit.name != "raw" && audit.name != "two_sided")
       motions.emplace_back(audit.name, store::two_sided_figures(audit));
@@ -264,21 +264,21 @@ Json motions_json(const TwoSidedByMotion& motions)
   return list;
 }
 
-Json summary_of(const store::MotionModel& model, const audit::AuditFigures& measured,
+Json summary_of(const store::MotionModel& model, const analysis::AuditFigures& measured,
                 const TwoSidedByMotion& motions)
 {
   const auto n_stable = (model.status == status_stable).count();
   const bool has_gap = n_stable > 0 && measured.n_nothing_ahead == 0;
   const store::ClinicalCurves clinical = store::clinical_curves(model);
   Json statuses = Json::object();
-  for (const auto& [name, n] : job_run::cells_by_status(model)) statuses[name] = n;
+  for (const auto& [name, n] : run::cells_by_status(model)) statuses[name] = n;
   return {{"title", model.title},
           {"joint", model.joint},
           {"side", model.side},
           {"method", model.method},
           {"grid", grid_json(model, clinical.surfaces)},
           {"frames", frames_json(model)},
-          {"scaling", job_run::scaling_json(model.job.scaling)},
+          {"scaling", run::scaling_json(model.job.scaling)},
           {"warnings", model.job.warnings},
           {"status", statuses},
           {"triangles",
@@ -390,8 +390,8 @@ void print_equilibrium(const store::MotionModel& model, const Json& s)
 
 void print_doubtful(const store::MotionModel& model)
 {
-  if (job_run::doubtful_cells(model).empty()) return;
-  std::printf("of the stable attitudes: %s\n", job_run::plausibility_line(model).c_str());
+  if (run::doubtful_cells(model).empty()) return;
+  std::printf("of the stable attitudes: %s\n", run::plausibility_line(model).c_str());
   for (const Plausibility plausibility : doubtful_plausibilities) {
     if ((model.plausibility == static_cast<std::int8_t>(plausibility)).any())
       std::printf("  %s: %s\n", name_of(plausibility), meaning_of(plausibility));
@@ -403,7 +403,7 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
   std::printf("%s: %s, %s side, %s\n", model.title.c_str(), model.joint.c_str(), model.side.c_str(),
               model.method.c_str());
   for (const std::string& warning : model.job.warnings) std::printf("warning: %s\n", warning.c_str());
-  job_run::print_scaling(s["scaling"]);
+  run::print_scaling(s["scaling"]);
   if (!s["scaling"].is_null()) {
     std::printf("  steps solved %s\n",
                 s["scaling"]["keeps_steps"].get<bool>() ? "at factor 1, then scaled" : "at this size");
@@ -418,8 +418,8 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
   if (has_stable) print_angles(s, kind);
   const std::string lock = gimbal_lock_text(s["gimbal_lock_poses"].get<int>());
   if (!lock.empty()) std::printf("  %s\n", lock.c_str());
-  std::printf("%s\n", job_run::status_line(model).c_str());
-  if (model.uncertainty) std::printf("%s\n", job_run::samples_line(model).c_str());
+  std::printf("%s\n", run::status_line(model).c_str());
+  if (model.uncertainty) std::printf("%s\n", run::samples_line(model).c_str());
   for (const StepStatus status : all_step_statuses) {
     const auto n = (model.status == static_cast<std::int8_t>(status)).count();
     if (status != StepStatus::stable && n > 0) {
@@ -439,10 +439,10 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
     std::printf("  %-10s %s to %s\n", name.c_str(), short_text(range["min"]).c_str(),
                 short_text(range["max"]).c_str());
   }
-  std::printf("%s\n", job_run::default_motion_line(model).c_str());
-  const std::string rotation = job_run::screw_home_line(model);
+  std::printf("%s\n", run::default_motion_line(model).c_str());
+  const std::string rotation = run::screw_home_line(model);
   if (!rotation.empty()) std::printf("%s\n", rotation.c_str());
-  for (const std::string& jump : job_run::jump_lines(model)) std::printf("%s\n", jump.c_str());
+  for (const std::string& jump : run::jump_lines(model)) std::printf("%s\n", jump.c_str());
   const Json& r = s["remeasured"];
   std::printf(
       "measured again at every stable attitude: largest penetration %s mm (%d overlapping), largest gap %s "
@@ -451,7 +451,7 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
       short_text(r["largest_penetration_mm"]).c_str(), r["overlapping_attitudes"].get<int>(),
       short_text(r["largest_gap_mm"]).c_str(), short_text(r["resolution_mm"]).c_str());
   print_two_sided(motions);
-  const std::string cut_off = model.zero_varus ? reduce::cut_off_warning(*model.zero_varus) : "";
+  const std::string cut_off = model.zero_varus ? analysis::cut_off_warning(*model.zero_varus) : "";
   if (!cut_off.empty()) std::printf("%s\n", cut_off.c_str());
   print_equilibrium(model, s);
   for (const Json& set : s["smoothed"]) {
@@ -466,22 +466,22 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
 
 }  // namespace
 
-console::ExitCode info_command(const InfoOptions& options)
+core::ExitCode info_command(const InfoOptions& options)
 {
   const store::MotionModel model = store::read_motion_model(options.file);
-  const audit::AuditFigures measured =
-      audit::figures_of(audit::audit(model, "raw", 1, job_run::thread_count_or_all(0)));
+  const analysis::AuditFigures measured =
+      analysis::figures_of(analysis::audit(model, "raw", 1, run::thread_count_or_all(0)));
   const TwoSidedByMotion motions = two_sided_by_motion(model, measured);
   const Json summary = summary_of(model, measured, motions);
   if (options.as_json) {
-    std::printf("%s\n", documents::json_text(summary, 2).c_str());
+    std::printf("%s\n", core::json_text(summary, 2).c_str());
   } else {
     print(model, summary, motions);
   }
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
-console::ExitCode validate_command(const InfoOptions& options)
+core::ExitCode validate_command(const InfoOptions& options)
 {
   const std::vector<store::Finding> findings = store::validate_hdf5(options.file);
   Json list = Json::array();
@@ -490,9 +490,9 @@ console::ExitCode validate_command(const InfoOptions& options)
     // Formatted like an error: one printable line, whatever the file contains.
     if (!options.as_json) std::puts(InputError({options.file, f.where, f.found, f.wanted}).what());
   }
-  if (options.as_json) std::printf("%s\n", documents::json_text(list, 2).c_str());
-  if (findings.empty()) console::log_info(options.file + ": valid");
-  return findings.empty() ? console::ExitCode::done : console::ExitCode::bad_input;
+  if (options.as_json) std::printf("%s\n", core::json_text(list, 2).c_str());
+  if (findings.empty()) core::log_info(options.file + ": valid");
+  return findings.empty() ? core::ExitCode::done : core::ExitCode::bad_input;
 }
 
 }  // namespace vrda::app

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "compare/compare.hpp"
-#include "console/console.hpp"
+#include "analysis/compare.hpp"
+#include "core/console.hpp"
 #include "store/trace.hpp"
 
 namespace CLI {
@@ -26,9 +26,9 @@ struct InfoOptions {
 };
 
 /// Measures gaps and penetrations again from the file's meshes and poses at every attitude.
-console::ExitCode info_command(const InfoOptions& options);
+core::ExitCode info_command(const InfoOptions& options);
 
-console::ExitCode validate_command(const InfoOptions& options);
+core::ExitCode validate_command(const InfoOptions& options);
 
 /// `vrda audit`: measures gap and penetration of the motions in a motion model.
 struct AuditOptions {
@@ -40,7 +40,7 @@ struct AuditOptions {
 };
 
 /// Writes /audit/SET into the file and replaces an existing one.
-console::ExitCode audit_command(const AuditOptions& options);
+core::ExitCode audit_command(const AuditOptions& options);
 
 /// Contact of both compartments in a motion; null without compartments.
 nlohmann::ordered_json two_sided_json(const store::TwoSidedFigures& figures);
@@ -49,13 +49,13 @@ nlohmann::ordered_json two_sided_json(const store::TwoSidedFigures& figures);
 void print_two_sided(const std::vector<std::pair<std::string, store::TwoSidedFigures>>& motions);
 
 /// One row per degree: lengths of the translation vector, angles per surface. Ends with a line feed.
-std::string comparison_table(const compare::Comparison& comparison);
+std::string comparison_table(const analysis::Comparison& comparison);
 
 /// Formats the recommendation as a sentence.
-std::string recommendation_text(const compare::Recommendation& recommendation);
+std::string recommendation_text(const analysis::Recommendation& recommendation);
 
 /// All measures of each degree; a value that is not a number is null.
-nlohmann::ordered_json json_of(const compare::Comparison& comparison);
+nlohmann::ordered_json json_of(const analysis::Comparison& comparison);
 
 /// `vrda compare`: compares smoothing degrees and recommends one.
 struct CompareCommandOptions {
@@ -71,13 +71,13 @@ struct CompareCommandOptions {
 };
 
 /// Compares the degrees and logs those that are skipped.
-compare::Comparison compare_degrees(const CompareCommandOptions& options);
+analysis::Comparison compare_degrees(const CompareCommandOptions& options);
 
 /// Parses degrees; returns them ascending and without duplicates. Throws InputError naming --degrees.
 std::vector<int> parse_degrees(const std::string& text);
 
 /// Prints one row per degree and the recommendation. Does not change the file.
-console::ExitCode compare_command(const CompareCommandOptions& options);
+core::ExitCode compare_command(const CompareCommandOptions& options);
 
 /// `vrda reduce`: adds the flexion-only motion to a motion model and prints it.
 struct ReduceOptions {
@@ -89,7 +89,7 @@ struct ReduceOptions {
 /// Replaces an existing zero-varus motion, and drops its audit if the poses differ. Throws InputError, with
 /// the file unchanged, for a joint without compartments and with given varus, for a set that is missing from
 /// the file, and if no flexion can be reduced.
-console::ExitCode reduce_command(const ReduceOptions& options);
+core::ExitCode reduce_command(const ReduceOptions& options);
 
 /// `vrda smooth`: adds a smoothed set to a motion model.
 struct SmoothCommandOptions {
@@ -110,7 +110,7 @@ std::optional<store::SmoothedSet> add_smoothed(const SmoothCommandOptions& optio
 nlohmann::ordered_json json_of(const store::SmoothedSet& set);
 
 /// Prints the set of add_smoothed().
-console::ExitCode smooth_command(const SmoothCommandOptions& options);
+core::ExitCode smooth_command(const SmoothCommandOptions& options);
 
 /// `vrda trace`: summarises the searches of a trace.
 struct TraceOptions {
@@ -124,6 +124,6 @@ struct TraceOptions {
   void add_to(CLI::App& command);
 };
 
-console::ExitCode trace_command(const TraceOptions& options);
+core::ExitCode trace_command(const TraceOptions& options);
 
 }  // namespace vrda::app

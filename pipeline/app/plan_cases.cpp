@@ -6,16 +6,16 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "documents/value.hpp"
-#include "load/job.hpp"
-#include "model_build/case_solver.hpp"
+#include "core/value.hpp"
+#include "job/job.hpp"
+#include "solve/case_solver.hpp"
 
 namespace vrda::app {
 namespace {
 
 // A joint at scaling factor 1 and its mesh sizes.
 struct Loaded {
-  load::Case joint;  ///< without bodies
+  job::Case joint;  ///< without bodies
   std::int64_t n_contact_triangles = 0;
   std::int64_t n_triangles = 0;
 };
@@ -30,21 +30,21 @@ bool is_mesh_independent(const std::string& key)
 }
 
 // Cache key: equal keys load equal meshes.
-std::string mesh_key_of(const load::Job& job, const cluster::CaseSpec& spec)
+std::string mesh_key_of(const job::Job& job, const run::CaseSpec& spec)
 {
-  documents::DocumentValue::Table kept;
-  for (const documents::DocumentEntry& entry : *job.document.root.table()) {
+  core::DocumentValue::Table kept;
+  for (const core::DocumentEntry& entry : *job.document.root.table()) {
     if (!is_mesh_independent(entry.key)) kept.push_back(entry);
   }
   const std::string folder = std::filesystem::path(spec.job_file).parent_path().string();
-  return folder + '\n' + spec.data_directory + '\n' + documents::toml_text({kept});
+  return folder + '\n' + spec.data_directory + '\n' + core::toml_text({kept});
 }
 
-Loaded loaded_by(cluster::CaseSpec spec)
+Loaded loaded_by(run::CaseSpec spec)
 {
   spec.overrides.emplace_back("scaling={}");
-  Loaded loaded{load::load_case(spec.job_file, {spec.data_directory, spec.overrides}), 0, 0};
-  for (const load::ComponentSurvey& component : loaded.joint.survey) {
+  Loaded loaded{job::load_case(spec.job_file, {spec.data_directory, spec.overrides}), 0, 0};
+  for (const job::ComponentSurvey& component : loaded.joint.survey) {
     loaded.n_triangles += component.n_triangles;
     if (component.has_contact) loaded.n_contact_triangles += component.n_triangles;
   }
@@ -52,9 +52,9 @@ Loaded loaded_by(cluster::CaseSpec spec)
   return loaded;
 }
 
-cluster::CaseSize size_of(const load::Case& job_case, const Loaded& loaded)
+run::CaseSize size_of(const job::Case& job_case, const Loaded& loaded)
 {
-  cluster::CaseSize size;
+  run::CaseSize size;
   size.is_search = job_case.method == "stability-search";
   size.n_contact_triangles = loaded.n_contact_triangles;
   size.n_triangles = loaded.n_triangles;
@@ -68,20 +68,20 @@ cluster::CaseSize size_of(const load::Case& job_case, const Loaded& loaded)
 
 class Planner {
  public:
-  PlannedCase planned(const cluster::CampaignCase& campaign_case)
+  PlannedCase planned(const run::CampaignCase& campaign_case)
   {
-    const cluster::CaseSpec& spec = campaign_case.spec;
-    const load::Job job = load::read_job(spec.job_file, spec.overrides);
+    const run::CaseSpec& spec = campaign_case.spec;
+    const job::Job job = job::read_job(spec.job_file, spec.overrides);
     const Loaded& loaded = loaded_once(job, spec);
     PlannedCase result;
     result.campaign_case = campaign_case;
-    result.job_case = load::case_with_joint(job, spec.data_directory, loaded.joint);
-    result.plan = model_build::plan_of(result.job_case);
+    result.job_case = job::case_with_joint(job, spec.data_directory, loaded.joint);
+    result.plan = solve::plan_of(result.job_case);
     result.size = size_of(result.job_case, loaded);
-    result.cost = cluster::cost_of(result.size, cluster::step_counts(result.plan));
+    result.cost = run::cost_of(result.size, run::step_counts(result.plan));
     find_duplicates(result);
     // Frees what is not needed later: a campaign may have thousands of cases.
-    load::Case& job_case = result.job_case;
+    job::Case& job_case = result.job_case;
     job_case.compartment_of_triangle = {};
     job_case.ligaments = {};
     for (std::string* text : {&job_case.job_text, &job_case.resolved_job, &job_case.steps_job_text})
@@ -93,14 +93,14 @@ class Planner {
   void find_duplicates(PlannedCase& planned)
   {
     const std::string& name = planned.campaign_case.spec.name;
-    const std::string steps = model_build::fingerprint_of(planned.job_case);
+    const std::string steps = solve::fingerprint_of(planned.job_case);
     const auto [twin, is_new] = motions_.emplace(std::pair{steps, planned.job_case.steps_scale}, name);
     if (!is_new) planned.same_as = twin->second;
     const auto [same, is_first] = steps_.emplace(steps, name);
     if (!is_first && is_new) planned.same_steps_as = same->second;
   }
 
-  const Loaded& loaded_once(const load::Job& job, const cluster::CaseSpec& spec)
+  const Loaded& loaded_once(const job::Job& job, const run::CaseSpec& spec)
   {
     const std::string key = mesh_key_of(job, spec);
     auto found = loaded_.find(key);
@@ -115,15 +115,15 @@ class Planner {
 
 }  // namespace
 
-std::vector<PlannedCase> planned_cases(const cluster::Campaign& campaign)
+std::vector<PlannedCase> planned_cases(const run::Campaign& campaign)
 {
   Planner planner;
   std::vector<PlannedCase> cases;
-  for (const cluster::CampaignCase& one : campaign.cases) {
+  for (const run::CampaignCase& one : campaign.cases) {
     try {
       cases.push_back(planner.planned(one));
     } catch (const InputError& error) {
-      throw cluster::error_of_case(campaign, one, error);
+      throw run::error_of_case(campaign, one, error);
     }
   }
   return cases;

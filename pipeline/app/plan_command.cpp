@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "cluster/jobs.hpp"
-#include "documents/json_file.hpp"
+#include "run/jobs.hpp"
+#include "core/json_file.hpp"
 
 namespace vrda::app {
 namespace {
@@ -30,13 +30,13 @@ struct ShardCost {
   double processor_s = 0.0;  ///< including loading
 };
 
-ShardCost cost_of_shard(const PlannedCase& planned, const journal::Shard& shard)
+ShardCost cost_of_shard(const PlannedCase& planned, const store::Shard& shard)
 {
-  sweep::SweepPlan plan = planned.plan;
-  plan.rows = cluster::rows_of(shard, static_cast<std::int32_t>(plan.flexion_rad.size()));
-  cluster::CaseSize size = planned.size;
-  size.n_samples = std::ssize(cluster::rows_of(shard, static_cast<std::int32_t>(planned.size.n_samples)));
-  const cluster::CaseCost cost = cluster::cost_of(size, cluster::step_counts(plan));
+  solve::SweepPlan plan = planned.plan;
+  plan.rows = run::rows_of(shard, static_cast<std::int32_t>(plan.flexion_rad.size()));
+  run::CaseSize size = planned.size;
+  size.n_samples = std::ssize(run::rows_of(shard, static_cast<std::int32_t>(planned.size.n_samples)));
+  const run::CaseCost cost = run::cost_of(size, run::step_counts(plan));
   const auto n_rows = static_cast<std::int64_t>(plan.rows->size());
   return {n_rows, size.n_samples, n_rows * planned.size.n_varus, cost.load_s + cost.rows_s};
 }
@@ -110,7 +110,7 @@ Totals totals_of(const std::vector<PlannedCase>& cases, int n_shards)
   return totals;
 }
 
-Json command_of(const cluster::CaseSpec& spec)
+Json command_of(const run::CaseSpec& spec)
 {
   Json words = {"vrda", "run", spec.job_file};
   if (!spec.data_directory.empty()) words.insert(words.end(), {"--data", spec.data_directory});
@@ -118,12 +118,12 @@ Json command_of(const cluster::CaseSpec& spec)
   return words;
 }
 
-Json case_json(const cluster::Campaign& campaign, const PlannedCase& planned, int n_shards)
+Json case_json(const run::Campaign& campaign, const PlannedCase& planned, int n_shards)
 {
   Json levels = Json::object();
   for (std::size_t a = 0; a < campaign.axes.size(); ++a)
     levels[campaign.axes[a]] = planned.campaign_case.levels[a];
-  const cluster::CaseCost& cost = planned.cost;
+  const run::CaseCost& cost = planned.cost;
   Json result = {
       {"name", planned.campaign_case.spec.name},
       {"levels", levels},
@@ -158,7 +158,7 @@ Json case_json(const cluster::Campaign& campaign, const PlannedCase& planned, in
   return result;
 }
 
-Json plan_json(const cluster::Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)
+Json plan_json(const run::Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)
 {
   const Totals totals = totals_of(cases, n_shards);
   Json list = Json::array();
@@ -175,7 +175,7 @@ Json plan_json(const cluster::Campaign& campaign, const std::vector<PlannedCase>
             {"largest_memory_bytes", totals.largest_memory},
             {"journal_bytes", totals.journal_bytes},
             {"model_bytes", totals.model_bytes}}},
-          {"estimate_is_within_a_factor_of", cluster::cost_spread}};
+          {"estimate_is_within_a_factor_of", run::cost_spread}};
 }
 
 void print_case(const PlannedCase& planned, int n_shards, int name_width)
@@ -231,7 +231,7 @@ void warn_of_large_spines(const std::vector<PlannedCase>& cases, int n_shards)
   if (n == 0 || n_shards == 1) return;
   const std::string of =
       cases.size() == 1 ? "" : " in " + std::to_string(n) + " of " + std::to_string(cases.size()) + " cases";
-  console::log_warning(
+  core::log_warning(
       "--shards: most of the work is the spine" + of +
       ", which one task solves before all shards: use more --cpus for its restarts, not more shards");
 }
@@ -240,7 +240,7 @@ void warn_of_duplicates(const std::vector<PlannedCase>& cases)
 {
   for (const PlannedCase& planned : cases) {
     if (planned.same_as.empty()) continue;
-    console::log_warning("case " + planned.campaign_case.spec.name + " gives the same motion as " +
+    core::log_warning("case " + planned.campaign_case.spec.name + " gives the same motion as " +
                          planned.same_as);
   }
 }
@@ -252,13 +252,13 @@ void report_shared_steps(const std::vector<PlannedCase>& cases)
   const auto n = std::count_if(cases.begin(), cases.end(), is_scaled);
   if (n == 0) return;
   const PlannedCase& first = *std::find_if(cases.begin(), cases.end(), is_scaled);
-  console::log_info(std::to_string(n) + " of " + std::to_string(cases.size()) +
+  core::log_info(std::to_string(n) + " of " + std::to_string(cases.size()) +
                     " cases differ from another case only in scaling, such as " +
                     first.campaign_case.spec.name + " from " + first.same_steps_as +
                     ": vrda merge --job of one accepts the journals of the other");
 }
 
-void print(const cluster::Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)
+void print(const run::Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)
 {
   if (!campaign.title.empty()) std::printf("%s\n", campaign.title.c_str());
   print_cases(cases, n_shards);
@@ -275,20 +275,20 @@ void print(const cluster::Campaign& campaign, const std::vector<PlannedCase>& ca
 
 }  // namespace
 
-console::ExitCode plan_command(const PlanOptions& options)
+core::ExitCode plan_command(const PlanOptions& options)
 {
-  const cluster::Campaign campaign =
-      cluster::campaign_of(options.job_file, options.data_directory, options.overrides);
+  const run::Campaign campaign =
+      run::campaign_of(options.job_file, options.data_directory, options.overrides);
   const std::vector<PlannedCase> cases = planned_cases(campaign);
   warn_of_duplicates(cases);
   report_shared_steps(cases);
   warn_of_large_spines(cases, options.n_shards);
   if (options.as_json) {
-    std::printf("%s\n", documents::json_text(plan_json(campaign, cases, options.n_shards), 2).c_str());
+    std::printf("%s\n", core::json_text(plan_json(campaign, cases, options.n_shards), 2).c_str());
   } else {
     print(campaign, cases, options.n_shards);
   }
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 }  // namespace vrda::app

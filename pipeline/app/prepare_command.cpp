@@ -10,36 +10,36 @@
 #include "app/prepare_report.hpp"
 #include "app/prepare_subject.hpp"
 #include "app/staged_folder.hpp"
-#include "convert/mesh_writer.hpp"
+#include "job/mesh_writer.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "core/side.hpp"
+#include "model/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "documents/json_file.hpp"
-#include "job_run/run_output.hpp"
-#include "job_run/summary.hpp"
-#include "load/axis_map.hpp"
-#include "load/job.hpp"
-#include "picture/case_picture.hpp"
+#include "core/json_file.hpp"
+#include "run/run_output.hpp"
+#include "run/summary.hpp"
+#include "job/axis_map.hpp"
+#include "job/job.hpp"
+#include "job/case_picture.hpp"
 #include "prepare/job_files.hpp"
 #include "prepare/slack_lengths.hpp"
 #include "prepare/transferred_ligaments.hpp"
-#include "registration/fit_checks.hpp"
+#include "geometry/fit_checks.hpp"
 
 namespace vrda::app {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-using registration::BoneSurfaces;
-using registration::KneeFit;
-using registration::KneeSurfaces;
+using geometry::BoneSurfaces;
+using geometry::KneeFit;
+using geometry::KneeSurfaces;
 
 prepare::TemplateJoint template_of(const PrepareOptions& options)
 {
   if (options.template_job.empty()) return prepare::generic_template();
-  return prepare::template_of(load::load_case(options.template_job, {options.data_directory, {}}));
+  return prepare::template_of(job::load_case(options.template_job, {options.data_directory, {}}));
 }
 
 bool is_thickness(const std::string& cartilage)
@@ -54,7 +54,7 @@ prepare::KneeLandmarks landmarks_of(const PrepareOptions& options)
   if (!fs::is_regular_file(options.landmarks))
     throw InputError({options.landmarks, "--landmarks", "no file", wanted});
   return prepare::read_knee_landmarks(options.landmarks,
-                                      documents::read_document_text(options.landmarks, wanted));
+                                      core::read_document_text(options.landmarks, wanted));
 }
 
 class Preparation {
@@ -69,9 +69,9 @@ class Preparation {
     prepare::check_fibre_names(landmarks_, reference_.joint.ligaments);
   }
 
-  console::ExitCode run()
+  core::ExitCode run()
   {
-    if (!files_.is_locked()) return console::ExitCode::interrupted;
+    if (!files_.is_locked()) return core::ExitCode::interrupted;
     const std::array all{options_.femur, options_.tibia, options_.fibula};
     const bool has_meshes = std::any_of(all.begin(), all.end(), [](const auto& f) { return !f.empty(); }) ||
                             !options_.femur_cartilage.empty() || !options_.tibia_cartilage.empty() ||
@@ -81,11 +81,11 @@ class Preparation {
     } else {
       prepare_scaled_template();
     }
-    if (console::is_interrupted()) return console::ExitCode::interrupted;
-    const load::Case prepared = options_.has_ligaments ? case_with_ligaments() : written_case(false);
-    if (console::is_interrupted()) return console::ExitCode::interrupted;
+    if (core::is_interrupted()) return core::ExitCode::interrupted;
+    const job::Case prepared = options_.has_ligaments ? case_with_ligaments() : written_case(false);
+    if (core::is_interrupted()) return core::ExitCode::interrupted;
     write(prepared);
-    return console::ExitCode::done;
+    return core::ExitCode::done;
   }
 
  private:
@@ -94,21 +94,21 @@ class Preparation {
     subject_ = subject_of(options_, warnings_);
     check_output();
     KneeSurfaces surfaces{surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
-    registration::KneeFitOptions known;
+    geometry::KneeFitOptions known;
     if (!options_.side.empty()) known.side = side_named(options_.side);
-    if (!options_.unit.empty()) known.unit_mm = load::mm_per_unit(options_.unit);
+    if (!options_.unit.empty()) known.unit_mm = job::mm_per_unit(options_.unit);
     refuse_thickness(surfaces);
     known.femur_points = prepare::known_points(landmarks_, reference_, prepare::Bone::femur);
     known.tibia_points = prepare::known_points(landmarks_, reference_, prepare::Bone::tibia);
-    console::log_info("registering \"" + reference_.joint.title + "\" onto the bones");
-    known.is_stopped = console::is_interrupted;
-    fit_ = registration::fit_knee(surfaces, reference_.knee, known);
-    if (console::is_interrupted()) return;
+    core::log_info("registering \"" + reference_.joint.title + "\" onto the bones");
+    known.is_stopped = core::is_interrupted;
+    fit_ = geometry::fit_knee(surfaces, reference_.knee, known);
+    if (core::is_interrupted()) return;
     Json specks = Json::object();
     if (leave_specks_out(subject_, fit_, options_, specks, warnings_)) {
       surfaces = {surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
-      fit_ = registration::fit_knee(surfaces, reference_.knee, known);
-      if (console::is_interrupted()) return;
+      fit_ = geometry::fit_knee(surfaces, reference_.knee, known);
+      if (core::is_interrupted()) return;
     }
     report_ = fit_json(fit_);
     report_.update(specks);
@@ -117,13 +117,13 @@ class Preparation {
     move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
     move_to_frame(subject_.moving, fit_.unit_mm, fit_.X_scan_tibia);
     refuse_other_objects(surfaces, known, wrong_part);
-    if (console::is_interrupted()) return;
+    if (core::is_interrupted()) return;
     if (wrong_part) throw InputError(*wrong_part);
-    console::log_info("side " + side_name(fit_.side) + ", unit " + load::unit_of_mm(fit_.unit_mm) +
+    core::log_info("side " + side_name(fit_.side) + ", unit " + job::unit_of_mm(fit_.unit_mm) +
                       ", scanned at " + shortest_decimal(std::round(deg_from_rad(fit_.scanned.flexion_rad))) +
                       " degrees of flexion");
     const std::vector<std::string> doubts =
-        registration::fit_warnings(fit_, surfaces, known.side.has_value());
+        geometry::fit_warnings(fit_, surfaces, known.side.has_value());
     warnings_.insert(warnings_.end(), doubts.begin(), doubts.end());
     check_fibula();
     warn_of_one_compartment(subject_, warnings_);
@@ -144,14 +144,14 @@ class Preparation {
                         "template's with their cartilage"});
     fit_.side = side_named(options_.side);
     if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
-    const double unit_mm = options_.unit.empty() ? 1.0 : load::mm_per_unit(options_.unit);
+    const double unit_mm = options_.unit.empty() ? 1.0 : job::mm_per_unit(options_.unit);
     const prepare::LandmarkScales scales = prepare::landmark_scales(landmarks_, reference_, unit_mm);
     fit_.femur.scale = scales.femur.factor;
     fit_.tibia.scale = scales.tibia.factor;
     report_ = scales_json(scales, fit_.side);
     warnings_ = scales.warnings;
     warnings_.push_back("no meshes given: the bones are those of \"" + reference_.joint.title + "\", scaled");
-    const load::Case& joint = reference_.joint;
+    const job::Case& joint = reference_.joint;
     subject_ = {scaled_parts(joint.reference, fit_.femur.scale, reference_.knee.origin_mm),
                 scaled_parts(joint.moving, fit_.tibia.scale, reference_.knee.origin_mm)};
     set_file_names(subject_);
@@ -177,10 +177,10 @@ class Preparation {
     for (const SubjectPart& part : subject_.moving) {
       if (part.component.name != "fibula") continue;
       const std::string found =
-          registration::fibula_rejection(part.mesh, joined(surfaces_of(subject_.moving)));
+          geometry::fibula_rejection(part.mesh, joined(surfaces_of(subject_.moving)));
       if (!found.empty())
         throw InputError({part.file, "--fibula", found, "the fibula beside this tibia, in the scan's unit"});
-      if (!registration::is_fibula_lateral(part.mesh, fit_.side))
+      if (!geometry::is_fibula_lateral(part.mesh, fit_.side))
         warnings_.push_back("--fibula: its head is not lateral of the tibia; check it and the side");
     }
   }
@@ -217,14 +217,14 @@ class Preparation {
   }
 
   // The picture of a refused knee shows what went wrong.
-  void refuse_other_objects(const KneeSurfaces& surfaces, const registration::KneeFitOptions& known,
+  void refuse_other_objects(const KneeSurfaces& surfaces, const geometry::KneeFitOptions& known,
                             const std::optional<InputError::Facts>& wrong_part)
   {
-    const std::vector<std::string> found = registration::rejection_reasons(fit_, surfaces);
+    const std::vector<std::string> found = geometry::rejection_reasons(fit_, surfaces);
     if (found.empty()) return;
-    console::log_info("the bones do not fit; looking for the reason");
-    std::string reason = registration::probable_cause(fit_, surfaces, reference_.knee, known);
-    if (console::is_interrupted()) return;
+    core::log_info("the bones do not fit; looking for the reason");
+    std::string reason = geometry::probable_cause(fit_, surfaces, reference_.knee, known);
+    if (core::is_interrupted()) return;
     if (reason.empty() && wrong_part) throw InputError(*wrong_part);
     if (reason.empty()) {
       for (const std::string& one : found) reason += (reason.empty() ? "" : "; ") + one;
@@ -266,27 +266,27 @@ class Preparation {
   }
 
   // The case of the files in the folder; the job is not written yet.
-  load::Case written_case(bool has_ligaments)
+  job::Case written_case(bool has_ligaments)
   {
     for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving}) {
       for (const SubjectPart& part : *parts)
         write_atomically(file(part.component.name + ".stl"),
-                         {convert::stl_bytes(part.mesh, "vrda prepare, mm, anatomical frame")});
+                         {job::stl_bytes(part.mesh, "vrda prepare, mm, anatomical frame")});
     }
-    return load::load_case(load::parse_job(file("knee.toml"), prepare::job_text(description(has_ligaments))),
+    return job::load_case(job::parse_job(file("knee.toml"), prepare::job_text(description(has_ligaments))),
                            "");
   }
 
-  void write_picture(const load::Case& drawn, const std::string& name, const std::string& refusal = {}) const
+  void write_picture(const job::Case& drawn, const std::string& name, const std::string& refusal = {}) const
   {
-    picture::PictureNotes notes;
+    job::PictureNotes notes;
     notes.n_warnings = warnings_.size();
     notes.refusal = refusal;
     notes.has_four_views = true;
-    write_atomically(file(name), {picture::case_picture(drawn, notes)});
+    write_atomically(file(name), {job::case_picture(drawn, notes)});
   }
 
-  void write_ligaments(const ligament::Ligaments& ligaments) const
+  void write_ligaments(const model::Ligaments& ligaments) const
   {
     write_atomically(
         file("ligaments.csv"),
@@ -295,7 +295,7 @@ class Preparation {
     if (!ligaments.wraps.empty()) write_atomically(file("wraps.json"), {prepare::wraps_text(ligaments)});
   }
 
-  load::Case case_with_ligaments()
+  job::Case case_with_ligaments()
   {
     prepare::SubjectBones bones{{surfaces_of(subject_.reference), surfaces_of(subject_.moving)}, {}};
     for (const SubjectPart& part : subject_.moving) {
@@ -304,13 +304,13 @@ class Preparation {
     if (has_scan()) bones.known_ends = known_ends();
     const prepare::TransferredLigaments transferred = prepare::transferred_ligaments(reference_, fit_, bones);
     write_ligaments(transferred.ligaments);
-    load::Case prepared = written_case(true);
-    console::log_info("slack lengths of " + std::to_string(transferred.ligaments.fibres.size()) +
+    job::Case prepared = written_case(true);
+    core::log_info("slack lengths of " + std::to_string(transferred.ligaments.fibres.size()) +
                       " fibres: the knee is solved at 10 flexions, at most 5 times");
     const prepare::SlackResult slack =
         prepare::set_slack_lengths(prepared, reference_.joint,
-                                   job_run::thread_count_or_all(options_.n_threads), console::is_interrupted);
-    if (console::is_interrupted()) return prepared;
+                                   run::thread_count_or_all(options_.n_threads), core::is_interrupted);
+    if (core::is_interrupted()) return prepared;
     write_ligaments(prepared.ligaments);
     report_["fibres"] = fibres_json(transferred, slack);
     report_["bundles"] = bundles_json(prepared.ligaments, slack, warnings_);
@@ -325,17 +325,17 @@ class Preparation {
     return prepared;
   }
 
-  void write(const load::Case& prepared)
+  void write(const job::Case& prepared)
   {
     write_picture(prepared, "prepare.png");
     report_["template"] = reference_.joint.title;
     report_["warnings"] = warnings_;
-    write_atomically(file("prepare.json"), {documents::json_text(report_, 2) + "\n"});
+    write_atomically(file("prepare.json"), {core::json_text(report_, 2) + "\n"});
     write_atomically(file("knee.toml"), {prepared.job_text});
     files_.publish_all({"ligaments.csv", "wraps.json", "refused.png"});
-    for (const std::string& warning : warnings_) console::log_warning(warning);
+    for (const std::string& warning : warnings_) core::log_warning(warning);
     if (options_.as_json) {
-      std::printf("%s\n", documents::json_text(report_, 2).c_str());
+      std::printf("%s\n", core::json_text(report_, 2).c_str());
     } else {
       std::printf("%s\n", (folder_ / "knee.toml").c_str());
     }
@@ -354,10 +354,10 @@ class Preparation {
 
 }  // namespace
 
-console::ExitCode prepare_command(const PrepareOptions& options)
+core::ExitCode prepare_command(const PrepareOptions& options)
 {
-  job_run::require_plain_text("--output", fs::path(options.folder).stem().string());
-  console::install_signal_handlers();
+  run::require_plain_text("--output", fs::path(options.folder).stem().string());
+  core::install_signal_handlers();
   return Preparation(options).run();
 }
 

@@ -3,16 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/side.hpp"
+#include "model/side.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "load/axis_map.hpp"
+#include "job/axis_map.hpp"
 
 namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using registration::KneeFit;
+using geometry::KneeFit;
 
 Json matrix_json(const Eigen::Matrix4d& X)
 {
@@ -30,7 +30,7 @@ Eigen::Matrix4d anatomical_from_file(const KneeFit& fit, const Pose& X_scan_bone
   return X;
 }
 
-Json bone_json(const KneeFit& fit, const registration::BoneFit& bone, const Pose& X_scan_bone)
+Json bone_json(const KneeFit& fit, const geometry::BoneFit& bone, const Pose& X_scan_bone)
 {
   return {{"anatomical_from_file", matrix_json(anatomical_from_file(fit, X_scan_bone))},
           {"scale", {bone.scale.x(), bone.scale.y(), bone.scale.z()}},
@@ -61,7 +61,7 @@ Json bone_scale_json(const Scaling& scaling)
 Json fit_json(const KneeFit& fit)
 {
   const ClinicalCoordinates& scanned = fit.scanned;
-  return {{"unit", load::unit_of_mm(fit.unit_mm)},
+  return {{"unit", job::unit_of_mm(fit.unit_mm)},
           {"side", side_name(fit.side)},
           {"side_margin", fit.side_margin},
           {"coarse_residual_mm", fit.coarse_residual_mm},
@@ -103,7 +103,7 @@ Json scales_json(const prepare::LandmarkScales& scales, Side side)
           {"tibia", bone_scale_json(scales.tibia)}};
 }
 
-Json bundles_json(const ligament::Ligaments& ligaments, const prepare::SlackResult& slack,
+Json bundles_json(const model::Ligaments& ligaments, const prepare::SlackResult& slack,
                   std::vector<std::string>& warnings)
 {
   constexpr double largest_strain = 0.15, largest_tension_n = 1000.0;

@@ -9,25 +9,25 @@
 #include <utility>
 
 #include "core/text.hpp"
-#include "load/clean_mesh.hpp"
-#include "load/input_file.hpp"
-#include "load/shells.hpp"
-#include "load/surface_warnings.hpp"
+#include "job/clean_mesh.hpp"
+#include "job/input_file.hpp"
+#include "job/shells.hpp"
+#include "job/surface_warnings.hpp"
 #include "prepare/slack_lengths.hpp"
-#include "registration/fit_checks.hpp"
+#include "geometry/fit_checks.hpp"
 
 namespace vrda::app {
 namespace {
 
 Mesh mesh_of(const std::string& file, const std::string& option, std::vector<std::string>& warnings)
 {
-  std::string bytes = load::file_bytes(file, {file, option, "", "a mesh file"}, load::largest_mesh_bytes);
-  const load::CleanMesh clean =
-      load::clean_mesh(load::read_mesh(file, std::move(bytes)), load::Winding::outward, Side::right);
+  std::string bytes = job::file_bytes(file, {file, option, "", "a mesh file"}, job::largest_mesh_bytes);
+  const job::CleanMesh clean =
+      job::clean_mesh(job::read_mesh(file, std::move(bytes)), job::Winding::outward, Side::right);
   if (clean.mesh.triangles.rows() == 0) throw InputError({file, option, "no faces", "a mesh with faces"});
-  if (const std::string tangle = registration::tangle_in(clean.mesh); !tangle.empty())
+  if (const std::string tangle = geometry::tangle_in(clean.mesh); !tangle.empty())
     throw InputError({file, option, tangle, "the surface of one part"});
-  Mesh outer = load::outer_surface(clean.mesh);
+  Mesh outer = job::outer_surface(clean.mesh);
   const Eigen::Index n_enclosed = clean.mesh.triangles.rows() - outer.triangles.rows();
   const std::string named = file + ": " + option + ": left out: ";
   if (clean.n_identical > 0)
@@ -45,8 +45,8 @@ void add_parts(std::vector<SubjectPart>& parts, const std::vector<std::string>& 
 {
   for (std::size_t i = 0; i < files.size(); ++i) {
     SubjectPart part{component, files[i], mesh_of(files[i], option, warnings), {}};
-    const std::vector<load::Shell> shells = load::shells_of(part.mesh);
-    part.small_shells = load::small_shells(shells, load::outermost_shells(part.mesh, shells));
+    const std::vector<job::Shell> shells = job::shells_of(part.mesh);
+    part.small_shells = job::small_shells(shells, job::outermost_shells(part.mesh, shells));
     if (files.size() > 1) part.component.name += "_" + std::to_string(i + 1);
     parts.push_back(part);
   }
@@ -59,9 +59,9 @@ std::vector<std::string> list_of(const std::string& file)
 
 }  // namespace
 
-using registration::BoneSurfaces;
-using registration::KneeFit;
-using registration::KneeSurfaces;
+using geometry::BoneSurfaces;
+using geometry::KneeFit;
+using geometry::KneeSurfaces;
 
 Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warnings)
 {
@@ -126,7 +126,7 @@ Mesh in_mm(Mesh mesh, double unit_mm)
 const SubjectPart* original_of(const std::vector<SubjectPart>& parts, std::size_t part, double unit_mm)
 {
   const auto is_original = [&](const SubjectPart& earlier) {
-    return registration::is_part_of(in_mm(parts[part].mesh, unit_mm), in_mm(earlier.mesh, unit_mm));
+    return geometry::is_part_of(in_mm(parts[part].mesh, unit_mm), in_mm(earlier.mesh, unit_mm));
   };
   const auto end = parts.begin() + static_cast<std::ptrdiff_t>(part);
   const auto found = std::find_if(parts.begin(), end, is_original);
@@ -169,7 +169,7 @@ bool leave_specks_out(Subject& subject, const KneeFit& fit, const PrepareOptions
   for (const auto& [parts, body, other, X_body, X_other, sign] :
        {std::tuple(&subject.reference, &femur, &tibia, fit.X_scan_femur, fit.X_scan_tibia, 1.0),
         std::tuple(&subject.moving, &tibia, &femur, fit.X_scan_tibia, fit.X_scan_femur, -1.0)}) {
-    std::vector<Pose> poses = load::flexed_poses(Eigen::Vector3d::Zero(), flexions_deg, sign);
+    std::vector<Pose> poses = job::flexed_poses(Eigen::Vector3d::Zero(), flexions_deg, sign);
     for (Pose& X : poses) X = X_other * X * X_body.inverse();
     std::map<std::size_t, std::vector<std::vector<Eigen::Index>>> dropped;  // of each part
     std::size_t n_specks = 0;
@@ -177,14 +177,14 @@ bool leave_specks_out(Subject& subject, const KneeFit& fit, const PrepareOptions
       warnings.push_back(part.file + ": " + option_of(part) +
                          (options.keeps_specks ? ": kept: " : ": left out: ") + what);
     };
-    for (const load::Speck& speck :
-         load::specks_of({body->mesh, body->small_shells}, {other->mesh, other->small_shells}, poses)) {
+    for (const job::Speck& speck :
+         job::specks_of({body->mesh, body->small_shells}, {other->mesh, other->small_shells}, poses)) {
       const auto [p, s] = body->shell_of_part[speck.shell];
       const std::vector<Eigen::Index>& shell = (*parts)[p].small_shells[s];
       dropped[p].push_back(shell);
       if (++n_specks <= most_named) {
         warn((*parts)[p],
-             "a separate piece of " + load::speck_text(speck, shell.size(), speck.centre_mm) +
+             "a separate piece of " + job::speck_text(speck, shell.size(), speck.centre_mm) +
                  ", in the joint space" +
                  (options.keeps_specks ? "; it changes the motion" : "; --keep-specks keeps it"));
       }
@@ -201,7 +201,7 @@ bool leave_specks_out(Subject& subject, const KneeFit& fit, const PrepareOptions
     for (const auto& [p, shells] : dropped) {
       if (options.keeps_specks) continue;
       Mesh& mesh = (*parts)[p].mesh;
-      mesh = load::compacted(mesh, load::others_than(mesh, shells));
+      mesh = job::compacted(mesh, job::others_than(mesh, shells));
       has_changed = true;
     }
   }
@@ -214,7 +214,7 @@ void warn_of_one_compartment(const Subject& subject, std::vector<std::string>& w
                                               std::tuple(&subject.moving, "--tibia-cartilage", 1.0)}) {
     const Mesh cartilage = surfaces_of(*parts).cartilage;
     if (cartilage.triangles.rows() == 0 ||
-        load::lesser_side_share(cartilage, facing, 0.0) >= load::least_side_share)
+        job::lesser_side_share(cartilage, facing, 0.0) >= job::least_side_share)
       continue;
     warnings.push_back(
         std::string(option) +
@@ -229,20 +229,20 @@ std::optional<InputError::Facts> wrong_part(const Subject& subject, const KneeSu
   const std::string wanted = "this part in the scan of the bones";
   const Mesh femur = in_mm(surfaces.femur.bone, unit_mm), tibia = in_mm(surfaces.tibia.bone, unit_mm);
   for (const auto& [parts, bone, own, other] :
-       {std::tuple(&subject.reference, registration::CartilageOf::femur, &femur, &tibia),
-        std::tuple(&subject.moving, registration::CartilageOf::tibia, &tibia, &femur)}) {
+       {std::tuple(&subject.reference, geometry::CartilageOf::femur, &femur, &tibia),
+        std::tuple(&subject.moving, geometry::CartilageOf::tibia, &tibia, &femur)}) {
     for (std::size_t p = 0; p < parts->size(); ++p) {
       const SubjectPart& part = (*parts)[p];
       if (const SubjectPart* original = original_of(*parts, p, unit_mm))
         return InputError::Facts{part.file, option_of(part),
                                  "the surface of " + option_of(*original) + " (" + original->file + ")",
                                  wanted};
-      registration::PartCheck check;
+      geometry::PartCheck check;
       if (part.component.material == "cartilage")
-        check = registration::cartilage_check(in_mm(part.mesh, unit_mm), bone, *own, *other);
+        check = geometry::cartilage_check(in_mm(part.mesh, unit_mm), bone, *own, *other);
       if (part.component.material == "meniscus")
         check =
-            registration::meniscus_check(in_mm(part.mesh, unit_mm), in_mm(joined(surfaces.tibia), unit_mm));
+            geometry::meniscus_check(in_mm(part.mesh, unit_mm), in_mm(joined(surfaces.tibia), unit_mm));
       if (!check.rejection.empty())
         return InputError::Facts{part.file, option_of(part), check.rejection, wanted};
       if (!check.doubt.empty()) warnings.push_back(part.file + ": " + option_of(part) + ": " + check.doubt);

@@ -9,7 +9,7 @@
 #include "app/file_commands.hpp"
 #include "core/error.hpp"
 #include "prepare/job_files.hpp"
-#include "registration/knee_fit.hpp"
+#include "geometry/knee_fit.hpp"
 
 namespace vrda::app {
 
@@ -31,26 +31,26 @@ Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warn
 
 /// The small shells in the joint space (load/surface_warnings.hpp), each with a warning. Unless they are
 /// kept, the meshes are left without them: then true. In the scan's axes and unit.
-bool leave_specks_out(Subject& subject, const registration::KneeFit& fit, const PrepareOptions& options,
+bool leave_specks_out(Subject& subject, const geometry::KneeFit& fit, const PrepareOptions& options,
                       nlohmann::ordered_json& report, std::vector<std::string>& warnings);
 
 /// Warns of cartilage of one compartment only. In the frames of the bones, mm.
 void warn_of_one_compartment(const Subject& subject, std::vector<std::string>& warnings);
 
 /// What is registered: bone and cartilage, without the fibula.
-registration::BoneSurfaces surfaces_of(const std::vector<SubjectPart>& parts);
+geometry::BoneSurfaces surfaces_of(const std::vector<SubjectPart>& parts);
 
 /// The first part that is not what its option says, such as the cartilage of the other bone; doubtful ones
 /// are added to `warnings`. In the scan's axes and unit.
 std::optional<InputError::Facts> wrong_part(const Subject& subject,
-                                            const registration::KneeSurfaces& surfaces, double unit_mm,
+                                            const geometry::KneeSurfaces& surfaces, double unit_mm,
                                             std::vector<std::string>& warnings);
 
 void move_to_frame(std::vector<SubjectPart>& parts, double unit_mm, const Pose& X_scan_bone);
 
 /// Thickens bones whose cartilage is not given.
-void add_cartilage(const PrepareOptions& options, const registration::KneeFit& fit,
-                   const registration::KneeSurfaces& surfaces, Subject& subject,
+void add_cartilage(const PrepareOptions& options, const geometry::KneeFit& fit,
+                   const geometry::KneeSurfaces& surfaces, Subject& subject,
                    nlohmann::ordered_json& report, std::vector<std::string>& warnings);
 
 /// The components of a body of the template in its bone's frame, scaled.

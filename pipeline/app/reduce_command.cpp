@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
-#include "documents/json_file.hpp"
-#include "job_run/run_output.hpp"
-#include "motion/poses.hpp"
-#include "reduce/reduce.hpp"
+#include "core/json_file.hpp"
+#include "run/run_output.hpp"
+#include "store/poses.hpp"
+#include "analysis/reduce.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::app {
@@ -118,7 +118,7 @@ void print_json(const store::MotionModel& model, const store::ZeroVarus& z, cons
                     {"rotation_centre_mm", {centre_mm.x(), centre_mm.y(), centre_mm.z()}},
                     {"flexions", flexions},
                     {"steps", steps}};
-  std::printf("%s\n", documents::json_text(all, 2).c_str());
+  std::printf("%s\n", core::json_text(all, 2).c_str());
 }
 
 void print_names(const std::vector<Column>& columns)
@@ -162,7 +162,7 @@ void print_csv(const store::MotionModel& model, const store::ZeroVarus& z)
 void require_set(const store::MotionModel& model, const ReduceOptions& options)
 {
   std::string known;
-  for (const std::string& name : motion::set_names(model)) {
+  for (const std::string& name : store::set_names(model)) {
     if (name == "zero_varus") continue;
     if (name == options.set) return;
     known += (known.empty() ? "" : ", ") + name;
@@ -172,14 +172,14 @@ void require_set(const store::MotionModel& model, const ReduceOptions& options)
 
 void require_reducible(const store::MotionModel& model, const std::string& file)
 {
-  if (reduce::is_reducible(model)) return;
+  if (analysis::is_reducible(model)) return;
   throw InputError({file, "compartments", "no compartments with given varus",
                     "a medial and a lateral compartment in the job, or grid.varus = \"free\""});
 }
 
 void require_reduced(const store::ZeroVarus& z, const std::string& file)
 {
-  if (reduce::n_reduced_flexions(z) > 0) return;
+  if (analysis::n_reduced_flexions(z) > 0) return;
   throw InputError(
       {file, "contact_medial, contact_lateral, gap_medial_mm, gap_lateral_mm",
        "no flexion with a pose where both compartments touch, or with two poses whose gap difference changes "
@@ -213,32 +213,32 @@ std::string counts_line(const store::ZeroVarus& z)
 
 }  // namespace
 
-console::ExitCode reduce_command(const ReduceOptions& options)
+core::ExitCode reduce_command(const ReduceOptions& options)
 {
-  const bool is_stored = job_run::may_add_to(options.file);
+  const bool is_stored = run::may_add_to(options.file);
   const std::optional<OutputLock> lock =
-      is_stored ? job_run::lock_output(options.file, "vrda reduce") : std::nullopt;
-  if (is_stored && !lock) return console::ExitCode::interrupted;
+      is_stored ? run::lock_output(options.file, "vrda reduce") : std::nullopt;
+  if (is_stored && !lock) return core::ExitCode::interrupted;
   store::MotionModel model = store::read_motion_model(options.file);
   store::require_grid(model, options.file, "vrda reduce");
   require_set(model, options);
   require_reducible(model, options.file);
-  store::ZeroVarus z = reduce::reduce(model, options.set);
+  store::ZeroVarus z = analysis::reduce(model, options.set);
   require_reduced(z, options.file);
   drop_stale_audit(model, z);
   model.zero_varus = std::move(z);
   if (is_stored) store::write_motion_model(options.file, model);
-  console::log_info(options.file + ": zero-varus motion from " + options.set + ", " +
+  core::log_info(options.file + ": zero-varus motion from " + options.set + ", " +
                     std::to_string(model.zero_varus->source.size()) +
                     " flexions: " + counts_line(*model.zero_varus));
-  const std::string cut_off = reduce::cut_off_warning(*model.zero_varus);
-  if (!cut_off.empty()) console::log_warning(options.file + ": " + cut_off);
+  const std::string cut_off = analysis::cut_off_warning(*model.zero_varus);
+  if (!cut_off.empty()) core::log_warning(options.file + ": " + cut_off);
   if (options.as_json) {
     print_json(model, *model.zero_varus, options.set);
   } else {
     print_csv(model, *model.zero_varus);
   }
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 }  // namespace vrda::app

@@ -10,11 +10,11 @@
 #include "core/error.hpp"
 #include "core/open_file.hpp"
 #include "core/units.hpp"
-#include "documents/json_file.hpp"
-#include "job_run/run_output.hpp"
-#include "job_run/summary.hpp"
-#include "load/words.hpp"
-#include "repair/repaired_model.hpp"
+#include "core/json_file.hpp"
+#include "run/run_output.hpp"
+#include "run/summary.hpp"
+#include "job/words.hpp"
+#include "analysis/repaired_model.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::app {
@@ -36,27 +36,27 @@ Eigen::Vector3d deviations(const RepairCommandOptions& o, const char* option,
 
 double length_of(const std::string& word)
 {
-  return load::parse_real(word).value_or(nan);  // checked by the command line; NaN is refused
+  return job::parse_real(word).value_or(nan);  // checked by the command line; NaN is refused
 }
 
-repair::RepairOptions repair_options(const RepairCommandOptions& o)
+analysis::RepairOptions repair_options(const RepairCommandOptions& o)
 {
-  repair::RepairOptions options;
+  analysis::RepairOptions options;
   options.noise.translation_mm = deviations(o, "--noise-mm", o.noise_mm);
   options.noise.rotation_rad = deviations(o, "--noise-deg", o.noise_deg) * rad_from_deg(1.0);
   if (o.smooth == "none") {
-    options.smoothing = repair::Smoothing::none;
+    options.smoothing = analysis::Smoothing::none;
   } else if (o.smooth != "auto") {
-    options.smoothing = repair::Smoothing::of_period;
+    options.smoothing = analysis::Smoothing::of_period;
     options.period_frames = length_of(o.smooth);
   }
   if (o.gap_mm == "none") {
-    options.gap_limit = repair::GapLimit::none;
+    options.gap_limit = analysis::GapLimit::none;
   } else if (o.gap_mm != "auto") {
-    options.gap_limit = repair::GapLimit::of_length;
+    options.gap_limit = analysis::GapLimit::of_length;
     options.gap_limit_mm = length_of(o.gap_mm);
   }
-  options.n_threads = job_run::thread_count_or_all(o.n_threads);
+  options.n_threads = run::thread_count_or_all(o.n_threads);
   return options;
 }
 
@@ -65,7 +65,7 @@ struct Extremes {
   double penetration_mm = 0.0, gap_mm = 0.0;
   int n_overlapping = 0;
 
-  void include(const audit::PoseAudit& audit)
+  void include(const analysis::PoseAudit& audit)
   {
     n_overlapping += audit.is_overlapping ? 1 : 0;
     penetration_mm = std::max(penetration_mm, audit.penetration_mm);
@@ -80,10 +80,10 @@ struct RepairFigures {
   double expected_distance = 0.0;  ///< root mean square of noise alone
 };
 
-RepairFigures figures_of(const repair::RepairedMotion& motion, const repair::MeasurementNoise& noise)
+RepairFigures figures_of(const analysis::RepairedMotion& motion, const analysis::MeasurementNoise& noise)
 {
   RepairFigures figures;
-  for (const repair::RepairedFrame& frame : motion.frames) {
+  for (const analysis::RepairedFrame& frame : motion.frames) {
     figures.before.include(frame.before.audit);
     figures.after.include(frame.after.audit);
     ++figures.n_of_status[static_cast<int>(frame.status)];
@@ -106,7 +106,7 @@ std::string counts_text(const RepairFigures& figures)
   std::string text;
   for (const store::RepairStatus status : all_statuses) {
     const int n = figures.n_of_status[static_cast<int>(status)];
-    if (n > 0) text += (text.empty() ? "" : ", ") + std::to_string(n) + ' ' + repair::name_of(status);
+    if (n > 0) text += (text.empty() ? "" : ", ") + std::to_string(n) + ' ' + analysis::name_of(status);
   }
   return text;
 }
@@ -122,7 +122,7 @@ std::string limits_text(const std::vector<double>& limits_mm)
   return limits_mm.size() == 2 ? text + " (medial and lateral)" : text;
 }
 
-void print(const repair::RepairedMotion& motion, const RepairFigures& figures)
+void print(const analysis::RepairedMotion& motion, const RepairFigures& figures)
 {
   std::printf("%zu frames: %s; %d iterations%s\n", motion.frames.size(), counts_text(figures).c_str(),
               motion.n_iterations, motion.is_converged ? "" : ", limit reached");
@@ -159,18 +159,18 @@ Json measure_json(double value)
   return std::isfinite(value) ? Json(value) : Json();
 }
 
-Json json_of(const repair::RepairedMotion& motion, const repair::MeasuredMotion& measured,
+Json json_of(const analysis::RepairedMotion& motion, const analysis::MeasuredMotion& measured,
              const RepairFigures& figures)
 {
   Json statuses = Json::object(), periods = Json::object(), limits = Json::array(), frames = Json::array();
   for (const store::RepairStatus status : all_statuses)
-    statuses[repair::name_of(status)] = figures.n_of_status[static_cast<int>(status)];
+    statuses[analysis::name_of(status)] = figures.n_of_status[static_cast<int>(status)];
   for (Eigen::Index c = 0; c < 6; ++c) periods[coordinate_names[c]] = motion.period_frames(c);
   for (const double limit_mm : motion.gap_limit_mm) limits.push_back(measure_json(limit_mm));
   for (std::size_t k = 0; k < motion.frames.size(); ++k) {
-    const repair::RepairedFrame& frame = motion.frames[k];
+    const analysis::RepairedFrame& frame = motion.frames[k];
     frames.push_back({{"key", measured.key[k]},
-                      {"status", repair::name_of(frame.status)},
+                      {"status", analysis::name_of(frame.status)},
                       {"distance", frame.displacement.norm()},
                       {"penetration_before_mm", frame.before.audit.penetration_mm},
                       {"penetration_after_mm", frame.after.audit.penetration_mm},
@@ -192,37 +192,37 @@ Json json_of(const repair::RepairedMotion& motion, const repair::MeasuredMotion&
 
 }  // namespace
 
-console::ExitCode repair_command(const RepairCommandOptions& o)
+core::ExitCode repair_command(const RepairCommandOptions& o)
 {
-  const repair::RepairOptions options = repair_options(o);
+  const analysis::RepairOptions options = repair_options(o);
   const store::MotionModel model = store::read_motion_model(o.file);
-  const repair::MeasuredMotion measured = repair::measured_motion(model, o.file);
-  job_run::make_parent_folder(o.output);
-  const std::optional<Publication> result = job_run::begin_result(o.output, "vrda repair");
-  if (!result) return console::ExitCode::interrupted;
-  job_run::require_replaceable(o.output, "a motion model");
+  const analysis::MeasuredMotion measured = analysis::measured_motion(model, o.file);
+  run::make_parent_folder(o.output);
+  const std::optional<Publication> result = run::begin_result(o.output, "vrda repair");
+  if (!result) return core::ExitCode::interrupted;
+  run::require_replaceable(o.output, "a motion model");
   if (!o.may_replace)
     result->require_absent({o.output}, {"", "", "an existing file", "another --output, or --replace"});
-  const repair::RepairedMotion motion = repair::repair(repair::scene_of(model), measured, options);
-  store::write_motion_model(o.output, repair::repaired_model(model, measured, motion, options.noise));
+  const analysis::RepairedMotion motion = analysis::repair(analysis::scene_of(model), measured, options);
+  store::write_motion_model(o.output, analysis::repaired_model(model, measured, motion, options.noise));
   if (model.ligaments)
-    console::log_info(o.output + ": without the fibres of " + o.file +
+    core::log_info(o.output + ": without the fibres of " + o.file +
                       ", which belong to the measured poses");
   const RepairFigures figures = figures_of(motion, options.noise);
   if (o.as_json) {
-    std::printf("%s\n", documents::json_text(json_of(motion, measured, figures), 2).c_str());
+    std::printf("%s\n", core::json_text(json_of(motion, measured, figures), 2).c_str());
   } else {
     print(motion, figures);
   }
   const int n_failed = figures.n_of_status[static_cast<int>(store::RepairStatus::not_converged)];
   if (n_failed > 0)
-    console::log_warning(o.output + ": " + std::to_string(n_failed) +
+    core::log_warning(o.output + ": " + std::to_string(n_failed) +
                          " frames still overlap or have a gap beyond the limit; increase the stated noise "
                          "or the gap limit");
   if (!motion.is_converged)
-    console::log_warning(o.output + ": not converged after " + std::to_string(motion.n_iterations) +
+    core::log_warning(o.output + ": not converged after " + std::to_string(motion.n_iterations) +
                          " iterations; a nearer motion may exist");
-  return n_failed == 0 && motion.is_converged ? console::ExitCode::done : console::ExitCode::incomplete;
+  return n_failed == 0 && motion.is_converged ? core::ExitCode::done : core::ExitCode::incomplete;
 }
 
 }  // namespace vrda::app

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "console/console.hpp"
+#include "core/console.hpp"
 
 namespace CLI {
 class App;
@@ -25,7 +25,7 @@ struct RepairCommandOptions {
 
 /// Writes the repaired model, with the measured poses next to the repaired ones, and prints gap, overlap and
 /// distance before and after. Exit code 3, with the model written, if a frame is not_converged.
-console::ExitCode repair_command(const RepairCommandOptions& options);
+core::ExitCode repair_command(const RepairCommandOptions& options);
 
 /// Adds the options to a command.
 void add_repair_options(CLI::App& command, RepairCommandOptions& options);

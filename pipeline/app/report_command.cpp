@@ -16,18 +16,18 @@
 
 #include "app/file_commands.hpp"
 #include "app/model_commands.hpp"
-#include "audit/audit.hpp"
-#include "cluster/child.hpp"
-#include "compare/compare.hpp"
+#include "analysis/audit.hpp"
+#include "run/child.hpp"
+#include "analysis/compare.hpp"
 #include "core/error.hpp"
-#include "job_run/default_motion.hpp"
-#include "job_run/run_output.hpp"
-#include "job_run/summary.hpp"
-#include "load/input_file.hpp"
-#include "motion/poses.hpp"
-#include "reduce/reduce.hpp"
+#include "run/default_motion.hpp"
+#include "run/run_output.hpp"
+#include "run/summary.hpp"
+#include "job/input_file.hpp"
+#include "store/poses.hpp"
+#include "analysis/reduce.hpp"
 #include "report/report.hpp"
-#include "smooth/smooth.hpp"
+#include "analysis/smooth.hpp"
 
 namespace vrda::app {
 namespace {
@@ -121,7 +121,7 @@ report::RenderedImage still_of(const fs::path& file)
   std::array<char, 48> text{};
   std::snprintf(text.data(), text.size(), is_frame ? "frame %.4g" : "flexion %.4g°", degrees);
   still.label = is_number ? text.data() : name;
-  still.png = load::file_bytes(file.string(), {file.string(), "", "", "a picture"}, largest_png_bytes);
+  still.png = job::file_bytes(file.string(), {file.string(), "", "", "a picture"}, largest_png_bytes);
   return still;
 }
 
@@ -147,7 +147,7 @@ std::string find_player(const std::string& player)
       throw InputError({player, "--player", "no such program", "the path of vrda-player"});
     return fs::absolute(player).string();
   }
-  const fs::path own = cluster::own_program();
+  const fs::path own = run::own_program();
   const fs::path beside = own.parent_path() / "vrda-player";
   return !own.empty() && fs::is_regular_file(beside, error) ? beside.string() : "";
 }
@@ -182,41 +182,41 @@ store::AuditSet grid_audit(const store::MotionModel& model, const std::string& s
   for (const store::AuditSet& stored : model.audits) {
     if (stored.name == set && stored.refine == 1) return stored;
   }
-  return audit::audit(model, set, 1, job_run::thread_count_or_all(0));
+  return analysis::audit(model, set, 1, run::thread_count_or_all(0));
 }
 
 report::RawExtremes raw_extremes(const store::MotionModel& model)
 {
-  const audit::AuditFigures figures = audit::figures_of(grid_audit(model, "raw"));
+  const analysis::AuditFigures figures = analysis::figures_of(grid_audit(model, "raw"));
   const double gap_mm =
       figures.n_nothing_ahead > 0 ? std::numeric_limits<double>::infinity() : figures.largest_gap.value_mm;
   return {figures.n_overlapping, figures.largest_penetration.value_mm, gap_mm};
 }
 
 // Empty if the solved cells cannot determine even degree 1.
-std::optional<compare::Comparison> comparison_of(const store::MotionModel& model,
+std::optional<analysis::Comparison> comparison_of(const store::MotionModel& model,
                                                  const ReportOptions& options)
 {
   if (model.frames) return std::nullopt;
-  if (smooth::largest_degree(smooth::smooth_input(model, options.files.front())) < 1) return std::nullopt;
-  compare::CompareOptions compare_with;
+  if (analysis::largest_degree(analysis::smooth_input(model, options.files.front())) < 1) return std::nullopt;
+  analysis::CompareOptions compare_with;
   compare_with.name = options.files.front();
   if (!options.is_quick) {
-    compare_with.contact = job_run::contact_measure(job_run::thread_count_or_all(0));
+    compare_with.contact = run::contact_measure(run::thread_count_or_all(0));
     compare_with.audit = [](const store::MotionModel& smoothed, const std::string& set) {
-      return audit::audit(smoothed, set, 1, job_run::thread_count_or_all(0));
+      return analysis::audit(smoothed, set, 1, run::thread_count_or_all(0));
     };
   }
-  return compare::compare(model, compare_with);
+  return analysis::compare(model, compare_with);
 }
 
 // Adds the audits that are missing from the file.
 void add_audits(store::MotionModel& model)
 {
-  for (const std::string& set : motion::set_names(model)) {
+  for (const std::string& set : store::set_names(model)) {
     const bool is_there = std::any_of(model.audits.begin(), model.audits.end(),
                                       [&](const store::AuditSet& a) { return a.name == set; });
-    if (!is_there) model.audits.push_back(audit::audit(model, set, 1, job_run::thread_count_or_all(0)));
+    if (!is_there) model.audits.push_back(analysis::audit(model, set, 1, run::thread_count_or_all(0)));
   }
 }
 
@@ -234,9 +234,9 @@ std::string unique_name(const std::vector<report::ReportModel>& models, const st
 // The report starts with the flexion-only motion; if the file has none, it is reduced from the raw cells.
 store::MotionModel reduced(store::MotionModel model)
 {
-  if (model.zero_varus || !reduce::is_reducible(model)) return model;
-  store::ZeroVarus zero_varus = reduce::reduce(model, "raw");
-  if (reduce::n_reduced_flexions(zero_varus) > 0) model.zero_varus = std::move(zero_varus);
+  if (model.zero_varus || !analysis::is_reducible(model)) return model;
+  store::ZeroVarus zero_varus = analysis::reduce(model, "raw");
+  if (analysis::n_reduced_flexions(zero_varus) > 0) model.zero_varus = std::move(zero_varus);
   return model;
 }
 
@@ -246,7 +246,7 @@ std::vector<report::ReportModel> models_of(const ReportOptions& options)
   for (const std::string& file : options.files) {
     report::ReportModel entry;
     entry.name = unique_name(models, file);
-    entry.model = reduced(job_run::read_solved_model(file));
+    entry.model = reduced(run::read_solved_model(file));
     models.push_back(std::move(entry));
   }
   return models;
@@ -274,22 +274,22 @@ report::Report gathered(const ReportOptions& options)
     only.comparison = comparison_of(only.model, options);
     if (!options.is_quick) add_audits(only.model);
     only.images = render_images(player, options.files.front(), only.model);
-    if (!only.images.note.empty()) console::log_warning(only.images.note);
+    if (!only.images.note.empty()) core::log_warning(only.images.note);
   }
   return report;
 }
 
 }  // namespace
 
-console::ExitCode report_command(const ReportOptions& options)
+core::ExitCode report_command(const ReportOptions& options)
 {
   const report::Report report = gathered(options);
   for (const report::ReportModel& entry : report.models) {
-    for (const std::string& line : report::warnings_of(entry)) console::log_info(entry.name + ": " + line);
+    for (const std::string& line : report::warnings_of(entry)) core::log_info(entry.name + ": " + line);
   }
-  job_run::make_folder(options.folder);
+  run::make_folder(options.folder);
   const std::string file = (std::filesystem::path(options.folder) / "index.html").string();
-  const console::ExitCode code = job_run::publish(file, "vrda report", report::report_page(report));
+  const core::ExitCode code = run::publish(file, "vrda report", report::report_page(report));
   std::printf("%s\n", options.as_json ? report::report_json(report).c_str() : file.c_str());
   return code;
 }

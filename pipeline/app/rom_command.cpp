@@ -9,15 +9,15 @@
 #include <optional>
 
 #include "app/angle_range.hpp"
-#include "cluster/jobs.hpp"
+#include "run/jobs.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "documents/json_file.hpp"
-#include "job_run/run_output.hpp"
-#include "job_run/summary.hpp"
-#include "load/input_file.hpp"
-#include "rom/rom_files.hpp"
-#include "rom/rom_journal.hpp"
+#include "core/json_file.hpp"
+#include "run/run_output.hpp"
+#include "run/summary.hpp"
+#include "job/input_file.hpp"
+#include "analysis/rom_files.hpp"
+#include "analysis/rom_journal.hpp"
 
 namespace vrda::app {
 namespace {
@@ -45,9 +45,9 @@ std::vector<double> radians_of(const std::string& option, const std::string& tex
   return values;
 }
 
-rom::RomPlan plan_of(const RomOptions& o)
+analysis::RomPlan plan_of(const RomOptions& o)
 {
-  rom::RomPlan plan;
+  analysis::RomPlan plan;
   plan.axes.rad = {radians_of("--flexion", o.flexion), radians_of("--varus", o.varus),
                    radians_of("--internal", o.internal)};
   const auto n_driven = std::count_if(plan.axes.rad.begin(), plan.axes.rad.end(),
@@ -64,15 +64,15 @@ rom::RomPlan plan_of(const RomOptions& o)
                                                           : finite_number(o.translation_mm).value_or(nan);
   plan.limits.opening_mm = o.opening_mm;
   plan.limits.strain = o.strain;
-  plan.n_threads = job_run::thread_count_or_all(o.n_threads);
-  plan.is_stopped = console::is_interrupted;
+  plan.n_threads = run::thread_count_or_all(o.n_threads);
+  plan.is_stopped = core::is_interrupted;
   return plan;
 }
 
-rom::RomDocument read_rom(const std::string& file)
+analysis::RomDocument read_rom(const std::string& file)
 {
-  return rom::parse_rom(
-      file, load::file_bytes(file, {file, "", "no such file", "rom.json of vrda rom"}, largest_file_bytes));
+  return analysis::parse_rom(
+      file, job::file_bytes(file, {file, "", "no such file", "rom.json of vrda rom"}, largest_file_bytes));
 }
 
 // The file has degrees, whose conversion rounds.
@@ -84,16 +84,16 @@ bool is_same_axis(const std::vector<double>& a_rad, const std::vector<double>& b
 }
 
 // Refuses the result of another job or of other limits.
-void require_same_or_absent(const std::string& file, const load::Case& job_case, const rom::RomPlan& plan)
+void require_same_or_absent(const std::string& file, const job::Case& job_case, const analysis::RomPlan& plan)
 {
   std::error_code error;
   if (!fs::exists(file, error)) return;
-  const rom::RomDocument found = read_rom(file);
+  const analysis::RomDocument found = read_rom(file);
   const auto refuse = [&](const std::string& what, const std::string& found_text) {
     throw InputError({file, what, found_text, "this one's, another --output, or --replace"});
   };
   if (found.job != job_case.resolved_job) refuse("job", "the result of another job, \"" + found.title + "\"");
-  const rom::RangeOfMotion& range = found.range;
+  const analysis::RangeOfMotion& range = found.range;
   for (std::size_t a = 0; a < 3; ++a) {
     if (!is_same_axis(range.axes.rad[a], plan.axes.rad[a])) refuse("axes", "other rotations");
   }
@@ -103,7 +103,7 @@ void require_same_or_absent(const std::string& file, const load::Case& job_case,
     refuse("limits", "other limits");
 }
 
-Json volume_json(const rom::RomVolume& volume)
+Json volume_json(const analysis::RomVolume& volume)
 {
   return {{"attitudes", volume.n_cells},
           {"volume_deg", volume.volume},
@@ -115,30 +115,30 @@ std::string name_or_dash(const std::vector<std::string>& names, std::int32_t row
   return row < 0 ? "-" : names[static_cast<std::size_t>(row)];
 }
 
-Json end_json(const rom::RomDocument& document, const rom::RangeEnd& end)
+Json end_json(const analysis::RomDocument& document, const analysis::RangeEnd& end)
 {
-  Json json = {{"deg", end.deg}, {"ended_by", end.is_of_axis ? "not_tried" : rom::name_of(end.beyond)}};
+  Json json = {{"deg", end.deg}, {"ended_by", end.is_of_axis ? "not_tried" : analysis::name_of(end.beyond)}};
   if (!end.is_of_axis) {
     json["reference"] = name_or_dash(document.reference_names, end.component_reference);
     json["moving"] = name_or_dash(document.moving_names, end.component_moving);
-    if (end.beyond == rom::RomStatus::fibre) json["fibre"] = name_or_dash(document.fibre_names, end.fibre);
+    if (end.beyond == analysis::RomStatus::fibre) json["fibre"] = name_or_dash(document.fibre_names, end.fibre);
   }
   return json;
 }
 
-std::string end_text(const rom::RomDocument& document, const rom::RangeEnd& end)
+std::string end_text(const analysis::RomDocument& document, const analysis::RangeEnd& end)
 {
   char number[32];
   std::snprintf(number, sizeof number, "%g", end.deg);
-  return std::string(number) + " (" + rom::cause_of(document, end) + ")";
+  return std::string(number) + " (" + analysis::cause_of(document, end) + ")";
 }
 
-Json ends_json(const rom::RomDocument& document)
+Json ends_json(const analysis::RomDocument& document)
 {
   Json ends = Json::object();
-  for (const rom::RangeAlong& along : rom::boundaries_of(document.range)) {
+  for (const analysis::RangeAlong& along : analysis::boundaries_of(document.range)) {
     if (along.at != document.range.neutral) continue;
-    ends[rom::rotation_names[along.axis]] =
+    ends[analysis::rotation_names[along.axis]] =
         along.is_empty
             ? Json()
             : Json({{"from", end_json(document, along.low)}, {"to", end_json(document, along.high)}});
@@ -146,22 +146,22 @@ Json ends_json(const rom::RomDocument& document)
   return ends;
 }
 
-std::map<std::string, int> statuses_of(const rom::RangeOfMotion& range)
+std::map<std::string, int> statuses_of(const analysis::RangeOfMotion& range)
 {
   std::map<std::string, int> counts;
-  for (const rom::RomCell& cell : range.cells) ++counts[rom::name_of(cell.status)];
+  for (const analysis::RomCell& cell : range.cells) ++counts[analysis::name_of(cell.status)];
   return counts;
 }
 
-void print(const rom::RomDocument& document, const std::vector<std::string>& files, bool as_json)
+void print(const analysis::RomDocument& document, const std::vector<std::string>& files, bool as_json)
 {
-  const rom::RomVolume volume = rom::volume_of(document.range);
+  const analysis::RomVolume volume = analysis::volume_of(document.range);
   if (as_json) {
     const Json json = {{"statuses", statuses_of(document.range)},
                        {"in_range", volume_json(volume)},
                        {"neutral_ends", ends_json(document)},
                        {"files", files}};
-    std::printf("%s\n", documents::json_text(json, 2).c_str());
+    std::printf("%s\n", core::json_text(json, 2).c_str());
     return;
   }
   std::string counts;
@@ -170,50 +170,50 @@ void print(const rom::RomDocument& document, const std::vector<std::string>& fil
   std::printf("%zu attitudes: %s\n", document.range.cells.size(), counts.c_str());
   std::printf("in range: %.6g degrees^%d, %.3g %% of the driven box\n", volume.volume, volume.n_driven,
               100.0 * volume.volume / volume.driven_volume);
-  for (const rom::RangeAlong& along : rom::boundaries_of(document.range)) {
+  for (const analysis::RangeAlong& along : analysis::boundaries_of(document.range)) {
     if (along.at != document.range.neutral) continue;
     const std::string ends = along.is_empty
                                  ? "not in range at the neutral attitude"
                                  : end_text(document, along.low) + " to " + end_text(document, along.high);
-    std::printf("  %-9s %s\n", rom::rotation_names[along.axis], ends.c_str());
+    std::printf("  %-9s %s\n", analysis::rotation_names[along.axis], ends.c_str());
   }
   for (const std::string& file : files) std::printf("%s\n", file.c_str());
 }
 
 std::vector<std::string> journals_of(const std::string& file)
 {
-  std::vector<std::string> list = journal::list_shard_journals_if_readable(file);
+  std::vector<std::string> list = store::list_shard_journals_if_readable(file);
   std::error_code error;
-  if (fs::exists(journal::journal_of(file), error)) list.push_back(journal::journal_of(file));
+  if (fs::exists(store::journal_of(file), error)) list.push_back(store::journal_of(file));
   return list;
 }
 
 /// The range, or that of a shard, which has no cells; empty when interrupted.
-std::optional<rom::RangeOfMotion> solved(const RomOptions& o, const std::string& file,
-                                         const load::Case& job_case, rom::RomPlan& plan)
+std::optional<analysis::RangeOfMotion> solved(const RomOptions& o, const std::string& file,
+                                         const job::Case& job_case, analysis::RomPlan& plan)
 {
-  const std::string key = rom::rom_key(job_case, plan);
-  rom::RomLines lines;
-  if (o.is_fresh && !plan.shard) job_run::remove_obsolete_files(journals_of(file));
+  const std::string key = analysis::rom_key(job_case, plan);
+  analysis::RomLines lines;
+  if (o.is_fresh && !plan.shard) run::remove_obsolete_files(journals_of(file));
   if (!plan.shard) {
-    for (const std::string& shard : journal::list_shard_journals_if_readable(file))
-      rom::read_lines(shard, key, lines);
+    for (const std::string& shard : store::list_shard_journals_if_readable(file))
+      analysis::read_lines(shard, key, lines);
   }
   const std::string path =
-      plan.shard ? journal::shard_journal_of(file, *plan.shard) : journal::journal_of(file);
-  journal::FrameWriter journal = rom::open_lines(path, key, o.is_fresh, lines);
-  console::Progress progress(console::progress_style_of(o.progress), "attitudes",
+      plan.shard ? store::shard_journal_of(file, *plan.shard) : store::journal_of(file);
+  core::FrameWriter journal = analysis::open_lines(path, key, o.is_fresh, lines);
+  core::Progress progress(core::progress_style_of(o.progress), "attitudes",
                              static_cast<int>(plan.axes.n_cells()), 0);
   plan.on_progress = [&](std::size_t) { progress.advance(); };
   plan.recall = [&](std::int8_t axis, const std::array<std::int32_t, 3>& at) {
     const auto found = lines.find({axis, at});
     return found == lines.end() ? std::nullopt : std::optional(found->second);
   };
-  plan.keep = [&](const rom::RomLine& line) { journal.append(rom::line_bytes(line)); };
-  rom::RangeOfMotion range = rom::range_of_motion(job_case, plan);
+  plan.keep = [&](const analysis::RomLine& line) { journal.append(analysis::line_bytes(line)); };
+  analysis::RangeOfMotion range = analysis::range_of_motion(job_case, plan);
   journal.close();
-  if (console::is_interrupted()) {
-    console::log_info(path + ": repeat the command to resume");
+  if (core::is_interrupted()) {
+    core::log_info(path + ": repeat the command to resume");
     return std::nullopt;
   }
   if (plan.shard) std::printf("%s\n", path.c_str());
@@ -236,22 +236,22 @@ std::vector<std::string> published(Publication& result, const fs::path& folder,
   return files;
 }
 
-console::ExitCode compare(const RomOptions& o)
+core::ExitCode compare(const RomOptions& o)
 {
-  const rom::RomDocument a = read_rom(o.compare[0]), b = read_rom(o.compare[1]);
-  const rom::RomComparison found = rom::compare_ranges(a.range, b.range, o.compare[1]);
+  const analysis::RomDocument a = read_rom(o.compare[0]), b = read_rom(o.compare[1]);
+  const analysis::RomComparison found = analysis::compare_ranges(a.range, b.range, o.compare[1]);
   std::vector<std::string> files;
   if (!o.folder.empty()) {
-    job_run::make_folder(o.folder);
+    run::make_folder(o.folder);
     std::optional<Publication> result =
-        job_run::begin_result((fs::path(o.folder) / "comparison.csv").string(), "vrda rom --compare");
-    if (!result) return console::ExitCode::interrupted;
+        run::begin_result((fs::path(o.folder) / "comparison.csv").string(), "vrda rom --compare");
+    if (!result) return core::ExitCode::interrupted;
     files = published(*result, o.folder,
-                      {{"comparison.html", rom::comparison_page(a, b)},
-                       {"comparison.png", rom::comparison_picture(a, b)},
-                       {"comparison.csv", rom::comparison_csv(a, b)}});
+                      {{"comparison.html", analysis::comparison_page(a, b)},
+                       {"comparison.png", analysis::comparison_picture(a, b)},
+                       {"comparison.csv", analysis::comparison_csv(a, b)}});
   }
-  const std::pair<const char*, const rom::RomVolume&> rows[] = {{"first", found.a},
+  const std::pair<const char*, const analysis::RomVolume&> rows[] = {{"first", found.a},
                                                                 {"second", found.b},
                                                                 {"both", found.both},
                                                                 {"only_first", found.only_a},
@@ -260,8 +260,8 @@ console::ExitCode compare(const RomOptions& o)
     Json json = Json::object();
     for (const auto& [name, volume] : rows) json[name] = volume_json(volume);
     if (!files.empty()) json["files"] = files;
-    std::printf("%s\n", documents::json_text(json, 2).c_str());
-    return console::ExitCode::done;
+    std::printf("%s\n", core::json_text(json, 2).c_str());
+    return core::ExitCode::done;
   }
   std::printf("%-12s %10s %16s %10s\n", "", "attitudes",
               ("degrees^" + std::to_string(found.a.n_driven)).c_str(), "% of box");
@@ -270,12 +270,12 @@ console::ExitCode compare(const RomOptions& o)
                 100.0 * volume.volume / volume.driven_volume);
   }
   for (const std::string& file : files) std::printf("%s\n", file.c_str());
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 }  // namespace
 
-console::ExitCode rom_command(const RomOptions& o)
+core::ExitCode rom_command(const RomOptions& o)
 {
   if (!o.compare.empty()) {
     if (!o.job_file.empty())
@@ -285,34 +285,34 @@ console::ExitCode rom_command(const RomOptions& o)
   if (o.job_file.empty() || o.folder.empty())
     throw InputError({"vrda rom", o.job_file.empty() ? "job" : "--output", "nothing",
                       "vrda rom JOB -o FOLDER, or --compare A B"});
-  rom::RomPlan plan = plan_of(o);
-  const load::Case job_case =
-      load::scaled_to_subject(job_run::load_and_report_case(o.job_file, {o.data_directory, o.overrides}));
+  analysis::RomPlan plan = plan_of(o);
+  const job::Case job_case =
+      job::scaled_to_subject(run::load_and_report_case(o.job_file, {o.data_directory, o.overrides}));
   const bool is_of_reference =
       o.delta_of.empty() ? job_case.is_push_fixed_in_reference : o.delta_of == "reference";
-  plan.delta_body = is_of_reference ? rom::DeltaBody::reference : rom::DeltaBody::moving;
+  plan.delta_body = is_of_reference ? analysis::DeltaBody::reference : analysis::DeltaBody::moving;
   const fs::path folder = o.folder;
   const std::string file = (folder / "rom.json").string();
-  job_run::make_folder(folder.string());
-  if (!o.shard.empty()) plan.shard = cluster::shard_of(o.shard);
+  run::make_folder(folder.string());
+  if (!o.shard.empty()) plan.shard = run::shard_of(o.shard);
   // Shards run in parallel, each with its own journal.
   std::optional<Publication> result =
-      job_run::begin_result(plan.shard ? journal::shard_journal_of(file, *plan.shard) : file, "vrda rom");
-  if (!result) return console::ExitCode::interrupted;
+      run::begin_result(plan.shard ? store::shard_journal_of(file, *plan.shard) : file, "vrda rom");
+  if (!result) return core::ExitCode::interrupted;
   if (!o.may_replace) require_same_or_absent(file, job_case, plan);
-  const std::optional<rom::RangeOfMotion> range = solved(o, file, job_case, plan);
-  if (!range) return console::ExitCode::interrupted;
-  if (plan.shard) return console::ExitCode::done;
-  const rom::RomDocument document = rom::rom_document(job_case, *range, "vrda " VRDA_VERSION);
+  const std::optional<analysis::RangeOfMotion> range = solved(o, file, job_case, plan);
+  if (!range) return core::ExitCode::interrupted;
+  if (plan.shard) return core::ExitCode::done;
+  const analysis::RomDocument document = analysis::rom_document(job_case, *range, "vrda " VRDA_VERSION);
   const std::vector<std::string> files = published(*result, folder,
-                                                   {{"index.html", rom::rom_page(document)},
-                                                    {"rom.png", rom::rom_picture(document)},
-                                                    {"rom.csv", rom::rom_csv(document)},
-                                                    {"boundary.csv", rom::boundary_csv(document)},
-                                                    {"rom.json", rom::rom_json(document)}});
-  job_run::remove_obsolete_files(journals_of(file));
+                                                   {{"index.html", analysis::rom_page(document)},
+                                                    {"rom.png", analysis::rom_picture(document)},
+                                                    {"rom.csv", analysis::rom_csv(document)},
+                                                    {"boundary.csv", analysis::boundary_csv(document)},
+                                                    {"rom.json", analysis::rom_json(document)}});
+  run::remove_obsolete_files(journals_of(file));
   print(document, files, o.as_json);
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 }  // namespace vrda::app

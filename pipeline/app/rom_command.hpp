@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "console/console.hpp"
+#include "core/console.hpp"
 
 namespace CLI {
 class App;
@@ -34,7 +34,7 @@ struct RomOptions {
 /// prints volume and ends; or compares two rom.json, into the folder if one is given. Throws InputError
 /// before solving if less than two rotations are driven, or if the folder has the result of another job or of
 /// other limits.
-console::ExitCode rom_command(const RomOptions& options);
+core::ExitCode rom_command(const RomOptions& options);
 
 /// Adds the options to a command.
 void add_rom_options(CLI::App& command, RomOptions& options);

@@ -4,11 +4,11 @@
 #include <CLI/CLI.hpp>
 
 #include "app/usage.hpp"
-#include "cluster/jobs.hpp"
+#include "run/jobs.hpp"
 
 namespace vrda::app {
 
-void add_run_options(CLI::App& c, job_run::RunOptions& o)
+void add_run_options(CLI::App& c, run::RunOptions& o)
 {
   c.add_option("job", o.job_file, "Job file (TOML)")->required();
   c.add_option("-o,--output", o.output, "Motion model; default: results/<job name>/<job name>.h5");
@@ -21,7 +21,7 @@ void add_run_options(CLI::App& c, job_run::RunOptions& o)
                                   "Solve only the spine (the path along flexion from which each row "
                                   "starts), into NAME.h5.spine.journal");
   c.add_option_function<std::string>(
-       "--shard", [&o](const std::string& text) { o.shard = cluster::shard_of(text); },
+       "--shard", [&o](const std::string& text) { o.shard = run::shard_of(text); },
        "I/N: solve every Nth flexion from the Ith on, into a separate journal for vrda merge")
       ->type_name("I/N")
       ->excludes(spine);

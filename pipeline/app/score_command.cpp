@@ -8,14 +8,14 @@
 #include <optional>
 
 #include "core/error.hpp"
-#include "core/joint_kind.hpp"
+#include "model/joint_kind.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "documents/json_file.hpp"
-#include "job_run/summary.hpp"
-#include "measured/motion_poses.hpp"
-#include "motion/poses.hpp"
-#include "score/score.hpp"
+#include "core/json_file.hpp"
+#include "run/summary.hpp"
+#include "tables/motion_poses.hpp"
+#include "store/poses.hpp"
+#include "analysis/score.hpp"
 
 namespace vrda::app {
 namespace {
@@ -26,7 +26,7 @@ using Json = nlohmann::ordered_json;
 struct Source {
   std::string file;
   std::optional<store::MotionModel> model;
-  measured::MotionSequence table = {};
+  tables::MotionSequence table = {};
 };
 
 [[noreturn]] void refuse_score(const std::string& option, const std::string& found, const std::string& wanted)
@@ -37,7 +37,7 @@ struct Source {
 Source source_of(const std::string& file)
 {
   if (!file.ends_with(".h5")) return {file, {}, {}};
-  return {file, job_run::read_solved_model(file), {}};
+  return {file, run::read_solved_model(file), {}};
 }
 
 Side side_of(const store::MotionModel& model)
@@ -72,13 +72,13 @@ std::optional<Eigen::Vector3d> long_axis_of(const Source& found, const std::stri
   return found.model->delta;
 }
 
-score::Convention convention_of(const Source& found, const Source& against,
+analysis::Convention convention_of(const Source& found, const Source& against,
                                 const ScoreCommandOptions& options)
 {
   if (found.model && against.model && found.model->side != against.model->side)
     throw InputError({against.file, "side", against.model->side, found.model->side + ", as " + found.file});
   const Source& known = found.model ? found : against;
-  score::Convention convention;
+  analysis::Convention convention;
   if (known.model) {
     if (!options.side.empty())
       refuse_score("--side", options.side, "no value: the side is that of " + known.file);
@@ -90,7 +90,7 @@ score::Convention convention_of(const Source& found, const Source& against,
   if (!options.centre_mm.empty())
     convention.rotation_centre_mm = Eigen::Map<const Eigen::Vector3d>(options.centre_mm.data());
   convention.long_axis = long_axis_of(found, options.long_axis);
-  if (options.translations == "mesh-origin") convention.translations = score::Translations::mesh_origin;
+  if (options.translations == "mesh-origin") convention.translations = analysis::Translations::mesh_origin;
   return convention;
 }
 
@@ -100,35 +100,35 @@ void require_set(const Source& found, const std::string& set)
     if (set != "raw") refuse_score("--set", set, "no value: " + found.file + " is a table");
     return;
   }
-  const std::vector<std::string> names = motion::all_set_names(*found.model);
+  const std::vector<std::string> names = store::all_set_names(*found.model);
   if (std::find(names.begin(), names.end(), set) != names.end()) return;
   throw InputError(
       {found.file, "--set", "\"" + set + "\"", "a set of this file: " + join_alternatives(names)});
 }
 
-score::Sequence sequence_of(const Source& source, const std::string& set, const score::Convention& convention)
+analysis::Sequence sequence_of(const Source& source, const std::string& set, const analysis::Convention& convention)
 {
-  if (source.model) return score::sequence_of(source.file, *source.model, set, convention);
-  const measured::MotionSequence& table = source.table;
-  return score::sequence_of(source.file, table.key_name, table.key, table.X_reference_moving, convention);
+  if (source.model) return analysis::sequence_of(source.file, *source.model, set, convention);
+  const tables::MotionSequence& table = source.table;
+  return analysis::sequence_of(source.file, table.key_name, table.key, table.X_reference_moving, convention);
 }
 
 /// Of two tables each --column must be in one.
 void read_tables(Source& found, Source& against, const ScoreCommandOptions& options,
-                 const score::Convention& convention)
+                 const analysis::Convention& convention)
 {
-  measured::MotionConvention of_table;
+  tables::MotionConvention of_table;
   of_table.joint.side = convention.side;
   of_table.joint.rotation_centre_mm = convention.rotation_centre_mm;
   const Source& known = found.model ? found : against;
   if (known.model) of_table.joint.has_large_flexion = joint_kind(known.model->joint).has_large_flexion;
-  of_table.stated.angles = measured::angle_unit_named(options.angles);
-  of_table.columns.of_coordinate = measured::names_by_coordinate("vrda score", "--column", options.columns);
+  of_table.stated.angles = tables::angle_unit_named(options.angles);
+  of_table.columns.of_coordinate = tables::names_by_coordinate("vrda score", "--column", options.columns);
   of_table.columns.may_be_absent = !found.model && !against.model;
   for (Source* source : {&found, &against}) {
     if (source->model) continue;
-    source->table = measured::read_motion(source->file, of_table);
-    for (const std::string& line : source->table.warnings) console::log_warning(line);
+    source->table = tables::read_motion(source->file, of_table);
+    for (const std::string& line : source->table.warnings) core::log_warning(line);
   }
   const std::vector<std::string>& absent = against.table.absent_columns;
   for (const std::string& column : found.table.absent_columns) {
@@ -146,23 +146,23 @@ std::string match_of(const Source& found, const ScoreCommandOptions& options)
   return options.match;
 }
 
-std::vector<score::Row> matched_rows(const Source& found, const score::Sequence& measured,
+std::vector<analysis::Row> matched_rows(const Source& found, const analysis::Sequence& measured,
                                      const std::string& match, const ScoreCommandOptions& options,
-                                     const score::Convention& convention)
+                                     const analysis::Convention& convention)
 {
-  const bool is_given_varus = found.model && !score::is_sequence(*found.model, options.set);
+  const bool is_given_varus = found.model && !analysis::is_sequence(*found.model, options.set);
   if (is_given_varus) {
     if (options.bridges)
       throw InputError({found.file, "--bridge", "a grid with given varus", "a motion over flexion"});
-    return score::rows_at_attitudes(*found.model, options.set, measured, convention);
+    return analysis::rows_at_attitudes(*found.model, options.set, measured, convention);
   }
-  const score::Sequence rows = sequence_of(found, options.set, convention);
-  if (match == "flexion") return score::rows_over_flexion(rows, measured, options.bridges);
+  const analysis::Sequence rows = sequence_of(found, options.set, convention);
+  if (match == "flexion") return analysis::rows_over_flexion(rows, measured, options.bridges);
   if (options.bridges) refuse_score("--bridge", "--match key", "--match flexion");
   if (rows.key_name != measured.key_name)
     throw InputError({found.file, "key", rows.key_name,
                       measured.key_name + ", as " + measured.file + "; or --match flexion"});
-  return score::rows_by_key(rows, measured);
+  return analysis::rows_by_key(rows, measured);
 }
 
 std::optional<std::size_t> row_number(std::string_view text, std::size_t if_empty)
@@ -176,7 +176,7 @@ std::optional<std::size_t> row_number(std::string_view text, std::size_t if_empt
 
 }  // namespace
 
-score::RowRange rows_of(const CommandOption& option, const std::string& text, std::size_t n)
+analysis::RowRange rows_of(const CommandOption& option, const std::string& text, std::size_t n)
 {
   if (text.empty()) return {};
   if (text == "first-half") return {0, n / 2};
@@ -194,15 +194,15 @@ score::RowRange rows_of(const CommandOption& option, const std::string& text, st
 
 namespace {
 
-score::ScoreOptions score_options(const ScoreCommandOptions& options, const score::Convention& convention,
+analysis::ScoreOptions score_options(const ScoreCommandOptions& options, const analysis::Convention& convention,
                                   const std::string& match, std::size_t n)
 {
-  score::ScoreOptions with;
+  analysis::ScoreOptions with;
   with.convention = convention;
-  if (options.align == "constant") with.align = score::Alignment::constant;
-  if (options.align == "rigid") with.align = score::Alignment::rigid;
+  if (options.align == "constant") with.align = analysis::Alignment::constant;
+  if (options.align == "rigid") with.align = analysis::Alignment::rigid;
   const std::string over = options.line.empty() ? match : options.line;
-  with.line_over = over == "flexion" ? score::LineOver::flexion : score::LineOver::key;
+  with.line_over = over == "flexion" ? analysis::LineOver::flexion : analysis::LineOver::key;
   with.scored = rows_of({"vrda score", "--rows"}, options.rows, n);
   if (!options.fit_rows.empty()) with.fit = rows_of({"vrda score", "--fit-rows"}, options.fit_rows, n);
   return with;
@@ -211,15 +211,15 @@ score::ScoreOptions score_options(const ScoreCommandOptions& options, const scor
 /// Everything that is printed.
 struct Outcome {
   const ScoreCommandOptions& options;
-  score::Convention convention;
+  analysis::Convention convention;
   std::string match, line;
-  score::Sequence measured;
-  score::Score score;
+  analysis::Sequence measured;
+  analysis::Score score;
 };
 
 double in_file_unit(double value, std::size_t c)
 {
-  return c < score::n_angles ? deg_from_rad(value) : value;
+  return c < analysis::n_angles ? deg_from_rad(value) : value;
 }
 
 /// "3-5, 12", counted from 1.
@@ -277,11 +277,11 @@ Json json_of(const Pose& X, const Eigen::Vector3d& centre_mm)
           {"matrix_mm", matrix}};
 }
 
-Json json_of(const score::CoordinateScore& s, std::size_t c, const score::Sequence& measured)
+Json json_of(const analysis::CoordinateScore& s, std::size_t c, const analysis::Sequence& measured)
 {
-  const score::Statistics& of = s.statistics;
+  const analysis::Statistics& of = s.statistics;
   Json json = {
-      {"unit", score::coordinate_names[c].unit},
+      {"unit", analysis::coordinate_names[c].unit},
       {"frames", of.n},
       {"rms", in_file_unit(of.rms, c)},
       {"bias", in_file_unit(of.bias, c)},
@@ -304,7 +304,7 @@ Json json_of(const Outcome& o)
 {
   Json align = {{"kind", o.options.align}, {"fit_frames", o.score.n_fit_rows}};
   if (o.score.rigid) {
-    const score::RigidAlignment& rigid = *o.score.rigid;
+    const analysis::RigidAlignment& rigid = *o.score.rigid;
     align["status"] = rigid.is_converged ? "converged" : "iteration_limit";
     align["rms_mm"] = rigid.rms_mm;
     align["determined_directions"] = rigid.n_determined;
@@ -313,8 +313,8 @@ Json json_of(const Outcome& o)
   }
   Json missing = Json::object(), coordinates = Json::object();
   for (const auto& [reason, rows] : o.score.missing) missing[reason] = from_one(rows);
-  for (std::size_t c = 0; c < score::n_scored; ++c)
-    coordinates[score::coordinate_names[c].name] = json_of(o.score.coordinates[c], c, o.measured);
+  for (std::size_t c = 0; c < analysis::n_scored; ++c)
+    coordinates[analysis::coordinate_names[c].name] = json_of(o.score.coordinates[c], c, o.measured);
   return {{"file", o.options.model},
           {"set", o.options.set},
           {"against", o.options.against},
@@ -354,7 +354,7 @@ void print_alignment(const Outcome& o)
   if (!o.options.fit_rows.empty()) std::printf(", fitted to %zu frames", o.score.n_fit_rows);
   std::printf("\n");
   if (!o.score.rigid) return;
-  const score::RigidAlignment& rigid = *o.score.rigid;
+  const analysis::RigidAlignment& rigid = *o.score.rigid;
   print_transform("reference", rigid.X_reference, o.convention.rotation_centre_mm);
   print_transform("moving", rigid.X_moving, o.convention.rotation_centre_mm);
   std::printf("  %.3f mm left, %d of 12 directions determined\n", rigid.rms_mm, rigid.n_determined);
@@ -364,12 +364,12 @@ void print_table(const Outcome& o)
 {
   std::printf("  %-18s %6s %8s %8s %8s %8s %8s %8s %11s %9s %9s\n", "", "frames", "RMS", "bias", "shape",
               "offset", "largest", "in row", "correlation", "constant", "line");
-  for (std::size_t c = 0; c < score::n_scored; ++c) {
-    const score::CoordinateScore& s = o.score.coordinates[c];
-    const score::Statistics& of = s.statistics;
+  for (std::size_t c = 0; c < analysis::n_scored; ++c) {
+    const analysis::CoordinateScore& s = o.score.coordinates[c];
+    const analysis::Statistics& of = s.statistics;
     const auto cell = [&](double value) { return three_decimals(in_file_unit(value, c)); };
     const std::string name =
-        std::string(score::coordinate_names[c].name) + ", " + score::coordinate_names[c].unit;
+        std::string(analysis::coordinate_names[c].name) + ", " + analysis::coordinate_names[c].unit;
     const std::string row = of.n == 0 ? "-" : std::to_string(s.largest_row + 1);
     std::printf("  %-18s %6zu %8s %8s %8s %8s %8s %8s %11s %9s %9s\n", name.c_str(), of.n,
                 cell(of.rms).c_str(), cell(of.bias).c_str(), cell(of.shape).c_str(), cell(s.offset).c_str(),
@@ -389,37 +389,37 @@ void print(const Outcome& o)
     std::printf("not scored: %zu %s, rows %s\n", rows.size(), reason.c_str(), row_list(rows).c_str());
   print_alignment(o);
   print_table(o);
-  for (std::size_t c = 0; c < score::n_scored; ++c) {
+  for (std::size_t c = 0; c < analysis::n_scored; ++c) {
     const std::vector<std::size_t>& rows = o.score.coordinates[c].undetermined;
     if (rows.empty()) continue;
-    std::printf("%s: %zu undetermined, rows %s\n", score::coordinate_names[c].name, rows.size(),
+    std::printf("%s: %zu undetermined, rows %s\n", analysis::coordinate_names[c].name, rows.size(),
                 row_list(rows).c_str());
   }
 }
 
 }  // namespace
 
-console::ExitCode score_command(const ScoreCommandOptions& options)
+core::ExitCode score_command(const ScoreCommandOptions& options)
 {
   Source found = source_of(options.model), against = source_of(options.against);
   require_set(found, options.set);
-  const score::Convention convention = convention_of(found, against, options);
+  const analysis::Convention convention = convention_of(found, against, options);
   read_tables(found, against, options, convention);
-  const score::Sequence measured = sequence_of(against, "raw", convention);
+  const analysis::Sequence measured = sequence_of(against, "raw", convention);
   const std::string match = match_of(found, options);
-  const std::vector<score::Row> rows = matched_rows(found, measured, match, options, convention);
-  const score::ScoreOptions with = score_options(options, convention, match, measured.rows.size());
+  const std::vector<analysis::Row> rows = matched_rows(found, measured, match, options, convention);
+  const analysis::ScoreOptions with = score_options(options, convention, match, measured.rows.size());
   const Outcome outcome{options,  convention,
                         match,    options.line.empty() ? match : options.line,
-                        measured, score::score(rows, measured, with)};
+                        measured, analysis::score(rows, measured, with)};
   if (outcome.score.rigid && !outcome.score.rigid->is_converged)
-    console::log_warning("the rigid alignment did not converge within its iteration limit");
+    core::log_warning("the rigid alignment did not converge within its iteration limit");
   if (options.as_json) {
-    std::printf("%s\n", documents::json_text(json_of(outcome), 2).c_str());
+    std::printf("%s\n", core::json_text(json_of(outcome), 2).c_str());
   } else {
     print(outcome);
   }
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 }  // namespace vrda::app

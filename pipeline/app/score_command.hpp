@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "console/console.hpp"
-#include "score/score.hpp"
+#include "core/console.hpp"
+#include "analysis/score.hpp"
 
 namespace CLI {
 class App;
@@ -40,10 +40,10 @@ struct CommandOption {
 };
 
 /// Rows from 1 on the command line, from 0 inside: A:B, first-half, second-half, or all of `n` if empty.
-score::RowRange rows_of(const CommandOption& option, const std::string& text, std::size_t n);
+analysis::RowRange rows_of(const CommandOption& option, const std::string& text, std::size_t n);
 
 /// Prints a table or JSON. Throws InputError for files that are refused, for options that do not fit them,
 /// and if no frame can be scored.
-console::ExitCode score_command(const ScoreCommandOptions& options);
+core::ExitCode score_command(const ScoreCommandOptions& options);
 
 }  // namespace vrda::app

@@ -7,15 +7,15 @@
 #include <vector>
 
 #include "app/model_commands.hpp"
-#include "audit/audit.hpp"
+#include "analysis/audit.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "documents/json_file.hpp"
-#include "job_run/default_motion.hpp"
-#include "job_run/run_output.hpp"
-#include "job_run/summary.hpp"
-#include "motion/poses.hpp"
-#include "smooth/smooth.hpp"
+#include "core/json_file.hpp"
+#include "run/default_motion.hpp"
+#include "run/run_output.hpp"
+#include "run/summary.hpp"
+#include "store/poses.hpp"
+#include "analysis/smooth.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::app {
@@ -30,7 +30,7 @@ void report_dropped_audits(const std::vector<store::AuditSet>& before,
   for (const store::AuditSet& audit : before) {
     const bool is_there = std::any_of(after.begin(), after.end(),
                                       [&](const store::AuditSet& other) { return other.name == audit.name; });
-    if (!is_there) console::log_info("dropped /audit/" + audit.name + ", which measured the replaced set");
+    if (!is_there) core::log_info("dropped /audit/" + audit.name + ", which measured the replaced set");
   }
 }
 
@@ -106,39 +106,39 @@ void print(const store::SmoothedSet& set)
 
 std::optional<store::SmoothedSet> add_smoothed(const SmoothCommandOptions& options)
 {
-  const std::optional<OutputLock> lock = job_run::lock_output(options.file, "vrda smooth");
+  const std::optional<OutputLock> lock = run::lock_output(options.file, "vrda smooth");
   if (!lock) return std::nullopt;
-  store::MotionModel model = job_run::read_solved_model(options.file);
+  store::MotionModel model = run::read_solved_model(options.file);
   store::require_grid(model, options.file, "vrda smooth");
-  smooth::SmoothFit fit =
-      smooth::smooth_fit(smooth::smooth_input(model, options.file), options.degree, {options.is_robust});
+  analysis::SmoothFit fit =
+      analysis::smooth_fit(analysis::smooth_input(model, options.file), options.degree, {options.is_robust});
   if (std::find(fit.is_converged.begin(), fit.is_converged.end(), false) != fit.is_converged.end())
-    console::log_warning("the robust weights did not converge within the iteration limit");
+    core::log_warning("the robust weights did not converge within the iteration limit");
   store::SmoothedSet set = std::move(fit.set);
   if (options.is_recontacted)
-    set.recontact_mm = audit::recontact(model, set, job_run::thread_count_or_all(options.n_threads));
+    set.recontact_mm = analysis::recontact(model, set, run::thread_count_or_all(options.n_threads));
   const std::vector<store::AuditSet> audits = model.audits;
   model = store::with_smoothed(std::move(model), set);
   // `run` compared the two-sided motion, which this set does not change.
   if (!model.two_sided)
-    model.default_motion = job_run::evaluated_default_motion(model, model.smoothed.back().is_robust,
-                                                             job_run::thread_count_or_all(options.n_threads));
+    model.default_motion = run::evaluated_default_motion(model, model.smoothed.back().is_robust,
+                                                             run::thread_count_or_all(options.n_threads));
   store::write_motion_model(options.file, model);
   report_dropped_audits(audits, model.audits);
-  console::log_info(job_run::default_motion_line(model));
+  core::log_info(run::default_motion_line(model));
   return set;
 }
 
-console::ExitCode smooth_command(const SmoothCommandOptions& options)
+core::ExitCode smooth_command(const SmoothCommandOptions& options)
 {
   const std::optional<store::SmoothedSet> set = add_smoothed(options);
-  if (!set) return console::ExitCode::interrupted;
+  if (!set) return core::ExitCode::interrupted;
   if (options.as_json) {
-    std::printf("%s\n", documents::json_text(json_of(*set), 2).c_str());
+    std::printf("%s\n", core::json_text(json_of(*set), 2).c_str());
   } else {
     print(*set);
   }
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 Json two_sided_json(const store::TwoSidedFigures& figures)
@@ -183,7 +183,7 @@ namespace {
 
 std::vector<std::string> chosen_sets(const store::MotionModel& model, const AuditOptions& options)
 {
-  const std::vector<std::string> names = motion::set_names(model);
+  const std::vector<std::string> names = store::set_names(model);
   if (options.set == "all") return names;
   if (std::find(names.begin(), names.end(), options.set) != names.end()) return {options.set};
   std::string wanted = "all";
@@ -191,7 +191,7 @@ std::vector<std::string> chosen_sets(const store::MotionModel& model, const Audi
   throw InputError({options.file, "--set", options.set, "one of " + wanted});
 }
 
-Json json_of(const audit::AuditExtreme& extreme, int n)
+Json json_of(const analysis::AuditExtreme& extreme, int n)
 {
   if (n == 0) return {};
   Json json = {
@@ -202,7 +202,7 @@ Json json_of(const audit::AuditExtreme& extreme, int n)
 
 Json json_of(const store::AuditSet& set)
 {
-  const audit::AuditFigures f = audit::figures_of(set);
+  const analysis::AuditFigures f = analysis::figures_of(set);
   const int n_free = f.n_poses - f.n_overlapping - f.n_nothing_ahead;
   return {{"set", set.name},
           {"refine", set.refine},
@@ -218,7 +218,7 @@ Json json_of(const store::AuditSet& set)
 }
 
 // "0.0123 at 45, -2.5", or a dash.
-std::string text_of(const audit::AuditExtreme& extreme, int n)
+std::string text_of(const analysis::AuditExtreme& extreme, int n)
 {
   if (n == 0) return "-";
   char text[96];
@@ -242,7 +242,7 @@ std::string mean_text(double mean_mm, int n)
 Json travel_json(const store::MotionModel& model)
 {
   if (!model.frames) return {};
-  const audit::FrameTravel t = audit::frame_travel(model);
+  const analysis::FrameTravel t = analysis::frame_travel(model);
   return {{"steps", t.n_steps},
           {"largest_mm", t.largest_mm},
           {"at_key_mm", std::isnan(t.key_of_mm) ? Json() : Json(t.key_of_mm)},
@@ -255,7 +255,7 @@ Json travel_json(const store::MotionModel& model)
 void print_travel(const store::MotionModel& model)
 {
   if (!model.frames) return;
-  const audit::FrameTravel t = audit::frame_travel(model);
+  const analysis::FrameTravel t = analysis::frame_travel(model);
   std::printf(
       "from frame to frame: at most %.3g mm (mean %.3g) and %.3g degrees (mean %.3g), of the point at the "
       "rotation centre\n",
@@ -271,7 +271,7 @@ void print(const std::vector<store::AuditSet>& sets)
   std::printf(row, "set", "refine", "poses", "overlapping", "largest penetration", "mean", "largest gap",
               "mean", "nothing ahead");
   for (const store::AuditSet& set : sets) {
-    const audit::AuditFigures f = audit::figures_of(set);
+    const analysis::AuditFigures f = analysis::figures_of(set);
     const int n_free = f.n_poses - f.n_overlapping - f.n_nothing_ahead;
     std::printf(
         row, set.name.c_str(), std::to_string(set.refine).c_str(), std::to_string(f.n_poses).c_str(),
@@ -286,30 +286,30 @@ void print(const std::vector<store::AuditSet>& sets)
 
 }  // namespace
 
-console::ExitCode audit_command(const AuditOptions& options)
+core::ExitCode audit_command(const AuditOptions& options)
 {
-  const bool is_stored = job_run::may_add_to(options.file);
+  const bool is_stored = run::may_add_to(options.file);
   const std::optional<OutputLock> lock =
-      is_stored ? job_run::lock_output(options.file, "vrda audit") : std::nullopt;
-  if (is_stored && !lock) return console::ExitCode::interrupted;
-  store::MotionModel model = job_run::read_solved_model(options.file);
+      is_stored ? run::lock_output(options.file, "vrda audit") : std::nullopt;
+  if (is_stored && !lock) return core::ExitCode::interrupted;
+  store::MotionModel model = run::read_solved_model(options.file);
   std::vector<store::AuditSet> measured;
   for (const std::string& set : chosen_sets(model, options)) {
     measured.push_back(
-        audit::audit(model, set, options.refine, job_run::thread_count_or_all(options.n_threads)));
+        analysis::audit(model, set, options.refine, run::thread_count_or_all(options.n_threads)));
   }
   for (const store::AuditSet& set : measured) model.audits = store::with_audit(std::move(model.audits), set);
   if (is_stored) store::write_motion_model(options.file, model);
   if (!options.as_json) {
     print(measured);
     print_travel(model);
-    return console::ExitCode::done;
+    return core::ExitCode::done;
   }
   Json list = Json::array();
   for (const store::AuditSet& set : measured) list.push_back(json_of(set));
   if (model.frames) list.front()["travel"] = travel_json(model);
-  std::printf("%s\n", documents::json_text(list, 2).c_str());
-  return console::ExitCode::done;
+  std::printf("%s\n", core::json_text(list, 2).c_str());
+  return core::ExitCode::done;
 }
 
 }  // namespace vrda::app

@@ -4,7 +4,7 @@
 #include <system_error>
 
 #include "core/error.hpp"
-#include "job_run/run_output.hpp"
+#include "run/run_output.hpp"
 
 namespace vrda::app {
 
@@ -26,8 +26,8 @@ void remove_stages_of_dead_writers(const fs::path& folder)
 
 std::optional<Publication> begun(const fs::path& folder, const std::string& main, const std::string& command)
 {
-  job_run::make_folder(folder.string());
-  return job_run::begin_result((folder / main).string(), command);
+  run::make_folder(folder.string());
+  return run::begin_result((folder / main).string(), command);
 }
 
 std::string bytes_of(const std::string& file)

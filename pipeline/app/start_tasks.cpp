@@ -6,12 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "cluster/local_run.hpp"
-#include "cluster/slurm.hpp"
-#include "cluster/slurm_scripts.hpp"
-#include "console/console.hpp"
+#include "run/local_run.hpp"
+#include "run/slurm.hpp"
+#include "run/slurm_scripts.hpp"
+#include "core/console.hpp"
 #include "core/error.hpp"
-#include "job_run/summary.hpp"
+#include "run/summary.hpp"
 
 namespace vrda::app {
 namespace {
@@ -20,21 +20,21 @@ using Json = nlohmann::ordered_json;
 
 std::string dumped(const Json& json)
 {
-  return documents::json_text(json, 2);
+  return core::json_text(json, 2);
 }
 
-console::ExitCode run_here(const std::string& folder, const cluster::Submission& submission,
-                           const cluster::Work& work, const StartOptions& options)
+core::ExitCode run_here(const std::string& folder, const run::Submission& submission,
+                           const run::Work& work, const StartOptions& options)
 {
-  const int n_workers = job_run::thread_count_or_all(options.n_workers);
-  cluster::LocalOptions local;
+  const int n_workers = run::thread_count_or_all(options.n_workers);
+  run::LocalOptions local;
   local.n_workers = n_workers;
-  local.n_cpus = std::max({1, submission.slurm.cpus, job_run::thread_count_or_all(0) / n_workers});
-  local.is_stop_requested = console::is_interrupted;
-  local.report = console::log_info;
-  console::install_signal_handlers();
-  const cluster::LocalOutcome outcome = cluster::run_locally(
-      folder, submission, cluster::jobs_of_work(submission, work, cluster::no_limits), local);
+  local.n_cpus = std::max({1, submission.slurm.cpus, run::thread_count_or_all(0) / n_workers});
+  local.is_stop_requested = core::is_interrupted;
+  local.report = core::log_info;
+  core::install_signal_handlers();
+  const run::LocalOutcome outcome = run::run_locally(
+      folder, submission, run::jobs_of_work(submission, work, run::no_limits), local);
   if (options.as_json) {
     std::printf("%s\n", dumped({{"folder", folder},
                                 {"done", outcome.n_done},
@@ -46,78 +46,78 @@ console::ExitCode run_here(const std::string& folder, const cluster::Submission&
     std::printf("%s\n", folder.c_str());
   }
   if (outcome.n_failed > 0) {
-    console::log_warning(std::to_string(outcome.n_failed) + " tasks failed; " +
+    core::log_warning(std::to_string(outcome.n_failed) + " tasks failed; " +
                          std::to_string(outcome.n_skipped) +
                          " tasks that depend on them did not start: see vrda status " + folder);
   }
-  if (!outcome.is_interrupted) return static_cast<console::ExitCode>(outcome.worst_code);
-  console::log_info("interrupted; to resume: vrda resume " + folder + " --local");
-  return console::ExitCode::interrupted;
+  if (!outcome.is_interrupted) return static_cast<core::ExitCode>(outcome.worst_code);
+  core::log_info("interrupted; to resume: vrda resume " + folder + " --local");
+  return core::ExitCode::interrupted;
 }
 
-console::ExitCode print_plan(const std::string& folder, const cluster::Submission& submission,
-                             const cluster::Work& work)
+core::ExitCode print_plan(const std::string& folder, const run::Submission& submission,
+                             const run::Work& work)
 {
-  cluster::SlurmLimits limits;
+  run::SlurmLimits limits;
   try {
-    limits = cluster::query_limits();
+    limits = run::query_limits();
   } catch (const InputError& error) {
-    console::log_warning(std::string(error.what()) + "; using Slurm's defaults");
+    core::log_warning(std::string(error.what()) + "; using Slurm's defaults");
   }
-  const std::vector<cluster::PlannedJob> jobs = cluster::jobs_of_work(submission, work, limits);
-  std::set<cluster::TaskKind> kinds;
-  for (const cluster::PlannedJob& job : jobs) kinds.insert(job.kind);
-  for (const cluster::TaskKind kind : kinds) {
-    std::printf("==> scripts/%s <==\n%s\n", cluster::script_name_of(kind).c_str(),
-                cluster::script_of(kind, folder, submission).c_str());
+  const std::vector<run::PlannedJob> jobs = run::jobs_of_work(submission, work, limits);
+  std::set<run::TaskKind> kinds;
+  for (const run::PlannedJob& job : jobs) kinds.insert(job.kind);
+  for (const run::TaskKind kind : kinds) {
+    std::printf("==> scripts/%s <==\n%s\n", run::script_name_of(kind).c_str(),
+                run::script_of(kind, folder, submission).c_str());
   }
-  std::printf("==> commands <==\n%s", cluster::sbatch_lines(folder, submission, jobs).c_str());
-  return console::ExitCode::done;
+  std::printf("==> commands <==\n%s", run::sbatch_lines(folder, submission, jobs).c_str());
+  return core::ExitCode::done;
 }
 
-void print_tasks(const cluster::Submission& submission, const cluster::Work& work)
+void print_tasks(const run::Submission& submission, const run::Work& work)
 {
-  for (const cluster::PlannedJob& job : cluster::jobs_of_work(submission, work, cluster::no_limits)) {
-    for (const cluster::TaskId& task : cluster::tasks_of(submission, job))
-      std::printf("%s\n", cluster::full_text_of(task, submission).c_str());
+  for (const run::PlannedJob& job : run::jobs_of_work(submission, work, run::no_limits)) {
+    for (const run::TaskId& task : run::tasks_of(submission, job))
+      std::printf("%s\n", run::full_text_of(task, submission).c_str());
   }
 }
 
-Json json_of(const cluster::Submission& submission, const cluster::SubmittedJob& submitted)
+Json json_of(const run::Submission& submission, const run::SubmittedJob& submitted)
 {
-  const cluster::PlannedJob& job = submitted.job;
-  const cluster::TaskId task{job.kind, job.case_number, 0};
-  const Json name = job.case_number < 0 ? Json() : Json(cluster::case_of(submission, task).spec.name);
+  const run::PlannedJob& job = submitted.job;
+  const run::TaskId task{job.kind, job.case_number, 0};
+  const Json name = job.case_number < 0 ? Json() : Json(run::case_of(submission, task).spec.name);
   return {{"id", submitted.id},
-          {"kind", cluster::name_of(job.kind)},
+          {"kind", run::name_of(job.kind)},
           {"case", name},
-          {"array", job.numbers.empty() ? Json() : Json(cluster::ranges_text(job.numbers))}};
+          {"array", job.numbers.empty() ? Json() : Json(run::ranges_text(job.numbers))}};
 }
 
 }  // namespace
 
-console::ExitCode start_tasks(const std::string& folder, const cluster::Submission& submission,
-                              const cluster::Work& work, const StartOptions& options)
+core::ExitCode start_tasks(const std::string& folder, const run::Submission& submission,
+                              const run::Work& work, const StartOptions& options)
 {
   if (options.is_dry && options.is_local) {
     print_tasks(submission, work);
-    return console::ExitCode::done;
+    return core::ExitCode::done;
   }
   if (options.is_dry) return print_plan(folder, submission, work);
   if (options.is_local) return run_here(folder, submission, work, options);
-  const std::vector<cluster::PlannedJob> jobs =
-      cluster::jobs_of_work(submission, work, cluster::query_limits());
-  cluster::write_scripts(folder, submission, jobs);
-  const std::vector<cluster::SubmittedJob> submitted = cluster::submit_jobs(folder, submission, jobs);
+  const std::vector<run::PlannedJob> jobs =
+      run::jobs_of_work(submission, work, run::query_limits());
+  run::write_scripts(folder, submission, jobs);
+  const std::vector<run::SubmittedJob> submitted = run::submit_jobs(folder, submission, jobs);
   if (!options.as_json) {
-    for (const std::string& line : cluster::lines_of(submission, submitted))
+    for (const std::string& line : run::lines_of(submission, submitted))
       std::printf("%s\n", line.c_str());
-    return console::ExitCode::done;
+    return core::ExitCode::done;
   }
   Json list = Json::array();
-  for (const cluster::SubmittedJob& job : submitted) list.push_back(json_of(submission, job));
+  for (const run::SubmittedJob& job : submitted) list.push_back(json_of(submission, job));
   std::printf("%s\n", dumped({{"folder", folder}, {"jobs", list}}).c_str());
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 }  // namespace vrda::app

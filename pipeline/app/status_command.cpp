@@ -5,38 +5,38 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cluster_commands.hpp"
-#include "cluster/status.hpp"
-#include "cluster/submission.hpp"
-#include "cluster/task_state.hpp"
-#include "documents/json_file.hpp"
-#include "index/index.hpp"
-#include "job_run/run_output.hpp"
-#include "job_run/summary.hpp"
+#include "run/status.hpp"
+#include "run/submission.hpp"
+#include "run/task_state.hpp"
+#include "core/json_file.hpp"
+#include "run/index.hpp"
+#include "run/run_output.hpp"
+#include "run/summary.hpp"
 
 namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string amount_text(const cluster::TaskView& task)
+std::string amount_text(const run::TaskView& task)
 {
   if (task.n_total > 0) return std::to_string(task.n_done) + " of " + std::to_string(task.n_total);
   return task.n_done > 0 ? std::to_string(task.n_done) + " steps" : "";
 }
 
-void print_task(const cluster::TaskView& task, const cluster::Submission& submission)
+void print_task(const run::TaskView& task, const run::Submission& submission)
 {
-  std::string line = cluster::text_of(task.task, submission);
+  std::string line = run::text_of(task.task, submission);
   const auto pad = [&](std::size_t width) { line.resize(std::max(line.size() + 1, width), ' '); };
   constexpr std::size_t state_column = 18, amount_column = 31, rest_column = 46;
   pad(state_column);
-  line += cluster::name_of(task.status);
+  line += run::name_of(task.status);
   pad(amount_column);
   line += amount_text(task);
   pad(rest_column);
-  if (task.status == cluster::TaskStatus::running) line += task.host;
-  if (task.status != cluster::TaskStatus::running && !task.slurm_job.empty()) line += task.slurm_job;
-  if (task.per_second) line += "  " + cluster::rate_text(*task.per_second, task.seconds_left);
+  if (task.status == run::TaskStatus::running) line += task.host;
+  if (task.status != run::TaskStatus::running && !task.slurm_job.empty()) line += task.slurm_job;
+  if (task.per_second) line += "  " + run::rate_text(*task.per_second, task.seconds_left);
   if (!task.reason.empty()) line += (line.back() == ' ' ? "" : "  ") + task.reason;
   if (task.n_restarts > 0) {
     const std::string times = task.n_restarts == 1 ? "once" : std::to_string(task.n_restarts) + " times";
@@ -46,20 +46,20 @@ void print_task(const cluster::TaskView& task, const cluster::Submission& submis
   std::printf("%s\n", line.c_str());
 }
 
-void print_case(const cluster::CaseView& view, const cluster::Submission& submission)
+void print_case(const run::CaseView& view, const run::Submission& submission)
 {
   std::int64_t n_done = 0, n_total = 0;
   std::string reason;
-  for (const cluster::TaskView& task : view.tasks) {
+  for (const run::TaskView& task : view.tasks) {
     if (task.status == view.status && reason.empty() && !task.reason.empty()) {
-      reason = cluster::text_of(task.task, submission) + ": " + task.reason;
+      reason = run::text_of(task.task, submission) + ": " + task.reason;
     }
-    if (task.task.kind != cluster::TaskKind::shard && task.task.kind != cluster::TaskKind::run) continue;
+    if (task.task.kind != run::TaskKind::shard && task.task.kind != run::TaskKind::run) continue;
     n_done += task.n_done;
     n_total += task.n_total;
   }
   const std::string& name = submission.cases[static_cast<std::size_t>(view.case_number)].spec.name;
-  std::printf("%-40s %-12s %lld of %lld%s%s\n", name.c_str(), cluster::name_of(view.status),
+  std::printf("%-40s %-12s %lld of %lld%s%s\n", name.c_str(), run::name_of(view.status),
               static_cast<long long>(n_done), static_cast<long long>(n_total), reason.empty() ? "" : "  ",
               reason.c_str());
 }
@@ -69,11 +69,11 @@ Json optional_number(const std::optional<double>& value)
   return value ? Json(*value) : Json();
 }
 
-Json json_of(const cluster::TaskView& task)
+Json json_of(const run::TaskView& task)
 {
-  return {{"kind", cluster::name_of(task.task.kind)},
+  return {{"kind", run::name_of(task.task.kind)},
           {"shard", task.task.shard > 0 ? Json(task.task.shard) : Json()},
-          {"state", cluster::name_of(task.status)},
+          {"state", run::name_of(task.status)},
           {"reason", task.reason},
           {"host", task.host},
           {"slurm_job", task.slurm_job},
@@ -84,60 +84,60 @@ Json json_of(const cluster::TaskView& task)
           {"seconds_left", optional_number(task.seconds_left)}};
 }
 
-Json json_of(const cluster::CaseView& view, const std::string& folder, const cluster::Submission& submission)
+Json json_of(const run::CaseView& view, const std::string& folder, const run::Submission& submission)
 {
-  const cluster::SubmittedCase& c = submission.cases[static_cast<std::size_t>(view.case_number)];
+  const run::SubmittedCase& c = submission.cases[static_cast<std::size_t>(view.case_number)];
   Json tasks = Json::array();
-  for (const cluster::TaskView& task : view.tasks) tasks.push_back(json_of(task));
+  for (const run::TaskView& task : view.tasks) tasks.push_back(json_of(task));
   return {{"name", c.spec.name},
-          {"state", cluster::name_of(view.status)},
+          {"state", run::name_of(view.status)},
           {"made", view.is_complete},
-          {"output", cluster::output_of(folder, c)},
+          {"output", run::output_of(folder, c)},
           {"tasks", tasks}};
 }
 
-void print_json(const cluster::StatusView& status, const std::string& folder,
-                const cluster::Submission& submission)
+void print_json(const run::StatusView& status, const std::string& folder,
+                const run::Submission& submission)
 {
   Json cases = Json::array();
-  for (const cluster::CaseView& view : status.cases) cases.push_back(json_of(view, folder, submission));
-  const Json json = {{"folder", folder},        {"summary", cluster::summary_of(status, submission)},
+  for (const run::CaseView& view : status.cases) cases.push_back(json_of(view, folder, submission));
+  const Json json = {{"folder", folder},        {"summary", run::summary_of(status, submission)},
                      {"remark", status.remark}, {"shards", submission.n_shards},
                      {"cases", cases},          {"index", status.index ? json_of(*status.index) : Json()}};
-  std::printf("%s\n", documents::json_text(json, 2).c_str());
+  std::printf("%s\n", core::json_text(json, 2).c_str());
 }
 
-void print_tasks(const cluster::CaseView& view, const cluster::Submission& submission)
+void print_tasks(const run::CaseView& view, const run::Submission& submission)
 {
-  for (const cluster::TaskView& task : view.tasks) print_task(task, submission);
+  for (const run::TaskView& task : view.tasks) print_task(task, submission);
 }
 
 }  // namespace
 
-console::ExitCode status_command(const StatusOptions& options)
+core::ExitCode status_command(const StatusOptions& options)
 {
-  const std::string folder = cluster::absolute_folder(options.folder);
-  const cluster::Submission submission = cluster::read_submission(folder);
-  const cluster::StatusView status =
-      cluster::status_of(folder, submission, cluster::take_snapshot(folder, submission));
-  if (!status.remark.empty()) console::log_warning(status.remark);
+  const std::string folder = run::absolute_folder(options.folder);
+  const run::Submission submission = run::read_submission(folder);
+  const run::StatusView status =
+      run::status_of(folder, submission, run::take_snapshot(folder, submission));
+  if (!status.remark.empty()) core::log_warning(status.remark);
   if (options.as_json) {
     print_json(status, folder, submission);
-    return console::ExitCode::done;
+    return core::ExitCode::done;
   }
   if (!options.case_name.empty()) {
-    const auto number = static_cast<std::size_t>(cluster::case_named(submission, options.case_name));
+    const auto number = static_cast<std::size_t>(run::case_named(submission, options.case_name));
     print_tasks(status.cases[number], submission);
-    return console::ExitCode::done;
+    return core::ExitCode::done;
   }
-  std::printf("%s\n", cluster::summary_of(status, submission).c_str());
+  std::printf("%s\n", run::summary_of(status, submission).c_str());
   if (!submission.has_index()) {
     print_tasks(status.cases.front(), submission);
-    return console::ExitCode::done;
+    return core::ExitCode::done;
   }
-  for (const cluster::CaseView& view : status.cases) print_case(view, submission);
+  for (const run::CaseView& view : status.cases) print_case(view, submission);
   print_task(*status.index, submission);
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 namespace {
@@ -153,74 +153,74 @@ std::string without_folder(std::string text, const std::string& folder)
 
 // For each case with failed tasks: the reason of the last failure.
 std::map<std::int32_t, std::string> failures_of(const std::string& folder,
-                                                const cluster::Submission& submission)
+                                                const run::Submission& submission)
 {
   std::map<std::int32_t, std::string> reasons;
-  for (const auto& [task, state] : cluster::read_task_states(folder, submission)) {
-    if (task.case_number < 0 || state.phase != cluster::TaskPhase::failed) continue;
+  for (const auto& [task, state] : run::read_task_states(folder, submission)) {
+    if (task.case_number < 0 || state.phase != run::TaskPhase::failed) continue;
     reasons[task.case_number] =
-        cluster::text_of(task, submission) + ": " + without_folder(state.reason, folder);
+        run::text_of(task, submission) + ": " + without_folder(state.reason, folder);
   }
   return reasons;
 }
 
-std::vector<index::IndexRow> rows_of_submission(const IndexOptions& options,
-                                                const cluster::Submission& submission)
+std::vector<run::IndexRow> rows_of_submission(const IndexOptions& options,
+                                                const run::Submission& submission)
 {
-  std::vector<index::IndexedCase> cases;
-  for (const cluster::SubmittedCase& c : submission.cases)
-    cases.push_back({c.spec.name, c.levels, cluster::output_of(options.folder, c)});
-  std::vector<index::IndexRow> rows =
-      index::index_rows(cases, job_run::thread_count_or_all(options.n_processes));
+  std::vector<run::IndexedCase> cases;
+  for (const run::SubmittedCase& c : submission.cases)
+    cases.push_back({c.spec.name, c.levels, run::output_of(options.folder, c)});
+  std::vector<run::IndexRow> rows =
+      run::index_rows(cases, run::thread_count_or_all(options.n_processes));
   for (const auto& [number, reason] : failures_of(options.folder, submission)) {
-    index::IndexRow& row = rows[static_cast<std::size_t>(number)];
-    if (row.status == index::CaseStatus::done) continue;
-    row.status = index::CaseStatus::failed;
+    run::IndexRow& row = rows[static_cast<std::size_t>(number)];
+    if (row.status == run::CaseStatus::done) continue;
+    row.status = run::CaseStatus::failed;
     row.remark = reason;
   }
   return rows;
 }
 
-std::map<index::CaseStatus, int> counts_of(const std::vector<index::IndexRow>& rows)
+std::map<run::CaseStatus, int> counts_of(const std::vector<run::IndexRow>& rows)
 {
-  std::map<index::CaseStatus, int> counts{{index::CaseStatus::done, 0},
-                                          {index::CaseStatus::partial, 0},
-                                          {index::CaseStatus::failed, 0},
-                                          {index::CaseStatus::missing, 0}};
-  for (const index::IndexRow& row : rows) ++counts[row.status];
+  std::map<run::CaseStatus, int> counts{{run::CaseStatus::done, 0},
+                                          {run::CaseStatus::partial, 0},
+                                          {run::CaseStatus::failed, 0},
+                                          {run::CaseStatus::missing, 0}};
+  for (const run::IndexRow& row : rows) ++counts[row.status];
   return counts;
 }
 
 }  // namespace
 
-console::ExitCode write_submission_index(const IndexOptions& options, const cluster::Submission& submission)
+core::ExitCode write_submission_index(const IndexOptions& options, const run::Submission& submission)
 {
   const std::string& folder = options.folder;
   // Locked before the cases are read: an older table must not replace a newer one.
-  std::optional<Publication> result = job_run::begin_result(index::index_file_of(folder), "vrda index");
-  if (!result) return console::ExitCode::interrupted;
-  const std::vector<index::IndexRow> rows = rows_of_submission(options, submission);
-  index::publish_index(*result, folder, submission.title, submission.axes, rows);
+  std::optional<Publication> result = run::begin_result(run::index_file_of(folder), "vrda index");
+  if (!result) return core::ExitCode::interrupted;
+  const std::vector<run::IndexRow> rows = rows_of_submission(options, submission);
+  run::publish_index(*result, folder, submission.title, submission.axes, rows);
   nlohmann::ordered_json json;
   std::string line = std::to_string(rows.size()) + " cases:";
   for (const auto& [status, n] : counts_of(rows)) {
-    json[index::name_of(status)] = n;
-    if (n > 0) line += (line.back() == ':' ? " " : ", ") + std::to_string(n) + " " + index::name_of(status);
+    json[run::name_of(status)] = n;
+    if (n > 0) line += (line.back() == ':' ? " " : ", ") + std::to_string(n) + " " + run::name_of(status);
   }
-  console::log_info(line);
+  core::log_info(line);
   for (const char* name : {"index.csv", "index.h5", "index.times.csv"}) {
     json["files"].push_back(folder + "/" + name);
     if (!options.as_json) std::printf("%s/%s\n", folder.c_str(), name);
   }
-  if (options.as_json) std::printf("%s\n", documents::json_text(json, 2).c_str());
-  return console::ExitCode::done;
+  if (options.as_json) std::printf("%s\n", core::json_text(json, 2).c_str());
+  return core::ExitCode::done;
 }
 
-console::ExitCode index_command(const IndexOptions& options)
+core::ExitCode index_command(const IndexOptions& options)
 {
-  const std::string folder = cluster::absolute_folder(options.folder);
+  const std::string folder = run::absolute_folder(options.folder);
   return write_submission_index({folder, options.as_json, options.n_processes},
-                                cluster::read_submission(folder));
+                                run::read_submission(folder));
 }
 
 }  // namespace vrda::app

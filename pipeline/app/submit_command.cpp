@@ -6,17 +6,17 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cluster_commands.hpp"
-#include "cluster/campaign.hpp"
-#include "cluster/child.hpp"
-#include "cluster/local_run.hpp"
-#include "cluster/slurm.hpp"
-#include "cluster/slurm_scripts.hpp"
-#include "cluster/status.hpp"
+#include "run/campaign.hpp"
+#include "run/child.hpp"
+#include "run/local_run.hpp"
+#include "run/slurm.hpp"
+#include "run/slurm_scripts.hpp"
+#include "run/status.hpp"
 #include "core/error.hpp"
-#include "documents/json_file.hpp"
-#include "job_run/run_output.hpp"
-#include "load/case.hpp"
-#include "load/job.hpp"
+#include "core/json_file.hpp"
+#include "run/run_output.hpp"
+#include "job/case.hpp"
+#include "job/job.hpp"
 
 namespace vrda::app {
 namespace {
@@ -25,61 +25,61 @@ namespace fs = std::filesystem;
 
 std::string folder_of(const SubmitOptions& options)
 {
-  if (!options.folder.empty()) return cluster::absolute_folder(options.folder);
-  return cluster::absolute_folder((fs::path("results") / fs::path(options.job_file).stem()).string());
+  if (!options.folder.empty()) return run::absolute_folder(options.folder);
+  return run::absolute_folder((fs::path("results") / fs::path(options.job_file).stem()).string());
 }
 
 std::string program_for_tasks()
 {
-  const std::string program = cluster::own_program();
+  const std::string program = run::own_program();
   if (program.empty())
     throw InputError({"/proc/self/exe", "", "an unreadable link", "the path of this program"});
   return fs::absolute(program).lexically_normal().string();
 }
 
-load::Job job_of(const cluster::Campaign& campaign, const cluster::CampaignCase& one)
+job::Job job_of(const run::Campaign& campaign, const run::CampaignCase& one)
 {
   try {
-    return load::read_job(one.spec.job_file, one.spec.overrides);
+    return job::read_job(one.spec.job_file, one.spec.overrides);
   } catch (const InputError& error) {
-    throw cluster::error_of_case(campaign, one, error);
+    throw run::error_of_case(campaign, one, error);
   }
 }
 
-cluster::Submission submission_of(const SubmitOptions& options)
+run::Submission submission_of(const SubmitOptions& options)
 {
-  const cluster::Campaign campaign =
-      cluster::campaign_of(options.job_file, options.data_directory, options.overrides);
-  cluster::Submission submission;
+  const run::Campaign campaign =
+      run::campaign_of(options.job_file, options.data_directory, options.overrides);
+  run::Submission submission;
   submission.program = program_for_tasks();
   submission.title = campaign.title;
   submission.axes = campaign.axes;
   submission.n_shards = options.n_shards;
   submission.slurm = options.slurm;
   const bool is_single = campaign.axes.empty() && campaign.cases.size() == 1;
-  for (const cluster::CampaignCase& c : campaign.cases) {
-    const load::Job job = job_of(campaign, c);
-    cluster::SubmittedCase submitted;
+  for (const run::CampaignCase& c : campaign.cases) {
+    const job::Job job = job_of(campaign, c);
+    run::SubmittedCase submitted;
     submitted.spec = c.spec;
     submitted.levels = c.levels;
     submitted.output = (is_single ? "" : c.spec.name + "/") + c.spec.name + ".h5";
     submitted.n_flexion = static_cast<std::int32_t>(job.grid.flexion_deg.size());
     submitted.n_varus = static_cast<std::int32_t>(job.grid.varus_deg.size());
-    if (const auto* samples = documents::find_at(job.document.root, "uncertainty.samples"))
-      submitted.n_samples = static_cast<std::int32_t>(documents::integer_at(*samples, ""));
+    if (const auto* samples = core::find_at(job.document.root, "uncertainty.samples"))
+      submitted.n_samples = static_cast<std::int32_t>(core::integer_at(*samples, ""));
     submission.cases.push_back(submitted);
   }
   // Checks the meshes before the job is queued. For a campaign vrda plan checks every mesh.
   if (is_single) {
-    const cluster::CaseSpec& spec = submission.cases.front().spec;
-    load::load_case(spec.job_file, {spec.data_directory, spec.overrides});
+    const run::CaseSpec& spec = submission.cases.front().spec;
+    job::load_case(spec.job_file, {spec.data_directory, spec.overrides});
   }
   return submission;
 }
 
-void require_slurm_options(const cluster::SlurmOptions& slurm)
+void require_slurm_options(const run::SlurmOptions& slurm)
 {
-  cluster::require_valid_options(slurm);
+  run::require_valid_options(slurm);
   constexpr const char* alternative = ", or --local to run on this machine";
   if (slurm.time.empty())
     throw InputError(
@@ -90,16 +90,16 @@ void require_slurm_options(const cluster::SlurmOptions& slurm)
 }
 
 // A folder holds one submission, and only its models.
-void require_new(const std::string& folder, const cluster::Submission& submission)
+void require_new(const std::string& folder, const run::Submission& submission)
 {
-  if (fs::exists(cluster::submission_file_of(folder))) {
-    const bool is_same = cluster::read_submission(folder) == submission;
+  if (fs::exists(run::submission_file_of(folder))) {
+    const bool is_same = run::read_submission(folder) == submission;
     throw InputError({folder, "", is_same ? "the same submission" : "another submission",
                       is_same ? "vrda resume FOLDER" : "another folder (-o), or vrda resume FOLDER"});
   }
-  for (const cluster::SubmittedCase& c : submission.cases) {
-    if (!fs::exists(cluster::output_of(folder, c))) continue;
-    throw InputError({cluster::output_of(folder, c), "",
+  for (const run::SubmittedCase& c : submission.cases) {
+    if (!fs::exists(run::output_of(folder, c))) continue;
+    throw InputError({run::output_of(folder, c), "",
                       "a motion model that does not belong to a submission",
                       "another folder (-o), or this file moved away"});
   }
@@ -108,8 +108,8 @@ void require_new(const std::string& folder, const cluster::Submission& submissio
 void make_folders(const std::string& folder)
 {
   for (const std::string& one :
-       {folder, cluster::scripts_of(folder), cluster::logs_of(folder), cluster::tasks_of(folder)})
-    job_run::make_folder(one);
+       {folder, run::scripts_of(folder), run::logs_of(folder), run::tasks_of(folder)})
+    run::make_folder(one);
 }
 
 // If Slurm accepted no job, the command can be repeated with other options.
@@ -119,31 +119,31 @@ void remove_submission(const std::string& folder)
   for (const char* name : {"submission.json", "submitted.jsonl", "submission.lock"}) {
     fs::remove(fs::path(folder) / name, ignored);
   }
-  fs::remove_all(cluster::scripts_of(folder), ignored);
-  for (const std::string& one : {cluster::logs_of(folder), cluster::tasks_of(folder), folder})
+  fs::remove_all(run::scripts_of(folder), ignored);
+  for (const std::string& one : {run::logs_of(folder), run::tasks_of(folder), folder})
     fs::remove(one, ignored);
 }
 
 }  // namespace
 
-console::ExitCode submit_command(const SubmitOptions& options)
+core::ExitCode submit_command(const SubmitOptions& options)
 {
   if (!options.is_local) require_slurm_options(options.slurm);
   const std::string folder = folder_of(options);
-  if (!options.is_local) cluster::require_log_folder(folder);
-  const cluster::Submission submission = submission_of(options);
-  const cluster::Work work = cluster::all_work(submission);
+  if (!options.is_local) run::require_log_folder(folder);
+  const run::Submission submission = submission_of(options);
+  const run::Work work = run::all_work(submission);
   const StartOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
   require_new(folder, submission);
   if (options.is_dry) return start_tasks(folder, submission, work, how);
   make_folders(folder);
-  const OpenFile lock = cluster::locked_submission(folder);
+  const OpenFile lock = run::locked_submission(folder);
   require_new(folder, submission);
-  cluster::write_submission(folder, submission);
+  run::write_submission(folder, submission);
   try {
     return start_tasks(folder, submission, work, how);
   } catch (const InputError&) {
-    if (!options.is_local && cluster::read_submitted(folder).empty()) remove_submission(folder);
+    if (!options.is_local && run::read_submitted(folder).empty()) remove_submission(folder);
     throw;
   }
 }
@@ -155,7 +155,7 @@ void replace_if_given(std::string& old, const std::string& given)
   if (!given.empty()) old = given;
 }
 
-cluster::SlurmOptions changed(cluster::SlurmOptions slurm, const cluster::SlurmOptions& given)
+run::SlurmOptions changed(run::SlurmOptions slurm, const run::SlurmOptions& given)
 {
   replace_if_given(slurm.partition, given.partition);
   replace_if_given(slurm.time, given.time);
@@ -172,85 +172,85 @@ cluster::SlurmOptions changed(cluster::SlurmOptions slurm, const cluster::SlurmO
 void say_reasons(const std::vector<std::string>& reasons)
 {
   constexpr std::size_t most = 20;
-  for (std::size_t k = 0; k < std::min(most, reasons.size()); ++k) console::log_info(reasons[k]);
+  for (std::size_t k = 0; k < std::min(most, reasons.size()); ++k) core::log_info(reasons[k]);
   if (reasons.size() > most)
-    console::log_info("and " + std::to_string(reasons.size() - most) + " more: vrda status");
+    core::log_info("and " + std::to_string(reasons.size() - most) + " more: vrda status");
 }
 
-void require_options(const ResumeOptions& options, const cluster::Submission& submission,
-                     const cluster::MissingWork& missing)
+void require_options(const ResumeOptions& options, const run::Submission& submission,
+                     const run::MissingWork& missing)
 {
   if (options.is_local) {
     if (missing.n_active == 0) return;
     throw InputError({"--local", "", std::to_string(missing.n_active) + " tasks in Slurm's queue",
                       "vrda resume without --local, or scancel first"});
   }
-  cluster::require_log_folder(cluster::absolute_folder(options.folder));
-  cluster::require_valid_options(submission.slurm);
+  run::require_log_folder(run::absolute_folder(options.folder));
+  run::require_valid_options(submission.slurm);
   if (submission.slurm.time.empty()) {
     throw InputError({"--time", "", "nothing", "the time limit per task, or --local as before"});
   }
 }
 
 // The node whose launch failed may be repaired by now, or another node may start the task.
-void release_held(const cluster::SubmissionSnapshot& snapshot)
+void release_held(const run::SubmissionSnapshot& snapshot)
 {
   std::vector<std::string> held;
   for (const auto& [task, queue] : snapshot.slurm) {
     const bool is_new = std::find(held.begin(), held.end(), queue.job) == held.end();
-    if (is_new && cluster::is_held_after_failed_launch(queue.row)) held.push_back(queue.job);
+    if (is_new && run::is_held_after_failed_launch(queue.row)) held.push_back(queue.job);
   }
   if (held.empty()) return;
-  cluster::release_jobs(held);
+  run::release_jobs(held);
   for (const std::string& job : held)
-    console::log_info(job + " is released: Slurm had held it because its launch failed");
+    core::log_info(job + " is released: Slurm had held it because its launch failed");
 }
 
-console::ExitCode say_nothing_is_missing(const std::string& folder, const cluster::MissingWork& missing,
+core::ExitCode say_nothing_is_missing(const std::string& folder, const run::MissingWork& missing,
                                          bool as_json)
 {
   if (as_json) {
     const nlohmann::ordered_json json = {{"folder", folder}, {"jobs", nlohmann::ordered_json::array()}};
-    std::printf("%s\n", documents::json_text(json, 2).c_str());
+    std::printf("%s\n", core::json_text(json, 2).c_str());
   }
   const std::string rest = missing.n_active == 0
                                ? "all results are complete"
                                : std::to_string(missing.n_active) + " tasks are queued or running";
-  console::log_info("nothing is missing: " + rest);
-  return console::ExitCode::done;
+  core::log_info("nothing is missing: " + rest);
+  return core::ExitCode::done;
 }
 
 }  // namespace
 
-console::ExitCode resume_command(const ResumeOptions& options)
+core::ExitCode resume_command(const ResumeOptions& options)
 {
-  const std::string folder = cluster::absolute_folder(options.folder);
-  cluster::read_submission(folder);  // refuses another folder before a lock file is made
-  const OpenFile lock = cluster::locked_submission(folder);
+  const std::string folder = run::absolute_folder(options.folder);
+  run::read_submission(folder);  // refuses another folder before a lock file is made
+  const OpenFile lock = run::locked_submission(folder);
   // Read under the lock: another resume may have changed its options meanwhile.
-  cluster::Submission submission = cluster::read_submission(folder);
-  const cluster::SubmissionSnapshot snapshot = cluster::take_snapshot(folder, submission);
+  run::Submission submission = run::read_submission(folder);
+  const run::SubmissionSnapshot snapshot = run::take_snapshot(folder, submission);
   if (!snapshot.remark.empty())
     throw InputError(
         {folder, "", "no state of its tasks from Slurm: " + snapshot.remark, "a reachable Slurm"});
   if (!options.is_local && !options.is_dry) release_held(snapshot);
-  const cluster::MissingWork missing = cluster::find_missing_work(
-      folder, submission, cluster::status_of(folder, submission, snapshot), snapshot);
+  const run::MissingWork missing = run::find_missing_work(
+      folder, submission, run::status_of(folder, submission, snapshot), snapshot);
   if (missing.work.is_empty()) return say_nothing_is_missing(folder, missing, options.as_json);
-  const cluster::SlurmOptions slurm = changed(submission.slurm, options.slurm);
+  const run::SlurmOptions slurm = changed(submission.slurm, options.slurm);
   const bool is_changed = !(slurm == submission.slurm);
   submission.slurm = slurm;
   require_options(options, submission, missing);
   if (options.slurm.cases_per_task > 0)
-    cluster::require_same_cases_per_task(snapshot.slurm, options.slurm.cases_per_task);
+    run::require_same_cases_per_task(snapshot.slurm, options.slurm.cases_per_task);
   say_reasons(missing.reasons);
   const StartOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
   if (options.is_dry) return start_tasks(folder, submission, missing.work, how);
   for (const std::string& one :
-       {cluster::scripts_of(folder), cluster::logs_of(folder), cluster::tasks_of(folder)})
-    job_run::make_folder(one);
-  if (is_changed) cluster::write_submission(folder, submission);
-  if (const auto fault = cluster::cancel_jobs(missing.to_cancel)) throw InputError(*fault);
+       {run::scripts_of(folder), run::logs_of(folder), run::tasks_of(folder)})
+    run::make_folder(one);
+  if (is_changed) run::write_submission(folder, submission);
+  if (const auto fault = run::cancel_jobs(missing.to_cancel)) throw InputError(*fault);
   return start_tasks(folder, submission, missing.work, how);
 }
 

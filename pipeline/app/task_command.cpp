@@ -9,15 +9,15 @@
 #include <utility>
 #include <vector>
 
-#include "cluster/slurm_scripts.hpp"
-#include "cluster/status.hpp"
-#include "cluster/submission.hpp"
-#include "cluster/task_state.hpp"
-#include "console/console.hpp"
+#include "run/slurm_scripts.hpp"
+#include "run/status.hpp"
+#include "run/submission.hpp"
+#include "run/task_state.hpp"
+#include "core/console.hpp"
 #include "core/error.hpp"
 #include "core/open_file.hpp"
-#include "job_run/merge_command.hpp"
-#include "job_run/run_command.hpp"
+#include "run/merge_command.hpp"
+#include "run/run_command.hpp"
 
 namespace vrda::app {
 namespace {
@@ -34,63 +34,63 @@ constexpr std::chrono::seconds patience_here{60};
 
 class Task {
  public:
-  Task(const std::string& folder, const cluster::Submission& submission, const cluster::TaskId& id,
+  Task(const std::string& folder, const run::Submission& submission, const run::TaskId& id,
        int n_cpus)
       : folder_(folder), submission_(submission), id_(id), n_cpus_(n_cpus)
   {
   }
 
-  console::ExitCode run()
+  core::ExitCode run()
   {
     if (is_in_slurm()) return run_alone();
     const std::optional<OutputLock> lock = locked();
-    return lock ? run_alone() : console::ExitCode::interrupted;
+    return lock ? run_alone() : core::ExitCode::interrupted;
   }
 
  private:
-  console::ExitCode run_alone()
+  core::ExitCode run_alone()
   {
-    if (id_.case_number >= 0 && cluster::is_case_complete(folder_, submitted_case())) {
-      console::log_info(submitted_case().output + " is already complete");
-      return console::ExitCode::done;
+    if (id_.case_number >= 0 && run::is_case_complete(folder_, submitted_case())) {
+      core::log_info(submitted_case().output + " is already complete");
+      return core::ExitCode::done;
     }
     begin();
     try {
       return end(execute());
     } catch (const InputError& error) {
-      return fail(console::ExitCode::bad_input, error.what());
+      return fail(core::ExitCode::bad_input, error.what());
     } catch (const std::exception& error) {
-      return fail(console::ExitCode::internal_error, std::string("internal error: ") + error.what());
+      return fail(core::ExitCode::internal_error, std::string("internal error: ") + error.what());
     }
   }
 
-  const cluster::SubmittedCase& submitted_case() const { return cluster::case_of(submission_, id_); }
+  const run::SubmittedCase& submitted_case() const { return run::case_of(submission_, id_); }
   bool is_in_slurm() const { return !state_.slurm_job.empty(); }
 
   // The lock marks a local task as running (Slurm reports its own tasks). Empty if interrupted.
   std::optional<OutputLock> locked() const
   {
-    const std::string file = cluster::task_file_of(folder_, submission_, id_);
+    const std::string file = run::task_file_of(folder_, submission_, id_);
     std::string holder;
     const Clock::time_point begin = Clock::now();
     const auto on_wait = [&](const std::string& text) {
       holder = text;
-      console::log_info("waiting for " + holder + ", which runs the same task");
+      core::log_info("waiting for " + holder + ", which runs the same task");
     };
     const auto has_timed_out = [&] {
-      return console::is_interrupted() || Clock::now() - begin > patience_here;
+      return core::is_interrupted() || Clock::now() - begin > patience_here;
     };
     std::optional<OutputLock> lock = OutputLock::acquire(file, "vrda task", {on_wait, has_timed_out});
-    if (lock || console::is_interrupted()) return lock;
+    if (lock || core::is_interrupted()) return lock;
     throw InputError({file, "", "a task that " + holder + " runs", "a task that no process runs"});
   }
 
-  std::int64_t n_done() const { return cluster::SolvedCounter(folder_, submission_).count(id_).n_done; }
+  std::int64_t n_done() const { return run::SolvedCounter(folder_, submission_).count(id_).n_done; }
 
   std::uintmax_t journal_bytes() const
   {
     std::uintmax_t n_bytes = 0;
-    for (const std::string& journal : cluster::journals_of(folder_, submission_, id_)) {
+    for (const std::string& journal : run::journals_of(folder_, submission_, id_)) {
       std::error_code error;
       const std::uintmax_t n = fs::file_size(journal, error);
       if (!error) n_bytes += n;
@@ -101,7 +101,7 @@ class Task {
   void begin()
   {
     n_bytes_at_begin_ = journal_bytes();
-    state_ = cluster::started_now(n_done());
+    state_ = run::started_now(n_done());
     write();
   }
 
@@ -109,8 +109,8 @@ class Task {
   // task.
   bool has_successor() const
   {
-    const std::optional<cluster::TaskState> there = cluster::read_task_state(folder_, submission_, id_);
-    return there && !cluster::is_same_start(*there, state_);
+    const std::optional<run::TaskState> there = run::read_task_state(folder_, submission_, id_);
+    return there && !run::is_same_start(*there, state_);
   }
 
   // Called after loading; the rate is measured from here.
@@ -134,72 +134,72 @@ class Task {
     write();
   }
 
-  void write() { cluster::write_task_state(folder_, submission_, id_, state_); }
+  void write() { run::write_task_state(folder_, submission_, id_, state_); }
 
-  console::ExitCode execute()
+  core::ExitCode execute()
   {
-    if (id_.kind == cluster::TaskKind::index)
+    if (id_.kind == run::TaskKind::index)
       return write_submission_index({folder_, false, n_cpus_}, submission_);
-    const cluster::CaseSpec& spec = submitted_case().spec;
-    const std::string output = cluster::output_of(folder_, submitted_case());
-    if (id_.kind == cluster::TaskKind::merge) {
-      job_run::MergeOptions merge;
+    const run::CaseSpec& spec = submitted_case().spec;
+    const std::string output = run::output_of(folder_, submitted_case());
+    if (id_.kind == run::TaskKind::merge) {
+      run::MergeOptions merge;
       merge.output = output;
       merge.n_shards = submission_.n_shards;
       merge.job_file = spec.job_file;
       merge.data_directory = spec.data_directory;
       merge.overrides = spec.overrides;
       merge.n_threads = n_cpus_;
-      return job_run::merge_command(merge);
+      return run::merge_command(merge);
     }
-    job_run::RunOptions run;
+    run::RunOptions run;
     run.job_file = spec.job_file;
     run.output = output;
     run.data_directory = spec.data_directory;
     run.overrides = spec.overrides;
     run.n_threads = n_cpus_;
     run.progress = "plain";
-    run.only_spine = id_.kind == cluster::TaskKind::spine;
-    if (id_.kind == cluster::TaskKind::shard) run.shard = journal::Shard{id_.shard, submission_.n_shards};
+    run.only_spine = id_.kind == run::TaskKind::spine;
+    if (id_.kind == run::TaskKind::shard) run.shard = store::Shard{id_.shard, submission_.n_shards};
     run.on_solving_start = [this] { begin_solving(); };
     run.journal_wait =
-        job_run::JournalWait{is_in_slurm() ? patience_in_slurm : patience_here, [this] { begin_waiting(); }};
-    return job_run::run_command(run);
+        run::JournalWait{is_in_slurm() ? patience_in_slurm : patience_here, [this] { begin_waiting(); }};
+    return run::run_command(run);
   }
 
-  console::ExitCode end(console::ExitCode code)
+  core::ExitCode end(core::ExitCode code)
   {
-    if (code == console::ExitCode::interrupted) {
+    if (code == core::ExitCode::interrupted) {
       if (is_fruitless()) {
         const std::string why = is_all_solved() ? "the model was not made" : "no step was solved";
         return fail(
-            console::ExitCode::bad_input,
+            core::ExitCode::bad_input,
             InputError({"--time", "", submission_.slurm.time + " in which " + why, "a longer time limit"})
                 .what());
       }
-      return finish(cluster::TaskPhase::interrupted, code, "");
+      return finish(run::TaskPhase::interrupted, code, "");
     }
-    const bool is_short = code == console::ExitCode::incomplete;
-    return finish(cluster::TaskPhase::done, code,
+    const bool is_short = code == core::ExitCode::incomplete;
+    return finish(run::TaskPhase::done, code,
                   is_short ? "more attitudes are unsolved than the job allows" : "");
   }
 
-  console::ExitCode fail(console::ExitCode code, const std::string& reason)
+  core::ExitCode fail(core::ExitCode code, const std::string& reason)
   {
     std::fprintf(stderr, "vrda: %s\n", reason.c_str());
-    return finish(cluster::TaskPhase::failed, code, reason);
+    return finish(run::TaskPhase::failed, code, reason);
   }
 
-  console::ExitCode finish(cluster::TaskPhase phase, console::ExitCode code, const std::string& reason)
+  core::ExitCode finish(run::TaskPhase phase, core::ExitCode code, const std::string& reason)
   {
     state_.phase = phase;
     state_.exit_code = static_cast<std::int32_t>(code);
     state_.reason = reason;
-    state_.ended = cluster::utc_now();
+    state_.ended = run::utc_now();
     try {
       if (!has_successor()) write();
     } catch (const InputError& error) {
-      console::log_warning(error.what());  // the task's results are still valid
+      core::log_warning(error.what());  // the task's results are still valid
     }
     return code;
   }
@@ -207,8 +207,8 @@ class Task {
   // The remaining work (merging, smoothing) has no journal, so it must fit into one time limit.
   bool is_all_solved() const
   {
-    if (id_.kind == cluster::TaskKind::merge) return true;
-    const cluster::SolvedCount solved = cluster::SolvedCounter(folder_, submission_).count(id_);
+    if (id_.kind == run::TaskKind::merge) return true;
+    const run::SolvedCount solved = run::SolvedCounter(folder_, submission_).count(id_);
     return solved.n_total > 0 && solved.n_done == solved.n_total;
   }
 
@@ -217,92 +217,92 @@ class Task {
   bool is_fruitless() const
   {
     if (is_waiting_ || !is_in_slurm() || submission_.slurm.time.empty()) return false;
-    const std::int64_t limit = cluster::seconds_of_time(submission_.slurm.time);
-    const std::chrono::seconds least(limit - cluster::warning_seconds(limit) - slurm_slack_s);
+    const std::int64_t limit = run::seconds_of_time(submission_.slurm.time);
+    const std::chrono::seconds least(limit - run::warning_seconds(limit) - slurm_slack_s);
     return Clock::now() - start_ >= least && journal_bytes() <= n_bytes_at_begin_;
   }
 
   const std::string& folder_;
-  const cluster::Submission& submission_;
-  const cluster::TaskId id_;
+  const run::Submission& submission_;
+  const run::TaskId id_;
   const int n_cpus_;
   const Clock::time_point start_ = Clock::now();
-  cluster::TaskState state_ = cluster::started_now(0);
+  run::TaskState state_ = run::started_now(0);
   std::uintmax_t n_bytes_at_begin_ = 0;
   bool is_solving_ = false;
   bool is_waiting_ = false;
 };
 
-std::vector<cluster::TaskId> requested_tasks(const TaskOptions& options,
-                                             const cluster::Submission& submission)
+std::vector<run::TaskId> requested_tasks(const TaskOptions& options,
+                                             const run::Submission& submission)
 {
-  const std::optional<cluster::TaskKind> named = cluster::task_kind_of(options.kind);
+  const std::optional<run::TaskKind> named = run::task_kind_of(options.kind);
   if (!named) {
     throw InputError(
         {"--kind", "", options.kind.empty() ? "nothing" : options.kind, "spine, shard, merge, run or index"});
   }
-  const cluster::TaskKind kind = *named;
-  if (kind == cluster::TaskKind::index) return {{kind, -1, 0}};
+  const run::TaskKind kind = *named;
+  if (kind == run::TaskKind::index) return {{kind, -1, 0}};
   const auto n_cases = static_cast<int>(submission.cases.size());
   const int first =
-      options.case_name.empty() ? options.first - 1 : cluster::case_named(submission, options.case_name);
+      options.case_name.empty() ? options.first - 1 : run::case_named(submission, options.case_name);
   if (first < 0 || first >= n_cases) {
     throw InputError({"--first", "", std::to_string(options.first), "from 1 to " + std::to_string(n_cases)});
   }
-  const bool is_shard = kind == cluster::TaskKind::shard;
+  const bool is_shard = kind == run::TaskKind::shard;
   if (is_shard && (options.shard < 1 || options.shard > submission.n_shards)) {
     throw InputError(
         {"--shard", "", std::to_string(options.shard), "from 1 to " + std::to_string(submission.n_shards)});
   }
-  std::vector<cluster::TaskId> tasks;
-  const int end = std::min(first + (kind == cluster::TaskKind::run ? options.count : 1), n_cases);
+  std::vector<run::TaskId> tasks;
+  const int end = std::min(first + (kind == run::TaskKind::run ? options.count : 1), n_cases);
   for (int k = first; k < end; ++k) tasks.push_back({kind, k, is_shard ? options.shard : 0});
   return tasks;
 }
 
 // Marks the running one of these tasks as ended by a signal.
-console::ExitCode record_ended(const std::string& folder, const cluster::Submission& submission,
-                               const std::vector<cluster::TaskId>& tasks, int ended)
+core::ExitCode record_ended(const std::string& folder, const run::Submission& submission,
+                               const std::vector<run::TaskId>& tasks, int ended)
 {
   constexpr int signal_base = 128, kill_signal = 9;
   const int signal = ended - signal_base;
-  const cluster::TaskState own = cluster::started_now(0);
-  for (const cluster::TaskId& id : tasks) {
-    std::optional<cluster::TaskState> state = cluster::read_task_state(folder, submission, id);
-    if (!state || !cluster::is_same_start(*state, own) || state->phase != cluster::TaskPhase::running)
+  const run::TaskState own = run::started_now(0);
+  for (const run::TaskId& id : tasks) {
+    std::optional<run::TaskState> state = run::read_task_state(folder, submission, id);
+    if (!state || !run::is_same_start(*state, own) || state->phase != run::TaskPhase::running)
       continue;
-    state->phase = cluster::TaskPhase::failed;
-    state->ended = cluster::utc_now();
+    state->phase = run::TaskPhase::failed;
+    state->ended = run::utc_now();
     state->exit_code = ended;
     state->reason = "ended by signal " + std::to_string(signal) +
                     (signal == kill_signal ? " (SIGKILL), possibly out of memory" : "");
-    cluster::write_task_state(folder, submission, id, *state);
+    run::write_task_state(folder, submission, id, *state);
   }
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 // The exit code of a case that failed before Slurm restarted this task. It would fail again and use the time
 // of the other cases of the task.
-std::optional<console::ExitCode> failure_before_restart(const std::string& folder,
-                                                        const cluster::Submission& submission,
-                                                        const cluster::TaskId& id)
+std::optional<core::ExitCode> failure_before_restart(const std::string& folder,
+                                                        const run::Submission& submission,
+                                                        const run::TaskId& id)
 {
-  const cluster::TaskState own = cluster::started_now(0);
+  const run::TaskState own = run::started_now(0);
   if (own.slurm_job.empty() || own.n_restarts == 0) return std::nullopt;
-  const std::optional<cluster::TaskState> state = cluster::read_task_state(folder, submission, id);
-  const bool has_failed = state && state->phase == cluster::TaskPhase::failed &&
+  const std::optional<run::TaskState> state = run::read_task_state(folder, submission, id);
+  const bool has_failed = state && state->phase == run::TaskPhase::failed &&
                           state->slurm_job == own.slurm_job && state->n_restarts < own.n_restarts;
   if (!has_failed) return std::nullopt;
-  const bool is_internal = state->exit_code == static_cast<std::int32_t>(console::ExitCode::internal_error);
-  return is_internal ? console::ExitCode::internal_error : console::ExitCode::bad_input;
+  const bool is_internal = state->exit_code == static_cast<std::int32_t>(core::ExitCode::internal_error);
+  return is_internal ? core::ExitCode::internal_error : core::ExitCode::bad_input;
 }
 
 // The more severe of two: internal error, bad input, incomplete, done.
-console::ExitCode worse_of(console::ExitCode a, console::ExitCode b)
+core::ExitCode worse_of(core::ExitCode a, core::ExitCode b)
 {
-  const auto rank = [](console::ExitCode code) {
-    return code == console::ExitCode::done         ? 0
-           : code == console::ExitCode::incomplete ? 1
+  const auto rank = [](core::ExitCode code) {
+    return code == core::ExitCode::done         ? 0
+           : code == core::ExitCode::incomplete ? 1
                                                    : static_cast<int>(code);
   };
   return rank(b) > rank(a) ? b : a;
@@ -310,27 +310,27 @@ console::ExitCode worse_of(console::ExitCode a, console::ExitCode b)
 
 }  // namespace
 
-console::ExitCode task_command(const TaskOptions& options)
+core::ExitCode task_command(const TaskOptions& options)
 {
-  console::ignore_repeated_sigterm();
-  console::install_signal_handlers();
-  const std::string folder = cluster::absolute_folder(options.folder);
-  const cluster::Submission submission = cluster::read_submission(folder);
-  const std::vector<cluster::TaskId> tasks = requested_tasks(options, submission);
+  core::ignore_repeated_sigterm();
+  core::install_signal_handlers();
+  const std::string folder = run::absolute_folder(options.folder);
+  const run::Submission submission = run::read_submission(folder);
+  const std::vector<run::TaskId> tasks = requested_tasks(options, submission);
   if (options.recorded_exit_code > 0)
     return record_ended(folder, submission, tasks, options.recorded_exit_code);
-  console::ExitCode code = console::ExitCode::done;
-  for (const cluster::TaskId& id : tasks) {
+  core::ExitCode code = core::ExitCode::done;
+  for (const run::TaskId& id : tasks) {
     if (const auto before = failure_before_restart(folder, submission, id); before && tasks.size() > 1) {
-      console::log_info(cluster::file_stem_of(id, submission) +
+      core::log_info(run::file_stem_of(id, submission) +
                         " failed before this restart; continuing with the other cases");
       code = worse_of(code, *before);
       continue;
     }
-    const console::ExitCode one = console::is_interrupted()
-                                      ? console::ExitCode::interrupted
+    const core::ExitCode one = core::is_interrupted()
+                                      ? core::ExitCode::interrupted
                                       : Task(folder, submission, id, options.n_cpus).run();
-    if (one == console::ExitCode::interrupted) return one;
+    if (one == core::ExitCode::interrupted) return one;
     code = worse_of(code, one);
   }
   return code;

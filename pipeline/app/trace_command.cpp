@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/step_record.hpp"
-#include "documents/json_file.hpp"
+#include "model/step_record.hpp"
+#include "core/json_file.hpp"
 #include "store/trace_file.hpp"
 
 namespace vrda::app {
@@ -140,7 +140,7 @@ void print_summary(const store::Trace& trace, const std::vector<std::size_t>& se
   }
   const Json summary = {
       {"title", trace.title}, {"job_key", trace.job_key}, {"all", json_of(all)}, {"searches", list}};
-  std::printf("%s\n", documents::json_text(summary, 2).c_str());
+  std::printf("%s\n", core::json_text(summary, 2).c_str());
 }
 
 void print_csv(const store::Trace& trace, const std::vector<std::size_t>& searches, bool contact_only)
@@ -165,7 +165,7 @@ void print_csv(const store::Trace& trace, const std::vector<std::size_t>& search
 
 }  // namespace
 
-console::ExitCode trace_command(const TraceOptions& options)
+core::ExitCode trace_command(const TraceOptions& options)
 {
   const store::Trace trace = store::read_trace(options.file);
   const std::vector<std::size_t> searches = store::searches_at(trace, options.file, options.filter);
@@ -174,7 +174,7 @@ console::ExitCode trace_command(const TraceOptions& options)
   } else {
     print_summary(trace, searches, options);
   }
-  return console::ExitCode::done;
+  return core::ExitCode::done;
 }
 
 }  // namespace vrda::app

@@ -29,7 +29,7 @@ Candidate with_features(const Scene& scene, Candidate candidate)
   return candidate;
 }
 
-bool is_inside(const proximity::Corners& face, const Eigen::Vector3d& n, const Eigen::Vector3d& p)
+bool is_inside(const geometry::Corners& face, const Eigen::Vector3d& n, const Eigen::Vector3d& p)
 {
   for (std::size_t k = 0; k < 3; ++k) {
     const Eigen::Vector3d along = face[(k + 1) % 3] - face[k];
@@ -42,7 +42,7 @@ bool is_inside(const proximity::Corners& face, const Eigen::Vector3d& n, const E
 // their edges.
 std::vector<Candidate> polygon_corners(const Scene& scene, const Candidate& pair)
 {
-  const proximity::Corners r = scene.reference_corners(pair.pair), m = scene.moving_corners(pair.pair);
+  const geometry::Corners r = scene.reference_corners(pair.pair), m = scene.moving_corners(pair.pair);
   const Eigen::Vector3d n = unit_normal(r);
   std::vector<Candidate> result;
   const auto add = [&](const Eigen::Vector3d& on_reference, const Eigen::Vector3d& on_moving) {
@@ -87,7 +87,7 @@ std::optional<Segment> clipped(const Segment& s, const Eigen::Vector3d& directio
   return first < 0.0 ? Segment{cut, s[1]} : Segment{s[0], cut};
 }
 
-std::optional<Segment> over_face(Segment edge, const proximity::Corners& face)
+std::optional<Segment> over_face(Segment edge, const geometry::Corners& face)
 {
   const Eigen::Vector3d n = unit_normal(face);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -148,12 +148,12 @@ std::vector<Candidate> segment_ends(const Scene& scene, const Candidate& c)
   return result;
 }
 
-bool is_overlap(const Scene& scene, const proximity::TrianglePair& pair, double distance_mm)
+bool is_overlap(const Scene& scene, const geometry::TrianglePair& pair, double distance_mm)
 {
   return distance_mm < (scene.offset_mm(pair) > 0.0 ? -rounded_touching_mm : -touching_mm);
 }
 
-TriangleDistance estimated(const Scene& scene, const proximity::Corners& r, const proximity::Corners& m)
+TriangleDistance estimated(const Scene& scene, const geometry::Corners& r, const geometry::Corners& m)
 {
   const std::optional<TriangleDistance> found = closest_points(r, m);
   return found ? *found : scene.narrow_phase.measure(r, m);
@@ -176,8 +176,8 @@ std::vector<Candidate> close_pairs(const Scene& scene)
 {
   std::vector<Candidate> result;
   const double band_mm = scene.options.band_mm;
-  const auto visit = [&](const proximity::TrianglePair& pair) {
-    const proximity::Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
+  const auto visit = [&](const geometry::TrianglePair& pair) {
+    const geometry::Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
     const double offset_mm = scene.offset_mm(pair);
     // Pairs of a gap query are screened already.
     if (scene.candidates == nullptr && is_certainly_separated(r, m, band_mm + offset_mm)) return false;
@@ -190,9 +190,9 @@ std::vector<Candidate> close_pairs(const Scene& scene)
   if (scene.candidates != nullptr) {
     std::for_each(scene.candidates->begin(), scene.candidates->end(), visit);
   } else {
-    proximity::visit_close_pairs(
+    geometry::visit_close_pairs(
         scene.reference.tree, scene.moving.tree_mesh.tree, scene.place,
-        band_mm + proximity::rounding_mm(scene.reference.mesh, scene.moving.tree_mesh.mesh), visit);
+        band_mm + geometry::rounding_mm(scene.reference.mesh, scene.moving.tree_mesh.mesh), visit);
   }
   std::sort(result.begin(), result.end(),
             [](const Candidate& l, const Candidate& r) { return l.pair < r.pair; });
@@ -227,10 +227,10 @@ bool is_separate_contact(const Scene& scene, const std::vector<Candidate>& pairs
 {
   for (const std::int32_t r : scene.reference_features.star(candidate.reference)) {
     for (const std::int32_t m : scene.moving.features.star(candidate.moving)) {
-      const proximity::TrianglePair neighbour{r, m};
+      const geometry::TrianglePair neighbour{r, m};
       const auto found =
           std::lower_bound(pairs.begin(), pairs.end(), neighbour,
-                           [](const Candidate& c, const proximity::TrianglePair& p) { return c.pair < p; });
+                           [](const Candidate& c, const geometry::TrianglePair& p) { return c.pair < p; });
       if (found == pairs.end() || found->pair != neighbour) continue;
       const double away_mm = (found->p_moving_mm - candidate.p_moving_mm).norm() +
                              (found->p_reference_mm - candidate.p_reference_mm).norm();

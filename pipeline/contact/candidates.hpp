@@ -15,7 +15,7 @@ constexpr double parallel_edges = 1e-6;
 
 /// Closest points of a pair of bare triangles and the features that they lie on, in the reference's frame.
 struct Candidate {
-  proximity::TrianglePair pair;
+  geometry::TrianglePair pair;
   double distance_mm = 0.0;  ///< less both offsets
   Eigen::Vector3d p_reference_mm;
   Eigen::Vector3d p_moving_mm;
@@ -25,24 +25,24 @@ struct Candidate {
 
 /// Two objects in the reference's frame.
 struct Scene {
-  const proximity::TreeMesh& reference;
+  const geometry::TreeMesh& reference;
   const SurfaceFeatures& reference_features;
   const Collider& moving;
-  proximity::RigidPlacement place;  // of the moving object in the reference's frame
+  geometry::RigidPlacement place;  // of the moving object in the reference's frame
   NarrowPhase& narrow_phase;
   const ContactOptions& options;
-  const std::vector<proximity::TrianglePair>* candidates;  // null: pairs from the trees
+  const std::vector<geometry::TrianglePair>* candidates;  // null: pairs from the trees
 
-  double offset_mm(const proximity::TrianglePair& pair) const
+  double offset_mm(const geometry::TrianglePair& pair) const
   {
     return vrda::offset_mm(reference.mesh, pair.reference) +
            vrda::offset_mm(moving.tree_mesh.mesh, pair.moving);
   }
-  proximity::Corners reference_corners(const proximity::TrianglePair& pair) const
+  geometry::Corners reference_corners(const geometry::TrianglePair& pair) const
   {
     return corners(reference.mesh, pair.reference);
   }
-  proximity::Corners moving_corners(const proximity::TrianglePair& pair) const
+  geometry::Corners moving_corners(const geometry::TrianglePair& pair) const
   {
     return place(corners(moving.tree_mesh.mesh, pair.moving));
   }

@@ -12,7 +12,7 @@ namespace {
 // A separation above it is not due to rounding: coordinates of 100 mm, edges up to 100 mm.
 constexpr double proven_mm = 1e-9;
 
-using proximity::Corners;
+using geometry::Corners;
 
 struct Nearest {
   double distance_sq_mm2 = std::numeric_limits<double>::infinity();

@@ -15,14 +15,14 @@ constexpr double opposing = -1e-9;
 
 // `any_pair(visit)` calls `visit` for close pairs until it returns true.
 template <typename Transform, typename AnyPair>
-std::optional<proximity::TrianglePair> first_collision(const Mesh& reference, const Mesh& moving,
+std::optional<geometry::TrianglePair> first_collision(const Mesh& reference, const Mesh& moving,
                                                        const Transform& place, NarrowPhase& narrow_phase,
-                                                       const proximity::TrianglePair& hint,
+                                                       const geometry::TrianglePair& hint,
                                                        const AnyPair& any_pair)
 {
-  std::optional<proximity::TrianglePair> found;
-  const auto overlaps = [&](const proximity::TrianglePair& pair) {
-    const proximity::Corners r = corners(reference, pair.reference), m = place(corners(moving, pair.moving));
+  std::optional<geometry::TrianglePair> found;
+  const auto overlaps = [&](const geometry::TrianglePair& pair) {
+    const geometry::Corners r = corners(reference, pair.reference), m = place(corners(moving, pair.moving));
     const double offset = offset_mm(reference, pair.reference) + offset_mm(moving, pair.moving);
     if (is_certainly_separated(r, m, offset) || !narrow_phase.overlap(r, m, offset)) return false;
     found = pair;
@@ -33,19 +33,19 @@ std::optional<proximity::TrianglePair> first_collision(const Mesh& reference, co
 }
 
 template <typename Transform>
-std::optional<proximity::TrianglePair> collision_of_trees(const proximity::TreeMesh& reference,
-                                                          const proximity::TreeMesh& moving,
+std::optional<geometry::TrianglePair> collision_of_trees(const geometry::TreeMesh& reference,
+                                                          const geometry::TreeMesh& moving,
                                                           const Transform& place, NarrowPhase& narrow_phase,
-                                                          const proximity::TrianglePair& hint)
+                                                          const geometry::TrianglePair& hint)
 {
   return first_collision(reference.mesh, moving.mesh, place, narrow_phase, hint, [&](const auto& overlaps) {
-    proximity::visit_close_pairs(reference.tree, moving.tree, place,
-                                 proximity::rounding_mm(reference.mesh, moving.mesh), overlaps);
+    geometry::visit_close_pairs(reference.tree, moving.tree, place,
+                                 geometry::rounding_mm(reference.mesh, moving.mesh), overlaps);
   });
 }
 
 // For first_collision: the pairs that a query finds at the pose.
-auto touching_pairs(proximity::GapQuery& pairs, const MovingPose& pose)
+auto touching_pairs(geometry::GapQuery& pairs, const MovingPose& pose)
 {
   return [&](const auto& overlaps) { pairs.any_close_pair(pose, 0.0, overlaps); };
 }
@@ -60,7 +60,7 @@ Eigen::Vector3d feature_normal(const Mesh& mesh, const SurfaceFeatures& features
 
 // Barycentric interpolation of the vertex normals of triangle t at p.
 Eigen::Vector3d interpolated_normal(const Mesh& mesh, std::int32_t t, const Eigen::Vector3d& p,
-                                    const proximity::Corners& corner)
+                                    const geometry::Corners& corner)
 {
   const Eigen::Vector3d n = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -143,7 +143,7 @@ Reaction reaction(const Scene& scene, const Candidate& c)
     case ContactNormals::moving:
       break;
   }
-  const proximity::Corners corner = scene.moving_corners(c.pair);
+  const geometry::Corners corner = scene.moving_corners(c.pair);
   return {-scene.place.direction(
               interpolated_normal(scene.moving.tree_mesh.mesh, c.pair.moving, c.p_moving_mm, corner)),
           false};
@@ -175,8 +175,8 @@ Contact centre_contact(const Scene& scene, const Candidate& c)
                                (scene.options.normals == ContactNormals::least_curvature &&
                                 sharpest(scene.reference_features, c.pair.reference) <=
                                     sharpest(scene.moving.features, c.pair.moving));
-  const proximity::Corners r = scene.reference_corners(c.pair), m = scene.moving_corners(c.pair);
-  const proximity::Corners& corner = takes_reference ? r : m;
+  const geometry::Corners r = scene.reference_corners(c.pair), m = scene.moving_corners(c.pair);
+  const geometry::Corners& corner = takes_reference ? r : m;
   const Mesh& mesh = takes_reference ? scene.reference.mesh : scene.moving.tree_mesh.mesh;
   const std::int32_t t = takes_reference ? c.pair.reference : c.pair.moving;
   const Eigen::Vector3d centre = (corner[0] + corner[1] + corner[2]) / 3.0;
@@ -214,50 +214,50 @@ Collider make_collider(Mesh mesh)
   if (mesh.normals.rows() != mesh.vertices_mm.rows()) mesh.normals = vertex_normals(mesh);
   Collider result;
   result.features = SurfaceFeatures(mesh);
-  result.tree_mesh = proximity::make_tree_mesh(std::move(mesh));
+  result.tree_mesh = geometry::make_tree_mesh(std::move(mesh));
   return result;
 }
 
-std::optional<proximity::TrianglePair> find_collision(const proximity::TreeMesh& reference,
-                                                      const proximity::TreeMesh& moving,
+std::optional<geometry::TrianglePair> find_collision(const geometry::TreeMesh& reference,
+                                                      const geometry::TreeMesh& moving,
                                                       const MovingPose& pose, NarrowPhase& narrow_phase,
-                                                      const proximity::TrianglePair& hint)
+                                                      const geometry::TrianglePair& hint)
 {
-  return collision_of_trees(reference, moving, proximity::Placement(pose), narrow_phase, hint);
+  return collision_of_trees(reference, moving, geometry::Placement(pose), narrow_phase, hint);
 }
 
-std::optional<proximity::TrianglePair> find_collision(const proximity::TreeMesh& reference,
-                                                      const proximity::TreeMesh& moving,
-                                                      const proximity::RigidPlacement& place,
+std::optional<geometry::TrianglePair> find_collision(const geometry::TreeMesh& reference,
+                                                      const geometry::TreeMesh& moving,
+                                                      const geometry::RigidPlacement& place,
                                                       NarrowPhase& narrow_phase,
-                                                      const proximity::TrianglePair& hint)
+                                                      const geometry::TrianglePair& hint)
 {
   return collision_of_trees(reference, moving, place, narrow_phase, hint);
 }
 
-std::optional<proximity::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
-                                                      const MovingPose& pose, proximity::GapQuery& pairs,
+std::optional<geometry::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
+                                                      const MovingPose& pose, geometry::GapQuery& pairs,
                                                       NarrowPhase& narrow_phase,
-                                                      const proximity::TrianglePair& hint)
+                                                      const geometry::TrianglePair& hint)
 {
-  return first_collision(reference, moving, proximity::Placement(pose), narrow_phase, hint,
+  return first_collision(reference, moving, geometry::Placement(pose), narrow_phase, hint,
                          touching_pairs(pairs, pose));
 }
 
-std::optional<proximity::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
-                                                      const proximity::RigidPlacement& place,
-                                                      const MovingPose& pose, proximity::GapQuery& pairs,
+std::optional<geometry::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
+                                                      const geometry::RigidPlacement& place,
+                                                      const MovingPose& pose, geometry::GapQuery& pairs,
                                                       NarrowPhase& narrow_phase,
-                                                      const proximity::TrianglePair& hint)
+                                                      const geometry::TrianglePair& hint)
 {
   return first_collision(reference, moving, place, narrow_phase, hint, touching_pairs(pairs, pose));
 }
 
-std::vector<proximity::TrianglePair> find_self_overlaps(const proximity::TreeMesh& mesh,
+std::vector<geometry::TrianglePair> find_self_overlaps(const geometry::TreeMesh& mesh,
                                                         NarrowPhase& narrow_phase, std::size_t limit)
 {
-  std::vector<proximity::TrianglePair> found;
-  const auto shares_a_vertex = [&](const proximity::TrianglePair& pair) {
+  std::vector<geometry::TrianglePair> found;
+  const auto shares_a_vertex = [&](const geometry::TrianglePair& pair) {
     for (Eigen::Index i = 0; i < 3; ++i) {
       for (Eigen::Index k = 0; k < 3; ++k) {
         if (mesh.mesh.triangles(pair.reference, i) == mesh.mesh.triangles(pair.moving, k)) return true;
@@ -265,9 +265,9 @@ std::vector<proximity::TrianglePair> find_self_overlaps(const proximity::TreeMes
     }
     return false;
   };
-  proximity::visit_own_pairs(mesh.tree, [&](const proximity::TrianglePair& pair) {
+  geometry::visit_own_pairs(mesh.tree, [&](const geometry::TrianglePair& pair) {
     if (shares_a_vertex(pair)) return false;
-    const proximity::Corners a = corners(mesh.mesh, pair.reference), b = corners(mesh.mesh, pair.moving);
+    const geometry::Corners a = corners(mesh.mesh, pair.reference), b = corners(mesh.mesh, pair.moving);
     if (is_certainly_separated(a, b, 0.0) || !narrow_phase.overlap(a, b)) return false;
     found.push_back(pair);
     return found.size() >= limit;
@@ -279,7 +279,7 @@ std::vector<Contact> find_contacts(const ContactObjects& objects, const MovingPo
                                    NarrowPhase& narrow_phase, const ContactOptions& options)
 {
   const Scene scene{objects.reference, objects.reference_features,
-                    objects.moving,    proximity::RigidPlacement(pose_of(pose)),
+                    objects.moving,    geometry::RigidPlacement(pose_of(pose)),
                     narrow_phase,      options,
                     objects.candidates};
   return contacts_of(scene, Eigen::Vector3d::UnitY());
@@ -287,7 +287,7 @@ std::vector<Contact> find_contacts(const ContactObjects& objects, const MovingPo
 
 std::vector<Contact> find_contacts(const Collider& reference, const Collider& moving,
                                    const ObjectPoses& standing,
-                                   const std::vector<proximity::TrianglePair>& candidates,
+                                   const std::vector<geometry::TrianglePair>& candidates,
                                    NarrowPhase& narrow_phase, const ContactOptions& options)
 {
   Pose X_solver_reference = Pose::Identity();
@@ -297,7 +297,7 @@ std::vector<Contact> find_contacts(const Collider& reference, const Collider& mo
   const Scene scene{reference.tree_mesh,
                     reference.features,
                     moving,
-                    proximity::RigidPlacement(X_reference_solver * pose_of(standing.pose)),
+                    geometry::RigidPlacement(X_reference_solver * pose_of(standing.pose)),
                     narrow_phase,
                     options,
                     &candidates};

@@ -6,15 +6,15 @@
 
 #include "contact/features.hpp"
 #include "contact/narrow_phase.hpp"
-#include "core/solver_options.hpp"
-#include "proximity/gap_query.hpp"
-#include "proximity/placement.hpp"
+#include "model/solver_options.hpp"
+#include "geometry/gap_query.hpp"
+#include "geometry/placement.hpp"
 
 namespace vrda::contact {
 
 /// A mesh in the solver frame with bounding-volume tree and connectivity.
 struct Collider {
-  proximity::TreeMesh tree_mesh;
+  geometry::TreeMesh tree_mesh;
   SurfaceFeatures features;
 };
 
@@ -28,7 +28,7 @@ struct Contact {
   Eigen::Vector3d application_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, direction of the reaction on the moving object
   double distance_mm = 0.0;
-  proximity::TrianglePair triangles;
+  geometry::TrianglePair triangles;
 };
 
 struct ContactOptions {
@@ -41,44 +41,44 @@ struct ContactOptions {
 
 /// The first intersecting pair of triangles found, if any; `hint` is tried first.
 /// `reference` is rotated to its attitude.
-std::optional<proximity::TrianglePair> find_collision(const proximity::TreeMesh& reference,
-                                                      const proximity::TreeMesh& moving,
+std::optional<geometry::TrianglePair> find_collision(const geometry::TreeMesh& reference,
+                                                      const geometry::TreeMesh& moving,
                                                       const MovingPose& pose, NarrowPhase& narrow_phase,
-                                                      const proximity::TrianglePair& hint = {});
+                                                      const geometry::TrianglePair& hint = {});
 /// The same with the moving object placed in the reference's own frame by any rigid motion.
-std::optional<proximity::TrianglePair> find_collision(const proximity::TreeMesh& reference,
-                                                      const proximity::TreeMesh& moving,
-                                                      const proximity::RigidPlacement& place,
+std::optional<geometry::TrianglePair> find_collision(const geometry::TreeMesh& reference,
+                                                      const geometry::TreeMesh& moving,
+                                                      const geometry::RigidPlacement& place,
                                                       NarrowPhase& narrow_phase,
-                                                      const proximity::TrianglePair& hint = {});
+                                                      const geometry::TrianglePair& hint = {});
 
 /// The same with pairs from `pairs`, a query between both meshes at the attitude of `reference`: three times
 /// as fast.
-std::optional<proximity::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
-                                                      const MovingPose& pose, proximity::GapQuery& pairs,
+std::optional<geometry::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
+                                                      const MovingPose& pose, geometry::GapQuery& pairs,
                                                       NarrowPhase& narrow_phase,
-                                                      const proximity::TrianglePair& hint = {});
+                                                      const geometry::TrianglePair& hint = {});
 
 /// The same with the reference at zero attitude and the moving object placed there by `place`: `pose` is its
 /// pose at the attitude of `pairs`.
-std::optional<proximity::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
-                                                      const proximity::RigidPlacement& place,
-                                                      const MovingPose& pose, proximity::GapQuery& pairs,
+std::optional<geometry::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
+                                                      const geometry::RigidPlacement& place,
+                                                      const MovingPose& pose, geometry::GapQuery& pairs,
                                                       NarrowPhase& narrow_phase,
-                                                      const proximity::TrianglePair& hint = {});
+                                                      const geometry::TrianglePair& hint = {});
 
 /// Pairs of triangles of one mesh that intersect without a common vertex, at most `limit`; each once, smaller
 /// row first. Neighbours in a welded mesh share vertices, so a valid mesh has none.
-std::vector<proximity::TrianglePair> find_self_overlaps(const proximity::TreeMesh& mesh,
+std::vector<geometry::TrianglePair> find_self_overlaps(const geometry::TreeMesh& mesh,
                                                         NarrowPhase& narrow_phase, std::size_t limit);
 
 /// The two objects of a contact query.
 struct ContactObjects {
-  const proximity::TreeMesh& reference;       ///< rotated to its attitude
+  const geometry::TreeMesh& reference;       ///< rotated to its attitude
   const SurfaceFeatures& reference_features;  ///< of the same mesh in any attitude
   const Collider& moving;
   /// Every pair within the band, and others; null: found by the trees.
-  const std::vector<proximity::TrianglePair>* candidates = nullptr;
+  const std::vector<geometry::TrianglePair>* candidates = nullptr;
 };
 
 /// Pose of both objects in S.
@@ -95,7 +95,7 @@ std::vector<Contact> find_contacts(const ContactObjects& objects, const MovingPo
 /// every pair within the band (GapQuery::close_pairs).
 std::vector<Contact> find_contacts(const Collider& reference, const Collider& moving,
                                    const ObjectPoses& standing,
-                                   const std::vector<proximity::TrianglePair>& candidates,
+                                   const std::vector<geometry::TrianglePair>& candidates,
                                    NarrowPhase& narrow_phase, const ContactOptions& options);
 
 }  // namespace vrda::contact

@@ -74,7 +74,7 @@ struct NarrowPhase::Bullet {
   };
 
   // The moving triangle translated by `shift_mm`.
-  Found closest(const proximity::Corners& a, const proximity::Corners& b, const Eigen::Vector3d& shift_mm)
+  Found closest(const geometry::Corners& a, const geometry::Corners& b, const Eigen::Vector3d& shift_mm)
   {
     // Coordinates relative to a corner of the pair: a distant origin loses no digits.
     const Eigen::Vector3d& origin = a[0];
@@ -116,7 +116,7 @@ struct NarrowPhase::Bullet {
   }
 
   // Whether the triangles are as far apart along the direction as the points are. An overlap is not judged.
-  static bool is_proved(const Found& found, const proximity::Corners& a, const proximity::Corners& b,
+  static bool is_proved(const Found& found, const geometry::Corners& a, const geometry::Corners& b,
                         const Eigen::Vector3d& shift_mm)
   {
     if (found.is_overlapping) return true;
@@ -130,19 +130,19 @@ struct NarrowPhase::Bullet {
   }
 
   // Initial axis for GJK; Bullet uses (0, 1, 0) when both centres coincide.
-  static Eigen::Vector3d centre(const proximity::Corners& t) { return (t[0] + t[1] + t[2]) / 3.0; }
+  static Eigen::Vector3d centre(const geometry::Corners& t) { return (t[0] + t[1] + t[2]) / 3.0; }
 };
 
 NarrowPhase::NarrowPhase() : bullet_(std::make_unique<Bullet>()) {}
 NarrowPhase::~NarrowPhase() = default;
 
-Eigen::Vector3d unit_normal(const proximity::Corners& t)
+Eigen::Vector3d unit_normal(const geometry::Corners& t)
 {
   return (t[1] - t[0]).cross(t[2] - t[0]).normalized();
 }
 
-TriangleDistance NarrowPhase::measured_backed_off(const proximity::Corners& reference,
-                                                  const proximity::Corners& moving,
+TriangleDistance NarrowPhase::measured_backed_off(const geometry::Corners& reference,
+                                                  const geometry::Corners& moving,
                                                   const Eigen::Vector3d& direction, Wanted wanted)
 {
   TriangleDistance nearest;
@@ -169,7 +169,7 @@ TriangleDistance NarrowPhase::measured_backed_off(const proximity::Corners& refe
   return {true, separation_mm, nearest.p_reference_mm, nearest.p_moving_mm};
 }
 
-TriangleDistance NarrowPhase::measured(const proximity::Corners& reference, const proximity::Corners& moving,
+TriangleDistance NarrowPhase::measured(const geometry::Corners& reference, const geometry::Corners& moving,
                                        Wanted wanted)
 {
   ++n_measured_;
@@ -181,12 +181,12 @@ TriangleDistance NarrowPhase::measured(const proximity::Corners& reference, cons
                              wanted);
 }
 
-TriangleDistance NarrowPhase::measure(const proximity::Corners& reference, const proximity::Corners& moving)
+TriangleDistance NarrowPhase::measure(const geometry::Corners& reference, const geometry::Corners& moving)
 {
   return measured(reference, moving, Wanted::distance);
 }
 
-bool NarrowPhase::overlap(const proximity::Corners& reference, const proximity::Corners& moving,
+bool NarrowPhase::overlap(const geometry::Corners& reference, const geometry::Corners& moving,
                           double offset_mm)
 {
   if (offset_mm > 0.0)
@@ -194,17 +194,17 @@ bool NarrowPhase::overlap(const proximity::Corners& reference, const proximity::
   return measured(reference, moving, Wanted::overlap).is_overlapping;
 }
 
-bool is_certainly_separated(const proximity::Corners& a, const proximity::Corners& b, double band_mm)
+bool is_certainly_separated(const geometry::Corners& a, const geometry::Corners& b, double band_mm)
 {
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const proximity::Extent ea = proximity::extent(a, axis), eb = proximity::extent(b, axis);
+    const geometry::Extent ea = geometry::extent(a, axis), eb = geometry::extent(b, axis);
     if (ea.least - eb.most > band_mm || eb.least - ea.most > band_mm) return true;
   }
   struct Range {
     double least, most;
   };
   const auto range_along = [](const Eigen::Vector3d& n, const Eigen::Vector3d& p,
-                              const proximity::Corners& other) {
+                              const geometry::Corners& other) {
     const double d0 = n.dot(other[0] - p), d1 = n.dot(other[1] - p), d2 = n.dot(other[2] - p);
     return Range{std::min({d0, d1, d2}), std::max({d0, d1, d2})};
   };
@@ -216,7 +216,7 @@ bool is_certainly_separated(const proximity::Corners& a, const proximity::Corner
     return least > band_mm * length + 1e-9 * (length + most);
   };
   // By the plane of a face on either side, or by the planes through its edges and across it.
-  const auto separates = [&](const proximity::Corners& face, const proximity::Corners& other) {
+  const auto separates = [&](const geometry::Corners& face, const geometry::Corners& other) {
     const Eigen::Vector3d n = (face[1] - face[0]).cross(face[2] - face[0]);
     const Range across = range_along(n, face[0], other);
     if (is_beyond(n, across.least, across.most) || is_beyond(n, -across.most, -across.least)) return true;

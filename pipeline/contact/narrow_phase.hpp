@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "proximity/placement.hpp"
+#include "geometry/placement.hpp"
 
 namespace vrda::contact {
 
@@ -18,7 +18,7 @@ struct TriangleDistance {
 };
 
 /// By the order of the corners, counterclockwise seen from outside; zero for a triangle without area.
-Eigen::Vector3d unit_normal(const proximity::Corners& t);
+Eigen::Vector3d unit_normal(const geometry::Corners& t);
 
 /// Overlap of rounded triangles up to which they count as touching: the accuracy of Bullet's distance of the
 /// bare triangles, which are apart by the offset.
@@ -34,19 +34,19 @@ class NarrowPhase {
 
   /// Overlap and distance are accurate to 1e-9 mm within 1e-3 mm of contact, where the moving triangle is
   /// backed off by 0.05 mm, measured and brought back; to 1e-6 mm above (README.md).
-  TriangleDistance measure(const proximity::Corners& reference, const proximity::Corners& moving);
+  TriangleDistance measure(const geometry::Corners& reference, const geometry::Corners& moving);
 
   /// Whether the triangles intersect, with the same accuracy in less time. With an offset: whether they are
   /// nearer than it by more than `rounded_touching_mm`.
-  bool overlap(const proximity::Corners& reference, const proximity::Corners& moving, double offset_mm = 0.0);
+  bool overlap(const geometry::Corners& reference, const geometry::Corners& moving, double offset_mm = 0.0);
 
   long long n_measured() const { return n_measured_; }
 
  private:
   struct Bullet;
   enum class Wanted { overlap, distance };
-  TriangleDistance measured(const proximity::Corners& reference, const proximity::Corners& moving, Wanted);
-  TriangleDistance measured_backed_off(const proximity::Corners& reference, const proximity::Corners& moving,
+  TriangleDistance measured(const geometry::Corners& reference, const geometry::Corners& moving, Wanted);
+  TriangleDistance measured_backed_off(const geometry::Corners& reference, const geometry::Corners& moving,
                                        const Eigen::Vector3d& direction, Wanted);
   std::unique_ptr<Bullet> bullet_;
   long long n_measured_ = 0;
@@ -54,12 +54,12 @@ class NarrowPhase {
 
 /// True when an axis or a face plane separates the triangles by more than `band_mm`. Conservative and cheap:
 /// rejects pairs before the narrow phase.
-bool is_certainly_separated(const proximity::Corners& a, const proximity::Corners& b, double band_mm);
+bool is_certainly_separated(const geometry::Corners& a, const geometry::Corners& b, double band_mm);
 
 /// In closed form: distance and closest points of the bare triangles, by the pairs of their features. Empty
 /// where the line between the points does not prove the triangles apart by more than rounding: they overlap,
 /// are nearer than about 1e-8 mm or degenerate, and only the narrow phase decides.
-std::optional<TriangleDistance> closest_points(const proximity::Corners& reference,
-                                               const proximity::Corners& moving);
+std::optional<TriangleDistance> closest_points(const geometry::Corners& reference,
+                                               const geometry::Corners& moving);
 
 }  // namespace vrda::contact

@@ -5,23 +5,23 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "proximity/gap_query.hpp"
+#include "geometry/gap_query.hpp"
 
 namespace vrda::prepare {
 
-double scanned_gap_mm(const registration::KneeFit& fit, const registration::KneeSurfaces& subject)
+double scanned_gap_mm(const geometry::KneeFit& fit, const geometry::KneeSurfaces& subject)
 {
-  const auto in_tibia_frame = [&](const registration::BoneSurfaces& surfaces) {
+  const auto in_tibia_frame = [&](const geometry::BoneSurfaces& surfaces) {
     Mesh mesh = joined(surfaces);
     mesh.vertices_mm *= fit.unit_mm;
     return transformed(mesh, fit.X_scan_tibia.inverse());
   };
   const Mesh femur = in_tibia_frame(subject.femur), tibia = in_tibia_frame(subject.tibia);
-  const proximity::GapTree above(femur);
+  const geometry::GapTree above(femur);
   double sum = 0.0;
   for (const double side : {-1.0, 1.0}) {
-    const proximity::GapTree below = plateau_tree(tibia, side);
-    sum += below.is_empty() ? nan : proximity::GapQuery(above, below).travel_mm({});
+    const geometry::GapTree below = plateau_tree(tibia, side);
+    sum += below.is_empty() ? nan : geometry::GapQuery(above, below).travel_mm({});
   }
   return std::isfinite(sum) ? 0.5 * sum : nan;
 }

@@ -2,14 +2,14 @@
 
 #include <cmath>
 
-#include "core/side.hpp"
+#include "model/side.hpp"
 #include "core/text.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
-#include "load/axis_map.hpp"
+#include "job/axis_map.hpp"
 #include "prepare/template_joint.hpp"
-#include "registration/coarse_fit.hpp"
-#include "registration/knee_surfaces.hpp"
+#include "geometry/coarse_fit.hpp"
+#include "geometry/knee_surfaces.hpp"
 
 namespace vrda::prepare {
 namespace {
@@ -35,21 +35,21 @@ std::string both(const FrameKeys& keys, const std::string& ending)
 
 }  // namespace
 
-std::vector<std::string> frame_warnings(const load::Case& knee, const FrameKeys& keys)
+std::vector<std::string> frame_warnings(const job::Case& knee, const FrameKeys& keys)
 {
-  registration::KneeSurfaces bones{surfaces_of(knee.reference), surfaces_of(knee.moving)};
+  geometry::KneeSurfaces bones{surfaces_of(knee.reference), surfaces_of(knee.moving)};
   const Mesh femur = joined(bones.femur), tibia = joined(bones.tibia);
   if (knee.joint != "knee" || femur.triangles.rows() == 0 || tibia.triangles.rows() == 0) return {};
   const std::string remedy = "; vrda prepare finds unit, side and frame";
-  const double unit_mm = registration::unit_mm_of(femur, tibia);
+  const double unit_mm = geometry::unit_mm_of(femur, tibia);
   if (unit_mm != 1.0)
-    return {both(keys, ".unit") + ": the bones have the size of a knee in " + load::unit_of_mm(unit_mm) +
+    return {both(keys, ".unit") + ": the bones have the size of a knee in " + job::unit_of_mm(unit_mm) +
             remedy};
-  const registration::TemplateKnee reference = registration::generic_template();
-  const registration::CoarseFit fit = coarse_fit(bones, reference);
+  const geometry::TemplateKnee reference = geometry::generic_template();
+  const geometry::CoarseFit fit = coarse_fit(bones, reference);
   const bool is_left = fit.left.residual_mm < fit.right.residual_mm;
   const Side side = is_left ? Side::left : Side::right;
-  const registration::SimilarityFit& best = is_left ? fit.left : fit.right;
+  const geometry::SimilarityFit& best = is_left ? fit.left : fit.right;
   if (!(best.residual_mm < largest_reliable_residual_mm)) return {};
   std::vector<std::string> warnings;
   const double margin = (is_left ? fit.right : fit.left).residual_mm / best.residual_mm;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "load/case.hpp"
+#include "job/case.hpp"
 
 namespace vrda::prepare {
 
@@ -17,6 +17,6 @@ struct FrameKeys {
 /// Compares a knee's frame, side and unit with those of the generic template registered onto its bones. Empty
 /// if they agree, or if the bones differ too much from the template (in flexion, for example), or if one is
 /// missing. Each warning begins with the keys that it is about.
-std::vector<std::string> frame_warnings(const load::Case& knee, const FrameKeys& keys = {});
+std::vector<std::string> frame_warnings(const job::Case& knee, const FrameKeys& keys = {});
 
 }  // namespace vrda::prepare

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/side.hpp"
+#include "model/side.hpp"
 #include "core/text.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
@@ -76,12 +76,12 @@ std::string job_text(const JobDescription& job)
          "varus = \"free\"\n\n[solver]\nmethod = \"equilibrium\"\n\n[smooth]\ndegrees = [6]\n";
 }
 
-std::string ligament_table(const ligament::Ligaments& ligaments, const std::string& comment)
+std::string ligament_table(const model::Ligaments& ligaments, const std::string& comment)
 {
   std::string text = "# " + comment +
                      "\nname,bundle,femur_x_mm,femur_y_mm,femur_z_mm,tibia_x_mm,tibia_y_mm,tibia_z_mm,"
                      "stiffness_n,slack_length_mm,wrap\n";
-  for (const ligament::Fibre& fibre : ligaments.fibres) {
+  for (const model::Fibre& fibre : ligaments.fibres) {
     text += fibre.name + "," + fibre.bundle + "," + numbers(fibre.reference_mm) + "," +
             numbers(fibre.moving_mm) + "," + shortest_decimal(fibre.stiffness_n) + "," +
             shortest_decimal(fibre.slack_length_mm) + "," +
@@ -90,14 +90,14 @@ std::string ligament_table(const ligament::Ligaments& ligaments, const std::stri
   return text;
 }
 
-std::string wraps_text(const ligament::Ligaments& ligaments)
+std::string wraps_text(const model::Ligaments& ligaments)
 {
   std::string text = "[";
-  for (const ligament::Wrap& wrap : ligaments.wraps) {
-    const bool is_cylinder = wrap.shape == ligament::WrapShape::cylinder;
+  for (const model::Wrap& wrap : ligaments.wraps) {
+    const bool is_cylinder = wrap.shape == model::WrapShape::cylinder;
     text += std::string(text.size() > 1 ? "," : "") + "\n  {\"name\": " + quoted(wrap.name) +
             ", \"type\": \"" + (is_cylinder ? "WrapCylinder" : "WrapEllipsoid") + "\", \"body\": \"" +
-            (wrap.body == ligament::WrapBody::reference ? "reference" : "moving") +
+            (wrap.body == model::WrapBody::reference ? "reference" : "moving") +
             "\", \"unit\": \"mm\",\n   \"xyz_body_rotation\": [" +
             numbers(body_fixed_angles_rad(wrap.X_body_wrap.linear())) + "], \"translation\": [" +
             numbers(wrap.X_body_wrap.translation()) + "],\n   ";

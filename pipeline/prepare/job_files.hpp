@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "core/clinical.hpp"
-#include "core/frames.hpp"
-#include "ligament/ligaments.hpp"
+#include "model/clinical.hpp"
+#include "model/frames.hpp"
+#include "model/ligaments.hpp"
 
 namespace vrda::prepare {
 
@@ -32,9 +32,9 @@ struct JobDescription {
 std::string job_text(const JobDescription& job);
 
 /// Table of schemas/ligaments.md. `comment`: one line without #.
-std::string ligament_table(const ligament::Ligaments& ligaments, const std::string& comment);
+std::string ligament_table(const model::Ligaments& ligaments, const std::string& comment);
 
 /// JSON of schemas/wraps.schema.json.
-std::string wraps_text(const ligament::Ligaments& ligaments);
+std::string wraps_text(const model::Ligaments& ligaments);
 
 }  // namespace vrda::prepare

@@ -7,15 +7,15 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "documents/schema.hpp"
+#include "core/schema.hpp"
 
 namespace vrda::prepare {
 
-const documents::DocumentSchema& knee_landmarks_schema();  // schemas/knee_landmarks.schema.json
+const core::DocumentSchema& knee_landmarks_schema();  // schemas/knee_landmarks.schema.json
 
 namespace {
 
-using documents::DocumentValue;
+using core::DocumentValue;
 
 // The vertices of the mesh in a box about the rotation centre, of which the outermost is the landmark. Boxes
 // are of a right knee.
@@ -73,15 +73,15 @@ std::optional<Eigen::Vector3d> outermost_mm(const Mesh& mesh, const Outermost& w
 std::optional<Eigen::Vector3d> point_at(const DocumentValue& table, const char* key)
 {
   return table.find(key) == nullptr ? std::nullopt
-                                    : std::optional<Eigen::Vector3d>(documents::vector3_at(table, key));
+                                    : std::optional<Eigen::Vector3d>(core::vector3_at(table, key));
 }
 
 void read_fibres(KneeLandmarks& landmarks)
 {
-  const documents::Document& document = landmarks.document;
-  for (const DocumentValue& row : documents::list_or_empty(document.root, "fibre")) {
+  const core::Document& document = landmarks.document;
+  for (const DocumentValue& row : core::list_or_empty(document.root, "fibre")) {
     const std::string key = "fibre." + std::to_string(landmarks.fibres.size());
-    FibreEnds ends{documents::text_at(row, "name"), point_at(row, "femur"), point_at(row, "tibia")};
+    FibreEnds ends{core::text_at(row, "name"), point_at(row, "femur"), point_at(row, "tibia")};
     if (!ends.femur && !ends.tibia) document.refuse(key, "neither femur nor tibia", "at least one of them");
     if (std::any_of(landmarks.fibres.begin(), landmarks.fibres.end(),
                     [&](const FibreEnds& other) { return other.name == ends.name; }))
@@ -92,11 +92,11 @@ void read_fibres(KneeLandmarks& landmarks)
 
 void read_distances(KneeLandmarks& landmarks)
 {
-  const documents::Document& document = landmarks.document;
-  for (const DocumentValue& row : documents::list_or_empty(document.root, "distance")) {
+  const core::Document& document = landmarks.document;
+  for (const DocumentValue& row : core::list_or_empty(document.root, "distance")) {
     const std::string key = "distance." + std::to_string(landmarks.distances.size());
-    const NamedDistance distance{documents::text_at(row, "from"), documents::text_at(row, "to"),
-                                 documents::number_at(row, "mm")};
+    const NamedDistance distance{core::text_at(row, "from"), core::text_at(row, "to"),
+                                 core::number_at(row, "mm")};
     if (distance.from == distance.to)
       document.refuse(key + ".to", "\"" + distance.to + "\", the same as from", "another landmark");
     if (bone_of(distance.from) != bone_of(distance.to))
@@ -131,7 +131,7 @@ std::vector<SizedPoint> points_of(const KneeLandmarks& landmarks, const Template
   for (const FibreEnds& ends : landmarks.fibres) {
     const std::optional<Eigen::Vector3d>& end = bone == Bone::femur ? ends.femur : ends.tibia;
     if (!end) continue;
-    for (const ligament::Fibre& fibre : joint.joint.ligaments.fibres) {
+    for (const model::Fibre& fibre : joint.joint.ligaments.fibres) {
       if (fibre.name != ends.name) continue;
       points.push_back(
           {ends.name, bone == Bone::femur ? fibre.reference_mm : fibre.moving_mm, unit_mm * *end});
@@ -243,8 +243,8 @@ KneeLandmarks read_knee_landmarks(const std::string& file, std::string_view text
   KneeLandmarks landmarks;
   landmarks.document = knee_landmarks_schema().read(text, file);
   const DocumentValue& root = landmarks.document.root;
-  for (const documents::DocumentEntry& entry : *documents::value_at(root, "landmarks").table())
-    landmarks.points.push_back({entry.key, documents::vector3_at(entry.value, "")});
+  for (const core::DocumentEntry& entry : *core::value_at(root, "landmarks").table())
+    landmarks.points.push_back({entry.key, core::vector3_at(entry.value, "")});
   read_fibres(landmarks);
   read_distances(landmarks);
   if (landmarks.points.empty() && landmarks.fibres.empty() && landmarks.distances.empty())
@@ -252,10 +252,10 @@ KneeLandmarks read_knee_landmarks(const std::string& file, std::string_view text
   return landmarks;
 }
 
-void check_fibre_names(const KneeLandmarks& landmarks, const ligament::Ligaments& ligaments)
+void check_fibre_names(const KneeLandmarks& landmarks, const model::Ligaments& ligaments)
 {
   std::vector<std::string> names;
-  for (const ligament::Fibre& fibre : ligaments.fibres) names.push_back(fibre.name);
+  for (const model::Fibre& fibre : ligaments.fibres) names.push_back(fibre.name);
   for (std::size_t i = 0; i < landmarks.fibres.size(); ++i) {
     const std::string& name = landmarks.fibres[i].name;
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;
@@ -288,16 +288,16 @@ std::optional<Eigen::Vector3d> landmark_mm(const TemplateJoint& joint, const std
   const auto* place =
       std::find_if(places.begin(), places.end(), [&](const LandmarkPlace& p) { return p.name == name; });
   check(place != places.end(), "a landmark of the schema has a place");
-  const registration::BoneSurfaces& surfaces =
+  const geometry::BoneSurfaces& surfaces =
       place->bone == Bone::femur ? joint.knee.surfaces.femur : joint.knee.surfaces.tibia;
   if (surfaces.bone.triangles.rows() == 0) return std::nullopt;
   return found_in(joined(surfaces), {place->outward, place->region});
 }
 
-std::vector<registration::KnownPoint> known_points(const KneeLandmarks& landmarks,
+std::vector<geometry::KnownPoint> known_points(const KneeLandmarks& landmarks,
                                                    const TemplateJoint& right_template, Bone bone)
 {
-  std::vector<registration::KnownPoint> points;
+  std::vector<geometry::KnownPoint> points;
   for (const NamedPoint& point : landmarks.points) {
     const std::optional<Eigen::Vector3d> at_mm = landmark_mm(right_template, point.name);
     if (bone_of(point.name) == bone && at_mm) points.push_back({*at_mm, point.p});
@@ -306,13 +306,13 @@ std::vector<registration::KnownPoint> known_points(const KneeLandmarks& landmark
 }
 
 std::vector<double> landmark_residuals_mm(const KneeLandmarks& landmarks, const TemplateJoint& own_side,
-                                          const registration::KneeFit& fit)
+                                          const geometry::KneeFit& fit)
 {
   constexpr double refused_mm = 30.0;
   std::vector<double> residuals_mm;
   for (const NamedPoint& point : landmarks.points) {
     const std::optional<Eigen::Vector3d> at_mm = landmark_mm(own_side, point.name);
-    const registration::BoneFit& bone = bone_of(point.name) == Bone::femur ? fit.femur : fit.tibia;
+    const geometry::BoneFit& bone = bone_of(point.name) == Bone::femur ? fit.femur : fit.tibia;
     residuals_mm.push_back(at_mm ? (bone(*at_mm) - fit.unit_mm * point.p).norm() : nan);
     if (residuals_mm.back() > refused_mm)
       landmarks.document.refuse(

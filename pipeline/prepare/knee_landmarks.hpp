@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/scaling.hpp"
-#include "documents/document.hpp"
+#include "model/scaling.hpp"
+#include "core/document.hpp"
 #include "prepare/template_joint.hpp"
 
 namespace vrda::prepare {
@@ -32,7 +32,7 @@ struct NamedDistance {
 
 /// Points in the coordinates and the unit of the mesh files.
 struct KneeLandmarks {
-  documents::Document document;  ///< for messages
+  core::Document document;  ///< for messages
   std::vector<NamedPoint> points;
   std::vector<FibreEnds> fibres;
   std::vector<NamedDistance> distances;
@@ -43,7 +43,7 @@ struct KneeLandmarks {
 KneeLandmarks read_knee_landmarks(const std::string& file, std::string_view text);
 
 /// Throws InputError for a fibre that the template does not have.
-void check_fibre_names(const KneeLandmarks& landmarks, const ligament::Ligaments& ligaments);
+void check_fibre_names(const KneeLandmarks& landmarks, const model::Ligaments& ligaments);
 
 Bone bone_of(const std::string& landmark);
 
@@ -52,13 +52,13 @@ Bone bone_of(const std::string& landmark);
 std::optional<Eigen::Vector3d> landmark_mm(const TemplateJoint& joint, const std::string& name);
 
 /// The landmarks of one bone for the fit, by a right template.
-std::vector<registration::KnownPoint> known_points(const KneeLandmarks& landmarks,
+std::vector<geometry::KnownPoint> known_points(const KneeLandmarks& landmarks,
                                                    const TemplateJoint& right_template, Bone bone);
 
 /// Distance of each landmark from that of the fitted template; NaN: the template does not have it. Throws
 /// InputError for one that is more than 30 mm off, which is in other coordinates or another unit.
 std::vector<double> landmark_residuals_mm(const KneeLandmarks& landmarks, const TemplateJoint& own_side,
-                                          const registration::KneeFit& fit);
+                                          const geometry::KneeFit& fit);
 
 /// Three factors per bone of the template along canonical axes, without meshes of the subject: fitted to the
 /// distances of the file and to those between any two points and fibre ends of one bone, with a weight on

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "model_build/case_solver.hpp"
-#include "proximity/gap_query.hpp"
+#include "solve/case_solver.hpp"
+#include "geometry/gap_query.hpp"
 
 namespace vrda::prepare {
 namespace {
@@ -15,7 +15,7 @@ constexpr double largest_varus_rad = rad_from_deg(12.0);
 
 }  // namespace
 
-proximity::GapTree plateau_tree(const Mesh& tibia, double side)
+geometry::GapTree plateau_tree(const Mesh& tibia, double side)
 {
   std::vector<std::int32_t> rows;
   for (Eigen::Index t = 0; t < tibia.triangles.rows(); ++t) {
@@ -25,14 +25,14 @@ proximity::GapTree plateau_tree(const Mesh& tibia, double side)
   return {tibia, rows};
 }
 
-SettledPose settled_pose(const load::Case& joint)
+SettledPose settled_pose(const job::Case& joint)
 {
-  const solve::Joint bodies = model_build::joint_of(joint, joint.frame);
+  const solve::Joint bodies = solve::joint_of(joint, joint.frame);
   const Mesh& moving = bodies.moving.tree_mesh.mesh;
-  const proximity::GapTree medial_tree = plateau_tree(moving, -1.0), lateral_tree = plateau_tree(moving, 1.0);
+  const geometry::GapTree medial_tree = plateau_tree(moving, -1.0), lateral_tree = plateau_tree(moving, 1.0);
   SettledPose settled;
   if (medial_tree.is_empty() || lateral_tree.is_empty()) return settled;
-  proximity::GapQuery medial(bodies.reference_gap, medial_tree), lateral(bodies.reference_gap, lateral_tree);
+  geometry::GapQuery medial(bodies.reference_gap, medial_tree), lateral(bodies.reference_gap, lateral_tree);
   // Adduction closes the medial side: the difference falls with varus.
   const auto medial_excess_mm = [&](double varus_rad) {
     medial.set_attitude({0.0, varus_rad});
@@ -54,18 +54,18 @@ SettledPose settled_pose(const load::Case& joint)
   return settled;
 }
 
-std::vector<double> fibre_lengths_mm(const load::Case& joint, const SettledPose& at)
+std::vector<double> fibre_lengths_mm(const job::Case& joint, const SettledPose& at)
 {
-  const ligament::Ligaments ligaments = ligament::solver_ligaments(joint.ligaments, joint.frame);
+  const model::Ligaments ligaments = model::solver_ligaments(joint.ligaments, joint.frame);
   std::vector<double> lengths;
-  for (const ligament::FibreState& state : ligament::fibre_states(ligaments, at.attitude, at.pose))
+  for (const model::FibreState& state : model::fibre_states(ligaments, at.attitude, at.pose))
     lengths.push_back(state.length_mm);
   return lengths;
 }
 
-FibreLoads solved_loads(const load::Case& joint, int n_threads, const std::function<bool()>& is_stopped)
+FibreLoads solved_loads(const job::Case& joint, int n_threads, const std::function<bool()>& is_stopped)
 {
-  load::Case coarse = joint;
+  job::Case coarse = joint;
   coarse.grid = {{}, {0.0}};
   for (int k = 0; k < 10; ++k) coarse.grid.flexion_deg.push_back(10.0 * k);
   coarse.is_varus_free = true;
@@ -75,11 +75,11 @@ FibreLoads solved_loads(const load::Case& joint, int n_threads, const std::funct
   for (int k = 0; k <= 45; ++k) coarse.path_flexion_deg.push_back(2.0 * k);
   coarse.path_push.assign(coarse.path_flexion_deg.size(), joint.push.front());
   coarse.spine = {0, 0.0};
-  model_build::CaseSolver solver(coarse, n_threads);
-  const sweep::SweepResult result = sweep::sweep(
-      model_build::plan_of(coarse), [&](const sweep::StepTask& task) { return solver(task); },
+  solve::CaseSolver solver(coarse, n_threads);
+  const solve::SweepResult result = solve::sweep(
+      solve::plan_of(coarse), [&](const solve::StepTask& task) { return solver(task); },
       {{}, {}, is_stopped}, n_threads);
-  const ligament::Ligaments ligaments = ligament::solver_ligaments(joint.ligaments, joint.frame);
+  const model::Ligaments ligaments = model::solver_ligaments(joint.ligaments, joint.frame);
   FibreLoads loads;
   loads.largest_strain.assign(ligaments.fibres.size(), -1.0);
   loads.largest_tension_n.assign(ligaments.fibres.size(), 0.0);
@@ -89,8 +89,8 @@ FibreLoads solved_loads(const load::Case& joint, int n_threads, const std::funct
     ++loads.n_solved;
     const double flexion_rad =
         rad_from_deg(coarse.grid.flexion_deg[static_cast<std::size_t>(cell.key.flexion)]);
-    const std::vector<ligament::FibreState> states =
-        ligament::fibre_states(ligaments, {flexion_rad, cell.varus_rad}, cell.pose);
+    const std::vector<model::FibreState> states =
+        model::fibre_states(ligaments, {flexion_rad, cell.varus_rad}, cell.pose);
     for (std::size_t i = 0; i < states.size(); ++i) {
       loads.largest_strain[i] = std::max(loads.largest_strain[i], states[i].strain);
       loads.largest_tension_n[i] = std::max(loads.largest_tension_n[i], states[i].force_n);
@@ -99,13 +99,13 @@ FibreLoads solved_loads(const load::Case& joint, int n_threads, const std::funct
   return loads;
 }
 
-SlackResult set_slack_lengths(load::Case& subject, const load::Case& reference, int n_threads,
+SlackResult set_slack_lengths(job::Case& subject, const job::Case& reference, int n_threads,
                               const std::function<bool()>& is_stopped)
 {
   constexpr double allowed_excess = 0.05;
   constexpr double tolerance = 0.005;  // of strain
   constexpr int most_solutions = 4;
-  std::vector<ligament::Fibre>& fibres = subject.ligaments.fibres;
+  std::vector<model::Fibre>& fibres = subject.ligaments.fibres;
   check(fibres.size() == reference.ligaments.fibres.size(), "a transferred fibre for each of the template");
   SlackResult result;
   result.settled = settled_pose(subject);

@@ -4,9 +4,9 @@
 #include <functional>
 #include <vector>
 
-#include "load/case.hpp"
-#include "proximity/gap_query.hpp"
-#include "registration/knee_fit.hpp"
+#include "job/case.hpp"
+#include "geometry/gap_query.hpp"
+#include "geometry/knee_fit.hpp"
 
 namespace vrda::prepare {
 
@@ -17,14 +17,14 @@ struct SettledPose {
   MovingPose pose;    ///< solver frame
   bool has_contact = false;
 };
-SettledPose settled_pose(const load::Case& joint);
+SettledPose settled_pose(const job::Case& joint);
 
 /// The triangles of a tibia on one side (z of sign `side`) of the eminence between the plateaus, which does
 /// not touch the condyles.
-proximity::GapTree plateau_tree(const Mesh& tibia, double side);
+geometry::GapTree plateau_tree(const Mesh& tibia, double side);
 
 /// Lengths of all fibres at a pose, wrapped.
-std::vector<double> fibre_lengths_mm(const load::Case& joint, const SettledPose& at);
+std::vector<double> fibre_lengths_mm(const job::Case& joint, const SettledPose& at);
 
 /// Largest strain and tension over the solved flexions.
 struct FibreLoads {
@@ -34,7 +34,7 @@ struct FibreLoads {
   int n_flexions = 0;
 };
 /// Solves the joint with free varus at 0, 10, ... 90 degrees of flexion.
-FibreLoads solved_loads(const load::Case& joint, int n_threads, const std::function<bool()>& is_stopped = {});
+FibreLoads solved_loads(const job::Case& joint, int n_threads, const std::function<bool()>& is_stopped = {});
 
 struct SlackResult {
   SettledPose settled;
@@ -48,12 +48,12 @@ struct SlackResult {
 /// fibres strained beyond the template's largest strain + 0.05. From the scan's pose, fibres were strained by
 /// 0.3 and more.
 /// `is_stopped` is polled; if it is true, the result means nothing.
-SlackResult set_slack_lengths(load::Case& subject, const load::Case& reference, int n_threads,
+SlackResult set_slack_lengths(job::Case& subject, const job::Case& reference, int n_threads,
                               const std::function<bool()>& is_stopped = {});
 
 /// Where a scan shows bones only: mean over both compartments of the gap between the bones along the tibia's
 /// axis in the pose of the scan. NaN where a compartment has no bone above it.
-double scanned_gap_mm(const registration::KneeFit& fit, const registration::KneeSurfaces& subject);
+double scanned_gap_mm(const geometry::KneeFit& fit, const geometry::KneeSurfaces& subject);
 
 /// The part of that gap that is cartilage: both layers together are 1.5 to 5 mm thick.
 double cartilage_in_gap_mm(double gap_mm);

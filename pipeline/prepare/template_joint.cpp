@@ -1,9 +1,9 @@
 #include "prepare/template_joint.hpp"
 
 #include "core/error.hpp"
-#include "load/job.hpp"
-#include "load/shells.hpp"
-#include "registration/knee_surfaces.hpp"
+#include "job/job.hpp"
+#include "job/shells.hpp"
+#include "geometry/knee_surfaces.hpp"
 
 namespace vrda::prepare {
 namespace {
@@ -54,14 +54,14 @@ Eigen::Vector3d flipped(const Eigen::Vector3d& v)
   return {v.x(), v.y(), -v.z()};
 }
 
-ligament::Ligaments mirrored(ligament::Ligaments ligaments)
+model::Ligaments mirrored(model::Ligaments ligaments)
 {
   const Eigen::DiagonalMatrix<double, 3> flip(1.0, 1.0, -1.0);
-  for (ligament::Fibre& fibre : ligaments.fibres) {
+  for (model::Fibre& fibre : ligaments.fibres) {
     fibre.reference_mm = flipped(fibre.reference_mm);
     fibre.moving_mm = flipped(fibre.moving_mm);
   }
-  for (ligament::Wrap& wrap : ligaments.wraps) {
+  for (model::Wrap& wrap : ligaments.wraps) {
     // An ellipsoid and a cylinder are symmetric in their own Z = 0.
     const Eigen::Matrix3d R = flip * wrap.X_body_wrap.linear() * flip;
     wrap.X_body_wrap.linear() = R;
@@ -72,15 +72,15 @@ ligament::Ligaments mirrored(ligament::Ligaments ligaments)
 
 }  // namespace
 
-registration::BoneSurfaces surfaces_of(const Body& body)
+geometry::BoneSurfaces surfaces_of(const Body& body)
 {
-  registration::BoneSurfaces surfaces;
+  geometry::BoneSurfaces surfaces;
   for (const Part* part : {&body.contact, &body.visual}) {
     const std::vector<std::vector<Eigen::Index>> rows = triangles_by_component(body, *part);
     for (std::size_t c = 0; c < rows.size(); ++c) {
       const Component& component = body.components[c];
       if (rows[c].empty() || is_fibula(component.name)) continue;
-      const Mesh mesh = load::outer_surface(select_triangles(part->mesh, rows[c]));
+      const Mesh mesh = job::outer_surface(select_triangles(part->mesh, rows[c]));
       if (component.material == "bone") append(surfaces.bone, mesh);
       if (component.material == "cartilage") append(surfaces.cartilage, mesh);
     }
@@ -91,7 +91,7 @@ registration::BoneSurfaces surfaces_of(const Body& body)
 TemplateJoint mirrored(const TemplateJoint& joint)
 {
   TemplateJoint other = joint;
-  load::Case& c = other.joint;
+  job::Case& c = other.joint;
   c.frame.side = c.frame.side == Side::left ? Side::right : Side::left;
   c.frame.rotation_centre_mm = flipped(c.frame.rotation_centre_mm);
   c.reference = mirrored_z(c.reference);
@@ -102,7 +102,7 @@ TemplateJoint mirrored(const TemplateJoint& joint)
   return other;
 }
 
-TemplateJoint template_of(const load::Case& joint)
+TemplateJoint template_of(const job::Case& joint)
 {
   if (joint.joint != "knee" || joint.method != "equilibrium")
     throw InputError({"--template", "\"" + joint.title + "\"", joint.joint + ", " + joint.method,
@@ -116,8 +116,8 @@ TemplateJoint template_of(const load::Case& joint)
 
 TemplateJoint generic_template()
 {
-  TemplateJoint knee = template_of(load::load_case(load::parse_job("generic knee", generic_job), ""));
-  knee.knee = registration::generic_template();
+  TemplateJoint knee = template_of(job::load_case(job::parse_job("generic knee", generic_job), ""));
+  knee.knee = geometry::generic_template();
   return knee;
 }
 

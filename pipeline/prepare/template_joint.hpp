@@ -1,24 +1,24 @@
 /// The knee whose frames and ligaments are transferred to a subject.
 #pragma once
 
-#include "load/case.hpp"
-#include "registration/knee_fit.hpp"
+#include "job/case.hpp"
+#include "geometry/knee_fit.hpp"
 
 namespace vrda::prepare {
 
 /// Canonical axes of its own side, as loaded.
 struct TemplateJoint {
-  load::Case joint;
-  registration::TemplateKnee knee;
+  job::Case joint;
+  geometry::TemplateKnee knee;
   Mesh fibula;  ///< empty: the template has none
 };
 
 /// The bone and cartilage of a body by the materials of its components; menisci and fibula are left out.
-registration::BoneSurfaces surfaces_of(const Body& body);
+geometry::BoneSurfaces surfaces_of(const Body& body);
 
 /// A knee with ligaments as a template; a left knee is mirrored. The fibula is the moving component whose
 /// name contains "fibula". Throws InputError naming `joint.title` for another joint.
-TemplateJoint template_of(const load::Case& joint);
+TemplateJoint template_of(const job::Case& joint);
 
 /// The generated knee "knee-template".
 TemplateJoint generic_template();

@@ -9,8 +9,8 @@
 namespace vrda::prepare {
 namespace {
 
-using registration::NearestSurface;
-using registration::SurfacePoint;
+using geometry::NearestSurface;
+using geometry::SurfacePoint;
 
 constexpr double farthest_mm = 10.0, farthest_fibula_mm = 25.0;
 
@@ -53,7 +53,7 @@ Attached attached(const Eigen::Vector3d& p_template_mm, const BoneMap& map,
   const Eigen::Vector3d transferred_mm = known_mm.value_or(map(p_template_mm));
   if (map.of_subject.is_empty()) return {transferred_mm};
   if (known_mm && map.of_subject.nearest(transferred_mm, {on_bone_mm}).triangle >= 0) return {transferred_mm};
-  registration::NearestLimits limits;
+  geometry::NearestLimits limits;
   limits.max_distance_mm = map.max_distance_mm;
   double own_mm = 0.0;
   if (!map.of_template.is_empty()) {
@@ -71,14 +71,14 @@ Attached attached(const Eigen::Vector3d& p_template_mm, const BoneMap& map,
   return {p_mm, (p_mm - transferred_mm).norm()};
 }
 
-ligament::Wrap transferred(const ligament::Wrap& wrap, const BoneMap& map)
+model::Wrap transferred(const model::Wrap& wrap, const BoneMap& map)
 {
   constexpr double largest_ratio = 4.9;  // load refuses above 5
-  ligament::Wrap placed = wrap;
+  model::Wrap placed = wrap;
   placed.X_body_wrap.translation() = map(wrap.X_body_wrap.translation());
   for (Eigen::Index k = 0; k < 3; ++k)
     placed.radii_mm[k] *= map.scale.cwiseProduct(wrap.X_body_wrap.linear().col(k)).norm();
-  if (wrap.shape == ligament::WrapShape::cylinder) {
+  if (wrap.shape == model::WrapShape::cylinder) {
     placed.radii_mm.head<2>().setConstant(placed.radii_mm.head<2>().mean());
   } else {
     placed.radii_mm = placed.radii_mm.cwiseMax(placed.radii_mm.maxCoeff() / largest_ratio);
@@ -86,17 +86,17 @@ ligament::Wrap transferred(const ligament::Wrap& wrap, const BoneMap& map)
   return placed;
 }
 
-bool is_fibular(const ligament::Fibre& fibre)
+bool is_fibular(const model::Fibre& fibre)
 {
   return fibre.bundle.starts_with("LCL") || fibre.bundle.starts_with("PFL");
 }
 
 }  // namespace
 
-TransferredLigaments transferred_ligaments(const TemplateJoint& own_side, const registration::KneeFit& fit,
+TransferredLigaments transferred_ligaments(const TemplateJoint& own_side, const geometry::KneeFit& fit,
                                            const SubjectBones& subject)
 {
-  const registration::KneeSurfaces& known = own_side.knee.surfaces;
+  const geometry::KneeSurfaces& known = own_side.knee.surfaces;
   const Eigen::Vector3d& origin_mm = own_side.knee.origin_mm;
   const BoneMap femur{fit.femur.scale, origin_mm, NearestSurface(known.femur.bone),
                       NearestSurface(subject.surfaces.femur.bone)};
@@ -106,7 +106,7 @@ TransferredLigaments transferred_ligaments(const TemplateJoint& own_side, const 
                        NearestSurface(subject.fibula), farthest_fibula_mm};
   TransferredLigaments result;
   result.ligaments = own_side.joint.ligaments;
-  for (ligament::Fibre& fibre : result.ligaments.fibres) {
+  for (model::Fibre& fibre : result.ligaments.fibres) {
     const auto given = std::find_if(subject.known_ends.begin(), subject.known_ends.end(),
                                     [&](const FibreEnds& other) { return other.name == fibre.name; });
     const FibreEnds ends = given == subject.known_ends.end() ? FibreEnds{} : *given;
@@ -116,8 +116,8 @@ TransferredLigaments transferred_ligaments(const TemplateJoint& own_side, const 
     fibre.moving_mm = below.p_mm;
     result.moves.push_back({above.moved_mm, below.moved_mm});
   }
-  for (ligament::Wrap& wrap : result.ligaments.wraps)
-    wrap = transferred(wrap, wrap.body == ligament::WrapBody::reference ? femur : tibia);
+  for (model::Wrap& wrap : result.ligaments.wraps)
+    wrap = transferred(wrap, wrap.body == model::WrapBody::reference ? femur : tibia);
   return result;
 }
 

@@ -9,7 +9,7 @@ namespace vrda::prepare {
 
 /// A subject's bones in their anatomical frames (registration/knee_fit.hpp): origin at the rotation centre.
 struct SubjectBones {
-  registration::KneeSurfaces surfaces;
+  geometry::KneeSurfaces surfaces;
   Mesh fibula;                             ///< in the tibia's frame; empty: unknown
   std::vector<FibreEnds> known_ends = {};  ///< mm, in the frames of the bones
 };
@@ -21,7 +21,7 @@ struct AttachmentMove {
 };
 
 struct TransferredLigaments {
-  ligament::Ligaments ligaments;      ///< anatomical frames; slack lengths are the template's
+  model::Ligaments ligaments;      ///< anatomical frames; slack lengths are the template's
   std::vector<AttachmentMove> moves;  ///< [fibres]
 };
 
@@ -30,7 +30,7 @@ struct TransferredLigaments {
 /// PFL belong. Without bone of the subject they stay. A known end replaces the one of the fit and goes to the
 /// bone in the same way, unless it is within 2 mm of it: then it stays. Wraps take the bone's scales along
 /// their own axes, with half-axes limited to a ratio below 5.
-TransferredLigaments transferred_ligaments(const TemplateJoint& own_side, const registration::KneeFit& fit,
+TransferredLigaments transferred_ligaments(const TemplateJoint& own_side, const geometry::KneeFit& fit,
                                            const SubjectBones& subject);
 
 }  // namespace vrda::prepare

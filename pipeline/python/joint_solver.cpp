@@ -3,23 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/clinical.hpp"
+#include "model/clinical.hpp"
 #include "core/error.hpp"
-#include "core/frames.hpp"
+#include "model/frames.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "ligament/ligaments.hpp"
-#include "load/push_job.hpp"
+#include "model/ligaments.hpp"
+#include "job/push_job.hpp"
 
 namespace vrda::python {
 namespace {
 
-load::FlexionTable constant(Eigen::MatrixXd row)
+job::FlexionTable constant(Eigen::MatrixXd row)
 {
   return {{0.0}, std::move(row)};
 }
 
-void replace(load::FlexionTable& table, const std::vector<double>& rows, std::size_t row, Eigen::Index width)
+void replace(job::FlexionTable& table, const std::vector<double>& rows, std::size_t row, Eigen::Index width)
 {
   if (rows.empty()) return;
   const auto first = static_cast<Eigen::Index>(row) * width;
@@ -51,32 +51,32 @@ void require_rows(const std::string& argument, std::size_t n_found, std::size_t 
 
 }  // namespace
 
-JointSolver::JointSolver(const std::string& job_file, const load::LoadOptions& options)
-    : job_(load::read_job(job_file, options.overrides)), case_(load::load_case(job_, options.data_directory))
+JointSolver::JointSolver(const std::string& job_file, const job::LoadOptions& options)
+    : job_(job::read_job(job_file, options.overrides)), case_(job::load_case(job_, options.data_directory))
 {
   if (case_.coordinates)
     throw InputError({job_file, "coordinates", "roles of coordinates", "a job with [grid] for vrda.Joint"});
   if (case_.scaling)
     throw InputError({job_file, "scaling", "a scaled joint", "a job without [scaling] for vrda.Joint"});
-  solver_ = std::make_unique<model_build::CaseSolver>(case_, 1);
+  solver_ = std::make_unique<solve::CaseSolver>(case_, 1);
 }
 
 std::vector<std::string> JointSolver::fibre_names() const
 {
   std::vector<std::string> names;
-  for (const ligament::Fibre& fibre : case_.ligaments.fibres) names.push_back(fibre.name);
+  for (const model::Fibre& fibre : case_.ligaments.fibres) names.push_back(fibre.name);
   return names;
 }
 
-load::Push JointSolver::push_at(const RowPlan& plan, std::size_t row) const
+job::Push JointSolver::push_at(const RowPlan& plan, std::size_t row) const
 {
-  load::PushJob push = job_.push;
+  job::PushJob push = job_.push;
   replace(push.force_n, plan.loads.force_n, row, 1);
   replace(push.lateral_force_n, plan.loads.lateral_force_n, row, 2);
   replace(push.moment_nmm, plan.loads.moment_nmm, row, 1);
   replace(push.varus_moment_nmm, plan.loads.varus_moment_nmm, row, 1);
   const double flexion_rad = rad_from_deg(plan.flexion_deg[row]);
-  return load::push_at(push, load::value_at_flexion(push.delta, flexion_rad).normalized(), flexion_rad);
+  return job::push_at(push, job::value_at_flexion(push.delta, flexion_rad).normalized(), flexion_rad);
 }
 
 SolverPosition JointSolver::seed_position(const std::array<double, 16>& seed, const SolverFrame& frame) const
@@ -159,8 +159,8 @@ void JointSolver::add_row(RowResults& results, const StepRecord& record, double 
   add(results.energy_nmm, record.balance.energy_nmm);
   add(results.flexion_moment_nmm, record.balance.flexion_moment_nmm);
   add(results.varus_moment_nmm, record.balance.varus_moment_nmm);
-  for (const ligament::FibreState& fibre :
-       ligament::fibre_states(ligament::solver_ligaments(case_.ligaments, frame), attitude, record.pose)) {
+  for (const model::FibreState& fibre :
+       model::fibre_states(model::solver_ligaments(case_.ligaments, frame), attitude, record.pose)) {
     add(results.strain, fibre.strain);
     add(results.tension_n, fibre.force_n);
   }
@@ -173,8 +173,8 @@ RowResults JointSolver::solve(const RowPlan& plan, const std::function<void()>& 
   RowResults results;
   // Row 0 of the pushes is that of the seed, row 1 that of the step.
   case_.path_push.assign(2, push_at(plan, 0));
-  const SolverFrame first = model_build::frame_of(case_, case_.path_push[1]);
-  sweep::StepTask task;
+  const SolverFrame first = solve::frame_of(case_, case_.path_push[1]);
+  solve::StepTask task;
   task.path_row = 1;
   task.seed = {solver_translation_mm(first, case_.initial.translation_mm), case_.initial.theta_rad};
   double last_varus_rad = 0.0;
@@ -186,7 +186,7 @@ RowResults JointSolver::solve(const RowPlan& plan, const std::function<void()>& 
   for (std::size_t row = 0; row < plan.flexion_deg.size(); ++row) {
     before_row();
     case_.path_push[1] = push_at(plan, row);
-    const SolverFrame frame = model_build::frame_of(case_, case_.path_push[1]);
+    const SolverFrame frame = solve::frame_of(case_, case_.path_push[1]);
     task.attitude.flexion_rad = rad_from_deg(plan.flexion_deg[row]);
     task.is_varus_free = plan.varus_deg.empty();
     task.attitude.varus_rad = task.is_varus_free ? last_varus_rad : rad_from_deg(plan.varus_deg[row]);

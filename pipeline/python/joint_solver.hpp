@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
-#include "core/frames.hpp"
-#include "load/case.hpp"
-#include "load/job.hpp"
-#include "model_build/case_solver.hpp"
+#include "model/frames.hpp"
+#include "job/case.hpp"
+#include "job/job.hpp"
+#include "solve/case_solver.hpp"
 
 namespace vrda::python {
 
@@ -52,9 +52,9 @@ class JointSolver {
  public:
   /// Throws InputError as load_case(), and for a job with [coordinates] or [scaling], whose attitudes or
   /// lengths are not those of a row.
-  JointSolver(const std::string& job_file, const load::LoadOptions& options);
+  JointSolver(const std::string& job_file, const job::LoadOptions& options);
 
-  const load::Case& job_case() const { return case_; }
+  const job::Case& job_case() const { return case_; }
   std::vector<std::string> fibre_names() const;
 
   /// Each row starts from the last stable one before it. `before_row` is called before each; what it throws
@@ -62,15 +62,15 @@ class JointSolver {
   RowResults solve(const RowPlan& plan, const std::function<void()>& before_row);
 
  private:
-  load::Push push_at(const RowPlan& plan, std::size_t row) const;
+  job::Push push_at(const RowPlan& plan, std::size_t row) const;
   SolverPosition seed_position(const std::array<double, 16>& seed, const SolverFrame& frame) const;
   void add_row(RowResults& results, const StepRecord& record, double flexion_rad,
                const SolverFrame& frame) const;
   void require_solvable(const RowPlan& plan) const;
 
-  load::Job job_;
-  load::Case case_;
-  std::unique_ptr<model_build::CaseSolver> solver_;
+  job::Job job_;
+  job::Case case_;
+  std::unique_ptr<solve::CaseSolver> solver_;
   std::mutex mutex_;
 };
 

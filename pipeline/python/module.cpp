@@ -15,11 +15,11 @@
 
 #include "app/file_commands.hpp"
 #include "app/model_commands.hpp"
-#include "console/console.hpp"
+#include "core/console.hpp"
 #include "core/error.hpp"
-#include "job_run/run_command.hpp"
-#include "job_run/run_output.hpp"
-#include "load/job.hpp"
+#include "run/run_command.hpp"
+#include "run/run_output.hpp"
+#include "job/job.hpp"
 #include "python/errors.hpp"
 #include "python/joint_solver.hpp"
 #include "store/motion_model_file.hpp"
@@ -127,11 +127,11 @@ auto run_interruptibly(
         on_wait();
       } catch (...) {
         raised = std::current_exception();
-        console::set_interrupted(true);
+        core::set_interrupted(true);
       }
     }
   }
-  console::set_interrupted(false);
+  core::set_interrupted(false);
   log_waiting_messages();
   if (!raised) return result.get();
   try {
@@ -143,7 +143,7 @@ auto run_interruptibly(
 
 void throw_if_interrupted()
 {
-  if (console::is_interrupted()) throw Interrupted();
+  if (core::is_interrupted()) throw Interrupted();
 }
 
 py::object python_of(const nlohmann::ordered_json& json)
@@ -189,14 +189,14 @@ std::vector<double> values_of(const std::optional<Numbers>& array)
 
 // --- jobs ---
 
-load::LoadOptions load_options(const std::string& data, const std::vector<std::string>& overrides)
+job::LoadOptions load_options(const std::string& data, const std::vector<std::string>& overrides)
 {
   return {data, overrides};
 }
 
 py::dict job_facts(const std::string& file, const std::vector<std::string>& overrides)
 {
-  const load::Job job = load::read_job(file, overrides);
+  const job::Job job = job::read_job(file, overrides);
   return py::dict("title"_a = job.title, "joint"_a = job.joint,
                   "side"_a = job.side == Side::left ? "left" : "right", "resolved"_a = job.resolved_text);
 }
@@ -211,7 +211,7 @@ py::object check(const std::string& file, const std::string& data, const std::ve
 std::string run(const std::string& file, const std::string& data, const std::vector<std::string>& overrides,
                 const std::string& output, int threads, bool fresh, bool replace, const py::object& progress)
 {
-  job_run::RunOptions options;
+  run::RunOptions options;
   options.job_file = file;
   options.data_directory = data;
   options.overrides = overrides;
@@ -231,16 +231,16 @@ std::string run(const std::string& file, const std::string& data, const std::vec
     progress(now % word, now / word);
     reported = now;
   };
-  const console::ExitCode code = run_interruptibly([&] { return job_run::run_command(options); }, report);
-  if (code == console::ExitCode::interrupted) throw Interrupted();
+  const core::ExitCode code = run_interruptibly([&] { return run::run_command(options); }, report);
+  if (code == core::ExitCode::interrupted) throw Interrupted();
   report();
-  return job_run::output_path_of(output, file);
+  return run::output_path_of(output, file);
 }
 
 std::unique_ptr<JointSolver> make_joint(const std::string& file, const std::string& data,
                                         const std::vector<std::string>& overrides)
 {
-  const load::LoadOptions options = load_options(data, overrides);
+  const job::LoadOptions options = load_options(data, overrides);
   return run_interruptibly([&] { return std::make_unique<JointSolver>(file, options); });
 }
 
@@ -280,7 +280,7 @@ py::array triangles_of(const py::object& self, const Body& body)
   return view_of(t.data(), {t.rows(), 3}, self);
 }
 
-const load::Case& case_of(const py::object& self)
+const job::Case& case_of(const py::object& self)
 {
   return self.cast<const JointSolver&>().job_case();
 }
@@ -453,7 +453,7 @@ void define_joint(py::module_& module)
 PYBIND11_MODULE(_core, module)
 {
   register_errors();
-  console::set_log_receiver(receive_message);
+  core::set_log_receiver(receive_message);
   module.attr("__version__") = VRDA_VERSION;
   module.def("job_facts", &job_facts, "file"_a, "overrides"_a);
   module.def("check", &check, "file"_a, "data"_a, "overrides"_a, "picture"_a);

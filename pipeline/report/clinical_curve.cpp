@@ -7,16 +7,16 @@
 #include <optional>
 #include <utility>
 
-#include "core/clinical.hpp"
+#include "model/clinical.hpp"
 #include "core/error.hpp"
-#include "core/joint_coordinates.hpp"
-#include "core/side.hpp"
+#include "model/joint_coordinates.hpp"
+#include "model/side.hpp"
 #include "core/units.hpp"
-#include "exports/formats.hpp"
-#include "load/input_file.hpp"
-#include "load/words.hpp"
-#include "motion/poses.hpp"
-#include "score/statistics.hpp"
+#include "tables/formats.hpp"
+#include "job/input_file.hpp"
+#include "job/words.hpp"
+#include "store/poses.hpp"
+#include "analysis/statistics.hpp"
 
 namespace vrda::report {
 namespace {
@@ -92,7 +92,7 @@ ClinicalCurve zero_varus_curve(const TrackedModel& tracked)
 
 // The varus at which a smoothed set is evaluated: that of the flexion-only motion, so that curves differ only
 // by smoothing.
-double varus_rad(const store::MotionModel& model, const motion::Motion& motion, std::size_t row)
+double varus_rad(const store::MotionModel& model, const store::Motion& motion, std::size_t row)
 {
   if (model.zero_varus && std::isfinite(model.zero_varus->varus_deg[row]))
     return rad_from_deg(model.zero_varus->varus_deg[row]);
@@ -104,11 +104,11 @@ ClinicalCurve curve_of_set(const TrackedModel& tracked, const std::string& set)
   const store::MotionModel& model = tracked.model;
   ClinicalCurve curve = empty_curve(model, set);
   ContinuousCoordinates along = tracked.start();
-  const motion::Motion motion(model, set);
+  const store::Motion motion(model, set);
   for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
-    const motion::JointPose pose =
+    const store::JointPose pose =
         motion.at({rad_from_deg(curve.flexion_deg[i]), varus_rad(model, motion, i)});
-    if (pose.status == motion::PoseStatus::solved) set_row(curve, i, pose.X_reference_moving, model, along);
+    if (pose.status == store::PoseStatus::solved) set_row(curve, i, pose.X_reference_moving, model, along);
   }
   return curve;
 }
@@ -161,7 +161,7 @@ std::vector<ClinicalCurve> clinical_curves(const store::MotionModel& model, cons
   const TrackedModel tracked{model, point_mm};
   std::vector<ClinicalCurve> curves;
   if (model.zero_varus) curves.push_back(zero_varus_curve(tracked));
-  for (const std::string& set : motion::set_names(model)) {
+  for (const std::string& set : store::set_names(model)) {
     if (set != "raw" && set != "zero_varus") curves.push_back(curve_of_set(tracked, set));
   }
   curves.push_back(raw_curve(tracked));
@@ -190,7 +190,7 @@ CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& othe
     found.push_back(quantity == Quantity::internal ? nearest_turn(here, value, 360.0) : here);
     measured.push_back(value);
   }
-  const score::Statistics s = score::statistics(found, measured);
+  const analysis::Statistics s = analysis::statistics(found, measured);
   return {s.n, s.rms, s.largest, s.bias, s.shape};
 }
 
@@ -212,7 +212,7 @@ bool is_ignored(std::string_view name)
 {
   const bool is_matrix_entry = name.size() == 3 && name[0] == 'T' && name[1] >= '1' && name[1] <= '3' &&
                                name[2] >= '1' && name[2] <= '4';
-  static const std::vector<std::string> exported = exports::flexion_csv_columns();
+  static const std::vector<std::string> exported = tables::flexion_csv_columns();
   return is_matrix_entry || std::find(exported.begin(), exported.end(), name) != exported.end() ||
          name == "frame" || name == "time_s" || name == "femur_rel_tibia_prox_mm" ||
          name == "femur_rel_tibia_ant_mm" || name == "femur_rel_tibia_lat_mm";
@@ -251,10 +251,10 @@ class CurveReader {
   void take(std::string_view line)
   {
     ++n_lines_;
-    line = load::trimmed(line);
+    line = job::trimmed(line);
     if (line.empty()) return;
     if (line.front() == '#') {
-      result_.comments.emplace_back(load::trimmed(line.substr(1)));
+      result_.comments.emplace_back(job::trimmed(line.substr(1)));
     } else if (columns_.empty()) {
       take_header(line);
     } else {
@@ -284,7 +284,7 @@ class CurveReader {
   void take_header(std::string_view line)
   {
     bool has_flexion = false, has_quantity = false;
-    for (const std::string_view name : load::split_fields(line)) {
+    for (const std::string_view name : job::split_fields(line)) {
       const std::optional<Column> column = column_named(name);
       if (!column) refuse("column '" + std::string(name) + "'", "an unknown column", wanted_columns);
       const bool is_repeated = column->kind != Column::Kind::ignored &&
@@ -301,7 +301,7 @@ class CurveReader {
 
   void take_row(std::string_view line)
   {
-    const std::vector<std::string_view> fields = load::split_fields(line);
+    const std::vector<std::string_view> fields = job::split_fields(line);
     if (fields.size() != columns_.size())
       refuse(here(), std::to_string(fields.size()) + " fields",
              std::to_string(columns_.size()) + ", as in the header");
@@ -314,7 +314,7 @@ class CurveReader {
     const bool may_be_empty = column.kind == Column::Kind::quantity;
     double number = std::numeric_limits<double>::quiet_NaN();
     if (!field.empty() || !may_be_empty) {
-      const std::optional<double> read = load::parse_real(field);
+      const std::optional<double> read = job::parse_real(field);
       if (!read || !std::isfinite(*read))
         refuse(here() + ", " + name, "'" + std::string(field) + "'", "a finite number");
       number = *read;
@@ -419,7 +419,7 @@ CurveFile about_point(CurveFile file, Side side, const Eigen::Vector3d& point_mm
 CurveFile read_curve_file(const std::string& file)
 {
   return curve_from_text(
-      file, load::file_bytes(file, {file, "", "", "a CSV file of a curve"}, largest_curve_bytes));
+      file, job::file_bytes(file, {file, "", "", "a CSV file of a curve"}, largest_curve_bytes));
 }
 
 }  // namespace vrda::report

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/frames.hpp"
+#include "model/frames.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::report {

@@ -1,5 +1,5 @@
 // Roles of the joint's coordinates and the loads that hold them, along the spine, for the page.
-#include "core/joint_coordinates.hpp"
+#include "model/joint_coordinates.hpp"
 #include "report/clinical_curve.hpp"
 #include "report/model_json.hpp"
 

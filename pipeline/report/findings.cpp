@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/clinical.hpp"
+#include "model/clinical.hpp"
 #include "core/units.hpp"
-#include "motion/poses.hpp"
-#include "reduce/reduce.hpp"
+#include "store/poses.hpp"
+#include "analysis/reduce.hpp"
 #include "report/clinical_curve.hpp"
 #include "store/solved_cells.hpp"
 
@@ -116,7 +116,7 @@ void add_audits(const store::MotionModel& model, Lines& lines)
 
 void add_comparison(const ReportModel& entry, Lines& lines)
 {
-  const store::DefaultMotion shown = motion::default_motion(entry.model);
+  const store::DefaultMotion shown = store::default_motion(entry.model);
   if (!shown.reason.empty()) {
     lines.push_back("The solved poses are shown and exported: " + shown.reason + ".");
   } else if (entry.comparison && entry.comparison->recommendation.degree < 0) {
@@ -138,7 +138,7 @@ void add_rotation(const store::MotionModel& model, const MotionSummary& numbers,
              "lowest energy is used.",
              static_cast<long long>(numbers.n_several_optima), model.flexion_deg.size(),
              numbers.largest_optima_spread_deg));
-  const std::string jump = motion::text_of(numbers.spine_jump);
+  const std::string jump = store::text_of(numbers.spine_jump);
   if (!jump.empty() && !store::has_turned_axes(model))  // theta then also follows the other rotations
     lines.push_back(static_cast<char>(std::toupper(jump.front())) + jump.substr(1) + ".");
 }
@@ -170,7 +170,7 @@ void add_interpolated(const store::MotionModel& model, Lines& lines)
     lines.push_back(
         line("The zero-varus pose is interpolated between two varus columns at %lld of %zu flexions.",
              static_cast<long long>(n), source.size()));
-  const std::string cut_off = reduce::cut_off_warning(*model.zero_varus);
+  const std::string cut_off = analysis::cut_off_warning(*model.zero_varus);
   if (!cut_off.empty())
     lines.push_back(static_cast<char>(std::toupper(cut_off.front())) + cut_off.substr(1) + ".");
   if (n_none > 0)
@@ -189,8 +189,8 @@ MotionSummary motion_summary(const store::MotionModel& model)
   if (numbers.n_stable > 0)
     numbers.theta_undetermined_share =
         static_cast<double>(n_undetermined) / static_cast<double>(numbers.n_stable);
-  numbers.rotation = motion::curve_figures(motion::spine_rotation(model));
-  numbers.spine_jump = motion::spine_jump(model);
+  numbers.rotation = store::curve_figures(store::spine_rotation(model));
+  numbers.spine_jump = store::spine_jump(model);
   numbers.balance_residual_n = numbers.worst_gap_mm = numbers.push_n = nan;
   numbers.largest_optima_spread_deg = nan;
   if (model.equilibrium) add_equilibrium(model, numbers);

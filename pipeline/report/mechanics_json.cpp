@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/clinical.hpp"
-#include "core/mesh.hpp"
+#include "model/clinical.hpp"
+#include "model/mesh.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
 #include "report/clinical_curve.hpp"

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "core/joint_kind.hpp"
-#include "motion/poses.hpp"
+#include "model/joint_kind.hpp"
+#include "store/poses.hpp"
 #include "report/report.hpp"
 #include "store/motion_model_file.hpp"
 
@@ -12,7 +12,7 @@ namespace {
 
 bool is_varus_free(const store::MotionModel& model)
 {
-  return motion::Motion(model, "raw").is_varus_free();
+  return store::Motion(model, "raw").is_varus_free();
 }
 
 Json body_json(const Body& body)
@@ -47,7 +47,7 @@ Json plausibilities_json()
   return list;
 }
 
-Json rotation_json(const motion::CurveFigures& f)
+Json rotation_json(const store::CurveFigures& f)
 {
   return {{"net_deg", short_number(f.net_deg)},
           {"first_deg", short_number(f.first_deg)},
@@ -106,7 +106,7 @@ Json head_json(const ReportModel& entry)
                {"varus", short_numbers(model.varus_deg)},
                {"statuses", statuses_json(model)},
                {"numbers", numbers_json(entry)},
-               {"default_motion", motion::default_motion(model).set},
+               {"default_motion", store::default_motion(model).set},
                {"warnings", warnings_of(entry)}};
   if (const Json words = words_json(joint_kind(model.joint)); !words.is_null()) head["words"] = words;
   return head;
@@ -278,7 +278,7 @@ Json contacts_json(const store::MotionModel& model)
   return flags_json(contacts);
 }
 
-Json errors_json(const std::string& name, const compare::ErrorMeasures& errors)
+Json errors_json(const std::string& name, const analysis::ErrorMeasures& errors)
 {
   return {{"name", name},
           {"rms", short_number(errors.rms)},
@@ -287,10 +287,10 @@ Json errors_json(const std::string& name, const compare::ErrorMeasures& errors)
           {"roughness", short_number(errors.roughness)}};
 }
 
-Json faults_json(const compare::DegreeRow& row)
+Json faults_json(const analysis::DegreeRow& row)
 {
   if (!row.audit_totals) return nullptr;
-  const compare::AuditTotals& f = row.audit_totals->at_grid;
+  const analysis::AuditTotals& f = row.audit_totals->at_grid;
   return {{"attitudes", f.n_attitudes},
           {"overlapping", f.n_overlapping},
           {"nothing_ahead", f.n_nothing_ahead},
@@ -298,7 +298,7 @@ Json faults_json(const compare::DegreeRow& row)
           {"largest_gap_mm", short_number(f.largest_gap_mm)}};
 }
 
-Json contact_json(const std::optional<compare::ContactFigures>& contact)
+Json contact_json(const std::optional<analysis::ContactFigures>& contact)
 {
   if (!contact) return nullptr;
   return {{"poses", contact->n_poses},
@@ -308,15 +308,15 @@ Json contact_json(const std::optional<compare::ContactFigures>& contact)
           {"two_sided", contact->sides ? two_sided_json(*contact->sides) : Json()}};
 }
 
-Json comparison_json(const std::optional<compare::Comparison>& comparison)
+Json comparison_json(const std::optional<analysis::Comparison>& comparison)
 {
   if (!comparison) return nullptr;
   Json rows = Json::array();
-  const compare::Recommendation& r = comparison->recommendation;
+  const analysis::Recommendation& r = comparison->recommendation;
   for (std::size_t k = 0; k < comparison->rows.size(); ++k) {
-    const compare::DegreeRow& row = comparison->rows[k];
+    const analysis::DegreeRow& row = comparison->rows[k];
     Json errors = Json::array({errors_json("translation", row.translation)});
-    for (const compare::SurfaceRow& surface : row.surfaces) {
+    for (const analysis::SurfaceRow& surface : row.surfaces) {
       const bool is_angle = surface.name == "theta" || surface.name == "varus";
       if (is_angle) errors.push_back(errors_json(surface.name, surface.errors));
     }

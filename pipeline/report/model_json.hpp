@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/mesh.hpp"
+#include "model/mesh.hpp"
 #include "report/report.hpp"
 #include "store/derived.hpp"
 #include "store/motion_model.hpp"

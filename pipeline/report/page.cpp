@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "core/error.hpp"
-#include "core/side.hpp"
+#include "model/side.hpp"
 #include "core/text.hpp"
 #include "report/model_json.hpp"
 

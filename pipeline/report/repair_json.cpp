@@ -1,5 +1,5 @@
 // Measured and repaired motion of a repaired model, for the page.
-#include "core/clinical.hpp"
+#include "model/clinical.hpp"
 #include "core/units.hpp"
 #include "report/model_json.hpp"
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "compare/compare.hpp"
-#include "motion/curve_figures.hpp"
+#include "analysis/compare.hpp"
+#include "store/curve_figures.hpp"
 #include "report/clinical_curve.hpp"
 #include "store/motion_model.hpp"
 
@@ -38,7 +38,7 @@ struct ReportModel {
   std::string name;  ///< file name without folder and extension; unique in a report
   store::MotionModel model;
   RawExtremes raw;
-  std::optional<compare::Comparison> comparison;  ///< of smoothing degrees
+  std::optional<analysis::Comparison> comparison;  ///< of smoothing degrees
   RenderedImages images;
 };
 
@@ -52,8 +52,8 @@ struct Report {
 struct MotionSummary {
   std::int64_t n_cells = 0, n_stable = 0;
   double theta_undetermined_share = 0.0;  ///< of the stable cells
-  motion::CurveFigures rotation;          ///< internal rotation along the spine
-  motion::SpineJump spine_jump;
+  store::CurveFigures rotation;          ///< internal rotation along the spine
+  store::SpineJump spine_jump;
   std::int64_t n_several_optima = 0;       ///< number of flexions; equilibrium only
   double largest_optima_spread_deg = 0.0;  ///< of theta between them
   double balance_residual_n = 0.0;         ///< largest

@@ -1,6 +1,6 @@
 // Bands of an uncertain job, and the draws that their spread comes from, for the page.
 #include "report/model_json.hpp"
-#include "uncertainty/spread.hpp"
+#include "solve/spread.hpp"
 
 namespace vrda::report {
 
@@ -11,16 +11,16 @@ Json uncertainty_json(const store::MotionModel& model)
   if (!model.uncertainty) return nullptr;
   const store::UncertainMotion& motion = *model.uncertainty;
   Json quantities = Json::array();
-  for (const uncertainty::BandQuantity& quantity : uncertainty::quantities_of(motion)) {
+  for (const solve::BandQuantity& quantity : solve::quantities_of(motion)) {
     Json json = {{"name", quantity.name}, {"unit", quantity.unit}};
     for (std::size_t p = 0; p < store::band_probabilities.size(); ++p) {
       std::vector<double> values;
       for (std::size_t i = 0; i < motion.n_solved.size(); ++i)
-        values.push_back(uncertainty::band_at(motion, p, i, quantity.row));
+        values.push_back(solve::band_at(motion, p, i, quantity.row));
       json[band_keys[p]] = short_numbers(values);
     }
     Json shares = Json::array();
-    for (const uncertainty::SpreadShare& share : uncertainty::spread_shares(motion, quantity.row)) {
+    for (const solve::SpreadShare& share : solve::spread_shares(motion, quantity.row)) {
       if (shares.size() == most_shares) break;
       shares.push_back({{"draw", motion.draw[share.draw]},
                         {"index", short_number(share.index)},

@@ -6,7 +6,7 @@ namespace vrda::solve {
 namespace {
 
 // Rotation of a load's axes in S.
-Eigen::Matrix3d rotation_of(LoadFrame frame, const ligament::JointPlacement& placement)
+Eigen::Matrix3d rotation_of(LoadFrame frame, const model::JointPlacement& placement)
 {
   switch (frame) {
     case LoadFrame::world:
@@ -25,7 +25,7 @@ void add(Wrench& sum, const Eigen::Vector3d& at_mm, const Eigen::Vector3d& force
   sum.moment_nmm += at_mm.cross(force_n);
 }
 
-Wrench wrench_of(const AppliedLoad& load, const ligament::JointPlacement& placement)
+Wrench wrench_of(const AppliedLoad& load, const model::JointPlacement& placement)
 {
   const Eigen::Matrix3d R = rotation_of(load.frame, placement);
   Wrench sum;
@@ -47,7 +47,7 @@ Vector5d generalised(const Wrench& wrench, const MovingPose& pose)
 
 Wrench wrench_of(const Loads& loads, const Attitude& attitude, const MovingPose& pose)
 {
-  const ligament::JointPlacement placement = ligament::joint_placement(attitude, pose);
+  const model::JointPlacement placement = model::joint_placement(attitude, pose);
   Wrench sum;
   for (const AppliedLoad& load : loads.applied) {
     const Wrench one = wrench_of(load, placement);
@@ -64,7 +64,7 @@ Wrench wrench_of(const Loads& loads, const Attitude& attitude, const MovingPose&
 
 LoadPotential potential_near(const Loads& loads, const Attitude& attitude, const MovingPose& pose)
 {
-  const ligament::JointPlacement placement = ligament::joint_placement(attitude, pose);
+  const model::JointPlacement placement = model::joint_placement(attitude, pose);
   LoadPotential out;
   out.lines = loads.lines;
   for (const AppliedLoad& load : loads.applied) {
@@ -81,10 +81,10 @@ LoadPotential potential_near(const Loads& loads, const Attitude& attitude, const
 
 Potential energy_of(const LoadPotential& loads, const Attitude& attitude, const MovingPose& pose)
 {
-  Potential sum = ligament::line_energy(loads.lines, attitude, pose);
+  Potential sum = model::line_energy(loads.lines, attitude, pose);
   for (const LoadPotential::PointForce& force : loads.forces) {
     const Potential one =
-        ligament::point_force_energy(force.force_reference_n, force.point_moving_mm, attitude, pose);
+        model::point_force_energy(force.force_reference_n, force.point_moving_mm, attitude, pose);
     sum.energy_nmm += one.energy_nmm;
     sum.gradient += one.gradient;
     sum.hessian += one.hessian;

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "core/solver_options.hpp"
-#include "ligament/ligaments.hpp"
+#include "model/solver_options.hpp"
+#include "model/ligaments.hpp"
 
 namespace vrda::solve {
 

@@ -36,7 +36,7 @@ std::int32_t corner_at(const Mesh& mesh, std::int32_t triangle, const Eigen::Vec
 }
 
 // Stores the pair of unit edges whose cross product is most nearly parallel to `normal`.
-void set_edges(const proximity::Corners& reference, const proximity::Corners& moving,
+void set_edges(const geometry::Corners& reference, const geometry::Corners& moving,
                const Eigen::Vector3d& normal, ContactConstraint& out)
 {
   double best = -1.0;
@@ -141,16 +141,16 @@ Matrix5d rounded_hessian(const ContactConstraint& constraint, const Configuratio
 }
 
 // The bare features of a feature found with an offset, whose kind is known but for flat contacts.
-bool set_rounded(const proximity::GapFeature& feature, const Rotations& rotations, ContactConstraint& out)
+bool set_rounded(const geometry::GapFeature& feature, const Rotations& rotations, ContactConstraint& out)
 {
   switch (feature.kind) {
-    case proximity::ContactKind::reference_edge:
+    case geometry::ContactKind::reference_edge:
       out.kind = ContactConstraint::Kind::reference_edge;
       break;
-    case proximity::ContactKind::moving_edge:
+    case geometry::ContactKind::moving_edge:
       out.kind = ContactConstraint::Kind::moving_edge;
       break;
-    case proximity::ContactKind::vertices:
+    case geometry::ContactKind::vertices:
       out.kind = ContactConstraint::Kind::vertices;
       break;
     default:
@@ -169,7 +169,7 @@ Rotations::Rotations(const Configuration& configuration, double flexion_rad)
 {
 }
 
-ContactConstraint contact_constraint_of(const proximity::GapFeature& feature, const ConstraintMeshes& meshes,
+ContactConstraint contact_constraint_of(const geometry::GapFeature& feature, const ConstraintMeshes& meshes,
                                         const Configuration& configuration, const Rotations& rotations)
 {
   ContactConstraint out;
@@ -197,8 +197,8 @@ ContactConstraint contact_constraint_of(const proximity::GapFeature& feature, co
     return out;
   }
   out.vertex = -1;
-  proximity::Corners r = corners(meshes.reference, feature.triangles.reference);
-  proximity::Corners m = corners(meshes.moving, feature.triangles.moving);
+  geometry::Corners r = corners(meshes.reference, feature.triangles.reference);
+  geometry::Corners m = corners(meshes.moving, feature.triangles.moving);
   for (Eigen::Vector3d& p : r) p = rotations.of_reference * p;
   for (Eigen::Vector3d& p : m) p = rotations.of_moving * p;
   out.kind = ContactConstraint::Kind::edges;

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "core/coordinates.hpp"
-#include "core/mesh.hpp"
-#include "proximity/gap_query.hpp"
+#include "model/coordinates.hpp"
+#include "model/mesh.hpp"
+#include "geometry/gap_query.hpp"
 
 namespace vrda::solve {
 
@@ -76,7 +76,7 @@ struct ContactConstraint {
   Eigen::Vector3d moving_mm;            ///< point of the moving object, relative to its pivot
   Eigen::Vector3d reference_direction;  ///< face normal or edge of the reference, S at zero attitude
   Eigen::Vector3d moving_direction;     ///< face normal or edge of the moving object, moving frame
-  proximity::TrianglePair triangles;
+  geometry::TrianglePair triangles;
   double offset_mm = 0.0;            ///< sum of both offsets (rounded_contact.hpp)
   double reference_offset_mm = 0.0;  ///< that of the reference
   std::int32_t vertex = -1;          ///< touches the face, and belongs to the other object; -1 for edges
@@ -97,7 +97,7 @@ struct ConstraintMeshes {
 };
 
 /// The constraint of `feature`, which was found at `configuration`.
-ContactConstraint contact_constraint_of(const proximity::GapFeature& feature, const ConstraintMeshes& meshes,
+ContactConstraint contact_constraint_of(const geometry::GapFeature& feature, const ConstraintMeshes& meshes,
                                         const Configuration& configuration, const Rotations& rotations);
 
 /// Travel left along Delta and its gradient over the configuration (angles in rad, not scaled). Infinite with

@@ -47,14 +47,14 @@ void CoordinateEquilibrium::Run::sample(const JointCoordinates& q, Sampled& out,
 {
   const SolverPosition at = position(q);
   state_.gap.set_attitude(at.attitude);
-  const proximity::GapResult& found = state_.gap.features(at.pose, band_mm);
+  const geometry::GapResult& found = state_.gap.features(at.pose, band_mm);
   out.travel_mm = found.travel_mm;
   out.features.clear();
   const Configuration configuration = configuration_at(at.pose, at.attitude.varus_rad, state_.scale);
   const Rotations rotations(configuration, at.attitude.flexion_rad);
   const ConstraintMeshes meshes{state_.joint.reference.tree_mesh.mesh, state_.joint.moving.tree_mesh.mesh,
                                 state_.scale};
-  for (const proximity::GapFeature& feature : found.features) {
+  for (const geometry::GapFeature& feature : found.features) {
     if (out.features.size() == most_features) break;
     const ContactConstraint constraint = contact_constraint_of(feature, meshes, configuration, rotations);
     if (can_carry_load(constraint, state_.joint)) out.features.push_back(constraint);
@@ -249,7 +249,7 @@ bool CoordinateEquilibrium::Run::accept_if_lower(const std::vector<ContactConstr
   return true;
 }
 
-CoordinateEquilibrium::CoordinateEquilibrium(const Joint& joint, const ligament::Ligaments& ligaments,
+CoordinateEquilibrium::CoordinateEquilibrium(const Joint& joint, const model::Ligaments& ligaments,
                                              const SolverFrame& frame, const EquilibriumOptions& options)
     : state_(std::make_unique<State>(joint, ligaments, frame, options))
 {

@@ -6,9 +6,9 @@
 #include <array>
 #include <memory>
 
-#include "core/solver_options.hpp"
-#include "core/step_record.hpp"
-#include "ligament/ligaments.hpp"
+#include "model/solver_options.hpp"
+#include "model/step_record.hpp"
+#include "model/ligaments.hpp"
 #include "solve/joint.hpp"
 #include "solve/joint_map.hpp"
 
@@ -18,7 +18,7 @@ namespace vrda::solve {
 class CoordinateEquilibrium {
  public:
   /// `ligaments` are in the frames of S, which `frame` defines. The references must outlive the solver.
-  CoordinateEquilibrium(const Joint& joint, const ligament::Ligaments& ligaments, const SolverFrame& frame,
+  CoordinateEquilibrium(const Joint& joint, const model::Ligaments& ligaments, const SolverFrame& frame,
                         const EquilibriumOptions& options);
   ~CoordinateEquilibrium();
   CoordinateEquilibrium(CoordinateEquilibrium&&) noexcept;

@@ -40,12 +40,12 @@ double CoordinateEquilibrium::Run::fibre_energy_nmm(const SolverPosition& at, Ve
   double energy = 0.0;
   wrench.setZero();
   if (state_.ligaments.fibres.empty()) return energy;
-  const ligament::JointPlacement placement = ligament::joint_placement(at.attitude, at.pose);
-  for (const ligament::Fibre& fibre : state_.ligaments.fibres) {
-    const ligament::FibrePath path = ligament::fibre_path(fibre, state_.ligaments.wraps, placement);
+  const model::JointPlacement placement = model::joint_placement(at.attitude, at.pose);
+  for (const model::Fibre& fibre : state_.ligaments.fibres) {
+    const model::FibrePath path = model::fibre_path(fibre, state_.ligaments.wraps, placement);
     const double strain = path.length_mm / fibre.slack_length_mm - 1.0;
-    const ligament::Tension tension =
-        ligament::tension_of(strain, fibre.stiffness_n, state_.ligaments.transition_strain);
+    const model::Tension tension =
+        model::tension_of(strain, fibre.stiffness_n, state_.ligaments.transition_strain);
     energy += tension.energy_n * fibre.slack_length_mm;
     wrench += wrench_of(tension.force_n * path.direction, path.end_mm, at);
   }

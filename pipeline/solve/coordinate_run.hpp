@@ -44,7 +44,7 @@ struct Sampled {
 };
 
 struct CoordinateEquilibrium::State {
-  State(const Joint& j, const ligament::Ligaments& l, const SolverFrame& frame, const EquilibriumOptions& o)
+  State(const Joint& j, const model::Ligaments& l, const SolverFrame& frame, const EquilibriumOptions& o)
       : joint(j),
         ligaments(l),
         map(frame),
@@ -56,12 +56,12 @@ struct CoordinateEquilibrium::State {
   }
 
   const Joint& joint;
-  const ligament::Ligaments& ligaments;
+  const model::Ligaments& ligaments;
   JointMap map;
   EquilibriumOptions options;
   RotationScale scale;
   double band_mm;
-  proximity::GapQuery gap;
+  geometry::GapQuery gap;
   contact::NarrowPhase narrow_phase;
 };
 

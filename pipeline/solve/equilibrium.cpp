@@ -161,7 +161,7 @@ void EquilibriumSolver::Run::sample_gap(const Configuration& configuration, GapS
 void EquilibriumSolver::Run::sample_gap(const Configuration& configuration, double band, GapSample& sample)
 {
   state_.set_attitude(attitude_at(configuration));
-  const proximity::GapResult& answer = state_.gap.features(pose_at(configuration, state_.scale), band);
+  const geometry::GapResult& answer = state_.gap.features(pose_at(configuration, state_.scale), band);
   sample.n_features = answer.features.size();
   sample.travel_mm = answer.travel_mm;
   sample.ceiling_mm = configuration.pivot_mm.y() + answer.travel_mm;
@@ -313,7 +313,7 @@ bool EquilibriumSolver::Run::shrink_trust_region()
   return radius_mm_ > 0.1 * tolerance_mm_;
 }
 
-EquilibriumSolver::EquilibriumSolver(const Joint& joint, const ligament::Ligaments& ligaments,
+EquilibriumSolver::EquilibriumSolver(const Joint& joint, const model::Ligaments& ligaments,
                                      const EquilibriumOptions& options)
     : state_(std::make_unique<State>(joint, ligaments, options))
 {

@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "core/solver_options.hpp"
-#include "core/step_record.hpp"
-#include "ligament/ligaments.hpp"
+#include "model/solver_options.hpp"
+#include "model/step_record.hpp"
+#include "model/ligaments.hpp"
 #include "solve/joint.hpp"
 
 namespace vrda::solve {
@@ -15,7 +15,7 @@ namespace vrda::solve {
 class EquilibriumSolver {
  public:
   /// `ligaments` are in the solver's frames and may have no fibre. The references must outlive the solver.
-  EquilibriumSolver(const Joint& joint, const ligament::Ligaments& ligaments,
+  EquilibriumSolver(const Joint& joint, const model::Ligaments& ligaments,
                     const EquilibriumOptions& options);
   ~EquilibriumSolver();
   EquilibriumSolver(EquilibriumSolver&&) noexcept;

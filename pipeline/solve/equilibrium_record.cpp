@@ -194,10 +194,10 @@ void EquilibriumSolver::Run::report_iterate()
   observer_(move);
 }
 
-double EquilibriumSolver::Run::gap_left_mm(Compartment compartment, proximity::GapQuery& query,
+double EquilibriumSolver::Run::gap_left_mm(Compartment compartment, geometry::GapQuery& query,
                                            const Attitude& attitude, const MovingPose& pose)
 {
-  std::vector<proximity::TrianglePair> touching;
+  std::vector<geometry::TrianglePair> touching;
   for (const ContactConstraint& constraint : sample_.constraints) {
     const auto row = static_cast<std::size_t>(constraint.triangles.moving);
     if (state_.joint.compartment_of_triangle[row] == compartment) touching.push_back(constraint.triangles);
@@ -270,7 +270,7 @@ ContactForce EquilibriumSolver::Run::contact_force(const ContactConstraint& cons
 double EquilibriumSolver::Run::ligament_energy_at(double flexion_rad) const
 {
   if (state_.ligaments.fibres.empty()) return 0.0;
-  return ligament::ligament_energy(state_.ligaments, {flexion_rad, current_.configuration.varus_rad},
+  return model::ligament_energy(state_.ligaments, {flexion_rad, current_.configuration.varus_rad},
                                    pose_at(current_.configuration, state_.scale))
       .energy_nmm;
 }

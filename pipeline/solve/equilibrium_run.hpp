@@ -26,7 +26,7 @@ double feature_band_mm(const Mesh& reference, const Mesh& moving);
 bool can_carry_load(const ContactConstraint& constraint, const Joint& joint);
 
 struct EquilibriumSolver::State {
-  State(const Joint& j, const ligament::Ligaments& l, const EquilibriumOptions& o)
+  State(const Joint& j, const model::Ligaments& l, const EquilibriumOptions& o)
       : joint(j),
         ligaments(l),
         options(o),
@@ -50,14 +50,14 @@ struct EquilibriumSolver::State {
   }
 
   const Joint& joint;
-  const ligament::Ligaments& ligaments;
+  const model::Ligaments& ligaments;
   EquilibriumOptions options;
   RotationScale scale;
   double reach_mm;
   double band_mm;
-  proximity::GapQuery gap;
-  proximity::GapQuery medial;
-  proximity::GapQuery lateral;
+  geometry::GapQuery gap;
+  geometry::GapQuery medial;
+  geometry::GapQuery lateral;
   contact::NarrowPhase narrow_phase;
   Attitude at;  // of `gap`
   bool is_set = false;
@@ -123,7 +123,7 @@ class EquilibriumSolver::Run {
   void report_iterate();
   void report_trial(const Configuration& configuration);
   SearchMove move_of(MoveKind kind, const Configuration& configuration) const;
-  double gap_left_mm(Compartment compartment, proximity::GapQuery& query, const Attitude& attitude,
+  double gap_left_mm(Compartment compartment, geometry::GapQuery& query, const Attitude& attitude,
                      const MovingPose& pose);
   // All other coordinates adapt to the constraints; those found at each trial are added.
   bool resists_turn(double turn);

@@ -7,7 +7,7 @@
 #include "contact/features.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "proximity/gap_query.hpp"
+#include "geometry/gap_query.hpp"
 #include "solve/stability_search.hpp"
 
 namespace vrda::solve {
@@ -54,10 +54,10 @@ Joint make_joint(const SolverBody& reference, const SolverBody& moving,
   joint.compartment_of_triangle = compartment_of_triangle;
   const std::vector<std::int32_t> medial = triangles_of(compartment_of_triangle, Compartment::medial);
   const std::vector<std::int32_t> lateral = triangles_of(compartment_of_triangle, Compartment::lateral);
-  joint.reference_gap = proximity::GapTree(reference.mesh);
-  joint.moving_gap = proximity::GapTree(moving.mesh);
-  joint.medial_gap = proximity::GapTree(moving.mesh, medial);
-  joint.lateral_gap = proximity::GapTree(moving.mesh, lateral);
+  joint.reference_gap = geometry::GapTree(reference.mesh);
+  joint.moving_gap = geometry::GapTree(moving.mesh);
+  joint.medial_gap = geometry::GapTree(moving.mesh, medial);
+  joint.lateral_gap = geometry::GapTree(moving.mesh, lateral);
   joint.reference_protrudes =
       contact::protruding_vertices(joint.reference.tree_mesh.mesh, joint.reference.features);
   joint.moving_protrudes = contact::protruding_vertices(joint.moving.tree_mesh.mesh, joint.moving.features);
@@ -94,8 +94,8 @@ void measure_contacts(const Joint& joint, const std::vector<contact::Contact>& c
 void measure_gaps(const Joint& joint, const Attitude& attitude, const MovingPose& pose, StepRecord& record)
 {
   if (joint.compartment_of_triangle.empty()) return;
-  const auto gap_mm = [&](const proximity::GapTree& compartment) {
-    proximity::GapQuery query(joint.reference_gap, compartment);
+  const auto gap_mm = [&](const geometry::GapTree& compartment) {
+    geometry::GapQuery query(joint.reference_gap, compartment);
     query.set_attitude(attitude);
     ++record.queries;
     const double travel_mm = query.next_contact(pose).travel_mm;

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "contact/contacts.hpp"
-#include "core/mesh.hpp"
-#include "core/step_record.hpp"
-#include "proximity/gap_query.hpp"
+#include "model/mesh.hpp"
+#include "model/step_record.hpp"
+#include "geometry/gap_query.hpp"
 
 namespace vrda::solve {
 
@@ -22,10 +22,10 @@ struct Joint {
   contact::Collider reference;
   contact::Collider moving;
   std::vector<Compartment> compartment_of_triangle;  ///< [n_moving_triangles], empty without compartments
-  proximity::GapTree reference_gap;                  ///< the same objects, prepared for gap queries
-  proximity::GapTree moving_gap;
-  proximity::GapTree medial_gap;  ///< moving triangles of the compartment
-  proximity::GapTree lateral_gap;
+  geometry::GapTree reference_gap;                  ///< the same objects, prepared for gap queries
+  geometry::GapTree moving_gap;
+  geometry::GapTree medial_gap;  ///< moving triangles of the compartment
+  geometry::GapTree lateral_gap;
   std::vector<bool> reference_protrudes;  ///< [n_vertices] convex: can touch a face first
   std::vector<bool> moving_protrudes;
   double substep_mm = 0.0;  ///< upper bound of one motion of any vertex: half the thinnest part

@@ -2,9 +2,9 @@
 
 #include <Eigen/Geometry>
 
-#include "core/coordinates.hpp"
+#include "model/coordinates.hpp"
 #include "core/trig.hpp"
-#include "ligament/ligaments.hpp"
+#include "model/ligaments.hpp"
 
 namespace vrda::solve {
 
@@ -92,7 +92,7 @@ Work work_of(const Loads& loads, const LoadPotential* applied, const SolverPosit
   const double mz = -(varus.sin * my + force_n.dot(flexion_axis.cross(t))) / varus.cos;
   work.wrench << mx, my, mz, force_n;
   if (applied == nullptr) return work;
-  const ligament::JointPlacement placement = ligament::joint_placement(at.attitude, at.pose);
+  const model::JointPlacement placement = model::joint_placement(at.attitude, at.pose);
   for (const LoadPotential::PointForce& force : applied->forces) {
     const Eigen::Vector3d force_S_n = placement.R_S_reference * force.force_reference_n;
     const Eigen::Vector3d p = t + placement.R_S_moving * force.point_moving_mm;

@@ -1,9 +1,9 @@
 /// The joint's six coordinates in the solver frame S: positions, velocities and the work of the loads.
 #pragma once
 
-#include "core/frames.hpp"
-#include "core/joint_coordinates.hpp"
-#include "core/solver_options.hpp"
+#include "model/frames.hpp"
+#include "model/joint_coordinates.hpp"
+#include "model/solver_options.hpp"
 #include "solve/applied_loads.hpp"
 
 namespace vrda::solve {

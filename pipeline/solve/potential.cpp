@@ -52,7 +52,7 @@ Potential potential_at(const NonContactForces& forces, const Configuration& conf
   const MovingPose pose = pose_at(configuration, forces.scale);
   Potential u;
   if (!forces.ligaments.fibres.empty())
-    u = ligament::ligament_energy(forces.ligaments, {forces.flexion_rad, configuration.varus_rad}, pose);
+    u = model::ligament_energy(forces.ligaments, {forces.flexion_rad, configuration.varus_rad}, pose);
   if (forces.applied != nullptr) {
     const Potential applied = energy_of(*forces.applied, {forces.flexion_rad, configuration.varus_rad}, pose);
     u.energy_nmm += applied.energy_nmm;

@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "core/solver_options.hpp"
-#include "core/step_record.hpp"
-#include "ligament/ligaments.hpp"
+#include "model/solver_options.hpp"
+#include "model/step_record.hpp"
+#include "model/ligaments.hpp"
 #include "solve/applied_loads.hpp"
 #include "solve/contact_constraint.hpp"
 
@@ -16,7 +16,7 @@ struct EquilibriumCandidate;
 
 /// All forces at one flexion except contact.
 struct NonContactForces {
-  const ligament::Ligaments& ligaments;
+  const model::Ligaments& ligaments;
   const Loads& loads;
   const RotationScale& scale;
   double flexion_rad = 0.0;

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <limits>
 
-#include "proximity/rounded_kernel.hpp"
+#include "geometry/rounded_kernel.hpp"
 
 namespace vrda::solve {
 namespace {
@@ -33,7 +33,7 @@ Eigen::Vector3d plane_normal(const PlacedConstraint& c, const Eigen::Vector3d& d
   if (c.kind == Kind::face_of_moving) return c.moving_direction;
   const Eigen::Vector3d across = c.reference_direction.cross(c.moving_direction);
   const double length = across.norm();
-  if (length < proximity::rounded_rules::parallel_sine) return Eigen::Vector3d::Zero();
+  if (length < geometry::rounded_rules::parallel_sine) return Eigen::Vector3d::Zero();
   return across / (across.dot(delta) > 0.0 ? -length : length);
 }
 
@@ -106,7 +106,7 @@ RoundedContact rounded_travel(const PlacedConstraint& c, const Eigen::Vector3d& 
     travel_mm = (c.offset_mm - out.normal.dot(apart)) / out.normal.dot(delta);
   } else {
     const Eigen::Vector3d axis = axis_of(c);
-    travel_mm = proximity::entry_travel_mm(apart, axis, {c.offset_mm, delta});
+    travel_mm = geometry::entry_travel_mm(apart, axis, {c.offset_mm, delta});
     if (!std::isfinite(travel_mm)) return out;
     const Eigen::Vector3d w = apart + travel_mm * delta;
     out.normal = (w - axis.dot(w) * axis) / c.offset_mm;

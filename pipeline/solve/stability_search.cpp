@@ -6,7 +6,7 @@
 #include <iterator>
 #include <optional>
 
-#include "proximity/gap_query.hpp"
+#include "geometry/gap_query.hpp"
 #include "solve/joint.hpp"
 
 namespace vrda::solve {
@@ -50,7 +50,7 @@ class Search {
   Search(const Joint& joint, const Attitude& attitude, const MovingPose& seed, const SearchOptions& options,
          const SearchObserver& observer)
       : joint_(joint),
-        reference_(proximity::rotated_reference(joint.reference.tree_mesh, attitude)),
+        reference_(geometry::rotated_reference(joint.reference.tree_mesh, attitude)),
         gap_(joint.reference_gap, joint.moving_gap),
         attitude_(attitude),
         options_(options),
@@ -137,7 +137,7 @@ class Search {
   }
 
   // Cached for repeated queries at the same pose.
-  const proximity::Gap& gap_ahead()
+  const geometry::Gap& gap_ahead()
   {
     const bool is_known =
         ahead_ && ahead_at_.translation_mm == pose_.translation_mm && ahead_at_.theta_rad == pose_.theta_rad;
@@ -171,7 +171,7 @@ class Search {
   // Moves along Delta to contact; false without contact ahead.
   bool approach()
   {
-    const proximity::Gap gap = gap_ahead();
+    const geometry::Gap gap = gap_ahead();
     if (!std::isfinite(gap.travel_mm)) return false;
     const double travel_mm = gap.travel_mm - search_standoff_share * options_.translation_resolution_mm;
     report_strides(travel_mm);
@@ -368,8 +368,8 @@ class Search {
 
   double farthest_from_axis_mm(const Eigen::Vector3d& centre_mm) const
   {
-    const proximity::BoxTree::Node& box = joint_.moving.tree_mesh.tree.nodes().front();
-    const proximity::Placement place(pose_);
+    const geometry::BoxTree::Node& box = joint_.moving.tree_mesh.tree.nodes().front();
+    const geometry::Placement place(pose_);
     double farthest_sq = 0.0;
     for (const double x : {box.min_mm[0], box.max_mm[0]}) {
       for (const double z : {box.min_mm[2], box.max_mm[2]}) {
@@ -436,8 +436,8 @@ class Search {
   }
 
   const Joint& joint_;
-  proximity::TreeMesh reference_;  // at the attitude
-  proximity::GapQuery gap_;        // likewise
+  geometry::TreeMesh reference_;  // at the attitude
+  geometry::GapQuery gap_;        // likewise
   Attitude attitude_;
   const SearchOptions& options_;
   const SearchObserver& observer_;
@@ -448,9 +448,9 @@ class Search {
   LastMotion last_motion_ = LastMotion::none;
   bool has_touched_ = false;
   std::vector<MovingPose> history_;
-  std::optional<proximity::Gap> ahead_;  // at ahead_at_
+  std::optional<geometry::Gap> ahead_;  // at ahead_at_
   MovingPose ahead_at_;
-  proximity::TrianglePair collision_hint_;
+  geometry::TrianglePair collision_hint_;
   double residual_mm_ = 0.0;
   int iteration_ = 0;
   int queries_ = 0;

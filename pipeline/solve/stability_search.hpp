@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "contact/contacts.hpp"
-#include "core/solver_options.hpp"
-#include "core/step_record.hpp"
+#include "model/solver_options.hpp"
+#include "model/step_record.hpp"
 #include "solve/joint.hpp"
 
 namespace vrda::solve {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/step_record.hpp"
+#include "model/step_record.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::store {

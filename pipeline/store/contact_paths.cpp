@@ -1,9 +1,9 @@
 // Centre of contact of each compartment, from the contacts or the contact forces of a motion model.
 #include "store/motion_model.hpp"
 
-#include "core/frames.hpp"
-#include "core/mesh.hpp"
-#include "core/side.hpp"
+#include "model/frames.hpp"
+#include "model/mesh.hpp"
+#include "model/side.hpp"
 #include "core/units.hpp"
 
 namespace vrda::store {

@@ -1,8 +1,8 @@
 #include "store/dataset.hpp"
 
 #include "core/error.hpp"
-#include "core/plausibility.hpp"
-#include "core/step_record.hpp"
+#include "model/plausibility.hpp"
+#include "model/step_record.hpp"
 #include "store/value_findings.hpp"
 
 namespace vrda::store {

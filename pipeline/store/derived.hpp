@@ -123,7 +123,7 @@ TwoSidedFigures two_sided_figures(const AuditSet& audit);
 /// Returns `audits`, sorted by name, with `audit` inserted or replacing the one of the same name.
 std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit);
 
-/// The motion that is shown, exported and reported if none is named (motion::default_motion).
+/// The motion that is shown, exported and reported if none is named (store::default_motion).
 struct DefaultMotion {
   std::string set;     ///< "two_sided", "raw", "degree_6_recontacted", ...
   std::string reason;  ///< why it is not the smoothed motion, one sentence; empty if that meets the criteria

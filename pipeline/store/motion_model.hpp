@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "core/frames.hpp"
-#include "core/mesh.hpp"
-#include "core/plausibility.hpp"
-#include "core/scaling.hpp"
-#include "core/step_record.hpp"
+#include "model/frames.hpp"
+#include "model/mesh.hpp"
+#include "model/plausibility.hpp"
+#include "model/scaling.hpp"
+#include "model/step_record.hpp"
 #include "store/derived.hpp"
 #include "store/uncertain_motion.hpp"
 

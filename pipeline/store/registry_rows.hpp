@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/scaling.hpp"
-#include "core/step_record.hpp"
+#include "model/scaling.hpp"
+#include "model/step_record.hpp"
 #include "store/motion_model.hpp"
 #include "store/registry_visitor.hpp"
 

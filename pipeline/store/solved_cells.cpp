@@ -3,8 +3,8 @@
 #include <cmath>
 #include <span>
 
-#include "core/clinical.hpp"
-#include "core/side.hpp"
+#include "model/clinical.hpp"
+#include "model/side.hpp"
 #include "core/units.hpp"
 #include "store/compressed_rows.hpp"
 

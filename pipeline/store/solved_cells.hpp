@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/step_record.hpp"
+#include "model/step_record.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::store {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "core/step_record.hpp"
+#include "model/step_record.hpp"
 #include "store/row_check.hpp"
 #include "store/trace_registry.hpp"
 #include "store/value_findings.hpp"

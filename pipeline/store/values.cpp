@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/joint_kind.hpp"
+#include "model/joint_kind.hpp"
 #include "store/evaluate_smoothed.hpp"
 #include "store/registry.hpp"
 #include "store/row_check.hpp"

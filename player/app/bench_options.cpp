@@ -3,7 +3,7 @@
 
 #include "app/options.hpp"
 #include "bench/controls.hpp"
-#include "calibration_tasks/session.hpp"
+#include "calibration/session.hpp"
 
 namespace vrda::app {
 
@@ -57,7 +57,7 @@ CLI::App* add_bench(CLI::App& app, bench::BenchOptions& options)
 {
   CLI::App* bench = app.add_subcommand(
       "bench", "Drive the see-through stereoscopic bench from its tracker, parallax stage and potentiometer");
-  options.look.mode = scene::DrawMode::smooth;
+  options.look.mode = view::DrawMode::smooth;
   bench->add_option("FILE", options.file, "Motion model (.h5)")->required();
   add(bench, "--bench", "BENCH.toml", options.bench,
       "Bench file: display, tracker and board (schemas/bench.md)");
@@ -110,7 +110,7 @@ CLI::App* add_devices(CLI::App& app, bench::DevicesOptions& options)
 
 namespace {
 
-void add_virtual(CLI::App* calibrate, calibrate::CalibrateOptions& options)
+void add_virtual(CLI::App* calibrate, calibration::CalibrateOptions& options)
 {
   calibrate->add_flag("--virtual", options.is_virtual,
                       "Use a simulated bench and person: in a window for training; with --headless (or "
@@ -137,7 +137,7 @@ void add_virtual(CLI::App* calibrate, calibrate::CalibrateOptions& options)
 
 }  // namespace
 
-CLI::App* add_calibrate(CLI::App& app, calibrate::CalibrateOptions& options)
+CLI::App* add_calibrate(CLI::App& app, calibration::CalibrateOptions& options)
 {
   CLI::App* calibrate = app.add_subcommand(
       "calibrate", "Calibrate a bench and its user step by step, with confidence intervals");
@@ -169,7 +169,7 @@ CLI::App* add_calibrate(CLI::App& app, calibrate::CalibrateOptions& options)
   calibrate->add_flag("--json", options.has_json, "Print JSON");
   calibrate->add_flag("--quiet", options.is_quiet, "Print only warnings");
   calibrate->footer(
-      key_help_text(calibration_tasks::session_key_lines(), 24) +
+      key_help_text(calibration::session_key_lines(), 24) +
       "Exit code 4: stopped before STEP was complete; the same command resumes it.\n"
       "Examples:\n  vrda-player calibrate all --bench bench.toml --calibration anna.toml\n"
       "  vrda-player calibrate person --bench bench.toml --calibration bob.toml --bench-from anna.toml\n"

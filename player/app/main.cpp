@@ -10,10 +10,10 @@
 
 #include "app/options.hpp"
 #include "bench/live_bench.hpp"
-#include "calibrate/rehearsal.hpp"
+#include "calibration/rehearsal.hpp"
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
-#include "navigation/arguments.hpp"
+#include "view/arguments.hpp"
 #include "store/read_separately.hpp"
 #include "store/seal.hpp"
 
@@ -41,7 +41,7 @@ void run_web(vrda::app::WebMode& mode)
   std::optional<bench::LiveBench> bench;
   std::optional<web::LiveFeed> feed;
   if (mode.bench.bench.empty() && !(mode.bench.calibration.empty() && mode.bench.set.empty()))
-    navigation::refuse_option(mode.bench.set.empty() ? "--calibration" : "--set", "no --bench",
+    view::refuse_option(mode.bench.set.empty() ? "--calibration" : "--set", "no --bench",
                               "--bench with a bench file");
   if (!mode.bench.bench.empty()) {
     mode.bench.file = mode.web.file;
@@ -69,22 +69,22 @@ int run(int argc, char** argv)
       "stopped before the followed run or the calibration was complete (the same command resumes), 5 "
       "internal error");
   using namespace vrda;
-  const loop::Streams streams{std::cout, std::cerr};
+  const show::Streams streams{std::cout, std::cerr};
   show::ShowOptions show;
   app::WebMode web;
-  follow::FollowOptions follow;
+  show::FollowOptions follow;
   bench::BenchOptions bench;
   bench::ServeOptions serve;
   bench::DevicesOptions devices;
   bench::MeasureBodyOptions body;
   bench::SimulateOptions simulate;
-  calibrate::CalibrateOptions calibrate;
+  calibration::CalibrateOptions calibrate;
   const std::vector<std::pair<const CLI::App*, std::function<int()>>> modes{
       {app::add_show(app, show),
        [&] { return show::show(show, streams).n_unsolved > 0 ? unsolved_attitudes : done; }},
       {app::add_web(app, web), [&] { return run_web(web), done; }},
       {app::add_follow(app, follow),
-       [&] { return follow::follow(follow, streams) == follow::FollowEnd::finished ? done : interrupted; }},
+       [&] { return show::follow(follow, streams) == show::FollowEnd::finished ? done : interrupted; }},
       {app::add_bench(app, bench), [&] { return bench::run_bench(bench, streams), done; }},
       {app::add_serve(app, serve), [&] { return bench::serve(serve, streams), done; }},
       {app::add_devices(app, devices),
@@ -93,12 +93,12 @@ int run(int argc, char** argv)
       {app::add_simulate(app, simulate),
        [&] {
          simulate.rehearse.empty() ? bench::simulate(simulate, streams)
-                                   : calibrate::rehearse(simulate, streams);
+                                   : calibration::rehearse(simulate, streams);
          return done;
        }},
       {app::add_calibrate(app, calibrate), [&] {
-         const calibrate::CalibrateEnd end = calibrate::calibrate(calibrate, streams);
-         return end == calibrate::CalibrateEnd::finished ? done : interrupted;
+         const calibration::CalibrateEnd end = calibration::calibrate(calibrate, streams);
+         return end == calibration::CalibrateEnd::finished ? done : interrupted;
        }}};
   try {
     parse(app, argc, argv);

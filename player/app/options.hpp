@@ -8,9 +8,9 @@
 
 #include "bench/bench_run.hpp"
 #include "bench/measure_body.hpp"
-#include "calibrate/calibrate.hpp"
-#include "follow/follow.hpp"
-#include "navigation/keys.hpp"
+#include "calibration/calibrate.hpp"
+#include "show/follow.hpp"
+#include "view/keys.hpp"
 #include "show/show.hpp"
 #include "web/server.hpp"
 
@@ -31,12 +31,12 @@ auto add(App* mode, const char* name, const char* type, Value& value, const std:
 std::string empty_value_error(const std::string& text);
 
 /// Returns "Keys:" and one line per key; the descriptions start at `column`.
-std::string key_help_text(std::span<const navigation::HelpLine> lines, std::size_t column);
+std::string key_help_text(std::span<const view::HelpLine> lines, std::size_t column);
 
 CLI::App* add_bench(CLI::App& app, bench::BenchOptions& options);
-CLI::App* add_calibrate(CLI::App& app, calibrate::CalibrateOptions& options);
+CLI::App* add_calibrate(CLI::App& app, calibration::CalibrateOptions& options);
 CLI::App* add_devices(CLI::App& app, bench::DevicesOptions& options);
-CLI::App* add_follow(CLI::App& app, follow::FollowOptions& options);
+CLI::App* add_follow(CLI::App& app, show::FollowOptions& options);
 CLI::App* add_measure_body(CLI::App& app, bench::MeasureBodyOptions& options);
 CLI::App* add_serve(CLI::App& app, bench::ServeOptions& options);
 CLI::App* add_show(CLI::App& app, show::ShowOptions& options);
@@ -50,6 +50,6 @@ struct WebMode {
 CLI::App* add_web(CLI::App& app, WebMode& mode);
 
 /// Adds the appearance options shared by all modes that render.
-void add_appearance_options(CLI::App& mode, navigation::AppearanceOptions& look);
+void add_appearance_options(CLI::App& mode, view::AppearanceOptions& look);
 
 }  // namespace vrda::app

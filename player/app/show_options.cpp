@@ -5,7 +5,7 @@
 
 #include "app/options.hpp"
 #include "core/text.hpp"
-#include "navigation/keys.hpp"
+#include "view/keys.hpp"
 
 namespace vrda::app {
 namespace {
@@ -65,22 +65,22 @@ void add_framing(CLI::App* show, show::ShowOptions& options)
       "4, in a window without a graphics card 1")
       ->check(CLI::IsMember({1, 2, 4}))
       ->option_text("1|2|4");
-  add_choice<scene::Backdrop>(show, "--background", "NAME", options.backdrop,
-                              {{"studio", scene::Backdrop::studio},
-                               {"night", scene::Backdrop::night},
-                               {"black", scene::Backdrop::black}},
+  add_choice<view::Backdrop>(show, "--background", "NAME", options.backdrop,
+                              {{"studio", view::Backdrop::studio},
+                               {"night", view::Backdrop::night},
+                               {"black", view::Backdrop::black}},
                               "studio, night or black (default studio)");
-  add_choice<scene::FixedObject>(
+  add_choice<view::FixedObject>(
       show, "--hold", "NAME", options.fixed_object,
-      {{"tibia", scene::FixedObject::moving},
-       {"femur", scene::FixedObject::reference},
-       {"moving", scene::FixedObject::moving},
-       {"reference", scene::FixedObject::reference},
-       {"push", scene::FixedObject::push}},
+      {{"tibia", view::FixedObject::moving},
+       {"femur", view::FixedObject::reference},
+       {"moving", view::FixedObject::moving},
+       {"reference", view::FixedObject::reference},
+       {"push", view::FixedObject::push}},
       "Fixed on screen: tibia or femur (of other joints moving, reference), which then does not move at all; "
       "or push, the direction of push (default tibia)");
-  add_choice<navigation::Framing>(show, "--frame", "NAME", options.framing,
-                                  {{"joint", navigation::Framing::joint}, {"all", navigation::Framing::all}},
+  add_choice<view::Framing>(show, "--frame", "NAME", options.framing,
+                                  {{"joint", view::Framing::joint}, {"all", view::Framing::all}},
                                   "What the image contains: joint, or all of both objects (default joint)");
 }
 
@@ -113,7 +113,7 @@ CLI::App* add_show(CLI::App& app, show::ShowOptions& options)
   add_framing(show, options);
   add_appearance_options(*show, options.appearance);
   show->add_flag("--quiet", options.is_quiet, "Print only paths and warnings");
-  show->footer(navigation::help_text() +
+  show->footer(view::help_text() +
                "Examples:\n  vrda-player show knee.h5\n"
                "  vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15 --views front,lateral\n"
                "  vrda-player show knee.h5 --video knee.mp4 --views front,lateral --to-and-fro");
@@ -121,17 +121,17 @@ CLI::App* add_show(CLI::App& app, show::ShowOptions& options)
   return show;
 }
 
-void add_appearance_options(CLI::App& mode, navigation::AppearanceOptions& look)
+void add_appearance_options(CLI::App& mode, view::AppearanceOptions& look)
 {
   add(&mode, "--layers", "LAYER,...", look.layers,
       "Layers to show with the bodies: contacts, normals (forces where known), axes, helical-axis, gaps, "
       "ligaments, contact-paths, labels, band; or none (default: ligaments, if the model has them)");
-  add_choice<scene::DrawMode>(&mode, "--mode", "MODE", look.mode,
-                              {{"wire", scene::DrawMode::wire},
-                               {"hidden-line", scene::DrawMode::hidden_line},
-                               {"flat", scene::DrawMode::flat},
-                               {"smooth", scene::DrawMode::smooth},
-                               {"textured", scene::DrawMode::textured}},
+  add_choice<view::DrawMode>(&mode, "--mode", "MODE", look.mode,
+                              {{"wire", view::DrawMode::wire},
+                               {"hidden-line", view::DrawMode::hidden_line},
+                               {"flat", view::DrawMode::flat},
+                               {"smooth", view::DrawMode::smooth},
+                               {"textured", view::DrawMode::textured}},
                               "wire, hidden-line, flat, smooth or textured (default textured)");
   CLI::Option* texture = add(&mode, "--texture", "FILE.png", look.texture,
                              "Tiled texture image for bone, with matching edges (default: mottled)");
@@ -145,7 +145,7 @@ void add_appearance_options(CLI::App& mode, navigation::AppearanceOptions& look)
       "Object to hide, except its layers: by its name (femur, talus, ... or reference, moving)");
 }
 
-CLI::App* add_follow(CLI::App& app, follow::FollowOptions& options)
+CLI::App* add_follow(CLI::App& app, show::FollowOptions& options)
 {
   CLI::App* follow = app.add_subcommand("follow", "Show the progress of a running computation");
   follow->add_option("START", options.file, "The run's start file (OUTPUT.start.h5)")->required();

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/error.hpp"
-#include "webcam/track.hpp"
+#include "bench/track.hpp"
 
 namespace {
 
@@ -33,7 +33,7 @@ int run(int argc, char** argv)
   app.require_subcommand(1);
   app.footer("Exit codes: 0 success, 2 invalid input or no camera, 5 internal error");
   std::string bench, pdf;
-  webcam::CalibrateOptions calibrate;
+  bench::CalibrateOptions calibrate;
   CLI::App* track =
       app.add_subcommand("track", "Write OpenIGTLink messages to standard output; vrda-player starts this");
   track->add_option("BENCH", bench, "Bench file with tracker = \"aruco\" (schemas/bench.md)")->required();
@@ -65,13 +65,13 @@ int run(int argc, char** argv)
     return bad_input;
   }
   try {
-    if (track->parsed()) webcam::track(bench, write_all);
-    if (sheet->parsed()) webcam::write_sheets(bench, pdf);
-    if (calibration->parsed()) webcam::calibrate(calibrate, std::cerr);
+    if (track->parsed()) bench::track(bench, write_all);
+    if (sheet->parsed()) bench::write_sheets(bench, pdf);
+    if (calibration->parsed()) bench::calibrate(calibrate, std::cerr);
     return done;
   } catch (const InputError& error) {
     std::cerr << "vrda-webcam: " << error.what() << "\n";
-    if (track->parsed()) write_all(webcam::error_message(error.what()));
+    if (track->parsed()) write_all(bench::error_message(error.what()));
     return bad_input;
   }
 }

@@ -7,47 +7,47 @@
 #include "bench/controls.hpp"
 #include "bench/measure_body.hpp"
 #include "core/units.hpp"
-#include "settings/settings_text.hpp"
+#include "show/settings_text.hpp"
 
 namespace vrda::bench {
 namespace {
 
 constexpr int least_width_px = 320, least_height_px = 400;
-using gui::amber, gui::faint, gui::green, gui::ink, gui::margin_px;
+using view::amber, view::faint, view::green, view::ink, view::margin_px;
 
 std::string tenths(double value)
 {
-  return settings::rounded_text(value, 1);
+  return show::rounded_text(value, 1);
 }
 
-const char* why(devices::ToolVisibility state)
+const char* why(bench::ToolVisibility state)
 {
   return std::array{"seen", "hidden", "silent", "invalid pose"}.at(static_cast<std::size_t>(state));
 }
 
-const char* name_of(devices::LinkState state)
+const char* name_of(bench::LinkState state)
 {
   return std::array{"closed", "opening", "up"}.at(static_cast<std::size_t>(state));
 }
 
 }  // namespace
 
-std::optional<optics::Viewport> operator_area(const bench_files::DisplaySettings& display)
+std::optional<view::Viewport> operator_area(const bench::DisplaySettings& display)
 {
-  const optics::Viewport &l = display.windows.left, &r = display.windows.right;
-  const std::array<optics::Viewport, 2> strips{
-      optics::Viewport{0, 0, std::min(l.x, r.x), display.height},
-      optics::Viewport{std::max(l.x + l.width, r.x + r.width), 0,
+  const view::Viewport &l = display.windows.left, &r = display.windows.right;
+  const std::array<view::Viewport, 2> strips{
+      view::Viewport{0, 0, std::min(l.x, r.x), display.height},
+      view::Viewport{std::max(l.x + l.width, r.x + r.width), 0,
                        display.width - std::max(l.x + l.width, r.x + r.width), display.height}};
-  const optics::Viewport& widest = strips[0].width >= strips[1].width ? strips[0] : strips[1];
+  const view::Viewport& widest = strips[0].width >= strips[1].width ? strips[0] : strips[1];
   if (widest.width < least_width_px || widest.height < least_height_px) return std::nullopt;
   return widest;
 }
 
-std::string device_text(const std::string& name, const devices::DeviceReport& report)
+std::string device_text(const std::string& name, const bench::DeviceReport& report)
 {
   std::string text = name + " " + report.peer + ": " + name_of(report.link);
-  if (report.link == devices::LinkState::up) text += ", " + tenths(report.rate_hz) + " a second";
+  if (report.link == bench::LinkState::up) text += ", " + tenths(report.rate_hz) + " a second";
   if (!report.error_message.empty()) text += ", " + report.error_message;
   return text;
 }
@@ -63,27 +63,27 @@ std::string stage_status_text(const BenchFrame& frame)
 {
   const InputStatus& mark = frame.stage;
   if (!mark.is_used) return {};
-  if (mark.state != devices::ToolVisibility::seen) return input_status_text("stage", mark);
+  if (mark.state != bench::ToolVisibility::seen) return input_status_text("stage", mark);
   if (!frame.is_stage_zeroed) return "stage not zeroed: press Z at its stop";
   return frame.stage_has_lost_counts ? "stage has lost counts: press Z at its stop" : "";
 }
 
-BenchPanel::BenchPanel(const bench_files::BenchFile& bench)
-    : text_(gui::panel_text_px),
+BenchPanel::BenchPanel(const bench::BenchFile& bench)
+    : text_(view::panel_text_px),
       display_(bench.display),
       reflector_(bench.display.windows, bench.display.reflection)
 {
 }
 
-const render::Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& frame,
+const view::Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& frame,
                                          const PanelContent& content)
 {
-  gui::clear_overlay(overlay_, display_.width, display_.height);
-  const optics::EyePair& eyes = state.values().calibration.eyes;
-  const std::optional<optics::Viewport> area = operator_area(display_);
+  view::clear_overlay(overlay_, display_.width, display_.height);
+  const view::EyePair& eyes = state.values().calibration.eyes;
+  const std::optional<view::Viewport> area = operator_area(display_);
   if (content.has_panel || content.has_help) {
     if (area) {
-      text_.add_area(overlay_, gui::overlay_box(*area), gui::paper);
+      text_.add_area(overlay_, view::overlay_box(*area), view::paper);
       add_panel(*area, state, frame, content);
     } else {
       add_panel(eyes.left.visible, state, frame, content);
@@ -91,12 +91,12 @@ const render::Overlay& BenchPanel::drawn(const BenchState& state, const BenchFra
   }
   add_marks(eyes.left.visible, frame, content);
   add_marks(eyes.right.visible, frame, content);
-  gui::finish_overlay(overlay_);
+  view::finish_overlay(overlay_);
   reflector_.reflect(overlay_);
   return overlay_;
 }
 
-void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& frame,
+void BenchPanel::add_marks(const view::Viewport& visible, const BenchFrame& frame,
                            const PanelContent& content)
 {
   float bottom_px = static_cast<float>(visible.y + visible.height) - margin_px - text_.line_px();
@@ -108,8 +108,8 @@ void BenchPanel::add_marks(const optics::Viewport& visible, const BenchFrame& fr
     text_.add_text(overlay_, left_px, bottom_px, fitted, amber);
     bottom_px -= text_.line_px();
   };
-  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role)
-    add(input_status_text(bench_files::name_of(static_cast<bench_files::BodyRole>(role)),
+  for (std::size_t role = 0; role < bench::n_body_roles; ++role)
+    add(input_status_text(bench::name_of(static_cast<bench::BodyRole>(role)),
                           frame.bodies[role]));
   add(leg_check_text(frame.leg));
   if (frame.is_pose_held) add("the model has no pose here: the last one is drawn");
@@ -127,23 +127,23 @@ std::string joint_text(const ClinicalCoordinates& joint)
          (joint.anterior_mm < 0.0 ? "posterior " : "anterior ") + tenths(std::abs(joint.anterior_mm)) + " mm";
 }
 
-void BenchPanel::add_line(const optics::Viewport& area, float& top_px, const std::string& words,
-                          const scene::VertexColour& colour)
+void BenchPanel::add_line(const view::Viewport& area, float& top_px, const std::string& words,
+                          const view::VertexColour& colour)
 {
   text_.add_text(overlay_, static_cast<float>(area.x) + margin_px, top_px,
                  text_.fitted(words, static_cast<float>(area.width) - 2.0F * margin_px), colour);
   top_px += text_.line_px();
 }
 
-void BenchPanel::add_panel(const optics::Viewport& area, const BenchState& state, const BenchFrame& frame,
+void BenchPanel::add_panel(const view::Viewport& area, const BenchState& state, const BenchFrame& frame,
                            const PanelContent& content)
 {
   float top_px = static_cast<float>(area.y) + margin_px;
-  const auto line = [&](const std::string& words, const scene::VertexColour& colour = ink) {
+  const auto line = [&](const std::string& words, const view::VertexColour& colour = ink) {
     add_line(area, top_px, words, colour);
   };
   if (content.has_help) {
-    for (const navigation::HelpLine& help : bench_key_lines())
+    for (const view::HelpLine& help : bench_key_lines())
       line(std::string(help.keys) + ": " + std::string(help.description));
     return;
   }
@@ -155,22 +155,22 @@ void BenchPanel::add_panel(const optics::Viewport& area, const BenchState& state
            " deg" + (frame.leg.is_wrong() ? " (nearest of the model)" : ""),
        frame.leg.is_wrong() ? amber : ink);
   if (frame.leg.is_wrong()) line(leg_check_text(frame.leg), amber);
-  if (frame.pose.status == motion::PoseStatus::solved) line(joint_text(state.clinical(frame.pose)));
+  if (frame.pose.status == store::PoseStatus::solved) line(joint_text(state.clinical(frame.pose)));
   if (frame.stage.is_used)
     line("stage " + tenths(frame.stage_mm) + " mm", stage_status_text(frame).empty() ? ink : amber);
   line(std::string("filter ") + (state.is_filtered() ? "on" : "off") + ", prediction " +
        tenths(state.values().prediction_ms) + " ms");
-  line(device_text("tracker", content.tracker), content.tracker.link == devices::LinkState::up ? ink : amber);
+  line(device_text("tracker", content.tracker), content.tracker.link == bench::LinkState::up ? ink : amber);
   for (const std::string& note : content.tracker.notes) line(note, amber);
-  for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
-    const auto role = static_cast<bench_files::BodyRole>(k);
-    const tracking::PoseFit* const fit = state.fit(role);
+  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
+    const auto role = static_cast<bench::BodyRole>(k);
+    const bench::PoseFit* const fit = state.fit(role);
     if (fit != nullptr)
-      line(std::string(bench_files::name_of(role)) + ": " + fit_text(*fit),
-           fit->status == tracking::FitStatus::fitted ? ink : amber);
+      line(std::string(bench::name_of(role)) + ": " + fit_text(*fit),
+           fit->status == bench::FitStatus::fitted ? ink : amber);
   }
   if (content.has_board)
-    line(device_text("board", content.board), content.board.link == devices::LinkState::up ? ink : amber);
+    line(device_text("board", content.board), content.board.link == bench::LinkState::up ? ink : amber);
   if (!content.message.empty()) line(content.message, green);
   if (content.timing == nullptr) return;
   const BenchTiming& t = *content.timing;
@@ -185,7 +185,7 @@ void BenchPanel::add_panel(const optics::Viewport& area, const BenchState& state
   add_histogram(area, top_px + margin_px, t.latency);
 }
 
-void BenchPanel::add_histogram(const optics::Viewport& area, float top_px, const TimeHistogram& times)
+void BenchPanel::add_histogram(const view::Viewport& area, float top_px, const TimeHistogram& times)
 {
   constexpr std::size_t n_bars = 50, bins_a_bar = 4;  // 1 ms each
   constexpr float height_px = 90.0F;

@@ -11,8 +11,8 @@
 #include "bench/replay_state.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "loop/loop.hpp"
-#include "settings/settings_text.hpp"
+#include "show/loop.hpp"
+#include "show/settings_text.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -21,9 +21,9 @@ constexpr double slowest = 0.05, fastest = 100.0;
 constexpr double leap_s = 5.0;
 
 /// Plays a recording. Its time continues from the next picture.
-class Replay final : public loop::Mode {
+class Replay final : public show::Mode {
  public:
-  Replay(const BenchOptions& options, const BenchSetup& setup, recording::RecordingReader& recording)
+  Replay(const BenchOptions& options, const BenchSetup& setup, bench::RecordingReader& recording)
       : options_(options),
         pictures_(recording),
         show_(options, setup),
@@ -35,32 +35,32 @@ class Replay final : public loop::Mode {
     rebase();
   }
 
-  loop::Sink& sink() { return show_.sink(); }
+  show::Sink& sink() { return show_.sink(); }
   std::size_t n_shown() const { return n_shown_; }
   void finish() { show_.finish(); }
 
   bool is_over() const override { return is_left_ || (options_.is_headless && is_resting()); }
 
-  loop::RoundTime round_time() const override
+  show::RoundTime round_time() const override
   {
     constexpr double resting_s = 0.02;
     if (is_resting()) return {resting_s};
     return {speed_ > 0.0 ? std::max(0.0, (pictures_.seconds(next_) - at_s_) / speed_) : 0.0};
   }
 
-  void take(const render::InputEvent& event) override
+  void take(const view::InputEvent& event) override
   {
-    const std::optional<navigation::KeyPress> press = loop::key_press_of(event);
+    const std::optional<view::KeyPress> press = show::key_press_of(event);
     if (!press) return;
-    const navigation::Key key = press->key;
-    if (key == navigation::Key::space) is_paused_ = !is_paused_;
-    if (key == navigation::Key::left) leap(-leap_s);
-    if (key == navigation::Key::right) leap(leap_s);
-    if (key == navigation::key_of('+') || key == navigation::key_of('='))
+    const view::Key key = press->key;
+    if (key == view::Key::space) is_paused_ = !is_paused_;
+    if (key == view::Key::left) leap(-leap_s);
+    if (key == view::Key::right) leap(leap_s);
+    if (key == view::key_of('+') || key == view::key_of('='))
       speed_ = std::min(fastest, 2.0 * speed_);
-    if (key == navigation::key_of('-')) speed_ = std::max(slowest, 0.5 * speed_);
-    if (key == navigation::key_of('T')) show_.panel().has_panel = !show_.panel().has_panel;
-    is_left_ = is_left_ || key == navigation::Key::escape || key == navigation::key_of('Q');
+    if (key == view::key_of('-')) speed_ = std::max(slowest, 0.5 * speed_);
+    if (key == view::key_of('T')) show_.panel().has_panel = !show_.panel().has_panel;
+    is_left_ = is_left_ || key == view::Key::escape || key == view::key_of('Q');
   }
 
   void advance(double elapsed_s) override
@@ -98,7 +98,7 @@ class Replay final : public loop::Mode {
   }
 
   const BenchOptions& options_;
-  recording::RecordingReader& pictures_;
+  bench::RecordingReader& pictures_;
   BenchOutput show_;
   ReplayState state_;
   double speed_ = 1.0;  ///< 0: unpaced
@@ -107,24 +107,24 @@ class Replay final : public loop::Mode {
   bool is_paused_ = false, is_left_ = false, is_dirty_ = false;
 };
 
-void require_from(const BenchOptions& options, recording::RecordingReader& pictures)
+void require_from(const BenchOptions& options, bench::RecordingReader& pictures)
 {
   const double last_s = pictures.seconds(pictures.n_frames() - 1);
   if (options.from_s <= last_s) return;
   // Rounded down, so that the reported end is valid.
   constexpr double tenths = 10.0;
   throw InputError(
-      {"--from", "", settings::rounded_text(options.from_s, 1),
-       "a second of the recording, 0 to " + settings::rounded_text(std::floor(tenths * last_s) / tenths, 1)});
+      {"--from", "", show::rounded_text(options.from_s, 1),
+       "a second of the recording, 0 to " + show::rounded_text(std::floor(tenths * last_s) / tenths, 1)});
 }
 
 }  // namespace
 
-void replay_bench(const BenchOptions& options, const loop::Streams& streams)
+void replay_bench(const BenchOptions& options, const show::Streams& streams)
 {
   if (options.speed && !(*options.speed >= slowest && *options.speed <= fastest))
     throw InputError({"--speed", "", std::to_string(*options.speed), "0.05 to 100"});
-  recording::RecordingReader recording(options.replay);
+  bench::RecordingReader recording(options.replay);
   if (!recording.dropped_why().empty()) {
     streams.messages << "vrda-player: " << options.replay << ": " << recording.dropped_why() << ": "
                      << recording.n_frames() << " pictures read before it\n";
@@ -132,10 +132,10 @@ void replay_bench(const BenchOptions& options, const loop::Streams& streams)
   if (recording.n_frames() == 0)
     throw InputError({options.replay, "", "no pictures", "a recording with at least one picture"});
   require_from(options, recording);
-  const BenchSetup setup = recorded_setup(recording::Recording{recording.facts(), {}, 0, {}}, options);
+  const BenchSetup setup = recorded_setup(bench::Recording{recording.facts(), {}, 0, {}}, options);
   Replay replay(options, setup, recording);
-  loop::StopSignals stop;
-  loop::run_loop(replay, replay.sink(), stop);
+  show::StopSignals stop;
+  show::run_loop(replay, replay.sink(), stop);
   replay.finish();
   if (options.is_quiet) return;
   MotionCollector collector(setup.bench);

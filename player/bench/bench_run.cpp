@@ -15,10 +15,10 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "documents/document.hpp"
-#include "loop/loop.hpp"
-#include "navigation/arguments.hpp"
-#include "navigation/gamepad.hpp"
+#include "core/document.hpp"
+#include "show/loop.hpp"
+#include "view/arguments.hpp"
+#include "view/gamepad.hpp"
 #include "store/motion_model.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/solved_cells.hpp"
@@ -30,9 +30,9 @@ constexpr std::size_t samples_at_once = 4096;  // reserved capacity
 constexpr double report_interval_s = 0.25;     // update interval of the panel's device lines
 
 /// Live mode: each round processes keys and samples, records them, draws and measures times.
-class BenchRun final : public loop::Mode {
+class BenchRun final : public show::Mode {
  public:
-  BenchRun(const BenchOptions& options, const BenchSetup& setup, const loop::Streams& streams)
+  BenchRun(const BenchOptions& options, const BenchSetup& setup, const show::Streams& streams)
       : options_(options),
         setup_(setup),
         calibration_file_(setup.bench, options.calibration, setup.facts.calibration_text),
@@ -48,20 +48,20 @@ class BenchRun final : public loop::Mode {
     // Written at the end: a wrong name must not cost the times of a whole session.
     if (!options.timing.empty()) require_same_file_type(options.timing, "{");
     if (!options.record.empty())
-      recorder_ = std::make_unique<recording::Recorder>(options.record, setup.facts);
+      recorder_ = std::make_unique<bench::Recorder>(options.record, setup.facts);
     show_.panel().timing = &timing_;
     if (options.igtl.port) stream_ = std::make_unique<JointStream>(options.igtl, setup.model);
   }
 
   const JointStream* stream() const { return stream_.get(); }
 
-  loop::Sink& sink() { return show_.sink(); }
+  show::Sink& sink() { return show_.sink(); }
   bool is_over() const override { return is_over_; }
-  loop::RoundTime round_time() const override { return {1.0 / setup_.bench.display.refresh_hz, false}; }
+  show::RoundTime round_time() const override { return {1.0 / setup_.bench.display.refresh_hz, false}; }
 
-  void take(const render::InputEvent& event) override
+  void take(const view::InputEvent& event) override
   {
-    if (const std::optional<navigation::KeyPress> press = loop::key_press_of(event)) keys_.push_back(*press);
+    if (const std::optional<view::KeyPress> press = show::key_press_of(event)) keys_.push_back(*press);
     if (frame_ == nullptr) return;
     if (const auto offset = trackball_.take(event, state_, *frame_, devices_.now_ns())) offset_ = *offset;
   }
@@ -70,11 +70,11 @@ class BenchRun final : public loop::Mode {
   {
     samples_.clear();
     if (const auto pad = show_.sink().window() == nullptr ? std::nullopt : show_.sink().window()->gamepad()) {
-      const std::vector<navigation::KeyPress>& pressed = gamepad_.keys(*pad, elapsed_s, false);
+      const std::vector<view::KeyPress>& pressed = gamepad_.keys(*pad, elapsed_s, false);
       keys_.insert(keys_.end(), pressed.begin(), pressed.end());
     }
     if (offset_) samples_.push_back(*std::exchange(offset_, std::nullopt));
-    for (devices::Sample sample; devices_.take(sample);) samples_.push_back(sample);
+    for (bench::Sample sample; devices_.take(sample);) samples_.push_back(sample);
     now_ns_ = devices_.now_ns();
     record();
     requests_ = vrda::bench::apply_input(state_, show_.panel(), keys_, samples_);
@@ -121,7 +121,7 @@ class BenchRun final : public loop::Mode {
   void send()
   {
     if (!stream_) return;
-    for (const devices::Sample& sample : samples_) probe_.take(sample);
+    for (const bench::Sample& sample : samples_) probe_.take(sample);
     stream_->put({*frame_, true, probe_.X_tracker_probe(), probe_.status(now_ns_), utc_now_ns(), 0});
   }
 
@@ -129,7 +129,7 @@ class BenchRun final : public loop::Mode {
   void record()
   {
     if (!recorder_) return;
-    const auto refused = loop::catch_input_error([&] { recorder_->add(now_ns_, keys_, samples_); });
+    const auto refused = show::catch_input_error([&] { recorder_->add(now_ns_, keys_, samples_); });
     if (!refused) return;
     streams_.messages << "vrda-player: " << refused->what() << "; recording stopped\n";
     show_status("recording stopped: " + refused->facts().found);
@@ -141,8 +141,8 @@ class BenchRun final : public loop::Mode {
     show_.expire_message(now_s());
     if (now_s() < next_report_s_) return;
     next_report_s_ = now_s() + report_interval_s;
-    show_.panel().tracker = devices_.report(devices::DeviceId::tracker);
-    show_.panel().board = devices_.report(devices::DeviceId::board);
+    show_.panel().tracker = devices_.report(bench::DeviceId::tracker);
+    show_.panel().board = devices_.report(bench::DeviceId::board);
     for (const std::string& note : show_.panel().tracker.notes) {
       if (noted_.insert(note).second) warn("tracker: " + note);
     }
@@ -159,7 +159,7 @@ class BenchRun final : public loop::Mode {
       timing_.jitter_ms = std::max(timing_.jitter_ms, watch.jitter_ms());
     }
     timing_.n_lost =
-        devices_.report(devices::DeviceId::tracker).n_lost + devices_.report(devices::DeviceId::board).n_lost;
+        devices_.report(bench::DeviceId::tracker).n_lost + devices_.report(bench::DeviceId::board).n_lost;
   }
 
   void note_times()
@@ -177,8 +177,8 @@ class BenchRun final : public loop::Mode {
     if (!is_live(*frame_)) ++timing_.n_not_live;
     ++timing_.n_pictures;
     timing_.n_samples += samples_.size();
-    for (const devices::Sample& sample : samples_) {
-      if (sample.kind == devices::SampleKind::tool_pose && sample.source < watches_.size())
+    for (const bench::Sample& sample : samples_) {
+      if (sample.kind == bench::SampleKind::tool_pose && sample.source < watches_.size())
         watches_[sample.source].add(sample);
     }
     note_camera();
@@ -188,8 +188,8 @@ class BenchRun final : public loop::Mode {
   void note_camera()
   {
     if (!setup_.bench.camera) return;
-    const auto newest = std::find_if(samples_.rbegin(), samples_.rend(), [](const devices::Sample& sample) {
-      return sample.is(devices::ToolVisibility::seen);
+    const auto newest = std::find_if(samples_.rbegin(), samples_.rend(), [](const bench::Sample& sample) {
+      return sample.is(bench::ToolVisibility::seen);
     });
     if (newest == samples_.rend()) return;
     const std::int64_t steady_ns =
@@ -201,25 +201,25 @@ class BenchRun final : public loop::Mode {
   {
     if (options_.calibration.empty()) return show_status("not written: no --calibration FILE");
     const auto refused =
-        loop::catch_input_error([&] { calibration_file_.write(state_.values().calibration); });
+        show::catch_input_error([&] { calibration_file_.write(state_.values().calibration); });
     show_status(refused ? refused->what() : "written: " + options_.calibration);
   }
 
   const BenchOptions& options_;
   const BenchSetup& setup_;
-  bench_files::CalibrationFile calibration_file_;
-  loop::Streams streams_;
+  bench::CalibrationFile calibration_file_;
+  show::Streams streams_;
   BenchOutput show_;
   BenchState state_;
   ProbeTool probe_;
-  devices::Devices devices_;
+  bench::Devices devices_;
   std::unique_ptr<JointStream> stream_;
   Trackball trackball_;
-  std::optional<devices::Sample> offset_;  ///< the newest one since the last round
-  navigation::GamepadKeys gamepad_;
-  std::unique_ptr<recording::Recorder> recorder_;
-  std::vector<navigation::KeyPress> keys_;
-  std::vector<devices::Sample> samples_;
+  std::optional<bench::Sample> offset_;  ///< the newest one since the last round
+  view::GamepadKeys gamepad_;
+  std::unique_ptr<bench::Recorder> recorder_;
+  std::vector<view::KeyPress> keys_;
+  std::vector<bench::Sample> samples_;
   // Current round.
   std::int64_t now_ns_ = 0;
   BenchRequests requests_;
@@ -236,21 +236,21 @@ void require_options(const BenchOptions& options)
 {
   if (options.replay.empty()) {
     if (options.from_s != 0.0)
-      navigation::refuse_option("--from", "no --replay", "--replay with a recording");
-    if (options.speed) navigation::refuse_option("--speed", "no --replay", "--replay with a recording");
+      view::refuse_option("--from", "no --replay", "--replay with a recording");
+    if (options.speed) view::refuse_option("--speed", "no --replay", "--replay with a recording");
     if (options.is_headless && !options.seconds)
-      navigation::refuse_option("--headless", "no --seconds",
+      view::refuse_option("--headless", "no --seconds",
                                 "a duration, because there is no window to close");
   } else {
-    if (!options.record.empty()) navigation::refuse_option("--record", "--replay", "one of them");
-    if (options.igtl.port) navigation::refuse_option("--igtl", "--replay", "one of them");
+    if (!options.record.empty()) view::refuse_option("--record", "--replay", "one of them");
+    if (options.igtl.port) view::refuse_option("--igtl", "--replay", "one of them");
   }
-  if (!options.video.empty()) loop::require_video_name(options.video);
+  if (!options.video.empty()) show::require_video_name(options.video);
 }
 
 }  // namespace
 
-void run_bench(const BenchOptions& options, const loop::Streams& streams)
+void run_bench(const BenchOptions& options, const show::Streams& streams)
 {
   require_options(options);
   if (!options.replay.empty()) {
@@ -263,12 +263,12 @@ void run_bench(const BenchOptions& options, const loop::Streams& streams)
                                                      : options.calibration + ": does not exist")
                      << ": the nominal calibration is used\n";
   }
-  loop::StopSignals stop;  // before the device threads start: they inherit the signal mask
+  show::StopSignals stop;  // before the device threads start: they inherit the signal mask
   BenchRun bench(options, setup, streams);
   if (bench.stream() != nullptr && !options.is_quiet)
     streams.messages << "OpenIGTLink at " << options.igtl.address << ":" << bench.stream()->port()
                      << std::endl;
-  loop::run_loop(bench, bench.sink(), stop);
+  show::run_loop(bench, bench.sink(), stop);
   bench.finish();
 }
 
@@ -297,13 +297,13 @@ std::string seal_of_file(const std::string& path)
 
 /// `bench` does not use the marker, nor the probe unless its pose is sent, so their absence must not be
 /// reported.
-void remove_calibration_tools(bench_files::BenchFile& bench, bool has_probe)
+void remove_calibration_tools(bench::BenchFile& bench, bool has_probe)
 {
   if (!bench.tracker) return;
   // They follow the tools of the last role.
   std::vector<std::string>& tools = bench.tracker->tools;
   tools.resize(
-      bench_files::first_tool_index(bench, static_cast<bench_files::BodyRole>(bench_files::n_body_roles)));
+      bench::first_tool_index(bench, static_cast<bench::BodyRole>(bench::n_body_roles)));
   if (has_probe && bench.calibration.is_present &&
       std::ranges::find(tools, bench.calibration.probe) == tools.end())
     tools.push_back(bench.calibration.probe);
@@ -320,19 +320,19 @@ struct ModelChoice {
 BenchSetup build_setup(const Texts& texts, const ModelChoice& choice, bool has_probe)
 {
   const std::string& model_path = choice.path;
-  bench_files::BenchFile bench = bench_files::parse_bench_file(texts.bench, texts.bench_path);
+  bench::BenchFile bench = bench::parse_bench_file(texts.bench, texts.bench_path);
   remove_calibration_tools(bench, has_probe);
-  bench_files::Calibration calibration =
+  bench::Calibration calibration =
       texts.calibration.empty()
-          ? bench_files::nominal_calibration(bench)
-          : bench_files::parse_calibration(texts.calibration, texts.calibration_path, bench);
+          ? bench::nominal_calibration(bench)
+          : bench::parse_calibration(texts.calibration, texts.calibration_path, bench);
   store::MotionModel model =
       store::scaled_model(store::read_motion_model(model_path), calibration.subject_scale);
   store::require_grid(model, model_path, "the bench");
-  const std::string chosen = motion::chosen_set(model, model_path, choice.set);
-  motion::Motion motion(model, chosen);
+  const std::string chosen = store::chosen_set(model, model_path, choice.set);
+  store::Motion motion(model, chosen);
   const SolverFrame frame = store::solver_frame(model, 0);
-  recording::RecordingFacts facts{
+  bench::RecordingFacts facts{
       texts.bench_path,         texts.bench, texts.calibration_path, texts.calibration, model_path,
       seal_of_file(model_path), chosen};
   return {std::move(model), std::move(motion),      frame,
@@ -347,19 +347,19 @@ BenchSetup read_bench_setup(const BenchOptions& options, MissingCalibration miss
     throw InputError({"--bench", "", "nothing", std::string(wanted_bench) + ", or --replay"});
   Texts texts;
   texts.bench_path = options.bench;
-  texts.bench = documents::read_document_text(options.bench, wanted_bench);
+  texts.bench = core::read_document_text(options.bench, wanted_bench);
   texts.calibration_path = options.calibration;
   const bool is_new =
       missing == MissingCalibration::is_nominal && !std::filesystem::exists(options.calibration);
   if (!options.calibration.empty() && !is_new)
     texts.calibration =
-        documents::read_document_text(options.calibration, "a calibration file (schemas/calibration.md)");
+        core::read_document_text(options.calibration, "a calibration file (schemas/calibration.md)");
   return build_setup(texts, {options.file, options.set}, options.igtl.port.has_value());
 }
 
-BenchSetup recorded_setup(const recording::Recording& recording, const BenchOptions& options)
+BenchSetup recorded_setup(const bench::Recording& recording, const BenchOptions& options)
 {
-  const recording::RecordingFacts& facts = recording.facts;
+  const bench::RecordingFacts& facts = recording.facts;
   if (!options.bench.empty() || !options.calibration.empty()) {
     throw InputError({options.bench.empty() ? "--calibration" : "--bench", "",
                       "a file together with --replay", "no file, because the recording contains it"});

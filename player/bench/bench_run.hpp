@@ -9,12 +9,12 @@
 #include <string>
 
 #include "bench/joint_stream.hpp"
-#include "bench_files/calibration.hpp"
-#include "devices/devices.hpp"
-#include "loop/loop.hpp"
-#include "motion/poses.hpp"
-#include "navigation/appearance.hpp"
-#include "recording/recording.hpp"
+#include "bench/calibration.hpp"
+#include "bench/devices.hpp"
+#include "show/loop.hpp"
+#include "store/poses.hpp"
+#include "view/appearance.hpp"
+#include "bench/recording.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::bench {
@@ -24,7 +24,7 @@ struct BenchOptions {
   std::string bench;        ///< bench file; empty with a replay, which contains it
   std::string calibration;  ///< empty: nominal
   std::string set;          ///< surface set; empty: the default one
-  navigation::AppearanceOptions look;
+  view::AppearanceOptions look;
   int samples = 4;  ///< per pixel
   bool is_headless = false;
   std::string pictures;  ///< folder; empty: no pictures
@@ -47,26 +47,26 @@ struct DevicesOptions {
 
 /// Runs the bench from its devices or from a recording. Throws InputError for invalid options and files
 /// before it starts. Device failures during the run are shown and do not end it.
-void run_bench(const BenchOptions& options, const loop::Streams& streams);
+void run_bench(const BenchOptions& options, const show::Streams& streams);
 
 /// Plays the recording `options.replay`. Throws InputError for invalid options and files.
-void replay_bench(const BenchOptions& options, const loop::Streams& streams);
+void replay_bench(const BenchOptions& options, const show::Streams& streams);
 
 /// Lists the devices with link state, rate and last values. Returns the number of devices that do not answer.
-int list_devices(const DevicesOptions& options, const loop::Streams& streams);
+int list_devices(const DevicesOptions& options, const show::Streams& streams);
 
 /// Passes device samples to `take` for `seconds` or until a stop signal.
-void receive_samples(devices::Devices& devices, double seconds, loop::StopSignals& stop,
-                     const std::function<void(const devices::Sample&)>& take);
+void receive_samples(bench::Devices& devices, double seconds, show::StopSignals& stop,
+                     const std::function<void(const bench::Sample&)>& take);
 
 /// Validated inputs of a bench run.
 struct BenchSetup {
   store::MotionModel model;
-  motion::Motion motion;
+  store::Motion motion;
   SolverFrame frame;  ///< solver frame of the model at the first flexion
-  bench_files::BenchFile bench;
-  bench_files::Calibration calibration;
-  recording::RecordingFacts facts;  ///< header of a new recording
+  bench::BenchFile bench;
+  bench::Calibration calibration;
+  bench::RecordingFacts facts;  ///< header of a new recording
 };
 
 /// A file of --calibration that does not exist: an error, or nominal values where the command can write it.
@@ -77,7 +77,7 @@ BenchSetup read_bench_setup(const BenchOptions& options,
                             MissingCalibration missing = MissingCalibration::is_refused);
 
 /// Setup of a recording. The motion model of the options must be the recorded one. Throws InputError.
-BenchSetup recorded_setup(const recording::Recording& recording, const BenchOptions& options);
+BenchSetup recorded_setup(const bench::Recording& recording, const BenchOptions& options);
 
 struct ServeOptions {
   std::string file;         ///< motion model
@@ -94,7 +94,7 @@ struct ServeOptions {
 };
 
 /// Sends the joint by OpenIGTLink, without a picture. Throws InputError for invalid options and files.
-void serve(const ServeOptions& options, const loop::Streams& streams);
+void serve(const ServeOptions& options, const show::Streams& streams);
 
 struct SimulateOptions {
   std::string bench;
@@ -106,6 +106,6 @@ struct SimulateOptions {
 };
 
 /// Simulates tracker and board as described in [simulation] of the bench file. Throws InputError.
-void simulate(const SimulateOptions& options, const loop::Streams& streams);
+void simulate(const SimulateOptions& options, const show::Streams& streams);
 
 }  // namespace vrda::bench

@@ -9,10 +9,10 @@
 #include "bench/bench_run.hpp"
 #include "bench/bench_state.hpp"
 #include "bench/window_check.hpp"
-#include "navigation/appearance.hpp"
-#include "render/renderer.hpp"
-#include "scene/joint_layers.hpp"
-#include "stereo/stereo_view.hpp"
+#include "view/appearance.hpp"
+#include "view/renderer.hpp"
+#include "view/joint_layers.hpp"
+#include "view/stereo_view.hpp"
 
 namespace vrda::bench {
 
@@ -20,39 +20,39 @@ class BenchView {
  public:
   /// Throws InputError if the look or an eye of the calibration is not usable. `motion`, of `model`, must
   /// outlive this.
-  BenchView(const store::MotionModel& model, const motion::Motion& motion,
-            const bench_files::BenchFile& bench, const bench_files::Calibration& calibration,
-            const navigation::AppearanceOptions& look);
+  BenchView(const store::MotionModel& model, const store::Motion& motion,
+            const bench::BenchFile& bench, const bench::Calibration& calibration,
+            const view::AppearanceOptions& look);
 
   /// Loads meshes, font and warp.
-  void load_into(render::Renderer& renderer) const;
+  void load_into(view::Renderer& renderer) const;
 
   /// Places joint and eyes as in `frame`. Does not allocate.
-  void place(const BenchFrame& frame, const bench_files::Calibration& calibration);
+  void place(const BenchFrame& frame, const bench::Calibration& calibration);
 
   /// Applies changed eyes, which must be usable. Returns true if the warp changed and must be loaded.
-  bool take(const optics::EyePair& eyes);
-  const optics::Warp& warp() const { return plan_.warp; }
+  bool take(const view::EyePair& eyes);
+  const view::Warp& warp() const { return plan_.warp; }
 
-  const render::Overlay& overlay(const BenchState& state, const BenchFrame& frame,
+  const view::Overlay& overlay(const BenchState& state, const BenchFrame& frame,
                                  const PanelContent& content)
   {
     return panel_.drawn(state, frame, content);
   }
-  const scene::Scene& scene() const { return scene_; }
-  std::span<const render::Shot> shots() const { return shots_; }
+  const view::Scene& scene() const { return scene_; }
+  std::span<const view::Shot> shots() const { return shots_; }
 
  private:
-  const motion::Motion& motion_;
+  const store::Motion& motion_;
   std::string file_;  ///< for errors
-  bench_files::DisplaySettings display_;
-  scene::Scene scene_;
+  bench::DisplaySettings display_;
+  view::Scene scene_;
   std::vector<Material> materials_;  ///< of the bodies of a leg that is shown as it is
-  scene::LayerSet shown_layers_;
-  std::optional<scene::JointLayers> layers_;  ///< if any is shown
-  optics::EyePair eyes_;
-  stereo::StereoPlan plan_;
-  std::array<render::Shot, 2> shots_;
+  view::LayerSet shown_layers_;
+  std::optional<view::JointLayers> layers_;  ///< if any is shown
+  view::EyePair eyes_;
+  view::StereoPlan plan_;
+  std::array<view::Shot, 2> shots_;
   BenchPanel panel_;
 };
 
@@ -63,14 +63,14 @@ struct BenchRequests {
 
 /// Processes keys, then samples, in live rounds and replays. Eyes that become unusable are restored with a
 /// message in the panel. Does not allocate without keys and messages.
-BenchRequests apply_input(BenchState& state, PanelContent& panel, std::span<const navigation::KeyPress> keys,
-                          std::span<const devices::Sample> samples);
+BenchRequests apply_input(BenchState& state, PanelContent& panel, std::span<const view::KeyPress> keys,
+                          std::span<const bench::Sample> samples);
 
 class BenchOutput {
  public:
   BenchOutput(const BenchOptions& options, const BenchSetup& setup);
 
-  loop::Sink& sink() { return sink_; }
+  show::Sink& sink() { return sink_; }
   PanelContent& panel() { return panel_; }
 
   /// Draws frame `number` of the run at `at_s`, also to files if requested: pictures by number, the video by
@@ -88,16 +88,16 @@ class BenchOutput {
   std::string take_warning() { return watch_.take_warning(); }
 
  private:
-  loop::Frame drawn(BenchState& state, const BenchFrame& frame);
+  show::Frame drawn(BenchState& state, const BenchFrame& frame);
   std::int64_t due_video_frames(double at_s);
 
   const BenchOptions& options_;
   BenchView view_;
-  loop::Sink sink_;
+  show::Sink sink_;
   double video_per_s_;
   WindowCheck watch_;
   PanelContent panel_;
-  navigation::DoubtReader doubts_;
+  view::DoubtReader doubts_;
   double message_until_s_ = 0.0;
   std::optional<double> video_start_s_;
   std::int64_t n_video_ = 0;  ///< frames of the video so far

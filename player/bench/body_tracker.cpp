@@ -36,8 +36,8 @@ double ClockMap::time_s(std::int64_t device_ns, std::int64_t arrival_ns)
   return time_s_;
 }
 
-BodyTracker::BodyTracker(const bench_files::BodySettings& settings, std::size_t first_tool)
-    : first_tool_(first_tool), n_tools_(bench_files::n_tools(settings)), has_markers_(settings.tool.empty())
+BodyTracker::BodyTracker(const bench::BodySettings& settings, std::size_t first_tool)
+    : first_tool_(first_tool), n_tools_(bench::n_tools(settings)), has_markers_(settings.tool.empty())
 {
   if (has_markers_) n_tools_ = settings.markers.size();
   has_come_.resize(n_tools_);
@@ -49,20 +49,20 @@ BodyTracker::BodyTracker(const bench_files::BodySettings& settings, std::size_t 
   row_.resize(n_tools_);
 }
 
-void BodyTracker::take(const devices::Sample& sample, double time_s)
+void BodyTracker::take(const bench::Sample& sample, double time_s)
 {
   has_come_[sample.source - first_tool_] = true;
-  const auto state = static_cast<devices::ToolVisibility>(sample.state);
+  const auto state = static_cast<bench::ToolVisibility>(sample.state);
   if (!has_markers_) {
     state_ = state;
-    is_live_ = state == devices::ToolVisibility::seen;
-    if (is_live_) see({time_s, devices::pose_of(sample.tool_pose)});
+    is_live_ = state == bench::ToolVisibility::seen;
+    if (is_live_) see({time_s, bench::pose_of(sample.tool_pose)});
     has_new_pose_ = has_new_pose_ || is_live_;
     return;
   }
   std::optional<Eigen::Vector3d>& marker = row_[sample.source - first_tool_];
   marker.reset();
-  if (state == devices::ToolVisibility::seen) marker = Eigen::Vector3d::Map(sample.tool_pose.position_mm);
+  if (state == bench::ToolVisibility::seen) marker = Eigen::Vector3d::Map(sample.tool_pose.position_mm);
   // Stamps may be of the frame or of each marker's firing; the frame time is the earliest.
   row_time_s_ = has_row_ ? std::min(row_time_s_, time_s) : time_s;
   has_row_ = true;
@@ -79,23 +79,23 @@ bool BodyTracker::end_message()
 
 bool BodyTracker::settle_markers()
 {
-  std::optional<tracking::BodyMotion> before;
-  if (has_last_) before = tracking::BodyMotion{last_, velocity_};
-  const tracking::FiredFit fired = tracking::fit_fired(body_, row_, row_time_s_, before, firing_);
+  std::optional<bench::BodyMotion> before;
+  if (has_last_) before = bench::BodyMotion{last_, velocity_};
+  const bench::FiredFit fired = bench::fit_fired(body_, row_, row_time_s_, before, firing_);
   fit_ = fired.fit;
   velocity_ = fired.velocity;
   has_row_ = false;
   std::fill(row_.begin(), row_.end(), std::nullopt);
-  is_live_ = fit_.status == tracking::FitStatus::fitted;
-  state_ = is_live_ ? devices::ToolVisibility::seen
-                    : (fit_.status == tracking::FitStatus::too_few_markers
-                           ? devices::ToolVisibility::missing
-                           : devices::ToolVisibility::invalid_pose);
+  is_live_ = fit_.status == bench::FitStatus::fitted;
+  state_ = is_live_ ? bench::ToolVisibility::seen
+                    : (fit_.status == bench::FitStatus::too_few_markers
+                           ? bench::ToolVisibility::missing
+                           : bench::ToolVisibility::invalid_pose);
   if (is_live_) see({row_time_s_, fit_.X_tracker_body});
   return is_live_;
 }
 
-void BodyTracker::see(const tracking::TimedPose& pose)
+void BodyTracker::see(const bench::TimedPose& pose)
 {
   // After a long occlusion the velocity is unknown.
   constexpr double longest_gap_s = 0.25;
@@ -108,7 +108,7 @@ void BodyTracker::see(const tracking::TimedPose& pose)
 void BodyTracker::disconnect()
 {
   is_live_ = false;
-  state_ = devices::ToolVisibility::stale;
+  state_ = bench::ToolVisibility::stale;
 }
 
 Pose BodyTracker::at(double time_s) const
@@ -116,12 +116,12 @@ Pose BodyTracker::at(double time_s) const
   return is_live_ && predictor_.has_sample() ? predictor_.at(time_s) : last_.X;
 }
 
-TrackedBodies::TrackedBodies(const bench_files::BenchFile& bench)
+TrackedBodies::TrackedBodies(const bench::BenchFile& bench)
 {
-  for (std::size_t k = 0; k < bench_files::n_body_roles; ++k) {
-    const std::optional<bench_files::BodySettings>& body = bench.bodies[k];
+  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
+    const std::optional<bench::BodySettings>& body = bench.bodies[k];
     if (!body || body->markers_body_mm.size() != body->markers.size()) continue;
-    trackers_[k].emplace(*body, bench_files::first_tool_index(bench, static_cast<bench_files::BodyRole>(k)));
+    trackers_[k].emplace(*body, bench::first_tool_index(bench, static_cast<bench::BodyRole>(k)));
   }
 }
 

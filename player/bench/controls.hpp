@@ -7,7 +7,7 @@
 #include <string>
 
 #include "bench/bench_state.hpp"
-#include "navigation/keys.hpp"
+#include "view/keys.hpp"
 
 namespace vrda::bench {
 
@@ -23,10 +23,10 @@ enum class BenchRequest {
 };
 
 /// Applies a key to `state` and returns the remaining request.
-BenchRequest apply_key(BenchState& state, const navigation::KeyPress& press);
+BenchRequest apply_key(BenchState& state, const view::KeyPress& press);
 
 /// Help lines of the keys, for the help page and the command line.
-std::span<const navigation::HelpLine> bench_key_lines();
+std::span<const view::HelpLine> bench_key_lines();
 
 /// "flexion 35.5 deg"; "left.k1 0.021".
 std::string parameter_text(const BenchState& state, std::size_t parameter);

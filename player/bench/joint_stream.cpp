@@ -4,13 +4,13 @@
 #include <chrono>
 
 #include "bench/bench_panel.hpp"
-#include "core/clinical.hpp"
-#include "core/side.hpp"
+#include "model/clinical.hpp"
+#include "model/side.hpp"
 #include "core/units.hpp"
-#include "igtl/message.hpp"
-#include "igtl/scene_message.hpp"
-#include "motion/joint_parts.hpp"
-#include "settings/settings_text.hpp"
+#include "bench/message.hpp"
+#include "bench/scene_message.hpp"
+#include "store/joint_parts.hpp"
+#include "show/settings_text.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -24,14 +24,14 @@ void append(Bytes& bytes, const Bytes& more)
 
 void append_transform(Bytes& bytes, const std::string& name, const Pose& X, std::int64_t utc_ns)
 {
-  igtl::IgtlMessage message;
+  bench::IgtlMessage message;
   message.device = name;
   message.device_ns = utc_ns;
-  message.tools.push_back({name, igtl::ToolVisibility::seen, X});
-  append(bytes, igtl::bytes_of(message));
+  message.tools.push_back({name, bench::ToolVisibility::seen, X});
+  append(bytes, bench::bytes_of(message));
 }
 
-const InputStatus& status_of(const BenchFrame& frame, bench_files::BodyRole role)
+const InputStatus& status_of(const BenchFrame& frame, bench::BodyRole role)
 {
   return frame.bodies[static_cast<std::size_t>(role)];
 }
@@ -49,8 +49,8 @@ std::vector<std::string> marks_of(const StreamedFrame& streamed)
   const auto add = [&](const std::string& mark) {
     if (!mark.empty()) marks.push_back(mark);
   };
-  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role)
-    add(input_status_text(bench_files::name_of(static_cast<bench_files::BodyRole>(role)),
+  for (std::size_t role = 0; role < bench::n_body_roles; ++role)
+    add(input_status_text(bench::name_of(static_cast<bench::BodyRole>(role)),
                           frame.bodies[role]));
   add(leg_check_text(frame.leg));
   add(stage_status_text(frame));
@@ -59,10 +59,10 @@ std::vector<std::string> marks_of(const StreamedFrame& streamed)
 }
 
 /// A mesh's device name: the suffix must fit into the field of 20 bytes.
-std::string mesh_name(const store::MotionModel& model, motion::JointBody body)
+std::string mesh_name(const store::MotionModel& model, store::JointBody body)
 {
   constexpr std::size_t longest = 15;
-  return motion::displayed_name(model, body).substr(0, longest) + "_mesh";
+  return store::displayed_name(model, body).substr(0, longest) + "_mesh";
 }
 
 /// The parts of a bone in one mesh.
@@ -81,7 +81,7 @@ std::string angles_text(const StreamedFrame& streamed, Side side, const Eigen::V
   const ClinicalCoordinates c = clinical_coordinates(frame.pose.X_reference_moving, side, rotation_centre_mm);
   std::string text = "{\"frame\": " + std::to_string(streamed.number);
   const auto add = [&text](const char* name, double value) {
-    text += std::string(", \"") + name + "\": " + settings::rounded_text(value, 4);
+    text += std::string(", \"") + name + "\": " + show::rounded_text(value, 4);
   };
   add("flexion_deg", deg_from_rad(c.flexion_rad));
   add("varus_deg", deg_from_rad(c.varus_rad));
@@ -92,7 +92,7 @@ std::string angles_text(const StreamedFrame& streamed, Side side, const Eigen::V
   text += std::string(", \"live\": ") + (is_live(frame) ? "true" : "false") + ", \"marks\": [";
   const char* comma = "";
   for (const std::string& mark : marks_of(streamed)) {
-    text += comma + settings::quoted_text(mark);
+    text += comma + show::quoted_text(mark);
     comma = ", ";
   }
   return text + "]}";
@@ -100,24 +100,24 @@ std::string angles_text(const StreamedFrame& streamed, Side side, const Eigen::V
 
 Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& model)
 {
-  using bench_files::BodyRole;
+  using bench::BodyRole;
   const BenchFrame& frame = streamed.frame;
   const bool is_reference_seen =
       is_usable(status_of(frame, BodyRole::leg)) && is_usable(status_of(frame, BodyRole::femur));
   const bool is_moving_seen = is_reference_seen && is_usable(status_of(frame, BodyRole::tibia)) &&
-                              frame.pose.status == motion::PoseStatus::solved;
+                              frame.pose.status == store::PoseStatus::solved;
   const bool are_eyes_seen =
       streamed.has_eyes && is_usable(status_of(frame, BodyRole::head)) && is_usable(frame.stage);
   Bytes bytes;
   if (is_reference_seen)
-    append_transform(bytes, motion::displayed_name(model, motion::JointBody::reference),
+    append_transform(bytes, store::displayed_name(model, store::JointBody::reference),
                      frame.X_tracker_reference, streamed.utc_ns);
   if (is_moving_seen)
-    append_transform(bytes, motion::displayed_name(model, motion::JointBody::moving), frame.X_tracker_moving,
+    append_transform(bytes, store::displayed_name(model, store::JointBody::moving), frame.X_tracker_moving,
                      streamed.utc_ns);
   if (are_eyes_seen) append_transform(bytes, "eye", frame.X_tracker_eyes, streamed.utc_ns);
   if (streamed.X_tracker_probe) append_transform(bytes, "probe", *streamed.X_tracker_probe, streamed.utc_ns);
-  append(bytes, igtl::string_bytes("angles", streamed.utc_ns,
+  append(bytes, bench::string_bytes("angles", streamed.utc_ns,
                                    angles_text(streamed, side_named(model.side), model.rotation_centre_mm)));
   return bytes;
 }
@@ -125,20 +125,20 @@ Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& mo
 Bytes mesh_messages(const store::MotionModel& model, std::int64_t utc_ns)
 {
   Bytes bytes;
-  const auto add = [&](motion::JointBody which, const Body& body) {
-    append(bytes, igtl::polydata_bytes(mesh_name(model, which), utc_ns, whole_mesh(body)));
+  const auto add = [&](store::JointBody which, const Body& body) {
+    append(bytes, bench::polydata_bytes(mesh_name(model, which), utc_ns, whole_mesh(body)));
   };
-  add(motion::JointBody::reference, model.reference);
-  add(motion::JointBody::moving, model.moving);
+  add(store::JointBody::reference, model.reference);
+  add(store::JointBody::moving, model.moving);
   return bytes;
 }
 
 JointStream::JointStream(const IgtlOptions& options, const store::MotionModel& model) : model_(model)
 {
-  devices::IgtlServerOptions listening;
+  bench::IgtlServerOptions listening;
   listening.address = options.address;
   listening.port = static_cast<std::uint16_t>(options.port.value());
-  server_ = std::make_unique<devices::IgtlServer>(listening, mesh_messages(model, utc_now_ns()),
+  server_ = std::make_unique<bench::IgtlServer>(listening, mesh_messages(model, utc_now_ns()),
                                                   [this] { return next(); });
 }
 
@@ -171,36 +171,36 @@ std::int64_t utc_now_ns()
   return std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
 }
 
-ProbeTool::ProbeTool(const bench_files::BenchFile& bench, const bench_files::Calibration& calibration)
+ProbeTool::ProbeTool(const bench::BenchFile& bench, const bench::Calibration& calibration)
 {
   if (!bench.tracker || !bench.calibration.is_present) return;
   const std::vector<std::string>& tools = bench.tracker->tools;
   const auto found = std::ranges::find(tools, bench.calibration.probe);
   if (found == tools.end()) return;
   tool_ = static_cast<std::size_t>(found - tools.begin());
-  const auto record = calibration.records.find(bench_files::CalibrationPart::probe);
+  const auto record = calibration.records.find(bench::CalibrationPart::probe);
   if (record == calibration.records.end() || !record->second.estimate) return;
-  const calibration::Estimate& estimate = *record->second.estimate;
+  const Estimate& estimate = *record->second.estimate;
   const std::vector<std::string> tip =
-      bench_files::shared_estimate_names(bench_files::CalibrationPart::probe);
+      bench::shared_estimate_names(bench::CalibrationPart::probe);
   for (std::size_t axis = 0; axis < tip.size() && axis < 3; ++axis) {
     X_tool_tip_.translation()(static_cast<Eigen::Index>(axis)) =
-        estimate.values(calibration::index_of(estimate, tip[axis]));
+        estimate.values(index_of(estimate, tip[axis]));
   }
 }
 
-void ProbeTool::take(const devices::Sample& sample)
+void ProbeTool::take(const bench::Sample& sample)
 {
-  if (sample.kind == devices::SampleKind::link &&
-      sample.source == static_cast<std::uint16_t>(devices::DeviceId::tracker)) {
+  if (sample.kind == bench::SampleKind::link &&
+      sample.source == static_cast<std::uint16_t>(bench::DeviceId::tracker)) {
     pose_.reset();
-    state_ = devices::ToolVisibility::missing;
+    state_ = bench::ToolVisibility::missing;
   }
-  if (!tool_ || sample.kind != devices::SampleKind::tool_pose || sample.source != *tool_) return;
+  if (!tool_ || sample.kind != bench::SampleKind::tool_pose || sample.source != *tool_) return;
   pose_.reset();
-  state_ = static_cast<devices::ToolVisibility>(sample.state);
-  if (state_ != devices::ToolVisibility::seen) return;
-  pose_ = devices::pose_of(sample.tool_pose) * X_tool_tip_;
+  state_ = static_cast<bench::ToolVisibility>(sample.state);
+  if (state_ != bench::ToolVisibility::seen) return;
+  pose_ = bench::pose_of(sample.tool_pose) * X_tool_tip_;
   seen_ns_ = sample.arrival_ns;
 }
 

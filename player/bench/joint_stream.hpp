@@ -11,7 +11,7 @@
 #include <string>
 
 #include "bench/bench_state.hpp"
-#include "devices/igtl_server.hpp"
+#include "bench/igtl_server.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::bench {
@@ -62,7 +62,7 @@ class JointStream {
   std::mutex mutex_;
   std::array<StreamedFrame, capacity> frames_;
   std::uint64_t n_put_ = 0, n_taken_ = 0, number_ = 0;
-  std::unique_ptr<devices::IgtlServer> server_;  ///< last: its thread reads the members above
+  std::unique_ptr<bench::IgtlServer> server_;  ///< last: its thread reads the members above
 };
 
 /// ns since 1970, the time stamp of the protocol.
@@ -71,8 +71,8 @@ std::int64_t utc_now_ns();
 /// The probe among a bench's tools: its last pose, at the tip of a calibrated probe.
 class ProbeTool {
  public:
-  ProbeTool(const bench_files::BenchFile& bench, const bench_files::Calibration& calibration);
-  void take(const devices::Sample& sample);
+  ProbeTool(const bench::BenchFile& bench, const bench::Calibration& calibration);
+  void take(const bench::Sample& sample);
   /// Empty while it is hidden.
   const std::optional<Pose>& X_tracker_probe() const { return pose_; }
   /// `now_ns`: the clock of the samples' arrival.
@@ -83,7 +83,7 @@ class ProbeTool {
   Pose X_tool_tip_ = Pose::Identity();
   std::optional<Pose> pose_;
   std::optional<std::int64_t> seen_ns_;
-  devices::ToolVisibility state_ = devices::ToolVisibility::missing;
+  bench::ToolVisibility state_ = bench::ToolVisibility::missing;
 };
 
 }  // namespace vrda::bench

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "settings/settings_text.hpp"
+#include "show/settings_text.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -32,20 +32,20 @@ bool is_plausible(const BeyondRange& flexion, const BeyondRange& varus, double r
 
 std::string beyond_text(const char* angle, const BeyondRange& at)
 {
-  const auto degrees = [](double rad) { return settings::rounded_text(std::round(deg_from_rad(rad)), 0); };
+  const auto degrees = [](double rad) { return show::rounded_text(std::round(deg_from_rad(rad)), 0); };
   return std::string(angle) + ' ' + degrees(at.measured_rad) + ", model " +
          (at.measured_rad > at.nearest_rad ? "ends" : "begins") + " at " + degrees(at.nearest_rad);
 }
 
 }  // namespace
 
-LegCheck check_leg(const motion::Motion& motion, const tracking::LegAngles& measured,
-                   const tracking::LegAngles& exchanged)
+LegCheck check_leg(const store::Motion& motion, const bench::LegAngles& measured,
+                   const bench::LegAngles& exchanged)
 {
-  const auto flexion_of = [&motion](const tracking::LegAngles& angles) {
+  const auto flexion_of = [&motion](const bench::LegAngles& angles) {
     return beyond(angles.flexion_rad, motion.first_flexion_rad(), motion.last_flexion_rad());
   };
-  const auto varus_of = [&motion](const tracking::LegAngles& angles) {
+  const auto varus_of = [&motion](const bench::LegAngles& angles) {
     return beyond(angles.varus_rad, motion.first_varus_rad(), motion.last_varus_rad());
   };
   LegCheck check{flexion_of(measured), varus_of(measured), false, false, measured.theta_rad};
@@ -70,7 +70,7 @@ std::string leg_check_text(const LegCheck& check)
   if (check.flexion.is_beyond) add(beyond_text("flexion", check.flexion));
   if (check.varus.is_beyond) add(beyond_text("varus", check.varus));
   if (std::abs(check.rotation_rad) > largest_rotation_rad)
-    add("rotation " + settings::rounded_text(std::round(deg_from_rad(check.rotation_rad)), 0));
+    add("rotation " + show::rounded_text(std::round(deg_from_rad(check.rotation_rad)), 0));
   return text;
 }
 

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "motion/poses.hpp"
-#include "tracking/leg.hpp"
+#include "store/poses.hpp"
+#include "bench/leg.hpp"
 
 namespace vrda::bench {
 
@@ -27,8 +27,8 @@ struct LegCheck {
 };
 
 /// `exchanged`: the angles if each body is on the other bone.
-LegCheck check_leg(const motion::Motion& motion, const tracking::LegAngles& measured,
-                   const tracking::LegAngles& exchanged);
+LegCheck check_leg(const store::Motion& motion, const bench::LegAngles& measured,
+                   const bench::LegAngles& exchanged);
 
 /// "flexion 120, model ends at 90"; empty if nothing is wrong. Degrees.
 std::string leg_check_text(const LegCheck& check);

@@ -6,7 +6,7 @@
 
 #include "bench/bench_panel.hpp"
 #include "core/units.hpp"
-#include "settings/settings_text.hpp"
+#include "show/settings_text.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 constexpr double most_rate_hz = 60.0;
 
 // JSON and TOML have the same escapes in strings, and number_text() is valid in both for finite numbers.
-using settings::list_text, settings::number_text, settings::quoted_text;
+using show::list_text, show::number_text, show::quoted_text;
 
 std::string rows_text(const Pose& X)
 {
@@ -25,9 +25,9 @@ std::string rows_text(const Pose& X)
   return list_text(rows);
 }
 
-void add_points(std::string& text, const std::vector<bench_files::CalibrationPoint>& points, const char* body)
+void add_points(std::string& text, const std::vector<bench::CalibrationPoint>& points, const char* body)
 {
-  for (const bench_files::CalibrationPoint& point : points) {
+  for (const bench::CalibrationPoint& point : points) {
     if (point.is_target) continue;
     if (text.back() != '[') text += ", ";
     text += "{\"name\": " + quoted_text(point.name) + ", \"body\": \"" + body +
@@ -47,7 +47,7 @@ struct LiveBench::State {
 
   BenchSetup setup;
   BenchState bench;
-  devices::Devices devices;
+  bench::Devices devices;
   std::uint64_t n_messages = 0;
 };
 
@@ -73,11 +73,11 @@ std::string LiveBench::greeting() const
 
 std::string LiveBench::next()
 {
-  for (devices::Sample sample; state_->devices.take(sample);) state_->bench.take(sample);
+  for (bench::Sample sample; state_->devices.take(sample);) state_->bench.take(sample);
   std::string error_message;
   if (state_->setup.bench.tracker) {
-    const devices::DeviceReport report = state_->devices.report(devices::DeviceId::tracker);
-    if (report.link != devices::LinkState::up) error_message = device_text("tracker", report);
+    const bench::DeviceReport report = state_->devices.report(bench::DeviceId::tracker);
+    if (report.link != bench::LinkState::up) error_message = device_text("tracker", report);
   }
   return live_message(state_->bench.frame(state_->devices.now_ns()), ++state_->n_messages, error_message);
 }
@@ -93,9 +93,9 @@ std::string live_message(const BenchFrame& frame, std::uint64_t number, const st
   };
   mark(error_message);
   // The display and its stage do not matter to a browser.
-  for (const bench_files::BodyRole role :
-       {bench_files::BodyRole::leg, bench_files::BodyRole::femur, bench_files::BodyRole::tibia})
-    mark(input_status_text(bench_files::name_of(role), frame.bodies[static_cast<std::size_t>(role)]));
+  for (const bench::BodyRole role :
+       {bench::BodyRole::leg, bench::BodyRole::femur, bench::BodyRole::tibia})
+    mark(input_status_text(bench::name_of(role), frame.bodies[static_cast<std::size_t>(role)]));
   mark(leg_check_text(frame.leg));
   mark(input_status_text("potentiometer", frame.potentiometer));
   return text + "]}";

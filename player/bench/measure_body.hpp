@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "bench_files/bench_file.hpp"
-#include "devices/sample.hpp"
-#include "loop/loop.hpp"
-#include "tracking/body_pose.hpp"
-#include "tracking/rigid_body.hpp"
+#include "bench/bench_file.hpp"
+#include "bench/sample.hpp"
+#include "show/loop.hpp"
+#include "bench/body_pose.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::bench {
 
@@ -21,18 +21,18 @@ class MarkerFrames {
   MarkerFrames(std::size_t first_tool, std::size_t n_markers);
 
   /// Adds a sample, in order of arrival; ignores other tools.
-  void take(const devices::Sample& sample);
+  void take(const bench::Sample& sample);
 
   /// Frames with at least one visible marker; at most `most`, evenly selected.
-  std::vector<tracking::MarkerRow> frames(std::size_t most) const;
+  std::vector<bench::MarkerRow> frames(std::size_t most) const;
 
  private:
   void end_row();
 
   std::size_t first_tool_, n_markers_;
   std::vector<bool> has_come_;  ///< received in the current row
-  tracking::MarkerRow row_;
-  std::vector<tracking::MarkerRow> rows_;
+  bench::MarkerRow row_;
+  std::vector<bench::MarkerRow> rows_;
 };
 
 /// Expected pose error for the noise estimated from the fit's residual; zero without a fit.
@@ -42,10 +42,10 @@ struct FitQuality {
   double rotation_sd_rad = 0.0;  ///< standard deviation of the rotation about the least certain axis
   double centroid_sd_mm = 0.0;   ///< standard deviation of the centroid of the markers
 };
-FitQuality quality_of(const tracking::PoseFit& fit);
+FitQuality quality_of(const bench::PoseFit& fit);
 
 /// "residual 0.12 mm at 4 markers, rotation sd 0.06 deg"; without a fit the reason.
-std::string fit_text(const tracking::PoseFit& fit);
+std::string fit_text(const bench::PoseFit& fit);
 
 struct MeasureBodyOptions {
   std::string role, bench;
@@ -55,15 +55,15 @@ struct MeasureBodyOptions {
 
 /// Measures the body and writes its lines for the bench file, with residual and expected error as comments.
 /// Throws InputError, also for markers that do not form a valid body.
-void measure_body(const MeasureBodyOptions& options, const loop::Streams& streams);
+void measure_body(const MeasureBodyOptions& options, const show::Streams& streams);
 
 /// Builds the body from `frames`, in the frame of the file's markers_mm if present. Throws InputError with
 /// the bench file, the body and its markers.
-tracking::BuiltBody build_measured_body(const std::vector<tracking::MarkerRow>& frames,
-                                        const bench_files::BenchFile& bench, bench_files::BodyRole role);
+bench::BuiltBody build_measured_body(const std::vector<bench::MarkerRow>& frames,
+                                        const bench::BenchFile& bench, bench::BodyRole role);
 
 /// Lines of the body for the bench file.
-std::string bench_file_lines(const tracking::BuiltBody& built, const bench_files::BenchFile& bench,
-                             bench_files::BodyRole role);
+std::string bench_file_lines(const bench::BuiltBody& built, const bench::BenchFile& bench,
+                             bench::BodyRole role);
 
 }  // namespace vrda::bench

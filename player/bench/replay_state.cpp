@@ -12,14 +12,14 @@ namespace {
 /// frame that had a sample of a tool, or that showed it.
 class RememberedFrames {
  public:
-  void take(std::size_t k, const std::vector<devices::Sample>& samples)
+  void take(std::size_t k, const std::vector<bench::Sample>& samples)
   {
-    for (const devices::Sample& sample : samples) {
-      if (sample.kind != devices::SampleKind::tool_pose) continue;
+    for (const bench::Sample& sample : samples) {
+      if (sample.kind != bench::SampleKind::tool_pose) continue;
       const std::size_t at = 2 * static_cast<std::size_t>(sample.source);
       if (at >= last_.size()) last_.resize(at + 2);
       last_[at] = k;
-      if (sample.is(devices::ToolVisibility::seen)) last_[at + 1] = k;
+      if (sample.is(bench::ToolVisibility::seen)) last_[at + 1] = k;
     }
   }
   bool has(std::size_t k) const
@@ -36,7 +36,7 @@ class RememberedFrames {
 
 }  // namespace
 
-ReplayState::ReplayState(const BenchSetup& setup, recording::RecordingReader& recording)
+ReplayState::ReplayState(const BenchSetup& setup, bench::RecordingReader& recording)
     : setup_(setup), recording_(recording)
 {
   begin();
@@ -52,16 +52,16 @@ void ReplayState::skip_to(std::size_t n)
 {
   RememberedFrames remembered;
   for (std::size_t k = n_taken_; k < n; ++k) remembered.take(k, recording_.frame(k).samples);
-  std::vector<devices::Sample> lasting;
+  std::vector<bench::Sample> lasting;
   while (n_taken_ < n) {
     if (remembered.has(n_taken_)) {
       take_next();
       continue;
     }
-    const recording::RecordedFrame& frame = recording_.frame(n_taken_++);
+    const bench::RecordedFrame& frame = recording_.frame(n_taken_++);
     lasting.clear();
-    std::ranges::copy_if(frame.samples, std::back_inserter(lasting), [](const devices::Sample& sample) {
-      return sample.kind != devices::SampleKind::tool_pose;
+    std::ranges::copy_if(frame.samples, std::back_inserter(lasting), [](const bench::Sample& sample) {
+      return sample.kind != bench::SampleKind::tool_pose;
     });
     PanelContent unused;
     apply_input(*state_, unused, frame.keys, lasting);
@@ -70,7 +70,7 @@ void ReplayState::skip_to(std::size_t n)
 
 void ReplayState::take_next()
 {
-  const recording::RecordedFrame& frame = recording_.frame(n_taken_++);
+  const bench::RecordedFrame& frame = recording_.frame(n_taken_++);
   PanelContent unused;
   apply_input(*state_, unused, frame.keys, frame.samples);
   frame_ = &state_->frame(frame.now_ns);

@@ -6,7 +6,7 @@
 
 #include "bench/bench_run.hpp"
 #include "bench/bench_state.hpp"
-#include "recording/recording.hpp"
+#include "bench/recording.hpp"
 
 namespace vrda::bench {
 
@@ -18,7 +18,7 @@ class ReplayState {
   static constexpr std::size_t run_up = 7200;  ///< two minutes at 60 frames a second
 
   /// Both must outlive the state.
-  ReplayState(const BenchSetup& setup, recording::RecordingReader& recording);
+  ReplayState(const BenchSetup& setup, bench::RecordingReader& recording);
   /// Frame `n`.
   const BenchFrame& at(std::size_t n);
   BenchState& state() { return *state_; }
@@ -29,7 +29,7 @@ class ReplayState {
   void take_next();
 
   const BenchSetup& setup_;
-  recording::RecordingReader& recording_;
+  bench::RecordingReader& recording_;
   std::optional<BenchState> state_;
   const BenchFrame* frame_ = nullptr;
   std::size_t n_taken_ = 0;

@@ -9,7 +9,7 @@
 #include "bench/joint_stream.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "navigation/arguments.hpp"
+#include "view/arguments.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::bench {
@@ -18,7 +18,7 @@ namespace {
 /// Calls `send(seconds)` at the rate until the end or a stop signal. The times are computed from the start,
 /// so that they do not drift.
 template <typename Send>
-void send_regularly(const ServeOptions& options, loop::StopSignals& stop, Send send)
+void send_regularly(const ServeOptions& options, show::StopSignals& stop, Send send)
 {
   const std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   const auto at = [start](double s) {
@@ -33,14 +33,14 @@ void send_regularly(const ServeOptions& options, loop::StopSignals& stop, Send s
   }
 }
 
-void announce(const JointStream& stream, const ServeOptions& options, const loop::Streams& streams)
+void announce(const JointStream& stream, const ServeOptions& options, const show::Streams& streams)
 {
   streams.data << "igtl " << options.igtl.address << ":" << stream.port() << std::endl;
   if (!options.is_quiet && !options.seconds) streams.messages << "Ctrl-C ends it\n";
 }
 
 /// To and fro with a cosine, or held.
-double flexion_at(const ServeOptions& options, const motion::Motion& motion, double s)
+double flexion_at(const ServeOptions& options, const store::Motion& motion, double s)
 {
   if (options.flexion_deg) return rad_from_deg(*options.flexion_deg);
   const double first = motion.first_flexion_rad(), last = motion.last_flexion_rad();
@@ -48,18 +48,18 @@ double flexion_at(const ServeOptions& options, const motion::Motion& motion, dou
   return first + share * (last - first);
 }
 
-void serve_motion(const ServeOptions& options, const loop::Streams& streams)
+void serve_motion(const ServeOptions& options, const show::Streams& streams)
 {
   const store::MotionModel model = store::read_motion_model(options.file);
   store::require_grid(model, options.file, "serve");
-  const motion::Motion motion(model, motion::chosen_set(model, options.file, options.set));
+  const store::Motion motion(model, store::chosen_set(model, options.file, options.set));
   const auto attitude_at = [&](double s) -> Attitude {
     const double flexion_rad = flexion_at(options, motion, s);
     return {flexion_rad,
             options.varus_deg ? rad_from_deg(*options.varus_deg) : motion.balanced_varus_rad(flexion_rad)};
   };
-  navigation::report_clamped(motion, motion.at(attitude_at(0.0)), attitude_at(0.0), "sent", streams.messages);
-  loop::StopSignals stop;
+  view::report_clamped(motion, motion.at(attitude_at(0.0)), attitude_at(0.0), "sent", streams.messages);
+  show::StopSignals stop;
   JointStream stream(options.igtl, model);
   announce(stream, options, streams);
   StreamedFrame streamed;
@@ -71,7 +71,7 @@ void serve_motion(const ServeOptions& options, const loop::Streams& streams)
   });
 }
 
-void serve_bench(const ServeOptions& options, const loop::Streams& streams)
+void serve_bench(const ServeOptions& options, const show::Streams& streams)
 {
   BenchOptions bench;
   bench.file = options.file;
@@ -82,12 +82,12 @@ void serve_bench(const ServeOptions& options, const loop::Streams& streams)
   const BenchSetup setup = read_bench_setup(bench);
   BenchState state(setup.bench, setup.calibration, setup.motion, setup.frame);
   ProbeTool probe(setup.bench, setup.calibration);
-  loop::StopSignals stop;
-  devices::Devices devices(setup.bench.tracker, setup.bench.board);
+  show::StopSignals stop;
+  bench::Devices devices(setup.bench.tracker, setup.bench.board);
   JointStream stream(options.igtl, setup.model);
   announce(stream, options, streams);
   send_regularly(options, stop, [&](double) {
-    for (devices::Sample sample; devices.take(sample);) {
+    for (bench::Sample sample; devices.take(sample);) {
       state.take(sample);
       probe.take(sample);
     }
@@ -98,18 +98,18 @@ void serve_bench(const ServeOptions& options, const loop::Streams& streams)
 
 }  // namespace
 
-void serve(const ServeOptions& options, const loop::Streams& streams)
+void serve(const ServeOptions& options, const show::Streams& streams)
 {
-  if (!options.igtl.port) navigation::refuse_option("--igtl", "nothing", "a port, such as 18944");
+  if (!options.igtl.port) view::refuse_option("--igtl", "nothing", "a port, such as 18944");
   if (options.bench.empty()) {
     if (!options.calibration.empty())
-      navigation::refuse_option("--calibration", "no --bench", "--bench with a bench file");
-    if (options.flexion_deg) navigation::require_angle("--flexion", *options.flexion_deg);
-    if (options.varus_deg) navigation::require_angle("--varus", *options.varus_deg);
+      view::refuse_option("--calibration", "no --bench", "--bench with a bench file");
+    if (options.flexion_deg) view::require_angle("--flexion", *options.flexion_deg);
+    if (options.varus_deg) view::require_angle("--varus", *options.varus_deg);
     return serve_motion(options, streams);
   }
   if (options.flexion_deg || options.varus_deg)
-    navigation::refuse_option(options.flexion_deg ? "--flexion" : "--varus", "--bench",
+    view::refuse_option(options.flexion_deg ? "--flexion" : "--varus", "--bench",
                               "one of them: the bench measures the angles");
   serve_bench(options, streams);
 }

@@ -5,11 +5,11 @@
 #include <memory>
 #include <ostream>
 
-#include "bench_files/bench_file.hpp"
+#include "bench/bench_file.hpp"
 #include "core/error.hpp"
-#include "devices/pty_board.hpp"
-#include "devices/tracker_server.hpp"
-#include "simulation/simulation.hpp"
+#include "bench/pty_board.hpp"
+#include "bench/tracker_server.hpp"
+#include "bench/simulation.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::bench {
@@ -21,93 +21,93 @@ struct SentTool {
   std::string name;
 };
 
-std::vector<SentTool> sent_tools(const bench_files::BenchFile& bench,
-                                 const simulation::Simulation& simulation)
+std::vector<SentTool> sent_tools(const bench::BenchFile& bench,
+                                 const bench::Simulation& simulation)
 {
   std::vector<SentTool> sent;
   std::size_t at = 0;
-  const auto add = [&](const std::optional<bench_files::BodySettings>& settings) {
+  const auto add = [&](const std::optional<bench::BodySettings>& settings) {
     if (!settings->tool.empty()) sent.push_back({at, settings->tool});
     ++at;
     for (const std::string& marker : settings->markers) sent.push_back({at++, marker});
   };
-  const auto settings = [&](bench_files::BodyRole role) {
+  const auto settings = [&](bench::BodyRole role) {
     return bench.bodies[static_cast<std::size_t>(role)];
   };
-  if (bench.leg == bench_files::LegKind::rigid) {
-    add(settings(bench_files::BodyRole::leg));
+  if (bench.leg == bench::LegKind::rigid) {
+    add(settings(bench::BodyRole::leg));
     ++at;  // the tibia, which is not tracked
   } else {
-    add(settings(bench_files::BodyRole::femur));
-    add(settings(bench_files::BodyRole::tibia));
+    add(settings(bench::BodyRole::femur));
+    add(settings(bench::BodyRole::tibia));
   }
-  if (bench.head == bench_files::HeadKind::tracker) add(settings(bench_files::BodyRole::head));
+  if (bench.head == bench::HeadKind::tracker) add(settings(bench::BodyRole::head));
   check(at == simulation.tools().size(), "every simulated tool is assigned");
   return sent;
 }
 
 /// One TDATA message a tick, without hidden tools.
-std::vector<igtl::IgtlMessage> messages_of(const simulation::SimulatedFrame& frame,
+std::vector<bench::IgtlMessage> messages_of(const bench::SimulatedFrame& frame,
                                            const std::vector<SentTool>& sent)
 {
   if (frame.is_dropped) return {};
-  igtl::IgtlMessage message;
-  message.kind = igtl::IgtlKind::tdata;
+  bench::IgtlMessage message;
+  message.kind = bench::IgtlKind::tdata;
   message.device = "Tracker";
   message.device_ns = frame.device_ns;
   for (const SentTool& tool : sent) {
-    const simulation::SimulatedTool& simulated = frame.tools[tool.simulated];
+    const bench::SimulatedTool& simulated = frame.tools[tool.simulated];
     if (simulated.is_seen)
-      message.tools.push_back({tool.name, igtl::ToolVisibility::seen, simulated.X_tracker_tool});
+      message.tools.push_back({tool.name, bench::ToolVisibility::seen, simulated.X_tracker_tool});
   }
   return {message};
 }
 
-std::optional<motion::Motion> motion_of(const std::string& path)
+std::optional<store::Motion> motion_of(const std::string& path)
 {
   if (path.empty()) return std::nullopt;
   const store::MotionModel model = store::read_motion_model(path);
   store::require_grid(model, path, "a simulated bench");
-  return motion::Motion(model, motion::default_motion(model).set);
+  return store::Motion(model, store::default_motion(model).set);
 }
 
-std::unique_ptr<devices::PtyBoard> open_board(const bench_files::BenchFile& bench,
-                                              const simulation::Simulation& simulation)
+std::unique_ptr<bench::PtyBoard> open_board(const bench::BenchFile& bench,
+                                              const bench::Simulation& simulation)
 {
   if (!bench.board) return nullptr;
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   const auto now_s = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  devices::PtyBoardOptions options;
+  bench::PtyBoardOptions options;
   options.link = bench.board->port;
   options.potentiometer = [&simulation, now_s] { return simulation.potentiometer_count(now_s()); };
   options.stage_count = [&simulation, now_s] { return static_cast<int>(simulation.stage_count(now_s())); };
-  return std::make_unique<devices::PtyBoard>(options);
+  return std::make_unique<bench::PtyBoard>(options);
 }
 
 }  // namespace
 
-void simulate(const SimulateOptions& options, const loop::Streams& streams)
+void simulate(const SimulateOptions& options, const show::Streams& streams)
 {
-  const bench_files::BenchFile bench = bench_files::read_bench_file(options.bench);
+  const bench::BenchFile bench = bench::read_bench_file(options.bench);
   if (bench.camera)
     throw InputError(
         {options.bench, "tracker", "\"aruco\", a webcam", "a tracker of OpenIGTLink to simulate"});
-  const simulation::Simulation simulation(bench.simulation, motion_of(options.model), options.bench);
+  const bench::Simulation simulation(bench.simulation, motion_of(options.model), options.bench);
   if (const auto beyond = simulation.beyond_motion(options.bench))
     streams.messages << "vrda-player: " << InputError(*beyond).what() << "\n";
   const std::vector<SentTool> sent = sent_tools(bench, simulation);
-  loop::StopSignals stop;
-  devices::TrackerServerOptions server_options;
+  show::StopSignals stop;
+  bench::TrackerServerOptions server_options;
   server_options.address = options.address.empty() ? bench.simulation_address : options.address;
   server_options.port = bench.tracker->port;
   server_options.rate_hz = bench.simulation.rate_hz;
   server_options.jitter_ms = bench.simulation.jitter_ms;
   server_options.seed = bench.simulation.seed;
-  const devices::TrackerServer server(
+  const bench::TrackerServer server(
       server_options, [&](std::uint64_t tick) { return messages_of(simulation.frame(tick), sent); });
   // After the port is bound: a second simulation of the same bench ends before it touches the link.
-  const std::unique_ptr<devices::PtyBoard> board = open_board(bench, simulation);
+  const std::unique_ptr<bench::PtyBoard> board = open_board(bench, simulation);
   streams.data << "tracker " << server_options.address << ":" << server.port() << std::endl;
   if (board) streams.data << "board " << board->path() << std::endl;
   if (!options.is_quiet && !options.seconds) streams.messages << "Ctrl-C ends the simulation\n";

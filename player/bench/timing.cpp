@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "core/units.hpp"
-#include "settings/settings_text.hpp"
+#include "show/settings_text.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -21,7 +21,7 @@ double spread_of(double sum, double sum_squares, double n)
 /// Rounded to 0.01 ms.
 std::string ms_text(double ms)
 {
-  return settings::rounded_text(ms, 2);
+  return show::rounded_text(ms, 2);
 }
 
 void write_histogram(std::ostream& out, const char* name, const TimeHistogram& times)
@@ -97,7 +97,7 @@ bool StreamStatistics::follow_pace(double step_ns)
   return true;
 }
 
-void StreamStatistics::add(const devices::Sample& sample)
+void StreamStatistics::add(const bench::Sample& sample)
 {
   if (sample.device_ns != 0) add(sample.device_ns, sample.arrival_ns);
 }
@@ -158,7 +158,7 @@ std::string timing_text(const BenchTiming& timing)
 {
   std::ostringstream text;
   const double rate = timing.interval.mean_ms() > 0.0 ? 1000.0 / timing.interval.mean_ms() : 0.0;
-  text << timing.n_pictures << " frames, " << settings::rounded_text(rate, 1) << " a second; latency "
+  text << timing.n_pictures << " frames, " << show::rounded_text(rate, 1) << " a second; latency "
        << ms_text(timing.latency.percentile_ms(0.5)) << " ms (median), "
        << ms_text(timing.latency.percentile_ms(0.99)) << " ms (99th percentile), "
        << ms_text(timing.latency.max_ms()) << " ms (longest); " << timing.n_samples << " samples, "

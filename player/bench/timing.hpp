@@ -7,7 +7,7 @@
 #include <iosfwd>
 #include <string>
 
-#include "devices/sample.hpp"
+#include "bench/sample.hpp"
 
 namespace vrda::bench {
 
@@ -37,7 +37,7 @@ class TimeHistogram {
 class StreamStatistics {
  public:
   /// Samples of a hidden tool count as received; samples without a stamp are ignored.
-  void add(const devices::Sample& sample);
+  void add(const bench::Sample& sample);
   void add(std::int64_t device_ns, std::int64_t arrival_ns);
   std::uint64_t n() const { return n_; }
   std::uint64_t n_missed() const { return n_missed_; }  ///< gaps of whole intervals between stamps

@@ -6,36 +6,36 @@
 #include <optional>
 
 #include "bench/bench_state.hpp"
-#include "navigation/orbit_camera.hpp"
-#include "render/input.hpp"
+#include "view/orbit_camera.hpp"
+#include "view/input.hpp"
 
 namespace vrda::bench {
 
 class Trackball {
  public:
   /// `centre_mm`: of the rotations, in the axes of the reference object.
-  Trackball(const bench_files::DisplaySettings& display, const Eigen::Vector3d& centre_mm)
+  Trackball(const bench::DisplaySettings& display, const Eigen::Vector3d& centre_mm)
       : display_(display), centre_mm_(centre_mm)
   {
   }
 
   /// Processes an event over the picture of `frame`, the last one drawn; returns the new offset, if it
   /// changed, as a sample of kind `offset` that arrived at `now_ns`.
-  std::optional<devices::Sample> take(const render::InputEvent& event, const BenchState& state,
+  std::optional<bench::Sample> take(const view::InputEvent& event, const BenchState& state,
                                       const BenchFrame& frame, std::int64_t now_ns);
 
  private:
   struct HeldDrag {
-    navigation::Drag drag;
-    render::MouseButton button = render::MouseButton::left;
-    optics::Viewport window;
+    view::Drag drag;
+    view::MouseButton button = view::MouseButton::left;
+    view::Viewport window;
     double pixel_aspect = 1.0;  ///< of the eye
     Pose X_tracker_leg = Pose::Identity();  ///< of the joint without offset, at the press
     Pose X_leg_joint = Pose::Identity();    ///< offset at the press
   };
-  Eigen::Vector2d picture_px(const HeldDrag& held, const render::InputEvent& event) const;
+  Eigen::Vector2d picture_px(const HeldDrag& held, const view::InputEvent& event) const;
 
-  bench_files::DisplaySettings display_;
+  bench::DisplaySettings display_;
   Eigen::Vector3d centre_mm_;
   std::optional<HeldDrag> held_;
 };

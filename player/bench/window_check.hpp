@@ -7,45 +7,45 @@
 #include <string>
 #include <vector>
 
-#include "bench_files/bench_file.hpp"
+#include "bench/bench_file.hpp"
 #include "core/error.hpp"
-#include "loop/sink.hpp"
+#include "show/sink.hpp"
 
 namespace vrda::bench {
 
 /// Window of the frame buffer's size, at the bench file's position or monitors if given; without vertical
 /// synchronisation, because the loop paces the frames. Throws InputError without a display, or if a monitor
 /// is missing or two monitors are not side by side.
-loop::Sink bench_window(const bench_files::BenchFile& bench, const std::string& title, int samples);
-loop::Sink bench_memory(const bench_files::BenchFile& bench, int samples);
+show::Sink bench_window(const bench::BenchFile& bench, const std::string& title, int samples);
+show::Sink bench_memory(const bench::BenchFile& bench, int samples);
 
 /// The position of the window by `display.at` or `display.outputs`; empty: placed by the desktop. Throws
 /// InputError as bench_window().
-std::optional<std::array<int, 2>> window_position(const bench_files::BenchFile& bench,
-                                                  std::span<const render::Monitor> monitors);
+std::optional<std::array<int, 2>> window_position(const bench::BenchFile& bench,
+                                                  std::span<const view::Monitor> monitors);
 
 /// Differences of the window from the bench file, which invalidate the calibration, and parts of it that no
 /// monitor displays; empty: none.
-std::optional<InputError::Facts> window_mismatch(const bench_files::BenchFile& bench,
-                                                 const std::optional<render::WindowGeometry>& place,
-                                                 std::span<const render::Monitor> monitors);
+std::optional<InputError::Facts> window_mismatch(const bench::BenchFile& bench,
+                                                 const std::optional<view::WindowGeometry>& place,
+                                                 std::span<const view::Monitor> monitors);
 
 /// Checks the window periodically.
 class WindowCheck {
  public:
-  explicit WindowCheck(const bench_files::BenchFile& bench) : bench_(bench) {}
+  explicit WindowCheck(const bench::BenchFile& bench) : bench_(bench) {}
 
   /// Message for the panel; empty: the window is correct. Allocates only on a change.
-  const std::string& error_message(const loop::Sink& sink);
+  const std::string& error_message(const show::Sink& sink);
   /// The same for the log, returned once.
   std::string take_warning();
 
  private:
-  const bench_files::BenchFile& bench_;
+  const bench::BenchFile& bench_;
   int n_calls_ = 0;
   bool was_warned_ = false;
-  render::WindowGeometry place_;
-  std::vector<render::Monitor> monitors_;
+  view::WindowGeometry place_;
+  std::vector<view::Monitor> monitors_;
   std::string error_message_, warning_;
 };
 

@@ -8,10 +8,10 @@
 #include "calibration/least_squares.hpp"
 #include "calibration/linear_algebra.hpp"
 #include "core/trig.hpp"
-#include "optics/eye.hpp"
-#include "optics/viewport.hpp"
-#include "settings/settings_text.hpp"
-#include "tracking/rigid_body.hpp"
+#include "view/eye.hpp"
+#include "view/viewport.hpp"
+#include "show/settings_text.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -21,17 +21,17 @@ enum Number : Eigen::Index { k1, k2, centre_x, centre_y, aspect_sds, at_x, at_y,
 
 struct GridProblem {
   std::span<const GridMark> marks;
-  const optics::Eye& eye;
+  const view::Eye& eye;
   const AspectPrior& aspect;
 };
 
-optics::Distortion distortion_of(const optics::Eye& eye, double k1_value, double k2_value,
+view::Distortion distortion_of(const view::Eye& eye, double k1_value, double k2_value,
                                  const Eigen::Vector2d& centre_px, double aspect)
 {
   return {k1_value, k2_value, centre_px, 0.5 * eye.window.width, aspect};
 }
 
-optics::Distortion distortion_of(const GridProblem& problem, const Eigen::VectorXd& x)
+view::Distortion distortion_of(const GridProblem& problem, const Eigen::VectorXd& x)
 {
   return distortion_of(problem.eye, x[k1], x[k2], {x[centre_x], x[centre_y]},
                        problem.aspect.value + problem.aspect.sd * x[aspect_sds]);
@@ -46,17 +46,17 @@ GridPose grid_of(const Eigen::VectorXd& x)
 Eigen::VectorXd residuals(const GridProblem& problem, double noise_px, bool is_held, const Eigen::VectorXd& x)
 {
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
-  const optics::Distortion distortion = distortion_of(problem, x);
+  const view::Distortion distortion = distortion_of(problem, x);
   const GridPose grid = grid_of(x);
   Eigen::VectorXd r(2 * n + (is_held ? 3 : 1));
   for (Eigen::Index i = 0; i < n; ++i) {
     const GridMark& mark = problem.marks[static_cast<std::size_t>(i)];
     const Eigen::Vector2d shown = shown_px(grid, distortion.pixel_aspect, mark.node);
-    r.segment<2>(2 * i) = (optics::drawn_px(distortion, shown) - mark.drawn_px) / noise_px;
+    r.segment<2>(2 * i) = (view::drawn_px(distortion, shown) - mark.drawn_px) / noise_px;
   }
   r[2 * n] = x[aspect_sds];
   if (is_held)
-    r.tail<2>() = (distortion.centre_px - optics::middle_px(problem.eye.visible)) / centre_prior_sd_px;
+    r.tail<2>() = (distortion.centre_px - view::middle_px(problem.eye.visible)) / centre_prior_sd_px;
   return r;
 }
 
@@ -75,7 +75,7 @@ Eigen::VectorXd start_of(const GridProblem& problem)
   const Eigen::Vector2d along(0.5 * (affine(0, 0) - aspect * affine(1, 1)),
                               -0.5 * (aspect * affine(0, 1) + affine(1, 0)));
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n_numbers);
-  x.segment<2>(centre_x) = optics::middle_px(problem.eye.visible);
+  x.segment<2>(centre_x) = view::middle_px(problem.eye.visible);
   x.segment<2>(at_x) = affine.row(2).transpose();
   x[spacing] = along.norm();
   x[turn] = arc_tangent2(along.y(), along.x());
@@ -120,11 +120,11 @@ double spread_about_line(std::span<const GridMark> marks, Eigen::Vector2d GridMa
   return std::sqrt(std::max(0.0, principal_axes(scatter).values[1]));
 }
 
-void require_spread(std::span<const GridMark> marks, const FitErrorContext& context)
+void require_spread(std::span<const GridMark> marks, const bench::FitErrorContext& context)
 {
-  if (marks.size() < least_grid_marks) {
+  if (marks.size() < bench::least_grid_marks) {
     context.fail(".distortion", std::to_string(marks.size()) + " marked nodes",
-                 std::to_string(least_grid_marks) + " or more, distributed over the visible part");
+                 std::to_string(bench::least_grid_marks) + " or more, distributed over the visible part");
   }
   constexpr double least_nodes = 0.25, least_px = 5.0;  // two neighbouring rows spread by half a node
   if (spread_about_line(marks, &GridMark::node) < least_nodes ||
@@ -134,36 +134,36 @@ void require_spread(std::span<const GridMark> marks, const FitErrorContext& cont
   }
 }
 
-void refuse_outlier(const GridProblem& problem, const GridFit& fit, const FitErrorContext& context)
+void refuse_outlier(const GridProblem& problem, const GridFit& fit, const bench::FitErrorContext& context)
 {
   constexpr double most_deviations = 6.0, most_off_px = 3.0;
   const OutlierCandidate furthest = largest_outlier(fit.fit, static_cast<Eigen::Index>(problem.marks.size()));
   const double off_px = fit.noise_px * furthest.off.norm();
   if (furthest.deviations <= most_deviations || off_px <= most_off_px) return;
   const Eigen::Vector2d& node = problem.marks[static_cast<std::size_t>(furthest.mark)].node;
-  context.fail(std::string(".distortion: node (") + settings::rounded_text(node.x(), 2) + ", " +
-                   settings::rounded_text(node.y(), 2) + ")",
-               "a mark " + text(off_px, 1, "px") + " from the position predicted by all others",
+  context.fail(std::string(".distortion: node (") + show::rounded_text(node.x(), 2) + ", " +
+                   show::rounded_text(node.y(), 2) + ")",
+               "a mark " + bench::text(off_px, 1, "px") + " from the position predicted by all others",
                "a consistent mark: mark this node again", {static_cast<std::size_t>(furthest.mark)});
 }
 
-void require_unfolded(const optics::Distortion& distortion, const optics::Eye& eye,
-                      const FitErrorContext& context)
+void require_unfolded(const view::Distortion& distortion, const view::Eye& eye,
+                      const bench::FitErrorContext& context)
 {
-  const double furthest_px = optics::furthest_radius_px(distortion, eye.visible);
-  const double fold_px = optics::fold_radius_px(distortion);
+  const double furthest_px = view::furthest_radius_px(distortion, eye.visible);
+  const double fold_px = view::fold_radius_px(distortion);
   if (fold_px > furthest_px) return;
   context.fail(".distortion",
-               "k1 " + settings::rounded_text(distortion.k1, 4) + ", k2 " +
-                   settings::rounded_text(distortion.k2, 4) + ", a distortion that folds at a radius of " +
-                   text(fold_px, 0, "px"),
-               "a monotonic distortion up to " + text(furthest_px, 0, "px") +
+               "k1 " + show::rounded_text(distortion.k1, 4) + ", k2 " +
+                   show::rounded_text(distortion.k2, 4) + ", a distortion that folds at a radius of " +
+                   bench::text(fold_px, 0, "px"),
+               "a monotonic distortion up to " + bench::text(furthest_px, 0, "px") +
                    "; add marks near the corners of the visible part");
 }
 
 /// Calls `action` for a lattice of points over the visible part.
 template <typename Action>
-void at_lattice(const optics::Viewport& v, Action action)
+void at_lattice(const view::Viewport& v, Action action)
 {
   constexpr int n = 21;
   for (int j = 0; j < n; ++j) {
@@ -173,39 +173,39 @@ void at_lattice(const optics::Viewport& v, Action action)
 }
 
 /// Largest error of the pre-distortion mesh followed by the optics, sampled at centres of mesh triangles.
-double inverse_error_px(const optics::Distortion& distortion, const optics::Eye& eye)
+double inverse_error_px(const view::Distortion& distortion, const view::Eye& eye)
 {
-  optics::Eye drawn_for = eye;
+  view::Eye drawn_for = eye;
   drawn_for.distortion = distortion;
   drawn_for.pixel_aspect = distortion.pixel_aspect;
-  const optics::ShownBox box = optics::shown_box(drawn_for);
-  const optics::WarpMesh mesh = optics::warp_mesh(drawn_for, box);
+  const view::ShownBox box = view::shown_box(drawn_for);
+  const view::WarpMesh mesh = view::warp_mesh(drawn_for, box);
   // 7 is prime, so the samples include all rows, columns and both triangles of a cell.
   constexpr std::size_t stride = 3 * 7;
   double largest_sq = 0.0;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += stride) {
     Eigen::Vector2d drawn = Eigen::Vector2d::Zero(), texture_uv = Eigen::Vector2d::Zero();
     for (std::size_t corner = t; corner < t + 3; ++corner) {
-      const optics::WarpVertex& vertex = mesh.vertices[mesh.triangles[corner]];
+      const view::WarpVertex& vertex = mesh.vertices[mesh.triangles[corner]];
       drawn += Eigen::Vector2d(vertex.x_px, vertex.y_px) / 3.0;
       texture_uv += Eigen::Vector2d(vertex.u, vertex.v) / 3.0;
     }
     const Eigen::Vector2d wanted_px = box.low_px + texture_uv.cwiseProduct(box.high_px - box.low_px);
-    largest_sq = std::max(largest_sq, (optics::drawn_px(distortion, wanted_px) - drawn).squaredNorm());
+    largest_sq = std::max(largest_sq, (view::drawn_px(distortion, wanted_px) - drawn).squaredNorm());
   }
   return std::sqrt(largest_sq);
 }
 
-void add_inverse_error(DistortionFit& fit, const optics::Eye& eye, const std::string& name)
+void add_inverse_error(DistortionFit& fit, const view::Eye& eye, const std::string& name)
 {
   fit.inverse_error_px = inverse_error_px(fit.distortion, eye);
   fit.estimate.remarks.push_back(name + ": pre-distortion and optics together leave an error of at most " +
-                                 text(fit.inverse_error_px, 3, "px"));
+                                 bench::text(fit.inverse_error_px, 3, "px"));
 }
 
-Estimate estimate_of(const optics::Distortion& d, const Eigen::MatrixXd& covariance, const std::string& name)
+bench::Estimate estimate_of(const view::Distortion& d, const Eigen::MatrixXd& covariance, const std::string& name)
 {
-  Estimate estimate;
+  bench::Estimate estimate;
   estimate.names = {name + ".k1", name + ".k2", name + ".centre_x", name + ".centre_y",
                     name + ".pixel_aspect"};
   estimate.units = {"", "", "px", "px", ""};
@@ -216,11 +216,11 @@ Estimate estimate_of(const optics::Distortion& d, const Eigen::MatrixXd& covaria
 }
 
 /// Root mean square difference of two distortions over the visible part.
-double rms_difference_px(const optics::Distortion& a, const optics::Distortion& b, const optics::Eye& eye)
+double rms_difference_px(const view::Distortion& a, const view::Distortion& b, const view::Eye& eye)
 {
   double sum_sq = 0.0, n = 0.0;
   at_lattice(eye.visible, [&](const Eigen::Vector2d& p) {
-    sum_sq += (optics::shown_px(a, p) - optics::shown_px(b, p)).squaredNorm();
+    sum_sq += (view::shown_px(a, p) - view::shown_px(b, p)).squaredNorm();
     n += 1.0;
   });
   return std::sqrt(sum_sq / n);
@@ -228,7 +228,7 @@ double rms_difference_px(const optics::Distortion& a, const optics::Distortion& 
 
 void add_scatter(DistortionFit& fit, const std::string& what, const std::string& name)
 {
-  fit.estimate.remarks.push_back(name + ": the " + what + " scatter by " + text(fit.noise_px, 2, "px"));
+  fit.estimate.remarks.push_back(name + ": the " + what + " scatter by " + bench::text(fit.noise_px, 2, "px"));
 }
 
 void add_held_centre(DistortionFit& fit, const std::string& name)
@@ -252,7 +252,7 @@ DistortionFit result_of(const GridProblem& problem, const GridFit& found, const 
   std::vector<double> left_px;
   for (Eigen::Index i = 0; i < n; ++i)
     left_px.push_back(found.noise_px * found.fit.residuals.segment<2>(2 * i).norm());
-  set_residuals(result.estimate, left_px, "px");
+  bench::set_residuals(result.estimate, left_px, "px");
   result.noise_px = found.noise_px;
   add_scatter(result, "grid's marks", name);
   return result;
@@ -279,18 +279,18 @@ Vector8d numbers_of(const GridValues& v)
 }
 
 /// Jacobian of the drawn node positions with respect to the eight parameters and, last column, the aspect.
-Eigen::MatrixXd node_jacobian(const AdjustedGrids& adjusted, const optics::Eye& eye, const Vector8d& numbers,
+Eigen::MatrixXd node_jacobian(const AdjustedGrids& adjusted, const view::Eye& eye, const Vector8d& numbers,
                               double aspect)
 {
   const auto drawn = [&](const Vector8d& v, double a) {
-    const optics::Distortion distortion = distortion_of(eye, v[0], v[1], v.segment<2>(2), a);
+    const view::Distortion distortion = distortion_of(eye, v[0], v[1], v.segment<2>(2), a);
     const GridPose grid{v.segment<2>(4), v[6], v[7]};
     Eigen::VectorXd px(2 * adjusted.columns * adjusted.rows);
     Eigen::Index at = 0;
     for (int row = 0; row < adjusted.rows; ++row) {
       for (int column = 0; column < adjusted.columns; ++column, at += 2) {
         const Eigen::Vector2d node(column - 0.5 * (adjusted.columns - 1), row - 0.5 * (adjusted.rows - 1));
-        px.segment<2>(at) = optics::drawn_px(distortion, shown_px(grid, a, node));
+        px.segment<2>(at) = view::drawn_px(distortion, shown_px(grid, a, node));
       }
     }
     return px;
@@ -327,10 +327,10 @@ Eigen::Vector2d shown_px(const GridPose& grid, double pixel_aspect, const Eigen:
   return grid.origin_px + grid.spacing_px * Eigen::Vector2d(right, -up / pixel_aspect);
 }
 
-DistortionFit fit_distortion(std::span<const GridMark> marks, const optics::Eye& eye,
+DistortionFit fit_distortion(std::span<const GridMark> marks, const view::Eye& eye,
                              const AspectPrior& aspect, const std::string& name, const std::string& file)
 {
-  const FitErrorContext context{name, file};
+  const bench::FitErrorContext context{name, file};
   require_spread(marks, context);
   const GridProblem problem{marks, eye, aspect};
   GridFit start;
@@ -353,10 +353,10 @@ DistortionFit fit_distortion(std::span<const GridMark> marks, const optics::Eye&
   return result;
 }
 
-DistortionFit mean_distortion(const AdjustedGrids& adjusted, const optics::Eye& eye,
+DistortionFit mean_distortion(const AdjustedGrids& adjusted, const view::Eye& eye,
                               const AspectPrior& aspect, const std::string& name, const std::string& file)
 {
-  const FitErrorContext context{name, file};
+  const bench::FitErrorContext context{name, file};
   if (adjusted.values.size() < 2) {
     context.fail(".distortion", std::to_string(adjusted.values.size()) + " adjusted grid",
                  "two or more, because their spread gives the uncertainty");
@@ -377,7 +377,7 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const optics::Eye& 
   const double variance = result.noise_px * result.noise_px / n;
   result.has_centre_prior = !(centre_variance(N, variance) < most_centre_sd_px * most_centre_sd_px);
   if (result.has_centre_prior) {
-    mean.segment<2>(centre_x) = optics::middle_px(eye.visible);
+    mean.segment<2>(centre_x) = view::middle_px(eye.visible);
     N.diagonal().segment<2>(centre_x).array() += variance / (centre_prior_sd_px * centre_prior_sd_px);
   }
   const Eigen::MatrixXd inverse = square(inverse_root_of(N));
@@ -388,7 +388,7 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const optics::Eye& 
   Eigen::Matrix<double, 5, 1> by_aspect;
   const Eigen::VectorXd by_node = transformed(by_numbers.transpose(), J.col(8));
   by_aspect << -transformed(inverse, by_node).head<4>(), 1.0;
-  by_aspect *= aspect.sd * t_95(std::numeric_limits<double>::infinity()) / t_95(dof);
+  by_aspect *= aspect.sd * bench::t_95(std::numeric_limits<double>::infinity()) / bench::t_95(dof);
   covariance += by_aspect * by_aspect.transpose();
 
   result.distortion = distortion_of(eye, mean[0], mean[1], mean.segment<2>(2), aspect.value);
@@ -398,10 +398,10 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const optics::Eye& 
   result.estimate.dof = dof;
   std::vector<double> apart_px;
   for (const GridValues& v : adjusted.values) {
-    const optics::Distortion one = distortion_of(eye, v.k1, v.k2, v.centre_px, aspect.value);
+    const view::Distortion one = distortion_of(eye, v.k1, v.k2, v.centre_px, aspect.value);
     apart_px.push_back(rms_difference_px(one, result.distortion, eye));
   }
-  set_residuals(result.estimate, apart_px, "px");
+  bench::set_residuals(result.estimate, apart_px, "px");
   add_scatter(result, "adjusted grids", name);
   add_inverse_error(result, eye, name);
   if (result.has_centre_prior) add_held_centre(result, name);

@@ -4,13 +4,13 @@
 #include <span>
 #include <vector>
 
-#include "calibration/estimate.hpp"
-#include "optics/eye.hpp"
+#include "bench/calibration_settings.hpp"
+#include "bench/estimate.hpp"
+#include "view/eye.hpp"
 
 namespace vrda::calibration {
 
 /// Nodes that a distortion takes at least.
-inline constexpr std::size_t least_grid_marks = 12;
 
 /// A cross drawn at `drawn_px` coincided with a node of a grid perpendicular to the optical axis.
 struct GridMark {
@@ -44,7 +44,7 @@ struct AdjustedGrids {
 };
 
 struct DistortionFit {
-  optics::Distortion distortion;
+  view::Distortion distortion;
   GridPose grid;
   double noise_px = 0.0;  ///< standard deviation of a coordinate of a mark; of a node for adjusted grids
   /// The distortion is too small to determine its centre (standard deviation above 20 px), so the centre has
@@ -53,7 +53,7 @@ struct DistortionFit {
   /// Largest position error in the visible part after pre-distortion mesh (optics/eye.hpp) and optics.
   double inverse_error_px = 0.0;
   /// "NAME.k1", ".k2", ".centre_x", ".centre_y" (px), ".pixel_aspect".
-  Estimate estimate;
+  bench::Estimate estimate;
 };
 
 inline constexpr double centre_prior_sd_px = 5.0;
@@ -61,12 +61,12 @@ inline constexpr double centre_prior_sd_px = 5.0;
 /// Least squares with the prior `aspect`. `eye` gives window and visible part; unit_px is half the window
 /// width. Throws FitError with `file` and `name`: fewer than 12 marks, collinear marks, an outlier (6
 /// standard deviations and 3 px; index given), no convergence, a fold within the visible part.
-DistortionFit fit_distortion(std::span<const GridMark> marks, const optics::Eye& eye,
+DistortionFit fit_distortion(std::span<const GridMark> marks, const view::Eye& eye,
                              const AspectPrior& aspect, const std::string& name, const std::string& file);
 
 /// Mean of two or more adjusted grids. The shape of the covariance is that of a fit to marks at all nodes;
 /// its size is from the spread of the grids, with 8 (n - 1) dof. An aspect error is common to all.
-DistortionFit mean_distortion(const AdjustedGrids& adjusted, const optics::Eye& eye,
+DistortionFit mean_distortion(const AdjustedGrids& adjusted, const view::Eye& eye,
                               const AspectPrior& aspect, const std::string& name, const std::string& file);
 
 }  // namespace vrda::calibration

@@ -9,8 +9,8 @@
 
 #include "calibration/least_squares.hpp"
 #include "calibration/linear_algebra.hpp"
-#include "settings/settings_text.hpp"
-#include "tracking/rigid_body.hpp"
+#include "show/settings_text.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -19,8 +19,8 @@ constexpr double outlier_sd = 5.0, outlier_px = 3.0;
 
 std::string name_of(const RectangleMark& mark, std::size_t k)
 {
-  return "mark " + std::to_string(k + 1) + ", the rectangle of " + text(mark.width_mm, 1, "mm") + " at " +
-         text(mark.depth_mm, 1, "mm");
+  return "mark " + std::to_string(k + 1) + ", the rectangle of " + bench::text(mark.width_mm, 1, "mm") + " at " +
+         bench::text(mark.depth_mm, 1, "mm");
 }
 
 /// A mark after the optics.
@@ -36,27 +36,27 @@ double px_of(const SeenWidth& seen)
 }
 
 /// Displayed columns per drawn column.
-double magnification(const optics::Distortion& distortion, const Eigen::Vector2d& drawn)
+double magnification(const view::Distortion& distortion, const Eigen::Vector2d& drawn)
 {
   constexpr double step_px = 0.5;
   const Eigen::Vector2d step(step_px, 0.0);
-  return (optics::shown_px(distortion, drawn + step).x() - optics::shown_px(distortion, drawn - step).x()) /
+  return (view::shown_px(distortion, drawn + step).x() - view::shown_px(distortion, drawn - step).x()) /
          (2.0 * step_px);
 }
 
-SeenWidth seen_of(const RectangleMark& mark, const optics::Eye& eye)
+SeenWidth seen_of(const RectangleMark& mark, const view::Eye& eye)
 {
   SeenWidth seen;
   seen.width_mm = mark.width_mm;
   seen.depth_mm = mark.depth_mm;
-  seen.left_px = optics::shown_px(eye.distortion, mark.left_drawn_px).x() - eye.sight_px.x();
-  seen.right_px = optics::shown_px(eye.distortion, mark.right_drawn_px).x() - eye.sight_px.x();
+  seen.left_px = view::shown_px(eye.distortion, mark.left_drawn_px).x() - eye.sight_px.x();
+  seen.right_px = view::shown_px(eye.distortion, mark.right_drawn_px).x() - eye.sight_px.x();
   seen.noise_gain = std::hypot(magnification(eye.distortion, mark.left_drawn_px),
                                magnification(eye.distortion, mark.right_drawn_px));
   return seen;
 }
 
-std::vector<SeenWidth> seen_of(std::span<const RectangleMark> marks, const optics::Eye& eye)
+std::vector<SeenWidth> seen_of(std::span<const RectangleMark> marks, const view::Eye& eye)
 {
   std::vector<SeenWidth> seen;
   seen.reserve(marks.size());
@@ -152,11 +152,11 @@ LeastSquares solve_eyepoint(std::span<const SeenWidth> seen)
 }
 
 void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
-                   const FitErrorContext& context)
+                   const bench::FitErrorContext& context)
 {
-  if (marks.size() < least_rectangle_marks) {
+  if (marks.size() < bench::least_rectangle_marks) {
     context.fail("", std::to_string(marks.size()) + " marks of rectangles",
-                 std::to_string(least_rectangle_marks) + " or more, at two depths at least");
+                 std::to_string(bench::least_rectangle_marks) + " or more, at two depths at least");
   }
   double nearest_mm = std::numeric_limits<double>::infinity(), furthest_mm = -nearest_mm;
   for (std::size_t k = 0; k < marks.size(); ++k) {
@@ -165,23 +165,23 @@ void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWid
     if (!is_rectangle) context.fail("", name_of(marks[k], k), "a width above 0 and a finite depth", {k});
     if (!(px_of(seen[k]) > 0.0) || !std::isfinite(px_of(seen[k]))) {
       context.fail(
-          "", name_of(marks[k], k) + ": crossed or equal sides, " + text(px_of(seen[k]), 1, "px") + " apart",
+          "", name_of(marks[k], k) + ": crossed or equal sides, " + bench::text(px_of(seen[k]), 1, "px") + " apart",
           "the left line left of the right one; align it again", {k});
     }
     nearest_mm = std::min(nearest_mm, marks[k].depth_mm);
     furthest_mm = std::max(furthest_mm, marks[k].depth_mm);
   }
-  if (furthest_mm - nearest_mm < least_depth_range_mm) {
-    context.fail("", "rectangles at equal depths, " + text(furthest_mm - nearest_mm, 1, "mm") + " apart",
+  if (furthest_mm - nearest_mm < bench::least_depth_range_mm) {
+    context.fail("", "rectangles at equal depths, " + bench::text(furthest_mm - nearest_mm, 1, "mm") + " apart",
                  "different depths; add a rectangle 150 mm or more behind");
   }
 }
 
 /// Compares each mark with the fit to the others, in units of their noise.
 void require_no_outlier(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
-                        const FitErrorContext& context)
+                        const bench::FitErrorContext& context)
 {
-  if (marks.size() < least_rectangle_marks + 1) return;  // two marks leave no degree of freedom for the noise
+  if (marks.size() < bench::least_rectangle_marks + 1) return;  // two marks leave no degree of freedom for the noise
   for (std::size_t k = 0; k < marks.size(); ++k) {
     std::vector<SeenWidth> others(seen.begin(), seen.end());
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
@@ -195,11 +195,11 @@ void require_no_outlier(std::span<const RectangleMark> marks, std::span<const Se
                                            slope.dot(fit.covariance.topLeftCorner<2, 2>() * slope));
     const double off_px = std::abs(residual_px(seen[k], eyepoint));
     // The noise of few marks may be too small by chance: the limit grows with Student's t.
-    const double t_ratio = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
+    const double t_ratio = bench::t_95(dof) / bench::t_95(std::numeric_limits<double>::infinity());
     if (off_px > outlier_px && off_px > t_ratio * outlier_sd * std::sqrt(spread_px2)) {
       context.fail(
-          "", name_of(marks[k], k) + ": " + text(off_px, 1, "px") + " from the width predicted by the others",
-          text(outlier_px, 1, "px") + " at most; align it again", {k});
+          "", name_of(marks[k], k) + ": " + bench::text(off_px, 1, "px") + " from the width predicted by the others",
+          bench::text(outlier_px, 1, "px") + " at most; align it again", {k});
     }
   }
 }
@@ -223,8 +223,8 @@ std::string suggested_rectangle(std::span<const SeenWidth> seen, const Eyepoint&
     with_extra.insert(with_extra.end(), repeats, extra);
     const std::optional<Eigen::Matrix2d> inverse = inverse_of(information_of(with_extra, about));
     if (inverse && noise_px * std::sqrt((*inverse)(1, 1)) < most_sd_mm) {
-      return "add a rectangle about " + text(extra.width_mm, 0, "mm") + " wide at " +
-             text(extra.depth_mm, 0, "mm") + " and mark it three times";
+      return "add a rectangle about " + bench::text(extra.width_mm, 0, "mm") + " wide at " +
+             bench::text(extra.depth_mm, 0, "mm") + " and mark it three times";
     }
   }
   return "add rectangles further behind, and repeat all marks";
@@ -246,15 +246,15 @@ Eigen::Vector2d sensitivity(SeenWith seen_with, double step, const Eigen::Vector
 }
 
 /// With respect to k1, k2, the centre and the pixel aspect.
-Slope slope_by_distortion(std::span<const RectangleMark> marks, const optics::Eye& eye,
+Slope slope_by_distortion(std::span<const RectangleMark> marks, const view::Eye& eye,
                           const Eigen::Vector2d& nominal)
 {
   constexpr std::array<double, 5> steps = {1e-4, 1e-4, 0.1, 0.1, 1e-4};
   Slope slope;
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const auto seen_with = [&](double step) {
-      optics::Eye changed = eye;
-      optics::Distortion& d = changed.distortion;
+      view::Eye changed = eye;
+      view::Distortion& d = changed.distortion;
       const std::array<double*, 5> numbers = {&d.k1, &d.k2, &d.centre_px.x(), &d.centre_px.y(),
                                               &d.pixel_aspect};
       *numbers[k] += step;
@@ -266,7 +266,7 @@ Slope slope_by_distortion(std::span<const RectangleMark> marks, const optics::Ey
 }
 
 /// Covariance from the given uncertainties: alignment and distortion.
-Eigen::Matrix2d given_covariance(std::span<const RectangleMark> marks, const optics::Eye& eye,
+Eigen::Matrix2d given_covariance(std::span<const RectangleMark> marks, const view::Eye& eye,
                                  const EyepointOptions& options, const Slope& by_distortion,
                                  const Eigen::Vector2d& nominal)
 {
@@ -290,10 +290,10 @@ Eigen::Matrix2d given_covariance(std::span<const RectangleMark> marks, const opt
 
 }  // namespace
 
-EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye& eye,
+EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const view::Eye& eye,
                          const EyepointOptions& options, const std::string& name, const std::string& file)
 {
-  const FitErrorContext context{name, file};
+  const bench::FitErrorContext context{name, file};
   const std::vector<SeenWidth> seen = seen_of(marks, eye);
   require_marks(marks, seen, context);
   require_no_outlier(marks, seen, context);
@@ -313,12 +313,12 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye
   const double depth_sd_mm = std::sqrt(by_noise(1, 1));
   if (!(depth_sd_mm <= options.max_depth_sd_mm)) {
     context.fail("",
-                 "a range of depths that determines the eye's depth to " + text(depth_sd_mm, 1, "mm") +
+                 "a range of depths that determines the eye's depth to " + bench::text(depth_sd_mm, 1, "mm") +
                      " (standard deviation)",
-                 text(options.max_depth_sd_mm, 1, "mm") + " or less: " +
+                 bench::text(options.max_depth_sd_mm, 1, "mm") + " or less: " +
                      suggested_rectangle(seen, fit.eyepoint, fit.noise_px, options.max_depth_sd_mm));
   }
-  Estimate& estimate = fit.estimate;
+  bench::Estimate& estimate = fit.estimate;
   estimate.names = {name + ".distance", name + ".depth"};
   estimate.units = {"px", "mm"};
   estimate.values = solved.x;
@@ -334,11 +334,11 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye
   std::vector<double> residuals_px;
   residuals_px.reserve(seen.size());
   for (const SeenWidth& s : seen) residuals_px.push_back(residual_px(s, fit.eyepoint));
-  set_residuals(estimate, residuals_px, "px");
-  estimate.remarks.push_back(name + " eye: " + text(fit.eyepoint.depth_mm, 1, "mm") +
+  bench::set_residuals(estimate, residuals_px, "px");
+  estimate.remarks.push_back(name + " eye: " + bench::text(fit.eyepoint.depth_mm, 1, "mm") +
                              " in front of the first rectangle's plane, 95 %: +-" +
-                             text(half_width_95(estimate, 1), 1, "mm") + "; noise of a side " +
-                             text(fit.noise_px, 2, "px"));
+                             bench::text(bench::half_width_95(estimate, 1), 1, "mm") + "; noise of a side " +
+                             bench::text(fit.noise_px, 2, "px"));
   return fit;
 }
 

@@ -4,15 +4,14 @@
 
 #include <span>
 
-#include "calibration/estimate.hpp"
-#include "optics/eye.hpp"
+#include "bench/calibration_settings.hpp"
+#include "bench/estimate.hpp"
+#include "view/eye.hpp"
 
 namespace vrda::calibration {
 
 /// What an eyepoint takes at least: aligned rectangles, and the difference of their depths, which is the
 /// resolution of a ruler.
-inline constexpr std::size_t least_rectangle_marks = 3;
-inline constexpr double least_depth_range_mm = 1.0;
 
 /// Two lines, drawn with pre-distortion, coincided with the sides of a rectangle.
 struct RectangleMark {
@@ -42,14 +41,14 @@ struct EyepointFit {
   /// are known. It gives the covariance of eyepoint and distortion.
   Eigen::Matrix<double, 2, 5> distortion_jacobian = Eigen::Matrix<double, 2, 5>::Zero();
   /// "NAME.distance" (px), "NAME.depth" (mm); the covariance includes marks, alignment and distortion.
-  Estimate estimate;
+  bench::Estimate estimate;
 };
 
 /// Weighted least squares over all rectangles. `eye`: distortion, aspect, optical axis. Throws FitError
 /// with `file` and `name`: fewer than three marks, equal depths, a depth range too small for
 /// `max_depth_sd_mm` (with a rectangle to add), crossed or equal sides, an outlier (5 standard deviations,
 /// more for few marks, and 3 px; index given).
-EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const optics::Eye& eye,
+EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const view::Eye& eye,
                          const EyepointOptions& options, const std::string& name, const std::string& file);
 
 /// Expected standard deviations of distance (px) and depth (mm) for a set of rectangles, before measuring,
@@ -60,7 +59,7 @@ Eigen::Vector2d expected_eyepoint_sd(std::span<const RectangleMark> rectangles, 
 /// Marks and fit of one eye.
 struct EyeRectangles {
   std::vector<RectangleMark> marks;
-  optics::Eye eye;  ///< with distortion
+  view::Eye eye;  ///< with distortion
   EyepointFit fit;
 };
 

@@ -6,9 +6,9 @@
 #include "calibration/least_squares.hpp"
 #include "calibration/linear_algebra.hpp"
 #include "core/units.hpp"
-#include "settings/settings_text.hpp"
-#include "tracking/rigid_body.hpp"
-#include "tracking/screw.hpp"
+#include "show/settings_text.hpp"
+#include "bench/rigid_body.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -31,26 +31,26 @@ enum Known : Eigen::Index {
 
 constexpr Eigen::Index n_pose = 6;  // shift (mm), turn (rad) about the fixed axes
 
-Eigen::VectorXd known_of(const optics::EyePair& eyes)
+Eigen::VectorXd known_of(const view::EyePair& eyes)
 {
   const Eigen::Vector3d apart = eyes.left.position_head_mm - eyes.right.position_head_mm;
   Eigen::VectorXd known(+n_known);
   known << eyes.left.distance_px, eyes.right.distance_px, -apart.x(), apart.z(), apart.y(),
       eyes.left.sight_px, eyes.right.sight_px, Eigen::VectorXd::Zero(10);
   for (const Known optics : {left_optics, right_optics}) {
-    const optics::Eye& eye = optics == left_optics ? eyes.left : eyes.right;
+    const view::Eye& eye = optics == left_optics ? eyes.left : eyes.right;
     known.segment<5>(optics) << eye.distortion.k1, eye.distortion.k2, eye.distortion.centre_px,
         eye.pixel_aspect;
   }
   return known;
 }
 
-optics::EyePair eyes_of(const optics::EyePair& like, const Eigen::VectorXd& known)
+view::EyePair eyes_of(const view::EyePair& like, const Eigen::VectorXd& known)
 {
-  optics::EyePair eyes = like;
+  view::EyePair eyes = like;
   const Eigen::Vector3d half_apart =
       0.5 * Eigen::Vector3d(-known[ipd], known[height_apart], known[depth_apart]);
-  const auto set = [&](optics::Eye& eye, Known distance, Known sight, Known optics) {
+  const auto set = [&](view::Eye& eye, Known distance, Known sight, Known optics) {
     eye.distance_px = known[distance];
     eye.sight_px = known.segment<2>(sight);
     eye.distortion.k1 = known[optics];
@@ -103,12 +103,12 @@ Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& by)
 {
   Pose result = X;
   result.translation() += by.head<3>();
-  result.linear() = tracking::rotation_of(by.tail<3>()) * X.linear();
+  result.linear() = bench::rotation_of(by.tail<3>()) * X.linear();
   return result;
 }
 
 /// Clamps a point to at least 1 mm in front of the eye; iterates may be behind it.
-Eigen::Vector3d before_eye(const optics::Eye& eye, const Eigen::Vector3d& p_head_mm)
+Eigen::Vector3d before_eye(const view::Eye& eye, const Eigen::Vector3d& p_head_mm)
 {
   constexpr double nearest_mm = 1.0;
   return {p_head_mm.x(), p_head_mm.y(), std::min(p_head_mm.z(), eye.position_head_mm.z() - nearest_mm)};
@@ -121,7 +121,7 @@ struct EyesProblem {
   Eigen::MatrixXd L;      ///< deviation from the prior mean = L z, z of unit variance
 };
 
-const optics::Eye& eye_of(const optics::EyePair& eyes, const BullseyeMark& mark)
+const view::Eye& eye_of(const view::EyePair& eyes, const BullseyeMark& mark)
 {
   return mark.is_right ? eyes.right : eyes.left;
 }
@@ -133,7 +133,7 @@ struct EyesGuess {
   double noise_px = initial_noise_px;
 };
 
-optics::EyePair eyes_of(const EyesProblem& problem, const Eigen::VectorXd& z)
+view::EyePair eyes_of(const EyesProblem& problem, const Eigen::VectorXd& z)
 {
   return eyes_of(problem.prior.eyes, problem.known + transformed(problem.L, z));
 }
@@ -142,18 +142,18 @@ optics::EyePair eyes_of(const EyesProblem& problem, const Eigen::VectorXd& z)
 Eigen::VectorXd tracker_sds_px(const EyesProblem& problem, const EyesGuess& guess)
 {
   constexpr double step_mm = 0.5;  // optics and perspective are linear over this step
-  const optics::EyePair eyes = eyes_of(problem, guess.z);
+  const view::EyePair eyes = eyes_of(problem, guess.z);
   const Pose X_eyes_carrier = guess.X_carrier_eyes.inverse();
   Eigen::VectorXd sds(static_cast<Eigen::Index>(problem.marks.size()));
   for (Eigen::Index i = 0; i < sds.size(); ++i) {
     const BullseyeMark& mark = problem.marks[static_cast<std::size_t>(i)];
-    const optics::Eye& eye = eye_of(eyes, mark);
+    const view::Eye& eye = eye_of(eyes, mark);
     const Eigen::Vector3d p_head_mm = X_eyes_carrier * mark.p_carrier_mm;
     double sum_sq = 0.0;  // (px / mm)^2
     for (int axis = 0; axis < 3; ++axis) {
       const Eigen::Vector3d step = step_mm * Eigen::Vector3d::Unit(axis);
-      sum_sq += (optics::drawn_px(eye, before_eye(eye, p_head_mm + step)) -
-                 optics::drawn_px(eye, before_eye(eye, p_head_mm - step)))
+      sum_sq += (view::drawn_px(eye, before_eye(eye, p_head_mm + step)) -
+                 view::drawn_px(eye, before_eye(eye, p_head_mm - step)))
                     .squaredNorm() /
                 (4.0 * step_mm * step_mm);
     }
@@ -167,15 +167,15 @@ Eigen::VectorXd residuals(const EyesProblem& problem, const Pose& X_start, const
                           const Eigen::VectorXd& x)
 {
   const Eigen::VectorXd z = x.tail(x.size() - n_pose);
-  const optics::EyePair eyes = eyes_of(problem, z);
+  const view::EyePair eyes = eyes_of(problem, z);
   const Pose X_eyes_carrier = moved(X_start, x.head<n_pose>()).inverse();
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   Eigen::VectorXd r(2 * n + z.size());
   for (Eigen::Index i = 0; i < n; ++i) {
     const BullseyeMark& mark = problem.marks[static_cast<std::size_t>(i)];
-    const optics::Eye& eye = eye_of(eyes, mark);
+    const view::Eye& eye = eye_of(eyes, mark);
     const Eigen::Vector3d p_head_mm = before_eye(eye, X_eyes_carrier * mark.p_carrier_mm);
-    r.segment<2>(2 * i) = (optics::drawn_px(eye, p_head_mm) - mark.drawn_px) / sds_px[i];
+    r.segment<2>(2 * i) = (view::drawn_px(eye, p_head_mm) - mark.drawn_px) / sds_px[i];
   }
   r.tail(z.size()) = z;
   return r;
@@ -185,13 +185,13 @@ Eigen::VectorXd residuals(const EyesProblem& problem, const Pose& X_start, const
 /// distances on the screen, these have no singularity.
 Pose start_of(const EyesProblem& problem, const Pose& X_guess)
 {
-  const optics::EyePair& eyes = problem.prior.eyes;
+  const view::EyePair& eyes = problem.prior.eyes;
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   Eigen::Matrix2Xd tangents(2, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const BullseyeMark& mark = problem.marks[static_cast<std::size_t>(i)];
-    const optics::Eye& eye = eye_of(eyes, mark);
-    const Eigen::Vector2d aside = optics::shown_px(eye.distortion, mark.drawn_px) - eye.sight_px;
+    const view::Eye& eye = eye_of(eyes, mark);
+    const Eigen::Vector2d aside = view::shown_px(eye.distortion, mark.drawn_px) - eye.sight_px;
     tangents.col(i) = Eigen::Vector2d(aside.x(), -eye.pixel_aspect * aside.y()) / eye.distance_px;
   }
   FitProblem least;
@@ -273,7 +273,7 @@ EyesSolution solve_eyes(const EyesProblem& problem, const Pose& X_guess)
   return solution;
 }
 
-void require_marks(std::span<const BullseyeMark> marks, const FitErrorContext& context)
+void require_marks(std::span<const BullseyeMark> marks, const bench::FitErrorContext& context)
 {
   constexpr std::ptrdiff_t fewest = 6;
   for (const bool is_right : {false, true}) {
@@ -292,7 +292,7 @@ double extent(const Eigen::VectorXd& along)
 
 /// Positions at one depth do not separate translation from rotation; positions on a line leave the rotation
 /// about it undetermined.
-void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, const FitErrorContext& context)
+void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, const bench::FitErrorContext& context)
 {
   constexpr double least_mm = 50.0;
   Eigen::MatrixX3d p(marks.size(), 3);
@@ -300,7 +300,7 @@ void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, co
     p.row(static_cast<Eigen::Index>(i)) = (X_guess.inverse() * marks[i].p_carrier_mm).transpose();
   const auto require = [&](double found_mm, const std::string& how, const std::string& wanted) {
     if (found_mm < least_mm)
-      context.fail(": marker positions", how + " (" + text(found_mm, 0, "mm") + ")", wanted);
+      context.fail(": marker positions", how + " (" + bench::text(found_mm, 0, "mm") + ")", wanted);
   };
   const Eigen::MatrixX3d from_mean = p.rowwise() - p.colwise().mean();
   const Eigen::MatrixXd scatter = square(from_mean.transpose());
@@ -314,7 +314,7 @@ void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, co
   require(off_line_mm, "all on a line", "positions 50 mm or more away from the line");
 }
 
-void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, const FitErrorContext& context)
+void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, const bench::FitErrorContext& context)
 {
   constexpr double most_deviations = 6.0, most_off_px = 4.0;
   const OutlierCandidate furthest =
@@ -327,15 +327,15 @@ void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, co
       problem.marks.begin(), end, [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
   context.fail(std::string(": bull's-eye ") + std::to_string(before + 1) + " of the " +
                    (is_right ? "right" : "left") + " eye",
-               "a mark " + text(off_px, 1, "px") + " from the position predicted by all others",
+               "a mark " + bench::text(off_px, 1, "px") + " from the position predicted by all others",
                "a consistent mark: align this one again", {static_cast<std::size_t>(furthest.mark)});
 }
 
-Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, const std::string& name)
+bench::Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, const std::string& name)
 {
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   const Eigen::MatrixXd& C = solution.fit.covariance;
-  Estimate estimate = pose_estimate(name, solution.guess.X_carrier_eyes, C.topLeftCorner<n_pose, n_pose>());
+  bench::Estimate estimate = bench::pose_estimate(name, solution.guess.X_carrier_eyes, C.topLeftCorner<n_pose, n_pose>());
   for (const char* known : {"left.distance", "right.distance", "ipd", "depth_apart", "height_apart",
                             "left.sight_x", "left.sight_y", "right.sight_x", "right.sight_y"}) {
     estimate.names.emplace_back(known);
@@ -360,7 +360,7 @@ Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, c
   std::vector<double> residuals_px;
   for (Eigen::Index i = 0; i < n; ++i)
     residuals_px.push_back(solution.sds_px[i] * solution.fit.residuals.segment<2>(2 * i).norm());
-  set_residuals(estimate, residuals_px, "px");
+  bench::set_residuals(estimate, residuals_px, "px");
   return estimate;
 }
 
@@ -369,7 +369,7 @@ Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, c
 EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, const Pose& X_start,
                  const std::string& name, const std::string& file)
 {
-  const FitErrorContext context{name, file};
+  const bench::FitErrorContext context{name, file};
   require_marks(marks, context);
   require_spread(marks, X_start, context);
   const EyesProblem problem{marks, prior, known_of(prior.eyes), root_of(covariance_of(prior))};
@@ -384,7 +384,7 @@ EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, co
   result.eyes = eyes_of(problem, solution.guess.z);
   result.noise_px = solution.guess.noise_px;
   result.estimate = estimate_of(problem, solution, name);
-  result.estimate.remarks.push_back("bull's-eyes scatter by " + text(result.noise_px, 2, "px"));
+  result.estimate.remarks.push_back("bull's-eyes scatter by " + bench::text(result.noise_px, 2, "px"));
   return result;
 }
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <span>
 
-#include "calibration/estimate.hpp"
-#include "core/mesh.hpp"
-#include "optics/eye.hpp"
+#include "bench/estimate.hpp"
+#include "model/mesh.hpp"
+#include "view/eye.hpp"
 
 namespace vrda::calibration {
 
@@ -22,7 +22,7 @@ struct BullseyeMark {
 
 /// Prior of the eyes from earlier steps.
 struct EyesPrior {
-  optics::EyePair eyes;
+  view::EyePair eyes;
   Eigen::Matrix4d eyepoint_covariance =
       Eigen::Matrix4d::Zero();  ///< left distance, depth, right distance, depth
   /// Jacobian of an eye's distance and depth with respect to its distortion (EyepointFit).
@@ -37,13 +37,13 @@ struct EyesPrior {
 
 struct EyesFit {
   Pose X_carrier_eyes = Pose::Identity();
-  optics::EyePair eyes;   ///< posterior: distances, optical axes, eyepoints, distortion
+  view::EyePair eyes;   ///< posterior: distances, optical axes, eyepoints, distortion
   double noise_px = 0.0;  ///< standard deviation of an alignment, from the residuals
   /// Pose `name` ("eyes" or "head"); "left.distance", "right.distance" (px), "ipd", "depth_apart" (mm: z of
   /// the left minus the right eye), "height_apart" (mm: y of left minus right), "left.sight_x",
   /// "left.sight_y", "right.sight_x", "right.sight_y" (px), then for each eye k1, k2, centre_x, centre_y,
   /// pixel_aspect.
-  Estimate estimate;
+  bench::Estimate estimate;
 };
 
 /// Least squares over marks and prior; the noise of the marks is estimated. `X_start`: within 0.5 m and 20
@@ -57,6 +57,6 @@ EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, co
 /// rotations of a cube. Returns the solution with the smallest distance of the marks from their lines of
 /// sight, preferably with all marks in front of the eyes; identity for fewer than three marks. Source: Lu,
 /// Hager, Mjolsness (2000) IEEE PAMI 22:610-622. Differs: two eyes, which also determine depth.
-Pose initial_eye_pose(std::span<const BullseyeMark> marks, const optics::EyePair& eyes);
+Pose initial_eye_pose(std::span<const BullseyeMark> marks, const view::EyePair& eyes);
 
 }  // namespace vrda::calibration

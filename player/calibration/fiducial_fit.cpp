@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "settings/settings_text.hpp"
-#include "tracking/body_pose.hpp"
-#include "tracking/rigid_body.hpp"
+#include "show/settings_text.hpp"
+#include "bench/body_pose.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -15,7 +15,7 @@ constexpr std::size_t least_distances = 3;
 constexpr double least_scale = 0.5, most_scale = 2.0;
 constexpr double uneven_ratio = 1.05, uneven_rms_mm = 2.0;
 
-void require_distances(std::span<const LandmarkDistance> distances, const FitErrorContext& context)
+void require_distances(std::span<const LandmarkDistance> distances, const bench::FitErrorContext& context)
 {
   if (distances.size() < least_distances) {
     context.fail("landmarks", std::to_string(distances.size()) + " distances",
@@ -28,7 +28,7 @@ void require_distances(std::span<const LandmarkDistance> distances, const FitErr
       if (!is_length) {
         context.fail(
             d.name,
-            text(d.model_mm, 2, "mm") + " of the model, " + text(d.subject_mm, 2, "mm") + " of the subject",
+            bench::text(d.model_mm, 2, "mm") + " of the model, " + bench::text(d.subject_mm, 2, "mm") + " of the subject",
             "distances above 0", {k});
       }
     }
@@ -37,14 +37,14 @@ void require_distances(std::span<const LandmarkDistance> distances, const FitErr
 
 std::string percent(double scale)
 {
-  return settings::rounded_text(100.0 * scale, 1) + " %";
+  return show::rounded_text(100.0 * scale, 1) + " %";
 }
 
 }  // namespace
 
 ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::string& file)
 {
-  const FitErrorContext context{"", file};
+  const bench::FitErrorContext context{"", file};
   require_distances(distances, context);
   double with_subject = 0.0, with_model = 0.0;
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
@@ -57,7 +57,7 @@ ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::strin
   ScaleFit fit;
   fit.scale = with_subject / with_model;
   if (!(fit.scale >= least_scale && fit.scale <= most_scale)) {
-    context.fail("landmarks", "a scale of " + settings::rounded_text(fit.scale, 3),
+    context.fail("landmarks", "a scale of " + show::rounded_text(fit.scale, 3),
                  "0.5 to 2; check the unit (mm) and the landmarks of each distance");
   }
   std::vector<double> residuals_mm;
@@ -66,13 +66,13 @@ ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::strin
     residuals_mm.push_back(d.subject_mm - fit.scale * d.model_mm);
     sum_sq_mm2 += residuals_mm.back() * residuals_mm.back();
   }
-  Estimate& estimate = fit.estimate;
+  bench::Estimate& estimate = fit.estimate;
   estimate.names = {"subject.scale"};
   estimate.units = {""};
   estimate.values = Eigen::VectorXd::Constant(1, fit.scale);
   estimate.dof = static_cast<double>(distances.size()) - 1.0;
   estimate.covariance = Eigen::MatrixXd::Constant(1, 1, sum_sq_mm2 / estimate.dof / with_model);
-  set_residuals(estimate, residuals_mm, "mm");
+  bench::set_residuals(estimate, residuals_mm, "mm");
   fit.is_nonuniform = most > uneven_ratio * least && estimate.residual_rms > uneven_rms_mm;
   if (fit.is_nonuniform) {
     estimate.remarks.push_back("the distances require scales of " + percent(least) + " to " + percent(most) +
@@ -92,17 +92,17 @@ using Matrix6x6 = Eigen::Matrix<double, 6, 6>;
 
 std::string mm_text(double mm)
 {
-  return text(mm, 2, "mm");
+  return bench::text(mm, 2, "mm");
 }
 
 /// Fiducials without targets: points of the model and touched positions.
 struct Touched {
   std::vector<std::size_t> places;  ///< indices among the marks
-  tracking::RigidBody model;
-  tracking::MarkerRow body_mm;
+  bench::RigidBody model;
+  bench::MarkerRow body_mm;
 };
 
-Touched touched(std::span<const Fiducial> points, const FitErrorContext& context)
+Touched touched(std::span<const Fiducial> points, const bench::FitErrorContext& context)
 {
   Touched result;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -114,9 +114,9 @@ Touched touched(std::span<const Fiducial> points, const FitErrorContext& context
     result.body_mm.emplace_back(p.p_body_mm);
   }
   const std::size_t n = result.places.size();
-  if (n < least_fiducials || n > static_cast<std::size_t>(tracking::max_markers)) {
+  if (n < least_fiducials || n > static_cast<std::size_t>(bench::max_markers)) {
     context.fail("fiducials", std::to_string(n) + " in the fit",
-                 std::to_string(least_fiducials) + " to " + std::to_string(tracking::max_markers) +
+                 std::to_string(least_fiducials) + " to " + std::to_string(bench::max_markers) +
                      ", without targets");
   }
   result.model.markers_mm.resize(static_cast<Eigen::Index>(n), 3);
@@ -128,37 +128,37 @@ Touched touched(std::span<const Fiducial> points, const FitErrorContext& context
 }
 
 /// Fit without an outlier limit; require_no_outlier() checks outliers.
-tracking::PoseFit fit_of(const tracking::RigidBody& model, const tracking::MarkerRow& body_mm)
+bench::PoseFit fit_of(const bench::RigidBody& model, const bench::MarkerRow& body_mm)
 {
-  tracking::FitOptions options;
+  bench::FitOptions options;
   options.outlier_mm = std::numeric_limits<double>::infinity();
-  return tracking::fit_pose(model, body_mm, options);
+  return bench::fit_pose(model, body_mm, options);
 }
 
-void require_spread(const tracking::MarkerCloud& cloud, const char* where, const FitErrorContext& context)
+void require_spread(const bench::MarkerCloud& cloud, const char* where, const bench::FitErrorContext& context)
 {
-  if (!(cloud.spread_mm(1) >= tracking::least_spread_mm)) {
+  if (!(cloud.spread_mm(1) >= bench::least_spread_mm)) {
     context.fail("fiducials",
                  "collinear " + std::string(where) + ": second singular value " + mm_text(cloud.spread_mm(1)),
-                 mm_text(tracking::least_spread_mm) + " or more; add a fiducial away from the line");
+                 mm_text(bench::least_spread_mm) + " or more; add a fiducial away from the line");
   }
-  if (!(cloud.spread_mm(2) >= tracking::least_spread_mm)) {
+  if (!(cloud.spread_mm(2) >= bench::least_spread_mm)) {
     context.fail("fiducials",
                  "coplanar " + std::string(where) + ": third singular value " + mm_text(cloud.spread_mm(2)) +
                      ", which a mirrored model fits as well",
-                 mm_text(tracking::least_spread_mm) + " or more; add a fiducial away from the plane");
+                 mm_text(bench::least_spread_mm) + " or more; add a fiducial away from the plane");
   }
 }
 
 double mirrored_rms_mm(const Touched& points)
 {
-  tracking::RigidBody mirrored = points.model;
+  bench::RigidBody mirrored = points.model;
   mirrored.markers_mm.col(2) *= -1.0;
   return fit_of(mirrored, points.body_mm).residual_rms_mm;
 }
 
 [[noreturn]] void refuse_side(double rms_mm, double mirrored_mm, const std::string& wanted,
-                              const FitErrorContext& context)
+                              const bench::FitErrorContext& context)
 {
   context.fail("fiducials", "a fit to " + mm_text(rms_mm) + " (rms), mirrored to " + mm_text(mirrored_mm),
                wanted);
@@ -175,18 +175,18 @@ LeaveOneOut leave_one_out(const Touched& points)
 {
   LeaveOneOut result;
   for (std::size_t k = 0; k < points.places.size(); ++k) {
-    tracking::MarkerRow others = points.body_mm;
+    bench::MarkerRow others = points.body_mm;
     others[k].reset();
     const Eigen::Vector3d p_model = points.model.markers_mm.row(static_cast<Eigen::Index>(k)).transpose();
-    const tracking::PoseFit fit = fit_of(points.model, others);
-    if (fit.status != tracking::FitStatus::fitted) {
+    const bench::PoseFit fit = fit_of(points.model, others);
+    if (fit.status != bench::FitStatus::fitted) {
       result.error_mm.push_back(0.0);
       result.expected_mm.push_back(std::numeric_limits<double>::infinity());
       result.others_mm.push_back(std::numeric_limits<double>::infinity());
       continue;
     }
-    const double noise = tracking::noise_mm(fit),
-                 target = tracking::target_error_mm(fit.cloud, noise, p_model);
+    const double noise = bench::noise_mm(fit),
+                 target = bench::target_error_mm(fit.cloud, noise, p_model);
     result.error_mm.push_back((fit.X_tracker_body * p_model - *points.body_mm[k]).norm());
     result.expected_mm.push_back(std::sqrt(noise * noise + target * target / 3.0));
     result.others_mm.push_back(fit.residual_rms_mm);
@@ -196,7 +196,7 @@ LeaveOneOut leave_one_out(const Touched& points)
 
 /// Only the fiducial whose removal leaves the best fit can be identified as an outlier.
 void require_no_outlier(std::span<const Fiducial> marks, const Touched& points, const LeaveOneOut& out,
-                        const FitErrorContext& context)
+                        const bench::FitErrorContext& context)
 {
   const auto best = std::ranges::min_element(out.others_mm);
   const auto k = static_cast<std::size_t>(best - out.others_mm.begin());
@@ -222,7 +222,7 @@ double rms_of(const LeaveOneOut& out)
 
 /// Standard deviation of a coordinate without the part that a scale of the model explains: the component of
 /// the residuals r along the centred positions c; 3 n - 7 degrees of freedom.
-double noise_of_any_size_mm(const Touched& points, const tracking::PoseFit& fit)
+double noise_of_any_size_mm(const Touched& points, const bench::PoseFit& fit)
 {
   double sum_sq = 0.0, along = 0.0, length_sq = 0.0;
   for (std::size_t k = 0; k < points.places.size(); ++k) {
@@ -239,12 +239,12 @@ double noise_of_any_size_mm(const Touched& points, const tracking::PoseFit& fit)
 
 /// Covariance of translation and rotation vector in body axes. The rotation is about the points' centre, so
 /// it moves the origin by centre x turn.
-Matrix6x6 covariance_of(const tracking::PoseFit& fit, double noise)
+Matrix6x6 covariance_of(const bench::PoseFit& fit, double noise)
 {
-  const tracking::PoseError error = tracking::expected_error(fit.cloud, noise);
+  const bench::PoseError error = bench::expected_error(fit.cloud, noise);
   const Eigen::Matrix3d axes_body = fit.X_tracker_body.linear() * fit.cloud.axes;
   const Eigen::Matrix3d turn = axes_body * error.turn_rad.cwiseAbs2().asDiagonal() * axes_body.transpose();
-  const Eigen::Matrix3d cross = tracking::cross_matrix(fit.X_tracker_body.linear() * fit.cloud.centre_mm);
+  const Eigen::Matrix3d cross = bench::cross_matrix(fit.X_tracker_body.linear() * fit.cloud.centre_mm);
   const double centre_mm2 = error.centre_mm * error.centre_mm / 3.0;
   Matrix6x6 covariance;
   covariance << centre_mm2 * Eigen::Matrix3d::Identity() + cross * turn * cross.transpose(), cross * turn,
@@ -271,14 +271,14 @@ double rms_of(const std::vector<double>& lengths)
 }
 
 /// Assumes the same touching noise at targets and fiducials.
-double expected_target_rms(std::span<const Fiducial> points, const tracking::PoseFit& fit)
+double expected_target_rms(std::span<const Fiducial> points, const bench::PoseFit& fit)
 {
-  const double noise = tracking::noise_mm(fit);
+  const double noise = bench::noise_mm(fit);
   std::vector<double> expected;
   for (const Fiducial& p : points) {
     if (p.is_target)
       expected.push_back(
-          std::hypot(std::sqrt(3.0) * noise, tracking::target_error_mm(fit.cloud, noise, p.p_model_mm)));
+          std::hypot(std::sqrt(3.0) * noise, bench::target_error_mm(fit.cloud, noise, p.p_model_mm)));
   }
   return rms_of(expected);
 }
@@ -304,13 +304,13 @@ void add_remarks(FiducialFit& fit, bool has_targets)
 FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& name, const std::string& file,
                           const FiducialOptions& options)
 {
-  const FitErrorContext context{"", file};
+  const bench::FitErrorContext context{"", file};
   const Touched used = touched(points, context);
-  tracking::RigidBody as_touched = used.model;
+  bench::RigidBody as_touched = used.model;
   for (std::size_t k = 0; k < used.places.size(); ++k)
     as_touched.markers_mm.row(static_cast<Eigen::Index>(k)) = used.body_mm[k]->transpose();
-  require_spread(tracking::cloud_of(used.model, used.body_mm), "on the model", context);
-  const tracking::PoseFit pose = fit_of(used.model, used.body_mm);
+  require_spread(bench::cloud_of(used.model, used.body_mm), "on the model", context);
+  const bench::PoseFit pose = fit_of(used.model, used.body_mm);
   // A wrong side is checked before outliers, because it makes any point look like one. An undetermined side
   // is checked after them, because an outlier degrades every fit.
   const double rms_mm = pose.residual_rms_mm, mirrored_mm = mirrored_rms_mm(used);
@@ -319,7 +319,7 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
                 context);
   const LeaveOneOut out = leave_one_out(used);
   require_no_outlier(points, used, out, context);
-  require_spread(tracking::cloud_of(as_touched, used.body_mm), "as touched", context);
+  require_spread(bench::cloud_of(as_touched, used.body_mm), "as touched", context);
   if (!(mirrored_mm > mirror_factor * rms_mm))
     refuse_side(rms_mm, mirrored_mm,
                 "a worse mirrored fit; touch the points again or add a fiducial away from their plane",
@@ -333,11 +333,11 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
   fit.target_rms_mm = rms_of(at_targets_mm);
   fit.expected_target_rms_mm = expected_target_rms(points, pose);
   fit.leave_one_out_rms_mm = rms_of(out);
-  const double noise = options.is_size_known ? tracking::noise_mm(pose) : noise_of_any_size_mm(used, pose);
-  fit.estimate = pose_estimate(name, fit.X_body_model, covariance_of(pose, noise));
+  const double noise = options.is_size_known ? bench::noise_mm(pose) : noise_of_any_size_mm(used, pose);
+  fit.estimate = bench::pose_estimate(name, fit.X_body_model, covariance_of(pose, noise));
   fit.estimate.dof = 3.0 * static_cast<double>(used.places.size()) - (options.is_size_known ? 6.0 : 7.0);
   residuals_mm.insert(residuals_mm.end(), at_targets_mm.begin(), at_targets_mm.end());
-  set_residuals(fit.estimate, residuals_mm, "mm");
+  bench::set_residuals(fit.estimate, residuals_mm, "mm");
   add_remarks(fit, !at_targets_mm.empty());
   return fit;
 }
@@ -345,7 +345,7 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
 FiducialFit mean_adjusted_pose(std::span<const Pose> adjusted, const std::string& name,
                                const std::string& file)
 {
-  const FitErrorContext context{"", file};
+  const bench::FitErrorContext context{"", file};
   if (adjusted.size() < 2) {
     context.fail(name, std::to_string(adjusted.size()) + " adjusted poses",
                  "two or more, because their spread gives the uncertainty");
@@ -360,8 +360,8 @@ FiducialFit mean_adjusted_pose(std::span<const Pose> adjusted, const std::string
   for (int round = 0; round < most_rounds; ++round) {
     Eigen::Vector3d mean_turn = Eigen::Vector3d::Zero();
     for (const Pose& X : adjusted)
-      mean_turn += tracking::turn_of(X.linear() * fit.X_body_model.linear().transpose()) / n;
-    fit.X_body_model.linear() = (tracking::rotation_of(mean_turn) * fit.X_body_model.linear()).eval();
+      mean_turn += bench::turn_of(X.linear() * fit.X_body_model.linear().transpose()) / n;
+    fit.X_body_model.linear() = (bench::rotation_of(mean_turn) * fit.X_body_model.linear()).eval();
     if (mean_turn.norm() < resolution_rad) break;
   }
   fit.X_body_model.translation().setZero();
@@ -372,13 +372,13 @@ FiducialFit mean_adjusted_pose(std::span<const Pose> adjusted, const std::string
   for (const Pose& X : adjusted) {
     Eigen::Matrix<double, 6, 1> off;
     off << X.translation() - fit.X_body_model.translation(),
-        tracking::turn_of(X.linear() * fit.X_body_model.linear().transpose());
+        bench::turn_of(X.linear() * fit.X_body_model.linear().transpose());
     covariance += off * off.transpose() / (n * (n - 1.0));
     off_mm.push_back(off.head<3>().norm());
   }
-  fit.estimate = pose_estimate(name, fit.X_body_model, covariance);
+  fit.estimate = bench::pose_estimate(name, fit.X_body_model, covariance);
   fit.estimate.dof = n - 1.0;
-  set_residuals(fit.estimate, off_mm, "mm");
+  bench::set_residuals(fit.estimate, off_mm, "mm");
   return fit;
 }
 

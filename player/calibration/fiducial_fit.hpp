@@ -3,8 +3,8 @@
 
 #include <span>
 
-#include "calibration/estimate.hpp"
-#include "core/mesh.hpp"
+#include "bench/estimate.hpp"
+#include "model/mesh.hpp"
 
 namespace vrda::calibration {
 
@@ -18,7 +18,7 @@ struct ScaleFit {
   /// The distances require different scales: more than 5 % apart, with a residual rms above 2 mm, the
   /// accuracy of landmarks palpated through skin. The noise is unknown, so there is no statistical test.
   bool is_nonuniform = false;
-  Estimate estimate;  ///< "subject.scale"; residuals: subject minus scaled model, mm
+  bench::Estimate estimate;  ///< "subject.scale"; residuals: subject minus scaled model, mm
 };
 
 /// Least squares through the origin. Throws FitError with `file`: fewer than three distances, a distance
@@ -39,7 +39,7 @@ struct FiducialFit {
   double expected_target_rms_mm = 0.0;  ///< expected target registration error for the estimated noise
   double leave_one_out_rms_mm = 0.0;    ///< error of each fiducial in a fit to the others
   /// Pose `name`; residuals: lengths at each fiducial, then at each target, mm.
-  Estimate estimate;
+  bench::Estimate estimate;
 };
 
 struct FiducialOptions {

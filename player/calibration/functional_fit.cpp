@@ -7,8 +7,8 @@
 #include "calibration/functional_problem.hpp"
 #include "calibration/linear_algebra.hpp"
 #include "core/units.hpp"
-#include "settings/settings_text.hpp"
-#include "tracking/screw.hpp"
+#include "show/settings_text.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -26,12 +26,12 @@ constexpr double joint_arm_mm = 30.0;
 
 std::string angle_text(double rad)
 {
-  return text(deg_from_rad(rad), 0, "degrees");
+  return bench::text(deg_from_rad(rad), 0, "degrees");
 }
 
 std::string error_text(const MotionError& error)
 {
-  return text(error.mm, 2, "mm") + " and " + text(deg_from_rad(error.rad), 2, "degrees");
+  return bench::text(error.mm, 2, "mm") + " and " + bench::text(deg_from_rad(error.rad), 2, "degrees");
 }
 
 /// Root mean squares of twists.
@@ -65,7 +65,7 @@ double expected_joint_mm(const Eigen::MatrixXd& C)
   return std::sqrt(0.5 * sum);
 }
 
-void require_trials(std::span<const FlexionTrial> trials, const FitErrorContext& context)
+void require_trials(std::span<const FlexionTrial> trials, const bench::FitErrorContext& context)
 {
   if (trials.size() < least_trials)
     context.fail("bends", std::to_string(trials.size()) + " bends", "two or more: each is held out once");
@@ -79,7 +79,7 @@ void require_trials(std::span<const FlexionTrial> trials, const FitErrorContext&
 
 /// Checks each trial with the placements by landmarks.
 void require_start(const FunctionalProblem& problem, std::span<const FlexionTrial> trials,
-                   const FitErrorContext& context)
+                   const bench::FitErrorContext& context)
 {
   const Eigen::VectorXd landmarks = Eigen::VectorXd::Zero(n_functional);
   for (std::size_t k = 0; k < trials.size(); ++k) {
@@ -100,7 +100,7 @@ void require_start(const FunctionalProblem& problem, std::span<const FlexionTria
     const MotionError start = sum.rms();
     if (start.mm > most_start_mm || start.rad > most_start_rad) {
       context.fail(trials[k].name, "a motion " + error_text(start) + " from that of the landmarks",
-                   "at most " + text(most_start_mm, 0, "mm") + " and " + angle_text(most_start_rad) +
+                   "at most " + bench::text(most_start_mm, 0, "mm") + " and " + angle_text(most_start_rad) +
                        "; check which body is on which bone, and the landmarks",
                    {k});
     }
@@ -112,7 +112,7 @@ void require_start(const FunctionalProblem& problem, std::span<const FlexionTria
   }
 }
 
-void require_converged(const LeastSquares& fit, const FitErrorContext& context)
+void require_converged(const LeastSquares& fit, const bench::FitErrorContext& context)
 {
   if (fit.status == LeastSquaresStatus::converged) return;
   context.fail("bends", std::string("a fit with status: ") + name_of(fit.status),
@@ -184,7 +184,7 @@ MotionError rms_of(const std::vector<MotionError>& errors)
 
 /// Errors of each trial by the fit to the others; refuses the trial that contradicts them most.
 std::vector<MotionError> held_out(const FunctionalProblem& problem, const Solution& solution,
-                                  std::span<const FlexionTrial> trials, const FitErrorContext& context)
+                                  std::span<const FlexionTrial> trials, const bench::FitErrorContext& context)
 {
   std::vector<MotionError> errors(trials.size());
   double worst = 0.0;
@@ -207,8 +207,8 @@ std::vector<MotionError> held_out(const FunctionalProblem& problem, const Soluti
   if (worst > most_factor) {
     context.fail(trials[worst_trial].name,
                  error_text(errors[worst_trial]) + " from the placement that fits the other bends, " +
-                     text(worst, 1, "times the tracker's noise"),
-                 "at most " + text(most_factor, 0, "times") +
+                     bench::text(worst, 1, "times the tracker's noise"),
+                 "at most " + bench::text(most_factor, 0, "times") +
                      "; the bodies must not move on the skin. Bend again, without pressing the leg sideways",
                  {worst_trial});
   }
@@ -224,11 +224,11 @@ MotionError deviation_of(const FunctionalProblem& problem, const Eigen::VectorXd
   return sum.rms();
 }
 
-Estimate estimate_of(const FunctionalFit& fit, const Eigen::MatrixXd& covariance)
+bench::Estimate estimate_of(const FunctionalFit& fit, const Eigen::MatrixXd& covariance)
 {
-  Estimate estimate;
-  append(estimate, pose_estimate("femur", fit.X_thigh_femur, covariance.block<6, 6>(0, 0)));
-  append(estimate, pose_estimate("tibia", fit.X_shank_tibia, covariance.block<6, 6>(6, 6)));
+  bench::Estimate estimate;
+  append(estimate, bench::pose_estimate("femur", fit.X_thigh_femur, covariance.block<6, 6>(0, 0)));
+  append(estimate, bench::pose_estimate("tibia", fit.X_shank_tibia, covariance.block<6, 6>(6, 6)));
   Eigen::VectorXd unit = Eigen::VectorXd::Ones(n_placement);
   for (const Eigen::Index k : {3, 9}) unit.segment<3>(k).setConstant(deg_from_rad(1.0));
   estimate.covariance = unit.asDiagonal() * covariance * unit.asDiagonal();
@@ -236,10 +236,10 @@ Estimate estimate_of(const FunctionalFit& fit, const Eigen::MatrixXd& covariance
   return estimate;
 }
 
-std::vector<std::string> remarks_of(const FunctionalFit& fit, const FunctionalSettings& settings)
+std::vector<std::string> remarks_of(const FunctionalFit& fit, const bench::FunctionalSettings& settings)
 {
-  std::vector<std::string> remarks{"expected error at the joint " + text(fit.joint_mm, 1, "mm") +
-                                       ", from landmarks alone " + text(fit.landmarks_joint_mm, 1, "mm"),
+  std::vector<std::string> remarks{"expected error at the joint " + bench::text(fit.joint_mm, 1, "mm") +
+                                       ", from landmarks alone " + bench::text(fit.landmarks_joint_mm, 1, "mm"),
                                    "held-out bends fit to " + error_text(fit.held_out) +
                                        " (rms), with landmarks alone to " + error_text(fit.by_landmarks),
                                    "flexion range " + angle_text(fit.flexion_range_rad) +
@@ -279,7 +279,7 @@ double flexion_range_rad(const FlexionTrial& trial, const FunctionalInput& input
 
 FunctionalFit fit_functional(const FunctionalInput& input, const std::string& file)
 {
-  const FitErrorContext context{"", file};
+  const bench::FitErrorContext context{"", file};
   require_trials(input.trials, context);
   const FunctionalProblem problem(input);
   require_start(problem, input.trials, context);
@@ -302,14 +302,14 @@ FunctionalFit fit_functional(const FunctionalInput& input, const std::string& fi
   fit.deviation = deviation_of(problem, x);
   if (fit.joint_mm > most_of_landmarks * fit.landmarks_joint_mm) {
     context.fail("bends",
-                 "an expected error at the joint of " + text(fit.joint_mm, 1, "mm") +
-                     ", from landmarks alone " + text(fit.landmarks_joint_mm, 1, "mm"),
+                 "an expected error at the joint of " + bench::text(fit.joint_mm, 1, "mm") +
+                     ", from landmarks alone " + bench::text(fit.landmarks_joint_mm, 1, "mm"),
                  "a motion that determines the placement; bend further, or keep the landmarks");
   }
   fit.estimate = estimate_of(fit, problem.origin_covariance(solution.fit));
   std::vector<double> residuals_mm;
   for (const MotionError& error : errors) residuals_mm.push_back(error.mm);
-  set_residuals(fit.estimate, residuals_mm, "mm");
+  bench::set_residuals(fit.estimate, residuals_mm, "mm");
   fit.estimate.remarks = remarks_of(fit, input.settings);
   return fit;
 }

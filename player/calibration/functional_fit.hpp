@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "calibration/estimate.hpp"
+#include "bench/estimate.hpp"
 #include "calibration/joint_curve.hpp"
+#include "bench/calibration_settings.hpp"
 #include "core/units.hpp"
 
 namespace vrda::calibration {
@@ -21,18 +22,10 @@ struct FlexionTrial {
   std::vector<Pose> X_thigh_shank;
 };
 
-/// A bone in its body by landmarks, with the covariance of an Estimate in mm and rad.
+/// A bone in its body by landmarks, with the covariance of an bench::Estimate in mm and rad.
 struct BonePlacement {
   Pose X_body_bone = Pose::Identity();
   Matrix6 covariance_mm_rad = Matrix6::Identity();
-};
-
-struct FunctionalSettings {
-  /// Initial noise of each tracked body: of each coordinate of its position, of the rotation about each axis.
-  /// The fit estimates a common factor.
-  double tracker_sd_mm = 0.3, tracker_sd_rad = rad_from_deg(0.3);
-  /// Root mean square deviation of the subject's joint from the model along flexion: length, angle.
-  double model_sd_mm = 1.0, model_sd_rad = rad_from_deg(2.0);
 };
 
 struct FunctionalInput {
@@ -40,7 +33,7 @@ struct FunctionalInput {
   const JointCurve& curve;  ///< of the model in the subject's size
   const BonePlacement& femur;
   const BonePlacement& tibia;
-  FunctionalSettings settings;
+  bench::FunctionalSettings settings;
 };
 
 /// Root mean square distance and angle between tracked and fitted motion, flexion being free.
@@ -59,7 +52,7 @@ struct FunctionalFit {
   MotionError by_landmarks;  ///< all trials by the placements by landmarks
   MotionError deviation;     ///< of the joint from the model, as fitted
   /// Poses "femur" and "tibia"; residuals: held-out lengths of each trial (root mean square), mm.
-  Estimate estimate;
+  bench::Estimate estimate;
 };
 
 /// Places both bones so that the model's motion, with a smooth deviation from it, explains the tracked one;

@@ -8,7 +8,7 @@
 
 #include "calibration/linear_algebra.hpp"
 #include "core/units.hpp"
-#include "tracking/screw.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -28,7 +28,7 @@ double step_of(Eigen::Index coordinate)
 Pose moved_pose(const Pose& X, const Eigen::Vector3d& shift_mm, const Eigen::Vector3d& turn_rad)
 {
   Pose moved = X;
-  moved.linear() = tracking::rotation_of(turn_rad) * X.linear();
+  moved.linear() = bench::rotation_of(turn_rad) * X.linear();
   moved.translation() += shift_mm;
   return moved;
 }
@@ -44,7 +44,7 @@ Pose at_centre(const Pose& X, const Eigen::Vector3d& centre_mm)
 Matrix6 at_point(const Eigen::Vector3d& arm_mm)
 {
   Matrix6 A = Matrix6::Identity();
-  A.topRightCorner<3, 3>() = -tracking::cross_matrix(arm_mm);
+  A.topRightCorner<3, 3>() = -bench::cross_matrix(arm_mm);
   return A;
 }
 
@@ -54,7 +54,7 @@ Matrix6 adjoint_inverse(const Pose& X_a_b)
   const Eigen::Matrix3d R_t = X_a_b.linear().transpose();
   Matrix6 A = Matrix6::Zero();
   A.topLeftCorner<3, 3>() = A.bottomRightCorner<3, 3>() = R_t;
-  A.topRightCorner<3, 3>() = -R_t * tracking::cross_matrix(X_a_b.translation());
+  A.topRightCorner<3, 3>() = -R_t * bench::cross_matrix(X_a_b.translation());
   return A;
 }
 
@@ -84,14 +84,14 @@ std::array<double, n_terms> terms_at(double u)
 Vector6 twist_of(const Pose& X)
 {
   Vector6 twist;
-  twist << X.translation(), tracking::turn_of(X.linear());
+  twist << X.translation(), bench::turn_of(X.linear());
   return twist;
 }
 
 /// Left Jacobian of the rotation vector, to its third order.
 Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& turn_rad)
 {
-  const Eigen::Matrix3d W = tracking::cross_matrix(turn_rad);
+  const Eigen::Matrix3d W = bench::cross_matrix(turn_rad);
   return Eigen::Matrix3d::Identity() + 0.5 * W + W * W / 6.0;
 }
 

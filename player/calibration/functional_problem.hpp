@@ -54,7 +54,7 @@ class FunctionalProblem {
   /// Placements with the origin of the model.
   Pose X_thigh_femur(const Eigen::VectorXd& x) const;
   Pose X_shank_tibia(const Eigen::VectorXd& x) const;
-  /// [12, 12] of the fit's placements, with the conventions of an Estimate, mm and rad; at the joint's centre
+  /// [12, 12] of the fit's placements, with the conventions of an bench::Estimate, mm and rad; at the joint's centre
   /// or at the model's origin.
   Eigen::MatrixXd centre_covariance(const LeastSquares& fit) const;
   Eigen::MatrixXd origin_covariance(const LeastSquares& fit) const;
@@ -88,7 +88,7 @@ class FunctionalProblem {
   Eigen::Index n_used(std::size_t without) const;
 
   JointCurve curve_;
-  FunctionalSettings settings_;
+  bench::FunctionalSettings settings_;
   std::array<Pose, 2> X_body_bone_;            ///< by landmarks, at the joint's centre
   std::array<Matrix6, 2> covariance_, prior_;  ///< prior: whitening of the landmarks
   std::vector<FunctionalSample> samples_;

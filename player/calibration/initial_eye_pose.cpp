@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "tracking/body_pose.hpp"
+#include "bench/body_pose.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -18,12 +18,12 @@ struct Sight {
   Eigen::Vector3d p_carrier_mm = Eigen::Vector3d::Zero();
 };
 
-std::vector<Sight> sights_of(std::span<const BullseyeMark> marks, const optics::EyePair& eyes)
+std::vector<Sight> sights_of(std::span<const BullseyeMark> marks, const view::EyePair& eyes)
 {
   std::vector<Sight> sights;
   for (const BullseyeMark& mark : marks) {
-    const optics::Eye& eye = mark.is_right ? eyes.right : eyes.left;
-    const Eigen::Vector2d off_px = optics::shown_px(eye.distortion, mark.drawn_px) - eye.sight_px;
+    const view::Eye& eye = mark.is_right ? eyes.right : eyes.left;
+    const Eigen::Vector2d off_px = view::shown_px(eye.distortion, mark.drawn_px) - eye.sight_px;
     Sight sight;
     sight.from_mm = eye.position_head_mm;
     sight.along = Eigen::Vector3d(off_px.x(), -eye.pixel_aspect * off_px.y(), -eye.distance_px).normalized();
@@ -67,7 +67,7 @@ PoseCandidate iterate_from(const std::vector<Sight>& sights, const Eigen::Matrix
       const Eigen::Vector3d on_sight_mm = s.from_mm + s.along * s.along.dot(X * s.p_carrier_mm - s.from_mm);
       H += on_sight_mm * (s.p_carrier_mm - mean_mm).transpose();
     }
-    X.linear() = tracking::nearest_rotation(H);
+    X.linear() = bench::nearest_rotation(H);
     set_translation(sights, inverse, X);
   }
   candidate.error_mm2 = 0.0;
@@ -100,7 +100,7 @@ std::vector<Eigen::Matrix3d> cube_rotations()
 
 }  // namespace
 
-Pose initial_eye_pose(std::span<const BullseyeMark> marks, const optics::EyePair& eyes)
+Pose initial_eye_pose(std::span<const BullseyeMark> marks, const view::EyePair& eyes)
 {
   constexpr std::size_t least_marks = 3;
   if (marks.size() < least_marks) return Pose::Identity();

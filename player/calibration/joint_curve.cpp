@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/estimate.hpp"
+#include "bench/estimate.hpp"
 #include "core/units.hpp"
-#include "tracking/screw.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -37,7 +37,7 @@ Pose JointCurve::at(double flexion_rad) const
 {
   const Knot six = coordinates_at(*this, flexion_rad);
   Pose X = Pose::Identity();
-  X.linear() = tracking::rotation_of(six.tail<3>());
+  X.linear() = bench::rotation_of(six.tail<3>());
   X.translation() = six.head<3>();
   return X;
 }
@@ -67,7 +67,7 @@ JointCurve joint_curve_of(std::span<const double> numbers, const std::string& fi
                         (numbers.size() - n_leading) % n_coordinates == 0 &&
                         std::ranges::all_of(numbers, [](double x) { return std::isfinite(x); });
   if (!is_whole || !(numbers[4] > 0.0)) {
-    FitErrorContext{"", file}.fail(
+    bench::FitErrorContext{"", file}.fail(
         field, std::to_string(numbers.size()) + " numbers",
         "the joint's motion: centre, first flexion, step above 0, then two or more poses");
   }

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/mesh.hpp"
+#include "model/mesh.hpp"
 
 namespace vrda::calibration {
 

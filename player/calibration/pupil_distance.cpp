@@ -29,8 +29,8 @@ Middles middles_of(const EyeRectangles& seen, double sight_sd_px)
   const double distance_px = seen.fit.eyepoint.distance_px;
   for (Eigen::Index k = 0; k < n; ++k) {
     const RectangleMark& mark = seen.marks[static_cast<std::size_t>(k)];
-    const double middle_px = 0.5 * (optics::shown_px(seen.eye.distortion, mark.left_drawn_px).x() +
-                                    optics::shown_px(seen.eye.distortion, mark.right_drawn_px).x()) -
+    const double middle_px = 0.5 * (view::shown_px(seen.eye.distortion, mark.left_drawn_px).x() +
+                                    view::shown_px(seen.eye.distortion, mark.right_drawn_px).x()) -
                              seen.eye.sight_px.x();
     const double mm_by_px = (seen.fit.eyepoint.depth_mm + mark.depth_mm) / distance_px;
     middles.right_mm(k) = middle_px * mm_by_px;
@@ -61,7 +61,7 @@ PupilDistance pupil_distance(const EyeRectangles& left, const EyeRectangles& rig
   Eigen::MatrixXd V = propagated(l.by_known, l.known) + propagated(r.by_known, r.known);
   // sd_mm has no degrees of freedom, so the noise of t_ratio marks is enlarged by the ratio of Student's t.
   const double dof = std::max(1.0, static_cast<double>(left.marks.size() + right.marks.size()) - 4.0);
-  const double t_ratio = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
+  const double t_ratio = bench::t_95(dof) / bench::t_95(std::numeric_limits<double>::infinity());
   V.diagonal() += t_ratio * t_ratio * (l.noise_mm2 + r.noise_mm2);
   // Keeps V invertible without noise and with known eyepoints; a nanometre is negligible otherwise.
   constexpr double regularisation_mm2 = 1e-12;

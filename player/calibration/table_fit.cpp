@@ -5,9 +5,9 @@
 
 #include "calibration/linear_algebra.hpp"
 #include "core/units.hpp"
-#include "settings/settings_text.hpp"
-#include "tracking/rigid_body.hpp"
-#include "tracking/screw.hpp"
+#include "show/settings_text.hpp"
+#include "bench/rigid_body.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -67,7 +67,7 @@ Eigen::MatrixXd covariance_of(const PivotProblem& problem, const Eigen::VectorXd
 
 PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& file)
 {
-  const FitErrorContext context{"", file};
+  const bench::FitErrorContext context{"", file};
   const std::size_t n = X_tracker_probe.size();
   if (n < least_poses)
     context.fail("probe", std::to_string(n) + " poses", std::to_string(least_poses) + " or more");
@@ -76,9 +76,9 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   if (!(fit.spread_rad >= least_spread_rad)) {
     context.fail(
         "probe",
-        text(deg_from_rad(fit.spread_rad), 1, "deg") +
+        bench::text(deg_from_rad(fit.spread_rad), 1, "deg") +
             " (rms) of rotation about the axis with the least rotation",
-        text(deg_from_rad(least_spread_rad), 0, "deg") +
+        bench::text(deg_from_rad(least_spread_rad), 0, "deg") +
             " or more; keep the tip fixed and tilt the probe in all directions over a range of 40 deg");
   }
   const PivotProblem problem = pivot_problem(X_tracker_probe);
@@ -91,21 +91,21 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   for (Eigen::Index i = 0; i < residuals.size(); i += 3)
     residuals_mm.push_back(residuals.segment<3>(i).norm());
 
-  Estimate& estimate = fit.estimate;
+  bench::Estimate& estimate = fit.estimate;
   estimate.names = {"probe.tip_x", "probe.tip_y", "probe.tip_z"};
   estimate.units = {"mm", "mm", "mm"};
   estimate.values = fit.tip_probe_mm;
   estimate.covariance = covariance_of(problem, residuals, inverse).topLeftCorner<3, 3>();
   estimate.dof = static_cast<double>(n) - 2.0;
-  set_residuals(estimate, residuals_mm, "mm");
+  bench::set_residuals(estimate, residuals_mm, "mm");
   if (!(estimate.residual_rms <= most_rms_mm)) {
-    context.fail("probe", "a tip that moves by " + text(estimate.residual_rms, 2, "mm") + " (rms)",
-                 text(most_rms_mm, 0, "mm") + " at most; the tip slipped: put it in a small hole and repeat");
+    context.fail("probe", "a tip that moves by " + bench::text(estimate.residual_rms, 2, "mm") + " (rms)",
+                 bench::text(most_rms_mm, 0, "mm") + " at most; the tip slipped: put it in a small hole and repeat");
   }
-  estimate.remarks.push_back("the probe rotated by " + text(deg_from_rad(fit.spread_rad), 0, "deg") +
+  estimate.remarks.push_back("the probe rotated by " + bench::text(deg_from_rad(fit.spread_rad), 0, "deg") +
                              " (rms) about the axis with the least rotation (at least " +
-                             settings::rounded_text(deg_from_rad(least_spread_rad), 0) +
-                             " required); its tip moved by " + text(estimate.residual_rms, 2, "mm") +
+                             show::rounded_text(deg_from_rad(least_spread_rad), 0) +
+                             " required); its tip moved by " + bench::text(estimate.residual_rms, 2, "mm") +
                              " (rms)");
   return fit;
 }
@@ -159,10 +159,10 @@ LineFit fit_line(const std::vector<Eigen::Vector3d>& points_mm)
   return fit;
 }
 
-tracking::FitError refusal(Rail rail, const std::string& file, const std::string& found,
+bench::FitError refusal(Rail rail, const std::string& file, const std::string& found,
                            const std::string& wanted)
 {
-  return tracking::FitError({file, rail == Rail::x ? "x_rail" : "z_rail", found, wanted},
+  return bench::FitError({file, rail == Rail::x ? "x_rail" : "z_rail", found, wanted},
                             {static_cast<std::size_t>(rail)});
 }
 
@@ -176,8 +176,8 @@ void require_no_outlier(const LineFit& fit, Rail rail, const std::string& file)
     const double others_mm2 = std::max(0.0, fit.off_sq_mm2 - fit.off_mm[k] * off_mm) / (fit.dof - 2.0);
     if (off_mm > rail_outlier_mm && off_mm > rail_outlier_sd * std::sqrt(others_mm2)) {
       throw refusal(rail, file,
-                    "position " + std::to_string(k + 1) + " " + text(off_mm, 2, "mm") + " from the line",
-                    "positions within " + text(rail_outlier_mm, 0, "mm") +
+                    "position " + std::to_string(k + 1) + " " + bench::text(off_mm, 2, "mm") + " from the line",
+                    "positions within " + bench::text(rail_outlier_mm, 0, "mm") +
                         "; sweep again with the marker always visible");
     }
   }
@@ -197,14 +197,14 @@ LineFit required_line(const RailSweep& sweep, Rail rail, const std::string& file
   LineFit fit = fit_line(sweep.p_tracker_mm);
   const auto [least, most] = std::minmax_element(fit.along_mm.begin(), fit.along_mm.end());
   if (!(*most - *least >= least_sweep_mm)) {
-    throw refusal(rail, file, "a sweep of " + text(*most - *least, 1, "mm"),
-                  text(least_sweep_mm, 0, "mm") + " or more, preferably the whole rail");
+    throw refusal(rail, file, "a sweep of " + bench::text(*most - *least, 1, "mm"),
+                  bench::text(least_sweep_mm, 0, "mm") + " or more, preferably the whole rail");
   }
   require_no_outlier(fit, rail, file);
   const double rms_mm = std::sqrt(fit.off_sq_mm2 / static_cast<double>(n));
   if (!(rms_mm <= most_rail_rms_mm)) {
-    throw refusal(rail, file, "positions " + text(rms_mm, 2, "mm") + " (rms) from the best line",
-                  text(most_rail_rms_mm, 0, "mm") + " at most; move the marker only along the rail");
+    throw refusal(rail, file, "positions " + bench::text(rms_mm, 2, "mm") + " (rms) from the best line",
+                  bench::text(most_rail_rms_mm, 0, "mm") + " at most; move the marker only along the rail");
   }
   return fit;
 }
@@ -253,7 +253,7 @@ Eigen::Matrix<double, 6, 6> covariance_of(const LineFit& x_fit, const LineFit& z
       }
       Eigen::Matrix<double, 6, 1> change;
       change << ends[1].translation() - ends[0].translation(),
-          tracking::turn_of(ends[1].linear() * ends[0].linear().transpose());
+          bench::turn_of(ends[1].linear() * ends[0].linear().transpose());
       change /= 2.0 * step;
       sum += variance * change * change.transpose();
     };
@@ -281,13 +281,13 @@ double stage_scale_of(const RailSweep& sweep, const LineFit& fit, const std::str
   const double scale = with_stage > 0.0 ? with_marker / with_stage : 0.0;
   if (!(counted > 0.0)) {
     throw refusal(Rail::x, file,
-                  "an encoder displacement of " + text(counted, 3, "mm") + " per mm to the right",
+                  "an encoder displacement of " + bench::text(counted, 3, "mm") + " per mm to the right",
                   "1; check the sign of stage_mm_per_count in the bench file, the encoder and that the sweep "
                   "was from left to right");
   }
   if (!(std::abs(scale - 1.0) <= most_stage_error)) {
     throw refusal(Rail::x, file,
-                  "a marker displacement of " + text(scale, 4, "mm") + " per mm of the encoder",
+                  "a marker displacement of " + bench::text(scale, 4, "mm") + " per mm of the encoder",
                   "1 to within 2 %; check stage_mm_per_count in the bench file");
   }
   return scale;
@@ -306,7 +306,7 @@ TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::
   TableFit fit;
   fit.rails_angle_rad = angle_between(x_fit.line.direction, z_fit.line.direction);
   if (!(std::min(fit.rails_angle_rad, pi - fit.rails_angle_rad) >= least_apart_rad)) {
-    throw refusal(Rail::z, file, "rails at an angle of " + text(deg_from_rad(fit.rails_angle_rad), 1, "deg"),
+    throw refusal(Rail::z, file, "rails at an angle of " + bench::text(deg_from_rad(fit.rails_angle_rad), 1, "deg"),
                   "about 90 deg, at least 45 to 135; sweep the other rail");
   }
   fit.stage_scale = stage_scale_of(x_rail, x_fit, file);
@@ -316,16 +316,16 @@ TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::
   const double noise_mm2 = (x_fit.off_sq_mm2 + z_fit.off_sq_mm2) / dof;
   fit.rails_angle_sd_rad = std::sqrt(noise_mm2 * (1.0 / x_fit.along_sq_mm2 + 1.0 / z_fit.along_sq_mm2));
 
-  fit.estimate = pose_estimate("table", fit.X_tracker_table, covariance_of(x_fit, z_fit, noise_mm2));
+  fit.estimate = bench::pose_estimate("table", fit.X_tracker_table, covariance_of(x_fit, z_fit, noise_mm2));
   fit.estimate.dof = dof;
   std::vector<double> off_mm = x_fit.off_mm;
   off_mm.insert(off_mm.end(), z_fit.off_mm.begin(), z_fit.off_mm.end());
-  set_residuals(fit.estimate, off_mm, "mm");
+  bench::set_residuals(fit.estimate, off_mm, "mm");
   fit.estimate.remarks.push_back(
-      "angle between the rails: " + text(deg_from_rad(fit.rails_angle_rad), 3, "deg") + " (95 %: +-" +
-      text(deg_from_rad(t_95(dof) * fit.rails_angle_sd_rad), 3, "deg") + ")");
+      "angle between the rails: " + bench::text(deg_from_rad(fit.rails_angle_rad), 3, "deg") + " (95 %: +-" +
+      bench::text(deg_from_rad(bench::t_95(dof) * fit.rails_angle_sd_rad), 3, "deg") + ")");
   if (fit.stage_scale > 0.0)
-    fit.estimate.remarks.push_back("marker displacement: " + text(fit.stage_scale, 4, "mm") +
+    fit.estimate.remarks.push_back("marker displacement: " + bench::text(fit.stage_scale, 4, "mm") +
                                    " per mm of the encoder");
   return fit;
 }

@@ -3,8 +3,8 @@
 
 #include <span>
 
-#include "calibration/estimate.hpp"
-#include "core/mesh.hpp"
+#include "bench/estimate.hpp"
+#include "model/mesh.hpp"
 
 namespace vrda::calibration {
 
@@ -12,7 +12,7 @@ struct PivotFit {
   Eigen::Vector3d tip_probe_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d pivot_tracker_mm = Eigen::Vector3d::Zero();
   double spread_rad = 0.0;  ///< rms rotation about the axis with the least rotation
-  Estimate estimate;        ///< "probe.tip_x" to "probe.tip_z" (mm); residuals: lengths, mm
+  bench::Estimate estimate;        ///< "probe.tip_x" to "probe.tip_z" (mm); residuals: lengths, mm
 };
 
 /// Least squares of R_i tip + t_i = pivot. Throws FitError with `file`: fewer than 20 poses, a spread below
@@ -33,7 +33,7 @@ struct TableFit {
   double stage_scale = 0.0;  ///< marker displacement per encoder displacement; 0: unknown
   /// "table.shift_x" (mm) to "table.turn_z" (deg); residuals: distances of the positions from their rail, mm.
   /// The noise is pooled over both rails.
-  Estimate estimate;
+  bench::Estimate estimate;
 };
 
 /// Rails in the order of the marks.

@@ -6,8 +6,8 @@
 #include <limits>
 #include <numeric>
 
-#include "settings/settings_text.hpp"
-#include "tracking/rigid_body.hpp"
+#include "show/settings_text.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -17,7 +17,7 @@ constexpr int least_side_px = 16;
 
 std::string px_text(double px)
 {
-  return text(px, 2, "px");
+  return bench::text(px, 2, "px");
 }
 
 double mean(const std::vector<double>& values)
@@ -38,7 +38,7 @@ std::vector<std::size_t> marks_of(Edge edge, const ViewportMarks& marks)
   return indices;
 }
 
-void require_readings(const ViewportMarks& marks, Edge edge, const FitErrorContext& context)
+void require_readings(const ViewportMarks& marks, Edge edge, const bench::FitErrorContext& context)
 {
   const std::string field = std::string(".") + name_of(edge);
   const std::vector<double>& readings = marks.line_px[static_cast<std::size_t>(edge)];
@@ -99,7 +99,7 @@ Borders borders_of(const ViewportMarks& marks)
   return borders;
 }
 
-void require_order(const Eigen::Vector4d& at_px, const ViewportMarks& marks, const FitErrorContext& context)
+void require_order(const Eigen::Vector4d& at_px, const ViewportMarks& marks, const bench::FitErrorContext& context)
 {
   for (const Edge edge : {Edge::left, Edge::top}) {
     const Edge opposite = edge == Edge::left ? Edge::right : Edge::bottom;
@@ -118,8 +118,8 @@ void require_order(const Eigen::Vector4d& at_px, const ViewportMarks& marks, con
   }
 }
 
-void require_within(const Eigen::Vector4d& at_px, const optics::Viewport& window, const ViewportMarks& marks,
-                    const FitErrorContext& context)
+void require_within(const Eigen::Vector4d& at_px, const view::Viewport& window, const ViewportMarks& marks,
+                    const bench::FitErrorContext& context)
 {
   const std::array<double, n_edges> border_px = {
       static_cast<double>(window.x), static_cast<double>(window.x + window.width),
@@ -136,36 +136,36 @@ void require_within(const Eigen::Vector4d& at_px, const optics::Viewport& window
   }
 }
 
-void require_size(const ViewportMarks& marks, const FitErrorContext& context)
+void require_size(const ViewportMarks& marks, const bench::FitErrorContext& context)
 {
   const std::size_t n_readings = marks_of(Edge::bottom, marks).back() + 1;
   const bool is_size = marks.screen_mm.allFinite() && marks.screen_mm.minCoeff() > 0.0;
   if (!is_size) {
     context.fail(".screen",
-                 settings::rounded_text(marks.screen_mm.x(), 2) + " x " + text(marks.screen_mm.y(), 2, "mm"),
+                 show::rounded_text(marks.screen_mm.x(), 2) + " x " + bench::text(marks.screen_mm.y(), 2, "mm"),
                  "width and height of the visible part above 0, measured with a ruler",
                  {n_readings, n_readings + 1});
   }
   if (!(marks.screen_sd_mm >= 0.0) || !std::isfinite(marks.screen_sd_mm))
-    context.fail(".screen_sd", text(marks.screen_sd_mm, 3, "mm"), "0 mm or more");
+    context.fail(".screen_sd", bench::text(marks.screen_sd_mm, 3, "mm"), "0 mm or more");
 }
 
 /// The aspect's variance is mostly the ruler's, which is known. This factor scales its variance and
-/// covariances so that t_95 with the readings' degrees of freedom gives the interval with its own ones (Welch
+/// covariances so that bench::t_95 with the readings' degrees of freedom gives the interval with its own ones (Welch
 /// and Satterthwaite: dof divided by the squared share of the readings).
 double aspect_scale(double dof, double readings_share)
 {
   constexpr double most_dof = 1e9;  // as good as infinite
   const double own_dof = std::min(most_dof, dof / (readings_share * readings_share));
-  return t_95(own_dof) / t_95(std::min(most_dof, dof));
+  return bench::t_95(own_dof) / bench::t_95(std::min(most_dof, dof));
 }
 
-Estimate estimate_of(const Borders& borders, const ViewportMarks& marks, const std::string& name)
+bench::Estimate estimate_of(const Borders& borders, const ViewportMarks& marks, const std::string& name)
 {
   const double width_px = borders.at_px(1) - borders.at_px(0),
                height_px = borders.at_px(3) - borders.at_px(2);
   const double pixel_aspect = (marks.screen_mm.y() / height_px) / (marks.screen_mm.x() / width_px);
-  Estimate estimate;
+  bench::Estimate estimate;
   for (const Edge edge : {Edge::left, Edge::right, Edge::top, Edge::bottom})
     estimate.names.push_back(name + ".edge_" + name_of(edge));
   estimate.names.push_back(name + ".pixel_aspect");
@@ -173,7 +173,7 @@ Estimate estimate_of(const Borders& borders, const ViewportMarks& marks, const s
   estimate.values.resize(5);
   estimate.values << borders.at_px, pixel_aspect;
   estimate.dof = borders.dof;
-  set_residuals(estimate, borders.residuals_px, "px");
+  bench::set_residuals(estimate, borders.residuals_px, "px");
 
   Eigen::Vector4d by_border = {-1.0 / width_px, 1.0 / width_px, 1.0 / height_px, -1.0 / height_px};
   by_border *= pixel_aspect;
@@ -197,10 +197,10 @@ const char* name_of(Edge edge)
   return std::array{"left", "right", "top", "bottom"}.at(static_cast<std::size_t>(edge));
 }
 
-Estimate fit_viewport(const ViewportMarks& marks, const optics::Viewport& window, const std::string& name,
+bench::Estimate fit_viewport(const ViewportMarks& marks, const view::Viewport& window, const std::string& name,
                       const std::string& file)
 {
-  const FitErrorContext context{name, file};
+  const bench::FitErrorContext context{name, file};
   for (std::size_t edge = 0; edge < n_edges; ++edge)
     require_readings(marks, static_cast<Edge>(edge), context);
   require_size(marks, context);

@@ -4,14 +4,14 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/side.hpp"
-#include "scene/camera.hpp"
+#include "model/side.hpp"
+#include "view/camera.hpp"
 
 namespace vrda::show {
 namespace {
 
 /// The viewport of view `row` of `n` views tiled side by side.
-optics::Viewport column(const optics::Viewport& area, std::size_t row, std::size_t n)
+view::Viewport column(const view::Viewport& area, std::size_t row, std::size_t n)
 {
   const auto edge = [&](std::size_t i) {
     return static_cast<int>(static_cast<std::size_t>(area.width) * i / n);
@@ -19,15 +19,15 @@ optics::Viewport column(const optics::Viewport& area, std::size_t row, std::size
   return {edge(row), area.y, edge(row + 1) - edge(row), area.height};
 }
 
-double aspect_of(const optics::Viewport& viewport)
+double aspect_of(const view::Viewport& viewport)
 {
   return static_cast<double>(viewport.width) / viewport.height;
 }
 
-void require_layers(const std::string& file, const scene::LayerSet& wanted, const scene::LayerSet& available)
+void require_layers(const std::string& file, const view::LayerSet& wanted, const view::LayerSet& available)
 {
-  for (const std::string& name : scene::layer_names()) {
-    const scene::Layer layer = *scene::layer_named(name);
+  for (const std::string& name : view::layer_names()) {
+    const view::Layer layer = *view::layer_named(name);
     if (wanted.has(layer) && !available.has(layer))
       throw InputError({file, "--layers", name, "a layer for which the model has data"});
   }
@@ -52,31 +52,31 @@ Body sample_body()
 
 }  // namespace
 
-std::unique_ptr<render::Renderer> warm_renderer(const ShowOptions& options)
+std::unique_ptr<view::Renderer> warm_renderer(const ShowOptions& options)
 {
   // The size of the job is not known yet.
-  const navigation::PictureSize size =
-      options.size.empty() ? navigation::PictureSize{} : navigation::parsed_size(options.size);
-  std::unique_ptr<render::Renderer> renderer =
-      render::make_offscreen_renderer({size.width, size.height, options.samples > 0 ? options.samples : 4});
-  scene::Scene scene = scene::scene_of(sample_body(), sample_body(), Eigen::Vector3d::Zero());
-  scene::place(scene, {});
-  scene::CameraFit fit(scene::view_rotation(scene::View::oblique, Side::right));
-  fit.include(navigation::framed_points(scene, navigation::Framing::all));
-  navigation::AppearanceOptions look = options.appearance;
+  const view::PictureSize size =
+      options.size.empty() ? view::PictureSize{} : view::parsed_size(options.size);
+  std::unique_ptr<view::Renderer> renderer =
+      view::make_offscreen_renderer({size.width, size.height, options.samples > 0 ? options.samples : 4});
+  view::Scene scene = view::scene_of(sample_body(), sample_body(), Eigen::Vector3d::Zero());
+  view::place(scene, {});
+  view::CameraFit fit(view::view_rotation(view::View::oblique, Side::right));
+  fit.include(view::framed_points(scene, view::Framing::all));
+  view::AppearanceOptions look = options.appearance;
   look.see_through.clear();  // the names of the model's objects are not known yet
   look.hidden.clear();
-  navigation::apply_appearance(scene, look);
+  view::apply_appearance(scene, look);
   renderer->load(scene);
-  const render::Shot shot{scene::with_depth_range(fit.camera(), scene),
+  const view::Shot shot{view::with_depth_range(fit.camera(), scene),
                           {0, 0, 16, 12}};  // few pixels: only shader compilation matters
   renderer->draw(scene, {&shot, 1}, nullptr);
   return renderer;
 }
 
 SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionModel& model,
-                               const PosedSet& set, const std::vector<motion::JointPose>& poses,
-                               std::unique_ptr<render::Renderer> renderer)
+                               const PosedSet& set, const std::vector<store::JointPose>& poses,
+                               std::unique_ptr<view::Renderer> renderer)
     : options_(options),
       look_(resolved_options(options, model)),
       side_(side_named(model.side)),
@@ -85,17 +85,17 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
       rotation_centre_mm_(model.rotation_centre_mm),
       has_gaps_(set.has_gaps),
       doubts_(model),
-      scene_(scene::scene_of(model, model.rotation_centre_mm)),
+      scene_(view::scene_of(model, model.rotation_centre_mm)),
       layers_(model, scene_),
       renderer_(std::move(renderer))
 {
   check(!scene_.drawables.empty(), "a validated motion model has triangles");
-  scene_.background = scene::background_of(options.backdrop);
-  navigation::apply_appearance(scene_, look_.appearance);
-  shown_bodies_ = scene::shown_drawables(scene_);
-  wanted_ = navigation::parsed_layers(options.appearance.layers);
-  labels_ = motion::joint_labels(model);
-  if (options.appearance.layers != navigation::AppearanceOptions{}.layers)
+  scene_.background = view::background_of(options.backdrop);
+  view::apply_appearance(scene_, look_.appearance);
+  shown_bodies_ = view::shown_drawables(scene_);
+  wanted_ = view::parsed_layers(options.appearance.layers);
+  labels_ = store::joint_labels(model);
+  if (options.appearance.layers != view::AppearanceOptions{}.layers)
     require_layers(options.file, wanted_, layers_.available());
   area_ = {0, 0, look_.size.width, look_.size.height};
   make_interface(model, set, poses);
@@ -108,108 +108,108 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
 
 /// The warnings of a model whose poses are not doubtful belong to the numbers.
 void SeriesRenderer::make_interface(const store::MotionModel& model, const PosedSet& set,
-                                    const std::vector<motion::JointPose>& poses)
+                                    const std::vector<store::JointPose>& poses)
 {
-  const auto is_doubtful = [&](const motion::JointPose& pose) {
-    return navigation::doubt_text(pose, doubts_.at(pose), "")[0] != 0;
+  const auto is_doubtful = [&](const store::JointPose& pose) {
+    return view::doubt_text(pose, doubts_.at(pose), "")[0] != 0;
   };
   const bool is_doubtful_drawn = set.has_gaps && (std::ranges::any_of(poses, is_doubtful) ||
                                                   std::ranges::any_of(set.played, is_doubtful));
-  if (!options_.has_numbers && !wanted_.has(scene::Layer::labels) && !is_doubtful_drawn) return;
-  gui::GuiOptions interface;
+  if (!options_.has_numbers && !wanted_.has(view::Layer::labels) && !is_doubtful_drawn) return;
+  view::GuiOptions interface;
   interface.title = model.title;
   interface.sets = {set.name};
   interface.joint = model.joint;
   interface.has_doubtful_poses = is_doubtful_drawn;
-  if (options_.has_numbers || is_doubtful_drawn) interface.warnings = navigation::model_warnings(model);
-  if (set.has_gaps) remark_ = navigation::default_motion_remark(model, set.name);
+  if (options_.has_numbers || is_doubtful_drawn) interface.warnings = view::model_warnings(model);
+  if (set.has_gaps) remark_ = view::default_motion_remark(model, set.name);
   gui_.emplace(interface);
   area_ = gui_->free_area(look_.size.width, look_.size.height, {}, false);
 }
 
-std::vector<scene::Camera> SeriesRenderer::cameras_for(const std::vector<motion::JointPose>& poses,
+std::vector<view::Camera> SeriesRenderer::cameras_for(const std::vector<store::JointPose>& poses,
                                                        double aspect)
 {
-  scene::FrameOptions frame_options;
+  view::FrameOptions frame_options;
   frame_options.aspect = aspect;
-  std::vector<scene::CameraFit> fits;
-  for (const navigation::CameraView& view : look_.views)
+  std::vector<view::CameraFit> fits;
+  for (const view::CameraView& view : look_.views)
     fits.emplace_back(view.R_world_camera, frame_options);
-  for (const motion::JointPose& pose : poses) {
-    scene::place(scene_, scene::frames_of(pose, options_.fixed_object, rotation_centre_mm_));
-    const std::vector<Eigen::Vector3d> points = navigation::framed_points(scene_, options_.framing);
-    for (scene::CameraFit& fit : fits) fit.include(points);
+  for (const store::JointPose& pose : poses) {
+    view::place(scene_, view::frames_of(pose, options_.fixed_object, rotation_centre_mm_));
+    const std::vector<Eigen::Vector3d> points = view::framed_points(scene_, options_.framing);
+    for (view::CameraFit& fit : fits) fit.include(points);
   }
-  std::vector<scene::Camera> cameras;
+  std::vector<view::Camera> cameras;
   cameras.reserve(fits.size());
   for (std::size_t k = 0; k < fits.size(); ++k)
-    cameras.push_back(navigation::placed_camera(fits[k], look_.views[k], look_.zoom));
+    cameras.push_back(view::placed_camera(fits[k], look_.views[k], look_.zoom));
   return cameras;
 }
 
 /// Those of all shots.
-std::span<const navigation::ScreenLabel> SeriesRenderer::labels_of(const scene::JointFrames& frames)
+std::span<const view::ScreenLabel> SeriesRenderer::labels_of(const view::JointFrames& frames)
 {
   screen_labels_.clear();
-  for (const render::Shot& shot : shots_) {
-    std::vector<navigation::ScreenLabel> own = navigation::screen_labels(labels_);
-    navigation::place(own, labels_, frames, shot);
+  for (const view::Shot& shot : shots_) {
+    std::vector<view::ScreenLabel> own = view::screen_labels(labels_);
+    view::place(own, labels_, frames, shot);
     screen_labels_.insert(screen_labels_.end(), own.begin(), own.end());
   }
   return screen_labels_;
 }
 
-const render::Overlay* SeriesRenderer::overlay_for(const motion::JointPose& pose,
-                                                   const scene::JointFrames& frames)
+const view::Overlay* SeriesRenderer::overlay_for(const store::JointPose& pose,
+                                                   const view::JointFrames& frames)
 {
   if (!gui_) return nullptr;
-  gui::GuiFrame frame;
+  view::GuiFrame frame;
   frame.width = look_.size.width;
   frame.height = look_.size.height;
-  if (options_.has_numbers) frame.key = gui::colour_key(layers_, wanted_);
-  navigation::PlayerRange range;
+  if (options_.has_numbers) frame.key = view::colour_key(layers_, wanted_);
+  view::PlayerRange range;
   range.is_varus_free = motion_.is_varus_free();
-  gui::Readout readout;
+  view::Readout readout;
   readout.pose = pose;
-  const bool is_moving_fixed = options_.fixed_object == scene::FixedObject::moving;
+  const bool is_moving_fixed = options_.fixed_object == view::FixedObject::moving;
   const std::string& fixed = is_moving_fixed ? scene_.moving_name : scene_.reference_name;
-  if (has_gaps_) doubt_ = navigation::doubt_text(pose, doubts_.at(pose), fixed.c_str());
+  if (has_gaps_) doubt_ = view::doubt_text(pose, doubts_.at(pose), fixed.c_str());
   readout.doubt = doubt_[0] != 0 ? doubt_.data() : nullptr;
   if (!remark_.empty()) readout.message = remark_.c_str();
   readout.is_varus_balanced = !options_.varus_deg.has_value();
   readout.clinical = motion_.own_coordinates(pose);
-  if (pose.status == motion::PoseStatus::solved)
+  if (pose.status == store::PoseStatus::solved)
     readout.joint = clinical_coordinates(pose.X_reference_moving, side_, rotation_centre_mm_);
   if (has_gaps_) readout.gap = gaps_.at(pose);
-  if (wanted_.has(scene::Layer::labels)) frame.labels = labels_of(frames);
-  navigation::PlayerState state;
+  if (wanted_.has(view::Layer::labels)) frame.labels = labels_of(frames);
+  view::PlayerState state;
   state.shows_numbers = options_.has_numbers;
   return &gui_->static_overlay(frame, state, range, readout);
 }
 
-const render::Image& SeriesRenderer::drawn(const motion::JointPose& pose)
+const view::Image& SeriesRenderer::drawn(const store::JointPose& pose)
 {
-  const scene::JointFrames frames =
-      scene::frames_of(motion_, pose, options_.fixed_object, rotation_centre_mm_);
-  scene::place(scene_, frames);
-  scene::show_bodies(scene_, shown_bodies_, options_.fixed_object, pose.status == motion::PoseStatus::solved);
+  const view::JointFrames frames =
+      view::frames_of(motion_, pose, options_.fixed_object, rotation_centre_mm_);
+  view::place(scene_, frames);
+  view::show_bodies(scene_, shown_bodies_, options_.fixed_object, pose.status == store::PoseStatus::solved);
   layers_.update(scene_, motion_, {pose, frames, wanted_});
-  for (render::Shot& shot : shots_) shot.camera = scene::with_depth_range(shot.camera, scene_);
+  for (view::Shot& shot : shots_) shot.camera = view::with_depth_range(shot.camera, scene_);
   return renderer_->draw(scene_, shots_, overlay_for(pose, frames));
 }
 
-const render::Image& SeriesRenderer::draw_single(std::size_t view, const motion::JointPose& pose)
+const view::Image& SeriesRenderer::draw_single(std::size_t view, const store::JointPose& pose)
 {
-  shots_.assign({render::Shot{single_[view], area_}});
+  shots_.assign({view::Shot{single_[view], area_}});
   return drawn(pose);
 }
 
-const render::Image& SeriesRenderer::draw_tiled(const motion::JointPose& pose)
+const view::Image& SeriesRenderer::draw_tiled(const store::JointPose& pose)
 {
   shots_.clear();
   for (std::size_t view = 0; view < look_.views.size(); ++view) {
-    render::Shot& shot =
-        shots_.emplace_back(render::Shot{tiled_[view], column(area_, view, look_.views.size())});
+    view::Shot& shot =
+        shots_.emplace_back(view::Shot{tiled_[view], column(area_, view, look_.views.size())});
     shot.camera.aspect = aspect_of(shot.viewport);
   }
   return drawn(pose);

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "gui/gui.hpp"
-#include "motion/poses.hpp"
-#include "navigation/arguments.hpp"
-#include "navigation/gap_reading.hpp"
-#include "render/renderer.hpp"
-#include "scene/joint_layers.hpp"
+#include "view/gui.hpp"
+#include "store/poses.hpp"
+#include "view/arguments.hpp"
+#include "view/gap_reading.hpp"
+#include "view/renderer.hpp"
+#include "view/joint_layers.hpp"
 #include "show/show.hpp"
 #include "store/motion_model.hpp"
 
@@ -23,13 +23,13 @@ namespace vrda::show {
 struct PosedSet {
   std::string name;      ///< one of set_names(model)
   bool has_gaps = true;  ///< false for intermediate search poses, which have no gap data
-  std::span<const motion::JointPose> played = {};  ///< of a video
+  std::span<const store::JointPose> played = {};  ///< of a video
 };
 
 /// Returns a renderer of the size in `options` whose shaders are compiled: it has drawn triangles with the
 /// materials of bone, cartilage and meniscus. Shader compilation dominates the time to the first frame.
 /// Throws InputError like make_offscreen_renderer and apply_appearance.
-std::unique_ptr<render::Renderer> warm_renderer(const ShowOptions& options);
+std::unique_ptr<view::Renderer> warm_renderer(const ShowOptions& options);
 
 /// Renders a series of poses with one fixed camera per view.
 class SeriesRenderer {
@@ -37,45 +37,45 @@ class SeriesRenderer {
   /// `model` and `options` must outlive it; `renderer` has the size given in `options`. The cameras are
   /// fitted to all of `poses`, which are solved.
   SeriesRenderer(const ShowOptions& options, const store::MotionModel& model, const PosedSet& set,
-                 const std::vector<motion::JointPose>& poses, std::unique_ptr<render::Renderer> renderer);
+                 const std::vector<store::JointPose>& poses, std::unique_ptr<view::Renderer> renderer);
 
   const ResolvedShowOptions& look() const { return look_; }
 
   /// Of a pose that is not solved only the fixed object is drawn, with the reason.
   /// Renders one view (index into look().views) at full size. The result is valid until the next call.
-  const render::Image& draw_single(std::size_t view, const motion::JointPose& pose);
+  const view::Image& draw_single(std::size_t view, const store::JointPose& pose);
   /// Renders all views side by side. The result is valid until the next call.
-  const render::Image& draw_tiled(const motion::JointPose& pose);
+  const view::Image& draw_tiled(const store::JointPose& pose);
 
  private:
   void make_interface(const store::MotionModel& model, const PosedSet& set,
-                      const std::vector<motion::JointPose>& poses);
-  std::vector<scene::Camera> cameras_for(const std::vector<motion::JointPose>& poses, double aspect);
-  const render::Overlay* overlay_for(const motion::JointPose& pose, const scene::JointFrames& frames);
-  std::span<const navigation::ScreenLabel> labels_of(const scene::JointFrames& frames);
-  const render::Image& drawn(const motion::JointPose& pose);
+                      const std::vector<store::JointPose>& poses);
+  std::vector<view::Camera> cameras_for(const std::vector<store::JointPose>& poses, double aspect);
+  const view::Overlay* overlay_for(const store::JointPose& pose, const view::JointFrames& frames);
+  std::span<const view::ScreenLabel> labels_of(const view::JointFrames& frames);
+  const view::Image& drawn(const store::JointPose& pose);
 
   const ShowOptions& options_;
   ResolvedShowOptions look_;
   Side side_ = Side::right;
-  motion::Motion motion_;
-  navigation::GapReader gaps_;
+  store::Motion motion_;
+  view::GapReader gaps_;
   Eigen::Vector3d rotation_centre_mm_;
   bool has_gaps_ = true;
-  navigation::DoubtReader doubts_;
-  scene::Scene scene_;
+  view::DoubtReader doubts_;
+  view::Scene scene_;
   std::vector<bool> shown_bodies_;  ///< [n_drawables] by the appearance
-  scene::JointLayers layers_;
-  scene::LayerSet wanted_;
-  std::vector<motion::JointLabel> labels_;
-  std::vector<navigation::ScreenLabel> screen_labels_;
-  std::unique_ptr<render::Renderer> renderer_;
-  navigation::DoubtText doubt_{};  ///< of the drawn pose
+  view::JointLayers layers_;
+  view::LayerSet wanted_;
+  std::vector<store::JointLabel> labels_;
+  std::vector<view::ScreenLabel> screen_labels_;
+  std::unique_ptr<view::Renderer> renderer_;
+  view::DoubtText doubt_{};  ///< of the drawn pose
   std::string remark_;             ///< why the solved poses are the default motion, or empty
-  std::optional<gui::Gui> gui_;    ///< with --numbers, labels or doubtful poses
-  optics::Viewport area_;          ///< of the picture, below the warnings
-  std::vector<scene::Camera> single_, tiled_;
-  std::vector<render::Shot> shots_;
+  std::optional<view::Gui> gui_;    ///< with --numbers, labels or doubtful poses
+  view::Viewport area_;          ///< of the picture, below the warnings
+  std::vector<view::Camera> single_, tiled_;
+  std::vector<view::Shot> shots_;
 };
 
 }  // namespace vrda::show

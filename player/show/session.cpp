@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/side.hpp"
-#include "loop/loop.hpp"
+#include "model/side.hpp"
+#include "show/loop.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::show {
@@ -19,45 +19,45 @@ constexpr double most_elapsed_s = 0.25;    // a suspended program resumes where 
 std::vector<PlayedSet> played_sets(const store::MotionModel& model)
 {
   std::vector<PlayedSet> sets;
-  for (const std::string& name : motion::all_set_names(model))
-    sets.push_back({motion::Motion(model, name), navigation::GapReader(model, name)});
+  for (const std::string& name : store::all_set_names(model))
+    sets.push_back({store::Motion(model, name), view::GapReader(model, name)});
   return sets;
 }
 
 std::size_t row_of(const store::MotionModel& model, const std::string& set)
 {
-  const std::vector<std::string> names = motion::all_set_names(model);
+  const std::vector<std::string> names = store::all_set_names(model);
   const auto found = std::ranges::find(names, set);
   check(found != names.end(), "the session's set is in the model");
   return static_cast<std::size_t>(found - names.begin());
 }
 
 /// The points to be framed over the whole motion, world.
-std::vector<Eigen::Vector3d> points_over(scene::Scene& scene, const motion::Motion& motion,
-                                         navigation::Framing framing, scene::FixedObject fixed,
+std::vector<Eigen::Vector3d> points_over(view::Scene& scene, const store::Motion& motion,
+                                         view::Framing framing, view::FixedObject fixed,
                                          const Eigen::Vector3d& rotation_centre_mm)
 {
   std::vector<Eigen::Vector3d> all;
-  const navigation::Timeline range = navigation::timeline_over(motion);
+  const view::Timeline range = view::timeline_over(motion);
   for (int i = 0; i < n_framed_poses; ++i) {
     const double part = static_cast<double>(i) / (n_framed_poses - 1);
     const double position = range.first + part * (range.last - range.first);
     const double varus_rad = motion.is_sequence() ? 0.0 : motion.balanced_varus_rad(position);
-    const motion::JointPose pose = navigation::pose_at(motion, position, varus_rad);
-    if (pose.status != motion::PoseStatus::solved) continue;
-    scene::place(scene, scene::frames_of(pose, fixed, rotation_centre_mm));
-    const std::vector<Eigen::Vector3d> points = navigation::framed_points(scene, framing);
+    const store::JointPose pose = view::pose_at(motion, position, varus_rad);
+    if (pose.status != store::PoseStatus::solved) continue;
+    view::place(scene, view::frames_of(pose, fixed, rotation_centre_mm));
+    const std::vector<Eigen::Vector3d> points = view::framed_points(scene, framing);
     all.insert(all.end(), points.begin(), points.end());
   }
-  return all.empty() ? navigation::framed_points(scene, navigation::Framing::joint) : all;
+  return all.empty() ? view::framed_points(scene, view::Framing::joint) : all;
 }
 
-navigation::Timeline timeline_of(const motion::Motion& motion, const SessionOptions& options)
+view::Timeline timeline_of(const store::Motion& motion, const SessionOptions& options)
 {
-  const navigation::Timeline timeline = navigation::timeline_over(motion);
+  const view::Timeline timeline = view::timeline_over(motion);
   if (motion.is_sequence())
-    return options.key ? navigation::moved_to(timeline, motion.position_of(*options.key)) : timeline;
-  return navigation::moved_to(timeline, options.flexion_rad.value_or(timeline.first));
+    return options.key ? view::moved_to(timeline, motion.position_of(*options.key)) : timeline;
+  return view::moved_to(timeline, options.flexion_rad.value_or(timeline.first));
 }
 
 }  // namespace
@@ -65,36 +65,36 @@ navigation::Timeline timeline_of(const motion::Motion& motion, const SessionOpti
 Session::Session(store::MotionModel model, const SessionOptions& options)
     : model_(std::move(model)),
       sets_(played_sets(model_)),
-      scene_(scene::scene_of(model_, model_.rotation_centre_mm)),
+      scene_(view::scene_of(model_, model_.rotation_centre_mm)),
       layers_(model_, scene_),
-      labels_(motion::joint_labels(model_)),
+      labels_(store::joint_labels(model_)),
       side_(side_named(model_.side)),
-      gui_({options.title, motion::all_set_names(model_), options.scale,
-            motion::displayed_name(model_, motion::JointBody::reference),
-            motion::displayed_name(model_, motion::JointBody::moving), model_.joint,
-            navigation::model_warnings(model_), navigation::has_doubtful_poses(model_)}),
+      gui_({options.title, store::all_set_names(model_), options.scale,
+            store::displayed_name(model_, store::JointBody::reference),
+            store::displayed_name(model_, store::JointBody::moving), model_.joint,
+            view::model_warnings(model_), view::has_doubtful_poses(model_)}),
       view_(options.view),
       width_(options.width),
       height_(options.height)
 {
   check(!scene_.drawables.empty(), "a validated motion model has triangles");
   state_.set = row_of(model_, options.set);
-  const std::string shown = motion::default_motion(model_).set;
-  remark_ = navigation::default_motion_remark(model_, shown);
+  const std::string shown = store::default_motion(model_).set;
+  remark_ = view::default_motion_remark(model_, shown);
   if (!remark_.empty()) remarked_set_ = row_of(model_, shown);
   state_.timeline = timeline_of(sets_[state_.set].motion, options);
   state_.varus_rad = options.varus_rad;
   state_.backdrop = options.backdrop;
   state_.fixed_object = options.fixed_object;
   state_.mode = options.appearance.mode;
-  state_.layers = navigation::parsed_layers(options.appearance.layers);
-  screen_labels_ = navigation::screen_labels(labels_);
+  state_.layers = view::parsed_layers(options.appearance.layers);
+  screen_labels_ = view::screen_labels(labels_);
   occlusion_radius_mm_ = scene_.occlusion_radius_mm;
   is_plain_while_moving_ = options.is_plain_while_moving;
   backdrop_ = options.backdrop;
-  scene_.background = scene::background_of(options.backdrop);
-  navigation::apply_appearance(scene_, options.appearance);
-  shown_bodies_ = scene::shown_drawables(scene_);
+  scene_.background = view::background_of(options.backdrop);
+  view::apply_appearance(scene_, options.appearance);
+  shown_bodies_ = view::shown_drawables(scene_);
   framing_ = options.framing;
   range_ = range_now();
   job_view_ = options.job_view;
@@ -111,16 +111,16 @@ void Session::frame_fixed_object()
   frame_joint();
 }
 
-void Session::load_into(render::Renderer& renderer) const
+void Session::load_into(view::Renderer& renderer) const
 {
   renderer.load(scene_);
   renderer.load(gui_.font());
 }
 
-navigation::PlayerRange Session::range_now() const
+view::PlayerRange Session::range_now() const
 {
-  const motion::Motion& motion = sets_[state_.set].motion;
-  navigation::PlayerRange range;
+  const store::Motion& motion = sets_[state_.set].motion;
+  view::PlayerRange range;
   range.n_sets = sets_.size();
   range.first_varus_rad = motion.first_varus_rad();
   range.last_varus_rad = motion.last_varus_rad();
@@ -136,25 +136,25 @@ navigation::PlayerRange Session::range_now() const
 
 bool Session::is_over_picture(const Eigen::Vector2d& pointer_px) const
 {
-  const optics::Viewport free = area();
+  const view::Viewport free = area();
   const bool is_inside = pointer_px.x() >= free.x && pointer_px.x() < free.x + free.width &&
                          pointer_px.y() >= free.y && pointer_px.y() < free.y + free.height;
   return is_inside && !state_.shows_help;
 }
 
-void Session::press(render::MouseButton button, const Eigen::Vector2d& pointer_px, bool has_shift,
+void Session::press(view::MouseButton button, const Eigen::Vector2d& pointer_px, bool has_shift,
                     bool has_control)
 {
   move(pointer_px);
-  if (button == render::MouseButton::left) pointer_.is_left_down = was_left_pressed_ = true;
+  if (button == view::MouseButton::left) pointer_.is_left_down = was_left_pressed_ = true;
   if (drag_ || !is_over_picture(pointer_px)) return;
-  drag_ = navigation::Drag{navigation::drag_of(button, has_shift, has_control), gaze_, pointer_px};
+  drag_ = view::Drag{view::drag_of(button, has_shift, has_control), gaze_, pointer_px};
   drag_button_ = button;
 }
 
-void Session::release(render::MouseButton button)
+void Session::release(view::MouseButton button)
 {
-  if (button == render::MouseButton::left) pointer_.is_left_down = false;
+  if (button == view::MouseButton::left) pointer_.is_left_down = false;
   if (drag_button_ != button) return;
   drag_.reset();
   drag_button_.reset();
@@ -164,7 +164,7 @@ void Session::move(const Eigen::Vector2d& pointer_px)
 {
   pointer_.x_px = pointer_px.x();
   pointer_.y_px = pointer_px.y();
-  if (drag_) gaze_ = navigation::dragged(*drag_, pointer_px, area());
+  if (drag_) gaze_ = view::dragged(*drag_, pointer_px, area());
 }
 
 void Session::turn_wheel(double notches)
@@ -174,22 +174,22 @@ void Session::turn_wheel(double notches)
     return;
   }
   drag_.reset();
-  gaze_ = navigation::moved_closer(gaze_, notches);
+  gaze_ = view::moved_closer(gaze_, notches);
 }
 
 void Session::double_click(const Eigen::Vector2d& pointer_px)
 {
   if (!is_over_picture(pointer_px)) return;
   const std::optional<Eigen::Vector3d> point =
-      navigation::point_under(scene_, gaze_.camera, area(), pointer_px);
+      view::point_under(scene_, gaze_.camera, area(), pointer_px);
   if (!point) return;
   drag_.reset();
-  gaze_ = navigation::centred_on(gaze_, *point);
+  gaze_ = view::centred_on(gaze_, *point);
 }
 
-void Session::press_key(const navigation::KeyPress& press)
+void Session::press_key(const view::KeyPress& press)
 {
-  do_action(navigation::action_of(press));
+  do_action(view::action_of(press));
 }
 
 void Session::resize(int width, int height)
@@ -201,16 +201,16 @@ void Session::resize(int width, int height)
   is_disturbed_ = true;
 }
 
-void Session::do_action(navigation::Action action)
+void Session::do_action(view::Action action)
 {
-  if (action == navigation::Action::screenshot) takes_picture_ = true;
-  if (action == navigation::Action::full_screen) toggles_full_screen_ = true;
-  if (action == navigation::Action::reset_view) frame_joint();
-  if (const std::optional<scene::View> view = navigation::view_of(action)) set_view(*view);
-  state_ = navigation::apply_action(state_, action, range_);
+  if (action == view::Action::screenshot) takes_picture_ = true;
+  if (action == view::Action::full_screen) toggles_full_screen_ = true;
+  if (action == view::Action::reset_view) frame_joint();
+  if (const std::optional<view::View> view = view::view_of(action)) set_view(*view);
+  state_ = view::apply_action(state_, action, range_);
 }
 
-void Session::set_view(scene::View view)
+void Session::set_view(view::View view)
 {
   view_ = view;
   job_view_.reset();
@@ -222,46 +222,46 @@ void Session::set_view(scene::View view)
 void Session::frame_joint()
 {
   drag_.reset();
-  const optics::Viewport free = area();
-  scene::FrameOptions options;
+  const view::Viewport free = area();
+  view::FrameOptions options;
   options.aspect = static_cast<double>(free.width) / free.height;
-  const navigation::CameraView view = job_view_.value_or(navigation::named_view("", view_, side_));
-  scene::CameraFit fit(view.R_world_camera, options);
+  const view::CameraView view = job_view_.value_or(view::named_view("", view_, side_));
+  view::CameraFit fit(view.R_world_camera, options);
   fit.include(framed_points_);
-  gaze_.camera = navigation::placed_camera(fit, view, zoom_);
-  gaze_.pivot_world_mm = scene::joint_sphere(scene_).centre_world_mm;
+  gaze_.camera = view::placed_camera(fit, view, zoom_);
+  gaze_.pivot_world_mm = view::joint_sphere(scene_).centre_world_mm;
 }
 
 void Session::place_joint()
 {
   range_ = range_now();
-  readout_.pose = navigation::pose_at(sets_[state_.set].motion, state_.timeline.position,
-                                      navigation::wanted_varus_rad(state_, range_));
+  readout_.pose = view::pose_at(sets_[state_.set].motion, state_.timeline.position,
+                                      view::wanted_varus_rad(state_, range_));
   readout_.is_varus_balanced = !state_.varus_rad.has_value();
   readout_.clinical = sets_[state_.set].motion.own_coordinates(readout_.pose);
   readout_.joint.reset();
-  if (readout_.pose.status == motion::PoseStatus::solved)
+  if (readout_.pose.status == store::PoseStatus::solved)
     readout_.joint = clinical_coordinates(readout_.pose.X_reference_moving, side_, model_.rotation_centre_mm);
   readout_.gap = sets_[state_.set].gaps.at(readout_.pose);
   place_bodies();
-  const bool is_moving_fixed = state_.fixed_object == scene::FixedObject::moving;
-  doubt_ = navigation::doubt_text(readout_.pose, doubts_.at(readout_.pose),
+  const bool is_moving_fixed = state_.fixed_object == view::FixedObject::moving;
+  doubt_ = view::doubt_text(readout_.pose, doubts_.at(readout_.pose),
                                   (is_moving_fixed ? scene_.moving_name : scene_.reference_name).c_str());
   readout_.doubt = doubt_[0] != 0 ? doubt_.data() : nullptr;
   layers_.update(scene_, sets_[state_.set].motion, {readout_.pose, frames_, state_.layers});
   scene_.mode = state_.mode;
-  if (state_.backdrop != backdrop_) scene_.background = scene::background_of(state_.backdrop);
+  if (state_.backdrop != backdrop_) scene_.background = view::background_of(state_.backdrop);
   backdrop_ = state_.backdrop;
 }
 
 /// Without a pose the bodies have no relative place: only the fixed one is drawn, or the reference.
 void Session::place_bodies()
 {
-  frames_ = scene::frames_of(sets_[state_.set].motion, readout_.pose, state_.fixed_object,
+  frames_ = view::frames_of(sets_[state_.set].motion, readout_.pose, state_.fixed_object,
                              model_.rotation_centre_mm);
-  scene::place(scene_, frames_);
-  scene::show_bodies(scene_, shown_bodies_, state_.fixed_object,
-                     readout_.pose.status == motion::PoseStatus::solved);
+  view::place(scene_, frames_);
+  view::show_bodies(scene_, shown_bodies_, state_.fixed_object,
+                     readout_.pose.status == store::PoseStatus::solved);
 }
 
 /// Computed when the set or the varus changes.
@@ -273,23 +273,23 @@ void Session::update_marks()
   marks_ = doubts_.marks(sets_[state_.set].motion, state_.varus_rad);
 }
 
-std::span<const navigation::ScreenLabel> Session::placed_labels()
+std::span<const view::ScreenLabel> Session::placed_labels()
 {
-  if (!state_.layers.has(scene::Layer::labels)) return {};
-  navigation::place(screen_labels_, labels_, frames_, shot_);
+  if (!state_.layers.has(view::Layer::labels)) return {};
+  view::place(screen_labels_, labels_, frames_, shot_);
   return screen_labels_;
 }
 
 void Session::draw_interface(double elapsed_s)
 {
-  gui::GuiFrame frame;
+  view::GuiFrame frame;
   frame.width = width_;
   frame.height = height_;
   frame.elapsed_s = elapsed_s;
   frame.pointer = pointer_;
   frame.pointer.is_left_down |= was_left_pressed_;
   if (drag_) frame.pointer.is_left_down = false;
-  frame.key = gui::colour_key(layers_, state_.layers);
+  frame.key = view::colour_key(layers_, state_.layers);
   frame.labels = placed_labels();
   update_marks();
   frame.marks = marks_;
@@ -297,18 +297,18 @@ void Session::draw_interface(double elapsed_s)
   readout_.message = message_left_s_ > 0.0         ? message_.c_str()
                      : state_.set == remarked_set_ ? remark_.c_str()
                                                    : nullptr;
-  const gui::GuiResult answer = gui_.frame(frame, state_, range_, readout_);
+  const view::GuiResult answer = gui_.frame(frame, state_, range_, readout_);
   pointer_.wheel = 0.0;
   was_left_pressed_ = false;
   state_ = answer.state;
   do_action(answer.action);
 }
 
-void Session::aim(const optics::Viewport& viewport)
+void Session::aim(const view::Viewport& viewport)
 {
   shot_.viewport = viewport;
   gaze_.camera.aspect = static_cast<double>(viewport.width) / viewport.height;
-  shot_.camera = scene::with_depth_range(gaze_.camera, scene_);
+  shot_.camera = view::with_depth_range(gaze_.camera, scene_);
 }
 
 void Session::advance(double elapsed_s)
@@ -323,7 +323,7 @@ void Session::advance(double elapsed_s)
   is_disturbed_ = false;
   scene_.occlusion_radius_mm = is_plain() ? 0.0 : occlusion_radius_mm_;
   scene_.has_vertex_lighting = is_plain();
-  state_.timeline = navigation::advanced(state_.timeline, std::min(elapsed_s, most_elapsed_s));
+  state_.timeline = view::advanced(state_.timeline, std::min(elapsed_s, most_elapsed_s));
   if (framed_object_ != state_.fixed_object) frame_fixed_object();
   place_joint();
   draw_interface(elapsed_s);
@@ -345,19 +345,19 @@ bool Session::consume_full_screen_request()
   return std::exchange(toggles_full_screen_, false);
 }
 
-const render::Image& Session::draw_screenshot(render::Renderer& renderer)
+const view::Image& Session::draw_screenshot(view::Renderer& renderer)
 {
   aim(gui_.free_area(renderer.width(), renderer.height(), state_, false));
   scene_.occlusion_radius_mm = occlusion_radius_mm_;  // until the next frame
   scene_.has_vertex_lighting = false;
-  if (!state_.shows_numbers && !state_.layers.has(scene::Layer::labels) && shot_.viewport.y == 0)
+  if (!state_.shows_numbers && !state_.layers.has(view::Layer::labels) && shot_.viewport.y == 0)
     return renderer.draw(scene_, shots(), nullptr);
-  gui::GuiFrame frame;
+  view::GuiFrame frame;
   frame.width = renderer.width();
   frame.height = renderer.height();
-  frame.key = gui::colour_key(layers_, state_.layers);
+  frame.key = view::colour_key(layers_, state_.layers);
   frame.labels = placed_labels();
-  gui::Readout readout = readout_;
+  view::Readout readout = readout_;
   readout.message = nullptr;
   return renderer.draw(scene_, shots(), &gui_.static_overlay(frame, state_, range_, readout));
 }
@@ -374,44 +374,44 @@ constexpr int frames_after_input = 3;  // the interface library needs two frames
 
 }  // namespace
 
-void Session::take_key(const render::InputEvent& event)
+void Session::take_key(const view::InputEvent& event)
 {
-  const std::optional<navigation::KeyPress> press = loop::key_press_of(event);
+  const std::optional<view::KeyPress> press = show::key_press_of(event);
   const bool is_held = event.key == held_key_;
   held_key_ = event.key;
-  if (press && (!is_held || navigation::repeats_while_held(navigation::action_of(*press)))) press_key(*press);
+  if (press && (!is_held || view::repeats_while_held(view::action_of(*press)))) press_key(*press);
 }
 
-void Session::take(const render::InputEvent& event)
+void Session::take(const view::InputEvent& event)
 {
   const Eigen::Vector2d pointer_px(event.x_px, event.y_px);
   n_frames_due_ = frames_after_input;
   // A pointer that moves without a button, and a new focus, change the interface at most.
-  const bool is_pointer_free = event.kind == render::InputKind::motion && !pointer_.is_left_down && !drag_;
+  const bool is_pointer_free = event.kind == view::InputKind::motion && !pointer_.is_left_down && !drag_;
   const bool is_focus =
-      event.kind == render::InputKind::redraw || event.kind == render::InputKind::focus_lost;
+      event.kind == view::InputKind::redraw || event.kind == view::InputKind::focus_lost;
   if (!is_pointer_free && !is_focus) is_disturbed_ = true;
   switch (event.kind) {
-    case render::InputKind::motion:
+    case view::InputKind::motion:
       return move(pointer_px);
-    case render::InputKind::press:
-      if (event.n_clicks == 2 && event.button == render::MouseButton::left) double_click(pointer_px);
+    case view::InputKind::press:
+      if (event.n_clicks == 2 && event.button == view::MouseButton::left) double_click(pointer_px);
       return press(event.button, pointer_px, event.has_shift, event.has_control);
-    case render::InputKind::release:
+    case view::InputKind::release:
       return release(event.button);
-    case render::InputKind::wheel:
+    case view::InputKind::wheel:
       move(pointer_px);
       return turn_wheel(event.wheel);
-    case render::InputKind::key_press:
+    case view::InputKind::key_press:
       return take_key(event);
-    case render::InputKind::key_release:
-      if (event.key == held_key_) held_key_ = navigation::Key::none;
+    case view::InputKind::key_release:
+      if (event.key == held_key_) held_key_ = view::Key::none;
       return;
-    case render::InputKind::focus_lost:
-      held_key_ = navigation::Key::none;
+    case view::InputKind::focus_lost:
+      held_key_ = view::Key::none;
       // A release outside the window is not delivered.
-      for (const render::MouseButton button :
-           {render::MouseButton::left, render::MouseButton::middle, render::MouseButton::right})
+      for (const view::MouseButton button :
+           {view::MouseButton::left, view::MouseButton::middle, view::MouseButton::right})
         release(button);
       return;
     default:
@@ -430,8 +430,8 @@ bool is_reached(double wanted_rad, double shown_rad)
 /// Message that names the requested angles that were clamped; empty if none was.
 std::string clamping_message(const SessionOptions& requested, const Session& session)
 {
-  const navigation::Timeline& timeline = session.state().timeline;
-  const bool is_flexion_shown = !requested.flexion_rad || timeline.axis == navigation::TimelineAxis::frames ||
+  const view::Timeline& timeline = session.state().timeline;
+  const bool is_flexion_shown = !requested.flexion_rad || timeline.axis == view::TimelineAxis::frames ||
                                 is_reached(*requested.flexion_rad, timeline.position);
   const bool is_varus_shown =
       !requested.varus_rad || is_reached(*requested.varus_rad, session.pose().attitude.varus_rad);
@@ -445,7 +445,7 @@ std::string clamping_message(const SessionOptions& requested, const Session& ses
 }  // namespace
 
 ShownModel::ShownModel(const std::string& file, store::MotionModel model, const SessionOptions& options,
-                       render::Renderer& renderer)
+                       view::Renderer& renderer)
     : options_(options), renderer_(renderer), file_(file)
 {
   show(std::move(model), options);
@@ -467,11 +467,11 @@ void ShownModel::show(store::MotionModel model, const SessionOptions& options)
 
 bool ShownModel::open(const std::string& file)
 {
-  const auto refused = loop::catch_input_error([&] {
+  const auto refused = show::catch_input_error([&] {
     store::MotionModel model = store::read_motion_model(file);
     SessionOptions own = options_;
-    const std::vector<std::string> names = motion::all_set_names(model);
-    if (std::ranges::find(names, own.set) == names.end()) own.set = motion::default_motion(model).set;
+    const std::vector<std::string> names = store::all_set_names(model);
+    if (std::ranges::find(names, own.set) == names.end()) own.set = store::default_motion(model).set;
     show(std::move(model), own);
     file_ = file;
   });

@@ -8,18 +8,18 @@
 #include <string>
 #include <vector>
 
-#include "gui/gui.hpp"
-#include "motion/poses.hpp"
-#include "navigation/appearance.hpp"
-#include "navigation/gap_reading.hpp"
-#include "navigation/job_views.hpp"
-#include "navigation/orbit_camera.hpp"
-#include "navigation/player_state.hpp"
-#include "navigation/screen_labels.hpp"
-#include "render/renderer.hpp"
-#include "render/window.hpp"
-#include "scene/joint_layers.hpp"
-#include "scene/scene.hpp"
+#include "view/gui.hpp"
+#include "store/poses.hpp"
+#include "view/appearance.hpp"
+#include "view/gap_reading.hpp"
+#include "view/job_views.hpp"
+#include "view/orbit_camera.hpp"
+#include "view/player_state.hpp"
+#include "view/screen_labels.hpp"
+#include "view/renderer.hpp"
+#include "view/window.hpp"
+#include "view/joint_layers.hpp"
+#include "view/scene.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::show {
@@ -27,16 +27,16 @@ namespace vrda::show {
 struct SessionOptions {
   std::string set;  ///< one of set_names(model)
   std::string title;
-  scene::View view = scene::View::oblique;
-  std::optional<navigation::CameraView> job_view;  ///< at the start and at a reset, until a view is chosen
+  view::View view = view::View::oblique;
+  std::optional<view::CameraView> job_view;  ///< at the start and at a reset, until a view is chosen
   double zoom = 1.0;                               ///< of the view at the start
   std::optional<double> flexion_rad;               ///< default: the first of the set
   std::optional<double> varus_rad;                 ///< default: the balanced varus
   std::optional<double> key;                       ///< of a sequence of frames; default: the first
-  scene::Backdrop backdrop = scene::Backdrop::studio;
-  scene::FixedObject fixed_object = scene::FixedObject::moving;
-  navigation::AppearanceOptions appearance;
-  navigation::Framing framing = navigation::Framing::joint;
+  view::Backdrop backdrop = view::Backdrop::studio;
+  view::FixedObject fixed_object = view::FixedObject::moving;
+  view::AppearanceOptions appearance;
+  view::Framing framing = view::Framing::joint;
   int width = 1280, height = 960;
   double scale = 1.0;  ///< factor for text and controls
   /// Without ambient occlusion and lit at vertices while the joint or the camera moves and for settle_s
@@ -51,8 +51,8 @@ inline constexpr int samples_at_rest = 4;
 
 /// One set of the model: its poses and gap readings.
 struct PlayedSet {
-  motion::Motion motion;
-  navigation::GapReader gaps;
+  store::Motion motion;
+  view::GapReader gaps;
 };
 
 class Session {
@@ -60,16 +60,16 @@ class Session {
   Session(store::MotionModel model, const SessionOptions& options);
 
   /// Loads the meshes and the font into a renderer.
-  void load_into(render::Renderer& renderer) const;
+  void load_into(view::Renderer& renderer) const;
 
   // Input events in order of occurrence. Pixels from the top left corner of the window.
-  void take(const render::InputEvent& event);
-  void press(render::MouseButton button, const Eigen::Vector2d& pointer_px, bool has_shift, bool has_control);
-  void release(render::MouseButton button);
+  void take(const view::InputEvent& event);
+  void press(view::MouseButton button, const Eigen::Vector2d& pointer_px, bool has_shift, bool has_control);
+  void release(view::MouseButton button);
   void move(const Eigen::Vector2d& pointer_px);
   void turn_wheel(double notches);
   void double_click(const Eigen::Vector2d& pointer_px);
-  void press_key(const navigation::KeyPress& press);
+  void press_key(const view::KeyPress& press);
   void resize(int width, int height);
 
   /// Advances by `elapsed_s` (not negative) and updates scene, shots and overlay. Allocates nothing once
@@ -83,75 +83,75 @@ class Session {
   /// True if the frame does not change before the next event.
   bool is_idle() const;
 
-  const scene::Scene& scene() const { return scene_; }
-  std::span<const render::Shot> shots() const { return {&shot_, 1}; }
-  const render::Overlay& overlay() const { return gui_.overlay(); }
-  const navigation::PlayerState& state() const { return state_; }
-  const motion::JointPose& pose() const { return readout_.pose; }
+  const view::Scene& scene() const { return scene_; }
+  std::span<const view::Shot> shots() const { return {&shot_, 1}; }
+  const view::Overlay& overlay() const { return gui_.overlay(); }
+  const view::PlayerState& state() const { return state_; }
+  const store::JointPose& pose() const { return readout_.pose; }
   /// What is wrong with the pose; empty if nothing is.
   const char* doubt() const { return doubt_.data(); }
   bool is_varus_free() const { return range_.is_varus_free; }
   /// The latest message, also after its display time.
   const std::string& last_message() const { return message_; }
-  const navigation::OrbitCamera& orbit_camera() const { return gaze_; }
+  const view::OrbitCamera& orbit_camera() const { return gaze_; }
 
   /// Return a pending request of the user and clear it.
   bool consume_screenshot_request();
   bool consume_full_screen_request();
 
   /// Renders a screenshot without controls at the renderer's size.
-  const render::Image& draw_screenshot(render::Renderer& renderer);
+  const view::Image& draw_screenshot(view::Renderer& renderer);
   /// Displays a message for some seconds.
   void show_message(const std::string& message);
 
  private:
-  void do_action(navigation::Action action);
-  void take_key(const render::InputEvent& event);
-  void set_view(scene::View view);
+  void do_action(view::Action action);
+  void take_key(const view::InputEvent& event);
+  void set_view(view::View view);
   void frame_joint();
   bool is_over_picture(const Eigen::Vector2d& pointer_px) const;
-  optics::Viewport area() const { return gui_.free_area(width_, height_, state_); }
-  navigation::PlayerRange range_now() const;
+  view::Viewport area() const { return gui_.free_area(width_, height_, state_); }
+  view::PlayerRange range_now() const;
   void place_joint();
   void place_bodies();
   void frame_fixed_object();
   void update_marks();
-  std::span<const navigation::ScreenLabel> placed_labels();
+  std::span<const view::ScreenLabel> placed_labels();
   void draw_interface(double elapsed_s);
-  void aim(const optics::Viewport& viewport);
+  void aim(const view::Viewport& viewport);
 
   store::MotionModel model_;
   std::vector<PlayedSet> sets_;
-  scene::Scene scene_;
-  scene::JointLayers layers_;
-  std::vector<motion::JointLabel> labels_;
-  std::vector<navigation::ScreenLabel> screen_labels_;
+  view::Scene scene_;
+  view::JointLayers layers_;
+  std::vector<store::JointLabel> labels_;
+  std::vector<view::ScreenLabel> screen_labels_;
   std::vector<Eigen::Vector3d> framed_points_;  ///< over the whole motion, world
   Side side_ = Side::right;
-  navigation::DoubtReader doubts_{model_};
-  navigation::DoubtText doubt_{};              ///< of the present pose
-  std::vector<navigation::MarkedSpan> marks_;  ///< on the timeline
+  view::DoubtReader doubts_{model_};
+  view::DoubtText doubt_{};              ///< of the present pose
+  std::vector<view::MarkedSpan> marks_;  ///< on the timeline
   std::optional<double> marked_varus_rad_;     ///< that of the marks
   std::optional<std::size_t> marked_set_;
   std::vector<bool> shown_bodies_;  ///< of the drawables, without --hide
-  navigation::Framing framing_ = navigation::Framing::joint;
-  scene::FixedObject framed_object_ = scene::FixedObject::moving;  ///< that of framed_points_
-  scene::JointFrames frames_;                                      ///< of the drawn pose
-  gui::Gui gui_;
-  navigation::PlayerState state_;
-  navigation::PlayerRange range_;
-  gui::Readout readout_;
-  navigation::OrbitCamera gaze_;
-  scene::View view_ = scene::View::oblique;
-  std::optional<navigation::CameraView> job_view_;  ///< until a view is chosen
+  view::Framing framing_ = view::Framing::joint;
+  view::FixedObject framed_object_ = view::FixedObject::moving;  ///< that of framed_points_
+  view::JointFrames frames_;                                      ///< of the drawn pose
+  view::Gui gui_;
+  view::PlayerState state_;
+  view::PlayerRange range_;
+  view::Readout readout_;
+  view::OrbitCamera gaze_;
+  view::View view_ = view::View::oblique;
+  std::optional<view::CameraView> job_view_;  ///< until a view is chosen
   double zoom_ = 1.0;                               ///< of the view at the start
-  scene::Backdrop backdrop_ =
-      scene::Backdrop::studio;  ///< last applied to the scene; a lights file may replace it
-  render::Shot shot_;
-  std::optional<navigation::Drag> drag_;
-  std::optional<render::MouseButton> drag_button_;
-  gui::GuiPointer pointer_;
-  navigation::Key held_key_ = navigation::Key::none;
+  view::Backdrop backdrop_ =
+      view::Backdrop::studio;  ///< last applied to the scene; a lights file may replace it
+  view::Shot shot_;
+  std::optional<view::Drag> drag_;
+  std::optional<view::MouseButton> drag_button_;
+  view::GuiPointer pointer_;
+  view::Key held_key_ = view::Key::none;
   int n_frames_due_ = 0;           ///< frames to draw until the interface settles
   bool was_left_pressed_ = false;  ///< since the last frame, so that a click shorter than a frame counts
   int width_ = 0, height_ = 0;
@@ -173,7 +173,7 @@ class ShownModel {
   /// Shows `model`, read from `file`. The renderer must outlive this. Throws InputError if the model lacks
   /// what the options request.
   ShownModel(const std::string& file, store::MotionModel model, const SessionOptions& options,
-             render::Renderer& renderer);
+             view::Renderer& renderer);
 
   Session& session() const { return *session_; }
   const std::string& file() const { return file_; }
@@ -187,7 +187,7 @@ class ShownModel {
   void show(store::MotionModel model, const SessionOptions& options);
 
   SessionOptions options_;
-  render::Renderer& renderer_;
+  view::Renderer& renderer_;
   std::string file_, title_;
   std::unique_ptr<Session> session_;
 };

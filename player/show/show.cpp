@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/side.hpp"
+#include "model/side.hpp"
 #include "core/text.hpp"
-#include "loop/video_file.hpp"
-#include "motion/film.hpp"
-#include "motion/poses.hpp"
-#include "navigation/arguments.hpp"
-#include "render/image.hpp"
+#include "show/video_file.hpp"
+#include "store/film.hpp"
+#include "store/poses.hpp"
+#include "view/arguments.hpp"
+#include "view/image.hpp"
 #include "show/series_renderer.hpp"
 #include "store/read_separately.hpp"
 #include "store/trace_file.hpp"
@@ -32,28 +32,28 @@ constexpr int default_frames_per_s = 25, most_frames_per_s = 120;  // usual limi
 constexpr double same_angle_rad = rad_from_deg(1e-6);
 
 struct LabelledPose {
-  motion::JointPose pose;
+  store::JointPose pose;
   std::string label;  ///< part of the file name: VIEW_label.png
 };
 
 struct Plan {
-  std::vector<motion::JointPose> poses;  ///< solved poses, one image per view each
+  std::vector<store::JointPose> poses;  ///< solved poses, one image per view each
   int n_unsolved = 0;
 };
 
-navigation::AngleRange wanted_range(const motion::Motion& motion, const ShowOptions& options)
+view::AngleRange wanted_range(const store::Motion& motion, const ShowOptions& options)
 {
-  if (options.flexion) return navigation::parsed_angles("--flexion", *options.flexion);
+  if (options.flexion) return view::parsed_angles("--flexion", *options.flexion);
   const double first_deg = deg_from_rad(motion.first_flexion_rad()),
                last_deg = deg_from_rad(motion.last_flexion_rad());
   return {first_deg, last_deg, last_deg > first_deg ? (last_deg - first_deg) / default_steps : 1.0};
 }
 
-std::vector<Attitude> wanted_attitudes(const motion::Motion& motion, const ShowOptions& options,
-                                       const navigation::AngleRange& range)
+std::vector<Attitude> wanted_attitudes(const store::Motion& motion, const ShowOptions& options,
+                                       const view::AngleRange& range)
 {
   std::vector<Attitude> attitudes;
-  for (const double flexion_deg : navigation::angles_deg(range)) {
+  for (const double flexion_deg : view::angles_deg(range)) {
     const double flexion_rad = rad_from_deg(flexion_deg);
     const double varus_rad =
         options.varus_deg ? rad_from_deg(*options.varus_deg) : motion.balanced_varus_rad(flexion_rad);
@@ -63,29 +63,29 @@ std::vector<Attitude> wanted_attitudes(const motion::Motion& motion, const ShowO
 }
 
 /// Collects the solved poses. Reports clamped angles, and unsolved attitudes if the plan is for images.
-Plan plan_of(const motion::Motion& motion, const ShowOptions& options, bool reports_unsolved,
+Plan plan_of(const store::Motion& motion, const ShowOptions& options, bool reports_unsolved,
              std::ostream& messages)
 {
   Plan plan;
   std::optional<double> last_flexion_rad, reported_varus_rad;
   for (const Attitude& wanted : wanted_attitudes(motion, options, wanted_range(motion, options))) {
-    motion::JointPose pose = motion.at(wanted);
+    store::JointPose pose = motion.at(wanted);
     // A varus given by option is the same for every flexion: it is reported once.
     if (reported_varus_rad == wanted.varus_rad) pose.is_varus_clamped = false;
-    navigation::report_clamped(motion, pose, wanted, "drawn", messages);
+    view::report_clamped(motion, pose, wanted, "drawn", messages);
     if (pose.is_varus_clamped) reported_varus_rad = wanted.varus_rad;
     const double flexion_rad = pose.attitude.flexion_rad;
     if (last_flexion_rad && flexion_rad - *last_flexion_rad < same_angle_rad) continue;
     last_flexion_rad = flexion_rad;
-    if (pose.status == motion::PoseStatus::solved) {
+    if (pose.status == store::PoseStatus::solved) {
       plan.poses.push_back(pose);
       continue;
     }
     if (!reports_unsolved) continue;
     ++plan.n_unsolved;
-    messages << "flexion " << navigation::plain_label(flexion_rad) << ", varus "
-             << navigation::plain_label(pose.attitude.varus_rad)
-             << ": no image, a neighbouring cell is unsolved (" << motion::name_of(pose.status) << ")\n";
+    messages << "flexion " << view::plain_label(flexion_rad) << ", varus "
+             << view::plain_label(pose.attitude.varus_rad)
+             << ": no image, a neighbouring cell is unsolved (" << store::name_of(pose.status) << ")\n";
   }
   return plan;
 }
@@ -96,7 +96,7 @@ int frames_per_s(const ShowOptions& options)
 }
 
 /// Options of a grid with a sequence of frames, and the reverse.
-void require_own_options(const motion::Motion& motion, const ShowOptions& options)
+void require_own_options(const store::Motion& motion, const ShowOptions& options)
 {
   if (!motion.is_sequence()) {
     if (options.frame)
@@ -113,9 +113,9 @@ void require_own_options(const motion::Motion& motion, const ShowOptions& option
 }
 
 /// The requested keys; by default `n` frames evenly over the sequence.
-std::vector<double> wanted_keys(const motion::Motion& motion, const ShowOptions& options, std::size_t n)
+std::vector<double> wanted_keys(const store::Motion& motion, const ShowOptions& options, std::size_t n)
 {
-  if (options.frame) return navigation::angles_deg(navigation::parsed_angles("--key", *options.frame));
+  if (options.frame) return view::angles_deg(view::parsed_angles("--key", *options.frame));
   const std::vector<double>& keys = motion.keys();
   std::vector<double> wanted;
   const std::size_t n_wanted = std::min(n, keys.size());
@@ -124,19 +124,19 @@ std::vector<double> wanted_keys(const motion::Motion& motion, const ShowOptions&
   return wanted;
 }
 
-bool is_solved(const motion::JointPose& pose)
+bool is_solved(const store::JointPose& pose)
 {
-  return pose.status == motion::PoseStatus::solved;
+  return pose.status == store::PoseStatus::solved;
 }
 
 /// The solved poses of a sequence; for a video also those that are not. Reports keys beyond its ends and
 /// frames without a pose.
-Plan plan_of_frames(const motion::Motion& motion, const std::vector<double>& keys, bool is_video,
+Plan plan_of_frames(const store::Motion& motion, const std::vector<double>& keys, bool is_video,
                     std::ostream& messages)
 {
   Plan plan;
   for (const double key : keys) {
-    const motion::JointPose pose = motion.at_frame(key);
+    const store::JointPose pose = motion.at_frame(key);
     if (pose.is_flexion_clamped) {
       messages << "--key: found " << shortest_decimal(key) << ", wanted "
                << shortest_decimal(motion.keys().front()) << " to " << shortest_decimal(motion.keys().back())
@@ -159,7 +159,7 @@ Plan plan_of_frames(const motion::Motion& motion, const std::vector<double>& key
 }
 
 /// Keys of a video of all frames: in real time over time_s, else one frame each.
-std::vector<double> video_keys(const motion::Motion& motion, const ShowOptions& options)
+std::vector<double> video_keys(const store::Motion& motion, const ShowOptions& options)
 {
   const std::vector<double>& keys = motion.keys();
   if (options.frame || motion.key_name() != "time_s") return wanted_keys(motion, options, keys.size());
@@ -171,27 +171,27 @@ std::vector<double> video_keys(const motion::Motion& motion, const ShowOptions& 
   return wanted;
 }
 
-std::vector<LabelledPose> labelled_frames(const std::vector<motion::JointPose>& poses)
+std::vector<LabelledPose> labelled_frames(const std::vector<store::JointPose>& poses)
 {
   std::vector<double> keys;
-  for (const motion::JointPose& pose : poses) keys.push_back(pose.key);
+  for (const store::JointPose& pose : poses) keys.push_back(pose.key);
   std::vector<LabelledPose> images;
-  for (const motion::JointPose& pose : poses)
-    images.push_back({pose, "frame_" + navigation::angle_label(pose.key, keys)});
+  for (const store::JointPose& pose : poses)
+    images.push_back({pose, "frame_" + view::angle_label(pose.key, keys)});
   return images;
 }
 
-std::vector<LabelledPose> labelled_poses(const std::vector<motion::JointPose>& poses)
+std::vector<LabelledPose> labelled_poses(const std::vector<store::JointPose>& poses)
 {
   if (!poses.empty() && !std::isnan(poses.front().key)) return labelled_frames(poses);
   std::vector<double> all_flexion_deg;
   all_flexion_deg.reserve(poses.size());
-  for (const motion::JointPose& pose : poses)
+  for (const store::JointPose& pose : poses)
     all_flexion_deg.push_back(deg_from_rad(pose.attitude.flexion_rad));
   std::vector<LabelledPose> images;
   images.reserve(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    images.push_back({poses[i], "flexion_" + navigation::angle_label(all_flexion_deg[i], all_flexion_deg)});
+    images.push_back({poses[i], "flexion_" + view::angle_label(all_flexion_deg[i], all_flexion_deg)});
   }
   return images;
 }
@@ -199,27 +199,27 @@ std::vector<LabelledPose> labelled_poses(const std::vector<motion::JointPose>& p
 /// The frame number, zero-padded so that names sort in order.
 std::string frame_label(std::size_t frame, std::size_t n_frames)
 {
-  return loop::padded_name("frame_", frame, std::max<std::size_t>(4, std::to_string(n_frames - 1).size()));
+  return show::padded_name("frame_", frame, std::max<std::size_t>(4, std::to_string(n_frames - 1).size()));
 }
 
 void require_trace_options(const ShowOptions& options)
 {
-  if (options.every < 1) navigation::refuse_option("--every", std::to_string(options.every), "1 or more");
+  if (options.every < 1) view::refuse_option("--every", std::to_string(options.every), "1 or more");
   if (!options.trace.empty() && !options.set.empty())
-    navigation::refuse_option("--set", options.set, "no --set: a trace contains its own poses");
+    view::refuse_option("--set", options.set, "no --set: a trace contains its own poses");
   if (!options.trace.empty()) return;
-  if (options.contact_only) navigation::refuse_option("--contact-only", "no --trace", "--trace FILE with it");
-  if (options.every != 1) navigation::refuse_option("--every", "no --trace", "--trace FILE with it");
+  if (options.contact_only) view::refuse_option("--contact-only", "no --trace", "--trace FILE with it");
+  if (options.every != 1) view::refuse_option("--every", "no --trace", "--trace FILE with it");
 }
 
-motion::FilmOptions film_options(const ShowOptions& options)
+store::FilmOptions film_options(const ShowOptions& options)
 {
-  motion::FilmOptions film;
+  store::FilmOptions film;
   film.contact_only = options.contact_only;
   film.every = options.every;
   film.cell.varus_deg = options.varus_deg;
   if (!options.flexion) return film;
-  const navigation::AngleRange range = navigation::parsed_angles("--flexion", *options.flexion);
+  const view::AngleRange range = view::parsed_angles("--flexion", *options.flexion);
   if (range.first_deg != range.last_deg)
     throw InputError({"--flexion", "", *options.flexion, "one angle: --trace shows one cell"});
   film.cell.flexion_deg = range.first_deg;
@@ -227,15 +227,15 @@ motion::FilmOptions film_options(const ShowOptions& options)
 }
 
 struct PlayedMotion {
-  std::vector<motion::JointPose> poses;  ///< one per frame
+  std::vector<store::JointPose> poses;  ///< one per frame
   int n_unsolved = 0;                    ///< unsolved intervals
 };
 
 /// The motion at the requested speed, with unsolved attitudes; each interval of these is reported. Empty if
 /// no attitude is solved.
-PlayedMotion played_motion(const motion::Motion& motion, const ShowOptions& options, std::ostream& messages)
+PlayedMotion played_motion(const store::Motion& motion, const ShowOptions& options, std::ostream& messages)
 {
-  navigation::AngleRange range = wanted_range(motion, options);
+  view::AngleRange range = wanted_range(motion, options);
   range.step_deg = options.speed_deg_s.value_or(default_speed_deg_s) / frames_per_s(options);
   PlayedMotion film;
   std::optional<double> first_rad;
@@ -243,15 +243,15 @@ PlayedMotion played_motion(const motion::Motion& motion, const ShowOptions& opti
   const auto report_interval = [&] {
     if (!first_rad) return;
     ++film.n_unsolved;
-    messages << "flexion " << navigation::plain_label(*first_rad);
-    if (last_rad > *first_rad) messages << " to " << navigation::plain_label(last_rad);
+    messages << "flexion " << view::plain_label(*first_rad);
+    if (last_rad > *first_rad) messages << " to " << view::plain_label(last_rad);
     messages << ": neighbouring cells are unsolved, the video shows only the fixed object\n";
     first_rad.reset();
   };
   for (const Attitude& wanted : wanted_attitudes(motion, options, range)) {
-    const motion::JointPose pose = motion.at(wanted);
+    const store::JointPose pose = motion.at(wanted);
     film.poses.push_back(pose);
-    if (pose.status == motion::PoseStatus::solved) {
+    if (pose.status == store::PoseStatus::solved) {
       report_interval();
       continue;
     }
@@ -263,9 +263,9 @@ PlayedMotion played_motion(const motion::Motion& motion, const ShowOptions& opti
   return film;
 }
 
-std::vector<motion::JointPose> poses_of(const std::vector<LabelledPose>& images)
+std::vector<store::JointPose> poses_of(const std::vector<LabelledPose>& images)
 {
-  std::vector<motion::JointPose> poses;
+  std::vector<store::JointPose> poses;
   poses.reserve(images.size());
   for (const LabelledPose& image : images) poses.push_back(image.pose);
   return poses;
@@ -275,33 +275,33 @@ std::vector<motion::JointPose> poses_of(const std::vector<LabelledPose>& images)
 void write_images(const ShowOptions& options, SeriesRenderer& maker, const std::vector<LabelledPose>& images,
                   std::ostream& data)
 {
-  loop::make_folder(options.folder, "--offscreen");
-  const std::vector<navigation::CameraView>& views = maker.look().views;
+  show::make_folder(options.folder, "--offscreen");
+  const std::vector<view::CameraView>& views = maker.look().views;
   for (std::size_t v = 0; v < views.size(); ++v) {
     for (const LabelledPose& image : images) {
       std::string name = views[v].name + "_" + image.label + ".png";
       std::ranges::replace(name, ' ', '_');
       const std::string path = (std::filesystem::path(options.folder) / name).string();
-      render::write_png(maker.draw_single(v, image.pose), path);
+      view::write_png(maker.draw_single(v, image.pose), path);
       data << path << std::endl;
     }
   }
 }
 
-void write_video(const ShowOptions& options, SeriesRenderer& maker, std::vector<motion::JointPose> poses,
-                 const loop::Streams& streams)
+void write_video(const ShowOptions& options, SeriesRenderer& maker, std::vector<store::JointPose> poses,
+                 const show::Streams& streams)
 {
   // First and last frame appear once, so that looped playback does not pause there.
   if (options.is_to_and_fro) {
     for (std::size_t i = poses.size() - 1; i-- > 1;) poses.push_back(poses[i]);
   }
-  const navigation::PictureSize size = maker.look().size;
-  loop::VideoFile video({options.video, size.width, size.height, frames_per_s(options)});
-  for (const motion::JointPose& pose : poses) video.add(maker.draw_tiled(pose));
+  const view::PictureSize size = maker.look().size;
+  show::VideoFile video({options.video, size.width, size.height, frames_per_s(options)});
+  for (const store::JointPose& pose : poses) video.add(maker.draw_tiled(pose));
   video.finish();
   streams.data << options.video << std::endl;
   if (!options.is_quiet) {
-    streams.messages << options.video << ": " << loop::count_text(poses.size(), "frame") << ", "
+    streams.messages << options.video << ": " << show::count_text(poses.size(), "frame") << ", "
                      << frames_per_s(options) << " per second\n";
   }
 }
@@ -313,10 +313,10 @@ void require_video_options(const ShowOptions& options)
                                                    {"--speed", options.speed_deg_s.has_value()},
                                                    {"--to-and-fro", options.is_to_and_fro}};
     for (const auto& [option, is_given] : unused)
-      if (is_given) navigation::refuse_option(option, "no --video", "--video FILE with it");
+      if (is_given) view::refuse_option(option, "no --video", "--video FILE with it");
     return;
   }
-  loop::require_video_name(options.video);
+  show::require_video_name(options.video);
   if (frames_per_s(options) < 1 || frames_per_s(options) > most_frames_per_s)
     throw InputError({"--fps", "", std::to_string(frames_per_s(options)), "1 to 120"});
   if (options.speed_deg_s && !(*options.speed_deg_s >= 0.1 && *options.speed_deg_s <= 3600.0))
@@ -324,14 +324,14 @@ void require_video_options(const ShowOptions& options)
 }
 
 ShowSummary show_trace(const ShowOptions& options, const store::MotionModel& model,
-                       std::unique_ptr<render::Renderer> renderer, const loop::Streams& streams)
+                       std::unique_ptr<view::Renderer> renderer, const show::Streams& streams)
 {
   store::require_grid(model, options.file, "a trace");
-  const motion::FilmOptions chosen = film_options(options);
+  const store::FilmOptions chosen = film_options(options);
   const store::Trace trace = store::read_trace(options.trace);
   store::require_trace_matches_model(trace, options.trace, model, options.file);
-  const motion::Film film = motion::film_of(trace, options.trace, chosen);
-  const motion::Motion motion(model, "raw");
+  const store::Film film = store::film_of(trace, options.trace, chosen);
+  const store::Motion motion(model, "raw");
   std::vector<LabelledPose> images;
   images.reserve(film.frames.size());
   for (std::size_t i = 0; i < film.frames.size(); ++i) {
@@ -343,22 +343,22 @@ ShowSummary show_trace(const ShowOptions& options, const store::MotionModel& mod
   const std::size_t n_images = options.folder.empty() ? 0 : images.size() * maker.look().views.size();
   if (!options.is_quiet) {
     streams.messages << options.trace << ": search at flexion "
-                     << navigation::plain_label(film.attitude.flexion_rad) << ", varus "
-                     << navigation::plain_label(film.attitude.varus_rad) << ", "
-                     << loop::count_text(images.size(), "frame") << ", "
-                     << loop::count_text(n_images, "image") << "\n";
+                     << view::plain_label(film.attitude.flexion_rad) << ", varus "
+                     << view::plain_label(film.attitude.varus_rad) << ", "
+                     << show::count_text(images.size(), "frame") << ", "
+                     << show::count_text(n_images, "image") << "\n";
   }
   return {static_cast<int>(n_images), 0};
 }
 
 ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& model,
-                       std::unique_ptr<render::Renderer> renderer, const loop::Streams& streams)
+                       std::unique_ptr<view::Renderer> renderer, const show::Streams& streams)
 {
-  const std::string set = motion::chosen_set(model, options.file, options.set);
-  if (const store::DefaultMotion shown = motion::default_motion(model);
+  const std::string set = store::chosen_set(model, options.file, options.set);
+  if (const store::DefaultMotion shown = store::default_motion(model);
       shown.set == set && !shown.reason.empty())
     streams.messages << options.file << ": " << set << " is shown; " << shown.reason << "\n";
-  const motion::Motion motion(model, set);
+  const store::Motion motion(model, set);
   const bool has_images = !options.folder.empty(), has_video = !options.video.empty();
   const bool is_played = has_video && (options.speed_deg_s || !options.flexion);
   require_own_options(motion, options);
@@ -379,12 +379,12 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
   const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved + film.n_unsolved};
   if (!motion.is_sequence() && !options.varus_deg && !motion.has_spine()) {
     streams.messages << "no spine cell is solved: varus "
-                     << navigation::plain_label(motion.balanced_varus_rad(0.0))
+                     << view::plain_label(motion.balanced_varus_rad(0.0))
                      << " is used for every flexion\n";
   }
-  std::vector<motion::JointPose> framed = plan.poses.empty() ? film.poses : plan.poses;
+  std::vector<store::JointPose> framed = plan.poses.empty() ? film.poses : plan.poses;
   if (framed.empty()) return summary;
-  std::erase_if(framed, [](const motion::JointPose& pose) { return !is_solved(pose); });
+  std::erase_if(framed, [](const store::JointPose& pose) { return !is_solved(pose); });
   SeriesRenderer maker(options, model, {set, true, film.poses}, framed, std::move(renderer));
   if (has_images) write_images(options, maker, labelled_poses(plan.poses), streams.data);
   if (has_video) write_video(options, maker, film.poses, streams);
@@ -392,8 +392,8 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
     streams.messages << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "
                      << set;
     if (has_images)
-      streams.messages << ", " << loop::count_text(plan.poses.size(), "attitude") << ", "
-                       << loop::count_text(plan.poses.size() * n_views, "image");
+      streams.messages << ", " << show::count_text(plan.poses.size(), "attitude") << ", "
+                       << show::count_text(plan.poses.size() * n_views, "image");
     streams.messages << "\n";
   }
   return summary;
@@ -406,43 +406,43 @@ constexpr const char* default_size = "1280x960";
 
 ResolvedShowOptions resolved_options(const ShowOptions& options, const store::MotionModel& model)
 {
-  const navigation::JobViews job = navigation::job_views(model.job.resolved);
+  const view::JobViews job = view::job_views(model.job.resolved);
   const Side side = side_named(model.side);
   ResolvedShowOptions look;
   look.appearance = options.appearance;
-  if (!options.has_mode && job.render == "wire") look.appearance.mode = scene::DrawMode::wire;
+  if (!options.has_mode && job.render == "wire") look.appearance.mode = view::DrawMode::wire;
   if (options.views.empty()) {
-    look.views = navigation::camera_views(job, side);
+    look.views = view::camera_views(job, side);
     look.zoom = job.zoom;
   }
   if (look.views.empty()) {
     for (const std::string& name :
-         navigation::parsed_views(options.views.empty() ? default_view : options.views))
-      look.views.push_back(navigation::named_view(name, *scene::view_named(name), side));
+         view::parsed_views(options.views.empty() ? default_view : options.views))
+      look.views.push_back(view::named_view(name, *view::view_named(name), side));
   }
-  if (options.size.empty() && navigation::has_usable_size(job)) {
+  if (options.size.empty() && view::has_usable_size(job)) {
     look.size = {job.width_px, job.height_px};
   } else {
-    look.size = navigation::parsed_size(options.size.empty() ? default_size : options.size);
+    look.size = view::parsed_size(options.size.empty() ? default_size : options.size);
   }
   return look;
 }
 
-ShowSummary show(const ShowOptions& options, const loop::Streams& streams)
+ShowSummary show(const ShowOptions& options, const show::Streams& streams)
 {
-  if (!options.views.empty()) navigation::parsed_views(options.views);
-  if (!options.size.empty()) navigation::parsed_size(options.size);
-  navigation::parsed_layers(options.appearance.layers);
+  if (!options.views.empty()) view::parsed_views(options.views);
+  if (!options.size.empty()) view::parsed_size(options.size);
+  view::parsed_layers(options.appearance.layers);
   require_trace_options(options);
   require_video_options(options);
-  if (options.varus_deg) navigation::require_angle("--varus", *options.varus_deg);
+  if (options.varus_deg) view::require_angle("--varus", *options.varus_deg);
   store::SeparateModelRead reading(options.file);
   const bool has_window = options.folder.empty() && options.video.empty();
-  std::unique_ptr<render::Renderer> renderer = has_window ? nullptr : warm_renderer(options);
+  std::unique_ptr<view::Renderer> renderer = has_window ? nullptr : warm_renderer(options);
   store::MotionModel model = reading.model();
   if (has_window) {
-    const std::string set = motion::chosen_set(model, options.file, options.set);
-    require_own_options(motion::Motion(model, set), options);
+    const std::string set = store::chosen_set(model, options.file, options.set);
+    require_own_options(store::Motion(model, set), options);
     show_in_window(options, std::move(model), set);
     return {};
   }

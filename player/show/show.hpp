@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "loop/loop.hpp"
-#include "navigation/appearance.hpp"
-#include "navigation/arguments.hpp"
-#include "navigation/job_views.hpp"
-#include "scene/lighting.hpp"
-#include "scene/scene.hpp"
+#include "show/loop.hpp"
+#include "view/appearance.hpp"
+#include "view/arguments.hpp"
+#include "view/job_views.hpp"
+#include "view/lighting.hpp"
+#include "view/scene.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::show {
@@ -22,7 +22,7 @@ struct ShowOptions {
   std::optional<std::string> flexion;  ///< A:B:STEP; default: the grid's range in six steps
   std::optional<std::string> frame;    ///< A:B:STEP of keys, of a sequence of frames; default: all of them
   std::optional<double> varus_deg;     ///< default: the balanced varus of each flexion
-  std::string set;                     ///< default: motion::default_motion
+  std::string set;                     ///< default: store::default_motion
   std::string views;                   ///< default: those of the job's [player], else oblique
   std::string size;                    ///< default: that of the job's [player], else 1280x960
   /// Per pixel; 1 is fastest and has jagged edges. 0: four for images; in a window as in render/window.hpp.
@@ -30,10 +30,10 @@ struct ShowOptions {
   std::string trace;          ///< trace file of the model; shows one search instead of attitudes
   bool contact_only = false;  ///< with `trace`: only steps in contact
   int every = 1;              ///< with `trace`: only every N-th frame, and the last
-  scene::Backdrop backdrop = scene::Backdrop::studio;
-  scene::FixedObject fixed_object = scene::FixedObject::moving;
-  navigation::Framing framing = navigation::Framing::joint;
-  navigation::AppearanceOptions appearance;
+  view::Backdrop backdrop = view::Backdrop::studio;
+  view::FixedObject fixed_object = view::FixedObject::moving;
+  view::Framing framing = view::Framing::joint;
+  view::AppearanceOptions appearance;
   bool has_mode = false;              ///< `appearance.mode` was given; else the job's
   bool has_numbers = false;           ///< draw angles and gaps on the images
   std::string video;                  ///< video file, all views side by side
@@ -45,10 +45,10 @@ struct ShowOptions {
 
 /// The options completed by the job's [player].
 struct ResolvedShowOptions {
-  std::vector<navigation::CameraView> views;  ///< at least one
+  std::vector<view::CameraView> views;  ///< at least one
   double zoom = 1.0;
-  navigation::PictureSize size;
-  navigation::AppearanceOptions appearance;
+  view::PictureSize size;
+  view::AppearanceOptions appearance;
 };
 ResolvedShowOptions resolved_options(const ShowOptions& options, const store::MotionModel& model);
 
@@ -59,7 +59,7 @@ struct ShowSummary {
 
 /// Runs the mode; results go to `streams.data`, messages to standard error. Throws InputError for invalid
 /// input.
-ShowSummary show(const ShowOptions& options, const loop::Streams& streams);
+ShowSummary show(const ShowOptions& options, const show::Streams& streams);
 
 /// Runs until the user closes the window. `set` is one of set_names(model). Throws InputError if there is no
 /// display, or for options that require images.

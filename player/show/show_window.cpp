@@ -5,10 +5,10 @@
 #include <filesystem>
 
 #include "core/error.hpp"
-#include "loop/loop.hpp"
-#include "navigation/arguments.hpp"
-#include "render/image.hpp"
-#include "render/window.hpp"
+#include "show/loop.hpp"
+#include "view/arguments.hpp"
+#include "view/image.hpp"
+#include "view/window.hpp"
 #include "show/session.hpp"
 #include "show/show.hpp"
 
@@ -24,7 +24,7 @@ void require_window_options(const ShowOptions& options)
     throw InputError(
         {"--trace", "", "no --offscreen and no --video", "either of them: a window cannot show a trace"});
   }
-  if (!options.views.empty() && navigation::parsed_views(options.views).size() > 1)
+  if (!options.views.empty() && view::parsed_views(options.views).size() > 1)
     throw InputError({"--views", "", options.views, "one view: the window starts with it"});
 }
 
@@ -34,15 +34,15 @@ SessionOptions session_options(const ShowOptions& options, const store::MotionMo
   const ResolvedShowOptions look = resolved_options(options, model);
   SessionOptions session;
   session.set = set;
-  if (const std::optional<scene::View> view = scene::view_named(look.views.front().name)) {
+  if (const std::optional<view::View> view = view::view_named(look.views.front().name)) {
     session.view = *view;
   } else {
     session.job_view = look.views.front();
   }
   session.zoom = look.zoom;
   if (options.flexion)
-    session.flexion_rad = rad_from_deg(navigation::parsed_angles("--flexion", *options.flexion).first_deg);
-  if (options.frame) session.key = navigation::parsed_angles("--key", *options.frame).first_deg;
+    session.flexion_rad = rad_from_deg(view::parsed_angles("--flexion", *options.flexion).first_deg);
+  if (options.frame) session.key = view::parsed_angles("--key", *options.frame).first_deg;
   if (options.varus_deg) session.varus_rad = rad_from_deg(*options.varus_deg);
   session.backdrop = options.backdrop;
   session.fixed_object = options.fixed_object;
@@ -57,13 +57,13 @@ SessionOptions session_options(const ShowOptions& options, const store::MotionMo
 std::string picture_name(const std::string& file, double flexion_rad, std::size_t number)
 {
   const std::string stem = std::filesystem::path(file).stem().string() + "_flexion_" +
-                           navigation::angle_label(std::round(deg_from_rad(flexion_rad)), {});
+                           view::angle_label(std::round(deg_from_rad(flexion_rad)), {});
   return stem + (number == 1 ? "" : "_" + std::to_string(number)) + ".png";
 }
 
-render::WindowOptions window_options(const ShowOptions& options, const SessionOptions& session)
+view::WindowOptions window_options(const ShowOptions& options, const SessionOptions& session)
 {
-  render::WindowOptions window;
+  view::WindowOptions window;
   window.width = session.width;
   window.height = session.height;
   window.samples = options.samples;
@@ -71,10 +71,10 @@ render::WindowOptions window_options(const ShowOptions& options, const SessionOp
 }
 
 /// Runs a session in a window and opens dropped files.
-class ShowMode final : public loop::Mode {
+class ShowMode final : public show::Mode {
  public:
   ShowMode(const ShowOptions& options, store::MotionModel model, const SessionOptions& session,
-           loop::Sink& sink)
+           show::Sink& sink)
       : sink_(sink),
         shown_(options.file, std::move(model), session, sink.renderer()),
         has_moving_quality_(options.samples == 0 && session.is_plain_while_moving)
@@ -84,17 +84,17 @@ class ShowMode final : public loop::Mode {
 
   bool is_over() const override { return shown_.session().state().is_done; }
 
-  loop::RoundTime round_time() const override
+  show::RoundTime round_time() const override
   {
     return {sink_.is_hidden() || shown_.session().is_idle() ? paused_wait_s : least_frame_s};
   }
 
-  void take(const render::InputEvent& event) override
+  void take(const view::InputEvent& event) override
   {
     shown_.session().take(event);
     const std::vector<std::string>& dropped = sink_.window()->dropped_files();
     // Only the first of several dropped files is opened.
-    if (event.kind == render::InputKind::drop && !dropped.empty() && shown_.open(dropped.front()))
+    if (event.kind == view::InputKind::drop && !dropped.empty() && shown_.open(dropped.front()))
       set_title();
   }
 
@@ -126,17 +126,17 @@ class ShowMode final : public loop::Mode {
     Session& session = shown_.session();
     if (has_moving_quality_) sink_.renderer().set_samples(samples_at_rest);
     std::string name;
-    const auto refused = loop::catch_input_error([&] {
-      const render::Image& image = session.draw_screenshot(sink_.renderer());
+    const auto refused = show::catch_input_error([&] {
+      const view::Image& image = session.draw_screenshot(sink_.renderer());
       const double flexion_rad = session.pose().attitude.flexion_rad;
-      name = loop::write_with_free_name(
+      name = show::write_with_free_name(
           [&](std::size_t number) { return picture_name(shown_.file(), flexion_rad, number); },
-          [&](const std::string& free) { render::write_png(image, free); });
+          [&](const std::string& free) { view::write_png(image, free); });
     });
     session.show_message(refused ? refused->what() : "image written: " + name);
   }
 
-  loop::Sink& sink_;
+  show::Sink& sink_;
   ShownModel shown_;
   bool has_moving_quality_;  ///< one sample per pixel while something moves, else samples_at_rest
 };
@@ -147,12 +147,12 @@ void show_in_window(const ShowOptions& options, store::MotionModel model, const 
 {
   require_window_options(options);
   SessionOptions chosen = session_options(options, model, set);
-  loop::Sink sink(window_options(options, chosen));
+  show::Sink sink(window_options(options, chosen));
   chosen.is_plain_while_moving = sink.window()->is_software_rendered();
   chosen.scale = std::clamp(sink.window()->content_scale(), 1.0, 4.0);
   ShowMode mode(options, std::move(model), chosen, sink);
-  loop::StopSignals stop;
-  loop::run_loop(mode, sink, stop);
+  show::StopSignals stop;
+  show::run_loop(mode, sink, stop);
 }
 
 }  // namespace vrda::show

@@ -22,33 +22,56 @@ function(vrda_small target)
   target_compile_definitions(${target} PRIVATE $<$<CONFIG:Release>:EIGEN_NO_DEBUG>)
 endfunction()
 
-# add_room(contact SOURCES a.cpp USES core HIDES PkgConfig::bullet); SMALL: compiled for size.
+# vrda_groups(target a.cpp b.cpp / c.cpp): adds the sources; those between slashes are one translation unit, in which names of
+# anonymous namespaces must differ.
+function(vrda_groups target)
+  set(group 0)
+  foreach(source ${ARGN})
+    if(source STREQUAL "/")
+      math(EXPR group "${group} + 1")
+      continue()
+    endif()
+    target_sources(${target} PRIVATE ${source})
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
+  endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
+endfunction()
+
+# add_room(contact SOURCES a.cpp / b.cpp SMALL c.cpp USES core HIDES PkgConfig::bullet): sources in groups of vrda_groups;
+# SMALL: compiled for size.
 function(add_room name)
-  cmake_parse_arguments(ROOM "SMALL" "" "SOURCES;USES;HIDES" ${ARGN})
+  cmake_parse_arguments(ROOM "" "" "SOURCES;SMALL;USES;HIDES" ${ARGN})
   vrda_room_root(program)
   set(target ${program}_${name})
-  add_library(${target} STATIC ${ROOM_SOURCES})
-  add_library(${program}::${name} ALIAS ${target})
-  target_include_directories(${target} PUBLIC ${CMAKE_SOURCE_DIR}/${program})
-  foreach(used ${ROOM_USES})
-    if(used MATCHES "::")
-      target_link_libraries(${target} PUBLIC ${used})
-    else()
-      target_link_libraries(${target} PUBLIC ${program}_${used})
-    endif()
-  endforeach()
-  target_link_libraries(${target} PRIVATE ${ROOM_HIDES})
-  target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:vrda_flags>)
-  # The pipeline's rooms are linked into the program and into the Python module alike, so they are compiled once.
-  if(program STREQUAL "pipeline")
-    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON
-      CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
-  endif()
-  # One section per function, so that the linker can drop unused ones.
-  target_compile_options(${target} PRIVATE -ffunction-sections -fdata-sections)
+  add_library(${target} STATIC)
+  vrda_groups(${target} ${ROOM_SOURCES})
+  set(parts ${target})
   if(ROOM_SMALL)
-    vrda_small(${target})
+    add_library(${target}_small OBJECT)
+    vrda_groups(${target}_small ${ROOM_SMALL})
+    target_sources(${target} PRIVATE $<TARGET_OBJECTS:${target}_small>)
+    vrda_small(${target}_small)
+    list(APPEND parts ${target}_small)
   endif()
+  add_library(${program}::${name} ALIAS ${target})
+  foreach(part ${parts})
+    target_include_directories(${part} PUBLIC ${CMAKE_SOURCE_DIR}/${program})
+    foreach(used ${ROOM_USES})
+      if(used MATCHES "::")
+        target_link_libraries(${part} PUBLIC ${used})
+      else()
+        target_link_libraries(${part} PUBLIC ${program}_${used})
+      endif()
+    endforeach()
+    target_link_libraries(${part} PRIVATE ${ROOM_HIDES} $<BUILD_INTERFACE:vrda_flags>)
+    # The pipeline's rooms are linked into the program and into the Python module alike, so they are compiled once.
+    if(program STREQUAL "pipeline")
+      set_target_properties(${part} PROPERTIES POSITION_INDEPENDENT_CODE ON
+        CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+    endif()
+    # One section per function, so that the linker can drop unused ones.
+    target_compile_options(${part} PRIVATE -ffunction-sections -fdata-sections)
+  endforeach()
 endfunction()
 
 # Addresses of tables as a bitmap: a hundredth of the player's size. Needs glibc 2.36 and GNU ld 2.38.
@@ -58,14 +81,17 @@ if(vrda_has_short_relocations)
   set(vrda_short_relocations LINKER:-z,pack-relative-relocs)
 endif()
 
-# add_schema(scene lights): embeds schemas/lights.schema.json in the room, as lights_schema().
+# add_schema(view lights): embeds schemas/lights.schema.json in the room, as lights_schema(); a third argument is the room's
+# namespace if it has another name.
 function(add_schema room kind)
+  set(namespace ${room} ${ARGN})
+  list(GET namespace -1 namespace)
   set(file ${CMAKE_SOURCE_DIR}/schemas/${kind}.schema.json)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
   file(READ ${file} VRDA_SCHEMA)
   string(REGEX REPLACE "\n *" "" VRDA_SCHEMA "${VRDA_SCHEMA}")
   set(source ${CMAKE_CURRENT_BINARY_DIR}/${kind}_schema_text.cpp)
-  configure_file(${CMAKE_SOURCE_DIR}/pipeline/documents/schema_text.cpp.in ${source} @ONLY)
+  configure_file(${CMAKE_SOURCE_DIR}/pipeline/core/schema_text.cpp.in ${source} @ONLY)
   vrda_room_root(program)
   target_sources(${program}_${room} PRIVATE ${source})
 endfunction()

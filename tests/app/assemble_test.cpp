@@ -1,22 +1,22 @@
-#include "model_build/model_build.hpp"
+#include "solve/model_build.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "app/scenes.hpp"
-#include "job_run/summary.hpp"
-#include "model_build/case_solver.hpp"
+#include "run/summary.hpp"
+#include "solve/case_solver.hpp"
 
 namespace vrda::assemble_test {
 
 TEST(Assemble, EveryCellOfTheStartFileIsPending)
 {
   const test::Scratch scratch;
-  const load::Case job_case = load::load_case(test::small_knee_job(scratch, "right").string());
-  const store::MotionModel model = model_build::pending_model_of(job_case);
-  EXPECT_EQ(job_run::cells_by_status(model), (std::map<std::string, int>{{"pending", 35}}));
-  EXPECT_EQ(job_run::unsolved_fraction(model), 1.0);
+  const job::Case job_case = job::load_case(test::small_knee_job(scratch, "right").string());
+  const store::MotionModel model = solve::pending_model_of(job_case);
+  EXPECT_EQ(run::cells_by_status(model), (std::map<std::string, int>{{"pending", 35}}));
+  EXPECT_EQ(run::unsolved_fraction(model), 1.0);
   EXPECT_TRUE(model.tx_mm.isNaN().all());
   EXPECT_EQ(model.contacts.row_start.size(), 36u);
   EXPECT_EQ(model.reference.contact.mesh.triangles.rows(), 2 * 648 + 2 * 4 * 18);
@@ -25,8 +25,8 @@ TEST(Assemble, EveryCellOfTheStartFileIsPending)
 TEST(Assemble, OnlyStableCellsHoldNumbers)
 {
   const test::Scratch scratch;
-  const load::Case job_case = load::load_case(test::small_knee_job(scratch, "left").string());
-  sweep::SweepResult result;
+  const job::Case job_case = job::load_case(test::small_knee_job(scratch, "left").string());
+  solve::SweepResult result;
   result.cells.resize(35);
   result.spine_column.assign(7, 2);
   for (int i = 0; i < 7; ++i) {
@@ -39,9 +39,9 @@ TEST(Assemble, OnlyStableCellsHoldNumbers)
       if (j != 4) r.contacts.push_back({{1, 2, 3}, {0, -1, 0}, 0.01, 4, 5, 1});
     }
   }
-  const store::MotionModel model = model_build::motion_model_of(job_case, result);
-  EXPECT_EQ(job_run::status_line(model), "35 attitudes: 7 no_contact, 28 stable");
-  EXPECT_NEAR(job_run::unsolved_fraction(model), 0.2, 1e-12);
+  const store::MotionModel model = solve::motion_model_of(job_case, result);
+  EXPECT_EQ(run::status_line(model), "35 attitudes: 7 no_contact, 28 stable");
+  EXPECT_NEAR(run::unsolved_fraction(model), 0.2, 1e-12);
   EXPECT_TRUE(std::isnan(model.theta_deg(3, 4)));
   EXPECT_EQ(model.tz_mm(3, 3), -3.0) << "a left knee is reflected back to its own side";
   EXPECT_EQ(model.contacts.point_world_mm(0, 2), -3.0);
@@ -56,15 +56,15 @@ TEST(Assemble, TheFingerprintFollowsTheJobAndItsMeshes)
 {
   const test::Scratch scratch;
   const std::filesystem::path job = test::small_job(scratch);
-  const std::string before = model_build::fingerprint_of(load::load_case(job.string()));
-  EXPECT_EQ(model_build::fingerprint_of(load::load_case(job.string())), before);
+  const std::string before = solve::fingerprint_of(job::load_case(job.string()));
+  EXPECT_EQ(solve::fingerprint_of(job::load_case(job.string())), before);
   EXPECT_NE(
-      model_build::fingerprint_of(load::load_case(job.string(), {"", {"solver.search.rotation_step_deg=2"}})),
+      solve::fingerprint_of(job::load_case(job.string(), {"", {"solver.search.rotation_step_deg=2"}})),
       before);
   std::string mesh = test::text_of(scratch.path() / "ball.stl");
   mesh[84 + 12] = static_cast<char>(mesh[84 + 12] ^ 1);
   scratch.write("ball.stl", mesh);
-  EXPECT_NE(model_build::fingerprint_of(load::load_case(job.string())), before);
+  EXPECT_NE(solve::fingerprint_of(job::load_case(job.string())), before);
 }
 
 }  // namespace vrda::assemble_test

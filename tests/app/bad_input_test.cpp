@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "app/scenes.hpp"
-#include "journal/journal.hpp"
+#include "store/journal.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::bad_input_test {
@@ -184,7 +184,7 @@ TEST_F(BadInput, AWrongUnitIsRefusedAtOnce)
 TEST_F(BadInput, AJournalOfAnotherJobIsKeptUntilFresh)
 {
   const fs::path journal = output_.string() + ".journal";
-  journal::JournalWriter::create(journal.string(), std::string(64, 'a')).close();
+  store::JournalWriter::create(journal.string(), std::string(64, 'a')).close();
   const std::string before = test::read_bytes(journal);
   expect_refused({"out.h5.journal", "key", std::string(64, 'a'), "--fresh"});
   EXPECT_EQ(test::read_bytes(journal), before);

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "convert/mesh_writer.hpp"
+#include "job/mesh_writer.hpp"
 #include "prepare/template_joint.hpp"
 #include "store/motion_model_file.hpp"
 
@@ -19,7 +19,7 @@ struct Scan {
   {
     const prepare::TemplateJoint joint = prepare::generic_template();
     const auto write = [&](const std::string& name, const Mesh& mesh, const Pose& X) {
-      scratch.write(name, convert::stl_bytes(transformed(mesh, X), ""));
+      scratch.write(name, job::stl_bytes(transformed(mesh, X), ""));
     };
     write("femur.stl", joint.joint.reference.contact.mesh, X_femur);
     write("tibia.stl", joint.joint.moving.contact.mesh, X_tibia);

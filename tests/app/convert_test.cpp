@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "convert/mesh_writer.hpp"
-#include "load/axis_map.hpp"
-#include "load/job.hpp"
-#include "model_build/case_solver.hpp"
+#include "job/mesh_writer.hpp"
+#include "job/axis_map.hpp"
+#include "job/job.hpp"
+#include "solve/case_solver.hpp"
 #include "support/meshes.hpp"
 #include "support/messages.hpp"
 
@@ -22,14 +22,14 @@ using testing::Not;
 // Converts a mesh from canonical axes in mm to the thesis's axes: metres, X left, Y up, Z forward.
 std::string thesis_file(const Mesh& canonical)
 {
-  load::RawMesh raw;
+  job::RawMesh raw;
   raw.vertices.resize(canonical.vertices_mm.rows(), 3);
   raw.vertices.col(0) = -0.001 * canonical.vertices_mm.col(2);
   raw.vertices.col(1) = 0.001 * canonical.vertices_mm.col(1);
   raw.vertices.col(2) = 0.001 * canonical.vertices_mm.col(0);
   raw.corner.assign(canonical.triangles.data(), canonical.triangles.data() + canonical.triangles.size());
   raw.size.assign(static_cast<std::size_t>(canonical.triangles.rows()), 3);
-  return convert::vertices_faces_bytes(raw);
+  return job::vertices_faces_bytes(raw);
 }
 
 const std::string knee_configuration = R"(MODEL 0 femur
@@ -96,9 +96,9 @@ TEST_F(ConvertConfig, TheJobIsUnderstoodAsTheThesisMeantIt)
 TEST_F(ConvertConfig, TurnsOfTheThesisAreTurnsOfTheSolver)
 {
   ASSERT_EQ(convert().exit_code, 0);
-  const load::Case job_case = load::load_case(job_.string());
-  const load::AxisMap map = load::axis_map(load::read_job(job_.string()));
-  const MovingPose initial = model_build::plan_of(job_case).initial;
+  const job::Case job_case = job::load_case(job_.string());
+  const job::AxisMap map = job::axis_map(job::read_job(job_.string()));
+  const MovingPose initial = solve::plan_of(job_case).initial;
   constexpr double rounding_mm = 1e-9;  // poses a few centimetres from the origin
   const Eigen::Vector3d p(0.01, -0.03, 0.02);
   // Rotated by 10 degrees about the files' Y, then translated.

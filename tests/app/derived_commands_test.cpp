@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "audit/pose_meter.hpp"
+#include "analysis/pose_meter.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/messages.hpp"
 
@@ -16,7 +16,7 @@ using Json = nlohmann::json;
 using testing::IsEmpty;
 
 // Rounding of a gap that is measured again with another order of summation.
-constexpr double margin_mm = 2.0 * audit::contact_margin_mm;
+constexpr double margin_mm = 2.0 * analysis::contact_margin_mm;
 
 class DerivedCommands : public testing::Test {
  protected:

@@ -7,8 +7,8 @@
 #include <cstdio>
 
 #include "app/scenes.hpp"
-#include "audit/audit.hpp"
-#include "job_run/summary.hpp"
+#include "analysis/audit.hpp"
+#include "run/summary.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
 
@@ -49,7 +49,7 @@ TEST(EquilibriumRun, WithVarusFreeBothSidesTouchAndShareThePush)
   const store::MotionModel model = solved(scratch, test::small_knee_job(scratch, "right"), free_varus);
   ASSERT_EQ(model.status.cols(), 1);
   EXPECT_EQ(model.varus_deg, std::vector<double>{0.0});
-  EXPECT_EQ(job_run::unsolved_fraction(model), 0.0) << job_run::status_line(model);
+  EXPECT_EQ(run::unsolved_fraction(model), 0.0) << run::status_line(model);
   ASSERT_TRUE(model.equilibrium);
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
     SCOPED_TRACE(i);
@@ -66,7 +66,7 @@ TEST(EquilibriumRun, WithVarusFreeBothSidesTouchAndShareThePush)
     const double borne_n = -model.equilibrium->force_medial_n[y] - model.equilibrium->force_lateral_n[y];
     EXPECT_NEAR(borne_n, 20.0, 0.01 * 20.0);
   }
-  const audit::AuditFigures measured = audit::figures_of(audit::audit(model, "raw", 1, 1));
+  const analysis::AuditFigures measured = analysis::figures_of(analysis::audit(model, "raw", 1, 1));
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_EQ(measured.n_nothing_ahead, 0);
   EXPECT_LE(measured.largest_gap.value_mm, touch_mm);
@@ -92,11 +92,11 @@ TEST(EquilibriumRun, OverTheGridItGoesAsFarAlongDeltaAsTheSearch)
   const store::MotionModel exact = solved(scratch, job);
   const store::MotionModel searched = solved(scratch, job, {"--set", "solver.method=stability-search"});
   EXPECT_FALSE(searched.equilibrium);
-  EXPECT_EQ(job_run::unsolved_fraction(exact), 0.0) << job_run::status_line(exact);
+  EXPECT_EQ(run::unsolved_fraction(exact), 0.0) << run::status_line(exact);
   const double resolution_mm = searched.contact_resolution_mm;
   EXPECT_TRUE((exact.ty_mm >= searched.ty_mm - resolution_mm).all())
       << (exact.ty_mm - searched.ty_mm).minCoeff();
-  const audit::AuditFigures measured = audit::figures_of(audit::audit(exact, "raw", 1, 1));
+  const analysis::AuditFigures measured = analysis::figures_of(analysis::audit(exact, "raw", 1, 1));
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_EQ(measured.n_nothing_ahead, 0);
   EXPECT_LE(measured.largest_gap.value_mm, touch_mm);
@@ -151,7 +151,7 @@ TEST(EquilibriumRun, APushThatTurnsOverFlexionIsOneDirectionAtEach)
     const store::MotionModel turning = solve(method, table, {});
     ASSERT_EQ(turning.push.delta.rows(), 3);
     EXPECT_EQ(turning.delta, Eigen::Vector3d::UnitY());
-    const audit::AuditFigures measured = audit::figures_of(audit::audit(turning, "raw", 1, 1));
+    const analysis::AuditFigures measured = analysis::figures_of(analysis::audit(turning, "raw", 1, 1));
     EXPECT_EQ(measured.n_overlapping, 0);
     EXPECT_EQ(measured.n_nothing_ahead, 0);
     EXPECT_LE(measured.largest_gap.value_mm, turning.contact_resolution_mm);

@@ -11,12 +11,12 @@
 #include <thread>
 
 #include "app/scenes.hpp"
-#include "audit/audit.hpp"
+#include "analysis/audit.hpp"
 #include "core/units.hpp"
-#include "job_run/run_command.hpp"
-#include "job_run/summary.hpp"
-#include "model_build/case_solver.hpp"
-#include "proximity/instruction_set.hpp"
+#include "run/run_command.hpp"
+#include "run/summary.hpp"
+#include "solve/case_solver.hpp"
+#include "geometry/instruction_set.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/real_knees.hpp"
 
@@ -95,13 +95,13 @@ store::MotionModel solved(const std::vector<std::string>& words)
   const store::MotionModel model = store::read_motion_model(file);
   EXPECT_EQ(model.status.rows(), 91);
   EXPECT_EQ(model.status.cols(), 21);
-  EXPECT_EQ(job_run::unsolved_fraction(model), 0.0) << job_run::status_line(model);
+  EXPECT_EQ(run::unsolved_fraction(model), 0.0) << run::status_line(model);
   return model;
 }
 
 void expect_no_overlap_and_gaps_below(double allowed_mm, const store::MotionModel& model)
 {
-  const audit::AuditFigures measured = audit::figures_of(audit::audit(model, "raw", 1, 2));
+  const analysis::AuditFigures measured = analysis::figures_of(analysis::audit(model, "raw", 1, 2));
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_EQ(measured.largest_penetration.value_mm, 0.0);
   EXPECT_EQ(measured.n_nothing_ahead, 0);
@@ -163,28 +163,28 @@ TEST(GenericKnee, TheEquilibriumGoesAtLeastAsFarAlongDeltaAsTheSearch)
 TEST(GenericKnee, DisturbedStartsReturnToTheSamePose)
 {
   constexpr double same_mm = 1e-3, same_rad = 1e-3 / 30.0;  // 30 mm: half the width of the tibia
-  const load::Case knee = load::load_case(ligament_job);
-  model_build::CaseSolver solver(knee, 1);
+  const job::Case knee = job::load_case(ligament_job);
+  solve::CaseSolver solver(knee, 1);
   std::mt19937_64 random(20);
   std::uniform_real_distribution<double> share(-1.0, 1.0);
   int n_same = 0, n_all = 0;
-  MovingPose seed = model_build::plan_of(knee).initial;
+  MovingPose seed = solve::plan_of(knee).initial;
   for (std::int32_t flexion = 0; flexion <= 90; flexion += 5) {
-    sweep::StepTask task;
+    solve::StepTask task;
     task.key = {StepKind::free_spine, flexion, 0};
     task.attitude = {rad_from_deg(flexion), 0.0};
     task.seed = seed;
     task.path_row = task.seed_path_row = flexion;
     task.is_varus_free = true;
     std::vector<StepRecord> ends{solver(task)};
-    for (const sweep::SpineOffset& offset : sweep::spine_offsets(knee.spine.n_restarts)) {
+    for (const solve::SpineOffset& offset : solve::spine_offsets(knee.spine.n_restarts)) {
       task.attitude.varus_rad = ends.front().varus_rad;
       task.seed = ends.front().pose;
       task.seed.theta_rad += offset.theta_rad;
       task.seed.translation_mm += Eigen::Vector3d(offset.shift_x_mm, 0.0, offset.shift_z_mm);
       ends.push_back(solver(task));
     }
-    const StepRecord rest = sweep::select_lowest(ends).chosen;
+    const StepRecord rest = solve::select_lowest(ends).chosen;
     ASSERT_EQ(rest.status, StepStatus::stable) << flexion;
     seed = rest.pose;
     for (int k = 0; k < 20; ++k) {
@@ -213,19 +213,19 @@ TEST(GenericKnee, DisturbedStartsReturnToTheSamePose)
 TEST(GenericKnee, OneHashForEveryInstructionSet)
 {
   const test::Scratch scratch;
-  const proximity::InstructionSet first = proximity::instruction_set();
+  const geometry::InstructionSet first = geometry::instruction_set();
   std::vector<std::string> hashes;
-  for (const proximity::InstructionSet set : proximity::instruction_sets()) {
-    proximity::set_instruction_set(set);
-    job_run::RunOptions options;
+  for (const geometry::InstructionSet set : geometry::instruction_sets()) {
+    geometry::set_instruction_set(set);
+    run::RunOptions options;
     options.job_file = ligament_job;
     options.output = (scratch.path() / "knee.h5").string();
     options.n_threads = 1 + static_cast<int>(hashes.size()) % 2;
     options.progress = "none";
-    ASSERT_EQ(job_run::run_command(options), console::ExitCode::done);
+    ASSERT_EQ(run::run_command(options), core::ExitCode::done);
     hashes.push_back(test::sha256_of_file(options.output));
   }
-  proximity::set_instruction_set(first);
+  geometry::set_instruction_set(first);
   ASSERT_FALSE(hashes.empty());
   EXPECT_THAT(hashes, testing::Each(hashes.front()));
 }

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "core/clinical.hpp"
+#include "model/clinical.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "store/motion_model_file.hpp"

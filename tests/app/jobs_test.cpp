@@ -7,9 +7,9 @@
 
 #include "app/scenes.hpp"
 #include "app/shipped_warnings.hpp"
-#include "audit/audit.hpp"
-#include "audit/pose_meter.hpp"
-#include "job_run/summary.hpp"
+#include "analysis/audit.hpp"
+#include "analysis/pose_meter.hpp"
+#include "run/summary.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/real_knees.hpp"
 
@@ -37,9 +37,9 @@ store::MotionModel solved(const test::Scratch& scratch, const std::string& job,
 
 void expect_clean_poses(const store::MotionModel& model)
 {
-  EXPECT_EQ(job_run::cells_by_status(model).count("pending"), 0u);
-  EXPECT_GT(job_run::cells_by_status(model)["stable"], 0);
-  const audit::AuditFigures measured = audit::figures_of(audit::audit(model, "raw", 1, 2));
+  EXPECT_EQ(run::cells_by_status(model).count("pending"), 0u);
+  EXPECT_GT(run::cells_by_status(model)["stable"], 0);
+  const analysis::AuditFigures measured = analysis::figures_of(analysis::audit(model, "raw", 1, 2));
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_EQ(measured.n_nothing_ahead, 0);
   EXPECT_LE(measured.largest_gap.value_mm, model.contact_resolution_mm);
@@ -50,12 +50,12 @@ void expect_recontacted(const store::MotionModel& model)
 {
   ASSERT_EQ(model.smoothed.size(), 1u);
   const std::string set = "degree_" + std::to_string(model.smoothed.front().degree);
-  const audit::AuditFigures measured = audit::figures_of(audit::audit(model, set + "_recontacted", 1, 2));
+  const analysis::AuditFigures measured = analysis::figures_of(analysis::audit(model, set + "_recontacted", 1, 2));
   EXPECT_EQ(measured.n_poses, model.status.size());
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_EQ(measured.n_nothing_ahead, 0);
-  EXPECT_LE(measured.largest_gap.value_mm, 2.0 * audit::contact_margin_mm);
-  EXPECT_GT(audit::figures_of(audit::audit(model, set, 1, 2)).n_overlapping, 0);
+  EXPECT_LE(measured.largest_gap.value_mm, 2.0 * analysis::contact_margin_mm);
+  EXPECT_GT(analysis::figures_of(analysis::audit(model, set, 1, 2)).n_overlapping, 0);
 }
 
 TEST(Jobs, EachIsJudgedByATest)
@@ -133,7 +133,7 @@ TEST(Jobs, TheHeadOfTheHipStaysInItsSocketOnBothSides)
   const store::MotionModel left = solved(scratch, "hip-generic.toml", coarse_left);
   EXPECT_EQ(right.joint, "hip");
   EXPECT_FALSE(right.has_compartments);
-  EXPECT_EQ(job_run::unsolved_fraction(right), 0.0) << job_run::status_line(right);
+  EXPECT_EQ(run::unsolved_fraction(right), 0.0) << run::status_line(right);
   expect_clean_poses(right);
   EXPECT_TRUE((right.plausibility == static_cast<std::int8_t>(Plausibility::nothing_found)).all());
   // The centre of the head moves by the clearance of both spheres, 0.5 mm. Facets of 2.2 mm on radii of 24 mm
@@ -149,7 +149,7 @@ TEST(Jobs, TheTalusTurnsAboutTheAxisOfItsTrochlea)
 {
   const test::Scratch scratch;
   const store::MotionModel model = solved(scratch, "ankle-generic.toml", {});
-  EXPECT_EQ(job_run::unsolved_fraction(model), 0.0) << job_run::status_line(model);
+  EXPECT_EQ(run::unsolved_fraction(model), 0.0) << run::status_line(model);
   expect_clean_poses(model);
   EXPECT_TRUE((model.plausibility == static_cast<std::int8_t>(Plausibility::nothing_found)).all());
   EXPECT_NEAR(model.clinical.flexion_deg.maxCoeff(), 40.0, 1e-9);  // rounding
@@ -167,7 +167,7 @@ TEST(Jobs, TheSubtalarJointStaysTogether)
   const store::MotionModel model =
       solved(scratch, "subtalar-01.toml",
              {"--data", test::data_directory()->string(), "--set", "coordinates.varus.step=10"});
-  EXPECT_EQ(job_run::unsolved_fraction(model), 0.0) << job_run::status_line(model);
+  EXPECT_EQ(run::unsolved_fraction(model), 0.0) << run::status_line(model);
   expect_clean_poses(model);
   EXPECT_TRUE((model.plausibility == static_cast<std::int8_t>(Plausibility::nothing_found)).all());
   EXPECT_NEAR(model.clinical.varus_deg.minCoeff(), -10.0, 1e-9);  // rounding

@@ -7,7 +7,7 @@
 
 #include "app/scenes.hpp"
 #include "core/units.hpp"
-#include "motion/poses.hpp"
+#include "store/poses.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/scratch.hpp"
 
@@ -38,7 +38,7 @@ store::MotionModel solved(const test::Scratch& scratch, const Variant& variant)
 
 /// Computed by the formulas of the frames from the stored numbers.
 Pose pose_from(const store::MotionModel& model, Eigen::Index row, double varus_deg,
-               const motion::PoseCoordinates& numbers_deg)
+               const store::PoseCoordinates& numbers_deg)
 {
   const Side side = model.side == "left" ? Side::left : Side::right;
   const SolverFrame frame{side, model.rotation_centre_mm, model.push.delta.row(row).transpose()};
@@ -70,7 +70,7 @@ std::vector<Cell> cells(const store::MotionModel& model)
   return all;
 }
 
-motion::JointPose shown(const motion::Motion& motion, const store::MotionModel& model, const Cell& cell)
+store::JointPose shown(const store::Motion& motion, const store::MotionModel& model, const Cell& cell)
 {
   return motion.at({rad_from_deg(model.flexion_deg[static_cast<std::size_t>(cell.row)]),
                     rad_from_deg(model.varus_deg[static_cast<std::size_t>(cell.column)])});
@@ -79,12 +79,12 @@ motion::JointPose shown(const motion::Motion& motion, const store::MotionModel& 
 /// Number of compared poses.
 int expect_raw(const store::MotionModel& model)
 {
-  const motion::Motion motion(model, "raw");
+  const store::Motion motion(model, "raw");
   int n = 0;
   for (const Cell& cell : cells(model)) {
     const bool is_stable = model.status(cell.row, cell.column) == status_stable;
-    const motion::JointPose pose = shown(motion, model, cell);
-    EXPECT_EQ(pose.status == motion::PoseStatus::solved, is_stable);
+    const store::JointPose pose = shown(motion, model, cell);
+    EXPECT_EQ(pose.status == store::PoseStatus::solved, is_stable);
     if (!is_stable) continue;
     ++n;
     EXPECT_LT(
@@ -105,17 +105,17 @@ std::vector<double> stored(const store::SmoothedSet& set, const Cell& cell)
 
 int expect_smoothed(const store::MotionModel& model, const store::SmoothedSet& set, bool is_recontacted)
 {
-  const motion::Motion motion(
+  const store::Motion motion(
       model, "degree_" + std::to_string(set.degree) + (is_recontacted ? "_recontacted" : ""));
   int n = 0;
   for (const Cell& cell : cells(model)) {
     const std::vector<double> numbers = stored(set, cell);
-    motion::PoseCoordinates wanted{numbers[0], numbers[1], numbers[2], numbers[3]};
+    store::PoseCoordinates wanted{numbers[0], numbers[1], numbers[2], numbers[3]};
     const double varus_deg =
         numbers.size() == 5 ? numbers[4] : model.varus_deg[static_cast<std::size_t>(cell.column)];
     const double travel_mm = is_recontacted ? (*set.recontact_mm)(cell.row, cell.column) : 0.0;
-    const motion::JointPose pose = shown(motion, model, cell);
-    EXPECT_EQ(pose.status == motion::PoseStatus::solved, !std::isnan(travel_mm));
+    const store::JointPose pose = shown(motion, model, cell);
+    EXPECT_EQ(pose.status == store::PoseStatus::solved, !std::isnan(travel_mm));
     if (std::isnan(travel_mm)) continue;
     for (int axis = 0; axis < 3; ++axis)
       wanted[static_cast<std::size_t>(axis)] += travel_mm * model.push.delta(cell.row, axis);
@@ -127,14 +127,14 @@ int expect_smoothed(const store::MotionModel& model, const store::SmoothedSet& s
 
 int expect_zero_varus(const store::MotionModel& model)
 {
-  const motion::Motion motion(model, "zero_varus");
+  const store::Motion motion(model, "zero_varus");
   int n = 0;
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
     const auto row = static_cast<std::size_t>(i);
     const bool has_pose =
         model.zero_varus->source[row] != static_cast<std::int8_t>(store::ZeroVarusSource::none);
-    const motion::JointPose pose = motion.at({rad_from_deg(model.flexion_deg[row]), 0.0});
-    EXPECT_EQ(pose.status == motion::PoseStatus::solved, has_pose);
+    const store::JointPose pose = motion.at({rad_from_deg(model.flexion_deg[row]), 0.0});
+    EXPECT_EQ(pose.status == store::PoseStatus::solved, has_pose);
     if (!has_pose) continue;
     ++n;
     EXPECT_LT(difference(pose.X_reference_moving, store::pose_in(model.zero_varus->X_reference_moving, row)),

@@ -5,12 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "convert/mesh_writer.hpp"
-#include "load/case.hpp"
-#include "picture/case_picture.hpp"
+#include "job/mesh_writer.hpp"
+#include "job/case.hpp"
+#include "job/case_picture.hpp"
 #include "prepare/knee_landmarks.hpp"
 #include "prepare/template_joint.hpp"
-#include "shapes/shapes.hpp"
+#include "geometry/shapes.hpp"
 #include "support/meshes.hpp"
 #include "support/messages.hpp"
 #include "support/real_knees.hpp"
@@ -37,7 +37,7 @@ class Prepare : public testing::Test {
   {
     mesh = transformed(mesh, X_);
     mesh.vertices_mm *= 0.1;
-    return scratch_.write(name, convert::stl_bytes(mesh, "")).string();
+    return scratch_.write(name, job::stl_bytes(mesh, "")).string();
   }
 
   nlohmann::json report() const { return nlohmann::json::parse(test::read_bytes(folder_ / "prepare.json")); }
@@ -72,7 +72,7 @@ TEST_F(Prepare, WritesAJobThatSolves)
   // Four views of 800 pixels: the width is in bytes 16 to 19 of a PNG.
   const std::string png = test::read_bytes(folder_ / "prepare.png");
   EXPECT_EQ(256 * static_cast<unsigned char>(png.at(18)) + static_cast<unsigned char>(png.at(19)), 3200);
-  const load::Case job = load::load_case((folder_ / "knee.toml").string());
+  const job::Case job = job::load_case((folder_ / "knee.toml").string());
   EXPECT_EQ(job.frame.side, Side::left);
   EXPECT_EQ(job.ligaments.fibres.size(), 26U);
   EXPECT_EQ(job.grid.flexion_deg.size(), 19U);
@@ -94,7 +94,7 @@ TEST_F(Prepare, ThickensBonesWithoutCartilageAndLeavesLigamentsOut)
   EXPECT_THAT(ended.err, testing::AllOf(test::warns("femur", "1.5 mm"), test::warns("tibia", "cartilage")));
   EXPECT_EQ(nlohmann::json::parse(ended.out), report());
   EXPECT_THAT(test::read_bytes(folder_ / "knee.toml"), HasSubstr("inset_mm = -1.5"));
-  EXPECT_TRUE(load::load_case((folder_ / "knee.toml").string()).ligaments.fibres.empty());
+  EXPECT_TRUE(job::load_case((folder_ / "knee.toml").string()).ligaments.fibres.empty());
 }
 
 TEST_F(Prepare, ExchangedBonesAreRefusedAndDrawn)
@@ -284,7 +284,7 @@ TEST_F(Prepare, LandmarksAreUsedAndReported)
     return "[" + std::to_string(p.x()) + ", " + std::to_string(p.y()) + ", " + std::to_string(p.z()) + "]\n";
   };
   const auto prepared = [&](const Eigen::Vector3d& epicondyle_mm) {
-    const std::vector<ligament::Fibre>& fibres = left.joint.ligaments.fibres;
+    const std::vector<model::Fibre>& fibres = left.joint.ligaments.fibres;
     const std::string marks =
         scratch_
             .write("marks.toml", "[landmarks]\nmedial_epicondyle = " + in_file(epicondyle_mm) +
@@ -302,8 +302,8 @@ TEST_F(Prepare, LandmarksAreUsedAndReported)
   EXPECT_EQ(marks.at(0).at("name"), "medial_epicondyle");
   EXPECT_LT(marks.at(0).at("residual_mm").get<double>(), 0.1);
   // The first fibre of the bundle is attached where the user says: where the third one is.
-  const std::vector<ligament::Fibre> fibres =
-      load::load_case((folder_ / "knee.toml").string()).ligaments.fibres;
+  const std::vector<model::Fibre> fibres =
+      job::load_case((folder_ / "knee.toml").string()).ligaments.fibres;
   EXPECT_LT((fibres[0].reference_mm - fibres[2].reference_mm).norm(), 0.5);
   EXPECT_GT((fibres[1].reference_mm - fibres[2].reference_mm).norm(), 1.0);
   EXPECT_THAT(prepared(epicondyle_mm + Eigen::Vector3d(0, 0, 60)),
@@ -329,7 +329,7 @@ TEST_F(Prepare, LandmarksAloneScaleTheTemplate)
   const prepare::TemplateJoint joint = prepare::mirrored(prepare::generic_template());
   const double factor =
       87.0 / (*landmark_mm(joint, "medial_epicondyle") - *landmark_mm(joint, "lateral_epicondyle")).norm();
-  const load::Case job = load::load_case((folder_ / "knee.toml").string());
+  const job::Case job = job::load_case((folder_ / "knee.toml").string());
   EXPECT_EQ(job.frame.side, Side::left);
   EXPECT_EQ(job.ligaments.fibres.size(), joint.joint.ligaments.fibres.size());
   for (const auto& [body, own] :
@@ -354,7 +354,7 @@ TEST_F(Prepare, AThicknessNextToCartilageIsRefused)
 
 TEST_F(Prepare, TheBonesOfAnotherJointAreRefused)
 {
-  const shapes::Shape hip = shapes::generate_shape({"hip", {}, {}});
+  const geometry::Shape hip = geometry::generate_shape({"hip", {}, {}});
   const std::string head = written("head.stl", hip.moving.front().mesh);
   for (const auto& [femur, tibia] : {std::pair(femur_, femur_), std::pair(femur_, head)}) {
     const test::Ended ended =
@@ -367,11 +367,11 @@ TEST_F(Prepare, TheBonesOfAnotherJointAreRefused)
 TEST(PreparePicture, ShowsTheJointWhateverTheLengthOfTheShaft)
 {
   const auto drawn = [](double length_mm, bool has_four_views) {
-    load::Case knee = prepare::generic_template().joint;
+    job::Case knee = prepare::generic_template().joint;
     append(knee.moving.contact.mesh, test::box({0, -200 - 0.5 * length_mm, 0}, {20, length_mm, 20}));
     const Eigen::Index n = knee.moving.contact.mesh.triangles.rows();
     knee.moving.contact.component.resize(static_cast<std::size_t>(n), 0);
-    picture::PictureNotes notes;
+    job::PictureNotes notes;
     notes.has_four_views = has_four_views;
     return case_picture(knee, notes);
   };

@@ -6,7 +6,7 @@
 
 #include "app/scenes.hpp"
 #include "core/text.hpp"
-#include "repair/repair.hpp"
+#include "analysis/repair.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/messages.hpp"
 
@@ -68,8 +68,8 @@ TEST_F(RepairCommand, NothingOverlapsAndTheMeasuredPosesAreKept)
     EXPECT_GE(found["before"]["overlapping"], 3);
     EXPECT_GT(found["before"]["largest_penetration_mm"], 1.0);
     EXPECT_GT(found["before"]["largest_gap_mm"], 0.5);
-    EXPECT_LE(found["after"]["largest_penetration_mm"], repair::repair_tolerance_mm);
-    EXPECT_LE(found["after"]["largest_gap_mm"], repair::repair_tolerance_mm + 0.1);
+    EXPECT_LE(found["after"]["largest_penetration_mm"], analysis::repair_tolerance_mm);
+    EXPECT_LE(found["after"]["largest_gap_mm"], analysis::repair_tolerance_mm + 0.1);
     EXPECT_EQ(found["statuses"]["not_converged"], 0);
     EXPECT_EQ(found["frames"].size(), 8u);
     succeed({"validate", output});
@@ -83,7 +83,7 @@ TEST_F(RepairCommand, NothingOverlapsAndTheMeasuredPosesAreKept)
     // Measured again from the file's meshes and poses.
     const json info = json::parse(succeed({"audit", output, "--json"}).out);
     EXPECT_TRUE(info[0]["largest_penetration"].is_null() ||
-                info[0]["largest_penetration"]["mm"] <= repair::repair_tolerance_mm);
+                info[0]["largest_penetration"]["mm"] <= analysis::repair_tolerance_mm);
     // A repair of a repair starts from the measurement.
     const std::string again = path("again_" + side + ".h5");
     succeed(repair_words(output, again));

@@ -5,10 +5,10 @@
 #include <csignal>
 
 #include "app/scenes.hpp"
-#include "audit/audit.hpp"
+#include "analysis/audit.hpp"
 #include "core/text.hpp"
-#include "job_run/summary.hpp"
-#include "model_build/case_solver.hpp"
+#include "run/summary.hpp"
+#include "solve/case_solver.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
 #include "store/trace_file.hpp"
@@ -104,8 +104,8 @@ TEST(ScaledRun, OfAJointHeldByContactIsTheUnscaledOneTimesTheFactor)
     EXPECT_EQ(scaled.model.contact_resolution_mm, factor * plain.model.contact_resolution_mm);
     EXPECT_TRUE(scaled.model.job.scaling.value().keeps_steps);
     // Gaps measured on the scaled meshes are scaled; the audit's measurements agree to 1e-6 mm.
-    const audit::AuditFigures before = audit::figures_of(audit::audit(plain.model, "raw", 1, 1));
-    const audit::AuditFigures after = audit::figures_of(audit::audit(scaled.model, "raw", 1, 1));
+    const analysis::AuditFigures before = analysis::figures_of(analysis::audit(plain.model, "raw", 1, 1));
+    const analysis::AuditFigures after = analysis::figures_of(analysis::audit(scaled.model, "raw", 1, 1));
     EXPECT_EQ(after.n_overlapping, 0);
     EXPECT_NEAR(after.largest_gap.value_mm, factor * before.largest_gap.value_mm, 1e-6);
     EXPECT_LE(after.largest_gap.value_mm, scaled.model.contact_resolution_mm);
@@ -194,11 +194,11 @@ degrees = []
 }
 
 // Results of a sweep without intermediate files.
-sweep::SweepResult swept(const load::Case& job_case)
+solve::SweepResult swept(const job::Case& job_case)
 {
-  model_build::CaseSolver solver(job_case, 1);
-  return sweep::sweep(
-      model_build::plan_of(job_case), [&](const sweep::StepTask& task) { return solver(task); }, {}, 1);
+  solve::CaseSolver solver(job_case, 1);
+  return solve::sweep(
+      solve::plan_of(job_case), [&](const solve::StepTask& task) { return solver(task); }, {}, 1);
 }
 
 struct Worst {
@@ -206,7 +206,7 @@ struct Worst {
   int n = 0;
 };
 
-Worst difference(const sweep::SweepResult& a, const sweep::SweepResult& b)
+Worst difference(const solve::SweepResult& a, const solve::SweepResult& b)
 {
   Worst worst;
   EXPECT_EQ(a.cells.size(), b.cells.size());
@@ -224,9 +224,9 @@ Worst difference(const sweep::SweepResult& a, const sweep::SweepResult& b)
   return worst;
 }
 
-load::Case loaded(const fs::path& job, const std::vector<std::string>& settings)
+job::Case loaded(const fs::path& job, const std::vector<std::string>& settings)
 {
-  return load::load_case(job.string(), {"", settings});
+  return job::load_case(job.string(), {"", settings});
 }
 
 // Both runs converge to solver.equilibrium.tolerance_mm, here for a joint 1.07 times as large.
@@ -239,7 +239,7 @@ struct Nearness {
   double across_mm = two_tolerances_mm;  // contact only: edges and corners constrain as stiffly
 };
 
-void expect_near(const sweep::SweepResult& a, const sweep::SweepResult& b, const Nearness& wanted)
+void expect_near(const solve::SweepResult& a, const solve::SweepResult& b, const Nearness& wanted)
 {
   const Worst worst = difference(a, b);
   EXPECT_EQ(worst.n, wanted.n_stable);
@@ -258,9 +258,9 @@ TEST(ScaledRun, ScaledResultsAreThoseOfTheScaledMeshes)
   const test::Scratch scratch;
   const fs::path job = test::small_knee_job(scratch, "right", sharp_edges);
   const auto expect_kept = [&](const std::vector<std::string>& settings, int n_stable) {
-    const load::Case once = loaded(job, settings);
+    const job::Case once = loaded(job, settings);
     ASSERT_EQ(once.steps_scale, factor);
-    expect_near(model_build::scaled(swept(once), factor), swept(load::scaled_to_subject(once)), {n_stable});
+    expect_near(solve::scaled(swept(once), factor), swept(job::scaled_to_subject(once)), {n_stable});
   };
   expect_kept({"scaling.factor=1.07", equilibrium}, 35);
   expect_kept({"scaling.factor=1.07", equilibrium, free_varus}, 7);
@@ -289,12 +289,12 @@ TEST(ScaledRun, FibresScaledEvenlyHoldTheScaledPose)
   const test::Scratch scratch;
   const fs::path job = test::small_knee_job(scratch, "right");
   test::edit(job, "[grid]", fibres + "[grid]");
-  const load::Case plain = loaded(job, {equilibrium}),
+  const job::Case plain = loaded(job, {equilibrium}),
                    repeated = loaded(job, {equilibrium, "scaling.factor=1.07"});
   ASSERT_FALSE(repeated.scaling.value().keeps_steps);
   // Across Delta the energy is smooth: 2 / 50 and 2 / 90 per mm of dents under 20 N, at least 0.4 N/mm.
   const double across_mm = std::sqrt(2.0 * two_tolerances_mm * push_n / 0.4);
-  expect_near(model_build::scaled(swept(plain), factor), swept(repeated), {35, across_mm});
+  expect_near(solve::scaled(swept(plain), factor), swept(repeated), {35, across_mm});
 }
 
 TEST(ScaledRun, ANewRunIsSaidToBeOneAndIsSound)
@@ -304,8 +304,8 @@ TEST(ScaledRun, ANewRunIsSaidToBeOneAndIsSound)
   const Solved wider = solved(job, {equilibrium, "scaling.factor=[1.1,1,0.95]"});
   EXPECT_THAT(wider.said, test::reports("", {"[1.1, 1, 0.95]", "new run", "factors"}));
   EXPECT_FALSE(wider.model.job.scaling.value().keeps_steps);
-  EXPECT_EQ(job_run::unsolved_fraction(wider.model), 0.0);
-  const audit::AuditFigures measured = audit::figures_of(audit::audit(wider.model, "raw", 1, 1));
+  EXPECT_EQ(run::unsolved_fraction(wider.model), 0.0);
+  const analysis::AuditFigures measured = analysis::figures_of(analysis::audit(wider.model, "raw", 1, 1));
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_LE(measured.largest_gap.value_mm, 1e-3);  // the limit of an equilibrium
   EXPECT_THAT(solved(job, {equilibrium, "scaling.factor=1.1", "push.moment_nmm=5"}).said,
@@ -319,7 +319,7 @@ TEST(ScaledRun, OneKeyServesEverySizeThatKeepsTheSteps)
   scratch.write("marks.csv", "name,ax,ay,az,bx,by,bz,subject_mm\na,0,0,0,80,0,0,85.6\n");
   const auto key = [&](std::vector<std::string> settings) {
     settings.push_back(equilibrium);
-    return model_build::fingerprint_of(loaded(job, settings));
+    return solve::fingerprint_of(loaded(job, settings));
   };
   const std::string unscaled = key({});
   EXPECT_EQ(key({"scaling.factor=1"}), unscaled);

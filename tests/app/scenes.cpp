@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "load/input_file.hpp"
+#include "job/input_file.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {
@@ -202,7 +202,7 @@ void edit(const std::filesystem::path& file, const std::string& from, const std:
 
 std::string sha256_of_file(const std::filesystem::path& file)
 {
-  return load::sha256_of(read_bytes(file));
+  return job::sha256_of(read_bytes(file));
 }
 
 }  // namespace vrda::test

@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "app/scenes.hpp"
-#include "cluster/case_spec.hpp"
-#include "cluster/jobs.hpp"
+#include "run/case_spec.hpp"
+#include "run/jobs.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/messages.hpp"
 
@@ -46,7 +46,7 @@ class Shards : public testing::TestWithParam<const char*> {
     for (int number = 1; number <= count; ++number) {
       const test::Ended ended = part({"--shard", std::to_string(number) + "/" + std::to_string(count)});
       EXPECT_EQ(ended.exit_code, 0) << ended.err;
-      EXPECT_EQ(ended.out, journal::shard_journal_of(output_, {number, count}) + "\n");
+      EXPECT_EQ(ended.out, store::shard_journal_of(output_, {number, count}) + "\n");
     }
   }
 
@@ -104,7 +104,7 @@ TEST_P(Shards, StartedAtOnceOneOfThemSolvesTheSpineForAll)
   }
   const test::Ended merged = merge();
   EXPECT_EQ(merged.exit_code, 0) << merged.err;
-  EXPECT_THAT(merged.err, testing::Not(test::reports("", journal::shard_journal_of(output_, {1, 4}))));
+  EXPECT_THAT(merged.err, testing::Not(test::reports("", store::shard_journal_of(output_, {1, 4}))));
   EXPECT_EQ(test::sha256_of_file(output_), wanted);
 }
 
@@ -112,7 +112,7 @@ TEST_P(Shards, OneThatIsMissingIsNamedAndNothingIsLost)
 {
   const std::string wanted = whole_run();
   run_shards(3);
-  const std::string second = journal::shard_journal_of(output_, {2, 3});
+  const std::string second = store::shard_journal_of(output_, {2, 3});
   const std::string bytes = test::read_bytes(second);
   fs::remove(second);
   const test::Ended refused = merge();
@@ -122,7 +122,7 @@ TEST_P(Shards, OneThatIsMissingIsNamedAndNothingIsLost)
   EXPECT_THAT(refused,
               test::refuses({output_.string(), "journals", {n, "35", "flexion 2 and 8", "shard 2 of 3"}}));
   EXPECT_FALSE(fs::exists(output_));
-  EXPECT_TRUE(fs::exists(journal::shard_journal_of(output_, {1, 3})));
+  EXPECT_TRUE(fs::exists(store::shard_journal_of(output_, {1, 3})));
 
   // Half of it.
   scratch_.write("out/" + fs::path(second).filename().string(), bytes.substr(0, bytes.size() / 2));
@@ -139,7 +139,7 @@ TEST_P(Shards, OneThatIsMissingIsNamedAndNothingIsLost)
 TEST_P(Shards, ASpineThatIsMissingIsNamed)
 {
   run_shards(2);
-  fs::remove(journal::spine_journal_of(output_));
+  fs::remove(store::spine_journal_of(output_));
   const test::Ended refused = merge();
   EXPECT_EQ(test::n_lines(refused.err), 1 + n_warnings());
   // With the search the spine's journal also contains results.
@@ -153,11 +153,11 @@ TEST_P(Shards, DuplicateStepsAreReportedAndDoNotChangeTheResult)
   const std::string wanted = whole_run();
   run_shards(2);
   const std::string copy = scratch_.path() / "copy.journal",
-                    first = journal::shard_journal_of(output_, {1, 2});
+                    first = store::shard_journal_of(output_, {1, 2});
   fs::copy_file(first, copy);
   // The copy, which does not record its owner, comes first.
   const test::Ended merged =
-      merge({copy, journal::spine_journal_of(output_), first, journal::shard_journal_of(output_, {2, 2})});
+      merge({copy, store::spine_journal_of(output_), first, store::shard_journal_of(output_, {2, 2})});
   EXPECT_EQ(merged.exit_code, 0) << merged.err;
   EXPECT_THAT(merged.err, test::reports("", {"flexion 0, 4, 8 and 12", copy, first}));
   EXPECT_EQ(test::sha256_of_file(output_), wanted);
@@ -168,14 +168,14 @@ TEST_P(Shards, AMergeKilledWhileItClearedUpOnlyClearsUp)
 {
   const std::string wanted = whole_run();
   run_shards(2);
-  const std::string case_file = cluster::case_file_of(output_), kept = scratch_.path() / "kept.case.json";
+  const std::string case_file = run::case_file_of(output_), kept = scratch_.path() / "kept.case.json";
   fs::copy_file(case_file, kept);
-  const std::string left = journal::shard_journal_of(output_, {2, 2});
+  const std::string left = store::shard_journal_of(output_, {2, 2});
   const std::string bytes = test::read_bytes(left);
   ASSERT_EQ(merge().exit_code, 0);
-  cluster::CaseFile content = cluster::read_case_file(kept);
+  run::CaseFile content = run::read_case_file(kept);
   content.merged_sha256 = wanted;
-  cluster::write_case_file(case_file, content);
+  run::write_case_file(case_file, content);
   scratch_.write("out/" + fs::path(left).filename().string(), bytes);
   const test::Ended again = merge();
   EXPECT_EQ(again.exit_code, 0) << again.err;
@@ -194,19 +194,19 @@ TEST_P(Shards, JournalsOfAnotherJobAreRefused)
                 .exit_code,
             0);
   const test::Ended merged =
-      merge({journal::spine_journal_of(output_), journal::shard_journal_of(output_, {1, 2}),
-             journal::shard_journal_of(elsewhere, {1, 2})});
+      merge({store::spine_journal_of(output_), store::shard_journal_of(output_, {1, 2}),
+             store::shard_journal_of(elsewhere, {1, 2})});
   EXPECT_THAT(merged, test::refuses({"other.h5.shard-1-of-2.journal", "key", {"grid.varus.step", "2.5"}}));
   // The same for the journal that a run would resume.
   const test::Ended repeated = part({"--shard", "1/2", "--set", "grid.varus.step=2.5"});
-  EXPECT_THAT(repeated, test::refuses({journal::spine_journal_of(output_), "key", "grid.varus.step"}));
+  EXPECT_THAT(repeated, test::refuses({store::spine_journal_of(output_), "key", "grid.varus.step"}));
   EXPECT_FALSE(fs::exists(output_));
 }
 
 TEST_P(Shards, ADamagedCaseFileIsNamed)
 {
   run_shards(2);
-  const std::string case_file = cluster::case_file_of(output_);
+  const std::string case_file = run::case_file_of(output_);
   test::edit(case_file, "solver.method", "solver.methud");
   const test::Ended merged = merge();
   EXPECT_THAT(merged,
@@ -223,7 +223,7 @@ TEST_P(Shards, OneThatIsStoppedGoesOn)
 {
   const std::string wanted = whole_run();
   ASSERT_EQ(part({"--spine"}).exit_code, 0);
-  const std::string journal = journal::shard_journal_of(output_, {1, 1});
+  const std::string journal = store::shard_journal_of(output_, {1, 1});
   test::Process process(test::vrda(run_words({"--shard", "1/1"})));
   test::wait_for_bytes(process, journal, 200);
   process.send(SIGTERM);
@@ -257,11 +257,11 @@ TEST(ShardWords, TheJobOfAMergeMayBeNamed)
   const test::Scratch scratch;
   const std::string job = test::small_job(scratch), output = scratch.path() / "a.h5";
   ASSERT_EQ(test::run_vrda({"run", job, "-o", output, "--shard", "1/1"}).exit_code, 0);
-  fs::remove(cluster::case_file_of(output));
+  fs::remove(run::case_file_of(output));
   EXPECT_EQ(test::run_vrda({"merge", "-o", output}).exit_code, 2);
   const test::Ended merged = test::run_vrda({"merge", "-o", output, "--job", job, "--keep"});
   EXPECT_EQ(merged.exit_code, 0) << merged.err;
-  EXPECT_TRUE(fs::exists(journal::spine_journal_of(output)));
+  EXPECT_TRUE(fs::exists(store::spine_journal_of(output)));
   EXPECT_THAT(store::validate_hdf5(output), IsEmpty());
 }
 

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "journal/journal.hpp"
+#include "store/journal.hpp"
 #include "store/trace_file.hpp"
 #include "support/messages.hpp"
 #include "support/small_disk.hpp"
@@ -37,7 +37,7 @@ class LostGround : public testing::Test {
     if (is_traced_) words.emplace_back("--trace");
     return words;
   }
-  std::size_t n_steps_kept() const { return journal::read_journal(journal_.string()).records.size(); }
+  std::size_t n_steps_kept() const { return store::read_journal(journal_.string()).records.size(); }
 
   /// Repeats the command: it must reuse `n_kept` steps and give the bytes of an undisturbed run.
   void expect_resumed(std::size_t n_kept) const
@@ -113,7 +113,7 @@ std::vector<std::string> LostGround::refused_on_a_growing_disk() const
     if (refused.empty() || refused.back() != file) refused.push_back(file);
     EXPECT_FALSE(fs::exists(output_));
     for (const auto& entry : fs::directory_iterator(folder_)) EXPECT_NE(entry.path().extension(), ".partial");
-    const journal::JournalContent kept = journal::read_journal(journal_.string());
+    const store::JournalContent kept = store::read_journal(journal_.string());
     EXPECT_EQ(kept.dropped_bytes, 0u);
     EXPECT_GE(kept.records.size(), n_kept);
     n_kept = kept.records.size();
@@ -196,7 +196,7 @@ TEST_F(LostGround, AFolderThatIsMovedLeavesItsStepsInBothPlaces)
   expect_one_message(process->wait());
   const std::size_t n_kept = n_steps_kept();
   EXPECT_EQ(
-      journal::read_journal((scratch_.path() / "elsewhere/deep/knee.h5.journal").string()).records.size(),
+      store::read_journal((scratch_.path() / "elsewhere/deep/knee.h5.journal").string()).records.size(),
       n_kept);
   expect_resumed(n_kept);
 }

@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "app/scenes.hpp"
-#include "core/step_record.hpp"
-#include "journal/journal.hpp"
+#include "model/step_record.hpp"
+#include "store/journal.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
 #include "support/messages.hpp"
@@ -149,11 +149,11 @@ TEST(Trace, StepsSolvedWithoutTraceAreOneMessageAndFreshIsTheWay)
     process.send(SIGINT);
     ASSERT_EQ(process.wait().exit_code, 4);
   }
-  const std::size_t n_known = journal::read_journal(output + ".journal").records.size();
+  const std::size_t n_known = store::read_journal(output + ".journal").records.size();
   const test::Ended refused = test::run_vrda({"run", job, "-o", output, "--trace", "--quiet"});
   EXPECT_EQ(test::n_lines(refused.err), 1) << refused.err;
   EXPECT_THAT(refused, test::refuses({output + ".trace.journal", "", "trace", "--fresh"}));
-  EXPECT_EQ(journal::read_journal(output + ".journal").records.size(), n_known)
+  EXPECT_EQ(store::read_journal(output + ".journal").records.size(), n_known)
       << "nothing of the run is lost";
   EXPECT_EQ(test::run_vrda({"run", job, "-o", output, "--trace", "--fresh"}).exit_code, 0);
   EXPECT_THAT(store::validate_hdf5(store::trace_name(output)), IsEmpty());

@@ -9,8 +9,8 @@
 #include <numeric>
 
 #include "app/scenes.hpp"
-#include "motion/poses.hpp"
-#include "journal/run_files.hpp"
+#include "store/poses.hpp"
+#include "store/run_files.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::uncertainty_test {
@@ -113,7 +113,7 @@ TEST(Uncertainty, KilledAmongItsSamplesItGoesOnAndGivesTheSameBytes)
   const fs::path killed = scratch.path() / "killed.h5", spine = scratch.path() / "spine.h5";
   ASSERT_EQ(run(job, whole).exit_code, 0);
   ASSERT_EQ(run(job, spine, {"--spine"}).exit_code, 0);
-  const std::uintmax_t n_spine = fs::file_size(journal::spine_journal_of(spine));
+  const std::uintmax_t n_spine = fs::file_size(store::spine_journal_of(spine));
   {
     test::Process process(test::vrda({"run", job.string(), "-o", killed.string(), "--threads", "1"}));
     test::wait_for_bytes(process, killed.string() + ".journal", n_spine + 12000);  // bands, cells, some samples
@@ -141,20 +141,20 @@ sd = 1e-9
   // Poses of one equilibrium from different starts differ by the tolerance of the solver, and rotation, a flat
   // direction, by more.
   constexpr double same_mm = 0.02, same_deg = 0.1;
-  const motion::Motion raw(model, "raw");
-  for (const std::string& set : motion::quantile_set_names(model)) {
-    const motion::Motion sample(model, set);
+  const store::Motion raw(model, "raw");
+  for (const std::string& set : store::quantile_set_names(model)) {
+    const store::Motion sample(model, set);
     for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
       const double flexion_rad = rad_from_deg(model.flexion_deg[i]);
-      const motion::JointPose a = raw.at({flexion_rad, raw.balanced_varus_rad(flexion_rad)});
-      const motion::JointPose b = sample.at({flexion_rad, sample.balanced_varus_rad(flexion_rad)});
-      ASSERT_EQ(b.status, motion::PoseStatus::solved);
+      const store::JointPose a = raw.at({flexion_rad, raw.balanced_varus_rad(flexion_rad)});
+      const store::JointPose b = sample.at({flexion_rad, sample.balanced_varus_rad(flexion_rad)});
+      ASSERT_EQ(b.status, store::PoseStatus::solved);
       EXPECT_LT((a.X_reference_moving.translation() - b.X_reference_moving.translation()).norm(), 5 * same_mm);
       EXPECT_LT(Eigen::AngleAxisd(a.X_reference_moving.linear().transpose() * b.X_reference_moving.linear()).angle(),
                 rad_from_deg(same_deg));
     }
   }
-  EXPECT_EQ(motion::quantile_set_names(model).size(), 5u);
+  EXPECT_EQ(store::quantile_set_names(model).size(), 5u);
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     EXPECT_EQ(model.uncertainty->n_solved[i], 10);
@@ -266,7 +266,7 @@ to = 3
       EXPECT_NEAR(model.uncertainty->rotation_band_deg[3 * (3 * p + i)], i == 1 ? 5.0 : 20.0, 1e-9)
           << "flexion is given";
   }
-  EXPECT_THAT(motion::quantile_set_names(model), IsEmpty());
+  EXPECT_THAT(store::quantile_set_names(model), IsEmpty());
 }
 
 TEST(Uncertainty, BandsArePrintedAsTablesAndJson)

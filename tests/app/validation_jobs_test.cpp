@@ -6,7 +6,7 @@
 
 #include "app/scenes.hpp"
 #include "app/shipped_warnings.hpp"
-#include "core/step_record.hpp"
+#include "model/step_record.hpp"
 #include "core/units.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"

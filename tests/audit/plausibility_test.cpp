@@ -1,5 +1,5 @@
 // Prescribed poses of boxes and balls.
-#include "audit/pose_assessment.hpp"
+#include "analysis/pose_assessment.hpp"
 
 #include <gtest/gtest.h>
 
@@ -47,15 +47,15 @@ struct Verdict {
   Plausibility plausibility;
 };
 
-Verdict verdict_of(const store::MotionModel& model, const ligament::Ligaments& ligaments = {},
+Verdict verdict_of(const store::MotionModel& model, const model::Ligaments& ligaments = {},
                    const JointBounds& bounds = {})
 {
-  const audit::PoseAssessment verdicts = audit::assess_poses(model, ligaments, bounds, 1);
+  const analysis::PoseAssessment verdicts = analysis::assess_poses(model, ligaments, bounds, 1);
   return {verdicts.is_overlapping(0, 0) == 1, static_cast<Plausibility>(verdicts.plausibility(0, 0))};
 }
 
 void expect_plausibility(const store::MotionModel& model, Plausibility plausibility,
-                         const ligament::Ligaments& ligaments = {}, const JointBounds& bounds = {})
+                         const model::Ligaments& ligaments = {}, const JointBounds& bounds = {})
 {
   const Verdict verdict = verdict_of(model, ligaments, bounds);
   EXPECT_FALSE(verdict.is_overlapping);
@@ -202,7 +202,7 @@ TEST(Plausibility, LoadsOfTheEquilibriumTakePart)
 TEST(Plausibility, FibresTakePartAtTheirFlexion)
 {
   // At 90 degrees the fibre pulls sideways with 14 N against 7 N of push and fibre up flanks of 45 degrees.
-  ligament::Ligaments ligaments;
+  model::Ligaments ligaments;
   ligaments.fibres.push_back({"f", "f", {0, 100, 0}, {0, 0, 0}, 20.0, 60.0});
   const store::MotionModel ridges = posed_model(ridge, ridge, {0, -2.0 * ridge_mm - apart_mm, 0}, 90.0);
   expect_plausibility(ridges, Plausibility::unstable_balance);

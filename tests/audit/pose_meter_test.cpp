@@ -1,4 +1,4 @@
-#include "audit/pose_meter.hpp"
+#include "analysis/pose_meter.hpp"
 
 #include <gtest/gtest.h>
 
@@ -28,20 +28,20 @@ Mesh dished_ceiling()
 
 TEST(PoseMeter, GapAndPenetrationOfTwoBoxes)
 {
-  const audit::AuditScene scene =
-      audit::make_audit_scene(test::box({500, 410, 300}, {4, 4, 4}), test::box({500, 400, 300}, {2, 2, 2}),
+  const analysis::AuditScene scene =
+      analysis::make_audit_scene(test::box({500, 410, 300}, {4, 4, 4}), test::box({500, 400, 300}, {2, 2, 2}),
                               {Side::right, {500, 400, 300}, {0, 1, 0}});
-  audit::PoseMeter meter(scene);
+  analysis::PoseMeter meter(scene);
   Pose X = Pose::Identity();
-  const audit::PoseAudit free = meter.measure({}, X, audit::OverlapTest::narrow_phase);
+  const analysis::PoseAudit free = meter.measure({}, X, analysis::OverlapTest::narrow_phase);
   EXPECT_FALSE(free.is_overlapping);
   EXPECT_NEAR(free.gap_mm, 7.0, rounding_mm);
   X.translation() << 0.5, 7.25, 0.5;
-  const audit::PoseAudit deep = meter.measure({}, X, audit::OverlapTest::narrow_phase);
+  const analysis::PoseAudit deep = meter.measure({}, X, analysis::OverlapTest::narrow_phase);
   EXPECT_TRUE(deep.is_overlapping);
   EXPECT_NEAR(deep.penetration_mm, 0.25, rounding_mm);
   X.translation() << 50, 0, 0;
-  EXPECT_TRUE(std::isinf(meter.measure({}, X, audit::OverlapTest::narrow_phase).gap_mm));
+  EXPECT_TRUE(std::isinf(meter.measure({}, X, analysis::OverlapTest::narrow_phase).gap_mm));
 }
 
 TEST(PoseMeter, SeesWhatTheSolverSawOnBothSidesAndAlongAnyDelta)
@@ -59,9 +59,9 @@ TEST(PoseMeter, SeesWhatTheSolverSawOnBothSidesAndAlongAnyDelta)
       const Attitude attitude{rad_from_deg(8), rad_from_deg(-3)};
       const StepRecord r = solve::find_stable_pose(joint, attitude, {{0, -30, 0}, 0.1}, options);
       ASSERT_EQ(r.status, StepStatus::stable);
-      const audit::AuditScene scene = audit::make_audit_scene(ceiling, ball, frame);
-      const audit::PoseAudit found = audit::PoseMeter(scene).measure(
-          attitude, X_reference_moving(frame, attitude, r.pose), audit::OverlapTest::narrow_phase);
+      const analysis::AuditScene scene = analysis::make_audit_scene(ceiling, ball, frame);
+      const analysis::PoseAudit found = analysis::PoseMeter(scene).measure(
+          attitude, X_reference_moving(frame, attitude, r.pose), analysis::OverlapTest::narrow_phase);
       EXPECT_FALSE(found.is_overlapping);
       EXPECT_LE(found.gap_mm, options.translation_resolution_mm);
     }
@@ -69,17 +69,17 @@ TEST(PoseMeter, SeesWhatTheSolverSawOnBothSidesAndAlongAnyDelta)
 }
 
 // A ceiling at y = 10 with a lip at 0 below part of it; the moving box is 2 mm high and free between them.
-audit::AuditScene socket_scene()
+analysis::AuditScene socket_scene()
 {
   Mesh socket = test::box({0, 12, 0}, {20, 4, 20});
   append(socket, test::box({6, -1, 0}, {8, 2, 20}));
-  return audit::make_audit_scene(socket, test::box({0, 0, 0}, {6, 2, 6}), {});
+  return analysis::make_audit_scene(socket, test::box({0, 0, 0}, {6, 2, 6}), {});
 }
 
 TEST(PoseMeter, DeepInASocketTheNearestFreePlayCountsNotTheRim)
 {
-  const audit::AuditScene scene = socket_scene();
-  audit::PoseMeter meter(scene);
+  const analysis::AuditScene scene = socket_scene();
+  analysis::PoseMeter meter(scene);
   struct Row {
     double y_mm, penetration_mm, gap_mm;
   };
@@ -89,21 +89,21 @@ TEST(PoseMeter, DeepInASocketTheNearestFreePlayCountsNotTheRim)
     SCOPED_TRACE(row.y_mm);
     Pose X = Pose::Identity();
     X.translation() << 0.3, row.y_mm, -0.2;
-    const audit::PoseAudit found = meter.measure({}, X, audit::OverlapTest::sweep);
+    const analysis::PoseAudit found = meter.measure({}, X, analysis::OverlapTest::sweep);
     EXPECT_EQ(found.is_overlapping, row.penetration_mm > 0.0);
     EXPECT_NEAR(found.penetration_mm, row.penetration_mm, rounding_mm);
     EXPECT_NEAR(found.gap_mm, row.gap_mm, rounding_mm);
-    const double contact_mm = row.gap_mm - row.penetration_mm - audit::contact_margin_mm;
+    const double contact_mm = row.gap_mm - row.penetration_mm - analysis::contact_margin_mm;
     EXPECT_NEAR(meter.travel_into_contact_mm({}, X), contact_mm, rounding_mm);
   }
 }
 
 TEST(PoseMeter, WithNothingAheadThereIsNoTravelIntoContact)
 {
-  const audit::AuditScene scene = socket_scene();
+  const analysis::AuditScene scene = socket_scene();
   Pose X = Pose::Identity();
   X.translation() << 40, 0, 0;
-  EXPECT_TRUE(std::isnan(audit::PoseMeter(scene).travel_into_contact_mm({}, X)));
+  EXPECT_TRUE(std::isnan(analysis::PoseMeter(scene).travel_into_contact_mm({}, X)));
 }
 
 TEST(PoseMeter, AnOpenSheetStruckFromBehindIsLeftTheWayItCame)
@@ -111,28 +111,28 @@ TEST(PoseMeter, AnOpenSheetStruckFromBehindIsLeftTheWayItCame)
   // Both sheets face up: no facing pairs, but common points.
   Mesh tilted = test::sheet(20, 4);
   tilted.vertices_mm.col(1) = 0.1 * tilted.vertices_mm.col(0);
-  const audit::AuditScene scene = audit::make_audit_scene(test::sheet(20, 4), tilted, {});
-  const audit::PoseAudit found =
-      audit::PoseMeter(scene).measure({}, Pose::Identity(), audit::OverlapTest::sweep);
+  const analysis::AuditScene scene = analysis::make_audit_scene(test::sheet(20, 4), tilted, {});
+  const analysis::PoseAudit found =
+      analysis::PoseMeter(scene).measure({}, Pose::Identity(), analysis::OverlapTest::sweep);
   EXPECT_TRUE(found.is_overlapping);
   EXPECT_NEAR(found.penetration_mm, 1.0, rounding_mm);  // 0.1 * 10
 }
 
 // Transforms every vertex through both poses, rebuilds the trees and queries the plain directional gap.
-audit::PoseAudit plainly_measured(const audit::AuditScene& scene, const Mesh& moving_canonical,
+analysis::PoseAudit plainly_measured(const analysis::AuditScene& scene, const Mesh& moving_canonical,
                                   const Attitude& attitude, const Pose& X_reference_moving,
                                   contact::NarrowPhase& narrow_phase)
 {
-  const proximity::TreeMesh reference = proximity::rotated_reference(scene.reference, attitude);
-  const proximity::TreeMesh moving = proximity::rotated_reference(
-      proximity::make_tree_mesh(solver_mesh(transformed(moving_canonical, X_reference_moving), scene.frame)),
+  const geometry::TreeMesh reference = geometry::rotated_reference(scene.reference, attitude);
+  const geometry::TreeMesh moving = geometry::rotated_reference(
+      geometry::make_tree_mesh(solver_mesh(transformed(moving_canonical, X_reference_moving), scene.frame)),
       attitude);
   if (contact::find_collision(reference, moving, {}, narrow_phase)) {
-    const proximity::Gap afar = proximity::directional_gap(reference, moving.mesh, moving.tree, {},
-                                                           {proximity::GapKind::signed_facing, {}});
+    const geometry::Gap afar = geometry::directional_gap(reference, moving.mesh, moving.tree, {},
+                                                           {geometry::GapKind::signed_facing, {}});
     return {true, std::max(0.0, -afar.travel_mm), 0.0};
   }
-  return {false, 0.0, proximity::directional_gap(reference, moving.mesh, moving.tree, {}).travel_mm};
+  return {false, 0.0, geometry::directional_gap(reference, moving.mesh, moving.tree, {}).travel_mm};
 }
 
 TEST(PoseMeter, AgreesWithThePlainWayAlsoWhereAPoseTurnsNotAboutDeltaAlone)
@@ -143,17 +143,17 @@ TEST(PoseMeter, AgreesWithThePlainWayAlsoWhereAPoseTurnsNotAboutDeltaAlone)
   int n_overlapping = 0, n_free = 0, n_nothing_ahead = 0;
   for (const Side side : {Side::right, Side::left}) {
     const SolverFrame frame{side, {30, 20, -10}, Eigen::Vector3d(0.1, 1, 0.05).normalized()};
-    const audit::AuditScene scene = audit::make_audit_scene(ceiling, ball, frame);
-    audit::PoseMeter meter(scene);
+    const analysis::AuditScene scene = analysis::make_audit_scene(ceiling, ball, frame);
+    analysis::PoseMeter meter(scene);
     contact::NarrowPhase narrow_phase;
     for (int k = 0; k < 100; ++k) {
       const Attitude attitude{0.3 * unit(random), 0.1 * unit(random)};
       const MovingPose pose{{18 * unit(random), -8 + 10 * unit(random), 30 * unit(random)}, unit(random)};
       Pose X = X_reference_moving(frame, attitude, pose);
       if (k % 2 == 1) X.linear() = rotation_x(0.2) * Eigen::Matrix3d(X.linear());
-      const audit::PoseAudit expected = plainly_measured(scene, ball, attitude, X, narrow_phase);
-      const audit::PoseAudit found = meter.measure(attitude, X, audit::OverlapTest::narrow_phase);
-      const audit::PoseAudit swept = meter.measure(attitude, X, audit::OverlapTest::sweep);
+      const analysis::PoseAudit expected = plainly_measured(scene, ball, attitude, X, narrow_phase);
+      const analysis::PoseAudit found = meter.measure(attitude, X, analysis::OverlapTest::narrow_phase);
+      const analysis::PoseAudit swept = meter.measure(attitude, X, analysis::OverlapTest::sweep);
       EXPECT_EQ(swept.is_overlapping, found.is_overlapping);
       EXPECT_EQ(swept.penetration_mm, found.penetration_mm);
       EXPECT_EQ(swept.gap_mm, found.gap_mm);
@@ -174,14 +174,14 @@ TEST(PoseMeter, AgreesWithThePlainWayAlsoWhereAPoseTurnsNotAboutDeltaAlone)
 
 TEST(PoseMeter, NotedFeaturesBoundTheTravelOfPosesNearby)
 {
-  const audit::AuditScene scene =
-      audit::make_audit_scene(dished_ceiling(), test::ball(6), {Side::right, {0, 0, 0}, {0, 1, 0}});
-  audit::PoseMeter meter(scene);
+  const analysis::AuditScene scene =
+      analysis::make_audit_scene(dished_ceiling(), test::ball(6), {Side::right, {0, 0, 0}, {0, 1, 0}});
+  analysis::PoseMeter meter(scene);
   const Attitude attitude{0.05, -0.02};
   Pose X = Pose::Identity();
   X.translation() << 1.0, -12.0, 0.5;
   X.prerotate(Eigen::Matrix3d(reference_rotation(attitude).transpose()));
-  meter.measure(attitude, X, audit::OverlapTest::sweep);
+  meter.measure(attitude, X, analysis::OverlapTest::sweep);
   const std::optional<MovingPose> pose = meter.solver_pose();
   ASSERT_TRUE(pose);
   meter.note_features(0.2);

@@ -23,7 +23,7 @@ class Search {
         options_(options),
         fixed_(models.reference),
         moving_(models.moving),
-        reference_(proximity::rotated_reference(joint.reference.tree_mesh, attitude)),
+        reference_(geometry::rotated_reference(joint.reference.tree_mesh, attitude)),
         pose_(seed),
         translation_step_mm_(options.translation_step_mm),
         rotation_step_rad_(options.rotation_step_rad)
@@ -180,8 +180,8 @@ class Search {
   // Of the corners of the moving object's box, perpendicular to Delta.
   double farthest_from_mm(const Eigen::Vector3d& centre_mm) const
   {
-    const proximity::BoxTree::Node& box = joint_.moving.tree_mesh.tree.nodes().front();
-    const proximity::Placement place(pose_);
+    const geometry::BoxTree::Node& box = joint_.moving.tree_mesh.tree.nodes().front();
+    const geometry::Placement place(pose_);
     double farthest_mm = 0.0;
     for (const double x : {box.min_mm[0], box.max_mm[0]}) {
       for (const double z : {box.min_mm[2], box.max_mm[2]}) {
@@ -214,7 +214,7 @@ class Search {
   const SearchOptions& options_;
   fcl::CollisionObjectd fixed_;
   fcl::CollisionObjectd moving_;
-  proximity::TreeMesh reference_;  // at the current attitude
+  geometry::TreeMesh reference_;  // at the current attitude
   contact::NarrowPhase narrow_phase_;
   MovingPose pose_;
   double translation_step_mm_;

@@ -6,8 +6,8 @@
 
 #include <memory>
 
-#include "core/solver_options.hpp"
-#include "core/step_record.hpp"
+#include "model/solver_options.hpp"
+#include "model/step_record.hpp"
 #include "solve/joint.hpp"
 
 namespace vrda::benchmarks {

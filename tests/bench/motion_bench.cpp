@@ -2,7 +2,7 @@
 #include <benchmark/benchmark.h>
 
 #include "core/units.hpp"
-#include "motion/poses.hpp"
+#include "store/poses.hpp"
 
 namespace vrda::benchmarks {
 namespace {
@@ -57,7 +57,7 @@ Attitude next(int& k)
   return {rad_from_deg(0.01 * k), rad_from_deg(0.001 * k - 4.5)};
 }
 
-void pose(benchmark::State& state, const motion::Motion& motion)
+void pose(benchmark::State& state, const store::Motion& motion)
 {
   int k = 0;
   for (auto _ : state) benchmark::DoNotOptimize(motion.at(next(k)));
@@ -65,8 +65,8 @@ void pose(benchmark::State& state, const motion::Motion& motion)
 
 [[maybe_unused]] const bool registered = [] {
   const store::MotionModel model = thesis_sized();
-  for (const std::string& set : motion::set_names(model)) {
-    const motion::Motion motion(model, set);
+  for (const std::string& set : store::set_names(model)) {
+    const store::Motion motion(model, set);
     benchmark::RegisterBenchmark(("motion/pose/" + set).c_str(),
                                  [motion](benchmark::State& state) { pose(state, motion); });
   }

@@ -10,12 +10,12 @@
 #include <stdexcept>
 #include <string>
 
-#include "motion/poses.hpp"
+#include "store/poses.hpp"
 #include "processor_time.hpp"
-#include "render/renderer.hpp"
-#include "render/window.hpp"
-#include "scene/camera.hpp"
-#include "scene/scene.hpp"
+#include "view/renderer.hpp"
+#include "view/window.hpp"
+#include "view/camera.hpp"
+#include "view/scene.hpp"
 #include "show/session.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/process.hpp"
@@ -31,50 +31,50 @@ class Film {
  public:
   explicit Film(const std::string& file)
       : model_(store::read_motion_model(file)),
-        motion_(model_, motion::set_names(model_).front()),
-        scene_(scene::scene_of(model_.reference, model_.moving, model_.rotation_centre_mm))
+        motion_(model_, store::set_names(model_).front()),
+        scene_(view::scene_of(model_.reference, model_.moving, model_.rotation_centre_mm))
   {
-    scene_.mode = scene::DrawMode::smooth;
+    scene_.mode = view::DrawMode::smooth;
     place_at(motion_.first_flexion_rad());
-    scene::CameraFit fit(
-        scene::view_rotation(scene::View::oblique, model_.side == "left" ? Side::left : Side::right));
-    fit.include(scene::points_within(scene_, scene::joint_sphere(scene_)));
+    view::CameraFit fit(
+        view::view_rotation(view::View::oblique, model_.side == "left" ? Side::left : Side::right));
+    fit.include(view::points_within(scene_, view::joint_sphere(scene_)));
     camera_ = fit.camera();
   }
 
   /// The next frame; flexion restarts after the last.
-  render::Shot next()
+  view::Shot next()
   {
     const double range_rad = motion_.last_flexion_rad() - motion_.first_flexion_rad();
     const int n_frames = std::max(1, static_cast<int>(deg_from_rad(range_rad)));
     place_at(motion_.first_flexion_rad() + range_rad * (n_shown_++ % n_frames) / n_frames);
-    return {scene::with_depth_range(camera_, scene_), {0, 0, width, height}};
+    return {view::with_depth_range(camera_, scene_), {0, 0, width, height}};
   }
 
-  const scene::Scene& scene() const { return scene_; }
+  const view::Scene& scene() const { return scene_; }
   double n_triangles() const
   {
     std::size_t n = 0;
-    for (const scene::Drawable& drawable : scene_.drawables) n += drawable.mesh.triangles.size() / 3;
+    for (const view::Drawable& drawable : scene_.drawables) n += drawable.mesh.triangles.size() / 3;
     return static_cast<double>(n);
   }
 
  private:
   void place_at(double flexion_rad)
   {
-    scene::place(scene_,
-                 scene::frames_of(motion_.at({flexion_rad, motion_.balanced_varus_rad(flexion_rad)})));
+    view::place(scene_,
+                 view::frames_of(motion_.at({flexion_rad, motion_.balanced_varus_rad(flexion_rad)})));
   }
 
   store::MotionModel model_;
-  motion::Motion motion_;
-  scene::Scene scene_;
-  scene::Camera camera_;
+  store::Motion motion_;
+  view::Scene scene_;
+  view::Camera camera_;
   int n_shown_ = 0;
 };
 
 /// Times `draw` per frame; the first, which compiles shaders, is excluded.
-void count_frames(benchmark::State& state, Film& film, const std::function<void(const render::Shot&)>& draw)
+void count_frames(benchmark::State& state, Film& film, const std::function<void(const view::Shot&)>& draw)
 {
   draw(film.next());
   const double before_s = process_s();
@@ -85,13 +85,13 @@ void count_frames(benchmark::State& state, Film& film, const std::function<void(
   state.counters["triangles"] = film.n_triangles();
 }
 
-void off_screen(benchmark::State& state, const std::string& file, const render::RenderOptions& options,
-                render::Backend backend)
+void off_screen(benchmark::State& state, const std::string& file, const view::RenderOptions& options,
+                view::Backend backend)
 {
   Film film(file);
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer(options, backend);
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer(options, backend);
   renderer->load(film.scene());
-  count_frames(state, film, [&](const render::Shot& shot) {
+  count_frames(state, film, [&](const view::Shot& shot) {
     benchmark::DoNotOptimize(renderer->draw(film.scene(), {&shot, 1}, nullptr).rgba.data());
   });
 }
@@ -101,13 +101,13 @@ void in_a_window(benchmark::State& state, const std::string& file, bool is_turne
 {
   store::MotionModel model = store::read_motion_model(file);
   show::SessionOptions chosen;
-  chosen.set = motion::set_names(model).front();
+  chosen.set = store::set_names(model).front();
   chosen.is_plain_while_moving = true;
-  render::WindowOptions options;
+  view::WindowOptions options;
   options.width = chosen.width;
   options.height = chosen.height;
   options.is_vsynced = false;
-  render::Window window(options);
+  view::Window window(options);
   show::ShownModel shown(file, std::move(model), chosen, window.renderer());
   show::Session& session = shown.session();
   const auto draw = [&](double elapsed_s) {
@@ -117,18 +117,18 @@ void in_a_window(benchmark::State& state, const std::string& file, bool is_turne
     window.show(session.scene(), session.shots(), &session.overlay());
   };
   const auto drag = [&](int k) {
-    session.take({render::InputKind::motion, 400.0 + k % 200, 400.0});
+    session.take({view::InputKind::motion, 400.0 + k % 200, 400.0});
     draw(0.03);
   };
   // The time from the release of the button to the first picture in full quality.
   const auto rest = [&] {
-    session.take({render::InputKind::release, 400.0, 400.0});
+    session.take({view::InputKind::release, 400.0, 400.0});
     const auto start = std::chrono::steady_clock::now();
     draw(0.0);
     draw(show::settle_s);
     return show::settle_s + seconds_since(start);
   };
-  const auto press = [&] { session.take({render::InputKind::press, 400.0, 400.0}); };
+  const auto press = [&] { session.take({view::InputKind::press, 400.0, 400.0}); };
   press();
   for (int k = 0; k < 30; ++k) drag(k);  // until the levels of detail are there
   rest();
@@ -169,16 +169,16 @@ void register_knee(const std::string& player, const std::string& knee, const std
   const auto add = [&](const std::string& what, const std::function<void(benchmark::State&)>& run) {
     return benchmark::RegisterBenchmark(("player/" + what + "/" + knee).c_str(), run);
   };
-  const render::RenderOptions moving{width, height, 1, render::moving_coarseness_px},
-      whole{width, height, 1, 0.0}, fine{width, height, 4, render::moving_coarseness_px};
-  const auto frames = [&](const std::string& what, const render::RenderOptions& options,
-                          render::Backend backend) {
+  const view::RenderOptions moving{width, height, 1, view::moving_coarseness_px},
+      whole{width, height, 1, 0.0}, fine{width, height, 4, view::moving_coarseness_px};
+  const auto frames = [&](const std::string& what, const view::RenderOptions& options,
+                          view::Backend backend) {
     add(what, [=](benchmark::State& state) { off_screen(state, file, options, backend); })->UseRealTime();
   };
-  frames("frame", moving, render::Backend::osmesa);
-  frames("frame, every triangle", whole, render::Backend::osmesa);
-  frames("frame, 4 samples", fine, render::Backend::osmesa);
-  frames("frame by EGL", moving, render::Backend::egl);
+  frames("frame", moving, view::Backend::osmesa);
+  frames("frame, every triangle", whole, view::Backend::osmesa);
+  frames("frame, 4 samples", fine, view::Backend::osmesa);
+  frames("frame by EGL", moving, view::Backend::egl);
   if (std::getenv("DISPLAY") != nullptr) {
     add("show, turned", [=](benchmark::State& state) { in_a_window(state, file, true); })->UseRealTime();
     add("show, at rest", [=](benchmark::State& state) { in_a_window(state, file, false); })->UseManualTime();

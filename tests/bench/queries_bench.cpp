@@ -4,7 +4,7 @@
 
 #include "contact/contacts.hpp"
 #include "fcl_search.hpp"
-#include "proximity/gap_query.hpp"
+#include "geometry/gap_query.hpp"
 #include "scene.hpp"
 
 namespace vrda::benchmarks {
@@ -12,7 +12,7 @@ namespace {
 
 // All near misses of a scene; the reference is rotated once per step, as in a search.
 struct Queries {
-  std::vector<proximity::TreeMesh> references;
+  std::vector<geometry::TreeMesh> references;
   std::vector<std::pair<std::size_t, MovingPose>> poses;  // index of its reference
 };
 
@@ -20,7 +20,7 @@ Queries queries_of(const Scene& s)
 {
   Queries all;
   for (const Step& step : s.steps) {
-    all.references.push_back(proximity::rotated_reference(s.joint.reference.tree_mesh, step.attitude));
+    all.references.push_back(geometry::rotated_reference(s.joint.reference.tree_mesh, step.attitude));
     for (const MovingPose& pose : near_misses(step)) all.poses.emplace_back(all.references.size() - 1, pose);
   }
   return all;
@@ -37,11 +37,11 @@ void gap(benchmark::State& state, const std::string& knee)
   const Scene& s = scene(knee);
   const Queries all = queries_of(s);
   for (auto _ : state) {
-    proximity::TrianglePair hint;
+    geometry::TrianglePair hint;
     for (const auto& [reference, pose] : all.poses) {
-      const proximity::Gap found = proximity::directional_gap(
+      const geometry::Gap found = geometry::directional_gap(
           all.references[reference], s.joint.moving.tree_mesh.mesh, s.joint.moving.tree_mesh.tree, pose,
-          {proximity::GapKind::non_negative, hint});
+          {geometry::GapKind::non_negative, hint});
       hint = found.pair;
       benchmark::DoNotOptimize(found);
     }
@@ -54,7 +54,7 @@ template <typename Ask>
 void gap_query(benchmark::State& state, const std::string& knee, const Ask& ask)
 {
   const Scene& s = scene(knee);
-  proximity::GapQuery query(s.joint.reference_gap, s.joint.moving_gap);
+  geometry::GapQuery query(s.joint.reference_gap, s.joint.moving_gap);
   std::size_t n = 0;
   for (auto _ : state) {
     n = 0;
@@ -71,7 +71,7 @@ void gap_query(benchmark::State& state, const std::string& knee, const Ask& ask)
 
 void gap_touch(benchmark::State& state, const std::string& knee)
 {
-  gap_query(state, knee, [](proximity::GapQuery& query, const MovingPose& pose) {
+  gap_query(state, knee, [](geometry::GapQuery& query, const MovingPose& pose) {
     return query.next_contact(pose).travel_mm;
   });
 }
@@ -79,12 +79,12 @@ void gap_touch(benchmark::State& state, const std::string& knee)
 void gap_travel(benchmark::State& state, const std::string& knee)
 {
   gap_query(state, knee,
-            [](proximity::GapQuery& query, const MovingPose& pose) { return query.travel_mm(pose); });
+            [](geometry::GapQuery& query, const MovingPose& pose) { return query.travel_mm(pose); });
 }
 
 void gap_features(benchmark::State& state, const std::string& knee)
 {
-  gap_query(state, knee, [](proximity::GapQuery& query, const MovingPose& pose) {
+  gap_query(state, knee, [](geometry::GapQuery& query, const MovingPose& pose) {
     return query.features(pose, 0.1).features.size();
   });
 }

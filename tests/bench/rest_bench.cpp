@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "model_build/case_solver.hpp"
+#include "solve/case_solver.hpp"
 #include "processor_time.hpp"
 #include "rigid_body.hpp"
 #include "scene.hpp"
@@ -17,10 +17,10 @@ constexpr double neighbour_deg = 5.0;  // difference in flexion of the start's a
 constexpr int n_solved = 20;           // repetitions of the equilibrium for timing
 
 struct Knee {
-  load::Case job_case = case_of("generic", {"solver.method=equilibrium"});
-  solve::Joint joint = model_build::joint_of(job_case, job_case.frame);
+  job::Case job_case = case_of("generic", {"solver.method=equilibrium"});
+  solve::Joint joint = solve::joint_of(job_case, job_case.frame);
   solve::EquilibriumSolver solver{joint, job_case.ligaments, job_case.equilibrium};
-  proximity::GapQuery gap{joint.reference_gap, joint.moving_gap};
+  geometry::GapQuery gap{joint.reference_gap, joint.moving_gap};
   RigidPair bodies{joint.reference.tree_mesh.mesh, joint.moving.tree_mesh.mesh, {}};
 };
 
@@ -39,7 +39,7 @@ double travel_left_mm(const Attitude& attitude, const MovingPose& pose)
 StepRecord rest_at(const Attitude& attitude, const MovingPose& seed)
 {
   return knee().solver.solve(
-      {attitude, seed, model_build::loads_of(knee().job_case, knee().job_case.push.front()), false});
+      {attitude, seed, solve::loads_of(knee().job_case, knee().job_case.push.front()), false});
 }
 
 // Pose of a neighbour's equilibrium, slightly below first contact.
@@ -47,7 +47,7 @@ MovingPose start_of(const Attitude& attitude)
 {
   Attitude neighbour = attitude;
   neighbour.flexion_rad += rad_from_deg(attitude.flexion_rad > 0.0 ? -neighbour_deg : neighbour_deg);
-  MovingPose start = rest_at(neighbour, model_build::plan_of(knee().job_case).initial).pose;
+  MovingPose start = rest_at(neighbour, solve::plan_of(knee().job_case).initial).pose;
   const double travel_mm = travel_left_mm(attitude, start);
   check(std::isfinite(travel_mm), "the neighbour's pose must face the reference");
   start.translation_mm.y() += travel_mm - start_below_mm;

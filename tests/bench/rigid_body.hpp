@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "core/frames.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::benchmarks {
 

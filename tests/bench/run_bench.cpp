@@ -4,12 +4,12 @@
 #include <chrono>
 #include <filesystem>
 
-#include "model_build/case_solver.hpp"
-#include "model_build/model_build.hpp"
+#include "solve/case_solver.hpp"
+#include "solve/model_build.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"
 #include "shares.hpp"
-#include "smooth/smooth.hpp"
+#include "analysis/smooth.hpp"
 #include "solve/stability_search.hpp"
 #include "store/motion_model_file.hpp"
 
@@ -46,10 +46,10 @@ void motion_step(benchmark::State& state, const std::string& knee)
 // The motion model of the coarse sweep, assembled as in a run.
 store::MotionModel small_model(const Scene& s)
 {
-  load::Case job_case = s.job_case;
+  job::Case job_case = s.job_case;
   job_case.grid.flexion_deg = {0, 15, 30, 45, 60, 75, 90};
   job_case.grid.varus_deg = {-3, 0, 3};
-  sweep::SweepResult result;
+  solve::SweepResult result;
   for (int i = 0; i < 7; ++i) {
     for (int j = 0; j < 3; ++j) {
       StepRecord record;
@@ -60,7 +60,7 @@ store::MotionModel small_model(const Scene& s)
     }
   }
   result.spine_column.assign(7, 1);
-  return model_build::motion_model_of(job_case, result);
+  return solve::motion_model_of(job_case, result);
 }
 
 void write(benchmark::State& state, const std::string& knee)
@@ -73,14 +73,14 @@ void write(benchmark::State& state, const std::string& knee)
 
 void smooth_degree_2(benchmark::State& state, const std::string& knee)
 {
-  const smooth::SmoothInput input = smooth::smooth_input(small_model(scene(knee)), "bench");
-  for (auto _ : state) benchmark::DoNotOptimize(smooth::smooth(input, 2));
+  const analysis::SmoothInput input = analysis::smooth_input(small_model(scene(knee)), "bench");
+  for (auto _ : state) benchmark::DoNotOptimize(analysis::smooth(input, 2));
 }
 
 void prepare(benchmark::State& state, const std::string& knee)
 {
   const Scene& s = scene(knee);
-  for (auto _ : state) benchmark::DoNotOptimize(model_build::joint_of(s.job_case, s.job_case.frame));
+  for (auto _ : state) benchmark::DoNotOptimize(solve::joint_of(s.job_case, s.job_case.frame));
 }
 
 [[maybe_unused]] const bool registered = [] {

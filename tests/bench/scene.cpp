@@ -5,7 +5,7 @@
 #include <map>
 
 #include "core/units.hpp"
-#include "model_build/case_solver.hpp"
+#include "solve/case_solver.hpp"
 #include "solve/stability_search.hpp"
 
 namespace vrda::benchmarks {
@@ -19,19 +19,19 @@ fs::path data_directory()
   return given != nullptr && *given != '\0' ? fs::path(given) : fs::path(VRDA_SOURCE_DIR) / "../shared/data";
 }
 
-std::vector<Step> swept(const load::Case& job_case, const solve::Joint& joint)
+std::vector<Step> swept(const job::Case& job_case, const solve::Joint& joint)
 {
-  sweep::SweepPlan plan = model_build::plan_of(job_case);
+  solve::SweepPlan plan = solve::plan_of(job_case);
   plan.flexion_rad.clear();
   for (int i = 0; i <= 6; ++i) plan.flexion_rad.push_back(rad_from_deg(15.0 * i));
   plan.varus_rad = {rad_from_deg(-3), rad_from_deg(0), rad_from_deg(3)};
   std::vector<Step> steps;
-  const sweep::SolveStep solve = [&](const sweep::StepTask& task) {
+  const solve::SolveStep solve = [&](const solve::StepTask& task) {
     StepRecord record = solve::find_stable_pose(joint, task.attitude, task.seed, job_case.search);
     if (record.status == StepStatus::stable) steps.push_back({task.attitude, task.seed, record.pose});
     return record;
   };
-  sweep::sweep(plan, solve, {}, 1);
+  solve::sweep(plan, solve, {}, 1);
   return steps;
 }
 
@@ -42,12 +42,12 @@ bool has_real_knees()
   return fs::is_directory(data_directory() / "knees");
 }
 
-load::Case case_of(const std::string& knee, const std::vector<std::string>& settings)
+job::Case case_of(const std::string& knee, const std::vector<std::string>& settings)
 {
   // Contact only, as required by the search and its references.
   const std::string name = knee == "generic" ? "generic-contact" : knee;
   const fs::path job = fs::path(VRDA_SOURCE_DIR) / "jobs" / ("knee-" + name + ".toml");
-  return load::load_case(job.string(), {data_directory().string(), settings});
+  return job::load_case(job.string(), {data_directory().string(), settings});
 }
 
 const Scene& scene(const std::string& knee)
@@ -57,7 +57,7 @@ const Scene& scene(const std::string& knee)
   if (found != known.end()) return found->second;
   Scene made;
   made.job_case = case_of(knee);
-  made.joint = model_build::joint_of(made.job_case, made.job_case.frame);
+  made.joint = solve::joint_of(made.job_case, made.job_case.frame);
   made.steps = swept(made.job_case, made.joint);
   return known.emplace(knee, std::move(made)).first->second;
 }

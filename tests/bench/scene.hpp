@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "load/case.hpp"
+#include "job/case.hpp"
 #include "solve/joint.hpp"
 
 namespace vrda::benchmarks {
@@ -18,7 +18,7 @@ struct Step {
 };
 
 struct Scene {
-  load::Case job_case;
+  job::Case job_case;
   solve::Joint joint;
   std::vector<Step> steps;  ///< solved ones, 7 x 3 attitudes
 };
@@ -27,7 +27,7 @@ struct Scene {
 const Scene& scene(const std::string& knee);
 
 /// jobs/knee-NAME.toml with the given settings ("key.path=value"); meshes from $VRDA_DATA.
-load::Case case_of(const std::string& knee, const std::vector<std::string>& settings = {});
+job::Case case_of(const std::string& knee, const std::vector<std::string>& settings = {});
 
 /// Whether the real knees are available ($VRDA_DATA or ../shared/data).
 bool has_real_knees();

@@ -6,7 +6,7 @@
 #include <chrono>
 
 #include "contact/contacts.hpp"
-#include "proximity/gap_query.hpp"
+#include "geometry/gap_query.hpp"
 
 namespace vrda::benchmarks {
 namespace {
@@ -44,61 +44,61 @@ Shares shares()
   RESULT real_##NAME(__VA_ARGS__) __asm__("__real_" SYMBOL); \
   RESULT timed_##NAME(__VA_ARGS__) __asm__("__wrap_" SYMBOL);
 
-VRDA_REDIRECT(proximity::Gap, next_contact,
-              "_ZN4vrda9proximity8GapQuery12next_contactERKNS_4core10MovingPoseE", proximity::GapQuery*,
+VRDA_REDIRECT(geometry::Gap, next_contact,
+              "_ZN4vrda9proximity8GapQuery12next_contactERKNS_4core10MovingPoseE", geometry::GapQuery*,
               const MovingPose&)
-proximity::Gap timed_next_contact(proximity::GapQuery* query, const MovingPose& pose)
+geometry::Gap timed_next_contact(geometry::GapQuery* query, const MovingPose& pose)
 {
   const Clock clock(gap);
   return real_next_contact(query, pose);
 }
 
 VRDA_REDIRECT(double, travel, "_ZN4vrda9proximity8GapQuery9travel_mmERKNS_4core10MovingPoseE",
-              proximity::GapQuery*, const MovingPose&)
-double timed_travel(proximity::GapQuery* query, const MovingPose& pose)
+              geometry::GapQuery*, const MovingPose&)
+double timed_travel(geometry::GapQuery* query, const MovingPose& pose)
 {
   const Clock clock(gap);
   return real_travel(query, pose);
 }
 
-VRDA_REDIRECT(const proximity::GapResult&, features,
-              "_ZN4vrda9proximity8GapQuery8featuresERKNS_4core10MovingPoseEd", proximity::GapQuery*,
+VRDA_REDIRECT(const geometry::GapResult&, features,
+              "_ZN4vrda9proximity8GapQuery8featuresERKNS_4core10MovingPoseEd", geometry::GapQuery*,
               const MovingPose&, double)
-const proximity::GapResult& timed_features(proximity::GapQuery* query, const MovingPose& pose, double band_mm)
+const geometry::GapResult& timed_features(geometry::GapQuery* query, const MovingPose& pose, double band_mm)
 {
   const Clock clock(gap);
   return real_features(query, pose, band_mm);
 }
 
-VRDA_REDIRECT(const std::vector<proximity::TrianglePair>&, close_pairs,
-              "_ZN4vrda9proximity8GapQuery11close_pairsERKNS_4core10MovingPoseEd", proximity::GapQuery*,
+VRDA_REDIRECT(const std::vector<geometry::TrianglePair>&, close_pairs,
+              "_ZN4vrda9proximity8GapQuery11close_pairsERKNS_4core10MovingPoseEd", geometry::GapQuery*,
               const MovingPose&, double)
-const std::vector<proximity::TrianglePair>& timed_close_pairs(proximity::GapQuery* query,
+const std::vector<geometry::TrianglePair>& timed_close_pairs(geometry::GapQuery* query,
                                                               const MovingPose& pose, double band_mm)
 {
   const Clock clock(gap);
   return real_close_pairs(query, pose, band_mm);
 }
 
-VRDA_REDIRECT(proximity::TreeMesh, turned,
+VRDA_REDIRECT(geometry::TreeMesh, turned,
               "_ZN4vrda9proximity17rotated_referenceERKNS0_8TreeMeshERKNS_4core8AttitudeE",
-              const proximity::TreeMesh&, const Attitude&)
-proximity::TreeMesh timed_turned(const proximity::TreeMesh& reference, const Attitude& attitude)
+              const geometry::TreeMesh&, const Attitude&)
+geometry::TreeMesh timed_turned(const geometry::TreeMesh& reference, const Attitude& attitude)
 {
   const Clock clock(turn);
   return real_turned(reference, attitude);
 }
 
-using Hit = std::optional<proximity::TrianglePair>;
+using Hit = std::optional<geometry::TrianglePair>;
 VRDA_REDIRECT(
     Hit, collision,
     "_ZN4vrda7contact14find_collisionERKNS_4core4MeshES4_RKNS1_10MovingPoseERNS_9proximity8GapQueryE"
     "RNS0_11NarrowPhaseERKNS8_12TrianglePairE",
-    const Mesh&, const Mesh&, const MovingPose&, proximity::GapQuery&, contact::NarrowPhase&,
-    const proximity::TrianglePair&)
+    const Mesh&, const Mesh&, const MovingPose&, geometry::GapQuery&, contact::NarrowPhase&,
+    const geometry::TrianglePair&)
 Hit timed_collision(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
-                    proximity::GapQuery& pairs, contact::NarrowPhase& narrow_phase,
-                    const proximity::TrianglePair& hint)
+                    geometry::GapQuery& pairs, contact::NarrowPhase& narrow_phase,
+                    const geometry::TrianglePair& hint)
 {
   const Clock clock(collision);
   return real_collision(reference, moving, pose, pairs, narrow_phase, hint);
@@ -120,7 +120,7 @@ std::vector<contact::Contact> timed_contacts_of_turned(const contact::ContactObj
 }
 
 // Of the equilibrium.
-using Pairs = std::vector<proximity::TrianglePair>;
+using Pairs = std::vector<geometry::TrianglePair>;
 VRDA_REDIRECT(
     std::vector<contact::Contact>, contacts,
     "_ZN4vrda7contact13find_contactsERKNS0_8ColliderES3_RKNS0_11ObjectPosesERKSt6vectorINS_9proximity"

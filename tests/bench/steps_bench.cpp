@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "model_build/case_solver.hpp"
+#include "solve/case_solver.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"
 
@@ -20,19 +20,19 @@ struct Knee {
 
 // The results that a task refers to live as long as its sweep.
 struct Step {
-  sweep::StepTask task;
+  solve::StepTask task;
   std::vector<StepRecord> known;
 };
 
 // The tasks of a run in their order. Neighbours along varus are a degree apart, as in a full grid.
-std::vector<Step> tasks_of(const load::Case& job_case, model_build::CaseSolver& solver)
+std::vector<Step> tasks_of(const job::Case& job_case, solve::CaseSolver& solver)
 {
   std::vector<Step> tasks;
-  const sweep::SolveStep solve = [&](const sweep::StepTask& task) {
+  const solve::SolveStep solve = [&](const solve::StepTask& task) {
     tasks.push_back({task, task.known == nullptr ? std::vector<StepRecord>{} : *task.known});
     return solver(task);
   };
-  sweep::sweep(model_build::plan_of(job_case), solve, {}, 1);
+  solve::sweep(solve::plan_of(job_case), solve, {}, 1);
   return tasks;
 }
 
@@ -43,12 +43,12 @@ struct Pass {
   double n_stable = 0.0;
 };
 
-Pass pass_over(const std::vector<Step>& tasks, model_build::CaseSolver& solver)
+Pass pass_over(const std::vector<Step>& tasks, solve::CaseSolver& solver)
 {
   Pass pass;
   const double start_s = thread_s();
   for (const Step& step : tasks) {
-    sweep::StepTask task = step.task;
+    solve::StepTask task = step.task;
     task.known = &step.known;
     const StepRecord record = solver(task);
     pass.n_queries += record.queries;
@@ -60,7 +60,7 @@ Pass pass_over(const std::vector<Step>& tasks, model_build::CaseSolver& solver)
 }
 
 // The median of several passes.
-Pass timed(const std::vector<Step>& tasks, model_build::CaseSolver& solver)
+Pass timed(const std::vector<Step>& tasks, solve::CaseSolver& solver)
 {
   std::array<Pass, n_passes> passes;
   for (Pass& pass : passes) pass = pass_over(tasks, solver);
@@ -71,8 +71,8 @@ Pass timed(const std::vector<Step>& tasks, model_build::CaseSolver& solver)
 
 void steps(benchmark::State& state, const Knee& knee)
 {
-  const load::Case job_case = case_of(knee.name, knee.settings);
-  model_build::CaseSolver solver(job_case, 1);
+  const job::Case job_case = case_of(knee.name, knee.settings);
+  solve::CaseSolver solver(job_case, 1);
   const std::vector<Step> tasks = tasks_of(job_case, solver);
   const auto n = static_cast<double>(tasks.size());
   for (auto _ : state) {

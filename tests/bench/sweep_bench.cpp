@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "fcl_search.hpp"
-#include "model_build/case_solver.hpp"
+#include "solve/case_solver.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"
 #include "shares.hpp"
@@ -26,7 +26,7 @@ struct Spent {
 };
 
 struct Swept {
-  sweep::SweepResult result;
+  solve::SweepResult result;
   double wall_s = 0.0;
   double processor_s = 0.0;  // of all threads
   double n_steps = 0.0;
@@ -41,7 +41,7 @@ int n_threads()
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-load::Case grid_case(Method method, const std::string& grid)
+job::Case grid_case(Method method, const std::string& grid)
 {
   const std::string name = method == Method::equilibrium ? "equilibrium" : "stability-search";
   std::vector<std::string> settings{"solver.method=" + name};
@@ -53,14 +53,14 @@ load::Case grid_case(Method method, const std::string& grid)
 }
 
 // Only the sweep is timed; meshes and trees are built before.
-Swept swept_by(const sweep::SolveStep& solve, const sweep::SweepPlan& plan, Spent& spent)
+Swept swept_by(const solve::SolveStep& solve, const solve::SweepPlan& plan, Spent& spent)
 {
   reset_shares();
   const double processor_start_s = process_s();
   const auto start = std::chrono::steady_clock::now();
-  sweep::SweepResult result = sweep::sweep(
+  solve::SweepResult result = solve::sweep(
       plan,
-      [&](const sweep::StepTask& task) {
+      [&](const solve::StepTask& task) {
         const auto step_start = std::chrono::steady_clock::now();
         StepRecord record = solve(task);
         spent.in_steps_s += seconds_since(step_start);
@@ -83,16 +83,16 @@ Swept swept_by(const sweep::SolveStep& solve, const sweep::SweepPlan& plan, Spen
 
 Swept swept(Method method, const std::string& grid)
 {
-  const load::Case job_case = grid_case(method, grid);
-  const sweep::SweepPlan plan = model_build::plan_of(job_case);
+  const job::Case job_case = grid_case(method, grid);
+  const solve::SweepPlan plan = solve::plan_of(job_case);
   Spent spent;
   if (method != Method::search_by_fcl) {
-    model_build::CaseSolver solver(job_case, n_threads());
-    return swept_by([&](const sweep::StepTask& task) { return solver(task); }, plan, spent);
+    solve::CaseSolver solver(job_case, n_threads());
+    return swept_by([&](const solve::StepTask& task) { return solver(task); }, plan, spent);
   }
-  const solve::Joint joint = model_build::joint_of(job_case, job_case.frame);
+  const solve::Joint joint = solve::joint_of(job_case, job_case.frame);
   const FclPair models(joint);
-  const sweep::SolveStep solve = [&](const sweep::StepTask& task) {
+  const solve::SolveStep solve = [&](const solve::StepTask& task) {
     FclStep step = find_stable_pose_by_fcl(joint, models, task.attitude, task.seed, job_case.search);
     spent.in_fcl_s += step.collision_s;
     return std::move(step.record);
@@ -110,7 +110,7 @@ Swept equilibrium_sweep(const std::string& grid)
 }
 
 // How much further along Delta the equilibrium is, mm, at every attitude that both solved; sorted.
-std::vector<double> behind_mm(const sweep::SweepResult& result, const sweep::SweepResult& equilibrium)
+std::vector<double> behind_mm(const solve::SweepResult& result, const solve::SweepResult& equilibrium)
 {
   std::vector<double> differences;
   for (std::size_t i = 0; i < result.cells.size(); ++i) {
@@ -122,7 +122,7 @@ std::vector<double> behind_mm(const sweep::SweepResult& result, const sweep::Swe
   return differences;
 }
 
-double solved_share(const sweep::SweepResult& result)
+double solved_share(const solve::SweepResult& result)
 {
   const auto n = std::count_if(result.cells.begin(), result.cells.end(),
                                [](const StepRecord& r) { return r.status == StepStatus::stable; });

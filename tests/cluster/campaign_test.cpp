@@ -1,11 +1,11 @@
-#include "cluster/campaign.hpp"
+#include "run/campaign.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "load/job.hpp"
+#include "job/job.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
@@ -26,10 +26,10 @@ name = "lower"
 file = "moving.stl"
 )";
 
-cluster::Campaign campaign_of_text(const std::string& text, const std::vector<std::string>& overrides = {})
+run::Campaign campaign_of_text(const std::string& text, const std::vector<std::string>& overrides = {})
 {
   const test::Scratch scratch;
-  return cluster::campaign_of(scratch.write("study.toml", text).string(), "", overrides);
+  return run::campaign_of(scratch.write("study.toml", text).string(), "", overrides);
 }
 
 InputError::Facts refused(const std::string& text, const std::vector<std::string>& overrides = {})
@@ -37,10 +37,10 @@ InputError::Facts refused(const std::string& text, const std::vector<std::string
   return input_error([&] { campaign_of_text(text, overrides); });
 }
 
-std::vector<std::string> names_of(const cluster::Campaign& campaign)
+std::vector<std::string> names_of(const run::Campaign& campaign)
 {
   std::vector<std::string> names;
-  for (const cluster::CampaignCase& one : campaign.cases) names.push_back(one.spec.name);
+  for (const run::CampaignCase& one : campaign.cases) names.push_back(one.spec.name);
   return names;
 }
 
@@ -48,10 +48,10 @@ TEST(Campaign, APlainJobIsOneCase)
 {
   const test::Scratch scratch;
   const std::string job = scratch.write("knee.toml", joint).string();
-  const cluster::Campaign campaign = cluster::campaign_of(job, scratch.path(), {"side=left"});
+  const run::Campaign campaign = run::campaign_of(job, scratch.path(), {"side=left"});
   EXPECT_THAT(campaign.axes, IsEmpty());
   ASSERT_EQ(campaign.cases.size(), 1U);
-  EXPECT_EQ(campaign.cases[0].spec, cluster::case_of_job(job, scratch.path(), {"side=left"}));
+  EXPECT_EQ(campaign.cases[0].spec, run::case_of_job(job, scratch.path(), {"side=left"}));
   EXPECT_THAT(campaign.cases[0].levels, IsEmpty());
 }
 
@@ -76,13 +76,13 @@ set = { grid.varus = "free" }
 
 TEST(Campaign, CasesAreTheProductTheLastAxisFastest)
 {
-  const cluster::Campaign campaign = campaign_of_text(std::string(joint) + two_axes);
+  const run::Campaign campaign = campaign_of_text(std::string(joint) + two_axes);
   EXPECT_EQ(campaign.title, "Two by three");
   // In the order written, not alphabetically.
   EXPECT_THAT(campaign.axes, ElementsAre("resolution", "method"));
   EXPECT_THAT(names_of(campaign), ElementsAre("coarse_rest", "coarse_search", "coarse_free", "fine_rest",
                                               "fine_search", "fine_free"));
-  const cluster::CampaignCase& one = campaign.cases[4];
+  const run::CampaignCase& one = campaign.cases[4];
   EXPECT_THAT(one.levels, ElementsAre("fine", "search"));
   EXPECT_THAT(one.spec.overrides, ElementsAre("grid.flexion.step=10", "solver.method=\"stability-search\"",
                                               "solver.search.approach_step_mm=6", "smooth.degrees=[4, 6]"));
@@ -92,12 +92,12 @@ TEST(Campaign, TheOverridesOfACaseAreTheValuesOfItsLevels)
 {
   const test::Scratch scratch;
   const std::string file = scratch.write("study.toml", std::string(joint) + two_axes).string();
-  const cluster::Campaign campaign = cluster::campaign_of(file, "", {"push.force_n=30"});
-  const cluster::CaseSpec& spec = campaign.cases[4].spec;
+  const run::Campaign campaign = run::campaign_of(file, "", {"push.force_n=30"});
+  const run::CaseSpec& spec = campaign.cases[4].spec;
   EXPECT_EQ(spec.job_file, file);
-  const load::Job job = load::read_job(spec.job_file, spec.overrides);
+  const job::Job job = job::read_job(spec.job_file, spec.overrides);
   EXPECT_TRUE(job.has_campaign);
-  EXPECT_EQ(job.method, load::SolverMethod::stability_search);
+  EXPECT_EQ(job.method, job::SolverMethod::stability_search);
   EXPECT_EQ(job.grid.flexion_deg.size(), 10U);
   EXPECT_THAT(job.smooth_degrees, ElementsAre(4, 6));
   EXPECT_EQ(job.push.force_n.value(0, 0), 30.0);
@@ -105,7 +105,7 @@ TEST(Campaign, TheOverridesOfACaseAreTheValuesOfItsLevels)
   const std::string by_hand = std::string("[grid]\nflexion.step = 10\n[smooth]\ndegrees = [4, 6]\n") +
                               "[solver]\nmethod = \"stability-search\"\nsearch.approach_step_mm = 6\n" +
                               "[push]\nforce_n = 30\n" + joint;
-  EXPECT_EQ(job.resolved_text, load::parse_job("by_hand.toml", by_hand).resolved_text);
+  EXPECT_EQ(job.resolved_text, job::parse_job("by_hand.toml", by_hand).resolved_text);
 }
 
 TEST(Campaign, SubjectsAreJobsOfTheirOwnBesideTheCampaign)
@@ -125,9 +125,9 @@ data = "meshes"
 set = { side = "left" }
 )")
                                .string();
-  const cluster::Campaign campaign = cluster::campaign_of(file, "everywhere", {});
+  const run::Campaign campaign = run::campaign_of(file, "everywhere", {});
   ASSERT_EQ(campaign.cases.size(), 2U);
-  const cluster::CaseSpec &a = campaign.cases[0].spec, &b = campaign.cases[1].spec;
+  const run::CaseSpec &a = campaign.cases[0].spec, &b = campaign.cases[1].spec;
   EXPECT_EQ(a.job_file, scratch.path() / "a.toml");
   EXPECT_EQ(a.data_directory, std::filesystem::current_path() / "everywhere");
   EXPECT_THAT(a.overrides, IsEmpty());
@@ -147,7 +147,7 @@ TEST(Campaign, CombinationsAreLeftOut)
 
 TEST(Campaign, WithoutAnAxisItIsTheJobOnce)
 {
-  const cluster::Campaign campaign = campaign_of_text(std::string(joint) + "[campaign]\ntitle = \"One\"\n");
+  const run::Campaign campaign = campaign_of_text(std::string(joint) + "[campaign]\ntitle = \"One\"\n");
   EXPECT_THAT(names_of(campaign), ElementsAre("study"));
   EXPECT_THAT(campaign.axes, IsEmpty());
 }
@@ -226,7 +226,7 @@ TEST(Campaign, AProductBeyondAllStudiesIsRefused)
 TEST(Campaign, ACampaignAloneIsNoJobToRun)
 {
   const InputError::Facts facts =
-      input_error([] { load::parse_job("study.toml", "[campaign]\n[[campaign.subject]]\nname = \"a\"\n"); });
+      input_error([] { job::parse_job("study.toml", "[campaign]\n[[campaign.subject]]\nname = \"a\"\n"); });
   EXPECT_THAT(facts.wanted, HasSubstr("vrda plan"));
   EXPECT_THAT(facts.wanted, HasSubstr("vrda submit"));
 }

@@ -1,4 +1,4 @@
-#include "cluster/cost.hpp"
+#include "run/cost.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 
 namespace vrda::cost_test {
 
-sweep::SweepPlan plan_of(sweep::SpineRule rule, int n_flexion, int n_varus)
+solve::SweepPlan plan_of(solve::SpineRule rule, int n_flexion, int n_varus)
 {
-  sweep::SweepPlan plan;
+  solve::SweepPlan plan;
   plan.spine = rule;
   for (int i = 0; i < n_flexion; ++i) plan.flexion_rad.push_back(rad_from_deg(5.0 * i));
   for (int j = 0; j < n_varus; ++j) plan.varus_rad.push_back(rad_from_deg(2.0 * (j - n_varus / 2)));
@@ -25,11 +25,11 @@ struct Solved {
 };
 
 // Sweeps with a counting solver: every step stable, both compartments in contact, highest at zero varus.
-Solved solved_by(const sweep::SweepPlan& plan)
+Solved solved_by(const solve::SweepPlan& plan)
 {
   Solved solved;
   std::mutex mutex;
-  const sweep::SolveStep solve = [&](const sweep::StepTask& task) {
+  const solve::SolveStep solve = [&](const solve::StepTask& task) {
     const std::lock_guard lock(mutex);
     ++solved.by_kind[task.key.kind];
     StepRecord record;
@@ -39,19 +39,19 @@ Solved solved_by(const sweep::SweepPlan& plan)
     record.pose.translation_mm = {0.0, -std::abs(task.attitude.varus_rad), 0.0};
     return record;
   };
-  sweep::SweepHooks hooks;
+  solve::SweepHooks hooks;
   hooks.keep = [&](const StepRecord&) {
     const std::lock_guard lock(mutex);
     ++solved.n_kept;
   };
-  EXPECT_TRUE(sweep::sweep(plan, solve, hooks, 2).is_complete);
+  EXPECT_TRUE(solve::sweep(plan, solve, hooks, 2).is_complete);
   return solved;
 }
 
-void expect_counted(const sweep::SweepPlan& plan)
+void expect_counted(const solve::SweepPlan& plan)
 {
   Solved solved = solved_by(plan);
-  const cluster::StepCounts counts = cluster::step_counts(plan);
+  const run::StepCounts counts = run::step_counts(plan);
   std::map<StepKind, std::int64_t>& n = solved.by_kind;
   EXPECT_EQ(counts.spine(), n[StepKind::spine_probe] + n[StepKind::free_spine]);
   EXPECT_EQ(counts.bands, n[StepKind::band]);
@@ -61,14 +61,14 @@ void expect_counted(const sweep::SweepPlan& plan)
 
 TEST(StepCounts, AreWhatASweepSolvesByEverySpineRule)
 {
-  for (const sweep::SpineRule rule :
-       {sweep::SpineRule::nearest_zero, sweep::SpineRule::walk_to_balance, sweep::SpineRule::free_varus}) {
+  for (const solve::SpineRule rule :
+       {solve::SpineRule::nearest_zero, solve::SpineRule::walk_to_balance, solve::SpineRule::free_varus}) {
     for (const int n_flexion : {1, 2, 7}) {
       for (const int n_varus : {1, 2, 3, 6}) {
         for (const bool has_band : {false, true}) {
           SCOPED_TRACE(testing::Message()
                        << static_cast<int>(rule) << ' ' << n_flexion << ' ' << n_varus << ' ' << has_band);
-          sweep::SweepPlan plan = plan_of(rule, n_flexion, n_varus);
+          solve::SweepPlan plan = plan_of(rule, n_flexion, n_varus);
           plan.has_band = has_band;
           plan.n_restarts = has_band ? 4 : 0;
           expect_counted(plan);
@@ -84,11 +84,11 @@ TEST(StepCounts, AreWhatASweepSolvesByEverySpineRule)
 
 TEST(StepCounts, OfVarusLeftFreeOnlyTheBandsAreInTheRows)
 {
-  sweep::SweepPlan plan = plan_of(sweep::SpineRule::free_varus, 91, 1);
+  solve::SweepPlan plan = plan_of(solve::SpineRule::free_varus, 91, 1);
   plan.is_varus_free = plan.has_band = true;
   plan.n_restarts = 4;
   expect_counted(plan);
-  const cluster::StepCounts counts = cluster::step_counts(plan);
+  const run::StepCounts counts = run::step_counts(plan);
   EXPECT_EQ(counts.chain, 2 * 91 + 2 * 90);
   EXPECT_EQ(counts.restarts, 91 * (4 + 12));
   EXPECT_EQ(counts.bands, 182);
@@ -97,33 +97,33 @@ TEST(StepCounts, OfVarusLeftFreeOnlyTheBandsAreInTheRows)
 
 TEST(StepCounts, OfShardsAddUp)
 {
-  sweep::SweepPlan plan = plan_of(sweep::SpineRule::free_varus, 10, 5);
+  solve::SweepPlan plan = plan_of(solve::SpineRule::free_varus, 10, 5);
   plan.has_band = true;
-  const cluster::StepCounts whole = cluster::step_counts(plan);
+  const run::StepCounts whole = run::step_counts(plan);
   std::int64_t rows = 0;
   for (int shard = 0; shard < 3; ++shard) {
     plan.rows.emplace();
     for (int i = shard; i < 10; i += 3) plan.rows->push_back(i);
-    const cluster::StepCounts part = cluster::step_counts(plan);
+    const run::StepCounts part = run::step_counts(plan);
     EXPECT_EQ(part.spine(), whole.spine());
     rows += part.rows();
   }
   EXPECT_EQ(rows, whole.rows());
 }
 
-cluster::CaseSize size_of_knee()
+run::CaseSize size_of_knee()
 {
   return {false, 4746, 10602, 21, 91, 21, 1};
 }
 
 TEST(Cost, GrowsWithEverythingThatMakesWork)
 {
-  const cluster::StepCounts steps{182, 364, 182, 1911, 2639};
-  const cluster::CaseCost plain = cluster::cost_of(size_of_knee(), steps);
-  cluster::CaseSize larger = size_of_knee();
+  const run::StepCounts steps{182, 364, 182, 1911, 2639};
+  const run::CaseCost plain = run::cost_of(size_of_knee(), steps);
+  run::CaseSize larger = size_of_knee();
   larger.n_contact_triangles *= 4;
   larger.n_triangles *= 4;
-  const cluster::CaseCost finer = cluster::cost_of(larger, steps);
+  const run::CaseCost finer = run::cost_of(larger, steps);
   EXPECT_DOUBLE_EQ(finer.solving_s(),
                    2.0 * plain.solving_s());  // grows with the square root of the triangles
   EXPECT_GT(finer.load_s, plain.load_s);
@@ -132,18 +132,18 @@ TEST(Cost, GrowsWithEverythingThatMakesWork)
   EXPECT_GT(finer.model_bytes, plain.model_bytes);
   EXPECT_EQ(finer.journal_bytes, plain.journal_bytes);
 
-  cluster::CaseSize searched = size_of_knee();
+  run::CaseSize searched = size_of_knee();
   searched.is_search = true;
-  EXPECT_GT(cluster::cost_of(searched, steps).solving_s(), 10.0 * plain.solving_s());
-  cluster::CaseSize held = size_of_knee();
+  EXPECT_GT(run::cost_of(searched, steps).solving_s(), 10.0 * plain.solving_s());
+  run::CaseSize held = size_of_knee();
   held.n_fibres += 10;
-  EXPECT_GT(cluster::cost_of(held, steps).model_bytes, plain.model_bytes);
-  cluster::CaseSize unsmoothed = size_of_knee();
+  EXPECT_GT(run::cost_of(held, steps).model_bytes, plain.model_bytes);
+  run::CaseSize unsmoothed = size_of_knee();
   unsmoothed.n_smoothed = 0;
-  EXPECT_LT(cluster::cost_of(unsmoothed, steps).finish_s, plain.finish_s);
+  EXPECT_LT(run::cost_of(unsmoothed, steps).finish_s, plain.finish_s);
 
-  cluster::StepCounts twice{364, 728, 364, 3822, 5278};
-  const cluster::CaseCost doubled = cluster::cost_of(size_of_knee(), twice);
+  run::StepCounts twice{364, 728, 364, 3822, 5278};
+  const run::CaseCost doubled = run::cost_of(size_of_knee(), twice);
   EXPECT_DOUBLE_EQ(doubled.solving_s(), 2.0 * plain.solving_s());
   EXPECT_DOUBLE_EQ(doubled.journal_bytes, 2.0 * plain.journal_bytes);
   EXPECT_EQ(doubled.load_s, plain.load_s);
@@ -151,7 +151,7 @@ TEST(Cost, GrowsWithEverythingThatMakesWork)
 
 TEST(Cost, IsTheSumOfItsParts)
 {
-  const cluster::CaseCost cost = cluster::cost_of(size_of_knee(), {182, 364, 182, 1911, 2639});
+  const run::CaseCost cost = run::cost_of(size_of_knee(), {182, 364, 182, 1911, 2639});
   EXPECT_DOUBLE_EQ(cost.processor_s(), cost.load_s + cost.spine_s + cost.rows_s + cost.finish_s);
   EXPECT_DOUBLE_EQ(cost.chain_s, cost.spine_s / 3.0);
 }
@@ -162,8 +162,8 @@ TEST(Cost, RunsMeasuredLieWithinTheSpread)
 {
   struct Run {
     const char* name;
-    cluster::CaseSize size;
-    cluster::StepCounts steps;
+    run::CaseSize size;
+    run::StepCounts steps;
     double solving_s, memory_mb, journal_kb, model_kb;
   };
   const Run runs[] = {
@@ -194,10 +194,10 @@ TEST(Cost, RunsMeasuredLieWithinTheSpread)
   };
   for (const Run& run : runs) {
     SCOPED_TRACE(run.name);
-    const cluster::CaseCost cost = cluster::cost_of(run.size, run.steps);
+    const run::CaseCost cost = run::cost_of(run.size, run.steps);
     const auto expect_near = [](double estimate, double measured) {
-      EXPECT_LT(estimate, cluster::cost_spread * measured);
-      EXPECT_GT(estimate, measured / cluster::cost_spread);
+      EXPECT_LT(estimate, run::cost_spread * measured);
+      EXPECT_GT(estimate, measured / run::cost_spread);
     };
     expect_near(cost.solving_s(), run.solving_s);
     expect_near(cost.memory_bytes, 1e6 * run.memory_mb);

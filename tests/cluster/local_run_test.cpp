@@ -1,12 +1,12 @@
-#include "cluster/local_run.hpp"
+#include "run/local_run.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "cluster/child.hpp"
-#include "cluster/status.hpp"
+#include "run/child.hpp"
+#include "run/status.hpp"
 #include "cluster/submission_scenes.hpp"
 #include "support/refusal.hpp"
 
@@ -21,28 +21,28 @@ class LocalRunTest : public testing::Test {
  protected:
   LocalRunTest() : submission_(test::one_case(3)), folder_(test::folder_with(scratch_, submission_)) {}
 
-  cluster::LocalOutcome run(const std::string& act, const cluster::LocalOptions& options)
+  run::LocalOutcome run(const std::string& act, const run::LocalOptions& options)
   {
     const fs::path program =
         scratch_.write("vrda", "#!/bin/bash\necho \"$@\" >> " + said().string() + "\n" + act + "\n");
     fs::permissions(program, fs::perms::owner_all);
     submission_.program = program.string();
-    return cluster::run_locally(
+    return run::run_locally(
         folder_, submission_,
-        cluster::jobs_of_work(submission_, cluster::all_work(submission_), cluster::no_limits), options);
+        run::jobs_of_work(submission_, run::all_work(submission_), run::no_limits), options);
   }
 
   fs::path said() const { return scratch_.path() / "said"; }
   std::string what_was_said() const { return test::read_bytes(said()); }
 
   test::Scratch scratch_;
-  cluster::Submission submission_;
+  run::Submission submission_;
   std::string folder_;
 };
 
 TEST_F(LocalRunTest, DoesEveryTaskInOrder)
 {
-  const cluster::LocalOutcome outcome = run("exit 0", {1, 2, {}, {}});
+  const run::LocalOutcome outcome = run("exit 0", {1, 2, {}, {}});
   EXPECT_EQ(outcome.n_done, 5);
   EXPECT_EQ(outcome.worst_code, 0);
   EXPECT_FALSE(outcome.is_interrupted);
@@ -67,20 +67,20 @@ TEST_F(LocalRunTest, RunsNoMoreTasksAtOnceThanRequested)
 
 TEST_F(LocalRunTest, ATaskThatWasKilledHasItsReason)
 {
-  const cluster::LocalOutcome outcome = run("case \"$*\" in *spine*) kill -KILL $$ ;; esac", {1, 1, {}, {}});
+  const run::LocalOutcome outcome = run("case \"$*\" in *spine*) kill -KILL $$ ;; esac", {1, 1, {}, {}});
   EXPECT_EQ(outcome.n_failed, 1);
   EXPECT_EQ(outcome.n_skipped, 4);
-  const auto state = cluster::read_task_state(folder_, submission_, {cluster::TaskKind::spine, 0, 0});
+  const auto state = run::read_task_state(folder_, submission_, {run::TaskKind::spine, 0, 0});
   ASSERT_TRUE(state);
-  EXPECT_EQ(state->phase, cluster::TaskPhase::failed);
+  EXPECT_EQ(state->phase, run::TaskPhase::failed);
   EXPECT_EQ(state->reason, "ended by signal 9");
 }
 
 TEST_F(LocalRunTest, WhenStoppedItSignalsItsProcessesAndWaitsForThem)
 {
-  cluster::LocalOptions options{3, 1, {}, {}};
+  run::LocalOptions options{3, 1, {}, {}};
   options.is_stop_requested = [&] { return what_was_said().find("ready") != std::string::npos; };
-  const cluster::LocalOutcome outcome =
+  const run::LocalOutcome outcome =
       run("trap 'sleep 0.1; echo flushed >> " + said().string() + "; exit 4' TERM; echo ready >> " +
               said().string() + "; while :; do sleep 0.01; done",
           options);
@@ -93,29 +93,29 @@ TEST_F(LocalRunTest, WhenStoppedItSignalsItsProcessesAndWaitsForThem)
 TEST_F(LocalRunTest, ItsTasksDoNotInheritAJobOfSlurm)
 {
   setenv("SLURM_JOB_ID", "77", 1);
-  const cluster::LocalOutcome outcome = run("[ -z \"$SLURM_JOB_ID\" ]", {1, 1, {}, {}});
+  const run::LocalOutcome outcome = run("[ -z \"$SLURM_JOB_ID\" ]", {1, 1, {}, {}});
   unsetenv("SLURM_JOB_ID");
   EXPECT_EQ(outcome.n_done, 5);
 }
 
 TEST_F(LocalRunTest, ASecondOneIsRefused)
 {
-  const OpenFile lock = cluster::locked_submission(folder_);
-  EXPECT_THAT(test::input_error([&] { cluster::locked_submission(folder_); }),
+  const OpenFile lock = run::locked_submission(folder_);
+  EXPECT_THAT(test::input_error([&] { run::locked_submission(folder_); }),
               test::refuses({folder_, "", "submit"}));
 }
 
 TEST(Child, SaysWhatAProgramSaid)
 {
   const test::Scratch scratch;
-  const cluster::ProgramResult said =
-      cluster::run_program({"/bin/bash", "-c", "pwd; echo err >&2; exit 7"}, scratch.path().string());
+  const run::ProgramResult said =
+      run::run_program({"/bin/bash", "-c", "pwd; echo err >&2; exit 7"}, scratch.path().string());
   EXPECT_EQ(said.exit_code, 7);
   EXPECT_EQ(said.out, scratch.path().string() + "\n");
   EXPECT_EQ(said.err, "err\n");
   EXPECT_FALSE(said.is_not_found);
-  EXPECT_TRUE(cluster::run_program({"no-such-program-here"}, "").is_not_found);
-  EXPECT_EQ(cluster::run_program({"/bin/bash", "-c", "kill -KILL $$"}, "").exit_code, -1);
+  EXPECT_TRUE(run::run_program({"no-such-program-here"}, "").is_not_found);
+  EXPECT_EQ(run::run_program({"/bin/bash", "-c", "kill -KILL $$"}, "").exit_code, -1);
 }
 
 // Options for Slurm's programs, and variables of an enclosing Slurm job.
@@ -128,7 +128,7 @@ TEST(Child, KeepsOptionsOfTheEnvironmentFromSlurm)
   for (const auto& names : {dropped, kept}) {
     for (const std::string& name : names) setenv(name.c_str(), "set", 1);
   }
-  const cluster::ProgramResult said = cluster::run_program({"/usr/bin/env"}, "");
+  const run::ProgramResult said = run::run_program({"/usr/bin/env"}, "");
   for (const auto& names : {dropped, kept}) {
     for (const std::string& name : names) unsetenv(name.c_str());
   }

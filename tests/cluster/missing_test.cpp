@@ -1,13 +1,13 @@
-#include "cluster/status.hpp"
+#include "run/status.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "cluster/case_spec.hpp"
+#include "run/case_spec.hpp"
 #include "cluster/sharded_case.hpp"
-#include "load/input_file.hpp"
+#include "job/input_file.hpp"
 
 namespace vrda::missing_test {
 
@@ -23,9 +23,9 @@ class MissingOfCase : public test::ShardedCase {};
 TEST_F(MissingOfCase, AMissingOrShortJournalIsIncompleteWhateverItsState)
 {
   set_all_done_except_merge();
-  fs::remove(journal::shard_journal_of(output(), {2, 3}));
+  fs::remove(store::shard_journal_of(output(), {2, 3}));
   write_shard(3, 1);
-  const cluster::MissingWork found = missing();
+  const run::MissingWork found = missing();
   ASSERT_EQ(found.work.cases.size(), 1U);
   EXPECT_THAT(found.work.cases[0].shards, ElementsAre(2, 3));
   EXPECT_FALSE(found.work.cases[0].needs_spine);
@@ -36,8 +36,8 @@ TEST_F(MissingOfCase, AMissingOrShortJournalIsIncompleteWhateverItsState)
 TEST_F(MissingOfCase, ALostSpineIsMissing)
 {
   set_all_done_except_merge();
-  fs::remove(journal::spine_journal_of(output()));
-  const cluster::MissingWork found = missing();
+  fs::remove(store::spine_journal_of(output()));
+  const run::MissingWork found = missing();
   ASSERT_EQ(found.work.cases.size(), 1U);
   EXPECT_TRUE(found.work.cases[0].needs_spine);
   // Its cells were part of every shard's rows.
@@ -48,18 +48,18 @@ TEST_F(MissingOfCase, ALostSpineIsMissing)
 TEST_F(MissingOfCase, AFreeSpineIsRepeatedOnceTheMergeHasFailed)
 {
   set_all_done_except_merge();
-  fs::remove(journal::spine_journal_of(output()));
-  test::write_free_spine(journal::spine_journal_of(output()), 3);
+  fs::remove(store::spine_journal_of(output()));
+  test::write_free_spine(store::spine_journal_of(output()), 3);
   struct Row {
     const char* name;
-    std::optional<cluster::TaskPhase> phase;  // of the merge's state, of job 14
+    std::optional<run::TaskPhase> phase;  // of the merge's state, of job 14
     const char* queue;                        // of the merge, now job 20 or nothing
     bool needs_spine;
   };
   for (const Row& row :
-       {Row{"never begun", {}, nullptr, false}, Row{"failed", cluster::TaskPhase::failed, nullptr, true},
-        Row{"interrupted", cluster::TaskPhase::interrupted, nullptr, false},
-        Row{"failed, and could not begin again", cluster::TaskPhase::failed, "DependencyNeverSatisfied",
+       {Row{"never begun", {}, nullptr, false}, Row{"failed", run::TaskPhase::failed, nullptr, true},
+        Row{"interrupted", run::TaskPhase::interrupted, nullptr, false},
+        Row{"failed, and could not begin again", run::TaskPhase::failed, "DependencyNeverSatisfied",
             false}}) {
     SCOPED_TRACE(row.name);
     seen_.states.erase(merge);
@@ -67,7 +67,7 @@ TEST_F(MissingOfCase, AFreeSpineIsRepeatedOnceTheMergeHasFailed)
     if (row.phase)
       seen_.states[merge] = test::state_of(*row.phase, row.queue == nullptr ? "" : "14", "no spine");
     if (row.queue != nullptr) seen_.slurm[merge] = {"20", {"20", 0, "PENDING", "", row.queue}};
-    const cluster::MissingWork found = missing();
+    const run::MissingWork found = missing();
     ASSERT_EQ(found.work.cases.size(), 1U);
     EXPECT_EQ(found.work.cases[0].needs_spine, row.needs_spine);
     EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
@@ -83,22 +83,22 @@ TEST_F(MissingOfCase, AFreeSpineIsRepeatedOnceTheMergeHasFailed)
 TEST_F(MissingOfCase, AMergeKilledWhileItClearedUpIsAllThatIsMissing)
 {
   set_all_done_except_merge();
-  fs::remove(journal::spine_journal_of(output()));
-  fs::remove(journal::shard_journal_of(output(), {1, 3}));
+  fs::remove(store::spine_journal_of(output()));
+  fs::remove(store::shard_journal_of(output(), {1, 3}));
   scratch_.write("submission/knee.h5", "model");
-  seen_.states[merge] = test::state_of(cluster::TaskPhase::failed, "", "ended by signal 9");
+  seen_.states[merge] = test::state_of(run::TaskPhase::failed, "", "ended by signal 9");
   const auto note = [&](const std::string& sha256) {
-    cluster::write_case_file(cluster::case_file_of(output()), {submission_.cases[0].spec, sha256});
+    run::write_case_file(run::case_file_of(output()), {submission_.cases[0].spec, sha256});
   };
-  note(load::sha256_of("model"));
-  const cluster::MissingWork found = missing();
+  note(job::sha256_of("model"));
+  const run::MissingWork found = missing();
   ASSERT_EQ(found.work.cases.size(), 1U);
   EXPECT_FALSE(found.work.cases[0].needs_spine);
   EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
   EXPECT_THAT(found.reasons, ElementsAre("merge: failed: ended by signal 9"));
-  EXPECT_EQ(view_of(shard(1)).status, cluster::TaskStatus::done);
+  EXPECT_EQ(view_of(shard(1)).status, run::TaskStatus::done);
   // The record is ignored if it does not match the model.
-  for (const std::string& other : {load::sha256_of("another"), std::string()}) {
+  for (const std::string& other : {job::sha256_of("another"), std::string()}) {
     note(other);
     ASSERT_EQ(missing().work.cases.size(), 1U);
     EXPECT_TRUE(missing().work.cases[0].needs_spine);
@@ -109,11 +109,11 @@ TEST_F(MissingOfCase, AMergeKilledWhileItClearedUpIsAllThatIsMissing)
 TEST_F(MissingOfCase, WhatIsUnderWayIsNotSubmittedAgain)
 {
   set_all_done_except_merge();
-  seen_.states[shard(1)] = test::state_of(cluster::TaskPhase::failed, "13_1", "bad luck");
+  seen_.states[shard(1)] = test::state_of(run::TaskPhase::failed, "13_1", "bad luck");
   seen_.slurm[shard(1)] = {"13_1", {"13", 1, "FAILED", "n1", "NonZeroExitCode"}};
   seen_.slurm[shard(2)] = {"13_2", {"13", 2, "RUNNING", "n1", ""}};
   seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "Dependency"}};
-  const cluster::MissingWork found = missing();
+  const run::MissingWork found = missing();
   ASSERT_EQ(found.work.cases.size(), 1U);
   EXPECT_THAT(found.work.cases[0].shards, ElementsAre(1));
   EXPECT_THAT(found.work.cases[0].active_shard_jobs, ElementsAre("13_2"));
@@ -121,7 +121,7 @@ TEST_F(MissingOfCase, WhatIsUnderWayIsNotSubmittedAgain)
   // The queued merge does not depend on the new shard.
   EXPECT_THAT(found.to_cancel, ElementsAre("14"));
   EXPECT_THAT(found.reasons, ElementsAre("shard 1 of 3: failed: bad luck"));
-  const std::vector<cluster::PlannedJob> jobs = cluster::jobs_of_work(submission_, found.work, {});
+  const std::vector<run::PlannedJob> jobs = run::jobs_of_work(submission_, found.work, {});
   ASSERT_EQ(jobs.size(), 2U);
   EXPECT_THAT(jobs[1].after, ElementsAre(0U));
   EXPECT_THAT(jobs[1].after_ids, ElementsAre("13_2"));
@@ -130,17 +130,17 @@ TEST_F(MissingOfCase, WhatIsUnderWayIsNotSubmittedAgain)
 TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
 {
   const test::Scratch scratch;
-  const cluster::Submission submission = test::campaign(4, 1);
+  const run::Submission submission = test::campaign(4, 1);
   const std::string folder = test::folder_with(scratch, submission);
   scratch.write("submission/case-1/case-1.h5", "model");
-  cluster::SubmissionSnapshot seen;
-  seen.slurm[{cluster::TaskKind::run, 1, 0}] = {"20_2", {"20", 2, "RUNNING", "n1", ""}};
-  seen.states[{cluster::TaskKind::run, 2, 0}] = test::state_of(cluster::TaskPhase::failed, "", "bad mesh");
-  seen.slurm[{cluster::TaskKind::index, -1, 0}] = {"21", {"21", 0, "PENDING", "", "Dependency"}};
+  run::SubmissionSnapshot seen;
+  seen.slurm[{run::TaskKind::run, 1, 0}] = {"20_2", {"20", 2, "RUNNING", "n1", ""}};
+  seen.states[{run::TaskKind::run, 2, 0}] = test::state_of(run::TaskPhase::failed, "", "bad mesh");
+  seen.slurm[{run::TaskKind::index, -1, 0}] = {"21", {"21", 0, "PENDING", "", "Dependency"}};
   const auto missing = [&] {
-    return cluster::find_missing_work(folder, submission, cluster::status_of(folder, submission, seen), seen);
+    return run::find_missing_work(folder, submission, run::status_of(folder, submission, seen), seen);
   };
-  const cluster::MissingWork found = missing();
+  const run::MissingWork found = missing();
   ASSERT_EQ(found.work.cases.size(), 2U);
   EXPECT_EQ(found.work.cases[0].case_number, 2);
   EXPECT_EQ(found.work.cases[1].case_number, 3);
@@ -149,8 +149,8 @@ TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
   EXPECT_THAT(found.to_cancel, ElementsAre("21"));
   EXPECT_THAT(found.reasons, ElementsAre("case-3 run: failed: bad mesh", "case-4 run: waiting"));
   // A running index may miss new models: the next one follows it.
-  seen.slurm[{cluster::TaskKind::index, -1, 0}].row.state = "RUNNING";
-  const cluster::MissingWork beside_index = missing();
+  seen.slurm[{run::TaskKind::index, -1, 0}].row.state = "RUNNING";
+  const run::MissingWork beside_index = missing();
   EXPECT_TRUE(beside_index.work.needs_index);
   EXPECT_THAT(beside_index.work.active_case_jobs, ElementsAre("20_2", "21"));
   EXPECT_THAT(beside_index.to_cancel, IsEmpty());
@@ -162,7 +162,7 @@ TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
   EXPECT_TRUE(missing().work.is_empty());
   seen.slurm.clear();
   EXPECT_TRUE(missing().work.needs_index);
-  seen.states[{cluster::TaskKind::index, -1, 0}] = test::state_of(cluster::TaskPhase::done, "");
+  seen.states[{run::TaskKind::index, -1, 0}] = test::state_of(run::TaskPhase::done, "");
   EXPECT_TRUE(missing().work.is_empty());
 }
 
@@ -170,24 +170,24 @@ TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
 TEST(MissingOfCampaign, AnIndexOlderThanACaseIsRebuilt)
 {
   const test::Scratch scratch;
-  const cluster::Submission submission = test::campaign(2, 1);
+  const run::Submission submission = test::campaign(2, 1);
   const std::string folder = test::folder_with(scratch, submission);
-  const cluster::TaskId first{cluster::TaskKind::run, 0, 0}, second{cluster::TaskKind::run, 1, 0},
-      index{cluster::TaskKind::index, -1, 0};
-  cluster::SubmissionSnapshot seen;
+  const run::TaskId first{run::TaskKind::run, 0, 0}, second{run::TaskKind::run, 1, 0},
+      index{run::TaskKind::index, -1, 0};
+  run::SubmissionSnapshot seen;
   seen.states[first] = seen.states[second] = seen.states[index] =
-      test::state_of(cluster::TaskPhase::done, "");
+      test::state_of(run::TaskPhase::done, "");
   const auto missing = [&] {
-    return cluster::find_missing_work(folder, submission, cluster::status_of(folder, submission, seen), seen);
+    return run::find_missing_work(folder, submission, run::status_of(folder, submission, seen), seen);
   };
   scratch.write("submission/case-1/case-1.h5", "model");
   seen.slurm[second] = {"20_2", {"20", 2, "RUNNING", "n1", ""}};
-  seen.states[second].phase = cluster::TaskPhase::running;
+  seen.states[second].phase = run::TaskPhase::running;
   EXPECT_TRUE(missing().work.needs_index);
   EXPECT_THAT(missing().work.active_case_jobs, ElementsAre("20_2"));
   scratch.write("submission/case-2/case-2.h5", "model");
   seen.slurm.clear();
-  seen.states[second].phase = cluster::TaskPhase::done;
+  seen.states[second].phase = run::TaskPhase::done;
   struct Row {
     const char *ended, *begun;
     bool is_outdated;
@@ -199,7 +199,7 @@ TEST(MissingOfCampaign, AnIndexOlderThanACaseIsRebuilt)
     SCOPED_TRACE(row.ended);
     seen.states[second].ended = row.ended;
     seen.states[index].started = row.begun;
-    const cluster::MissingWork found = missing();
+    const run::MissingWork found = missing();
     EXPECT_EQ(found.work.needs_index, row.is_outdated);
     EXPECT_THAT(found.work.cases, IsEmpty());
   }
@@ -213,43 +213,43 @@ class SharedTask : public testing::Test {
   SharedTask()
   {
     submission_.slurm.cases_per_task = 4;
-    cluster::SubmittedJob job{"20", "", {}};
+    run::SubmittedJob job{"20", "", {}};
     job.job.numbers = {1, 2};
     job.job.per_task = 4;
-    seen_.slurm = cluster::tasks_in_slurm(
+    seen_.slurm = run::tasks_in_slurm(
         submission_, {job}, {{"20", 1, "RUNNING", "n1", "None"}, {"20", 2, "PENDING", "", "Priority"}});
     scratch_.write("submission/case-1/case-1.h5", "model");
-    seen_.states[run(0)] = test::state_of(cluster::TaskPhase::done, "20_1");
-    seen_.states[run(1)] = test::state_of(cluster::TaskPhase::failed, "20_1", "bad mesh");
-    seen_.states[run(2)] = test::state_of(cluster::TaskPhase::running, "20_1");
+    seen_.states[run(0)] = test::state_of(run::TaskPhase::done, "20_1");
+    seen_.states[run(1)] = test::state_of(run::TaskPhase::failed, "20_1", "bad mesh");
+    seen_.states[run(2)] = test::state_of(run::TaskPhase::running, "20_1");
     // From an earlier job: ignored.
-    seen_.states[run(3)] = test::state_of(cluster::TaskPhase::failed, "13_1", "of old");
+    seen_.states[run(3)] = test::state_of(run::TaskPhase::failed, "13_1", "of old");
   }
 
-  static cluster::TaskId run(std::int32_t number) { return {cluster::TaskKind::run, number, 0}; }
+  static run::TaskId run(std::int32_t number) { return {run::TaskKind::run, number, 0}; }
 
   test::Scratch scratch_;
-  cluster::Submission submission_ = test::campaign(5, 1);
+  run::Submission submission_ = test::campaign(5, 1);
   std::string folder_ = test::folder_with(scratch_, submission_);
-  cluster::SubmissionSnapshot seen_;
+  run::SubmissionSnapshot seen_;
 };
 
 TEST_F(SharedTask, EachCaseHasItsOwnStatus)
 {
-  const cluster::StatusView status = cluster::status_of(folder_, submission_, seen_);
+  const run::StatusView status = run::status_of(folder_, submission_, seen_);
   struct Row {
-    cluster::TaskStatus standing;
+    run::TaskStatus standing;
     const char* reason;
   };
-  const std::vector<Row> rows{{cluster::TaskStatus::done, ""},
-                              {cluster::TaskStatus::failed, "bad mesh"},
-                              {cluster::TaskStatus::running, ""},
-                              {cluster::TaskStatus::queued, "waiting for other cases of its task"},
-                              {cluster::TaskStatus::queued, "Priority"}};
+  const std::vector<Row> rows{{run::TaskStatus::done, ""},
+                              {run::TaskStatus::failed, "bad mesh"},
+                              {run::TaskStatus::running, ""},
+                              {run::TaskStatus::queued, "waiting for other cases of its task"},
+                              {run::TaskStatus::queued, "Priority"}};
   for (std::size_t k = 0; k < rows.size(); ++k) {
     SCOPED_TRACE(k);
-    const cluster::TaskView& view = status.cases[k].tasks.front();
-    EXPECT_STREQ(cluster::name_of(view.status), cluster::name_of(rows[k].standing));
+    const run::TaskView& view = status.cases[k].tasks.front();
+    EXPECT_STREQ(run::name_of(view.status), run::name_of(rows[k].standing));
     EXPECT_EQ(view.reason, rows[k].reason);
   }
   EXPECT_EQ(status.cases[2].tasks.front().host, "n1");
@@ -258,15 +258,15 @@ TEST_F(SharedTask, EachCaseHasItsOwnStatus)
 TEST_F(SharedTask, NoneOfItsCasesIsSubmittedAgainBeforeItEnds)
 {
   const auto missing = [&] {
-    return cluster::find_missing_work(folder_, submission_, cluster::status_of(folder_, submission_, seen_),
+    return run::find_missing_work(folder_, submission_, run::status_of(folder_, submission_, seen_),
                                       seen_);
   };
-  const cluster::MissingWork found = missing();
+  const run::MissingWork found = missing();
   EXPECT_THAT(found.work.cases, IsEmpty());
   EXPECT_EQ(found.n_active, 4);
   EXPECT_THAT(found.work.active_case_jobs, ElementsAre("20_1", "20_2"));
   for (const std::int32_t k : {0, 1, 2, 3}) seen_.slurm[run(k)].row.state = "FAILED";
-  const cluster::MissingWork then = missing();
+  const run::MissingWork then = missing();
   ASSERT_EQ(then.work.cases.size(), 3U);
   EXPECT_EQ(then.work.cases[0].case_number, 1);
   EXPECT_EQ(then.n_active, 1);

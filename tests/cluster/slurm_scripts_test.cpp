@@ -1,4 +1,4 @@
-#include "cluster/slurm_scripts.hpp"
+#include "run/slurm_scripts.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,9 +18,9 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr cluster::TaskKind every_kind[] = {cluster::TaskKind::spine, cluster::TaskKind::shard,
-                                            cluster::TaskKind::merge, cluster::TaskKind::run,
-                                            cluster::TaskKind::index};
+constexpr run::TaskKind every_kind[] = {run::TaskKind::spine, run::TaskKind::shard,
+                                            run::TaskKind::merge, run::TaskKind::run,
+                                            run::TaskKind::index};
 
 TEST(Scripts, TimeLimitsAreReadAsSbatchReadsThem)
 {
@@ -30,28 +30,28 @@ TEST(Scripts, TimeLimitsAreReadAsSbatchReadsThem)
   };
   for (const Row& row : {Row{"30", 1800}, Row{"2:30", 150}, Row{"1:02:03", 3723}, Row{"1-12", 129600},
                          Row{"1-1:30", 91800}, Row{"2-0:0:5", 172805}, Row{"0", 0}}) {
-    EXPECT_EQ(cluster::seconds_of_time(row.text), row.seconds) << row.text;
+    EXPECT_EQ(run::seconds_of_time(row.text), row.seconds) << row.text;
   }
   for (const std::string text : {"", "soon", "1:2:3:4", "-5", "1-", "1-2-3", "3h", " 3", "99999999999"}) {
-    EXPECT_EQ(test::input_error([&] { cluster::seconds_of_time(text); }).file, "--time") << text;
+    EXPECT_EQ(test::input_error([&] { run::seconds_of_time(text); }).file, "--time") << text;
   }
-  EXPECT_EQ(cluster::warning_seconds(60), 15);
-  EXPECT_EQ(cluster::warning_seconds(120), 30);
-  EXPECT_EQ(cluster::warning_seconds(300), 30);
-  EXPECT_EQ(cluster::warning_seconds(600), 60);
-  EXPECT_EQ(cluster::warning_seconds(86400), 120);
+  EXPECT_EQ(run::warning_seconds(60), 15);
+  EXPECT_EQ(run::warning_seconds(120), 30);
+  EXPECT_EQ(run::warning_seconds(300), 30);
+  EXPECT_EQ(run::warning_seconds(600), 60);
+  EXPECT_EQ(run::warning_seconds(86400), 120);
 }
 
 TEST(Scripts, WhatWouldBreakAScriptIsRefused)
 {
-  const auto refused = [](cluster::SlurmOptions options) {
-    return test::input_error([&] { cluster::require_valid_options(options); }).file;
+  const auto refused = [](run::SlurmOptions options) {
+    return test::input_error([&] { run::require_valid_options(options); }).file;
   };
-  cluster::SlurmOptions sound;
+  run::SlurmOptions sound;
   sound.partition = "batch,long";
   sound.extra = {"--constraint=\"a b\"", "-C avx2"};
-  EXPECT_NO_THROW(cluster::require_valid_options(sound));
-  cluster::SlurmOptions options;
+  EXPECT_NO_THROW(run::require_valid_options(sound));
+  run::SlurmOptions options;
   options.partition = "a b";
   EXPECT_EQ(refused(options), "--partition");
   options = {};
@@ -67,7 +67,7 @@ TEST(Scripts, WhatWouldBreakAScriptIsRefused)
   options.time = "0";
   EXPECT_EQ(refused(options), "--time");
   for (const std::string folder : {"/a\\b", "/a\nb"}) {
-    EXPECT_EQ(test::input_error([&] { cluster::require_log_folder(folder); }).file, folder);
+    EXPECT_EQ(test::input_error([&] { run::require_log_folder(folder); }).file, folder);
   }
   for (const char* line : {"constraint=a", "", "--a\n--b"}) {
     options = {};
@@ -83,7 +83,7 @@ TEST(Scripts, AnyPathIsOneWordOfAShell)
 {
   for (const std::string& path : odd_paths) {
     const test::Ended ended =
-        test::run({"/bin/bash", {"-c", "printf '%s|' " + cluster::shell_word(path)}, {}, {}});
+        test::run({"/bin/bash", {"-c", "printf '%s|' " + run::shell_word(path)}, {}, {}});
     EXPECT_EQ(ended.out, path + "|");
   }
 }
@@ -92,10 +92,10 @@ TEST(Scripts, EveryScriptIsWhatBashTakes)
 {
   const test::Scratch scratch;
   for (const std::string& path : odd_paths) {
-    cluster::Submission submission = test::one_case(3);
+    run::Submission submission = test::one_case(3);
     submission.program = path + "/vrda";
-    for (const cluster::TaskKind kind : every_kind) {
-      const fs::path script = scratch.write("script", cluster::script_of(kind, path, submission));
+    for (const run::TaskKind kind : every_kind) {
+      const fs::path script = scratch.write("script", run::script_of(kind, path, submission));
       const test::Ended ended = test::run({"/bin/bash", {"-n", script.string()}, {}, {}});
       EXPECT_EQ(ended.exit_code, 0) << ended.err;
       EXPECT_EQ(ended.err, "");
@@ -105,49 +105,49 @@ TEST(Scripts, EveryScriptIsWhatBashTakes)
 
 TEST(Scripts, OptionsAreWrittenOnceEach)
 {
-  cluster::Submission submission = test::one_case(3);
+  run::Submission submission = test::one_case(3);
   submission.slurm = {"batch", "1:00:00", "2G", "us", "high", 4, 0, 0, {"--constraint=avx2"}};
-  const std::string script = cluster::script_of(cluster::TaskKind::shard, "/here", submission);
+  const std::string script = run::script_of(run::TaskKind::shard, "/here", submission);
   for (const char* line :
        {"--partition=batch", "--time=1:00:00", "--mem=2G", "--account=us", "--qos=high", "--cpus-per-task=4",
         "--requeue", "--open-mode=append", "--signal=B:TERM@120", "--constraint=avx2"}) {
     EXPECT_THAT(script, HasSubstr("\n#SBATCH " + std::string(line) + "\n"));
   }
   submission.slurm.partition.clear();
-  EXPECT_THAT(cluster::script_of(cluster::TaskKind::shard, "/here", submission),
+  EXPECT_THAT(run::script_of(run::TaskKind::shard, "/here", submission),
               Not(HasSubstr("--partition")));
 }
 
 TEST(Scripts, CommandsNameWhatTheyWaitFor)
 {
-  cluster::Submission submission = test::one_case(8);
+  run::Submission submission = test::one_case(8);
   submission.cases[0].spec.name = "-a 5% knee";
   submission.slurm.max_parallel = 4;
-  const std::vector<cluster::PlannedJob> jobs =
-      cluster::jobs_of_work(submission, cluster::all_work(submission), {});
+  const std::vector<run::PlannedJob> jobs =
+      run::jobs_of_work(submission, run::all_work(submission), {});
   const std::vector<std::string> ids{"12", "13"};
-  const std::vector<std::string> shards = cluster::sbatch_words("/a%b", submission, jobs[1], ids);
+  const std::vector<std::string> shards = run::sbatch_words("/a%b", submission, jobs[1], ids);
   EXPECT_THAT(shards, Contains("--array=1-8%4"));
   EXPECT_THAT(shards, Contains("--dependency=afterok:12"));
   EXPECT_THAT(shards, Contains("--kill-on-invalid-dep=yes"));
   EXPECT_THAT(shards, Contains("--output=/a%%b/logs/-a 5%% knee.shard-%a-of-8.log"));
   EXPECT_THAT(shards, Contains("--job-name=vrda-shard--a-5--knee"));
   EXPECT_EQ(shards.back(), "-a 5% knee");
-  EXPECT_THAT(cluster::sbatch_words("/a%b", submission, jobs[2], ids), Contains("--dependency=afterok:13"));
-  EXPECT_THAT(cluster::sbatch_words("/a%b", submission, jobs[0], ids),
+  EXPECT_THAT(run::sbatch_words("/a%b", submission, jobs[2], ids), Contains("--dependency=afterok:13"));
+  EXPECT_THAT(run::sbatch_words("/a%b", submission, jobs[0], ids),
               Not(Contains(HasSubstr("--dependency"))));
-  EXPECT_EQ(cluster::id_text("13", jobs[1], submission.slurm), "13_[1-8%4]");
-  EXPECT_EQ(cluster::id_text("12", jobs[0], submission.slurm), "12");
+  EXPECT_EQ(run::id_text("13", jobs[1], submission.slurm), "13_[1-8%4]");
+  EXPECT_EQ(run::id_text("12", jobs[0], submission.slurm), "12");
 }
 
 TEST(Scripts, ADryRunIsAScriptOfItsOwn)
 {
   const test::Scratch scratch;
-  const cluster::Submission submission = test::one_case(3);
+  const run::Submission submission = test::one_case(3);
   const fs::path here = scratch.path() / "it's";
   fs::create_directories(here);
-  const std::string lines = cluster::sbatch_lines(
-      here.string(), submission, cluster::jobs_of_work(submission, cluster::all_work(submission), {}));
+  const std::string lines = run::sbatch_lines(
+      here.string(), submission, run::jobs_of_work(submission, run::all_work(submission), {}));
   const fs::path sbatch =
       scratch.write("bin/sbatch", "#!/bin/bash\necho \"$@\" >> ../said\nwc -l < ../said\n");
   fs::permissions(sbatch, fs::perms::owner_all);
@@ -181,10 +181,10 @@ class Wrapper : public testing::Test {
   test::Command command(const std::string& act, const std::string& queue, const std::string& restarts = "0")
   {
     const fs::path bin = scratch_.path() / folder_;
-    cluster::Submission submission = test::one_case(8);
+    run::Submission submission = test::one_case(8);
     submission.program = (bin / "vrda").string();
     const fs::path script = scratch_.write(
-        "shard.sbatch", cluster::script_of(cluster::TaskKind::shard, bin.string(), submission));
+        "shard.sbatch", run::script_of(run::TaskKind::shard, bin.string(), submission));
     return {"/bin/bash",
             {script.string(), "knee"},
             {{"PATH", bin.string() + ":/usr/bin:/bin"},
@@ -254,8 +254,8 @@ TEST_F(Wrapper, ATaskThatHasASuccessorLeavesItAlone)
 
 TEST_F(Wrapper, BeginsAgainOnlySoOften)
 {
-  EXPECT_EQ(test::run(command("exit 4", std::to_string(cluster::max_restarts) + " RUNNING None",
-                              std::to_string(cluster::max_restarts)))
+  EXPECT_EQ(test::run(command("exit 4", std::to_string(run::max_restarts) + " RUNNING None",
+                              std::to_string(run::max_restarts)))
                 .exit_code,
             4);
   EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "journal/journal.hpp"
+#include "store/journal.hpp"
 
 namespace vrda::test {
 namespace {
@@ -11,9 +11,9 @@ namespace fs = std::filesystem;
 
 constexpr std::int32_t n_rows = 7, n_columns = 5;
 
-cluster::SubmittedCase case_of(const std::string& name, const std::string& output)
+run::SubmittedCase case_of(const std::string& name, const std::string& output)
 {
-  cluster::SubmittedCase c;
+  run::SubmittedCase c;
   c.spec = {name, "/jobs/" + name + ".toml", "", {"grid.varus={from=-2,to=2,step=1}"}};
   c.output = output;
   c.n_flexion = n_rows;
@@ -21,9 +21,9 @@ cluster::SubmittedCase case_of(const std::string& name, const std::string& outpu
   return c;
 }
 
-cluster::Submission without_cases(std::int32_t n_shards)
+run::Submission without_cases(std::int32_t n_shards)
 {
-  cluster::Submission submission;
+  run::Submission submission;
   submission.program = "/bin/vrda";
   submission.n_shards = n_shards;
   submission.slurm.time = "10";
@@ -33,16 +33,16 @@ cluster::Submission without_cases(std::int32_t n_shards)
 
 }  // namespace
 
-cluster::Submission one_case(std::int32_t n_shards)
+run::Submission one_case(std::int32_t n_shards)
 {
-  cluster::Submission submission = without_cases(n_shards);
+  run::Submission submission = without_cases(n_shards);
   submission.cases.push_back(case_of("knee", "knee.h5"));
   return submission;
 }
 
-cluster::Submission campaign(std::int32_t n_cases, std::int32_t n_shards)
+run::Submission campaign(std::int32_t n_cases, std::int32_t n_shards)
 {
-  cluster::Submission submission = without_cases(n_shards);
+  run::Submission submission = without_cases(n_shards);
   submission.title = "A study";
   submission.axes = {"subject"};
   for (std::int32_t k = 1; k <= n_cases; ++k) {
@@ -53,19 +53,19 @@ cluster::Submission campaign(std::int32_t n_cases, std::int32_t n_shards)
   return submission;
 }
 
-std::string folder_with(const Scratch& scratch, const cluster::Submission& submission)
+std::string folder_with(const Scratch& scratch, const run::Submission& submission)
 {
   const std::string folder = (scratch.path() / "submission").string();
   for (const std::string& one :
-       {cluster::scripts_of(folder), cluster::logs_of(folder), cluster::tasks_of(folder)})
+       {run::scripts_of(folder), run::logs_of(folder), run::tasks_of(folder)})
     fs::create_directories(one);
-  cluster::write_submission(folder, submission);
+  run::write_submission(folder, submission);
   return folder;
 }
 
-cluster::TaskState state_of(cluster::TaskPhase phase, const std::string& slurm_job, const std::string& reason)
+run::TaskState state_of(run::TaskPhase phase, const std::string& slurm_job, const std::string& reason)
 {
-  cluster::TaskState state = cluster::started_now(0);
+  run::TaskState state = run::started_now(0);
   state.phase = phase;
   state.slurm_job = slurm_job;
   state.reason = reason;
@@ -76,7 +76,7 @@ void write_journal(const std::string& path, const std::vector<std::int32_t>& row
                    std::int32_t spine_column)
 {
   fs::create_directories(fs::path(path).parent_path());
-  journal::JournalWriter writer = journal::JournalWriter::create(path, std::string(64, 'a'));
+  store::JournalWriter writer = store::JournalWriter::create(path, std::string(64, 'a'));
   for (const std::int32_t i : rows) {
     for (std::int32_t j = 0; j < n_varus; ++j) {
       StepRecord record;
@@ -90,7 +90,7 @@ void write_journal(const std::string& path, const std::vector<std::int32_t>& row
 
 void write_free_spine(const std::string& path, std::int32_t n_steps)
 {
-  journal::JournalWriter writer = journal::JournalWriter::create(path, std::string(64, 'a'));
+  store::JournalWriter writer = store::JournalWriter::create(path, std::string(64, 'a'));
   for (std::int32_t i = 0; i < n_steps; ++i) {
     StepRecord record;
     record.key = {StepKind::free_spine, i, 0};

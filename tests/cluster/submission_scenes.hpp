@@ -1,22 +1,22 @@
 /// Submissions for tests.
 #pragma once
 
-#include "cluster/submission.hpp"
-#include "cluster/task_state.hpp"
+#include "run/submission.hpp"
+#include "run/task_state.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::test {
 
 /// The case "knee" of 7 x 5 attitudes, its model DIR/knee.h5.
-cluster::Submission one_case(std::int32_t n_shards);
+run::Submission one_case(std::int32_t n_shards);
 /// Cases "case-1" ... of 7 x 5 attitudes along one axis.
-cluster::Submission campaign(std::int32_t n_cases, std::int32_t n_shards);
+run::Submission campaign(std::int32_t n_cases, std::int32_t n_shards);
 
 /// Its folder with submission.json, logs/, tasks/ and scripts/.
-std::string folder_with(const Scratch& scratch, const cluster::Submission& submission);
+std::string folder_with(const Scratch& scratch, const run::Submission& submission);
 
 /// A state of that phase; `slurm_job` may be empty.
-cluster::TaskState state_of(cluster::TaskPhase phase, const std::string& slurm_job,
+run::TaskState state_of(run::TaskPhase phase, const std::string& slurm_job,
                             const std::string& reason = "");
 
 /// A journal with the cells of these rows in these columns, all of kind `row` except `spine_column`.

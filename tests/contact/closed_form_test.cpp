@@ -50,7 +50,7 @@ Pose shifted_by(const Eigen::Vector3d& by_mm)
 // reference is placed by an attitude, the moving object by a pose.
 struct Placed {
   Pose X_S_L;
-  proximity::TreeMesh reference;
+  geometry::TreeMesh reference;
   contact::SurfaceFeatures reference_features;
   contact::Collider moving;
   MovingPose pose;
@@ -70,7 +70,7 @@ Placed placed(const Mesh& reference, const Mesh& moving, const Eigen::Vector3d& 
   } while ((result.X_S_L.linear() * normal_local).y() > -0.1);
   result.pose = {random.within(100.0), random.between(-pi, pi)};
   const contact::Collider fixed = contact::make_collider(transformed(reference, X_reference_L));
-  result.reference = proximity::rotated_reference(fixed.tree_mesh, attitude);
+  result.reference = geometry::rotated_reference(fixed.tree_mesh, attitude);
   result.reference_features = fixed.features;
   result.moving = contact::make_collider(transformed(moving, pose_of(result.pose).inverse() * result.X_S_L));
   return result;

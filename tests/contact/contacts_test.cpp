@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "contact/features.hpp"
-#include "core/frames.hpp"
+#include "model/frames.hpp"
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 
@@ -256,8 +256,8 @@ TEST(Contacts, TriangleCentresReproduceTheFirstImplementation)
 TEST(Collision, BallsTouchWhenTheirCentresAreNearEnough)
 {
   contact::NarrowPhase narrow_phase;
-  const proximity::TreeMesh upper = proximity::make_tree_mesh(test::ball(10, 32, 64));
-  const proximity::TreeMesh lower = proximity::make_tree_mesh(test::ball(6, 32, 64));
+  const geometry::TreeMesh upper = geometry::make_tree_mesh(test::ball(10, 32, 64));
+  const geometry::TreeMesh lower = geometry::make_tree_mesh(test::ball(6, 32, 64));
   // Facets are inside the spheres by at most the sagitta of an edge of pi / 32.
   const double facet_mm = 16 * (pi / 32) * (pi / 32) / 8 * 2;
   for (const double angle : {0.0, 0.4, 1.0}) {
@@ -272,13 +272,13 @@ TEST(SelfOverlap, ASoundMeshHasNoneAndTwoCrossingBoxesHaveSome)
 {
   contact::NarrowPhase narrow_phase;
   EXPECT_TRUE(
-      contact::find_self_overlaps(proximity::make_tree_mesh(test::ball(10, 12, 20)), narrow_phase, 100)
+      contact::find_self_overlaps(geometry::make_tree_mesh(test::ball(10, 12, 20)), narrow_phase, 100)
           .empty());
   Mesh crossing = test::box({0, 0, 0}, {4, 4, 4});
   append(crossing, test::box({1, 1, 1}, {4, 4, 4}));
-  const std::vector<proximity::TrianglePair> found =
-      contact::find_self_overlaps(proximity::make_tree_mesh(crossing), narrow_phase, 1000);
-  std::vector<proximity::TrianglePair> all;  // no triangles of different boxes share a vertex
+  const std::vector<geometry::TrianglePair> found =
+      contact::find_self_overlaps(geometry::make_tree_mesh(crossing), narrow_phase, 1000);
+  std::vector<geometry::TrianglePair> all;  // no triangles of different boxes share a vertex
   for (std::int32_t i = 0; i < 12; ++i) {
     for (std::int32_t k = 12; k < 24; ++k) {
       if (narrow_phase.overlap(corners(crossing, i), corners(crossing, k))) all.push_back({i, k});
@@ -286,14 +286,14 @@ TEST(SelfOverlap, ASoundMeshHasNoneAndTwoCrossingBoxesHaveSome)
   }
   EXPECT_FALSE(all.empty());
   EXPECT_THAT(found, testing::UnorderedElementsAreArray(all));
-  EXPECT_EQ(contact::find_self_overlaps(proximity::make_tree_mesh(crossing), narrow_phase, 2).size(), 2u);
+  EXPECT_EQ(contact::find_self_overlaps(geometry::make_tree_mesh(crossing), narrow_phase, 2).size(), 2u);
 }
 
 TEST(Collision, AHintIsTriedFirstAndChangesNothingElse)
 {
   contact::NarrowPhase narrow_phase;
-  const proximity::TreeMesh upper = proximity::make_tree_mesh(test::box({0, 0, 0}, {4, 4, 4}));
-  const proximity::TreeMesh lower = proximity::make_tree_mesh(test::box({0, 0, 0}, {4, 4, 4}));
+  const geometry::TreeMesh upper = geometry::make_tree_mesh(test::box({0, 0, 0}, {4, 4, 4}));
+  const geometry::TreeMesh lower = geometry::make_tree_mesh(test::box({0, 0, 0}, {4, 4, 4}));
   const auto hit = contact::find_collision(upper, lower, {{1, -3, 1}, 0.2}, narrow_phase);
   ASSERT_TRUE(hit.has_value());
   EXPECT_EQ(contact::find_collision(upper, lower, {{1, -3, 1}, 0.2}, narrow_phase, *hit), hit);

@@ -1,5 +1,5 @@
 // The directional gap against bisection with the independent collision test.
-#include "proximity/gap_query.hpp"
+#include "geometry/gap_query.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ namespace vrda::gap_query_test {
 constexpr double resolution_mm = 1e-7;
 
 // The travel between a free and a colliding one at which the objects first collide.
-double bisected_travel_mm(const proximity::TreeMesh& reference, const proximity::TreeMesh& moving,
+double bisected_travel_mm(const geometry::TreeMesh& reference, const geometry::TreeMesh& moving,
                           const MovingPose& pose, double free_mm, double colliding_mm)
 {
   contact::NarrowPhase narrow_phase;
@@ -46,9 +46,9 @@ TEST(GapAgainstCollision, TheTravelIsWhereBisectionEnds)
       mesh->vertices_mm.row(v) *= 1.0 + 0.1 * unit(random);
     }
   }
-  const proximity::TreeMesh upper = proximity::make_tree_mesh(bumps),
-                            lower = proximity::make_tree_mesh(dents);
-  proximity::GapQuery query{proximity::GapTree(bumps), proximity::GapTree(dents)};
+  const geometry::TreeMesh upper = geometry::make_tree_mesh(bumps),
+                            lower = geometry::make_tree_mesh(dents);
+  geometry::GapQuery query{geometry::GapTree(bumps), geometry::GapTree(dents)};
   for (int k = 0; k < 100; ++k) {
     const Attitude attitude{unit(random), 0.3 * unit(random)};
     const double x = 8 * unit(random), z = 8 * unit(random);
@@ -56,25 +56,25 @@ TEST(GapAgainstCollision, TheTravelIsWhereBisectionEnds)
     query.set_attitude(attitude);
     const double travel = query.travel_mm(pose);
 
-    EXPECT_NEAR(bisected_travel_mm(proximity::rotated_reference(upper, attitude), lower, pose, travel - 5,
+    EXPECT_NEAR(bisected_travel_mm(geometry::rotated_reference(upper, attitude), lower, pose, travel - 5,
                                    travel + 0.01),
                 travel, resolution_mm);
   }
 }
 
 // Every pair of triangles within the band of each other, by exhaustive search.
-std::vector<proximity::TrianglePair> pairs_within(const Mesh& reference, const Mesh& moving,
+std::vector<geometry::TrianglePair> pairs_within(const Mesh& reference, const Mesh& moving,
                                                   const Attitude& attitude, const MovingPose& pose,
                                                   double band_mm)
 {
-  const proximity::Placement place(pose);
+  const geometry::Placement place(pose);
   const Eigen::Matrix3d R = reference_rotation(attitude);
-  std::vector<proximity::TrianglePair> near;
+  std::vector<geometry::TrianglePair> near;
   for (std::int32_t r = 0; r < reference.triangles.rows(); ++r) {
-    proximity::Corners a = corners(reference, r);
+    geometry::Corners a = corners(reference, r);
     for (Eigen::Vector3d& p : a) p = R * p;
     for (std::int32_t m = 0; m < moving.triangles.rows(); ++m) {
-      const proximity::Corners b = place(corners(moving, m));
+      const geometry::Corners b = place(corners(moving, m));
       if (test::separation_mm(a, b) <= 0.0 || test::closest_points(a, b).distance_mm <= band_mm)
         near.push_back({r, m});
     }
@@ -91,7 +91,7 @@ TEST(ClosePairs, HoldEveryPairWithinTheBand)
     for (Eigen::Index v = 0; v < mesh->vertices_mm.rows(); ++v)
       mesh->vertices_mm.row(v) *= 1.0 + 0.1 * unit(random);
   }
-  proximity::GapQuery query{proximity::GapTree(bumps), proximity::GapTree(dents)};
+  geometry::GapQuery query{geometry::GapTree(bumps), geometry::GapTree(dents)};
   int n_near = 0, n_apart = 0;
   for (int k = 0; k < 60; ++k) {
     // Near contact from any direction, with bands from 1e-3 mm to the size of a facet.
@@ -99,12 +99,12 @@ TEST(ClosePairs, HoldEveryPairWithinTheBand)
     const Attitude attitude{3 * unit(random), 0.3 * unit(random)};
     Eigen::Vector3d direction(unit(random), unit(random), unit(random));
     const MovingPose pose{direction.normalized() * (17.0 + 2.0 * unit(random)), 3 * unit(random)};
-    const std::vector<proximity::TrianglePair> wanted = pairs_within(bumps, dents, attitude, pose, band_mm);
+    const std::vector<geometry::TrianglePair> wanted = pairs_within(bumps, dents, attitude, pose, band_mm);
     query.set_attitude(attitude);
-    const std::vector<proximity::TrianglePair>& found = query.close_pairs(pose, band_mm);
-    const std::set<proximity::TrianglePair> all(found.begin(), found.end());
+    const std::vector<geometry::TrianglePair>& found = query.close_pairs(pose, band_mm);
+    const std::set<geometry::TrianglePair> all(found.begin(), found.end());
     EXPECT_EQ(all.size(), found.size()) << "each once";
-    for (const proximity::TrianglePair& pair : wanted)
+    for (const geometry::TrianglePair& pair : wanted)
       EXPECT_TRUE(all.contains(pair)) << pair.reference << " " << pair.moving;
     ++(wanted.empty() ? n_apart : n_near);
   }
@@ -116,8 +116,8 @@ TEST(TravelAtMost, IsNoLessThanTheTravel)
 {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
-  const proximity::GapTree upper(test::ball(10, 14, 22)), lower(test::ball(8, 13, 20));
-  proximity::GapQuery query(upper, lower);
+  const geometry::GapTree upper(test::ball(10, 14, 22)), lower(test::ball(8, 13, 20));
+  geometry::GapQuery query(upper, lower);
   EXPECT_TRUE(std::isinf(query.travel_upper_bound_mm({{0, -30, 0}, 0}))) << "no hints yet";
   int n_known = 0;
   for (int k = 0; k < 200; ++k) {

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "contact/contacts.hpp"
-#include "proximity/directional_gap.hpp"
+#include "geometry/directional_gap.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::invariance_test {
@@ -59,10 +59,10 @@ struct Objects {
 };
 
 // Near the first contact from below: within 1e-7 to 10 mm of it, on either side.
-MovingPose near_touch(const proximity::TreeMesh& reference, const proximity::TreeMesh& moving, Random& random)
+MovingPose near_touch(const geometry::TreeMesh& reference, const geometry::TreeMesh& moving, Random& random)
 {
   MovingPose pose{{random.between(-12, 12), -40, random.between(-12, 12)}, random.between(-3, 3)};
-  const proximity::Gap gap = proximity::directional_gap(reference, moving.mesh, moving.tree, pose);
+  const geometry::Gap gap = geometry::directional_gap(reference, moving.mesh, moving.tree, pose);
   const double off_mm = std::pow(10.0, random.between(-7.0, 1.0));
   pose.translation_mm.y() += gap.travel_mm + (random.between(-1, 1) < 0.0 ? -off_mm : off_mm);
   return pose;
@@ -71,7 +71,7 @@ MovingPose near_touch(const proximity::TreeMesh& reference, const proximity::Tre
 MovingPose exchanged(const MovingPose& pose)
 {
   const MovingPose back{Eigen::Vector3d::Zero(), -pose.theta_rad};
-  return {-proximity::Placement(back)(pose.translation_mm), -pose.theta_rad};
+  return {-geometry::Placement(back)(pose.translation_mm), -pose.theta_rad};
 }
 
 TEST(CollisionInvariance, ExchangeAndNumberingChangeNothing)
@@ -79,16 +79,16 @@ TEST(CollisionInvariance, ExchangeAndNumberingChangeNothing)
   Random random(71);
   contact::NarrowPhase narrow_phase;
   const Objects objects;
-  const proximity::TreeMesh moving = proximity::make_tree_mesh(objects.ball),
-                            other_moving = proximity::make_tree_mesh(renumbered(objects.ball, random));
-  const proximity::TreeMesh box = proximity::make_tree_mesh(objects.box),
-                            other_box = proximity::make_tree_mesh(renumbered(objects.box, random));
+  const geometry::TreeMesh moving = geometry::make_tree_mesh(objects.ball),
+                            other_moving = geometry::make_tree_mesh(renumbered(objects.ball, random));
+  const geometry::TreeMesh box = geometry::make_tree_mesh(objects.box),
+                            other_box = geometry::make_tree_mesh(renumbered(objects.box, random));
   int n_colliding = 0;
   for (int k = 0; k < n_poses; ++k) {
     SCOPED_TRACE(k);
     const Attitude attitude{random.between(-3, 3), random.between(-1.5, 1.5)};
-    const proximity::TreeMesh reference = proximity::rotated_reference(box, attitude),
-                              other_reference = proximity::rotated_reference(other_box, attitude);
+    const geometry::TreeMesh reference = geometry::rotated_reference(box, attitude),
+                              other_reference = geometry::rotated_reference(other_box, attitude);
     const MovingPose pose = near_touch(reference, moving, random);
     const bool collides = contact::find_collision(reference, moving, pose, narrow_phase).has_value();
     EXPECT_EQ(contact::find_collision(moving, reference, exchanged(pose), narrow_phase).has_value(),
@@ -114,8 +114,8 @@ TEST(ContactInvariance, NumberingChangesNoPointNormalOrDistance)
   for (int k = 0; k < n_poses; ++k) {
     SCOPED_TRACE(k);
     const Attitude attitude{random.between(-3, 3), random.between(-1.5, 1.5)};
-    const proximity::TreeMesh reference = proximity::rotated_reference(box.tree_mesh, attitude),
-                              other_reference = proximity::rotated_reference(other_box.tree_mesh, attitude);
+    const geometry::TreeMesh reference = geometry::rotated_reference(box.tree_mesh, attitude),
+                              other_reference = geometry::rotated_reference(other_box.tree_mesh, attitude);
     const MovingPose pose = near_touch(reference, moving.tree_mesh, random);
     const auto contacts = contact::find_contacts({reference, box.features, moving}, pose, narrow_phase, {});
     const auto other =

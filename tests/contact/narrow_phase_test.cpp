@@ -14,7 +14,7 @@ namespace vrda::narrow_phase_test {
 // Accuracy for triangles of 3 mm at any angle.
 constexpr double promised_mm = 1e-12;
 
-proximity::Corners shifted(proximity::Corners t, const Eigen::Vector3d& by)
+geometry::Corners shifted(geometry::Corners t, const Eigen::Vector3d& by)
 {
   for (Eigen::Vector3d& p : t) p += by;
   return t;
@@ -29,8 +29,8 @@ TEST(NarrowPhase, AgreesWithTheTextbookDistance)
     // A third each: anything, nearly parallel, coplanar within a micrometre and far from the origin.
     const double flatness = k % 3 == 0 ? 1.0 : k % 3 == 1 ? 1e-3 : 1e-7;
     const Eigen::Vector3d away = k % 2 == 0 ? Eigen::Vector3d(600, 500, 400) : Eigen::Vector3d::Zero();
-    const proximity::Corners a = shifted(random.triangle(3, flatness), away);
-    const proximity::Corners b =
+    const geometry::Corners a = shifted(random.triangle(3, flatness), away);
+    const geometry::Corners b =
         shifted(random.triangle(3, flatness), away + 0.01 * random.unit() * Eigen::Vector3d::UnitY());
     const contact::TriangleDistance measured = narrow_phase.measure(a, b);
     const double expected = test::triangle_distance_mm(a, b);
@@ -47,11 +47,11 @@ TEST(NarrowPhase, AgreesWithTheTextbookDistance)
 // of 6.4 mm.
 TEST(NarrowPhase, ACornerAtTheMiddleOfAnEdge)
 {
-  const proximity::Corners sink{
+  const geometry::Corners sink{
       Eigen::Vector3d(-0x1.d440a4ca4e34p+4, -0x1.500d0dfb0d41fp+4, -0x1.d440a4ca4e34p+3),
       Eigen::Vector3d(-0x1.d440a4ca4e34p+3, -0x1.500d0dfb0d41fp+3, 0.0),
       Eigen::Vector3d(-0x1.d440a4ca4e34p+4, -0x1.500d0dfb0d41fp+4, 0.0)};
-  const proximity::Corners pyramid{
+  const geometry::Corners pyramid{
       Eigen::Vector3d(-0x1.b6c864621c28ap+4, -0x1.3aeadd38ec514p+4, -0x1p-49),
       Eigen::Vector3d(-0x1.49164b49951e7p+4, -0x1.3aeadd38ec514p+4, 0x1.b6c864621c288p+2),
       Eigen::Vector3d(-0x1.b6c864621c28ap+3, -0x1.972a7aa4cc824p+3, -0x1p-50)};
@@ -63,8 +63,8 @@ TEST(NarrowPhase, ACornerAtTheMiddleOfAnEdge)
   test::Random random(19);
   for (int k = 0; k < 20000; ++k) {
     const double factor = 1.0 + 0.5 * random.unit();
-    proximity::Corners a = sink, b = pyramid;
-    for (proximity::Corners* t : {&a, &b})
+    geometry::Corners a = sink, b = pyramid;
+    for (geometry::Corners* t : {&a, &b})
       for (Eigen::Vector3d& p : *t) p *= factor;
     ASSERT_NEAR(narrow_phase.measure(a, b).distance_mm, test::triangle_distance_mm(a, b), near_contact_mm)
         << factor;
@@ -79,7 +79,7 @@ TEST(NarrowPhase, PointsLieOnTheTrianglesAtTheDistance)
   contact::NarrowPhase narrow_phase;
   int n_apart = 0;
   for (int k = 0; k < 5000; ++k) {
-    const proximity::Corners a = random.triangle(3, 1), b = shifted(random.triangle(3, 1), {0, 4, 0});
+    const geometry::Corners a = random.triangle(3, 1), b = shifted(random.triangle(3, 1), {0, 4, 0});
     const contact::TriangleDistance measured = narrow_phase.measure(a, b);
     if (measured.is_overlapping) continue;
     ++n_apart;
@@ -93,14 +93,14 @@ TEST(NarrowPhase, PointsLieOnTheTrianglesAtTheDistance)
 TEST(NarrowPhase, DistinguishesAGapOfTenNanometresFromAnOverlap)
 {
   contact::NarrowPhase narrow_phase;
-  const proximity::Corners face{Eigen::Vector3d(-2, 0, -2), Eigen::Vector3d(0, 0, 3),
+  const geometry::Corners face{Eigen::Vector3d(-2, 0, -2), Eigen::Vector3d(0, 0, 3),
                                 Eigen::Vector3d(2, 0, -2)};
   for (const double gap_mm : {1e-2, 1e-4, 1e-6, 1e-5}) {
-    const proximity::Corners above{Eigen::Vector3d(0, gap_mm, 0), Eigen::Vector3d(1, 2, 0),
+    const geometry::Corners above{Eigen::Vector3d(0, gap_mm, 0), Eigen::Vector3d(1, 2, 0),
                                    Eigen::Vector3d(0, 2, 1)};
     EXPECT_FALSE(narrow_phase.measure(face, above).is_overlapping);
     EXPECT_NEAR(narrow_phase.measure(face, above).distance_mm, gap_mm, promised_mm);
-    const proximity::Corners through = shifted(above, {0, -2 * gap_mm, 0});
+    const geometry::Corners through = shifted(above, {0, -2 * gap_mm, 0});
     EXPECT_TRUE(narrow_phase.measure(face, through).is_overlapping);
   }
 }
@@ -110,7 +110,7 @@ TEST(NarrowPhase, TheCheapTestNeverPartsWhatIsWithinTheBand)
   test::Random random(13);
   int n_separated = 0;
   for (int k = 0; k < 20000; ++k) {
-    const proximity::Corners a = random.triangle(3, 0.2),
+    const geometry::Corners a = random.triangle(3, 0.2),
                              b = shifted(random.triangle(3, 0.2), {0, random.unit(), 0});
     if (!contact::is_certainly_separated(a, b, 0.1)) continue;
     ++n_separated;
@@ -122,14 +122,14 @@ TEST(NarrowPhase, TheCheapTestNeverPartsWhatIsWithinTheBand)
 // A hundred times the rounding of coordinates up to 100 mm.
 constexpr double rounding_mm = 1e-12;
 
-proximity::Corners raised(proximity::Corners t, double by_mm)
+geometry::Corners raised(geometry::Corners t, double by_mm)
 {
   for (Eigen::Vector3d& p : t) p.y() += by_mm;
   return t;
 }
 
 // Distance of a point from a triangle's plane or beyond its edges; not positive inside it.
-double outside_mm(const proximity::Corners& t, const Eigen::Vector3d& p)
+double outside_mm(const geometry::Corners& t, const Eigen::Vector3d& p)
 {
   const Eigen::Vector3d n = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
   double most = std::abs(n.dot(p - t[0]));
@@ -142,7 +142,7 @@ double outside_mm(const proximity::Corners& t, const Eigen::Vector3d& p)
 
 // Overlapping pairs, and the height by which the second must rise to touch the first from above.
 struct Pair {
-  proximity::Corners a, b;
+  geometry::Corners a, b;
   double touch_mm = 0.0;
 };
 
@@ -178,7 +178,7 @@ TEST(ClosestPoints, AreThoseOfTheTextbook)
       for (int k = 0; k < 200; ++k) {
         const Pair pair = touching_pair(random, size_mm, flatness);
         for (const double above_mm : {1e-8, 1e-6, 1e-4, 1e-2, 1.0}) {
-          const proximity::Corners b = raised(pair.b, pair.touch_mm + above_mm);
+          const geometry::Corners b = raised(pair.b, pair.touch_mm + above_mm);
           const test::ClosestPoints found = test::closest_points(pair.a, b);
           EXPECT_NEAR(found.distance_mm, test::triangle_distance_mm(pair.a, b), rounding_mm);
           EXPECT_NEAR((found.p_moving_mm - found.p_reference_mm).norm(), found.distance_mm, rounding_mm);
@@ -203,7 +203,7 @@ TEST(NarrowPhase, AgreesWithTheClosedForms)
     for (int k = 0; k < 1000; ++k) {
       const Pair pair = touching_pair(random, size_mm, 1.0);
       for (const double above_mm : {1e-9, 1e-7, 1e-5, 9e-4, 2e-3, 0.05, 1.0}) {
-        const proximity::Corners b = raised(pair.b, pair.touch_mm + above_mm);
+        const geometry::Corners b = raised(pair.b, pair.touch_mm + above_mm);
         const test::ClosestPoints expected = test::closest_points(pair.a, b);
         const contact::TriangleDistance found = narrow_phase.measure(pair.a, b);
         ASSERT_FALSE(found.is_overlapping);
@@ -226,7 +226,7 @@ TEST(Separation, ChangesSignAtTheTouch)
       for (int k = 0; k < 100; ++k) {
         const Pair pair = touching_pair(random, size_mm, flatness);
         for (const double above_mm : {-1e-6, -1e-7, -1e-9, 1e-9, 1e-7, 1e-6}) {
-          const proximity::Corners b = raised(pair.b, pair.touch_mm + above_mm);
+          const geometry::Corners b = raised(pair.b, pair.touch_mm + above_mm);
           const double expected_mm = test::triangle_distance_mm(pair.a, b);
           // A triangle raised or lowered by more than its thickness may be free on either side of the
           // contact.
@@ -255,7 +255,7 @@ TEST(EstimatedClosestPoints, AreThoseOfTheTextbookOrEmpty)
       for (int k = 0; k < 200; ++k) {
         const Pair pair = touching_pair(random, size_mm, flatness);
         for (const double above_mm : {-1e-2, -1e-4, -1e-7, 1e-6, 1e-4, 1e-2, 1.0}) {
-          const proximity::Corners b = raised(pair.b, pair.touch_mm + above_mm);
+          const geometry::Corners b = raised(pair.b, pair.touch_mm + above_mm);
           const std::optional<contact::TriangleDistance> found = contact::closest_points(pair.a, b);
           const double expected_mm = test::triangle_distance_mm(pair.a, b);
           if (expected_mm == 0.0) {
@@ -281,11 +281,11 @@ TEST(EstimatedClosestPoints, AreThoseOfTheTextbookOrEmpty)
 
 TEST(EstimatedClosestPoints, OfTrianglesWithoutAnEdgeOrAnAreaAreEmptyOrRight)
 {
-  const proximity::Corners face{Eigen::Vector3d(-2, 0, -2), Eigen::Vector3d(-2, 0, 2),
+  const geometry::Corners face{Eigen::Vector3d(-2, 0, -2), Eigen::Vector3d(-2, 0, 2),
                                 Eigen::Vector3d(3, 0, 0)};
   const Eigen::Vector3d p(0, 0.5, 0), q(0.5, 0.75, 0);
-  for (const proximity::Corners& degenerate :
-       {proximity::Corners{p, p, p}, proximity::Corners{p, q, q}, proximity::Corners{p, 0.5 * (p + q), q}}) {
+  for (const geometry::Corners& degenerate :
+       {geometry::Corners{p, p, p}, geometry::Corners{p, q, q}, geometry::Corners{p, 0.5 * (p + q), q}}) {
     const std::optional<contact::TriangleDistance> found = contact::closest_points(face, degenerate);
     EXPECT_NEAR(found ? found->distance_mm : 0.5, 0.5, rounding_mm);
   }
@@ -293,8 +293,8 @@ TEST(EstimatedClosestPoints, OfTrianglesWithoutAnEdgeOrAnAreaAreEmptyOrRight)
 
 TEST(Separation, OfTrianglesInOnePlaneIsThatWithinThePlane)
 {
-  const proximity::Corners a{Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(2, 0, 0)};
-  const proximity::Corners b{Eigen::Vector3d(3, 0, 0), Eigen::Vector3d(3, 0, 2), Eigen::Vector3d(5, 0, 1)};
+  const geometry::Corners a{Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(2, 0, 0)};
+  const geometry::Corners b{Eigen::Vector3d(3, 0, 0), Eigen::Vector3d(3, 0, 2), Eigen::Vector3d(5, 0, 1)};
   EXPECT_NEAR(test::separation_mm(a, b), 1.0, rounding_mm);
   EXPECT_NEAR(test::closest_points(a, b).distance_mm, 1.0, rounding_mm);
   EXPECT_LE(test::separation_mm(a, a), 0.0) << "a face on itself";
@@ -304,7 +304,7 @@ TEST(Separation, AndDistanceDoNotDependOnTheOrder)
 {
   test::Random random(33);
   for (int k = 0; k < 1000; ++k) {
-    const proximity::Corners a = random.triangle(3, 1), b = raised(random.triangle(3, 1), random.unit());
+    const geometry::Corners a = random.triangle(3, 1), b = raised(random.triangle(3, 1), random.unit());
     EXPECT_NEAR(test::separation_mm(a, b), test::separation_mm(b, a), rounding_mm);
     EXPECT_NEAR(test::closest_points(a, b).distance_mm, test::closest_points(b, a).distance_mm, rounding_mm);
   }

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "proximity/placement.hpp"
+#include "geometry/placement.hpp"
 
 namespace vrda::test {
 
@@ -11,9 +11,9 @@ class Random {
  public:
   explicit Random(unsigned seed) : engine_(seed) {}
   double unit() { return distribution_(engine_); }
-  proximity::Corners triangle(double size_mm, double flatness)
+  geometry::Corners triangle(double size_mm, double flatness)
   {
-    proximity::Corners t;
+    geometry::Corners t;
     for (Eigen::Vector3d& p : t) p << size_mm * unit(), size_mm * flatness * unit(), size_mm * unit();
     return t;
   }

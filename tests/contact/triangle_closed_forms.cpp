@@ -13,11 +13,11 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // cross product's direction equals the error of omitting it.
 constexpr double parallel_sine = 1e-8;
 
-Eigen::Vector3d edge(const proximity::Corners& t, std::size_t k)
+Eigen::Vector3d edge(const geometry::Corners& t, std::size_t k)
 {
   return t[(k + 1) % 3] - t[k];
 }
-Eigen::Vector3d normal_of(const proximity::Corners& t)
+Eigen::Vector3d normal_of(const geometry::Corners& t)
 {
   return edge(t, 0).cross(edge(t, 1));
 }
@@ -25,7 +25,7 @@ Eigen::Vector3d normal_of(const proximity::Corners& t)
 // Keeps the largest separation of two triangles over the tested axes.
 class MaxSeparation {
  public:
-  MaxSeparation(const proximity::Corners& a, const proximity::Corners& b)
+  MaxSeparation(const geometry::Corners& a, const geometry::Corners& b)
   {
     // Relative to a corner of the pair: a distant origin loses no digits.
     for (std::size_t k = 0; k < 3; ++k) {
@@ -46,12 +46,12 @@ class MaxSeparation {
     max_mm_ = std::max(max_mm_, std::max(above, below) / length);
   }
 
-  const proximity::Corners& a() const { return a_; }
-  const proximity::Corners& b() const { return b_; }
+  const geometry::Corners& a() const { return a_; }
+  const geometry::Corners& b() const { return b_; }
   double max_mm() const { return max_mm_; }
 
  private:
-  proximity::Corners a_, b_;
+  geometry::Corners a_, b_;
   double max_mm_ = -infinity;
 };
 
@@ -77,7 +77,7 @@ class Nearest {
 
 // Candidate closest points to `p` on the corners, edges and face of a triangle, passed to `offer`.
 template <typename Offer>
-void offer_point(const Eigen::Vector3d& p, const proximity::Corners& t, const Eigen::Vector3d& normal,
+void offer_point(const Eigen::Vector3d& p, const geometry::Corners& t, const Eigen::Vector3d& normal,
                  const Offer& offer)
 {
   bool is_over = true;
@@ -92,7 +92,7 @@ void offer_point(const Eigen::Vector3d& p, const proximity::Corners& t, const Ei
 }
 
 // Feet of the common perpendicular of two edges.
-void offer_edges(const proximity::Corners& reference, std::size_t i, const proximity::Corners& moving,
+void offer_edges(const geometry::Corners& reference, std::size_t i, const geometry::Corners& moving,
                  std::size_t k, Nearest& nearest)
 {
   const Eigen::Vector3d d = edge(reference, i), e = edge(moving, k), w = moving[k] - reference[i];
@@ -105,7 +105,7 @@ void offer_edges(const proximity::Corners& reference, std::size_t i, const proxi
 
 }  // namespace
 
-double separation_mm(const proximity::Corners& a, const proximity::Corners& b)
+double separation_mm(const geometry::Corners& a, const geometry::Corners& b)
 {
   MaxSeparation separation(a, b);
   const Eigen::Vector3d normal_a = normal_of(separation.a()), normal_b = normal_of(separation.b());
@@ -123,7 +123,7 @@ double separation_mm(const proximity::Corners& a, const proximity::Corners& b)
   return separation.max_mm();
 }
 
-ClosestPoints closest_points(const proximity::Corners& reference, const proximity::Corners& moving)
+ClosestPoints closest_points(const geometry::Corners& reference, const geometry::Corners& moving)
 {
   Nearest nearest;
   const Eigen::Vector3d normal_r = normal_of(reference), normal_m = normal_of(moving);

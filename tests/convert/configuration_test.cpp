@@ -1,4 +1,4 @@
-#include "convert/configuration.hpp"
+#include "job/configuration.hpp"
 
 #include <gmock/gmock.h>
 
@@ -28,7 +28,7 @@ RENDER fill
 
 TEST(Configuration, TheThesisExampleMeansWhatAppendixBSays)
 {
-  const convert::KeywordConfiguration c = convert::parse_configuration({"knee.cfg", knee});
+  const job::KeywordConfiguration c = job::parse_configuration({"knee.cfg", knee});
   EXPECT_THAT(c.reference, ElementsAre("femur"));
   EXPECT_THAT(c.moving, ElementsAre("tibmen"));
   EXPECT_EQ(c.position_mm, Eigen::Vector3d(0, -20, 0));
@@ -51,7 +51,7 @@ TEST(Configuration, TheThesisExampleMeansWhatAppendixBSays)
 
 TEST(Configuration, WhatIsLeftOutIsNullOrTheThesisDefault)
 {
-  const convert::KeywordConfiguration c = convert::parse_configuration({"k.cfg", "MODEL 0 a\nMODEL 1 b\n"});
+  const job::KeywordConfiguration c = job::parse_configuration({"k.cfg", "MODEL 0 a\nMODEL 1 b\n"});
   EXPECT_EQ(c.position_mm, Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(c.contact_resolution_mm, 0.1);
   EXPECT_EQ(c.modelling_step_mm, 1.0);
@@ -66,10 +66,10 @@ TEST(Configuration, LengthsFollowTheUnitAndStayRoundNumbers)
 {
   const std::string text =
       "MODEL 0 a\nMODEL 1 b\nCONTACT_RESOLUTION 0.0003\nINITIAL_POSITION 1 0.07 -0.0201 1\n";
-  const convert::KeywordConfiguration metres = convert::parse_configuration({"k.cfg", text}, 1000.0);
+  const job::KeywordConfiguration metres = job::parse_configuration({"k.cfg", text}, 1000.0);
   EXPECT_EQ(metres.contact_resolution_mm, 0.3);
   EXPECT_EQ(metres.position_mm, Eigen::Vector3d(70, -20.1, 1000));
-  const convert::KeywordConfiguration millimetres = convert::parse_configuration({"k.cfg", text}, 1.0);
+  const job::KeywordConfiguration millimetres = job::parse_configuration({"k.cfg", text}, 1.0);
   EXPECT_EQ(millimetres.contact_resolution_mm, 0.0003);
   EXPECT_EQ(millimetres.position_mm, Eigen::Vector3d(0.07, -0.0201, 1));
 }
@@ -77,13 +77,13 @@ TEST(Configuration, LengthsFollowTheUnitAndStayRoundNumbers)
 TEST(Configuration, ATurnAboutTheMotionKeepsItsSense)
 {
   const std::string models = "MODEL 0 a\nMODEL 1 b\nINITIAL_ORIENTATION 1 0 7 0\n";
-  EXPECT_EQ(convert::parse_configuration({"k.cfg", models}).turn_deg, 7.0);
-  EXPECT_EQ(convert::parse_configuration({"k.cfg", models + "INITIAL_MOTION 1 0 -0.005 0\n"}).turn_deg, -7.0);
+  EXPECT_EQ(job::parse_configuration({"k.cfg", models}).turn_deg, 7.0);
+  EXPECT_EQ(job::parse_configuration({"k.cfg", models + "INITIAL_MOTION 1 0 -0.005 0\n"}).turn_deg, -7.0);
 }
 
 TEST(Configuration, ABodyMayHaveSeveralModelsAndARangeMayFall)
 {
-  const convert::KeywordConfiguration c = convert::parse_configuration(
+  const job::KeywordConfiguration c = job::parse_configuration(
       {"k.cfg", "MODEL 0 Femur\nMODEL 1 Tibia\nMODEL 1 Medmen\nMODEL 1 Latmen\nANGLE_RANGE 1 15 -15\n"});
   EXPECT_THAT(c.moving, ElementsAre("Tibia", "Medmen", "Latmen"));
   EXPECT_EQ(c.varus.step_deg, -1.0);
@@ -106,7 +106,7 @@ void expect_refused(const BadLine& row)
   ASSERT_NE(at, std::string::npos);
   text.replace(at, row.from.size(), row.to);
   EXPECT_THAT(test::input_error([&] {
-                convert::parse_configuration({"knee.cfg", text});
+                job::parse_configuration({"knee.cfg", text});
               }),
               test::refuses({"knee.cfg", row.line, row.found, row.wanted}));
 }

@@ -1,11 +1,11 @@
-#include "convert/job_text.hpp"
+#include "job/job_text.hpp"
 
 #include <gmock/gmock.h>
 
 #include <random>
 
 #include "core/error.hpp"
-#include "load/axis_map.hpp"
+#include "job/axis_map.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::job_text_test {
@@ -15,18 +15,18 @@ using testing::Not;
 
 const std::string models = "MODEL 0 femur\nMODEL 1 tibmen\n";
 
-load::Job job_of(const std::string& text, const std::string& unit = "m")
+job::Job job_of(const std::string& text, const std::string& unit = "m")
 {
   const test::Scratch scratch;
-  const convert::KeywordConfiguration configuration =
-      convert::parse_configuration({"k.cfg", text}, load::mm_per_unit(unit));
-  const std::string toml = convert::job_text(configuration, {"a \"title\"", "k.cfg", "../models", unit});
-  return load::read_job(scratch.write("k.toml", toml).string());
+  const job::KeywordConfiguration configuration =
+      job::parse_configuration({"k.cfg", text}, job::mm_per_unit(unit));
+  const std::string toml = job::job_text(configuration, {"a \"title\"", "k.cfg", "../models", unit});
+  return job::read_job(scratch.write("k.toml", toml).string());
 }
 
 TEST(JobText, SettingsArriveInTheJob)
 {
-  const load::Job job = job_of(models +
+  const job::Job job = job_of(models +
                                "INITIAL_POSITION 1 0.001 -0.02 0.003\nINITIAL_MOTION 1 0 0.004 0\n"
                                "CONTACT_RESOLUTION 0.0002\nMODELING_RESOLUTION 0.002\n"
                                "ORIENTATION_RESOLUTION 0.3\nORIENTATION_STEP 3\n"
@@ -52,24 +52,24 @@ TEST(JobText, TheFrameIsTheOneOfTheThesis)
 {
   // Native X to the subject's left, Y up, Z forward; canonical X anterior, Y proximal, Z right.
   for (const std::string unit : {"m", "cm", "mm"}) {
-    const load::AxisMap map = load::axis_map(job_of(models, unit));
-    EXPECT_EQ(map({1, 2, 3}), load::mm_per_unit(unit) * Eigen::Vector3d(3, 2, -1));
+    const job::AxisMap map = job::axis_map(job_of(models, unit));
+    EXPECT_EQ(map({1, 2, 3}), job::mm_per_unit(unit) * Eigen::Vector3d(3, 2, -1));
   }
 }
 
 TEST(JobText, DirectionsAndTurnsFollowTheFrame)
 {
-  const load::Job left = job_of(models + "INITIAL_MOTION 1 0.002 0 0\nINITIAL_ORIENTATION 1 30 0 0\n");
+  const job::Job left = job_of(models + "INITIAL_MOTION 1 0.002 0 0\nINITIAL_ORIENTATION 1 30 0 0\n");
   EXPECT_EQ(left.push.delta.value.row(0), Eigen::RowVector3d(0, 0, -1));
   EXPECT_EQ(left.initial.theta_rad, rad_from_deg(-30.0));
-  const load::Job down = job_of(models + "INITIAL_MOTION 1 0 -0.002 0\nINITIAL_ORIENTATION 1 0 30 0\n");
+  const job::Job down = job_of(models + "INITIAL_MOTION 1 0 -0.002 0\nINITIAL_ORIENTATION 1 0 30 0\n");
   EXPECT_EQ(down.push.delta.value.row(0), Eigen::RowVector3d(0, -1, 0));
   EXPECT_EQ(down.initial.theta_rad, rad_from_deg(30.0));
 }
 
 TEST(JobText, SeveralModelsAreSeveralComponents)
 {
-  const load::Job job = job_of("MODEL 0 Femur\nMODEL 1 Tibia\nMODEL 1 Medmen\nMODEL 1 Latmen\n");
+  const job::Job job = job_of("MODEL 0 Femur\nMODEL 1 Tibia\nMODEL 1 Medmen\nMODEL 1 Latmen\n");
   ASSERT_EQ(job.moving.components.size(), 3u);
   EXPECT_EQ(job.moving.name, "Tibia");
   EXPECT_EQ(job.moving.components[2].file, "../models/Latmen.obj");
@@ -77,7 +77,7 @@ TEST(JobText, SeveralModelsAreSeveralComponents)
 
 TEST(JobText, ViewKeywordsGoToThePlayersPart)
 {
-  const load::Job job = job_of(models +
+  const job::Job job = job_of(models +
                                "SHIFT_MODEL 2 -0.1 0 0.05\nORIENTATION_MODEL 2 0 90 0\n"
                                "ORIENTATION_MODEL 0 10 0 0\nDISPLAY 1280 1024\nZOOM 2.5\nRENDER wire\n");
   EXPECT_THAT(job.resolved_text,
@@ -123,17 +123,17 @@ TEST(JobText, WhateverAConfigurationMayBeItIsRefusedWithItsLineOrLoads)
       text += '\n';
     }
     SCOPED_TRACE(text);
-    std::optional<convert::KeywordConfiguration> configuration;
+    std::optional<job::KeywordConfiguration> configuration;
     try {
-      configuration = convert::parse_configuration({"k.cfg", text});
+      configuration = job::parse_configuration({"k.cfg", text});
     } catch (const InputError& error) {
       EXPECT_TRUE(error.facts().field.starts_with("line ")) << error.what();
       ++n_refused;
       continue;
     }
     const test::Scratch scratch;
-    const std::string toml = convert::job_text(*configuration, {"k", "k.cfg", "models", "m"});
-    EXPECT_NO_THROW(load::read_job(scratch.write("k.toml", toml).string())) << toml;
+    const std::string toml = job::job_text(*configuration, {"k", "k.cfg", "models", "m"});
+    EXPECT_NO_THROW(job::read_job(scratch.write("k.toml", toml).string())) << toml;
     ++n_loaded;
   }
   EXPECT_GT(n_loaded, 200);

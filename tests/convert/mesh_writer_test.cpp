@@ -1,4 +1,4 @@
-#include "convert/mesh_writer.hpp"
+#include "job/mesh_writer.hpp"
 
 #include <gmock/gmock.h>
 
@@ -10,9 +10,9 @@
 
 namespace vrda::mesh_writer_test {
 
-load::RawMesh raw_of(const Mesh& mesh)
+job::RawMesh raw_of(const Mesh& mesh)
 {
-  load::RawMesh raw;
+  job::RawMesh raw;
   raw.vertices = mesh.vertices_mm;
   raw.corner.assign(mesh.triangles.data(), mesh.triangles.data() + mesh.triangles.size());
   raw.size.assign(static_cast<std::size_t>(mesh.triangles.rows()), 3);
@@ -20,9 +20,9 @@ load::RawMesh raw_of(const Mesh& mesh)
 }
 
 // A square and a concave pentagon in one plane, with vertex normals.
-load::RawMesh polygons()
+job::RawMesh polygons()
 {
-  load::RawMesh mesh;
+  job::RawMesh mesh;
   mesh.vertices =
       (Points(7, 3) << 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 3, 0, 0, 3, 1, 0, 1.5, 0.5, 0).finished();
   mesh.normals = Points::Zero(7, 3);
@@ -33,7 +33,7 @@ load::RawMesh polygons()
 }
 
 // Sorted faces; each as the coordinates of its corners, rotated so that the smallest corner is first.
-std::vector<std::vector<double>> faces_of(const load::RawMesh& mesh)
+std::vector<std::vector<double>> faces_of(const job::RawMesh& mesh)
 {
   std::vector<std::vector<double>> faces;
   std::size_t at = 0;
@@ -51,17 +51,17 @@ std::vector<std::vector<double>> faces_of(const load::RawMesh& mesh)
   return faces;
 }
 
-load::RawMesh through(const std::string& file, const load::RawMesh& mesh)
+job::RawMesh through(const std::string& file, const job::RawMesh& mesh)
 {
-  return convert::merge_equal_vertices(load::read_mesh(file, convert::mesh_bytes(file, mesh)));
+  return job::merge_equal_vertices(job::read_mesh(file, job::mesh_bytes(file, mesh)));
 }
 
 TEST(MeshWriter, PolygonsStayPolygonsInTextFormats)
 {
-  const load::RawMesh mesh = polygons();
-  EXPECT_EQ(convert::vertices_faces_bytes(mesh),
+  const job::RawMesh mesh = polygons();
+  EXPECT_EQ(job::vertices_faces_bytes(mesh),
             "7 2\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 0\n3 1 0\n1.5 0.5 0\n4 0 1 2 3\n5 1 4 5 2 6\n");
-  EXPECT_EQ(convert::vertex_normals_bytes(mesh), "7\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n");
+  EXPECT_EQ(job::vertex_normals_bytes(mesh), "7\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n");
   for (const std::string file : {"a.vf", "a.obj", "a.ply"}) {
     SCOPED_TRACE(file);
     EXPECT_EQ(faces_of(through(file, mesh)), faces_of(mesh));
@@ -71,9 +71,9 @@ TEST(MeshWriter, PolygonsStayPolygonsInTextFormats)
 TEST(MeshWriter, AnStlHoldsTheTrianglesThatLoadWouldMake)
 {
   // n - 2 triangles for each polygon; the concave one is inside its outline: area 1 + 1.75.
-  const std::string bytes = convert::mesh_bytes("a.stl", polygons());
+  const std::string bytes = job::mesh_bytes("a.stl", polygons());
   EXPECT_EQ(bytes.size(), 84u + 50u * 5u);
-  const load::RawMesh mesh = through("a.stl", polygons());
+  const job::RawMesh mesh = through("a.stl", polygons());
   EXPECT_EQ(mesh.vertices.rows(), 7);
   double area = 0.0;
   for (std::size_t t = 0; t < mesh.size.size(); ++t) {
@@ -88,7 +88,7 @@ TEST(MeshWriter, AnStlHoldsTheTrianglesThatLoadWouldMake)
 TEST(MeshWriter, NormalsTravelInPlyAndWavefront)
 {
   for (const std::string file : {"a.obj", "a.ply"}) {
-    const load::RawMesh mesh = through(file, polygons());
+    const job::RawMesh mesh = through(file, polygons());
     ASSERT_EQ(mesh.normals.rows(), 7);
     EXPECT_EQ(mesh.normals.row(6), Eigen::RowVector3d(0, 0, 1));
   }
@@ -97,13 +97,13 @@ TEST(MeshWriter, NormalsTravelInPlyAndWavefront)
 TEST(MeshWriter, SinglePrecisionSurvivesEveryPairOfFormats)
 {
   // Float coordinates are restored exactly through every pair of formats.
-  load::RawMesh mesh = raw_of(test::ball(7.3, 6, 9));
+  job::RawMesh mesh = raw_of(test::ball(7.3, 6, 9));
   mesh.vertices = mesh.vertices.cast<float>().cast<double>().eval();
   const auto faces = faces_of(mesh);
   for (const std::string first : {"a.vf", "a.stl", "a.obj", "a.ply"}) {
     for (const std::string second : {"b.vf", "b.stl", "b.obj", "b.ply"}) {
       SCOPED_TRACE(testing::Message() << first << " to " << second);
-      const load::RawMesh back = through(second, through(first, mesh));
+      const job::RawMesh back = through(second, through(first, mesh));
       EXPECT_EQ(back.vertices.rows(), mesh.vertices.rows());
       EXPECT_EQ(faces_of(back), faces);
     }
@@ -113,7 +113,7 @@ TEST(MeshWriter, SinglePrecisionSurvivesEveryPairOfFormats)
 TEST(MeshWriter, DoublesComeBackToTheBitFromVfAndPlyAndToAFloatsPrecisionElsewhere)
 {
   std::mt19937 random(5);
-  load::RawMesh mesh = raw_of(test::ball(40, 6, 9));
+  job::RawMesh mesh = raw_of(test::ball(40, 6, 9));
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
     for (int k = 0; k < 3; ++k) mesh.vertices(v, k) += static_cast<double>(random()) * 1e-11;
   }
@@ -122,7 +122,7 @@ TEST(MeshWriter, DoublesComeBackToTheBitFromVfAndPlyAndToAFloatsPrecisionElsewhe
   constexpr double float_rounding = 2.0 * 64.0 / (1 << 24);
   for (const std::string file : {"a.stl", "a.obj"}) {
     SCOPED_TRACE(file);
-    const load::RawMesh back = through(file, mesh);
+    const job::RawMesh back = through(file, mesh);
     ASSERT_EQ(back.vertices.rows(), mesh.vertices.rows());
     Points expected(static_cast<Eigen::Index>(mesh.corner.size()), 3), found = expected;
     for (std::size_t k = 0; k < mesh.corner.size(); ++k) {
@@ -135,30 +135,30 @@ TEST(MeshWriter, DoublesComeBackToTheBitFromVfAndPlyAndToAFloatsPrecisionElsewhe
 
 TEST(MeshWriter, MergedVerticesTakeTheMeanNormalOrNone)
 {
-  load::RawMesh mesh = polygons();
+  job::RawMesh mesh = polygons();
   mesh.vertices.row(3) = mesh.vertices.row(0);
   mesh.normals.row(3) << 0, 2, 1;
-  const load::RawMesh merged = convert::merge_equal_vertices(mesh);
+  const job::RawMesh merged = job::merge_equal_vertices(mesh);
   EXPECT_EQ(merged.vertices.rows(), 6);
   EXPECT_EQ(merged.corner, (std::vector<std::int32_t>{0, 1, 2, 0, 1, 3, 4, 2, 5}));
   EXPECT_DOUBLE_EQ(merged.normals(0, 1), std::sqrt(0.5));
   mesh.normals.row(3) << 0, 0, -1;
-  EXPECT_EQ(convert::merge_equal_vertices(mesh).normals.rows(), 0);
+  EXPECT_EQ(job::merge_equal_vertices(mesh).normals.rows(), 0);
 }
 
 TEST(MeshWriterErrors, OtherExtensionsAndWhatAnStlCannotHold)
 {
-  load::RawMesh mesh = polygons();
-  EXPECT_THAT(test::input_error([&] { convert::mesh_bytes("a.fbx", mesh); }),
+  job::RawMesh mesh = polygons();
+  EXPECT_THAT(test::input_error([&] { job::mesh_bytes("a.fbx", mesh); }),
               test::refuses({"a.fbx", "", "\".fbx\""}));
   mesh.vertices(4, 0) = 1e39;
-  EXPECT_THAT(test::input_error([&] { convert::mesh_bytes("a.stl", mesh); }),
+  EXPECT_THAT(test::input_error([&] { job::mesh_bytes("a.stl", mesh); }),
               test::refuses({.field = "vertex 4", .wanted = "single precision"}));
 }
 
 TEST(MeshWriter, PolygonsOfManyCornersNeedALongerCountInPly)
 {
-  load::RawMesh mesh;
+  job::RawMesh mesh;
   constexpr std::int32_t n = 300;
   mesh.vertices.resize(n, 3);
   for (std::int32_t k = 0; k < n; ++k) {

@@ -1,4 +1,4 @@
-#include "convert/object_set.hpp"
+#include "job/object_set.hpp"
 
 #include <gmock/gmock.h>
 
@@ -8,7 +8,7 @@
 namespace vrda::object_set_test {
 
 // Two components that share the edge between vertices 2 and 3: a square and an adjacent triangle.
-convert::ObjectSetTexts two_components()
+job::ObjectSetTexts two_components()
 {
   return {{"k.coor", "# a knee\n5\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 2, 0.5, 0\n"},
           {"k.norm", "1 0 0 1\n2 0 0 2\n3 0 0 3\n4 0 0 4\n5 0 0 5\n"},
@@ -17,7 +17,7 @@ convert::ObjectSetTexts two_components()
 
 TEST(ObjectSet, EachComponentHasItsVerticesNormalsAndPolygons)
 {
-  const std::vector<convert::ObjectComponent> components = convert::parse_object_set(two_components());
+  const std::vector<job::ObjectComponent> components = job::parse_object_set(two_components());
   ASSERT_EQ(components.size(), 2u);
   EXPECT_EQ(components[0].name, "Tibia");
   EXPECT_EQ(components[0].mesh.vertices.rows(), 4);
@@ -31,8 +31,8 @@ TEST(ObjectSet, EachComponentHasItsVerticesNormalsAndPolygons)
 
 TEST(ObjectSet, NumbersMayBeginAtZeroAndCountsMayBeLeftOut)
 {
-  const std::vector<convert::ObjectComponent> components =
-      convert::parse_object_set({{"k.coor", "0 0 0 0\r\n1 1 0 0\r\n2 0 1 0\r\n"},
+  const std::vector<job::ObjectComponent> components =
+      job::parse_object_set({{"k.coor", "0 0 0 0\r\n1 1 0 0\r\n2 0 1 0\r\n"},
                                  {"k.norm", "0 0 0 1\r\n1 0 0 1\r\n2 0 0 1\r\n"},
                                  {"k.elem", "\r\nTibia\t0 1 2 # the only face\r\n"}});
   ASSERT_EQ(components.size(), 1u);
@@ -42,7 +42,7 @@ TEST(ObjectSet, NumbersMayBeginAtZeroAndCountsMayBeLeftOut)
 
 // A set with one changed text, and the expected refusal.
 struct BadSet {
-  convert::NamedText convert::ObjectSetTexts::*part;
+  job::NamedText job::ObjectSetTexts::*part;
   std::string from;
   std::string to;
   const char* line;
@@ -53,18 +53,18 @@ struct BadSet {
 void expect_refused(const BadSet& row)
 {
   SCOPED_TRACE(row.from + " -> " + row.to);
-  convert::ObjectSetTexts texts = two_components();
-  convert::NamedText& part = texts.*row.part;
+  job::ObjectSetTexts texts = two_components();
+  job::NamedText& part = texts.*row.part;
   const std::size_t at = part.text.find(row.from);
   ASSERT_NE(at, std::string::npos);
   part.text.replace(at, row.from.size(), row.to);
-  EXPECT_THAT(test::input_error([&] { convert::parse_object_set(texts); }),
+  EXPECT_THAT(test::input_error([&] { job::parse_object_set(texts); }),
               test::refuses({part.file, row.line, row.found, row.wanted}));
 }
 
 TEST(ObjectSetErrors, Coordinates)
 {
-  const auto part = &convert::ObjectSetTexts::coordinates;
+  const auto part = &job::ObjectSetTexts::coordinates;
   expect_refused({part, "5\n", "6\n", "line 2", "6", "5"});
   expect_refused({part, "5\n", "1000000000000\n", "line 2", "1000000000000", "5"});
   expect_refused({part, "5\n", "-5\n", "line 2", "-5", "5"});
@@ -80,7 +80,7 @@ TEST(ObjectSetErrors, Coordinates)
 
 TEST(ObjectSetErrors, Normals)
 {
-  const auto part = &convert::ObjectSetTexts::normals;
+  const auto part = &job::ObjectSetTexts::normals;
   expect_refused({part, "5 0 0 5\n", "", "line 4", "4", "5"});
   expect_refused({part, "5 0 0 5\n", "5 0 0 5\n6 0 0 6\n", "line 6", "", "5"});
   expect_refused({part, "1 0 0 1\n2", "0 0 0 1\n1", "line 1", "0", "1"});
@@ -89,7 +89,7 @@ TEST(ObjectSetErrors, Normals)
 
 TEST(ObjectSetErrors, Elements)
 {
-  const auto part = &convert::ObjectSetTexts::elements;
+  const auto part = &job::ObjectSetTexts::elements;
   expect_refused({part, "3\n", "4\n", "line 1", "4", "3"});
   expect_refused({part, "Femur 2 5 3", "2 5 3", "line 3", "\"2\""});
   expect_refused({part, "Femur 2 5 3", "../Femur 2 5 3", "line 3", "\"../Femur\""});
@@ -110,25 +110,25 @@ TEST(ObjectSetErrors, AMissingFileOfTheThreeIsNamed)
     for (const std::string extension : {".coor", ".norm", ".elem"}) scratch.write("k" + extension, "1\n");
     std::filesystem::remove(scratch.path() / ("k" + missing));
     const std::string prefix = (scratch.path() / "k").string();
-    EXPECT_THAT(test::input_error([&] { convert::read_object_set(prefix); }),
+    EXPECT_THAT(test::input_error([&] { job::read_object_set(prefix); }),
                 test::refuses({prefix + missing, "", "no file"}));
   }
 }
 
 TEST(ObjectSetErrors, EmptyFilesAndTooManyComponents)
 {
-  for (const auto part : {&convert::ObjectSetTexts::coordinates, &convert::ObjectSetTexts::normals,
-                          &convert::ObjectSetTexts::elements}) {
-    convert::ObjectSetTexts texts = two_components();
+  for (const auto part : {&job::ObjectSetTexts::coordinates, &job::ObjectSetTexts::normals,
+                          &job::ObjectSetTexts::elements}) {
+    job::ObjectSetTexts texts = two_components();
     (texts.*part).text = "# nothing\n";
-    EXPECT_THAT(test::input_error([&] { convert::parse_object_set(texts); }),
+    EXPECT_THAT(test::input_error([&] { job::parse_object_set(texts); }),
                 test::refuses({(texts.*part).file, "line 1"}));
   }
-  convert::ObjectSetTexts texts = two_components();
+  job::ObjectSetTexts texts = two_components();
   texts.elements.text.clear();
-  for (std::size_t c = 0; c <= convert::max_object_components; ++c)
+  for (std::size_t c = 0; c <= job::max_object_components; ++c)
     texts.elements.text += "part" + std::to_string(c) + " 1 2 3\n";
-  EXPECT_THAT(test::input_error([&] { convert::parse_object_set(texts); }),
+  EXPECT_THAT(test::input_error([&] { job::parse_object_set(texts); }),
               test::refuses({.field = "line 1001", .wanted = "1000"}));
 }
 

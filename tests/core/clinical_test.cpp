@@ -1,5 +1,5 @@
 // Clinical curves beyond the ranges of one pose's numbers.
-#include "core/clinical.hpp"
+#include "model/clinical.hpp"
 
 #include <gtest/gtest.h>
 

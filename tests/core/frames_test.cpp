@@ -1,8 +1,8 @@
-#include "core/frames.hpp"
+#include "model/frames.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/clinical.hpp"
+#include "model/clinical.hpp"
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 

@@ -1,10 +1,10 @@
-#include "core/clinical.hpp"
+#include "model/clinical.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "core/frames.hpp"
+#include "model/frames.hpp"
 #include "core/units.hpp"
 
 namespace vrda::helical_axis_test {

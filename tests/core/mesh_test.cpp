@@ -1,10 +1,10 @@
-#include "core/mesh.hpp"
+#include "model/mesh.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 
-#include "core/render_mesh.hpp"
+#include "model/render_mesh.hpp"
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 

@@ -1,4 +1,4 @@
-#include "documents/document.hpp"
+#include "core/document.hpp"
 
 #include <gmock/gmock.h>
 
@@ -25,17 +25,17 @@ y = "2"
 [[list]]
 x = 2
 )";
-  const std::string once = documents::toml_text(documents::parse_toml(text, "job.toml"));
-  EXPECT_EQ(documents::toml_text(documents::parse_toml(once, "job.toml")), once);
+  const std::string once = core::toml_text(core::parse_toml(text, "job.toml"));
+  EXPECT_EQ(core::toml_text(core::parse_toml(once, "job.toml")), once);
 }
 
 TEST(Document, TablesKeepTheOrderWritten)
 {
-  const documents::DocumentValue root = documents::parse_toml(
+  const core::DocumentValue root = core::parse_toml(
       "z = 1\n[m.y]\nq.d = 1\nq.c = 2\na = { k = 1, b = 2 }\n[[c]]\nx = 1\n[m.a]\n[[c]]\n[b]\n", "j");
   const auto keys_of = [&](std::string_view key) {
     std::vector<std::string> keys;
-    for (const documents::DocumentEntry& entry : *documents::value_at(root, key).table())
+    for (const core::DocumentEntry& entry : *core::value_at(root, key).table())
       keys.push_back(entry.key);
     return keys;
   };
@@ -50,7 +50,7 @@ TEST(Document, TablesKeepTheOrderWritten)
 TEST(Document, SyntaxErrorsNameFileLineAndColumn)
 {
   const InputError::Facts facts =
-      test::input_error([] { documents::parse_toml("a = 1\nb = = 2\n", "knee.toml"); });
+      test::input_error([] { core::parse_toml("a = 1\nb = = 2\n", "knee.toml"); });
   EXPECT_EQ(facts.file, "knee.toml");
   EXPECT_EQ(facts.field, "line 2, column 5");
   EXPECT_EQ(facts.wanted, "valid TOML");
@@ -58,20 +58,20 @@ TEST(Document, SyntaxErrorsNameFileLineAndColumn)
 
 TEST(Document, DatesAndNumbersThatAreNotFiniteAreRefusedWithTheirKey)
 {
-  EXPECT_EQ(test::input_error([] { documents::parse_toml("[a]\nb = 1979-05-27", "j"); }).field, "a.b");
-  EXPECT_EQ(test::input_error([] { documents::parse_toml("a = [0, nan]", "j"); }).field, "a.1");
+  EXPECT_EQ(test::input_error([] { core::parse_toml("[a]\nb = 1979-05-27", "j"); }).field, "a.b");
+  EXPECT_EQ(test::input_error([] { core::parse_toml("a = [0, nan]", "j"); }).field, "a.1");
 }
 
-documents::Document document()
+core::Document document()
 {
   return {"job.toml",
-          documents::parse_toml("[a]\nb = 1\n[[list]]\nfile = \"x\"\n[[list]]\nfile = \"y\"\n", "job.toml"),
+          core::parse_toml("[a]\nb = 1\n[[list]]\nfile = \"x\"\n[[list]]\nfile = \"y\"\n", "job.toml"),
           {}};
 }
 
 TEST(Document, RefusalsNameTheLineOfTheKeyOrOfTheTableAroundIt)
 {
-  const documents::Document whole = document();
+  const core::Document whole = document();
   const auto refused = [&](const std::string& key) {
     return test::input_error([&] { whole.refuse(key, "a", "b"); });
   };
@@ -89,13 +89,13 @@ TEST(Document, MissingAndHugeFilesAreRefused)
   const test::Scratch scratch;
   const std::string missing = (scratch.path() / "none.toml").string();
   const InputError::Facts facts =
-      test::input_error([&] { documents::read_document_text(missing, "a bench file"); });
+      test::input_error([&] { core::read_document_text(missing, "a bench file"); });
   EXPECT_EQ(facts.file, missing);
   EXPECT_EQ(facts.wanted, "a bench file");
   const std::string huge = scratch.write("huge.toml", std::string(8000001, '\n')).string();
-  EXPECT_THAT(test::input_error([&] { documents::read_document_text(huge, "x"); }),
+  EXPECT_THAT(test::input_error([&] { core::read_document_text(huge, "x"); }),
               test::refuses({.found = "8000000"}));
-  EXPECT_EQ(documents::read_document_text(scratch.write("a.toml", "v = 1").string(), "x"), "v = 1");
+  EXPECT_EQ(core::read_document_text(scratch.write("a.toml", "v = 1").string(), "x"), "v = 1");
 }
 
 // A parser or a tree of unlimited depth overflows the stack: 24 kB of one dotted key are enough.
@@ -126,9 +126,9 @@ TEST(DocumentDepth, EveryWayToNestIsRefusedFromTheFortyFirstLevel)
       const int n = levels - row.fixed;
       return row.before + times(n, row.open) + row.between + times(n, row.shut) + row.after;
     };
-    documents::parse_toml(text(40), "j.toml");
+    core::parse_toml(text(40), "j.toml");
     for (const int levels : {41, 12'000, 1'000'000}) {
-      EXPECT_THAT(test::input_error([&] { documents::parse_toml(text(levels), "j.toml"); }),
+      EXPECT_THAT(test::input_error([&] { core::parse_toml(text(levels), "j.toml"); }),
                   test::refuses({.file = "j.toml",
                                  .found = std::to_string(levels) + " nested keys, lists or tables",
                                  .wanted = "at most 40"}));
@@ -137,31 +137,31 @@ TEST(DocumentDepth, EveryWayToNestIsRefusedFromTheFortyFirstLevel)
   for (const int levels : {41, 1'000'000}) {
     const std::string json =
         "{\"a\": \"[[\",\n\"b\": " + times(levels - 1, "[") + times(levels - 1, "]") + "}";
-    EXPECT_THAT(test::input_error([&] { documents::parse_json(json, "j.json", "a list"); }),
+    EXPECT_THAT(test::input_error([&] { core::parse_json(json, "j.json", "a list"); }),
                 test::refuses({.file = "j.json",
                                .field = "line 2",
                                .found = std::to_string(levels) + " nested keys, lists or tables",
                                .wanted = "at most 40"}));
-    documents::Document job{"j.toml", {documents::DocumentValue::Table{}}};
+    core::Document job{"j.toml", {core::DocumentValue::Table{}}};
     for (const std::string& set :
          {times(levels - 1, "a.") + "a=1", "a.a=" + times(levels - 1, "[") + times(levels - 1, "]")})
-      EXPECT_THAT(test::input_error([&] { documents::apply_override(job, set); }),
+      EXPECT_THAT(test::input_error([&] { core::apply_override(job, set); }),
                   test::refuses({"--set", "a", std::to_string(levels) + " nested keys, lists or tables"}));
   }
-  documents::parse_json(times(40, "[") + times(40, "]"), "j.json", "a list");
+  core::parse_json(times(40, "[") + times(40, "]"), "j.json", "a list");
 }
 
 TEST(Override, ReplacesAddsAndStepsIntoLists)
 {
-  documents::Document job = document();
-  documents::apply_override(job, "a.b=2.5");
-  documents::apply_override(job, "a.new={ x = [1, 2] }");
-  documents::apply_override(job, "list.1.file=meshes/z.stl");
-  documents::apply_override(job, "fresh.table.word=+X");
-  EXPECT_EQ(documents::number_at(job.root, "a.b"), 2.5);
-  EXPECT_EQ(documents::numbers_of(documents::value_at(job.root, "a.new.x")), (std::vector<double>{1, 2}));
-  EXPECT_EQ(documents::text_at(documents::value_at(job.root, "list").list()->at(1), "file"), "meshes/z.stl");
-  EXPECT_EQ(documents::text_at(job.root, "fresh.table.word"), "+X");
+  core::Document job = document();
+  core::apply_override(job, "a.b=2.5");
+  core::apply_override(job, "a.new={ x = [1, 2] }");
+  core::apply_override(job, "list.1.file=meshes/z.stl");
+  core::apply_override(job, "fresh.table.word=+X");
+  EXPECT_EQ(core::number_at(job.root, "a.b"), 2.5);
+  EXPECT_EQ(core::numbers_of(core::value_at(job.root, "a.new.x")), (std::vector<double>{1, 2}));
+  EXPECT_EQ(core::text_at(core::value_at(job.root, "list").list()->at(1), "file"), "meshes/z.stl");
+  EXPECT_EQ(core::text_at(job.root, "fresh.table.word"), "+X");
   EXPECT_EQ(job.source_of("a.b"), "--set");
   EXPECT_EQ(job.source_of("fresh.table.word"), "--set");
   EXPECT_EQ(job.source_of("list.0.file"), "job.toml");
@@ -184,8 +184,8 @@ TEST(Override, BadOnesAreRefused)
                               {"list.x.file=z", "list.x.file", "\"x\" within a list"}};
   for (const Row& row : rows) {
     SCOPED_TRACE(row.given);
-    documents::Document job = document();
-    EXPECT_THAT(test::input_error([&] { documents::apply_override(job, row.given); }),
+    core::Document job = document();
+    EXPECT_THAT(test::input_error([&] { core::apply_override(job, row.given); }),
                 test::refuses({"--set", row.field, row.found}));
   }
 }
@@ -193,7 +193,7 @@ TEST(Override, BadOnesAreRefused)
 TEST(ParseToml, RefusesTextThatSteersATerminal)
 {
   const InputError::Facts facts =
-      test::input_error([] { documents::parse_toml("[a]\ntitle = \"\\u001b[31mred\"\n", "knee.toml"); });
+      test::input_error([] { core::parse_toml("[a]\ntitle = \"\\u001b[31mred\"\n", "knee.toml"); });
   EXPECT_EQ(facts.field, "a.title");
   EXPECT_EQ(facts.found, "a text with control characters");
 }

@@ -1,4 +1,4 @@
-#include "documents/schema.hpp"
+#include "core/schema.hpp"
 
 #include <gmock/gmock.h>
 
@@ -38,9 +38,9 @@ constexpr const char* bench_like = R"({
   }
 })";
 
-const documents::DocumentSchema& schema()
+const core::DocumentSchema& schema()
 {
-  static const documents::DocumentSchema parsed(bench_like);
+  static const core::DocumentSchema parsed(bench_like);
   return parsed;
 }
 
@@ -51,13 +51,13 @@ InputError::Facts refused(const std::string& text)
 
 TEST(DocumentSchema, FillsInDefaultsInItsOwnOrderAndTypesNumbers)
 {
-  const documents::Document document =
+  const core::Document document =
       schema().read("force = 3\ntitle = \"a\"\n[open]\nz = 1\nb = 2\n", "b.toml");
-  EXPECT_EQ(documents::toml_text(document.root),
+  EXPECT_EQ(core::toml_text(document.root),
             "title = \"a\"\nforce = 3\n\n[display]\nwidth = 20\nlayout = \"left\"\n\n[open]\nb = 2\nz = 1\n");
-  EXPECT_TRUE(std::holds_alternative<double>(documents::value_at(document.root, "force").data));
-  EXPECT_EQ(documents::integer_at(document.root, "display.width"), 20);
-  EXPECT_EQ(documents::number_at(document.root, "open.z"), 1.0);
+  EXPECT_TRUE(std::holds_alternative<double>(core::value_at(document.root, "force").data));
+  EXPECT_EQ(core::integer_at(document.root, "display.width"), 20);
+  EXPECT_EQ(core::number_at(document.root, "open.z"), 1.0);
 }
 
 TEST(DocumentSchema, EveryKindOfFaultNamesLineKeyFoundAndWanted)
@@ -125,22 +125,22 @@ TEST(DocumentSchema, EveryKindOfFaultNamesLineKeyFoundAndWanted)
 
 TEST(DocumentSchema, TakesInfinityWhereItSaysSo)
 {
-  EXPECT_EQ(documents::number_at(schema().read("title = \"a\"\nlimit = inf", "b").root, "limit"),
+  EXPECT_EQ(core::number_at(schema().read("title = \"a\"\nlimit = inf", "b").root, "limit"),
             std::numeric_limits<double>::infinity());
 }
 
 TEST(DocumentSchema, WholeNumbersMayHaveAPoint)
 {
   EXPECT_EQ(
-      documents::integer_at(schema().read("title = \"a\"\ndisplay.width = 32.0", "b").root, "display.width"),
+      core::integer_at(schema().read("title = \"a\"\ndisplay.width = 32.0", "b").root, "display.width"),
       32);
 }
 
 TEST(DocumentSchema, KeysGivenOnTheCommandLineHaveNoLine)
 {
-  documents::Document document{"b.toml",
-                               documents::parse_toml("title = \"a\"\n[display]\nwidth = 20\n", "b.toml")};
-  documents::apply_override(document, "display.width=5");
+  core::Document document{"b.toml",
+                               core::parse_toml("title = \"a\"\n[display]\nwidth = 20\n", "b.toml")};
+  core::apply_override(document, "display.width=5");
   const InputError::Facts facts = test::input_error([&] { schema().checked(document); });
   EXPECT_EQ(facts.file, "--set");
   EXPECT_EQ(facts.field, "display.width");
@@ -149,19 +149,19 @@ TEST(DocumentSchema, KeysGivenOnTheCommandLineHaveNoLine)
 
 TEST(DocumentSchema, APartOfAFileIsNamedByItsPlace)
 {
-  const documents::Document part{
-      "b.toml", documents::parse_toml("widht = 1", "b.toml"), {}, "campaign.size.0.set."};
+  const core::Document part{
+      "b.toml", core::parse_toml("widht = 1", "b.toml"), {}, "campaign.size.0.set."};
   EXPECT_THAT(test::input_error([&] { schema().check_known_keys(part); }),
               test::refuses({.field = "campaign.size.0.set.widht"}));
-  schema().check_known_keys({"b.toml", documents::parse_toml("force = \"of any type\"", "b.toml")});
+  schema().check_known_keys({"b.toml", core::parse_toml("force = \"of any type\"", "b.toml")});
 }
 
 TEST(DocumentSchema, TextsOfAnyBytesAreMeasuredByByte)
 {
   const auto title = [](const std::string& text) {
-    return documents::DocumentValue{documents::DocumentValue::Table{{"title", {text}}}};
+    return core::DocumentValue{core::DocumentValue::Table{{"title", {text}}}};
   };
-  EXPECT_EQ(documents::text_at(schema().checked({"b", title("\xff\xfe")}), "title"), "\xff\xfe");
+  EXPECT_EQ(core::text_at(schema().checked({"b", title("\xff\xfe")}), "title"), "\xff\xfe");
   EXPECT_THAT(test::input_error([&] {
                 schema().checked({"b", title("\xff\xff\xff\xff")});
               }),
@@ -176,11 +176,11 @@ TEST(DocumentSchema, HugeKeysAreNotComparedWhole)
 
 TEST(ParseJson, KeepsTheOrderOfKeysAndTheLastOfTwo)
 {
-  const documents::DocumentValue value =
-      documents::parse_json(R"({"b": [1, -2.5, true], "a": {"x": "y"}, "b2": 1, "b2": 3})", "j", "x");
-  EXPECT_EQ(documents::value_text(value), "{ b = [1, -2.5, true], a = { x = \"y\" }, b2 = 3 }");
+  const core::DocumentValue value =
+      core::parse_json(R"({"b": [1, -2.5, true], "a": {"x": "y"}, "b2": 1, "b2": 3})", "j", "x");
+  EXPECT_EQ(core::value_text(value), "{ b = [1, -2.5, true], a = { x = \"y\" }, b2 = 3 }");
   EXPECT_EQ(
-      documents::number_at(documents::parse_json("[18446744073709551615]", "j", "x").list()->front(), ""),
+      core::number_at(core::parse_json("[18446744073709551615]", "j", "x").list()->front(), ""),
       18446744073709551615.0);
 }
 
@@ -194,7 +194,7 @@ TEST(ParseJson, InvalidJsonIsRefused)
                          Row{"[1e999]", "", "a number beyond the range of doubles", 1},
                          Row{R"([1, {"a": null}])", "1.a", "null", 0}}) {
     const InputError::Facts facts =
-        test::input_error([&] { documents::parse_json(row.text, "j.json", "a list"); });
+        test::input_error([&] { core::parse_json(row.text, "j.json", "a list"); });
     EXPECT_EQ(facts.file, "j.json");
     EXPECT_EQ(facts.field, row.field);
     EXPECT_EQ(facts.found, row.found);

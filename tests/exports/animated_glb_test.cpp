@@ -1,4 +1,4 @@
-#include "exports/formats.hpp"
+#include "tables/formats.hpp"
 
 #include <assimp/GltfMaterial.h>
 #include <assimp/scene.h>
@@ -11,8 +11,8 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "core/render_mesh.hpp"
-#include "motion/joint_parts.hpp"
+#include "model/render_mesh.hpp"
+#include "store/joint_parts.hpp"
 #include "motion/support/models.hpp"
 
 namespace vrda::animated_glb_test {
@@ -31,7 +31,7 @@ store::MotionModel turning_model(const std::string& side)
   plan.flexion_deg = {0, 50, 100, 150, 200, 250, 300};
   plan.rotation_centre_mm = {5, 600, -30};
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return motion::PoseCoordinates{0.02 * flexion_deg, -3.0, 0.5 * varus_deg, 0.9 * flexion_deg};
+    return store::PoseCoordinates{0.02 * flexion_deg, -3.0, 0.5 * varus_deg, 0.9 * flexion_deg};
   };
   store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
@@ -86,8 +86,8 @@ TEST(AnimatedGlb, EveryKeyPutsTheBodiesWhereThePoseDoes)
   for (const std::string side : {"right", "left"}) {
     SCOPED_TRACE(side);
     const store::MotionModel model = turning_model(side);
-    const exports::FlexionMotion motion = exports::flexion_motion(model, "knee.h5", {});
-    const Read read(exports::animated_glb(model, motion, rate));
+    const tables::FlexionMotion motion = tables::flexion_motion(model, "knee.h5", {});
+    const Read read(tables::animated_glb(model, motion, rate));
     ASSERT_NE(read.scene, nullptr);
     const Eigen::Matrix4d X_scene_joint = matrix(read.scene->mRootNode->mTransformation);
     for (const Body* body : {&model.reference, &model.moving}) {
@@ -95,7 +95,7 @@ TEST(AnimatedGlb, EveryKeyPutsTheBodiesWhereThePoseDoes)
       ASSERT_EQ(channel.mNumPositionKeys, motion.frames.size());
       ASSERT_EQ(channel.mNumRotationKeys, motion.frames.size());
       for (unsigned key = 0; key < channel.mNumPositionKeys; ++key) {
-        const motion::JointPose& pose = motion.frames[key].pose;
+        const store::JointPose& pose = motion.frames[key].pose;
         const Pose& X_world_body = body == &model.moving ? pose.X_world_moving : pose.X_world_reference;
         const Eigen::Matrix4d X = X_scene_joint * keyed(channel, key);
         for (const Eigen::Vector3d& p_mm :
@@ -112,8 +112,8 @@ TEST(AnimatedGlb, EveryKeyPutsTheBodiesWhereThePoseDoes)
 TEST(AnimatedGlb, KeysTakeTheShortWayAndTheStatedTimes)
 {
   const store::MotionModel model = turning_model("right");
-  const exports::FlexionMotion motion = exports::flexion_motion(model, "knee.h5", {});
-  const Read read(exports::animated_glb(model, motion, rate));
+  const tables::FlexionMotion motion = tables::flexion_motion(model, "knee.h5", {});
+  const Read read(tables::animated_glb(model, motion, rate));
   ASSERT_NE(read.scene, nullptr);
   ASSERT_EQ(read.scene->mNumAnimations, 1U);
   bool has_left_the_first_half = false;
@@ -134,7 +134,7 @@ TEST(AnimatedGlb, KeysTakeTheShortWayAndTheStatedTimes)
 TEST(AnimatedGlb, ComponentsKeepTheirVerticesAndTheColoursOfTheirMaterials)
 {
   const store::MotionModel model = turning_model("right");
-  const Read read(exports::animated_glb(model, exports::flexion_motion(model, "knee.h5", {}), rate));
+  const Read read(tables::animated_glb(model, tables::flexion_motion(model, "knee.h5", {}), rate));
   ASSERT_NE(read.scene, nullptr);
   std::multiset<std::string> materials;
   unsigned n_triangles = 0;
@@ -162,7 +162,7 @@ TEST(AnimatedGlb, ComponentsKeepTheirVerticesAndTheColoursOfTheirMaterials)
 TEST(AnimatedGlb, MeshesAreInMetresAroundTheRotationCentre)
 {
   const store::MotionModel model = turning_model("right");
-  const Read read(exports::animated_glb(model, exports::flexion_motion(model, "knee.h5", {}), rate));
+  const Read read(tables::animated_glb(model, tables::flexion_motion(model, "knee.h5", {}), rate));
   ASSERT_NE(read.scene, nullptr);
   const aiNode& ball = *read.scene->mRootNode->FindNode("ball");
   const aiMesh& sphere = *read.scene->mMeshes[ball.mMeshes[0]];
@@ -219,12 +219,12 @@ TEST(AnimatedGlb, LinksOfFibresFollowTheirPath)
 {
   store::MotionModel model = turning_model("right");
   model.ligaments = two_fibres();
-  const exports::FlexionMotion motion = exports::flexion_motion(model, "knee.h5", {});
-  const Read read(exports::animated_glb(model, motion, rate));
+  const tables::FlexionMotion motion = tables::flexion_motion(model, "knee.h5", {});
+  const Read read(tables::animated_glb(model, motion, rate));
   ASSERT_NE(read.scene, nullptr);
   const Eigen::Matrix4d X_scene_joint = matrix(read.scene->mRootNode->mTransformation);
   const aiNodeAnim& femur = channel_of(*read.scene, model.reference.name);
-  const ligament::Ligaments ligaments = motion::ligaments_of(model);
+  const model::Ligaments ligaments = store::ligaments_of(model);
   int n_wrapped = 0;
   for (std::size_t fibre = 0; fibre < ligaments.fibres.size(); ++fibre) {
     std::vector<const aiNodeAnim*> links;
@@ -236,7 +236,7 @@ TEST(AnimatedGlb, LinksOfFibresFollowTheirPath)
     }
     ASSERT_EQ(links.size(), fibre == 0 ? 1U : 7U);
     for (unsigned key = 0; key < motion.frames.size(); ++key) {
-      const motion::JointPose& pose = motion.frames[key].pose;
+      const store::JointPose& pose = motion.frames[key].pose;
       const Eigen::Matrix4d X_scene_femur = X_scene_joint * keyed(femur, key);
       Eigen::Vector3d at = scene_point(pose.X_world_reference * ligaments.fibres[fibre].reference_mm);
       double length_mm = 0.0;
@@ -249,8 +249,8 @@ TEST(AnimatedGlb, LinksOfFibresFollowTheirPath)
       EXPECT_LT((at - scene_point(pose.X_world_moving * ligaments.fibres[fibre].moving_mm)).norm(),
                 single_rounding_m);
       // The chords of an arc are shorter than it: by 1 - sin(x) / x for half of 26 degrees, below 1 %.
-      const ligament::FibrePath path =
-          ligament::fibre_path(ligaments.fibres[fibre], ligaments.wraps,
+      const model::FibrePath path =
+          model::fibre_path(ligaments.fibres[fibre], ligaments.wraps,
                                {Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
                                 pose.X_reference_moving.translation()});
       EXPECT_LT(length_mm, path.length_mm + 1e-3);
@@ -265,18 +265,18 @@ TEST(AnimatedGlb, LabelsAreBesideWhatTheyName)
 {
   store::MotionModel model = turning_model("left");
   model.ligaments = two_fibres();
-  const exports::FlexionMotion motion = exports::flexion_motion(model, "knee.h5", {});
-  const Read read(exports::animated_glb(model, motion, rate));
+  const tables::FlexionMotion motion = tables::flexion_motion(model, "knee.h5", {});
+  const Read read(tables::animated_glb(model, motion, rate));
   ASSERT_NE(read.scene, nullptr);
-  EXPECT_EQ(read.scene->mNumTextures, motion::joint_labels(model).size());
+  EXPECT_EQ(read.scene->mNumTextures, store::joint_labels(model).size());
   const Eigen::Matrix4d X_scene_joint = matrix(read.scene->mRootNode->mTransformation);
-  for (const motion::JointLabel& label : motion::joint_labels(model)) {
+  for (const store::JointLabel& label : store::joint_labels(model)) {
     SCOPED_TRACE(label.text);
     const aiNodeAnim& channel = channel_of(*read.scene, "label " + label.text);
     for (unsigned key = 0; key < motion.frames.size(); ++key) {
-      const motion::JointPose& pose = motion.frames[key].pose;
-      const auto placed = [&](motion::JointBody body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
-        return (body == motion::JointBody::reference ? pose.X_world_reference : pose.X_world_moving) * p_mm;
+      const store::JointPose& pose = motion.frames[key].pose;
+      const auto placed = [&](store::JointBody body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
+        return (body == store::JointBody::reference ? pose.X_world_reference : pose.X_world_moving) * p_mm;
       };
       const Eigen::Vector3d point =
           scene_point(0.5 * (placed(label.first, label.first_mm) + placed(label.second, label.second_mm)));
@@ -295,7 +295,7 @@ TEST(AnimatedGlb, EqualModelsGiveEqualBytes)
   const auto bytes = [] {
     store::MotionModel model = turning_model("left");
     model.title = "no \xff UTF-8";
-    return exports::animated_glb(model, exports::flexion_motion(model, "knee.h5", {}), rate);
+    return tables::animated_glb(model, tables::flexion_motion(model, "knee.h5", {}), rate);
   };
   const std::string first = bytes();
   EXPECT_EQ(first, bytes());

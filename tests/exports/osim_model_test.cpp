@@ -1,4 +1,4 @@
-#include "exports/osim_model.hpp"
+#include "tables/osim_model.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 
 namespace vrda::osim_model_test {
 
-using exports::OsimOptions;
+using tables::OsimOptions;
 using pugi::xml_node;
 
 const OsimOptions knee{"knee.h5", "knee_flex_r", "knee"};
@@ -27,17 +27,17 @@ std::vector<double> numbers(const xml_node& node, const char* name)
   return values;
 }
 
-exports::FlexionMotion motion_of(const store::MotionModel& model)
+tables::FlexionMotion motion_of(const store::MotionModel& model)
 {
-  exports::FlexionPlan plan;
+  tables::FlexionPlan plan;
   plan.set = "raw";
-  return exports::flexion_motion(model, "knee.h5", plan);
+  return tables::flexion_motion(model, "knee.h5", plan);
 }
 
 pugi::xml_document parsed(const store::MotionModel& model)
 {
   pugi::xml_document document;
-  EXPECT_TRUE(document.load_string(exports::osim_model(model, motion_of(model), knee).xml.c_str()));
+  EXPECT_TRUE(document.load_string(tables::osim_model(model, motion_of(model), knee).xml.c_str()));
   return document;
 }
 
@@ -47,7 +47,7 @@ TEST(OsimModel, TranslationsAreThoseOfTheRotationCentre)
   test::ModelPlan plan;
   plan.rotation_centre_mm = {400, -900, 80};
   plan.motion = [](double flexion_deg, double) {
-    return motion::PoseCoordinates{0.0, -3.0, 0.0, 0.2 * flexion_deg};
+    return store::PoseCoordinates{0.0, -3.0, 0.0, 0.2 * flexion_deg};
   };
   const store::MotionModel model = test::model_of(plan);
   const pugi::xml_document document = parsed(model);
@@ -101,21 +101,21 @@ TEST(OsimModel, WrapsHaveTheirAnglesRadiiAndBodies)
 TEST(OsimModel, ASequenceWhoseFlexionRisesIsTheJointOfItsFlexions)
 {
   const store::MotionModel model = test::model_of({});
-  exports::FlexionMotion motion = motion_of(model);
-  const std::string joint = exports::osim_joint(model, motion, knee);
+  tables::FlexionMotion motion = motion_of(model);
+  const std::string joint = tables::osim_joint(model, motion, knee);
   motion.key_name = "time_s";
-  EXPECT_EQ(exports::osim_joint(model, motion, knee), joint);
+  EXPECT_EQ(tables::osim_joint(model, motion, knee), joint);
 }
 
 TEST(OsimModel, FlexionMustRise)
 {
   const store::MotionModel model = test::model_of({});
-  exports::FlexionMotion motion = motion_of(model);
+  tables::FlexionMotion motion = motion_of(model);
   motion.frames[1].clinical.flexion_rad = motion.frames[0].clinical.flexion_rad;
-  EXPECT_THAT(test::input_error([&] { exports::osim_joint(model, motion, knee); }),
+  EXPECT_THAT(test::input_error([&] { tables::osim_joint(model, motion, knee); }),
               test::refuses({.file = "knee.h5", .field = "flexion"}));
   motion.frames.resize(1);
-  EXPECT_THAT(test::input_error([&] { exports::osim_joint(model, motion, knee); }),
+  EXPECT_THAT(test::input_error([&] { tables::osim_joint(model, motion, knee); }),
               test::refuses({.file = "knee.h5", .field = "flexion"}));
 }
 
@@ -123,7 +123,7 @@ TEST(OsimModel, KnotsAreDenserTowardsTheFlexionsOfTheModel)
 {
   store::MotionModel model;
   model.flexion_deg = {0.0, 1.0, 5.0};
-  const std::vector<double> at_deg = exports::osim_flexions_deg(model, "raw");
+  const std::vector<double> at_deg = tables::osim_flexions_deg(model, "raw");
   EXPECT_TRUE(std::ranges::is_sorted(at_deg));
   EXPECT_EQ(std::ranges::adjacent_find(at_deg), at_deg.end());
   const auto one = std::ranges::find(at_deg, 1.0);
@@ -136,7 +136,7 @@ TEST(OsimModel, KnotsAreDenserTowardsTheFlexionsOfTheModel)
   // The two-sided motion has its own flexions and no kinks.
   model.two_sided.emplace();
   model.two_sided->flexion_deg = {0.0, 0.25};
-  EXPECT_THAT(exports::osim_flexions_deg(model, ""), testing::ElementsAre(0.0, 0.0625, 0.125, 0.1875, 0.25));
+  EXPECT_THAT(tables::osim_flexions_deg(model, ""), testing::ElementsAre(0.0, 0.0625, 0.125, 0.1875, 0.25));
 }
 
 }  // namespace vrda::osim_model_test

@@ -1,4 +1,4 @@
-#include "exports/formats.hpp"
+#include "tables/formats.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ test::ModelPlan plan_of(const std::string& side)
   const double mirror = side == "left" ? -1.0 : 1.0;
   plan.rotation_centre_mm = {10, -5, mirror * 40};
   plan.motion = [mirror](double flexion_deg, double varus_deg) {
-    return motion::PoseCoordinates{0.05 * flexion_deg, -3.0, mirror * (1.0 + 0.5 * varus_deg),
+    return store::PoseCoordinates{0.05 * flexion_deg, -3.0, mirror * (1.0 + 0.5 * varus_deg),
                                    0.2 * flexion_deg - varus_deg};
   };
   return plan;
@@ -60,7 +60,7 @@ test::ModelPlan plan_of(const std::string& side)
 TEST(CsvTables, AFlexionHasTheNumbersOfItsPose)
 {
   const store::MotionModel model = test::model_of(plan_of("right"));
-  const Rows rows = parsed(exports::flexion_csv(exports::flexion_motion(model, "knee.h5", {})));
+  const Rows rows = parsed(tables::flexion_csv(tables::flexion_motion(model, "knee.h5", {})));
   ASSERT_EQ(rows.size(), model.flexion_deg.size());
   constexpr double rounding = 1e-11;  // of mm and of degrees converted through radians
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -85,9 +85,9 @@ TEST(CsvTables, AFlexionHasTheNumbersOfItsPose)
 TEST(CsvTables, TheHeaderHasTheDocumentedColumnNames)
 {
   std::string header;
-  for (const std::string& name : exports::flexion_csv_columns()) header += (header.empty() ? "" : ",") + name;
+  for (const std::string& name : tables::flexion_csv_columns()) header += (header.empty() ? "" : ",") + name;
   const std::string text =
-      exports::flexion_csv(exports::flexion_motion(test::model_of(plan_of("right")), "knee.h5", {}));
+      tables::flexion_csv(tables::flexion_motion(test::model_of(plan_of("right")), "knee.h5", {}));
   EXPECT_EQ(text.substr(0, text.find('\n')), header);
 }
 
@@ -95,7 +95,7 @@ TEST(CsvTables, AMirroredKneeGivesTheSameCurves)
 {
   const auto rows_of = [](const std::string& side) {
     return parsed(
-        exports::flexion_csv(exports::flexion_motion(test::model_of(plan_of(side)), "knee.h5", {})));
+        tables::flexion_csv(tables::flexion_motion(test::model_of(plan_of(side)), "knee.h5", {})));
   };
   const Rows right = rows_of("right"), left = rows_of("left");
   ASSERT_EQ(right.size(), left.size());
@@ -113,9 +113,9 @@ TEST(CsvTables, EveryCellHasItsStatusAndEmptyFieldsWithoutAnAnswer)
   store::MotionModel model = test::model_of(plan_of("right"));
   test::unsolve(model, 1, 3);
   test::add_smoothed(model, 2, [](int i, int j) {
-    return motion::PoseCoordinates{1.0 + i, 0.0, 0.5 * j, 0.25};
+    return store::PoseCoordinates{1.0 + i, 0.0, 0.5 * j, 0.25};
   });
-  const Rows rows = parsed(exports::cells_csv(model));
+  const Rows rows = parsed(tables::cells_csv(model));
   ASSERT_EQ(rows.size(), 35U);
   const std::map<std::string, std::string>& failed = rows[1 * 5 + 3];
   EXPECT_EQ(failed.at("status"), "no_contact");
@@ -167,19 +167,19 @@ Table parsed_table(const std::string& text)
   return table;
 }
 
-exports::FlexionMotion turning_motion(const std::string& side)
+tables::FlexionMotion turning_motion(const std::string& side)
 {
   test::ModelPlan plan;
   plan.side = side;
   plan.rotation_centre_mm = {5, -70, 30};
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return motion::PoseCoordinates{0.05 * flexion_deg, -3.0, 1.0 + 0.5 * varus_deg,
+    return store::PoseCoordinates{0.05 * flexion_deg, -3.0, 1.0 + 0.5 * varus_deg,
                                    0.2 * flexion_deg - varus_deg};
   };
-  exports::FlexionPlan flexion;
-  flexion.varus = exports::VarusRule::given;
+  tables::FlexionPlan flexion;
+  flexion.varus = tables::VarusRule::given;
   flexion.varus_deg = 2.0;
-  return exports::flexion_motion(test::model_of(plan), "knee.h5", flexion);
+  return tables::flexion_motion(test::model_of(plan), "knee.h5", flexion);
 }
 
 /// The axes of schemas/exports.md, the translations those of the point at `centre_m`.
@@ -199,10 +199,10 @@ TEST(OpenSimTable, TheColumnsPutThePoseTogetherOnBothSides)
   for (const Side side : {Side::right, Side::left}) {
     for (const bool is_plain : {false, true}) {
       SCOPED_TRACE(side == Side::left ? "left" : "right");
-      const exports::FlexionMotion motion = turning_motion(side == Side::left ? "left" : "right");
+      const tables::FlexionMotion motion = turning_motion(side == Side::left ? "left" : "right");
       // Angles in radians about the rotation centre, or in degrees of the mesh origin.
       const Table table = parsed_table(
-          exports::opensim_table(motion, {exports::opensim_columns("knee", side), is_plain, 45.0, is_plain}));
+          tables::opensim_table(motion, {tables::opensim_columns("knee", side), is_plain, 45.0, is_plain}));
       ASSERT_EQ(table.rows.size(), motion.frames.size());
       const Eigen::Vector3d centre_m = (is_plain ? 0.0 : 1e-3) * motion.rotation_centre_mm;
       for (std::size_t i = 0; i < table.rows.size(); ++i) {
@@ -223,12 +223,12 @@ TEST(OpenSimTable, TranslationsAreThoseOfTheRotationCentreThatTheHeaderNames)
   test::ModelPlan plan;
   plan.rotation_centre_mm = {400, -900, 80};
   plan.motion = [](double flexion_deg, double) {
-    return motion::PoseCoordinates{0.0, -3.0, 0.0, 0.2 * flexion_deg};
+    return store::PoseCoordinates{0.0, -3.0, 0.0, 0.2 * flexion_deg};
   };
-  const exports::FlexionMotion motion = exports::flexion_motion(test::model_of(plan), "knee.h5", {});
+  const tables::FlexionMotion motion = tables::flexion_motion(test::model_of(plan), "knee.h5", {});
   const auto table_of = [&](bool is_of_origin) {
-    return parsed_table(exports::opensim_table(
-        motion, {exports::opensim_columns("knee", Side::right), false, 30.0, is_of_origin}));
+    return parsed_table(tables::opensim_table(
+        motion, {tables::opensim_columns("knee", Side::right), false, 30.0, is_of_origin}));
   };
   const auto longest_m = [](const Table& table) {
     double longest = 0.0;
@@ -247,9 +247,9 @@ TEST(OpenSimTable, TranslationsAreThoseOfTheRotationCentreThatTheHeaderNames)
 
 TEST(OpenSimTable, TheHeaderIsTrue)
 {
-  const exports::FlexionMotion motion = turning_motion("right");
+  const tables::FlexionMotion motion = turning_motion("right");
   const Table table = parsed_table(
-      exports::opensim_table(motion, {exports::opensim_columns("knee", Side::right), true, 30.0}));
+      tables::opensim_table(motion, {tables::opensim_columns("knee", Side::right), true, 30.0}));
   EXPECT_EQ(table.keys.at("version"), "1");
   EXPECT_EQ(table.keys.at("nRows"), std::to_string(table.rows.size()));
   EXPECT_EQ(table.keys.at("nColumns"), std::to_string(table.columns.size()));
@@ -257,17 +257,17 @@ TEST(OpenSimTable, TheHeaderIsTrue)
   EXPECT_THAT(table.columns, ElementsAre("time", "knee_flex_r", "knee_add_r", "knee_rot_r", "knee_tx_r",
                                          "knee_ty_r", "knee_tz_r"));
   for (const std::vector<double>& row : table.rows) EXPECT_EQ(row.size(), table.columns.size());
-  EXPECT_THAT(exports::opensim_columns("knee", Side::left), testing::Each(testing::EndsWith("_l")));
-  EXPECT_EQ(exports::opensim_columns("hip", Side::right)[0], "hip_flex_r");
-  EXPECT_EQ(exports::opensim_columns("other", Side::left)[5], "joint_tz_l");
+  EXPECT_THAT(tables::opensim_columns("knee", Side::left), testing::Each(testing::EndsWith("_l")));
+  EXPECT_EQ(tables::opensim_columns("hip", Side::right)[0], "hip_flex_r");
+  EXPECT_EQ(tables::opensim_columns("other", Side::left)[5], "joint_tz_l");
 }
 
 TEST(OpenSimTable, ATitleCannotBreakTheHeader)
 {
-  exports::FlexionMotion motion = turning_motion("right");
+  tables::FlexionMotion motion = turning_motion("right");
   motion.title = "a=b\nendheader\tc";
   const Table table = parsed_table(
-      exports::opensim_table(motion, {exports::opensim_columns("knee", Side::right), false, 30.0}));
+      tables::opensim_table(motion, {tables::opensim_columns("knee", Side::right), false, 30.0}));
   EXPECT_THAT(table.name, Not(HasSubstr("endheader")));
   EXPECT_THAT(table.name, Not(HasSubstr("=")));
   EXPECT_EQ(table.keys.size(), 6U);

@@ -8,8 +8,8 @@
 #include "app/scenes.hpp"
 #include "core/error.hpp"
 #include "faults/faulty_run.hpp"
-#include "journal/journal.hpp"
-#include "journal/little_endian.hpp"
+#include "store/journal.hpp"
+#include "core/little_endian.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::test::journal_damage_test {
@@ -22,8 +22,8 @@ class JournalDamage : public FaultyRun {
     run_from_empty({"kill", "open", "1", "a.h5.partial"});
     bytes_ = read_bytes(journal());
     // Magic, version, length of the key, key, checksum; then of each frame its length, checksum and content.
-    std::size_t end = 8 + 4 + 4 + journal::u32_at(bytes_, 12) + 4;
-    for (; end < bytes_.size(); end += 8 + journal::u32_at(bytes_, end)) ends_.push_back(end);
+    std::size_t end = 8 + 4 + 4 + core::u32_at(bytes_, 12) + 4;
+    for (; end < bytes_.size(); end += 8 + core::u32_at(bytes_, end)) ends_.push_back(end);
     ends_.push_back(end);
     EXPECT_EQ(end, bytes_.size());
     EXPECT_GT(ends_.size(), 6u);
@@ -58,7 +58,7 @@ class JournalDamage : public FaultyRun {
   std::vector<std::size_t> ends_;  ///< of the header, then of each frame
 };
 
-void expect_content(const journal::JournalContent& content, std::size_t n_records, std::size_t valid,
+void expect_content(const store::JournalContent& content, std::size_t n_records, std::size_t valid,
                     std::size_t size)
 {
   EXPECT_EQ(content.records.size(), n_records);
@@ -72,7 +72,7 @@ TEST_P(JournalDamage, EveryLengthIsReadUpToItsLastWholeRecord)
   for (std::size_t size = ends_[0]; size <= bytes_.size(); ++size) {
     SCOPED_TRACE(size);
     const std::size_t n = n_whole_before(size);
-    expect_content(journal::parse_journal("a", bytes_.substr(0, size)), n, ends_[n], size);
+    expect_content(store::parse_journal("a", bytes_.substr(0, size)), n, ends_[n], size);
   }
 }
 
@@ -82,7 +82,7 @@ TEST_P(JournalDamage, EveryFlippedBitIsDetected)
     for (int bit = 0; bit < 8; ++bit) {
       SCOPED_TRACE(std::to_string(byte) + " " + std::to_string(bit));
       const std::size_t n = n_whole_before(byte);
-      expect_content(journal::parse_journal("a", flipped(byte, bit)), n, ends_[n], bytes_.size());
+      expect_content(store::parse_journal("a", flipped(byte, bit)), n, ends_[n], bytes_.size());
     }
   }
 }
@@ -92,7 +92,7 @@ TEST_P(JournalDamage, EveryDamageToTheHeaderIsAnErrorThatNamesTheFile)
   int n_refused = 0;
   const auto count_refusal = [&](const std::string& damaged) {
     try {
-      journal::parse_journal("a.journal", damaged);
+      store::parse_journal("a.journal", damaged);
     } catch (const InputError& error) {
       n_refused += error.facts().file == "a.journal" ? 1 : 0;
     }

@@ -5,7 +5,7 @@
 #include <iterator>
 
 #include "faults/faulty_run.hpp"
-#include "journal/journal.hpp"
+#include "store/journal.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::test::run_kills_test {
@@ -47,7 +47,7 @@ TEST_P(RunKills, ATornRecordIsDroppedAndAllBeforeItKept)
   for (int k = 2; k <= n; ++k) {  // the first is the header
     SCOPED_TRACE(k);
     EXPECT_EQ(run_from_empty({"torn", "write", std::to_string(k), "a.h5.journal"}).exit_code, killed);
-    const journal::JournalContent content = journal::read_journal(journal());
+    const store::JournalContent content = store::read_journal(journal());
     EXPECT_EQ(content.records.size(), static_cast<std::size_t>(k - 2));
     EXPECT_GT(content.dropped_bytes, 0u);
     EXPECT_THAT(expect_finishes(), warns(journal(), std::to_string(content.dropped_bytes) + " bytes"));

@@ -9,9 +9,9 @@
 
 #include "app/scenes.hpp"
 #include "faults/faulty_run.hpp"
-#include "journal/journal.hpp"
-#include "journal/little_endian.hpp"
-#include "journal/record_bytes.hpp"
+#include "store/journal.hpp"
+#include "core/little_endian.hpp"
+#include "store/record_bytes.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::test::shard_faults_test {
@@ -25,7 +25,7 @@ constexpr const char* all_steps = "steps of all journals";
 /// Magic, version, length of the key, key, checksum.
 std::size_t header_bytes(const std::string& journal)
 {
-  return 8 + 4 + 4 + journal::u32_at(journal, 12) + 4;
+  return 8 + 4 + 4 + core::u32_at(journal, 12) + 4;
 }
 
 /// A command with the folder's files before and after it.
@@ -94,9 +94,9 @@ class ShardFaults : public FaultyRun {
       const bool is_journal = name.ends_with(".journal");
       all[name] = is_journal || name == "a.h5.run.json" ? "" : bytes;
       if (!is_journal) continue;
-      const journal::JournalContent content = journal::parse_journal(name, bytes);
+      const store::JournalContent content = store::parse_journal(name, bytes);
       EXPECT_EQ(content.dropped_reason, "") << name;
-      for (const StepRecord& record : content.records) steps.insert(journal::bytes_of(record));
+      for (const StepRecord& record : content.records) steps.insert(store::bytes_of(record));
     }
     for (const std::string& step : steps) all[all_steps] += step;
     return all;

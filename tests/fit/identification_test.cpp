@@ -1,6 +1,6 @@
 // Identification: a plate held by fibres in closed form, threads, continuation, the unknowns of a job and the
 // files of a result.
-#include "fit/identification.hpp"
+#include "analysis/identification.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 
 #include "core/atomic_file.hpp"
 #include "core/units.hpp"
-#include "fit/fit_files.hpp"
-#include "fit/fit_journal.hpp"
-#include "load/command_jobs.hpp"
+#include "analysis/fit_files.hpp"
+#include "analysis/fit_journal.hpp"
+#include "job/command_jobs.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
@@ -21,9 +21,9 @@ namespace vrda::identification_test {
 constexpr double slack_mm = 50.0, stiffness_n = 1000.0;
 
 // A plate under a plate, with two slack fibres in front and two behind.
-load::Case plates()
+job::Case plates()
 {
-  load::Case plates;
+  job::Case plates;
   plates.title = "two plates";
   plates.method = "equilibrium";
   plates.reference.contact = {test::plate(200.0, false), {0, 0}};
@@ -49,9 +49,9 @@ load::Case plates()
   return plates;
 }
 
-fit::Unknown strain_of(const std::string& name, std::vector<std::size_t> rows)
+analysis::Unknown strain_of(const std::string& name, std::vector<std::size_t> rows)
 {
-  fit::Unknown unknown;
+  analysis::Unknown unknown;
   unknown.name = "reference_strain " + name;
   unknown.fibres = std::move(rows);
   unknown.sd = 0.03;
@@ -62,16 +62,16 @@ fit::Unknown strain_of(const std::string& name, std::vector<std::size_t> rows)
 
 /// The strains of both bundles and a varus moment, which no laxity along the plates depends on.
 struct PlateQuestion {
-  load::Case job_case = plates();
-  fit::FitData data;
-  fit::IdentifyPlan plan;
+  job::Case job_case = plates();
+  analysis::FitData data;
+  analysis::IdentifyPlan plan;
 
   explicit PlateQuestion(const Eigen::Vector3d& truth)
   {
-    fit::Unknown moment;
+    analysis::Unknown moment;
     moment.name = "varus_moment";
-    moment.quantity = load::FitQuantity::load;
-    moment.load = fit::FittedLoad::varus_moment;
+    moment.quantity = job::FitQuantity::load;
+    moment.load = analysis::FittedLoad::varus_moment;
     moment.sd = 1.0;
     moment.from = -2.0;
     moment.to = 2.0;
@@ -80,14 +80,14 @@ struct PlateQuestion {
     data.laxity = &job_case;
     data.loads.flexion_deg = {0.0};
     data.loads.anterior_force_n = 120.0;
-    laxity::LaxityPlan measured;
+    analysis::LaxityPlan measured;
     measured.loads = data.loads;
-    const laxity::LaxityResult result =
-        laxity::laxity_of(fit::changed_case(job_case, plan.unknowns, truth), measured);
-    for (const laxity::LaxityCurve& curve : result.curves) {
+    const analysis::LaxityResult result =
+        analysis::laxity_of(analysis::changed_case(job_case, plan.unknowns, truth), measured);
+    for (const analysis::LaxityCurve& curve : result.curves) {
       for (const double load_n : {24.0, 72.0, 120.0})
         data.laxities.push_back(
-            {laxity::kind_of(curve.test).name, 0.0, load_n, laxity::laxity_at_load(curve, load_n), nan, ""});
+            {analysis::kind_of(curve.test).name, 0.0, load_n, analysis::laxity_at_load(curve, load_n), nan, ""});
     }
   }
   PlateQuestion(const PlateQuestion&) = delete;
@@ -98,38 +98,38 @@ TEST(Identification, RecoversStrainsThatTheDataDecideAndNamesTheRest)
 {
   const Eigen::Vector3d truth(0.02, -0.015, 0.5);
   PlateQuestion question(truth);
-  const fit::Identification found = fit::identify(question.data, question.plan);
-  EXPECT_EQ(found.status, fit::FitStatus::converged);
+  const analysis::Identification found = analysis::identify(question.data, question.plan);
+  EXPECT_EQ(found.status, analysis::FitStatus::converged);
   EXPECT_LT(found.misfit_after, 0.01 * found.misfit_before);
   for (std::size_t k = 0; k < 2; ++k) {
-    EXPECT_EQ(found.unknowns[k].identifiability, fit::Identifiability::decided) << k;
+    EXPECT_EQ(found.unknowns[k].identifiability, analysis::Identifiability::decided) << k;
     // The prior draws the estimate towards no change by the share that the data leave.
     const double drawn = (1.0 - found.unknowns[k].explained) * std::abs(truth(static_cast<Eigen::Index>(k)));
     EXPECT_NEAR(found.unknowns[k].change, truth(static_cast<Eigen::Index>(k)), drawn + 1e-3) << k;
   }
-  const fit::FittedUnknown& moment = found.unknowns[2];
-  EXPECT_EQ(moment.identifiability, fit::Identifiability::undecided);
+  const analysis::FittedUnknown& moment = found.unknowns[2];
+  EXPECT_EQ(moment.identifiability, analysis::Identifiability::undecided);
   EXPECT_NEAR(moment.change, 0.0, 1e-6);
   EXPECT_NEAR(moment.sd, 1.0, 1e-6);  // the prior's
   EXPECT_EQ(found.n_directions, 2u);
-  for (const fit::LaxityMisfit& row : found.laxities) EXPECT_NEAR(row.after, row.measured.value, 0.05);
+  for (const analysis::LaxityMisfit& row : found.laxities) EXPECT_NEAR(row.after, row.measured.value, 0.05);
 }
 
 TEST(Identification, StopsAtABound)
 {
   PlateQuestion question(Eigen::Vector3d(0.02, 0.0, 0.0));
   question.plan.unknowns[0].to = 0.01;
-  const fit::Identification found = fit::identify(question.data, question.plan);
-  EXPECT_EQ(found.unknowns[0].identifiability, fit::Identifiability::at_bound);
+  const analysis::Identification found = analysis::identify(question.data, question.plan);
+  EXPECT_EQ(found.unknowns[0].identifiability, analysis::Identifiability::at_bound);
   EXPECT_NEAR(found.unknowns[0].change, 0.01, 1e-9);
 }
 
-std::string json_of(const fit::Identification& found, const fit::IdentifyPlan& plan)
+std::string json_of(const analysis::Identification& found, const analysis::IdentifyPlan& plan)
 {
-  fit::FitDocument document;
+  analysis::FitDocument document;
   document.unknowns = plan.unknowns;
   document.found = found;
-  return fit::fit_json(document);
+  return analysis::fit_json(document);
 }
 
 TEST(Identification, ContinuesWithTheSameBits)
@@ -137,29 +137,29 @@ TEST(Identification, ContinuesWithTheSameBits)
   PlateQuestion question(Eigen::Vector3d(0.02, -0.015, 0.0));
   const test::Scratch scratch;
   const std::string path = (scratch.path() / "fit.journal").string();
-  const std::string key = fit::identification_key(question.data, question.plan, {"data"});
-  EXPECT_NE(fit::identification_key(question.data, question.plan, {"other data"}), key);
+  const std::string key = analysis::identification_key(question.data, question.plan, {"data"});
+  EXPECT_NE(analysis::identification_key(question.data, question.plan, {"other data"}), key);
   std::size_t n_all = 0;
   std::string whole;
   {
-    journal::FrameWriter journal = fit::open_evaluations(path, key, true, question.plan.known);
-    question.plan.keep = [&](const fit::Evaluation& evaluation) {
+    core::FrameWriter journal = analysis::open_evaluations(path, key, true, question.plan.known);
+    question.plan.keep = [&](const analysis::Evaluation& evaluation) {
       // Half of them survive the interruption.
-      if (++n_all % 2 == 0) journal.append(fit::evaluation_bytes(evaluation));
+      if (++n_all % 2 == 0) journal.append(analysis::evaluation_bytes(evaluation));
     };
-    whole = json_of(fit::identify(question.data, question.plan), question.plan);
+    whole = json_of(analysis::identify(question.data, question.plan), question.plan);
     journal.close();
   }
   std::size_t n_new = 0;
-  question.plan.keep = [&](const fit::Evaluation&) { ++n_new; };
-  journal::FrameWriter journal = fit::open_evaluations(path, key, false, question.plan.known);
+  question.plan.keep = [&](const analysis::Evaluation&) { ++n_new; };
+  core::FrameWriter journal = analysis::open_evaluations(path, key, false, question.plan.known);
   EXPECT_EQ(question.plan.known.size(), n_all / 2);
   question.plan.n_threads = 3;
-  EXPECT_EQ(json_of(fit::identify(question.data, question.plan), question.plan), whole);
+  EXPECT_EQ(json_of(analysis::identify(question.data, question.plan), question.plan), whole);
   EXPECT_EQ(n_new, n_all - n_all / 2);
   journal.close();
   EXPECT_THAT(
-      test::input_error([&] { fit::open_evaluations(path, "another key", false, question.plan.known); }),
+      test::input_error([&] { analysis::open_evaluations(path, "another key", false, question.plan.known); }),
       test::refuses({.file = path, .field = "key", .wanted = "--fresh"}));
 }
 
@@ -167,12 +167,12 @@ TEST(Identification, AnInterruptedFitSaysSo)
 {
   PlateQuestion question(Eigen::Vector3d(0.02, 0.0, 0.0));
   question.plan.is_stopped = [] { return true; };
-  EXPECT_TRUE(fit::identify(question.data, question.plan).is_stopped);
+  EXPECT_TRUE(analysis::identify(question.data, question.plan).is_stopped);
 }
 
-load::Job generic_knee(const std::string& fit)
+job::Job generic_knee(const std::string& fit)
 {
-  return load::parse_job("knee.toml", *read_text_file(VRDA_SOURCE_DIR "/jobs/knee-generic.toml") + fit);
+  return job::parse_job("knee.toml", *read_text_file(VRDA_SOURCE_DIR "/jobs/knee-generic.toml") + fit);
 }
 
 constexpr const char* many_unknowns = R"(
@@ -202,9 +202,9 @@ to = 40
 
 TEST(Unknowns, OfBundlesFibresAndAngles)
 {
-  const load::Job job = generic_knee(many_unknowns);
-  const load::Case job_case = load::load_case(load::over_flexions(job, {0.0, 15.0, 60.0, 120.0}), "");
-  const std::vector<fit::Unknown> unknowns = fit::unknowns_of(job, job_case);
+  const job::Job job = generic_knee(many_unknowns);
+  const job::Case job_case = job::load_case(job::over_flexions(job, {0.0, 15.0, 60.0, 120.0}), "");
+  const std::vector<analysis::Unknown> unknowns = analysis::unknowns_of(job, job_case);
   ASSERT_EQ(unknowns.size(), 8u + 4u + 3u);
   EXPECT_EQ(unknowns[0].name, "reference_strain ACLam");
   EXPECT_EQ(unknowns[0].fibres.size(), 3u);
@@ -214,44 +214,44 @@ TEST(Unknowns, OfBundlesFibresAndAngles)
   change(12) = 4.0;
   change(13) = 10.0;
   change(14) = -20.0;
-  const load::Case changed = fit::changed_case(job_case, unknowns, change);
+  const job::Case changed = analysis::changed_case(job_case, unknowns, change);
   const double expected_n[] = {4.0, 7.0, -5.0, -20.0};  // linear between the angles, constant beyond
   for (std::size_t k = 0; k < 4; ++k) EXPECT_DOUBLE_EQ(changed.push[k].force_n.x(), expected_n[k]) << k;
   EXPECT_EQ(changed.ligaments.fibres[0].slack_length_mm, job_case.ligaments.fibres[0].slack_length_mm);
 }
 
 // Of the fibres at the pose of the meshes.
-std::vector<double> strains_of(const ligament::Ligaments& ligaments)
+std::vector<double> strains_of(const model::Ligaments& ligaments)
 {
   std::vector<double> strains;
-  for (const ligament::FibreState& state : ligament::fibre_states(ligaments, {}, {}))
+  for (const model::FibreState& state : model::fibre_states(ligaments, {}, {}))
     strains.push_back(state.strain);
   return strains;
 }
 
 TEST(FitFiles, TheWrittenFibresHaveTheChangedStrains)
 {
-  const load::Job job = generic_knee(many_unknowns);
-  const load::Case job_case = load::load_case(load::over_flexions(job, {0.0}), "");
-  fit::Identification found;
-  const std::vector<fit::Unknown> unknowns = fit::unknowns_of(job, job_case);
+  const job::Job job = generic_knee(many_unknowns);
+  const job::Case job_case = job::load_case(job::over_flexions(job, {0.0}), "");
+  analysis::Identification found;
+  const std::vector<analysis::Unknown> unknowns = analysis::unknowns_of(job, job_case);
   found.unknowns.resize(unknowns.size());
   found.unknowns[0].change = 0.02;  // ACLam
   found.unknowns[0].sd = 0.01;
   found.unknowns[8].change = 3.0;  // LCL1 forwards, with its strain kept
   found.unknowns[12].change = 5.0;
-  const std::string csv = fit::fitted_ligaments_csv(job, job_case, unknowns, found);
+  const std::string csv = analysis::fitted_ligaments_csv(job, job_case, unknowns, found);
   const test::Scratch scratch;
   scratch.write("fitted.ligaments.csv", csv);
-  const std::string text = fit::fitted_job_text(job, "fitted.ligaments.csv", unknowns, found.change());
+  const std::string text = analysis::fitted_job_text(job, "fitted.ligaments.csv", unknowns, found.change());
   EXPECT_THAT(text, testing::HasSubstr("fibres = \"fitted.ligaments.csv\""));
   const std::string fitted_file = scratch.write("fitted.toml", text).string();
-  const load::Case fitted = load::load_case(load::over_flexions(load::read_job(fitted_file), {0.0}), "");
+  const job::Case fitted = job::load_case(job::over_flexions(job::read_job(fitted_file), {0.0}), "");
   EXPECT_DOUBLE_EQ(fitted.push[0].force_n.x(), 5.0);
   const std::vector<double> before = strains_of(job_case.ligaments), after = strains_of(fitted.ligaments);
   ASSERT_EQ(before.size(), after.size());
   for (std::size_t k = 0; k < before.size(); ++k) {
-    const ligament::Fibre& fibre = fitted.ligaments.fibres[k];
+    const model::Fibre& fibre = fitted.ligaments.fibres[k];
     // The decimals of the file read back exactly.
     EXPECT_NEAR(after[k] - before[k], fibre.bundle == "ACLam" ? 0.02 : 0.0, 1e-12) << fibre.name;
     const double forward_mm = fibre.moving_mm.x() - job_case.ligaments.fibres[k].moving_mm.x();
@@ -273,13 +273,13 @@ TEST(FitFiles, ATableOfLoadsKeepsTheAnglesOfTheJob)
   ASSERT_NE(knee.find(push), std::string::npos);
   knee.insert(knee.find(push) + push.size(),
               "lateral_force_n = { flexion_deg = [3, 30, 59], value = [[1, 0], [2, 0], [3, 0]] }\n");
-  const load::Job job = load::parse_job("knee.toml", knee + many_unknowns);
-  const load::Case job_case = load::load_case(load::over_flexions(job, {0.0}), "");
-  const std::vector<fit::Unknown> unknowns = fit::unknowns_of(job, job_case);
-  const std::string text = fit::fitted_job_text(job, "", unknowns, Eigen::VectorXd::Zero(15));
+  const job::Job job = job::parse_job("knee.toml", knee + many_unknowns);
+  const job::Case job_case = job::load_case(job::over_flexions(job, {0.0}), "");
+  const std::vector<analysis::Unknown> unknowns = analysis::unknowns_of(job, job_case);
+  const std::string text = analysis::fitted_job_text(job, "", unknowns, Eigen::VectorXd::Zero(15));
   // Converted from radians, 3, 30 and 59 are off by their last bit, and 30 is in both tables.
-  const load::Job fitted = load::parse_job("fitted.toml", text);
-  const load::Push at = load::load_case(load::over_flexions(fitted, {30.0}), "").push.front();
+  const job::Job fitted = job::parse_job("fitted.toml", text);
+  const job::Push at = job::load_case(job::over_flexions(fitted, {30.0}), "").push.front();
   EXPECT_EQ(at.force_n.x(), 2.0);
   EXPECT_EQ(fitted.push.lateral_force_n.flexion_rad,
             (std::vector<double>{0.0, rad_from_deg(3.0), rad_from_deg(30.0), rad_from_deg(59.0),

@@ -1,18 +1,18 @@
 // The keyword configuration. An accepted one gives an accepted job: errors must name a line of the
 // configuration.
-#include "convert/configuration.hpp"
-#include "convert/job_text.hpp"
+#include "job/configuration.hpp"
+#include "job/job_text.hpp"
 #include "fuzz/outcome.hpp"
-#include "load/job.hpp"
+#include "job/job.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
   using namespace vrda;
   test::read_or_refuse([&] {
-    const convert::KeywordConfiguration configuration =
-        convert::parse_configuration({"knee.cfg", test::text_of(data, size)});
-    const std::string text = convert::job_text(configuration, {"knee", "knee.cfg", "models", "m"});
-    test::require_no_throw([&] { load::parse_job("knee.toml", text); });
+    const job::KeywordConfiguration configuration =
+        job::parse_configuration({"knee.cfg", test::text_of(data, size)});
+    const std::string text = job::job_text(configuration, {"knee", "knee.cfg", "models", "m"});
+    test::require_no_throw([&] { job::parse_job("knee.toml", text); });
   });
   return 0;
 }

@@ -4,8 +4,8 @@
 #include <zlib.h>
 
 #include "fuzz/outcome.hpp"
-#include "journal/frame_bytes.hpp"
-#include "journal/little_endian.hpp"
+#include "core/frame_bytes.hpp"
+#include "core/little_endian.hpp"
 
 namespace vrda::test {
 
@@ -26,14 +26,14 @@ inline void repair_checksums(std::uint8_t* data, std::size_t size)
 {
   const std::string bytes = text_of(data, size);
   if (size < fixed_header_bytes + 4) return;
-  const std::size_t key_end = fixed_header_bytes + journal::u32_at(bytes, fixed_header_bytes - 4);
+  const std::size_t key_end = fixed_header_bytes + core::u32_at(bytes, fixed_header_bytes - 4);
   if (key_end + 4 > size) return;
   put(data + key_end, crc_of(data, key_end));
-  for (std::size_t at = key_end + 4; at + journal::frame_head_bytes <= size;) {
-    const std::size_t length = journal::u32_at(bytes, at);
-    if (length > size - at - journal::frame_head_bytes) return;
-    put(data + at + 4, crc_of(data + at + journal::frame_head_bytes, length, crc_of(data + at, 4)));
-    at += journal::frame_head_bytes + length;
+  for (std::size_t at = key_end + 4; at + core::frame_head_bytes <= size;) {
+    const std::size_t length = core::u32_at(bytes, at);
+    if (length > size - at - core::frame_head_bytes) return;
+    put(data + at + 4, crc_of(data + at + core::frame_head_bytes, length, crc_of(data + at, 4)));
+    at += core::frame_head_bytes + length;
   }
 }
 

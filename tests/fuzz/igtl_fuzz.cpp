@@ -2,10 +2,10 @@
 // every second change has repaired checksums.
 #include <algorithm>
 
-#include "devices/tracker_protocol.hpp"
+#include "bench/tracker_protocol.hpp"
 #include "fuzz/outcome.hpp"
-#include "igtl/message.hpp"
-#include "igtl/stream.hpp"
+#include "bench/message.hpp"
+#include "bench/stream.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
@@ -14,23 +14,23 @@ namespace {
 using namespace vrda;
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr std::size_t crc_at = igtl::igtl_header_bytes - 8;
+constexpr std::size_t crc_at = bench::igtl_header_bytes - 8;
 
 // Follows the sizes like the reader; stops where they exceed the data.
 void mend_checksums(std::span<std::uint8_t> bytes)
 {
-  while (bytes.size() >= igtl::igtl_header_bytes) {
-    const std::uint64_t n = igtl::header_of(bytes.first(igtl::igtl_header_bytes)).body_bytes;
-    if (n > bytes.size() - igtl::igtl_header_bytes) return;
-    const std::uint64_t crc = igtl::igtl_crc(bytes.subspan(igtl::igtl_header_bytes, n));
+  while (bytes.size() >= bench::igtl_header_bytes) {
+    const std::uint64_t n = bench::header_of(bytes.first(bench::igtl_header_bytes)).body_bytes;
+    if (n > bytes.size() - bench::igtl_header_bytes) return;
+    const std::uint64_t crc = bench::igtl_crc(bytes.subspan(bench::igtl_header_bytes, n));
     for (std::size_t k = 0; k < 8; ++k) bytes[crc_at + k] = static_cast<std::uint8_t>(crc >> (56 - 8 * k));
-    bytes = bytes.subspan(igtl::igtl_header_bytes + n);
+    bytes = bytes.subspan(bench::igtl_header_bytes + n);
   }
 }
 
-void look_at(const igtl::IgtlMessage& message)
+void look_at(const bench::IgtlMessage& message)
 {
-  for (const igtl::IgtlTool& tool : message.tools) {
+  for (const bench::IgtlTool& tool : message.tools) {
     test::require(tool.X_tracker_tool.matrix().allFinite(), "a place that is not finite");
     const Eigen::Matrix3d R = tool.X_tracker_tool.linear();
     test::require((R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-12 &&
@@ -41,19 +41,19 @@ void look_at(const igtl::IgtlMessage& message)
 }
 
 // Names are those of the seeds.
-devices::TrackerProtocol protocol()
+bench::TrackerProtocol protocol()
 {
-  devices::TrackerSettings settings;
+  bench::TrackerSettings settings;
   settings.tools = {"Femur", "Tibia"};
   return {settings, 0};
 }
 
-igtl::IgtlStream read_in_pieces(Bytes bytes, std::size_t n, std::vector<igtl::IgtlMessage>& messages)
+bench::IgtlStream read_in_pieces(Bytes bytes, std::size_t n, std::vector<bench::IgtlMessage>& messages)
 {
-  igtl::IgtlStream stream;
+  bench::IgtlStream stream;
   for (; !bytes.empty(); bytes = bytes.subspan(std::min(n, bytes.size()))) {
     stream.add(bytes.first(std::min(n, bytes.size())));
-    while (std::optional<igtl::IgtlMessage> message = stream.next()) messages.push_back(*std::move(message));
+    while (std::optional<bench::IgtlMessage> message = stream.next()) messages.push_back(*std::move(message));
   }
   return stream;
 }
@@ -72,20 +72,20 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 {
   if (size == 0) return 0;
   const Bytes bytes(data + 1, size - 1);
-  std::vector<igtl::IgtlMessage> at_once, in_pieces;
-  const igtl::IgtlStream whole = read_in_pieces(bytes, std::max<std::size_t>(bytes.size(), 1), at_once);
-  const igtl::IgtlStream cut = read_in_pieces(bytes, data[0] + 1U, in_pieces);
+  std::vector<bench::IgtlMessage> at_once, in_pieces;
+  const bench::IgtlStream whole = read_in_pieces(bytes, std::max<std::size_t>(bytes.size(), 1), at_once);
+  const bench::IgtlStream cut = read_in_pieces(bytes, data[0] + 1U, in_pieces);
   test::require(at_once.size() == in_pieces.size() && whole.error_message() == cut.error_message() &&
                     whole.n_skipped() == cut.n_skipped() && whole.n_malformed() == cut.n_malformed(),
                 "bytes that read otherwise in pieces");
-  devices::TrackerProtocol tools = protocol();
+  bench::TrackerProtocol tools = protocol();
   std::int64_t now_ns = 0;
-  for (const igtl::IgtlMessage& message : at_once) {
+  for (const bench::IgtlMessage& message : at_once) {
     look_at(message);
     now_ns += 10'000'000;
     test::require(tools.receive(message, now_ns).size() <= 2, "more samples than tools");
     tools.stale_samples(now_ns);
-    for (const char c : devices::error_text_of(message))
+    for (const char c : bench::error_text_of(message))
       test::require(static_cast<unsigned char>(c) >= 0x20, "a message of more than one line");
   }
   return 0;

@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "fuzz/outcome.hpp"
-#include "load/axis_map.hpp"
+#include "job/axis_map.hpp"
 
 namespace {
 
@@ -25,14 +25,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace vrda;
   test::read_or_refuse([&] {
     const std::string text = test::text_of(data, size);
-    const load::Job job = load::parse_job("job.toml", text, overrides_of(text));
+    const job::Job job = job::parse_job("job.toml", text, overrides_of(text));
     // The resolved job must be a valid job that resolves to itself: motion models store it, journals use its
     // digest.
     test::require_no_throw([&] {
-      const load::Job again = load::parse_job("resolved.toml", job.resolved_text);
+      const job::Job again = job::parse_job("resolved.toml", job.resolved_text);
       test::require(again.resolved_text == job.resolved_text, "a resolved job that resolves to another");
     });
-    load::axis_map(job);
+    job::axis_map(job);
   });
   return 0;
 }

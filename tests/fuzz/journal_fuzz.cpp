@@ -1,9 +1,9 @@
 // Journals of steps and of traces. Most changes fail a checksum and test little, so every second change has
 // repaired checksums.
 #include "fuzz/framed_checksums.hpp"
-#include "journal/journal.hpp"
-#include "journal/record_bytes.hpp"
-#include "journal/trace_journal.hpp"
+#include "store/journal.hpp"
+#include "store/record_bytes.hpp"
+#include "store/trace_journal.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
@@ -12,17 +12,17 @@ namespace {
 void read_steps(const std::string& bytes)
 {
   using namespace vrda;
-  const journal::JournalContent content = journal::parse_journal("a.journal", bytes);
+  const store::JournalContent content = store::parse_journal("a.journal", bytes);
   test::require(content.valid_bytes + content.dropped_bytes == bytes.size(),
                 "bytes that are neither kept nor dropped");
   test::require(content.dropped_reason.empty() == (content.dropped_bytes == 0),
                 "bytes dropped without a reason");
   std::size_t at = test::fixed_header_bytes + content.key.size() + 4;
   for (const StepRecord& record : content.records) {
-    const std::string again = journal::bytes_of(record);
-    test::require(bytes.compare(at + journal::frame_head_bytes, again.size(), again) == 0,
+    const std::string again = store::bytes_of(record);
+    test::require(bytes.compare(at + core::frame_head_bytes, again.size(), again) == 0,
                   "a record that is written otherwise");
-    at += journal::frame_head_bytes + again.size();
+    at += core::frame_head_bytes + again.size();
   }
   test::require(at == content.valid_bytes, "records that do not fill the valid bytes");
 }
@@ -30,11 +30,11 @@ void read_steps(const std::string& bytes)
 void read_traces(const std::string& bytes)
 {
   using namespace vrda;
-  const journal::TraceJournalContent content = journal::parse_trace_journal("a.trace.journal", bytes);
+  const store::TraceJournalContent content = store::parse_trace_journal("a.trace.journal", bytes);
   test::require(content.summary.valid_bytes + content.summary.dropped_bytes == bytes.size(),
                 "bytes that are neither kept nor dropped");
   for (const auto& [key, search] : content.searches)
-    test::require(bytes.find(journal::bytes_of(search)) != std::string::npos,
+    test::require(bytes.find(store::bytes_of(search)) != std::string::npos,
                   "a trace that is written otherwise");
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "fuzz/outcome.hpp"
-#include "load/clean_mesh.hpp"
+#include "job/clean_mesh.hpp"
 
 namespace vrda::test {
 
@@ -10,14 +10,14 @@ namespace vrda::test {
 inline void read_and_clean(const std::string& file, std::string bytes)
 {
   read_or_refuse([&] {
-    const load::RawMesh raw = load::read_mesh(file, std::move(bytes));
+    const job::RawMesh raw = job::read_mesh(file, std::move(bytes));
     std::size_t n_corners = 0;
     for (const std::int32_t size : raw.size) n_corners += static_cast<std::size_t>(size);
     require(n_corners == raw.corner.size(), "faces and corners do not match");
     for (const std::int32_t corner : raw.corner)
       require(corner >= 0 && corner < raw.vertices.rows(), "a corner outside the vertices");
     for (const Side side : {Side::right, Side::left}) {
-      const load::CleanMesh clean = load::clean_mesh(raw, load::Winding::outward, side);
+      const job::CleanMesh clean = job::clean_mesh(raw, job::Winding::outward, side);
       const Mesh& mesh = clean.mesh;
       require(mesh.normals.rows() == mesh.vertices_mm.rows(), "not one normal per vertex");
       require(mesh.vertices_mm.allFinite() && mesh.normals.allFinite(), "a number that is not finite");

@@ -17,7 +17,7 @@
 #include "fuzz/ending_cause.hpp"
 #include "fuzz/outcome.hpp"
 #include "fuzz/small_models.hpp"
-#include "motion/film.hpp"
+#include "store/film.hpp"
 #include "store/parse_hdf5.hpp"
 #include "store/read_separately.hpp"
 #include "store/separate_process.hpp"
@@ -95,7 +95,7 @@ Outcome refusal(const InputError::Facts& facts)
 
 void use(const store::Trace& trace)
 {
-  motion::film_of(trace, "a.trace.h5", {});
+  store::film_of(trace, "a.trace.h5", {});
 }
 
 /// Uses the poses of every model; one in eleven is also drawn, which takes ten times as long. The target

@@ -1,6 +1,6 @@
 // The three files of an Object set, one after the other, "%%" between them.
-#include "convert/mesh_writer.hpp"
-#include "convert/object_set.hpp"
+#include "job/mesh_writer.hpp"
+#include "job/object_set.hpp"
 #include "fuzz/outcome.hpp"
 
 namespace {
@@ -22,12 +22,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   test::read_or_refuse([&] {
     std::string rest = test::text_of(data, size);
     const std::string coordinates = next_part(rest), normals = next_part(rest);
-    const std::vector<convert::ObjectComponent> components =
-        convert::parse_object_set({{"a.coor", coordinates}, {"a.norm", normals}, {"a.elem", rest}});
-    for (const convert::ObjectComponent& component : components) {
+    const std::vector<job::ObjectComponent> components =
+        job::parse_object_set({{"a.coor", coordinates}, {"a.norm", normals}, {"a.elem", rest}});
+    for (const job::ObjectComponent& component : components) {
       // The written file equals the content read, and load accepts it.
       test::require_no_throw([&] {
-        const load::RawMesh again = load::read_mesh("a.vf", convert::vertices_faces_bytes(component.mesh));
+        const job::RawMesh again = job::read_mesh("a.vf", job::vertices_faces_bytes(component.mesh));
         test::require(again.vertices == component.mesh.vertices && again.corner == component.mesh.corner &&
                           again.size == component.mesh.size,
                       "a component that is written otherwise");

@@ -1,6 +1,6 @@
 // Recordings of the bench. Every second change has repaired checksums, as for journals.
 #include "fuzz/framed_checksums.hpp"
-#include "recording/recording.hpp"
+#include "bench/recording.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
@@ -10,17 +10,17 @@ namespace {
 void read(const std::string& bytes)
 {
   using namespace vrda;
-  const recording::Recording recording = recording::parsed_recording("a.log", bytes);
+  const bench::Recording recording = bench::parsed_recording("a.log", bytes);
   test::require(recording.dropped_why.empty() == (recording.dropped_bytes == 0),
                 "bytes dropped without a reason");
-  std::string again = journal::frame_of(recording::bytes_of(recording.facts));
-  for (const recording::RecordedFrame& picture : recording.frames)
-    again += journal::frame_of(recording::bytes_of(picture.now_ns, picture.keys, picture.samples));
+  std::string again = core::frame_of(bench::bytes_of(recording.facts));
+  for (const bench::RecordedFrame& picture : recording.frames)
+    again += core::frame_of(bench::bytes_of(picture.now_ns, picture.keys, picture.samples));
   test::require(again.size() + recording.dropped_bytes < bytes.size(),
                 "bytes that are neither kept nor dropped");
   const std::size_t begin = bytes.size() - static_cast<std::size_t>(recording.dropped_bytes) - again.size();
   test::require(bytes.compare(begin, again.size(), again) == 0, "a recording that is written otherwise");
-  test::require(begin == test::fixed_header_bytes + journal::u32_at(bytes, test::fixed_header_bytes - 4) + 4,
+  test::require(begin == test::fixed_header_bytes + core::u32_at(bytes, test::fixed_header_bytes - 4) + 4,
                 "pictures that do not fill the valid bytes");
 }
 

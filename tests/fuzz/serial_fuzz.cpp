@@ -2,12 +2,12 @@
 // repaired frame checksums.
 #include <algorithm>
 
-#include "devices/board_protocol.hpp"
+#include "bench/board_protocol.hpp"
 #include "fuzz/outcome.hpp"
 
 extern "C" {
-#include "firmware/board.h"
-#include "firmware/crc16.h"
+#include "bench/board.h"
+#include "bench/crc16.h"
 }
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
@@ -31,18 +31,18 @@ void mend_checksums(std::span<std::uint8_t> bytes)
 }
 
 struct Found {
-  std::vector<devices::SerialFrame> frames;
+  std::vector<bench::SerialFrame> frames;
   std::uint64_t n_noises = 0;
   bool operator==(const Found&) const = default;
 };
 
 Found read_in_pieces(Bytes bytes, std::size_t n)
 {
-  devices::SerialFrameParser line;
+  bench::SerialFrameParser line;
   Found found;
   for (; !bytes.empty(); bytes = bytes.subspan(std::min(n, bytes.size()))) {
     line.add(bytes.first(std::min(n, bytes.size())));
-    while (const std::optional<devices::SerialFrame> frame = line.next()) found.frames.push_back(*frame);
+    while (const std::optional<bench::SerialFrame> frame = line.next()) found.frames.push_back(*frame);
   }
   found.n_noises = line.n_noise_runs();
   return found;
@@ -51,21 +51,21 @@ Found read_in_pieces(Bytes bytes, std::size_t n)
 // As the client: processes each piece and sends due requests. Half a period passes between pieces.
 void protocol(Bytes bytes, std::size_t n)
 {
-  devices::BoardProtocol protocol({}, 0);
-  for (std::int64_t now_ns = 0; !bytes.empty() && protocol.phase() != devices::BoardProtocol::Phase::failed;
+  bench::BoardProtocol protocol({}, 0);
+  for (std::int64_t now_ns = 0; !bytes.empty() && protocol.phase() != bench::BoardProtocol::Phase::failed;
        now_ns += 5'000'000) {
     test::require(protocol.due(now_ns).size() <= 3, "more requests than there are");
     test::require(
-        protocol.phase() == devices::BoardProtocol::Phase::failed || protocol.next_due_ns() > now_ns,
+        protocol.phase() == bench::BoardProtocol::Phase::failed || protocol.next_due_ns() > now_ns,
         "a request that stays due");
-    for (const devices::Sample& sample : protocol.receive(bytes.first(std::min(n, bytes.size())), now_ns))
+    for (const bench::Sample& sample : protocol.receive(bytes.first(std::min(n, bytes.size())), now_ns))
       test::require(
-          sample.kind != devices::SampleKind::potentiometer || (sample.count >= 0 && sample.count <= 1023),
+          sample.kind != bench::SampleKind::potentiometer || (sample.count >= 0 && sample.count <= 1023),
           "ten bits");
     bytes = bytes.subspan(std::min(n, bytes.size()));
   }
   test::require(
-      (protocol.phase() == devices::BoardProtocol::Phase::failed) == !protocol.error_message().empty(),
+      (protocol.phase() == bench::BoardProtocol::Phase::failed) == !protocol.error_message().empty(),
       "given up without a reason");
 }
 
@@ -86,7 +86,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Found at_once = read_in_pieces(bytes, std::max<std::size_t>(bytes.size(), 1));
   test::require(at_once == read_in_pieces(bytes, data[0] % 32U + 1U), "bytes that read otherwise in pieces");
   std::size_t n_bytes = 0;
-  for (const devices::SerialFrame& frame : at_once.frames) {
+  for (const bench::SerialFrame& frame : at_once.frames) {
     test::require(frame.n <= board_most_payload, "a payload longer than it may be");
     n_bytes += frame.n + 6U;
   }

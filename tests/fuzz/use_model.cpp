@@ -4,37 +4,37 @@
 #include <vector>
 
 #include "fuzz/outcome.hpp"
-#include "motion/poses.hpp"
-#include "navigation/gap_reading.hpp"
-#include "scene/camera.hpp"
-#include "scene/joint_layers.hpp"
-#include "scene/scene.hpp"
+#include "store/poses.hpp"
+#include "view/gap_reading.hpp"
+#include "view/camera.hpp"
+#include "view/joint_layers.hpp"
+#include "view/scene.hpp"
 
 namespace vrda::test {
 namespace {
 
-scene::LayerSet all_layers()
+view::LayerSet all_layers()
 {
-  scene::LayerSet layers;
-  for (const std::string& name : scene::layer_names()) layers.set(*scene::layer_named(name), true);
+  view::LayerSet layers;
+  for (const std::string& name : view::layer_names()) layers.set(*view::layer_named(name), true);
   return layers;
 }
 
-void look_at(const scene::Scene& scene, Side side)
+void look_at(const view::Scene& scene, Side side)
 {
   constexpr double everywhere_mm = 1e300;
-  for (const scene::Sphere& sphere :
-       {scene::joint_sphere(scene), scene::Sphere{Eigen::Vector3d::Zero(), everywhere_mm}}) {
-    scene::CameraFit fit(scene::view_rotation(scene::View::oblique, side));
-    fit.include(scene::points_within(scene, sphere));
-    scene::projection(scene::with_depth_range(fit.camera(), scene));
+  for (const view::Sphere& sphere :
+       {view::joint_sphere(scene), view::Sphere{Eigen::Vector3d::Zero(), everywhere_mm}}) {
+    view::CameraFit fit(view::view_rotation(view::View::oblique, side));
+    fit.include(view::points_within(scene, sphere));
+    view::projection(view::with_depth_range(fit.camera(), scene));
   }
 }
 
 /// Poses at and beyond the ends of the motion and between.
-std::vector<motion::JointPose> some_poses(const motion::Motion& motion)
+std::vector<store::JointPose> some_poses(const store::Motion& motion)
 {
-  std::vector<motion::JointPose> poses;
+  std::vector<store::JointPose> poses;
   const double n = motion.is_sequence() ? static_cast<double>(motion.keys().size() - 1) : 0.0;
   for (const double part : {0.37, -0.1, 0.0, 1.0}) {
     if (motion.is_sequence()) {
@@ -53,10 +53,10 @@ std::vector<motion::JointPose> some_poses(const motion::Motion& motion)
 
 void use_motion(const store::MotionModel& model)
 {
-  for (const std::string& set : motion::set_names(model)) {
-    const motion::Motion motion(model, set);
-    const navigation::GapReader gaps(model, set);
-    for (const motion::JointPose& pose : some_poses(motion)) {
+  for (const std::string& set : store::set_names(model)) {
+    const store::Motion motion(model, set);
+    const view::GapReader gaps(model, set);
+    for (const store::JointPose& pose : some_poses(motion)) {
       require(pose.X_reference_moving.matrix().allFinite(), "a pose that is no number");
       gaps.at(pose);
     }
@@ -66,14 +66,14 @@ void use_motion(const store::MotionModel& model)
 void use_as_player(const store::MotionModel& model)
 {
   use_motion(model);
-  scene::Scene scene = scene::scene_of(model.reference, model.moving, model.rotation_centre_mm);
-  scene::JointLayers layers(model, scene);
-  const scene::LayerSet shown = all_layers();
-  for (const std::string& set : motion::set_names(model)) {
-    const motion::Motion motion(model, set);
-    const motion::JointPose pose = some_poses(motion).front();
-    const scene::JointFrames frames = scene::frames_of(pose);
-    scene::place(scene, frames);
+  view::Scene scene = view::scene_of(model.reference, model.moving, model.rotation_centre_mm);
+  view::JointLayers layers(model, scene);
+  const view::LayerSet shown = all_layers();
+  for (const std::string& set : store::set_names(model)) {
+    const store::Motion motion(model, set);
+    const store::JointPose pose = some_poses(motion).front();
+    const view::JointFrames frames = view::frames_of(pose);
+    view::place(scene, frames);
     layers.update(scene, motion, {pose, frames, shown});
     look_at(scene, model.side == "left" ? Side::left : Side::right);
   }

@@ -2,7 +2,7 @@
 #include "fuzz/changed_content.hpp"
 #include "fuzz/outcome.hpp"
 #include "fuzz/small_models.hpp"
-#include "motion/film.hpp"
+#include "store/film.hpp"
 #include "store/serialize_models.hpp"
 
 namespace {
@@ -27,6 +27,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 {
   const std::string bytes = test::changed(bases(), data, size);
   test::read_or_refuse([&] { test::use_as_player(store::deserialize_motion_model(bytes, "a.h5")); });
-  test::read_or_refuse([&] { motion::film_of(store::trace_of(bytes, "a.trace.h5"), "a.trace.h5", {}); });
+  test::read_or_refuse([&] { store::film_of(store::trace_of(bytes, "a.trace.h5"), "a.trace.h5", {}); });
   return 0;
 }

@@ -1,13 +1,13 @@
 // Wrapping surfaces in JSON.
 #include "fuzz/outcome.hpp"
-#include "load/wraps_file.hpp"
+#include "job/wraps_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
   using namespace vrda;
   test::read_or_refuse([&] {
-    for (const ligament::Wrap& wrap :
-         load::read_wraps("wraps.json", test::text_of(data, size), {"femur", "tibmen"})) {
+    for (const model::Wrap& wrap :
+         job::read_wraps("wraps.json", test::text_of(data, size), {"femur", "tibmen"})) {
       test::require(wrap.radii_mm.minCoeff() > 0.0, "a wrap without size");
     }
   });

@@ -1,4 +1,4 @@
-#include "index/index.hpp"
+#include "run/index.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,17 +22,17 @@ using testing::StartsWith;
 
 double number_of(const std::vector<double>& numbers, const std::string& name)
 {
-  for (std::size_t k = 0; k < index::index_numbers().size(); ++k) {
-    if (index::index_numbers()[k].name == name) return numbers.at(k);
+  for (std::size_t k = 0; k < run::index_numbers().size(); ++k) {
+    if (run::index_numbers()[k].name == name) return numbers.at(k);
   }
   ADD_FAILURE() << "no column " << name;
   return 0.0;
 }
 
-index::IndexRow index_row(const std::string& name, const std::string& model_path,
+run::IndexRow index_row(const std::string& name, const std::string& model_path,
                           const std::vector<std::string>& levels = {})
 {
-  return index::index_rows({{name, levels, model_path}}, 1).front();
+  return run::index_rows({{name, levels, model_path}}, 1).front();
 }
 
 store::MotionModel rich_model()
@@ -47,8 +47,8 @@ TEST(IndexNumbers, OfAModelByItsSpine)
 {
   // 4 x 3 cells, (1, 2) failed; theta is a fifth of flexion (0 to 3 degrees) at every cell.
   const store::MotionModel model = test::sample_model();
-  const std::vector<double> n = index::index_numbers_of(model, 12345.0);
-  EXPECT_EQ(index::index_curve_of(model), "spine");
+  const std::vector<double> n = run::index_numbers_of(model, 12345.0);
+  EXPECT_EQ(run::index_curve_of(model), "spine");
   EXPECT_EQ(number_of(n, "flexions"), 4.0);
   EXPECT_EQ(number_of(n, "varus_columns"), 3.0);
   EXPECT_EQ(number_of(n, "flexion_last_deg"), 3.0);
@@ -86,14 +86,14 @@ TEST(IndexNumbers, TheSmoothedSetKeepsItsAuditBesideATwoSidedMotion)
     if (audit.name == "degree_1_recontacted")
       penetration_mm = store::summary_of(audit).largest_penetration_mm;
   EXPECT_GT(penetration_mm, 0.0);
-  EXPECT_EQ(number_of(index::index_numbers_of(model, 1.0), "smooth_penetration_mm"), penetration_mm);
+  EXPECT_EQ(number_of(run::index_numbers_of(model, 1.0), "smooth_penetration_mm"), penetration_mm);
 }
 
 TEST(IndexNumbers, OfAModelWithoutASolvedAttitudeAreNoAnswers)
 {
   const store::MotionModel model = store::with_pending_cells(test::sample_model());
-  const std::vector<double> n = index::index_numbers_of(model, 1.0);
-  EXPECT_EQ(index::index_curve_of(model), "");
+  const std::vector<double> n = run::index_numbers_of(model, 1.0);
+  EXPECT_EQ(run::index_curve_of(model), "");
   EXPECT_EQ(number_of(n, "solved"), 0.0);
   EXPECT_EQ(number_of(n, "unsolved_fraction"), 1.0);
   for (const char* absent :
@@ -110,7 +110,7 @@ TEST(IndexNumbers, VarusLeftFreeHasNoAxisOfVarus)
   options.has_failed_cell = false;
   store::MotionModel model = test::sample_model(options);
   model.varus_solved_deg.setConstant(0.4);
-  const std::vector<double> n = index::index_numbers_of(model, 1.0);
+  const std::vector<double> n = run::index_numbers_of(model, 1.0);
   EXPECT_EQ(number_of(n, "varus_columns"), 1.0);
   EXPECT_TRUE(std::isnan(number_of(n, "varus_first_deg")));
 }
@@ -119,25 +119,25 @@ TEST(IndexRow, SaysHowFarACaseIs)
 {
   const test::Scratch scratch;
   const std::string output = scratch.path() / "a.h5";
-  EXPECT_EQ(index_row("a", output).status, index::CaseStatus::missing);
-  EXPECT_EQ(index_row("a", scratch.path() / "nowhere" / "a.h5").status, index::CaseStatus::missing);
+  EXPECT_EQ(index_row("a", output).status, run::CaseStatus::missing);
+  EXPECT_EQ(index_row("a", scratch.path() / "nowhere" / "a.h5").status, run::CaseStatus::missing);
   for (const char* left :
        {"a.h5.start.h5", "a.h5.journal", "a.h5.spine.journal", "a.h5.shard-2-of-3.journal"}) {
     const std::filesystem::path file = scratch.write(left, "");
-    EXPECT_EQ(index_row("a", output).status, index::CaseStatus::partial) << left;
+    EXPECT_EQ(index_row("a", output).status, run::CaseStatus::partial) << left;
     std::filesystem::remove(file);
   }
   store::write_motion_model(output, test::sample_model());
-  const index::IndexRow row = index_row("a", output, {"x"});
-  EXPECT_EQ(row.status, index::CaseStatus::done);
+  const run::IndexRow row = index_row("a", output, {"x"});
+  EXPECT_EQ(row.status, run::CaseStatus::done);
   EXPECT_EQ(row.remark, "");
   EXPECT_THAT(row.levels, ElementsAre("x"));
   EXPECT_EQ(row.sha256.size(), 64U);
   EXPECT_EQ(number_of(row.numbers, "model_bytes"), static_cast<double>(std::filesystem::file_size(output)));
   EXPECT_FALSE(row.times);
   std::filesystem::resize_file(output, 1000);
-  const index::IndexRow cut = index_row("a", output);
-  EXPECT_EQ(cut.status, index::CaseStatus::failed);
+  const run::IndexRow cut = index_row("a", output);
+  EXPECT_EQ(cut.status, run::CaseStatus::failed);
   EXPECT_THAT(cut.remark, HasSubstr("found "));
   EXPECT_THAT(cut.numbers, IsEmpty());
 }
@@ -148,9 +148,9 @@ TEST(Index, ATableThatCannotBeReplacedLeavesTheOldIndex)
   scratch.write("index.h5", "\x89HDF\r\n\x1a\n old");
   std::filesystem::create_directory(scratch.path() / "index.times.csv");
   std::optional<Publication> publication =
-      Publication::begin(index::index_file_of(scratch.path()), "the test");
+      Publication::begin(run::index_file_of(scratch.path()), "the test");
   const auto publish = [&] {
-    index::publish_index(*publication, scratch.path(), "One", {}, {index_row("b", scratch.path() / "b.h5")});
+    run::publish_index(*publication, scratch.path(), "One", {}, {index_row("b", scratch.path() / "b.h5")});
   };
   EXPECT_EQ(test::input_error(publish).found, "a folder");
   EXPECT_EQ(test::read_bytes(scratch.path() / "index.h5"), "\x89HDF\r\n\x1a\n old");
@@ -170,8 +170,8 @@ TEST(Index, EqualResultsGiveEqualBytesWhereverTheyAreAndWheneverTheyWereMade)
                                           ", \"solving_processor_seconds\": 4.5, \"threads\": 2, "
                                           "\"steps_recalled\": 0, \"host\": \"n1\", \"processors\": 4}");
     std::optional<Publication> publication =
-        Publication::begin(index::index_file_of(scratch->path()), "the test");
-    index::publish_index(
+        Publication::begin(run::index_file_of(scratch->path()), "the test");
+    run::publish_index(
         *publication, scratch->path(), "Two", {"method"},
         {index_row("a", output, {"rest"}), index_row("b", scratch->path() / "b" / "b.h5", {"search"})});
   }
@@ -191,7 +191,7 @@ TEST(Index, EqualResultsGiveEqualBytesWhereverTheyAreAndWheneverTheyWereMade)
 TEST(IndexRows, AreInOrderHoweverManyModelsAreReadAtOnce)
 {
   const test::Scratch scratch;
-  std::vector<index::IndexedCase> cases;
+  std::vector<run::IndexedCase> cases;
   for (const std::string name : {"a", "b", "c", "d", "e"})
     cases.push_back({name, {}, (scratch.path() / (name + ".h5")).string()});
   for (const std::size_t k : {0U, 1U, 3U}) {
@@ -201,24 +201,24 @@ TEST(IndexRows, AreInOrderHoweverManyModelsAreReadAtOnce)
   }
   scratch.write("e.h5", "no model");
   for (const int n_processes : {0, 1, 2, 50}) {
-    const std::vector<index::IndexRow> rows = index::index_rows(cases, n_processes);
+    const std::vector<run::IndexRow> rows = run::index_rows(cases, n_processes);
     ASSERT_EQ(rows.size(), 5U);
     for (std::size_t k = 0; k < rows.size(); ++k) EXPECT_EQ(rows[k].name, cases[k].name);
     for (const std::size_t k : {0U, 1U, 3U}) {
-      EXPECT_EQ(rows[k].status, index::CaseStatus::done);
+      EXPECT_EQ(rows[k].status, run::CaseStatus::done);
       EXPECT_EQ(number_of(rows[k].numbers, "varus_columns"), static_cast<double>(3 + k));
     }
-    EXPECT_EQ(rows[2].status, index::CaseStatus::missing);
-    EXPECT_EQ(rows[4].status, index::CaseStatus::failed);
+    EXPECT_EQ(rows[2].status, run::CaseStatus::missing);
+    EXPECT_EQ(rows[4].status, run::CaseStatus::failed);
   }
-  EXPECT_THAT(index::index_rows({}, 4), IsEmpty());
+  EXPECT_THAT(run::index_rows({}, 4), IsEmpty());
 }
 
 // schemas/campaign.md must describe every column.
 TEST(Index, ThePageDescribesEveryColumn)
 {
   const std::string page = test::read_bytes(VRDA_CAMPAIGN_PAGE);
-  for (const index::IndexNumber& number : index::index_numbers())
+  for (const run::IndexNumber& number : run::index_numbers())
     EXPECT_THAT(page, HasSubstr(std::string("| `") + number.name + "` | " + number.units + " |"));
   for (const char* text :
        {"case", "status", "remark", "title", "joint", "side", "solver", "curve", "sha256", "file"})

@@ -1,12 +1,12 @@
-#include "job_run/collect.hpp"
+#include "run/collect.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "cluster/jobs.hpp"
+#include "run/jobs.hpp"
 #include "core/units.hpp"
-#include "journal/journal.hpp"
-#include "journal/record_bytes.hpp"
+#include "store/journal.hpp"
+#include "store/record_bytes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
@@ -18,20 +18,20 @@ using testing::IsEmpty;
 
 const std::string key(64, 'a');
 
-sweep::SweepPlan plan_of(sweep::SpineRule rule, int n_flexion = 6, int n_varus = 5)
+solve::SweepPlan plan_of(solve::SpineRule rule, int n_flexion = 6, int n_varus = 5)
 {
-  sweep::SweepPlan plan;
+  solve::SweepPlan plan;
   for (int i = 0; i < n_flexion; ++i) plan.flexion_rad.push_back(rad_from_deg(10.0 * i));
   for (int j = 0; j < n_varus; ++j) plan.varus_rad.push_back(rad_from_deg(j - (n_varus - 1) / 2));
   plan.spine = rule;
-  plan.n_restarts = rule == sweep::SpineRule::free_varus ? 2 : 0;
-  plan.has_band = rule == sweep::SpineRule::free_varus;
-  plan.is_varus_free = rule == sweep::SpineRule::free_varus && n_varus == 1;
+  plan.n_restarts = rule == solve::SpineRule::free_varus ? 2 : 0;
+  plan.has_band = rule == solve::SpineRule::free_varus;
+  plan.is_varus_free = rule == solve::SpineRule::free_varus && n_varus == 1;
   return plan;
 }
 
 // A pose that depends on the seed, which reveals any other seeding order.
-StepRecord solved(const sweep::StepTask& task)
+StepRecord solved(const solve::StepTask& task)
 {
   StepRecord record;
   record.status = StepStatus::stable;
@@ -46,18 +46,18 @@ StepRecord solved(const sweep::StepTask& task)
 }
 
 // Every step that a sweep of these rows keeps.
-std::vector<StepRecord> steps_of(sweep::SweepPlan plan, std::optional<std::vector<std::int32_t>> rows,
+std::vector<StepRecord> steps_of(solve::SweepPlan plan, std::optional<std::vector<std::int32_t>> rows,
                                  const std::map<StepKey, StepRecord>& known = {})
 {
   plan.rows = std::move(rows);
   std::vector<StepRecord> kept;
-  sweep::SweepHooks hooks;
+  solve::SweepHooks hooks;
   hooks.recall = [&](const StepKey& k) -> std::optional<StepRecord> {
     const auto found = known.find(k);
     return found == known.end() ? std::nullopt : std::optional(found->second);
   };
   hooks.keep = [&](const StepRecord& record) { kept.push_back(record); };
-  EXPECT_TRUE(sweep::sweep(plan, solved, hooks, 1).is_complete);
+  EXPECT_TRUE(solve::sweep(plan, solved, hooks, 1).is_complete);
   return kept;
 }
 
@@ -68,13 +68,13 @@ std::map<StepKey, StepRecord> by_key(const std::vector<StepRecord>& records)
   return steps;
 }
 
-std::string bytes_of_all(const sweep::SweepResult& result)
+std::string bytes_of_all(const solve::SweepResult& result)
 {
   std::string bytes;
-  for (const StepRecord& r : result.cells) bytes += journal::bytes_of(r);
+  for (const StepRecord& r : result.cells) bytes += store::bytes_of(r);
   for (const std::int32_t column : result.spine_column) bytes += std::to_string(column) + ' ';
-  for (const sweep::FreeSpineStep& step : result.free_spine)
-    bytes += journal::bytes_of(step.chosen) + journal::bytes_of(step.band_low);
+  for (const solve::FreeSpineStep& step : result.free_spine)
+    bytes += store::bytes_of(step.chosen) + store::bytes_of(step.band_low);
   return bytes;
 }
 
@@ -82,44 +82,44 @@ std::string journal_with(const test::Scratch& scratch, const std::string& name,
                          const std::vector<StepRecord>& records, const std::string& job = key)
 {
   const std::string path = scratch.path() / name;
-  journal::JournalWriter writer = journal::JournalWriter::create(path, job);
+  store::JournalWriter writer = store::JournalWriter::create(path, job);
   for (const StepRecord& r : records) writer.append(r);
   return path;
 }
 
-class Collect : public testing::TestWithParam<sweep::SweepPlan> {};
+class Collect : public testing::TestWithParam<solve::SweepPlan> {};
 
 TEST_P(Collect, SpineAndShardsTogetherAreTheWholeSweepForAnyNumberOfThem)
 {
-  const sweep::SweepPlan& plan = GetParam();
+  const solve::SweepPlan& plan = GetParam();
   const auto n_rows = static_cast<std::int32_t>(plan.flexion_rad.size());
   const auto whole = by_key(steps_of(plan, std::nullopt));
-  const std::string wanted = bytes_of_all(job_run::replay_sweep(plan, whole));
+  const std::string wanted = bytes_of_all(run::replay_sweep(plan, whole));
   const auto spine = by_key(steps_of(plan, std::vector<std::int32_t>{}));
   for (std::int32_t count = 1; count <= n_rows + 3; ++count) {
     std::map<StepKey, StepRecord> steps = spine;
     for (std::int32_t number = 1; number <= count; ++number) {
-      for (const StepRecord& r : steps_of(plan, cluster::rows_of({number, count}, n_rows), spine)) {
+      for (const StepRecord& r : steps_of(plan, run::rows_of({number, count}, n_rows), spine)) {
         EXPECT_TRUE(steps.emplace(r.key, r).second) << "solved twice";
       }
     }
     EXPECT_EQ(steps.size(), whole.size());
-    EXPECT_TRUE(job_run::missing_steps(plan, steps).is_empty());
-    EXPECT_EQ(bytes_of_all(job_run::replay_sweep(plan, steps)), wanted) << count << " shards";
+    EXPECT_TRUE(run::missing_steps(plan, steps).is_empty());
+    EXPECT_EQ(bytes_of_all(run::replay_sweep(plan, steps)), wanted) << count << " shards";
   }
 }
 
 TEST_P(Collect, WhateverStepIsTakenAwayIsMissed)
 {
-  const sweep::SweepPlan& plan = GetParam();
+  const solve::SweepPlan& plan = GetParam();
   const auto whole = by_key(steps_of(plan, std::nullopt));
   for (const auto& [gone, record] : whole) {
     auto steps = whole;
     steps.erase(gone);
-    const job_run::MissingSteps missing = job_run::missing_steps(plan, steps);
+    const run::MissingSteps missing = run::missing_steps(plan, steps);
     // The spine's cell is derived from another step: a probe, or the equilibrium with free varus.
     const bool is_copy =
-        gone.kind == StepKind::spine && (plan.spine != sweep::SpineRule::free_varus || plan.is_varus_free);
+        gone.kind == StepKind::spine && (plan.spine != solve::SpineRule::free_varus || plan.is_varus_free);
     EXPECT_EQ(missing.is_empty(), is_copy) << name_of(gone.kind) << gone.flexion << ' ' << gone.varus;
     const bool is_of_row =
         gone.kind == StepKind::row || gone.kind == StepKind::band || gone.kind == StepKind::spine;
@@ -129,32 +129,32 @@ TEST_P(Collect, WhateverStepIsTakenAwayIsMissed)
 
 TEST_P(Collect, WithoutAShardItsRowsAreMissing)
 {
-  const sweep::SweepPlan& plan = GetParam();
+  const solve::SweepPlan& plan = GetParam();
   const auto spine = by_key(steps_of(plan, std::vector<std::int32_t>{}));
   auto steps = spine;
   for (const StepRecord& r : steps_of(plan, std::vector<std::int32_t>{0, 1, 3, 4}, spine))
     steps.emplace(r.key, r);
-  EXPECT_THAT(job_run::missing_steps(plan, steps).rows, ElementsAre(2, 5));
-  EXPECT_THAT(job_run::missing_steps(plan, {}).rows, testing::SizeIs(plan.flexion_rad.size()));
-  EXPECT_FALSE(job_run::missing_steps(plan, {}).is_spine_complete);
-  sweep::SweepPlan some = plan;
+  EXPECT_THAT(run::missing_steps(plan, steps).rows, ElementsAre(2, 5));
+  EXPECT_THAT(run::missing_steps(plan, {}).rows, testing::SizeIs(plan.flexion_rad.size()));
+  EXPECT_FALSE(run::missing_steps(plan, {}).is_spine_complete);
+  solve::SweepPlan some = plan;
   some.rows = std::vector<std::int32_t>{1, 3};
-  EXPECT_TRUE(job_run::missing_steps(some, steps).is_empty());
+  EXPECT_TRUE(run::missing_steps(some, steps).is_empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(Rules, Collect,
-                         testing::Values(plan_of(sweep::SpineRule::walk_to_balance),
-                                         plan_of(sweep::SpineRule::nearest_zero),
-                                         plan_of(sweep::SpineRule::free_varus),
-                                         plan_of(sweep::SpineRule::free_varus, 6, 1)));
+                         testing::Values(plan_of(solve::SpineRule::walk_to_balance),
+                                         plan_of(solve::SpineRule::nearest_zero),
+                                         plan_of(solve::SpineRule::free_varus),
+                                         plan_of(solve::SpineRule::free_varus, 6, 1)));
 
 TEST(CollectJournals, CountsDuplicatesAndRefusesTwoResults)
 {
   const test::Scratch scratch;
-  std::vector<StepRecord> records = steps_of(plan_of(sweep::SpineRule::walk_to_balance), std::nullopt);
+  std::vector<StepRecord> records = steps_of(plan_of(solve::SpineRule::walk_to_balance), std::nullopt);
   const std::string all = journal_with(scratch, "all.journal", records);
   const std::string some = journal_with(scratch, "some.journal", {records.back(), records[0]});
-  const job_run::CollectedSteps collected = job_run::collect_steps({all, some}, key);
+  const run::CollectedSteps collected = run::collect_steps({all, some}, key);
   EXPECT_EQ(collected.n_duplicates, 2);
   EXPECT_THAT(collected.duplicate_rows, ElementsAre(0, 5));
   EXPECT_THAT(collected.duplicate_journals, ElementsAre(all, some));
@@ -164,7 +164,7 @@ TEST(CollectJournals, CountsDuplicatesAndRefusesTwoResults)
   records[3].pose.theta_rad += 1e-15;
   const std::string other = journal_with(scratch, "other.journal", {records[3]});
   EXPECT_THAT(test::input_error([&] {
-                job_run::collect_steps({all, other}, key);
+                run::collect_steps({all, other}, key);
               }),
               test::refuses({other, "spine step at flexion 0, varus 2 of the grid", all}));
 }
@@ -172,15 +172,15 @@ TEST(CollectJournals, CountsDuplicatesAndRefusesTwoResults)
 TEST(CollectJournals, RefusesAnotherJobAndReportsADamagedEnd)
 {
   const test::Scratch scratch;
-  const std::vector<StepRecord> records = steps_of(plan_of(sweep::SpineRule::walk_to_balance), std::nullopt);
+  const std::vector<StepRecord> records = steps_of(plan_of(solve::SpineRule::walk_to_balance), std::nullopt);
   const std::string foreign = journal_with(scratch, "foreign.journal", records, std::string(64, 'b'));
-  EXPECT_THAT(test::input_error([&] { job_run::collect_steps({foreign}, key); }),
+  EXPECT_THAT(test::input_error([&] { run::collect_steps({foreign}, key); }),
               test::refuses({foreign, "key", "", "leave"}));
 
   const std::string whole = journal_with(scratch, "whole.journal", records);
   const std::string bytes = test::read_bytes(whole);
   const std::string torn = scratch.write("torn.journal", bytes.substr(0, bytes.size() - 1));
-  const job_run::CollectedSteps collected = job_run::collect_steps({torn}, key);
+  const run::CollectedSteps collected = run::collect_steps({torn}, key);
   EXPECT_EQ(collected.steps.size(), by_key(records).size() - 1);
   ASSERT_THAT(collected.warnings, testing::SizeIs(1));
   EXPECT_THAT(collected.warnings[0], HasSubstr(torn));
@@ -188,14 +188,14 @@ TEST(CollectJournals, RefusesAnotherJobAndReportsADamagedEnd)
 
 TEST(CollectJournals, MissingAttitudesAreListedByFlexionAndForIncompleteRowsByVarus)
 {
-  const sweep::SweepPlan plan = plan_of(sweep::SpineRule::nearest_zero);
+  const solve::SweepPlan plan = plan_of(solve::SpineRule::nearest_zero);
   const std::vector<double> flexion_deg{0, 10, 20, 30, 40, 50}, varus_deg{-2, -1, 0, 1, 2};
   const auto spine = by_key(steps_of(plan, std::vector<std::int32_t>{}));
   auto steps = spine;
   for (const StepRecord& r : steps_of(plan, std::vector<std::int32_t>{0, 2, 3, 4}, spine))
     steps.emplace(r.key, r);
   const auto said = [&] {
-    return job_run::missing_text(job_run::missing_steps(plan, steps), flexion_deg, varus_deg);
+    return run::missing_text(run::missing_steps(plan, steps), flexion_deg, varus_deg);
   };
   // The spine cell of each row is present.
   EXPECT_EQ(said(), "no result for 8 of 30 attitudes, at flexion 10 and 50");
@@ -209,22 +209,22 @@ TEST(CollectJournals, MissingAttitudesAreListedByFlexionAndForIncompleteRowsByVa
 
 TEST(CollectJournals, MissingBandsAreReportedWithEveryAttitudePresent)
 {
-  const sweep::SweepPlan plan = plan_of(sweep::SpineRule::free_varus);
+  const solve::SweepPlan plan = plan_of(solve::SpineRule::free_varus);
   auto steps = by_key(steps_of(plan, std::nullopt));
   ASSERT_EQ(steps.erase({StepKind::band, 2, 0}), 1u);
   EXPECT_EQ(
-      job_run::missing_text(job_run::missing_steps(plan, steps), {0, 10, 20, 30, 40, 50}, {-2, -1, 0, 1, 2}),
+      run::missing_text(run::missing_steps(plan, steps), {0, 10, 20, 30, 40, 50}, {-2, -1, 0, 1, 2}),
       "no rotation band at flexion 20");
 }
 
 TEST(CollectJournals, AnglesAreListedAsRanges)
 {
   const std::vector<double> degrees{0, 0.5, 1, 1.5, 2, 2.5};
-  EXPECT_EQ(job_run::angles_text({}, degrees), "");
-  EXPECT_EQ(job_run::angles_text({1}, degrees), "0.5");
-  EXPECT_EQ(job_run::angles_text({1, 2}, degrees), "0.5 and 1");
-  EXPECT_EQ(job_run::angles_text({0, 2, 3, 4}, degrees), "0 and 1 to 2");
-  EXPECT_EQ(job_run::angles_text({0, 2, 5}, degrees), "0, 1 and 2.5");
+  EXPECT_EQ(run::angles_text({}, degrees), "");
+  EXPECT_EQ(run::angles_text({1}, degrees), "0.5");
+  EXPECT_EQ(run::angles_text({1, 2}, degrees), "0.5 and 1");
+  EXPECT_EQ(run::angles_text({0, 2, 3, 4}, degrees), "0 and 1 to 2");
+  EXPECT_EQ(run::angles_text({0, 2, 5}, degrees), "0, 1 and 2.5");
 }
 
 }  // namespace vrda::collect_test

@@ -1,13 +1,13 @@
 // Parts of a job that are refused because they are other parts; large meshes; outputs that are links.
-#include "job_run/job_checks.hpp"
+#include "run/job_checks.hpp"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "job_run/run_output.hpp"
-#include "load/input_file.hpp"
-#include "load/job.hpp"
+#include "run/run_output.hpp"
+#include "job/input_file.hpp"
+#include "job/job.hpp"
 #include "load/mesh_text.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
@@ -28,12 +28,12 @@ class WrongParts : public testing::Test {
     scratch_.write("copy.stl", test::binary_stl(copy));
   }
 
-  job_run::CheckedCase checked(const std::string& body, const std::string& file, const std::string& more = "")
+  run::CheckedCase checked(const std::string& body, const std::string& file, const std::string& more = "")
   {
     const std::string part = "[[" + body + ".component]]\nname = \"cover\"\nfile = \"" + file +
                              "\"\nmaterial = \"cartilage\"\n" + more;
     const std::string job = scratch_.write("job.toml", test::small_job("", part)).string();
-    return job_run::load_checked_case(load::read_job(job), "");
+    return run::load_checked_case(job::read_job(job), "");
   }
 
   test::Scratch scratch_;
@@ -61,13 +61,13 @@ TEST_F(WrongParts, CartilageOfTheOtherBoneIsRefused)
 /// Large meshes take long to read: a line on standard error says so first.
 TEST_F(WrongParts, LargeMeshesAreAnnounced)
 {
-  const load::Job job = load::read_job(scratch_.write("job.toml", test::small_job("", "")).string());
-  const std::uintmax_t n_bytes = load::mesh_bytes(job, "");
+  const job::Job job = job::read_job(scratch_.write("job.toml", test::small_job("", "")).string());
+  const std::uintmax_t n_bytes = job::mesh_bytes(job, "");
   EXPECT_EQ(n_bytes, std::filesystem::file_size(scratch_.path() / "reference.stl") +
                          std::filesystem::file_size(scratch_.path() / "moving.stl"));
   const auto announced = [&](std::uintmax_t large_bytes) {
     testing::internal::CaptureStderr();
-    job_run::load_checked_case(job, "", large_bytes);
+    run::load_checked_case(job, "", large_bytes);
     return testing::internal::GetCapturedStderr();
   };
   EXPECT_EQ(announced(n_bytes + 1), "");
@@ -80,10 +80,10 @@ TEST(ParentFolder, ALinkIntoNoFolderIsRefused)
   const test::Scratch scratch;
   const std::filesystem::path link = scratch.path() / "knee.h5";
   std::filesystem::create_symlink("nowhere/knee.h5", link);
-  EXPECT_THAT(test::input_error([&] { job_run::make_parent_folder(link.string()); }),
+  EXPECT_THAT(test::input_error([&] { run::make_parent_folder(link.string()); }),
               test::refuses({"knee.h5", "", "nowhere", "folder that exists"}));
   std::filesystem::create_directory(scratch.path() / "nowhere");
-  EXPECT_NO_THROW(job_run::make_parent_folder(link.string()));
+  EXPECT_NO_THROW(run::make_parent_folder(link.string()));
 }
 
 }  // namespace vrda::job_checks_test

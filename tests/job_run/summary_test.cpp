@@ -1,4 +1,4 @@
-#include "job_run/summary.hpp"
+#include "run/summary.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -30,12 +30,12 @@ TEST(UnsolvedFraction, CountsContactsFarPastTheFirstAtABorder)
                          Row{{-20, 40}, 0}, Row{{-5, -20, 40}, 1}, Row{{0, 10, 15, -10, -15}, 2}}) {
     SCOPED_TRACE(testing::PrintToString(row.at_border_deg));
     const store::MotionModel model = model_with_border(row.at_border_deg);
-    EXPECT_EQ((job_run::is_past_border(model) == 1).count(), row.n_past);
-    EXPECT_NEAR(job_run::unsolved_fraction(model), row.n_past / 13.0, 1e-12);
+    EXPECT_EQ((run::is_past_border(model) == 1).count(), row.n_past);
+    EXPECT_NEAR(run::unsolved_fraction(model), row.n_past / 13.0, 1e-12);
   }
   store::MotionModel model = model_with_border({20, 35});
   model.status(0, 0) = static_cast<std::int8_t>(StepStatus::no_contact);
-  EXPECT_NEAR(job_run::unsolved_fraction(model), 2.0 / 13.0, 1e-12);
+  EXPECT_NEAR(run::unsolved_fraction(model), 2.0 / 13.0, 1e-12);
 }
 
 }  // namespace vrda::summary_test

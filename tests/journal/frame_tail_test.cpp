@@ -1,5 +1,5 @@
 // Polling a growing journal in every state.
-#include "journal/frame_tail.hpp"
+#include "core/frame_tail.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "journal/journal.hpp"
-#include "journal/record_bytes.hpp"
+#include "store/journal.hpp"
+#include "store/record_bytes.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::frame_tail_test {
@@ -29,19 +29,19 @@ StepRecord record(int n, int n_contacts = 2)
 std::vector<std::string> frames_of(int first, int last, int n_contacts = 2)
 {
   std::vector<std::string> frames;
-  for (int n = first; n <= last; ++n) frames.push_back(journal::bytes_of(record(n, n_contacts)));
+  for (int n = first; n <= last; ++n) frames.push_back(store::bytes_of(record(n, n_contacts)));
   return frames;
 }
 
 class Tail : public testing::Test {
  protected:
-  journal::JournalWriter fresh(int n_records, const std::string& its_key = key, int n_contacts = 2)
+  store::JournalWriter fresh(int n_records, const std::string& its_key = key, int n_contacts = 2)
   {
-    journal::JournalWriter writer = journal::JournalWriter::create(path_, its_key);
+    store::JournalWriter writer = store::JournalWriter::create(path_, its_key);
     for (int n = 0; n < n_records; ++n) writer.append(record(n, n_contacts));
     return writer;
   }
-  void expect(const journal::TailUpdate& news, bool is_restarted, const std::vector<std::string>& frames)
+  void expect(const core::TailUpdate& news, bool is_restarted, const std::vector<std::string>& frames)
   {
     EXPECT_TRUE(news.file_exists);
     EXPECT_EQ(news.is_restarted, is_restarted);
@@ -51,13 +51,13 @@ class Tail : public testing::Test {
 
   test::Scratch scratch_;
   std::string path_ = (scratch_.path() / "knee.h5.journal").string();
-  journal::FrameTail tail_ = journal::journal_tail(path_);
+  core::FrameTail tail_ = store::journal_tail(path_);
 };
 
 TEST_F(Tail, EveryRecordIsReadOnceAsItComes)
 {
   EXPECT_FALSE(tail_.poll().file_exists);
-  journal::JournalWriter writer = fresh(0);
+  store::JournalWriter writer = fresh(0);
   expect(tail_.poll(), false, {});
   EXPECT_EQ(tail_.key(), key);
   for (int n = 0; n < 5; ++n) {
@@ -74,13 +74,13 @@ TEST_F(Tail, ATornRecordIsReadWhenItIsWhole)
 {
   fresh(3).close();
   const std::string bytes = test::read_bytes(path_);
-  const std::size_t frame_bytes = journal::frame_head_bytes + journal::bytes_of(record(0)).size();
+  const std::size_t frame_bytes = core::frame_head_bytes + store::bytes_of(record(0)).size();
   const std::size_t header_bytes = bytes.size() - 3 * frame_bytes;
   // A prefix of every length, as on a network file system.
   int n_read = 0, n_torn = 0, n_headless = 0;
   for (std::size_t n = 0; n <= bytes.size(); ++n) {
     scratch_.write("knee.h5.journal", bytes.substr(0, n));
-    const journal::TailUpdate news = tail_.poll();
+    const core::TailUpdate news = tail_.poll();
     n_read += static_cast<int>(news.frames.size());
     n_torn += news.invalid_reason.find("torn") != std::string::npos ? 1 : 0;
     n_headless += news.invalid_reason.find("header") != std::string::npos ||
@@ -114,10 +114,10 @@ TEST_F(Tail, AResumedJournalWithATornEndIsNotRestarted)
 {
   fresh(2).close();
   std::ofstream(path_, std::ios::binary | std::ios::app) << "torn";
-  const journal::TailUpdate torn = tail_.poll();
+  const core::TailUpdate torn = tail_.poll();
   expect(torn, false, frames_of(0, 1));
   EXPECT_NE(torn.invalid_reason, "");
-  journal::JournalWriter writer = std::move(journal::JournalWriter::open(path_, key).writer);
+  store::JournalWriter writer = std::move(store::JournalWriter::open(path_, key).writer);
   writer.append(record(2));
   expect(tail_.poll(), false, frames_of(2, 2));
 }
@@ -126,18 +126,18 @@ TEST_F(Tail, AFileCutBelowTheLastPollIsReadAgain)
 {
   fresh(4).close();
   expect(tail_.poll(), false, frames_of(0, 3));
-  const std::size_t frame_bytes = journal::frame_head_bytes + journal::bytes_of(record(0)).size();
+  const std::size_t frame_bytes = core::frame_head_bytes + store::bytes_of(record(0)).size();
   std::filesystem::resize_file(path_, std::filesystem::file_size(path_) - 2 * frame_bytes);
   expect(tail_.poll(), true, frames_of(0, 1));
   {
-    journal::JournalWriter writer = std::move(journal::JournalWriter::open(path_, key).writer);
+    store::JournalWriter writer = std::move(store::JournalWriter::open(path_, key).writer);
     writer.append(record(2));
     expect(tail_.poll(), false, frames_of(2, 2));
   }
   // Cut and grown beyond the previous length between two polls.
   std::filesystem::resize_file(path_, std::filesystem::file_size(path_) - 2 * frame_bytes);
   {
-    journal::JournalWriter writer = std::move(journal::JournalWriter::open(path_, key).writer);
+    store::JournalWriter writer = std::move(store::JournalWriter::open(path_, key).writer);
     for (int n = 7; n < 10; ++n) writer.append(record(n));
   }
   std::vector<std::string> all = frames_of(0, 0);
@@ -150,7 +150,7 @@ TEST_F(Tail, AFileThatVanishesKeepsWhatWasReadUntilAnotherAppears)
   fresh(2).close();
   expect(tail_.poll(), false, frames_of(0, 1));
   std::filesystem::remove(path_);
-  const journal::TailUpdate gone = tail_.poll();
+  const core::TailUpdate gone = tail_.poll();
   EXPECT_FALSE(gone.file_exists);
   EXPECT_FALSE(gone.is_restarted);
   fresh(3).close();
@@ -173,7 +173,7 @@ TEST_F(Tail, ALongJournalNeedsSeveralPolls)
   std::vector<std::string> all;
   int n_polls = 0;
   for (bool has_more = true; has_more; ++n_polls) {
-    const journal::TailUpdate news = tail_.poll();
+    const core::TailUpdate news = tail_.poll();
     EXPECT_EQ(news.invalid_reason, "");
     all.insert(all.end(), news.frames.begin(), news.frames.end());
     has_more = news.has_more;
@@ -181,7 +181,7 @@ TEST_F(Tail, ALongJournalNeedsSeveralPolls)
   EXPECT_GT(n_polls, 1);
   EXPECT_EQ(all, frames_of(0, 999, 100));
   // One record above the limit.
-  journal::JournalWriter writer = std::move(journal::JournalWriter::open(path_, key).writer);
+  store::JournalWriter writer = std::move(store::JournalWriter::open(path_, key).writer);
   writer.append(record(1000, 100000));
   expect(tail_.poll(), false, frames_of(1000, 1000, 100000));
 }

@@ -1,4 +1,4 @@
-#include "journal/journal.hpp"
+#include "store/journal.hpp"
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "core/error.hpp"
-#include "journal/record_bytes.hpp"
+#include "store/record_bytes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
@@ -112,12 +112,12 @@ std::vector<std::uint64_t> bits(const StepRecord& step)
 
 void write_journal(const std::string& path, int n_records)
 {
-  journal::JournalWriter writer = journal::JournalWriter::create(path, key);
+  store::JournalWriter writer = store::JournalWriter::create(path, key);
   for (int n = 0; n < n_records; ++n) writer.append(record(n, n % 3));
   writer.close();
 }
 
-void expect_records(const journal::JournalContent& content, std::size_t n_records)
+void expect_records(const store::JournalContent& content, std::size_t n_records)
 {
   ASSERT_EQ(content.records.size(), n_records);
   for (std::size_t n = 0; n < n_records; ++n) {
@@ -132,7 +132,7 @@ TEST(Journal, GivesBackEveryBit)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
   write_journal(path, 20);
-  const journal::JournalContent content = journal::read_journal(path);
+  const store::JournalContent content = store::read_journal(path);
   EXPECT_EQ(content.key, key);
   EXPECT_EQ(content.dropped_bytes, 0u);
   EXPECT_EQ(content.dropped_reason, "");
@@ -144,13 +144,13 @@ TEST(Journal, AStablePoseOutOfRangeIsNotARecord)
 {
   StepRecord record;
   record.status = StepStatus::stable;
-  EXPECT_TRUE(journal::record_of(journal::bytes_of(record)).has_value());
+  EXPECT_TRUE(store::record_of(store::bytes_of(record)).has_value());
   for (const double value : {1e30, -1e10, std::numeric_limits<double>::quiet_NaN()}) {
     SCOPED_TRACE(value);
     StepRecord shifted = record, tilted = record;
     shifted.pose.translation_mm.y() = tilted.varus_rad = value;
-    EXPECT_FALSE(journal::record_of(journal::bytes_of(shifted)).has_value());
-    EXPECT_FALSE(journal::record_of(journal::bytes_of(tilted)).has_value());
+    EXPECT_FALSE(store::record_of(store::bytes_of(shifted)).has_value());
+    EXPECT_FALSE(store::record_of(store::bytes_of(tilted)).has_value());
   }
 }
 
@@ -160,7 +160,7 @@ TEST(Journal, CutAnywhereKeepsTheWholeRecordsBefore)
   const std::string path = scratch.path() / "a.journal";
   std::vector<std::uintmax_t> ends;  // of the header, then of each record
   {
-    journal::JournalWriter writer = journal::JournalWriter::create(path, key);
+    store::JournalWriter writer = store::JournalWriter::create(path, key);
     ends.push_back(std::filesystem::file_size(path));
     for (int n = 0; n < 4; ++n) {
       writer.append(record(n, n % 3));
@@ -172,11 +172,11 @@ TEST(Journal, CutAnywhereKeepsTheWholeRecordsBefore)
     SCOPED_TRACE(size);
     const std::string cut = scratch.write("cut.journal", whole.substr(0, size));
     if (size < ends[0]) {
-      EXPECT_EQ(input_error([&] { journal::read_journal(cut); }).file, cut);
+      EXPECT_EQ(input_error([&] { store::read_journal(cut); }).file, cut);
       continue;
     }
     const auto n_whole = std::upper_bound(ends.begin(), ends.end(), size) - ends.begin() - 1;
-    const journal::JournalContent content = journal::read_journal(cut);
+    const store::JournalContent content = store::read_journal(cut);
     expect_records(content, static_cast<std::size_t>(n_whole));
     EXPECT_EQ(content.valid_bytes, ends[static_cast<std::size_t>(n_whole)]);
     EXPECT_EQ(content.dropped_bytes, size - content.valid_bytes);
@@ -198,8 +198,8 @@ TEST(Journal, AFlippedBitDropsItsRecordAndTheRest)
     for (int bit = 0; bit < 8; ++bit) {
       std::string damaged = whole;
       damaged[byte] = static_cast<char>(damaged[byte] ^ (1 << bit));
-      const journal::JournalContent content =
-          journal::read_journal(scratch.write("damaged.journal", damaged));
+      const store::JournalContent content =
+          store::read_journal(scratch.write("damaged.journal", damaged));
       EXPECT_EQ(content.records.size(), 1u) << "byte " << byte << " bit " << bit;
       EXPECT_EQ(content.valid_bytes, first_end);
       EXPECT_EQ(content.dropped_bytes, whole.size() - first_end);
@@ -218,7 +218,7 @@ TEST(Journal, AFlippedBitInTheHeaderIsRefused)
     std::string damaged = whole;
     damaged[byte] = static_cast<char>(damaged[byte] ^ 4);
     const std::string file = scratch.write("damaged.journal", damaged);
-    EXPECT_EQ(input_error([&] { journal::read_journal(file); }).file, file) << byte;
+    EXPECT_EQ(input_error([&] { store::read_journal(file); }).file, file) << byte;
   }
 }
 
@@ -229,11 +229,11 @@ TEST(Journal, ResumingCutsTheTailAndContinues)
   write_journal(path, 3);
   const std::string torn = scratch.write("torn.journal", test::read_bytes(path) + "half a rec");
   {
-    journal::OpenJournal opened = journal::JournalWriter::open(torn, key);
+    store::OpenJournal opened = store::JournalWriter::open(torn, key);
     EXPECT_EQ(opened.content.dropped_bytes, 10u);
     opened.writer.append(record(3, 0));
   }
-  expect_records(journal::read_journal(torn), 4);
+  expect_records(store::read_journal(torn), 4);
   write_journal(path, 4);
   EXPECT_EQ(test::read_bytes(torn), test::read_bytes(path));
 }
@@ -244,7 +244,7 @@ TEST(Journal, CreateStartsOver)
   const std::string path = scratch.path() / "a.journal";
   write_journal(path, 3);
   write_journal(path, 1);
-  expect_records(journal::read_journal(path), 1);
+  expect_records(store::read_journal(path), 1);
 }
 
 TEST(Journal, AnotherJobsJournalNamesFileAndBothKeys)
@@ -252,9 +252,9 @@ TEST(Journal, AnotherJobsJournalNamesFileAndBothKeys)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
   write_journal(path, 1);
-  const journal::JournalContent content = journal::read_journal(path);
-  EXPECT_NO_THROW(journal::require_key(content.key, path, key));
-  const InputError::Facts facts = input_error([&] { journal::require_key(content.key, path, other_key); });
+  const store::JournalContent content = store::read_journal(path);
+  EXPECT_NO_THROW(store::require_key(content.key, path, key));
+  const InputError::Facts facts = input_error([&] { store::require_key(content.key, path, other_key); });
   // vrda resume has no --fresh
   EXPECT_THAT(facts, test::refuses({path, "key", key, {other_key, "--fresh", "vrda resume"}}));
 }
@@ -265,7 +265,7 @@ TEST(Journal, AnotherFileIsRefused)
   for (const std::string& bytes :
        {std::string(), std::string("title = \"a job\"\n"), std::string(200, '\0')}) {
     const std::string file = scratch.write("job.toml", bytes);
-    EXPECT_THAT(input_error([&] { journal::read_journal(file); }),
+    EXPECT_THAT(input_error([&] { store::read_journal(file); }),
                 test::refuses({file, "header", "", "journal"}));
   }
 }
@@ -276,7 +276,7 @@ TEST(Journal, AnotherFormatVersionIsNamed)
   const test::Scratch scratch;
   const std::string header("VRDAJRNL\x03\x00\x00\x00\x01\x00\x00\x00k", 17);
   const std::string file = scratch.write("a.journal", header + std::string("\xde\x14\xa3\x7e", 4));
-  EXPECT_THAT(input_error([&] { journal::read_journal(file); }),
+  EXPECT_THAT(input_error([&] { store::read_journal(file); }),
               test::refuses({.field = "format version", .found = "3", .wanted = "2"}));
 }
 
@@ -284,12 +284,12 @@ TEST(Journal, AMissingOrUnwritableFileIsNamed)
 {
   const test::Scratch scratch;
   const std::string nowhere = scratch.path() / "no" / "such" / "a.journal";
-  EXPECT_EQ(input_error([&] { journal::read_journal(nowhere); }).file, nowhere);
-  EXPECT_THAT(input_error([&] { journal::JournalWriter::create(nowhere, key); }),
+  EXPECT_EQ(input_error([&] { store::read_journal(nowhere); }).file, nowhere);
+  EXPECT_THAT(input_error([&] { store::JournalWriter::create(nowhere, key); }),
               test::refuses({nowhere, "", "", "written"}));
-  EXPECT_EQ(input_error([&] { journal::JournalWriter::open(nowhere, key); }).file, nowhere);
+  EXPECT_EQ(input_error([&] { store::JournalWriter::open(nowhere, key); }).file, nowhere);
   const std::string folder = scratch.path();
-  EXPECT_EQ(input_error([&] { journal::JournalWriter::create(folder, key); }).file, folder);
+  EXPECT_EQ(input_error([&] { store::JournalWriter::create(folder, key); }).file, folder);
 }
 
 TEST(Journal, AFullDiskIsNamedAndLeavesAValidJournal)
@@ -306,7 +306,7 @@ TEST(Journal, AFullDiskIsNamedAndLeavesAValidJournal)
     const rlimit small{limit, limit};
     setrlimit(RLIMIT_FSIZE, &small);
     int n_errors = 0;
-    journal::JournalWriter writer = journal::JournalWriter::open(path, key).writer;
+    store::JournalWriter writer = store::JournalWriter::open(path, key).writer;
     for (int n = 0; n < 20; ++n) {
       try {
         writer.append(record(n, n % 3));
@@ -320,7 +320,7 @@ TEST(Journal, AFullDiskIsNamedAndLeavesAValidJournal)
   ASSERT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
-  const journal::JournalContent content = journal::read_journal(path);
+  const store::JournalContent content = store::read_journal(path);
   EXPECT_GT(content.records.size(), 3u);
   EXPECT_EQ(content.dropped_bytes, 0u);
 }
@@ -329,7 +329,7 @@ TEST(Journal, WaitsForTheDiskAtIntervals)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
-  journal::JournalWriter writer = journal::JournalWriter::create(path, key);
+  store::JournalWriter writer = store::JournalWriter::create(path, key);
   const std::uintmax_t n_header = std::filesystem::file_size(path);
   writer.sync_every(std::chrono::hours(1));
   for (int n = 0; n < 3; ++n) writer.append(record(n, 1));
@@ -351,7 +351,7 @@ void expect_put_back(const std::function<void(const std::filesystem::path& folde
   const std::filesystem::path folder = scratch.path() / "out" / "deep";
   std::filesystem::create_directories(folder);
   const std::string path = folder / "a.journal";
-  journal::JournalWriter writer = journal::JournalWriter::create(path, key);
+  store::JournalWriter writer = store::JournalWriter::create(path, key);
   writer.append(record(0, 0));
   writer.append(record(1, 1));
   EXPECT_TRUE(writer.is_in_place());
@@ -360,7 +360,7 @@ void expect_put_back(const std::function<void(const std::filesystem::path& folde
   EXPECT_THAT(input_error([&] { writer.append(record(2, 2)); }), test::refuses({path, "", "deleted"}));
   EXPECT_EQ(input_error([&] { writer.flush(); }).file, path);
   writer.restore();
-  expect_records(journal::read_journal(path), 3);
+  expect_records(store::read_journal(path), 3);
 }
 
 TEST(Journal, ADeletedOrMovedFileIsDetectedAndRestored)
@@ -377,7 +377,7 @@ TEST(Journal, RestoreDoesNotReplaceAnotherFile)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
-  journal::JournalWriter writer = journal::JournalWriter::create(path, key);
+  store::JournalWriter writer = store::JournalWriter::create(path, key);
   std::filesystem::remove(path);
   scratch.write("a.journal", "another run's");
   EXPECT_FALSE(writer.is_in_place());
@@ -389,17 +389,17 @@ TEST(Journal, ASecondWriterIsRefused)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
-  journal::JournalWriter writer = journal::JournalWriter::create(path, key);
+  store::JournalWriter writer = store::JournalWriter::create(path, key);
   for (const bool fresh : {true, false}) {
     const InputError::Facts facts = input_error([&] {
-      if (fresh) journal::JournalWriter::create(path, key);
-      journal::JournalWriter::open(path, key);
+      if (fresh) store::JournalWriter::create(path, key);
+      store::JournalWriter::open(path, key);
     });
     EXPECT_THAT(facts, test::refuses({path, "", std::to_string(getpid())}));
   }
   writer.append(record(0, 0));
   writer.flush();
-  expect_records(journal::read_journal(path), 1);
+  expect_records(store::read_journal(path), 1);
 }
 
 TEST(Journal, OfManyThatOpenANewOneAtOnceEachWritesAloneInTurn)
@@ -414,7 +414,7 @@ TEST(Journal, OfManyThatOpenANewOneAtOnceEachWritesAloneInTurn)
     ASSERT_GE(child, 0);
     if (child == 0) {
       for (;;) {
-        std::optional<journal::OpenJournal> opened = journal::JournalWriter::try_open(path, key);
+        std::optional<store::OpenJournal> opened = store::JournalWriter::try_open(path, key);
         if (!opened) continue;
         const bool is_in_order = opened->content.dropped_bytes == 0;
         opened->writer.append(record(n, 0));
@@ -428,7 +428,7 @@ TEST(Journal, OfManyThatOpenANewOneAtOnceEachWritesAloneInTurn)
     ASSERT_EQ(waitpid(writer, &status, 0), writer);
     EXPECT_EQ(status, 0);
   }
-  const journal::JournalContent content = journal::read_journal(path);
+  const store::JournalContent content = store::read_journal(path);
   EXPECT_EQ(content.dropped_bytes, 0u);
   std::set<std::int32_t> found;
   for (const StepRecord& r : content.records) found.insert(r.key.flexion);
@@ -442,14 +442,14 @@ TEST(Journal, ThreadsNeverTearEachOthersRecords)
   const std::string path = scratch.path() / "a.journal";
   constexpr int n_each = 500;
   {
-    journal::JournalWriter writer = journal::JournalWriter::create(path, key);
+    store::JournalWriter writer = store::JournalWriter::create(path, key);
     const auto append_from = [&](int first) {
       for (int n = first; n < first + n_each; ++n) writer.append(record(n, n % 3));
     };
     const std::jthread one(append_from, 0);
     const std::jthread two(append_from, n_each);
   }
-  const journal::JournalContent content = journal::read_journal(path);
+  const store::JournalContent content = store::read_journal(path);
   EXPECT_EQ(content.dropped_bytes, 0u);
   std::set<std::vector<std::uint64_t>> found, wanted;
   for (const StepRecord& step : content.records) found.insert(bits(step));
@@ -465,11 +465,11 @@ TEST(Journal, SurvivesAKillInTheMiddle)
   write_journal(path, 0);
   for (int round = 0; round < 3; ++round) {
     SCOPED_TRACE(round);
-    const journal::JournalContent before = journal::read_journal(path);
+    const store::JournalContent before = store::read_journal(path);
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
-      journal::JournalWriter writer = journal::JournalWriter::open(path, key).writer;
+      store::JournalWriter writer = store::JournalWriter::open(path, key).writer;
       for (int n = static_cast<int>(before.records.size());; ++n) writer.append(record(n, n % 3));
     }
     // Each record takes at least 100 bytes: the kill comes after some hundreds.
@@ -478,7 +478,7 @@ TEST(Journal, SurvivesAKillInTheMiddle)
     int status = 0;
     ASSERT_EQ(waitpid(child, &status, 0), child);
     ASSERT_TRUE(WIFSIGNALED(status));
-    const journal::JournalContent after = journal::read_journal(path);
+    const store::JournalContent after = store::read_journal(path);
     EXPECT_GT(after.records.size(), before.records.size());
     expect_records(after, after.records.size());
   }

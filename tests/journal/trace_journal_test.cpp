@@ -1,4 +1,4 @@
-#include "journal/trace_journal.hpp"
+#include "store/trace_journal.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include <filesystem>
 
-#include "journal/journal.hpp"
+#include "store/journal.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
@@ -47,23 +47,23 @@ constexpr std::size_t five_moves_bytes =
 TEST(TraceJournal, GivesBackEveryBit)
 {
   for (const int n_moves : {0, 1, 5, 40}) {
-    const std::string bytes = journal::bytes_of(trace(3, n_moves));
-    const std::optional<SearchTrace> again = journal::trace_of(bytes);
+    const std::string bytes = store::bytes_of(trace(3, n_moves));
+    const std::optional<SearchTrace> again = store::trace_of(bytes);
     ASSERT_TRUE(again.has_value());
-    EXPECT_EQ(journal::bytes_of(*again), bytes);
+    EXPECT_EQ(store::bytes_of(*again), bytes);
     EXPECT_EQ(again->moves.size(), static_cast<std::size_t>(n_moves));
     EXPECT_EQ(again->key, (StepKey{StepKind::row, 3, -3}));
   }
-  EXPECT_EQ(journal::bytes_of(trace(3, 5)).size(), five_moves_bytes);
+  EXPECT_EQ(store::bytes_of(trace(3, 5)).size(), five_moves_bytes);
 }
 
 TEST(TraceJournal, InvalidBytesAreRefused)
 {
-  const std::string bytes = journal::bytes_of(trace(3, 5));
+  const std::string bytes = store::bytes_of(trace(3, 5));
   for (std::size_t size = 0; size < bytes.size(); ++size) {
-    EXPECT_FALSE(journal::trace_of(std::string_view(bytes).substr(0, size)).has_value()) << size;
+    EXPECT_FALSE(store::trace_of(std::string_view(bytes).substr(0, size)).has_value()) << size;
   }
-  EXPECT_FALSE(journal::trace_of(bytes + "x").has_value());
+  EXPECT_FALSE(store::trace_of(bytes + "x").has_value());
   const std::size_t first_move = key_bytes + seed_bytes + status_bytes + count_bytes;
   struct Row {
     const char* what;
@@ -76,7 +76,7 @@ TEST(TraceJournal, InvalidBytesAreRefused)
         Row{"flag", first_move + 5 + 48, 2}, Row{"number of contacts", first_move + 5 + 48 + 6, '\x7f'}}) {
     std::string damaged = bytes;
     damaged[row.at] = row.value;
-    EXPECT_FALSE(journal::trace_of(damaged).has_value()) << row.what;
+    EXPECT_FALSE(store::trace_of(damaged).has_value()) << row.what;
   }
 }
 
@@ -85,18 +85,18 @@ TEST(TraceJournal, KeepsWholeSearchesAndDropsATornOne)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.trace.journal";
   {
-    journal::FrameWriter writer = journal::create_trace_journal(path, key);
-    for (int n = 0; n < 3; ++n) writer.append(journal::bytes_of(trace(n, 5)));
+    core::FrameWriter writer = store::create_trace_journal(path, key);
+    for (int n = 0; n < 3; ++n) writer.append(store::bytes_of(trace(n, 5)));
   }
   const std::string whole = test::read_bytes(path);
   const std::string cut = scratch.write("cut.trace.journal", whole.substr(0, whole.size() - 1));
-  journal::TraceJournalContent content = journal::read_trace_journal(cut);
+  store::TraceJournalContent content = store::read_trace_journal(cut);
   EXPECT_EQ(content.summary.key, key);
   EXPECT_EQ(content.searches.size(), 2u);
   EXPECT_EQ(content.summary.dropped_reason, "a torn trace");
   {
-    journal::FrameWriter writer = journal::resume_trace_journal(cut, content.summary);
-    writer.append(journal::bytes_of(trace(2, 5)));
+    core::FrameWriter writer = store::resume_trace_journal(cut, content.summary);
+    writer.append(store::bytes_of(trace(2, 5)));
   }
   EXPECT_EQ(test::read_bytes(cut), whole);
 }
@@ -106,29 +106,29 @@ TEST(TraceJournal, ADuplicateSearchIsReadOnce)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.trace.journal";
   {
-    journal::FrameWriter writer = journal::create_trace_journal(path, key);
-    for (int n = 0; n < 2; ++n) writer.append(journal::bytes_of(trace(4, 5)));
+    core::FrameWriter writer = store::create_trace_journal(path, key);
+    for (int n = 0; n < 2; ++n) writer.append(store::bytes_of(trace(4, 5)));
   }
-  EXPECT_EQ(journal::read_trace_journal(path).searches.size(), 1u);
+  EXPECT_EQ(store::read_trace_journal(path).searches.size(), 1u);
 }
 
 TEST(TraceJournal, TheTwoKindsOfJournalsAreDistinguished)
 {
   const test::Scratch scratch;
   const std::string traces = scratch.path() / "a.trace.journal", steps = scratch.path() / "a.journal";
-  journal::create_trace_journal(traces, key);
-  journal::JournalWriter::create(steps, key);
-  EXPECT_EQ(test::input_error([&] { journal::read_journal(traces); }).field, "header");
-  EXPECT_EQ(test::input_error([&] { journal::read_trace_journal(steps); }).field, "header");
+  store::create_trace_journal(traces, key);
+  store::JournalWriter::create(steps, key);
+  EXPECT_EQ(test::input_error([&] { store::read_journal(traces); }).field, "header");
+  EXPECT_EQ(test::input_error([&] { store::read_trace_journal(steps); }).field, "header");
 }
 
 TEST(TraceJournal, ASecondWriterIsRefused)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.trace.journal";
-  const journal::FrameWriter writer = journal::create_trace_journal(path, key);
+  const core::FrameWriter writer = store::create_trace_journal(path, key);
   EXPECT_THAT(test::input_error(
-                  [&] { journal::resume_trace_journal(path, journal::read_trace_journal(path).summary); }),
+                  [&] { store::resume_trace_journal(path, store::read_trace_journal(path).summary); }),
               test::refuses({.found = std::to_string(getpid())}));
 }
 

@@ -1,25 +1,25 @@
 // A plate on a plate, held by horizontal fibres: laxity, shares and cuts in closed form.
-#include "laxity/laxity.hpp"
+#include "analysis/laxity.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "laxity/laxity_files.hpp"
+#include "analysis/laxity_files.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::laxity_test {
 
-using laxity::LaxityTest;
+using analysis::LaxityTest;
 
 constexpr double slack_mm = 50.0, transition = 0.06, half_width_mm = 10.0;
 constexpr double strong_n = 1000.0, weak_n = 500.0;  // stiffness of each of two fibres, per strain
 
 // Fibres along X, slack at the pose of the meshes, in front of the moving plate and behind it.
-load::Case plates()
+job::Case plates()
 {
-  load::Case plates;
+  job::Case plates;
   plates.title = "two plates";
   plates.method = "equilibrium";
   plates.reference.contact = {test::plate(200.0, false), {0, 0}};
@@ -44,9 +44,9 @@ load::Case plates()
   return plates;
 }
 
-laxity::LaxityPlan plan_of(double force_n, double moment_nmm)
+analysis::LaxityPlan plan_of(double force_n, double moment_nmm)
 {
-  laxity::LaxityPlan plan;
+  analysis::LaxityPlan plan;
   plan.loads.flexion_deg = {0.0};
   plan.loads.anterior_force_n = force_n;
   plan.loads.internal_moment_nmm = moment_nmm;
@@ -66,22 +66,22 @@ constexpr double tolerance_mm = 1e-3;
 TEST(Laxity, ForceIsResistedByTheFibresBehind)
 {
   constexpr double force_n = 150.0;
-  const laxity::LaxityResult result = laxity::laxity_of(plates(), plan_of(force_n, 0.0));
+  const analysis::LaxityResult result = analysis::laxity_of(plates(), plan_of(force_n, 0.0));
   ASSERT_EQ(result.curves.size(), 4u);
   const double whole_mm = travel_mm(force_n, 2.0 * (strong_n + weak_n));
   const double cut_mm = travel_mm(force_n, 2.0 * strong_n);
   for (const LaxityTest test : {LaxityTest::anterior, LaxityTest::posterior}) {
-    const laxity::LaxityCurve& whole = *laxity::curve_of(result, 0, 0, test);
-    const laxity::LaxityCurve& cut = *laxity::curve_of(result, 1, 0, test);
+    const analysis::LaxityCurve& whole = *analysis::curve_of(result, 0, 0, test);
+    const analysis::LaxityCurve& cut = *analysis::curve_of(result, 1, 0, test);
     EXPECT_NEAR(whole.laxity(), whole_mm, tolerance_mm);
     EXPECT_NEAR(cut.laxity(), cut_mm, tolerance_mm);
     // The toe's curve at a fifth of the load: force = k e^2 / (2 t).
     const double toe = std::sqrt(2.0 * transition * 0.2 * force_n / (2.0 * (strong_n + weak_n)));
-    EXPECT_NEAR(laxity::laxity_at_load(whole, 0.2 * force_n), slack_mm * toe, tolerance_mm);
+    EXPECT_NEAR(analysis::laxity_at_load(whole, 0.2 * force_n), slack_mm * toe, tolerance_mm);
     // Forward the fibres behind are stretched, with two thirds of the load in the strong ones.
     const std::string end = test == LaxityTest::anterior ? "_back" : "_front";
     double sum = whole.contact.share;
-    for (const laxity::BundleResistance& bundle : whole.bundles) {
+    for (const analysis::BundleResistance& bundle : whole.bundles) {
       const double share = bundle.bundle == "strong" + end ? 2.0 / 3.0
                            : bundle.bundle == "weak" + end ? 1.0 / 3.0
                                                            : 0.0;
@@ -99,62 +99,62 @@ TEST(Laxity, ForceIsResistedByTheFibresBehind)
 TEST(Laxity, MomentTurnsBetweenTheFibres)
 {
   constexpr double moment_nmm = 1000.0;
-  const laxity::LaxityResult result = laxity::laxity_of(plates(), plan_of(0.0, moment_nmm));
-  const laxity::LaxityCurve& inward = *laxity::curve_of(result, 0, 0, LaxityTest::internal);
-  const laxity::LaxityCurve& outward = *laxity::curve_of(result, 0, 0, LaxityTest::external);
+  const analysis::LaxityResult result = analysis::laxity_of(plates(), plan_of(0.0, moment_nmm));
+  const analysis::LaxityCurve& inward = *analysis::curve_of(result, 0, 0, LaxityTest::internal);
+  const analysis::LaxityCurve& outward = *analysis::curve_of(result, 0, 0, LaxityTest::external);
   // Both ways are mirror images.
   EXPECT_NEAR(inward.laxity(), outward.laxity(), 1e-5);
   EXPECT_GT(inward.laxity(), 0.0);
   double sum = inward.contact.share;
-  for (const laxity::BundleResistance& bundle : inward.bundles) sum += bundle.share;
+  for (const analysis::BundleResistance& bundle : inward.bundles) sum += bundle.share;
   EXPECT_NEAR(sum, 1.0, 1e-3);
-  EXPECT_GT(laxity::curve_of(result, 1, 0, LaxityTest::internal)->laxity(), inward.laxity());
+  EXPECT_GT(analysis::curve_of(result, 1, 0, LaxityTest::internal)->laxity(), inward.laxity());
 }
 
 TEST(Laxity, SameForAnyNumberOfThreadsAndFromNearbyEquilibria)
 {
-  laxity::LaxityPlan plan = plan_of(100.0, 1000.0);
-  laxity::LaxityDocument document;
-  document.result = laxity::laxity_of(plates(), plan);
-  const std::string alone = laxity::laxity_json(document);
+  analysis::LaxityPlan plan = plan_of(100.0, 1000.0);
+  analysis::LaxityDocument document;
+  document.result = analysis::laxity_of(plates(), plan);
+  const std::string alone = analysis::laxity_json(document);
   plan.n_threads = 2;
-  document.result = laxity::laxity_of(plates(), plan);
-  EXPECT_EQ(laxity::laxity_json(document), alone);
+  document.result = analysis::laxity_of(plates(), plan);
+  EXPECT_EQ(analysis::laxity_json(document), alone);
   plan.loads.cuts.clear();
   plan.unloaded = document.result.unloaded;
-  const laxity::LaxityResult near = laxity::laxity_of(plates(), plan);
+  const analysis::LaxityResult near = analysis::laxity_of(plates(), plan);
   EXPECT_NEAR(near.curves[0].laxity(), document.result.curves[0].laxity(), tolerance_mm);
 }
 
 TEST(Laxity, ALoadThatNothingResistsIsNamed)
 {
-  load::Case loose = plates();
+  job::Case loose = plates();
   std::erase_if(loose.ligaments.fibres,
-                [](const ligament::Fibre& fibre) { return fibre.bundle.ends_with("_back"); });
+                [](const model::Fibre& fibre) { return fibre.bundle.ends_with("_back"); });
   // So far in front that the plate leaves the other one before they are stretched.
-  for (ligament::Fibre& fibre : loose.ligaments.fibres) {
+  for (model::Fibre& fibre : loose.ligaments.fibres) {
     fibre.reference_mm.x() = 1000.0;
     fibre.slack_length_mm = 1000.0;
   }
-  laxity::LaxityPlan plan = plan_of(150.0, 0.0);
+  analysis::LaxityPlan plan = plan_of(150.0, 0.0);
   plan.loads.cuts.clear();
-  const laxity::LaxityResult result = laxity::laxity_of(loose, plan);
-  const laxity::LaxityCurve& forward = *laxity::curve_of(result, 0, 0, LaxityTest::anterior);
+  const analysis::LaxityResult result = analysis::laxity_of(loose, plan);
+  const analysis::LaxityCurve& forward = *analysis::curve_of(result, 0, 0, LaxityTest::anterior);
   EXPECT_FALSE(forward.is_complete());
   EXPECT_TRUE(std::isnan(forward.laxity()));
   EXPECT_NE(forward.poses.back().status, StepStatus::stable);
-  EXPECT_TRUE(laxity::curve_of(result, 0, 0, LaxityTest::posterior)->is_complete());
+  EXPECT_TRUE(analysis::curve_of(result, 0, 0, LaxityTest::posterior)->is_complete());
 }
 
 TEST(Laxity, UnknownBundlesAreRefused)
 {
-  laxity::LaxityPlan plan = plan_of(150.0, 0.0);
+  analysis::LaxityPlan plan = plan_of(150.0, 0.0);
   plan.loads.cuts = {{"weak", {"weak"}}};
-  EXPECT_THAT(test::input_error([&] { laxity::laxity_of(plates(), plan); }),
+  EXPECT_THAT(test::input_error([&] { analysis::laxity_of(plates(), plan); }),
               test::refuses({.field = "laxity.cut.0.bundles", .found = "weak", .wanted = "weak_front"}));
-  load::Case bare = plates();
+  job::Case bare = plates();
   bare.ligaments.fibres.clear();
-  EXPECT_THAT(test::input_error([&] { laxity::laxity_of(bare, plan_of(1.0, 0.0)); }),
+  EXPECT_THAT(test::input_error([&] { analysis::laxity_of(bare, plan_of(1.0, 0.0)); }),
               test::refuses({.field = "ligaments"}));
 }
 

@@ -1,5 +1,5 @@
 // Tables of published laxities, their comparison, and the files of a result.
-#include "laxity/published_values.hpp"
+#include "analysis/published_values.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,23 +7,23 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "laxity/laxity_files.hpp"
+#include "analysis/laxity_files.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::published_values_test {
 
-using laxity::LaxityTest;
+using analysis::LaxityTest;
 
 // 10 mm forward and 4 back at 0 degrees, 20 and 8 at 30, half of it at half of the load.
-laxity::LaxityResult sample()
+analysis::LaxityResult sample()
 {
-  laxity::LaxityResult result;
+  analysis::LaxityResult result;
   result.loads.flexion_deg = {0.0, 30.0};
   result.loads.anterior_force_n = 100.0;
-  result.states = {laxity::whole_state};
+  result.states = {analysis::whole_state};
   for (std::size_t flexion = 0; flexion < 2; ++flexion) {
     for (const LaxityTest test : {LaxityTest::anterior, LaxityTest::posterior}) {
-      laxity::LaxityCurve curve;
+      analysis::LaxityCurve curve;
       curve.flexion = flexion;
       curve.test = test;
       const double whole_mm = (test == LaxityTest::anterior ? 10.0 : -4.0) * (flexion == 0 ? 1.0 : 2.0);
@@ -42,8 +42,8 @@ laxity::LaxityResult sample()
 
 TEST(PublishedValues, AreComparedAtTheirFlexionAndLoad)
 {
-  const std::vector<laxity::Compared> rows =
-      laxity::compared(sample(), laxity::published_values("book.csv",
+  const std::vector<analysis::Compared> rows =
+      analysis::compared(sample(), analysis::published_values("book.csv",
                                                           "# from a book\n"
                                                           "test,flexion_deg,load,value,sd,source\n"
                                                           "anterior,0,100,9,2,Author 1990\n"
@@ -66,19 +66,19 @@ TEST(PublishedValues, AreComparedAtTheirFlexionAndLoad)
 
 TEST(PublishedValues, ReadsTheTableOfAResult)
 {
-  laxity::LaxityDocument document;
+  analysis::LaxityDocument document;
   document.result = sample();
-  const std::string csv = laxity::laxity_csv(document);
-  const std::vector<laxity::PublishedValue> rows = laxity::published_values("laxity.csv", csv);
+  const std::string csv = analysis::laxity_csv(document);
+  const std::vector<analysis::PublishedValue> rows = analysis::published_values("laxity.csv", csv);
   ASSERT_EQ(rows.size(), 6u);
-  for (const laxity::Compared& row : laxity::compared(sample(), rows))
+  for (const analysis::Compared& row : analysis::compared(sample(), rows))
     EXPECT_NEAR(row.difference(), 0.0, 1e-12);
 }
 
 TEST(PublishedValues, RefusesOtherTables)
 {
   const auto refused = [](const std::string& text) {
-    return test::input_error([&] { laxity::published_values("book.csv", text); });
+    return test::input_error([&] { analysis::published_values("book.csv", text); });
   };
   EXPECT_THAT(refused("test,value\nanterior,1\n"), test::refuses({.field = "flexion_deg"}));
   EXPECT_THAT(
@@ -96,16 +96,16 @@ TEST(PublishedValues, RefusesOtherTables)
 
 TEST(LaxityPage, ShowsTablesPlotsAndEscapesNames)
 {
-  laxity::LaxityDocument document;
+  analysis::LaxityDocument document;
   document.title = "knee & co";
   document.result = sample();
-  document.compared = laxity::compared(sample(), {{"anterior", 0.0, nan, 9.0, 2.0, "Author"}});
-  const std::string page = laxity::laxity_page(document);
+  document.compared = analysis::compared(sample(), {{"anterior", 0.0, nan, 9.0, 2.0, "Author"}});
+  const std::string page = analysis::laxity_page(document);
   for (const char* part : {"anterior-posterior, 100 N", "knee &amp; co", "&lt;ACL&gt; 80 %", "<svg",
                            "Author", "14.00", "9.00 &plusmn; 2.00"})
     EXPECT_THAT(page, testing::HasSubstr(part));
   EXPECT_THAT(page, testing::Not(testing::HasSubstr("internal-external,")));
-  EXPECT_THAT(laxity::share_csv(document), testing::HasSubstr("intact,anterior,0,<ACL>,80,N,0.8\n"));
+  EXPECT_THAT(analysis::share_csv(document), testing::HasSubstr("intact,anterior,0,<ACL>,80,N,0.8\n"));
 }
 
 }  // namespace vrda::published_values_test

@@ -1,7 +1,7 @@
 /// Derivatives by central differences, to hold analytical ones against.
 #pragma once
 
-#include "ligament/ligaments.hpp"
+#include "model/ligaments.hpp"
 
 namespace vrda::test {
 
@@ -26,13 +26,13 @@ inline double difference_step(Eigen::Index coordinate)
   return coordinate < about_y ? 1e-4 : 2e-6;
 }
 
-inline Potential energy_at(const ligament::Ligaments& ligaments, const Place& place)
+inline Potential energy_at(const model::Ligaments& ligaments, const Place& place)
 {
-  return ligament::ligament_energy(ligaments, place.attitude, place.pose);
+  return model::ligament_energy(ligaments, place.attitude, place.pose);
 }
 
 /// Gradient from energies, second derivatives from gradients.
-inline Potential energy_by_differences(const ligament::Ligaments& ligaments, const Place& place)
+inline Potential energy_by_differences(const model::Ligaments& ligaments, const Place& place)
 {
   Potential out = energy_at(ligaments, place);
   for (Eigen::Index i = 0; i < n_coordinates; ++i) {

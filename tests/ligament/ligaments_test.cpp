@@ -1,4 +1,4 @@
-#include "ligament/ligaments.hpp"
+#include "model/ligaments.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,15 +12,15 @@ using test::Place;
 
 constexpr double rounding = 1e-12;  // relative, of a few operations on doubles
 
-ligament::Ligaments one_fibre(double stiffness_n, double slack_length_mm)
+model::Ligaments one_fibre(double stiffness_n, double slack_length_mm)
 {
-  ligament::Ligaments ligaments;
+  model::Ligaments ligaments;
   ligaments.fibres = {{"a", "a", {0, 0, 0}, {0, 0, 0}, stiffness_n, slack_length_mm, -1}};
   return ligaments;
 }
 
 // Straight fibres of a joint's size, from slack to well beyond the toe.
-ligament::Ligaments random_fibres(int n, std::uint64_t seed)
+model::Ligaments random_fibres(int n, std::uint64_t seed)
 {
   std::mt19937_64 random(seed);
   const auto uniform = [&](double from, double to) {
@@ -29,9 +29,9 @@ ligament::Ligaments random_fibres(int n, std::uint64_t seed)
   const auto point = [&](double y_mm) {
     return Eigen::Vector3d(uniform(-30, 30), y_mm + uniform(-10, 10), uniform(-40, 40));
   };
-  ligament::Ligaments ligaments;
+  model::Ligaments ligaments;
   for (int i = 0; i < n; ++i) {
-    ligament::Fibre fibre{"f" + std::to_string(i), "f", point(5), point(-25), uniform(100, 3000), 1.0, -1};
+    model::Fibre fibre{"f" + std::to_string(i), "f", point(5), point(-25), uniform(100, 3000), 1.0, -1};
     fibre.slack_length_mm = (fibre.moving_mm - fibre.reference_mm).norm() * uniform(0.85, 1.05);
     ligaments.fibres.push_back(fibre);
   }
@@ -49,7 +49,7 @@ TEST(Tension, FollowsTheLawOfBlankevoort)
   for (const Row row :
        {Row{-0.1, 0, 0}, Row{0, 0, 0}, Row{0.03, 15, 1000}, Row{0.06, 60, 2000}, Row{0.1, 140, 2000}}) {
     SCOPED_TRACE(row.strain);
-    const ligament::Tension tension = ligament::tension_of(row.strain, 2000, 0.06);
+    const model::Tension tension = model::tension_of(row.strain, 2000, 0.06);
     EXPECT_NEAR(tension.force_n, row.force_n, 140 * rounding);
     EXPECT_NEAR(tension.stiffness_n, row.stiffness_n, 2000 * rounding);
   }
@@ -61,22 +61,22 @@ TEST(Tension, EnergyIsTheIntegralOfTheForce)
   const auto integral = [](double from, double to) {
     const double middle = 0.5 * (from + to);
     return (to - from) / 6 *
-           (ligament::tension_of(from, 800, 0.06).force_n +
-            4 * ligament::tension_of(middle, 800, 0.06).force_n +
-            ligament::tension_of(to, 800, 0.06).force_n);
+           (model::tension_of(from, 800, 0.06).force_n +
+            4 * model::tension_of(middle, 800, 0.06).force_n +
+            model::tension_of(to, 800, 0.06).force_n);
   };
-  EXPECT_NEAR(ligament::tension_of(0.05, 800, 0.06).energy_n, integral(0, 0.05), rounding);
-  EXPECT_NEAR(ligament::tension_of(0.2, 800, 0.06).energy_n, integral(0, 0.06) + integral(0.06, 0.2),
+  EXPECT_NEAR(model::tension_of(0.05, 800, 0.06).energy_n, integral(0, 0.05), rounding);
+  EXPECT_NEAR(model::tension_of(0.2, 800, 0.06).energy_n, integral(0, 0.06) + integral(0.06, 0.2),
               10 * rounding);
-  EXPECT_EQ(ligament::tension_of(-0.01, 800, 0.06).energy_n, 0.0);
+  EXPECT_EQ(model::tension_of(-0.01, 800, 0.06).energy_n, 0.0);
 }
 
 TEST(LigamentEnergy, OfOneStretchedFibreIsThatOfASpring)
 {
-  const ligament::Ligaments ligaments = one_fibre(2000, 20);
+  const model::Ligaments ligaments = one_fibre(2000, 20);
   // 25 mm along y: strain 0.25
   const MovingPose pose{{0, -25, 0}, 0};
-  const Potential potential = ligament::ligament_energy(ligaments, {}, pose);
+  const Potential potential = model::ligament_energy(ligaments, {}, pose);
   const double force_n = 2000 * (0.25 - 0.03);
   EXPECT_NEAR(potential.gradient[along_y], -force_n, force_n * rounding);
   EXPECT_NEAR(potential.hessian(along_y, along_y), 2000.0 / 20, 100 * rounding);
@@ -89,7 +89,7 @@ TEST(LigamentEnergy, OfOneStretchedFibreIsThatOfASpring)
 
 TEST(LigamentEnergy, OfSlackFibresIsNothing)
 {
-  const Potential potential = ligament::ligament_energy(one_fibre(2000, 26), {}, {{0, -25, 0}, 0});
+  const Potential potential = model::ligament_energy(one_fibre(2000, 26), {}, {{0, -25, 0}, 0});
   EXPECT_EQ(potential.energy_nmm, 0.0);
   EXPECT_EQ(potential.gradient, Vector5d(Vector5d::Zero()));
   EXPECT_EQ(potential.hessian, Matrix5d(Matrix5d::Zero()));
@@ -97,10 +97,10 @@ TEST(LigamentEnergy, OfSlackFibresIsNothing)
 
 TEST(LigamentEnergy, IsTheSumOfTheStates)
 {
-  const ligament::Ligaments ligaments = random_fibres(40, 1);
+  const model::Ligaments ligaments = random_fibres(40, 1);
   double energy_nmm = 0.0;
   int n_slack = 0, n_toe = 0, n_linear = 0;
-  for (const ligament::FibreState& state : ligament::fibre_states(ligaments, bent.attitude, bent.pose)) {
+  for (const model::FibreState& state : model::fibre_states(ligaments, bent.attitude, bent.pose)) {
     energy_nmm += state.energy_nmm;
     n_slack += state.strain <= 0.0;
     n_toe += state.strain > 0.0 && state.strain < 0.06;
@@ -112,7 +112,7 @@ TEST(LigamentEnergy, IsTheSumOfTheStates)
 
 TEST(LigamentEnergy, DerivativesMatchDifferences)
 {
-  const ligament::Ligaments ligaments = random_fibres(40, 2);
+  const model::Ligaments ligaments = random_fibres(40, 2);
   const Potential exact = test::energy_at(ligaments, bent);
   const Potential measured = test::energy_by_differences(ligaments, bent);
   // Rounding of the energy (1e-16 of 1e4 N mm over steps of 1e-4 mm or 2e-6 rad) and squares of the steps.
@@ -130,13 +130,13 @@ TEST(LigamentEnergy, DerivativesMatchDifferences)
 TEST(SolverLigaments, KeepLengthsUnderAnyFrame)
 {
   // At the pose of the meshes the moving object is where its own rotation centre is the reference's.
-  const ligament::Ligaments canonical = random_fibres(20, 3);
+  const model::Ligaments canonical = random_fibres(20, 3);
   for (const Side side : {Side::right, Side::left}) {
     const SolverFrame frame{side, {430, 510, 75}, Eigen::Vector3d(0.1, 1, -0.3).normalized()};
-    const std::vector<ligament::FibreState> states =
-        ligament::fibre_states(ligament::solver_ligaments(canonical, frame), {}, {});
+    const std::vector<model::FibreState> states =
+        model::fibre_states(model::solver_ligaments(canonical, frame), {}, {});
     for (std::size_t i = 0; i < states.size(); ++i) {
-      const ligament::Fibre& fibre = canonical.fibres[i];
+      const model::Fibre& fibre = canonical.fibres[i];
       EXPECT_NEAR(states[i].length_mm, (fibre.moving_mm - fibre.reference_mm).norm(), 1e-10);
     }
   }
@@ -144,9 +144,9 @@ TEST(SolverLigaments, KeepLengthsUnderAnyFrame)
 
 TEST(SolverLigaments, OfAMirroredJointAreTheSameToTheLastBit)
 {
-  const ligament::Ligaments right = random_fibres(20, 4);
-  ligament::Ligaments left = right;
-  for (ligament::Fibre& fibre : left.fibres) {
+  const model::Ligaments right = random_fibres(20, 4);
+  model::Ligaments left = right;
+  for (model::Fibre& fibre : left.fibres) {
     fibre.reference_mm.z() *= -1.0;
     fibre.moving_mm.z() *= -1.0;
   }
@@ -155,8 +155,8 @@ TEST(SolverLigaments, OfAMirroredJointAreTheSameToTheLastBit)
   left_frame.side = Side::left;
   left_frame.rotation_centre_mm.z() *= -1.0;
   left_frame.delta.z() *= -1.0;
-  const Potential a = test::energy_at(ligament::solver_ligaments(right, right_frame), bent);
-  const Potential b = test::energy_at(ligament::solver_ligaments(left, left_frame), bent);
+  const Potential a = test::energy_at(model::solver_ligaments(right, right_frame), bent);
+  const Potential b = test::energy_at(model::solver_ligaments(left, left_frame), bent);
   EXPECT_GT(a.energy_nmm, 0.0);
   EXPECT_EQ(a.energy_nmm, b.energy_nmm);
   EXPECT_EQ(a.gradient, b.gradient);

@@ -1,4 +1,4 @@
-#include "ligament/wrap_path.hpp"
+#include "model/wrap_path.hpp"
 
 #include <gtest/gtest.h>
 
@@ -48,10 +48,10 @@ struct Surface {
   Eigen::Vector3d axes_mm;
   bool is_cylinder;
 
-  ligament::WrapPath path(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const
+  model::WrapPath path(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const
   {
-    return is_cylinder ? ligament::cylinder_path(a, b, axes_mm.x(), 1e6)
-                       : ligament::ellipsoid_path(a, b, axes_mm);
+    return is_cylinder ? model::cylinder_path(a, b, axes_mm.x(), 1e6)
+                       : model::ellipsoid_path(a, b, axes_mm);
   }
 };
 
@@ -94,7 +94,7 @@ TEST(EllipsoidPath, WithEqualAxesIsAGreatCircle)
   int n_wrapped = 0, n_free = 0;
   for (int i = 0; i < 500; ++i) {
     const Eigen::Vector3d a = random.outside({r, r, r}), b = random.outside({r, r, r});
-    const ligament::WrapPath path = ligament::ellipsoid_path(a, b, {r, r, r});
+    const model::WrapPath path = model::ellipsoid_path(a, b, {r, r, r});
     const Eigen::Vector3d x = a.normalized(), y = (b - b.dot(x) * x).normalized();
     const Circular expected = round_circle({a.norm(), 0}, {b.dot(x), b.dot(y)}, r);
     n_wrapped += path.is_wrapped;
@@ -152,8 +152,8 @@ TEST(EllipsoidPath, TurnedHalfRoundAnAxisIsTheSame)
   const Eigen::Vector3d m(-1, 1, -1);
   for (int i = 0; i < 200; ++i) {
     const Ends ends = wrapped_ends(ellipsoid, random);
-    const ligament::WrapPath path = ellipsoid.path(ends.a, ends.b);
-    const ligament::WrapPath turned = ellipsoid.path(m.cwiseProduct(ends.a), m.cwiseProduct(ends.b));
+    const model::WrapPath path = ellipsoid.path(ends.a, ends.b);
+    const model::WrapPath turned = ellipsoid.path(m.cwiseProduct(ends.a), m.cwiseProduct(ends.b));
     EXPECT_NEAR(path.length_mm, turned.length_mm, integration_mm);
     EXPECT_LT((path.end_direction - m.cwiseProduct(turned.end_direction)).norm(), 1e-8);
   }
@@ -161,15 +161,15 @@ TEST(EllipsoidPath, TurnedHalfRoundAnAxisIsTheSame)
 
 TEST(EllipsoidPath, IsInactiveForAnAttachmentInside)
 {
-  EXPECT_FALSE(ligament::ellipsoid_path({0, 0, 11.9}, {0, 5, -40}, half_axes_mm).is_wrapped);
-  EXPECT_FALSE(ligament::ellipsoid_path({0, 5, -40}, {0, 0, 11.9}, half_axes_mm).is_wrapped);
-  EXPECT_TRUE(ligament::ellipsoid_path({0, 0, 12.1}, {0, 5, -40}, half_axes_mm).is_wrapped);
+  EXPECT_FALSE(model::ellipsoid_path({0, 0, 11.9}, {0, 5, -40}, half_axes_mm).is_wrapped);
+  EXPECT_FALSE(model::ellipsoid_path({0, 5, -40}, {0, 0, 11.9}, half_axes_mm).is_wrapped);
+  EXPECT_TRUE(model::ellipsoid_path({0, 0, 12.1}, {0, 5, -40}, half_axes_mm).is_wrapped);
 }
 
 TEST(EllipsoidPath, ThroughTheCentreTakesTheShorterSide)
 {
   // From pole to pole of the long axis: over the short axis, not the middle one.
-  const ligament::WrapPath path = ligament::ellipsoid_path({-40, 0, 0}, {40, 0, 0}, half_axes_mm);
+  const model::WrapPath path = model::ellipsoid_path({-40, 0, 0}, {40, 0, 0}, half_axes_mm);
   const double r_sq = 30.0 * 30.0, touch = r_sq / 40.0;
   ASSERT_TRUE(path.is_wrapped);
   EXPECT_NEAR(std::abs(path.end_direction.z()) / path.end_direction.x(),
@@ -180,7 +180,7 @@ TEST(EllipsoidPath, ThroughTheCentreTakesTheShorterSide)
 TEST(EllipsoidPath, OfAnAttachmentOnTheSurfaceStartsAlongIt)
 {
   const double r = 10.0;
-  const ligament::WrapPath path = ligament::ellipsoid_path({0, 0, r}, {20, 0, -5}, {r, r, r});
+  const model::WrapPath path = model::ellipsoid_path({0, 0, r}, {20, 0, -5}, {r, r, r});
   ASSERT_TRUE(path.is_wrapped);
   EXPECT_NEAR(path.length_mm, round_circle({r, 0}, {-5, 20}, r).length_mm, integration_mm);
 }
@@ -189,7 +189,7 @@ TEST(CylinderPath, IsAHelix)
 {
   // A quarter of the circle of radius 10 between tangents of 5 and 7 mm, rising by 12 mm.
   const double r = 10.0, rise_mm = 12.0, across_mm = 5 + r * pi / 2 + 7;
-  const ligament::WrapPath path = ligament::cylinder_path({r, -5, 0}, {-7, r, rise_mm}, r, 100);
+  const model::WrapPath path = model::cylinder_path({r, -5, 0}, {-7, r, rise_mm}, r, 100);
   ASSERT_TRUE(path.is_wrapped);
   EXPECT_NEAR(path.length_mm, std::sqrt(across_mm * across_mm + rise_mm * rise_mm), rounding_mm);
   const Eigen::Vector3d expected = Eigen::Vector3d(-across_mm, 0, rise_mm).normalized();
@@ -199,7 +199,7 @@ TEST(CylinderPath, IsAHelix)
 TEST(CylinderPath, StaysOnTheShorterSide)
 {
   for (const double side : {1.0, -1.0}) {
-    const ligament::WrapPath path = ligament::cylinder_path({-30, side, 0}, {30, side, 5}, 10, 100);
+    const model::WrapPath path = model::cylinder_path({-30, side, 0}, {30, side, 5}, 10, 100);
     ASSERT_TRUE(path.is_wrapped);
     EXPECT_LT(path.end_direction.y() * side, 0.0);  // comes down to the end from that side
   }
@@ -207,15 +207,15 @@ TEST(CylinderPath, StaysOnTheShorterSide)
 
 TEST(CylinderPath, IsInactiveInsideAndBeyondAnEnd)
 {
-  EXPECT_FALSE(ligament::cylinder_path({9, 0, 0}, {-30, 1, 0}, 10, 100).is_wrapped);
-  EXPECT_FALSE(ligament::cylinder_path({30, 1, 0}, {-9, 0, 0}, 10, 100).is_wrapped);
-  EXPECT_TRUE(ligament::cylinder_path({30, 1, 19}, {-30, 1, 19}, 10, 20).is_wrapped);
-  EXPECT_FALSE(ligament::cylinder_path({30, 1, 21}, {-30, 1, 21}, 10, 20).is_wrapped);
-  EXPECT_FALSE(ligament::cylinder_path({30, 1, -21}, {-30, 1, -21}, 10, 20).is_wrapped);
+  EXPECT_FALSE(model::cylinder_path({9, 0, 0}, {-30, 1, 0}, 10, 100).is_wrapped);
+  EXPECT_FALSE(model::cylinder_path({30, 1, 0}, {-9, 0, 0}, 10, 100).is_wrapped);
+  EXPECT_TRUE(model::cylinder_path({30, 1, 19}, {-30, 1, 19}, 10, 20).is_wrapped);
+  EXPECT_FALSE(model::cylinder_path({30, 1, 21}, {-30, 1, 21}, 10, 20).is_wrapped);
+  EXPECT_FALSE(model::cylinder_path({30, 1, -21}, {-30, 1, -21}, 10, 20).is_wrapped);
 }
 
 struct Measured {
-  ligament::WrapPath path;
+  model::WrapPath path;
   Eigen::Vector3d slope = Eigen::Vector3d::Zero();
   Eigen::Matrix3d bending = Eigen::Matrix3d::Zero();
   bool is_smooth = false;  // wrapped all along, and not within 1 mm of the surface
@@ -228,8 +228,8 @@ Measured measured_derivatives(const Surface& surface, const Ends& ends)
   out.path = surface.path(ends.a, ends.b);
   out.is_smooth = out.path.bending.norm() < 1.0;
   for (int k = 0; k < 3; ++k) {
-    const ligament::WrapPath ahead = surface.path(ends.a, ends.b + h * Eigen::Vector3d::Unit(k));
-    const ligament::WrapPath behind = surface.path(ends.a, ends.b - h * Eigen::Vector3d::Unit(k));
+    const model::WrapPath ahead = surface.path(ends.a, ends.b + h * Eigen::Vector3d::Unit(k));
+    const model::WrapPath behind = surface.path(ends.a, ends.b - h * Eigen::Vector3d::Unit(k));
     out.slope[k] = (ahead.length_mm - behind.length_mm) / (2 * h);
     out.bending.col(k) = (ahead.end_direction - behind.end_direction) / (2 * h);
     out.is_smooth = out.is_smooth && ahead.is_wrapped && behind.is_wrapped;
@@ -262,7 +262,7 @@ TEST(WrapPath, LiftsOffSmoothly)
     const double top_mm = surface.axes_mm.y();
     const auto at = [&](double y_mm) {
       const Eigen::Vector3d a(-40, top_mm, 1), b(40, y_mm, -2);
-      ligament::WrapPath path = surface.path(a, b);
+      model::WrapPath path = surface.path(a, b);
       if (!path.is_wrapped) {
         path.length_mm = (b - a).norm();
         path.end_direction = (b - a).normalized();

@@ -9,7 +9,7 @@
 
 #include "core/error.hpp"
 #include "load/mesh_text.hpp"
-#include "load/raw_mesh.hpp"
+#include "job/raw_mesh.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::assimp_alone_test {
@@ -34,9 +34,9 @@ std::optional<unsigned> corners_read_by_assimp(const MeshText& text)
   return n_corners;
 }
 
-load::RawMesh read(const MeshText& text)
+job::RawMesh read(const MeshText& text)
 {
-  return load::read_mesh(std::string("a.") + text.extension, text.bytes);
+  return job::read_mesh(std::string("a.") + text.extension, text.bytes);
 }
 
 const std::string facet_begin = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n";

@@ -1,4 +1,4 @@
-#include "load/axis_map.hpp"
+#include "job/axis_map.hpp"
 
 #include <gmock/gmock.h>
 
@@ -10,16 +10,16 @@ namespace vrda::axis_map_test {
 
 using test::refuses;
 
-load::Job job_with_frame(const test::Scratch& scratch, const std::string& frame)
+job::Job job_with_frame(const test::Scratch& scratch, const std::string& frame)
 {
-  return load::read_job(scratch.write("job.toml", test::small_job("[frame]\n" + frame)).string());
+  return job::read_job(scratch.write("job.toml", test::small_job("[frame]\n" + frame)).string());
 }
 
 TEST(AxisMap, WordsNameTheNativeAxisOfEachCanonicalOne)
 {
   const test::Scratch scratch;
   // Image axes: X the subject's left, Y posterior, Z up.
-  const load::AxisMap map = load::axis_map(
+  const job::AxisMap map = job::axis_map(
       job_with_frame(scratch, "unit = \"cm\"\nanterior = \"-Y\"\nproximal = \"+Z\"\nright = \"-X\""));
   EXPECT_EQ(map({1, 2, 3}), Eigen::Vector3d(-20, 30, -10));
 }
@@ -27,18 +27,18 @@ TEST(AxisMap, WordsNameTheNativeAxisOfEachCanonicalOne)
 TEST(AxisMap, TheThesisOpenGlViewIsRightHandedWithTheseWords)
 {
   const test::Scratch scratch;
-  const load::AxisMap map =
-      load::axis_map(job_with_frame(scratch, "right = \"-X\"\nproximal = \"+Y\"\nanterior = \"+Z\""));
+  const job::AxisMap map =
+      job::axis_map(job_with_frame(scratch, "right = \"-X\"\nproximal = \"+Y\"\nanterior = \"+Z\""));
   EXPECT_EQ(map({1, 2, 3}), Eigen::Vector3d(3, 2, -1));
 }
 
 // +1 for a rotation, -1 for a left-handed map, 0 for an axis named twice.
 int handedness_of(const std::string& anterior, const std::string& proximal, const std::string& right)
 {
-  load::Job job;
+  job::Job job;
   job.frame = {"frame", "mm", anterior, proximal, right};
   try {
-    EXPECT_DOUBLE_EQ(load::axis_map(job).X_canonical_native.linear().determinant(), 1.0);
+    EXPECT_DOUBLE_EQ(job::axis_map(job).X_canonical_native.linear().determinant(), 1.0);
     return 1;
   } catch (const InputError& error) {
     return error.facts().found.find("left-handed") != std::string::npos ? -1 : 0;
@@ -58,23 +58,23 @@ TEST(AxisMap, EveryMapIsARotationOrRefused)
 TEST(AxisMap, ALeftHandedMapNamesTheSignThatMendsIt)
 {
   const test::Scratch scratch;
-  const load::Job job = job_with_frame(scratch, "right = \"-Z\"");
-  EXPECT_THAT(test::input_error([&] { load::axis_map(job); }),
+  const job::Job job = job_with_frame(scratch, "right = \"-Z\"");
+  EXPECT_THAT(test::input_error([&] { job::axis_map(job); }),
               refuses({"job.toml", "frame", "left-handed", "right = \"+Z\""}));
 }
 
 TEST(AxisMap, AnAxisNamedTwiceIsRefused)
 {
   const test::Scratch scratch;
-  const load::Job job = job_with_frame(scratch, "anterior = \"-Z\"");
-  EXPECT_THAT(test::input_error([&] { load::axis_map(job); }),
+  const job::Job job = job_with_frame(scratch, "anterior = \"-Z\"");
+  EXPECT_THAT(test::input_error([&] { job::axis_map(job); }),
               refuses({.field = "frame", .found = "anterior = \"-Z\""}));
 }
 
 TEST(AxisMap, AlignTurnsAboutTheFilesAxesInOrderBeforeTheyAreRenamed)
 {
   const test::Scratch scratch;
-  const load::AxisMap map = load::axis_map(job_with_frame(scratch, R"(
+  const job::AxisMap map = job::axis_map(job_with_frame(scratch, R"(
 unit = "m"
 anterior = "+Y"
 proximal = "+Z"

@@ -2,10 +2,10 @@
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
-#include "load/auto_frame.hpp"
-#include "load/case.hpp"
+#include "job/auto_frame.hpp"
+#include "job/case.hpp"
 #include "load/mesh_text.hpp"
-#include "shapes/knee.hpp"
+#include "geometry/knee.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
@@ -31,7 +31,7 @@ Mesh in_unit(Mesh mesh, double unit_mm)
 // A right knee, each bone in its own scan.
 struct Knee {
   test::Scratch scratch;
-  shapes::Shape shape = shapes::right_template_knee();
+  geometry::Shape shape = geometry::right_template_knee();
 
   void write(const Pose& X_femur, const Pose& X_tibia, double unit_mm = 1.0) const
   {
@@ -40,9 +40,9 @@ struct Knee {
     scratch.write("moving.stl",
                   test::binary_stl(in_unit(transformed(shape.moving.front().mesh, X_tibia), unit_mm)));
   }
-  load::Case loaded(const std::string& tail, const std::vector<std::string>& overrides = {}) const
+  job::Case loaded(const std::string& tail, const std::vector<std::string>& overrides = {}) const
   {
-    return load::load_case(scratch.write("job.toml", test::small_job("", tail)).string(), {"", overrides});
+    return job::load_case(scratch.write("job.toml", test::small_job("", tail)).string(), {"", overrides});
   }
 };
 
@@ -68,7 +68,7 @@ TEST(BodyFrames, EachObjectHasItsOwnUnitAxesAndOrigin)
   X.linear() << -1, 0, 0, 0, 0, 1, 0, 1, 0;
   X.translation() = Eigen::Vector3d(100, 50, 30);
   scratch.write("moving.stl", test::binary_stl(in_unit(transformed(lower, X), 10.0)));
-  const load::Case whole = load::load_case(
+  const job::Case whole = job::load_case(
       scratch
           .write("job.toml", test::small_job("joint = \"other\"\n[frame]\norigin = [0, 30, 0]\n", R"(
 [moving.frame]
@@ -81,7 +81,7 @@ align = { translation_mm = [1, 0, 0] }
 )"))
           .string());
   EXPECT_LT((whole.reference.contact.mesh.vertices_mm -
-             load::load_case(scratch.write("plain.toml", test::small_job("joint = \"other\"\n")).string())
+             job::load_case(scratch.write("plain.toml", test::small_job("joint = \"other\"\n")).string())
                  .reference.contact.mesh.vertices_mm)
                 .cwiseAbs()
                 .maxCoeff(),
@@ -106,7 +106,7 @@ TEST(BodyFrames, AttachmentsAreInTheirOwnObjectsAxes)
   const Eigen::Vector3d angles_deg(deg_from_rad(std::atan2(R(2, 1), R(2, 2))),
                                    deg_from_rad(std::asin(-R(2, 0))),
                                    deg_from_rad(std::atan2(R(1, 0), R(0, 0))));
-  const load::Case loaded =
+  const job::Case loaded =
       knee.loaded("[moving.frame]\norigin = [40, -10, 5]\nalign = { rotation_deg = " + list(angles_deg) +
                   " }\n[[ligaments.fibre]]\nname = \"A\"\nreference_mm = "
                   "[1, 2, 3]\nstiffness_n = 100\nslack_length_mm = 30\nmoving_mm = " +
@@ -122,9 +122,9 @@ TEST(BodyFrames, AutoFindsTheFramesOfAKneeInAnyPoseAndUnit)
   Pose X_femur = X;
   X_femur.linear() = X.linear() * rotation_z(rad_from_deg(20.0));
   knee.write(X_femur, X, 10.0);
-  const load::Case loaded = knee.loaded(automatic, {"reference.frame.unit=cm", "moving.frame.unit=cm"});
+  const job::Case loaded = knee.loaded(automatic, {"reference.frame.unit=cm", "moving.frame.unit=cm"});
   knee.write(Pose::Identity(), Pose::Identity());
-  const load::Case plain = knee.loaded("");
+  const job::Case plain = knee.loaded("");
   ASSERT_TRUE(loaded.found_frames.has_value());
   // The last step of a fit is 1e-5; 100 mm away some hundredths of a millimetre.
   constexpr double fit_mm = 0.05;
@@ -143,15 +143,15 @@ TEST(BodyFrames, TheResolvedJobHasNumbersAndIsTheSameJob)
   const Knee knee;
   const Pose X = pose({1, -2, 3, 1}, {310, -200, 40});
   knee.write(X, X);
-  const load::Case found = knee.loaded(automatic);
+  const job::Case found = knee.loaded(automatic);
   EXPECT_THAT(found.resolved_job, testing::Not(testing::HasSubstr("auto")));
-  const load::Case numeric = load::load_case(knee.scratch.write("numeric.toml", found.resolved_job).string());
+  const job::Case numeric = job::load_case(knee.scratch.write("numeric.toml", found.resolved_job).string());
   EXPECT_EQ(numeric.resolved_job, found.resolved_job);
   EXPECT_EQ(numeric.steps_job_text, found.steps_job_text);
   EXPECT_EQ(numeric.moving.contact.mesh.vertices_mm, found.moving.contact.mesh.vertices_mm);
   EXPECT_EQ(numeric.reference.contact.mesh.vertices_mm, found.reference.contact.mesh.vertices_mm);
-  const load::Case planned =
-      load::case_with_joint(load::read_job((knee.scratch.path() / "job.toml").string()), "", found);
+  const job::Case planned =
+      job::case_with_joint(job::read_job((knee.scratch.path() / "job.toml").string()), "", found);
   EXPECT_EQ(planned.resolved_job, found.resolved_job);
   EXPECT_EQ(planned.steps_job_text, found.steps_job_text);
 }
@@ -162,7 +162,7 @@ TEST(BodyFrames, OnlyTheOriginMayBeFound)
   Pose X = Pose::Identity();
   X.translation() = Eigen::Vector3d(12, 700, -5);
   knee.write(X, X);
-  const load::Case loaded =
+  const job::Case loaded =
       knee.loaded("[reference.frame]\norigin = \"auto\"\n[moving.frame]\norigin = \"auto\"\n");
   EXPECT_LT((loaded.found_frames->reference.origin_native - X.translation()).norm(), 0.05);
   const Box box = bounding_box(loaded.reference.contact.mesh);
@@ -199,7 +199,7 @@ TEST(BodyFrames, WhatCannotBeFoundIsRefusedByKey)
 TEST(BodyFrames, AGeneratedPartHasNone)
 {
   EXPECT_THAT(test::input_error([] {
-                load::parse_job("k.toml", R"(
+                job::parse_job("k.toml", R"(
 [reference]
 [[reference.component]]
 name = "femur"

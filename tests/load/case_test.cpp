@@ -1,8 +1,8 @@
-#include "load/case.hpp"
+#include "job/case.hpp"
 
 #include <gmock/gmock.h>
 
-#include "load/input_file.hpp"
+#include "job/input_file.hpp"
 #include "load/mesh_text.hpp"
 #include "support/meshes.hpp"
 #include "support/real_knees.hpp"
@@ -38,13 +38,13 @@ struct Folder {
 
 InputError::Facts facts_with(const Folder& folder, const std::vector<std::string>& overrides = {})
 {
-  return test::input_error([&] { load::load_case(folder.job, {"", overrides}); });
+  return test::input_error([&] { job::load_case(folder.job, {"", overrides}); });
 }
 
 TEST(Case, TwoBoxesArriveWhole)
 {
   const Folder folder;
-  const load::Case loaded = load::load_case(folder.job);
+  const job::Case loaded = job::load_case(folder.job);
   EXPECT_EQ(loaded.joint, "other");
   EXPECT_EQ(loaded.method, "equilibrium");
   EXPECT_EQ(loaded.reference.contact.mesh.triangles.rows(), 12);
@@ -62,7 +62,7 @@ TEST(Case, TwoBoxesArriveWhole)
   EXPECT_EQ(loaded.job_text, test::read_bytes(folder.job));
   ASSERT_EQ(loaded.inputs.size(), 2U);
   EXPECT_EQ(loaded.inputs[1].name, "moving.stl");
-  EXPECT_EQ(loaded.inputs[1].sha256, load::sha256_of(test::binary_stl(lower())));
+  EXPECT_EQ(loaded.inputs[1].sha256, job::sha256_of(test::binary_stl(lower())));
   EXPECT_THAT(loaded.warnings, ElementsAre(testing::HasSubstr("nearly free")));
 }
 
@@ -70,7 +70,7 @@ TEST(Case, AnotherJointStartsFromTheMeshesJustBeforeContact)
 {
   const Folder folder;
   const auto start = [&](const std::vector<std::string>& overrides) {
-    return load::load_case(folder.job, {"", overrides}).initial.translation_mm;
+    return job::load_case(folder.job, {"", overrides}).initial.translation_mm;
   };
   const auto is_near = [](const Eigen::Vector3d& found_mm, const Eigen::Vector3d& wanted_mm) {
     return (found_mm - wanted_mm).norm() < 1e-12;  // rounding of lengths of 20 mm
@@ -86,20 +86,20 @@ TEST(Case, AnotherJointStartsFromTheMeshesJustBeforeContact)
             Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(start({"joint=knee", "push.delta=[0, 0, -2]"}), Eigen::Vector3d(0, -20, 0));
   EXPECT_EQ(start({"joint=knee", "moving.initial.translation_mm=auto"}), start({}));
-  EXPECT_THAT(load::load_case(folder.job).resolved_job, testing::HasSubstr("translation_mm = \"auto\""));
+  EXPECT_THAT(job::load_case(folder.job).resolved_job, testing::HasSubstr("translation_mm = \"auto\""));
 }
 
 TEST(Case, APushFixedInTheReferenceTurnsWithIt)
 {
   const Folder folder;
   const auto pushed = [&](const std::string& side, const std::string& coordinates) {
-    return load::load_case(folder.job, {"",
+    return job::load_case(folder.job, {"",
                                         {"joint=hip", "push.delta=[0, 0.6, 0.8]", "push.force_n=10",
                                          "side=" + side, "coordinates={" + coordinates + "}"}})
         .push;
   };
   // A quarter of a turn about Z takes the thigh backwards: its X points distally in the pelvis.
-  const std::vector<load::Push> bent =
+  const std::vector<job::Push> bent =
       pushed("right", "flexion={from=0, to=90, step=90}, varus=0, internal=0");
   ASSERT_EQ(bent.size(), 2U);
   EXPECT_TRUE(bent[0].delta.isApprox(Eigen::Vector3d(0, 0.6, 0.8), 1e-15));
@@ -124,8 +124,8 @@ TEST(Case, AHipIsPushedIntoTheAcetabulumOfItsSide)
 {
   const Folder folder;
   for (const bool is_right : {true, false}) {
-    const load::Case loaded =
-        load::load_case(folder.job, {"",
+    const job::Case loaded =
+        job::load_case(folder.job, {"",
                                      {"joint=hip", is_right ? "side=right" : "side=left",
                                       "coordinates={flexion={from=0, to=9, step=9}, varus=0, internal=0}"}});
     // Opposite to an opening of 45 degrees inclination and 20 degrees anteversion.
@@ -139,7 +139,7 @@ TEST(Case, AHipIsPushedIntoTheAcetabulumOfItsSide)
 TEST(Case, Sha256IsTheStandards)
 {
   // FIPS 180-2, appendix B.1.
-  EXPECT_EQ(load::sha256_of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(job::sha256_of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
 TEST(Case, UnitAxesAndOriginApplyToEverything)
@@ -147,7 +147,7 @@ TEST(Case, UnitAxesAndOriginApplyToEverything)
   const Folder folder(
       test::small_job("joint = \"other\"\n[frame]\nunit = \"cm\"\nanterior = \"-Y\"\nproximal = "
                       "\"+Z\"\nright = \"-X\"\norigin = [1, 2, 3]\n"));
-  const load::Case loaded = load::load_case(folder.job);
+  const job::Case loaded = job::load_case(folder.job);
   EXPECT_EQ(loaded.frame.rotation_centre_mm, Eigen::Vector3d(-20, 30, -10));
   // Native x -30..30, y 30..50, z -40..40 cm.
   EXPECT_EQ(loaded.survey[0].box.min_mm, Eigen::Vector3d(-500, -400, -300));
@@ -166,7 +166,7 @@ contact = false
 name = "third"
 file = "moving.stl"
 )"));
-  const load::Case loaded = load::load_case(folder.job);
+  const job::Case loaded = job::load_case(folder.job);
   EXPECT_EQ(loaded.moving.contact.mesh.triangles.rows(), 24);
   EXPECT_EQ(loaded.moving.visual.mesh.triangles.rows(), 12);
   EXPECT_EQ(loaded.moving.visual.component, std::vector<std::int32_t>(12, 1));
@@ -185,7 +185,7 @@ file = "third.vf"
 )"));
   folder.scratch.write("third.vf", "4 4\n0 0 0\n4 0 0\n0 4 0\n0 0 4\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
   folder.scratch.write("third.normals", "4\n-1 -1 -2\n2 0 0\n0 3 0\n0 0 -4\n");
-  const load::Case loaded = load::load_case(folder.job);
+  const job::Case loaded = job::load_case(folder.job);
   const Mesh& mesh = loaded.moving.contact.mesh;
   for (Eigen::Index v = mesh.vertices_mm.rows() - 4; v < mesh.vertices_mm.rows(); ++v) {
     // The file's order is not kept; its last normal points inward.
@@ -219,8 +219,8 @@ TEST(Case, AComponentMayBeThinnedAndShifted)
   // Each vertex moves along its area-weighted normal.
   const Folder plain,
       moved(test::small_job("joint = \"other\"\n") + "inset_mm = 0.5\nshift_mm = [1, -2, 3]\n");
-  const Mesh before = load::load_case(plain.job).moving.contact.mesh,
-             after = load::load_case(moved.job).moving.contact.mesh;
+  const Mesh before = job::load_case(plain.job).moving.contact.mesh,
+             after = job::load_case(moved.job).moving.contact.mesh;
   const Points normals = vertex_normals(before);
   ASSERT_EQ(before.vertices_mm.rows(), after.vertices_mm.rows());
   for (Eigen::Index v = 0; v < before.vertices_mm.rows(); ++v) {
@@ -237,10 +237,10 @@ TEST(Case, TheDataFolderComesBeforeTheJobsOwn)
   const Folder folder;
   const test::Scratch data;
   data.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {10, 10, 10})));
-  const load::Case loaded = load::load_case(folder.job, {data.path().string(), {}});
+  const job::Case loaded = job::load_case(folder.job, {data.path().string(), {}});
   EXPECT_DOUBLE_EQ(loaded.survey[0].volume_mm3, 96000.0);
   EXPECT_DOUBLE_EQ(loaded.survey[1].volume_mm3, 1000.0);
-  EXPECT_EQ(loaded.resolved_job, load::load_case(folder.job).resolved_job);
+  EXPECT_EQ(loaded.resolved_job, job::load_case(folder.job).resolved_job);
 }
 
 TEST(Case, AMirroredMeshWithTheOtherSideIsTheSameToTheSolver)
@@ -255,8 +255,8 @@ TEST(Case, AMirroredMeshWithTheOtherSideIsTheSameToTheSolver)
   left.scratch.write("reference.stl", test::binary_stl(mirrored_z(ball)));
   left.scratch.write("moving.stl", test::binary_stl(mirrored_z(lower())));
   const std::vector<std::string> tilted{"push.delta=[0.1, 1, 0.2]"}, tilted_left{"push.delta=[0.1, 1, -0.2]"};
-  const load::Case a = load::load_case(right.job, {"", tilted}),
-                   b = load::load_case(left.job, {"", tilted_left});
+  const job::Case a = job::load_case(right.job, {"", tilted}),
+                   b = job::load_case(left.job, {"", tilted_left});
   const auto expect_same = [&](const Mesh& of_right, const Mesh& of_left) {
     const Mesh right_mesh = solver_mesh(of_right, a.frame), left_mesh = solver_mesh(of_left, b.frame);
     EXPECT_EQ(right_mesh.vertices_mm, left_mesh.vertices_mm);
@@ -268,7 +268,7 @@ TEST(Case, AMirroredMeshWithTheOtherSideIsTheSameToTheSolver)
   EXPECT_EQ(a.compartment_of_triangle, b.compartment_of_triangle);
 }
 
-int count(const load::Case& loaded, Compartment which)
+int count(const job::Case& loaded, Compartment which)
 {
   return static_cast<int>(
       std::count(loaded.compartment_of_triangle.begin(), loaded.compartment_of_triangle.end(), which));
@@ -277,7 +277,7 @@ int count(const load::Case& loaded, Compartment which)
 TEST(Compartments, AKneesAreHalfSpacesByTheRotationCentre)
 {
   const Folder folder(test::small_job());
-  const load::Case right = load::load_case(folder.job);
+  const job::Case right = job::load_case(folder.job);
   ASSERT_EQ(right.compartment_of_triangle.size(), 12U);
   for (Eigen::Index t = 0; t < 12; ++t) {
     const auto [a, b, c] = corners(right.moving.contact.mesh, t);
@@ -286,23 +286,23 @@ TEST(Compartments, AKneesAreHalfSpacesByTheRotationCentre)
               z_mm < 0 ? Compartment::medial : Compartment::lateral);
   }
   EXPECT_EQ(count(right, Compartment::medial), 6);
-  const load::Case left = load::load_case(folder.job, {"", {"side=left"}});
+  const job::Case left = job::load_case(folder.job, {"", {"side=left"}});
   EXPECT_EQ(count(left, Compartment::lateral), 6);
   EXPECT_NE(left.compartment_of_triangle, right.compartment_of_triangle);
   // The whole moving box is to the left of a centre at z = 100.
-  EXPECT_EQ(count(load::load_case(folder.job, {"", {"frame.origin=[0, 0, 100]"}}), Compartment::medial), 12);
+  EXPECT_EQ(count(job::load_case(folder.job, {"", {"frame.origin=[0, 0, 100]"}}), Compartment::medial), 12);
 }
 
 TEST(Compartments, ByNamesAndByNamesBeforeHalfSpaces)
 {
   const std::string tail = "[[moving.component]]\nname = \"disc\"\nfile = \"reference.stl\"\n";
   const Folder folder(test::small_job("joint = \"other\"\n", tail));
-  const load::Case named = load::load_case(
+  const job::Case named = job::load_case(
       folder.job,
       {"", {"compartments.medial.components=[\"lower\"]", "compartments.lateral.components=[\"disc\"]"}});
   EXPECT_EQ(count(named, Compartment::medial), 12);
   EXPECT_EQ(count(named, Compartment::lateral), 12);
-  const load::Case mixed = load::load_case(
+  const job::Case mixed = job::load_case(
       folder.job,
       {"", {"compartments.medial.components=[\"lower\"]", "compartments.lateral.half_space=left"}});
   EXPECT_EQ(count(mixed, Compartment::medial), 12);
@@ -341,7 +341,7 @@ TEST(CaseErrors, OverridesThatNoMethodSolves)
 TEST(Case, APushOverFlexionIsLinearBetweenItsRowsAndHeldBeyond)
 {
   const Folder folder;
-  const load::Case loaded = load::load_case(
+  const job::Case loaded = job::load_case(
       folder.job,
       {"",
        {"solver.method=equilibrium", "grid.flexion={ from = 0, to = 90, step = 30 }", "grid.varus=free",
@@ -367,7 +367,7 @@ TEST(Case, APushOverFlexionIsLinearBetweenItsRowsAndHeldBeyond)
 TEST(Case, ADeltaTableOfOneDirectionIsThatDirection)
 {
   const Folder folder;
-  const load::Case loaded = load::load_case(
+  const job::Case loaded = job::load_case(
       folder.job, {"", {"push.delta={ flexion_deg = [0, 90], value = [[0, 0, 2], [0, 0, 5]] }"}});
   EXPECT_EQ(loaded.frame.delta, Eigen::Vector3d::UnitZ());
 }
@@ -390,8 +390,8 @@ std::string generated_job(const std::string& shape, const std::string& upper_par
 TEST(Generated, PartsAreFoundByNameAndHashedByContent)
 {
   const Folder folder(generated_job("knee", "femur", "tibia"));
-  const load::Case loaded = load::load_case(folder.job),
-                   left = load::load_case(folder.job, {"", {"side=left"}});
+  const job::Case loaded = job::load_case(folder.job),
+                   left = job::load_case(folder.job, {"", {"side=left"}});
   EXPECT_EQ(loaded.inputs[1].name, "knee side=right part=tibia");
   EXPECT_EQ(left.inputs[1].name, "knee side=left part=tibia");
   EXPECT_EQ(loaded.inputs[1].sha256.size(), 64U);
@@ -403,8 +403,8 @@ TEST(Generated, PartsAreFoundByNameAndHashedByContent)
 TEST(Generated, SkipTheFramesUnitAndAxes)
 {
   const Folder folder(generated_job("hip", "socket", "head"));
-  const load::Case plain = load::load_case(folder.job);
-  const load::Case framed = load::load_case(
+  const job::Case plain = job::load_case(folder.job);
+  const job::Case framed = job::load_case(
       folder.job, {"", {"frame.unit=m", "frame.anterior=+Y", "frame.proximal=+Z", "frame.right=+X"}});
   EXPECT_EQ(plain.reference.contact.mesh.vertices_mm, framed.reference.contact.mesh.vertices_mm);
   EXPECT_EQ(plain.inputs[0].sha256, framed.inputs[0].sha256);
@@ -426,9 +426,9 @@ TEST(Jobs, TheGenericOnesLoadWithoutAWarning)
 {
   for (const char* name : {"knee-generic.toml", "knee-generic-contact.toml", "hip-generic.toml"}) {
     SCOPED_TRACE(name);
-    const load::Case loaded = load::load_case((test::source_directory() / "jobs" / name).string());
+    const job::Case loaded = job::load_case((test::source_directory() / "jobs" / name).string());
     EXPECT_THAT(loaded.warnings, ElementsAre());
-    for (const load::ComponentSurvey& part : loaded.survey) {
+    for (const job::ComponentSurvey& part : loaded.survey) {
       EXPECT_EQ(part.n_boundary_edges + part.n_non_manifold_edges, 0) << part.name;
       EXPECT_GT(part.volume_mm3, 0.0) << part.name;
     }
@@ -439,7 +439,7 @@ TEST(Jobs, TheGenericKneeHasBothCompartmentsOnEitherSide)
 {
   const std::string job = (test::source_directory() / "jobs/knee-generic.toml").string();
   for (const char* side : {"side=right", "side=left"}) {
-    const load::Case loaded = load::load_case(job, {"", {side}});
+    const job::Case loaded = job::load_case(job, {"", {side}});
     EXPECT_GT(count(loaded, Compartment::medial), 1000);
     EXPECT_GT(count(loaded, Compartment::lateral), 1000);
     EXPECT_THAT(loaded.warnings, ElementsAre());

@@ -1,15 +1,15 @@
-#include "load/clean_mesh.hpp"
+#include "job/clean_mesh.hpp"
 
 #include <gtest/gtest.h>
 
-#include "load/shells.hpp"
+#include "job/shells.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::clean_mesh_test {
 
-load::RawMesh raw_of(const Mesh& mesh)
+job::RawMesh raw_of(const Mesh& mesh)
 {
-  load::RawMesh raw;
+  job::RawMesh raw;
   raw.vertices = mesh.vertices_mm;
   raw.corner.assign(mesh.triangles.data(), mesh.triangles.data() + mesh.triangles.size());
   raw.size.assign(static_cast<std::size_t>(mesh.triangles.rows()), 3);
@@ -17,9 +17,9 @@ load::RawMesh raw_of(const Mesh& mesh)
 }
 
 // Triangles with unshared vertices, as in an STL file.
-load::RawMesh soup_of(const Mesh& mesh)
+job::RawMesh soup_of(const Mesh& mesh)
 {
-  load::RawMesh raw;
+  job::RawMesh raw;
   raw.vertices.resize(3 * mesh.triangles.rows(), 3);
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
     for (int k = 0; k < 3; ++k) {
@@ -40,7 +40,7 @@ Mesh reversed(Mesh mesh)
 TEST(CleanMesh, WeldingATriangleSoupGivesTheSharedVerticesBack)
 {
   const Mesh ball = test::ball(10, 8, 12);
-  const load::CleanMesh clean = load::clean_mesh(soup_of(ball), load::Winding::outward, Side::right);
+  const job::CleanMesh clean = job::clean_mesh(soup_of(ball), job::Winding::outward, Side::right);
   EXPECT_EQ(clean.mesh.vertices_mm.rows(), ball.vertices_mm.rows());
   EXPECT_EQ(clean.n_welded, 3 * ball.triangles.rows() - ball.vertices_mm.rows());
   EXPECT_EQ(clean.n_degenerate, 0);
@@ -51,15 +51,15 @@ TEST(CleanMesh, WeldingATriangleSoupGivesTheSharedVerticesBack)
 
 TEST(CleanMesh, ZeroAndMinusZeroAreOnePlace)
 {
-  load::RawMesh raw = raw_of(test::sheet(2, 1));
+  job::RawMesh raw = raw_of(test::sheet(2, 1));
   raw.vertices.col(1).setConstant(-0.0);
-  const load::CleanMesh clean = load::clean_mesh(raw, load::Winding::outward, Side::right);
+  const job::CleanMesh clean = job::clean_mesh(raw, job::Winding::outward, Side::right);
   EXPECT_FALSE(std::signbit(clean.mesh.vertices_mm(0, 1)));
 }
 
 TEST(CleanMesh, DegenerateFacesAndUnusedVerticesGo)
 {
-  load::RawMesh raw = raw_of(test::box({0, 0, 0}, {2, 2, 2}));
+  job::RawMesh raw = raw_of(test::box({0, 0, 0}, {2, 2, 2}));
   raw.vertices.conservativeResize(10, 3);
   raw.vertices.row(8) << 5, 5, 5;                                            // unused
   raw.vertices.row(9) << -1, -1, -1;                                         // the same position as vertex 0
@@ -67,7 +67,7 @@ TEST(CleanMesh, DegenerateFacesAndUnusedVerticesGo)
   raw.size.push_back(3);
   for (const std::int32_t corner : {0, 1, 0, 1}) raw.corner.push_back(corner);  // a polygon without area
   raw.size.push_back(4);
-  const load::CleanMesh clean = load::clean_mesh(raw, load::Winding::outward, Side::right);
+  const job::CleanMesh clean = job::clean_mesh(raw, job::Winding::outward, Side::right);
   EXPECT_EQ(clean.n_degenerate, 2);
   EXPECT_EQ(clean.n_welded, 1);
   EXPECT_EQ(clean.mesh.vertices_mm.rows(), 8);
@@ -77,12 +77,12 @@ TEST(CleanMesh, DegenerateFacesAndUnusedVerticesGo)
 
 TEST(CleanMesh, ATriangleOfThreePointsOnALineIsDegenerate)
 {
-  load::RawMesh raw;
+  job::RawMesh raw;
   raw.vertices.resize(4, 3);
   raw.vertices << 0, 0, 0, 1, 1, 1, 2, 2, 2, 0, 1, 0;
   raw.corner = {0, 1, 2, 0, 2, 3};
   raw.size = {3, 3};
-  const load::CleanMesh clean = load::clean_mesh(raw, load::Winding::outward, Side::right);
+  const job::CleanMesh clean = job::clean_mesh(raw, job::Winding::outward, Side::right);
   EXPECT_EQ(clean.n_degenerate, 1);
   EXPECT_EQ(clean.mesh.triangles.rows(), 1);
   EXPECT_EQ(clean.mesh.vertices_mm.rows(), 3);
@@ -91,9 +91,9 @@ TEST(CleanMesh, ATriangleOfThreePointsOnALineIsDegenerate)
 TEST(CleanMesh, AClosedShellIsTurnedOutwardWhateverTheJobSays)
 {
   const Mesh ball = test::ball(10, 8, 12);
-  for (const load::Winding winding : {load::Winding::outward, load::Winding::inward}) {
-    EXPECT_FALSE(load::clean_mesh(raw_of(ball), winding, Side::right).was_flipped);
-    const load::CleanMesh turned = load::clean_mesh(raw_of(reversed(ball)), winding, Side::right);
+  for (const job::Winding winding : {job::Winding::outward, job::Winding::inward}) {
+    EXPECT_FALSE(job::clean_mesh(raw_of(ball), winding, Side::right).was_flipped);
+    const job::CleanMesh turned = job::clean_mesh(raw_of(reversed(ball)), winding, Side::right);
     EXPECT_TRUE(turned.was_flipped);
     EXPECT_DOUBLE_EQ(signed_volume_mm3(turned.mesh), signed_volume_mm3(ball));
   }
@@ -102,8 +102,8 @@ TEST(CleanMesh, AClosedShellIsTurnedOutwardWhateverTheJobSays)
 TEST(CleanMesh, AnOpenSheetFollowsTheJobsWord)
 {
   const Mesh sheet = test::sheet(10, 3);  // normal +Y
-  const load::CleanMesh as_is = load::clean_mesh(raw_of(sheet), load::Winding::outward, Side::right);
-  const load::CleanMesh turned = load::clean_mesh(raw_of(sheet), load::Winding::inward, Side::right);
+  const job::CleanMesh as_is = job::clean_mesh(raw_of(sheet), job::Winding::outward, Side::right);
+  const job::CleanMesh turned = job::clean_mesh(raw_of(sheet), job::Winding::inward, Side::right);
   EXPECT_FALSE(as_is.was_flipped);
   EXPECT_TRUE(turned.was_flipped);
   EXPECT_EQ(as_is.mesh.normals.row(4), Eigen::RowVector3d(0, 1, 0));
@@ -114,7 +114,7 @@ TEST(CleanMesh, SeparateShellsAreTurnedEachForItself)
 {
   Mesh both = test::box({0, 0, 0}, {2, 2, 2});
   append(both, reversed(test::box({10, 0, 0}, {2, 2, 2})));
-  const load::CleanMesh clean = load::clean_mesh(raw_of(both), load::Winding::outward, Side::right);
+  const job::CleanMesh clean = job::clean_mesh(raw_of(both), job::Winding::outward, Side::right);
   EXPECT_TRUE(clean.was_flipped);
   EXPECT_DOUBLE_EQ(signed_volume_mm3(clean.mesh), 16.0);
 }
@@ -125,9 +125,9 @@ TEST(CleanMesh, AnInnerWallStaysAnInnerWall)
   Mesh hollow = test::box({0, 0, 0}, {4, 4, 4});
   append(hollow, reversed(test::box({0, 0, 0}, {2, 2, 2})));
   EXPECT_DOUBLE_EQ(
-      signed_volume_mm3(load::clean_mesh(raw_of(hollow), load::Winding::outward, Side::right).mesh), 56.0);
-  const load::CleanMesh turned =
-      load::clean_mesh(raw_of(reversed(hollow)), load::Winding::outward, Side::right);
+      signed_volume_mm3(job::clean_mesh(raw_of(hollow), job::Winding::outward, Side::right).mesh), 56.0);
+  const job::CleanMesh turned =
+      job::clean_mesh(raw_of(reversed(hollow)), job::Winding::outward, Side::right);
   EXPECT_TRUE(turned.was_flipped);
   EXPECT_DOUBLE_EQ(signed_volume_mm3(turned.mesh), 56.0);
 }
@@ -137,7 +137,7 @@ TEST(CleanMesh, ASolidWithinASolidStaysASolid)
   Mesh nested = test::box({0, 0, 0}, {4, 4, 4});
   append(nested, test::box({0, 0, 0}, {2, 2, 2}));
   EXPECT_DOUBLE_EQ(
-      signed_volume_mm3(load::clean_mesh(raw_of(reversed(nested)), load::Winding::outward, Side::right).mesh),
+      signed_volume_mm3(job::clean_mesh(raw_of(reversed(nested)), job::Winding::outward, Side::right).mesh),
       72.0);
 }
 
@@ -145,7 +145,7 @@ TEST(CleanMesh, ASolidWithinASolidStaysASolid)
 TEST(CleanMesh, CopiesOfTrianglesGo)
 {
   const Mesh ball = test::ball(10, 8, 12);
-  const load::CleanMesh clean = load::clean_mesh(soup_of(ball), load::Winding::outward, Side::right);
+  const job::CleanMesh clean = job::clean_mesh(soup_of(ball), job::Winding::outward, Side::right);
   const Mesh some = select_triangles(ball, {3, 4, 5, 50, 90}), all = ball;
   const auto joined = [](Mesh first, const Mesh& second) {
     append(first, second);
@@ -161,7 +161,7 @@ TEST(CleanMesh, CopiesOfTrianglesGo)
                          Row{"twice", joined(joined(ball, reversed(some)), some), 10},
                          Row{"all reversed", joined(ball, reversed(all)), all.triangles.rows()}}) {
     SCOPED_TRACE(row.name);
-    const load::CleanMesh found = load::clean_mesh(soup_of(row.mesh), load::Winding::outward, Side::right);
+    const job::CleanMesh found = job::clean_mesh(soup_of(row.mesh), job::Winding::outward, Side::right);
     EXPECT_EQ(found.n_identical, row.n_copies);
     EXPECT_EQ(found.mesh.vertices_mm, clean.mesh.vertices_mm);
     EXPECT_EQ(found.mesh.triangles, clean.mesh.triangles);
@@ -172,12 +172,12 @@ TEST(CleanMesh, CopiesOfTrianglesGo)
 // A copy of a polygon that begins with another corner would be divided along the other diagonal.
 TEST(CleanMesh, CopiesOfPolygonsGo)
 {
-  load::RawMesh raw;
+  job::RawMesh raw;
   raw.vertices.resize(4, 3);
   raw.vertices << 0, 0, 0, 1, 0, 0, 1, 0, -1, 0, 0, -1;
   raw.corner = {0, 1, 2, 3, 1, 2, 3, 0, 3, 2, 1, 0};
   raw.size = {4, 4, 4};
-  const load::CleanMesh clean = load::clean_mesh(raw, load::Winding::outward, Side::right);
+  const job::CleanMesh clean = job::clean_mesh(raw, job::Winding::outward, Side::right);
   EXPECT_EQ(clean.n_identical, 4);
   EXPECT_EQ(clean.mesh.triangles.rows(), 2);
   EXPECT_EQ(clean.mesh.normals.row(0), Eigen::RowVector3d(0, 1, 0));
@@ -193,11 +193,11 @@ TEST(CleanMesh, AShellWithADefectIsTurnedOutward)
   }
   Mesh odd = ball;
   std::swap(odd.triangles(100, 1), odd.triangles(100, 2));
-  std::vector<Eigen::Index> all_but_one = load::others_than(ball, {{77}});
+  std::vector<Eigen::Index> all_but_one = job::others_than(ball, {{77}});
   for (const Mesh& mesh : {select_triangles(ball, all_but_one), select_triangles(ball, around), odd}) {
-    for (const load::Winding winding : {load::Winding::outward, load::Winding::inward}) {
-      const load::CleanMesh kept = load::clean_mesh(raw_of(mesh), winding, Side::right);
-      const load::CleanMesh turned = load::clean_mesh(raw_of(reversed(mesh)), winding, Side::right);
+    for (const job::Winding winding : {job::Winding::outward, job::Winding::inward}) {
+      const job::CleanMesh kept = job::clean_mesh(raw_of(mesh), winding, Side::right);
+      const job::CleanMesh turned = job::clean_mesh(raw_of(reversed(mesh)), winding, Side::right);
       EXPECT_FALSE(kept.was_flipped || kept.has_sheet);
       EXPECT_TRUE(turned.was_flipped);
       EXPECT_GT(signed_volume_mm3(turned.mesh), 0.0);
@@ -211,15 +211,15 @@ TEST(Shells, TheOuterSurfaceIsWithoutInnerWalls)
   const Mesh outer = test::ball(10, 16, 24), wall = test::ball(7, 16, 24);
   Mesh beside = test::ball(3);
   beside.vertices_mm.col(0).array() += 20.0;
-  const Mesh torn = load::compacted(outer, load::others_than(outer, {{77}}));
+  const Mesh torn = job::compacted(outer, job::others_than(outer, {{77}}));
   for (const Mesh& body : {outer, torn}) {
     for (const Mesh& inner :
-         {wall, reversed(wall), load::compacted(wall, load::others_than(wall, {{5, 6, 7}}))}) {
+         {wall, reversed(wall), job::compacted(wall, job::others_than(wall, {{5, 6, 7}}))}) {
       Mesh mesh = body, expected = body;
       append(mesh, inner);
       append(mesh, beside);
       append(expected, beside);
-      const Mesh found = load::outer_surface(mesh);
+      const Mesh found = job::outer_surface(mesh);
       EXPECT_EQ(found.vertices_mm, expected.vertices_mm);
       EXPECT_EQ(found.triangles, expected.triangles);
     }
@@ -229,13 +229,13 @@ TEST(Shells, TheOuterSurfaceIsWithoutInnerWalls)
 TEST(CleanMesh, FileNormalsAreKeptAveragedAndTurnedOutward)
 {
   const Mesh ball = test::ball(10, 8, 12);
-  load::RawMesh raw = raw_of(ball);
+  job::RawMesh raw = raw_of(ball);
   raw.normals = -3.0 * ball.normals;  // neither unit nor outward
-  const load::CleanMesh clean = load::clean_mesh(raw, load::Winding::outward, Side::right);
+  const job::CleanMesh clean = job::clean_mesh(raw, job::Winding::outward, Side::right);
   // On a ball about the origin the normal is the vertex by its radius; rounding of a division.
   EXPECT_LT((clean.mesh.normals - clean.mesh.vertices_mm / 10.0).cwiseAbs().maxCoeff(), 1e-14);
   raw.normals.row(3).setZero();
-  EXPECT_EQ(load::clean_mesh(raw, load::Winding::outward, Side::right).mesh.normals,
+  EXPECT_EQ(job::clean_mesh(raw, job::Winding::outward, Side::right).mesh.normals,
             vertex_normals(clean.mesh));
 }
 
@@ -243,12 +243,12 @@ TEST(CleanMesh, AMirroredSoupGivesTheMirroredMeshToTheLastBit)
 {
   Mesh ball = test::ball(7.3, 9, 13);
   ball.vertices_mm.col(2).array() += 1.7;
-  const Mesh expected = mirrored_z(load::clean_mesh(soup_of(ball), load::Winding::outward, Side::right).mesh);
+  const Mesh expected = mirrored_z(job::clean_mesh(soup_of(ball), job::Winding::outward, Side::right).mesh);
   // With reversed winding, and with z negated only.
   Mesh negated = ball;
   negated.vertices_mm.col(2) *= -1.0;
   for (const Mesh& mirrored : {mirrored_z(ball), negated}) {
-    const Mesh mesh = load::clean_mesh(soup_of(mirrored), load::Winding::outward, Side::left).mesh;
+    const Mesh mesh = job::clean_mesh(soup_of(mirrored), job::Winding::outward, Side::left).mesh;
     EXPECT_EQ(mesh.vertices_mm, expected.vertices_mm);
     EXPECT_EQ(mesh.triangles, expected.triangles);
     EXPECT_EQ(mesh.normals, expected.normals);
@@ -260,9 +260,9 @@ TEST(Shells, AreConnectedOverEdgesNotOverCorners)
   // Two boxes that share one vertex.
   Mesh touching = test::box({0, 0, 0}, {2, 2, 2});
   append(touching, test::box({2, 2, 2}, {2, 2, 2}));
-  const Mesh mesh = load::clean_mesh(soup_of(touching), load::Winding::outward, Side::right).mesh;
+  const Mesh mesh = job::clean_mesh(soup_of(touching), job::Winding::outward, Side::right).mesh;
   EXPECT_EQ(mesh.vertices_mm.rows(), 15);
-  const std::vector<load::Shell> shells = load::shells_of(mesh);
+  const std::vector<job::Shell> shells = job::shells_of(mesh);
   ASSERT_EQ(shells.size(), 2U);
   EXPECT_TRUE(shells[0].is_closed && shells[1].is_closed);
   EXPECT_DOUBLE_EQ(shells[1].signed_volume, 8.0);

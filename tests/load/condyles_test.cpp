@@ -1,4 +1,4 @@
-#include "load/condyles.hpp"
+#include "job/condyles.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ TEST(Condyles, TwoBallsAreFound)
   const Eigen::Vector3d left_mm(420, 511, 600), right_mm(424, 514, 650);
   Mesh femur = moved(test::ball(20, 48, 96), left_mm);
   append(femur, moved(test::ball(23, 48, 96), right_mm));
-  const std::optional<load::CondyleSpheres> spheres = load::condyle_spheres(femur);
+  const std::optional<job::CondyleSpheres> spheres = job::condyle_spheres(femur);
   ASSERT_TRUE(spheres.has_value());
   // Face centres are inside the sphere by its sagitta, at most r (pi / 48)^2 / 2 = 0.05 mm.
   constexpr double sagitta_mm = 0.05;
@@ -32,8 +32,8 @@ TEST(Condyles, MirroringSwapsTheSpheres)
 {
   Mesh femur = moved(test::ball(20, 24, 48), {0, 0, -25});
   append(femur, moved(test::ball(23, 24, 48), {2, 1, 25}));
-  const std::optional<load::CondyleSpheres> spheres = load::condyle_spheres(femur);
-  const std::optional<load::CondyleSpheres> mirrored = load::condyle_spheres(mirrored_z(femur));
+  const std::optional<job::CondyleSpheres> spheres = job::condyle_spheres(femur);
+  const std::optional<job::CondyleSpheres> mirrored = job::condyle_spheres(mirrored_z(femur));
   ASSERT_TRUE(spheres && mirrored);
   EXPECT_NEAR(mirrored->left.radius_mm, spheres->right.radius_mm, 1e-9);  // rounding of a 4 x 4 solution
   EXPECT_NEAR(mirrored->left.centre_mm.z(), -spheres->right.centre_mm.z(), 1e-9);
@@ -41,8 +41,8 @@ TEST(Condyles, MirroringSwapsTheSpheres)
 
 TEST(Condyles, ABoxHasNone)
 {
-  EXPECT_FALSE(load::condyle_spheres(test::box({0, 0, 0}, {60, 60, 80})).has_value());
-  EXPECT_FALSE(load::condyle_spheres(Mesh{}).has_value());
+  EXPECT_FALSE(job::condyle_spheres(test::box({0, 0, 0}, {60, 60, 80})).has_value());
+  EXPECT_FALSE(job::condyle_spheres(Mesh{}).has_value());
 }
 
 }  // namespace vrda::condyles_test

@@ -1,5 +1,5 @@
 // [coordinates] and [frames]: roles, values by row, and what is refused.
-#include "load/coordinates.hpp"
+#include "job/coordinates.hpp"
 
 #include <gmock/gmock.h>
 
@@ -8,7 +8,7 @@
 
 #include "core/units.hpp"
 #include "load/mesh_text.hpp"
-#include "load/push_job.hpp"
+#include "job/push_job.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
@@ -24,18 +24,18 @@ constexpr const char* motion =
     "0.1,5,2,0.7\n"
     "0.2,20,-1,\n";
 
-load::Job job_of(const std::string& settings, const std::vector<std::string>& overrides = {})
+job::Job job_of(const std::string& settings, const std::vector<std::string>& overrides = {})
 {
-  return load::parse_job("job.toml", test::small_job() + settings, overrides);
+  return job::parse_job("job.toml", test::small_job() + settings, overrides);
 }
 
-load::LoadedCoordinates loaded(const std::string& settings, const std::string& table = motion)
+job::LoadedCoordinates loaded(const std::string& settings, const std::string& table = motion)
 {
   const test::Scratch scratch;
   scratch.write("motion.csv", table);
-  const load::Job job = job_of(settings);
+  const job::Job job = job_of(settings);
   EXPECT_TRUE(job.coordinates.has_value());
-  return load::load_coordinates(job, *job.coordinates, scratch.path().string());
+  return job::load_coordinates(job, *job.coordinates, scratch.path().string());
 }
 
 InputError::Facts facts_of_job(const std::string& settings)
@@ -52,13 +52,13 @@ constexpr const char* frames = "[frames]\nfile = \"motion.csv\"\n[coordinates]\n
 
 TEST(Coordinates, AGridIsTheShortFormOfTheSameJob)
 {
-  const load::Job grid = job_of("[grid]\nflexion = { from = 0, to = 90, step = 5 }\nvarus = \"free\"\n");
-  const load::Job same =
+  const job::Job grid = job_of("[grid]\nflexion = { from = 0, to = 90, step = 5 }\nvarus = \"free\"\n");
+  const job::Job same =
       job_of("[coordinates]\nflexion = { from = 0, to = 90, step = 5 }\nvarus = \"free\"\n");
   EXPECT_FALSE(same.coordinates);
   EXPECT_EQ(same.grid.flexion_deg, grid.grid.flexion_deg);
   EXPECT_TRUE(same.is_varus_free);
-  const load::Job both = job_of(
+  const job::Job both = job_of(
       "[coordinates]\nflexion = { from = 0, to = 9, step = 3 }\nvarus = { from = -2, to = 2, step = 1 }\n");
   EXPECT_FALSE(both.coordinates);
   EXPECT_THAT(both.grid.varus_deg, ElementsAre(-2, -1, 0, 1, 2));
@@ -66,7 +66,7 @@ TEST(Coordinates, AGridIsTheShortFormOfTheSameJob)
 
 TEST(Coordinates, FramesAreRowsOfATable)
 {
-  const load::LoadedCoordinates c =
+  const job::LoadedCoordinates c =
       loaded(std::string(frames) +
              "flexion = { column = \"flexion_deg\" }\ninternal = { column = \"internal_deg\" }\n"
              "proximal = -3.5\n");
@@ -88,7 +88,7 @@ TEST(Coordinates, FramesAreRowsOfATable)
 TEST(Coordinates, TablesAreTakenAtTheDrivingCoordinate)
 {
   const std::string push = "[push]\nforce_n = { driving = [-2, 2], value = [100, 300] }\n";
-  const load::LoadedCoordinates c =
+  const job::LoadedCoordinates c =
       loaded(push +
              "[coordinates]\nflexion = \"free\"\nanterior = { from = -2, to = 2, step = 2 }\n"
              "internal = { driving = [-2, 0, 1], value = [4, 8, 10] }\n");
@@ -97,10 +97,10 @@ TEST(Coordinates, TablesAreTakenAtTheDrivingCoordinate)
        {std::tuple(0, 4.0, 100.0), {1, 8.0, 200.0}, {2, 10.0, 300.0}}) {
     const auto i = static_cast<std::size_t>(row);
     EXPECT_EQ(c.rows.rows[i](2), rad_from_deg(internal_deg)) << row;
-    EXPECT_NEAR(load::push_at(c.push, Eigen::Vector3d::UnitY(), 0.0, i).force_n.y(), force_n, 1e-12) << row;
+    EXPECT_NEAR(job::push_at(c.push, Eigen::Vector3d::UnitY(), 0.0, i).force_n.y(), force_n, 1e-12) << row;
   }
   // Over a driving flexion it is the table over flexion.
-  const load::Job over = job_of(push),
+  const job::Job over = job_of(push),
                   flexion = job_of("[push]\nforce_n = { flexion_deg = [-2, 2], value = [100, 300] }\n");
   EXPECT_EQ(over.push.force_n.flexion_rad, flexion.push.force_n.flexion_rad);
   EXPECT_FALSE(over.push.force_n.is_over_driving);
@@ -113,7 +113,7 @@ TEST(Coordinates, LoadsMayComeFromColumnsOfTheFrames)
       "force_n = { columns = [\"fx\", \"push_n\", \"fz\"] }\n";
   const std::string roles = std::string(frames) + "flexion = { column = \"flexion_deg\" }\n";
   const std::string table = "frame,flexion_deg,push_n,fx,fz\n1,0,20,1,2\n2,5,30,3,4\n";
-  const load::LoadedCoordinates c = loaded(push + roles, table);
+  const job::LoadedCoordinates c = loaded(push + roles, table);
   EXPECT_EQ(c.push.force_n.value(1, 0), 30.0);
   EXPECT_EQ(c.push.loads.at(0).force_n.value(1, 2), 4.0);
   EXPECT_EQ(c.push.loads.at(0).force_n.value(0, 1), 20.0);
@@ -129,7 +129,7 @@ TEST(Coordinates, LoadsMayComeFromColumnsOfTheFrames)
 
 TEST(Coordinates, ATableOverTheDrivingCoordinateIsLinearBetweenItsRows)
 {
-  const load::LoadedCoordinates c = loaded(
+  const job::LoadedCoordinates c = loaded(
       "[coordinates]\nflexion = { from = 0, to = 30, step = 15 }\n"
       "internal = { file = \"motion.csv\", column = \"internal_deg\" }\n"
       "anterior = { flexion_deg = [0, 30], value = [2, 5] }\n",
@@ -144,7 +144,7 @@ TEST(Coordinates, ATableOverTheDrivingCoordinateIsLinearBetweenItsRows)
 
 TEST(Coordinates, AnotherDrivingCoordinateMakesASequence)
 {
-  const load::LoadedCoordinates c =
+  const job::LoadedCoordinates c =
       loaded("[coordinates]\nflexion = 30\ninternal = { from = -10, to = 10, step = 5 }\n");
   EXPECT_EQ(c.rows.key_name, "internal_deg");
   EXPECT_THAT(c.rows.key, ElementsAre(-10, -5, 0, 5, 10));
@@ -154,7 +154,7 @@ TEST(Coordinates, AnotherDrivingCoordinateMakesASequence)
 
 TEST(Coordinates, NothingDrivenIsOneFrame)
 {
-  const load::LoadedCoordinates c = loaded("[coordinates]\nvarus = \"free\"\n");
+  const job::LoadedCoordinates c = loaded("[coordinates]\nvarus = \"free\"\n");
   EXPECT_EQ(c.rows.key_name, "frame");
   ASSERT_EQ(c.rows.rows.size(), 1U);
   EXPECT_TRUE(c.rows.rows[0].array().isNaN().all());
@@ -162,7 +162,7 @@ TEST(Coordinates, NothingDrivenIsOneFrame)
 
 TEST(Coordinates, TwoDrivenCoordinatesAreAGrid)
 {
-  const load::LoadedCoordinates c = loaded(
+  const job::LoadedCoordinates c = loaded(
       "[coordinates]\nflexion = { from = 0, to = 4, step = 2 }\nvarus = { from = -1, to = 1, step = 1 }\n"
       "internal = 5\n");
   EXPECT_THAT(c.grid.varus_deg, ElementsAre(-1, 0, 1));

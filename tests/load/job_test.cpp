@@ -1,4 +1,4 @@
-#include "load/job.hpp"
+#include "job/job.hpp"
 
 #include <gmock/gmock.h>
 
@@ -16,10 +16,10 @@ using test::refuses;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-load::Job job_of(const std::string& text, const std::vector<std::string>& overrides = {})
+job::Job job_of(const std::string& text, const std::vector<std::string>& overrides = {})
 {
   const test::Scratch scratch;
-  return load::read_job(scratch.write("knee.toml", text).string(), overrides);
+  return job::read_job(scratch.write("knee.toml", text).string(), overrides);
 }
 
 InputError::Facts facts_of_job(const std::string& text, const std::vector<std::string>& overrides = {})
@@ -29,7 +29,7 @@ InputError::Facts facts_of_job(const std::string& text, const std::vector<std::s
 
 TEST(Job, DefaultsAreThoseOfTheSpecification)
 {
-  const load::Job job = job_of(test::small_job());
+  const job::Job job = job_of(test::small_job());
   EXPECT_EQ(job.joint, "knee");
   EXPECT_EQ(job.side, Side::right);
   EXPECT_EQ(job.frame.unit, "mm");
@@ -38,7 +38,7 @@ TEST(Job, DefaultsAreThoseOfTheSpecification)
   EXPECT_EQ(job.grid.varus_deg.size(), 21U);
   EXPECT_EQ(job.grid.flexion_deg.back(), 90.0);
   EXPECT_EQ(job.grid.varus_deg.front(), -10.0);
-  EXPECT_EQ(job.method, load::SolverMethod::equilibrium);
+  EXPECT_EQ(job.method, job::SolverMethod::equilibrium);
   // The defaults of the schema and of the options structs agree.
   const SearchOptions own;
   EXPECT_EQ(job.search.approach_step_mm, own.approach_step_mm);
@@ -144,7 +144,7 @@ shift_mm = [1, 2, 3]
 
 TEST(Job, EveryKeyArrivesInInternalUnits)
 {
-  const load::Job job = job_of(every_key);
+  const job::Job job = job_of(every_key);
   EXPECT_EQ(job.title, "All");
   EXPECT_EQ(job.joint, "other");
   EXPECT_EQ(job.side, Side::left);
@@ -152,7 +152,7 @@ TEST(Job, EveryKeyArrivesInInternalUnits)
   EXPECT_EQ(job.frame.align_rotation_rad, Eigen::Vector3d(pi, pi / 2, 0));
   EXPECT_EQ(job.frame.align_translation_mm, Eigen::Vector3d(4, 5, 6));
   ASSERT_EQ(job.reference.components.size(), 2U);
-  EXPECT_EQ(job.reference.components[0].winding, load::Winding::inward);
+  EXPECT_EQ(job.reference.components[0].winding, job::Winding::inward);
   EXPECT_EQ(job.reference.components[0].material, "cartilage");
   EXPECT_FALSE(job.reference.components[1].has_contact);
   ASSERT_TRUE(job.reference.components[1].generate.has_value());
@@ -187,7 +187,7 @@ TEST(Job, EveryKeyArrivesInInternalUnits)
 
 TEST(Job, OtherMethodsParse)
 {
-  const load::Job job = job_of(test::small_job("", R"(
+  const job::Job job = job_of(test::small_job("", R"(
 [grid]
 varus = "free"
 [solver]
@@ -195,7 +195,7 @@ method = "equilibrium"
 [ligaments]
 fibres = "ligaments.csv"
 )"));
-  EXPECT_EQ(job.method, load::SolverMethod::equilibrium);
+  EXPECT_EQ(job.method, job::SolverMethod::equilibrium);
   EXPECT_TRUE(job.is_varus_free);
   EXPECT_THAT(job.grid.varus_deg, ElementsAre(0));
   EXPECT_EQ(job.ligaments->fibres_file, "ligaments.csv");
@@ -275,7 +275,7 @@ generate = { shape = "knee", part = "femur" }
 name = "tibia"
 generate = { shape = "knee", part = "tibia", side = "right" }
 )";
-  const load::Job job = job_of(text, {"side=left"});
+  const job::Job job = job_of(text, {"side=left"});
   EXPECT_EQ(job.reference.components[0].generate->words.at("side"), "left");
   EXPECT_EQ(job.moving.components[0].generate->words.at("side"), "right");
   EXPECT_EQ(job.medial->half_space, "right");
@@ -384,7 +384,7 @@ TEST(JobErrors, TheMessageReadsAsOneSentence)
   const test::Scratch scratch;
   const std::string file =
       scratch.write("knee.toml", test::small_job("", "[grid]\nflexion = { step = 0 }")).string();
-  EXPECT_THAT([&] { load::read_job(file); },
+  EXPECT_THAT([&] { job::read_job(file); },
               testing::ThrowsMessage<InputError>(HasSubstr(
                   "knee.toml: line 10, grid.flexion.step: found 0, wanted a step that is not zero")));
 }
@@ -393,9 +393,9 @@ TEST(JobErrors, MissingFilesAndFolders)
 {
   const test::Scratch scratch;
   const std::string missing = (scratch.path() / "none.toml").string();
-  EXPECT_THAT(test::input_error([&] { load::read_job(missing); }), refuses({missing, "", "no file"}));
+  EXPECT_THAT(test::input_error([&] { job::read_job(missing); }), refuses({missing, "", "no file"}));
   const std::string folder = scratch.path().string();
-  EXPECT_THAT(test::input_error([&] { load::read_job(folder); }), refuses({folder, "", "folder"}));
+  EXPECT_THAT(test::input_error([&] { job::read_job(folder); }), refuses({folder, "", "folder"}));
 }
 
 TEST(Jobs, EveryJobOfTheRepositoryIsValid)
@@ -409,7 +409,7 @@ TEST(Jobs, EveryJobOfTheRepositoryIsValid)
                                               [&](const char* kind) { return name.starts_with(kind); });
     if (!name.ends_with(".toml") || is_other) continue;
     SCOPED_TRACE(entry.path().string());
-    const load::Job job = load::read_job(entry.path().string());
+    const job::Job job = job::read_job(entry.path().string());
     EXPECT_FALSE(job.title.empty());
     ++n_jobs;
   }
@@ -419,7 +419,7 @@ TEST(Jobs, EveryJobOfTheRepositoryIsValid)
 TEST(Job, ACampaignIsCheckedAndLeftOutOfTheResolvedJob)
 {
   const std::string campaign = "[campaign]\n[[campaign.method]]\nname = \"a\"\n";
-  const load::Job job = job_of(test::small_job("", campaign));
+  const job::Job job = job_of(test::small_job("", campaign));
   EXPECT_TRUE(job.has_campaign);
   EXPECT_EQ(job.resolved_text, job_of(test::small_job()).resolved_text);
   EXPECT_EQ(facts_of_job(test::small_job("", campaign + "sett = {}\n")).field, "campaign.method.0.sett");

@@ -1,5 +1,5 @@
 // The warning of a joint's kind that contradicts the shape of its surfaces.
-#include "load/joint_shape.hpp"
+#include "job/joint_shape.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,14 +12,14 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
-load::Case shipped(const std::string& name, const std::vector<std::string>& overrides)
+job::Case shipped(const std::string& name, const std::vector<std::string>& overrides)
 {
-  return load::load_case((test::source_directory() / "jobs" / name).string(), {"", overrides});
+  return job::load_case((test::source_directory() / "jobs" / name).string(), {"", overrides});
 }
 
 TEST(JointShape, TheHeadOfAHipIsABallOfItsRadius)
 {
-  const std::optional<load::BallFit> fit = load::ball_fit(shipped("hip-generic.toml", {}));
+  const std::optional<job::BallFit> fit = job::ball_fit(shipped("hip-generic.toml", {}));
   ASSERT_TRUE(fit);
   EXPECT_TRUE(fit->is_ball);
   // Vertices lie on the sphere; some of the fillet of the neck are within the band.
@@ -31,7 +31,7 @@ TEST(JointShape, KneesAndAnklesAreNot)
 {
   for (const char* name : {"knee-generic.toml", "ankle-generic.toml"}) {
     SCOPED_TRACE(name);
-    const std::optional<load::BallFit> fit = load::ball_fit(shipped(name, {}));
+    const std::optional<job::BallFit> fit = job::ball_fit(shipped(name, {}));
     ASSERT_TRUE(fit);
     EXPECT_FALSE(fit->is_ball) << fit->sphere.radius_mm << " " << fit->rms_mm;
   }

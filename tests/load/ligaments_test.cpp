@@ -1,11 +1,11 @@
 #include <gmock/gmock.h>
 
-#include "load/case.hpp"
-#include "load/input_file.hpp"
-#include "load/ligament_table.hpp"
+#include "job/case.hpp"
+#include "job/input_file.hpp"
+#include "job/ligament_table.hpp"
 #include "load/mesh_text.hpp"
-#include "load/wraps_file.hpp"
-#include "shapes/shapes.hpp"
+#include "job/wraps_file.hpp"
+#include "geometry/shapes.hpp"
 #include "support/meshes.hpp"
 #include "support/real_knees.hpp"
 #include "support/refusal.hpp"
@@ -51,9 +51,9 @@ struct Folder {
               .string();
   }
 
-  load::Case load(const std::vector<std::string>& overrides = {}) const
+  job::Case load(const std::vector<std::string>& overrides = {}) const
   {
-    return load::load_case(job, {"", overrides});
+    return job::load_case(job, {"", overrides});
   }
   InputError::Facts refused(const std::vector<std::string>& overrides = {}) const
   {
@@ -68,7 +68,7 @@ TEST(LigamentTable, ColumnsComeInAnyOrderAndUnit)
       ",stiffness_n,moving_z_mm,moving_y_mm,moving_x_mm,reference_x_m,"
       "reference_y_cm,reference_z_mm,bundle,name\r\n ,0.03,1e3,6,5,4,0.001,0.2,3,,ACLam_12\r\n#\n"
       "Round,.04,+800,6,5,4,0.001,0.2,3,MCL,x";
-  const std::vector<load::FibreJob> fibres = load::read_ligament_table("f.csv", table);
+  const std::vector<job::FibreJob> fibres = job::read_ligament_table("f.csv", table);
   ASSERT_EQ(fibres.size(), 2U);
   EXPECT_EQ(fibres[0].name, "ACLam_12");
   EXPECT_EQ(fibres[0].bundle, "");
@@ -83,12 +83,12 @@ TEST(LigamentTable, ColumnsComeInAnyOrderAndUnit)
 
 TEST(LigamentTable, BundleIsTheNameWithoutItsNumber)
 {
-  EXPECT_EQ(load::default_bundle("ACLam3"), "ACLam");
-  EXPECT_EQ(load::default_bundle("ACL_am_12"), "ACL_am");
-  EXPECT_EQ(load::default_bundle("LCL"), "LCL");
-  EXPECT_EQ(load::default_bundle("LCL_"), "LCL_");
-  EXPECT_EQ(load::default_bundle("12"), "12");
-  EXPECT_EQ(load::default_bundle("_1"), "_");
+  EXPECT_EQ(job::default_bundle("ACLam3"), "ACLam");
+  EXPECT_EQ(job::default_bundle("ACL_am_12"), "ACL_am");
+  EXPECT_EQ(job::default_bundle("LCL"), "LCL");
+  EXPECT_EQ(job::default_bundle("LCL_"), "LCL_");
+  EXPECT_EQ(job::default_bundle("12"), "12");
+  EXPECT_EQ(job::default_bundle("_1"), "_");
 }
 
 struct BadTable {
@@ -125,7 +125,7 @@ TEST(LigamentTableErrors, NameTheLineAndTheColumn)
            {"# nothing\n", "", "no line"},
        }) {
     SCOPED_TRACE(bad.table);
-    const InputError::Facts facts = test::input_error([&] { load::read_ligament_table("f.csv", bad.table); });
+    const InputError::Facts facts = test::input_error([&] { job::read_ligament_table("f.csv", bad.table); });
     EXPECT_THAT(facts, refuses({"f.csv", bad.field, bad.found, bad.wanted}));
   }
 }
@@ -136,12 +136,12 @@ TEST(LigamentTableErrors, BothALengthAndAStrainOrAStrainOutOfRange)
       "name,femur_x_mm,femur_y_mm,femur_z_mm,tibia_x_mm,tibia_y_mm,tibia_z_mm,stiffness_n,"
       "slack_length_mm,reference_strain\n";
   const auto facts_of_row = [&](const std::string& row) {
-    return test::input_error([&] { load::read_ligament_table("f.csv", both + row); });
+    return test::input_error([&] { job::read_ligament_table("f.csv", both + row); });
   };
   EXPECT_THAT(facts_of_row("a,0,0,0,0,0,0,1,30,0.02"), refuses({.field = "line 2", .found = "both"}));
   EXPECT_THAT(facts_of_row("a,0,0,0,0,0,0,1,,-1"),
               refuses({.field = "line 2, reference_strain", .wanted = "-1"}));
-  EXPECT_EQ(load::read_ligament_table("f.csv", both + "a,0,0,0,0,0,0,1,,-0.5\nb,0,0,0,0,0,0,1,30,").size(),
+  EXPECT_EQ(job::read_ligament_table("f.csv", both + "a,0,0,0,0,0,0,1,,-0.5\nb,0,0,0,0,0,0,1,30,").size(),
             2U);
 }
 
@@ -152,15 +152,15 @@ TEST(Wraps, AreReadInOpenSimsTerms)
      "translation": "-0.004 0.003 0", "quadrant": "all", "radius": "0.018", "length": "0.5"},
     {"name": "E", "type": "WrapEllipsoid", "body": "shin", "xyz_body_rotation": [0, 0, 0],
      "translation": [1, 2, 3], "dimensions": [3, 2, 1], "unit": "cm"}])";
-  const std::vector<ligament::Wrap> wraps = load::read_wraps("w.json", text, {"thigh", "shin"});
+  const std::vector<model::Wrap> wraps = job::read_wraps("w.json", text, {"thigh", "shin"});
   ASSERT_EQ(wraps.size(), 2U);
-  EXPECT_EQ(wraps[0].body, ligament::WrapBody::reference);
-  EXPECT_EQ(wraps[0].shape, ligament::WrapShape::cylinder);
+  EXPECT_EQ(wraps[0].body, model::WrapBody::reference);
+  EXPECT_EQ(wraps[0].shape, model::WrapShape::cylinder);
   EXPECT_LT((wraps[0].radii_mm - Eigen::Vector3d(18, 18, 250)).norm(), 1e-12);
   EXPECT_LT((wraps[0].X_body_wrap.translation() - Eigen::Vector3d(-4, 3, 0)).norm(), 1e-15);
   EXPECT_EQ(Eigen::Matrix3d(wraps[0].X_body_wrap.linear()),
             Eigen::Matrix3d(rotation_x(0.1) * rotation_y(0.2) * rotation_z(0.3)));
-  EXPECT_EQ(wraps[1].body, ligament::WrapBody::moving);
+  EXPECT_EQ(wraps[1].body, model::WrapBody::moving);
   EXPECT_EQ(wraps[1].radii_mm, Eigen::Vector3d(30, 20, 10));
 }
 
@@ -196,7 +196,7 @@ TEST(WrapErrors, NameTheWrapAndTheKey)
        }) {
     SCOPED_TRACE(bad.text);
     const InputError::Facts facts = test::input_error([&] {
-      load::read_wraps("w.json", bad.text, {"femur", "tibmen"});
+      job::read_wraps("w.json", bad.text, {"femur", "tibmen"});
     });
     EXPECT_THAT(facts, refuses({"w.json", bad.field, bad.found, bad.wanted}));
   }
@@ -208,7 +208,7 @@ TEST(WrapErrors, ARadiusOfZero)
       R"([{"name": "C", "type": "WrapCylinder", "body": "femur", "radius": "0", "length": 1,
     "xyz_body_rotation": "0 0 0", "translation": [0, 0, 0]}])";
   EXPECT_THAT(test::input_error([&] {
-                load::read_wraps("w.json", text, {"a", "b"});
+                job::read_wraps("w.json", text, {"a", "b"});
               }),
               refuses({.field = "wrap.0.radius", .found = "0"}));
 }
@@ -222,9 +222,9 @@ TEST(CaseLigaments, GoThroughTheFramesAxesButKeepTheirUnit)
                       "right = \"-X\"\nalign = { translation_mm = [10, 0, 0] }\n");
   folder.scratch.write("reference.stl", test::binary_stl(test::box({0, 0, 0.04}, {0.06, 0.08, 0.02})));
   folder.scratch.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {0.05, 0.07, 0.02})));
-  const ligament::Ligaments ligaments = folder.load().ligaments;
+  const model::Ligaments ligaments = folder.load().ligaments;
   ASSERT_EQ(ligaments.fibres.size(), 1U);
-  const ligament::Fibre& fibre = ligaments.fibres[0];
+  const model::Fibre& fibre = ligaments.fibres[0];
   EXPECT_EQ(fibre.reference_mm, Eigen::Vector3d(-2, 30, -11));
   EXPECT_EQ(fibre.moving_mm, Eigen::Vector3d(-5, 6, -14));
   EXPECT_EQ(fibre.bundle, "a");
@@ -240,9 +240,9 @@ TEST(CaseLigaments, AReferenceStrainHoldsAtThePoseOfTheMeshes)
   std::string strains = header;
   strains.replace(strains.find("slack_length_mm"), 15, "reference_strain");
   const Folder folder(strains + "a,0,35,0,0,5,0,1000,0.25,\nb,0,25,10,0,-25,10,1000,-0.2,Round\n");
-  const load::Case loaded = folder.load();
+  const job::Case loaded = folder.load();
   EXPECT_DOUBLE_EQ(loaded.ligaments.fibres[0].slack_length_mm, 24.0);
-  const std::vector<ligament::FibreState> states = ligament::fibre_states(loaded.ligaments, {}, {});
+  const std::vector<model::FibreState> states = model::fibre_states(loaded.ligaments, {}, {});
   EXPECT_TRUE(states[1].is_wrapped);
   EXPECT_NEAR(states[0].strain, 0.25, 1e-14);
   EXPECT_NEAR(states[1].strain, -0.2, 1e-14);
@@ -251,10 +251,10 @@ TEST(CaseLigaments, AReferenceStrainHoldsAtThePoseOfTheMeshes)
 TEST(CaseLigaments, FilesAreHashedAfterTheMeshes)
 {
   const std::string table = header + "a,0,35,0,0,5,0,1000,30,\n";
-  const load::Case loaded = Folder(table).load();
+  const job::Case loaded = Folder(table).load();
   ASSERT_EQ(loaded.inputs.size(), 4U);
-  std::vector<std::pair<std::string, std::string>> expected{{"fibres.csv", load::sha256_of(table)},
-                                                            {"wraps.json", load::sha256_of(one_wrap())}};
+  std::vector<std::pair<std::string, std::string>> expected{{"fibres.csv", job::sha256_of(table)},
+                                                            {"wraps.json", job::sha256_of(one_wrap())}};
   std::sort(expected.begin(), expected.end());
   std::vector<std::pair<std::string, std::string>> found;
   for (const std::size_t i : {2U, 3U}) found.emplace_back(loaded.inputs[i].name, loaded.inputs[i].sha256);
@@ -264,7 +264,7 @@ TEST(CaseLigaments, FilesAreHashedAfterTheMeshes)
 
 TEST(CaseLigaments, InlineFibresAreTheSameAsATables)
 {
-  const load::Case from_table = Folder(header + "a1,0,35,0,0,5,0,1000,30,Round\n").load();
+  const job::Case from_table = Folder(header + "a1,0,35,0,0,5,0,1000,30,Round\n").load();
   const test::Scratch scratch;
   scratch.write("reference.stl", test::binary_stl(test::box({0, 40, 0}, {60, 20, 80})));
   scratch.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {50, 20, 70})));
@@ -272,10 +272,10 @@ TEST(CaseLigaments, InlineFibresAreTheSameAsATables)
   const std::string fibre =
       "[ligaments]\nwraps = \"wraps.json\"\n[[ligaments.fibre]]\nname = \"a1\"\nreference_mm = [0, 35, 0]\n"
       "moving_mm = [0, 5, 0]\nstiffness_n = 1000\nslack_length_mm = 30\nwrap = \"Round\"\n";
-  const load::Case inline_case =
-      load::load_case(scratch.write("job.toml", test::small_job("joint = \"other\"\n", fibre)).string());
-  const ligament::Fibre& a = from_table.ligaments.fibres.at(0);
-  const ligament::Fibre& b = inline_case.ligaments.fibres.at(0);
+  const job::Case inline_case =
+      job::load_case(scratch.write("job.toml", test::small_job("joint = \"other\"\n", fibre)).string());
+  const model::Fibre& a = from_table.ligaments.fibres.at(0);
+  const model::Fibre& b = inline_case.ligaments.fibres.at(0);
   EXPECT_EQ(a.name + a.bundle, b.name + b.bundle);
   EXPECT_EQ(a.reference_mm, b.reference_mm);
   EXPECT_EQ(a.moving_mm, b.moving_mm);
@@ -294,8 +294,8 @@ TEST(CaseLigaments, GeneratedOnesAreOfTheJobsSideAndSkipTheFrame)
                  "shape = \"knee\", part = \"tibia\" }\n[ligaments]\ngenerate = { shape = "
                  "\"knee\" }\n")
           .string();
-  const load::Case right = load::load_case(job),
-                   left = load::load_case(job, {"", {"side=left", "frame.unit=m"}});
+  const job::Case right = job::load_case(job),
+                   left = job::load_case(job, {"", {"side=left", "frame.unit=m"}});
   ASSERT_FALSE(right.ligaments.fibres.empty());
   ASSERT_EQ(right.ligaments.fibres.size(), left.ligaments.fibres.size());
   for (std::size_t i = 0; i < right.ligaments.fibres.size(); ++i) {
@@ -306,7 +306,7 @@ TEST(CaseLigaments, GeneratedOnesAreOfTheJobsSideAndSkipTheFrame)
   }
   EXPECT_EQ(right.inputs.back().name, "knee side=right ligaments");
   EXPECT_THAT(test::input_error([&] {
-                load::load_case(job, {"", {"ligaments.generate.shape=hip"}});
+                job::load_case(job, {"", {"ligaments.generate.shape=hip"}});
               }),
               refuses({.field = "ligaments.generate"}));
 }
@@ -319,7 +319,7 @@ TEST(CaseLigaments, GeneratedOnesAwayFromOtherBonesAreRefusedWithTheirKey)
   const std::string job =
       scratch.write("job.toml", test::small_job("", "[ligaments]\ngenerate = { shape = \"knee\" }\n"))
           .string();
-  EXPECT_THAT(test::input_error([&] { load::load_case(job); }),
+  EXPECT_THAT(test::input_error([&] { job::load_case(job); }),
               refuses({.field = "ligaments.generate", .found = "generated", .wanted = "ligaments.csv"}));
 }
 
@@ -327,15 +327,15 @@ TEST(CaseLigaments, TheGenericKneesJobHasThem)
 {
   // Generated with the job, and read from their table: the same fibres.
   const std::string job = (test::source_directory() / "jobs/knee-generic.toml").string();
-  const load::Case generated = load::load_case(job);
-  const Folder folder(shapes::fibre_table({"knee", {}, {}}));
-  const load::Case from_table =
-      load::load_case((test::source_directory() / "jobs/knee-generic-contact.toml").string(),
+  const job::Case generated = job::load_case(job);
+  const Folder folder(geometry::fibre_table({"knee", {}, {}}));
+  const job::Case from_table =
+      job::load_case((test::source_directory() / "jobs/knee-generic-contact.toml").string(),
                       {"", {"ligaments.fibres=\"" + (folder.scratch.path() / "fibres.csv").string() + "\""}});
   ASSERT_FALSE(generated.ligaments.fibres.empty());
   ASSERT_EQ(generated.ligaments.fibres.size(), from_table.ligaments.fibres.size());
   for (std::size_t i = 0; i < generated.ligaments.fibres.size(); ++i) {
-    const ligament::Fibre &a = generated.ligaments.fibres[i], &b = from_table.ligaments.fibres[i];
+    const model::Fibre &a = generated.ligaments.fibres[i], &b = from_table.ligaments.fibres[i];
     EXPECT_EQ(a.name + " of " + a.bundle, b.name + " of " + b.bundle);
     EXPECT_EQ(a.reference_mm, b.reference_mm);
     EXPECT_EQ(a.moving_mm, b.moving_mm);
@@ -376,7 +376,7 @@ TEST(CaseLigamentErrors, InlineFibresNameTheirKey)
                                 .write("job.toml", test::small_job("joint = \"other\"\n",
                                                                    "[ligaments]\nfibre = [" + fibre + "]\n"))
                                 .string();
-    return test::input_error([&] { load::load_case(job); });
+    return test::input_error([&] { job::load_case(job); });
   };
   EXPECT_EQ(facts_with("").field, "ligaments.fibre.0");
   EXPECT_THAT(facts_with(",slack_length_mm=1,reference_strain=0"),
@@ -389,7 +389,7 @@ TEST(RealKnees, LigamentsOfSmith2019HaveTheirSourcesReferenceStrains)
 {
   VRDA_REQUIRE_REAL_KNEES();
   const std::string folder = "knees/jam-smith2019/";
-  const load::Case loaded = load::load_case(
+  const job::Case loaded = job::load_case(
       (test::source_directory() / "jobs/knee-jam-smith2019.toml").string(),
       {test::data_directory()->string(),
        {"ligaments.fibres=\"" + folder + "ligaments.csv\"", "ligaments.wraps=\"" + folder + "wraps.json\""}});
@@ -400,7 +400,7 @@ TEST(RealKnees, LigamentsOfSmith2019HaveTheirSourcesReferenceStrains)
   // (its ellipsoids by segments) and six digits.
   constexpr double source_digits = 3e-5;
   int n_wrapped = 0;
-  for (const ligament::FibreState& state : ligament::fibre_states(loaded.ligaments, {}, {})) {
+  for (const model::FibreState& state : model::fibre_states(loaded.ligaments, {}, {})) {
     EXPECT_NEAR(100.0 * state.strain, std::round(100.0 * state.strain), 100.0 * source_digits);
     n_wrapped += state.is_wrapped;
   }

@@ -4,9 +4,9 @@
 #include <cstring>
 #include <random>
 
-#include "load/clean_mesh.hpp"
+#include "job/clean_mesh.hpp"
 #include "load/mesh_text.hpp"
-#include "load/raw_mesh.hpp"
+#include "job/raw_mesh.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 
@@ -14,7 +14,7 @@ namespace vrda::mesh_file_test {
 
 Mesh read(const std::string& file, const std::string& bytes)
 {
-  return load::clean_mesh(load::read_mesh(file, bytes), load::Winding::outward, Side::right).mesh;
+  return job::clean_mesh(job::read_mesh(file, bytes), job::Winding::outward, Side::right).mesh;
 }
 
 // Coordinates that floats hold exactly.
@@ -101,7 +101,7 @@ TEST(MeshFile, VerticesFacesTakesCommentsAndAnyLayout)
 TEST(MeshFile, VerticesFacesCountsFromZeroWhereNeitherEndOccurs)
 {
   // Only vertices 1 to 3 of 5 are used, which is ambiguous: the default is 0.
-  const load::RawMesh raw = load::read_mesh("v.obj", "5 1\n9 9 9\n0 0 0\n1 0 0\n0 1 0\n8 8 8\n3 1 2 3\n");
+  const job::RawMesh raw = job::read_mesh("v.obj", "5 1\n9 9 9\n0 0 0\n1 0 0\n0 1 0\n8 8 8\n3 1 2 3\n");
   EXPECT_EQ(raw.corner, (std::vector<std::int32_t>{1, 2, 3}));
 }
 
@@ -116,7 +116,7 @@ struct BadFile {
 void expect_refused(const BadFile& row)
 {
   SCOPED_TRACE(std::string(row.file) + ": " + row.bytes.substr(0, 60));
-  const InputError::Facts facts = test::input_error([&] { load::read_mesh(row.file, row.bytes); });
+  const InputError::Facts facts = test::input_error([&] { job::read_mesh(row.file, row.bytes); });
   EXPECT_THAT(facts, test::refuses({row.file, row.field, row.found, row.wanted}));
 }
 
@@ -146,7 +146,7 @@ TEST(MeshFileErrors, EveryCutOfEveryFormatIsNoticed)
   for (const auto& [file, bytes] : files) {
     for (std::size_t n = 0; n + 22 < bytes.size(); n += 13) {
       SCOPED_TRACE(std::string(file) + " cut to " + std::to_string(n));
-      EXPECT_THROW(load::read_mesh(file, bytes.substr(0, n)), InputError);
+      EXPECT_THROW(job::read_mesh(file, bytes.substr(0, n)), InputError);
     }
   }
 }

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/mesh.hpp"
+#include "model/mesh.hpp"
 
 namespace vrda::test {
 

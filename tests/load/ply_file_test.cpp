@@ -1,4 +1,4 @@
-#include "load/raw_mesh.hpp"
+#include "job/raw_mesh.hpp"
 
 #include <gtest/gtest.h>
 
@@ -72,7 +72,7 @@ TEST(PlyFile, TakesVerticesNormalsAndFacesOutOfWhatIsThere)
 {
   for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
     SCOPED_TRACE(format);
-    const load::RawMesh mesh = load::read_ply("a.ply", sheet(format));
+    const job::RawMesh mesh = job::read_ply("a.ply", sheet(format));
     Points wanted(4, 3);
     wanted << 0, 0, -2.5, 0, 0.015625, -2.5, 1, 0, -2.5, 1, 0.015625, -2.5;
     EXPECT_EQ(mesh.vertices, wanted);
@@ -90,7 +90,7 @@ TEST(PlyFile, StripsOfTrianglesAreReadBesideFaces)
       "element face 1\nproperty list uchar int vertex_indices\n"
       "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
       "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n1 2 0\n2 2 0\n3 4 5 6\n9 0 1 2 3 -1 1 3 2 5\n";
-  const load::RawMesh mesh = load::read_ply("a.ply", bytes);
+  const job::RawMesh mesh = job::read_ply("a.ply", bytes);
   EXPECT_EQ(mesh.size, std::vector<std::int32_t>(5, 3));
   EXPECT_EQ(mesh.corner, (std::vector<std::int32_t>{4, 5, 6, 0, 1, 2, 2, 1, 3, 1, 3, 2, 2, 3, 5}));
 }
@@ -100,7 +100,7 @@ TEST(PlyFile, DoublesKeepEveryDigit)
   const std::string bytes =
       "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty double y\nproperty double z\n"
       "element face 0\nproperty list uchar int vertex_indices\nend_header\n0.1 1e-9 -123456.789012345\n";
-  const load::RawMesh mesh = load::read_ply("a.ply", bytes);
+  const job::RawMesh mesh = job::read_ply("a.ply", bytes);
   EXPECT_EQ(mesh.vertices, Points(Eigen::RowVector3d(0.1, 1e-9, -123456.789012345)));
 }
 
@@ -111,7 +111,7 @@ TEST(PlyFile, CutAnywhereIsRefused)
     const std::size_t all_but_the_end = whole.size() - (std::string(format) == "ascii" ? 2 : 0);
     for (std::size_t size = 0; size < all_but_the_end; ++size) {
       SCOPED_TRACE(size);
-      EXPECT_EQ(test::input_error([&] { load::read_ply("a.ply", whole.substr(0, size)); }).file, "a.ply");
+      EXPECT_EQ(test::input_error([&] { job::read_ply("a.ply", whole.substr(0, size)); }).file, "a.ply");
     }
   }
 }
@@ -144,7 +144,7 @@ TEST(PlyFile, RefusesWhatItCannotMean)
   };
   for (const Row& row : rows) {
     SCOPED_TRACE(row.bytes);
-    const InputError::Facts facts = test::input_error([&] { load::read_ply("a.ply", row.bytes); });
+    const InputError::Facts facts = test::input_error([&] { job::read_ply("a.ply", row.bytes); });
     EXPECT_THAT(facts, test::refuses({"a.ply", row.field, row.found}));
   }
 }
@@ -156,7 +156,7 @@ TEST(PlyFile, AnElementWithoutPropertiesTakesNoTime)
   for (int k = 0; k < 1000; ++k) bytes += "element e" + std::to_string(k) + " 15000000\n";
   bytes += "element vertex 0\nproperty float x\nproperty float y\nproperty float z\n";
   bytes += "element face 0\nproperty list uchar int vertex_indices\nend_header\n";
-  EXPECT_EQ(load::read_ply("a.ply", bytes).vertices.rows(), 0);
+  EXPECT_EQ(job::read_ply("a.ply", bytes).vertices.rows(), 0);
 }
 
 }  // namespace vrda::ply_file_test

@@ -1,10 +1,10 @@
-#include "load/clean_mesh.hpp"
+#include "job/clean_mesh.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "core/frames.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::polygon_test {
 
@@ -46,7 +46,7 @@ bool is_inside(const std::vector<Eigen::Vector2d>& outline, const Eigen::Vector2
 void expect_covers(const std::vector<Eigen::Vector2d>& outline, const Eigen::Matrix3d& R)
 {
   const Points corners = flat(outline) * R.transpose();
-  const auto triangles = load::triangulate(corners);
+  const auto triangles = job::triangulate(corners);
   EXPECT_EQ(triangles.size(), outline.size() - 2);
   double area = 0.0;
   for (const auto& t : triangles) {
@@ -108,9 +108,9 @@ TEST(Polygon, StarsOfRandomRadiiAreCovered)
 
 TEST(Polygon, ATriangleStaysAndALineGivesNothing)
 {
-  EXPECT_EQ(load::triangulate(flat({{0, 0}, {1, 0}, {0, 1}})),
+  EXPECT_EQ(job::triangulate(flat({{0, 0}, {1, 0}, {0, 1}})),
             (std::vector<std::array<std::int32_t, 3>>{{0, 1, 2}}));
-  EXPECT_TRUE(load::triangulate(flat({{0, 0}, {1, 0}, {2, 0}, {3, 0}})).empty());
+  EXPECT_TRUE(job::triangulate(flat({{0, 0}, {1, 0}, {2, 0}, {3, 0}})).empty());
 }
 
 }  // namespace vrda::polygon_test

@@ -1,5 +1,5 @@
 // [push]: loads, lines, and the lateral force across Delta.
-#include "load/push_job.hpp"
+#include "job/push_job.hpp"
 
 #include <gmock/gmock.h>
 
@@ -13,9 +13,9 @@ namespace vrda::push_job_test {
 
 using test::refuses;
 
-load::Job job_of(const std::string& push)
+job::Job job_of(const std::string& push)
 {
-  return load::parse_job("knee.toml", test::small_job("", push));
+  return job::parse_job("knee.toml", test::small_job("", push));
 }
 
 InputError::Facts facts_of(const std::string& push)
@@ -42,7 +42,7 @@ moving_mm = [[7, 8, 9]]
 
 TEST(PushJob, LoadsAndLinesArriveAndFollowFlexion)
 {
-  const load::PushJob push = job_of(loads_and_lines).push;
+  const job::PushJob push = job_of(loads_and_lines).push;
   ASSERT_EQ(push.loads.size(), 2U);
   EXPECT_EQ(push.loads[0].at.name, "drawer");
   EXPECT_EQ(push.loads[0].at.frame, LoadFrame::moving);
@@ -51,7 +51,7 @@ TEST(PushJob, LoadsAndLinesArriveAndFollowFlexion)
   ASSERT_EQ(push.lines.size(), 1U);
   EXPECT_EQ(push.lines[0].path.reference_mm.at(1), Eigen::Vector3d(4, 5, 6));
   EXPECT_EQ(push.lines[0].path.moving_mm.at(0), Eigen::Vector3d(7, 8, 9));
-  const load::Push at = load::push_at(push, Eigen::Vector3d::UnitY(), rad_from_deg(45));
+  const job::Push at = job::push_at(push, Eigen::Vector3d::UnitY(), rad_from_deg(45));
   EXPECT_LT((at.load_force_n.at(0) - Eigen::Vector3d(20, 0, -2)).norm(), 1e-12);
   EXPECT_EQ(at.load_moment_nmm.at(0), Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(at.load_force_n.at(1), Eigen::Vector3d(0, 0, 0));
@@ -61,7 +61,7 @@ TEST(PushJob, LoadsAndLinesArriveAndFollowFlexion)
 TEST(PushJob, AResolvedJobKeepsThemAndOthersHaveNone)
 {
   const std::string resolved = job_of(loads_and_lines).resolved_text;
-  EXPECT_EQ(load::parse_job("knee.toml", resolved).resolved_text, resolved);
+  EXPECT_EQ(job::parse_job("knee.toml", resolved).resolved_text, resolved);
   const std::string plain = job_of("").resolved_text;
   EXPECT_EQ(plain.find("push.load"), std::string::npos);
   EXPECT_EQ(plain.find("push.line"), std::string::npos);
@@ -114,10 +114,10 @@ TEST(PushJobErrors, LoadsAndLines)
   }
 }
 
-load::Push pushed(const Eigen::Vector3d& delta)
+job::Push pushed(const Eigen::Vector3d& delta)
 {
-  static const load::PushJob push = job_of("[push]\nforce_n = 10\nlateral_force_n = [3, -4]\n").push;
-  return load::push_at(push, delta, 0.0);
+  static const job::PushJob push = job_of("[push]\nforce_n = 10\nlateral_force_n = [3, -4]\n").push;
+  return job::push_at(push, delta, 0.0);
 }
 
 TEST(PushJob, TheLateralForceIsAcrossDelta)
@@ -149,10 +149,10 @@ TEST(PushJob, ItsAxesAreContinuousInDelta)
 TEST(PushJob, ALeftJointsLateralForceIsMirrored)
 {
   const Eigen::Vector3d delta = Eigen::Vector3d(0.2, 0.9, 0.4).normalized(), mirror(1, 1, -1);
-  const load::PushJob right = job_of("[push]\nlateral_force_n = [3, -4]\n").push;
-  const load::PushJob left = job_of("[push]\nlateral_force_n = [3, 4]\n").push;
-  EXPECT_LT((load::push_at(right, delta, 0).force_n -
-             mirror.cwiseProduct(load::push_at(left, mirror.cwiseProduct(delta), 0).force_n))
+  const job::PushJob right = job_of("[push]\nlateral_force_n = [3, -4]\n").push;
+  const job::PushJob left = job_of("[push]\nlateral_force_n = [3, 4]\n").push;
+  EXPECT_LT((job::push_at(right, delta, 0).force_n -
+             mirror.cwiseProduct(job::push_at(left, mirror.cwiseProduct(delta), 0).force_n))
                 .norm(),
             1e-12);
 }

@@ -2,8 +2,8 @@
 
 #include <gmock/gmock.h>
 
-#include "load/case.hpp"
-#include "load/condyles.hpp"
+#include "job/case.hpp"
+#include "job/condyles.hpp"
 #include "load/mesh_text.hpp"
 #include "support/refusal.hpp"
 
@@ -13,9 +13,9 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-load::Case load_knee(const std::string& name, const std::vector<std::string>& overrides = {})
+job::Case load_knee(const std::string& name, const std::vector<std::string>& overrides = {})
 {
-  return load::load_case((test::source_directory() / ("jobs/knee-" + name + ".toml")).string(),
+  return job::load_case((test::source_directory() / ("jobs/knee-" + name + ".toml")).string(),
                          {test::data_directory()->string(), overrides});
 }
 
@@ -26,10 +26,10 @@ TEST(RealKnees, LoadWithWholeMeshesAndBothCompartments)
   VRDA_REQUIRE_REAL_KNEES();
   for (const std::string& name : all_knees) {
     SCOPED_TRACE(name);
-    const load::Case loaded = load_knee(name);
+    const job::Case loaded = load_knee(name);
     EXPECT_EQ(loaded.grid.flexion_deg.size(), 19U);
     EXPECT_EQ(loaded.grid.varus_deg.size(), 5U);
-    for (const load::ComponentSurvey& part : loaded.survey) {
+    for (const job::ComponentSurvey& part : loaded.survey) {
       EXPECT_EQ(part.n_degenerate, 0) << part.name;
       EXPECT_FALSE(part.was_flipped) << part.name;
       EXPECT_GT((part.box.max_mm - part.box.min_mm).norm(), 20.0) << part.name;
@@ -45,12 +45,12 @@ TEST(RealKnees, LoadWithWholeMeshesAndBothCompartments)
 TEST(RealKnees, CountsAreThoseOfTheirReadmes)
 {
   VRDA_REQUIRE_REAL_KNEES();
-  const load::Case jam = load_knee("jam-smith2019");
+  const job::Case jam = load_knee("jam-smith2019");
   EXPECT_EQ(jam.survey[0].n_triangles, 29782);
   EXPECT_EQ(jam.survey[0].n_vertices, 15179);
   EXPECT_EQ(jam.survey[0].n_boundary_edges, 574);
   EXPECT_EQ(jam.survey[1].n_boundary_edges, 300);
-  const load::Case dess = load_knee("pymskt-dess");
+  const job::Case dess = load_knee("pymskt-dess");
   EXPECT_EQ(dess.survey[3].n_boundary_edges, 2);
   EXPECT_EQ(dess.survey[3].n_non_manifold_edges, 1);
   EXPECT_EQ(dess.survey[4].n_non_manifold_edges, 3);
@@ -83,8 +83,8 @@ TEST(RealKnees, CondyleSpheresAgreeWithTheDataSets)
   constexpr double centre_mm = 7.0, middle_mm = 3.0;
   for (const Row& row : rows) {
     SCOPED_TRACE(row.name);
-    const load::Case loaded = load_knee(row.name, {"frame.align.rotation_deg=[0, 0, 0]"});
-    const std::optional<load::CondyleSpheres> spheres = load::condyle_spheres(loaded.reference.contact.mesh);
+    const job::Case loaded = load_knee(row.name, {"frame.align.rotation_deg=[0, 0, 0]"});
+    const std::optional<job::CondyleSpheres> spheres = job::condyle_spheres(loaded.reference.contact.mesh);
     ASSERT_TRUE(spheres.has_value());
     EXPECT_LT((spheres->left.centre_mm - row.left_mm).norm(), centre_mm);
     EXPECT_LT((spheres->right.centre_mm - row.right_mm).norm(), centre_mm);

@@ -1,11 +1,11 @@
 // [scaling] of a job: which lengths are scaled, and whether the steps are kept.
-#include "load/scaling.hpp"
+#include "job/scaling.hpp"
 
 #include <gmock/gmock.h>
 
 #include <array>
 
-#include "load/input_file.hpp"
+#include "job/input_file.hpp"
 #include "load/mesh_text.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
@@ -53,9 +53,9 @@ struct Folder {
     job = scratch.write("job.toml", test::small_job(head + extra_head, tail)).string();
   }
 
-  load::Case load(const std::vector<std::string>& overrides = {}) const
+  job::Case load(const std::vector<std::string>& overrides = {}) const
   {
-    return load::load_case(job, {"", overrides});
+    return job::load_case(job, {"", overrides});
   }
   InputError::Facts refused(const std::vector<std::string>& overrides) const
   {
@@ -77,10 +77,10 @@ Points scaled(const Points& points_mm, const Eigen::Vector3d& factor)
 }
 
 // Bodies, start and push point of `got` are those of `plain` times `factor`.
-void expect_scaled(const load::Case& got, const load::Case& plain, const Eigen::Vector3d& factor)
+void expect_scaled(const job::Case& got, const job::Case& plain, const Eigen::Vector3d& factor)
 {
   EXPECT_EQ(got.frame.rotation_centre_mm, centre_mm);
-  for (const auto body : {&load::Case::reference, &load::Case::moving}) {
+  for (const auto body : {&job::Case::reference, &job::Case::moving}) {
     const Points wanted_mm = scaled((plain.*body).contact.mesh.vertices_mm, factor);
     EXPECT_LT(((got.*body).contact.mesh.vertices_mm - wanted_mm).cwiseAbs().maxCoeff(), rounding_mm);
     EXPECT_EQ((got.*body).contact.mesh.triangles, (plain.*body).contact.mesh.triangles);
@@ -100,7 +100,7 @@ void expect_scaled(const load::Case& got, const load::Case& plain, const Eigen::
 
 TEST(Scaling, AJobWithoutItIsSolvedAsItIs)
 {
-  const load::Case plain = Folder().load();
+  const job::Case plain = Folder().load();
   EXPECT_FALSE(plain.scaling);
   EXPECT_EQ(plain.steps_scale, 1.0);
   EXPECT_EQ(plain.steps_job_text, plain.resolved_job);
@@ -110,7 +110,7 @@ TEST(Scaling, AJobWithoutItIsSolvedAsItIs)
 TEST(Scaling, AnEvenFactorOfAJointHeldByContactKeepsTheSteps)
 {
   const Folder folder;
-  const load::Case plain = folder.load(), solved = folder.load({"scaling.factor=1.25"});
+  const job::Case plain = folder.load(), solved = folder.load({"scaling.factor=1.25"});
   ASSERT_TRUE(solved.scaling);
   EXPECT_TRUE(solved.scaling->keeps_steps);
   EXPECT_EQ(solved.scaling->factor, Eigen::Vector3d::Constant(1.25));
@@ -118,7 +118,7 @@ TEST(Scaling, AnEvenFactorOfAJointHeldByContactKeepsTheSteps)
   EXPECT_EQ(solved.steps_job_text, plain.resolved_job) << "the same steps whatever the size";
   EXPECT_THAT(solved.resolved_job, HasSubstr("[scaling]\nfactor = 1.25\n"));
   EXPECT_EQ(solved.moving.contact.mesh.vertices_mm, plain.moving.contact.mesh.vertices_mm);
-  const load::Case subject = load::scaled_to_subject(solved);
+  const job::Case subject = job::scaled_to_subject(solved);
   expect_scaled(subject, plain, Eigen::Vector3d::Constant(1.25));
   EXPECT_EQ(subject.steps_scale, 1.0);
   EXPECT_NEAR(subject.survey[1].mean_edge_mm, 1.25 * plain.survey[1].mean_edge_mm, rounding_mm);
@@ -131,10 +131,10 @@ TEST(Scaling, AnEvenFactorOfAJointHeldByContactKeepsTheSteps)
 TEST(Scaling, AFactorOfOneChangesNoBit)
 {
   const Folder folder(fibres);
-  const load::Case plain = folder.load();
+  const job::Case plain = folder.load();
   for (const char* one : {"scaling.factor=1", "scaling.factor=[1,1.0,1]", "scaling={}"}) {
     SCOPED_TRACE(one);
-    const load::Case subject = load::scaled_to_subject(folder.load({one}));
+    const job::Case subject = job::scaled_to_subject(folder.load({one}));
     EXPECT_TRUE(subject.scaling.value().keeps_steps);
     EXPECT_EQ(subject.steps_job_text, plain.resolved_job);
     EXPECT_EQ(subject.moving.contact.mesh.vertices_mm, plain.moving.contact.mesh.vertices_mm);
@@ -160,9 +160,9 @@ TEST(Scaling, WhatElseHoldsTheJointMakesItANewRun)
     SCOPED_TRACE(row.because);
     const Folder folder(row.tail);
     std::vector<std::string> overrides = row.overrides;
-    const load::Case plain = folder.load(overrides);
+    const job::Case plain = folder.load(overrides);
     overrides.emplace_back("scaling.factor=1.25");
-    const load::Case rerun = folder.load(overrides);
+    const job::Case rerun = folder.load(overrides);
     EXPECT_FALSE(rerun.scaling.value().keeps_steps);
     EXPECT_THAT(rerun.rerun_reason, HasSubstr(row.because));
     EXPECT_EQ(rerun.steps_scale, 1.0);
@@ -177,21 +177,21 @@ TEST(Scaling, ForcesAndWhatTheSearchDoesNotKnowKeepTheSteps)
   EXPECT_TRUE(Folder()
                   .load({"scaling.factor=1.25", "push.force_n=300", "push.lateral_force_n=[5,-5]"})
                   .scaling->keeps_steps);
-  const load::Case search =
+  const job::Case search =
       Folder(fibres).load({"scaling.factor=1.25", "solver.method=stability-search", "push.moment_nmm=100"});
   EXPECT_TRUE(search.scaling->keeps_steps);
-  EXPECT_NEAR(load::scaled_to_subject(search).ligaments.fibres[0].slack_length_mm, 45.0, rounding_mm);
+  EXPECT_NEAR(job::scaled_to_subject(search).ligaments.fibres[0].slack_length_mm, 45.0, rounding_mm);
 }
 
 TEST(Scaling, FibresKeepTheirStrainAtThePoseOfTheMeshes)
 {
   const Folder folder(fibres);
-  const ligament::Ligaments plain = folder.load().ligaments;
-  const std::vector<ligament::FibreState> before = ligament::fibre_states(plain, {}, {});
+  const model::Ligaments plain = folder.load().ligaments;
+  const std::vector<model::FibreState> before = model::fibre_states(plain, {}, {});
   for (const char* factor : {"scaling.factor=1.25", "scaling.factor=[1.25,0.8,1.1]"}) {
     SCOPED_TRACE(factor);
-    const ligament::Ligaments now = folder.load({factor}).ligaments;
-    const std::vector<ligament::FibreState> after = ligament::fibre_states(now, {}, {});
+    const model::Ligaments now = folder.load({factor}).ligaments;
+    const std::vector<model::FibreState> after = model::fibre_states(now, {}, {});
     for (std::size_t k = 0; k < 2; ++k) {
       EXPECT_NE(after[k].length_mm, before[k].length_mm);
       EXPECT_NEAR(after[k].strain, before[k].strain, 1e-14);
@@ -206,7 +206,7 @@ TEST(Scaling, FibresKeepTheirStrainAtThePoseOfTheMeshes)
 TEST(Scaling, WrapsGrowEvenlyOrAreRefused)
 {
   const Folder folder(fibres + "[ligaments]\nwraps = \"wraps.json\"\n");
-  const ligament::Wrap wrap = folder.load({"scaling.factor=2"}).ligaments.wraps.at(0);
+  const model::Wrap wrap = folder.load({"scaling.factor=2"}).ligaments.wraps.at(0);
   EXPECT_LT((wrap.X_body_wrap.translation() - (2 * Eigen::Vector3d(1, 2, 3) - centre_mm)).norm(),
             rounding_mm);
   EXPECT_EQ(wrap.radii_mm, Eigen::Vector3d(18, 16, 14));
@@ -217,7 +217,7 @@ TEST(Scaling, WrapsGrowEvenlyOrAreRefused)
 TEST(Scaling, UnevenFactorsChangeTheShape)
 {
   const Folder folder;
-  const load::Case plain = folder.load(), rerun = folder.load({"scaling.factor=[1.2,1,0.9]"});
+  const job::Case plain = folder.load(), rerun = folder.load({"scaling.factor=[1.2,1,0.9]"});
   EXPECT_FALSE(rerun.scaling->keeps_steps);
   EXPECT_THAT(rerun.rerun_reason, HasSubstr("factors differ"));
   expect_scaled(rerun, plain, {1.2, 1, 0.9});
@@ -231,7 +231,7 @@ TEST(Scaling, NormalsOfAFileStayAcrossTheirSurface)
   folder.scratch.write("moving.ply", test::ascii_ply(ball, true));
   const std::string file = "moving.component.0.file=moving.ply";
   const Mesh mesh = folder.load({file, "scaling.factor=[1.2,1,0.9]"}).moving.contact.mesh;
-  const Mesh even = load::scaled_to_subject(folder.load({file, "scaling.factor=1.2"})).moving.contact.mesh;
+  const Mesh even = job::scaled_to_subject(folder.load({file, "scaling.factor=1.2"})).moving.contact.mesh;
   const Mesh plain = folder.load({file}).moving.contact.mesh;
   ASSERT_EQ(mesh.normals.rows(), mesh.vertices_mm.rows());
   EXPECT_EQ(even.normals, plain.normals);
@@ -258,14 +258,14 @@ TEST(Scaling, CoincidingAttachmentsHaveNoLengthToFollow)
 TEST(Scaling, LandmarksGiveTheFactorAndAreAnInput)
 {
   const Folder folder;
-  const load::Case solved = folder.load({"scaling.landmarks=marks.csv", "grid.varus=free"});
+  const job::Case solved = folder.load({"scaling.landmarks=marks.csv", "grid.varus=free"});
   ASSERT_TRUE(solved.scaling);
   EXPECT_NEAR(solved.scaling->factor.x(), 1.25, 1e-14);
   EXPECT_THAT(solved.scaling->landmark, ElementsAre("a", "b"));
   EXPECT_THAT(solved.warnings, IsEmpty());
-  const load::LoadedInput& input = solved.inputs.back();
+  const job::LoadedInput& input = solved.inputs.back();
   EXPECT_EQ(input.name, "marks.csv");
-  EXPECT_EQ(input.sha256, load::sha256_of(test::read_bytes(folder.scratch.path() / "marks.csv")));
+  EXPECT_EQ(input.sha256, job::sha256_of(test::read_bytes(folder.scratch.path() / "marks.csv")));
   EXPECT_FALSE(input.affects_steps);
   EXPECT_TRUE(folder.load({"scaling.landmarks=marks.csv", "push.moment_nmm=1"}).inputs.back().affects_steps);
   EXPECT_NEAR(folder.load({"scaling.landmarks=marks.csv", "frame.unit=cm"}).scaling->factor.x(), 0.125,
@@ -311,8 +311,8 @@ TEST(Scaling, ALeftJointIsTheMirroredRightOne)
   Mesh left = mirrored_z(folder.load().moving.contact.mesh);
   folder.scratch.write("left.stl", test::binary_stl(left));
   for (const char* factor : {"scaling.factor=1.07", "scaling.factor=[1.07,0.9,1.1]"}) {
-    const load::Case right = load::scaled_to_subject(folder.load({"frame.origin=[3,-2,0]", factor}));
-    const load::Case mirrored = load::scaled_to_subject(
+    const job::Case right = job::scaled_to_subject(folder.load({"frame.origin=[3,-2,0]", factor}));
+    const job::Case mirrored = job::scaled_to_subject(
         folder.load({"frame.origin=[3,-2,0]", "side=left", "moving.component.0.file=left.stl", factor}));
     const Mesh back = mirrored_z(mirrored.moving.contact.mesh);
     EXPECT_EQ(back.vertices_mm, right.moving.contact.mesh.vertices_mm);

@@ -1,6 +1,6 @@
 #include <gmock/gmock.h>
 
-#include "load/case.hpp"
+#include "job/case.hpp"
 #include "load/mesh_text.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
@@ -39,7 +39,7 @@ std::vector<std::string> warnings_of(const std::string& job, std::vector<std::st
   scratch.write("reference.stl", test::binary_stl(reference));
   scratch.write("moving.stl", test::binary_stl(moving));
   overrides.insert(overrides.begin(), search);
-  return load::load_case(scratch.write("job.toml", job).string(), {"", overrides}).warnings;
+  return job::load_case(scratch.write("job.toml", job).string(), {"", overrides}).warnings;
 }
 
 TEST(Warnings, ASoundJobHasNone)
@@ -213,11 +213,11 @@ TEST(Warnings, NamesThatContradictTheSide)
   scratch.write("reference.stl", test::binary_stl(condyles()));
   scratch.write("moving.stl", test::binary_stl(test::box({0, -40, -25}, {30, 5, 20})));
   scratch.write("lateral.stl", test::binary_stl(test::box({0, -40, 25}, {30, 5, 20})));
-  EXPECT_THAT(load::load_case(scratch.write("right.toml", job_with_menisci("right")).string(), {"", {search}})
+  EXPECT_THAT(job::load_case(scratch.write("right.toml", job_with_menisci("right")).string(), {"", {search}})
                   .warnings,
               ElementsAre());
   EXPECT_THAT(
-      load::load_case(scratch.write("left.toml", job_with_menisci("left")).string(), {"", {search}}).warnings,
+      job::load_case(scratch.write("left.toml", job_with_menisci("left")).string(), {"", {search}}).warnings,
       ElementsAre(AllOf(HasSubstr("side: "), HasSubstr("\"left\""), HasSubstr("side = \"right\""))));
 }
 
@@ -267,7 +267,7 @@ TEST(Warnings, CartilageOfOneCompartmentAndASurfaceTwice)
     scratch.write("cartilage.stl", test::binary_stl(cartilage));
     const std::string more =
         "[[moving.component]]\nname = \"cover\"\nfile = \"cartilage.stl\"\nmaterial = \"cartilage\"\n";
-    return load::load_case(scratch.write("job.toml", test::small_job("", more)).string(), {"", {search}})
+    return job::load_case(scratch.write("job.toml", test::small_job("", more)).string(), {"", {search}})
         .warnings;
   };
   EXPECT_THAT(with(test::box({0, -44, 18}, {40, 2, 30})),

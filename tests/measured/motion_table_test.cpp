@@ -1,5 +1,5 @@
 // What a table states, and the tables that are refused.
-#include "measured/motion_table.hpp"
+#include "tables/motion_table.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,16 +9,16 @@
 
 namespace vrda::motion_table_test {
 
-using measured::AngleOrder;
-using measured::AngleUnit;
-using measured::LengthPoint;
-using measured::MotionTable;
-using measured::TableColumns;
+using tables::AngleOrder;
+using tables::AngleUnit;
+using tables::LengthPoint;
+using tables::MotionTable;
+using tables::TableColumns;
 
 MotionTable table_of(const std::string& text, const std::string& file = "m.csv",
                      const TableColumns& columns = {})
 {
-  return measured::motion_table_from_text(file, text, columns);
+  return tables::motion_table_from_text(file, text, columns);
 }
 
 InputError::Facts refusal(const std::string& text, const std::string& file = "m.csv",
@@ -309,7 +309,7 @@ TEST(MotionTable, FilesOfOtherKindsAreRefused)
               test::refuses({"m.tra", "line 1, column 13", "5", "row by row"}));
   EXPECT_THAT(refusal("NaN,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1\n", "m.tra"),
               test::refuses({"m.tra", "line 1, column 1", "NaN", "1e9"}));
-  EXPECT_THAT(test::input_error([] { measured::read_motion_table("/absent/m.csv", {}); }),
+  EXPECT_THAT(test::input_error([] { tables::read_motion_table("/absent/m.csv", {}); }),
               test::refuses({"/absent/m.csv", "", {}, "one pose per frame"}));
 }
 

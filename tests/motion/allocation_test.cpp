@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "motion/poses.hpp"
+#include "store/poses.hpp"
 #include "motion/support/models.hpp"
 #include "support/allocation_count.hpp"
 
@@ -17,7 +17,7 @@ TEST(MotionAllocation, AnEvaluationAllocatesNothing)
   store::MotionModel model = test::model_of(plan);
   test::unsolve(model, 1, 1);
   test::add_smoothed(model, 6, [](int i, int j) {
-    return motion::PoseCoordinates{i + 1.0, j + 1.0, 1.0, 2.0};
+    return store::PoseCoordinates{i + 1.0, j + 1.0, 1.0, 2.0};
   });
   model.smoothed.front().recontact_mm = store::GridD::Constant(model.status.rows(), model.status.cols(), 0.1);
   const std::vector<double> column(model.flexion_deg.size(), 1.0);
@@ -25,17 +25,17 @@ TEST(MotionAllocation, AnEvaluationAllocatesNothing)
   table.source.assign(column.size(), static_cast<std::int8_t>(store::ZeroVarusSource::free));
   table.varus_deg = table.tx_mm = table.ty_mm = table.tz_mm = table.theta_deg = column;
   model.zero_varus = table;
-  for (const std::string& set : motion::set_names(model)) {
-    const motion::Motion motion(model, set);
+  for (const std::string& set : store::set_names(model)) {
+    const store::Motion motion(model, set);
     const long before = test::allocations_of_program();
     double sum = 0.0;
     int n_solved = 0;
     for (int k = 0; k < 1000; ++k) {
       const double flexion_rad = rad_from_deg(0.11 * k - 5.0);
-      const motion::JointPose pose =
+      const store::JointPose pose =
           motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad) + rad_from_deg(0.01 * k - 6.0)});
       sum += pose.X_reference_moving.linear().trace();
-      n_solved += pose.status == motion::PoseStatus::solved ? 1 : 0;
+      n_solved += pose.status == store::PoseStatus::solved ? 1 : 0;
     }
     EXPECT_EQ(test::allocations_of_program() - before, 0) << set;
     EXPECT_GT(n_solved, 700);

@@ -1,4 +1,4 @@
-#include "motion/curve_figures.hpp"
+#include "store/curve_figures.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ TEST(CurveFigures, MatchTheClosedForms)
   struct Row {
     const char* what;
     std::vector<double> flexion_deg, value_deg;
-    motion::CurveFigures expected;
+    store::CurveFigures expected;
   };
   const Row rows[] = {
       {"line", {0, 30, 90}, {2, -1, -7}, {0, 90, -9, -9, 90, -0.5, 0, 5}},
@@ -29,7 +29,7 @@ TEST(CurveFigures, MatchTheClosedForms)
   };
   for (const Row& row : rows) {
     SCOPED_TRACE(row.what);
-    const motion::CurveFigures f = motion::curve_figures({row.flexion_deg, row.value_deg});
+    const store::CurveFigures f = store::curve_figures({row.flexion_deg, row.value_deg});
     EXPECT_THAT(f.first_deg, NanSensitiveDoubleEq(row.expected.first_deg));
     EXPECT_THAT(f.last_deg, NanSensitiveDoubleEq(row.expected.last_deg));
     EXPECT_THAT(f.net_deg, NanSensitiveDoubleEq(row.expected.net_deg));
@@ -48,18 +48,18 @@ TEST(SpineJump, IsBetweenSolvedNeighbours)
   plan.flexion_deg = {0, 10, 20, 30, 40};
   plan.varus_deg = {0};
   plan.motion = [](double flexion_deg, double) {
-    return motion::PoseCoordinates{0, 0, 0, flexion_deg < 15 ? 20.0 : flexion_deg < 35 ? 0.0 : 4.0};
+    return store::PoseCoordinates{0, 0, 0, flexion_deg < 15 ? 20.0 : flexion_deg < 35 ? 0.0 : 4.0};
   };
   store::MotionModel model = test::model_of(plan);
-  EXPECT_NEAR(motion::spine_jump(model).change_deg, 20.0, 1e-12);
+  EXPECT_NEAR(store::spine_jump(model).change_deg, 20.0, 1e-12);
   test::unsolve(model, 1, 0);
-  const motion::SpineJump jump = motion::spine_jump(model);
+  const store::SpineJump jump = store::spine_jump(model);
   EXPECT_NEAR(jump.change_deg, 4.0, 1e-12);
   EXPECT_EQ(jump.from_deg, 30.0);
   EXPECT_EQ(jump.to_deg, 40.0);
-  EXPECT_EQ(motion::text_of(jump), "theta jumps by 4 degrees between flexion 30 and 40 of the spine");
+  EXPECT_EQ(store::text_of(jump), "theta jumps by 4 degrees between flexion 30 and 40 of the spine");
   model.theta_deg(4, 0) = 3.0;
-  EXPECT_EQ(motion::text_of(motion::spine_jump(model)), "");
+  EXPECT_EQ(store::text_of(store::spine_jump(model)), "");
 }
 
 }  // namespace vrda::curve_figures_test

@@ -1,10 +1,10 @@
-#include "motion/poses.hpp"
+#include "store/poses.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/clinical.hpp"
+#include "model/clinical.hpp"
 #include "core/error.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
@@ -24,7 +24,7 @@ Attitude attitude_deg(double flexion_deg, double varus_deg)
   return {rad_from_deg(flexion_deg), rad_from_deg(varus_deg)};
 }
 
-motion::PoseCoordinates knee_like(double flexion_deg, double varus_deg)
+store::PoseCoordinates knee_like(double flexion_deg, double varus_deg)
 {
   const double u = flexion_deg / 90.0, v = varus_deg / 4.0;
   return {-5.0 * u * u, -21.0 + u - 0.5 * v, 1.5 * v, 12.0 * u - 2.0 * u * v};
@@ -60,12 +60,12 @@ double difference(const Pose& a, const Pose& b)
 /// Expects the stored pose at every cell, and consistency of the three poses.
 void expect_stored_poses(const store::MotionModel& model)
 {
-  const motion::Motion motion(model, "raw");
+  const store::Motion motion(model, "raw");
   const std::size_t n_varus = model.varus_deg.size();
   for (std::size_t cell = 0; cell < model.flexion_deg.size() * n_varus; ++cell) {
-    const motion::JointPose pose =
+    const store::JointPose pose =
         motion.at(attitude_deg(model.flexion_deg[cell / n_varus], model.varus_deg[cell % n_varus]));
-    EXPECT_EQ(pose.status, motion::PoseStatus::solved);
+    EXPECT_EQ(pose.status, store::PoseStatus::solved);
     EXPECT_LT(difference(pose.X_reference_moving, stored_pose(model, cell)), rounding);
     EXPECT_LT(difference(pose.X_world_reference * pose.X_reference_moving, pose.X_world_moving), rounding);
   }
@@ -102,8 +102,8 @@ TEST(Motion, TheJointsOwnAnglesAreThoseOfThePoseWhereDeltaIsNotProximal)
     const Eigen::Vector3d oblique = Eigen::Vector3d(0.3, 0.9, 0.1).normalized();
     const store::MotionModel turned = model_of(plan_of(side, oblique));
     const store::MotionModel proximal = model_of(plan_of(side, Eigen::Vector3d::UnitY()));
-    const motion::Motion motion(turned, "raw"), plain(proximal, "raw");
-    const motion::JointPose pose = motion.at(attitude_deg(40, 1)), other = plain.at(attitude_deg(40, 1));
+    const store::Motion motion(turned, "raw"), plain(proximal, "raw");
+    const store::JointPose pose = motion.at(attitude_deg(40, 1)), other = plain.at(attitude_deg(40, 1));
     EXPECT_FALSE(plain.own_coordinates(other).has_value());
     ASSERT_TRUE(motion.own_coordinates(pose).has_value());
     const ClinicalCoordinates own = *motion.own_coordinates(pose);
@@ -112,8 +112,8 @@ TEST(Motion, TheJointsOwnAnglesAreThoseOfThePoseWhereDeltaIsNotProximal)
     EXPECT_EQ(own.flexion_rad, expected.flexion_rad);
     EXPECT_EQ(own.lateral_mm, expected.lateral_mm);
     EXPECT_GT(std::abs(own.flexion_rad - pose.attitude.flexion_rad), rad_from_deg(0.1));
-    motion::JointPose unsolved = pose;
-    unsolved.status = motion::PoseStatus::unsolved_cell;
+    store::JointPose unsolved = pose;
+    unsolved.status = store::PoseStatus::unsolved_cell;
     EXPECT_FALSE(motion.own_coordinates(unsolved).has_value());
   }
 }
@@ -125,8 +125,8 @@ TEST(Motion, DeltaIsLinearBetweenTheRowsHeldBeyondThemAndNormalised)
     ModelPlan plan = plan_of(side, {0, 1, 0});
     plan.turning_delta = turning_delta;
     store::MotionModel model = model_of(plan);
-    test::add_smoothed(model, 1, [](int, int) { return motion::PoseCoordinates{1.0, -20.0, 3.0, 8.0}; });
-    const motion::Motion raw(model, "raw"), smoothed(model, "degree_1");
+    test::add_smoothed(model, 1, [](int, int) { return store::PoseCoordinates{1.0, -20.0, 3.0, 8.0}; });
+    const store::Motion raw(model, "raw"), smoothed(model, "degree_1");
     struct Row {
       double flexion_deg;
       Eigen::Vector3d delta;
@@ -139,10 +139,10 @@ TEST(Motion, DeltaIsLinearBetweenTheRowsHeldBeyondThemAndNormalised)
       // A frame with constant Delta rotates the reference equally.
       ModelPlan constant = plan_of(side, row.delta);
       const Attitude attitude = attitude_deg(row.flexion_deg, 3);
-      const Pose expected = motion::Motion(model_of(constant), "raw").at(attitude).X_world_reference;
-      for (const motion::Motion* motion : {&raw, &smoothed}) {
-        const motion::JointPose pose = motion->at(attitude);
-        EXPECT_EQ(pose.status, motion::PoseStatus::solved);
+      const Pose expected = store::Motion(model_of(constant), "raw").at(attitude).X_world_reference;
+      for (const store::Motion* motion : {&raw, &smoothed}) {
+        const store::JointPose pose = motion->at(attitude);
+        EXPECT_EQ(pose.status, store::PoseStatus::solved);
         EXPECT_LT(difference(pose.X_world_reference, expected), rounding);
         // Delta is the rotation axis of theta.
         EXPECT_LT((pose.X_world_moving.linear() * row.delta - row.delta).norm(), rounding);
@@ -157,7 +157,7 @@ TEST(Motion, APushOfOneDirectionLeavesEveryBitAsItWas)
   const SolverFrame frame{Side::left, model.rotation_centre_mm, model.delta};
   Eigen::Matrix3d R;
   for (int axis = 0; axis < 3; ++axis) R.col(axis) = world_from_solver(frame, Eigen::Vector3d::Unit(axis));
-  const motion::Motion motion(model, "raw");
+  const store::Motion motion(model, "raw");
   for (const double flexion_deg : {0.0, 11.0, 45.0, 90.0}) {
     const Attitude attitude = attitude_deg(flexion_deg, 1.3);
     const Eigen::Matrix3d expected = R * reference_rotation(attitude) * R.transpose();
@@ -172,17 +172,17 @@ TEST(Motion, AFreeVarusIsTheSolvedOneWhateverIsRequested)
   plan.free_varus_deg = [](double flexion_deg) { return -1.0 + 0.001 * flexion_deg * flexion_deg; };
   store::MotionModel model = model_of(plan);
   test::unsolve(model, 5, 0);  // 75 degrees
-  const motion::Motion motion(model, "raw");
+  const store::Motion motion(model, "raw");
   EXPECT_TRUE(motion.is_varus_free());
-  EXPECT_FALSE(motion::Motion(model_of({}), "raw").is_varus_free());
+  EXPECT_FALSE(store::Motion(model_of({}), "raw").is_varus_free());
   for (const double flexion_deg : {0.0, 15.0, 30.0, 45.0, 60.0, 90.0}) {
     const std::size_t cell = static_cast<std::size_t>(flexion_deg / 15.0);
     const double found_rad = rad_from_deg(plan.free_varus_deg(flexion_deg));
-    const motion::JointPose clamped = motion.at(attitude_deg(flexion_deg, 4.0));
+    const store::JointPose clamped = motion.at(attitude_deg(flexion_deg, 4.0));
     EXPECT_TRUE(clamped.is_varus_clamped);
     EXPECT_NEAR(clamped.attitude.varus_rad, found_rad, rounding);
     EXPECT_LT(difference(clamped.X_reference_moving, stored_pose(model, cell)), rounding);
-    const motion::JointPose balanced =
+    const store::JointPose balanced =
         motion.at({rad_from_deg(flexion_deg), motion.balanced_varus_rad(rad_from_deg(flexion_deg))});
     EXPECT_FALSE(balanced.is_varus_clamped);
     EXPECT_EQ(difference(balanced.X_reference_moving, clamped.X_reference_moving), 0.0);
@@ -191,15 +191,15 @@ TEST(Motion, AFreeVarusIsTheSolvedOneWhateverIsRequested)
               rounding);
   EXPECT_EQ(motion.first_varus_rad(), rad_from_deg(-1.0));
   EXPECT_EQ(motion.last_varus_rad(), rad_from_deg(7.1));
-  EXPECT_EQ(motion.at(attitude_deg(70, 0)).status, motion::PoseStatus::unsolved_cell);
+  EXPECT_EQ(motion.at(attitude_deg(70, 0)).status, store::PoseStatus::unsolved_cell);
 }
 
 TEST(Motion, TheRotationCentreOfTheReferenceStaysAtTheWorldOrigin)
 {
   const store::MotionModel model = model_of(plan_of("left", {0, 1, 0}));
-  const motion::JointPose pose = motion::Motion(model, "raw").at(attitude_deg(50, 3));
+  const store::JointPose pose = store::Motion(model, "raw").at(attitude_deg(50, 3));
   EXPECT_LT((pose.X_world_reference * model.rotation_centre_mm).norm(), rounding);
-  const motion::PoseCoordinates expected = knee_like(50, 3);
+  const store::PoseCoordinates expected = knee_like(50, 3);
   EXPECT_LT((pose.X_world_moving * model.rotation_centre_mm -
              Eigen::Vector3d(expected[0], expected[1], expected[2]))
                 .norm(),
@@ -209,7 +209,7 @@ TEST(Motion, TheRotationCentreOfTheReferenceStaysAtTheWorldOrigin)
 TEST(Motion, FlexionRaisesTheFrontOfTheReferenceAndVarusItsRight)
 {
   // Rz(flexion) X = Y at a right angle; Rx(-varus) Z = (0, sin varus, cos varus).
-  const motion::Motion motion(model_of({}), "raw");
+  const store::Motion motion(model_of({}), "raw");
   const Pose flexed = motion.at(attitude_deg(90, 0)).X_world_reference;
   EXPECT_LT((flexed * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), rounding);
   const Pose adducted = motion.at(attitude_deg(0, 4)).X_world_reference;
@@ -222,21 +222,21 @@ TEST(Motion, SmoothedPosesFollowThePolynomials)
 {
   store::MotionModel model = model_of(plan_of("right", {0, 1, 0}));
   test::add_smoothed(model, 2, [](int i, int j) {
-    return i == 1 && j == 0 ? motion::PoseCoordinates{1.0, -2.0, 3.0, 8.0} : motion::PoseCoordinates{};
+    return i == 1 && j == 0 ? store::PoseCoordinates{1.0, -2.0, 3.0, 8.0} : store::PoseCoordinates{};
   });
   const double u = 60.0 / 45.0 - 1.0;
-  const motion::JointPose pose = motion::Motion(model, "degree_2").at(attitude_deg(60, 1));
+  const store::JointPose pose = store::Motion(model, "degree_2").at(attitude_deg(60, 1));
   const SolverFrame frame{Side::right, model.rotation_centre_mm, model.delta};
   const Pose expected =
       X_reference_moving(frame, attitude_deg(60, 1), {u * Eigen::Vector3d(1, -2, 3), rad_from_deg(8.0 * u)});
-  EXPECT_EQ(pose.status, motion::PoseStatus::solved);
+  EXPECT_EQ(pose.status, store::PoseStatus::solved);
   EXPECT_LT(difference(pose.X_reference_moving, expected), rounding);
   EXPECT_NEAR(pose.theta_rad, rad_from_deg(8.0 * u), rounding);
 }
 
 TEST(Motion, AttitudesBeyondTheRangeAreClampedAndSaySo)
 {
-  const motion::Motion motion(model_of(plan_of("right", {0, 1, 0})), "raw");
+  const store::Motion motion(model_of(plan_of("right", {0, 1, 0})), "raw");
   struct Row {
     double flexion_deg, varus_deg, used_flexion_deg, used_varus_deg;
     bool is_flexion_clamped, is_varus_clamped;
@@ -244,10 +244,10 @@ TEST(Motion, AttitudesBeyondTheRangeAreClampedAndSaySo)
   for (const Row& row : {Row{120, 0, 90, 0, true, false}, Row{-1, 9, 0, 4, true, true},
                          Row{90, -4, 90, -4, false, false}, Row{10, -5, 10, -4, false, true}}) {
     SCOPED_TRACE(row.flexion_deg);
-    const motion::JointPose pose = motion.at(attitude_deg(row.flexion_deg, row.varus_deg));
+    const store::JointPose pose = motion.at(attitude_deg(row.flexion_deg, row.varus_deg));
     EXPECT_EQ(pose.is_flexion_clamped, row.is_flexion_clamped);
     EXPECT_EQ(pose.is_varus_clamped, row.is_varus_clamped);
-    const motion::JointPose at_the_end = motion.at(attitude_deg(row.used_flexion_deg, row.used_varus_deg));
+    const store::JointPose at_the_end = motion.at(attitude_deg(row.used_flexion_deg, row.used_varus_deg));
     EXPECT_EQ(difference(pose.X_reference_moving, at_the_end.X_reference_moving), 0.0);
     EXPECT_EQ(pose.attitude.flexion_rad, rad_from_deg(row.used_flexion_deg));
   }
@@ -257,10 +257,10 @@ TEST(Motion, AnUnsolvedCellIsNamedAndLeavesTheIdentity)
 {
   store::MotionModel model = model_of(plan_of("right", {0, 1, 0}));
   test::unsolve(model, 2, 2);
-  const motion::JointPose pose = motion::Motion(model, "raw").at(attitude_deg(33, 0.5));
-  EXPECT_EQ(pose.status, motion::PoseStatus::unsolved_cell);
-  EXPECT_STREQ(motion::name_of(pose.status), "unsolved_cell");
-  EXPECT_STREQ(motion::name_of(motion::PoseStatus::solved), "solved");
+  const store::JointPose pose = store::Motion(model, "raw").at(attitude_deg(33, 0.5));
+  EXPECT_EQ(pose.status, store::PoseStatus::unsolved_cell);
+  EXPECT_STREQ(store::name_of(pose.status), "unsolved_cell");
+  EXPECT_STREQ(store::name_of(store::PoseStatus::solved), "solved");
   EXPECT_EQ(difference(pose.X_world_moving, Pose::Identity()), 0.0);
 }
 
@@ -269,17 +269,17 @@ TEST(Motion, AMirroredModelMovesAsTheMirrorImageWithTheSameClinicalNumbers)
   const store::MotionModel right = model_of(plan_of("right", {0, 1, 0}));
   ModelPlan mirrored = plan_of("left", {0, 1, 0});
   mirrored.motion = [](double flexion_deg, double varus_deg) {
-    motion::PoseCoordinates numbers = knee_like(flexion_deg, varus_deg);
+    store::PoseCoordinates numbers = knee_like(flexion_deg, varus_deg);
     numbers[2] = -numbers[2];
     return numbers;
   };
   const store::MotionModel left = model_of(mirrored);
-  const motion::Motion right_motion(right, "raw"), left_motion(left, "raw");
+  const store::Motion right_motion(right, "raw"), left_motion(left, "raw");
   const Eigen::Vector4d mirror(1, 1, -1, 1);
   for (const Attitude& attitude : {attitude_deg(0, 0), attitude_deg(37, -3.2), attitude_deg(88, 1.1)}) {
-    const motion::JointPose r = right_motion.at(attitude), l = left_motion.at(attitude);
-    for (const auto X : {&motion::JointPose::X_world_reference, &motion::JointPose::X_world_moving,
-                         &motion::JointPose::X_reference_moving}) {
+    const store::JointPose r = right_motion.at(attitude), l = left_motion.at(attitude);
+    for (const auto X : {&store::JointPose::X_world_reference, &store::JointPose::X_world_moving,
+                         &store::JointPose::X_reference_moving}) {
       const Eigen::Matrix4d reflected = mirror.asDiagonal() * (r.*X).matrix() * mirror.asDiagonal();
       EXPECT_LT(((l.*X).matrix() - reflected).cwiseAbs().maxCoeff(), rounding);
     }
@@ -299,7 +299,7 @@ TEST(Motion, TheBalancedVarusIsLinearBetweenSolvedSpineCells)
   model.is_spine.setZero();
   model.is_spine(0, 1) = model.is_spine(2, 3) = model.is_spine(4, 4) = model.is_spine(6, 2) = 1;
   test::unsolve(model, 4, 4);  // the spine cell at 60 degrees
-  const motion::Motion motion(model, "raw");
+  const store::Motion motion(model, "raw");
   struct Row {
     double flexion_deg, expected_deg;
   };
@@ -317,7 +317,7 @@ TEST(Motion, WithoutASpineTheBalancedVarusIsTheOneNearestZero)
   plan.varus_deg = {3, 5};
   store::MotionModel model = model_of(plan);
   model.is_spine.setZero();
-  const motion::Motion motion(model, "raw");
+  const store::Motion motion(model, "raw");
   EXPECT_FALSE(motion.has_spine());
   EXPECT_EQ(motion.balanced_varus_rad(0.5), rad_from_deg(3));
 }
@@ -326,15 +326,15 @@ TEST(Motion, SetsAreNamedByFallingDegreeThenRaw)
 {
   store::MotionModel model = model_of({});
   for (const int degree : {2, 6, 4})
-    test::add_smoothed(model, degree, [](int, int) { return motion::PoseCoordinates{}; });
-  EXPECT_EQ(motion::set_names(model), (std::vector<std::string>{"degree_6", "degree_4", "degree_2", "raw"}));
-  EXPECT_THROW(motion::Motion(model, "degree_5"), InternalError);
+    test::add_smoothed(model, degree, [](int, int) { return store::PoseCoordinates{}; });
+  EXPECT_EQ(store::set_names(model), (std::vector<std::string>{"degree_6", "degree_4", "degree_2", "raw"}));
+  EXPECT_THROW(store::Motion(model, "degree_5"), InternalError);
 }
 
 TEST(Motion, TheSameQuestionGetsTheSameBits)
 {
   const store::MotionModel model = model_of(plan_of("left", {0, 1, 0}));
-  const motion::Motion first(model, "raw"), second(model, "raw");
+  const store::Motion first(model, "raw"), second(model, "raw");
   for (double flexion_deg = 0; flexion_deg < 90; flexion_deg += 7.3) {
     const Pose a = first.at(attitude_deg(flexion_deg, 1.7)).X_reference_moving;
     const Pose b = second.at(attitude_deg(flexion_deg, 1.7)).X_reference_moving;
@@ -352,7 +352,7 @@ test::ModelPlan plan_of_size(double size)
   test::ModelPlan plan;
   plan.rotation_centre_mm = size * Eigen::Vector3d(12, -30, 7);
   plan.motion = [size](double flexion_deg, double varus_deg) {
-    return motion::PoseCoordinates{size * 0.02 * flexion_deg, size * (0.3 * varus_deg - 0.05 * flexion_deg),
+    return store::PoseCoordinates{size * 0.02 * flexion_deg, size * (0.3 * varus_deg - 0.05 * flexion_deg),
                                    size * -0.1 * varus_deg, 0.1 * flexion_deg + varus_deg};
   };
   return plan;
@@ -363,7 +363,7 @@ store::MotionModel model_of_size(double size)
   store::MotionModel model = test::model_of(plan_of_size(size));
   test::add_smoothed(model, 2, [size](int i, int j) {
     const double one = 1.0 / (1 + i + 2 * j);
-    return motion::PoseCoordinates{size * one, -2.0 * size * one, 0.5 * size * one, 3.0 * one};
+    return store::PoseCoordinates{size * one, -2.0 * size * one, 0.5 * size * one, 3.0 * one};
   });
   return model;
 }
@@ -374,10 +374,10 @@ TEST(ScaledPoses, AreThoseOfAJointMadeAtThatSize)
                            made = model_of_size(factor);
   for (const std::string set : {"raw", "degree_2"}) {
     SCOPED_TRACE(set);
-    const motion::Motion of_scaled(scaled, set), of_made(made, set);
+    const store::Motion of_scaled(scaled, set), of_made(made, set);
     for (double flexion_deg = 0.0; flexion_deg <= 90.0; flexion_deg += 7.0) {
       const Attitude at{rad_from_deg(flexion_deg), rad_from_deg(1.3)};
-      const motion::JointPose a = of_scaled.at(at), b = of_made.at(at);
+      const store::JointPose a = of_scaled.at(at), b = of_made.at(at);
       EXPECT_TRUE(a.X_reference_moving.matrix().isApprox(b.X_reference_moving.matrix(), 1e-12));
       EXPECT_LT((a.X_reference_moving.translation() - b.X_reference_moving.translation()).norm(),
                 rounding_mm);
@@ -393,7 +393,7 @@ store::MotionModel sequence(const std::string& side, bool has_turning_delta)
   ModelPlan plan = plan_of(side, Eigen::Vector3d(0.1, 1.0, -0.3).normalized());
   plan.flexion_deg = {0, 15, 30, 45, 60, 75};
   plan.varus_deg = {0};
-  plan.motion = [](double flexion_deg, double) -> motion::PoseCoordinates {
+  plan.motion = [](double flexion_deg, double) -> store::PoseCoordinates {
     return {1.0, -20.0 + 0.01 * flexion_deg, 0.5,
             flexion_deg > 40 ? 178.0 - 360.0 + flexion_deg / 10.0 : 178.0 + flexion_deg / 100.0};
   };
@@ -409,13 +409,13 @@ TEST(Sequence, PosesAreThoseOfTheFrames)
   for (const std::string side : {"right", "left"}) {
     for (const bool has_turning_delta : {false, true}) {
       const store::MotionModel model = sequence(side, has_turning_delta);
-      const motion::Motion motion(model, "raw");
+      const store::Motion motion(model, "raw");
       EXPECT_TRUE(motion.is_sequence());
       EXPECT_EQ(motion.key_name(), "time_s");
       EXPECT_EQ(motion.keys(), model.frames->key);
       for (std::size_t i = 0; i < motion.keys().size(); ++i) {
-        const motion::JointPose pose = motion.at_frame(motion.keys()[i]);
-        ASSERT_EQ(pose.status, motion::PoseStatus::solved);
+        const store::JointPose pose = motion.at_frame(motion.keys()[i]);
+        ASSERT_EQ(pose.status, store::PoseStatus::solved);
         EXPECT_EQ(pose.key, motion.keys()[i]);
         EXPECT_LT(difference(pose.X_reference_moving, stored_pose(model, i)), rounding);
         EXPECT_LT(difference(pose.X_world_reference * pose.X_reference_moving, pose.X_world_moving),
@@ -429,16 +429,16 @@ TEST(Sequence, PosesAreThoseOfTheFrames)
 
 TEST(Sequence, BetweenFramesAPoseFollowsItsNeighbours)
 {
-  const motion::Motion motion(sequence("right", false), "raw");
+  const store::Motion motion(sequence("right", false), "raw");
   // Theta goes from 178.3 through 180 to -176 degrees by the short way.
-  const motion::JointPose half = motion.at_frame(0.05);
+  const store::JointPose half = motion.at_frame(0.05);
   EXPECT_GT(std::abs(deg_from_rad(half.theta_rad)), 176.0);
   // A thousandth of the first step.
-  const motion::JointPose start = motion.at_frame(0.0), near = motion.at_frame(1e-4);
+  const store::JointPose start = motion.at_frame(0.0), near = motion.at_frame(1e-4);
   const double step = difference(start.X_reference_moving, motion.at_frame(0.1).X_reference_moving);
   EXPECT_LT(difference(start.X_reference_moving, near.X_reference_moving), 0.01 * step);
   EXPECT_GT(difference(start.X_reference_moving, near.X_reference_moving), 1e-4 * step);
-  const motion::JointPose before = motion.at_frame(-1.0), after = motion.at_frame(9.0);
+  const store::JointPose before = motion.at_frame(-1.0), after = motion.at_frame(9.0);
   EXPECT_TRUE(before.is_flexion_clamped && after.is_flexion_clamped);
   EXPECT_EQ(before.key, 0.0);
   EXPECT_LT(difference(before.X_reference_moving, start.X_reference_moving), rounding);
@@ -448,15 +448,15 @@ TEST(Sequence, AFrameWithoutAPoseIsAHole)
 {
   store::MotionModel model = sequence("right", false);
   test::unsolve(model, 2, 0);
-  const motion::Motion motion(model, "raw");
-  EXPECT_EQ(motion.at_frame(0.4).status, motion::PoseStatus::unsolved_cell);
-  EXPECT_EQ(motion.at_frame(0.3).status, motion::PoseStatus::unsolved_cell);
-  EXPECT_EQ(motion.at_frame(0.1).status, motion::PoseStatus::solved);
+  const store::Motion motion(model, "raw");
+  EXPECT_EQ(motion.at_frame(0.4).status, store::PoseStatus::unsolved_cell);
+  EXPECT_EQ(motion.at_frame(0.3).status, store::PoseStatus::unsolved_cell);
+  EXPECT_EQ(motion.at_frame(0.1).status, store::PoseStatus::solved);
 }
 
 TEST(Sequence, IsNotEvaluatedByFlexion)
 {
-  const motion::Motion motion(sequence("right", true), "raw"),
+  const store::Motion motion(sequence("right", true), "raw"),
       grid(model_of(plan_of("right", {0, 1, 0})), "raw");
   EXPECT_THROW(motion.at({0.0, 0.0}), InternalError);
   EXPECT_THROW(motion.balanced_varus_rad(0.0), InternalError);
@@ -467,7 +467,7 @@ TEST(Sequence, IsNotEvaluatedByFlexion)
 
 TEST(Sequence, PositionsCountFrames)
 {
-  const motion::Motion motion(sequence("right", false), "raw");
+  const store::Motion motion(sequence("right", false), "raw");
   for (std::size_t i = 0; i < motion.keys().size(); ++i) {
     EXPECT_EQ(motion.key_at(static_cast<double>(i)), motion.keys()[i]);
     EXPECT_EQ(motion.position_of(motion.keys()[i]), static_cast<double>(i));

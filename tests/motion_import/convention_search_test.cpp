@@ -1,5 +1,5 @@
 // The convention of synthetic motions: both compartments of the generic knee stay in contact.
-#include "motion_import/convention_search.hpp"
+#include "tables/convention_search.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,19 +8,19 @@
 
 #include "core/trig.hpp"
 #include "core/units.hpp"
-#include "proximity/gap_query.hpp"
-#include "shapes/knee.hpp"
+#include "geometry/gap_query.hpp"
+#include "geometry/knee.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::convention_search_test {
 
-using measured::AngleOrder;
-using measured::AngleUnit;
-using measured::Convention;
-using measured::Direction;
-using measured::LengthPoint;
-using measured::TableAxes;
-using motion_import::Term;
+using tables::AngleOrder;
+using tables::AngleUnit;
+using tables::Convention;
+using tables::Direction;
+using tables::LengthPoint;
+using tables::TableAxes;
+using tables::Term;
 
 constexpr int n_frames = 13;
 const Eigen::Vector3d centre_mm(2.0, -5.0, 1.0);
@@ -32,8 +32,8 @@ struct Knee {
   Box moving_box;
   std::vector<Pose> poses;
 
-  motion_import::SearchScene scene() const { return {frame, joint, moving_box}; }
-  measured::JointFrame joint_frame() const
+  tables::SearchScene scene() const { return {frame, joint, moving_box}; }
+  tables::JointFrame joint_frame() const
   {
     return {frame.side, centre_mm, Pose::Identity(), Pose::Identity()};
   }
@@ -53,7 +53,7 @@ std::vector<Compartment> halves(const Mesh& mesh)
 /// The pose with both gaps zero at the flexion, theta and place across Delta: regula falsi on varus.
 MovingPose two_sided(const solve::Joint& joint, Attitude& attitude, MovingPose pose)
 {
-  proximity::GapQuery medial(joint.reference_gap, joint.medial_gap),
+  geometry::GapQuery medial(joint.reference_gap, joint.medial_gap),
       lateral(joint.reference_gap, joint.lateral_gap);
   const auto gaps_mm = [&](double varus_rad) {
     attitude.varus_rad = varus_rad;
@@ -77,8 +77,8 @@ MovingPose two_sided(const solve::Joint& joint, Attitude& attitude, MovingPose p
 
 Knee knee_of(Side side)
 {
-  const Mesh right_femur = shapes::femur_meshes(0.35, 0.1).contact,
-             right_tibia = shapes::tibia_meshes(0.35, 0.1).contact;
+  const Mesh right_femur = geometry::femur_meshes(0.35, 0.1).contact,
+             right_tibia = geometry::tibia_meshes(0.35, 0.1).contact;
   Knee knee;
   const Eigen::Vector3d centre = side == Side::left ? Eigen::Vector3d(2, -5, -1) : centre_mm;
   knee.frame = {side, centre, Eigen::Vector3d::UnitY()};
@@ -105,7 +105,7 @@ const Knee& knee()
 /// Angles of R = Ra Rb Rc for the order abc.
 Eigen::Vector3d angles_rad(const Eigen::Matrix3d& R, AngleOrder order)
 {
-  const char* name = measured::name_of(order);
+  const char* name = tables::name_of(order);
   const int a = name[0] - 'x', b = name[1] - 'x', c = name[2] - 'x';
   const double sign = (b - a + 3) % 3 == 1 ? 1.0 : -1.0;
   Eigen::Vector3d angles;
@@ -116,7 +116,7 @@ Eigen::Vector3d angles_rad(const Eigen::Matrix3d& R, AngleOrder order)
 }
 
 /// The poses as a table under a convention.
-measured::MotionTable table_under(const std::vector<Pose>& poses, const Convention& c)
+tables::MotionTable table_under(const std::vector<Pose>& poses, const Convention& c)
 {
   const Eigen::Vector3d m(1.0, 1.0, -1.0);
   std::string text = "rx,ry,rz,tx,ty,tz\n";
@@ -136,13 +136,13 @@ measured::MotionTable table_under(const std::vector<Pose>& poses, const Conventi
                   t.x() / c.length_mm, t.y() / c.length_mm, t.z() / c.length_mm);
     text += row;
   }
-  return measured::motion_table_from_text("m.csv", text, {});
+  return tables::motion_table_from_text("m.csv", text, {});
 }
 
 std::string text_of(const Convention& c)
 {
   std::string text;
-  for (const Term term : motion_import::all_terms) text += motion_import::value_of(c, term) + " ";
+  for (const Term term : tables::all_terms) text += tables::value_of(c, term) + " ";
   return text;
 }
 
@@ -161,7 +161,7 @@ std::vector<Convention> twenty()
   const double units[] = {1.0, 10.0, 1000.0};
   for (std::size_t k = 0; k < 20; ++k) {
     all.push_back(
-        {units[k % 3], k % 4 < 2 ? AngleUnit::degrees : AngleUnit::radians, measured::all_orders[k % 6],
+        {units[k % 3], k % 4 < 2 ? AngleUnit::degrees : AngleUnit::radians, tables::all_orders[k % 6],
          k % 2 == 0 ? Direction::moving_in_reference : Direction::reference_in_moving, TableAxes::canonical,
          k % 5 < 3 ? Side::right : Side::left, k % 7 < 4 ? LengthPoint::origin : LengthPoint::centre});
   }
@@ -173,30 +173,30 @@ TEST(ConventionSearch, FindsTwentyMotionsOrNamesWhatCannotBeDistinguished)
   int n_found = 0;
   for (const Convention& truth : twenty()) {
     SCOPED_TRACE(text_of(truth));
-    const measured::MotionTable table = table_under(knee().poses, truth);
-    const motion_import::ConventionSearch search =
-        motion_import::find_convention(table, {}, knee().joint_frame(), knee().scene(), 2);
+    const tables::MotionTable table = table_under(knee().poses, truth);
+    const tables::ConventionSearch search =
+        tables::find_convention(table, {}, knee().joint_frame(), knee().scene(), 2);
     bool is_among_best = false;
     for (std::size_t i = 0; i < search.n_best; ++i) {
       const std::vector<Pose> poses =
-          measured::poses_of(table, search.candidates[i].convention, knee().joint_frame());
+          tables::poses_of(table, search.candidates[i].convention, knee().joint_frame());
       is_among_best = is_among_best || largest_difference(poses, knee().poses) < 1e-9;
     }
     EXPECT_TRUE(is_among_best) << text_of(search.candidates.front().convention);
     EXPECT_EQ(search.n_best == 1, search.undecided.empty());
     // The knee's varus is small, so orders that differ in its place only may leave the same gaps.
     for (const Term term : search.undecided)
-      EXPECT_TRUE(term == Term::side || term == Term::order) << motion_import::name_of(term);
+      EXPECT_TRUE(term == Term::side || term == Term::order) << tables::name_of(term);
     n_found += search.n_best == 1 ? 1 : 0;
     // With the undecided terms stated the right one remains.
-    motion_import::SearchRequest request;
+    tables::SearchRequest request;
     request.stated.side = truth.side;
     request.stated.order = truth.order;
-    const motion_import::ConventionSearch stated =
-        motion_import::find_convention(table, request, knee().joint_frame(), knee().scene(), 2);
+    const tables::ConventionSearch stated =
+        tables::find_convention(table, request, knee().joint_frame(), knee().scene(), 2);
     EXPECT_EQ(stated.n_best, 1u);
     EXPECT_LT(
-        largest_difference(measured::poses_of(table, stated.candidates[0].convention, knee().joint_frame()),
+        largest_difference(tables::poses_of(table, stated.candidates[0].convention, knee().joint_frame()),
                            knee().poses),
         1e-9);
   }
@@ -205,13 +205,13 @@ TEST(ConventionSearch, FindsTwentyMotionsOrNamesWhatCannotBeDistinguished)
 
 TEST(ConventionSearch, DoesNotDependOnTheNumberOfThreads)
 {
-  const measured::MotionTable table = table_under(knee().poses, twenty()[5]);
+  const tables::MotionTable table = table_under(knee().poses, twenty()[5]);
   std::vector<std::string> texts;
   for (const int n_threads : {1, 3}) {
-    const motion_import::ConventionSearch search =
-        motion_import::find_convention(table, {}, knee().joint_frame(), knee().scene(), n_threads);
+    const tables::ConventionSearch search =
+        tables::find_convention(table, {}, knee().joint_frame(), knee().scene(), n_threads);
     std::string text;
-    for (const motion_import::Candidate& c : search.candidates) {
+    for (const tables::Candidate& c : search.candidates) {
       char share[40];
       std::snprintf(share, sizeof share, "%a", c.share);
       text += text_of(c.convention) + share + "\n";
@@ -234,14 +234,14 @@ TEST(ConventionSearch, OrdersThatCoincideAtSmallAnglesAreUndecided)
     return poses;
   }();
   Convention plain;
-  const measured::MotionTable table = table_under(hinge, plain);
-  motion_import::SearchRequest request;
+  const tables::MotionTable table = table_under(hinge, plain);
+  tables::SearchRequest request;
   request.stated.length_mm = 1.0;
   request.stated.angles = AngleUnit::degrees;
   request.stated.direction = Direction::moving_in_reference;
   request.stated.lengths = LengthPoint::origin;
-  const motion_import::ConventionSearch same =
-      motion_import::find_convention(table, request, knee().joint_frame(), knee().scene(), 1);
+  const tables::ConventionSearch same =
+      tables::find_convention(table, request, knee().joint_frame(), knee().scene(), 1);
   EXPECT_EQ(same.n_best, 1u);
   EXPECT_TRUE(same.undecided.empty());
 
@@ -253,7 +253,7 @@ TEST(ConventionSearch, OrdersThatCoincideAtSmallAnglesAreUndecided)
     nearly[i].linear() = nearly[i].linear() * rotation_x(rad_from_deg(0.02 * sine(s))) *
                          rotation_y(rad_from_deg(0.02 * cosine(s)));
   }
-  const motion_import::ConventionSearch close = motion_import::find_convention(
+  const tables::ConventionSearch close = tables::find_convention(
       table_under(nearly, plain), request, knee().joint_frame(), knee().scene(), 1);
   EXPECT_GE(close.n_best, 6u);
   EXPECT_EQ(close.undecided.front(), Term::order);
@@ -261,21 +261,21 @@ TEST(ConventionSearch, OrdersThatCoincideAtSmallAnglesAreUndecided)
 
 TEST(ConventionSearch, TriesWhatIsNotStated)
 {
-  const measured::JointFrame joint = knee().joint_frame();
-  const measured::MotionTable bare = table_under(knee().poses, {});
-  EXPECT_EQ(motion_import::open_conventions(bare, {}, joint).size(), 3u * 2 * 6 * 2 * 2 * 2 * 2);
-  motion_import::SearchRequest request;
+  const tables::JointFrame joint = knee().joint_frame();
+  const tables::MotionTable bare = table_under(knee().poses, {});
+  EXPECT_EQ(tables::open_conventions(bare, {}, joint).size(), 3u * 2 * 6 * 2 * 2 * 2 * 2);
+  tables::SearchRequest request;
   request.stated.order = AngleOrder::zyx;
-  EXPECT_EQ(motion_import::open_conventions(bare, request, joint).size(), 3u * 2 * 2 * 2 * 2 * 2);
-  const measured::MotionTable clinical = measured::motion_table_from_text(
+  EXPECT_EQ(tables::open_conventions(bare, request, joint).size(), 3u * 2 * 2 * 2 * 2 * 2);
+  const tables::MotionTable clinical = tables::motion_table_from_text(
       "m.csv", "flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5,6\n", {});
-  EXPECT_EQ(motion_import::open_conventions(clinical, {}, joint).size(), 1u);
+  EXPECT_EQ(tables::open_conventions(clinical, {}, joint).size(), 1u);
   request = {};
   request.automatic = {Term::order, Term::side};
-  EXPECT_EQ(motion_import::open_conventions(clinical, request, joint).size(), 6u * 2);
-  const measured::MotionTable matrices =
-      measured::motion_table_from_text("m.tra", "1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1\n", {});
-  EXPECT_EQ(motion_import::open_conventions(matrices, {}, joint).size(), 3u * 2 * 2);
+  EXPECT_EQ(tables::open_conventions(clinical, request, joint).size(), 6u * 2);
+  const tables::MotionTable matrices =
+      tables::motion_table_from_text("m.tra", "1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1\n", {});
+  EXPECT_EQ(tables::open_conventions(matrices, {}, joint).size(), 3u * 2 * 2);
 }
 
 TEST(ConventionSearch, PosesOfOtherBodiesAreRefused)
@@ -283,7 +283,7 @@ TEST(ConventionSearch, PosesOfOtherBodiesAreRefused)
   std::vector<Pose> far = knee().poses;
   for (Pose& X : far) X.translation() += Eigen::Vector3d(0, -500, 0);
   EXPECT_THAT(test::input_error([&] {
-                motion_import::find_convention(table_under(far, {}), {}, knee().joint_frame(), knee().scene(),
+                tables::find_convention(table_under(far, {}), {}, knee().joint_frame(), knee().scene(),
                                                2);
               }),
               test::refuses({"m.csv", "", {"10 mm"}, {"--unit", "--order", "frames"}}));
@@ -291,7 +291,7 @@ TEST(ConventionSearch, PosesOfOtherBodiesAreRefused)
 
 TEST(ConventionSearch, OneFrameDecidesNothing)
 {
-  const motion_import::ConventionSearch search = motion_import::find_convention(
+  const tables::ConventionSearch search = tables::find_convention(
       table_under({knee().poses[0]}, {}), {}, knee().joint_frame(), knee().scene(), 1);
   EXPECT_GT(search.n_best, 1u);
   EXPECT_FALSE(search.undecided.empty());

@@ -18,7 +18,7 @@ constexpr int n_attitudes = 25;
 constexpr int n_touches_an_attitude = 2;
 
 // How far a point is from a triangle's plane and beyond its edges.
-double off_triangle_mm(const proximity::Corners& t, const Eigen::Vector3d& p)
+double off_triangle_mm(const geometry::Corners& t, const Eigen::Vector3d& p)
 {
   const Eigen::Vector3d n = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
   double most = std::abs(n.dot(p - t[0]));
@@ -37,7 +37,7 @@ struct Tally {
   double largest_error_mm = 0.0;
 };
 
-void compare(const proximity::Corners& r, const proximity::Corners& m, contact::NarrowPhase& narrow_phase,
+void compare(const geometry::Corners& r, const geometry::Corners& m, contact::NarrowPhase& narrow_phase,
              Tally& tally)
 {
   const double separation_mm = test::separation_mm(r, m);
@@ -72,12 +72,12 @@ Tally compared(const std::string& scene, unsigned seed)
   for (int k = 0; k < n_attitudes; ++k) {
     const test::TestAttitude sample = test::random_attitude(objects, n_touches_an_attitude, random);
     for (const auto& [pose, zone] : sample.poses) {
-      const proximity::Placement place(pose);
+      const geometry::Placement place(pose);
       if (zone == test::Zone::deep || zone == test::Zone::anywhere) continue;
-      proximity::visit_close_pairs(
+      geometry::visit_close_pairs(
           sample.reference.tree, objects.moving.tree, place, band_mm,
-          [&](const proximity::TrianglePair& pair) {
-            const proximity::Corners r = corners(sample.reference.mesh, pair.reference),
+          [&](const geometry::TrianglePair& pair) {
+            const geometry::Corners r = corners(sample.reference.mesh, pair.reference),
                                      m = place(corners(objects.moving.mesh, pair.moving));
             if (!contact::is_certainly_separated(r, m, band_mm)) compare(r, m, narrow_phase, tally);
             return false;

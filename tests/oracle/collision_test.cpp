@@ -65,7 +65,7 @@ class ByFcl {
 MovingPose exchanged(const MovingPose& pose)
 {
   const MovingPose back{Eigen::Vector3d::Zero(), -pose.theta_rad};
-  return {-proximity::Placement(back)(pose.translation_mm), -pose.theta_rad};
+  return {-geometry::Placement(back)(pose.translation_mm), -pose.theta_rad};
 }
 
 struct Answers {
@@ -228,7 +228,7 @@ TEST(ThirdMeasure, MeasuresDepthAndDistanceOfACornerAtAFace)
     EXPECT_EQ(found.is_overlapping, depth_mm > 0.0);
     EXPECT_NEAR(static_cast<double>(found.from_touch_mm), std::abs(depth_mm), 1e-14);
     EXPECT_EQ(
-        test::textbook_collides(proximity::make_tree_mesh(above), proximity::make_tree_mesh(below), pose),
+        test::textbook_collides(geometry::make_tree_mesh(above), geometry::make_tree_mesh(below), pose),
         depth_mm > 0.0);
   }
   EXPECT_TRUE(std::isinf(test::reference_measure(above, below, {{0.3, -1e-3, 0.2}, 0.4}).from_touch_mm));

@@ -4,9 +4,9 @@
 #include <stdexcept>
 
 #include "core/units.hpp"
-#include "load/case.hpp"
-#include "proximity/directional_gap.hpp"
-#include "shapes/shapes.hpp"
+#include "job/case.hpp"
+#include "geometry/directional_gap.hpp"
+#include "geometry/shapes.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::test {
@@ -33,10 +33,10 @@ Eigen::Vector3d any_vertex(const Mesh& mesh, std::mt19937_64& random)
       std::uniform_int_distribution<Eigen::Index>(0, mesh.vertices_mm.rows() - 1)(random));
 }
 
-Mesh contact_mesh(const std::vector<shapes::ShapePart>& parts)
+Mesh contact_mesh(const std::vector<geometry::ShapePart>& parts)
 {
   Mesh mesh;
-  for (const shapes::ShapePart& part : parts) {
+  for (const geometry::ShapePart& part : parts) {
     if (!part.has_contact) continue;
     if (mesh.triangles.rows() == 0) {
       mesh = part.mesh;
@@ -49,7 +49,7 @@ Mesh contact_mesh(const std::vector<shapes::ShapePart>& parts)
 
 struct Generated {
   std::string name;
-  shapes::ShapeRequest request;
+  geometry::ShapeRequest request;
 };
 
 const std::vector<Generated>& generated()
@@ -67,15 +67,15 @@ const std::vector<Generated>& generated()
   return all;
 }
 
-load::Case real_knee(const std::string& name)
+job::Case real_knee(const std::string& name)
 {
-  return load::load_case((source_directory() / ("jobs/knee-" + name + ".toml")).string(),
+  return job::load_case((source_directory() / ("jobs/knee-" + name + ".toml")).string(),
                          {data_directory()->string(), {}});
 }
 
 // A pose that touches the reference: centres aligned to within a quarter of the extent, or any two vertices
 // aligned.
-MovingPose below_reference(const proximity::TreeMesh& reference, const Mesh& moving, bool is_level,
+MovingPose below_reference(const geometry::TreeMesh& reference, const Mesh& moving, bool is_level,
                            std::mt19937_64& random)
 {
   const bool is_central = uniform(random, 0.0, 1.0) < 0.5;
@@ -83,7 +83,7 @@ MovingPose below_reference(const proximity::TreeMesh& reference, const Mesh& mov
   MovingPose pose;
   if (!is_level) pose.theta_rad = uniform(random, -most_rad, most_rad);
   const Box above = bounding_box(reference.mesh), own = bounding_box(moving);
-  const proximity::Placement turn({Eigen::Vector3d::Zero(), pose.theta_rad});
+  const geometry::Placement turn({Eigen::Vector3d::Zero(), pose.theta_rad});
   if (is_central) {
     const Eigen::Vector3d quarter = 0.25 * (above.max_mm - above.min_mm);
     pose.translation_mm = 0.5 * (above.min_mm + above.max_mm) - turn(0.5 * (own.min_mm + own.max_mm));
@@ -137,13 +137,13 @@ TwoObjects two_objects(const std::string& scene)
 {
   for (const Generated& known : generated()) {
     if (known.name != scene) continue;
-    const shapes::Shape shape = shapes::generate_shape(known.request);
-    return {proximity::make_tree_mesh(contact_mesh(shape.reference)),
-            proximity::make_tree_mesh(contact_mesh(shape.moving))};
+    const geometry::Shape shape = geometry::generate_shape(known.request);
+    return {geometry::make_tree_mesh(contact_mesh(shape.reference)),
+            geometry::make_tree_mesh(contact_mesh(shape.moving))};
   }
-  const load::Case knee = real_knee(scene);
-  return {proximity::make_tree_mesh(solver_mesh(knee.reference.contact.mesh, knee.frame)),
-          proximity::make_tree_mesh(solver_mesh(knee.moving.contact.mesh, knee.frame))};
+  const job::Case knee = real_knee(scene);
+  return {geometry::make_tree_mesh(solver_mesh(knee.reference.contact.mesh, knee.frame)),
+          geometry::make_tree_mesh(solver_mesh(knee.moving.contact.mesh, knee.frame))};
 }
 
 TestAttitude random_attitude(const TwoObjects& objects, int n_touches, std::mt19937_64& random)
@@ -154,15 +154,15 @@ TestAttitude random_attitude(const TwoObjects& objects, int n_touches, std::mt19
     sample.attitude = {rad_from_deg(uniform(random, -10.0, 130.0)),
                        rad_from_deg(uniform(random, -10.0, 10.0))};
   }
-  sample.reference = proximity::rotated_reference(objects.reference, sample.attitude);
+  sample.reference = geometry::rotated_reference(objects.reference, sample.attitude);
   const Box above = bounding_box(sample.reference.mesh), own = bounding_box(objects.moving.mesh);
   const double height_mm = above.max_mm.y() - above.min_mm.y() + own.max_mm.y() - own.min_mm.y() + 2.0;
   // The moving object may pass through a hole or past an edge; ten tries per contact suffice.
   for (int tries = 0; static_cast<int>(sample.poses.size()) < n_touches * poses_per_contact; ++tries) {
     if (tries > 10 * n_touches) throw std::runtime_error("the moving object rarely touches the reference");
     const MovingPose below = below_reference(sample.reference, objects.moving.mesh, is_level, random);
-    const proximity::Gap gap =
-        proximity::directional_gap(sample.reference, objects.moving.mesh, objects.moving.tree, below);
+    const geometry::Gap gap =
+        geometry::directional_gap(sample.reference, objects.moving.mesh, objects.moving.tree, below);
     if (std::isfinite(gap.travel_mm)) add_poses(below, gap.travel_mm, height_mm, random, sample.poses);
   }
   return sample;

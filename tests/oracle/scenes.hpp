@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "proximity/placement.hpp"
+#include "geometry/placement.hpp"
 
 namespace vrda::test {
 
 /// The two objects of a scene in the solver frame at zero attitude.
 struct TwoObjects {
-  proximity::TreeMesh reference;
-  proximity::TreeMesh moving;
+  geometry::TreeMesh reference;
+  geometry::TreeMesh moving;
 };
 
 /// All generated shapes, the ball's dish in all its sections and with a hole.
@@ -44,7 +44,7 @@ constexpr int poses_per_contact = 10;
 /// One attitude and its poses: poses_a_touch for each of `n_touches` contacts.
 struct TestAttitude {
   Attitude attitude;
-  proximity::TreeMesh reference;  ///< rotated
+  geometry::TreeMesh reference;  ///< rotated
   std::vector<TestPose> poses;
 };
 

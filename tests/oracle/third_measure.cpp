@@ -12,11 +12,11 @@ namespace {
 constexpr double near_mm = 1e-6;
 
 struct Boxed {
-  proximity::Corners corner;
-  std::array<proximity::Extent, 3> box;
+  geometry::Corners corner;
+  std::array<geometry::Extent, 3> box;
 };
 
-bool are_near(const std::array<proximity::Extent, 3>& a, const std::array<proximity::Extent, 3>& b)
+bool are_near(const std::array<geometry::Extent, 3>& a, const std::array<geometry::Extent, 3>& b)
 {
   for (std::size_t k = 0; k < 3; ++k) {
     if (a[k].least - b[k].most > near_mm || b[k].least - a[k].most > near_mm) return false;
@@ -24,21 +24,21 @@ bool are_near(const std::array<proximity::Extent, 3>& a, const std::array<proxim
   return true;
 }
 
-Boxed boxed(const proximity::Corners& t)
+Boxed boxed(const geometry::Corners& t)
 {
-  return {t, {proximity::extent(t, 0), proximity::extent(t, 1), proximity::extent(t, 2)}};
+  return {t, {geometry::extent(t, 0), geometry::extent(t, 1), geometry::extent(t, 2)}};
 }
 
-std::vector<Boxed> all_boxed(const Mesh& mesh, const proximity::Placement& place)
+std::vector<Boxed> all_boxed(const Mesh& mesh, const geometry::Placement& place)
 {
   std::vector<Boxed> result;
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) result.push_back(boxed(place(corners(mesh, t))));
   return result;
 }
 
-std::array<proximity::Extent, 3> whole_box(const std::vector<Boxed>& all)
+std::array<geometry::Extent, 3> whole_box(const std::vector<Boxed>& all)
 {
-  std::array<proximity::Extent, 3> whole = all.front().box;
+  std::array<geometry::Extent, 3> whole = all.front().box;
   for (const Boxed& one : all) {
     for (std::size_t k = 0; k < 3; ++k) {
       whole[k].least = std::min(whole[k].least, one.box[k].least);
@@ -50,12 +50,12 @@ std::array<proximity::Extent, 3> whole_box(const std::vector<Boxed>& all)
 
 }  // namespace
 
-bool textbook_collides(const proximity::TreeMesh& reference, const proximity::TreeMesh& moving,
+bool textbook_collides(const geometry::TreeMesh& reference, const geometry::TreeMesh& moving,
                        const MovingPose& pose)
 {
-  const proximity::Placement place(pose);
-  return proximity::visit_close_pairs(
-      reference.tree, moving.tree, proximity::Placement(pose), 0.0, [&](const proximity::TrianglePair& pair) {
+  const geometry::Placement place(pose);
+  return geometry::visit_close_pairs(
+      reference.tree, moving.tree, geometry::Placement(pose), 0.0, [&](const geometry::TrianglePair& pair) {
         const Boxed r = boxed(corners(reference.mesh, pair.reference));
         const Boxed m = boxed(place(corners(moving.mesh, pair.moving)));
         return are_near(r.box, m.box) && fine_triangle_distance_mm(r.corner, m.corner) <= 0.0L;
@@ -64,9 +64,9 @@ bool textbook_collides(const proximity::TreeMesh& reference, const proximity::Tr
 
 ThirdMeasure reference_measure(const Mesh& reference, const Mesh& moving, const MovingPose& pose)
 {
-  const std::vector<Boxed> fixed = all_boxed(reference, proximity::Placement({}));
-  const std::vector<Boxed> placed = all_boxed(moving, proximity::Placement(pose));
-  const std::array<proximity::Extent, 3> fixed_box = whole_box(fixed);
+  const std::vector<Boxed> fixed = all_boxed(reference, geometry::Placement({}));
+  const std::vector<Boxed> placed = all_boxed(moving, geometry::Placement(pose));
+  const std::array<geometry::Extent, 3> fixed_box = whole_box(fixed);
   ThirdMeasure result{false, std::numeric_limits<long double>::infinity()};
   for (const Boxed& m : placed) {
     if (!are_near(m.box, fixed_box)) continue;

@@ -2,12 +2,12 @@
 /// arithmetic.
 #pragma once
 
-#include "proximity/placement.hpp"
+#include "geometry/placement.hpp"
 
 namespace vrda::test {
 
 /// Standard triangle tests, over the pairs found by our trees.
-bool textbook_collides(const proximity::TreeMesh& reference, const proximity::TreeMesh& moving,
+bool textbook_collides(const geometry::TreeMesh& reference, const geometry::TreeMesh& moving,
                        const MovingPose& pose);
 
 struct ThirdMeasure {

@@ -1,9 +1,9 @@
 /// Text of a raster image.
-#include "picture/canvas.hpp"
+#include "core/canvas.hpp"
 
 #include <gtest/gtest.h>
 
-namespace vrda::picture {
+namespace vrda::inline core {
 namespace {
 
 std::string text_at(const Eigen::Vector2d& at_px, TextAlign align)
@@ -31,4 +31,4 @@ TEST(Canvas, TextThatFitsStaysWhereItIs)
 }
 
 }  // namespace
-}  // namespace vrda::picture
+}  // namespace vrda::inline core

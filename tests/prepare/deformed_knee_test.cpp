@@ -4,9 +4,9 @@
 #include <cstdlib>
 #include <random>
 
-#include "core/clinical.hpp"
+#include "model/clinical.hpp"
 #include "core/units.hpp"
-#include "model_build/case_solver.hpp"
+#include "solve/case_solver.hpp"
 #include "prepare/slack_lengths.hpp"
 #include "prepare/transferred_ligaments.hpp"
 #include "support/real_knees.hpp"
@@ -44,7 +44,7 @@ struct Deformation {
     return mesh;
   }
 
-  registration::BoneSurfaces operator()(const registration::BoneSurfaces& bone) const
+  geometry::BoneSurfaces operator()(const geometry::BoneSurfaces& bone) const
   {
     return {(*this)(bone.bone), (*this)(bone.cartilage)};
   }
@@ -54,7 +54,7 @@ struct Deformation {
   Eigen::Matrix3d wave_per_mm = Eigen::Matrix3d::Zero();
 };
 
-registration::BoneSurfaces in_frame(const registration::BoneSurfaces& bone, const Pose& X_scan_bone)
+geometry::BoneSurfaces in_frame(const geometry::BoneSurfaces& bone, const Pose& X_scan_bone)
 {
   const Pose X = X_scan_bone.inverse();
   return {transformed(bone.bone, X), transformed(bone.cartilage, X)};
@@ -64,12 +64,12 @@ prepare::TemplateJoint template_named(const std::string& name)
 {
   if (name == "generic") return prepare::generic_template();
   return prepare::template_of(
-      load::load_case((test::source_directory() / ("jobs/knee-" + name + ".toml")).string(),
+      job::load_case((test::source_directory() / ("jobs/knee-" + name + ".toml")).string(),
                       {test::data_directory()->string(), {}}));
 }
 
 // Free varus at 0, 5, ... 90 degrees, along a spine in steps of 1 degree.
-std::vector<ClinicalCoordinates> solved_motion(load::Case joint)
+std::vector<ClinicalCoordinates> solved_motion(job::Case joint)
 {
   joint.grid = {{}, {0.0}};
   joint.path_flexion_deg.clear();
@@ -82,9 +82,9 @@ std::vector<ClinicalCoordinates> solved_motion(load::Case joint)
   joint.path_push.assign(joint.path_flexion_deg.size(), joint.push.front());
   joint.spine = {0, 0.0};
   constexpr int n_threads = 1;
-  model_build::CaseSolver solver(joint, n_threads);
-  const sweep::SweepResult result = sweep::sweep(
-      model_build::plan_of(joint), [&](const sweep::StepTask& task) { return solver(task); }, {}, n_threads);
+  solve::CaseSolver solver(joint, n_threads);
+  const solve::SweepResult result = solve::sweep(
+      solve::plan_of(joint), [&](const solve::StepTask& task) { return solver(task); }, {}, n_threads);
   std::vector<ClinicalCoordinates> motion;
   for (const StepRecord& cell : result.cells) {
     if (cell.status != StepStatus::stable) continue;
@@ -121,37 +121,37 @@ TEST_P(DeformedKnee, ItsAttachmentsAreFoundAndItMovesAsWithItsOwnLigaments)
   const char* given = std::getenv("VRDA_DEFORMED_SEED");
   const Deformation deform(given == nullptr ? 1 : static_cast<unsigned>(std::stoul(given)));
   const prepare::TemplateJoint joint = template_named(GetParam());
-  const registration::KneeSurfaces scan{deform(joint.knee.surfaces.femur), deform(joint.knee.surfaces.tibia)};
-  const registration::KneeFit fit = fit_knee(scan, joint.knee);
+  const geometry::KneeSurfaces scan{deform(joint.knee.surfaces.femur), deform(joint.knee.surfaces.tibia)};
+  const geometry::KneeFit fit = fit_knee(scan, joint.knee);
   ASSERT_EQ(fit.side, Side::right);
   const prepare::SubjectBones bones{
       {in_frame(scan.femur, fit.X_scan_femur), in_frame(scan.tibia, fit.X_scan_tibia)},
       transformed(deform(joint.fibula), fit.X_scan_tibia.inverse())};
 
   // The knee with its own ligaments, in the axes and the pose of the template.
-  load::Case own = joint.joint;
+  job::Case own = joint.joint;
   own.reference.contact.mesh = deform(own.reference.contact.mesh);
   own.moving.contact.mesh = deform(own.moving.contact.mesh);
   own.frame.rotation_centre_mm = deform(joint.knee.origin_mm);
-  load::Case subject = own;
+  job::Case subject = own;
   subject.reference.contact.mesh = transformed(own.reference.contact.mesh, fit.X_scan_femur.inverse());
   subject.moving.contact.mesh = transformed(own.moving.contact.mesh, fit.X_scan_tibia.inverse());
   subject.frame.rotation_centre_mm.setZero();
   subject.ligaments = prepare::transferred_ligaments(joint, fit, bones).ligaments;
 
   double sum_mm = 0.0;
-  std::vector<ligament::Fibre>& fibres = own.ligaments.fibres;
+  std::vector<model::Fibre>& fibres = own.ligaments.fibres;
   for (std::size_t i = 0; i < fibres.size(); ++i) {
-    const ligament::Fibre& transferred = subject.ligaments.fibres[i];
+    const model::Fibre& transferred = subject.ligaments.fibres[i];
     fibres[i].reference_mm = deform(fibres[i].reference_mm);
     fibres[i].moving_mm = deform(fibres[i].moving_mm);
     sum_mm += (fit.X_scan_femur * transferred.reference_mm - fibres[i].reference_mm).norm() +
               (fit.X_scan_tibia * transferred.moving_mm - fibres[i].moving_mm).norm();
   }
   own.ligaments.wraps = subject.ligaments.wraps;
-  for (ligament::Wrap& wrap : own.ligaments.wraps)
+  for (model::Wrap& wrap : own.ligaments.wraps)
     wrap.X_body_wrap =
-        (wrap.body == ligament::WrapBody::reference ? fit.X_scan_femur : fit.X_scan_tibia) * wrap.X_body_wrap;
+        (wrap.body == model::WrapBody::reference ? fit.X_scan_femur : fit.X_scan_tibia) * wrap.X_body_wrap;
 
   const double attachments_mm = sum_mm / (2.0 * static_cast<double>(fibres.size()));
   EXPECT_LT(attachments_mm, 2.0);

@@ -10,9 +10,9 @@ namespace vrda::frame_check_test {
 using prepare::frame_warnings;
 using testing::ElementsAre, testing::HasSubstr, testing::IsEmpty, testing::StartsWith;
 
-load::Case moved(const Pose& X, double factor = 1.0)
+job::Case moved(const Pose& X, double factor = 1.0)
 {
-  load::Case knee = prepare::generic_template().joint;
+  job::Case knee = prepare::generic_template().joint;
   for (Body* body : {&knee.reference, &knee.moving}) {
     for (Part* part : {&body->contact, &body->visual}) {
       part->mesh = transformed(part->mesh, X);
@@ -43,7 +43,7 @@ TEST(FrameWarnings, AWrongUnitAxisOriginAndSideAreNamed)
   Pose X = Pose::Identity();
   X.translation().x() = 40.0;
   EXPECT_THAT(frame_warnings(moved(X)), ElementsAre(HasSubstr("frame.origin: 40 mm")));
-  load::Case left = moved(Pose::Identity());
+  job::Case left = moved(Pose::Identity());
   left.frame.side = Side::left;
   EXPECT_THAT(frame_warnings(left), ElementsAre(HasSubstr("side: the bones are those of a right knee")));
 }
@@ -62,10 +62,10 @@ TEST(FrameWarnings, FramesOfBodiesAreNamedByTheirKeys)
 
 TEST(FrameWarnings, WhatIsNoKneeIsNotJudged)
 {
-  load::Case other = moved(turned(rotation_y(rad_from_deg(90.0))));
+  job::Case other = moved(turned(rotation_y(rad_from_deg(90.0))));
   other.joint = "other";
   EXPECT_THAT(frame_warnings(other), IsEmpty());
-  load::Case half = moved(turned(rotation_y(rad_from_deg(90.0))));
+  job::Case half = moved(turned(rotation_y(rad_from_deg(90.0))));
   half.moving.contact.mesh = {};
   half.moving.contact.component.clear();
   EXPECT_THAT(frame_warnings(half), IsEmpty());

@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
-#include "load/job.hpp"
-#include "load/ligament_table.hpp"
-#include "load/wraps_file.hpp"
+#include "job/job.hpp"
+#include "job/ligament_table.hpp"
+#include "job/wraps_file.hpp"
 
 namespace vrda::job_files_test {
 
@@ -20,7 +20,7 @@ TEST(JobText, IsAJobWithItsComponents)
   description.scanned = ClinicalCoordinates{};
   description.scanned->flexion_rad = rad_from_deg(19.04);
   EXPECT_THAT(job_text(description), testing::HasSubstr("# In the scan: flexion 19, varus 0,"));
-  const load::Job job = load::parse_job("knee.toml", job_text(description));
+  const job::Job job = job::parse_job("knee.toml", job_text(description));
   EXPECT_EQ(job.title, "Anna \"A\"");
   EXPECT_EQ(job.side, Side::left);
   EXPECT_EQ(job.reference.components[0].file, "femur.stl");
@@ -30,34 +30,34 @@ TEST(JobText, IsAJobWithItsComponents)
   EXPECT_EQ(job.grid.flexion_deg.size(), 19U);
   EXPECT_EQ(job.ligaments->wraps_file, "wraps.json");
   description.has_ligaments = false;
-  EXPECT_FALSE(load::parse_job("knee.toml", job_text(description)).ligaments.has_value());
+  EXPECT_FALSE(job::parse_job("knee.toml", job_text(description)).ligaments.has_value());
 }
 
 TEST(LigamentFiles, AreReadBackAsTheyWere)
 {
-  ligament::Ligaments ligaments;
-  ligament::Wrap ellipsoid{"e", ligament::WrapShape::ellipsoid, ligament::WrapBody::moving};
+  model::Ligaments ligaments;
+  model::Wrap ellipsoid{"e", model::WrapShape::ellipsoid, model::WrapBody::moving};
   ellipsoid.radii_mm = {30, 18, 12};
   ellipsoid.X_body_wrap.linear() = rotation_x(0.3) * rotation_y(-0.7) * rotation_z(2.0);
   ellipsoid.X_body_wrap.translation() = Eigen::Vector3d(1, -34.6, 5);
-  ligament::Wrap cylinder{"c", ligament::WrapShape::cylinder, ligament::WrapBody::reference};
+  model::Wrap cylinder{"c", model::WrapShape::cylinder, model::WrapBody::reference};
   cylinder.radii_mm = {18, 18, 250};
   ligaments.wraps = {ellipsoid, cylinder};
   ligaments.fibres = {{"MCL1", "MCL", {1, 2, 3}, {4, 5, 6}, 500, 30.75, 0},
                       {"A", "ACL", {-1, 0.1, 3}, {4, 5, -6}, 1640, 31, -1}};
-  const std::vector<load::FibreJob> fibres =
-      load::read_ligament_table("l.csv", prepare::ligament_table(ligaments, "a comment"));
+  const std::vector<job::FibreJob> fibres =
+      job::read_ligament_table("l.csv", prepare::ligament_table(ligaments, "a comment"));
   ASSERT_EQ(fibres.size(), 2U);
   EXPECT_EQ(fibres[1].moving_native_mm, ligaments.fibres[1].moving_mm);
   EXPECT_EQ(fibres[0].bundle, "MCL");
   EXPECT_EQ(fibres[0].wrap, "e");
   EXPECT_EQ(fibres[1].wrap, "");
   EXPECT_DOUBLE_EQ(*fibres[0].slack_length_mm, 30.75);
-  const std::vector<ligament::Wrap> wraps =
-      load::read_wraps("w.json", prepare::wraps_text(ligaments), {"femur", "tibia"});
+  const std::vector<model::Wrap> wraps =
+      job::read_wraps("w.json", prepare::wraps_text(ligaments), {"femur", "tibia"});
   ASSERT_EQ(wraps.size(), 2U);
   EXPECT_TRUE(wraps[0].X_body_wrap.isApprox(ellipsoid.X_body_wrap, 1e-12));
-  EXPECT_EQ(wraps[0].body, ligament::WrapBody::moving);
+  EXPECT_EQ(wraps[0].body, model::WrapBody::moving);
   EXPECT_TRUE(wraps[0].radii_mm.isApprox(ellipsoid.radii_mm));
   EXPECT_TRUE(wraps[1].radii_mm.isApprox(cylinder.radii_mm));
 }

@@ -110,7 +110,7 @@ TEST(LandmarksOfTheTemplate, AreMirroredWithIt)
 
 TEST(LandmarkResiduals, AreThoseOfTheFitAndOtherCoordinatesAreRefused)
 {
-  registration::KneeFit fit;
+  geometry::KneeFit fit;
   fit.unit_mm = 10.0;
   fit.femur.t_mm = Eigen::Vector3d(100, 0, 0);
   const Eigen::Vector3d p_mm = *landmark_mm(generic(), "medial_epicondyle") + Eigen::Vector3d(100, 3, 4);
@@ -144,7 +144,7 @@ std::string scaled_points(const TemplateJoint& joint, const Eigen::Vector3d& fem
     const Eigen::Vector3d& scale = prepare::bone_of(name) == Bone::femur ? femur : tibia;
     text += name + " = " + list(R * scale.cwiseProduct(*landmark_mm(joint, name)));
   }
-  for (const ligament::Fibre& fibre : joint.joint.ligaments.fibres)
+  for (const model::Fibre& fibre : joint.joint.ligaments.fibres)
     text += "[[fibre]]\nname = \"" + fibre.name +
             "\"\nfemur = " + list(R * femur.cwiseProduct(fibre.reference_mm)) +
             "tibia = " + list(R * tibia.cwiseProduct(fibre.moving_mm));

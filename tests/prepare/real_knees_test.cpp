@@ -4,15 +4,15 @@
 
 #include "core/units.hpp"
 #include "prepare/template_joint.hpp"
-#include "registration/fit_checks.hpp"
+#include "geometry/fit_checks.hpp"
 
 namespace vrda::prepare_real_knees_test {
 
-using registration::KneeFit, registration::KneeSurfaces;
+using geometry::KneeFit, geometry::KneeSurfaces;
 
-load::Case load_knee(const std::string& name)
+job::Case load_knee(const std::string& name)
 {
-  return load::load_case((test::source_directory() / ("jobs/knee-" + name + ".toml")).string(),
+  return job::load_case((test::source_directory() / ("jobs/knee-" + name + ".toml")).string(),
                          {test::data_directory()->string(), {}});
 }
 
@@ -40,9 +40,9 @@ void expect_near(const Pose& a, const Pose& b, double most_deg, double most_mm)
 TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
 {
   VRDA_REQUIRE_REAL_KNEES();
-  const registration::TemplateKnee reference =
+  const geometry::TemplateKnee reference =
       prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
-  const registration::TemplateKnee generic = prepare::generic_template().knee;
+  const geometry::TemplateKnee generic = prepare::generic_template().knee;
   Pose X = Pose::Identity();
   X.linear() = Eigen::Quaterniond(1, -2, 3, 1).normalized().toRotationMatrix();
   X.translation() = Eigen::Vector3d(310, -200, 40);
@@ -50,7 +50,7 @@ TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
        {std::tuple("jam-smith2019", Side::right, 10.0), std::tuple("pymskt-dess", Side::right, 1000.0),
         std::tuple("vhf-left", Side::left, 1.0), std::tuple("vhf-right", Side::right, 10.0)}) {
     SCOPED_TRACE(name);
-    const load::Case knee = load_knee(name);
+    const job::Case knee = load_knee(name);
     const KneeSurfaces surfaces{prepare::surfaces_of(knee.reference), prepare::surfaces_of(knee.moving)};
     const KneeFit fit = fit_knee(surfaces, reference);
     const KneeFit other = fit_knee(moved(surfaces, X, unit_mm), generic);
@@ -63,8 +63,8 @@ TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
     // Templates differ like people: the frames agree to some degrees and millimetres.
     expect_near(X * fit.X_scan_femur, other.X_scan_femur, 5.0, 4.0);
     expect_near(X * fit.X_scan_tibia, other.X_scan_tibia, 5.0, 4.0);
-    EXPECT_THAT(registration::rejection_reasons(other, moved(surfaces, X, unit_mm)), testing::IsEmpty());
-    EXPECT_THAT(registration::rejection_reasons(fit, surfaces), testing::IsEmpty());
+    EXPECT_THAT(geometry::rejection_reasons(other, moved(surfaces, X, unit_mm)), testing::IsEmpty());
+    EXPECT_THAT(geometry::rejection_reasons(fit, surfaces), testing::IsEmpty());
   }
 }
 
@@ -72,9 +72,9 @@ TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
 TEST(PrepareRealKnees, AMovedKneeGivesTheMovedFrames)
 {
   VRDA_REQUIRE_REAL_KNEES();
-  const registration::TemplateKnee reference =
+  const geometry::TemplateKnee reference =
       prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
-  const load::Case knee = load_knee("vhf-left");
+  const job::Case knee = load_knee("vhf-left");
   const KneeSurfaces surfaces{prepare::surfaces_of(knee.reference), prepare::surfaces_of(knee.moving)};
   Pose X = Pose::Identity();
   X.linear() = Eigen::Quaterniond(2, 1, -1, 3).normalized().toRotationMatrix();
@@ -88,11 +88,11 @@ TEST(PrepareRealKnees, AMovedKneeGivesTheMovedFrames)
 TEST(PrepareRealKnees, AFlexedScanGivesTheFramesOfTheOther)
 {
   VRDA_REQUIRE_REAL_KNEES();
-  const registration::TemplateKnee reference =
+  const geometry::TemplateKnee reference =
       prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
   for (const char* name : {"vhf-left", "vhf-right"}) {
     SCOPED_TRACE(name);
-    const load::Case knee = load_knee(name);
+    const job::Case knee = load_knee(name);
     KneeSurfaces surfaces{prepare::surfaces_of(knee.reference), prepare::surfaces_of(knee.moving)};
     const KneeFit straight = fit_knee(surfaces, reference);
     Pose X_femur_flexed = Pose::Identity();
@@ -100,7 +100,7 @@ TEST(PrepareRealKnees, AFlexedScanGivesTheFramesOfTheOther)
     const Pose X = straight.X_scan_femur * X_femur_flexed * straight.X_scan_femur.inverse();
     surfaces.femur.cartilage = transformed(surfaces.femur.cartilage, X);
     const KneeFit fit = fit_knee(surfaces, reference);
-    EXPECT_THAT(registration::rejection_reasons(fit, surfaces), testing::IsEmpty());
+    EXPECT_THAT(geometry::rejection_reasons(fit, surfaces), testing::IsEmpty());
     expect_near(X * straight.X_scan_femur, fit.X_scan_femur, 0.5, 0.5);
     expect_near(straight.X_scan_tibia, fit.X_scan_tibia, 0.5, 0.5);
     EXPECT_NEAR(fit.scanned.flexion_rad, straight.scanned.flexion_rad + rad_from_deg(90.0),

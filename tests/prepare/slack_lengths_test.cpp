@@ -12,7 +12,7 @@ using prepare::SettledPose, prepare::settled_pose, prepare::set_slack_lengths;
 
 TEST(SettledPose, FindsTheVarusAndTheTravelByWhichAKneeWasDisplaced)
 {
-  load::Case knee = prepare::generic_template().joint;
+  job::Case knee = prepare::generic_template().joint;
   const SettledPose own = settled_pose(knee);
   ASSERT_TRUE(own.has_contact);
   // Adducted by 3 degrees about the rotation centre and lowered by 4 mm.
@@ -29,16 +29,16 @@ TEST(SettledPose, FindsTheVarusAndTheTravelByWhichAKneeWasDisplaced)
 
 TEST(SettledPose, HasNoContactWithoutOneCompartment)
 {
-  load::Case knee = prepare::generic_template().joint;
+  job::Case knee = prepare::generic_template().joint;
   knee.reference.contact.mesh.vertices_mm.col(2).array() += 200.0;
   EXPECT_FALSE(settled_pose(knee).has_contact);
 }
 
 TEST(SlackLengths, OntoTheTemplateItselfAreItsOwn)
 {
-  const load::Case knee = prepare::generic_template().joint;
-  load::Case subject = knee;
-  for (ligament::Fibre& fibre : subject.ligaments.fibres) fibre.slack_length_mm = 1.0;
+  const job::Case knee = prepare::generic_template().joint;
+  job::Case subject = knee;
+  for (model::Fibre& fibre : subject.ligaments.fibres) fibre.slack_length_mm = 1.0;
   const prepare::SlackResult result = set_slack_lengths(subject, knee, 2);
   for (std::size_t i = 0; i < knee.ligaments.fibres.size(); ++i) {
     EXPECT_NEAR(subject.ligaments.fibres[i].slack_length_mm, knee.ligaments.fibres[i].slack_length_mm, 1e-9);
@@ -50,10 +50,10 @@ TEST(SlackLengths, OntoTheTemplateItselfAreItsOwn)
 
 TEST(SlackLengths, AFibreStrainedBeyondTheTemplatesIsLengthened)
 {
-  load::Case knee = prepare::generic_template().joint;
-  load::Case subject = knee;
+  job::Case knee = prepare::generic_template().joint;
+  job::Case subject = knee;
   // Attached anterior of the flexion axis, it tightens in flexion.
-  for (ligament::Fibre& fibre : subject.ligaments.fibres) {
+  for (model::Fibre& fibre : subject.ligaments.fibres) {
     if (fibre.bundle == "MCLs") fibre.reference_mm.x() += 20.0;
   }
   const prepare::SlackResult result = set_slack_lengths(subject, knee, 2);
@@ -64,8 +64,8 @@ TEST(SlackLengths, AFibreStrainedBeyondTheTemplatesIsLengthened)
 
 TEST(ScannedGap, IsTheMeanOfBothCompartments)
 {
-  registration::KneeFit fit;
-  registration::KneeSurfaces knee;
+  geometry::KneeFit fit;
+  geometry::KneeSurfaces knee;
   knee.femur.bone = test::box({0, 10, 0}, {60, 10, 80});
   knee.tibia.bone = test::box({0, -10, -20}, {60, 26, 30});        // 2 mm below
   append(knee.tibia.bone, test::box({0, -11, 20}, {60, 24, 30}));  // 4 mm below

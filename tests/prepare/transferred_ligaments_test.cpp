@@ -5,7 +5,7 @@
 namespace vrda::transferred_ligaments_test {
 
 using prepare::TransferredLigaments, prepare::SubjectBones, prepare::TemplateJoint;
-using registration::BoneFit, registration::KneeFit;
+using geometry::BoneFit, geometry::KneeFit;
 
 // The template at `factor` times its size as a subject, and the fit that finds it.
 struct Copy {
@@ -40,7 +40,7 @@ TEST(TransferredLigaments, OntoTheTemplateItselfNothingMoves)
 TEST(TransferredLigaments, ASizeScalesAttachmentsAndWraps)
 {
   TemplateJoint joint = prepare::generic_template();
-  ligament::Wrap wrap{"w", ligament::WrapShape::ellipsoid, ligament::WrapBody::moving};
+  model::Wrap wrap{"w", model::WrapShape::ellipsoid, model::WrapBody::moving};
   wrap.radii_mm = {10, 20, 45};
   wrap.X_body_wrap.translation() = Eigen::Vector3d(1, 2, 3);
   joint.joint.ligaments.wraps = {wrap};
@@ -61,7 +61,7 @@ TEST(TransferredLigaments, ASizeScalesAttachmentsAndWraps)
 TEST(TransferredLigaments, AttachmentsGoToTheBoneAndWrapsStayBelowTheLimit)
 {
   TemplateJoint joint = prepare::generic_template();
-  ligament::Wrap wrap{"w", ligament::WrapShape::ellipsoid, ligament::WrapBody::reference};
+  model::Wrap wrap{"w", model::WrapShape::ellipsoid, model::WrapBody::reference};
   wrap.radii_mm = {10, 20, 48};
   joint.joint.ligaments.wraps = {wrap};
   Copy copy = copy_of(joint, 1.0);
@@ -73,7 +73,7 @@ TEST(TransferredLigaments, AttachmentsGoToTheBoneAndWrapsStayBelowTheLimit)
   EXPECT_NEAR(radii_mm.z(), 1.02 * 48, 1e-12);
   EXPECT_LT(radii_mm.maxCoeff() / radii_mm.minCoeff(), 5.0);
   double largest_mm = 0.0;
-  const registration::NearestSurface bone(copy.bones.surfaces.femur.bone);
+  const geometry::NearestSurface bone(copy.bones.surfaces.femur.bone);
   for (std::size_t i = 0; i < transferred.moves.size(); ++i) {
     if (std::isnan(transferred.moves[i].reference_mm)) continue;
     EXPECT_LT(bone.nearest(transferred.ligaments.fibres[i].reference_mm).distance_mm, 0.2);
@@ -99,15 +99,15 @@ TEST(TransferredLigaments, AKnownEndReplacesTheFitsAndGoesToTheBoneUnlessItIsThe
 {
   const TemplateJoint joint = prepare::generic_template();
   Copy copy = copy_of(joint, 1.0);
-  const ligament::Fibre& first = joint.joint.ligaments.fibres.front();
-  const registration::NearestSurface bone(copy.bones.surfaces.femur.bone);
+  const model::Fibre& first = joint.joint.ligaments.fibres.front();
+  const geometry::NearestSurface bone(copy.bones.surfaces.femur.bone);
   const auto transferred_end = [&](const Eigen::Vector3d& p_mm) {
     copy.bones.known_ends = {{first.name, p_mm, {}}};
     return transferred_ligaments(joint, copy.fit, copy.bones).ligaments.fibres.front().reference_mm;
   };
-  const registration::SurfacePoint own = bone.nearest(first.reference_mm);
+  const geometry::SurfacePoint own = bone.nearest(first.reference_mm);
   // 8 mm along the surface from the fit's, on it, 1.5 mm and 6 mm outside.
-  const registration::SurfacePoint on =
+  const geometry::SurfacePoint on =
       bone.nearest(own.p_mm + 8.0 * bone.normal(own.triangle).unitOrthogonal());
   const Eigen::Vector3d outward = bone.normal(on.triangle);
   ASSERT_GT((on.p_mm - first.reference_mm).norm(), 4.0);

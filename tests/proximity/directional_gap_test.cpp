@@ -1,4 +1,4 @@
-#include "proximity/directional_gap.hpp"
+#include "geometry/directional_gap.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,22 +12,22 @@ namespace vrda::directional_gap_test {
 
 constexpr double rounding_mm = 1e-12;
 
-proximity::Gap gap_of(const proximity::TreeMesh& reference, const proximity::TreeMesh& moving,
-                      const MovingPose& pose, proximity::GapKind kind = proximity::GapKind::non_negative,
-                      const proximity::TrianglePair& hint = {})
+geometry::Gap gap_of(const geometry::TreeMesh& reference, const geometry::TreeMesh& moving,
+                      const MovingPose& pose, geometry::GapKind kind = geometry::GapKind::non_negative,
+                      const geometry::TrianglePair& hint = {})
 {
-  return proximity::directional_gap(reference, moving.mesh, moving.tree, pose, {kind, hint});
+  return geometry::directional_gap(reference, moving.mesh, moving.tree, pose, {kind, hint});
 }
 
-double brute_force_mm(const proximity::TreeMesh& reference, const proximity::TreeMesh& moving,
-                      const MovingPose& pose, proximity::GapKind kind)
+double brute_force_mm(const geometry::TreeMesh& reference, const geometry::TreeMesh& moving,
+                      const MovingPose& pose, geometry::GapKind kind)
 {
-  const proximity::Placement place(pose);
+  const geometry::Placement place(pose);
   double least = std::numeric_limits<double>::infinity();
   for (Eigen::Index r = 0; r < reference.mesh.triangles.rows(); ++r) {
     for (Eigen::Index m = 0; m < moving.mesh.triangles.rows(); ++m) {
       least = std::min(
-          least, proximity::pair_travel_mm(corners(reference.mesh, r), place(corners(moving.mesh, m)), kind));
+          least, geometry::pair_travel_mm(corners(reference.mesh, r), place(corners(moving.mesh, m)), kind));
     }
   }
   return least;
@@ -35,8 +35,8 @@ double brute_force_mm(const proximity::TreeMesh& reference, const proximity::Tre
 
 TEST(DirectionalGap, BoxUnderBoxIsTheHeightBetweenThem)
 {
-  const proximity::TreeMesh reference = proximity::make_tree_mesh(test::box({0, 10, 0}, {4, 4, 4}));
-  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::box({0, 0, 0}, {2, 2, 2}));
+  const geometry::TreeMesh reference = geometry::make_tree_mesh(test::box({0, 10, 0}, {4, 4, 4}));
+  const geometry::TreeMesh moving = geometry::make_tree_mesh(test::box({0, 0, 0}, {2, 2, 2}));
   for (const double theta : {0.0, 0.3, -1.2}) {
     EXPECT_NEAR(gap_of(reference, moving, {{0.5, -3.0, 0.2}, theta}).travel_mm, 10.0, rounding_mm);
   }
@@ -54,8 +54,8 @@ TEST(DirectionalGap, VertexUnderFaceEdgeUnderEdgeAndNothing)
   lower.vertices_mm << 0, 2, -3, 0, 2, 3, 3, 0, 0, -3, 0, 0;
   lower.triangles.resize(2, 3);
   lower.triangles << 0, 1, 2, 1, 0, 3;
-  const proximity::TreeMesh reference = proximity::make_tree_mesh(upper),
-                            moving = proximity::make_tree_mesh(lower);
+  const geometry::TreeMesh reference = geometry::make_tree_mesh(upper),
+                            moving = geometry::make_tree_mesh(lower);
   EXPECT_NEAR(gap_of(reference, moving, {}).travel_mm, 3.0, rounding_mm);
   EXPECT_TRUE(std::isinf(gap_of(reference, moving, {{50, 0, 0}, 0}).travel_mm));
   EXPECT_TRUE(std::isinf(gap_of(reference, moving, {{0, 50, 0}, 0}).travel_mm)) << "nothing above";
@@ -65,8 +65,8 @@ TEST(DirectionalGap, BallUnderBallMatchesTheClosedFormWithinTheFacets)
 {
   // Height between two spheres whose axes are h apart: d - sqrt((r + R)^2 - h^2).
   const double r = 5, R = 8;
-  const proximity::TreeMesh reference = proximity::make_tree_mesh(test::ball(R, 128, 256));
-  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::ball(r, 128, 256));
+  const geometry::TreeMesh reference = geometry::make_tree_mesh(test::ball(R, 128, 256));
+  const geometry::TreeMesh moving = geometry::make_tree_mesh(test::ball(r, 128, 256));
   // Inscribed facets add up to the sagitta of an edge on each ball.
   const double facet_mm = (r + R) * 2 * (pi / 128) * (pi / 128) / 8 * 2;
   for (const double h : {0.0, 2.0, 5.0}) {
@@ -79,19 +79,19 @@ TEST(DirectionalGap, BallUnderBallMatchesTheClosedFormWithinTheFacets)
 
 TEST(DirectionalGap, AgreesWithBruteForceAndWithAnyHint)
 {
-  const proximity::TreeMesh reference = proximity::make_tree_mesh(test::ball(10, 10, 16));
-  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::ball(7, 9, 14));
+  const geometry::TreeMesh reference = geometry::make_tree_mesh(test::ball(10, 10, 16));
+  const geometry::TreeMesh moving = geometry::make_tree_mesh(test::ball(7, 9, 14));
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
-  proximity::TrianglePair hint;
+  geometry::TrianglePair hint;
   int n_finite = 0, n_infinite = 0;
   for (int k = 0; k < 60; ++k) {
     const MovingPose pose{{18 * unit(random), -8 + 12 * unit(random), 12 * unit(random)}, 3 * unit(random)};
-    for (const proximity::GapKind kind :
-         {proximity::GapKind::non_negative, proximity::GapKind::signed_facing}) {
-      const proximity::Gap cold = gap_of(reference, moving, pose, kind);
+    for (const geometry::GapKind kind :
+         {geometry::GapKind::non_negative, geometry::GapKind::signed_facing}) {
+      const geometry::Gap cold = gap_of(reference, moving, pose, kind);
       EXPECT_EQ(cold.travel_mm, brute_force_mm(reference, moving, pose, kind));
-      const proximity::Gap warm = gap_of(reference, moving, pose, kind, hint);
+      const geometry::Gap warm = gap_of(reference, moving, pose, kind, hint);
       EXPECT_EQ(warm.travel_mm, cold.travel_mm);
       EXPECT_EQ(warm.pair, cold.pair);
       n_finite += std::isfinite(cold.travel_mm) ? 1 : 0;
@@ -105,8 +105,8 @@ TEST(DirectionalGap, AgreesWithBruteForceAndWithAnyHint)
 
 TEST(DirectionalGap, GrowsOneForOneAsTheMovingObjectGoesDown)
 {
-  const proximity::TreeMesh reference = proximity::make_tree_mesh(test::ball(10, 10, 16));
-  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::box({0, 0, 0}, {8, 3, 5}));
+  const geometry::TreeMesh reference = geometry::make_tree_mesh(test::ball(10, 10, 16));
+  const geometry::TreeMesh moving = geometry::make_tree_mesh(test::box({0, 0, 0}, {8, 3, 5}));
   const double near = gap_of(reference, moving, {{1, -20, 2}, 0.5}).travel_mm;
   const double far = gap_of(reference, moving, {{1, -23, 2}, 0.5}).travel_mm;
   EXPECT_NEAR(far - near, 3.0, rounding_mm);
@@ -121,28 +121,28 @@ TEST(DirectionalGap, TurningTheWholeSceneAboutDeltaChangesNothing)
   const MovingPose pose{{3, -9, -1}, 0.2};
   MovingPose turned_pose{X * pose.translation_mm, 0.77 + pose.theta_rad};
   const double plain =
-      gap_of(proximity::make_tree_mesh(upper), proximity::make_tree_mesh(lower), pose).travel_mm;
+      gap_of(geometry::make_tree_mesh(upper), geometry::make_tree_mesh(lower), pose).travel_mm;
   const double turned =
-      gap_of(proximity::make_tree_mesh(transformed(upper, X)), proximity::make_tree_mesh(lower), turned_pose)
+      gap_of(geometry::make_tree_mesh(transformed(upper, X)), geometry::make_tree_mesh(lower), turned_pose)
           .travel_mm;
   EXPECT_NEAR(plain, turned, rounding_mm);
 }
 
 TEST(DirectionalGap, MoreTrianglesNeverGiveMoreRoom)
 {
-  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::ball(7, 9, 14));
+  const geometry::TreeMesh moving = geometry::make_tree_mesh(test::ball(7, 9, 14));
   Mesh upper = test::ball(10, 10, 16);
-  const double alone = gap_of(proximity::make_tree_mesh(upper), moving, {{2, -25, 0}, 0}).travel_mm;
+  const double alone = gap_of(geometry::make_tree_mesh(upper), moving, {{2, -25, 0}, 0}).travel_mm;
   append(upper, test::box({0, -12, 0}, {1, 1, 1}));
-  EXPECT_LT(gap_of(proximity::make_tree_mesh(upper), moving, {{2, -25, 0}, 0}).travel_mm, alone);
+  EXPECT_LT(gap_of(geometry::make_tree_mesh(upper), moving, {{2, -25, 0}, 0}).travel_mm, alone);
 }
 
 TEST(DirectionalGap, FromAfarIsNegativeByTheDepthOfAnOverlap)
 {
-  const proximity::TreeMesh reference = proximity::make_tree_mesh(test::box({0, 10, 0}, {4, 4, 4}));
-  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::box({0, 0, 0}, {2, 2, 2}));
+  const geometry::TreeMesh reference = geometry::make_tree_mesh(test::box({0, 10, 0}, {4, 4, 4}));
+  const geometry::TreeMesh moving = geometry::make_tree_mesh(test::box({0, 0, 0}, {2, 2, 2}));
   // Top of the moving box at 8.5, underside of the reference at 8.
-  EXPECT_NEAR(gap_of(reference, moving, {{0, 7.5, 0}, 0}, proximity::GapKind::signed_facing).travel_mm, -0.5,
+  EXPECT_NEAR(gap_of(reference, moving, {{0, 7.5, 0}, 0}, geometry::GapKind::signed_facing).travel_mm, -0.5,
               rounding_mm);
 }
 
@@ -153,8 +153,8 @@ TEST(DirectionalGap, VerticalSheetsMeetByTheirEdges)
   wall.vertices_mm << -2, 4, 0, 2, 4, 0, 0, 8, 0;
   wall.triangles.resize(1, 3);
   wall.triangles << 0, 1, 2;
-  const proximity::TreeMesh moving = proximity::make_tree_mesh(test::box({0, 0, 0}, {1, 2, 1}));
-  EXPECT_NEAR(gap_of(proximity::make_tree_mesh(wall), moving, {}).travel_mm, 3.0, rounding_mm);
+  const geometry::TreeMesh moving = geometry::make_tree_mesh(test::box({0, 0, 0}, {1, 2, 1}));
+  EXPECT_NEAR(gap_of(geometry::make_tree_mesh(wall), moving, {}).travel_mm, 3.0, rounding_mm);
 }
 
 }  // namespace vrda::directional_gap_test

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/coordinates.hpp"
+#include "model/coordinates.hpp"
 #include "gap_scenes.hpp"
-#include "proximity/gap_features.hpp"
-#include "proximity/gap_query.hpp"
+#include "geometry/gap_features.hpp"
+#include "geometry/gap_query.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::gap_features_test {
@@ -24,17 +24,17 @@ TEST(GapFeatures, ReachTheLeastTravelAndKeepTheBand)
   GapRandom random(12);
   std::size_t n_features = 0;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
-    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
+    geometry::GapQuery query{geometry::GapTree(bodies.reference), geometry::GapTree(bodies.moving)};
     for (int k = 0; k < 25; ++k) {
       query.set_attitude(random.attitude());
       const MovingPose pose = random.pose(4, bodies.depth_mm);
       const double travel = query.travel_mm(pose);
-      const proximity::GapResult& answer = query.features(pose, 0.5);
+      const geometry::GapResult& answer = query.features(pose, 0.5);
       ASSERT_FALSE(answer.features.empty());
       EXPECT_EQ(answer.travel_mm, travel);
       EXPECT_EQ(answer.features.front().travel_mm, travel);
       EXPECT_EQ(answer.features.front().triangles, answer.pair);
-      for (const proximity::GapFeature& feature : answer.features) {
+      for (const geometry::GapFeature& feature : answer.features) {
         EXPECT_LE(feature.travel_mm, travel + 0.5);
         EXPECT_LT(feature.normal.y(), 0.0);
         EXPECT_NEAR(feature.normal.norm(), 1.0, 1e-14);
@@ -47,33 +47,33 @@ TEST(GapFeatures, ReachTheLeastTravelAndKeepTheBand)
 
 // Every contact candidate of every facing pair within the limit, as features, unmasked and unmerged.
 struct DenseFeatures {
-  std::vector<proximity::GapFeature> vertices, edges;
+  std::vector<geometry::GapFeature> vertices, edges;
 };
 
 DenseFeatures dense_features(const GapBodies& bodies, const Attitude& attitude, const MovingPose& pose,
                              double limit_mm)
 {
   DenseFeatures features;
-  const Mesh there = proximity::rotated_reference(proximity::make_tree_mesh(bodies.reference), attitude).mesh;
-  const proximity::Placement place(pose);
+  const Mesh there = geometry::rotated_reference(geometry::make_tree_mesh(bodies.reference), attitude).mesh;
+  const geometry::Placement place(pose);
   for (std::int32_t m = 0; m < bodies.moving.triangles.rows(); ++m) {
-    const proximity::GapFace moving = proximity::gap_face(place(corners(bodies.moving, m)));
+    const geometry::GapFace moving = geometry::gap_face(place(corners(bodies.moving, m)));
     for (std::int32_t r = 0; r < there.triangles.rows() && moving.faces_up(); ++r) {
-      const proximity::GapFace reference = proximity::gap_face(corners(there, r));
+      const geometry::GapFace reference = geometry::gap_face(corners(there, r));
       if (!reference.faces_down()) continue;
-      proximity::visit_contact_candidates(reference, moving, [&](const proximity::ContactCandidate& at) {
+      geometry::visit_contact_candidates(reference, moving, [&](const geometry::ContactCandidate& at) {
         if (at.travel_mm > limit_mm) return;
-        auto& list = at.kind == proximity::ContactCandidate::Kind::edges ? features.edges : features.vertices;
-        list.push_back(proximity::gap_feature(reference, moving, at, {r, m}));
+        auto& list = at.kind == geometry::ContactCandidate::Kind::edges ? features.edges : features.vertices;
+        list.push_back(geometry::gap_feature(reference, moving, at, {r, m}));
       });
     }
   }
   return features;
 }
 
-bool holds(const std::vector<proximity::GapFeature>& features, const proximity::GapFeature& wanted)
+bool holds(const std::vector<geometry::GapFeature>& features, const geometry::GapFeature& wanted)
 {
-  return std::any_of(features.begin(), features.end(), [&wanted](const proximity::GapFeature& f) {
+  return std::any_of(features.begin(), features.end(), [&wanted](const geometry::GapFeature& f) {
     return std::abs(f.travel_mm - wanted.travel_mm) <= same_mm &&
            (f.point_mm - wanted.point_mm).norm() <= same_mm && (f.normal - wanted.normal).norm() <= same_mm;
   });
@@ -84,17 +84,17 @@ TEST(GapFeatures, AreEveryVertexOverAFaceAndOnlyEdgesThatReallyCross)
   GapRandom random(21);
   std::size_t n_vertices = 0, n_edges = 0, n_skipped = 0;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
-    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
+    geometry::GapQuery query{geometry::GapTree(bodies.reference), geometry::GapTree(bodies.moving)};
     for (int k = 0; k < 12; ++k) {
       const Attitude attitude = random.attitude();
       const MovingPose pose = random.pose(4, bodies.depth_mm);
       query.set_attitude(attitude);
-      const proximity::GapResult& answer = query.features(pose, 1.0);
+      const geometry::GapResult& answer = query.features(pose, 1.0);
       // Within the band by more than rounding.
       const DenseFeatures all = dense_features(bodies, attitude, pose, answer.travel_mm + 1.0 - rounding_mm);
-      for (const proximity::GapFeature& f : all.vertices) EXPECT_TRUE(holds(answer.features, f));
-      for (const proximity::GapFeature& f : all.edges) n_skipped += holds(answer.features, f) ? 0 : 1;
-      for (const proximity::GapFeature& feature : answer.features) {
+      for (const geometry::GapFeature& f : all.vertices) EXPECT_TRUE(holds(answer.features, f));
+      for (const geometry::GapFeature& f : all.edges) n_skipped += holds(answer.features, f) ? 0 : 1;
+      for (const geometry::GapFeature& feature : answer.features) {
         const bool is_vertex = holds(all.vertices, feature), is_edges = holds(all.edges, feature);
         EXPECT_TRUE(is_vertex || is_edges || feature.travel_mm > answer.travel_mm + 1.0 - 2 * rounding_mm);
         n_vertices += is_vertex ? 1 : 0;
@@ -108,7 +108,7 @@ TEST(GapFeatures, AreEveryVertexOverAFaceAndOnlyEdgesThatReallyCross)
 }
 
 // Derivatives of the travel by central differences of queries.
-Vector5d gradient_by_differences(proximity::GapQuery& query, const Attitude& attitude, const MovingPose& pose,
+Vector5d gradient_by_differences(geometry::GapQuery& query, const Attitude& attitude, const MovingPose& pose,
                                  double step)
 {
   Vector5d gradient;
@@ -131,7 +131,7 @@ Vector5d gradient_by_differences(proximity::GapQuery& query, const Attitude& att
 
 /// d travel / d coordinates: -(J^T n) / n.y, with J the Jacobian of the material point at contact, i.e. after
 /// the travel along +Y.
-Vector5d travel_gradient(const proximity::GapFeature& feature, const MovingPose& pose)
+Vector5d travel_gradient(const geometry::GapFeature& feature, const MovingPose& pose)
 {
   const Eigen::Vector3d touch = feature.point_mm + feature.travel_mm * Eigen::Vector3d::UnitY();
   return -(point_jacobian(touch, pose).transpose() * feature.normal) / feature.normal.y();
@@ -143,13 +143,13 @@ TEST(GapFeatures, GradientMatchesDifferencesAwayFromKinks)
   int n_checked = 0, n_kinks = 0;
   const double step = 1e-6;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
-    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
+    geometry::GapQuery query{geometry::GapTree(bodies.reference), geometry::GapTree(bodies.moving)};
     for (int k = 0; k < 40; ++k) {
       const Attitude attitude = random.attitude();
       const MovingPose pose = random.pose(4, bodies.depth_mm);
       query.set_attitude(attitude);
       // Lever arms are up to 50 mm: over these steps no feature outside the band can become the minimum.
-      const proximity::GapResult& answer = query.features(pose, 200 * step);
+      const geometry::GapResult& answer = query.features(pose, 200 * step);
       const bool is_smooth = answer.features.size() == 1;
       (is_smooth ? n_checked : n_kinks) += 1;
       const Vector5d expected = travel_gradient(answer.features.front(), pose);
@@ -173,8 +173,8 @@ TEST(GapFeatures, AtAKinkTheLeastOfAllLinearisationsHolds)
   upper.triangles << 0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1;
   Mesh lower = test::sheet(20, 2);
   const MovingPose pose{{0.7, -4, 0.4}, 0.3};
-  proximity::GapQuery query{proximity::GapTree(upper), proximity::GapTree(lower)};
-  const proximity::GapResult answer = query.features(pose, 1e-9);
+  geometry::GapQuery query{geometry::GapTree(upper), geometry::GapTree(lower)};
+  const geometry::GapResult answer = query.features(pose, 1e-9);
   EXPECT_NEAR(answer.travel_mm, 4.0, rounding_mm);
   GapRandom random(22);
   const double step = 1e-6;
@@ -186,7 +186,7 @@ TEST(GapFeatures, AtAKinkTheLeastOfAllLinearisationsHolds)
     moved.translation_mm += change.head<3>();
     moved.theta_rad += change[about_y];
     double least = std::numeric_limits<double>::infinity();
-    for (const proximity::GapFeature& feature : answer.features) {
+    for (const geometry::GapFeature& feature : answer.features) {
       least = std::min(least, feature.travel_mm + travel_gradient(feature, pose).dot(change));
     }
     EXPECT_NEAR(query.travel_mm(moved), least, rounding_mm);

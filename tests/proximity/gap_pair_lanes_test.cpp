@@ -8,36 +8,36 @@
 #include <utility>
 #include <vector>
 
-#include "proximity/gap_blocks.hpp"
-#include "proximity/gap_kernel.hpp"
-#include "proximity/instruction_set.hpp"
-#include "proximity/rounded_kernel.hpp"
+#include "geometry/gap_blocks.hpp"
+#include "geometry/gap_kernel.hpp"
+#include "geometry/instruction_set.hpp"
+#include "geometry/rounded_kernel.hpp"
 
 namespace vrda::gap_pair_lanes_test {
 
-using proximity::Corners;
+using geometry::Corners;
 
-const proximity::BlockFunctions& functions_of(proximity::InstructionSet set)
+const geometry::BlockFunctions& functions_of(geometry::InstructionSet set)
 {
   switch (set) {
-    case proximity::InstructionSet::avx512:
-      return proximity::block_functions_avx512;
-    case proximity::InstructionSet::avx2:
-      return proximity::block_functions_avx2;
-    case proximity::InstructionSet::baseline:
+    case geometry::InstructionSet::avx512:
+      return geometry::block_functions_avx512;
+    case geometry::InstructionSet::avx2:
+      return geometry::block_functions_avx2;
+    case geometry::InstructionSet::baseline:
       break;
   }
-  return proximity::block_functions_baseline;
+  return geometry::block_functions_baseline;
 }
 
 // Bits of the candidates within the limit, as of PlacedPairs::candidates.
 unsigned candidates_within(const Corners& r, const Corners& m, double limit_mm)
 {
   unsigned bits = 0;
-  visit_contact_candidates(proximity::gap_face(r), proximity::gap_face(m),
-                           [&](const proximity::ContactCandidate& at) {
-                             const unsigned bit = at.kind == proximity::ContactKind::moving_vertex ? at.moving
-                                                  : at.kind == proximity::ContactKind::reference_vertex
+  visit_contact_candidates(geometry::gap_face(r), geometry::gap_face(m),
+                           [&](const geometry::ContactCandidate& at) {
+                             const unsigned bit = at.kind == geometry::ContactKind::moving_vertex ? at.moving
+                                                  : at.kind == geometry::ContactKind::reference_vertex
                                                       ? 3 + at.reference
                                                       : 6 + 3 * at.reference + at.moving;
                              if (at.travel_mm <= limit_mm) bits |= 1U << bit;
@@ -70,26 +70,26 @@ struct RandomPairs {
   }
 };
 
-void put(const std::pair<Corners, Corners>& pair, double offset_mm, int lane, proximity::PairBatch& batch)
+void put(const std::pair<Corners, Corners>& pair, double offset_mm, int lane, geometry::PairBatch& batch)
 {
   const auto& [r, m] = pair;
   for (int c = 0; c < 9; ++c) {
     batch.reference[c][lane] = r[static_cast<std::size_t>(c / 3)][c % 3];
     batch.moving[c][lane] = m[static_cast<std::size_t>(c / 3)][c % 3];
   }
-  batch.least_projected[0][lane] = proximity::least_screened_area(r);
-  batch.least_projected[1][lane] = proximity::least_screened_area(m);
+  batch.least_projected[0][lane] = geometry::least_screened_area(r);
+  batch.least_projected[1][lane] = geometry::least_screened_area(m);
   batch.offset_mm[lane] = offset_mm;
 }
 
-constexpr proximity::PairPlacement still{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, 1, 0, 0, 0, 0};
+constexpr geometry::PairPlacement still{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, 1, 0, 0, 0, 0};
 
 TEST(PairScreen, KeepsEveryCandidateOfTheKernelAndFewOthers)
 {
   RandomPairs pairs;
   int n_touching = 0, n_kept = 0, n_candidates = 0, n_pairs = 0;
   for (int k = 0; k < 20000; ++k) {
-    proximity::PairBatch batch{};
+    geometry::PairBatch batch{};
     unsigned touching[8];
     const double limit_mm = pairs.unit(pairs.random);
     for (int i = 0; i < 8; ++i) {
@@ -97,8 +97,8 @@ TEST(PairScreen, KeepsEveryCandidateOfTheKernelAndFewOthers)
       put(pair, 0.0, i, batch);
       touching[i] = candidates_within(pair.first, pair.second, limit_mm);
     }
-    proximity::PlacedPairs placed{};
-    const unsigned kept = proximity::block_functions_baseline.screen_pairs(batch, still, limit_mm, placed);
+    geometry::PlacedPairs placed{};
+    const unsigned kept = geometry::block_functions_baseline.screen_pairs(batch, still, limit_mm, placed);
     for (int i = 0; i < 8; ++i) {
       const auto candidates = static_cast<unsigned>(placed.candidates[i]);
       ASSERT_EQ(touching[i] & ~candidates, 0U) << k << ' ' << i;
@@ -106,11 +106,11 @@ TEST(PairScreen, KeepsEveryCandidateOfTheKernelAndFewOthers)
       n_touching += touching[i] != 0 ? 1 : 0;
       n_kept += candidates != 0 ? 1 : 0;
       // Narrow and steep triangles keep all.
-      n_candidates += candidates != proximity::all_candidates ? std::popcount(candidates & ~touching[i]) : 0;
+      n_candidates += candidates != geometry::all_candidates ? std::popcount(candidates & ~touching[i]) : 0;
       ++n_pairs;
     }
-    for (const proximity::InstructionSet set : proximity::instruction_sets()) {
-      proximity::PlacedPairs again{};
+    for (const geometry::InstructionSet set : geometry::instruction_sets()) {
+      geometry::PlacedPairs again{};
       ASSERT_EQ(functions_of(set).screen_pairs(batch, still, limit_mm, again), kept);
       ASSERT_EQ(std::memcmp(&again, &placed, sizeof placed), 0);
     }
@@ -132,19 +132,19 @@ TEST(PairScreen, PlacesPairsAsTheKernelDoes)
   pose.translation_mm = Eigen::Vector3d(1.5, -20.25, 3.125);
   const Eigen::Matrix3d R = reference_rotation(attitude);
   const SinCos turn = sin_cos(pose.theta_rad);
-  proximity::PairPlacement at{{}, turn.cos, turn.sin, 1.5, -20.25, 3.125};
+  geometry::PairPlacement at{{}, turn.cos, turn.sin, 1.5, -20.25, 3.125};
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) at.R[i][k] = R(i, k);
   }
-  const proximity::Placement place(pose);
-  proximity::PairBatch batch{};
+  const geometry::Placement place(pose);
+  geometry::PairBatch batch{};
   std::vector<std::pair<Corners, Corners>> all;
   for (int i = 0; i < 8; ++i) {
     all.push_back(pairs.pair());
     put(all.back(), 0.0, i, batch);
   }
-  for (const proximity::InstructionSet set : proximity::instruction_sets()) {
-    proximity::PlacedPairs placed{};
+  for (const geometry::InstructionSet set : geometry::instruction_sets()) {
+    geometry::PlacedPairs placed{};
     functions_of(set).screen_pairs(batch, at, 1.0, placed);
     for (int i = 0; i < 8; ++i) {
       for (int c = 0; c < 9; ++c) {
@@ -171,7 +171,7 @@ double sampled_distance_mm(const Corners& r, const Corners& m)
       on_m.push_back(a * m[0] + b * m[1] + c * m[2]);
     }
   }
-  double least_mm = proximity::gap_rules::infinity;
+  double least_mm = geometry::gap_rules::infinity;
   for (const Eigen::Vector3d& p : on_r) {
     for (const Eigen::Vector3d& q : on_m) least_mm = std::min(least_mm, (p - q).norm());
   }
@@ -183,15 +183,15 @@ TEST(ApartScreen, KeepsEveryPairWithinTheBandAndFewOthers)
   RandomPairs pairs;
   int n_close = 0, n_kept = 0, n_pairs = 0;
   for (int k = 0; k < 500; ++k) {
-    proximity::PairBatch batch{};
+    geometry::PairBatch batch{};
     double distance_mm[8];
     for (int i = 0; i < 8; ++i) {
       const auto pair = pairs.pair();
       put(pair, 0.1 * i, i, batch);
       distance_mm[i] = sampled_distance_mm(pair.first, pair.second) - 0.1 * i;
     }
-    const proximity::ApartLimits limits{0.2, 0.0, false};
-    const unsigned kept = proximity::block_functions_baseline.screen_apart(batch, still, limits);
+    const geometry::ApartLimits limits{0.2, 0.0, false};
+    const unsigned kept = geometry::block_functions_baseline.screen_apart(batch, still, limits);
     for (int i = 0; i < 8; ++i) {
       const bool is_kept = (kept >> i & 1U) != 0, is_close = distance_mm[i] <= 0.2;
       ASSERT_TRUE(is_kept || !is_close) << k << ' ' << i << ' ' << distance_mm[i];
@@ -199,7 +199,7 @@ TEST(ApartScreen, KeepsEveryPairWithinTheBandAndFewOthers)
       n_kept += is_kept ? 1 : 0;
       ++n_pairs;
     }
-    for (const proximity::InstructionSet set : proximity::instruction_sets())
+    for (const geometry::InstructionSet set : geometry::instruction_sets())
       ASSERT_EQ(functions_of(set).screen_apart(batch, still, limits), kept);
   }
   EXPECT_GT(n_close, n_pairs / 20);
@@ -212,16 +212,16 @@ TEST(ApartScreen, KeepsEveryRoundedPairThatTouchesWithinTheTravel)
   RandomPairs pairs;
   int n_touching = 0, n_kept = 0, n_pairs = 0;
   for (int k = 0; k < 5000; ++k) {
-    proximity::PairBatch batch{};
+    geometry::PairBatch batch{};
     double travel_mm[8];
     for (int i = 0; i < 8; ++i) {
       const auto pair = pairs.pair();
       put(pair, 0.05 + 0.1 * i, i, batch);
-      travel_mm[i] = proximity::rounded_passage(pair.first, pair.second, 0.05 + 0.1 * i).enter_mm;
+      travel_mm[i] = geometry::rounded_passage(pair.first, pair.second, 0.05 + 0.1 * i).enter_mm;
     }
     const double limit_mm = pairs.unit(pairs.random);
     const unsigned kept =
-        proximity::block_functions_baseline.screen_apart(batch, still, {0.0, limit_mm, true});
+        geometry::block_functions_baseline.screen_apart(batch, still, {0.0, limit_mm, true});
     for (int i = 0; i < 8; ++i) {
       const bool is_kept = (kept >> i & 1U) != 0, is_touching = travel_mm[i] <= limit_mm;
       ASSERT_TRUE(is_kept || !is_touching) << k << ' ' << i << ' ' << travel_mm[i] - limit_mm;

@@ -1,12 +1,12 @@
 // Minimum travels: against brute force, and invariances.
-#include "proximity/gap_query.hpp"
+#include "geometry/gap_query.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "gap_scenes.hpp"
-#include "proximity/instruction_set.hpp"
+#include "geometry/instruction_set.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::gap_query_test {
@@ -20,7 +20,7 @@ constexpr double rounding_mm = 1e-11;
 double travel_of(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
                  const Attitude& attitude = {})
 {
-  proximity::GapQuery query{proximity::GapTree(reference), proximity::GapTree(moving)};
+  geometry::GapQuery query{geometry::GapTree(reference), geometry::GapTree(moving)};
   query.set_attitude(attitude);
   return query.travel_mm(pose);
 }
@@ -37,14 +37,14 @@ TEST(GapQuery, AgreesWithEveryPairOfTrianglesWhateverTheEarlierQueries)
   GapRandom random(11);
   int n_finite = 0, n_infinite = 0;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
-    const proximity::GapTree reference(bodies.reference), moving(bodies.moving);
-    proximity::GapQuery warm(reference, moving);
+    const geometry::GapTree reference(bodies.reference), moving(bodies.moving);
+    geometry::GapQuery warm(reference, moving);
     for (int k = 0; k < 20; ++k) {
       const Attitude attitude = random.attitude();
       const MovingPose pose = random.pose(15, bodies.depth_mm);
       warm.set_attitude(attitude);
       const double travel = warm.travel_mm(pose);
-      proximity::GapQuery cold(reference, moving);
+      geometry::GapQuery cold(reference, moving);
       cold.set_attitude(attitude);
       EXPECT_EQ(travel, cold.travel_mm(pose));
       EXPECT_EQ(test::bits_of(warm.features(pose, 0.1)), test::bits_of(cold.features(pose, 0.1)));
@@ -66,7 +66,7 @@ TEST(GapQuery, FarFromTheOriginTheFloatBoundsStillHold)
     const Eigen::RowVector3d far(40, -600, 75);
     bodies.reference.vertices_mm.rowwise() += far;
     bodies.moving.vertices_mm.rowwise() -= 2 * far;
-    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
+    geometry::GapQuery query{geometry::GapTree(bodies.reference), geometry::GapTree(bodies.moving)};
     for (int k = 0; k < 10; ++k) {
       const Attitude attitude{0.1 * random.unit(), 0.1 * random.unit()};
       MovingPose pose = random.pose(3, bodies.depth_mm - 5);
@@ -85,15 +85,15 @@ TEST(GapQuery, FarFromTheOriginTheFloatBoundsStillHold)
 
 TEST(GapQuery, EveryInstructionSetGivesTheSameBits)
 {
-  const std::vector<proximity::InstructionSet> sets = proximity::instruction_sets();
-  const proximity::InstructionSet before = proximity::instruction_set();
+  const std::vector<geometry::InstructionSet> sets = geometry::instruction_sets();
+  const geometry::InstructionSet before = geometry::instruction_set();
   std::vector<std::vector<double>> answers;
-  for (const proximity::InstructionSet set : sets) {
-    proximity::set_instruction_set(set);
+  for (const geometry::InstructionSet set : sets) {
+    geometry::set_instruction_set(set);
     GapRandom random(15);
     std::vector<double> all;
     for (const GapBodies& bodies : test::gap_bodies(random)) {
-      proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
+      geometry::GapQuery query{geometry::GapTree(bodies.reference), geometry::GapTree(bodies.moving)};
       for (int k = 0; k < 200; ++k) {
         query.set_attitude(random.attitude());
         const MovingPose pose = random.pose(10, bodies.depth_mm);
@@ -104,7 +104,7 @@ TEST(GapQuery, EveryInstructionSetGivesTheSameBits)
     }
     answers.push_back(all);
   }
-  proximity::set_instruction_set(before);
+  geometry::set_instruction_set(before);
   EXPECT_GT(answers.front().size(), 10000U);
   for (const std::vector<double>& other : answers) EXPECT_EQ(answers.front(), other);
 }
@@ -114,9 +114,9 @@ TEST(GapQuery, NumberingChangesNothing)
   GapRandom random(16);
   int n_finite = 0;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
-    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
-    proximity::GapQuery other{proximity::GapTree(random.renumbered(bodies.reference)),
-                              proximity::GapTree(random.renumbered(bodies.moving))};
+    geometry::GapQuery query{geometry::GapTree(bodies.reference), geometry::GapTree(bodies.moving)};
+    geometry::GapQuery other{geometry::GapTree(random.renumbered(bodies.reference)),
+                              geometry::GapTree(random.renumbered(bodies.moving))};
     for (int k = 0; k < 20; ++k) {
       const Attitude attitude = random.attitude();
       const MovingPose pose = random.pose(10, bodies.depth_mm);
@@ -162,8 +162,8 @@ TEST(GapQuery, MoreTrianglesNeverGiveMoreRoom)
       for (std::int32_t t = 0; t < bodies.reference.triangles.rows(); t += 2) rows.push_back(t);
       return rows;
     }();
-    proximity::GapQuery all{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
-    proximity::GapQuery part{proximity::GapTree(bodies.reference, some), proximity::GapTree(bodies.moving)};
+    geometry::GapQuery all{geometry::GapTree(bodies.reference), geometry::GapTree(bodies.moving)};
+    geometry::GapQuery part{geometry::GapTree(bodies.reference, some), geometry::GapTree(bodies.moving)};
     for (int k = 0; k < 20; ++k) {
       const MovingPose pose = random.pose(8, bodies.depth_mm);
       const double travel = all.travel_mm(pose), travel_of_part = part.travel_mm(pose);
@@ -190,18 +190,18 @@ TEST(GapQuery, TouchHasTheBitsOfThePlainWalkFromAnywhere)
   GapRandom random(19);
   int n_free = 0, n_infinite = 0, n_inside = 0;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
-    const proximity::TreeMesh reference = proximity::make_tree_mesh(bodies.reference),
-                              moving = proximity::make_tree_mesh(bodies.moving);
-    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
+    const geometry::TreeMesh reference = geometry::make_tree_mesh(bodies.reference),
+                              moving = geometry::make_tree_mesh(bodies.moving);
+    geometry::GapQuery query{geometry::GapTree(bodies.reference), geometry::GapTree(bodies.moving)};
     for (int k = 0; k < 60; ++k) {
       const Attitude attitude = random.attitude();
       // From well below to well above, and sideways beyond the rim.
       MovingPose pose = random.pose(14, bodies.depth_mm);
       pose.translation_mm.y() += 25 * (1 + random.unit());
       query.set_attitude(attitude);
-      const proximity::Gap plain = proximity::directional_gap(
-          proximity::rotated_reference(reference, attitude), moving.mesh, moving.tree, pose);
-      const proximity::Gap found = query.next_contact(pose);
+      const geometry::Gap plain = geometry::directional_gap(
+          geometry::rotated_reference(reference, attitude), moving.mesh, moving.tree, pose);
+      const geometry::Gap found = query.next_contact(pose);
       EXPECT_EQ(found.travel_mm, plain.travel_mm);
       EXPECT_EQ(found.pair, plain.pair);
       n_infinite += std::isfinite(plain.travel_mm) ? 0 : 1;
@@ -218,14 +218,14 @@ TEST(GapQuery, NothingFacesAnEmptyTree)
 {
   const Mesh ball = test::ball(5);
   const std::vector<std::int32_t> none;
-  proximity::GapQuery query{proximity::GapTree(ball), proximity::GapTree(ball, none)};
+  geometry::GapQuery query{geometry::GapTree(ball), geometry::GapTree(ball, none)};
   query.set_attitude({0.3, 0.1});
   EXPECT_TRUE(std::isinf(query.travel_mm({})));
   EXPECT_TRUE(query.features({}, 1.0).features.empty());
-  EXPECT_TRUE(std::isinf(proximity::GapQuery(proximity::GapTree(), proximity::GapTree(ball)).travel_mm({})));
-  EXPECT_TRUE(proximity::GapTree().is_empty());
-  EXPECT_TRUE(proximity::GapTree(ball, none).is_empty());
-  EXPECT_FALSE(proximity::GapTree(ball).is_empty());
+  EXPECT_TRUE(std::isinf(geometry::GapQuery(geometry::GapTree(), geometry::GapTree(ball)).travel_mm({})));
+  EXPECT_TRUE(geometry::GapTree().is_empty());
+  EXPECT_TRUE(geometry::GapTree(ball, none).is_empty());
+  EXPECT_FALSE(geometry::GapTree(ball).is_empty());
   EXPECT_EQ(query.n_queries(), 2);
 }
 

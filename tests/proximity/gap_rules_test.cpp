@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "proximity/gap_query.hpp"
+#include "geometry/gap_query.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::gap_rules_test {
@@ -40,19 +40,19 @@ Mesh up_fold(double rise)
   return triangles({{0, 0, -4}, {0, 0, 4}, {4, -rise, 0}, {-4, -rise, 0}}, {{0, 1, 2}, {1, 0, 3}});
 }
 
-proximity::GapResult answer_of(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
+geometry::GapResult answer_of(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
                                double band_mm)
 {
-  proximity::GapQuery query{proximity::GapTree(reference), proximity::GapTree(moving)};
+  geometry::GapQuery query{geometry::GapTree(reference), geometry::GapTree(moving)};
   return query.features(pose, band_mm);
 }
 
 TEST(GapRules, RidgeOverRidgeIsOneCrossingFromEitherSide)
 {
-  const proximity::GapResult answer = answer_of(down_fold(5, 2), up_fold(2), {}, 0.1);
+  const geometry::GapResult answer = answer_of(down_fold(5, 2), up_fold(2), {}, 0.1);
   ASSERT_EQ(answer.features.size(), 1U) << "found through four pairs of triangles";
   EXPECT_NEAR(answer.travel_mm, 5.0, rounding_mm);
-  EXPECT_EQ(answer.pair, (proximity::TrianglePair{0, 0}));
+  EXPECT_EQ(answer.pair, (geometry::TrianglePair{0, 0}));
   EXPECT_LT((answer.features[0].point_mm - Eigen::Vector3d::Zero()).norm(), rounding_mm);
   EXPECT_LT((answer.features[0].normal + Eigen::Vector3d::UnitY()).norm(), rounding_mm);
 }
@@ -60,17 +60,17 @@ TEST(GapRules, RidgeOverRidgeIsOneCrossingFromEitherSide)
 TEST(GapRules, ReflexAndFlatEdgesGiveNoCrossing)
 {
   // A valley over a ridge: the first contact is at the valley's rim, at its corners over the ridge's faces.
-  const proximity::GapResult valley = answer_of(down_fold(5, -1), up_fold(2), {}, 10.0);
+  const geometry::GapResult valley = answer_of(down_fold(5, -1), up_fold(2), {}, 10.0);
   EXPECT_LT(valley.travel_mm, 5.0);
-  for (const proximity::GapFeature& feature : valley.features) {
+  for (const geometry::GapFeature& feature : valley.features) {
     EXPECT_GT(feature.point_mm.cwiseAbs().maxCoeff(), 0.1) << "the crossing in the middle is never first";
   }
   // Coplanar neighbours: crossings of diagonals inside flat sheets are not features.
   const Mesh above = flipped(test::sheet(4, 4));
   const MovingPose pose{{0.21, -3, 0.13}, 0.2};
-  const proximity::GapResult flat = answer_of(above, test::sheet(20, 3), pose, 1e-9);
+  const geometry::GapResult flat = answer_of(above, test::sheet(20, 3), pose, 1e-9);
   EXPECT_EQ(flat.features.size(), 25U) << "the upper sheet's vertices; no convex edge is below its edges";
-  for (const proximity::GapFeature& feature : flat.features) EXPECT_NEAR(feature.travel_mm, 3.0, rounding_mm);
+  for (const geometry::GapFeature& feature : flat.features) EXPECT_NEAR(feature.travel_mm, 3.0, rounding_mm);
 }
 
 TEST(GapRules, AVertexOverASharedEdgeGivesEachFaceItsNormalAndACoplanarOneOnce)
@@ -86,7 +86,7 @@ TEST(GapRules, AVertexOverASharedEdgeGivesEachFaceItsNormalAndACoplanarOneOnce)
       << "a vertex of the sheet right above: four faces below it, and the sheet itself once";
   const Mesh corner = triangles({{0, 5, 0}, {4, 7, 0}, {0, 7, 4}, {-4, 7, 0}, {0, 7, -4}},
                                 {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}});
-  const proximity::GapResult tips = answer_of(corner, tip, {}, 1e-9);
+  const geometry::GapResult tips = answer_of(corner, tip, {}, 1e-9);
   EXPECT_NEAR(tips.travel_mm, 5.0, rounding_mm);
   EXPECT_GE(tips.features.size(), 8U) << "four faces above, four below, and edges that cross at the tips";
 }
@@ -105,7 +105,7 @@ TEST(GapRules, VerticalFacesTakePartByTheEdgesTheyShare)
   // A box's walls are vertical; contact with its lower rim is through the floor's edges.
   const Mesh box = test::box({0, 5, 0}, {2, 4, 2});
   // A roof edge along Z that is beside the rim at x = 1.5; the roof falls to both sides.
-  const proximity::GapResult rim = answer_of(box, up_fold(2), {{1.5, 0, 0}, 0}, 1e-9);
+  const geometry::GapResult rim = answer_of(box, up_fold(2), {{1.5, 0, 0}, 0}, 1e-9);
   // The roof at x = 1 is 0.5 * 2 / 4 below its ridge; the box's floor is at 3.
   EXPECT_NEAR(rim.travel_mm, 3.25, rounding_mm);
   // A single vertical sheet faces neither way.

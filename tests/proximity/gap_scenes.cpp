@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "shapes/shapes.hpp"
+#include "geometry/shapes.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {
@@ -13,11 +13,11 @@ GapBodies coarse_knee()
 {
   GapBodies knee;
   knee.depth_mm = -5;
-  const shapes::Shape shape = shapes::generate_shape({"knee", {{"resolution", 0.5}}, {}});
-  for (const shapes::ShapePart& part : shape.reference) {
+  const geometry::Shape shape = geometry::generate_shape({"knee", {{"resolution", 0.5}}, {}});
+  for (const geometry::ShapePart& part : shape.reference) {
     if (part.has_contact) append(knee.reference, part.mesh);
   }
-  for (const shapes::ShapePart& part : shape.moving) {
+  for (const geometry::ShapePart& part : shape.moving) {
     if (part.has_contact) append(knee.moving, part.mesh);
   }
   return knee;
@@ -92,25 +92,25 @@ std::vector<GapBodies> gap_bodies(GapRandom& random)
 
 double dense_gap_mm(const GapBodies& bodies, const Attitude& attitude, const MovingPose& pose)
 {
-  const proximity::TreeMesh there =
-      proximity::rotated_reference(proximity::make_tree_mesh(bodies.reference), attitude);
-  const proximity::Placement place(pose);
+  const geometry::TreeMesh there =
+      geometry::rotated_reference(geometry::make_tree_mesh(bodies.reference), attitude);
+  const geometry::Placement place(pose);
   double least = std::numeric_limits<double>::infinity();
   for (Eigen::Index m = 0; m < bodies.moving.triangles.rows(); ++m) {
-    const proximity::Corners moving = place(corners(bodies.moving, m));
+    const geometry::Corners moving = place(corners(bodies.moving, m));
     for (Eigen::Index r = 0; r < bodies.reference.triangles.rows(); ++r) {
-      least = std::min(least, proximity::pair_travel_mm(corners(there.mesh, r), moving,
-                                                        proximity::GapKind::signed_facing));
+      least = std::min(least, geometry::pair_travel_mm(corners(there.mesh, r), moving,
+                                                        geometry::GapKind::signed_facing));
     }
   }
   return least;
 }
 
-std::vector<double> bits_of(const proximity::GapResult& answer)
+std::vector<double> bits_of(const geometry::GapResult& answer)
 {
   std::vector<double> bits{answer.travel_mm, static_cast<double>(answer.pair.reference),
                            static_cast<double>(answer.pair.moving)};
-  for (const proximity::GapFeature& f : answer.features) {
+  for (const geometry::GapFeature& f : answer.features) {
     bits.push_back(f.travel_mm);
     bits.insert(bits.end(), f.point_mm.begin(), f.point_mm.end());
     bits.insert(bits.end(), f.normal.begin(), f.normal.end());

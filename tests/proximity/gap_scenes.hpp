@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "proximity/gap_query.hpp"
+#include "geometry/gap_query.hpp"
 
 namespace vrda::test {
 
@@ -40,6 +40,6 @@ std::vector<GapBodies> gap_bodies(GapRandom& random);
 double dense_gap_mm(const GapBodies& bodies, const Attitude& attitude, const MovingPose& pose);
 
 /// Travel and all features as one row, for bitwise comparison.
-std::vector<double> bits_of(const proximity::GapResult& answer);
+std::vector<double> bits_of(const geometry::GapResult& answer);
 
 }  // namespace vrda::test

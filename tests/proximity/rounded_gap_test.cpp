@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "gap_scenes.hpp"
-#include "proximity/gap_query.hpp"
-#include "proximity/instruction_set.hpp"
+#include "geometry/gap_query.hpp"
+#include "geometry/instruction_set.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::rounded_gap_test {
@@ -57,11 +57,11 @@ struct Travels {
 Travels travels(const Mesh& reference, const Mesh& moving, const MovingPose& pose = {},
                 const Attitude& attitude = {})
 {
-  proximity::GapQuery query{proximity::GapTree(reference), proximity::GapTree(moving)};
+  geometry::GapQuery query{geometry::GapTree(reference), geometry::GapTree(moving)};
   query.set_attitude(attitude);
-  const proximity::TreeMesh turned = rotated_reference(proximity::make_tree_mesh(reference), attitude);
+  const geometry::TreeMesh turned = rotated_reference(geometry::make_tree_mesh(reference), attitude);
   return {query.travel_mm(pose), query.next_contact(pose).travel_mm,
-          directional_gap(turned, moving, proximity::BoxTree(moving), pose).travel_mm};
+          directional_gap(turned, moving, geometry::BoxTree(moving), pose).travel_mm};
 }
 
 void expect_travel(const Mesh& reference, const Mesh& moving, double expected_mm)
@@ -155,15 +155,15 @@ TEST(RoundedGap, APairWithinTheOffsetHasNoTravelLeftAndAPassedOneNone)
 // Least travel over every pair of facing triangles.
 double every_pair_mm(const GapBodies& bodies, const Attitude& attitude, const MovingPose& pose)
 {
-  const proximity::TreeMesh turned = rotated_reference(proximity::make_tree_mesh(bodies.reference), attitude);
-  const proximity::Placement place(pose);
+  const geometry::TreeMesh turned = rotated_reference(geometry::make_tree_mesh(bodies.reference), attitude);
+  const geometry::Placement place(pose);
   double least = std::numeric_limits<double>::infinity();
   for (Eigen::Index r = 0; r < turned.mesh.triangles.rows(); ++r) {
     for (Eigen::Index m = 0; m < bodies.moving.triangles.rows(); ++m) {
       const double offset = offset_mm(bodies.reference, r) + offset_mm(bodies.moving, m);
       least =
-          std::min(least, proximity::pair_travel_mm(corners(turned.mesh, r), place(corners(bodies.moving, m)),
-                                                    proximity::GapKind::signed_facing, offset));
+          std::min(least, geometry::pair_travel_mm(corners(turned.mesh, r), place(corners(bodies.moving, m)),
+                                                    geometry::GapKind::signed_facing, offset));
     }
   }
   return least;
@@ -185,9 +185,9 @@ TEST(RoundedGap, EveryTraversalAgreesWithEveryPairOfTriangles)
       const MovingPose pose = random.pose(15, bodies.depth_mm);
       const double expected = every_pair_mm(bodies, attitude, pose);
       const double bare_mm = every_pair_mm({bare, bodies.moving, bodies.depth_mm}, attitude, pose);
-      for (const proximity::InstructionSet set : proximity::instruction_sets()) {
-        proximity::set_instruction_set(set);
-        proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
+      for (const geometry::InstructionSet set : geometry::instruction_sets()) {
+        geometry::set_instruction_set(set);
+        geometry::GapQuery query{geometry::GapTree(bodies.reference), geometry::GapTree(bodies.moving)};
         query.set_attitude(attitude);
         const double found = query.travel_mm(pose);
         EXPECT_EQ(std::isfinite(found), std::isfinite(expected));
@@ -195,7 +195,7 @@ TEST(RoundedGap, EveryTraversalAgreesWithEveryPairOfTriangles)
                     rounding_mm * bare_scale);
         EXPECT_EQ(test::bits_of(query.features(pose, 0.1)), test::bits_of(query.features(pose, 0.1)));
       }
-      proximity::set_instruction_set(proximity::instruction_sets().back());
+      geometry::set_instruction_set(geometry::instruction_sets().back());
       const Travels all = travels(bodies.reference, bodies.moving, pose, attitude);
       EXPECT_EQ(all.next_mm, all.tree_mm);
       n_finite += std::isfinite(expected) ? 1 : 0;
@@ -214,8 +214,8 @@ TEST(RoundedGap, AnswersDoNotDependOnEarlierQueries)
   for (GapBodies bodies : test::gap_bodies(random)) {
     bodies.reference = with_offset(bodies.reference, 1.0);
     bodies.moving = with_offset(bodies.moving, 0.4);
-    const proximity::GapTree reference(bodies.reference), moving(bodies.moving);
-    proximity::GapQuery used{reference, moving};
+    const geometry::GapTree reference(bodies.reference), moving(bodies.moving);
+    geometry::GapQuery used{reference, moving};
     for (int k = 0; k < 12; ++k) {
       const Attitude attitude = random.attitude();
       used.set_attitude(attitude);
@@ -223,10 +223,10 @@ TEST(RoundedGap, AnswersDoNotDependOnEarlierQueries)
       for (int i = 0; i < 30; ++i) {
         MovingPose pose = about;
         pose.translation_mm += 0.3 * Eigen::Vector3d(random.unit(), random.unit(), random.unit());
-        proximity::GapQuery fresh{reference, moving};
+        geometry::GapQuery fresh{reference, moving};
         fresh.set_attitude(attitude);
         ASSERT_EQ(test::bits_of(used.features(pose, 0.05)), test::bits_of(fresh.features(pose, 0.05)));
-        const proximity::Gap after = used.next_contact(pose), first = fresh.next_contact(pose);
+        const geometry::Gap after = used.next_contact(pose), first = fresh.next_contact(pose);
         ASSERT_EQ(after.travel_mm, first.travel_mm);
         ASSERT_EQ(after.pair, first.pair);
         n_finite += std::isfinite(first.travel_mm) ? 1 : 0;
@@ -244,17 +244,17 @@ TEST(RoundedGap, FeaturesMeetAtTheOffsetAlongTheirNormal)
   for (GapBodies bodies : test::gap_bodies(random)) {
     bodies.reference = with_offset(bodies.reference, 1.0);
     bodies.moving = with_offset(bodies.moving, 0.5);
-    proximity::GapQuery query{proximity::GapTree(bodies.reference), proximity::GapTree(bodies.moving)};
+    geometry::GapQuery query{geometry::GapTree(bodies.reference), geometry::GapTree(bodies.moving)};
     for (int k = 0; k < 20; ++k) {
       const Attitude attitude = random.attitude();
       const MovingPose pose = random.pose(8, bodies.depth_mm);
       query.set_attitude(attitude);
-      for (const proximity::GapFeature& feature : query.features(pose, 0.05).features) {
+      for (const geometry::GapFeature& feature : query.features(pose, 0.05).features) {
         // The reference's point is on its triangle's plane or edge: within rounding of the triangle.
         const Eigen::Vector3d p_mm = feature.point_mm + feature.travel_mm * Eigen::Vector3d::UnitY() -
                                      feature.offset_mm * feature.normal;
-        const proximity::TreeMesh turned =
-            rotated_reference(proximity::make_tree_mesh(bodies.reference), attitude);
+        const geometry::TreeMesh turned =
+            rotated_reference(geometry::make_tree_mesh(bodies.reference), attitude);
         const auto [a, b, c] = corners(turned.mesh, feature.triangles.reference);
         const Eigen::Vector3d n = (b - a).cross(c - a).normalized();
         EXPECT_NEAR(n.dot(p_mm - a), 0.0, 1e-7);

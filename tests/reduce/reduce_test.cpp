@@ -1,13 +1,13 @@
-#include "reduce/reduce.hpp"
+#include "analysis/reduce.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/clinical.hpp"
+#include "model/clinical.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "motion/poses.hpp"
+#include "store/poses.hpp"
 #include "motion/support/models.hpp"
 
 namespace vrda::reduce_test {
@@ -22,7 +22,7 @@ constexpr double rounding_deg = 1e-12;
 const Eigen::Vector3d centre_mm(43.0, 51.0, 7.5);
 
 /// Linear in varus. The left knee has the mirror image with -z.
-motion::PoseCoordinates knee_like(double flexion_deg, double varus_deg)
+store::PoseCoordinates knee_like(double flexion_deg, double varus_deg)
 {
   const double u = flexion_deg / 90.0, v = varus_deg / 4.0;
   return {-5.0 * u * u + v, -21.0 + u - 0.5 * v, 1.5 * v - u, 12.0 * u - 2.0 * u * v};
@@ -38,7 +38,7 @@ store::MotionModel knee(const std::string& side, const Eigen::Vector3d& delta = 
   plan.rotation_centre_mm = {centre_mm.x(), centre_mm.y(), mirror * centre_mm.z()};
   plan.delta = {delta.x(), delta.y(), mirror * delta.z()};
   plan.motion = [mirror](double flexion_deg, double varus_deg) {
-    motion::PoseCoordinates numbers = knee_like(flexion_deg, varus_deg);
+    store::PoseCoordinates numbers = knee_like(flexion_deg, varus_deg);
     numbers[2] *= mirror;
     return numbers;
   };
@@ -86,15 +86,15 @@ TEST(Reduce, PosesLieBetweenTheTwoColumns)
   for (const Eigen::Vector3d& delta :
        {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(Eigen::Vector3d(0.1, 1.0, -0.3).normalized())}) {
     const store::MotionModel model = knee("right", delta);
-    const store::ZeroVarus z = reduce::reduce(model, "raw");
-    EXPECT_EQ(reduce::n_reduced_flexions(z), 7);
+    const store::ZeroVarus z = analysis::reduce(model, "raw");
+    EXPECT_EQ(analysis::n_reduced_flexions(z), 7);
     const SolverFrame frame{Side::right, model.rotation_centre_mm, model.delta};
     for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
       EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::both_touch));
       EXPECT_EQ(z.varus_deg[i], -1.0);
       EXPECT_EQ(z.varus_first_deg[i], -2.0);
       EXPECT_EQ(z.varus_last_deg[i], 0.0);
-      const motion::PoseCoordinates expected = knee_like(model.flexion_deg[i], -1.0);
+      const store::PoseCoordinates expected = knee_like(model.flexion_deg[i], -1.0);
       EXPECT_NEAR(z.tx_mm[i], expected[0], rounding_mm);
       EXPECT_NEAR(z.ty_mm[i], expected[1], rounding_mm);
       EXPECT_NEAR(z.tz_mm[i], expected[2], rounding_mm);
@@ -111,7 +111,7 @@ TEST(Reduce, ClinicalNumbersAreThoseOfThePose)
 {
   // With Delta = +Y the three angles are flexion, varus and theta themselves.
   const store::MotionModel model = knee("left");
-  const store::ZeroVarus z = reduce::reduce(model, "raw");
+  const store::ZeroVarus z = analysis::reduce(model, "raw");
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
     EXPECT_NEAR(z.clinical_flexion_deg[i], model.flexion_deg[i], rounding_deg);
     EXPECT_NEAR(z.clinical_varus_deg[i], -1.0, rounding_deg);
@@ -128,7 +128,7 @@ TEST(Reduce, ACellItselfIsTakenToTheLastBit)
 {
   store::MotionModel model = knee("right");
   model.contact_medial.col(1).setZero();
-  const store::ZeroVarus z = reduce::reduce(model, "raw");
+  const store::ZeroVarus z = analysis::reduce(model, "raw");
   const std::size_t cell = 4 * model.varus_deg.size() + 2;
   EXPECT_EQ(z.varus_deg[4], 0.0);
   EXPECT_EQ(z.ty_mm[4], model.ty_mm(4, 2));
@@ -158,8 +158,8 @@ constexpr std::vector<double> store::ZeroVarus::*same_on_both_sides[] = {
 TEST(Reduce, AMirroredKneeHasTheSameCurves)
 {
   const Eigen::Vector3d tilted = Eigen::Vector3d(0.1, 1.0, -0.3).normalized();
-  const store::ZeroVarus right = reduce::reduce(knee("right", tilted), "raw"),
-                         left = reduce::reduce(knee("left", tilted), "raw");
+  const store::ZeroVarus right = analysis::reduce(knee("right", tilted), "raw"),
+                         left = analysis::reduce(knee("left", tilted), "raw");
   for (const auto curve : same_on_both_sides) {
     ASSERT_EQ((right.*curve).size(), (left.*curve).size());
     for (std::size_t k = 0; k < (right.*curve).size(); ++k)
@@ -187,10 +187,10 @@ TEST(Reduce, AHingeIsFound)
   plan.rotation_centre_mm = centre_mm;
   plan.motion = [&q](double flexion_deg, double) {
     const Eigen::Vector3d t = rotation_z(rad_from_deg(flexion_deg)) * q - q;
-    return motion::PoseCoordinates{t.x(), t.y(), t.z(), 0.0};
+    return store::PoseCoordinates{t.x(), t.y(), t.z(), 0.0};
   };
   store::MotionModel model = model_of(plan);
-  const store::ZeroVarus z = reduce::reduce(model, "raw");  // both contacts in all columns: varus 0
+  const store::ZeroVarus z = analysis::reduce(model, "raw");  // both contacts in all columns: varus 0
   ASSERT_EQ(z.helical_rotation_deg.size(), 6u);
   for (std::size_t k = 0; k < 6; ++k) {
     EXPECT_NEAR(z.helical_rotation_deg[k], 15.0, rounding_deg);
@@ -214,7 +214,7 @@ TEST(Reduce, ContactPointsLieBetweenTheColumnsToo)
       model.contact_paths->medial_moving_mm[3 * cell + axis] = nan;
     }
   }
-  const store::ZeroVarus z = reduce::reduce(model, "raw");
+  const store::ZeroVarus z = analysis::reduce(model, "raw");
   EXPECT_NEAR(z.medial_reference_mm[2], -21.0, rounding_mm);  // z = -20 + varus
   EXPECT_NEAR(z.medial_reference_mm[3 + 2], -22.0, rounding_mm);
   EXPECT_NEAR(z.lateral_moving_mm[3 + 2], 21.0, rounding_mm);
@@ -238,12 +238,12 @@ TEST(Reduce, ASmoothedSetIsEvaluatedAtTheVarusOfTheRawCells)
 {
   store::MotionModel model = knee("right");
   test::add_smoothed(model, 2, [](int i, int j) {
-    return motion::PoseCoordinates{i - 2.0 * j, -20.0 + i, 0.5 * j, i == 1 && j == 0 ? 4.0 : 0.1 * i};
+    return store::PoseCoordinates{i - 2.0 * j, -20.0 + i, 0.5 * j, i == 1 && j == 0 ? 4.0 : 0.1 * i};
   });
-  const store::ZeroVarus z = reduce::reduce(model, "degree_2");
-  const motion::Motion motion(model, "degree_2");
+  const store::ZeroVarus z = analysis::reduce(model, "degree_2");
+  const store::Motion motion(model, "degree_2");
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
-    const motion::JointPose expected = motion.at({rad_from_deg(model.flexion_deg[i]), rad_from_deg(-1.0)});
+    const store::JointPose expected = motion.at({rad_from_deg(model.flexion_deg[i]), rad_from_deg(-1.0)});
     EXPECT_EQ(z.varus_deg[i], -1.0);
     EXPECT_LT(difference(pose_at(z, i), expected.X_reference_moving), rounding_mm);
     EXPECT_NEAR(z.theta_deg[i], deg_from_rad(expected.theta_rad), rounding_deg);
@@ -251,18 +251,18 @@ TEST(Reduce, ASmoothedSetIsEvaluatedAtTheVarusOfTheRawCells)
     EXPECT_LT((Eigen::Vector3d(z.tx_mm[i], z.ty_mm[i], z.tz_mm[i]) - t_mm).norm(), rounding_mm);
   }
   // Not the raw poses.
-  EXPECT_GT(std::abs(z.ty_mm[3] - reduce::reduce(model, "raw").ty_mm[3]), 0.1);
+  EXPECT_GT(std::abs(z.ty_mm[3] - analysis::reduce(model, "raw").ty_mm[3]), 0.1);
 }
 
 TEST(Reduce, TheSetZeroVarusHasThePosesOfTheTable)
 {
   for (const std::string side : {"right", "left"}) {
     store::MotionModel model = knee(side, Eigen::Vector3d(0.1, 1.0, -0.3).normalized());
-    model.zero_varus = reduce::reduce(model, "raw");
-    const motion::Motion motion(model, "zero_varus");
+    model.zero_varus = analysis::reduce(model, "raw");
+    const store::Motion motion(model, "zero_varus");
     for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
-      const motion::JointPose pose = motion.at({rad_from_deg(model.flexion_deg[i]), 0.0});
-      EXPECT_EQ(pose.status, motion::PoseStatus::solved);
+      const store::JointPose pose = motion.at({rad_from_deg(model.flexion_deg[i]), 0.0});
+      EXPECT_EQ(pose.status, store::PoseStatus::solved);
       EXPECT_LT(difference(pose.X_reference_moving, pose_at(*model.zero_varus, i)), rounding_mm);
     }
   }
@@ -271,14 +271,14 @@ TEST(Reduce, TheSetZeroVarusHasThePosesOfTheTable)
 TEST(Reduce, ARecontactedSetMayHaveNoAnswer)
 {
   store::MotionModel model = knee("right");
-  test::add_smoothed(model, 1, [](int i, int) { return motion::PoseCoordinates{1.0 * i, -20.0, 0.0, 2.0}; });
+  test::add_smoothed(model, 1, [](int i, int) { return store::PoseCoordinates{1.0 * i, -20.0, 0.0, 2.0}; });
   store::GridD travel_mm = store::GridD::Constant(7, 5, 0.25);
   travel_mm(2, 1) = std::numeric_limits<double>::quiet_NaN();  // next to the varus of -1
   model.smoothed.front().recontact_mm = travel_mm;
-  const store::ZeroVarus plain = reduce::reduce(model, "degree_1"),
-                         recontacted = reduce::reduce(model, "degree_1_recontacted");
-  EXPECT_EQ(reduce::n_reduced_flexions(plain), 7);
-  EXPECT_EQ(reduce::n_reduced_flexions(recontacted), 6);
+  const store::ZeroVarus plain = analysis::reduce(model, "degree_1"),
+                         recontacted = analysis::reduce(model, "degree_1_recontacted");
+  EXPECT_EQ(analysis::n_reduced_flexions(plain), 7);
+  EXPECT_EQ(analysis::n_reduced_flexions(recontacted), 6);
   EXPECT_EQ(recontacted.source[2], static_cast<std::int8_t>(store::ZeroVarusSource::none));
   EXPECT_TRUE(std::isnan(recontacted.varus_first_deg[2]));
   EXPECT_NEAR(recontacted.ty_mm[5], plain.ty_mm[5] + 0.25, rounding_mm);
@@ -290,7 +290,7 @@ TEST(Reduce, ASmoothedFreeVarusIsTheSetsOwn)
   plan.varus_deg = {0};
   plan.free_varus_deg = [](double flexion_deg) { return 0.1 * flexion_deg; };
   store::MotionModel model = model_of(plan);
-  test::add_smoothed(model, 1, [](int, int) { return motion::PoseCoordinates{0.0, -20.0, 3.0, 8.0}; });
+  test::add_smoothed(model, 1, [](int, int) { return store::PoseCoordinates{0.0, -20.0, 3.0, 8.0}; });
   store::SmoothedSet& set = model.smoothed.front();
   store::SmoothedSurface varus = set.surfaces.front();
   varus.name = "varus";
@@ -300,7 +300,7 @@ TEST(Reduce, ASmoothedFreeVarusIsTheSetsOwn)
     varus.coefficients[k] = term(1) != 0 ? 0.0 : term(0) == 0 ? 5.0 : 4.0;  // 5 + 4 P_1
   }
   set.surfaces.push_back(varus);
-  const store::ZeroVarus z = reduce::reduce(model, "degree_1");
+  const store::ZeroVarus z = analysis::reduce(model, "degree_1");
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
     EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::free));
     EXPECT_NEAR(z.varus_deg[i], 1.0 + 8.0 * model.flexion_deg[i] / 90.0, rounding_deg);
@@ -318,8 +318,8 @@ TEST(Reduce, AFreeVarusNeedsNoCompartments)
   model.joint = "other";
   model.has_compartments = false;
   model.contact_paths.reset();
-  EXPECT_TRUE(reduce::is_reducible(model));
-  const store::ZeroVarus z = reduce::reduce(model, "raw");
+  EXPECT_TRUE(analysis::is_reducible(model));
+  const store::ZeroVarus z = analysis::reduce(model, "raw");
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
     EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::free));
     EXPECT_EQ(z.varus_deg[i], 1.0 + 0.01 * model.flexion_deg[i]);
@@ -337,16 +337,16 @@ TEST(Reduce, AGivenVarusWithoutCompartmentsIsRefused)
 {
   store::MotionModel model = knee("right");
   model.has_compartments = false;
-  EXPECT_FALSE(reduce::is_reducible(model));
-  EXPECT_THROW(reduce::reduce(model, "raw"), InternalError);
+  EXPECT_FALSE(analysis::is_reducible(model));
+  EXPECT_THROW(analysis::reduce(model, "raw"), InternalError);
 }
 
 TEST(Reduce, AFlexionWithoutAnAnswerLeavesAHole)
 {
   store::MotionModel model = knee("right");
   for (Eigen::Index j = 0; j < 5; ++j) test::unsolve(model, 3, j);
-  const store::ZeroVarus z = reduce::reduce(model, "raw");
-  EXPECT_EQ(reduce::n_reduced_flexions(z), 6);
+  const store::ZeroVarus z = analysis::reduce(model, "raw");
+  EXPECT_EQ(analysis::n_reduced_flexions(z), 6);
   EXPECT_EQ(z.source[3], static_cast<std::int8_t>(store::ZeroVarusSource::none));
   EXPECT_TRUE(std::isnan(z.varus_deg[3]));
   EXPECT_TRUE(std::isnan(z.X_reference_moving[16 * 3]));
@@ -363,8 +363,8 @@ TEST(Reduce, AFlexionWithoutAnAnswerLeavesAHole)
 TEST(Reduce, NothingSolvedReducesToNothing)
 {
   const store::MotionModel pending = store::with_pending_cells(knee("right"));
-  const store::ZeroVarus z = reduce::reduce(pending, "raw");
-  EXPECT_EQ(reduce::n_reduced_flexions(z), 0);
+  const store::ZeroVarus z = analysis::reduce(pending, "raw");
+  EXPECT_EQ(analysis::n_reduced_flexions(z), 0);
   EXPECT_EQ(z.source.size(), 7u);
 }
 
@@ -372,8 +372,8 @@ TEST(Reduce, OneFlexionHasNoSteps)
 {
   ModelPlan plan;
   plan.flexion_deg = {20};
-  const store::ZeroVarus z = reduce::reduce(model_of(plan), "raw");
-  EXPECT_EQ(reduce::n_reduced_flexions(z), 1);
+  const store::ZeroVarus z = analysis::reduce(model_of(plan), "raw");
+  EXPECT_EQ(analysis::n_reduced_flexions(z), 1);
   EXPECT_TRUE(z.helical_rotation_deg.empty());
   EXPECT_TRUE(z.instant_centre_mm.empty());
 }

@@ -1,9 +1,9 @@
-#include "reduce/reduce.hpp"
+#include "analysis/reduce.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/clinical.hpp"
-#include "core/frames.hpp"
+#include "model/clinical.hpp"
+#include "model/frames.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
 
@@ -13,12 +13,12 @@ constexpr double rounding_mm = 1e-12;
 constexpr double radius_mm = 22.0;
 
 /// A wheel (reference, axis Z, centre at its origin) on a plane (moving, Y = 0), flexed and `x_mm` forward.
-reduce::CompartmentContact wheel_on_plane(double flexion_rad, double x_mm)
+analysis::CompartmentContact wheel_on_plane(double flexion_rad, double x_mm)
 {
   Pose X_moving_reference = Pose::Identity();
   X_moving_reference.linear() = rotation_z(flexion_rad);
   X_moving_reference.translation() = Eigen::Vector3d(x_mm, radius_mm, 0.0);
-  reduce::CompartmentContact bearing;
+  analysis::CompartmentContact bearing;
   bearing.X_reference_moving = X_moving_reference.inverse();
   bearing.p_moving_mm = {x_mm, 0.0, 0.0};
   bearing.p_reference_mm = bearing.X_reference_moving * bearing.p_moving_mm;
@@ -37,9 +37,9 @@ TEST(Rolling, AWheelThatRollsDoesNotSlide)
   for (const double start_deg : {0.0, 45.0, 130.0}) {
     SCOPED_TRACE(start_deg);
     const double start_rad = rad_from_deg(start_deg), end_rad = start_rad + turn_rad;
-    const reduce::CompartmentContact start = wheel_on_plane(start_rad, -radius_mm * start_rad);
-    const reduce::CompartmentContact end = wheel_on_plane(end_rad, -radius_mm * end_rad);
-    const reduce::Rolling rolling = reduce::rolling_between(start, end);
+    const analysis::CompartmentContact start = wheel_on_plane(start_rad, -radius_mm * start_rad);
+    const analysis::CompartmentContact end = wheel_on_plane(end_rad, -radius_mm * end_rad);
+    const analysis::Rolling rolling = analysis::rolling_between(start, end);
     // With increasing flexion it rolls backwards. A chord is shorter than its arc by angle^2 / 24.
     const double arc_mm = radius_mm * turn_rad, sagged_mm = arc_mm * turn_rad * turn_rad / 24.0;
     EXPECT_NEAR(rolling.moving_mm, -arc_mm, rounding_mm);
@@ -59,8 +59,8 @@ TEST(Rolling, AWheelThatRollsDoesNotSlide)
 TEST(Rolling, AWheelThatSpinsInPlaceOnlySlides)
 {
   const double turn_rad = rad_from_deg(3.0);
-  const reduce::Rolling rolling =
-      reduce::rolling_between(wheel_on_plane(0.5, 4.0), wheel_on_plane(0.5 + turn_rad, 4.0));
+  const analysis::Rolling rolling =
+      analysis::rolling_between(wheel_on_plane(0.5, 4.0), wheel_on_plane(0.5 + turn_rad, 4.0));
   EXPECT_NEAR(rolling.moving_mm, 0.0, rounding_mm);
   EXPECT_NEAR(rolling.reference_mm, -chord_mm(turn_rad), rounding_mm);
   EXPECT_NEAR(rolling.rolling_mm, 0.0, rounding_mm);
@@ -70,7 +70,7 @@ TEST(Rolling, AWheelThatSpinsInPlaceOnlySlides)
 
 TEST(Rolling, ALockedWheelOnlySlides)
 {
-  const reduce::Rolling rolling = reduce::rolling_between(wheel_on_plane(0.7, 4.0), wheel_on_plane(0.7, 1.5));
+  const analysis::Rolling rolling = analysis::rolling_between(wheel_on_plane(0.7, 4.0), wheel_on_plane(0.7, 1.5));
   EXPECT_NEAR(rolling.reference_mm, 0.0, rounding_mm);
   EXPECT_NEAR(rolling.rolling_mm, 0.0, rounding_mm);
   EXPECT_NEAR(rolling.sliding_mm, -2.5, rounding_mm);
@@ -80,8 +80,8 @@ TEST(Rolling, AKneesCondyleRollsBackAndSlidesForward)
 {
   // A third of the pure rolling travel; forward sliding compensates the rest.
   const double turn_rad = rad_from_deg(6.0), back_mm = radius_mm * turn_rad / 3.0;
-  const reduce::Rolling rolling =
-      reduce::rolling_between(wheel_on_plane(0.2, 0.0), wheel_on_plane(0.2 + turn_rad, -back_mm));
+  const analysis::Rolling rolling =
+      analysis::rolling_between(wheel_on_plane(0.2, 0.0), wheel_on_plane(0.2 + turn_rad, -back_mm));
   EXPECT_NEAR(rolling.rolling_mm, -back_mm, rounding_mm);
   EXPECT_NEAR(rolling.sliding_mm, chord_mm(turn_rad) - back_mm, rounding_mm);
 }
@@ -89,8 +89,8 @@ TEST(Rolling, AKneesCondyleRollsBackAndSlidesForward)
 TEST(Rolling, ASkidFurtherThanTheWheelTurnsRollsByItsTurn)
 {
   const double turn_rad = rad_from_deg(2.0), back_mm = 3.0 * radius_mm * turn_rad;
-  const reduce::Rolling rolling =
-      reduce::rolling_between(wheel_on_plane(0.2, 0.0), wheel_on_plane(0.2 + turn_rad, -back_mm));
+  const analysis::Rolling rolling =
+      analysis::rolling_between(wheel_on_plane(0.2, 0.0), wheel_on_plane(0.2 + turn_rad, -back_mm));
   EXPECT_NEAR(rolling.rolling_mm, -chord_mm(turn_rad), rounding_mm);
   EXPECT_NEAR(rolling.sliding_mm, chord_mm(turn_rad) - back_mm, rounding_mm);
 }
@@ -98,8 +98,8 @@ TEST(Rolling, ASkidFurtherThanTheWheelTurnsRollsByItsTurn)
 TEST(Rolling, OppositeWaysShareNothing)
 {
   const double turn_rad = rad_from_deg(2.0);
-  const reduce::Rolling rolling =
-      reduce::rolling_between(wheel_on_plane(0.2, 0.0), wheel_on_plane(0.2 + turn_rad, 1.0));
+  const analysis::Rolling rolling =
+      analysis::rolling_between(wheel_on_plane(0.2, 0.0), wheel_on_plane(0.2 + turn_rad, 1.0));
   EXPECT_EQ(rolling.rolling_mm, 0.0);
   EXPECT_NEAR(rolling.sliding_mm, 1.0 + chord_mm(turn_rad), rounding_mm);
 }

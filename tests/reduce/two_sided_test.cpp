@@ -1,16 +1,16 @@
-#include "reduce/two_sided.hpp"
+#include "analysis/two_sided.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "audit/audit.hpp"
-#include "audit/pose_meter.hpp"
-#include "core/frames.hpp"
+#include "analysis/audit.hpp"
+#include "analysis/pose_meter.hpp"
+#include "model/frames.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
-#include "reduce/reduce.hpp"
+#include "analysis/reduce.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::two_sided_test {
@@ -29,7 +29,7 @@ store::MotionModel block_over_boxes(const std::string& side, double spine_varus_
   plan.rotation_centre_mm = {20, 50, -30};
   plan.flexion_deg = {0, 5, 10};
   plan.varus_deg = {-4, 0, 4};
-  plan.motion = [](double, double) { return motion::PoseCoordinates{0, 0, 0, 0}; };
+  plan.motion = [](double, double) { return store::PoseCoordinates{0, 0, 0, 0}; };
   store::MotionModel model = test::model_of(plan);
   const double lateral = side == "left" ? -1.0 : 1.0;
   const Eigen::Vector3d to_lateral = 0.5 * Eigen::Vector3d(0, step_mm, lateral * apart_mm);
@@ -65,18 +65,18 @@ TEST(TwoSided, BothGapsCloseAtTheVarusOfTheClosedForm)
 {
   for (const char* side : {"right", "left"}) {
     const store::MotionModel model = block_over_boxes(side, 0.0);
-    const std::optional<store::TwoSided> found = reduce::two_sided(model, {}, 1);
+    const std::optional<store::TwoSided> found = analysis::two_sided(model, {}, 1);
     ASSERT_TRUE(found);
     for (std::size_t i = 0; i < found->flexion_deg.size(); ++i) {
       ASSERT_EQ(found->contact[i], store::code_of(store::TwoSidedContact::both)) << i;
       EXPECT_NEAR(balance(found->flexion_deg[i], found->varus_deg[i]), 0.0, rounding_mm);
-      EXPECT_NEAR(found->gap_medial_mm[i], audit::contact_margin_mm, rounding_mm);
-      EXPECT_NEAR(found->gap_lateral_mm[i], audit::contact_margin_mm, rounding_mm);
+      EXPECT_NEAR(found->gap_medial_mm[i], analysis::contact_margin_mm, rounding_mm);
+      EXPECT_NEAR(found->gap_lateral_mm[i], analysis::contact_margin_mm, rounding_mm);
       // The first corner of the lateral box to reach the face.
       const Eigen::Vector3d n = face_normal(found->flexion_deg[i], found->varus_deg[i]);
       const Eigen::Vector3d centre = 0.5 * Eigen::Vector3d(0, step_mm, apart_mm);
       const double height_mm = (face_mm - n.dot(centre) - n.cwiseAbs().sum()) / n.y();
-      EXPECT_NEAR(found->ty_mm[i], height_mm - audit::contact_margin_mm, rounding_mm);
+      EXPECT_NEAR(found->ty_mm[i], height_mm - analysis::contact_margin_mm, rounding_mm);
     }
   }
 }
@@ -84,7 +84,7 @@ TEST(TwoSided, BothGapsCloseAtTheVarusOfTheClosedForm)
 TEST(TwoSided, ItsAxisContainsTheFlexionsOfTheModelAtMostAQuarterOfADegreeApart)
 {
   const store::MotionModel model = block_over_boxes("right", 0.0);
-  const store::TwoSided found = reduce::two_sided(model, {}, 1).value();
+  const store::TwoSided found = analysis::two_sided(model, {}, 1).value();
   for (const double flexion_deg : model.flexion_deg)
     EXPECT_TRUE(std::ranges::find(found.flexion_deg, flexion_deg) != found.flexion_deg.end()) << flexion_deg;
   for (std::size_t i = 1; i < found.flexion_deg.size(); ++i)
@@ -95,12 +95,12 @@ TEST(TwoSided, ALiftOffOfTheRawEquilibriumIsKept)
 {
   store::MotionModel model = block_over_boxes("right", 0.0);
   model.contact_resolution_mm = 0.01;
-  const store::TwoSided found = reduce::two_sided(model, {}, 1).value();
+  const store::TwoSided found = analysis::two_sided(model, {}, 1).value();
   for (std::size_t i = 0; i < found.flexion_deg.size(); ++i) {
     EXPECT_EQ(found.contact[i], store::code_of(store::TwoSidedContact::lateral));
-    EXPECT_NEAR(found.gap_lateral_mm[i], audit::contact_margin_mm, rounding_mm);
+    EXPECT_NEAR(found.gap_lateral_mm[i], analysis::contact_margin_mm, rounding_mm);
   }
-  EXPECT_NEAR(found.gap_medial_mm.front(), step_mm + audit::contact_margin_mm, rounding_mm);
+  EXPECT_NEAR(found.gap_medial_mm.front(), step_mm + analysis::contact_margin_mm, rounding_mm);
   EXPECT_NEAR(found.varus_deg.front(), 0.0, rounding_mm);
 }
 
@@ -108,7 +108,7 @@ TEST(TwoSided, FlexionsBeyondTheRawSpineHaveNoPose)
 {
   store::MotionModel model = block_over_boxes("right", 0.0);
   model.equilibrium->spine.status.back() = static_cast<std::int8_t>(StepStatus::iteration_limit);
-  const store::TwoSided found = reduce::two_sided(model, {.degree = 1}, 1).value();
+  const store::TwoSided found = analysis::two_sided(model, {.degree = 1}, 1).value();
   for (std::size_t i = 0; i < found.flexion_deg.size(); ++i)
     EXPECT_EQ(found.contact[i] == store::code_of(store::TwoSidedContact::no_pose),
               found.flexion_deg[i] > 5.0);
@@ -117,8 +117,8 @@ TEST(TwoSided, FlexionsBeyondTheRawSpineHaveNoPose)
 TEST(TwoSided, ThreadsDoNotChangeABit)
 {
   const store::MotionModel model = block_over_boxes("right", 0.5);
-  const store::TwoSided one = reduce::two_sided(model, {}, 1).value(),
-                        three = reduce::two_sided(model, {}, 3).value();
+  const store::TwoSided one = analysis::two_sided(model, {}, 1).value(),
+                        three = analysis::two_sided(model, {}, 3).value();
   EXPECT_EQ(one.varus_deg, three.varus_deg);
   EXPECT_EQ(one.ty_mm, three.ty_mm);
 }
@@ -127,15 +127,15 @@ TEST(TwoSided, AJointWithoutCompartmentsHasNone)
 {
   store::MotionModel model = block_over_boxes("right", 0.0);
   model.has_compartments = false;
-  EXPECT_FALSE(reduce::two_sided(model, {}, 1));
+  EXPECT_FALSE(analysis::two_sided(model, {}, 1));
 }
 
 TEST(TwoSided, ReducedItKeepsItsOwnVarus)
 {
   store::MotionModel model = block_over_boxes("right", 0.0);
-  model.two_sided = reduce::two_sided(model, {}, 1);
-  const store::ZeroVarus z = reduce::reduce(model, "two_sided");
-  ASSERT_GT(reduce::n_reduced_flexions(z), 0);
+  model.two_sided = analysis::two_sided(model, {}, 1);
+  const store::ZeroVarus z = analysis::reduce(model, "two_sided");
+  ASSERT_GT(analysis::n_reduced_flexions(z), 0);
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
     const std::vector<double>& axis = model.two_sided->flexion_deg;
     const auto k =
@@ -151,14 +151,14 @@ TEST(TwoSided, ReducedItKeepsItsOwnVarus)
 TEST(TwoSided, TheAuditMeasuresEachSide)
 {
   store::MotionModel model = block_over_boxes("right", 0.0);
-  model.two_sided = reduce::two_sided(model, {}, 1);
-  const store::AuditSet two_sided = audit::audit(model, "two_sided", 4, 2);
+  model.two_sided = analysis::two_sided(model, {}, 1);
+  const store::AuditSet two_sided = analysis::audit(model, "two_sided", 4, 2);
   EXPECT_EQ(two_sided.flexion_deg.size(), 4 * (model.two_sided->flexion_deg.size() - 1) + 1);
   EXPECT_LT(two_sided.gap_medial_mm.abs().maxCoeff(), 1e-4);
   EXPECT_LT(two_sided.gap_lateral_mm.abs().maxCoeff(), 1e-4);
   // At flexion 0 and varus 0 the raw pose of height 0 leaves the medial box `step_mm` more than the lateral
   // one.
-  const store::AuditSet raw = audit::audit(model, "raw", 1, 1);
+  const store::AuditSet raw = analysis::audit(model, "raw", 1, 1);
   EXPECT_NEAR(raw.gap_lateral_mm(0, 1), face_mm - 1.0 - 0.5 * step_mm, rounding_mm);
   EXPECT_NEAR(raw.gap_medial_mm(0, 1), face_mm - 1.0 + 0.5 * step_mm, rounding_mm);
 }

@@ -1,4 +1,4 @@
-#include "reduce/reduce.hpp"
+#include "analysis/reduce.hpp"
 
 #include <gtest/gtest.h>
 
@@ -32,9 +32,9 @@ store::MotionModel row_of(const std::string& marks,
   return model;
 }
 
-reduce::VarusChoice choice_of(const store::MotionModel& model)
+analysis::VarusChoice choice_of(const store::MotionModel& model)
 {
-  return reduce::varus_choices(model, motion::Motion(model, "raw")).at(0);
+  return analysis::varus_choices(model, store::Motion(model, "raw")).at(0);
 }
 
 TEST(VarusChoice, MeanOfTheFirstAndLastThatTouchWithBoth)
@@ -52,7 +52,7 @@ TEST(VarusChoice, MeanOfTheFirstAndLastThatTouchWithBoth)
                         // Of two runs the one nearest to the spine at 0.
                         Case{"BllBm", 2, 2, 3, 3, 0.0}, Case{"BlBBm", 0, 2, 2, 3, 0.5}}) {
     SCOPED_TRACE(c.marks);
-    const reduce::VarusChoice choice = choice_of(row_of(c.marks));
+    const analysis::VarusChoice choice = choice_of(row_of(c.marks));
     EXPECT_EQ(choice.source, store::ZeroVarusSource::both_touch);
     EXPECT_EQ(choice.first_deg, c.first_deg);
     EXPECT_EQ(choice.last_deg, c.last_deg);
@@ -80,14 +80,14 @@ TEST(VarusChoice, AColumnAMereRoundingAwayIsMeant)
 {
   store::MotionModel model = row_of("lBBBm");
   model.varus_deg[2] += 1e-13;
-  const reduce::VarusChoice choice = choice_of(model);
+  const analysis::VarusChoice choice = choice_of(model);
   EXPECT_EQ(choice.before, 2);
   EXPECT_EQ(choice.after, 2);
 }
 
 TEST(VarusChoice, ElseTheRootOfTheImbalance)
 {
-  const reduce::VarusChoice choice = choice_of(row_of("lllmm"));
+  const analysis::VarusChoice choice = choice_of(row_of("lllmm"));
   EXPECT_EQ(choice.source, store::ZeroVarusSource::interpolated);
   // 0.5 mm at 0 degrees, -1 mm at 2.
   EXPECT_NEAR(choice.varus_deg, 2.0 / 3.0, rounding_deg);
@@ -113,7 +113,7 @@ TEST(VarusChoice, OfSeveralRootsTheNearestToTheSpine)
 
 TEST(VarusChoice, ARootOnAColumnIsThatColumn)
 {
-  const reduce::VarusChoice choice = choice_of(row_of("llllm", {3, 2, 1, 0, -1}));
+  const analysis::VarusChoice choice = choice_of(row_of("llllm", {3, 2, 1, 0, -1}));
   EXPECT_EQ(choice.source, store::ZeroVarusSource::interpolated);
   EXPECT_EQ(choice.varus_deg, 2.0);
   EXPECT_EQ(choice.before, 3);
@@ -126,7 +126,7 @@ TEST(VarusChoice, ColumnsWithoutAnImbalanceAreLeftOut)
   model.gap_medial_mm(0, 2) = std::numeric_limits<double>::quiet_NaN();
   test::unsolve(model, 0, 3);
   // 2 mm at -2 degrees, -3 mm at 4; the pose comes from the solved neighbours, at 0 and 4.
-  const reduce::VarusChoice choice = choice_of(model);
+  const analysis::VarusChoice choice = choice_of(model);
   EXPECT_NEAR(choice.varus_deg, 0.4, rounding_deg);
   EXPECT_EQ(choice.before, 2);
   EXPECT_EQ(choice.after, 4);
@@ -137,7 +137,7 @@ TEST(VarusChoice, NoneWhereNothingChangesSign)
 {
   for (const char* marks : {"lllll", "xxxxx", "xxlxx"}) {
     SCOPED_TRACE(marks);
-    const reduce::VarusChoice choice = choice_of(row_of(marks, {5, 4, 3, 2, 1}));
+    const analysis::VarusChoice choice = choice_of(row_of(marks, {5, 4, 3, 2, 1}));
     EXPECT_EQ(choice.source, store::ZeroVarusSource::none);
     EXPECT_TRUE(std::isnan(choice.varus_deg));
   }
@@ -151,7 +151,7 @@ TEST(VarusChoice, AFreeVarusIsTaken)
   store::MotionModel model = model_of(plan);
   model.contact_medial.setZero();
   test::unsolve(model, 2, 0);
-  const std::vector<reduce::VarusChoice> choices = reduce::varus_choices(model, motion::Motion(model, "raw"));
+  const std::vector<analysis::VarusChoice> choices = analysis::varus_choices(model, store::Motion(model, "raw"));
   ASSERT_EQ(choices.size(), 7u);
   EXPECT_EQ(choices[1].source, store::ZeroVarusSource::free);
   EXPECT_EQ(choices[1].varus_deg, 1.0 + 0.01 * 15.0);

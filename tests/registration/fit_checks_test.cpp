@@ -1,17 +1,17 @@
-#include "registration/fit_checks.hpp"
+#include "geometry/fit_checks.hpp"
 
 #include <gmock/gmock.h>
 
 #include <random>
 
 #include "core/units.hpp"
-#include "registration/knee_surfaces.hpp"
-#include "shapes/knee.hpp"
+#include "geometry/knee_surfaces.hpp"
+#include "geometry/knee.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::fit_checks_test {
 
-using namespace registration;
+using namespace geometry;
 using testing::ElementsAre, testing::HasSubstr, testing::IsEmpty;
 
 KneeSurfaces generated()
@@ -93,7 +93,7 @@ TEST(FitWarnings, ShortBonesCartilageOnlyAndAnUncertainSide)
 
 TEST(FitWarnings, AFibulaIsLateral)
 {
-  const Mesh fibula = shapes::right_template_knee().moving.back().mesh;
+  const Mesh fibula = geometry::right_template_knee().moving.back().mesh;
   EXPECT_TRUE(is_fibula_lateral(fibula, Side::right));
   EXPECT_FALSE(is_fibula_lateral(fibula, Side::left));
   EXPECT_TRUE(is_fibula_lateral(mirrored_z(fibula), Side::left));
@@ -127,10 +127,10 @@ TEST(PartChecks, APartLiesOnItsOwnBone)
 // Between the bones, near both.
 TEST(PartChecks, AMeniscusIsNoCartilage)
 {
-  const shapes::Shape knee = shapes::generate_shape({"knee", {}, {}});
+  const geometry::Shape knee = geometry::generate_shape({"knee", {}, {}});
   const Mesh &femur = knee.reference.front().mesh, &tibia = knee.moving.front().mesh;
   int n_menisci = 0;
-  for (const shapes::ShapePart& part : knee.moving) {
+  for (const geometry::ShapePart& part : knee.moving) {
     if (!part.name.starts_with("meniscus")) continue;
     ++n_menisci;
     EXPECT_THAT(cartilage_check(part.mesh, CartilageOf::femur, femur, tibia).rejection, HasSubstr("bone"));
@@ -161,7 +161,7 @@ TEST(RejectionReasons, OtherBonesAreRefused)
 {
   const TemplateKnee reference = generic_template();
   const KneeSurfaces& knee = reference.surfaces;
-  const shapes::Shape hip = shapes::generate_shape({"hip", {}, {}});
+  const geometry::Shape hip = geometry::generate_shape({"hip", {}, {}});
   const BoneSurfaces head{hip.moving.front().mesh, {}}, socket{hip.reference.front().mesh, {}};
   KneeSurfaces apart = knee;
   for (Mesh* mesh : {&apart.tibia.bone, &apart.tibia.cartilage}) mesh->vertices_mm.col(1).array() -= 60.0;

@@ -1,29 +1,29 @@
 /// The generated knee as a subject and as a template.
 #pragma once
 
-#include "registration/knee_fit.hpp"
-#include "shapes/shapes.hpp"
+#include "geometry/knee_fit.hpp"
+#include "geometry/shapes.hpp"
 
 namespace vrda::test {
 
 /// Bones without menisci and fibula, shafts included.
-inline registration::KneeSurfaces generated_knee()
+inline geometry::KneeSurfaces generated_knee()
 {
-  const shapes::Shape shape = shapes::generate_shape({"knee", {}, {}});
-  registration::KneeSurfaces knee;
-  for (const shapes::ShapePart& part : shape.reference) append(knee.femur.bone, part.mesh);
-  for (const shapes::ShapePart& part : shape.moving) {
+  const geometry::Shape shape = geometry::generate_shape({"knee", {}, {}});
+  geometry::KneeSurfaces knee;
+  for (const geometry::ShapePart& part : shape.reference) append(knee.femur.bone, part.mesh);
+  for (const geometry::ShapePart& part : shape.moving) {
     if (part.name.starts_with("tibia")) append(knee.tibia.bone, part.mesh);
   }
   return knee;
 }
 
-inline registration::TemplateKnee generated_template()
+inline geometry::TemplateKnee generated_template()
 {
   return {generated_knee(), Eigen::Vector3d::Zero()};
 }
 
-inline registration::KneeSurfaces moved(registration::KneeSurfaces knee, const Pose& X_femur,
+inline geometry::KneeSurfaces moved(geometry::KneeSurfaces knee, const Pose& X_femur,
                                         const Pose& X_tibia, double unit_mm = 1.0)
 {
   knee.femur.bone = transformed(knee.femur.bone, X_femur);

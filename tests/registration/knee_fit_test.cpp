@@ -1,15 +1,15 @@
-#include "registration/knee_fit.hpp"
+#include "geometry/knee_fit.hpp"
 
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
-#include "registration/fit_checks.hpp"
+#include "geometry/fit_checks.hpp"
 #include "registration/generated_knee.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::knee_fit_test {
 
-using namespace registration;
+using namespace geometry;
 using test::angle_between_rad, test::generated_knee, test::generated_template, test::moved, test::pose;
 
 // The last step of a fit (bone_fit.cpp), times the few steps that it may still need.

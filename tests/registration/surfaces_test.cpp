@@ -1,13 +1,13 @@
 #include <gmock/gmock.h>
 
 #include "registration/generated_knee.hpp"
-#include "registration/nearest_surface.hpp"
-#include "registration/surface_points.hpp"
+#include "geometry/nearest_surface.hpp"
+#include "geometry/surface_points.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::surfaces_test {
 
-using namespace registration;
+using namespace geometry;
 
 // Points on a ring around the origin at several radii, none on an axis.
 std::vector<Eigen::Vector3d> probes()

@@ -37,10 +37,10 @@ Mesh stl_mesh(const std::filesystem::path& file)
   return mesh;
 }
 
-repair::MeasuredMotion motion_table(const std::filesystem::path& file)
+analysis::MeasuredMotion motion_table(const std::filesystem::path& file)
 {
   std::ifstream in(file);
-  repair::MeasuredMotion motion;
+  analysis::MeasuredMotion motion;
   motion.name = file.string();
   std::vector<std::string> names;
   for (std::string line; std::getline(in, line);) {

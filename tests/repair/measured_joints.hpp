@@ -3,13 +3,13 @@
 
 #include <filesystem>
 
-#include "repair/repair.hpp"
+#include "analysis/repair.hpp"
 
 namespace vrda::test {
 
 struct MeasuredJoint {
   Mesh reference, moving;
-  repair::MeasuredMotion motion;
+  analysis::MeasuredMotion motion;
 };
 
 /// Binary STL, mm, vertices with equal coordinates merged.
@@ -19,6 +19,6 @@ Mesh stl_mesh(const std::filesystem::path& file);
 MeasuredJoint subtalar_joint(const std::filesystem::path& folder);
 
 /// The rows of a table with columns T11 to T34 and the key in the first column; # starts a comment.
-repair::MeasuredMotion motion_table(const std::filesystem::path& file);
+analysis::MeasuredMotion motion_table(const std::filesystem::path& file);
 
 }  // namespace vrda::test

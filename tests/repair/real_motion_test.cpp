@@ -12,7 +12,7 @@ TEST(RealMotion, OverlapOfMeasuredBonesIsRemoved)
 {
   VRDA_REQUIRE_REAL_KNEES();
   test::MeasuredJoint joint = test::subtalar_joint(*test::data_directory() / "subtalar" / "08");
-  repair::MeasuredMotion thinned;
+  analysis::MeasuredMotion thinned;
   thinned.name = joint.motion.name;
   for (std::size_t k = 0; k < joint.motion.key.size(); k += 10) {
     thinned.key.push_back(joint.motion.key[k]);
@@ -21,16 +21,16 @@ TEST(RealMotion, OverlapOfMeasuredBonesIsRemoved)
   }
   SolverFrame frame;
   frame.side = Side::left;
-  const audit::AuditScene scene = audit::make_audit_scene(joint.reference, joint.moving, frame);
-  repair::RepairOptions options;
+  const analysis::AuditScene scene = analysis::make_audit_scene(joint.reference, joint.moving, frame);
+  analysis::RepairOptions options;
   options.noise = test::isotropic_noise(0.5, 1.0);
   options.n_threads = 2;
-  const repair::RepairedMotion found = repair::repair(scene, thinned, options);
+  const analysis::RepairedMotion found = analysis::repair(scene, thinned, options);
   EXPECT_TRUE(found.is_converged);
-  for (const repair::RepairedFrame& repaired : found.frames) {
-    EXPECT_EQ(repaired.status, repair::FrameStatus::repaired);
+  for (const analysis::RepairedFrame& repaired : found.frames) {
+    EXPECT_EQ(repaired.status, analysis::FrameStatus::repaired);
     EXPECT_GT(repaired.before.audit.penetration_mm, 1.0);
-    EXPECT_LE(repaired.after.audit.penetration_mm, repair::repair_tolerance_mm);
+    EXPECT_LE(repaired.after.audit.penetration_mm, analysis::repair_tolerance_mm);
     // Pushed by 4 standard deviations; rotation and smoothing need a little more.
     EXPECT_LT(repaired.displacement.norm(), 6.0);
   }

@@ -1,4 +1,4 @@
-#include "repair/repair.hpp"
+#include "analysis/repair.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,26 +6,26 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "repair/frame_contact.hpp"
+#include "analysis/frame_contact.hpp"
 #include "scenes.hpp"
 #include "support/input_error.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::repair_test {
 
-using repair::FrameStatus;
-using repair::GapLimit;
-using repair::Smoothing;
-using repair::Vector6d;
+using analysis::FrameStatus;
+using analysis::GapLimit;
+using analysis::Smoothing;
+using analysis::Vector6d;
 
 // Surfaces are kept this far apart (repair.cpp); limits count as met within it.
 constexpr double margin_mm = 5e-4;
 // The quadratic programmes end at an excess of 1e-6 standard deviations, of 1 mm here.
 constexpr double programme_mm = 1e-5;
 
-repair::RepairOptions still_options(double mm, double deg)
+analysis::RepairOptions still_options(double mm, double deg)
 {
-  repair::RepairOptions options;
+  analysis::RepairOptions options;
   options.noise = test::isotropic_noise(mm, deg);
   options.smoothing = Smoothing::none;
   options.gap_limit = GapLimit::none;
@@ -33,17 +33,17 @@ repair::RepairOptions still_options(double mm, double deg)
 }
 
 // A plate whose lower face is at y = 10, over a ball of 10 mm around the origin with its pole on +Y.
-audit::AuditScene ball_under_plate(const SolverFrame& frame = {})
+analysis::AuditScene ball_under_plate(const SolverFrame& frame = {})
 {
-  return audit::make_audit_scene(test::box({0, 15, 0}, {60, 10, 60}), test::ball(10), frame);
+  return analysis::make_audit_scene(test::box({0, 15, 0}, {60, 10, 60}), test::ball(10), frame);
 }
 
 TEST(Repair, ABallPushedIntoAPlaneMovesBackAlongTheNormalAlone)
 {
   constexpr double depth_mm = 0.8;
-  const repair::RepairedMotion found =
-      repair::repair(ball_under_plate(), test::resting_motion(1, {0, depth_mm, 0}), still_options(1, 1));
-  const repair::RepairedFrame& frame = found.frames.front();
+  const analysis::RepairedMotion found =
+      analysis::repair(ball_under_plate(), test::resting_motion(1, {0, depth_mm, 0}), still_options(1, 1));
+  const analysis::RepairedFrame& frame = found.frames.front();
   EXPECT_TRUE(found.is_converged);
   EXPECT_EQ(frame.status, FrameStatus::repaired);
   EXPECT_NEAR(frame.before.audit.penetration_mm, depth_mm, programme_mm);
@@ -61,18 +61,18 @@ TEST(Repair, NoiseByAxisMovesAlongItsCovarianceTimesTheNormal)
   Pose X_tilt = Pose::Identity();
   X_tilt.linear() = R;
   const Mesh ball = test::ball(10);
-  const audit::AuditScene scene =
-      audit::make_audit_scene(transformed(test::box({0, 14.5, 0}, {60, 10, 60}), X_tilt), ball, {});
+  const analysis::AuditScene scene =
+      analysis::make_audit_scene(transformed(test::box({0, 14.5, 0}, {60, 10, 60}), X_tilt), ball, {});
   const Eigen::Vector3d normal = -R.col(1);
   const double depth_mm = (ball.vertices_mm * R.col(1)).maxCoeff() - 9.5;
   ASSERT_GT(depth_mm, 0.3);
-  repair::RepairOptions options = still_options(1, 0);  // rotations exact
+  analysis::RepairOptions options = still_options(1, 0);  // rotations exact
   options.noise.translation_mm << 0.5, 1.0, 2.0;
   const Eigen::Vector3d variance = options.noise.translation_mm.cwiseAbs2();
   const Eigen::Vector3d along = variance.cwiseProduct(normal);
   const Eigen::Vector3d expected = along * ((depth_mm + margin_mm) / normal.dot(along));
-  const repair::RepairedMotion found = repair::repair(scene, test::resting_motion(1, {0, 0, 0}), options);
-  const repair::RepairedFrame& frame = found.frames.front();
+  const analysis::RepairedMotion found = analysis::repair(scene, test::resting_motion(1, {0, 0, 0}), options);
+  const analysis::RepairedFrame& frame = found.frames.front();
   EXPECT_LT((frame.X_reference_moving.translation() - expected).norm(), programme_mm);
   EXPECT_EQ(frame.X_reference_moving.linear(), Eigen::Matrix3d::Identity());
   EXPECT_NEAR(frame.displacement.norm(), expected.cwiseQuotient(options.noise.translation_mm).norm(),
@@ -87,7 +87,7 @@ TEST(Repair, TwoBallsPartAlongTheLineOfTheirCentres)
   const Mesh ball = test::ball(radius_mm, 96, 192);
   const Eigen::Vector3d centres = Eigen::Vector3d(0.3, -1.0, 0.2).normalized();
   const Eigen::Vector3d start = (2 * radius_mm - overlap_mm) * centres;
-  const repair::RepairedMotion found = repair::repair(audit::make_audit_scene(ball, ball, {}),
+  const analysis::RepairedMotion found = analysis::repair(analysis::make_audit_scene(ball, ball, {}),
                                                       test::resting_motion(1, start), still_options(1, 0));
   EXPECT_EQ(found.frames.front().status, FrameStatus::repaired);
   const Eigen::Vector3d moved = found.frames.front().X_reference_moving.translation() - start;
@@ -97,13 +97,13 @@ TEST(Repair, TwoBallsPartAlongTheLineOfTheirCentres)
 
 TEST(Repair, AMotionThatMeetsItsLimitsStaysAsItIs)
 {
-  repair::MeasuredMotion motion = test::resting_motion(9, {0, -0.5, 0});
+  analysis::MeasuredMotion motion = test::resting_motion(9, {0, -0.5, 0});
   for (std::size_t k = 0; k < 9; ++k)
     motion.X_reference_moving[k].translation().x() = 0.1 * static_cast<double>(k % 3);
-  repair::RepairOptions options = still_options(1, 1);
+  analysis::RepairOptions options = still_options(1, 1);
   options.gap_limit = GapLimit::of_length;
   options.gap_limit_mm = 0.6;
-  const repair::RepairedMotion found = repair::repair(ball_under_plate(), motion, options);
+  const analysis::RepairedMotion found = analysis::repair(ball_under_plate(), motion, options);
   for (std::size_t k = 0; k < 9; ++k) {
     EXPECT_EQ(found.frames[k].status, FrameStatus::unchanged);
     EXPECT_EQ(found.frames[k].X_reference_moving.matrix(), motion.X_reference_moving[k].matrix());
@@ -114,11 +114,11 @@ TEST(Repair, AMotionThatMeetsItsLimitsStaysAsItIs)
 
 TEST(Repair, AJointThatCameApartIsBroughtBackToTheLimit)
 {
-  repair::RepairOptions options = still_options(1, 1);
+  analysis::RepairOptions options = still_options(1, 1);
   options.gap_limit = GapLimit::of_length;
   options.gap_limit_mm = 0.2;
-  const repair::RepairedMotion found =
-      repair::repair(ball_under_plate(), test::resting_motion(1, {0, -1.5, 0}), options);
+  const analysis::RepairedMotion found =
+      analysis::repair(ball_under_plate(), test::resting_motion(1, {0, -1.5, 0}), options);
   EXPECT_EQ(found.frames.front().status, FrameStatus::repaired);
   EXPECT_NEAR(found.frames.front().displacement(4), 1.3, margin_mm);
   EXPECT_NEAR(found.frames.front().after.audit.gap_mm, 0.2, margin_mm);
@@ -127,12 +127,12 @@ TEST(Repair, AJointThatCameApartIsBroughtBackToTheLimit)
 TEST(Repair, TheMeasurementLimitsTheGapByItsMedianAndItsRealSpread)
 {
   // Gaps of 0.4 mm in most frames: no spread. One frame of 2 mm comes back to 0.4 mm, nearer ones stay.
-  repair::MeasuredMotion motion = test::resting_motion(21, {0, -0.4, 0});
+  analysis::MeasuredMotion motion = test::resting_motion(21, {0, -0.4, 0});
   motion.X_reference_moving[7].translation().y() = -2.0;
   motion.X_reference_moving[12].translation().y() = -0.1;
-  repair::RepairOptions options = still_options(0.1, 0.1);
+  analysis::RepairOptions options = still_options(0.1, 0.1);
   options.gap_limit = GapLimit::from_measurement;
-  const repair::RepairedMotion found = repair::repair(ball_under_plate(), motion, options);
+  const analysis::RepairedMotion found = analysis::repair(ball_under_plate(), motion, options);
   ASSERT_EQ(found.gap_limit_mm.size(), 1U);
   EXPECT_NEAR(found.gap_limit_mm.front(), 0.4, programme_mm);
   EXPECT_NEAR(found.frames[7].after.audit.gap_mm, 0.4, margin_mm);
@@ -143,54 +143,54 @@ TEST(Repair, TheMeasurementLimitsTheGapByItsMedianAndItsRealSpread)
 TEST(Repair, TwoOverlappingCondylesEndInContact)
 {
   // Both sides overlap, one more than the other.
-  const audit::AuditScene scene = test::condyle_scene();
+  const analysis::AuditScene scene = test::condyle_scene();
   std::mt19937_64 generator(3);
-  repair::MeasuredMotion motion = test::resting_motion(5, {0, 0, 0});
+  analysis::MeasuredMotion motion = test::resting_motion(5, {0, 0, 0});
   motion.X_reference_moving = test::contact_motion(scene, 5, generator);
   for (Pose& X : motion.X_reference_moving) {
     X.translation().y() += 1.5;
     X.prerotate(rotation_x(rad_from_deg(1.5)));
   }
-  repair::RepairOptions options = still_options(0.5, 1);
+  analysis::RepairOptions options = still_options(0.5, 1);
   options.gap_limit = GapLimit::of_length;
-  const repair::RepairedMotion found = repair::repair(scene, motion, options);
+  const analysis::RepairedMotion found = analysis::repair(scene, motion, options);
   EXPECT_TRUE(found.is_converged);
-  for (const repair::RepairedFrame& frame : found.frames) {
+  for (const analysis::RepairedFrame& frame : found.frames) {
     EXPECT_EQ(frame.status, FrameStatus::repaired);
     EXPECT_GT(frame.before.audit.penetration_mm, 0.5);
-    EXPECT_LE(frame.after.audit.penetration_mm, repair::repair_tolerance_mm);
-    EXPECT_LE(frame.after.audit.gap_mm, repair::repair_tolerance_mm);
+    EXPECT_LE(frame.after.audit.penetration_mm, analysis::repair_tolerance_mm);
+    EXPECT_LE(frame.after.audit.gap_mm, analysis::repair_tolerance_mm);
   }
 }
 
 TEST(Repair, LimitsThatNoDisplacementMeetsAreNotConverged)
 {
-  repair::RepairOptions options = still_options(0, 1);  // translations exact
-  const repair::RepairedMotion found =
-      repair::repair(ball_under_plate(), test::resting_motion(1, {0, 0.5, 0}), options);
+  analysis::RepairOptions options = still_options(0, 1);  // translations exact
+  const analysis::RepairedMotion found =
+      analysis::repair(ball_under_plate(), test::resting_motion(1, {0, 0.5, 0}), options);
   EXPECT_EQ(found.frames.front().status, FrameStatus::not_converged);
   EXPECT_FALSE(found.is_converged);
-  EXPECT_GT(found.frames.front().after.audit.penetration_mm, repair::repair_tolerance_mm);
+  EXPECT_GT(found.frames.front().after.audit.penetration_mm, analysis::repair_tolerance_mm);
   EXPECT_EQ(found.frames.front().X_reference_moving.translation(), Eigen::Vector3d(0, 0.5, 0));
 }
 
 TEST(Repair, BesideTheReferenceNothingIsAhead)
 {
-  repair::RepairOptions options = still_options(1, 1);
+  analysis::RepairOptions options = still_options(1, 1);
   options.gap_limit = GapLimit::from_measurement;
-  const repair::RepairedMotion found =
-      repair::repair(ball_under_plate(), test::resting_motion(3, {200, 0, 0}), options);
-  for (const repair::RepairedFrame& frame : found.frames) {
+  const analysis::RepairedMotion found =
+      analysis::repair(ball_under_plate(), test::resting_motion(3, {200, 0, 0}), options);
+  for (const analysis::RepairedFrame& frame : found.frames) {
     EXPECT_EQ(frame.status, FrameStatus::nothing_ahead);
     EXPECT_TRUE(frame.displacement.isZero(0.0));
   }
 }
 
 struct Trial {
-  audit::AuditScene scene = test::condyle_scene();
-  repair::MeasuredMotion measured;
+  analysis::AuditScene scene = test::condyle_scene();
+  analysis::MeasuredMotion measured;
   std::vector<Pose> X_true;
-  repair::RepairOptions options;
+  analysis::RepairOptions options;
 };
 
 Trial noisy_trial(unsigned seed, std::size_t n)
@@ -205,7 +205,7 @@ Trial noisy_trial(unsigned seed, std::size_t n)
   return trial;
 }
 
-void expect_same(const repair::RepairedMotion& a, const repair::RepairedMotion& b)
+void expect_same(const analysis::RepairedMotion& a, const analysis::RepairedMotion& b)
 {
   ASSERT_EQ(a.frames.size(), b.frames.size());
   EXPECT_EQ(a.n_iterations, b.n_iterations);
@@ -218,9 +218,9 @@ void expect_same(const repair::RepairedMotion& a, const repair::RepairedMotion& 
 TEST(Repair, AnyNumberOfThreadsGivesTheSameBits)
 {
   Trial trial = noisy_trial(11, 14);
-  const repair::RepairedMotion one = repair::repair(trial.scene, trial.measured, trial.options);
+  const analysis::RepairedMotion one = analysis::repair(trial.scene, trial.measured, trial.options);
   trial.options.n_threads = 3;
-  expect_same(one, repair::repair(trial.scene, trial.measured, trial.options));
+  expect_same(one, analysis::repair(trial.scene, trial.measured, trial.options));
 }
 
 // Distance and largest overlap and gap over the trials with that smoothing.
@@ -236,15 +236,15 @@ Score score_of(Smoothing smoothing, int n_trials)
     Trial trial = noisy_trial(static_cast<unsigned>(1000 + seed), 12);
     trial.options.smoothing = smoothing;
     trial.options.n_threads = 2;
-    const repair::RepairedMotion found = repair::repair(trial.scene, trial.measured, trial.options);
+    const analysis::RepairedMotion found = analysis::repair(trial.scene, trial.measured, trial.options);
     const double before =
         test::distance_from(trial.X_true, trial.measured.X_reference_moving, trial.options.noise);
     const double after = test::distance_from(trial.X_true, test::poses_of(found), trial.options.noise);
     score.n_nearer += after < before ? 1 : 0;
     score.mean_share += after / before / n_trials;
-    for (const repair::RepairedFrame& frame : found.frames) {
-      const bool is_met = frame.after.audit.penetration_mm <= repair::repair_tolerance_mm &&
-                          frame.after.audit.gap_mm <= repair::repair_tolerance_mm;
+    for (const analysis::RepairedFrame& frame : found.frames) {
+      const bool is_met = frame.after.audit.penetration_mm <= analysis::repair_tolerance_mm &&
+                          frame.after.audit.gap_mm <= analysis::repair_tolerance_mm;
       score.n_frames_beyond += is_met ? 0 : 1;
     }
   }
@@ -273,18 +273,18 @@ TEST(Repair, MovingBothBodiesTogetherChangesNothing)
   // One weight for all coordinates: weights from the noise are of each axis, and the axes turn.
   trial.options.smoothing = Smoothing::of_period;
   trial.options.period_frames = 6.0;
-  const repair::RepairedMotion here = repair::repair(trial.scene, trial.measured, trial.options);
+  const analysis::RepairedMotion here = analysis::repair(trial.scene, trial.measured, trial.options);
   Pose G = Pose::Identity();
   G.linear() = rotation_x(0.4) * rotation_z(-0.7);
   G.translation() << 300, -200, 100;
   SolverFrame frame;
   frame.rotation_centre_mm = G.translation();
   frame.delta = G.linear().col(1);
-  const audit::AuditScene scene = audit::make_audit_scene(transformed(trial.scene.reference.mesh, G),
+  const analysis::AuditScene scene = analysis::make_audit_scene(transformed(trial.scene.reference.mesh, G),
                                                           transformed(trial.scene.moving.mesh, G), frame);
-  repair::MeasuredMotion there = trial.measured;
+  analysis::MeasuredMotion there = trial.measured;
   for (Pose& X : there.X_reference_moving) X = G * X * G.inverse();
-  const repair::RepairedMotion found = repair::repair(scene, there, trial.options);
+  const analysis::RepairedMotion found = analysis::repair(scene, there, trial.options);
   ASSERT_EQ(found.frames.size(), here.frames.size());
   for (std::size_t k = 0; k < here.frames.size(); ++k) {
     const Pose X = G.inverse() * found.frames[k].X_reference_moving * G;
@@ -297,9 +297,9 @@ TEST(Repair, MovingBothBodiesTogetherChangesNothing)
 TEST(Repair, ALeftJointIsTheMirrorImageOfARightOne)
 {
   Trial trial = noisy_trial(6, 6);
-  const repair::RepairedMotion right = repair::repair(trial.scene, trial.measured, trial.options);
-  const audit::AuditScene scene =
-      audit::make_audit_scene(mirrored_z(trial.scene.reference.mesh), mirrored_z(trial.scene.moving.mesh),
+  const analysis::RepairedMotion right = analysis::repair(trial.scene, trial.measured, trial.options);
+  const analysis::AuditScene scene =
+      analysis::make_audit_scene(mirrored_z(trial.scene.reference.mesh), mirrored_z(trial.scene.moving.mesh),
                               {Side::left, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()});
   const Eigen::DiagonalMatrix<double, 3> M(1, 1, -1);
   const auto mirrored = [&M](const Pose& X) {
@@ -308,9 +308,9 @@ TEST(Repair, ALeftJointIsTheMirrorImageOfARightOne)
     out.translation() = M * X.translation();
     return out;
   };
-  repair::MeasuredMotion left = trial.measured;
+  analysis::MeasuredMotion left = trial.measured;
   for (Pose& X : left.X_reference_moving) X = mirrored(X);
-  const repair::RepairedMotion found = repair::repair(scene, left, trial.options);
+  const analysis::RepairedMotion found = analysis::repair(scene, left, trial.options);
   for (std::size_t k = 0; k < right.frames.size(); ++k) {
     EXPECT_EQ(found.frames[k].X_reference_moving.matrix(),
               mirrored(right.frames[k].X_reference_moving).matrix())
@@ -320,18 +320,18 @@ TEST(Repair, ALeftJointIsTheMirrorImageOfARightOne)
 
 TEST(Repair, HostileInputNamesTheField)
 {
-  const audit::AuditScene scene = ball_under_plate();
-  const repair::MeasuredMotion good = test::resting_motion(3, {0, -1, 0});
-  const auto field_of = [&scene](const repair::MeasuredMotion& motion, const repair::RepairOptions& options) {
-    const InputError::Facts facts = test::input_error([&] { repair::repair(scene, motion, options); });
+  const analysis::AuditScene scene = ball_under_plate();
+  const analysis::MeasuredMotion good = test::resting_motion(3, {0, -1, 0});
+  const auto field_of = [&scene](const analysis::MeasuredMotion& motion, const analysis::RepairOptions& options) {
+    const InputError::Facts facts = test::input_error([&] { analysis::repair(scene, motion, options); });
     EXPECT_EQ(facts.file, "motion.csv");
     return facts.field;
   };
-  const repair::RepairOptions options = still_options(1, 1);
+  const analysis::RepairOptions options = still_options(1, 1);
   EXPECT_EQ(field_of(good, still_options(0, 0)), "--noise-mm, --noise-deg");
   EXPECT_EQ(field_of(good, still_options(-1, 1)), "--noise-mm");
   EXPECT_EQ(field_of(good, still_options(1, nan)), "--noise-deg");
-  repair::RepairOptions wrong = options;
+  analysis::RepairOptions wrong = options;
   wrong.smoothing = Smoothing::of_period;
   wrong.period_frames = 2.0;
   EXPECT_EQ(field_of(good, wrong), "--smooth");
@@ -339,7 +339,7 @@ TEST(Repair, HostileInputNamesTheField)
   wrong.gap_limit = GapLimit::of_length;
   wrong.gap_limit_mm = -0.1;
   EXPECT_EQ(field_of(good, wrong), "--gap-mm");
-  repair::MeasuredMotion bad = good;
+  analysis::MeasuredMotion bad = good;
   bad.key[2] = bad.key[1];
   EXPECT_EQ(field_of(bad, options), "key of frame 3");
   bad = good;
@@ -366,7 +366,7 @@ TEST(FeatureMeasure, GradientsMatchDifferences)
   X.linear() = rotation_x(0.2) * rotation_z(-0.3) * rotation_y(0.4);
   X.translation() << 1, -3, 2;
   for (const Kind kind : {Kind::face_of_reference, Kind::face_of_moving, Kind::edges}) {
-    repair::FeatureConstraint feature;
+    analysis::FeatureConstraint feature;
     feature.contact.kind = kind;
     feature.contact.reference_mm << 2, 1, -1;
     feature.contact.moving_mm << 0.5, 5, -4;
@@ -375,19 +375,19 @@ TEST(FeatureMeasure, GradientsMatchDifferences)
         kind == Kind::edges ? Eigen::Vector3d(0.9, 0.1, 0.5) : Eigen::Vector3d(-0.2, -1, 0.1);
     feature.contact.moving_direction.normalize();
     feature.sign = -1.0;
-    const repair::FeatureMeasure at = repair::measured(feature, X);
+    const analysis::FeatureMeasure at = analysis::measured(feature, X);
     constexpr double step = 1e-5;  // its square, times second derivatives of some tens, is the error
     for (Eigen::Index c = 0; c < 6; ++c) {
       const auto moved = [&](double by) {
         Pose Y = X;
         if (c < 3) {
-          Y.linear() = repair::rotation_of(by * Eigen::Vector3d::Unit(c)) * X.linear();
+          Y.linear() = analysis::rotation_of(by * Eigen::Vector3d::Unit(c)) * X.linear();
         } else {
           Y.translation()(c - 3) += by;
         }
-        return repair::measured(feature, Y);
+        return analysis::measured(feature, Y);
       };
-      const repair::FeatureMeasure low = moved(-step), high = moved(step);
+      const analysis::FeatureMeasure low = moved(-step), high = moved(step);
       EXPECT_NEAR(at.separation.gradient(c), (high.separation.mm - low.separation.mm) / (2 * step), 1e-7)
           << c;
       EXPECT_NEAR(at.travel.gradient(c), (high.travel.mm - low.travel.mm) / (2 * step), 1e-7) << c;

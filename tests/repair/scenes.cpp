@@ -4,7 +4,7 @@
 
 #include "core/trig.hpp"
 #include "core/units.hpp"
-#include "repair/frame_contact.hpp"
+#include "analysis/frame_contact.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {
@@ -16,9 +16,9 @@ double normal_number(std::mt19937_64& generator)
   return sum;
 }
 
-repair::MeasuredMotion resting_motion(std::size_t n, const Eigen::Vector3d& p_mm)
+analysis::MeasuredMotion resting_motion(std::size_t n, const Eigen::Vector3d& p_mm)
 {
-  repair::MeasuredMotion motion;
+  analysis::MeasuredMotion motion;
   motion.name = "motion.csv";
   for (std::size_t k = 0; k < n; ++k) {
     motion.key.push_back(static_cast<double>(k));
@@ -27,12 +27,12 @@ repair::MeasuredMotion resting_motion(std::size_t n, const Eigen::Vector3d& p_mm
   return motion;
 }
 
-repair::MeasurementNoise isotropic_noise(double mm, double deg)
+analysis::MeasurementNoise isotropic_noise(double mm, double deg)
 {
   return {Eigen::Vector3d::Constant(rad_from_deg(deg)), Eigen::Vector3d::Constant(mm)};
 }
 
-audit::AuditScene condyle_scene()
+analysis::AuditScene condyle_scene()
 {
   Mesh dishes, balls;
   for (const double side_mm : {-20.0, 20.0}) {
@@ -46,10 +46,10 @@ audit::AuditScene condyle_scene()
     append(dishes, transformed(dish, Pose(Eigen::Translation3d(0, 10, side_mm))));
     append(balls, transformed(ball(10), Pose(Eigen::Translation3d(0, -5, side_mm))));
   }
-  return audit::make_audit_scene(dishes, balls, {});
+  return analysis::make_audit_scene(dishes, balls, {});
 }
 
-std::vector<Pose> contact_motion(const audit::AuditScene& scene, std::size_t n, std::mt19937_64& generator)
+std::vector<Pose> contact_motion(const analysis::AuditScene& scene, std::size_t n, std::mt19937_64& generator)
 {
   const auto share = [&generator] { return static_cast<double>(generator() >> 11U) * 0x1p-53; };
   std::array<double, 5> size{}, phase{};
@@ -57,7 +57,7 @@ std::vector<Pose> contact_motion(const audit::AuditScene& scene, std::size_t n, 
     size[c] = 1.0 + 3.0 * share();
     phase[c] = 2.0 * pi * share();
   }
-  audit::PoseMeter meter(scene);
+  analysis::PoseMeter meter(scene);
   std::vector<Pose> X;
   for (std::size_t k = 0; k < n; ++k) {
     const double turn = pi * static_cast<double>(k) / static_cast<double>(n);
@@ -71,26 +71,26 @@ std::vector<Pose> contact_motion(const audit::AuditScene& scene, std::size_t n, 
   return X;
 }
 
-std::vector<Pose> with_noise(const std::vector<Pose>& X_true, const repair::MeasurementNoise& noise,
+std::vector<Pose> with_noise(const std::vector<Pose>& X_true, const analysis::MeasurementNoise& noise,
                              std::mt19937_64& generator)
 {
-  const repair::NoiseScale scale = repair::noise_scale({}, noise);
+  const analysis::NoiseScale scale = analysis::noise_scale({}, noise);
   std::vector<Pose> X;
   for (const Pose& pose : X_true) {
-    repair::Vector6d error;
+    analysis::Vector6d error;
     for (Eigen::Index c = 0; c < 6; ++c) error(c) = normal_number(generator);
-    X.push_back(repair::displaced(pose, error, scale));
+    X.push_back(analysis::displaced(pose, error, scale));
   }
   return X;
 }
 
 double distance_from(const std::vector<Pose>& X_true, const std::vector<Pose>& X,
-                     const repair::MeasurementNoise& noise)
+                     const analysis::MeasurementNoise& noise)
 {
   double sum = 0.0;
   for (std::size_t k = 0; k < X.size(); ++k) {
     const Eigen::Vector3d turn =
-        repair::rotation_vector(Eigen::Matrix3d(X[k].linear()) * X_true[k].linear().transpose());
+        analysis::rotation_vector(Eigen::Matrix3d(X[k].linear()) * X_true[k].linear().transpose());
     const Eigen::Vector3d shift = X[k].translation() - X_true[k].translation();
     sum += turn.cwiseQuotient(noise.rotation_rad).squaredNorm() +
            shift.cwiseQuotient(noise.translation_mm).squaredNorm();
@@ -98,10 +98,10 @@ double distance_from(const std::vector<Pose>& X_true, const std::vector<Pose>& X
   return std::sqrt(sum / static_cast<double>(X.size()));
 }
 
-std::vector<Pose> poses_of(const repair::RepairedMotion& motion)
+std::vector<Pose> poses_of(const analysis::RepairedMotion& motion)
 {
   std::vector<Pose> X;
-  for (const repair::RepairedFrame& frame : motion.frames) X.push_back(frame.X_reference_moving);
+  for (const analysis::RepairedFrame& frame : motion.frames) X.push_back(frame.X_reference_moving);
   return X;
 }
 

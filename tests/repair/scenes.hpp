@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "repair/repair.hpp"
+#include "analysis/repair.hpp"
 
 namespace vrda::test {
 
@@ -11,26 +11,26 @@ namespace vrda::test {
 double normal_number(std::mt19937_64& generator);
 
 /// n poses at keys 0, 1, ..., all translated by `p_mm`.
-repair::MeasuredMotion resting_motion(std::size_t n, const Eigen::Vector3d& p_mm);
+analysis::MeasuredMotion resting_motion(std::size_t n, const Eigen::Vector3d& p_mm);
 
-repair::MeasurementNoise isotropic_noise(double mm, double deg);
+analysis::MeasurementNoise isotropic_noise(double mm, double deg);
 
 /// Two balls side by side along Z under two shallow dishes, like condyles: a moving object whose contact
 /// limits height and varus. Rotation centre at the origin, Delta +Y.
-audit::AuditScene condyle_scene();
+analysis::AuditScene condyle_scene();
 
 /// Smooth poses of condyle_scene() in contact: flexion, rotation and translation vary as sines whose phase
 /// and size follow `generator`; the height by travel into contact.
-std::vector<Pose> contact_motion(const audit::AuditScene& scene, std::size_t n, std::mt19937_64& generator);
+std::vector<Pose> contact_motion(const analysis::AuditScene& scene, std::size_t n, std::mt19937_64& generator);
 
 /// `X_true` displaced by independent errors of that noise (Delta +Y, right side).
-std::vector<Pose> with_noise(const std::vector<Pose>& X_true, const repair::MeasurementNoise& noise,
+std::vector<Pose> with_noise(const std::vector<Pose>& X_true, const analysis::MeasurementNoise& noise,
                              std::mt19937_64& generator);
 
 /// Root mean square over the frames of the Mahalanobis distance of X from X_true.
 double distance_from(const std::vector<Pose>& X_true, const std::vector<Pose>& X,
-                     const repair::MeasurementNoise& noise);
+                     const analysis::MeasurementNoise& noise);
 
-std::vector<Pose> poses_of(const repair::RepairedMotion& motion);
+std::vector<Pose> poses_of(const analysis::RepairedMotion& motion);
 
 }  // namespace vrda::test

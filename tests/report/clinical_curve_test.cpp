@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "exports/formats.hpp"
+#include "tables/formats.hpp"
 #include "motion/support/models.hpp"
 #include "store/sample_model.hpp"
 #include "support/refusal.hpp"
@@ -189,8 +189,8 @@ TEST(CurveFile, ReadsTheColumnsOfThePublishedCurves)
 
 TEST(CurveFile, ReadsWhatIsExported)
 {
-  const exports::FlexionMotion motion = exports::flexion_motion(test::sample_model(), "knee.h5", {});
-  const report::CurveFile file = report::curve_from_text("knee.csv", exports::flexion_csv(motion));
+  const tables::FlexionMotion motion = tables::flexion_motion(test::sample_model(), "knee.h5", {});
+  const report::CurveFile file = report::curve_from_text("knee.csv", tables::flexion_csv(motion));
   ASSERT_EQ(file.curve.flexion_deg.size(), motion.frames.size());
   for (const report::Quantity quantity :
        {report::Quantity::internal, report::Quantity::varus, report::Quantity::anterior,
@@ -211,7 +211,7 @@ TEST(CurveFile, MovesTranslationsToAnotherPoint)
     plan.side = side;
     plan.rotation_centre_mm = {10, -950, 40};
     plan.motion = [](double flexion_deg, double) {
-      return motion::PoseCoordinates{0.05 * flexion_deg, -3.0, 1.0, 0.2 * flexion_deg};
+      return store::PoseCoordinates{0.05 * flexion_deg, -3.0, 1.0, 0.2 * flexion_deg};
     };
     const store::MotionModel model = test::model_of(plan);
     const Side side_of_model = model.side == "left" ? Side::left : Side::right;
@@ -244,7 +244,7 @@ TEST(ClinicalCurves, OneKneeSolvedTwiceIsComparedByOnePoint)
 {
   test::ModelPlan plan;
   plan.motion = [](double flexion_deg, double) {
-    return motion::PoseCoordinates{0.0, -3.0, 0.0, 0.2 * flexion_deg};
+    return store::PoseCoordinates{0.0, -3.0, 0.0, 0.2 * flexion_deg};
   };
   const store::MotionModel first = test::model_of(plan);
   store::MotionModel second = first;

@@ -81,12 +81,12 @@ void set_body(Body& body, const std::string& name, const Mesh& mesh)
   body.contact.component.assign(static_cast<std::size_t>(mesh.triangles.rows()), 0);
 }
 
-load::Case ball_in_cup()
+job::Case ball_in_cup()
 {
-  load::Case joint;
+  job::Case joint;
   joint.title = "Ball in a cup";
   joint.joint = "other";
-  joint.push = {load::Push{}};
+  joint.push = {job::Push{}};
   joint.initial.translation_mm = Eigen::Vector3d::Zero();
   set_body(joint.reference, "cup", cup());
   set_body(joint.moving, "head", head());
@@ -100,12 +100,12 @@ std::vector<double> angles_rad(double to_deg, double spacing_rad)
   return rad;
 }
 
-rom::RomPlan cup_plan(int n_threads, double spacing_rad)
+analysis::RomPlan cup_plan(int n_threads, double spacing_rad)
 {
-  rom::RomPlan plan;
+  analysis::RomPlan plan;
   plan.axes.rad = {angles_rad(72, spacing_rad), angles_rad(72, spacing_rad), {0.0}};
   plan.limits = {0.4, 0.1, 0.1};
-  plan.delta_body = rom::DeltaBody::reference;
+  plan.delta_body = analysis::DeltaBody::reference;
   plan.n_threads = n_threads;
   return plan;
 }

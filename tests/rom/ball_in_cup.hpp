@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/units.hpp"
-#include "rom/range_of_motion.hpp"
+#include "analysis/range_of_motion.hpp"
 
 namespace vrda::test::cup {
 
@@ -20,12 +20,12 @@ inline constexpr double sheet_depth_mm = -3.0;
 Mesh cup_sheet();
 
 void set_body(Body& body, const std::string& name, const Mesh& mesh);
-load::Case ball_in_cup();
+job::Case ball_in_cup();
 
 /// From -to_deg to to_deg at most.
 std::vector<double> angles_rad(double to_deg, double spacing_rad = step_rad);
 /// Flexion and varus, with limits of little more than the facets' height, so that the neck cannot lift the
 /// ball.
-rom::RomPlan cup_plan(int n_threads, double spacing_rad);
+analysis::RomPlan cup_plan(int n_threads, double spacing_rad);
 
 }  // namespace vrda::test::cup

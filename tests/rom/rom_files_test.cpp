@@ -1,4 +1,4 @@
-#include "rom/rom_maps.hpp"
+#include "analysis/rom_maps.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,12 +12,12 @@
 
 namespace vrda::rom_files_test {
 
-using rom::RomStatus;
+using analysis::RomStatus;
 
 /// Three by four cells; row of flexion 0: contact, in, in, fibre.
-rom::RomDocument sample()
+analysis::RomDocument sample()
 {
-  rom::RomDocument document;
+  analysis::RomDocument document;
   document.program = "vrda 1";
   document.title = "Hip </title><script>";
   document.joint = "hip";
@@ -27,7 +27,7 @@ rom::RomDocument sample()
   document.reference_names = {"socket"};
   document.moving_names = {"head", "neck"};
   document.fibre_names = {"round", "iliofemoral"};
-  rom::RangeOfMotion& range = document.range;
+  analysis::RangeOfMotion& range = document.range;
   range.axes.rad[0] = {rad_from_deg(-10.0), 0.0, rad_from_deg(10.0)};
   range.axes.rad[1] = {rad_from_deg(-20.0), rad_from_deg(-5.0), rad_from_deg(5.0), rad_from_deg(30.0)};
   range.axes.rad[2] = {0.0};
@@ -35,7 +35,7 @@ rom::RomDocument sample()
   range.X_neutral.translation() = Eigen::Vector3d(0.1, -2.0 / 3.0, 1e-7);
   range.cells.resize(12);
   for (std::size_t k = 0; k < 12; ++k) {
-    rom::RomCell& cell = range.cells[k];
+    analysis::RomCell& cell = range.cells[k];
     cell.status = RomStatus::contact;
     cell.opening_mm = 0.1 * static_cast<double>(k) + 1.0 / 3.0;
     cell.translation_mm = Eigen::Vector3d(1.0 / 7.0, -static_cast<double>(k), 0.0);
@@ -52,9 +52,9 @@ rom::RomDocument sample()
 
 TEST(RomFiles, TheDocumentReadsBackToTheLastBit)
 {
-  const rom::RomDocument before = sample();
-  const std::string text = rom::rom_json(before);
-  const rom::RomDocument after = rom::parse_rom("rom.json", text);
+  const analysis::RomDocument before = sample();
+  const std::string text = analysis::rom_json(before);
+  const analysis::RomDocument after = analysis::parse_rom("rom.json", text);
   EXPECT_EQ(after.title, before.title);
   EXPECT_EQ(after.joint, before.joint);
   EXPECT_EQ(after.moving_names, before.moving_names);
@@ -62,7 +62,7 @@ TEST(RomFiles, TheDocumentReadsBackToTheLastBit)
   EXPECT_EQ(after.range.neutral, before.range.neutral);
   EXPECT_EQ(after.range.X_neutral.matrix(), before.range.X_neutral.matrix());
   for (std::size_t k = 0; k < before.range.cells.size(); ++k) {
-    const rom::RomCell &a = before.range.cells[k], &b = after.range.cells[k];
+    const analysis::RomCell &a = before.range.cells[k], &b = after.range.cells[k];
     EXPECT_EQ(a.status, b.status);
     EXPECT_EQ(a.opening_mm, b.opening_mm);
     EXPECT_EQ(a.translation_mm, b.translation_mm);
@@ -92,20 +92,20 @@ TEST(RomFiles, ADamagedDocumentIsRefusedByKey)
                            {"/cells/fibre/7", 2, "cells/fibre"},
                            {"/cells/opening_mm/0", "x", "cells/opening_mm"},
                            {"/neutral/cell/0", 3, "neutral/cell"}}) {
-    nlohmann::json json = nlohmann::json::parse(rom::rom_json(sample()));
+    nlohmann::json json = nlohmann::json::parse(analysis::rom_json(sample()));
     json[nlohmann::json::json_pointer(damage.pointer)] = damage.value;
-    EXPECT_THAT(test::input_error([&] { rom::parse_rom("a/rom.json", json.dump()); }),
+    EXPECT_THAT(test::input_error([&] { analysis::parse_rom("a/rom.json", json.dump()); }),
                 test::refuses({.file = "a/rom.json", .field = damage.field}))
         << damage.pointer;
   }
-  EXPECT_THAT(test::input_error([] { rom::parse_rom("a/rom.json", "{}"); }),
+  EXPECT_THAT(test::input_error([] { analysis::parse_rom("a/rom.json", "{}"); }),
               test::refuses({.file = "a/rom.json", .field = "format"}));
 }
 
 // Trapezoidal weights of 5, 10, 5 and 7.5, 12.5, 17.5, 12.5 degrees.
 TEST(RomFiles, TheVolumeIsTheTrapezoidalRule)
 {
-  const rom::RomVolume volume = rom::volume_of(sample().range);
+  const analysis::RomVolume volume = analysis::volume_of(sample().range);
   EXPECT_EQ(volume.n_cells, 2u);
   EXPECT_EQ(volume.n_driven, 2);
   EXPECT_NEAR(volume.volume, 10.0 * (12.5 + 17.5), 1e-9) << "rounding of angles";
@@ -114,9 +114,9 @@ TEST(RomFiles, TheVolumeIsTheTrapezoidalRule)
 
 TEST(RomFiles, BoundariesSayWhatEndsTheRange)
 {
-  const rom::RomDocument document = sample();
-  std::vector<rom::RangeAlong> through_neutral;
-  for (const rom::RangeAlong& along : rom::boundaries_of(document.range)) {
+  const analysis::RomDocument document = sample();
+  std::vector<analysis::RangeAlong> through_neutral;
+  for (const analysis::RangeAlong& along : analysis::boundaries_of(document.range)) {
     if (along.at == document.range.neutral) through_neutral.push_back(along);
   }
   ASSERT_EQ(through_neutral.size(), 2u);  // the third rotation is not driven
@@ -126,41 +126,41 @@ TEST(RomFiles, BoundariesSayWhatEndsTheRange)
   EXPECT_NEAR(through_neutral[1].high.deg, 5.0, 1e-12);
   EXPECT_EQ(through_neutral[1].high.beyond, RomStatus::fibre);
   EXPECT_EQ(through_neutral[1].high.component_moving, 1);
-  EXPECT_EQ(rom::cause_of(document, through_neutral[1].high), "fibre: iliofemoral");
-  EXPECT_EQ(rom::cause_of(document, through_neutral[0].low), "contact: socket on neck");
+  EXPECT_EQ(analysis::cause_of(document, through_neutral[1].high), "fibre: iliofemoral");
+  EXPECT_EQ(analysis::cause_of(document, through_neutral[0].low), "contact: socket on neck");
 }
 
 TEST(RomFiles, TablesHaveOneRowPerAttitudeAndPerLine)
 {
   const auto n_lines = [](const std::string& text) { return std::count(text.begin(), text.end(), '\n'); };
-  EXPECT_EQ(n_lines(rom::rom_csv(sample())), 1 + 12);
-  EXPECT_EQ(n_lines(rom::boundary_csv(sample())), 1 + 4 + 3);
-  const std::string csv = rom::rom_csv(sample());
+  EXPECT_EQ(n_lines(analysis::rom_csv(sample())), 1 + 12);
+  EXPECT_EQ(n_lines(analysis::boundary_csv(sample())), 1 + 4 + 3);
+  const std::string csv = analysis::rom_csv(sample());
   EXPECT_THAT(csv, testing::HasSubstr(",0,fibre,0,"));
   EXPECT_THAT(csv, testing::HasSubstr(",0.12,iliofemoral,socket,neck\n"));
 }
 
 TEST(RomFiles, ComparisonCountsCellsOfEachAndOfBoth)
 {
-  const rom::RangeOfMotion a = sample().range;
-  rom::RangeOfMotion b = a;
+  const analysis::RangeOfMotion a = sample().range;
+  analysis::RangeOfMotion b = a;
   b.cells[6].status = RomStatus::contact;
   b.cells[9].status = RomStatus::in_range;
-  const rom::RomComparison found = rom::compare_ranges(a, b, "b.json");
+  const analysis::RomComparison found = analysis::compare_ranges(a, b, "b.json");
   EXPECT_EQ(found.both.n_cells, 1u);
   EXPECT_EQ(found.only_a.n_cells, 1u);
   EXPECT_EQ(found.only_b.n_cells, 1u);
   EXPECT_NEAR(found.both.volume + found.only_a.volume, found.a.volume, 1e-9);
   EXPECT_NEAR(found.both.volume + found.only_b.volume, found.b.volume, 1e-9);
   b.axes.rad[0][0] *= 2.0;
-  EXPECT_THAT(test::input_error([&] { rom::compare_ranges(a, b, "b.json"); }),
+  EXPECT_THAT(test::input_error([&] { analysis::compare_ranges(a, b, "b.json"); }),
               test::refuses({.file = "b.json", .field = "axes.flexion"}));
 }
 
 TEST(RomFiles, ThePictureHasTheColourOfEachStatusAtItsAngles)
 {
-  const std::string bytes = rom::rom_picture(sample());
-  EXPECT_EQ(rom::rom_picture(sample()), bytes);
+  const std::string bytes = analysis::rom_picture(sample());
+  EXPECT_EQ(analysis::rom_picture(sample()), bytes);
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   ASSERT_TRUE(png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()));
@@ -188,13 +188,13 @@ TEST(RomFiles, ThePictureHasTheColourOfEachStatusAtItsAngles)
 // In range are two cells at flexion 0 and varus -5 and 5: a box with four sides, two of them of two cells.
 TEST(RomFiles, TheBoundaryCurveRunsAroundTheConnectedRange)
 {
-  const rom::RomDocument document = sample();
-  const rom::RomAxes& axes = document.range.axes;
-  const auto lines = rom::outline_of(axes, rom::map_axes(axes), 0, [&](std::size_t cell) {
+  const analysis::RomDocument document = sample();
+  const analysis::RomAxes& axes = document.range.axes;
+  const auto lines = analysis::outline_of(axes, analysis::map_axes(axes), 0, [&](std::size_t cell) {
     return document.range.cells[cell].is_connected;
   });
   double along_flexion = 0.0, along_varus = 0.0;
-  for (const rom::MapLine& line : lines) {
+  for (const analysis::MapLine& line : lines) {
     along_flexion += line[2] - line[0];
     along_varus += line[3] - line[1];
     EXPECT_TRUE(std::abs(std::abs(line[0]) - 5.0) < 1e-9) << "half way to the neighbours in flexion";
@@ -206,16 +206,16 @@ TEST(RomFiles, TheBoundaryCurveRunsAroundTheConnectedRange)
 
 TEST(RomFiles, AComparisonNamesBothAndCountsEachAttitudeOnce)
 {
-  const rom::RomDocument a = sample();
-  rom::RomDocument b = a;
+  const analysis::RomDocument a = sample();
+  analysis::RomDocument b = a;
   b.title = "After surgery";
   b.range.cells[6].status = RomStatus::contact;
   b.range.cells[9].status = RomStatus::in_range;
-  const std::string csv = rom::comparison_csv(a, b);
+  const std::string csv = analysis::comparison_csv(a, b);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 12);
   EXPECT_THAT(csv, testing::HasSubstr(",in_range,contact,"));
   EXPECT_THAT(csv, testing::HasSubstr(",contact,in_range,"));
-  const std::string page = rom::comparison_page(a, b);
+  const std::string page = analysis::comparison_page(a, b);
   EXPECT_THAT(page, testing::HasSubstr("After surgery"));
   EXPECT_EQ(page.find("<script"), std::string::npos);
   const auto n_with = [&page](const std::string& colour) {
@@ -229,12 +229,12 @@ TEST(RomFiles, AComparisonNamesBothAndCountsEachAttitudeOnce)
   EXPECT_EQ(n_with("#3a6fb0"), 1u) << "the first only";
   EXPECT_EQ(n_with("#d98a1f"), 1u) << "the second only";
   EXPECT_EQ(n_with("#d8d8d4"), 9u) << "neither";
-  EXPECT_FALSE(rom::comparison_picture(a, b).empty());
+  EXPECT_FALSE(analysis::comparison_picture(a, b).empty());
 }
 
 TEST(RomFiles, TextOfAJobCannotLeaveItsPlaceInThePage)
 {
-  const std::string page = rom::rom_page(sample());
+  const std::string page = analysis::rom_page(sample());
   EXPECT_EQ(page.find("<script"), std::string::npos);
   EXPECT_NE(page.find("Hip &lt;/title&gt;"), std::string::npos);
 }

@@ -5,12 +5,12 @@
 
 #include "core/trig.hpp"
 #include "core/units.hpp"
-#include "score/sequence.hpp"
+#include "analysis/sequence.hpp"
 
 namespace vrda::test {
 
 /// Coordinates of frame k of n: all six vary, over one cycle.
-inline score::Coordinates moving_coordinates(int k, int n)
+inline analysis::Coordinates moving_coordinates(int k, int n)
 {
   const double phase = 2.0 * pi * k / n;
   return {0.5 + 0.4 * sine(phase),       0.06 * sine(2 * phase + 0.3), 0.15 * cosine(phase + 0.7),
@@ -18,9 +18,9 @@ inline score::Coordinates moving_coordinates(int k, int n)
 }
 
 /// A motion of n frames as rows, with keys 0, 1, ...
-inline score::Sequence moving_sequence(int n)
+inline analysis::Sequence moving_sequence(int n)
 {
-  score::Sequence sequence{"measured.csv", "frame", {}, {}};
+  analysis::Sequence sequence{"measured.csv", "frame", {}, {}};
   for (int k = 0; k < n; ++k) {
     sequence.key.push_back(k);
     sequence.rows.push_back({moving_coordinates(k, n)});

@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "core/mesh.hpp"
+#include "model/mesh.hpp"
 
 namespace vrda::test {
 

@@ -1,4 +1,4 @@
-#include "shapes/knee.hpp"
+#include "geometry/knee.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,23 +12,23 @@
 
 namespace vrda::knee_test {
 
-shapes::Shape knee(double resolution, const std::string& side = "right")
+geometry::Shape knee(double resolution, const std::string& side = "right")
 {
-  return shapes::generate_shape({"knee", {{"resolution", resolution}}, {{"side", side}}});
+  return geometry::generate_shape({"knee", {{"resolution", resolution}}, {{"side", side}}});
 }
 
-std::map<std::string, shapes::ShapePart> by_name(const shapes::Shape& shape)
+std::map<std::string, geometry::ShapePart> by_name(const geometry::Shape& shape)
 {
-  std::map<std::string, shapes::ShapePart> parts;
-  for (const shapes::ShapePart& part : shape.reference) parts[part.name] = part;
-  for (const shapes::ShapePart& part : shape.moving) parts[part.name] = part;
+  std::map<std::string, geometry::ShapePart> parts;
+  for (const geometry::ShapePart& part : shape.reference) parts[part.name] = part;
+  for (const geometry::ShapePart& part : shape.moving) parts[part.name] = part;
   return parts;
 }
 
-Mesh contact_mesh(const std::vector<shapes::ShapePart>& parts)
+Mesh contact_mesh(const std::vector<geometry::ShapePart>& parts)
 {
   Mesh mesh;
-  for (const shapes::ShapePart& part : parts) {
+  for (const geometry::ShapePart& part : parts) {
     if (part.has_contact) append(mesh, part.mesh);
   }
   return mesh;
@@ -36,12 +36,12 @@ Mesh contact_mesh(const std::vector<shapes::ShapePart>& parts)
 
 TEST(Knee, HasThePartsThatJobsName)
 {
-  const shapes::Shape shape = knee(1.0);
+  const geometry::Shape shape = knee(1.0);
   std::vector<std::string> reference, moving;
-  for (const shapes::ShapePart& part : shape.reference) {
+  for (const geometry::ShapePart& part : shape.reference) {
     reference.push_back(part.name + (part.has_contact ? "" : " drawn") + ":" + part.material);
   }
-  for (const shapes::ShapePart& part : shape.moving) {
+  for (const geometry::ShapePart& part : shape.moving) {
     moving.push_back(part.name + (part.has_contact ? "" : " drawn") + ":" + part.material);
   }
   EXPECT_THAT(reference, testing::ElementsAre("femur:bone", "femur_shaft drawn:bone"));
@@ -130,7 +130,7 @@ TEST(Knee, TheGeneratedPoseHasASmallGap)
 {
   for (const double resolution : {0.77, 1.0, 2.0}) {
     SCOPED_TRACE(resolution);
-    const shapes::Shape shape = knee(resolution);
+    const geometry::Shape shape = knee(resolution);
     const auto femur = test::envelope(contact_mesh(shape.reference), test::Facing::down);
     const auto tibmen = test::envelope(contact_mesh(shape.moving), test::Facing::up);
     EXPECT_GT(test::smallest_height_mm(femur, tibmen), 0.0);
@@ -172,8 +172,8 @@ TEST(Knee, ShaftsLieOnTheBoneAndAreHiddenInsideTheContactParts)
   };
   for (const double resolution : {1.0, 2.0, 3.0}) {
     for (const Row& row :
-         {Row{"femur", shapes::femur_meshes(resolution, resolution).shaft, shapes::femur_field, 16.0, 1.0},
-          Row{"tibia", shapes::tibia_meshes(resolution, resolution).shaft, shapes::tibia_field, -50.0,
+         {Row{"femur", geometry::femur_meshes(resolution, resolution).shaft, geometry::femur_field, 16.0, 1.0},
+          Row{"tibia", geometry::tibia_meshes(resolution, resolution).shaft, geometry::tibia_field, -50.0,
               -1.0}}) {
       SCOPED_TRACE(testing::Message() << row.name << " " << resolution);
       double furthest_out = -1.0, furthest_out_deep = -1.0;
@@ -204,10 +204,10 @@ TEST(Knee, CompartmentsAreOnTheirSides)
 
 TEST(Knee, MedialCondyleIsLarger)
 {
-  const shapes::Condyle medial = shapes::medial_condyle(), lateral = shapes::lateral_condyle();
+  const geometry::Condyle medial = geometry::medial_condyle(), lateral = geometry::lateral_condyle();
   for (int flexion_deg = 0; flexion_deg <= 120; flexion_deg += 10) {
-    EXPECT_GT(shapes::radius_mm(medial, rad_from_deg(flexion_deg)),
-              shapes::radius_mm(lateral, rad_from_deg(flexion_deg)));
+    EXPECT_GT(geometry::radius_mm(medial, rad_from_deg(flexion_deg)),
+              geometry::radius_mm(lateral, rad_from_deg(flexion_deg)));
   }
   EXPECT_GT(medial.coronal_radius_mm, lateral.coronal_radius_mm);
 }
@@ -216,33 +216,33 @@ TEST(Knee, PlateausAreHollowMediallyAndSlightlyConvexLaterally)
 {
   const auto bend = [](const Eigen::Vector3d& rest) {
     constexpr double h_mm = 4.0;
-    return shapes::plateau_height_mm(rest.x() + h_mm, rest.z()) +
-           shapes::plateau_height_mm(rest.x() - h_mm, rest.z()) -
-           2.0 * shapes::plateau_height_mm(rest.x(), rest.z());
+    return geometry::plateau_height_mm(rest.x() + h_mm, rest.z()) +
+           geometry::plateau_height_mm(rest.x() - h_mm, rest.z()) -
+           2.0 * geometry::plateau_height_mm(rest.x(), rest.z());
   };
-  EXPECT_GT(bend(shapes::medial_contact_point_mm()), 0.1);
-  EXPECT_LT(bend(shapes::lateral_contact_point_mm()), 0.0);
-  EXPECT_GT(bend(shapes::lateral_contact_point_mm()), -0.3);
+  EXPECT_GT(bend(geometry::medial_contact_point_mm()), 0.1);
+  EXPECT_LT(bend(geometry::lateral_contact_point_mm()), 0.0);
+  EXPECT_GT(bend(geometry::lateral_contact_point_mm()), -0.3);
   // Posterior slope: the front edge is higher than the rear one.
-  EXPECT_GT(shapes::plateau_height_mm(25.0, -22.0), shapes::plateau_height_mm(-19.0, -22.0) + 1.0);
-  EXPECT_GT(shapes::plateau_height_mm(20.0, 22.0), shapes::plateau_height_mm(-18.0, 22.0) + 1.0);
+  EXPECT_GT(geometry::plateau_height_mm(25.0, -22.0), geometry::plateau_height_mm(-19.0, -22.0) + 1.0);
+  EXPECT_GT(geometry::plateau_height_mm(20.0, 22.0), geometry::plateau_height_mm(-18.0, 22.0) + 1.0);
 }
 
 // With each condyle in contact at its lowest point, the tibia rotates with the line between the two lowest
 // points, and the varus at which both touch follows the difference in their heights.
 TEST(Knee, RollingCondylesTurnTheTibiaInwardAndKeepBothTouchingNearZeroVarus)
 {
-  const shapes::Condyle medial = shapes::medial_condyle(), lateral = shapes::lateral_condyle();
+  const geometry::Condyle medial = geometry::medial_condyle(), lateral = geometry::lateral_condyle();
   const double apart_mm = lateral.z_mm - medial.z_mm;
   const auto turn_deg = [&](double flexion_deg) {
     const double a = rad_from_deg(flexion_deg);
     return deg_from_rad(
-        arc_tangent2(shapes::support(medial, a).slope_mm - shapes::support(lateral, a).slope_mm, apart_mm));
+        arc_tangent2(geometry::support(medial, a).slope_mm - geometry::support(lateral, a).slope_mm, apart_mm));
   };
   const auto varus_deg = [&](double flexion_deg) {
     const double a = rad_from_deg(flexion_deg);
     return deg_from_rad(
-        arc_tangent2(shapes::support(medial, a).value_mm - shapes::support(lateral, a).value_mm, apart_mm));
+        arc_tangent2(geometry::support(medial, a).value_mm - geometry::support(lateral, a).value_mm, apart_mm));
   };
   double previous_deg = turn_deg(0.0);
   for (int flexion_deg = 1; flexion_deg <= 90; ++flexion_deg) {

@@ -3,35 +3,35 @@
 #include <map>
 #include <set>
 
-#include "core/frames.hpp"
+#include "model/frames.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
-#include "ligament/ligaments.hpp"
-#include "shapes/knee.hpp"
+#include "model/ligaments.hpp"
+#include "geometry/knee.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::ligaments_test {
 
 using testing::HasSubstr;
 
-std::vector<shapes::ShapeFibre> fibres(const std::string& side)
+std::vector<geometry::ShapeFibre> fibres(const std::string& side)
 {
-  return shapes::generate_fibres({"knee", {}, {{"side", side}}});
+  return geometry::generate_fibres({"knee", {}, {{"side", side}}});
 }
 
 // The moving parts are generated below the design pose, to which the reference strains refer.
-Eigen::Vector3d designed_mm(const shapes::ShapeFibre& fibre)
+Eigen::Vector3d designed_mm(const geometry::ShapeFibre& fibre)
 {
-  return fibre.moving_mm + shapes::initial_clearance_mm() * Eigen::Vector3d::UnitY();
+  return fibre.moving_mm + geometry::initial_clearance_mm() * Eigen::Vector3d::UnitY();
 }
 
 TEST(KneeLigaments, AreAttachedToTheBones)
 {
-  for (const shapes::ShapeFibre& fibre : fibres("right")) {
+  for (const geometry::ShapeFibre& fibre : fibres("right")) {
     SCOPED_TRACE(fibre.name);
-    const auto moving_field = fibre.bundle == "LCL" ? shapes::fibula_field : shapes::tibia_field;
+    const auto moving_field = fibre.bundle == "LCL" ? geometry::fibula_field : geometry::tibia_field;
     // Newton's method converges to the rounding of fields of tens of mm.
-    EXPECT_NEAR(shapes::femur_field(fibre.reference_mm), 0.0, 1e-9);
+    EXPECT_NEAR(geometry::femur_field(fibre.reference_mm), 0.0, 1e-9);
     EXPECT_NEAR(moving_field(designed_mm(fibre)), 0.0, 1e-9);
   }
 }
@@ -45,7 +45,7 @@ TEST(KneeLigaments, HaveTheStiffnessAndReferenceStrainsOfTheirSource)
       {"MCLp", {2500, 0.030}},   {"LCL", {2400, 0.060}}};
   std::map<std::string, double> stiffness_n;
   std::set<std::string> names;
-  for (const shapes::ShapeFibre& fibre : fibres("right")) {
+  for (const geometry::ShapeFibre& fibre : fibres("right")) {
     SCOPED_TRACE(fibre.name);
     const double length_mm = (designed_mm(fibre) - fibre.reference_mm).norm();
     EXPECT_NEAR(length_mm / fibre.slack_length_mm - 1.0, source.at(fibre.bundle).second, 1e-12);
@@ -53,23 +53,23 @@ TEST(KneeLigaments, HaveTheStiffnessAndReferenceStrainsOfTheirSource)
     EXPECT_TRUE(names.insert(fibre.name).second);
   }
   ASSERT_EQ(stiffness_n.size(), source.size());
-  for (const char* bundle : ligament::divided_bundles) EXPECT_TRUE(stiffness_n.contains(bundle)) << bundle;
+  for (const char* bundle : model::divided_bundles) EXPECT_TRUE(stiffness_n.contains(bundle)) << bundle;
   for (const auto& [bundle, total_n] : stiffness_n) EXPECT_NEAR(total_n, source.at(bundle).first, 1e-9);
 }
 
 // Pose of the tibia with the contact points of extension below the condyles' lowest points.
 Pose following_the_condyles(double flexion_rad)
 {
-  const auto lowest = [&](const shapes::Condyle& condyle, double angle_rad) {
-    const shapes::Support p = shapes::support(condyle, angle_rad);
+  const auto lowest = [&](const geometry::Condyle& condyle, double angle_rad) {
+    const geometry::Support p = geometry::support(condyle, angle_rad);
     return Eigen::Vector3d(-p.slope_mm, -p.value_mm, condyle.z_mm);
   };
-  const Eigen::Vector3d medial = lowest(shapes::medial_condyle(), flexion_rad);
-  const Eigen::Vector3d line = lowest(shapes::lateral_condyle(), flexion_rad) - medial;
-  const Eigen::Vector3d first_line = shapes::lateral_contact_point_mm() - shapes::medial_contact_point_mm();
+  const Eigen::Vector3d medial = lowest(geometry::medial_condyle(), flexion_rad);
+  const Eigen::Vector3d line = lowest(geometry::lateral_condyle(), flexion_rad) - medial;
+  const Eigen::Vector3d first_line = geometry::lateral_contact_point_mm() - geometry::medial_contact_point_mm();
   Pose X = Pose::Identity();
   X.linear() = rotation_y(arc_tangent2(line.x(), line.z()) - arc_tangent2(first_line.x(), first_line.z()));
-  X.translation() = medial - X.linear() * shapes::medial_contact_point_mm();
+  X.translation() = medial - X.linear() * geometry::medial_contact_point_mm();
   return X;
 }
 
@@ -79,7 +79,7 @@ TEST(KneeLigaments, FlexionTearsNone)
   for (int flexion_deg = 0; flexion_deg <= 90; flexion_deg += 10) {
     const double flexion_rad = rad_from_deg(flexion_deg);
     const Pose X_reference_moving = rotation_z(-flexion_rad) * following_the_condyles(flexion_rad);
-    for (const shapes::ShapeFibre& fibre : fibres("right")) {
+    for (const geometry::ShapeFibre& fibre : fibres("right")) {
       const double length_mm = (X_reference_moving * designed_mm(fibre) - fibre.reference_mm).norm();
       EXPECT_LT(length_mm / fibre.slack_length_mm - 1.0, 0.15) << fibre.name << " at " << flexion_deg;
     }
@@ -88,7 +88,7 @@ TEST(KneeLigaments, FlexionTearsNone)
 
 TEST(KneeLigaments, OfALeftKneeAreTheMirrorImageToTheLastBit)
 {
-  const std::vector<shapes::ShapeFibre> right = fibres("right"), left = fibres("left");
+  const std::vector<geometry::ShapeFibre> right = fibres("right"), left = fibres("left");
   ASSERT_EQ(right.size(), left.size());
   const Eigen::Vector3d m(1, 1, -1);
   for (std::size_t i = 0; i < right.size(); ++i) {
@@ -100,7 +100,7 @@ TEST(KneeLigaments, OfALeftKneeAreTheMirrorImageToTheLastBit)
 
 TEST(KneeLigaments, ATableHasTheirSourcesAndALineEach)
 {
-  const std::string table = shapes::fibre_table({"knee", {}, {}});
+  const std::string table = geometry::fibre_table({"knee", {}, {}});
   EXPECT_EQ(table.front(), '#');
   EXPECT_THAT(table, HasSubstr("Lenhart et al. 2015"));
   const auto n_lines = static_cast<std::size_t>(std::count(table.begin(), table.end(), '\n'));
@@ -111,11 +111,11 @@ TEST(KneeLigaments, ATableHasTheirSourcesAndALineEach)
 TEST(KneeLigamentErrors, AShapeWithoutLigamentsAndAnUnknownParameter)
 {
   EXPECT_THAT(test::input_error([] {
-                shapes::generate_fibres({"hip", {}, {}});
+                geometry::generate_fibres({"hip", {}, {}});
               }),
               test::refuses({.field = "name", .found = "\"hip\"", .wanted = "knee"}));
   EXPECT_THAT(test::input_error([] {
-                shapes::generate_fibres({"knee", {}, {{"side", "up"}}});
+                geometry::generate_fibres({"knee", {}, {{"side", "up"}}});
               }),
               test::refuses({.field = "side"}));
 }

@@ -1,4 +1,4 @@
-#include "shapes/shapes.hpp"
+#include "geometry/shapes.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace vrda::shapes_test {
 
-double apart_mm(const shapes::Shape& shape)
+double apart_mm(const geometry::Shape& shape)
 {
   return test::smallest_height_mm(test::envelope(shape.reference.at(0).mesh, test::Facing::down),
                                   test::envelope(shape.moving.at(0).mesh, test::Facing::up));
@@ -20,15 +20,15 @@ double apart_mm(const shapes::Shape& shape)
 
 TEST(Shapes, EveryShapeIsClosedOutwardAndApartByDefault)
 {
-  EXPECT_THAT(shapes::shape_names(), testing::ElementsAre("knee", "knee-template", "hip", "ankle",
+  EXPECT_THAT(geometry::shape_names(), testing::ElementsAre("knee", "knee-template", "hip", "ankle",
                                                           "ball-in-dish", "bar-on-pyramids", "cap-in-sink"));
-  for (const std::string& name : shapes::shape_names()) {
+  for (const std::string& name : geometry::shape_names()) {
     SCOPED_TRACE(name);
-    EXPECT_FALSE(shapes::shape_summary(name).empty());
-    const shapes::Shape shape = shapes::generate_shape({name, {}, {}});
+    EXPECT_FALSE(geometry::shape_summary(name).empty());
+    const geometry::Shape shape = geometry::generate_shape({name, {}, {}});
     for (const auto& parts : {shape.reference, shape.moving}) {
       ASSERT_FALSE(parts.empty());
-      for (const shapes::ShapePart& part : parts) {
+      for (const geometry::ShapePart& part : parts) {
         SCOPED_TRACE(part.name);
         EXPECT_EQ(edge_counts(part.mesh).boundary, 0);
         EXPECT_EQ(edge_counts(part.mesh).non_manifold, 0);
@@ -42,8 +42,8 @@ TEST(Shapes, EveryShapeIsClosedOutwardAndApartByDefault)
 
 TEST(Shapes, ParametersListTheirDefaultsAndRanges)
 {
-  for (const std::string& name : shapes::shape_names()) {
-    for (const shapes::ShapeParameter& parameter : shapes::shape_parameters(name)) {
+  for (const std::string& name : geometry::shape_names()) {
+    for (const geometry::ShapeParameter& parameter : geometry::shape_parameters(name)) {
       SCOPED_TRACE(name + " " + parameter.name);
       EXPECT_FALSE(parameter.meaning.empty());
       EXPECT_TRUE(!parameter.choices.empty() || parameter.lowest < parameter.highest);
@@ -56,7 +56,7 @@ TEST(Shapes, ParametersListTheirDefaultsAndRanges)
 TEST(Shapes, WhatMakesNoShapeIsRefused)
 {
   struct Row {
-    shapes::ShapeRequest request;
+    geometry::ShapeRequest request;
     test::Refusal refusal;
   };
   for (const Row& row : {
@@ -89,14 +89,14 @@ TEST(Shapes, WhatMakesNoShapeIsRefused)
            {{"ball-in-dish", {{"hole", 36.0}}, {}}, {"shape ball-in-dish", "hole", "36.000000"}},
            {{"ball-in-dish", {{"dish_width", 60.0}}, {}}, {"shape ball-in-dish", "dish_width", "60.000000"}},
        })
-    EXPECT_THAT(test::input_error([&] { shapes::generate_shape(row.request); }), test::refuses(row.refusal));
-  EXPECT_THROW(shapes::shape_parameters("elbow"), InputError);
-  EXPECT_THROW(shapes::shape_summary("elbow"), InputError);
+    EXPECT_THAT(test::input_error([&] { geometry::generate_shape(row.request); }), test::refuses(row.refusal));
+  EXPECT_THROW(geometry::shape_parameters("elbow"), InputError);
+  EXPECT_THROW(geometry::shape_summary("elbow"), InputError);
 }
 
 TEST(Hip, HeadAndSocketAreBallsAboutOneCentre)
 {
-  const shapes::Shape shape = shapes::generate_shape({"hip", {{"radius", 20.0}, {"clearance", 1.0}}, {}});
+  const geometry::Shape shape = geometry::generate_shape({"hip", {{"radius", 20.0}, {"clearance", 1.0}}, {}});
   const Mesh& socket = shape.reference.at(0).mesh;
   const Mesh& head = shape.moving.at(0).mesh;
   EXPECT_EQ(shape.reference.at(0).name, "socket");
@@ -113,9 +113,9 @@ TEST(Hip, HeadAndSocketAreBallsAboutOneCentre)
 
 TEST(Hip, TheSocketOpensByInclinationAndThenAnteversion)
 {
-  const shapes::Shape plain = shapes::generate_shape({"hip", {{"depth", -4.0}}, {}});
-  const shapes::Shape tilted =
-      shapes::generate_shape({"hip", {{"depth", -4.0}, {"inclination", 45.0}, {"anteversion", 30.0}}, {}});
+  const geometry::Shape plain = geometry::generate_shape({"hip", {{"depth", -4.0}}, {}});
+  const geometry::Shape tilted =
+      geometry::generate_shape({"hip", {{"depth", -4.0}, {"inclination", 45.0}, {"anteversion", 30.0}}, {}});
   // cos 30 = 0.866, cos 45 = sin 45 = 0.707
   const Eigen::Vector3d opening(0.5, -0.75 / std::sqrt(1.5), 0.75 / std::sqrt(1.5));
   const Eigen::VectorXd along = tilted.reference.at(0).mesh.vertices_mm * opening;
@@ -125,7 +125,7 @@ TEST(Hip, TheSocketOpensByInclinationAndThenAnteversion)
 
 TEST(Ankle, BothSurfacesTurnAboutZ)
 {
-  const shapes::Shape shape = shapes::generate_shape({"ankle", {{"clearance", 0.75}}, {}});
+  const geometry::Shape shape = geometry::generate_shape({"ankle", {{"clearance", 0.75}}, {}});
   const auto profile_mm = [](double z_mm) { return 20.0 + 40.0 - std::sqrt(40.0 * 40.0 - z_mm * z_mm); };
   constexpr double on_surface_mm = 1e-8;  // Newton's last step
   const auto count_on = [&](const Mesh& mesh, double clearance_mm, double least_y_mm) {
@@ -144,7 +144,7 @@ TEST(Ankle, BothSurfacesTurnAboutZ)
 
 TEST(BallInDish, VerticesLieOnTheirBallsAndTheRestingPlaceIsTheOrigin)
 {
-  const shapes::Shape shape = shapes::generate_shape(
+  const geometry::Shape shape = geometry::generate_shape(
       {"ball-in-dish",
        {{"ball_radius", 8.0}, {"dish_radius", 28.0}, {"offset_x", 3.0}, {"offset_z", -2.0}},
        {}});
@@ -163,7 +163,7 @@ TEST(BallInDish, VerticesLieOnTheirBallsAndTheRestingPlaceIsTheOrigin)
   // Straight below the bowl, `apart` below its corners: the top of the ball is lower than the lowest vertex.
   EXPECT_NEAR(bounding_box(dish).min_mm.y() - ball.max_mm.y(), 5.0, 1e-12);
   // Moved onto the axis and up by its depth, the ball touches the dish at the origin and nowhere else.
-  shapes::Shape resting = shape;
+  geometry::Shape resting = shape;
   resting.moving.at(0).mesh.vertices_mm.rowwise() -= Eigen::RowVector3d(3.0, ball.max_mm.y(), -2.0);
   EXPECT_NEAR(apart_mm(resting), 0.0, 1e-12);
 }
@@ -173,7 +173,7 @@ TEST(BallInDish, EverySectionFallsFromTheMiddleOutward)
   for (const std::string section : {"bowl", "cone", "wave"}) {
     SCOPED_TRACE(section);
     const Mesh dish =
-        shapes::generate_shape({"ball-in-dish", {}, {{"section", section}}}).reference.at(0).mesh;
+        geometry::generate_shape({"ball-in-dish", {}, {{"section", section}}}).reference.at(0).mesh;
     const auto under = test::envelope(dish, test::Facing::down);
     constexpr std::size_t n = test::Envelope::n, middle = n / 2;
     for (std::size_t i = middle; i < middle + 35; ++i) {
@@ -185,8 +185,8 @@ TEST(BallInDish, EverySectionFallsFromTheMiddleOutward)
 
 TEST(BallInDish, ASmallBallFallsThroughTheHole)
 {
-  const shapes::Shape shape =
-      shapes::generate_shape({"ball-in-dish", {{"hole", 12.0}, {"ball_radius", 5.0}}, {}});
+  const geometry::Shape shape =
+      geometry::generate_shape({"ball-in-dish", {{"hole", 12.0}, {"ball_radius", 5.0}}, {}});
   EXPECT_EQ(apart_mm(shape), std::numeric_limits<double>::infinity());
 }
 
@@ -194,7 +194,7 @@ TEST(BallInDish, AnEllipsoidMayStartTurned)
 {
   // A quarter turn about +Y maps the longer half axis from X to Z.
   const auto box = [](double turn_deg) {
-    return bounding_box(shapes::generate_shape(
+    return bounding_box(geometry::generate_shape(
                             {"ball-in-dish",
                              {{"stretch_x", 1.5}, {"turn", turn_deg}, {"offset_x", 2.0}, {"offset_z", -3.0}},
                              {}})
@@ -209,13 +209,13 @@ TEST(BallInDish, AnEllipsoidMayStartTurned)
 
 TEST(BarOnPyramids, TheBarFitsBetweenThePyramidsWhenItLiesAlongThem)
 {
-  shapes::Shape straight = shapes::generate_shape({"bar-on-pyramids", {{"turn", 0.0}}, {}});
+  geometry::Shape straight = geometry::generate_shape({"bar-on-pyramids", {{"turn", 0.0}}, {}});
   const double top_mm = bounding_box(straight.moving.at(0).mesh).max_mm.y();
   EXPECT_NEAR(top_mm, -20.0, 1e-12);  // 15 mm of pyramid, 5 mm apart
   straight.moving.at(0).mesh.vertices_mm.col(1).array() -= top_mm;
   EXPECT_NEAR(apart_mm(straight), 0.0, 1e-12);
   // Rotated it touches the slopes before the floor.
-  shapes::Shape turned = shapes::generate_shape({"bar-on-pyramids", {{"turn", 30.0}}, {}});
+  geometry::Shape turned = geometry::generate_shape({"bar-on-pyramids", {{"turn", 30.0}}, {}});
   turned.moving.at(0).mesh.vertices_mm.col(1).array() -= top_mm;
   EXPECT_LT(apart_mm(turned), -1.0);
 }
@@ -223,8 +223,8 @@ TEST(BarOnPyramids, TheBarFitsBetweenThePyramidsWhenItLiesAlongThem)
 TEST(CapInSink, CreasesAreExactAtAnyTessellation)
 {
   for (const double edges : {1.0, 2.0, 5.0}) {
-    const shapes::Shape shape =
-        shapes::generate_shape({"cap-in-sink", {{"edges", edges}, {"turn", 0.0}}, {}});
+    const geometry::Shape shape =
+        geometry::generate_shape({"cap-in-sink", {{"edges", edges}, {"turn", 0.0}}, {}});
     // A block of 26 mm minus a pyramid of 20 mm over a base of 40 mm.
     EXPECT_NEAR(signed_volume_mm3(shape.reference.at(0).mesh), 1600.0 * 26.0 - 1600.0 * 20.0 / 3.0, 1e-9);
     EXPECT_NEAR(signed_volume_mm3(shape.moving.at(0).mesh), 1296.0 * 6.0 + 1296.0 * 18.0 / 3.0, 1e-9);
@@ -233,7 +233,7 @@ TEST(CapInSink, CreasesAreExactAtAnyTessellation)
 
 TEST(CapInSink, InLineTheTipsMeetAndTheSlopesLieOnEachOther)
 {
-  shapes::Shape shape = shapes::generate_shape({"cap-in-sink", {{"turn", 0.0}}, {}});
+  geometry::Shape shape = geometry::generate_shape({"cap-in-sink", {{"turn", 0.0}}, {}});
   Mesh& cap = shape.moving.at(0).mesh;
   cap.vertices_mm.col(1).array() -= bounding_box(cap).max_mm.y();
   EXPECT_NEAR(apart_mm(shape), 0.0, 1e-12);

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "shapes/level_set.hpp"
-#include "shapes/surface.hpp"
+#include "geometry/level_set.hpp"
+#include "geometry/surface.hpp"
 
 namespace vrda::surfaces_test {
 
@@ -17,11 +17,11 @@ void expect_closed_and_outward(const Mesh& mesh)
 
 TEST(LevelSet, BallIsExactAtItsVertices)
 {
-  const shapes::Field ball = [](const Eigen::Vector3d& p) { return p.norm() - 10.0; };
+  const geometry::Field ball = [](const Eigen::Vector3d& p) { return p.norm() - 10.0; };
   for (const double cell_mm : {4.0, 2.0, 0.7}) {
-    shapes::LevelSetOptions options;
+    geometry::LevelSetOptions options;
     options.cell_mm = cell_mm;
-    const Mesh mesh = shapes::level_set_mesh(ball, {{-11, -11, -11}, {11, 11, 11}}, options);
+    const Mesh mesh = geometry::level_set_mesh(ball, {{-11, -11, -11}, {11, 11, 11}}, options);
     expect_closed_and_outward(mesh);
     EXPECT_LT((mesh.vertices_mm.rowwise().norm().array() - 10.0).abs().maxCoeff(),
               1e-9);  // Newton's last step
@@ -33,20 +33,20 @@ TEST(LevelSet, BallIsExactAtItsVertices)
 
 TEST(LevelSet, ASurfaceThatLeavesItsBoxIsABrokenPromise)
 {
-  const shapes::Field ball = [](const Eigen::Vector3d& p) { return p.norm() - 20.0; };
-  EXPECT_THROW(shapes::level_set_mesh(ball, {{-11, -11, -30}, {11, 11, 30}}, {}), InternalError);
+  const geometry::Field ball = [](const Eigen::Vector3d& p) { return p.norm() - 20.0; };
+  EXPECT_THROW(geometry::level_set_mesh(ball, {{-11, -11, -30}, {11, 11, 30}}, {}), InternalError);
 }
 
 TEST(LevelSet, SkippedEmptySpaceChangesNothing)
 {
-  const shapes::Field ball = [](const Eigen::Vector3d& p) { return p.norm() - 10.0; };
-  shapes::LevelSetOptions skipping, careful;
+  const geometry::Field ball = [](const Eigen::Vector3d& p) { return p.norm() - 10.0; };
+  geometry::LevelSetOptions skipping, careful;
   skipping.cell_mm = careful.cell_mm = 0.9;
   skipping.max_gradient = 1.0;
   careful.max_gradient = 1e9;
   const Box box{{-12, -12, -12}, {12, 12, 12}};
-  EXPECT_EQ(shapes::level_set_mesh(ball, box, skipping).vertices_mm,
-            shapes::level_set_mesh(ball, box, careful).vertices_mm);
+  EXPECT_EQ(geometry::level_set_mesh(ball, box, skipping).vertices_mm,
+            geometry::level_set_mesh(ball, box, careful).vertices_mm);
 }
 
 TEST(LevelSet, ASurfaceAlongAnotherHasItsVerticesWhereBothAgree)
@@ -54,16 +54,16 @@ TEST(LevelSet, ASurfaceAlongAnotherHasItsVerticesWhereBothAgree)
   // Two halves of one rod that overlap from y = -9 to 9; their ends are rounded over 2 mm.
   const auto rod = [](const Eigen::Vector3d& p) { return std::sqrt(p.x() * p.x() + p.z() * p.z()) - 8.0; };
   const auto half = [&](double low_mm, double high_mm) {
-    const shapes::Field field = [=](const Eigen::Vector3d& p) {
-      return shapes::smooth_max(shapes::smooth_max(rod(p), p.y() - high_mm, 2.0), low_mm - p.y(), 2.0);
+    const geometry::Field field = [=](const Eigen::Vector3d& p) {
+      return geometry::smooth_max(geometry::smooth_max(rod(p), p.y() - high_mm, 2.0), low_mm - p.y(), 2.0);
     };
-    return shapes::LevelSet{field, {{-10.3, low_mm - 2.1, -11}, {10, high_mm + 2.4, 11}}};
+    return geometry::LevelSet{field, {{-10.3, low_mm - 2.1, -11}, {10, high_mm + 2.4, 11}}};
   };
-  const shapes::LevelSet lower = half(-30.0, 9.0), upper = half(-9.0, 30.0);
-  shapes::LevelSetOptions options;
+  const geometry::LevelSet lower = half(-30.0, 9.0), upper = half(-9.0, 30.0);
+  geometry::LevelSetOptions options;
   options.cell_mm = 1.7;
-  const auto [first, second] = shapes::adjoining_level_set_meshes(lower, upper, options);
-  EXPECT_EQ(first.vertices_mm, shapes::level_set_mesh(lower.field, lower.box_mm, options).vertices_mm);
+  const auto [first, second] = geometry::adjoining_level_set_meshes(lower, upper, options);
+  EXPECT_EQ(first.vertices_mm, geometry::level_set_mesh(lower.field, lower.box_mm, options).vertices_mm);
   expect_closed_and_outward(second);
   EXPECT_GT(bounding_box(second).max_mm.y(), 29.0);
   int n_shared = 0, n_within = 0;
@@ -83,7 +83,7 @@ TEST(LevelSet, ASurfaceAlongAnotherHasItsVerticesWhereBothAgree)
 TEST(Surface, EllipsoidHasTwentySquaresOfTrianglesOnTheSurface)
 {
   for (const int n_edges : {1, 2, 7}) {
-    const Mesh mesh = shapes::ellipsoid_mesh({3, 5, 4}, n_edges);
+    const Mesh mesh = geometry::ellipsoid_mesh({3, 5, 4}, n_edges);
     expect_closed_and_outward(mesh);
     EXPECT_EQ(mesh.triangles.rows(), 20 * n_edges * n_edges);
     EXPECT_DOUBLE_EQ(bounding_box(mesh).max_mm.y(), 5.0);
@@ -97,26 +97,26 @@ TEST(Surface, EllipsoidHasTwentySquaresOfTrianglesOnTheSurface)
 TEST(Surface, BlocksFacingEitherWayAreClosedAndHaveTheirVolume)
 {
   for (const double back_y_mm : {-2.0, 3.0}) {
-    shapes::Block block;
-    shapes::append_lines(block.x_mm, -2.0, 2.0, 4);
-    shapes::append_lines(block.z_mm, -1.0, 2.0, 3);
+    geometry::ShapedBlock block;
+    geometry::append_lines(block.x_mm, -2.0, 2.0, 4);
+    geometry::append_lines(block.z_mm, -1.0, 2.0, 3);
     block.front_y_mm = [](double, double) { return 1.0; };
     block.back_y_mm = back_y_mm;
-    expect_closed_and_outward(shapes::block_mesh(block));
-    EXPECT_NEAR(signed_volume_mm3(shapes::block_mesh(block)), 12.0 * std::abs(back_y_mm - 1.0), 1e-12);
+    expect_closed_and_outward(geometry::block_mesh(block));
+    EXPECT_NEAR(signed_volume_mm3(geometry::block_mesh(block)), 12.0 * std::abs(back_y_mm - 1.0), 1e-12);
   }
 }
 
 TEST(Surface, AHoleGoesThroughTheBlock)
 {
-  shapes::Block block;
-  shapes::append_lines(block.x_mm, -4.0, 4.0, 8);
+  geometry::ShapedBlock block;
+  geometry::append_lines(block.x_mm, -4.0, 4.0, 8);
   block.z_mm = block.x_mm;
   block.front_y_mm = [](double, double) { return 0.0; };
   block.back_y_mm = 1.0;
   block.hole_half_mm = 2.0;
-  expect_closed_and_outward(shapes::block_mesh(block));
-  EXPECT_NEAR(signed_volume_mm3(shapes::block_mesh(block)), 64.0 - 16.0, 1e-12);
+  expect_closed_and_outward(geometry::block_mesh(block));
+  EXPECT_NEAR(signed_volume_mm3(geometry::block_mesh(block)), 64.0 - 16.0, 1e-12);
 }
 
 }  // namespace vrda::surfaces_test

@@ -5,8 +5,8 @@
 #include <random>
 #include <utility>
 
-#include "smooth/leave_out.hpp"
-#include "smooth/smooth.hpp"
+#include "analysis/leave_out.hpp"
+#include "analysis/smooth.hpp"
 
 namespace vrda::smooth_fit_test {
 
@@ -19,9 +19,9 @@ double deviate(std::mt19937_64& generator)
 }
 
 /// Planes with noise within +-0.1 and given varus.
-smooth::SmoothInput noisy_planes(Eigen::Index rows, Eigen::Index columns)
+analysis::SmoothInput noisy_planes(Eigen::Index rows, Eigen::Index columns)
 {
-  smooth::SmoothInput input;
+  analysis::SmoothInput input;
   input.name = "knee.h5";
   for (Eigen::Index i = 0; i < rows; ++i) input.flexion_deg.push_back(static_cast<double>(3 * i));
   for (Eigen::Index j = 0; j < columns; ++j) input.varus_deg.push_back(static_cast<double>(j) - 2.0);
@@ -40,8 +40,8 @@ smooth::SmoothInput noisy_planes(Eigen::Index rows, Eigen::Index columns)
 
 TEST(SmoothFit, GridValuesAreThoseOfEvaluate)
 {
-  const smooth::SmoothInput input = noisy_planes(17, 9);
-  const store::SmoothedSet set = smooth::smooth(input, 5);
+  const analysis::SmoothInput input = noisy_planes(17, 9);
+  const store::SmoothedSet set = analysis::smooth(input, 5);
   const store::AxisRanges ranges = store::axis_ranges(input.flexion_deg, input.varus_deg);
   for (const store::SmoothedSurface& surface : set.surfaces) {
     for (Eigen::Index i = 0; i < 17; ++i) {
@@ -57,20 +57,20 @@ TEST(SmoothFit, GridValuesAreThoseOfEvaluate)
 
 TEST(SmoothFit, LeftOutBlocksAreThoseOfRefits)
 {
-  smooth::SmoothInput input = noisy_planes(9, 7);
+  analysis::SmoothInput input = noisy_planes(9, 7);
   input.status(4, 2) = static_cast<std::int8_t>(StepStatus::no_contact);
   input.theta_determined(1, 1) = 0;
-  const smooth::SmoothFit whole = smooth::smooth_fit(input, 3);
-  const smooth::BlockSize size{4, 3};
-  const std::vector<store::GridD> errors = smooth::leave_blocks_out(input, whole, size);
-  const store::GridI blocks = smooth::block_numbers(9, 7, size);
+  const analysis::SmoothFit whole = analysis::smooth_fit(input, 3);
+  const analysis::BlockSize size{4, 3};
+  const std::vector<store::GridD> errors = analysis::leave_blocks_out(input, whole, size);
+  const store::GridI blocks = analysis::block_numbers(9, 7, size);
   EXPECT_EQ(blocks.maxCoeff(), 3 * 3 - 1);
   EXPECT_EQ(blocks(3, 2), blocks(0, 0));
   EXPECT_NE(blocks(4, 2), blocks(3, 2));
   for (std::int32_t block = 0; block < 9; ++block) {
-    smooth::SmoothInput without = input;
+    analysis::SmoothInput without = input;
     without.status = (blocks == block).select(static_cast<std::int8_t>(StepStatus::no_contact), input.status);
-    const store::SmoothedSet refit = smooth::smooth(without, 3);
+    const store::SmoothedSet refit = analysis::smooth(without, 3);
     for (Eigen::Index k = 0; k < blocks.size(); ++k) {
       if (blocks.data()[k] != block || input.status.data()[k] != status_stable) continue;
       EXPECT_NEAR(errors[0].data()[k], input.tx_mm.data()[k] - refit.surfaces[0].values.data()[k],
@@ -82,18 +82,18 @@ TEST(SmoothFit, LeftOutBlocksAreThoseOfRefits)
   EXPECT_EQ(errors[3].isNaN().count(), 2);
   // Four columns of seven are one block, and the other three do not determine degree 3, nor do the four
   // without a column; the last three leave four.
-  const store::GridD wide = smooth::leave_blocks_out(input, whole, {9, 4})[0];
+  const store::GridD wide = analysis::leave_blocks_out(input, whole, {9, 4})[0];
   EXPECT_TRUE(wide.leftCols(4).isNaN().all());
   EXPECT_FALSE(wide.rightCols(3).isNaN().any());
 }
 
 TEST(SmoothFit, LeftOutBlocksOfOneCellAreTheLeaveOneOutErrors)
 {
-  smooth::SmoothInput input = noisy_planes(9, 7);
+  analysis::SmoothInput input = noisy_planes(9, 7);
   input.tx_mm(3, 3) += 5.0;
   for (const bool is_robust : {false, true}) {
-    const smooth::SmoothFit fit = smooth::smooth_fit(input, 2, {is_robust});
-    const std::vector<store::GridD> errors = smooth::leave_blocks_out(input, fit, {1, 1});
+    const analysis::SmoothFit fit = analysis::smooth_fit(input, 2, {is_robust});
+    const std::vector<store::GridD> errors = analysis::leave_blocks_out(input, fit, {1, 1});
     for (std::size_t s = 0; s < 4; ++s)
       EXPECT_LE((errors[s] - fit.leave_one_out[s]).abs().maxCoeff(), fit_tolerance);
     EXPECT_EQ((fit.weight[0] == 1.0).all(), !is_robust);
@@ -102,10 +102,10 @@ TEST(SmoothFit, LeftOutBlocksOfOneCellAreTheLeaveOneOutErrors)
 
 TEST(SmoothFit, LeftOutErrorsAreThoseOfRefitsCellByCell)
 {
-  smooth::SmoothInput input = noisy_planes(9, 6);
+  analysis::SmoothInput input = noisy_planes(9, 6);
   input.status(4, 2) = static_cast<std::int8_t>(StepStatus::no_contact);
   input.theta_determined(1, 1) = 0;
-  const smooth::SmoothFit whole = smooth::smooth_fit(input, 4);
+  const analysis::SmoothFit whole = analysis::smooth_fit(input, 4);
   EXPECT_TRUE(std::isnan(whole.residual[0](4, 2)));
   EXPECT_TRUE(std::isnan(whole.leave_one_out[0](4, 2)));
   EXPECT_TRUE(std::isnan(whole.leave_one_out[3](1, 1)));
@@ -113,9 +113,9 @@ TEST(SmoothFit, LeftOutErrorsAreThoseOfRefitsCellByCell)
   EXPECT_EQ(whole.leave_one_out[3].isNaN().count(), 2);
   for (Eigen::Index k = 0; k < input.status.size(); k += 5) {
     ASSERT_EQ(input.status.data()[k], 0);
-    smooth::SmoothInput without = input;
+    analysis::SmoothInput without = input;
     without.status.data()[k] = status_pending;
-    const store::SmoothedSet refit = smooth::smooth(without, 4);
+    const store::SmoothedSet refit = analysis::smooth(without, 4);
     EXPECT_NEAR(whole.leave_one_out[1].data()[k], input.ty_mm.data()[k] - refit.surfaces[1].values.data()[k],
                 fit_tolerance);
     EXPECT_NEAR(whole.leave_one_out[3].data()[k],
@@ -125,11 +125,11 @@ TEST(SmoothFit, LeftOutErrorsAreThoseOfRefitsCellByCell)
 
 TEST(SmoothFit, RobustWeightsIgnoreGrossErrors)
 {
-  smooth::SmoothInput input = noisy_planes(21, 7);
-  const store::SmoothedSet clean = smooth::smooth(input, 2);
+  analysis::SmoothInput input = noisy_planes(21, 7);
+  const store::SmoothedSet clean = analysis::smooth(input, 2);
   for (Eigen::Index k = 3; k < input.tx_mm.size(); k += 13) input.tx_mm.data()[k] += 8.0;
-  const smooth::SmoothFit robust = smooth::smooth_fit(input, 2, {.is_robust = true});
-  const store::SmoothedSet plain = smooth::smooth(input, 2);
+  const analysis::SmoothFit robust = analysis::smooth_fit(input, 2, {.is_robust = true});
+  const store::SmoothedSet plain = analysis::smooth(input, 2);
   EXPECT_TRUE(robust.set.is_robust);
   EXPECT_FALSE(plain.is_robust);
   for (const bool is_converged : robust.is_converged) EXPECT_TRUE(is_converged);
@@ -147,12 +147,12 @@ TEST(SmoothFit, RobustWeightsIgnoreGrossErrors)
 
 TEST(SmoothFit, RobustFitRecoversExactPolynomials)
 {
-  smooth::SmoothInput input = noisy_planes(15, 7);
+  analysis::SmoothInput input = noisy_planes(15, 7);
   for (Eigen::Index i = 0; i < 15; ++i) {
     for (Eigen::Index j = 0; j < 7; ++j)
       input.tz_mm(i, j) = static_cast<double>(i * i) - 3.0 * static_cast<double>(i * j);
   }
-  const store::SmoothedSet set = smooth::smooth(input, 3, {.is_robust = true});
+  const store::SmoothedSet set = analysis::smooth(input, 3, {.is_robust = true});
   EXPECT_LT((set.surfaces[2].values - input.tz_mm).abs().maxCoeff(), fit_tolerance);
 }
 
@@ -171,11 +171,11 @@ TEST(SmoothFit, EveryCacheGivesTheSameBits)
 {
   const CacheSizes restored_at_the_end;
   // With 560 cells and 91 terms Eigen's matrix products and blocked QR differ between these settings.
-  smooth::SmoothInput input = noisy_planes(28, 20);
+  analysis::SmoothInput input = noisy_planes(28, 20);
   for (Eigen::Index k = 3; k < input.tx_mm.size(); k += 7) input.tx_mm.data()[k] += 8.0;
   const auto fit_with_caches = [&](std::ptrdiff_t l1, std::ptrdiff_t l2, std::ptrdiff_t l3) {
     Eigen::setCpuCacheSizes(l1, l2, l3);
-    return std::pair(smooth::smooth_fit(input, 12), smooth::smooth_fit(input, 12, {.is_robust = true}));
+    return std::pair(analysis::smooth_fit(input, 12), analysis::smooth_fit(input, 12, {.is_robust = true}));
   };
   const auto small = fit_with_caches(8 << 10, 64 << 10, 128 << 10);
   const auto large = fit_with_caches(128 << 10, 2 << 20, 64 << 20);
@@ -201,18 +201,18 @@ TEST(SmoothFit, VarusIsAFifthSurfaceWhereItWasFree)
 {
   store::MotionModel model;
   model.varus_deg = {0.0};
-  const smooth::SmoothInput planes = noisy_planes(12, 1);
+  const analysis::SmoothInput planes = noisy_planes(12, 1);
   model.flexion_deg = planes.flexion_deg;
   model.tx_mm = model.ty_mm = model.tz_mm = model.theta_deg = planes.tx_mm;
   model.status = store::GridB::Zero(12, 1);
   model.theta_determined = store::GridB::Ones(12, 1);
   model.varus_solved_deg = store::GridD::Zero(12, 1);
-  EXPECT_EQ(smooth::smooth(smooth::smooth_input(model, "knee.h5"), 3).surfaces.size(), 4u)
+  EXPECT_EQ(analysis::smooth(analysis::smooth_input(model, "knee.h5"), 3).surfaces.size(), 4u)
       << "varus is that of the axis";
 
   for (Eigen::Index i = 0; i < 12; ++i)
     model.varus_solved_deg(i, 0) = 0.01 * static_cast<double>(i * i) - 1.0;
-  const store::SmoothedSet set = smooth::smooth(smooth::smooth_input(model, "knee.h5"), 3);
+  const store::SmoothedSet set = analysis::smooth(analysis::smooth_input(model, "knee.h5"), 3);
   ASSERT_EQ(set.surfaces.size(), 5u);
   EXPECT_EQ(set.surfaces[4].name, "varus");
   EXPECT_LT((set.surfaces[4].values - model.varus_solved_deg).abs().maxCoeff(), fit_tolerance);
@@ -223,19 +223,19 @@ TEST(SmoothFit, VarusIsAFifthSurfaceWhereItWasFree)
     *grid = store::GridD::Ones(12, 2);
   model.status = store::GridB::Zero(12, 2);
   model.theta_determined = store::GridB::Ones(12, 2);
-  EXPECT_EQ(smooth::smooth(smooth::smooth_input(model, "knee.h5"), 1).surfaces.size(), 4u)
+  EXPECT_EQ(analysis::smooth(analysis::smooth_input(model, "knee.h5"), 1).surfaces.size(), 4u)
       << "varus was given";
 }
 
 TEST(SmoothFit, TheLargestRequestedDegreeIsTriedFirst)
 {
-  const smooth::SmoothInput input = noisy_planes(20, 5);
-  EXPECT_EQ(smooth::largest_degree(input), 4);
-  EXPECT_EQ(smooth::largest_degree(input, 12), 4);
-  EXPECT_EQ(smooth::largest_degree(input, 4), 4);
-  EXPECT_EQ(smooth::largest_degree(input, 3), 3);
-  EXPECT_EQ(smooth::largest_degree(input, 0), 0);
-  EXPECT_EQ(smooth::largest_degree(input, -1), -1);
+  const analysis::SmoothInput input = noisy_planes(20, 5);
+  EXPECT_EQ(analysis::largest_degree(input), 4);
+  EXPECT_EQ(analysis::largest_degree(input, 12), 4);
+  EXPECT_EQ(analysis::largest_degree(input, 4), 4);
+  EXPECT_EQ(analysis::largest_degree(input, 3), 3);
+  EXPECT_EQ(analysis::largest_degree(input, 0), 0);
+  EXPECT_EQ(analysis::largest_degree(input, -1), -1);
 }
 
 }  // namespace vrda::smooth_fit_test

@@ -1,4 +1,4 @@
-#include "smooth/smooth.hpp"
+#include "analysis/smooth.hpp"
 #include "core/units.hpp"
 
 #include <gtest/gtest.h>
@@ -26,9 +26,9 @@ std::vector<double> axis(int n, double from, double step)
 }
 
 /// A solved grid of zeros.
-smooth::SmoothInput blank(std::vector<double> flexion_deg, std::vector<double> varus_deg)
+analysis::SmoothInput blank(std::vector<double> flexion_deg, std::vector<double> varus_deg)
 {
-  smooth::SmoothInput input;
+  analysis::SmoothInput input;
   input.name = "knee.h5";
   const Eigen::Index rows = static_cast<Eigen::Index>(flexion_deg.size());
   const Eigen::Index columns = static_cast<Eigen::Index>(varus_deg.size());
@@ -52,7 +52,7 @@ double polynomial(double u, double v, int degree, double shift)
   return sum;
 }
 
-void fill_with_polynomial(smooth::SmoothInput& input, int degree)
+void fill_with_polynomial(analysis::SmoothInput& input, int degree)
 {
   const store::AxisRanges ranges = store::axis_ranges(input.flexion_deg, input.varus_deg);
   for (Eigen::Index i = 0; i < input.tx_mm.rows(); ++i) {
@@ -67,7 +67,7 @@ void fill_with_polynomial(smooth::SmoothInput& input, int degree)
   }
 }
 
-void fill_with_noise(smooth::SmoothInput& input)
+void fill_with_noise(analysis::SmoothInput& input)
 {
   std::mt19937_64 generator(7);
   for (store::GridD* grid : {&input.tx_mm, &input.ty_mm, &input.tz_mm, &input.theta_deg}) {
@@ -81,9 +81,9 @@ TEST(Smooth, ReproducesPolynomialsOfItsDegree)
 {
   for (const int degree : {0, 1, 2, 3, 6, 8}) {
     SCOPED_TRACE(degree);
-    smooth::SmoothInput input = blank(axis(31, 0, 3), axis(11, -10, 2));
+    analysis::SmoothInput input = blank(axis(31, 0, 3), axis(11, -10, 2));
     fill_with_polynomial(input, degree);
-    const store::SmoothedSet set = smooth::smooth(input, degree);
+    const store::SmoothedSet set = analysis::smooth(input, degree);
     EXPECT_EQ(set.degree, degree);
     EXPECT_EQ(set.exponents.rows(), (degree + 1) * (degree + 2) / 2);
     const store::GridD* grids[] = {&input.tx_mm, &input.ty_mm, &input.tz_mm, &input.theta_deg};
@@ -105,9 +105,9 @@ TEST(Smooth, ReproducesPolynomialsOfItsDegree)
 
 TEST(Smooth, DegreeZeroIsTheMean)
 {
-  smooth::SmoothInput input = blank({0, 1}, {-1, 1});
+  analysis::SmoothInput input = blank({0, 1}, {-1, 1});
   input.tx_mm << 1, 2, 3, 6;
-  const store::SmoothedSurface surface = smooth::smooth(input, 0).surfaces[0];
+  const store::SmoothedSurface surface = analysis::smooth(input, 0).surfaces[0];
   EXPECT_NEAR(surface.coefficients.at(0), 3.0, fit_tolerance);
   EXPECT_NEAR(surface.rms, std::sqrt((4.0 + 1.0 + 0.0 + 9.0) / 4.0), fit_tolerance);
   EXPECT_NEAR(surface.largest_residual, 3.0, fit_tolerance);
@@ -118,7 +118,7 @@ TEST(Smooth, DegreeZeroIsTheMean)
 
 TEST(Smooth, FailedCellsDoNotMatter)
 {
-  smooth::SmoothInput input = blank(axis(19, 0, 5), axis(9, -8, 2));
+  analysis::SmoothInput input = blank(axis(19, 0, 5), axis(9, -8, 2));
   fill_with_polynomial(input, 4);
   const store::GridD wanted = input.ty_mm;
   for (Eigen::Index k = 0; k < input.status.size(); k += 7) {
@@ -126,21 +126,21 @@ TEST(Smooth, FailedCellsDoNotMatter)
         static_cast<std::int8_t>(k % 2 == 0 ? StepStatus::no_contact : StepStatus::pending);
     input.tx_mm.data()[k] = input.ty_mm.data()[k] = input.tz_mm.data()[k] = input.theta_deg.data()[k] = nan;
   }
-  const store::SmoothedSet set = smooth::smooth(input, 4);
+  const store::SmoothedSet set = analysis::smooth(input, 4);
   EXPECT_EQ(set.surfaces[1].n_cells, (input.status == 0).count());
   EXPECT_LT((set.surfaces[1].values - wanted).abs().maxCoeff(), fit_tolerance);
 }
 
 TEST(Smooth, ThetaIsFittedWhereItIsDetermined)
 {
-  smooth::SmoothInput input = blank(axis(10, 0, 10), axis(7, -3, 1));
+  analysis::SmoothInput input = blank(axis(10, 0, 10), axis(7, -3, 1));
   fill_with_polynomial(input, 3);
   const store::GridD wanted = input.theta_deg;
   for (Eigen::Index k = 0; k < input.status.size(); k += 5) {
     input.theta_determined.data()[k] = 0;
     input.theta_deg.data()[k] = 1e6;
   }
-  const store::SmoothedSet set = smooth::smooth(input, 3);
+  const store::SmoothedSet set = analysis::smooth(input, 3);
   EXPECT_EQ(set.surfaces[0].n_cells, 70);
   EXPECT_EQ(set.surfaces[3].n_cells, 56);
   EXPECT_LT((set.surfaces[3].values - wanted).abs().maxCoeff(), fit_tolerance);
@@ -148,18 +148,18 @@ TEST(Smooth, ThetaIsFittedWhereItIsDetermined)
 
 TEST(Smooth, LeaveOneOutIsThatOfRefits)
 {
-  smooth::SmoothInput input = blank(axis(7, 0, 15), axis(5, -2, 1));
+  analysis::SmoothInput input = blank(axis(7, 0, 15), axis(5, -2, 1));
   fill_with_noise(input);
   input.status(2, 3) = static_cast<std::int8_t>(StepStatus::iteration_limit);
   const int degree = 3;
-  const store::SmoothedSet whole = smooth::smooth(input, degree);
+  const store::SmoothedSet whole = analysis::smooth(input, degree);
   double sum_sq = 0.0;
   int n = 0;
   for (Eigen::Index k = 0; k < input.status.size(); ++k) {
     if (input.status.data()[k] != 0) continue;
-    smooth::SmoothInput without = input;
+    analysis::SmoothInput without = input;
     without.status.data()[k] = status_pending;
-    const double error = input.tx_mm.data()[k] - smooth::smooth(without, degree).surfaces[0].values.data()[k];
+    const double error = input.tx_mm.data()[k] - analysis::smooth(without, degree).surfaces[0].values.data()[k];
     sum_sq += error * error;
     ++n;
   }
@@ -170,10 +170,10 @@ TEST(Smooth, LeaveOneOutIsThatOfRefits)
 
 TEST(Smooth, LeaveOneOutIsUnknownWhereNothingCanBeLeftOut)
 {
-  smooth::SmoothInput input = blank({0, 1}, {-1, 1});
+  analysis::SmoothInput input = blank({0, 1}, {-1, 1});
   fill_with_noise(input);
   input.status(1, 1) = static_cast<std::int8_t>(StepStatus::no_clearance);
-  const store::SmoothedSurface surface = smooth::smooth(input, 1).surfaces[0];
+  const store::SmoothedSurface surface = analysis::smooth(input, 1).surfaces[0];
   EXPECT_LT(surface.largest_residual, fit_tolerance);
   EXPECT_TRUE(std::isnan(surface.leave_one_out_rms));
 }
@@ -181,12 +181,12 @@ TEST(Smooth, LeaveOneOutIsUnknownWhereNothingCanBeLeftOut)
 TEST(Smooth, ScalingAndShiftingTheAxesChangesNothing)
 {
   // Powers of two and whole numbers keep the bits of the unit coordinates, hence of all results.
-  smooth::SmoothInput input = blank(axis(13, 0, 5), axis(9, -8, 2));
+  analysis::SmoothInput input = blank(axis(13, 0, 5), axis(9, -8, 2));
   fill_with_noise(input);
-  smooth::SmoothInput moved = input;
+  analysis::SmoothInput moved = input;
   for (double& value : moved.flexion_deg) value = 4.0 * value - 30.0;
   for (double& value : moved.varus_deg) value = 0.5 * value + 7.0;
-  const store::SmoothedSet a = smooth::smooth(input, 5), b = smooth::smooth(moved, 5);
+  const store::SmoothedSet a = analysis::smooth(input, 5), b = analysis::smooth(moved, 5);
   for (std::size_t s = 0; s < 4; ++s) {
     EXPECT_EQ(a.surfaces[s].coefficients, b.surfaces[s].coefficients);
     EXPECT_TRUE((a.surfaces[s].values == b.surfaces[s].values).all());
@@ -197,63 +197,63 @@ TEST(Smooth, ScalingAndShiftingTheAxesChangesNothing)
 
 TEST(Smooth, AnAxisWithOneValueCarriesItsConstant)
 {
-  smooth::SmoothInput input = blank(axis(10, 0, 10), {0});
+  analysis::SmoothInput input = blank(axis(10, 0, 10), {0});
   fill_with_polynomial(input, 4);
-  const store::SmoothedSet set = smooth::smooth(input, 4);
+  const store::SmoothedSet set = analysis::smooth(input, 4);
   EXPECT_EQ(set.exponents.rows(), 5);
   EXPECT_TRUE((set.exponents.col(1) == 0).all());
   EXPECT_LT((set.surfaces[0].values - input.tx_mm).abs().maxCoeff(), fit_tolerance);
 
-  smooth::SmoothInput across = blank({30}, axis(6, -5, 2));
+  analysis::SmoothInput across = blank({30}, axis(6, -5, 2));
   fill_with_polynomial(across, 2);
-  EXPECT_EQ(smooth::smooth(across, 2).exponents.rows(), 3);
-  smooth::SmoothInput one = blank({30}, {0});
-  EXPECT_EQ(smooth::smooth(one, 6).exponents.rows(), 1);
+  EXPECT_EQ(analysis::smooth(across, 2).exponents.rows(), 3);
+  analysis::SmoothInput one = blank({30}, {0});
+  EXPECT_EQ(analysis::smooth(one, 6).exponents.rows(), 1);
 }
 
 TEST(Smooth, FiveColumnsCannotCarryDegreeFive)
 {
-  smooth::SmoothInput input = blank(axis(91, 0, 1), axis(5, -2, 1));
-  EXPECT_NO_THROW(smooth::smooth(input, 4));
-  EXPECT_EQ(smooth::largest_degree(input), 4);
-  EXPECT_THAT(input_error([&] { smooth::smooth(input, 5); }),
+  analysis::SmoothInput input = blank(axis(91, 0, 1), axis(5, -2, 1));
+  EXPECT_NO_THROW(analysis::smooth(input, 4));
+  EXPECT_EQ(analysis::largest_degree(input), 4);
+  EXPECT_THAT(input_error([&] { analysis::smooth(input, 5); }),
               test::refuses({"knee.h5", "smooth.degrees", {"455", "91", "5"}, {"21", "5", "4"}}));
 }
 
 TEST(Smooth, TooFewCellsAreCounted)
 {
-  smooth::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
+  analysis::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
   input.status.setConstant(static_cast<std::int8_t>(StepStatus::no_contact));
-  EXPECT_EQ(smooth::largest_degree(input), -1);
-  EXPECT_THAT(input_error([&] { smooth::smooth(input, 2); }),
+  EXPECT_EQ(analysis::largest_degree(input), -1);
+  EXPECT_THAT(input_error([&] { analysis::smooth(input, 2); }),
               test::refuses({.field = "smooth.degrees", .wanted = {"6", "2"}}));
   input.status(0, 0) = input.status(0, 5) = input.status(5, 0) = input.status(5, 5) = 0;
-  EXPECT_EQ(smooth::largest_degree(input), 1);
-  EXPECT_THAT(input_error([&] { smooth::smooth(input, 2); }),
+  EXPECT_EQ(analysis::largest_degree(input), 1);
+  EXPECT_THAT(input_error([&] { analysis::smooth(input, 2); }),
               test::refuses({.field = "smooth.degrees", .found = {"4", "2"}, .wanted = {"6", "2", "1"}}));
 }
 
 TEST(Smooth, ThetaIsFittedToAllCellsWhereTooFewDetermineIt)
 {
   // A ball in a socket: theta keeps the value of its seed everywhere.
-  smooth::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
+  analysis::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
   input.theta_determined.setZero();
   input.theta_determined(2, 2) = 1;
   input.theta_deg.setConstant(7.5);
-  EXPECT_EQ(smooth::largest_degree(input), 5);
-  const store::SmoothedSet set = smooth::smooth(input, 3);
+  EXPECT_EQ(analysis::largest_degree(input), 5);
+  const store::SmoothedSet set = analysis::smooth(input, 3);
   EXPECT_EQ(set.surfaces[3].n_cells, 36);
   // A constant is in the basis: residuals are rounding.
   EXPECT_LT((set.surfaces[3].values - 7.5).abs().maxCoeff(), 1e-12);
-  EXPECT_EQ(smooth::smooth(input, 0).surfaces[3].n_cells, 1) << "one cell determines a constant";
+  EXPECT_EQ(analysis::smooth(input, 0).surfaces[3].n_cells, 1) << "one cell determines a constant";
 }
 
 TEST(Smooth, ADegreeOutOfRangeIsRefused)
 {
-  const smooth::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
+  const analysis::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
   for (const int degree : {-1, 21}) {
     EXPECT_THAT(
-        input_error([&] { smooth::smooth(input, degree); }),
+        input_error([&] { analysis::smooth(input, degree); }),
         test::refuses({.field = "smooth.degrees", .found = std::to_string(degree), .wanted = {"0", "20"}}));
   }
 }

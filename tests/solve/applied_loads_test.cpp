@@ -174,7 +174,7 @@ constexpr double proximal_per_mm = 1e-6;
 
 StepRecord solved(const solve::Joint& joint, const MovingPose& seed, const Loads& loads)
 {
-  const ligament::Ligaments none;
+  const model::Ligaments none;
   return solve::EquilibriumSolver(joint, none, options).solve({{}, seed, loads, false});
 }
 
@@ -289,7 +289,7 @@ TEST(LoadedEquilibrium, TheRecordBalancesTheLoadsInTheirFinalDirections)
       add(to, n * (R * reference_mm - to).normalized());
     };
     for (const TensionLine& line : loads.lines) pull(line.reference_mm, line.moving_mm, line.tension_n);
-    const std::vector<ligament::FibreState> states = ligament::fibre_states(knee.ligaments, attitude, r.pose);
+    const std::vector<model::FibreState> states = model::fibre_states(knee.ligaments, attitude, r.pose);
     for (std::size_t k = 0; k < states.size(); ++k)
       pull(knee.ligaments.fibres[k].reference_mm, knee.ligaments.fibres[k].moving_mm, states[k].force_n);
     for (const ContactForce& f : r.balance.forces) add(f.point_solver_mm, test::force_of(f));

@@ -59,9 +59,9 @@ TEST(Balance, PoseOffEquilibriumHasResidual)
   const solve::Joint joint = test::joint_of(
       test::ceiling(60, 12, [](double x, double z) { return -0.5 * (std::abs(x) + std::abs(z)); }),
       test::pins({{0, 0, 0}}));
-  const ligament::Ligaments none;
+  const model::Ligaments none;
   const Loads loads;
-  proximity::GapQuery query(joint.reference_gap, joint.moving_gap);
+  geometry::GapQuery query(joint.reference_gap, joint.moving_gap);
   query.set_attitude({});
   struct Row {
     double x_mm, residual_share;
@@ -74,7 +74,7 @@ TEST(Balance, PoseOffEquilibriumHasResidual)
     const solve::Configuration configuration = solve::configuration_at(pose, 0.0, scale);
     const solve::Rotations rotations(configuration, 0.0);
     std::vector<solve::Clearance> touching;
-    for (const proximity::GapFeature& f : query.features(pose, 1e-3).features) {
+    for (const geometry::GapFeature& f : query.features(pose, 1e-3).features) {
       const solve::ContactConstraint constraint = solve::contact_constraint_of(
           f, {joint.reference.tree_mesh.mesh, joint.moving.tree_mesh.mesh, scale}, configuration, rotations);
       touching.push_back(solve::clearance(constraint, configuration, rotations));

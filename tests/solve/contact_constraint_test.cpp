@@ -24,10 +24,10 @@ struct Scene {
 };
 
 // Features of a small ball under a large one, both rotated.
-std::vector<proximity::GapFeature> features_at(const Scene& scene, const solve::Configuration& configuration)
+std::vector<geometry::GapFeature> features_at(const Scene& scene, const solve::Configuration& configuration)
 {
-  const proximity::GapTree reference(scene.reference), moving(scene.moving);
-  proximity::GapQuery query(reference, moving);
+  const geometry::GapTree reference(scene.reference), moving(scene.moving);
+  geometry::GapQuery query(reference, moving);
   query.set_attitude({scene.flexion_rad, configuration.varus_rad});
   return query.features(solve::pose_at(configuration, scene.scale), 3.0).features;
 }
@@ -71,7 +71,7 @@ KindCounts expect_features(const Scene& scene)
   for (int k = 0; k < 60; ++k) {
     const solve::Configuration configuration = random_configuration(random);
     const solve::Rotations rotations(configuration, scene.flexion_rad);
-    for (const proximity::GapFeature& f : features_at(scene, configuration)) {
+    for (const geometry::GapFeature& f : features_at(scene, configuration)) {
       const solve::ContactConstraint constraint = solve::contact_constraint_of(
           f, {scene.reference, scene.moving, scene.scale}, configuration, rotations);
       const solve::Clearance c = solve::clearance(constraint, configuration, rotations);
@@ -107,7 +107,7 @@ TEST(ContactConstraint, ADistanceIsZeroAtTheEndOfTheTravel)
   for (int k = 0; k < 20; ++k) {
     const solve::Configuration configuration = random_configuration(random);
     const solve::Rotations rotations(configuration, scene.flexion_rad);
-    for (const proximity::GapFeature& f : features_at(scene, configuration)) {
+    for (const geometry::GapFeature& f : features_at(scene, configuration)) {
       const solve::ContactConstraint constraint = solve::contact_constraint_of(
           f, {scene.reference, scene.moving, scene.scale}, configuration, rotations);
       const solve::Configuration touching = displaced(configuration, along_y, f.travel_mm);
@@ -133,7 +133,7 @@ void expect_derivatives(const Scene& scene)
   for (int k = 0; k < 40; ++k) {
     const solve::Configuration configuration = random_configuration(random);
     const solve::Rotations rotations(configuration, scene.flexion_rad);
-    for (const proximity::GapFeature& f : features_at(scene, configuration)) {
+    for (const geometry::GapFeature& f : features_at(scene, configuration)) {
       const solve::ContactConstraint constraint = solve::contact_constraint_of(
           f, {scene.reference, scene.moving, scene.scale}, configuration, rotations);
       const solve::Clearance c = solve::clearance(constraint, configuration, rotations);
@@ -169,14 +169,14 @@ TEST(ContactConstraint, IsExactUnderItsFace)
   scene.moving = test::pin({5, 2, -3});
   std::mt19937_64 random(3);
   const solve::Configuration configuration = random_configuration(random);
-  const proximity::GapFeature f = features_at(scene, configuration).front();
+  const geometry::GapFeature f = features_at(scene, configuration).front();
   const solve::ContactConstraint constraint =
       solve::contact_constraint_of(f, {scene.reference, scene.moving, scene.scale}, configuration,
                                    solve::Rotations(configuration, scene.flexion_rad));
   for (int k = 0; k < 50; ++k) {
     solve::Configuration other = random_configuration(random);
     other.varus_rad = configuration.varus_rad + 0.02 * other.varus_rad;
-    const std::vector<proximity::GapFeature> now = features_at(scene, other);
+    const std::vector<geometry::GapFeature> now = features_at(scene, other);
     ASSERT_FALSE(now.empty());
     EXPECT_NEAR(clearance_at(scene, constraint, other).travel_mm, now.front().travel_mm, 1e-9);
   }

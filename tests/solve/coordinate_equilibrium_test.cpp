@@ -29,7 +29,7 @@ JointCoordinates at(double flexion, double varus, double internal, double ant, d
 }
 
 StepRecord solved(const solve::Joint& joint, const JointCoordinates& seed, const Free& is_free,
-                  const Loads& loads = {}, const ligament::Ligaments& ligaments = {})
+                  const Loads& loads = {}, const model::Ligaments& ligaments = {})
 {
   return solve::CoordinateEquilibrium(joint, ligaments, SolverFrame{}, options)
       .solve({seed, is_free, loads, true});
@@ -285,7 +285,7 @@ TEST(CoordinateEquilibrium, AgreesWithTheOtherSolver)
   const auto bowl = [](double x, double z) { return -0.01 * (x * x + z * z) - 0.002 * x * z; };
   const solve::Joint joint =
       joint_of(ceiling(80, 40, bowl), pins({{20, 0, 3}, {-10, 0, 15}, {-10, 0, -15}, {12, -1, -9}}));
-  ligament::Ligaments ligaments;
+  model::Ligaments ligaments;
   ligaments.fibres = {test::fibre({0, 30, 20}, {0, -15, 22}, 42),
                       test::fibre({5, 25, -20}, {8, -12, -22}, 36)};
   Loads loads;

@@ -19,7 +19,7 @@ struct Landscape {
   const test::MinimalKnee& knee;
   Loads loads;
   solve::RotationScale scale{{0, 0, 0}, lever_mm};
-  proximity::GapQuery query{knee.joint.reference_gap, knee.joint.moving_gap};
+  geometry::GapQuery query{knee.joint.reference_gap, knee.joint.moving_gap};
   solve::Configuration start{};
   std::exception_ptr thrown{};  // exceptions must not propagate through a C callback
   nlopt_opt optimiser = nullptr;

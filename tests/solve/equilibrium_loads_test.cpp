@@ -28,7 +28,7 @@ double flat(double, double)
 StepRecord tethered(double push_n)
 {
   const solve::Joint joint = joint_of(ceiling(60, 4, flat), pins({{0, 0, 0}}));
-  ligament::Ligaments ligaments;
+  model::Ligaments ligaments;
   ligaments.fibres = {fibre({0, -60, 0}, {0, -15, 0}, 40)};
   Loads loads;
   loads.force_n = {0, push_n, 0};
@@ -63,7 +63,7 @@ TEST(EquilibriumLoads, AMomentTurnsItAgainstTorsionSprings)
 {
   // Four fibres of 30 mm at the corners of a square, each along Z: rotation stretches two.
   const solve::Joint joint = joint_of(ceiling(80, 4, flat), pins({{20, 0, 0}, {-20, 0, 0}, {0, 0, 0}}));
-  ligament::Ligaments ligaments;
+  model::Ligaments ligaments;
   for (const double x : {20.0, -20.0}) {
     for (const double z : {30.0, -30.0}) ligaments.fibres.push_back(fibre({x, -10, z}, {x, -10, 0}, 29));
   }
@@ -76,8 +76,8 @@ TEST(EquilibriumLoads, AMomentTurnsItAgainstTorsionSprings)
   const auto moment = [&](double theta) {
     const auto energy = [&](double at) {
       double sum = 0.0;
-      for (const ligament::FibreState& s :
-           ligament::fibre_states(ligaments, {}, {{0, r.pose.translation_mm.y(), 0}, at}))
+      for (const model::FibreState& s :
+           model::fibre_states(ligaments, {}, {{0, r.pose.translation_mm.y(), 0}, at}))
         sum += s.energy_nmm;
       return sum;
     };
@@ -122,14 +122,14 @@ struct Wrench {
   }
 };
 
-Wrench wrench(const ligament::Ligaments& ligaments, const Attitude& attitude, const StepRecord& r,
+Wrench wrench(const model::Ligaments& ligaments, const Attitude& attitude, const StepRecord& r,
               const Loads& loads)
 {
   Wrench sum;
   sum.force_n = loads.force_n;
   sum.moment_nmm = loads.point_mm.cross(loads.force_n) + Eigen::Vector3d(0, loads.moment_nmm, 0);
   for (const ContactForce& f : r.balance.forces) sum.add(f.point_solver_mm, test::force_of(f));
-  const std::vector<ligament::FibreState> states = ligament::fibre_states(ligaments, attitude, r.pose);
+  const std::vector<model::FibreState> states = model::fibre_states(ligaments, attitude, r.pose);
   const Eigen::Matrix3d R = reference_rotation(attitude);
   for (std::size_t k = 0; k < states.size(); ++k) {
     const Eigen::Vector3d from = R * ligaments.fibres[k].reference_mm;

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "core/units.hpp"
-#include "shapes/shapes.hpp"
+#include "geometry/shapes.hpp"
 #include "solve/pins.hpp"
 #include "solve/stability_search.hpp"
 
@@ -26,7 +26,7 @@ using test::pins;
 StepRecord solve(const solve::Joint& joint, const MovingPose& seed, const Loads& loads = {},
                  bool is_varus_free = false)
 {
-  const ligament::Ligaments none;
+  const model::Ligaments none;
   return solve::EquilibriumSolver(joint, none, options).solve({{}, seed, loads, is_varus_free});
 }
 
@@ -62,7 +62,7 @@ TEST(Equilibrium, APinEndsInTheMiddleOfItsPit)
 TEST(Equilibrium, ItsIteratesAreInContactAndEndAtTheResult)
 {
   const solve::Joint joint = joint_of(ceiling(60, 12, pit), pins({{-2, 0, 0}, {3, 0, 1}}));
-  const ligament::Ligaments none;
+  const model::Ligaments none;
   solve::EquilibriumSolver solver(joint, none, options);
   std::mt19937_64 random(4);
   int n_iterates = 0;
@@ -74,7 +74,7 @@ TEST(Equilibrium, ItsIteratesAreInContactAndEndAtTheResult)
     EXPECT_EQ(unwatched.pose.translation_mm, r.pose.translation_mm);
     EXPECT_EQ(unwatched.queries, r.queries);
     ASSERT_EQ(r.status, StepStatus::stable);
-    proximity::GapQuery gap(joint.reference_gap, joint.moving_gap);
+    geometry::GapQuery gap(joint.reference_gap, joint.moving_gap);
     gap.set_attitude({});
     int last = 0;
     const SearchMove* end = nullptr;
@@ -101,7 +101,7 @@ TEST(Equilibrium, ItsIteratesAreInContactAndEndAtTheResult)
 
 TEST(Equilibrium, ABallEndsInTheMiddleOfItsDish)
 {
-  const shapes::Shape shape = shapes::generate_shape({"ball-in-dish", {}, {}});
+  const geometry::Shape shape = geometry::generate_shape({"ball-in-dish", {}, {}});
   const solve::Joint joint =
       solve::make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
   const double radius_mm = 10, dish_mm = 30;
@@ -160,7 +160,7 @@ TEST(Equilibrium, AGrooveTurnsUntilBothSpikesLieInIt)
 TEST(Equilibrium, ACapTurnsIntoItsSink)
 {
   for (const double turn_deg : {5.0, 20.0, -12.0}) {
-    const shapes::Shape shape = shapes::generate_shape(
+    const geometry::Shape shape = geometry::generate_shape(
         {"cap-in-sink", {{"turn", turn_deg}, {"offset_x", 1.0}, {"offset_z", -0.5}}, {}});
     const solve::Joint joint =
         solve::make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
@@ -254,7 +254,7 @@ TEST(Equilibrium, EveryOtherStatusOccurs)
 {
   const solve::Joint joint = joint_of(ceiling(60, 12, pit), pins({{0, 0, 0}}));
   EXPECT_EQ(solve(joint, {{100, 0, 0}, 0}).status, StepStatus::no_contact);
-  const ligament::Ligaments none;
+  const model::Ligaments none;
   EquilibriumOptions short_of;
   short_of.max_iterations = 1;
   const StepRecord cut =
@@ -284,10 +284,10 @@ bool is_same(const StepRecord& a, const StepRecord& b)
 
 TEST(Equilibrium, WhatWasSolvedBeforeChangesNoBit)
 {
-  const shapes::Shape shape = shapes::generate_shape({"ball-in-dish", {}, {}});
+  const geometry::Shape shape = geometry::generate_shape({"ball-in-dish", {}, {}});
   const solve::Joint joint =
       solve::make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
-  const ligament::Ligaments none;
+  const model::Ligaments none;
   solve::EquilibriumSolver one(joint, none, options);
   const solve::EquilibriumSolver::Task a{{0.1, 0.02}, {{4, 0, 3}, 0.2}, {}, false};
   const solve::EquilibriumSolver::Task b{{-0.1, 0.1}, {{-5, 0, 1}, 0}, {}, true};
@@ -303,7 +303,7 @@ TEST(Equilibrium, WhatWasSolvedBeforeChangesNoBit)
 TEST(Equilibrium, AStepThatEntersAKnownEquilibriumReturnsItsRecord)
 {
   const solve::Joint joint = joint_of(ceiling(60, 12, pit), pins({{-2, 0, 0}, {3, 0, 1}}));
-  const ligament::Ligaments none;
+  const model::Ligaments none;
   solve::EquilibriumSolver solver(joint, none, options);
   solve::EquilibriumSolver::Task task{{}, {{4, -30, 3}, 0.4}, {}};
   const StepRecord alone = solver.solve(task);
@@ -333,13 +333,13 @@ TEST(Equilibrium, AStepThatEntersAKnownEquilibriumReturnsItsRecord)
 TEST(Equilibrium, CompartmentsInContactAndOffItReportTheirGaps)
 {
   const solve::Joint joint = joint_of(ceiling(60, 12, pit), pins({{0, 0, -2}, {1, 0, 3}}));
-  const ligament::Ligaments none;
+  const model::Ligaments none;
   solve::EquilibriumSolver solver(joint, none, options);
   for (const double varus_deg : {0.0, 3.0, -3.0}) {
     const Attitude attitude{0.0, rad_from_deg(varus_deg)};
     const StepRecord r = solver.solve({attitude, {{1, -30, 1}, 0.2}, {}});
     ASSERT_EQ(r.status, StepStatus::stable);
-    proximity::GapQuery medial(joint.reference_gap, joint.medial_gap),
+    geometry::GapQuery medial(joint.reference_gap, joint.medial_gap),
         lateral(joint.reference_gap, joint.lateral_gap);
     medial.set_attitude(attitude);
     lateral.set_attitude(attitude);
@@ -357,8 +357,8 @@ TEST(Equilibrium, IsAtLeastAsFarAlongDeltaAsTheSearch)
   int n_higher = 0;
   for (int k = 0; k < 12; ++k) {
     const std::vector<std::string> scenes = {"ball-in-dish", "bar-on-pyramids", "cap-in-sink"};
-    const shapes::Shape shape =
-        shapes::generate_shape({scenes[static_cast<std::size_t>(k % 3)],
+    const geometry::Shape shape =
+        geometry::generate_shape({scenes[static_cast<std::size_t>(k % 3)],
                                 {{"turn", 15 * unit(random)}, {"offset_x", 1.5 * unit(random)}},
                                 {}});
     const solve::Joint joint =

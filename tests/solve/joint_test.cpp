@@ -34,8 +34,8 @@ TEST(Joint, CompartmentsSplitTheMovingTriangles)
   of_triangle[4] = Compartment::none;
   const solve::Joint joint =
       solve::make_joint({test::ball(5), {}}, {test::box({0, 0, 0}, {1, 1, 1}), {}}, of_triangle);
-  const auto first_triangle = [&](const proximity::GapTree& compartment) {
-    return proximity::GapQuery(joint.reference_gap, compartment).next_contact({{0, -20, 0}, 0}).pair.moving;
+  const auto first_triangle = [&](const geometry::GapTree& compartment) {
+    return geometry::GapQuery(joint.reference_gap, compartment).next_contact({{0, -20, 0}, 0}).pair.moving;
   };
   EXPECT_EQ(first_triangle(joint.lateral_gap), 3);
   EXPECT_GE(first_triangle(joint.medial_gap), 0);

@@ -63,10 +63,10 @@ inline Eigen::Vector3d force_of(const ContactForce& f)
 
 inline constexpr double fibre_stiffness_n = 2000;  // per unit strain
 
-inline ligament::Fibre fibre(const Eigen::Vector3d& reference_mm, const Eigen::Vector3d& moving_mm,
+inline model::Fibre fibre(const Eigen::Vector3d& reference_mm, const Eigen::Vector3d& moving_mm,
                              double slack_mm)
 {
-  ligament::Fibre f;
+  model::Fibre f;
   f.reference_mm = reference_mm;
   f.moving_mm = moving_mm;
   f.stiffness_n = fibre_stiffness_n;
@@ -82,7 +82,7 @@ struct MinimalKnee {
                                           return -(x * x + side * side) / 60;
                                         }),
                                 pins({{0, 0, 20}, {0, 0.4, -20}}));
-  ligament::Ligaments ligaments;
+  model::Ligaments ligaments;
   MinimalKnee()
   {
     ligaments.fibres = {fibre({2, 12, 30}, {-3, -30, 30}, 41), fibre({0, 12, -30}, {4, -35, -30}, 46),

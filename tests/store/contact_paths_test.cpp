@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/frames.hpp"
+#include "model/frames.hpp"
 #include "core/units.hpp"
 #include "store/sample_model.hpp"
 

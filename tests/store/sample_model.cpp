@@ -1,7 +1,7 @@
 #include "store/sample_model.hpp"
 
-#include "core/clinical.hpp"
-#include "core/frames.hpp"
+#include "model/clinical.hpp"
+#include "model/frames.hpp"
 #include "core/units.hpp"
 #include "store/evaluate_smoothed.hpp"
 #include "store/motion_model.hpp"

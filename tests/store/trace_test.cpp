@@ -12,7 +12,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
-#include "core/step_record.hpp"
+#include "model/step_record.hpp"
 #include "store/changed_file.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"

@@ -1,7 +1,7 @@
 /// Small generated meshes, normals outward.
 #pragma once
 
-#include "core/mesh.hpp"
+#include "model/mesh.hpp"
 
 namespace vrda::test {
 

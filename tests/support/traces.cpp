@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "core/step_record.hpp"
+#include "model/step_record.hpp"
 
 namespace vrda::test {
 namespace {

@@ -1,4 +1,4 @@
-#include "sweep/free_spine.hpp"
+#include "solve/free_spine.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <mutex>
 
 #include "core/units.hpp"
-#include "sweep/sweep.hpp"
+#include "solve/sweep.hpp"
 
 namespace vrda::free_spine_test {
 
@@ -22,8 +22,8 @@ StepRecord end_at(double theta_deg, double energy_nmm, StepStatus status = StepS
 
 TEST(FreeSpine, TheLowestEnergyIsChosenAndOtherEquilibriaAreCounted)
 {
-  const sweep::FreeSpineStep step =
-      sweep::select_lowest({end_at(3.0, -5.0), end_at(3.05, -5.0), end_at(-4.0, -7.5),
+  const solve::FreeSpineStep step =
+      solve::select_lowest({end_at(3.0, -5.0), end_at(3.05, -5.0), end_at(-4.0, -7.5),
                             end_at(9.0, -99.0, StepStatus::unbounded), end_at(6.0, -5.5)});
   EXPECT_EQ(step.chosen.pose.theta_rad, rad_from_deg(-4.0));
   EXPECT_EQ(step.n_optima, 3);
@@ -34,8 +34,8 @@ TEST(FreeSpine, TheLowestEnergyIsChosenAndOtherEquilibriaAreCounted)
 TEST(FreeSpine, OfEachEquilibriumTheLowestResultIsKept)
 {
   // 3 and 3.05 degrees are one equilibrium, of which the second is lower; so are -4 and -4.05.
-  const sweep::FreeSpineStep step =
-      sweep::select_lowest({end_at(3.0, -5.0), end_at(-4.0, -7.5), end_at(3.05, -5.2),
+  const solve::FreeSpineStep step =
+      solve::select_lowest({end_at(3.0, -5.0), end_at(-4.0, -7.5), end_at(3.05, -5.2),
                             end_at(9.0, -99.0, StepStatus::unbounded), end_at(-4.05, -7.5 - 1e-7)});
   ASSERT_EQ(step.equilibria.size(), 2u);
   EXPECT_EQ(step.equilibria[0].pose.theta_rad, rad_from_deg(3.05));
@@ -43,33 +43,33 @@ TEST(FreeSpine, OfEachEquilibriumTheLowestResultIsKept)
   EXPECT_FALSE(step.equilibria[0].is_chosen);
   EXPECT_EQ(step.equilibria[1].pose.theta_rad, rad_from_deg(-4.0)) << "of equal energies the earlier";
   EXPECT_TRUE(step.equilibria[1].is_chosen);
-  EXPECT_TRUE(sweep::select_lowest({end_at(1, 0, StepStatus::unbounded)}).equilibria.empty());
+  EXPECT_TRUE(solve::select_lowest({end_at(1, 0, StepStatus::unbounded)}).equilibria.empty());
 }
 
 TEST(FreeSpine, OfEqualEnergiesTheEarlierStartCounts)
 {
-  EXPECT_EQ(sweep::select_lowest({end_at(1.0, -5.0), end_at(2.0, -5.0 - 1e-7)}).chosen.pose.theta_rad,
+  EXPECT_EQ(solve::select_lowest({end_at(1.0, -5.0), end_at(2.0, -5.0 - 1e-7)}).chosen.pose.theta_rad,
             rad_from_deg(1.0));
-  EXPECT_EQ(sweep::select_lowest({end_at(1.0, -5.0), end_at(2.0, -5.0 - 1e-5)}).chosen.pose.theta_rad,
+  EXPECT_EQ(solve::select_lowest({end_at(1.0, -5.0), end_at(2.0, -5.0 - 1e-5)}).chosen.pose.theta_rad,
             rad_from_deg(2.0));
 }
 
 TEST(FreeSpine, WithoutAnEquilibriumTheFirstResultIsChosen)
 {
-  const sweep::FreeSpineStep step =
-      sweep::select_lowest({end_at(1, 0, StepStatus::unbounded), end_at(2, 0, StepStatus::no_contact)});
+  const solve::FreeSpineStep step =
+      solve::select_lowest({end_at(1, 0, StepStatus::unbounded), end_at(2, 0, StepStatus::no_contact)});
   EXPECT_EQ(step.chosen.status, StepStatus::unbounded);
   EXPECT_EQ(step.n_optima, 0);
   EXPECT_EQ(step.theta_spread_rad, 0.0);
 }
 
-sweep::SweepPlan plan_of(int n_flexion, int n_varus)
+solve::SweepPlan plan_of(int n_flexion, int n_varus)
 {
-  sweep::SweepPlan plan;
+  solve::SweepPlan plan;
   for (int i = 0; i < n_flexion; ++i) plan.flexion_rad.push_back(rad_from_deg(5.0 * i));
   for (int j = 0; j < n_varus; ++j) plan.varus_rad.push_back(rad_from_deg(2.0 * (j - n_varus / 2)));
   plan.initial = {{0, -20, 0}, 0};
-  plan.spine = sweep::SpineRule::free_varus;
+  plan.spine = solve::SpineRule::free_varus;
   plan.n_restarts = 3;
   plan.has_band = true;
   return plan;
@@ -77,7 +77,7 @@ sweep::SweepPlan plan_of(int n_flexion, int n_varus)
 
 // Two potential wells in theta at +-5 degrees, the right one deeper from 22 degrees of flexion; every start
 // ends in the well of its own side. Varus is a tenth of flexion; theta depends on the seed's height.
-StepRecord in_wells(const sweep::StepTask& task)
+StepRecord in_wells(const solve::StepTask& task)
 {
   StepRecord record;
   record.status = StepStatus::stable;
@@ -93,12 +93,12 @@ StepRecord in_wells(const sweep::StepTask& task)
 
 TEST(FreeSpine, ACoarserGridOnTheSamePathHasTheSameSpine)
 {
-  const sweep::SweepPlan fine = plan_of(13, 3);
-  sweep::SweepPlan coarse = fine;
+  const solve::SweepPlan fine = plan_of(13, 3);
+  solve::SweepPlan coarse = fine;
   coarse.path_flexion_rad = fine.flexion_rad;
   coarse.flexion_rad = {fine.flexion_rad[0], fine.flexion_rad[4], fine.flexion_rad[12]};
-  const sweep::SweepResult of_fine = sweep::sweep(fine, in_wells, {}, 2);
-  const sweep::SweepResult of_coarse = sweep::sweep(coarse, in_wells, {}, 2);
+  const solve::SweepResult of_fine = solve::sweep(fine, in_wells, {}, 2);
+  const solve::SweepResult of_coarse = solve::sweep(coarse, in_wells, {}, 2);
   ASSERT_EQ(of_coarse.free_spine.size(), 3u);
   for (std::size_t k = 0; k < 3; ++k) {
     const StepRecord &found = of_coarse.free_spine[k].chosen,
@@ -112,27 +112,27 @@ TEST(FreeSpine, ACoarserGridOnTheSamePathHasTheSameSpine)
 // Energies fall in steps of a tenth of a degree towards 1 degree, as over facets.
 TEST(FreeSpine, SmallOffsetsDescendOverFacets)
 {
-  sweep::SweepPlan plan = plan_of(1, 1);
-  const auto over_facets = [](const sweep::StepTask& task) {
+  solve::SweepPlan plan = plan_of(1, 1);
+  const auto over_facets = [](const solve::StepTask& task) {
     StepRecord record;
     record.status = StepStatus::stable;
     record.pose.theta_rad = rad_from_deg(0.1 * std::round(10.0 * deg_from_rad(task.seed.theta_rad)));
     record.balance.energy_nmm = std::abs(deg_from_rad(record.pose.theta_rad) - 1.0);
     return record;
   };
-  EXPECT_NEAR(deg_from_rad(sweep::sweep(plan, over_facets, {}, 1).free_spine[0].chosen.pose.theta_rad), 1.0,
+  EXPECT_NEAR(deg_from_rad(solve::sweep(plan, over_facets, {}, 1).free_spine[0].chosen.pose.theta_rad), 1.0,
               1e-9);
 }
 
 TEST(FreeSpine, EachFlexionKeepsTheLowestOfBothChainsAndTheRestarts)
 {
-  const sweep::SweepPlan plan = plan_of(10, 5);
-  const sweep::SweepResult result = sweep::sweep(plan, in_wells, {}, 2);
+  const solve::SweepPlan plan = plan_of(10, 5);
+  const solve::SweepResult result = solve::sweep(plan, in_wells, {}, 2);
   ASSERT_TRUE(result.is_complete);
   ASSERT_EQ(result.free_spine.size(), plan.flexion_rad.size());
   for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
     SCOPED_TRACE(i);
-    const sweep::FreeSpineStep& step = result.free_spine[i];
+    const solve::FreeSpineStep& step = result.free_spine[i];
     const double well_deg = plan.flexion_rad[i] < rad_from_deg(22.0) ? -5.0 : 5.0;
     EXPECT_DOUBLE_EQ(step.chosen.pose.theta_rad, rad_from_deg(well_deg));
     EXPECT_DOUBLE_EQ(step.chosen.varus_rad, 0.1 * plan.flexion_rad[i]);
@@ -153,10 +153,10 @@ TEST(FreeSpine, EachFlexionKeepsTheLowestOfBothChainsAndTheRestarts)
 
 TEST(FreeSpine, ALowerEquilibriumIsPropagatedToNeighbouringFlexions)
 {
-  const sweep::SweepPlan plan = plan_of(8, 3);
+  const solve::SweepPlan plan = plan_of(8, 3);
   // The right well is lower everywhere, but only the restarts at 15 degrees reach it directly.
-  const sweep::SolveStep hidden = [&](const sweep::StepTask& task) {
-    sweep::StepTask seen = task;
+  const solve::SolveStep hidden = [&](const solve::StepTask& task) {
+    solve::StepTask seen = task;
     const bool is_restart = task.key.kind == StepKind::free_spine && task.key.varus >= 2 &&
                             task.key.varus < 2 + plan.n_restarts && task.key.flexion != 3;
     if (is_restart) seen.seed.theta_rad = -1.0;
@@ -165,8 +165,8 @@ TEST(FreeSpine, ALowerEquilibriumIsPropagatedToNeighbouringFlexions)
     return record;
   };
   for (const int n_threads : {1, 3}) {
-    const sweep::SweepResult result = sweep::sweep(plan, hidden, {}, n_threads);
-    for (const sweep::FreeSpineStep& step : result.free_spine) {
+    const solve::SweepResult result = solve::sweep(plan, hidden, {}, n_threads);
+    for (const solve::FreeSpineStep& step : result.free_spine) {
       EXPECT_DOUBLE_EQ(step.chosen.pose.theta_rad, rad_from_deg(5.0));
       EXPECT_EQ(step.n_optima, 2);
     }
@@ -175,9 +175,9 @@ TEST(FreeSpine, ALowerEquilibriumIsPropagatedToNeighbouringFlexions)
 
 TEST(FreeSpine, EachStartKnowsTheEarlierOnesOfItsRow)
 {
-  const sweep::SweepPlan plan = plan_of(5, 3);
+  const solve::SweepPlan plan = plan_of(5, 3);
   std::vector<std::size_t> n_started(5, 0);
-  const sweep::SolveStep counting = [&](const sweep::StepTask& task) {
+  const solve::SolveStep counting = [&](const solve::StepTask& task) {
     const bool is_start = task.key.kind == StepKind::free_spine;
     EXPECT_EQ(task.known != nullptr, is_start);
     if (is_start) {
@@ -185,16 +185,16 @@ TEST(FreeSpine, EachStartKnowsTheEarlierOnesOfItsRow)
     }
     return in_wells(task);
   };
-  sweep::sweep(plan, counting, {}, 1);
+  solve::sweep(plan, counting, {}, 1);
   for (const std::size_t n : n_started) EXPECT_GE(n, 2u + 3u + 6u + 1u);
 }
 
 TEST(FreeSpine, WithVarusFreeTheOneColumnHoldsTheSpine)
 {
-  sweep::SweepPlan plan = plan_of(6, 1);
+  solve::SweepPlan plan = plan_of(6, 1);
   plan.varus_rad = {0.0};
   plan.is_varus_free = true;
-  const sweep::SweepResult result = sweep::sweep(plan, in_wells, {}, 1);
+  const solve::SweepResult result = solve::sweep(plan, in_wells, {}, 1);
   for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
     EXPECT_EQ(result.cells[i].pose.theta_rad, result.free_spine[i].chosen.pose.theta_rad);
     EXPECT_EQ(result.cells[i].varus_rad, result.free_spine[i].chosen.varus_rad);
@@ -204,29 +204,29 @@ TEST(FreeSpine, WithVarusFreeTheOneColumnHoldsTheSpine)
 
 TEST(FreeSpine, AnyNumberOfWorkersAndAnyInterruptionGiveTheSameBits)
 {
-  const sweep::SweepPlan plan = plan_of(12, 5);
-  const auto numbers = [](const sweep::SweepResult& result) {
+  const solve::SweepPlan plan = plan_of(12, 5);
+  const auto numbers = [](const solve::SweepResult& result) {
     std::vector<double> all;
     for (const StepRecord& r : result.cells) {
       all.insert(all.end(), {r.pose.translation_mm.y(), r.pose.theta_rad, r.varus_rad});
     }
-    for (const sweep::FreeSpineStep& s : result.free_spine) {
+    for (const solve::FreeSpineStep& s : result.free_spine) {
       all.insert(all.end(), {s.chosen.pose.translation_mm.y(), s.band_low.pose.translation_mm.y(),
                              static_cast<double>(s.n_optima), s.energy_spread_nmm});
     }
     return all;
   };
-  const std::vector<double> one = numbers(sweep::sweep(plan, in_wells, {}, 1));
-  for (const int n : {2, 3, 8}) EXPECT_EQ(numbers(sweep::sweep(plan, in_wells, {}, n)), one) << n;
+  const std::vector<double> one = numbers(solve::sweep(plan, in_wells, {}, 1));
+  for (const int n : {2, 3, 8}) EXPECT_EQ(numbers(solve::sweep(plan, in_wells, {}, n)), one) << n;
 
   std::map<StepKey, StepRecord> journal;
   std::mutex mutex;
   int n_runs = 0;
-  sweep::SweepResult last;
+  solve::SweepResult last;
   while (!last.is_complete) {
     ++n_runs;
     int budget = 37;
-    sweep::SweepHooks hooks;
+    solve::SweepHooks hooks;
     hooks.recall = [&](const StepKey& key) -> std::optional<StepRecord> {
       const std::lock_guard lock(mutex);
       const auto found = journal.find(key);
@@ -240,7 +240,7 @@ TEST(FreeSpine, AnyNumberOfWorkersAndAnyInterruptionGiveTheSameBits)
       const std::lock_guard lock(mutex);
       return budget-- <= 0;
     };
-    last = sweep::sweep(plan, in_wells, hooks, 2);
+    last = solve::sweep(plan, in_wells, hooks, 2);
   }
   EXPECT_GT(n_runs, 2);
   EXPECT_EQ(numbers(last), one);
@@ -248,13 +248,13 @@ TEST(FreeSpine, AnyNumberOfWorkersAndAnyInterruptionGiveTheSameBits)
 
 TEST(FreeSpine, AFlexionWithoutEquilibriumIsSkipped)
 {
-  const sweep::SweepPlan plan = plan_of(5, 3);
-  const sweep::SolveStep with_hole = [&](const sweep::StepTask& task) {
+  const solve::SweepPlan plan = plan_of(5, 3);
+  const solve::SolveStep with_hole = [&](const solve::StepTask& task) {
     StepRecord r = in_wells(task);
     if (task.key.flexion == 2) r.status = StepStatus::unbounded;
     return r;
   };
-  const sweep::SweepResult result = sweep::sweep(plan, with_hole, {}, 1);
+  const solve::SweepResult result = solve::sweep(plan, with_hole, {}, 1);
   ASSERT_TRUE(result.is_complete);
   EXPECT_EQ(result.free_spine[2].chosen.status, StepStatus::unbounded);
   EXPECT_EQ(result.free_spine[2].band_low.status, StepStatus::pending);

@@ -1,13 +1,13 @@
-#include "uncertainty/sampled_case.hpp"
+#include "job/sampled_case.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <set>
 
-#include "load/job.hpp"
+#include "job/job.hpp"
 #include "support/refusal.hpp"
-#include "uncertainty/distribution.hpp"
+#include "job/distribution.hpp"
 
 namespace vrda::sampled_case_test {
 
@@ -15,7 +15,7 @@ using test::input_error;
 using test::refuses;
 
 // The generic knee, coarse, with [uncertainty] of `parameters`.
-load::Case knee(const std::string& parameters, const std::string& uncertainty = "samples = 64\n")
+job::Case knee(const std::string& parameters, const std::string& uncertainty = "samples = 64\n")
 {
   std::string text = R"(
 [reference]
@@ -41,7 +41,7 @@ flexion = { from = 0, to = 30, step = 10 }
 varus = "free"
 [uncertainty]
 )";
-  return load::load_case(load::parse_job("knee.toml", text + uncertainty + parameters), "");
+  return job::load_case(job::parse_job("knee.toml", text + uncertainty + parameters), "");
 }
 
 std::string parameter(const std::string& keys)
@@ -51,16 +51,16 @@ std::string parameter(const std::string& keys)
 
 TEST(SampledCase, FactorsOfOneBundleLeaveAllElseAsItIs)
 {
-  const load::Case job = knee(parameter(R"(quantity = "stiffness"
+  const job::Case job = knee(parameter(R"(quantity = "stiffness"
 bundle = "ACLam"
 distribution = "lognormal"
 sd = 0.3)"));
-  const uncertainty::SampledCase samples(job);
+  const job::SampledCase samples(job);
   ASSERT_EQ(samples.draw_names(), std::vector<std::string>{"stiffness ACLam"});
   EXPECT_TRUE(samples.has_same_geometry());
   double mean_log = 0.0, mean_square = 0.0;
   for (int s = 0; s < samples.n_samples(); ++s) {
-    const ligament::Ligaments sampled = samples.ligaments_at(s);
+    const model::Ligaments sampled = samples.ligaments_at(s);
     const double factor = samples.values()(s, 0);
     mean_log += std::log(factor) / samples.n_samples();
     mean_square += std::log(factor) * std::log(factor) / samples.n_samples();
@@ -77,33 +77,33 @@ sd = 0.3)"));
 
 TEST(SampledCase, StiffnessIsNeverNegative)
 {
-  const load::Case job = knee(parameter(R"(quantity = "stiffness"
+  const job::Case job = knee(parameter(R"(quantity = "stiffness"
 distribution = "normal"
 sd = 2.0
 shared_by = "fibre")"));
-  const uncertainty::SampledCase samples(job);
+  const job::SampledCase samples(job);
   EXPECT_EQ(samples.draw_names().size(), job.ligaments.fibres.size());
   for (int s = 0; s < samples.n_samples(); ++s) {
-    for (const ligament::Fibre& fibre : samples.ligaments_at(s).fibres) EXPECT_GT(fibre.stiffness_n, 0.0);
+    for (const model::Fibre& fibre : samples.ligaments_at(s).fibres) EXPECT_GT(fibre.stiffness_n, 0.0);
   }
 }
 
-double strain_of(const ligament::Ligaments& ligaments, std::size_t k)
+double strain_of(const model::Ligaments& ligaments, std::size_t k)
 {
-  return ligament::fibre_states(ligaments, {}, {})[k].strain;
+  return model::fibre_states(ligaments, {}, {})[k].strain;
 }
 
 TEST(SampledCase, AChangeOfReferenceStrainIsTheStrainAtThePoseOfTheMeshes)
 {
-  const load::Case job = knee(parameter(R"(quantity = "reference_strain"
+  const job::Case job = knee(parameter(R"(quantity = "reference_strain"
 distribution = "uniform"
 from = -0.02
 to = 0.04
 shared_by = "all")"));
-  const uncertainty::SampledCase samples(job);
+  const job::SampledCase samples(job);
   ASSERT_EQ(samples.draw_names().size(), 1u);
   for (const int s : {0, 17, 63}) {
-    const ligament::Ligaments sampled = samples.ligaments_at(s);
+    const model::Ligaments sampled = samples.ligaments_at(s);
     for (std::size_t k = 0; k < sampled.fibres.size(); ++k)
       EXPECT_NEAR(strain_of(sampled, k), strain_of(job.ligaments, k) + samples.values()(s, 0), 1e-12);
   }
@@ -111,14 +111,14 @@ shared_by = "all")"));
 
 TEST(SampledCase, FibresOfABundleHaveTheRequestedCorrelation)
 {
-  const load::Case job = knee(parameter(R"(quantity = "reference_strain"
+  const job::Case job = knee(parameter(R"(quantity = "reference_strain"
 bundle = "ACLam"
 distribution = "normal"
 sd = 0.02
 shared_by = "fibre"
 correlation = 0.6)"),
                               "samples = 2000\n");
-  const uncertainty::SampledCase samples(job);
+  const job::SampledCase samples(job);
   std::vector<std::size_t> acl;
   for (std::size_t k = 0; k < job.ligaments.fibres.size(); ++k)
     if (job.ligaments.fibres[k].bundle == "ACLam") acl.push_back(k);
@@ -126,7 +126,7 @@ correlation = 0.6)"),
   EXPECT_EQ(samples.draw_names().size(), acl.size() + 1) << "one for each fibre, and what they share";
   double aa = 0.0, ab = 0.0;
   for (int s = 0; s < samples.n_samples(); ++s) {
-    const ligament::Ligaments sampled = samples.ligaments_at(s);
+    const model::Ligaments sampled = samples.ligaments_at(s);
     const double a = strain_of(sampled, acl[0]) - strain_of(job.ligaments, acl[0]);
     const double b = strain_of(sampled, acl[1]) - strain_of(job.ligaments, acl[1]);
     aa += a * a / samples.n_samples();
@@ -143,14 +143,14 @@ body = "moving"
 distribution = "uniform"
 to = 4
 shared_by = "fibre")");
-  const load::Case job = knee(text);
-  const uncertainty::SampledCase samples(job);
+  const job::Case job = knee(text);
+  const job::SampledCase samples(job);
   EXPECT_EQ(samples.draw_names().size(), 3 * job.ligaments.fibres.size());
   double farthest_mm = 0.0;
   for (int s = 0; s < samples.n_samples(); ++s) {
-    const ligament::Ligaments sampled = samples.ligaments_at(s);
+    const model::Ligaments sampled = samples.ligaments_at(s);
     for (std::size_t k = 0; k < sampled.fibres.size(); ++k) {
-      const ligament::Fibre& fibre = sampled.fibres[k];
+      const model::Fibre& fibre = sampled.fibres[k];
       EXPECT_EQ(fibre.reference_mm, job.ligaments.fibres[k].reference_mm);
       EXPECT_EQ(fibre.slack_length_mm, job.ligaments.fibres[k].slack_length_mm) << "given, so it is kept";
       // The chord of a path along the surface; where the surface is bent the nearest point may be a little
@@ -164,7 +164,7 @@ shared_by = "fibre")");
 
 TEST(SampledCase, LoadsAndTheRotationCentreChangeAtEveryFlexion)
 {
-  const load::Case job = knee(parameter(R"(quantity = "load"
+  const job::Case job = knee(parameter(R"(quantity = "load"
 load = "moment"
 distribution = "normal"
 sd = 500)") + parameter(R"(quantity = "load"
@@ -178,12 +178,12 @@ distribution = "normal"
 sd = 30)") + parameter(R"(quantity = "rotation_centre"
 distribution = "normal"
 sd = 2)"));
-  const uncertainty::SampledCase samples(job);
+  const job::SampledCase samples(job);
   EXPECT_EQ(samples.draw_names().size(), 6u);
   EXPECT_FALSE(samples.has_same_geometry());
   for (int s = 0; s < samples.n_samples(); ++s) {
-    const load::Case sampled = samples.at(s);
-    for (const load::Push& push : sampled.path_push) {
+    const job::Case sampled = samples.at(s);
+    for (const job::Push& push : sampled.path_push) {
       EXPECT_NEAR(push.moment_nmm, 100.0 + samples.values()(s, 0), 1e-9);
       EXPECT_NEAR(push.line_tension_n[0], 50.0 * samples.values()(s, 1), 1e-9);
       // The draw kept is the one used, truncated where the push ends.
@@ -197,12 +197,12 @@ sd = 2)"));
 
 TEST(SampledCase, AnOffsetIsNeverBelowZero)
 {
-  const load::Case job = knee(parameter(R"(quantity = "offset"
+  const job::Case job = knee(parameter(R"(quantity = "offset"
 body = "reference"
 component = "femur"
 distribution = "normal"
 sd = 1)"));
-  const uncertainty::SampledCase samples(job);
+  const job::SampledCase samples(job);
   for (int s = 0; s < samples.n_samples(); ++s) {
     const std::vector<double>& offset_mm = samples.at(s).reference.contact.mesh.offset_mm;
     ASSERT_EQ(offset_mm.size(), static_cast<std::size_t>(job.reference.contact.mesh.triangles.rows()));

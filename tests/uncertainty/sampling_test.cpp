@@ -1,4 +1,4 @@
-#include "uncertainty/sampled_case.hpp"
+#include "job/sampled_case.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,15 +6,15 @@
 
 namespace vrda::sampling_test {
 
-using load::SampleSequence;
+using job::SampleSequence;
 
 class Sampling : public testing::TestWithParam<SampleSequence> {};
 
 TEST_P(Sampling, TheSameSeedGivesTheSameBitsAnotherOneOthers)
 {
-  const Eigen::MatrixXd a = uncertainty::unit_samples(GetParam(), 64, 5, 7);
-  EXPECT_EQ(a, uncertainty::unit_samples(GetParam(), 64, 5, 7));
-  EXPECT_NE(a, uncertainty::unit_samples(GetParam(), 64, 5, 8));
+  const Eigen::MatrixXd a = job::unit_samples(GetParam(), 64, 5, 7);
+  EXPECT_EQ(a, job::unit_samples(GetParam(), 64, 5, 7));
+  EXPECT_NE(a, job::unit_samples(GetParam(), 64, 5, 8));
   EXPECT_GT(a.minCoeff(), 0.0);
   EXPECT_LT(a.maxCoeff(), 1.0);
 }
@@ -23,7 +23,7 @@ TEST_P(Sampling, EachOfNEqualIntervalsHasOneOfNSamples)
 {
   // True of 2^k points of a Sobol sequence, and of any number of a Latin hypercube.
   const Eigen::Index n = 128;
-  const Eigen::MatrixXd samples = uncertainty::unit_samples(GetParam(), n, 9, 3);
+  const Eigen::MatrixXd samples = job::unit_samples(GetParam(), n, 9, 3);
   for (Eigen::Index d = 0; d < samples.cols(); ++d) {
     std::set<int> intervals;
     for (Eigen::Index s = 0; s < n; ++s)
@@ -34,7 +34,7 @@ TEST_P(Sampling, EachOfNEqualIntervalsHasOneOfNSamples)
 
 TEST_P(Sampling, DimensionsAreNotCorrelated)
 {
-  const Eigen::MatrixXd samples = uncertainty::unit_samples(GetParam(), 512, 20, 1).array() - 0.5;
+  const Eigen::MatrixXd samples = job::unit_samples(GetParam(), 512, 20, 1).array() - 0.5;
   // Of independent uniform numbers the correlation has a standard error of 1 / sqrt(512) = 0.044.
   for (Eigen::Index d = 1; d < samples.cols(); ++d)
     EXPECT_LT(std::abs(12.0 * samples.col(d - 1).dot(samples.col(d)) / 512.0), 4.0 * 0.044) << d;
@@ -46,8 +46,8 @@ INSTANTIATE_TEST_SUITE_P(BothSequences, Sampling,
 TEST(Sampling, TheFirstPointsOfASequenceDoNotDependOnTheirNumber)
 {
   // Of Sobol's only: more samples refine what is there.
-  EXPECT_EQ(uncertainty::unit_samples(SampleSequence::sobol, 16, 4, 2),
-            uncertainty::unit_samples(SampleSequence::sobol, 64, 4, 2).topRows(16));
+  EXPECT_EQ(job::unit_samples(SampleSequence::sobol, 16, 4, 2),
+            job::unit_samples(SampleSequence::sobol, 64, 4, 2).topRows(16));
 }
 
 }  // namespace vrda::sampling_test

@@ -13,7 +13,7 @@ namespace vrda::test::ball_test {
 constexpr double icosahedron_edge_rad = 1.1071487177940904;
 
 struct BallCase {
-  shapes::ShapeRequest request;
+  geometry::ShapeRequest request;
   SearchOptions options;
   Eigen::Vector3d ball_mm;   ///< the ball's centre, in the moving mesh
   double facet_mm = 0.0;     ///< edge of the ball's facets

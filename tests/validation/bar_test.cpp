@@ -41,7 +41,7 @@ Eigen::Vector3d start_mm(const BarCase& bar)
          (bar.height + apart_mm) * Eigen::Vector3d::UnitY();
 }
 
-shapes::ShapeRequest request_of(const BarCase& bar)
+geometry::ShapeRequest request_of(const BarCase& bar)
 {
   const Eigen::Vector3d start = start_mm(bar);
   return {"bar-on-pyramids",

@@ -9,7 +9,7 @@
 namespace vrda::test::cap_test {
 
 struct CapCase {
-  shapes::ShapeRequest request;
+  geometry::ShapeRequest request;
   SearchOptions options;
   double turn_deg = 0.0;    ///< of the cap at the start
   double half_mm = 0.0;     ///< half the edge of the cap's base

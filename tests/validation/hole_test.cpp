@@ -47,7 +47,7 @@ HoleCase drawn(Draw& draw, double play_mm, Stretch stretch)
   const double narrower = stretch == Stretch::every_way ? draw.uniform(0.6, 1.0) : 1.0;
   const std::string narrow_way = draw.whole(0, 1) == 0 ? "stretch_x" : "stretch_z";
   const int ball_edges = draw.whole(14, 20);
-  shapes::ShapeRequest request{"ball-in-dish",
+  geometry::ShapeRequest request{"ball-in-dish",
                                {{"ball_radius", 1.0},
                                 {"stretch_y", stretch_y},
                                 {narrow_way, narrower},

@@ -16,7 +16,7 @@
 namespace vrda::test::invariance_test {
 
 struct RestCase {
-  shapes::ShapeRequest request;
+  geometry::ShapeRequest request;
   Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();  ///< the compared point of the moving mesh
   Eigen::Vector3d held = Eigen::Vector3d::Ones();  ///< 0 along an axis of the scene in which motion is free
   /// Lever from the rotation axis to the contacts that stop a rotation; 0 if theta is free.
@@ -193,7 +193,7 @@ EquivalentScene subdivided(const RestCase&, const Scene& scene, Draw&)
 
 EquivalentScene with_finer_grids(const RestCase& rest, const Scene&, Draw& draw)
 {
-  shapes::ShapeRequest finer = rest.request;
+  geometry::ShapeRequest finer = rest.request;
   finer.numbers["edges"] = draw.whole(2, 5);
   return {scene_of(finer), unchanged};
 }

@@ -32,9 +32,9 @@ double Draw::sign()
   return (bits_() & 1U) != 0 ? 1.0 : -1.0;
 }
 
-Scene scene_of(const shapes::ShapeRequest& request)
+Scene scene_of(const geometry::ShapeRequest& request)
 {
-  shapes::Shape shape = shapes::generate_shape(request);
+  geometry::Shape shape = geometry::generate_shape(request);
   return {std::move(shape.reference.front().mesh), std::move(shape.moving.front().mesh)};
 }
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "shapes/shapes.hpp"
+#include "geometry/shapes.hpp"
 #include "solve/stability_search.hpp"
 
 namespace vrda::test {
@@ -32,7 +32,7 @@ struct Scene {
   Mesh moving;
 };
 
-Scene scene_of(const shapes::ShapeRequest& request);
+Scene scene_of(const geometry::ShapeRequest& request);
 
 struct Solved {
   StepRecord record;

@@ -1,6 +1,6 @@
 // Keyboard shortcuts: the table of the window (keys.json). A focused control keeps its own keys, and keys that scroll act
 // only over the picture.
-import table from "../../navigation/keys.json";
+import table from "../../view/keys.json";
 
 const names = { " ": "space", ArrowRight: "right", ArrowLeft: "left", ArrowUp: "up", ArrowDown: "down", PageUp: "page_up", PageDown: "page_down", Home: "home", End: "end", Escape: "escape" };
 const scrolling = ["up", "down", "page_up", "page_down", "home", "end"];

@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-#include "core/clinical.hpp"
+#include "model/clinical.hpp"
 #include "core/units.hpp"
 #include "store/evaluate_smoothed.hpp"
 #include "support/meshes.hpp"
@@ -27,7 +27,7 @@ constexpr std::array<store::GridD store::ClinicalSurfaces::*, 6> clinical_grids{
     &store::ClinicalSurfaces::internal_rotation_deg, &store::ClinicalSurfaces::anterior_mm,
     &store::ClinicalSurfaces::proximal_mm,           &store::ClinicalSurfaces::lateral_mm};
 
-void solve(store::MotionModel& model, const Cell& cell, const motion::PoseCoordinates& numbers)
+void solve(store::MotionModel& model, const Cell& cell, const store::PoseCoordinates& numbers)
 {
   const auto i = static_cast<std::size_t>(cell.flexion), j = static_cast<std::size_t>(cell.varus);
   const Side side = model.side == "left" ? Side::left : Side::right;
@@ -103,7 +103,7 @@ store::MotionModel model_of(const ModelPlan& plan)
       const double flexion_deg = plan.flexion_deg[static_cast<std::size_t>(i)];
       const double varus_deg = plan.varus_deg[static_cast<std::size_t>(j)];
       model.varus_solved_deg(i, j) = plan.free_varus_deg ? plan.free_varus_deg(flexion_deg) : varus_deg;
-      solve(model, {i, j}, plan.motion ? plan.motion(flexion_deg, varus_deg) : motion::PoseCoordinates{});
+      solve(model, {i, j}, plan.motion ? plan.motion(flexion_deg, varus_deg) : store::PoseCoordinates{});
     }
   }
   model.is_spine.col(model.status.cols() / 2) = 1;
@@ -149,7 +149,7 @@ void unsolve(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus
 }
 
 void add_smoothed(store::MotionModel& model, int degree,
-                  const std::function<motion::PoseCoordinates(int, int)>& coefficient)
+                  const std::function<store::PoseCoordinates(int, int)>& coefficient)
 {
   store::SmoothedSet set;
   set.degree = degree;
@@ -159,7 +159,7 @@ void add_smoothed(store::MotionModel& model, int degree,
   for (int i = 0; i <= degree; ++i) {
     for (int j = 0; i + j <= degree; ++j) {
       set.exponents.row(k++) << i, j;
-      const motion::PoseCoordinates numbers = coefficient(i, j);
+      const store::PoseCoordinates numbers = coefficient(i, j);
       for (std::size_t surface = 0; surface < 4; ++surface) {
         set.surfaces[surface].coefficients.push_back(numbers[surface]);
       }

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "motion/surfaces.hpp"
+#include "store/surfaces.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::test {
 
 /// x, y, z (mm, world W) and theta (degrees) of the moving object at an attitude in degrees.
-using ModelMotion = std::function<motion::PoseCoordinates(double flexion_deg, double varus_deg)>;
+using ModelMotion = std::function<store::PoseCoordinates(double flexion_deg, double varus_deg)>;
 
 struct ModelPlan {
   std::string side = "right";
@@ -37,7 +37,7 @@ void unsolve(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus
 /// Adds the set "degree_N" with coefficients of P_i(u) P_j(v) given by `coefficient(i, j)` for each of
 /// x, y, z (mm) and theta (degrees), i + j <= degree.
 void add_smoothed(store::MotionModel& model, int degree,
-                  const std::function<motion::PoseCoordinates(int, int)>& coefficient);
+                  const std::function<store::PoseCoordinates(int, int)>& coefficient);
 
 /// A joint for pictures: a ball of 20 mm radius (reference, bone) on a box (moving, bone) with a
 /// translucent plate (moving, meniscus) between them.

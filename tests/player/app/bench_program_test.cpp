@@ -18,7 +18,7 @@
 #include "bench/bench_show.hpp"
 #include "core/error.hpp"
 #include "motion/support/models.hpp"
-#include "recording/recording.hpp"
+#include "bench/recording.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/messages.hpp"
 #include "support/process.hpp"
@@ -190,12 +190,12 @@ std::vector<bench::BenchFrame> shown_so_far(const std::string& log, const std::s
 {
   std::vector<bench::BenchFrame> frames;
   try {
-    const recording::Recording recording = recording::read_recording(log);
+    const bench::Recording recording = bench::read_recording(log);
     bench::BenchOptions options;
     options.file = model;
     const bench::BenchSetup setup = bench::recorded_setup(recording, options);
     bench::BenchState state(setup.bench, setup.calibration, setup.motion, setup.frame);
-    for (const recording::RecordedFrame& picture : recording.frames) {
+    for (const bench::RecordedFrame& picture : recording.frames) {
       bench::PanelContent panel;
       bench::apply_input(state, panel, picture.keys, picture.samples);
       frames.push_back(state.frame(picture.now_ns));

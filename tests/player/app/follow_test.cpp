@@ -9,9 +9,9 @@
 #include <thread>
 
 #include "core/units.hpp"
-#include "follow/run_state.hpp"
-#include "journal/journal.hpp"
-#include "journal/run_files.hpp"
+#include "show/run_state.hpp"
+#include "store/journal.hpp"
+#include "store/run_files.hpp"
 #include "motion/support/models.hpp"
 #include "player/render/screen.hpp"
 #include "store/motion_model_file.hpp"
@@ -40,8 +40,8 @@ class Follow : public testing::Test {
 
   void add_steps(int flexion)
   {
-    journal::OpenJournal journal =
-        journal::JournalWriter::open(journal::journal_of(output_), std::string(64, 'a'));
+    store::OpenJournal journal =
+        store::JournalWriter::open(store::journal_of(output_), std::string(64, 'a'));
     for (int j = 0; j < 3; ++j) {
       StepRecord r;
       r.key = {StepKind::row, flexion, j};
@@ -53,7 +53,7 @@ class Follow : public testing::Test {
   void finish()
   {
     store::write_motion_model(output_, model_);
-    fs::remove(journal::journal_of(output_));
+    fs::remove(store::journal_of(output_));
     fs::remove(start_);
   }
   test::Command command(std::vector<std::string> words, const std::string& start = "") const
@@ -67,7 +67,7 @@ class Follow : public testing::Test {
   test::Scratch scratch_;
   store::MotionModel model_;
   std::string output_ = (scratch_.path() / "knee.h5").string();
-  std::string start_ = journal::start_file_of(output_);
+  std::string start_ = store::start_file_of(output_);
 };
 
 TEST_F(Follow, OnceSaysWhatThereIs)
@@ -143,7 +143,7 @@ TEST_F(Follow, ReportsARestartOfTheRun)
   add_steps(0);
   test::Process program(command({"--offscreen", path("pictures"), "--every", "0.1", "--size", "160x120"}));
   ASSERT_TRUE(comes_true([&] { return fs::exists(path("pictures/step_000002.png")); })) << program.said();
-  fs::remove(journal::journal_of(output_));
+  fs::remove(store::journal_of(output_));
   add_steps(1);
   EXPECT_TRUE(comes_true([&] { return program.said().find("restarted") != std::string::npos; }));
   program.send(SIGTERM);
@@ -220,7 +220,7 @@ TEST_F(Follow, RefusesWhatItCannotDo)
 }
 
 /// Pixels of a colour on a screen.
-int count(const render::Image& image, const scene::VertexColour& colour)
+int count(const view::Image& image, const view::VertexColour& colour)
 {
   int n = 0;
   for (std::size_t at = 0; at < image.rgba.size(); at += 4)
@@ -234,7 +234,7 @@ TEST_F(Follow, FillsInTheGridInAWindow)
   add_steps(0);
   test::Process program(command({"--size", "640x480", "--views", "front"}));
   const auto n_stable = [&] {
-    return count(screen.picture(640, 480), follow::colour_of(StepStatus::stable));
+    return count(screen.picture(640, 480), show::colour_of(StepStatus::stable));
   };
   // The legend's swatch is smaller than a cell.
   ASSERT_TRUE(comes_true([&] { return n_stable() > 2000; })) << program.said();
@@ -243,7 +243,7 @@ TEST_F(Follow, FillsInTheGridInAWindow)
   EXPECT_TRUE(comes_true([&] { return n_stable() > with_two + with_two / 2; }));
   finish();
   EXPECT_TRUE(comes_true([&] { return n_stable() > 3 * with_two; }));
-  const render::Image before = screen.picture(640, 480);
+  const view::Image before = screen.picture(640, 480);
   EXPECT_TRUE(comes_true([&] { return screen.picture(640, 480).rgba != before.rgba; })) << "the motion plays";
   EXPECT_EQ(test::run({"/usr/bin/xdotool", {"key", "q"}, {}, {}}).exit_code, 0);
   EXPECT_EQ(program.wait().exit_code, 0);

@@ -43,7 +43,7 @@ class Program : public testing::Test {
     store::MotionModel model = test::model_of(plan);
     test::add_bodies(model);
     test::unsolve(model, 1, 2);
-    test::add_smoothed(model, 1, [](int, int) { return motion::PoseCoordinates{}; });
+    test::add_smoothed(model, 1, [](int, int) { return store::PoseCoordinates{}; });
     store::write_motion_model(file_, model);
   }
 

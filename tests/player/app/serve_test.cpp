@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "core/units.hpp"
-#include "motion/poses.hpp"
+#include "store/poses.hpp"
 #include "motion/support/models.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/messages.hpp"
@@ -33,7 +33,7 @@ store::MotionModel moving_model()
 {
   test::ModelPlan plan;
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return motion::PoseCoordinates{0.1 * flexion_deg, -30.0 + 0.05 * flexion_deg, 2.0 * varus_deg,
+    return store::PoseCoordinates{0.1 * flexion_deg, -30.0 + 0.05 * flexion_deg, 2.0 * varus_deg,
                                    0.1 * flexion_deg};
   };
   store::MotionModel model = test::model_of(plan);
@@ -102,13 +102,13 @@ double distance_mm(const json& matrix, const Pose& X)
 
 TEST_F(Serve, PosesAnglesAndMeshesAreThoseOfTheFile)
 {
-  const motion::Motion motion(model_, "raw");
+  const store::Motion motion(model_, "raw");
   for (const double flexion_deg : {0.0, 30.0, 67.5}) {
     SCOPED_TRACE(flexion_deg);
     start({"serve", file_, "--igtl", "0", "--set", "raw", "--flexion", std::to_string(flexion_deg), "--varus",
            "2"});
     const json read_ = read(0.5);
-    const motion::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(2.0)});
+    const store::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(2.0)});
     EXPECT_LE(distance_mm(read_["last"]["femur"], Pose::Identity()), sent_mm);
     EXPECT_LE(distance_mm(read_["last"]["tibia"], pose.X_reference_moving), sent_mm);
     EXPECT_NEAR(read_["angles"].back()["flexion_deg"], flexion_deg, 1e-3);

@@ -10,7 +10,7 @@
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 #include "player/webcam/rendered_pictures.hpp"
-#include "recording/recording.hpp"
+#include "bench/recording.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
@@ -44,7 +44,7 @@ class WebcamBench : public testing::Test {
     store::MotionModel model = test::model_of({});
     test::add_bodies(model);
     store::write_motion_model(model_, model);
-    scratch_.write("camera.toml", webcam::camera_text(test::webcam_camera()));
+    scratch_.write("camera.toml", bench::camera_text(test::webcam_camera()));
   }
 
   /// `n` pictures that differ by their noise; those from `n_seen` on show no shank.
@@ -55,7 +55,7 @@ class WebcamBench : public testing::Test {
       picture.X_camera_body = leg();
       picture.seed = static_cast<std::uint64_t>(k + 1);
       if (k >= n_seen) picture.occluders = {{0, 250, 640, 230}};
-      const webcam::GreyPicture grey = test::rendered(test::webcam_camera(), picture);
+      const bench::GreyPicture grey = test::rendered(test::webcam_camera(), picture);
       std::ofstream file(scratch_.path() / ("picture_" + std::to_string(k) + ".pgm"), std::ios::binary);
       file << "P5\n" << grey.width << " " << grey.height << "\n255\n";
       file.write(reinterpret_cast<const char*>(grey.pixels.data()),
@@ -91,13 +91,13 @@ class WebcamBench : public testing::Test {
     const test::Ended ended = run({"bench", model_, "--bench", bench_file, "--headless", "--seconds",
                                    std::to_string(seconds), "--record", log, "--timing", timing_});
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
-    const recording::Recording recording = recording::read_recording(log);
+    const bench::Recording recording = bench::read_recording(log);
     bench::BenchOptions options;
     options.file = model_;
     const bench::BenchSetup setup = bench::recorded_setup(recording, options);
     bench::BenchState state(setup.bench, setup.calibration, setup.motion, setup.frame);
     std::vector<bench::BenchFrame> frames;
-    for (const recording::RecordedFrame& picture : recording.frames) {
+    for (const bench::RecordedFrame& picture : recording.frames) {
       bench::PanelContent panel;
       bench::apply_input(state, panel, picture.keys, picture.samples);
       frames.push_back(state.frame(picture.now_ns));
@@ -177,12 +177,12 @@ TEST_F(WebcamBench, AnAbsentAFrozenASlowAndALyingCameraAreMarkedWhileThePictureG
   // Lying: sheets that are not folded as stated.
   frames = frames_of(bench(pictures() + "\"\nfold_deg = 130\n"), "lying", 3.0);
   EXPECT_EQ(marks(frames), "femur not seen yet");
-  EXPECT_EQ(frames.back().bodies[1].state, devices::ToolVisibility::invalid_pose);
+  EXPECT_EQ(frames.back().bodies[1].state, bench::ToolVisibility::invalid_pose);
 
   // A calibration of another picture size, and none.
-  webcam::Camera other = test::webcam_camera();
+  bench::Camera other = test::webcam_camera();
   other.width = 1280;
-  scratch_.write("camera.toml", webcam::camera_text(other));
+  scratch_.write("camera.toml", bench::camera_text(other));
   EXPECT_THAT(error_message_of(bench(pictures() + "\"\n")), HasSubstr("wanted 1280 x 480"));
   std::filesystem::remove(scratch_.path() / "camera.toml");
   EXPECT_THAT(error_message_of(bench(pictures() + "\"\n")), HasSubstr("vrda-webcam calibrate"));

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "bench_files/calibration.hpp"
+#include "bench/calibration.hpp"
 #include "motion/support/models.hpp"
 #include "player/render/screen.hpp"
 #include "store/motion_model_file.hpp"
@@ -25,7 +25,7 @@ store::MotionModel small_model()
   test::ModelPlan plan;
   store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
-  test::add_smoothed(model, 1, [](int i, int) { return motion::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
+  test::add_smoothed(model, 1, [](int i, int) { return store::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
   return model;
 }
 
@@ -47,18 +47,18 @@ class InWindow : public testing::Test {
   /// Tests the dark panel's pixel in the lower right corner.
   bool is_panel_there() const
   {
-    const render::Image image = screen_.picture(width, height);
+    const view::Image image = screen_.picture(width, height);
     return image.rgba[image.rgba.size() - 4] == 26;
   }
   /// Waits until the screen differs from `before`.
-  bool changes_from(const render::Image& before) const
+  bool changes_from(const view::Image& before) const
   {
     return comes_true([&] { return screen_.picture(width, height).rgba != before.rgba; });
   }
   /// The help page covers much of the window; a highlighted button changes less than a hundredth.
-  bool is_page_over(const render::Image& before) const
+  bool is_page_over(const view::Image& before) const
   {
-    const render::Image now = screen_.picture(width, height);
+    const view::Image now = screen_.picture(width, height);
     std::size_t n_changed = 0;
     for (std::size_t i = 0; i < now.rgba.size(); i += 4)
       n_changed += static_cast<std::size_t>(now.rgba[i] != before.rgba[i]);
@@ -75,7 +75,7 @@ TEST_F(InWindow, OpensPlaysTakesAPictureAndQuits)
   test::Process program(show());
   ASSERT_TRUE(comes_true([&] { return is_panel_there(); })) << program.said();
   mouse({"mousemove", "300", "300"});
-  render::Image before = screen_.picture(width, height);
+  view::Image before = screen_.picture(width, height);
   type("Right");
   EXPECT_TRUE(changes_from(before));
   before = screen_.picture(width, height);
@@ -100,7 +100,7 @@ TEST_F(InWindow, TheMouseTurnsTheJointAndPressesButtons)
 {
   test::Process program(show());
   ASSERT_TRUE(comes_true([&] { return is_panel_there(); })) << program.said();
-  render::Image before = screen_.picture(width, height);
+  view::Image before = screen_.picture(width, height);
   mouse({"mousemove", "300", "300", "mousedown", "2", "mousemove", "360", "330", "mouseup", "2"});
   EXPECT_TRUE(changes_from(before));
   type("t");
@@ -119,13 +119,13 @@ TEST_F(InWindow, TheMouseTurnsTheJointAndPressesButtons)
 }
 
 /// In the layout "quarters" the left half is the operator's area, with a dark background.
-bool is_operators_area_at(const render::Image& image, int x, int y)
+bool is_operators_area_at(const view::Image& image, int x, int y)
 {
   constexpr int red = 24;
   return image.rgba[static_cast<std::size_t>(4 * (y * width + x))] == red;
 }
 
-bool is_operators_area_there(const render::Image& image)
+bool is_operators_area_there(const view::Image& image)
 {
   return is_operators_area_at(image, 10, height - 1);
 }
@@ -194,11 +194,11 @@ TEST_F(InWindow, WhatKeysAdjustedIsWrittenToTheCalibrationOnRequest)
   EXPECT_TRUE(comes_true([&] { return std::filesystem::exists(kept); })) << program.said();
   type("Escape");
   EXPECT_EQ(program.wait().exit_code, 0);
-  const bench_files::BenchFile file = bench_files::read_bench_file(bench);
-  bench_files::Calibration wanted = bench_files::nominal_calibration(file);
+  const bench::BenchFile file = bench::read_bench_file(bench);
+  bench::Calibration wanted = bench::nominal_calibration(file);
   constexpr double nominal_mm = 64.0, ten_steps_mm = 2.5;
-  optics::set_ipd(wanted.eyes, nominal_mm + ten_steps_mm);
-  EXPECT_EQ(bench_files::read_calibration(kept, file).eyes, wanted.eyes);
+  view::set_ipd(wanted.eyes, nominal_mm + ten_steps_mm);
+  EXPECT_EQ(bench::read_calibration(kept, file).eyes, wanted.eyes);
 }
 
 TEST_F(InWindow, AnOperatorPractisesOnAVirtualBenchAndLeaves)
@@ -208,7 +208,7 @@ TEST_F(InWindow, AnOperatorPractisesOnAVirtualBenchAndLeaves)
       {VRDA_PLAYER_PROGRAM, {"calibrate", "all", "--virtual", "--calibration", kept}, {}, scratch_.path()});
   ASSERT_TRUE(comes_true([&] { return is_operators_area_there(screen_.picture(width, height)); }))
       << program.said();
-  render::Image before = screen_.picture(width, height);
+  view::Image before = screen_.picture(width, height);
   type("shift+Right");
   EXPECT_TRUE(changes_from(before));
   EXPECT_FALSE(std::filesystem::exists(kept));

@@ -17,15 +17,15 @@ constexpr const char* no_zero = "stage not zeroed: press Z at its stop";
 TEST(BenchInputs, TheStageMovesTheEyesAlongItsDirectionByItsCounts)
 {
   SmallBench bench(test::two_bodies_text());
-  const bench_files::Calibration& c = bench.calibration;
-  const Pose X_tracker_table = tracking::pose_of(c.X_tracker_table);
+  const bench::Calibration& c = bench.calibration;
+  const Pose X_tracker_table = bench::pose_of(c.X_tracker_table);
   EXPECT_LT(
-      distance_of(bench.state.frame(0).X_tracker_eyes, X_tracker_table * tracking::pose_of(c.X_table_eyes)),
+      distance_of(bench.state.frame(0).X_tracker_eyes, X_tracker_table * bench::pose_of(c.X_table_eyes)),
       rounding);
   for (const int count : {1, 4000, -7001}) {
-    bench.state.take(test::stage_sample(count, ms_in_ns, devices::stage_zeroed));
+    bench.state.take(test::stage_sample(count, ms_in_ns, bench::stage_zeroed));
     const bench::BenchFrame& frame = bench.state.frame(ms_in_ns);
-    Pose X_table_eyes = tracking::pose_of(c.X_table_eyes);
+    Pose X_table_eyes = bench::pose_of(c.X_table_eyes);
     X_table_eyes.translation() += 0.005 * count * Eigen::Vector3d(0.6, 0.0, 0.8);
     EXPECT_LT(distance_of(frame.X_tracker_eyes, X_tracker_table * X_table_eyes), rounding);
     EXPECT_NEAR(frame.stage_mm, 0.005 * count, rounding);
@@ -40,10 +40,10 @@ TEST(BenchInputs, AStageWhoseBoardRestartedKeepsItsPositionUntilItIsZeroed)
     bench.state.take(test::stage_sample(count, ms_in_ns, static_cast<std::uint8_t>(flags)));
     return bench.state.frame(ms_in_ns);
   };
-  const bench::BenchFrame zeroed = at(4000, devices::stage_zeroed);
+  const bench::BenchFrame zeroed = at(4000, bench::stage_zeroed);
   EXPECT_TRUE(zeroed.stage.is_live);
   EXPECT_EQ(bench::stage_status_text(zeroed), "");
-  bench.state.take(test::link_sample(devices::DeviceId::board, devices::LinkState::closed, ms_in_ns));
+  bench.state.take(test::link_sample(bench::DeviceId::board, bench::LinkState::closed, ms_in_ns));
   const bench::BenchFrame silent = bench.state.frame(1001 * ms_in_ns);
   EXPECT_EQ(bench::stage_status_text(silent), "stage silent for 1 s");
   for (const int count : {0, -300, 17}) {
@@ -53,7 +53,7 @@ TEST(BenchInputs, AStageWhoseBoardRestartedKeepsItsPositionUntilItIsZeroed)
     EXPECT_EQ(restarted.stage_mm, zeroed.stage_mm);
     EXPECT_EQ(bench::stage_status_text(restarted), no_zero);
   }
-  const bench::BenchFrame again = at(200, devices::stage_zeroed);
+  const bench::BenchFrame again = at(200, bench::stage_zeroed);
   EXPECT_TRUE(again.stage.is_live);
   EXPECT_NEAR(again.stage_mm, 1.0, rounding);
   EXPECT_EQ(bench::stage_status_text(again), "");
@@ -68,9 +68,9 @@ TEST(BenchInputs, AStageIsMarkedThatWasNeverZeroedOrHasLostCounts)
     const char* mark;
   };
   for (const Row row :
-       {Row{0, no_zero}, Row{devices::stage_lost_counts, no_zero},
-        Row{devices::stage_zeroed | devices::stage_lost_counts, "stage has lost counts: press Z at its stop"},
-        Row{devices::stage_zeroed, ""}}) {
+       {Row{0, no_zero}, Row{bench::stage_lost_counts, no_zero},
+        Row{bench::stage_zeroed | bench::stage_lost_counts, "stage has lost counts: press Z at its stop"},
+        Row{bench::stage_zeroed, ""}}) {
     bench.state.take(test::stage_sample(100, ms_in_ns, static_cast<std::uint8_t>(row.flags)));
     const bench::BenchFrame& frame = bench.state.frame(ms_in_ns);
     EXPECT_EQ(bench::stage_status_text(frame), row.mark);
@@ -84,14 +84,14 @@ TEST(BenchInputs, AStageIsMarkedThatWasNeverZeroedOrHasLostCounts)
 TEST(BenchInputs, AHeadOnTheTrackerHasThePoseOfItsBody)
 {
   SmallBench bench(test::two_bodies_text("tracker"));
-  const bench_files::Calibration& c = bench.calibration;
+  const bench::Calibration& c = bench.calibration;
   // Before the head is seen: on the table.
   EXPECT_LT(distance_of(bench.state.frame(0).X_tracker_eyes,
-                        tracking::pose_of(c.X_tracker_table) * tracking::pose_of(c.X_table_eyes)),
+                        bench::pose_of(c.X_tracker_table) * bench::pose_of(c.X_table_eyes)),
             rounding);
   bench.state.take(test::place_sample(2, some_pose(5), 0, ms_in_ns));
   const bench::BenchFrame& frame = bench.state.frame(ms_in_ns);
-  EXPECT_LT(distance_of(frame.X_tracker_eyes, some_pose(5) * tracking::pose_of(c.X_headbody_eyes)), rounding);
+  EXPECT_LT(distance_of(frame.X_tracker_eyes, some_pose(5) * bench::pose_of(c.X_headbody_eyes)), rounding);
   EXPECT_TRUE(frame.bodies[3].is_live);
   EXPECT_FALSE(frame.stage.is_used);
 }
@@ -105,7 +105,7 @@ TEST(BenchInputs, ThePotentiometerSetsAnAngleOverTheMeasuredRange)
   varus.state.take(test::potentiometer_sample(1023, ms_in_ns));
   EXPECT_NEAR(deg_from_rad(varus.state.values().varus_rad), 4.0, rounding);
   SmallBench selected(test::rigid_text());
-  selected.state.select(bench_files::find_parameter("varus").value());
+  selected.state.select(bench::find_parameter("varus").value());
   selected.state.take(test::potentiometer_sample(0, ms_in_ns));
   EXPECT_NEAR(deg_from_rad(selected.state.values().varus_rad), -4.0, rounding);
 }
@@ -113,40 +113,40 @@ TEST(BenchInputs, ThePotentiometerSetsAnAngleOverTheMeasuredRange)
 TEST(BenchInputs, ThePotentiometerMovesAnyOtherParameterByItsSteps)
 {
   SmallBench bench(test::rigid_text());
-  const std::size_t distance = bench_files::find_parameter("left.distance").value();
+  const std::size_t distance = bench::find_parameter("left.distance").value();
   bench.state.select(distance);
   bench.state.take(test::potentiometer_sample(100, ms_in_ns));
-  EXPECT_EQ(bench_files::value_of(bench.state.values(), distance), 880.0);
+  EXPECT_EQ(bench::value_of(bench.state.values(), distance), 880.0);
   // Half a turn, long enough for the filter: 100 steps of 1 px.
   const auto turn_to = [&](int count, int from) {
     for (int k = 0; k < 500; ++k)
       bench.state.take(test::potentiometer_sample(count, (from + k) * 10 * ms_in_ns));
   };
   turn_to(612, 1);
-  EXPECT_EQ(bench_files::value_of(bench.state.values(), distance), 980.0);
+  EXPECT_EQ(bench::value_of(bench.state.values(), distance), 980.0);
   // For another parameter the potentiometer starts at its current position.
-  const std::size_t aspect = bench_files::find_parameter("left.pixel_aspect").value();
+  const std::size_t aspect = bench::find_parameter("left.pixel_aspect").value();
   bench.state.select(aspect);
   turn_to(612, 501);
-  EXPECT_EQ(bench_files::value_of(bench.state.values(), aspect), 1.0);
+  EXPECT_EQ(bench::value_of(bench.state.values(), aspect), 1.0);
   turn_to(561, 1001);
-  EXPECT_NEAR(bench_files::value_of(bench.state.values(), aspect), 0.99, rounding);
-  EXPECT_EQ(bench_files::value_of(bench.state.values(), distance), 980.0);
+  EXPECT_NEAR(bench::value_of(bench.state.values(), aspect), 0.99, rounding);
+  EXPECT_EQ(bench::value_of(bench.state.values(), distance), 980.0);
 }
 
 TEST(BenchInputs, APotentiometerThatDrivesANamedParameterChangesThatOneAlone)
 {
   SmallBench bench(test::rigid_text("prediction"));
-  const std::size_t prediction = bench_files::find_parameter("prediction").value();
-  const std::size_t distance = bench_files::find_parameter("left.distance").value();
+  const std::size_t prediction = bench::find_parameter("prediction").value();
+  const std::size_t distance = bench::find_parameter("left.distance").value();
   bench.state.select(distance);
   bench.state.values().prediction_ms = 20.0;
   bench.state.select(distance);
   bench.state.take(test::potentiometer_sample(100, ms_in_ns));
-  EXPECT_EQ(bench_files::value_of(bench.state.values(), prediction), 20.0);
+  EXPECT_EQ(bench::value_of(bench.state.values(), prediction), 20.0);
   for (int k = 1; k <= 500; ++k) bench.state.take(test::potentiometer_sample(612, k * 10 * ms_in_ns));
-  EXPECT_EQ(bench_files::value_of(bench.state.values(), prediction), 120.0);
-  EXPECT_EQ(bench_files::value_of(bench.state.values(), distance), 880.0);
+  EXPECT_EQ(bench::value_of(bench.state.values(), prediction), 120.0);
+  EXPECT_EQ(bench::value_of(bench.state.values(), distance), 880.0);
 }
 
 TEST(BenchInputs, KeysChangeAnAngleForGoodWhileThePotentiometerRests)
@@ -162,7 +162,7 @@ TEST(BenchInputs, KeysChangeAnAngleForGoodWhileThePotentiometerRests)
   constexpr double count_deg = 90.0 / 1023.0;
   EXPECT_NEAR(listen(341), 30.0, count_deg);
   const double before_deg = deg_from_rad(bench.state.values().flexion_rad);
-  bench::apply_key(bench.state, {navigation::Key::right, true});
+  bench::apply_key(bench.state, {view::Key::right, true});
   EXPECT_NEAR(deg_from_rad(bench.state.values().flexion_rad), before_deg + 10.0, 1e-3);
   EXPECT_NEAR(listen(341), before_deg + 10.0, 1e-3);
   EXPECT_NEAR(listen(682), 60.0, count_deg);
@@ -186,11 +186,11 @@ TEST(BenchInputs, UsedOnesAreMarkedUntilTheyAreSeen)
 
 TEST(BenchInputs, AnInputThatIsNotLiveIsReportedAsText)
 {
-  EXPECT_EQ(bench::input_status_text("tibia", {true, false, true, 1.23, devices::ToolVisibility::missing}),
+  EXPECT_EQ(bench::input_status_text("tibia", {true, false, true, 1.23, bench::ToolVisibility::missing}),
             "tibia hidden for 1.2 s");
-  EXPECT_EQ(bench::input_status_text("tibia", {true, true, true, 0.01, devices::ToolVisibility::seen}), "");
+  EXPECT_EQ(bench::input_status_text("tibia", {true, true, true, 0.01, bench::ToolVisibility::seen}), "");
   EXPECT_EQ(bench::input_status_text("tibia", {}), "");
-  EXPECT_NE(bench::input_status_text("tibia", {true, false, false, 0.0, devices::ToolVisibility::missing}),
+  EXPECT_NE(bench::input_status_text("tibia", {true, false, false, 0.0, bench::ToolVisibility::missing}),
             "");
 }
 

@@ -7,15 +7,15 @@
 namespace vrda::test {
 namespace {
 
-tracking::PoseParameters some_six(int number)
+bench::PoseParameters some_six(int number)
 {
   return {{3.0 * number, 5.0 - number, 1.5 * number}, {0.1 * number, 0.02 * number, -0.07 * number}};
 }
 
-bench_files::Calibration calibration_of(const bench_files::BenchFile& bench)
+bench::Calibration calibration_of(const bench::BenchFile& bench)
 {
-  bench_files::Calibration c = bench_files::nominal_calibration(bench);
-  for (std::size_t role = 0; role < bench_files::n_body_roles; ++role)
+  bench::Calibration c = bench::nominal_calibration(bench);
+  for (std::size_t role = 0; role < bench::n_body_roles; ++role)
     c.X_body_model[role] = some_six(static_cast<int>(role) + 1);
   c.X_headbody_eyes = some_six(6);
   c.X_tracker_table = some_six(7);
@@ -26,47 +26,47 @@ bench_files::Calibration calibration_of(const bench_files::BenchFile& bench)
 
 }  // namespace
 
-devices::Sample place_sample(std::uint16_t tool, const Pose& X_tracker_tool, std::int64_t device_ns,
+bench::Sample place_sample(std::uint16_t tool, const Pose& X_tracker_tool, std::int64_t device_ns,
                              std::int64_t arrival_ns)
 {
-  devices::Sample sample;
-  sample.kind = devices::SampleKind::tool_pose;
-  sample.state = static_cast<std::uint8_t>(devices::ToolVisibility::seen);
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::tool_pose;
+  sample.state = static_cast<std::uint8_t>(bench::ToolVisibility::seen);
   sample.source = tool;
-  sample.tool_pose = devices::place_of(X_tracker_tool);
+  sample.tool_pose = bench::place_of(X_tracker_tool);
   sample.device_ns = device_ns;
   sample.arrival_ns = arrival_ns;
   return sample;
 }
 
-devices::Sample hidden_sample(std::uint16_t tool, std::int64_t arrival_ns)
+bench::Sample hidden_sample(std::uint16_t tool, std::int64_t arrival_ns)
 {
-  devices::Sample sample = place_sample(tool, Pose::Identity(), 0, arrival_ns);
-  sample.state = static_cast<std::uint8_t>(devices::ToolVisibility::missing);
+  bench::Sample sample = place_sample(tool, Pose::Identity(), 0, arrival_ns);
+  sample.state = static_cast<std::uint8_t>(bench::ToolVisibility::missing);
   return sample;
 }
 
-devices::Sample potentiometer_sample(int count, std::int64_t arrival_ns)
+bench::Sample potentiometer_sample(int count, std::int64_t arrival_ns)
 {
-  devices::Sample sample;
-  sample.kind = devices::SampleKind::potentiometer;
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::potentiometer;
   sample.count = count;
   sample.arrival_ns = arrival_ns;
   return sample;
 }
 
-devices::Sample stage_sample(int count, std::int64_t arrival_ns, std::uint8_t flags)
+bench::Sample stage_sample(int count, std::int64_t arrival_ns, std::uint8_t flags)
 {
-  devices::Sample sample = potentiometer_sample(count, arrival_ns);
-  sample.kind = devices::SampleKind::stage;
+  bench::Sample sample = potentiometer_sample(count, arrival_ns);
+  sample.kind = bench::SampleKind::stage;
   sample.state = flags;
   return sample;
 }
 
-devices::Sample link_sample(devices::DeviceId device, devices::LinkState state, std::int64_t arrival_ns)
+bench::Sample link_sample(bench::DeviceId device, bench::LinkState state, std::int64_t arrival_ns)
 {
-  devices::Sample sample;
-  sample.kind = devices::SampleKind::link;
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::link;
   sample.source = static_cast<std::uint16_t>(device);
   sample.state = static_cast<std::uint8_t>(state);
   sample.arrival_ns = arrival_ns;
@@ -78,7 +78,7 @@ store::MotionModel bench_model(const std::string& side)
   ModelPlan plan;
   plan.side = side;
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return motion::PoseCoordinates{0.02 * flexion_deg, -0.1 * varus_deg, 0.5, 0.1 * flexion_deg};
+    return store::PoseCoordinates{0.02 * flexion_deg, -0.1 * varus_deg, 0.5, 0.1 * flexion_deg};
   };
   return model_of(plan);
 }
@@ -93,19 +93,19 @@ SmallBench::SmallBench(const std::string& text, const std::string& side)
 {
 }
 
-Pose SmallBench::X_body_model(bench_files::BodyRole role) const
+Pose SmallBench::X_body_model(bench::BodyRole role) const
 {
-  return tracking::pose_of(calibration.X_body_model[static_cast<std::size_t>(role)]);
+  return bench::pose_of(calibration.X_body_model[static_cast<std::size_t>(role)]);
 }
 
-Pose SmallBench::X_tracker_shank(const Pose& X_tracker_thigh, const tracking::LegAngles& angles) const
+Pose SmallBench::X_tracker_shank(const Pose& X_tracker_thigh, const bench::LegAngles& angles) const
 {
-  return X_tracker_thigh * X_body_model(bench_files::BodyRole::femur) *
-         tracking::X_femur_tibia(angles, frame, {1, 2, 3}) *
-         X_body_model(bench_files::BodyRole::tibia).inverse();
+  return X_tracker_thigh * X_body_model(bench::BodyRole::femur) *
+         bench::X_femur_tibia(angles, frame, {1, 2, 3}) *
+         X_body_model(bench::BodyRole::tibia).inverse();
 }
 
-void SmallBench::take_leg(const Pose& X_tracker_thigh, const tracking::LegAngles& angles,
+void SmallBench::take_leg(const Pose& X_tracker_thigh, const bench::LegAngles& angles,
                           std::int64_t device_ns, std::int64_t arrival_ns)
 {
   state.take(place_sample(0, X_tracker_thigh, device_ns, arrival_ns));
@@ -127,15 +127,15 @@ std::string rigid_text(const std::string& potentiometer)
 
 Pose some_pose(int number)
 {
-  tracking::PoseParameters six = some_six(number);
+  bench::PoseParameters six = some_six(number);
   six.shift_mm.z() -= 1000.0;
   six.turn_rad *= 3.0;
-  return tracking::pose_of(six);
+  return bench::pose_of(six);
 }
 
-Pose moved(const Pose& start, const tracking::Screw& a_second, double time_s)
+Pose moved(const Pose& start, const bench::Screw& a_second, double time_s)
 {
-  return start * tracking::pose_of(tracking::scaled(a_second, time_s));
+  return start * bench::pose_of(bench::scaled(a_second, time_s));
 }
 
 double distance_of(const Pose& a, const Pose& b)

@@ -4,19 +4,19 @@
 #include <string>
 
 #include "bench/bench_state.hpp"
-#include "devices/sample.hpp"
-#include "tracking/screw.hpp"
+#include "bench/sample.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::test {
 
 inline constexpr std::int64_t ms_in_ns = 1'000'000;
 
-devices::Sample place_sample(std::uint16_t tool, const Pose& X_tracker_tool, std::int64_t device_ns,
+bench::Sample place_sample(std::uint16_t tool, const Pose& X_tracker_tool, std::int64_t device_ns,
                              std::int64_t arrival_ns);
-devices::Sample hidden_sample(std::uint16_t tool, std::int64_t arrival_ns);
-devices::Sample potentiometer_sample(int count, std::int64_t arrival_ns);
-devices::Sample stage_sample(int count, std::int64_t arrival_ns, std::uint8_t flags = 0);
-devices::Sample link_sample(devices::DeviceId device, devices::LinkState state, std::int64_t arrival_ns);
+bench::Sample hidden_sample(std::uint16_t tool, std::int64_t arrival_ns);
+bench::Sample potentiometer_sample(int count, std::int64_t arrival_ns);
+bench::Sample stage_sample(int count, std::int64_t arrival_ns, std::uint8_t flags = 0);
+bench::Sample link_sample(bench::DeviceId device, bench::LinkState state, std::int64_t arrival_ns);
 
 /// A model with flexion 0 to 90 and varus -4 to 4 degrees, whose tibia translates and rotates with both.
 store::MotionModel bench_model(const std::string& side);
@@ -27,17 +27,17 @@ struct SmallBench {
   explicit SmallBench(const std::string& text, const std::string& side = "right");
 
   store::MotionModel model;
-  motion::Motion motion;
+  store::Motion motion;
   SolverFrame frame;
-  bench_files::BenchFile bench;
-  bench_files::Calibration calibration;
+  bench::BenchFile bench;
+  bench::Calibration calibration;
   bench::BenchState state;
 
-  Pose X_body_model(bench_files::BodyRole role) const;
+  Pose X_body_model(bench::BodyRole role) const;
   /// Pose of the tibia's body for the femur's body at `X_tracker_thigh` and the knee at `angles`.
-  Pose X_tracker_shank(const Pose& X_tracker_thigh, const tracking::LegAngles& angles) const;
+  Pose X_tracker_shank(const Pose& X_tracker_thigh, const bench::LegAngles& angles) const;
   /// Samples of both bodies in these poses, as one message.
-  void take_leg(const Pose& X_tracker_thigh, const tracking::LegAngles& angles, std::int64_t device_ns,
+  void take_leg(const Pose& X_tracker_thigh, const bench::LegAngles& angles, std::int64_t device_ns,
                 std::int64_t arrival_ns);
 };
 
@@ -50,7 +50,7 @@ std::string rigid_text(const std::string& potentiometer = "selected");
 Pose some_pose(int number);
 
 /// A body at `start` at time 0 with the constant velocity `a_second` in body axes.
-Pose moved(const Pose& start, const tracking::Screw& a_second, double time_s);
+Pose moved(const Pose& start, const bench::Screw& a_second, double time_s);
 
 double distance_of(const Pose& a, const Pose& b);
 

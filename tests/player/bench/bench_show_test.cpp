@@ -13,7 +13,7 @@
 #include "motion/support/models.hpp"
 #include "player/bench/bench_samples.hpp"
 #include "player/bench_files/bench_texts.hpp"
-#include "recording/recording.hpp"
+#include "bench/recording.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/allocation_count.hpp"
 #include "support/input_error.hpp"
@@ -27,16 +27,16 @@ using test::ms_in_ns;
 constexpr std::int64_t picture_ns = 16 * ms_in_ns;
 constexpr int n_pictures = 40;
 
-std::vector<navigation::KeyPress> presses(int n, navigation::Key key, bool has_shift = false)
+std::vector<view::KeyPress> presses(int n, view::Key key, bool has_shift = false)
 {
-  return std::vector<navigation::KeyPress>(static_cast<std::size_t>(n),
-                                           navigation::KeyPress{key, has_shift, false});
+  return std::vector<view::KeyPress>(static_cast<std::size_t>(n),
+                                           view::KeyPress{key, has_shift, false});
 }
 
 /// Selects the right eye's k1 from the first parameter, around the end of the list.
-std::vector<navigation::KeyPress> to_right_k1()
+std::vector<view::KeyPress> to_right_k1()
 {
-  return presses(4, navigation::Key::up);
+  return presses(4, view::Key::up);
 }
 
 double right_k1(const bench::BenchState& state)
@@ -71,21 +71,21 @@ TEST(BenchView, DrawsTheRequestedLayersAndRefusesOthers)
 {
   const test::SmallBench bench(test::two_bodies_text());
   const auto shown = [&](const std::string& layers) {
-    navigation::AppearanceOptions look;
+    view::AppearanceOptions look;
     look.layers = layers;
     bench::BenchView view(bench.model, bench.motion, bench.bench, bench.calibration, look);
     bench::BenchFrame frame;
     frame.X_tracker_reference = test::some_pose(1);
     frame.pose = bench.motion.at({rad_from_deg(30.0), 0.0});
     view.place(frame, bench.calibration);
-    std::vector<scene::Drawable> found;
-    for (const scene::Drawable& drawable : view.scene().drawables) {
-      if (drawable.layer == scene::Layer::axes && drawable.is_shown) found.push_back(drawable);
+    std::vector<view::Drawable> found;
+    for (const view::Drawable& drawable : view.scene().drawables) {
+      if (drawable.layer == view::Layer::axes && drawable.is_shown) found.push_back(drawable);
     }
     return found;
   };
   EXPECT_TRUE(shown("none").empty());
-  const std::vector<scene::Drawable> axes = shown("axes");
+  const std::vector<view::Drawable> axes = shown("axes");
   ASSERT_FALSE(axes.empty());
   // The flexion axis goes through the rotation centre of the tracked reference.
   const Eigen::Vector3d centre_mm = test::some_pose(1) * bench.model.rotation_centre_mm;
@@ -99,16 +99,16 @@ TEST(BenchTake, EyesThatCannotBeDrawnForArePutBackToWhatTheyWereBefore)
   test::SmallBench bench(test::rigid_text());
   bench::PanelContent panel;
   bench::apply_input(bench.state, panel, to_right_k1(), {});
-  ASSERT_EQ(bench_files::parameters()[bench.state.selected()].name, "right.k1");
+  ASSERT_EQ(bench::parameters()[bench.state.selected()].name, "right.k1");
   // The corner of 640 x 480 is at 1.25 units; folds there below k1 = -1 / (3 * 1.25^2) = -0.213.
-  bench::apply_input(bench.state, panel, presses(20, navigation::Key::left, true), {});
+  bench::apply_input(bench.state, panel, presses(20, view::Key::left, true), {});
   EXPECT_NEAR(right_k1(bench.state), -0.2, 1e-12);
   EXPECT_EQ(panel.message, "");
-  bench::apply_input(bench.state, panel, presses(2, navigation::Key::left, true), {});
+  bench::apply_input(bench.state, panel, presses(2, view::Key::left, true), {});
   EXPECT_NEAR(right_k1(bench.state), -0.2, 1e-12);
   EXPECT_THAT(panel.message, testing::HasSubstr("fold"));
   EXPECT_THAT(panel.message, testing::EndsWith(": restored"));
-  bench::apply_input(bench.state, panel, presses(1, navigation::Key::right, true), {});
+  bench::apply_input(bench.state, panel, presses(1, view::Key::right, true), {});
   EXPECT_NEAR(right_k1(bench.state), -0.19, 1e-12);
 }
 
@@ -117,12 +117,12 @@ TEST(BenchTake, ThePotentiometerContinuesFromTheRestoredValue)
   test::SmallBench bench(test::rigid_text());
   bench::PanelContent panel;
   bench::apply_input(bench.state, panel, to_right_k1(), {});
-  bench::apply_input(bench.state, panel, presses(20, navigation::Key::left, true), {});
+  bench::apply_input(bench.state, panel, presses(20, view::Key::left, true), {});
   int k = 0;
   const auto turn = [&](int from, int to) {
     for (int n = 0; n <= 400; ++n, ++k) {
       const int count = n < 200 ? from + (to - from) * n / 200 : to;
-      const devices::Sample sample = test::potentiometer_sample(count, k * 10 * ms_in_ns);
+      const bench::Sample sample = test::potentiometer_sample(count, k * 10 * ms_in_ns);
       bench::apply_input(bench.state, panel, {}, {&sample, 1});
     }
     return right_k1(bench.state);
@@ -147,26 +147,26 @@ class BenchReplay : public testing::Test {
         "[display]\nwidth = 320\nheight = 256\nlayout = \"quarters\"\nrefresh_hz = 62.5\n" +
         test::tracker_table + "[body.leg]\ntool = \"leg\"\n";
     options_.bench = scratch_.write("bench.toml", text).string();
-    options_.look.mode = scene::DrawMode::smooth;
+    options_.look.mode = view::DrawMode::smooth;
     options_.is_headless = options_.is_quiet = true;
     setup_.emplace(bench::read_bench_setup(options_));
   }
 
   std::string in_scratch(const std::string& name) const { return (scratch_.path() / name).string(); }
 
-  static std::vector<navigation::KeyPress> keys_of(int picture)
+  static std::vector<view::KeyPress> keys_of(int picture)
   {
     if (picture == 2) return to_right_k1();
-    if (picture == 5) return presses(15, navigation::Key::left, true);
-    if (picture == 8) return presses(15, navigation::Key::left, true);  // a folding distortion is restored
-    if (picture == 20) return presses(10, navigation::Key::right, true);
+    if (picture == 5) return presses(15, view::Key::left, true);
+    if (picture == 8) return presses(15, view::Key::left, true);  // a folding distortion is restored
+    if (picture == 20) return presses(10, view::Key::right, true);
     return {};
   }
 
   /// The leg rotates and moves.
-  static devices::Sample sample_of(int picture)
+  static bench::Sample sample_of(int picture)
   {
-    const tracking::Screw a_second{{0.5, -0.8, 0.3}, {40.0, -20.0, 10.0}};
+    const bench::Screw a_second{{0.5, -0.8, 0.3}, {40.0, -20.0, 10.0}};
     const std::int64_t now_ns = picture * picture_ns;
     return test::place_sample(0, test::moved(Pose::Identity(), a_second, 0.016 * picture), now_ns + 1,
                               now_ns);
@@ -175,9 +175,9 @@ class BenchReplay : public testing::Test {
   /// `pause_ns`: between the halves.
   void record(const std::string& log, std::int64_t pause_ns = 0) const
   {
-    recording::Recorder recorder(log, setup_->facts);
+    bench::Recorder recorder(log, setup_->facts);
     for (int k = 0; k < n_pictures; ++k) {
-      const devices::Sample sample = sample_of(k);
+      const bench::Sample sample = sample_of(k);
       recorder.add(k * picture_ns + (2 * k < n_pictures ? 0 : pause_ns), keys_of(k), {&sample, 1});
     }
     recorder.close();
@@ -294,14 +294,14 @@ TEST_F(BenchReplay, AVideoTakesAsLongAsTheRecording)
 TEST_F(BenchReplay, ABenchFrameAllocatesNothingThoughTheCalibrationKeepsItsMarks)
 {
   VRDA_REQUIRE_ALLOCATION_COUNT();
-  bench_files::CalibrationRecord& record =
-      setup_->calibration.records[bench_files::CalibrationPart::viewport];
+  bench::CalibrationRecord& record =
+      setup_->calibration.records[bench::CalibrationPart::viewport];
   record.date = "2026-11-22, a date too long for a short string";
   record.marks = {{"a task with a name that is long", {{1.0, 2.0}, {3.0, 4.0}}}};
   bench::BenchOutput show(options_, *setup_);
   bench::BenchState state(setup_->bench, setup_->calibration, setup_->motion, setup_->frame);
   const auto round = [&](int k) {
-    const devices::Sample sample = sample_of(k);
+    const bench::Sample sample = sample_of(k);
     bench::apply_input(state, show.panel(), {}, {&sample, 1});
     show.show(state, state.frame(k * picture_ns), static_cast<std::uint64_t>(k), 0.016 * k);
   };

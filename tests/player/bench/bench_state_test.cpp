@@ -9,13 +9,13 @@
 
 namespace vrda::bench_state_test {
 
-using bench_files::BodyRole;
+using bench::BodyRole;
 using test::SmallBench, test::distance_of, test::ms_in_ns, test::some_pose;
 
 /// Rounding of poses 1 m away, converted to quaternions and six numbers.
 constexpr double rounding = 1e-9;
 
-tracking::LegAngles angles_at(double flexion_deg, double varus_deg)
+bench::LegAngles angles_at(double flexion_deg, double varus_deg)
 {
   return {rad_from_deg(flexion_deg), rad_from_deg(varus_deg), 0.2};
 }
@@ -40,7 +40,7 @@ TEST(BenchState, TwoBodiesAskTheModelAtTheirGroodSuntayAngles)
         const bench::BenchFrame& frame = bench.state.frame(now_ns);
         expect_attitude(frame, flexion_deg, varus_deg, rounding);
         const Pose X_reference = X_thigh * bench.X_body_model(BodyRole::femur);
-        const motion::JointPose wanted =
+        const store::JointPose wanted =
             bench.motion.at({rad_from_deg(flexion_deg), rad_from_deg(varus_deg)});
         EXPECT_LT(distance_of(frame.X_tracker_reference, X_reference), rounding);
         EXPECT_LT(distance_of(frame.X_tracker_moving, X_reference * wanted.X_reference_moving), rounding);
@@ -88,8 +88,8 @@ TEST(BenchState, ARigidLegHasThePoseOfItsBodyAndTheAnglesOfTheParameters)
   SmallBench bench(test::rigid_text());
   const Pose X_leg = some_pose(3);
   bench.state.take(test::place_sample(0, X_leg, 0, ms_in_ns));
-  bench_files::set_value(bench.state.values(), bench_files::find_parameter("flexion").value(), 42.0);
-  bench_files::set_value(bench.state.values(), bench_files::find_parameter("varus").value(), -1.5);
+  bench::set_value(bench.state.values(), bench::find_parameter("flexion").value(), 42.0);
+  bench::set_value(bench.state.values(), bench::find_parameter("varus").value(), -1.5);
   const bench::BenchFrame& frame = bench.state.frame(ms_in_ns);
   expect_attitude(frame, 42.0, -1.5, rounding);
   EXPECT_LT(distance_of(frame.X_tracker_reference, X_leg * bench.X_body_model(BodyRole::leg)), rounding);
@@ -113,7 +113,7 @@ TEST(BenchState, AHiddenBodyStaysWhereItWasIsMarkedAndRecovers)
   EXPECT_TRUE(hidden.bodies[1].is_live);
   EXPECT_FALSE(hidden.bodies[2].is_live);
   EXPECT_TRUE(hidden.bodies[2].was_seen);
-  EXPECT_EQ(hidden.bodies[2].state, devices::ToolVisibility::missing);
+  EXPECT_EQ(hidden.bodies[2].state, bench::ToolVisibility::missing);
   EXPECT_NEAR(hidden.bodies[2].age_s, 0.3, 1e-6);
   expect_attitude(hidden, 30.0, 1.0, rounding);
   EXPECT_LT(distance_of(hidden.X_tracker_reference, some_pose(2) * bench.X_body_model(BodyRole::femur)),
@@ -131,16 +131,16 @@ TEST(BenchState, AClosedLinkLosesEverythingOfItsDevice)
   bench.take_leg(some_pose(1), angles_at(30, 1), 5, ms_in_ns);
   bench.state.take(test::stage_sample(100, ms_in_ns));
   bench.state.take(test::potentiometer_sample(100, ms_in_ns));
-  bench.state.take(test::link_sample(devices::DeviceId::tracker, devices::LinkState::up, ms_in_ns));
+  bench.state.take(test::link_sample(bench::DeviceId::tracker, bench::LinkState::up, ms_in_ns));
   const bench::BenchFrame live = bench.state.frame(ms_in_ns);
   EXPECT_TRUE(bench::is_live(live));
-  bench.state.take(test::link_sample(devices::DeviceId::tracker, devices::LinkState::closed, 2 * ms_in_ns));
+  bench.state.take(test::link_sample(bench::DeviceId::tracker, bench::LinkState::closed, 2 * ms_in_ns));
   const bench::BenchFrame lost = bench.state.frame(3 * ms_in_ns);
   EXPECT_FALSE(lost.bodies[1].is_live || lost.bodies[2].is_live);
-  EXPECT_EQ(lost.bodies[1].state, devices::ToolVisibility::stale);
+  EXPECT_EQ(lost.bodies[1].state, bench::ToolVisibility::stale);
   EXPECT_TRUE(lost.stage.is_live && lost.potentiometer.is_live);
   EXPECT_EQ(lost.X_tracker_moving.matrix(), live.X_tracker_moving.matrix());
-  bench.state.take(test::link_sample(devices::DeviceId::board, devices::LinkState::opening, 3 * ms_in_ns));
+  bench.state.take(test::link_sample(bench::DeviceId::board, bench::LinkState::opening, 3 * ms_in_ns));
   const bench::BenchFrame none = bench.state.frame(4 * ms_in_ns);
   EXPECT_FALSE(none.stage.is_live || none.potentiometer.is_live);
   EXPECT_EQ(none.X_tracker_eyes.matrix(), live.X_tracker_eyes.matrix());
@@ -173,7 +173,7 @@ TEST(BenchState, PredictionCarriesAConstantVelocityOnByTheHorizon)
 {
   SmallBench bench(test::rigid_text());
   bench.state.values().prediction_ms = 30.0;
-  const tracking::Screw a_second{{0.5, -0.8, 0.3}, {200.0, -100.0, 50.0}};
+  const bench::Screw a_second{{0.5, -0.8, 0.3}, {200.0, -100.0, 50.0}};
   const Pose start = some_pose(5);
   for (int k = 1; k <= 20; ++k) {
     const std::int64_t arrival_ns = k * 10 * ms_in_ns;
@@ -207,7 +207,7 @@ TEST(BenchState, MarkersThatFireOneAfterAnotherGiveThePoseOfTheFrame)
   const std::string body = test::bench_head("rigid") + test::display_table + test::tracker_table +
                            "[body.leg]\nmarkers = [\"a\", \"b\", \"c\", \"d\"]\n"
                            "markers_mm = [0, 0, 0, 80, 0, 0, 0, 60, 0, 0, 0, 50]\nmarker_interval_ms = ";
-  const tracking::Screw a_second{{1.0, -2.0, 0.5}, {600.0, -300.0, 200.0}};
+  const bench::Screw a_second{{1.0, -2.0, 0.5}, {600.0, -300.0, 200.0}};
   const Pose start = some_pose(6);
   const auto error_mm = [&](const std::string& interval_ms, double prediction_ms) {
     SmallBench bench(body + interval_ms + "\n");
@@ -261,16 +261,16 @@ TEST(BenchState, ACellWithoutAnAnswerKeepsTheLastPoseAndSaysSo)
 {
   store::MotionModel model = test::bench_model("right");
   test::unsolve(model, 3, 2);
-  const motion::Motion motion(model, "raw");
+  const store::Motion motion(model, "raw");
   SmallBench bench(test::rigid_text());
   bench::BenchState state(bench.bench, bench.calibration, motion, bench.frame);
   state.values().flexion_rad = rad_from_deg(15.0);
   state.values().varus_rad = 0.0;
   const bench::BenchFrame solved = state.frame(0);
-  EXPECT_EQ(solved.pose.status, motion::PoseStatus::solved);
+  EXPECT_EQ(solved.pose.status, store::PoseStatus::solved);
   EXPECT_FALSE(solved.is_pose_held);
   state.values().flexion_rad = rad_from_deg(45.0);
-  EXPECT_EQ(motion.at({rad_from_deg(45.0), 0.0}).status, motion::PoseStatus::unsolved_cell);
+  EXPECT_EQ(motion.at({rad_from_deg(45.0), 0.0}).status, store::PoseStatus::unsolved_cell);
   EXPECT_EQ(state.frame(1).X_tracker_moving.matrix(), solved.X_tracker_moving.matrix());
   EXPECT_TRUE(state.frame(2).is_pose_held);
 }

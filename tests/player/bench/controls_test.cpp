@@ -11,14 +11,14 @@ namespace vrda::controls_test {
 
 class Controls : public testing::Test {
  protected:
-  bench::BenchRequest press(navigation::Key key, bool has_shift = false)
+  bench::BenchRequest press(view::Key key, bool has_shift = false)
   {
     return bench::apply_key(bench_.state, {key, has_shift, false});
   }
-  std::string selected() const { return bench_files::parameters()[bench_.state.selected()].name; }
+  std::string selected() const { return bench::parameters()[bench_.state.selected()].name; }
   double value(const char* name) const
   {
-    return bench_files::value_of(bench_.state.values(), bench_files::find_parameter(name).value());
+    return bench::value_of(bench_.state.values(), bench::find_parameter(name).value());
   }
 
   test::SmallBench bench_{test::rigid_text()};
@@ -26,94 +26,94 @@ class Controls : public testing::Test {
 
 TEST_F(Controls, LettersSelect)
 {
-  press(navigation::key_of('V'));
+  press(view::key_of('V'));
   EXPECT_EQ(selected(), "varus");
-  press(navigation::key_of('I'));
+  press(view::key_of('I'));
   EXPECT_EQ(selected(), "eyes.distance_apart");
-  press(navigation::key_of('F'));
+  press(view::key_of('F'));
   EXPECT_EQ(selected(), "flexion");
 }
 
 TEST_F(Controls, UpAndDownGoThroughAllThatTheBenchUsesAndAround)
 {
   std::vector<std::size_t> used;
-  for (std::size_t k = 0; k < bench_files::parameters().size(); ++k) {
-    if (bench_files::is_used(k, bench_.state.bench())) used.push_back(k);
+  for (std::size_t k = 0; k < bench::parameters().size(); ++k) {
+    if (bench::is_used(k, bench_.state.bench())) used.push_back(k);
   }
   ASSERT_EQ(used.front(), bench_.state.selected());
   for (std::size_t k = 1; k <= used.size(); ++k) {
-    press(navigation::Key::down);
+    press(view::Key::down);
     EXPECT_EQ(bench_.state.selected(), used[k % used.size()]);
   }
-  press(navigation::Key::up);
+  press(view::Key::up);
   EXPECT_EQ(bench_.state.selected(), used.back());
 }
 
 TEST(ControlsOfATrackedLeg, ItsAnglesCannotBeSelected)
 {
   test::SmallBench bench(test::two_bodies_text());
-  EXPECT_EQ(bench_files::parameters()[bench.state.selected()].name, "prediction");
-  bench::apply_key(bench.state, {navigation::key_of('F'), false, false});
-  EXPECT_EQ(bench_files::parameters()[bench.state.selected()].name, "prediction");
+  EXPECT_EQ(bench::parameters()[bench.state.selected()].name, "prediction");
+  bench::apply_key(bench.state, {view::key_of('F'), false, false});
+  EXPECT_EQ(bench::parameters()[bench.state.selected()].name, "prediction");
   for (const char* name : {"flexion", "varus", "leg.shift_x", "head.turn_y"})
-    EXPECT_FALSE(bench_files::is_used(bench_files::find_parameter(name).value(), bench.state.bench()))
+    EXPECT_FALSE(bench::is_used(bench::find_parameter(name).value(), bench.state.bench()))
         << name;
   for (const char* name : {"femur.turn_x", "tibia.shift_z", "eyes.shift_y", "table.turn_x", "right.k2"})
-    EXPECT_TRUE(bench_files::is_used(bench_files::find_parameter(name).value(), bench.state.bench())) << name;
+    EXPECT_TRUE(bench::is_used(bench::find_parameter(name).value(), bench.state.bench())) << name;
 }
 
 TEST_F(Controls, WithShiftTheyGoToAnotherKind)
 {
-  press(navigation::key_of('I'));
-  press(navigation::Key::down, true);
+  press(view::key_of('I'));
+  press(view::Key::down, true);
   EXPECT_EQ(selected(), "image_distance");
-  press(navigation::Key::down, true);
+  press(view::Key::down, true);
   EXPECT_EQ(selected(), "leg.shift_x");
-  press(navigation::Key::down, true);
+  press(view::Key::down, true);
   EXPECT_EQ(selected(), "eyes.shift_x");  // neither femur nor tibia are tracked
-  press(navigation::Key::up, true);
+  press(view::Key::up, true);
   EXPECT_EQ(selected().substr(0, 4), "leg.");
 }
 
 TEST_F(Controls, LeftAndRightChangeByStepsAndBackToTheSameValue)
 {
-  for (std::size_t k = 0; k < bench_files::parameters().size(); ++k) {
-    const bench_files::Parameter& parameter = bench_files::parameters()[k];
+  for (std::size_t k = 0; k < bench::parameters().size(); ++k) {
+    const bench::Parameter& parameter = bench::parameters()[k];
     SCOPED_TRACE(parameter.name);
     bench_.state.select(k);
     // Away from the ends of the range, so that nothing is clamped.
-    bench_files::set_value(
+    bench::set_value(
         bench_.state.values(), k,
         std::round(0.5 * (parameter.minimum + parameter.maximum) / parameter.step) * parameter.step);
-    press(navigation::Key::right);
-    press(navigation::Key::left);
-    const double before = bench_files::value_of(bench_.state.values(), k);
+    press(view::Key::right);
+    press(view::Key::left);
+    const double before = bench::value_of(bench_.state.values(), k);
     const auto gained = [&] {
-      return (bench_files::value_of(bench_.state.values(), k) - before) / parameter.step;
+      return (bench::value_of(bench_.state.values(), k) - before) / parameter.step;
     };
-    press(navigation::Key::right);
+    press(view::Key::right);
     EXPECT_NEAR(gained(), 1.0, 1e-6);
-    press(navigation::Key::right, true);
+    press(view::Key::right, true);
     EXPECT_NEAR(gained(), 11.0, 1e-6);
-    press(navigation::Key::left, true);
-    press(navigation::Key::left);
-    press(navigation::Key::left);
+    press(view::Key::left, true);
+    press(view::Key::left);
+    press(view::Key::left);
     EXPECT_NEAR(gained(), -1.0, 1e-6);
-    press(navigation::Key::right);
+    press(view::Key::right);
     EXPECT_NEAR(gained(), 0.0, 1e-9);
   }
 }
 
 TEST_F(Controls, AHundredStepsThereAndBackGiveTheSameBits)
 {
-  press(navigation::key_of('F'));
-  press(navigation::Key::right);
+  press(view::key_of('F'));
+  press(view::Key::right);
   for (const char* name : {"flexion", "left.k1", "eyes.shift_y", "left.pixel_aspect"}) {
-    bench_.state.select(bench_files::find_parameter(name).value());
-    press(navigation::Key::right);
+    bench_.state.select(bench::find_parameter(name).value());
+    press(view::Key::right);
     const double before = value(name);
-    for (int k = 0; k < 100; ++k) press(navigation::Key::right);
-    for (int k = 0; k < 100; ++k) press(navigation::Key::left);
+    for (int k = 0; k < 100; ++k) press(view::Key::right);
+    for (int k = 0; k < 100; ++k) press(view::Key::left);
     EXPECT_EQ(value(name), before) << name;
   }
 }
@@ -121,46 +121,46 @@ TEST_F(Controls, AHundredStepsThereAndBackGiveTheSameBits)
 TEST_F(Controls, SwitchesPredictionAndFilter)
 {
   EXPECT_EQ(value("prediction"), 0.0);
-  press(navigation::key_of('P'));
+  press(view::key_of('P'));
   EXPECT_EQ(value("prediction"), 30.0);
-  press(navigation::key_of('P'));
+  press(view::key_of('P'));
   EXPECT_EQ(value("prediction"), 0.0);
   test::SmallBench bench("prediction_ms = 45\n" + test::rigid_text());
-  bench::apply_key(bench.state, {navigation::key_of('P')});
+  bench::apply_key(bench.state, {view::key_of('P')});
   EXPECT_EQ(bench.state.values().prediction_ms, 0.0);
-  bench::apply_key(bench.state, {navigation::key_of('P')});
+  bench::apply_key(bench.state, {view::key_of('P')});
   EXPECT_EQ(bench.state.values().prediction_ms, 45.0);
   EXPECT_TRUE(bench_.state.is_filtered());
-  press(navigation::key_of('E'));
+  press(view::key_of('E'));
   EXPECT_FALSE(bench_.state.is_filtered());
-  press(navigation::key_of('E'));
+  press(view::key_of('E'));
   EXPECT_TRUE(bench_.state.is_filtered());
 }
 
 TEST_F(Controls, TheOthersAskTheLoop)
 {
   struct Row {
-    navigation::Key key;
+    view::Key key;
     bench::BenchRequest request;
   };
-  for (const Row row : {Row{navigation::key_of('Z'), bench::BenchRequest::zero_stage},
-                        Row{navigation::key_of('W'), bench::BenchRequest::write_calibration},
-                        Row{navigation::key_of('T'), bench::BenchRequest::show_panel},
-                        Row{navigation::key_of('S'), bench::BenchRequest::screenshot},
-                        Row{navigation::key_of('H'), bench::BenchRequest::show_help},
-                        Row{navigation::key_of('?'), bench::BenchRequest::show_help},
-                        Row{navigation::key_of('Q'), bench::BenchRequest::quit},
-                        Row{navigation::Key::escape, bench::BenchRequest::quit},
-                        Row{navigation::Key::up, bench::BenchRequest::none},
-                        Row{navigation::key_of('X'), bench::BenchRequest::none},
-                        Row{navigation::Key::none, bench::BenchRequest::none}})
+  for (const Row row : {Row{view::key_of('Z'), bench::BenchRequest::zero_stage},
+                        Row{view::key_of('W'), bench::BenchRequest::write_calibration},
+                        Row{view::key_of('T'), bench::BenchRequest::show_panel},
+                        Row{view::key_of('S'), bench::BenchRequest::screenshot},
+                        Row{view::key_of('H'), bench::BenchRequest::show_help},
+                        Row{view::key_of('?'), bench::BenchRequest::show_help},
+                        Row{view::key_of('Q'), bench::BenchRequest::quit},
+                        Row{view::Key::escape, bench::BenchRequest::quit},
+                        Row{view::Key::up, bench::BenchRequest::none},
+                        Row{view::key_of('X'), bench::BenchRequest::none},
+                        Row{view::Key::none, bench::BenchRequest::none}})
     EXPECT_EQ(press(row.key), row.request) << static_cast<int>(row.key);
 }
 
 TEST_F(Controls, EveryKeyOfTheHelpIsTested)
 {
   std::string keys;
-  for (const navigation::HelpLine& line : bench::bench_key_lines()) keys += std::string(line.keys) + "; ";
+  for (const view::HelpLine& line : bench::bench_key_lines()) keys += std::string(line.keys) + "; ";
   EXPECT_EQ(
       keys,
       "Up, Down; Left, Right; F, V, I; P; E; Z; Left, right, middle drag; Gamepad; W; T; S; H or ?; Q or "
@@ -169,10 +169,10 @@ TEST_F(Controls, EveryKeyOfTheHelpIsTested)
 
 TEST_F(Controls, ParametersAreShownWithTheirUnit)
 {
-  bench_files::set_value(bench_.state.values(), 0, 35.5);
+  bench::set_value(bench_.state.values(), 0, 35.5);
   EXPECT_EQ(bench::parameter_text(bench_.state, 0), "flexion 35.5 deg");
-  const std::size_t k1 = bench_files::find_parameter("left.k1").value();
-  bench_files::set_value(bench_.state.values(), k1, 0.021);
+  const std::size_t k1 = bench::find_parameter("left.k1").value();
+  bench::set_value(bench_.state.values(), k1, 0.021);
   EXPECT_EQ(bench::parameter_text(bench_.state, k1), "left.k1 0.021");
 }
 

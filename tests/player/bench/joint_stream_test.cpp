@@ -6,20 +6,20 @@
 #include <algorithm>
 
 #include "bench_samples.hpp"
-#include "core/side.hpp"
+#include "model/side.hpp"
 
 namespace vrda::joint_stream_test {
 
 using test::ms_in_ns;
 
-devices::Sample probe_sample(std::size_t tool, devices::ToolVisibility state, std::int64_t arrival_ns)
+bench::Sample probe_sample(std::size_t tool, bench::ToolVisibility state, std::int64_t arrival_ns)
 {
-  devices::Sample sample;
-  sample.kind = devices::SampleKind::tool_pose;
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::tool_pose;
   sample.source = static_cast<std::uint16_t>(tool);
   sample.state = static_cast<std::uint8_t>(state);
   sample.arrival_ns = arrival_ns;
-  sample.tool_pose = devices::place_of(test::some_pose(1));
+  sample.tool_pose = bench::place_of(test::some_pose(1));
   return sample;
 }
 
@@ -38,13 +38,13 @@ TEST(JointStream, AProbeThatIsNoLongerSeenIsMarked)
   };
   const auto names_probe = testing::HasSubstr("probe");
   EXPECT_THAT(marks_at(0), testing::Not(names_probe)) << "not used yet";
-  probe.take(probe_sample(tool, devices::ToolVisibility::seen, ms_in_ns));
+  probe.take(probe_sample(tool, bench::ToolVisibility::seen, ms_in_ns));
   EXPECT_TRUE(probe.X_tracker_probe());
   EXPECT_THAT(marks_at(ms_in_ns), testing::Not(names_probe));
-  probe.take(probe_sample(tool, devices::ToolVisibility::missing, 2 * ms_in_ns));
+  probe.take(probe_sample(tool, bench::ToolVisibility::missing, 2 * ms_in_ns));
   EXPECT_FALSE(probe.X_tracker_probe());
   EXPECT_THAT(marks_at(2001 * ms_in_ns), testing::HasSubstr("probe hidden for 2 s"));
-  probe.take(probe_sample(tool, devices::ToolVisibility::seen, 2001 * ms_in_ns));
+  probe.take(probe_sample(tool, bench::ToolVisibility::seen, 2001 * ms_in_ns));
   EXPECT_THAT(marks_at(2001 * ms_in_ns), testing::Not(names_probe));
 }
 

@@ -29,20 +29,20 @@ std::string text_with(const std::string& femur)
 
 const std::string four_markers = "[body.femur]\nmarkers = [\"a\", \"b\", \"c\", \"d\"]\n";
 
-bench_files::BenchFile unmeasured(const std::string& places = "")
+bench::BenchFile unmeasured(const std::string& places = "")
 {
-  return bench_files::parse_bench_file(text_with(four_markers + places), "bench.toml",
-                                       bench_files::MarkerPositions::optional);
+  return bench::parse_bench_file(text_with(four_markers + places), "bench.toml",
+                                       bench::MarkerPositions::optional);
 }
 
 using Places = std::vector<Eigen::Vector3d>;
 const Places tetrahedron{{10, 20, 30}, {90, 20, 30}, {10, 80, 30}, {10, 20, 80}};
 
-std::vector<tracking::MarkerRow> frames_of(const Places& places)
+std::vector<bench::MarkerRow> frames_of(const Places& places)
 {
-  std::vector<tracking::MarkerRow> frames;
+  std::vector<bench::MarkerRow> frames;
   for (int k = 0; k < 40; ++k) {
-    tracking::MarkerRow row;
+    bench::MarkerRow row;
     for (const Eigen::Vector3d& p : places) row.emplace_back(test::some_pose(k % 9) * p);
     if (k % 5 == 0) row[static_cast<std::size_t>(k / 5 % 4)].reset();
     frames.push_back(row);
@@ -52,15 +52,15 @@ std::vector<tracking::MarkerRow> frames_of(const Places& places)
 
 TEST(MeasureBody, ItsLinesAreThoseOfABenchFileWithTheSameDistances)
 {
-  const bench_files::BenchFile bench = unmeasured();
-  const tracking::BuiltBody built =
-      bench::build_measured_body(frames_of(tetrahedron), bench, bench_files::BodyRole::femur);
-  const std::string lines = bench::bench_file_lines(built, bench, bench_files::BodyRole::femur);
+  const bench::BenchFile bench = unmeasured();
+  const bench::BuiltBody built =
+      bench::build_measured_body(frames_of(tetrahedron), bench, bench::BodyRole::femur);
+  const std::string lines = bench::bench_file_lines(built, bench, bench::BodyRole::femur);
   for (const char* fact : {"# from 40 frames, 0 ", "residual 0 mm"}) EXPECT_THAT(lines, HasSubstr(fact));
   EXPECT_THAT(lines, HasSubstr("# d: 0 mm in 38 frames\n"));
-  const bench_files::BenchFile measured = test::bench_of(text_with(lines));
+  const bench::BenchFile measured = test::bench_of(text_with(lines));
   const Places& found =
-      measured.bodies[static_cast<std::size_t>(bench_files::BodyRole::femur)]->markers_body_mm;
+      measured.bodies[static_cast<std::size_t>(bench::BodyRole::femur)]->markers_body_mm;
   ASSERT_EQ(found.size(), 4U);
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t j = 0; j < i; ++j)
@@ -69,30 +69,30 @@ TEST(MeasureBody, ItsLinesAreThoseOfABenchFileWithTheSameDistances)
 
 TEST(MeasureBody, KeepsTheFrameOfMarkerPositionsInTheBenchFile)
 {
-  const bench_files::BenchFile bench =
+  const bench::BenchFile bench =
       unmeasured("markers_mm = [10, 20, 30, 90, 20, 30, 10, 80, 30, 10, 20, 80]\n");
-  const tracking::BuiltBody built =
-      bench::build_measured_body(frames_of(tetrahedron), bench, bench_files::BodyRole::femur);
+  const bench::BuiltBody built =
+      bench::build_measured_body(frames_of(tetrahedron), bench, bench::BodyRole::femur);
   for (std::size_t k = 0; k < 4; ++k)
     EXPECT_LT((built.body.markers_mm.row(static_cast<Eigen::Index>(k)).transpose() - tetrahedron[k]).norm(),
               1e-6);
-  EXPECT_THAT(bench::bench_file_lines(built, bench, bench_files::BodyRole::femur),
+  EXPECT_THAT(bench::bench_file_lines(built, bench, bench::BodyRole::femur),
               HasSubstr("# in the frame of the bench file's markers_mm, difference 0 mm"));
 }
 
 TEST(MeasureBody, MarkersThatMakeNoBodyAreRefusedByName)
 {
-  const auto refusal = [](const std::vector<tracking::MarkerRow>& frames) {
+  const auto refusal = [](const std::vector<bench::MarkerRow>& frames) {
     const InputError::Facts facts = test::input_error(
-        [&] { bench::build_measured_body(frames, unmeasured(), bench_files::BodyRole::femur); });
+        [&] { bench::build_measured_body(frames, unmeasured(), bench::BodyRole::femur); });
     EXPECT_THAT(facts, test::refuses({"bench.toml", "body.femur.markers"}));
     return facts.found;
   };
   EXPECT_THAT(refusal(frames_of({{0, 0, 0}, {10, 0, 0}, {20, 0, 0}, {30, 0, 0}})), HasSubstr("collinear"));
   EXPECT_THAT(refusal(frames_of({{0, 0, 0}, {0, 0, 1}, {50, 0, 0}, {0, 50, 0}})),
               HasSubstr("'a' and 'b' 1 mm apart"));
-  std::vector<tracking::MarkerRow> unseen = frames_of(tetrahedron), never_together = unseen;
-  for (tracking::MarkerRow& row : unseen) row[2].reset();
+  std::vector<bench::MarkerRow> unseen = frames_of(tetrahedron), never_together = unseen;
+  for (bench::MarkerRow& row : unseen) row[2].reset();
   EXPECT_EQ(refusal(unseen), "'c' in none of 40 frames");
   for (std::size_t k = 0; k < never_together.size(); ++k) {
     if (k < 3) {
@@ -133,7 +133,7 @@ TEST(MeasureBody, BodiesThatCannotBeMeasuredAreRefusedWithTheReason)
 
 using test::ms_in_ns;
 
-devices::Sample marker_sample(std::uint16_t tool, const Eigen::Vector3d& p_mm, std::int64_t arrival_ns)
+bench::Sample marker_sample(std::uint16_t tool, const Eigen::Vector3d& p_mm, std::int64_t arrival_ns)
 {
   Pose marker = Pose::Identity();
   marker.translation() = p_mm;
@@ -151,7 +151,7 @@ TEST(MarkerFrames, AreTheMessagesAMarkerWasSeenIn)
     heard.take(test::hidden_sample(4, now_ns));
     heard.take(test::potentiometer_sample(k, now_ns));
   }
-  const std::vector<tracking::MarkerRow> frames = heard.frames(100);
+  const std::vector<bench::MarkerRow> frames = heard.frames(100);
   ASSERT_EQ(frames.size(), 10U);
   for (std::size_t k = 0; k < frames.size(); ++k) {
     ASSERT_EQ(frames[k].size(), 3U);
@@ -159,7 +159,7 @@ TEST(MarkerFrames, AreTheMessagesAMarkerWasSeenIn)
     EXPECT_EQ(frames[k][1].has_value(), k != 3);
     EXPECT_FALSE(frames[k][2].has_value());
   }
-  const std::vector<tracking::MarkerRow> some = heard.frames(5);
+  const std::vector<bench::MarkerRow> some = heard.frames(5);
   ASSERT_EQ(some.size(), 5U);
   EXPECT_EQ(some[4][0], Eigen::Vector3d(9.0, 0.0, 0.0));
 }
@@ -173,14 +173,14 @@ TEST(MarkerFrames, AreEmptyWithoutVisibleMarkers)
 }
 
 /// Markers at the corners of a square with sides of 2 `half_mm` about the origin.
-tracking::PoseFit square_fit(double half_mm, double residual_mm)
+bench::PoseFit square_fit(double half_mm, double residual_mm)
 {
-  tracking::RigidBody body;
+  bench::RigidBody body;
   body.markers_mm.resize(4, 3);
   body.markers_mm << half_mm, half_mm, 0, -half_mm, half_mm, 0, -half_mm, -half_mm, 0, half_mm, -half_mm, 0;
-  tracking::MarkerRow seen;
+  bench::MarkerRow seen;
   for (Eigen::Index k = 0; k < 4; ++k) seen.emplace_back(body.markers_mm.row(k).transpose());
-  tracking::PoseFit fit = tracking::fit_pose(body, seen);
+  bench::PoseFit fit = bench::fit_pose(body, seen);
   fit.residual_rms_mm = residual_mm;
   return fit;
 }
@@ -200,28 +200,28 @@ TEST(FitWords, QualityIsWhatTheResidualsNoiseMakesOfThePose)
 TEST(FitWords, AFitIsReportedWithResidualAndConditioningOrTheReasonOfItsFailure)
 {
   EXPECT_EQ(bench::fit_text(square_fit(50.0, 0.3)), "residual 0.3 mm at 4 markers, rotation sd 0.14 deg");
-  EXPECT_EQ(bench::fit_text(tracking::PoseFit{}), "too few markers");
-  tracking::PoseFit line;
-  line.status = tracking::FitStatus::collinear;
+  EXPECT_EQ(bench::fit_text(bench::PoseFit{}), "too few markers");
+  bench::PoseFit line;
+  line.status = bench::FitStatus::collinear;
   EXPECT_EQ(bench::fit_text(line), "collinear");
 }
 
 TEST(BenchState, ReportsAFitOnlyForABodyOfMarkers)
 {
   test::SmallBench tools(test::two_bodies_text());
-  EXPECT_EQ(tools.state.fit(bench_files::BodyRole::femur), nullptr);
-  EXPECT_EQ(tools.state.fit(bench_files::BodyRole::head), nullptr);
+  EXPECT_EQ(tools.state.fit(bench::BodyRole::femur), nullptr);
+  EXPECT_EQ(tools.state.fit(bench::BodyRole::head), nullptr);
   test::SmallBench bench(test::bench_head("rigid") + test::display_table + test::tracker_table +
                          "[body.leg]\nmarkers = [\"a\", \"b\", \"c\", \"d\"]\n"
                          "markers_mm = [0, 0, 0, 80, 0, 0, 0, 60, 0, 0, 0, 50]\n");
-  ASSERT_NE(bench.state.fit(bench_files::BodyRole::leg), nullptr);
-  EXPECT_EQ(bench.state.fit(bench_files::BodyRole::leg)->status, tracking::FitStatus::too_few_markers);
+  ASSERT_NE(bench.state.fit(bench::BodyRole::leg), nullptr);
+  EXPECT_EQ(bench.state.fit(bench::BodyRole::leg)->status, bench::FitStatus::too_few_markers);
   for (std::uint16_t m = 0; m < 4; ++m)
     bench.state.take(
         marker_sample(m, test::some_pose(2) * bench.bench.bodies[0]->markers_body_mm[m], ms_in_ns));
   bench.state.frame(ms_in_ns);
-  EXPECT_EQ(bench.state.fit(bench_files::BodyRole::leg)->status, tracking::FitStatus::fitted);
-  EXPECT_LT(bench.state.fit(bench_files::BodyRole::leg)->residual_rms_mm, 1e-9);
+  EXPECT_EQ(bench.state.fit(bench::BodyRole::leg)->status, bench::FitStatus::fitted);
+  EXPECT_LT(bench.state.fit(bench::BodyRole::leg)->residual_rms_mm, 1e-9);
 }
 
 }  // namespace vrda::measure_body_test

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "bench/body_tracker.hpp"
-#include "devices/tracker_protocol.hpp"
+#include "bench/tracker_protocol.hpp"
 
 namespace vrda::timing_test {
 
@@ -145,17 +145,17 @@ TEST(SampleWatch, AClockThatStepsIsNoGap)
 /// 100 Hz for 5 s through the tracker's listener, one TDATA message at a time.
 bench::StreamStatistics watched(std::int64_t set_back_ms, const std::function<bool(int)>& is_hidden)
 {
-  devices::TrackerSettings settings;
+  bench::TrackerSettings settings;
   settings.tools = {"tibia"};
-  devices::TrackerProtocol protocol(settings, 0);
+  bench::TrackerProtocol protocol(settings, 0);
   bench::StreamStatistics watch;
   for (int k = 1; k <= 500; ++k) {
-    igtl::IgtlMessage message;
-    message.kind = igtl::IgtlKind::tdata;
+    bench::IgtlMessage message;
+    message.kind = bench::IgtlKind::tdata;
     message.device = "Tracker";
     message.device_ns = (5000 + k * 10 - (k >= 100 ? set_back_ms : 0)) * ms;
-    if (!is_hidden(k)) message.tools.push_back({"tibia", igtl::ToolVisibility::seen, Pose::Identity()});
-    for (const devices::Sample& sample : protocol.receive(message, k * 10 * ms)) watch.add(sample);
+    if (!is_hidden(k)) message.tools.push_back({"tibia", bench::ToolVisibility::seen, Pose::Identity()});
+    for (const bench::Sample& sample : protocol.receive(message, k * 10 * ms)) watch.add(sample);
   }
   return watch;
 }

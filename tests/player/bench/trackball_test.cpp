@@ -10,7 +10,7 @@ namespace vrda::trackball_test {
 
 /// A bench with a leg 1 m in front of the eyes, and the pointer.
 struct Desk {
-  explicit Desk(const optics::Reflection& reflection = {})
+  explicit Desk(const view::Reflection& reflection = {})
       : bench(test::two_bodies_text()), display(bench.bench.display)
   {
     display.reflection = reflection;
@@ -23,10 +23,10 @@ struct Desk {
     frame.X_tracker_eyes = frame.X_tracker_reference * X_reference_eyes;
   }
   /// Passes the event to the trackball, and its sample, if any, to the bench.
-  void move(render::InputKind kind, double x_px, double y_px,
-            render::MouseButton button = render::MouseButton::left)
+  void move(view::InputKind kind, double x_px, double y_px,
+            view::MouseButton button = view::MouseButton::left)
   {
-    render::InputEvent event;
+    view::InputEvent event;
     event.kind = kind;
     event.x_px = x_px;
     event.y_px = y_px;
@@ -34,34 +34,34 @@ struct Desk {
     last = ball->take(event, bench.state, frame, 3);
     if (last) bench.state.take(*last);
   }
-  Eigen::Vector2d middle_px() const { return optics::middle_px(display.windows.left); }
+  Eigen::Vector2d middle_px() const { return view::middle_px(display.windows.left); }
 
   test::SmallBench bench;
-  bench_files::DisplaySettings display;
+  bench::DisplaySettings display;
   std::optional<bench::Trackball> ball;
   bench::BenchFrame frame;
-  std::optional<devices::Sample> last;
+  std::optional<bench::Sample> last;
 };
 
 TEST(Trackball, TheRightButtonMovesTheJointWithThePointer)
 {
   Desk desk;
   const Eigen::Vector2d from = desk.middle_px();
-  desk.move(render::InputKind::motion, from.x(), from.y());
+  desk.move(view::InputKind::motion, from.x(), from.y());
   EXPECT_FALSE(desk.last) << "no button";
-  desk.move(render::InputKind::press, from.x(), from.y(), render::MouseButton::right);
-  desk.move(render::InputKind::motion, from.x() + 88.0, from.y());
+  desk.move(view::InputKind::press, from.x(), from.y(), view::MouseButton::right);
+  desk.move(view::InputKind::motion, from.x() + 88.0, from.y());
   // At the pivot's depth of 800 mm a pixel of the left eye is 800 / distance_px wide.
-  const optics::Eye& eye = desk.bench.state.values().calibration.eyes.left;
+  const view::Eye& eye = desk.bench.state.values().calibration.eyes.left;
   const double wanted_mm = 88.0 * (800.0 + eye.position_head_mm.z()) / eye.distance_px;
   EXPECT_NEAR(desk.bench.state.X_leg_joint().translation().x(), wanted_mm, 0.01 * wanted_mm);
   EXPECT_NEAR(desk.bench.state.X_leg_joint().translation().z(), 0.0, 1e-6);
   EXPECT_TRUE(desk.bench.state.frame(4).is_moved_aside);
-  desk.move(render::InputKind::motion, from.x(), from.y());
+  desk.move(view::InputKind::motion, from.x(), from.y());
   EXPECT_LT(test::distance_of(desk.bench.state.X_leg_joint(), Pose::Identity()), 1e-9)
       << "back at the press";
-  desk.move(render::InputKind::release, from.x(), from.y(), render::MouseButton::right);
-  desk.move(render::InputKind::motion, from.x() + 50.0, from.y());
+  desk.move(view::InputKind::release, from.x(), from.y(), view::MouseButton::right);
+  desk.move(view::InputKind::motion, from.x() + 50.0, from.y());
   EXPECT_FALSE(desk.last) << "released";
 }
 
@@ -69,13 +69,13 @@ TEST(Trackball, TheLeftButtonTurnsAboutTheCentreAndKeyRPutsBack)
 {
   Desk desk;
   const Eigen::Vector2d from = desk.middle_px();
-  desk.move(render::InputKind::press, from.x(), from.y());
-  desk.move(render::InputKind::motion, from.x() + 60.0, from.y());
+  desk.move(view::InputKind::press, from.x(), from.y());
+  desk.move(view::InputKind::motion, from.x() + 60.0, from.y());
   const Pose X = desk.bench.state.X_leg_joint();
   EXPECT_GT(Eigen::AngleAxisd(X.linear()).angle(), rad_from_deg(10.0));
   const Eigen::Vector3d centre(5.0, 3.0, 1.0);
   EXPECT_LT((X * centre - centre).norm(), 1e-6) << "the centre stays";
-  bench::apply_key(desk.bench.state, {navigation::key_of('R')});
+  bench::apply_key(desk.bench.state, {view::key_of('R')});
   EXPECT_FALSE(desk.bench.state.frame(5).is_moved_aside);
 }
 
@@ -83,16 +83,16 @@ TEST(Trackball, BehindAMirrorTheJointFollowsWhatIsSeen)
 {
   Desk desk({true, false});
   const Eigen::Vector2d from = desk.middle_px();
-  desk.move(render::InputKind::press, from.x(), from.y(), render::MouseButton::right);
-  desk.move(render::InputKind::motion, from.x() + 88.0, from.y());
+  desk.move(view::InputKind::press, from.x(), from.y(), view::MouseButton::right);
+  desk.move(view::InputKind::motion, from.x() + 88.0, from.y());
   EXPECT_LT(desk.bench.state.X_leg_joint().translation().x(), -10.0);
 }
 
 TEST(Trackball, OutsideTheEyesWindowsNothingIsHeld)
 {
   Desk desk;
-  desk.move(render::InputKind::press, 3.0, 3.0);
-  desk.move(render::InputKind::motion, 300.0, 300.0);
+  desk.move(view::InputKind::press, 3.0, 3.0);
+  desk.move(view::InputKind::motion, 300.0, 300.0);
   EXPECT_FALSE(desk.last);
 }
 

@@ -10,18 +10,18 @@ namespace vrda::window_check_test {
 
 using testing::HasSubstr;
 
-const std::vector<render::Monitor> two_monitors{{"DP-1", {0, 0, 1280, 1024}, 60},
+const std::vector<view::Monitor> two_monitors{{"DP-1", {0, 0, 1280, 1024}, 60},
                                                 {"HDMI-1", {1280, 0, 1920, 1080}, 60}};
 
-bench_files::BenchFile bench_with(const std::string& display)
+bench::BenchFile bench_with(const std::string& display)
 {
   return test::bench_of(test::bench_head() + "[display]\n" + display + test::tracker_table + test::two_bodies +
                         test::board_table);
 }
 
 /// What is found of a window, or nothing.
-std::string found(const bench_files::BenchFile& bench, const render::WindowGeometry& place,
-                  const std::vector<render::Monitor>& monitors = two_monitors)
+std::string found(const bench::BenchFile& bench, const view::WindowGeometry& place,
+                  const std::vector<view::Monitor>& monitors = two_monitors)
 {
   const std::optional<InputError::Facts> facts = bench::window_mismatch(bench, place, monitors);
   return facts ? facts->found : "";
@@ -29,12 +29,12 @@ std::string found(const bench_files::BenchFile& bench, const render::WindowGeome
 
 TEST(WindowCheck, NamesSizePlaceAndWhatNoScreenShows)
 {
-  const bench_files::BenchFile bench =
+  const bench::BenchFile bench =
       bench_with("width = 1280\nheight = 1024\nlayout = \"quarters\"\nat = [0, 0]\n");
   EXPECT_EQ(found(bench, {0, 0, 1280, 1024}), "");
   EXPECT_EQ(found(bench, {0, 0, 1280, 996}), "a frame buffer of 1280 x 996");
   EXPECT_EQ(found(bench, {10, 37, 1280, 1024}), "a window at 10, 37");
-  bench_files::BenchFile elsewhere = bench;
+  bench::BenchFile elsewhere = bench;
   elsewhere.display.at = {5000, 0};
   EXPECT_EQ(found(elsewhere, {5000, 0, 1280, 1024}), "a window off every screen (1280 x 1024 at 5000, 0)");
   elsewhere.display.at = {-640, 0};
@@ -48,23 +48,23 @@ TEST(WindowCheck, NamesSizePlaceAndWhatNoScreenShows)
 
 TEST(WindowCheck, OfMonitorsThatShowTheSameOneCounts)
 {
-  const bench_files::BenchFile bench = bench_with("width = 1280\nheight = 1024\nlayout = \"quarters\"\n");
-  const std::vector<render::Monitor> copies{{"A", {0, 0, 1280, 1024}, 60}, {"B", {0, 0, 1280, 1024}, 60}};
+  const bench::BenchFile bench = bench_with("width = 1280\nheight = 1024\nlayout = \"quarters\"\n");
+  const std::vector<view::Monitor> copies{{"A", {0, 0, 1280, 1024}, 60}, {"B", {0, 0, 1280, 1024}, 60}};
   EXPECT_THAT(found(bench, {640, 0, 1280, 1024}, copies), HasSubstr("partly"));
 }
 
 TEST(Outputs, AreMonitorsByName)
 {
-  const bench_files::BenchFile one =
+  const bench::BenchFile one =
       bench_with("width = 1920\nheight = 1080\nlayout = \"side-by-side\"\noutputs = [\"HDMI-1\"]\n");
   EXPECT_EQ(bench::window_position(one, two_monitors), (std::array{1280, 0}));
   EXPECT_EQ(found(one, {1280, 0, 1920, 1080}), "");
   EXPECT_EQ(found(one, {0, 0, 1920, 1080}), "a window at 0, 0");
   EXPECT_EQ(found(one, {1280, 0, 1920, 1080}, {}), "\"HDMI-1\"") << "unplugged";
-  const bench_files::BenchFile both = bench_with(
+  const bench::BenchFile both = bench_with(
       "width = 2560\nheight = 1024\nlayout = \"two-outputs\"\noutputs = [\"DP-1\", \"HDMI-1\"]\n");
   EXPECT_EQ(bench::window_position(both, two_monitors), (std::array{0, 0}));
-  bench_files::BenchFile exchanged = both;
+  bench::BenchFile exchanged = both;
   std::swap(exchanged.display.outputs[0], exchanged.display.outputs[1]);
   const InputError::Facts facts =
       test::input_error([&] { bench::window_position(exchanged, two_monitors); });

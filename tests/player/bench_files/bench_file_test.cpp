@@ -1,9 +1,9 @@
-#include "bench_files/bench_file.hpp"
+#include "bench/bench_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bench_files/calibration.hpp"
+#include "bench/calibration.hpp"
 #include "bench_texts.hpp"
 #include "core/units.hpp"
 #include "support/refusal.hpp"
@@ -21,7 +21,7 @@ std::string display(const std::string& lines)
   return bench_head() + "[display]\nwidth = 1280\nheight = 1024\n" + lines + tracker_table + two_bodies;
 }
 
-void expect_window(const optics::Viewport& window, const optics::Viewport& wanted)
+void expect_window(const view::Viewport& window, const view::Viewport& wanted)
 {
   EXPECT_EQ(window.x, wanted.x);
   EXPECT_EQ(window.y, wanted.y);
@@ -31,11 +31,11 @@ void expect_window(const optics::Viewport& window, const optics::Viewport& wante
 
 TEST(BenchFile, TheExampleIsADesk)
 {
-  const bench_files::BenchFile bench = bench_files::read_bench_file(VRDA_JOBS "/bench-desk.toml");
+  const bench::BenchFile bench = bench::read_bench_file(VRDA_JOBS "/bench-desk.toml");
   EXPECT_EQ(bench.title, "Desk");
-  EXPECT_EQ(bench.leg, bench_files::LegKind::two_bodies);
-  EXPECT_EQ(bench.head, bench_files::HeadKind::stage);
-  EXPECT_EQ(bench.display.layout, optics::Layout::quarters);
+  EXPECT_EQ(bench.leg, bench::LegKind::two_bodies);
+  EXPECT_EQ(bench.head, bench::HeadKind::stage);
+  EXPECT_EQ(bench.display.layout, view::Layout::quarters);
   ASSERT_TRUE(bench.tracker.has_value());
   EXPECT_EQ(bench.tracker->host, "127.0.0.1");
   EXPECT_EQ(bench.tracker->port, 18944);
@@ -60,7 +60,7 @@ TEST(BenchFile, WindowsAreThoseOfTheLayoutOrTheFiles)
 {
   struct Row {
     std::string lines;
-    optics::Viewport left, right;
+    view::Viewport left, right;
   };
   for (const Row& row : {
            Row{"layout = \"quarters\"\n", {640, 16, 640, 480}, {640, 528, 640, 480}},
@@ -75,7 +75,7 @@ TEST(BenchFile, WindowsAreThoseOfTheLayoutOrTheFiles)
                {0, 600, 1280, 424}},
        }) {
     SCOPED_TRACE(row.lines);
-    const bench_files::BenchFile bench = test::bench_of(display(row.lines));
+    const bench::BenchFile bench = test::bench_of(display(row.lines));
     expect_window(bench.display.windows.left, row.left);
     expect_window(bench.display.windows.right, row.right);
   }
@@ -91,18 +91,18 @@ TEST(BenchFile, TheDisplayMayHaveAPlaceOnTheDesktop)
 
 TEST(BenchFile, TheDisplayMayBeReflectedHalvedAndOnNamedOutputs)
 {
-  const bench_files::DisplaySettings plain = test::bench_of(display("layout = \"quarters\"\n")).display;
-  EXPECT_EQ(plain.reflection, optics::Reflection{});
+  const bench::DisplaySettings plain = test::bench_of(display("layout = \"quarters\"\n")).display;
+  EXPECT_EQ(plain.reflection, view::Reflection{});
   EXPECT_FALSE(plain.is_half_width);
-  const bench_files::BenchFile bench = test::bench_of(
+  const bench::BenchFile bench = test::bench_of(
       display("layout = \"side-by-side\"\nmirror = true\nhalf_width = true\noutputs = [\"HDMI-1\"]\n"));
-  EXPECT_EQ(bench.display.reflection, (optics::Reflection{true, false}));
+  EXPECT_EQ(bench.display.reflection, (view::Reflection{true, false}));
   EXPECT_EQ(bench.display.outputs, std::vector<std::string>{"HDMI-1"});
   // A wide pixel: the same angles in half the columns.
-  const optics::Eye eye = bench_files::nominal_calibration(bench).eyes.left;
-  const optics::Eye usual = bench_files::nominal_calibration(test::bench_of(test::bench_text())).eyes.left;
+  const view::Eye eye = bench::nominal_calibration(bench).eyes.left;
+  const view::Eye usual = bench::nominal_calibration(test::bench_of(test::bench_text())).eyes.left;
   EXPECT_EQ(eye.distance_px, 0.5 * usual.distance_px);
-  EXPECT_EQ(optics::distance_y_px(eye), optics::distance_y_px(usual));
+  EXPECT_EQ(view::distance_y_px(eye), view::distance_y_px(usual));
   EXPECT_EQ(eye.distortion.pixel_aspect, eye.pixel_aspect);
   EXPECT_TRUE(test::bench_of(display("layout = \"quarters\"\nflip = true\n")).display.reflection.is_flipped);
 }
@@ -117,9 +117,9 @@ TEST(BenchFile, BodiesAreThoseThatLegAndHeadWant)
   EXPECT_EQ(tools(bench_head("two-bodies", "tracker") + shared + "[body.head]\ntool = \"h\"\n[body.tibia]\n" +
                   three_markers + "[body.femur]\ntool = \"f\"\n"),
             (std::vector<std::string>{"f", "a", "b", "c", "h"}));
-  const bench_files::BenchFile bench = test::bench_of(bench_head("rigid") + shared + "[body.leg]\n" +
+  const bench::BenchFile bench = test::bench_of(bench_head("rigid") + shared + "[body.leg]\n" +
                                                       three_markers + "marker_interval_ms = 0.5\n");
-  const bench_files::BodySettings& leg = bench.bodies[0].value();
+  const bench::BodySettings& leg = bench.bodies[0].value();
   ASSERT_EQ(leg.markers_body_mm.size(), 3u);
   EXPECT_EQ(leg.markers_body_mm[2], Eigen::Vector3d(0, 40, 0));
   EXPECT_EQ(leg.marker_interval_ms, 0.5);
@@ -132,8 +132,8 @@ TEST(BenchFile, PlacesOfMarkersMayBeMissingBeforeTheyAreMeasured)
 {
   const std::string text =
       bench_head("rigid") + display_table + tracker_table + "[body.leg]\nmarkers = [\"a\", \"b\", \"c\"]\n";
-  const bench_files::BenchFile bench =
-      bench_files::parse_bench_file(text, "bench.toml", bench_files::MarkerPositions::optional);
+  const bench::BenchFile bench =
+      bench::parse_bench_file(text, "bench.toml", bench::MarkerPositions::optional);
   EXPECT_EQ(bench.tracker->tools, (std::vector<std::string>{"a", "b", "c"}));
   EXPECT_TRUE(bench.bodies[0]->markers_body_mm.empty());
   EXPECT_THAT(test::input_error([&] { test::bench_of(text); }),
@@ -142,7 +142,7 @@ TEST(BenchFile, PlacesOfMarkersMayBeMissingBeforeTheyAreMeasured)
 
 TEST(BenchFile, EveryOtherKeyIsTaken)
 {
-  const bench_files::BenchFile bench = test::bench_of(
+  const bench::BenchFile bench = test::bench_of(
       "prediction_ms = 33\n" + bench_head() + display_table +
       "refresh_hz = 75\n[tracker]\nhost = \"10.0.0.2\"\nport = 5000\nstale_after_ms = 40\n"
       "tdata_interval_ms = 10\n" +
@@ -167,7 +167,7 @@ TEST(BenchFile, EveryOtherKeyIsTaken)
   EXPECT_FALSE(bench.filter.is_on);
   EXPECT_EQ(bench.filter.least_cutoff_hz, 3.0);
   EXPECT_EQ(bench.filter.slope, 0.5 * deg_from_rad(1.0));
-  const simulation::SimulationScript& script = bench.simulation;
+  const bench::SimulationScript& script = bench.simulation;
   EXPECT_EQ(bench.simulation_address, "0.0.0.0");
   EXPECT_EQ(test::bench_of(test::bench_text()).simulation_address, "127.0.0.1");
   EXPECT_EQ(script.seed, 7u);
@@ -188,18 +188,18 @@ TEST(BenchFile, EveryOtherKeyIsTaken)
 
 TEST(BenchFile, DefaultsOfTheSchemaAreThoseOfTheStructures)
 {
-  const bench_files::BenchFile bench =
+  const bench::BenchFile bench =
       test::bench_of(bench_head() + display_table + "[tracker]\n" + two_bodies + "[board]\nport = \"p\"\n");
-  const auto of_devices = [](const devices::TrackerSettings& t, const devices::BoardSettings& b,
-                             const bench_files::FilterSettings& f) {
+  const auto of_devices = [](const bench::TrackerSettings& t, const bench::BoardSettings& b,
+                             const bench::FilterSettings& f) {
     return std::vector<double>{double(t.port), t.stale_after_ms, t.tdata_interval_ms, double(b.baud),
                                b.rate_hz,      double(f.is_on),  f.least_cutoff_hz,   f.slope};
   };
   EXPECT_EQ(of_devices(*bench.tracker, *bench.board, bench.filter), of_devices({}, {}, {}));
-  EXPECT_EQ(bench.tracker->host, devices::TrackerSettings{}.host);
-  EXPECT_EQ(bench.stage_mm_per_count, bench_files::BenchFile{}.stage_mm_per_count);
-  EXPECT_EQ(bench.display.refresh_hz, bench_files::DisplaySettings{}.refresh_hz);
-  const auto of_script = [](const simulation::SimulationScript& s) {
+  EXPECT_EQ(bench.tracker->host, bench::TrackerSettings{}.host);
+  EXPECT_EQ(bench.stage_mm_per_count, bench::BenchFile{}.stage_mm_per_count);
+  EXPECT_EQ(bench.display.refresh_hz, bench::DisplaySettings{}.refresh_hz);
+  const auto of_script = [](const bench::SimulationScript& s) {
     std::vector<double> all{double(s.seed),
                             double(s.side == Side::left),
                             s.rate_hz,
@@ -214,10 +214,10 @@ TEST(BenchFile, DefaultsOfTheSchemaAreThoseOfTheStructures)
                             s.clock.offset_s,
                             s.clock.drift_ppm,
                             double(s.clock.steps.size())};
-    for (const simulation::LegKey& k : s.leg) all.insert(all.end(), {k.time_s, k.flexion_deg, k.varus_deg});
-    for (const simulation::PathPoint& k : s.stage) all.insert(all.end(), {k.time_s, k.value});
-    for (const simulation::PathPoint& k : s.potentiometer) all.insert(all.end(), {k.time_s, k.value});
-    for (const simulation::Occlusion& o : s.occlusions) all.insert(all.end(), {o.from_s, o.to_s, o.every_s});
+    for (const bench::LegKey& k : s.leg) all.insert(all.end(), {k.time_s, k.flexion_deg, k.varus_deg});
+    for (const bench::PathPoint& k : s.stage) all.insert(all.end(), {k.time_s, k.value});
+    for (const bench::PathPoint& k : s.potentiometer) all.insert(all.end(), {k.time_s, k.value});
+    for (const bench::Occlusion& o : s.occlusions) all.insert(all.end(), {o.from_s, o.to_s, o.every_s});
     return all;
   };
   EXPECT_EQ(of_script(bench.simulation), of_script({}));
@@ -273,7 +273,7 @@ TEST(BenchFile, WhatIsWrongIsNamed)
   }
   EXPECT_THAT(test::input_error([&] { test::bench_of("titel = 1"); }),
               test::refuses({.field = "line 1, titel", .wanted = "\"title\""}));
-  EXPECT_THAT(test::input_error([] { bench_files::read_bench_file("/nowhere/b.toml"); }),
+  EXPECT_THAT(test::input_error([] { bench::read_bench_file("/nowhere/b.toml"); }),
               test::refuses({.wanted = "bench.md"}));
 }
 
@@ -286,7 +286,7 @@ TEST(BenchFile, NamesOfToolsAreAsLongAsMessagesHoldThem)
            "\", \"c\"]\nmarkers_mm = [0, 0, 0, 50, 0, 0, 0, 40, 0]\n[calibration]\nprobe = \"" + probe +
            "\"\n";
   };
-  const bench_files::BenchFile bench = test::bench_of(text(fits, "b", "probe"));
+  const bench::BenchFile bench = test::bench_of(text(fits, "b", "probe"));
   EXPECT_EQ(bench.tracker->tools.front(), fits);
   struct Row {
     std::string text, field;

@@ -12,9 +12,9 @@ std::string bench_text()
   return bench_head() + display_table + tracker_table + two_bodies + board_table;
 }
 
-bench_files::BenchFile bench_of(const std::string& text)
+bench::BenchFile bench_of(const std::string& text)
 {
-  return bench_files::parse_bench_file(text, "bench.toml");
+  return bench::parse_bench_file(text, "bench.toml");
 }
 
 }  // namespace vrda::test

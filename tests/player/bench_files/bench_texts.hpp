@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "bench_files/bench_file.hpp"
+#include "bench/bench_file.hpp"
 
 namespace vrda::test {
 
@@ -17,6 +17,6 @@ inline const std::string board_table = "[board]\nport = \"/tmp/board\"\npotentio
 
 /// Two bodies with tools, head on the stage, and a board.
 std::string bench_text();
-bench_files::BenchFile bench_of(const std::string& text);
+bench::BenchFile bench_of(const std::string& text);
 
 }  // namespace vrda::test

@@ -4,18 +4,18 @@
 #include <limits>
 #include <random>
 
-#include "bench_files/calibration.hpp"
+#include "bench/calibration.hpp"
 #include "bench_texts.hpp"
 #include "support/input_error.hpp"
 
 namespace vrda::calibration_record_test {
 
 /// `named`: the first names.
-calibration::Estimate random_estimate(std::mt19937_64& random, const std::vector<std::string>& named,
+bench::Estimate random_estimate(std::mt19937_64& random, const std::vector<std::string>& named,
                                       Eigen::Index n_more)
 {
   std::normal_distribution<double> any;
-  calibration::Estimate estimate;
+  bench::Estimate estimate;
   const auto n_named = static_cast<Eigen::Index>(named.size());
   const Eigen::Index n = n_named + n_more;
   estimate.values.resize(n);
@@ -35,16 +35,16 @@ calibration::Estimate random_estimate(std::mt19937_64& random, const std::vector
   return estimate;
 }
 
-bench_files::CalibrationRecord random_record(std::mt19937_64& random, bench_files::CalibrationPart part)
+bench::CalibrationRecord random_record(std::mt19937_64& random, bench::CalibrationPart part)
 {
   const int number = static_cast<int>(part);
   std::normal_distribution<double> any;
-  bench_files::CalibrationRecord record;
+  bench::CalibrationRecord record;
   record.date = "2026-11-22";
   record.is_outdated = number % 3 == 1;
   for (int k = 0; k < number % 5; ++k) record.made_with.push_back(any(random));
   for (int mark = 0; mark < number % 4; ++mark) {
-    bench_files::CalibrationMark& made = record.marks.emplace_back();
+    bench::CalibrationMark& made = record.marks.emplace_back();
     made.task = "task " + std::to_string(mark);
     // Row 0 is empty, as for a look.
     for (int row = 0; row <= mark; ++row) {
@@ -53,11 +53,11 @@ bench_files::CalibrationRecord random_record(std::mt19937_64& random, bench_file
     }
   }
   if (number % 2 == 0)
-    record.estimate = random_estimate(random, bench_files::shared_estimate_names(part), number);
+    record.estimate = random_estimate(random, bench::shared_estimate_names(part), number);
   return record;
 }
 
-void expect_equal(const calibration::Estimate& a, const calibration::Estimate& b)
+void expect_equal(const bench::Estimate& a, const bench::Estimate& b)
 {
   EXPECT_EQ(a.names, b.names);
   EXPECT_EQ(a.units, b.units);
@@ -70,7 +70,7 @@ void expect_equal(const calibration::Estimate& a, const calibration::Estimate& b
   EXPECT_EQ(a.remarks, b.remarks);
 }
 
-void expect_equal(const bench_files::CalibrationRecord& a, const bench_files::CalibrationRecord& b)
+void expect_equal(const bench::CalibrationRecord& a, const bench::CalibrationRecord& b)
 {
   EXPECT_EQ(a.date, b.date);
   EXPECT_EQ(a.is_outdated, b.is_outdated);
@@ -81,37 +81,37 @@ void expect_equal(const bench_files::CalibrationRecord& a, const bench_files::Ca
     EXPECT_EQ(a.marks[k].rows, b.marks[k].rows);
   }
   ASSERT_EQ(a.estimate.has_value(), b.estimate.has_value());
-  expect_equal(a.estimate.value_or(calibration::Estimate{}), b.estimate.value_or(calibration::Estimate{}));
+  expect_equal(a.estimate.value_or(bench::Estimate{}), b.estimate.value_or(bench::Estimate{}));
 }
 
 TEST(CalibrationRecord, ReadsBackWhatWasWrittenToTheLastBit)
 {
   std::mt19937_64 random(7);
-  const bench_files::BenchFile bench = test::bench_of(test::bench_text());
-  bench_files::Calibration made = bench_files::nominal_calibration(bench);
+  const bench::BenchFile bench = test::bench_of(test::bench_text());
+  bench::Calibration made = bench::nominal_calibration(bench);
   made.subject_scale = 1.0 / 3.0;
-  for (std::size_t k = 0; k < bench_files::n_calibration_parts; ++k) {
-    const auto part = static_cast<bench_files::CalibrationPart>(k);
+  for (std::size_t k = 0; k < bench::n_calibration_parts; ++k) {
+    const auto part = static_cast<bench::CalibrationPart>(k);
     made.records[part] = random_record(random, part);
   }
-  const std::string text = bench_files::calibration_text(made, bench);
-  const bench_files::Calibration read = bench_files::parse_calibration(text, "c.toml", bench);
+  const std::string text = bench::calibration_text(made, bench);
+  const bench::Calibration read = bench::parse_calibration(text, "c.toml", bench);
   EXPECT_EQ(read.subject_scale, made.subject_scale);
-  ASSERT_EQ(read.records.size(), bench_files::n_calibration_parts);
+  ASSERT_EQ(read.records.size(), bench::n_calibration_parts);
   for (const auto& [part, record] : made.records) {
-    SCOPED_TRACE(bench_files::name_of(part));
+    SCOPED_TRACE(bench::name_of(part));
     expect_equal(read.records.at(part), record);
   }
-  EXPECT_EQ(bench_files::calibration_text(read, bench), text);
+  EXPECT_EQ(bench::calibration_text(read, bench), text);
 }
 
 TEST(CalibrationRecord, AFileWithoutRecordsStillReads)
 {
-  const bench_files::BenchFile bench = test::bench_of(test::bench_text());
-  std::string text = bench_files::calibration_text(bench_files::nominal_calibration(bench), bench);
+  const bench::BenchFile bench = test::bench_of(test::bench_text());
+  std::string text = bench::calibration_text(bench::nominal_calibration(bench), bench);
   const std::size_t at = text.find("subject_scale");
   text.erase(at, text.find('\n', at) + 1 - at);
-  const bench_files::Calibration read = bench_files::parse_calibration(text, "c.toml", bench);
+  const bench::Calibration read = bench::parse_calibration(text, "c.toml", bench);
   EXPECT_EQ(read.subject_scale, 1.0);
   EXPECT_TRUE(read.records.empty());
 }
@@ -119,17 +119,17 @@ TEST(CalibrationRecord, AFileWithoutRecordsStillReads)
 TEST(CalibrationRecord, PartsHaveNamesAndAFile)
 {
   int n_bench = 0;
-  for (std::size_t k = 0; k < bench_files::n_calibration_parts; ++k) {
-    const auto part = static_cast<bench_files::CalibrationPart>(k);
-    n_bench += bench_files::is_per_bench(part) ? 1 : 0;
+  for (std::size_t k = 0; k < bench::n_calibration_parts; ++k) {
+    const auto part = static_cast<bench::CalibrationPart>(k);
+    n_bench += bench::is_per_bench(part) ? 1 : 0;
   }
   EXPECT_EQ(n_bench, 5);
 }
 
 TEST(CalibrationRecord, WhatIsDamagedIsNamed)
 {
-  const bench_files::BenchFile bench = test::bench_of(test::bench_text());
-  const std::string whole = bench_files::calibration_text(bench_files::nominal_calibration(bench), bench);
+  const bench::BenchFile bench = test::bench_of(test::bench_text());
+  const std::string whole = bench::calibration_text(bench::nominal_calibration(bench), bench);
   const std::string dated = "date = \"2026-11-22\"\n";
   const std::string place = "per_person.ipd", head = "[" + place + "]\n" + dated;
   const std::string result = head + "[" + place + ".result]\n";
@@ -166,14 +166,14 @@ TEST(CalibrationRecord, WhatIsDamagedIsNamed)
        }) {
     SCOPED_TRACE(row.text);
     const InputError::Facts facts =
-        test::input_error([&] { bench_files::parse_calibration(whole + row.text, "c.toml", bench); });
+        test::input_error([&] { bench::parse_calibration(whole + row.text, "c.toml", bench); });
     EXPECT_EQ(facts.file, "c.toml");
     EXPECT_EQ(facts.field, row.field);
     EXPECT_THAT(facts.found, testing::HasSubstr(row.found));
   }
-  const bench_files::Calibration read =
-      bench_files::parse_calibration(whole + result + covariance + "dof = inf\n" + rest, "c.toml", bench);
-  EXPECT_EQ(read.records.at(bench_files::CalibrationPart::ipd).estimate->values[0], 64.0);
+  const bench::Calibration read =
+      bench::parse_calibration(whole + result + covariance + "dof = inf\n" + rest, "c.toml", bench);
+  EXPECT_EQ(read.records.at(bench::CalibrationPart::ipd).estimate->values[0], 64.0);
 }
 
 }  // namespace vrda::calibration_record_test

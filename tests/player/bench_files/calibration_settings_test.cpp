@@ -1,40 +1,40 @@
-#include "bench_files/calibration_settings.hpp"
+#include "bench/calibration_settings.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bench_files/bench_file.hpp"
+#include "bench/bench_file.hpp"
 #include "bench_texts.hpp"
 #include "core/units.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::calibration_settings_test {
 
-bench_files::BenchFile bench_with(const std::string& lines)
+bench::BenchFile bench_with(const std::string& lines)
 {
   return test::bench_of(test::bench_text() + lines);
 }
 
 TEST(CalibrationSettings, WithoutTheTableNoToolIsWanted)
 {
-  const bench_files::BenchFile bench = bench_with("");
+  const bench::BenchFile bench = bench_with("");
   EXPECT_FALSE(bench.calibration.is_present);
   EXPECT_EQ(bench.tracker->tools, (std::vector<std::string>{"femur", "tibia"}));
 }
 
 TEST(CalibrationSettings, AnEmptyTableIsTheDefaults)
 {
-  const bench_files::BenchFile bench = bench_with("[calibration]\n");
-  const bench_files::CalibrationSettings &c = bench.calibration, defaults;
+  const bench::BenchFile bench = bench_with("[calibration]\n");
+  const bench::CalibrationSettings &c = bench.calibration, defaults;
   EXPECT_TRUE(c.is_present);
-  const auto numbers = [](const bench_files::CalibrationSettings& s) {
+  const auto numbers = [](const bench::CalibrationSettings& s) {
     std::vector<double> all{s.screen_sd_mm, s.alignment_sd_rad, s.sight_sd_px, s.pupillometer_sd_mm,
                             s.eye_height_sd_mm};
     for (const int n : {s.edge_repeats, s.grid_columns, s.grid_rows, s.grid_repeats, s.rectangle_repeats,
                         s.rail_samples, s.pivot_samples, s.hold_samples, s.bullseyes, s.model_repeats})
       all.push_back(n);
     for (const bool flag : {s.is_grid_adjusted, s.has_pupillometer, s.is_model_adjusted}) all.push_back(flag);
-    for (const bench_files::CalibrationRectangle& r : s.rectangles)
+    for (const bench::CalibrationRectangle& r : s.rectangles)
       all.insert(all.end(), {r.width_mm, r.depth_mm});
     return all;
   };
@@ -53,7 +53,7 @@ TEST(CalibrationSettings, AToolOfABodyIsNotListedTwice)
 
 TEST(CalibrationSettings, EveryKeyIsTaken)
 {
-  const bench_files::CalibrationSettings c =
+  const bench::CalibrationSettings c =
       bench_with(
           "[calibration]\nedge_repeats = 5\nscreen_sd_mm = 0.2\ndistortion = \"adjust\"\ngrid = [9, 4]\n"
           "grid_repeats = 4\nrectangles = [[100, 0], [120, 80]]\nrectangle_repeats = 6\n"

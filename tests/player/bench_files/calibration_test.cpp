@@ -1,4 +1,4 @@
-#include "bench_files/calibration.hpp"
+#include "bench/calibration.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,22 +18,22 @@ namespace vrda::calibration_test {
 /// Of an angle converted to degrees and back, and of a pose of some metres.
 constexpr double rounding = 1e-12;
 
-tracking::PoseParameters random_six(std::mt19937_64& random)
+bench::PoseParameters random_six(std::mt19937_64& random)
 {
   std::uniform_real_distribution<double> mm(-900.0, 900.0), any(-pi, pi), half(-0.499 * pi, 0.499 * pi);
   return {{mm(random), mm(random), mm(random)}, {any(random), half(random), any(random)}};
 }
 
-void expect_near(const tracking::PoseParameters& a, const tracking::PoseParameters& b)
+void expect_near(const bench::PoseParameters& a, const bench::PoseParameters& b)
 {
   EXPECT_EQ(a.shift_mm, b.shift_mm);
   EXPECT_LT((a.turn_rad - b.turn_rad).norm(), rounding);
 }
 
-optics::Eye random_eye(std::mt19937_64& random, const optics::Viewport& window)
+view::Eye random_eye(std::mt19937_64& random, const view::Viewport& window)
 {
   std::uniform_real_distribution<double> part(-1.0, 1.0);
-  optics::Eye eye;
+  view::Eye eye;
   eye.window = window;
   eye.visible = {window.x + 20, window.y + 10, window.width - 50, window.height - 30};
   eye.distance_px = 900.0 + 100.0 * part(random);
@@ -45,9 +45,9 @@ optics::Eye random_eye(std::mt19937_64& random, const optics::Viewport& window)
   return eye;
 }
 
-bench_files::Calibration random_calibration(std::mt19937_64& random, const bench_files::BenchFile& bench)
+bench::Calibration random_calibration(std::mt19937_64& random, const bench::BenchFile& bench)
 {
-  bench_files::Calibration c;
+  bench::Calibration c;
   c.eyes.left = random_eye(random, bench.display.windows.left);
   c.eyes.right = random_eye(random, bench.display.windows.right);
   c.image_distance_mm = 812.5;
@@ -62,12 +62,12 @@ bench_files::Calibration random_calibration(std::mt19937_64& random, const bench
 TEST(Calibration, ReadsBackWhatWasWritten)
 {
   std::mt19937_64 random(82);
-  const bench_files::BenchFile bench = test::bench_of(test::bench_text());
+  const bench::BenchFile bench = test::bench_of(test::bench_text());
   const test::Scratch scratch;
   for (int i = 0; i < 20; ++i) {
-    const bench_files::Calibration made = random_calibration(random, bench);
-    const std::string file = scratch.write("c.toml", bench_files::calibration_text(made, bench)).string();
-    const bench_files::Calibration read = bench_files::read_calibration(file, bench);
+    const bench::Calibration made = random_calibration(random, bench);
+    const std::string file = scratch.write("c.toml", bench::calibration_text(made, bench)).string();
+    const bench::Calibration read = bench::read_calibration(file, bench);
     EXPECT_TRUE(read.eyes == made.eyes);
     EXPECT_EQ(read.image_distance_mm, made.image_distance_mm);
     EXPECT_EQ(read.stage_direction_table, made.stage_direction_table);
@@ -81,14 +81,14 @@ TEST(Calibration, ReadsBackWhatWasWritten)
 TEST(CalibrationFile, WhatAnotherProgramWroteInTheMeantimeIsKept)
 {
   std::mt19937_64 random(83);
-  const bench_files::BenchFile bench = test::bench_of(test::bench_text());
+  const bench::BenchFile bench = test::bench_of(test::bench_text());
   const test::Scratch scratch;
   const std::string path = (scratch.path() / "c.toml").string();
-  bench_files::CalibrationFile ours(bench, path, "");
+  bench::CalibrationFile ours(bench, path, "");
   ours.write(random_calibration(random, bench));  // a new file
   ours.write(random_calibration(random, bench));
   const std::string before = test::read_bytes(path);
-  bench_files::CalibrationFile theirs(bench, path, before);
+  bench::CalibrationFile theirs(bench, path, before);
   theirs.write(random_calibration(random, bench));
   const std::string after = test::read_bytes(path);
   ASSERT_NE(after, before);
@@ -99,7 +99,7 @@ TEST(CalibrationFile, WhatAnotherProgramWroteInTheMeantimeIsKept)
   EXPECT_NO_THROW(ours.write(random_calibration(random, bench)));  // nothing is lost
 }
 
-bench_files::BenchFile bench_with(const std::string& layout)
+bench::BenchFile bench_with(const std::string& layout)
 {
   return test::bench_of(test::bench_head() + "[display]\nwidth = 1280\nheight = 1024\nlayout = \"" + layout +
                         "\"\n" + test::tracker_table + test::two_bodies);
@@ -108,11 +108,11 @@ bench_files::BenchFile bench_with(const std::string& layout)
 TEST(Calibration, TheNominalOneIsUsableAndReadsBack)
 {
   for (const std::string layout : {"quarters", "side-by-side", "top-bottom", "two-outputs"}) {
-    const bench_files::BenchFile bench = bench_with(layout);
-    const bench_files::Calibration nominal = bench_files::nominal_calibration(bench);
-    optics::require_usable(nominal.eyes, "nominal");
-    const bench_files::Calibration read =
-        bench_files::parse_calibration(bench_files::calibration_text(nominal, bench), "c.toml", bench);
+    const bench::BenchFile bench = bench_with(layout);
+    const bench::Calibration nominal = bench::nominal_calibration(bench);
+    view::require_usable(nominal.eyes, "nominal");
+    const bench::Calibration read =
+        bench::parse_calibration(bench::calibration_text(nominal, bench), "c.toml", bench);
     EXPECT_TRUE(read.eyes == nominal.eyes);
     EXPECT_EQ(read.X_table_eyes.shift_mm, Eigen::Vector3d(0, 0, 800));
     EXPECT_EQ(read.eyes.right.position_head_mm.x() - read.eyes.left.position_head_mm.x(), 64.0);
@@ -123,9 +123,9 @@ TEST(Calibration, SixNumbersAreThoseOfTheirPose)
 {
   std::mt19937_64 random(83);
   for (int i = 0; i < 500; ++i) {
-    const tracking::PoseParameters made = random_six(random);
+    const bench::PoseParameters made = random_six(random);
     // Near the singularity rounding errors are divided by the cosine, at least 0.003.
-    const tracking::PoseParameters read = tracking::pose_parameters_of(tracking::pose_of(made));
+    const bench::PoseParameters read = bench::pose_parameters_of(bench::pose_of(made));
     EXPECT_EQ(read.shift_mm, made.shift_mm);
     EXPECT_LT((read.turn_rad - made.turn_rad).norm(), 1e-12);
   }
@@ -133,9 +133,9 @@ TEST(Calibration, SixNumbersAreThoseOfTheirPose)
 
 TEST(Calibration, SixNumbersTurnAboutTheFixedAxesInOrder)
 {
-  const tracking::PoseParameters six{{1, 2, 3}, {0.5 * pi, 0.5 * pi, 0}};
+  const bench::PoseParameters six{{1, 2, 3}, {0.5 * pi, 0.5 * pi, 0}};
   // About x: Y goes to Z; then about y: Z goes to X.
-  EXPECT_LT((tracking::pose_of(six) * Eigen::Vector3d::UnitY() - Eigen::Vector3d(2, 2, 3)).norm(), rounding);
+  EXPECT_LT((bench::pose_of(six) * Eigen::Vector3d::UnitY() - Eigen::Vector3d(2, 2, 3)).norm(), rounding);
 }
 
 TEST(Calibration, StraightUpThePoseIsStillTheSame)
@@ -143,10 +143,10 @@ TEST(Calibration, StraightUpThePoseIsStillTheSame)
   std::mt19937_64 random(84);
   for (int i = 0; i < 100; ++i) {
     for (const double y : {0.5 * pi, -0.5 * pi}) {
-      tracking::PoseParameters six = random_six(random);
+      bench::PoseParameters six = random_six(random);
       six.turn_rad.y() = y;
-      const Pose X = tracking::pose_of(six);
-      EXPECT_LT((tracking::pose_of(tracking::pose_parameters_of(X)).matrix() - X.matrix()).norm(), rounding);
+      const Pose X = bench::pose_of(six);
+      EXPECT_LT((bench::pose_of(bench::pose_parameters_of(X)).matrix() - X.matrix()).norm(), rounding);
     }
   }
 }
@@ -161,22 +161,22 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 /// The new window contains the visible part, but the coefficients are relative to the window's width.
 TEST(Calibration, OneOfAnotherWindowIsRefused)
 {
-  bench_files::BenchFile bench = test::bench_of(test::bench_text());
-  bench_files::Calibration made = bench_files::nominal_calibration(bench);
-  optics::Viewport& visible = made.eyes.right.visible;
+  bench::BenchFile bench = test::bench_of(test::bench_text());
+  bench::Calibration made = bench::nominal_calibration(bench);
+  view::Viewport& visible = made.eyes.right.visible;
   visible = {visible.x + 40, visible.y + 20, visible.width - 80, visible.height - 40};
-  const std::string text = bench_files::calibration_text(made, bench);
-  const optics::Viewport before = bench.display.windows.right;
-  optics::Viewport& window = bench.display.windows.right;
+  const std::string text = bench::calibration_text(made, bench);
+  const view::Viewport before = bench.display.windows.right;
+  view::Viewport& window = bench.display.windows.right;
   window = {before.x + 20, before.y, before.width - 40, before.height};
-  const auto list = [](const optics::Viewport& v) {
+  const auto list = [](const view::Viewport& v) {
     const std::array<int, 4> numbers{v.x, v.y, v.width, v.height};
     std::string words;
     for (const int n : numbers) words += (words.empty() ? "[" : ", ") + std::to_string(n) + ".0";
     return words + "]";
   };
   const InputError::Facts facts =
-      test::input_error([&] { bench_files::parse_calibration(text, "c.toml", bench); });
+      test::input_error([&] { bench::parse_calibration(text, "c.toml", bench); });
   EXPECT_EQ(facts.file, "c.toml");
   EXPECT_EQ(facts.field, "display.right_window");
   EXPECT_THAT(facts.found, testing::HasSubstr(list(before)));
@@ -187,13 +187,13 @@ TEST(Calibration, OneOfAnotherWindowIsRefused)
     const std::size_t at = silent.find(name);
     silent.erase(at, silent.find('\n', at) + 1 - at);
   }
-  EXPECT_EQ(bench_files::parse_calibration(silent, "c.toml", bench).eyes.right.visible.x, visible.x);
+  EXPECT_EQ(bench::parse_calibration(silent, "c.toml", bench).eyes.right.visible.x, visible.x);
 }
 
 TEST(Calibration, WhatIsWrongIsNamed)
 {
-  const bench_files::BenchFile bench = test::bench_of(test::bench_text());
-  const std::string text = bench_files::calibration_text(bench_files::nominal_calibration(bench), bench);
+  const bench::BenchFile bench = test::bench_of(test::bench_text());
+  const std::string text = bench::calibration_text(bench::nominal_calibration(bench), bench);
   struct Row {
     std::string from, to, field, found;
   };
@@ -210,12 +210,12 @@ TEST(Calibration, WhatIsWrongIsNamed)
        }) {
     SCOPED_TRACE(row.to);
     EXPECT_THAT(test::input_error([&] {
-                  bench_files::parse_calibration(replaced(text, row.from, row.to), "c.toml", bench);
+                  bench::parse_calibration(replaced(text, row.from, row.to), "c.toml", bench);
                 }),
                 test::refuses({"c.toml", row.field, row.found}));
   }
   EXPECT_THAT(test::input_error([&] {
-                bench_files::parse_calibration(replaced(text, "k1 = 0.0", "k1 = -5.0"), "c.toml", bench);
+                bench::parse_calibration(replaced(text, "k1 = 0.0", "k1 = -5.0"), "c.toml", bench);
               }),
               test::refuses({.field = "left.distortion"}));
 }

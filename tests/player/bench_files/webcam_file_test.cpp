@@ -18,14 +18,14 @@ std::string webcam_text(const std::string& camera = "")
 
 TEST(WebcamFile, AWebcamIsReadByAProgramOfItsOwn)
 {
-  const bench_files::BenchFile bench = test::bench_of(webcam_text());
+  const bench::BenchFile bench = test::bench_of(webcam_text());
   ASSERT_TRUE(bench.camera);
   EXPECT_EQ(bench.camera->device, "/dev/video0");
   EXPECT_EQ(bench.camera->marker_mm, 40.0);
   EXPECT_THAT(bench.tracker->program, ElementsAre("vrda-webcam", "track", bench.path));
   EXPECT_THAT(bench.tracker->tools, ElementsAre("femur", "tibia"));
   EXPECT_EQ(bench.tracker->stale_after_ms, 200.0);
-  const bench_files::BenchFile other =
+  const bench::BenchFile other =
       test::bench_of(webcam_text("[camera]\ndevice = \"a.mp4\"\nfold_deg = 100\nstale_after_ms = 500\n"));
   EXPECT_EQ(other.camera->device, "a.mp4");
   EXPECT_EQ(other.camera->fold_rad, rad_from_deg(100.0));
@@ -52,8 +52,8 @@ TEST(WebcamFile, WhatItCannotTrackIsRefused)
 
 TEST(WebcamFile, TheExamplesNameTheToolsOfTheBench)
 {
-  EXPECT_TRUE(bench_files::read_bench_file(VRDA_JOBS "/bench-webcam.toml").camera);
-  const bench_files::BenchFile plus = bench_files::read_bench_file(VRDA_JOBS "/plus/bench.toml");
+  EXPECT_TRUE(bench::read_bench_file(VRDA_JOBS "/bench-webcam.toml").camera);
+  const bench::BenchFile plus = bench::read_bench_file(VRDA_JOBS "/plus/bench.toml");
   EXPECT_EQ(plus.tracker->tools,
             (std::vector<std::string>{"FemurToTracker", "TibiaToTracker", "ProbeToTracker"}));
   for (const char* tracker : {"polaris", "optitrack", "vicon", "aruco"}) {

@@ -1,5 +1,5 @@
 // The command `calibrate` on virtual benches.
-#include "calibrate/calibrate.hpp"
+#include "calibration/calibrate.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,43 +11,43 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "calibrate/calibration_mode.hpp"
-#include "calibrate/calibration_report.hpp"
+#include "calibration/calibration_mode.hpp"
+#include "calibration/calibration_report.hpp"
 #include "motion/support/models.hpp"
-#include "render/image.hpp"
+#include "view/image.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
-#include "virtual_bench/truth.hpp"
+#include "calibration/truth.hpp"
 
 namespace vrda::calibrate_test {
 
 using testing::HasSubstr;
 
 struct Said {
-  calibrate::CalibrateEnd end = calibrate::CalibrateEnd::quit;
+  calibration::CalibrateEnd end = calibration::CalibrateEnd::quit;
   std::string data, messages;
 };
 
-Said calibrated(const calibrate::CalibrateOptions& options)
+Said calibrated(const calibration::CalibrateOptions& options)
 {
   std::ostringstream data, messages;
-  const calibrate::CalibrateEnd end = calibrate::calibrate(options, {data, messages});
+  const calibration::CalibrateEnd end = calibration::calibrate(options, {data, messages});
   return {end, data.str(), messages.str()};
 }
 
-InputError::Facts refusal(const calibrate::CalibrateOptions& options)
+InputError::Facts refusal(const calibration::CalibrateOptions& options)
 {
   std::ostringstream data, messages;
-  return test::input_error([&] { calibrate::calibrate(options, {data, messages}); });
+  return test::input_error([&] { calibration::calibrate(options, {data, messages}); });
 }
 
 class Calibrate : public testing::Test {
  protected:
-  calibrate::CalibrateOptions options(const std::string& step,
+  calibration::CalibrateOptions options(const std::string& step,
                                       const std::string& file = "calibration.toml") const
   {
-    calibrate::CalibrateOptions made;
+    calibration::CalibrateOptions made;
     made.step = step;
     made.is_virtual = made.is_headless = true;
     made.calibration = in_scratch(file);
@@ -64,11 +64,11 @@ class Calibrate : public testing::Test {
 
 TEST(KeyScript, ALineAtATime)
 {
-  calibrate::KeyScript script(
-      calibrate::parse_key_script("# a trial\npress Shift+Left 3\nwait 0.5\n\npress H # help\n", "s.txt"));
-  const std::vector<navigation::KeyPress> first = script.keys(0.0);
+  calibration::KeyScript script(
+      calibration::parse_key_script("# a trial\npress Shift+Left 3\nwait 0.5\n\npress H # help\n", "s.txt"));
+  const std::vector<view::KeyPress> first = script.keys(0.0);
   ASSERT_EQ(first.size(), 3u);
-  EXPECT_EQ(first[2].key, navigation::Key::left);
+  EXPECT_EQ(first[2].key, view::Key::left);
   EXPECT_TRUE(first[2].has_shift);
   EXPECT_FALSE(first[2].has_control);
   for (const double now_s : {0.1, 0.4, 0.59, 0.6}) EXPECT_TRUE(script.keys(now_s).empty()) << now_s;
@@ -85,7 +85,7 @@ TEST(KeyScript, AnInvalidLineIsRefusedWithItsNumber)
         "wait -1", "wait 1 2", "press Shift+Shift+Left", "press Right 20000", "press left"}) {
     SCOPED_TRACE(line);
     const InputError::Facts facts =
-        test::input_error([&] { calibrate::parse_key_script("press Enter\n\n" + line, "s.txt"); });
+        test::input_error([&] { calibration::parse_key_script("press Enter\n\n" + line, "s.txt"); });
     EXPECT_EQ(facts.file, "s.txt");
     EXPECT_EQ(facts.field, "line 3");
   }
@@ -93,22 +93,22 @@ TEST(KeyScript, AnInvalidLineIsRefusedWithItsNumber)
 
 TEST(CalibrationReport, QuantilesAreByRank)
 {
-  std::vector<virtual_bench::TargetError> errors;
+  std::vector<calibration::TargetError> errors;
   for (int k = 20; k > 0; --k) errors.push_back({0.1 * k, 1.0 * k});
-  const calibrate::TargetSummary summary = calibrate::summary_of(errors);
+  const calibration::TargetSummary summary = calibration::summary_of(errors);
   EXPECT_DOUBLE_EQ(summary.mm.median, 1.0);
   EXPECT_DOUBLE_EQ(summary.mm.p90, 1.8);
   EXPECT_DOUBLE_EQ(summary.mm.largest, 2.0);
   EXPECT_DOUBLE_EQ(summary.arc_min.median, 10.0);
-  EXPECT_EQ(calibrate::summary_of(std::span<const virtual_bench::TargetError>()).mm.median, 0.0);
+  EXPECT_EQ(calibration::summary_of(std::span<const calibration::TargetError>()).mm.median, 0.0);
 }
 
 TEST_F(Calibrate, InvalidOptionsAreRefusedByName)
 {
-  calibrate::CalibrateOptions real;
+  calibration::CalibrateOptions real;
   real.step = "all";
   EXPECT_EQ(refusal(real).file, "--bench");
-  real.bench = written("bench.toml", virtual_bench::virtual_bench_text());
+  real.bench = written("bench.toml", calibration::virtual_bench_text());
   EXPECT_EQ(refusal(real).file, "--calibration");
   real.calibration = in_scratch("c.toml");
   real.is_headless = true;
@@ -121,13 +121,13 @@ TEST_F(Calibrate, InvalidOptionsAreRefusedByName)
   EXPECT_THAT(refusal(options("viewprot")),
               test::refuses({.field = "STEP", .found = "viewprot", .wanted = "distortion"}));
   EXPECT_EQ(refusal(options("status")).file, in_scratch("calibration.toml"));
-  calibrate::CalibrateOptions scripted = options("viewport");
+  calibration::CalibrateOptions scripted = options("viewport");
   scripted.script = written("script.txt", "press Entre\n");
   EXPECT_EQ(refusal(scripted).field, "line 1");
-  calibrate::CalibrateOptions headed = options("viewport");
+  calibration::CalibrateOptions headed = options("viewport");
   headed.head = "hat";
   EXPECT_EQ(refusal(headed).file, "--head");
-  calibrate::CalibrateOptions pictured = options("viewport");
+  calibration::CalibrateOptions pictured = options("viewport");
   pictured.is_headless = false;
   pictured.pictures = in_scratch("pictures");
   EXPECT_EQ(refusal(pictured).file, "--pictures");
@@ -135,8 +135,8 @@ TEST_F(Calibrate, InvalidOptionsAreRefusedByName)
 
 TEST_F(Calibrate, WhatManyBenchesWouldNotDoIsRefused)
 {
-  const auto refused = [&](const std::function<void(calibrate::CalibrateOptions&)>& add) {
-    calibrate::CalibrateOptions many = options("all");
+  const auto refused = [&](const std::function<void(calibration::CalibrateOptions&)>& add) {
+    calibration::CalibrateOptions many = options("all");
     many.calibration.clear();
     many.n_benches = 2;
     add(many);
@@ -144,11 +144,11 @@ TEST_F(Calibrate, WhatManyBenchesWouldNotDoIsRefused)
     EXPECT_EQ(facts.file, "--benches");
     return facts.found;
   };
-  EXPECT_THAT(refused([](calibrate::CalibrateOptions& o) { o.calibration = "q.toml"; }),
+  EXPECT_THAT(refused([](calibration::CalibrateOptions& o) { o.calibration = "q.toml"; }),
               HasSubstr("--calibration"));
-  EXPECT_THAT(refused([](calibrate::CalibrateOptions& o) { o.script = "keys.txt"; }), HasSubstr("--script"));
-  EXPECT_THAT(refused([](calibrate::CalibrateOptions& o) { o.pictures = "p"; }), HasSubstr("--pictures"));
-  EXPECT_THAT(refused([](calibrate::CalibrateOptions& o) { o.step = "viewport"; }), HasSubstr("viewport"));
+  EXPECT_THAT(refused([](calibration::CalibrateOptions& o) { o.script = "keys.txt"; }), HasSubstr("--script"));
+  EXPECT_THAT(refused([](calibration::CalibrateOptions& o) { o.pictures = "p"; }), HasSubstr("--pictures"));
+  EXPECT_THAT(refused([](calibration::CalibrateOptions& o) { o.step = "viewport"; }), HasSubstr("viewport"));
 }
 
 TEST_F(Calibrate, TheErrorAfterCalibrationIsReportedOnceAllPartsAreDone)
@@ -157,7 +157,7 @@ TEST_F(Calibrate, TheErrorAfterCalibrationIsReportedOnceAllPartsAreDone)
   EXPECT_THAT(text.data, HasSubstr("  before  median "));
   EXPECT_THAT(text.data, HasSubstr(": distortion, rails, stop, probe, "));
   EXPECT_THAT(text.data, testing::Not(HasSubstr("after   median")));
-  calibrate::CalibrateOptions bench = options("bench");
+  calibration::CalibrateOptions bench = options("bench");
   bench.has_json = true;
   const nlohmann::json some = nlohmann::json::parse(calibrated(bench).data)["targets"];
   EXPECT_EQ(some["n"], 40);
@@ -173,12 +173,12 @@ TEST_F(Calibrate, TheErrorAfterCalibrationIsReportedOnceAllPartsAreDone)
 TEST_F(Calibrate, TheSimulatedOperatorDoesAllParts)
 {
   const Said all = calibrated(options("all"));
-  EXPECT_EQ(all.end, calibrate::CalibrateEnd::finished);
+  EXPECT_EQ(all.end, calibration::CalibrateEnd::finished);
   EXPECT_THAT(all.data, HasSubstr("leg.shift_x"));
   EXPECT_THAT(all.data, HasSubstr("  after   median "));
   EXPECT_THAT(all.data, testing::Not(HasSubstr("to be done")));
 
-  calibrate::CalibrateOptions status = options("status");
+  calibration::CalibrateOptions status = options("status");
   status.has_json = true;
   const nlohmann::json reported = nlohmann::json::parse(calibrated(status).data);
   EXPECT_EQ(reported["bench"], "Virtual, seed 1");
@@ -192,13 +192,13 @@ TEST_F(Calibrate, TheSimulatedOperatorDoesAllParts)
 
   // Solving again from the marks gives identical numbers.
   const std::string before = test::read_bytes(options("all").calibration);
-  EXPECT_EQ(calibrated(options("solve")).end, calibrate::CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(options("solve")).end, calibration::CalibrateEnd::finished);
   EXPECT_EQ(test::read_bytes(options("all").calibration), before);
 }
 
 TEST_F(Calibrate, TheVirtualBenchReportsItsErrors)
 {
-  calibrate::CalibrateOptions one = options("all");
+  calibration::CalibrateOptions one = options("all");
   one.calibration.clear();
   one.has_json = true;
   one.head = "tracker";
@@ -221,18 +221,18 @@ TEST_F(Calibrate, TheVirtualBenchReportsItsErrors)
 TEST_F(Calibrate, LeftAndTakenUpAgainItIsTheSame)
 {
   // The simulated operator finishes a part; a script may end within one.
-  calibrate::CalibrateOptions whole = options("viewport", "whole.toml"),
+  calibration::CalibrateOptions whole = options("viewport", "whole.toml"),
                               pieces = options("viewport", "pieces.toml");
   const std::string first = "press Right 20\npress Enter\npress Left 15\npress Enter\n";
   const std::string second = "press Right 21\npress Enter\nwait 0.1\npress Left 16\npress Enter\n";
   whole.script = written("whole.txt", first + second);
-  EXPECT_EQ(calibrated(whole).end, calibrate::CalibrateEnd::quit);
+  EXPECT_EQ(calibrated(whole).end, calibration::CalibrateEnd::quit);
   pieces.script = written("first.txt", first);
-  EXPECT_EQ(calibrated(pieces).end, calibrate::CalibrateEnd::quit);
+  EXPECT_EQ(calibrated(pieces).end, calibration::CalibrateEnd::quit);
   EXPECT_NE(test::read_bytes(pieces.calibration), test::read_bytes(whole.calibration));
   pieces.script = written("second.txt", second);
   const Said again = calibrated(pieces);
-  EXPECT_EQ(again.end, calibrate::CalibrateEnd::quit);
+  EXPECT_EQ(again.end, calibration::CalibrateEnd::quit);
   EXPECT_THAT(again.data, HasSubstr("begun: 4 marks so far"));
   EXPECT_THAT(again.data, HasSubstr("to be done: viewport"));
   EXPECT_EQ(test::read_bytes(pieces.calibration), test::read_bytes(whole.calibration));
@@ -247,18 +247,18 @@ std::string between(const std::string& text, const std::string& from, const std:
 
 TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
 {
-  calibrate::CalibrateOptions anna = options("bench", "anna.toml"), bob = options("person", "bob.toml");
+  calibration::CalibrateOptions anna = options("bench", "anna.toml"), bob = options("person", "bob.toml");
   bob.bench_from = anna.calibration;
   EXPECT_EQ(refusal(bob).file, anna.calibration);  // does not exist yet
-  EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(anna).end, calibration::CalibrateEnd::finished);
   const std::string bench_alone = test::read_bytes(anna.calibration);
   EXPECT_THAT(bench_alone, testing::Not(HasSubstr("[per_person")));
   anna.step = "person";
-  EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(anna).end, calibration::CalibrateEnd::finished);
 
   // One task of the first part per person, by a script.
   bob.script = written("script.txt", "press Left 4\npress Down 4\npress Enter\nwait 0.1\n");
-  EXPECT_EQ(calibrated(bob).end, calibrate::CalibrateEnd::quit);
+  EXPECT_EQ(calibrated(bob).end, calibration::CalibrateEnd::quit);
   const std::string annas = test::read_bytes(anna.calibration), bobs = test::read_bytes(bob.calibration);
   EXPECT_EQ(between(bobs, "[per_bench", "[per_person"), between(annas, "[per_bench", "[per_person"));
   EXPECT_THAT(bobs, HasSubstr("[[per_person.eyepoints.mark]]"));
@@ -274,14 +274,14 @@ TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
 
   // The same command resumes, also without --bench-from.
   bob.script.clear();
-  EXPECT_EQ(calibrated(bob).end, calibrate::CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(bob).end, calibration::CalibrateEnd::finished);
   bob.bench_from.clear();
-  EXPECT_EQ(calibrated(bob).end, calibrate::CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(bob).end, calibration::CalibrateEnd::finished);
   // Her per-bench parts now differ: an edge was measured again.
   anna.step = "viewport";
   anna.is_repeated = true;
   anna.script = written("restart.txt", "press Right 20\npress Enter\nwait 0.1\n");
-  EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::quit);
+  EXPECT_EQ(calibrated(anna).end, calibration::CalibrateEnd::quit);
   bob.bench_from = anna.calibration;
   EXPECT_EQ(refusal(bob).file, bob.calibration);
   EXPECT_EQ(refusal(bob).field, "per_bench");
@@ -289,16 +289,16 @@ TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
 
 TEST_F(Calibrate, TheStartOfTheNextPersonMustBeCompleteAndOfThisBench)
 {
-  calibrate::CalibrateOptions anna = options("viewport", "anna.toml"), bob = options("person", "bob.toml");
-  EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::finished);
+  calibration::CalibrateOptions anna = options("viewport", "anna.toml"), bob = options("person", "bob.toml");
+  EXPECT_EQ(calibrated(anna).end, calibration::CalibrateEnd::finished);
   bob.bench_from = anna.calibration;
   EXPECT_EQ(refusal(bob).file, anna.calibration);
   EXPECT_EQ(refusal(bob).field, "per_bench.distortion");
   EXPECT_EQ(refusal(bob).found, "nothing");
   anna.step = "bench";
-  EXPECT_EQ(calibrated(anna).end, calibrate::CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(anna).end, calibration::CalibrateEnd::finished);
   const std::string own = "title = \"Virtual\"";
-  std::string text = virtual_bench::virtual_bench_text();
+  std::string text = calibration::virtual_bench_text();
   bob.bench = written("other.toml", text.replace(text.find(own), own.size(), "title = \"B\""));
   EXPECT_EQ(refusal(bob).field, "bench");
   bob.bench.clear();
@@ -312,10 +312,10 @@ TEST_F(Calibrate, TheStartOfTheNextPersonMustBeCompleteAndOfThisBench)
 
 TEST_F(Calibrate, TheCalibrationOfAnotherBenchIsRefused)
 {
-  calibrate::CalibrateOptions viewport = options("viewport");
-  const std::string text = virtual_bench::virtual_bench_text();
+  calibration::CalibrateOptions viewport = options("viewport");
+  const std::string text = calibration::virtual_bench_text();
   viewport.bench = written("own.toml", text);
-  EXPECT_EQ(calibrated(viewport).end, calibrate::CalibrateEnd::finished);
+  EXPECT_EQ(calibrated(viewport).end, calibration::CalibrateEnd::finished);
   const std::string own = "title = \"Virtual\"", size = "width = 1280";
   viewport.bench =
       written("other.toml", std::string(text).replace(text.find(own), own.size(), "title = \"B\""));
@@ -331,33 +331,33 @@ TEST_F(Calibrate, WithoutAScreenTheSimulatedOperatorDoesARunThatIsNotStored)
 {
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
-  calibrate::CalibrateOptions shown = options("viewport");
+  calibration::CalibrateOptions shown = options("viewport");
   shown.is_headless = false;
   EXPECT_THAT(refusal(shown), test::refuses({.field = "display", .wanted = "--headless"}));
   shown.calibration.clear();
   const Said said = calibrated(shown);
-  EXPECT_EQ(said.end, calibrate::CalibrateEnd::finished);
+  EXPECT_EQ(said.end, calibration::CalibrateEnd::finished);
   EXPECT_THAT(said.data, HasSubstr("viewport    done"));
   EXPECT_THAT(said.messages, HasSubstr("no screen"));
 }
 
 TEST_F(Calibrate, TheCalibrationOfAnotherSeedIsRefused)
 {
-  calibrate::CalibrateOptions first = options("bench");
-  EXPECT_EQ(calibrated(first).end, calibrate::CalibrateEnd::finished);
-  calibrate::CalibrateOptions second = first, person = options("person", "bob.toml");
+  calibration::CalibrateOptions first = options("bench");
+  EXPECT_EQ(calibrated(first).end, calibration::CalibrateEnd::finished);
+  calibration::CalibrateOptions second = first, person = options("person", "bob.toml");
   second.seed = person.seed = 2;
   person.bench_from = first.calibration;
-  for (const calibrate::CalibrateOptions& other : {second, person}) {
+  for (const calibration::CalibrateOptions& other : {second, person}) {
     SCOPED_TRACE(other.step);
     EXPECT_THAT(refusal(other),
                 test::refuses({first.calibration, "bench", "'Virtual, seed 1'", "'Virtual, seed 2'"}));
   }
   EXPECT_FALSE(std::filesystem::exists(person.calibration));
   // A calibration of a virtual bench is not valid for a real one.
-  calibrate::CalibrateOptions real = options("viewport", "real.toml");
-  real.bench = written("bench.toml", virtual_bench::virtual_bench_text());
-  EXPECT_EQ(calibrated(real).end, calibrate::CalibrateEnd::finished);
+  calibration::CalibrateOptions real = options("viewport", "real.toml");
+  real.bench = written("bench.toml", calibration::virtual_bench_text());
+  EXPECT_EQ(calibrated(real).end, calibration::CalibrateEnd::finished);
   real.is_virtual = false;
   real.step = "status";
   EXPECT_THAT(refusal(real),
@@ -366,16 +366,16 @@ TEST_F(Calibrate, TheCalibrationOfAnotherSeedIsRefused)
 
 TEST_F(Calibrate, APlaceByEyeWantsTheModel)
 {
-  std::string text = virtual_bench::virtual_bench_text();
+  std::string text = calibration::virtual_bench_text();
   const std::string table = "[calibration]\n";
   text.insert(text.find(table) + table.size(), "model = \"adjust\"\n");
-  calibrate::CalibrateOptions adjust = options("all");
+  calibration::CalibrateOptions adjust = options("all");
   adjust.bench = written("bench.toml", text);
   EXPECT_EQ(calibrated(adjust).end,
-            calibrate::CalibrateEnd::finished);  // the simulated operator needs no picture
+            calibration::CalibrateEnd::finished);  // the simulated operator needs no picture
   adjust.is_repeated = true;
   adjust.script = written("script.txt", "press Enter\n");
-  EXPECT_EQ(calibrated(adjust).end, calibrate::CalibrateEnd::quit);  // an operator sees points
+  EXPECT_EQ(calibrated(adjust).end, calibration::CalibrateEnd::quit);  // an operator sees points
   adjust.bench = written("bare.toml", text.substr(0, text.find("point = [")));
   EXPECT_EQ(refusal(adjust).field, "calibration.point");
   adjust.is_virtual = false;
@@ -384,7 +384,7 @@ TEST_F(Calibrate, APlaceByEyeWantsTheModel)
 }
 
 /// Number of pixels of an area of a PNG picture that are not black.
-int n_lit(const scene::Texture& picture, int left, int top, int right, int bottom)
+int n_lit(const view::Texture& picture, int left, int top, int right, int bottom)
 {
   int n = 0;
   for (int y = top; y < bottom; ++y) {
@@ -401,7 +401,7 @@ TEST_F(Calibrate, PicturesShowWhatWasFound)
 {
   store::MotionModel model = test::model_of({});
   test::add_bodies(model);
-  calibrate::CalibrateOptions all = options("all");
+  calibration::CalibrateOptions all = options("all");
   all.model = in_scratch("knee.h5");
   all.pictures = in_scratch("pictures");
   store::write_motion_model(all.model, model);
@@ -410,11 +410,11 @@ TEST_F(Calibrate, PicturesShowWhatWasFound)
     SCOPED_TRACE(name);
     const std::string path = all.pictures + "/" + name + ".png";
     EXPECT_THAT(said.messages, HasSubstr(path));
-    const scene::Texture picture = render::read_png_texture(path);
+    const view::Texture picture = view::read_png_texture(path);
     EXPECT_GT(n_lit(picture, 0, 0, picture.width, picture.height), 1000);
   }
   // Figure 22 for the quarters: the left half of the frame buffer is empty; both windows are filled.
-  const scene::Texture viewport = render::read_png_texture(all.pictures + "/viewport.png");
+  const view::Texture viewport = view::read_png_texture(all.pictures + "/viewport.png");
   EXPECT_EQ(n_lit(viewport, 30, 300, 280, 700), 0);
   EXPECT_EQ(n_lit(viewport, 520, 100, 860, 300), 340 * 200);
   EXPECT_EQ(n_lit(viewport, 520, 450, 860, 680), 340 * 230);
@@ -432,18 +432,18 @@ TEST_F(Calibrate, TheOverlayDrawsNoSkinButShowsItAsTheLeg)
       std::fill(body->visual.component.begin(), body->visual.component.end(),
                 static_cast<std::int32_t>(body->components.size() - 1));
     }
-    calibrate::CalibrateOptions all = options("all", material + ".toml");
+    calibration::CalibrateOptions all = options("all", material + ".toml");
     all.model = in_scratch(material + ".h5");
     all.pictures = in_scratch(material);
     store::write_motion_model(all.model, model);
     calibrated(all);
-    return render::read_png_texture(all.pictures + "/overlay.png");
+    return view::read_png_texture(all.pictures + "/overlay.png");
   };
-  const auto n_bright = [](const scene::Texture& picture) {
+  const auto n_bright = [](const view::Texture& picture) {
     return std::count_if(picture.rgb.begin(), picture.rgb.end(),
                          [](std::uint8_t code) { return code > 160; });
   };
-  const scene::Texture bone = overlay("bone"), skin = overlay("skin");
+  const view::Texture bone = overlay("bone"), skin = overlay("skin");
   EXPECT_GT(n_lit(skin, 0, 50, skin.width, skin.height), 1000);
   // The displayed light covers the contact parts only, of 1 / 1.5 of the size.
   EXPECT_GT(n_bright(skin), 500);
@@ -452,15 +452,15 @@ TEST_F(Calibrate, TheOverlayDrawsNoSkinButShowsItAsTheLeg)
 
 TEST_F(Calibrate, AScriptShowsItsTasks)
 {
-  calibrate::CalibrateOptions viewport = options("viewport");
+  calibration::CalibrateOptions viewport = options("viewport");
   viewport.script = written("script.txt", "press Right 20\npress Enter\nwait 0.1\n");
   viewport.pictures = in_scratch("tasks");
   const Said said = calibrated(viewport);
-  EXPECT_EQ(said.end, calibrate::CalibrateEnd::quit);
+  EXPECT_EQ(said.end, calibration::CalibrateEnd::quit);
   EXPECT_THAT(said.data, HasSubstr("task_0001.png"));
   EXPECT_THAT(said.data, HasSubstr("task_0002.png"));
   // Text in the operator's area, left of the quarters; lines in the left eye's window.
-  const scene::Texture picture = render::read_png_texture(viewport.pictures + "/task_0001.png");
+  const view::Texture picture = view::read_png_texture(viewport.pictures + "/task_0001.png");
   ASSERT_EQ(picture.width, 1280);
   EXPECT_GT(n_lit(picture, 0, 0, 640, 200), 100);
   EXPECT_GT(n_lit(picture, 640, 0, 1280, 512), 500);
@@ -470,13 +470,13 @@ TEST_F(Calibrate, AScriptShowsItsTasks)
 /// Practice by keys: each confirmed task ends with its distance from the truth.
 TEST_F(Calibrate, PracticeReportsTheErrorOfEachTask)
 {
-  calibrate::CalibrateOptions wanted = options("viewport");
+  calibration::CalibrateOptions wanted = options("viewport");
   wanted.calibration.clear();
-  const bench_files::BenchFile bench =
-      bench_files::parse_bench_file(virtual_bench::virtual_bench_text(), "virtual bench");
-  const double left = virtual_bench::virtual_truth(bench, 1).edges_px[0].left;
-  const auto start = calibration_tasks::tasks_of(bench_files::CalibrationPart::viewport, bench,
-                                                 bench_files::nominal_calibration(bench))
+  const bench::BenchFile bench =
+      bench::parse_bench_file(calibration::virtual_bench_text(), "virtual bench");
+  const double left = calibration::virtual_truth(bench, 1).edges_px[0].left;
+  const auto start = calibration::tasks_of(bench::CalibrationPart::viewport, bench,
+                                                 bench::nominal_calibration(bench))
                          .front()
                          .dials[0]
                          .value;

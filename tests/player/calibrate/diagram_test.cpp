@@ -1,12 +1,12 @@
-#include "calibrate/diagram.hpp"
+#include "calibration/diagram.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
 
-#include "calibration_tasks/parts.hpp"
-#include "virtual_bench/truth.hpp"
+#include "calibration/parts.hpp"
+#include "calibration/truth.hpp"
 
 namespace vrda::diagram_test {
 
@@ -27,7 +27,7 @@ Body box_body(const Eigen::Vector3d& half_mm)
 
 TEST(Outline, OfABoxIsItsRectangleInBothViews)
 {
-  const calibrate::BodyOutline outline = calibrate::outline_of(box_body({20.0, 50.0, 30.0}));
+  const calibration::BodyOutline outline = calibration::outline_of(box_body({20.0, 50.0, 30.0}));
   for (std::size_t view = 0; view < 2; ++view) {
     double length_mm = 0.0;
     for (const auto& [a, b] : outline.pieces[view]) length_mm += (a - b).norm();
@@ -39,21 +39,21 @@ TEST(Outline, OfABoxIsItsRectangleInBothViews)
 TEST(Diagram, EveryTaskHasOneWithSomethingLitWithinTheFrame)
 {
   for (const char* lines : {"", "distortion = \"adjust\"\nmodel = \"adjust\"\n"}) {
-    std::string text = virtual_bench::virtual_bench_text();
+    std::string text = calibration::virtual_bench_text();
     const std::string table = "[calibration]\n";
     text.insert(text.find(table) + table.size(), lines);
-    const calibrate::BenchFile bench = bench_files::parse_bench_file(text, "bench.toml");
-    const calibrate::Calibration nominal = bench_files::nominal_calibration(bench);
-    std::map<std::pair<calibrate::CalibrationPart, std::string>, std::size_t> kinds;
-    for (const calibrate::CalibrationPart part : calibration_tasks::parts_of(bench)) {
-      for (const calibrate::Task& task : calibration_tasks::tasks_of(part, bench, nominal)) {
+    const calibration::BenchFile bench = bench::parse_bench_file(text, "bench.toml");
+    const calibration::Calibration nominal = bench::nominal_calibration(bench);
+    std::map<std::pair<calibration::CalibrationPart, std::string>, std::size_t> kinds;
+    for (const calibration::CalibrationPart part : calibration::parts_of(bench)) {
+      for (const calibration::Task& task : calibration::tasks_of(part, bench, nominal)) {
         SCOPED_TRACE(task.name);
-        const calibrate::Diagram diagram = calibrate::diagram_of(part, task, bench, nullptr);
-        const bool is_lit = std::ranges::any_of(diagram.lines, [](const calibrate::DiagramLine& line) {
-          return line.ink == calibrate::DiagramInk::lit;
+        const calibration::Diagram diagram = calibration::diagram_of(part, task, bench, nullptr);
+        const bool is_lit = std::ranges::any_of(diagram.lines, [](const calibration::DiagramLine& line) {
+          return line.ink == calibration::DiagramInk::lit;
         });
-        EXPECT_TRUE(is_lit || task.kind == calibrate::TaskKind::model_pose);
-        for (const calibrate::DiagramLine& line : diagram.lines) {
+        EXPECT_TRUE(is_lit || task.kind == calibration::TaskKind::model_pose);
+        for (const calibration::DiagramLine& line : diagram.lines) {
           ASSERT_GE(line.points.size(), 2u);
           for (const Eigen::Vector2d& p : line.points) {
             EXPECT_TRUE(p.x() >= 0.0 && p.x() <= 1.0 && p.y() >= 0.0 && p.y() <= diagram.height)
@@ -66,11 +66,11 @@ TEST(Diagram, EveryTaskHasOneWithSomethingLitWithinTheFrame)
 }
 
 /// Middle of the largest lit ring on the left half: the view from the front.
-Eigen::Vector2d lit_point(const calibrate::Diagram& diagram)
+Eigen::Vector2d lit_point(const calibration::Diagram& diagram)
 {
   Eigen::Vector2d middle(-1.0, -1.0);
-  for (const calibrate::DiagramLine& line : diagram.lines) {
-    if (line.ink != calibrate::DiagramInk::lit || line.points.front().x() > 0.5) continue;
+  for (const calibration::DiagramLine& line : diagram.lines) {
+    if (line.ink != calibration::DiagramInk::lit || line.points.front().x() > 0.5) continue;
     middle.setZero();
     for (std::size_t k = 1; k < line.points.size(); ++k)
       middle += line.points[k] / static_cast<double>(line.points.size() - 1);
@@ -80,15 +80,15 @@ Eigen::Vector2d lit_point(const calibrate::Diagram& diagram)
 
 TEST(Diagram, TheNextPointIsLitWhereItIsOnTheModel)
 {
-  const calibrate::BenchFile bench =
-      bench_files::parse_bench_file(virtual_bench::virtual_bench_text(), "bench.toml");
-  const auto part = calibrate::CalibrationPart::leg;
-  const std::vector<calibrate::Task> tasks =
-      calibration_tasks::tasks_of(part, bench, bench_files::nominal_calibration(bench));
-  const auto& points = calibration_tasks::points_of(part, bench.calibration);
-  const calibrate::BodyOutline outline = calibrate::outline_of(box_body({30.0, 30.0, 30.0}));
+  const calibration::BenchFile bench =
+      bench::parse_bench_file(calibration::virtual_bench_text(), "bench.toml");
+  const auto part = calibration::CalibrationPart::leg;
+  const std::vector<calibration::Task> tasks =
+      calibration::tasks_of(part, bench, bench::nominal_calibration(bench));
+  const auto& points = calibration::points_of(part, bench.calibration);
+  const calibration::BodyOutline outline = calibration::outline_of(box_body({30.0, 30.0, 30.0}));
   std::vector<Eigen::Vector2d> lit;
-  for (const calibrate::Task& task : tasks) lit.push_back(lit_point(calibrate::diagram_of(part, task, bench, &outline)));
+  for (const calibration::Task& task : tasks) lit.push_back(lit_point(calibration::diagram_of(part, task, bench, &outline)));
   ASSERT_EQ(lit.size(), points.size());
   // From the front: the subject's right is on the left, up is up; one scale for all points.
   const auto flat = [&](std::size_t k) {
@@ -98,9 +98,9 @@ TEST(Diagram, TheNextPointIsLitWhereItIsOnTheModel)
   EXPECT_GT(scale, 0.0);
   for (std::size_t k = 1; k < lit.size(); ++k)
     EXPECT_LT(((lit[k] - lit[0]) - scale * (flat(k) - flat(0))).norm(), 1e-9) << k;
-  const auto n_plain = [&](const calibrate::BodyOutline* of) {
-    return std::ranges::count(calibrate::diagram_of(part, tasks[0], bench, of).lines, calibrate::DiagramInk::plain,
-                              &calibrate::DiagramLine::ink);
+  const auto n_plain = [&](const calibration::BodyOutline* of) {
+    return std::ranges::count(calibration::diagram_of(part, tasks[0], bench, of).lines, calibration::DiagramInk::plain,
+                              &calibration::DiagramLine::ink);
   };
   EXPECT_GT(n_plain(&outline), n_plain(nullptr)) << "the model's outline";
 }

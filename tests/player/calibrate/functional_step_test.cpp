@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "calibrate/calibrate.hpp"
+#include "calibration/calibrate.hpp"
 #include "motion/support/models.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/refusal.hpp"
@@ -16,27 +16,27 @@ namespace vrda::functional_step_test {
 
 using testing::HasSubstr;
 
-std::string report_of(const calibrate::CalibrateOptions& options)
+std::string report_of(const calibration::CalibrateOptions& options)
 {
   std::ostringstream data, messages;
-  EXPECT_EQ(calibrate::calibrate(options, {data, messages}), calibrate::CalibrateEnd::finished);
+  EXPECT_EQ(calibration::calibrate(options, {data, messages}), calibration::CalibrateEnd::finished);
   return data.str();
 }
 
-InputError::Facts refusal(const calibrate::CalibrateOptions& options)
+InputError::Facts refusal(const calibration::CalibrateOptions& options)
 {
   std::ostringstream data, messages;
-  return test::input_error([&] { calibrate::calibrate(options, {data, messages}); });
+  return test::input_error([&] { calibration::calibrate(options, {data, messages}); });
 }
 
 TEST(VirtualNoise, IsSetByName)
 {
-  const virtual_bench::VirtualNoise noise = calibrate::noise_of("touch_mm=5,model_deg=0.25");
+  const calibration::VirtualNoise noise = calibration::noise_of("touch_mm=5,model_deg=0.25");
   EXPECT_EQ(noise.touch_mm, 5.0);
   EXPECT_EQ(noise.model_deg, 0.25);
-  EXPECT_EQ(noise.tracker_mm, virtual_bench::VirtualNoise{}.tracker_mm);
+  EXPECT_EQ(noise.tracker_mm, calibration::VirtualNoise{}.tracker_mm);
   for (const char* list : {"touch=5", "touch_mm", "touch_mm=", "touch_mm=-1", "touch_mm=nan", "touch_mm=5 mm", ","}) {
-    EXPECT_THAT(test::input_error([&] { calibrate::noise_of(list); }), test::refuses({.file = "--noise"})) << list;
+    EXPECT_THAT(test::input_error([&] { calibration::noise_of(list); }), test::refuses({.file = "--noise"})) << list;
   }
 }
 
@@ -48,7 +48,7 @@ class FunctionalStep : public testing::Test {
     test::ModelPlan plan;
     plan.motion = [](double flexion_deg, double) {
       const double share = flexion_deg / 90.0;
-      return motion::PoseCoordinates{-10.0 * share * share, 2.0 * share, 1.0, 12.0 * share};
+      return store::PoseCoordinates{-10.0 * share * share, 2.0 * share, 1.0, 12.0 * share};
     };
     store::MotionModel made = test::model_of(plan);
     test::add_bodies(made);
@@ -56,9 +56,9 @@ class FunctionalStep : public testing::Test {
     store::write_motion_model(in_scratch("knee.h5"), made);
     return in_scratch("knee.h5");
   }
-  calibrate::CalibrateOptions legs(int n) const
+  calibration::CalibrateOptions legs(int n) const
   {
-    calibrate::CalibrateOptions made;
+    calibration::CalibrateOptions made;
     made.step = "functional";
     made.is_virtual = made.is_headless = true;
     made.bench = VRDA_JOBS "/bench-desk.toml";
@@ -81,21 +81,21 @@ TEST_F(FunctionalStep, ReportsTheErrorsOfVirtualLegs)
   int n = 0;
   for (const nlohmann::json& number : found.at("numbers")) n += number.at("part") == "functional" ? 1 : 0;
   EXPECT_EQ(n, 12);
-  calibrate::CalibrateOptions text = legs(2);
+  calibration::CalibrateOptions text = legs(2);
   text.has_json = false;
   EXPECT_THAT(report_of(text), HasSubstr("at least halved in "));
 }
 
 TEST_F(FunctionalStep, NeedsAMotionOfFlexion)
 {
-  calibrate::CalibrateOptions without = legs(1);
+  calibration::CalibrateOptions without = legs(1);
   without.model.clear();
   EXPECT_THAT(refusal(without), test::refuses({.file = "--model"}));
-  calibrate::CalibrateOptions unsolved = legs(1);
+  calibration::CalibrateOptions unsolved = legs(1);
   unsolved.model = model([](store::MotionModel& made) { test::unsolve(made, 3, 2); });
   unsolved.set = "raw";
   EXPECT_THAT(refusal(unsolved), test::refuses({.file = unsolved.model, .field = "flexion", .wanted = "--set"}));
-  calibrate::CalibrateOptions live = legs(0);
+  calibration::CalibrateOptions live = legs(0);
   live.is_virtual = false;
   EXPECT_THAT(refusal(live), test::refuses({.file = "--noise"}));
 }

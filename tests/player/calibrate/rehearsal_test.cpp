@@ -1,4 +1,4 @@
-#include "calibrate/rehearsal.hpp"
+#include "calibration/rehearsal.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,19 +6,19 @@
 #include <cmath>
 #include <string>
 
-#include "calibration_tasks/parts.hpp"
-#include "virtual_bench/truth.hpp"
+#include "calibration/parts.hpp"
+#include "calibration/truth.hpp"
 
 namespace vrda::rehearsal_test {
 
 constexpr std::uint64_t seed = 3;
 
 /// The numbers of "name: dial 12.25 px, dial -3 px".
-std::vector<double> numbers_in(const std::string& words, const calibrate::Task& task)
+std::vector<double> numbers_in(const std::string& words, const calibration::Task& task)
 {
   std::vector<double> values;
   std::size_t from = 0;
-  for (const calibrate::Dial& dial : task.dials) {
+  for (const calibration::Dial& dial : task.dials) {
     const std::size_t at = words.find(dial.name + " ", from);
     if (at == std::string::npos) return {};
     values.push_back(std::stod(words.substr(at + dial.name.size())));
@@ -28,22 +28,22 @@ std::vector<double> numbers_in(const std::string& words, const calibrate::Task& 
 }
 
 /// A person who turns the dials by keys to what the rehearsal prints.
-void set_dials(calibrate::CalibrationSession& session, const std::vector<double>& wanted)
+void set_dials(calibration::CalibrationSession& session, const std::vector<double>& wanted)
 {
   for (std::size_t k = 0; k < wanted.size(); ++k) {
-    const calibrate::Dial dial = session.task()->dials[k];
+    const calibration::Dial dial = session.task()->dials[k];
     // A number that is right as it is must be touched.
-    session.take(navigation::KeyPress{k == 0 ? navigation::Key::right : navigation::Key::up});
-    session.take(navigation::KeyPress{k == 0 ? navigation::Key::left : navigation::Key::down});
-    const bool is_cross = session.task()->kind == calibrate::TaskKind::point ||
-                          session.task()->kind == calibrate::TaskKind::bullseye;
+    session.take(view::KeyPress{k == 0 ? view::Key::right : view::Key::up});
+    session.take(view::KeyPress{k == 0 ? view::Key::left : view::Key::down});
+    const bool is_cross = session.task()->kind == calibration::TaskKind::point ||
+                          session.task()->kind == calibration::TaskKind::bullseye;
     for (long n = std::lround((wanted[k] - session.values()[k]) / dial.step); n != 0;) {
       const long size = std::abs(n) >= 100 ? 100 : std::abs(n) >= 10 ? 10 : 1;
       const bool is_more = n > 0;
-      const navigation::Key key = k == 0   ? (is_more ? navigation::Key::right : navigation::Key::left)
-                                  : is_more != is_cross ? navigation::Key::up
-                                                        : navigation::Key::down;
-      session.take(navigation::KeyPress{key, size == 10, size == 100});
+      const view::Key key = k == 0   ? (is_more ? view::Key::right : view::Key::left)
+                                  : is_more != is_cross ? view::Key::up
+                                                        : view::Key::down;
+      session.take(view::KeyPress{key, size == 10, size == 100});
       n -= is_more ? size : -size;
     }
   }
@@ -52,40 +52,40 @@ void set_dials(calibrate::CalibrationSession& session, const std::vector<double>
 /// The whole procedure with the messages that `simulate --rehearse` sends, as devices would receive them.
 TEST(Rehearsal, EveryTaskCanBeDoneWithWhatItSendsAndPrints)
 {
-  for (const calibrate::HeadKind head : {calibrate::HeadKind::stage, calibrate::HeadKind::tracker}) {
-    const calibrate::BenchFile bench =
-        bench_files::parse_bench_file(virtual_bench::virtual_bench_text(head), "bench.toml");
-    const std::vector<calibrate::CalibrationPart> parts = calibration_tasks::parts_of_step("all", bench);
-    calibrate::Rehearsal rehearsal(bench, parts, seed);
-    calibrate::CalibrationSession session(bench, bench_files::nominal_calibration(bench), {parts, false, "", "c.toml"});
+  for (const calibration::HeadKind head : {calibration::HeadKind::stage, calibration::HeadKind::tracker}) {
+    const calibration::BenchFile bench =
+        bench::parse_bench_file(calibration::virtual_bench_text(head), "bench.toml");
+    const std::vector<calibration::CalibrationPart> parts = calibration::parts_of_step("all", bench);
+    calibration::Rehearsal rehearsal(bench, parts, seed);
+    calibration::CalibrationSession session(bench, bench::nominal_calibration(bench), {parts, false, "", "c.toml"});
     double now_s = 0.0;
     std::uint64_t tick = 0;
     bool is_zeroed = false;
     const auto send = [&] {
       now_s += 0.01;
-      devices::Sample sample;
+      bench::Sample sample;
       sample.arrival_ns = sample.device_ns = static_cast<std::int64_t>(1e9 * now_s);
-      if (calibration_tasks::has_stage(bench)) {
-        sample.kind = devices::SampleKind::stage;
+      if (calibration::has_stage(bench)) {
+        sample.kind = bench::SampleKind::stage;
         sample.count = rehearsal.stage_count(now_s);
-        sample.state = is_zeroed ? devices::stage_zeroed : 0;
+        sample.state = is_zeroed ? bench::stage_zeroed : 0;
         session.take(sample);
       }
-      const igtl::IgtlMessage message = rehearsal.message(tick++, now_s);
-      sample.kind = devices::SampleKind::tool_pose;
+      const bench::IgtlMessage message = rehearsal.message(tick++, now_s);
+      sample.kind = bench::SampleKind::tool_pose;
       for (std::size_t k = 0; k < bench.tracker->tools.size(); ++k) {
-        const auto tool = std::ranges::find(message.tools, bench.tracker->tools[k], &igtl::IgtlTool::name);
+        const auto tool = std::ranges::find(message.tools, bench.tracker->tools[k], &bench::IgtlTool::name);
         sample.source = static_cast<std::uint16_t>(k);
-        sample.state = static_cast<std::uint8_t>(tool == message.tools.end() ? devices::ToolVisibility::missing
-                                                                             : devices::ToolVisibility::seen);
-        if (tool != message.tools.end()) sample.tool_pose = devices::place_of(tool->X_tracker_tool);
+        sample.state = static_cast<std::uint8_t>(tool == message.tools.end() ? bench::ToolVisibility::missing
+                                                                             : bench::ToolVisibility::seen);
+        if (tool != message.tools.end()) sample.tool_pose = bench::place_of(tool->X_tracker_tool);
         session.take(sample);
       }
     };
     int n_tasks = 0;
     while (session.task() != nullptr) {
       ASSERT_LT(++n_tasks, 1000);
-      const calibrate::Task task = *session.task();
+      const calibration::Task task = *session.task();
       SCOPED_TRACE(task.name);
       const std::string said = rehearsal.follow(session.calibration(), now_s);
       if (n_tasks > 1) {
@@ -93,19 +93,19 @@ TEST(Rehearsal, EveryTaskCanBeDoneWithWhatItSendsAndPrints)
         set_dials(session, numbers_in(said, task));
       } else {
         set_dials(session, {static_cast<double>(std::lround(
-                               virtual_bench::virtual_truth(bench, seed).edges_px[0].left))});
+                               calibration::virtual_truth(bench, seed).edges_px[0].left))});
       }
       if (task.name.ends_with("rail"))
         while (rehearsal.prompt(now_s).empty()) send();
       for (int k = 0; k < 3; ++k) send();
-      session.take(navigation::KeyPress{navigation::Key::enter});
+      session.take(view::KeyPress{view::Key::enter});
       for (int k = 0; k < 2000 && session.progress().is_sampling; ++k) send();
       ASSERT_FALSE(session.progress().has_error) << session.progress().messages.front();
       if (session.take_zero_request()) is_zeroed = true;
     }
     EXPECT_EQ(rehearsal.follow(session.calibration(), now_s), "all parts are done");
     // The display's errors are those of the aligned lines: the eyes are found as by the simulated operator.
-    const virtual_bench::VirtualTruth truth = virtual_bench::virtual_truth(bench, seed);
+    const calibration::VirtualTruth truth = calibration::virtual_truth(bench, seed);
     EXPECT_NEAR(session.calibration().eyes.left.distance_px, truth.calibration.eyes.left.distance_px, 15.0);
     EXPECT_NEAR(session.calibration().subject_scale, truth.calibration.subject_scale, 0.03);
   }

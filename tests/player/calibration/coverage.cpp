@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "tracking/screw.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::test {
 
@@ -16,11 +16,11 @@ void Coverage::add(const std::string& name, double error, double half_width)
   if (std::abs(error) <= half_width) ++count.n_within;
 }
 
-void Coverage::add(const calibration::Estimate& estimate, const Eigen::VectorXd& error)
+void Coverage::add(const bench::Estimate& estimate, const Eigen::VectorXd& error)
 {
   ASSERT_LE(error.size(), estimate.values.size());
   for (Eigen::Index k = 0; k < error.size(); ++k)
-    add(estimate.names[static_cast<std::size_t>(k)], error(k), calibration::half_width_95(estimate, k));
+    add(estimate.names[static_cast<std::size_t>(k)], error(k), bench::half_width_95(estimate, k));
 }
 
 void Coverage::expect_honest() const
@@ -37,7 +37,7 @@ Eigen::VectorXd place_error(const Pose& X_found, const Pose& X_true)
 {
   Eigen::VectorXd error(6);
   error << X_found.translation() - X_true.translation(),
-      tracking::turn_of(X_found.linear() * X_true.linear().transpose()) * deg_from_rad(1.0);
+      bench::turn_of(X_found.linear() * X_true.linear().transpose()) * deg_from_rad(1.0);
   return error;
 }
 

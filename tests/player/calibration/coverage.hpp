@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "calibration/estimate.hpp"
+#include "bench/estimate.hpp"
 
 namespace vrda::test {
 
@@ -12,7 +12,7 @@ namespace vrda::test {
 class Coverage {
  public:
   /// `error`: estimated minus true value of each number, or of the first ones.
-  void add(const calibration::Estimate& estimate, const Eigen::VectorXd& error);
+  void add(const bench::Estimate& estimate, const Eigen::VectorXd& error);
   void add(const std::string& name, double error, double half_width);
   /// Expects each number within its 95 % interval in 90 to 98 % of cases, which holds for correct intervals
   /// in 97 % of runs of 200 cases. Numbers of the left and the right eye are pooled.

@@ -23,9 +23,9 @@ using testing::HasSubstr;
 const std::string file = "calibration.toml";
 
 /// Half of 1280 x 480, mostly visible.
-optics::Eye bench_eye()
+view::Eye bench_eye()
 {
-  optics::Eye eye;
+  view::Eye eye;
   eye.window = {640, 0, 640, 480};
   eye.visible = {658, 14, 600, 450};
   return eye;
@@ -37,7 +37,7 @@ Eigen::Vector2d middle_px()
 }
 
 struct Truth {
-  optics::Distortion distortion;
+  view::Distortion distortion;
   calibration::GridPose grid;
 };
 
@@ -56,7 +56,7 @@ std::vector<calibration::GridMark> marks_of(const Truth& truth, double noise_px,
       calibration::GridMark mark;
       mark.node = Eigen::Vector2d(column, row);
       mark.drawn_px =
-          optics::drawn_px(truth.distortion,
+          view::drawn_px(truth.distortion,
                            calibration::shown_px(truth.grid, truth.distortion.pixel_aspect, mark.node)) +
           noise_px * Eigen::Vector2d(noise.normals(2));
       marks.push_back(mark);
@@ -71,7 +71,7 @@ calibration::DistortionFit fitted(const std::vector<calibration::GridMark>& mark
   return calibration::fit_distortion(marks, bench_eye(), aspect, "left", file);
 }
 
-Eigen::VectorXd numbers_of(const optics::Distortion& d)
+Eigen::VectorXd numbers_of(const view::Distortion& d)
 {
   Eigen::VectorXd numbers(5);
   numbers << d.k1, d.k2, d.centre_px, d.pixel_aspect;
@@ -126,7 +126,7 @@ TEST(DistortionFits, MovingThePictureMovesTheCentre)
   std::vector<calibration::GridMark> marks = marks_of(sample_truth(), 0.5, noise);
   const calibration::DistortionFit here = fitted(marks);
   for (calibration::GridMark& mark : marks) mark.drawn_px += by;
-  optics::Eye eye = bench_eye();
+  view::Eye eye = bench_eye();
   eye.window.x += 64;
   eye.visible.x += 64;
   eye.window.y += 32;
@@ -282,7 +282,7 @@ TEST(AdjustedGrids, TheIntervalOfAnAspectIsThatOfWhatIsKnownOfIt)
     Noise noise(40);
     const calibration::DistortionFit fit = mean_of(adjusted_grids(n, sample_truth(), 1.02, noise));
     EXPECT_EQ(fit.estimate.dof, 8.0 * (n - 1));
-    EXPECT_NEAR(calibration::half_width_95(fit.estimate, 4), 1.959964 * 0.001, 1e-8);
+    EXPECT_NEAR(bench::half_width_95(fit.estimate, 4), 1.959964 * 0.001, 1e-8);
     EXPECT_EQ(fit.distortion.pixel_aspect, 1.02);
     EXPECT_FALSE(fit.has_centre_prior);
     EXPECT_LT(fit.inverse_error_px, mesh_px);
@@ -317,7 +317,7 @@ TEST(AdjustedGrids, TheirCovarianceIsThatOfFitsToTheirNodes)
   }
   const double sd = 0.001;
   const calibration::DistortionFit known = mean_of({{a, b}, 7, 5}, {1.02, sd});
-  const double given = sd * 1.959964 / calibration::t_95(8.0);
+  const double given = sd * 1.959964 / bench::t_95(8.0);
   const Eigen::VectorXd by_aspect = (numbers_of(more.distortion) - numbers_of(less.distortion)) / 1e-3;
   for (Eigen::Index k = 0; k < 4; ++k) {
     // By differences over 0.001, and by a fit that converges within 1e-6.

@@ -1,49 +1,49 @@
-#include "calibration/estimate.hpp"
+#include "bench/estimate.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "core/units.hpp"
-#include "tracking/screw.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::estimate_test {
 
 TEST(StudentsT, IsThatOfTheTables)
 {
   constexpr double last_digit = 5e-4;
-  EXPECT_NEAR(calibration::t_95(1.0), 12.706, last_digit);
-  EXPECT_NEAR(calibration::t_95(10.0), 2.228, last_digit);
-  EXPECT_NEAR(calibration::t_95(60.0), 2.000, last_digit);
-  EXPECT_NEAR(calibration::t_95(std::numeric_limits<double>::infinity()), 1.960, last_digit);
-  EXPECT_NEAR(calibration::t_95(1e9), 1.960, last_digit);
+  EXPECT_NEAR(bench::t_95(1.0), 12.706, last_digit);
+  EXPECT_NEAR(bench::t_95(10.0), 2.228, last_digit);
+  EXPECT_NEAR(bench::t_95(60.0), 2.000, last_digit);
+  EXPECT_NEAR(bench::t_95(std::numeric_limits<double>::infinity()), 1.960, last_digit);
+  EXPECT_NEAR(bench::t_95(1e9), 1.960, last_digit);
 }
 
-calibration::Estimate one(const std::string& name, double value, double variance, double dof)
+bench::Estimate one(const std::string& name, double value, double variance, double dof)
 {
-  calibration::Estimate estimate;
+  bench::Estimate estimate;
   estimate.names = {name};
   estimate.units = {"px"};
   estimate.values = Eigen::VectorXd::Constant(1, value);
   estimate.covariance = Eigen::MatrixXd::Constant(1, 1, variance);
   estimate.dof = dof;
-  calibration::set_residuals(estimate, {value, -value}, "px");
+  bench::set_residuals(estimate, {value, -value}, "px");
   estimate.remarks = {"about " + name};
   return estimate;
 }
 
 TEST(Estimate, HalfAWidthIsTTimesTheStandardDeviation)
 {
-  EXPECT_DOUBLE_EQ(calibration::half_width_95(one("a", 1.0, 4.0, 10.0), 0), 2.0 * calibration::t_95(10.0));
+  EXPECT_DOUBLE_EQ(bench::half_width_95(one("a", 1.0, 4.0, 10.0), 0), 2.0 * bench::t_95(10.0));
 }
 
 TEST(Estimate, AppendingKeepsBothAndTheFewerDegreesOfFreedom)
 {
-  calibration::Estimate whole;
-  calibration::append(whole, one("a", 3.0, 4.0, 10.0));
+  bench::Estimate whole;
+  bench::append(whole, one("a", 3.0, 4.0, 10.0));
   EXPECT_EQ(whole.dof, 10.0);
-  calibration::append(whole, one("b", 4.0, 9.0, 5.0));
-  calibration::append(whole, one("c", 5.0, 16.0, 7.0));
+  bench::append(whole, one("b", 4.0, 9.0, 5.0));
+  bench::append(whole, one("c", 5.0, 16.0, 7.0));
   EXPECT_EQ(whole.names, (std::vector<std::string>{"a", "b", "c"}));
   EXPECT_EQ(whole.units.size(), 3U);
   EXPECT_EQ(whole.dof, 5.0);
@@ -52,27 +52,27 @@ TEST(Estimate, AppendingKeepsBothAndTheFewerDegreesOfFreedom)
   EXPECT_EQ(whole.residuals, (std::vector<double>{3.0, -3.0, 4.0, -4.0, 5.0, -5.0}));
   EXPECT_DOUBLE_EQ(whole.residual_rms, std::sqrt(50.0 / 3.0));
   EXPECT_EQ(whole.remarks.size(), 3U);
-  EXPECT_EQ(calibration::index_of(whole, "b"), 1);
-  EXPECT_EQ(calibration::index_of(whole, "d"), -1);
+  EXPECT_EQ(bench::index_of(whole, "b"), 1);
+  EXPECT_EQ(bench::index_of(whole, "d"), -1);
 }
 
 TEST(Estimate, OfAPlaceIsInTheUnitsOfFiles)
 {
   Pose X = Pose::Identity();
-  X.linear() = tracking::rotation_of({0.1, -0.2, 0.3});
+  X.linear() = bench::rotation_of({0.1, -0.2, 0.3});
   X.translation() = Eigen::Vector3d(1.0, 2.0, 3.0);
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Identity();
   covariance(0, 4) = covariance(4, 0) = 0.5;
-  const calibration::Estimate estimate = calibration::pose_estimate("table", X, covariance);
+  const bench::Estimate estimate = bench::pose_estimate("table", X, covariance);
   EXPECT_EQ(estimate.names.front(), "table.shift_x");
   EXPECT_EQ(estimate.names.back(), "table.turn_z");
   EXPECT_EQ(estimate.units[2], "mm");
   EXPECT_EQ(estimate.units[3], "deg");
   constexpr double rounding = 1e-12;
-  tracking::PoseParameters six;
+  bench::PoseParameters six;
   six.shift_mm = estimate.values.head<3>();
   six.turn_rad = estimate.values.tail<3>() * rad_from_deg(1.0);
-  EXPECT_TRUE(tracking::pose_of(six).isApprox(X, rounding));
+  EXPECT_TRUE(bench::pose_of(six).isApprox(X, rounding));
   EXPECT_EQ(estimate.covariance(0, 0), 1.0);
   EXPECT_NEAR(estimate.covariance(0, 4), 0.5 * deg_from_rad(1.0), rounding);
   EXPECT_NEAR(estimate.covariance(4, 4), deg_from_rad(1.0) * deg_from_rad(1.0), 1e-9);
@@ -81,10 +81,10 @@ TEST(Estimate, OfAPlaceIsInTheUnitsOfFiles)
 TEST(IntervalText, LeavesTwoDigitsOfTheInterval)
 {
   const auto text = [](double value, double half_width, const std::string& unit) {
-    const double sd = half_width / calibration::t_95(std::numeric_limits<double>::infinity());
-    calibration::Estimate estimate = one("x", value, sd * sd, std::numeric_limits<double>::infinity());
+    const double sd = half_width / bench::t_95(std::numeric_limits<double>::infinity());
+    bench::Estimate estimate = one("x", value, sd * sd, std::numeric_limits<double>::infinity());
     estimate.units = {unit};
-    return calibration::interval_text(estimate, 0);
+    return bench::interval_text(estimate, 0);
   };
   EXPECT_EQ(text(879.9163, 1.4142, "px"), "879.9 +- 1.4 px");
   EXPECT_EQ(text(0.0214567, 0.000345, ""), "0.02146 +- 0.00035");

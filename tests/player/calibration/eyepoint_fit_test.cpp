@@ -19,9 +19,9 @@ struct Rectangle {
 };
 const std::array<Rectangle, 4> bench_rectangles = {{{150, 0}, {200, 150}, {250, 300}, {300, 450}}};
 
-optics::Eye sample_eye(double x_mm)
+view::Eye sample_eye(double x_mm)
 {
-  optics::Eye eye;
+  view::Eye eye;
   eye.window = eye.visible = {0, 0, 640, 480};
   eye.distance_px = 880.0;
   eye.sight_px = {322.0, 238.0};
@@ -38,7 +38,7 @@ struct Hand {
 };
 
 /// Marks of an operator with the given noise, for the true `eye`.
-std::vector<calibration::RectangleMark> marks_of(const optics::Eye& eye, const Hand& hand,
+std::vector<calibration::RectangleMark> marks_of(const view::Eye& eye, const Hand& hand,
                                                  std::mt19937_64& random)
 {
   std::normal_distribution<double> noise(0.0, hand.noise_px > 0.0 ? hand.noise_px : 1.0);
@@ -51,7 +51,7 @@ std::vector<calibration::RectangleMark> marks_of(const optics::Eye& eye, const H
         const double away_mm = eye.position_head_mm.z() + r.depth_mm;
         const double column = eye.distance_px * std::tan(std::atan2(x_mm, away_mm) - hand.turn_rad);
         Eigen::Vector2d drawn =
-            optics::drawn_px(eye.distortion, {eye.sight_px.x() + column, eye.sight_px.y()});
+            view::drawn_px(eye.distortion, {eye.sight_px.x() + column, eye.sight_px.y()});
         if (hand.noise_px > 0.0) drawn.x() += noise(random);
         (side < 0.0 ? mark.left_drawn_px : mark.right_drawn_px) = drawn;
       }
@@ -61,7 +61,7 @@ std::vector<calibration::RectangleMark> marks_of(const optics::Eye& eye, const H
   return marks;
 }
 
-Eigen::VectorXd truth_of(const optics::Eye& eye)
+Eigen::VectorXd truth_of(const view::Eye& eye)
 {
   return Eigen::Vector2d(eye.distance_px, eye.position_head_mm.z());
 }
@@ -83,7 +83,7 @@ TEST(Eyepoint, NearDepthsAreIllConditionedAsWeKnow)
 TEST(EyepointFit, RoundTripWithoutNoiseAgreesWithTwoRectangles)
 {
   std::mt19937_64 random(61);
-  const optics::Eye eye = sample_eye(-32.0);
+  const view::Eye eye = sample_eye(-32.0);
   Hand hand;
   hand.noise_px = 0.0;
   const std::vector<calibration::RectangleMark> marks = marks_of(eye, hand, random);
@@ -93,8 +93,8 @@ TEST(EyepointFit, RoundTripWithoutNoiseAgreesWithTwoRectangles)
   EXPECT_NEAR(fit.eyepoint.depth_mm, 750.0, rounding);
   EXPECT_EQ(fit.estimate.names[1], "left.depth");
   const auto width_px = [&](const calibration::RectangleMark& m) {
-    return optics::shown_px(eye.distortion, m.right_drawn_px).x() -
-           optics::shown_px(eye.distortion, m.left_drawn_px).x();
+    return view::shown_px(eye.distortion, m.right_drawn_px).x() -
+           view::shown_px(eye.distortion, m.left_drawn_px).x();
   };
   // Figure 24 of the thesis: X_i = d L_i / (E + Z_i) of two rectangles.
   const calibration::RectangleMark &first = marks.front(), &last = marks.back();
@@ -123,11 +123,11 @@ TEST(EyepointFit, IntervalsAreHonestWhateverIsTakenForKnown)
     options.distortion_covariance = Eigen::MatrixXd(distortion_sd.cwiseAbs2().asDiagonal());
     test::Coverage coverage;
     for (int set = 0; set < 800; ++set) {
-      const optics::Eye truth = sample_eye(-32.0);
+      const view::Eye truth = sample_eye(-32.0);
       Hand hand;
       hand.noise_px = row.noise_px;
       hand.turn_rad = row.turn_sd_rad * normal(random);
-      optics::Eye known = truth;
+      view::Eye known = truth;
       known.distortion.k1 += distortion_sd(0) * normal(random);
       known.distortion.k2 += distortion_sd(1) * normal(random);
       known.distortion.centre_px.x() += distortion_sd(2) * normal(random);
@@ -144,8 +144,8 @@ TEST(EyepointFit, IntervalsAreHonestWhateverIsTakenForKnown)
 TEST(EyepointFit, WhatIsExpectedBeforeIsWhatComes)
 {
   std::mt19937_64 random(63);
-  const optics::Eye eye = sample_eye(32.0);
-  optics::Eye plain = eye;
+  const view::Eye eye = sample_eye(32.0);
+  view::Eye plain = eye;
   plain.distortion.k1 = plain.distortion.k2 = 0.0;
   Eigen::Vector2d sum_sq = Eigen::Vector2d::Zero();
   constexpr int n = 1000;
@@ -171,7 +171,7 @@ InputError::Facts refusal(const std::vector<calibration::RectangleMark>& marks, 
 TEST(EyepointFit, RefusesMarksThatDoNotDetermineTheDepthAndNamesThoseToAdd)
 {
   std::mt19937_64 random(64);
-  const optics::Eye eye = sample_eye(-32.0);
+  const view::Eye eye = sample_eye(-32.0);
   std::vector<calibration::RectangleMark> marks = marks_of(eye, {}, random);
   EXPECT_THAT(refusal({marks[0], marks[4]}), test::refuses({.field = "left", .found = "2"}));
   const std::vector<calibration::RectangleMark> one_depth(marks.begin(), marks.begin() + 3);
@@ -212,7 +212,7 @@ std::array<calibration::EyeRectangles, 2> seen_by_two(const Hand& hand, const Ei
 {
   std::array<calibration::EyeRectangles, 2> both;
   for (std::size_t k = 0; k < both.size(); ++k) {
-    const optics::Eye truth = sample_eye(k == 0 ? -32.0 : 32.0);
+    const view::Eye truth = sample_eye(k == 0 ? -32.0 : 32.0);
     both[k].marks = marks_of(truth, hand, random);
     both[k].eye = truth;
     both[k].eye.sight_px.x() += sight_error_px(static_cast<Eigen::Index>(k));

@@ -11,7 +11,7 @@
 #include "noise.hpp"
 #include "player/tracking/moves.hpp"
 #include "support/refusal.hpp"
-#include "tracking/screw.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::eyes_fit_test {
 
@@ -21,9 +21,9 @@ using test::Noise;
 
 const std::string file = "calibration.toml";
 
-optics::Eye bench_eye(int window_x, double x_mm)
+view::Eye bench_eye(int window_x, double x_mm)
 {
-  optics::Eye eye;
+  view::Eye eye;
   eye.window = {window_x, 0, 640, 480};
   eye.visible = {window_x + 18, 14, 600, 450};
   eye.distance_px = 880.0;
@@ -62,14 +62,14 @@ calibration::EyesPrior known_eyes()
 Pose pose(const Eigen::Vector3d& shift_mm, const Eigen::Vector3d& turn_rad)
 {
   Pose X = Pose::Identity();
-  X.linear() = tracking::rotation_of(turn_rad);
+  X.linear() = bench::rotation_of(turn_rad);
   X.translation() = shift_mm;
   return X;
 }
 
 struct Truth {
   Pose X_carrier_eyes;
-  optics::EyePair eyes;
+  view::EyePair eyes;
 };
 
 Truth sample_truth()
@@ -81,11 +81,11 @@ Truth sample_truth()
 }
 
 /// Numbers 6 to 24 of the estimate, after the pose.
-Eigen::VectorXd numbers_of(const optics::EyePair& eyes)
+Eigen::VectorXd numbers_of(const view::EyePair& eyes)
 {
   Eigen::VectorXd numbers(19);
   const Eigen::Vector3d apart = eyes.left.position_head_mm - eyes.right.position_head_mm;
-  const auto optics = [](const optics::Eye& eye) {
+  const auto optics = [](const view::Eye& eye) {
     Eigen::VectorXd five(5);
     five << eye.distortion.k1, eye.distortion.k2, eye.distortion.centre_px, eye.distortion.pixel_aspect;
     return five;
@@ -105,9 +105,9 @@ Eigen::VectorXd errors_of(const calibration::EyesFit& fit, const Truth& truth)
 }
 
 /// Eyes drawn at random from `prior`.
-optics::EyePair drawn_eyes(const calibration::EyesPrior& prior, Noise& noise)
+view::EyePair drawn_eyes(const calibration::EyesPrior& prior, Noise& noise)
 {
-  optics::EyePair eyes = prior.eyes;
+  view::EyePair eyes = prior.eyes;
   const Eigen::VectorXd eyepoint = noise.correlated(prior.eyepoint_covariance);
   eyes.left.distance_px += eyepoint[0];
   eyes.right.distance_px += eyepoint[2];
@@ -117,7 +117,7 @@ optics::EyePair drawn_eyes(const calibration::EyesPrior& prior, Noise& noise)
   eyes.left.position_head_mm = 0.5 * apart;
   eyes.right.position_head_mm = -0.5 * apart;
   for (std::size_t i = 0; i < 2; ++i) {
-    optics::Eye& eye = i == 0 ? eyes.left : eyes.right;
+    view::Eye& eye = i == 0 ? eyes.left : eyes.right;
     eye.sight_px += prior.sight_sd_px * Eigen::Vector2d(noise.normals(2));
     const Eigen::VectorXd optics = noise.correlated(prior.distortion_covariance[i]);
     eye.distortion.k1 += optics[0];
@@ -137,7 +137,7 @@ std::vector<calibration::BullseyeMark> marks_of(const Truth& truth, const MarkNo
 {
   std::vector<calibration::BullseyeMark> marks;
   for (const bool is_right : {false, true}) {
-    const optics::Eye& eye = is_right ? truth.eyes.right : truth.eyes.left;
+    const view::Eye& eye = is_right ? truth.eyes.right : truth.eyes.left;
     for (int place = 0; place < 9; ++place) {
       const double depth_mm = 600.0 + 200.0 * (place % 3);
       const double across = 0.2 * (place / 3 - 1), up = 0.12 * ((place + place / 3) % 3 - 1);
@@ -147,7 +147,7 @@ std::vector<calibration::BullseyeMark> marks_of(const Truth& truth, const MarkNo
       mark.p_carrier_mm =
           truth.X_carrier_eyes * p_head_mm + of.tracker_mm * Eigen::Vector3d(noise.normals(3));
       mark.p_sd_mm = of.tracker_mm;
-      mark.drawn_px = optics::drawn_px(eye, p_head_mm) + of.alignment_px * Eigen::Vector2d(noise.normals(2));
+      mark.drawn_px = view::drawn_px(eye, p_head_mm) + of.alignment_px * Eigen::Vector2d(noise.normals(2));
       marks.push_back(mark);
     }
   }
@@ -241,7 +241,7 @@ TEST(EyesFits, AnyStartWithinHalfAMetreAndTwentyDegreesLeadsThere)
     const Eigen::Vector3d shift = Eigen::Vector3d(noise.normals(3)).normalized() * 500.0;
     const Eigen::Vector3d turn = Eigen::Vector3d(noise.normals(3)).normalized() * rad_from_deg(20.0);
     Pose X_start = truth.X_carrier_eyes;
-    X_start.linear() *= tracking::rotation_of(turn);
+    X_start.linear() *= bench::rotation_of(turn);
     X_start.translation() += shift;
     const calibration::EyesFit fit = fitted(marks, bench_prior(), X_start);
     constexpr double solver_tolerance = 1e-4;  // the noise iterations depend on the start
@@ -350,16 +350,16 @@ TEST(EyesFits, MarksThatNoEyesCanHaveMadeEndInAMessage)
               test::refuses({.field = "eyes", .found = "iteration limit"}));
 }
 
-optics::EyePair some_eyes()
+view::EyePair some_eyes()
 {
-  optics::EyePair eyes;
-  for (optics::Eye* eye : {&eyes.left, &eyes.right}) {
+  view::EyePair eyes;
+  for (view::Eye* eye : {&eyes.left, &eyes.right}) {
     eye->sight_px = eye->distortion.centre_px = {320.0, 240.0};
     eye->distance_px = 870.0;
     eye->pixel_aspect = eye->distortion.pixel_aspect = 1.02;
     eye->distortion.k1 = 0.1;
   }
-  optics::set_ipd(eyes, 64.0);
+  view::set_ipd(eyes, 64.0);
   return eyes;
 }
 
@@ -372,9 +372,9 @@ TEST(EyesStart, FindsEyesInAnyAttitudeNearEnoughForTheFit)
   std::uniform_real_distribution<double> part(-1.0, 1.0);
   std::normal_distribution<double> noise;
   for (int trial = 0; trial < 60; ++trial) {
-    const optics::EyePair eyes = some_eyes();
-    optics::EyePair true_eyes = eyes;
-    for (optics::Eye* eye : {&true_eyes.left, &true_eyes.right})
+    const view::EyePair eyes = some_eyes();
+    view::EyePair true_eyes = eyes;
+    for (view::Eye* eye : {&true_eyes.left, &true_eyes.right})
       eye->sight_px += 3.0 * Eigen::Vector2d(noise(random), noise(random));
     const Pose X_carrier_eyes = test::random_pose(random);
     std::vector<calibration::BullseyeMark> marks;
@@ -382,12 +382,12 @@ TEST(EyesStart, FindsEyesInAnyAttitudeNearEnoughForTheFit)
       const double z_mm = -750.0 + 250.0 * part(random);
       const Eigen::Vector3d p_eyes_mm(-0.25 * z_mm * part(random), -0.2 * z_mm * part(random), z_mm);
       for (const bool is_right : {false, true}) {
-        const optics::Eye& eye = is_right ? true_eyes.right : true_eyes.left;
+        const view::Eye& eye = is_right ? true_eyes.right : true_eyes.left;
         calibration::BullseyeMark mark;
         mark.is_right = is_right;
         mark.p_carrier_mm = X_carrier_eyes * p_eyes_mm;
         mark.drawn_px =
-            optics::drawn_px(eye, p_eyes_mm) + 0.5 * Eigen::Vector2d(noise(random), noise(random));
+            view::drawn_px(eye, p_eyes_mm) + 0.5 * Eigen::Vector2d(noise(random), noise(random));
         marks.push_back(mark);
       }
     }

@@ -8,7 +8,7 @@
 #include "coverage.hpp"
 #include "player/tracking/moves.hpp"
 #include "support/refusal.hpp"
-#include "tracking/screw.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::fiducial_fit_test {
 
@@ -180,7 +180,7 @@ TEST(MeanPlace, IsInTheMiddleAndItsIntervalsAreHonest)
     for (int k = 0; k < 4; ++k) {
       Pose X = truth;
       X.translation() += test::noise_of(random, shift_mm);
-      X.linear() = tracking::rotation_of(test::noise_of(random, turn_rad)) * truth.linear();
+      X.linear() = bench::rotation_of(test::noise_of(random, turn_rad)) * truth.linear();
       adjusted.push_back(X);
     }
     const calibration::FiducialFit fit = calibration::mean_adjusted_pose(adjusted, "leg", "marks");
@@ -194,12 +194,12 @@ TEST(MeanPlace, OfTwoIsHalfwayAndOfOneIsRefused)
   std::mt19937_64 random(60);
   const Pose first = test::random_pose(random);
   Pose second = first;
-  second.linear() = tracking::rotation_of({0.2, -0.1, 0.3}) * first.linear();
+  second.linear() = bench::rotation_of({0.2, -0.1, 0.3}) * first.linear();
   second.translation() += Eigen::Vector3d(1.0, 2.0, 3.0);
   const std::vector<Pose> adjusted = {first, second};
   const calibration::FiducialFit fit = calibration::mean_adjusted_pose(adjusted, "leg", "marks");
   Pose half = first;
-  half.linear() = tracking::rotation_of({0.1, -0.05, 0.15}) * first.linear();
+  half.linear() = bench::rotation_of({0.1, -0.05, 0.15}) * first.linear();
   half.translation() += Eigen::Vector3d(0.5, 1.0, 1.5);
   EXPECT_LT(place_error(fit.X_body_model, half).norm(), 1e-10);
   EXPECT_EQ(input_error([&] {

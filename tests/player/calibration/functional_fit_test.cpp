@@ -9,13 +9,13 @@
 
 #include "calibration/fiducial_fit.hpp"
 #include "calibration/functional_problem.hpp"
-#include "core/frames.hpp"
+#include "model/frames.hpp"
 #include "core/units.hpp"
 #include "coverage.hpp"
 #include "knee_curve.hpp"
 #include "noise.hpp"
 #include "support/refusal.hpp"
-#include "tracking/screw.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::functional_fit_test {
 
@@ -51,7 +51,7 @@ Pose noisy(const Pose& X, test::Noise& noise, double mm, double deg)
 {
   Pose moved = X;
   moved.translation() += mm * noise.normals(3);
-  moved.linear() = tracking::rotation_of(rad_from_deg(deg) * noise.normals(3)) * X.linear();
+  moved.linear() = bench::rotation_of(rad_from_deg(deg) * noise.normals(3)) * X.linear();
   return moved;
 }
 
@@ -66,13 +66,13 @@ BonePlacement by_landmarks(const std::vector<Eigen::Vector3d>& points, const Pos
       touched.push_back({"point", p, X * p + mm * noise.normals(3), false});
     try {
       found = calibration::fit_fiducials(touched, "bone", "leg");
-    } catch (const tracking::FitError&) {
+    } catch (const bench::FitError&) {
     }
   }
   const calibration::FiducialFit& fit = *found;
   calibration::Matrix6 C = fit.estimate.covariance;
   const double t =
-      calibration::t_95(fit.estimate.dof) / calibration::t_95(std::numeric_limits<double>::infinity());
+      bench::t_95(fit.estimate.dof) / bench::t_95(std::numeric_limits<double>::infinity());
   Eigen::Matrix<double, 6, 1> unit = Eigen::Matrix<double, 6, 1>::Constant(t);
   unit.tail<3>() *= rad_from_deg(1.0);
   return {fit.X_body_model, unit.asDiagonal() * C * unit.asDiagonal()};
@@ -97,7 +97,7 @@ class Deviation {
     const Eigen::VectorXd six = parts_[0] + std::cos(phase) * parts_[1] + std::sin(phase) * parts_[2];
     Pose X = Pose::Identity();
     X.translation() = six.head<3>();
-    X.linear() = tracking::rotation_of(six.tail<3>());
+    X.linear() = bench::rotation_of(six.tail<3>());
     return X;
   }
 
@@ -156,7 +156,7 @@ TEST(JointCurve, PassesItsKnotsSmoothlyAndSurvivesItsRecord)
   for (std::size_t k = 0; k < curve.knots.size(); ++k) {
     const Pose X = curve.at(curve.first_rad + static_cast<double>(k) * curve.step_rad);
     EXPECT_LT((X.translation() - curve.knots[k].head<3>()).norm(), rounding);
-    EXPECT_LT((tracking::turn_of(X.linear()) - curve.knots[k].tail<3>()).norm(), rounding);
+    EXPECT_LT((bench::turn_of(X.linear()) - curve.knots[k].tail<3>()).norm(), rounding);
   }
   // No kink at a knot, and beyond the ends: equal differences on both sides, up to the curvature.
   constexpr double step_rad = 1e-6, curvature = 1e-3;
@@ -230,7 +230,7 @@ TEST(FunctionalFit, DoesNotDependOnTheBodiesAxes)
   const JointCurve curve = knee_curve();
   const Leg leg = leg_of(4, {}, curve);
   const FunctionalFit fit = fit_of(leg, curve);
-  const Eigen::Matrix3d R_thigh = tracking::rotation_of({0.4, -1.0, 0.7});
+  const Eigen::Matrix3d R_thigh = bench::rotation_of({0.4, -1.0, 0.7});
   Pose X_turn = Pose::Identity();
   X_turn.linear() = R_thigh;
   Leg turned = leg;
@@ -274,7 +274,7 @@ TEST(FunctionalFit, HalvesTheRootMeanSquareErrorAtTheJointAndItsIntervalsHold)
     error << test::place_error(fit.X_thigh_femur, leg.X_thigh_femur),
         test::place_error(fit.X_shank_tibia, leg.X_shank_tibia);
     for (Eigen::Index k = 0; k < error.size(); ++k)
-      n_within += std::abs(error[k]) <= calibration::half_width_95(fit.estimate, k) ? 1 : 0;
+      n_within += std::abs(error[k]) <= bench::half_width_95(fit.estimate, k) ? 1 : 0;
     n_numbers += static_cast<int>(error.size());
   }
   RecordProperty("halved", n_halved);
@@ -296,7 +296,7 @@ TEST(FunctionalFit, SaysWhatItCannotUse)
     try {
       fit_of(leg, curve);
       ADD_FAILURE() << "not refused: " << wanted.field;
-    } catch (const tracking::FitError& error) {
+    } catch (const bench::FitError& error) {
       EXPECT_THAT(error.facts(), test::refuses(wanted));
       EXPECT_EQ(error.marks(), marks);
     }
@@ -323,7 +323,7 @@ TEST(FunctionalFit, SaysWhatItCannotUse)
   Leg slipped = good;
   Pose X_slip = Pose::Identity();
   X_slip.translation() = Eigen::Vector3d(10.0, -8.0, 12.0);
-  X_slip.linear() = tracking::rotation_of({0.05, 0.1, -0.05});
+  X_slip.linear() = bench::rotation_of({0.05, 0.1, -0.05});
   for (Pose& X : slipped.trials[2].X_thigh_shank) X = X * X_slip;
   refuses(slipped, {.field = "bend 3", .found = "tracker"}, {2});
   // Landmarks that are better than any motion of a deviating joint.

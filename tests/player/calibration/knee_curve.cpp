@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "core/frames.hpp"
+#include "model/frames.hpp"
 #include "core/units.hpp"
-#include "tracking/screw.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::test {
 
@@ -19,7 +19,7 @@ calibration::JointCurve knee_curve()
                               rotation_y(rad_from_deg(15.0) * std::sqrt(share + 0.01));
     const Eigen::Vector3d at_mm(-12.0 * share * share, 3.0 * share * (1.0 - share), 2.0 * share);
     calibration::JointCurve::Knot knot;
-    knot << at_mm + curve.centre_mm - R * curve.centre_mm, tracking::turn_of(R);
+    knot << at_mm + curve.centre_mm - R * curve.centre_mm, bench::turn_of(R);
     curve.knots.push_back(knot);
   }
   return curve;

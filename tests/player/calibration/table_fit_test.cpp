@@ -11,7 +11,7 @@
 #include "coverage.hpp"
 #include "player/tracking/moves.hpp"
 #include "support/refusal.hpp"
-#include "tracking/screw.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::table_fit_test {
 
@@ -109,7 +109,7 @@ TEST(TableFit, IntervalsAreHonest)
       const calibration::TableFit fit = calibration::fit_table(sweeps.x, sweeps.z, "marks");
       coverage.add(fit.estimate, place_error(fit.X_tracker_table, bench.X_tracker_table));
       coverage.add("apart", fit.rails_angle_rad - bench.apart_rad,
-                   calibration::t_95(fit.estimate.dof) * fit.rails_angle_sd_rad);
+                   bench::t_95(fit.estimate.dof) * fit.rails_angle_sd_rad);
     }
     coverage.expect_honest();
   }
@@ -195,12 +195,12 @@ std::vector<Pose> poses_of(const Sweep& sweep, std::mt19937_64& random,
   for (int k = 0; k < sweep.n; ++k) {
     const double around = 2.0 * pi * 7.3 * k / sweep.n, out = sweep.tilt_rad * std::sqrt((k + 0.5) / sweep.n);
     Pose X = Pose::Identity();
-    X.linear() = tracking::rotation_of({out * std::cos(around), 0.0, out * std::sin(around)}) *
-                 tracking::rotation_of({0.0, out * std::sin(3.1 * around), 0.0});
+    X.linear() = bench::rotation_of({out * std::cos(around), 0.0, out * std::sin(around)}) *
+                 bench::rotation_of({0.0, out * std::sin(3.1 * around), 0.0});
     const Eigen::Vector3d slip = sweep.slip_mm * std::sin(around) * Eigen::Vector3d::UnitX();
     X.translation() = true_pivot_mm + slip - X.linear() * true_tip_mm;
     X = X_moved * X;
-    X.linear() = (tracking::rotation_of(test::noise_of(random, sweep.turn_rad)) * X.linear()).eval();
+    X.linear() = (bench::rotation_of(test::noise_of(random, sweep.turn_rad)) * X.linear()).eval();
     X.translation() += test::noise_of(random, sweep.position_mm);
     poses.push_back(X);
   }
@@ -265,8 +265,8 @@ TEST(PivotFit, ASpreadIsTheHalfAngleOfACone)
     for (int turn = 0; turn < 4; ++turn) {
       const double around = 2.0 * pi * k / 36.0;
       Pose X = Pose::Identity();
-      X.linear() = tracking::rotation_of({half_rad * std::cos(around), 0.0, half_rad * std::sin(around)}) *
-                   tracking::rotation_of({0.0, 0.5 * pi * turn, 0.0});
+      X.linear() = bench::rotation_of({half_rad * std::cos(around), 0.0, half_rad * std::sin(around)}) *
+                   bench::rotation_of({0.0, 0.5 * pi * turn, 0.0});
       X.translation() = -(X.linear() * true_tip_mm);
       poses.push_back(X);
     }
@@ -312,7 +312,7 @@ TEST(PivotFit, RefusesTurnsAboutOneAxis)
   std::vector<Pose> poses;
   for (int k = 0; k < 100; ++k) {
     Pose X = Pose::Identity();
-    X.linear() = tracking::rotation_of({0.01 * k, 0.0, 0.0});
+    X.linear() = bench::rotation_of({0.01 * k, 0.0, 0.0});
     X.translation() = true_pivot_mm - X.linear() * true_tip_mm;
     poses.push_back(X);
   }

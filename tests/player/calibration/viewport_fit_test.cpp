@@ -13,7 +13,7 @@ namespace vrda::viewport_fit_test {
 
 using test::input_error;
 
-const optics::Viewport window = {640, 512, 640, 480};
+const view::Viewport window = {640, 512, 640, 480};
 
 struct TrueView {
   double left = 660.3, right = 1260.8, top = 520.2, bottom = 975.6;
@@ -53,7 +53,7 @@ TEST(ViewportFit, WholePixelsAreFoundExactly)
   // Columns 650 to 1249 are visible, so the borders are 650 and 1250.
   marks.line_px = {{{650, 650}, {1249, 1249}, {520, 520}, {969, 969}}};
   marks.screen_mm = {300.0, 225.0};
-  const calibration::Estimate fit = calibration::fit_viewport(marks, window, "left", "marks");
+  const bench::Estimate fit = calibration::fit_viewport(marks, window, "left", "marks");
   EXPECT_EQ(fit.values.head<4>(), Eigen::Vector4d(650, 1250, 520, 970));
   EXPECT_DOUBLE_EQ(fit.values[4], 1.0);
   EXPECT_EQ(fit.names[1], "left.edge_right");
@@ -74,7 +74,7 @@ TEST(ViewportFit, IntervalsAreHonestWhateverTheNoiseOfTheHand)
       view.right += part(random);
       view.top += part(random);
       view.bottom += part(random);
-      const calibration::Estimate fit =
+      const bench::Estimate fit =
           calibration::fit_viewport(readings_of(view, noise_px, 4, random), window, "left", "marks");
       Eigen::VectorXd truth(5);
       truth << view.left, view.right, view.top, view.bottom, aspect_of(view);
@@ -92,16 +92,16 @@ TEST(ViewportFit, WithoutNoiseTheIntervalStillHoldsTheBorder)
   for (int bench = 0; bench < 100; ++bench) {
     TrueView view;
     view.left += part(random);
-    const calibration::Estimate fit =
+    const bench::Estimate fit =
         calibration::fit_viewport(readings_of(view, 0.0, 4, random), window, "left", "marks");
-    EXPECT_LE(std::abs(fit.values(0) - view.left), calibration::half_width_95(fit, 0));
+    EXPECT_LE(std::abs(fit.values(0) - view.left), bench::half_width_95(fit, 0));
   }
 }
 
 TEST(ViewportFit, OneReadingAnEdgeIsKnownToItsRounding)
 {
   std::mt19937_64 random(14);
-  const calibration::Estimate fit =
+  const bench::Estimate fit =
       calibration::fit_viewport(readings_of({}, 0.0, 1, random), window, "left", "marks");
   EXPECT_TRUE(std::isinf(fit.dof));
   EXPECT_DOUBLE_EQ(fit.covariance(0, 0), 1.0 / 12.0);
@@ -113,8 +113,8 @@ TEST(ViewportFit, MovingTheWindowMovesTheEdges)
   for (std::size_t edge = 0; edge < calibration::n_edges; ++edge) {
     for (double& reading : moved.line_px[edge]) reading -= edge < 2 ? 640 : 512;
   }
-  const calibration::Estimate at = calibration::fit_viewport(good_marks(), window, "left", "marks");
-  const calibration::Estimate there = calibration::fit_viewport(moved, {0, 0, 640, 480}, "left", "marks");
+  const bench::Estimate at = calibration::fit_viewport(good_marks(), window, "left", "marks");
+  const bench::Estimate there = calibration::fit_viewport(moved, {0, 0, 640, 480}, "left", "marks");
   constexpr double rounding = 1e-12;
   Eigen::VectorXd expected = at.values;
   expected.head<4>() -= Eigen::Vector4d(640, 640, 512, 512);

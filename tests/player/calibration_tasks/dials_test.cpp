@@ -1,73 +1,73 @@
-#include "calibration_tasks/dials.hpp"
+#include "calibration/dials.hpp"
 
 #include <gtest/gtest.h>
 
 namespace vrda::dials_test {
 
-calibration_tasks::Task task_of(calibration_tasks::TaskKind kind, std::size_t n_dials)
+calibration::Task task_of(calibration::TaskKind kind, std::size_t n_dials)
 {
-  calibration_tasks::Task task;
+  calibration::Task task;
   task.kind = kind;
   for (std::size_t k = 0; k < n_dials; ++k) task.dials.push_back({"d", "px", 10.0, 0.0, 1000.0, 0.25});
   return task;
 }
 
-std::vector<double> after(const calibration_tasks::Task& task,
-                          std::initializer_list<navigation::KeyPress> presses)
+std::vector<double> after(const calibration::Task& task,
+                          std::initializer_list<view::KeyPress> presses)
 {
-  calibration_tasks::Dials dials(task);
-  for (const navigation::KeyPress& press : presses) dials.press(press);
+  calibration::Dials dials(task);
+  for (const view::KeyPress& press : presses) dials.press(press);
   return {dials.values().begin(), dials.values().end()};
 }
 
 TEST(CalibrationDials, KeysChangeTheFirstAndTheSecond)
 {
-  const calibration_tasks::Task two = task_of(calibration_tasks::TaskKind::rectangle_sides, 2),
-                                cross = task_of(calibration_tasks::TaskKind::point, 2);
-  const calibration_tasks::Task one = task_of(calibration_tasks::TaskKind::number, 1);
+  const calibration::Task two = task_of(calibration::TaskKind::rectangle_sides, 2),
+                                cross = task_of(calibration::TaskKind::point, 2);
+  const calibration::Task one = task_of(calibration::TaskKind::number, 1);
   using Values = std::vector<double>;
-  EXPECT_EQ(after(two, {{navigation::Key::right}}), (Values{10.25, 10.0}));
-  EXPECT_EQ(after(two, {{navigation::Key::left}, {navigation::Key::left}}), (Values{9.5, 10.0}));
-  EXPECT_EQ(after(two, {{navigation::Key::up}}), (Values{10.0, 10.25}));
-  EXPECT_EQ(after(two, {{navigation::Key::down, true}}), (Values{10.0, 7.5}));
+  EXPECT_EQ(after(two, {{view::Key::right}}), (Values{10.25, 10.0}));
+  EXPECT_EQ(after(two, {{view::Key::left}, {view::Key::left}}), (Values{9.5, 10.0}));
+  EXPECT_EQ(after(two, {{view::Key::up}}), (Values{10.0, 10.25}));
+  EXPECT_EQ(after(two, {{view::Key::down, true}}), (Values{10.0, 7.5}));
   // A cross moves up when y decreases.
-  EXPECT_EQ(after(cross, {{navigation::Key::up}}), (Values{10.0, 9.75}));
-  EXPECT_EQ(after(cross, {{navigation::Key::down}}), (Values{10.0, 10.25}));
+  EXPECT_EQ(after(cross, {{view::Key::up}}), (Values{10.0, 9.75}));
+  EXPECT_EQ(after(cross, {{view::Key::down}}), (Values{10.0, 10.25}));
   EXPECT_EQ(
-      after(one, {{navigation::Key::right, false, true}, {navigation::Key::up}, {navigation::Key::down}}),
+      after(one, {{view::Key::right, false, true}, {view::Key::up}, {view::Key::down}}),
       Values{35.0});
-  EXPECT_EQ(after(one, {{navigation::Key::left, false, true}}), Values{0.0});
-  EXPECT_EQ(after(task_of(calibration_tasks::TaskKind::depth_check, 0),
-                  {{navigation::Key::left}, {navigation::Key::up}}),
+  EXPECT_EQ(after(one, {{view::Key::left, false, true}}), Values{0.0});
+  EXPECT_EQ(after(task_of(calibration::TaskKind::depth_check, 0),
+                  {{view::Key::left}, {view::Key::up}}),
             Values{});
 }
 
 TEST(CalibrationDials, OfManyUpAndDownSelect)
 {
-  calibration_tasks::Dials dials(task_of(calibration_tasks::TaskKind::grid, 8));
+  calibration::Dials dials(task_of(calibration::TaskKind::grid, 8));
   EXPECT_EQ(dials.selected(), 0u);
-  dials.press({navigation::Key::down});
-  dials.press({navigation::Key::right, true});
+  dials.press({view::Key::down});
+  dials.press({view::Key::right, true});
   EXPECT_EQ(dials.selected(), 1u);
   EXPECT_EQ(dials.values()[1], 12.5);
-  dials.press({navigation::Key::up});
-  dials.press({navigation::Key::up});
+  dials.press({view::Key::up});
+  dials.press({view::Key::up});
   EXPECT_EQ(dials.selected(), 7u);
-  dials.press({navigation::Key::down});
+  dials.press({view::Key::down});
   EXPECT_EQ(dials.selected(), 0u);
 }
 
 TEST(CalibrationDials, ManyStepsAccumulateNoRoundingError)
 {
-  calibration_tasks::Dials dials(task_of(calibration_tasks::TaskKind::number, 1));
-  for (int k = 0; k < 1000; ++k) dials.press({navigation::Key::right});
-  for (int k = 0; k < 1000; ++k) dials.press({navigation::Key::left});
+  calibration::Dials dials(task_of(calibration::TaskKind::number, 1));
+  for (int k = 0; k < 1000; ++k) dials.press({view::Key::right});
+  for (int k = 0; k < 1000; ++k) dials.press({view::Key::left});
   EXPECT_EQ(dials.values()[0], 10.0);
 }
 
 TEST(CalibrationDials, ATurnOfThePotentiometerIsTwoHundredSteps)
 {
-  calibration_tasks::Dials dials(task_of(calibration_tasks::TaskKind::number, 1));
+  calibration::Dials dials(task_of(calibration::TaskKind::number, 1));
   double time_s = 0.0;
   const auto hold = [&](int count) {
     for (int k = 0; k < 500; ++k) dials.turn(count, time_s += 0.01);
@@ -78,7 +78,7 @@ TEST(CalibrationDials, ATurnOfThePotentiometerIsTwoHundredSteps)
   hold(200 + 1023 / 2);
   EXPECT_EQ(dials.values()[0], 10.0 + 100 * 0.25);
   // The potentiometer continues from the value set by a key.
-  dials.press({navigation::Key::right});
+  dials.press({view::Key::right});
   hold(200 + 1023 / 2);
   EXPECT_EQ(dials.values()[0], 35.25);
   hold(200);
@@ -88,25 +88,25 @@ TEST(CalibrationDials, ATurnOfThePotentiometerIsTwoHundredSteps)
 TEST(CalibrationDials, FollowThePointer)
 {
   using Values = std::vector<double>;
-  const auto dragged = [](const calibration_tasks::Task& task, const calibration_tasks::DialDrag& drag) {
-    calibration_tasks::Dials dials(task);
+  const auto dragged = [](const calibration::Task& task, const calibration::DialDrag& drag) {
+    calibration::Dials dials(task);
     dials.drag(drag);  // without a press
     dials.begin_drag();
     dials.drag({{500.0, 500.0}, drag.is_second});
     dials.drag(drag);  // counts from the press
     return Values(dials.values().begin(), dials.values().end());
   };
-  using enum calibration_tasks::TaskKind;
+  using enum calibration::TaskKind;
   EXPECT_EQ(dragged(task_of(point, 2), {{3.1, -4.0}}), (Values{13.0, 6.0})) << "steps of a quarter";
   EXPECT_EQ(dragged(task_of(point, 2), {{10.0, 20.0}, false, true}), (Values{11.0, 12.0})) << "a tenth";
-  calibration_tasks::Task line = task_of(scan_line, 1);
+  calibration::Task line = task_of(scan_line, 1);
   EXPECT_EQ(dragged(line, {{7.0, 3.0}}), Values{13.0}) << "a row moves vertically";
   line.is_column = true;
   EXPECT_EQ(dragged(line, {{7.0, 3.0}}), Values{17.0});
   EXPECT_EQ(dragged(task_of(rectangle_sides, 2), {{7.0, 3.0}}), (Values{17.0, 10.0}));
   EXPECT_EQ(dragged(task_of(rectangle_sides, 2), {{7.0, 3.0}, true}), (Values{10.0, 17.0}));
   EXPECT_EQ(dragged(task_of(point, 2), {{0.0, 0.0}}), (Values{10.0, 10.0})) << "back at the press";
-  calibration_tasks::Task size = task_of(number, 1);
+  calibration::Task size = task_of(number, 1);
   size.dials[0].unit = "mm";
   EXPECT_EQ(dragged(size, {{8.0, 0.0}}), Values{12.0}) << "a step a pixel";
 }

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "bench_files/bench_file.hpp"
-#include "shapes/knee.hpp"
+#include "bench/bench_file.hpp"
+#include "geometry/knee.hpp"
 
 namespace vrda::example_points_test {
 
@@ -14,14 +14,14 @@ namespace vrda::example_points_test {
 /// differs from 1 by up to 0.1.
 constexpr double off_surface_mm = 0.4;
 
-bench_files::CalibrationSettings example()
+bench::CalibrationSettings example()
 {
-  return bench_files::read_bench_file(VRDA_JOBS "/bench-desk.toml").calibration;
+  return bench::read_bench_file(VRDA_JOBS "/bench-desk.toml").calibration;
 }
 
-Eigen::Vector3d at(const std::vector<bench_files::CalibrationPoint>& points, const std::string& name)
+Eigen::Vector3d at(const std::vector<bench::CalibrationPoint>& points, const std::string& name)
 {
-  for (const bench_files::CalibrationPoint& point : points) {
+  for (const bench::CalibrationPoint& point : points) {
     if (point.name == name) return point.p_model_mm;
   }
   ADD_FAILURE() << "no point " << name;
@@ -30,23 +30,23 @@ Eigen::Vector3d at(const std::vector<bench_files::CalibrationPoint>& points, con
 
 TEST(ExampleBench, ItsPointsLieOnTheGenericKnee)
 {
-  const bench_files::CalibrationSettings settings = example();
+  const bench::CalibrationSettings settings = example();
   EXPECT_GE(settings.points.size(), 8u);
   EXPECT_GE(settings.tibia_points.size(), 6u);
-  for (const bench_files::CalibrationPoint& point : settings.points)
-    EXPECT_NEAR(shapes::femur_field(point.p_model_mm), 0.0, off_surface_mm) << point.name;
-  for (const bench_files::CalibrationPoint& point : settings.tibia_points) {
+  for (const bench::CalibrationPoint& point : settings.points)
+    EXPECT_NEAR(geometry::femur_field(point.p_model_mm), 0.0, off_surface_mm) << point.name;
+  for (const bench::CalibrationPoint& point : settings.tibia_points) {
     const Eigen::Vector3d in_design_pose =
-        point.p_model_mm + Eigen::Vector3d(0.0, shapes::initial_clearance_mm(), 0.0);
+        point.p_model_mm + Eigen::Vector3d(0.0, geometry::initial_clearance_mm(), 0.0);
     const double bone_mm =
-        std::min(shapes::tibia_field(in_design_pose), shapes::fibula_field(in_design_pose));
+        std::min(geometry::tibia_field(in_design_pose), geometry::fibula_field(in_design_pose));
     EXPECT_NEAR(bone_mm, 0.0, off_surface_mm) << point.name;
   }
 }
 
 TEST(ExampleBench, ItsDistancesAreThoseOfItsPoints)
 {
-  const bench_files::CalibrationSettings settings = example();
+  const bench::CalibrationSettings settings = example();
   const auto femur = [&](const char* name) { return at(settings.points, name); };
   const auto tibia = [&](const char* name) { return at(settings.tibia_points, name); };
   const std::vector<double> wanted{(femur("medial epicondyle") - femur("lateral epicondyle")).norm(),

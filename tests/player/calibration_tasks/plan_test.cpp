@@ -1,5 +1,5 @@
 // Valid steps, their order, and records that do not match the bench file.
-#include "calibration_tasks/parts.hpp"
+#include "calibration/parts.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@
 
 namespace vrda::plan_test {
 
-using bench_files::CalibrationPart;
-using calibration_tasks::CalibrationSession;
+using bench::CalibrationPart;
+using calibration::CalibrationSession;
 using test::all_done;
 using test::bench;
 using test::restarted;
@@ -23,20 +23,20 @@ using testing::HasSubstr;
 TEST(CalibrationPlan, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
 {
   Trial trial(bench(), all_done(), restarted("distortion"));
-  bench_files::Calibration outdated = all_done();
+  bench::Calibration outdated = all_done();
   outdated.records.at(CalibrationPart::distortion).is_outdated = true;
-  EXPECT_TRUE(bench_files::calibration_text(trial.session->calibration(), bench()) ==
-              bench_files::calibration_text(outdated, bench()));
+  EXPECT_TRUE(bench::calibration_text(trial.session->calibration(), bench()) ==
+              bench::calibration_text(outdated, bench()));
   trial.do_task();
-  const bench_files::Calibration& now = trial.session->calibration();
+  const bench::Calibration& now = trial.session->calibration();
   for (const CalibrationPart part :
        {CalibrationPart::eyepoints, CalibrationPart::ipd, CalibrationPart::bullseye})
-    EXPECT_TRUE(now.records.at(part).is_outdated) << bench_files::name_of(part);
+    EXPECT_TRUE(now.records.at(part).is_outdated) << bench::name_of(part);
   for (const CalibrationPart part : {CalibrationPart::viewport, CalibrationPart::rails, CalibrationPart::stop,
                                      CalibrationPart::probe, CalibrationPart::subject, CalibrationPart::leg})
-    EXPECT_FALSE(now.records.at(part).is_outdated) << bench_files::name_of(part);
+    EXPECT_FALSE(now.records.at(part).is_outdated) << bench::name_of(part);
   EXPECT_EQ(now.records.at(CalibrationPart::distortion).marks.size(), 1u);
-  EXPECT_FALSE(calibration_tasks::is_done(now, CalibrationPart::distortion));
+  EXPECT_FALSE(calibration::is_done(now, CalibrationPart::distortion));
   trial.do_all();
   // The step "all" repeats only outdated parts.
   Trial rest(bench(), trial.session->calibration(), test::options_of(bench()));
@@ -54,34 +54,34 @@ TEST(CalibrationPlan, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
 /// unfinished parts keep their marks.
 TEST(CalibrationPlan, AnInterruptedRepetitionIsResumedWithoutItsOption)
 {
-  calibration_tasks::CalibrationSessionOptions both = restarted("subject");
+  calibration::CalibrationSessionOptions both = restarted("subject");
   both.parts = {CalibrationPart::stop, CalibrationPart::probe, CalibrationPart::subject};
-  calibration_tasks::CalibrationSessionOptions plain = both;
+  calibration::CalibrationSessionOptions plain = both;
   plain.is_repeated = false;
   Trial trial(bench(), all_done(), both);
   EXPECT_GT(trial.session->revision(), 0u);  // also for an interruption before the first task
   int n_tasks = 0;
   for (; trial.session->task() != nullptr; ++n_tasks) {
     trial.do_task();
-    const std::string file = bench_files::calibration_text(trial.session->calibration(), bench());
+    const std::string file = bench::calibration_text(trial.session->calibration(), bench());
     trial.session = std::make_unique<CalibrationSession>(
-        bench(), bench_files::parse_calibration(file, "c.toml", bench()), plain);
+        bench(), bench::parse_calibration(file, "c.toml", bench()), plain);
   }
   EXPECT_EQ(n_tasks, 2 + static_cast<int>(bench().calibration.landmarks.size()));
   for (const CalibrationPart part : both.parts)
-    EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), part)) << bench_files::name_of(part);
+    EXPECT_TRUE(calibration::is_done(trial.session->calibration(), part)) << bench::name_of(part);
 }
 
 TEST(CalibrationPlan, APartBeforeOneThatItRestsOnIsRefused)
 {
-  const auto field_of = [](const bench_files::Calibration& begun, const std::string& step) {
+  const auto field_of = [](const bench::Calibration& begun, const std::string& step) {
     return test::input_error([&] { CalibrationSession(bench(), begun, test::options_of(bench(), step)); });
   };
-  const bench_files::Calibration nominal = bench_files::nominal_calibration(bench());
+  const bench::Calibration nominal = bench::nominal_calibration(bench());
   EXPECT_THAT(field_of(nominal, "distortion"), test::refuses({.field = "distortion", .found = "viewport"}));
   EXPECT_THAT(field_of(nominal, "ipd"), test::refuses({.field = "ipd", .found = "eyepoints"}));
   EXPECT_THAT(field_of(nominal, "leg"), test::refuses({.field = "leg", .found = "probe"}));
-  bench_files::Calibration old = all_done();
+  bench::Calibration old = all_done();
   old.records.at(CalibrationPart::rails).is_outdated = true;
   old.records.at(CalibrationPart::bullseye).is_outdated = true;
   EXPECT_THAT(field_of(old, "bullseye"),
@@ -91,18 +91,18 @@ TEST(CalibrationPlan, APartBeforeOneThatItRestsOnIsRefused)
 
 TEST(CalibrationPlan, ARecordOfAnotherPlanIsRefusedUnlessThePartIsRepeated)
 {
-  const bench_files::BenchFile other = test::virtual_bench(bench_files::HeadKind::stage, "[calibration]\n",
+  const bench::BenchFile other = test::virtual_bench(bench::HeadKind::stage, "[calibration]\n",
                                                            "[calibration]\nedge_repeats = 3\n");
-  bench_files::Calibration begun = bench_files::nominal_calibration(bench());
+  bench::Calibration begun = bench::nominal_calibration(bench());
   begun.records[CalibrationPart::viewport] = all_done().records.at(CalibrationPart::viewport);
   begun.records[CalibrationPart::viewport].estimate.reset();
   EXPECT_THAT(
       test::input_error([&] { CalibrationSession(other, begun, test::options_of(other, "viewport")); }),
       test::refuses({.field = "per_bench.viewport", .found = "'left eye, left edge, 4'"}));
-  calibration_tasks::CalibrationSessionOptions options = test::options_of(other, "viewport");
+  calibration::CalibrationSessionOptions options = test::options_of(other, "viewport");
   options.is_repeated = true;
   EXPECT_NE(CalibrationSession(other, begun, options).task(), nullptr);
-  bench_files::Calibration damaged = all_done();
+  bench::Calibration damaged = all_done();
   damaged.records.at(CalibrationPart::rails).estimate.reset();
   damaged.records.at(CalibrationPart::rails).marks[0].rows[3].pop_back();
   damaged.records.at(CalibrationPart::rails).marks[0].rows[3].pop_back();
@@ -116,11 +116,11 @@ TEST(CalibrationPlan, ChangedValuesOfTheBenchFileAreReportedBeforeTheFirstTask)
 {
   Trial trial(bench(), all_done(), restarted("bullseye"));
   trial.go_to(CalibrationPart::bullseye, "right eye, place 3");
-  const bench_files::Calibration begun = trial.session->calibration();
+  const bench::Calibration begun = trial.session->calibration();
   ASSERT_EQ(begun.records.at(CalibrationPart::bullseye).marks.size(), 5u);
-  bench_files::BenchFile other = bench();
+  bench::BenchFile other = bench();
   other.calibration.rectangles[1].depth_mm += 25.0;
-  const auto refused = [&](const bench_files::BenchFile& file, const bench_files::Calibration& so_far,
+  const auto refused = [&](const bench::BenchFile& file, const bench::Calibration& so_far,
                            const std::string& step) {
     return test::input_error([&] { CalibrationSession(file, so_far, test::options_of(file, step)); });
   };
@@ -133,30 +133,30 @@ TEST(CalibrationPlan, ChangedValuesOfTheBenchFileAreReportedBeforeTheFirstTask)
     EXPECT_THAT(facts.wanted, testing::AllOf(HasSubstr("eyepoints"), HasSubstr("--anew")));
   }
   // A value that was wrong during the measurement and is correct now.
-  bench_files::Calibration mistyped = all_done();
+  bench::Calibration mistyped = all_done();
   mistyped.records.at(CalibrationPart::eyepoints).made_with[3] += 25.0;
   EXPECT_THAT(refused(bench(), mistyped, "bullseye"),
               test::refuses({.field = "per_person.eyepoints", .wanted = "calibrate solve"}));
-  const bench_files::Calibration mended = calibration_tasks::solve_again(bench(), mistyped, "c.toml");
-  EXPECT_EQ(bench_files::calibration_text(mended, bench()),
-            bench_files::calibration_text(all_done(), bench()));
+  const bench::Calibration mended = calibration::solve_again(bench(), mistyped, "c.toml");
+  EXPECT_EQ(bench::calibration_text(mended, bench()),
+            bench::calibration_text(all_done(), bench()));
   // The same for points and distances; independent parts can continue.
-  bench_files::BenchFile touched = bench();
+  bench::BenchFile touched = bench();
   touched.calibration.points[2].p_model_mm.y() += 1.0;
   touched.calibration.landmarks[0].model_mm += 1.0;
   EXPECT_EQ(refused(touched, all_done(), "leg").field, "per_person.leg");
   EXPECT_EQ(refused(touched, all_done(), "subject").field, "per_person.subject");
-  bench_files::BenchFile geared = bench();
+  bench::BenchFile geared = bench();
   geared.stage_mm_per_count *= 2.0;
   EXPECT_EQ(refused(geared, begun, "bullseye").field, "per_person.bullseye");
   // The stage samples contain the stage's scale.
-  EXPECT_EQ(test::input_error([&] { calibration_tasks::solve_again(geared, all_done(), "c.toml"); }).field,
+  EXPECT_EQ(test::input_error([&] { calibration::solve_again(geared, all_done(), "c.toml"); }).field,
             "per_person.bullseye");
   EXPECT_NE(CalibrationSession(touched, begun, test::options_of(touched, "bullseye")).task(), nullptr);
   // Without `made_with` the fit of the rectangles is checked before the bull's-eyes.
-  bench_files::Calibration silent = begun;
+  bench::Calibration silent = begun;
   silent.records.at(CalibrationPart::eyepoints).made_with.clear();
-  for (bench_files::CalibrationRectangle& r : other.calibration.rectangles) r.depth_mm = 0.0;
+  for (bench::CalibrationRectangle& r : other.calibration.rectangles) r.depth_mm = 0.0;
   const InputError::Facts flat = refused(other, silent, "bullseye");
   EXPECT_THAT(flat, test::refuses({.field = "per_person.eyepoints: left"}));
   EXPECT_THAT(flat.wanted,
@@ -165,13 +165,13 @@ TEST(CalibrationPlan, ChangedValuesOfTheBenchFileAreReportedBeforeTheFirstTask)
 
 TEST(CalibrationPlan, MarksOfAnEarlierPartThatAreDamagedAreNamed)
 {
-  const auto rows_of = [](bench_files::Calibration& c) -> std::vector<std::vector<double>>& {
+  const auto rows_of = [](bench::Calibration& c) -> std::vector<std::vector<double>>& {
     return c.records.at(CalibrationPart::eyepoints).marks[3].rows;
   };
-  bench_files::Calibration shorter = all_done(), empty = all_done();
+  bench::Calibration shorter = all_done(), empty = all_done();
   rows_of(shorter)[0].pop_back();
   rows_of(empty).clear();
-  for (bench_files::Calibration& damaged : {std::ref(shorter), std::ref(empty)}) {
+  for (bench::Calibration& damaged : {std::ref(shorter), std::ref(empty)}) {
     damaged.records.at(CalibrationPart::bullseye) = {};
     EXPECT_THAT(test::input_error(
                     [&] { CalibrationSession(bench(), damaged, test::options_of(bench(), "bullseye")); }),
@@ -180,26 +180,26 @@ TEST(CalibrationPlan, MarksOfAnEarlierPartThatAreDamagedAreNamed)
     damaged.records.at(CalibrationPart::distortion).estimate.reset();
     damaged.records.at(CalibrationPart::distortion).marks.pop_back();
     damaged.records.at(CalibrationPart::bullseye) = all_done().records.at(CalibrationPart::bullseye);
-    EXPECT_EQ(test::input_error([&] { calibration_tasks::solve_again(bench(), damaged, "c.toml"); }).field,
+    EXPECT_EQ(test::input_error([&] { calibration::solve_again(bench(), damaged, "c.toml"); }).field,
               "per_person.eyepoints");
   }
 }
 
 TEST(CalibrationPlan, DataMissingFromTheBenchFileAreReportedByKey)
 {
-  const bench_files::BenchFile bare = [] {
-    bench_files::BenchFile file = bench();
+  const bench::BenchFile bare = [] {
+    bench::BenchFile file = bench();
     file.calibration.points.resize(3);
     file.calibration.landmarks.resize(2);
     return file;
   }();
-  const auto wanted = [&](const bench_files::BenchFile& file, const std::string& step) {
+  const auto wanted = [&](const bench::BenchFile& file, const std::string& step) {
     return test::input_error([&] { CalibrationSession(file, all_done(), test::options_of(file, step)); });
   };
   EXPECT_EQ(wanted(bare, "leg").field, "calibration.point");
   EXPECT_EQ(wanted(bare, "subject").field, "calibration.landmarks");
-  bench_files::BenchFile none = bench();
-  none.calibration = bench_files::CalibrationSettings();
+  bench::BenchFile none = bench();
+  none.calibration = bench::CalibrationSettings();
   EXPECT_EQ(wanted(none, "viewport").field, "calibration");
 }
 

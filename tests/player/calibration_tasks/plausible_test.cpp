@@ -1,18 +1,18 @@
 // Readings that must not become marks: not touched, implausible, of a tool that was not moved.
-#include "calibration_tasks/plausible.hpp"
+#include "calibration/plausible.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "calibration_tasks/parts.hpp"
+#include "calibration/parts.hpp"
 #include "trial.hpp"
 
 namespace vrda::plausible_test {
 
-using bench_files::CalibrationPart;
-using calibration_tasks::TaskKind;
+using bench::CalibrationPart;
+using calibration::TaskKind;
 using test::all_done;
 using test::bench;
 using test::restarted;
@@ -31,7 +31,7 @@ void expect_refused(Trial& trial, const std::string& words)
   };
   const std::size_t before = n_marks();
   const std::vector<double> values(trial.session->values().begin(), trial.session->values().end());
-  trial.press(navigation::Key::enter);
+  trial.press(view::Key::enter);
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr(words));
   EXPECT_FALSE(trial.session->progress().is_sampling);
@@ -45,12 +45,12 @@ TEST(Plausible, WhatWasNotTouchedIsRefused)
 {
   std::set<TaskKind> kinds;
   const std::string head = "[calibration]\n";
-  for (const bench_files::BenchFile& file :
-       {bench(), test::virtual_bench(bench_files::HeadKind::stage, head,
+  for (const bench::BenchFile& file :
+       {bench(), test::virtual_bench(bench::HeadKind::stage, head,
                                      head + "distortion = \"adjust\"\nmodel = \"adjust\"\n")}) {
     Trial trial(file);
     while (trial.session->task() != nullptr) {
-      const calibration_tasks::Task& task = *trial.session->task();
+      const calibration::Task& task = *trial.session->task();
       const bool is_reading = !task.dials.empty() && !task.is_start_valid;
       if (is_reading && kinds.insert(task.kind).second) {
         trial.virtual_operator.send_samples(*trial.session);
@@ -70,7 +70,7 @@ TEST(Plausible, WhatWasNotTouchedIsRefused)
 TEST(Plausible, BothLinesOfARectangleAreTouched)
 {
   Trial trial(bench(), all_done(), restarted("eyepoints"));
-  trial.press(navigation::Key::right, true);
+  trial.press(view::Key::right, true);
   expect_refused(trial, "the other line was not touched");
 }
 
@@ -82,10 +82,10 @@ TEST(Plausible, AnUnexpectedSetIsMeasuredAgain)
   const int n_tasks = trial.session->progress().n_tasks;
   for (const bool is_again : {false, true}) {
     for (int n = 0; n < n_tasks; ++n) {
-      const calibration_tasks::Dial dial = trial.session->task()->dials[0];
+      const calibration::Dial dial = trial.session->task()->dials[0];
       for (long k = std::lround((1.0 - share) * dial.value / dial.step); k > 0; --k)
-        trial.press(navigation::Key::left);
-      trial.press(navigation::Key::enter);
+        trial.press(view::Key::left);
+      trial.press(view::Key::enter);
     }
     EXPECT_EQ(trial.session->progress().has_error, !is_again) << trial.words();
     EXPECT_EQ(trial.words().find("must be measured again") != std::string::npos, !is_again);
@@ -101,25 +101,25 @@ TEST(Plausible, AnImplausibleNumberIsConfirmedAndItsPartMeasuredAgain)
   Trial trial(bench(), all_done(), restarted("ipd"));
   for (const bool is_again : {false, true}) {
     ASSERT_TRUE(trial.is_requested(CalibrationPart::ipd, "pupillary distance"));
-    const calibration_tasks::Dial dial = trial.session->task()->dials[0];
+    const calibration::Dial dial = trial.session->task()->dials[0];
     for (long k = std::lround((dial.value - pupils_mm) / dial.step); k > 0; --k)
-      trial.press(navigation::Key::left);
+      trial.press(view::Key::left);
     expect_refused(trial, "is implausible");
-    trial.press(navigation::Key::enter);
+    trial.press(view::Key::enter);
     while (trial.session->task() != nullptr && !trial.session->progress().has_error &&
            !trial.is_requested(CalibrationPart::ipd, "pupillary distance"))
       trial.do_task();
     EXPECT_EQ(trial.words().find("must be measured again") != std::string::npos, !is_again) << trial.words();
   }
-  EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), CalibrationPart::ipd));
+  EXPECT_TRUE(calibration::is_done(trial.session->calibration(), CalibrationPart::ipd));
 }
 
 TEST(Plausible, ALineInTheMiddleOfTheWindowIsImplausible)
 {
   Trial trial(bench());
-  for (int k = 0; k < 12; ++k) trial.press(navigation::Key::right, true);
+  for (int k = 0; k < 12; ++k) trial.press(view::Key::right, true);
   expect_refused(trial, "is implausible");
-  trial.press(navigation::Key::enter);
+  trial.press(view::Key::enter);
   EXPECT_FALSE(trial.session->progress().has_error);
   EXPECT_EQ(trial.record(CalibrationPart::viewport).marks.size(), 1u);
 }
@@ -130,16 +130,16 @@ TEST(Plausible, AToolThatWasNotMovedIsRefused)
   for (const auto& [step, n_first] : {std::pair{"leg", 1}, std::pair{"bullseye", 2}}) {
     SCOPED_TRACE(step);
     Trial trial(bench(), all_done(), restarted(step));
-    virtual_bench::BenchPoses poses;
+    calibration::BenchPoses poses;
     for (int k = 0; k < n_first; ++k) {
       poses = trial.virtual_operator.poses(*trial.session, 0.0);
       trial.do_task();
     }
-    trial.press(navigation::Key::right, true);
-    trial.press(navigation::Key::enter);
+    trial.press(view::Key::right, true);
+    trial.press(view::Key::enter);
     const std::string task = trial.session->task()->name;
     for (std::uint64_t frame = 0; trial.session->progress().is_sampling; ++frame)
-      for (const devices::Sample& sample : trial.virtual_operator.samples(*trial.session, poses, frame))
+      for (const bench::Sample& sample : trial.virtual_operator.samples(*trial.session, poses, frame))
         trial.session->take(sample);
     EXPECT_TRUE(trial.session->progress().has_error);
     EXPECT_THAT(trial.words(), HasSubstr("is where it was for"));

@@ -1,4 +1,4 @@
-#include "calibration_tasks/sample_collector.hpp"
+#include "calibration/sample_collector.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace vrda::sample_taker_test {
 constexpr double kept_mm = 1e-5;
 
 /// Leg with three markers, then probe and marker: tools 0 to 4.
-bench_files::BenchFile marked_bench()
+bench::BenchFile marked_bench()
 {
   return test::bench_of(test::bench_head("rigid") + test::display_table + test::tracker_table +
                         "[body.leg]\nmarkers = [\"a\", \"b\", \"c\"]\n"
@@ -18,20 +18,20 @@ bench_files::BenchFile marked_bench()
                         test::board_table + "[calibration]\n");
 }
 
-devices::Sample seen(std::uint16_t tool, const Eigen::Vector3d& p, std::int64_t at_ms)
+bench::Sample seen(std::uint16_t tool, const Eigen::Vector3d& p, std::int64_t at_ms)
 {
-  devices::Sample sample;
-  sample.kind = devices::SampleKind::tool_pose;
-  sample.state = static_cast<std::uint8_t>(devices::ToolVisibility::seen);
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::tool_pose;
+  sample.state = static_cast<std::uint8_t>(bench::ToolVisibility::seen);
   sample.source = tool;
   sample.arrival_ns = sample.device_ns = 1'000'000'000 + at_ms * 1'000'000;
   for (int k = 0; k < 3; ++k) sample.tool_pose.position_mm[k] = p[k];
   return sample;
 }
 
-calibration_tasks::Task task_with(calibration_tasks::TaskKind kind, const std::string& tool)
+calibration::Task task_with(calibration::TaskKind kind, const std::string& tool)
 {
-  calibration_tasks::Task task;
+  calibration::Task task;
   task.kind = kind;
   task.tool = tool;
   task.n_samples = 10;
@@ -40,7 +40,7 @@ calibration_tasks::Task task_with(calibration_tasks::TaskKind kind, const std::s
 
 constexpr std::uint16_t probe = 3, marker = 4;
 
-void send_leg(calibration_tasks::SampleCollector& taker, const Eigen::Vector3d& at, std::int64_t at_ms)
+void send_leg(calibration::SampleCollector& taker, const Eigen::Vector3d& at, std::int64_t at_ms)
 {
   const std::array<Eigen::Vector3d, 3> markers{Eigen::Vector3d(0, 0, 0), {100, 0, 0}, {0, 100, 0}};
   for (std::uint16_t k = 0; k < 3; ++k) taker.take(seen(k, at + markers[k], at_ms));
@@ -48,13 +48,13 @@ void send_leg(calibration_tasks::SampleCollector& taker, const Eigen::Vector3d& 
 
 TEST(SampleTaker, CollectsRowsOfItsToolOnlyDuringItsTask)
 {
-  calibration_tasks::SampleCollector taker(marked_bench());
+  calibration::SampleCollector taker(marked_bench());
   EXPECT_FALSE(taker.take(seen(marker, {1, 2, 3}, 0)));
-  taker.begin(task_with(calibration_tasks::TaskKind::sweep, "marker"), std::nullopt);
+  taker.begin(task_with(calibration::TaskKind::sweep, "marker"), std::nullopt);
   EXPECT_FALSE(taker.take(seen(probe, {1, 2, 3}, 10)));
   EXPECT_TRUE(taker.take(seen(marker, {1.0000049, 2.25, -3}, 20)));
-  devices::Sample hidden = seen(marker, {1, 2, 3}, 30);
-  hidden.state = static_cast<std::uint8_t>(devices::ToolVisibility::missing);
+  bench::Sample hidden = seen(marker, {1, 2, 3}, 30);
+  hidden.state = static_cast<std::uint8_t>(bench::ToolVisibility::missing);
   EXPECT_FALSE(taker.take(hidden));
   EXPECT_FALSE(taker.take(seen(marker, {1, std::nan(""), 3}, 35)));
   taker.end();
@@ -64,19 +64,19 @@ TEST(SampleTaker, CollectsRowsOfItsToolOnlyDuringItsTask)
 
 TEST(SampleTaker, ASweepHasTheStagePositionIfTheBoardSendsIt)
 {
-  calibration_tasks::SampleCollector taker(marked_bench());
+  calibration::SampleCollector taker(marked_bench());
   EXPECT_FALSE(taker.stage_mm().has_value());
-  devices::Sample stage;
-  stage.kind = devices::SampleKind::stage;
+  bench::Sample stage;
+  stage.kind = bench::SampleKind::stage;
   stage.count = 2469;
-  taker.begin(task_with(calibration_tasks::TaskKind::sweep, "marker"), std::nullopt);
+  taker.begin(task_with(calibration::TaskKind::sweep, "marker"), std::nullopt);
   taker.take(seen(marker, {0, 0, 0}, 0));
   taker.take(stage);
   taker.take(seen(marker, {0, 0, 0}, 10));
-  devices::Sample gone;
-  gone.kind = devices::SampleKind::link;
-  gone.source = static_cast<std::uint16_t>(devices::DeviceId::board);
-  gone.state = static_cast<std::uint8_t>(devices::LinkState::closed);
+  bench::Sample gone;
+  gone.kind = bench::SampleKind::link;
+  gone.source = static_cast<std::uint16_t>(bench::DeviceId::board);
+  gone.state = static_cast<std::uint8_t>(bench::LinkState::closed);
   taker.take(gone);
   taker.take(seen(marker, {0, 0, 0}, 20));
   ASSERT_EQ(taker.rows().size(), 3u);
@@ -88,8 +88,8 @@ TEST(SampleTaker, ASweepHasTheStagePositionIfTheBoardSendsIt)
 
 TEST(SampleTaker, WhatIsHeldHasTheBodyOfMarkersBesideIt)
 {
-  calibration_tasks::SampleCollector taker(marked_bench());
-  taker.begin(task_with(calibration_tasks::TaskKind::hold, "probe"), bench_files::BodyRole::leg);
+  calibration::SampleCollector taker(marked_bench());
+  taker.begin(task_with(calibration::TaskKind::hold, "probe"), bench::BodyRole::leg);
   // The leg has not been seen.
   EXPECT_FALSE(taker.take(seen(probe, {1, 2, 3}, 0)));
   send_leg(taker, {10, 20, 30}, 10);
@@ -108,11 +108,11 @@ TEST(SampleTaker, WhatIsHeldHasTheBodyOfMarkersBesideIt)
 
 TEST(SampleTaker, ABullseyeHasTheMarkersPositionAndTheHeadsPlaceWhereItIsTracked)
 {
-  calibration_tasks::SampleCollector taker(marked_bench());
-  taker.begin(task_with(calibration_tasks::TaskKind::bullseye, "marker"), std::nullopt);
+  calibration::SampleCollector taker(marked_bench());
+  taker.begin(task_with(calibration::TaskKind::bullseye, "marker"), std::nullopt);
   taker.take(seen(marker, {1, 2, 3}, 0));
   EXPECT_EQ(taker.rows(), (std::vector<std::vector<double>>{{1.0, 2.0, 3.0}}));
-  taker.begin(task_with(calibration_tasks::TaskKind::bullseye, "marker"), bench_files::BodyRole::leg);
+  taker.begin(task_with(calibration::TaskKind::bullseye, "marker"), bench::BodyRole::leg);
   EXPECT_TRUE(taker.rows().empty());
   send_leg(taker, {10, 20, 30}, 10);
   taker.take(seen(marker, {1, 2, 3}, 10));
@@ -123,10 +123,10 @@ TEST(SampleTaker, ABullseyeHasTheMarkersPositionAndTheHeadsPlaceWhereItIsTracked
 /// Thigh and shank in messages of their own: the thigh is interpolated to the time of the shank.
 TEST(SampleTaker, ABendHasBothBodiesAtTheSameTime)
 {
-  const bench_files::BenchFile bench = bench_files::read_bench_file(VRDA_JOBS "/bench-desk.toml");
-  calibration_tasks::SampleCollector taker(bench);
+  const bench::BenchFile bench = bench::read_bench_file(VRDA_JOBS "/bench-desk.toml");
+  calibration::SampleCollector taker(bench);
   constexpr std::uint16_t femur = 0, tibia = 1;
-  taker.begin(task_with(calibration_tasks::TaskKind::bend, "tibia"), std::nullopt);
+  taker.begin(task_with(calibration::TaskKind::bend, "tibia"), std::nullopt);
   // The thigh moves by 1 mm in 10 ms, the shank by 10.
   for (int k = 0; k < 5; ++k) {
     taker.take(seen(femur, {1.0 * k, 0, 0}, 10 * k));

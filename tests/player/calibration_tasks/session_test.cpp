@@ -1,10 +1,10 @@
-#include "calibration_tasks/session.hpp"
+#include "calibration/session.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "calibration/eyepoint_fit.hpp"
-#include "calibration_tasks/parts.hpp"
+#include "calibration/parts.hpp"
 #include "trial.hpp"
 
 namespace vrda::session_test {
@@ -18,8 +18,8 @@ using testing::HasSubstr;
 TEST(CalibrationSession, BeginsWithTheFirstTaskAndCountsThem)
 {
   const Trial trial(bench());
-  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
-  const calibration_tasks::CalibrationProgress& progress = trial.session->progress();
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, left edge, 1"));
+  const calibration::CalibrationProgress& progress = trial.session->progress();
   EXPECT_EQ(progress.n_done, 0);
   EXPECT_EQ(progress.n_tasks, 2 * (4 * 4 + 2));
   EXPECT_FALSE(progress.is_sampling);
@@ -31,38 +31,38 @@ TEST(CalibrationSession, TheWheelTurnsTheDials)
   for (const bool has_shift : {false, true}) {
     Trial turned(bench()), pressed(bench());
     for (const bool is_away : {true, true, false}) {
-      const navigation::KeyPress press = calibration_tasks::press_of_wheel(is_away, has_shift, false);
+      const view::KeyPress press = calibration::press_of_wheel(is_away, has_shift, false);
       turned.session->take(press);
-      const navigation::Key away = has_shift ? navigation::Key::up : navigation::Key::right;
-      const navigation::Key back = has_shift ? navigation::Key::down : navigation::Key::left;
+      const view::Key away = has_shift ? view::Key::up : view::Key::right;
+      const view::Key back = has_shift ? view::Key::down : view::Key::left;
       pressed.press(is_away ? away : back);
     }
     EXPECT_EQ(turned.session->values()[0], pressed.session->values()[0]);
   }
   Trial trial(bench());
   const double before = trial.session->values()[0];
-  trial.session->take(calibration_tasks::press_of_wheel(true, false, false));
+  trial.session->take(calibration::press_of_wheel(true, false, false));
   EXPECT_GT(trial.session->values()[0], before);
-  trial.session->take(calibration_tasks::press_of_wheel(false, false, false));
+  trial.session->take(calibration::press_of_wheel(false, false, false));
   EXPECT_EQ(trial.session->values()[0], before);
 }
 
 TEST(CalibrationSession, OverallProgressCountsPartsAndTasks)
 {
-  calibration_tasks::CalibrationProgress progress;
-  EXPECT_EQ(calibration_tasks::overall_progress(progress), 0.0);
+  calibration::CalibrationProgress progress;
+  EXPECT_EQ(calibration::overall_progress(progress), 0.0);
   progress.n_parts = 4;
   progress.number = 3;
   progress.n_tasks = 10;
   progress.n_done = 5;
-  EXPECT_DOUBLE_EQ(calibration_tasks::overall_progress(progress), 0.625);
+  EXPECT_DOUBLE_EQ(calibration::overall_progress(progress), 0.625);
   Trial trial(bench());
   EXPECT_EQ(trial.session->progress().number, 1);
-  double before = calibration_tasks::overall_progress(trial.session->progress());
+  double before = calibration::overall_progress(trial.session->progress());
   EXPECT_EQ(before, 0.0);
   for (int k = 0; k < 5; ++k) {
     trial.do_task();
-    const double now = calibration_tasks::overall_progress(trial.session->progress());
+    const double now = calibration::overall_progress(trial.session->progress());
     EXPECT_GT(now, before);
     before = now;
   }
@@ -75,13 +75,13 @@ TEST(CalibrationSession, EveryMarkMakesARevisionAndBackspaceAsksAgain)
   const std::uint64_t before = trial.session->revision();
   trial.do_task();
   EXPECT_GT(trial.session->revision(), before);
-  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::viewport, "left eye, right edge, 1"));
-  trial.press(navigation::Key::backspace);
-  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
-  EXPECT_TRUE(trial.record(bench_files::CalibrationPart::viewport).marks.empty());
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, right edge, 1"));
+  trial.press(view::Key::backspace);
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, left edge, 1"));
+  EXPECT_TRUE(trial.record(bench::CalibrationPart::viewport).marks.empty());
   // The first task has no previous one.
-  trial.press(navigation::Key::backspace);
-  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
+  trial.press(view::Key::backspace);
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, left edge, 1"));
 }
 
 TEST(CalibrationSession, RAsksForTheWholePartAgainAndEscapeLeaves)
@@ -89,10 +89,10 @@ TEST(CalibrationSession, RAsksForTheWholePartAgainAndEscapeLeaves)
   Trial trial(bench());
   for (int k = 0; k < 5; ++k) trial.do_task();
   trial.press('R');
-  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
-  EXPECT_TRUE(trial.record(bench_files::CalibrationPart::viewport).marks.empty());
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, left edge, 1"));
+  EXPECT_TRUE(trial.record(bench::CalibrationPart::viewport).marks.empty());
   EXPECT_FALSE(trial.session->has_quit());
-  trial.press(navigation::Key::escape);
+  trial.press(view::Key::escape);
   EXPECT_TRUE(trial.session->has_quit());
 }
 
@@ -101,38 +101,38 @@ TEST(CalibrationSession, CrossedEdgesAreRefusedAtOnce)
   Trial trial(bench());
   trial.do_task();
   // The right edge left of the left one.
-  for (int k = 0; k < 20; ++k) trial.press(navigation::Key::left, false, true);
-  trial.press(navigation::Key::enter);
+  for (int k = 0; k < 20; ++k) trial.press(view::Key::left, false, true);
+  trial.press(view::Key::enter);
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("crossed edges of the left eye"));
-  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::viewport, "left eye, left edge, 1"));
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, left edge, 1"));
   trial.do_all();
   EXPECT_TRUE(
-      calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::viewport));
+      calibration::is_done(trial.session->calibration(), bench::CalibrationPart::viewport));
 }
 
 /// A task confirmed without alignment: the fit names it, and only this task is repeated.
 TEST(CalibrationSession, OnlyAnOutlyingMarkIsRequestedAgain)
 {
   struct Row {
-    bench_files::CalibrationPart part;
+    bench::CalibrationPart part;
     std::string task;
   };
-  for (const Row& row : {Row{bench_files::CalibrationPart::viewport, "right eye, top edge, 3"},
-                         Row{bench_files::CalibrationPart::distortion, "left eye, node 2, -1"},
-                         Row{bench_files::CalibrationPart::distortion, "right eye, node 3, 2"},
-                         Row{bench_files::CalibrationPart::eyepoints, "left eye, rectangle 2, 3"},
-                         Row{bench_files::CalibrationPart::eyepoints, "right eye, rectangle 1, 2"},
-                         Row{bench_files::CalibrationPart::bullseye, "right eye, place 4"}}) {
+  for (const Row& row : {Row{bench::CalibrationPart::viewport, "right eye, top edge, 3"},
+                         Row{bench::CalibrationPart::distortion, "left eye, node 2, -1"},
+                         Row{bench::CalibrationPart::distortion, "right eye, node 3, 2"},
+                         Row{bench::CalibrationPart::eyepoints, "left eye, rectangle 2, 3"},
+                         Row{bench::CalibrationPart::eyepoints, "right eye, rectangle 1, 2"},
+                         Row{bench::CalibrationPart::bullseye, "right eye, place 4"}}) {
     SCOPED_TRACE(row.task);
-    Trial trial(bench(), all_done(), restarted(bench_files::name_of(row.part)));
+    Trial trial(bench(), all_done(), restarted(bench::name_of(row.part)));
     trial.go_to(row.part, row.task);
     trial.do_badly();
     while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
     ASSERT_TRUE(trial.is_requested(row.part, row.task)) << trial.words();
     trial.do_task();
     trial.do_all();
-    EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), row.part));
+    EXPECT_TRUE(calibration::is_done(trial.session->calibration(), row.part));
     EXPECT_EQ(trial.record(row.part).marks.size(), all_done().records.at(row.part).marks.size());
   }
 }
@@ -142,10 +142,10 @@ TEST(CalibrationSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
 {
   Trial trial(bench(), all_done(), restarted("eyepoints"));
   EXPECT_THAT(trial.words(), HasSubstr("+-"));
-  trial.go_to(bench_files::CalibrationPart::eyepoints, "right eye, rectangle 1, 1");
+  trial.go_to(bench::CalibrationPart::eyepoints, "right eye, rectangle 1, 1");
   EXPECT_FALSE(trial.session->progress().has_error);
   const std::vector<std::string>& remarks =
-      all_done().records.at(bench_files::CalibrationPart::eyepoints).estimate->remarks;
+      all_done().records.at(bench::CalibrationPart::eyepoints).estimate->remarks;
   ASSERT_EQ(remarks.size(), 2u);
   EXPECT_THAT(remarks[0], testing::StartsWith("left eye: "));
   EXPECT_EQ(trial.session->progress().messages.size(), 1u);
@@ -158,8 +158,8 @@ TEST(CalibrationSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
 /// With a reading that is too large, drawn objects appear in front, because the true distance is smaller.
 TEST(CalibrationSession, TheWordsOfAWrongPupillaryDistanceHaveItsSign)
 {
-  const std::optional<calibration::Estimate>& ipd =
-      all_done().records.at(bench_files::CalibrationPart::ipd).estimate;
+  const std::optional<bench::Estimate>& ipd =
+      all_done().records.at(bench::CalibrationPart::ipd).estimate;
   const double read_mm = ipd->values[0], depth_mm = all_done().image_distance_mm;
   EXPECT_GT(calibration::depth_error_mm(depth_mm, read_mm, read_mm + 1.0), 0.0);
   EXPECT_LT(calibration::depth_error_mm(depth_mm, read_mm + 1.0, read_mm), 0.0);
@@ -171,35 +171,35 @@ TEST(CalibrationSession, OnlyAnOutlyingPointIsRequestedAgain)
 {
   Trial trial(bench(), all_done(), restarted("leg"));
   const std::string name = bench().calibration.points[5].name;
-  trial.go_to(bench_files::CalibrationPart::leg, name);
-  virtual_bench::VirtualNoise wild;
+  trial.go_to(bench::CalibrationPart::leg, name);
+  calibration::VirtualNoise wild;
   wild.touch_mm = 20.0;
-  virtual_bench::VirtualOperator clumsy(trial.bench, trial.truth, wild);
+  calibration::VirtualOperator clumsy(trial.bench, trial.truth, wild);
   clumsy.do_task(*trial.session);
   while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
-  ASSERT_TRUE(trial.is_requested(bench_files::CalibrationPart::leg, name)) << trial.words();
+  ASSERT_TRUE(trial.is_requested(bench::CalibrationPart::leg, name)) << trial.words();
   EXPECT_THAT(trial.words(), HasSubstr(name));
   trial.do_all();
-  EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::leg));
+  EXPECT_TRUE(calibration::is_done(trial.session->calibration(), bench::CalibrationPart::leg));
 }
 
 /// Samples of a static tool.
-void send_still(calibration_tasks::CalibrationSession& session, const bench_files::BenchFile& file,
+void send_still(calibration::CalibrationSession& session, const bench::BenchFile& file,
                 const std::string& tool, const Pose& X)
 {
   const std::vector<std::string>& tools = file.tracker->tools;
-  devices::Sample sample;
-  sample.kind = devices::SampleKind::tool_pose;
-  sample.state = static_cast<std::uint8_t>(devices::ToolVisibility::seen);
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::tool_pose;
+  sample.state = static_cast<std::uint8_t>(bench::ToolVisibility::seen);
   sample.source = static_cast<std::uint16_t>(std::ranges::find(tools, tool) - tools.begin());
-  sample.tool_pose = devices::place_of(X);
+  sample.tool_pose = bench::place_of(X);
   session.take(sample);
 }
 
-devices::Sample stage_sample(double at_mm, const bench_files::BenchFile& file, std::uint8_t flags)
+bench::Sample stage_sample(double at_mm, const bench::BenchFile& file, std::uint8_t flags)
 {
-  devices::Sample sample;
-  sample.kind = devices::SampleKind::stage;
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::stage;
   sample.state = flags;
   sample.count = static_cast<std::int32_t>(std::lround(at_mm / file.stage_mm_per_count));
   return sample;
@@ -208,13 +208,13 @@ devices::Sample stage_sample(double at_mm, const bench_files::BenchFile& file, s
 TEST(CalibrationSession, AProbeThatIsNotRotatedIsRefused)
 {
   Trial trial(bench(), "probe");
-  trial.press(navigation::Key::enter);
+  trial.press(view::Key::enter);
   while (trial.session->progress().is_sampling)
     send_still(*trial.session, trial.bench, "probe", Pose(Eigen::Translation3d(10, 20, -2000)));
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("deg"));
-  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::probe, "sweep"));
-  EXPECT_FALSE(calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::probe));
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::probe, "sweep"));
+  EXPECT_FALSE(calibration::is_done(trial.session->calibration(), bench::CalibrationPart::probe));
 }
 
 /// Before the marker is moved to the other rail.
@@ -230,7 +230,7 @@ TEST(CalibrationSession, AnInvalidFirstRailIsRefusedAtOnce)
     SCOPED_TRACE(row.name);
     Trial trial(bench(), "rails");
     trial.session->take(stage_sample(0.0, trial.bench, 0));
-    trial.press(navigation::Key::enter);
+    trial.press(view::Key::enter);
     const double n = trial.session->task()->n_samples - 1.0;
     for (int k = 0; trial.session->progress().is_sampling; ++k) {
       const double s = k / n;
@@ -240,8 +240,8 @@ TEST(CalibrationSession, AnInvalidFirstRailIsRefusedAtOnce)
     }
     EXPECT_TRUE(trial.session->progress().has_error);
     EXPECT_THAT(trial.words(), HasSubstr(row.words));
-    EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::rails, "x rail"));
-    EXPECT_TRUE(trial.record(bench_files::CalibrationPart::rails).marks.empty());
+    EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::rails, "x rail"));
+    EXPECT_TRUE(trial.record(bench::CalibrationPart::rails).marks.empty());
   }
 }
 
@@ -249,17 +249,17 @@ TEST(CalibrationSession, RailsThatAreParallelAreRefusedAndTheOtherOneIsSweptAgai
 {
   Trial trial(bench(), "rails");
   trial.do_task();
-  trial.press(navigation::Key::enter);
+  trial.press(view::Key::enter);
   for (int k = 0; trial.session->progress().is_sampling; ++k) {
-    const bench_files::CalibrationMark& x_rail = trial.record(bench_files::CalibrationPart::rails).marks[0];
+    const bench::CalibrationMark& x_rail = trial.record(bench::CalibrationPart::rails).marks[0];
     const std::vector<double>& row = x_rail.rows[static_cast<std::size_t>(k)];
     send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(row[0], row[1], row[2])));
   }
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("angle"));
-  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::rails, "z rail"));
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::rails, "z rail"));
   trial.do_all();
-  EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::rails));
+  EXPECT_TRUE(calibration::is_done(trial.session->calibration(), bench::CalibrationPart::rails));
 }
 
 TEST(CalibrationSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
@@ -267,49 +267,49 @@ TEST(CalibrationSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
   Trial trial(bench(), all_done(), restarted("bullseye"));
   trial.virtual_operator.send_samples(*trial.session);
   trial.press('Z');
-  trial.press(navigation::Key::right, true);
+  trial.press(view::Key::right, true);
   const double x = trial.session->values()[0];
-  trial.press(navigation::Key::enter);
+  trial.press(view::Key::enter);
   for (int k = 0; trial.session->progress().is_sampling; ++k)
     send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(k, 0, -2000)));
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("hold it still"));
-  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::bullseye, "left eye, place 1"));
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::bullseye, "left eye, place 1"));
   EXPECT_EQ(trial.session->values()[0], x);
 }
 
 TEST(CalibrationSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
 {
   Trial trial(bench(), all_done(), restarted("bullseye"));
-  trial.press(navigation::Key::enter);
+  trial.press(view::Key::enter);
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("No message from the stage"));
   trial.session->take(stage_sample(3.0, trial.bench, 0));
-  trial.press(navigation::Key::enter);
+  trial.press(view::Key::enter);
   EXPECT_THAT(trial.words(), HasSubstr("not zeroed"));
-  trial.press(navigation::Key::right);
-  trial.session->take(stage_sample(3.0, trial.bench, devices::stage_zeroed));
-  trial.press(navigation::Key::enter);
+  trial.press(view::Key::right);
+  trial.session->take(stage_sample(3.0, trial.bench, bench::stage_zeroed));
+  trial.press(view::Key::enter);
   ASSERT_TRUE(trial.session->progress().is_sampling);
-  trial.session->take(stage_sample(3.2, trial.bench, devices::stage_zeroed));
+  trial.session->take(stage_sample(3.2, trial.bench, bench::stage_zeroed));
   while (trial.session->progress().is_sampling)
     send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(0, 0, -2000)));
   EXPECT_THAT(trial.words(), HasSubstr("The stage moved"));
   trial.do_all();
   EXPECT_TRUE(
-      calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::bullseye));
+      calibration::is_done(trial.session->calibration(), bench::CalibrationPart::bullseye));
 }
 
 /// A restart of the board between two positions does not remove marks.
 TEST(CalibrationSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
 {
   Trial trial(bench(), all_done(), restarted("bullseye"));
-  trial.go_to(bench_files::CalibrationPart::bullseye, "right eye, place 2");
-  const std::size_t n_marks = trial.record(bench_files::CalibrationPart::bullseye).marks.size();
+  trial.go_to(bench::CalibrationPart::bullseye, "right eye, place 2");
+  const std::size_t n_marks = trial.record(bench::CalibrationPart::bullseye).marks.size();
   ASSERT_EQ(n_marks, 3u);
-  const bench_files::CalibrationRecord stop = trial.record(bench_files::CalibrationPart::stop);
+  const bench::CalibrationRecord stop = trial.record(bench::CalibrationPart::stop);
   trial.session->take(stage_sample(37.25, trial.bench, 0));
-  trial.press(navigation::Key::enter);
+  trial.press(view::Key::enter);
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("press Z"));
   EXPECT_FALSE(trial.session->take_zero_request());
@@ -318,12 +318,12 @@ TEST(CalibrationSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
   EXPECT_FALSE(trial.session->take_zero_request());
   EXPECT_FALSE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr(" 37.25 mm"));
-  EXPECT_TRUE(trial.is_requested(bench_files::CalibrationPart::bullseye, "right eye, place 2"));
-  EXPECT_EQ(trial.record(bench_files::CalibrationPart::bullseye).marks.size(), n_marks);
-  EXPECT_EQ(trial.record(bench_files::CalibrationPart::stop).marks.at(0).rows, stop.marks.at(0).rows);
-  EXPECT_FALSE(trial.record(bench_files::CalibrationPart::bullseye).is_outdated);
-  trial.press(navigation::Key::right);
-  trial.press(navigation::Key::enter);
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::bullseye, "right eye, place 2"));
+  EXPECT_EQ(trial.record(bench::CalibrationPart::bullseye).marks.size(), n_marks);
+  EXPECT_EQ(trial.record(bench::CalibrationPart::stop).marks.at(0).rows, stop.marks.at(0).rows);
+  EXPECT_FALSE(trial.record(bench::CalibrationPart::bullseye).is_outdated);
+  trial.press(view::Key::right);
+  trial.press(view::Key::enter);
   EXPECT_TRUE(trial.session->progress().is_sampling);
 }
 
@@ -333,7 +333,7 @@ TEST(CalibrationSession, ZRequiresAStageWhoseBoardSendsMessages)
   trial.press('Z');
   EXPECT_FALSE(trial.session->take_zero_request());
   EXPECT_THAT(trial.words(), HasSubstr("No message from the stage"));
-  const bench_files::BenchFile tracked = test::virtual_bench(bench_files::HeadKind::tracker);
+  const bench::BenchFile tracked = test::virtual_bench(bench::HeadKind::tracker);
   Trial without(tracked);
   without.press('Z');
   EXPECT_FALSE(without.session->take_zero_request());
@@ -345,20 +345,20 @@ TEST(CalibrationSession, TheStopAsksOnceForAStageAtZero)
   Trial trial(bench(), "stop");
   EXPECT_FALSE(trial.session->take_zero_request());
   trial.session->take(stage_sample(12.5, trial.bench, 0));
-  trial.press(navigation::Key::enter);
+  trial.press(view::Key::enter);
   EXPECT_TRUE(trial.session->take_zero_request());
   EXPECT_FALSE(trial.session->take_zero_request());
-  EXPECT_EQ(trial.record(bench_files::CalibrationPart::stop).marks.at(0).rows,
+  EXPECT_EQ(trial.record(bench::CalibrationPart::stop).marks.at(0).rows,
             (std::vector<std::vector<double>>{{12.5}}));
-  EXPECT_TRUE(calibration_tasks::is_done(trial.session->calibration(), bench_files::CalibrationPart::stop));
+  EXPECT_TRUE(calibration::is_done(trial.session->calibration(), bench::CalibrationPart::stop));
 }
 
 TEST(CalibrationSession, ASubjectOfAnotherShapeAsksForANewRun)
 {
   Trial trial(bench(), "subject");
   // One distance is 50 % too long.
-  for (int k = 0; k < 10; ++k) trial.press(navigation::Key::right, false, true);
-  trial.press(navigation::Key::enter);
+  for (int k = 0; k < 10; ++k) trial.press(view::Key::right, false, true);
+  trial.press(view::Key::enter);
   while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("schemas/scaling.md"));
@@ -374,7 +374,7 @@ TEST(TimeLeft, FallsWithEveryTaskAndEndsAtNothing)
   double before_s = trial.session->progress().typical_left_s;
   EXPECT_GT(before_s, 20.0 * 60.0) << "a new bench takes about half an hour";
   EXPECT_LT(before_s, 60.0 * 60.0);
-  const double first_s = calibration_tasks::typical_s(*trial.session->task());
+  const double first_s = calibration::typical_s(*trial.session->task());
   trial.do_task();
   EXPECT_DOUBLE_EQ(trial.session->progress().typical_left_s, before_s - first_s);
   while (trial.session->task() != nullptr) {
@@ -389,9 +389,9 @@ TEST(TimeLeft, FallsWithEveryTaskAndEndsAtNothing)
 
 TEST(TimeLeft, FollowsTheOperatorsPace)
 {
-  EXPECT_DOUBLE_EQ(calibration_tasks::time_left_s({}, 600.0), 600.0);
-  EXPECT_NEAR(calibration_tasks::time_left_s({1e6, 2e6}, 600.0), 1200.0, 1.0);
-  EXPECT_GT(calibration_tasks::time_left_s({600.0, 300.0}, 600.0), 300.0)
+  EXPECT_DOUBLE_EQ(calibration::time_left_s({}, 600.0), 600.0);
+  EXPECT_NEAR(calibration::time_left_s({1e6, 2e6}, 600.0), 1200.0, 1.0);
+  EXPECT_GT(calibration::time_left_s({600.0, 300.0}, 600.0), 300.0)
       << "a short observation counts less";
 }
 

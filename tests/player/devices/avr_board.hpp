@@ -5,13 +5,13 @@
 #include <memory>
 #include <string>
 
-#include "devices/pty_board.hpp"
+#include "bench/pty_board.hpp"
 
 namespace vrda::test {
 
 struct AvrBoardOptions {
   /// As for the simulated board; the stage moves towards `stage_count` at `counts_a_second`.
-  devices::PtyBoardOptions signals;
+  bench::PtyBoardOptions signals;
   int counts_a_second = 100'000;
   /// If not, the simulation runs as fast as the machine allows, else at most in real time.
   bool is_paced = true;

@@ -1,4 +1,4 @@
-#include "devices/board_protocol.hpp"
+#include "bench/board_protocol.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <string>
 
 extern "C" {
-#include "firmware/board.h"
-#include "firmware/crc16.h"
+#include "bench/board.h"
+#include "bench/crc16.h"
 }
 
 namespace vrda::board_protocol_test {
@@ -28,64 +28,64 @@ Bytes frame(char request, const Bytes& payload)
 
 const Bytes version{1, 'V', 'R', 'D', 'A'};
 
-devices::BoardProtocol protocol_that_is_up(const devices::BoardSettings& settings = {})
+bench::BoardProtocol protocol_that_is_up(const bench::BoardSettings& settings = {})
 {
-  devices::BoardProtocol protocol(settings, 0);
+  bench::BoardProtocol protocol(settings, 0);
   EXPECT_EQ(protocol.due(0), "V");
   EXPECT_TRUE(protocol.receive(frame('V', version), 0).empty());
-  EXPECT_EQ(protocol.phase(), devices::BoardProtocol::Phase::up);
+  EXPECT_EQ(protocol.phase(), bench::BoardProtocol::Phase::up);
   return protocol;
 }
 
 TEST(BoardProtocol, RequestsTheVersionUntilAnAnswerOrATimeout)
 {
-  devices::BoardProtocol protocol({}, 0);
+  bench::BoardProtocol protocol({}, 0);
   std::int64_t now_ns = 0;
-  for (int n = 0; n < devices::BoardProtocol::max_version_requests; ++n) {
+  for (int n = 0; n < bench::BoardProtocol::max_version_requests; ++n) {
     EXPECT_EQ(protocol.next_due_ns(), now_ns);
     EXPECT_EQ(protocol.due(now_ns), "V");
     EXPECT_EQ(protocol.due(now_ns), "");
-    now_ns += devices::BoardProtocol::request_timeout_ns;
+    now_ns += bench::BoardProtocol::request_timeout_ns;
   }
-  EXPECT_EQ(protocol.phase(), devices::BoardProtocol::Phase::requesting_version);
+  EXPECT_EQ(protocol.phase(), bench::BoardProtocol::Phase::requesting_version);
   EXPECT_EQ(protocol.due(now_ns), "");
-  EXPECT_EQ(protocol.phase(), devices::BoardProtocol::Phase::failed);
+  EXPECT_EQ(protocol.phase(), bench::BoardProtocol::Phase::failed);
   EXPECT_EQ(protocol.error_message(), "found no answer to V for 5 s, wanted a board of protocol version 1");
 }
 
 TEST(BoardProtocol, FailsOnAnotherVersionAndOnAnotherBoard)
 {
-  devices::BoardProtocol newer({}, 0);
+  bench::BoardProtocol newer({}, 0);
   newer.receive(frame('V', {2, 'V', 'R', 'D', 'A'}), 0);
-  EXPECT_EQ(newer.phase(), devices::BoardProtocol::Phase::failed);
+  EXPECT_EQ(newer.phase(), bench::BoardProtocol::Phase::failed);
   EXPECT_EQ(newer.error_message(), "found protocol version 2, wanted 1");
   for (const Bytes& payload : {Bytes{1, 'V', 'R', 'D', 'B'}, Bytes{1}, Bytes{1, 'V', 'R', 'D', 'A', 0}}) {
-    devices::BoardProtocol other({}, 0);
+    bench::BoardProtocol other({}, 0);
     other.receive(frame('V', payload), 0);
-    EXPECT_EQ(other.phase(), devices::BoardProtocol::Phase::failed);
+    EXPECT_EQ(other.phase(), bench::BoardProtocol::Phase::failed);
     EXPECT_NE(other.error_message().find("VRDA"), std::string::npos) << other.error_message();
   }
 }
 
 TEST(BoardProtocol, ReadingsSayWhatTheBoardSaid)
 {
-  devices::BoardProtocol protocol = protocol_that_is_up();
+  bench::BoardProtocol protocol = protocol_that_is_up();
   Bytes bytes = frame('P', {0xFF, 0x03});
   const Bytes stage = frame('E', {0xFE, 0xFF, 0xFF, 0xFF, 3});
   bytes.insert(bytes.end(), stage.begin(), stage.end());
-  const std::vector<devices::Sample> samples = protocol.receive(bytes, 9);
+  const std::vector<bench::Sample> samples = protocol.receive(bytes, 9);
   ASSERT_EQ(samples.size(), 2U);
-  EXPECT_EQ(samples[0].kind, devices::SampleKind::potentiometer);
+  EXPECT_EQ(samples[0].kind, bench::SampleKind::potentiometer);
   EXPECT_EQ(samples[0].count, 1023);
   EXPECT_EQ(samples[0].arrival_ns, 9);
-  EXPECT_EQ(samples[1].kind, devices::SampleKind::stage);
+  EXPECT_EQ(samples[1].kind, bench::SampleKind::stage);
   EXPECT_EQ(samples[1].count, -2);
-  EXPECT_EQ(samples[1].state, devices::stage_zeroed | devices::stage_lost_counts);
+  EXPECT_EQ(samples[1].state, bench::stage_zeroed | bench::stage_lost_counts);
 }
 
 TEST(BoardProtocol, WhatIsNoReadingIsRefused)
 {
-  devices::BoardProtocol protocol = protocol_that_is_up();
+  bench::BoardProtocol protocol = protocol_that_is_up();
   for (const Bytes& bytes :
        {frame('P', {0, 4}), frame('P', {1}), frame('E', {1, 2, 3, 4}), frame('Z', {1}), frame('Q', {1, 2})})
     EXPECT_TRUE(protocol.receive(bytes, 0).empty());
@@ -96,7 +96,7 @@ TEST(BoardProtocol, WhatIsNoReadingIsRefused)
 
 TEST(BoardProtocol, AsksForAllReadingsInOneGoAtItsRate)
 {
-  devices::BoardProtocol protocol = protocol_that_is_up();
+  bench::BoardProtocol protocol = protocol_that_is_up();
   int n_rounds = 0;
   for (std::int64_t now_ns = 0; now_ns < 1000 * ms; now_ns = protocol.next_due_ns()) {
     const std::string requests = protocol.due(now_ns);
@@ -116,9 +116,9 @@ TEST(BoardProtocol, AHundredHertzFitTheLine)
 
 TEST(BoardProtocol, KeepsTwoOfAKindOnTheirWayAndAsksAgainWhatIsLate)
 {
-  devices::BoardSettings settings;
+  bench::BoardSettings settings;
   settings.has_stage = false;
-  devices::BoardProtocol protocol = protocol_that_is_up(settings);
+  bench::BoardProtocol protocol = protocol_that_is_up(settings);
   const std::int64_t begin_ns = protocol.next_due_ns();
   EXPECT_EQ(protocol.due(begin_ns), "P");
   EXPECT_EQ(protocol.due(begin_ns + 10 * ms), "P");
@@ -131,10 +131,10 @@ TEST(BoardProtocol, KeepsTwoOfAKindOnTheirWayAndAsksAgainWhatIsLate)
 
 TEST(BoardProtocol, FailsOnABoardThatStopsAnswering)
 {
-  devices::BoardProtocol protocol = protocol_that_is_up();
+  bench::BoardProtocol protocol = protocol_that_is_up();
   std::int64_t now_ns = protocol.next_due_ns();
   const std::int64_t begin_ns = now_ns;
-  while (protocol.phase() == devices::BoardProtocol::Phase::up) {
+  while (protocol.phase() == bench::BoardProtocol::Phase::up) {
     protocol.due(now_ns);
     ASSERT_GT(protocol.next_due_ns(), now_ns);
     now_ns = protocol.next_due_ns();
@@ -145,17 +145,17 @@ TEST(BoardProtocol, FailsOnABoardThatStopsAnswering)
 
 TEST(BoardProtocol, SetsZeroOnceItIsAnswered)
 {
-  devices::BoardProtocol protocol = protocol_that_is_up();
+  bench::BoardProtocol protocol = protocol_that_is_up();
   protocol.zero_stage();
   const std::int64_t now_ns = protocol.next_due_ns();
   EXPECT_EQ(protocol.due(now_ns).front(), 'Z');
   EXPECT_EQ(protocol.due(now_ns + 1).find('Z'), std::string::npos);
-  EXPECT_EQ(protocol.due(now_ns + devices::BoardProtocol::request_timeout_ns).front(), 'Z')
+  EXPECT_EQ(protocol.due(now_ns + bench::BoardProtocol::request_timeout_ns).front(), 'Z')
       << "no answer: again";
   EXPECT_TRUE(protocol.receive(frame('Z', {1, 0, 0, 0}), now_ns + 60 * ms).empty());
   EXPECT_EQ(protocol.due(now_ns + 200 * ms).find('Z'), std::string::npos);
 
-  devices::BoardProtocol asking({}, 0);
+  bench::BoardProtocol asking({}, 0);
   asking.zero_stage();
   asking.receive(frame('V', version), 0);
   EXPECT_EQ(asking.due(1000 * ms).find('Z'), std::string::npos) << "it was not up";
@@ -177,10 +177,10 @@ Bytes answer(char request, std::uint16_t potentiometer = 0)
   return frame;
 }
 
-std::vector<int> values(devices::SerialFrameParser& frames)
+std::vector<int> values(bench::SerialFrameParser& frames)
 {
   std::vector<int> found;
-  while (const std::optional<devices::SerialFrame> frame = frames.next())
+  while (const std::optional<bench::SerialFrame> frame = frames.next())
     found.push_back(frame->payload[0] | frame->payload[1] << 8);
   return found;
 }
@@ -193,12 +193,12 @@ Bytes& operator+=(Bytes& to, const Bytes& more)
 
 TEST(SerialFrames, ReadsEveryAnswerOfTheFirmwareByteByByte)
 {
-  devices::SerialFrameParser frames;
+  bench::SerialFrameParser frames;
   std::string requests;
   for (const char request : std::string("PEZV")) {
     for (const std::uint8_t byte : answer(request)) {
       frames.add({&byte, 1});
-      while (const std::optional<devices::SerialFrame> frame = frames.next()) requests += frame->request;
+      while (const std::optional<bench::SerialFrame> frame = frames.next()) requests += frame->request;
     }
   }
   EXPECT_EQ(requests, "PEZV");
@@ -215,7 +215,7 @@ TEST(SerialFrames, NoiseCostsTheFrameItHitsAndNoOther)
     bytes[hit.size() + bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
     bytes += answer('P', 3);
     bytes += Bytes(board_longest_frame, 0);  // completes a frame whose length was increased
-    devices::SerialFrameParser frames;
+    bench::SerialFrameParser frames;
     frames.add(bytes);
     EXPECT_EQ(values(frames), (std::vector<int>{1, 3})) << "bit " << bit;
     EXPECT_GE(frames.n_noise_runs(), 1U);
@@ -227,7 +227,7 @@ TEST(SerialFrames, FalseStartMarksAreSkippedAsNoise)
   Bytes bytes{0xA5, 0xA5, 0x5A, 0xA5,
               0x5A, 'P',  200,  0xA5};  // a start mark within a start mark; an invalid length
   bytes += answer('P', 7);
-  devices::SerialFrameParser frames;
+  bench::SerialFrameParser frames;
   frames.add(bytes);
   EXPECT_EQ(values(frames), std::vector<int>{7});
   EXPECT_EQ(frames.n_noise_runs(), 1U);
@@ -237,7 +237,7 @@ TEST(SerialFrames, DroppedBytesAndNoiseLeaveTheOtherFrames)
 {
   std::mt19937 random(5);
   int n_frames = 0, n_spoilt = 0, n_found = 0;
-  devices::SerialFrameParser frames;
+  bench::SerialFrameParser frames;
   for (int n = 0; n < 2000; ++n) {
     Bytes bytes = answer('P', static_cast<std::uint16_t>(n % 1024));
     const unsigned draw = random() % 4;

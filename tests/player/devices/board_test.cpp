@@ -9,14 +9,14 @@
 #include <optional>
 
 #include "core/error.hpp"
-#include "devices/pty_board.hpp"
+#include "bench/pty_board.hpp"
 #include "player/devices/avr_board.hpp"
 #include "player/devices/waiting.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 extern "C" {
-#include "firmware/crc16.h"
+#include "bench/crc16.h"
 }
 
 namespace vrda::board_test {
@@ -25,9 +25,9 @@ using test::is_link;
 using test::take_until;
 using test::wait_until;
 
-devices::BoardSettings settings_for(const std::string& path)
+bench::BoardSettings settings_for(const std::string& path)
 {
-  devices::BoardSettings settings;
+  bench::BoardSettings settings;
   settings.port = path;
   settings.retry_ms = 5.0;
   return settings;
@@ -36,7 +36,7 @@ devices::BoardSettings settings_for(const std::string& path)
 /// Either board.
 class AnyBoard {
  public:
-  AnyBoard(const std::string& kind, const devices::PtyBoardOptions& options)
+  AnyBoard(const std::string& kind, const bench::PtyBoardOptions& options)
   {
     if (kind == "atmega328p") {
       avr_.emplace(test::AvrBoardOptions{options});
@@ -53,25 +53,25 @@ class AnyBoard {
   }
 
  private:
-  std::optional<devices::PtyBoard> simulated_;
+  std::optional<bench::PtyBoard> simulated_;
   std::optional<test::AvrBoard> avr_;
 };
 
-bool is_up(const devices::Sample& sample)
+bool is_up(const bench::Sample& sample)
 {
-  return is_link(sample, devices::DeviceId::board, devices::LinkState::up);
+  return is_link(sample, bench::DeviceId::board, bench::LinkState::up);
 }
-bool is_closed(const devices::Sample& sample)
+bool is_closed(const bench::Sample& sample)
 {
-  return is_link(sample, devices::DeviceId::board, devices::LinkState::closed);
+  return is_link(sample, bench::DeviceId::board, bench::LinkState::closed);
 }
 
 /// A board with a knob, a stage, and a line that can corrupt bytes.
 class Board : public testing::Test {
  protected:
-  devices::PtyBoardOptions options(const std::string& link)
+  bench::PtyBoardOptions options(const std::string& link)
   {
-    devices::PtyBoardOptions options;
+    bench::PtyBoardOptions options;
     options.link = link;
     options.potentiometer = [this] { return knob_.load(); };
     options.stage_count = [this] { return stage_.load(); };
@@ -80,14 +80,14 @@ class Board : public testing::Test {
   }
   bool await_stage(int count, int flags)
   {
-    return take_until(*devices_, seen_, [=](const devices::Sample& s) {
-      return s.kind == devices::SampleKind::stage && s.count == count && s.state == flags;
+    return take_until(*devices_, seen_, [=](const bench::Sample& s) {
+      return s.kind == bench::SampleKind::stage && s.count == count && s.state == flags;
     });
   }
   bool await_knob(int value)
   {
-    return take_until(*devices_, seen_, [=](const devices::Sample& s) {
-      return s.kind == devices::SampleKind::potentiometer && s.count == value;
+    return take_until(*devices_, seen_, [=](const bench::Sample& s) {
+      return s.kind == bench::SampleKind::potentiometer && s.count == value;
     });
   }
   void start(const std::string& kind = "simulated")
@@ -117,8 +117,8 @@ class Board : public testing::Test {
   std::atomic<int> n_sent_{0};
   test::Scratch scratch_;
   std::optional<AnyBoard> board_;
-  std::optional<devices::Devices> devices_;
-  std::vector<devices::Sample> seen_;
+  std::optional<bench::Devices> devices_;
+  std::vector<bench::Sample> seen_;
 };
 
 class BothBoards : public Board, public testing::WithParamInterface<std::string> {};
@@ -136,7 +136,7 @@ TEST_P(BothBoards, ReadKnobAndStage)
     stage_ = count;
     EXPECT_TRUE(await_stage(count, 0)) << count;
   }
-  EXPECT_EQ(devices_->report(devices::DeviceId::board).n_refused, 0U);
+  EXPECT_EQ(devices_->report(bench::DeviceId::board).n_refused, 0U);
 }
 
 TEST_F(Board, LeavesLinksThatAreNotItsOwn)
@@ -144,14 +144,14 @@ TEST_F(Board, LeavesLinksThatAreNotItsOwn)
   namespace fs = std::filesystem;
   const fs::path kept = scratch_.write("kept", "x"), link = scratch_.path() / "board";
   fs::create_symlink(kept, link);
-  EXPECT_THAT(test::input_error([&] { const devices::PtyBoard board(options(link.string())); }),
+  EXPECT_THAT(test::input_error([&] { const bench::PtyBoard board(options(link.string())); }),
               test::refuses({.field = link.string(), .found = kept.string()}));
   EXPECT_EQ(fs::read_symlink(link), kept);
   // A killed board leaves a link to a terminal; at the end another board may own the path.
   fs::remove(link);
   fs::create_symlink("/dev/pts/9999", link);
   {
-    const devices::PtyBoard board(options(link.string()));
+    const bench::PtyBoard board(options(link.string()));
     EXPECT_NE(fs::read_symlink(link), "/dev/pts/9999");
     fs::remove(link);
     fs::create_symlink(kept, link);
@@ -165,9 +165,9 @@ TEST_P(BothBoards, SetTheStageToZero)
   stage_ = 300;
   EXPECT_TRUE(await_stage(300, 0));
   EXPECT_TRUE(devices_->zero_stage());
-  EXPECT_TRUE(await_stage(0, devices::stage_zeroed));
+  EXPECT_TRUE(await_stage(0, bench::stage_zeroed));
   stage_ = 200;
-  EXPECT_TRUE(await_stage(-100, devices::stage_zeroed));
+  EXPECT_TRUE(await_stage(-100, bench::stage_zeroed));
 }
 
 TEST_P(BothBoards, SetOnlyAStageThatIsUpToZero)
@@ -177,12 +177,12 @@ TEST_P(BothBoards, SetOnlyAStageThatIsUpToZero)
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
   EXPECT_FALSE(devices_->zero_stage());
   board_->plug();
-  devices::BoardSettings settings = settings_for(board_->path());
+  bench::BoardSettings settings = settings_for(board_->path());
   settings.has_stage = false;
   devices_.emplace(std::nullopt, settings);
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
   EXPECT_FALSE(devices_->zero_stage());
-  EXPECT_FALSE(devices::Devices(std::nullopt, std::nullopt).zero_stage());
+  EXPECT_FALSE(bench::Devices(std::nullopt, std::nullopt).zero_stage());
 }
 
 TEST_P(BothBoards, ReconnectAtTheSameLinkAfterTheTerminalWasRemoved)
@@ -193,7 +193,7 @@ TEST_P(BothBoards, ReconnectAtTheSameLinkAfterTheTerminalWasRemoved)
   board_->unplug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
   EXPECT_TRUE(wait_until([&] {
-    return devices_->report(devices::DeviceId::board).error_message == "No such file or directory";
+    return devices_->report(bench::DeviceId::board).error_message == "No such file or directory";
   }));
   board_->plug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
@@ -222,13 +222,13 @@ TEST_P(BothBoards, LoseReadingsByNoiseAndDroppedBytesAndNothingElse)
     ASSERT_TRUE(await_knob(value));
   }
   drops_ = false;
-  EXPECT_GT(devices_->report(devices::DeviceId::board).n_refused, 0U);
-  EXPECT_EQ(devices_->report(devices::DeviceId::board).n_connects, 1U);
+  EXPECT_GT(devices_->report(bench::DeviceId::board).n_refused, 0U);
+  EXPECT_EQ(devices_->report(bench::DeviceId::board).n_connects, 1U);
   int n_wrong = 0;
-  for (const devices::Sample& sample : seen_) {
-    n_wrong += sample.kind == devices::SampleKind::stage && sample.count != 0 ? 1 : 0;
+  for (const bench::Sample& sample : seen_) {
+    n_wrong += sample.kind == bench::SampleKind::stage && sample.count != 0 ? 1 : 0;
     n_wrong +=
-        sample.kind == devices::SampleKind::potentiometer && sample.count > 99 && sample.count != 512 ? 1 : 0;
+        sample.kind == bench::SampleKind::potentiometer && sample.count > 99 && sample.count != 512 ? 1 : 0;
   }
   EXPECT_EQ(n_wrong, 0);
 }
@@ -239,10 +239,10 @@ TEST_P(BothBoards, SayThatTheVersionIsAnother)
   board_.emplace(GetParam(), options(""));
   devices_.emplace(std::nullopt, settings_for(board_->path()));
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_EQ(devices_->report(devices::DeviceId::board).error_message, "found protocol version 9, wanted 1");
+  EXPECT_EQ(devices_->report(bench::DeviceId::board).error_message, "found protocol version 9, wanted 1");
   says_version_ = 1;
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
-  EXPECT_EQ(devices_->report(devices::DeviceId::board).error_message, "");
+  EXPECT_EQ(devices_->report(bench::DeviceId::board).error_message, "");
 }
 
 TEST_P(BothBoards, AreReconnectedWhenTheyStopAnswering)
@@ -250,7 +250,7 @@ TEST_P(BothBoards, AreReconnectedWhenTheyStopAnswering)
   start(GetParam());
   is_silent_ = true;
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_EQ(devices_->report(devices::DeviceId::board).error_message,
+  EXPECT_EQ(devices_->report(bench::DeviceId::board).error_message,
             "found no answer for 1 s, wanted readings");
   is_silent_ = false;
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
@@ -259,17 +259,17 @@ TEST_P(BothBoards, AreReconnectedWhenTheyStopAnswering)
 
 TEST_F(Board, SaysWhyAPortCannotBeOpened)
 {
-  devices::BoardSettings settings;
+  bench::BoardSettings settings;
   settings.port = (scratch_.path() / "none").string();
   settings.retry_ms = 1.0;
-  const devices::Devices none(std::nullopt, settings);
+  const bench::Devices none(std::nullopt, settings);
   EXPECT_TRUE(wait_until(
-      [&] { return none.report(devices::DeviceId::board).error_message == "No such file or directory"; }));
+      [&] { return none.report(bench::DeviceId::board).error_message == "No such file or directory"; }));
   settings.port = (scratch_.path() / "file").string();
   std::ofstream(settings.port) << "no terminal";
-  const devices::Devices file(std::nullopt, settings);
+  const bench::Devices file(std::nullopt, settings);
   EXPECT_TRUE(wait_until([&] {
-    return file.report(devices::DeviceId::board).error_message == "Inappropriate ioctl for device";
+    return file.report(bench::DeviceId::board).error_message == "Inappropriate ioctl for device";
   }));
 }
 
@@ -277,10 +277,10 @@ TEST_F(Board, AFileIsNotReplacedByALink)
 {
   const std::string path = (scratch_.path() / "file").string();
   std::ofstream(path) << "precious";
-  EXPECT_THAT(test::input_error([&] { devices::PtyBoard board(options(path)); }),
+  EXPECT_THAT(test::input_error([&] { bench::PtyBoard board(options(path)); }),
               test::refuses({.field = path, .found = "file"}));
   EXPECT_TRUE(std::filesystem::is_regular_file(path));
-  EXPECT_THROW(devices::PtyBoard(options((scratch_.path() / "no folder/board").string())), InputError);
+  EXPECT_THROW(bench::PtyBoard(options((scratch_.path() / "no folder/board").string())), InputError);
 }
 
 }  // namespace vrda::board_test

@@ -31,12 +31,12 @@ class Firmware : public testing::Test {
     options.signals.potentiometer = [this] { return knob_.load(); };
     options.signals.stage_count = [this] { return stage_.load(); };
     board_.emplace(options);
-    devices::BoardSettings settings;
+    bench::BoardSettings settings;
     settings.port = board_->path();
     settings.retry_ms = 5.0;
     devices_.emplace(std::nullopt, settings);
-    ASSERT_TRUE(await([](const devices::Sample& s) {
-      return test::is_link(s, devices::DeviceId::board, devices::LinkState::up);
+    ASSERT_TRUE(await([](const bench::Sample& s) {
+      return test::is_link(s, bench::DeviceId::board, bench::LinkState::up);
     }));
   }
 
@@ -48,8 +48,8 @@ class Firmware : public testing::Test {
   }
   testing::AssertionResult await_stage(int count, int flags)
   {
-    const bool has_come = await([=](const devices::Sample& s) {
-      return s.kind == devices::SampleKind::stage && s.count == count && s.state == flags;
+    const bool has_come = await([=](const bench::Sample& s) {
+      return s.kind == bench::SampleKind::stage && s.count == count && s.state == flags;
     });
     if (has_come) return testing::AssertionSuccess();
     testing::AssertionResult missing = testing::AssertionFailure();
@@ -61,16 +61,16 @@ class Firmware : public testing::Test {
   }
   bool await_knob(int value)
   {
-    return await([=](const devices::Sample& s) {
-      return s.kind == devices::SampleKind::potentiometer && s.count == value;
+    return await([=](const bench::Sample& s) {
+      return s.kind == bench::SampleKind::potentiometer && s.count == value;
     });
   }
 
   test::Scratch scratch_;
   std::atomic<int> knob_{512}, stage_{0};
   std::optional<test::AvrBoard> board_;
-  std::optional<devices::Devices> devices_;
-  std::vector<devices::Sample> seen_;
+  std::optional<bench::Devices> devices_;
+  std::vector<bench::Sample> seen_;
 };
 
 /// Sweeps over the stage's whole rail and reversals within a few counts, always at 100,000 counts a second; after each
@@ -79,7 +79,7 @@ TEST_F(Firmware, LosesNoCountAtAHundredThousandASecond)
 {
   start(false);
   ASSERT_TRUE(devices_->zero_stage());
-  ASSERT_TRUE(await_stage(0, devices::stage_zeroed));
+  ASSERT_TRUE(await_stage(0, bench::stage_zeroed));
   std::mt19937 random(20);
   constexpr int rail_counts = 120'000;  // 60 cm
   constexpr double counts_a_second = 100'000.0;
@@ -91,13 +91,13 @@ TEST_F(Firmware, LosesNoCountAtAHundredThousandASecond)
     counted += std::abs(target - stage_);
     stage_ = target;
     knob_ = n_motions % 1024;
-    ASSERT_TRUE(await_stage(target, devices::stage_zeroed)) << n_motions;
+    ASSERT_TRUE(await_stage(target, bench::stage_zeroed)) << n_motions;
     ASSERT_TRUE(await_knob(knob_)) << n_motions;
   }
   // At least a quarter of the time at full speed.
   EXPECT_GT(counted, 0.25 * counts_a_second * wanted_s());
-  EXPECT_EQ(devices_->report(devices::DeviceId::board).n_refused, 0U);
-  EXPECT_EQ(devices_->report(devices::DeviceId::board).n_connects, 1U);
+  EXPECT_EQ(devices_->report(bench::DeviceId::board).n_refused, 0U);
+  EXPECT_EQ(devices_->report(bench::DeviceId::board).n_connects, 1U);
   std::cout << n_motions << " motions, " << counted << " counts in " << board_->simulated_s() << " simulated s\n";
 }
 
@@ -106,16 +106,16 @@ TEST_F(Firmware, AResetLosesThePositionAndSaysSo)
 {
   start(true);
   ASSERT_TRUE(devices_->zero_stage());
-  ASSERT_TRUE(await_stage(0, devices::stage_zeroed));
+  ASSERT_TRUE(await_stage(0, bench::stage_zeroed));
   stage_ = 700;
-  ASSERT_TRUE(await_stage(700, devices::stage_zeroed));
+  ASSERT_TRUE(await_stage(700, bench::stage_zeroed));
   board_->reset();
   ASSERT_TRUE(await_stage(0, 0));
   stage_ = 650;
   EXPECT_TRUE(await_stage(-50, 0));
   ASSERT_TRUE(devices_->zero_stage());
-  EXPECT_TRUE(await_stage(0, devices::stage_zeroed));
-  EXPECT_EQ(devices_->report(devices::DeviceId::board).n_connects, 1U);
+  EXPECT_TRUE(await_stage(0, bench::stage_zeroed));
+  EXPECT_EQ(devices_->report(bench::DeviceId::board).n_connects, 1U);
 }
 
 /// A step over two states has no direction: the count is marked as lost until the next zero.
@@ -123,11 +123,11 @@ TEST_F(Firmware, MarksALostCount)
 {
   start(true);
   ASSERT_TRUE(devices_->zero_stage());
-  ASSERT_TRUE(await_stage(0, devices::stage_zeroed));
+  ASSERT_TRUE(await_stage(0, bench::stage_zeroed));
   board_->skip_state();
-  EXPECT_TRUE(await_stage(0, devices::stage_zeroed | devices::stage_lost_counts));
+  EXPECT_TRUE(await_stage(0, bench::stage_zeroed | bench::stage_lost_counts));
   ASSERT_TRUE(devices_->zero_stage());
-  EXPECT_TRUE(await_stage(0, devices::stage_zeroed));
+  EXPECT_TRUE(await_stage(0, bench::stage_zeroed));
 }
 
 /// Every count of the converter, from end to end.

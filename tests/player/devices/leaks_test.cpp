@@ -9,8 +9,8 @@
 #include <optional>
 #include <sstream>
 
-#include "devices/pty_board.hpp"
-#include "devices/tracker_server.hpp"
+#include "bench/pty_board.hpp"
+#include "bench/tracker_server.hpp"
 #include "player/devices/waiting.hpp"
 
 namespace vrda::leaks_test {
@@ -34,18 +34,18 @@ Held held()
   return {n_entries("/proc/self/fd"), n_entries("/proc/self/task"), mallinfo2().uordblks};
 }
 
-std::vector<igtl::IgtlMessage> femur(std::uint64_t tick)
+std::vector<bench::IgtlMessage> femur(std::uint64_t tick)
 {
-  igtl::IgtlMessage message;
-  message.kind = igtl::IgtlKind::tdata;
+  bench::IgtlMessage message;
+  message.kind = bench::IgtlKind::tdata;
   message.device_ns = static_cast<std::int64_t>(tick + 1);
   message.tools.push_back({"Femur"});
   return {message};
 }
 
-devices::PtyBoardOptions knob_and_stage()
+bench::PtyBoardOptions knob_and_stage()
 {
-  devices::PtyBoardOptions options;
+  bench::PtyBoardOptions options;
   options.potentiometer = [] { return 1; };
   options.stage_count = [] { return 1; };
   return options;
@@ -66,21 +66,21 @@ void expect_same(const Held& before, const Held& after, int n_connects)
 
 TEST(Leaks, AThousandConnectsAndDisconnectsOfBothDevicesLeaveNothing)
 {
-  devices::TrackerServerOptions options;
+  bench::TrackerServerOptions options;
   options.rate_hz = 1000.0;
-  devices::TrackerServer server(options, femur);
-  const devices::PtyBoard board(knob_and_stage());
-  devices::TrackerSettings tracker;
+  bench::TrackerServer server(options, femur);
+  const bench::PtyBoard board(knob_and_stage());
+  bench::TrackerSettings tracker;
   tracker.port = server.port();
   tracker.tools = {"Femur"};
-  devices::BoardSettings line;
+  bench::BoardSettings line;
   line.port = board.path();
   const auto connect_and_leave = [&] {
-    devices::Devices devices(tracker, line);
-    std::vector<devices::Sample> seen;
-    for (const devices::DeviceId device : {devices::DeviceId::tracker, devices::DeviceId::board}) {
-      const auto is_up = [device](const devices::Sample& s) {
-        return is_link(s, device, devices::LinkState::up);
+    bench::Devices devices(tracker, line);
+    std::vector<bench::Sample> seen;
+    for (const bench::DeviceId device : {bench::DeviceId::tracker, bench::DeviceId::board}) {
+      const auto is_up = [device](const bench::Sample& s) {
+        return is_link(s, device, bench::LinkState::up);
       };
       const bool is_seen = std::ranges::any_of(seen, is_up);
       ASSERT_TRUE(is_seen || take_until(devices, seen, is_up));
@@ -98,22 +98,22 @@ TEST(Leaks, AThousandConnectsAndDisconnectsOfBothDevicesLeaveNothing)
 
 TEST(Leaks, AThousandConnectionsLostAndMadeAgainLeaveNothing)
 {
-  devices::TrackerServerOptions options;
+  bench::TrackerServerOptions options;
   options.rate_hz = 1000.0;
-  devices::TrackerServer server(options, femur);
-  devices::TrackerSettings tracker;
+  bench::TrackerServer server(options, femur);
+  bench::TrackerSettings tracker;
   tracker.port = server.port();
   tracker.tools = {"Femur"};
   tracker.retry_ms = 1.0;
-  devices::Devices devices(tracker, std::nullopt);
-  std::vector<devices::Sample> seen;
+  bench::Devices devices(tracker, std::nullopt);
+  std::vector<bench::Sample> seen;
   const auto be_lost = [&] {
     seen.clear();
     ASSERT_TRUE(take_until(devices, seen,
-                           [](const devices::Sample& s) { return s.is(devices::ToolVisibility::seen); }));
-    server.inject_fault(devices::FaultInjection::close_connections);
-    ASSERT_TRUE(take_until(devices, seen, [](const devices::Sample& s) {
-      return is_link(s, devices::DeviceId::tracker, devices::LinkState::closed);
+                           [](const bench::Sample& s) { return s.is(bench::ToolVisibility::seen); }));
+    server.inject_fault(bench::FaultInjection::close_connections);
+    ASSERT_TRUE(take_until(devices, seen, [](const bench::Sample& s) {
+      return is_link(s, bench::DeviceId::tracker, bench::LinkState::closed);
     }));
   };
   constexpr int n_first = 100, n_connects = 1000;
@@ -126,7 +126,7 @@ TEST(Leaks, AThousandConnectionsLostAndMadeAgainLeaveNothing)
   EXPECT_LE(std::abs(after.n_descriptors - before.n_descriptors), 3);
   EXPECT_EQ(after.n_threads, before.n_threads);
   EXPECT_LT(after.bytes, before.bytes + allowed_bytes(n_connects));
-  EXPECT_GE(devices.report(devices::DeviceId::tracker).n_connects,
+  EXPECT_GE(devices.report(bench::DeviceId::tracker).n_connects,
             static_cast<std::uint64_t>(n_first + n_connects));
 }
 
@@ -150,14 +150,14 @@ std::vector<std::string> listeners(std::uint16_t port)
 
 TEST(Loopback, NothingListensBeyondThisMachineUnlessTheAddressSaysSo)
 {
-  const devices::TrackerServer server({}, femur);
-  devices::TrackerSettings tracker;
+  const bench::TrackerServer server({}, femur);
+  bench::TrackerSettings tracker;
   tracker.port = server.port();
-  const devices::Devices devices(tracker, std::nullopt);
+  const bench::Devices devices(tracker, std::nullopt);
   EXPECT_EQ(listeners(server.port()), std::vector<std::string>{"0100007F"});  // 127.0.0.1, lowest byte first
-  devices::TrackerServerOptions open;
+  bench::TrackerServerOptions open;
   open.address = "0.0.0.0";
-  const devices::TrackerServer everywhere(open, femur);
+  const bench::TrackerServer everywhere(open, femur);
   EXPECT_EQ(listeners(everywhere.port()), std::vector<std::string>{"00000000"});
 }
 

@@ -1,4 +1,4 @@
-#include "devices/tracker_protocol.hpp"
+#include "bench/tracker_protocol.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,17 +7,17 @@ namespace vrda::tracker_protocol_test {
 
 constexpr std::int64_t ms = 1'000'000;
 
-devices::TrackerSettings settings()
+bench::TrackerSettings settings()
 {
-  devices::TrackerSettings settings;
+  bench::TrackerSettings settings;
   settings.tools = {"Femur", "Tibia"};
   return settings;
 }
 
-igtl::IgtlMessage message(igtl::IgtlKind kind, const std::string& device, std::int64_t device_ns,
+bench::IgtlMessage message(bench::IgtlKind kind, const std::string& device, std::int64_t device_ns,
                           const std::vector<std::string>& tools)
 {
-  igtl::IgtlMessage message;
+  bench::IgtlMessage message;
   message.kind = kind;
   message.device = device;
   message.device_ns = device_ns;
@@ -29,17 +29,17 @@ igtl::IgtlMessage message(igtl::IgtlKind kind, const std::string& device, std::i
   return message;
 }
 
-igtl::IgtlMessage femur(std::int64_t device_ns)
+bench::IgtlMessage femur(std::int64_t device_ns)
 {
-  return message(igtl::IgtlKind::transform, "Femur", device_ns, {"Femur"});
+  return message(bench::IgtlKind::transform, "Femur", device_ns, {"Femur"});
 }
 
 /// Tool and state of each sample, as "0 seen 1 stale".
-std::string summary(const std::vector<devices::Sample>& samples)
+std::string summary(const std::vector<bench::Sample>& samples)
 {
   static const char* const names[] = {"seen", "missing", "stale", "not_a_place"};
   std::string text;
-  for (const devices::Sample& sample : samples)
+  for (const bench::Sample& sample : samples)
     text += std::to_string(sample.source) + " " + names[sample.state] + " ";
   if (!text.empty()) text.pop_back();
   return text;
@@ -47,105 +47,105 @@ std::string summary(const std::vector<devices::Sample>& samples)
 
 TEST(ToolWatch, RepeatedTimeStampsBecomeStale)
 {
-  devices::ToolMonitor watch(100 * ms, 0);
-  EXPECT_EQ(watch.receive_stamp(5, 10 * ms), devices::ToolMonitor::StampCheck::accepted);
+  bench::ToolMonitor watch(100 * ms, 0);
+  EXPECT_EQ(watch.receive_stamp(5, 10 * ms), bench::ToolMonitor::StampCheck::accepted);
   for (int n = 2; n < 11; ++n)
-    EXPECT_EQ(watch.receive_stamp(5, 10 * n * ms), devices::ToolMonitor::StampCheck::repeated);
+    EXPECT_EQ(watch.receive_stamp(5, 10 * n * ms), bench::ToolMonitor::StampCheck::repeated);
   EXPECT_FALSE(watch.becomes_stale(110 * ms - 1));
   EXPECT_TRUE(watch.becomes_stale(110 * ms));
   EXPECT_FALSE(watch.becomes_stale(210 * ms - 1));
   EXPECT_TRUE(watch.becomes_stale(210 * ms)) << "it is said again";
-  EXPECT_EQ(watch.receive_stamp(6, 215 * ms), devices::ToolMonitor::StampCheck::accepted);
+  EXPECT_EQ(watch.receive_stamp(6, 215 * ms), bench::ToolMonitor::StampCheck::accepted);
 }
 
 TEST(ToolWatch, AClockSetBackIsAcceptedOnceItAdvances)
 {
-  devices::ToolMonitor watch(100 * ms, 0);
-  EXPECT_EQ(watch.receive_stamp(1000, 0), devices::ToolMonitor::StampCheck::accepted);
-  for (int n = 1; n < devices::ToolMonitor::n_to_accept_clock; ++n) {
-    EXPECT_EQ(watch.receive_stamp(500 + n, n * ms), devices::ToolMonitor::StampCheck::behind);
-    EXPECT_EQ(watch.receive_stamp(500 + n, n * ms), devices::ToolMonitor::StampCheck::behind)
+  bench::ToolMonitor watch(100 * ms, 0);
+  EXPECT_EQ(watch.receive_stamp(1000, 0), bench::ToolMonitor::StampCheck::accepted);
+  for (int n = 1; n < bench::ToolMonitor::n_to_accept_clock; ++n) {
+    EXPECT_EQ(watch.receive_stamp(500 + n, n * ms), bench::ToolMonitor::StampCheck::behind);
+    EXPECT_EQ(watch.receive_stamp(500 + n, n * ms), bench::ToolMonitor::StampCheck::behind)
         << "a repeated stamp is no news";
   }
-  EXPECT_EQ(watch.receive_stamp(600, 50 * ms), devices::ToolMonitor::StampCheck::accepted);
-  EXPECT_EQ(watch.receive_stamp(601, 51 * ms), devices::ToolMonitor::StampCheck::accepted);
+  EXPECT_EQ(watch.receive_stamp(600, 50 * ms), bench::ToolMonitor::StampCheck::accepted);
+  EXPECT_EQ(watch.receive_stamp(601, 51 * ms), bench::ToolMonitor::StampCheck::accepted);
 }
 
 TEST(ToolWatch, IsolatedBackwardTimeStampsAreRejected)
 {
-  devices::ToolMonitor watch(100 * ms, 0);
-  EXPECT_EQ(watch.receive_stamp(1000, 0), devices::ToolMonitor::StampCheck::accepted);
-  EXPECT_EQ(watch.receive_stamp(900, 1), devices::ToolMonitor::StampCheck::behind);
-  EXPECT_EQ(watch.receive_stamp(1001, 2), devices::ToolMonitor::StampCheck::accepted);
+  bench::ToolMonitor watch(100 * ms, 0);
+  EXPECT_EQ(watch.receive_stamp(1000, 0), bench::ToolMonitor::StampCheck::accepted);
+  EXPECT_EQ(watch.receive_stamp(900, 1), bench::ToolMonitor::StampCheck::behind);
+  EXPECT_EQ(watch.receive_stamp(1001, 2), bench::ToolMonitor::StampCheck::accepted);
   for (int n = 0; n < 100; ++n)  // alternating stamps are not a clock
-    EXPECT_EQ(watch.receive_stamp(n % 2 == 0 ? 500 : 400, 3 + n), devices::ToolMonitor::StampCheck::behind);
+    EXPECT_EQ(watch.receive_stamp(n % 2 == 0 ? 500 : 400, 3 + n), bench::ToolMonitor::StampCheck::behind);
   EXPECT_TRUE(watch.becomes_stale(100 * ms + 2));
 }
 
 TEST(ToolWatch, NoStampAlwaysCounts)
 {
-  devices::ToolMonitor watch(100 * ms, 0);
+  bench::ToolMonitor watch(100 * ms, 0);
   for (int n = 0; n < 5; ++n)
-    EXPECT_EQ(watch.receive_stamp(0, n), devices::ToolMonitor::StampCheck::accepted);
+    EXPECT_EQ(watch.receive_stamp(0, n), bench::ToolMonitor::StampCheck::accepted);
 }
 
 TEST(TrackerProtocol, PlacesCarryToolTimesAndPose)
 {
-  devices::TrackerProtocol protocol(settings(), 0);
-  igtl::IgtlMessage said = message(igtl::IgtlKind::tdata, "Tracker", 42, {"Other", "Tibia", "Femur"});
+  bench::TrackerProtocol protocol(settings(), 0);
+  bench::IgtlMessage said = message(bench::IgtlKind::tdata, "Tracker", 42, {"Other", "Tibia", "Femur"});
   said.tools[1].X_tracker_tool.translation() = Eigen::Vector3d(1.0, 2.0, 3.0);
-  const std::vector<devices::Sample> samples = protocol.receive(said, 7);
+  const std::vector<bench::Sample> samples = protocol.receive(said, 7);
   ASSERT_EQ(summary(samples), "0 seen 1 seen");
   EXPECT_EQ(samples[1].arrival_ns, 7);
   EXPECT_EQ(samples[1].device_ns, 42);
-  EXPECT_EQ(Eigen::Vector3d(devices::pose_of(samples[1].tool_pose).translation()),
+  EXPECT_EQ(Eigen::Vector3d(bench::pose_of(samples[1].tool_pose).translation()),
             Eigen::Vector3d(1.0, 2.0, 3.0));
 }
 
 TEST(TrackerProtocol, AToolLeftOutOfItsListIsMissing)
 {
-  devices::TrackerProtocol protocol(settings(), 0);
-  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 0)),
+  bench::TrackerProtocol protocol(settings(), 0);
+  EXPECT_EQ(summary(protocol.receive(message(bench::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 0)),
             "0 seen 1 missing")
       << "never heard of";
-  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Tracker", 2, {"Femur", "Tibia"}), 1)),
+  EXPECT_EQ(summary(protocol.receive(message(bench::IgtlKind::tdata, "Tracker", 2, {"Femur", "Tibia"}), 1)),
             "0 seen 1 seen");
-  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Second", 3, {"Stylus"}), 2)), "")
+  EXPECT_EQ(summary(protocol.receive(message(bench::IgtlKind::tdata, "Second", 3, {"Stylus"}), 2)), "")
       << "another tracker's list";
-  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::qtdata, "Tracker", 3, {}), 3)),
+  EXPECT_EQ(summary(protocol.receive(message(bench::IgtlKind::qtdata, "Tracker", 3, {}), 3)),
             "0 missing 1 missing");
   EXPECT_EQ(summary(protocol.receive(femur(4), 4)), "0 seen");
-  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Tracker", 5, {"Tibia"}), 5)), "1 seen")
+  EXPECT_EQ(summary(protocol.receive(message(bench::IgtlKind::tdata, "Tracker", 5, {"Tibia"}), 5)), "1 seen")
       << "the femur has messages of its own";
 }
 
 TEST(TrackerProtocol, AStatusOfAToolIsAboutIt)
 {
-  devices::TrackerProtocol protocol(settings(), 0);
-  igtl::IgtlMessage status = message(igtl::IgtlKind::status, "Tibia", 1, {});
+  bench::TrackerProtocol protocol(settings(), 0);
+  bench::IgtlMessage status = message(bench::IgtlKind::status, "Tibia", 1, {});
   EXPECT_EQ(summary(protocol.receive(status, 0)), "");
-  EXPECT_EQ(devices::error_text_of(status), "");
+  EXPECT_EQ(bench::error_text_of(status), "");
   status.code = 16;
   status.text = "not present";
   EXPECT_EQ(summary(protocol.receive(status, 1)), "1 missing");
-  EXPECT_EQ(devices::error_text_of(status), "Tibia: status 16 (not present)");
+  EXPECT_EQ(bench::error_text_of(status), "Tibia: status 16 (not present)");
   status.device = "Tracker";
   EXPECT_EQ(summary(protocol.receive(status, 2)), "");
-  igtl::IgtlMessage refusal = message(igtl::IgtlKind::tdata_started, "Tracker", 1, {});
-  EXPECT_EQ(devices::error_text_of(refusal), "Tracker: refuses to stream TDATA");
+  bench::IgtlMessage refusal = message(bench::IgtlKind::tdata_started, "Tracker", 1, {});
+  EXPECT_EQ(bench::error_text_of(refusal), "Tracker: refuses to stream TDATA");
   refusal.code = 0;
-  EXPECT_EQ(devices::error_text_of(refusal), "");
+  EXPECT_EQ(bench::error_text_of(refusal), "");
 }
 
 TEST(TrackerProtocol, InvalidPosesAndMissingToolsAreNotStale)
 {
-  devices::TrackerProtocol protocol(settings(), 0);
-  igtl::IgtlMessage said = femur(1);
-  said.tools[0].visibility = igtl::ToolVisibility::invalid_pose;
+  bench::TrackerProtocol protocol(settings(), 0);
+  bench::IgtlMessage said = femur(1);
+  said.tools[0].visibility = bench::ToolVisibility::invalid_pose;
   EXPECT_EQ(summary(protocol.receive(said, 90 * ms)), "0 not_a_place");
   EXPECT_EQ(summary(protocol.stale_samples(110 * ms)), "1 missing") << "there is news of the other tool";
   said.device_ns = 2;
-  said.tools[0].visibility = igtl::ToolVisibility::missing;
+  said.tools[0].visibility = bench::ToolVisibility::missing;
   EXPECT_EQ(summary(protocol.receive(said, 180 * ms)), "0 missing");
   EXPECT_EQ(summary(protocol.stale_samples(200 * ms)), "");
   EXPECT_EQ(summary(protocol.stale_samples(280 * ms)), "0 stale 1 stale");
@@ -153,24 +153,24 @@ TEST(TrackerProtocol, InvalidPosesAndMissingToolsAreNotStale)
 
 TEST(TrackerProtocol, AClockSetBackIsStaleUntilItIsAccepted)
 {
-  devices::TrackerProtocol protocol(settings(), 0);
+  bench::TrackerProtocol protocol(settings(), 0);
   EXPECT_EQ(summary(protocol.receive(femur(1000), 0)), "0 seen");
   EXPECT_EQ(summary(protocol.receive(femur(1000), 1)), "") << "nothing new";
-  for (int n = 1; n < devices::ToolMonitor::n_to_accept_clock; ++n)
+  for (int n = 1; n < bench::ToolMonitor::n_to_accept_clock; ++n)
     EXPECT_EQ(summary(protocol.receive(femur(n), n)), "0 stale");
   EXPECT_EQ(summary(protocol.receive(femur(100), 9)), "0 seen");
 }
 
 /// The states at the end of three periods of 150 ms: the tibia is absent, the clock does not advance,
 /// silence.
-std::string course(igtl::IgtlKind kind)
+std::string course(bench::IgtlKind kind)
 {
-  devices::TrackerProtocol protocol(settings(), 0);
-  const bool is_list = kind == igtl::IgtlKind::tdata || kind == igtl::IgtlKind::qtdata;
+  bench::TrackerProtocol protocol(settings(), 0);
+  const bool is_list = kind == bench::IgtlKind::tdata || kind == bench::IgtlKind::qtdata;
   std::vector<std::string> state{"none", "none"};
   std::string text;
-  const auto take = [&](const std::vector<devices::Sample>& samples) {
-    for (const devices::Sample& sample : samples) state[sample.source] = summary({sample}).substr(2);
+  const auto take = [&](const std::vector<bench::Sample>& samples) {
+    for (const bench::Sample& sample : samples) state[sample.source] = summary({sample}).substr(2);
   };
   const auto send = [&](std::int64_t now_ms, const std::vector<std::string>& tools, std::int64_t stamp) {
     if (is_list) take(protocol.receive(message(kind, "Tracker", stamp, tools), now_ms * ms));
@@ -196,8 +196,8 @@ std::string course(igtl::IgtlKind kind)
 
 TEST(TrackerProtocol, AbsentAndStaleMeanTheSameForEveryType)
 {
-  for (const igtl::IgtlKind kind :
-       {igtl::IgtlKind::transform, igtl::IgtlKind::position, igtl::IgtlKind::tdata, igtl::IgtlKind::qtdata}) {
+  for (const bench::IgtlKind kind :
+       {bench::IgtlKind::transform, bench::IgtlKind::position, bench::IgtlKind::tdata, bench::IgtlKind::qtdata}) {
     SCOPED_TRACE(static_cast<int>(kind));
     EXPECT_EQ(course(kind), "seen seen; seen missing; seen seen; stale stale; seen seen; stale stale; ");
   }
@@ -205,15 +205,15 @@ TEST(TrackerProtocol, AbsentAndStaleMeanTheSameForEveryType)
 
 TEST(TrackerProtocol, AFrozenListIsStaleForAToolThatItLacks)
 {
-  devices::TrackerProtocol protocol(settings(), 0);
-  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 0)),
+  bench::TrackerProtocol protocol(settings(), 0);
+  EXPECT_EQ(summary(protocol.receive(message(bench::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 0)),
             "0 seen 1 missing");
-  EXPECT_EQ(summary(protocol.receive(message(igtl::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 50 * ms)), "");
+  EXPECT_EQ(summary(protocol.receive(message(bench::IgtlKind::tdata, "Tracker", 1, {"Femur"}), 50 * ms)), "");
   EXPECT_EQ(summary(protocol.stale_samples(100 * ms)), "0 stale 1 stale");
 }
 
 /// One message of the femur every 10 ms from `from_ms`, with advancing stamps; the state of the last sample.
-std::string last_state(devices::TrackerProtocol& protocol, igtl::IgtlMessage said, std::int64_t from_ms,
+std::string last_state(bench::TrackerProtocol& protocol, bench::IgtlMessage said, std::int64_t from_ms,
                        std::int64_t n, bool is_jittering)
 {
   std::string state;
@@ -241,11 +241,11 @@ TEST(TrackerProtocol, ATrackedPoseThatFreezesIsHiddenUnlessTheServerStatesIt)
         Row{"fixed from the start", false, false, false, "0 seen", "0 seen", "have not changed"},
         Row{"stated as seen", true, false, true, "0 seen", "0 seen", "the server states"},
         Row{"fixed and stated", false, false, true, "0 seen", "0 seen", nullptr}}) {
-    for (const igtl::IgtlKind kind : {igtl::IgtlKind::transform, igtl::IgtlKind::position,
-                                      igtl::IgtlKind::tdata, igtl::IgtlKind::qtdata}) {
+    for (const bench::IgtlKind kind : {bench::IgtlKind::transform, bench::IgtlKind::position,
+                                      bench::IgtlKind::tdata, bench::IgtlKind::qtdata}) {
       SCOPED_TRACE(row.name);
-      devices::TrackerProtocol protocol(settings(), 0);
-      igtl::IgtlMessage said = message(kind, "Femur", 1, {"Femur"});
+      bench::TrackerProtocol protocol(settings(), 0);
+      bench::IgtlMessage said = message(kind, "Femur", 1, {"Femur"});
       said.tools[0].is_stated = row.is_stated;
       said.tools[0].X_tracker_tool.translation() = Eigen::Vector3d(10.0, 20.0, 30.0);
       last_state(protocol, said, 0, row.has_jittered ? 100 : 0, true);
@@ -285,15 +285,15 @@ TEST(TrackerProtocol, StampsThatDoNotFollowThePosesAreReplacedByArrivals)
             "do not advance"},
         Row{"set back", [](std::int64_t t) { return t < 2500 ? t : t - 1500; }, 80, true, "went back"}}) {
     SCOPED_TRACE(row.name);
-    devices::TrackerProtocol protocol(settings(), 0);
+    bench::TrackerProtocol protocol(settings(), 0);
     int n_seen = 0;
     std::int64_t stamp_ns = 0;
     for (std::int64_t k = 0; k < 90; ++k) {
       const std::int64_t now_ms = 1000 + 33 * k;
-      igtl::IgtlMessage said = femur(row.stamp_ms(now_ms) * ms);
+      bench::IgtlMessage said = femur(row.stamp_ms(now_ms) * ms);
       said.tools[0].X_tracker_tool.translation().x() = static_cast<double>(k);
-      for (const devices::Sample& sample : protocol.receive(said, now_ms * ms)) {
-        n_seen += sample.is(devices::ToolVisibility::seen) ? 1 : 0;
+      for (const bench::Sample& sample : protocol.receive(said, now_ms * ms)) {
+        n_seen += sample.is(bench::ToolVisibility::seen) ? 1 : 0;
         stamp_ns = sample.device_ns;
       }
     }

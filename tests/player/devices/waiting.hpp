@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "devices/devices.hpp"
+#include "bench/devices.hpp"
 
 namespace vrda::test {
 
@@ -26,10 +26,10 @@ bool wait_until(Condition condition)
 
 /// Takes samples into `seen` until one matches; false after the guard time.
 template <class Fits>
-bool take_until(devices::Devices& devices, std::vector<devices::Sample>& seen, Fits fits)
+bool take_until(bench::Devices& devices, std::vector<bench::Sample>& seen, Fits fits)
 {
   return wait_until([&] {
-    for (devices::Sample sample; devices.take(sample);) {
+    for (bench::Sample sample; devices.take(sample);) {
       seen.push_back(sample);
       if (fits(sample)) return true;
     }
@@ -37,9 +37,9 @@ bool take_until(devices::Devices& devices, std::vector<devices::Sample>& seen, F
   });
 }
 
-inline bool is_link(const devices::Sample& sample, devices::DeviceId device, devices::LinkState state)
+inline bool is_link(const bench::Sample& sample, bench::DeviceId device, bench::LinkState state)
 {
-  return sample.kind == devices::SampleKind::link && sample.source == static_cast<std::uint16_t>(device) &&
+  return sample.kind == bench::SampleKind::link && sample.source == static_cast<std::uint16_t>(device) &&
          sample.state == static_cast<std::uint8_t>(state);
 }
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 extern "C" {
-#include "firmware/board.h"
-#include "firmware/crc16.h"
-#include "firmware/quadrature.h"
+#include "bench/board.h"
+#include "bench/crc16.h"
+#include "bench/quadrature.h"
 }
 
 namespace {

@@ -7,11 +7,11 @@
 #include <thread>
 
 #include "app/scenes.hpp"
-#include "follow/run_watch.hpp"
-#include "journal/journal.hpp"
-#include "journal/run_files.hpp"
-#include "model_build/case_solver.hpp"
-#include "model_build/model_build.hpp"
+#include "show/run_watch.hpp"
+#include "store/journal.hpp"
+#include "store/run_files.hpp"
+#include "solve/case_solver.hpp"
+#include "solve/model_build.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
 #include "store/solved_cells.hpp"
@@ -21,20 +21,20 @@ namespace vrda::followed_run_test {
 namespace fs = std::filesystem;
 
 /// Every step of a sweep in solving order.
-std::vector<StepRecord> steps_of(const load::Case& job_case)
+std::vector<StepRecord> steps_of(const job::Case& job_case)
 {
   std::vector<StepRecord> steps;
-  model_build::CaseSolver solver(job_case, 1);
-  sweep::SweepHooks hooks;
+  solve::CaseSolver solver(job_case, 1);
+  solve::SweepHooks hooks;
   hooks.keep = [&](const StepRecord& record) { steps.push_back(record); };
-  sweep::sweep(
-      model_build::plan_of(job_case), [&](const sweep::StepTask& task) { return solver(task); }, hooks, 1);
+  solve::sweep(
+      solve::plan_of(job_case), [&](const solve::StepTask& task) { return solver(task); }, hooks, 1);
   return steps;
 }
 
-sweep::SweepResult nothing_solved(const store::MotionModel& pending)
+solve::SweepResult nothing_solved(const store::MotionModel& pending)
 {
-  sweep::SweepResult result;
+  solve::SweepResult result;
   result.spine_column.assign(pending.flexion_deg.size(), -1);
   for (std::int32_t i = 0; i < pending.status.rows(); ++i) {
     for (std::int32_t j = 0; j < pending.status.cols(); ++j) {
@@ -45,7 +45,7 @@ sweep::SweepResult nothing_solved(const store::MotionModel& pending)
   return result;
 }
 
-void add(sweep::SweepResult& result, const StepRecord& r, Eigen::Index n_varus)
+void add(solve::SweepResult& result, const StepRecord& r, Eigen::Index n_varus)
 {
   if (r.key.kind != StepKind::spine && r.key.kind != StepKind::row) return;
   result.cells[static_cast<std::size_t>(r.key.flexion * n_varus + r.key.varus)] = r;
@@ -54,7 +54,7 @@ void add(sweep::SweepResult& result, const StepRecord& r, Eigen::Index n_varus)
 }
 
 /// The cells of a watch, completed from `whole` with the data that only a full model has.
-store::MotionModel cells_of(const follow::RunWatch& watch, const store::MotionModel& whole)
+store::MotionModel cells_of(const show::RunWatch& watch, const store::MotionModel& whole)
 {
   store::MotionModel model = watch.model();
   model.contacts = store::contact_rows(model, watch.cells());
@@ -64,22 +64,22 @@ store::MotionModel cells_of(const follow::RunWatch& watch, const store::MotionMo
   return model;
 }
 
-void expect_followed_to_the_bit(const load::Case& job_case, const test::Scratch& scratch)
+void expect_followed_to_the_bit(const job::Case& job_case, const test::Scratch& scratch)
 {
   const std::string output = (scratch.path() / "out.h5").string();
-  store::write_motion_model(journal::start_file_of(output), model_build::pending_model_of(job_case));
-  follow::RunWatch watch(journal::start_file_of(output));
-  sweep::SweepResult so_far = nothing_solved(watch.model());
-  journal::JournalWriter writer =
-      journal::JournalWriter::create(journal::journal_of(output), model_build::fingerprint_of(job_case));
+  store::write_motion_model(store::start_file_of(output), solve::pending_model_of(job_case));
+  show::RunWatch watch(store::start_file_of(output));
+  solve::SweepResult so_far = nothing_solved(watch.model());
+  store::JournalWriter writer =
+      store::JournalWriter::create(store::journal_of(output), solve::fingerprint_of(job_case));
   int n_cells = 0, n_probes = 0;
   for (const StepRecord& r : steps_of(job_case)) {
     writer.append(r);
-    const follow::RunUpdate news = watch.poll();
+    const show::RunUpdate news = watch.poll();
     ASSERT_EQ(news.steps.size(), 1u);
-    (news.steps[0].kind == follow::RunStepKind::cell ? n_cells : n_probes) += 1;
+    (news.steps[0].kind == show::RunStepKind::cell ? n_cells : n_probes) += 1;
     add(so_far, r, watch.model().status.cols());
-    const store::MotionModel whole = model_build::motion_model_of(job_case, so_far);
+    const store::MotionModel whole = solve::motion_model_of(job_case, so_far);
     test::expect_equal(cells_of(watch, whole), whole);
     ASSERT_FALSE(testing::Test::HasFailure()) << n_cells << " cells, " << n_probes << " probes";
   }
@@ -92,26 +92,26 @@ TEST(FollowedRun, CellsAreThePipelinesToTheBitAfterEveryStep)
   const test::Scratch scratch;
   for (const char* side : {"right", "left"}) {
     SCOPED_TRACE(side);
-    expect_followed_to_the_bit(load::load_case(test::small_knee_job(scratch, side).string()), scratch);
+    expect_followed_to_the_bit(job::load_case(test::small_knee_job(scratch, side).string()), scratch);
   }
 }
 
 TEST(FollowedRun, CellsOfAScaledJobToo)
 {
   const test::Scratch scratch;
-  const load::Case job_case =
-      load::load_case(test::small_knee_job(scratch, "left").string(), {"", {"scaling.factor=1.25"}});
+  const job::Case job_case =
+      job::load_case(test::small_knee_job(scratch, "left").string(), {"", {"scaling.factor=1.25"}});
   ASSERT_EQ(job_case.steps_scale, 1.25);
   expect_followed_to_the_bit(job_case, scratch);
 }
 
 /// Polls until the run has finished.
-void follow_to_the_end(follow::RunWatch& watch, int& n_moves, int& n_looks_with_part)
+void follow_to_the_end(show::RunWatch& watch, int& n_moves, int& n_looks_with_part)
 {
-  for (int patience = 0; watch.phase() != follow::RunPhase::finished; ++patience) {
+  for (int patience = 0; watch.phase() != show::RunPhase::finished; ++patience) {
     ASSERT_LT(patience, 30000) << "the run does not finish";
-    for (const follow::RunStep& step : watch.poll().steps)
-      n_moves += step.kind == follow::RunStepKind::move ? 1 : 0;
+    for (const show::RunStep& step : watch.poll().steps)
+      n_moves += step.kind == show::RunStepKind::move ? 1 : 0;
     n_looks_with_part += watch.n_done() > 0 && watch.n_done() < watch.n_cells() ? 1 : 0;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
@@ -125,8 +125,8 @@ TEST(FollowedRun, ARunThatIsKilledAndGoesOnIsFollowedToItsResult)
   const std::vector<std::string> words{"run", job.string(), "-o", output, "--trace", "--threads", "1"};
   int n_moves = 0, n_looks_with_part = 0;
   test::Process killed(test::vrda(words));
-  test::wait_for_bytes(killed, journal::journal_of(output), 4000);
-  follow::RunWatch watch(journal::start_file_of(output), true);
+  test::wait_for_bytes(killed, store::journal_of(output), 4000);
+  show::RunWatch watch(store::start_file_of(output), true);
   killed.send(SIGKILL);
   killed.wait();
   test::Process going_on(test::vrda(words));
@@ -143,7 +143,7 @@ TEST(FollowedRun, ShardsThatAreMergedAreFollowedToTheirResult)
   const std::string job = test::small_knee_job(scratch, "right").string();
   const std::string output = (scratch.path() / "out.h5").string();
   ASSERT_EQ(test::run_vrda({"run", job, "-o", output, "--spine"}).exit_code, 0);
-  follow::RunWatch watch(journal::start_file_of(output));
+  show::RunWatch watch(store::start_file_of(output));
   watch.poll();
   EXPECT_EQ(watch.n_done(), 7);
   for (const char* shard : {"2/2", "1/2"}) {
@@ -153,10 +153,10 @@ TEST(FollowedRun, ShardsThatAreMergedAreFollowedToTheirResult)
     EXPECT_GT(watch.n_done(), before);
   }
   EXPECT_EQ(watch.n_done(), 35);
-  EXPECT_EQ(watch.phase(), follow::RunPhase::running);
+  EXPECT_EQ(watch.phase(), show::RunPhase::running);
   ASSERT_EQ(test::run_vrda({"merge", "-o", output}).exit_code, 0);
   watch.poll();
-  EXPECT_EQ(watch.phase(), follow::RunPhase::finished);
+  EXPECT_EQ(watch.phase(), show::RunPhase::finished);
 }
 
 }  // namespace vrda::followed_run_test

@@ -1,5 +1,5 @@
 // The screen of a followed run, checked by its pixels.
-#include "follow/run_screen.hpp"
+#include "show/run_screen.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,25 +18,25 @@ store::MotionModel model()
   return made;
 }
 
-follow::RunScreenOptions options()
+show::RunScreenOptions options()
 {
-  follow::RunScreenOptions requested;
+  show::RunScreenOptions requested;
   requested.width = 640;
   requested.height = 480;
-  requested.scene.layers.set(scene::Layer::contacts, true);
-  requested.scene.layers.set(scene::Layer::normals, true);
+  requested.scene.layers.set(view::Layer::contacts, true);
+  requested.scene.layers.set(view::Layer::normals, true);
   // Bodies that let the contacts inside them through.
-  requested.scene.apply_appearance = [](scene::Scene& bare) {
-    for (scene::Drawable& drawable : bare.drawables) drawable.material.opacity = 0.3F;
+  requested.scene.apply_appearance = [](view::Scene& bare) {
+    for (view::Drawable& drawable : bare.drawables) drawable.material.opacity = 0.3F;
   };
-  requested.views = {navigation::named_view("front", scene::View::front, Side::right),
-                     navigation::named_view("lateral", scene::View::lateral, Side::right)};
+  requested.views = {view::named_view("front", view::View::front, Side::right),
+                     view::named_view("lateral", view::View::lateral, Side::right)};
   return requested;
 }
 
-follow::RunStep step(int flexion, int varus, StepStatus status, int n_contacts)
+show::RunStep step(int flexion, int varus, StepStatus status, int n_contacts)
 {
-  follow::RunStep seen;
+  show::RunStep seen;
   seen.key = {StepKind::row, flexion, varus};
   seen.status = status;
   seen.attitude = {rad_from_deg(10.0 * flexion), rad_from_deg(varus - 1.0)};
@@ -47,7 +47,7 @@ follow::RunStep step(int flexion, int varus, StepStatus status, int n_contacts)
 
 /// Number of pixels of the area for whose index in the image `is_counted`.
 template <typename Predicate>
-int n_pixels(const render::Image& image, const optics::Viewport& area, const Predicate& is_counted)
+int n_pixels(const view::Image& image, const view::Viewport& area, const Predicate& is_counted)
 {
   int n = 0;
   for (int y = area.y; y < area.y + area.height; ++y) {
@@ -57,7 +57,7 @@ int n_pixels(const render::Image& image, const optics::Viewport& area, const Pre
 }
 
 /// Pixels of exactly this colour within the area.
-int count(const render::Image& image, const optics::Viewport& area, const scene::VertexColour& colour)
+int count(const view::Image& image, const view::Viewport& area, const view::VertexColour& colour)
 {
   return n_pixels(image, area, [&](int at) {
     return std::equal(colour.begin(), colour.begin() + 3, image.rgba.begin() + at);
@@ -65,7 +65,7 @@ int count(const render::Image& image, const optics::Viewport& area, const scene:
 }
 
 /// Number of pixels that differ between two images within the area.
-int differing(const render::Image& a, const render::Image& b, const optics::Viewport& area)
+int differing(const view::Image& a, const view::Image& b, const view::Viewport& area)
 {
   return n_pixels(a, area, [&](int at) {
     return !std::equal(a.rgba.begin() + at, a.rgba.begin() + at + 3, b.rgba.begin() + at);
@@ -74,24 +74,24 @@ int differing(const render::Image& a, const render::Image& b, const optics::View
 
 class Screen : public testing::Test {
  protected:
-  render::Image picture()
+  view::Image picture()
   {
     screen_.show(state_, {});
     screen_.load(*renderer_);
     return renderer_->draw(screen_.scene(), screen_.shots(), &screen_.overlay());
   }
-  optics::Viewport panel() const { return {480, 0, 160, 480}; }
+  view::Viewport panel() const { return {480, 0, 160, 480}; }
 
   store::MotionModel model_ = model();
-  follow::RunState state_{store::with_pending_cells(model_), follow::StepChoice::stable};
-  follow::RunScreen screen_{store::with_pending_cells(model_), options()};
-  std::unique_ptr<render::Renderer> renderer_ = render::make_offscreen_renderer({640, 480, 1});
+  show::RunState state_{store::with_pending_cells(model_), show::StepChoice::stable};
+  show::RunScreen screen_{store::with_pending_cells(model_), options()};
+  std::unique_ptr<view::Renderer> renderer_ = view::make_offscreen_renderer({640, 480, 1});
 };
 
 TEST_F(Screen, EveryStatusFillsItsCellOfTheGrid)
 {
-  const auto stable_pixels = [&](const render::Image& image) {
-    return count(image, panel(), follow::colour_of(StepStatus::stable));
+  const auto stable_pixels = [&](const view::Image& image) {
+    return count(image, panel(), show::colour_of(StepStatus::stable));
   };
   const int in_legend = stable_pixels(picture());
   EXPECT_GT(in_legend, 0);
@@ -104,30 +104,30 @@ TEST_F(Screen, EveryStatusFillsItsCellOfTheGrid)
   // Cells are at most 48 pixels wide, rounded to whole pixels on both sides.
   EXPECT_NEAR(stable_pixels(picture()), in_legend + 3 * a_cell, 2 * 3 * 48);
   state_.add_step(step(2, 1, StepStatus::unbounded, 0));
-  EXPECT_GT(count(picture(), panel(), follow::colour_of(StepStatus::unbounded)), a_cell / 2);
+  EXPECT_GT(count(picture(), panel(), show::colour_of(StepStatus::unbounded)), a_cell / 2);
 }
 
 TEST_F(Screen, EachViewShowsTheStepAndTheCamerasStay)
 {
   state_.add_step(step(0, 1, StepStatus::stable, 1));
-  const render::Image before = picture();
-  const scene::Camera camera = screen_.shots()[0].camera;
-  follow::RunStep moved = step(0, 2, StepStatus::stable, 1);
+  const view::Image before = picture();
+  const view::Camera camera = screen_.shots()[0].camera;
+  show::RunStep moved = step(0, 2, StepStatus::stable, 1);
   moved.pose.translation_mm = {3.0, 0.0, 3.0};
   state_.add_step(moved);
-  const render::Image after = picture();
-  for (const render::Shot& shot : screen_.shots()) EXPECT_GT(differing(before, after, shot.viewport), 100);
+  const view::Image after = picture();
+  for (const view::Shot& shot : screen_.shots()) EXPECT_GT(differing(before, after, shot.viewport), 100);
   EXPECT_TRUE(screen_.shots()[0].camera.X_world_camera.isApprox(camera.X_world_camera, 0.0));
 }
 
 TEST_F(Screen, ManyContactsAreShownToo)
 {
   state_.add_step(step(0, 1, StepStatus::stable, 3));
-  const render::Image few = picture();
+  const view::Image few = picture();
   state_.add_step(step(0, 1, StepStatus::stable, 200));
-  const render::Image many = picture();
+  const view::Image many = picture();
   int n = 0;
-  for (const render::Shot& shot : screen_.shots()) n += differing(few, many, shot.viewport);
+  for (const view::Shot& shot : screen_.shots()) n += differing(few, many, shot.viewport);
   EXPECT_GT(n, 20);
 }
 
@@ -137,9 +137,9 @@ TEST_F(Screen, APointerFindsItsViewAndTurnsThatAlone)
   EXPECT_EQ(screen_.view_at({10, 470}), 1u);
   EXPECT_EQ(screen_.view_at({600, 10}), std::nullopt);
   state_.add_step(step(0, 1, StepStatus::stable, 1));
-  const render::Image before = picture();
-  screen_.set_orbit_camera(1, navigation::moved_closer(screen_.orbit_camera(1), 3.0));
-  const render::Image after = picture();
+  const view::Image before = picture();
+  screen_.set_orbit_camera(1, view::moved_closer(screen_.orbit_camera(1), 3.0));
+  const view::Image after = picture();
   EXPECT_EQ(differing(before, after, screen_.shots()[0].viewport), 0);
   EXPECT_GT(differing(before, after, screen_.shots()[1].viewport), 100);
   screen_.fit_cameras();
@@ -155,15 +155,15 @@ TEST_F(Screen, AnotherSizeAndAnotherRunAreLoadedAgain)
   renderer_->resize(320, 240);
   EXPECT_EQ(picture().width, 320);
   screen_.restart(store::with_pending_cells(model_));
-  state_ = follow::RunState(store::with_pending_cells(model_), follow::StepChoice::stable);
+  state_ = show::RunState(store::with_pending_cells(model_), show::StepChoice::stable);
   picture();
   screen_.finish(model_);
   state_.finish(model_);
-  const motion::Motion motion(model_, "raw");
+  const store::Motion motion(model_, "raw");
   screen_.show(state_, {}, motion.at({0.1, 0.0}), motion);
   screen_.load(*renderer_);
-  const render::Image& image = renderer_->draw(screen_.scene(), screen_.shots(), &screen_.overlay());
-  EXPECT_GT(count(image, {160, 0, 160, 240}, follow::colour_of(StepStatus::stable)), 1000);
+  const view::Image& image = renderer_->draw(screen_.scene(), screen_.shots(), &screen_.overlay());
+  EXPECT_GT(count(image, {160, 0, 160, 240}, show::colour_of(StepStatus::stable)), 1000);
 }
 
 TEST_F(Screen, WithoutAPoseOfTheResultTheReferenceIsDrawnAlone)
@@ -171,17 +171,17 @@ TEST_F(Screen, WithoutAPoseOfTheResultTheReferenceIsDrawnAlone)
   store::MotionModel model = model_;
   test::unsolve(model, 0, 0);
   screen_.finish(model);
-  const motion::Motion motion(model, "raw");
-  const auto n_moving = [&](const motion::JointPose& pose) {
+  const store::Motion motion(model, "raw");
+  const auto n_moving = [&](const store::JointPose& pose) {
     screen_.show(state_, {}, pose, motion);
-    return std::ranges::count_if(screen_.scene().drawables, [](const scene::Drawable& drawable) {
-      return drawable.layer == scene::Layer::bodies && drawable.is_shown &&
-             drawable.parent == scene::ParentFrame::moving;
+    return std::ranges::count_if(screen_.scene().drawables, [](const view::Drawable& drawable) {
+      return drawable.layer == view::Layer::bodies && drawable.is_shown &&
+             drawable.parent == view::ParentFrame::moving;
     });
   };
-  const motion::JointPose missing = motion.at({motion.first_flexion_rad(), motion.first_varus_rad()}),
+  const store::JointPose missing = motion.at({motion.first_flexion_rad(), motion.first_varus_rad()}),
                           solved = motion.at({motion.last_flexion_rad(), motion.last_varus_rad()});
-  ASSERT_EQ(missing.status, motion::PoseStatus::unsolved_cell);
+  ASSERT_EQ(missing.status, store::PoseStatus::unsolved_cell);
   EXPECT_GT(n_moving(solved), 0);
   EXPECT_EQ(n_moving(missing), 0);
   EXPECT_GT(n_moving(solved), 0);

@@ -1,4 +1,4 @@
-#include "follow/run_state.hpp"
+#include "show/run_state.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,27 +9,27 @@ namespace vrda::run_state_test {
 
 using testing::ElementsAre;
 
-follow::RunStep cell(int flexion, int varus, StepStatus status = StepStatus::stable)
+show::RunStep cell(int flexion, int varus, StepStatus status = StepStatus::stable)
 {
-  follow::RunStep step;
+  show::RunStep step;
   step.key = {StepKind::row, flexion, varus};
   step.status = status;
   return step;
 }
 
-follow::RunStep move(bool in_contact)
+show::RunStep move(bool in_contact)
 {
-  follow::RunStep step = cell(1, 1);
-  step.kind = follow::RunStepKind::move;
+  show::RunStep step = cell(1, 1);
+  step.kind = show::RunStepKind::move;
   step.in_contact = in_contact;
   return step;
 }
 
-follow::RunStep probe(StepKind kind, int varus)
+show::RunStep probe(StepKind kind, int varus)
 {
-  follow::RunStep step = cell(0, varus);
+  show::RunStep step = cell(0, varus);
   step.key.kind = kind;
-  step.kind = follow::RunStepKind::probe;
+  step.kind = show::RunStepKind::probe;
   return step;
 }
 
@@ -43,12 +43,12 @@ store::MotionModel model()
 
 TEST(RunState, ShowsTheStepsChosenAndFillsInTheGridWithAll)
 {
-  const std::vector<follow::RunStep> steps{probe(StepKind::spine_probe, 1), move(false), move(true),
+  const std::vector<show::RunStep> steps{probe(StepKind::spine_probe, 1), move(false), move(true),
                                            cell(0, 1), cell(0, 0, StepStatus::no_contact)};
-  const auto shown = [&](follow::StepChoice choice) {
-    follow::RunState state(model(), choice);
+  const auto shown = [&](show::StepChoice choice) {
+    show::RunState state(model(), choice);
     std::vector<bool> is_shown;
-    for (const follow::RunStep& step : steps) is_shown.push_back(state.add_step(step));
+    for (const show::RunStep& step : steps) is_shown.push_back(state.add_step(step));
     EXPECT_EQ(state.n_done(), 2);
     EXPECT_EQ(state.panel().status(0, 0), static_cast<std::int8_t>(StepStatus::no_contact));
     EXPECT_EQ(state.panel().status(0, 1), 0);
@@ -56,14 +56,14 @@ TEST(RunState, ShowsTheStepsChosenAndFillsInTheGridWithAll)
     EXPECT_EQ(state.n_shown(), std::count(is_shown.begin(), is_shown.end(), true));
     return is_shown;
   };
-  EXPECT_THAT(shown(follow::StepChoice::stable), ElementsAre(false, false, false, true, false));
-  EXPECT_THAT(shown(follow::StepChoice::contact), ElementsAre(true, false, true, true, false));
-  EXPECT_THAT(shown(follow::StepChoice::all), ElementsAre(true, true, true, true, true));
+  EXPECT_THAT(shown(show::StepChoice::stable), ElementsAre(false, false, false, true, false));
+  EXPECT_THAT(shown(show::StepChoice::contact), ElementsAre(true, false, true, true, false));
+  EXPECT_THAT(shown(show::StepChoice::all), ElementsAre(true, true, true, true, true));
 }
 
 TEST(RunState, SaysWhereTheRunIs)
 {
-  follow::RunState state(model(), follow::StepChoice::stable);
+  show::RunState state(model(), show::StepChoice::stable);
   EXPECT_EQ(state.progress_text(), "0/6 attitudes");
   EXPECT_EQ(state.current_attitude(), "");
   state.add_step(cell(1, 2, StepStatus::unbounded));
@@ -78,7 +78,7 @@ TEST(RunState, SaysWhereTheRunIs)
 
 TEST(RunState, AFinishedRunShowsTheResult)
 {
-  follow::RunState state(model(), follow::StepChoice::stable);
+  show::RunState state(model(), show::StepChoice::stable);
   state.add_step(cell(0, 0));
   test::ModelPlan plan;
   plan.flexion_deg = {0, 10};

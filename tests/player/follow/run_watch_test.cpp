@@ -1,5 +1,5 @@
 // The files of a run at every stage that a poll may find, written by the test.
-#include "follow/run_watch.hpp"
+#include "show/run_watch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "journal/journal.hpp"
-#include "journal/run_files.hpp"
-#include "journal/trace_journal.hpp"
+#include "store/journal.hpp"
+#include "store/run_files.hpp"
+#include "store/trace_journal.hpp"
 #include "motion/support/models.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/refusal.hpp"
@@ -74,35 +74,35 @@ class Watch : public testing::Test {
   {
     store::write_motion_model(start_, store::with_pending_cells(model));
   }
-  journal::JournalWriter journal(const std::string& its_key = key)
+  store::JournalWriter journal(const std::string& its_key = key)
   {
-    return journal::JournalWriter::create(journal::journal_of(output_), its_key);
+    return store::JournalWriter::create(store::journal_of(output_), its_key);
   }
 
   test::Scratch scratch_;
   std::string output_ = (scratch_.path() / "knee.h5").string();
-  std::string start_ = journal::start_file_of(output_);
+  std::string start_ = store::start_file_of(output_);
 };
 
-int n_stable(const follow::RunWatch& watch)
+int n_stable(const show::RunWatch& watch)
 {
   return static_cast<int>((watch.model().status == 0).count());
 }
 
 TEST_F(Watch, CellsFillInAsTheirStepsCome)
 {
-  follow::RunWatch watch(start_);
-  EXPECT_EQ(watch.phase(), follow::RunPhase::waiting);
+  show::RunWatch watch(start_);
+  EXPECT_EQ(watch.phase(), show::RunPhase::waiting);
   EXPECT_THAT(watch.poll().steps, IsEmpty());
   EXPECT_EQ(watch.n_cells(), 9);
-  journal::JournalWriter writer = journal();
+  store::JournalWriter writer = journal();
   writer.append(step(StepKind::spine_probe, 0, 1));
   writer.append(step(StepKind::spine, 0, 1));
-  follow::RunUpdate news = watch.poll();
+  show::RunUpdate news = watch.poll();
   ASSERT_EQ(news.steps.size(), 2u);
-  EXPECT_EQ(news.steps[0].kind, follow::RunStepKind::probe);
-  EXPECT_EQ(news.steps[1].kind, follow::RunStepKind::cell);
-  EXPECT_EQ(watch.phase(), follow::RunPhase::running);
+  EXPECT_EQ(news.steps[0].kind, show::RunStepKind::probe);
+  EXPECT_EQ(news.steps[1].kind, show::RunStepKind::cell);
+  EXPECT_EQ(watch.phase(), show::RunPhase::running);
   EXPECT_EQ(watch.n_done(), 1);
   EXPECT_EQ(watch.n_steps(), 2);
   EXPECT_EQ(watch.model().is_spine(0, 1), 1);
@@ -121,19 +121,19 @@ TEST_F(Watch, CellsFillInAsTheirStepsCome)
 
 TEST_F(Watch, ShardsAndTheSpineAreOneRun)
 {
-  follow::RunWatch watch(start_);
-  journal::JournalWriter spine = journal::JournalWriter::create(journal::spine_journal_of(output_), key);
+  show::RunWatch watch(start_);
+  store::JournalWriter spine = store::JournalWriter::create(store::spine_journal_of(output_), key);
   spine.append(step(StepKind::spine, 0, 1));
   EXPECT_EQ(watch.poll().steps.size(), 1u);
   // A shard journal that appears late, and a step contained in two of them.
-  journal::JournalWriter first =
-      journal::JournalWriter::create(journal::shard_journal_of(output_, {1, 2}), key);
+  store::JournalWriter first =
+      store::JournalWriter::create(store::shard_journal_of(output_, {1, 2}), key);
   first.append(step(StepKind::row, 0, 0));
-  journal::JournalWriter second =
-      journal::JournalWriter::create(journal::shard_journal_of(output_, {2, 2}), key);
+  store::JournalWriter second =
+      store::JournalWriter::create(store::shard_journal_of(output_, {2, 2}), key);
   second.append(step(StepKind::row, 1, 0));
   second.append(step(StepKind::row, 0, 0));
-  const follow::RunUpdate news = watch.poll();
+  const show::RunUpdate news = watch.poll();
   EXPECT_FALSE(news.is_restarted);
   EXPECT_EQ(news.steps.size(), 2u);
   EXPECT_EQ(watch.n_done(), 3);
@@ -141,15 +141,15 @@ TEST_F(Watch, ShardsAndTheSpineAreOneRun)
 
 TEST_F(Watch, ARunStartedOverForgetsTheOldOne)
 {
-  follow::RunWatch watch(start_);
+  show::RunWatch watch(start_);
   {
-    journal::JournalWriter writer = journal();
+    store::JournalWriter writer = journal();
     for (int j = 0; j < 3; ++j) writer.append(step(StepKind::row, 1, j));
   }
   watch.poll();
   EXPECT_EQ(watch.n_done(), 3);
   journal().append(step(StepKind::row, 0, 0));
-  follow::RunUpdate news = watch.poll();
+  show::RunUpdate news = watch.poll();
   EXPECT_TRUE(news.is_restarted);
   EXPECT_EQ(news.steps.size(), 1u);
   EXPECT_EQ(watch.n_done(), 1);
@@ -157,7 +157,7 @@ TEST_F(Watch, ARunStartedOverForgetsTheOldOne)
   EXPECT_TRUE(std::isnan(watch.model().tx_mm(1, 0)));
 
   // Another job with the same output: its journal exists before its start file.
-  journal::JournalWriter writer = journal(other_key);
+  store::JournalWriter writer = journal(other_key);
   writer.append(step(StepKind::row, 0, 2));
   EXPECT_TRUE(watch.poll().is_restarted);
   write_start(plan(40));
@@ -170,14 +170,14 @@ TEST_F(Watch, ARunStartedOverForgetsTheOldOne)
 
 TEST_F(Watch, TheJournalWrittenLastSaysWhichJobRuns)
 {
-  journal::JournalWriter::create(journal::shard_journal_of(output_, {1, 2}), other_key)
+  store::JournalWriter::create(store::shard_journal_of(output_, {1, 2}), other_key)
       .append(step(StepKind::row, 0, 0));
-  fs::last_write_time(journal::shard_journal_of(output_, {1, 2}),
+  fs::last_write_time(store::shard_journal_of(output_, {1, 2}),
                       fs::file_time_type::clock::now() - std::chrono::hours(1));
-  follow::RunWatch watch(start_);
+  show::RunWatch watch(start_);
   EXPECT_EQ(watch.poll().steps.size(), 1u);
   journal().append(step(StepKind::row, 1, 1));
-  const follow::RunUpdate news = watch.poll();
+  const show::RunUpdate news = watch.poll();
   EXPECT_TRUE(news.is_restarted);
   ASSERT_EQ(news.steps.size(), 1u);
   EXPECT_EQ(news.steps[0].key.flexion, 1);
@@ -187,13 +187,13 @@ TEST_F(Watch, TheJournalWrittenLastSaysWhichJobRuns)
 
 TEST_F(Watch, ATornEndIsReadWhenItIsWhole)
 {
-  follow::RunWatch watch(start_);
+  show::RunWatch watch(start_);
   {
-    journal::JournalWriter writer = journal();
+    store::JournalWriter writer = journal();
     writer.append(step(StepKind::row, 0, 0));
     writer.append(step(StepKind::row, 0, 1));
   }
-  const std::string whole = test::read_bytes(journal::journal_of(output_));
+  const std::string whole = test::read_bytes(store::journal_of(output_));
   scratch_.write("knee.h5.journal", whole.substr(0, whole.size() - 5));
   EXPECT_EQ(watch.poll().steps.size(), 1u);
   EXPECT_EQ(watch.poll().steps.size(), 0u);
@@ -204,14 +204,14 @@ TEST_F(Watch, ATornEndIsReadWhenItIsWhole)
 
 TEST_F(Watch, RecordsOutsideTheGridAreLeftAside)
 {
-  journal::JournalWriter writer = journal();
+  store::JournalWriter writer = journal();
   writer.append(step(StepKind::row, 3, 0));
   writer.append(step(StepKind::row, 0, 3));
   writer.append(step(StepKind::spine_probe, 0, -1));
   writer.append(step(StepKind::free_spine, 0, 7));
   writer.append(step(StepKind::row, 0, 0));
-  follow::RunWatch watch(start_);
-  const follow::RunUpdate news = watch.poll();
+  show::RunWatch watch(start_);
+  const show::RunUpdate news = watch.poll();
   EXPECT_EQ(news.steps.size(), 2u);
   EXPECT_EQ(watch.n_done(), 1);
   EXPECT_THAT(news.remarks, ElementsAre(HasSubstr("knee.h5.journal: record: ")));
@@ -219,33 +219,33 @@ TEST_F(Watch, RecordsOutsideTheGridAreLeftAside)
 
 TEST_F(Watch, MovesPrecedeTheirStepWhicheverFileIsReadFirst)
 {
-  follow::RunWatch watch(start_, true);
-  journal::JournalWriter steps = journal();
-  journal::FrameWriter moves = journal::create_trace_journal(journal::trace_journal_of(output_), key);
-  moves.append(journal::bytes_of(search(StepKind::spine_probe, 0, 1, 4)));
+  show::RunWatch watch(start_, true);
+  store::JournalWriter steps = journal();
+  core::FrameWriter moves = store::create_trace_journal(store::trace_journal_of(output_), key);
+  moves.append(store::bytes_of(search(StepKind::spine_probe, 0, 1, 4)));
   EXPECT_THAT(watch.poll().steps, IsEmpty());
   steps.append(step(StepKind::spine_probe, 0, 1));
   steps.append(step(StepKind::spine, 0, 1));
-  follow::RunUpdate news = watch.poll();
+  show::RunUpdate news = watch.poll();
   ASSERT_EQ(news.steps.size(), 6u);
   for (int m = 0; m < 4; ++m) {
-    EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].kind, follow::RunStepKind::move);
+    EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].kind, show::RunStepKind::move);
     EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].in_contact, m % 2 == 1);
     EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].pose.translation_mm.y(), -m);
   }
-  EXPECT_EQ(news.steps[4].kind, follow::RunStepKind::probe);
-  EXPECT_EQ(news.steps[5].kind, follow::RunStepKind::cell);
+  EXPECT_EQ(news.steps[4].kind, show::RunStepKind::probe);
+  EXPECT_EQ(news.steps[5].kind, show::RunStepKind::cell);
   steps.append(step(StepKind::row, 0, 2));
   EXPECT_EQ(watch.poll().steps.size(), 1u);
-  moves.append(journal::bytes_of(search(StepKind::row, 0, 2, 3)));
+  moves.append(store::bytes_of(search(StepKind::row, 0, 2, 3)));
   EXPECT_EQ(watch.poll().steps.size(), 3u);
 }
 
 TEST_F(Watch, SaysOnceThatARunKeepsNoMoves)
 {
-  follow::RunWatch watch(start_, true);
+  show::RunWatch watch(start_, true);
   EXPECT_THAT(watch.poll().remarks, IsEmpty());
-  journal::JournalWriter steps = journal();
+  store::JournalWriter steps = journal();
   steps.append(step(StepKind::row, 0, 0));
   watch.poll();
   EXPECT_THAT(watch.poll().remarks, ElementsAre(HasSubstr("--trace")));
@@ -260,8 +260,8 @@ TEST_F(Watch, LengthsAreTheSubjects)
   model.job.scaling->keeps_steps = true;
   write_start(model);
   journal().append(step(StepKind::row, 0, 1));
-  follow::RunWatch watch(start_);
-  const follow::RunUpdate news = watch.poll();
+  show::RunWatch watch(start_);
+  const show::RunUpdate news = watch.poll();
   ASSERT_EQ(news.steps.size(), 1u);
   EXPECT_EQ(news.steps[0].pose.translation_mm.y(), 2.0 * (-20.0 / 3.0));
   EXPECT_EQ(news.steps[0].contacts[0].point_solver_mm.x(), 2.0);
@@ -273,20 +273,20 @@ TEST_F(Watch, IsFinishedWithTheResultOfThisRunAlone)
   // The result of an earlier run of the job is older than the start file.
   store::write_motion_model(output_, plan());
   fs::last_write_time(output_, fs::last_write_time(start_) - std::chrono::seconds(1));
-  follow::RunWatch watch(start_);
+  show::RunWatch watch(start_);
   watch.poll();
-  EXPECT_EQ(watch.phase(), follow::RunPhase::waiting);
+  EXPECT_EQ(watch.phase(), show::RunPhase::waiting);
   journal().append(step(StepKind::row, 0, 1));
   watch.poll();
-  EXPECT_EQ(watch.phase(), follow::RunPhase::running);
+  EXPECT_EQ(watch.phase(), show::RunPhase::running);
   store::write_motion_model(output_, plan(40));
   EXPECT_THAT(watch.poll().remarks, ElementsAre(HasSubstr("knee.h5: ")));
-  EXPECT_EQ(watch.phase(), follow::RunPhase::running);
+  EXPECT_EQ(watch.phase(), show::RunPhase::running);
   store::write_motion_model(output_, plan());
-  fs::remove(journal::journal_of(output_));
+  fs::remove(store::journal_of(output_));
   fs::remove(start_);
   watch.poll();
-  EXPECT_EQ(watch.phase(), follow::RunPhase::finished);
+  EXPECT_EQ(watch.phase(), show::RunPhase::finished);
   EXPECT_EQ(watch.n_done(), 9);
   EXPECT_EQ(n_stable(watch), 9);
   EXPECT_THAT(watch.poll().steps, IsEmpty());
@@ -294,10 +294,10 @@ TEST_F(Watch, IsFinishedWithTheResultOfThisRunAlone)
 
 TEST_F(Watch, AnotherJobThatBeganAndEndedBetweenTwoLooksIsTheOneFollowed)
 {
-  follow::RunWatch watch(start_);
+  show::RunWatch watch(start_);
   journal().append(step(StepKind::row, 0, 1));
   watch.poll();
-  fs::remove(journal::journal_of(output_));
+  fs::remove(store::journal_of(output_));
   fs::remove(start_);
   const store::MotionModel other = plan(40);
   store::write_motion_model(output_, other);
@@ -305,13 +305,13 @@ TEST_F(Watch, AnotherJobThatBeganAndEndedBetweenTwoLooksIsTheOneFollowed)
   const fs::file_time_type written = fs::last_write_time(output_);
   fs::last_write_time(output_, written - std::chrono::hours(1));
   EXPECT_THAT(watch.poll().remarks, ElementsAre(HasSubstr("knee.h5: ")));
-  EXPECT_EQ(watch.phase(), follow::RunPhase::running);
+  EXPECT_EQ(watch.phase(), show::RunPhase::running);
   fs::last_write_time(output_, written);
-  const follow::RunUpdate news = watch.poll();
+  const show::RunUpdate news = watch.poll();
   EXPECT_TRUE(news.is_restarted);
   EXPECT_THAT(news.steps, IsEmpty());
   EXPECT_THAT(news.remarks, IsEmpty());
-  EXPECT_EQ(watch.phase(), follow::RunPhase::finished);
+  EXPECT_EQ(watch.phase(), show::RunPhase::finished);
   EXPECT_EQ(watch.model().job.resolved, other.job.resolved);
   EXPECT_EQ(watch.n_done(), 9);
 }
@@ -320,8 +320,8 @@ TEST_F(Watch, ARunThatIsOverIsFinishedAtOnce)
 {
   store::write_motion_model(output_, plan());
   fs::remove(start_);
-  follow::RunWatch watch(start_);
-  EXPECT_EQ(watch.phase(), follow::RunPhase::finished);
+  show::RunWatch watch(start_);
+  EXPECT_EQ(watch.phase(), show::RunPhase::finished);
   EXPECT_EQ(n_stable(watch), 9);
 }
 
@@ -330,15 +330,15 @@ TEST_F(Watch, ContinuesAfterTheFolderWasTemporarilyMissing)
   const fs::path folder = scratch_.path() / "run", away = scratch_.path() / "away";
   fs::create_directory(folder);
   const std::string output = (folder / "knee.h5").string();
-  store::write_motion_model(journal::start_file_of(output), store::with_pending_cells(plan()));
-  journal::JournalWriter::create(journal::journal_of(output), key).append(step(StepKind::row, 0, 0));
-  follow::RunWatch watch(journal::start_file_of(output));
+  store::write_motion_model(store::start_file_of(output), store::with_pending_cells(plan()));
+  store::JournalWriter::create(store::journal_of(output), key).append(step(StepKind::row, 0, 0));
+  show::RunWatch watch(store::start_file_of(output));
   watch.poll();
   fs::rename(folder, away);
   EXPECT_THAT(watch.poll().steps, IsEmpty());
   EXPECT_EQ(watch.n_done(), 1);
   fs::rename(away, folder);
-  journal::JournalWriter::open(journal::journal_of(output), key).writer.append(step(StepKind::row, 0, 1));
+  store::JournalWriter::open(store::journal_of(output), key).writer.append(step(StepKind::row, 0, 1));
   watch.poll();
   EXPECT_EQ(watch.n_done(), 2);
 }
@@ -347,13 +347,13 @@ TEST_F(Watch, RefusesWhatIsNoStartFile)
 {
   const std::string none = (scratch_.path() / "none.h5.start.h5").string(),
                     text = (scratch_.path() / "text.h5.start.h5").string();
-  EXPECT_THAT(input_error([&] { follow::RunWatch watch(output_); }),
+  EXPECT_THAT(input_error([&] { show::RunWatch watch(output_); }),
               test::refuses({.field = "name", .wanted = "OUTPUT.start.h5"}));
-  EXPECT_THAT(input_error([&] { follow::RunWatch watch(none); }), test::refuses({.found = "no such file"}));
+  EXPECT_THAT(input_error([&] { show::RunWatch watch(none); }), test::refuses({.found = "no such file"}));
   scratch_.write("text.h5.start.h5", "no HDF5");
-  EXPECT_EQ(input_error([&] { follow::RunWatch watch(text); }).file, text);
+  EXPECT_EQ(input_error([&] { show::RunWatch watch(text); }).file, text);
   store::write_motion_model(start_, plan());
-  EXPECT_THAT(input_error([&] { follow::RunWatch watch(start_); }),
+  EXPECT_THAT(input_error([&] { show::RunWatch watch(start_); }),
               test::refuses({.field = "/status", .wanted = "attitude"}));
 }
 
@@ -363,11 +363,11 @@ class ThreadedWatch : public Watch {
  protected:
   /// Collects arrivals until `is_enough`, for at most ten seconds.
   template <typename IsEnough>
-  static follow::AccumulatedUpdate taken_until(follow::WatchThread& thread, const IsEnough& is_enough)
+  static show::AccumulatedUpdate taken_until(show::WatchThread& thread, const IsEnough& is_enough)
   {
-    follow::AccumulatedUpdate all;
+    show::AccumulatedUpdate all;
     for (int patience = 0; patience < 10000; ++patience) {
-      follow::AccumulatedUpdate more = thread.take();
+      show::AccumulatedUpdate more = thread.take();
       all.is_restarted = all.is_restarted || more.is_restarted;
       if (more.model) all.model = more.model;
       all.steps.insert(all.steps.end(), more.steps.begin(), more.steps.end());
@@ -383,38 +383,38 @@ class ThreadedWatch : public Watch {
 
 TEST_F(ThreadedWatch, EveryStepArrivesOnceAndTheResultWithItsEnd)
 {
-  journal::JournalWriter writer = journal();
-  follow::WatchThread thread(follow::RunWatch(start_), pause);
+  store::JournalWriter writer = journal();
+  show::WatchThread thread(show::RunWatch(start_), pause);
   for (int j = 0; j < 3; ++j) writer.append(step(StepKind::row, 1, j));
-  const follow::AccumulatedUpdate steps =
-      taken_until(thread, [](const follow::AccumulatedUpdate& a) { return a.steps.size() >= 3; });
+  const show::AccumulatedUpdate steps =
+      taken_until(thread, [](const show::AccumulatedUpdate& a) { return a.steps.size() >= 3; });
   EXPECT_EQ(steps.steps.size(), 3u);
   EXPECT_EQ(steps.n_done, 3);
-  EXPECT_EQ(steps.phase, follow::RunPhase::running);
+  EXPECT_EQ(steps.phase, show::RunPhase::running);
   EXPECT_FALSE(steps.model);
   store::write_motion_model(output_, plan());
-  const follow::AccumulatedUpdate end =
-      taken_until(thread, [](const follow::AccumulatedUpdate& a) { return a.model != nullptr; });
-  EXPECT_EQ(end.phase, follow::RunPhase::finished);
+  const show::AccumulatedUpdate end =
+      taken_until(thread, [](const show::AccumulatedUpdate& a) { return a.model != nullptr; });
+  EXPECT_EQ(end.phase, show::RunPhase::finished);
   EXPECT_TRUE((end.model->status == 0).all());
   EXPECT_TRUE(end.steps.empty());
 }
 
 TEST_F(ThreadedWatch, ARestartedRunHasItsPlan)
 {
-  follow::WatchThread thread(follow::RunWatch(start_), pause);
+  show::WatchThread thread(show::RunWatch(start_), pause);
   write_start(plan(40));
-  const follow::AccumulatedUpdate repeated =
-      taken_until(thread, [](const follow::AccumulatedUpdate& a) { return a.is_restarted; });
+  const show::AccumulatedUpdate repeated =
+      taken_until(thread, [](const show::AccumulatedUpdate& a) { return a.is_restarted; });
   ASSERT_TRUE(repeated.model);
   EXPECT_EQ(repeated.model->flexion_deg.back(), 40);
 }
 
 TEST_F(ThreadedWatch, WhatEndsTheThreadIsThrownToWhomAsks)
 {
-  follow::WatchThread thread(follow::RunWatch(start_), pause);
+  show::WatchThread thread(show::RunWatch(start_), pause);
   scratch_.write("knee.h5.start.h5", "no start file any more");
-  EXPECT_THROW(taken_until(thread, [](const follow::AccumulatedUpdate&) { return false; }), InputError);
+  EXPECT_THROW(taken_until(thread, [](const show::AccumulatedUpdate&) { return false; }), InputError);
 }
 
 }  // namespace vrda::run_watch_test

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 
-#include "gui/gui.hpp"
+#include "view/gui.hpp"
 
 namespace vrda::gui_picture_test {
 
 constexpr int width = 800, height = 600;
 
-std::array<int, 3> pixel(const render::Image& image, int x, int y)
+std::array<int, 3> pixel(const view::Image& image, int x, int y)
 {
   const std::size_t i = 4 * static_cast<std::size_t>(y * image.width + x);
   return {image.rgba[i], image.rgba[i + 1], image.rgba[i + 2]};
@@ -18,32 +18,32 @@ std::array<int, 3> pixel(const render::Image& image, int x, int y)
 /// A frame of the interface over an empty, white scene.
 class Drawn {
  public:
-  Drawn() : gui_({"A knee", {"raw"}, 1.0}), renderer_(render::make_offscreen_renderer({width, height, 1}))
+  Drawn() : gui_({"A knee", {"raw"}, 1.0}), renderer_(view::make_offscreen_renderer({width, height, 1}))
   {
     scene_.background = {Eigen::Vector3f::Ones(), Eigen::Vector3f::Ones()};
     renderer_->load(scene_);
     renderer_->load(gui_.font());
   }
-  render::Image picture(const navigation::PlayerState& state)
+  view::Image picture(const view::PlayerState& state)
   {
-    gui::GuiFrame frame;
+    view::GuiFrame frame;
     frame.width = width;
     frame.height = height;
     frame.elapsed_s = 0.02;
-    gui::Readout readout;
-    readout.pose.status = motion::PoseStatus::solved;
+    view::Readout readout;
+    readout.pose.status = store::PoseStatus::solved;
     for (int i = 0; i < 3; ++i) gui_.frame(frame, state, {}, readout);
-    const render::Shot shot{{}, {0, 0, width, height}};
+    const view::Shot shot{{}, {0, 0, width, height}};
     return renderer_->draw(scene_, {&shot, 1}, &gui_.overlay());
   }
 
-  gui::Gui gui_;
-  scene::Scene scene_;
-  std::unique_ptr<render::Renderer> renderer_;
+  view::Gui gui_;
+  view::Scene scene_;
+  std::unique_ptr<view::Renderer> renderer_;
 };
 
 /// Pixels of the rectangle brighter than `level` in every channel.
-int n_bright(const render::Image& image, const optics::Viewport& area, int level)
+int n_bright(const view::Image& image, const view::Viewport& area, int level)
 {
   int n = 0;
   for (int y = area.y; y < area.y + area.height; ++y) {
@@ -58,9 +58,9 @@ int n_bright(const render::Image& image, const optics::Viewport& area, int level
 TEST(GuiPicture, PanelIsOpaqueNumbersAreReadableAndThePictureIsFree)
 {
   Drawn drawn;
-  navigation::PlayerState state;
-  const render::Image image = drawn.picture(state);
-  const optics::Viewport free = drawn.gui_.free_area(width, height, state);
+  view::PlayerState state;
+  const view::Image image = drawn.picture(state);
+  const view::Viewport free = drawn.gui_.free_area(width, height, state);
   // The panel's colour, sRGB 0.10, 0.11, 0.13, to within one code.
   const std::array<int, 3> ground = pixel(image, width - 2, 590);
   EXPECT_NEAR(ground[0], 26, 1);
@@ -76,7 +76,7 @@ TEST(GuiPicture, PanelIsOpaqueNumbersAreReadableAndThePictureIsFree)
 TEST(GuiPicture, WithoutPanelAndNumbersThereIsOnlyTheScene)
 {
   Drawn drawn;
-  navigation::PlayerState state;
+  view::PlayerState state;
   state.shows_panel = state.shows_numbers = false;
   EXPECT_EQ(n_bright(drawn.picture(state), {0, 0, width, height}, 254), width * height);
 }

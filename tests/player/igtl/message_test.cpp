@@ -8,8 +8,8 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "igtl/message.hpp"
-#include "igtl/stream.hpp"
+#include "bench/message.hpp"
+#include "bench/stream.hpp"
 
 namespace vrda::message_test {
 
@@ -26,14 +26,14 @@ Pose turned_pose()
   return X;
 }
 
-igtl::IgtlMessage message_with(igtl::IgtlKind kind, const std::vector<std::string>& names)
+bench::IgtlMessage message_with(bench::IgtlKind kind, const std::vector<std::string>& names)
 {
-  igtl::IgtlMessage message;
+  bench::IgtlMessage message;
   message.kind = kind;
   message.device = names.size() == 1 ? names[0] : "Tracker";
   message.device_ns = stamp_ns;
   for (const std::string& name : names) {
-    igtl::IgtlTool tool{name};
+    bench::IgtlTool tool{name};
     tool.X_tracker_tool = turned_pose();
     tool.X_tracker_tool.translation().x() += static_cast<double>(message.tools.size());
     message.tools.push_back(tool);
@@ -74,33 +74,33 @@ TEST(IgtlMessage, TransformsAreWrittenAsTheLibraryWritesThem)
 {
   const ::igtl::TransformMessage::Pointer oracle = ::igtl::TransformMessage::New();
   set_matrix(oracle, turned_pose());
-  EXPECT_EQ(igtl::bytes_of(message_with(igtl::IgtlKind::transform, {"Femur"})), packed(oracle, "Femur"));
+  EXPECT_EQ(bench::bytes_of(message_with(bench::IgtlKind::transform, {"Femur"})), packed(oracle, "Femur"));
 }
 
 TEST(IgtlMessage, PositionsAreWrittenAsTheLibraryWritesThem)
 {
   const ::igtl::PositionMessage::Pointer oracle = ::igtl::PositionMessage::New();
   set_place(oracle, turned_pose());
-  EXPECT_EQ(igtl::bytes_of(message_with(igtl::IgtlKind::position, {"Femur"})), packed(oracle, "Femur"));
+  EXPECT_EQ(bench::bytes_of(message_with(bench::IgtlKind::position, {"Femur"})), packed(oracle, "Femur"));
 }
 
 /// The library leaves the reserved byte of each element, after its name and type, uninitialised.
 Bytes with_reserved_bytes_zero(Bytes bytes, std::size_t element_bytes)
 {
-  for (std::size_t at = igtl::igtl_header_bytes; at < bytes.size(); at += element_bytes) bytes[at + 21] = 0;
-  const std::uint64_t crc = igtl::igtl_crc(std::span(bytes).subspan(igtl::igtl_header_bytes));
+  for (std::size_t at = bench::igtl_header_bytes; at < bytes.size(); at += element_bytes) bytes[at + 21] = 0;
+  const std::uint64_t crc = bench::igtl_crc(std::span(bytes).subspan(bench::igtl_header_bytes));
   for (std::size_t k = 0; k < 8; ++k) bytes[50 + k] = static_cast<std::uint8_t>(crc >> (56 - 8 * k));
   return bytes;
 }
 
 TEST(IgtlMessage, ListsOfToolsAreWrittenAsTheLibraryWritesThem)
 {
-  const igtl::IgtlMessage tdata = message_with(igtl::IgtlKind::tdata, {"Femur", "Tibia"});
-  const igtl::IgtlMessage qtdata = message_with(igtl::IgtlKind::qtdata, {"Femur", "Tibia"});
+  const bench::IgtlMessage tdata = message_with(bench::IgtlKind::tdata, {"Femur", "Tibia"});
+  const bench::IgtlMessage qtdata = message_with(bench::IgtlKind::qtdata, {"Femur", "Tibia"});
   const ::igtl::TrackingDataMessage::Pointer oracle = ::igtl::TrackingDataMessage::New();
   const ::igtl::QuaternionTrackingDataMessage::Pointer q_oracle =
       ::igtl::QuaternionTrackingDataMessage::New();
-  for (const igtl::IgtlTool& tool : tdata.tools) {
+  for (const bench::IgtlTool& tool : tdata.tools) {
     ::igtl::TrackingDataElement::Pointer element = ::igtl::TrackingDataElement::New();
     ::igtl::QuaternionTrackingDataElement::Pointer q_element = ::igtl::QuaternionTrackingDataElement::New();
     element->SetName(tool.name.c_str());
@@ -112,31 +112,31 @@ TEST(IgtlMessage, ListsOfToolsAreWrittenAsTheLibraryWritesThem)
     oracle->AddTrackingDataElement(element);
     q_oracle->AddQuaternionTrackingDataElement(q_element);
   }
-  EXPECT_EQ(igtl::bytes_of(tdata), with_reserved_bytes_zero(packed(oracle, "Tracker"), 70));
-  EXPECT_EQ(igtl::bytes_of(qtdata), with_reserved_bytes_zero(packed(q_oracle, "Tracker"), 50));
+  EXPECT_EQ(bench::bytes_of(tdata), with_reserved_bytes_zero(packed(oracle, "Tracker"), 70));
+  EXPECT_EQ(bench::bytes_of(qtdata), with_reserved_bytes_zero(packed(q_oracle, "Tracker"), 50));
 }
 
 TEST(IgtlMessage, RequestsAndStatusAreWrittenAsTheLibraryWritesThem)
 {
-  igtl::IgtlMessage start = message_with(igtl::IgtlKind::start_tdata, {"Tracker"});
+  bench::IgtlMessage start = message_with(bench::IgtlKind::start_tdata, {"Tracker"});
   start.interval_ms = 10;
   start.text = "Patient";
   const ::igtl::StartTrackingDataMessage::Pointer start_oracle = ::igtl::StartTrackingDataMessage::New();
   start_oracle->SetResolution(10);
   start_oracle->SetCoordinateName("Patient");
-  EXPECT_EQ(igtl::bytes_of(start), packed(start_oracle, "Tracker"));
+  EXPECT_EQ(bench::bytes_of(start), packed(start_oracle, "Tracker"));
 
   const ::igtl::StopTrackingDataMessage::Pointer stop_oracle = ::igtl::StopTrackingDataMessage::New();
-  EXPECT_EQ(igtl::bytes_of(message_with(igtl::IgtlKind::stop_tdata, {"Tracker"})),
+  EXPECT_EQ(bench::bytes_of(message_with(bench::IgtlKind::stop_tdata, {"Tracker"})),
             packed(stop_oracle, "Tracker"));
 
-  igtl::IgtlMessage started = message_with(igtl::IgtlKind::tdata_started, {"Tracker"});
+  bench::IgtlMessage started = message_with(bench::IgtlKind::tdata_started, {"Tracker"});
   started.code = 0;
   const ::igtl::RTSTrackingDataMessage::Pointer started_oracle = ::igtl::RTSTrackingDataMessage::New();
   started_oracle->SetStatus(::igtl::RTSTrackingDataMessage::STATUS_SUCCESS);
-  EXPECT_EQ(igtl::bytes_of(started), packed(started_oracle, "Tracker"));
+  EXPECT_EQ(bench::bytes_of(started), packed(started_oracle, "Tracker"));
 
-  igtl::IgtlMessage status = message_with(igtl::IgtlKind::status, {"Tracker"});
+  bench::IgtlMessage status = message_with(bench::IgtlKind::status, {"Tracker"});
   status.code = 13;
   status.text = "starting up";
   const ::igtl::StatusMessage::Pointer status_oracle = ::igtl::StatusMessage::New();
@@ -144,15 +144,15 @@ TEST(IgtlMessage, RequestsAndStatusAreWrittenAsTheLibraryWritesThem)
   status_oracle->SetSubCode(0);
   status_oracle->SetErrorName("Error");
   status_oracle->SetStatusString("starting up");
-  EXPECT_EQ(igtl::bytes_of(status), packed(status_oracle, "Tracker"));
+  EXPECT_EQ(bench::bytes_of(status), packed(status_oracle, "Tracker"));
 }
 
-std::vector<igtl::IgtlMessage> read(const Bytes& bytes)
+std::vector<bench::IgtlMessage> read(const Bytes& bytes)
 {
-  igtl::IgtlStream stream;
+  bench::IgtlStream stream;
   stream.add(bytes);
-  std::vector<igtl::IgtlMessage> messages;
-  while (std::optional<igtl::IgtlMessage> message = stream.next()) messages.push_back(*message);
+  std::vector<bench::IgtlMessage> messages;
+  while (std::optional<bench::IgtlMessage> message = stream.next()) messages.push_back(*message);
   EXPECT_EQ(stream.error_message(), "");
   return messages;
 }
@@ -163,16 +163,16 @@ constexpr double storage = 4.0 / (1 << 24);
 
 TEST(IgtlMessage, ReadsBackWhatWasWritten)
 {
-  for (const igtl::IgtlKind kind :
-       {igtl::IgtlKind::transform, igtl::IgtlKind::position, igtl::IgtlKind::tdata, igtl::IgtlKind::qtdata}) {
+  for (const bench::IgtlKind kind :
+       {bench::IgtlKind::transform, bench::IgtlKind::position, bench::IgtlKind::tdata, bench::IgtlKind::qtdata}) {
     for (const int version : {1, 2}) {
       SCOPED_TRACE(std::to_string(static_cast<int>(kind)) + " in header version " + std::to_string(version));
-      const bool is_list = kind == igtl::IgtlKind::tdata || kind == igtl::IgtlKind::qtdata;
-      igtl::IgtlMessage message =
+      const bool is_list = kind == bench::IgtlKind::tdata || kind == bench::IgtlKind::qtdata;
+      bench::IgtlMessage message =
           message_with(kind, is_list ? std::vector<std::string>{"Femur", "Tibia", "exactly-20-bytes-lng"}
                                      : std::vector<std::string>{"Femur"});
       message.header_version = version;
-      const std::vector<igtl::IgtlMessage> back = read(igtl::bytes_of(message));
+      const std::vector<bench::IgtlMessage> back = read(bench::bytes_of(message));
       ASSERT_EQ(back.size(), 1U);
       EXPECT_EQ(back[0].kind, kind);
       EXPECT_EQ(back[0].header_version, version);
@@ -181,7 +181,7 @@ TEST(IgtlMessage, ReadsBackWhatWasWritten)
       ASSERT_EQ(back[0].tools.size(), message.tools.size());
       for (std::size_t k = 0; k < message.tools.size(); ++k) {
         EXPECT_EQ(back[0].tools[k].name, message.tools[k].name);
-        EXPECT_EQ(back[0].tools[k].visibility, igtl::ToolVisibility::seen);
+        EXPECT_EQ(back[0].tools[k].visibility, bench::ToolVisibility::seen);
         const Pose &X = back[0].tools[k].X_tracker_tool, &wanted = message.tools[k].X_tracker_tool;
         EXPECT_EQ(Eigen::Vector3d(X.translation()), Eigen::Vector3d(wanted.translation()));
         EXPECT_LT((X.linear() - wanted.linear()).cwiseAbs().maxCoeff(), storage);
@@ -194,40 +194,40 @@ TEST(IgtlMessage, TimeStampsComeBackToTheNanosecond)
 {
   for (const std::int64_t ns :
        {0LL, 1LL, 2LL, 999'999'999LL, 1'000'000'000LL, 123'456'789LL, 4'294'967'295'999'999'999LL}) {
-    igtl::IgtlMessage message = message_with(igtl::IgtlKind::transform, {"Femur"});
+    bench::IgtlMessage message = message_with(bench::IgtlKind::transform, {"Femur"});
     message.device_ns = ns;
-    EXPECT_EQ(read(igtl::bytes_of(message)).at(0).device_ns, ns);
+    EXPECT_EQ(read(bench::bytes_of(message)).at(0).device_ns, ns);
   }
 }
 
 TEST(IgtlMessage, AToolThatIsMissingIsLeftOutOfListsAndSaidByMetaData)
 {
-  igtl::IgtlMessage list = message_with(igtl::IgtlKind::tdata, {"Femur", "Tibia"});
-  list.tools[0].visibility = igtl::ToolVisibility::missing;
-  const std::vector<igtl::IgtlMessage> back = read(igtl::bytes_of(list));
+  bench::IgtlMessage list = message_with(bench::IgtlKind::tdata, {"Femur", "Tibia"});
+  list.tools[0].visibility = bench::ToolVisibility::missing;
+  const std::vector<bench::IgtlMessage> back = read(bench::bytes_of(list));
   ASSERT_EQ(back.at(0).tools.size(), 1U);
   EXPECT_EQ(back[0].tools[0].name, "Tibia");
 
-  igtl::IgtlMessage one = message_with(igtl::IgtlKind::transform, {"Femur"});
-  one.tools[0].visibility = igtl::ToolVisibility::missing;
-  EXPECT_THROW(igtl::bytes_of(one), InternalError);
+  bench::IgtlMessage one = message_with(bench::IgtlKind::transform, {"Femur"});
+  one.tools[0].visibility = bench::ToolVisibility::missing;
+  EXPECT_THROW(bench::bytes_of(one), InternalError);
   one.header_version = 2;
-  EXPECT_EQ(read(igtl::bytes_of(one)).at(0).tools.at(0).visibility, igtl::ToolVisibility::missing);
+  EXPECT_EQ(read(bench::bytes_of(one)).at(0).tools.at(0).visibility, bench::ToolVisibility::missing);
 }
 
 TEST(IgtlMessage, APoseWithNumbersThatAreNotFiniteIsInvalid)
 {
-  for (const igtl::IgtlKind kind :
-       {igtl::IgtlKind::transform, igtl::IgtlKind::position, igtl::IgtlKind::tdata, igtl::IgtlKind::qtdata}) {
-    igtl::IgtlMessage message = message_with(kind, {"Femur"});
-    message.tools[0].visibility = igtl::ToolVisibility::invalid_pose;
-    EXPECT_EQ(read(igtl::bytes_of(message)).at(0).tools.at(0).visibility, igtl::ToolVisibility::invalid_pose);
-    message.tools[0].visibility = igtl::ToolVisibility::seen;
+  for (const bench::IgtlKind kind :
+       {bench::IgtlKind::transform, bench::IgtlKind::position, bench::IgtlKind::tdata, bench::IgtlKind::qtdata}) {
+    bench::IgtlMessage message = message_with(kind, {"Femur"});
+    message.tools[0].visibility = bench::ToolVisibility::invalid_pose;
+    EXPECT_EQ(read(bench::bytes_of(message)).at(0).tools.at(0).visibility, bench::ToolVisibility::invalid_pose);
+    message.tools[0].visibility = bench::ToolVisibility::seen;
     constexpr double one_km_mm = 1e6;
     for (const double y_mm : {std::numeric_limits<double>::infinity(), one_km_mm, -one_km_mm}) {
       message.tools[0].X_tracker_tool.translation().y() = y_mm;
-      EXPECT_EQ(read(igtl::bytes_of(message)).at(0).tools.at(0).visibility,
-                igtl::ToolVisibility::invalid_pose);
+      EXPECT_EQ(read(bench::bytes_of(message)).at(0).tools.at(0).visibility,
+                bench::ToolVisibility::invalid_pose);
     }
   }
 }
@@ -239,14 +239,14 @@ TEST(IgtlMessage, ReadsStatusAndRequests)
   oracle->SetSubCode(0);
   oracle->SetErrorName("Camera");
   oracle->SetStatusString("lamp\nbroken");
-  igtl::IgtlMessage status = read(packed(oracle, "Tracker")).at(0);
+  bench::IgtlMessage status = read(packed(oracle, "Tracker")).at(0);
   EXPECT_EQ(status.code, 18);
   EXPECT_EQ(status.text, "lamp?broken");
 
   const ::igtl::StartTrackingDataMessage::Pointer start = ::igtl::StartTrackingDataMessage::New();
   start->SetResolution(-3);
-  const igtl::IgtlMessage request = read(packed(start, "Tracker")).at(0);
-  EXPECT_EQ(request.kind, igtl::IgtlKind::start_tdata);
+  const bench::IgtlMessage request = read(packed(start, "Tracker")).at(0);
+  EXPECT_EQ(request.kind, bench::IgtlKind::start_tdata);
   EXPECT_EQ(request.interval_ms, -3);
   EXPECT_EQ(request.text, "");
 
@@ -254,7 +254,7 @@ TEST(IgtlMessage, ReadsStatusAndRequests)
   started->SetStatus(::igtl::RTSTrackingDataMessage::STATUS_ERROR);
   EXPECT_EQ(read(packed(started, "Tracker")).at(0).code, 1);
   const ::igtl::StopTrackingDataMessage::Pointer stop = ::igtl::StopTrackingDataMessage::New();
-  EXPECT_EQ(read(packed(stop, "Tracker")).at(0).kind, igtl::IgtlKind::stop_tdata);
+  EXPECT_EQ(read(packed(stop, "Tracker")).at(0).kind, bench::IgtlKind::stop_tdata);
 }
 
 // Dyadic cosine and sine would not be a rotation; 3-4-5 is one to rounding.
@@ -272,50 +272,50 @@ TEST(NearestRotation, OfARotationTimesASymmetricMatrixIsTheRotation)
   // The polar decomposition is unique: R S with S symmetric and positive gives R back.
   Eigen::Matrix3d S;
   S << 1.0005, 1e-4, -2e-4, 1e-4, 0.9998, 3e-4, -2e-4, 3e-4, 1.0002;
-  const std::optional<Eigen::Matrix3d> R = igtl::nearest_rotation(rotation() * S);
+  const std::optional<Eigen::Matrix3d> R = bench::corrected_rotation(rotation() * S);
   ASSERT_TRUE(R);
   EXPECT_LT((*R - rotation()).cwiseAbs().maxCoeff(), rounding);
 }
 
 TEST(NearestRotation, RefusesMatricesThatAreNotRotations)
 {
-  EXPECT_TRUE(igtl::nearest_rotation(rotation()));
-  EXPECT_FALSE(igtl::nearest_rotation(-rotation()));
-  EXPECT_FALSE(igtl::nearest_rotation(Eigen::Matrix3d::Zero()));
+  EXPECT_TRUE(bench::corrected_rotation(rotation()));
+  EXPECT_FALSE(bench::corrected_rotation(-rotation()));
+  EXPECT_FALSE(bench::corrected_rotation(Eigen::Matrix3d::Zero()));
   Eigen::Matrix3d mirrored = rotation();
   mirrored.col(2) *= -1.0;
-  EXPECT_FALSE(igtl::nearest_rotation(mirrored));
+  EXPECT_FALSE(bench::corrected_rotation(mirrored));
   for (int k = 0; k < 9; ++k) {
     Eigen::Matrix3d matrix = rotation();
     matrix(k) = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_FALSE(igtl::nearest_rotation(matrix));
+    EXPECT_FALSE(bench::corrected_rotation(matrix));
     matrix(k) = std::numeric_limits<double>::infinity();
-    EXPECT_FALSE(igtl::nearest_rotation(matrix));
+    EXPECT_FALSE(bench::corrected_rotation(matrix));
     matrix(k) = 1e200;
-    EXPECT_FALSE(igtl::nearest_rotation(matrix));
+    EXPECT_FALSE(bench::corrected_rotation(matrix));
   }
 }
 
 TEST(NearestRotation, TakesThreeDecimalsAndNoScaleOfAThousandth)
 {
   // R^T R - I of a scale 1 + e is 2e.
-  EXPECT_TRUE(igtl::nearest_rotation((1.0 + 0.49 * igtl::max_rotation_error) * rotation()));
-  EXPECT_FALSE(igtl::nearest_rotation((1.0 + 0.51 * igtl::max_rotation_error) * rotation()));
-  EXPECT_FALSE(igtl::nearest_rotation(1.001 * rotation()));
+  EXPECT_TRUE(bench::corrected_rotation((1.0 + 0.49 * bench::max_rotation_error) * rotation()));
+  EXPECT_FALSE(bench::corrected_rotation((1.0 + 0.51 * bench::max_rotation_error) * rotation()));
+  EXPECT_FALSE(bench::corrected_rotation(1.001 * rotation()));
   Eigen::Matrix3d written;
   written << 0.354, -0.866, 0.354, 0.612, 0.500, 0.612, -0.707, 0.000, 0.707;
-  EXPECT_TRUE(igtl::nearest_rotation(written));
+  EXPECT_TRUE(bench::corrected_rotation(written));
 }
 
 TEST(UnitQuaternion, IsMadeOfUnitLengthOrRefused)
 {
-  const std::optional<Eigen::Quaterniond> q = igtl::unit_quaternion({0.8003, 0.0, 0.6, 0.0});
+  const std::optional<Eigen::Quaterniond> q = bench::unit_quaternion({0.8003, 0.0, 0.6, 0.0});
   ASSERT_TRUE(q);
   EXPECT_NEAR(q->norm(), 1.0, rounding);
   EXPECT_NEAR(q->w() / q->y(), 0.8003 / 0.6, rounding);
-  EXPECT_FALSE(igtl::unit_quaternion({0.81, 0.0, 0.6, 0.0}));
-  EXPECT_FALSE(igtl::unit_quaternion(Eigen::Vector4d::Zero()));
-  EXPECT_FALSE(igtl::unit_quaternion({std::numeric_limits<double>::quiet_NaN(), 0.0, 0.6, 0.0}));
+  EXPECT_FALSE(bench::unit_quaternion({0.81, 0.0, 0.6, 0.0}));
+  EXPECT_FALSE(bench::unit_quaternion(Eigen::Vector4d::Zero()));
+  EXPECT_FALSE(bench::unit_quaternion({std::numeric_limits<double>::quiet_NaN(), 0.0, 0.6, 0.0}));
 }
 
 }  // namespace vrda::message_test

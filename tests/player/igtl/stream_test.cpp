@@ -1,19 +1,19 @@
-#include "igtl/stream.hpp"
+#include "bench/stream.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
-#include "igtl/message.hpp"
+#include "bench/message.hpp"
 
 namespace vrda::stream_test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-igtl::IgtlMessage transform(std::int64_t ns)
+bench::IgtlMessage transform(std::int64_t ns)
 {
-  igtl::IgtlMessage message;
+  bench::IgtlMessage message;
   message.device = "Femur";
   message.device_ns = ns;
   message.tools.push_back({"Femur"});
@@ -23,12 +23,12 @@ igtl::IgtlMessage transform(std::int64_t ns)
 /// A header for any body, with a right checksum; `type` may be unknown to the library.
 Bytes message_of_type(const std::string& type, const Bytes& body, int version = 1)
 {
-  Bytes bytes = igtl::bytes_of(transform(1));
-  bytes.resize(igtl::igtl_header_bytes);
+  Bytes bytes = bench::bytes_of(transform(1));
+  bytes.resize(bench::igtl_header_bytes);
   bytes[1] = static_cast<std::uint8_t>(version);
   std::fill(bytes.begin() + 2, bytes.begin() + 14, std::uint8_t{0});
   std::copy(type.begin(), type.end(), bytes.begin() + 2);
-  const std::uint64_t numbers[] = {body.size(), igtl::igtl_crc(body)};
+  const std::uint64_t numbers[] = {body.size(), bench::igtl_crc(body)};
   for (int k = 0; k < 16; ++k)
     bytes[static_cast<std::size_t>(42 + k)] = static_cast<std::uint8_t>(numbers[k / 8] >> (56 - 8 * (k % 8)));
   bytes.insert(bytes.end(), body.begin(), body.end());
@@ -42,12 +42,12 @@ Bytes& operator+=(Bytes& to, const Bytes& more)
 }
 
 /// The time stamps of the messages received when the bytes are passed in pieces of `n`.
-std::vector<std::int64_t> stamps(igtl::IgtlStream& stream, const Bytes& bytes, std::size_t n)
+std::vector<std::int64_t> stamps(bench::IgtlStream& stream, const Bytes& bytes, std::size_t n)
 {
   std::vector<std::int64_t> found;
   for (std::size_t at = 0; at < bytes.size(); at += n) {
     stream.add(std::span(bytes).subspan(at, std::min(n, bytes.size() - at)));
-    while (const std::optional<igtl::IgtlMessage> message = stream.next())
+    while (const std::optional<bench::IgtlMessage> message = stream.next())
       found.push_back(message->device_ns);
   }
   return found;
@@ -55,15 +55,15 @@ std::vector<std::int64_t> stamps(igtl::IgtlStream& stream, const Bytes& bytes, s
 
 TEST(IgtlStream, GivesTheSameMessagesHoweverTheBytesAreCut)
 {
-  Bytes bytes = igtl::bytes_of(transform(1));
+  Bytes bytes = bench::bytes_of(transform(1));
   bytes += message_of_type("IMAGE", Bytes(5000, 7));
-  bytes += igtl::bytes_of(transform(2));
+  bytes += bench::bytes_of(transform(2));
   bytes += message_of_type("GET_STATUS", {});
-  bytes += igtl::bytes_of(transform(3));
+  bytes += bench::bytes_of(transform(3));
   for (std::size_t n :
        {std::size_t{1}, std::size_t{2}, std::size_t{57}, std::size_t{58}, std::size_t{106}, bytes.size()}) {
     SCOPED_TRACE(n);
-    igtl::IgtlStream stream;
+    bench::IgtlStream stream;
     EXPECT_EQ(stamps(stream, bytes, n), (std::vector<std::int64_t>{1, 2, 3}));
     EXPECT_EQ(stream.n_skipped(), 2U);
     EXPECT_EQ(stream.n_malformed(), 0U);
@@ -73,8 +73,8 @@ TEST(IgtlStream, GivesTheSameMessagesHoweverTheBytesAreCut)
 
 TEST(IgtlStream, HalfAMessageWaitsForTheRest)
 {
-  const Bytes bytes = igtl::bytes_of(transform(5));
-  igtl::IgtlStream stream;
+  const Bytes bytes = bench::bytes_of(transform(5));
+  bench::IgtlStream stream;
   stream.add(std::span(bytes).first(bytes.size() / 2));
   EXPECT_FALSE(stream.next());
   stream.add(std::span(bytes).subspan(bytes.size() / 2));
@@ -84,11 +84,11 @@ TEST(IgtlStream, HalfAMessageWaitsForTheRest)
 
 TEST(IgtlStream, AnyChangedBitOfABodyBreaksIt)
 {
-  const Bytes whole = igtl::bytes_of(transform(5));
+  const Bytes whole = bench::bytes_of(transform(5));
   for (std::size_t bit = 8 * 50; bit < 8 * whole.size(); ++bit) {  // from the checksum on
     Bytes bytes = whole;
     bytes[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
-    igtl::IgtlStream stream;
+    bench::IgtlStream stream;
     stream.add(bytes);
     EXPECT_FALSE(stream.next());
     EXPECT_EQ(stream.error_message(), "found TRANSFORM with a wrong checksum, wanted CRC64 of its body");
@@ -101,7 +101,7 @@ TEST(IgtlStream, AWrongChecksumOfAMessageThatIsPassedOverBreaksItToo)
 {
   Bytes bytes = message_of_type("IMAGE", Bytes(5000, 7));
   bytes.back() ^= 1;
-  igtl::IgtlStream stream;
+  bench::IgtlStream stream;
   EXPECT_TRUE(stamps(stream, bytes, 100).empty());
   EXPECT_EQ(stream.error_message(), "found IMAGE with a wrong checksum, wanted CRC64 of its body");
 }
@@ -112,11 +112,11 @@ TEST(IgtlStream, AChecksumOfZeroIsAcceptedAndCounted)
     std::fill(bytes.begin() + 50, bytes.begin() + 58, std::uint8_t{0});
     return bytes;
   };
-  Bytes bytes = unchecked(igtl::bytes_of(transform(1)));
+  Bytes bytes = unchecked(bench::bytes_of(transform(1)));
   bytes += unchecked(message_of_type("IMAGE", Bytes(5000, 7)));
   bytes += message_of_type("GET_STATUS", {});
-  bytes += igtl::bytes_of(transform(2));
-  igtl::IgtlStream stream;
+  bytes += bench::bytes_of(transform(2));
+  bench::IgtlStream stream;
   EXPECT_EQ(stamps(stream, bytes, 100), (std::vector<std::int64_t>{1, 2}));
   EXPECT_EQ(stream.n_unchecked(), 2U);
   EXPECT_FALSE(stream.is_broken());
@@ -136,16 +136,16 @@ TEST(IgtlStream, HeadersThatCannotBeOneBreakIt)
         Row{"control character", 3, 7, "found type 'T?ANSFORM', wanted the name of an OpenIGTLink message"},
         Row{"huge body", 44, 1, "found TRANSFORM of 1099511627824 bytes, wanted at most 65536"}}) {
     SCOPED_TRACE(row.what);
-    Bytes bytes = igtl::bytes_of(transform(5));
+    Bytes bytes = bench::bytes_of(transform(5));
     bytes[row.at] = row.byte;
-    igtl::IgtlStream stream;
+    bench::IgtlStream stream;
     stream.add(bytes);
     EXPECT_FALSE(stream.next());
     EXPECT_EQ(stream.error_message(), row.error_message);
   }
   Bytes image = message_of_type("IMAGE", {});
   image[44] = 1;
-  igtl::IgtlStream stream;
+  bench::IgtlStream stream;
   stream.add(image);
   EXPECT_FALSE(stream.next());
   EXPECT_EQ(stream.error_message(), "found IMAGE of 1099511627776 bytes, wanted at most 4294967296");
@@ -162,8 +162,8 @@ TEST(IgtlStream, ABodyOfAWrongSizeCostsThatMessageOnly)
                          Row{"STP_TDATA", 1}, Row{"RTS_TDATA", 2}}) {
     SCOPED_TRACE(row.type);
     Bytes bytes = message_of_type(row.type, Bytes(row.size, 1));
-    bytes += igtl::bytes_of(transform(9));
-    igtl::IgtlStream stream;
+    bytes += bench::bytes_of(transform(9));
+    bench::IgtlStream stream;
     EXPECT_EQ(stamps(stream, bytes, bytes.size()), (std::vector<std::int64_t>{9}));
     EXPECT_EQ(stream.n_malformed(), 1U);
     EXPECT_FALSE(stream.is_broken());
@@ -173,19 +173,19 @@ TEST(IgtlStream, ABodyOfAWrongSizeCostsThatMessageOnly)
 TEST(IgtlStream, PositionsMayLeaveOutTheQuaternionOrItsLastNumber)
 {
   // Built manually: the library's class writes out of bounds for these.
-  igtl::IgtlMessage message = transform(1);
-  message.kind = igtl::IgtlKind::position;
+  bench::IgtlMessage message = transform(1);
+  message.kind = bench::IgtlKind::position;
   const Eigen::Quaterniond turn(0.8, 0.0, 0.6, 0.0);
   message.tools[0].X_tracker_tool.linear() = turn.toRotationMatrix();
   message.tools[0].X_tracker_tool.translation() = Eigen::Vector3d(1.0, 2.0, 3.0);
-  const Bytes whole = igtl::bytes_of(message);
+  const Bytes whole = bench::bytes_of(message);
   for (const std::size_t size : {std::size_t{12}, std::size_t{24}}) {
     SCOPED_TRACE(size);
-    igtl::IgtlStream stream;
-    const auto body = whole.begin() + static_cast<std::ptrdiff_t>(igtl::igtl_header_bytes);
+    bench::IgtlStream stream;
+    const auto body = whole.begin() + static_cast<std::ptrdiff_t>(bench::igtl_header_bytes);
     stream.add(message_of_type("POSITION", {body, body + static_cast<std::ptrdiff_t>(size)}));
-    const igtl::IgtlTool tool = stream.next().value().tools.at(0);
-    EXPECT_EQ(tool.visibility, igtl::ToolVisibility::seen);
+    const bench::IgtlTool tool = stream.next().value().tools.at(0);
+    EXPECT_EQ(tool.visibility, bench::ToolVisibility::seen);
     EXPECT_EQ(Eigen::Vector3d(tool.X_tracker_tool.translation()), Eigen::Vector3d(1.0, 2.0, 3.0));
     const Eigen::Quaterniond wanted = size == 12 ? Eigen::Quaterniond::Identity() : turn;
     constexpr double storage = 4.0 / (1 << 24);  // float32, in products of up to four
@@ -211,8 +211,8 @@ Bytes extended(std::uint16_t extended_bytes, std::uint16_t entries_bytes, std::u
 
 Bytes identity_body()
 {
-  const Bytes bytes = igtl::bytes_of(transform(1));
-  return {bytes.begin() + igtl::igtl_header_bytes, bytes.end()};
+  const Bytes bytes = bench::bytes_of(transform(1));
+  return {bytes.begin() + bench::igtl_header_bytes, bytes.end()};
 }
 
 /// Content and one pair of meta data.
@@ -230,17 +230,17 @@ TEST(IgtlStream, MetaDataSayWhetherAToolWasSeen)
 {
   struct Row {
     const char *key, *value;
-    igtl::ToolVisibility sight;
+    bench::ToolVisibility sight;
   };
-  for (const Row& row : {Row{"TransformStatus", "OK", igtl::ToolVisibility::seen},
-                         Row{"TransformStatus", "SWITCH1_IS_ON", igtl::ToolVisibility::seen},
-                         Row{"TransformStatus", "OUT_OF_VIEW", igtl::ToolVisibility::missing},
-                         Row{"TransformStatus", "MISSING", igtl::ToolVisibility::missing},
-                         Row{"TransformValid", "true", igtl::ToolVisibility::seen},
-                         Row{"TransformValid", "false", igtl::ToolVisibility::missing},
-                         Row{"Anything", "MISSING", igtl::ToolVisibility::seen}}) {
+  for (const Row& row : {Row{"TransformStatus", "OK", bench::ToolVisibility::seen},
+                         Row{"TransformStatus", "SWITCH1_IS_ON", bench::ToolVisibility::seen},
+                         Row{"TransformStatus", "OUT_OF_VIEW", bench::ToolVisibility::missing},
+                         Row{"TransformStatus", "MISSING", bench::ToolVisibility::missing},
+                         Row{"TransformValid", "true", bench::ToolVisibility::seen},
+                         Row{"TransformValid", "false", bench::ToolVisibility::missing},
+                         Row{"Anything", "MISSING", bench::ToolVisibility::seen}}) {
     SCOPED_TRACE(std::string(row.key) + " " + row.value);
-    igtl::IgtlStream stream;
+    bench::IgtlStream stream;
     stream.add(message_of_type("TRANSFORM", with_pair(row.key, row.value), 2));
     EXPECT_EQ(stream.next().value().tools.at(0).visibility, row.sight);
   }
@@ -250,9 +250,9 @@ TEST(IgtlStream, AnExtendedHeaderMayBeLongerAndWithoutMetaData)
 {
   Bytes rest{1, 2, 3, 4};  // four bytes of the next header
   rest += identity_body();
-  igtl::IgtlStream stream;
+  bench::IgtlStream stream;
   stream.add(message_of_type("TRANSFORM", extended(16, 0, 0, rest), 2));
-  EXPECT_EQ(stream.next().value().tools.at(0).visibility, igtl::ToolVisibility::seen);
+  EXPECT_EQ(stream.next().value().tools.at(0).visibility, bench::ToolVisibility::seen);
 }
 
 TEST(IgtlStream, ExtendedHeadersThatDoNotFitCostThatMessageOnly)
@@ -272,8 +272,8 @@ TEST(IgtlStream, ExtendedHeadersThatDoNotFitCostThatMessageOnly)
     Bytes body = good;
     body[row.at] = row.byte;
     Bytes bytes = message_of_type("TRANSFORM", body, 2);
-    bytes += igtl::bytes_of(transform(9));
-    igtl::IgtlStream stream;
+    bytes += bench::bytes_of(transform(9));
+    bench::IgtlStream stream;
     EXPECT_EQ(stamps(stream, bytes, bytes.size()), (std::vector<std::int64_t>{9}));
     EXPECT_EQ(stream.n_malformed(), 1U);
   }
@@ -286,7 +286,7 @@ TEST(IgtlStream, GarbageBreaksItOrWaits)
   for (int n = 0; n < 1000; ++n) {
     Bytes bytes(300);
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
-    igtl::IgtlStream stream;
+    bench::IgtlStream stream;
     EXPECT_TRUE(stamps(stream, bytes, 100).empty());
     n_broken += stream.is_broken() ? 1 : 0;
   }

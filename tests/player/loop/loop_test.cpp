@@ -1,5 +1,5 @@
 // The main loop, with a mode that counts its rounds.
-#include "loop/loop.hpp"
+#include "show/loop.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,10 +14,10 @@ namespace vrda::loop_test {
 
 using Clock = std::chrono::steady_clock;
 
-struct Counted final : loop::Mode {
+struct Counted final : show::Mode {
   bool is_over() const override { return n_drawn == n_rounds; }
-  loop::RoundTime round_time() const override { return time; }
-  void take(const render::InputEvent&) override { ++n_events; }
+  show::RoundTime round_time() const override { return time; }
+  void take(const view::InputEvent&) override { ++n_events; }
   void advance(double elapsed_s) override
   {
     EXPECT_EQ(elapsed.size(), static_cast<std::size_t>(n_drawn)) << "advance precedes draw";
@@ -28,17 +28,17 @@ struct Counted final : loop::Mode {
     if (++n_drawn == signal_in) raise(SIGTERM);
   }
 
-  loop::RoundTime time;
+  show::RoundTime time;
   int n_rounds = 0, n_drawn = 0, n_events = 0, signal_in = -1;
   std::vector<double> elapsed;
 };
 
 double run(Counted& mode)
 {
-  loop::Sink nowhere;
-  loop::StopSignals stop;
+  show::Sink nowhere;
+  show::StopSignals stop;
   const Clock::time_point begun = Clock::now();
-  loop::run_loop(mode, nowhere, stop);
+  show::run_loop(mode, nowhere, stop);
   return std::chrono::duration<double>(Clock::now() - begun).count();
 }
 
@@ -76,24 +76,24 @@ TEST(Loop, ASignalEndsItWithinARound)
 
 TEST(Attempt, CatchesInputErrorsOnly)
 {
-  EXPECT_FALSE(loop::catch_input_error([] {}));
-  const auto refused = loop::catch_input_error([] {
+  EXPECT_FALSE(show::catch_input_error([] {}));
+  const auto refused = show::catch_input_error([] {
     throw InputError({"a.h5", "key", "nothing", "something"});
   });
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->facts().field, "key");
-  EXPECT_THROW(loop::catch_input_error([] { check(false, "an internal error"); }), InternalError);
+  EXPECT_THROW(show::catch_input_error([] { check(false, "an internal error"); }), InternalError);
 }
 
 TEST(Sink, PicturesAndFilmAreOfWhatIsKept)
 {
   const test::Scratch scratch;
-  loop::Sink sink(render::RenderOptions{32, 24, 1});
+  show::Sink sink(view::RenderOptions{32, 24, 1});
   EXPECT_FALSE(sink.is_recording());
   const std::string folder = (scratch.path() / "new" / "pictures").string();
   sink.record_images(folder, "--pictures");
   EXPECT_TRUE(sink.is_recording());
-  const scene::Scene nothing;
+  const view::Scene nothing;
   sink.renderer().load(nothing);
   sink.show({nothing, {}});
   EXPECT_TRUE(std::filesystem::is_empty(folder)) << "show() writes no file";
@@ -105,10 +105,10 @@ TEST(Sink, PicturesAndFilmAreOfWhatIsKept)
 
 TEST(Numbered, NamesSortAndNumbersThatAreLongerStay)
 {
-  EXPECT_EQ(loop::padded_name("task_", 12, 4), "task_0012");
-  EXPECT_EQ(loop::padded_name("task_", 123456, 4), "task_123456");
-  EXPECT_EQ(loop::count_text(1, "frame"), "1 frame");
-  EXPECT_EQ(loop::count_text(0, "frame"), "0 frames");
+  EXPECT_EQ(show::padded_name("task_", 12, 4), "task_0012");
+  EXPECT_EQ(show::padded_name("task_", 123456, 4), "task_123456");
+  EXPECT_EQ(show::count_text(1, "frame"), "1 frame");
+  EXPECT_EQ(show::count_text(0, "frame"), "0 frames");
 }
 
 TEST(FreeName, TwoWritersNeverGetTheSame)
@@ -117,13 +117,13 @@ TEST(FreeName, TwoWritersNeverGetTheSame)
   const auto name_of = [&](std::size_t number) { return (scratch.path() / std::to_string(number)).string(); };
   std::string other;
   // The second writer begins while the first one has its name and has written nothing.
-  const std::string name = loop::write_with_free_name(name_of, [&](const std::string&) {
-    other = loop::write_with_free_name(name_of, [](const std::string&) {});
+  const std::string name = show::write_with_free_name(name_of, [&](const std::string&) {
+    other = show::write_with_free_name(name_of, [](const std::string&) {});
   });
   EXPECT_EQ(name, name_of(1));
   EXPECT_EQ(other, name_of(2));
   const auto fail = [](const std::string&) { throw InputError({"a", "", "b", "c"}); };
-  EXPECT_THROW(loop::write_with_free_name(name_of, fail), InputError);
+  EXPECT_THROW(show::write_with_free_name(name_of, fail), InputError);
   EXPECT_FALSE(std::filesystem::exists(name_of(3)));
 }
 

@@ -1,4 +1,4 @@
-#include "loop/video_file.hpp"
+#include "show/video_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,9 +19,9 @@ namespace vrda::video_file_test {
 
 using testing::HasSubstr;
 
-render::Image plain_image(int width, int height, std::uint8_t red)
+view::Image plain_image(int width, int height, std::uint8_t red)
 {
-  render::Image image{width, height, {}};
+  view::Image image{width, height, {}};
   for (int i = 0; i < width * height; ++i) image.rgba.insert(image.rgba.end(), {red, 40, 200, 255});
   return image;
 }
@@ -52,10 +52,10 @@ class Video : public testing::Test {
     const std::filesystem::directory_iterator files(scratch_.path()), none;
     return static_cast<std::size_t>(std::distance(files, none));
   }
-  InputError refusal(const loop::VideoOptions& options) const
+  InputError refusal(const show::VideoOptions& options) const
   {
     try {
-      loop::VideoFile video(options);
+      show::VideoFile video(options);
       for (int i = 0; i < 400; ++i) video.add(plain_image(options.width, options.height, 9));
       video.finish();
     } catch (const InputError& error) {
@@ -72,7 +72,7 @@ TEST_F(Video, HasEveryFrameInItsColourInEachForm)
 {
   for (const char* name : {"film.mp4", "film.webm", "film.gif"}) {
     SCOPED_TRACE(name);
-    loop::VideoFile video({path(name), 64, 48, 10});
+    show::VideoFile video({path(name), 64, 48, 10});
     for (int i = 0; i < 12; ++i) video.add(plain_image(64, 48, static_cast<std::uint8_t>(20 * i)));
     video.finish();
     const test::Ended decoded = test::run(
@@ -103,10 +103,10 @@ TEST_F(Video, AFullDiskIsAnErrorInEachFormAndTheOldFilmStays)
     scratch_.write(name, before);
     // Noise is incompressible; the disk fills up before the end, for some formats only at the end.
     std::mt19937 random(3);
-    render::Image image = plain_image(160, 120, 0);
+    view::Image image = plain_image(160, 120, 0);
     EXPECT_THROW(
         {
-          loop::VideoFile video({path(name), 160, 120, 25});
+          show::VideoFile video({path(name), 160, 120, 25});
           for (int i = 0; i < 40; ++i) {
             for (std::uint8_t& byte : image.rgba) byte = static_cast<std::uint8_t>(random());
             video.add(image);
@@ -122,7 +122,7 @@ TEST_F(Video, AFullDiskIsAnErrorInEachFormAndTheOldFilmStays)
 
 TEST_F(Video, OddSizesLoseARow)
 {
-  loop::VideoFile video({path("film.mp4"), 65, 49, 25});
+  show::VideoFile video({path("film.mp4"), 65, 49, 25});
   for (int i = 0; i < 3; ++i) video.add(plain_image(65, 49, 100));
   video.finish();
   const test::Ended probed =
@@ -136,7 +136,7 @@ TEST_F(Video, OddSizesLoseARow)
 TEST_F(Video, GetsItsNameWhenItIsWhole)
 {
   {
-    loop::VideoFile video({path("film.mp4"), 64, 48, 25});
+    show::VideoFile video({path("film.mp4"), 64, 48, 25});
     for (int i = 0; i < 3; ++i) video.add(plain_image(64, 48, 100));
     EXPECT_FALSE(std::filesystem::exists(path("film.mp4")));
   }
@@ -152,7 +152,7 @@ TEST_F(Video, ALinkAndTheModeOfTheOldFilmStay)
                                std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
   std::filesystem::create_symlink("films/before.mp4", path("film.mp4"));
   {
-    loop::VideoFile video({path("film.mp4"), 64, 48, 25});
+    show::VideoFile video({path("film.mp4"), 64, 48, 25});
     for (int i = 0; i < 3; ++i) video.add(plain_image(64, 48, 100));
     video.finish();
   }
@@ -168,7 +168,7 @@ TEST_F(Video, APipeGetsTheFilm)
   const std::string pipe = path("film.mp4");
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   std::future<std::string> read = std::async(std::launch::async, [&] { return test::read_bytes(pipe); });
-  loop::VideoFile video({pipe, 64, 48, 25});
+  show::VideoFile video({pipe, 64, 48, 25});
   for (int i = 0; i < 3; ++i) video.add(plain_image(64, 48, 100));
   video.finish();
   EXPECT_TRUE(std::filesystem::is_fifo(pipe));

@@ -1,4 +1,4 @@
-#include "navigation/doubts.hpp"
+#include "view/doubts.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ store::MotionModel doubtful_model()
   model.plausibility(3, 2) = static_cast<std::int8_t>(Plausibility::dislocated);
   test::unsolve(model, 0, 0);
   model.job.warnings = {"the femur is coarse"};
-  test::add_smoothed(model, 1, [](int, int) { return motion::PoseCoordinates{}; });
+  test::add_smoothed(model, 1, [](int, int) { return store::PoseCoordinates{}; });
   return model;
 }
 
@@ -40,7 +40,7 @@ TEST(Doubts, OfAPoseAreThoseOfTheCellsAroundIt)
     const char* text;
   };
   const store::MotionModel model = doubtful_model();
-  const navigation::DoubtReader reader(model);
+  const view::DoubtReader reader(model);
   for (const Row& row :
        {Row{"raw", 20, 0, "border contact: a contact at an edge"}, Row{"raw", 15, 0, "border contact: "},
         Row{"raw", 10, 0, ""}, Row{"raw", 20, 1, ""}, Row{"raw", 25, 0.5, "dislocated: further from"},
@@ -48,9 +48,9 @@ TEST(Doubts, OfAPoseAreThoseOfTheCellsAroundIt)
         Row{"degree_1", 5, -0.5, "beside an attitude without a pose"},
         Row{"degree_1", 20, 0, "border contact"}, Row{"degree_1", 10, 1, ""}}) {
     SCOPED_TRACE(std::string(row.set) + " " + std::to_string(row.flexion_deg));
-    const motion::JointPose pose =
-        motion::Motion(model, row.set).at({rad_from_deg(row.flexion_deg), rad_from_deg(row.varus_deg)});
-    const std::string text = navigation::doubt_text(pose, reader.at(pose), "femur").data();
+    const store::JointPose pose =
+        store::Motion(model, row.set).at({rad_from_deg(row.flexion_deg), rad_from_deg(row.varus_deg)});
+    const std::string text = view::doubt_text(pose, reader.at(pose), "femur").data();
     EXPECT_THAT(text, StartsWith(row.text));
     EXPECT_EQ(text.empty(), std::string(row.text).empty());
   }
@@ -61,8 +61,8 @@ TEST(Doubts, AreMarkedOnTheTimelineBetweenTheNeighbours)
   const store::MotionModel model = doubtful_model();
   const auto spans_at = [&](const char* set, double varus_deg) {
     std::string text;
-    for (const navigation::MarkedSpan& span :
-         navigation::DoubtReader(model).marks(motion::Motion(model, set), rad_from_deg(varus_deg)))
+    for (const view::MarkedSpan& span :
+         view::DoubtReader(model).marks(store::Motion(model, set), rad_from_deg(varus_deg)))
       text += std::to_string(std::lround(deg_from_rad(span.first))) + "-" +
               std::to_string(std::lround(deg_from_rad(span.last))) + (span.has_pose ? " " : "! ");
     return text;
@@ -75,12 +75,12 @@ TEST(Doubts, AreMarkedOnTheTimelineBetweenTheNeighbours)
 
 TEST(Doubts, OfTheModelAreCountedWithTheirReasonsBeforeTheWarningsOfTheJob)
 {
-  EXPECT_THAT(navigation::model_warnings(doubtful_model()),
+  EXPECT_THAT(view::model_warnings(doubtful_model()),
               ElementsAre(StartsWith("1 of 14 poses: dislocated: further"),
                           StartsWith("1 of 14 poses: border contact: a contact at an edge"),
                           "1 of 15 attitudes have no pose", "the femur is coarse"));
-  EXPECT_TRUE(navigation::has_doubtful_poses(doubtful_model()));
-  EXPECT_THAT(navigation::model_warnings(test::model_of({})), ElementsAre());
+  EXPECT_TRUE(view::has_doubtful_poses(doubtful_model()));
+  EXPECT_THAT(view::model_warnings(test::model_of({})), ElementsAre());
 }
 
 // The page has its own copy of the reasons, in the same order.

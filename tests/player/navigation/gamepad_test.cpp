@@ -1,4 +1,4 @@
-#include "navigation/gamepad.hpp"
+#include "view/gamepad.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,17 +6,17 @@
 
 namespace vrda::gamepad_test {
 
-using navigation::Key;
+using view::Key;
 
-std::size_t count_of(const std::vector<navigation::KeyPress>& keys, Key key)
+std::size_t count_of(const std::vector<view::KeyPress>& keys, Key key)
 {
-  return static_cast<std::size_t>(std::ranges::count(keys, key, &navigation::KeyPress::key));
+  return static_cast<std::size_t>(std::ranges::count(keys, key, &view::KeyPress::key));
 }
 
 /// Number of presses of `key` in `seconds` at 60 rounds a second.
-double presses(const render::Gamepad& pad, Key key, double seconds, bool is_plane = true)
+double presses(const view::Gamepad& pad, Key key, double seconds, bool is_plane = true)
 {
-  navigation::GamepadKeys keys;
+  view::GamepadKeys keys;
   std::size_t n = 0;
   for (int k = 0; k < static_cast<int>(60.0 * seconds); ++k) n += count_of(keys.keys(pad, 1.0 / 60.0, is_plane), key);
   return static_cast<double>(n);
@@ -24,7 +24,7 @@ double presses(const render::Gamepad& pad, Key key, double seconds, bool is_plan
 
 TEST(Gamepad, ThePadPressesArrowsAndRepeatsThem)
 {
-  render::Gamepad pad;
+  view::Gamepad pad;
   pad.has_right = true;
   EXPECT_EQ(presses(pad, Key::right, 0.3), 1.0);
   // At 0.4 s and every 0.05 s from there, seen at the rounds up to 0.983 s after the press.
@@ -35,10 +35,10 @@ TEST(Gamepad, ThePadPressesArrowsAndRepeatsThem)
 
 TEST(Gamepad, ShouldersAreShiftAndControlOfThePad)
 {
-  render::Gamepad pad;
+  view::Gamepad pad;
   pad.has_up = pad.has_b = pad.has_left_shoulder = pad.has_right_shoulder = true;
-  navigation::GamepadKeys keys;
-  const std::vector<navigation::KeyPress> first = keys.keys(pad, 0.0, true);
+  view::GamepadKeys keys;
+  const std::vector<view::KeyPress> first = keys.keys(pad, 0.0, true);
   ASSERT_EQ(first.size(), 2u);
   EXPECT_EQ(first[0].key, Key::up);
   EXPECT_TRUE(first[0].has_shift && first[0].has_control);
@@ -48,7 +48,7 @@ TEST(Gamepad, ShouldersAreShiftAndControlOfThePad)
 
 TEST(Gamepad, TheStickIsFineNearItsMiddle)
 {
-  render::Gamepad pad;
+  view::Gamepad pad;
   pad.stick_x = -0.1;
   EXPECT_EQ(presses(pad, Key::left, 10.0), 0.0) << "at rest";
   pad.stick_x = -1.0;

@@ -1,4 +1,4 @@
-#include "navigation/gap_reading.hpp"
+#include "view/gap_reading.hpp"
 
 #include <gtest/gtest.h>
 
@@ -37,8 +37,8 @@ store::MotionModel sample_model()
 TEST(GapReading, RawCellsAreJoinedLinearly)
 {
   const store::MotionModel model = sample_model();
-  const navigation::GapReader reader(model, "raw");
-  EXPECT_EQ(reader.at(at_deg(0, -5)).source, navigation::GapSource::cells);
+  const view::GapReader reader(model, "raw");
+  EXPECT_EQ(reader.at(at_deg(0, -5)).source, view::GapSource::cells);
   EXPECT_NEAR(reader.at(at_deg(5, 0)).medial_mm, 1.5, rounding_mm);
   EXPECT_NEAR(reader.at(at_deg(5, 0)).lateral_mm, 0.5, rounding_mm);
   EXPECT_NEAR(reader.at(at_deg(20, -5)).medial_mm, 4.0, rounding_mm);
@@ -48,17 +48,17 @@ TEST(GapReading, RawCellsAreJoinedLinearly)
 TEST(GapReading, TheWayIntoContactIsAGapForwardAndAPenetrationBack)
 {
   const store::MotionModel model = sample_model();
-  const navigation::GapReader reader(model, "degree_4");
-  const navigation::GapReading gap = reader.at(at_deg(2.5, 0));
-  EXPECT_EQ(gap.source, navigation::GapSource::travel);
+  const view::GapReader reader(model, "degree_4");
+  const view::GapReading gap = reader.at(at_deg(2.5, 0));
+  EXPECT_EQ(gap.source, view::GapSource::travel);
   EXPECT_NEAR(gap.gap_mm, 0.0, rounding_mm);
   EXPECT_NEAR(reader.at(at_deg(0, 0)).gap_mm, 0.1, rounding_mm);
   EXPECT_EQ(reader.at(at_deg(0, 0)).penetration_mm, 0.0);
   EXPECT_NEAR(reader.at(at_deg(10, 2)).penetration_mm, 0.3, rounding_mm);
   EXPECT_EQ(reader.at(at_deg(10, 2)).gap_mm, 0.0);
   EXPECT_TRUE(std::isnan(reader.at(at_deg(20, 5)).gap_mm));
-  const navigation::GapReading none = navigation::GapReader(model, "degree_4_recontacted").at(at_deg(7, 1));
-  EXPECT_EQ(none.source, navigation::GapSource::recontacted);
+  const view::GapReading none = view::GapReader(model, "degree_4_recontacted").at(at_deg(7, 1));
+  EXPECT_EQ(none.source, view::GapSource::recontacted);
   EXPECT_EQ(none.gap_mm, 0.0);
 }
 
@@ -77,9 +77,9 @@ TEST(GapReading, AnAuditGoesBeforeTheWayIntoContact)
   audit.penetration_mm.resize(2, 1);
   audit.penetration_mm << 0.75, 0.0;
   model.audits = {audit};
-  const navigation::GapReader reader(model, "degree_4");
-  const navigation::GapReading deep = reader.at(at_deg(9, 3)), apart = reader.at(at_deg(11, -3));
-  EXPECT_EQ(deep.source, navigation::GapSource::audit);
+  const view::GapReader reader(model, "degree_4");
+  const view::GapReading deep = reader.at(at_deg(9, 3)), apart = reader.at(at_deg(11, -3));
+  EXPECT_EQ(deep.source, view::GapSource::audit);
   EXPECT_EQ(deep.gap_mm, 0.0);
   EXPECT_EQ(deep.penetration_mm, 0.75);
   EXPECT_EQ(apart.gap_mm, 0.25);
@@ -93,16 +93,16 @@ TEST(GapReading, TheTwoSidedMotionHasItsOwn)
   model.two_sided->flexion_deg = {0, 10, 20};
   model.two_sided->gap_medial_mm = {0.0, 0.5, nan};
   model.two_sided->gap_lateral_mm = {0.25, -0.75, nan};
-  const navigation::GapReader reader(model, "two_sided");
-  const navigation::GapReading at_row = reader.at(at_deg(10, 3)), between = reader.at(at_deg(5, 3));
-  EXPECT_EQ(at_row.source, navigation::GapSource::two_sided);
+  const view::GapReader reader(model, "two_sided");
+  const view::GapReading at_row = reader.at(at_deg(10, 3)), between = reader.at(at_deg(5, 3));
+  EXPECT_EQ(at_row.source, view::GapSource::two_sided);
   EXPECT_EQ(at_row.medial_mm, 0.5);
   EXPECT_EQ(at_row.lateral_mm, -0.75);
   EXPECT_DOUBLE_EQ(between.medial_mm, 0.25);
   EXPECT_DOUBLE_EQ(between.lateral_mm, -0.25);
   EXPECT_TRUE(std::isnan(reader.at(at_deg(20, 0)).medial_mm));
   model.two_sided.reset();
-  EXPECT_EQ(navigation::GapReader(model, "two_sided").at(at_deg(5, 0)).source, navigation::GapSource::none);
+  EXPECT_EQ(view::GapReader(model, "two_sided").at(at_deg(5, 0)).source, view::GapSource::none);
 }
 
 TEST(GapReading, AnAttitudeWithoutAPoseHasNoNumber)
@@ -115,16 +115,16 @@ TEST(GapReading, AnAttitudeWithoutAPoseHasNoNumber)
   audit.state = store::GridB::Constant(2, 1, static_cast<std::int8_t>(store::AuditState::no_pose));
   audit.gap_mm = audit.penetration_mm = store::GridD::Constant(2, 1, nan);
   model.audits = {audit};
-  EXPECT_TRUE(std::isnan(navigation::GapReader(model, "zero_varus").at(at_deg(9, 3)).gap_mm));
+  EXPECT_TRUE(std::isnan(view::GapReader(model, "zero_varus").at(at_deg(9, 3)).gap_mm));
 }
 
 TEST(GapReading, WhatTheFileDoesNotSayIsNotSaid)
 {
   const store::MotionModel model = sample_model();
-  EXPECT_EQ(navigation::GapReader(model, "zero_varus").at(at_deg(5, 0)).source, navigation::GapSource::none);
+  EXPECT_EQ(view::GapReader(model, "zero_varus").at(at_deg(5, 0)).source, view::GapSource::none);
   store::MotionModel other = sample_model();
   other.has_compartments = false;
-  EXPECT_EQ(navigation::GapReader(other, "raw").at(at_deg(5, 0)).source, navigation::GapSource::none);
+  EXPECT_EQ(view::GapReader(other, "raw").at(at_deg(5, 0)).source, view::GapSource::none);
 }
 
 TEST(GapReading, OfASequenceIsThatOfTheFrames)
@@ -136,8 +136,8 @@ TEST(GapReading, OfASequenceIsThatOfTheFrames)
   model.frames = store::FrameSequence{"time_s", {0.0, 1.0, 3.0}};
   model.gap_medial_mm = model.gap_medial_mm.leftCols(1).eval();
   model.gap_lateral_mm = model.gap_lateral_mm.leftCols(1).eval();
-  const navigation::GapReader reader(model, "raw");
-  motion::JointPose pose;
+  const view::GapReader reader(model, "raw");
+  store::JointPose pose;
   pose.attitude = at_deg(20, 0);
   for (const auto& [key, medial_mm] :
        {std::pair(0.0, 0.0), std::pair(1.0, 2.0), std::pair(2.0, 3.0), std::pair(3.0, 4.0)}) {

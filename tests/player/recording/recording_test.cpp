@@ -1,4 +1,4 @@
-#include "recording/recording.hpp"
+#include "bench/recording.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,32 +6,32 @@
 #include <filesystem>
 #include <limits>
 
-#include "journal/frame_bytes.hpp"
+#include "core/frame_bytes.hpp"
 #include "sample_recording.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::recording_test {
 
-constexpr journal::FrameFormat format{"VRDABREC", 1, 1U << 24, "picture"};
+constexpr core::FrameFormat format{"VRDABREC", 1, 1U << 24, "picture"};
 
-recording::Recording read(const std::string& bytes)
+bench::Recording read(const std::string& bytes)
 {
-  return recording::parsed_recording("a.log", bytes);
+  return bench::parsed_recording("a.log", bytes);
 }
 
 /// Sizes of a file after its header, its header record, and each frame.
 std::vector<std::size_t> frame_ends(const std::string& bytes)
 {
-  std::vector<std::size_t> ends{journal::parse_header(bytes, format).n_bytes};
+  std::vector<std::size_t> ends{core::parse_header(bytes, format).n_bytes};
   while (ends.back() < bytes.size())
     ends.push_back(ends.back() +
-                   journal::parse_frame(std::string_view(bytes).substr(ends.back()), format).n_bytes);
+                   core::parse_frame(std::string_view(bytes).substr(ends.back()), format).n_bytes);
   return ends;
 }
 
-void expect_same(const std::vector<recording::RecordedFrame>& read,
-                 const std::vector<recording::RecordedFrame>& made, std::size_t n)
+void expect_same(const std::vector<bench::RecordedFrame>& read,
+                 const std::vector<bench::RecordedFrame>& made, std::size_t n)
 {
   ASSERT_EQ(read.size(), n);
   for (std::size_t k = 0; k < n; ++k) EXPECT_TRUE(test::is_same(read[k], made[k])) << k;
@@ -39,16 +39,16 @@ void expect_same(const std::vector<recording::RecordedFrame>& read,
 
 TEST(Recording, ReadsBackEveryBit)
 {
-  const std::vector<recording::RecordedFrame> made = test::sample_pictures(40);
+  const std::vector<bench::RecordedFrame> made = test::sample_pictures(40);
   const test::Scratch scratch;
   const std::string file = scratch.write("a.log", test::recording_bytes(test::sample_facts(), made)).string();
-  const recording::Recording recording = recording::read_recording(file);
+  const bench::Recording recording = bench::read_recording(file);
   EXPECT_EQ(recording.facts, test::sample_facts());
   EXPECT_EQ(recording.dropped_bytes, 0u);
   EXPECT_EQ(recording.dropped_why, "");
   ASSERT_EQ(recording.frames.size(), made.size());
   for (std::size_t k = 0; k < made.size(); ++k) {
-    const recording::RecordedFrame &a = recording.frames[k], &b = made[k];
+    const bench::RecordedFrame &a = recording.frames[k], &b = made[k];
     EXPECT_EQ(a.now_ns, b.now_ns);
     ASSERT_EQ(a.keys.size(), b.keys.size());
     for (std::size_t i = 0; i < a.keys.size(); ++i) {
@@ -57,14 +57,14 @@ TEST(Recording, ReadsBackEveryBit)
       EXPECT_EQ(a.keys[i].has_control, b.keys[i].has_control);
     }
     ASSERT_EQ(a.samples.size(), b.samples.size());
-    const std::size_t n_bytes = a.samples.size() * sizeof(devices::Sample);
+    const std::size_t n_bytes = a.samples.size() * sizeof(bench::Sample);
     EXPECT_TRUE(n_bytes == 0 || std::memcmp(a.samples.data(), b.samples.data(), n_bytes) == 0) << k;
   }
 }
 
 TEST(Recording, CutAnywhereItIsReadUpToTheLastWholePicture)
 {
-  const std::vector<recording::RecordedFrame> made = test::sample_pictures(6);
+  const std::vector<bench::RecordedFrame> made = test::sample_pictures(6);
   const std::string bytes = test::recording_bytes(test::sample_facts(), made);
   const std::vector<std::size_t> ends = frame_ends(bytes);
   ASSERT_EQ(ends.size(), made.size() + 2);
@@ -73,7 +73,7 @@ TEST(Recording, CutAnywhereItIsReadUpToTheLastWholePicture)
   std::size_t n_whole = 0;
   for (std::size_t n = ends[1]; n <= bytes.size(); ++n) {
     while (n_whole + 2 < ends.size() && ends[n_whole + 2] <= n) ++n_whole;
-    const recording::Recording recording = read(bytes.substr(0, n));
+    const bench::Recording recording = read(bytes.substr(0, n));
     expect_same(recording.frames, made, n_whole);
     EXPECT_EQ(recording.dropped_bytes, n - ends[n_whole + 1]);
     EXPECT_EQ(recording.dropped_why.empty(), recording.dropped_bytes == 0);
@@ -83,7 +83,7 @@ TEST(Recording, CutAnywhereItIsReadUpToTheLastWholePicture)
 
 TEST(Recording, AFlippedBitDropsWhatFollows)
 {
-  const std::vector<recording::RecordedFrame> made = test::sample_pictures(6);
+  const std::vector<bench::RecordedFrame> made = test::sample_pictures(6);
   const std::string bytes = test::recording_bytes(test::sample_facts(), made);
   const std::vector<std::size_t> ends = frame_ends(bytes);
   for (std::size_t at = 0; at < ends[1]; ++at) {
@@ -96,7 +96,7 @@ TEST(Recording, AFlippedBitDropsWhatFollows)
     while (ends[n_whole + 2] <= at) ++n_whole;
     std::string flipped = bytes;
     flipped[at] = static_cast<char>(flipped[at] ^ (1 << (at % 8)));
-    const recording::Recording recording = read(flipped);
+    const bench::Recording recording = read(flipped);
     expect_same(recording.frames, made, n_whole);
     EXPECT_EQ(recording.dropped_bytes, bytes.size() - ends[n_whole + 1]);
     EXPECT_FALSE(recording.dropped_why.empty());
@@ -109,91 +109,91 @@ TEST(Recording, AWrongHeadIsNamed)
   struct Row {
     std::string bytes, field, found = {};
   };
-  const std::string header = journal::header_bytes("bench recording", format);
+  const std::string header = core::header_bytes("bench recording", format);
   for (const Row& row : {
            Row{header, "", "record"},
-           Row{header + journal::frame_of("no facts"), "", "header record"},
-           Row{header + journal::frame_of(test::recording_bytes(test::sample_facts(), {})), "",
+           Row{header + core::frame_of("no facts"), "", "header record"},
+           Row{header + core::frame_of(test::recording_bytes(test::sample_facts(), {})), "",
                "header record"},
        }) {
     EXPECT_THAT(test::input_error([&] { read(row.bytes); }),
                 test::refuses({"a.log", row.field, row.found, "1"}));
   }
-  const journal::FrameFormat journal{"VRDAJRNL", 1, 1U << 24, "record"};
-  const journal::FrameFormat newer{"VRDABREC", 2, 1U << 24, "picture"};
+  const core::FrameFormat journal{"VRDAJRNL", 1, 1U << 24, "record"};
+  const core::FrameFormat newer{"VRDABREC", 2, 1U << 24, "picture"};
   for (const Row& row :
-       {Row{"", "header"}, Row{"\x89PNG\r\n", "header"}, Row{journal::header_bytes("k", journal), "header"},
-        Row{journal::header_bytes("bench recording", newer), "format version"}}) {
-    EXPECT_THAT(test::input_error([&] { read(row.bytes + journal::frame_of("x")); }),
+       {Row{"", "header"}, Row{"\x89PNG\r\n", "header"}, Row{core::header_bytes("k", journal), "header"},
+        Row{core::header_bytes("bench recording", newer), "format version"}}) {
+    EXPECT_THAT(test::input_error([&] { read(row.bytes + core::frame_of("x")); }),
                 test::refuses({"a.log", row.field, "", "1"}));
   }
-  EXPECT_EQ(test::input_error([] { recording::read_recording("/nowhere/a.log"); }).file, "/nowhere/a.log");
+  EXPECT_EQ(test::input_error([] { bench::read_recording("/nowhere/a.log"); }).file, "/nowhere/a.log");
 }
 
 TEST(Recording, PicturesThatNoDeviceGaveAreDropped)
 {
-  const std::vector<recording::RecordedFrame> made = test::sample_pictures(3);
+  const std::vector<bench::RecordedFrame> made = test::sample_pictures(3);
   const std::string start = test::recording_bytes(test::sample_facts(), {made[0]});
   const auto picture = [](const auto& change) {
-    devices::Sample sample;
-    sample.kind = devices::SampleKind::tool_pose;
+    bench::Sample sample;
+    sample.kind = bench::SampleKind::tool_pose;
     change(sample);
-    return recording::bytes_of(1, {}, std::vector<devices::Sample>{sample});
+    return bench::bytes_of(1, {}, std::vector<bench::Sample>{sample});
   };
-  const std::string sound = picture([](devices::Sample&) {});
-  std::string huge = recording::bytes_of(1, {}, {});
+  const std::string sound = picture([](bench::Sample&) {});
+  std::string huge = bench::bytes_of(1, {}, {});
   huge[12] = '\x7f';
-  std::string flags = recording::bytes_of(1, std::vector<navigation::KeyPress>{{navigation::Key::left}}, {});
+  std::string flags = bench::bytes_of(1, std::vector<view::KeyPress>{{view::Key::left}}, {});
   flags[16] = '\x04';
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const std::string& record : {
-           picture([&](devices::Sample& s) { s.tool_pose.position_mm[1] = nan; }),
-           picture([&](devices::Sample& s) { s.tool_pose.rotation[0] = nan; }),
-           picture([](devices::Sample& s) { s.tool_pose.rotation[0] = 1.01; }),
-           picture([](devices::Sample& s) { s.state = 4; }),
-           picture([](devices::Sample& s) { s.kind = static_cast<devices::SampleKind>(5); }),
-           picture([&](devices::Sample& s) {
-             s.kind = devices::SampleKind::offset;
+           picture([&](bench::Sample& s) { s.tool_pose.position_mm[1] = nan; }),
+           picture([&](bench::Sample& s) { s.tool_pose.rotation[0] = nan; }),
+           picture([](bench::Sample& s) { s.tool_pose.rotation[0] = 1.01; }),
+           picture([](bench::Sample& s) { s.state = 4; }),
+           picture([](bench::Sample& s) { s.kind = static_cast<bench::SampleKind>(5); }),
+           picture([&](bench::Sample& s) {
+             s.kind = bench::SampleKind::offset;
              s.tool_pose.position_mm[0] = nan;
            }),
-           picture([](devices::Sample& s) { s.kind = devices::SampleKind::link, s.state = 3; }),
-           picture([](devices::Sample& s) { s.kind = devices::SampleKind::link, s.source = 2; }),
+           picture([](bench::Sample& s) { s.kind = bench::SampleKind::link, s.state = 3; }),
+           picture([](bench::Sample& s) { s.kind = bench::SampleKind::link, s.source = 2; }),
            sound + "x",
            sound.substr(0, sound.size() - 1),
            std::string(),
            huge,
            flags,
        }) {
-    const recording::Recording recording = read(start + journal::frame_of(record) + journal::frame_of(sound));
+    const bench::Recording recording = read(start + core::frame_of(record) + core::frame_of(sound));
     expect_same(recording.frames, made, 1);
     EXPECT_EQ(recording.dropped_why.empty(), false);
-    EXPECT_EQ(recording.dropped_bytes, journal::frame_of(record).size() + journal::frame_of(sound).size());
+    EXPECT_EQ(recording.dropped_bytes, core::frame_of(record).size() + core::frame_of(sound).size());
   }
-  EXPECT_EQ(read(start + journal::frame_of(sound)).frames.size(), 2u);
+  EXPECT_EQ(read(start + core::frame_of(sound)).frames.size(), 2u);
 }
 
 TEST(Recording, AFileThatIsThereIsNotWrittenOver)
 {
   const test::Scratch scratch;
   const std::string file = scratch.write("a.log", "dear").string();
-  EXPECT_THAT(test::input_error([&] { recording::Recorder(file, test::sample_facts()); }),
+  EXPECT_THAT(test::input_error([&] { bench::Recorder(file, test::sample_facts()); }),
               test::refuses({file, "", "existing"}));
   EXPECT_EQ(test::read_bytes(file), "dear");
   const std::string nowhere = (scratch.path() / "no" / "a.log").string();
   std::filesystem::create_directories(scratch.path() / "no" / "a.log");
-  EXPECT_EQ(test::input_error([&] { recording::Recorder(nowhere, test::sample_facts()); }).file, nowhere);
+  EXPECT_EQ(test::input_error([&] { bench::Recorder(nowhere, test::sample_facts()); }).file, nowhere);
 }
 
 TEST(Recording, WhatWasAddedIsThereWithoutAnEnd)
 {
-  const std::vector<recording::RecordedFrame> made = test::sample_pictures(5);
+  const std::vector<bench::RecordedFrame> made = test::sample_pictures(5);
   const test::Scratch scratch;
   const std::string file = (scratch.path() / "a.log").string();
-  recording::Recorder recorder(file, test::sample_facts());
-  EXPECT_TRUE(recording::read_recording(file).frames.empty());
+  bench::Recorder recorder(file, test::sample_facts());
+  EXPECT_TRUE(bench::read_recording(file).frames.empty());
   for (std::size_t k = 0; k < made.size(); ++k) {
     recorder.add(made[k].now_ns, made[k].keys, made[k].samples);
-    expect_same(recording::read_recording(file).frames, made, k + 1);
+    expect_same(bench::read_recording(file).frames, made, k + 1);
   }
 }
 
@@ -201,19 +201,19 @@ TEST(Recording, WhatWasAddedIsThereWithoutAnEnd)
 TEST(RecordingReader, ReachesEveryFrameAndKeepsABoundedPart)
 {
   constexpr std::size_t n_frames = 40'000, most_bytes = std::size_t{1} << 20;  // the index is thinned twice
-  const std::vector<recording::RecordedFrame> made = test::sample_pictures(40);
+  const std::vector<bench::RecordedFrame> made = test::sample_pictures(40);
   std::string bytes = test::recording_bytes(test::sample_facts(), {});
   const auto frame_at = [&made](std::size_t k) {
-    recording::RecordedFrame frame = made[k % made.size()];
+    bench::RecordedFrame frame = made[k % made.size()];
     frame.now_ns = static_cast<std::int64_t>(k) * 16'666'667;
     return frame;
   };
   for (std::size_t k = 0; k < n_frames; ++k) {
-    const recording::RecordedFrame frame = frame_at(k);
-    bytes += journal::frame_of(recording::bytes_of(frame.now_ns, frame.keys, frame.samples));
+    const bench::RecordedFrame frame = frame_at(k);
+    bytes += core::frame_of(bench::bytes_of(frame.now_ns, frame.keys, frame.samples));
   }
   std::size_t n_read = 0;
-  recording::RecordingReader reader("a.log", bytes.size(), [&](std::uint64_t at, std::size_t n) {
+  bench::RecordingReader reader("a.log", bytes.size(), [&](std::uint64_t at, std::size_t n) {
     EXPECT_LE(n, most_bytes);
     n_read += n;
     return bytes.substr(static_cast<std::size_t>(at), n);

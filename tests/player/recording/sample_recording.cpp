@@ -7,15 +7,15 @@
 namespace vrda::test {
 namespace {
 
-devices::Sample sample_of(std::mt19937_64& random, std::int64_t now_ns)
+bench::Sample sample_of(std::mt19937_64& random, std::int64_t now_ns)
 {
   std::uniform_real_distribution<double> mm(-2000.0, 2000.0);
   const Eigen::Quaterniond q =
       Eigen::Quaterniond(Eigen::Vector4d(mm(random), mm(random), mm(random), mm(random))).normalized();
-  devices::Sample sample;
+  bench::Sample sample;
   sample.arrival_ns = now_ns - 1'000'000;
   sample.device_ns = now_ns + 1'000'000'000'000;
-  sample.kind = static_cast<devices::SampleKind>(random() % 5);
+  sample.kind = static_cast<bench::SampleKind>(random() % 5);
   sample.state = static_cast<std::uint8_t>(random() % 3);
   sample.source = static_cast<std::uint16_t>(random() % 2);
   sample.count = static_cast<std::int32_t>(random() % 2001) - 1000;
@@ -25,42 +25,42 @@ devices::Sample sample_of(std::mt19937_64& random, std::int64_t now_ns)
 
 }  // namespace
 
-recording::RecordingFacts sample_facts()
+bench::RecordingFacts sample_facts()
 {
   return {"bench.toml", "title = \"Desk\"\n", "anna.toml", std::string("version = 1\n\0x", 14),
           "knee.h5",    "1234 00ff",          "degree_6"};
 }
 
-std::vector<recording::RecordedFrame> sample_pictures(int n)
+std::vector<bench::RecordedFrame> sample_pictures(int n)
 {
   std::mt19937_64 random(85);
-  std::vector<recording::RecordedFrame> pictures;
+  std::vector<bench::RecordedFrame> pictures;
   for (int k = 0; k < n; ++k) {
-    recording::RecordedFrame& picture = pictures.emplace_back();
+    bench::RecordedFrame& picture = pictures.emplace_back();
     picture.now_ns = k * 16'666'667LL;
     for (int key = 0; key < k % 3; ++key)
       picture.keys.push_back(
-          {key == 0 ? navigation::Key::left : navigation::key_of('P'), k % 2 == 0, k % 4 == 1});
+          {key == 0 ? view::Key::left : view::key_of('P'), k % 2 == 0, k % 4 == 1});
     for (int s = 0; s < k % 5; ++s) picture.samples.push_back(sample_of(random, picture.now_ns));
   }
   return pictures;
 }
 
-std::string recording_bytes(const recording::RecordingFacts& facts,
-                            const std::vector<recording::RecordedFrame>& pictures)
+std::string recording_bytes(const bench::RecordingFacts& facts,
+                            const std::vector<bench::RecordedFrame>& pictures)
 {
   const Scratch scratch;
   const std::string file = (scratch.path() / "a.log").string();
-  recording::Recorder recorder(file, facts);
-  for (const recording::RecordedFrame& picture : pictures)
+  bench::Recorder recorder(file, facts);
+  for (const bench::RecordedFrame& picture : pictures)
     recorder.add(picture.now_ns, picture.keys, picture.samples);
   recorder.close();
   return read_bytes(file);
 }
 
-bool is_same(const recording::RecordedFrame& a, const recording::RecordedFrame& b)
+bool is_same(const bench::RecordedFrame& a, const bench::RecordedFrame& b)
 {
-  return recording::bytes_of(a.now_ns, a.keys, a.samples) == recording::bytes_of(b.now_ns, b.keys, b.samples);
+  return bench::bytes_of(a.now_ns, a.keys, a.samples) == bench::bytes_of(b.now_ns, b.keys, b.samples);
 }
 
 }  // namespace vrda::test

@@ -1,20 +1,20 @@
 /// Generated recordings.
 #pragma once
 
-#include "recording/recording.hpp"
+#include "bench/recording.hpp"
 
 namespace vrda::test {
 
-recording::RecordingFacts sample_facts();
+bench::RecordingFacts sample_facts();
 
 /// Samples of every kind and various keys; some frames have none.
-std::vector<recording::RecordedFrame> sample_pictures(int n);
+std::vector<bench::RecordedFrame> sample_pictures(int n);
 
 /// File contents of such a recording.
-std::string recording_bytes(const recording::RecordingFacts& facts,
-                            const std::vector<recording::RecordedFrame>& pictures);
+std::string recording_bytes(const bench::RecordingFacts& facts,
+                            const std::vector<bench::RecordedFrame>& pictures);
 
 /// Whether both are bitwise equal.
-bool is_same(const recording::RecordedFrame& a, const recording::RecordedFrame& b);
+bool is_same(const bench::RecordedFrame& a, const bench::RecordedFrame& b);
 
 }  // namespace vrda::test

@@ -11,19 +11,19 @@ class RendererAllocation : public testing::TestWithParam<int> {
 TEST_P(RendererAllocation, AHundredFramesAllocateNothing)
 {
   VRDA_REQUIRE_ALLOCATION_COUNT();
-  scene::Scene scene = test::joint_scene();
-  render::Overlay overlay;
+  view::Scene scene = test::joint_scene();
+  view::Overlay overlay;
   overlay.vertices.resize(3);
   overlay.indices = {0, 1, 2};
   overlay.commands.push_back({{0, 0, 64, 48}, 0, 3, 0});
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({64, 48, GetParam()});
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({64, 48, GetParam()});
   renderer->load(scene);
-  renderer->load(render::OverlayFont{1, 1, {255}});
-  const render::Shot shot{test::joint_camera(scene), {0, 0, 64, 48}};
+  renderer->load(view::OverlayFont{1, 1, {255}});
+  const view::Shot shot{test::joint_camera(scene), {0, 0, 64, 48}};
   const auto draw_all_modes = [&] {
-    for (const scene::DrawMode mode :
-         {scene::DrawMode::wire, scene::DrawMode::hidden_line, scene::DrawMode::flat, scene::DrawMode::smooth,
-          scene::DrawMode::textured}) {
+    for (const view::DrawMode mode :
+         {view::DrawMode::wire, view::DrawMode::hidden_line, view::DrawMode::flat, view::DrawMode::smooth,
+          view::DrawMode::textured}) {
       scene.mode = mode;
       ++scene.drawables[0].revision;
       renderer->draw(scene, {&shot, 1}, &overlay);

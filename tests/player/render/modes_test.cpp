@@ -22,7 +22,7 @@ void expect_near(const Codes& found, const Codes& expected)
   for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(found[k], expected[k], code_tolerance) << "channel " << k;
 }
 
-int n_pixels(const render::Image& image, const Codes& codes)
+int n_pixels(const view::Image& image, const Codes& codes)
 {
   int n = 0;
   for (int y = 0; y < image.height; ++y) {
@@ -32,9 +32,9 @@ int n_pixels(const render::Image& image, const Codes& codes)
 }
 
 /// A white square of 40 mm, 160 of 240 pixels wide for camera_at(120).
-scene::Scene square()
+view::Scene square()
 {
-  scene::Scene scene = test::dark_scene();
+  view::Scene scene = test::dark_scene();
   scene.background = {{0.05F, 0.05F, 0.05F}, {0.05F, 0.05F, 0.05F}};
   test::add(scene, test::facing_sheet(40), test::plain({1, 1, 1}));
   return scene;
@@ -44,9 +44,9 @@ constexpr Codes white{255, 255, 255, 255};
 
 TEST(DrawMode, WiresAreTheEdgesOfTheTriangles)
 {
-  scene::Scene scene = square();
-  scene.mode = scene::DrawMode::wire;
-  const render::Image image = test::drawn(scene, test::camera_at(120), {width, height, 1});
+  view::Scene scene = square();
+  scene.mode = view::DrawMode::wire;
+  const view::Image image = test::drawn(scene, test::camera_at(120), {width, height, 1});
   const int n = n_pixels(image, white);
   // 2 x 2 cells: twelve sides and four diagonals of 80 rows or columns each, one pixel per row or column.
   EXPECT_NEAR(n, 16 * 80, 40);
@@ -54,14 +54,14 @@ TEST(DrawMode, WiresAreTheEdgesOfTheTriangles)
 
 TEST(DrawMode, HiddenLinesAreHiddenAndOthersAreNot)
 {
-  scene::Scene scene = square();
+  view::Scene scene = square();
   test::add(scene, test::facing_sheet(20), test::plain({1, 0, 0}), {0, 0, -5});  // behind
-  scene.mode = scene::DrawMode::wire;
-  const render::Image wire = test::drawn(scene, test::camera_at(120), {width, height, 1});
+  scene.mode = view::DrawMode::wire;
+  const view::Image wire = test::drawn(scene, test::camera_at(120), {width, height, 1});
   constexpr Codes red{255, 0, 0, 255};
   EXPECT_GT(n_pixels(wire, red), 100);
-  scene.mode = scene::DrawMode::hidden_line;
-  const render::Image hidden = test::drawn(scene, test::camera_at(120), {width, height, 1});
+  scene.mode = view::DrawMode::hidden_line;
+  const view::Image hidden = test::drawn(scene, test::camera_at(120), {width, height, 1});
   EXPECT_EQ(n_pixels(hidden, red), 0);
   // Edges are not hidden by their own faces.
   EXPECT_NEAR(n_pixels(hidden, white), 16 * 80, 40);
@@ -69,8 +69,8 @@ TEST(DrawMode, HiddenLinesAreHiddenAndOthersAreNot)
 
 TEST(VertexLighting, OfAFineBallIsThatOfPixelsAndOpenSheetsStay)
 {
-  scene::Scene scene = test::dark_scene();
-  scene.lighting = scene::studio_lighting();
+  view::Scene scene = test::dark_scene();
+  scene.lighting = view::studio_lighting();
   Material material = test::plain({0.8F, 0.7F, 0.6F});
   material.specular = 0.2F;
   const auto drawn = [&](bool has_vertex_lighting) {
@@ -79,7 +79,7 @@ TEST(VertexLighting, OfAFineBallIsThatOfPixelsAndOpenSheetsStay)
   };
   // Mean over the picture, a third of which is the ball; its silhouette is the same.
   const auto mean_difference = [&] {
-    const render::Image a = drawn(true), b = drawn(false);
+    const view::Image a = drawn(true), b = drawn(false);
     double sum = 0.0;
     for (std::size_t i = 0; i < a.rgba.size(); ++i) sum += std::abs(int{a.rgba[i]} - int{b.rgba[i]});
     return sum / static_cast<double>(a.rgba.size());
@@ -96,14 +96,14 @@ TEST(VertexLighting, OfAFineBallIsThatOfPixelsAndOpenSheetsStay)
 
 TEST(DrawMode, FlatHasOneShadeATriangle)
 {
-  scene::Scene scene = test::dark_scene();
+  view::Scene scene = test::dark_scene();
   scene.lighting.sky = {1, 1, 1};
   scene.lighting.ground = {0, 0, 0};
   Material material = test::plain({0.8F, 0.8F, 0.8F});
   test::add(scene, test::ball(20, 6, 8), material);
-  const auto shades = [&](scene::DrawMode mode) {
+  const auto shades = [&](view::DrawMode mode) {
     scene.mode = mode;
-    const render::Image image = test::drawn(scene, test::camera_at(150), {width, height, 1});
+    const view::Image image = test::drawn(scene, test::camera_at(150), {width, height, 1});
     std::set<int> found;
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) found.insert(at(image, x, y)[0]);
@@ -112,27 +112,27 @@ TEST(DrawMode, FlatHasOneShadeATriangle)
   };
   // Lit from above there is one shade per ring: six rings with 4 visible on the sides, at most doubled by
   // their triangles, each with a neighbouring code by rounding; and black.
-  EXPECT_LE(shades(scene::DrawMode::flat), 25U);
-  EXPECT_GT(shades(scene::DrawMode::smooth), 50U);
+  EXPECT_LE(shades(view::DrawMode::flat), 25U);
+  EXPECT_GT(shades(view::DrawMode::smooth), 50U);
 }
 
 TEST(DrawMode, OnlyTexturedHasAPattern)
 {
-  scene::Scene scene = test::dark_scene();
+  view::Scene scene = test::dark_scene();
   Material material = test::plain({0.5F, 0.5F, 0.5F});
   material.mottling = 0.2F;
   test::add(scene, test::facing_sheet(400), material);
-  scene.mode = scene::DrawMode::smooth;
-  const render::Image smooth = test::drawn(scene, test::camera_at(400));
+  scene.mode = view::DrawMode::smooth;
+  const view::Image smooth = test::drawn(scene, test::camera_at(400));
   EXPECT_EQ(n_pixels(smooth, at(smooth, 0, 0)), width * height);
-  scene.mode = scene::DrawMode::textured;
-  const render::Image textured = test::drawn(scene, test::camera_at(400));
+  scene.mode = view::DrawMode::textured;
+  const view::Image textured = test::drawn(scene, test::camera_at(400));
   EXPECT_LT(n_pixels(textured, at(textured, 0, 0)), width * height / 2);
 }
 
 TEST(DrawMode, ATextureRepeatsAsWideAsItSays)
 {
-  scene::Scene scene = test::dark_scene();
+  view::Scene scene = test::dark_scene();
   Material material = test::plain({0.5F, 0.5F, 0.5F});
   material.mottling = 0.2F;
   test::add(scene, test::facing_sheet(400), material);
@@ -143,7 +143,7 @@ TEST(DrawMode, ATextureRepeatsAsWideAsItSays)
     const std::uint8_t red = i < 4 ? 255 : 0, blue = i < 4 ? 0 : 255;
     scene.texture.rgb.insert(scene.texture.rgb.end(), {red, 0, blue});
   }
-  const render::Image image = test::drawn(scene, test::camera_at(400));
+  const view::Image image = test::drawn(scene, test::camera_at(400));
   // 120 pixels are 100 mm; the image centre is mesh X = 0, where a tile starts.
   for (const int repeat : {-1, 0, 1}) {
     expect_near(at(image, width / 2 + 120 * repeat + 30, 50), {255, 0, 0, 255});
@@ -155,9 +155,9 @@ TEST(DrawMode, ATextureRepeatsAsWideAsItSays)
 
 TEST(Colours, ReplaceTheMaterialsAndBlendByTheirAlpha)
 {
-  scene::Scene scene = square();
+  view::Scene scene = square();
   scene.background = {};
-  scene::Drawable& sheet = scene.drawables[0];
+  view::Drawable& sheet = scene.drawables[0];
   sheet.colours.assign(sheet.mesh.vertices.size(), {200, 100, 50, 255});
   expect_near(at(test::drawn(scene, test::camera_at(120)), width / 2 + 9, height / 2 + 5),
               {200, 100, 50, 255});
@@ -169,14 +169,14 @@ TEST(Colours, ReplaceTheMaterialsAndBlendByTheirAlpha)
 
 TEST(Revision, ChangesAreSeenOnceTheNumberIsRaised)
 {
-  scene::Scene scene = square();
+  view::Scene scene = square();
   scene.background = {};
-  const scene::Camera camera = test::camera_at(120);
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({width, height});
+  const view::Camera camera = test::camera_at(120);
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({width, height});
   renderer->load(scene);
   const auto middle = [&] { return at(renderer->draw(scene, camera), width / 2 + 9, height / 2 + 5); };
   EXPECT_EQ(middle(), white);
-  scene::Drawable& sheet = scene.drawables[0];
+  view::Drawable& sheet = scene.drawables[0];
   for (RenderVertex& vertex : sheet.mesh.vertices) vertex.position_mm[0] += 100.0F;
   EXPECT_EQ(middle(), white);
   ++sheet.revision;
@@ -199,26 +199,26 @@ TEST(Revision, ChangesAreSeenOnceTheNumberIsRaised)
 
 TEST(Shown, HiddenDrawablesLeaveNothing)
 {
-  scene::Scene scene = square();
+  view::Scene scene = square();
   scene.drawables[0].is_shown = false;
-  for (const scene::DrawMode mode : {scene::DrawMode::wire, scene::DrawMode::hidden_line,
-                                     scene::DrawMode::flat, scene::DrawMode::textured}) {
+  for (const view::DrawMode mode : {view::DrawMode::wire, view::DrawMode::hidden_line,
+                                     view::DrawMode::flat, view::DrawMode::textured}) {
     scene.mode = mode;
-    const render::Image image = test::drawn(scene, test::camera_at(120));
+    const view::Image image = test::drawn(scene, test::camera_at(120));
     EXPECT_EQ(n_pixels(image, at(image, 0, 0)), width * height);
   }
 }
 
 TEST(Shots, EachHasItsPartOfThePicture)
 {
-  scene::Scene scene = square();
+  view::Scene scene = square();
   scene.background = {{0, 0, 1}, {0, 0, 1}};
   // The second overlaps the first and covers it because it is drawn later.
-  const std::array<render::Shot, 2> shots{render::Shot{test::camera_at(60), {0, 0, 160, 240}},
-                                          render::Shot{test::camera_at(240), {100, 60, 160, 120}}};
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({width, height});
+  const std::array<view::Shot, 2> shots{view::Shot{test::camera_at(60), {0, 0, 160, 240}},
+                                          view::Shot{test::camera_at(240), {100, 60, 160, 120}}};
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({width, height});
   renderer->load(scene);
-  const render::Image& image = renderer->draw(scene, shots, nullptr);
+  const view::Image& image = renderer->draw(scene, shots, nullptr);
   constexpr Codes blue{0, 0, 255, 255}, nothing{0, 0, 0, 255};
   EXPECT_EQ(at(image, 50, 120), white);
   EXPECT_EQ(at(image, 50, 5), white);     // 160 pixels are 60 mm: taller than the shot
@@ -231,12 +231,12 @@ TEST(Shots, EachHasItsPartOfThePicture)
 
 TEST(Coarseness, HalfAPixelIsHardlySeen)
 {
-  scene::Scene scene = test::dark_scene();
-  scene.lighting = scene::studio_lighting();
+  view::Scene scene = test::dark_scene();
+  scene.lighting = view::studio_lighting();
   test::add(scene, test::ball(20, 128, 256), test::plain({0.8F, 0.8F, 0.8F}));
-  scene.mode = scene::DrawMode::smooth;
-  const render::Image whole = test::drawn(scene, test::camera_at(150), {width, height, 4, 0.0});
-  const render::Image coarse = test::drawn(scene, test::camera_at(150), {width, height, 4, 0.5});
+  scene.mode = view::DrawMode::smooth;
+  const view::Image whole = test::drawn(scene, test::camera_at(150), {width, height, 4, 0.0});
+  const view::Image coarse = test::drawn(scene, test::camera_at(150), {width, height, 4, 0.5});
   EXPECT_NE(whole.rgba, coarse.rgba);  // simplification had an effect
   // The outline (2 pi 64 pixels) moves by up to half a pixel; elsewhere normals are interpolated over larger
   // triangles. A surface error e at radius r has a chord s = sqrt(8 e r), and interpolation along s changes a
@@ -255,9 +255,9 @@ TEST(Coarseness, HalfAPixelIsHardlySeen)
 
 TEST(Resize, DrawsAsIfMadeSo)
 {
-  const scene::Scene scene = test::joint_scene();
-  const scene::Camera camera = test::joint_camera(scene);
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({64, 48});
+  const view::Scene scene = test::joint_scene();
+  const view::Camera camera = test::joint_camera(scene);
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({64, 48});
   renderer->load(scene);
   renderer->draw(scene, camera);
   renderer->resize(width, height);

@@ -14,7 +14,7 @@ using test::Codes;
 constexpr int width = 64, height = 48;
 
 /// Coverage 1 in the left half and 0 in the right; the first column is used for areas.
-render::OverlayFont half_font()
+view::OverlayFont half_font()
 {
   return {4, 2, {255, 255, 0, 0, 255, 255, 0, 0}};
 }
@@ -23,7 +23,7 @@ struct Area {
   float left, top, right, bottom;
 };
 
-void add(render::Overlay& overlay, const Area& area, const scene::VertexColour& colour,
+void add(view::Overlay& overlay, const Area& area, const view::VertexColour& colour,
          const Area& font = {0, 0, 0, 0})
 {
   const auto first_vertex = static_cast<std::uint32_t>(overlay.vertices.size());
@@ -36,14 +36,14 @@ void add(render::Overlay& overlay, const Area& area, const scene::VertexColour& 
   overlay.commands.push_back({{0, 0, width, height}, first_index, 6, first_vertex});
 }
 
-render::Image drawn(const render::Overlay& overlay, const scene::Scene& scene = test::dark_scene(),
+view::Image drawn(const view::Overlay& overlay, const view::Scene& scene = test::dark_scene(),
                     int samples = 4)
 {
-  const std::unique_ptr<render::Renderer> renderer =
-      render::make_offscreen_renderer({width, height, samples});
+  const std::unique_ptr<view::Renderer> renderer =
+      view::make_offscreen_renderer({width, height, samples});
   renderer->load(scene);
   renderer->load(half_font());
-  const render::Shot shot{test::camera_at(100), {0, 0, width, height}};
+  const view::Shot shot{test::camera_at(100), {0, 0, width, height}};
   return renderer->draw(scene, {&shot, 1}, &overlay);
 }
 
@@ -55,10 +55,10 @@ bool is_near(const Codes& found, const Codes& expected)
 
 TEST(Overlay, AnAreaCoversItsPixelsAndNoOthers)
 {
-  render::Overlay overlay;
+  view::Overlay overlay;
   add(overlay, {10, 5, 20, 30}, {200, 100, 50, 255});
   for (const int samples : {1, 4}) {
-    const render::Image image = drawn(overlay, test::dark_scene(), samples);
+    const view::Image image = drawn(overlay, test::dark_scene(), samples);
     int n_wrong = 0;
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
@@ -73,10 +73,10 @@ TEST(Overlay, AnAreaCoversItsPixelsAndNoOthers)
 
 TEST(Overlay, ItIsClippedToItsRectangle)
 {
-  render::Overlay overlay;
+  view::Overlay overlay;
   add(overlay, {0, 0, width, height}, {255, 255, 255, 255});
   overlay.commands[0].clip_px = {10, 5, 20, 30};
-  const render::Image image = drawn(overlay);
+  const view::Image image = drawn(overlay);
   EXPECT_EQ(at(image, 10, 5)[0], 255);
   EXPECT_EQ(at(image, 19, 29)[0], 255);
   EXPECT_EQ(at(image, 9, 5)[0], 0);
@@ -87,11 +87,11 @@ TEST(Overlay, ItIsClippedToItsRectangle)
 
 TEST(Overlay, GlyphsCoverByTheirFontAndBlendInLinearLight)
 {
-  scene::Scene scene = test::dark_scene();
+  view::Scene scene = test::dark_scene();
   scene.background = {{0.2F, 0.2F, 0.2F}, {0.2F, 0.2F, 0.2F}};
-  render::Overlay overlay;
+  view::Overlay overlay;
   add(overlay, {0, 0, 64, 48}, {255, 255, 255, 128}, {0, 0, 1, 1});
-  const render::Image image = drawn(overlay, scene);
+  const view::Image image = drawn(overlay, scene);
   const int blended = test::srgb_code(0.2 + (1.0 - 0.2) * 128.0 / 255.0);
   EXPECT_NEAR(at(image, 8, 20)[1], blended, test::code_tolerance);
   EXPECT_NEAR(at(image, 56, 20)[1], test::srgb_code(0.2), test::code_tolerance);
@@ -99,10 +99,10 @@ TEST(Overlay, GlyphsCoverByTheirFontAndBlendInLinearLight)
 
 TEST(Overlay, CommandsHaveTheirOwnVerticesAndTheLastLiesOnTop)
 {
-  render::Overlay overlay;
+  view::Overlay overlay;
   add(overlay, {0, 0, 20, 20}, {255, 0, 0, 255});
   add(overlay, {10, 10, 30, 30}, {0, 255, 0, 255});
-  const render::Image image = drawn(overlay);
+  const view::Image image = drawn(overlay);
   EXPECT_EQ(at(image, 5, 5), (Codes{255, 0, 0, 255}));
   EXPECT_EQ(at(image, 15, 15), (Codes{0, 255, 0, 255}));
   EXPECT_EQ(at(image, 25, 25), (Codes{0, 255, 0, 255}));
@@ -110,9 +110,9 @@ TEST(Overlay, CommandsHaveTheirOwnVerticesAndTheLastLiesOnTop)
 
 TEST(Overlay, ItLiesOverTheSceneWhateverItsDepth)
 {
-  scene::Scene scene = test::dark_scene();
+  view::Scene scene = test::dark_scene();
   test::add(scene, test::facing_sheet(200), test::plain({1, 1, 1}));
-  render::Overlay overlay;
+  view::Overlay overlay;
   add(overlay, {0, 0, 20, 20}, {255, 0, 0, 255});
   EXPECT_EQ(at(drawn(overlay, scene), 5, 5), (Codes{255, 0, 0, 255}));
   EXPECT_EQ(at(drawn(overlay, scene), 40, 5), (Codes{255, 255, 255, 255}));
@@ -120,14 +120,14 @@ TEST(Overlay, ItLiesOverTheSceneWhateverItsDepth)
 
 TEST(Overlay, AFontComesFirst)
 {
-  render::Overlay overlay;
+  view::Overlay overlay;
   add(overlay, {0, 0, 20, 20}, {255, 0, 0, 255});
-  const scene::Scene scene = test::dark_scene();
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({width, height});
+  const view::Scene scene = test::dark_scene();
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({width, height});
   renderer->load(scene);
-  const render::Shot shot{test::camera_at(100), {0, 0, width, height}};
+  const view::Shot shot{test::camera_at(100), {0, 0, width, height}};
   EXPECT_THROW(renderer->draw(scene, {&shot, 1}, &overlay), InternalError);
-  EXPECT_THROW(renderer->load(render::OverlayFont{2, 2, {1, 2, 3}}), InternalError);
+  EXPECT_THROW(renderer->load(view::OverlayFont{2, 2, {1, 2, 3}}), InternalError);
 }
 
 }  // namespace vrda::overlay_test

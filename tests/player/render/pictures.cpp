@@ -7,7 +7,7 @@
 
 namespace vrda::test {
 
-Codes at(const render::Image& image, int x, int y)
+Codes at(const view::Image& image, int x, int y)
 {
   const std::size_t i =
       4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
@@ -27,10 +27,10 @@ double linear_value(int code)
   return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
 }
 
-scene::Scene dark_scene()
+view::Scene dark_scene()
 {
-  scene::Scene scene;
-  scene.background = scene::background_of(scene::Backdrop::black);
+  view::Scene scene;
+  scene.background = view::background_of(view::Backdrop::black);
   // Uniform ambient light: a surface shows its own colour.
   scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Ones();
   scene.lighting.lights.clear();
@@ -42,22 +42,22 @@ Material plain(const Eigen::Vector3f& colour, float opacity)
   return {colour, opacity, 0.0F, 1.0F, 0.0F};
 }
 
-void add(scene::Scene& scene, const Mesh& mesh, const Material& material, const Eigen::Vector3d& at_mm)
+void add(view::Scene& scene, const Mesh& mesh, const Material& material, const Eigen::Vector3d& at_mm)
 {
   Body body;
   body.components.push_back({"made by code", "none"});
   body.contact.mesh = mesh;
   body.contact.component.resize(static_cast<std::size_t>(mesh.triangles.rows()), 0);
-  scene::Scene made = scene::scene_of(body, {}, {0, 0, 0});
+  view::Scene made = view::scene_of(body, {}, {0, 0, 0});
   made.drawables[0].material = material;
   made.drawables[0].X_world_mesh.translation() = at_mm;
   scene.drawables.push_back(made.drawables[0]);
 }
 
 /// Looks along -Z of the world from (0, 0, distance).
-scene::Camera camera_at(double distance_mm)
+view::Camera camera_at(double distance_mm)
 {
-  scene::Camera camera;
+  view::Camera camera;
   camera.X_world_camera.translation() = Eigen::Vector3d(0, 0, distance_mm);
   camera.half_height_tangent = 0.25;
   camera.near_mm = 1.0;
@@ -73,28 +73,28 @@ Mesh facing_sheet(double size_mm)
   return transformed(mesh, X);
 }
 
-render::Image drawn(const scene::Scene& scene, const scene::Camera& camera,
-                    const render::RenderOptions& options)
+view::Image drawn(const view::Scene& scene, const view::Camera& camera,
+                    const view::RenderOptions& options)
 {
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer(options);
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer(options);
   renderer->load(scene);
   return renderer->draw(scene, camera);
 }
 
-scene::Scene joint_scene()
+view::Scene joint_scene()
 {
   store::MotionModel model = model_of({});
   add_bodies(model);
-  scene::Scene scene = scene::scene_of(model.reference, model.moving, model.rotation_centre_mm);
-  scene::place(scene, scene::frames_of(motion::Motion(model, "raw").at({0.4, 0.0})));
+  view::Scene scene = view::scene_of(model.reference, model.moving, model.rotation_centre_mm);
+  view::place(scene, view::frames_of(store::Motion(model, "raw").at({0.4, 0.0})));
   return scene;
 }
 
-scene::Camera joint_camera(const scene::Scene& scene)
+view::Camera joint_camera(const view::Scene& scene)
 {
-  scene::CameraFit fit(scene::view_rotation(scene::View::oblique, Side::right));
-  fit.include(scene::points_within(scene, {}));
-  return scene::with_depth_range(fit.camera(), scene);
+  view::CameraFit fit(view::view_rotation(view::View::oblique, Side::right));
+  fit.include(view::points_within(scene, {}));
+  return view::with_depth_range(fit.camera(), scene);
 }
 
 }  // namespace vrda::test

@@ -1,4 +1,4 @@
-#include "render/image.hpp"
+#include "view/image.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,9 +11,9 @@
 namespace vrda::png_file_test {
 
 /// Odd sizes reveal a wrong stride; every byte differs from its neighbours.
-render::Image pattern()
+view::Image pattern()
 {
-  render::Image image{37, 11, {}};
+  view::Image image{37, 11, {}};
   for (int i = 0; i < image.width * image.height * 4; ++i)
     image.rgba.push_back(static_cast<std::uint8_t>(i * 7 + i / 256));
   return image;
@@ -23,8 +23,8 @@ TEST(PngFile, WhatIsWrittenIsReadBack)
 {
   const test::Scratch scratch;
   const std::string path = (scratch.path() / "pattern.png").string();
-  const render::Image image = pattern();
-  render::write_png(image, path);
+  const view::Image image = pattern();
+  view::write_png(image, path);
   png_image header{};
   header.version = PNG_IMAGE_VERSION;
   ASSERT_NE(png_image_begin_read_from_file(&header, path.c_str()), 0) << header.message;
@@ -41,11 +41,11 @@ TEST(PngFile, ItIsMarkedAsSrgbAndHasNoTime)
 {
   const test::Scratch scratch;
   const std::string path = (scratch.path() / "pattern.png").string();
-  render::write_png(pattern(), path);
+  view::write_png(pattern(), path);
   const std::string bytes = test::read_bytes(path);
   EXPECT_NE(bytes.find("sRGB"), std::string::npos);
   EXPECT_EQ(bytes.find("tIME"), std::string::npos);
-  render::write_png(pattern(), path);
+  view::write_png(pattern(), path);
   EXPECT_EQ(test::read_bytes(path), bytes);
 }
 
@@ -53,7 +53,7 @@ TEST(PngFile, AnUnwritablePathIsNamed)
 {
   const test::Scratch scratch;
   const std::string path = (scratch.path() / "absent" / "picture.png").string();
-  EXPECT_THAT(test::input_error([&] { render::write_png(pattern(), path); }),
+  EXPECT_THAT(test::input_error([&] { view::write_png(pattern(), path); }),
               test::refuses({path, "", "No such file"}));
 }
 
@@ -61,30 +61,30 @@ TEST(PngFile, AFileOfAnotherKindStays)
 {
   const test::Scratch scratch;
   const std::string path = scratch.write("picture.png", "{\"timing\": 1}").string();
-  EXPECT_THROW(render::write_png(pattern(), path), InputError);
+  EXPECT_THROW(view::write_png(pattern(), path), InputError);
   EXPECT_EQ(test::read_bytes(path), "{\"timing\": 1}");
 }
 
 TEST(PngFile, AMisshapenImageIsABrokenPromise)
 {
-  render::Image image = pattern();
+  view::Image image = pattern();
   image.rgba.pop_back();
-  EXPECT_THROW(render::write_png(image, "never.png"), InternalError);
+  EXPECT_THROW(view::write_png(image, "never.png"), InternalError);
 }
 
 TEST(PngFile, ATextureIsThePictureOverWhite)
 {
   const test::Scratch scratch;
   const std::string path = (scratch.path() / "texture.png").string();
-  render::Image image{3, 2, {}};
+  view::Image image{3, 2, {}};
   for (int i = 0; i < 6; ++i) {
     const auto shade = static_cast<std::uint8_t>(40 * i);
     for (const std::uint8_t byte : {shade, std::uint8_t{7}, std::uint8_t{200}, std::uint8_t{255}})
       image.rgba.push_back(byte);
   }
   image.rgba[7] = 0;  // the second pixel is transparent
-  render::write_png(image, path);
-  const scene::Texture texture = render::read_png_texture(path);
+  view::write_png(image, path);
+  const view::Texture texture = view::read_png_texture(path);
   EXPECT_EQ(texture.width, 3);
   EXPECT_EQ(texture.height, 2);
   ASSERT_EQ(texture.rgb.size(), 18U);
@@ -99,18 +99,18 @@ TEST(PngFile, ATextureThatIsNoPictureIsRefused)
 {
   const test::Scratch scratch;
   const auto refused = [](const std::string& path) {
-    return test::input_error([&] { render::read_png_texture(path); });
+    return test::input_error([&] { view::read_png_texture(path); });
   };
   const std::string missing = (scratch.path() / "none.png").string();
   EXPECT_EQ(refused(missing).file, missing);
   EXPECT_EQ(refused(missing).field, "texture");
   EXPECT_FALSE(refused(scratch.write("text.png", "no picture").string()).found.empty());
   const std::string whole = (scratch.path() / "whole.png").string();
-  render::write_png(pattern(), whole);
+  view::write_png(pattern(), whole);
   const std::string bytes = test::read_bytes(whole);
   EXPECT_FALSE(refused(scratch.write("cut.png", bytes.substr(0, bytes.size() / 2)).string()).found.empty());
   // The size in its header exceeds the limit of textures.
-  render::write_png({4097, 1, std::vector<std::uint8_t>(4 * 4097)}, whole);
+  view::write_png({4097, 1, std::vector<std::uint8_t>(4 * 4097)}, whole);
   EXPECT_THAT(refused(whole), test::refuses({.field = "texture", .found = {"4097", "1"}}));
 }
 

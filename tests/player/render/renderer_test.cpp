@@ -1,4 +1,4 @@
-#include "render/renderer.hpp"
+#include "view/renderer.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,9 +17,9 @@ constexpr int width = 320, height = 240;
 
 TEST(Renderer, AnEmptySceneIsItsBackground)
 {
-  scene::Scene scene = dark_scene();
+  view::Scene scene = dark_scene();
   scene.background = {{0.2F, 0.5F, 0.8F}, {0.2F, 0.5F, 0.8F}};
-  const render::Image image = drawn(scene, camera_at(100));
+  const view::Image image = drawn(scene, camera_at(100));
   ASSERT_EQ(image.rgba.size(), 4U * width * height);
   const Codes first = at(image, 0, 0);
   const std::array<double, 3> linear{0.2, 0.5, 0.8};
@@ -32,9 +32,9 @@ TEST(Renderer, AnEmptySceneIsItsBackground)
 
 TEST(Renderer, TheTopOfTheBackgroundIsTheFirstRow)
 {
-  scene::Scene scene = dark_scene();
+  view::Scene scene = dark_scene();
   scene.background = {{1, 1, 1}, {0, 0, 0}};
-  const render::Image image = drawn(scene, camera_at(100));
+  const view::Image image = drawn(scene, camera_at(100));
   for (const int y : {0, 60, 120, 239}) {
     const double linear = 1.0 - (y + 0.5) / height;
     EXPECT_NEAR(at(image, 7, y)[1], srgb_code(linear), code_tolerance) << y;
@@ -44,10 +44,10 @@ TEST(Renderer, TheTopOfTheBackgroundIsTheFirstRow)
 TEST(Renderer, ABallsSilhouetteHasTheAreaOfItsPerspectiveProjection)
 {
   constexpr double radius_mm = 20.0, distance_mm = 150.0;
-  scene::Scene scene = dark_scene();
+  view::Scene scene = dark_scene();
   add(scene, ball(radius_mm, 128, 256), plain({1, 1, 1}));
-  const render::RenderOptions options{640, 480};
-  const render::Image image = drawn(scene, camera_at(distance_mm), options);
+  const view::RenderOptions options{640, 480};
+  const view::Image image = drawn(scene, camera_at(distance_mm), options);
   double area_px = 0.0;  // sum of pixel coverage: white over black, resolved in linear light
   for (int y = 0; y < options.height; ++y) {
     for (int x = 0; x < options.width; ++x) area_px += linear_value(at(image, x, y)[0]);
@@ -63,16 +63,16 @@ TEST(Renderer, ABallsSilhouetteHasTheAreaOfItsPerspectiveProjection)
 
 TEST(Renderer, ALitBallFollowsLambert)
 {
-  scene::Scene scene = dark_scene();
+  view::Scene scene = dark_scene();
   scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Zero();
   scene.lighting.lights.push_back({Eigen::Vector3f(0, 0, 1), {0.8F, 0.8F, 0.8F}});
   add(scene, ball(20, 128, 256), plain({0.5F, 0.25F, 1.0F}));
   // From far away the projection is nearly parallel: pixel offset / radius is the sine of the slope.
-  scene::Camera camera = camera_at(10000);
+  view::Camera camera = camera_at(10000);
   camera.half_height_tangent = 0.0025;  // 25 mm half the height
   camera.near_mm = 9000;
   camera.far_mm = 11000;
-  const render::Image image = drawn(scene, camera);
+  const view::Image image = drawn(scene, camera);
   for (const int offset_px : {0, 48, 72}) {
     const double offset_mm = (offset_px + 0.5) * 25.0 / 120.0;
     const double facing = std::sqrt(1.0 - offset_mm * offset_mm / 400.0);
@@ -86,7 +86,7 @@ TEST(Renderer, ALitBallFollowsLambert)
 TEST(Renderer, OpaqueSurfacesHideWhatIsBehindWhateverTheOrder)
 {
   for (const double first_z_mm : {-10.0, 10.0}) {
-    scene::Scene scene = dark_scene();
+    view::Scene scene = dark_scene();
     add(scene, facing_sheet(200), plain({1, 0, 0}), {0, 0, first_z_mm});
     add(scene, facing_sheet(200), plain({0, 1, 0}), {0, 0, 0});
     const Codes expected = first_z_mm > 0 ? Codes{255, 0, 0, 255} : Codes{0, 255, 0, 255};
@@ -97,7 +97,7 @@ TEST(Renderer, OpaqueSurfacesHideWhatIsBehindWhateverTheOrder)
 TEST(Renderer, TranslucentOverOpaqueBlendsInLinearLight)
 {
   // Loaded first, drawn last.
-  scene::Scene scene = dark_scene();
+  view::Scene scene = dark_scene();
   add(scene, facing_sheet(200), plain({1.0F, 0.1F, 0.0F}, 0.6F), {0, 0, 10});
   add(scene, facing_sheet(200), plain({0.0F, 0.2F, 0.9F}));
   const Codes found = at(drawn(scene, camera_at(100)), 10, 20);
@@ -109,7 +109,7 @@ TEST(Renderer, TranslucentOverOpaqueBlendsInLinearLight)
 
 TEST(Renderer, TranslucentBodiesShowTheirBackFacesAndBlendFromTheFarthest)
 {
-  scene::Scene scene = dark_scene();
+  view::Scene scene = dark_scene();
   add(scene, box({0, 0, 0}, {200, 200, 10}), plain({1, 0, 0}, 0.5F), {0, 0, 30});   // near
   add(scene, box({0, 0, 0}, {200, 200, 10}), plain({0, 1, 0}, 0.5F), {0, 0, -30});  // far
   const Codes found = at(drawn(scene, camera_at(200)), width / 2, height / 2);
@@ -121,22 +121,22 @@ TEST(Renderer, TranslucentBodiesShowTheirBackFacesAndBlendFromTheFarthest)
 
 TEST(Renderer, OpenSheetsAreLitFromBothSides)
 {
-  scene::Scene scene = dark_scene();
+  view::Scene scene = dark_scene();
   scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Zero();
   scene.lighting.lights.push_back({Eigen::Vector3f(0, 0, 1), {1, 1, 1}});
   add(scene, facing_sheet(200), plain({1, 1, 1}));
-  scene::Scene turned = scene;
+  view::Scene turned = scene;
   turned.drawables[0].X_world_mesh.linear() = rotation_y(pi);
   EXPECT_EQ(at(drawn(scene, camera_at(100)), 50, 50), at(drawn(turned, camera_at(100)), 50, 50));
 }
 
 TEST(Renderer, MottlingVariesTheColourAboutItsMean)
 {
-  scene::Scene scene = dark_scene();
+  view::Scene scene = dark_scene();
   Material material = plain({0.5F, 0.5F, 0.5F});
   material.mottling = 0.1F;
   add(scene, facing_sheet(400), material);
-  const render::Image image = drawn(scene, camera_at(400));
+  const view::Image image = drawn(scene, camera_at(400));
   double sum = 0.0;
   int lowest = 255, highest = 0;
   for (int y = 0; y < height; ++y) {
@@ -154,13 +154,13 @@ TEST(Renderer, MottlingVariesTheColourAboutItsMean)
 
 TEST(Renderer, EqualScenesGiveEqualBytes)
 {
-  const scene::Scene scene = joint_scene();
-  const scene::Camera camera = joint_camera(scene);
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({width, height});
+  const view::Scene scene = joint_scene();
+  const view::Camera camera = joint_camera(scene);
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({width, height});
   renderer->load(scene);
-  const render::Image first = renderer->draw(scene, camera);
-  scene::Scene other = scene;
-  for (scene::Drawable& drawable : other.drawables) drawable.X_world_mesh.translation().x() += 5.0;
+  const view::Image first = renderer->draw(scene, camera);
+  view::Scene other = scene;
+  for (view::Drawable& drawable : other.drawables) drawable.X_world_mesh.translation().x() += 5.0;
   EXPECT_NE(renderer->draw(other, camera).rgba, first.rgba);
   EXPECT_EQ(renderer->draw(scene, camera).rgba, first.rgba);
   EXPECT_EQ(drawn(scene, camera).rgba, first.rgba);
@@ -168,9 +168,9 @@ TEST(Renderer, EqualScenesGiveEqualBytes)
 
 TEST(Renderer, OtherSamplesGiveTheBytesOfARendererWithThem)
 {
-  const scene::Scene scene = joint_scene();
-  const scene::Camera camera = joint_camera(scene);
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({width, height, 1});
+  const view::Scene scene = joint_scene();
+  const view::Camera camera = joint_camera(scene);
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({width, height, 1});
   renderer->load(scene);
   for (const int samples : {4, 1, 4}) {
     renderer->set_samples(samples);
@@ -180,12 +180,12 @@ TEST(Renderer, OtherSamplesGiveTheBytesOfARendererWithThem)
 
 TEST(Renderer, TwoRenderersDoNotDisturbEachOther)
 {
-  const scene::Scene joint = joint_scene(), empty = dark_scene();
-  const std::unique_ptr<render::Renderer> large = render::make_offscreen_renderer({width, height});
+  const view::Scene joint = joint_scene(), empty = dark_scene();
+  const std::unique_ptr<view::Renderer> large = view::make_offscreen_renderer({width, height});
   large->load(joint);
-  const render::Image before = large->draw(joint, joint_camera(joint));
+  const view::Image before = large->draw(joint, joint_camera(joint));
   {
-    const std::unique_ptr<render::Renderer> small = render::make_offscreen_renderer({64, 48, 1});
+    const std::unique_ptr<view::Renderer> small = view::make_offscreen_renderer({64, 48, 1});
     small->load(empty);
     EXPECT_EQ(at(small->draw(empty, camera_at(10)), 3, 3), (Codes{0, 0, 0, 255}));
   }
@@ -194,14 +194,14 @@ TEST(Renderer, TwoRenderersDoNotDisturbEachOther)
 
 TEST(Renderer, ASceneIsLoadedBeforeItIsDrawn)
 {
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({64, 48});
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({64, 48});
   EXPECT_THROW(renderer->draw(joint_scene(), camera_at(100)), InternalError);
 }
 
 TEST(Renderer, AnImpossibleSizeIsNamed)
 {
   EXPECT_THAT(test::input_error([&] {
-                render::make_offscreen_renderer({100000, 10});
+                view::make_offscreen_renderer({100000, 10});
               }),
               test::refuses({.field = "size", .found = "100000x10"}));
 }

@@ -53,7 +53,7 @@ Screen::~Screen()
 
 // The file is in the form of xwd: a header of big-endian 32-bit numbers, colours of 12 bytes, then rows of
 // pixels of 32 bits, blue first.
-render::Image Screen::picture(int width, int height) const
+view::Image Screen::picture(int width, int height) const
 {
   const std::string bytes = read_bytes(folder_.path() / "Xvfb_screen0");
   const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(bytes.at(i)); };
@@ -62,7 +62,7 @@ render::Image Screen::picture(int width, int height) const
            std::size_t{byte(4 * i + 2)} << 8 | std::size_t{byte(4 * i + 3)};
   };
   const std::size_t first = number(0) + 12 * number(19), stride = number(12);
-  render::Image image{width, height, {}};
+  view::Image image{width, height, {}};
   for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
     for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x) {
       const std::size_t i = first + y * stride + 4 * x;

@@ -1,7 +1,7 @@
 /// A virtual screen.
 #pragma once
 
-#include "render/image.hpp"
+#include "view/image.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 
@@ -19,7 +19,7 @@ class Screen {
   Screen& operator=(const Screen&) = delete;
 
   /// The upper left part of the screen.
-  render::Image picture(int width, int height) const;
+  view::Image picture(int width, int height) const;
 
  private:
   Scratch folder_;  // contains the screen's memory as a file

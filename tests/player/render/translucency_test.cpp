@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "core/frames.hpp"
+#include "model/frames.hpp"
 #include "pictures.hpp"
 #include "support/meshes.hpp"
 
@@ -55,9 +55,9 @@ Order order_of(const std::vector<Sheet>& sheets, const Eigen::Vector3d& ray)
   return order;
 }
 
-scene::Scene scene_of_sheets(const std::vector<Sheet>& sheets)
+view::Scene scene_of_sheets(const std::vector<Sheet>& sheets)
 {
-  scene::Scene scene = test::dark_scene();
+  view::Scene scene = test::dark_scene();
   for (const Sheet& sheet : sheets) {
     test::add(scene, test::facing_sheet(600), test::plain(sheet.colour, sheet.opacity), sheet.middle_mm);
     scene.drawables.back().X_world_mesh.linear() = rotation_y(sheet.tilt_rad);
@@ -71,7 +71,7 @@ constexpr int sheets_tolerance = 3;
 
 void expect_as_computed(const std::vector<Sheet>& sheets, int samples, std::set<Order>& orders)
 {
-  const render::Image image =
+  const view::Image image =
       test::drawn(scene_of_sheets(sheets), test::camera_at(distance_mm), {width, height, samples});
   const double slope = 2.0 * 0.25 / height;  // ray slope per pixel; the camera's aspect is 4 : 3
   int n_wrong = 0;
@@ -134,9 +134,9 @@ TEST(Translucency, ManySheetsAllCount)
 /// Eight sheets that cover an image of `large` pixels: with llvmpipe more fragments than a buffer holds.
 TEST(Translucency, MoreFragmentsThanABufferHoldsCountToo)
 {
-  const render::RenderOptions large{1280, 960, 1};
+  const view::RenderOptions large{1280, 960, 1};
   const int n_sheets = 8;
-  scene::Scene scene = test::dark_scene();
+  view::Scene scene = test::dark_scene();
   double expected = 0.0;
   for (int i = 0; i < n_sheets; ++i) {
     const float shade = i % 2 == 0 ? 1.0F : 0.0F;
@@ -145,10 +145,10 @@ TEST(Translucency, MoreFragmentsThanABufferHoldsCountToo)
               {0, 0, 3.0 * place});
     expected = 0.6 * expected + 0.4 * shade;
   }
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer(large);
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer(large);
   renderer->load(scene);
   for (int frame = 0; frame < 2; ++frame) {
-    const render::Image& image = renderer->draw(scene, test::camera_at(distance_mm));
+    const view::Image& image = renderer->draw(scene, test::camera_at(distance_mm));
     for (const int x : {0, 640, 1279}) {
       EXPECT_NEAR(test::at(image, x, 3)[0], test::srgb_code(expected), sheets_tolerance);
       EXPECT_NEAR(test::at(image, x, 957)[0], test::srgb_code(expected), sheets_tolerance);
@@ -158,7 +158,7 @@ TEST(Translucency, MoreFragmentsThanABufferHoldsCountToo)
 
 TEST(Translucency, WhatIsOpaqueHidesWhatLiesBehindIt)
 {
-  scene::Scene scene = test::dark_scene();
+  view::Scene scene = test::dark_scene();
   test::add(scene, test::facing_sheet(600), test::plain({1, 0, 0}, 0.5F), {0, 0, -10});
   test::add(scene, test::facing_sheet(600), test::plain({0, 0, 1}));
   test::add(scene, test::facing_sheet(600), test::plain({0, 1, 0}, 0.5F), {0, 0, 10});
@@ -171,7 +171,7 @@ TEST(Translucency, WhatIsOpaqueHidesWhatLiesBehindIt)
 TEST(Translucency, ADepthOffsetChangesWhatHidesASheetAndNotItsOutline)
 {
   const auto red_at = [](double in_front_mm, int x) {
-    scene::Scene scene = test::dark_scene();
+    view::Scene scene = test::dark_scene();
     test::add(scene, test::facing_sheet(40), test::plain({0, 0, 1}));
     test::add(scene, test::facing_sheet(80), test::plain({1, 0, 0}, 0.5F), {0, 0, in_front_mm});
     scene.drawables.back().depth_offset_mm = 10.0;
@@ -191,7 +191,7 @@ TEST(Translucency, WallsOfOneDrawableCountOnceEachInTheirPlace)
   const Mesh near_wall = test::box({0, 0, 30}, {200, 200, 10}),
              far_wall = test::box({0, 0, -30}, {200, 200, 10});
   for (const bool is_near_first : {true, false}) {
-    scene::Scene scene = test::dark_scene(), other = scene;
+    view::Scene scene = test::dark_scene(), other = scene;
     test::add(scene, is_near_first ? near_wall : far_wall, test::plain({1, 1, 1}, 0.5F));
     test::add(other, is_near_first ? far_wall : near_wall, test::plain({1, 1, 1}, 0.5F));
     RenderMesh& mesh = scene.drawables[0].mesh;
@@ -199,8 +199,8 @@ TEST(Translucency, WallsOfOneDrawableCountOnceEachInTheirPlace)
     const auto n_vertices = static_cast<std::uint32_t>(mesh.vertices.size());
     mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
     for (const std::uint32_t i : more.triangles) mesh.triangles.push_back(i + n_vertices);
-    for (const scene::VertexColour& colour :
-         {scene::VertexColour{255, 0, 0, 255}, scene::VertexColour{0, 255, 0, 255}})
+    for (const view::VertexColour& colour :
+         {view::VertexColour{255, 0, 0, 255}, view::VertexColour{0, 255, 0, 255}})
       scene.drawables[0].colours.insert(scene.drawables[0].colours.end(), n_vertices, colour);
     scene.drawables[0].box_mm = {Eigen::Vector3d(-100, -100, -35), Eigen::Vector3d(100, 100, 35)};
     const test::Codes found =

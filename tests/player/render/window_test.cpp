@@ -1,4 +1,4 @@
-#include "render/window.hpp"
+#include "view/window.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,9 +18,9 @@ namespace vrda::window_test {
 
 constexpr int width = 640, height = 480;
 
-render::WindowOptions quiet_window(int samples)
+view::WindowOptions quiet_window(int samples)
 {
-  render::WindowOptions options;
+  view::WindowOptions options;
   options.width = width;
   options.height = height;
   options.title = "test";
@@ -30,7 +30,7 @@ render::WindowOptions quiet_window(int samples)
 }
 
 /// Fraction of the pixels with a channel that differs by more than `code_tolerance`.
-double differing_share(const render::Image& a, const render::Image& b)
+double differing_share(const view::Image& a, const view::Image& b)
 {
   EXPECT_EQ(a.rgba.size(), b.rgba.size());
   int n_differing = 0;
@@ -47,18 +47,18 @@ double differing_share(const render::Image& a, const render::Image& b)
 /// 4,000 border pixels of the joint, out of 307,200 pixels.
 constexpr double agreed_share = 4000.0 / 16.0 / (width * height);
 
-render::Image from_backend(render::Backend backend, const scene::Scene& scene, int samples)
+view::Image from_backend(view::Backend backend, const view::Scene& scene, int samples)
 {
-  const std::unique_ptr<render::Renderer> renderer =
-      render::make_offscreen_renderer({width, height, samples}, backend);
+  const std::unique_ptr<view::Renderer> renderer =
+      view::make_offscreen_renderer({width, height, samples}, backend);
   renderer->load(scene);
   return renderer->draw(scene, test::joint_camera(scene));
 }
 
 /// The screen's content, polled for up to a minute until it equals `expected`.
-render::Image shown(const test::Screen& screen, const render::Image& expected)
+view::Image shown(const test::Screen& screen, const view::Image& expected)
 {
-  render::Image found;
+  view::Image found;
   test::comes_true([&] {
     found = screen.picture(width, height);
     return differing_share(found, expected) <= agreed_share;
@@ -69,13 +69,13 @@ render::Image shown(const test::Screen& screen, const render::Image& expected)
 TEST(Backends, OsmesaEglAndAWindowAgree)
 {
   const test::Screen screen;
-  const scene::Scene scene = test::joint_scene();
-  const render::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  const view::Scene scene = test::joint_scene();
+  const view::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
   for (const int samples : {1, 4}) {
     SCOPED_TRACE(samples);
-    const render::Image osmesa = from_backend(render::Backend::osmesa, scene, samples);
-    EXPECT_LE(differing_share(osmesa, from_backend(render::Backend::egl, scene, samples)), agreed_share);
-    render::Window window(quiet_window(samples));
+    const view::Image osmesa = from_backend(view::Backend::osmesa, scene, samples);
+    EXPECT_LE(differing_share(osmesa, from_backend(view::Backend::egl, scene, samples)), agreed_share);
+    view::Window window(quiet_window(samples));
     // The comparison can fail: the empty screen is a different image.
     EXPECT_GT(differing_share(osmesa, screen.picture(width, height)), 0.5);
     window.renderer().load(scene);
@@ -89,10 +89,10 @@ TEST(Backends, OsmesaEglAndAWindowAgree)
 TEST(Window, WhereTheProcessorDrawsASampleAPixelIsChosen)
 {
   const test::Screen screen;
-  const scene::Scene scene = test::joint_scene();
-  const render::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  const view::Scene scene = test::joint_scene();
+  const view::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
   const auto drawn = [&](int samples) {
-    render::Window window(quiet_window(samples));
+    view::Window window(quiet_window(samples));
     window.renderer().load(scene);
     return window.renderer().draw(scene, {&shot, 1}, nullptr).rgba;
   };
@@ -102,10 +102,10 @@ TEST(Window, WhereTheProcessorDrawsASampleAPixelIsChosen)
 }
 
 /// White over the left half of the window.
-render::Overlay half_overlay()
+view::Overlay half_overlay()
 {
-  constexpr scene::VertexColour white{255, 255, 255, 255};
-  render::Overlay overlay;
+  constexpr view::VertexColour white{255, 255, 255, 255};
+  view::Overlay overlay;
   overlay.vertices = {{0, 0, 0, 0, white},
                       {width / 2.0F, 0, 0, 0, white},
                       {width / 2.0F, height, 0, 0, white},
@@ -118,19 +118,19 @@ render::Overlay half_overlay()
 TEST(Window, ShowsAKeptPictureAgainWithAnotherOverlay)
 {
   const test::Screen screen;
-  const scene::Scene scene = test::joint_scene();
-  const render::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
-  const render::Overlay overlay = half_overlay();
-  render::Window window(quiet_window(4));
+  const view::Scene scene = test::joint_scene();
+  const view::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  const view::Overlay overlay = half_overlay();
+  view::Window window(quiet_window(4));
   window.renderer().load(scene);
-  window.renderer().load(render::OverlayFont{1, 1, {255}});
+  window.renderer().load(view::OverlayFont{1, 1, {255}});
   EXPECT_FALSE(window.show_again(nullptr)) << "before the first picture";
-  const render::Image expected = window.renderer().draw(scene, {&shot, 1}, &overlay);
+  const view::Image expected = window.renderer().draw(scene, {&shot, 1}, &overlay);
   window.show(scene, {&shot, 1}, nullptr);
   ASSERT_TRUE(window.show_again(&overlay));
   EXPECT_LE(differing_share(shown(screen, expected), expected), agreed_share);
   ASSERT_TRUE(window.show_again(nullptr));
-  const render::Image bare = window.renderer().draw(scene, {&shot, 1}, nullptr);
+  const view::Image bare = window.renderer().draw(scene, {&shot, 1}, nullptr);
   EXPECT_LE(differing_share(shown(screen, bare), bare), agreed_share) << "the first overlay is gone";
   window.renderer().set_samples(1);
   window.show(scene, {&shot, 1}, nullptr);
@@ -140,20 +140,20 @@ TEST(Window, ShowsAKeptPictureAgainWithAnotherOverlay)
 TEST(Window, AWarpedPictureIsThatOfMemory)
 {
   const test::Screen screen;
-  scene::Scene scene = test::joint_scene();
+  view::Scene scene = test::joint_scene();
   scene.background = {{0, 0, 0}, {0, 0, 0}};
-  const render::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
-  const render::Overlay overlay = half_overlay();
+  const view::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  const view::Overlay overlay = half_overlay();
   // Turned upside down and reduced to the middle.
-  optics::Warp warp{width, height, 0, 0, {}};
+  view::Warp warp{width, height, 0, 0, {}};
   warp.mesh.vertices = {{160, 120, 0, 1}, {480, 120, 1, 1}, {480, 360, 1, 0}, {160, 360, 0, 0}};
   warp.mesh.triangles = {0, 1, 2, 0, 2, 3};
   for (const int samples : {1, 4}) {
-    render::Window window(quiet_window(samples));
+    view::Window window(quiet_window(samples));
     window.renderer().load(scene);
-    window.renderer().load(render::OverlayFont{1, 1, {255}});
+    window.renderer().load(view::OverlayFont{1, 1, {255}});
     window.renderer().load(warp);
-    const render::Image expected = window.renderer().draw(scene, {&shot, 1}, &overlay);
+    const view::Image expected = window.renderer().draw(scene, {&shot, 1}, &overlay);
     EXPECT_EQ(test::at(expected, 10, 10), (test::Codes{255, 255, 255, 255}));
     EXPECT_EQ(test::at(expected, width - 10, 10), (test::Codes{0, 0, 0, 255}));
     EXPECT_NE(test::at(expected, width / 2 + 20, height / 2), (test::Codes{0, 0, 0, 255}));
@@ -163,9 +163,9 @@ TEST(Window, AWarpedPictureIsThatOfMemory)
 }
 
 /// A part of it.
-render::Image cut_out(const render::Image& image, int x, int y)
+view::Image cut_out(const view::Image& image, int x, int y)
 {
-  render::Image part{width, height, {}};
+  view::Image part{width, height, {}};
   for (int row = y; row < y + height; ++row) {
     const auto begin = image.rgba.begin() + 4 * (row * image.width + x);
     part.rgba.insert(part.rgba.end(), begin, begin + 4 * width);
@@ -176,20 +176,20 @@ render::Image cut_out(const render::Image& image, int x, int y)
 TEST(Window, ItIsAtTheRequestedPosition)
 {
   const test::Screen screen;
-  const scene::Scene scene = test::joint_scene();
-  const render::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
-  render::WindowOptions options = quiet_window(1);
+  const view::Scene scene = test::joint_scene();
+  const view::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  view::WindowOptions options = quiet_window(1);
   options.at = {311, 207};
   options.is_resizable = false;
-  render::Window window(options);
+  view::Window window(options);
   window.renderer().load(scene);
   window.events();
-  const render::WindowGeometry place = window.geometry();
+  const view::WindowGeometry place = window.geometry();
   EXPECT_EQ(place.x, 311);
   EXPECT_EQ(place.y, 207);
   EXPECT_EQ(place.width, width);
   EXPECT_EQ(place.height, height);
-  const render::Image drawn = window.renderer().draw(scene, {&shot, 1}, nullptr);
+  const view::Image drawn = window.renderer().draw(scene, {&shot, 1}, nullptr);
   const auto differs = [&] {
     return differing_share(drawn, cut_out(screen.picture(1280, 1024), 311, 207)) > 0.0;
   };
@@ -203,20 +203,20 @@ TEST(Window, ItIsAtTheRequestedPosition)
 TEST(Window, ItClosesOnRequest)
 {
   const test::Screen screen;
-  render::Window window(quiet_window(1));
+  view::Window window(quiet_window(1));
   EXPECT_FALSE(window.should_close());
   window.close();
   EXPECT_TRUE(window.should_close());
 }
 
 /// The events of one call of xdotool, up to an event of kind `last` with key `key`; waits up to a minute.
-std::vector<render::InputEvent> heard(render::Window& window, const std::vector<std::string>& arguments,
-                                      render::InputKind last, render::Key key)
+std::vector<view::InputEvent> heard(view::Window& window, const std::vector<std::string>& arguments,
+                                      view::InputKind last, view::Key key)
 {
   EXPECT_EQ(test::run({"/usr/bin/xdotool", arguments, {}, {}}).exit_code, 0);
-  std::vector<render::InputEvent> all;
+  std::vector<view::InputEvent> all;
   for (int i = 0; i < 600; ++i) {
-    for (const render::InputEvent& event : window.events(0.1)) {
+    for (const view::InputEvent& event : window.events(0.1)) {
       all.push_back(event);
       if (event.kind == last && event.key == key) return all;
     }
@@ -225,42 +225,42 @@ std::vector<render::InputEvent> heard(render::Window& window, const std::vector<
   return all;
 }
 
-std::vector<render::InputEvent> of_kind(const std::vector<render::InputEvent>& events, render::InputKind kind)
+std::vector<view::InputEvent> of_kind(const std::vector<view::InputEvent>& events, view::InputKind kind)
 {
-  std::vector<render::InputEvent> found;
+  std::vector<view::InputEvent> found;
   std::copy_if(events.begin(), events.end(), std::back_inserter(found),
-               [&](const render::InputEvent& event) { return event.kind == kind; });
+               [&](const view::InputEvent& event) { return event.kind == kind; });
   return found;
 }
 
 TEST(Window, EventsOfTheMouseAreReceived)
 {
   const test::Screen screen;
-  render::Window window(quiet_window(1));
+  view::Window window(quiet_window(1));
   window.events();
   // "z" ends each sequence: key events arrive after earlier events.
-  std::vector<render::InputEvent> events =
+  std::vector<view::InputEvent> events =
       heard(window, {"mousemove", "100", "50", "click", "--repeat", "2", "--delay", "20", "1", "key", "z"},
-            render::InputKind::key_release, render::key_of('Z'));
-  std::vector<render::InputEvent> presses = of_kind(events, render::InputKind::press);
+            view::InputKind::key_release, view::key_of('Z'));
+  std::vector<view::InputEvent> presses = of_kind(events, view::InputKind::press);
   ASSERT_EQ(presses.size(), 2U);
   EXPECT_EQ(presses[0].n_clicks, 1);
   EXPECT_EQ(presses[1].n_clicks, 2);
-  for (const render::InputEvent& press : presses) {
-    EXPECT_EQ(press.button, render::MouseButton::left);
+  for (const view::InputEvent& press : presses) {
+    EXPECT_EQ(press.button, view::MouseButton::left);
     EXPECT_EQ(press.x_px, 100.0);
     EXPECT_EQ(press.y_px, 50.0);
   }
-  EXPECT_EQ(of_kind(events, render::InputKind::release).size(), 2U);
+  EXPECT_EQ(of_kind(events, view::InputKind::release).size(), 2U);
   events = heard(
       window, {"mousemove", "200", "60", "click", "3", "click", "2", "click", "4", "click", "5", "key", "z"},
-      render::InputKind::key_release, render::key_of('Z'));
-  presses = of_kind(events, render::InputKind::press);
+      view::InputKind::key_release, view::key_of('Z'));
+  presses = of_kind(events, view::InputKind::press);
   ASSERT_EQ(presses.size(), 2U);
-  EXPECT_EQ(presses[0].button, render::MouseButton::right);
-  EXPECT_EQ(presses[1].button, render::MouseButton::middle);
+  EXPECT_EQ(presses[0].button, view::MouseButton::right);
+  EXPECT_EQ(presses[1].button, view::MouseButton::middle);
   EXPECT_EQ(presses[1].n_clicks, 1);
-  const std::vector<render::InputEvent> wheel = of_kind(events, render::InputKind::wheel);
+  const std::vector<view::InputEvent> wheel = of_kind(events, view::InputKind::wheel);
   ASSERT_EQ(wheel.size(), 2U);
   EXPECT_EQ(wheel[0].wheel, 1.0);
   EXPECT_EQ(wheel[1].wheel, -1.0);
@@ -269,17 +269,17 @@ TEST(Window, EventsOfTheMouseAreReceived)
 TEST(Window, KeysAreReceivedWithTheirModifiers)
 {
   const test::Screen screen;
-  render::Window window(quiet_window(1));
+  view::Window window(quiet_window(1));
   window.events();
-  const std::vector<render::InputEvent> events = heard(
+  const std::vector<view::InputEvent> events = heard(
       window, {"mousemove", "100", "50", "key", "a", "key", "shift+a", "key", "ctrl+Right", "key", "F3"},
-      render::InputKind::key_release, render::Key::f3);
-  const std::vector<render::InputEvent> presses = of_kind(events, render::InputKind::key_press);
-  std::vector<render::Key> keys;
+      view::InputKind::key_release, view::Key::f3);
+  const std::vector<view::InputEvent> presses = of_kind(events, view::InputKind::key_press);
+  std::vector<view::Key> keys;
   std::transform(presses.begin(), presses.end(), std::back_inserter(keys),
-                 [](const render::InputEvent& press) { return press.key; });
-  ASSERT_THAT(keys, testing::ElementsAre(render::key_of('A'), render::Key::none, render::key_of('A'),
-                                         render::Key::none, render::Key::right, render::Key::f3));
+                 [](const view::InputEvent& press) { return press.key; });
+  ASSERT_THAT(keys, testing::ElementsAre(view::key_of('A'), view::Key::none, view::key_of('A'),
+                                         view::Key::none, view::Key::right, view::Key::f3));
   EXPECT_FALSE(presses[0].has_shift);
   EXPECT_TRUE(presses[2].has_shift);
   EXPECT_TRUE(presses[4].has_control);
@@ -289,7 +289,7 @@ TEST(Window, OneAfterTheOther)
 {
   const test::Screen screen;
   for (int i = 0; i < 3; ++i) {
-    render::Window window(quiet_window(1));
+    view::Window window(quiet_window(1));
     window.set_title("another");
     window.events();
     EXPECT_EQ(window.renderer().width(), width);
@@ -304,7 +304,7 @@ TEST(Window, WithoutAScreenThatIsSaid)
   for (const char* const display : {"", ":98765"}) {
     setenv("DISPLAY", display, 1);
     try {
-      const render::Window window(quiet_window(1));
+      const view::Window window(quiet_window(1));
       ADD_FAILURE() << "opened";
     } catch (const InputError& error) {
       EXPECT_EQ(error.facts().file, "window");

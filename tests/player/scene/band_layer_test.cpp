@@ -2,7 +2,7 @@
 
 #include "core/units.hpp"
 #include "player/scene/layer_models.hpp"
-#include "scene/joint_layers.hpp"
+#include "view/joint_layers.hpp"
 
 namespace vrda::band_layer_test {
 
@@ -13,22 +13,22 @@ using test::Stage;
 TEST(BandLayer, IsTheMovingObjectOfTheSamplesAtBothEnds)
 {
   for (const std::string side : {"right", "left"}) {
-    for (const scene::FixedObject held :
-         {scene::FixedObject::moving, scene::FixedObject::reference, scene::FixedObject::push}) {
+    for (const view::FixedObject held :
+         {view::FixedObject::moving, view::FixedObject::reference, view::FixedObject::push}) {
       Stage stage(layered_model(side));
       stage.held = held;
-      stage.show({30.0, 1.0}, {scene::Layer::band});
-      const scene::Drawable& body = drawable_of(stage.scene, "block");
-      const scene::Drawable& low = drawable_of(stage.scene, "block, quantile_5");
-      const scene::Drawable& high = drawable_of(stage.scene, "block, quantile_95");
+      stage.show({30.0, 1.0}, {view::Layer::band});
+      const view::Drawable& body = drawable_of(stage.scene, "block");
+      const view::Drawable& low = drawable_of(stage.scene, "block, quantile_5");
+      const view::Drawable& high = drawable_of(stage.scene, "block, quantile_95");
       EXPECT_TRUE(body.is_shown && low.is_shown && high.is_shown);
       EXPECT_LT(low.material.opacity, 1.0F);
       EXPECT_GT(low.depth_offset_mm, 0.0);
       // The samples are 1 and 3 mm anterior, at zero varus and rotation.
       const Eigen::Vector3d apart_mm = high.X_world_mesh.translation() - low.X_world_mesh.translation();
       EXPECT_NEAR(apart_mm.norm(), 2.0, 1e-9);
-      const motion::Motion sample(stage.model, "quantile_5");
-      const scene::JointFrames frames = scene::frames_of(
+      const store::Motion sample(stage.model, "quantile_5");
+      const view::JointFrames frames = view::frames_of(
           stage.motion.at({rad_from_deg(30.0), rad_from_deg(1.0)}), held, stage.model.rotation_centre_mm);
       const Pose expected =
           frames.X_world_reference * sample.at({rad_from_deg(30.0), 0.0}).X_reference_moving;

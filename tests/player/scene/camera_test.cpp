@@ -1,4 +1,4 @@
-#include "scene/camera.hpp"
+#include "view/camera.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,17 +10,17 @@ namespace vrda::camera_test {
 constexpr double rounding = 1e-10;  // of image coordinates of order one
 
 /// Normalised device coordinates of a point: x and y on [-1, 1], z in the depth range.
-Eigen::Vector3d projected(const scene::Camera& camera, const Eigen::Vector3d& p_world_mm)
+Eigen::Vector3d projected(const view::Camera& camera, const Eigen::Vector3d& p_world_mm)
 {
   const Eigen::Vector3d p_camera = camera.X_world_camera.inverse() * p_world_mm;
-  const Eigen::Vector4d clip = scene::projection(camera) * p_camera.homogeneous();
+  const Eigen::Vector4d clip = view::projection(camera) * p_camera.homogeneous();
   return clip.hnormalized();
 }
 
-scene::Camera fitted(const std::vector<Eigen::Vector3d>& points, const Eigen::Matrix3d& R,
-                     const scene::FrameOptions& options = {})
+view::Camera fitted(const std::vector<Eigen::Vector3d>& points, const Eigen::Matrix3d& R,
+                     const view::FrameOptions& options = {})
 {
-  scene::CameraFit fit(R, options);
+  view::CameraFit fit(R, options);
   fit.include(points);
   return fit.camera();
 }
@@ -39,14 +39,14 @@ std::vector<Eigen::Vector3d> box_corners(const Eigen::Vector3d& low, const Eigen
 TEST(Camera, EveryViewHasTheWholeBoxInTheFilledPartAndFillsIt)
 {
   const std::vector<Eigen::Vector3d> corners = box_corners({-30, -70, -45}, {25, 40, 38});
-  for (const std::string& name : scene::view_names()) {
+  for (const std::string& name : view::view_names()) {
     for (const double aspect : {0.6, 4.0 / 3.0, 3.0}) {
       SCOPED_TRACE(name + " " + std::to_string(aspect));
-      scene::FrameOptions options;
+      view::FrameOptions options;
       options.aspect = aspect;
       options.fill_fraction = 0.8;
-      const scene::Camera camera =
-          fitted(corners, scene::view_rotation(*scene::view_named(name), Side::right), options);
+      const view::Camera camera =
+          fitted(corners, view::view_rotation(*view::view_named(name), Side::right), options);
       Eigen::Vector2d low(9, 9), high(-9, -9);
       for (const Eigen::Vector3d& corner : corners) {
         low = low.cwiseMin(projected(camera, corner).head<2>());
@@ -68,64 +68,64 @@ TEST(Camera, PointsOfSeveralPosesAreFittedAsOne)
   const std::vector<Eigen::Vector3d> second = box_corners({-5, 0, 0}, {0, 1, 1});
   std::vector<Eigen::Vector3d> both = first;
   both.insert(both.end(), second.begin(), second.end());
-  const Eigen::Matrix3d R = scene::view_rotation(scene::View::oblique, Side::left);
-  scene::CameraFit fit(R);
+  const Eigen::Matrix3d R = view::view_rotation(view::View::oblique, Side::left);
+  view::CameraFit fit(R);
   fit.include(first);
   fit.include(second);
   EXPECT_EQ(fit.camera().X_world_camera.matrix(), fitted(both, R).X_world_camera.matrix());
-  EXPECT_THROW(scene::CameraFit(R).camera(), InternalError);
+  EXPECT_THROW(view::CameraFit(R).camera(), InternalError);
 }
 
 TEST(Camera, ViewsShowTheSideTheyAreNamedAfter)
 {
   struct Row {
-    scene::View view;
+    view::View view;
     Side side;
     Eigen::Vector3d towards_viewer, right_of_picture;
   };
   const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
   for (const Row& row :
-       {Row{scene::View::front, Side::right, x, -z}, Row{scene::View::back, Side::right, -x, z},
-        Row{scene::View::right, Side::left, z, x}, Row{scene::View::left, Side::left, -z, -x},
-        Row{scene::View::lateral, Side::right, z, x}, Row{scene::View::lateral, Side::left, -z, -x},
-        Row{scene::View::medial, Side::right, -z, -x}, Row{scene::View::medial, Side::left, z, x},
-        Row{scene::View::top, Side::right, y, z}}) {
-    const Eigen::Matrix3d R = scene::view_rotation(row.view, row.side);
+       {Row{view::View::front, Side::right, x, -z}, Row{view::View::back, Side::right, -x, z},
+        Row{view::View::right, Side::left, z, x}, Row{view::View::left, Side::left, -z, -x},
+        Row{view::View::lateral, Side::right, z, x}, Row{view::View::lateral, Side::left, -z, -x},
+        Row{view::View::medial, Side::right, -z, -x}, Row{view::View::medial, Side::left, z, x},
+        Row{view::View::top, Side::right, y, z}}) {
+    const Eigen::Matrix3d R = view::view_rotation(row.view, row.side);
     EXPECT_LT((R.col(2) - row.towards_viewer).norm(), rounding);
     EXPECT_LT((R.col(0) - row.right_of_picture).norm(), rounding);
     EXPECT_NEAR(R.determinant(), 1.0, rounding);
   }
   // The oblique view shows front, lateral side and top of both knees.
-  EXPECT_GT(scene::view_rotation(scene::View::oblique, Side::right).col(2).minCoeff(), 0.2);
-  EXPECT_LT(scene::view_rotation(scene::View::oblique, Side::left)(2, 2), -0.2);
+  EXPECT_GT(view::view_rotation(view::View::oblique, Side::right).col(2).minCoeff(), 0.2);
+  EXPECT_LT(view::view_rotation(view::View::oblique, Side::left)(2, 2), -0.2);
   // The inverted view shows front, lateral side and underside, and image up is world down.
-  const Eigen::Matrix3d inverted = scene::view_rotation(scene::View::inverted, Side::right);
+  const Eigen::Matrix3d inverted = view::view_rotation(view::View::inverted, Side::right);
   EXPECT_GT(inverted(0, 2), 0.2);
   EXPECT_LT(inverted(1, 2), -0.2);
   EXPECT_GT(inverted(2, 2), 0.2);
   EXPECT_LT(inverted(1, 1), -0.5);
-  EXPECT_GT(scene::view_rotation(scene::View::inverted, Side::left).determinant(), 0.0);
+  EXPECT_GT(view::view_rotation(view::View::inverted, Side::left).determinant(), 0.0);
 }
 
 TEST(Camera, NamesAndViewsGoTogether)
 {
-  EXPECT_EQ(scene::view_named("front"), scene::View::front);
-  EXPECT_EQ(scene::view_named("oblique"), scene::View::oblique);
-  EXPECT_EQ(scene::view_named("inverted"), scene::View::inverted);
-  EXPECT_EQ(scene::view_named("side"), scene::View::lateral);
-  EXPECT_EQ(scene::view_named("lateral"), scene::View::lateral);
-  EXPECT_EQ(scene::view_named("below"), std::nullopt);
+  EXPECT_EQ(view::view_named("front"), view::View::front);
+  EXPECT_EQ(view::view_named("oblique"), view::View::oblique);
+  EXPECT_EQ(view::view_named("inverted"), view::View::inverted);
+  EXPECT_EQ(view::view_named("side"), view::View::lateral);
+  EXPECT_EQ(view::view_named("lateral"), view::View::lateral);
+  EXPECT_EQ(view::view_named("below"), std::nullopt);
 }
 
 TEST(Camera, TheDepthRangeHoldsEveryVertex)
 {
   store::MotionModel model = test::model_of({});
   test::add_bodies(model);
-  scene::Scene scene = scene::scene_of(model.reference, model.moving, model.rotation_centre_mm);
-  scene::place(scene, scene::frames_of(motion::Motion(model, "raw").at({rad_from_deg(50.0), 0.0})));
-  const std::vector<Eigen::Vector3d> points = scene::points_within(scene, {});
-  const scene::Camera camera =
-      scene::with_depth_range(fitted(points, scene::view_rotation(scene::View::oblique, Side::right)), scene);
+  view::Scene scene = view::scene_of(model.reference, model.moving, model.rotation_centre_mm);
+  view::place(scene, view::frames_of(store::Motion(model, "raw").at({rad_from_deg(50.0), 0.0})));
+  const std::vector<Eigen::Vector3d> points = view::points_within(scene, {});
+  const view::Camera camera =
+      view::with_depth_range(fitted(points, view::view_rotation(view::View::oblique, Side::right)), scene);
   EXPECT_GT(camera.near_mm, 0.0);
   for (const Eigen::Vector3d& p_mm : points) {
     const Eigen::Vector3d p = projected(camera, p_mm);
@@ -137,8 +137,8 @@ TEST(Camera, TheDepthRangeStaysSaneWithThingsBehindTheCamera)
 {
   store::MotionModel model = test::model_of({});
   test::add_bodies(model);
-  const scene::Scene scene = scene::scene_of(model.reference, model.moving, model.rotation_centre_mm);
-  const scene::Camera inside = scene::with_depth_range(scene::Camera{}, scene);  // at the middle of the ball
+  const view::Scene scene = view::scene_of(model.reference, model.moving, model.rotation_centre_mm);
+  const view::Camera inside = view::with_depth_range(view::Camera{}, scene);  // at the middle of the ball
   EXPECT_GT(inside.near_mm, 0.0);
   EXPECT_GT(inside.far_mm, inside.near_mm);
 }

@@ -7,7 +7,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
-#include "scene/scene.hpp"
+#include "view/scene.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {
@@ -122,7 +122,7 @@ store::MotionModel layered_model(const std::string& side)
   plan.side = side;
   plan.rotation_centre_mm = {100, -200, 40 * z_sign};
   plan.motion = [z_sign](double flexion_deg, double varus_deg) {
-    return motion::PoseCoordinates{-0.05 * flexion_deg, -0.01 * flexion_deg, 0.2 * z_sign * varus_deg,
+    return store::PoseCoordinates{-0.05 * flexion_deg, -0.01 * flexion_deg, 0.2 * z_sign * varus_deg,
                                    0.1 * flexion_deg};
   };
   store::MotionModel model = model_of(plan);
@@ -153,53 +153,53 @@ Degrees attitude_deg(const store::MotionModel& model, std::size_t cell)
 
 Stage::Stage(store::MotionModel made)
     : model(std::move(made)),
-      scene(scene::scene_of(model.reference, model.moving, model.rotation_centre_mm)),
+      scene(view::scene_of(model.reference, model.moving, model.rotation_centre_mm)),
       layers(model, scene),
       motion(model, "raw")
 {
 }
 
-void Stage::show(const motion::JointPose& pose, const scene::LayerSet& wanted)
+void Stage::show(const store::JointPose& pose, const view::LayerSet& wanted)
 {
-  const scene::JointFrames frames = scene::frames_of(pose, held, model.rotation_centre_mm);
-  scene::place(scene, frames);
+  const view::JointFrames frames = view::frames_of(pose, held, model.rotation_centre_mm);
+  view::place(scene, frames);
   layers.update(scene, motion, {pose, frames, wanted});
 }
 
-void Stage::show(const Degrees& attitude, const scene::LayerSet& wanted)
+void Stage::show(const Degrees& attitude, const view::LayerSet& wanted)
 {
-  const motion::JointPose pose = motion.at({rad_from_deg(attitude.flexion), rad_from_deg(attitude.varus)});
-  check(pose.status == motion::PoseStatus::solved, "the model is solved everywhere");
+  const store::JointPose pose = motion.at({rad_from_deg(attitude.flexion), rad_from_deg(attitude.varus)});
+  check(pose.status == store::PoseStatus::solved, "the model is solved everywhere");
   show(pose, wanted);
 }
 
-void Stage::show(const Degrees& attitude, std::initializer_list<scene::Layer> wanted)
+void Stage::show(const Degrees& attitude, std::initializer_list<view::Layer> wanted)
 {
   show(attitude, set_of(wanted));
 }
 
-scene::LayerSet set_of(std::initializer_list<scene::Layer> layers)
+view::LayerSet set_of(std::initializer_list<view::Layer> layers)
 {
-  scene::LayerSet set;
-  for (const scene::Layer layer : layers) set.set(layer, true);
+  view::LayerSet set;
+  for (const view::Layer layer : layers) set.set(layer, true);
   return set;
 }
 
-scene::LayerSet every_layer()
+view::LayerSet every_layer()
 {
-  scene::LayerSet set;
-  for (const std::string& name : scene::layer_names()) set.set(*scene::layer_named(name), true);
+  view::LayerSet set;
+  for (const std::string& name : view::layer_names()) set.set(*view::layer_named(name), true);
   return set;
 }
 
-const scene::Drawable& drawable_of(const scene::Scene& scene, const std::string& name)
+const view::Drawable& drawable_of(const view::Scene& scene, const std::string& name)
 {
-  const auto found = std::ranges::find(scene.drawables, name, &scene::Drawable::name);
+  const auto found = std::ranges::find(scene.drawables, name, &view::Drawable::name);
   check(found != scene.drawables.end(), "a drawable of that name");
   return *found;
 }
 
-Eigen::Vector3d middle_world_mm(const scene::Drawable& drawable, std::size_t first, std::size_t n)
+Eigen::Vector3d middle_world_mm(const view::Drawable& drawable, std::size_t first, std::size_t n)
 {
   Eigen::Vector3d sum_mm = Eigen::Vector3d::Zero();
   for (std::size_t v = first; v < first + n; ++v)
@@ -207,7 +207,7 @@ Eigen::Vector3d middle_world_mm(const scene::Drawable& drawable, std::size_t fir
   return drawable.X_world_mesh * Eigen::Vector3d(sum_mm / static_cast<double>(n));
 }
 
-Eigen::Vector3d middle_of_drawn_mm(const scene::Drawable& drawable)
+Eigen::Vector3d middle_of_drawn_mm(const view::Drawable& drawable)
 {
   Eigen::Vector3d sum_mm = Eigen::Vector3d::Zero();
   int n = 0;
@@ -221,14 +221,14 @@ Eigen::Vector3d middle_of_drawn_mm(const scene::Drawable& drawable)
   return drawable.X_world_mesh * Eigen::Vector3d(sum_mm / n);
 }
 
-Eigen::Vector3d unlifted_mm(const Stage& stage, const scene::Drawable& sheet, std::size_t v)
+Eigen::Vector3d unlifted_mm(const Stage& stage, const view::Drawable& sheet, std::size_t v)
 {
   const RenderVertex& vertex = sheet.mesh.vertices[v];
-  const double lift_mm = 0.05 * scene::marker_scale(stage.model);
+  const double lift_mm = 0.05 * view::marker_scale(stage.model);
   return single_precision(vertex.position_mm) - lift_mm * single_precision(vertex.normal) + sheet.origin_mm;
 }
 
-double gap_by_every_face_mm(const Mesh& reference, const motion::JointPose& pose,
+double gap_by_every_face_mm(const Mesh& reference, const store::JointPose& pose,
                             const Eigen::Vector3d& p_moving_mm)
 {
   const Eigen::Vector3d p_mm = pose.X_world_moving * p_moving_mm;
@@ -249,7 +249,7 @@ double gap_by_every_face_mm(const Mesh& reference, const motion::JointPose& pose
   return gap_mm;
 }
 
-int difference(const scene::VertexColour& a, const scene::VertexColour& b)
+int difference(const view::VertexColour& a, const view::VertexColour& b)
 {
   int largest = 0;
   for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, std::abs(int{a[k]} - int{b[k]}));

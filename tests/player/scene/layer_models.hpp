@@ -4,7 +4,7 @@
 #include <initializer_list>
 #include <string>
 
-#include "scene/joint_layers.hpp"
+#include "view/joint_layers.hpp"
 
 namespace vrda::test {
 
@@ -23,37 +23,37 @@ Degrees attitude_deg(const store::MotionModel& model, std::size_t cell);
 /// A scene with its layers at raw poses of a model.
 struct Stage {
   explicit Stage(store::MotionModel made);
-  void show(const Degrees& attitude, const scene::LayerSet& wanted);
-  void show(const Degrees& attitude, std::initializer_list<scene::Layer> wanted);
-  void show(const motion::JointPose& pose, const scene::LayerSet& wanted);
+  void show(const Degrees& attitude, const view::LayerSet& wanted);
+  void show(const Degrees& attitude, std::initializer_list<view::Layer> wanted);
+  void show(const store::JointPose& pose, const view::LayerSet& wanted);
 
   store::MotionModel model;
-  scene::Scene scene;
-  scene::JointLayers layers;
-  motion::Motion motion;
-  scene::FixedObject held = scene::FixedObject::push;
+  view::Scene scene;
+  view::JointLayers layers;
+  store::Motion motion;
+  view::FixedObject held = view::FixedObject::push;
 };
 
-scene::LayerSet set_of(std::initializer_list<scene::Layer> layers);
-scene::LayerSet every_layer();
+view::LayerSet set_of(std::initializer_list<view::Layer> layers);
+view::LayerSet every_layer();
 
 /// The first drawable with that name.
-const scene::Drawable& drawable_of(const scene::Scene& scene, const std::string& name);
+const view::Drawable& drawable_of(const view::Scene& scene, const std::string& name);
 
 /// Mean of vertices, world.
-Eigen::Vector3d middle_world_mm(const scene::Drawable& drawable, std::size_t first, std::size_t n);
+Eigen::Vector3d middle_world_mm(const view::Drawable& drawable, std::size_t first, std::size_t n);
 /// Mean of the corners of all non-degenerate triangles, world.
-Eigen::Vector3d middle_of_drawn_mm(const scene::Drawable& drawable);
+Eigen::Vector3d middle_of_drawn_mm(const view::Drawable& drawable);
 
 /// Vertex `v` of a gap sheet projected back onto the part below; canonical axes of the moving body.
-Eigen::Vector3d unlifted_mm(const Stage& stage, const scene::Drawable& sheet, std::size_t v);
+Eigen::Vector3d unlifted_mm(const Stage& stage, const view::Drawable& sheet, std::size_t v);
 
 /// Travel along world Y from a point of the moving body to the first downward face of `reference`, from 3 mm
 /// of overlap on; infinite if none exists.
-double gap_by_every_face_mm(const Mesh& reference, const motion::JointPose& pose,
+double gap_by_every_face_mm(const Mesh& reference, const store::JointPose& pose,
                             const Eigen::Vector3d& p_moving_mm);
 
 /// The largest difference of any channel.
-int difference(const scene::VertexColour& a, const scene::VertexColour& b);
+int difference(const view::VertexColour& a, const view::VertexColour& b);
 
 }  // namespace vrda::test

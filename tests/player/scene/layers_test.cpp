@@ -3,9 +3,9 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "player/scene/layer_models.hpp"
-#include "scene/joint_layers.hpp"
-#include "scene/layers.hpp"
-#include "scene/solids.hpp"
+#include "view/joint_layers.hpp"
+#include "view/layers.hpp"
+#include "view/solids.hpp"
 
 namespace vrda::layers_test {
 
@@ -17,23 +17,23 @@ using test::Stage;
 constexpr double single_rounding_mm = 1e-4;  // single precision at 100 mm, mean of about a hundred values
 constexpr double rounding = 1e-12;
 
-void expect_bodies_alone(const scene::Scene& scene)
+void expect_bodies_alone(const view::Scene& scene)
 {
-  for (const scene::Drawable& drawable : scene.drawables)
-    EXPECT_EQ(drawable.is_shown, drawable.layer == scene::Layer::bodies) << drawable.name;
+  for (const view::Drawable& drawable : scene.drawables)
+    EXPECT_EQ(drawable.is_shown, drawable.layer == view::Layer::bodies) << drawable.name;
 }
 
 TEST(Layers, NothingIsShownUntilItIsWanted)
 {
   Stage stage(layered_model("right"));
-  stage.show({30, 0}, scene::LayerSet{});
+  stage.show({30, 0}, view::LayerSet{});
   int n_layers_drawn = 0;
-  for (const scene::Drawable& drawable : stage.scene.drawables)
-    n_layers_drawn += drawable.layer == scene::Layer::bodies ? 0 : 1;
+  for (const view::Drawable& drawable : stage.scene.drawables)
+    n_layers_drawn += drawable.layer == view::Layer::bodies ? 0 : 1;
   expect_bodies_alone(stage.scene);
   EXPECT_GT(n_layers_drawn, 8);
-  for (const std::string& name : scene::layer_names())
-    EXPECT_TRUE(stage.layers.available().has(*scene::layer_named(name)));
+  for (const std::string& name : view::layer_names())
+    EXPECT_TRUE(stage.layers.available().has(*view::layer_named(name)));
 }
 
 TEST(Layers, AModelWithoutContactsAndFibresSaysSo)
@@ -41,23 +41,23 @@ TEST(Layers, AModelWithoutContactsAndFibresSaysSo)
   store::MotionModel model = test::model_of({});
   test::add_bodies(model);
   Stage stage(model);
-  const scene::LayerSet& available = stage.layers.available();
-  EXPECT_FALSE(available.has(scene::Layer::contacts));
-  EXPECT_FALSE(available.has(scene::Layer::normals));
-  EXPECT_FALSE(available.has(scene::Layer::ligaments));
-  EXPECT_TRUE(available.has(scene::Layer::axes));
-  EXPECT_TRUE(available.has(scene::Layer::helical_axis));
-  EXPECT_TRUE(available.has(scene::Layer::gap_map));
+  const view::LayerSet& available = stage.layers.available();
+  EXPECT_FALSE(available.has(view::Layer::contacts));
+  EXPECT_FALSE(available.has(view::Layer::normals));
+  EXPECT_FALSE(available.has(view::Layer::ligaments));
+  EXPECT_TRUE(available.has(view::Layer::axes));
+  EXPECT_TRUE(available.has(view::Layer::helical_axis));
+  EXPECT_TRUE(available.has(view::Layer::gap_map));
   // Requesting them shows nothing and does not fail.
-  stage.show({30, 0}, {scene::Layer::contacts, scene::Layer::normals, scene::Layer::ligaments});
+  stage.show({30, 0}, {view::Layer::contacts, view::Layer::normals, view::Layer::ligaments});
   expect_bodies_alone(stage.scene);
 }
 
 TEST(Layers, NothingIsShownWithoutAPose)
 {
   Stage stage(layered_model("right"));
-  motion::JointPose pose = stage.motion.at({});
-  pose.status = motion::PoseStatus::unsolved_cell;
+  store::JointPose pose = stage.motion.at({});
+  pose.status = store::PoseStatus::unsolved_cell;
   stage.show(pose, test::every_layer());
   expect_bodies_alone(stage.scene);
 }
@@ -69,13 +69,13 @@ TEST(Layers, ContactsLieWhereTheCellSays)
     Stage stage(layered_model(side));
     const store::ContactRows& rows = stage.model.contacts;
     for (const std::size_t cell : {std::size_t{1}, std::size_t{17}, std::size_t{34}}) {
-      stage.show(test::attitude_deg(stage.model, cell), {scene::Layer::contacts});
-      const scene::Drawable& balls = drawable_of(stage.scene, "contacts");
+      stage.show(test::attitude_deg(stage.model, cell), {view::Layer::contacts});
+      const view::Drawable& balls = drawable_of(stage.scene, "contacts");
       ASSERT_TRUE(balls.is_shown);
       for (std::int64_t row = rows.row_start[cell]; row < rows.row_start[cell + 1]; ++row) {
         const auto solid = static_cast<std::size_t>(row - rows.row_start[cell]);
         const Eigen::Vector3d p_mm =
-            middle_world_mm(balls, solid * scene::ball_size().n_vertices, scene::ball_size().n_vertices);
+            middle_world_mm(balls, solid * view::ball_size().n_vertices, view::ball_size().n_vertices);
         EXPECT_LT((p_mm - rows.point_world_mm.row(row).transpose()).norm(), single_rounding_mm);
       }
     }
@@ -85,15 +85,15 @@ TEST(Layers, ContactsLieWhereTheCellSays)
 TEST(Layers, BetweenCellsContactsStayOnTheMovingObject)
 {
   Stage stage(layered_model("right"));
-  stage.show({30, 0}, {scene::Layer::contacts});
-  const scene::Drawable& balls = drawable_of(stage.scene, "contacts");
+  stage.show({30, 0}, {view::Layer::contacts});
+  const view::Drawable& balls = drawable_of(stage.scene, "contacts");
   const std::vector<RenderVertex> vertices = balls.mesh.vertices;
   const std::uint64_t revision = balls.revision;
-  stage.show({34, 0.4}, {scene::Layer::contacts});  // the same nearest cell
+  stage.show({34, 0.4}, {view::Layer::contacts});  // the same nearest cell
   EXPECT_EQ(balls.revision, revision);
   EXPECT_EQ(balls.mesh.vertices.front().position_mm, vertices.front().position_mm);
   EXPECT_EQ(balls.X_world_mesh.matrix(), drawable_of(stage.scene, "block").X_world_mesh.matrix());
-  stage.show({41, 0}, {scene::Layer::contacts});
+  stage.show({41, 0}, {view::Layer::contacts});
   EXPECT_GT(balls.revision, revision);
 }
 
@@ -102,15 +102,15 @@ TEST(Layers, AnArrowIsAsLongAsItsForceAndPressesThere)
   Stage stage(layered_model("right"));
   const store::ForceRows& rows = stage.model.equilibrium->forces;
   const std::size_t cell = 17;
-  stage.show(test::attitude_deg(stage.model, cell), {scene::Layer::normals});
-  const scene::Drawable& arrows = drawable_of(stage.scene, "contact forces");
+  stage.show(test::attitude_deg(stage.model, cell), {view::Layer::normals});
+  const view::Drawable& arrows = drawable_of(stage.scene, "contact forces");
   ASSERT_TRUE(arrows.is_shown);
   std::vector<double> length_mm;
   for (std::int64_t row = rows.row_start[cell]; row < rows.row_start[cell + 1]; ++row) {
     const std::size_t first =
-        static_cast<std::size_t>(row - rows.row_start[cell]) * scene::arrow_size().n_vertices;
+        static_cast<std::size_t>(row - rows.row_start[cell]) * view::arrow_size().n_vertices;
     const Eigen::Vector3d tail_mm = middle_world_mm(arrows, first, 12),
-                          tip_mm = middle_world_mm(arrows, first + scene::arrow_size().n_vertices - 12, 12);
+                          tip_mm = middle_world_mm(arrows, first + view::arrow_size().n_vertices - 12, 12);
     EXPECT_LT((tip_mm - rows.point_world_mm.row(row).transpose()).norm(), single_rounding_mm);
     const Eigen::Vector3d along = (tip_mm - tail_mm).normalized();
     EXPECT_LT((along - rows.normal_world.row(row).transpose()).norm(), 1e-4);
@@ -123,9 +123,9 @@ TEST(Layers, AnArrowIsAsLongAsItsForceAndPressesThere)
 TEST(Layers, AxesAreAtTheRotationCentreAndAlongTheirDirections)
 {
   Stage stage(layered_model("right"));
-  stage.show({40, 3}, {scene::Layer::axes});
+  stage.show({40, 3}, {view::Layer::axes});
   const auto direction = [&](const char* name) {
-    const scene::Drawable& axis = drawable_of(stage.scene, name);
+    const view::Drawable& axis = drawable_of(stage.scene, name);
     EXPECT_TRUE(axis.is_shown);
     EXPECT_LT(axis.X_world_mesh.translation().norm(), rounding) << name;
     return Eigen::Vector3d(axis.X_world_mesh.linear().col(1));
@@ -138,18 +138,18 @@ TEST(Layers, AxesAreAtTheRotationCentreAndAlongTheirDirections)
   EXPECT_LT((direction("flexion axis") - R.col(2)).norm(), rounding);
   EXPECT_LT((direction("varus axis") - Eigen::Vector3d::UnitX()).norm(), rounding);
   EXPECT_LT((direction("Delta") - Eigen::Vector3d::UnitY()).norm(), rounding);
-  EXPECT_EQ(scene::JointLayers::axis_labels().size(), 7U);
+  EXPECT_EQ(view::JointLayers::axis_labels().size(), 7U);
 }
 
 TEST(Layers, HeldReferenceTurnsTheWorldsAxesWithTheRest)
 {
   Stage stage(layered_model("left"));
-  stage.held = scene::FixedObject::reference;
-  stage.show({40, 3}, {scene::Layer::axes});
+  stage.held = view::FixedObject::reference;
+  stage.show({40, 3}, {view::Layer::axes});
   EXPECT_LT(
       (drawable_of(stage.scene, "anterior").X_world_mesh.linear().col(1) - Eigen::Vector3d::UnitX()).norm(),
       rounding);
-  const scene::Drawable& moving = drawable_of(stage.scene, "block");
+  const view::Drawable& moving = drawable_of(stage.scene, "block");
   const Eigen::Vector3d delta = drawable_of(stage.scene, "Delta").X_world_mesh.linear().col(1);
   // Theta rotates about Delta, so Delta is fixed in the moving object.
   EXPECT_LT((delta - moving.X_world_mesh.linear() * Eigen::Vector3d::UnitY()).norm(), rounding);
@@ -161,18 +161,18 @@ TEST(Layers, TheHelicalAxisOfPureFlexionIsTheFlexionAxis)
   plan.rotation_centre_mm = {100, -200, 40};
   store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
-  const motion::Motion motion(model, "raw");
+  const store::Motion motion(model, "raw");
   for (const double flexion_deg : {0.0, 33.0, 90.0}) {
     const std::optional<HelicalAxis> axis =
-        scene::helical_axis_at(motion, {rad_from_deg(flexion_deg), 0.0}, plan.rotation_centre_mm);
+        view::helical_axis_at(motion, {rad_from_deg(flexion_deg), 0.0}, plan.rotation_centre_mm);
     ASSERT_TRUE(axis.has_value());
     EXPECT_LT((axis->point_mm - plan.rotation_centre_mm).norm(), 1e-9);
     EXPECT_LT((axis->direction + Eigen::Vector3d::UnitZ()).norm(), 1e-9);
     EXPECT_NEAR(axis->rotation_rad, rad_from_deg(flexion_deg == 33.0 ? 2.0 : 1.0), 1e-9);
   }
   Stage stage(model);
-  stage.show({33, 0}, {scene::Layer::helical_axis});
-  const scene::Drawable& rod = drawable_of(stage.scene, "helical axis");
+  stage.show({33, 0}, {view::Layer::helical_axis});
+  const view::Drawable& rod = drawable_of(stage.scene, "helical axis");
   EXPECT_TRUE(rod.is_shown);
   EXPECT_LT(rod.X_world_mesh.translation().norm(), 1e-9);
   EXPECT_NEAR(std::abs(rod.X_world_mesh.linear()(2, 1)), 1.0, 1e-9);
@@ -186,9 +186,9 @@ TEST(Layers, FibresRunFromAttachmentToAttachmentAndAreColouredByTheirStrain)
     const store::LigamentRows& rows = *stage.model.ligaments;
     int n_slack = 0, n_taut = 0;
     for (const double flexion_deg : {0.0, 37.0, 90.0}) {
-      stage.show({flexion_deg, 1.0}, {scene::Layer::ligaments});
-      const motion::JointPose pose = stage.motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.0)});
-      const scene::Drawable& tubes = drawable_of(stage.scene, "ligaments");
+      stage.show({flexion_deg, 1.0}, {view::Layer::ligaments});
+      const store::JointPose pose = stage.motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.0)});
+      const view::Drawable& tubes = drawable_of(stage.scene, "ligaments");
       ASSERT_TRUE(tubes.is_shown);
       // The first fibre is straight with four points; its rings follow the end ring.
       const Eigen::Vector3d from_mm = pose.X_world_reference * rows.reference_mm.row(0).transpose();
@@ -196,8 +196,8 @@ TEST(Layers, FibresRunFromAttachmentToAttachmentAndAreColouredByTheirStrain)
       EXPECT_LT((middle_world_mm(tubes, 12, 12) - from_mm).norm(), single_rounding_mm);
       EXPECT_LT((middle_world_mm(tubes, 48, 12) - to_mm).norm(), single_rounding_mm);
       const double strain = (to_mm - from_mm).norm() / rows.slack_length_mm[0] - 1.0;
-      const scene::Legend& legend = stage.layers.strain_legend();
-      EXPECT_EQ(tubes.colours[12], scene::colour_of(legend, 100.0 * strain));
+      const view::Legend& legend = stage.layers.strain_legend();
+      EXPECT_EQ(tubes.colours[12], view::colour_of(legend, 100.0 * strain));
       EXPECT_EQ(tubes.colours[12] == legend.below, strain < 0.0);
       n_slack += strain < 0.0 ? 1 : 0;
       n_taut += strain > 0.0 ? 1 : 0;
@@ -227,8 +227,8 @@ TEST(Layers, BandsOfABundleAreWideTowardsTheirNeighbours)
   rows.wrap.assign(3, -1);
   rows.strain.assign(3 * n_cells, 0.01);
   Stage stage(model);
-  stage.show({0.0, 0.0}, {scene::Layer::ligaments});
-  const scene::Drawable& bands = drawable_of(stage.scene, "ligaments");
+  stage.show({0.0, 0.0}, {view::Layer::ligaments});
+  const view::Drawable& bands = drawable_of(stage.scene, "ligaments");
   Eigen::AlignedBox3d box;
   for (std::size_t k = 12; k < 24; ++k) {
     const std::array<float, 3>& p = bands.mesh.vertices[k].position_mm;
@@ -244,14 +244,14 @@ TEST(Layers, ContactPathsLieOnBothBodiesAndBreakAtJumps)
   for (const std::string side : {"right", "left"}) {
     SCOPED_TRACE(side);
     Stage stage(layered_model(side));
-    stage.show({30.0, 1.0}, {scene::Layer::contact_paths});
+    stage.show({30.0, 1.0}, {view::Layer::contact_paths});
     const std::size_t n_flexion = stage.model.flexion_deg.size();
     for (const char* const body : {"reference", "moving"}) {
-      const scene::Drawable& medial = drawable_of(stage.scene, "medial path, " + std::string(body));
-      const scene::Drawable& lateral = drawable_of(stage.scene, "lateral path, " + std::string(body));
+      const view::Drawable& medial = drawable_of(stage.scene, "medial path, " + std::string(body));
+      const view::Drawable& lateral = drawable_of(stage.scene, "lateral path, " + std::string(body));
       EXPECT_TRUE(medial.is_shown && lateral.is_shown);
       EXPECT_EQ(medial.parent,
-                body == std::string("moving") ? scene::ParentFrame::moving : scene::ParentFrame::reference);
+                body == std::string("moving") ? view::ParentFrame::moving : view::ParentFrame::reference);
       // One ring a point and two for the ends of each piece; the medial path has two pieces.
       EXPECT_EQ(lateral.mesh.vertices.size(), 12 * (n_flexion + 2));
       EXPECT_EQ(medial.mesh.vertices.size(), 12 * (n_flexion + 4));
@@ -274,42 +274,42 @@ TEST(Labels, NameBonesLigamentsAndSides)
     store::MotionModel model = layered_model(side);
     model.joint = "knee";
     model.ligaments->bundle = {"ACLam", "MCLs"};
-    const std::vector<motion::JointLabel> labels = motion::joint_labels(model);
+    const std::vector<store::JointLabel> labels = store::joint_labels(model);
     std::vector<std::string> texts;
-    for (const motion::JointLabel& label : labels) texts.push_back(label.text);
+    for (const store::JointLabel& label : labels) texts.push_back(label.text);
     EXPECT_EQ(texts, (std::vector<std::string>{"femur", "tibia", "ACL", "MCL", "medial", "lateral"}));
     // The subject's right is +Z.
     const double medial_z_mm = labels[4].first_mm.z() - labels[5].first_mm.z();
     EXPECT_EQ(medial_z_mm < 0.0, side == "right");
     // A ligament's label is midway between its attachments at every pose.
-    const motion::JointPose pose = motion::Motion(model, "raw").at({rad_from_deg(40.0), 0.0});
+    const store::JointPose pose = store::Motion(model, "raw").at({rad_from_deg(40.0), 0.0});
     const Eigen::Vector3d wanted_mm =
         0.5 * (pose.X_world_reference * model.ligaments->reference_mm.row(0).transpose() +
                pose.X_world_moving * model.ligaments->moving_mm.row(0).transpose());
-    EXPECT_LT((scene::place_of(labels[2], scene::frames_of(pose)) - wanted_mm).norm(), 1e-9);
+    EXPECT_LT((view::place_of(labels[2], view::frames_of(pose)) - wanted_mm).norm(), 1e-9);
     model.joint = "other";
-    EXPECT_EQ(motion::joint_labels(model)[0].text, model.reference.name);
+    EXPECT_EQ(store::joint_labels(model)[0].text, model.reference.name);
     // In the middle of the bone, whose size is not a knee's.
     const Box box = bounding_box(model.moving.contact.mesh);
-    EXPECT_EQ(motion::joint_labels(model)[1].first_mm, 0.5 * (box.min_mm + box.max_mm));
+    EXPECT_EQ(store::joint_labels(model)[1].first_mm, 0.5 * (box.min_mm + box.max_mm));
   }
 }
 
 TEST(Layers, StrainsAreThoseOfTheLigamentRoom)
 {
   const store::MotionModel model = layered_model("right");
-  const ligament::Ligaments ligaments = motion::ligaments_of(model);
-  scene::Scene scene = scene::scene_of(model.reference, model.moving, model.rotation_centre_mm);
-  scene::LigamentLayer layer(model, scene);
-  const motion::Motion motion(model, "raw");
+  const model::Ligaments ligaments = store::ligaments_of(model);
+  view::Scene scene = view::scene_of(model.reference, model.moving, model.rotation_centre_mm);
+  view::LigamentLayer layer(model, scene);
+  const store::Motion motion(model, "raw");
   const SolverFrame frame{Side::right, model.rotation_centre_mm, model.delta};
   int n_wrapped = 0;
   for (const double flexion_deg : {0.0, 20.0, 75.0}) {
-    const motion::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(-1.0)});
+    const store::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(-1.0)});
     layer.update(scene, pose);
     const Eigen::Vector3d shift_mm = pose.X_world_moving * model.rotation_centre_mm;
-    const std::vector<ligament::FibreState> states =
-        ligament::fibre_states(ligament::solver_ligaments(ligaments, frame), pose.attitude,
+    const std::vector<model::FibreState> states =
+        model::fibre_states(model::solver_ligaments(ligaments, frame), pose.attitude,
                                {solver_translation_mm(frame, shift_mm), pose.theta_rad});
     for (std::size_t i = 0; i < states.size(); ++i) {
       EXPECT_NEAR(layer.strain()[i], states[i].strain, 1e-9);
@@ -324,12 +324,12 @@ TEST(Layers, GapsAreThoseOfEveryFaceInTurn)
   for (const std::string side : {"right", "left"}) {
     SCOPED_TRACE(side);
     Stage stage(layered_model(side));
-    stage.show({25, 2}, {scene::Layer::gap_map});
-    const motion::JointPose pose = stage.motion.at({rad_from_deg(25.0), rad_from_deg(2.0)});
-    const scene::Drawable& sheet = drawable_of(stage.scene, "gaps on sheet");
+    stage.show({25, 2}, {view::Layer::gap_map});
+    const store::JointPose pose = stage.motion.at({rad_from_deg(25.0), rad_from_deg(2.0)});
+    const view::Drawable& sheet = drawable_of(stage.scene, "gaps on sheet");
     ASSERT_TRUE(sheet.is_shown);
-    const scene::Legend& legend = stage.layers.gap_legend();
-    const scene::VertexColour bone = scene::srgb_from_linear(sheet.material.colour);
+    const view::Legend& legend = stage.layers.gap_legend();
+    const view::VertexColour bone = view::srgb_from_linear(sheet.material.colour);
     const Mesh& ball = stage.model.reference.contact.mesh;
     int n_near = 0, n_far = 0;
     for (std::size_t v = 0; v < sheet.mesh.vertices.size(); ++v) {
@@ -338,9 +338,9 @@ TEST(Layers, GapsAreThoseOfEveryFaceInTurn)
       const bool is_near = gap_mm < 0.69 * legend.highest;  // where fading has not started
       n_far += is_far ? 1 : 0;
       n_near += is_near ? 1 : 0;
-      const scene::VertexColour& colour = sheet.colours[v];
+      const view::VertexColour& colour = sheet.colours[v];
       EXPECT_TRUE(!is_far || colour == bone) << gap_mm;
-      EXPECT_TRUE(!is_near || test::difference(colour, scene::colour_of(legend, gap_mm)) <= 1) << gap_mm;
+      EXPECT_TRUE(!is_near || test::difference(colour, view::colour_of(legend, gap_mm)) <= 1) << gap_mm;
     }
     EXPECT_GT(n_near, 20);
     EXPECT_GT(n_far, 20);
@@ -350,9 +350,9 @@ TEST(Layers, GapsAreThoseOfEveryFaceInTurn)
 TEST(Layers, TrianglesBeyondTheRangeAreLeftOutAndSizesStay)
 {
   Stage stage(layered_model("right"));
-  const scene::Drawable& sheet = drawable_of(stage.scene, "gaps on sheet");
+  const view::Drawable& sheet = drawable_of(stage.scene, "gaps on sheet");
   const std::size_t n_indices = sheet.mesh.triangles.size();
-  stage.show({25, 2}, {scene::Layer::gap_map});
+  stage.show({25, 2}, {view::Layer::gap_map});
   EXPECT_EQ(sheet.mesh.triangles.size(), n_indices);
   const auto n_drawn = [&] {
     int n = 0;
@@ -367,11 +367,11 @@ TEST(Layers, TrianglesBeyondTheRangeAreLeftOutAndSizesStay)
 TEST(Layers, ARevisionRisesOnlyWhenSomethingChanges)
 {
   Stage stage(layered_model("right"));
-  const scene::LayerSet all = test::every_layer();
+  const view::LayerSet all = test::every_layer();
   stage.show({25, 2}, all);
   std::vector<std::uint64_t> revisions;
-  for (const scene::Drawable& drawable : stage.scene.drawables) revisions.push_back(drawable.revision);
-  stage.held = scene::FixedObject::reference;  // the same pose in another frame
+  for (const view::Drawable& drawable : stage.scene.drawables) revisions.push_back(drawable.revision);
+  stage.held = view::FixedObject::reference;  // the same pose in another frame
   stage.show({25, 2}, all);
   for (std::size_t i = 0; i < revisions.size(); ++i)
     EXPECT_EQ(stage.scene.drawables[i].revision, revisions[i]) << stage.scene.drawables[i].name;
@@ -384,14 +384,14 @@ TEST(Layers, ARevisionRisesOnlyWhenSomethingChanges)
 TEST(Layers, AMirroredJointShowsTheMirrorImage)
 {
   Stage right(layered_model("right")), left(layered_model("left"));
-  const scene::LayerSet all = test::every_layer();
+  const view::LayerSet all = test::every_layer();
   int n_compared = 0;
   for (const double flexion_deg : {0.0, 45.0, 80.0}) {
     right.show({flexion_deg, 1.0}, all);
     left.show({flexion_deg, 1.0}, all);
     for (std::size_t i = 0; i < right.scene.drawables.size(); ++i) {
-      const scene::Drawable &a = right.scene.drawables[i], &b = left.scene.drawables[i];
-      if (a.layer == scene::Layer::bodies || a.name == "right")
+      const view::Drawable &a = right.scene.drawables[i], &b = left.scene.drawables[i];
+      if (a.layer == view::Layer::bodies || a.name == "right")
         continue;  // the subject's right is not mirrored
       SCOPED_TRACE(a.name);
       EXPECT_EQ(a.is_shown, b.is_shown);
@@ -407,67 +407,67 @@ TEST(Layers, AMirroredJointShowsTheMirrorImage)
 TEST(Layers, LayersTakeNoPartInFraming)
 {
   Stage stage(layered_model("right"));
-  stage.show({25, 2}, scene::LayerSet{});
-  const std::size_t n_points = scene::points_within(stage.scene, {}).size();
-  const scene::Sphere sphere = scene::joint_sphere(stage.scene);
+  stage.show({25, 2}, view::LayerSet{});
+  const std::size_t n_points = view::points_within(stage.scene, {}).size();
+  const view::Sphere sphere = view::joint_sphere(stage.scene);
   stage.show({25, 2}, test::every_layer());
-  EXPECT_EQ(scene::points_within(stage.scene, {}).size(), n_points);
-  EXPECT_EQ(scene::joint_sphere(stage.scene).radius_mm, sphere.radius_mm);
+  EXPECT_EQ(view::points_within(stage.scene, {}).size(), n_points);
+  EXPECT_EQ(view::joint_sphere(stage.scene).radius_mm, sphere.radius_mm);
 }
 
 TEST(LayerSet, NamesAndLayersGoTogether)
 {
-  for (const std::string& name : scene::layer_names())
-    EXPECT_EQ(scene::name_of(*scene::layer_named(name)), name);
-  EXPECT_EQ(scene::layer_names().size(), scene::n_layers - 1);
-  EXPECT_EQ(scene::layer_named("gaps"), scene::Layer::gap_map);
-  EXPECT_EQ(scene::layer_named("bodies"), std::nullopt);
-  EXPECT_THROW(scene::name_of(scene::Layer::bodies), InternalError);
+  for (const std::string& name : view::layer_names())
+    EXPECT_EQ(view::name_of(*view::layer_named(name)), name);
+  EXPECT_EQ(view::layer_names().size(), view::n_layers - 1);
+  EXPECT_EQ(view::layer_named("gaps"), view::Layer::gap_map);
+  EXPECT_EQ(view::layer_named("bodies"), std::nullopt);
+  EXPECT_THROW(view::name_of(view::Layer::bodies), InternalError);
 }
 
-scene::Legend legend()
+view::Legend legend()
 {
-  scene::Legend made;
+  view::Legend made;
   made.lowest = 2.0;
   made.highest = 12.0;
-  made.palette = scene::gap_palette();
+  made.palette = view::gap_palette();
   return made;
 }
 
 /// Relative luminance; perceived lightness increases monotonically with it.
-double luminance(const scene::VertexColour& colour)
+double luminance(const view::VertexColour& colour)
 {
-  return Eigen::Vector3f(0.2126F, 0.7152F, 0.0722F).dot(scene::linear_from_srgb(colour));
+  return Eigen::Vector3f(0.2126F, 0.7152F, 0.0722F).dot(view::linear_from_srgb(colour));
 }
 
 TEST(Palette, ColoursAreThoseOfThePaletteAndMixedBetween)
 {
-  const scene::Legend l = legend();
+  const view::Legend l = legend();
   for (std::size_t k = 0; k < l.palette.size(); ++k)
-    EXPECT_EQ(scene::colour_of(l, 2.0 + static_cast<double>(k)), l.palette[k]);
-  EXPECT_EQ(scene::colour_of(l, 2.5), scene::interpolated_colour(l.palette[0], l.palette[1], 0.5));
-  EXPECT_EQ(scene::colour_of(l, -50.0), l.palette.front());
-  EXPECT_EQ(scene::colour_of(l, 1e9), l.palette.back());
+    EXPECT_EQ(view::colour_of(l, 2.0 + static_cast<double>(k)), l.palette[k]);
+  EXPECT_EQ(view::colour_of(l, 2.5), view::interpolated_colour(l.palette[0], l.palette[1], 0.5));
+  EXPECT_EQ(view::colour_of(l, -50.0), l.palette.front());
+  EXPECT_EQ(view::colour_of(l, 1e9), l.palette.back());
 }
 
 TEST(Palette, ValuesBelowHaveTheirOwnColourWhereTheLegendSaysSo)
 {
-  scene::Legend l = legend();
+  view::Legend l = legend();
   l.below = {1, 2, 3, 255};
   l.below_label = "slack";
-  EXPECT_EQ(scene::colour_of(l, 1.999), l.below);
-  EXPECT_EQ(scene::colour_of(l, 2.0), l.palette.front());
+  EXPECT_EQ(view::colour_of(l, 1.999), l.below);
+  EXPECT_EQ(view::colour_of(l, 2.0), l.palette.front());
 }
 
 TEST(Palette, ClosenessDarkensWithEveryStep)
 {
-  for (std::size_t k = 1; k < scene::gap_palette().size(); ++k)
-    EXPECT_LT(luminance(scene::gap_palette()[k]), luminance(scene::gap_palette()[k - 1])) << k;
+  for (std::size_t k = 1; k < view::gap_palette().size(); ++k)
+    EXPECT_LT(luminance(view::gap_palette()[k]), luminance(view::gap_palette()[k - 1])) << k;
 }
 
 TEST(Palette, TensionIsLightestInTheMiddle)
 {
-  const scene::Palette& palette = scene::strain_palette();
+  const view::Palette& palette = view::strain_palette();
   for (std::size_t k = 1; k < palette.size(); ++k) {
     const bool is_rising = k <= palette.size() / 2;
     EXPECT_EQ(luminance(palette[k]) > luminance(palette[k - 1]), is_rising) << k;
@@ -478,8 +478,8 @@ TEST(Palette, EncodingAndDecodingAreARoundTrip)
 {
   for (int byte = 0; byte < 256; ++byte) {
     const auto b = static_cast<std::uint8_t>(byte);
-    const scene::VertexColour colour{b, static_cast<std::uint8_t>(255 - byte), b, 255};
-    EXPECT_EQ(scene::srgb_from_linear(scene::linear_from_srgb(colour)), colour);
+    const view::VertexColour colour{b, static_cast<std::uint8_t>(255 - byte), b, 255};
+    EXPECT_EQ(view::srgb_from_linear(view::linear_from_srgb(colour)), colour);
   }
 }
 

@@ -1,4 +1,4 @@
-#include "scene/scene.hpp"
+#include "view/scene.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ store::MotionModel moving_model(const std::string& side)
   plan.side = side;
   plan.rotation_centre_mm = {100, -200, 40};
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return motion::PoseCoordinates{-0.05 * flexion_deg, -0.01 * flexion_deg, 0.2 * varus_deg,
+    return store::PoseCoordinates{-0.05 * flexion_deg, -0.01 * flexion_deg, 0.2 * varus_deg,
                                    0.1 * flexion_deg};
   };
   store::MotionModel model = test::model_of(plan);
@@ -24,9 +24,9 @@ store::MotionModel moving_model(const std::string& side)
   return model;
 }
 
-scene::Scene scene_of(const store::MotionModel& model)
+view::Scene scene_of(const store::MotionModel& model)
 {
-  return scene::scene_of(model.reference, model.moving, model.rotation_centre_mm);
+  return view::scene_of(model.reference, model.moving, model.rotation_centre_mm);
 }
 
 double difference(const Pose& a, const Pose& b)
@@ -38,12 +38,12 @@ TEST(Scene, ThereIsADrawableForEachComponentWithItsMaterial)
 {
   store::MotionModel model = moving_model("right");
   model.moving.visual = model.moving.contact;  // the same components again as visual parts
-  const scene::Scene scene = scene_of(model);
+  const view::Scene scene = scene_of(model);
   ASSERT_EQ(scene.drawables.size(), 5U);
   EXPECT_EQ(scene.drawables[0].name, "ball");
-  EXPECT_EQ(scene.drawables[0].parent, scene::ParentFrame::reference);
+  EXPECT_EQ(scene.drawables[0].parent, view::ParentFrame::reference);
   EXPECT_EQ(scene.drawables[2].name, "plate");
-  EXPECT_EQ(scene.drawables[2].parent, scene::ParentFrame::moving);
+  EXPECT_EQ(scene.drawables[2].parent, view::ParentFrame::moving);
   EXPECT_TRUE(scene.drawables[2].has_contact);
   EXPECT_FALSE(scene.drawables[4].has_contact);
   EXPECT_EQ(scene.drawables[2].material.opacity, 1.0F);  // tissue, not glass
@@ -63,13 +63,13 @@ TEST(Scene, TheRelativePoseIsXReferenceMovingWhicheverObjectIsFixed)
 {
   for (const std::string side : {"right", "left"}) {
     const store::MotionModel model = moving_model(side);
-    const motion::Motion motion(model, "raw");
-    scene::Scene scene = scene_of(model);
-    for (const scene::FixedObject held :
-         {scene::FixedObject::moving, scene::FixedObject::reference, scene::FixedObject::push}) {
+    const store::Motion motion(model, "raw");
+    view::Scene scene = scene_of(model);
+    for (const view::FixedObject held :
+         {view::FixedObject::moving, view::FixedObject::reference, view::FixedObject::push}) {
       for (const double flexion_deg : {0.0, 40.0, 90.0}) {
-        const motion::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.5)});
-        scene::place(scene, scene::frames_of(pose, held, model.rotation_centre_mm));
+        const store::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.5)});
+        view::place(scene, view::frames_of(pose, held, model.rotation_centre_mm));
         // mesh = stored - origin, for both objects
         Pose X_stored_mesh = Pose::Identity();
         X_stored_mesh.translation() = model.rotation_centre_mm;
@@ -85,17 +85,17 @@ TEST(Scene, TheRelativePoseIsXReferenceMovingWhicheverObjectIsFixed)
 TEST(Scene, AFixedObjectStaysWhereItIsBitForBit)
 {
   struct Row {
-    scene::FixedObject fixed;
+    view::FixedObject fixed;
     std::size_t body, other;  // rows of the drawables
   };
   for (const std::string side : {"right", "left"}) {
     const store::MotionModel model = moving_model(side);
-    const motion::Motion motion(model, "raw");
-    scene::Scene scene = scene_of(model);
-    for (const Row& row : {Row{scene::FixedObject::moving, 1, 0}, Row{scene::FixedObject::reference, 0, 1}}) {
+    const store::Motion motion(model, "raw");
+    view::Scene scene = scene_of(model);
+    for (const Row& row : {Row{view::FixedObject::moving, 1, 0}, Row{view::FixedObject::reference, 0, 1}}) {
       for (const double flexion_deg : {0.0, 7.3, 33.0, 61.9, 90.0}) {
-        const motion::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(-2.0)});
-        scene::place(scene, scene::frames_of(pose, row.fixed, model.rotation_centre_mm));
+        const store::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(-2.0)});
+        view::place(scene, view::frames_of(pose, row.fixed, model.rotation_centre_mm));
         // The mesh is relative to the rotation centre, which is the origin of the screen's world.
         EXPECT_EQ(scene.drawables[row.body].X_world_mesh.matrix(), Eigen::Matrix4d::Identity())
             << flexion_deg;
@@ -107,8 +107,8 @@ TEST(Scene, AFixedObjectStaysWhereItIsBitForBit)
 
 TEST(Scene, WithAFixedPushTheObjectsHaveTheirPosesInItsFrame)
 {
-  const motion::JointPose pose = motion::Motion(moving_model("left"), "raw").at({rad_from_deg(33.0), 0.0});
-  const scene::JointFrames frames = scene::frames_of(pose, scene::FixedObject::push);
+  const store::JointPose pose = store::Motion(moving_model("left"), "raw").at({rad_from_deg(33.0), 0.0});
+  const view::JointFrames frames = view::frames_of(pose, view::FixedObject::push);
   EXPECT_EQ(frames.X_world_reference.matrix(), pose.X_world_reference.matrix());
   EXPECT_EQ(frames.X_world_moving.matrix(), pose.X_world_moving.matrix());
 }
@@ -118,33 +118,33 @@ TEST(Scene, TheJointSphereLiesWhereTheObjectsMeet)
   test::ModelPlan plan;
   store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
-  scene::Scene scene = scene_of(model);
-  scene::place(scene, scene::frames_of(motion::Motion(model, "raw").at({})));
+  view::Scene scene = scene_of(model);
+  view::place(scene, view::frames_of(store::Motion(model, "raw").at({})));
   // Boxes: ball 20 about the origin; block and plate |x| <= 20, |z| <= 30, y from -35 to -20.
-  const scene::Sphere sphere = scene::joint_sphere(scene, 0.5);
+  const view::Sphere sphere = view::joint_sphere(scene, 0.5);
   EXPECT_LT((sphere.centre_world_mm - Eigen::Vector3d(0, -20, 0)).norm(), single_rounding);
   EXPECT_NEAR(sphere.radius_mm, 0.5 * 40.0, single_rounding);
-  for (const Eigen::Vector3d& p_mm : scene::points_within(scene, sphere)) {
+  for (const Eigen::Vector3d& p_mm : view::points_within(scene, sphere)) {
     EXPECT_LE((p_mm - sphere.centre_world_mm).norm(), sphere.radius_mm);
   }
   std::size_t n_vertices = 0;
-  for (const scene::Drawable& drawable : scene.drawables) n_vertices += drawable.mesh.vertices.size();
-  EXPECT_LT(scene::points_within(scene, sphere).size(), n_vertices);
-  EXPECT_EQ(scene::points_within(scene, {}).size(), n_vertices);
+  for (const view::Drawable& drawable : scene.drawables) n_vertices += drawable.mesh.vertices.size();
+  EXPECT_LT(view::points_within(scene, sphere).size(), n_vertices);
+  EXPECT_EQ(view::points_within(scene, {}).size(), n_vertices);
 }
 
 TEST(Scene, AnEmptySceneHasAnEmptySphere)
 {
-  EXPECT_EQ(scene::joint_sphere({}).radius_mm, 0.0);
+  EXPECT_EQ(view::joint_sphere({}).radius_mm, 0.0);
 }
 
 TEST(Scene, EveryBackdropHasColoursAndBlackIsBlack)
 {
-  EXPECT_EQ(scene::background_of(scene::Backdrop::black).top, Eigen::Vector3f::Zero());
-  EXPECT_EQ(scene::background_of(scene::Backdrop::black).bottom, Eigen::Vector3f::Zero());
-  EXPECT_GT(scene::background_of(scene::Backdrop::studio).top.sum(),
-            scene::background_of(scene::Backdrop::night).top.sum());
-  EXPECT_LE(scene::studio_lighting().lights.size(), scene::most_lights);
+  EXPECT_EQ(view::background_of(view::Backdrop::black).top, Eigen::Vector3f::Zero());
+  EXPECT_EQ(view::background_of(view::Backdrop::black).bottom, Eigen::Vector3f::Zero());
+  EXPECT_GT(view::background_of(view::Backdrop::studio).top.sum(),
+            view::background_of(view::Backdrop::night).top.sum());
+  EXPECT_LE(view::studio_lighting().lights.size(), view::most_lights);
 }
 
 }  // namespace vrda::scene_test

@@ -1,4 +1,4 @@
-#include "scene/solids.hpp"
+#include "view/solids.hpp"
 
 #include <gtest/gtest.h>
 
@@ -61,11 +61,11 @@ double polygon_part()  // area of the regular 12-gon / area of its circle
 TEST(Solids, ABallLiesOnItsSphereAndFillsMostOfIt)
 {
   RenderMesh mesh;
-  scene::add_balls(mesh, 1);
-  EXPECT_EQ(mesh.vertices.size(), scene::ball_size().n_vertices);
-  EXPECT_EQ(mesh.triangles.size(), scene::ball_size().n_indices);
+  view::add_balls(mesh, 1);
+  EXPECT_EQ(mesh.vertices.size(), view::ball_size().n_vertices);
+  EXPECT_EQ(mesh.triangles.size(), view::ball_size().n_indices);
   const Eigen::Vector3d centre(40, -30, 7);
-  scene::set_ball(mesh, 0, centre, 5.0);
+  view::set_ball(mesh, 0, centre, 5.0);
   for (const RenderVertex& vertex : mesh.vertices) {
     EXPECT_NEAR((position(vertex) - centre).norm(), 5.0, single_rounding_mm);
     EXPECT_LT((position(vertex) - centre - 5.0 * normal(vertex)).norm(), single_rounding_mm);
@@ -80,16 +80,16 @@ TEST(Solids, RodsAndTubesHaveTheVolumeOfTheirPrism)
   const Eigen::Vector3d from(3, 4, 5), to(-20, 30, 11);
   const double expected_mm3 = polygon_part() * pi * 4.0 * (to - from).norm();
   RenderMesh rod;
-  scene::add_rods(rod, 1);
-  scene::set_rod(rod, 0, from, to, 2.0);
+  view::add_rods(rod, 1);
+  view::set_rod(rod, 0, from, to, 2.0);
   expect_sound(rod);
   EXPECT_NEAR(volume_mm3(rod), expected_mm3, 1e-4 * expected_mm3);
   RenderMesh tube;
   const std::array<Eigen::Vector3d, 4> way{from, 0.7 * from + 0.3 * to, 0.7 * from + 0.3 * to, to};
-  scene::add_tube(tube, way.size());
-  EXPECT_EQ(tube.vertices.size(), scene::tube_size(4).n_vertices);
-  EXPECT_EQ(tube.triangles.size(), scene::tube_size(4).n_indices);
-  scene::set_tube(tube, 0, way, 2.0);
+  view::add_tube(tube, way.size());
+  EXPECT_EQ(tube.vertices.size(), view::tube_size(4).n_vertices);
+  EXPECT_EQ(tube.triangles.size(), view::tube_size(4).n_indices);
+  view::set_tube(tube, 0, way, 2.0);
   expect_sound(tube);
   EXPECT_NEAR(volume_mm3(tube), expected_mm3, 1e-4 * expected_mm3);
 }
@@ -102,8 +102,8 @@ TEST(Solids, ABentTubeKeepsItsRadius)
     way[k] = Eigen::Vector3d(30.0 * std::cos(angle), 30.0 * std::sin(angle), 2.0 * angle);
   }
   RenderMesh mesh;
-  scene::add_tube(mesh, way.size());
-  scene::set_tube(mesh, 0, way, 1.5);
+  view::add_tube(mesh, way.size());
+  view::set_tube(mesh, 0, way, 1.5);
   expect_sound(mesh);
   for (std::size_t k = 0; k < way.size(); ++k) {
     for (std::size_t side = 0; side < 12; ++side) {
@@ -119,8 +119,8 @@ TEST(Solids, ABandIsWideInItsDirectionAndThinAcross)
   std::array<Eigen::Vector3d, 5> way;
   for (std::size_t k = 0; k < way.size(); ++k) way[k] = {0.0, 10.0 * static_cast<double>(k), 0.0};
   RenderMesh mesh;
-  scene::add_tube(mesh, way.size());
-  scene::set_band(mesh, 0, way, {3.0, 0.5, {2.0, 1.0, 0.0}, {0.0, 1.0, 2.0}});
+  view::add_tube(mesh, way.size());
+  view::set_band(mesh, 0, way, {3.0, 0.5, {2.0, 1.0, 0.0}, {0.0, 1.0, 2.0}});
   expect_sound(mesh);
   for (std::size_t k = 0; k < way.size(); ++k) {
     SCOPED_TRACE(k);
@@ -157,8 +157,8 @@ TEST(Solids, AnArrowEndsWhereItPoints)
     n_short += i % 2 == 0 ? 1 : 0;
     n_long += i % 2 == 0 ? 0 : 1;
     RenderMesh mesh;
-    scene::add_arrows(mesh, 1);
-    scene::set_arrow(mesh, 0, from, from + length_mm * along, 0.6);
+    view::add_arrows(mesh, 1);
+    view::set_arrow(mesh, 0, from, from + length_mm * along, 0.6);
     expect_sound(mesh);
     double low = 1e9, high = -1e9;
     for (const RenderVertex& vertex : mesh.vertices) {
@@ -175,11 +175,11 @@ TEST(Solids, AnArrowEndsWhereItPoints)
 TEST(Solids, SeveralOfAKindAreStoredOneAfterTheOther)
 {
   RenderMesh mesh;
-  scene::add_balls(mesh, 3);
-  EXPECT_EQ(mesh.vertices.size(), 3 * scene::ball_size().n_vertices);
-  EXPECT_EQ(mesh.triangles.size(), 3 * scene::ball_size().n_indices);
+  view::add_balls(mesh, 3);
+  EXPECT_EQ(mesh.vertices.size(), 3 * view::ball_size().n_vertices);
+  EXPECT_EQ(mesh.triangles.size(), 3 * view::ball_size().n_indices);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    EXPECT_EQ(mesh.triangles[t] / scene::ball_size().n_vertices, t / scene::ball_size().n_indices);
+    EXPECT_EQ(mesh.triangles[t] / view::ball_size().n_vertices, t / view::ball_size().n_indices);
 }
 
 }  // namespace vrda::solids_test

@@ -1,4 +1,4 @@
-#include "settings/settings_text.hpp"
+#include "show/settings_text.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,15 +7,15 @@
 #include <random>
 #include <vector>
 
-#include "documents/document.hpp"
+#include "core/document.hpp"
 
 namespace vrda::settings_text_test {
 
 constexpr double largest = std::numeric_limits<double>::max();
 
-documents::DocumentValue value_in(const std::string& text)
+core::DocumentValue value_in(const std::string& text)
 {
-  return documents::value_at(documents::parse_toml("v = " + text, "a"), "v");
+  return core::value_at(core::parse_toml("v = " + text, "a"), "v");
 }
 
 TEST(SettingsText, NumbersReadBackAsTheSameDouble)
@@ -26,28 +26,28 @@ TEST(SettingsText, NumbersReadBackAsTheSameDouble)
   std::vector<double> values{0.0, -0.0, 1.0, -3.0, 1e22, 1e300, 5e-324, 0.1, 1.0 / 3.0, largest, -largest};
   while (values.size() < 500) values.push_back(std::ldexp(mantissa(random), exponent(random)));
   for (const double value : values) {
-    EXPECT_EQ(documents::number_at(value_in(settings::number_text(value)), ""), value)
-        << settings::number_text(value);
+    EXPECT_EQ(core::number_at(value_in(show::number_text(value)), ""), value)
+        << show::number_text(value);
   }
-  EXPECT_EQ(documents::numbers_of(value_in(settings::list_text(values))), values);
+  EXPECT_EQ(core::numbers_of(value_in(show::list_text(values))), values);
 }
 
 TEST(SettingsText, IsShortAndAlwaysANumberWithAPoint)
 {
-  EXPECT_EQ(settings::number_text(2.0), "2.0");
-  EXPECT_EQ(settings::number_text(-0.5), "-0.5");
-  EXPECT_EQ(settings::list_text(std::vector<double>{1.5, 2.0}), "[1.5, 2.0]");
-  EXPECT_EQ(settings::list_text({}), "[]");
+  EXPECT_EQ(show::number_text(2.0), "2.0");
+  EXPECT_EQ(show::number_text(-0.5), "-0.5");
+  EXPECT_EQ(show::list_text(std::vector<double>{1.5, 2.0}), "[1.5, 2.0]");
+  EXPECT_EQ(show::list_text({}), "[]");
 }
 
 TEST(SettingsText, QuotedWordsReadBack)
 {
   for (const std::string text : {"plain", "with \"quotes\" in it", "C:\\bench\\new",
                                  "knie gr\xc3\xbc\xc3\x9f", "# no comment", "'single'", "\\u0041", "]["}) {
-    EXPECT_EQ(documents::text_at(value_in(vrda::settings::quoted_text(text)), ""), text);
+    EXPECT_EQ(core::text_at(value_in(vrda::show::quoted_text(text)), ""), text);
   }
   // Escaped control characters are valid TOML, but rejected as settings.
-  EXPECT_EQ(vrda::settings::quoted_text("a\nb\x7f"), "\"a\\u000Ab\\u007F\"");
+  EXPECT_EQ(vrda::show::quoted_text("a\nb\x7f"), "\"a\\u000Ab\\u007F\"");
 }
 
 }  // namespace vrda::settings_text_test

@@ -39,18 +39,18 @@ store::MotionModel model_to_play()
   if (!file.empty()) return store::read_motion_model(file);
   test::ModelPlan plan;
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return motion::PoseCoordinates{0.02 * flexion_deg, -0.1 * varus_deg, 0.0, 0.1 * flexion_deg};
+    return store::PoseCoordinates{0.02 * flexion_deg, -0.1 * varus_deg, 0.0, 0.1 * flexion_deg};
   };
   store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
   test::add_smoothed(model, 2, [](int i, int) {
-    return motion::PoseCoordinates{0.5 * i, -0.1 * i, 0.0, 2.0};
+    return store::PoseCoordinates{0.5 * i, -0.1 * i, 0.0, 2.0};
   });
   return model;
 }
 
 /// One frame of the loop in show_window.cpp.
-void run_frame(show::Session& session, render::Renderer& renderer)
+void run_frame(show::Session& session, view::Renderer& renderer)
 {
   session.resize(renderer.width(), renderer.height());
   session.advance(frame_s);
@@ -67,11 +67,11 @@ TEST(FrameLoop, AllocatesNothingAndKeepsItsMemory)
   options.width = 320;
   options.height = 240;
   options.appearance.layers = "contacts,normals,axes,helical-axis";
-  const std::unique_ptr<render::Renderer> renderer =
-      render::make_offscreen_renderer({options.width, options.height, 1});
+  const std::unique_ptr<view::Renderer> renderer =
+      view::make_offscreen_renderer({options.width, options.height, 1});
   show::Session session(model_to_play(), options);
   session.load_into(*renderer);
-  if (!session.state().timeline.is_playing) session.press_key({navigation::Key::space});
+  if (!session.state().timeline.is_playing) session.press_key({view::Key::space});
   ASSERT_TRUE(session.state().timeline.is_playing);
   for (long k = 0; k < n_warm; ++k) run_frame(session, *renderer);
   const long before_kb = resident_kb(), allocations_before = test::allocations_of_thread();

@@ -24,7 +24,7 @@ show::SessionOptions small_options()
   return options;
 }
 
-render::InputEvent pointer_event(render::InputKind kind, double x_px, double y_px)
+view::InputEvent pointer_event(view::InputKind kind, double x_px, double y_px)
 {
   return {.kind = kind, .x_px = x_px, .y_px = y_px};
 }
@@ -38,13 +38,13 @@ TEST(Session, IsDrawnPlainlyWhileItMovesAndFullyAtRest)
     session.advance(show::settle_s);
     const double at_rest_mm = session.scene().occlusion_radius_mm;
     EXPECT_GT(at_rest_mm, 0.0);
-    session.take(pointer_event(render::InputKind::press, 300.0, 300.0));
-    session.take(pointer_event(render::InputKind::motion, 320.0, 300.0));
+    session.take(pointer_event(view::InputKind::press, 300.0, 300.0));
+    session.take(pointer_event(view::InputKind::motion, 320.0, 300.0));
     session.advance(frame_s);
     EXPECT_EQ(session.is_plain(), is_plain);
     EXPECT_EQ(session.scene().occlusion_radius_mm, is_plain ? 0.0 : at_rest_mm);
     EXPECT_EQ(session.scene().has_vertex_lighting, is_plain);
-    session.take(pointer_event(render::InputKind::release, 320.0, 300.0));
+    session.take(pointer_event(view::InputKind::release, 320.0, 300.0));
     session.advance(frame_s);
     EXPECT_FALSE(session.is_idle()) << "the picture at rest is due";
     session.advance(show::settle_s);
@@ -66,9 +66,9 @@ TEST(Session, APointerThatHoversKeepsThePictureAndAKeyDoesNot)
   };
   EXPECT_FALSE(advance(show::settle_s)) << "the first in full quality";
   EXPECT_TRUE(advance(frame_s));
-  session.take(pointer_event(render::InputKind::motion, 320.0, 300.0));
+  session.take(pointer_event(view::InputKind::motion, 320.0, 300.0));
   EXPECT_TRUE(advance(frame_s));
-  session.take({.kind = render::InputKind::key_press, .key = render::Key::right});
+  session.take({.kind = view::InputKind::key_press, .key = view::Key::right});
   EXPECT_FALSE(advance(10.0)) << "after a wait for the key";
   EXPECT_TRUE(session.is_plain());
   EXPECT_FALSE(advance(show::settle_s));

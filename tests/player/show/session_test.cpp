@@ -19,12 +19,12 @@ store::MotionModel small_model()
   plan.flexion_deg = {0, 10, 20, 30};
   plan.varus_deg = {-1, 0, 1};
   plan.motion = [](double flexion_deg, double) {
-    return motion::PoseCoordinates{0, 0.1 * flexion_deg, 0, flexion_deg};
+    return store::PoseCoordinates{0, 0.1 * flexion_deg, 0, flexion_deg};
   };
   store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
   test::unsolve(model, 2, 2);
-  test::add_smoothed(model, 1, [](int i, int) { return motion::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
+  test::add_smoothed(model, 1, [](int i, int) { return store::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
   return model;
 }
 
@@ -38,10 +38,10 @@ show::SessionOptions small_options(const std::string& set = "raw")
   return options;
 }
 
-render::InputEvent pointer_event(render::InputKind kind, double x_px, double y_px,
-                                 render::MouseButton button = render::MouseButton::left)
+view::InputEvent pointer_event(view::InputKind kind, double x_px, double y_px,
+                                 view::MouseButton button = view::MouseButton::left)
 {
-  render::InputEvent event;
+  view::InputEvent event;
   event.kind = kind;
   event.x_px = x_px;
   event.y_px = y_px;
@@ -51,27 +51,27 @@ render::InputEvent pointer_event(render::InputKind kind, double x_px, double y_p
 
 class AtWindow : public testing::Test {
  protected:
-  void take(const std::vector<render::InputEvent>& events)
+  void take(const std::vector<view::InputEvent>& events)
   {
-    for (const render::InputEvent& event : events) session_.take(event);
+    for (const view::InputEvent& event : events) session_.take(event);
     session_.advance(frame_s);
   }
-  void key(render::Key code, bool has_shift = false)
+  void key(view::Key code, bool has_shift = false)
   {
-    render::InputEvent event;
-    event.kind = render::InputKind::key_press;
+    view::InputEvent event;
+    event.kind = view::InputKind::key_press;
     event.key = code;
     event.has_shift = has_shift;
-    render::InputEvent release = event;
-    release.kind = render::InputKind::key_release;
+    view::InputEvent release = event;
+    release.kind = view::InputKind::key_release;
     take({event, release});
   }
-  void key(char character, bool has_shift = false) { key(render::key_of(character), has_shift); }
-  void drag(render::MouseButton button, const Eigen::Vector2d& from, const Eigen::Vector2d& to)
+  void key(char character, bool has_shift = false) { key(view::key_of(character), has_shift); }
+  void drag(view::MouseButton button, const Eigen::Vector2d& from, const Eigen::Vector2d& to)
   {
-    take({pointer_event(render::InputKind::press, from.x(), from.y(), button),
-          pointer_event(render::InputKind::motion, to.x(), to.y(), button)});
-    take({pointer_event(render::InputKind::release, to.x(), to.y(), button)});
+    take({pointer_event(view::InputKind::press, from.x(), from.y(), button),
+          pointer_event(view::InputKind::motion, to.x(), to.y(), button)});
+    take({pointer_event(view::InputKind::release, to.x(), to.y(), button)});
   }
   double flexion_deg() const { return deg_from_rad(session_.pose().attitude.flexion_rad); }
   Eigen::Matrix4d camera() const { return session_.orbit_camera().camera.X_world_camera.matrix(); }
@@ -100,13 +100,13 @@ TEST_F(AtWindow, AStoppedProgramGoesOnWhereItWas)
 
 TEST_F(AtWindow, ArrowsStepWithinTheRange)
 {
-  key(render::Key::right);
+  key(view::Key::right);
   EXPECT_NEAR(flexion_deg(), 1.0, 1e-9);
-  key(render::Key::right, true);
+  key(view::Key::right, true);
   EXPECT_NEAR(flexion_deg(), 11.0, 1e-9);
-  key(render::Key::end);
+  key(view::Key::end);
   EXPECT_NEAR(flexion_deg(), 30.0, 1e-9);
-  key(render::Key::up);
+  key(view::Key::up);
   EXPECT_NEAR(deg_from_rad(session_.pose().attitude.varus_rad), 1.0, 1e-9);
 }
 
@@ -120,16 +120,16 @@ TEST_F(AtWindow, AQuestionMarkIsASlashWithShift)
 
 TEST_F(AtWindow, AHeldKeyStepsOnAndSwitchesOnce)
 {
-  render::InputEvent held;
-  held.kind = render::InputKind::key_press;
-  held.key = render::Key::right;
+  view::InputEvent held;
+  held.kind = view::InputKind::key_press;
+  held.key = view::Key::right;
   take({held, held, held});
   EXPECT_NEAR(flexion_deg(), 3.0, 1e-9);
-  held.key = render::key_of(' ');
+  held.key = view::key_of(' ');
   take({held, held});
   EXPECT_TRUE(session_.state().timeline.is_playing);
-  render::InputEvent release = held;
-  release.kind = render::InputKind::key_release;
+  view::InputEvent release = held;
+  release.kind = view::InputKind::key_release;
   take({release, held});
   EXPECT_FALSE(session_.state().timeline.is_playing);
 }
@@ -149,13 +149,13 @@ TEST_F(AtWindow, AnotherSetWhileItPlaysKeepsAttitudeAndPlay)
 TEST_F(AtWindow, PosesAreThoseOfTheChosenSet)
 {
   const store::MotionModel model = small_model();
-  for (const std::string& name : motion::all_set_names(model)) {
+  for (const std::string& name : store::all_set_names(model)) {
     show::Session session(small_model(), small_options(name));
-    session.press_key({navigation::Key::right, true, false});
+    session.press_key({view::Key::right, true, false});
     session.advance(frame_s);
-    const motion::Motion motion(model, name);
+    const store::Motion motion(model, name);
     const double flexion_rad = rad_from_deg(10.0);
-    const motion::JointPose expected = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
+    const store::JointPose expected = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
     EXPECT_EQ(session.pose().X_world_moving.matrix(), expected.X_world_moving.matrix()) << name;
   }
 }
@@ -177,11 +177,11 @@ TEST_F(AtWindow, ARejectedSmoothedMotionIsOnTheScreenWithTheSolvedPoses)
 
 TEST_F(AtWindow, WithoutAPoseOnlyTheFixedObjectIsDrawnAndTheTextSaysSo)
 {
-  key(render::Key::up);
-  key(render::Key::right, true);
+  key(view::Key::up);
+  key(view::Key::right, true);
   EXPECT_TRUE(session_.scene().drawables[0].is_shown && session_.scene().drawables[1].is_shown);
-  key(render::Key::right, true);
-  EXPECT_EQ(session_.pose().status, motion::PoseStatus::unsolved_cell);
+  key(view::Key::right, true);
+  EXPECT_EQ(session_.pose().status, store::PoseStatus::unsolved_cell);
   EXPECT_FALSE(session_.scene().drawables[0].is_shown);
   EXPECT_TRUE(session_.scene().drawables[1].is_shown);
   EXPECT_STREQ(session_.doubt(),
@@ -190,8 +190,8 @@ TEST_F(AtWindow, WithoutAPoseOnlyTheFixedObjectIsDrawnAndTheTextSaysSo)
   session_.advance(frame_s);
   EXPECT_TRUE(session_.scene().drawables[0].is_shown);
   EXPECT_FALSE(session_.scene().drawables[1].is_shown);
-  key(render::Key::down);
-  EXPECT_EQ(session_.pose().status, motion::PoseStatus::solved);
+  key(view::Key::down);
+  EXPECT_EQ(session_.pose().status, store::PoseStatus::solved);
   EXPECT_TRUE(session_.scene().drawables[1].is_shown);
   EXPECT_STREQ(session_.doubt(), "");
 }
@@ -200,11 +200,11 @@ TEST_F(AtWindow, TheNamedObjectDoesNotMoveOnTheScreen)
 {
   const std::vector<std::pair<std::size_t, std::size_t>> fixed_and_other{{1, 0}, {0, 1}};
   for (const auto& [fixed, other] : fixed_and_other) {
-    key(render::Key::home);
+    key(view::Key::home);
     const Eigen::Matrix4d before = session_.scene().drawables[fixed].X_world_mesh.matrix();
     const Eigen::Matrix4d other_before = session_.scene().drawables[other].X_world_mesh.matrix();
     for (int i = 0; i < 9; ++i) {
-      key(render::Key::right);
+      key(view::Key::right);
       EXPECT_EQ(session_.scene().drawables[fixed].X_world_mesh.matrix(), before);
       EXPECT_NE(session_.scene().drawables[other].X_world_mesh.matrix(), other_before);
     }
@@ -216,17 +216,17 @@ TEST_F(AtWindow, ButtonsMoveTurnAndPushTheObject)
 {
   const Eigen::Matrix4d at_first = camera();
   const Eigen::Matrix3d first_turn = turn();
-  const double first_depth_mm = navigation::depth_mm(session_.orbit_camera());
-  drag(render::MouseButton::right, {200, 200}, {260, 230});
+  const double first_depth_mm = view::depth_mm(session_.orbit_camera());
+  drag(view::MouseButton::right, {200, 200}, {260, 230});
   EXPECT_EQ(turn(), first_turn);
-  EXPECT_NEAR(navigation::depth_mm(session_.orbit_camera()), first_depth_mm, 1e-9);
-  drag(render::MouseButton::right, {260, 230}, {200, 200});
+  EXPECT_NEAR(view::depth_mm(session_.orbit_camera()), first_depth_mm, 1e-9);
+  drag(view::MouseButton::right, {260, 230}, {200, 200});
   EXPECT_LE((camera() - at_first).cwiseAbs().maxCoeff(), 1e-9);
-  drag(render::MouseButton::left, {200, 200}, {260, 230});
+  drag(view::MouseButton::left, {200, 200}, {260, 230});
   EXPECT_GT((turn() - first_turn).cwiseAbs().maxCoeff(), 0.05);
-  EXPECT_NEAR(navigation::depth_mm(session_.orbit_camera()), first_depth_mm, 1e-9);
-  drag(render::MouseButton::middle, {200, 300}, {200, 200});
-  EXPECT_GT(navigation::depth_mm(session_.orbit_camera()), 1.2 * first_depth_mm);
+  EXPECT_NEAR(view::depth_mm(session_.orbit_camera()), first_depth_mm, 1e-9);
+  drag(view::MouseButton::middle, {200, 300}, {200, 200});
+  EXPECT_GT(view::depth_mm(session_.orbit_camera()), 1.2 * first_depth_mm);
   key('R');
   EXPECT_EQ(camera(), at_first);
 }
@@ -234,35 +234,35 @@ TEST_F(AtWindow, ButtonsMoveTurnAndPushTheObject)
 TEST_F(AtWindow, ADragThatBeganInThePanelMovesNothing)
 {
   const Eigen::Matrix4d at_first = camera();
-  drag(render::MouseButton::left, {700, 590}, {300, 300});
+  drag(view::MouseButton::left, {700, 590}, {300, 300});
   EXPECT_EQ(camera(), at_first);
-  drag(render::MouseButton::left, {300, 300}, {700, 300});
+  drag(view::MouseButton::left, {300, 300}, {700, 300});
   EXPECT_NE(camera(), at_first);
 }
 
 TEST_F(AtWindow, TheWheelMovesInDepthOverThePictureAlone)
 {
-  const double before_mm = navigation::depth_mm(session_.orbit_camera());
-  render::InputEvent wheel = pointer_event(render::InputKind::wheel, 700, 300);
+  const double before_mm = view::depth_mm(session_.orbit_camera());
+  view::InputEvent wheel = pointer_event(view::InputKind::wheel, 700, 300);
   wheel.wheel = 2.0;
   take({wheel});
-  EXPECT_EQ(navigation::depth_mm(session_.orbit_camera()), before_mm);
+  EXPECT_EQ(view::depth_mm(session_.orbit_camera()), before_mm);
   wheel.x_px = 300;
   take({wheel});
-  EXPECT_NEAR(navigation::depth_mm(session_.orbit_camera()), 0.81 * before_mm, 1e-9);
+  EXPECT_NEAR(view::depth_mm(session_.orbit_camera()), 0.81 * before_mm, 1e-9);
 }
 
 TEST_F(AtWindow, ADoubleClickCentresOnThePointUnderIt)
 {
   // The joint covers the middle of the free area and the point 40 pixels to its right.
-  const optics::Viewport free = session_.shots()[0].viewport;
+  const view::Viewport free = session_.shots()[0].viewport;
   const Eigen::Vector2d beside(free.x + 0.5 * free.width + 40.0, free.y + 0.5 * free.height);
   const std::optional<Eigen::Vector3d> point =
-      navigation::point_under(session_.scene(), session_.orbit_camera().camera, free, beside);
+      view::point_under(session_.scene(), session_.orbit_camera().camera, free, beside);
   ASSERT_TRUE(point.has_value());
-  render::InputEvent click = pointer_event(render::InputKind::press, beside.x(), beside.y());
+  view::InputEvent click = pointer_event(view::InputKind::press, beside.x(), beside.y());
   click.n_clicks = 2;
-  take({click, pointer_event(render::InputKind::release, beside.x(), beside.y())});
+  take({click, pointer_event(view::InputKind::release, beside.x(), beside.y())});
   EXPECT_LE((session_.orbit_camera().pivot_world_mm - *point).norm(), 1e-9);
   const Eigen::Vector3d seen = session_.orbit_camera().camera.X_world_camera.inverse() * *point;
   EXPECT_NEAR(seen.x(), 0.0, 1e-9);
@@ -271,12 +271,12 @@ TEST_F(AtWindow, ADoubleClickCentresOnThePointUnderIt)
 
 TEST_F(AtWindow, ALostFocusEndsADrag)
 {
-  take({pointer_event(render::InputKind::press, 200, 200)});
-  render::InputEvent lost;
-  lost.kind = render::InputKind::focus_lost;
+  take({pointer_event(view::InputKind::press, 200, 200)});
+  view::InputEvent lost;
+  lost.kind = view::InputKind::focus_lost;
   take({lost});
   const Eigen::Matrix4d before = camera();
-  take({pointer_event(render::InputKind::motion, 300, 300)});
+  take({pointer_event(view::InputKind::motion, 300, 300)});
   EXPECT_EQ(camera(), before);
 }
 
@@ -284,9 +284,9 @@ TEST_F(AtWindow, AClickShorterThanAFrameStillPressesAButton)
 {
   // "play" is in the lower row of the timeline.
   const double x_px = 130, y_px = height - 25;
-  take({pointer_event(render::InputKind::motion, x_px, y_px)});
-  take({pointer_event(render::InputKind::press, x_px, y_px),
-        pointer_event(render::InputKind::release, x_px, y_px)});
+  take({pointer_event(view::InputKind::motion, x_px, y_px)});
+  take({pointer_event(view::InputKind::press, x_px, y_px),
+        pointer_event(view::InputKind::release, x_px, y_px)});
   for (int i = 0; i < 3; ++i) session_.advance(frame_s);
   EXPECT_TRUE(session_.state().timeline.is_playing);
 }
@@ -294,9 +294,9 @@ TEST_F(AtWindow, AClickShorterThanAFrameStillPressesAButton)
 TEST_F(AtWindow, ViewsAreThoseOfTheirKeys)
 {
   key('1');
-  EXPECT_LE((turn() - scene::view_rotation(scene::View::front, Side::right)).norm(), 1e-12);
+  EXPECT_LE((turn() - view::view_rotation(view::View::front, Side::right)).norm(), 1e-12);
   key('5');
-  EXPECT_LE((turn() - scene::view_rotation(scene::View::top, Side::right)).norm(), 1e-12);
+  EXPECT_LE((turn() - view::view_rotation(view::View::top, Side::right)).norm(), 1e-12);
 }
 
 TEST_F(AtWindow, ScreenshotFullScreenAndQuitAreRequestedOnce)
@@ -305,17 +305,17 @@ TEST_F(AtWindow, ScreenshotFullScreenAndQuitAreRequestedOnce)
   key('P');
   EXPECT_TRUE(session_.consume_screenshot_request());
   EXPECT_FALSE(session_.consume_screenshot_request());
-  key(render::Key::f11);
+  key(view::Key::f11);
   EXPECT_TRUE(session_.consume_full_screen_request());
   EXPECT_FALSE(session_.consume_full_screen_request());
   EXPECT_FALSE(session_.state().is_done);
-  key(render::Key::escape);
+  key(view::Key::escape);
   EXPECT_TRUE(session_.state().is_done);
 }
 
 TEST_F(AtWindow, ItIsIdleOnceTheInterfaceStopsChanging)
 {
-  key(render::Key::right);
+  key(view::Key::right);
   EXPECT_FALSE(session_.is_idle());
   for (int i = 0; i < 4; ++i) session_.advance(frame_s);
   EXPECT_TRUE(session_.is_idle());
@@ -333,7 +333,7 @@ TEST_F(AtWindow, AnotherSizeChangesTheAspectAndNotTheView)
   const Eigen::Matrix4d before = camera();
   session_.resize(1280, 500);
   session_.advance(frame_s);
-  const render::Shot& shot = session_.shots()[0];
+  const view::Shot& shot = session_.shots()[0];
   EXPECT_EQ(camera(), before);
   EXPECT_EQ(shot.camera.aspect, static_cast<double>(shot.viewport.width) / shot.viewport.height);
   session_.resize(1, 1);
@@ -343,10 +343,10 @@ TEST_F(AtWindow, AnotherSizeChangesTheAspectAndNotTheView)
 
 TEST_F(AtWindow, ThePictureHasNoControls)
 {
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({width, height, 1});
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({width, height, 1});
   session_.load_into(*renderer);
-  const render::Image with_controls = renderer->draw(session_.scene(), session_.shots(), &session_.overlay());
-  const render::Image picture = session_.draw_screenshot(*renderer);
+  const view::Image with_controls = renderer->draw(session_.scene(), session_.shots(), &session_.overlay());
+  const view::Image picture = session_.draw_screenshot(*renderer);
   // In the lower right corner: the panel's dark background, or the light backdrop.
   const std::size_t corner = picture.rgba.size() - 4;
   EXPECT_LT(with_controls.rgba[corner], 40);
@@ -372,7 +372,7 @@ class Dropped : public testing::Test {
     return options;
   }
   test::Scratch scratch_;
-  std::unique_ptr<render::Renderer> renderer_ = render::make_offscreen_renderer({320, 240, 1});
+  std::unique_ptr<view::Renderer> renderer_ = view::make_offscreen_renderer({320, 240, 1});
   show::ShownModel shown_{"first.h5", titled("first"), small(), *renderer_};
 };
 
@@ -380,14 +380,14 @@ TEST_F(Dropped, AMotionModelIsShown)
 {
   const std::string file = (scratch_.path() / "second.h5").string();
   store::MotionModel second = titled("second");
-  test::add_smoothed(second, 1, [](int i, int) { return motion::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
+  test::add_smoothed(second, 1, [](int i, int) { return store::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
   store::write_motion_model(file, second);
   EXPECT_TRUE(shown_.open(file));
   EXPECT_EQ(shown_.title(), "second");
   EXPECT_EQ(shown_.file(), file);
   shown_.session().advance(frame_s);
   renderer_->present(shown_.session().scene(), shown_.session().shots(), &shown_.session().overlay());
-  EXPECT_EQ(shown_.session().pose().status, motion::PoseStatus::solved);
+  EXPECT_EQ(shown_.session().pose().status, store::PoseStatus::solved);
 }
 
 TEST_F(Dropped, AnythingElseIsOneMessageAndTheJointStays)
@@ -407,7 +407,7 @@ TEST_F(Dropped, AnythingElseIsOneMessageAndTheJointStays)
 
 TEST(ShownAttitude, AnglesOutsideTheRangeAreReported)
 {
-  const std::unique_ptr<render::Renderer> renderer = render::make_offscreen_renderer({320, 240, 1});
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({320, 240, 1});
   struct Row {
     std::optional<double> flexion_deg, varus_deg;
     bool names_flexion, names_varus;
@@ -441,20 +441,20 @@ TEST(SessionOfFrames, TheTimelineCountsFrames)
   const auto flexion_deg = [&] { return deg_from_rad(session.pose().attitude.flexion_rad); };
   EXPECT_EQ(session.pose().key, 0.5);
   EXPECT_NEAR(flexion_deg(), 0.0, 1e-9);
-  const auto press = [&](render::Key key) {
-    render::InputEvent event;
-    event.kind = render::InputKind::key_press;
+  const auto press = [&](view::Key key) {
+    view::InputEvent event;
+    event.kind = view::InputKind::key_press;
     event.key = key;
     session.take(event);
-    event.kind = render::InputKind::key_release;
+    event.kind = view::InputKind::key_release;
     session.take(event);
     session.advance(frame_s);
   };
-  press(render::Key::right);
+  press(view::Key::right);
   EXPECT_EQ(session.pose().key, 1.0);
   EXPECT_NEAR(flexion_deg(), 30.0, 1e-9);
-  press(render::Key::right);
-  press(render::Key::right);
+  press(view::Key::right);
+  press(view::Key::right);
   EXPECT_EQ(session.pose().key, 2.0);
   EXPECT_NEAR(flexion_deg(), 10.0, 1e-9);
   EXPECT_EQ(session.state().timeline.last, 3.0);
@@ -465,28 +465,28 @@ TEST(Session, StartsAndResetsWithTheJobsViewUntilOneIsChosen)
   show::SessionOptions options = small_options();
   const show::Session plain(small_model(), options);
   options.job_view =
-      navigation::turned_view("view 2", {0.0, rad_from_deg(90.0), 0.0}, {10.0, 0.0, 0.0}, Side::right);
+      view::turned_view("view 2", {0.0, rad_from_deg(90.0), 0.0}, {10.0, 0.0, 0.0}, Side::right);
   options.zoom = 2.0;
   show::Session session(small_model(), options);
   const auto camera = [&] { return session.orbit_camera().camera; };
-  const scene::Camera start = camera();
+  const view::Camera start = camera();
   EXPECT_TRUE(start.X_world_camera.linear().isApprox(options.job_view->R_world_camera, 1e-12));
   const auto press = [&](char key) {
-    render::InputEvent event;
-    event.kind = render::InputKind::key_press;
-    event.key = render::key_of(key);
+    view::InputEvent event;
+    event.kind = view::InputKind::key_press;
+    event.key = view::key_of(key);
     session.take(event);
     session.advance(frame_s);
   };
-  session.take(pointer_event(render::InputKind::press, 300.0, 300.0));
-  session.take(pointer_event(render::InputKind::motion, 360.0, 300.0));
-  session.take(pointer_event(render::InputKind::release, 360.0, 300.0));
+  session.take(pointer_event(view::InputKind::press, 300.0, 300.0));
+  session.take(pointer_event(view::InputKind::motion, 360.0, 300.0));
+  session.take(pointer_event(view::InputKind::release, 360.0, 300.0));
   EXPECT_FALSE(camera().X_world_camera.isApprox(start.X_world_camera, 1e-6));
   press('R');
   EXPECT_TRUE(camera().X_world_camera.isApprox(start.X_world_camera, 1e-12));
   EXPECT_EQ(camera().half_height_tangent, start.half_height_tangent);
   press('1');
-  const scene::Camera front = camera();
+  const view::Camera front = camera();
   EXPECT_FALSE(front.X_world_camera.isApprox(start.X_world_camera, 1e-6));
   press('R');
   EXPECT_TRUE(camera().X_world_camera.isApprox(front.X_world_camera, 1e-12)) << "the chosen view";

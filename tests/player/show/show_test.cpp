@@ -28,7 +28,7 @@ store::MotionModel small_model()
   store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
   test::unsolve(model, 1, 2);
-  test::add_smoothed(model, 1, [](int i, int) { return motion::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
+  test::add_smoothed(model, 1, [](int i, int) { return store::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
   return model;
 }
 
@@ -162,7 +162,7 @@ TEST_F(Show, HoldingTheReferenceShowsTheSameAttitudeFromAnotherSide)
   given.is_quiet = true;
   run(given);
   const std::string held_moving = test::read_bytes(folder_ + "/front_flexion_030.png");
-  given.fixed_object = scene::FixedObject::reference;
+  given.fixed_object = view::FixedObject::reference;
   run(given);
   EXPECT_NE(test::read_bytes(folder_ + "/front_flexion_030.png"), held_moving);
 }
@@ -179,15 +179,15 @@ TEST_F(Show, LayersAndLooksChangeThePictureAndNothingElse)
   EXPECT_GT(plain.size(), 100U);
   EXPECT_EQ(picture(), plain) << "the same pictures have the same bytes";
   std::vector<std::string> pictures{plain};
-  const std::vector<std::function<void(navigation::AppearanceOptions&)>> looks{
-      [](navigation::AppearanceOptions& look) { look.layers = "axes"; },
-      [](navigation::AppearanceOptions& look) {
+  const std::vector<std::function<void(view::AppearanceOptions&)>> looks{
+      [](view::AppearanceOptions& look) { look.layers = "axes"; },
+      [](view::AppearanceOptions& look) {
         look.layers = "helical-axis";
         look.see_through = "reference";
       },
-      [](navigation::AppearanceOptions& look) { look.see_through = "reference"; },
-      [](navigation::AppearanceOptions& look) { look.hidden = "femur"; },
-      [](navigation::AppearanceOptions& look) { look.mode = scene::DrawMode::wire; }};
+      [](view::AppearanceOptions& look) { look.see_through = "reference"; },
+      [](view::AppearanceOptions& look) { look.hidden = "femur"; },
+      [](view::AppearanceOptions& look) { look.mode = view::DrawMode::wire; }};
   for (const auto& change : looks) {
     given.appearance = {};
     change(given.appearance);
@@ -267,7 +267,7 @@ TEST_F(Show, AVideoShowsWhereThereIsNoPose)
                                          "shows only the fixed object"));
   EXPECT_THAT(messages_.str(), HasSubstr("film.gif: 13 frames"));
   // There the tibia, which is fixed, is drawn alone: the flexion does not change the frame.
-  const motion::Motion motion(model, "raw");
+  const store::Motion motion(model, "raw");
   const show::ShowOptions still = options();
   show::SeriesRenderer maker(still, model, {"raw", false, {}}, {motion.at({0.0, 0.0})},
                              show::warm_renderer(still));
@@ -303,7 +303,7 @@ TEST_F(Show, NumbersSayWhyTheSolvedPosesAreTheDefaultMotion)
     show::ShowOptions given = options();
     given.size = "480x360";
     given.has_numbers = true;
-    const motion::JointPose pose = motion::Motion(model, set).at({0.0, 0.0});
+    const store::JointPose pose = store::Motion(model, set).at({0.0, 0.0});
     show::SeriesRenderer maker(given, model, {set, true, {}}, {pose}, show::warm_renderer(given));
     return maker.draw_single(0, pose).rgba;
   };
@@ -485,7 +485,7 @@ TEST_F(Show, ViewsSizeAndModeOfTheJobHoldUnlessOptionsAreGiven)
   EXPECT_EQ(look.size.width, 80);
   EXPECT_EQ(look.size.height, 60);
   EXPECT_EQ(look.zoom, 2.0);
-  EXPECT_EQ(look.appearance.mode, scene::DrawMode::wire);
+  EXPECT_EQ(look.appearance.mode, view::DrawMode::wire);
   given.has_mode = true;
   given.views = "top";
   given.size = "64x48";

@@ -1,4 +1,4 @@
-#include "simulation/simulation.hpp"
+#include "bench/simulation.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,25 +6,25 @@
 
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
-#include "simulation/draws.hpp"
+#include "bench/draws.hpp"
 #include "support/refusal.hpp"
-#include "tracking/screw.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::simulation_test {
 
 constexpr double rounding_mm = 1e-9;
 constexpr double rounding_rad = 1e-12;
 
-simulation::SimulationScript exact_script()
+bench::SimulationScript exact_script()
 {
-  simulation::SimulationScript script;
+  bench::SimulationScript script;
   script.noise_mm = script.noise_rad = script.drop_rate = script.jitter_ms =
       script.potentiometer_noise_counts = 0.0;
   script.occlusions.clear();
   return script;
 }
 
-bool is_equal(const simulation::SimulatedFrame& a, const simulation::SimulatedFrame& b)
+bool is_equal(const bench::SimulatedFrame& a, const bench::SimulatedFrame& b)
 {
   bool is_same = a.time_s == b.time_s && a.send_s == b.send_s && a.device_ns == b.device_ns &&
                  a.is_dropped == b.is_dropped && a.tools.size() == b.tools.size();
@@ -37,12 +37,12 @@ bool is_equal(const simulation::SimulatedFrame& a, const simulation::SimulatedFr
 
 TEST(Simulation, AFrameDoesNotDependOnTheOrderOfCalls)
 {
-  const simulation::Simulation forwards{simulation::SimulationScript{}},
-      backwards{simulation::SimulationScript{}};
-  simulation::SimulationScript other_seed;
+  const bench::Simulation forwards{bench::SimulationScript{}},
+      backwards{bench::SimulationScript{}};
+  bench::SimulationScript other_seed;
   other_seed.seed = 2;
-  const simulation::Simulation other{other_seed};
-  std::vector<simulation::SimulatedFrame> frames;
+  const bench::Simulation other{other_seed};
+  std::vector<bench::SimulatedFrame> frames;
   for (std::uint64_t k = 0; k < 300; ++k) frames.push_back(forwards.frame(k));
   for (std::uint64_t k = 300; k-- > 0;) {
     EXPECT_TRUE(is_equal(backwards.frame(k), frames[k]));
@@ -52,7 +52,7 @@ TEST(Simulation, AFrameDoesNotDependOnTheOrderOfCalls)
 
 TEST(Simulation, TheLegBendsAsScripted)
 {
-  const simulation::Simulation simulation{exact_script()};
+  const bench::Simulation simulation{exact_script()};
   const SolverFrame frame{Side::right, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()};
   struct Row {
     double time_s, flexion_deg, varus_deg;
@@ -60,9 +60,9 @@ TEST(Simulation, TheLegBendsAsScripted)
   for (const Row row :
        {Row{0, 0, 0}, Row{2, 45, 2}, Row{4, 90, 0}, Row{6, 45, -2}, Row{8, 0, 0}, Row{804, 90, 0}}) {
     SCOPED_TRACE(row.time_s);
-    const simulation::SimulatedTruth truth = simulation.truth(row.time_s);
-    const tracking::LegAngles angles =
-        tracking::leg_angles(truth.X_tracker_femur.inverse() * truth.X_tracker_tibia, frame);
+    const bench::SimulatedTruth truth = simulation.truth(row.time_s);
+    const bench::LegAngles angles =
+        bench::leg_angles(truth.X_tracker_femur.inverse() * truth.X_tracker_tibia, frame);
     EXPECT_NEAR(angles.flexion_rad, rad_from_deg(row.flexion_deg), rounding_rad);
     EXPECT_NEAR(angles.varus_rad, rad_from_deg(row.varus_deg), rounding_rad);
     EXPECT_NEAR(angles.theta_rad, 0.0, rounding_rad);
@@ -76,7 +76,7 @@ test::ModelPlan turning_plan(const std::string& side)
   plan.side = side;
   plan.rotation_centre_mm = {10, -20, 30};
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return motion::PoseCoordinates{0.05 * flexion_deg, -18.0 + 0.1 * varus_deg, 0.02 * flexion_deg,
+    return store::PoseCoordinates{0.05 * flexion_deg, -18.0 + 0.1 * varus_deg, 0.02 * flexion_deg,
                                    0.2 * flexion_deg};
   };
   return plan;
@@ -86,17 +86,17 @@ TEST(Simulation, TheTibiaFollowsTheMotionOnBothSides)
 {
   for (const std::string side : {"right", "left"}) {
     const store::MotionModel model = test::model_of(turning_plan(side));
-    const motion::Motion motion(model, "raw");
-    simulation::SimulationScript script = exact_script();
+    const store::Motion motion(model, "raw");
+    bench::SimulationScript script = exact_script();
     script.side = side == "left" ? Side::left : Side::right;
-    const simulation::Simulation simulation(script, motion);
+    const bench::Simulation simulation(script, motion);
     const SolverFrame frame{script.side, model.rotation_centre_mm, model.delta};
     double largest_theta_rad = 0.0;
     for (double time_s = 0.0; time_s < 8.0; time_s += 0.13) {
-      const simulation::SimulatedTruth truth = simulation.truth(time_s);
-      const motion::JointPose joint = motion.at(tracking::attitude_of(truth.angles));
+      const bench::SimulatedTruth truth = simulation.truth(time_s);
+      const store::JointPose joint = motion.at(bench::attitude_of(truth.angles));
       EXPECT_LT((truth.X_femur_tibia.matrix() - joint.X_reference_moving.matrix()).norm(), rounding_mm);
-      const tracking::LegAngles angles = tracking::leg_angles(truth.X_femur_tibia, frame);
+      const bench::LegAngles angles = bench::leg_angles(truth.X_femur_tibia, frame);
       EXPECT_NEAR(angles.flexion_rad, truth.angles.flexion_rad, rounding_rad);
       EXPECT_NEAR(angles.varus_rad, truth.angles.varus_rad, rounding_rad);
       EXPECT_NEAR(angles.theta_rad, truth.angles.theta_rad, rounding_rad);
@@ -111,7 +111,7 @@ TEST(Simulation, AScriptThatLeavesTheSolvedMotionIsRefused)
   store::MotionModel model = test::model_of({});
   test::unsolve(model, 3, 2);
   EXPECT_THAT(test::input_error(
-                  [&] { simulation::Simulation simulation({}, motion::Motion(model, "raw"), "bench.toml"); }),
+                  [&] { bench::Simulation simulation({}, store::Motion(model, "raw"), "bench.toml"); }),
               test::refuses({"bench.toml", "leg"}));
 }
 
@@ -135,7 +135,7 @@ TEST(Simulation, AScriptBeyondTheMotionIsReportedWithTheMotionsRange)
     plan.flexion_deg = row.flexion_deg;
     plan.varus_deg = row.varus_deg;
     plan.free_varus_deg = row.free_varus_deg;
-    const simulation::Simulation simulation({}, motion::Motion(test::model_of(plan), "raw"), "bench.toml");
+    const bench::Simulation simulation({}, store::Motion(test::model_of(plan), "raw"), "bench.toml");
     const std::optional<InputError::Facts> beyond = simulation.beyond_motion("bench.toml");
     ASSERT_EQ(beyond.has_value(), row.found != nullptr);
     if (!beyond) continue;
@@ -143,18 +143,18 @@ TEST(Simulation, AScriptBeyondTheMotionIsReportedWithTheMotionsRange)
     EXPECT_THAT(beyond->found, testing::HasSubstr(row.found));
     EXPECT_THAT(beyond->wanted, testing::HasSubstr(row.wanted));
   }
-  EXPECT_FALSE(simulation::Simulation(exact_script()).beyond_motion("bench.toml"));
+  EXPECT_FALSE(bench::Simulation(exact_script()).beyond_motion("bench.toml"));
 }
 
 TEST(Simulation, BodiesSitOnTheirBonesAndTheHeadOnTheStage)
 {
-  simulation::SimulationScript script = exact_script();
-  script.head = simulation::SimulatedBody{"head", {}};
-  script.X_tracker_head = tracking::pose_of(tracking::Screw{{0.1, 0.2, 0.3}, {0, 400, 200}});
-  const simulation::Simulation simulation{script};
+  bench::SimulationScript script = exact_script();
+  script.head = bench::SimulatedBody{"head", {}};
+  script.X_tracker_head = bench::pose_of(bench::Screw{{0.1, 0.2, 0.3}, {0, 400, 200}});
+  const bench::Simulation simulation{script};
   for (std::uint64_t k = 0; k < 1000; k += 37) {
-    const simulation::SimulatedFrame frame = simulation.frame(k);
-    const simulation::SimulatedTruth truth = simulation.truth(frame.time_s);
+    const bench::SimulatedFrame frame = simulation.frame(k);
+    const bench::SimulatedTruth truth = simulation.truth(frame.time_s);
     ASSERT_EQ(frame.tools.size(), 3U);
     EXPECT_LT((frame.tools[0].X_tracker_tool.matrix() - truth.X_tracker_femur.matrix()).norm(), rounding_mm);
     EXPECT_LT((frame.tools[1].X_tracker_tool.matrix() - truth.X_tracker_tibia.matrix()).norm(), rounding_mm);
@@ -165,14 +165,14 @@ TEST(Simulation, BodiesSitOnTheirBonesAndTheHeadOnTheStage)
 
 TEST(Simulation, MarkersFireOneAfterAnother)
 {
-  simulation::SimulationScript script = exact_script();
+  bench::SimulationScript script = exact_script();
   script.tibia.markers_mm = {{0, -200, 0}, {30, -250, 0}, {0, -300, 40}};
   script.firing_interval_ms = 3.0;
-  const simulation::Simulation simulation{script};
+  const bench::Simulation simulation{script};
   EXPECT_EQ(simulation.tools()[4], "tibia-3");
-  const simulation::SimulatedFrame frame = simulation.frame(130);
+  const bench::SimulatedFrame frame = simulation.frame(130);
   for (std::size_t k = 0; k < 3; ++k) {
-    const simulation::SimulatedTruth then = simulation.truth(frame.time_s + 0.003 * static_cast<double>(k));
+    const bench::SimulatedTruth then = simulation.truth(frame.time_s + 0.003 * static_cast<double>(k));
     EXPECT_LT(
         (frame.tools[2 + k].X_tracker_tool.translation() - then.X_tracker_tibia * script.tibia.markers_mm[k])
             .norm(),
@@ -185,18 +185,18 @@ TEST(Simulation, MarkersFireOneAfterAnother)
 TEST(Simulation, NoiseHasTheRequestedDeviation)
 {
   // Mean squares of 3 n numbers whose fourth moment is below 3: five standard errors.
-  simulation::SimulationScript script = exact_script();
+  bench::SimulationScript script = exact_script();
   script.noise_mm = 0.3;
   script.noise_rad = rad_from_deg(0.1);
-  const simulation::Simulation simulation{script};
+  const bench::Simulation simulation{script};
   constexpr int n = 3000;
   double square_mm2 = 0.0, square_rad2 = 0.0;
   for (std::uint64_t k = 0; k < n; ++k) {
-    const simulation::SimulatedFrame frame = simulation.frame(k);
+    const bench::SimulatedFrame frame = simulation.frame(k);
     const Pose X_truth = simulation.truth(frame.time_s).X_tracker_femur;
     const Pose& X = frame.tools[0].X_tracker_tool;
     square_mm2 += (X.translation() - X_truth.translation()).squaredNorm() / (3 * n);
-    square_rad2 += tracking::turn_of(X_truth.linear().transpose() * X.linear()).squaredNorm() / (3 * n);
+    square_rad2 += bench::turn_of(X_truth.linear().transpose() * X.linear()).squaredNorm() / (3 * n);
   }
   const double bound = 5.0 * std::sqrt(2.0 / (3 * n));
   EXPECT_NEAR(square_mm2 / (0.3 * 0.3), 1.0, bound);
@@ -205,14 +205,14 @@ TEST(Simulation, NoiseHasTheRequestedDeviation)
 
 TEST(Simulation, JitterAndDropsHaveTheirShare)
 {
-  simulation::SimulationScript script;
+  bench::SimulationScript script;
   script.drop_rate = 0.1;
-  const simulation::Simulation simulation{script};
+  const bench::Simulation simulation{script};
   constexpr int n = 4000;
   int n_dropped = 0;
   double sum_s = 0.0, least_s = 1.0, most_s = 0.0, before_s = -1.0;
   for (std::uint64_t k = 0; k < n; ++k) {
-    const simulation::SimulatedFrame frame = simulation.frame(k);
+    const bench::SimulatedFrame frame = simulation.frame(k);
     const double jitter_s = frame.send_s - frame.time_s;
     EXPECT_EQ(frame.time_s, static_cast<double>(k) / 100.0);
     EXPECT_GT(frame.send_s, before_s);
@@ -232,15 +232,15 @@ TEST(Simulation, JitterAndDropsHaveTheirShare)
 
 TEST(Simulation, OcclusionsHideBodiesWithTheirMarkersAndChangeNoOther)
 {
-  simulation::SimulationScript script;
+  bench::SimulationScript script;
   script.tibia.markers_mm.resize(2);
   script.occlusions = {{"tibia", 1.0, 2.0, 4.0}, {"tibia-2", 2.5, 3.0, 0.0}};
-  simulation::SimulationScript open = script;
+  bench::SimulationScript open = script;
   open.occlusions.clear();
-  const simulation::Simulation simulation{script}, always{open};
+  const bench::Simulation simulation{script}, always{open};
   for (std::uint64_t k = 0; k < 1000; ++k) {
     SCOPED_TRACE(k);
-    simulation::SimulatedFrame frame = simulation.frame(k);
+    bench::SimulatedFrame frame = simulation.frame(k);
     const std::uint64_t in_period = k % 400;
     const bool is_hidden = in_period >= 100 && in_period < 200;
     EXPECT_TRUE(frame.tools[0].is_seen);
@@ -248,16 +248,16 @@ TEST(Simulation, OcclusionsHideBodiesWithTheirMarkersAndChangeNoOther)
     EXPECT_EQ(frame.tools[2].is_seen, !is_hidden);
     // The second marker fires shortly after the tick.
     EXPECT_EQ(frame.tools[3].is_seen, !is_hidden && !(k >= 250 && k < 300));
-    for (simulation::SimulatedTool& tool : frame.tools) tool.is_seen = true;
+    for (bench::SimulatedTool& tool : frame.tools) tool.is_seen = true;
     EXPECT_TRUE(is_equal(frame, always.frame(k)));
   }
 }
 
 TEST(Simulation, TheDeviceClockDriftsAndSteps)
 {
-  simulation::SimulationScript script = exact_script();
+  bench::SimulationScript script = exact_script();
   script.clock = {1.5e9, 100.0, {{2.0, -500.0}, {3.0, 250.0}}};
-  const simulation::Simulation simulation{script};
+  const bench::Simulation simulation{script};
   const std::int64_t begin_ns = 1'500'000'000'000'000'000;
   EXPECT_EQ(simulation.device_ns(0.0), begin_ns);
   EXPECT_EQ(simulation.device_ns(1.0) - begin_ns, 1'000'100'000);
@@ -269,26 +269,26 @@ TEST(Simulation, TheDeviceClockDriftsAndSteps)
 
 TEST(Simulation, TheStageIsCountedToTheNearestStep)
 {
-  simulation::SimulationScript script = exact_script();
+  bench::SimulationScript script = exact_script();
   script.stage = {{0, -3}, {2.5, 25}, {7.5, -25}, {10, -3}};
-  const simulation::Simulation simulation{script};
+  const bench::Simulation simulation{script};
   EXPECT_EQ(simulation.stage_count(0.0), -600);
   for (double time_s = 0.0; time_s < 10.0; time_s += 0.02) {
     const double counted_mm =
-        static_cast<double>(simulation.stage_count(time_s)) * simulation::stage_mm_a_count;
+        static_cast<double>(simulation.stage_count(time_s)) * bench::stage_mm_a_count;
     EXPECT_NEAR(counted_mm, simulation.truth(time_s).stage_mm,
-                0.5 * simulation::stage_mm_a_count + rounding_mm);
+                0.5 * bench::stage_mm_a_count + rounding_mm);
   }
 }
 
 TEST(Simulation, ThePotentiometerIsNoisyWithinItsRange)
 {
-  simulation::SimulationScript script = exact_script();
-  EXPECT_EQ(simulation::Simulation{script}.potentiometer_count(0.0), 100);
-  EXPECT_EQ(simulation::Simulation{script}.potentiometer_count(4.0), 900);
+  bench::SimulationScript script = exact_script();
+  EXPECT_EQ(bench::Simulation{script}.potentiometer_count(0.0), 100);
+  EXPECT_EQ(bench::Simulation{script}.potentiometer_count(4.0), 900);
   script.potentiometer = {{0, 2}};
   script.potentiometer_noise_counts = 3.0;
-  const simulation::Simulation noisy{script};
+  const bench::Simulation noisy{script};
   int n_zero = 0, n_high = 0;
   for (int i = 0; i < 2000; ++i) {
     const int count = noisy.potentiometer_count(0.001 * i);
@@ -304,14 +304,14 @@ TEST(Simulation, ThePotentiometerIsNoisyWithinItsRange)
 
 TEST(Draws, DependOnWhatTheyAreForAlone)
 {
-  const auto first = [](std::uint64_t seed, simulation::RandomPurpose purpose, std::uint64_t index) {
-    return simulation::RandomSequence(seed, purpose, index).uniform();
+  const auto first = [](std::uint64_t seed, bench::RandomPurpose purpose, std::uint64_t index) {
+    return bench::RandomSequence(seed, purpose, index).uniform();
   };
-  const double one = first(1, simulation::RandomPurpose::frame, 5);
-  EXPECT_EQ(first(1, simulation::RandomPurpose::frame, 5), one);
-  EXPECT_NE(first(2, simulation::RandomPurpose::frame, 5), one);
-  EXPECT_NE(first(1, simulation::RandomPurpose::potentiometer, 5), one);
-  EXPECT_NE(first(1, simulation::RandomPurpose::frame, 6), one);
+  const double one = first(1, bench::RandomPurpose::frame, 5);
+  EXPECT_EQ(first(1, bench::RandomPurpose::frame, 5), one);
+  EXPECT_NE(first(2, bench::RandomPurpose::frame, 5), one);
+  EXPECT_NE(first(1, bench::RandomPurpose::potentiometer, 5), one);
+  EXPECT_NE(first(1, bench::RandomPurpose::frame, 6), one);
 }
 
 TEST(Draws, HaveTheirMeanVarianceAndRange)
@@ -322,7 +322,7 @@ TEST(Draws, HaveTheirMeanVarianceAndRange)
   constexpr int n = 40000;
   double sum = 0.0, square = 0.0, neighbours = 0.0, before = 0.0, uniform_sum = 0.0;
   for (int i = 0; i < n; ++i) {
-    simulation::RandomSequence draws(7, simulation::RandomPurpose::frame, static_cast<std::uint64_t>(i));
+    bench::RandomSequence draws(7, bench::RandomPurpose::frame, static_cast<std::uint64_t>(i));
     const double x = draws.normal();
     ASSERT_LT(std::abs(x), 6.0);
     sum += x;

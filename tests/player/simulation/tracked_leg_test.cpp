@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "simulation/simulation.hpp"
-#include "tracking/body_pose.hpp"
-#include "tracking/one_euro.hpp"
-#include "tracking/prediction.hpp"
+#include "bench/simulation.hpp"
+#include "bench/body_pose.hpp"
+#include "bench/one_euro.hpp"
+#include "bench/prediction.hpp"
 
 namespace vrda::tracked_leg_test {
 
@@ -16,11 +16,11 @@ std::vector<Eigen::Vector3d> shank_markers()
   return {{40, -100, 0}, {-30, -120, 45}, {20, -260, -35}, {-35, -280, 10}, {30, -330, 40}, {0, -200, 60}};
 }
 
-tracking::MarkerRow markers_of(const simulation::SimulatedFrame& frame, std::size_t first, std::size_t n)
+bench::MarkerRow markers_of(const bench::SimulatedFrame& frame, std::size_t first, std::size_t n)
 {
-  tracking::MarkerRow row(n);
+  bench::MarkerRow row(n);
   for (std::size_t k = 0; k < n; ++k) {
-    const simulation::SimulatedTool& tool = frame.tools[first + k];
+    const bench::SimulatedTool& tool = frame.tools[first + k];
     if (tool.is_seen) row[k] = tool.X_tracker_tool.translation();
   }
   return row;
@@ -31,17 +31,17 @@ TEST(TrackedLeg, AnglesFromNoisyBodiesStayWithinTheirNoise)
   // Each body's rotation about each axis has a standard deviation of 0.03 degrees, their difference sqrt(2)
   // of it; a tilted axis adds at most a factor 1 / cos(2 degrees). The relative spread of the mean square
   // over n frames is sqrt(2 / n).
-  simulation::SimulationScript script;
+  bench::SimulationScript script;
   script.occlusions.clear();
-  const simulation::Simulation simulation{script};
+  const bench::Simulation simulation{script};
   constexpr int n = 800;
   double square_rad2 = 0.0;
   for (std::uint64_t k = 0; k < n; ++k) {
-    const simulation::SimulatedFrame frame = simulation.frame(k);
-    const Pose X = tracking::X_femur_tibia(tracking::LegBodies{}, frame.tools[0].X_tracker_tool,
+    const bench::SimulatedFrame frame = simulation.frame(k);
+    const Pose X = bench::X_femur_tibia(bench::LegBodies{}, frame.tools[0].X_tracker_tool,
                                            frame.tools[1].X_tracker_tool);
     const double off =
-        tracking::leg_angles(X, right_leg).flexion_rad - simulation.truth(frame.time_s).angles.flexion_rad;
+        bench::leg_angles(X, right_leg).flexion_rad - simulation.truth(frame.time_s).angles.flexion_rad;
     square_rad2 += off * off / n;
   }
   const double expected = 2.0 * rad_from_deg(0.03) * rad_from_deg(0.03);
@@ -50,18 +50,18 @@ TEST(TrackedLeg, AnglesFromNoisyBodiesStayWithinTheirNoise)
 
 TEST(TrackedLeg, ABodyIsBuiltFromTheMarkersOfARun)
 {
-  simulation::SimulationScript script;
+  bench::SimulationScript script;
   script.noise_mm = 0.1;
   script.firing_interval_ms = 0.0;
   script.tibia.markers_mm = shank_markers();
   script.occlusions = {{"tibia-2", 0.0, 4.0, 0.0}, {"tibia-5", 3.0, 8.0, 0.0}, {"tibia", 5.0, 6.0, 0.0}};
-  const simulation::Simulation simulation{script};
-  std::vector<tracking::MarkerRow> frames;
+  const bench::Simulation simulation{script};
+  std::vector<bench::MarkerRow> frames;
   for (std::uint64_t k = 0; k < 800; k += 4) frames.push_back(markers_of(simulation.frame(k), 2, 6));
-  tracking::BodyOptions options;
+  bench::BodyOptions options;
   for (const Eigen::Vector3d& p : shank_markers()) options.given_mm.emplace_back(p);
-  const tracking::BuiltBody built = tracking::build_body(frames, "tibia", options);
-  EXPECT_EQ(built.status, tracking::BuildStatus::converged);
+  const bench::BuiltBody built = bench::build_body(frames, "tibia", options);
+  EXPECT_EQ(built.status, bench::BuildStatus::converged);
   EXPECT_EQ(built.n_refused, 25);
   // 75 frames or more show each marker: its mean has a standard deviation of 0.1 / sqrt(75) per coordinate,
   // and the fitted frame no more; five of both.
@@ -75,33 +75,33 @@ TEST(TrackedLeg, ABodyIsBuiltFromTheMarkersOfARun)
 
 TEST(TrackedLeg, FiringInTurnIsCorrectedOnAMovingShank)
 {
-  simulation::SimulationScript script;
+  bench::SimulationScript script;
   script.noise_mm = script.noise_rad = 0.0;
   script.firing_interval_ms = 1.0;
   script.tibia.markers_mm = shank_markers();
   script.occlusions.clear();
-  const simulation::Simulation simulation{script};
-  tracking::RigidBody body;
+  const bench::Simulation simulation{script};
+  bench::RigidBody body;
   body.markers_mm.resize(6, 3);
   for (Eigen::Index k = 0; k < 6; ++k)
     body.markers_mm.row(k) = shank_markers()[static_cast<std::size_t>(k)].transpose();
   const Eigen::Vector3d middle_mm = body.markers_mm.colwise().mean().transpose();
   double worst_plain_mm = 0.0, worst_corrected_mm = 0.0;
-  std::optional<tracking::BodyMotion> before;
+  std::optional<bench::BodyMotion> before;
   for (std::uint64_t k = 0; k < 800; ++k) {
-    const simulation::SimulatedFrame frame = simulation.frame(k);
-    const tracking::MarkerRow seen = markers_of(frame, 2, 6);
-    const tracking::FiredFit fired =
-        tracking::fit_fired(body, seen, frame.time_s, before, {.interval_s = 1e-3});
-    ASSERT_EQ(fired.fit.status, tracking::FitStatus::fitted);
+    const bench::SimulatedFrame frame = simulation.frame(k);
+    const bench::MarkerRow seen = markers_of(frame, 2, 6);
+    const bench::FiredFit fired =
+        bench::fit_fired(body, seen, frame.time_s, before, {.interval_s = 1e-3});
+    ASSERT_EQ(fired.fit.status, bench::FitStatus::fitted);
     const Eigen::Vector3d truth_mm = simulation.truth(frame.time_s).X_tracker_tibia * middle_mm;
     worst_plain_mm = std::max(worst_plain_mm,
-                              (tracking::fit_pose(body, seen).X_tracker_body * middle_mm - truth_mm).norm());
+                              (bench::fit_pose(body, seen).X_tracker_body * middle_mm - truth_mm).norm());
     if (k > 10) {
       worst_corrected_mm =
           std::max(worst_corrected_mm, (fired.fit.X_tracker_body * middle_mm - truth_mm).norm());
     }
-    before = tracking::BodyMotion{{frame.time_s, fired.fit.X_tracker_body}, fired.velocity};
+    before = bench::BodyMotion{{frame.time_s, fired.fit.X_tracker_body}, fired.velocity};
   }
   // The shank's centre, 215 mm from the knee, moves at up to 23 to 30 degrees/s; mean delay 2.5 ms.
   EXPECT_GT(worst_plain_mm, 0.8 * rad_from_deg(25.0) * 215.0 * 0.0025);
@@ -114,39 +114,39 @@ TEST(TrackedLeg, FiringInTurnIsCorrectedOnAMovingShank)
 
 TEST(TrackedLeg, PredictionHelpsAtTheBenchsLatency)
 {
-  simulation::SimulationScript script;
+  bench::SimulationScript script;
   script.occlusions.clear();
-  const simulation::Simulation simulation{script};
-  std::vector<tracking::TimedPose> places;
+  const bench::Simulation simulation{script};
+  std::vector<bench::TimedPose> places;
   for (std::uint64_t k = 0; k < 1600; ++k) {
-    const simulation::SimulatedFrame frame = simulation.frame(k);
+    const bench::SimulatedFrame frame = simulation.frame(k);
     if (frame.is_dropped) continue;
     places.push_back({frame.time_s, frame.tools[1].X_tracker_tool});
   }
   EXPECT_LT(places.size(), 1600U);
-  const tracking::PosePredictionError place = tracking::prediction_error(places, 0.033);
+  const bench::PosePredictionError place = bench::prediction_error(places, 0.033);
   EXPECT_LT(place.turn_rad.predicted.rms, 0.4 * place.turn_rad.held.rms);
 }
 
 TEST(TrackedLeg, TheFilterLagsByItsDelayAndTakesNoiseAway)
 {
-  simulation::SimulationScript script;
+  bench::SimulationScript script;
   script.occlusions.clear();
   script.drop_rate = 0.0;
   // Constant flexion rate from 1 to 3 s.
   script.is_looped = false;
   script.leg = {{0, 0, 0}, {1, 20, 0}, {2, 40, 0}, {3, 60, 0}, {4, 80, 0}};
-  const simulation::Simulation simulation{script};
-  tracking::OneEuroAngles filter;
+  const bench::Simulation simulation{script};
+  bench::OneEuroAngles filter;
   double raw_sq = 0.0, filtered_sq = 0.0, lag_sum = 0.0;
   constexpr int n = 100;
   const double speed_rad_s = rad_from_deg(20.0),
                delay_s = 1.0 / (2.0 * pi * (1.5 + 18.0 * speed_rad_s));  // of the default filter
   for (std::uint64_t k = 0; k < 300; ++k) {
-    const simulation::SimulatedFrame frame = simulation.frame(k);
-    const Pose X = tracking::X_femur_tibia(tracking::LegBodies{}, frame.tools[0].X_tracker_tool,
+    const bench::SimulatedFrame frame = simulation.frame(k);
+    const Pose X = bench::X_femur_tibia(bench::LegBodies{}, frame.tools[0].X_tracker_tool,
                                            frame.tools[1].X_tracker_tool);
-    const tracking::LegAngles raw = tracking::leg_angles(X, right_leg),
+    const bench::LegAngles raw = bench::leg_angles(X, right_leg),
                               filtered = filter.filtered(raw, frame.time_s);
     const double truth = simulation.truth(frame.time_s).angles.flexion_rad;
     const double is_counted = k >= 200 ? 1.0 / n : 0.0;

@@ -2,9 +2,9 @@
 
 namespace vrda::test {
 
-optics::Eye sample_eye(double k1, double k2)
+view::Eye sample_eye(double k1, double k2)
 {
-  optics::Eye eye;
+  view::Eye eye;
   eye.window = {640, 544, 640, 480};
   eye.visible = {660, 560, 590, 440};
   eye.distance_px = 880.0;

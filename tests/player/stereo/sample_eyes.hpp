@@ -1,12 +1,12 @@
 /// Sample eyes of simulated benches.
 #pragma once
 
-#include "optics/eye.hpp"
+#include "view/eye.hpp"
 
 namespace vrda::test {
 
 /// The right eye of the thesis's layout: the lower right quarter, with a smaller, off-centre visible part.
-optics::Eye sample_eye(double k1 = 0.12, double k2 = 0.02);
+view::Eye sample_eye(double k1 = 0.12, double k2 = 0.02);
 
 struct Optics {
   double k1, k2;

@@ -6,10 +6,10 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "optics/eye.hpp"
-#include "optics/viewport.hpp"
+#include "view/eye.hpp"
+#include "view/viewport.hpp"
 #include "sample_eyes.hpp"
-#include "stereo/stereo_view.hpp"
+#include "view/stereo_view.hpp"
 
 namespace vrda::stereo_test {
 
@@ -19,11 +19,11 @@ constexpr double before_px = 1e-9;  // rounding at a thousand pixels
 constexpr double after_px = 0.05;   // required; the mesh error is below 0.01
 
 /// Position of the point in the image of `box` rendered by the camera.
-Eigen::Vector2d pictured_px(const scene::Camera& camera, const optics::ShownBox& box,
+Eigen::Vector2d pictured_px(const view::Camera& camera, const view::ShownBox& box,
                             const Eigen::Vector3d& p_world_mm)
 {
   const Eigen::Vector4d clip =
-      scene::projection(camera) * (camera.X_world_camera.inverse() * p_world_mm).homogeneous();
+      view::projection(camera) * (camera.X_world_camera.inverse() * p_world_mm).homogeneous();
   const Eigen::Vector3d at = clip.hnormalized();
   const Eigen::Vector2d share(0.5 * (1.0 + at.x()), 0.5 * (1.0 - at.y()));
   return box.low_px + share.cwiseProduct(box.high_px - box.low_px);
@@ -38,7 +38,7 @@ Eigen::Vector3d random_point_head_mm(std::mt19937& random)
 }
 
 /// The position in the undistorted image that the mesh samples at `drawn_px`, by linear interpolation.
-Eigen::Vector2d sampled_px(const optics::WarpMesh& mesh, const optics::ShownBox& box,
+Eigen::Vector2d sampled_px(const view::WarpMesh& mesh, const view::ShownBox& box,
                            const Eigen::Vector2d& drawn_px)
 {
   const auto at = [&](std::uint32_t k) {
@@ -63,51 +63,51 @@ TEST(Eye, APointLandsOnTheComputedPixelBeforeAndAfterDistortion)
   std::mt19937 random(1);
   for (const Optics& lens : lenses) {
     SCOPED_TRACE(testing::Message() << lens.k1 << " " << lens.k2);
-    const optics::Eye eye = sample_eye(lens.k1, lens.k2);
-    const optics::ShownBox box = optics::shown_box(eye);
-    const optics::WarpMesh mesh = optics::warp_mesh(eye, box);
+    const view::Eye eye = sample_eye(lens.k1, lens.k2);
+    const view::ShownBox box = view::shown_box(eye);
+    const view::WarpMesh mesh = view::warp_mesh(eye, box);
     for (int n = 0; n < 200; ++n) {
       const Eigen::Vector3d p = random_point_head_mm(random);
       const Eigen::Vector3d from_eye = p - eye.position_head_mm;
       const Eigen::Vector2d expected(957.3 + 880.0 * from_eye.x() / -from_eye.z(),
                                      781.6 - 880.0 / 1.04 * from_eye.y() / -from_eye.z());
-      const scene::Camera camera = stereo::camera_of(eye, Pose::Identity(), box);
+      const view::Camera camera = view::camera_of(eye, Pose::Identity(), box);
       EXPECT_LT((pictured_px(camera, box, p) - expected).norm(), before_px);
-      EXPECT_LT((sampled_px(mesh, box, optics::drawn_px(eye, p)) - expected).norm(), after_px);
+      EXPECT_LT((sampled_px(mesh, box, view::drawn_px(eye, p)) - expected).norm(), after_px);
     }
   }
 }
 
 TEST(Eye, MovingTheHeadTheEyeOrTheWindowMovesThePixelByTheComputedAmount)
 {
-  const optics::Eye eye = sample_eye();
+  const view::Eye eye = sample_eye();
   const Eigen::Vector3d p(40.0, -25.0, -804.0);  // 800 mm in front of the eye
-  const Eigen::Vector2d there = optics::shown_px(eye, p);
+  const Eigen::Vector2d there = view::shown_px(eye, p);
 
   Pose X_world_head = Pose::Identity();
   X_world_head.translation().x() = 60.0;  // the parallax stage
-  const optics::ShownBox box = optics::shown_box(eye);
-  const Eigen::Vector2d shifted = pictured_px(stereo::camera_of(eye, X_world_head, box), box, p);
+  const view::ShownBox box = view::shown_box(eye);
+  const Eigen::Vector2d shifted = pictured_px(view::camera_of(eye, X_world_head, box), box, p);
   EXPECT_NEAR(shifted.x() - there.x(), -880.0 * 60.0 / 800.0, before_px);
   EXPECT_NEAR(shifted.y(), there.y(), before_px);
 
-  optics::Eye moved = eye;
+  view::Eye moved = eye;
   moved.window.x -= 640, moved.visible.x -= 640, moved.sight_px.x() -= 640.0,
       moved.distortion.centre_px.x() -= 640.0;
-  EXPECT_LT((optics::drawn_px(moved, p) - optics::drawn_px(eye, p) - Eigen::Vector2d(-640.0, 0.0)).norm(),
+  EXPECT_LT((view::drawn_px(moved, p) - view::drawn_px(eye, p) - Eigen::Vector2d(-640.0, 0.0)).norm(),
             before_px);
 }
 
 TEST(Eye, TheEyesSeeAPointApartByTheirDistance)
 {
-  optics::EyePair eyes{sample_eye(), sample_eye()};
-  optics::set_ipd(eyes, 63.0);
+  view::EyePair eyes{sample_eye(), sample_eye()};
+  view::set_ipd(eyes, 63.0);
   const Eigen::Vector3d p(10.0, 5.0, -754.0);  // 750 mm in front of both
-  const Eigen::Vector2d apart = optics::shown_px(eyes.left, p) - optics::shown_px(eyes.right, p);
+  const Eigen::Vector2d apart = view::shown_px(eyes.left, p) - view::shown_px(eyes.right, p);
   EXPECT_NEAR(apart.x(), 880.0 * 63.0 / 750.0, before_px);
   EXPECT_NEAR(apart.y(), 0.0, before_px);
   std::swap(eyes.left, eyes.right);
-  EXPECT_NEAR((optics::shown_px(eyes.left, p) - optics::shown_px(eyes.right, p)).x(), -apart.x(), before_px);
+  EXPECT_NEAR((view::shown_px(eyes.left, p) - view::shown_px(eyes.right, p)).x(), -apart.x(), before_px);
 }
 
 TEST(Distortion, DrawnAndShownAreInverse)
@@ -115,28 +115,28 @@ TEST(Distortion, DrawnAndShownAreInverse)
   std::mt19937 random(2);
   std::uniform_real_distribution<double> px(-300.0, 300.0);
   for (const Optics& lens : lenses) {
-    const optics::Distortion d = sample_eye(lens.k1, lens.k2).distortion;
+    const view::Distortion d = sample_eye(lens.k1, lens.k2).distortion;
     for (int n = 0; n < 500; ++n) {
       const Eigen::Vector2d p = d.centre_px + Eigen::Vector2d(px(random), px(random));
-      EXPECT_LT((optics::drawn_px(d, optics::shown_px(d, p)) - p).norm(), before_px)
+      EXPECT_LT((view::drawn_px(d, view::shown_px(d, p)) - p).norm(), before_px)
           << lens.k1 << " " << p.transpose();
     }
-    EXPECT_EQ(optics::shown_px(d, d.centre_px), d.centre_px);
+    EXPECT_EQ(view::shown_px(d, d.centre_px), d.centre_px);
   }
 }
 
 TEST(Distortion, RadiusGrowsByItsPolynomial)
 {
-  const optics::Distortion d{0.1, 0.03, {0.0, 0.0}, 200.0, 2.0};
-  EXPECT_NEAR(optics::shown_px(d, {100.0, 0.0}).x(), 100.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
+  const view::Distortion d{0.1, 0.03, {0.0, 0.0}, 200.0, 2.0};
+  EXPECT_NEAR(view::shown_px(d, {100.0, 0.0}).x(), 100.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
   // Pixels are twice as high as wide: 50 vertical pixels are as far as 100 horizontal ones.
-  EXPECT_NEAR(optics::shown_px(d, {0.0, 50.0}).y(), 50.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
+  EXPECT_NEAR(view::shown_px(d, {0.0, 50.0}).y(), 50.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
 }
 
 TEST(Distortion, FoldsWhereTheRadiusStopsGrowing)
 {
   constexpr double never = std::numeric_limits<double>::infinity();
-  const auto fold = [](double k1, double k2) { return optics::fold_radius_px({k1, k2, {0, 0}, 1.0, 1.0}); };
+  const auto fold = [](double k1, double k2) { return view::fold_radius_px({k1, k2, {0, 0}, 1.0, 1.0}); };
   EXPECT_EQ(fold(0.0, 0.0), never);
   EXPECT_EQ(fold(0.2, 0.1), never);
   EXPECT_EQ(fold(-0.1, 0.1), never);  // 0.09 < 4 * 0.5: the slope has no root
@@ -150,17 +150,17 @@ TEST(Distortion, FoldsWhereTheRadiusStopsGrowing)
 
 TEST(Distortion, WhatIsShownFromNowhereIsDrawnAtTheFold)
 {
-  const optics::Distortion d{-0.3, 0.0, {0.0, 0.0}, 1.0, 1.0};
-  EXPECT_NEAR(optics::drawn_px(d, {5.0, 0.0}).x(), optics::fold_radius_px(d), 1e-12);
+  const view::Distortion d{-0.3, 0.0, {0.0, 0.0}, 1.0, 1.0};
+  EXPECT_NEAR(view::drawn_px(d, {5.0, 0.0}).x(), view::fold_radius_px(d), 1e-12);
 }
 
 TEST(WarpMesh, CoversTheVisiblePartAndItsPictureExactly)
 {
   for (const Optics& lens : lenses) {
-    const optics::Eye eye = sample_eye(lens.k1, lens.k2);
-    const optics::WarpMesh mesh = optics::warp_mesh(eye, optics::shown_box(eye));
+    const view::Eye eye = sample_eye(lens.k1, lens.k2);
+    const view::WarpMesh mesh = view::warp_mesh(eye, view::shown_box(eye));
     float left = 1e9F, right = -1e9F, u_low = 1.0F, u_high = 0.0F, v_low = 1.0F, v_high = 0.0F;
-    for (const optics::WarpVertex& v : mesh.vertices) {
+    for (const view::WarpVertex& v : mesh.vertices) {
       left = std::min(left, v.x_px), right = std::max(right, v.x_px);
       u_low = std::min(u_low, v.u), u_high = std::max(u_high, v.u);
       v_low = std::min(v_low, v.v), v_high = std::max(v_high, v.v);
@@ -177,34 +177,34 @@ TEST(WarpMesh, CoversTheVisiblePartAndItsPictureExactly)
 
 TEST(WarpMesh, WithoutDistortionIsOneCellAndAFinerBoundMakesMore)
 {
-  const optics::Eye plain = sample_eye(0.0, 0.0), bent = sample_eye();
-  EXPECT_EQ(optics::warp_mesh(plain, optics::shown_box(plain)).triangles.size(), 6U);
-  const std::size_t coarse = optics::warp_mesh(bent, optics::shown_box(bent), 0.5).triangles.size();
-  EXPECT_GT(optics::warp_mesh(bent, optics::shown_box(bent), 0.01).triangles.size(), coarse);
+  const view::Eye plain = sample_eye(0.0, 0.0), bent = sample_eye();
+  EXPECT_EQ(view::warp_mesh(plain, view::shown_box(plain)).triangles.size(), 6U);
+  const std::size_t coarse = view::warp_mesh(bent, view::shown_box(bent), 0.5).triangles.size();
+  EXPECT_GT(view::warp_mesh(bent, view::shown_box(bent), 0.01).triangles.size(), coarse);
 }
 
 TEST(WarpMesh, OpticsTooStrongForTheBoundHaveTheFinestMesh)
 {
   struct Row {
-    optics::Viewport window;
+    view::Viewport window;
     double k1, k2;
   };
   for (const Row& row : {Row{{0, 0, 640, 480}, 0.0, 0.3}, Row{{0, 0, 960, 1080}, 0.3, 0.05}}) {
     SCOPED_TRACE(testing::Message() << row.k1 << " " << row.k2);
-    optics::Eye eye;
+    view::Eye eye;
     eye.window = eye.visible = row.window;
-    eye.sight_px = eye.distortion.centre_px = optics::middle_px(row.window);
+    eye.sight_px = eye.distortion.centre_px = view::middle_px(row.window);
     eye.distortion.unit_px = 0.5 * row.window.width;
     eye.distortion.k1 = row.k1, eye.distortion.k2 = row.k2;
-    ASSERT_FALSE(optics::usability_error(eye, "bench.toml", "left"));
-    const optics::ShownBox box = optics::shown_box(eye);
-    const optics::WarpMesh mesh = optics::warp_mesh(eye, box);
+    ASSERT_FALSE(view::usability_error(eye, "bench.toml", "left"));
+    const view::ShownBox box = view::shown_box(eye);
+    const view::WarpMesh mesh = view::warp_mesh(eye, box);
     EXPECT_EQ(mesh.triangles.size() % (2 * 3 * 512), 0U);
     // The error is largest at the outermost cell centres.
     const double cell_px = row.window.width / 512.0;
     for (const double cells : {0.5, 1.5, 40.5}) {
       const Eigen::Vector2d drawn(cells * cell_px, 0.5 * cell_px);
-      EXPECT_LT((sampled_px(mesh, box, drawn) - optics::shown_px(eye.distortion, drawn)).norm(), after_px);
+      EXPECT_LT((sampled_px(mesh, box, drawn) - view::shown_px(eye.distortion, drawn)).norm(), after_px);
     }
   }
 }
@@ -214,11 +214,11 @@ TEST(WarpMesh, IsMadeForEveryK1AndK2ThatKeysReach)
   int n_usable = 0;
   for (double k1 = -1.0; k1 <= 1.0; k1 += 0.25) {
     for (double k2 = -1.0; k2 <= 1.0; k2 += 0.25) {
-      const optics::Eye eye = sample_eye(k1, k2);
-      if (optics::fold_radius_px(eye.distortion) <= optics::furthest_radius_px(eye.distortion, eye.visible))
+      const view::Eye eye = sample_eye(k1, k2);
+      if (view::fold_radius_px(eye.distortion) <= view::furthest_radius_px(eye.distortion, eye.visible))
         continue;
       ++n_usable;
-      EXPECT_FALSE(optics::warp_mesh(eye, optics::shown_box(eye)).triangles.empty()) << k1 << " " << k2;
+      EXPECT_FALSE(view::warp_mesh(eye, view::shown_box(eye)).triangles.empty()) << k1 << " " << k2;
     }
   }
   EXPECT_GT(n_usable, 20);
@@ -226,12 +226,12 @@ TEST(WarpMesh, IsMadeForEveryK1AndK2ThatKeysReach)
 
 TEST(Eye, UnusableOnesAreRefusedByName)
 {
-  const auto refused = [](const optics::Eye& eye) -> std::string {
-    const std::optional<InputError::Facts> facts = optics::usability_error(eye, "bench.toml", "left");
+  const auto refused = [](const view::Eye& eye) -> std::string {
+    const std::optional<InputError::Facts> facts = view::usability_error(eye, "bench.toml", "left");
     return facts ? InputError(*facts).what() : "";
   };
   EXPECT_EQ(refused(sample_eye()), "");
-  optics::Eye eye = sample_eye(-0.5, 0.0);
+  view::Eye eye = sample_eye(-0.5, 0.0);
   EXPECT_NE(refused(eye).find("left.distortion"), std::string::npos) << refused(eye);
   // Needs an image of 4.2 times the visible part's size.
   eye = sample_eye(1.0, 1.0);
@@ -250,7 +250,7 @@ TEST(Eye, UnusableOnesAreRefusedByName)
 
 TEST(Layout, TheThesisDrawsInTheRightQuarters)
 {
-  const optics::EyeWindows windows = optics::eye_windows(optics::Layout::quarters, 1280, 1024, "bench.toml");
+  const view::EyeWindows windows = view::eye_windows(view::Layout::quarters, 1280, 1024, "bench.toml");
   EXPECT_EQ(windows.left.x, 640);
   EXPECT_EQ(windows.left.width, 640);
   EXPECT_EQ(windows.left.height, 480);
@@ -261,19 +261,19 @@ TEST(Layout, TheThesisDrawsInTheRightQuarters)
 
 TEST(Layout, NoWindowOverlapsTheOtherOrLeavesTheFrameBuffer)
 {
-  for (std::size_t k = 0; k < optics::layout_names().size(); ++k) {
-    const auto layout = optics::layout_named(optics::layout_names()[k]);
+  for (std::size_t k = 0; k < view::layout_names().size(); ++k) {
+    const auto layout = view::layout_named(view::layout_names()[k]);
     ASSERT_TRUE(layout.has_value());
     for (const auto& [width, height] : {std::pair{1280, 1024}, {1921, 1081}, {640, 480}}) {
-      const optics::EyeWindows windows = optics::eye_windows(*layout, width, height, "bench.toml");
-      EXPECT_EQ(optics::within(windows.left, windows.right).width, 0);
-      for (const optics::Viewport& v : {windows.left, windows.right}) {
-        EXPECT_EQ(optics::within(v, {0, 0, width, height}).width, v.width);
-        EXPECT_EQ(optics::within(v, {0, 0, width, height}).height, v.height);
+      const view::EyeWindows windows = view::eye_windows(*layout, width, height, "bench.toml");
+      EXPECT_EQ(view::within(windows.left, windows.right).width, 0);
+      for (const view::Viewport& v : {windows.left, windows.right}) {
+        EXPECT_EQ(view::within(v, {0, 0, width, height}).width, v.width);
+        EXPECT_EQ(view::within(v, {0, 0, width, height}).height, v.height);
         EXPECT_GT(v.width * v.height, 0);
       }
     }
-    EXPECT_THROW(optics::eye_windows(*layout, 1, 1, "bench.toml"), InputError);
+    EXPECT_THROW(view::eye_windows(*layout, 1, 1, "bench.toml"), InputError);
   }
 }
 

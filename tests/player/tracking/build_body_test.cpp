@@ -4,7 +4,7 @@
 
 #include "moves.hpp"
 #include "support/refusal.hpp"
-#include "tracking/body_pose.hpp"
+#include "bench/body_pose.hpp"
 
 namespace vrda::build_body_test {
 
@@ -15,15 +15,15 @@ using test::seen_at;
 /// Remaining error of the iteration: its tolerance times the steps that slow convergence needs.
 constexpr double built_mm = 1e-6;
 
-std::vector<tracking::MarkerRow> frames_of(const tracking::RigidBody& body, int n, std::mt19937_64& random)
+std::vector<bench::MarkerRow> frames_of(const bench::RigidBody& body, int n, std::mt19937_64& random)
 {
-  std::vector<tracking::MarkerRow> frames;
+  std::vector<bench::MarkerRow> frames;
   for (int i = 0; i < n; ++i) frames.push_back(seen_at(body, test::random_pose(random)));
   return frames;
 }
 
 /// Distances between markers, which are independent of the frame.
-void expect_same_shape(const tracking::RigidBody& a, const tracking::RigidBody& b, double tolerance_mm)
+void expect_same_shape(const bench::RigidBody& a, const bench::RigidBody& b, double tolerance_mm)
 {
   ASSERT_EQ(a.markers_mm.rows(), b.markers_mm.rows());
   for (Eigen::Index i = 0; i < a.markers_mm.rows(); ++i) {
@@ -37,19 +37,19 @@ void expect_same_shape(const tracking::RigidBody& a, const tracking::RigidBody& 
 TEST(BuildBody, FindsTheShapeInFullFrames)
 {
   std::mt19937_64 random(41);
-  const tracking::BuiltBody built = tracking::build_body(frames_of(leg_body(), 20, random), "body");
-  EXPECT_EQ(built.status, tracking::BuildStatus::converged);
+  const bench::BuiltBody built = bench::build_body(frames_of(leg_body(), 20, random), "body");
+  EXPECT_EQ(built.status, bench::BuildStatus::converged);
   EXPECT_EQ(built.n_frames, 20);
   EXPECT_EQ(built.n_refused, 0);
   EXPECT_LT(built.residual_rms_mm, built_mm);
   expect_same_shape(built.body, leg_body(), built_mm);
-  for (const tracking::BuiltMarker& marker : built.markers) EXPECT_EQ(marker.n_frames, 20);
+  for (const bench::BuiltMarker& marker : built.markers) EXPECT_EQ(marker.n_frames, 20);
 }
 
 TEST(BuildBody, ItsFrameIsTheOneStated)
 {
   std::mt19937_64 random(42);
-  const Points p = tracking::build_body(frames_of(leg_body(), 5, random), "body").body.markers_mm;
+  const Points p = bench::build_body(frames_of(leg_body(), 5, random), "body").body.markers_mm;
   EXPECT_LT(p.colwise().mean().norm(), built_mm);
   const Eigen::Vector3d along = (p.row(1) - p.row(0)).transpose();
   EXPECT_GT(along.x(), 0.0);
@@ -62,21 +62,21 @@ TEST(BuildBody, ItsFrameIsTheOneStated)
 TEST(BuildBody, IsPutWhereCoordinatesAreGiven)
 {
   std::mt19937_64 random(43);
-  tracking::BodyOptions options;
+  bench::BodyOptions options;
   options.given_mm = seen_at(leg_body(), Pose::Identity());
   options.given_mm[4].reset();
-  const tracking::BuiltBody built = tracking::build_body(frames_of(leg_body(), 5, random), "body", options);
+  const bench::BuiltBody built = bench::build_body(frames_of(leg_body(), 5, random), "body", options);
   EXPECT_LT((built.body.markers_mm - leg_body().markers_mm).norm(), built_mm);
   EXPECT_LT(built.given_rms_mm, built_mm);
   *options.given_mm[0] += Eigen::Vector3d(3, 0, 0);
-  EXPECT_GT(tracking::build_body(frames_of(leg_body(), 5, random), "body", options).given_rms_mm, 0.3);
+  EXPECT_GT(bench::build_body(frames_of(leg_body(), 5, random), "body", options).given_rms_mm, 0.3);
 }
 
 TEST(BuildBody, GapsAreLeftOut)
 {
   // No frame shows more than four of the six markers, some too few.
   std::mt19937_64 random(44);
-  std::vector<tracking::MarkerRow> frames = frames_of(leg_body(), 60, random);
+  std::vector<bench::MarkerRow> frames = frames_of(leg_body(), 60, random);
   std::vector<int> n_seen(6, 0);
   int n_short = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -88,8 +88,8 @@ TEST(BuildBody, GapsAreLeftOut)
     for (std::size_t hidden = 1; is_short && hidden < 4; ++hidden) frames[i][(i % 6 + hidden) % 6].reset();
     for (std::size_t k = 0; k < 6; ++k) n_seen[k] += !is_short && frames[i][k] ? 1 : 0;
   }
-  const tracking::BuiltBody built = tracking::build_body(frames, "body");
-  EXPECT_EQ(built.status, tracking::BuildStatus::converged);
+  const bench::BuiltBody built = bench::build_body(frames, "body");
+  EXPECT_EQ(built.status, bench::BuildStatus::converged);
   EXPECT_EQ(built.n_refused, n_short);
   EXPECT_EQ(built.n_frames, 60 - n_short);
   expect_same_shape(built.body, leg_body(), built_mm);
@@ -104,11 +104,11 @@ TEST(BuildBody, NoiseAveragesOut)
   constexpr int m = 400;
   constexpr double noise = 0.2;
   std::mt19937_64 random(45);
-  std::vector<tracking::MarkerRow> frames = frames_of(leg_body(), m, random);
-  for (tracking::MarkerRow& frame : frames) {
+  std::vector<bench::MarkerRow> frames = frames_of(leg_body(), m, random);
+  for (bench::MarkerRow& frame : frames) {
     for (auto& p : frame) *p += test::noise_of(random, noise);
   }
-  const tracking::BuiltBody built = tracking::build_body(frames, "body");
+  const bench::BuiltBody built = bench::build_body(frames, "body");
   expect_same_shape(built.body, leg_body(), 5.0 * std::sqrt(2.0 / m) * noise);
   const double n_left = 18.0 * m - 6.0 * m - 12.0;
   const double expected_mm = noise * std::sqrt(n_left / (6.0 * m));
@@ -118,16 +118,16 @@ TEST(BuildBody, NoiseAveragesOut)
 TEST(BuildBody, MovingEveryFrameChangesNothing)
 {
   std::mt19937_64 random(46);
-  std::vector<tracking::MarkerRow> frames = frames_of(leg_body(), 30, random);
-  for (tracking::MarkerRow& frame : frames) {
+  std::vector<bench::MarkerRow> frames = frames_of(leg_body(), 30, random);
+  for (bench::MarkerRow& frame : frames) {
     for (auto& p : frame) *p += test::noise_of(random, 0.3);
   }
-  const tracking::BuiltBody here = tracking::build_body(frames, "body");
-  for (tracking::MarkerRow& frame : frames) {
+  const bench::BuiltBody here = bench::build_body(frames, "body");
+  for (bench::MarkerRow& frame : frames) {
     const Pose X = test::random_pose(random);
     for (auto& p : frame) p = X * *p;
   }
-  const tracking::BuiltBody there = tracking::build_body(frames, "body");
+  const bench::BuiltBody there = bench::build_body(frames, "body");
   EXPECT_LT((here.body.markers_mm - there.body.markers_mm).norm(), built_mm);
   EXPECT_NEAR(here.residual_rms_mm, there.residual_rms_mm, built_mm);
 }
@@ -135,58 +135,58 @@ TEST(BuildBody, MovingEveryFrameChangesNothing)
 TEST(BuildBody, SaysWhatItCannotUse)
 {
   std::mt19937_64 random(47);
-  std::vector<tracking::MarkerRow> frames = frames_of(leg_body(), 3, random);
-  EXPECT_EQ(input_error([] { tracking::build_body({}, "body.csv"); }).field, "frames");
-  EXPECT_EQ(input_error([] { tracking::build_body({tracking::MarkerRow(2)}, "body.csv"); }).field, "markers");
-  EXPECT_EQ(input_error([] { tracking::build_body({tracking::MarkerRow(3)}, "body.csv"); }).field, "markers");
+  std::vector<bench::MarkerRow> frames = frames_of(leg_body(), 3, random);
+  EXPECT_EQ(input_error([] { bench::build_body({}, "body.csv"); }).field, "frames");
+  EXPECT_EQ(input_error([] { bench::build_body({bench::MarkerRow(2)}, "body.csv"); }).field, "markers");
+  EXPECT_EQ(input_error([] { bench::build_body({bench::MarkerRow(3)}, "body.csv"); }).field, "markers");
 
-  std::vector<tracking::MarkerRow> uneven = frames;
+  std::vector<bench::MarkerRow> uneven = frames;
   uneven[1].pop_back();
-  EXPECT_EQ(input_error([&] { tracking::build_body(uneven, "body.csv"); }).field, "frame 2");
-  std::vector<tracking::MarkerRow> not_finite = frames;
+  EXPECT_EQ(input_error([&] { bench::build_body(uneven, "body.csv"); }).field, "frame 2");
+  std::vector<bench::MarkerRow> not_finite = frames;
   not_finite[2][0]->x() = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(input_error([&] { tracking::build_body(not_finite, "body.csv"); }).field, "frame 3");
+  EXPECT_EQ(input_error([&] { bench::build_body(not_finite, "body.csv"); }).field, "frame 3");
 
-  tracking::RigidBody line = leg_body();
+  bench::RigidBody line = leg_body();
   line.markers_mm.col(0).setZero();
   line.markers_mm.col(2).setZero();
   const InputError::Facts collinear =
-      input_error([&] { tracking::build_body(frames_of(line, 3, random), "body.csv"); });
+      input_error([&] { bench::build_body(frames_of(line, 3, random), "body.csv"); });
   EXPECT_EQ(collinear.file, "body.csv");
   EXPECT_EQ(collinear.found.substr(0, 9), "collinear");
 
-  std::vector<tracking::MarkerRow> apart = frames;
-  for (tracking::MarkerRow& frame : apart) frame[5].reset();
+  std::vector<bench::MarkerRow> apart = frames;
+  for (bench::MarkerRow& frame : apart) frame[5].reset();
   apart.push_back(frames[0]);
   for (std::size_t k = 2; k < 6; ++k) apart.back()[k].reset();
   apart.back()[5] = frames[0][5];
-  EXPECT_THAT(input_error([&] { tracking::build_body(apart, "body.csv"); }),
+  EXPECT_THAT(input_error([&] { bench::build_body(apart, "body.csv"); }),
               test::refuses({.field = "marker 6"}));
 
-  tracking::RigidBody same = leg_body();
+  bench::RigidBody same = leg_body();
   same.markers_mm.row(1) = same.markers_mm.row(0);
-  EXPECT_EQ(input_error([&] { tracking::build_body(frames_of(same, 3, random), "body.csv"); }).field,
+  EXPECT_EQ(input_error([&] { bench::build_body(frames_of(same, 3, random), "body.csv"); }).field,
             "markers 1 and 2");
 
-  tracking::BodyOptions options;
-  options.given_mm = tracking::MarkerRow(6);
-  EXPECT_EQ(input_error([&] { tracking::build_body(frames, "body.csv", options); }).field,
+  bench::BodyOptions options;
+  options.given_mm = bench::MarkerRow(6);
+  EXPECT_EQ(input_error([&] { bench::build_body(frames, "body.csv", options); }).field,
             "coordinates wanted");
   options.given_mm.pop_back();
-  EXPECT_EQ(input_error([&] { tracking::build_body(frames, "body.csv", options); }).field,
+  EXPECT_EQ(input_error([&] { bench::build_body(frames, "body.csv", options); }).field,
             "coordinates wanted");
 }
 
 TEST(BuildBody, AnIterationThatIsCutShortSaysSo)
 {
   std::mt19937_64 random(48);
-  std::vector<tracking::MarkerRow> frames = frames_of(leg_body(), 4, random);
-  for (tracking::MarkerRow& frame : frames) {
+  std::vector<bench::MarkerRow> frames = frames_of(leg_body(), 4, random);
+  for (bench::MarkerRow& frame : frames) {
     for (auto& p : frame) *p += test::noise_of(random, 1.0);
   }
-  tracking::BodyOptions options;
+  bench::BodyOptions options;
   options.most_iterations = 1;
-  EXPECT_EQ(tracking::build_body(frames, "body", options).status, tracking::BuildStatus::iteration_limit);
+  EXPECT_EQ(bench::build_body(frames, "body", options).status, bench::BuildStatus::iteration_limit);
 }
 
 }  // namespace vrda::build_body_test

@@ -1,7 +1,7 @@
 #include "moves.hpp"
 
 #include "core/units.hpp"
-#include "tracking/screw.hpp"
+#include "bench/screw.hpp"
 
 namespace vrda::test {
 
@@ -22,22 +22,22 @@ Eigen::Vector3d noise_of(std::mt19937_64& random, double sd)
 Pose random_pose(std::mt19937_64& random)
 {
   Pose X = Pose::Identity();
-  X.linear() = tracking::rotation_of(random_vector(random, pi));
+  X.linear() = bench::rotation_of(random_vector(random, pi));
   X.translation() = random_vector(random, 1000.0);
   return X;
 }
 
-tracking::RigidBody leg_body()
+bench::RigidBody leg_body()
 {
-  tracking::RigidBody body;
+  bench::RigidBody body;
   body.markers_mm.resize(6, 3);
   body.markers_mm << 30, 200, -20, -25, 210, 30, 10, 160, 60, 35, -190, 10, -30, -205, -25, 5, -230, 40;
   return body;
 }
 
-tracking::MarkerRow seen_at(const tracking::RigidBody& body, const Pose& X_tracker_body)
+bench::MarkerRow seen_at(const bench::RigidBody& body, const Pose& X_tracker_body)
 {
-  tracking::MarkerRow row;
+  bench::MarkerRow row;
   for (Eigen::Index k = 0; k < body.markers_mm.rows(); ++k) {
     const Eigen::Vector3d p_body = body.markers_mm.row(k).transpose();
     row.emplace_back(X_tracker_body * p_body);
@@ -47,7 +47,7 @@ tracking::MarkerRow seen_at(const tracking::RigidBody& body, const Pose& X_track
 
 double turn_between_rad(const Pose& a, const Pose& b)
 {
-  return tracking::turn_of(a.linear().transpose() * b.linear()).norm();
+  return bench::turn_of(a.linear().transpose() * b.linear()).norm();
 }
 
 double distance_mm(const Pose& a, const Pose& b, const Eigen::Vector3d& p_mm)

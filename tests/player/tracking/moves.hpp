@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "tracking/rigid_body.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::test {
 
@@ -14,9 +14,9 @@ Eigen::Vector3d random_vector(std::mt19937_64& random, double largest);
 Eigen::Vector3d noise_of(std::mt19937_64& random, double sd);
 
 /// The thesis's leg: three markers on the thigh, three on the shank, some 400 mm apart.
-tracking::RigidBody leg_body();
+bench::RigidBody leg_body();
 /// All markers of a body in the tracker's frame.
-tracking::MarkerRow seen_at(const tracking::RigidBody& body, const Pose& X_tracker_body);
+bench::MarkerRow seen_at(const bench::RigidBody& body, const Pose& X_tracker_body);
 
 /// Angle of the rotation between two poses, and distance between their images of `p_mm`.
 double turn_between_rad(const Pose& a, const Pose& b);

@@ -1,4 +1,4 @@
-#include "tracking/one_euro.hpp"
+#include "bench/one_euro.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace vrda::one_euro_test {
 
 /// Of the header: 1 / (2 pi cutoff(speed)).
-double delay_s(const tracking::OneEuroOptions& options, double speed)
+double delay_s(const bench::OneEuroOptions& options, double speed)
 {
   return 1.0 / (2.0 * pi * (options.least_cutoff_hz + options.hz_by_speed * speed));
 }
@@ -18,11 +18,11 @@ double delay_s(const tracking::OneEuroOptions& options, double speed)
 TEST(OneEuro, LagsARampByTheStatedDelayAtAnyRate)
 {
   // 30 s are 180 times the slowest time constant, 1 / (2 pi 1 Hz) = 0.16 s.
-  const tracking::OneEuroOptions options{1.0, 5.0, 1.0};
+  const bench::OneEuroOptions options{1.0, 5.0, 1.0};
   for (const double rate_hz : {30.0, 100.0, 1000.0}) {
     for (const double speed : {0.0, 0.2, -0.2, 1.5}) {
       SCOPED_TRACE(speed);
-      tracking::OneEuroFilter filter(options);
+      bench::OneEuroFilter filter(options);
       double value = 0.0, time_s = 0.0;
       for (int i = 0; i <= 30 * static_cast<int>(rate_hz); ++i) {
         time_s = i / rate_hz;
@@ -36,18 +36,18 @@ TEST(OneEuro, LagsARampByTheStatedDelayAtAnyRate)
 
 TEST(OneEuro, TheDefaultsDelayAsStated)
 {
-  EXPECT_NEAR(delay_s(tracking::default_angle_filter, 0.0), 0.106, 5e-4);
-  EXPECT_NEAR(delay_s(tracking::default_angle_filter, 1.0), 0.0082, 5e-5);
+  EXPECT_NEAR(delay_s(bench::default_angle_filter, 0.0), 0.106, 5e-4);
+  EXPECT_NEAR(delay_s(bench::default_angle_filter, 1.0), 0.0082, 5e-5);
 }
 
 TEST(OneEuro, AtRestNoiseFallsByTheFirstOrderFilter)
 {
   // Without gain the variance of white noise falls to a / (2 - a). The mean square of n values that are
   // correlated over 1 / a steps spreads relatively by sqrt(2 / (a n)); five of that.
-  const tracking::OneEuroOptions options{1.5, 0.0, 1.0};
+  const bench::OneEuroOptions options{1.5, 0.0, 1.0};
   const double step_s = 0.01, a = 1.0 / (1.0 + 1.0 / (2.0 * pi * 1.5 * step_s));
   std::mt19937_64 random(51);
-  tracking::OneEuroFilter filter(options);
+  bench::OneEuroFilter filter(options);
   constexpr int n = 200000;
   double square = 0.0;
   for (int i = 0; i < n; ++i) {
@@ -59,7 +59,7 @@ TEST(OneEuro, AtRestNoiseFallsByTheFirstOrderFilter)
 
 TEST(OneEuro, TimesThatDoNotAscend)
 {
-  tracking::OneEuroFilter filter({1.0, 0.0, 1.0});
+  bench::OneEuroFilter filter({1.0, 0.0, 1.0});
   EXPECT_EQ(filter.filtered(1.0, 10.0), 1.0);
   const double second = filter.filtered(2.0, 10.1);
   EXPECT_GT(second, 1.0);
@@ -72,11 +72,11 @@ TEST(OneEuro, TimesThatDoNotAscend)
 
 TEST(OneEuroAngles, FiltersEachByItself)
 {
-  tracking::OneEuroAngles angles({1.0, 4.0, 1.0});
-  tracking::OneEuroFilter flexion({1.0, 4.0, 1.0});
+  bench::OneEuroAngles angles({1.0, 4.0, 1.0});
+  bench::OneEuroFilter flexion({1.0, 4.0, 1.0});
   for (int i = 0; i < 50; ++i) {
     const double time_s = 0.01 * i, value = 0.3 * i * time_s;
-    const tracking::LegAngles filtered = angles.filtered({value, 0.25, -1.0}, time_s);
+    const bench::LegAngles filtered = angles.filtered({value, 0.25, -1.0}, time_s);
     EXPECT_EQ(filtered.flexion_rad, flexion.filtered(value, time_s));
     EXPECT_EQ(filtered.varus_rad, 0.25);
     EXPECT_EQ(filtered.theta_rad, -1.0);

@@ -1,4 +1,4 @@
-#include "tracking/prediction.hpp"
+#include "bench/prediction.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,16 +12,16 @@ TEST(PlacePredictor, ConstantTwistIsPredictedExactly)
 {
   std::mt19937_64 random(61);
   for (int i = 0; i < 100; ++i) {
-    const tracking::Screw twist{test::random_vector(random, 3.0), test::random_vector(random, 600.0)};
+    const bench::Screw twist{test::random_vector(random, 3.0), test::random_vector(random, 600.0)};
     const Pose X_start = test::random_pose(random);
-    tracking::PosePredictor predictor;
+    bench::PosePredictor predictor;
     std::uniform_real_distribution<double> step(0.005, 0.015);
     double time_s = 100.0;
     for (int k = 0; k < 12; ++k) {
       time_s += step(random);
-      predictor.add({time_s, X_start * tracking::pose_of(tracking::scaled(twist, time_s - 100.0))});
+      predictor.add({time_s, X_start * bench::pose_of(bench::scaled(twist, time_s - 100.0))});
     }
-    const Pose then = X_start * tracking::pose_of(tracking::scaled(twist, time_s + 0.06 - 100.0));
+    const Pose then = X_start * bench::pose_of(bench::scaled(twist, time_s + 0.06 - 100.0));
     EXPECT_LT(test::distance_mm(predictor.at(time_s + 0.06), then), 1e-8);
     EXPECT_LT(test::turn_between_rad(predictor.at(time_s + 0.06), then), 1e-10);
     EXPECT_LT((predictor.velocity().turn_rad - twist.turn_rad).norm(), 1e-9);
@@ -31,7 +31,7 @@ TEST(PlacePredictor, ConstantTwistIsPredictedExactly)
 
 TEST(PlacePredictor, HoldsWhatItCannotCarryOn)
 {
-  tracking::PosePredictor predictor;
+  bench::PosePredictor predictor;
   EXPECT_FALSE(predictor.has_sample());
   const auto at_x = [](double x_mm) { return Pose(Eigen::Translation3d(x_mm, 0, 0)); };
   predictor.add({1.0, at_x(5)});
@@ -58,7 +58,7 @@ TEST(PlacePredictor, HoldsWhatItCannotCarryOn)
 
 TEST(PlacePredictor, AWindowTooSmallForTheRateKeepsTheNewest)
 {
-  tracking::PosePredictor predictor({.window_s = 10.0});
+  bench::PosePredictor predictor({.window_s = 10.0});
   for (int i = 0; i <= 200; ++i) {
     // Reverses long before the last 32 samples.
     const double x_mm = i < 100 ? -i : i - 200.0;
@@ -76,7 +76,7 @@ TEST(PlacePredictor, NoiseOfTheVelocityIsThatOfALeastSquaresSlope)
   std::mt19937_64 random(62);
   double square = 0.0;
   for (int i = 0; i < m; ++i) {
-    tracking::PosePredictor predictor({.window_s = 0.0801});
+    bench::PosePredictor predictor({.window_s = 0.0801});
     for (int k = 0; k < n; ++k) {
       predictor.add({k * step_s, Pose(Eigen::Translation3d(test::noise_of(random, noise)))});
     }
@@ -88,7 +88,7 @@ TEST(PlacePredictor, NoiseOfTheVelocityIsThatOfALeastSquaresSlope)
 
 TEST(PlacePredictor, AllocatesNothing)
 {
-  tracking::PosePredictor predictor;
+  bench::PosePredictor predictor;
   const long n_before = test::allocations_of_thread();
   for (int i = 0; i < 100; ++i) predictor.add({0.01 * i, Pose(Eigen::Translation3d(i, 0, 0))});
   const Pose X = predictor.at(1.02);
@@ -98,10 +98,10 @@ TEST(PlacePredictor, AllocatesNothing)
 
 TEST(AnglesPredictor, StraightLinesArePredictedExactly)
 {
-  tracking::AnglesPredictor predictor;
+  bench::AnglesPredictor predictor;
   EXPECT_FALSE(predictor.has_sample());
   for (int i = 0; i < 20; ++i) predictor.add({0.01 * i, {0.1 + 0.8 * 0.01 * i, -0.05 * 0.01 * i, 0.3}});
-  const tracking::LegAngles then = predictor.at(0.25);
+  const bench::LegAngles then = predictor.at(0.25);
   EXPECT_NEAR(then.flexion_rad, 0.3, 1e-13);
   EXPECT_NEAR(then.varus_rad, -0.0125, 1e-13);
   EXPECT_NEAR(then.theta_rad, 0.3, 1e-13);
@@ -118,23 +118,23 @@ TEST(ErrorSummary, IsThePlainDefinition)
 {
   std::vector<double> errors;
   for (int i = 100; i >= 1; --i) errors.push_back(i);
-  const tracking::ErrorSummary summary = tracking::summary_of(errors);
+  const bench::ErrorSummary summary = bench::summary_of(errors);
   EXPECT_EQ(summary.n, 100U);
   EXPECT_EQ(summary.percentile_95, 95.0);
   EXPECT_NEAR(summary.rms, std::sqrt(3383.5), 1e-12);  // mean of i^2: 101 * 201 / 6
-  EXPECT_EQ(tracking::summary_of({3.0}).percentile_95, 3.0);
-  EXPECT_EQ(tracking::summary_of({}).n, 0U);
+  EXPECT_EQ(bench::summary_of({3.0}).percentile_95, 3.0);
+  EXPECT_EQ(bench::summary_of({}).n, 0U);
 }
 
 TEST(PredictionError, OfASteadyMotionIsSpeedTimesHorizonHeldAndNothingPredicted)
 {
-  std::vector<tracking::TimedPose> series;
+  std::vector<bench::TimedPose> series;
   for (int i = 0; i <= 200; ++i) {
     const double time_s = 0.01 * i;
     series.push_back({time_s, Pose(Eigen::Translation3d(300.0 * time_s, 0, 0))});
   }
   const double horizon_s = 0.035;
-  const tracking::PosePredictionError place = tracking::prediction_error(series, horizon_s);
+  const bench::PosePredictionError place = bench::prediction_error(series, horizon_s);
   // Up to 2.0 s minus the horizon: 0 to 1.96 s.
   EXPECT_EQ(place.shift_mm.held.n, 197U);
   EXPECT_NEAR(place.shift_mm.held.rms, 300.0 * horizon_s, 1e-9);
@@ -150,12 +150,12 @@ TEST(PredictionError, OfASwingIsThatOfItsAcceleration)
   // acceleration: the slope over a window T belongs to its centre, T / 2 earlier, so a w^2 h (h + T) / 2 at
   // most; the RMS of both is smaller by sqrt(2). The next term is w T = 0.13 of that.
   const double a_mm = 150.0, w = 1.6, h = 0.033, T = 0.08;
-  std::vector<tracking::TimedPose> series;
+  std::vector<bench::TimedPose> series;
   for (int i = 0; i <= 4000; ++i) {
     series.push_back({0.01 * i, Pose(Eigen::Translation3d(a_mm * sine(w * 0.01 * i), 0, 0))});
   }
-  const tracking::PredictionError error =
-      tracking::prediction_error(series, h, {.window_s = T + 1e-6}).shift_mm;
+  const bench::PredictionError error =
+      bench::prediction_error(series, h, {.window_s = T + 1e-6}).shift_mm;
   EXPECT_NEAR(error.held.rms / (a_mm * w * h / std::sqrt(2.0)), 1.0, 0.02);
   EXPECT_NEAR(error.predicted.rms / (a_mm * w * w * h * (h + T) / 2.0 / std::sqrt(2.0)), 1.0, 0.13);
 }

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/units.hpp"
-#include "motion/poses.hpp"
+#include "store/poses.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace {
@@ -37,10 +37,10 @@ double angle_deg(const std::vector<double>& axis_deg, int k, Seeded& seeded)
   return first - margin + share * (last - first + 2.0 * margin);
 }
 
-void print(const vrda::motion::JointPose& pose, const vrda::Attitude& requested_deg)
+void print(const vrda::store::JointPose& pose, const vrda::Attitude& requested_deg)
 {
   std::cout << R"({"flexion":)" << requested_deg.flexion_rad << R"(,"varus":)" << requested_deg.varus_rad
-            << R"(,"is_solved":)" << (pose.status == vrda::motion::PoseStatus::solved ? "true" : "false")
+            << R"(,"is_solved":)" << (pose.status == vrda::store::PoseStatus::solved ? "true" : "false")
             << R"(,"is_flexion_clamped":)" << (pose.is_flexion_clamped ? "true" : "false")
             << R"(,"is_varus_clamped":)" << (pose.is_varus_clamped ? "true" : "false") << R"(,"theta_rad":)"
             << pose.theta_rad << R"(,"X":[)";
@@ -53,7 +53,7 @@ void print(const vrda::motion::JointPose& pose, const vrda::Attitude& requested_
 
 void print_set(const vrda::store::MotionModel& model, const std::string& set, int count, std::uint64_t seed)
 {
-  const vrda::motion::Motion motion(model, set);
+  const vrda::store::Motion motion(model, set);
   Seeded seeded(seed);
   for (int k = 0; k < count; ++k) {
     // Kept in degrees, so that both implementations get the same numbers.
@@ -71,7 +71,7 @@ void print_model(const std::string& file, int count, std::uint64_t seed)
   std::cout.precision(std::numeric_limits<double>::max_digits10);
   std::cout << "{";
   bool is_first = true;
-  for (const std::string& set : vrda::motion::all_set_names(model)) {
+  for (const std::string& set : vrda::store::all_set_names(model)) {
     std::cout << (is_first ? "" : ",\n") << '"' << set << "\":[";
     print_set(model, set, count, seed);
     std::cout << "]";

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "webcam/body_sheet.hpp"
+#include "bench/body_sheet.hpp"
 
 namespace vrda::body_sheet_test {
 
@@ -9,8 +9,8 @@ using testing::HasSubstr;
 
 TEST(BodySheet, MarkersAreSquaresBesideTheEdge)
 {
-  const auto markers = webcam::marker_corners_mm({});
-  for (const webcam::MarkerCorners& marker : markers) {
+  const auto markers = bench::marker_corners_mm({});
+  for (const bench::MarkerCorners& marker : markers) {
     for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR((marker[(k + 1) % 4] - marker[k]).norm(), 40.0, 1e-12);
     EXPECT_NEAR((marker[2] - marker[0]).norm(), 40.0 * std::sqrt(2.0), 1e-12);
     // Seen from outside, clockwise from the upper left.
@@ -24,12 +24,12 @@ TEST(BodySheet, MarkersAreSquaresBesideTheEdge)
   EXPECT_NEAR(markers[1][0].y(), 44.0, 1e-12);
   EXPECT_NEAR(markers[2][3].y(), -44.0, 1e-12);
   // A print of another size.
-  EXPECT_NEAR((webcam::marker_corners_mm({20.0})[3][2] - 0.5 * markers[3][2]).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((bench::marker_corners_mm({20.0})[3][2] - 0.5 * markers[3][2]).norm(), 0.0, 1e-12);
 }
 
 TEST(BodySheet, ThePrintHasItsSizesInMillimetres)
 {
-  const std::string pdf = webcam::sheets_pdf({"femur", "tibia", "probe"});
+  const std::string pdf = bench::sheets_pdf({"femur", "tibia", "probe"});
   EXPECT_THAT(pdf, testing::StartsWith("%PDF-1.4\n"));
   EXPECT_THAT(pdf, HasSubstr("/Count 3 "));
   EXPECT_THAT(pdf, HasSubstr("/PrintScaling /None"));

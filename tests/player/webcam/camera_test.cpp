@@ -9,31 +9,31 @@
 #include "player/webcam/rendered_pictures.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
-#include "webcam/body_sheet.hpp"
-#include "webcam/camera_fit.hpp"
+#include "bench/body_sheet.hpp"
+#include "bench/camera_fit.hpp"
 
 namespace vrda::camera_test {
 
 TEST(CameraFile, ReadsBackWhatItWrites)
 {
   const test::Scratch scratch;
-  webcam::Camera camera = test::webcam_camera();
+  bench::Camera camera = test::webcam_camera();
   camera.rms_px = 0.21;
   camera.n_views = 20;
-  const std::string file = scratch.write("camera.toml", webcam::camera_text(camera)).string();
-  const webcam::Camera read = webcam::read_camera(file);
+  const std::string file = scratch.write("camera.toml", bench::camera_text(camera)).string();
+  const bench::Camera read = bench::read_camera(file);
   EXPECT_EQ(read.focal_px, camera.focal_px);
   EXPECT_EQ(read.centre_px, camera.centre_px);
   EXPECT_EQ(read.distortion, camera.distortion);
-  EXPECT_EQ(webcam::camera_text(read), webcam::camera_text(camera));
+  EXPECT_EQ(bench::camera_text(read), bench::camera_text(camera));
   const std::string wrong = scratch
                                 .write("wrong.toml",
                                        "width = 640\nheight = 480\nfocal_px = [600]\ncentre_px = [1, "
                                        "2]\ndistortion = [0, 0, 0, 0, 0]\n")
                                 .string();
-  EXPECT_THAT(test::input_error([&] { webcam::read_camera(wrong); }),
+  EXPECT_THAT(test::input_error([&] { bench::read_camera(wrong); }),
               test::refuses({wrong, "focal_px", "600", "two"}));
-  EXPECT_THAT(test::input_error([] { webcam::read_camera("none.toml"); }),
+  EXPECT_THAT(test::input_error([] { bench::read_camera("none.toml"); }),
               test::refuses({"none.toml", "", "", "vrda-webcam calibrate"}));
 }
 
@@ -54,9 +54,9 @@ test::PlanePattern board_pattern()
 
 TEST(CameraFit, FindsTheCameraFromTheBoard)
 {
-  const webcam::Camera truth = test::webcam_camera();
+  const bench::Camera truth = test::webcam_camera();
   const test::PlanePattern pattern = board_pattern();
-  webcam::CameraFit fit({10});
+  bench::CameraFit fit({10});
   std::string said;
   for (int k = 0; !fit.is_complete() && k < 14; ++k) {
     const double about_x = rad_from_deg(35.0 * std::cos(1.9 * k)),
@@ -69,14 +69,14 @@ TEST(CameraFit, FindsTheCameraFromTheBoard)
                       X.linear() * Eigen::Vector3d(133, 95, 0);
     test::RenderedPicture appearance;
     appearance.seed = static_cast<std::uint64_t>(k + 1);
-    const webcam::GreyPicture picture = test::rendered_plane(truth, X, pattern, appearance);
+    const bench::GreyPicture picture = test::rendered_plane(truth, X, pattern, appearance);
     said = fit.take(picture);
     if (k == 0) {
       EXPECT_THAT(fit.take(picture), testing::HasSubstr("as before"));
     }
   }
   ASSERT_TRUE(fit.is_complete()) << said;
-  const webcam::Camera camera = fit.camera("camera.toml");
+  const bench::Camera camera = fit.camera("camera.toml");
   std::printf("focal %.1f %.1f px, centre %.1f %.1f, rms %.2f px\n", camera.focal_px.x(), camera.focal_px.y(),
               camera.centre_px.x(), camera.centre_px.y(), camera.rms_px);
   EXPECT_NEAR(camera.focal_px.x() / truth.focal_px.x(), 1.0, 0.01);
@@ -88,9 +88,9 @@ TEST(CameraFit, FindsTheCameraFromTheBoard)
 
 TEST(CameraFit, TooFewViewsAreRefused)
 {
-  EXPECT_THAT(test::input_error([] { webcam::CameraFit().camera("camera.toml"); }),
+  EXPECT_THAT(test::input_error([] { bench::CameraFit().camera("camera.toml"); }),
               test::refuses({"camera.toml", "", "0 views", "5"}));
-  webcam::CameraFit fit;
+  bench::CameraFit fit;
   EXPECT_EQ(fit.take({64, 48, std::vector<std::uint8_t>(64 * 48, 100)}), "no board");
 }
 

@@ -7,12 +7,12 @@
 #include "core/units.hpp"
 #include "player/webcam/rendered_pictures.hpp"
 #include "support/refusal.hpp"
-#include "webcam/pose_finder.hpp"
+#include "bench/pose_finder.hpp"
 
 namespace vrda::pose_finder_test {
 
-using webcam::BodyState;
-using webcam::FoundBody;
+using bench::BodyState;
+using bench::FoundBody;
 
 /// A leg seen from its lateral side: bodies 130 mm above and below the knee.
 std::vector<Pose> leg(double distance_mm, double flexion_rad, double yaw_rad = 0.0)
@@ -43,8 +43,8 @@ struct Error {
 /// A leg that bends by 90 degrees in `n` pictures.
 Error bending_error(double distance_mm, double yaw_rad, int n)
 {
-  const webcam::Camera camera = test::webcam_camera();
-  webcam::PoseFinder finder(camera, {});
+  const bench::Camera camera = test::webcam_camera();
+  bench::PoseFinder finder(camera, {});
   double flexion_sum = 0.0, turn_sum = 0.0;
   Error error;
   for (int k = 0; k < n; ++k) {
@@ -94,10 +94,10 @@ TEST(PoseFinder, FlexionIsWithinADegree)
 /// sideways as the body is beside the axis (a fifth of the distance), with 0.4 mm of the corners themselves.
 TEST(PoseFinder, PositionsAreWithinTwoPercentOfTheDistance)
 {
-  const webcam::Camera camera = test::webcam_camera();
+  const bench::Camera camera = test::webcam_camera();
   test::RenderedPicture picture;
   picture.X_camera_body = leg(800.0, 0.5);
-  webcam::PoseFinder finder(camera, {});
+  bench::PoseFinder finder(camera, {});
   const std::vector<FoundBody> found = finder.find(test::rendered(camera, picture), 0.0);
   for (std::size_t k = 0; k < 2; ++k) {
     ASSERT_EQ(found[k].state, BodyState::seen);
@@ -110,8 +110,8 @@ TEST(PoseFinder, PositionsAreWithinTwoPercentOfTheDistance)
 
 TEST(PoseFinder, ACoveredBodyIsHiddenAndAHalfCoveredOneIsSeenOrMarked)
 {
-  const webcam::Camera camera = test::webcam_camera();
-  webcam::PoseFinder finder(camera, {});
+  const bench::Camera camera = test::webcam_camera();
+  bench::PoseFinder finder(camera, {});
   test::RenderedPicture picture;
   picture.X_camera_body = leg(800.0, 0.0);
   // Projection of the shank's body.
@@ -137,16 +137,16 @@ TEST(PoseFinder, ACoveredBodyIsHiddenAndAHalfCoveredOneIsSeenOrMarked)
 
 TEST(PoseFinder, AWrongFoldIsAMisfitAndAWrongSizeIsRefused)
 {
-  webcam::Camera camera = test::webcam_camera();
+  bench::Camera camera = test::webcam_camera();
   test::RenderedPicture picture;
   picture.X_camera_body = leg(700.0, 0.3);
   picture.fold_deg = 120.0;
-  const webcam::GreyPicture grey = test::rendered(camera, picture);
-  webcam::PoseFinder finder(camera, {});
+  const bench::GreyPicture grey = test::rendered(camera, picture);
+  bench::PoseFinder finder(camera, {});
   for (const FoundBody& body : finder.find(grey, 0.0))
     EXPECT_EQ(body.state, BodyState::misfit) << body.rms_px;
   camera.width = 1280;
-  webcam::PoseFinder large(camera, {});
+  bench::PoseFinder large(camera, {});
   EXPECT_THAT(test::input_error([&] { large.find(grey, 0.0); }),
               test::refuses({"camera", "", "640 x 480", "1280 x 480"}));
 }

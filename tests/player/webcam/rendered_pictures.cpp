@@ -7,7 +7,7 @@
 #include <optional>
 #include <random>
 
-#include "webcam/body_sheet.hpp"
+#include "bench/body_sheet.hpp"
 
 namespace vrda::test {
 namespace {
@@ -17,7 +17,7 @@ using Grey = std::vector<double>;
 constexpr double paper_grey = 215.0, ink_grey = 35.0, background_grey = 120.0, hand_grey = 150.0;
 
 /// The ray (x, y, 1) that the lens maps to a pixel: fixed-point iteration of the distortion.
-Eigen::Vector3d ray_at(const webcam::Camera& camera, double x_px, double y_px)
+Eigen::Vector3d ray_at(const bench::Camera& camera, double x_px, double y_px)
 {
   const auto& [k1, k2, p1, p2, k3] = camera.distortion;
   const double xd = (x_px - camera.centre_px.x()) / camera.focal_px.x(),
@@ -103,7 +103,7 @@ void blur(Grey& grey, int width, int height, double sd_px)
   }
 }
 
-webcam::GreyPicture finished(const webcam::Camera& camera, Grey grey, const RenderedPicture& picture)
+bench::GreyPicture finished(const bench::Camera& camera, Grey grey, const RenderedPicture& picture)
 {
   for (const Occluder& hand : picture.occluders) {
     for (int y = std::max(0, hand.y); y < std::min(camera.height, hand.y + hand.height); ++y) {
@@ -114,7 +114,7 @@ webcam::GreyPicture finished(const webcam::Camera& camera, Grey grey, const Rend
   blur(grey, camera.width, camera.height, picture.blur_px);
   std::mt19937_64 random(picture.seed);
   std::normal_distribution<double> noise(0.0, picture.noise_grey);
-  webcam::GreyPicture out{camera.width, camera.height, {}};
+  bench::GreyPicture out{camera.width, camera.height, {}};
   out.pixels.reserve(grey.size());
   for (const double value : grey)
     out.pixels.push_back(
@@ -124,7 +124,7 @@ webcam::GreyPicture finished(const webcam::Camera& camera, Grey grey, const Rend
 
 /// Mean over 3 x 3 rays a pixel where `has_edges(ray)`, else one ray.
 template <typename GreyOf, typename HasEdges>
-Grey sampled(const webcam::Camera& camera, GreyOf grey_of, HasEdges has_edges)
+Grey sampled(const bench::Camera& camera, GreyOf grey_of, HasEdges has_edges)
 {
   Grey grey(static_cast<std::size_t>(camera.width * camera.height));
   for (int y = 0; y < camera.height; ++y) {
@@ -141,21 +141,21 @@ Grey sampled(const webcam::Camera& camera, GreyOf grey_of, HasEdges has_edges)
 
 }  // namespace
 
-webcam::Camera webcam_camera()
+bench::Camera webcam_camera()
 {
-  webcam::Camera camera;
+  bench::Camera camera;
   camera.focal_px = {602.0, 604.5};
   camera.centre_px = {322.3, 236.1};
   camera.distortion = {-0.12, 0.05, 0.0008, -0.0005, 0.0};
   return camera;
 }
 
-webcam::GreyPicture rendered(const webcam::Camera& camera, const RenderedPicture& picture)
+bench::GreyPicture rendered(const bench::Camera& camera, const RenderedPicture& picture)
 {
   const std::vector<Face> faces = faces_of(picture);
   std::vector<std::array<std::array<bool, 6>, 6>> cells;
   for (std::size_t id = 0; id < 4 * picture.X_camera_body.size(); ++id)
-    cells.push_back(webcam::marker_cells(id));
+    cells.push_back(bench::marker_cells(id));
   const auto grey_of = [&](const Eigen::Vector3d& ray) {
     double nearest = 1e9, grey = background_grey + 40.0 * std::sin(9.0 * ray.x()) * std::cos(7.0 * ray.y());
     for (const Face& face : faces) {
@@ -181,7 +181,7 @@ webcam::GreyPicture rendered(const webcam::Camera& camera, const RenderedPicture
   return finished(camera, sampled(camera, grey_of, is_near), picture);
 }
 
-webcam::GreyPicture rendered_plane(const webcam::Camera& camera, const Pose& X_camera_plane,
+bench::GreyPicture rendered_plane(const bench::Camera& camera, const Pose& X_camera_plane,
                                    const PlanePattern& pattern, const RenderedPicture& appearance)
 {
   const Pose X_plane_camera = X_camera_plane.inverse();

@@ -6,8 +6,8 @@
 #include <functional>
 #include <vector>
 
-#include "core/mesh.hpp"
-#include "webcam/camera.hpp"
+#include "model/mesh.hpp"
+#include "bench/camera.hpp"
 
 namespace vrda::test {
 
@@ -26,15 +26,15 @@ struct RenderedPicture {
 };
 
 /// A webcam's lens: 56 degrees wide, with barrel distortion.
-webcam::Camera webcam_camera();
+bench::Camera webcam_camera();
 
-webcam::GreyPicture rendered(const webcam::Camera& camera, const RenderedPicture& picture);
+bench::GreyPicture rendered(const bench::Camera& camera, const RenderedPicture& picture);
 
 /// Brightness, 0 to 255, of a plane z = 0 of a board at x, y (mm).
 using PlanePattern = std::function<double(double x_mm, double y_mm)>;
 
 /// The board for the camera's calibration: x to the right and y down from the upper left corner of the board.
-webcam::GreyPicture rendered_plane(const webcam::Camera& camera, const Pose& X_camera_plane,
+bench::GreyPicture rendered_plane(const bench::Camera& camera, const Pose& X_camera_plane,
                                    const PlanePattern& pattern, const RenderedPicture& appearance);
 
 }  // namespace vrda::test

@@ -1,0 +1,230 @@
+#include "analysis/fit_files.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "core/json_file.hpp"
+#include "job/axis_map.hpp"
+
+namespace vrda::analysis {
+namespace {
+
+using core::DocumentEntry;
+using core::DocumentValue;
+using FitsJson = nlohmann::ordered_json;
+
+FitsJson number_or_null(double value)
+{
+  return std::isfinite(value) ? FitsJson(value) : FitsJson();
+}
+
+FitsJson misfit_json(const Misfit& misfit)
+{
+  FitsJson json = FitsJson::object();
+  for (std::size_t c = 1; c < analysis::n_scored; ++c) {
+    const double value = c < analysis::n_angles ? deg_from_rad(misfit[c]) : misfit[c];
+    json[std::string(analysis::coordinate_names[c].name) + (c < analysis::n_angles ? "_deg" : "_mm")] =
+        number_or_null(value);
+  }
+  return json;
+}
+
+FitsJson unknown_json(const FitDocument& document, std::size_t k)
+{
+  const Unknown& unknown = document.unknowns[k];
+  const FittedUnknown& found = document.found.unknowns[k];
+  return {{"name", unknown.name},
+          {"unit", unknown.unit()},
+          {"change", found.change},
+          {"sd", found.sd},
+          {"prior_sd", unknown.sd},
+          {"from", unknown.from},
+          {"to", unknown.to},
+          {"explained", found.explained},
+          {"decision", name_of(found.identifiability)},
+          {"most_correlated_with",
+           document.unknowns.size() > 1 ? FitsJson(document.unknowns[found.partner].name) : FitsJson()},
+          {"correlation", found.correlation}};
+}
+
+std::string joined_vector(const Eigen::Vector3d& v)
+{
+  return shortest_decimal(v.x()) + ',' + shortest_decimal(v.y()) + ',' + shortest_decimal(v.z());
+}
+
+DocumentValue list_of(const std::vector<double>& numbers)
+{
+  DocumentValue::List list;
+  for (const double number : numbers) list.push_back({number});
+  return {list};
+}
+
+// Where the value of a load at a flexion comes from.
+struct LoadSetting {
+  const char* key;
+  const job::FlexionTable* table;
+  std::vector<FittedLoad> columns;  ///< [components]
+};
+
+// The degrees that a file gave for an angle: those of the conversion can be off by its last bit.
+double written_deg(double angle_rad)
+{
+  constexpr double decimals = 1e9;
+  const double angle_deg = deg_from_rad(angle_rad), rounded_deg = std::round(angle_deg * decimals) / decimals;
+  return rad_from_deg(rounded_deg) == angle_rad ? rounded_deg : angle_deg;
+}
+
+// A constant, or a table over the flexions of the setting and of the unknowns.
+DocumentValue changed_setting(const LoadSetting& setting, const std::vector<Unknown>& unknowns,
+                              const Eigen::VectorXd& change)
+{
+  std::set<double> flexions_rad;
+  if (setting.table->flexion_rad.size() > 1)
+    flexions_rad.insert(setting.table->flexion_rad.begin(), setting.table->flexion_rad.end());
+  for (const Unknown& unknown : unknowns) {
+    if (unknown.quantity == job::FitQuantity::load &&
+        std::find(setting.columns.begin(), setting.columns.end(), unknown.load) != setting.columns.end())
+      flexions_rad.insert(unknown.all_flexions_rad.begin(), unknown.all_flexions_rad.end());
+  }
+  const auto value_at = [&](double flexion_rad) -> DocumentValue {
+    const Eigen::VectorXd before = job::value_at_flexion(*setting.table, flexion_rad);
+    LoadChange by = load_change_at(unknowns, change, flexion_rad);
+    std::vector<double> values;
+    for (std::size_t k = 0; k < setting.columns.size(); ++k)
+      values.push_back(before(static_cast<Eigen::Index>(k)) + component(by, setting.columns[k]));
+    return values.size() == 1 ? DocumentValue{values.front()} : list_of(values);
+  };
+  if (flexions_rad.empty()) return value_at(0.0);
+  std::vector<double> flexions_deg;
+  DocumentValue::List rows;
+  for (const double flexion_rad : flexions_rad) {
+    flexions_deg.push_back(written_deg(flexion_rad));
+    rows.push_back(value_at(flexion_rad));
+  }
+  return {DocumentValue::Table{{"flexion_deg", list_of(flexions_deg)}, {"value", {rows}}}};
+}
+
+void set_loads(DocumentValue& push, const job::Job& job, const std::vector<Unknown>& unknowns,
+               const Eigen::VectorXd& change)
+{
+  const LoadSetting settings[] = {
+      {"force_n", &job.push.force_n, {FittedLoad::force}},
+      {"lateral_force_n", &job.push.lateral_force_n, {FittedLoad::anterior_force, FittedLoad::right_force}},
+      {"moment_nmm", &job.push.moment_nmm, {FittedLoad::moment}},
+      {"varus_moment_nmm", &job.push.varus_moment_nmm, {FittedLoad::varus_moment}}};
+  for (const LoadSetting& setting : settings) {
+    const bool is_fitted = std::any_of(unknowns.begin(), unknowns.end(), [&](const Unknown& unknown) {
+      return unknown.quantity == job::FitQuantity::load &&
+             std::find(setting.columns.begin(), setting.columns.end(), unknown.load) != setting.columns.end();
+    });
+    if (is_fitted) push.find(setting.key)->data = changed_setting(setting, unknowns, change).data;
+  }
+}
+
+// The table in the place of the job's own fibres.
+void set_fibres(DocumentValue& ligaments, const std::string& file)
+{
+  DocumentValue::Table kept{{"fibres", {file}}};
+  for (const DocumentEntry& entry : *ligaments.table()) {
+    if (entry.key != "fibres" && entry.key != "fibre" && entry.key != "generate") kept.push_back(entry);
+  }
+  ligaments.data = kept;
+}
+
+}  // namespace
+
+std::string fit_json(const FitDocument& document)
+{
+  const Identification& found = document.found;
+  FitsJson inputs = FitsJson::array(), unknowns = FitsJson::array(), trials = FitsJson::array(),
+           laxities = FitsJson::array(), covariance = FitsJson::array();
+  for (const job::LoadedInput& input : document.inputs)
+    inputs.push_back({{"name", input.name}, {"sha256", input.sha256}});
+  for (std::size_t k = 0; k < document.unknowns.size(); ++k) unknowns.push_back(unknown_json(document, k));
+  for (const TrialMisfit& trial : found.trials)
+    trials.push_back({{"name", trial.name},
+                      {"rows", trial.n_rows},
+                      {"rms_before", misfit_json(trial.before)},
+                      {"rms_after", misfit_json(trial.after)},
+                      {"rms_left_out", misfit_json(trial.without)}});
+  for (const LaxityMisfit& row : found.laxities)
+    laxities.push_back({{"test", row.measured.test},
+                        {"flexion_deg", row.measured.flexion_deg},
+                        {"measured", row.measured.value},
+                        {"before", number_or_null(row.before)},
+                        {"after", number_or_null(row.after)}});
+  for (Eigen::Index row = 0; row < found.covariance.rows(); ++row) {
+    FitsJson numbers = FitsJson::array();
+    for (Eigen::Index column = 0; column < found.covariance.cols(); ++column)
+      numbers.push_back(found.covariance(row, column));
+    covariance.push_back(numbers);
+  }
+  const FitsJson json = {{"format", "vrda fit"},
+                         {"version", 1},
+                         {"program", document.program},
+                         {"solver", document.solver},
+                         {"title", document.title},
+                         {"job", document.job},
+                         {"inputs", inputs},
+                         {"status", name_of(found.status)},
+                         {"iterations", found.n_iterations},
+                         {"misfit_before", found.misfit_before},
+                         {"misfit_after", found.misfit_after},
+                         {"noise_scale", found.noise_scale},
+                         {"directions_decided", found.n_directions},
+                         {"unknowns", unknowns},
+                         {"covariance", covariance},
+                         {"trials", trials},
+                         {"laxities", laxities}};
+  return core::json_text(json, 1) + '\n';
+}
+
+std::string fitted_ligaments_csv(const job::Job& job, const job::Case& job_case,
+                                 const std::vector<Unknown>& unknowns, const Identification& found)
+{
+  const job::BodyMaps maps = job::body_maps(job);
+  const model::Ligaments ligaments = changed_ligaments(job_case, unknowns, found.change());
+  const Pose X_reference = maps.reference.X_canonical_native.inverse();
+  const Pose X_moving = maps.moving.X_canonical_native.inverse();
+  std::string csv =
+      "name,bundle,reference_x_mm,reference_y_mm,reference_z_mm,moving_x_mm,moving_y_mm,moving_z_mm,"
+      "stiffness_n_per_strain,slack_length_mm,slack_length_sd_mm,wrap\n";
+  for (std::size_t row = 0; row < ligaments.fibres.size(); ++row) {
+    const model::Fibre& fibre = ligaments.fibres[row];
+    // dl0 / de = -l0 / (1 + e); the attachments' part is in the length at the pose of the meshes.
+    double variance = 0.0;
+    const double length_mm = model::fibre_states(ligaments, {}, {})[row].length_mm;
+    for (std::size_t k = 0; k < unknowns.size(); ++k) {
+      const bool changes =
+          unknowns[k].quantity == job::FitQuantity::reference_strain &&
+          std::find(unknowns[k].fibres.begin(), unknowns[k].fibres.end(), row) != unknowns[k].fibres.end();
+      if (changes) variance += found.unknowns[k].sd * found.unknowns[k].sd;
+    }
+    const double sd_mm = std::sqrt(variance) * fibre.slack_length_mm * fibre.slack_length_mm / length_mm;
+    csv += fibre.name + ',' + fibre.bundle + ',' + joined_vector(X_reference * fibre.reference_mm) + ',' +
+           joined_vector(X_moving * fibre.moving_mm) + ',' + shortest_decimal(fibre.stiffness_n) + ',' +
+           shortest_decimal(fibre.slack_length_mm) + ',' + shortest_decimal(sd_mm) + ',' +
+           (fibre.wrap < 0 ? "" : ligaments.wraps[static_cast<std::size_t>(fibre.wrap)].name) + '\n';
+  }
+  return csv;
+}
+
+std::string fitted_job_text(const job::Job& job, const std::string& ligaments_file,
+                            const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change)
+{
+  DocumentValue root = job.document.root;
+  if (!ligaments_file.empty()) set_fibres(*root.find("ligaments"), ligaments_file);
+  set_loads(*root.find("push"), job, unknowns, change);
+  DocumentValue::Table kept;
+  for (const DocumentEntry& entry : *root.table()) {
+    if (entry.key != "fit") kept.push_back(entry);
+  }
+  return core::toml_text({kept});
+}
+
+}  // namespace vrda::analysis

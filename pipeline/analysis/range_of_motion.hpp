@@ -1,0 +1,122 @@
+/// Range of motion: at which rotations one object can be in contact with the other without overlap, within
+/// limits of translation, opening and fibre strain, and what prevents it elsewhere.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/joint_coordinates.hpp"
+#include "store/run_files.hpp"
+#include "job/case.hpp"
+
+namespace vrda::analysis {
+
+/// The object to which Delta is fixed: along it the moving object approaches the reference.
+enum class DeltaBody : std::int8_t { moving = 0, reference = 1 };
+
+/// Why an attitude is in the range or not. The values are those of the files.
+enum class RomStatus : std::int8_t {
+  in_range = 0,
+  contact = 1,        ///< every position within the limits overlaps
+  border = 2,         ///< the contact is where a surface ends
+  fibre = 3,          ///< a fibre is strained beyond the limit
+  nothing_ahead = 4,  ///< no surface along Delta
+  not_converged = 5,  ///< the seat was not found to tolerance
+};
+inline constexpr RomStatus all_rom_statuses[] = {RomStatus::in_range,      RomStatus::contact,
+                                                 RomStatus::border,        RomStatus::fibre,
+                                                 RomStatus::nothing_ahead, RomStatus::not_converged};
+const char* name_of(RomStatus status);
+
+/// Names of the three rotations, in the order of the axes.
+inline constexpr const char* rotation_names[] = {"flexion", "varus", "internal"};
+
+/// Rotations after Grood and Suntay, rad, each ascending with at least one value.
+struct RomAxes {
+  std::array<std::vector<double>, 3> rad;  ///< flexion, varus, internal rotation
+
+  std::size_t n_cells() const { return rad[0].size() * rad[1].size() * rad[2].size(); }
+};
+
+struct RomLimits {
+  double translation_mm =
+      2.0;                  ///< of the rotation centre from the neutral seat, along each axis across Delta
+  double opening_mm = 0.5;  ///< of the rotation centre from the neutral seat, against Delta
+  double strain = 0.1;      ///< of any fibre
+};
+
+struct RomCell {
+  RomStatus status = RomStatus::not_converged;
+  /// Of the rotation centre's moving point from the neutral seat, along the reference's canonical axes of the
+  /// joint's own side, at the highest seat within the limits.
+  Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
+  double opening_mm = nan;      ///< its part against Delta; negative: deeper than the neutral seat
+  double largest_strain = nan;  ///< of the fibres; NaN without any
+  std::int32_t fibre = -1;      ///< row of the fibre with that strain
+  std::int32_t component_reference = -1, component_moving = -1;  ///< in contact
+  bool is_connected = false;  ///< in range, and so are all cells of a path of neighbours from the neutral one
+};
+
+/// A cell as it was solved.
+struct SolvedCell {
+  RomCell cell;
+  /// Position of its seat from the neutral one, across Delta in the query's frame: the next cell's start.
+  Eigen::Vector2d across_mm = Eigen::Vector2d::Zero();
+};
+
+/// Cells along one axis, solved outward from the neutral one by one thread.
+struct RomLine {
+  std::int8_t axis = 0;
+  std::array<std::int32_t, 3> at{};  ///< rows of the other axes; 0 of its own
+  std::vector<SolvedCell> cells;     ///< all of the axis
+};
+
+struct RangeOfMotion {
+  RomAxes axes;
+  RomLimits limits;
+  DeltaBody delta_body = DeltaBody::moving;
+  std::array<std::size_t, 3> neutral{};  ///< the cell nearest to zero rotations
+  Pose X_neutral = Pose::Identity();     ///< X_reference_moving of the neutral seat, canonical
+  std::vector<RomCell> cells;            ///< [n_flexion, n_varus, n_internal]
+};
+
+struct RomPlan {
+  RomAxes axes;
+  RomLimits limits;
+  DeltaBody delta_body = DeltaBody::moving;
+  int n_threads = 1;
+  std::function<void(std::size_t n_done)> on_progress = {};  ///< called from any worker
+  std::function<bool()> is_stopped = {};                     ///< true: returns with no cells
+  /// `recall` returns a line of an earlier run, or nothing; `keep` stores a new one. Called from any worker.
+  std::function<std::optional<RomLine>(std::int8_t axis, const std::array<std::int32_t, 3>& at)> recall = {};
+  std::function<void(const RomLine&)> keep = {};
+  /// Solves, besides the line along flexion, only every count-th flexion from the number-th on, and returns
+  /// with no cells: its result is the lines passed to `keep`.
+  std::optional<store::Shard> shard = {};
+};
+
+/// The neutral seat is searched from the job's start pose, at the cell nearest to zero. A cell's seat is
+/// searched from that of its neighbour towards the neutral cell, from the neutral seat, and next to the range
+/// from four positions between; the first within the limits counts. The same bits for any number of threads.
+/// Throws InputError naming the job's title if the objects have no seat at the neutral cell.
+RangeOfMotion range_of_motion(const job::Case& job_case, const RomPlan& plan);
+
+/// Row of a cell.
+inline std::size_t cell_at(const RomAxes& axes, std::size_t i, std::size_t j, std::size_t k)
+{
+  return (i * axes.rad[1].size() + j) * axes.rad[2].size() + k;
+}
+
+/// Number of cells in range, and the volume that they represent in degrees to the power of the number of
+/// driven rotations: each axis by the trapezoidal rule, so that a range filled to the ends is the driven box.
+struct RomVolume {
+  std::size_t n_cells = 0;
+  double volume = 0.0, driven_volume = 0.0;
+  int n_driven = 0;  ///< rotations with more than one value
+};
+RomVolume volume_of(const RangeOfMotion& range, const std::function<bool(std::size_t cell)>& counts);
+RomVolume volume_of(const RangeOfMotion& range);
+
+}  // namespace vrda::analysis

@@ -1,0 +1,412 @@
+#include "analysis/reduce.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "model/clinical.hpp"
+#include "core/error.hpp"
+#include "model/side.hpp"
+#include "core/units.hpp"
+#include "store/poses.hpp"
+
+namespace vrda::analysis {
+namespace {
+
+// A mean of two columns this close to a third column is that column: rounding of degrees.
+constexpr double same_varus_deg = 1e-9;
+
+/// One flexion of the grid.
+struct Row {
+  const store::MotionModel& model;
+  Eigen::Index flexion;
+  double spine_varus_deg;
+
+  Eigen::Index n_columns() const { return model.status.cols(); }
+  double varus_deg(Eigen::Index j) const { return model.varus_deg[static_cast<std::size_t>(j)]; }
+  bool is_solved(Eigen::Index j) const { return model.status(flexion, j) == status_stable; }
+  bool has_both_contacts(Eigen::Index j) const
+  {
+    return model.contact_medial(flexion, j) == 1 && model.contact_lateral(flexion, j) == 1;
+  }
+  /// NaN if a compartment has no facing surface.
+  double imbalance_mm(Eigen::Index j) const
+  {
+    return model.gap_medial_mm(flexion, j) - model.gap_lateral_mm(flexion, j);
+  }
+};
+
+struct Run {
+  Eigen::Index first, last;
+};
+
+/// Runs of columns with both contacts, separated by solved columns without.
+std::vector<Run> touching_runs(const Row& row)
+{
+  std::vector<Run> runs;
+  bool is_open = false;
+  for (Eigen::Index j = 0; j < row.n_columns(); ++j) {
+    if (!row.is_solved(j)) continue;
+    const bool has_both = row.has_both_contacts(j);
+    if (has_both && is_open) runs.back().last = j;
+    if (has_both && !is_open) runs.push_back({j, j});
+    is_open = has_both;
+  }
+  return runs;
+}
+
+double distance_deg(const Row& row, const Run& run)
+{
+  return std::max(
+      {row.varus_deg(run.first) - row.spine_varus_deg, 0.0, row.spine_varus_deg - row.varus_deg(run.last)});
+}
+
+/// Finds the columns around `varus_deg`, which must be between solved columns.
+VarusChoice between_columns(const Row& row, store::ZeroVarusSource source, double varus_deg)
+{
+  VarusChoice choice;
+  choice.source = source;
+  choice.varus_deg = varus_deg;
+  for (Eigen::Index j = row.n_columns(); j-- > 0;) {
+    if (row.is_solved(j) && row.varus_deg(j) >= varus_deg - same_varus_deg) choice.after = j;
+  }
+  for (Eigen::Index j = 0; j < row.n_columns(); ++j) {
+    if (row.is_solved(j) && row.varus_deg(j) <= varus_deg + same_varus_deg) choice.before = j;
+  }
+  const double before_deg = row.varus_deg(choice.before), after_deg = row.varus_deg(choice.after);
+  if (choice.before != choice.after)
+    choice.weight_after = (varus_deg - before_deg) / (after_deg - before_deg);
+  return choice;
+}
+
+VarusChoice mean_of(const Row& row, const std::vector<Run>& runs)
+{
+  const Run run = *std::min_element(runs.begin(), runs.end(), [&](const Run& a, const Run& b) {
+    return distance_deg(row, a) < distance_deg(row, b);
+  });
+  const double first_deg = row.varus_deg(run.first), last_deg = row.varus_deg(run.last);
+  VarusChoice choice = between_columns(row, store::ZeroVarusSource::both_touch, 0.5 * (first_deg + last_deg));
+  choice.first_deg = first_deg;
+  choice.last_deg = last_deg;
+  choice.is_cut_off = row.n_columns() > 1 && (run.first == 0 || run.last == row.n_columns() - 1);
+  return choice;
+}
+
+/// Varus of every sign change of the imbalance, ascending.
+std::vector<double> balanced_deg(const Row& row)
+{
+  std::vector<double> roots_deg;
+  std::optional<Eigen::Index> before;
+  for (Eigen::Index j = 0; j < row.n_columns(); ++j) {
+    if (!row.is_solved(j) || std::isnan(row.imbalance_mm(j))) continue;
+    const double here_mm = row.imbalance_mm(j);
+    if (here_mm == 0.0) roots_deg.push_back(row.varus_deg(j));
+    const double before_mm = before ? row.imbalance_mm(*before) : here_mm;
+    if (before_mm * here_mm < 0.0) {
+      const double width_deg = row.varus_deg(j) - row.varus_deg(*before);
+      roots_deg.push_back(row.varus_deg(*before) + width_deg * (before_mm / (before_mm - here_mm)));
+    }
+    before = j;
+  }
+  return roots_deg;
+}
+
+VarusChoice given_varus_choice(const Row& row)
+{
+  const std::vector<Run> runs = touching_runs(row);
+  if (!runs.empty()) return mean_of(row, runs);
+  const std::vector<double> roots_deg = balanced_deg(row);
+  if (roots_deg.empty()) return {};
+  const double nearest_deg = *std::min_element(roots_deg.begin(), roots_deg.end(), [&](double a, double b) {
+    return std::abs(a - row.spine_varus_deg) < std::abs(b - row.spine_varus_deg);
+  });
+  return between_columns(row, store::ZeroVarusSource::interpolated, nearest_deg);
+}
+
+VarusChoice free_varus_choice(const Row& row)
+{
+  VarusChoice choice;
+  if (!row.is_solved(0)) return choice;
+  choice.source = store::ZeroVarusSource::free;
+  choice.varus_deg = row.model.varus_solved_deg(row.flexion, 0);
+  return choice;
+}
+
+}  // namespace
+
+std::vector<VarusChoice> varus_choices(const store::MotionModel& model, const store::Motion& raw)
+{
+  std::vector<VarusChoice> choices;
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    const double flexion_rad = rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]);
+    const Row row{model, i, deg_from_rad(raw.balanced_varus_rad(flexion_rad))};
+    choices.push_back(raw.is_varus_free() ? free_varus_choice(row) : given_varus_choice(row));
+  }
+  return choices;
+}
+
+namespace {
+
+double forward_mm(const Eigen::Vector3d& travel_mm)
+{
+  const double length_mm = std::sqrt(travel_mm.x() * travel_mm.x() + travel_mm.y() * travel_mm.y());
+  return travel_mm.x() < 0.0 ? -length_mm : length_mm;
+}
+
+double shared_mm(double a_mm, double b_mm)
+{
+  if (a_mm * b_mm <= 0.0) return 0.0;
+  return a_mm > 0.0 ? std::min(a_mm, b_mm) : std::max(a_mm, b_mm);
+}
+
+}  // namespace
+
+Rolling rolling_between(const CompartmentContact& start, const CompartmentContact& end)
+{
+  const Eigen::Matrix3d R_reference_moving =
+      midpoint_orientation(start.X_reference_moving, end.X_reference_moving);
+  Rolling rolling;
+  rolling.reference_mm =
+      forward_mm(R_reference_moving.transpose() * (end.p_reference_mm - start.p_reference_mm));
+  rolling.moving_mm = forward_mm(end.p_moving_mm - start.p_moving_mm);
+  rolling.rolling_mm = shared_mm(rolling.reference_mm, rolling.moving_mm);
+  rolling.sliding_mm = rolling.moving_mm - rolling.reference_mm;
+  return rolling;
+}
+
+namespace {
+
+using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+
+/// The pose of one flexion and its surface values.
+struct ReducedPose {
+  Pose X_reference_moving = Pose::Identity();
+  Eigen::Vector3d t_mm = Eigen::Vector3d::Zero();  ///< tx, ty, tz
+  double theta_deg = 0.0;
+  double varus_deg = 0.0;
+};
+
+ReducedPose cell_pose(const store::MotionModel& model, Eigen::Index i, Eigen::Index j)
+{
+  ReducedPose pose;
+  pose.t_mm = {model.tx_mm(i, j), model.ty_mm(i, j), model.tz_mm(i, j)};
+  pose.theta_deg = model.theta_deg(i, j);
+  const auto cell = static_cast<std::size_t>(i * model.status.cols() + j);
+  pose.X_reference_moving = store::pose_in(model.X_reference_moving, cell);
+  return pose;
+}
+
+ReducedPose raw_pose(const store::MotionModel& model, const store::Motion& raw, Eigen::Index i,
+                     const VarusChoice& choice)
+{
+  ReducedPose pose = cell_pose(model, i, choice.before);
+  pose.varus_deg = choice.varus_deg;
+  if (choice.before == choice.after) return pose;
+  const ReducedPose after = cell_pose(model, i, choice.after);
+  pose.t_mm += choice.weight_after * (after.t_mm - pose.t_mm);
+  pose.theta_deg += choice.weight_after * (after.theta_deg - pose.theta_deg);
+  const Attitude attitude{rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]),
+                          rad_from_deg(choice.varus_deg)};
+  const store::PoseCoordinates numbers{pose.t_mm.x(), pose.t_mm.y(), pose.t_mm.z(),
+                                        rad_from_deg(pose.theta_deg)};
+  pose.X_reference_moving = raw.joint_pose(attitude, numbers).X_reference_moving;
+  return pose;
+}
+
+/// Empty if the set has no pose.
+std::optional<ReducedPose> set_pose(const store::MotionModel& model, const store::Motion& motion,
+                                    Eigen::Index i, const VarusChoice& choice)
+{
+  const Attitude wanted{rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]),
+                        rad_from_deg(choice.varus_deg)};
+  const store::JointPose joint = motion.at(wanted);
+  if (joint.status != store::PoseStatus::solved) return {};
+  ReducedPose pose;
+  pose.X_reference_moving = joint.X_reference_moving;
+  pose.t_mm = joint.X_world_moving * model.rotation_centre_mm;
+  pose.theta_deg = deg_from_rad(joint.theta_rad);
+  // A set may have its own varus: the two-sided motion, or a smoothed set where varus was free.
+  pose.varus_deg = joint.attitude.varus_rad == wanted.varus_rad ? choice.varus_deg
+                                                                : deg_from_rad(joint.attitude.varus_rad);
+  return pose;
+}
+
+store::ZeroVarus empty_table(const store::MotionModel& model)
+{
+  const std::size_t n = model.flexion_deg.size(), n_steps = n - 1;
+  store::ZeroVarus z;
+  z.source.assign(n, static_cast<std::int8_t>(store::ZeroVarusSource::none));
+  z.is_cut_off.assign(n, 0);
+  for (auto* of_flexion : {&z.varus_deg, &z.varus_first_deg, &z.varus_last_deg, &z.tx_mm, &z.ty_mm, &z.tz_mm,
+                           &z.theta_deg, &z.clinical_flexion_deg, &z.clinical_varus_deg,
+                           &z.internal_rotation_deg, &z.anterior_mm, &z.proximal_mm, &z.lateral_mm})
+    of_flexion->assign(n, nan);
+  z.X_reference_moving.assign(16 * n, nan);
+  for (auto* of_step : {&z.helical_rotation_deg, &z.helical_translation_mm}) of_step->assign(n_steps, nan);
+  for (auto* of_step : {&z.helical_direction, &z.helical_point_mm}) of_step->assign(3 * n_steps, nan);
+  z.instant_centre_mm.assign(2 * n_steps, nan);
+  if (!model.has_compartments) return z;
+  for (auto* point :
+       {&z.medial_reference_mm, &z.medial_moving_mm, &z.lateral_reference_mm, &z.lateral_moving_mm})
+    point->assign(3 * n, nan);
+  for (auto* of_step :
+       {&z.medial_rolling_mm, &z.medial_sliding_mm, &z.lateral_rolling_mm, &z.lateral_sliding_mm})
+    of_step->assign(n_steps, nan);
+  return z;
+}
+
+void put_pose(store::ZeroVarus& z, const store::MotionModel& model, std::size_t i, const ReducedPose& pose)
+{
+  z.varus_deg[i] = pose.varus_deg;
+  z.tx_mm[i] = pose.t_mm.x();
+  z.ty_mm[i] = pose.t_mm.y();
+  z.tz_mm[i] = pose.t_mm.z();
+  z.theta_deg[i] = pose.theta_deg;
+  Eigen::Map<Matrix4>(&z.X_reference_moving[16 * i]) = pose.X_reference_moving.matrix();
+  const ClinicalCoordinates clinical =
+      clinical_coordinates(pose.X_reference_moving, side_named(model.side), model.rotation_centre_mm);
+  z.clinical_flexion_deg[i] = deg_from_rad(clinical.flexion_rad);
+  z.clinical_varus_deg[i] = deg_from_rad(clinical.varus_rad);
+  z.internal_rotation_deg[i] = deg_from_rad(clinical.internal_rotation_rad);
+  z.anterior_mm[i] = clinical.anterior_mm;
+  z.proximal_mm[i] = clinical.proximal_mm;
+  z.lateral_mm[i] = clinical.lateral_mm;
+}
+
+Eigen::Vector3d row3(const std::vector<double>& rows, std::size_t row)
+{
+  return Eigen::Map<const Eigen::Vector3d>(&rows[3 * row]);
+}
+
+void put_row3(std::vector<double>& rows, std::size_t row, const Eigen::Vector3d& values)
+{
+  Eigen::Map<Eigen::Vector3d>{&rows[3 * row]} = values;
+}
+
+/// Linear between the adjacent columns; if one has no contact, the point of the other.
+Eigen::Vector3d point_between(const std::vector<double>& path_mm, std::size_t first_cell,
+                              const VarusChoice& choice)
+{
+  const Eigen::Vector3d before = row3(path_mm, first_cell + static_cast<std::size_t>(choice.before));
+  const Eigen::Vector3d after = row3(path_mm, first_cell + static_cast<std::size_t>(choice.after));
+  if (std::isnan(after.x())) return before;
+  if (std::isnan(before.x())) return after;
+  return before + choice.weight_after * (after - before);
+}
+
+void put_contacts(store::ZeroVarus& z, const store::MotionModel& model, std::size_t i,
+                  const VarusChoice& choice)
+{
+  if (!model.contact_paths) return;
+  const store::ContactPaths& paths = *model.contact_paths;
+  const std::size_t first_cell = i * model.varus_deg.size();
+  put_row3(z.medial_reference_mm, i, point_between(paths.medial_reference_mm, first_cell, choice));
+  put_row3(z.medial_moving_mm, i, point_between(paths.medial_moving_mm, first_cell, choice));
+  put_row3(z.lateral_reference_mm, i, point_between(paths.lateral_reference_mm, first_cell, choice));
+  put_row3(z.lateral_moving_mm, i, point_between(paths.lateral_moving_mm, first_cell, choice));
+}
+
+void put_axes(store::ZeroVarus& z, std::size_t k, const Eigen::Vector3d& centre_mm)
+{
+  const Pose start = store::pose_in(z.X_reference_moving, k),
+             end = store::pose_in(z.X_reference_moving, k + 1);
+  if (const std::optional<HelicalAxis> axis = helical_axis(start, end, centre_mm)) {
+    z.helical_rotation_deg[k] = deg_from_rad(axis->rotation_rad);
+    z.helical_translation_mm[k] = axis->translation_mm;
+    put_row3(z.helical_direction, k, axis->direction);
+    put_row3(z.helical_point_mm, k, axis->point_mm);
+  }
+  if (const std::optional<Eigen::Vector2d> centre = instant_centre_mm(start, end, centre_mm))
+    Eigen::Map<Eigen::Vector2d>(&z.instant_centre_mm[2 * k]) = *centre;
+}
+
+/// Empty unless the compartment is in contact at both ends.
+std::optional<Rolling> rolling_of(const store::ZeroVarus& z, std::size_t k,
+                                  const std::vector<double>& reference_mm,
+                                  const std::vector<double>& moving_mm)
+{
+  const CompartmentContact start{store::pose_in(z.X_reference_moving, k), row3(reference_mm, k),
+                                 row3(moving_mm, k)};
+  const CompartmentContact end{store::pose_in(z.X_reference_moving, k + 1), row3(reference_mm, k + 1),
+                               row3(moving_mm, k + 1)};
+  if (std::isnan(start.p_reference_mm.x()) || std::isnan(end.p_reference_mm.x())) return {};
+  return rolling_between(start, end);
+}
+
+void put_rolling(store::ZeroVarus& z, std::size_t k)
+{
+  if (const auto medial = rolling_of(z, k, z.medial_reference_mm, z.medial_moving_mm)) {
+    z.medial_rolling_mm[k] = medial->rolling_mm;
+    z.medial_sliding_mm[k] = medial->sliding_mm;
+  }
+  if (const auto lateral = rolling_of(z, k, z.lateral_reference_mm, z.lateral_moving_mm)) {
+    z.lateral_rolling_mm[k] = lateral->rolling_mm;
+    z.lateral_sliding_mm[k] = lateral->sliding_mm;
+  }
+}
+
+bool has_pose(const store::ZeroVarus& z, std::size_t i)
+{
+  return z.source[i] != static_cast<std::int8_t>(store::ZeroVarusSource::none);
+}
+
+}  // namespace
+
+bool is_reducible(const store::MotionModel& model)
+{
+  return !model.frames && (model.has_compartments || store::Motion(model, "raw").is_varus_free());
+}
+
+store::ZeroVarus reduce(const store::MotionModel& model, const std::string& set)
+{
+  check(is_reducible(model), "a joint without compartments and with given varus has no zero varus");
+  const store::Motion raw(model, "raw"), motion(model, set);
+  const std::vector<VarusChoice> choices = varus_choices(model, raw);
+  store::ZeroVarus z = empty_table(model);
+  z.set = set;
+  for (std::size_t i = 0; i < choices.size(); ++i) {
+    const VarusChoice& choice = choices[i];
+    if (choice.source == store::ZeroVarusSource::none) continue;
+    const auto row = static_cast<Eigen::Index>(i);
+    const std::optional<ReducedPose> pose =
+        set == "raw" ? raw_pose(model, raw, row, choice) : set_pose(model, motion, row, choice);
+    if (!pose) continue;
+    z.source[i] = static_cast<std::int8_t>(choice.source);
+    z.varus_first_deg[i] = choice.first_deg;
+    z.varus_last_deg[i] = choice.last_deg;
+    z.is_cut_off[i] = choice.is_cut_off ? 1 : 0;
+    if (choice.source == store::ZeroVarusSource::both_touch && pose->varus_deg != choice.varus_deg) {
+      // The two-sided motion has the varus of equal gaps, not the mean of the columns in contact.
+      z.source[i] = static_cast<std::int8_t>(store::ZeroVarusSource::interpolated);
+      z.varus_first_deg[i] = z.varus_last_deg[i] = nan;
+      z.is_cut_off[i] = 0;
+    }
+    put_pose(z, model, i, *pose);
+    put_contacts(z, model, i, choice);
+  }
+  for (std::size_t k = 0; k + 1 < choices.size(); ++k) {
+    if (!has_pose(z, k) || !has_pose(z, k + 1)) continue;
+    put_axes(z, k, model.rotation_centre_mm);
+    if (model.has_compartments) put_rolling(z, k);
+  }
+  return z;
+}
+
+std::string cut_off_warning(const store::ZeroVarus& zero_varus)
+{
+  const auto n = std::count(zero_varus.is_cut_off.begin(), zero_varus.is_cut_off.end(), 1);
+  if (n == 0) return "";
+  return "zero varus at " + std::to_string(n) + " of " + std::to_string(zero_varus.is_cut_off.size()) +
+         " flexions: the band with both contacts reaches the border of the grid; widen "
+         "grid.varus";
+}
+
+int n_reduced_flexions(const store::ZeroVarus& zero_varus)
+{
+  const auto none = static_cast<std::int8_t>(store::ZeroVarusSource::none);
+  return static_cast<int>(
+      zero_varus.source.size() -
+      static_cast<std::size_t>(std::count(zero_varus.source.begin(), zero_varus.source.end(), none)));
+}
+
+}  // namespace vrda::analysis

@@ -1,0 +1,190 @@
+#include "geometry/nearest_surface.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace vrda::geometry {
+namespace {
+
+// Normals of triangles averaged over some 3 mm around, each weighted by its area.
+Points smoothed_normals(const Mesh& mesh)
+{
+  constexpr double around_mm = 3.0;
+  constexpr int most_rounds = 12;
+  Eigen::VectorXd area(mesh.triangles.rows());
+  Points own(mesh.triangles.rows(), 3);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners(mesh, t);
+    area[t] = (b - a).cross(c - a).norm();
+    own.row(t) = face_normal(mesh, t).transpose();
+  }
+  // A round averages over about an edge, and rounds add up like steps of a random walk.
+  const double edges = mesh.triangles.rows() == 0 ? 0.0 : around_mm / mean_edge_length_mm(mesh);
+  const int n_rounds = static_cast<int>(std::min(edges * edges, static_cast<double>(most_rounds)));
+  Points normals = own;
+  for (int round = 0; round < n_rounds; ++round) {
+    Points at_vertex = Points::Zero(mesh.vertices_mm.rows(), 3);
+    for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+      for (const std::int32_t row : mesh.triangles.row(t)) at_vertex.row(row) += area[t] * normals.row(t);
+    }
+    for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+      Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+      for (const std::int32_t row : mesh.triangles.row(t)) sum += at_vertex.row(row).stableNormalized();
+      if (sum.squaredNorm() > 0.0) normals.row(t) = sum.normalized();
+    }
+  }
+  // At the rim of a thin layer the two sides cancel out.
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    if (normals.row(t).dot(own.row(t)) < 0.2) normals.row(t) = own.row(t);
+  }
+  return normals;
+}
+
+// Vertices whose triangles do not close a ring: their neighbours do not cancel out.
+std::vector<bool> rim_vertices(const Mesh& mesh)
+{
+  std::vector<std::int64_t> ring(static_cast<std::size_t>(mesh.vertices_mm.rows()), 0);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (Eigen::Index k = 0; k < 3; ++k)
+      ring[static_cast<std::size_t>(mesh.triangles(t, k))] +=
+          mesh.triangles(t, (k + 1) % 3) - mesh.triangles(t, (k + 2) % 3);
+  }
+  std::vector<bool> is_rim;
+  for (const std::int64_t sum : ring) is_rim.push_back(sum != 0);
+  return is_rim;
+}
+
+// A pass of Laplacian smoothing; vertices with `is_fixed` stay.
+void relax(Mesh& mesh, const std::vector<bool>& is_fixed, double factor)
+{
+  Points sum = Points::Zero(mesh.vertices_mm.rows(), 3);
+  Eigen::VectorXd n = Eigen::VectorXd::Zero(mesh.vertices_mm.rows());
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const std::int32_t at = mesh.triangles(t, k), next = mesh.triangles(t, (k + 1) % 3);
+      sum.row(at) += mesh.vertices_mm.row(next);
+      n[at] += 1.0;
+    }
+  }
+  for (Eigen::Index v = 0; v < mesh.vertices_mm.rows(); ++v) {
+    if (n[v] == 0.0 || is_fixed[static_cast<std::size_t>(v)]) continue;
+    mesh.vertices_mm.row(v) += factor * (sum.row(v) / n[v] - mesh.vertices_mm.row(v));
+  }
+}
+
+// Source: Ericson (2005), Real-Time Collision Detection, 5.1.5.
+Eigen::Vector3d nearest_in_triangle(const Eigen::Vector3d& p, const std::array<Eigen::Vector3d, 3>& corner)
+{
+  const auto& [a, b, c] = corner;
+  const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return a;
+  const Eigen::Vector3d bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0.0 && d4 <= d3) return b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + d1 / (d1 - d3) * ab;
+  const Eigen::Vector3d cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0.0 && d5 <= d6) return c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + d2 / (d2 - d6) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) return b + (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b);
+  const double sum = va + vb + vc;
+  return a + vb / sum * ab + vc / sum * ac;
+}
+
+double distance_sq_mm2(const Eigen::Vector3d& p, const geometry::BoxTree::Node& node)
+{
+  double sum = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double x = p[static_cast<Eigen::Index>(k)];
+    const double off = std::max({node.min_mm[k] - x, x - node.max_mm[k], 0.0});
+    sum += off * off;
+  }
+  return sum;
+}
+
+}  // namespace
+
+Mesh without_noise(Mesh mesh)
+{
+  // Taubin (1995): shrinks and expands alternately, so that shapes of some edges keep their size.
+  constexpr double shrink = 0.5, swell = -0.53;
+  constexpr double around_mm = 2.5;
+  constexpr int most_rounds = 10;
+  if (mesh.triangles.rows() == 0) return mesh;
+  const double edges = around_mm / mean_edge_length_mm(mesh);
+  const int n_rounds = static_cast<int>(std::min(edges * edges, static_cast<double>(most_rounds)));
+  const std::vector<bool> is_rim = rim_vertices(mesh);
+  for (int round = 0; round < n_rounds; ++round) {
+    relax(mesh, is_rim, shrink);
+    relax(mesh, is_rim, swell);
+  }
+  return mesh;
+}
+
+NearestSurface::NearestSurface(Mesh mesh)
+    : mesh_(std::move(mesh)),
+      normals_(smoothed_normals(mesh_)),
+      tree_(mesh_),
+      normal_bounds_(tree_.nodes().size())
+{
+  for (std::size_t i = tree_.nodes().size(); i-- > 0;) {  // children come after their parent
+    const geometry::BoxTree::Node& node = tree_.nodes()[i];
+    NormalBounds& bounds = normal_bounds_[i];
+    if (!node.is_leaf()) {
+      bounds.add(normal_bounds_[i + 1]);
+      bounds.add(normal_bounds_[static_cast<std::size_t>(node.first)]);
+      continue;
+    }
+    for (std::int32_t k = node.first; k < node.first + node.count; ++k) {
+      const Eigen::Array3d normal = normals_.row(tree_.order()[static_cast<std::size_t>(k)]).transpose();
+      bounds.add({normal, normal});
+    }
+  }
+}
+
+SurfacePoint NearestSurface::nearest(const Eigen::Vector3d& p_mm, const NearestLimits& limits) const
+{
+  SurfacePoint best;
+  if (tree_.is_empty()) return best;
+  struct Task {
+    std::int32_t node = 0;
+    double least_sq_mm2 = 0.0;
+  };
+  double best_sq = limits.max_distance_mm * limits.max_distance_mm;
+  std::array<Task, 64> stack;
+  std::size_t n_tasks = 0;
+  stack[n_tasks++] = {0, distance_sq_mm2(p_mm, tree_.nodes()[0])};
+  while (n_tasks > 0) {
+    const Task task = stack[--n_tasks];
+    if (task.least_sq_mm2 > best_sq ||
+        !normal_bounds_[static_cast<std::size_t>(task.node)].may_exceed(limits.least_cosine, limits.normal))
+      continue;
+    const geometry::BoxTree::Node& node = tree_.nodes()[static_cast<std::size_t>(task.node)];
+    if (!node.is_leaf()) {
+      Task near{task.node + 1, distance_sq_mm2(p_mm, tree_.nodes()[static_cast<std::size_t>(task.node) + 1])};
+      Task far{node.first, distance_sq_mm2(p_mm, tree_.nodes()[static_cast<std::size_t>(node.first)])};
+      if (far.least_sq_mm2 < near.least_sq_mm2) std::swap(near, far);
+      stack[n_tasks++] = far;
+      stack[n_tasks++] = near;
+      continue;
+    }
+    for (std::int32_t k = node.first; k < node.first + node.count; ++k) {
+      const Eigen::Index t = tree_.order()[static_cast<std::size_t>(k)];
+      if (normals_.row(t).dot(limits.normal.transpose()) <= limits.least_cosine) continue;
+      const Eigen::Vector3d q_mm = nearest_in_triangle(p_mm, corners(mesh_, t));
+      const double sq = (q_mm - p_mm).squaredNorm();
+      if (sq > best_sq || (sq == best_sq && best.triangle >= 0 && t > best.triangle)) continue;
+      best_sq = sq;
+      best = {t, q_mm, std::sqrt(sq)};
+    }
+  }
+  return best;
+}
+
+}  // namespace vrda::geometry

@@ -1,0 +1,57 @@
+/// Converts the polygons of a file to a triangle mesh for the solver.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "model/mesh.hpp"
+#include "job/job.hpp"
+#include "job/raw_mesh.hpp"
+
+namespace vrda::job {
+
+struct CleanMesh {
+  Mesh mesh;                      ///< axes and unit of the raw mesh; has normals, no unused vertices
+  Eigen::Index n_welded = 0;      ///< vertices merged with an earlier one
+  Eigen::Index n_degenerate = 0;  ///< faces and triangles removed: repeated corner or zero area
+  Eigen::Index n_identical = 0;  ///< triangles removed: the same three vertices as another, in either winding
+  bool was_flipped = false;      ///< the winding of at least one shell was reversed
+  bool has_sheet = false;        ///< at least one shell has no inside: its winding defines its outside
+  std::vector<std::vector<Eigen::Index>> small_shells;  ///< of shells.hpp
+};
+
+/// Welds vertices with exactly equal coordinates, triangulates, and removes degenerate faces, copies of
+/// triangles and unused vertices. Of copies with opposite windings the one that agrees with its neighbours is
+/// kept.
+/// Orientation of each shell (triangles connected by edges): an outermost shell with an inside (shells.hpp)
+/// is oriented outward by its signed volume; one inside another is reversed together with its outermost
+/// enclosing shell, so an inner wall of a hollow body remains an inner wall; a sheet follows `winding`.
+/// Normals: those of the file, averaged over merged vertices and oriented outward, if none is zero; otherwise
+/// computed. Vertices are numbered by first use along the final winding (on a left joint against it): a
+/// mirrored file with the other side gives the mirrored mesh bit for bit, whether or not its winding is
+/// reversed.
+CleanMesh clean_mesh(const RawMesh& raw, Winding winding, Side side);
+
+struct WeldedVertices {
+  std::vector<std::int32_t> index_of_raw;  ///< [n raw] index of the merged vertex
+  Points vertices;                         ///< in the order of first occurrence
+  Points normal_sums;                      ///< empty if the file has no normals
+};
+
+/// Merges vertices with exactly equal coordinates: parsers repeat a shared vertex bit for bit, and a
+/// tolerance would close intended gaps.
+WeldedVertices weld_vertices(const RawMesh& raw);
+
+/// The triangles without copies (the same three vertices), in order. Of copies with equal winding the first
+/// is kept; of copies with opposite windings the first with the winding that agrees with the neighbours, or,
+/// where there are copies only, with that of the first triangle.
+std::vector<std::array<std::int32_t, 3>> without_copies(
+    const std::vector<std::array<std::int32_t, 3>>& triangles);
+
+/// Triangulates a polygon by ear clipping in the best-fit plane of the polygon (Newell's normal). Concave
+/// polygons are covered exactly once; the winding is kept. `corners_mm` are the corners in order; the result
+/// contains indices into it. If no ear is left (self-intersecting polygon), the rest becomes a fan. Zero area
+/// gives no triangles. Cost: cubic at worst.
+std::vector<std::array<std::int32_t, 3>> triangulate(const Points& corners_mm);
+
+}  // namespace vrda::job

@@ -1,0 +1,455 @@
+#include "job/job.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/error.hpp"
+#include "model/joint_kind.hpp"
+#include "model/side.hpp"
+#include "core/text.hpp"
+#include "job/auto_frame.hpp"
+#include "job/command_jobs.hpp"
+#include "job/coordinates.hpp"
+#include "job/input_file.hpp"
+#include "job/job_schema.hpp"
+#include "job/push_job.hpp"
+
+namespace vrda::job {
+namespace {
+
+constexpr std::uintmax_t largest_job_bytes = 16U << 20U;  // a job with ten thousand fibres is 2 MiB
+constexpr double largest_grid_cells = 1e6;                // more is probably a mistake
+
+// The parameters of the shape are numbers or words.
+GenerateJob generate_of(const core::DocumentValue& value)
+{
+  GenerateJob generate;
+  for (const core::DocumentEntry& entry : *value.table()) {
+    if (entry.key == "shape") {
+      generate.shape = *entry.value.text();
+    } else if (entry.key == "part") {
+      generate.part = *entry.value.text();
+    } else if (entry.value.text() != nullptr) {
+      generate.words[entry.key] = *entry.value.text();
+    } else {
+      generate.numbers[entry.key] = core::number_at(entry.value, "");
+    }
+  }
+  return generate;
+}
+
+ComponentJob component_of(const Job& job, const core::DocumentValue& value, const std::string& key)
+{
+  ComponentJob component;
+  component.key = key;
+  component.name = core::text_at(value, "name");
+  component.file = core::text_or_empty(value, "file");
+  if (const core::DocumentValue* generate = value.find("generate"))
+    component.generate = generate_of(*generate);
+  if (component.file.empty() == !component.generate) {
+    job.document.refuse(key, component.generate ? "both file and generate" : "neither file nor generate",
+                        "one of file = \"mesh.stl\" and generate = { shape = \"knee\", part = \"femur\" }");
+  }
+  component.material = core::text_at(value, "material");
+  component.has_contact = core::flag_at(value, "contact");
+  component.winding = core::text_at(value, "winding") == "inward" ? Winding::inward : Winding::outward;
+  if (const core::DocumentValue* offset = value.find("offset_mm")) {
+    component.is_offset_fitted = offset->text() != nullptr;
+    if (!component.is_offset_fitted) component.offset_mm = core::number_at(*offset, "");
+  }
+  component.inset_mm = core::number_at(value, "inset_mm");
+  component.shift_mm = core::vector3_at(value, "shift_mm");
+  return component;
+}
+
+BodyJob body_of(const Job& job, const core::DocumentValue& root, const std::string& key)
+{
+  BodyJob body;
+  body.name = core::text_at(root, key + ".name");
+  body.frame = body_frame_at(job.document, key);
+  std::vector<std::string> names;
+  bool has_contact = false;
+  for (const core::DocumentValue& value : *core::value_at(root, key + ".component").list()) {
+    const std::string item = key + ".component." + std::to_string(body.components.size());
+    ComponentJob component = component_of(job, value, item);
+    if (std::find(names.begin(), names.end(), component.name) != names.end()) {
+      job.document.refuse(item + ".name", "\"" + component.name + "\" a second time",
+                          "a unique name for each component");
+    }
+    if (body.frame && component.generate)
+      job.document.refuse(item + ".generate",
+                          "a generated part, which has canonical axes, in an object with a frame",
+                          "mesh files, or no [" + key + ".frame]");
+    names.push_back(component.name);
+    has_contact = has_contact || component.has_contact;
+    body.components.push_back(std::move(component));
+  }
+  if (!has_contact)
+    job.document.refuse(key + ".component", "no component in contact", "at least one with contact = true");
+  return body;
+}
+
+std::optional<ScalingJob> scaling_of(const Job& job, const core::DocumentValue& root)
+{
+  const core::DocumentValue* table = root.find("scaling");
+  if (table == nullptr) return std::nullopt;
+  ScalingJob scaling;
+  scaling.landmarks_file = core::text_or_empty(*table, "landmarks");
+  const core::DocumentValue* factor = table->find("factor");
+  if (factor == nullptr) return scaling;
+  if (!scaling.landmarks_file.empty()) {
+    throw InputError({job.document.source_of_conflict({"scaling.landmarks", "scaling.factor"}), "scaling",
+                      "both factor and landmarks", "one of factor = 1.07 and landmarks = \"landmarks.csv\""});
+  }
+  scaling.factor = factor->list() != nullptr ? core::vector3_at(*factor, "")
+                                             : Eigen::Vector3d::Constant(core::number_at(*factor, ""));
+  return scaling;
+}
+
+void read_grid(Job& job, const core::DocumentValue& root)
+{
+  job.coordinates = coordinates_of(job);
+  resolve_driving_tables(job);
+  if (job.coordinates) {
+    // The short form of the same job.
+    if (!is_plain_grid(*job.coordinates)) return;
+    const auto& coordinate = job.coordinates->coordinate;
+    job.grid.flexion_deg = coordinate[0].driven;
+    job.is_varus_free = coordinate[1].role == CoordinateRole::free;
+    job.grid.varus_deg = job.is_varus_free ? std::vector<double>{0.0} : coordinate[1].driven;
+    job.coordinates.reset();
+  } else {
+    job.grid.flexion_deg = range_at(job.document, "grid.flexion");
+    job.is_varus_free = core::value_at(root, "grid.varus").text() != nullptr;
+    job.grid.varus_deg = job.is_varus_free ? std::vector<double>{0.0} : range_at(job.document, "grid.varus");
+  }
+  const double n_cells =
+      static_cast<double>(job.grid.flexion_deg.size()) * static_cast<double>(job.grid.varus_deg.size());
+  if (n_cells > largest_grid_cells) {
+    job.document.refuse("grid", std::to_string(static_cast<std::int64_t>(n_cells)) + " attitudes",
+                        "at most 1000000");
+  }
+}
+
+SearchOptions search_of(const core::DocumentValue& root)
+{
+  const core::DocumentValue& search = core::value_at(root, "solver.search");
+  SearchOptions options;
+  options.approach_step_mm = core::number_at(search, "approach_step_mm");
+  options.translation_step_mm = core::number_at(search, "translation_step_mm");
+  options.translation_resolution_mm = core::number_at(search, "translation_resolution_mm");
+  options.rotation_step_rad = rad_from_deg(core::number_at(search, "rotation_step_deg"));
+  options.rotation_resolution_rad = rad_from_deg(core::number_at(search, "rotation_resolution_deg"));
+  options.points =
+      core::text_at(search, "points") == "exact" ? ContactPoints::exact : ContactPoints::triangle_centre;
+  const std::string& normals = core::text_at(search, "normals");
+  options.normals = normals == "reference" ? ContactNormals::reference
+                    : normals == "moving"  ? ContactNormals::moving
+                                           : ContactNormals::least_curvature;
+  options.max_steps = static_cast<int>(core::integer_at(search, "max_steps"));
+  return options;
+}
+
+// Throws if the resolution exceeds its step.
+void check_step(const Job& job, const std::string& kind, const std::string& unit)
+{
+  const std::string resolution = "solver.search." + kind + "_resolution_" + unit;
+  const std::string step_name = kind + "_step_" + unit, step = "solver.search." + step_name;
+  const core::DocumentValue& root = job.document.root;
+  if (core::number_at(root, resolution) <= core::number_at(root, step)) return;
+  throw InputError({job.document.source_of_conflict({resolution, step}), resolution,
+                    core::shown(core::value_at(root, resolution)),
+                    "at most " + step_name + ", " + core::shown(core::value_at(root, step))});
+}
+
+FibreJob fibre_of(const Job& job, const core::DocumentValue& value, const std::string& key)
+{
+  const auto optional_number = [&](const char* name) {
+    const core::DocumentValue* number = value.find(name);
+    return number == nullptr ? std::nullopt : std::optional(core::number_at(*number, ""));
+  };
+  FibreJob fibre{core::text_at(value, "name"),
+                 core::text_at(value, "bundle"),
+                 core::vector3_at(value, "reference_mm"),
+                 core::vector3_at(value, "moving_mm"),
+                 core::number_at(value, "stiffness_n"),
+                 optional_number("slack_length_mm"),
+                 optional_number("reference_strain"),
+                 core::text_at(value, "wrap"),
+                 job.document.source_of(key),
+                 key};
+  if (fibre.slack_length_mm.has_value() == fibre.reference_strain.has_value()) {
+    job.document.refuse(key, fibre.slack_length_mm ? "both slack_length_mm and reference_strain" : "neither",
+                        "one of slack_length_mm and reference_strain");
+  }
+  return fibre;
+}
+
+std::optional<LigamentsJob> ligaments_of(const Job& job, const core::DocumentValue& root)
+{
+  const core::DocumentValue* table = root.find("ligaments");
+  if (table == nullptr) return std::nullopt;
+  LigamentsJob ligaments;
+  ligaments.fibres_file = core::text_or_empty(*table, "fibres");
+  ligaments.wraps_file = core::text_or_empty(*table, "wraps");
+  ligaments.transition_strain = core::number_at(*table, "transition_strain");
+  const core::DocumentValue* fibres = table->find("fibre");
+  const core::DocumentValue* generate = table->find("generate");
+  std::string given;
+  int n_given = 0;
+  for (const char* key : {"fibres", "fibre", "generate"}) {
+    if (table->find(key) == nullptr) continue;
+    given.append(n_given++ == 0 ? "both " : " and ").append(key);
+  }
+  if (n_given != 1) {
+    job.document.refuse(
+        "ligaments", n_given == 0 ? "neither fibres nor fibre nor generate" : given,
+        "one of fibres = \"ligaments.csv\", [[ligaments.fibre]] and generate = { shape = \"knee\" }");
+  }
+  if (generate != nullptr) ligaments.generate = generate_of(*generate);
+  if (fibres == nullptr) return ligaments;
+  for (const core::DocumentValue& fibre : *fibres->list()) {
+    const std::string key = "ligaments.fibre." + std::to_string(ligaments.fibres.size());
+    ligaments.fibres.push_back(fibre_of(job, fibre, key));
+  }
+  return ligaments;
+}
+
+CompartmentJob compartment_of(const core::DocumentValue& value)
+{
+  CompartmentJob compartment;
+  compartment.half_space = core::text_or_empty(value, "half_space");
+  compartment.components = core::texts_at(value, "components");
+  return compartment;
+}
+
+core::DocumentValue half_space(const std::string& side)
+{
+  return {core::DocumentValue::Table{{"half_space", {side}}}};
+}
+
+// Of a shape that is made for a side.
+void complete_side(core::DocumentValue* generate, const std::string& joint, const std::string& side)
+{
+  if (generate == nullptr || generate->find("side") != nullptr) return;
+  const std::string shape = core::text_at(*generate, "shape");
+  if (shape != "knee" && shape != joint) return;
+  std::get<core::DocumentValue::Table>(generate->data).push_back({"side", {side}});
+}
+
+// The table without one key, in the same order.
+core::DocumentValue without(const core::DocumentValue& root, const std::string& key)
+{
+  core::DocumentValue::Table rest;
+  for (const core::DocumentEntry& entry : *root.table()) {
+    if (entry.key != key) rest.push_back(entry);
+  }
+  return {rest};
+}
+
+// Called before validation and before defaults are filled in.
+bool has_start(const core::DocumentValue& root)
+{
+  const core::DocumentValue* moving = root.find("moving");
+  const core::DocumentValue* initial = moving == nullptr ? nullptr : moving->find("initial");
+  return initial != nullptr && initial->find("translation_mm") != nullptr;
+}
+
+// Defaults of joints other than a knee. The start of a knee, 20 mm distal, suits no other joint.
+void complete_kind(core::DocumentValue& root, bool is_start_given, bool is_push_given)
+{
+  const JointKind& kind = joint_kind(core::text_at(root, "joint"));
+  if (!is_start_given && kind.name != std::string("knee"))
+    root.find("moving")->find("initial")->find("translation_mm")->data = "auto";
+  if (kind.name != std::string("hip")) return;
+  core::DocumentValue* push = root.find("push");
+  if (push->find("frame") == nullptr)
+    std::get<core::DocumentValue::Table>(push->data).push_back({"frame", {"reference"}});
+  if (is_push_given) return;
+  // Into an acetabulum that opens 45 degrees to the side and then 20 degrees forwards (the middle of what
+  // Murray (1993), J Bone Joint Surg Br 75:228-232, reports of healthy hips).
+  const double to_left = core::text_at(root, "side") == "right" ? -1.0 : 1.0;
+  push->find("delta")->data = core::DocumentValue::List{{-0.342}, {0.6645}, {0.6645 * to_left}};
+}
+
+// Defaults that depend on other keys: compartments of a knee, side of a generated knee, and factor 1 for an
+// empty [scaling].
+void complete(core::DocumentValue& root)
+{
+  const std::string side = core::text_at(root, "side");
+  if (root.find("compartments") == nullptr &&
+      joint_kind(core::text_at(root, "joint")).has_compartments) {
+    const std::string medial = side == "right" ? "left" : "right";
+    const core::DocumentValue::Table both{{"medial", half_space(medial)}, {"lateral", half_space(side)}};
+    std::get<core::DocumentValue::Table>(root.data).push_back({"compartments", {both}});
+  }
+  for (const char* body : {"reference", "moving"}) {
+    for (core::DocumentValue& component :
+         std::get<core::DocumentValue::List>(root.find(body)->find("component")->data)) {
+      complete_side(component.find("generate"), core::text_at(root, "joint"), side);
+    }
+  }
+  if (core::DocumentValue* scaling = root.find("scaling");
+      scaling != nullptr && scaling->table()->empty()) {
+    std::get<core::DocumentValue::Table>(scaling->data).push_back({"factor", {1.0}});
+  }
+  if (core::DocumentValue* ligaments = root.find("ligaments"))
+    complete_side(ligaments->find("generate"), "knee", side);
+}
+
+// [player] is kept as given. Checks what the schema cannot express: unique view numbers.
+void check_views(const Job& job)
+{
+  const core::DocumentValue* player = job.document.root.find("player");
+  const core::DocumentValue* views = player == nullptr ? nullptr : player->find("view");
+  if (views == nullptr) return;
+  std::vector<std::int64_t> numbers;
+  for (const core::DocumentValue& view : *views->list()) {
+    const std::int64_t number = core::integer_at(view, "number");
+    if (std::find(numbers.begin(), numbers.end(), number) != numbers.end()) {
+      job.document.refuse("player.view." + std::to_string(numbers.size()) + ".number",
+                          std::to_string(number) + " a second time", "a unique number for each view");
+    }
+    numbers.push_back(number);
+  }
+}
+
+void read_settings(Job& job)
+{
+  const core::DocumentValue& root = job.document.root;
+  job.title = core::text_at(root, "title");
+  job.joint = core::text_at(root, "joint");
+  job.side = side_named(core::text_at(root, "side"));
+  job.frame = frame_at(root, "frame");
+  job.scaling = scaling_of(job, root);
+  job.reference = body_of(job, root, "reference");
+  job.moving = body_of(job, root, "moving");
+  job.is_start_auto = core::value_at(root, "moving.initial.translation_mm").text() != nullptr;
+  if (!job.is_start_auto)
+    job.initial.translation_mm = core::vector3_at(root, "moving.initial.translation_mm");
+  job.initial.theta_rad = rad_from_deg(core::number_at(root, "moving.initial.theta_deg"));
+  job.push = push_of(job.document);
+  job.method = core::text_at(root, "solver.method") == "equilibrium" ? SolverMethod::equilibrium
+                                                                          : SolverMethod::stability_search;
+  read_grid(job, root);
+  job.search = search_of(root);
+  check_step(job, "translation", "mm");
+  check_step(job, "rotation", "deg");
+  check_views(job);
+  job.equilibrium = {core::number_at(root, "solver.equilibrium.tolerance_mm"),
+                     static_cast<int>(core::integer_at(root, "solver.equilibrium.max_iterations")),
+                     core::number_at(root, "solver.equilibrium.contact_resolution_mm")};
+  job.spine = {static_cast<int>(core::integer_at(root, "solver.equilibrium.restarts")),
+               core::number_at(root, "solver.equilibrium.band_moment_nmm")};
+  job.ligaments = ligaments_of(job, root);
+  if (const core::DocumentValue* compartments = root.find("compartments")) {
+    job.medial = compartment_of(core::value_at(*compartments, "medial"));
+    job.lateral = compartment_of(core::value_at(*compartments, "lateral"));
+  }
+  for (const double degree : core::numbers_at(root, "smooth.degrees")) {
+    job.smooth_degrees.push_back(static_cast<std::int32_t>(degree));
+  }
+  job.smooth_recontact = core::flag_at(root, "smooth.recontact");
+  job.smooth_robust = core::flag_at(root, "smooth.robust");
+  job.unsolved_fraction = core::number_at(root, "limits.unsolved_fraction");
+  job.laxity = laxity_of(job.document);
+  job.fit = fit_of(job.document);
+}
+
+// An offset of 0 is no offset: the job is that without the key.
+void remove_zero_offsets(core::DocumentValue& root)
+{
+  for (const char* body : {"reference", "moving"}) {
+    for (core::DocumentValue& component :
+         std::get<core::DocumentValue::List>(root.find(body)->find("component")->data)) {
+      auto& entries = std::get<core::DocumentValue::Table>(component.data);
+      std::erase_if(entries, [](const core::DocumentEntry& entry) {
+        return entry.key == "offset_mm" && entry.value.is_number() &&
+               core::number_at(entry.value, "") == 0.0;
+      });
+    }
+  }
+}
+
+void set_texts(Job& job)
+{
+  const core::DocumentValue steps = without(without(job.document.root, "laxity"), "fit");
+  job.resolved_text = core::toml_text(job.document.root);
+  job.steps_text = core::toml_text(steps);
+  job.unscaled_text = core::toml_text(without(steps, "scaling"));
+}
+
+}  // namespace
+
+std::vector<double> range_at(const core::Document& document, const std::string& key)
+{
+  constexpr double rounding = 1e-9;  // of (to - from) / step
+  const double from_deg = core::number_at(document.root, key + ".from");
+  const double to_deg = core::number_at(document.root, key + ".to");
+  const double step_deg = core::number_at(document.root, key + ".step");
+  if (step_deg == 0.0) document.refuse(key + ".step", "0", "a step that is not zero");
+  const double n_steps = (to_deg - from_deg) / step_deg;
+  if (n_steps < 0.0) {
+    document.refuse(key,
+                    "from " + shortest_decimal(from_deg) + " to " + shortest_decimal(to_deg) + " by " +
+                        shortest_decimal(step_deg),
+                    "a step with the sign of to - from");
+  }
+  if (!(n_steps < largest_grid_cells))
+    document.refuse(key + ".step", shortest_decimal(step_deg), "at most 1000000 attitudes");
+  std::vector<double> angles_deg;
+  const auto n = static_cast<int>(std::floor(n_steps + rounding));
+  for (int i = 0; i <= n; ++i) angles_deg.push_back(from_deg + i * step_deg + 0.0);
+  return angles_deg;
+}
+
+Job parse_job(const std::string& file, std::string text, const std::vector<std::string>& overrides)
+{
+  Job job;
+  job.file = file;
+  job.text = std::move(text);
+  job.document.file = file;
+  job.document.root = core::parse_toml(job.text, file);
+  for (const std::string& override_text : overrides) core::apply_override(job.document, override_text);
+  job.has_campaign = job.document.root.find("campaign") != nullptr;
+  const bool is_start_given = has_start(job.document.root);
+  const bool is_push_given = core::find_at(job.document.root, "push.delta") != nullptr;
+  const bool has_grid = job.document.root.find("grid") != nullptr;
+  job.document.root = checked_job(job.document);
+  complete(job.document.root);
+  complete_kind(job.document.root, is_start_given, is_push_given);
+  job.document.root = checked_job(job.document);  // again, to restore the order of keys
+  for (const char* key : {"coordinates", "frames"}) {
+    if (job.document.root.find(key) == nullptr) continue;
+    if (has_grid) job.document.refuse("grid", std::string("both [grid] and [") + key + "]", "one of them");
+    job.document.root = without(job.document.root, "grid");
+  }
+  remove_zero_offsets(job.document.root);
+  set_texts(job);
+  read_settings(job);
+  return job;
+}
+
+Job with_found_frames(const Job& job, const FoundFrames& found)
+{
+  Job numeric = job;
+  set_found_frame(numeric.document, numeric.reference, found.reference);
+  set_found_frame(numeric.document, numeric.moving, found.moving);
+  set_texts(numeric);
+  return numeric;
+}
+
+bool has_mesh_file(const Job& job)
+{
+  const auto is_file = [](const ComponentJob& component) { return !component.generate; };
+  return std::any_of(job.reference.components.begin(), job.reference.components.end(), is_file) ||
+         std::any_of(job.moving.components.begin(), job.moving.components.end(), is_file);
+}
+
+Job read_job(const std::string& file, const std::vector<std::string>& overrides)
+{
+  return parse_job(file, file_bytes(file, {file, "", "", "a job file"}, largest_job_bytes), overrides);
+}
+
+}  // namespace vrda::job

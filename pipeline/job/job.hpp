@@ -1,0 +1,260 @@
+/// The job file (schemas/job.schema.json) as settings in internal units: mm, rad, N. The grid axes stay in
+/// degrees, as written in the job.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/frames.hpp"
+#include "model/solver_options.hpp"
+#include "core/document.hpp"
+#include "job/case.hpp"
+
+namespace vrda::job {
+
+/// Direction of the triangle normals of an open sheet, by the winding in its file.
+enum class Winding { outward, inward };
+
+/// A generated part.
+struct GenerateJob {
+  std::string shape;
+  std::string part;
+  std::map<std::string, double> numbers;
+  std::map<std::string, std::string> words;
+};
+
+/// Exactly one of `file` and `generate` is given.
+struct ComponentJob {
+  std::string key;  ///< "reference.component.0", for messages
+  std::string name;
+  std::string file;  ///< as written in the job; empty for a generated part
+  std::optional<GenerateJob> generate;
+  std::string material;
+  bool has_contact = true;
+  Winding winding = Winding::outward;
+  double offset_mm = 0.0;         ///< radius by which the surface is rounded outward for gaps and contacts
+  bool is_offset_fitted = false;  ///< offset_mm = "fit": unknown until `vrda fit` finds it
+  double inset_mm = 0.0;  ///< inward displacement of each vertex along its normal: reduces the thickness
+  Eigen::Vector3d shift_mm{0.0, 0.0, 0.0};  ///< translation of the component, canonical axes
+};
+
+/// Map from mesh file coordinates to canonical axes (load/axis_map.hpp).
+struct FrameJob {
+  std::string key;  ///< "frame", "reference.frame" or "moving.frame"
+  std::string unit;
+  std::string anterior;
+  std::string proximal;
+  std::string right;
+  Eigen::Vector3d origin_native{0.0, 0.0, 0.0};  ///< rotation centre, native unit
+  Eigen::Vector3d align_rotation_rad{0.0, 0.0, 0.0};
+  Eigen::Vector3d align_translation_mm{0.0, 0.0, 0.0};
+  bool is_origin_auto = false;  ///< of a body: found by registration, 0 until then
+  bool is_align_auto = false;   ///< the same
+};
+
+struct BodyJob {
+  std::string name;
+  std::optional<FrameJob> frame;  ///< absent: the job's
+  std::vector<ComponentJob> components;
+};
+
+/// Scaling of the joint to the subject: a factor, or a landmark table for fitting one.
+struct ScalingJob {
+  Eigen::Vector3d factor{1.0, 1.0, 1.0};  ///< anterior, proximal, right; unused with landmarks
+  std::string landmarks_file;             ///< empty if the factor is given
+};
+
+/// A setting over flexion: linear between rows, constant beyond the ends. A constant has one row. Or one
+/// value per frame, from columns of the frames' table, which load_coordinates() reads.
+struct FlexionTable {
+  std::vector<double> flexion_rad;        ///< [n] increasing; empty with columns
+  Eigen::MatrixXd value;                  ///< [n, components]; [n_frames, components] with columns
+  std::vector<std::string> columns = {};  ///< [components]
+  std::string key = {};                   ///< of the columns or table, for messages
+  bool is_over_driving = false;           ///< `flexion_rad` has values of the driving coordinate, deg or mm
+};
+
+/// `n` components: constants, a table { flexion_deg, value } or { driving, value }, or { columns }
+/// (load/push_job.cpp).
+FlexionTable over_flexion_at(const core::Document& document, const std::string& key, std::size_t n);
+
+/// from, from + step, ... up to `to`, which is included if a whole number of steps reaches it.
+std::vector<double> range_at(const core::Document& document, const std::string& key);
+
+/// The interpolated row of values at a flexion.
+Eigen::VectorXd value_at_flexion(const FlexionTable& setting, double flexion_rad);
+
+/// One [[push.load]].
+struct LoadJob {
+  LoadPoint at;
+  FlexionTable force_n;     ///< [n, 3] anterior, proximal, right
+  FlexionTable moment_nmm;  ///< [n, 3] about the same axes, right-handed
+};
+
+/// One [[push.line]].
+struct LineJob {
+  LinePath path;
+  FlexionTable tension_n;  ///< [n, 1] at least 0
+};
+
+struct PushJob {
+  bool is_fixed_in_reference = false;  ///< Delta and the forces turn with it instead of the moving object
+  FlexionTable delta;                  ///< [n, 3] unit vectors, canonical
+  FlexionTable force_n;                ///< [n, 1]
+  FlexionTable lateral_force_n;        ///< [n, 2] across Delta: along X and Z rotated from +Y to Delta
+  FlexionTable moment_nmm;             ///< [n, 1] about Delta
+  FlexionTable varus_moment_nmm;       ///< [n, 1] on varus, adduction positive
+  Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
+  std::vector<LoadJob> loads;
+  std::vector<LineJob> lines;
+};
+
+/// One coordinate of [coordinates], in degrees or mm. Values over flexion are linear between rows.
+struct CoordinateJob {
+  CoordinateRole role = CoordinateRole::free;
+  std::vector<double> driven;         ///< of a range
+  std::optional<FlexionTable> given;  ///< [n, 1] a number or a table
+  std::string column;                 ///< of `file`, or of the file of the frames
+  std::string file;
+  std::string over;  ///< column of the driving coordinate in `file`; empty: its name and unit
+};
+
+struct CoordinatesJob {
+  std::array<CoordinateJob, n_joint_coordinates> coordinate;
+  std::string frames_file;  ///< empty without [frames]
+  std::string frames_key;   ///< column; empty: the first
+};
+
+enum class SolverMethod { stability_search, equilibrium };
+
+/// One fibre, from the job or a table. Exactly one of slack length and reference strain is given.
+struct FibreJob {
+  std::string name;
+  std::string bundle;  ///< empty: derived from the name
+  /// Attachments in mm at the pose of the meshes, in the axes of the mesh files.
+  Eigen::Vector3d reference_native_mm{0.0, 0.0, 0.0};
+  Eigen::Vector3d moving_native_mm{0.0, 0.0, 0.0};
+  double stiffness_n = 0.0;  ///< per unit strain, above 0
+  std::optional<double> slack_length_mm;
+  std::optional<double> reference_strain;  ///< at the pose of the meshes
+  std::string wrap;
+  std::string source;  ///< file, for messages
+  std::string field;   ///< "ligaments.fibre.3" or "line 7"
+};
+
+/// Exactly one of `fibres_file`, `fibres` and `generate` is given.
+struct LigamentsJob {
+  std::string fibres_file;
+  std::vector<FibreJob> fibres;
+  std::optional<GenerateJob> generate;  ///< `part` is empty
+  std::string wraps_file;
+  double transition_strain = 0.06;
+};
+
+/// Either a half-space bounded by the rotation centre or the names of moving components.
+struct CompartmentJob {
+  std::string half_space;  ///< "left", "right" or empty
+  std::vector<std::string> components;
+};
+
+/// [laxity]: loads on the joint at some flexions. Loads of 0 are not applied.
+struct LaxityJob {
+  std::vector<double> flexion_deg;   ///< ascending
+  double anterior_force_n = 0.0;     ///< forwards and backwards
+  double internal_moment_nmm = 0.0;  ///< about Delta, both ways
+  double varus_moment_nmm = 0.0;     ///< towards varus and valgus
+  int load_steps = 5;                ///< equal ones from the unloaded pose
+  /// Fibres that are removed together.
+  struct Cut {
+    std::string name;
+    std::vector<std::string> bundles;
+  };
+  std::vector<Cut> cuts;
+};
+
+enum class FitQuantity { reference_strain, attachment, load };
+
+/// One [[fit.parameter]]: changes of an input, in strain, mm, N or N mm.
+struct FitParameterJob {
+  FitQuantity quantity = FitQuantity::reference_strain;
+  std::string fibre, bundle;         ///< empty: all fibres
+  std::string shared_by = "bundle";  ///< "fibre", "bundle" or "all": which fibres share an unknown
+  std::string body, axis, load;      ///< words of the schema; empty where they do not apply
+  std::vector<double> flexion_deg;   ///< of a load: an unknown at each, linear between; empty: a constant
+  double sd = 0.0;                   ///< of the prior, whose mean is no change
+  double from = 0.0, to = 0.0;       ///< bounds of the change
+};
+
+/// [fit]: what `vrda fit --to` may change, and how well it is measured.
+struct FitJob {
+  std::vector<FitParameterJob> parameters;
+  /// [n_joint_coordinates] rad or mm; infinite: not fitted, as the flexion.
+  std::array<double, n_joint_coordinates> noise{};
+  double independent_deg = 5.0;  ///< frames closer in flexion than this count as one
+};
+
+struct Job {
+  std::string file;
+  std::string text;              ///< the file's bytes
+  std::string resolved_text;     ///< canonical TOML: every key with its value
+  std::string steps_text;        ///< the same without [laxity] and [fit], which affect no step
+  std::string unscaled_text;     ///< without [scaling] too
+  core::Document document;  ///< for error messages
+  bool has_campaign = false;     ///< the resolved job does not contain it
+
+  std::string title;
+  std::string joint;
+  Side side = Side::right;
+  FrameJob frame;
+  std::optional<ScalingJob> scaling;
+  BodyJob reference;
+  BodyJob moving;
+  InitialPose initial;
+  bool is_start_auto = false;  ///< its translation is found from the meshes
+  PushJob push;
+  GridAxes grid;
+  bool is_varus_free = false;                 ///< then grid.varus_deg is {0}
+  std::optional<CoordinatesJob> coordinates;  ///< then the grid is empty
+  SolverMethod method = SolverMethod::stability_search;
+  SearchOptions search;
+  EquilibriumOptions equilibrium;
+  SpineOptions spine;
+  std::optional<LigamentsJob> ligaments;
+  std::optional<CompartmentJob> medial;  ///< set if and only if `lateral` is
+  std::optional<CompartmentJob> lateral;
+  std::vector<std::int32_t> smooth_degrees;
+  bool smooth_recontact = true;
+  bool smooth_robust = false;
+  double unsolved_fraction = 0.0;
+  std::optional<LaxityJob> laxity;
+  std::optional<FitJob> fit;
+};
+
+/// The frame of a body's mesh files: its own or that of the job.
+inline const FrameJob& frame_of(const Job& job, const BodyJob& body)
+{
+  return body.frame ? *body.frame : job.frame;
+}
+
+/// Whether a component is read from a file; generated parts are in canonical axes.
+bool has_mesh_file(const Job& job);
+
+/// Parses a job and applies `overrides` ("key.path=value"); `file` is its name in messages. Opens no file.
+/// Throws InputError naming file, key, found and wanted.
+Job parse_job(const std::string& file, std::string text, const std::vector<std::string>& overrides = {});
+
+/// Reads a job file and parses it with parse_job(). Does not open meshes.
+Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
+
+/// The job with numbers in the place of every "auto" of its frames.
+Job with_found_frames(const Job& job, const FoundFrames& found);
+
+/// The Case of a job without loading meshes: ligaments, inputs and compartments are copied from `joint`,
+/// which must be at factor 1; bodies, survey and warnings stay empty. The only file read is the landmark
+/// table. Throws InputError for a combination that no method solves and for invalid scaling.
+Case case_with_joint(const Job& job, const std::string& data_directory, const Case& joint);
+
+}  // namespace vrda::job

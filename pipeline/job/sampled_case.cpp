@@ -1,0 +1,414 @@
+#include "job/sampled_case.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/error.hpp"
+#include "model/frames.hpp"
+#include "geometry/nearest_surface.hpp"
+#include "job/distribution.hpp"
+
+namespace vrda::job {
+namespace {
+
+using job::UncertainLoad;
+using job::UncertainParameter;
+using job::UncertainQuantity;
+
+// An attachment this close to its object's mesh is on it: noise of a segmentation, and the thickness of a
+// periosteum.
+constexpr double attached_mm = 3.0;
+constexpr double least_strain = -0.9, largest_strain = 1.0;
+constexpr const char* axis_names[] = {"anterior", "proximal", "right"};
+
+bool is_vector(const UncertainParameter& parameter)
+{
+  return parameter.quantity == UncertainQuantity::attachment ||
+         parameter.quantity == UncertainQuantity::rotation_centre;
+}
+
+// The draws of one parameter: the first column of each fibre's own draw, and that of its bundle's if fibres
+// are correlated.
+struct ParameterDraws {
+  std::vector<Eigen::Index> own;     // [fibres of the parameter], or one
+  std::vector<Eigen::Index> common;  // [fibres of the parameter] with a correlation, else empty
+  Eigen::Index n_columns = 1;        // of each draw: 3 of a displacement
+};
+
+// Columns of all draws and their names.
+class DrawColumns {
+ public:
+  DrawColumns(const UncertainParameter& parameter, const std::vector<model::Fibre>& fibres,
+              std::vector<std::string>& names)
+      : parameter_(parameter), fibres_(fibres), names_(names)
+  {
+  }
+
+  ParameterDraws draws()
+  {
+    ParameterDraws draws;
+    draws.n_columns = is_vector(parameter_) ? 3 : 1;
+    if (parameter_.fibres.empty()) {
+      draws.own.push_back(column_of("", draws.n_columns));
+      return draws;
+    }
+    const bool is_correlated = parameter_.correlation > 0.0;
+    for (const std::size_t k : parameter_.fibres) {
+      if (is_correlated) draws.common.push_back(column_of(fibres_[k].bundle + " (common)", draws.n_columns));
+    }
+    for (const std::size_t k : parameter_.fibres)
+      draws.own.push_back(column_of(shared_name(k), draws.n_columns));
+    return draws;
+  }
+
+ private:
+  // Empty where all fibres share the draw, or where the parameter's name contains the bundle's.
+  std::string shared_name(std::size_t k) const
+  {
+    switch (parameter_.shared_by) {
+      case job::SharedBy::fibre:
+        return fibres_[k].name;
+      case job::SharedBy::bundle:
+        return is_one_bundle() ? "" : fibres_[k].bundle;
+      case job::SharedBy::all:
+        break;
+    }
+    return "";
+  }
+
+  bool is_one_bundle() const
+  {
+    return std::all_of(parameter_.fibres.begin(), parameter_.fibres.end(), [&](std::size_t k) {
+      return fibres_[k].bundle == fibres_[parameter_.fibres.front()].bundle;
+    });
+  }
+
+  // The first column of that name; adds the name if it is new.
+  Eigen::Index column_of(const std::string& word, Eigen::Index n)
+  {
+    for (const auto& [known, column] : columns_) {
+      if (known == word) return column;
+    }
+    const auto column = static_cast<Eigen::Index>(names_.size());
+    columns_.emplace_back(word, column);
+    const std::string name = parameter_.name + (word.empty() ? "" : " " + word);
+    for (Eigen::Index k = 0; k < n; ++k)
+      names_.push_back(n == 1 ? name : name + " " + axis_names[static_cast<std::size_t>(k)]);
+    return column;
+  }
+
+  const UncertainParameter& parameter_;
+  const std::vector<model::Fibre>& fibres_;
+  std::vector<std::string>& names_;
+  std::vector<std::pair<std::string, Eigen::Index>> columns_;
+};
+
+// Of three scores: with a normal distribution along each axis, or uniform in a ball.
+Eigen::Vector3d displacement_mm(const job::Distribution& distribution, const Eigen::Vector3d& scores)
+{
+  if (distribution.kind == job::DistributionKind::normal) return distribution.sd * scores;
+  const double size = scores.norm();
+  if (size == 0.0) return Eigen::Vector3d::Zero();
+  return distribution.to * radius_in_ball(size) / size * scores;
+}
+
+geometry::NearestSurface surface_of(const Body& body)
+{
+  Mesh mesh = body.contact.mesh;
+  mesh.normals.resize(0, 3);
+  mesh.offset_mm.clear();
+  Mesh visual = body.visual.mesh;
+  visual.normals.resize(0, 3);
+  visual.offset_mm.clear();
+  append(mesh, visual);
+  return geometry::NearestSurface(std::move(mesh));
+}
+
+// Along the surface if the point is on it: the tangential part of the displacement, then back onto the
+// surface, at the same height above it. Otherwise the whole displacement.
+Eigen::Vector3d moved_mm(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& displacement_mm,
+                         const geometry::NearestSurface& surface)
+{
+  const auto nearest = [&](const Eigen::Vector3d& at) { return surface.nearest(at); };
+  const geometry::SurfacePoint from = surface.is_empty() ? geometry::SurfacePoint{} : nearest(p_mm);
+  if (from.triangle < 0 || from.distance_mm > attached_mm) return p_mm + displacement_mm;
+  const Eigen::Vector3d normal = surface.normal(from.triangle);
+  const double height_mm = (p_mm - from.p_mm).dot(normal);
+  const geometry::SurfacePoint to =
+      nearest(from.p_mm + displacement_mm - displacement_mm.dot(normal) * normal);
+  return to.p_mm + height_mm * surface.normal(to.triangle);
+}
+
+}  // namespace
+
+struct SampledCase::State {
+  const job::Case& job_case;
+  std::vector<std::string> names;
+  std::vector<ParameterDraws> draws;  // [parameters]
+  Eigen::MatrixXd scores, values;
+  std::vector<double> strain;  // [fibres] at the pose of the meshes
+  std::optional<geometry::NearestSurface> reference_surface, moving_surface;
+
+  explicit State(const job::Case& given) : job_case(given)
+  {
+    check(given.uncertainty.has_value() && given.steps_scale == 1.0, "SampledCase: an uncertain case");
+    const job::Uncertainty& uncertainty = *given.uncertainty;
+    for (const UncertainParameter& parameter : uncertainty.parameters) {
+      draws.push_back(DrawColumns(parameter, given.ligaments.fibres, names).draws());
+      if (parameter.quantity != UncertainQuantity::attachment) continue;
+      if (parameter.is_moving && !moving_surface) moving_surface = surface_of(given.moving);
+      if (!parameter.is_moving && !reference_surface) reference_surface = surface_of(given.reference);
+    }
+    if (uncertainty.sequence == job::SampleSequence::sobol && names.size() > most_sobol_dimensions) {
+      throw InputError({"uncertainty.parameter", "", std::to_string(names.size()) + " independent draws",
+                        "at most " + std::to_string(most_sobol_dimensions) +
+                            " with sequence = \"sobol\"; or \"latin-hypercube\", or shared_by = \"bundle\""});
+    }
+    scores = unit_samples(uncertainty.sequence, uncertainty.n_samples,
+                          static_cast<Eigen::Index>(names.size()), uncertainty.seed)
+                 .unaryExpr(&score_of_probability);
+    const std::vector<model::FibreState> states = model::fibre_states(given.ligaments, {}, {});
+    for (std::size_t k = 0; k < states.size(); ++k)
+      strain.push_back(states[k].length_mm / given.ligaments.fibres[k].slack_length_mm - 1.0);
+    set_values();
+  }
+
+  void set_values()
+  {
+    values = scores;
+    for (std::size_t p = 0; p < draws.size(); ++p) {
+      const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
+      if (!draws[p].common.empty()) continue;
+      std::vector<Eigen::Index> columns = draws[p].own;
+      std::sort(columns.begin(), columns.end());
+      columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+      for (const Eigen::Index column : columns) {
+        for (Eigen::Index s = 0; s < scores.rows(); ++s) {
+          if (is_vector(parameter)) {
+            const Eigen::Vector3d three = scores.block<1, 3>(s, column).transpose();
+            values.block<1, 3>(s, column) = displacement_mm(parameter.distribution, three).transpose();
+          } else {
+            values(s, column) = quantile_above(
+                parameter.distribution, probability_of_score(scores(s, column)), least_draw(parameter));
+          }
+        }
+      }
+    }
+  }
+
+  // Where the draws of a parameter are truncated; of several fibres or flexions, for the largest value.
+  double least_draw(const UncertainParameter& parameter) const
+  {
+    if (parameter.is_factor) return least_factor(parameter);
+    double largest = -std::numeric_limits<double>::infinity();
+    if (parameter.quantity == UncertainQuantity::stiffness) {
+      for (const std::size_t k : parameter.fibres)
+        largest = std::max(largest, job_case.ligaments.fibres[k].stiffness_n);
+    } else if (parameter.quantity == UncertainQuantity::offset) {
+      const Part& part = parameter.is_moving ? job_case.moving.contact : job_case.reference.contact;
+      for (std::size_t t = 0; t < part.component.size(); ++t) {
+        if (part.component[t] == parameter.component)
+          largest = std::max(largest, offset_mm(part.mesh, static_cast<Eigen::Index>(t)));
+      }
+    } else if (parameter.quantity == UncertainQuantity::load) {
+      for (const job::Push& push : job_case.push) {
+        if (parameter.load == UncertainLoad::force) largest = std::max(largest, push.force_n.dot(push.delta));
+        if (parameter.load == UncertainLoad::line)
+          largest = std::max(largest, push.line_tension_n[parameter.load_row]);
+      }
+    }
+    return std::isfinite(largest) ? -largest : -std::numeric_limits<double>::infinity();
+  }
+
+  static double least_factor(const UncertainParameter& parameter)
+  {
+    const bool is_signed = parameter.quantity == UncertainQuantity::reference_strain ||
+                           (parameter.quantity == UncertainQuantity::load &&
+                            parameter.load != UncertainLoad::force && parameter.load != UncertainLoad::line);
+    return is_signed ? -std::numeric_limits<double>::infinity() : 0.0;
+  }
+
+  // Score of the f-th fibre's draw in column `k` of it.
+  double score_of(std::size_t p, std::size_t f, int sample, Eigen::Index k = 0) const
+  {
+    const ParameterDraws& of = draws[p];
+    const double own = scores(sample, of.own[f] + k);
+    if (of.common.empty()) return own;
+    const double correlation = job_case.uncertainty->parameters[p].correlation;
+    return std::sqrt(correlation) * scores(sample, of.common[f] + k) + std::sqrt(1.0 - correlation) * own;
+  }
+
+  // `nominal` with the change or factor drawn; the result is above `least`.
+  double changed(std::size_t p, std::size_t f, int sample, double nominal, double least) const
+  {
+    const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
+    const double probability = probability_of_score(score_of(p, f, sample));
+    if (parameter.is_factor)
+      return nominal * quantile_above(parameter.distribution, probability, least_factor(parameter));
+    return nominal + quantile_above(parameter.distribution, probability, least - nominal);
+  }
+
+  void move_attachments(std::size_t p, int sample, model::Ligaments& ligaments) const
+  {
+    const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
+    const geometry::NearestSurface& surface = parameter.is_moving ? *moving_surface : *reference_surface;
+    for (std::size_t f = 0; f < parameter.fibres.size(); ++f) {
+      const Eigen::Vector3d three(score_of(p, f, sample, 0), score_of(p, f, sample, 1),
+                                  score_of(p, f, sample, 2));
+      model::Fibre& fibre = ligaments.fibres[parameter.fibres[f]];
+      Eigen::Vector3d& p_mm = parameter.is_moving ? fibre.moving_mm : fibre.reference_mm;
+      p_mm = moved_mm(p_mm, displacement_mm(parameter.distribution, three), surface);
+    }
+  }
+
+  model::Ligaments ligaments_at(int sample) const
+  {
+    const job::Uncertainty& uncertainty = *job_case.uncertainty;
+    model::Ligaments ligaments = job_case.ligaments;
+    std::vector<double> new_strain = strain;
+    std::vector<bool> has_strain;  // the slack length follows from the strain
+    for (const double given : uncertainty.reference_strain) has_strain.push_back(!std::isnan(given));
+    bool is_moved = false, is_strained = false;
+    for (std::size_t p = 0; p < uncertainty.parameters.size(); ++p) {
+      const UncertainParameter& parameter = uncertainty.parameters[p];
+      if (parameter.quantity == UncertainQuantity::attachment) {
+        move_attachments(p, sample, ligaments);
+        is_moved = true;
+      }
+      for (std::size_t f = 0; f < parameter.fibres.size(); ++f) {
+        const std::size_t k = parameter.fibres[f];
+        double& stiffness_n = ligaments.fibres[k].stiffness_n;
+        if (parameter.quantity == UncertainQuantity::stiffness)
+          stiffness_n = changed(p, f, sample, stiffness_n, 0.0);
+        if (parameter.quantity != UncertainQuantity::reference_strain) continue;
+        new_strain[k] =
+            std::clamp(changed(p, f, sample, new_strain[k], least_strain), least_strain, largest_strain);
+        has_strain[k] = is_strained = true;
+      }
+    }
+    if (!is_moved && !is_strained) return ligaments;
+    const std::vector<model::FibreState> states = model::fibre_states(ligaments, {}, {});
+    for (std::size_t k = 0; k < states.size(); ++k) {
+      const bool is_changed = new_strain[k] != strain[k] || is_moved;
+      if (has_strain[k] && is_changed && states[k].length_mm > 0.0)
+        ligaments.fibres[k].slack_length_mm = states[k].length_mm / (1.0 + new_strain[k]);
+    }
+    return ligaments;
+  }
+
+  void change_load(std::size_t p, int sample, job::Push& push) const
+  {
+    const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
+    const double any = -std::numeric_limits<double>::infinity();
+    const Eigen::Matrix3d R = shortest_rotation(Eigen::Vector3d::UnitY(), push.delta);
+    const auto change_along = [&](const Eigen::Vector3d& axis, double least) {
+      const double before_n = push.force_n.dot(axis);
+      push.force_n += (changed(p, 0, sample, before_n, least) - before_n) * axis;
+    };
+    switch (parameter.load) {
+      case UncertainLoad::force:
+        return change_along(push.delta, 0.0);
+      case UncertainLoad::anterior_force:
+        return change_along(R.col(0), any);
+      case UncertainLoad::right_force:
+        return change_along(R.col(2), any);
+      case UncertainLoad::moment:
+        push.moment_nmm = changed(p, 0, sample, push.moment_nmm, any);
+        return;
+      case UncertainLoad::varus_moment:
+        push.varus_moment_nmm = changed(p, 0, sample, push.varus_moment_nmm, any);
+        return;
+      case UncertainLoad::applied:
+        push.load_force_n[parameter.load_row] *= changed(p, 0, sample, 1.0, any);
+        push.load_moment_nmm[parameter.load_row] *= changed(p, 0, sample, 1.0, any);
+        return;
+      case UncertainLoad::line:
+        double& tension_n = push.line_tension_n[parameter.load_row];
+        tension_n = std::max(0.0, changed(p, 0, sample, tension_n, 0.0));
+        return;
+    }
+  }
+
+  void change_offset(std::size_t p, int sample, job::Case& sampled) const
+  {
+    const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
+    Part& part = parameter.is_moving ? sampled.moving.contact : sampled.reference.contact;
+    part.mesh.offset_mm.resize(static_cast<std::size_t>(part.mesh.triangles.rows()), 0.0);
+    for (std::size_t t = 0; t < part.component.size(); ++t) {
+      double& offset_mm = part.mesh.offset_mm[t];
+      if (part.component[t] == parameter.component) offset_mm = changed(p, 0, sample, offset_mm, 0.0);
+    }
+  }
+};
+
+SampledCase::SampledCase(const job::Case& job_case) : state_(std::make_unique<State>(job_case)) {}
+SampledCase::~SampledCase() = default;
+SampledCase::SampledCase(SampledCase&&) noexcept = default;
+
+int SampledCase::n_samples() const
+{
+  return static_cast<int>(state_->scores.rows());
+}
+
+const std::vector<std::string>& SampledCase::draw_names() const
+{
+  return state_->names;
+}
+
+const Eigen::MatrixXd& SampledCase::scores() const
+{
+  return state_->scores;
+}
+
+const Eigen::MatrixXd& SampledCase::values() const
+{
+  return state_->values;
+}
+
+bool SampledCase::has_same_geometry() const
+{
+  const auto& parameters = state_->job_case.uncertainty->parameters;
+  return std::none_of(parameters.begin(), parameters.end(), [](const UncertainParameter& parameter) {
+    return parameter.quantity == UncertainQuantity::rotation_centre ||
+           parameter.quantity == UncertainQuantity::offset;
+  });
+}
+
+model::Ligaments SampledCase::ligaments_at(int sample) const
+{
+  return state_->ligaments_at(sample);
+}
+
+Eigen::Vector3d SampledCase::rotation_centre_mm_at(int sample) const
+{
+  const std::vector<UncertainParameter>& parameters = state_->job_case.uncertainty->parameters;
+  Eigen::Vector3d centre_mm = state_->job_case.frame.rotation_centre_mm;
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    if (parameters[p].quantity != UncertainQuantity::rotation_centre) continue;
+    const Eigen::Vector3d three = state_->scores.block<1, 3>(sample, state_->draws[p].own[0]).transpose();
+    centre_mm += displacement_mm(parameters[p].distribution, three);
+  }
+  return centre_mm;
+}
+
+job::Case SampledCase::at(int sample) const
+{
+  const State& state = *state_;
+  job::Case sampled = state.job_case;
+  sampled.uncertainty.reset();
+  sampled.ligaments = state.ligaments_at(sample);
+  sampled.frame.rotation_centre_mm = rotation_centre_mm_at(sample);
+  const std::vector<UncertainParameter>& parameters = state.job_case.uncertainty->parameters;
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    if (parameters[p].quantity == UncertainQuantity::offset) state.change_offset(p, sample, sampled);
+    if (parameters[p].quantity != UncertainQuantity::load) continue;
+    for (std::vector<job::Push>* rows : {&sampled.push, &sampled.path_push}) {
+      for (job::Push& push : *rows) state.change_load(p, sample, push);
+    }
+  }
+  return sampled;
+}
+
+}  // namespace vrda::job

@@ -1,0 +1,233 @@
+#include "job/scaling.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "job/input_file.hpp"
+#include "job/landmarks.hpp"
+
+namespace vrda::job {
+namespace {
+
+// The limits of schemas/job.schema.json (infant to adult and reverse); others are probably a wrong unit.
+constexpr double smallest_factor = 0.1, largest_factor = 10.0;
+
+// Relative RMS residual above which a fit is reported: 4 mm of the 80 mm between a knee's epicondyles, about
+// the error of skin markers.
+constexpr double largest_misfit = 0.05;
+
+std::string rounded(double value, double step)
+{
+  return shortest_decimal(std::round(value / step) * step);
+}
+
+std::string shown_factor(const Eigen::Vector3d& factor)
+{
+  if (is_uniform(factor)) return shortest_decimal(factor.x());
+  return "[" + shortest_decimal(factor.x()) + ", " + shortest_decimal(factor.y()) + ", " +
+         shortest_decimal(factor.z()) + "]";
+}
+
+std::vector<std::string> warnings_of_fit(const Scaling& scaling)
+{
+  const std::string key = "scaling.landmarks: ";
+  if (scaling.landmark.size() == 1) return {key + "one pair, so the error of the factor is unknown"};
+  double subject_sq = 0.0;
+  for (const double subject_mm : scaling.subject_mm) subject_sq += subject_mm * subject_mm;
+  const double n = static_cast<double>(scaling.subject_mm.size());
+  const double misfit = scaling.residual_rms_mm / std::sqrt(subject_sq / n);
+  if (misfit <= largest_misfit) return {};
+  const auto is_smaller = [](double a, double b) { return std::abs(a) < std::abs(b); };
+  const auto worst = std::max_element(scaling.residual_mm.begin(), scaling.residual_mm.end(), is_smaller);
+  return {key + "the residual of the factor is " + rounded(scaling.residual_rms_mm, 0.01) + " mm, " +
+          rounded(100.0 * misfit, 0.1) + " % of the distances (root mean square), most at \"" +
+          scaling.landmark[static_cast<std::size_t>(worst - scaling.residual_mm.begin())] + "\", " +
+          rounded(*worst, 0.01) +
+          " mm: the subject is not a uniformly scaled model; use three factors or meshes of the subject in a "
+          "new run"};
+}
+
+Mesh scaled(const Mesh& mesh, const Eigen::Vector3d& centre_mm, const Eigen::Vector3d& factor)
+{
+  Mesh out = mesh;
+  for (Eigen::Index v = 0; v < out.vertices_mm.rows(); ++v) {
+    const Eigen::Vector3d p_mm = mesh.vertices_mm.row(v);
+    out.vertices_mm.row(v) = (centre_mm + factor.cwiseProduct(p_mm - centre_mm)).transpose();
+  }
+  for (double& offset_mm : out.offset_mm) offset_mm *= factor.x();
+  if (is_uniform(factor)) return out;
+  // Normals are covectors. Zero normals stay zero.
+  for (Eigen::Index v = 0; v < out.normals.rows(); ++v) {
+    const Eigen::Vector3d n = Eigen::Vector3d(mesh.normals.row(v)).cwiseQuotient(factor);
+    if (n.squaredNorm() > 0.0) out.normals.row(v) = n.normalized().transpose();
+  }
+  return out;
+}
+
+void scale(model::Ligaments& ligaments, const Eigen::Vector3d& centre_mm, const Eigen::Vector3d& factor)
+{
+  const auto at = [&](const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
+    return centre_mm + factor.cwiseProduct(p_mm - centre_mm);
+  };
+  for (model::Fibre& fibre : ligaments.fibres) {
+    const Eigen::Vector3d span_mm = fibre.reference_mm - fibre.moving_mm;
+    // The strain at the pose of the meshes is kept. With a non-uniform factor all fibres are straight.
+    fibre.slack_length_mm *=
+        is_uniform(factor) ? factor.x() : factor.cwiseProduct(span_mm).norm() / span_mm.norm();
+    fibre.reference_mm = at(fibre.reference_mm);
+    fibre.moving_mm = at(fibre.moving_mm);
+  }
+  for (model::Wrap& wrap : ligaments.wraps) {
+    wrap.X_body_wrap.translation() = at(wrap.X_body_wrap.translation());
+    wrap.radii_mm *= factor.x();
+  }
+}
+
+// Updates the survey: box corners are scaled, all else is measured again.
+void update_survey(Case& loaded, const Eigen::Vector3d& factor)
+{
+  const Eigen::Vector3d& centre_mm = loaded.frame.rotation_centre_mm;
+  std::size_t entry = 0;
+  for (const Body* body : {&loaded.reference, &loaded.moving}) {
+    const auto contact = triangles_by_component(*body, body->contact);
+    const auto visual = triangles_by_component(*body, body->visual);
+    for (std::size_t c = 0; c < body->components.size(); ++c, ++entry) {
+      ComponentSurvey& survey = loaded.survey.at(entry);
+      const Part& part = survey.has_contact ? body->contact : body->visual;
+      const Mesh mesh = select_triangles(part.mesh, (survey.has_contact ? contact : visual)[c]);
+      survey.box.min_mm = centre_mm + factor.cwiseProduct(survey.box.min_mm - centre_mm);
+      survey.box.max_mm = centre_mm + factor.cwiseProduct(survey.box.max_mm - centre_mm);
+      survey.mean_edge_mm = mean_edge_length_mm(mesh);
+      survey.area_mm2 = area_mm2(mesh);
+      survey.volume_mm3 = signed_volume_mm3(mesh);
+    }
+  }
+}
+
+// Scales every length of the joint, but no solver settings.
+void scale_lengths(Case& loaded, const Eigen::Vector3d& factor)
+{
+  const Eigen::Vector3d& centre_mm = loaded.frame.rotation_centre_mm;
+  for (Body* body : {&loaded.reference, &loaded.moving}) {
+    for (Part* part : {&body->contact, &body->visual}) part->mesh = scaled(part->mesh, centre_mm, factor);
+  }
+  scale(loaded.ligaments, centre_mm, factor);
+  loaded.initial.translation_mm = factor.cwiseProduct(loaded.initial.translation_mm);
+  loaded.push_point_mm = factor.cwiseProduct(loaded.push_point_mm);
+  for (LoadPoint& load : loaded.loads) load.point_mm = factor.cwiseProduct(load.point_mm);
+  for (LinePath& line : loaded.lines) {
+    for (std::vector<Eigen::Vector3d>* points : {&line.reference_mm, &line.moving_mm}) {
+      for (Eigen::Vector3d& p_mm : *points) p_mm = factor.cwiseProduct(p_mm);
+    }
+  }
+  update_survey(loaded, factor);
+}
+
+// Why the steps at factor 1 cannot be reused; empty if they can.
+std::string reason_for_rerun(const Case& loaded, const Eigen::Vector3d& factor)
+{
+  if (!is_uniform(factor)) return "the factors differ, which changes the shapes";
+  if (factor.x() != 1.0 && loaded.coordinates)
+    return "coordinates are given, which do not scale with the joint";
+  if (factor.x() != 1.0 && loaded.uncertainty)
+    return "uncertain lengths and loads do not scale with the joint";
+  // The search uses contact and directions only.
+  if (factor.x() == 1.0 || loaded.method != "equilibrium") return "";
+  if (!loaded.ligaments.fibres.empty()) return "ligaments constrain the joint";
+  const bool has_moment = std::any_of(loaded.push.begin(), loaded.push.end(), [](const Push& push) {
+    const auto is_moment = [](const Eigen::Vector3d& moment_nmm) { return !moment_nmm.isZero(0.0); };
+    return push.moment_nmm != 0.0 || push.varus_moment_nmm != 0.0 ||
+           std::any_of(push.load_moment_nmm.begin(), push.load_moment_nmm.end(), is_moment);
+  });
+  return has_moment ? "a moment acts, which does not scale with the joint" : "";
+}
+
+void check_uneven(const Case& loaded, const Job& job, const Eigen::Vector3d& factor)
+{
+  if (is_uniform(factor)) return;
+  const std::string key = "scaling.factor";
+  const auto refuse = [&](const std::string& with, const std::string& wanted) {
+    throw InputError({job.document.source_of(key), key, shown_factor(factor) + " with " + with, wanted});
+  };
+  for (const Body* body : {&loaded.reference, &loaded.moving}) {
+    if (!body->contact.mesh.offset_mm.empty())
+      refuse("offset_mm of a component", "one factor: an unevenly scaled sphere is not a sphere");
+  }
+  if (!loaded.ligaments.wraps.empty()) {
+    refuse("the wrapping surface \"" + loaded.ligaments.wraps.front().name + "\"",
+           "one factor: a non-uniformly scaled cylinder is not a cylinder");
+  }
+  for (const model::Fibre& fibre : loaded.ligaments.fibres) {
+    if (fibre.reference_mm != fibre.moving_mm) continue;
+    refuse("the fibre \"" + fibre.name + "\", whose attachments coincide",
+           "one factor, or different attachments: the slack length is scaled by their distance");
+  }
+}
+
+}  // namespace
+
+RequestedScaling load_scaling(const Job& job, const std::string& data_directory, const AxisMap& map)
+{
+  RequestedScaling loaded;
+  if (!job.scaling) return loaded;
+  const std::string& name = job.scaling->landmarks_file;
+  if (name.empty()) {
+    loaded.scaling.emplace().factor = job.scaling->factor;
+    return loaded;
+  }
+  const std::string key = "scaling.landmarks";
+  const InputFile file = input_file(job, data_directory, {key, name, "a CSV file"});
+  loaded.scaling = fit_scaling(read_landmarks(file.path, file.bytes), map.unit_mm);
+  const double factor = loaded.scaling->factor.x();
+  if (!(factor >= smallest_factor && factor <= largest_factor)) {
+    throw InputError({file.path, "",
+                      "distances that make the subject " + shortest_decimal(factor) + " times the model",
+                      "a factor from 0.1 to 10: points are in the mesh files' unit (frame.unit = \"" +
+                          job.frame.unit + "\"), distances in mm"});
+  }
+  loaded.inputs.push_back({name, sha256_of(file.bytes)});
+  loaded.warnings = warnings_of_fit(*loaded.scaling);
+  return loaded;
+}
+
+void apply_scaling(Case& loaded, const Job& job, const RequestedScaling& requested)
+{
+  loaded.steps_job_text = job.steps_text;
+  loaded.scaling = requested.scaling;
+  if (!requested.scaling) return;
+  const Eigen::Vector3d& factor = requested.scaling->factor;
+  check_uneven(loaded, job, factor);
+  loaded.rerun_reason = reason_for_rerun(loaded, factor);
+  const bool keeps_steps = loaded.rerun_reason.empty();
+  loaded.scaling->keeps_steps = keeps_steps;
+  if (keeps_steps) {
+    loaded.steps_scale = factor.x();
+    loaded.steps_job_text = job.unscaled_text;
+  } else {
+    scale_lengths(loaded, factor);
+  }
+  for (LoadedInput input : requested.inputs) {
+    input.affects_steps = !keeps_steps;
+    loaded.inputs.push_back(input);
+  }
+}
+
+Case scaled_to_subject(const Case& solved)
+{
+  Case subject = solved;
+  if (solved.steps_scale == 1.0) return subject;
+  const double s = solved.steps_scale;
+  scale_lengths(subject, Eigen::Vector3d::Constant(s));
+  // The steps were solved with these settings at factor 1, so they scale as well.
+  for (double* length_mm : {&subject.search.approach_step_mm, &subject.search.translation_step_mm,
+                            &subject.search.translation_resolution_mm, &subject.equilibrium.tolerance_mm,
+                            &subject.equilibrium.contact_resolution_mm}) {
+    *length_mm *= s;
+  }
+  subject.steps_scale = 1.0;
+  return subject;
+}
+
+}  // namespace vrda::job

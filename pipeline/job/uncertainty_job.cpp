@@ -1,0 +1,362 @@
+#include "job/uncertainty_job.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "job/csv_table.hpp"
+#include "job/input_file.hpp"
+
+namespace vrda::job {
+namespace {
+
+constexpr std::size_t largest_value_table = 100000;
+
+struct NamedLoad {
+  const char* name;
+  UncertainLoad load;
+};
+constexpr std::array<NamedLoad, 5> named_loads{{{"force", UncertainLoad::force},
+                                                {"anterior_force", UncertainLoad::anterior_force},
+                                                {"right_force", UncertainLoad::right_force},
+                                                {"moment", UncertainLoad::moment},
+                                                {"varus_moment", UncertainLoad::varus_moment}}};
+
+class UncertaintyReader {
+ public:
+  UncertaintyReader(const Job& job, const std::string& data_directory, const Case& loaded,
+                    const LoadedLigaments& ligaments)
+      : job_(job), data_directory_(data_directory), loaded_(loaded), ligaments_(ligaments)
+  {
+  }
+
+  LoadedUncertainty read(const core::DocumentValue& table)
+  {
+    if (job_.method != SolverMethod::equilibrium) {
+      throw InputError({job_.document.source_of_conflict({"uncertainty", "solver.method"}), "uncertainty",
+                        "[uncertainty] with \"stability-search\"", "solver.method = \"equilibrium\""});
+    }
+    Uncertainty found;
+    found.n_samples = static_cast<std::int32_t>(core::integer_at(table, "samples"));
+    found.sequence = core::text_at(table, "sequence") == "sobol" ? SampleSequence::sobol
+                                                                      : SampleSequence::latin_hypercube;
+    found.seed = static_cast<std::uint32_t>(core::integer_at(table, "seed"));
+    for (const FibreJob& fibre : ligaments_.jobs)
+      found.reference_strain.push_back(
+          fibre.reference_strain.value_or(std::numeric_limits<double>::quiet_NaN()));
+    for (const core::DocumentValue& value : *core::value_at(table, "parameter").list()) {
+      at_ = "uncertainty.parameter." + std::to_string(found.parameters.size());
+      found.parameters.push_back(parameter_of(value));
+      if (!names_.insert(found.parameters.back().name).second)
+        refuse("name", "\"" + found.parameters.back().name + "\" a second time",
+               "a unique name for each parameter: name = \"...\"");
+    }
+    loaded_uncertainty_.uncertainty = std::move(found);
+    return std::move(loaded_uncertainty_);
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& key, const std::string& found, const std::string& wanted) const
+  {
+    job_.document.refuse(key.empty() ? at_ : at_ + "." + key, found, wanted);
+  }
+
+  UncertainParameter parameter_of(const core::DocumentValue& value)
+  {
+    static const std::array<std::string, 6> quantities{"stiffness", "reference_strain", "attachment",
+                                                       "load",      "rotation_centre",  "offset"};
+    UncertainParameter parameter;
+    const std::string& quantity = core::text_at(value, "quantity");
+    parameter.quantity = static_cast<UncertainQuantity>(
+        std::find(quantities.begin(), quantities.end(), quantity) - quantities.begin());
+    check_keys(value, parameter.quantity);
+    const core::DocumentValue* factor = value.find("factor");
+    parameter.is_factor = factor != nullptr ? core::flag_at(*factor, "")
+                                            : parameter.quantity == UncertainQuantity::stiffness;
+    parameter.name = quantity;
+    if (is_of_fibres(parameter.quantity)) set_fibres(value, parameter);
+    if (parameter.quantity == UncertainQuantity::load) set_load(value, parameter);
+    if (parameter.quantity == UncertainQuantity::offset) set_component(value, parameter);
+    if (const std::string& name = core::text_or_empty(value, "name"); !name.empty())
+      parameter.name = name;
+    parameter.distribution = distribution_of(value, parameter);
+    check_range(parameter);
+    return parameter;
+  }
+
+  static bool is_of_fibres(UncertainQuantity quantity)
+  {
+    return quantity == UncertainQuantity::stiffness || quantity == UncertainQuantity::reference_strain ||
+           quantity == UncertainQuantity::attachment;
+  }
+
+  static bool is_vector(UncertainQuantity quantity)
+  {
+    return quantity == UncertainQuantity::attachment || quantity == UncertainQuantity::rotation_centre;
+  }
+
+  // A key that the quantity or the distribution does not use is a mistake.
+  void check_keys(const core::DocumentValue& value, UncertainQuantity quantity) const
+  {
+    const std::string& distribution = core::text_at(value, "distribution");
+    std::set<std::string> used{"name", "quantity", "distribution"};
+    if (is_of_fibres(quantity)) used.insert({"fibre", "bundle", "shared_by", "correlation"});
+    if (quantity == UncertainQuantity::attachment) used.insert("body");
+    if (quantity == UncertainQuantity::offset) used.insert({"body", "component"});
+    if (quantity == UncertainQuantity::load) used.insert("load");
+    if (!is_vector(quantity)) used.insert("factor");
+    if (distribution == "normal" || distribution == "lognormal") used.insert("sd");
+    if (!is_vector(quantity) && used.contains("sd")) used.insert("mean");
+    if (distribution == "uniform") used.insert("to");
+    if (distribution == "uniform" && !is_vector(quantity)) used.insert("from");
+    if (distribution == "table") used.insert({"values", "file", "column"});
+    for (const core::DocumentEntry& entry : *value.table()) {
+      if (used.contains(entry.key)) continue;
+      refuse(entry.key, core::shown(entry.value),
+             "no such key for quantity = \"" + core::text_at(value, "quantity") +
+                 "\" and distribution = \"" + distribution + "\"");
+    }
+  }
+
+  std::vector<std::string> fibre_words(bool is_bundle) const
+  {
+    std::vector<std::string> words;
+    for (const model::Fibre& fibre : loaded_.ligaments.fibres) {
+      const std::string& word = is_bundle ? fibre.bundle : fibre.name;
+      if (words.empty() || words.back() != word) words.push_back(word);
+    }
+    return words;
+  }
+
+  void set_fibres(const core::DocumentValue& value, UncertainParameter& parameter)
+  {
+    const std::vector<model::Fibre>& fibres = loaded_.ligaments.fibres;
+    if (fibres.empty()) refuse("quantity", "a quantity of fibres", "[ligaments], or another quantity");
+    if (parameter.quantity == UncertainQuantity::attachment) {
+      const std::string& body = core::text_or_empty(value, "body");
+      if (body.empty()) refuse("body", "nothing", "\"reference\" or \"moving\"");
+      parameter.is_moving = body == "moving";
+      parameter.name += " " + body;
+    }
+    const std::string& fibre = core::text_or_empty(value, "fibre");
+    const std::string& bundle = core::text_or_empty(value, "bundle");
+    if (!fibre.empty() && !bundle.empty()) refuse("", "both fibre and bundle", "one of them, or neither");
+    const std::string& word = fibre.empty() ? bundle : fibre;
+    if (!word.empty()) parameter.name += " " + word;
+    for (std::size_t k = 0; k < fibres.size(); ++k) {
+      if (word.empty() || (fibre.empty() ? fibres[k].bundle : fibres[k].name) == word)
+        parameter.fibres.push_back(k);
+    }
+    if (parameter.fibres.empty()) {
+      const bool is_bundle = fibre.empty();
+      refuse(is_bundle ? "bundle" : "fibre", "\"" + word + "\"",
+             std::string(is_bundle ? "a bundle" : "a fibre") + " of the job; the nearest is \"" +
+                 nearest_word(word, fibre_words(is_bundle)) + "\"");
+    }
+    const std::string& shared = core::text_or_empty(value, "shared_by");
+    parameter.shared_by = shared == "fibre" ? SharedBy::fibre
+                          : shared == "all" ? SharedBy::all
+                                            : SharedBy::bundle;
+    const core::DocumentValue* correlation = value.find("correlation");
+    if (correlation == nullptr) return;
+    if (parameter.shared_by != SharedBy::fibre)
+      refuse("correlation", core::shown(*correlation), "shared_by = \"fibre\", or no correlation");
+    parameter.correlation = core::number_at(*correlation, "");
+  }
+
+  void set_load(const core::DocumentValue& value, UncertainParameter& parameter)
+  {
+    const std::string& name = core::text_or_empty(value, "load");
+    std::vector<std::string> names;
+    for (const NamedLoad& named : named_loads) {
+      names.emplace_back(named.name);
+      if (name == named.name) parameter.load = named.load;
+    }
+    bool is_found = std::find(names.begin(), names.end(), name) != names.end();
+    const auto find_in = [&](const auto& list, UncertainLoad kind) {
+      for (std::size_t k = 0; k < list.size(); ++k) {
+        names.push_back(list[k].name);
+        if (is_found || list[k].name != name) continue;
+        parameter.load = kind;
+        parameter.load_row = k;
+        is_found = true;
+      }
+    };
+    find_in(loaded_.loads, UncertainLoad::applied);
+    find_in(loaded_.lines, UncertainLoad::line);
+    if (!is_found)
+      refuse("load", name.empty() ? "nothing" : "\"" + name + "\"",
+             "force, anterior_force, right_force, moment, varus_moment, or the name of a load or line; "
+             "the nearest is \"" +
+                 nearest_word(name, names) + "\"");
+    if (parameter.load == UncertainLoad::applied && !parameter.is_factor)
+      refuse("factor", "no factor", "factor = true: a [[push.load]] has a force and a moment");
+    parameter.name += " " + name;
+  }
+
+  void set_component(const core::DocumentValue& value, UncertainParameter& parameter)
+  {
+    const std::string& body_name = core::text_or_empty(value, "body");
+    const std::string& name = core::text_or_empty(value, "component");
+    if (body_name.empty()) refuse("body", "nothing", "\"reference\" or \"moving\"");
+    if (parameter.is_factor) refuse("factor", "true", "false: an offset changes by mm");
+    parameter.is_moving = body_name == "moving";
+    const BodyJob& body = parameter.is_moving ? job_.moving : job_.reference;
+    std::vector<std::string> names;
+    for (const ComponentJob& component : body.components) {
+      if (component.has_contact) names.push_back(component.name);
+      if (component.name == name && component.has_contact)
+        parameter.component = static_cast<std::int32_t>(&component - body.components.data());
+    }
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      refuse("component", name.empty() ? "nothing" : "\"" + name + "\"",
+             "a component of " + body_name + " in contact; the nearest is \"" + nearest_word(name, names) +
+                 "\"");
+    parameter.name += " " + name;
+  }
+
+  double number(const core::DocumentValue& value, const char* key) const
+  {
+    const core::DocumentValue* found = value.find(key);
+    if (found == nullptr)
+      refuse(key, "nothing",
+             "a number, for distribution = \"" + core::text_at(value, "distribution") + "\"");
+    return core::number_at(*found, "");
+  }
+
+  Distribution distribution_of(const core::DocumentValue& value, const UncertainParameter& parameter)
+  {
+    const std::string& name = core::text_at(value, "distribution");
+    const bool is_in_ball = is_vector(parameter.quantity);
+    Distribution distribution;
+    if (is_in_ball && name != "normal" && name != "uniform")
+      refuse("distribution", "\"" + name + "\"",
+             "\"normal\" (sd along each axis) or \"uniform\" (to: radius)");
+    if (name == "normal" || name == "lognormal") {
+      distribution.kind = name == "normal" ? DistributionKind::normal : DistributionKind::lognormal;
+      const core::DocumentValue* mean = value.find("mean");
+      distribution.mean = mean != nullptr ? core::number_at(*mean, "") : parameter.is_factor ? 1.0 : 0.0;
+      distribution.sd = number(value, "sd");
+      if (distribution.kind == DistributionKind::lognormal && !(distribution.mean > 0.0))
+        refuse("mean", shortest_decimal(distribution.mean), "a median above 0, or factor = true");
+      return distribution;
+    }
+    if (name == "uniform") {
+      distribution.kind = DistributionKind::uniform;
+      distribution.to = number(value, "to");
+      distribution.from = is_in_ball ? 0.0 : number(value, "from");
+      if (!(distribution.from < distribution.to))
+        refuse("to", shortest_decimal(distribution.to), "more than " + shortest_decimal(distribution.from));
+      return distribution;
+    }
+    distribution.kind = DistributionKind::table;
+    distribution.values = values_of(value);
+    std::sort(distribution.values.begin(), distribution.values.end());
+    return distribution;
+  }
+
+  std::vector<double> values_of(const core::DocumentValue& value)
+  {
+    const std::string& file = core::text_or_empty(value, "file");
+    if (const core::DocumentValue* values = value.find("values")) {
+      if (!file.empty()) refuse("values", "both values and file", "one of them");
+      return core::numbers_of(*values);
+    }
+    if (file.empty()) refuse("values", "nothing", "a list of numbers, or file and column");
+    const std::string& column = core::text_or_empty(value, "column");
+    const InputFile input = input_file(job_, data_directory_, {at_ + ".file", file, "a CSV file"});
+    loaded_uncertainty_.inputs.push_back({file, sha256_of(input.bytes)});
+    return column_of(input, column);
+  }
+
+  static std::vector<double> column_of(const InputFile& input, const std::string& name)
+  {
+    const CsvTable table(input.path, input.bytes, {"value", "values", "values of a distribution"});
+    table.require_rows(largest_value_table);
+    std::vector<std::string> names;
+    for (const std::string_view column : split_fields(table.header().text)) names.emplace_back(column);
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end())
+      table.refuse(table.header(), name.empty() ? "column" : name, "no column of this name",
+                   "column = \"" + nearest_word(name, names) + "\"");
+    std::vector<double> values;
+    for (std::size_t i = 0; i < table.n_rows(); ++i) {
+      const std::string_view field =
+          table.fields(table.row(i))[static_cast<std::size_t>(found - names.begin())];
+      const std::optional<double> number = parse_real(field);
+      if (!number || !std::isfinite(*number)) table.refuse_number(table.row(i), name, field);
+      values.push_back(*number);
+    }
+    if (values.size() < 2)
+      table.refuse(table.header(), name, "one value", "at least two values of the distribution");
+    return values;
+  }
+
+  // A normal distribution is cut off where values end; the others must not reach beyond.
+  void check_range(const UncertainParameter& parameter) const
+  {
+    const Distribution& distribution = parameter.distribution;
+    if (parameter.quantity == UncertainQuantity::reference_strain && !parameter.is_factor &&
+        distribution.kind == DistributionKind::normal && distribution.sd > 1.0)
+      refuse("sd", shortest_decimal(distribution.sd), "a standard deviation of strain, at most 1");
+    if (distribution.kind == DistributionKind::normal || distribution.kind == DistributionKind::lognormal ||
+        is_vector(parameter.quantity))
+      return;
+    const double smallest =
+        distribution.kind == DistributionKind::uniform ? distribution.from : distribution.values.front();
+    const auto require = [&](bool is_valid, const char* wanted) {
+      if (!is_valid)
+        refuse(distribution.kind == DistributionKind::uniform ? "from" : "values", shortest_decimal(smallest),
+               wanted);
+    };
+    const bool is_factor = parameter.is_factor;
+    if (parameter.quantity == UncertainQuantity::stiffness) {
+      for (const std::size_t k : parameter.fibres)
+        require((is_factor ? 0.0 : loaded_.ligaments.fibres[k].stiffness_n) + smallest > 0.0,
+                "values that keep every stiffness above 0");
+    } else if (parameter.quantity == UncertainQuantity::offset) {
+      const Part& part = parameter.is_moving ? loaded_.moving.contact : loaded_.reference.contact;
+      for (std::size_t t = 0; t < part.component.size(); ++t) {
+        if (part.component[t] == parameter.component)
+          return require(offset_mm(part.mesh, static_cast<Eigen::Index>(t)) + smallest >= 0.0,
+                         "values that keep the offset at or above 0");
+      }
+    } else if (parameter.quantity == UncertainQuantity::load && is_factor) {
+      require(parameter.load == UncertainLoad::moment || parameter.load == UncertainLoad::varus_moment ||
+                  smallest >= 0.0,
+              "factors at or above 0");
+    } else if (parameter.quantity == UncertainQuantity::load &&
+               (parameter.load == UncertainLoad::force || parameter.load == UncertainLoad::line)) {
+      for (const Push& push : loaded_.push)
+        require((parameter.load == UncertainLoad::force ? push.force_n.dot(push.delta)
+                                                        : push.line_tension_n[parameter.load_row]) +
+                        smallest >=
+                    0.0,
+                "changes that keep the force at or above 0 at every flexion");
+    }
+  }
+
+  const Job& job_;
+  const std::string& data_directory_;
+  const Case& loaded_;
+  const LoadedLigaments& ligaments_;
+  std::string at_;
+  std::set<std::string> names_;
+  LoadedUncertainty loaded_uncertainty_;
+};
+
+}  // namespace
+
+LoadedUncertainty load_uncertainty(const Job& job, const std::string& data_directory, const Case& loaded,
+                                   const LoadedLigaments& ligaments)
+{
+  const core::DocumentValue* table = job.document.root.find("uncertainty");
+  if (table == nullptr) return {};
+  return UncertaintyReader(job, data_directory, loaded, ligaments).read(*table);
+}
+
+}  // namespace vrda::job

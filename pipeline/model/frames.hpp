@@ -1,0 +1,81 @@
+/// The frames of a joint (schemas/frames.md) and the maps between them.
+///
+/// Canonical C: X anterior, Y proximal, Z the subject's right; the meshes' own origin.
+/// World W: axes of C, origin at the rotation centre, at zero attitude.
+/// Solver S: W reflected in Z for a left joint, then rotated so that Delta is +Y. In S an attitude rotates
+/// the reference by Rx(-varus) Rz(flexion); the moving object rotates by theta about +Y and translates.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "model/mesh.hpp"
+
+namespace vrda::inline model {
+
+enum class Side { right, left };
+
+struct Attitude {
+  double flexion_rad = 0.0;
+  double varus_rad = 0.0;
+};
+
+/// Pose of the moving object in S: p_S = translation + Ry(theta) p_moving.
+struct MovingPose {
+  Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
+  double theta_rad = 0.0;
+};
+
+/// Definition of S relative to C. `rotation_centre_mm` and `delta` are in C of the joint's own side.
+struct SolverFrame {
+  Side side = Side::right;
+  Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d delta = Eigen::Vector3d::UnitY();
+};
+
+Eigen::Matrix3d rotation_x(double angle_rad);
+Eigen::Matrix3d rotation_y(double angle_rad);
+Eigen::Matrix3d rotation_z(double angle_rad);
+
+/// Shortest rotation from the unit vector `from` to `to`; about X (or Z) by pi when opposite.
+Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
+/// Rotation of the reference in S at an attitude: Rx(-varus) Rz(flexion).
+Eigen::Matrix3d reference_rotation(const Attitude& attitude);
+
+/// X_S_moving of a pose.
+Pose pose_of(const MovingPose& pose);
+
+/// Canonical mesh in S at zero attitude: mirrored if left, recentred, rotated so that Delta is +Y.
+Mesh solver_mesh(const Mesh& canonical, const SolverFrame& frame);
+
+/// The pose, in C of the joint's own side, that maps stored moving vertices to stored reference
+/// vertices (neither recentred).
+Pose X_reference_moving(const SolverFrame& frame, const Attitude& attitude, const MovingPose& pose);
+
+/// The same pose for the vertices of solver_mesh: the moving object in the reference's frame, both in S at
+/// zero attitude. reference_rotation(attitude) * result equals pose_of(pose) to rounding.
+Pose X_solver_reference_moving(const SolverFrame& frame, const Pose& X_reference_moving);
+
+/// Translation of `pose` expressed in W of the joint's own side (theta keeps the right-knee sign).
+Eigen::Vector3d world_translation_mm(const SolverFrame& frame, const MovingPose& pose);
+/// Inverse of world_translation_mm.
+Eigen::Vector3d solver_translation_mm(const SolverFrame& frame, const Eigen::Vector3d& p_world_mm);
+
+/// A moment in canonical axes of the joint's own side (right-handed), in S: mirroring reverses its components
+/// in the sagittal plane.
+Eigen::Vector3d solver_moment_nmm(const SolverFrame& frame, const Eigen::Vector3d& moment_world_nmm);
+
+/// A point or direction of S, in W of the joint's own side; both frames have the same origin.
+Eigen::Vector3d world_from_solver(const SolverFrame& frame, const Eigen::Vector3d& v_solver);
+
+/// Attitude of the reference and pose of the moving object, in S.
+struct SolverPosition {
+  Attitude attitude;
+  MovingPose pose;
+};
+
+/// Inverse of X_reference_moving(): every pose has such numbers. Flexion and theta are
+/// in (-pi, pi], varus in [-pi/2, pi/2]; at its ends only the sum or difference of the other two is defined.
+SolverPosition solver_position(const SolverFrame& frame, const Pose& X_reference_moving);
+
+}  // namespace vrda::inline model

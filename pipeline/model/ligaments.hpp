@@ -1,0 +1,128 @@
+/// Ligament fibres between the reference and the moving object: tension law, wrapping, energy and its
+/// derivatives (ligament/README.md).
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "model/coordinates.hpp"
+#include "model/solver_options.hpp"
+
+namespace vrda::inline model {
+
+enum class WrapShape { cylinder, ellipsoid };
+enum class WrapBody { reference, moving };
+
+/// A smooth wrapping surface fixed to one object; fibres wrap on the shorter side. A cylinder's axis is its
+/// Z. It is ignored for a fibre with an attachment inside it (a cylinder counts as infinite here) and for one
+/// that would touch a cylinder wholly beyond one of its ends: the fibre is then straight, and its length is
+/// discontinuous there.
+struct Wrap {
+  std::string name;
+  WrapShape shape = WrapShape::cylinder;
+  WrapBody body = WrapBody::reference;
+  Pose X_body_wrap = Pose::Identity();  ///< of the object's frame
+  Eigen::Vector3d radii_mm{0, 0, 0};    ///< ellipsoid: half-axes; cylinder: x = y = radius, z = half length
+};
+
+struct Fibre {
+  std::string name;
+  std::string bundle;            ///< the same for all fibres of one ligament
+  Eigen::Vector3d reference_mm;  ///< attachment, in the reference's frame
+  Eigen::Vector3d moving_mm;     ///< attachment, in the moving object's frame
+  double stiffness_n = 0.0;      ///< per unit strain, above 0
+  double slack_length_mm = 0.0;  ///< above 0
+  int wrap = -1;                 ///< row of Ligaments::wraps, or -1
+};
+
+/// The ligaments of a knee that names of bundles are recognised by.
+inline constexpr const char* knee_ligaments[] = {"ACL", "PCL", "MCL", "LCL"};
+
+/// The bundles into which the generic and the template knee divide them; the LCL is one.
+inline constexpr const char* divided_bundles[] = {"ACLam", "ACLpl", "PCLal", "PCLpm", "MCLs", "MCLd", "MCLp"};
+
+/// The ligament of a bundle: one of `knee_ligaments` if the name contains it, in either case ("ACLam",
+/// "sMCL", "lcl_2"), otherwise the name itself.
+std::string ligament_of(const std::string& bundle);
+
+/// Attachments are canonical as loaded; for the solver, in the objects' frames in S at zero attitude.
+struct Ligaments {
+  std::vector<Fibre> fibres;
+  std::vector<Wrap> wraps;
+  double transition_strain = 0.06;  ///< where the toe of the tension law ends
+};
+
+/// From canonical (own side, meshes' origin) to the solver's frames, like solver_mesh() for meshes.
+Ligaments solver_ligaments(const Ligaments& canonical, const SolverFrame& frame);
+
+/// Tension of a fibre. Source: Blankevoort et al. 1991, J Biomech 24:1019-1031.
+struct Tension {
+  double force_n = 0.0;
+  double stiffness_n = 0.0;  ///< derivative over strain
+  double energy_n = 0.0;     ///< integral over strain; times slack length: energy in N mm
+};
+Tension tension_of(double strain, double stiffness_n, double transition_strain);
+
+struct FibreState {
+  double length_mm = 0.0;
+  double strain = 0.0;  ///< negative: slack
+  double force_n = 0.0;
+  double energy_nmm = 0.0;
+  bool is_wrapped = false;  ///< touches its wrap
+};
+
+/// One state per fibre.
+std::vector<FibreState> fibre_states(const Ligaments& ligaments, const Attitude& attitude,
+                                     const MovingPose& pose);
+
+/// Energy of all fibres with exact gradient and second derivatives. The latter are discontinuous where a
+/// fibre becomes slack or lifts off its wrap. No allocation.
+Potential ligament_energy(const Ligaments& ligaments, const Attitude& attitude, const MovingPose& pose);
+
+/// Tension times length of all lines, with gradient and second derivatives. A line of length 0 has neither.
+Potential line_energy(std::span<const TensionLine> lines, const Attitude& attitude, const MovingPose& pose);
+
+/// Potential of a force that keeps its direction in the reference's frame, at a material point of the moving
+/// object: minus the force times the position of the point in the reference's frame. `force_reference_n` and
+/// `point_moving_mm` are in the objects' frames.
+Potential point_force_energy(const Eigen::Vector3d& force_reference_n, const Eigen::Vector3d& point_moving_mm,
+                             const Attitude& attitude, const MovingPose& pose);
+
+/// Both objects in S at one attitude and pose.
+struct JointPlacement {
+  Eigen::Matrix3d R_S_reference = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d R_S_moving = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d t_S_moving_mm = Eigen::Vector3d::Zero();
+};
+JointPlacement joint_placement(const Attitude& attitude, const MovingPose& pose);
+
+/// Path of a fibre in S. One free segment connects the object with the wrap to the other object (straight
+/// fibre: the whole fibre). Only this segment exerts a force between the objects.
+struct FibrePath {
+  double length_mm = 0.0;
+  bool is_wrapped = false;
+  /// Unit, along the free segment from the reference to the moving object; zero for coincident attachments.
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  /// The attachment at the end of the free segment, and its object.
+  Eigen::Vector3d end_mm = Eigen::Vector3d::Zero();
+  WrapBody end_body = WrapBody::moving;
+  /// Second derivatives of the length over `end_mm` with the wrap fixed; 1/mm.
+  Eigen::Matrix3d bending = Eigen::Matrix3d::Zero();
+};
+
+/// No allocation.
+FibrePath fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const JointPlacement& placement);
+
+struct SampledFibre {
+  double length_mm = 0.0;  ///< as from fibre_path, not the length of the polyline
+  bool is_wrapped = false;
+};
+
+/// Writes points of the fibre's path to `points_mm` (at least four), in S, from the reference's attachment to
+/// the moving object's: evenly spaced on a straight fibre; on a wrapped one both attachments and points
+/// evenly spaced on the arc on the surface, its ends included. No allocation.
+SampledFibre sample_fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps,
+                               const JointPlacement& placement, std::span<Eigen::Vector3d> points_mm);
+
+}  // namespace vrda::inline model

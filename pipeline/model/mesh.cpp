@@ -1,0 +1,213 @@
+#include "model/mesh.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/error.hpp"
+
+namespace vrda::inline model {
+namespace {
+
+Eigen::Vector3d doubled_area_vector(const Mesh& mesh, Eigen::Index t)
+{
+  const auto [a, b, c] = corners(mesh, t);
+  return (b - a).cross(c - a);
+}
+
+// An undirected edge with the direction in which a face traverses it.
+struct EdgeUse {
+  std::int32_t low = 0;
+  std::int32_t high = 0;
+  bool is_forward = true;
+};
+
+std::vector<EdgeUse> sorted_edge_uses(const Mesh& mesh)
+{
+  std::vector<EdgeUse> uses;
+  uses.reserve(static_cast<std::size_t>(3 * mesh.triangles.rows()));
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t from = mesh.triangles(t, k);
+      const std::int32_t to = mesh.triangles(t, (k + 1) % 3);
+      uses.push_back({std::min(from, to), std::max(from, to), from < to});
+    }
+  }
+  std::sort(uses.begin(), uses.end(), [](const EdgeUse& l, const EdgeUse& r) {
+    return l.low != r.low ? l.low < r.low : l.high < r.high;
+  });
+  return uses;
+}
+
+}  // namespace
+
+std::array<Eigen::Vector3d, 3> corners(const Mesh& mesh, Eigen::Index t)
+{
+  return {Eigen::Vector3d(mesh.vertices_mm.row(mesh.triangles(t, 0))),
+          Eigen::Vector3d(mesh.vertices_mm.row(mesh.triangles(t, 1))),
+          Eigen::Vector3d(mesh.vertices_mm.row(mesh.triangles(t, 2)))};
+}
+
+Eigen::Vector3d face_normal(const Mesh& mesh, Eigen::Index t)
+{
+  const Eigen::Vector3d n = doubled_area_vector(mesh, t);
+  const double length = n.norm();
+  return length > 0.0 ? Eigen::Vector3d(n / length) : Eigen::Vector3d::Zero();
+}
+
+Points vertex_normals(const Mesh& mesh)
+{
+  Points normals = Points::Zero(mesh.vertices_mm.rows(), 3);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const Eigen::Vector3d n = doubled_area_vector(mesh, t);
+    for (int k = 0; k < 3; ++k) normals.row(mesh.triangles(t, k)) += n.transpose();
+  }
+  for (Eigen::Index v = 0; v < normals.rows(); ++v) {
+    const double length = normals.row(v).norm();
+    if (length > 0.0) normals.row(v) /= length;
+  }
+  return normals;
+}
+
+double signed_volume_mm3(const Mesh& mesh)
+{
+  if (mesh.vertices_mm.rows() == 0) return 0.0;
+  // Relative to a vertex of the mesh, so that a distant origin loses no digits.
+  const Eigen::Vector3d origin = mesh.vertices_mm.row(0);
+  double six_volumes = 0.0;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners(mesh, t);
+    six_volumes += (a - origin).dot((b - origin).cross(c - origin));
+  }
+  return six_volumes / 6.0;
+}
+
+double area_mm2(const Mesh& mesh)
+{
+  double doubled = 0.0;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) doubled += doubled_area_vector(mesh, t).norm();
+  return 0.5 * doubled;
+}
+
+double mean_edge_length_mm(const Mesh& mesh)
+{
+  if (mesh.triangles.rows() == 0) return 0.0;
+  double sum = 0.0;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners(mesh, t);
+    sum += (b - a).norm() + (c - b).norm() + (a - c).norm();
+  }
+  return sum / static_cast<double>(3 * mesh.triangles.rows());
+}
+
+EdgeCounts edge_counts(const Mesh& mesh)
+{
+  const std::vector<EdgeUse> uses = sorted_edge_uses(mesh);
+  EdgeCounts counts;
+  for (std::size_t first = 0; first < uses.size();) {
+    std::size_t last = first;
+    int forward = 0;
+    while (last < uses.size() && uses[last].low == uses[first].low && uses[last].high == uses[first].high) {
+      forward += uses[last].is_forward ? 1 : 0;
+      ++last;
+    }
+    const std::size_t n = last - first;
+    if (n == 1) ++counts.boundary;
+    if (n > 2 || (n == 2 && forward != 1)) ++counts.non_manifold;
+    first = last;
+  }
+  return counts;
+}
+
+double largest_offset_mm(const Mesh& mesh)
+{
+  return mesh.offset_mm.empty() ? 0.0 : *std::max_element(mesh.offset_mm.begin(), mesh.offset_mm.end());
+}
+
+Box bounding_box(const Mesh& mesh)
+{
+  if (mesh.vertices_mm.rows() == 0) return {};
+  return {Eigen::Vector3d(mesh.vertices_mm.colwise().minCoeff()),
+          Eigen::Vector3d(mesh.vertices_mm.colwise().maxCoeff())};
+}
+
+Mesh transformed(const Mesh& mesh, const Pose& X_to_from)
+{
+  Mesh result = mesh;
+  for (Eigen::Index v = 0; v < mesh.vertices_mm.rows(); ++v) {
+    result.vertices_mm.row(v) = (X_to_from * Eigen::Vector3d(mesh.vertices_mm.row(v))).transpose();
+  }
+  for (Eigen::Index v = 0; v < mesh.normals.rows(); ++v) {
+    result.normals.row(v) = (X_to_from.linear() * Eigen::Vector3d(mesh.normals.row(v))).transpose();
+  }
+  return result;
+}
+
+Mesh mirrored_z(const Mesh& mesh)
+{
+  Mesh result = mesh;
+  for (auto row : result.vertices_mm.rowwise()) row[2] = -row[2];
+  for (auto row : result.normals.rowwise()) row[2] = -row[2];
+  for (auto row : result.triangles.rowwise()) std::swap(row[1], row[2]);
+  return result;
+}
+
+void append(Mesh& mesh, const Mesh& extra)
+{
+  const Eigen::Index n_vertices = mesh.vertices_mm.rows();
+  const Eigen::Index n_triangles = mesh.triangles.rows();
+  const bool keeps_normals = (n_vertices == 0 || mesh.normals.rows() == n_vertices) &&
+                             extra.normals.rows() == extra.vertices_mm.rows();
+  mesh.vertices_mm.conservativeResize(n_vertices + extra.vertices_mm.rows(), 3);
+  mesh.vertices_mm.bottomRows(extra.vertices_mm.rows()) = extra.vertices_mm;
+  mesh.triangles.conservativeResize(n_triangles + extra.triangles.rows(), 3);
+  mesh.triangles.bottomRows(extra.triangles.rows()) =
+      extra.triangles.array() + static_cast<std::int32_t>(n_vertices);
+  if (!mesh.offset_mm.empty() || !extra.offset_mm.empty()) {
+    mesh.offset_mm.resize(static_cast<std::size_t>(n_triangles), 0.0);
+    for (Eigen::Index t = 0; t < extra.triangles.rows(); ++t)
+      mesh.offset_mm.push_back(vrda::offset_mm(extra, t));
+  }
+  if (!keeps_normals) {
+    mesh.normals.resize(0, 3);
+    return;
+  }
+  mesh.normals.conservativeResize(mesh.vertices_mm.rows(), 3);
+  mesh.normals.bottomRows(extra.vertices_mm.rows()) = extra.normals;
+}
+
+Mesh select_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept)
+{
+  Mesh result = mesh;
+  result.triangles.resize(static_cast<Eigen::Index>(kept.size()), 3);
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    check(kept[k] >= 0 && kept[k] < mesh.triangles.rows(), "with_triangles: index out of range");
+    result.triangles.row(static_cast<Eigen::Index>(k)) = mesh.triangles.row(kept[k]);
+  }
+  if (mesh.offset_mm.empty()) return result;
+  result.offset_mm.clear();
+  for (const Eigen::Index t : kept) result.offset_mm.push_back(offset_mm(mesh, t));
+  return result;
+}
+
+std::vector<std::vector<Eigen::Index>> triangles_by_component(const Body& body, const Part& part)
+{
+  check(part.component.size() == static_cast<std::size_t>(part.mesh.triangles.rows()),
+        "a part has one component index per triangle");
+  std::vector<std::vector<Eigen::Index>> triangles(body.components.size());
+  for (std::size_t t = 0; t < part.component.size(); ++t) {
+    const auto component = static_cast<std::size_t>(part.component[t]);
+    check(component < triangles.size(), "a triangle's component index is within its body");
+    triangles[component].push_back(static_cast<Eigen::Index>(t));
+  }
+  return triangles;
+}
+
+Body mirrored_z(const Body& body)
+{
+  Body result = body;
+  result.contact.mesh = mirrored_z(body.contact.mesh);
+  result.visual.mesh = mirrored_z(body.visual.mesh);
+  return result;
+}
+
+}  // namespace vrda::inline model

@@ -1,0 +1,120 @@
+/// Triangle meshes, their measures and maps, and the two bodies of a joint made of them.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace vrda::inline model {
+
+using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using Triangles = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using Pose = Eigen::Isometry3d;
+
+/// An indexed triangle mesh. Counter-clockwise seen from outside.
+struct Mesh {
+  Points vertices_mm;   ///< [n_vertices, 3]
+  Triangles triangles;  ///< [n_triangles, 3] row indices of vertices_mm
+  Points normals;       ///< [n_vertices, 3] unit, outward; may be empty
+  /// [n_triangles] radius by which the surface is rounded outward (spheres at vertices, cylinders at edges,
+  /// shifted faces) wherever gaps, contacts and overlaps are measured; empty: none.
+  std::vector<double> offset_mm;
+};
+
+/// Offset of triangle `t`, and the largest one.
+inline double offset_mm(const Mesh& mesh, Eigen::Index t)
+{
+  return mesh.offset_mm.empty() ? 0.0 : mesh.offset_mm[static_cast<std::size_t>(t)];
+}
+double largest_offset_mm(const Mesh& mesh);
+
+struct Box {
+  Eigen::Vector3d min_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d max_mm = Eigen::Vector3d::Zero();
+};
+
+/// The corners of triangle `t`, in order.
+std::array<Eigen::Vector3d, 3> corners(const Mesh& mesh, Eigen::Index t);
+
+/// Unit outward normal of triangle `t`; zero for a degenerate one.
+Eigen::Vector3d face_normal(const Mesh& mesh, Eigen::Index t);
+
+/// Vertex normals: mean of the incident face normals weighted by face area, unit length
+/// (zero where the faces cancel out).
+Points vertex_normals(const Mesh& mesh);
+
+/// Volume enclosed, by the divergence theorem; positive when normals point outward.
+/// Undefined for an open mesh.
+double signed_volume_mm3(const Mesh& mesh);
+
+double area_mm2(const Mesh& mesh);
+double mean_edge_length_mm(const Mesh& mesh);
+
+/// Number of edges with one face (boundary) and with more than two or inconsistently wound
+/// faces (non-manifold).
+struct EdgeCounts {
+  Eigen::Index boundary = 0;
+  Eigen::Index non_manifold = 0;
+};
+EdgeCounts edge_counts(const Mesh& mesh);
+
+/// Bounding box; zero for an empty mesh.
+Box bounding_box(const Mesh& mesh);
+
+/// Every vertex and normal mapped by `X_to_from`.
+Mesh transformed(const Mesh& mesh, const Pose& X_to_from);
+
+/// Reflected in the plane Z = 0, winding reversed so that normals stay outward. Applied twice it gives
+/// bitwise the same mesh.
+Mesh mirrored_z(const Mesh& mesh);
+
+/// Appends `extra` to `mesh`.
+void append(Mesh& mesh, const Mesh& extra);
+
+/// The mesh with only the listed triangles; all vertices are kept.
+Mesh select_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept);
+
+/// A named component of one of the two bodies of a joint.
+struct Component {
+  std::string name;      ///< unique within its body
+  std::string material;  ///< "bone", "cartilage", "meniscus", ...
+};
+
+/// Triangles of several components in one mesh.
+struct Part {
+  Mesh mesh;                            ///< canonical axes, mm, not recentred
+  std::vector<std::int32_t> component;  ///< [n_triangles] index into Body::components
+};
+
+struct Body {
+  std::string name;
+  std::vector<Component> components;
+  Part contact;  ///< takes part in contact
+  Part visual;   ///< drawn only
+};
+
+/// Rows of part.mesh.triangles by component, in order: one list a component of `body`.
+std::vector<std::vector<Eigen::Index>> triangles_by_component(const Body& body, const Part& part);
+
+/// Both parts of `body` reflected in Z = 0.
+Body mirrored_z(const Body& body);
+
+/// The two sides of a joint that are evaluated separately.
+enum class Compartment : std::int8_t { none = 0, medial = 1, lateral = 2 };
+
+/// Rows of the triangles in compartment `wanted`; `Code` is Compartment or its stored code.
+template <typename Code>
+std::vector<std::int32_t> triangles_of(const std::vector<Code>& compartment_of_triangle, Compartment wanted)
+{
+  std::vector<std::int32_t> rows;
+  for (std::size_t t = 0; t < compartment_of_triangle.size(); ++t) {
+    if (static_cast<Compartment>(compartment_of_triangle[t]) == wanted)
+      rows.push_back(static_cast<std::int32_t>(t));
+  }
+  return rows;
+}
+
+}  // namespace vrda::inline model

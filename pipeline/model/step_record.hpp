@@ -1,0 +1,183 @@
+/// Result of one motion step and trace of one search, passed between solve, sweep, journal, store and app.
+/// Frame S and its units: core/frames.hpp.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "model/frames.hpp"
+#include "model/joint_coordinates.hpp"
+
+namespace vrda::inline model {
+
+enum class StepStatus : std::int8_t {
+  pending = -1,         ///< not solved yet
+  stable = 0,           ///< a stable pose
+  no_contact = 1,       ///< no reference surface along Delta
+  no_clearance = 2,     ///< no free pose along -Delta
+  iteration_limit = 3,  ///< max_steps or max_iterations reached
+  unbounded = 4,        ///< no equilibrium: slides off at any step size
+  overlapping = 5,      ///< equilibrium found, but the check finds the meshes overlapping
+};
+
+/// As stored.
+inline constexpr auto status_pending = static_cast<std::int8_t>(StepStatus::pending);
+inline constexpr auto status_stable = static_cast<std::int8_t>(StepStatus::stable);
+
+inline constexpr StepStatus all_step_statuses[] = {
+    StepStatus::pending,         StepStatus::stable,    StepStatus::no_contact, StepStatus::no_clearance,
+    StepStatus::iteration_limit, StepStatus::unbounded, StepStatus::overlapping};
+
+const char* name_of(StepStatus status);
+/// One-line description.
+const char* meaning_of(StepStatus status);
+
+/// Kind of node in the seeding graph (sweep/README.md). The values are those of the journal.
+enum class StepKind : std::uint8_t {
+  spine_probe = 0,  ///< trial in the search for the spine's cell; not in the motion model
+  spine = 1,        ///< the spine's cell of a flexion
+  row = 2,          ///< solved outward from the spine's cell
+  /// Solved with varus free. `flexion` counts the flexions of the spine's path, `varus` the starts: the two
+  /// chains, restarts, propagated solutions, small offsets (from 1000).
+  free_spine = 3,
+  band = 4,    ///< as free_spine with an extra moment about Delta; `varus` 0: against theta, 1: along it
+  sample = 5,  ///< as free_spine with the uncertain inputs of one sample, whose number is `varus`
+};
+
+/// The kinds that a stability search can have; these have traces.
+inline constexpr StepKind search_step_kinds[] = {StepKind::spine_probe, StepKind::spine, StepKind::row};
+inline constexpr StepKind last_step_kind = StepKind::sample;
+
+const char* name_of(StepKind kind);
+
+/// Indices into the grid's axes, except for the kinds with free varus. Ordered by kind, flexion, varus.
+struct StepKey {
+  StepKind kind = StepKind::row;
+  std::int32_t flexion = 0;
+  std::int32_t varus = 0;
+
+  // clang-tidy 14 mistakes the generated comparison with 0 for a null pointer.
+  auto operator<=>(const StepKey&) const = default;  // NOLINT(modernize-use-nullptr)
+};
+
+/// One contact of the final pose.
+struct ContactRecord {
+  Eigen::Vector3d point_solver_mm = Eigen::Vector3d::Zero();  ///< on the reference's surface
+  Eigen::Vector3d normal_solver = Eigen::Vector3d::Zero();    ///< unit, reaction on the moving object
+  double distance_mm = 0.0;
+  std::int32_t triangle_reference = -1;  ///< row of the reference's contact triangles
+  std::int32_t triangle_moving = -1;     ///< row of the moving object's contact triangles
+  std::int8_t compartment = 0;           ///< 0 none, 1 medial, 2 lateral
+};
+
+/// One contact force of an equilibrium, on the moving object: along_delta_n * normal / -normal.y.
+struct ContactForce {
+  Eigen::Vector3d point_solver_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal_solver = Eigen::Vector3d::Zero();  ///< unit, y < 0
+  double along_delta_n = 0.0;                               ///< above 0: its share of the push
+  std::int32_t triangle_reference = -1;
+  std::int32_t triangle_moving = -1;
+  std::int8_t compartment = 0;  ///< 0 none, 1 medial, 2 lateral
+};
+
+/// Force balance of an equilibrium pose: its certificate. NaN where none was computed.
+struct Balance {
+  /// Ligament energy minus the work of the loads from zero coordinates.
+  double energy_nmm = std::numeric_limits<double>::quiet_NaN();
+  /// Residual force along the free coordinates: Euclidean norm, moments divided by a lever of the moving
+  /// object's size.
+  double residual_n = std::numeric_limits<double>::quiet_NaN();
+  /// Gaps of the load-bearing features, weighted by their share of the load.
+  double complementarity_mm = std::numeric_limits<double>::quiet_NaN();
+  double worst_gap_mm = std::numeric_limits<double>::quiet_NaN();  ///< smallest signed gap of any feature
+  /// Moments on the moving object that hold the attitude; positive towards more flexion and more varus (0
+  /// where varus is free). About the images of both axes in S: -Rx(-varus) Z and X.
+  double flexion_moment_nmm = std::numeric_limits<double>::quiet_NaN();
+  double varus_moment_nmm = std::numeric_limits<double>::quiet_NaN();
+  std::vector<ContactForce> forces;
+};
+
+/// Results of a step whose coordinates have roles of their own (core/joint_coordinates.hpp).
+struct CoordinateForces {
+  /// Generalised force on the moving object that holds the coordinate, positive along it; N or N mm. NaN
+  /// where the coordinate is free.
+  std::array<double, n_joint_coordinates> holding{};
+  /// Of a free coordinate: 1 if loads, fibres or contacts determine it, 0 if nothing does; else -1.
+  std::array<std::int8_t, n_joint_coordinates> determined{-1, -1, -1, -1, -1, -1};
+};
+
+struct StepRecord {
+  StepKey key;
+  MovingPose pose;  ///< in S; the best pose so far where `status` is not stable
+  StepStatus status = StepStatus::pending;
+  std::int32_t iterations = 0;
+  std::int32_t queries = 0;                                       ///< collision and gap queries
+  double residual_mm = std::numeric_limits<double>::quiet_NaN();  ///< last predicted translation
+  /// Remaining directional gap of each compartment; NaN without facing surfaces.
+  double gap_medial_mm = std::numeric_limits<double>::quiet_NaN();
+  double gap_lateral_mm = std::numeric_limits<double>::quiet_NaN();
+  bool contact_medial = false;
+  bool contact_lateral = false;
+  bool theta_determined = false;
+  std::vector<ContactRecord> contacts;
+  double varus_rad = 0.0;    ///< solved where varus is free, else the attitude's
+  Balance balance;           ///< of the equilibrium only
+  double flexion_rad = 0.0;  ///< with `coordinates`: of the pose, about the axis of S
+  std::optional<CoordinateForces> coordinates = std::nullopt;
+};
+
+/// The record for a joint `factor` times as large: lengths, energies and moments are scaled; angles, forces,
+/// counts and flags are unchanged.
+StepRecord scaled(const StepRecord& record, double factor);
+
+/// The values are those of the trace file and its journal.
+enum class MoveKind : std::uint8_t {
+  retreat = 0,    ///< against Delta, out of an overlap
+  approach = 1,   ///< along Delta
+  bisect = 2,     ///< a trial within the approach, rotation or translation recorded next
+  rotate = 3,     ///< about Delta
+  translate = 4,  ///< across Delta
+  iterate = 5,    ///< a configuration accepted by the equilibrium, in contact
+  trial = 6,      ///< a configuration rejected by the equilibrium
+};
+
+inline constexpr MoveKind all_move_kinds[] = {MoveKind::retreat, MoveKind::approach,  MoveKind::bisect,
+                                              MoveKind::rotate,  MoveKind::translate, MoveKind::iterate,
+                                              MoveKind::trial};
+
+const char* name_of(MoveKind kind);
+
+/// One modelling step. Each iteration of a search has one move in contact: the approach that ends at the
+/// contact. An iteration without an obstruction has no move. Of an equilibrium: a configuration.
+struct SearchMove {
+  std::int32_t iteration = 0;  ///< 0: the retreat from the seed, of an equilibrium the seed in contact
+  MoveKind kind = MoveKind::approach;
+  MovingPose pose;  ///< after the move; for a bisection, the trial pose
+  /// Current value; for a search's move in contact, after cycle detection. Of an equilibrium both are its
+  /// trust radius.
+  double translation_step_mm = 0.0;
+  double rotation_step_rad = 0.0;
+  bool collides = false;                ///< a trial that was blocked
+  bool is_cycle = false;                ///< equals an earlier pose in contact within both resolutions
+  bool in_contact = false;              ///< the approach has ended, or the iterate was accepted
+  std::vector<ContactRecord> contacts;  ///< for a move in contact: those that predict the next motion
+};
+
+/// Called for every move, in order.
+using SearchObserver = std::function<void(const SearchMove&)>;
+
+/// One search or equilibrium from seed to result.
+struct SearchTrace {
+  StepKey key;
+  MovingPose seed;
+  StepStatus status = StepStatus::pending;
+  std::vector<SearchMove> moves;
+};
+
+}  // namespace vrda::inline model

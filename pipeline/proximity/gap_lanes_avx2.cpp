@@ -1,8 +1,0 @@
-// Eight floats at a time. Compiled with -mavx2; called only on processors with AVX2.
-#include "proximity/gap_lanes_float8.hpp"
-
-namespace vrda::proximity {
-
-constinit const BlockFunctions block_functions_avx2 = block_functions<Float8>();
-
-}  // namespace vrda::proximity

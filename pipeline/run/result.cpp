@@ -1,0 +1,294 @@
+#include "run/result.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <utility>
+
+#include "analysis/audit.hpp"
+#include "analysis/pose_assessment.hpp"
+#include "run/task_state.hpp"
+#include "core/atomic_file.hpp"
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "run/default_motion.hpp"
+#include "run/run_output.hpp"
+#include "run/summary.hpp"
+#include "solve/case_solver.hpp"
+#include "solve/model_build.hpp"
+#include "analysis/reduce.hpp"
+#include "analysis/two_sided.hpp"
+#include "analysis/smooth.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda::run {
+namespace {
+
+// User and system time of all threads so far.
+double processor_s()
+{
+  timespec spent{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent);
+  return static_cast<double>(spent.tv_sec) + 1e-9 * static_cast<double>(spent.tv_nsec);
+}
+
+}  // namespace
+
+RunRecord::RunRecord(int n_threads, int n_recalled)
+    : started_(std::chrono::system_clock::now()),
+      start_(std::chrono::steady_clock::now()),
+      processor_start_s_(processor_s()),
+      n_threads_(n_threads),
+      n_recalled_(n_recalled)
+{
+}
+
+// Since the start.
+RunRecord::Phase RunRecord::elapsed() const
+{
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start_;
+  return {"", seconds.count(), processor_s() - processor_start_s_};
+}
+
+void RunRecord::end_phase(const std::string& name)
+{
+  Phase phase = elapsed();
+  phase.name = name;
+  for (const Phase& earlier : phases_) {
+    phase.seconds -= earlier.seconds;
+    phase.processor_s -= earlier.processor_s;
+  }
+  phases_.push_back(phase);
+}
+
+void RunRecord::report_profile() const
+{
+  const Phase all = elapsed();
+  const auto line = [&](const Phase& phase) {
+    std::fprintf(stderr, "%-24s %8.2f %8.2f %5.0f %%\n", phase.name.c_str(), phase.seconds, phase.processor_s,
+                 100.0 * phase.processor_s / all.processor_s);
+  };
+  std::fprintf(stderr, "%-24s %8s %8s %7s\n", "phase", "s", "CPU s", "share");
+  for (const Phase& phase : phases_) line(phase);
+  line({"all", all.seconds, all.processor_s});
+}
+
+void RunRecord::write(const std::string& path) const
+{
+  const auto solving = std::find_if(phases_.begin(), phases_.end(),
+                                    [](const Phase& phase) { return phase.name == solving_phase; });
+  const Phase solved = solving == phases_.end() ? Phase{} : *solving;
+  const nlohmann::ordered_json record = {{"begun", run::utc_text(started_)},
+                                         {"seconds", elapsed().seconds},
+                                         {"solving_seconds", solved.seconds},
+                                         {"solving_processor_seconds", solved.processor_s},
+                                         {"threads", n_threads_},
+                                         {"steps_recalled", n_recalled_},
+                                         {"host", run::host_name()},
+                                         {"processors", std::thread::hardware_concurrency()}};
+  write_atomically(path, {record.dump(2) + '\n'});
+}
+
+namespace {
+
+using IsStopped = std::function<bool()>;
+
+// Audits the poses against the meshes: overlapping cells become unsolved, doubtful ones are marked.
+store::MotionModel audited_model_of(const job::Case& job_case, const solve::SweepResult& result,
+                                    int n_threads)
+{
+  store::MotionModel model = solve::motion_model_of(job_case, result);
+  analysis::PoseAssessment verdicts =
+      analysis::assess_poses(model, job_case.ligaments, solve::joint_bounds_of(job_case), n_threads);
+  if ((verdicts.is_overlapping == 1).any()) {
+    solve::SweepResult accepted = result;
+    for (StepRecord& cell : accepted.cells) {
+      if (verdicts.is_overlapping(cell.key.flexion, cell.key.varus) == 1)
+        cell.status = StepStatus::overlapping;
+    }
+    model = solve::motion_model_of(job_case, accepted);
+  }
+  model.plausibility = std::move(verdicts.plausibility);
+  return model;
+}
+
+// Incomplete if stopped.
+void add_smoothed(store::MotionModel& model, const job::Case& job_case, const std::string& output,
+                  int n_threads, const IsStopped& is_stopped)
+{
+  if (job_case.smooth_degrees.empty()) return;
+  const analysis::SmoothInput input = analysis::smooth_input(model, output);
+  const int largest = analysis::largest_degree(
+      input, *std::max_element(job_case.smooth_degrees.begin(), job_case.smooth_degrees.end()));
+  for (const std::int32_t degree : job_case.smooth_degrees) {
+    if (is_stopped()) return;
+    if (degree > largest) {
+      // Too few angles: load/case_warnings.cpp says so before the run.
+      const bool is_said =
+          !job_case.coordinates && static_cast<std::size_t>(degree) >= n_fitted_angles(job_case.grid);
+      if (is_said) continue;
+      core::log_warning("smooth.degrees: found " + std::to_string(degree) + ", wanted at most " +
+                           std::to_string(std::max(largest, 0)) +
+                           " on this grid with these solved cells; the degree is skipped");
+      continue;
+    }
+    store::SmoothedSet set = analysis::smooth(input, degree, {job_case.smooth_robust});
+    if (job_case.smooth_recontact) set.recontact_mm = analysis::recontact(model, set, n_threads);
+    model = store::with_smoothed(std::move(model), std::move(set));
+  }
+}
+
+// With the highest degree of the job, or the default.
+void add_two_sided(store::MotionModel& model, const job::Case& job_case, int n_threads)
+{
+  analysis::TwoSidedOptions options;
+  options.is_robust = job_case.smooth_robust;
+  if (!job_case.smooth_degrees.empty())
+    options.degree = *std::max_element(job_case.smooth_degrees.begin(), job_case.smooth_degrees.end());
+  model.two_sided = analysis::two_sided(model, options, n_threads);
+}
+
+// From the raw poses; omitted for joints or results without such a motion.
+void add_zero_varus(store::MotionModel& model)
+{
+  if (!analysis::is_reducible(model)) return;
+  store::ZeroVarus zero_varus = analysis::reduce(model, "raw");
+  if (analysis::n_reduced_flexions(zero_varus) > 0) model.zero_varus = std::move(zero_varus);
+}
+
+/// An error is only a warning: the model is complete.
+void write_record(const RunRecord& record, const std::string& output)
+{
+  try {
+    record.write(run_record_of(output));
+  } catch (const InputError& error) {
+    core::log_warning(error.what());
+  }
+}
+
+// Warns of stable poses whose plausibility is doubtful.
+void warn_of_doubtful(const store::MotionModel& model, const std::string& output)
+{
+  const std::vector<DoubtfulCell> cells = doubtful_cells(model);
+  if (cells.empty()) return;
+  core::log_warning(output + ": /plausibility: " + plausibility_line(model) + " of " +
+                       std::to_string((model.status == status_stable).count()) +
+                       " stable attitudes, the first at flexion " + shortest_decimal(cells[0].flexion_deg) +
+                       ", varus " + shortest_decimal(cells[0].varus_deg) +
+                       " degrees; vrda info explains them, vrda info --json lists the attitudes");
+}
+
+/// The default motion, the rotation of a knee and its jumps.
+void report_motion(const store::MotionModel& model)
+{
+  if (model.frames || !(model.status == status_stable).any()) return;
+  core::log_info(default_motion_line(model));
+  if (const std::string rotation = screw_home_line(model); !rotation.empty()) core::log_info(rotation);
+  for (const std::string& jump : jump_lines(model)) core::log_info(jump);
+}
+
+// Warns of attitudes so far past the first contact at a border that they count as unsolved.
+void warn_of_past_border(const store::MotionModel& model, const std::string& output)
+{
+  std::string flexions;
+  Eigen::Index n = 0;
+  const store::GridB past = is_past_border(model);
+  for (Eigen::Index i = 0; i < past.rows(); ++i) {
+    if (!past.row(i).any()) continue;
+    n += past.row(i).count();
+    if (flexions.empty()) flexions = shortest_decimal(model.flexion_deg[static_cast<std::size_t>(i)]);
+  }
+  if (n == 0) return;
+  core::log_warning(output + ": /plausibility: " + std::to_string(n) + " border_contact more than " +
+                       shortest_decimal(border_margin_deg) +
+                       " degrees past the first contact at a border, the first at flexion " + flexions +
+                       " degrees: the surfaces end there, and these attitudes count as unsolved; use meshes "
+                       "that reach further, or a smaller grid.flexion");
+}
+
+/// Too few stable samples for a band at a flexion.
+bool lacks_bands(const store::MotionModel& model)
+{
+  constexpr std::int32_t fewest = 2;
+  if (!model.uncertainty) return false;
+  const std::vector<std::int32_t>& n = model.uncertainty->n_solved;
+  return std::any_of(n.begin(), n.end(), [](std::int32_t n_solved) { return n_solved < fewest; });
+}
+
+/// Reports the statuses; warns if more attitudes are unsolved than the job allows, or a band is missing.
+core::ExitCode outcome_of(const job::Case& job_case, const store::MotionModel& model,
+                             const std::string& output)
+{
+  core::log_info(status_line(model));
+  warn_of_doubtful(model, output);
+  warn_of_past_border(model, output);
+  report_motion(model);
+  const std::string cut_off = model.zero_varus ? analysis::cut_off_warning(*model.zero_varus) : "";
+  if (!cut_off.empty()) core::log_warning(output + ": /zero_varus/is_cut_off: " + cut_off);
+  if (model.uncertainty) core::log_info(run::samples_line(model));
+  if (lacks_bands(model))
+    core::log_warning(
+        output + ": /uncertainty: found flexions with fewer than 2 stable samples, wanted 2 for a band");
+  const double unsolved = unsolved_fraction(model);
+  if (unsolved <= job_case.unsolved_fraction)
+    return lacks_bands(model) ? core::ExitCode::incomplete : core::ExitCode::done;
+  core::log_warning(output + ": limits.unsolved_fraction: found " + std::to_string(unsolved) +
+                       ", wanted at most " + std::to_string(job_case.unsolved_fraction));
+  return core::ExitCode::incomplete;
+}
+
+}  // namespace
+
+std::optional<store::MotionModel> build_result(const job::Case& job_case, const solve::SweepResult& result,
+                                               const std::vector<StepRecord>& samples,
+                                               const std::string& output, int n_threads,
+                                               const IsStopped& is_stopped, RunRecord& record)
+{
+  check(result.is_complete, "result_of: the sweep is complete");
+  store::MotionModel model = audited_model_of(job_case, result, n_threads);
+  record.end_phase("plausibility");
+  if (job_case.uncertainty) {
+    model.uncertainty = solve::uncertain_motion_of(job_case, samples);
+    record.end_phase("bands of samples");
+  }
+  // Frames are points in time, not surfaces over flexion.
+  if (model.frames) return is_stopped() ? std::nullopt : std::optional(std::move(model));
+  add_smoothed(model, job_case, output, n_threads, is_stopped);
+  record.end_phase("smoothing, recontact");
+  if (is_stopped()) return std::nullopt;
+  add_two_sided(model, job_case, n_threads);
+  if (is_stopped()) return std::nullopt;
+  add_zero_varus(model);
+  record.end_phase("two-sided, zero varus");
+  if (is_stopped()) return std::nullopt;
+  model.default_motion = evaluated_default_motion(model, job_case.smooth_robust, n_threads);
+  record.end_phase("default motion");
+  return is_stopped() ? std::nullopt : std::optional(std::move(model));
+}
+
+core::ExitCode write_result(const job::Case& job_case, const store::MotionModel& model,
+                               const std::string& output, const std::vector<std::string>& needless,
+                               RunRecord& record)
+{
+  store::write_motion_model(output, model);
+  record.end_phase("writing");
+  remove_obsolete_files(needless);
+  write_record(record, output);  // last: the removed files free space on a full disk
+  return outcome_of(job_case, model, output);
+}
+
+core::ExitCode finish_existing_result(const job::Case& job_case, const store::MotionModel& model,
+                                         const std::string& output, const std::vector<std::string>& needless,
+                                         int n_threads)
+{
+  remove_obsolete_files(needless);
+  if (access(run_record_of(output).c_str(), F_OK) != 0)
+    write_record(RunRecord(n_threads, static_cast<int>(model.status.size())), output);
+  return outcome_of(job_case, model, output);
+}
+
+}  // namespace vrda::run

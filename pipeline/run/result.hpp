@@ -1,0 +1,71 @@
+/// From a finished sweep to the motion model file: smooths, measures, writes atomically, and reports warnings
+/// and the exit code; and the record of the run's seconds, threads and host (<output>.run.json). Throws
+/// InputError naming the file if the disk refuses it.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/console.hpp"
+#include "job/case.hpp"
+#include "store/motion_model.hpp"
+#include "solve/sweep.hpp"
+
+namespace vrda::run {
+
+/// Name of the phase whose seconds the record states.
+inline constexpr const char* solving_phase = "solving";
+
+class RunRecord {
+ public:
+  /// Starts the clock.
+  RunRecord(int n_threads, int n_recalled);
+
+  /// Ends the current phase and starts the next.
+  void end_phase(const std::string& name);
+
+  /// Writes JSON: total, solving and CPU seconds, threads, steps recalled, host, processors, date (UTC).
+  void write(const std::string& path) const;
+  /// The phases with their seconds, processor time of all threads and its share, to stderr.
+  void report_profile() const;
+
+ private:
+  struct Phase {
+    std::string name;
+    double seconds = 0.0, processor_s = 0.0;
+  };
+  Phase elapsed() const;
+
+  std::chrono::system_clock::time_point started_;
+  std::chrono::steady_clock::time_point start_;
+  double processor_start_s_;
+  std::vector<Phase> phases_;
+  int n_threads_;
+  int n_recalled_;
+};
+
+/// The motion model with the smoothed surfaces and flexion-only motion of its job; `samples` are the records
+/// of all samples of an uncertain job. `output` is for messages.
+/// The bytes do not depend on threads, shards or interruptions. Empty if `is_stopped`, which is polled before
+/// each surface, returns true.
+std::optional<store::MotionModel> build_result(const job::Case& job_case, const solve::SweepResult& result,
+                                               const std::vector<StepRecord>& samples,
+                                               const std::string& output, int n_threads,
+                                               const std::function<bool()>& is_stopped, RunRecord& record);
+
+/// Like write_result() for a result that is already at `output`: finishes the work of a killed run by
+/// removing the `needless` files and writing a missing record.
+core::ExitCode finish_existing_result(const job::Case& job_case, const store::MotionModel& model,
+                                         const std::string& output, const std::vector<std::string>& needless,
+                                         int n_threads);
+
+/// Writes the model, removes the `needless` journals and start file and writes `record` next to the model.
+/// Too many unsolved attitudes are an exit code, not an error.
+core::ExitCode write_result(const job::Case& job_case, const store::MotionModel& model,
+                               const std::string& output, const std::vector<std::string>& needless,
+                               RunRecord& record);
+
+}  // namespace vrda::run

@@ -1,0 +1,229 @@
+#include "run/solve_part.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <thread>
+
+#include "run/case_spec.hpp"
+#include "core/console.hpp"
+#include "core/error.hpp"
+#include "run/collect.hpp"
+#include "run/run_output.hpp"
+#include "run/solve_samples.hpp"
+#include "run/step_log.hpp"
+#include "run/summary.hpp"
+#include "solve/case_solver.hpp"
+#include "solve/model_build.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda::run {
+namespace {
+
+// Two chains and the restarts; starts propagated from neighbours are not known in advance.
+int n_known_starts(const solve::SweepPlan& plan)
+{
+  return 2 + plan.n_restarts;
+}
+
+bool is_counted(const StepKey& key, const solve::SweepPlan& plan, ProgressUnit counted)
+{
+  const bool is_spine = key.kind == StepKind::spine;
+  if (counted == ProgressUnit::cells) return is_spine || key.kind == StepKind::row;
+  if (plan.spine != solve::SpineRule::free_varus) return is_spine;
+  return key.kind == StepKind::free_spine && key.varus < n_known_starts(plan);
+}
+
+int n_counted(const solve::SweepPlan& plan, ProgressUnit counted)
+{
+  const std::size_t n_flexion = plan.flexion_rad.size();
+  const std::size_t n_rows = plan.rows ? plan.rows->size() : n_flexion;
+  if (counted == ProgressUnit::cells) return static_cast<int>(n_rows * plan.varus_rad.size());
+  if (plan.spine != solve::SpineRule::free_varus) return static_cast<int>(n_flexion);
+  return static_cast<int>(path_of(plan).size()) * n_known_starts(plan);
+}
+
+bool is_of_plan(const StepKey& key, const solve::SweepPlan& plan)
+{
+  return !plan.rows || std::find(plan.rows->begin(), plan.rows->end(), key.flexion) != plan.rows->end();
+}
+
+int n_counted_of(const std::map<StepKey, StepRecord>& steps, const solve::SweepPlan& plan,
+                 ProgressUnit counted)
+{
+  return static_cast<int>(std::count_if(steps.begin(), steps.end(), [&](const auto& step) {
+    const bool is_here = counted == ProgressUnit::spine || is_of_plan(step.first, plan);
+    return is_here && is_counted(step.first, plan, counted);
+  }));
+}
+
+}  // namespace
+
+solve::SweepResult solve_part(const job::Case& job_case, const solve::SweepPlan& plan, ProgressUnit counted,
+                              const RunOptions& options, StepLog& log,
+                              const std::map<StepKey, StepRecord>& spine)
+{
+  const int n_threads = thread_count_or_all(options.n_threads);
+  solve::CaseSolver solver(job_case, n_threads);
+  const int n_total = n_counted(plan, counted);
+  const int n_known = n_counted_of(log.known, plan, counted) + n_counted_of(spine, plan, counted);
+  if (options.on_solving_start) options.on_solving_start();
+  const char* what = counted == ProgressUnit::cells ? "attitudes" : "steps of the spine";
+  core::Progress progress(core::progress_style_of(options.progress), what, n_total, n_known);
+
+  std::atomic<int> n_done = n_known;
+  if (options.on_progress) options.on_progress(n_known, n_total);
+
+  const solve::SolveStep solve = [&](const solve::StepTask& task) {
+    if (!log.traces || !task.is_measured) return solver(task);
+    return solve_with_trace(*log.traces, task.key, task.seed,
+                            [&](const SearchObserver& watch) { return solver(task, watch); });
+  };
+  solve::SweepHooks hooks;
+  hooks.recall = [&](const StepKey& key) -> std::optional<StepRecord> {
+    const auto found = spine.find(key);
+    return found == spine.end() ? recalled_step(log, key) : std::optional(found->second);
+  };
+  hooks.keep = [&](const StepRecord& record) {
+    log.writer.append(record);
+    if (!is_counted(record.key, plan, counted)) return;
+    progress.advance();
+    if (options.on_progress) options.on_progress(++n_done, n_total);
+  };
+  hooks.is_stopped = core::is_interrupted;
+  solve::SweepResult result = solve::sweep(plan, solve, hooks, n_threads);
+  if (log.traces) log.traces->flush();
+  log.writer.flush();
+  return result;
+}
+
+core::ExitCode report_interrupted(const StepLog& log)
+{
+  core::log_info("interrupted: solved steps are in " + log.path + "; run the same command to resume");
+  return core::ExitCode::interrupted;
+}
+
+namespace {
+
+// A restarted task may find its predecessor still ending.
+constexpr std::chrono::seconds own_journal_timeout{60};
+// The task that solves the spine holds its lock until it is complete.
+constexpr std::chrono::hours spine_journal_timeout{24 * 365};
+
+using Steps = std::map<StepKey, StepRecord>;
+
+struct ShardedRun {
+  job::Case job_case;
+  std::string output;
+  std::string key;
+};
+
+ShardedRun prepared(const RunOptions& options)
+{
+  if (options.writes_trace) {
+    throw InputError({"--trace", "", "a part of a run", "a complete run, without --spine and --shard"});
+  }
+  ShardedRun run{load_and_report_case(options.job_file, {options.data_directory, options.overrides}),
+                 output_path_of(options.output, options.job_file), ""};
+  make_parent_folder(run.output);
+  existing_result(run.job_case, run.output, options.may_replace);  // throws for that of another job
+  run.key = solve::fingerprint_of(run.job_case);
+  core::install_signal_handlers();
+  return run;
+}
+
+solve::SweepPlan plan_of_rows(const job::Case& job_case, std::vector<std::int32_t> rows)
+{
+  solve::SweepPlan plan = solve::plan_of(job_case);
+  plan.rows = std::move(rows);
+  return plan;
+}
+
+// The steps in a journal; empty without a file.
+Steps steps_in(const std::string& path, const std::string& key)
+{
+  return access(path.c_str(), F_OK) == 0 ? collect_steps({path}, key).steps : Steps{};
+}
+
+bool has_whole_spine(const ShardedRun& run, const Steps& steps)
+{
+  return missing_steps(plan_of_rows(run.job_case, {}), steps).is_spine_complete;
+}
+
+// Called under the lock of the spine's journal, so that only one task writes the shared files.
+void write_shared_files(const ShardedRun& run, const RunOptions& options)
+{
+  run::write_case_file(
+      run::case_file_of(run.output),
+      {run::case_of_job(options.job_file, options.data_directory, options.overrides), ""});
+  if (has_start_file(run.output, run.job_case.resolved_job)) return;
+  store::write_motion_model(store::start_file_of(run.output), solve::pending_model_of(run.job_case));
+}
+
+// Empty when interrupted.
+std::optional<Steps> solved_spine(const ShardedRun& run, const RunOptions& options, bool is_fresh)
+{
+  const std::string path = store::spine_journal_of(run.output);
+  JournalWait patience = options.journal_wait.value_or(JournalWait{});
+  patience.timeout = spine_journal_timeout;
+  std::optional<StepLog> log = open_log_waiting(path, run.key, is_fresh, patience);
+  if (!log) return std::nullopt;
+  const bool is_complete = with_journal_restore(*log, run.output, [&] {
+    write_shared_files(run, options);
+    const solve::SweepPlan plan = plan_of_rows(run.job_case, {});
+    return solve_part(run.job_case, plan, ProgressUnit::spine, options, *log).is_complete;
+  });
+  if (is_complete) return steps_in(path, run.key);
+  report_interrupted(*log);
+  return std::nullopt;
+}
+
+core::ExitCode solve_rows(const ShardedRun& run, const RunOptions& options, const Steps& spine)
+{
+  const std::string path = store::shard_journal_of(run.output, *options.shard);
+  std::optional<StepLog> log = open_log_waiting(
+      path, run.key, options.is_fresh, options.journal_wait.value_or(JournalWait{own_journal_timeout}));
+  if (!log && core::is_interrupted()) return core::ExitCode::interrupted;
+  if (!log) {
+    throw InputError({path, "", "a journal that another run is writing", "no other run of the same shard"});
+  }
+  const auto n_rows = static_cast<std::int32_t>(run.job_case.grid.flexion_deg.size());
+  const solve::SweepPlan plan = plan_of_rows(run.job_case, run::rows_of(*options.shard, n_rows));
+  const bool is_complete = with_journal_restore(*log, run.output, [&] {
+    const solve::SweepResult result =
+        solve_part(run.job_case, plan, ProgressUnit::cells, options, *log, spine);
+    return result.is_complete &&
+           solve_samples(run.job_case, plan, result,
+                         run::rows_of(*options.shard, n_samples_of(run.job_case)), options, *log)
+               .has_value();
+  });
+  if (!is_complete) return report_interrupted(*log);
+  std::printf("%s\n", path.c_str());
+  return core::ExitCode::done;
+}
+
+}  // namespace
+
+core::ExitCode spine_command(const RunOptions& options)
+{
+  const ShardedRun run = prepared(options);
+  const auto spine =
+      with_difference_in_errors(run.job_case, [&] { return solved_spine(run, options, options.is_fresh); });
+  if (!spine) return core::ExitCode::interrupted;
+  std::printf("%s\n", store::spine_journal_of(run.output).c_str());
+  return core::ExitCode::done;
+}
+
+core::ExitCode shard_command(const RunOptions& options)
+{
+  const ShardedRun run = prepared(options);
+  return with_difference_in_errors(run.job_case, [&] {
+    std::optional<Steps> spine = steps_in(store::spine_journal_of(run.output), run.key);
+    if (!has_whole_spine(run, *spine)) spine = solved_spine(run, options, false);
+    return spine ? solve_rows(run, options, *spine) : core::ExitCode::interrupted;
+  });
+}
+
+}  // namespace vrda::run

@@ -1,0 +1,139 @@
+/// Status of a submission: counts solved attitudes in journals, and joins Slurm's queue with the state files
+/// of tasks. In: the submission's folder. Out: a status and a reason per task, and the tasks that remain. A
+/// missing journal counts as no solved attitude.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "run/jobs.hpp"
+#include "run/slurm.hpp"
+#include "run/submission.hpp"
+#include "run/task_state.hpp"
+
+namespace vrda::run {
+
+struct SolvedCount {
+  std::int64_t n_done = 0;
+  std::int64_t n_total = 0;  ///< 0: unknown
+};
+
+/// Counts journal records; the spine journal of a case is read once for all its shards.
+class SolvedCounter {
+ public:
+  SolvedCounter(const std::string& folder, const Submission& submission)
+      : folder_(folder), submission_(submission)
+  {
+  }
+
+  /// Solved attitudes of the task's rows; for a spine with free varus its steps, with unknown total. Zero for
+  /// merge and index, and for a missing journal.
+  SolvedCount count(const TaskId& task);
+
+  /// Attitudes that the task has to solve; 0 for spine, merge and index.
+  std::int64_t total_of(const TaskId& task) const;
+
+ private:
+  using Cell = std::pair<std::int32_t, std::int32_t>;  // flexion, varus
+  struct Content {
+    std::set<Cell> cells;
+    std::set<Cell> samples;  ///< flexion and number of a sample
+    std::int64_t n_free_steps = 0;
+  };
+
+  static Content content_of(const std::string& journal);
+  const Content& spine_of(const TaskId& task);
+
+  const std::string& folder_;
+  const Submission& submission_;
+  std::int32_t spine_case_ = -1;  // case of spine_
+  Content spine_;
+};
+
+/// The journals that a task appends to.
+std::vector<std::string> journals_of(const std::string& folder, const Submission& submission,
+                                     const TaskId& task);
+
+enum class TaskStatus {
+  waiting,      ///< for other tasks, or not yet submitted
+  queued,       ///< in Slurm's queue
+  running,      ///< running
+  done,         ///< its result exists
+  failed,       ///< ended without a result
+  interrupted,  ///< stopped cleanly before completion
+  lost,         ///< started, but no longer exists
+};
+
+const char* name_of(TaskStatus standing);
+
+struct TaskView {
+  TaskId task;
+  TaskStatus status = TaskStatus::waiting;
+  std::string reason;     ///< of waiting or failure; one line, may be empty
+  std::string host;       ///< host of the last start
+  std::string slurm_job;  ///< "13_3", or empty
+  std::int32_t n_restarts = 0;
+  std::int64_t n_done = 0;           ///< solved attitudes of the task
+  std::int64_t n_total = 0;          ///< 0: unknown
+  std::optional<double> per_second;  ///< since the last start
+  std::optional<double> seconds_left;
+  bool is_job_running = false;  ///< Slurm still runs its job for other cases
+};
+
+struct CaseView {
+  std::int32_t case_number = 0;
+  TaskStatus status = TaskStatus::waiting;
+  bool is_complete = false;     ///< the motion model exists and is cleaned up
+  bool is_merged = false;       ///< the motion model exists, but clean-up is incomplete
+  std::vector<TaskView> tasks;  ///< spine, shards, merge; or run
+};
+
+struct StatusView {
+  std::vector<CaseView> cases;
+  std::optional<TaskView> index;
+  std::string remark;  ///< reason of a failed Slurm query; empty if none failed
+};
+
+/// State of a submission except journals.
+struct SubmissionSnapshot {
+  std::map<TaskId, TaskState> states;
+  std::set<TaskId> locked;  ///< running local tasks, whose lock is held
+  std::map<TaskId, SlurmTask> slurm;
+  std::string remark;  ///< reason of a failed Slurm query
+};
+
+/// Reads the state of all tasks except journals; queries Slurm if jobs were submitted to it. Does not throw
+/// when the query fails: `remark` then has the reason.
+SubmissionSnapshot take_snapshot(const std::string& folder, const Submission& submission);
+
+/// Reads journals only of started, unfinished tasks of incomplete cases.
+StatusView status_of(const std::string& folder, const Submission& submission,
+                     const SubmissionSnapshot& snapshot);
+
+/// "5 of 8 shards done, 2 running, 1 queued; 1490 of 1911 attitudes, 38/s, 0:11 left"; cases for a campaign.
+std::string summary_of(const StatusView& view, const Submission& submission);
+
+/// "38/s, 0:11 left".
+std::string rate_text(double per_second, std::optional<double> seconds_left);
+/// "0:11", "2:05:30" or "3 days".
+std::string duration_text(double seconds);
+
+/// Remaining work of a submission.
+struct MissingWork {
+  Work work;
+  std::vector<std::string> reasons;    ///< one line per task to repeat: name and reason
+  std::vector<std::string> to_cancel;  ///< Slurm jobs that can never start, or would start too early
+  std::int32_t n_active = 0;           ///< tasks queued or running in Slurm, which are not repeated
+};
+
+/// Reads the journals of finished tasks in incomplete cases: their content decides, not the task states. A
+/// running local task counts as missing: its repetition waits for its lock and uses its results.
+MissingWork find_missing_work(const std::string& folder, const Submission& submission,
+                              const StatusView& status, const SubmissionSnapshot& snapshot);
+
+}  // namespace vrda::run

@@ -1,0 +1,96 @@
+/// Builds the inputs of solver and sweep from a Case, and solves its steps by the method of the job.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "model/joint_bounds.hpp"
+#include "job/case.hpp"
+#include "solve/coordinate_equilibrium.hpp"
+#include "solve/equilibrium.hpp"
+#include "solve/joint.hpp"
+#include "solve/stability_search.hpp"
+#include "solve/sweep.hpp"
+
+namespace vrda::solve {
+
+/// Both objects in the solver frame with the Delta of `frame`.
+solve::Joint joint_of(const job::Case& job_case, const SolverFrame& frame);
+
+/// What `joint_of` gives at the job's own Delta, without the parts for solving: a third of its memory.
+struct InitialBodies {
+  geometry::TreeMesh reference, moving;
+  double substep_mm = 0.0;
+};
+InitialBodies initial_bodies_of(const job::Case& job_case);
+
+/// `job_case` must outlive the plan.
+solve::SweepPlan plan_of(const job::Case& job_case);
+
+/// The neutral pose is the start pose moved along Delta into contact at the grid's attitude nearest to zero.
+/// Travel: half the smallest horizontal extent of the narrower object of a knee, of the wider one otherwise.
+/// Rotation: 45 degrees for a knee, else 90.
+JointBounds joint_bounds_of(const job::Case& job_case);
+
+/// Changes when the same job may give other bytes.
+std::string solver_version_of(const job::Case& job_case);
+
+/// SHA-256 of everything that determines the steps: solver version, resolved job, inputs. If scaling keeps
+/// the steps it is that of the unscaled job, so one journal serves every size.
+std::string fingerprint_of(const job::Case& job_case);
+
+/// The solver frame at a flexion index of the grid; its Delta depends on the flexion.
+SolverFrame frame_of(const job::Case& job_case, const job::Push& push);
+
+/// The loads at a flexion index, in the solver frame there.
+Loads loads_of(const job::Case& job_case, const job::Push& push);
+
+/// Shared by the workers of a sweep. Meshes are transformed to the solver frame once for each Delta.
+class CaseSolver {
+ public:
+  /// `job_case` must outlive the solver. `joint`: that of another case with the same meshes and frame.
+  CaseSolver(const job::Case& job_case, int n_threads, std::shared_ptr<const solve::Joint> joint = nullptr);
+
+  /// In the frame of the first flexion.
+  std::shared_ptr<const solve::Joint> joint() const { return first_->joint; }
+
+  /// May be called from several threads at once, each with its own worker number. `observer` is used by the
+  /// stability search only.
+  StepRecord operator()(const solve::StepTask& task, const SearchObserver& observer = {});
+
+ private:
+  /// Both objects and the ligaments in the frame of one Delta.
+  struct PushFrame {
+    Eigen::Vector3d delta;
+    std::shared_ptr<const solve::Joint> joint;
+    model::Ligaments ligaments;
+  };
+  struct Worker {
+    std::shared_ptr<const PushFrame> push_frame;
+    std::unique_ptr<solve::EquilibriumSolver> solver;
+    std::unique_ptr<solve::CoordinateEquilibrium> coordinates;  ///< if the job has roles of its own
+  };
+
+  std::shared_ptr<const PushFrame> push_frame_of(const SolverFrame& frame,
+                                                 std::shared_ptr<const solve::Joint> joint = nullptr);
+  Worker& worker_at(int number, const SolverFrame& frame);
+  StepRecord search_coordinates(const solve::StepTask& task, const MovingPose& seed, const SolverFrame& frame,
+                                const solve::Joint& joint, const SearchObserver& observer) const;
+  StepRecord solve_plain(const solve::StepTask& task, const MovingPose& seed, const SolverFrame& frame,
+                         const Loads& loads, solve::EquilibriumSolver& solver) const;
+  JointCoordinates seed_coordinates(const solve::StepTask& task, const MovingPose& seed,
+                                    const solve::JointMap& map) const;
+  StepRecord solve_coordinates(const solve::StepTask& task, const MovingPose& seed, const SolverFrame& frame,
+                               const Loads& loads, solve::CoordinateEquilibrium& solver) const;
+
+  const job::Case& case_;
+  std::shared_ptr<const PushFrame> first_;  // of the first flexion, usually the only one
+  std::vector<Worker> workers_;
+};
+
+/// The result for a joint `factor` times as large: scales each record (core/step_record.hpp) and the energy
+/// spread. Contact has no intrinsic length: the scaled poses balance the same forces if the point of the push
+/// is scaled too.
+solve::SweepResult scaled(const solve::SweepResult& result, double factor);
+
+}  // namespace vrda::solve

@@ -1,0 +1,35 @@
+/// Bands of an uncertain motion by quantity, and the contributions of the draws to the spread of a quantity.
+#pragma once
+
+#include <vector>
+
+#include "store/uncertain_motion.hpp"
+
+namespace vrda::solve {
+
+/// A quantity's place in the tables of the motion; its unit is degree, mm or N.
+struct BandQuantity {
+  std::size_t row = 0;  ///< of store::uncertain_quantities
+  const char* name = "";
+  const char* unit = "";
+};
+/// Those that the model has: the forces of compartments only where there are any.
+std::vector<BandQuantity> quantities_of(const store::UncertainMotion& motion);
+
+/// Quantile of a quantity at a flexion; `probability` is a row of store::band_probabilities.
+double band_at(const store::UncertainMotion& motion, std::size_t probability, std::size_t flexion,
+               std::size_t quantity);
+
+/// [n_flexion] variances over the samples.
+std::vector<double> variances_of(const store::UncertainMotion& motion, std::size_t quantity);
+
+/// Of one draw: first-order index with its interval, and rank correlation, as means over the flexions weighted
+/// by the variance of the quantity there: shares of the whole spread.
+struct SpreadShare {
+  std::size_t draw = 0;
+  double index = 0.0, low = 0.0, high = 0.0, rank_correlation = 0.0;
+};
+/// Largest first; draws without an index are left out.
+std::vector<SpreadShare> spread_shares(const store::UncertainMotion& motion, std::size_t quantity);
+
+}  // namespace vrda::solve

@@ -1,0 +1,293 @@
+// From the solved samples of an uncertain job to bands and shares of the spread.
+#include "solve/model_build.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "model/clinical.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "solve/case_solver.hpp"
+#include "job/sampled_case.hpp"
+#include "job/statistics.hpp"
+
+namespace vrda::solve {
+namespace {
+
+constexpr std::size_t n_kinds = 3;  // rotations, translations, contact forces: three columns each
+
+class UncertainAssembly {
+ public:
+  UncertainAssembly(const job::Case& job_case, const std::vector<StepRecord>& records)
+      : case_(job_case),
+        records_(records),
+        samples_(job_case),
+        n_samples_(static_cast<std::size_t>(samples_.n_samples())),
+        n_flexion_(job_case.grid.flexion_deg.size()),
+        n_fibres_(job_case.ligaments.fibres.size())
+  {
+    const job::Uncertainty& uncertainty = *job_case.uncertainty;
+    motion_.sequence = uncertainty.sequence == job::SampleSequence::sobol ? "sobol" : "latin-hypercube";
+    motion_.seed = static_cast<std::int32_t>(uncertainty.seed);
+    motion_.draw = samples_.draw_names();
+    motion_.probability.assign(store::band_probabilities.begin(), store::band_probabilities.end());
+    motion_.quantity.assign(store::uncertain_quantities.begin(), store::uncertain_quantities.end());
+    const Eigen::MatrixXd& values = samples_.values();
+    for (Eigen::Index s = 0; s < values.rows(); ++s) {
+      for (Eigen::Index d = 0; d < values.cols(); ++d) motion_.value.push_back(values(s, d));
+    }
+  }
+
+  store::UncertainMotion assembled()
+  {
+    add_samples();
+    for (const std::vector<double>* of : columns_of_kinds()) add_band(*of);
+    add_tensions();
+    add_quantile_motions();
+    add_shares();
+    return std::move(motion_);
+  }
+
+ private:
+  std::array<std::vector<double>*, n_kinds> columns_of_kinds()
+  {
+    return {&motion_.rotation_deg, &motion_.translation_mm, &motion_.contact_force_n};
+  }
+
+  void add_samples()
+  {
+    motion_.status.assign(n_samples_ * n_flexion_, status_pending);
+    motion_.n_solved.assign(n_flexion_, 0);
+    for (std::vector<double>* column : columns_of_kinds()) column->assign(n_samples_ * n_flexion_ * 3, nan);
+    for (std::vector<double>* column : columns_of_motion(samples_motion_))
+      column->assign(n_samples_ * n_flexion_, nan);
+    tension_n_.assign(n_samples_ * n_flexion_ * n_fibres_, nan);
+    std::vector<const StepRecord*> ordered;
+    for (const StepRecord& record : records_) ordered.push_back(&record);
+    std::sort(ordered.begin(), ordered.end(), [](const StepRecord* a, const StepRecord* b) {
+      return std::pair(a->key.varus, a->key.flexion) < std::pair(b->key.varus, b->key.flexion);
+    });
+    for (const StepRecord* record : ordered) add_sample(*record);
+    check(std::none_of(motion_.status.begin(), motion_.status.end(),
+                       [](std::int8_t status) { return status == status_pending; }),
+          "every sample is solved");
+  }
+
+  void add_sample(const StepRecord& r)
+  {
+    const auto flexion = static_cast<std::size_t>(r.key.flexion);
+    const std::size_t at = static_cast<std::size_t>(r.key.varus) * n_flexion_ + flexion;
+    motion_.status.at(at) = static_cast<std::int8_t>(r.status);
+    if (r.status != StepStatus::stable) return;
+    ++motion_.n_solved[flexion];
+    if (r.key.varus != sample_) {
+      sample_ = r.key.varus;
+      ligaments_ = samples_.ligaments_at(sample_);
+      centre_mm_ = samples_.rotation_centre_mm_at(sample_);
+    }
+    SolverFrame frame = frame_of(case_, case_.push.at(flexion));
+    frame.rotation_centre_mm = centre_mm_;
+    const Attitude attitude{r.coordinates ? r.flexion_rad : rad_from_deg(case_.grid.flexion_deg[flexion]),
+                            r.varus_rad};
+    const ClinicalCoordinates clinical = clinical_coordinates(X_reference_moving(frame, attitude, r.pose),
+                                                              frame.side, case_.frame.rotation_centre_mm);
+    set(motion_.rotation_deg, at, deg_from_rad(clinical.flexion_rad), deg_from_rad(clinical.varus_rad),
+        deg_from_rad(clinical.internal_rotation_rad));
+    set(motion_.translation_mm, at, clinical.anterior_mm, clinical.proximal_mm, clinical.lateral_mm);
+    add_forces(r, at);
+    add_world(r, at, attitude, frame);
+    if (n_fibres_ == 0) return;
+    const auto states =
+        model::fibre_states(model::solver_ligaments(ligaments_, frame), attitude, r.pose);
+    for (std::size_t k = 0; k < n_fibres_; ++k) tension_n_[at * n_fibres_ + k] = states[k].force_n;
+  }
+
+  static void set(std::vector<double>& rows, std::size_t at, double a, double b, double c)
+  {
+    rows[3 * at] = a;
+    rows[3 * at + 1] = b;
+    rows[3 * at + 2] = c;
+  }
+
+  void add_forces(const StepRecord& r, std::size_t at)
+  {
+    std::array<Eigen::Vector3d, 3> sum_n;  // all, medial, lateral
+    sum_n.fill(Eigen::Vector3d::Zero());
+    for (const ContactForce& f : r.balance.forces) {
+      const Eigen::Vector3d force_n = f.along_delta_n * f.normal_solver / -f.normal_solver.y();
+      sum_n[0] += force_n;
+      if (f.compartment > 0) sum_n[static_cast<std::size_t>(f.compartment)] += force_n;
+    }
+    const bool has_compartments = !case_.compartment_of_triangle.empty();
+    set(motion_.contact_force_n, at, sum_n[0].norm(), has_compartments ? sum_n[1].norm() : nan,
+        has_compartments ? sum_n[2].norm() : nan);
+  }
+
+  // The columns of a motion over flexion.
+  struct WorldMotion {
+    std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg, varus_deg;
+  };
+  template <typename Motion>
+  static std::array<std::vector<double>*, 5> columns_of_motion(Motion& of)
+  {
+    return {&of.tx_mm, &of.ty_mm, &of.tz_mm, &of.theta_deg, &of.varus_deg};
+  }
+
+  // In the frame of the job, whose rotation centre may differ from that of the sample's `frame`.
+  void add_world(const StepRecord& r, std::size_t at, const Attitude& attitude, const SolverFrame& frame)
+  {
+    MovingPose pose = r.pose;
+    SolverFrame of_job = frame;
+    of_job.rotation_centre_mm = case_.frame.rotation_centre_mm;
+    if (of_job.rotation_centre_mm != frame.rotation_centre_mm) {
+      // The translation of the relative pose is linear in that of the moving object.
+      const auto relative_mm = [&](const SolverFrame& in, const MovingPose& of) -> Eigen::Vector3d {
+        return X_reference_moving(in, attitude, of).translation();
+      };
+      Eigen::Matrix3d slope;
+      for (int k = 0; k < 3; ++k) {
+        MovingPose shifted = pose;
+        shifted.translation_mm += Eigen::Vector3d::Unit(k);
+        slope.col(k) = relative_mm(of_job, shifted) - relative_mm(of_job, pose);
+      }
+      pose.translation_mm += slope.inverse() * (relative_mm(frame, r.pose) - relative_mm(of_job, pose));
+    }
+    const Eigen::Vector3d t_mm = world_translation_mm(of_job, pose);
+    samples_motion_.tx_mm[at] = t_mm.x();
+    samples_motion_.ty_mm[at] = t_mm.y();
+    samples_motion_.tz_mm[at] = t_mm.z();
+    samples_motion_.theta_deg[at] = deg_from_rad(pose.theta_rad);
+    samples_motion_.varus_deg[at] = deg_from_rad(r.varus_rad);
+  }
+
+  // Samples that are solved at most flexions, by increasing internal rotation.
+  std::vector<std::size_t> ordered_samples() const
+  {
+    constexpr std::size_t internal = 2, median = 2;
+    std::vector<std::size_t> n_solved(n_samples_, 0);
+    std::vector<double> rotation_deg(n_samples_, 0.0);
+    for (std::size_t s = 0; s < n_samples_; ++s) {
+      for (std::size_t i = 0; i < n_flexion_; ++i) {
+        const std::size_t at = s * n_flexion_ + i;
+        if (motion_.status[at] != status_stable) continue;
+        ++n_solved[s];
+        rotation_deg[s] += motion_.rotation_deg[3 * at + internal] -
+                           motion_.rotation_band_deg[3 * (median * n_flexion_ + i) + internal];
+      }
+    }
+    const std::size_t most = *std::max_element(n_solved.begin(), n_solved.end());
+    std::vector<std::size_t> order;
+    for (std::size_t s = 0; s < n_samples_; ++s)
+      if (n_solved[s] == most) order.push_back(s);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return rotation_deg[a] < rotation_deg[b]; });
+    return order;
+  }
+
+  void add_quantile_motions()
+  {
+    const std::vector<std::size_t> order = ordered_samples();
+    for (const double probability : store::band_probabilities) {
+      const double at = std::round(probability * static_cast<double>(order.size() - 1));
+      const std::size_t first = order[static_cast<std::size_t>(at)] * n_flexion_;
+      motion_.quantile_sample.push_back(static_cast<std::int32_t>(order[static_cast<std::size_t>(at)]));
+      const auto from_row = [&](auto& to, const auto& from) {
+        to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(first),
+                  from.begin() + static_cast<std::ptrdiff_t>(first + n_flexion_));
+      };
+      from_row(motion_.quantile_status, motion_.status);
+      const auto to = columns_of_motion(motion_), from = columns_of_motion(samples_motion_);
+      for (std::size_t k = 0; k < to.size(); ++k) from_row(*to[k], *from[k]);
+    }
+  }
+
+  // [n_probabilities, n_flexion, n] quantiles over the samples of [n_samples, n_flexion, n].
+  std::vector<double> band_of(const std::vector<double>& rows, std::size_t n) const
+  {
+    std::vector<double> band(store::band_probabilities.size() * n_flexion_ * n);
+    std::vector<double> values(n_samples_);
+    for (std::size_t at = 0; at < n_flexion_ * n; ++at) {
+      for (std::size_t s = 0; s < n_samples_; ++s) values[s] = rows[s * n_flexion_ * n + at];
+      for (std::size_t q = 0; q < store::band_probabilities.size(); ++q)
+        band[q * n_flexion_ * n + at] = job::quantile(values, store::band_probabilities[q]);
+    }
+    return band;
+  }
+
+  void add_band(const std::vector<double>& rows)
+  {
+    std::vector<double>& band = &rows == &motion_.rotation_deg     ? motion_.rotation_band_deg
+                                : &rows == &motion_.translation_mm ? motion_.translation_band_mm
+                                                                   : motion_.contact_force_band_n;
+    band = band_of(rows, 3);
+  }
+
+  void add_tensions()
+  {
+    if (n_fibres_ > 0) motion_.tension_band_n = band_of(tension_n_, n_fibres_);
+  }
+
+  // [n_samples, 9] results at a flexion.
+  Eigen::MatrixXd results_at(std::size_t flexion)
+  {
+    Eigen::MatrixXd results(static_cast<Eigen::Index>(n_samples_), static_cast<Eigen::Index>(3 * n_kinds));
+    const auto columns = columns_of_kinds();
+    for (std::size_t s = 0; s < n_samples_; ++s) {
+      for (std::size_t k = 0; k < 3 * n_kinds; ++k)
+        results(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(k)) =
+            (*columns[k / 3])[3 * (s * n_flexion_ + flexion) + k % 3];
+    }
+    return results;
+  }
+
+  void add_shares()
+  {
+    const std::vector<int> group = job::jackknife_groups(n_samples_, case_.uncertainty->seed);
+    const std::size_t n_draws = motion_.draw.size(), n_quantities = 3 * n_kinds;
+    for (std::vector<double>* table : {&motion_.rank_correlation, &motion_.first_order,
+                                       &motion_.first_order_low, &motion_.first_order_high})
+      table->resize(n_flexion_ * n_quantities * n_draws);
+    for (std::size_t i = 0; i < n_flexion_; ++i) {
+      Eigen::MatrixXd results = results_at(i);
+      const std::size_t n_used = case_.compartment_of_triangle.empty() ? n_quantities - 2 : n_quantities;
+      for (std::size_t d = 0; d < n_draws; ++d) {
+        const Eigen::VectorXd scores = samples_.scores().col(static_cast<Eigen::Index>(d));
+        std::vector<job::FirstOrderIndex> indices = job::first_order_indices(
+            scores, results.leftCols(static_cast<Eigen::Index>(n_used)), group);
+        indices.resize(n_quantities, {nan, nan, nan});
+        for (std::size_t k = 0; k < n_quantities; ++k) {
+          const std::size_t at = (i * n_quantities + k) * n_draws + d;
+          const auto column = results.col(static_cast<Eigen::Index>(k));
+          motion_.rank_correlation[at] =
+              std::isnan(indices[k].index)
+                  ? nan
+                  : job::rank_correlation({scores.data(), n_samples_}, {column.data(), n_samples_});
+          motion_.first_order[at] = indices[k].index;
+          motion_.first_order_low[at] = indices[k].low;
+          motion_.first_order_high[at] = indices[k].high;
+        }
+      }
+    }
+  }
+
+  const job::Case& case_;
+  const std::vector<StepRecord>& records_;
+  const job::SampledCase samples_;
+  const std::size_t n_samples_, n_flexion_, n_fibres_;
+  store::UncertainMotion motion_;
+  WorldMotion samples_motion_;     // [n_samples, n_flexion]
+  std::vector<double> tension_n_;  // [n_samples, n_flexion, n_fibres]
+  int sample_ = -1;                // of the next two
+  model::Ligaments ligaments_;
+  Eigen::Vector3d centre_mm_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace
+
+store::UncertainMotion uncertain_motion_of(const job::Case& job_case, const std::vector<StepRecord>& records)
+{
+  return UncertainAssembly(job_case, records).assembled();
+}
+
+}  // namespace vrda::solve

@@ -1,0 +1,67 @@
+/// Finds the convention of a table of poses from the gaps that it leaves between the bodies.
+#pragma once
+
+#include <limits>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "model/frames.hpp"
+#include "tables/motion_poses.hpp"
+#include "solve/joint.hpp"
+
+namespace vrda::tables {
+
+/// The terms of a convention, named as the options of the command line.
+enum class Term { unit, angles, order, direction, axes, side, lengths };
+inline constexpr Term all_terms[] = {Term::unit, Term::angles, Term::order,  Term::direction,
+                                     Term::axes, Term::side,   Term::lengths};
+
+/// "unit", "order", ...
+const char* name_of(Term term);
+/// The value of a term: "mm", "zxy", ...
+std::string value_of(const tables::Convention& convention, Term term);
+
+struct SearchRequest {
+  tables::StatedConvention stated;  ///< by the user
+  std::set<Term> automatic;           ///< tried even if the file states them
+};
+
+/// The signed gap along Delta of a compartment, or of the whole pair, over the frames.
+struct GapSpread {
+  double mean_mm = 0.0, deviation_mm = 0.0;
+};
+
+struct Candidate {
+  tables::Convention convention;
+  std::vector<GapSpread> gaps;  ///< medial and lateral, or the whole pair; empty: nothing faces in some frame
+  double motion_mm = 0.0;       ///< root mean square travel of the moving object about its mean position
+  double deviation_mm = std::numeric_limits<double>::infinity();  ///< root mean square over `gaps`
+  double share = std::numeric_limits<double>::infinity();         ///< deviation_mm / motion_mm
+};
+
+struct ConventionSearch {
+  std::vector<Candidate> candidates;  ///< best first; of several with equal poses the first
+  std::size_t n_best = 0;             ///< number that cannot be distinguished; 1: found
+  std::vector<Term> undecided;        ///< terms in which they differ
+};
+
+/// Both bodies in S, for one Delta.
+struct SearchScene {
+  SolverFrame frame;
+  const solve::Joint& joint;
+  Box moving_box;  ///< of the moving contact mesh, canonical
+};
+
+/// The conventions that the request and the table leave open, in a fixed order. One if nothing is open.
+std::vector<tables::Convention> open_conventions(const tables::MotionTable& table,
+                                                   const SearchRequest& request,
+                                                   const tables::JointFrame& joint);
+
+/// Ranks open_conventions() by Candidate::share. A gap beyond 10 mm on average, or a frame in which nothing
+/// faces, is not ranked. Measures at most 31 frames. Same bits for any number of threads. Throws InputError
+/// naming the table if nothing can be ranked; not for a single convention.
+ConventionSearch find_convention(const tables::MotionTable& table, const SearchRequest& request,
+                                 const tables::JointFrame& joint, const SearchScene& scene, int n_threads);
+
+}  // namespace vrda::tables

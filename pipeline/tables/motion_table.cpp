@@ -1,0 +1,491 @@
+#include "tables/motion_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <string_view>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "job/input_file.hpp"
+#include "job/words.hpp"
+#include "tables/table_header.hpp"
+
+namespace vrda::tables {
+namespace {
+
+/// A gigabyte would be 100000 frames of 10000 characters.
+constexpr std::uintmax_t largest_file = std::uintmax_t{1} << 28;
+constexpr double largest_number = 1e9;
+/// Keys may be no nearer: rates between them must be finite (as in a motion model).
+constexpr double min_key_step = 1e-9;
+/// Of the last row of a 4 x 4 matrix: rounding of text.
+constexpr double last_row_tolerance = 1e-6;
+
+using Fields = std::vector<std::string_view>;
+
+struct Row {
+  int line = 0;
+  Fields fields;
+};
+
+/// The fields of a file, whose text must outlive them.
+struct FieldTable {
+  std::string file;
+  int name_line = 0;
+  std::vector<std::string> names;  ///< empty in a .tra file
+  std::vector<Row> rows;
+  TableHeader header = {};
+
+  [[noreturn]] void refuse(int line, const std::string& column, const std::string& found,
+                           const std::string& wanted) const
+  {
+    throw InputError({file, column, found, wanted, line});
+  }
+
+  double number(const Row& row, std::size_t column) const
+  {
+    const std::string_view text = row.fields[column];
+    const std::optional<double> value = job::parse_real(text);
+    if (value && std::abs(*value) <= largest_number) return *value;
+    const std::string name =
+        names.empty() ? "column " + std::to_string(column + 1) : "column " + names[column];
+    const std::string found = text.empty()                                 ? "nothing"
+                              : value && std::isnan(*value)                ? "NaN"
+                              : value && std::abs(*value) > largest_number ? std::string(text)
+                                                                           : '"' + std::string(text) + '"';
+    refuse(row.line, name, found, "a finite number of magnitude up to 1e9; leave out frames without a pose");
+  }
+};
+
+void add_rows(FieldTable& table, const std::vector<job::TableLine>& lines, std::size_t first,
+              Fields (*split)(std::string_view))
+{
+  if (lines.size() - first > max_frames) {
+    table.refuse(0, "", std::to_string(lines.size() - first) + " rows",
+                 "at most " + std::to_string(max_frames));
+  }
+  for (std::size_t i = first; i < lines.size(); ++i) {
+    Row row{static_cast<int>(lines[i].number), split(lines[i].text)};
+    const std::size_t wanted = table.names.empty() && !table.rows.empty() ? table.rows[0].fields.size()
+                               : table.names.empty()                      ? row.fields.size()
+                                                                          : table.names.size();
+    if (row.fields.size() != wanted) {
+      table.refuse(row.line, "", std::to_string(row.fields.size()) + " fields",
+                   std::to_string(wanted) + ", as many as " +
+                       (table.names.empty() ? "in the first row" : "there are column names"));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  if (table.rows.empty()) table.refuse(0, "", "no row of numbers", "one row for each frame");
+}
+
+void set_names(FieldTable& table, const job::TableLine& line, const Fields& names)
+{
+  table.name_line = static_cast<int>(line.number);
+  for (const std::string_view name : names) {
+    if (!is_utf8(name) || has_control_characters(name))
+      table.refuse(table.name_line, "", "a column name that is not plain text", "column names in UTF-8");
+    table.names.emplace_back(name);
+  }
+}
+
+FieldTable csv_table(const std::string& file, std::string_view text)
+{
+  FieldTable table{file, 0, {}, {}};
+  const std::vector<job::TableLine> lines = job::table_lines(text);
+  if (lines.empty())
+    table.refuse(0, "", "no line except comments", "column names, then one row for each frame");
+  table.header = table_header(file, text, lines[0].number);  // of comments
+  set_names(table, lines[0], job::split_fields(lines[0].text));
+  add_rows(table, lines, 1, job::split_fields);
+  return table;
+}
+
+FieldTable opensim_table(const std::string& file, std::string_view text)
+{
+  FieldTable table{file, 0, {}, {}};
+  const std::vector<job::TableLine> lines = job::table_lines(text);
+  std::size_t i = 0;
+  while (i < lines.size() && lower_case(std::string(lines[i].text)) != "endheader") ++i;
+  if (i >= lines.size()) table.refuse(0, "", "no line \"endheader\"", "the header of an OpenSim table");
+  table.header = table_header(file, text, lines[i].number);
+  if (i + 1 >= lines.size())
+    table.refuse(0, "", "no line after endheader", "column names, then one row for each frame");
+  set_names(table, lines[i + 1], job::split_words(lines[i + 1].text));
+  add_rows(table, lines, i + 2, job::split_words);
+  return table;
+}
+
+Fields comma_or_blank_fields(std::string_view line)
+{
+  return line.find(',') == std::string_view::npos ? job::split_words(line) : job::split_fields(line);
+}
+
+FieldTable autoscoper_table(const std::string& file, std::string_view text)
+{
+  FieldTable table{file, 0, {}, {}};
+  add_rows(table, job::table_lines(text), 0, comma_or_blank_fields);
+  const std::size_t n = table.rows[0].fields.size();
+  if (n != 16 && n != 12)
+    table.refuse(table.rows[0].line, "", std::to_string(n) + " numbers",
+                 "the 16 or 12 of a matrix, row by row");
+  return table;
+}
+
+std::optional<std::size_t> column_named(const FieldTable& table, const std::string& name)
+{
+  std::optional<std::size_t> found;
+  for (std::size_t k = 0; k < table.names.size(); ++k) {
+    if (table.names[k] != name && coordinate_name(table.names[k]) != name) continue;
+    if (found) table.refuse(table.name_line, "column " + name, "twice", "once");
+    found = k;
+  }
+  return found;
+}
+
+std::size_t required_column(const FieldTable& table, const std::string& name)
+{
+  const std::optional<std::size_t> found = column_named(table, name);
+  if (found) return *found;
+  table.refuse(
+      table.name_line, "", "no column " + name,
+      table.names.empty() ? "column names" : "it; the nearest is " + nearest_word(name, table.names));
+}
+
+/// Three columns of one meaning, about or along X, Y and Z.
+struct Family {
+  bool is_clinical;
+  std::optional<LengthPoint> point;                    ///< stated by the names
+  std::optional<double> length_mm;                     ///< unit stated by the names without a suffix
+  std::array<const char*, 3> coordinate;               ///< of --column; "" none
+  std::array<std::vector<std::string>, 3> base_names;  ///< by preference, without a unit
+};
+
+const std::vector<Family>& angle_families()
+{
+  static const std::vector<Family> families{
+      {true,
+       {},
+       {},
+       {"varus", "internal", "flexion"},
+       {with_opensim_names({"clinical_varus", "varus"}, "add"),
+        with_opensim_names({"internal_rotation", "internal"}, "rot"),
+        with_opensim_names({"clinical_flexion", "flexion"}, "flex")}},
+      {false, {}, {}, {"rx", "ry", "rz"}, {{{"rx", "xrot"}, {"ry", "yrot"}, {"rz", "zrot"}}}}};
+  return families;
+}
+
+// The world translations of an export (tx_mm, ...) come last: they are not those of the pose.
+const std::vector<Family>& length_families()
+{
+  static const std::vector<Family> families{
+      {true, LengthPoint::origin, {}, {"ant", "prox", "lat"}, {{{"ant"}, {"prox"}, {"lat"}}}},
+      {false,
+       LengthPoint::origin,
+       1000.0,
+       {"", "", ""},
+       {with_opensim_names({}, "tx"), with_opensim_names({}, "ty"), with_opensim_names({}, "tz")}},
+      {true,
+       LengthPoint::grood_suntay,
+       {},
+       {"anterior", "proximal", "lateral"},
+       {{{"anterior", "gs_anterior"}, {"proximal", "gs_proximal"}, {"lateral", "gs_lateral"}}}},
+      {false,
+       {},
+       {},
+       {"tx", "ty", "tz"},
+       {{{"tx", "xtrans", "x"}, {"ty", "ytrans", "y"}, {"tz", "ztrans", "z"}}}}};
+  return families;
+}
+
+struct Unit {
+  const char* suffix;
+  double value;
+};
+constexpr Unit angle_units[] = {{"_deg", 0.0}, {"_rad", 1.0}};
+constexpr Unit length_units[] = {{"_mm", 1.0}, {"_cm", 10.0}, {"_m", 1000.0}};
+
+/// The columns of a family, their signs, and the unit in their names.
+struct FoundFamily {
+  const Family* family = nullptr;
+  std::array<std::size_t, 3> column{};
+  std::array<double, 3> sign{};
+  std::optional<double> unit;
+};
+
+std::string without_sign(const std::string& column)
+{
+  return column.find_first_of("+-") == 0 ? column.substr(1) : column;
+}
+
+/// The sign that the user gives, else that of the header.
+double sign_of(const FieldTable& table, const TableColumns& columns, const char* coordinate,
+               std::size_t column)
+{
+  const auto named = columns.of_coordinate.find(coordinate);
+  if (named != columns.of_coordinate.end() && without_sign(named->second) != named->second)
+    return named->second[0] == '-' ? -1.0 : 1.0;
+  for (const std::string& negated : table.header.negated_columns)
+    if (required_column(table, negated) == column) return -1.0;
+  return 1.0;
+}
+
+template <typename Units>
+std::optional<std::size_t> column_of(const FieldTable& table, const TableColumns& columns,
+                                     const Family& family, std::size_t axis, const Units& units)
+{
+  const auto named = columns.of_coordinate.find(family.coordinate[axis]);
+  if (named != columns.of_coordinate.end()) return required_column(table, without_sign(named->second));
+  for (const std::string& base : family.base_names[axis]) {
+    if (const auto column = column_named(table, base)) return column;
+    for (const Unit& unit : units)
+      if (const auto column = column_named(table, base + unit.suffix)) return column;
+  }
+  return std::nullopt;
+}
+
+template <typename Units>
+std::optional<double> common_unit(const FieldTable& table, const FoundFamily& found, const Units& units)
+{
+  std::optional<double> common;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::optional<double> here;
+    for (const Unit& unit : units)
+      if (table.names[found.column[axis]].ends_with(unit.suffix)) here = unit.value;
+    if (axis > 0 && here != common) {
+      table.refuse(table.name_line, "column " + table.names[found.column[axis]],
+                   "another unit than in column " + table.names[found.column[0]], "one unit");
+    }
+    common = here;
+  }
+  return common;
+}
+
+/// The first family of which the table has all columns. Refuses a table without any.
+template <typename Units>
+FoundFamily found_family(const FieldTable& table, const TableColumns& columns,
+                         const std::vector<Family>& families, const Units& units, const std::string& what)
+{
+  std::string missing;
+  for (const Family& family : families) {
+    FoundFamily found{&family, {}, {}, {}};
+    std::size_t n = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::optional<std::size_t> column = column_of(table, columns, family, axis, units);
+      if (column) {
+        found.column[axis] = *column;
+        found.sign[axis] = sign_of(table, columns, family.coordinate[axis], *column);
+        ++n;
+      } else if (missing.empty() && n > 0) {
+        missing = family.base_names[axis].front();
+      }
+    }
+    if (n < 3) continue;
+    found.unit = common_unit(table, found, units);
+    if (!found.unit) found.unit = family.length_mm;
+    return found;
+  }
+  table.refuse(table.name_line, "",
+               missing.empty() ? "no columns of " + what : "no column " + missing + ", one of three " + what,
+               "matrices (T11 to T34), or " + what + " named as in schemas/motion-files.md or by --column");
+}
+
+void require_known_coordinates(const FieldTable& table, const TableColumns& columns)
+{
+  std::vector<std::string> known;
+  for (const auto* families : {&angle_families(), &length_families()})
+    for (const Family& family : *families)
+      for (const char* name : family.coordinate)
+        if (*name != '\0') known.emplace_back(name);
+  for (const auto& [coordinate, column] : columns.of_coordinate) {
+    if (std::find(known.begin(), known.end(), coordinate) == known.end())
+      table.refuse(0, "--column", "the coordinate \"" + coordinate + "\"", join_alternatives(known));
+  }
+}
+
+/// The columns of an export that name the point of its translations.
+std::optional<Eigen::Vector3d> point_of_columns(const FieldTable& table)
+{
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
+  for (const int axis : {0, 1, 2}) {
+    const std::string name = std::string("centre_") + "xyz"[axis] + "_mm";
+    const std::optional<std::size_t> column = column_named(table, name);
+    if (!column) return std::nullopt;
+    point_mm[axis] = table.number(table.rows[0], *column);
+    for (const Row& row : table.rows) {
+      if (table.number(row, *column) == point_mm[axis]) continue;
+      table.refuse(row.line, "column " + name, std::string(row.fields[*column]), "one point in all rows");
+    }
+  }
+  return point_mm;
+}
+
+void add_coordinates(MotionTable& motion, const FieldTable& table, const TableColumns& columns)
+{
+  require_known_coordinates(table, columns);
+  const FoundFamily angles = found_family(table, columns, angle_families(), angle_units, "rotations");
+  const FoundFamily lengths = found_family(table, columns, length_families(), length_units, "lengths");
+  motion.are_angles_clinical = angles.family->is_clinical;
+  motion.are_lengths_clinical = lengths.family->is_clinical;
+  StatedConvention& stated = motion.stated;
+  if (angles.unit) stated.angles = *angles.unit == 0.0 ? AngleUnit::degrees : AngleUnit::radians;
+  if (table.header.angles && table.header.angles != stated.angles)
+    motion.warnings.push_back(table.file + ": header and column names differ in the unit of angles: it is " +
+                              name_of(*stated.angles));
+  if (lengths.unit) stated.length_mm = lengths.unit;
+  stated.lengths = table.header.lengths ? table.header.lengths : lengths.family->point;
+  motion.point_mm = table.header.point_mm ? table.header.point_mm : point_of_columns(table);
+  for (std::size_t axis = 0; axis < 3; ++axis) motion.angle_columns[axis] = table.names[angles.column[axis]];
+  if (motion.are_angles_clinical) {
+    stated.order = AngleOrder::zxy;
+    stated.direction = Direction::moving_in_reference;
+    stated.axes = TableAxes::canonical;
+  }
+  for (const Row& row : table.rows) {
+    PoseCoordinates& pose = motion.coordinates.emplace_back();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      pose.angle[axis] = angles.sign[axis] * table.number(row, angles.column[axis]);
+      pose.length[axis] = lengths.sign[axis] * table.number(row, lengths.column[axis]);
+    }
+    // Flexion is a rotation about -Z.
+    if (motion.are_angles_clinical) pose.angle[2] = -pose.angle[2];
+  }
+}
+
+std::string entry_name(const std::string& prefix, std::size_t entry)
+{
+  return prefix + "T" + std::to_string(entry / 4 + 1) + std::to_string(entry % 4 + 1);
+}
+
+std::vector<PoseEntries> matrices_of(const FieldTable& table, const std::string& prefix)
+{
+  std::array<std::size_t, 12> column{};
+  for (std::size_t k = 0; k < column.size(); ++k)
+    column[k] = table.names.empty() ? k : required_column(table, entry_name(prefix, k));
+  std::vector<PoseEntries> matrices;
+  for (const Row& row : table.rows) {
+    PoseEntries& entries = matrices.emplace_back();
+    for (std::size_t k = 0; k < entries.size(); ++k) entries[k] = table.number(row, column[k]);
+    if (!table.names.empty() || row.fields.size() < 16) continue;
+    for (std::size_t k = 12; k < 16; ++k) {
+      if (std::abs(table.number(row, k) - (k == 15 ? 1.0 : 0.0)) <= last_row_tolerance) continue;
+      table.refuse(row.line, "column " + std::to_string(k + 1), std::string(row.fields[k]),
+                   "0 0 0 1 in the last four columns: matrices row by row");
+    }
+  }
+  return matrices;
+}
+
+/// A name that a motion model accepts (store::is_key_name).
+std::string key_name_of(const std::string& column)
+{
+  std::string name = lower_case(column) == "time" ? "time_s" : lower_case(column);
+  for (char& c : name) {
+    const bool is_valid = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+    if (!is_valid) c = '_';
+  }
+  if (name.empty() || name[0] < 'a' || name[0] > 'z') name = "key_" + name;
+  return name.substr(0, 40);
+}
+
+std::optional<std::size_t> key_column(const FieldTable& table, const TableColumns& columns)
+{
+  if (!columns.key.empty()) return required_column(table, columns.key);
+  if (table.names.empty()) return std::nullopt;
+  for (const char* name : {"time", "time_s", "frame", "gait_percent", "stance_percent"})
+    if (const auto column = column_named(table, name)) return column;
+  // An export of a sequence of frames has its key before the angles.
+  const bool is_export = column_named(table, "attitude_flexion_deg").has_value();
+  if (is_export && table.names[0] != "flexion_deg") return 0;
+  return std::nullopt;
+}
+
+void add_keys(MotionTable& motion, const FieldTable& table, const TableColumns& columns)
+{
+  const std::optional<std::size_t> column = key_column(table, columns);
+  motion.key_name =
+      column ? key_name_of(table.header.key_name.empty() ? table.names[*column] : table.header.key_name)
+             : "frame";
+  // An export puts key_ before the name of a key that is also a coordinate's.
+  constexpr std::string_view taken = "key_";
+  if (motion.key_name.starts_with(taken) && column_named(table, motion.key_name.substr(taken.size())))
+    motion.key_name.erase(0, taken.size());
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const Row& row = table.rows[i];
+    const double key = column ? table.number(row, *column) : static_cast<double>(i + 1);
+    if (i > 0 && !(key - motion.key.back() >= min_key_step)) {
+      table.refuse(row.line, "column " + table.names[*column],
+                   shortest_decimal(key) + " after " + shortest_decimal(motion.key.back()),
+                   "keys that increase; --key names another column");
+    }
+    motion.key.push_back(key);
+    motion.line.push_back(row.line);
+  }
+}
+
+std::string text_of_file(const std::string& file)
+{
+  return job::file_bytes(file, {file, "", "", "a table with one pose per frame"}, largest_file);
+}
+
+FieldTable fields_of(const std::string& file, const std::string& text)
+{
+  const std::string extension = lower_case(std::filesystem::path(file).extension().string());
+  if (extension == ".tra") return autoscoper_table(file, text);
+  return extension == ".sto" || extension == ".mot" ? opensim_table(file, text) : csv_table(file, text);
+}
+
+}  // namespace
+
+MotionTable motion_table_from_text(const std::string& file, const std::string& text,
+                                   const TableColumns& all_columns)
+{
+  const FieldTable table = fields_of(file, text);
+  MotionTable motion;
+  motion.file = file;
+  motion.stated.angles = table.header.angles;
+  motion.stated.lengths = table.header.lengths;
+  motion.warnings = table.header.warnings;
+  TableColumns columns = all_columns;
+  for (const auto& [coordinate, column] : all_columns.of_coordinate) {
+    if (!columns.may_be_absent || column_named(table, without_sign(column))) continue;
+    columns.of_coordinate.erase(coordinate);
+    motion.absent_columns.push_back(without_sign(column));
+  }
+  add_keys(motion, table, columns);
+  const bool has_matrices = table.names.empty() || !columns.moving_prefix.empty() ||
+                            (columns.of_coordinate.empty() && column_named(table, "T11"));
+  if (has_matrices) {
+    motion.matrices = matrices_of(table, columns.moving_prefix);
+    if (!columns.reference_prefix.empty()) motion.of_reference = matrices_of(table, columns.reference_prefix);
+  } else {
+    add_coordinates(motion, table, columns);
+  }
+  return motion;
+}
+
+MotionTable read_motion_table(const std::string& file, const TableColumns& columns)
+{
+  MotionTable motion = motion_table_from_text(file, text_of_file(file), columns);
+  if (columns.reference_file.empty()) return motion;
+  TableColumns of_reference = columns;
+  of_reference.moving_prefix = columns.reference_prefix;
+  of_reference.reference_prefix.clear();
+  const MotionTable reference =
+      motion_table_from_text(columns.reference_file, text_of_file(columns.reference_file), of_reference);
+  if (!motion.has_matrices() || !reference.has_matrices())
+    throw InputError(
+        {columns.reference_file, "", "coordinates", "matrices of both bodies in a common frame"});
+  if (reference.key != motion.key) {
+    throw InputError({columns.reference_file, "",
+                      std::to_string(reference.key.size()) + " frames with other keys",
+                      "the " + std::to_string(motion.key.size()) + " frames of " + file});
+  }
+  motion.of_reference = reference.matrices;
+  return motion;
+}
+
+}  // namespace vrda::tables

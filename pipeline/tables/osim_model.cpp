@@ -1,0 +1,435 @@
+#include "tables/osim_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <pugixml.hpp>
+#include <set>
+#include <sstream>
+#include <tuple>
+
+#include "core/error.hpp"
+#include "model/render_mesh.hpp"
+#include "core/text.hpp"
+#include "core/trig.hpp"
+#include "core/units.hpp"
+
+namespace vrda::tables {
+namespace {
+
+using Node = pugi::xml_node;
+
+constexpr const char* document_version = "40000";  // of OpenSim 4.0: read by every later one
+// Knots become denser towards the flexions of the model, where the motion or its varus has kinks; the
+// two-sided motion has none.
+constexpr double smallest_knot_step_deg = 0.002, smallest_smooth_step_deg = 0.05;
+constexpr std::size_t most_knot_shares = 16;
+
+Node add_text(Node parent, const char* name, const std::string& text)
+{
+  Node node = parent.append_child(name);
+  node.text().set(text.c_str());
+  return node;
+}
+
+Node add_named(Node parent, const char* type, const std::string& name)
+{
+  Node node = parent.append_child(type);
+  node.append_attribute("name") = name.c_str();
+  return node;
+}
+
+/// The list of an OpenSim set, `type` with its usual name.
+Node add_set(Node parent, const char* type, const char* name)
+{
+  return add_named(parent, type, name).append_child("objects");
+}
+
+std::string numbers(std::initializer_list<double> values)
+{
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : " ") + shortest_decimal(value);
+  return text;
+}
+
+std::string vector_text(const Eigen::Vector3d& v)
+{
+  return numbers({v.x(), v.y(), v.z()});
+}
+
+std::string metres_text(const Eigen::Vector3d& v_mm)
+{
+  return vector_text(metres_per_mm * v_mm);
+}
+
+/// OpenSim's names are parts of paths: other characters become underscores.
+std::string component_name(const std::string& text)
+{
+  std::string name;
+  for (const char c : text) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                          c == '_' || c == '-' || c == '.';
+    name += is_plain ? c : '_';
+  }
+  return name.empty() ? "unnamed" : name;
+}
+
+/// Names that are unique within one set.
+class UniqueNames {
+ public:
+  std::string operator()(const std::string& text)
+  {
+    const std::string name = component_name(text);
+    std::string unique = name;
+    for (int k = 2; !used_.insert(unique).second; ++k) unique = name + "_" + std::to_string(k);
+    return unique;
+  }
+
+ private:
+  std::set<std::string> used_;
+};
+
+struct BodyNames {
+  std::string reference, moving;
+};
+
+BodyNames body_names(const store::MotionModel& model)
+{
+  UniqueNames unique;
+  const std::string reference = unique(model.reference.name);
+  return {reference, unique(model.moving.name)};
+}
+
+std::string body_path(const std::string& name)
+{
+  return "/bodyset/" + name;
+}
+
+void require_rising_flexion(const FlexionMotion& motion, const OsimOptions& options)
+{
+  if (motion.frames.size() < 2)
+    throw InputError({options.file, "flexion", "one pose", "at least two, for a spline"});
+  for (std::size_t k = 1; k < motion.frames.size(); ++k) {
+    if (motion.frames[k - 1].clinical.flexion_rad < motion.frames[k].clinical.flexion_rad) continue;
+    throw InputError({options.file, "flexion",
+                      "the joint's own flexion does not rise at " +
+                          shortest_decimal(motion.frames[k].flexion_deg) + " degrees",
+                      "a motion whose flexion rises, for splines of flexion"});
+  }
+}
+
+void add_offset_frame(Node frames, const std::string& name, const std::string& body,
+                      const Eigen::Vector3d& centre_mm)
+{
+  Node frame = add_named(frames, "PhysicalOffsetFrame", name);
+  add_text(frame, "socket_parent", body_path(body));
+  add_text(frame, "translation", metres_text(centre_mm));
+  add_text(frame, "orientation", "0 0 0");
+}
+
+/// One axis of the SpatialTransform and its value at each knot.
+struct AxisFunction {
+  const char* name;
+  Eigen::Vector3d axis;
+  std::function<double(const FlexionFrame&)> value;  ///< rad or m
+};
+
+// Body-fixed rotations about Z, X, Y as in schemas/clinical.md; translations of the rotation centre along the
+// reference's axes.
+std::vector<AxisFunction> axis_functions(const FlexionMotion& motion)
+{
+  const double sign = motion.side == Side::left ? -1.0 : 1.0;
+  const Eigen::Vector3d& centre_mm = motion.rotation_centre_mm;
+  const auto translation_m = [&centre_mm](const FlexionFrame& frame, int axis) {
+    return metres_per_mm * (frame.pose.X_reference_moving * centre_mm - centre_mm)[axis];
+  };
+  return {{"rotation1", {0, 0, -1}, {}},
+          {"rotation2", {sign, 0, 0}, [](const FlexionFrame& f) { return f.clinical.varus_rad; }},
+          {"rotation3", {0, sign, 0}, [](const FlexionFrame& f) { return f.clinical.internal_rotation_rad; }},
+          {"translation1", {1, 0, 0}, [=](const FlexionFrame& f) { return translation_m(f, 0); }},
+          {"translation2", {0, 1, 0}, [=](const FlexionFrame& f) { return translation_m(f, 1); }},
+          {"translation3", {0, 0, 1}, [=](const FlexionFrame& f) { return translation_m(f, 2); }}};
+}
+
+/// 0 stays 0.
+double signed_value(double value, double sign)
+{
+  return sign < 0.0 ? 0.0 - value : value;
+}
+
+void add_spline(Node axis, const FlexionMotion& motion, const AxisFunction& function, double sign)
+{
+  std::vector<FlexionFrame> frames = motion.frames;
+  if (sign < 0.0) std::reverse(frames.begin(), frames.end());  // x must ascend
+  std::string x, y;
+  for (const FlexionFrame& frame : frames) {
+    x += (x.empty() ? "" : " ") + shortest_decimal(signed_value(frame.clinical.flexion_rad, sign));
+    y += (y.empty() ? "" : " ") + shortest_decimal(function.value(frame));
+  }
+  Node spline = add_named(axis, "SimmSpline", "function");
+  add_text(spline, "x", x);
+  add_text(spline, "y", y);
+}
+
+/// Of coordinates with the given signs: odd powers of a negated one change theirs.
+void add_polynomial(Node axis, const BivariatePolynomial& polynomial, const OsimOptions& options)
+{
+  std::string coefficients;
+  std::size_t k = 0;
+  for (int i = 0; i <= polynomial.order; ++i) {
+    for (int j = 0; i + j <= polynomial.order; ++j) {
+      const double sign = (i % 2 == 0 ? 1.0 : options.flexion_sign) * (j % 2 == 0 ? 1.0 : options.varus_sign);
+      coefficients += (coefficients.empty() ? "" : " ") +
+                      shortest_decimal(signed_value(polynomial.coefficients[k++], sign));
+    }
+  }
+  Node function = add_named(axis, "MultivariatePolynomialFunction", "function");
+  add_text(function, "coefficients", coefficients);
+  add_text(function, "dimension", "2");
+  add_text(function, "order", std::to_string(polynomial.order));
+}
+
+void add_coordinate(Node coordinates, const std::string& name, double first_rad, double last_rad, double sign)
+{
+  if (sign < 0.0)
+    std::tie(first_rad, last_rad) = std::pair(signed_value(last_rad, sign), signed_value(first_rad, sign));
+  Node coordinate = add_named(coordinates, "Coordinate", name);
+  add_text(coordinate, "default_value", numbers({std::clamp(0.0, first_rad, last_rad)}));
+  add_text(coordinate, "range", numbers({first_rad, last_rad}));
+  add_text(coordinate, "clamped", "true");
+}
+
+void add_coordinates(Node joint, const FlexionMotion& motion, const OsimOptions& options)
+{
+  Node coordinates = joint.append_child("coordinates");
+  if (!options.surfaces) {
+    add_coordinate(coordinates, options.coordinate, motion.frames.front().clinical.flexion_rad,
+                   motion.frames.back().clinical.flexion_rad, options.flexion_sign);
+    return;
+  }
+  const auto& [flexion_rad, varus_rad, internal, translation] = *options.surfaces;
+  add_coordinate(coordinates, options.coordinate, flexion_rad[0], flexion_rad[1], options.flexion_sign);
+  add_coordinate(coordinates, options.varus_coordinate, varus_rad[0], varus_rad[1], options.varus_sign);
+}
+
+/// The function of one axis of the SpatialTransform, counted from 0, and the coordinates that it depends on.
+void add_function(Node axis, std::size_t index, const AxisFunction& function, const FlexionMotion& motion,
+                  const OsimOptions& options)
+{
+  const bool is_varus = index == 1 && options.surfaces;
+  const bool is_coordinate = index == 0 || is_varus;
+  const std::string both = options.coordinate + " " + options.varus_coordinate;
+  add_text(axis, "coordinates",
+           is_varus                             ? options.varus_coordinate
+           : is_coordinate || !options.surfaces ? options.coordinate
+                                                : both);
+  add_text(axis, "axis", vector_text(function.axis));
+  if (is_coordinate) {
+    const double sign = is_varus ? options.varus_sign : options.flexion_sign;
+    add_text(add_named(axis, "LinearFunction", "function"), "coefficients", sign < 0.0 ? "-1 0" : "1 0");
+  } else if (options.surfaces) {
+    add_polynomial(axis,
+                   index == 2 ? options.surfaces->internal_rad : options.surfaces->translation_m[index - 3],
+                   options);
+  } else {
+    add_spline(axis, motion, function, options.flexion_sign);
+  }
+}
+
+void add_joint(Node joints, const store::MotionModel& model, const FlexionMotion& motion,
+               const OsimOptions& options)
+{
+  if (!options.surfaces) require_rising_flexion(motion, options);
+  const BodyNames bodies = body_names(model);
+  Node joint = add_named(joints, "CustomJoint", component_name(model.joint));
+  add_text(joint, "socket_parent_frame", bodies.reference + "_offset");
+  add_text(joint, "socket_child_frame", bodies.moving + "_offset");
+  add_coordinates(joint, motion, options);
+  Node frames = joint.append_child("frames");
+  add_offset_frame(frames, bodies.reference + "_offset", bodies.reference, motion.rotation_centre_mm);
+  add_offset_frame(frames, bodies.moving + "_offset", bodies.moving, motion.rotation_centre_mm);
+  Node transform = joint.append_child("SpatialTransform");
+  const std::vector<AxisFunction> functions = axis_functions(motion);
+  for (std::size_t k = 0; k < functions.size(); ++k)
+    add_function(add_named(transform, "TransformAxis", functions[k].name), k, functions[k], motion, options);
+}
+
+void add_wrap(Node wraps, const store::LigamentRows& ligaments, std::size_t row, const std::string& name)
+{
+  const bool is_cylinder = ligaments.wrap_shape[row] == 0;
+  const Pose X_body_wrap = store::pose_in(ligaments.X_body_wrap, row);
+  const Eigen::Matrix3d R = X_body_wrap.linear();  // Rx Ry Rz
+  const Eigen::Vector3d angles(arc_tangent2(-R(1, 2), R(2, 2)),
+                               arc_tangent2(R(0, 2), std::sqrt(R(0, 0) * R(0, 0) + R(0, 1) * R(0, 1))),
+                               arc_tangent2(-R(0, 1), R(0, 0)));
+  const Eigen::Vector3d radii_mm = ligaments.wrap_radii_mm.row(static_cast<Eigen::Index>(row));
+  Node wrap = add_named(wraps, is_cylinder ? "WrapCylinder" : "WrapEllipsoid", name);
+  add_text(wrap, "active", "true");
+  add_text(wrap, "xyz_body_rotation", vector_text(angles));
+  add_text(wrap, "translation", metres_text(X_body_wrap.translation()));
+  add_text(wrap, "quadrant", "all");
+  if (is_cylinder) {
+    add_text(wrap, "radius", numbers({metres_per_mm * radii_mm.x()}));
+    add_text(wrap, "length", numbers({2.0 * metres_per_mm * radii_mm.z()}));
+  } else {
+    add_text(wrap, "dimensions", metres_text(radii_mm));
+  }
+}
+
+void add_component(Node geometry, const Component& component, const std::string& file,
+                   const std::string& name)
+{
+  const Material material = material_of(component.material);
+  Node mesh = add_named(geometry, "Mesh", name);
+  add_text(mesh, "socket_frame", "..");
+  add_text(mesh, "scale_factors", "1 1 1");
+  Node appearance = mesh.append_child("Appearance");
+  add_text(appearance, "opacity", shortest_decimal(static_cast<double>(material.opacity)));
+  add_text(appearance, "color", vector_text(material.colour.cast<double>()));
+  add_text(mesh, "mesh_file", file);
+}
+
+/// The bodies of a model while they are written.
+struct BodyWriter {
+  const store::MotionModel& model;
+  const std::vector<std::string>& wrap_names;
+  const std::string& mesh_stem;
+  std::vector<OsimMesh>& meshes;
+
+  void add(Node bodies, const Body& body, const std::string& name, std::int8_t wrap_body)
+  {
+    Node node = add_named(bodies, "Body", name);
+    Node geometry = node.append_child("attached_geometry");
+    UniqueNames unique;
+    for (std::size_t k = 0; k < body.components.size(); ++k) {
+      Mesh mesh;
+      for (const Part* part : {&body.contact, &body.visual})
+        append(mesh, select_triangles(part->mesh, triangles_by_component(body, *part)[k]));
+      if (mesh.triangles.rows() == 0) continue;
+      mesh.vertices_mm *= metres_per_mm;
+      const std::string component = unique(body.components[k].name);
+      const std::string file = mesh_stem + "_" + name + "_" + component + ".stl";
+      add_component(geometry, body.components[k], file, component);
+      meshes.push_back({file, std::move(mesh)});
+    }
+    if (!wrap_names.empty()) {
+      Node wraps = add_set(node, "WrapObjectSet", "wrapobjectset");
+      for (std::size_t row = 0; row < wrap_names.size(); ++row) {
+        if (model.ligaments->wrap_body[row] == wrap_body)
+          add_wrap(wraps, *model.ligaments, row, wrap_names[row]);
+      }
+    }
+    // A motion model has no masses; OpenSim needs some for a body that moves.
+    add_text(node, "mass", "1");
+    add_text(node, "mass_center", "0 0 0");
+    add_text(node, "inertia", "0.001 0.001 0.001 0 0 0");
+  }
+};
+
+void add_path_point(Node points, const std::string& name, const std::string& body,
+                    const Eigen::Vector3d& at_mm)
+{
+  Node point = add_named(points, "PathPoint", name);
+  add_text(point, "socket_parent_frame", body_path(body));
+  add_text(point, "location", metres_text(at_mm));
+}
+
+void add_fibres(Node forces, const store::LigamentRows& ligaments, const BodyNames& bodies,
+                const std::vector<std::string>& wrap_names)
+{
+  UniqueNames unique;
+  for (std::size_t k = 0; k < ligaments.name.size(); ++k) {
+    const std::string name = unique(ligaments.name[k]);
+    const auto row = static_cast<Eigen::Index>(k);
+    Node fibre = add_named(forces, "Blankevoort1991Ligament", name);
+    Node path = add_named(fibre, "GeometryPath", "geometrypath");
+    Node points = path.append_child("PathPointSet").append_child("objects");
+    add_path_point(points, name + "-P1", bodies.reference, ligaments.reference_mm.row(row));
+    add_path_point(points, name + "-P2", bodies.moving, ligaments.moving_mm.row(row));
+    if (ligaments.wrap[k] >= 0) {
+      Node wrap = add_named(path.append_child("PathWrapSet").append_child("objects"), "PathWrap", "pathwrap");
+      add_text(wrap, "wrap_object", wrap_names[static_cast<std::size_t>(ligaments.wrap[k])]);
+      add_text(wrap, "method", "hybrid");
+    }
+    add_text(fibre, "linear_stiffness", numbers({ligaments.stiffness_n[k]}));
+    add_text(fibre, "transition_strain", numbers({ligaments.transition_strain}));
+    add_text(fibre, "damping_coefficient", "0");
+    add_text(fibre, "slack_length", numbers({metres_per_mm * ligaments.slack_length_mm[k]}));
+  }
+}
+
+std::string text_of(const pugi::xml_node& node, unsigned flags)
+{
+  std::ostringstream text;
+  node.print(text, "  ", flags);
+  return text.str();
+}
+
+}  // namespace
+
+std::vector<double> osim_flexions_deg(const store::MotionModel& model, const std::string& set)
+{
+  const bool has_own =
+      model.two_sided && (set.empty() ? store::default_motion(model).set : set) == "two_sided";
+  const std::vector<double>& at_deg = has_own ? model.two_sided->flexion_deg : model.flexion_deg;
+  const double smallest_deg = has_own ? smallest_smooth_step_deg : smallest_knot_step_deg;
+  std::vector<double> shares;  // from the middle to an end
+  for (double share = 0.5; shares.size() < most_knot_shares; share /= 2.0) shares.push_back(share);
+  std::vector<double> flexions_deg{at_deg.front()};
+  for (std::size_t i = 1; i < at_deg.size(); ++i) {
+    const double step_deg = at_deg[i] - at_deg[i - 1];
+    const auto is_kept = [&](double share) { return share == 0.5 || share * step_deg > smallest_deg; };
+    for (auto share = shares.rbegin(); share != shares.rend(); ++share)
+      if (is_kept(*share)) flexions_deg.push_back(at_deg[i - 1] + *share * step_deg);
+    for (std::size_t k = 1; k < shares.size(); ++k)
+      if (is_kept(shares[k])) flexions_deg.push_back(at_deg[i] - shares[k] * step_deg);
+    flexions_deg.push_back(at_deg[i]);
+  }
+  return flexions_deg;
+}
+
+std::string osim_joint(const store::MotionModel& model, const FlexionMotion& motion,
+                       const OsimOptions& options)
+{
+  pugi::xml_document document;
+  add_joint(document, model, motion, options);
+  return text_of(document.first_child(), pugi::format_indent);
+}
+
+OsimModel osim_model(const store::MotionModel& model, const FlexionMotion& motion, const OsimOptions& options)
+{
+  OsimModel result;
+  const BodyNames bodies = body_names(model);
+  std::vector<std::string> wrap_names;
+  if (model.ligaments) {
+    UniqueNames unique;
+    for (const std::string& name : model.ligaments->wrap_name) wrap_names.push_back(unique(name));
+  }
+  pugi::xml_document document;
+  Node declaration = document.append_child(pugi::node_declaration);
+  declaration.append_attribute("version") = "1.0";
+  declaration.append_attribute("encoding") = "UTF-8";
+  Node root = document.append_child("OpenSimDocument");
+  root.append_attribute("Version") = document_version;
+  Node osim = add_named(root, "Model", component_name(model.title));
+  add_text(osim, "credits",
+           "Exported by vrda, set " + set_text(motion) + ". Masses and inertias are not those of a subject.");
+  add_text(osim, "length_units", "meters");
+  add_text(osim, "force_units", "N");
+  add_named(osim, "Ground", "ground");
+  Node set = add_set(osim, "BodySet", "bodyset");
+  BodyWriter writer{model, wrap_names, options.mesh_stem, result.meshes};
+  writer.add(set, model.reference, bodies.reference, 0);
+  writer.add(set, model.moving, bodies.moving, 1);
+  Node joints = add_set(osim, "JointSet", "jointset");
+  Node weld = add_named(joints, "WeldJoint", "ground_" + bodies.reference);
+  add_text(weld, "socket_parent_frame", "/ground");
+  add_text(weld, "socket_child_frame", body_path(bodies.reference));
+  add_joint(joints, model, motion, options);
+  if (model.ligaments)
+    add_fibres(add_set(osim, "ForceSet", "forceset"), *model.ligaments, bodies, wrap_names);
+  result.xml = text_of(document, pugi::format_indent);
+  return result;
+}
+
+}  // namespace vrda::tables

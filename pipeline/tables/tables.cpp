@@ -1,0 +1,309 @@
+// Tables of a motion: CSV over flexion and of all attitudes, OpenSim's .sto.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "model/step_record.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "tables/formats.hpp"
+#include "store/solved_cells.hpp"
+
+namespace vrda::tables {
+namespace {
+
+/// Text of a number; empty for NaN.
+std::string field(double value)
+{
+  return std::isnan(value) ? "" : shortest_decimal(value);
+}
+
+struct Column {
+  std::string name;
+  std::function<std::string(Eigen::Index cell)> text;
+};
+
+using Columns = std::vector<Column>;
+
+void add(Columns& columns, const std::string& name, const store::GridD& grid)
+{
+  columns.push_back({name, [&grid](Eigen::Index cell) { return field(grid.data()[cell]); }});
+}
+
+template <typename Integer>
+void add_integers(Columns& columns, const std::string& name, const store::Grid<Integer>& grid)
+{
+  columns.push_back({name, [&grid](Eigen::Index cell) { return std::to_string(int{grid.data()[cell]}); }});
+}
+
+void add_points(Columns& columns, const std::string& name, const std::vector<double>& points)
+{
+  constexpr std::array<char, 3> axes{'x', 'y', 'z'};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    columns.push_back({name + '_' + axes[axis], [&points, axis](Eigen::Index cell) {
+                         return field(points[3 * static_cast<std::size_t>(cell) + axis]);
+                       }});
+  }
+}
+
+/// A key named as another column gets a prefix, since names are unique.
+std::string key_column(const std::string& key_name, const std::vector<std::string>& others)
+{
+  const bool is_taken = std::find(others.begin(), others.end(), key_name) != others.end();
+  return (is_taken ? "key_" : "") + key_name;
+}
+
+void add_attitude(Columns& columns, const store::MotionModel& model)
+{
+  const auto n_varus = static_cast<Eigen::Index>(model.varus_deg.size());
+  columns.push_back({"flexion_deg", [&model, n_varus](Eigen::Index cell) {
+                       return field(model.flexion_deg[static_cast<std::size_t>(cell / n_varus)]);
+                     }});
+  columns.push_back({"varus_deg", [&model, n_varus](Eigen::Index cell) {
+                       return field(model.varus_deg[static_cast<std::size_t>(cell % n_varus)]);
+                     }});
+  columns.push_back({"status", [&model](Eigen::Index cell) {
+                       return std::string(name_of(static_cast<StepStatus>(model.status.data()[cell])));
+                     }});
+  columns.push_back({"plausibility", [&model](Eigen::Index cell) {
+                       return std::string(
+                           name_of(static_cast<Plausibility>(model.plausibility.data()[cell])));
+                     }});
+}
+
+void add_raw(Columns& columns, const store::MotionModel& model, const store::ClinicalSurfaces& clinical)
+{
+  add(columns, "varus_solved_deg", model.varus_solved_deg);
+  add(columns, "tx_mm", model.tx_mm);
+  add(columns, "ty_mm", model.ty_mm);
+  add(columns, "tz_mm", model.tz_mm);
+  add(columns, "theta_deg", model.theta_deg);
+  add(columns, "clinical_flexion_deg", clinical.flexion_deg);
+  add(columns, "clinical_varus_deg", clinical.varus_deg);
+  add(columns, "internal_rotation_deg", clinical.internal_rotation_deg);
+  add(columns, "anterior_mm", clinical.anterior_mm);
+  add(columns, "proximal_mm", clinical.proximal_mm);
+  add(columns, "lateral_mm", clinical.lateral_mm);
+  for (const int axis : {0, 1, 2}) {
+    columns.push_back(
+        {std::string("centre_") + "xyz"[axis] + "_mm",
+         [centre_mm = model.rotation_centre_mm[axis]](Eigen::Index) { return field(centre_mm); }});
+  }
+  add(columns, "gap_medial_mm", model.gap_medial_mm);
+  add(columns, "gap_lateral_mm", model.gap_lateral_mm);
+  add_integers(columns, "contact_medial", model.contact_medial);
+  add_integers(columns, "contact_lateral", model.contact_lateral);
+  add_integers(columns, "theta_determined", model.theta_determined);
+  add_integers(columns, "is_spine", model.is_spine);
+  add_integers(columns, "iterations", model.iterations);
+  add_integers(columns, "queries", model.queries);
+  add(columns, "residual_mm", model.residual_mm);
+}
+
+void add_mechanics(Columns& columns, const store::MotionModel& model)
+{
+  if (model.contact_paths) {
+    const store::ContactPaths& paths = *model.contact_paths;
+    add_points(columns, "medial_reference_mm", paths.medial_reference_mm);
+    add_points(columns, "medial_moving_mm", paths.medial_moving_mm);
+    add_points(columns, "lateral_reference_mm", paths.lateral_reference_mm);
+    add_points(columns, "lateral_moving_mm", paths.lateral_moving_mm);
+  }
+  if (!model.equilibrium) return;
+  const store::EquilibriumSurfaces& e = *model.equilibrium;
+  add(columns, "energy_nmm", e.energy_nmm);
+  add(columns, "balance_residual_n", e.balance_residual_n);
+  add(columns, "complementarity_mm", e.complementarity_mm);
+  add(columns, "worst_gap_mm", e.worst_gap_mm);
+  add(columns, "flexion_moment_nmm", e.flexion_moment_nmm);
+  add(columns, "varus_moment_nmm", e.varus_moment_nmm);
+  if (!model.has_compartments) return;
+  add_points(columns, "force_medial_n", e.force_medial_n);
+  add_points(columns, "force_lateral_n", e.force_lateral_n);
+}
+
+std::string with_unit(const std::string& surface)
+{
+  return surface + (surface == "theta" || surface == "varus" ? "_deg" : "_mm");
+}
+
+void add_smoothed(Columns& columns, const store::MotionModel& model)
+{
+  for (const store::SmoothedSet& set : model.smoothed) {
+    const std::string prefix = "degree_" + std::to_string(set.degree) + "_";
+    for (const store::SmoothedSurface& surface : set.surfaces) {
+      add(columns, prefix + with_unit(surface.name), surface.values);
+    }
+    if (set.recontact_mm) add(columns, prefix + "recontact_mm", *set.recontact_mm);
+  }
+}
+
+using Value = std::pair<const char*, double>;
+
+// The last three name the point of the translations, so that a plain CSV reader needs no header.
+std::array<Value, 15> values_of(const FlexionMotion& motion, const FlexionFrame& frame)
+{
+  const ClinicalCoordinates& c = frame.clinical;
+  const store::JointPose& pose = frame.pose;
+  const Eigen::Vector3d& centre_mm = motion.rotation_centre_mm;
+  const Eigen::Vector3d moved_mm = pose.X_world_moving * centre_mm;
+  return {{{"flexion_deg", deg_from_rad(c.flexion_rad)},
+           {"varus_deg", deg_from_rad(c.varus_rad)},
+           {"internal_deg", deg_from_rad(c.internal_rotation_rad)},
+           {"anterior_mm", c.anterior_mm},
+           {"proximal_mm", c.proximal_mm},
+           {"lateral_mm", c.lateral_mm},
+           {"attitude_flexion_deg", frame.flexion_deg},
+           {"attitude_varus_deg", deg_from_rad(pose.attitude.varus_rad)},
+           {"tx_mm", moved_mm.x()},
+           {"ty_mm", moved_mm.y()},
+           {"tz_mm", moved_mm.z()},
+           {"theta_deg", deg_from_rad(pose.theta_rad)},
+           {"centre_x_mm", centre_mm.x()},
+           {"centre_y_mm", centre_mm.y()},
+           {"centre_z_mm", centre_mm.z()}}};
+}
+
+}  // namespace
+
+std::vector<std::string> flexion_csv_columns()
+{
+  std::vector<std::string> names;
+  for (const auto& [name, value] : values_of({}, {})) names.emplace_back(name);
+  return names;
+}
+
+std::string flexion_csv(const FlexionMotion& motion)
+{
+  std::vector<std::string> names = flexion_csv_columns();
+  const bool has_key = !motion.key_name.empty();
+  if (has_key) names.insert(names.begin(), key_column(motion.key_name, names));
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ",") + name;
+  text += "\n";
+  for (const FlexionFrame& frame : motion.frames) {
+    const char* comma = has_key ? "," : "";
+    if (has_key) text += field(frame.pose.key);
+    for (const auto& [name, value] : values_of(motion, frame)) {
+      text += comma + field(value);
+      comma = ",";
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string cells_csv(const store::MotionModel& model)
+{
+  const store::ClinicalCurves curves = store::clinical_curves(model);
+  Columns columns;
+  add_attitude(columns, model);
+  add_raw(columns, model, curves.surfaces);
+  add_mechanics(columns, model);
+  add_smoothed(columns, model);
+  if (model.frames) {
+    std::vector<std::string> names;
+    for (const Column& column : columns) names.push_back(column.name);
+    const std::vector<double>& keys = model.frames->key;
+    columns.insert(columns.begin(), {key_column(model.frames->key_name, names), [&keys](Eigen::Index cell) {
+                                       return field(keys[static_cast<std::size_t>(cell)]);
+                                     }});
+  }
+  std::string text;
+  for (std::size_t k = 0; k < columns.size(); ++k) text += (k > 0 ? "," : "") + columns[k].name;
+  text += "\n";
+  for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
+    for (std::size_t k = 0; k < columns.size(); ++k) text += (k > 0 ? "," : "") + columns[k].text(cell);
+    text += "\n";
+  }
+  return text;
+}
+
+namespace {
+
+/// First line of the header, sanitized so that it is neither a key=value line nor the end of the header.
+std::string name_line(const FlexionMotion& motion)
+{
+  std::string line = "vrda: ";
+  for (const char c : motion.title + ", " + set_text(motion)) {
+    const bool is_plain = static_cast<unsigned char>(c) >= 0x20 && c != '=' && c != 0x7f;
+    line += is_plain ? c : ' ';
+  }
+  for (std::size_t at = line.find("endheader"); at != std::string::npos; at = line.find("endheader")) {
+    line.insert(at + 3, 1, ' ');
+  }
+  return line + "\n";
+}
+
+std::string header(const FlexionMotion& motion, const OpenSimOptions& options)
+{
+  std::string text = name_line(motion);
+  text += "version=1\n";
+  text += "nRows=" + std::to_string(motion.frames.size()) + "\n";
+  text += "nColumns=" + std::to_string(1 + options.columns.size()) + "\n";
+  text += std::string("inDegrees=") + (options.in_degrees ? "yes" : "no") + "\n";
+  std::string negated;
+  for (std::size_t k = 0; k < options.columns.size(); ++k)
+    if (options.sign[k] < 0.0) negated += (negated.empty() ? "" : " ") + options.columns[k];
+  if (!negated.empty()) text += "negated=" + negated + "\n";
+  if (options.has_origin_translations) {
+    text += "translations=mesh-origin\n\n";
+  } else {
+    const Eigen::Vector3d& centre_mm = motion.rotation_centre_mm;
+    text += "translations=rotation-centre\nrotation_centre_mm=" + shortest_decimal(centre_mm.x()) + " " +
+            shortest_decimal(centre_mm.y()) + " " + shortest_decimal(centre_mm.z()) + "\n\n";
+  }
+  text += "Units are S.I. units (second, meters, Newtons, ...)\n";
+  if (motion.key_name.empty()) {
+    text += "Flexion grows by " + shortest_decimal(options.degrees_per_second) + " degrees a second.\n\n";
+  } else {
+    text += "Time is the key of each frame.\nkey=" + motion.key_name + "\n\n";
+  }
+  text += "endheader\ntime";
+  for (const std::string& column : options.columns) text += "\t" + column;
+  return text + "\n";
+}
+
+std::array<double, 6> numbers_of(const FlexionMotion& motion, const FlexionFrame& frame,
+                                 const OpenSimOptions& options)
+{
+  const ClinicalCoordinates& c = frame.clinical;
+  const Pose& X = frame.pose.X_reference_moving;
+  const Eigen::Vector3d& centre_mm = motion.rotation_centre_mm;
+  const Eigen::Vector3d t_mm =
+      options.has_origin_translations ? Eigen::Vector3d(X.translation()) : X * centre_mm - centre_mm;
+  const Eigen::Vector3d t_m = metres_per_mm * t_mm;
+  std::array<double, 6> numbers{c.flexion_rad, c.varus_rad, c.internal_rotation_rad,
+                                t_m.x(),       t_m.y(),     t_m.z()};
+  for (std::size_t k = 0; options.in_degrees && k < 3; ++k) numbers[k] = deg_from_rad(numbers[k]);
+  for (std::size_t k = 0; k < numbers.size(); ++k)
+    if (options.sign[k] < 0.0) numbers[k] = 0.0 - numbers[k];  // 0 stays 0
+  return numbers;
+}
+
+}  // namespace
+
+std::array<std::string, 6> opensim_columns(const std::string& joint, Side side)
+{
+  std::array<std::string, 6> columns{"flex", "add", "rot", "tx", "ty", "tz"};
+  for (std::string& column : columns)
+    column = (joint == "other" ? "joint" : joint) + "_" + column + (side == Side::left ? "_l" : "_r");
+  return columns;
+}
+
+std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& options)
+{
+  std::string text = header(motion, options);
+  for (const FlexionFrame& frame : motion.frames) {
+    text += shortest_decimal(motion.key_name.empty() ? time_s(motion, frame, options.degrees_per_second)
+                                                     : frame.pose.key);
+    for (const double number : numbers_of(motion, frame, options)) text += "\t" + shortest_decimal(number);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace vrda::tables

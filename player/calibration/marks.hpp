@@ -1,0 +1,89 @@
+/// Access to marks and estimates, the eyes as estimated by earlier parts, and errors with the tasks that must
+/// be repeated.
+#pragma once
+
+#include <span>
+
+#include "bench/calibration.hpp"
+#include "calibration/task.hpp"
+#include "bench/rigid_body.hpp"
+
+namespace vrda::calibration {
+
+/// Mark of `task` in a record, or nullptr.
+const CalibrationMark* find_mark(const CalibrationRecord& record, const std::string& task);
+
+/// Index of the first task without a mark, or the number of tasks.
+std::size_t next_task(const std::vector<Task>& tasks, const CalibrationRecord& record);
+
+/// Inserts `mark` in task order, replacing an earlier mark of the task.
+void insert_mark(CalibrationRecord& record, const std::vector<Task>& tasks, CalibrationMark mark);
+
+/// Throws InputError with `path` and the record's key `place` if a mark belongs to no task or its rows do not
+/// match the task kind.
+void require_task_marks(const CalibrationRecord& record, const std::vector<Task>& tasks,
+                        const std::string& place, const std::string& path);
+
+/// Pose from seven numbers of a row, starting at `at`.
+Pose sampled_pose(std::span<const double> row, std::size_t at = 0);
+/// Position from the first three numbers of a row.
+Eigen::Vector3d sampled_position(std::span<const double> row);
+
+/// Applies the estimate of `part` (viewport, distortion, eyepoints or ipd) to `eyes`.
+void apply_estimate(view::EyePair& eyes, CalibrationPart part, const bench::Estimate& found);
+
+/// Nominal eyes with the estimates of these parts before `part`.
+view::EyePair eyes_before(CalibrationPart part, const PartInput& in);
+
+/// Record and estimate of a part, or nullptr.
+const CalibrationRecord* find_record(const Calibration& calibration, CalibrationPart part);
+const bench::Estimate* find_estimate(const Calibration& calibration, CalibrationPart part);
+/// Throws InputError if the estimate is missing.
+const bench::Estimate& estimate_of(CalibrationPart part, const PartInput& in);
+
+/// Block of an estimate's covariance for `names`, scaled to the normal distribution with the same 95 %
+/// intervals. Used as the prior covariance of later fits.
+Eigen::MatrixXd prior_covariance(const bench::Estimate& estimate, const std::vector<std::string>& names);
+
+double value_in(const bench::Estimate& estimate, const std::string& name);
+/// Pose from the six numbers "name.shift_x" to "name.turn_z".
+Pose pose_in(const bench::Estimate& estimate, const std::string& name);
+/// "left", "right"
+const char* side_name(bool is_right);
+/// Names of the distortion numbers of one eye: "left.k1", ...
+std::vector<std::string> distortion_names(bool is_right);
+
+class PartRefusal : public InputError {
+ public:
+  explicit PartRefusal(Facts facts, std::vector<std::string> tasks = {})
+      : InputError(std::move(facts)), tasks_(std::move(tasks))
+  {
+  }
+  /// Names of the tasks whose marks are rejected; empty: all checked tasks.
+  const std::vector<std::string>& tasks() const { return tasks_; }
+
+ private:
+  std::vector<std::string> tasks_;
+};
+
+/// Runs a fit to the marks of `tasks` (same order) and converts FitError to PartRefusal with task names.
+template <typename Fit>
+auto run_fit(const std::vector<std::string>& tasks, const Fit& fit)
+{
+  try {
+    return fit();
+  } catch (const bench::FitError& refusal) {
+    std::vector<std::string> rejected;
+    for (const std::size_t mark : refusal.marks()) rejected.push_back(tasks.at(mark));
+    throw PartRefusal(refusal.facts(), std::move(rejected));
+  }
+}
+
+/// Throws PartRefusal if the mark of task `done` crosses a scan of the opposite edge.
+void require_edge_order(const std::vector<Task>& tasks, const CalibrationRecord& record, std::size_t done,
+                        const std::string& path);
+
+/// Message for the screen: field, found and wanted, without the file.
+std::string screen_message(const InputError& error);
+
+}  // namespace vrda::calibration

@@ -1,0 +1,90 @@
+/// Simulated operator: does the tasks of a calibration by key presses and tracker samples, with the noise of
+/// a hand and an eye (VirtualNoise: px, mm, degrees). In: the session's current task and the truth. Out:
+/// input to the session only. Equal seeds give equal input.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "calibration/drawing.hpp"
+#include "calibration/session.hpp"
+#include "calibration/bench_poses.hpp"
+
+namespace vrda::calibration {
+
+using calibration::CalibrationSession;
+using calibration::DrawnLine;
+using calibration::Task;
+using calibration::TaskKind;
+
+/// Sends the key presses and samples of a real bench; the session receives nothing else.
+class VirtualOperator {
+ public:
+  VirtualOperator(const BenchFile& bench, const VirtualTruth& truth, const VirtualNoise& noise)
+      : bench_(bench), truth_(truth), noise_(noise)
+  {
+  }
+
+  /// Completes the current task. If it is refused, the repeated task is done by the next call.
+  void do_task(CalibrationSession& session);
+  int n_refusals() const { return n_refusals_; }
+  /// For interactive training, once per frame: sends a tracker frame and the stage for the current task,
+  /// and handles take_zero_request(). Does nothing if no samples are required.
+  void send_samples(CalibrationSession& session);
+  /// Poses of everything during the session's current task; `way` in [0, 1]: progress of a sweep.
+  BenchPoses poses(const CalibrationSession& session, double way) const;
+  /// Samples of tracker and stage at the poses, with noise by `frame`.
+  std::vector<bench::Sample> samples(const CalibrationSession& session, const BenchPoses& poses,
+                                       std::uint64_t frame) const;
+  /// Values of the dials at which a careful hand has aligned the task; empty if it has none.
+  std::vector<double> aligned_values(const CalibrationSession& session) const;
+  /// Reading of ruler, tape or pupillometer for a task that requires a number; nullopt otherwise.
+  std::optional<double> reading(const CalibrationSession& session) const;
+  /// Distance of the dials from the truth; empty for a task without dials. Lines, crosses and nodes of a
+  /// grid (root mean square) in px, points of a model (root mean square) in mm, numbers in their unit.
+  struct Deviation {
+    double value = 0.0;
+    std::string unit;
+  };
+  std::optional<Deviation> deviation(const CalibrationSession& session) const;
+
+ private:
+  std::uint64_t draws_index(const CalibrationSession& session) const;
+  RandomSequence hand(const CalibrationSession& session) const;
+  BenchPoses standing(const CalibrationSession& session) const;
+  void send_frame(CalibrationSession& session, const BenchPoses& poses);
+  void handle_zeroing(CalibrationSession& session);
+  void zero_stage(CalibrationSession& session);
+  void take_samples(CalibrationSession& session);
+
+  BenchFile bench_;
+  VirtualTruth truth_;
+  VirtualNoise noise_;
+  std::map<std::string, int> n_done_;  ///< by part and task
+  int n_refusals_ = 0;
+  std::uint64_t n_frames_ = 0;  ///< of the current task
+  std::int64_t time_ns_ = 0;
+  bool is_stage_zeroed_ = false;
+};
+
+/// Outlines of the physical things that the current task is aligned with, as seen by the eye, in
+/// undistorted px: edge of the visible area, grid, rectangle, marker, the leg's points in sequence. For
+/// training and images.
+std::vector<DrawnLine> physical_outlines(const Task& task, const BenchFile& bench, const VirtualTruth& truth);
+
+/// A model placed by eye.
+struct ModelPlacement {
+  CalibrationPart part = CalibrationPart::leg;
+  std::span<const double> values;  ///< values of the task's dials: mm and degrees
+  const Calibration& found;        ///< calibration used for drawing
+};
+/// The model's points in sequence, in the frame buffer, with head and body at rest.
+std::vector<DrawnLine> drawn_model_lines(const ModelPlacement& placed, const BenchFile& bench,
+                                         const VirtualTruth& truth);
+
+/// Where lines of the frame buffer are seen through the true optics, clipped to the visible area.
+std::vector<DrawnLine> seen_lines(std::span<const DrawnLine> drawn, const VirtualTruth& truth);
+
+}  // namespace vrda::calibration

@@ -1,0 +1,434 @@
+#include "calibration/session.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "calibration/marks.hpp"
+#include "calibration/parts.hpp"
+#include "calibration/plausible.hpp"
+#include "calibration/solve_part.hpp"
+#include "show/settings_text.hpp"
+
+namespace vrda::calibration {
+namespace {
+
+constexpr const char* silent_stage =
+    "No message from the stage's board: check that it is switched on and plugged in.";
+
+}  // namespace
+
+CalibrationSession::CalibrationSession(const BenchFile& bench, const Calibration& begun,
+                                       const CalibrationSessionOptions& options)
+    : bench_(bench), calibration_(begun), options_(options), collector_(bench)
+{
+  if (options_.is_repeated) mark_requested_outdated();
+  require_ready_parts(options_.parts, input());
+  next_part();
+}
+
+/// Outdates the requested parts in the file, so that a resumed session repeats them without --anew.
+void CalibrationSession::mark_requested_outdated()
+{
+  for (const CalibrationPart part : options_.parts) {
+    const auto record = calibration_.records.find(part);
+    if (record == calibration_.records.end() || record->second.is_outdated) continue;
+    record->second.is_outdated = true;
+    ++revision_;
+  }
+}
+
+void CalibrationSession::next_part()
+{
+  tasks_.clear();
+  at_task_ = 0;
+  looked_at_.reset();
+  while (n_begun_ < options_.parts.size()) {
+    const CalibrationPart part = options_.parts[n_begun_++];
+    if (is_done(calibration_, part)) continue;
+    begin_part(part);
+    return;
+  }
+}
+
+CalibrationRecord CalibrationSession::record_so_far() const
+{
+  const CalibrationRecord* found = find_record(calibration_, progress_.part);
+  return is_fresh_ || found == nullptr ? CalibrationRecord{} : *found;
+}
+
+void CalibrationSession::begin_part(CalibrationPart part)
+{
+  progress_.part = part;
+  progress_.n_parts = static_cast<int>(options_.parts.size());
+  progress_.number = static_cast<int>(n_begun_);
+  const CalibrationRecord* begun = find_record(calibration_, part);
+  is_fresh_ = begun != nullptr && (begun->estimate || begun->is_outdated);
+  tasks_ = tasks_of(part, bench_, calibration_);
+  const CalibrationRecord so_far = record_so_far();
+  progress_.n_tasks = static_cast<int>(tasks_.size());
+  if (part == CalibrationPart::eyepoints)
+    progress_.messages.push_back(expected_eyepoint(bench_, calibration_));
+  // The session was interrupted after the last mark and before solving.
+  if (next_task(tasks_, so_far) == tasks_.size()) return solve();
+  next_task_of_part();
+}
+
+void CalibrationSession::next_task_of_part()
+{
+  const CalibrationRecord so_far = record_so_far();
+  at_task_ = next_task(tasks_, so_far);
+  progress_.n_done = static_cast<int>(so_far.marks.size());
+  progress_.typical_left_s = typical_left_s();
+  progress_.n_samples = 0;
+  progress_.is_sampling = false;
+  collector_.end();
+  dials_ = Dials(tasks_[at_task_]);
+  implausible_.clear();
+  looked_at_.reset();
+  if (tasks_[at_task_].kind != TaskKind::depth_check) return;
+  // A look checks the result before the part is confirmed, so the part is solved here for drawing only.
+  try {
+    looked_at_ = solve_part(progress_.part, input());
+  } catch (const PartRefusal& refusal) {
+    show_error(screen_message(refusal));
+  }
+}
+
+/// Of the tasks without a mark, those of later parts by the results so far.
+double CalibrationSession::typical_left_s() const
+{
+  double left_s = 0.0;
+  const auto add = [&](const std::vector<Task>& tasks, const CalibrationRecord& so_far) {
+    for (const Task& task : tasks)
+      if (find_mark(so_far, task.name) == nullptr) left_s += typical_s(task);
+  };
+  add(tasks_, record_so_far());
+  for (std::size_t k = n_begun_; k < options_.parts.size(); ++k) {
+    const CalibrationPart part = options_.parts[k];
+    const CalibrationRecord* const found = find_record(calibration_, part);
+    const bool is_begun = found != nullptr && !found->is_outdated;
+    if (is_begun && found->estimate) continue;
+    add(tasks_of(part, bench_, calibration_), is_begun ? *found : CalibrationRecord{});
+  }
+  return left_s;
+}
+
+void CalibrationSession::show(std::vector<std::string> messages)
+{
+  progress_.messages = std::move(messages);
+  progress_.has_error = false;
+}
+
+void CalibrationSession::show_error(const std::string& why)
+{
+  show({why});
+  progress_.has_error = true;
+  ++revision_;
+}
+
+/// To the dials as they are; empty: none. Crossed edges are refused with both edges later.
+std::string CalibrationSession::objection_to(const Task& current) const
+{
+  if (const std::string untouched = untouched_text(current, dials_.touched()); !untouched.empty())
+    return untouched;
+  if (std::ranges::equal(implausible_, dials_.values()) || current.n_samples > 0) return {};
+  try {
+    CalibrationRecord tried = record_so_far();
+    insert_mark(tried, tasks_, {current.name, {mark_row(current, dials_.values(), calibration_)}});
+    require_edge_order(tasks_, tried, at_task_, options_.path);
+  } catch (const PartRefusal&) {
+    return {};
+  }
+  return implausible_text(current, dials_.values());
+}
+
+void CalibrationSession::confirm()
+{
+  const Task& current = *task();
+  const bool is_on_stage = current.kind == TaskKind::bullseye || current.kind == TaskKind::stop;
+  if (is_on_stage && has_stage(bench_)) {
+    if (!collector_.stage_mm()) return show_error(silent_stage);
+    if (current.kind == TaskKind::bullseye && !collector_.is_stage_zeroed())
+      return show_error(
+          "The stage was not zeroed since its board was switched on: push the stage against its stop and "
+          "press Z.");
+  }
+  if (!current.dials.empty()) {
+    const std::string objection = objection_to(current);
+    implausible_.assign(dials_.values().begin(), dials_.values().end());
+    if (!objection.empty()) return show_error(objection);
+  }
+  if (current.n_samples > 0) {
+    if (current.kind == TaskKind::bullseye) {
+      const Eigen::Vector2d drawn = drawn_cross(current, dials_.values(), calibration_);
+      cross_ = {drawn.x(), drawn.y(), has_stage(bench_) ? *collector_.stage_mm() : 0.0};
+    }
+    collector_.begin(current, accompanying_body(progress_.part, current));
+    progress_.is_sampling = true;
+    progress_.n_samples = 0;
+    progress_.messages.clear();
+    progress_.has_error = false;
+    return;
+  }
+  if (current.kind == TaskKind::stop) {
+    const double before_mm = *collector_.stage_mm();
+    zero();
+    return finish({{before_mm}});
+  }
+  finish({mark_row(current, dials_.values(), calibration_)});
+}
+
+void CalibrationSession::take_row()
+{
+  progress_.n_samples = static_cast<int>(collector_.rows().size());
+  if (progress_.n_samples < task()->n_samples) return;
+  std::vector<std::vector<double>> rows = collector_.rows();
+  collector_.end();
+  progress_.is_sampling = false;
+  if (cross_ && task()->kind == TaskKind::bullseye) {
+    constexpr double stage_moved_mm = 0.05;
+    const double now_mm = has_stage(bench_) ? collector_.stage_mm().value_or((*cross_)[2]) : 0.0;
+    if (std::abs(now_mm - (*cross_)[2]) > stage_moved_mm)
+      return show_error("The stage moved during sampling: hold it still, align again and press Enter.");
+    rows.insert(rows.begin(), {(*cross_)[0], (*cross_)[1], (*cross_)[2]});
+  }
+  cross_.reset();
+  finish(std::move(rows));
+}
+
+void CalibrationSession::put(CalibrationMark mark)
+{
+  if (is_fresh_) {
+    record() = {};
+    outdate_dependents(calibration_, progress_.part, bench_);
+    is_fresh_ = false;
+  }
+  CalibrationRecord& now = record();
+  if (now.marks.empty()) {
+    now.made_with = progress_.part == CalibrationPart::functional
+                        ? calibration::numbers_of(options_.joint.value())
+                        : bench_numbers_of(progress_.part, bench_);
+  }
+  now.date = options_.date;
+  insert_mark(now, tasks_, std::move(mark));
+}
+
+void CalibrationSession::finish(std::vector<std::vector<double>> rows)
+{
+  const CalibrationMark mark{task()->name, std::move(rows)};
+  show({});
+  ++revision_;
+  if (const std::string same = same_place_text(tasks_, record_so_far(), *task(), mark); !same.empty()) {
+    progress_.n_samples = 0;
+    return show_error(same);
+  }
+  try {
+    require_static(progress_.part, *task(), mark, options_.path);
+  } catch (const PartRefusal& refusal) {
+    // The dials keep their values.
+    progress_.n_samples = 0;
+    return show_error(screen_message(refusal));
+  }
+  const std::size_t done = at_task_;
+  put(mark);
+  validate_and_solve(done);
+}
+
+/// Checks the mark of task `done`, its group when complete, and solves the part when all tasks are done.
+void CalibrationSession::validate_and_solve(std::size_t done)
+{
+  const TaskGroup round = task_group_of(progress_.part, tasks_, done);
+  const bool is_round_done =
+      std::all_of(tasks_.begin() + static_cast<std::ptrdiff_t>(round.begin),
+                  tasks_.begin() + static_cast<std::ptrdiff_t>(round.end),
+                  [&](const Task& t) { return find_mark(record(), t.name) != nullptr; });
+  try {
+    require_edge_order(tasks_, record(), done, options_.path);
+    if (next_task(tasks_, record()) == tasks_.size()) return solve();
+    if (is_round_done) progress_.messages = group_remarks(progress_.part, tasks_[done], input());
+  } catch (const PartRefusal& refusal) {
+    refuse(refusal, round);
+  }
+  next_task_of_part();
+}
+
+void CalibrationSession::solve()
+{
+  try {
+    Calibration solved = solve_part(progress_.part, input());
+    const CalibrationRecord& done = solved.records.at(progress_.part);
+    const std::string unexpected =
+        unexpected_text(tasks_, done, *done.estimate, bench::nominal_calibration(bench_));
+    if (!unexpected.empty() && repeated_parts_.insert(progress_.part).second) {
+      record().marks.clear();
+      next_task_of_part();
+      return show_error(unexpected);
+    }
+    calibration_ = std::move(solved);
+    record().is_outdated = false;
+    outdate_dependents(calibration_, progress_.part, bench_);
+    ++revision_;
+    show(result_lines(progress_.part, *record().estimate));
+    progress_.n_done = progress_.n_tasks;
+    progress_.is_sampling = false;
+    next_part();
+  } catch (const PartRefusal& refusal) {
+    refuse(refusal, {0, tasks_.size()});
+    next_task_of_part();
+  }
+}
+
+void CalibrationSession::refuse(const PartRefusal& refusal, const TaskGroup& round)
+{
+  for (const std::string& task : refusal.tasks()) erase_mark(task);
+  if (refusal.tasks().empty())
+    for (std::size_t k = round.begin; k < round.end; ++k) erase_mark(tasks_[k].name);
+  show_error(screen_message(refusal));
+}
+
+void CalibrationSession::erase_mark(const std::string& task)
+{
+  std::erase_if(record().marks, [&](const CalibrationMark& m) { return m.task == task; });
+}
+
+void CalibrationSession::previous_task()
+{
+  if (progress_.is_sampling) return next_task_of_part();
+  if (at_task_ == 0 || is_fresh_)
+    return show(
+        {std::string("This is the first task of the part. An earlier part is repeated by "
+                     "`vrda-player calibrate PART --anew`.")});
+  erase_mark(tasks_[at_task_ - 1].name);
+  show({});
+  ++revision_;
+  next_task_of_part();
+}
+
+void CalibrationSession::restart_part()
+{
+  if (!is_fresh_ && calibration_.records.contains(progress_.part)) {
+    record().marks.clear();
+    ++revision_;
+  }
+  show({});
+  next_task_of_part();
+}
+
+void CalibrationSession::zero()
+{
+  must_zero_ = true;
+  collector_.zero_stage();
+}
+
+/// Zeroes the stage after a restart of the board; marks and parts stay valid.
+void CalibrationSession::zero_by_key()
+{
+  if (!has_stage(bench_)) return;
+  if (!collector_.stage_mm()) return show_error(silent_stage);
+  show({"The stage is zeroed; it was at " + show::rounded_text(*collector_.stage_mm(), 2) + " mm."});
+  ++revision_;
+  zero();
+}
+
+void CalibrationSession::take(const view::KeyPress& key)
+{
+  if (key.key == view::Key::escape || key.key == view::key_of('Q')) {
+    has_quit_ = true;
+    collector_.end();
+    progress_.is_sampling = false;
+    return;
+  }
+  if (task() == nullptr) return;
+  if (key.key == view::key_of('R')) return restart_part();
+  if (key.key == view::Key::backspace) return previous_task();
+  // The alignment must not change during sampling.
+  if (progress_.is_sampling) return;
+  if (key.key == view::Key::enter) return confirm();
+  if (key.key == view::key_of('Z')) return zero_by_key();
+  dials_.press(key);
+}
+
+void CalibrationSession::begin_drag()
+{
+  if (task() != nullptr && !progress_.is_sampling) dials_.begin_drag();
+}
+
+void CalibrationSession::take(const DialDrag& drag)
+{
+  if (task() != nullptr && !progress_.is_sampling) dials_.drag(drag);
+}
+
+void CalibrationSession::take(const bench::Sample& sample)
+{
+  if (sample.kind == bench::SampleKind::potentiometer && task() != nullptr && !progress_.is_sampling) {
+    dials_.turn(sample.count, static_cast<double>(sample.arrival_ns) * 1e-9);
+    return;
+  }
+  if (collector_.take(sample) && task() != nullptr) take_row();
+}
+
+view::KeyPress press_of_wheel(bool is_away, bool has_shift, bool has_control)
+{
+  const view::Key away = has_shift ? view::Key::up : view::Key::right;
+  const view::Key back = has_shift ? view::Key::down : view::Key::left;
+  return {is_away ? away : back, false, has_control};
+}
+
+double overall_progress(const CalibrationProgress& progress)
+{
+  if (progress.n_parts == 0 || progress.n_tasks == 0) return 0.0;
+  const double part = static_cast<double>(progress.n_done) / progress.n_tasks;
+  return (progress.number - 1 + part) / progress.n_parts;
+}
+
+double typical_s(const Task& task)
+{
+  switch (task.kind) {
+    case TaskKind::scan_line:
+    case TaskKind::point:
+    case TaskKind::stop:
+    case TaskKind::depth_check:
+      return 10.0;
+    case TaskKind::hold:
+      return 15.0;
+    case TaskKind::number:
+    case TaskKind::bullseye:
+      return 20.0;
+    case TaskKind::rectangle_sides:
+    case TaskKind::sweep:
+      return 30.0;
+    case TaskKind::bend:
+    case TaskKind::grid:
+    case TaskKind::model_pose:
+      break;
+  }
+  return 120.0;
+}
+
+double time_left_s(const Pace& pace, double typical_left_s)
+{
+  constexpr double prior_s = 120.0;  // the typical pace counts as much as this time of observation
+  return typical_left_s * (prior_s + pace.used_s) / (prior_s + pace.typical_s);
+}
+
+std::span<const view::HelpLine> session_key_lines()
+{
+  static constexpr std::array<view::HelpLine, 12> lines{
+      {{"Left, Right", "decrease, increase the first (or the selected) number"},
+       {"Up, Down", "increase, decrease the second number (cross: up, down), or select a number"},
+       {"Shift, Control", "10, 100 steps at once"},
+       {"Wheel", "as Right and Left; with Shift as Up and Down"},
+       {"Left drag",
+        "moves the line or cross with the pointer (right drag: the second line); Shift: a tenth"},
+       {"Middle button", "as Enter"},
+       {"Gamepad", "stick and cross: the numbers; shoulders: Shift, Control; A: Enter; B: Backspace; Y: H"},
+       {"Enter", "confirm, or start sampling"},
+       {"Backspace", "repeat the previous task; during sampling: stop it"},
+       {"R", "repeat this part from its first task"},
+       {"Z", "zero the stage at its stop, also after its board was switched on again"},
+       {"Escape, Q", "quit; finished tasks are kept"}}};
+  return lines;
+}
+
+}  // namespace vrda::calibration

@@ -1,0 +1,80 @@
+/// Ground truth of a simulated bench and person, drawn from a seed: eyes, screens, rails, poses and scale,
+/// and the noise with which they are measured. Units are in the names; poses take points of the second-named
+/// body to the first, mm.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "bench/calibration.hpp"
+#include "calibration/distortion_fit.hpp"
+#include "calibration/joint_curve.hpp"
+#include "bench/draws.hpp"
+
+namespace vrda::calibration {
+
+using bench::BenchFile;
+using bench::BodyRole;
+using bench::Calibration;
+using bench::CalibrationPart;
+using bench::CalibrationPoint;
+using bench::HeadKind;
+using bench::LegKind;
+using bench::RandomSequence;
+
+struct VirtualNoise {
+  double alignment_px = 0.5;  ///< of each coordinate of an aligned position
+  double tracker_mm = 0.1;    ///< of each coordinate of a position
+  double tracker_deg = 0.03;  ///< of the rotation about each axis
+  double touch_mm = 0.1;      ///< of the tip's position on a touched point
+  double ruler_mm = 0.1;      ///< of screen sizes
+  double pupillometer_mm = 0.5;
+  double landmark_mm = 1.0;                ///< of a distance between landmarks
+  double model_mm = 1.0, model_deg = 2.0;  ///< root mean square deviation of the joint from the model
+};
+
+/// The subject's joint: the model's motion with a smooth deviation, of which each coordinate is a random
+/// sinusoid of flexion about a random offset.
+struct VirtualJoint {
+  using Coordinates = Eigen::Matrix<double, 6, 1>;  ///< mm, rad, at the joint's centre
+
+  calibration::JointCurve curve;  ///< of the model in the subject's size
+  Coordinates offset = Coordinates::Zero(), by_cosine = Coordinates::Zero(), by_sine = Coordinates::Zero();
+
+  Pose X_femur_tibia(double flexion_rad) const;
+};
+
+struct VirtualTruth {
+  std::uint64_t seed = 1;
+  /// True eyes (their `visible` is rounded from `edges_px` to whole pixels), poses and scale.
+  Calibration calibration;
+  struct Edges {
+    double left = 0, right = 0, top = 0, bottom = 0;
+  };
+  std::array<Edges, 2> edges_px;  ///< borders of the visible area, fractional px
+  std::array<Eigen::Vector2d, 2> screen_mm;
+  Eigen::Vector3d z_rail_table = Eigen::Vector3d::UnitZ();  ///< unit vector, not exactly perpendicular to X
+  double z_rail_above_mm = 0.0;           ///< y on the table where the z rail crosses the x rail
+  double reference_plane_table_mm = 0.0;  ///< z of the first rectangle on the table
+  double grid_depth_mm = 800.0, grid_spacing_mm = 40.0;
+  std::array<calibration::GridPose, 2> grids;  ///< where each eye sees the grid
+  Eigen::Vector3d tip_probe_mm = Eigen::Vector3d::Zero();
+  Pose X_tracker_leg = Pose::Identity();    ///< of the leg's (femur's) body, at rest
+  Pose X_tracker_shank = Pose::Identity();  ///< of the tibia's body
+  Pose X_tracker_headbody = Pose::Identity();
+  std::optional<VirtualJoint> joint;  ///< required for bends
+};
+
+/// Equal seeds give equal benches. Quantities that the bench file gives with a standard deviation
+/// (alignment_sd_rad, sight_sd_px, eye_height_sd_mm) are drawn with it.
+VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed);
+
+/// The joint of the bench's subject; `curve`: of the model, unscaled.
+VirtualJoint virtual_joint(const VirtualTruth& truth, const calibration::JointCurve& curve,
+                           const VirtualNoise& noise);
+
+/// Built-in bench file for `calibrate --virtual` without --bench.
+const std::string& virtual_bench_text(HeadKind head = HeadKind::stage);
+
+}  // namespace vrda::calibration

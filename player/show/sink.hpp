@@ -1,0 +1,77 @@
+/// Output of a mode's frames: a window, memory, image files and a video; or none.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "show/video_file.hpp"
+#include "view/renderer.hpp"
+#include "view/window.hpp"
+
+namespace vrda::show {
+
+/// The content of one frame.
+struct Frame {
+  const view::Scene& scene;
+  std::span<const view::Shot> shots;
+  const view::Overlay* overlay = nullptr;
+};
+
+class Sink {
+ public:
+  /// No output: nothing is drawn.
+  Sink() = default;
+  /// Throws InputError if there is no display.
+  explicit Sink(const view::WindowOptions& options) : window_(std::make_unique<view::Window>(options)) {}
+  explicit Sink(const view::RenderOptions& options) : memory_(view::make_offscreen_renderer(options)) {}
+
+  bool has_output() const { return window_ || memory_; }
+  /// Null without a window.
+  view::Window* window() const { return window_.get(); }
+  /// Requires has_output().
+  view::Renderer& renderer() const { return window_ ? window_->renderer() : *memory_; }
+  bool is_closed() const { return window_ && window_->should_close(); }
+  /// The window is minimised: nothing needs drawing.
+  bool is_hidden() const { return window_ && window_->is_iconified(); }
+  std::span<const view::InputEvent> events(double wait_s);
+
+  /// Sets the folder for recorded frames. Throws InputError, naming `option`, if it cannot be created.
+  void record_images(const std::string& folder, const std::string& option);
+  void record_video(const VideoOptions& options) { video_ = std::make_unique<VideoFile>(options); }
+  bool is_recording() const { return !folder_.empty() || video_; }
+
+  /// Displays the frame; returns when it is complete.
+  void show(const Frame& frame);
+  /// Displays the last frame with another overlay; false as Renderer::present_again.
+  bool show_again(const view::Overlay* overlay);
+  /// Draws the frame `n_video` times to the video and to file `name` in the folder; returns the path, empty
+  /// without a folder or name.
+  std::string record(const Frame& frame, const std::string& name, std::int64_t n_video = 1);
+  /// Completes the video.
+  void finish();
+
+ private:
+  std::unique_ptr<view::Window> window_;
+  std::unique_ptr<view::Renderer> memory_;
+  std::string folder_;
+  std::unique_ptr<VideoFile> video_;
+};
+
+/// Creates the folder given by `option`. Throws InputError if it is not writable.
+void make_folder(const std::string& folder, const std::string& option);
+
+/// "task_0012": the number zero-padded to `width` digits, so that names sort.
+std::string padded_name(const std::string& stem, std::size_t number, std::size_t width);
+
+/// Runs `write` with the first of name_of(1), name_of(2), ... that does not exist, and returns that name. Two
+/// processes never get the same one: an empty file takes the name first. Throws InputError if that fails.
+std::string write_with_free_name(const std::function<std::string(std::size_t)>& name_of,
+                                 const std::function<void(const std::string&)>& write);
+
+/// "2 frames", "1 frame"
+std::string count_text(std::size_t n, const std::string& what);
+
+}  // namespace vrda::show

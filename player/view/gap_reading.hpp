@@ -1,0 +1,48 @@
+/// The gap between the objects at an attitude, from the data of the motion model.
+#pragma once
+
+#include <string>
+
+#include "model/frames.hpp"
+#include "store/poses.hpp"
+#include "store/motion_model.hpp"
+
+namespace vrda::view {
+
+enum class GapSource {
+  none,         ///< no data for this set; an audit would provide it
+  two_sided,    ///< gaps stored with the two-sided motion, interpolated linearly
+  cells,        ///< solver gaps at the cells, interpolated linearly; set "raw" only
+  audit,        ///< the nearest audited attitude of the set
+  travel,       ///< travel into contact at the cells, interpolated linearly; for a set that was recontacted
+  recontacted,  ///< zero at the cells by construction
+};
+
+/// mm; NaN if unknown.
+struct GapReading {
+  GapSource source = GapSource::none;
+  double medial_mm = 0.0, lateral_mm = 0.0;   ///< for sources `cells`, `two_sided`
+  double gap_mm = 0.0, penetration_mm = 0.0;  ///< for other sources: one is 0, or both are NaN
+};
+
+/// Reads the gaps of one set. `model` must outlive it.
+class GapReader {
+ public:
+  GapReader(const store::MotionModel& model, const std::string& set);
+  /// The pose must be of the set. Allocates nothing.
+  GapReading at(const store::JointPose& pose) const;
+  /// Of a grid; `attitude` must be within its range. Allocates nothing.
+  GapReading at(const Attitude& attitude) const;
+
+ private:
+  GapReading at_frame(double key) const;
+
+  bool has_cells_ = false;
+  const store::TwoSided* two_sided_ = nullptr;
+  const store::AuditSet* audit_ = nullptr;
+  const store::GridD* travel_mm_ = nullptr;
+  bool is_recontacted_ = false;
+  const store::MotionModel& model_;
+};
+
+}  // namespace vrda::view

@@ -1,0 +1,111 @@
+/// The user interface over the scene: readouts, timeline, controls, help. In: the player's state (rad, mm)
+/// and pointer events (px from the upper left). Out: the user's changes of that state; displayed angles are
+/// in degrees.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "model/clinical.hpp"
+#include "view/doubts.hpp"
+#include "view/gap_reading.hpp"
+#include "view/player_state.hpp"
+#include "view/screen_labels.hpp"
+#include "view/renderer.hpp"
+#include "view/joint_layers.hpp"
+
+namespace vrda::view {
+
+/// Constant while a file is shown.
+struct GuiOptions {
+  std::string title;
+  std::vector<std::string> sets;  ///< from set_names(); PlayerState::set is an index into them
+  double scale = 1.0;             ///< of text and controls: the monitor's content scale
+  std::string reference = "femur", moving = "tibia";  ///< names of the bodies on screen
+  std::string joint = "knee";                         ///< kind, whose words the numbers have
+  std::vector<std::string> warnings = {};             ///< of the model, above the picture
+  bool has_doubtful_poses = false;                    ///< leaves room for Readout::doubt
+};
+
+/// The pointer, in pixels from the top left corner of the window.
+struct GuiPointer {
+  double x_px = -1.0, y_px = -1.0;
+  bool is_left_down = false;
+  double wheel = 0.0;  ///< notches since the last frame; up is positive
+};
+
+/// The displayed numbers.
+struct Readout {
+  store::JointPose pose;
+  bool is_varus_balanced = false;
+  std::optional<ClinicalCoordinates> joint = std::nullopt;  ///< of a solved pose
+  /// The joint's own angles, if those of the attitude are about turned axes and the pose is solved.
+  std::optional<ClinicalCoordinates> clinical = std::nullopt;
+  view::GapReading gap;
+  const char* doubt = nullptr;    ///< what is wrong with the pose, or null
+  const char* message = nullptr;  ///< temporary message, or null
+};
+
+/// Legends of the visible layers; null or empty if not applicable.
+struct ColourKey {
+  const view::Legend* gaps = nullptr;
+  const view::Legend* strain = nullptr;
+  std::span<const view::Label> axes;
+};
+
+/// `layers` must outlive the key.
+ColourKey colour_key(const view::JointLayers& layers, const view::LayerSet& shown);
+
+struct GuiFrame {
+  int width = 0, height = 0;  ///< of the window, pixels
+  double elapsed_s = 0.0;     ///< since the last frame
+  GuiPointer pointer;
+  ColourKey key;
+  std::span<const view::ScreenLabel> labels;  ///< of the joint
+  std::span<const view::MarkedSpan> marks;    ///< on the timeline
+  bool has_controls = true;                         ///< false: only readouts and legends, as for a video
+};
+
+/// The user's changes in this frame.
+struct GuiResult {
+  view::PlayerState state;
+  view::Action action = view::Action::none;  ///< of a pressed button, not yet applied
+};
+
+class Gui {
+ public:
+  explicit Gui(const GuiOptions& options);
+  ~Gui();
+
+  /// For Renderer::load, once.
+  const view::OverlayFont& font() const;
+
+  /// Builds one frame. Allocates nothing once every part was shown.
+  GuiResult frame(const GuiFrame& frame, const view::PlayerState& state,
+                  const view::PlayerRange& range, const Readout& readout);
+  /// Builds the overlay of an image: readouts and legends without controls.
+  const view::Overlay& static_overlay(GuiFrame frame, const view::PlayerState& state,
+                                        const view::PlayerRange& range, const Readout& readout);
+  /// The overlay of the last frame.
+  const view::Overlay& overlay() const;
+
+  /// The area of the window not covered by warnings, panel and timeline.
+  view::Viewport free_area(int width, int height, const view::PlayerState& state,
+                             bool has_controls = true) const;
+
+ private:
+  struct Inner;
+  std::unique_ptr<Inner> inner_;
+};
+
+/// Display name of a set: "degree_6_recontacted" gives "degree 6, recontacted".
+std::string set_label(const std::string& set);
+
+/// Number of allocations by the interface library since program start; it bypasses operator new.
+std::uint64_t gui_allocation_count();
+
+}  // namespace vrda::view
