@@ -1,4 +1,6 @@
-/// Compares smoothing degrees: residual, prediction error, roughness, and gap and penetration of the motion.
+/// Properties of the raw motion that bound what a polynomial can reach: steps between neighbouring flexions,
+/// variance, correlation of residuals. Lengths count in perceptible errors of 0.145 mm, angles in those of
+/// 0.27 degrees.
 #pragma once
 
 #include <functional>
@@ -6,12 +8,126 @@
 #include <string>
 #include <vector>
 
-#include "analysis/recommend.hpp"
 #include "analysis/smooth.hpp"
-#include "store/evaluate_smoothed.hpp"
+#include "core/units.hpp"
+#include "store/motion.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::analysis {
+
+/// Of surface 0 to 2 (tx, ty, tz) in mm, of the angles after them in degrees, as the surfaces are stored.
+inline double perceptible_unit(std::size_t surface)
+{
+  return surface < 3 ? perceptible_mm : deg_from_rad(perceptible_rad);
+}
+
+/// Squared errors below this, of a millionth of a perceptible error, are rounding: 0.1 nanometres.
+inline constexpr double rounding_sq = 1e-12;
+
+/// A step between neighbouring flexions that exceeds the steps before and after it.
+struct RawJump {
+  double size = 0.0;  ///< excess over the longer of both steps, in perceptible errors; 0 without any
+  double from_deg = 0.0, to_deg = 0.0;
+};
+
+/// A polynomial passes halfway through a step, so every degree is off by half of it on both sides. Facets of
+/// the generic knee cause steps of 6 perceptible errors in half of the varus columns, a single outlier none.
+inline constexpr double largest_raw_jump = 10.0;
+
+/// Poses as in left_out_errors() (compare/recommend.hpp), in perceptible errors. The excess of a flexion is
+/// the median over the varus columns solved at its four neighbouring flexions, so that steps of single cells
+/// do not count. `fit` gives the raw values.
+RawJump largest_jump(const std::vector<double>& flexion_deg, const analysis::SmoothFit& fit);
+
+/// That of the model's raw poses; 0 for a sequence of frames or without solved cells.
+RawJump raw_jump(const store::MotionModel& model);
+
+/// "the raw motion jumps by 34 times the perceptible error between flexion 40 and 45 degrees".
+std::string jump_text(const RawJump& jump);
+
+/// Mean square of the raw pose about its mean, in squared perceptible errors, over the cells that are fitted.
+double raw_variance(const analysis::SmoothFit& fit);
+
+/// Blocks whose central cell is farther from all others than the residuals are correlated: 2 L - 1 cells
+/// along an axis, where L is the smallest lag at which the autocorrelation of the residuals is below two
+/// standard errors of white noise (Bartlett), 2 / sqrt(number of pairs of cells). At most a quarter of the
+/// axis: polynomials do not extrapolate far. White noise and rounding give single cells.
+analysis::BlockSize correlated_block(const analysis::SmoothFit& fit);
+
+// Recommends the lowest degree that predicts left-out attitudes as well as the best one, stays in contact
+// and is smooth; or none, with the reason.
+
+/// Why a degree, or every degree, does not meet the criteria. Lengths are visible above perceptible_mm.
+enum class Fault {
+  none,
+  not_measurable,  ///< a block of attitudes cannot be left out
+  unpredicted,     ///< predicts less than half of the raw motion's variance, with a visible error
+  jump,            ///< the raw motion jumps (raw_motion.hpp), so no polynomial follows it
+  no_contact,      ///< no pose in contact at some flexion or attitude that another degree has
+  overlap,         ///< visible after it was moved into contact, of any side
+  gap,             ///< the same
+  rough,           ///< a second difference over one degree of flexion is visible
+};
+const char* name_of(Fault fault);
+
+/// A degree's motion after it was moved into contact: two-sided, or along Delta without compartments.
+struct ContactFigures {
+  int n_poses = 0;
+  int n_lifted_off = 0;  ///< flexions at which a side is lifted off as in the raw motion; its gap is omitted
+  double largest_gap_mm = 0.0, largest_overlap_mm = 0.0;  ///< of any side
+  std::optional<store::TwoSidedFigures> sides;            ///< only with compartments
+};
+
+/// What is known of one degree; errors in units of the perceptible error.
+struct DegreeEvidence {
+  int degree = 0;
+  /// [n_cells] squared errors of fits without the cell's block, the same cells in the same order for every
+  /// degree; empty if a block cannot be omitted.
+  std::vector<double> left_out_sq;
+  double second_difference = 0.0;                        ///< RMS over one degree of flexion
+  std::optional<ContactFigures> contact = std::nullopt;  ///< if measured
+};
+
+/// What is known of the raw motion.
+struct RawEvidence {
+  std::vector<std::int32_t> block;  ///< [n_cells] number of each cell's block
+  analysis::BlockSize block_size;
+  double variance = 0.0;  ///< raw_variance()
+  RawJump jump;
+};
+
+/// One degree compared with the best.
+struct RankedDegree {
+  int degree = 0;
+  double error = 0.0;           ///< root mean square; NaN if not measurable, like the next two
+  double excess_sq = 0.0;       ///< mean over the cells of squared error minus that of the best
+  double standard_error = 0.0;  ///< of excess_sq, paired: from the spread of the differences per block
+  bool is_within = false;       ///< excess_sq <= 2 standard_error
+  Fault fault = Fault::none;
+  std::string fault_reason;  ///< the fault with its figures, a part of a sentence; empty without a fault
+};
+
+struct Recommendation {
+  int degree = -1;               ///< -1: none meets the criteria
+  Fault fault = Fault::none;     ///< why none meets the criteria: that of the best degree, or `jump`
+  int best_degree = -1;          ///< smallest error, of the degrees without a fault if there is one
+  std::string reason;            ///< one sentence
+  analysis::BlockSize block_size;  ///< attitudes left out together
+  std::vector<RankedDegree> ranked;
+};
+
+/// Recommends the lowest degree without a fault within two paired standard errors of the best of them. Errors
+/// of a cell below 1e-6 count as 1e-6: they are rounding, and their order is chance. Expects ascending
+/// degrees.
+Recommendation recommend(const std::vector<DegreeEvidence>& degrees, const RawEvidence& raw);
+
+/// [n_fits] The error of each cell's pose, for DegreeEvidence; compare/compare.hpp has the rules. `left_out`
+/// are the errors of each fit's surfaces (leave_one_out, or leave_blocks_out). Cells are those fitted in
+/// translation, in grid order. Robust if the fits are. `fits` are of one model by ascending degree.
+std::vector<std::vector<double>> left_out_errors(const std::vector<analysis::SmoothFit>& fits,
+                                                 const std::vector<std::vector<store::GridD>>& left_out);
+
+// Compares smoothing degrees: residual, prediction error, roughness, and gap and penetration of the motion.
 
 /// Audit figures of the attitudes that count; lengths are NaN without any.
 struct AuditTotals {

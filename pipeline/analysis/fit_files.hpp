@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis/identification.hpp"
+#include "core/framed_file.hpp"
 
 namespace vrda::analysis {
 
@@ -28,5 +29,19 @@ std::string fitted_ligaments_csv(const job::Job& job, const job::Case& job_case,
 /// for all frames.
 std::string fitted_job_text(const job::Job& job, const std::string& ligaments_file,
                             const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change);
+
+// The append-only journal of an identification, from which an interrupted one continues: a frame of
+// journal/framed_file.hpp per evaluation.
+
+/// SHA-256 of what determines the evaluations: job, inputs, solver, unknowns, measurements.
+std::string identification_key(const FitData& data, const IdentifyPlan& plan,
+                               const std::vector<std::string>& hashes_of_data);
+
+/// Continues the journal at `path`, adding its evaluations, or starts one; with `is_fresh` always starts one.
+/// Throws InputError if it has another key or is being written.
+core::FrameWriter open_evaluations(const std::string& path, const std::string& key, bool is_fresh,
+                                      std::vector<Evaluation>& known);
+
+std::string evaluation_bytes(const Evaluation& evaluation);
 
 }  // namespace vrda::analysis

@@ -1,15 +1,219 @@
 #include "analysis/identification.hpp"
 
 #include <Eigen/Eigenvalues>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 
-#include "core/error.hpp"
 #include "core/parallel.hpp"
-#include "analysis/model_evaluation.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "solve/case_solver.hpp"
 #include "solve/quadratic_program.hpp"
 
 namespace vrda::analysis {
+namespace {
+
+constexpr std::array<const char*, 5> load_names{"force", "anterior_force", "right_force", "moment",
+                                                "varus_moment"};
+constexpr std::array<const char*, 3> axis_names{"anterior", "proximal", "right"};
+constexpr double least_strain = -0.9, largest_strain = 1.0;  // as an uncertain strain
+
+template <std::size_t n>
+std::size_t row_of_name(const std::array<const char*, n>& names, const std::string& name)
+{
+  for (std::size_t k = 0; k < n; ++k) {
+    if (name == names[k]) return k;
+  }
+  check(false, "a word of the schema");
+  return 0;
+}
+
+// Names of the groups that share an unknown, in the order of the fibres, with their rows.
+struct FibreGroup {
+  std::string name;
+  std::vector<std::size_t> fibres;
+};
+
+std::vector<FibreGroup> groups_of(const job::Job& job, const std::vector<model::Fibre>& fibres,
+                                  std::size_t number)
+{
+  const job::FitParameterJob& parameter = job.fit->parameters[number];
+  std::vector<FibreGroup> groups;
+  for (std::size_t k = 0; k < fibres.size(); ++k) {
+    if (!parameter.fibre.empty() && fibres[k].name != parameter.fibre) continue;
+    if (!parameter.bundle.empty() && fibres[k].bundle != parameter.bundle) continue;
+    const std::string name = parameter.shared_by == "all"     ? "all"
+                             : parameter.shared_by == "fibre" ? fibres[k].name
+                                                              : fibres[k].bundle;
+    auto at =
+        std::find_if(groups.begin(), groups.end(), [&](const auto& group) { return group.name == name; });
+    if (at == groups.end()) at = groups.insert(groups.end(), {name, {}});
+    at->fibres.push_back(k);
+  }
+  if (!groups.empty()) return groups;
+  const bool is_fibre = !parameter.fibre.empty();
+  std::vector<std::string> known;
+  for (const model::Fibre& fibre : fibres) known.push_back(is_fibre ? fibre.name : fibre.bundle);
+  const std::string& requested = is_fibre ? parameter.fibre : parameter.bundle;
+  job.document.refuse("fit.parameter." + std::to_string(number) + (is_fibre ? ".fibre" : ".bundle"),
+                      known.empty() ? "no fibres" : '"' + requested + '"',
+                      known.empty()
+                          ? "[ligaments]"
+                          : "one of the job; the nearest is \"" + nearest_word(requested, known) + '"');
+}
+
+// Of an unknown at one of several angles: 1 there, 0 at the neighbours.
+double hat(const Unknown& unknown, double flexion_rad)
+{
+  const std::vector<double>& nodes = unknown.all_flexions_rad;
+  if (nodes.empty()) return 1.0;
+  const double at = std::clamp(flexion_rad, nodes.front(), nodes.back());
+  for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
+    if (at < nodes[k] || at > nodes[k + 1]) continue;
+    const double share = (at - nodes[k]) / (nodes[k + 1] - nodes[k]);
+    if (unknown.flexion_rad == nodes[k]) return 1.0 - share;
+    if (unknown.flexion_rad == nodes[k + 1]) return share;
+  }
+  return 0.0;
+}
+
+void add_load(const job::Job& job, std::size_t number, Unknown unknown, std::vector<Unknown>& all)
+{
+  const job::FitParameterJob& parameter = job.fit->parameters[number];
+  unknown.load = static_cast<FittedLoad>(row_of_name(load_names, parameter.load));
+  unknown.name = parameter.load;
+  const std::string key = "fit.parameter." + std::to_string(number);
+  if (unknown.load == FittedLoad::force && !(job.push.force_n.value.minCoeff() + parameter.from > 0.0))
+    job.document.refuse(key + ".from", shortest_decimal(parameter.from),
+                        "a change that leaves push.force_n above 0");
+  if (parameter.flexion_deg.empty()) all.push_back(unknown);
+  for (const double flexion_deg : parameter.flexion_deg)
+    unknown.all_flexions_rad.push_back(rad_from_deg(flexion_deg));
+  for (const double flexion_deg : parameter.flexion_deg) {
+    Unknown at = unknown;
+    at.name += " at " + shortest_decimal(flexion_deg);
+    at.flexion_rad = rad_from_deg(flexion_deg);
+    all.push_back(at);
+  }
+}
+
+}  // namespace
+
+const char* Unknown::unit() const
+{
+  if (quantity == job::FitQuantity::reference_strain) return "";
+  if (quantity == job::FitQuantity::attachment) return "mm";
+  return load == FittedLoad::moment || load == FittedLoad::varus_moment ? "N mm" : "N";
+}
+
+std::vector<Unknown> unknowns_of(const job::Job& job, const job::Case& job_case)
+{
+  std::vector<Unknown> all;
+  for (std::size_t k = 0; k < job.fit->parameters.size(); ++k) {
+    const job::FitParameterJob& parameter = job.fit->parameters[k];
+    Unknown unknown;
+    unknown.quantity = parameter.quantity;
+    unknown.sd = parameter.sd;
+    unknown.from = parameter.from;
+    unknown.to = parameter.to;
+    if (parameter.quantity == job::FitQuantity::load) {
+      add_load(job, k, unknown, all);
+      continue;
+    }
+    const bool is_strain = parameter.quantity == job::FitQuantity::reference_strain;
+    if (!is_strain) {
+      unknown.is_moving = parameter.body == "moving";
+      unknown.axis = static_cast<Eigen::Index>(row_of_name(axis_names, parameter.axis));
+    }
+    for (const FibreGroup& group : groups_of(job, job_case.ligaments.fibres, k)) {
+      unknown.fibres = group.fibres;
+      unknown.name = is_strain ? "reference_strain " + group.name
+                               : "attachment " + parameter.body + ' ' + group.name + ' ' + parameter.axis;
+      all.push_back(unknown);
+    }
+  }
+  return all;
+}
+
+double& component(LoadChange& change, FittedLoad load)
+{
+  switch (load) {
+    case FittedLoad::anterior_force:
+      return change.force_n.x();
+    case FittedLoad::force:
+      return change.force_n.y();
+    case FittedLoad::right_force:
+      return change.force_n.z();
+    case FittedLoad::moment:
+      return change.moment_nmm;
+    case FittedLoad::varus_moment:
+      break;
+  }
+  return change.varus_moment_nmm;
+}
+
+LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change,
+                          double flexion_rad)
+{
+  LoadChange loads;
+  for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    if (unknowns[k].quantity == job::FitQuantity::load)
+      component(loads, unknowns[k].load) +=
+          hat(unknowns[k], flexion_rad) * change(static_cast<Eigen::Index>(k));
+  }
+  return loads;
+}
+
+model::Ligaments changed_ligaments(const job::Case& job_case, const std::vector<Unknown>& unknowns,
+                                      const Eigen::VectorXd& change)
+{
+  model::Ligaments ligaments = job_case.ligaments;
+  std::vector<double> strain_change(ligaments.fibres.size(), 0.0);
+  std::vector<bool> is_changed(ligaments.fibres.size(), false);
+  for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    const double by = change(static_cast<Eigen::Index>(k));
+    for (const std::size_t row : unknowns[k].fibres) {
+      is_changed[row] = is_changed[row] || by != 0.0;
+      model::Fibre& fibre = ligaments.fibres[row];
+      if (unknowns[k].quantity == job::FitQuantity::attachment) {
+        (unknowns[k].is_moving ? fibre.moving_mm : fibre.reference_mm)(unknowns[k].axis) += by;
+      } else {
+        strain_change[row] += by;
+      }
+    }
+  }
+  const std::vector<model::FibreState> before = model::fibre_states(job_case.ligaments, {}, {});
+  const std::vector<model::FibreState> after = model::fibre_states(ligaments, {}, {});
+  for (std::size_t row = 0; row < before.size(); ++row) {
+    if (!is_changed[row] || !(after[row].length_mm > 0.0)) continue;
+    const double strain =
+        before[row].length_mm / ligaments.fibres[row].slack_length_mm - 1.0 + strain_change[row];
+    ligaments.fibres[row].slack_length_mm =
+        after[row].length_mm / (1.0 + std::clamp(strain, least_strain, largest_strain));
+  }
+  return ligaments;
+}
+
+job::Case changed_case(const job::Case& job_case, const std::vector<Unknown>& unknowns,
+                        const Eigen::VectorXd& change)
+{
+  job::Case changed = job_case;
+  changed.ligaments = changed_ligaments(job_case, unknowns, change);
+  const auto change_rows = [&](std::vector<job::Push>& rows, const std::vector<double>& flexions_deg) {
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const LoadChange by = load_change_at(unknowns, change, rad_from_deg(flexions_deg[k]));
+      rows[k].force_n += by.force_n;
+      rows[k].moment_nmm += by.moment_nmm;
+      rows[k].varus_moment_nmm += by.varus_moment_nmm;
+    }
+  };
+  change_rows(changed.push, changed.grid.flexion_deg);
+  change_rows(changed.path_push, changed.path_flexion_deg);
+  return changed;
+}
+
 namespace {
 
 constexpr int most_iterations_of_fit = 40;
@@ -340,6 +544,295 @@ Identification identify(const FitData& data, const IdentifyPlan& plan)
   for (std::size_t k = 0; k < data.laxities.size(); ++k)
     found.laxities.push_back({data.laxities[k], first[k], last[k]});
   return found;
+}
+
+namespace {
+
+// Kinds of evaluations. The values are those of the journal.
+enum EvaluationKind : std::int8_t { whole_spine, near_spine, whole_laxity, near_laxity };
+
+// A pose that moves farther by a difference is another equilibrium.
+constexpr double same_branch_mm = 5.0, same_branch_rad = rad_from_deg(15.0);
+constexpr double rounding_rad = 1e-9;
+constexpr std::size_t n_pose_values = 6;  // status, translation, theta, varus
+
+std::vector<double> numbers_of(const Eigen::VectorXd& x)
+{
+  return {x.data(), x.data() + x.size()};
+}
+
+std::vector<double> joined(const Eigen::VectorXd& a, const Eigen::VectorXd& b)
+{
+  std::vector<double> all = numbers_of(a);
+  all.insert(all.end(), b.data(), b.data() + b.size());
+  return all;
+}
+
+void append_pose(std::vector<double>& values, const StepRecord& record)
+{
+  values.push_back(static_cast<double>(record.status));
+  for (Eigen::Index k = 0; k < 3; ++k) values.push_back(record.pose.translation_mm(k));
+  values.push_back(record.pose.theta_rad);
+  values.push_back(record.varus_rad);
+}
+
+StepRecord record_at(const std::vector<double>& values, std::size_t row)
+{
+  const double* v = values.data() + n_pose_values * row;
+  StepRecord record;
+  record.status = static_cast<StepStatus>(static_cast<std::int8_t>(v[0]));
+  record.pose = {{v[1], v[2], v[3]}, v[4]};
+  record.varus_rad = v[5];
+  return record;
+}
+
+bool is_same_branch(const StepRecord& a, const StepRecord& b)
+{
+  return (a.pose.translation_mm - b.pose.translation_mm).norm() <= same_branch_mm &&
+         std::abs(a.pose.theta_rad - b.pose.theta_rad) <= same_branch_rad &&
+         std::abs(a.varus_rad - b.varus_rad) <= same_branch_rad;
+}
+
+}  // namespace
+
+ModelEvaluation::ModelEvaluation(const FitData& data, const IdentifyPlan& plan) : data_(data), plan_(plan)
+{
+  if (data.motion != nullptr) joint_ = solve::joint_of(*data.motion, data.motion->frame);
+  for (const Evaluation& known : plan.known) known_.emplace(Key{known.kind, known.at}, known.values);
+  add_rows();
+  if (data.motion == nullptr) return;
+  std::vector<double> flexions_rad;
+  for (const double flexion_deg : data.motion->grid.flexion_deg)
+    flexions_rad.push_back(rad_from_deg(flexion_deg));
+  is_needed_.assign(flexions_rad.size(), false);
+  for (const Row& row : rows_) {
+    if (row.trial == data.trials.size()) continue;
+    const double at_rad = data.trials[row.trial].rows[row.row].value[analysis::at_flexion];
+    // At a flexion of the grid, rounding of the solved poses decides which neighbour is interpolated.
+    for (const double near_rad : {at_rad - rounding_rad, at_rad + rounding_rad}) {
+      const auto after =
+          std::lower_bound(flexions_rad.begin(), flexions_rad.end(), near_rad) - flexions_rad.begin();
+      const std::size_t high = std::min(static_cast<std::size_t>(after), flexions_rad.size() - 1);
+      is_needed_[high] = is_needed_[high > 0 ? high - 1 : 0] = true;
+    }
+  }
+}
+
+void ModelEvaluation::add_rows()
+{
+  const double independent_rad = rad_from_deg(plan_.fit.independent_deg);
+  for (std::size_t t = 0; t < data_.trials.size(); ++t) {
+    const std::vector<analysis::Row>& rows = data_.trials[t].rows;
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      if (!rows[r].missing.empty()) continue;
+      const auto n_near = std::count_if(rows.begin(), rows.end(), [&](const analysis::Row& other) {
+        return other.missing.empty() && std::abs(other.value[analysis::at_flexion] -
+                                                 rows[r].value[analysis::at_flexion]) <= 0.5 * independent_rad;
+      });
+      for (std::size_t c = 1; c < analysis::n_scored; ++c) {
+        if (rows[r].is_determined[c] && std::isfinite(plan_.fit.noise[c]))
+          rows_.push_back({t, r, c, 1.0 / static_cast<double>(n_near), plan_.fit.noise[c]});
+      }
+    }
+  }
+  for (std::size_t r = 0; r < data_.laxities.size(); ++r) {
+    const analysis::PublishedValue& row = data_.laxities[r];
+    double noise = row.sd;
+    for (std::size_t k = 0; k < analysis::n_laxity_tests && std::isnan(noise); ++k) {
+      const analysis::TestKind& kind = analysis::kind_of(static_cast<analysis::LaxityTest>(k));
+      if (row.test == kind.name || row.test == kind.both)
+        noise = analysis::in_file_unit(kind, plan_.fit.noise[static_cast<std::size_t>(kind.coordinate)]);
+    }
+    if (std::isfinite(noise)) rows_.push_back({data_.trials.size(), r, 0, 1.0, noise});
+  }
+}
+
+Eigen::VectorXd ModelEvaluation::change(const Eigen::VectorXd& x) const
+{
+  Eigen::VectorXd changes = x;
+  for (Eigen::Index k = 0; k < x.size(); ++k) changes(k) *= plan_.unknowns[static_cast<std::size_t>(k)].sd;
+  return changes;
+}
+
+std::vector<double> ModelEvaluation::recalled(const Key& key,
+                                              const std::function<std::vector<double>()>& compute)
+{
+  {
+    const std::scoped_lock lock(mutex_);
+    const auto found = known_.find(key);
+    if (found != known_.end()) return found->second;
+  }
+  if (is_stopped()) return {};
+  const std::vector<double> values = compute();
+  if (is_stopped()) return {};
+  const std::scoped_lock lock(mutex_);
+  // Another fit may have solved the same meanwhile, with the same result.
+  if (known_.emplace(key, values).second && plan_.keep) plan_.keep({key.first, key.second, values});
+  if (plan_.on_progress) plan_.on_progress();
+  return values;
+}
+
+std::vector<double> ModelEvaluation::spine_poses(const Eigen::VectorXd& x)
+{
+  return recalled({whole_spine, numbers_of(x)}, [&] {
+    const job::Case changed = changed_case(*data_.motion, plan_.unknowns, change(x));
+    solve::SweepPlan plan = solve::plan_of(changed);
+    plan.has_band = false;
+    solve::CaseSolver solver(changed, 1);
+    solve::SweepHooks hooks;
+    hooks.is_stopped = plan_.is_stopped;
+    const solve::SweepResult swept = solve::sweep(
+        plan, [&](const solve::StepTask& task) { return solver(task); }, hooks, 1);
+    std::vector<double> values;
+    for (const solve::FreeSpineStep& step : swept.free_spine) append_pose(values, step.chosen);
+    return values;
+  });
+}
+
+std::vector<double> ModelEvaluation::near_poses(const Eigen::VectorXd& base, const Eigen::VectorXd& x)
+{
+  const std::vector<double> from = spine_poses(base);
+  return recalled({near_spine, joined(base, x)}, [&] {
+    const job::Case& job_case = *data_.motion;
+    const Eigen::VectorXd changes = change(x);
+    const model::Ligaments ligaments =
+        model::solver_ligaments(changed_ligaments(job_case, plan_.unknowns, changes), job_case.frame);
+    solve::EquilibriumSolver solver(joint_, ligaments, job_case.equilibrium);
+    std::vector<double> values;
+    for (std::size_t k = 0; k < job_case.push.size() && !from.empty(); ++k) {
+      const StepRecord seed = record_at(from, k);
+      job::Push push = job_case.push[k];
+      const double flexion_rad = rad_from_deg(job_case.grid.flexion_deg[k]);
+      const LoadChange by = load_change_at(plan_.unknowns, changes, flexion_rad);
+      push.force_n += by.force_n;
+      push.moment_nmm += by.moment_nmm;
+      push.varus_moment_nmm += by.varus_moment_nmm;
+      solve::EquilibriumSolver::Task task;
+      task.attitude = {flexion_rad, seed.varus_rad};
+      task.seed = seed.pose;
+      task.loads = solve::loads_of(job_case, push);
+      task.is_varus_free = true;
+      task.is_measured = false;
+      StepRecord record = seed;
+      if (!is_needed_[k]) record.status = StepStatus::pending;
+      if (record.status == StepStatus::stable) record = solver.solve(task);
+      if (record.status == StepStatus::stable && !is_same_branch(seed, record))
+        record.status = StepStatus::iteration_limit;
+      append_pose(values, record);
+    }
+    return values;
+  });
+}
+
+std::vector<double> ModelEvaluation::solved_laxities(const Eigen::VectorXd& x,
+                                                     const std::vector<StepRecord>& unloaded)
+{
+  analysis::LaxityPlan plan;
+  plan.loads = data_.loads;
+  plan.unloaded = unloaded;
+  plan.is_stopped = plan_.is_stopped;
+  const job::Case changed = changed_case(*data_.laxity, plan_.unknowns, change(x));
+  const analysis::LaxityResult result = analysis::laxity_of(changed, plan);
+  std::vector<double> values;
+  for (const analysis::Compared& row : analysis::compared(result, data_.laxities)) values.push_back(row.found);
+  for (const StepRecord& record : result.unloaded) append_pose(values, record);
+  return values;
+}
+
+// Of each row, then the unloaded poses.
+std::vector<double> ModelEvaluation::laxity_values(const Eigen::VectorXd& x)
+{
+  return recalled({whole_laxity, numbers_of(x)}, [&] { return solved_laxities(x, {}); });
+}
+
+std::vector<double> ModelEvaluation::near_laxity_values(const Eigen::VectorXd& base, const Eigen::VectorXd& x)
+{
+  const std::vector<double> from = laxity_values(base);
+  return recalled({near_laxity, joined(base, x)}, [&] {
+    if (from.empty()) return std::vector<double>{};
+    const std::vector<double> poses(from.begin() + static_cast<std::ptrdiff_t>(data_.laxities.size()),
+                                    from.end());
+    std::vector<StepRecord> unloaded;
+    for (std::size_t k = 0; k < data_.loads.flexion_deg.size(); ++k) unloaded.push_back(record_at(poses, k));
+    return solved_laxities(x, unloaded);
+  });
+}
+
+Residuals ModelEvaluation::residuals(const std::vector<double>& poses,
+                                     const std::vector<double>& laxities) const
+{
+  Residuals all = Residuals::Constant(static_cast<Eigen::Index>(rows_.size()), nan);
+  std::vector<std::vector<analysis::Row>> found;
+  if (data_.motion != nullptr && !poses.empty()) {
+    const job::Case& job_case = *data_.motion;
+    std::vector<Pose> X;
+    for (std::size_t k = 0; k < job_case.grid.flexion_deg.size(); ++k) {
+      const StepRecord record = record_at(poses, k);
+      X.push_back(X_reference_moving(
+          job_case.frame, {rad_from_deg(job_case.grid.flexion_deg[k]), record.varus_rad}, record.pose));
+    }
+    analysis::Sequence model =
+        analysis::sequence_of(job_case.title, "flexion_deg", job_case.grid.flexion_deg, X, data_.convention);
+    for (std::size_t k = 0; k < model.rows.size(); ++k) {
+      const StepStatus status = record_at(poses, k).status;
+      if (status != StepStatus::stable) model.rows[k].missing = name_of(status);
+    }
+    for (const analysis::Sequence& trial : data_.trials)
+      found.push_back(analysis::rows_over_flexion(model, trial, true));
+  }
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const Row& row = rows_[k];
+    double difference = nan;
+    if (row.trial == data_.trials.size()) {
+      if (!laxities.empty()) difference = laxities[row.row] - data_.laxities[row.row].value;
+    } else if (!found.empty() && found[row.trial][row.row].missing.empty()) {
+      difference = found[row.trial][row.row].value[row.coordinate] -
+                   data_.trials[row.trial].rows[row.row].value[row.coordinate];
+    }
+    all(static_cast<Eigen::Index>(k)) = difference / row.noise;
+  }
+  return all;
+}
+
+Residuals ModelEvaluation::at(const Eigen::VectorXd& x)
+{
+  return residuals(data_.motion == nullptr ? std::vector<double>{} : spine_poses(x),
+                   data_.laxity == nullptr ? std::vector<double>{} : laxity_values(x));
+}
+
+Residuals ModelEvaluation::near(const Eigen::VectorXd& base, const Eigen::VectorXd& x)
+{
+  return residuals(data_.motion == nullptr ? std::vector<double>{} : near_poses(base, x),
+                   data_.laxity == nullptr ? std::vector<double>{} : near_laxity_values(base, x));
+}
+
+std::vector<double> ModelEvaluation::laxities_at(const Eigen::VectorXd& x)
+{
+  std::vector<double> values;
+  if (data_.laxity != nullptr) values = laxity_values(x);
+  values.resize(data_.laxities.size(), nan);
+  return values;
+}
+
+Eigen::MatrixXd ModelEvaluation::derivatives(const Eigen::VectorXd& x, double length)
+{
+  const Residuals middle = near(x, x);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(middle.size(), x.size());
+  for (Eigen::Index c = 0; c < x.size(); ++c) {
+    const Unknown& unknown = plan_.unknowns[static_cast<std::size_t>(c)];
+    Eigen::VectorXd low = x, high = x;
+    low(c) = std::max(unknown.from / unknown.sd, x(c) - length);
+    high(c) = std::min(unknown.to / unknown.sd, x(c) + length);
+    const Residuals below = near(x, low), above = near(x, high);
+    for (Eigen::Index r = 0; r < middle.size(); ++r) {
+      // One side where the other has no pose nearby.
+      const bool has_low = std::isfinite(below(r)), has_high = std::isfinite(above(r));
+      const double from = has_low ? below(r) : middle(r), to = has_high ? above(r) : middle(r);
+      const double step = (has_high ? high(c) : x(c)) - (has_low ? low(c) : x(c));
+      if (step > 0.0 && std::isfinite(from) && std::isfinite(to)) J(r, c) = (to - from) / step;
+    }
+  }
+  return J;
 }
 
 }  // namespace vrda::analysis

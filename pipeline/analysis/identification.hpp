@@ -1,18 +1,66 @@
-/// Identification: the unknowns of a job with which its solved motion, or its laxity, is nearest to measured
-/// ones, and how well the measurements determine them.
+/// The unknowns of [fit], and a case with them changed.
 #pragma once
 
 #include <array>
 #include <functional>
+#include <map>
+#include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "analysis/laxity.hpp"
 #include "analysis/offset_fit.hpp"
-#include "analysis/unknowns.hpp"
-#include "analysis/published_values.hpp"
-#include "analysis/sequence.hpp"
+#include "analysis/score.hpp"
+#include "job/case.hpp"
+#include "job/job.hpp"
+#include "solve/equilibrium.hpp"
 
 namespace vrda::analysis {
+
+/// The loads that may change.
+enum class FittedLoad { force, anterior_force, right_force, moment, varus_moment };
+
+/// One number that is fitted: a change of strain, length (mm), force (N) or moment (N mm).
+struct Unknown {
+  std::string name;  ///< "reference_strain ACLam", "moment at 30"
+  job::FitQuantity quantity = job::FitQuantity::reference_strain;
+  std::vector<std::size_t> fibres;  ///< rows that change together
+  bool is_moving = false;           ///< object of an attachment
+  Eigen::Index axis = 0;            ///< of an attachment, canonical
+  FittedLoad load = FittedLoad::force;
+  double flexion_rad = nan;               ///< of a load that changes over flexion
+  std::vector<double> all_flexions_rad;   ///< of the same load, ascending; empty: constant
+  double sd = 0.0, from = 0.0, to = 0.0;  ///< prior and bounds of the change
+
+  const char* unit() const;
+};
+
+/// Expands the parameters of the job: one unknown per bundle, fibre or flexion. Throws InputError naming the
+/// key: a fibre or bundle that the case does not have, or a load that leaves no force along Delta at `from`.
+std::vector<Unknown> unknowns_of(const job::Job& job, const job::Case& job_case);
+
+/// The changes of all loads at a flexion: linear between the angles of an unknown, constant beyond.
+struct LoadChange {
+  Eigen::Vector3d force_n = Eigen::Vector3d::Zero();  ///< anterior, proximal, right
+  double moment_nmm = 0.0, varus_moment_nmm = 0.0;
+};
+/// The part of the change that an unknown of this kind sets.
+double& component(LoadChange& change, FittedLoad load);
+LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change,
+                          double flexion_rad);
+
+/// Fibres with changed attachments and slack lengths: the reference strain (at the pose of the meshes) is the
+/// case's plus its change, wherever the attachments are.
+model::Ligaments changed_ligaments(const job::Case& job_case, const std::vector<Unknown>& unknowns,
+                                      const Eigen::VectorXd& change);
+
+/// The case with the changes applied to fibres and loads.
+job::Case changed_case(const job::Case& job_case, const std::vector<Unknown>& unknowns,
+                        const Eigen::VectorXd& change);
+
+// Identification: the unknowns of a job with which its solved motion, or its laxity, is nearest to measured
+// ones, and how well the measurements determine them.
 
 /// What the joint is fitted to. At least one of the two cases and its data are given.
 struct FitData {
@@ -97,5 +145,59 @@ struct Identification {
 /// halves of an only one; the whole fit continues from the end of another that is lower.
 /// One solve a core; the same bits for any number of threads, and from `known`.
 Identification identify(const FitData& data, const IdentifyPlan& plan);
+
+// The differences between a model with some changes and the measurements.
+
+/// Differences divided by their noise, one per row and coordinate: motions first, then laxities. NaN where
+/// the model has no pose.
+using Residuals = Eigen::VectorXd;
+
+/// Thread-safe. The data and the plan must outlive it.
+class ModelEvaluation {
+ public:
+  ModelEvaluation(const FitData& data, const IdentifyPlan& plan);
+
+  struct Row {
+    std::size_t trial = 0;       ///< trials.size(): a laxity
+    std::size_t row = 0;         ///< of the trial, or of the laxities
+    std::size_t coordinate = 0;  ///< of a motion
+    double weight = 1.0;
+    double noise = 1.0;  ///< rad or mm; of a laxity mm or degrees
+  };
+  const std::vector<Row>& rows() const { return rows_; }
+
+  /// At changes `x`, in units of the prior's deviation, by the whole spine.
+  Residuals at(const Eigen::VectorXd& x);
+  /// At `x`, from the equilibria found at `base`, which is near.
+  Residuals near(const Eigen::VectorXd& base, const Eigen::VectorXd& x);
+  /// Derivatives by changes, columns, at `x`: differences over `step` to either side.
+  Eigen::MatrixXd derivatives(const Eigen::VectorXd& x, double step);
+  /// Of the laxities, mm or degrees.
+  std::vector<double> laxities_at(const Eigen::VectorXd& x);
+
+  bool is_stopped() const { return plan_.is_stopped && plan_.is_stopped(); }
+  Eigen::VectorXd change(const Eigen::VectorXd& x) const;
+
+ private:
+  using Key = std::pair<std::int8_t, std::vector<double>>;
+  struct Stopped {};
+
+  std::vector<double> recalled(const Key& key, const std::function<std::vector<double>()>& compute);
+  std::vector<double> spine_poses(const Eigen::VectorXd& x);
+  std::vector<double> near_poses(const Eigen::VectorXd& base, const Eigen::VectorXd& x);
+  std::vector<double> laxity_values(const Eigen::VectorXd& x);
+  std::vector<double> near_laxity_values(const Eigen::VectorXd& base, const Eigen::VectorXd& x);
+  std::vector<double> solved_laxities(const Eigen::VectorXd& x, const std::vector<StepRecord>& unloaded);
+  Residuals residuals(const std::vector<double>& poses, const std::vector<double>& laxities) const;
+  void add_rows();
+
+  const FitData& data_;
+  const IdentifyPlan& plan_;
+  std::vector<Row> rows_;
+  solve::Joint joint_;           ///< of the motion's case
+  std::vector<bool> is_needed_;  ///< [n_flexion] next to the flexion of a row
+  std::map<Key, std::vector<double>> known_;
+  std::mutex mutex_;
+};
 
 }  // namespace vrda::analysis

@@ -1,12 +1,19 @@
 #include "analysis/laxity.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
-#include "core/error.hpp"
+#include "core/document.hpp"
 #include "core/parallel.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "job/job.hpp"
+#include "job/ligament_files.hpp"
 #include "solve/case_solver.hpp"
-#include "solve/joint_map.hpp"
+#include "solve/potential.hpp"
 
 namespace vrda::analysis {
 namespace {
@@ -399,6 +406,298 @@ double laxity_at_load(const LaxityCurve& curve, double load)
     if (load >= from && load <= to) return moved(k) + (load - from) / (to - from) * (moved(k + 1) - moved(k));
   }
   return nan;
+}
+
+namespace {
+
+constexpr std::size_t most_rows = 100000;
+
+enum Field : std::size_t { f_test, f_flexion, f_value, f_load, f_sd, f_source, f_state, n_fields };
+constexpr const char* field_names[] = {"test", "flexion_deg", "value", "load", "sd", "source", "state",
+                                       // Further columns of laxity.csv, not read.
+                                       "load_unit", "unit", "position", "change_by_cut", "status"};
+
+std::vector<std::string> test_names()
+{
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < n_laxity_tests; ++k) {
+    const TestKind& kind = kind_of(static_cast<LaxityTest>(k));
+    names.emplace_back(kind.name);
+    if (k % 2 == 1) names.emplace_back(kind.both);
+  }
+  return names;
+}
+
+double number_of(const job::CsvTable& table, const job::TableLine& line, Field field, std::string_view text)
+{
+  const std::optional<double> number = job::parse_real(text);
+  if (!number || !std::isfinite(*number)) table.refuse_number(line, field_names[field], text);
+  return *number;
+}
+
+// Nothing for a row of a cut, or one without a value.
+std::optional<PublishedValue> value_of(const job::CsvTable& table, const job::TableLine& line,
+                                       const std::vector<Field>& columns)
+{
+  PublishedValue row;
+  bool is_whole = true;
+  const std::vector<std::string_view> texts = table.fields(line);
+  for (std::size_t k = 0; k < texts.size(); ++k) {
+    const Field field = columns[k];
+    const std::string text(texts[k]);
+    if (field == f_test) {
+      row.test = text;
+      if (!is_test_name(text)) table.refuse(line, "test", '"' + text + '"', join_alternatives(test_names()));
+    } else if (field == f_source) {
+      row.source = text;
+    } else if (field == f_state) {
+      is_whole = text.empty() || text == whole_state;
+    } else if (field >= n_fields) {
+      continue;
+    } else if (field == f_value && text.empty()) {
+      row.value = nan;
+    } else if (!text.empty() || field == f_flexion) {
+      const double number = number_of(table, line, field, text);
+      if (field == f_flexion) row.flexion_deg = number;
+      if (field == f_value) row.value = number;
+      if (field == f_load) row.load = number;
+      if (field == f_sd) row.sd = number;
+      if ((field == f_load || field == f_sd) && !(number > 0.0))
+        table.refuse(line, field_names[field], text, "a number above 0");
+    }
+  }
+  if (!is_whole || std::isnan(row.value)) return std::nullopt;
+  return row;
+}
+
+// Of one direction at a flexion row.
+double at_row(const LaxityResult& result, LaxityTest test, std::size_t flexion, double load)
+{
+  for (const LaxityCurve& curve : result.curves) {
+    if (curve.state != 0 || curve.test != test || curve.flexion != flexion) continue;
+    return in_file_unit(kind_of(test), std::isnan(load) ? curve.laxity() : laxity_at_load(curve, load));
+  }
+  return nan;
+}
+
+// Linear between the flexions of the job.
+double at_flexion(const LaxityResult& result, LaxityTest test, const PublishedValue& row)
+{
+  const std::vector<double>& flexions = result.loads.flexion_deg;
+  for (std::size_t k = 0; k < flexions.size(); ++k) {
+    if (row.flexion_deg == flexions[k]) return at_row(result, test, k, row.load);
+    if (k + 1 == flexions.size() || row.flexion_deg < flexions[k] || row.flexion_deg > flexions[k + 1])
+      continue;
+    const double share = (row.flexion_deg - flexions[k]) / (flexions[k + 1] - flexions[k]);
+    return (1.0 - share) * at_row(result, test, k, row.load) + share * at_row(result, test, k + 1, row.load);
+  }
+  return nan;
+}
+
+}  // namespace
+
+bool is_test_name(const std::string& name)
+{
+  const std::vector<std::string> names = test_names();
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+double in_file_unit(const TestKind& kind, double value)
+{
+  return kind.is_force() ? value : deg_from_rad(value);
+}
+
+std::vector<PublishedValue> published_values(const std::string& file, std::string_view text)
+{
+  const job::CsvTable table(file, text, {"value", "values", "values"});
+  const std::vector<std::string> known(std::begin(field_names), std::end(field_names));
+  std::vector<Field> columns;
+  for (const std::string_view name : job::split_fields(table.header().text)) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end())
+      table.refuse_unknown_column(name, known, "test, flexion_deg, value, load, sd, source");
+    columns.push_back(static_cast<Field>(at - known.begin()));
+    if (std::count(columns.begin(), columns.end(), columns.back()) > 1)
+      table.refuse(table.header(), std::string(name), "the column twice", "each column once");
+  }
+  for (const Field needed : {f_test, f_flexion, f_value}) {
+    if (std::find(columns.begin(), columns.end(), needed) == columns.end())
+      table.refuse(table.header(), field_names[needed], "no such column", "this column");
+  }
+  table.require_rows(most_rows);
+  std::vector<PublishedValue> rows;
+  for (std::size_t k = 0; k < table.n_rows(); ++k) {
+    if (const std::optional<PublishedValue> row = value_of(table, table.row(k), columns))
+      rows.push_back(*row);
+  }
+  return rows;
+}
+
+std::vector<Compared> compared(const LaxityResult& result, const std::vector<PublishedValue>& published)
+{
+  std::vector<Compared> all;
+  for (const PublishedValue& row : published) {
+    Compared one{row, 0.0, {}};
+    for (std::size_t k = 0; k < n_laxity_tests; ++k) {
+      const auto test = static_cast<LaxityTest>(k);
+      if (row.test == kind_of(test).name || row.test == kind_of(test).both)
+        one.found += at_flexion(result, test, row);
+    }
+    if (std::isnan(one.found))
+      one.missing = "not among the tests, flexions and loads of the job, or not solved";
+    all.push_back(one);
+  }
+  return all;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double value)
+{
+  return std::isfinite(value) ? Json(value) : Json();
+}
+
+Json coordinates_json(const JointCoordinates& coordinates)
+{
+  Json json = Json::object();
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+    const double value = coordinates(static_cast<Eigen::Index>(k));
+    json[std::string(joint_coordinate_names[k]) + (is_rotation(k) ? "_deg" : "_mm")] =
+        number(is_rotation(k) ? deg_from_rad(value) : value);
+  }
+  return json;
+}
+
+Json resistance_json(const BundleResistance& of)
+{
+  return {{"name", of.bundle}, {"force", number(of.force)}, {"share", number(of.share)}};
+}
+
+Json curve_json(const LaxityDocument& document, const LaxityCurve& curve)
+{
+  const TestKind& kind = kind_of(curve.test);
+  Json poses = Json::array(), bundles = Json::array();
+  for (const LoadedPose& pose : curve.poses)
+    poses.push_back({{"load", pose.load},
+                     {"status", name_of(pose.status)},
+                     {"coordinates", coordinates_json(pose.coordinates)}});
+  for (const BundleResistance& bundle : curve.bundles) bundles.push_back(resistance_json(bundle));
+  Json json = {{"state", document.result.states[curve.state]},
+               {"flexion_deg", document.result.loads.flexion_deg[curve.flexion]},
+               {"test", kind.name},
+               {"load_unit", kind.is_force() ? "N" : "N mm"},
+               {"unit", kind.is_force() ? "mm" : "degree"},
+               {"laxity", number(in_file_unit(kind, curve.laxity()))},
+               {"poses", poses},
+               {"bundles", bundles},
+               {"contact", resistance_json(curve.contact)}};
+  if (curve.state > 0)
+    json["replaced"] = {{"distance_mm", number(curve.replaced_mm)},
+                        {"angle_deg", number(deg_from_rad(curve.replaced_rad))}};
+  return json;
+}
+
+Json compared_json(const Compared& one)
+{
+  const PublishedValue& row = one.published;
+  return {{"test", row.test},           {"flexion_deg", row.flexion_deg},
+          {"load", number(row.load)},   {"value", row.value},
+          {"sd", number(row.sd)},       {"source", row.source},
+          {"found", number(one.found)}, {"difference", number(one.difference())},
+          {"missing", one.missing}};
+}
+
+std::string cell(double value)
+{
+  return std::isfinite(value) ? shortest_decimal(value) : "";
+}
+
+std::string csv_text(const std::string& text)
+{
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+}  // namespace
+
+const LaxityCurve* curve_of(const LaxityResult& result, std::size_t state, std::size_t flexion,
+                            LaxityTest test)
+{
+  for (const LaxityCurve& curve : result.curves) {
+    if (curve.state == state && curve.flexion == flexion && curve.test == test) return &curve;
+  }
+  return nullptr;
+}
+
+std::string laxity_json(const LaxityDocument& document)
+{
+  Json inputs = Json::array(), curves = Json::array(), compared = Json::array();
+  for (const job::LoadedInput& input : document.inputs)
+    inputs.push_back({{"name", input.name}, {"sha256", input.sha256}});
+  for (const LaxityCurve& curve : document.result.curves) curves.push_back(curve_json(document, curve));
+  for (const Compared& one : document.compared) compared.push_back(compared_json(one));
+  const job::LaxityJob& loads = document.result.loads;
+  const Json json = {{"format", "vrda laxity"},
+                     {"version", 1},
+                     {"program", document.program},
+                     {"solver", document.solver},
+                     {"title", document.title},
+                     {"joint", document.joint},
+                     {"side", document.side},
+                     {"job", document.job},
+                     {"inputs", inputs},
+                     {"flexion_deg", loads.flexion_deg},
+                     {"states", document.result.states},
+                     {"curves", curves},
+                     {"published", compared}};
+  return core::json_text(json, 1) + '\n';
+}
+
+std::string laxity_csv(const LaxityDocument& document)
+{
+  const LaxityResult& result = document.result;
+  std::string csv = "state,test,flexion_deg,load,load_unit,value,unit,position,change_by_cut,status\n";
+  for (const LaxityCurve& curve : result.curves) {
+    const TestKind& kind = kind_of(curve.test);
+    const LaxityCurve* whole = curve_of(result, 0, curve.flexion, curve.test);
+    const std::string at = csv_text(result.states[curve.state]) + ',';
+    const std::string flexion = shortest_decimal(result.loads.flexion_deg[curve.flexion]) + ',';
+    const std::string load = shortest_decimal(curve.poses.back().load) + (kind.is_force() ? ",N," : ",N mm,");
+    const std::string unit = kind.is_force() ? ",mm," : ",degree,";
+    csv += at + kind.name + ',' + flexion + load + cell(in_file_unit(kind, curve.laxity())) + unit +
+           cell(in_file_unit(kind, curve.position())) + ',' +
+           (curve.state == 0 ? "" : cell(in_file_unit(kind, curve.position() - whole->position()))) + ',' +
+           name_of(curve.poses.back().status) + '\n';
+    if (static_cast<std::size_t>(curve.test) % 2 == 0) continue;
+    // Both directions together, after the second.
+    const auto first = static_cast<LaxityTest>(static_cast<std::size_t>(curve.test) - 1);
+    const LaxityCurve* other = curve_of(result, curve.state, curve.flexion, first);
+    csv += at + kind.both + ',' + flexion + load +
+           cell(in_file_unit(kind, curve.laxity() + other->laxity())) + unit + ",," +
+           (curve.is_complete() ? name_of(other->poses.back().status) : name_of(curve.poses.back().status)) +
+           '\n';
+  }
+  return csv;
+}
+
+std::string share_csv(const LaxityDocument& document)
+{
+  const LaxityResult& result = document.result;
+  std::string csv = "state,test,flexion_deg,bundle,force,force_unit,share\n";
+  for (const LaxityCurve& curve : result.curves) {
+    const TestKind& kind = kind_of(curve.test);
+    std::vector<BundleResistance> rows = curve.bundles;
+    if (curve.is_complete()) rows.push_back(curve.contact);
+    for (const BundleResistance& row : rows)
+      csv += csv_text(result.states[curve.state]) + ',' + kind.name + ',' +
+             shortest_decimal(result.loads.flexion_deg[curve.flexion]) + ',' + csv_text(row.bundle) + ',' +
+             cell(row.force) + (kind.is_force() ? ",N," : ",N mm,") + cell(row.share) + '\n';
+  }
+  return csv;
 }
 
 }  // namespace vrda::analysis

@@ -3,12 +3,13 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "model/joint_coordinates.hpp"
-#include "model/step_record.hpp"
 #include "job/case.hpp"
 #include "job/job.hpp"
+#include "model/coordinates.hpp"
+#include "model/step_record.hpp"
 
 namespace vrda::analysis {
 
@@ -91,5 +92,62 @@ LaxityResult laxity_of(const job::Case& job_case, const LaxityPlan& plan);
 
 /// Change of the coordinate under `load`, linear between the steps of a curve: rad or mm. NaN beyond them.
 double laxity_at_load(const LaxityCurve& curve, double load);
+
+// A table of published or measured laxities, and its comparison with a result.
+
+/// One row of the table; angles in degrees and lengths in mm, as written.
+struct PublishedValue {
+  std::string test;  ///< name of a test, or of both directions together ("anterior-posterior")
+  double flexion_deg = 0.0;
+  double load = nan;   ///< N or N mm; NaN: the whole load of the job
+  double value = 0.0;  ///< mm or degrees
+  double sd = nan;     ///< standard deviation over subjects; NaN: not given
+  std::string source;
+};
+
+/// Parses the CSV text (schemas/laxity.md). Throws InputError naming file, line and column.
+std::vector<PublishedValue> published_values(const std::string& file, std::string_view text);
+
+struct Compared {
+  PublishedValue published;
+  double found = nan;   ///< of the intact joint, mm or degrees; NaN outside the job's flexions or loads
+  std::string missing;  ///< why there is no difference
+  double difference() const { return found - published.value; }
+};
+
+/// The value of the intact joint at the row's flexion and load, linear between the job's.
+std::vector<Compared> compared(const LaxityResult& result, const std::vector<PublishedValue>& published);
+
+/// Whether a name is that of a test or of both directions together.
+bool is_test_name(const std::string& name);
+
+/// Angles in degrees, lengths in mm.
+double in_file_unit(const TestKind& kind, double value);
+
+// Files of laxity tests (schemas/laxity.md): the document, tables and a page.
+
+struct LaxityDocument {
+  std::string program, solver;            ///< that wrote it, and the solver's version
+  std::string title, joint, side, job;    ///< of the job; its resolved text
+  std::vector<job::LoadedInput> inputs;  ///< names and hashes
+  LaxityResult result;
+  std::vector<Compared> compared;  ///< empty without published values
+};
+
+/// Text of laxity.json. Angles in degrees, lengths in mm; every number reads back exactly.
+std::string laxity_json(const LaxityDocument& document);
+
+/// One row per state, flexion, test and both directions together: laxity, position and its change by the cut.
+std::string laxity_csv(const LaxityDocument& document);
+
+/// One row per state, flexion and test and bundle: force and share.
+std::string share_csv(const LaxityDocument& document);
+
+/// A self-contained HTML page: tables, laxity over flexion, load against displacement, shares.
+std::string laxity_page(const LaxityDocument& document);
+
+/// The curve of a state, flexion and test; null if there is no such test.
+const LaxityCurve* curve_of(const LaxityResult& result, std::size_t state, std::size_t flexion,
+                            LaxityTest test);
 
 }  // namespace vrda::analysis

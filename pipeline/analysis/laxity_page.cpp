@@ -5,7 +5,7 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "analysis/laxity_files.hpp"
+#include "analysis/laxity.hpp"
 
 namespace vrda::analysis {
 namespace {

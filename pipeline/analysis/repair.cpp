@@ -1,15 +1,23 @@
 #include "analysis/repair.hpp"
 
+#include <Eigen/Geometry>
+#include <boost/math/statistics/univariate_statistics.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
-#include "core/error.hpp"
-#include "core/parallel.hpp"
-#include "analysis/frame_contact.hpp"
-#include "analysis/measured_motion.hpp"
 #include "analysis/sequence_program.hpp"
-#include "analysis/smoothness.hpp"
+#include "contact/contacts.hpp"
+#include "core/parallel.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "model/coordinates.hpp"
+#include "solve/contact_constraint.hpp"
+#include "solve/sweep.hpp"
+#include "store/motion_model.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda::analysis {
 namespace {
@@ -278,6 +286,427 @@ RepairedMotion repair(const analysis::AuditScene& scene, const MeasuredMotion& m
 {
   require_repairable(measured, options);
   return Repair(scene, measured, options).run();
+}
+
+namespace {
+
+solve::Joint joint_of(const store::MotionModel& model, const SolverFrame& frame)
+{
+  std::vector<Compartment> compartments;
+  for (const std::int8_t code : model.compartment_of_triangle)
+    compartments.push_back(static_cast<Compartment>(code));
+  return solve::make_joint(
+      {solver_mesh(model.reference.contact.mesh, frame), model.reference.contact.component},
+      {solver_mesh(model.moving.contact.mesh, frame), model.moving.contact.component}, compartments);
+}
+
+/// Contacts, gaps and flags of repaired frames, as after an import.
+class FrameRecords {
+ public:
+  FrameRecords(const store::MotionModel& model, const SolverFrame& frame)
+      : joint_(joint_of(model, frame)),
+        resolution_mm_(model.contact_resolution_mm),
+        has_compartments_(model.has_compartments),
+        query_(joint_.reference_gap, joint_.moving_gap)
+  {
+  }
+
+  StepRecord record(std::int32_t row, const RepairedFrame& frame)
+  {
+    StepRecord r;
+    r.key = {StepKind::row, row, 0};
+    r.status = StepStatus::stable;
+    r.pose = frame.pose;
+    r.varus_rad = frame.attitude.varus_rad;
+    r.theta_determined = true;  // measured
+    query_.set_attitude(frame.attitude);
+    contact::ContactOptions options;
+    options.band_mm = resolution_mm_;
+    for (const contact::Contact& contact :
+         contact::find_contacts(joint_.reference, joint_.moving, {frame.attitude, frame.pose},
+                                query_.close_pairs(frame.pose, resolution_mm_), narrow_phase_, options))
+      r.contacts.push_back(solve::contact_record(joint_, contact));
+    if (!has_compartments_) return r;
+    r.gap_medial_mm = frame.after.compartments.medial_mm;
+    r.gap_lateral_mm = frame.after.compartments.lateral_mm;
+    r.contact_medial = r.gap_medial_mm <= resolution_mm_;
+    r.contact_lateral = r.gap_lateral_mm <= resolution_mm_;
+    return r;
+  }
+
+ private:
+  solve::Joint joint_;
+  double resolution_mm_ = 0.0;
+  bool has_compartments_ = false;
+  geometry::GapQuery query_;
+  contact::NarrowPhase narrow_phase_;
+};
+
+void append(std::vector<double>& rows, const Eigen::Vector3d& v)
+{
+  rows.insert(rows.end(), {v.x(), v.y(), v.z()});
+}
+
+std::vector<double> values_of(const Eigen::Vector3d& v)
+{
+  return {v.x(), v.y(), v.z()};
+}
+
+double free_gap_mm(const analysis::PoseAudit& audit)
+{
+  return audit.is_overlapping || std::isinf(audit.gap_mm) ? nan : audit.gap_mm;
+}
+
+store::RepairedFrames rows_of(const MeasuredMotion& measured, const RepairedMotion& motion,
+                              const MeasurementNoise& noise)
+{
+  store::RepairedFrames out;
+  out.is_converged = motion.is_converged;
+  for (std::size_t k = 0; k < motion.frames.size(); ++k) {
+    const RepairedFrame& frame = motion.frames[k];
+    for (Eigen::Index i = 0; i < 16; ++i)
+      out.X_measured.push_back(measured.X_reference_moving[k].matrix()(i / 4, i % 4));
+    out.status.push_back(static_cast<std::int8_t>(frame.status));
+    out.distance.push_back(frame.displacement.norm());
+    append(out.rotation_shift, frame.displacement.head<3>());
+    append(out.translation_shift, frame.displacement.tail<3>());
+    out.gap_before_mm.push_back(free_gap_mm(frame.before.audit));
+    out.gap_after_mm.push_back(free_gap_mm(frame.after.audit));
+    out.penetration_before_mm.push_back(frame.before.audit.penetration_mm);
+    out.penetration_after_mm.push_back(frame.after.audit.penetration_mm);
+  }
+  for (Eigen::Index k = 0; k < 3; ++k) out.noise_deg.push_back(deg_from_rad(noise.rotation_rad(k)));
+  out.noise_mm = values_of(noise.translation_mm);
+  out.rotation_period = values_of(motion.period_frames.head<3>());
+  out.translation_period = values_of(motion.period_frames.tail<3>());
+  for (const double limit_mm : motion.gap_limit_mm)
+    out.gap_limit_mm.push_back(std::isinf(limit_mm) ? nan : limit_mm);
+  return out;
+}
+
+}  // namespace
+
+MeasuredMotion measured_motion(const store::MotionModel& model, const std::string& file)
+{
+  if (!model.frames)
+    throw InputError({file, "/frame", "a grid of attitudes", "a sequence of frames, e.g. of vrda import"});
+  MeasuredMotion out;
+  out.name = file;
+  out.key = model.frames->key;
+  for (std::size_t k = 0; k < out.key.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    const std::string frame = "frame " + std::to_string(k + 1);
+    if (model.status(row, 0) != store::code_of(StepStatus::stable))
+      throw InputError({file, frame, "no pose", "a pose in every frame"});
+    if (model.push.delta.row(row) != model.push.delta.row(0))
+      throw InputError({file, "/push/delta of " + frame, "another direction", "one Delta for all frames"});
+    out.X_reference_moving.push_back(model.repair ? store::pose_in(model.repair->X_measured, k)
+                                                  : store::pose_in(model.X_reference_moving, k));
+  }
+  return out;
+}
+
+analysis::AuditScene scene_of(const store::MotionModel& model)
+{
+  return analysis::make_audit_scene(model.reference.contact.mesh, model.moving.contact.mesh,
+                                 store::solver_frame(model, 0), model.compartment_of_triangle);
+}
+
+store::MotionModel repaired_model(const store::MotionModel& model, const MeasuredMotion& measured,
+                                  const RepairedMotion& motion, const MeasurementNoise& noise)
+{
+  store::MotionModel out = model;
+  for (std::size_t k = 0; k < motion.frames.size(); ++k)
+    out.flexion_deg[k] = deg_from_rad(motion.frames[k].attitude.flexion_rad);
+  out.ligaments.reset();
+  const store::PushRows push = out.push;
+  out = store::with_pending_cells(std::move(out));
+  out.push = push;
+  FrameRecords records(out, store::solver_frame(out, 0));
+  std::vector<StepRecord> cells;
+  for (std::size_t k = 0; k < motion.frames.size(); ++k) {
+    cells.push_back(records.record(static_cast<std::int32_t>(k), motion.frames[k]));
+    store::set_cell(out, cells.back());
+    out.is_spine(static_cast<Eigen::Index>(k), 0) = 1;
+  }
+  out.contacts = store::contact_rows(out, cells);
+  if (out.has_compartments) out.contact_paths = store::contact_paths_of(out);
+  out.repair = rows_of(measured, motion, noise);
+  return out;
+}
+
+namespace {
+
+// Matrix elements of tables have six digits or more.
+constexpr double rigid_tolerance = 1e-5;
+// Standard deviation of a normal number over its median absolute deviation.
+constexpr double normal_scale = 1.4826022185056018;
+
+std::string text_of(double value)
+{
+  return shortest_decimal(value);
+}
+
+std::string frame_of(const MeasuredMotion& measured, std::size_t k)
+{
+  return "frame " + std::to_string(k + 1) + " (key " + text_of(measured.key[k]) + ")";
+}
+
+void require_noise(const MeasuredMotion& measured, const char* field, const Eigen::Vector3d& deviation,
+                   double unit)
+{
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    if (deviation(k) >= 0.0 && std::isfinite(deviation(k))) continue;
+    throw InputError({measured.name, field, text_of(deviation(k) / unit), "a finite number, at least 0"});
+  }
+}
+
+void require_options(const MeasuredMotion& measured, const RepairOptions& options)
+{
+  require_noise(measured, "--noise-deg", options.noise.rotation_rad, rad_from_deg(1.0));
+  require_noise(measured, "--noise-mm", options.noise.translation_mm, 1.0);
+  if (options.noise.rotation_rad.isZero(0.0) && options.noise.translation_mm.isZero(0.0)) {
+    throw InputError(
+        {measured.name, "--noise-mm, --noise-deg", "no noise",
+         "standard deviations of the measured translations and rotations; at least one above 0"});
+  }
+  if (options.smoothing == Smoothing::of_period &&
+      !(options.period_frames > 2.0 && std::isfinite(options.period_frames)))
+    throw InputError({measured.name, "--smooth", text_of(options.period_frames), "more than 2 frames"});
+  if (options.gap_limit == GapLimit::of_length &&
+      !(options.gap_limit_mm >= 0.0 && std::isfinite(options.gap_limit_mm)))
+    throw InputError(
+        {measured.name, "--gap-mm", text_of(options.gap_limit_mm), "a finite number, at least 0"});
+}
+
+void require_pose(const MeasuredMotion& measured, std::size_t k)
+{
+  const Pose& X = measured.X_reference_moving[k];
+  if (!X.matrix().allFinite())
+    throw InputError(
+        {measured.name, frame_of(measured, k), "a pose that is not finite", "12 finite numbers"});
+  const Eigen::Matrix3d R = X.linear();
+  const double error = (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  const double volume = R.col(0).cross(R.col(1)).dot(R.col(2));
+  if (error > rigid_tolerance || volume < 0.0)
+    throw InputError({measured.name, frame_of(measured, k), "a matrix that is not a rotation",
+                      "an orthogonal matrix with determinant 1"});
+}
+
+double squared(double value)
+{
+  return value * value;
+}
+
+// Standard deviation about `middle` of normal numbers, from the median absolute deviation.
+double spread_of(std::vector<double> values, double middle)
+{
+  for (double& value : values) value = std::abs(value - middle);
+  return normal_scale * boost::math::statistics::median(values);
+}
+
+}  // namespace
+
+void require_repairable(const MeasuredMotion& measured, const RepairOptions& options)
+{
+  require_options(measured, options);
+  check(measured.key.size() == measured.X_reference_moving.size(), "one key a pose");
+  if (measured.key.empty()) throw InputError({measured.name, "frames", "none", "at least one"});
+  for (std::size_t k = 0; k < measured.key.size(); ++k) {
+    if (!std::isfinite(measured.key[k]))
+      throw InputError({measured.name, "key of frame " + std::to_string(k + 1), text_of(measured.key[k]),
+                        "a finite number"});
+    if (k > 0 && measured.key[k] <= measured.key[k - 1])
+      throw InputError({measured.name, "key of frame " + std::to_string(k + 1), text_of(measured.key[k]),
+                        "a number above " + text_of(measured.key[k - 1])});
+    require_pose(measured, k);
+    if (k == 0) continue;
+    const Eigen::Matrix3d turn = Eigen::Matrix3d(measured.X_reference_moving[k].linear()) *
+                                 measured.X_reference_moving[k - 1].linear().transpose();
+    if (turn.trace() > 1.0) continue;  // 1 + 2 cos
+    throw InputError({measured.name, frame_of(measured, k), "a rotation of 90 degrees or more since the last",
+                      "less between neighbouring frames"});
+  }
+}
+
+double supported_gap_mm(const std::vector<MeasuredGap>& gaps)
+{
+  if (gaps.empty()) return std::numeric_limits<double>::infinity();
+  std::vector<double> values, differences;
+  double noise_sq_mm2 = 0.0;
+  for (std::size_t k = 0; k < gaps.size(); ++k) {
+    values.push_back(gaps[k].mm);
+    noise_sq_mm2 += gaps[k].noise_mm * gaps[k].noise_mm / static_cast<double>(gaps.size());
+    if (k >= 2) differences.push_back(gaps[k].mm - 2.0 * gaps[k - 1].mm + gaps[k - 2].mm);
+  }
+  // Independent errors have second differences with six times their variance; a gap that changes smoothly has
+  // smaller ones, and its change is real.
+  if (!differences.empty()) noise_sq_mm2 = std::min(noise_sq_mm2, squared(spread_of(differences, 0.0)) / 6.0);
+  const double middle = boost::math::statistics::median(values);
+  const double real_sq_mm2 = squared(spread_of(values, middle)) - noise_sq_mm2;
+  return std::max(0.0, middle) + 2.0 * std::sqrt(std::max(0.0, real_sq_mm2));
+}
+
+namespace {
+
+// Features up to a band beyond the nearest are constraints; contacts beyond the band are found in the next
+// step. Six are active at most; congruent surfaces have thousands within tenths of a mm, which would be slow.
+constexpr double least_band_mm = 1e-3, largest_band_mm = 0.3;
+constexpr std::size_t few_features = 20, most_features = 60;
+// Features of earlier steps are kept for some steps, so that the solution does not alternate between two
+// features; older ones would be planes of faces that are no longer near.
+constexpr int most_age = 3;
+// Features further apart cannot be active after the next step.
+constexpr double far_mm = 1.0;
+
+constexpr double no_contact = std::numeric_limits<double>::infinity();
+
+// Unit normal (reaction on the moving object) in S, and its derivative over a left rotation of the pose.
+struct Normal {
+  Eigen::Vector3d n;
+  Eigen::Matrix3d change;
+};
+
+Normal normal_of(const FeatureConstraint& feature, const Eigen::Matrix3d& R)
+{
+  const solve::ContactConstraint& contact = feature.contact;
+  const Eigen::Vector3d of_reference = contact.reference_direction, of_moving = R * contact.moving_direction;
+  switch (contact.kind) {
+    case solve::ContactConstraint::Kind::face_of_reference:
+      return {of_reference, Eigen::Matrix3d::Zero()};
+    case solve::ContactConstraint::Kind::face_of_moving:
+      return {of_moving, -cross_matrix(of_moving)};
+    default:
+      break;
+  }
+  const Eigen::Vector3d across = feature.sign * of_reference.cross(of_moving);
+  const double length = across.norm();
+  const Eigen::Vector3d n = across / length;
+  const Eigen::Matrix3d raw = -feature.sign * (cross_matrix(of_reference) * cross_matrix(of_moving));
+  return {n, (raw - n * (n.transpose() * raw)) / length};
+}
+
+// The force acts at the nearest points; Delta turns with the moving object.
+FeatureMeasure measured_rounded(const solve::ContactConstraint& contact, const Pose& X)
+{
+  const Eigen::Matrix3d R = X.linear();
+  const Eigen::Vector3d delta = R.col(1);
+  const solve::PlacedConstraint placed{
+      contact.kind,          contact.offset_mm,           contact.reference_mm,
+      X * contact.moving_mm, contact.reference_direction, R * contact.moving_direction};
+  const solve::RoundedContact near = solve::rounded_distance(placed, delta);
+  const solve::RoundedContact touch = solve::rounded_travel(placed, delta);
+  FeatureMeasure out;
+  out.separation = {near.mm, Vector6d::Zero()};
+  out.travel = {touch.mm, Vector6d::Zero()};
+  if (std::isfinite(near.mm))
+    out.separation.gradient << (near.moving_mm - X.translation()).cross(near.normal), near.normal;
+  if (!std::isfinite(touch.mm)) return out;
+  const Eigen::Vector3d arm = touch.moving_mm - X.translation() + touch.mm * delta;
+  out.travel.gradient << arm.cross(touch.normal), touch.normal;
+  out.travel.gradient /= -touch.normal.dot(delta);
+  return out;
+}
+
+}  // namespace
+
+FeatureMeasure measured(const FeatureConstraint& feature, const Pose& X)
+{
+  if (feature.contact.offset_mm > 0.0) return measured_rounded(feature.contact, X);
+  const Eigen::Matrix3d R = X.linear();
+  const Normal normal = normal_of(feature, R);
+  const Eigen::Vector3d arm = R * feature.contact.moving_mm;
+  const Eigen::Vector3d apart = X.translation() + arm - feature.contact.reference_mm;
+  FeatureMeasure out;
+  out.separation.mm = normal.n.dot(apart);
+  out.separation.gradient << arm.cross(normal.n) + normal.change.transpose() * apart, normal.n;
+  const Eigen::Vector3d delta = R.col(1);
+  const double slope = -normal.n.dot(delta);
+  out.travel.mm = out.separation.mm / slope;
+  Vector6d slope_gradient = Vector6d::Zero();
+  slope_gradient.head<3>() = -(normal.change.transpose() * delta) - delta.cross(normal.n);
+  out.travel.gradient = (out.separation.gradient - out.travel.mm * slope_gradient) / slope;
+  return out;
+}
+
+PlacedPose placed(const Pose& X)
+{
+  const ClinicalCoordinates angles = clinical_coordinates(X, Side::right, Eigen::Vector3d::Zero());
+  PlacedPose out;
+  out.attitude = {angles.flexion_rad, angles.varus_rad};
+  out.pose = {reference_rotation(out.attitude) * X.translation(), angles.internal_rotation_rad};
+  return out;
+}
+
+ContactSampler::ContactSampler(const analysis::AuditScene& scene)
+    : scene_(scene),
+      query_(scene.reference_gap, scene.moving_gap),
+      medial_query_(scene.reference_gap, scene.medial_gap),
+      lateral_query_(scene.reference_gap, scene.lateral_gap),
+      has_compartments_(!scene.medial_gap.is_empty() && !scene.lateral_gap.is_empty())
+{
+}
+
+FeatureConstraint ContactSampler::constraint_of(const geometry::GapFeature& feature,
+                                                const PlacedPose& at) const
+{
+  const solve::Configuration configuration{at.pose.translation_mm, at.pose.theta_rad, at.attitude.varus_rad};
+  const solve::Rotations rotations(configuration, at.attitude.flexion_rad);
+  FeatureConstraint out;
+  out.contact = solve::contact_constraint_of(feature, {scene_.reference.mesh, scene_.moving.mesh, scale_},
+                                             configuration, rotations);
+  if (out.contact.kind == solve::ContactConstraint::Kind::edges) {
+    const Eigen::Vector3d across = (rotations.of_reference * out.contact.reference_direction)
+                                       .cross(rotations.of_moving * out.contact.moving_direction);
+    out.sign = across.dot(feature.normal) < 0.0 ? -1.0 : 1.0;
+  }
+  return out;
+}
+
+Measure ContactSampler::nearest(geometry::GapQuery& query, const PlacedPose& at, const Pose& X)
+{
+  query.set_attitude(at.attitude);
+  const geometry::GapResult& found = query.features(at.pose, 0.0);
+  if (found.features.empty()) return {no_contact, Vector6d::Zero()};
+  return measured(constraint_of(found.features.front(), at), X).travel;
+}
+
+FrameContact ContactSampler::sample(const Pose& X, FrameFeatures& known)
+{
+  const PlacedPose at = placed(X);
+  query_.set_attitude(at.attitude);
+  const geometry::GapResult& found = query_.features(at.pose, known.band_mm);
+  std::vector<FeatureConstraint> features;
+  for (const geometry::GapFeature& feature : found.features) {
+    if (features.size() == most_features) break;
+    features.push_back(constraint_of(feature, at));
+  }
+  if (found.features.size() < few_features) known.band_mm = std::min(2.0 * known.band_mm, largest_band_mm);
+  if (found.features.size() > most_features) known.band_mm = std::max(0.5 * known.band_mm, least_band_mm);
+  const std::size_t n_new = features.size();
+  for (FeatureConstraint& old : known.kept) {
+    const bool is_found = std::any_of(features.begin(), features.begin() + static_cast<std::ptrdiff_t>(n_new),
+                                      [&old](const FeatureConstraint& feature) {
+                                        return feature.contact.triangles == old.contact.triangles;
+                                      });
+    if (!is_found && ++old.age <= most_age) features.push_back(old);
+  }
+  FrameContact out;
+  out.least_travel_mm = found.features.empty() ? no_contact : found.features.front().travel_mm;
+  known.kept.clear();
+  for (const FeatureConstraint& feature : features) {
+    const FeatureMeasure at_pose = measured(feature, X);
+    if (feature.age > 0 && !(at_pose.separation.mm < far_mm)) continue;
+    out.separations.push_back(at_pose.separation);
+    known.kept.push_back(feature);
+  }
+  if (has_compartments_) {
+    out.travels = {nearest(medial_query_, at, X), nearest(lateral_query_, at, X)};
+  } else {
+    out.travels = {known.kept.empty() || found.features.empty() ? Measure{no_contact, Vector6d::Zero()}
+                                                                : measured(known.kept.front(), X).travel};
+  }
+  return out;
 }
 
 }  // namespace vrda::analysis

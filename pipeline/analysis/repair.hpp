@@ -6,9 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "analysis/pose_meter.hpp"
-#include "analysis/pose_path.hpp"
-#include "store/derived.hpp"
+#include "analysis/audit.hpp"
+#include "analysis/sequence_program.hpp"
+#include "solve/contact_constraint.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::analysis {
 
@@ -88,5 +89,101 @@ struct RepairedMotion {
 /// that is not above 2 frames; a limit that is negative or not a number; no frame.
 RepairedMotion repair(const analysis::AuditScene& scene, const MeasuredMotion& measured,
                       const RepairOptions& options);
+
+// Repair of a motion model that is a sequence of frames.
+
+/// The motion of a model, of a repaired one the measured motion, so that a repair can be repeated with other
+/// options; `file` for messages. Throws InputError for a grid, a frame without a pose, and a
+/// Delta that differs between frames.
+MeasuredMotion measured_motion(const store::MotionModel& model, const std::string& file);
+
+/// The bodies of that model for its Delta.
+analysis::AuditScene scene_of(const store::MotionModel& model);
+
+/// `model` with the repaired frames: attitudes, poses, gaps, contacts and clinical angles of the repaired
+/// motion, and /repair with `measured`. Fibres and audits are left out: they belong to the measured poses.
+store::MotionModel repaired_model(const store::MotionModel& model, const MeasuredMotion& measured,
+                                  const RepairedMotion& motion, const MeasurementNoise& noise);
+
+// Requirements on a measured motion, and the gap limit that follows from it.
+
+/// Throws InputError as repair() says.
+void require_repairable(const MeasuredMotion& measured, const RepairOptions& options);
+
+/// A gap along Delta and its standard deviation by the noise of the pose.
+struct MeasuredGap {
+  double mm = 0.0;
+  double noise_mm = 0.0;
+};
+
+/// The limit of GapLimit::from_measurement from the gaps of successive frames; infinite without gaps. The
+/// noise of the gaps is what the poses' noise gives, or less if their second differences show less.
+double supported_gap_mm(const std::vector<MeasuredGap>& gaps);
+
+// Contact constraints of one frame: distances of the features of a directional gap query, extended to
+// planes and lines, with their derivatives over a general displacement of the moving object.
+
+/// A length and its derivative over a left rotation of the pose (rad) and a translation (mm), both in S.
+struct Measure {
+  double mm = 0.0;
+  Vector6d gradient = Vector6d::Zero();
+};
+
+/// Distance of a feature along its normal (negative: overlap) and along Delta.
+struct FeatureMeasure {
+  Measure separation, travel;
+};
+
+/// A feature, fixed in both bodies.
+struct FeatureConstraint {
+  solve::ContactConstraint contact;
+  double sign = 1.0;  ///< of the edges' cross product, so that it is the reaction on the moving object
+  int age = 0;        ///< iterations since it was found
+};
+
+/// The features of a frame that matter near its pose.
+struct FrameFeatures {
+  std::vector<FeatureConstraint> kept;
+  double band_mm = 0.1;  ///< of the query: widened or narrowed by the number of features found
+};
+
+/// Exact at every pose for the extended face or lines. `X`: moving to reference, S at zero attitude; Delta
+/// moves with the moving object, whose +Y it is.
+FeatureMeasure measured(const FeatureConstraint& feature, const Pose& X);
+
+/// The attitude at which X is a rotation about Delta alone, and that pose: R = Rz(-flexion) Rx(varus)
+/// Ry(theta).
+struct PlacedPose {
+  Attitude attitude;
+  MovingPose pose;
+};
+PlacedPose placed(const Pose& X);
+
+/// What a frame's constraints need of the current pose.
+struct FrameContact {
+  std::vector<Measure> separations;  ///< of the features near contact: at least 0
+  /// Nearest travel of the whole pair, or of the medial and the lateral compartment; infinite without any.
+  std::vector<Measure> travels;
+  double least_travel_mm = 0.0;  ///< of the whole pair
+};
+
+/// Queries of one thread. Their cached state affects the time, not the results.
+class ContactSampler {
+ public:
+  /// `scene` must outlive it.
+  explicit ContactSampler(const analysis::AuditScene& scene);
+
+  /// Updates `known` with the features near contact at the pose.
+  FrameContact sample(const Pose& X, FrameFeatures& known);
+
+ private:
+  Measure nearest(geometry::GapQuery& query, const PlacedPose& at, const Pose& X);
+  FeatureConstraint constraint_of(const geometry::GapFeature& feature, const PlacedPose& at) const;
+
+  const analysis::AuditScene& scene_;
+  solve::RotationScale scale_;  // pivot at the origin
+  geometry::GapQuery query_, medial_query_, lateral_query_;
+  bool has_compartments_ = false;
+};
 
 }  // namespace vrda::analysis

@@ -1,15 +1,18 @@
 #include "analysis/smooth.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <set>
 #include <utility>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "analysis/design.hpp"
-#include "analysis/huber.hpp"
 
 namespace vrda::analysis {
 namespace {
@@ -222,6 +225,343 @@ int largest_degree(const SmoothInput& input, int limit)
 {
   require_shapes(input);
   return largest_degree_of(input, cells_of(input, false), limit);
+}
+
+namespace {
+
+using Decomposition = Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
+
+/// householderQ() * Identity, one reflection at a time: Eigen applies 48 or more in blocks, whose products
+/// depend on the cache sizes.
+Eigen::MatrixXd thin_q(const Decomposition& decomposition)
+{
+  const Eigen::Index m = decomposition.rows(), n = decomposition.cols();
+  Eigen::MatrixXd Q = Eigen::MatrixXd::Identity(m, n);
+  Eigen::VectorXd workspace(n);
+  for (Eigen::Index k = n; k-- > 0;) {
+    Q.bottomRightCorner(m - k, n - k)
+        .applyHouseholderOnTheLeft(decomposition.matrixQR().col(k).tail(m - k - 1),
+                                   decomposition.hCoeffs()(k), workspace.data());
+  }
+  return Q;
+}
+
+}  // namespace
+
+PivotedQr pivoted_qr(const Eigen::MatrixXd& A)
+{
+  const Eigen::Index m = A.rows(), n = A.cols();
+  check(m >= n && n > 0, "least squares needs a column, and at least as many rows as columns");
+  Decomposition decomposition(A);
+  decomposition.setThreshold(static_cast<double>(m) * std::numeric_limits<double>::epsilon());
+  return {thin_q(decomposition), decomposition.matrixR().topRows(n).triangularView<Eigen::Upper>(),
+          decomposition.colsPermutation().indices(), decomposition.rank()};
+}
+
+Eigen::VectorXd coefficients_of(const PivotedQr& qr, const Eigen::VectorXd& along)
+{
+  check(qr.rank == qr.R.cols(), "the rank is full");
+  check(along.size() == qr.R.cols(), "one value per column");
+  const Eigen::VectorXd x = qr.R.triangularView<Eigen::Upper>().solve(along);
+  return Eigen::PermutationMatrix<Eigen::Dynamic>(qr.order) * x;
+}
+
+Eigen::VectorXd solve(const PivotedQr& qr, const Eigen::VectorXd& data)
+{
+  check(data.size() == qr.Q.rows(), "one datum per row");
+  return coefficients_of(qr, qr.Q.transpose() * data);
+}
+
+Eigen::VectorXd leverages(const PivotedQr& qr)
+{
+  return qr.Q.rowwise().squaredNorm();
+}
+
+double condition_number(const PivotedQr& qr)
+{
+  check(qr.rank == qr.R.cols(), "the rank is full");
+  const Eigen::VectorXd singular_values = Eigen::JacobiSVD<Eigen::MatrixXd>(qr.R).singularValues();
+  return singular_values(0) / singular_values(singular_values.size() - 1);
+}
+
+namespace {
+
+std::vector<store::LegendreTable> tables_of(const std::vector<double>& values_deg,
+                                            const store::AxisRange& range, int degree)
+{
+  std::vector<store::LegendreTable> tables;
+  for (const double value_deg : values_deg)
+    tables.push_back(store::legendre(store::unit_coordinate(value_deg, range), degree));
+  return tables;
+}
+
+}  // namespace
+
+AxisTables axis_tables(const std::vector<double>& flexion_deg, const std::vector<double>& varus_deg,
+                       int degree)
+{
+  const store::AxisRanges ranges = store::axis_ranges(flexion_deg, varus_deg);
+  return {tables_of(flexion_deg, ranges.flexion, degree), tables_of(varus_deg, ranges.varus, degree)};
+}
+
+Exponents terms_of_degree(int degree, bool has_flexion, bool has_varus)
+{
+  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  for (std::int32_t total = 0; total <= degree; ++total) {
+    for (std::int32_t j = 0; j <= total; ++j) {
+      const std::int32_t i = total - j;
+      if ((i == 0 || has_flexion) && (j == 0 || has_varus)) pairs.emplace_back(i, j);
+    }
+  }
+  Exponents exponents(static_cast<Eigen::Index>(pairs.size()), 2);
+  for (Eigen::Index k = 0; k < exponents.rows(); ++k) {
+    exponents.row(k) << pairs[static_cast<std::size_t>(k)].first, pairs[static_cast<std::size_t>(k)].second;
+  }
+  return exponents;
+}
+
+PivotedQr decompose_design(const std::vector<Cell>& cells, const Exponents& exponents,
+                           const AxisTables& tables)
+{
+  const auto n_cells = static_cast<Eigen::Index>(cells.size());
+  if (n_cells < exponents.rows()) return {};
+  Eigen::MatrixXd A(n_cells, exponents.rows());
+  for (Eigen::Index row = 0; row < n_cells; ++row) {
+    const Cell& cell = cells[static_cast<std::size_t>(row)];
+    const store::LegendreTable& P = tables.flexion[static_cast<std::size_t>(cell.flexion)];
+    const store::LegendreTable& Q = tables.varus[static_cast<std::size_t>(cell.varus)];
+    for (Eigen::Index k = 0; k < A.cols(); ++k)
+      A(row, k) = P.value[exponents(k, 0)] * Q.value[exponents(k, 1)];
+  }
+  return pivoted_qr(A);
+}
+
+bool is_full_rank(const PivotedQr& qr)
+{
+  return qr.rank > 0 && qr.rank == qr.R.cols();
+}
+
+store::GridD grid_values(const std::vector<double>& coefficients, const Exponents& exponents,
+                         const AxisTables& tables)
+{
+  store::GridD values = store::GridD::Zero(static_cast<Eigen::Index>(tables.flexion.size()),
+                                           static_cast<Eigen::Index>(tables.varus.size()));
+  for (Eigen::Index i = 0; i < values.rows(); ++i) {
+    for (Eigen::Index j = 0; j < values.cols(); ++j) {
+      const store::LegendreTable& P = tables.flexion[static_cast<std::size_t>(i)];
+      const store::LegendreTable& Q = tables.varus[static_cast<std::size_t>(j)];
+      double value = 0.0;
+      for (Eigen::Index k = 0; k < exponents.rows(); ++k)
+        value +=
+            coefficients[static_cast<std::size_t>(k)] * P.value[exponents(k, 0)] * Q.value[exponents(k, 1)];
+      values(i, j) = value;
+    }
+  }
+  return values;
+}
+
+namespace {
+
+/// Enough to converge with few outliers, at a tenth of the cost.
+constexpr int unweighted_steps = 30;
+/// Enough for the scale to converge if a third of the rows are outliers.
+constexpr int steps_with_new_scale = 50;
+/// Fraction of the noise; smaller changes of the fit are imperceptible.
+constexpr double convergence_tolerance = 1e-6;
+/// Residuals this far below the data are rounding of the sums over the terms.
+constexpr double rounding = 64.0 * std::numeric_limits<double>::epsilon();
+
+Eigen::VectorXd weights_of(const Eigen::VectorXd& residuals, double scale)
+{
+  const double limit = huber_constant * scale;
+  return residuals.unaryExpr([&](double r) { return std::abs(r) <= limit ? 1.0 : limit / std::abs(r); });
+}
+
+using WeightedNormal = Eigen::LDLT<Eigen::MatrixXd>;
+
+/// Decomposes Q^T diag(weights) Q. Matrix-vector products and LDLT (not LLT) do not depend on the cache sizes
+/// (least_squares.hpp).
+WeightedNormal weighted_normal(const PivotedQr& qr, const Eigen::VectorXd& weights)
+{
+  const Eigen::Index n = qr.Q.cols();
+  Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Eigen::VectorXd weighted = weights.cwiseProduct(qr.Q.col(k));
+    lower.col(k).tail(n - k).noalias() = qr.Q.rightCols(n - k).transpose() * weighted;
+  }
+  WeightedNormal normal(lower);
+  check(normal.vectorD().minCoeff() > 0.0, "positive weights leave the rank full");
+  return normal;
+}
+
+/// weights(i) * row i of Q * (Q^T diag(weights) Q)^-1 * row i of Q.
+Eigen::VectorXd weighted_leverages(const PivotedQr& qr, const WeightedNormal& normal,
+                                   const Eigen::VectorXd& weights)
+{
+  Eigen::VectorXd leverage(qr.Q.rows());
+  for (Eigen::Index i = 0; i < qr.Q.rows(); ++i) {
+    Eigen::VectorXd y = normal.transpositionsP() * qr.Q.row(i).transpose();
+    normal.matrixL().solveInPlace(y);
+    leverage(i) = weights(i) * (y.array().square() / normal.vectorD().array()).sum();
+  }
+  return leverage;
+}
+
+/// Iterates weights and scale; does not set the coefficients.
+HuberFit iterated_weights(const PivotedQr& qr, const Eigen::VectorXd& data, int most_steps)
+{
+  const double largest = data.cwiseAbs().maxCoeff();
+  const double root_n = std::sqrt(static_cast<double>(data.size()));
+  Eigen::VectorXd along = qr.Q.transpose() * data;
+  HuberFit fit;
+  fit.weights = Eigen::VectorXd::Ones(data.size());
+  while (fit.n_iterations < most_steps && !fit.is_converged) {
+    const Eigen::VectorXd residuals = data - qr.Q * along;
+    const double scale = fit.n_iterations < steps_with_new_scale ? robust_scale(residuals) : fit.scale;
+    if (scale <= rounding * largest) {  // more than half of the rows are on the surface
+      fit.is_converged = true;
+      break;
+    }
+    fit.scale = scale;
+    fit.weights = weights_of(residuals, scale);
+    Eigen::VectorXd move = qr.Q.transpose() * fit.weights.cwiseProduct(residuals);
+    if (fit.n_iterations >= unweighted_steps) move = weighted_normal(qr, fit.weights).solve(move).eval();
+    along += move;
+    fit.is_converged = move.norm() <= convergence_tolerance * scale * root_n;
+    ++fit.n_iterations;
+  }
+  return fit;
+}
+
+}  // namespace
+
+double robust_scale(Eigen::VectorXd values)
+{
+  if (values.size() == 0) return 0.0;
+  values = values.cwiseAbs();
+  double* const middle = values.data() + values.size() / 2;
+  std::nth_element(values.data(), middle, values.data() + values.size());
+  if (values.size() % 2 == 1) return normal_scale * *middle;
+  return normal_scale * 0.5 * (*middle + *std::max_element(values.data(), middle));
+}
+
+HuberFit huber_fit(const PivotedQr& qr, const Eigen::VectorXd& data, const HuberOptions& options)
+{
+  HuberFit fit = iterated_weights(qr, data, options.max_iterations);
+  const WeightedNormal normal = weighted_normal(qr, fit.weights);
+  const Eigen::VectorXd along = normal.solve(qr.Q.transpose() * fit.weights.cwiseProduct(data));
+  fit.coefficients = coefficients_of(qr, along);
+  fit.leverage = weighted_leverages(qr, normal, fit.weights);
+  return fit;
+}
+
+namespace {
+
+/// A smaller pivot of I - H is rounding: the fit needs the block.
+constexpr double smallest_pivot = 1e-10;
+
+/// The cells of one surface; blocks list their positions in it.
+struct FittedCells {
+  std::vector<Cell> cells;
+  std::vector<std::vector<Eigen::Index>> blocks;
+};
+
+FittedCells fitted_cells(const store::GridD& residual, const store::GridI& blocks)
+{
+  FittedCells fitted;
+  fitted.blocks.resize(static_cast<std::size_t>(blocks.maxCoeff()) + 1);
+  for (Eigen::Index i = 0; i < residual.rows(); ++i) {
+    for (Eigen::Index j = 0; j < residual.cols(); ++j) {
+      if (std::isnan(residual(i, j))) continue;
+      fitted.blocks[static_cast<std::size_t>(blocks(i, j))].push_back(
+          static_cast<Eigen::Index>(fitted.cells.size()));
+      fitted.cells.push_back({i, j});
+    }
+  }
+  return fitted;
+}
+
+Eigen::VectorXd values_at(const store::GridD& grid, const std::vector<Cell>& cells)
+{
+  Eigen::VectorXd values(static_cast<Eigen::Index>(cells.size()));
+  for (std::size_t c = 0; c < cells.size(); ++c)
+    values(static_cast<Eigen::Index>(c)) = grid(cells[c].flexion, cells[c].varus);
+  return values;
+}
+
+/// I - H of each block, decomposed: e = (I - H)^-1 r. `Q` has the rows of all cells.
+std::vector<PivotedQr> decompose_blocks(const Eigen::MatrixXd& Q, const FittedCells& fitted)
+{
+  std::vector<PivotedQr> decomposed;
+  for (const std::vector<Eigen::Index>& block : fitted.blocks) {
+    const auto n = static_cast<Eigen::Index>(block.size());
+    Eigen::MatrixXd M = Eigen::MatrixXd::Identity(n, n);
+    for (Eigen::Index a = 0; a < n; ++a) {
+      for (Eigen::Index b = 0; b < n; ++b)
+        M(a, b) -= Q.row(block[static_cast<std::size_t>(a)]).dot(Q.row(block[static_cast<std::size_t>(b)]));
+    }
+    decomposed.push_back(n == 0 ? PivotedQr{} : pivoted_qr(M));
+  }
+  return decomposed;
+}
+
+/// Errors of the rows of a block; NaN if the other rows do not determine the fit.
+Eigen::VectorXd errors_without(const PivotedQr& qr, const Eigen::VectorXd& own_residuals)
+{
+  const Eigen::Index n = own_residuals.size();
+  const bool is_determined = qr.rank == n && qr.R.diagonal().cwiseAbs().minCoeff() > smallest_pivot;
+  if (!is_determined) return Eigen::VectorXd::Constant(n, nan);
+  return solve(qr, own_residuals);
+}
+
+}  // namespace
+
+store::GridI block_numbers(Eigen::Index n_flexion, Eigen::Index n_varus, const BlockSize& size)
+{
+  check(size.flexion >= 1 && size.varus >= 1, "a block has at least one cell");
+  const Eigen::Index n_across = (n_varus + size.varus - 1) / size.varus;
+  store::GridI numbers(n_flexion, n_varus);
+  for (Eigen::Index i = 0; i < n_flexion; ++i) {
+    for (Eigen::Index j = 0; j < n_varus; ++j)
+      numbers(i, j) = static_cast<std::int32_t>(i / size.flexion * n_across + j / size.varus);
+  }
+  return numbers;
+}
+
+std::vector<store::GridD> leave_blocks_out(const SmoothInput& input, const SmoothFit& fit,
+                                           const BlockSize& size)
+{
+  const AxisTables tables = axis_tables(input.flexion_deg, input.varus_deg, fit.set.degree);
+  const store::GridI blocks = block_numbers(input.status.rows(), input.status.cols(), size);
+  std::vector<store::GridD> errors;
+  FittedCells fitted;
+  std::vector<PivotedQr> decomposed;
+  for (std::size_t s = 0; s < fit.residual.size(); ++s) {
+    // Without weights, surfaces of the same cells have the same problem.
+    const bool is_repeated =
+        s > 0 && !fit.set.is_robust && (fit.residual[s].isNaN() == fit.residual[s - 1].isNaN()).all();
+    if (!is_repeated) {
+      fitted = fitted_cells(fit.residual[s], blocks);
+      PivotedQr qr = decompose_design(fitted.cells, fit.set.exponents, tables);
+      if (fit.set.is_robust)
+        qr = pivoted_qr(values_at(fit.weight[s], fitted.cells).cwiseSqrt().asDiagonal() * qr.Q);
+      decomposed = decompose_blocks(qr.Q, fitted);
+    }
+    const Eigen::VectorXd root_weight = values_at(fit.weight[s], fitted.cells).cwiseSqrt();
+    const Eigen::VectorXd residuals = values_at(fit.residual[s], fitted.cells).cwiseProduct(root_weight);
+    store::GridD left_out = store::GridD::Constant(blocks.rows(), blocks.cols(), nan);
+    for (std::size_t b = 0; b < fitted.blocks.size(); ++b) {
+      const std::vector<Eigen::Index>& block = fitted.blocks[b];
+      if (block.empty()) continue;
+      const Eigen::VectorXd found = errors_without(decomposed[b], residuals(block));
+      for (std::size_t a = 0; a < block.size(); ++a) {
+        const Cell& cell = fitted.cells[static_cast<std::size_t>(block[a])];
+        left_out(cell.flexion, cell.varus) = found(static_cast<Eigen::Index>(a)) / root_weight(block[a]);
+      }
+    }
+    errors.push_back(std::move(left_out));
+  }
+  return errors;
 }
 
 }  // namespace vrda::analysis

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace vrda::app {
 namespace {

@@ -5,11 +5,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "core/error.hpp"
 #include "core/text.hpp"
-#include "core/json_file.hpp"
-#include "store/motion_model_file.hpp"
-#include "solve/spread.hpp"
+#include "core/document.hpp"
+#include "store/motion_model.hpp"
+#include "solve/uncertain_motion.hpp"
 
 namespace vrda::app {
 namespace {

@@ -8,13 +8,12 @@
 #include <nlohmann/json.hpp>
 
 #include "app/check_push.hpp"
-#include "model/side.hpp"
+#include "model/frames.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "core/json_file.hpp"
-#include "run/job_checks.hpp"
+#include "core/document.hpp"
+#include "run/run_command.hpp"
 #include "run/run_output.hpp"
-#include "run/summary.hpp"
 #include "job/job.hpp"
 #include "solve/case_solver.hpp"
 #include "job/case_picture.hpp"

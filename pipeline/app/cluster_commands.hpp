@@ -5,8 +5,6 @@
 #include <vector>
 
 #include "run/campaign.hpp"
-#include "run/cost.hpp"
-#include "run/jobs.hpp"
 #include "run/submission.hpp"
 #include "core/console.hpp"
 #include "job/case.hpp"

@@ -9,11 +9,11 @@
 #include "app/model_commands.hpp"
 #include "analysis/audit.hpp"
 #include "analysis/compare.hpp"
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "core/json_file.hpp"
-#include "run/default_motion.hpp"
-#include "run/summary.hpp"
+#include "core/document.hpp"
+#include "run/result.hpp"
+#include "run/run_output.hpp"
 
 namespace vrda::app {
 namespace {

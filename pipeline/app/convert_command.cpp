@@ -8,15 +8,12 @@
 #include <utility>
 
 #include "app/file_commands.hpp"
-#include "job/job_text.hpp"
-#include "job/mesh_writer.hpp"
-#include "job/object_set.hpp"
-#include "core/error.hpp"
+#include "job/thesis_files.hpp"
+#include "core/text.hpp"
 #include "run/run_output.hpp"
-#include "job/axis_map.hpp"
+#include "job/component_loader.hpp"
 #include "job/clean_mesh.hpp"
-#include "job/input_file.hpp"
-#include "job/job_schema.hpp"
+#include "job/job.hpp"
 #include "geometry/shapes.hpp"
 
 namespace vrda::app {

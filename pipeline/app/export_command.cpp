@@ -10,15 +10,14 @@
 #include <optional>
 
 #include "app/angle_range.hpp"
-#include "job/mesh_writer.hpp"
-#include "core/error.hpp"
+#include "job/thesis_files.hpp"
 #include "core/text.hpp"
-#include "core/json_file.hpp"
+#include "core/document.hpp"
 #include "tables/formats.hpp"
 #include "tables/osim_model.hpp"
 #include "run/run_output.hpp"
-#include "tables/motion_convention.hpp"
-#include "store/motion_model_file.hpp"
+#include "tables/motion_table.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::app {
 namespace {

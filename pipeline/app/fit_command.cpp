@@ -7,15 +7,12 @@
 #include <optional>
 
 #include "app/score_command.hpp"
-#include "core/error.hpp"
-#include "model/side.hpp"
 #include "core/text.hpp"
-#include "core/json_file.hpp"
+#include "model/frames.hpp"
+#include "core/document.hpp"
 #include "analysis/offset_fit.hpp"
 #include "run/run_output.hpp"
-#include "run/summary.hpp"
 #include "job/job.hpp"
-#include "tables/motion_poses.hpp"
 #include "tables/imported_model.hpp"
 
 namespace vrda::app {

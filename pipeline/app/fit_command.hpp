@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/console.hpp"
-#include "core/publication.hpp"
+#include "core/files.hpp"
 
 namespace CLI {
 class App;

@@ -9,20 +9,16 @@
 #include <utility>
 
 #include "analysis/audit.hpp"
-#include "model/clinical.hpp"
-#include "core/error.hpp"
-#include "core/open_file.hpp"
+#include "model/coordinates.hpp"
 #include "core/text.hpp"
-#include "core/json_file.hpp"
+#include "core/files.hpp"
+#include "core/document.hpp"
 #include "run/run_output.hpp"
-#include "run/summary.hpp"
-#include "job/input_file.hpp"
-#include "tables/angle_plausibility.hpp"
-#include "tables/motion_poses.hpp"
-#include "solve/case_solver.hpp"
+#include "job/job.hpp"
 #include "tables/convention_search.hpp"
 #include "tables/imported_model.hpp"
-#include "store/motion_model_file.hpp"
+#include "solve/case_solver.hpp"
+#include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::app {

@@ -5,15 +5,14 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "core/error.hpp"
-#include "core/open_file.hpp"
-#include "core/json_file.hpp"
-#include "run/job_checks.hpp"
+#include "core/text.hpp"
+#include "core/files.hpp"
+#include "core/document.hpp"
+#include "run/run_command.hpp"
 #include "run/run_output.hpp"
-#include "run/summary.hpp"
-#include "analysis/laxity_files.hpp"
+#include "analysis/laxity.hpp"
 #include "job/command_jobs.hpp"
-#include "job/input_file.hpp"
+#include "job/job.hpp"
 #include "solve/case_solver.hpp"
 
 namespace vrda::app {

@@ -20,13 +20,11 @@
 #include "app/score_command.hpp"
 #include "app/usage.hpp"
 #include "core/console.hpp"
-#include "core/atomic_file.hpp"
-#include "core/error.hpp"
-#include "run/merge_command.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
 #include "run/run_command.hpp"
-#include "store/evaluate_smoothed.hpp"
+#include "store/motion.hpp"
 #include "store/read_separately.hpp"
-#include "store/seal.hpp"
 
 namespace {
 

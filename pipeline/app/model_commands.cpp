@@ -7,17 +7,16 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/audit.hpp"
-#include "model/clinical.hpp"
-#include "core/error.hpp"
-#include "model/joint_kind.hpp"
+#include "model/coordinates.hpp"
+#include "core/text.hpp"
 #include "model/mesh.hpp"
-#include "core/json_file.hpp"
-#include "run/default_motion.hpp"
-#include "run/summary.hpp"
+#include "core/document.hpp"
+#include "run/result.hpp"
+#include "run/run_output.hpp"
 #include "store/curve_figures.hpp"
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "analysis/reduce.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::app {

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "run/jobs.hpp"
-#include "core/json_file.hpp"
+#include "run/submission.hpp"
+#include "core/document.hpp"
 
 namespace vrda::app {
 namespace {

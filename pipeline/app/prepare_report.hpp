@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "prepare/slack_lengths.hpp"
-#include "prepare/transferred_ligaments.hpp"
+#include "prepare/template_joint.hpp"
+#include "prepare/knee_landmarks.hpp"
 
 namespace vrda::app {
 

@@ -10,10 +10,9 @@
 
 #include "core/text.hpp"
 #include "job/clean_mesh.hpp"
-#include "job/input_file.hpp"
-#include "job/shells.hpp"
+#include "job/job.hpp"
 #include "job/surface_warnings.hpp"
-#include "prepare/slack_lengths.hpp"
+#include "prepare/template_joint.hpp"
 #include "geometry/fit_checks.hpp"
 
 namespace vrda::app {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/file_commands.hpp"
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "prepare/job_files.hpp"
 #include "geometry/knee_fit.hpp"
 

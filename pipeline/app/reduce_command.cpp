@@ -7,12 +7,12 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "core/error.hpp"
-#include "core/json_file.hpp"
+#include "core/text.hpp"
+#include "core/document.hpp"
 #include "run/run_output.hpp"
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "analysis/reduce.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::app {
 namespace {

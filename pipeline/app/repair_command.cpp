@@ -7,15 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "core/error.hpp"
-#include "core/open_file.hpp"
+#include "core/text.hpp"
+#include "core/files.hpp"
 #include "core/units.hpp"
-#include "core/json_file.hpp"
+#include "core/document.hpp"
 #include "run/run_output.hpp"
-#include "run/summary.hpp"
-#include "job/words.hpp"
-#include "analysis/repaired_model.hpp"
-#include "store/motion_model_file.hpp"
+#include "job/job.hpp"
+#include "analysis/repair.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::app {
 namespace {

@@ -9,15 +9,13 @@
 #include <optional>
 
 #include "app/angle_range.hpp"
-#include "run/jobs.hpp"
-#include "core/error.hpp"
+#include "run/submission.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "core/json_file.hpp"
+#include "core/document.hpp"
 #include "run/run_output.hpp"
-#include "run/summary.hpp"
-#include "job/input_file.hpp"
+#include "job/job.hpp"
 #include "analysis/rom_files.hpp"
-#include "analysis/rom_journal.hpp"
 
 namespace vrda::app {
 namespace {

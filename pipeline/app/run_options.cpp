@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "app/usage.hpp"
-#include "run/jobs.hpp"
+#include "run/submission.hpp"
 
 namespace vrda::app {
 

@@ -7,14 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "core/error.hpp"
-#include "model/joint_kind.hpp"
 #include "core/text.hpp"
+#include "model/coordinates.hpp"
 #include "core/units.hpp"
-#include "core/json_file.hpp"
-#include "run/summary.hpp"
-#include "tables/motion_poses.hpp"
-#include "store/poses.hpp"
+#include "core/document.hpp"
+#include "run/run_output.hpp"
+#include "tables/imported_model.hpp"
+#include "store/motion.hpp"
 #include "analysis/score.hpp"
 
 namespace vrda::app {

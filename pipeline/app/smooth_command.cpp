@@ -8,15 +8,14 @@
 
 #include "app/model_commands.hpp"
 #include "analysis/audit.hpp"
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "core/json_file.hpp"
-#include "run/default_motion.hpp"
+#include "core/document.hpp"
+#include "run/result.hpp"
 #include "run/run_output.hpp"
-#include "run/summary.hpp"
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "analysis/smooth.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::app {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <system_error>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "run/run_output.hpp"
 
 namespace vrda::app {

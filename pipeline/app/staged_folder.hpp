@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/publication.hpp"
+#include "core/files.hpp"
 
 namespace vrda::app {
 

@@ -8,10 +8,9 @@
 
 #include "run/local_run.hpp"
 #include "run/slurm.hpp"
-#include "run/slurm_scripts.hpp"
 #include "core/console.hpp"
-#include "core/error.hpp"
-#include "run/summary.hpp"
+#include "core/text.hpp"
+#include "run/run_output.hpp"
 
 namespace vrda::app {
 namespace {

@@ -7,11 +7,9 @@
 #include "app/cluster_commands.hpp"
 #include "run/status.hpp"
 #include "run/submission.hpp"
-#include "run/task_state.hpp"
-#include "core/json_file.hpp"
+#include "core/document.hpp"
 #include "run/index.hpp"
 #include "run/run_output.hpp"
-#include "run/summary.hpp"
 
 namespace vrda::app {
 namespace {

@@ -9,14 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "run/slurm_scripts.hpp"
+#include "run/slurm.hpp"
 #include "run/status.hpp"
 #include "run/submission.hpp"
-#include "run/task_state.hpp"
 #include "core/console.hpp"
-#include "core/error.hpp"
-#include "core/open_file.hpp"
-#include "run/merge_command.hpp"
+#include "core/text.hpp"
+#include "core/files.hpp"
 #include "run/run_command.hpp"
 
 namespace vrda::app {

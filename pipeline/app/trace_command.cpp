@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "model/step_record.hpp"
-#include "core/json_file.hpp"
-#include "store/trace_file.hpp"
+#include "core/document.hpp"
+#include "store/trace.hpp"
 
 namespace vrda::app {
 namespace {

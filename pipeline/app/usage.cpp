@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "core/error.hpp"
 #include "core/text.hpp"
 
 namespace vrda::app {

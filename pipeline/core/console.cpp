@@ -10,8 +10,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "core/error.hpp"
-#include "core/stop_signals.hpp"
 #include "core/text.hpp"
 
 namespace vrda::inline core {

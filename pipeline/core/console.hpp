@@ -2,9 +2,11 @@
 #pragma once
 
 #include <chrono>
+#include <csignal>
 #include <functional>
 #include <mutex>
 #include <string>
+#include <vector>
 
 namespace vrda::inline core {
 
@@ -72,5 +74,15 @@ class Progress {
 
 /// "38/s, 0:36 left" for `n_done` steps in `seconds` with `n_left` remaining.
 std::string rate_text(int n_done, double seconds, int n_left);
+
+// The signals that end a program in an orderly way.
+
+/// SIGINT, SIGTERM and, unless it is ignored (nohup), SIGHUP of a closed terminal.
+inline std::vector<int> stop_signals()
+{
+  struct sigaction hangup {};
+  const bool is_ignored = sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
+  return is_ignored ? std::vector<int>{SIGINT, SIGTERM} : std::vector<int>{SIGINT, SIGTERM, SIGHUP};
+}
 
 }  // namespace vrda::inline core

@@ -1,13 +1,69 @@
-/// TOML and JSON input documents: the source of each value, and the error report for an invalid one.
+/// The value tree of a TOML or JSON document, with the order of keys and the lines of the file.
 #pragma once
 
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+
+#include <cstdint>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
-#include "core/value.hpp"
-
 namespace vrda::inline core {
+
+struct DocumentEntry;
+
+struct DocumentValue {
+  using List = std::vector<DocumentValue>;
+  using Table = std::vector<DocumentEntry>;
+  std::variant<bool, std::int64_t, double, std::string, List, Table> data;
+  int line = 0;  ///< line of the TOML file; 0 if unknown
+
+  const Table* table() const { return std::get_if<Table>(&data); }
+  const List* list() const { return std::get_if<List>(&data); }
+  const std::string* text() const { return std::get_if<std::string>(&data); }
+  bool is_number() const;
+  /// The value of `key`; null if this is not a table or the key is missing.
+  const DocumentValue* find(std::string_view key) const;
+  DocumentValue* find(std::string_view key);
+};
+
+struct DocumentEntry {
+  std::string key;
+  DocumentValue value;
+};
+
+/// The value of a key such as "display.width"; null if a part of the key is missing. Lists are not indexed.
+const DocumentValue* find_at(const DocumentValue& root, std::string_view dotted_key);
+
+/// Access to a validated document. Throws InternalError if the key is missing or has another type. An empty
+/// key selects the value itself.
+const DocumentValue& value_at(const DocumentValue& root, std::string_view dotted_key);
+double number_at(const DocumentValue& root, std::string_view dotted_key);
+std::int64_t integer_at(const DocumentValue& root, std::string_view dotted_key);  ///< accepts 3.0
+bool flag_at(const DocumentValue& root, std::string_view dotted_key);
+const std::string& text_at(const DocumentValue& root, std::string_view dotted_key);
+std::vector<double> numbers_of(const DocumentValue& value);
+std::vector<double> numbers_at(const DocumentValue& root, std::string_view dotted_key);
+Eigen::Vector3d vector3_at(const DocumentValue& root, std::string_view dotted_key);
+
+/// The same for optional keys; empty if missing.
+std::vector<std::vector<double>> rows_at(const DocumentValue& root, std::string_view dotted_key);
+std::vector<std::string> texts_at(const DocumentValue& root, std::string_view dotted_key);
+const std::string& text_or_empty(const DocumentValue& root, std::string_view dotted_key);
+const DocumentValue::List& list_or_empty(const DocumentValue& root, std::string_view dotted_key);
+
+/// Canonical TOML in the order of the tree. Equal trees give equal text; parsing restores the tree.
+std::string toml_text(const DocumentValue& root);
+
+/// One value on one line, in TOML syntax.
+std::string value_text(const DocumentValue& value);
+
+/// The same for messages: at most 60 characters, then "...".
+std::string shown(const DocumentValue& value);
+
+// TOML and JSON input documents: the source of each value, and the error report for an invalid one.
 
 struct Document {
   std::string file;
@@ -43,5 +99,55 @@ DocumentValue parse_json(std::string_view text, const std::string& file, const s
 /// Applies "key.path=value". The value is TOML or an unquoted word; a number in the path indexes a list.
 /// Throws InputError whose file is "--set".
 void apply_override(Document& document, const std::string& assignment);
+
+// The limit on nested keys, lists and tables, before a parser sees the text.
+
+enum class Syntax { toml, json };
+
+/// Throws InputError naming file, line and depth if the text has more than 40 levels: each part of a dotted
+/// key or header, each list and each table is one. Time linear in the text.
+void require_shallow(std::string_view text, const std::string& file, Syntax syntax);
+
+/// The same for an override "key=value", whose file is "--set".
+void require_shallow_override(std::string_view key, std::string_view value);
+
+// JSON that the program itself writes and reads again: results, not jobs.
+
+/// A JSON file whose values are read by their path ("limits/strain"); every failure is an InputError that
+/// names file and path, the value found and the one wanted.
+class JsonFile {
+ public:
+  using Json = nlohmann::ordered_json;
+
+  /// Throws InputError with `wanted` unless the text is a JSON object of at most 40 levels.
+  JsonFile(std::string file, std::string_view text, const std::string& wanted);
+
+  const Json& root() const { return root_; }
+  const Json& at(const std::string& path) const;
+  double number(const std::string& path) const;
+  std::string text(const std::string& path) const;
+  std::vector<std::string> texts(const std::string& path) const;
+  /// `n`: number of entries; 0: any. Without `if_null`, that is NaN, null is refused.
+  std::vector<double> numbers(const std::string& path, std::size_t n, double if_null) const;
+
+  [[noreturn]] void refuse(const std::string& path, const std::string& found,
+                           const std::string& wanted) const;
+
+ private:
+  const Json& list(const std::string& path, std::size_t n) const;
+
+  std::string file_;
+  Json root_;
+};
+
+/// A value for messages: a table or list by its type.
+std::string shown(const nlohmann::ordered_json& value);
+
+/// The text of `json`; invalid UTF-8, which a path may contain, is replaced.
+template <typename Json>
+std::string json_text(const Json& json, int indent)
+{
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
 
 }  // namespace vrda::inline core

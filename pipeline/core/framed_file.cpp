@@ -3,7 +3,9 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -11,10 +13,77 @@
 #include <fstream>
 #include <utility>
 
-#include "core/error.hpp"
-#include "core/open_file.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
 
 namespace vrda::inline core {
+namespace {
+
+/// A key has 64 digits; a much larger length means a damaged header.
+constexpr std::uint32_t longest_key = 4096;
+
+std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0)
+{
+  const uLong crc = crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+  return static_cast<std::uint32_t>(crc);
+}
+
+}  // namespace
+
+std::string header_bytes(const std::string& key, const FrameFormat& format)
+{
+  std::string bytes(format.magic);
+  append_u32(bytes, format.version);
+  append_u32(bytes, static_cast<std::uint32_t>(key.size()));
+  bytes += key;
+  append_u32(bytes, crc_of(bytes));
+  return bytes;
+}
+
+FrameHeader parse_header(std::string_view bytes, const FrameFormat& format)
+{
+  const std::size_t fixed = format.magic.size() + 8;
+  if (bytes.substr(0, format.magic.size()) != format.magic || bytes.size() < fixed) {
+    return {"", 0, "header", "not a journal (" + std::to_string(bytes.size()) + " bytes)",
+            "a journal of vrda"};
+  }
+  const std::uint32_t found_version = u32_at(bytes, format.magic.size());
+  const std::uint32_t key_bytes = u32_at(bytes, format.magic.size() + 4);
+  const bool is_whole = key_bytes <= longest_key && bytes.size() >= fixed + key_bytes + 4;
+  const std::size_t end = is_whole ? fixed + key_bytes : 0;
+  if (!is_whole || u32_at(bytes, end) != crc_of(bytes.substr(0, end))) {
+    return {"", 0, "header", "a damaged header", std::string("an intact header, or ") + start_over_remedy};
+  }
+  if (found_version != format.version) {
+    return {"", 0, "format version", std::to_string(found_version),
+            std::to_string(format.version) + ", or " + start_over_remedy};
+  }
+  return {std::string(bytes.substr(fixed, key_bytes)), end + 4, "", "", ""};
+}
+
+std::string frame_of(std::string_view content)
+{
+  std::string bytes;
+  bytes.reserve(frame_head_bytes + content.size());
+  append_u32(bytes, static_cast<std::uint32_t>(content.size()));
+  append_u32(bytes, crc_of(content, crc_of(bytes)));
+  return bytes.append(content);
+}
+
+ParsedFrame parse_frame(std::string_view rest, const FrameFormat& format)
+{
+  const std::string name = format.frame_name;
+  if (rest.size() < frame_head_bytes) return {{}, 0, "a torn frame", frame_head_bytes};
+  const std::uint32_t length = u32_at(rest, 0);
+  if (length > format.longest_content) return {{}, 0, "a frame of " + std::to_string(length) + " bytes", 0};
+  if (rest.size() - frame_head_bytes < length) return {{}, 0, "a torn " + name, frame_head_bytes + length};
+  const std::string_view content = rest.substr(frame_head_bytes, length);
+  if (crc_of(content, crc_of(rest.substr(0, 4))) != u32_at(rest, 4)) {
+    return {{}, 0, "a " + name + " with a wrong checksum", 0};
+  }
+  return {content, frame_head_bytes + length, {}, 0};
+}
+
 namespace {
 
 constexpr const char* wanted_readable = "a journal that can be read";
@@ -325,6 +394,141 @@ void FrameWriter::close()
   const std::lock_guard<std::mutex> guard(mutex_);
   if (::close(std::exchange(descriptor_, -1)) != 0)
     fail(path_, "a journal that cannot be closed", wanted_writable);
+}
+
+namespace {
+
+/// Size limit of one poll, unless a single frame is longer: some thousand steps, so that a poll returns
+/// quickly.
+constexpr std::uint64_t bytes_per_poll = std::uint64_t{1} << 22;
+
+/// Bytes of the file from `offset`: fewer than `n_bytes` if it ends or cannot be read.
+std::string bytes_at(int descriptor, std::uint64_t offset, std::uint64_t n_bytes)
+{
+  std::string bytes(n_bytes, '\0');
+  std::size_t n_read = 0;
+  while (n_read < n_bytes) {
+    const ssize_t n =
+        pread(descriptor, bytes.data() + n_read, n_bytes - n_read, static_cast<off_t>(offset + n_read));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    n_read += static_cast<std::size_t>(n);
+  }
+  bytes.resize(n_read);
+  return bytes;
+}
+
+std::int64_t changed_ns(const struct stat& facts)
+{
+  return std::int64_t{facts.st_mtim.tv_sec} * 1'000'000'000 + facts.st_mtim.tv_nsec;
+}
+
+}  // namespace
+
+TailUpdate FrameTail::poll()
+{
+  TailUpdate news;
+  const OpenFile descriptor(open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  struct stat facts {};
+  const bool is_file =
+      descriptor.get() >= 0 && fstat(descriptor.get(), &facts) == 0 && S_ISREG(facts.st_mode);
+  // The inode of a deleted file may be reused by the next one.
+  const Identity identity{facts.st_dev, facts.st_ino};
+  const bool is_same_file = was_there_ && is_file && identity == identity_;
+  was_there_ = is_file;
+  if (!is_file) return news;
+  identity_ = identity;
+  news.file_exists = true;
+  news.changed_ns = changed_ns(facts);
+
+  const auto n_bytes = static_cast<std::uint64_t>(facts.st_size);
+  const std::string head =
+      bytes_at(descriptor.get(), 0, std::min<std::uint64_t>(n_bytes, longest_header_bytes));
+  const FrameHeader header = parse_header(head, format_);
+  if (header.n_bytes == 0) {
+    news.invalid_reason = header.found;
+    return news;
+  }
+  const std::string_view found_header = std::string_view(head).substr(0, header.n_bytes);
+  if (!is_same_file || !is_continued(descriptor.get(), found_header, n_bytes)) {
+    news.is_restarted = !header_.empty();
+    header_ = found_header;
+    key_ = header.key;
+    n_read_ = header_.size();
+    last_head_.clear();
+  }
+  take_frames(descriptor.get(), n_bytes, news);
+  return news;
+}
+
+// A file that was cut and written again may be as long as before: compares the last frame read.
+bool FrameTail::is_continued(int descriptor, std::string_view header, std::uint64_t n_bytes) const
+{
+  if (header != header_ || n_bytes < n_read_) return false;
+  return last_head_.empty() || bytes_at(descriptor, last_frame_, frame_head_bytes) == last_head_;
+}
+
+void FrameTail::take_frames(int descriptor, std::uint64_t n_bytes, TailUpdate& news)
+{
+  std::string bytes = bytes_at(descriptor, n_read_, std::min(n_bytes - n_read_, bytes_per_poll));
+  const ParsedFrame first = parse_frame(bytes, format_);
+  if (first.n_bytes_needed > bytes.size() && first.n_bytes_needed <= n_bytes - n_read_) {
+    bytes = bytes_at(descriptor, n_read_, first.n_bytes_needed);
+  }
+  std::string_view rest = bytes;
+  while (!rest.empty()) {
+    const ParsedFrame taken = parse_frame(rest, format_);
+    if (!taken.invalid_reason.empty()) {
+      news.has_more = taken.n_bytes_needed > 0 && n_read_ + taken.n_bytes_needed <= n_bytes;
+      if (!news.has_more) news.invalid_reason = taken.invalid_reason;
+      return;
+    }
+    news.frames.emplace_back(taken.content);
+    last_frame_ = n_read_;
+    last_head_ = rest.substr(0, frame_head_bytes);
+    n_read_ += taken.n_bytes;
+    rest.remove_prefix(taken.n_bytes);
+  }
+  news.has_more = n_read_ < n_bytes;
+}
+
+namespace {
+
+void append_u64(std::string& bytes, std::uint64_t value)
+{
+  for (int shift = 0; shift < 64; shift += 8) bytes.push_back(static_cast<char>(value >> shift & 0xff));
+}
+
+}  // namespace
+
+void append_u32(std::string& bytes, std::uint32_t value)
+{
+  for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(value >> shift & 0xff));
+}
+
+void append_i8(std::string& bytes, std::int8_t value)
+{
+  bytes.push_back(static_cast<char>(value));
+}
+
+void append_i32(std::string& bytes, std::int32_t value)
+{
+  append_u32(bytes, static_cast<std::uint32_t>(value));
+}
+
+void append_double(std::string& bytes, double value)
+{
+  append_u64(bytes, std::bit_cast<std::uint64_t>(value));
+}
+
+void append_vector(std::string& bytes, const Eigen::Vector3d& v)
+{
+  for (int i = 0; i < 3; ++i) append_double(bytes, v[i]);
+}
+
+std::uint32_t u32_at(std::string_view bytes, std::size_t offset)
+{
+  return static_cast<std::uint32_t>(ByteReader(bytes.substr(offset)).take(4));
 }
 
 }  // namespace vrda::inline core

@@ -1,8 +1,10 @@
-/// An append-only file that survives a kill: a header (magic, format version, key, CRC-32), then frames
-/// (length, CRC-32 of length and content, content). All integers are little-endian.
+/// Byte format of framed_file.hpp, shared by its writer and its readers.
 #pragma once
 
+#include <Eigen/Core>
+
 #include <atomic>
+#include <bit>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -10,10 +12,52 @@
 #include <optional>
 #include <string>
 #include <string_view>
-
-#include "core/frame_bytes.hpp"
+#include <vector>
 
 namespace vrda::inline core {
+
+struct FrameFormat {
+  std::string_view magic;  ///< 8 bytes
+  std::uint32_t version = 1;
+  std::uint32_t longest_content = 0;  ///< bytes; a larger length means a damaged frame
+  const char* frame_name = "record";  ///< in messages: "a torn record"
+};
+
+std::string header_bytes(const std::string& key, const FrameFormat& format);
+
+/// Upper bound for all formats.
+inline constexpr std::size_t longest_header_bytes = 8 + 8 + 4096 + 4;
+
+/// Remedy for a file that cannot be resumed; only `vrda run` has the option --fresh.
+inline constexpr const char* start_over_remedy =
+    "the file removed to start over (vrda run --fresh, or by hand and then vrda resume)";
+
+/// The header at the beginning of a file.
+struct FrameHeader {
+  std::string key;          ///< of the job that wrote it
+  std::size_t n_bytes = 0;  ///< 0: invalid header; then field, found and wanted describe the error
+  std::string field;
+  std::string found;
+  std::string wanted;
+};
+FrameHeader parse_header(std::string_view bytes, const FrameFormat& format);
+
+inline constexpr std::size_t frame_head_bytes = 8;  ///< length and checksum, before the content
+
+std::string frame_of(std::string_view content);
+
+struct ParsedFrame {
+  std::string_view content;
+  std::size_t n_bytes = 0;         ///< frame and content
+  std::string invalid_reason;      ///< why the frame is invalid; empty if it is valid
+  std::size_t n_bytes_needed = 0;  ///< if `rest` is too short: number of bytes needed, else 0
+};
+
+/// The frame at the beginning of `rest`.
+ParsedFrame parse_frame(std::string_view rest, const FrameFormat& format);
+
+// An append-only file that survives a kill: a header (magic, format version, key, CRC-32), then frames
+// (length, CRC-32 of length and content, content). All integers are little-endian.
 
 /// Summary of such a file.
 struct FrameFileSummary {
@@ -100,6 +144,105 @@ class FrameWriter {
   std::atomic<std::uint64_t> n_synced_bytes_;  ///< those on disk
   std::chrono::steady_clock::duration sync_interval_ = std::chrono::seconds(5);
   std::chrono::steady_clock::time_point synced_ = std::chrono::steady_clock::now();
+};
+
+// Reads new frames of a file of framed_file.hpp while another process, maybe on another machine, appends.
+
+/// Result of one poll.
+struct TailUpdate {
+  bool file_exists = false;
+  bool is_restarted = false;        ///< the file was restarted: frames of earlier polls are obsolete
+  std::vector<std::string> frames;  ///< contents of the frames since the last poll, in order
+  bool has_more = false;            ///< the size limit of one poll was reached: poll again immediately
+  std::string invalid_reason;       ///< error after the last valid frame; it may be gone at the next poll
+  std::int64_t changed_ns = 0;      ///< modification time of the file
+};
+
+/// Reads each complete frame once. Does not lock, write or throw for errors of the file, since an absent,
+/// torn or damaged file may be valid at the next poll. Every poll opens the file again, since it may have
+/// been replaced and network file systems update its size at open.
+class FrameTail {
+ public:
+  FrameTail(std::string path, const FrameFormat& format) : path_(std::move(path)), format_(format) {}
+
+  TailUpdate poll();
+
+  const std::string& path() const { return path_; }
+  const std::string& key() const { return key_; }  ///< of the job that wrote it; empty if not read yet
+
+ private:
+  struct Identity {
+    std::uint64_t device = 0, inode = 0;
+    bool operator==(const Identity&) const = default;
+  };
+  bool is_continued(int descriptor, std::string_view header, std::uint64_t n_bytes) const;
+  void take_frames(int descriptor, std::uint64_t n_bytes, TailUpdate& news);
+
+  std::string path_;
+  FrameFormat format_;
+  std::string key_;
+  Identity identity_;
+  bool was_there_ = false;        // at the last poll
+  std::string header_;            // empty: none read yet
+  std::uint64_t n_read_ = 0;      // bytes of header and frames read
+  std::uint64_t last_frame_ = 0;  // offset of the last frame read
+  std::string last_head_;         // its length and checksum
+};
+
+// Numbers as little-endian bytes; doubles as their 64 bits.
+
+void append_u32(std::string& bytes, std::uint32_t value);
+void append_i8(std::string& bytes, std::int8_t value);
+void append_i32(std::string& bytes, std::int32_t value);
+void append_double(std::string& bytes, double value);
+void append_vector(std::string& bytes, const Eigen::Vector3d& v);
+
+std::uint32_t u32_at(std::string_view bytes, std::size_t offset);
+
+/// Reads values sequentially; past the end it returns zeros and becomes invalid.
+class ByteReader {
+ public:
+  explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
+
+  std::size_t n_bytes_left() const { return bytes_.size() - at_; }
+  bool is_valid() const { return is_sound_; }
+  /// Marks the bytes as invalid, for a value out of range.
+  void mark_invalid() { is_sound_ = false; }
+
+  /// An integer of at most 8 bytes.
+  std::uint64_t take(std::size_t n_bytes)
+  {
+    if (n_bytes_left() < n_bytes) {
+      is_sound_ = false;
+      return 0;
+    }
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < n_bytes; ++i) {
+      value |= std::uint64_t{static_cast<unsigned char>(bytes_[at_ + i])} << (8 * i);
+    }
+    at_ += n_bytes;
+    return value;
+  }
+  std::int8_t take_i8() { return static_cast<std::int8_t>(take(1)); }
+  std::int32_t take_i32() { return static_cast<std::int32_t>(take(4)); }
+  double take_double() { return std::bit_cast<double>(take(8)); }
+  bool take_bool()
+  {
+    const std::uint64_t value = take(1);
+    if (value > 1) is_sound_ = false;
+    return value == 1;
+  }
+  Eigen::Vector3d take_vector()
+  {
+    Eigen::Vector3d v;
+    for (int i = 0; i < 3; ++i) v[i] = take_double();
+    return v;
+  }
+
+ private:
+  std::string_view bytes_;
+  std::size_t at_ = 0;
+  bool is_sound_ = true;
 };
 
 }  // namespace vrda::inline core

@@ -9,7 +9,6 @@
 #include <valijson/schema_parser.hpp>
 #include <valijson/validator.hpp>
 
-#include "core/error.hpp"
 #include "core/text.hpp"
 
 namespace vrda::inline core {

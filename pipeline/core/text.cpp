@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
+#include <utility>
 
 namespace vrda::inline core {
 namespace {
@@ -148,6 +150,47 @@ std::string join_alternatives(const std::vector<std::string>& words)
     text += words[i];
   }
   return text;
+}
+
+namespace {
+
+/// Longer than any Linux path; a key or word of a damaged file can have megabytes.
+constexpr std::size_t longest_fact = 5000;
+
+/// Escaped and truncated, since a fact may quote any bytes of a file.
+std::string shown(std::string_view fact)
+{
+  return escape_control_characters(fact.substr(0, longest_fact)) + (fact.size() > longest_fact ? "..." : "");
+}
+
+std::string message(const InputError::Facts& facts)
+{
+  std::string text = shown(facts.file);
+  std::string place = facts.line > 0 ? "line " + std::to_string(facts.line) : "";
+  if (!facts.field.empty()) place += (place.empty() ? "" : ", ") + shown(facts.field);
+  if (!place.empty()) text += (text.empty() ? "" : ": ") + place;
+  text += (text.empty() ? "found " : ": found ") + shown(facts.found);
+  if (!facts.wanted.empty()) text += ", wanted " + shown(facts.wanted);
+  return text;
+}
+
+}  // namespace
+
+InputError::InputError(Facts facts) : std::runtime_error(message(facts)), facts_(std::move(facts)) {}
+
+void check(bool condition, const char* why)
+{
+  if (!condition) throw InternalError(why);
+}
+
+// The rule for names of the key of a sequence of frames ("time_s").
+
+bool is_key_name(const std::string& name)
+{
+  const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
+  return !name.empty() && name.size() <= 40 && is_letter(name[0]) &&
+         std::all_of(name.begin(), name.end(),
+                     [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '_'; });
 }
 
 }  // namespace vrda::inline core

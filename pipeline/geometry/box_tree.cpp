@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "geometry/gap_kernel.hpp"
 
 namespace vrda::geometry {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "model/side.hpp"
+#include "model/frames.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 

@@ -1,7 +1,7 @@
 // Four floats at a time: SSE2, available on every x86-64 processor.
 #include <emmintrin.h>
 
-#include "geometry/gap_test_lanes.hpp"
+#include "geometry/gap_lanes.hpp"
 
 namespace vrda::geometry {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <immintrin.h>
 
-#include "geometry/gap_test_lanes.hpp"
+#include "geometry/gap_lanes.hpp"
 
 namespace vrda::geometry {
 namespace {

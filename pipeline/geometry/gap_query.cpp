@@ -6,9 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "geometry/gap_features.hpp"
 #include "geometry/gap_tree.hpp"
-#include "geometry/gap_walk.hpp"
 #include "geometry/rounded_kernel.hpp"
 
 namespace vrda::geometry {

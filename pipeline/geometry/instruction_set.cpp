@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <atomic>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace vrda::geometry {
 namespace {

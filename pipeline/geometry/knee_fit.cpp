@@ -1,10 +1,411 @@
 #include "geometry/knee_fit.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+
 #include <algorithm>
+#include <cmath>
 
 #include "core/units.hpp"
+#include "geometry/nearest_surface.hpp"
 
 namespace vrda::geometry {
+namespace {
+
+constexpr double sampled_radius_mm = 70.0, template_radius_mm = 50.0;
+constexpr int n_subject = 2500, n_template = 220;  // points per bone
+constexpr double least_cosine_coarse = 0.34;       // normals within 70 degrees
+constexpr double least_scale = 0.7, most_scale = 1.45;
+constexpr double kept_coarse = 0.7, kept_fine = 0.8;
+constexpr int n_turns = 12, n_coarse = 8, n_fine = 30;
+constexpr std::size_t n_finalists = 4;
+constexpr Eigen::Index fewest_pairs = 30;
+
+struct Subject {
+  PointTree femur, tibia;
+};
+
+struct Bones {
+  SurfacePoints femur, tibia;
+};
+
+struct Pairs {
+  Points from_mm, to_mm;  // template and subject
+  std::vector<double> distance_sq_mm2;
+};
+
+void add_pairs(const SurfacePoints& points, const PointTree& subject, const SimilarityFit& fit, Pairs& pairs)
+{
+  for (Eigen::Index i = 0; i < points.positions_mm.rows(); ++i) {
+    const Eigen::Vector3d p_mm = points.positions_mm.row(i);
+    const Eigen::Vector3d placed_mm = fit.scale * fit.R * p_mm + fit.t_mm;
+    const Eigen::Vector3d normal = fit.R * points.normals.row(i).transpose();
+    const PointTree::Nearest nearest = subject.nearest(placed_mm, normal, least_cosine_coarse);
+    if (nearest.row < 0) continue;
+    const auto row = static_cast<Eigen::Index>(pairs.distance_sq_mm2.size());
+    pairs.from_mm.row(row) = p_mm;
+    pairs.to_mm.row(row) = subject.points().positions_mm.row(nearest.row);
+    pairs.distance_sq_mm2.push_back(nearest.distance_sq_mm2);
+  }
+}
+
+Pairs pairs_of(const Bones& bones, const Subject& subject, const SimilarityFit& fit)
+{
+  const Eigen::Index n = bones.femur.positions_mm.rows() + bones.tibia.positions_mm.rows();
+  Pairs pairs{Points(n, 3), Points(n, 3), {}};
+  add_pairs(bones.femur, subject.femur, fit, pairs);
+  add_pairs(bones.tibia, subject.tibia, fit, pairs);
+  return pairs;
+}
+
+// Rows of the nearest `n` pairs.
+std::vector<Eigen::Index> nearest_rows(const Pairs& pairs, std::size_t n)
+{
+  std::vector<Eigen::Index> rows(pairs.distance_sq_mm2.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = static_cast<Eigen::Index>(i);
+  n = std::min(n, rows.size());
+  std::nth_element(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(n), rows.end(),
+                   [&](Eigen::Index a, Eigen::Index b) {
+                     return pairs.distance_sq_mm2[static_cast<std::size_t>(a)] <
+                            pairs.distance_sq_mm2[static_cast<std::size_t>(b)];
+                   });
+  rows.resize(n);
+  return rows;
+}
+
+// Source: Umeyama (1991) IEEE PAMI 13:376-380. Differs: the scale is limited.
+SimilarityFit fitted(const Pairs& pairs, const std::vector<Eigen::Index>& rows)
+{
+  const Points from = pairs.from_mm(rows, Eigen::all), to = pairs.to_mm(rows, Eigen::all);
+  const Eigen::RowVector3d from_mean = from.colwise().mean(), to_mean = to.colwise().mean();
+  const Points a = from.rowwise() - from_mean, b = to.rowwise() - to_mean;
+  const Eigen::Matrix3d covariance = b.transpose() * a;
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d sign(1.0, 1.0,
+                       (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0);
+  SimilarityFit fit;
+  fit.R = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+  fit.scale = std::clamp(svd.singularValues().dot(sign) / a.squaredNorm(), least_scale, most_scale);
+  fit.t_mm = to_mean.transpose() - fit.scale * fit.R * from_mean.transpose();
+  return fit;
+}
+
+double residual_mm(const Pairs& pairs, Eigen::Index n_points, double scale)
+{
+  // A point without a counterpart counts as 20 mm away.
+  constexpr double farthest_sq_mm2 = 400.0;
+  std::vector<double> sq(static_cast<std::size_t>(n_points), farthest_sq_mm2);
+  for (std::size_t i = 0; i < pairs.distance_sq_mm2.size(); ++i)
+    sq[i] = std::min(pairs.distance_sq_mm2[i], farthest_sq_mm2);
+  std::sort(sq.begin(), sq.end());
+  const auto n = static_cast<std::size_t>(kept_fine * static_cast<double>(n_points));
+  double sum = 0.0;
+  for (std::size_t i = 0; i < n; ++i) sum += sq[i];
+  return std::sqrt(sum / static_cast<double>(n)) / scale;
+}
+
+SimilarityFit iterated(const Bones& bones, const Subject& subject, SimilarityFit fit, int n_iterations,
+                       double kept)
+{
+  const Eigen::Index n_points = bones.femur.positions_mm.rows() + bones.tibia.positions_mm.rows();
+  for (int i = 0; i < n_iterations; ++i) {
+    const Pairs pairs = pairs_of(bones, subject, fit);
+    const auto n = static_cast<std::size_t>(kept * static_cast<double>(n_points));
+    const std::vector<Eigen::Index> rows = nearest_rows(pairs, n);
+    if (static_cast<Eigen::Index>(rows.size()) < fewest_pairs) return {};
+    fit = fitted(pairs, rows);
+  }
+  fit.residual_mm = residual_mm(pairs_of(bones, subject, fit), n_points, fit.scale);
+  return fit;
+}
+
+// A direction across `up` that moves with the points: that of their largest extent.
+Eigen::Vector3d widest_across(const SurfacePoints& points, const Eigen::Vector3d& up)
+{
+  const Eigen::RowVector3d mean = points.positions_mm.colwise().mean();
+  const Points off = points.positions_mm.rowwise() - mean;
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - up * up.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
+      Eigen::Matrix3d(across * (off.transpose() * off) * across));
+  const Eigen::Vector3d widest = axes.eigenvectors().col(2);
+  return (widest - widest.dot(up) * up).normalized();
+}
+
+Eigen::Matrix3d axes_of(const Eigen::Vector3d& up, const Eigen::Vector3d& across)
+{
+  Eigen::Matrix3d R;
+  R << across, up, across.cross(up);
+  return R;
+}
+
+// The bones' points within a radius of the joint; those of cartilage alone where only that is known of the
+// subject.
+Bones template_points(const KneeSurfaces& surfaces, const KneeSurfaces& subject, const Eigen::Vector3d& at_mm)
+{
+  const auto points = [&](const BoneSurfaces& bone, const BoneSurfaces& of_subject) {
+    const bool is_cartilage = of_subject.bone.triangles.rows() == 0 && bone.cartilage.triangles.rows() > 0;
+    return sample_surface(cropped(is_cartilage ? bone.cartilage : joined(bone), at_mm, template_radius_mm),
+                          n_template);
+  };
+  return {points(surfaces.femur, subject.femur), points(surfaces.tibia, subject.tibia)};
+}
+
+SimilarityFit best_fit(const Bones& bones, const JointRegion& from, const Subject& subject,
+                       const JointRegion& to)
+{
+  const SurfacePoints both = joined(bones.femur, bones.tibia);
+  const SurfacePoints subject_points = joined(subject.femur.points(), subject.tibia.points());
+  const Eigen::Matrix3d R_from = axes_of(from.up, widest_across(both, from.up));
+  const Eigen::Matrix3d R_to = axes_of(to.up, widest_across(subject_points, to.up));
+  std::vector<SimilarityFit> fits;
+  for (int k = 0; k < n_turns; ++k) {
+    SimilarityFit start;
+    start.R = R_to * rotation_y(2.0 * pi * k / n_turns) * R_from.transpose();
+    start.t_mm = to.centre_mm - start.R * from.centre_mm;
+    fits.push_back(iterated(bones, subject, start, n_coarse, kept_coarse));
+  }
+  const auto is_better = [](const SimilarityFit& a, const SimilarityFit& b) {
+    return a.residual_mm < b.residual_mm;
+  };
+  std::sort(fits.begin(), fits.end(), is_better);
+  fits.resize(n_finalists);
+  for (SimilarityFit& fit : fits) {
+    if (std::isfinite(fit.residual_mm)) fit = iterated(bones, subject, fit, n_fine, kept_fine);
+  }
+  return *std::min_element(fits.begin(), fits.end(), is_better);
+}
+
+}  // namespace
+
+CoarseFit coarse_fit(const KneeSurfaces& subject, const TemplateKnee& reference)
+{
+  const Mesh femur = joined(subject.femur), tibia = joined(subject.tibia);
+  const JointRegion to = joint_region(femur, tibia);
+  const auto sampled = [&](const Mesh& mesh) {
+    return PointTree(sample_surface(cropped(mesh, to.centre_mm, sampled_radius_mm), n_subject));
+  };
+  const Subject points{sampled(femur), sampled(tibia)};
+  const KneeSurfaces& surfaces = reference.surfaces;
+  JointRegion from = joint_region(joined(surfaces.femur), joined(surfaces.tibia));
+  const Bones right = template_points(surfaces, subject, from.centre_mm);
+  CoarseFit fit;
+  fit.nearest_mm = to.nearest_mm;
+  fit.right = best_fit(right, from, points, to);
+  from.centre_mm.z() *= -1.0;
+  from.up.z() *= -1.0;
+  fit.left = best_fit({mirrored_z(right.femur), mirrored_z(right.tibia)}, from, points, to);
+  return fit;
+}
+
+namespace {
+
+constexpr double farthest_pair_mm = 20.0;
+constexpr double least_pair_cosine = 0.4;
+constexpr double capped_mm = 5.0;
+// mm^2 per point and squared relative deviation of a scale from the mean of the three: a deviation of 5 %
+// costs as much as 0.13 mm on every point.
+constexpr double anisotropy_weight_mm2 = 7.0;
+// The same for deviations from the start's scales: cartilage determines its height better than its width.
+const Eigen::Vector3d near_start_weight_mm2(100.0, 10.0, 100.0);
+constexpr double known_share = 0.01;  // of the surface's weight
+constexpr double doubtful_mm = 15.0;  // landmarks are located to about 5 mm
+
+struct Pair {
+  Eigen::Vector3d from_mm;  // template
+  Eigen::Vector3d at_mm;    // template placed
+  Eigen::Vector3d to_mm;    // subject
+  Eigen::Vector3d normal;   // of the subject
+  double distance_sq_mm2;
+  double weight;
+};
+
+double weight_sum(const std::vector<Pair>& pairs)
+{
+  double sum = 0.0;
+  for (const Pair& pair : pairs) sum += pair.weight;
+  return sum;
+}
+
+// Three pairs a point, one along each axis.
+void add_known(std::vector<Pair>& pairs, const std::vector<KnownPoint>& known, const BoneFit& fit)
+{
+  const double weight = known_share * weight_sum(pairs);
+  for (const KnownPoint& point : known) {
+    const Eigen::Vector3d at_mm = fit(point.template_mm);
+    const double distance_sq_mm2 = (at_mm - point.subject_mm).squaredNorm();
+    const double trust = 1.0 / (1.0 + distance_sq_mm2 / (doubtful_mm * doubtful_mm));
+    for (Eigen::Index k = 0; k < 3; ++k)
+      pairs.push_back({point.template_mm, at_mm, point.subject_mm, Eigen::Vector3d::Unit(k), distance_sq_mm2,
+                       weight * trust * trust});
+  }
+}
+
+// The direction to the nearest point of a surface is along its normal, except where the surface ends: 0
+// there. The transition is gradual, since pairs that appear or disappear at once cause local optima.
+double weight_at_border(const Eigen::Vector3d& off_mm, const Eigen::Vector3d& normal)
+{
+  constexpr double base_mm = 1.0, slope = 0.35;  // of facets and of noise
+  const double across_mm = (off_mm - off_mm.dot(normal) * normal).norm();
+  return std::clamp(2.0 - 2.0 * across_mm / (base_mm + slope * off_mm.norm()), 0.0, 1.0);
+}
+
+// None if stopped.
+std::vector<Pair> all_pairs(const SurfacePoints& points, const NearestSurface& subject, const BoneFit& fit,
+                            const BoneFitOptions& options)
+{
+  std::vector<Pair> pairs;
+  for (Eigen::Index i = 0; i < points.positions_mm.rows(); ++i) {
+    if (options.is_stopped && options.is_stopped()) return {};
+    const Eigen::Vector3d from_mm = points.positions_mm.row(i), at_mm = fit(from_mm);
+    const SurfacePoint nearest = subject.nearest(
+        at_mm, {farthest_pair_mm, least_pair_cosine, fit.normal(points.normals.row(i).transpose())});
+    if (nearest.triangle < 0) continue;
+    const double weight = weight_at_border(at_mm - nearest.p_mm, subject.normal(nearest.triangle));
+    if (weight == 0.0) continue;
+    pairs.push_back({from_mm, at_mm, nearest.p_mm, subject.normal(nearest.triangle),
+                     nearest.distance_mm * nearest.distance_mm, weight});
+  }
+  return pairs;
+}
+
+// The farthest of the pairs kept weigh little.
+void keep_nearest(std::vector<Pair>& pairs, double kept)
+{
+  const auto n = static_cast<std::ptrdiff_t>(kept * static_cast<double>(pairs.size()));
+  std::nth_element(pairs.begin(), pairs.begin() + n, pairs.end(),
+                   [](const Pair& a, const Pair& b) { return a.distance_sq_mm2 < b.distance_sq_mm2; });
+  pairs.resize(static_cast<std::size_t>(n));
+  double farthest_sq_mm2 = 0.0;
+  for (const Pair& pair : pairs) farthest_sq_mm2 = std::max(farthest_sq_mm2, pair.distance_sq_mm2);
+  for (Pair& pair : pairs)
+    pair.weight *= farthest_sq_mm2 > 0.0 ? 1.0 - pair.distance_sq_mm2 / farthest_sq_mm2 : 1.0;
+}
+
+void set_residuals(BoneFit& fit, const SurfacePoints& points, const NearestSurface& subject,
+                   const BoneFitOptions& options)
+{
+  std::vector<Pair> pairs = all_pairs(points, subject, fit, options);
+  const auto n = static_cast<double>(points.positions_mm.rows());
+  double sum = capped_mm * capped_mm * (n - static_cast<double>(pairs.size()));
+  for (const Pair& pair : pairs) sum += std::min(pair.distance_sq_mm2, capped_mm * capped_mm);
+  for (const KnownPoint& point : options.known) {
+    const double off_sq_mm2 = (fit(point.template_mm) - point.subject_mm).squaredNorm();
+    sum += known_share * n * std::min(off_sq_mm2, doubtful_mm * doubtful_mm);
+  }
+  fit.mismatch_mm = std::sqrt(sum / n);
+  keep_nearest(pairs, options.kept);
+  sum = 0.0;
+  for (const Pair& pair : pairs) sum += pair.distance_sq_mm2;
+  fit.residual_mm = std::sqrt(sum / static_cast<double>(pairs.size())) / fit.scale.mean();
+}
+
+Eigen::Matrix3d small_rotation(const Eigen::Vector3d& w_rad)
+{
+  const Eigen::Vector3d half = 0.5 * w_rad;
+  return Eigen::Quaterniond(1.0, half.x(), half.y(), half.z()).normalized().toRotationMatrix();
+}
+
+using Vector9d = Eigen::Matrix<double, 9, 1>;
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+
+Eigen::Index n_scales(ScaleFreedom freedom)
+{
+  return freedom == ScaleFreedom::held ? 0 : freedom == ScaleFreedom::similarity ? 1 : 3;
+}
+
+// Adds the prior on the scales, in units of the pairs' weight.
+void add_prior(Matrix9d& H, Vector9d& g, double weight, const Eigen::Vector3d& scale, ScaleFreedom freedom,
+               const Eigen::Vector3d& start)
+{
+  Eigen::Matrix3d curvature = weight * near_start_weight_mm2.asDiagonal().toDenseMatrix();
+  if (freedom == ScaleFreedom::axes)
+    curvature =
+        weight * anisotropy_weight_mm2 * (Eigen::Matrix3d::Identity() - Eigen::Matrix3d::Constant(1.0 / 3.0));
+  H.bottomRightCorner<3, 3>() += curvature;
+  g.tail<3>() += curvature * (freedom == ScaleFreedom::axes ? scale : scale - start);
+}
+
+// One Gauss-Newton step; returns the length of the motion in mm and rad.
+double advance(BoneFit& fit, const std::vector<Pair>& pairs, ScaleFreedom freedom,
+               const Eigen::Vector3d& start)
+{
+  const bool has_axes = n_scales(freedom) == 3;
+  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
+  for (const Pair& pair : pairs) centre_mm += pair.at_mm;
+  centre_mm /= static_cast<double>(pairs.size());
+  Matrix9d H = Matrix9d::Zero();
+  Vector9d g = Vector9d::Zero();
+  for (const Pair& pair : pairs) {
+    Vector9d slope = Vector9d::Zero();
+    slope.head<3>() = (pair.at_mm - centre_mm).cross(pair.normal);
+    slope.segment<3>(3) = pair.normal;
+    const Eigen::Vector3d of_scale = (fit.R.transpose() * pair.normal).cwiseProduct(pair.from_mm);
+    if (has_axes) slope.tail<3>() = of_scale;
+    if (freedom == ScaleFreedom::similarity) slope[6] = of_scale.dot(fit.scale) / fit.scale.mean();
+    const double off_mm = pair.normal.dot(pair.at_mm - pair.to_mm);
+    H += pair.weight * slope * slope.transpose();
+    g += pair.weight * off_mm * slope;
+  }
+  if (has_axes) add_prior(H, g, weight_sum(pairs), fit.scale, freedom, start);
+  const Eigen::Index n = 6 + n_scales(freedom);
+  // Keeps a bone of revolution solvable; a thousandth of a micrometre on a real one.
+  H.diagonal().array() += 1e-9 * H.trace();
+  const Eigen::VectorXd step = -H.topLeftCorner(n, n).ldlt().solve(g.head(n));
+  const Eigen::Matrix3d turn = small_rotation(step.head<3>());
+  fit.t_mm = turn * (fit.t_mm - centre_mm) + centre_mm + step.segment<3>(3);
+  fit.R = turn * fit.R;
+  if (has_axes) fit.scale += step.tail<3>();
+  if (freedom == ScaleFreedom::similarity) fit.scale *= 1.0 + step[6] / fit.scale.mean();
+  fit.scale = fit.scale.cwiseMax(0.5).cwiseMin(2.0);
+  return step.norm();
+}
+
+void iterate(BoneFit& fit, const SurfacePoints& points, const NearestSurface& subject, ScaleFreedom freedom,
+             const BoneFitOptions& options, int n)
+{
+  constexpr double smallest_step = 1e-5;
+  const Eigen::Vector3d start = fit.scale;
+  constexpr std::size_t fewest = 50;
+  for (int i = 0; i < n; ++i) {
+    std::vector<Pair> pairs = all_pairs(points, subject, fit, options);
+    keep_nearest(pairs, options.kept);
+    if (pairs.size() < fewest) break;
+    add_known(pairs, options.known, fit);
+    if (advance(fit, pairs, freedom, start) < smallest_step) break;
+  }
+}
+
+// Every fourth point.
+SurfacePoints quarter_of(const SurfacePoints& points)
+{
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < points.positions_mm.rows(); i += 4) rows.push_back(i);
+  return {points.positions_mm(rows, Eigen::all), points.normals(rows, Eigen::all)};
+}
+
+}  // namespace
+
+BoneFit fit_bone(const SurfacePoints& template_points, const NearestSurface& subject,
+                 const std::vector<BoneFit>& starts, const BoneFitOptions& options)
+{
+  const ScaleFreedom first =
+      options.freedom == ScaleFreedom::axes ? ScaleFreedom::similarity : ScaleFreedom::held;
+  const SurfacePoints few = quarter_of(template_points);
+  std::vector<BoneFit> fits = starts;
+  for (BoneFit& fit : fits) {
+    iterate(fit, few, subject, first, options, 12);
+    set_residuals(fit, few, subject, options);
+  }
+  BoneFit fit = *std::min_element(fits.begin(), fits.end(), [](const BoneFit& a, const BoneFit& b) {
+    return a.mismatch_mm < b.mismatch_mm;
+  });
+  iterate(fit, template_points, subject, first, options, first == ScaleFreedom::held ? 60 : 15);
+  if (n_scales(options.freedom) == 3) iterate(fit, template_points, subject, options.freedom, options, 40);
+  set_residuals(fit, template_points, subject, options);
+  return fit;
+}
+
 namespace {
 
 constexpr int n_points = 2200;

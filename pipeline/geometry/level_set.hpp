@@ -1,9 +1,12 @@
 /// Blending of level-set fields (negative inside, about the signed distance in mm).
 #pragma once
 
+#include <Eigen/Core>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <vector>
 
 #include "model/mesh.hpp"
 
@@ -61,5 +64,67 @@ struct AdjoiningMeshes {
 /// triangles differ slightly.
 AdjoiningMeshes adjoining_level_set_meshes(const LevelSet& first, const LevelSet& second,
                                            const LevelSetOptions& options);
+
+// Closed meshes of flat-backed blocks and ellipsoids with analytically placed vertices.
+
+/// `n_steps` equal steps from `from` to `to`, both ends included, appended to `lines` (a common end once).
+void append_lines(std::vector<double>& lines, double from, double to, int n_steps);
+
+/// A block over a rectangle of the plane y = 0: a shaped front, a flat back, vertical walls.
+struct ShapedBlock {
+  std::vector<double> x_mm;                          ///< grid lines, increasing
+  std::vector<double> z_mm;                          ///< grid lines, increasing
+  std::function<double(double, double)> front_y_mm;  ///< over (x, z)
+  double back_y_mm = 0.0;                            ///< above the whole front, or below it
+  double hole_half_mm = 0.0;  ///< cells wholly within this distance of both axes are omitted
+};
+
+/// Mesh of a block. Cells of the front are split along the diagonal that follows a crease through the cell,
+/// so that pyramids over matching grid lines are exact. Normals from the faces.
+Mesh block_mesh(const ShapedBlock& block);
+
+/// A four-sided pyramid with its tip at the origin, its base's edge at y = `rim_y_mm`, vertical walls and a
+/// flat back at `back_y_mm`, below the rim for a pyramid or above the tip for a cavity. One triangle a slope.
+Mesh plain_pyramid_mesh(double half_base_mm, double rim_y_mm, double back_y_mm);
+
+/// An ellipsoid about the origin: 20 n^2 triangles of a subdivided icosahedron with a corner at the top, all
+/// vertices on the ellipsoid.
+Mesh ellipsoid_mesh(const Eigen::Vector3d& half_axes_mm, int n_edges);
+
+// Convex hull of two balls as a level-set field.
+
+struct Ball {
+  Eigen::Vector3d centre_mm;
+  double radius_mm;
+};
+
+/// Neither ball may contain the other. The nearest ball's centre is offset from the foot of the perpendicular
+/// by the perpendicular's length times the tangent of the hull's half angle.
+class Hull {
+ public:
+  Hull(const Ball& a, const Ball& b)
+      : start_(a),
+        axis_(b.centre_mm - a.centre_mm),
+        length_mm_(axis_.norm()),
+        sine_narrowing_((a.radius_mm - b.radius_mm) / length_mm_),
+        tangent_(sine_narrowing_ / std::sqrt(1.0 - sine_narrowing_ * sine_narrowing_))
+  {
+  }
+
+  double signed_distance_mm(const Eigen::Vector3d& p) const
+  {
+    const Eigen::Vector3d from_start = p - start_.centre_mm;
+    const double along_mm = from_start.dot(axis_) / length_mm_;
+    const double across_sq_mm2 = std::max(0.0, from_start.squaredNorm() - along_mm * along_mm);
+    const double nearest_mm = std::clamp(along_mm - std::sqrt(across_sq_mm2) * tangent_, 0.0, length_mm_);
+    const Eigen::Vector3d centre = start_.centre_mm + nearest_mm / length_mm_ * axis_;
+    return (p - centre).norm() - (start_.radius_mm - nearest_mm * sine_narrowing_);
+  }
+
+ private:
+  Ball start_;
+  Eigen::Vector3d axis_;
+  double length_mm_, sine_narrowing_, tangent_;
+};
 
 }  // namespace vrda::geometry

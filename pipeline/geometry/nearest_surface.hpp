@@ -1,11 +1,81 @@
-/// The nearest point of a triangle mesh.
+/// Points with normals on a surface, and the nearest of them.
 #pragma once
 
-#include "model/mesh.hpp"
+#include <functional>
+#include <vector>
+
 #include "geometry/box_tree.hpp"
-#include "geometry/surface_points.hpp"
+#include "model/mesh.hpp"
 
 namespace vrda::geometry {
+
+struct SurfacePoints {
+  Points positions_mm;  ///< [n, 3]
+  Points normals;       ///< [n, 3] unit, outward
+};
+
+/// `n` points, one in each of `n` equal shares of the area in the order of the triangles. No random source:
+/// a moved or mirrored mesh gives the moved or mirrored points. Empty for a mesh without area.
+SurfacePoints sample_surface(const Mesh& mesh, int n);
+
+/// The triangles whose centres are within `radius_mm` of `centre_mm`.
+Mesh cropped(const Mesh& mesh, const Eigen::Vector3d& centre_mm, double radius_mm);
+
+/// Points reflected in Z = 0.
+SurfacePoints mirrored_z(const SurfacePoints& points);
+
+SurfacePoints joined(const SurfacePoints& a, const SurfacePoints& b);
+
+/// A box around unit normals.
+struct NormalBounds {
+  Eigen::Array3d least = Eigen::Array3d::Constant(2.0);
+  Eigen::Array3d most = Eigen::Array3d::Constant(-2.0);
+
+  void add(const NormalBounds& other);
+  /// False: no normal within has a component above `least_cosine` along `normal`.
+  bool may_exceed(double least_cosine, const Eigen::Vector3d& normal) const;
+};
+
+/// Finds the nearest of a set of points by a k-d tree.
+class PointTree {
+ public:
+  explicit PointTree(SurfacePoints points);
+
+  const SurfacePoints& points() const { return points_; }
+
+  struct Nearest {
+    Eigen::Index row = -1;  ///< -1: none
+    double distance_sq_mm2 = 0.0;
+  };
+
+  /// Nearest point whose normal has a component above `least_cosine` along `normal`; -1.1: any point.
+  Nearest nearest(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& normal, double least_cosine) const;
+
+ private:
+  struct Range {
+    Eigen::Index begin, end;
+    int axis;
+
+    bool is_empty() const { return begin >= end; }
+    Eigen::Index middle() const { return (begin + end) / 2; }
+    Range below() const { return {begin, middle(), (axis + 1) % 3}; }
+    Range above() const { return {middle() + 1, end, (axis + 1) % 3}; }
+  };
+  // Of the positions and normals of a range.
+  struct Bounds {
+    Eigen::Array3d least_mm, most_mm;
+    NormalBounds normals;
+
+    double distance_sq_mm2(const Eigen::Vector3d& p_mm) const;
+  };
+  void arrange(std::vector<Eigen::Index>& order, Range range) const;
+  void bound(Range range);
+
+  SurfacePoints points_;        // in the order of the tree: the middle row of a range splits it
+  std::vector<Bounds> bounds_;  // of the range with this middle
+};
+
+// The nearest point of a triangle mesh.
 
 struct SurfacePoint {
   Eigen::Index triangle = -1;  ///< -1: none within the limits

@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "model/frames.hpp"
-#include "core/trig.hpp"
+#include "core/units.hpp"
 #include "geometry/box_tree.hpp"
 
 namespace vrda::geometry {

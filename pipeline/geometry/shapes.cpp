@@ -4,10 +4,13 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <string>
 
-#include "core/error.hpp"
 #include "core/text.hpp"
+#include "core/units.hpp"
 #include "geometry/catalogue.hpp"
+#include "geometry/level_set.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::geometry {
 namespace {
@@ -155,6 +158,152 @@ std::string fibre_table(const ShapeRequest& request)
     table += "," + exact_text(fibre.stiffness_n) + "," + exact_text(fibre.slack_length_mm) + "\n";
   }
   return table;
+}
+
+namespace {
+
+constexpr double rim_rounding_mm = 1.5;
+// Edges of a tenth of the radius: about 3,500 triangles on the socket at resolution 1.
+constexpr double cells_a_radius = 10.0;
+
+LevelSetOptions options_for(const HipParameters& plan)
+{
+  LevelSetOptions options;
+  options.cell_mm = plan.radius_mm / (cells_a_radius * plan.resolution);
+  options.cell_mm = std::min(options.cell_mm, 0.6 * plan.wall_mm);
+  return options;
+}
+
+// Meshed with its opening at -Y: not every direction gives a manifold net.
+Mesh socket(const HipParameters& plan)
+{
+  const double inner_mm = plan.radius_mm + plan.clearance_mm;
+  const Field field = [=](const Eigen::Vector3d& p) {
+    const double from_centre = p.norm();
+    const double wall = std::max(inner_mm - from_centre, from_centre - inner_mm - plan.wall_mm);
+    return smooth_max(wall, -plan.depth_mm - p.y(), rim_rounding_mm);
+  };
+  const double reach_mm = inner_mm + 2.0 * plan.wall_mm;
+  const Mesh mesh = level_set_mesh(
+      field, {Eigen::Vector3d::Constant(-reach_mm), Eigen::Vector3d::Constant(reach_mm)}, options_for(plan));
+  Pose X_canonical_socket = Pose::Identity();
+  X_canonical_socket.linear() =
+      rotation_x(-rad_from_deg(plan.inclination_deg)) * rotation_z(rad_from_deg(plan.anteversion_deg));
+  return transformed(mesh, X_canonical_socket);
+}
+
+Mesh head(const HipParameters& plan)
+{
+  const SinCos lean = sin_cos(rad_from_deg(plan.neck_deg));
+  const Eigen::Vector3d axis(0.0, -lean.cos, lean.sin);
+  const double length_mm = 2.0 * plan.radius_mm;
+  const double neck_mm = plan.radius_mm / plan.neck_ratio;
+  const Field field = [=](const Eigen::Vector3d& p) {
+    const double along = std::clamp(p.dot(axis), 0.0, length_mm);
+    const double neck = (p - along * axis).norm() - neck_mm;
+    return smooth_min(p.norm() - plan.radius_mm, neck, 0.15 * plan.radius_mm);
+  };
+  const double reach_mm = length_mm + 1.5 * neck_mm;
+  return level_set_mesh(field, {Eigen::Vector3d::Constant(-reach_mm), Eigen::Vector3d::Constant(reach_mm)},
+                        options_for(plan));
+}
+
+}  // namespace
+
+Shape hip(const HipParameters& plan)
+{
+  const double inner_mm = plan.radius_mm + plan.clearance_mm;
+  // A rim below the centre must leave an opening for the head; a rim above it must leave a cap.
+  const double deepest_mm = std::sqrt(inner_mm * inner_mm - plan.radius_mm * plan.radius_mm);
+  const double shallowest_mm = -0.8 * inner_mm;
+  if (plan.depth_mm > deepest_mm || plan.depth_mm < shallowest_mm) {
+    throw InputError({"shape hip", "depth", std::to_string(plan.depth_mm),
+                      "from " + std::to_string(shallowest_mm) + " to " + std::to_string(deepest_mm) +
+                          " mm for this radius and clearance, so that the head can enter and is retained"});
+  }
+  return {{{"socket", "bone", true, socket(plan)}}, {{"head", "bone", true, head(plan)}}};
+}
+
+namespace {
+
+constexpr double ankle_rounding_mm = 2.0;
+// Edges of a tenth of the trochlea's radius.
+constexpr double ankle_cells_a_radius = 10.0;
+constexpr double tibia_wall_mm = 14.0;      // above the top of the trochlea
+constexpr double malleolus_mm = 8.0;        // its thickness
+constexpr double malleolus_space_mm = 1.5;  // between it and the trochlea
+
+LevelSetOptions ankle_options(const AnkleParameters& plan)
+{
+  LevelSetOptions options;
+  options.cell_mm = plan.radius_mm / (ankle_cells_a_radius * plan.resolution);
+  return options;
+}
+
+// Radius of the trochlea at z: smallest in the middle.
+double profile_mm(const AnkleParameters& plan, double z_mm)
+{
+  return plan.radius_mm + plan.groove_mm -
+         std::sqrt(std::max(plan.groove_mm * plan.groove_mm - z_mm * z_mm, 0.0));
+}
+
+double from_axis_mm(const Eigen::Vector3d& p)
+{
+  return std::sqrt(p.x() * p.x() + p.y() * p.y());
+}
+
+// Inside a block with rounded edges.
+double block(const Eigen::Vector3d& p, const Eigen::Vector3d& min_mm, const Eigen::Vector3d& max_mm)
+{
+  const Eigen::Vector3d off = (min_mm - p).cwiseMax(p - max_mm);
+  return smooth_max(smooth_max(off.x(), off.y(), ankle_rounding_mm), off.z(), ankle_rounding_mm);
+}
+
+Mesh talus(const AnkleParameters& plan)
+{
+  const double half_mm = 0.5 * plan.width_mm;
+  const Field field = [=](const Eigen::Vector3d& p) {
+    const double ends =
+        smooth_max(std::abs(p.z()) - half_mm, -0.7 * plan.radius_mm - p.y(), ankle_rounding_mm);
+    return smooth_max(from_axis_mm(p) - profile_mm(plan, p.z()), ends, ankle_rounding_mm);
+  };
+  const double reach_mm = 1.5 * plan.radius_mm + half_mm;
+  return level_set_mesh(field, {Eigen::Vector3d::Constant(-reach_mm), Eigen::Vector3d::Constant(reach_mm)},
+                        ankle_options(plan));
+}
+
+Mesh tibia_of_ankle(const AnkleParameters& plan)
+{
+  const double half_mm = 0.5 * plan.width_mm, wall_mm = half_mm + malleolus_space_mm;
+  const double top_mm = plan.radius_mm + plan.clearance_mm + tibia_wall_mm;
+  const Field field = [=](const Eigen::Vector3d& p) {
+    // The roof covers 60 degrees to the front and to the back.
+    const double roof = block(p, {-plan.radius_mm, 0.5 * plan.radius_mm, -wall_mm - malleolus_mm},
+                              {plan.radius_mm, top_mm, wall_mm});
+    const double cavity = profile_mm(plan, p.z()) + plan.clearance_mm - from_axis_mm(p);
+    const double malleolus = block(p, {-0.5 * plan.radius_mm, -0.6 * plan.radius_mm, -wall_mm - malleolus_mm},
+                                   {0.5 * plan.radius_mm, top_mm - 0.5 * tibia_wall_mm, -wall_mm});
+    return smooth_min(smooth_max(roof, cavity, ankle_rounding_mm), malleolus, ankle_rounding_mm);
+  };
+  const double reach_mm = top_mm + plan.width_mm;
+  return level_set_mesh(field, {Eigen::Vector3d::Constant(-reach_mm), Eigen::Vector3d::Constant(reach_mm)},
+                        ankle_options(plan));
+}
+
+}  // namespace
+
+Shape ankle(const AnkleParameters& plan)
+{
+  return {{{"tibia", "bone", true, tibia_of_ankle(plan)}}, {{"talus", "bone", true, talus(plan)}}};
+}
+
+void require_moderate_size(double n_triangles, const std::string& parameter)
+{
+  constexpr double most_millions = 2.0;
+  if (n_triangles <= 1e6 * most_millions) return;
+  char found[64];
+  std::snprintf(found, sizeof found, "a mesh of up to %.3g million triangles", 1e-6 * n_triangles);
+  throw InputError({"shape", parameter, found, "a value for at most 2 million"});
 }
 
 }  // namespace vrda::geometry

@@ -74,4 +74,47 @@ std::vector<ShapeFibre> generate_fibres(const ShapeRequest& request);
 /// The same as a table for a job's `ligaments.fibres` (schemas/ligaments.md), with its sources as comments.
 std::string fibre_table(const ShapeRequest& request);
 
+// A hip-like pair: a spherical head with a neck, pushed up into a deep socket. Origin: the socket's centre.
+
+struct HipParameters {
+  double resolution = 1.0;       ///< factor on the number of edges along a line
+  double radius_mm = 24.0;       ///< of the head
+  double clearance_mm = 0.5;     ///< inner radius of the socket minus radius of the head
+  double wall_mm = 6.0;          ///< the socket's thickness
+  double depth_mm = 2.0;         ///< distance of the socket's rim beyond its centre, towards the opening
+  double neck_deg = 45.0;        ///< angle of the neck from -Y, towards the subject's right
+  double neck_ratio = 2.0;       ///< radius of the head over that of the neck
+  double inclination_deg = 0.0;  ///< angle of the socket's opening from -Y, towards the subject's right
+  double anteversion_deg = 0.0;  ///< then of the opening towards anterior
+};
+
+/// Reference "socket", moving "head"; generated concentric without contact. Pushed up, the head is in
+/// equilibrium with its centre at (0, clearance, 0). The neck meets the rim where its axis is
+/// 90 degrees - asin(1 / neck_ratio) from that of the opening, for a depth of 0 and no wall. Throws
+/// InputError when the socket's rim is too narrow for the head to enter, or too shallow.
+Shape hip(const HipParameters& plan);
+
+// A tibiotalar pair: a grooved talar trochlea pushed up into the mortise of the tibia. Origin: on the axis
+// of the trochlea, in its middle.
+
+struct AnkleParameters {
+  double resolution = 1.0;    ///< factor on the number of edges along a line
+  double radius_mm = 20.0;    ///< of the trochlea in the bottom of its groove
+  double groove_mm = 40.0;    ///< radius of the groove from side to side
+  double width_mm = 28.0;     ///< of the trochlea from side to side
+  double clearance_mm = 0.5;  ///< radius of the tibia's joint surface minus that of the trochlea
+};
+
+/// Reference "tibia" with its medial malleolus, moving "talus" of a right foot; surfaces of revolution about
+/// Z, generated concentric without contact. Pushed up, the trochlea touches along the top of its groove, at
+/// (0, clearance, 0). Radii: talar domes of adults are arcs of about 20 mm (Siegler et al. 2014, J Biomech
+/// 47:4038-4042, who also find them saddle-shaped).
+Shape ankle(const AnkleParameters& plan);
+
+// The bound on the size of a generated mesh.
+
+/// Throws InputError with the shape's `parameter` as its field if a mesh of up to `n_triangles`, estimated
+/// before it is made, has more than two million: some seconds and a gigabyte.
+void require_moderate_size(double n_triangles, const std::string& parameter);
+
 }  // namespace vrda::geometry

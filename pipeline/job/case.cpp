@@ -3,21 +3,17 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/error.hpp"
 #include "core/text.hpp"
 #include "job/auto_frame.hpp"
-#include "job/axis_map.hpp"
-#include "job/case_geometry.hpp"
-#include "job/case_ligaments.hpp"
-#include "job/case_warnings.hpp"
 #include "job/component_loader.hpp"
+#include "job/ligament_files.hpp"
+#include "job/case_warnings.hpp"
 #include "job/coordinates.hpp"
 #include "job/job.hpp"
-#include "job/push_job.hpp"
+#include "job/command_jobs.hpp"
 #include "job/scaling.hpp"
 #include "job/surface_warnings.hpp"
 #include "job/uncertainty_job.hpp"
-#include "job/unit_check.hpp"
 
 namespace vrda::job {
 namespace {

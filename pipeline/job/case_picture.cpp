@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/side.hpp"
+#include "model/frames.hpp"
 #include "core/text.hpp"
 #include "core/canvas.hpp"
 

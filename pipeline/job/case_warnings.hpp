@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "job/axis_map.hpp"
-#include "job/case_ligaments.hpp"
+#include "job/component_loader.hpp"
+#include "job/ligament_files.hpp"
 #include "job/job.hpp"
 
 namespace vrda::job {

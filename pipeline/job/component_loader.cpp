@@ -1,16 +1,107 @@
 #include "job/component_loader.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <tuple>
 #include <utility>
 
-#include "core/error.hpp"
+#include "contact/contacts.hpp"
 #include "core/text.hpp"
-#include "job/input_file.hpp"
-#include "job/job_schema.hpp"
-#include "job/vf_file.hpp"
+#include "core/units.hpp"
+#include "geometry/directional_gap.hpp"
+#include "job/auto_frame.hpp"
+#include "job/job.hpp"
+#include "job/mesh_file.hpp"
 
 namespace vrda::job {
+namespace {
+
+Eigen::Vector3d axis_of(const std::string& word)
+{
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  axis[word.at(1) - 'X'] = word.at(0) == '-' ? -1.0 : 1.0;
+  return axis;
+}
+
+std::string opposite(const std::string& word)
+{
+  return (word.at(0) == '-' ? "+" : "-") + word.substr(1);
+}
+
+}  // namespace
+
+double mm_per_unit(const std::string& unit)
+{
+  return unit == "m" ? 1000.0 : unit == "cm" ? 10.0 : 1.0;
+}
+
+const char* unit_of_mm(double mm)
+{
+  return mm == 1.0 ? "mm" : mm == 10.0 ? "cm" : "m";
+}
+
+namespace {
+
+// The axes of the files' names, as rows.
+Eigen::Matrix3d named_axes(const Job& job, const FrameJob& frame)
+{
+  const std::string words = "anterior = \"" + frame.anterior + "\", proximal = \"" + frame.proximal +
+                            "\", right = \"" + frame.right + "\"";
+  Eigen::Matrix3d R_canonical_native;
+  R_canonical_native.row(0) = axis_of(frame.anterior).transpose();
+  R_canonical_native.row(1) = axis_of(frame.proximal).transpose();
+  R_canonical_native.row(2) = axis_of(frame.right).transpose();
+  const std::string source = job.document.source_of_conflict(
+      {frame.key + ".anterior", frame.key + ".proximal", frame.key + ".right"});
+  const double handedness =
+      R_canonical_native.row(0).cross(R_canonical_native.row(1)).dot(R_canonical_native.row(2));
+  if (handedness == 0.0) throw InputError({source, frame.key, words, "each of X, Y and Z once"});
+  if (handedness < 0.0) {
+    throw InputError({source, frame.key, words + ", a left-handed map",
+                      "a right-handed map; if anterior and proximal are correct: right = \"" +
+                          opposite(frame.right) + "\""});
+  }
+  return R_canonical_native;
+}
+
+AxisMap map_of(const Job& job, const FrameJob& frame)
+{
+  const Eigen::Matrix3d R_canonical_native = named_axes(job, frame);
+  const Eigen::Matrix3d R_align = rotation_z(frame.align_rotation_rad.z()) *
+                                  rotation_y(frame.align_rotation_rad.y()) *
+                                  rotation_x(frame.align_rotation_rad.x());
+  AxisMap map;
+  map.unit_mm = mm_per_unit(frame.unit);
+  map.X_canonical_native.linear() = R_canonical_native * R_align;
+  map.X_canonical_native.translation() = R_canonical_native * frame.align_translation_mm;
+  return map;
+}
+
+}  // namespace
+
+AxisMap axis_map(const Job& job)
+{
+  return map_of(job, job.frame);
+}
+
+AxisMap body_map(const Job& job, const BodyJob& body)
+{
+  const AxisMap joint = axis_map(job);
+  if (!body.frame) return joint;
+  AxisMap map = map_of(job, *body.frame);
+  const Eigen::Vector3d origin_mm = map.unit_mm * body.frame->origin_native;
+  map.X_canonical_native.translation() +=
+      joint(job.frame.origin_native) - map.X_canonical_native.linear() * origin_mm;
+  return map;
+}
+
+BodyMaps body_maps(const Job& job)
+{
+  return {body_map(job, job.reference), body_map(job, job.moving)};
+}
+
 namespace {
 
 const geometry::ShapePart* part_named(const geometry::Shape& shape, const std::string& name)
@@ -180,6 +271,193 @@ const geometry::Shape& ComponentLoader::shape_of(const ComponentJob& component)
                          "at most " + std::to_string(most_generated));
   }
   return shapes_.emplace(request, std::move(shape)).first->second;
+}
+
+// The frames of a job: of the joint and of a body (schemas/frames.md).
+
+namespace {
+
+constexpr const char* automatic = "auto";
+
+bool is_automatic(const core::DocumentValue& root, const std::string& key)
+{
+  const std::string* word = core::value_at(root, key).text();
+  return word != nullptr && *word == automatic;
+}
+
+// A frame that is found has no axes to name.
+void check_automatic(const core::Document& document, const FrameJob& frame)
+{
+  if (!frame.is_origin_auto && !frame.is_align_auto) return;
+  if (core::text_at(document.root, "joint") != "knee")
+    document.refuse(frame.key, "\"auto\" with joint = \"" + core::text_at(document.root, "joint") + "\"",
+                    "numbers: only the frames of a knee are found");
+  if (!frame.is_align_auto) return;
+  for (const auto& [key, word, preset] :
+       {std::tuple(".anterior", &frame.anterior, "+X"), std::tuple(".proximal", &frame.proximal, "+Y"),
+        std::tuple(".right", &frame.right, "+Z")}) {
+    if (*word != preset)
+      document.refuse(frame.key + key, "\"" + *word + "\" with align = \"auto\"",
+                      "no axes, or align with numbers");
+  }
+}
+
+core::DocumentValue::List list_of(const Eigen::Vector3d& v)
+{
+  return {{v.x()}, {v.y()}, {v.z()}};
+}
+
+}  // namespace
+
+FrameJob frame_at(const core::DocumentValue& root, const std::string& key)
+{
+  FrameJob frame;
+  frame.key = key;
+  frame.unit = core::text_at(root, key + ".unit");
+  frame.anterior = core::text_at(root, key + ".anterior");
+  frame.proximal = core::text_at(root, key + ".proximal");
+  frame.right = core::text_at(root, key + ".right");
+  frame.is_origin_auto = is_automatic(root, key + ".origin");
+  frame.is_align_auto = is_automatic(root, key + ".align");
+  if (!frame.is_origin_auto) frame.origin_native = core::vector3_at(root, key + ".origin");
+  if (frame.is_align_auto) return frame;
+  const Eigen::Vector3d rotation_deg = core::vector3_at(root, key + ".align.rotation_deg");
+  for (int k = 0; k < 3; ++k) frame.align_rotation_rad[k] = rad_from_deg(rotation_deg[k]);
+  frame.align_translation_mm = core::vector3_at(root, key + ".align.translation_mm");
+  return frame;
+}
+
+std::optional<FrameJob> body_frame_at(const core::Document& document, const std::string& body)
+{
+  const std::string key = body + ".frame";
+  if (core::find_at(document.root, key) == nullptr) return std::nullopt;
+  FrameJob frame = frame_at(document.root, key);
+  check_automatic(document, frame);
+  return frame;
+}
+
+void set_found_frame(core::Document& document, BodyJob& body, const FoundFrame& found)
+{
+  if (!body.frame) return;
+  const std::string key = body.frame->key;
+  core::DocumentValue* frame = document.root.find(key.substr(0, key.find('.')))->find("frame");
+  if (body.frame->is_origin_auto) frame->find("origin")->data = list_of(found.origin_native);
+  if (body.frame->is_align_auto)
+    frame->find("align")->data =
+        core::DocumentValue::Table{{"rotation_deg", {list_of(found.rotation_deg)}},
+                                        {"translation_mm", {list_of(Eigen::Vector3d::Zero())}}};
+  body.frame = frame_at(document.root, key);
+}
+
+// Assigns the triangles of the moving object to compartments.
+
+namespace {
+
+std::vector<std::string> contact_names(const Body& moving)
+{
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < moving.components.size(); ++c) {
+    const auto& of_triangle = moving.contact.component;
+    const bool has_triangles =
+        std::find(of_triangle.begin(), of_triangle.end(), static_cast<std::int32_t>(c)) != of_triangle.end();
+    if (has_triangles) names.push_back(moving.components[c].name);
+  }
+  return names;
+}
+
+using Assignment = std::vector<Compartment>;  // [n components] compartment of each, by name
+
+Assignment with_named(Assignment assigned, const Job& job, const Body& moving, Compartment which)
+{
+  const bool is_medial = which == Compartment::medial;
+  const std::string key = std::string("compartments.") + (is_medial ? "medial" : "lateral") + ".components";
+  const std::vector<std::string> known = contact_names(moving);
+  const auto refuse = [&](const std::string& found, const std::string& wanted) {
+    throw InputError({job.document.source_of(key), key, found, wanted});
+  };
+  for (const std::string& name : (is_medial ? job.medial : job.lateral)->components) {
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      refuse("\"" + name + "\"",
+             "a moving contact component; the nearest is \"" + nearest_word(name, known) + "\"");
+    }
+    std::size_t c = 0;
+    while (moving.components[c].name != name) ++c;
+    if (assigned[c] != Compartment::none)
+      refuse("\"" + name + "\" a second time", "each component in one compartment");
+    assigned[c] = which;
+  }
+  return assigned;
+}
+
+Assignment assigned_by_name(const Job& job, const Body& moving)
+{
+  const Assignment none(moving.components.size(), Compartment::none);
+  return with_named(with_named(none, job, moving, Compartment::medial), job, moving, Compartment::lateral);
+}
+
+bool is_in(const std::string& half_space, double z_mm, double centre_z_mm)
+{
+  return (half_space == "left" && z_mm < centre_z_mm) || (half_space == "right" && z_mm > centre_z_mm);
+}
+
+}  // namespace
+
+std::vector<Compartment> compartments_of(const Job& job, const Body& moving, double centre_z_mm)
+{
+  if (!job.medial || !job.lateral) return {};
+  if (!job.medial->half_space.empty() && job.medial->half_space == job.lateral->half_space) {
+    throw InputError({job.document.source_of("compartments"), "compartments",
+                      "medial and lateral both \"" + job.medial->half_space + "\"", "one half-space each"});
+  }
+  const Assignment assigned = assigned_by_name(job, moving);
+  const Mesh& mesh = moving.contact.mesh;
+  std::vector<Compartment> out;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners(mesh, t);
+    const double z_mm = (a.z() + b.z() + c.z()) / 3.0;
+    Compartment compartment =
+        assigned[static_cast<std::size_t>(moving.contact.component[static_cast<std::size_t>(t)])];
+    if (compartment == Compartment::none && is_in(job.medial->half_space, z_mm, centre_z_mm))
+      compartment = Compartment::medial;
+    if (compartment == Compartment::none && is_in(job.lateral->half_space, z_mm, centre_z_mm))
+      compartment = Compartment::lateral;
+    out.push_back(compartment);
+  }
+  return out;
+}
+
+// The start of a joint whose job gives none.
+
+namespace {
+
+// Ahead of the first contact: far more than rounding, less than the space of any joint.
+constexpr double start_clearance_mm = 0.1;
+// Of the retreat from an overlap; doubled until the objects are apart or farther than any two bones.
+constexpr double first_retreat_mm = 0.1;
+constexpr double last_retreat_mm = 1000.0;
+
+}  // namespace
+
+double start_travel_mm(const Case& loaded)
+{
+  SolverFrame frame = loaded.frame;
+  frame.delta = loaded.push_at_meshes.delta;
+  const geometry::TreeMesh reference =
+      geometry::make_tree_mesh(solver_mesh(loaded.reference.contact.mesh, frame));
+  const geometry::TreeMesh moving =
+      geometry::make_tree_mesh(solver_mesh(loaded.moving.contact.mesh, frame));
+  contact::NarrowPhase narrow_phase;
+  MovingPose pose;
+  pose.theta_rad = loaded.initial.theta_rad;
+  for (double retreat_mm = first_retreat_mm; contact::find_collision(reference, moving, pose, narrow_phase);
+       retreat_mm *= 2.0) {
+    if (retreat_mm > last_retreat_mm) return 0.0;
+    pose.translation_mm.y() = -retreat_mm;
+  }
+  const double travel_mm =
+      geometry::directional_gap(reference, moving.mesh, moving.tree, pose, {}).travel_mm;
+  if (!std::isfinite(travel_mm)) return 0.0;
+  return pose.translation_mm.y() + travel_mm - start_clearance_mm;
 }
 
 }  // namespace vrda::job

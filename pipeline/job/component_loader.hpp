@@ -1,15 +1,49 @@
-/// Loads components from mesh files and generators.
+/// From the coordinates of the mesh files to canonical axes (schemas/frames.md).
 #pragma once
+
+#include <Eigen/Core>
 
 #include <map>
 #include <optional>
 
-#include "core/error.hpp"
-#include "job/axis_map.hpp"
-#include "job/clean_mesh.hpp"
+#include "core/text.hpp"
 #include "geometry/shapes.hpp"
+#include "job/case.hpp"
+#include "job/clean_mesh.hpp"
+#include "job/job.hpp"
 
 namespace vrda::job {
+
+/// p_canonical = X_canonical_native * (unit_mm * p_native). Order: conversion to mm; alignment in the files'
+/// axes (R = Rz Ry Rx about fixed axes, then the translation); renaming of the axes (X anterior, Y proximal,
+/// Z to the subject's right).
+struct AxisMap {
+  double unit_mm = 1.0;
+  Pose X_canonical_native = Pose::Identity();
+
+  Eigen::Vector3d operator()(const Eigen::Vector3d& p_native) const
+  {
+    return X_canonical_native * (unit_mm * p_native);
+  }
+};
+
+/// 1, 10 or 1000 for "mm", "cm" and "m".
+double mm_per_unit(const std::string& unit);
+/// "mm", "cm" or "m", the unit of 1, 10 or 1000 mm.
+const char* unit_of_mm(double mm);
+
+/// The map of [frame]. Throws InputError if two directions name the same axis or the map is left-handed.
+AxisMap axis_map(const Job& job);
+
+/// The map of a body's files: that of [frame], or with a frame of its own: unit and alignment about its
+/// origin, which goes to the rotation centre of the job, axes, then the translation.
+AxisMap body_map(const Job& job, const BodyJob& body);
+struct BodyMaps {
+  AxisMap reference, moving;
+};
+BodyMaps body_maps(const Job& job);
+
+// Loads components from mesh files and generators.
 
 struct LoadedComponent {
   CleanMesh clean;  ///< canonical axes, mm
@@ -58,5 +92,19 @@ class ComponentLoader {
   std::map<std::string, geometry::Shape> shapes_;  // by name and parameters
   Eigen::Index n_generated_ = 0;                 // triangles of all shapes
 };
+
+// Parts of a case that follow from its meshes: compartments and the start of the motion.
+
+/// The compartment of each triangle, [n_triangles of moving.contact]; empty if the job has no compartments.
+/// Compartments given by component names are assigned first; then one given by a half-space takes the
+/// remaining triangles with their centroid on that side of the rotation centre (canonical z). All others are
+/// `none`. Throws InputError for a name that is not a moving contact component or is in both compartments.
+std::vector<Compartment> compartments_of(const Job& job, const Body& moving, double centre_z_mm);
+
+/// The start of a joint whose job gives none: travel of the moving object from the pose of the meshes along
+/// Delta there to 0.1 mm before the next contact ahead; if the meshes overlap, from the first pose back
+/// against Delta without overlap. Zero if nothing is ahead. Attitude zero, theta of `loaded.initial`. Needs
+/// the meshes. Cost: a few queries.
+double start_travel_mm(const Case& loaded);
 
 }  // namespace vrda::job

@@ -4,12 +4,11 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "job/csv_table.hpp"
-#include "job/input_file.hpp"
-#include "job/push_job.hpp"
+#include "job/ligament_files.hpp"
+#include "job/job.hpp"
+#include "job/command_jobs.hpp"
 
 namespace vrda::job {
 namespace {

@@ -1,19 +1,19 @@
 #include "job/job.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 
-#include "core/error.hpp"
-#include "model/joint_kind.hpp"
-#include "model/side.hpp"
+#include "core/schema.hpp"
 #include "core/text.hpp"
 #include "job/auto_frame.hpp"
 #include "job/command_jobs.hpp"
 #include "job/coordinates.hpp"
-#include "job/input_file.hpp"
-#include "job/job_schema.hpp"
-#include "job/push_job.hpp"
+#include "job/mesh_file.hpp"
+#include "model/coordinates.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::job {
 namespace {
@@ -450,6 +450,185 @@ bool has_mesh_file(const Job& job)
 Job read_job(const std::string& file, const std::vector<std::string>& overrides)
 {
   return parse_job(file, file_bytes(file, {file, "", "", "a job file"}, largest_job_bytes), overrides);
+}
+
+const core::DocumentSchema& campaign_schema();  // schemas/campaign.schema.json
+const core::DocumentSchema& job_schema();       // schemas/job.schema.json
+
+namespace {
+
+constexpr const char* campaign_key = "campaign";
+
+// The [campaign] table only, the subject of its schema.
+core::Document campaign_part(const core::Document& document)
+{
+  const core::DocumentValue* table = document.root.find(campaign_key);
+  check(table != nullptr, "the document has no [campaign]");
+  return {document.file, {core::DocumentValue::Table{{campaign_key, *table}}}, document.overridden};
+}
+
+core::DocumentValue without_campaign(const core::DocumentValue& root)
+{
+  core::DocumentValue::Table kept;
+  for (const core::DocumentEntry& entry : *root.table()) {
+    if (entry.key != campaign_key) kept.push_back(entry);
+  }
+  return {kept, root.line};
+}
+
+// Checks the names of the job keys that the levels of an axis set.
+void check_settings(const core::Document& document, const core::DocumentEntry& axis)
+{
+  const core::DocumentValue::List* levels = axis.value.list();
+  for (std::size_t i = 0; levels != nullptr && i < levels->size(); ++i) {
+    const core::DocumentValue* settings = (*levels)[i].find("set");
+    const std::string at = "campaign." + axis.key + "." + std::to_string(i) + ".set.";
+    if (settings != nullptr) job_schema().check_known_keys({document.file, *settings, {}, at});
+  }
+}
+
+}  // namespace
+
+core::DocumentValue checked_job(const core::Document& document)
+{
+  if (is_campaign_only(document.root)) {
+    throw InputError({document.file, "reference", "a campaign without a joint",
+                      "a job with [reference] and [moving]; run a campaign with vrda plan and vrda submit"});
+  }
+  const core::DocumentValue job = job_schema().checked(document);
+  if (document.root.find(campaign_key) != nullptr) campaign_schema().checked(campaign_part(document));
+  return without_campaign(job);
+}
+
+bool is_campaign_only(const core::DocumentValue& root)
+{
+  return root.find(campaign_key) != nullptr && root.find("reference") == nullptr &&
+         root.find("moving") == nullptr;
+}
+
+void check_campaign(const core::Document& document)
+{
+  for (const core::DocumentEntry& entry : *document.root.table()) {
+    if (entry.key == campaign_key || !is_campaign_only(document.root)) continue;
+    document.refuse(entry.key, "a key next to [campaign] in a file without a joint",
+                    "only [campaign], or a complete job with [reference] and [moving]");
+  }
+  campaign_schema().checked(campaign_part(document));
+  for (const core::DocumentEntry& axis : *document.root.find(campaign_key)->table())
+    check_settings(document, axis);
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path path_of(const Job& job, const std::string& data_directory, const std::string& name)
+{
+  const fs::path in_data = fs::path(data_directory) / name;
+  std::error_code ignored;
+  if (!data_directory.empty() && fs::exists(in_data, ignored)) return in_data;
+  return fs::path(job.file).parent_path() / name;
+}
+
+}  // namespace
+
+std::uintmax_t mesh_bytes(const Job& job, const std::string& data_directory)
+{
+  std::uintmax_t n_bytes = 0;
+  for (const BodyJob* body : {&job.reference, &job.moving}) {
+    for (const ComponentJob& component : body->components) {
+      if (component.generate) continue;
+      std::error_code error;
+      const std::uintmax_t size = fs::file_size(path_of(job, data_directory, component.file), error);
+      if (!error) n_bytes += size;
+    }
+  }
+  return n_bytes;
+}
+
+InputFile input_file(const Job& job, const std::string& data_directory, const FileReference& named)
+{
+  const std::string wanted = data_directory.empty() ? named.what + " in the folder of the job or of --data"
+                                                    : named.what + " in \"" + data_directory +
+                                                          "\" (--data) or in the folder of the job";
+  const std::string path = path_of(job, data_directory, named.name).string();
+  return {path,
+          file_bytes(path, {job.document.source_of(named.key), named.key, "", wanted}, largest_mesh_bytes)};
+}
+
+namespace {
+
+template <class Number>
+std::optional<Number> number_in(std::string_view word)
+{
+  const bool has_plus = word.size() > 1 && word[0] == '+' && word[1] != '-';
+  if (has_plus) word.remove_prefix(1);
+  Number value{};
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+bool is_space(char c)
+{
+  return c == ' ' || c == '\t' || c == '\n' || c == '\r';
+}
+
+std::string_view trimmed(std::string_view text)
+{
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+std::vector<std::string_view> split_fields(std::string_view line)
+{
+  std::vector<std::string_view> fields;
+  while (true) {
+    const std::size_t comma = std::min(line.find(','), line.size());
+    fields.push_back(trimmed(line.substr(0, comma)));
+    if (comma == line.size()) return fields;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+std::vector<TableLine> table_lines(std::string_view text)
+{
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
+  std::vector<TableLine> lines;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = trimmed(text.substr(0, end));
+    if (!line.empty() && line.front() != '#') lines.push_back({line, number});
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
+std::vector<std::string_view> split_words(std::string_view line)
+{
+  constexpr std::string_view separators = " \t";
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  std::vector<std::string_view> words;
+  std::size_t begin = line.find_first_not_of(separators);
+  while (begin != std::string_view::npos) {
+    const std::size_t end = std::min(line.find_first_of(separators, begin), line.size());
+    words.push_back(line.substr(begin, end - begin));
+    begin = line.find_first_not_of(separators, end);
+  }
+  return words;
+}
+
+std::optional<double> parse_real(std::string_view word)
+{
+  return number_in<double>(word);
+}
+std::optional<std::int64_t> parse_integer(std::string_view word)
+{
+  return number_in<std::int64_t>(word);
 }
 
 }  // namespace vrda::job

@@ -3,15 +3,19 @@
 #pragma once
 
 #include <Eigen/Core>
+
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "model/frames.hpp"
-#include "model/solver_options.hpp"
 #include "core/document.hpp"
+#include "core/text.hpp"
 #include "job/case.hpp"
+#include "model/frames.hpp"
+#include "model/step_record.hpp"
 
 namespace vrda::job {
 
@@ -256,5 +260,74 @@ Job with_found_frames(const Job& job, const FoundFrames& found);
 /// which must be at factor 1; bodies, survey and warnings stay empty. The only file read is the landmark
 /// table. Throws InputError for a combination that no method solves and for invalid scaling.
 Case case_with_joint(const Job& job, const std::string& data_directory, const Case& joint);
+
+// Validation of jobs and campaigns against their schemas (documents/schema.hpp).
+
+/// The job with defaults filled in, keys in the order of the schema and numbers typed by the schema.
+/// [campaign] is checked and removed. Throws InputError for an unknown key (naming the nearest known one), a
+/// missing key, a wrong type or value, and for a campaign without a joint.
+core::DocumentValue checked_job(const core::Document& document);
+
+/// Whether the document has a campaign and no joint, so it is a list of jobs.
+bool is_campaign_only(const core::DocumentValue& root);
+
+/// Checks the [campaign] of the document and the job keys that its levels set. Throws InputError like
+/// checked_job(), and for any other key next to a campaign without a joint.
+void check_campaign(const core::Document& document);
+
+// Input files named in a job, whole files with a size limit, and SHA-256.
+
+/// A file name in a job with its key and the expected kind of file.
+struct FileReference {
+  std::string key;   ///< "reference.component.0.file"
+  std::string name;  ///< as written in the job
+  std::string what;  ///< "a mesh file"
+};
+
+struct InputFile {
+  std::string path;
+  std::string bytes;
+};
+
+/// Searches the data folder (if not empty), then the folder of the job file.
+/// Throws InputError naming job, key and file if the file is missing or unreadable.
+InputFile input_file(const Job& job, const std::string& data_directory, const FileReference& named);
+
+/// Size of all mesh files of the job in bytes; a missing file counts as none.
+std::uintmax_t mesh_bytes(const Job& job, const std::string& data_directory);
+
+/// The content of `file`. Throws InputError for a missing file, a folder, an unreadable file and one larger
+/// than `largest_bytes`; `facts` supplies file, field and wanted of the message.
+std::string file_bytes(const std::string& file, const InputError::Facts& facts, std::uintmax_t largest_bytes);
+
+/// SHA-256 as 64 lower-case hexadecimal digits.
+std::string sha256_of(std::string_view bytes);
+
+// Splits text files into words, fields, lines and numbers, for mesh formats and tables.
+
+/// Blank, tab or line end.
+bool is_space(char c);
+
+/// The words of a line, separated by blanks and tabs; a final carriage return is ignored.
+std::vector<std::string_view> split_words(std::string_view line);
+
+/// Without white space at either end.
+std::string_view trimmed(std::string_view text);
+
+/// The fields between the commas of a line, trimmed; one more than the number of commas.
+std::vector<std::string_view> split_fields(std::string_view line);
+
+/// A trimmed line of a table and its line number, from 1.
+struct TableLine {
+  std::string_view text;
+  std::size_t number = 0;
+};
+
+/// The lines that are neither empty nor comments (#). A byte order mark is skipped.
+std::vector<TableLine> table_lines(std::string_view text);
+
+/// The number if the whole word is one, with an optional sign; "nan" and "inf" are accepted.
+std::optional<double> parse_real(std::string_view word);
+std::optional<std::int64_t> parse_integer(std::string_view word);
 
 }  // namespace vrda::job

@@ -1,19 +1,27 @@
 // Bytes of a mesh file to vertices and triangles, by assimp; checks of what assimp accepts silently.
-#include <assimp/BaseImporter.h>
-#include <assimp/scene.h>
+#include "job/mesh_file.hpp"
 
-#include <algorithm>
+#include <assimp/BaseImporter.h>
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
+#include <assimp/scene.h>
+#include <openssl/evp.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <memory>
+#include <numeric>
+#include <string_view>
 #include <utility>
 
-#include "core/error.hpp"
-#include "core/text.hpp"
 #include "core/document.hpp"
-#include "job/raw_mesh.hpp"
-#include "job/vf_file.hpp"
+#include "core/text.hpp"
+#include "job/clean_mesh.hpp"
+#include "job/job.hpp"
 
 namespace vrda::job {
 namespace {
@@ -137,6 +145,625 @@ RawMesh read_mesh(const std::string& file, std::string bytes)
   RawMesh mesh = read_by_extension(file, std::move(bytes));
   check_mesh(file, mesh);
   return mesh;
+}
+
+// STL files that assimp would read wrongly or partly: refused with line or size, before it reads them.
+
+namespace {
+
+constexpr std::size_t header_bytes = 80;
+constexpr std::size_t facet_bytes = 50;  // normal, three vertices, attribute
+
+std::string lower(std::string_view word)
+{
+  std::string out(word);
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+// Whether the file begins with "solid" and is text: binary headers may also begin with "solid".
+bool is_ascii(const std::string& bytes)
+{
+  const std::size_t begin = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
+  const auto is_text = [](char c) { return is_space(c) || static_cast<unsigned char>(c) >= 0x20; };
+  return lower(std::string_view(bytes).substr(begin, 5)) == "solid" &&
+         std::all_of(bytes.begin(),
+                     bytes.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(bytes.size(), 1024)),
+                     is_text);
+}
+
+bool has_three_numbers(const std::vector<std::string_view>& words, std::size_t first)
+{
+  return words.size() == first + 3 && parse_real(words[first]) && parse_real(words[first + 1]) &&
+         parse_real(words[first + 2]);
+}
+
+class AsciiReader {
+ public:
+  AsciiReader(const std::string& file, const std::string& bytes) : file_(file), bytes_(bytes) {}
+
+  std::string reduced()
+  {
+    std::size_t line = 1;
+    for (std::size_t begin = 0; begin < bytes_.size(); ++line) {
+      const std::size_t end = std::min(bytes_.find('\n', begin), bytes_.size());
+      const std::vector<std::string_view> words =
+          split_words(std::string_view(bytes_).substr(begin, end - begin));
+      begin = end + 1;
+      const std::string found = words.empty() ? "" : read(words);
+      if (found.empty()) continue;
+      if (end == bytes_.size()) break;  // truncated last line: is_complete() reports it
+      throw InputError({file_, "line " + std::to_string(line), found,
+                        "a line of an ASCII STL file: facets of three vertices, each of three numbers"});
+    }
+    return std::move(out_);
+  }
+
+  std::size_t n_facets() const { return n_ended_; }
+  bool is_complete() const { return n_begun_ == n_ended_ && n_vertices_ == 3 * n_ended_ && !is_solid_open_; }
+
+ private:
+  // The error of a line, or an empty text.
+  std::string read(const std::vector<std::string_view>& words)
+  {
+    const std::string keyword = lower(words[0]);
+    const bool is_solid_keyword = keyword == "solid" || keyword == "endsolid";
+    if (is_solid_keyword || keyword == "facet") {
+      if (n_begun_ != n_ended_) return "\"" + keyword + "\" within a facet";
+      if ((keyword == "solid") == is_solid_open_)
+        return "\"" + keyword + "\" " + (is_solid_open_ ? "within" : "without") + " a solid";
+    } else if (n_begun_ == n_ended_) {
+      return "\"" + keyword.substr(0, 40) + "\" without a facet";
+    }
+    return is_solid_keyword ? read_solid(keyword) : read_facet(keyword, words);
+  }
+
+  std::string read_solid(const std::string& keyword)
+  {
+    is_solid_open_ = keyword == "solid";
+    out_ += keyword + " part\n";  // without the name
+    return "";
+  }
+
+  std::string read_facet(const std::string& keyword, const std::vector<std::string_view>& words)
+  {
+    if (keyword == "facet") {
+      ++n_begun_;
+      if (!has_three_numbers(words, 2)) return "a facet without the three numbers of its normal";
+      out_ += "facet normal 0 0 0\nouter loop\n";
+    } else if (keyword == "vertex") {
+      ++n_vertices_;
+      if (!has_three_numbers(words, 1)) return "a vertex without three numbers";
+      for (const std::string_view word : {std::string_view("vertex"), words[1], words[2], words[3]})
+        (out_ += word) += " ";
+      out_ += "\n";
+    } else if (keyword == "endfacet") {
+      if (n_vertices_ != 3 * ++n_ended_) return "a facet without exactly three vertices";
+      out_ += "endloop\nendfacet\n";
+    } else if (keyword != "outer" && keyword != "endloop") {
+      return "\"" + keyword.substr(0, 40) + "\"";
+    }
+    return "";
+  }
+
+  const std::string& file_;
+  const std::string& bytes_;
+  std::string out_;
+  std::size_t n_begun_ = 0, n_ended_ = 0, n_vertices_ = 0;
+  bool is_solid_open_ = false;
+};
+
+void check_count(const std::string& file, const std::string& field, std::size_t n_facets)
+{
+  if (n_facets == 0) throw InputError({file, field, "an empty mesh of 0 triangles", "a mesh with faces"});
+  if (n_facets > largest_face_count) {
+    throw InputError({file, field, std::to_string(n_facets) + " triangles",
+                      "at most " + std::to_string(largest_face_count)});
+  }
+}
+
+std::string checked_ascii(const std::string& file, const std::string& bytes)
+{
+  AsciiReader reader(file, bytes);
+  std::string reduced = reader.reduced();
+  if (!reader.is_complete()) {
+    throw InputError({file, "",
+                      "an STL file truncated after " + std::to_string(reader.n_facets()) + " complete facets",
+                      "\"endsolid\" at its end"});
+  }
+  check_count(file, "", reader.n_facets());
+  return reduced;
+}
+
+void check_binary(const std::string& file, std::size_t n_facets, std::size_t n_bytes,
+                  std::size_t wanted_bytes)
+{
+  if (n_bytes < header_bytes + 4) {
+    throw InputError({file, "", std::to_string(n_bytes) + " bytes", "an STL file of at least 84 bytes"});
+  }
+  if (n_bytes != wanted_bytes) {
+    throw InputError(
+        {file, "header",
+         std::to_string(n_facets) + " triangles in a file of " + std::to_string(n_bytes) + " bytes",
+         std::to_string(wanted_bytes) + " bytes for this number"});
+  }
+  check_count(file, "header", n_facets);
+}
+
+}  // namespace
+
+std::string checked_stl(const std::string& file, std::string bytes)
+{
+  std::size_t n_facets = 0;
+  if (bytes.size() >= header_bytes + 4) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      n_facets |= static_cast<std::size_t>(static_cast<unsigned char>(bytes[header_bytes + k])) << (8 * k);
+    }
+  }
+  const std::size_t wanted_bytes = header_bytes + 4 + facet_bytes * n_facets;
+  // The size is tested before the first word: a binary header may begin with "solid".
+  if (bytes.size() != wanted_bytes && is_ascii(bytes)) return checked_ascii(file, bytes);
+  check_binary(file, n_facets, bytes.size(), wanted_bytes);
+  return bytes;
+}
+
+// OBJ files that assimp would read wrongly: refused with the line, before it reads them.
+
+namespace {
+
+using WordList = std::vector<std::string_view>;
+
+// Keywords without influence on vertices and faces.
+bool is_ignored(std::string_view keyword)
+{
+  constexpr std::array<std::string_view, 15> others{"g",      "o",      "s",      "mg",       "usemtl",
+                                                    "mtllib", "usemap", "maplib", "lod",      "vp",
+                                                    "l",      "p",      "bevel",  "c_interp", "d_interp"};
+  return std::find(others.begin(), others.end(), keyword) != others.end();
+}
+
+std::string quoted(std::string_view word)
+{
+  return "\"" + std::string(word.substr(0, 40)) + "\"";
+}
+
+class Checker {
+ public:
+  Checker(const std::string& file, const std::string& bytes) : file_(file), bytes_(bytes) {}
+
+  std::string reduced()
+  {
+    std::string joined;
+    for (std::size_t begin = 0; begin < bytes_.size();) {
+      const std::size_t end = std::min(bytes_.find('\n', begin), bytes_.size());
+      std::string_view text = std::string_view(bytes_).substr(begin, end - begin);
+      begin = end + 1;
+      ++line_;
+      text = text.substr(0, std::min(text.find('#'), text.size()));
+      if (!text.empty() && text.back() == '\r') text.remove_suffix(1);
+      // A backslash at the end continues the line.
+      const bool is_continued = !text.empty() && text.back() == '\\';
+      if (is_continued) text.remove_suffix(1);
+      joined += text;
+      if (is_continued) joined += ' ';  // it ends a word, too
+      if (is_continued && begin < bytes_.size()) continue;
+      if (is_continued) refuse("a backslash at the end of the file", "the rest of the line");
+      const WordList words = split_words(joined);
+      if (!words.empty()) read(words);
+      joined.clear();
+    }
+    // A face may refer to a vertex of a later line, so indices are checked at the end.
+    if (highest_vertex_ > n_vertices_)
+      refuse_at(highest_line_, "index " + std::to_string(highest_vertex_), valid_vertices());
+    if (highest_normal_ > n_normals_) {
+      refuse_at(highest_line_, "normal " + std::to_string(highest_normal_),
+                "one of " + std::to_string(n_normals_) + " normals");
+    }
+    if (n_faces_ == 0) {
+      throw InputError({file_, "", "an empty mesh: " + std::to_string(n_vertices_) + " vertices and no face",
+                        "a mesh with faces"});
+    }
+    return std::move(out_);
+  }
+
+ private:
+  void read(const WordList& words)
+  {
+    const std::string_view keyword = words[0];
+    if (keyword == "v") {
+      read_numbers(words, 3, 7);  // a weight or a colour may follow
+      ++n_vertices_;
+    } else if (keyword == "vn") {
+      read_numbers(words, 3, 3);
+      ++n_normals_;
+    } else if (keyword == "f") {
+      read_face(words);
+    } else if (keyword != "vt" && !is_ignored(keyword)) {
+      refuse(quoted(keyword), "a keyword of a polygon mesh, such as v, vn, vt or f");
+    }
+  }
+
+  void read_numbers(const WordList& words, std::size_t fewest, std::size_t most)
+  {
+    if (words.size() < 1 + fewest || words.size() > 1 + most) {
+      refuse(std::to_string(words.size() - 1) + " numbers",
+             "from " + std::to_string(fewest) + " to " + std::to_string(most));
+    }
+    out_ += words[0];
+    for (std::size_t k = 1; k < words.size(); ++k) {
+      if (!parse_real(words[k])) refuse(quoted(words[k]), "a number");
+      if (k <= fewest) (out_ += " ") += words[k];
+    }
+    out_ += "\n";
+  }
+
+  void read_face(const WordList& words)
+  {
+    if (words.size() < 4) refuse(std::to_string(words.size() - 1) + " corners", "at least 3");
+    if (++n_faces_ > largest_face_count)
+      refuse("more faces", "at most " + std::to_string(largest_face_count));
+    out_ += "f";
+    for (std::size_t k = 1; k < words.size(); ++k) read_corner(words[k]);
+    out_ += "\n";
+  }
+
+  // v, v/t, v//n or v/t/n; texture indices are dropped.
+  void read_corner(std::string_view corner)
+  {
+    const std::size_t slash = std::min(corner.find('/'), corner.size());
+    const std::size_t second = std::min(corner.find('/', slash + 1), corner.size());
+    const std::int64_t vertex = absolute(corner, corner.substr(0, slash), n_vertices_);
+    note(vertex, highest_vertex_);
+    (out_ += " ") += std::to_string(vertex);
+    if (second == corner.size()) return;
+    const std::int64_t normal = absolute(corner, corner.substr(second + 1), n_normals_);
+    note(normal, highest_normal_);
+    (out_ += "//") += std::to_string(normal);
+  }
+
+  // Negative indices count back from the last one so far.
+  std::int64_t absolute(std::string_view corner, std::string_view word, std::int64_t n_so_far) const
+  {
+    const std::optional<std::int64_t> index = parse_integer(word);
+    const std::int64_t value = index && *index < 0 ? n_so_far + 1 + *index : index.value_or(0);
+    if (value < 1) refuse(quoted(corner), "an index from 1 or a negative one: " + valid_vertices());
+    return value;
+  }
+
+  void note(std::int64_t index, std::int64_t& highest)
+  {
+    if (index <= highest) return;
+    highest = index;
+    highest_line_ = line_;
+  }
+
+  std::string valid_vertices() const { return "one of " + std::to_string(n_vertices_) + " vertices"; }
+
+  [[noreturn]] void refuse(const std::string& found, const std::string& wanted) const
+  {
+    refuse_at(line_, found, wanted);
+  }
+  [[noreturn]] void refuse_at(std::size_t line, const std::string& found, const std::string& wanted) const
+  {
+    throw InputError({file_, "line " + std::to_string(line), found, wanted});
+  }
+
+  const std::string& file_;
+  const std::string& bytes_;
+  std::string out_;
+  std::size_t line_ = 0, highest_line_ = 0, n_faces_ = 0;
+  std::int64_t n_vertices_ = 0, n_normals_ = 0, highest_vertex_ = 0, highest_normal_ = 0;
+};
+
+}  // namespace
+
+std::string checked_wavefront(const std::string& file, const std::string& bytes)
+{
+  return Checker(file, bytes).reduced();
+}
+
+namespace {
+
+class Words {
+ public:
+  Words(const std::string& file, const std::string& bytes) : file_(file), bytes_(bytes) {}
+
+  /// The next word; empty at the end.
+  std::string_view next()
+  {
+    skip();
+    const std::size_t begin = at_;
+    while (at_ < bytes_.size() && !is_space(bytes_[at_]) && bytes_[at_] != '#') ++at_;
+    return std::string_view(bytes_).substr(begin, at_ - begin);
+  }
+
+  double real(const std::string& wanted) { return known(parse_real(advance()), wanted); }
+  std::int64_t whole(const std::string& wanted) { return known(parse_integer(advance()), wanted); }
+
+  [[noreturn]] void refuse(const std::string& found, const std::string& wanted) const
+  {
+    throw InputError({file_, "line " + std::to_string(line_), found, wanted});
+  }
+
+  std::size_t n_left() const { return bytes_.size() - at_; }
+  std::size_t line() const { return line_; }
+
+ private:
+  void skip()
+  {
+    bool is_comment = false;
+    for (; at_ < bytes_.size(); ++at_) {
+      const char c = bytes_[at_];
+      if (c == '#') is_comment = true;
+      if (c == '\n') {
+        is_comment = false;
+        ++line_;
+      }
+      if (!is_comment && !is_space(c)) return;
+    }
+  }
+
+  std::string_view advance() { return word_ = next(); }
+
+  template <class Number>
+  Number known(const std::optional<Number>& number, const std::string& wanted) const
+  {
+    if (word_.empty()) refuse("the end of the file", wanted);
+    if (!number) refuse("\"" + std::string(word_.substr(0, 40)) + "\"", wanted);
+    return *number;
+  }
+
+  const std::string& file_;
+  const std::string& bytes_;
+  std::string_view word_;
+  std::size_t at_ = 0;
+  std::size_t line_ = 1;
+};
+
+std::string count_of(std::int64_t n, const char* things)
+{
+  return std::to_string(n) + " " + things;
+}
+
+struct IndexRange {
+  std::int64_t lowest = 1;
+  std::int64_t highest = 0;
+  std::size_t lowest_line = 0;
+  std::size_t highest_line = 0;
+};
+
+std::int32_t first_index(const std::string& file, const IndexRange& range, std::int64_t n_vertices)
+{
+  const bool has_zero = range.lowest == 0;
+  const bool has_count = range.highest == n_vertices;
+  if (has_zero && has_count) {
+    throw InputError({file, "line " + std::to_string(std::max(range.lowest_line, range.highest_line)),
+                      "both index 0 (line " + std::to_string(range.lowest_line) + ") and index " +
+                          std::to_string(n_vertices) + " (line " + std::to_string(range.highest_line) + ")",
+                      "indices of " + count_of(n_vertices, "vertices")});
+  }
+  return has_count ? 1 : 0;
+}
+
+}  // namespace
+
+bool is_vertices_faces(const std::string& bytes)
+{
+  Words words("", bytes);
+  const std::string_view first = words.next();
+  return !first.empty() && first.find_first_not_of("0123456789+-") == std::string_view::npos;
+}
+
+RawMesh read_vertices_faces(const std::string& file, const std::string& bytes)
+{
+  constexpr std::size_t shortest_vertex = 6;  // bytes: "0 0 0\n"
+  constexpr std::size_t shortest_face = 7;    // bytes: "3 0 1 2" at the end of the file
+  Words words(file, bytes);
+  const auto n_vertices = words.whole("the number of vertices");
+  const auto n_faces = words.whole("the number of faces");
+  if (n_vertices < 3) words.refuse(count_of(n_vertices, "vertices"), "at least 3");
+  if (n_faces < 1) words.refuse(count_of(n_faces, "faces"), "at least 1");
+  // Rejects counts too large for the file before memory is allocated.
+  const std::size_t most_vertices = words.n_left() / shortest_vertex;
+  if (static_cast<std::size_t>(n_vertices) > most_vertices) {
+    words.refuse(count_of(n_vertices, "vertices"),
+                 "at most " + std::to_string(most_vertices) + " in a file of this size");
+  }
+  const std::size_t most_faces = std::min(largest_face_count, words.n_left() / shortest_face);
+  if (static_cast<std::size_t>(n_faces) > most_faces) {
+    words.refuse(count_of(n_faces, "faces"),
+                 "at most " + std::to_string(most_faces) + " in a file of this size");
+  }
+  RawMesh mesh;
+  mesh.vertices.resize(static_cast<Eigen::Index>(n_vertices), 3);
+  for (Eigen::Index v = 0; v < n_vertices; ++v) {
+    for (int k = 0; k < 3; ++k)
+      mesh.vertices(v, k) = words.real("a coordinate of vertex " + std::to_string(v));
+  }
+  IndexRange range{n_vertices, -1, 0, 0};
+  for (std::int64_t f = 0; f < n_faces; ++f) {
+    const std::string face = "face " + std::to_string(f);
+    const auto n_corners = words.whole("the number of corners of " + face);
+    if (n_corners < 3 || n_corners > static_cast<std::int64_t>(largest_face_size)) {
+      words.refuse(count_of(n_corners, "corners"),
+                   "from 3 to " + std::to_string(largest_face_size) + " for " + face);
+    }
+    mesh.size.push_back(static_cast<std::int32_t>(n_corners));
+    for (std::int64_t k = 0; k < n_corners; ++k) {
+      const auto index = words.whole("a vertex index of " + face);
+      if (index < 0 || index > n_vertices) {
+        words.refuse("index " + std::to_string(index), "an index of " + count_of(n_vertices, "vertices"));
+      }
+      if (index < range.lowest) range.lowest = index, range.lowest_line = words.line();
+      if (index > range.highest) range.highest = index, range.highest_line = words.line();
+      mesh.corner.push_back(static_cast<std::int32_t>(index));
+    }
+  }
+  if (const std::string_view rest = words.next(); !rest.empty()) {
+    words.refuse("\"" + std::string(rest.substr(0, 40)) + "\"",
+                 "the end of the file after " + count_of(n_faces, "faces"));
+  }
+  const std::int32_t first = first_index(file, range, n_vertices);
+  for (std::int32_t& corner : mesh.corner) corner -= first;
+  return mesh;
+}
+
+Points read_vertex_normals(const std::string& file, const std::string& bytes, Eigen::Index n_vertices)
+{
+  Words words(file, bytes);
+  const auto n = words.whole("the number of normals");
+  if (n != n_vertices)
+    words.refuse(count_of(n, "normals"), std::to_string(n_vertices) + ", one for each vertex of the mesh");
+  Points normals(n_vertices, 3);
+  for (Eigen::Index v = 0; v < n_vertices; ++v) {
+    for (int k = 0; k < 3; ++k) normals(v, k) = words.real("a component of normal " + std::to_string(v));
+  }
+  if (const std::string_view rest = words.next(); !rest.empty()) {
+    words.refuse("\"" + std::string(rest.substr(0, 40)) + "\"",
+                 "the end of the file after " + count_of(n, "normals"));
+  }
+  return normals;
+}
+
+// Triangulation of polygons.
+
+namespace {
+
+using Outline = std::vector<Eigen::Vector2d>;  // corners in the plane of the polygon
+
+// Newell's normal: the sum of the areas projected on the coordinate planes.
+Eigen::Vector3d newell_normal(const Points& corners)
+{
+  // Relative to the first corner, for precision far from the origin.
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  for (Eigen::Index k = 1; k + 1 < corners.rows(); ++k) {
+    const Eigen::Vector3d a = (corners.row(k) - corners.row(0)).transpose();
+    const Eigen::Vector3d b = (corners.row(k + 1) - corners.row(0)).transpose();
+    normal += a.cross(b);
+  }
+  return normal;
+}
+
+Outline projected(const Points& corners, const Eigen::Vector3d& normal)
+{
+  const Eigen::Vector3d n = normal.normalized();
+  Eigen::Index least = 0;
+  n.cwiseAbs().minCoeff(&least);
+  const Eigen::Vector3d u = n.cross(Eigen::Vector3d::Unit(least)).normalized();
+  const Eigen::Vector3d v = n.cross(u);
+  Outline flat;
+  for (Eigen::Index k = 0; k < corners.rows(); ++k) {
+    const Eigen::Vector3d p = (corners.row(k) - corners.row(0)).transpose();
+    flat.emplace_back(p.dot(u), p.dot(v));
+  }
+  return flat;
+}
+
+double turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c)
+{
+  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+}
+
+bool covers(const Outline& flat, const std::array<std::int32_t, 3>& ear, std::int32_t corner)
+{
+  const auto at = [&](std::int32_t k) -> const Eigen::Vector2d& { return flat[static_cast<std::size_t>(k)]; };
+  const Eigen::Vector2d& p = at(corner);
+  if (p == at(ear[0]) || p == at(ear[1]) || p == at(ear[2])) return false;
+  return turn(at(ear[0]), at(ear[1]), p) >= 0.0 && turn(at(ear[1]), at(ear[2]), p) >= 0.0 &&
+         turn(at(ear[2]), at(ear[0]), p) >= 0.0;
+}
+
+std::array<std::int32_t, 3> ear_at(const std::vector<std::int32_t>& remaining, std::size_t k)
+{
+  const std::size_t n = remaining.size();
+  return {remaining[(k + n - 1) % n], remaining[k], remaining[(k + 1) % n]};
+}
+
+bool is_ear(const Outline& flat, const std::vector<std::int32_t>& remaining, std::size_t k, double least_area)
+{
+  const std::array<std::int32_t, 3> ear = ear_at(remaining, k);
+  const auto at = [&](std::int32_t i) -> const Eigen::Vector2d& { return flat[static_cast<std::size_t>(i)]; };
+  if (turn(at(ear[0]), at(ear[1]), at(ear[2])) <= least_area) return false;
+  for (const std::int32_t other : remaining) {
+    if (other != ear[0] && other != ear[1] && other != ear[2] && covers(flat, ear, other)) return false;
+  }
+  return true;
+}
+
+// The position of the next ear; the number of remaining corners if none exists.
+std::size_t next_ear(const Outline& flat, const std::vector<std::int32_t>& remaining, double least_area)
+{
+  std::size_t k = 0;
+  while (k < remaining.size() && !is_ear(flat, remaining, k, least_area)) ++k;
+  return k;
+}
+
+}  // namespace
+
+std::vector<std::array<std::int32_t, 3>> triangulate(const Points& corners_mm)
+{
+  std::vector<std::array<std::int32_t, 3>> triangles;
+  if (corners_mm.rows() == 3) return {{0, 1, 2}};
+  const Eigen::Vector3d normal = newell_normal(corners_mm);
+  if (!(normal.norm() > 0.0)) return triangles;
+  const Outline flat = projected(corners_mm, normal);
+  // Ears below rounding would be slivers along an edge; they are postponed.
+  const double least_area = 1e-12 * normal.norm();
+  std::vector<std::int32_t> remaining(flat.size());
+  std::iota(remaining.begin(), remaining.end(), 0);
+  while (remaining.size() > 3) {
+    const std::size_t k = next_ear(flat, remaining, least_area);
+    if (k == remaining.size()) break;
+    triangles.push_back(ear_at(remaining, k));
+    remaining.erase(remaining.begin() + static_cast<std::ptrdiff_t>(k));
+  }
+  for (std::size_t k = 1; k + 1 < remaining.size(); ++k)
+    triangles.push_back({remaining[0], remaining[k], remaining[k + 1]});
+  return triangles;
+}
+
+// Reads whole files with a size limit, and computes SHA-256.
+
+std::string file_bytes(const std::string& file, const InputError::Facts& facts, std::uintmax_t largest_bytes)
+{
+  namespace fs = std::filesystem;
+  const auto refuse = [&](const std::string& found) {
+    throw InputError({facts.file, facts.field, found, facts.wanted});
+  };
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (status.type() == fs::file_type::not_found) refuse("no file \"" + file + "\"");
+  if (status.type() == fs::file_type::directory) refuse("the folder \"" + file + "\"");
+  if (status.type() != fs::file_type::regular) refuse("\"" + file + "\", which is not a regular file");
+  const std::uintmax_t size = fs::file_size(file, error);
+  if (error) refuse("\"" + file + "\", which cannot be read (" + error.message() + ")");
+  if (size > largest_bytes) {
+    throw InputError({facts.file, facts.field, "\"" + file + "\" of " + std::to_string(size) + " bytes",
+                      "at most " + std::to_string(largest_bytes)});
+  }
+  std::ifstream stream(file, std::ios::binary);
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  stream.read(bytes.data(), static_cast<std::streamsize>(size));
+  if (!stream) refuse("\"" + file + "\", which cannot be read");
+  return bytes;
+}
+
+std::string sha256_of(std::string_view bytes)
+{
+  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int length = 0;
+  const bool is_done = context != nullptr && EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) == 1 &&
+                       EVP_DigestUpdate(context.get(), bytes.data(), bytes.size()) == 1 &&
+                       EVP_DigestFinal_ex(context.get(), digest.data(), &length) == 1;
+  check(is_done, "OpenSSL failed to compute a SHA-256");
+  constexpr std::string_view hex = "0123456789abcdef";
+  std::string out;
+  for (unsigned int i = 0; i < length; ++i) {
+    out += hex[digest[i] >> 4U];
+    out += hex[digest[i] & 15U];
+  }
+  return out;
 }
 
 }  // namespace vrda::job

@@ -1,6 +1,6 @@
 // Parser for PLY: ASCII or binary of either byte order. assimp is not used because it hangs on some valid
 // files (lists of texture coordinates) and reduces doubles to floats.
-#include "job/raw_mesh.hpp"
+#include "job/mesh_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,8 +10,8 @@
 #include <sstream>
 #include <utility>
 
-#include "core/error.hpp"
-#include "job/words.hpp"
+#include "core/text.hpp"
+#include "job/job.hpp"
 
 namespace vrda::job {
 namespace {

@@ -2,7 +2,7 @@
 /// schemas/scaling.md defines what is scaled and when the steps are kept.
 #pragma once
 
-#include "job/axis_map.hpp"
+#include "job/component_loader.hpp"
 
 namespace vrda::job {
 

@@ -1,6 +1,6 @@
 #include "model/frames.hpp"
 
-#include "core/trig.hpp"
+#include "core/units.hpp"
 
 namespace vrda::inline model {
 namespace {
@@ -144,6 +144,11 @@ Eigen::Vector3d solver_moment_nmm(const SolverFrame& frame, const Eigen::Vector3
 Eigen::Vector3d world_from_solver(const SolverFrame& frame, const Eigen::Vector3d& v_solver)
 {
   return of_right_side(frame, rotation_solver_world(frame).transpose() * v_solver);
+}
+
+bool is_uniform(const Eigen::Vector3d& factor)
+{
+  return factor.x() == factor.y() && factor.y() == factor.z();
 }
 
 }  // namespace vrda::inline model

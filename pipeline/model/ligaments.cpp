@@ -1,7 +1,11 @@
 #include "model/ligaments.hpp"
 
-#include "core/error.hpp"
-#include "model/wrap_path.hpp"
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/text.hpp"
+#include "core/units.hpp"
 
 namespace vrda::inline model {
 namespace {
@@ -304,6 +308,468 @@ SampledFibre sample_fibre_path(const Fibre& fibre, const std::vector<Wrap>& wrap
                                 : Eigen::Vector3d(placement.R_S_reference * p_body_mm);
   }
   return {wrapped.length_mm, true};
+}
+
+// Shortest path around a cylinder along Z, its tangent points and points on it; lengths in mm.
+
+namespace {
+
+// Tangent point on the unit circle of the line from `p`, on the side of increasing (turn = 1) or decreasing
+// (turn = -1) angle from p's own.
+Eigen::Vector2d tangent_point(const Eigen::Vector2d& p, double turn)
+{
+  const double square = p.squaredNorm();
+  const double root = std::sqrt(std::max(0.0, square - 1.0));
+  return (p + turn * root * Eigen::Vector2d(-p.y(), p.x())) / square;
+}
+
+}  // namespace
+
+WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm, double radius_mm,
+                       double half_length_mm)
+{
+  const Eigen::Vector2d start = start_mm.head<2>() / radius_mm, end = end_mm.head<2>() / radius_mm;
+  const double start_sq = start.squaredNorm(), end_sq = end.squaredNorm();
+  if (start_sq < 1.0 || end_sq < 1.0) return {};
+  const double turn = start.x() * end.y() - start.y() * end.x() >= 0.0 ? 1.0 : -1.0;
+  const double between_rad =
+      arc_tangent2(std::abs(start.x() * end.y() - start.y() * end.x()), start.dot(end));
+  const double arc_rad =
+      between_rad - arc_cosine(1.0 / std::sqrt(start_sq)) - arc_cosine(1.0 / std::sqrt(end_sq));
+  if (!(arc_rad > 0.0)) return {};
+  // In the unrolled surface the path is one straight line over tangent, arc and tangent.
+  const double first_mm = radius_mm * std::sqrt(start_sq - 1.0),
+               last_mm = radius_mm * std::sqrt(end_sq - 1.0);
+  const double across_mm = first_mm + radius_mm * arc_rad + last_mm;
+  const double rise_mm = end_mm.z() - start_mm.z();
+  const double touch_z_mm = start_mm.z() + rise_mm * (first_mm / across_mm);
+  const double leave_z_mm = end_mm.z() - rise_mm * (last_mm / across_mm);
+  const bool is_above = std::min(touch_z_mm, leave_z_mm) > half_length_mm;
+  const bool is_below = std::max(touch_z_mm, leave_z_mm) < -half_length_mm;
+  if (is_above || is_below) return {};
+  WrapPath path;
+  path.is_wrapped = true;
+  path.length_mm = std::sqrt(across_mm * across_mm + rise_mm * rise_mm);
+  const Eigen::Vector2d normal = tangent_point(end, -turn);
+  const double cosine_rise = across_mm / path.length_mm, sine_rise = rise_mm / path.length_mm;
+  path.end_direction << -turn * cosine_rise * normal.y(), turn * cosine_rise * normal.x(), sine_rise;
+  const Eigen::Vector3d n(normal.x(), normal.y(), 0.0);
+  const Eigen::Vector3d b = path.end_direction.cross(n);
+  const double free_mm = std::max(last_mm / cosine_rise, 1e-9 * radius_mm);
+  path.bending = n * n.transpose() / free_mm + b * b.transpose() / path.length_mm;
+  const Eigen::Vector2d touch = tangent_point(start, turn);
+  path.touch_mm << radius_mm * touch, touch_z_mm;
+  path.start_direction << -turn * cosine_rise * touch.y(), turn * cosine_rise * touch.x(), sine_rise;
+  path.arc_mm = radius_mm * arc_rad / cosine_rise;
+  return path;
+}
+
+Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm, double radius_mm)
+{
+  const Eigen::Vector2d touch_mm = path.touch_mm.head<2>();
+  const Eigen::Vector2d left_mm(-touch_mm.y(), touch_mm.x());
+  const SinCos turn =
+      sin_cos(along_mm * path.start_direction.head<2>().dot(left_mm) / (radius_mm * radius_mm));
+  Eigen::Vector3d point_mm;
+  point_mm << turn.cos * touch_mm + turn.sin * left_mm,
+      path.touch_mm.z() + along_mm * path.start_direction.z();
+  return point_mm;
+}
+
+// Shortest path around an ellipsoid: a geodesic between two tangent points; axes along X, Y, Z, lengths in
+// mm.
+
+namespace {
+
+constexpr int max_steps = 2000;
+
+using Eigen::Vector4d;
+
+// State of the ODE: scaled position and width, y'' = -w^-2 rate y for both.
+struct OdeState {
+  Vector4d y, slope;
+};
+
+struct Ellipsoid {
+  Eigen::Vector3d inverse_sq;  // 1 / a^2
+  Vector4d rate;               // C / a^2, and 1 / (a b c)^2 for the width
+
+  double w(const Vector4d& y) const
+  {
+    return inverse_sq.x() * y.x() * y.x() + inverse_sq.y() * y.y() * y.y() + inverse_sq.z() * y.z() * y.z();
+  }
+
+  Vector4d acceleration(const Vector4d& y) const
+  {
+    const double w_now = w(y);
+    return (-1.0 / (w_now * w_now)) * rate.cwiseProduct(y);
+  }
+};
+
+// One step of Nystroem's method of fifth order for y'' = f(y). Source: Hairer, Noersett, Wanner (1993),
+// II.14.
+OdeState step(const OdeState& at, double h, const Ellipsoid& surface)
+{
+  const double h2 = h * h;
+  const Vector4d k1 = surface.acceleration(at.y);
+  const Vector4d k2 = surface.acceleration(at.y + (h / 5.0) * at.slope + (h2 / 50.0) * k1);
+  const Vector4d k3 = surface.acceleration(at.y + (h * 2.0 / 3.0) * at.slope + (h2 / 27.0) * (7.0 * k2 - k1));
+  const Vector4d k4 =
+      surface.acceleration(at.y + h * at.slope + (h2 / 70.0) * (21.0 * k1 - 4.0 * k2 + 18.0 * k3));
+  return {at.y + h * at.slope + (h2 / 336.0) * (14.0 * k1 + 100.0 * k2 + 54.0 * k3),
+          at.slope + (h / 336.0) * (14.0 * k1 + 125.0 * k2 + 162.0 * k3 + 35.0 * k4)};
+}
+
+}  // namespace
+
+GeodesicState integrate_geodesic(const GeodesicState& from, double length_mm,
+                                 const Eigen::Vector3d& half_axes_mm, double step_rad)
+{
+  Ellipsoid surface;
+  surface.inverse_sq = half_axes_mm.cwiseProduct(half_axes_mm).cwiseInverse();
+  OdeState state;
+  state.y << from.q, from.width;
+  state.slope << from.q_slope, from.width_slope;
+  const double invariant = surface.w(state.y) * from.q_slope.squaredNorm();
+  surface.rate << invariant * surface.inverse_sq, surface.inverse_sq.prod();
+  // The largest angle per length is sqrt(C) / (smallest half-axis * w): steps are short where w is small.
+  const double pace = step_rad / std::sqrt(invariant * surface.inverse_sq.maxCoeff());
+  double left_mm = length_mm;
+  for (int i = 0; i < max_steps && left_mm != 0.0; ++i) {
+    const double longest_mm = pace * surface.w(state.y);
+    const bool is_last = std::abs(left_mm) <= longest_mm;
+    const double h_mm = is_last ? left_mm : std::copysign(longest_mm, left_mm);
+    state = step(state, h_mm, surface);
+    left_mm = is_last ? 0.0 : left_mm - h_mm;
+  }
+  return {state.y.head<3>(), state.slope.head<3>(), state.y.w(), state.slope.w()};
+}
+
+namespace {
+
+// Intersection of a plane with the unit sphere; `up` points from its centre to the straight line.
+struct Circle {
+  Eigen::Vector3d centre, up;
+  double radius = 0.0;
+  double height = 0.0;  // of the line over the centre
+};
+
+Circle circle_in(const WrapProblem& scene, const SinCos& tilt)
+{
+  Circle circle;
+  circle.up = tilt.cos * scene.outward + tilt.sin * scene.sideways;
+  circle.height = scene.depth * tilt.cos;
+  circle.centre = scene.depth * scene.outward - circle.height * circle.up;
+  circle.radius = std::sqrt(std::max(0.0, 1.0 - circle.centre.squaredNorm()));
+  return circle;
+}
+
+// Tangent point of the line from `point` on the side of `up`; `turn` is -1 before the top, +1 after it.
+Eigen::Vector3d tangent_point(const WrapProblem& scene, const Circle& circle, const Eigen::Vector3d& point,
+                              double turn)
+{
+  const double x = point.dot(scene.along), y = circle.height, r = circle.radius;
+  const double square = x * x + y * y;
+  const double root = turn * r * std::sqrt(std::max(0.0, square - r * r));
+  return circle.centre + ((r * r * x - root * y) / square) * scene.along +
+         ((r * r * y + root * x) / square) * circle.up;
+}
+
+// Length of the shorter arc between two points of the circle, by repeated bisection into chords.
+double arc_length_mm(const WrapProblem& scene, const Circle& circle, const Eigen::Vector3d& from,
+                     const Eigen::Vector3d& to, int halvings)
+{
+  if (halvings == 0) return scene.mm(to - from).norm();
+  const Eigen::Vector3d middle = 0.5 * (from + to) - circle.centre;
+  // Opposite points, from a line through the centre, have no unique midpoint; the norm is bounded below.
+  const Eigen::Vector3d half =
+      circle.centre + middle * (circle.radius / std::max(middle.norm(), 1e-12 * circle.radius));
+  return arc_length_mm(scene, circle, from, half, halvings - 1) +
+         arc_length_mm(scene, circle, half, to, halvings - 1);
+}
+
+}  // namespace
+
+Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& unit)
+{
+  const Eigen::Vector3d trial =
+      std::abs(unit.x()) < 0.6 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
+  return (trial - trial.dot(unit) * unit).normalized();
+}
+
+bool set_straight_line(WrapProblem& scene)
+{
+  const Eigen::Vector3d span = scene.end - scene.start;
+  const double length = span.norm();
+  if (length == 0.0) return false;
+  scene.along = span / length;
+  const double before = -scene.start.dot(scene.along), after = scene.end.dot(scene.along);
+  const Eigen::Vector3d nearest = scene.start + before * scene.along;
+  scene.depth = nearest.norm();
+  if (!(before > 0.0 && after > 0.0 && scene.depth < 1.0)) return false;
+  // For a line through the centre any plane is valid.
+  scene.outward =
+      scene.depth > 1e-12 ? Eigen::Vector3d(nearest / scene.depth) : any_perpendicular(scene.along);
+  scene.sideways = scene.outward.cross(scene.along);
+  return true;
+}
+
+PlanarPath planar_path(const WrapProblem& scene, const SinCos& tilt)
+{
+  constexpr int halvings = 2;
+  const Circle circle = circle_in(scene, tilt);
+  const Eigen::Vector3d top = circle.centre + circle.radius * circle.up;
+  PlanarPath path;
+  path.touch = tangent_point(scene, circle, scene.start, -1.0);
+  path.leave = tangent_point(scene, circle, scene.end, 1.0);
+  path.arc_mm = arc_length_mm(scene, circle, path.touch, top, halvings) +
+                arc_length_mm(scene, circle, top, path.leave, halvings);
+  path.length_mm =
+      scene.mm(path.touch - scene.start).norm() + path.arc_mm + scene.mm(scene.end - path.leave).norm();
+  return path;
+}
+
+namespace {
+
+// Initial planar paths, evenly around the straight line.
+constexpr std::size_t n_planes = 16;
+// Integration steps far from and near the solution; the fine step gives errors of at most 1e-8 mm.
+constexpr double coarse_step_rad = 0.06, fine_step_rad = 0.014;
+// Misses, relative to the largest half-axis, at which fine steps begin and at which the solution has
+// converged. Newton's convergence is quadratic.
+constexpr double near_miss = 1e-4, no_miss = 1e-10;
+constexpr int max_shots = 30;
+
+// Moves a point on the surface slightly outside, so that its tangent points are distinct.
+Eigen::Vector3d moved_outside(const Eigen::Vector3d& q)
+{
+  constexpr double least_square = 1.0 + 1e-12;
+  const double square = q.squaredNorm();
+  return square < least_square ? Eigen::Vector3d(q * std::sqrt(least_square / square)) : q;
+}
+
+// The tangent points of the start form a circle on the sphere, parametrised by an angle.
+struct Horizon {
+  Eigen::Vector3d start, centre, first, second;  // scaled; the last two have the length of the radius
+};
+
+Horizon horizon_of(const Eigen::Vector3d& start, const Eigen::Vector3d& touch)
+{
+  const double square = start.squaredNorm();
+  const Eigen::Vector3d axis = start / std::sqrt(square);
+  const Eigen::Vector3d spoke = touch - touch.dot(axis) * axis;
+  const Eigen::Vector3d unit =
+      spoke.squaredNorm() > 0.0 ? Eigen::Vector3d(spoke.normalized()) : any_perpendicular(axis);
+  const double radius = std::sqrt(1.0 - 1.0 / square);
+  return {start, start / square, radius * unit, radius * axis.cross(unit)};
+}
+
+// The tangent point at an angle.
+Eigen::Vector3d on_horizon(const Horizon& horizon, double angle_rad)
+{
+  const SinCos turn = sin_cos(angle_rad);
+  return horizon.centre + turn.cos * horizon.first + turn.sin * horizon.second;
+}
+
+struct InitialValues {
+  double angle_rad = 0.0;  // round the horizon
+  double arc_mm = 0.0;     // on the surface
+  double step_rad = coarse_step_rad;
+};
+
+// The path for given initial values, and the miss of its last segment at the end.
+struct Shot {
+  double first_mm = 0.0;
+  double ahead_mm = 0.0;   // derivative of the tangent point over the angle, along the path
+  GeodesicState at_leave;  // the width is over the angle, negative at the start
+  Eigen::Vector3d end_mm;  // relative to the point of leaving the surface
+  Eigen::Vector3d direction, normal, across;
+  double last_mm = 0.0;  // the end's distance along the direction
+  double miss_normal_mm = 0.0, miss_across_mm = 0.0;
+};
+
+Shot shoot(const WrapProblem& scene, const Horizon& horizon, const InitialValues& initial)
+{
+  const Eigen::Vector3d& a = scene.half_axes_mm;
+  const SinCos turn = sin_cos(initial.angle_rad);
+  GeodesicState state;
+  state.q = horizon.centre + turn.cos * horizon.first + turn.sin * horizon.second;
+  const Eigen::Vector3d pace_mm = scene.mm(turn.cos * horizon.second - turn.sin * horizon.first);
+  const Eigen::Vector3d free_mm = scene.mm(state.q - horizon.start);
+  Shot shot;
+  shot.first_mm = free_mm.norm();
+  const Eigen::Vector3d v = free_mm / shot.first_mm;
+  state.q_slope = v.cwiseQuotient(a);
+  state.width = v.cross(state.q.cwiseQuotient(a).normalized()).dot(pace_mm);
+  state.width_slope = state.width / shot.first_mm;
+  shot.ahead_mm = v.dot(pace_mm);
+  shot.at_leave = integrate_geodesic(state, initial.arc_mm, a, initial.step_rad);
+  shot.end_mm = scene.mm(scene.end - shot.at_leave.q);
+  shot.direction = scene.mm(shot.at_leave.q_slope).normalized();
+  shot.normal = shot.at_leave.q.cwiseQuotient(a).normalized();
+  shot.across = shot.direction.cross(shot.normal);
+  shot.last_mm = shot.end_mm.dot(shot.direction);
+  shot.miss_normal_mm = shot.end_mm.dot(shot.normal);
+  shot.miss_across_mm = shot.end_mm.dot(shot.across);
+  return shot;
+}
+
+// Newton step for a zero miss. The frame of direction, normal and across rotates by the surface's curvatures
+// (Darboux frame).
+InitialValues newton_step(const WrapProblem& scene, const InitialValues& initial, const Shot& shot)
+{
+  const Eigen::Vector3d& a = scene.half_axes_mm;
+  const Eigen::Vector3d v = shot.direction.cwiseQuotient(a), b = shot.across.cwiseQuotient(a);
+  const double scale = shot.at_leave.q.cwiseQuotient(a).norm();
+  const double along = v.dot(v) / scale, side = b.dot(b) / scale, twist = v.dot(b) / scale;
+  const double j = shot.at_leave.width, j_slope = shot.at_leave.width_slope;
+  // Derivatives of the misses along normal (n) and across (b) over arc and angle.
+  const double n_arc = along * shot.last_mm + twist * shot.miss_across_mm;
+  const double n_angle = j * (twist * shot.last_mm + side * shot.miss_across_mm);
+  const double b_arc = -twist * shot.miss_normal_mm;
+  const double b_angle = -j - j_slope * shot.last_mm - side * j * shot.miss_normal_mm;
+  const double determinant = n_arc * b_angle - n_angle * b_arc;
+  const double angle_rad = (b_arc * shot.miss_normal_mm - n_arc * shot.miss_across_mm) / determinant;
+  const double arc_mm = (n_angle * shot.miss_across_mm - b_angle * shot.miss_normal_mm) / determinant -
+                        shot.ahead_mm * angle_rad;
+  // Far from the solution the step is limited to the neighbourhood of its plane.
+  const double longest = 0.3;
+  const double damping =
+      std::min({1.0, longest / std::abs(angle_rad), longest * a.maxCoeff() / std::abs(arc_mm)});
+  InitialValues next = initial;
+  next.angle_rad += damping * angle_rad;
+  next.arc_mm += damping * arc_mm;
+  return next;
+}
+
+struct Geodesic {
+  double length_mm = std::numeric_limits<double>::infinity();  // infinite: not found
+  Horizon horizon;
+  InitialValues initial;
+  Shot shot;
+};
+
+// No conjugate point up to the end: a local minimum, not a saddle.
+bool is_locally_shortest(const Geodesic& geodesic)
+{
+  const Shot& shot = geodesic.shot;
+  return geodesic.initial.arc_mm >= 0.0 && shot.at_leave.width < 0.0 &&
+         shot.at_leave.width + shot.last_mm * shot.at_leave.width_slope < 0.0;
+}
+
+// Newton iteration until the miss is below `max_miss` times the largest half-axis.
+Geodesic solve_shooting(const WrapProblem& scene, const Horizon& horizon, InitialValues initial,
+                        double max_miss)
+{
+  const double max_miss_mm = max_miss * scene.half_axes_mm.maxCoeff();
+  for (int i = 0; i < max_shots; ++i) {
+    const Shot shot = shoot(scene, horizon, initial);
+    if (shot.last_mm < 0.0) {
+      // The arc ends beyond the end's tangent point: the tangent point is about as far before the end.
+      initial.arc_mm = std::max(0.0, initial.arc_mm + 2.0 * shot.last_mm);
+      continue;
+    }
+    if (std::abs(shot.miss_normal_mm) + std::abs(shot.miss_across_mm) < max_miss_mm) {
+      // The remaining miss changes the length only to second order.
+      const Geodesic found{shot.first_mm + initial.arc_mm + shot.end_mm.norm(), horizon, initial, shot};
+      return is_locally_shortest(found) ? found : Geodesic{};
+    }
+    initial = newton_step(scene, initial, shot);
+  }
+  return {};
+}
+
+using PlanarPaths = std::array<PlanarPath, n_planes>;
+
+// Starts from the planar paths that are shorter than both neighbours, or from all. Paths much longer than the
+// shortest cannot lead to the shortest geodesic.
+Geodesic shortest_geodesic(const WrapProblem& scene, const PlanarPaths& paths, double shortest_mm,
+                           bool from_all)
+{
+  constexpr double worth_trying = 1.1;
+  Geodesic best;
+  for (std::size_t i = 0; i < n_planes; ++i) {
+    if (paths[i].length_mm > worth_trying * shortest_mm) continue;
+    const bool is_shorter = paths[i].length_mm <= paths[(i + 1) % n_planes].length_mm &&
+                            paths[i].length_mm < paths[(i + n_planes - 1) % n_planes].length_mm;
+    if (!is_shorter && !from_all) continue;
+    const Geodesic geodesic = solve_shooting(scene, horizon_of(scene.start, paths[i].touch),
+                                             {0.0, paths[i].arc_mm, coarse_step_rad}, near_miss);
+    if (geodesic.length_mm < best.length_mm) best = geodesic;
+  }
+  if (std::isinf(best.length_mm)) return best;
+  return solve_shooting(scene, best.horizon, {best.initial.angle_rad, best.initial.arc_mm, fine_step_rad},
+                        no_miss);
+}
+
+// Sets the first point on the surface, the direction there and the arc length.
+void set_touch(WrapPath& path, const WrapProblem& scene, const Eigen::Vector3d& touch, double arc_mm)
+{
+  path.touch_mm = scene.mm(touch);
+  path.start_direction = scene.mm(touch - scene.start).normalized();
+  path.arc_mm = arc_mm;
+}
+
+WrapPath path_of(const WrapProblem& scene, const Geodesic& geodesic)
+{
+  const Shot& shot = geodesic.shot;
+  WrapPath path;
+  path.is_wrapped = true;
+  path.length_mm = geodesic.length_mm;
+  path.end_direction = shot.direction;
+  // For an end on the surface the free segment vanishes; its length is bounded below.
+  const double free_mm = std::max(shot.last_mm, 1e-9 * geodesic.length_mm);
+  const double divergence =
+      shot.at_leave.width_slope / (shot.at_leave.width + shot.last_mm * shot.at_leave.width_slope);
+  path.bending =
+      shot.normal * shot.normal.transpose() / free_mm + divergence * shot.across * shot.across.transpose();
+  set_touch(path, scene, on_horizon(geodesic.horizon, geodesic.initial.angle_rad), geodesic.initial.arc_mm);
+  return path;
+}
+
+// The planar path, where no geodesic was found.
+WrapPath path_of(const WrapProblem& scene, const PlanarPath& planar)
+{
+  WrapPath path;
+  path.is_wrapped = true;
+  path.length_mm = planar.length_mm;
+  path.end_direction = scene.mm(scene.end - planar.leave).normalized();
+  path.bending =
+      (Eigen::Matrix3d::Identity() - path.end_direction * path.end_direction.transpose()) / path.length_mm;
+  set_touch(path, scene, planar.touch, planar.arc_mm);
+  return path;
+}
+
+}  // namespace
+
+WrapPath ellipsoid_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm,
+                        const Eigen::Vector3d& half_axes_mm)
+{
+  WrapProblem scene;
+  scene.half_axes_mm = half_axes_mm;
+  scene.start = start_mm.cwiseQuotient(half_axes_mm);
+  scene.end = end_mm.cwiseQuotient(half_axes_mm);
+  if (scene.start.squaredNorm() < 1.0 || scene.end.squaredNorm() < 1.0) return {};
+  scene.start = moved_outside(scene.start);
+  scene.end = moved_outside(scene.end);
+  if (!set_straight_line(scene)) return {};
+  PlanarPaths paths;
+  const PlanarPath* shortest = &paths[0];
+  for (std::size_t i = 0; i < n_planes; ++i) {
+    paths[i] = planar_path(scene, sin_cos(static_cast<double>(i) * (2.0 * pi / n_planes)));
+    if (paths[i].length_mm < shortest->length_mm) shortest = &paths[i];
+  }
+  Geodesic best = shortest_geodesic(scene, paths, shortest->length_mm, false);
+  if (std::isinf(best.length_mm)) best = shortest_geodesic(scene, paths, shortest->length_mm, true);
+  return std::isinf(best.length_mm) ? path_of(scene, *shortest) : path_of(scene, best);
+}
+
+Eigen::Vector3d ellipsoid_point_mm(const WrapPath& path, double along_mm, const Eigen::Vector3d& half_axes_mm)
+{
+  GeodesicState state;
+  state.q = path.touch_mm.cwiseQuotient(half_axes_mm);
+  state.q_slope = path.start_direction.cwiseQuotient(half_axes_mm);
+  return half_axes_mm.cwiseProduct(integrate_geodesic(state, along_mm, half_axes_mm, fine_step_rad).q);
 }
 
 }  // namespace vrda::inline model

@@ -1,6 +1,8 @@
 #include "model/step_record.hpp"
 
-#include "core/error.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::inline model {
 
@@ -108,6 +110,68 @@ const char* name_of(MoveKind kind)
       return "translate";
   }
   throw InternalError("a move without a name");
+}
+
+// From a pose to the numbers of a motion step.
+
+SolverPosition solver_position(const SolverFrame& frame, const Pose& X_reference_moving)
+{
+  // R = Rz(-f) Rx(v) Ry(theta), as in core/clinical.cpp but about the axes of S.
+  const Pose X = X_solver_reference_moving(frame, X_reference_moving);
+  const Eigen::Matrix3d R = X.linear();
+  SolverPosition result;
+  result.attitude = {arc_tangent2(R(0, 1), R(1, 1)), arc_sine(R(2, 1))};
+  result.pose.theta_rad = arc_tangent2(-R(2, 0), R(2, 2));
+  result.pose.translation_mm = reference_rotation(result.attitude) * X.translation();
+  return result;
+}
+
+const char* name_of(Plausibility plausibility)
+{
+  switch (plausibility) {
+    case Plausibility::not_judged:
+      return "not_judged";
+    case Plausibility::nothing_found:
+      return "nothing_found";
+    case Plausibility::nothing_ahead:
+      return "nothing_ahead";
+    case Plausibility::unstable_balance:
+      return "unstable_balance";
+    case Plausibility::dislocated:
+      return "dislocated";
+    case Plausibility::border_contact:
+      return "border_contact";
+    case Plausibility::overstrained:
+      return "overstrained";
+  }
+  throw InternalError("a plausibility without a name");
+}
+
+const char* meaning_of(Plausibility plausibility)
+{
+  switch (plausibility) {
+    case Plausibility::not_judged:
+      return "no stable pose, or not checked";
+    case Plausibility::nothing_found:
+      return "the check found no objection to the pose";
+    case Plausibility::nothing_ahead:
+      return "no surface along Delta within the contact resolution, here or displaced sideways by it";
+    case Plausibility::unstable_balance:
+      return "the energy is lower one contact resolution away in both senses of one direction";
+    case Plausibility::dislocated:
+      return "further from the start pose in contact than half the joint's smallest width, or rotated by "
+             "more "
+             "than 45 degrees (a knee) or 90; add ligaments, check side, axes and frame.origin, or narrow "
+             "the grid";
+    case Plausibility::border_contact:
+      return "a contact at an edge where the mesh ends; use a mesh that covers more of the joint, or narrow "
+             "the "
+             "grid";
+    case Plausibility::overstrained:
+      return "a fibre's strain above 0.44 or a bundle's tension above 1730 N, where ligaments fail; check "
+             "attachments and slack lengths, or narrow the grid";
+  }
+  throw InternalError("a plausibility without a meaning");
 }
 
 }  // namespace vrda::inline model

@@ -2,9 +2,8 @@
 
 #include <cmath>
 
-#include "model/side.hpp"
+#include "model/frames.hpp"
 #include "core/text.hpp"
-#include "core/trig.hpp"
 #include "core/units.hpp"
 
 namespace vrda::prepare {

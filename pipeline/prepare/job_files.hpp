@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 #include "model/frames.hpp"
 #include "model/ligaments.hpp"
 

@@ -1,8 +1,13 @@
 /// The knee whose frames and ligaments are transferred to a subject.
 #pragma once
 
-#include "job/case.hpp"
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "geometry/gap_query.hpp"
 #include "geometry/knee_fit.hpp"
+#include "job/case.hpp"
 
 namespace vrda::prepare {
 
@@ -25,5 +30,68 @@ TemplateJoint generic_template();
 
 /// The template of the other side.
 TemplateJoint mirrored(const TemplateJoint& joint);
+
+// Slack lengths of transferred fibres, from both knees at the neutral pose.
+
+/// The neutral pose after settling contact: varus until both compartments' gaps along Delta are equal, then
+/// along Delta to touch.
+struct SettledPose {
+  Attitude attitude;  ///< flexion 0
+  MovingPose pose;    ///< solver frame
+  bool has_contact = false;
+};
+SettledPose settled_pose(const job::Case& joint);
+
+/// The triangles of a tibia on one side (z of sign `side`) of the eminence between the plateaus, which does
+/// not touch the condyles.
+geometry::GapTree plateau_tree(const Mesh& tibia, double side);
+
+/// Lengths of all fibres at a pose, wrapped.
+std::vector<double> fibre_lengths_mm(const job::Case& joint, const SettledPose& at);
+
+/// Largest strain and tension over the solved flexions.
+struct FibreLoads {
+  std::vector<double> largest_strain;     ///< [fibres]
+  std::vector<double> largest_tension_n;  ///< [fibres]
+  int n_solved = 0;
+  int n_flexions = 0;
+};
+/// Solves the joint with free varus at 0, 10, ... 90 degrees of flexion.
+FibreLoads solved_loads(const job::Case& joint, int n_threads, const std::function<bool()>& is_stopped = {});
+
+struct SlackResult {
+  SettledPose settled;
+  FibreLoads loads;                        ///< of the last solution
+  std::vector<double> template_strain;     ///< [fibres] largest of the template
+  std::vector<std::int32_t> lengthenings;  ///< fibres lengthened after each solution
+};
+
+/// Sets the slack lengths of `subject`, whose fibres are those of `reference` in the same order: the
+/// template's times the ratio of lengths at the settled poses. Then at most four solutions lengthen the
+/// fibres strained beyond the template's largest strain + 0.05. From the scan's pose, fibres were strained by
+/// 0.3 and more.
+/// `is_stopped` is polled; if it is true, the result means nothing.
+SlackResult set_slack_lengths(job::Case& subject, const job::Case& reference, int n_threads,
+                              const std::function<bool()>& is_stopped = {});
+
+/// Where a scan shows bones only: mean over both compartments of the gap between the bones along the tibia's
+/// axis in the pose of the scan. NaN where a compartment has no bone above it.
+double scanned_gap_mm(const geometry::KneeFit& fit, const geometry::KneeSurfaces& subject);
+
+/// The part of that gap that is cartilage: both layers together are 1.5 to 5 mm thick.
+double cartilage_in_gap_mm(double gap_mm);
+
+// Whether a job's frame, side and unit agree with its bones.
+
+/// The job's keys of the frames of both bodies.
+struct FrameKeys {
+  std::string reference = "frame";
+  std::string moving = "frame";
+};
+
+/// Compares a knee's frame, side and unit with those of the generic template registered onto its bones. Empty
+/// if they agree, or if the bones differ too much from the template (in flexion, for example), or if one is
+/// missing. Each warning begins with the keys that it is about.
+std::vector<std::string> frame_warnings(const job::Case& knee, const FrameKeys& keys = {});
 
 }  // namespace vrda::prepare

@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
-#include "core/atomic_file.hpp"
-#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
 
 namespace py = pybind11;
 

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/clinical.hpp"
-#include "core/error.hpp"
-#include "model/frames.hpp"
+#include "model/coordinates.hpp"
 #include "core/text.hpp"
+#include "model/frames.hpp"
 #include "core/units.hpp"
 #include "model/ligaments.hpp"
-#include "job/push_job.hpp"
+#include "job/command_jobs.hpp"
 
 namespace vrda::python {
 namespace {

@@ -16,14 +16,14 @@
 #include "app/file_commands.hpp"
 #include "app/model_commands.hpp"
 #include "core/console.hpp"
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "run/run_command.hpp"
 #include "run/run_output.hpp"
 #include "job/job.hpp"
 #include "python/errors.hpp"
 #include "python/joint_solver.hpp"
-#include "store/motion_model_file.hpp"
-#include "store/seal.hpp"
+#include "store/motion_model.hpp"
+#include "store/read_separately.hpp"
 
 namespace py = pybind11;
 

@@ -7,16 +7,14 @@
 #include <optional>
 #include <utility>
 
-#include "model/clinical.hpp"
-#include "core/error.hpp"
-#include "model/joint_coordinates.hpp"
-#include "model/side.hpp"
+#include "model/coordinates.hpp"
+#include "core/text.hpp"
+#include "model/frames.hpp"
 #include "core/units.hpp"
 #include "tables/formats.hpp"
-#include "job/input_file.hpp"
-#include "job/words.hpp"
-#include "store/poses.hpp"
-#include "analysis/statistics.hpp"
+#include "job/job.hpp"
+#include "store/motion.hpp"
+#include "analysis/score.hpp"
 
 namespace vrda::report {
 namespace {

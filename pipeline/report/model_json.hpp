@@ -8,7 +8,6 @@
 
 #include "model/mesh.hpp"
 #include "report/report.hpp"
-#include "store/derived.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::report {

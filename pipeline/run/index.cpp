@@ -1,19 +1,24 @@
 #include "run/index.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <deque>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 
-#include "run/case_spec.hpp"
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "store/run_files.hpp"
-#include "job/input_file.hpp"
-#include "store/index_table.hpp"
+#include "job/job.hpp"
+#include "model/coordinates.hpp"
+#include "model/mesh.hpp"
+#include "run/campaign.hpp"
+#include "store/journal.hpp"
+#include "store/motion.hpp"
 #include "store/read_separately.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda::run {
 namespace {
@@ -224,6 +229,418 @@ void publish_index(Publication& publication, const std::string& folder, const st
   publication.add((root / "index.csv").string(), store::index_csv(table));
   publication.add((root / "index.times.csv").string(), store::index_csv(times_of(rows)));
   publication.publish(store::index_bytes(index_file_of(root.string()), table));
+}
+
+// The numbers and the curve of a model in an index: one row of a table each, with name, unit and formula.
+
+namespace {
+
+/// Input of the columns.
+struct Subject {
+  const store::MotionModel& model;
+  double model_bytes = 0.0;
+  std::vector<Eigen::Index> spine;               ///< stable cell of each flexion, or -1
+  const store::SmoothedSet* smoothed = nullptr;  ///< the default set
+  std::string smoothed_name;                     ///< its name
+  bool is_varus_free = false;
+};
+
+bool is_stable(const store::MotionModel& model, Eigen::Index cell)
+{
+  return model.status.data()[cell] == status_stable;
+}
+
+std::vector<Eigen::Index> spine_of(const store::MotionModel& model)
+{
+  std::vector<Eigen::Index> spine;
+  const Eigen::Index n_varus = model.status.cols();
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    Eigen::Index found = -1;
+    for (Eigen::Index c = i * n_varus; c < (i + 1) * n_varus; ++c) {
+      if (model.is_spine.data()[c] == 1 && is_stable(model, c)) found = c;
+    }
+    spine.push_back(found);
+  }
+  return spine;
+}
+
+double count_of(std::int64_t n)
+{
+  return static_cast<double>(n);
+}
+
+double n_stable(const store::MotionModel& model)
+{
+  return count_of((model.status == status_stable).count());
+}
+
+// Largest and smallest finite number; NaN if none exists.
+double largest(const double* values, Eigen::Index n)
+{
+  double result = nan;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    if (std::isfinite(values[k]) && !(values[k] <= result)) result = values[k];
+  }
+  return result;
+}
+
+double smallest(const store::GridD& values)
+{
+  const store::GridD opposite = -values;
+  return -largest(opposite.data(), opposite.size());
+}
+
+double largest(const std::vector<double>& values)
+{
+  return largest(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+// A quantity at each flexion of the curve, NaN where undefined: `of_zero` if the model has a zero-varus
+// motion, otherwise `of_cell` at the spine's cells.
+template <typename OfZero, typename OfCell>
+std::vector<double> along_curve(const Subject& s, const OfZero& of_zero, const OfCell& of_cell)
+{
+  std::vector<double> values;
+  for (std::size_t i = 0; i < s.spine.size(); ++i) {
+    if (s.model.zero_varus) {
+      values.push_back(of_zero(*s.model.zero_varus, i));
+    } else {
+      values.push_back(s.spine[i] < 0 ? nan : of_cell(s.spine[i]));
+    }
+  }
+  return values;
+}
+
+std::vector<double> internal_rotation(const Subject& s)
+{
+  return unwrapped(
+      along_curve(
+          s, [](const store::ZeroVarus& zero, std::size_t i) { return zero.internal_rotation_deg[i]; },
+          [&](Eigen::Index c) { return s.model.clinical.internal_rotation_deg.data()[c]; }),
+      360.0);
+}
+
+std::vector<double> balanced_varus(const Subject& s)
+{
+  return along_curve(
+      s, [](const store::ZeroVarus& zero, std::size_t i) { return zero.clinical_varus_deg[i]; },
+      [&](Eigen::Index c) { return s.model.clinical.varus_deg.data()[c]; });
+}
+
+// Anterior coordinate of a compartment's centre of contact on the moving object.
+std::vector<double> contact_x_mm(const Subject& s, const std::vector<double> store::ZeroVarus::*of_zero,
+                                 const std::vector<double> store::ContactPaths::*of_cell)
+{
+  const auto at = [](const std::vector<double>& points, std::size_t k) {
+    return points.empty() ? nan : points[3 * k];
+  };
+  return along_curve(
+      s, [&](const store::ZeroVarus& zero, std::size_t i) { return at(zero.*of_zero, i); },
+      [&](Eigen::Index c) {
+        return s.model.contact_paths ? at(*s.model.contact_paths.*of_cell, static_cast<std::size_t>(c)) : nan;
+      });
+}
+
+double first_of(const std::vector<double>& values)
+{
+  const auto found = std::find_if(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+  return found == values.end() ? nan : *found;
+}
+
+double last_of(const std::vector<double>& values)
+{
+  const auto found = std::find_if(values.rbegin(), values.rend(), [](double v) { return std::isfinite(v); });
+  return found == values.rend() ? nan : *found;
+}
+
+double range_of(std::vector<double> values)
+{
+  const double largest_value = largest(values);
+  for (double& value : values) value = -value;
+  return largest_value + largest(values);
+}
+
+double mean_of(const std::vector<double>& values)
+{
+  double sum = 0.0;
+  std::size_t n = 0;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    sum += value;
+    ++n;
+  }
+  return n == 0 ? nan : sum / count_of(static_cast<std::int64_t>(n));
+}
+
+double determined_fraction(const store::MotionModel& model)
+{
+  const double n = n_stable(model);
+  return n > 0.0 ? count_of((model.theta_determined == 1).count()) / n : nan;
+}
+
+double width(const Points& vertices_mm)
+{
+  return vertices_mm.rows() == 0 ? nan : vertices_mm.col(2).maxCoeff() - vertices_mm.col(2).minCoeff();
+}
+
+double audit_value(const store::MotionModel& model, const std::string& name,
+                   double store::AuditSummary::*figure)
+{
+  for (const store::AuditSet& audit : model.audits) {
+    if (audit.name == name) return store::summary_of(audit).*figure;
+  }
+  return nan;
+}
+
+// The medial share of the contact forces along Delta, mean over the spine.
+double medial_share(const Subject& s)
+{
+  if (!s.model.equilibrium || !s.model.has_compartments) return nan;
+  const store::ForceRows& forces = s.model.equilibrium->forces;
+  std::vector<double> shares;
+  for (const Eigen::Index cell : s.spine) {
+    if (cell < 0) continue;
+    double medial_n = 0.0, all_n = 0.0;
+    const auto c = static_cast<std::size_t>(cell);
+    for (std::int64_t k = forces.row_start[c]; k < forces.row_start[c + 1]; ++k) {
+      const auto row = static_cast<std::size_t>(k);
+      all_n += forces.along_delta_n[row];
+      if (forces.compartment[row] == static_cast<std::int8_t>(Compartment::medial))
+        medial_n += forces.along_delta_n[row];
+    }
+    shares.push_back(all_n > 0.0 ? medial_n / all_n : nan);
+  }
+  return mean_of(shares);
+}
+
+double several_optima(const store::MotionModel& model)
+{
+  if (!model.equilibrium) return nan;
+  const std::vector<std::int32_t>& n = model.equilibrium->spine.n_optima;
+  return count_of(std::count_if(n.begin(), n.end(), [](std::int32_t k) { return k > 1; }));
+}
+
+using Figure = double store::SmoothedSurface::*;
+
+// Root of the sum of squares over the three translations.
+double smoothed_translation(const Subject& s, Figure figure)
+{
+  if (s.smoothed == nullptr) return nan;
+  double sum = 0.0;
+  for (const store::SmoothedSurface& surface : s.smoothed->surfaces) {
+    const bool is_translation = surface.name == "tx" || surface.name == "ty" || surface.name == "tz";
+    if (is_translation) sum += surface.*figure * (surface.*figure);
+  }
+  return std::sqrt(sum);
+}
+
+double smoothed_theta(const Subject& s, Figure figure)
+{
+  if (s.smoothed == nullptr) return nan;
+  for (const store::SmoothedSurface& surface : s.smoothed->surfaces) {
+    if (surface.name == "theta") return surface.*figure;
+  }
+  return nan;
+}
+
+using Measure = double (*)(const Subject&);
+
+struct Column {
+  IndexNumber number;
+  Measure measure;
+};
+
+std::vector<Column> grid_columns()
+{
+  return {
+      {{"flexions", "1", "flexions of the grid"},
+       [](const Subject& s) { return count_of(s.model.status.rows()); }},
+      {{"varus_columns", "1", "varus angles of the grid; 1 where varus was free"},
+       [](const Subject& s) { return count_of(s.model.status.cols()); }},
+      {{"flexion_first_deg", "degree", "first flexion of the grid"},
+       [](const Subject& s) { return s.model.flexion_deg.front(); }},
+      {{"flexion_last_deg", "degree", "last flexion of the grid"},
+       [](const Subject& s) { return s.model.flexion_deg.back(); }},
+      {{"varus_first_deg", "degree", "first varus of the grid; empty where varus was free"},
+       [](const Subject& s) { return s.is_varus_free ? nan : s.model.varus_deg.front(); }},
+      {{"varus_last_deg", "degree", "last varus of the grid; empty where varus was free"},
+       [](const Subject& s) { return s.is_varus_free ? nan : s.model.varus_deg.back(); }},
+      {{"attitudes", "1", "attitudes of the grid"},
+       [](const Subject& s) { return count_of(s.model.status.size()); }},
+      {{"solved", "1", "attitudes with a stable pose"}, [](const Subject& s) { return n_stable(s.model); }},
+      {{"unsolved_fraction", "1", "fraction of the attitudes without a stable pose"},
+       [](const Subject& s) { return 1.0 - n_stable(s.model) / count_of(s.model.status.size()); }},
+      {{"theta_determined_fraction", "1",
+        "fraction of the solved attitudes whose rotation is determined by contacts or fibres"},
+       [](const Subject& s) { return determined_fraction(s.model); }},
+      {{"triangles_reference", "1", "triangles of the reference's contact mesh"},
+       [](const Subject& s) { return count_of(s.model.reference.contact.mesh.triangles.rows()); }},
+      {{"triangles_moving", "1", "triangles of the moving object's contact mesh"},
+       [](const Subject& s) { return count_of(s.model.moving.contact.mesh.triangles.rows()); }},
+      {{"fibres", "1", "ligament fibres"},
+       [](const Subject& s) {
+         return s.model.ligaments ? count_of(static_cast<std::int64_t>(s.model.ligaments->name.size())) : 0.0;
+       }},
+  };
+}
+
+// The factor is 1 for a joint that was not scaled.
+double factor_along(const Subject& s, Eigen::Index axis)
+{
+  return s.model.job.scaling ? s.model.job.scaling->factor[axis] : 1.0;
+}
+
+std::vector<Column> scaling_columns()
+{
+  return {
+      {{"scale_anterior", "1", "scale factor of the joint, posterior to anterior"},
+       [](const Subject& s) { return factor_along(s, 0); }},
+      {{"scale_proximal", "1", "scale factor of the joint, distal to proximal"},
+       [](const Subject& s) { return factor_along(s, 1); }},
+      {{"scale_right", "1", "scale factor of the joint, left to right"},
+       [](const Subject& s) { return factor_along(s, 2); }},
+      {{"scale_error", "1", "standard error of a factor fitted to landmarks"},
+       [](const Subject& s) { return s.model.job.scaling ? s.model.job.scaling->standard_error : nan; }},
+      {{"landmark_residual_mm", "mm",
+        "root mean square residual of the landmark distances for such a factor"},
+       [](const Subject& s) { return s.model.job.scaling ? s.model.job.scaling->residual_rms_mm : nan; }},
+  };
+}
+
+std::vector<Column> quality_columns()
+{
+  return {
+      {{"reference_width_mm", "mm", "left-to-right extent of the reference's contact mesh"},
+       [](const Subject& s) { return width(s.model.reference.contact.mesh.vertices_mm); }},
+      {{"raw_penetration_mm", "mm", "largest penetration of the raw motion, if audited"},
+       [](const Subject& s) {
+         return audit_value(s.model, "raw", &store::AuditSummary::largest_penetration_mm);
+       }},
+      {{"raw_gap_mm", "mm", "largest gap of the raw motion, if audited"},
+       [](const Subject& s) { return audit_value(s.model, "raw", &store::AuditSummary::largest_gap_mm); }},
+      {{"worst_gap_mm", "mm", "smallest signed gap of the equilibria; negative is overlap"},
+       [](const Subject& s) {
+         return s.model.equilibrium ? smallest(s.model.equilibrium->worst_gap_mm) : nan;
+       }},
+      {{"balance_residual_n", "N", "largest residual of the force balance of the equilibria"},
+       [](const Subject& s) {
+         if (!s.model.equilibrium) return nan;
+         const store::GridD& residual_n = s.model.equilibrium->balance_residual_n;
+         return largest(residual_n.data(), residual_n.size());
+       }},
+      {{"several_optima", "1", "flexions with more than one equilibrium, varus free"},
+       [](const Subject& s) { return several_optima(s.model); }},
+  };
+}
+
+std::vector<Column> curve_columns()
+{
+  return {
+      {{"internal_rotation_first_deg", "degree",
+        "internal rotation at the first defined flexion of the curve"},
+       [](const Subject& s) { return first_of(internal_rotation(s)); }},
+      {{"internal_rotation_last_deg", "degree", "internal rotation at the last defined flexion of the curve"},
+       [](const Subject& s) { return last_of(internal_rotation(s)); }},
+      {{"internal_rotation_range_deg", "degree",
+        "largest minus smallest internal rotation of the curve (screw-home)"},
+       [](const Subject& s) { return range_of(internal_rotation(s)); }},
+      {{"varus_mean_deg", "degree", "varus of the curve, mean over its flexions"},
+       [](const Subject& s) { return mean_of(balanced_varus(s)); }},
+      {{"rollback_medial_mm", "mm",
+        "posterior travel of the medial centre of contact on the moving object, first to last flexion"},
+       [](const Subject& s) {
+         const auto x =
+             contact_x_mm(s, &store::ZeroVarus::medial_moving_mm, &store::ContactPaths::medial_moving_mm);
+         return first_of(x) - last_of(x);
+       }},
+      {{"rollback_lateral_mm", "mm",
+        "posterior travel of the lateral centre of contact on the moving object, first to last flexion"},
+       [](const Subject& s) {
+         const auto x =
+             contact_x_mm(s, &store::ZeroVarus::lateral_moving_mm, &store::ContactPaths::lateral_moving_mm);
+         return first_of(x) - last_of(x);
+       }},
+      {{"medial_share", "1", "medial share of the contact forces along Delta, mean over the spine"},
+       medial_share},
+      {{"largest_tension_n", "N", "largest tension of a fibre"},
+       [](const Subject& s) { return s.model.ligaments ? largest(s.model.ligaments->tension_n) : nan; }},
+  };
+}
+
+std::vector<Column> smooth_columns()
+{
+  return {
+      {{"smooth_degree", "1", "degree of the default smoothed set"},
+       [](const Subject& s) { return s.smoothed == nullptr ? nan : count_of(s.smoothed->degree); }},
+      {{"smooth_rms_mm", "mm", "root mean square residual of that set's translations"},
+       [](const Subject& s) { return smoothed_translation(s, &store::SmoothedSurface::rms); }},
+      {{"smooth_rms_deg", "degree", "root mean square residual of that set's theta"},
+       [](const Subject& s) { return smoothed_theta(s, &store::SmoothedSurface::rms); }},
+      {{"smooth_leave_one_out_mm", "mm", "leave-one-out error of that set's translations"},
+       [](const Subject& s) { return smoothed_translation(s, &store::SmoothedSurface::leave_one_out_rms); }},
+      {{"smooth_leave_one_out_deg", "degree", "leave-one-out error of that set's theta"},
+       [](const Subject& s) { return smoothed_theta(s, &store::SmoothedSurface::leave_one_out_rms); }},
+      {{"smooth_penetration_mm", "mm",
+        "largest penetration of that set (recontacted if available), if audited"},
+       [](const Subject& s) {
+         return audit_value(s.model, s.smoothed_name, &store::AuditSummary::largest_penetration_mm);
+       }},
+      {{"smooth_gap_mm", "mm", "largest gap of that set (recontacted if available), if audited"},
+       [](const Subject& s) {
+         return audit_value(s.model, s.smoothed_name, &store::AuditSummary::largest_gap_mm);
+       }},
+      {{"model_bytes", "byte", "size of the motion model's file"},
+       [](const Subject& s) { return s.model_bytes; }},
+  };
+}
+
+const std::vector<Column>& columns()
+{
+  static const std::vector<Column> all = [] {
+    std::vector<Column> list;
+    for (const auto& part :
+         {grid_columns(), scaling_columns(), quality_columns(), curve_columns(), smooth_columns()})
+      list.insert(list.end(), part.begin(), part.end());
+    return list;
+  }();
+  return all;
+}
+
+}  // namespace
+
+const std::vector<IndexNumber>& index_numbers()
+{
+  static const std::vector<IndexNumber> numbers = [] {
+    std::vector<IndexNumber> list;
+    for (const Column& column : columns()) list.push_back(column.number);
+    return list;
+  }();
+  return numbers;
+}
+
+std::vector<double> index_numbers_of(const store::MotionModel& model, double model_bytes)
+{
+  Subject subject{model,   model_bytes, spine_of(model),
+                  nullptr, "",          store::Motion(model, "raw").is_varus_free()};
+  if (!model.smoothed.empty()) {
+    subject.smoothed = &model.smoothed.back();  // sorted by degree; the default is the highest
+    subject.smoothed_name = store::group_name(*subject.smoothed);
+    if (subject.smoothed->recontact_mm) subject.smoothed_name += "_recontacted";
+  }
+  std::vector<double> numbers;
+  for (const Column& column : columns()) {
+    const double number = column.measure(subject);
+    numbers.push_back(std::isfinite(number) ? number : nan);
+  }
+  return numbers;
+}
+
+std::string index_curve_of(const store::MotionModel& model)
+{
+  if (model.zero_varus) return "zero_varus";
+  const std::vector<Eigen::Index> spine = spine_of(model);
+  const bool is_any = std::any_of(spine.begin(), spine.end(), [](Eigen::Index cell) { return cell >= 0; });
+  return is_any ? "spine" : "";
 }
 
 }  // namespace vrda::run

@@ -1,23 +1,28 @@
 #include "run/slurm.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
+#include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <set>
 #include <sstream>
 #include <utility>
+#include <variant>
 
-#include "run/child.hpp"
-#include "run/json_fields.hpp"
-#include "core/error.hpp"
-#include "core/open_file.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
+#include "run/index.hpp"
+#include "run/local_run.hpp"
+#include "run/status.hpp"
 
 namespace vrda::run {
 namespace {
@@ -289,6 +294,344 @@ void require_same_cases_per_task(const std::map<TaskId, SlurmTask>& tasks, std::
                       std::to_string(requested) + ", while tasks of " + active + " are queued or running",
                       active + "; another number after they have ended (scancel ends them)"});
   }
+}
+
+namespace {
+
+constexpr const char* wanted_time = "minutes, hours:minutes:seconds or days-hours, e.g. 30, 2:00:00 or 1-12";
+
+std::vector<std::int64_t> numbers_of(const std::string& text, const std::string& whole)
+{
+  std::vector<std::int64_t> numbers;
+  std::size_t from = 0;
+  while (from <= text.size()) {
+    const std::size_t colon = std::min(text.find(':', from), text.size());
+    std::int64_t value = -1;
+    const auto [end, error] = std::from_chars(text.data() + from, text.data() + colon, value);
+    constexpr std::int64_t largest = 10'000'000;  // minutes: 19 years
+    const bool is_whole =
+        error == std::errc() && end == text.data() + colon && value >= 0 && value <= largest;
+    if (!is_whole) throw InputError({"--time", "", whole.empty() ? "nothing" : whole, wanted_time});
+    numbers.push_back(value);
+    from = colon + 1;
+  }
+  return numbers;
+}
+
+void require_word(const char* option, const std::string& text)
+{
+  const bool is_valid = std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("_-.,:@%+=/").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (!is_valid) throw InputError({option, "", text, "letters, digits and _-.,:@%+=/"});
+}
+
+struct Script {
+  const char* purpose;
+  const char* command;  // arguments of vrda task; "$1" is appended by sbatch_words()
+};
+
+// [kinds]
+constexpr std::array<Script, 5> scripts{{
+    {"Solves the spine of case $1, which every shard reads.", "--kind spine --case=\"$1\""},
+    {"Solves one shard of case $1; the array task number is the shard.",
+     "--kind shard --case=\"$1\" --shard \"$SLURM_ARRAY_TASK_ID\""},
+    {"Merges the journals of the shards of case $1 into its motion model.", "--kind merge --case=\"$1\""},
+    {"Runs whole cases, $2 per task; $1 is the number of cases before the array's first.",
+     "--kind run --first $(($1 + (SLURM_ARRAY_TASK_ID - 1) * $2 + 1)) --count \"$2\""},
+    {"Writes the table of all cases.", "--kind index"},
+}};
+
+std::string options_of(const SlurmOptions& options)
+{
+  std::string text;
+  const auto add = [&](const std::string& line) { text += "#SBATCH " + line + "\n"; };
+  if (!options.partition.empty()) add("--partition=" + options.partition);
+  if (!options.account.empty()) add("--account=" + options.account);
+  if (!options.qos.empty()) add("--qos=" + options.qos);
+  if (!options.time.empty()) add("--time=" + options.time);
+  if (!options.memory.empty()) add("--mem=" + options.memory);
+  add("--nodes=1");
+  add("--ntasks=1");
+  add("--cpus-per-task=" + std::to_string(options.cpus));
+  add("--requeue");
+  add("--open-mode=append");
+  if (!options.time.empty()) {
+    add("--signal=B:TERM@" + std::to_string(warning_seconds(seconds_of_time(options.time))));
+  }
+  for (const std::string& line : options.extra) add(line);
+  return text;
+}
+
+// Escapes % in a path, which sbatch would expand as a pattern.
+std::string escaped(std::string path)
+{
+  for (std::size_t at = 0; (at = path.find('%', at)) != std::string::npos; at += 2) path.insert(at, "%");
+  return path;
+}
+
+// A job's log path with sbatch's patterns. Absolute: sbatch also expands its working folder.
+std::string log_of(const std::string& folder, const Submission& submission, const PlannedJob& job)
+{
+  const std::string logs = escaped(logs_of(folder)) + "/";
+  if (job.kind == TaskKind::run) return logs + log_of_runs(job.offset, "%a");
+  std::string stem = job.kind == TaskKind::shard
+                         ? submission.cases.at(static_cast<std::size_t>(job.case_number)).spec.name
+                         : file_stem_of({job.kind, job.case_number, 0}, submission);
+  stem = escaped(stem);
+  if (job.kind == TaskKind::shard) stem += ".shard-%a-of-" + std::to_string(submission.n_shards);
+  return logs + stem + ".log";
+}
+
+// Job name for squeue.
+std::string job_name_of(const Submission& submission, const PlannedJob& job)
+{
+  std::string name = "vrda-" + std::string(name_of(job.kind));
+  if (job.case_number >= 0) {
+    name += "-" + submission.cases.at(static_cast<std::size_t>(job.case_number)).spec.name;
+  }
+  for (char& c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '.' && c != '_') c = '-';
+  }
+  return name;
+}
+
+// The index also lists failed cases; other jobs are cancelled when a dependency fails.
+std::string dependency_of(const PlannedJob& job, const std::vector<std::string>& ids)
+{
+  std::string text = job.kind == TaskKind::index ? "afterany" : "afterok";
+  const std::size_t bare = text.size();
+  for (const std::string& id : job.after_ids) text += ":" + id;
+  for (const std::size_t k : job.after) text += ":" + ids.at(k);
+  return text.size() == bare ? std::string() : text;
+}
+
+std::variant<SubmittedJob, InputError::Facts> submit_and_record(const std::string& folder,
+                                                                const Submission& submission,
+                                                                const PlannedJob& job,
+                                                                const std::vector<SubmittedJob>& before)
+{
+  std::vector<std::string> ids;
+  for (const SubmittedJob& one : before) ids.push_back(one.id);
+  const SubmitResult answer = submit_job(sbatch_words(folder, submission, job, ids), folder);
+  if (answer.error) return *answer.error;
+  const SubmittedJob submitted{answer.id, utc_now(), job};
+  const auto fault = append_submitted(folder, submitted);
+  if (!fault) return submitted;
+  cancel_jobs({answer.id});  // the job would be unknown to this submission; the first error is reported
+  return *fault;
+}
+
+}  // namespace
+
+std::int64_t seconds_of_time(const std::string& text)
+{
+  const std::size_t dash = text.find('-');
+  if (dash == std::string::npos) {
+    const std::vector<std::int64_t> n = numbers_of(text, text);
+    if (n.size() == 1) return n[0] * 60;
+    if (n.size() == 2) return n[0] * 60 + n[1];
+    if (n.size() == 3) return n[0] * 3600 + n[1] * 60 + n[2];
+  } else {
+    const std::vector<std::int64_t> days = numbers_of(text.substr(0, dash), text);
+    std::vector<std::int64_t> n = numbers_of(text.substr(dash + 1), text);
+    if (days.size() == 1 && n.size() <= 3) {
+      n.resize(3, 0);
+      return days[0] * 86400 + n[0] * 3600 + n[1] * 60 + n[2];
+    }
+  }
+  throw InputError({"--time", "", text, wanted_time});
+}
+
+std::int64_t warning_seconds(std::int64_t time_limit_seconds)
+{
+  const std::int64_t short_limit = std::min<std::int64_t>(time_limit_seconds / 4, 30);
+  return std::clamp<std::int64_t>(time_limit_seconds / 10, short_limit, 120);
+}
+
+void require_log_folder(const std::string& folder)
+{
+  if (folder.find_first_of("\\\n") == std::string::npos) return;
+  throw InputError(
+      {folder, "folder", "a backslash or a line break", "a path that sbatch accepts for a log file"});
+}
+
+void require_valid_options(const SlurmOptions& options)
+{
+  require_word("--partition", options.partition);
+  require_word("--mem", options.memory);
+  require_word("--account", options.account);
+  require_word("--qos", options.qos);
+  if (!options.time.empty() && seconds_of_time(options.time) == 0) {
+    throw InputError({"--time", "", options.time, "a limit above 0"});
+  }
+  for (const std::string& line : options.extra) {
+    const bool is_option = line.starts_with("-") && line.find_first_of("\r\n") == std::string::npos;
+    if (!is_option) throw InputError({"--extra", "", line, "one option of sbatch, e.g. --constraint=avx2"});
+  }
+}
+
+std::string shell_word(const std::string& text)
+{
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
+std::string script_name_of(TaskKind kind)
+{
+  return std::string(name_of(kind)) + ".sbatch";
+}
+
+std::string script_of(TaskKind kind, const std::string& folder, const Submission& submission)
+{
+  const Script& script = scripts.at(static_cast<std::size_t>(kind));
+  return "#!/bin/bash\n# " + std::string(script.purpose) +
+         "\n# Submit it from the submission's folder, with logs/. It may be killed and restarted at "
+         "any time.\n" +
+         options_of(submission.slurm) + "\nprogram=" + shell_word(submission.program) +
+         "\nfolder=" + shell_word(folder) + R"(
+
+# Slurm sends SIGTERM to this shell before the time limit, and to all its processes on preemption. The shell waits
+# until vrda has written its journal.
+child= terminated=
+trap 'terminated=1; [ -z "$child" ] || kill -TERM "$child" 2>/dev/null' TERM
+words=(task "$folder" )" +
+         script.command + R"( --cpus "${SLURM_CPUS_PER_TASK:-1}")
+"$program" "${words[@]}" &
+child=$!
+[ -z "$terminated" ] || kill -TERM "$child" 2>/dev/null
+wait "$child"; code=$?
+while [ -n "$terminated" ]; do  # the signal interrupted the wait
+  terminated=
+  wait "$child"; next=$?
+  [ "$next" -eq 127 ] || code=$next
+done
+
+# Interrupted, cleanly (4) or before vrda handled the signal (143): requeue the task, which then resumes. Not if
+# it was cancelled, or if Slurm has restarted it already (lost node), which increases the restart count.
+job=${SLURM_ARRAY_JOB_ID:+${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID}
+job=${job:-$SLURM_JOB_ID}
+if { [ "$code" -eq 4 ] || [ "$code" -eq 143 ]; } && [ "${SLURM_RESTART_COUNT:-0}" -lt )" +
+         std::to_string(max_restarts) + R"( ]; then
+  case $(squeue --noheader --jobs="$job" --states=all -O 'RestartCnt: ,State: ,Reason: ') in
+    "${SLURM_RESTART_COUNT:-0} RUNNING"* | "${SLURM_RESTART_COUNT:-0} "*TimeLimit*) scontrol requeue "$job" && exit 0 ;;
+  esac
+elif [ "$code" -gt 128 ]; then
+  "$program" "${words[@]}" --ended "$code"  # killed by a signal, e.g. out of memory; vrda could not record it
+fi
+exit "$code"
+)";
+}
+
+std::vector<std::string> sbatch_words(const std::string& folder, const Submission& submission,
+                                      const PlannedJob& job, const std::vector<std::string>& ids)
+{
+  std::vector<std::string> words{"sbatch", "--parsable", "--job-name=" + job_name_of(submission, job),
+                                 "--output=" + log_of(folder, submission, job)};
+  if (!job.numbers.empty()) {
+    std::string array = ranges_text(job.numbers);
+    if (submission.slurm.max_parallel > 0) array += "%" + std::to_string(submission.slurm.max_parallel);
+    words.push_back("--array=" + array);
+  }
+  if (const std::string dependency = dependency_of(job, ids); !dependency.empty()) {
+    words.push_back("--dependency=" + dependency);
+    words.push_back("--kill-on-invalid-dep=yes");
+  }
+  words.push_back("scripts/" + script_name_of(job.kind));
+  if (job.kind == TaskKind::run) {
+    words.push_back(std::to_string(job.offset));
+    words.push_back(std::to_string(job.per_task));
+  } else if (job.case_number >= 0) {
+    words.push_back(submission.cases.at(static_cast<std::size_t>(job.case_number)).spec.name);
+  }
+  return words;
+}
+
+std::string sbatch_lines(const std::string& folder, const Submission& submission,
+                         const std::vector<PlannedJob>& jobs)
+{
+  std::string text = "cd " + shell_word(folder) + "\n";
+  std::vector<std::string> ids;
+  for (const PlannedJob& job : jobs) {
+    std::string line;
+    for (const std::string& word : sbatch_words(folder, submission, job, ids)) {
+      // The ids of earlier jobs are shell variables.
+      const bool has_variable = word.starts_with("--dependency=");
+      const bool is_plain = word.find_first_not_of(
+                                "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                "0123456789_-.,:=/%") == std::string::npos;
+      line += (line.empty() ? "" : " ") + (has_variable || is_plain ? word : shell_word(word));
+    }
+    ids.push_back("$job" + std::to_string(ids.size() + 1));
+    text += ids.back().substr(1) + "=$(" + line + ")\n";
+  }
+  return text;
+}
+
+std::string id_text(const std::string& id, const PlannedJob& job, const SlurmOptions& options)
+{
+  if (job.numbers.empty()) return id;
+  std::string text = id + "_[" + ranges_text(job.numbers);
+  if (options.max_parallel > 0) text += "%" + std::to_string(options.max_parallel);
+  return text + "]";
+}
+
+void write_scripts(const std::string& folder, const Submission& submission,
+                   const std::vector<PlannedJob>& jobs)
+{
+  std::set<TaskKind> kinds;
+  for (const PlannedJob& job : jobs) kinds.insert(job.kind);
+  for (const TaskKind kind : kinds) {
+    const std::string path = scripts_of(folder) + "/" + script_name_of(kind);
+    write_atomically(path, {script_of(kind, folder, submission)});
+    constexpr mode_t readable_by_all = 0755;
+    chmod(path.c_str(), readable_by_all);
+  }
+}
+
+std::vector<SubmittedJob> submit_jobs(const std::string& folder, const Submission& submission,
+                                      const std::vector<PlannedJob>& jobs)
+{
+  std::vector<SubmittedJob> submitted;
+  for (const PlannedJob& job : jobs) {
+    auto answer = submit_and_record(folder, submission, job, submitted);
+    if (const auto* one = std::get_if<SubmittedJob>(&answer)) {
+      submitted.push_back(*one);
+      continue;
+    }
+    InputError::Facts fault = std::get<InputError::Facts>(answer);
+    if (!submitted.empty()) {
+      fault.wanted += "; " + std::to_string(submitted.size()) + " of " + std::to_string(jobs.size()) +
+                      " jobs were already submitted and continue; vrda resume " + folder +
+                      " submits the others";
+    }
+    throw InputError(fault);
+  }
+  return submitted;
+}
+
+std::vector<std::string> lines_of(const Submission& submission, const std::vector<SubmittedJob>& jobs)
+{
+  std::vector<std::string> lines;
+  std::int32_t shown = -2;
+  for (const SubmittedJob& submitted : jobs) {
+    const PlannedJob& job = submitted.job;
+    const bool is_of_case = job.case_number >= 0;
+    if (lines.empty() || (is_of_case && job.case_number != shown) || (!is_of_case && shown >= 0)) {
+      const bool has_name = is_of_case && submission.has_index();
+      lines.push_back(has_name ? case_of(submission, {job.kind, job.case_number, 0}).spec.name + ": " : "");
+    } else {
+      lines.back() += ", ";
+    }
+    shown = job.case_number;
+    std::string what = name_of(job.kind);
+    if (job.kind == TaskKind::shard) what += "s";
+    if (job.kind == TaskKind::run) what = submission.has_index() ? "cases" : "run";
+    lines.back() += what + " " + id_text(submitted.id, job, submission.slurm);
+  }
+  return lines;
 }
 
 }  // namespace vrda::run

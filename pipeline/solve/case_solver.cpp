@@ -1,13 +1,21 @@
 #include "solve/case_solver.hpp"
 
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <numeric>
+#include <tuple>
+#include <utility>
 
-#include "core/error.hpp"
-#include "job/input_file.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "job/job.hpp"
+#include "model/frames.hpp"
+#include "store/binary_stream.hpp"
+#include "store/motion_model.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda::solve {
 namespace {
@@ -372,6 +380,461 @@ solve::SweepResult scaled(const solve::SweepResult& result, double factor)
     step.energy_spread_nmm *= factor;
   }
   return out;
+}
+
+namespace {
+
+void append_row(std::vector<double>& rows, const Eigen::Vector3d& v)
+{
+  rows.insert(rows.end(), v.begin(), v.end());
+}
+
+store::LoadRows load_rows(const job::Case& job_case)
+{
+  store::LoadRows rows;
+  rows.point_mm.resize(static_cast<Eigen::Index>(job_case.loads.size()), 3);
+  for (const job::LoadPoint& load : job_case.loads) {
+    rows.point_mm.row(static_cast<Eigen::Index>(rows.name.size())) = load.point_mm.transpose();
+    rows.name.push_back(load.name);
+    rows.frame.push_back(static_cast<std::int8_t>(load.frame));
+  }
+  for (const job::Push& push : job_case.push) {
+    for (const Eigen::Vector3d& force_n : push.load_force_n) append_row(rows.force_n, force_n);
+    for (const Eigen::Vector3d& moment_nmm : push.load_moment_nmm) append_row(rows.moment_nmm, moment_nmm);
+  }
+  return rows;
+}
+
+store::LineRows line_rows(const job::Case& job_case)
+{
+  store::LineRows rows;
+  std::vector<Eigen::Vector3d> points;
+  for (const job::LinePath& line : job_case.lines) {
+    for (const auto* of_body : {&line.reference_mm, &line.moving_mm}) {
+      points.insert(points.end(), of_body->begin(), of_body->end());
+      rows.point_line.resize(points.size(), static_cast<std::int32_t>(rows.name.size()));
+      rows.point_body.resize(points.size(), of_body == &line.moving_mm ? 1 : 0);
+    }
+    rows.name.push_back(line.name);
+  }
+  rows.point_mm.resize(static_cast<Eigen::Index>(points.size()), 3);
+  for (std::size_t k = 0; k < points.size(); ++k)
+    rows.point_mm.row(static_cast<Eigen::Index>(k)) = points[k].transpose();
+  for (const job::Push& push : job_case.push)
+    rows.tension_n.insert(rows.tension_n.end(), push.line_tension_n.begin(), push.line_tension_n.end());
+  return rows;
+}
+
+store::PushRows push_rows(const job::Case& job_case)
+{
+  store::PushRows rows;
+  const auto n = static_cast<Eigen::Index>(job_case.push.size());
+  rows.delta.resize(n, 3);
+  rows.force_n.resize(n, 3);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const job::Push& push = job_case.push[static_cast<std::size_t>(i)];
+    rows.delta.row(i) = push.delta.transpose();
+    rows.force_n.row(i) = push.force_n.transpose();
+    rows.moment_nmm.push_back(push.moment_nmm);
+    rows.varus_moment_nmm.push_back(push.varus_moment_nmm);
+  }
+  rows.point_mm = job_case.push_point_mm;
+  if (!job_case.loads.empty()) rows.loads = load_rows(job_case);
+  if (!job_case.lines.empty()) rows.lines = line_rows(job_case);
+  return rows;
+}
+
+store::MotionModel pending_model_at_size(const job::Case& job_case)
+{
+  store::MotionModel model;
+  model.title = job_case.title;
+  model.joint = job_case.joint;
+  model.side = side_name(job_case.frame.side);
+  model.method = job_case.method;
+  model.rotation_centre_mm = job_case.frame.rotation_centre_mm;
+  model.delta = job_case.frame.delta;
+  model.push = push_rows(job_case);
+  model.contact_resolution_mm = job_case.method == "equilibrium" ? job_case.equilibrium.contact_resolution_mm
+                                                                 : job_case.search.translation_resolution_mm;
+  model.has_compartments = !job_case.compartment_of_triangle.empty();
+  for (const Compartment compartment : job_case.compartment_of_triangle)
+    model.compartment_of_triangle.push_back(static_cast<std::int8_t>(compartment));
+  model.flexion_deg = job_case.grid.flexion_deg;
+  model.varus_deg = job_case.grid.varus_deg;
+  if (job_case.coordinates && job_case.coordinates->is_sequence())
+    model.frames = {job_case.coordinates->key_name, job_case.coordinates->key};
+  model.reference = job_case.reference;
+  model.moving = job_case.moving;
+  model.job = {job_case.job_text, job_case.resolved_job, {}, job_case.scaling, job_case.warnings};
+  for (const job::LoadedInput& input : job_case.inputs)
+    model.job.inputs.push_back({input.name, input.sha256});
+  if (job_case.method == "equilibrium") {
+    model.equilibrium.emplace();
+    model.equilibrium->band_moment_nmm = plan_of(job_case).has_band ? job_case.spine.band_moment_nmm : 0.0;
+  }
+  if (job_case.coordinates) {
+    model.coordinates.emplace();
+    for (const CoordinateRole role : job_case.coordinates->role)
+      model.coordinates->role.push_back(static_cast<std::int8_t>(role));
+  }
+  if (!job_case.ligaments.fibres.empty()) model.ligaments = ligament_rows(job_case.ligaments);
+  if (model.has_compartments) model.contact_paths.emplace();
+  return store::with_pending_cells(std::move(model));
+}
+
+store::MotionModel motion_model_at_size(const job::Case& job_case, const solve::SweepResult& result)
+{
+  store::MotionModel model = pending_model_at_size(job_case);
+  for (const StepRecord& r : result.cells) {
+    // The flexion of a frame belongs to its pose.
+    if (r.coordinates && job_case.coordinates->is_sequence())
+      model.flexion_deg[static_cast<std::size_t>(r.key.flexion)] = deg_from_rad(r.flexion_rad);
+    store::set_cell(model, r);
+  }
+  for (std::size_t i = 0; i < result.spine_column.size(); ++i) {
+    if (result.spine_column[i] >= 0) model.is_spine(static_cast<Eigen::Index>(i), result.spine_column[i]) = 1;
+  }
+  model.contacts = store::contact_rows(model, result.cells);
+  add_balance(model, job_case, result);
+  return model;
+}
+
+}  // namespace
+
+store::MotionModel pending_model_of(const job::Case& job_case)
+{
+  return pending_model_at_size(job::scaled_to_subject(job_case));
+}
+
+store::MotionModel motion_model_of(const job::Case& job_case, const solve::SweepResult& result)
+{
+  if (job_case.steps_scale == 1.0) return motion_model_at_size(job_case, result);
+  return motion_model_at_size(job::scaled_to_subject(job_case), scaled(result, job_case.steps_scale));
+}
+
+namespace {
+
+bool is_stable(const StepRecord& r)
+{
+  return r.status == StepStatus::stable;
+}
+
+void set_row(std::vector<double>& rows, std::size_t row, const Eigen::Vector3d& v)
+{
+  for (std::size_t k = 0; k < 3; ++k) rows[3 * row + k] = v[static_cast<Eigen::Index>(k)];
+}
+
+Eigen::Vector3d force_n(const ContactForce& f)
+{
+  return f.along_delta_n * f.normal_solver / -f.normal_solver.y();
+}
+
+class BalanceAssembly {
+ public:
+  BalanceAssembly(store::MotionModel& model, const job::Case& job_case) : model_(model), case_(job_case) {}
+
+  void add(const StepRecord& r)
+  {
+    if (!is_stable(r)) return;
+    set_flexion(r.key.flexion);
+    const auto cell = static_cast<std::size_t>(r.key.flexion) * model_.varus_deg.size() +
+                      static_cast<std::size_t>(r.key.varus);
+    if (model_.equilibrium) add_certificate(r, cell);
+    if (r.coordinates) add_coordinates(*r.coordinates, cell);
+    if (model_.ligaments) add_fibres(r, cell);
+  }
+
+ private:
+  Attitude attitude_of(const StepRecord& r) const
+  {
+    return {rad_from_deg(model_.flexion_deg[static_cast<std::size_t>(r.key.flexion)]), r.varus_rad};
+  }
+
+  // Frame and fibres depend on the flexion only; cells are ordered by flexion.
+  void set_flexion(std::int32_t flexion)
+  {
+    if (flexion == flexion_) return;
+    flexion_ = flexion;
+    frame_ = frame_of(case_, case_.push.at(static_cast<std::size_t>(flexion)));
+    ligaments_ = model::solver_ligaments(case_.ligaments, frame_);
+  }
+
+  void add_certificate(const StepRecord& r, std::size_t cell)
+  {
+    store::EquilibriumSurfaces& surfaces = *model_.equilibrium;
+    const auto at = static_cast<Eigen::Index>(cell);
+    surfaces.energy_nmm.data()[at] = r.balance.energy_nmm;
+    surfaces.balance_residual_n.data()[at] = r.balance.residual_n;
+    surfaces.complementarity_mm.data()[at] = r.balance.complementarity_mm;
+    surfaces.worst_gap_mm.data()[at] = r.balance.worst_gap_mm;
+    surfaces.flexion_moment_nmm.data()[at] = r.balance.flexion_moment_nmm;
+    surfaces.varus_moment_nmm.data()[at] = r.balance.varus_moment_nmm;
+    if (!model_.has_compartments) return;
+    Eigen::Vector3d medial_n = Eigen::Vector3d::Zero(), lateral_n = Eigen::Vector3d::Zero();
+    for (const ContactForce& f : r.balance.forces) {
+      if (f.compartment == static_cast<std::int8_t>(Compartment::medial)) medial_n += force_n(f);
+      if (f.compartment == static_cast<std::int8_t>(Compartment::lateral)) lateral_n += force_n(f);
+    }
+    set_row(surfaces.force_medial_n, cell, world_from_solver(frame_, medial_n));
+    set_row(surfaces.force_lateral_n, cell, world_from_solver(frame_, lateral_n));
+  }
+
+  void add_coordinates(const CoordinateForces& forces, std::size_t cell)
+  {
+    store::CoordinateSurfaces& surfaces = *model_.coordinates;
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+      surfaces.determined[n_joint_coordinates * cell + k] = forces.determined[k];
+      (is_rotation(k) ? surfaces.holding_moment_nmm : surfaces.holding_force_n)[3 * cell + k % 3] =
+          forces.holding[k];
+    }
+  }
+
+  void add_fibres(const StepRecord& r, std::size_t cell)
+  {
+    store::LigamentRows& rows = *model_.ligaments;
+    const std::vector<model::FibreState> states =
+        model::fibre_states(ligaments_, attitude_of(r), r.pose);
+    for (std::size_t k = 0; k < states.size(); ++k) {
+      const std::size_t at = cell * states.size() + k;
+      rows.length_mm[at] = states[k].length_mm;
+      rows.strain[at] = states[k].strain;
+      rows.tension_n[at] = states[k].force_n;
+      rows.energy_nmm[at] = states[k].energy_nmm;
+      rows.is_wrapped[at] = states[k].is_wrapped ? 1 : 0;
+    }
+  }
+
+  store::MotionModel& model_;
+  const job::Case& case_;
+  std::int32_t flexion_ = -1;  // of frame_ and ligaments_
+  SolverFrame frame_;
+  model::Ligaments ligaments_;  // in frame_
+};
+
+store::ForceRows force_rows(const store::MotionModel& model, const std::vector<StepRecord>& cells)
+{
+  const auto forces_of = [](const StepRecord& r) {
+    return is_stable(r) ? std::span<const ContactForce>(r.balance.forces) : std::span<const ContactForce>();
+  };
+  return store::compressed_rows(model, cells, forces_of, &ContactForce::along_delta_n,
+                                &store::ForceRows::along_delta_n);
+}
+
+void add_branches(store::SpineBranches& branches, const SolverFrame& frame, const solve::FreeSpineStep& step)
+{
+  if (branches.row_start.empty()) branches.row_start.push_back(0);
+  for (const solve::SpineEquilibrium& equilibrium : step.equilibria) {
+    const Eigen::Vector3d t_mm = world_translation_mm(frame, equilibrium.pose);
+    branches.varus_deg.push_back(deg_from_rad(equilibrium.varus_rad));
+    branches.tx_mm.push_back(t_mm.x());
+    branches.ty_mm.push_back(t_mm.y());
+    branches.tz_mm.push_back(t_mm.z());
+    branches.theta_deg.push_back(deg_from_rad(equilibrium.pose.theta_rad));
+    branches.energy_nmm.push_back(equilibrium.energy_nmm);
+    branches.is_chosen.push_back(equilibrium.is_chosen ? 1 : 0);
+  }
+  branches.row_start.push_back(static_cast<std::int64_t>(branches.energy_nmm.size()));
+}
+
+void set_spine(store::FreeSpine& spine, const job::Case& job_case, const solve::SweepResult& result)
+{
+  spine.branches = {};
+  for (std::size_t i = 0; i < result.free_spine.size(); ++i) {
+    const solve::FreeSpineStep& step = result.free_spine[i];
+    spine.status[i] = static_cast<std::int8_t>(step.chosen.status);
+    spine.n_optima[i] = step.n_optima;
+    add_branches(spine.branches, frame_of(job_case, job_case.push.at(i)), step);
+    if (!is_stable(step.chosen)) continue;
+    const Eigen::Vector3d t = world_translation_mm(frame_of(job_case, job_case.push.at(i)), step.chosen.pose);
+    spine.varus_deg[i] = deg_from_rad(step.chosen.varus_rad);
+    spine.tx_mm[i] = t.x();
+    spine.ty_mm[i] = t.y();
+    spine.tz_mm[i] = t.z();
+    spine.theta_deg[i] = deg_from_rad(step.chosen.pose.theta_rad);
+    spine.energy_nmm[i] = step.chosen.balance.energy_nmm;
+    spine.optima_theta_spread_deg[i] = deg_from_rad(step.theta_spread_rad);
+    spine.optima_energy_spread_nmm[i] = step.energy_spread_nmm;
+    if (is_stable(step.band_low)) spine.theta_low_deg[i] = deg_from_rad(step.band_low.pose.theta_rad);
+    if (is_stable(step.band_high)) spine.theta_high_deg[i] = deg_from_rad(step.band_high.pose.theta_rad);
+  }
+}
+
+}  // namespace
+
+store::LigamentRows ligament_rows(const model::Ligaments& canonical)
+{
+  store::LigamentRows rows;
+  const auto n_fibres = static_cast<Eigen::Index>(canonical.fibres.size());
+  rows.reference_mm.resize(n_fibres, 3);
+  rows.moving_mm.resize(n_fibres, 3);
+  rows.transition_strain = canonical.transition_strain;
+  for (Eigen::Index k = 0; k < n_fibres; ++k) {
+    const model::Fibre& fibre = canonical.fibres[static_cast<std::size_t>(k)];
+    rows.name.push_back(fibre.name);
+    rows.bundle.push_back(fibre.bundle);
+    rows.reference_mm.row(k) = fibre.reference_mm.transpose();
+    rows.moving_mm.row(k) = fibre.moving_mm.transpose();
+    rows.stiffness_n.push_back(fibre.stiffness_n);
+    rows.slack_length_mm.push_back(fibre.slack_length_mm);
+    rows.wrap.push_back(fibre.wrap);
+  }
+  const auto n_wraps = static_cast<Eigen::Index>(canonical.wraps.size());
+  rows.wrap_radii_mm.resize(n_wraps, 3);
+  for (Eigen::Index k = 0; k < n_wraps; ++k) {
+    const model::Wrap& wrap = canonical.wraps[static_cast<std::size_t>(k)];
+    rows.wrap_name.push_back(wrap.name);
+    rows.wrap_shape.push_back(wrap.shape == model::WrapShape::cylinder ? 0 : 1);
+    rows.wrap_body.push_back(wrap.body == model::WrapBody::reference ? 0 : 1);
+    rows.wrap_radii_mm.row(k) = wrap.radii_mm.transpose();
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) rows.X_body_wrap.push_back(wrap.X_body_wrap.matrix()(i, j));
+    }
+  }
+  return rows;
+}
+
+void add_balance(store::MotionModel& model, const job::Case& job_case, const solve::SweepResult& result)
+{
+  BalanceAssembly assembly(model, job_case);
+  for (const StepRecord& r : result.cells) assembly.add(r);
+  if (model.equilibrium) {
+    model.equilibrium->forces = force_rows(model, result.cells);
+    set_spine(model.equilibrium->spine, job_case, result);
+  }
+  if (model.contact_paths) model.contact_paths = store::contact_paths_of(model);
+}
+
+namespace {
+
+struct Entry {
+  const SearchTrace* search = nullptr;
+  StepKind node = StepKind::row;
+};
+
+// Sorted by flexion, varus and node, independent of the order of solving.
+std::vector<Entry> ordered(const std::map<StepKey, SearchTrace>& searches,
+                           const std::vector<std::int32_t>& spine_column)
+{
+  std::vector<Entry> entries;
+  for (const auto& [key, search] : searches) {
+    const bool is_spine =
+        key.kind == StepKind::spine_probe && spine_column[static_cast<std::size_t>(key.flexion)] == key.varus;
+    entries.push_back({&search, is_spine ? StepKind::spine : key.kind});
+  }
+  const auto rank = [](const Entry& e) {
+    return std::make_tuple(e.search->key.flexion, e.search->key.varus, e.node);
+  };
+  std::sort(entries.begin(), entries.end(),
+            [&](const Entry& a, const Entry& b) { return rank(a) < rank(b); });
+  return entries;
+}
+
+Eigen::RowVector3f single(const Eigen::Vector3d& v)
+{
+  return v.cast<float>().transpose();
+}
+
+float single_deg(double angle_rad)
+{
+  return static_cast<float>(deg_from_rad(angle_rad));
+}
+
+class TraceAssembly {
+ public:
+  TraceAssembly(const job::Case& job_case, store::Trace& trace)
+      : case_(job_case), scale_(job_case.steps_scale), frame_(job_case.frame), trace_(trace)
+  {
+  }
+
+  void resize(const std::vector<Entry>& entries)
+  {
+    Eigen::Index n_moves = 0, n_contacts = 0;
+    for (const Entry& entry : entries) {
+      n_moves += static_cast<Eigen::Index>(entry.search->moves.size());
+      for (const SearchMove& move : entry.search->moves) {
+        n_contacts += static_cast<Eigen::Index>(move.contacts.size());
+      }
+    }
+    trace_.searches.seed_translation_mm.resize(static_cast<Eigen::Index>(entries.size()), 3);
+    trace_.moves.translation_mm.resize(n_moves, 3);
+    trace_.contacts.point_mm.resize(n_contacts, 3);
+    trace_.contacts.normal.resize(n_contacts, 3);
+  }
+
+  void add(const Entry& entry)
+  {
+    const SearchTrace& search = *entry.search;
+    store::TraceSearches& searches = trace_.searches;
+    searches.seed_translation_mm.row(static_cast<Eigen::Index>(searches.node.size())) =
+        single(scale_ * world_translation_mm(frame_, search.seed));
+    searches.seed_theta_deg.push_back(single_deg(search.seed.theta_rad));
+    searches.flexion_deg.push_back(case_.grid.flexion_deg[static_cast<std::size_t>(search.key.flexion)]);
+    searches.varus_deg.push_back(case_.grid.varus_deg[static_cast<std::size_t>(search.key.varus)]);
+    searches.node.push_back(static_cast<std::int8_t>(entry.node));
+    searches.status.push_back(static_cast<std::int8_t>(search.status));
+    for (const SearchMove& move : search.moves) add(move);
+    searches.move_start.push_back(static_cast<std::int64_t>(trace_.moves.kind.size()));
+  }
+
+ private:
+  void add(const SearchMove& move)
+  {
+    store::TraceMoves& moves = trace_.moves;
+    moves.translation_mm.row(static_cast<Eigen::Index>(moves.kind.size())) =
+        single(scale_ * world_translation_mm(frame_, move.pose));
+    moves.theta_deg.push_back(single_deg(move.pose.theta_rad));
+    moves.iteration.push_back(move.iteration);
+    moves.kind.push_back(static_cast<std::int8_t>(move.kind));
+    moves.translation_step_mm.push_back(static_cast<float>(scale_ * move.translation_step_mm));
+    moves.rotation_step_deg.push_back(single_deg(move.rotation_step_rad));
+    moves.collides.push_back(move.collides ? 1 : 0);
+    moves.is_cycle.push_back(move.is_cycle ? 1 : 0);
+    moves.in_contact.push_back(move.in_contact ? 1 : 0);
+    for (const ContactRecord& contact : move.contacts) add(contact);
+    moves.contact_start.push_back(static_cast<std::int64_t>(trace_.contacts.compartment.size()));
+  }
+
+  void add(const ContactRecord& contact)
+  {
+    store::TraceContacts& contacts = trace_.contacts;
+    const auto row = static_cast<Eigen::Index>(contacts.compartment.size());
+    contacts.point_mm.row(row) = single(scale_ * world_from_solver(frame_, contact.point_solver_mm));
+    contacts.normal.row(row) = single(world_from_solver(frame_, contact.normal_solver));
+    contacts.distance_mm.push_back(static_cast<float>(scale_ * contact.distance_mm));
+    contacts.triangle_reference.push_back(contact.triangle_reference);
+    contacts.triangle_moving.push_back(contact.triangle_moving);
+    contacts.compartment.push_back(contact.compartment);
+  }
+
+  const job::Case& case_;
+  double scale_;  // subject over solved size
+  const SolverFrame& frame_;
+  store::Trace& trace_;
+};
+
+}  // namespace
+
+store::Trace trace_of(const job::Case& job_case, const std::string& job_key,
+                      const std::map<StepKey, SearchTrace>& searches,
+                      const std::vector<std::int32_t>& spine_column)
+{
+  store::Trace trace;
+  trace.title = job_case.title;
+  trace.side = side_name(job_case.frame.side);
+  trace.job_key = job_key;
+  trace.approach_step_mm = job_case.steps_scale * job_case.search.approach_step_mm;
+  trace.translation_resolution_mm =
+      job_case.steps_scale * (job_case.method == "equilibrium" ? job_case.equilibrium.tolerance_mm
+                                                               : job_case.search.translation_resolution_mm);
+  trace.rotation_resolution_deg = deg_from_rad(job_case.search.rotation_resolution_rad);
+  trace.job.resolved = job_case.resolved_job;
+  for (const job::LoadedInput& input : job_case.inputs)
+    trace.job.inputs.push_back({input.name, input.sha256});
+  const std::vector<Entry> entries = ordered(searches, spine_column);
+  TraceAssembly assembly(job_case, trace);
+  assembly.resize(entries);
+  for (const Entry& entry : entries) assembly.add(entry);
+  return trace;
 }
 
 }  // namespace vrda::solve

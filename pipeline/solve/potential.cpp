@@ -1,13 +1,111 @@
 #include "solve/potential.hpp"
 
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "core/units.hpp"
+#include "model/coordinates.hpp"
+#include "model/ligaments.hpp"
+#include "solve/contact_constraint.hpp"
 #include "solve/quadratic_program.hpp"
 
 namespace vrda::solve {
+namespace {
+
+// Rotation of a load's axes in S.
+Eigen::Matrix3d rotation_of(LoadFrame frame, const model::JointPlacement& placement)
+{
+  switch (frame) {
+    case LoadFrame::world:
+      return Eigen::Matrix3d::Identity();
+    case LoadFrame::reference:
+      return placement.R_S_reference;
+    case LoadFrame::moving:
+      return placement.R_S_moving;
+  }
+  return Eigen::Matrix3d::Identity();
+}
+
+void add(Wrench& sum, const Eigen::Vector3d& at_mm, const Eigen::Vector3d& force_n)
+{
+  sum.force_n += force_n;
+  sum.moment_nmm += at_mm.cross(force_n);
+}
+
+Wrench wrench_of(const AppliedLoad& load, const model::JointPlacement& placement)
+{
+  const Eigen::Matrix3d R = rotation_of(load.frame, placement);
+  Wrench sum;
+  add(sum, placement.t_S_moving_mm + placement.R_S_moving * load.point_mm, R * load.force_n);
+  sum.moment_nmm += R * load.moment_nmm;
+  return sum;
+}
+
+// Along the coordinates (core/coordinates.hpp): theta turns about the object's own axis, varus about X.
+Vector5d generalised(const Wrench& wrench, const MovingPose& pose)
+{
+  Vector5d force;
+  force << wrench.force_n, (wrench.moment_nmm - pose.translation_mm.cross(wrench.force_n)).y(),
+      wrench.moment_nmm.x();
+  return force;
+}
+
+}  // namespace
+
+Wrench wrench_of(const Loads& loads, const Attitude& attitude, const MovingPose& pose)
+{
+  const model::JointPlacement placement = model::joint_placement(attitude, pose);
+  Wrench sum;
+  for (const AppliedLoad& load : loads.applied) {
+    const Wrench one = wrench_of(load, placement);
+    sum.force_n += one.force_n;
+    sum.moment_nmm += one.moment_nmm;
+  }
+  for (const TensionLine& line : loads.lines) {
+    const Eigen::Vector3d from_mm = placement.t_S_moving_mm + placement.R_S_moving * line.moving_mm;
+    const Eigen::Vector3d to_mm = placement.R_S_reference * line.reference_mm;
+    add(sum, from_mm, line.tension_n * (to_mm - from_mm).normalized());
+  }
+  return sum;
+}
+
+LoadPotential potential_near(const Loads& loads, const Attitude& attitude, const MovingPose& pose)
+{
+  const model::JointPlacement placement = model::joint_placement(attitude, pose);
+  LoadPotential out;
+  out.lines = loads.lines;
+  for (const AppliedLoad& load : loads.applied) {
+    AppliedLoad constant = load;
+    if (load.frame != LoadFrame::moving) {
+      const Eigen::Matrix3d R_S_load = rotation_of(load.frame, placement);
+      out.forces.push_back({placement.R_S_reference.transpose() * (R_S_load * load.force_n), load.point_mm});
+      constant.force_n.setZero();
+    }
+    out.constant += generalised(wrench_of(constant, placement), pose);
+  }
+  return out;
+}
+
+Potential energy_of(const LoadPotential& loads, const Attitude& attitude, const MovingPose& pose)
+{
+  Potential sum = model::line_energy(loads.lines, attitude, pose);
+  for (const LoadPotential::PointForce& force : loads.forces) {
+    const Potential one =
+        model::point_force_energy(force.force_reference_n, force.point_moving_mm, attitude, pose);
+    sum.energy_nmm += one.energy_nmm;
+    sum.gradient += one.gradient;
+    sum.hessian += one.hessian;
+  }
+  Vector5d at;
+  at << pose.translation_mm, pose.theta_rad, attitude.varus_rad;
+  sum.energy_nmm -= loads.constant.dot(at);
+  sum.gradient -= loads.constant;
+  return sum;
+}
+
 namespace {
 
 // Newton's method safeguarded by bisection: 60 halvings reduce 1000 mm to rounding.
@@ -122,6 +220,167 @@ ContactForceBalance balance_contact_forces(const Potential& potential, const std
             [](const ContactForceBalance::ActiveConstraint& a,
                const ContactForceBalance::ActiveConstraint& b) { return a.row < b.row; });
   return held;
+}
+
+Vector6d wrench_of(const Eigen::Vector3d& force_n, const Eigen::Vector3d& p, const SolverPosition& at)
+{
+  Vector6d wrench;
+  wrench << (p - at.pose.translation_mm).cross(force_n), force_n;
+  return wrench;
+}
+
+JointMap::JointMap(const SolverFrame& frame)
+{
+  SolverFrame right = frame;
+  right.side = Side::right;
+  if (frame.side == Side::left) right.delta.z() = -right.delta.z();
+  for (Eigen::Index k = 0; k < 3; ++k)
+    R_solver_joint_.col(k) = solver_translation_mm(right, Eigen::Matrix3d::Identity().col(k));
+}
+
+SolverPosition JointMap::position_at(const JointCoordinates& coordinates) const
+{
+  // With Delta along the moving object's axis the coordinates are those of S: no rounding.
+  if (R_solver_joint_.isIdentity(0.0))
+    return {{coordinates(0), coordinates(1)}, {floating_translation_mm(coordinates), coordinates(2)}};
+  const Pose X = joint_pose(coordinates);
+  Pose X_solver = Pose::Identity();
+  X_solver.linear() = R_solver_joint_ * X.linear() * R_solver_joint_.transpose();
+  const JointCoordinates angles = joint_coordinates(X_solver);
+  SolverPosition at;
+  at.attitude = {angles(0), angles(1)};
+  at.pose.theta_rad = angles(2);
+  at.pose.translation_mm = reference_rotation(at.attitude) * (R_solver_joint_ * X.translation());
+  return at;
+}
+
+JointCoordinates JointMap::coordinates_at(const SolverPosition& position) const
+{
+  const Eigen::Matrix3d A_transposed = reference_rotation(position.attitude).transpose();
+  Pose X = Pose::Identity();
+  X.linear() =
+      R_solver_joint_.transpose() * (A_transposed * rotation_y(position.pose.theta_rad)) * R_solver_joint_;
+  X.translation() = R_solver_joint_.transpose() * (A_transposed * position.pose.translation_mm);
+  return joint_coordinates(X);
+}
+
+Matrix6d JointMap::twists(const JointCoordinates& coordinates, const SolverPosition& position) const
+{
+  const SinCos varus = sin_cos(coordinates(1));
+  const Eigen::Matrix3d axes = floating_axes(coordinates);
+  const Eigen::Vector3d t = axes * floating_translation_mm(coordinates);
+  const Eigen::Vector3d e1 = Eigen::Vector3d::UnitZ(), e2 = axes.col(0), e3 = axes.col(1),
+                        across = axes.col(2);
+  const double across_by_varus =
+      (coordinates(5) * varus.sin - coordinates(4)) / (varus.cos * varus.cos);  // mm/rad
+  Eigen::Matrix<double, 3, 6> omega, u;
+  omega << -e1, e2, e3, Eigen::Matrix3d::Zero();
+  u.col(0) = (-e1).cross(t);
+  u.col(1) = e2.cross(t) + across * across_by_varus;
+  u.col(2).setZero();
+  u.col(3) = e2;
+  u.col(4) = e3 - across * (varus.sin / varus.cos);
+  u.col(5) = across / varus.cos;
+  const Eigen::Matrix3d R = reference_rotation(position.attitude) * R_solver_joint_;
+  Matrix6d twists;
+  twists.topRows<3>() = R * omega;
+  twists.bottomRows<3>() = R * u;
+  return twists;
+}
+
+Work work_of(const Loads& loads, const LoadPotential* applied, const SolverPosition& at)
+{
+  const Eigen::Vector3d t = at.pose.translation_mm, turning_nmm = loads.point_mm.cross(loads.force_n);
+  Vector5d constant;
+  constant << loads.force_n, loads.moment_nmm + turning_nmm.y(), loads.varus_moment_nmm + turning_nmm.x();
+  if (applied != nullptr) constant += applied->constant;
+  Vector5d coordinates;
+  coordinates << t, at.pose.theta_rad, at.attitude.varus_rad;
+  Work work;
+  work.work_nmm = constant.dot(coordinates);
+  // The wrench whose work is that on theta, on varus and none on flexion: about Y, X and -(0, sin, cos).
+  const SinCos varus = sin_cos(at.attitude.varus_rad);
+  const Eigen::Vector3d flexion_axis(0.0, varus.sin, varus.cos), force_n = constant.head<3>();
+  const double mx = constant(about_varus) - force_n.dot(Eigen::Vector3d::UnitX().cross(t));
+  const double my = constant(about_y);
+  const double mz = -(varus.sin * my + force_n.dot(flexion_axis.cross(t))) / varus.cos;
+  work.wrench << mx, my, mz, force_n;
+  if (applied == nullptr) return work;
+  const model::JointPlacement placement = model::joint_placement(at.attitude, at.pose);
+  for (const LoadPotential::PointForce& force : applied->forces) {
+    const Eigen::Vector3d force_S_n = placement.R_S_reference * force.force_reference_n;
+    const Eigen::Vector3d p = t + placement.R_S_moving * force.point_moving_mm;
+    work.work_nmm += force_S_n.dot(p);
+    work.wrench += wrench_of(force_S_n, p, at);
+  }
+  for (const TensionLine& line : applied->lines) {
+    const Eigen::Vector3d p = t + placement.R_S_moving * line.moving_mm;
+    const Eigen::Vector3d span_mm = placement.R_S_reference * line.reference_mm - p;
+    work.work_nmm -= line.tension_n * span_mm.norm();
+    work.wrench += wrench_of(line.tension_n * span_mm.normalized(), p, at);
+  }
+  return work;
+}
+
+namespace {
+
+constexpr double parallel_edges = 1e-6;  // sine of their angle
+
+}  // namespace
+
+FeatureDistance feature_distance(const ContactConstraint& constraint, const SolverPosition& at,
+                                 const Eigen::Vector3d& pivot_mm)
+{
+  const Eigen::Matrix3d R_reference = reference_rotation(at.attitude),
+                        R_moving = rotation_y(at.pose.theta_rad);
+  const Eigen::Vector3d reference_mm = R_reference * constraint.reference_mm;
+  const Eigen::Vector3d moving_mm =
+      at.pose.translation_mm + R_moving * Eigen::Vector3d(pivot_mm + constraint.moving_mm);
+  const Eigen::Vector3d apart_mm = moving_mm - reference_mm;
+  FeatureDistance out;
+  if (constraint.offset_mm > 0.0) {
+    const RoundedContact near = rounded_distance(
+        {constraint.kind, constraint.offset_mm, reference_mm, moving_mm,
+         R_reference * constraint.reference_direction, R_moving * constraint.moving_direction},
+        Eigen::Vector3d::UnitY());
+    out.distance_mm = near.mm;
+    if (!std::isfinite(near.mm)) return out;
+    out.normal = near.normal;
+    out.wrench = wrench_of(near.normal, near.moving_mm, at);
+    out.point_mm = near.reference_mm + constraint.reference_offset_mm * near.normal;
+    return out;
+  }
+  out.point_mm = reference_mm;
+  switch (constraint.kind) {
+    case ContactConstraint::Kind::face_of_reference:
+      out.normal = R_reference * constraint.reference_direction;
+      out.wrench = wrench_of(out.normal, moving_mm, at);
+      break;
+    case ContactConstraint::Kind::face_of_moving:
+      out.normal = R_moving * constraint.moving_direction;
+      out.wrench = wrench_of(out.normal, reference_mm, at);
+      break;
+    default: {
+      const Eigen::Vector3d u = R_reference * constraint.reference_direction,
+                            v = R_moving * constraint.moving_direction;
+      Eigen::Vector3d across = u.cross(v);
+      if (across.y() > 0.0) across = -across;
+      const double length = across.norm();
+      if (length < parallel_edges) {
+        out.distance_mm = std::numeric_limits<double>::infinity();
+        return out;
+      }
+      out.normal = across / length;
+      out.wrench = wrench_of(out.normal, moving_mm, at);
+      // The normal turns with the moving edge: d(u x v) = u x (omega x v).
+      const Eigen::Vector3d side_mm = apart_mm - out.normal.dot(apart_mm) * out.normal;
+      const Eigen::Vector3d signed_u = u.cross(v).y() > 0.0 ? Eigen::Vector3d(-u) : u;
+      out.wrench.head<3>() += v.cross(side_mm.cross(signed_u)) / length;
+      break;
+    }
+  }
+  out.distance_mm = out.normal.dot(apart_mm);
+  return out;
 }
 
 }  // namespace vrda::solve

@@ -1,16 +1,47 @@
-/// The potential of the equilibrium, ligament energy minus work of the loads, and its
-/// certificate: whether compressive contact forces balance loads and ligaments.
+/// Applied loads and lines of constant tension in the equilibrium. Loads that turn with an object have no
+/// potential: at one pose they are replaced by loads that have one and the same force there.
 #pragma once
 
 #include <vector>
 
-#include "model/solver_options.hpp"
-#include "model/step_record.hpp"
+#include "model/coordinates.hpp"
+#include "model/frames.hpp"
 #include "model/ligaments.hpp"
-#include "solve/applied_loads.hpp"
+#include "model/step_record.hpp"
 #include "solve/contact_constraint.hpp"
 
 namespace vrda::solve {
+
+/// Force and moment about the origin of S on the moving object.
+struct Wrench {
+  Eigen::Vector3d force_n = Eigen::Vector3d::Zero();
+  Eigen::Vector3d moment_nmm = Eigen::Vector3d::Zero();
+};
+
+/// Sum of the applied loads and lines at a pose, in S.
+Wrench wrench_of(const Loads& loads, const Attitude& attitude, const MovingPose& pose);
+
+/// Loads with a potential.
+struct LoadPotential {
+  struct PointForce {
+    Eigen::Vector3d force_reference_n;  ///< constant in the reference's frame
+    Eigen::Vector3d point_moving_mm;
+  };
+  std::vector<PointForce> forces;
+  Vector5d constant = Vector5d::Zero();  ///< generalised force, N and N mm
+  std::vector<TensionLine> lines;
+};
+
+/// Equal to the loads at the pose. Forces fixed in the reference or, at constant varus, in the world, and
+/// lines are exact everywhere. Other forces and all moments are constant along the coordinates: in this form
+/// their error does not couple back, so replacing them again at the pose found converges fast.
+LoadPotential potential_near(const Loads& loads, const Attitude& attitude, const MovingPose& pose);
+
+/// Energy with derivatives. The constant part counts with its work from zero coordinates.
+Potential energy_of(const LoadPotential& loads, const Attitude& attitude, const MovingPose& pose);
+
+// The potential of the equilibrium, ligament energy minus work of the loads, and its
+// certificate: whether compressive contact forces balance loads and ligaments.
 
 struct EquilibriumCandidate;
 
@@ -73,5 +104,59 @@ struct ContactForceBalance {
 /// `potential` along the free coordinates. Solved by its dual, the projection of the gradient on a cone.
 ContactForceBalance balance_contact_forces(const Potential& potential, const std::vector<Clearance>& touching,
                                            const RotationScale& scale, const std::array<bool, 5>& is_free);
+
+// The joint's six coordinates in the solver frame S: positions, velocities and the work of the loads.
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// A twist of the moving object relative to the reference, in S: angular velocity (rad), then the velocity of
+/// the moving object's origin (mm). A point at `p` moves by u + omega x (p - pose.translation_mm). Forces
+/// are moments about that origin (N mm), then forces (N), so that their product is work.
+inline Eigen::Vector3d velocity_at(const Vector6d& twist, const SolverPosition& at, const Eigen::Vector3d& p)
+{
+  return twist.tail<3>() + twist.head<3>().cross(p - at.pose.translation_mm);
+}
+
+/// Moment and force of `force_n` acting at the point `p`.
+Vector6d wrench_of(const Eigen::Vector3d& force_n, const Eigen::Vector3d& p, const SolverPosition& at);
+
+class JointMap {
+ public:
+  explicit JointMap(const SolverFrame& frame);
+
+  SolverPosition position_at(const JointCoordinates& coordinates) const;
+  JointCoordinates coordinates_at(const SolverPosition& position) const;
+
+  /// Twists in S by each coordinate, columns; `position` is that of the coordinates.
+  Matrix6d twists(const JointCoordinates& coordinates, const SolverPosition& position) const;
+
+ private:
+  Eigen::Matrix3d R_solver_joint_;
+};
+
+/// Work of the loads from zero coordinates of S (core/solver_options.hpp), N mm, and their wrench. Applied
+/// loads and lines count with `applied`, which stands for them near one pose; null without any.
+struct Work {
+  double work_nmm = 0.0;
+  Vector6d wrench = Vector6d::Zero();
+};
+Work work_of(const Loads& loads, const LoadPotential* applied, const SolverPosition& at);
+
+// Distance of a contact constraint along its own normal, for every motion of the moving object.
+
+/// Positive: apart. `wrench` is the derivative over the twist, in (rad, mm): the moment and force of a unit
+/// contact force.
+struct FeatureDistance {
+  double distance_mm = 0.0;
+  Vector6d wrench = Vector6d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();    ///< unit, reaction on the moving object, S
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  ///< on the reference, S
+};
+
+/// `pivot_mm` is RotationScale::pivot_mm, to which the constraint's moving point refers. Faces and edges are
+/// extended without limit, as in clearance(). Infinite with a zero wrench for parallel edges.
+FeatureDistance feature_distance(const ContactConstraint& constraint, const SolverPosition& at,
+                                 const Eigen::Vector3d& pivot_mm);
 
 }  // namespace vrda::solve

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "geometry/gap_query.hpp"
-#include "solve/joint.hpp"
+#include "solve/sweep.hpp"
 
 namespace vrda::solve {
 namespace {

@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "contact/contacts.hpp"
-#include "model/solver_options.hpp"
 #include "model/step_record.hpp"
-#include "solve/joint.hpp"
+#include "solve/sweep.hpp"
 
 namespace vrda::solve {
 

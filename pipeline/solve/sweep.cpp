@@ -1,17 +1,335 @@
 #include "solve/sweep.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <condition_variable>
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <thread>
+#include <utility>
 
-#include "core/error.hpp"
-#include "solve/seeds.hpp"
+#include "contact/contacts.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "geometry/gap_query.hpp"
+#include "solve/stability_search.hpp"
 
 namespace vrda::solve {
+namespace {
+
+// With a few smooth constraints Newton's method takes three to six.
+constexpr int max_plan_iterations = 20;
+constexpr int max_corrections = 2;
+// Reduction of the trust radius when a trial does not decrease the merit.
+constexpr double shrink_factor = 0.25;
+// Bound of the height in radii: steeper flanks are left to the next plan.
+constexpr double heights_per_radius = 8.0;
+
+// Squared component of a unit normal below which it depends linearly on the others.
+constexpr double dependent_sq = 1e-16;
+
+// Derivatives of the coordinates over the scaled step.
+Vector5d scaling(const RotationScale& scale)
+{
+  Vector5d s;
+  s << 1.0, 1.0, 1.0, 1.0 / scale.lever_mm, 1.0 / scale.lever_mm;
+  return s;
+}
+
+// Raises eigenvalues below `least` to it. Most matrices have none: a Cholesky decomposition of the rest,
+// clear of rounding, shows it at a tenth of the cost.
+QpMatrix make_positive_definite(const QpMatrix& H, double least)
+{
+  if (H.isDiagonal(0.0)) return H.diagonal().cwiseMax(least).asDiagonal();
+  constexpr double clear_share = 1.001;
+  const QpMatrix rest = H - clear_share * least * QpMatrix::Identity();
+  if (Eigen::LLT<QpMatrix>(rest).info() == Eigen::Success) return H;
+  const Eigen::SelfAdjointEigenSolver<QpMatrix> eigen(H);
+  if (eigen.eigenvalues()(0) >= least) return H;
+  const QpVector raised = eigen.eigenvalues().cwiseMax(least);
+  const QpMatrix& V = eigen.eigenvectors();
+  const QpMatrix out = V * raised.asDiagonal() * V.transpose();
+  return 0.5 * (out + out.transpose());
+}
+
+double ceiling_mm(const std::vector<Clearance>& clearances, const Configuration& configuration,
+                  const PlanOptions& options)
+{
+  double least = options.reach_mm;
+  for (const Clearance& c : clearances) least = std::min(least, c.travel_mm);
+  return configuration.pivot_mm.y() + least - options.standoff_mm;
+}
+
+}  // namespace
+
+double largest_but_height(const Vector5d& step)
+{
+  return std::max({std::abs(step(along_x)), std::abs(step(along_z)), std::abs(step(about_y)),
+                   std::abs(step(about_varus))});
+}
+
+double StepPlanner::merit_nmm(const EquilibriumCandidate& candidate) const
+{
+  Vector5d from_seed = step_between(spring_.seed, candidate.configuration, forces_.scale);
+  from_seed(along_y) = 0.0;
+  return candidate.potential.energy_nmm + 0.5 * spring_.stiffness_n_mm * from_seed.squaredNorm();
+}
+
+void StepPlanner::sample_constraints(const std::vector<ContactConstraint>& constraints,
+                                     const Configuration& configuration)
+{
+  const Rotations rotations(configuration, forces_.flexion_rad);
+  trial_.resize(constraints.size());
+  for (std::size_t k = 0; k < constraints.size(); ++k)
+    trial_[k] = clearance(constraints[k], configuration, rotations);
+}
+
+QpMatrix StepPlanner::curvature(const EquilibriumCandidate& at,
+                                const std::vector<ContactConstraint>& constraints, const PlanOptions& options)
+{
+  const Rotations rotations(at.configuration, forces_.flexion_rad);
+  Matrix5d H = at.potential.hessian;
+  Matrix5d lagrangian = H;
+  QpMatrix null_space = QpMatrix::Identity();  // projector on the null space of the active constraints
+  for (std::size_t k = 0; k < constraints.size(); ++k) {
+    if (!(multipliers_[k] > 0.0)) continue;
+    lagrangian -= multipliers_[k] * clearance_hessian(constraints[k], at.configuration, rotations);
+    const QpVector across = null_space * half_spaces_[k].normal;
+    const double length_sq = across.squaredNorm();
+    if (length_sq > dependent_sq) null_space -= across * across.transpose() / length_sq;
+  }
+  const double least = spring_.stiffness_n_mm;
+  if (!base_ || base_->of != H) base_ = {H, make_positive_definite(scaled(H, options), least)};
+  H = base_->positive;
+  if (null_space.isIdentity(0.0)) return H;
+  const QpMatrix across = QpMatrix::Identity() - null_space;
+  const QpMatrix sum = null_space * scaled(lagrangian, options) * null_space + across * H * across;
+  return make_positive_definite(0.5 * (sum + sum.transpose()), least);
+}
+
+// Adds the proximal term, scales angles by the lever and removes held coordinates.
+QpMatrix StepPlanner::scaled(const Matrix5d& hessian, const PlanOptions& options) const
+{
+  const Vector5d s = scaling(forces_.scale);
+  QpMatrix H = s.asDiagonal() * hessian * s.asDiagonal();
+  for (Eigen::Index k = 0; k < n_coordinates; ++k) {
+    if (k != along_y) H(k, k) += spring_.stiffness_n_mm;
+    if (options.is_free[static_cast<std::size_t>(k)]) continue;
+    H.row(k).setZero();
+    H.col(k).setZero();
+    H(k, k) = 1.0;
+  }
+  return H;
+}
+
+// `travelled`: from the start of the plan to `at`.
+QpSolution StepPlanner::solve_linearised(const EquilibriumCandidate& at, const Vector5d& travelled,
+                                         const std::vector<ContactConstraint>& constraints,
+                                         const PlanOptions& options, double radius_mm)
+{
+  const Vector5d s = scaling(forces_.scale);
+  const auto is_free = [&](Eigen::Index k) { return options.is_free[static_cast<std::size_t>(k)]; };
+  half_spaces_.clear();
+  row_length_.clear();
+  for (const Clearance& c : linear_) {
+    HalfSpace row{s.cwiseProduct(c.gradient), options.standoff_mm - c.travel_mm};
+    for (Eigen::Index k = 0; k < n_coordinates; ++k) row.normal(k) = is_free(k) ? row.normal(k) : 0.0;
+    const double length = std::max(row.normal.norm(), std::numeric_limits<double>::min());
+    row_length_.push_back(length);
+    half_spaces_.push_back({row.normal / length, row.offset / length});
+  }
+  for (Eigen::Index k = 0; k < n_coordinates; ++k) {
+    if (!is_free(k)) continue;
+    const double max_mm = k == along_y ? heights_per_radius * options.radius_mm : options.radius_mm;
+    HalfSpace bound;
+    bound.normal(k) = 1.0;
+    bound.offset = std::min(0.0, std::max(-max_mm - travelled(k), -max_mm * radius_mm / options.radius_mm));
+    half_spaces_.push_back(bound);
+    bound.normal(k) = -1.0;
+    bound.offset = std::min(0.0, std::max(travelled(k) - max_mm, -max_mm * radius_mm / options.radius_mm));
+    half_spaces_.push_back(bound);
+  }
+  Vector5d from_seed = step_between(spring_.seed, at.configuration, forces_.scale);
+  from_seed(along_y) = 0.0;
+  QpVector g = s.cwiseProduct(at.potential.gradient) + spring_.stiffness_n_mm * from_seed;
+  for (Eigen::Index k = 0; k < n_coordinates; ++k) g(k) = is_free(k) ? g(k) : 0.0;
+  return solve_quadratic_program<5>(curvature(at, constraints, options), g, half_spaces_);
+}
+
+EquilibriumCandidate StepPlanner::candidate_after(const EquilibriumCandidate& at, const QpVector& d,
+                                                  const std::vector<ContactConstraint>& constraints,
+                                                  const PlanOptions& options)
+{
+  const Configuration configuration = moved(at.configuration, d, forces_.scale);
+  sample_constraints(constraints, configuration);
+  const EquilibriumCandidate candidate = equilibrium_along_delta(
+      forces_, configuration,
+      {ceiling_mm(trial_, configuration, options), options.reach_mm, options.force_tolerance_n});
+  drop_mm_ = configuration.pivot_mm.y() - candidate.configuration.pivot_mm.y();
+  return candidate;
+}
+
+// Second-order correction for curved constraints; without it a free rotation about a contact loses height.
+EquilibriumCandidate StepPlanner::corrected(const EquilibriumCandidate& at, const Vector5d& travelled,
+                                            QpVector d, const std::vector<ContactConstraint>& constraints,
+                                            const PlanOptions& options)
+{
+  EquilibriumCandidate candidate = at;
+  const Vector5d s = scaling(forces_.scale);
+  for (int k = 0; k < max_corrections; ++k) {
+    for (std::size_t i = 0; i < constraints.size(); ++i)
+      linear_[i] = {trial_[i].travel_mm - clearances_[i].gradient.dot(s.cwiseProduct(d)),
+                    clearances_[i].gradient};
+    const QpSolution qp = solve_linearised(at, travelled, constraints, options, options.radius_mm);
+    if (!qp.is_solved) break;
+    d = qp.d;
+    candidate = candidate_after(at, d, constraints, options);
+    if (candidate.is_bounded && merit_nmm(candidate) < merit_nmm(at)) break;
+  }
+  return candidate;
+}
+
+StepPlan StepPlanner::plan(const EquilibriumCandidate& from,
+                           const std::vector<ContactConstraint>& constraints, const PlanOptions& options)
+{
+  StepPlan plan{from};
+  base_.reset();
+  forces_.expansion_point = forces_.is_linear() ? nullptr : &from;
+  multipliers_.assign(constraints.size(), 0.0);
+  sample_constraints(constraints, from.configuration);
+  clearances_.swap(trial_);
+  const double merit_from = merit_nmm(from);
+  double merit = merit_from, radius_mm = options.radius_mm;
+  bool has_multipliers = false;
+  for (int k = 0; k < max_plan_iterations && radius_mm > 0.01 * options.tolerance_mm; ++k) {
+    const Vector5d travelled = step_between(from.configuration, plan.end.configuration, forces_.scale);
+    linear_ = clearances_;
+    // Removes rounding, so that the zero step is feasible.
+    for (Clearance& c : linear_) c.travel_mm = std::max(c.travel_mm, options.standoff_mm);
+    const QpSolution qp = solve_linearised(plan.end, travelled, constraints, options, radius_mm);
+    if (!qp.is_solved) {
+      radius_mm *= shrink_factor;
+      continue;
+    }
+    update_active_set(qp, plan, constraints.size());
+    if (largest_but_height(qp.d) <= 0.1 * options.tolerance_mm) break;
+    EquilibriumCandidate candidate = candidate_after(plan.end, qp.d, constraints, options);
+    if (!(candidate.is_bounded && merit_nmm(candidate) < merit) && has_multipliers)
+      candidate = corrected(plan.end, travelled, qp.d, constraints, options);
+    if (candidate.is_bounded && merit_nmm(candidate) < merit) {
+      for (Clearance& c : trial_) c.travel_mm += drop_mm_;
+      clearances_.swap(trial_);
+      plan.end = candidate;
+      merit = merit_nmm(candidate);
+      has_multipliers = true;
+    } else if (!has_multipliers) {
+      has_multipliers = true;  // repeats the iteration with the Hessians of the active constraints
+    } else {
+      radius_mm = shrink_factor * std::min(radius_mm, largest_but_height(qp.d));
+    }
+  }
+  plan.length_mm =
+      largest_but_height(step_between(from.configuration, plan.end.configuration, forces_.scale));
+  plan.gain_nmm = merit_from - merit;
+  forces_.expansion_point = nullptr;
+  return plan;
+}
+
+void StepPlanner::update_active_set(const QpSolution& qp, StepPlan& plan, std::size_t n_constraints)
+{
+  std::fill(multipliers_.begin(), multipliers_.end(), 0.0);
+  plan.n_active = 0;
+  for (std::size_t i = 0; i < qp.n_active; ++i) {
+    const QpSolution::ActiveConstraint& active = qp.active[i];
+    if (active.row >= n_constraints) continue;
+    multipliers_[active.row] = active.multiplier / row_length_[active.row];
+    plan.active[plan.n_active++] = active.row;
+  }
+}
+
+namespace {
+
+// Poses closer than the search's resolutions are the same equilibrium.
+constexpr double same_position_mm = 0.1;
+constexpr double same_angle_rad = rad_from_deg(0.1);
+// Negligible: 1e-6 N mm is 20 N along 5e-8 mm.
+constexpr double same_energy_nmm = 1e-6;
+
+bool is_same_equilibrium(const StepRecord& a, const StepRecord& b)
+{
+  return (a.pose.translation_mm - b.pose.translation_mm).norm() <= same_position_mm &&
+         std::abs(a.pose.theta_rad - b.pose.theta_rad) <= same_angle_rad &&
+         std::abs(a.varus_rad - b.varus_rad) <= same_angle_rad;
+}
+
+}  // namespace
+
+std::vector<SpineOffset> spine_offsets(int n)
+{
+  constexpr double turn = rad_from_deg(6.0);
+  constexpr double shift_mm = 3.0;
+  const std::vector<SpineOffset> all{{turn, 0, 0},      {-turn, 0, 0},      {0, shift_mm, 0},
+                                     {0, -shift_mm, 0}, {2.0 * turn, 0, 0}, {-2.0 * turn, 0, 0},
+                                     {0, 0, shift_mm},  {0, 0, -shift_mm}};
+  check(n >= 0 && n <= static_cast<int>(all.size()), "spine_offsets: at most 8");
+  return {all.begin(), all.begin() + n};
+}
+
+std::vector<SpineOffset> polish_offsets()
+{
+  // The smaller ones reach equilibria on neighbouring facets, which the larger ones pass over.
+  constexpr double rotation_rad = rad_from_deg(0.5), shift_mm = 0.3;
+  std::vector<SpineOffset> offsets;
+  for (const double size : {1.0, 0.25}) {
+    for (const double signed_size : {size, -size}) {
+      offsets.push_back({signed_size * rotation_rad, 0, 0});
+      offsets.push_back({0, signed_size * shift_mm, 0});
+      offsets.push_back({0, 0, signed_size * shift_mm});
+    }
+  }
+  return offsets;
+}
+
+FreeSpineStep select_lowest(const std::vector<StepRecord>& ends)
+{
+  check(!ends.empty(), "lowest_of: no result");
+  FreeSpineStep step;
+  // Of each equilibrium the first result, by which others are distinguished, and the lowest.
+  std::vector<std::pair<const StepRecord*, const StepRecord*>> optima;
+  const StepRecord* lowest = nullptr;
+  double least_nmm = 0.0, most_nmm = 0.0, least_rad = 0.0, most_rad = 0.0;
+  for (const StepRecord& end : ends) {
+    if (end.status != StepStatus::stable) continue;
+    const double energy_nmm = end.balance.energy_nmm, theta_rad = end.pose.theta_rad;
+    const bool is_first = lowest == nullptr;
+    if (is_first || energy_nmm < lowest->balance.energy_nmm - same_energy_nmm) lowest = &end;
+    least_nmm = is_first ? energy_nmm : std::min(least_nmm, energy_nmm);
+    most_nmm = is_first ? energy_nmm : std::max(most_nmm, energy_nmm);
+    least_rad = is_first ? theta_rad : std::min(least_rad, theta_rad);
+    most_rad = is_first ? theta_rad : std::max(most_rad, theta_rad);
+    const auto known = std::find_if(optima.begin(), optima.end(), [&](const auto& other) {
+      return is_same_equilibrium(*other.first, end);
+    });
+    if (known == optima.end()) {
+      optima.emplace_back(&end, &end);
+    } else if (lowest == &end || energy_nmm < known->second->balance.energy_nmm - same_energy_nmm) {
+      known->second = &end;
+    }
+  }
+  step.chosen = lowest == nullptr ? ends.front() : *lowest;
+  step.n_optima = static_cast<std::int32_t>(optima.size());
+  for (const auto& [first, found] : optima)
+    step.equilibria.push_back({found->pose, found->varus_rad, found->balance.energy_nmm, found == lowest});
+  step.theta_spread_rad = most_rad - least_rad;
+  step.energy_spread_nmm = most_nmm - least_nmm;
+  return step;
+}
+
 namespace {
 
 std::int32_t column_nearest(const std::vector<double>& varus_rad, double target_rad)
@@ -492,6 +810,180 @@ class Sweep {
 SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks, int n_threads)
 {
   return Sweep(plan, solve, hooks).run(n_threads);
+}
+
+double extent_along_delta_mm(const Mesh& mesh)
+{
+  const Box box = bounding_box(mesh);
+  return box.max_mm.y() - box.min_mm.y();
+}
+
+double thinnest_part_mm(const SolverBody& body)
+{
+  const std::int32_t n_components =
+      body.component.empty() ? 1 : 1 + *std::max_element(body.component.begin(), body.component.end());
+  double least = std::numeric_limits<double>::infinity();
+  for (std::int32_t c = 0; c < n_components; ++c) {
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index t = 0; t < body.mesh.triangles.rows(); ++t) {
+      if (body.component.empty() || body.component[static_cast<std::size_t>(t)] == c) rows.push_back(t);
+    }
+    if (rows.empty()) continue;
+    const Mesh part = select_triangles(body.mesh, rows);
+    const bool is_closed = edge_counts(part).boundary == 0;
+    least = std::min(least, is_closed ? 2.0 * std::abs(signed_volume_mm3(part)) / area_mm2(part)
+                                      : mean_edge_length_mm(part));
+  }
+  return least;
+}
+
+double substep_mm(const SolverBody& reference, const SolverBody& moving)
+{
+  return 0.5 * std::min(thinnest_part_mm(reference), thinnest_part_mm(moving));
+}
+
+Joint make_joint(const SolverBody& reference, const SolverBody& moving,
+                 const std::vector<Compartment>& compartment_of_triangle)
+{
+  check(reference.mesh.triangles.rows() > 0 && moving.mesh.triangles.rows() > 0, "make_joint: an empty mesh");
+  check(compartment_of_triangle.empty() ||
+            static_cast<Eigen::Index>(compartment_of_triangle.size()) == moving.mesh.triangles.rows(),
+        "make_joint: one compartment per moving triangle");
+  Joint joint;
+  joint.reference = contact::make_collider(reference.mesh);
+  joint.moving = contact::make_collider(moving.mesh);
+  joint.compartment_of_triangle = compartment_of_triangle;
+  const std::vector<std::int32_t> medial = triangles_of(compartment_of_triangle, Compartment::medial);
+  const std::vector<std::int32_t> lateral = triangles_of(compartment_of_triangle, Compartment::lateral);
+  joint.reference_gap = geometry::GapTree(reference.mesh);
+  joint.moving_gap = geometry::GapTree(moving.mesh);
+  joint.medial_gap = geometry::GapTree(moving.mesh, medial);
+  joint.lateral_gap = geometry::GapTree(moving.mesh, lateral);
+  joint.reference_protrudes =
+      contact::protruding_vertices(joint.reference.tree_mesh.mesh, joint.reference.features);
+  joint.moving_protrudes = contact::protruding_vertices(joint.moving.tree_mesh.mesh, joint.moving.features);
+  joint.substep_mm = substep_mm(reference, moving);
+  return joint;
+}
+
+ContactRecord contact_record(const Joint& joint, const contact::Contact& contact)
+{
+  ContactRecord record{contact.point_mm,         contact.normal,
+                       contact.distance_mm,      contact.triangles.reference,
+                       contact.triangles.moving, 0};
+  if (joint.compartment_of_triangle.empty()) return record;
+  record.compartment = static_cast<std::int8_t>(
+      joint.compartment_of_triangle[static_cast<std::size_t>(contact.triangles.moving)]);
+  return record;
+}
+
+void measure_contacts(const Joint& joint, const std::vector<contact::Contact>& contacts, double resolution_mm,
+                      StepRecord& record)
+{
+  const Eigen::Vector3d middle = mean_point(contacts);
+  int n_resisting = 0;
+  for (const contact::Contact& c : contacts) {
+    record.contacts.push_back(contact_record(joint, c));
+    const auto compartment = static_cast<Compartment>(record.contacts.back().compartment);
+    record.contact_medial = record.contact_medial || compartment == Compartment::medial;
+    record.contact_lateral = record.contact_lateral || compartment == Compartment::lateral;
+    n_resisting += std::abs(moment_about_mm(c, middle)) > resolution_mm ? 1 : 0;
+  }
+  record.theta_determined = n_resisting >= 2;
+}
+
+void measure_gaps(const Joint& joint, const Attitude& attitude, const MovingPose& pose, StepRecord& record)
+{
+  if (joint.compartment_of_triangle.empty()) return;
+  const auto gap_mm = [&](const geometry::GapTree& compartment) {
+    geometry::GapQuery query(joint.reference_gap, compartment);
+    query.set_attitude(attitude);
+    ++record.queries;
+    const double travel_mm = query.next_contact(pose).travel_mm;
+    return std::isfinite(travel_mm) ? travel_mm : nan;
+  };
+  record.gap_medial_mm = gap_mm(joint.medial_gap);
+  record.gap_lateral_mm = gap_mm(joint.lateral_gap);
+}
+
+namespace {
+
+// Number of parts of equal length from one attitude to another; a part may exceed the limit by rounding.
+int n_parts(const Attitude& from, const Attitude& to, double max_step_rad)
+{
+  constexpr double rounding = 1e-9;
+  const double largest_rad =
+      std::max(std::abs(to.flexion_rad - from.flexion_rad), std::abs(to.varus_rad - from.varus_rad));
+  return static_cast<int>(std::ceil(largest_rad / max_step_rad - rounding));
+}
+
+Attitude between(const Attitude& from, const Attitude& to, double share)
+{
+  return {from.flexion_rad + share * (to.flexion_rad - from.flexion_rad),
+          from.varus_rad + share * (to.varus_rad - from.varus_rad)};
+}
+
+struct Attempt {
+  StepTask task;
+  StepRecord record;
+};
+
+bool is_stable(const Attempt& attempt)
+{
+  return attempt.record.status == StepStatus::stable;
+}
+
+}  // namespace
+
+std::vector<Seed> seeds_from(const SweepPlan& plan, const Seed& seed)
+{
+  std::vector<Seed> seeds{seed};
+  if (seed.attitude) seeds.push_back({plan.initial, {}, 0});
+  for (const double theta_rad : plan.last_resort_thetas_rad) {
+    MovingPose rotated = plan.initial;
+    rotated.theta_rad += theta_rad;
+    seeds.push_back({rotated, {}, 0, true});
+  }
+  return seeds;
+}
+
+StepRecord solve_from_seeds(StepTask task, const std::vector<Seed>& seeds, double max_seed_step_rad,
+                            const SolveStep& solve, const std::function<bool(const StepRecord&)>& is_usable)
+{
+  std::vector<Attempt> attempts;
+  const auto is_solved = [&] {
+    attempts.push_back({task, solve(task)});
+    return is_usable(attempts.back().record);
+  };
+  for (const Seed& seed : seeds) {
+    if (seed.is_last_resort && std::any_of(attempts.begin(), attempts.end(), is_stable)) continue;
+    task.seed = seed.pose;
+    task.seed_attitude = seed.attitude;
+    task.seed_path_row = seed.path_row;
+    if (is_solved() || max_seed_step_rad <= 0.0) return attempts.back().record;
+    if (!seed.attitude) continue;
+    const int n = n_parts(*seed.attitude, task.attitude, max_seed_step_rad);
+    StepTask part = task;
+    part.is_measured = false;
+    bool is_nearer = false;
+    for (int k = 1; k < n; ++k) {
+      part.attitude = between(*seed.attitude, task.attitude, static_cast<double>(k) / n);
+      const StepRecord record = solve(part);
+      if (!is_usable(record)) break;
+      part.seed = record.pose;
+      part.seed_attitude = part.attitude;
+      part.seed_path_row = part.path_row;
+      is_nearer = true;
+    }
+    if (!is_nearer) continue;
+    task.seed = part.seed;
+    task.seed_attitude = part.seed_attitude;
+    task.seed_path_row = part.seed_path_row;
+    if (is_solved()) return attempts.back().record;
+  }
+  const auto stable = std::find_if(attempts.rbegin(), attempts.rend(), is_stable);
+  if (stable == attempts.rend() || stable == attempts.rbegin()) return attempts.back().record;
+  return solve(stable->task);
 }
 
 }  // namespace vrda::solve

@@ -1,17 +1,137 @@
-/// Solves every attitude of a flexion x varus grid along a fixed seeding graph (sweep/README.md): a spine,
-/// which is the continuation path along flexion through the cells where both compartments are nearest to
-/// balance, then rows outward from it. The result does not depend on the number of workers or on
-/// interruptions.
+/// The trial step of one iteration of the equilibrium: minimises the potential subject to the known contact
+/// constraints only. Makes no gap query.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <vector>
 
+#include "contact/contacts.hpp"
+#include "geometry/gap_query.hpp"
+#include "model/mesh.hpp"
 #include "model/step_record.hpp"
-#include "solve/free_spine.hpp"
+#include "solve/contact_constraint.hpp"
+#include "solve/potential.hpp"
+#include "solve/quadratic_program.hpp"
 
 namespace vrda::solve {
+
+struct PlanOptions {
+  std::array<bool, 5> is_free{true, true, true, true, true};
+  double radius_mm = 1.0;        ///< trust region of all coordinates but the height, angles times the lever
+  double standoff_mm = 1e-5;     ///< travel left to every constraint
+  double tolerance_mm = 1e-4;    ///< the plan ends at steps below a tenth of this
+  double reach_mm = 1e3;         ///< largest distance from contact under the ligaments' pull
+  double force_tolerance_n = 0;  ///< along Delta, in equilibrium without contact
+};
+
+/// Of a step in mm.
+double largest_but_height(const Vector5d& step);
+
+struct StepPlan {
+  EquilibriumCandidate end;
+  double length_mm = 0.0;  ///< largest coordinate of the step but the height, angles times the lever
+  double gain_nmm = 0.0;   ///< decrease of potential and proximal term; never negative
+  std::array<std::size_t, 5> active{};  ///< rows of the active constraints at the end
+  std::size_t n_active = 0;
+};
+
+/// Sequential quadratic programming. Each iterate linearises the constraints, and its Hessian is that of the
+/// potential plus, in the null space of the active constraints, theirs, both made positive definite. Heights
+/// are restored exactly; ligament energy is expanded to second order. Scratch memory does not affect results.
+class StepPlanner {
+ public:
+  StepPlanner(const NonContactForces& forces, const ProximalTerm& spring) : forces_(forces), spring_(spring)
+  {
+  }
+
+  /// `from` must satisfy every constraint with its standoff, to rounding.
+  StepPlan plan(const EquilibriumCandidate& from, const std::vector<ContactConstraint>& constraints,
+                const PlanOptions& options);
+
+  /// Potential plus proximal term.
+  double merit_nmm(const EquilibriumCandidate& candidate) const;
+
+ private:
+  EquilibriumCandidate candidate_after(const EquilibriumCandidate& at, const QpVector& d,
+                                       const std::vector<ContactConstraint>& constraints,
+                                       const PlanOptions& options);
+  EquilibriumCandidate corrected(const EquilibriumCandidate& at, const Vector5d& travelled, QpVector d,
+                                 const std::vector<ContactConstraint>& constraints,
+                                 const PlanOptions& options);
+  void update_active_set(const QpSolution& qp, StepPlan& plan, std::size_t n_constraints);
+  void sample_constraints(const std::vector<ContactConstraint>& constraints,
+                          const Configuration& configuration);
+  QpMatrix curvature(const EquilibriumCandidate& at, const std::vector<ContactConstraint>& constraints,
+                     const PlanOptions& options);
+  QpMatrix scaled(const Matrix5d& hessian, const PlanOptions& options) const;
+  QpSolution solve_linearised(const EquilibriumCandidate& at, const Vector5d& travelled,
+                              const std::vector<ContactConstraint>& constraints, const PlanOptions& options,
+                              double radius_mm);
+
+  // Within a plan the potential's Hessian is mostly the same.
+  struct BaseHessian {
+    Matrix5d of;
+    QpMatrix positive;
+  };
+
+  NonContactForces forces_;
+  ProximalTerm spring_;
+  std::optional<BaseHessian> base_;
+  std::vector<Clearance> clearances_;   // of the iterate
+  std::vector<Clearance> trial_;        // of a trial
+  std::vector<Clearance> linear_;       // linearised constraints of the programme
+  double drop_mm_ = 0.0;                // of a trial: from its linear height to its equilibrium along Delta
+  std::vector<HalfSpace> half_spaces_;  // constraints first
+  std::vector<double> row_length_;      // of the constraints' half-spaces before normalisation
+  std::vector<double> multipliers_;     // of the constraints, N along Delta
+};
+
+// One flexion of a spine with free varus: solves it from several starts and selects one of its equilibria,
+// that of the lowest energy. Poses are in the solver frame S: mm, rad; energies in N mm. A flexion of which
+// no start is solved keeps the status of its first result.
+
+/// Offset of a restart from the lower result of the two chains, added to its pose.
+struct SpineOffset {
+  double theta_rad = 0.0;
+  double shift_x_mm = 0.0;
+  double shift_z_mm = 0.0;
+};
+
+/// The first `n` (at most 8) of a fixed list of rotations and shifts, small ones first.
+std::vector<SpineOffset> spine_offsets(int n);
+
+/// Small offsets to either side, in theta, x and z, of two sizes.
+std::vector<SpineOffset> polish_offsets();
+
+/// One of the distinct equilibria of a flexion: no other one is within 0.1 mm and 0.1 degrees.
+struct SpineEquilibrium {
+  MovingPose pose;
+  double varus_rad = 0.0;
+  double energy_nmm = 0.0;
+  bool is_chosen = false;
+};
+
+/// Results of all starts of one flexion.
+struct FreeSpineStep {
+  StepRecord chosen;                         ///< lowest energy; if none is stable, the first result
+  std::int32_t n_optima = 0;                 ///< stable poses that differ by more than 0.1 mm or 0.1 degrees
+  double theta_spread_rad = 0.0;             ///< largest minus smallest theta of them
+  double energy_spread_nmm = 0.0;            ///< largest minus smallest energy of them
+  std::vector<SpineEquilibrium> equilibria;  ///< [n_optima] in the order of their first starts
+  StepRecord band_low;   ///< with the extra moment against theta; `pending` without a band
+  StepRecord band_high;  ///< with the extra moment along theta
+};
+
+/// `ends` in the order of their starts: of equal energies (within 1e-6 N mm) the earlier is chosen.
+FreeSpineStep select_lowest(const std::vector<StepRecord>& ends);
+
+// Solves every attitude of a flexion x varus grid along a fixed seeding graph (sweep/README.md): a spine,
+// which is the continuation path along flexion through the cells where both compartments are nearest to
+// balance, then rows outward from it. The result does not depend on the number of workers or on
+// interruptions.
 
 /// How the spine selects its column at a flexion.
 enum class SpineRule {
@@ -96,5 +216,74 @@ double imbalance_mm(const StepRecord& record);
 /// both cells have contact on both sides, the one further along Delta, which is where free varus would
 /// settle.
 bool is_better_balanced(const StepRecord& a, const StepRecord& b);
+
+// The solver's input, both objects in the solver frame S at zero attitude with their search trees, and the
+// measurements at a final pose, common to all methods.
+
+/// A mesh in S and the component of each triangle (empty: one component).
+struct SolverBody {
+  Mesh mesh;
+  std::vector<std::int32_t> component;
+};
+
+struct Joint {
+  contact::Collider reference;
+  contact::Collider moving;
+  std::vector<Compartment> compartment_of_triangle;  ///< [n_moving_triangles], empty without compartments
+  geometry::GapTree reference_gap;                  ///< the same objects, prepared for gap queries
+  geometry::GapTree moving_gap;
+  geometry::GapTree medial_gap;  ///< moving triangles of the compartment
+  geometry::GapTree lateral_gap;
+  std::vector<bool> reference_protrudes;  ///< [n_vertices] convex: can touch a face first
+  std::vector<bool> moving_protrudes;
+  double substep_mm = 0.0;  ///< upper bound of one motion of any vertex: half the thinnest part
+};
+
+/// `compartment_of_triangle` is empty or has one entry per moving triangle. Neither mesh may be empty.
+Joint make_joint(const SolverBody& reference, const SolverBody& moving,
+                 const std::vector<Compartment>& compartment_of_triangle);
+
+/// Height of the bounding box: the extent along Delta in S.
+double extent_along_delta_mm(const Mesh& mesh);
+
+/// Thickness of the thinnest component: twice volume over area if closed, else its mean edge length.
+double thinnest_part_mm(const SolverBody& body);
+
+/// Joint::substep_mm of two bodies.
+double substep_mm(const SolverBody& reference, const SolverBody& moving);
+
+/// The record of a contact; its compartment is that of the moving triangle.
+ContactRecord contact_record(const Joint& joint, const contact::Contact& contact);
+
+/// Fills contacts, condyle flags and theta_determined of `record` from the contacts at its pose. Rotation is
+/// determined when at least two contacts resist a turn about their mean point with a moment arm above
+/// `resolution_mm`.
+void measure_contacts(const Joint& joint, const std::vector<contact::Contact>& contacts, double resolution_mm,
+                      StepRecord& record);
+
+/// Fills the gap that each compartment has left along Delta at the pose; nothing without compartments. Adds
+/// its queries to the record.
+void measure_gaps(const Joint& joint, const Attitude& attitude, const MovingPose& pose, StepRecord& record);
+
+// Start poses of the steps of a grid, and the choice among their results.
+
+/// Start of a step.
+struct Seed {
+  MovingPose pose;
+  std::optional<Attitude> attitude;  ///< at which the pose was solved; empty for the start pose of the job
+  std::int32_t path_row = 0;         ///< its Delta
+  bool is_last_resort = false;       ///< tried only while no result is stable
+};
+
+/// The seed, the start pose of the plan, and its rotations as last resorts.
+std::vector<Seed> seeds_from(const SweepPlan& plan, const Seed& seed);
+
+/// Solves `task` (its seed is ignored) from each seed in turn until a result is usable. From each seed first
+/// directly; then, if it has an attitude, along attitudes at most `max_seed_step_rad` apart in flexion and in
+/// varus, solved with is_measured = false, as far as these are usable. Without a usable result: the last
+/// stable one, else the last. The task of the result is the last that was solved with is_measured = true.
+/// With `max_seed_step_rad` 0 only the first seed is tried, directly.
+StepRecord solve_from_seeds(StepTask task, const std::vector<Seed>& seeds, double max_seed_step_rad,
+                            const SolveStep& solve, const std::function<bool(const StepRecord&)>& is_usable);
 
 }  // namespace vrda::solve

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdio>
 
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::store {

@@ -1,9 +1,7 @@
 #include "store/dataset.hpp"
 
-#include "core/error.hpp"
-#include "model/plausibility.hpp"
+#include "core/text.hpp"
 #include "model/step_record.hpp"
-#include "store/value_findings.hpp"
 
 namespace vrda::store {
 namespace {

@@ -3,14 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "model/step_record.hpp"
-#include "core/frame_tail.hpp"
 #include "core/framed_file.hpp"
+#include "model/step_record.hpp"
 
 namespace vrda::store {
 
@@ -70,5 +70,90 @@ struct OpenJournal {
   JournalWriter writer;
   JournalContent content;
 };
+
+// Byte layout of one journal record: little-endian, mm and rad, frame S. Bytes that are not a valid record
+// give an empty value; the journal's checksum is checked elsewhere.
+
+std::string bytes_of(const StepRecord& record);
+
+/// The inverse of bytes_of; empty if the bytes are not a valid record.
+std::optional<StepRecord> record_of(std::string_view bytes);
+
+// Parts, shared with the journal of traces.
+
+inline constexpr std::size_t contact_bytes = 7 * 8 + 2 * 4 + 1;
+
+void append_key(std::string& bytes, const StepKey& key);
+void append_pose(std::string& bytes, const MovingPose& pose);
+void append_contact(std::string& bytes, const ContactRecord& contact);
+
+/// An invalid key, pose, status or contact makes the reader invalid.
+StepKey take_key(ByteReader& cursor);
+MovingPose take_pose(ByteReader& cursor);
+StepStatus take_status(ByteReader& cursor);
+ContactRecord take_contact(ByteReader& cursor);
+
+// Names of the files that a run keeps next to its output until that is complete.
+
+std::string journal_of(const std::string& output);
+std::string trace_journal_of(const std::string& output);
+std::string start_file_of(const std::string& output);
+
+/// The inverse of start_file_of(); empty if the name does not match.
+std::string output_of_start_file(const std::string& start_file);
+
+/// One of several tasks that share a grid.
+struct Shard {
+  std::int32_t number = 1;  ///< from 1 to count
+  std::int32_t count = 1;
+
+  bool operator==(const Shard&) const = default;
+};
+
+/// Parses "3/8", or with another separator; empty if the text does not match.
+std::optional<Shard> parse_shard(std::string_view text, std::string_view separator);
+
+/// "<output>.spine.journal" and "<output>.shard-3-of-8.journal".
+std::string spine_journal_of(const std::string& output);
+std::string shard_journal_of(const std::string& output, const Shard& shard);
+
+/// The shard that wrote `journal`, from its name; empty if the name does not match.
+std::optional<Shard> shard_of_journal(const std::string& journal);
+
+/// The output whose spine or shard wrote `journal`, from its name; empty if the name does not match.
+std::string output_of_journal(const std::string& journal);
+
+/// The journals of all shards next to `output`, for any count, sorted by count and number. Throws InputError
+/// if the folder cannot be read.
+std::vector<std::string> list_shard_journals(const std::string& output);
+
+/// The same without errors: an empty list if the folder cannot be read.
+std::vector<std::string> list_shard_journals_if_readable(const std::string& output);
+
+// The append-only journal of finished searches with all their moves, so that a resumed run has a complete
+// trace. File: frames of framed_file.hpp, one per search.
+
+struct TraceJournalContent {
+  FrameFileSummary summary;
+  std::map<StepKey, SearchTrace> searches;  ///< the last of each key
+};
+
+/// The valid prefix of a journal's bytes; a damaged or torn tail is reported, not thrown. Throws InputError
+/// with `path` if they are not a journal of traces, have another format version or a damaged header.
+TraceJournalContent parse_trace_journal(const std::string& path, std::string_view bytes);
+
+/// parse_trace_journal() of a file's bytes. Throws InputError also if the file cannot be read.
+TraceJournalContent read_trace_journal(const std::string& path);
+
+/// Reads a growing journal; trace_of() parses its frames.
+FrameTail trace_journal_tail(const std::string& path);
+
+/// Like JournalWriter::create() and resuming one.
+FrameWriter create_trace_journal(const std::string& path, const std::string& key);
+FrameWriter resume_trace_journal(const std::string& path, const FrameFileSummary& facts);
+
+/// The content of one frame, and its inverse: empty if the bytes are not a valid search.
+std::string bytes_of(const SearchTrace& trace);
+std::optional<SearchTrace> trace_of(std::string_view bytes);
 
 }  // namespace vrda::store

@@ -1,16 +1,129 @@
 #include "store/motion_model.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <utility>
 
-#include "core/error.hpp"
+#include "core/files.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "store/h5_file.hpp"
+#include "store/motion.hpp"
+#include "store/read_separately.hpp"
 #include "store/registry.hpp"
 
 namespace vrda::store {
+namespace {
+
+double largest_number_in(const GridD& values)
+{
+  double largest = std::numeric_limits<double>::quiet_NaN();
+  for (Eigen::Index k = 0; k < values.size(); ++k) {
+    const double value = values.data()[k];
+    if (std::isnan(largest) || value > largest) largest = value;
+  }
+  return largest;
+}
+
+std::string dataset_of(const std::string& name)
+{
+  return name == "varus" ? "varus_solved" : name;
+}
+
+}  // namespace
+
+std::string smoothed_group(std::int32_t degree)
+{
+  return "/smoothed/degree_" + std::to_string(degree);
+}
+
+std::string smoothed_path(std::int32_t degree, const std::string& name)
+{
+  return smoothed_group(degree) + "/" + dataset_of(name);
+}
+
+std::string coefficients_path(std::int32_t degree, const std::string& name)
+{
+  return smoothed_group(degree) + "/coefficients_" + dataset_of(name);
+}
+
+bool is_audit_name(const std::string& name)
+{
+  if (name == "raw" || name == "two_sided" || name == "zero_varus") return true;
+  for (int degree = 0; degree <= max_smoothed_degree; ++degree) {
+    const std::string set = "degree_" + std::to_string(degree);
+    if (name == set || name == set + "_recontacted") return true;
+  }
+  return false;
+}
+
+std::string audit_group(const std::string& name)
+{
+  return "/audit/" + name;
+}
+
+std::string group_name(const SmoothedSet& set)
+{
+  return "degree_" + std::to_string(set.degree);
+}
+
+bool set_group_name(SmoothedSet& set, const std::string& name)
+{
+  const std::size_t start = std::string("degree_").size();
+  if (name.size() <= start) return false;
+  std::from_chars(name.data() + start, name.data() + name.size(), set.degree);
+  return group_name(set) == name;
+}
+
+std::string group_name(const AuditSet& audit)
+{
+  return audit.name;
+}
+
+bool set_group_name(AuditSet& audit, const std::string& name)
+{
+  audit.name = name;
+  return is_audit_name(name);
+}
+
+AuditSummary summary_of(const AuditSet& audit)
+{
+  return {largest_number_in(audit.penetration_mm), largest_number_in(audit.gap_mm)};
+}
+
+void TwoSidedFigures::include(double medial_mm, double lateral_mm)
+{
+  ++n_poses;
+  if (std::abs(medial_mm) <= perceptible_mm && std::abs(lateral_mm) <= perceptible_mm) ++n_both_in_contact;
+  largest_gap_medial_mm = std::fmax(largest_gap_medial_mm, medial_mm);
+  largest_overlap_medial_mm = std::fmax(largest_overlap_medial_mm, -medial_mm);
+  largest_gap_lateral_mm = std::fmax(largest_gap_lateral_mm, lateral_mm);
+  largest_overlap_lateral_mm = std::fmax(largest_overlap_lateral_mm, -lateral_mm);
+}
+
+TwoSidedFigures two_sided_figures(const AuditSet& audit)
+{
+  TwoSidedFigures figures;
+  if (audit.gap_medial_mm.size() == 0) return figures;
+  for (Eigen::Index k = 0; k < audit.state.size(); ++k) {
+    if (audit.state.data()[k] != code_of(AuditState::no_pose))
+      figures.include(audit.gap_medial_mm.data()[k], audit.gap_lateral_mm.data()[k]);
+  }
+  return figures;
+}
+
+std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit)
+{
+  std::erase_if(audits, [&](const AuditSet& other) { return other.name == audit.name; });
+  const auto next = std::find_if(audits.begin(), audits.end(),
+                                 [&](const AuditSet& other) { return audit.name < other.name; });
+  audits.insert(next, std::move(audit));
+  return audits;
+}
+
 namespace {
 
 /// Resizes every dataset of the cells and of the free spine and fills it with empty values.
@@ -162,6 +275,112 @@ MotionModel with_smoothed(MotionModel model, SmoothedSet set)
     return is_stale(audit.name) || (is_reduction_stale && audit.name == "zero_varus");
   });
   *place = std::move(set);
+  return model;
+}
+
+// A motion model to HDF5: attributes, then the datasets of the layout, sealed and written atomically.
+
+namespace {
+
+/// Preconditions of the registry.
+void require_consistent(const MotionModel& model)
+{
+  check(model.equilibrium.has_value() == (model.method == "equilibrium"),
+        "equilibrium surfaces must exist exactly for method equilibrium");
+  check(model.contact_paths.has_value() == model.has_compartments,
+        "contact paths must exist exactly where there are compartments");
+  for (const SmoothedSet& set : model.smoothed) {
+    check(set.surfaces.size() == 4 || set.surfaces.size() == 5,
+          "a smoothed set must have four or five surfaces");
+    for (std::size_t i = 0; i < set.surfaces.size(); ++i)
+      check(set.surfaces[i].name == smoothed_names[i],
+            "the surfaces of a smoothed set must be tx, ty, tz, theta, varus");
+  }
+  const auto is_unsorted = [](const auto& list, auto is_before) {
+    return std::adjacent_find(list.begin(), list.end(),
+                              [&](const auto& a, const auto& b) { return !is_before(a, b); }) != list.end();
+  };
+  check(!is_unsorted(model.smoothed, [](const auto& a, const auto& b) { return a.degree < b.degree; }),
+        "smoothed sets must be sorted by degree, each degree once");
+  check(!is_unsorted(model.audits, [](const auto& a, const auto& b) { return a.name < b.name; }),
+        "audits must be sorted by name, each name once");
+  for (const AuditSet& audit : model.audits)
+    check(is_audit_name(audit.name), "an audit must have the name of a motion");
+}
+
+std::string bytes_of(const std::string& path, const MotionModel& model)
+{
+  require_consistent(model);
+  H5Writer writer(path);
+  write_format(writer, format_name, format_version);
+  write_hdf5(writer, [&](Hdf5WriteVisitor& visitor) { visit_motion_model(model, visitor); });
+  return writer.bytes();
+}
+
+/// Journals are removed after this file is written, so the content on disk is verified.
+void require_written(const std::string& path, std::size_t n_bytes)
+{
+  std::error_code error;
+  const std::uintmax_t n_found = std::filesystem::file_size(path, error);
+  if (error || n_found != n_bytes) {
+    throw InputError({path, "", error ? error.message() : std::to_string(n_found) + " bytes on the disk",
+                      "the " + std::to_string(n_bytes) + " bytes just written"});
+  }
+  read_hdf5(path);
+}
+
+}  // namespace
+
+void write_motion_model(const std::string& path, const MotionModel& model)
+{
+  const std::string content = bytes_of(path, model);
+  const std::string seal = seal_of(content);
+  write_atomically(path, {content, seal});
+  require_written(path, content.size() + seal.size());
+}
+
+// Uniform scaling of a motion model to a subject's size, without a new run.
+
+namespace {
+
+/// Multiplies values by the factor to the length power of their unit.
+class Scale : public RegistryVisitor {
+ public:
+  explicit Scale(double factor) : factor_(factor) {}
+
+  template <typename Member>
+  void attribute(const std::string&, const std::string&, Member& member, const Unit& units)
+  {
+    if constexpr (std::is_same_v<Member, double> || std::is_same_v<Member, Eigen::Vector3d>)
+      member *= factor_of(units);
+  }
+
+  template <typename Member>
+  void operator()(const Dataset& dataset, Member& member)
+  {
+    if constexpr (member_kind<Member>() == ValueKind::float64) {
+      const double factor = factor_of(dataset.units);
+      // In poses (4 x 4, row by row) only the translation is a length.
+      const bool is_pose = dataset.valid.rule == Rule::rigid;
+      const auto values = values_of(member);
+      for (std::size_t k = 0; k < values.size(); ++k)
+        if (!is_pose || (k % 4 == 3 && k % 16 != 15)) values[k] *= factor;
+    }
+  }
+
+ private:
+  double factor_of(const Unit& units) const { return units.length_power == 0 ? 1.0 : factor_; }
+
+  double factor_;
+};
+
+}  // namespace
+
+MotionModel scaled_model(MotionModel model, double factor)
+{
+  check(std::isfinite(factor) && factor > 0.0, "the scale factor must be above 0");
+  Scale scale(factor);
+  if (factor != 1.0) visit_motion_model(model, scale);
   return model;
 }
 

@@ -1,21 +1,174 @@
 #include "store/read_separately.hpp"
 
+#include <fcntl.h>
+#include <seccomp.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <initializer_list>
+#include <memory>
 #include <new>
 #include <utility>
 
-#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
 #include "store/binary_stream.hpp"
-#include "store/confinement.hpp"
-#include "store/motion_model_file.hpp"
-#include "store/parse_hdf5.hpp"
-#include "store/seal.hpp"
-#include "store/serialize_models.hpp"
-#include "store/trace_file.hpp"
+#include "store/model_checks.hpp"
+#include "store/motion_model.hpp"
+#include "store/registry.hpp"
+#include "store/trace.hpp"
 
 namespace vrda::store {
+namespace {
+
+constexpr int done = 0, not_written = 1;
+
+/// Bytes mapped by this process.
+std::uint64_t mapped_bytes()
+{
+  unsigned long long pages = 0;
+  if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
+    if (std::fscanf(file, "%llu", &pages) != 1) pages = 0;
+    std::fclose(file);
+  }
+  return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+void limit(int what, std::uint64_t value)
+{
+  const rlimit both{value, value};
+  setrlimit(static_cast<__rlimit_resource_t>(what), &both);  // a stricter limit remains in force
+}
+
+/// `answer` is the descriptor of the result file, the only one that stays open.
+void restrict_this_process(const ProcessLimits& limits, int answer)
+{
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_CPU, limits.processor_s);
+  limit(RLIMIT_FSIZE, limits.result_bytes);
+  limit(RLIMIT_NPROC, 0);
+  if (!is_sanitized) limit(RLIMIT_AS, mapped_bytes() + limits.memory_bytes);
+  // The C library would print to the terminal on heap corruption, which the caller reports.
+  const int null_device = open("/dev/null", O_RDWR | O_CLOEXEC);
+  if (null_device >= 0) {
+    dup2(null_device, STDOUT_FILENO);
+    dup2(null_device, STDERR_FILENO);
+  }
+  close_range(STDERR_FILENO + 1, static_cast<unsigned>(answer) - 1, 0);
+  close_range(static_cast<unsigned>(answer) + 1, ~0U, 0);
+  if (is_sanitized) return;  // keep the sanitizers' signal handlers
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU, SIGXFSZ, SIGINT, SIGTERM})
+    std::signal(signal, SIG_DFL);
+}
+
+bool write_all(int file, const std::string& text)
+{
+  std::size_t n_written = 0;
+  while (n_written < text.size()) {
+    const ssize_t n = ::write(file, text.data() + n_written, text.size() - n_written);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    n_written += static_cast<std::size_t>(n);
+  }
+  return true;
+}
+
+std::string read_all(int file)
+{
+  struct stat facts = {};
+  std::string text(fstat(file, &facts) == 0 ? static_cast<std::size_t>(facts.st_size) : 0, '\0');
+  std::size_t n_read = 0;
+  while (n_read < text.size()) {
+    const ssize_t n = pread(file, text.data() + n_read, text.size() - n_read, static_cast<off_t>(n_read));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    n_read += static_cast<std::size_t>(n);
+  }
+  text.resize(n_read);
+  return text;
+}
+
+std::string ending_of(int status, const ProcessLimits& limits)
+{
+  if (WIFEXITED(status)) return "exit code " + std::to_string(WEXITSTATUS(status));
+  const int signal = WTERMSIG(status);
+  // Hard and soft limits are equal; at the hard limit the kernel sends SIGKILL.
+  if (signal == SIGXCPU) return "more than " + std::to_string(limits.processor_s) + " s of processor time";
+  if (signal == SIGXFSZ) return "more than " + std::to_string(limits.result_bytes) + " bytes of values";
+  return "signal " + std::to_string(signal);
+}
+
+constexpr const char* wanted_process = "resources for another process";
+
+}  // namespace
+
+SeparateProcess::SeparateProcess(const std::function<std::string()>& work, std::string subject,
+                                 const ProcessLimits& limits)
+    : subject_(std::move(subject)), limits_(limits)
+{
+  // A file in memory instead of a pipe: the parent need not read while the child writes.
+  file_ = memfd_create("vrda", MFD_CLOEXEC);
+  if (file_ < 0) throw InputError({subject_, "", std::strerror(errno), wanted_process});
+  child_ = fork();
+  if (child_ < 0) {
+    const int error = errno;
+    ::close(file_);
+    throw InputError({subject_, "", std::strerror(error), wanted_process});
+  }
+  if (child_ > 0) return;
+  restrict_this_process(limits_, file_);
+  _exit(write_all(file_, work()) ? done : not_written);
+}
+
+SeparateProcess::~SeparateProcess()
+{
+  if (child_ > 0) {
+    ::kill(child_, SIGKILL);
+    wait();
+  }
+  ::close(file_);
+}
+
+int SeparateProcess::wait()
+{
+  int status = 0;
+  pid_t ended = -1;
+  do {
+    ended = waitpid(child_, &status, 0);
+  } while (ended < 0 && errno == EINTR);
+  child_ = -1;
+  return ended < 0 ? -1 : status;
+}
+
+ProcessResult SeparateProcess::wait_for_result()
+{
+  check(child_ > 0, "the result may be taken once");
+  const int status = wait();
+  if (status < 0) throw InputError({subject_, "", std::strerror(errno), "the end of a process"});
+  if (WIFEXITED(status) && WEXITSTATUS(status) == done) return {true, read_all(file_)};
+  return {false, ending_of(status, limits_)};
+}
+
+ProcessResult run_separately(const std::function<std::string()>& work, const std::string& subject,
+                             const ProcessLimits& limits)
+{
+  return SeparateProcess(work, subject, limits).wait_for_result();
+}
+
 namespace {
 
 /// First code of the child process's answer.
@@ -160,6 +313,176 @@ std::vector<Finding> validate_hdf5(const std::string& path)
     for (std::string* text : {&finding.where, &finding.found, &finding.wanted}) stream.read_value(*text);
   }
   return findings;
+}
+
+namespace {
+
+/// System calls that the C and C++ libraries, zlib and HDF5 need for open files and memory.
+constexpr std::initializer_list<int> allowed_calls{
+    SCMP_SYS(read),       SCMP_SYS(write),      SCMP_SYS(pread64),       SCMP_SYS(pwrite64),
+    SCMP_SYS(lseek),      SCMP_SYS(close),      SCMP_SYS(fstat),         SCMP_SYS(brk),
+    SCMP_SYS(munmap),     SCMP_SYS(mremap),     SCMP_SYS(madvise),       SCMP_SYS(futex),
+    SCMP_SYS(exit),       SCMP_SYS(exit_group), SCMP_SYS(rt_sigreturn),  SCMP_SYS(rt_sigaction),
+    SCMP_SYS(getpid),     SCMP_SYS(gettid),     SCMP_SYS(tgkill),        SCMP_SYS(rt_sigprocmask),
+    SCMP_SYS(getrandom),  SCMP_SYS(getrusage),  SCMP_SYS(clock_gettime), SCMP_SYS(gettimeofday),
+    SCMP_SYS(sched_yield)};
+
+int load_filter(scmp_filter_ctx filter)
+{
+  for (const int call : allowed_calls)
+    if (const int error = seccomp_rule_add(filter, SCMP_ACT_ALLOW, call, 0); error != 0) return error;
+  // Memory, but not executable memory.
+  for (const int call : {SCMP_SYS(mmap), SCMP_SYS(mprotect)}) {
+    const int error =
+        seccomp_rule_add(filter, SCMP_ACT_ALLOW, call, 1, SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0));
+    if (error != 0) return error;
+  }
+  return seccomp_load(filter);  // sets no_new_privs too
+}
+
+}  // namespace
+
+std::string confine_this_process()
+{
+  if (is_sanitized) return {};
+  const std::unique_ptr<void, decltype(&seccomp_release)> filter(seccomp_init(SCMP_ACT_ERRNO(EPERM)),
+                                                                 &seccomp_release);
+  const int error = filter ? load_filter(filter.get()) : -ENOMEM;
+  return error == 0 ? "" : std::strerror(-error);
+}
+
+namespace {
+
+constexpr std::string_view magic = "VRDASEAL";
+constexpr std::size_t seal_bytes = 16;
+std::atomic<bool> accepts_unsealed = false;
+
+std::uint64_t little_endian(std::string_view bytes)
+{
+  std::uint64_t value = 0;
+  for (std::size_t i = bytes.size(); i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[i]);
+  return value;
+}
+
+/// End of the HDF5 content from its superblock (version 2 or 3); 0 for another version.
+std::uint64_t content_end(std::string_view bytes)
+{
+  if (bytes.size() < 36 || (bytes[8] != 2 && bytes[8] != 3)) return 0;
+  return little_endian(bytes.substr(28, 8));
+}
+
+std::string bytes_of_file(const std::string& file)
+{
+  const auto refuse = [&](const std::string& found) { throw InputError({file, "", found, intact_file}); };
+  const OpenFile open_file(
+      open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // does not block on a FIFO
+  struct stat status = {};
+  if (!open_file.is_open() || fstat(open_file.get(), &status) != 0) refuse(std::strerror(errno));
+  if (!S_ISREG(status.st_mode)) refuse("not a regular file");
+  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  for (std::size_t n_read = 0; n_read < bytes.size();) {
+    const ssize_t n = read(open_file.get(), bytes.data() + n_read, bytes.size() - n_read);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) refuse(std::string("a read error (") + std::strerror(errno) + ")");
+    if (n == 0) refuse("a file that was truncated while being read");
+    n_read += static_cast<std::size_t>(n);
+  }
+  return bytes;
+}
+
+/// The HDF5 content must begin at byte 0: an HDF5 "user block" before it would not be checked.
+void require_signature(const std::string& file, std::string_view bytes)
+{
+  constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
+  if (bytes.substr(0, signature.size()) == signature) return;
+  throw InputError(
+      {file, "", std::to_string(bytes.size()) + " bytes that are not an HDF5 file", intact_file});
+}
+
+void require_whole(const std::string& file, std::string_view bytes)
+{
+  const std::uint64_t end = content_end(bytes);
+  if (end == 0 || end == bytes.size()) return;
+  const char* problem = bytes.size() < end ? " bytes, a truncated file" : " bytes, a damaged end of file";
+  throw InputError({file, "", std::to_string(bytes.size()) + problem,
+                    intact_file + std::string(" of ") + std::to_string(end) + " bytes"});
+}
+
+}  // namespace
+
+std::string seal_of(std::string_view content)
+{
+  // CRC-32 of ISO 3309.
+  const uLong crc = crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size());
+  std::string bytes(magic);
+  for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(crc >> shift & 0xffu));
+  bytes.resize(seal_bytes, '\0');
+  return bytes;
+}
+
+void accept_unsealed_files(bool accepts)
+{
+  accepts_unsealed = accepts;
+}
+
+Hdf5Content read_hdf5(const std::string& file)
+{
+  std::string bytes = bytes_of_file(file);
+  require_signature(file, bytes);
+  const std::size_t sealed = bytes.size() < seal_bytes ? 0 : bytes.size() - seal_bytes;
+  const std::string tail = bytes.substr(sealed);
+  if (tail.compare(0, magic.size(), magic) == 0) {
+    bytes.resize(sealed);
+    if (tail == seal_of(bytes)) return {file, std::move(bytes)};
+    throw InputError({file, "", "a damaged file (its checksum does not match)", intact_file});
+  }
+  require_whole(file, bytes);
+  if (accepts_unsealed) return {file, std::move(bytes)};
+  throw InputError({file, "", "a file without a seal, written or changed by another program",
+                    "a sealed motion model or trace, or the option --unsealed"});
+}
+
+namespace {
+
+template <typename Visit>
+std::string bytes_of(const Visit& visit)
+{
+  BinaryWriter stream;
+  // Counted first, so that one allocation suffices.
+  stream.count();
+  visit(stream);
+  stream.reserve_counted();
+  visit(stream);
+  return stream.take();
+}
+
+}  // namespace
+
+std::string serialize(const MotionModel& model)
+{
+  return bytes_of([&](auto& visitor) { visit_motion_model(model, visitor); });
+}
+
+MotionModel deserialize_motion_model(std::string_view bytes, const std::string& file)
+{
+  MotionModel model;
+  visit_motion_model(model, BinaryReader(bytes, file));
+  if (!model.has_compartments) set_no_compartments(model);
+  require_no_findings(check_values(model), file);
+  return model;
+}
+
+std::string serialize(const Trace& trace)
+{
+  return bytes_of([&](auto& visitor) { visit_trace(trace, visitor); });
+}
+
+Trace trace_of(std::string_view bytes, const std::string& file)
+{
+  Trace trace;
+  visit_trace(trace, BinaryReader(bytes, file));
+  require_no_findings(check_values(trace), file);
+  return trace;
 }
 
 }  // namespace vrda::store

@@ -1,9 +1,415 @@
+/// Rows of the registry: data derived from the raw surfaces (smoothed sets, zero-varus motion, audits).
 #include "store/registry.hpp"
 
-#include "store/motion_model_file.hpp"
-#include "store/registry_rows.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::store {
+
+namespace registry {
+
+// One line per dataset.
+// clang-format off
+
+/// The optional fifth surface, of the varus found, is named `varus_solved` like the raw one: xarray cannot open a
+/// `varus` over (flexion, varus).
+void visit_smoothed(SmoothedSet& set, RowVisitor& visit)
+{
+  const std::string group = smoothed_group(set.degree);
+  const std::vector<std::string> grid{"/flexion", "/varus"};
+  visit.group(group);
+  visit.derived_attribute(group, "degree", set.degree);
+  visit.attribute(group, "is_robust", set.is_robust);
+  visit.dimension(group + "/term", DimensionSize::counted(static_cast<std::size_t>(set.exponents.rows())));
+  visit.dimension(group + "/axis", DimensionSize::fixed(2));
+  visit({group + "/exponents", {group + "/term", group + "/axis"}, unit::one, rule(Rule::any), "degree of each term's Legendre polynomial of flexion and of varus"}, set.exponents);
+  const bool has_varus = visit.has(smoothed_path(set.degree, "varus"), set.surfaces.size() == 5);
+  if (visit.may_change()) {
+    set.surfaces.resize(has_varus ? 5 : 4);
+    for (std::size_t i = 0; i < set.surfaces.size(); ++i) set.surfaces[i].name = smoothed_names[i];
+  }
+  for (auto& surface : set.surfaces) {
+    const Unit units = surface.name == "theta" || surface.name == "varus" ? unit::degree : unit::mm;
+    const std::string path = smoothed_path(set.degree, surface.name);
+    visit({path, grid, units, rule(Rule::any), "smoothed surface on the grid"}, surface.values);
+    visit({coefficients_path(set.degree, surface.name), {group + "/term"}, units, number(), "coefficients of the terms"}, surface.coefficients);
+    visit.attribute(path, "n_cells", surface.n_cells);
+    visit.attribute(path, "rms", surface.rms, units);
+    visit.attribute(path, "largest_residual", surface.largest_residual, units);
+    visit.attribute(path, "leave_one_out_rms", surface.leave_one_out_rms, units);
+    visit.attribute(path, "condition_number", surface.condition_number);
+  }
+  if (!has_optional(visit, group + "/recontact", set.recontact_mm)) return;
+  visit({group + "/recontact", grid, unit::mm, number_or_nan(), "travel along Delta from the smoothed pose into contact"}, *set.recontact_mm);
+}
+
+void visit_two_sided(TwoSided& motion, RowVisitor& visit)
+{
+  const std::string group = "/two_sided";
+  const std::vector<std::string> flexion{group + "/flexion"};
+  const ValueCondition posed{ValueCondition::When::not_at_code, values_of(motion.contact), code_of(TwoSidedContact::no_pose), "where contact is not no_pose"};
+  visit.group(group);
+  visit.attribute(group, "degree", motion.degree);
+  visit.dimension(group + "/flexion", DimensionSize::axis(motion.flexion_deg.size()));
+  visit({group + "/flexion", flexion, unit::degree, rule(Rule::axis), "flexion of the attitude"}, motion.flexion_deg);
+  visit({group + "/contact", flexion, unit::none, codes(FlagSet::two_sided_contact), "compartments in contact"}, motion.contact);
+  visit({group + "/varus", flexion, unit::degree, number(posed), "varus of the attitude, adduction positive"}, motion.varus_deg);
+  visit_poses(motion, group, flexion, number(posed), visit);
+  visit({group + "/gap_medial", flexion, unit::mm, number(posed), "gap along Delta of the medial compartment"}, motion.gap_medial_mm);
+  visit({group + "/gap_lateral", flexion, unit::mm, number(posed), "gap along Delta of the lateral compartment"}, motion.gap_lateral_mm);
+}
+
+void visit_repair(RepairedFrames& repair, RowVisitor& visit)
+{
+  const std::string group = "/repair";
+  const std::vector<std::string> frame{"/flexion"}, vectors{"/flexion", "/xyz"}, axes{"/xyz"};
+  visit.group(group);
+  visit.attribute(group, "is_converged", repair.is_converged);
+  visit({group + "/X_measured", {"/flexion", "/row", "/column"}, unit::mm, rule(Rule::rigid), "measured pose taking stored moving vertices to stored reference vertices; the rotation in columns 0 to 2 has no unit"}, repair.X_measured);
+  visit({group + "/status", frame, unit::none, codes(FlagSet::repair_status), "how the repair of the frame ended"}, repair.status);
+  visit({group + "/distance", frame, unit::one, at_least_0({}), "Mahalanobis distance of the repaired from the measured pose"}, repair.distance);
+  visit({group + "/rotation_shift", vectors, unit::one, number(), "rotation of the repaired from the measured pose about the canonical axes of the reference, in standard deviations"}, repair.rotation_shift);
+  visit({group + "/translation_shift", vectors, unit::one, number(), "displacement of the rotation centre along these axes, in standard deviations"}, repair.translation_shift);
+  visit({group + "/gap_before", frame, unit::mm, number_or_nan(), "travel along Delta to the next contact in the measured pose; NaN where it overlaps or nothing is ahead"}, repair.gap_before_mm);
+  visit({group + "/gap_after", frame, unit::mm, number_or_nan(), "the same in the repaired pose"}, repair.gap_after_mm);
+  visit({group + "/penetration_before", frame, unit::mm, at_least_0({}), "travel opposite to Delta out of the overlap of the measured pose"}, repair.penetration_before_mm);
+  visit({group + "/penetration_after", frame, unit::mm, at_least_0({}), "the same in the repaired pose"}, repair.penetration_after_mm);
+  visit({group + "/noise_rotation", axes, unit::degree, at_least_0({}), "standard deviation of the measured rotation about each axis"}, repair.noise_deg);
+  visit({group + "/noise_translation", axes, unit::mm, at_least_0({}), "standard deviation of the measured displacement along each axis"}, repair.noise_mm);
+  visit({group + "/rotation_period", axes, unit::one, at_least_0({}), "period in frames whose amplitude smoothing halves; 2: not smoothed"}, repair.rotation_period);
+  visit({group + "/translation_period", axes, unit::one, at_least_0({}), "the same of the displacements"}, repair.translation_period);
+  visit.dimension(group + "/side", DimensionSize::counted(repair.gap_limit_mm.size()));
+  visit({group + "/gap_limit", {group + "/side"}, unit::mm, number_or_nan(), "largest permitted gap along Delta: of the pair, or medial and lateral; NaN: none"}, repair.gap_limit_mm);
+}
+
+namespace {
+
+void visit_zero_varus_poses(ZeroVarus& motion, RowVisitor& visit)
+{
+  using When = ValueCondition::When;
+  const std::string group = "/zero_varus";
+  const std::vector<std::string> flexion{"/flexion"};
+  const ValueCondition posed{When::not_at_code, values_of(motion.source), code_of(ZeroVarusSource::none),
+                       "where source is not none"};
+  const ValueCondition mean{When::at_code, values_of(motion.source), code_of(ZeroVarusSource::both_touch),
+                      "where source is both_touch"};
+  visit({group + "/source", flexion, unit::none, codes(FlagSet::zero_varus_source), "source of the varus"}, motion.source);
+  visit({group + "/varus", flexion, unit::degree, number(posed), "varus of the attitude, adduction positive"}, motion.varus_deg);
+  visit({group + "/varus_first", flexion, unit::degree, number(mean), "first varus with both compartments in contact"}, motion.varus_first_deg);
+  visit({group + "/varus_last", flexion, unit::degree, number(mean), "last varus with both compartments in contact"}, motion.varus_last_deg);
+  visit({group + "/is_cut_off", flexion, unit::none, codes(FlagSet::yes_no), "whether the varus range of the grid cuts off the band with both compartments in contact"}, motion.is_cut_off);
+  visit_poses(motion, group, flexion, number(posed), visit);
+  visit({group + "/X_reference_moving", {"/flexion", "/row", "/column"}, unit::mm, rule(Rule::rigid, posed), "pose taking stored moving vertices to stored reference vertices; the rotation in columns 0 to 2 has no unit"}, motion.X_reference_moving);
+  visit({group + "/flexion_angle", flexion, unit::degree, number(posed), "Grood-Suntay flexion"}, motion.clinical_flexion_deg);
+  visit({group + "/varus_angle", flexion, unit::degree, number(posed), "Grood-Suntay varus, adduction positive"}, motion.clinical_varus_deg);
+  visit({group + "/internal_rotation", flexion, unit::degree, number(posed), "Grood-Suntay internal rotation"}, motion.internal_rotation_deg);
+  visit({group + "/anterior", flexion, unit::mm, number(posed), "translation of the rotation centre along the floating axis, anterior positive"}, motion.anterior_mm);
+  visit({group + "/proximal", flexion, unit::mm, number(posed), "translation of the rotation centre along the moving body's long axis, proximal positive"}, motion.proximal_mm);
+  visit({group + "/lateral", flexion, unit::mm, number(posed), "translation of the rotation centre along the flexion axis, lateral positive"}, motion.lateral_mm);
+}
+
+}  // namespace
+
+void visit_zero_varus(ZeroVarus& motion, bool has_compartments, RowVisitor& visit)
+{
+  const std::string group = "/zero_varus";
+  const std::vector<std::string> interval{group + "/interval"}, vectors{group + "/interval", "/xyz"};
+  visit.group(group);
+  visit.attribute(group, "set", motion.set);
+  visit_zero_varus_poses(motion, visit);
+  const std::int8_t none = code_of(ZeroVarusSource::none);
+  const ValueCondition posed{ValueCondition::When::not_at_code, values_of(motion.source), none,
+                       "where source is not none"};
+  if (has_compartments) visit_paths(motion, group, {"/flexion", "/xyz"}, posed, visit);
+  visit.dimension(group + "/interval", DimensionSize::fixed(visit.size("/flexion") - 1));
+  visit.dimension(group + "/sagittal", DimensionSize::fixed(2));
+  const ValueRule between =
+      rule(Rule::whole_rows, {ValueCondition::When::between, values_of(motion.source), none, "between two poses"});
+  visit({group + "/helical_rotation", interval, unit::degree, between, "rotation about the finite helical axis"}, motion.helical_rotation_deg);
+  visit({group + "/helical_translation", interval, unit::mm, between, "translation along the finite helical axis"}, motion.helical_translation_mm);
+  visit({group + "/helical_direction", vectors, unit::one, between, "unit direction of the finite helical axis, canonical axes of the reference body"}, motion.helical_direction);
+  visit({group + "/helical_point", vectors, unit::mm, between, "point of the finite helical axis, canonical axes of the reference body"}, motion.helical_point_mm);
+  visit({group + "/instant_centre", {group + "/interval", group + "/sagittal"}, unit::mm, between, "instant centre in the sagittal plane: anterior, proximal"}, motion.instant_centre_mm);
+  if (!has_compartments) return;
+  visit({group + "/medial_rolling", interval, unit::mm, between, "rolling in the medial compartment"}, motion.medial_rolling_mm);
+  visit({group + "/medial_sliding", interval, unit::mm, between, "sliding in the medial compartment"}, motion.medial_sliding_mm);
+  visit({group + "/lateral_rolling", interval, unit::mm, between, "rolling in the lateral compartment"}, motion.lateral_rolling_mm);
+  visit({group + "/lateral_sliding", interval, unit::mm, between, "sliding in the lateral compartment"}, motion.lateral_sliding_mm);
+}
+
+void visit_audit(AuditSet& audit, const AuditedModel& model, RowVisitor& visit)
+{
+  using When = ValueCondition::When;
+  const std::string group = audit_group(audit.name), flexion = group + "/flexion", varus = group + "/varus";
+  const std::vector<std::string> grid{flexion, varus};
+  const ValueCondition free{When::at_code, values_of(audit.state), code_of(AuditState::free),
+                      "where state is free"};
+  const ValueCondition posed{When::not_at_code, values_of(audit.state), code_of(AuditState::no_pose),
+                       "where state is not no_pose"};
+  const AuditSummary summary = summary_of(audit);
+  visit.group(group);
+  visit.attribute(group, "refine", audit.refine);
+  visit.derived_attribute(group, "largest_penetration", summary.largest_penetration_mm);
+  visit.derived_attribute(group, "largest_gap", summary.largest_gap_mm);
+  visit.dimension(flexion, DimensionSize::axis(audit.flexion_deg.size()));
+  visit.dimension(varus, DimensionSize::axis(audit.varus_deg.size()));
+  visit({flexion, {flexion}, unit::degree, model.has_frames ? number() : rule(Rule::axis), "flexion of the attitude"}, audit.flexion_deg);
+  if (model.has_frames) visit({group + "/frame", {flexion}, unit::one, rule(Rule::ascending), "key of the frame, of the model or between two"}, audit.frame_key);
+  visit({varus, {varus}, unit::degree, rule(Rule::axis), "varus of the attitude, adduction positive"}, audit.varus_deg);
+  visit({group + "/state", grid, unit::none, codes(FlagSet::audit_state), "result of the audit"}, audit.state);
+  visit({group + "/gap", grid, unit::mm, at_least_0(free), "travel along Delta to the next contact"}, audit.gap_mm);
+  visit({group + "/penetration", grid, unit::mm, at_least_0(posed), "travel opposite to Delta to the first contact of an approach from far away"}, audit.penetration_mm);
+  if (!model.has_compartments) return;
+  visit({group + "/gap_medial", grid, unit::mm, number_or_nan(posed), "travel along Delta to the first contact of the medial compartment, negative: overlap"}, audit.gap_medial_mm);
+  visit({group + "/gap_lateral", grid, unit::mm, number_or_nan(posed), "travel along Delta to the first contact of the lateral compartment, negative: overlap"}, audit.gap_lateral_mm);
+}
+
+// clang-format on
+
+}  // namespace registry
+
+// Rows of the registry: push, equilibrium, ligaments.
+
+namespace registry {
+
+// One line per dataset.
+// clang-format off
+
+namespace {
+
+void visit_loads(LoadRows& loads, RowVisitor& visit)
+{
+  const std::string group = "/push/loads";
+  const std::vector<std::string> load{group + "/load"}, vectors{"/flexion", group + "/load", "/xyz"};
+  visit.group(group);
+  visit.dimension(group + "/load", DimensionSize::counted(loads.name.size()));
+  visit({group + "/name", load, unit::none, rule(Rule::unique_names), "names of the loads"}, loads.name);
+  visit({group + "/frame", load, unit::none, codes(FlagSet::load_frame), "axes in which the load keeps its direction"}, loads.frame);
+  visit({group + "/point", {group + "/load", "/xyz"}, unit::mm, number(), "point of application on the moving object at the pose of the meshes, world W"}, loads.point_mm);
+  visit({group + "/force", vectors, unit::n, number(), "force on the moving object, axes of its frame"}, loads.force_n);
+  visit({group + "/moment", vectors, unit::nmm, number(), "moment on the moving object, right-handed, axes of its frame"}, loads.moment_nmm);
+}
+
+void visit_lines(LineRows& lines, RowVisitor& visit)
+{
+  const std::string group = "/push/lines";
+  const std::vector<std::string> line{group + "/line"}, point{group + "/waypoint"};
+  visit.group(group);
+  visit.dimension(group + "/line", DimensionSize::counted(lines.name.size()));
+  visit.dimension(group + "/waypoint", DimensionSize::counted(lines.point_line.size()));
+  visit({group + "/name", line, unit::none, rule(Rule::unique_names), "names of the lines of constant tension"}, lines.name);
+  visit({group + "/tension", {"/flexion", group + "/line"}, unit::n, at_least_0({}), "tension of the line"}, lines.tension_n);
+  visit({group + "/point", {group + "/waypoint", "/xyz"}, unit::mm, number(), "points along the lines, from the reference to the moving object, at the pose of the meshes, world W"}, lines.point_mm);
+  visit({group + "/point_line", point, unit::one, row_of(static_cast<Eigen::Index>(lines.name.size())), "row of name"}, lines.point_line);
+  visit({group + "/point_body", point, unit::none, codes(FlagSet::body), "body to which the point is fixed"}, lines.point_body);
+}
+
+}  // namespace
+
+void visit_push(PushRows& push, RowVisitor& visit)
+{
+  visit.group("/push");
+  visit.attribute("/push", "point_mm", push.point_mm, unit::mm);
+  visit({"/push/delta", {"/flexion", "/xyz"}, unit::one, rule(Rule::exact_unit_rows), "unit direction Delta in which the moving object is pushed, world W"}, push.delta);
+  visit({"/push/force", {"/flexion", "/xyz"}, unit::n, number(), "force on the moving object, along Delta and across it, world W"}, push.force_n);
+  visit({"/push/moment", {"/flexion"}, unit::nmm, number(), "moment on the moving object about Delta, right-knee sign"}, push.moment_nmm);
+  visit({"/push/varus_moment", {"/flexion"}, unit::nmm, number(), "moment on the moving object in varus"}, push.varus_moment_nmm);
+  if (has_optional(visit, "/push/loads", push.loads)) visit_loads(*push.loads, visit);
+  if (has_optional(visit, "/push/lines", push.lines)) visit_lines(*push.lines, visit);
+}
+
+namespace {
+
+void visit_forces(MotionModel& model, RowVisitor& visit)
+{
+  auto& forces = model.equilibrium->forces;
+  const std::string group = "/equilibrium/forces";
+  const std::size_t n = forces.along_delta_n.size();
+  const std::vector<std::string> force{group + "/force"}, vectors{group + "/force", "/xyz"};
+  visit.group(group);
+  visit.dimension(group + "/force", DimensionSize::counted(n));
+  visit.dimension(group + "/cell_bound", DimensionSize::fixed(visit.size("/flexion") * visit.size("/varus") + 1));
+  visit({group + "/row_start", {group + "/cell_bound"}, unit::one, row_starts(n), "first force of each cell, cells in the order of the grid, then the number of forces"}, forces.row_start);
+  visit({group + "/point", vectors, unit::mm, number(), "point of application, world W"}, forces.point_world_mm);
+  visit({group + "/normal", vectors, unit::one, rule(Rule::unit_rows), "unit direction of the force on the moving object, world W"}, forces.normal_world);
+  visit({group + "/along_delta", force, unit::n, above_0(), "component of the force opposite to Delta"}, forces.along_delta_n);
+  visit({group + "/triangle_reference", force, unit::one, row_of(model.reference.contact.mesh.triangles.rows()), "row of /bodies/reference/triangles"}, forces.triangle_reference);
+  visit({group + "/triangle_moving", force, unit::one, row_of(model.moving.contact.mesh.triangles.rows()), "row of /bodies/moving/triangles"}, forces.triangle_moving);
+  visit({group + "/compartment", force, unit::none, codes(FlagSet::compartment), "compartment of the force"}, forces.compartment);
+}
+
+void visit_branches(SpineBranches& branches, RowVisitor& visit)
+{
+  const std::string group = "/equilibrium/spine/branches";
+  const std::vector<std::string> branch{group + "/branch"};
+  visit.group(group);
+  visit.dimension(group + "/branch", DimensionSize::counted(branches.energy_nmm.size()));
+  visit.dimension(group + "/flexion_bound", DimensionSize::fixed(visit.size("/flexion") + 1));
+  visit({group + "/row_start", {group + "/flexion_bound"}, unit::one, row_starts(branches.energy_nmm.size()), "first equilibrium of each flexion, then their number"}, branches.row_start);
+  visit({group + "/varus", branch, unit::degree, number(), "varus at equilibrium, adduction positive"}, branches.varus_deg);
+  visit_poses(branches, group, branch, number(), visit);
+  visit({group + "/energy", branch, unit::nmm, number(), "energy at equilibrium"}, branches.energy_nmm);
+  visit({group + "/is_chosen", branch, unit::none, codes(FlagSet::yes_no), "whether it is the pose of the spine"}, branches.is_chosen);
+}
+
+void visit_free_spine(FreeSpine& spine, RowVisitor& visit)
+{
+  const std::string group = "/equilibrium/spine";
+  const std::vector<std::string> flexion{"/flexion"};
+  const ValueCondition stable = where_stable(spine.status);
+  visit.group(group);
+  visit({group + "/status", flexion, unit::none, codes(FlagSet::solver_status), "how the motion step with free varus ended"}, spine.status);
+  visit({group + "/varus", flexion, unit::degree, number(stable), "varus at equilibrium, adduction positive"}, spine.varus_deg);
+  visit_poses(spine, group, flexion, number(stable), visit);
+  visit({group + "/energy", flexion, unit::nmm, number(stable), "energy at equilibrium"}, spine.energy_nmm);
+  visit({group + "/theta_low", flexion, unit::degree, number_or_nan(stable), "theta under an additional moment of -band_moment_nmm"}, spine.theta_low_deg);
+  visit({group + "/theta_high", flexion, unit::degree, number_or_nan(stable), "theta under an additional moment of +band_moment_nmm"}, spine.theta_high_deg);
+  visit({group + "/n_optima", flexion, unit::one, count(), "distinct equilibria found from the different starts"}, spine.n_optima);
+  visit({group + "/optima_theta_spread", flexion, unit::degree, at_least_0(stable), "largest minus smallest theta of the equilibria"}, spine.optima_theta_spread_deg);
+  visit({group + "/optima_energy_spread", flexion, unit::nmm, at_least_0(stable), "largest minus smallest energy of the equilibria"}, spine.optima_energy_spread_nmm);
+  visit_branches(spine.branches, visit);
+}
+
+}  // namespace
+
+void visit_equilibrium(MotionModel& model, RowVisitor& visit)
+{
+  auto& found = *model.equilibrium;
+  const std::vector<std::string> grid{"/flexion", "/varus"}, vectors{"/flexion", "/varus", "/xyz"};
+  const ValueCondition stable = where_stable(model.status);
+  visit.group("/equilibrium");
+  visit.attribute("/equilibrium", "band_moment_nmm", found.band_moment_nmm, unit::nmm);
+  visit({"/equilibrium/energy", grid, unit::nmm, number(stable), "energy of the ligaments minus the work of the loads"}, found.energy_nmm);
+  visit({"/equilibrium/balance_residual", grid, unit::n, at_least_0(stable), "residual of the force balance along the free coordinates, moments divided by a lever arm"}, found.balance_residual_n);
+  visit({"/equilibrium/complementarity", grid, unit::mm, number(stable), "gaps of the load-bearing features, weighted by their share of the load"}, found.complementarity_mm);
+  visit({"/equilibrium/worst_gap", grid, unit::mm, number(stable), "smallest signed gap of any feature, negative is overlap"}, found.worst_gap_mm);
+  visit({"/equilibrium/flexion_moment", grid, unit::nmm, number(stable), "moment that holds the flexion of the moving object relative to the reference"}, found.flexion_moment_nmm);
+  visit({"/equilibrium/varus_moment", grid, unit::nmm, number(stable), "moment that holds the varus of the moving object relative to the reference"}, found.varus_moment_nmm);
+  if (model.has_compartments) {
+    visit({"/equilibrium/force_medial", vectors, unit::n, number(stable), "sum of the medial contact forces on the moving object, world W"}, found.force_medial_n);
+    visit({"/equilibrium/force_lateral", vectors, unit::n, number(stable), "sum of the lateral contact forces on the moving object, world W"}, found.force_lateral_n);
+  }
+  visit_forces(model, visit);
+  visit_free_spine(found.spine, visit);
+}
+
+void visit_coordinates(MotionModel& model, RowVisitor& visit)
+{
+  auto& found = *model.coordinates;
+  const std::string group = "/coordinates", coordinate = group + "/coordinate";
+  const ValueCondition stable = where_stable(model.status);
+  visit.group(group);
+  visit.dimension(coordinate, DimensionSize::fixed(n_joint_coordinates));
+  visit.dimension(group + "/rotation", DimensionSize::fixed(3));
+  visit.dimension(group + "/translation", DimensionSize::fixed(3));
+  visit({group + "/role", {coordinate}, unit::none, codes(FlagSet::coordinate_role), "source of flexion, varus, internal rotation, anterior, proximal and lateral translation"}, found.role);
+  visit({group + "/determined", {"/flexion", "/varus", coordinate}, unit::none, codes(FlagSet::optional_yes_no), "whether contacts, fibres and loads determine the free coordinate"}, found.determined);
+  visit({group + "/holding_moment", {"/flexion", "/varus", group + "/rotation"}, unit::nmm, number_or_nan(stable), "moment on the moving object that holds the flexion, varus and internal rotation, along the coordinate; NaN where it is free"}, found.holding_moment_nmm);
+  visit({group + "/holding_force", {"/flexion", "/varus", group + "/translation"}, unit::n, number_or_nan(stable), "force on the moving object that holds the anterior, proximal and lateral translation, along the coordinate; NaN where it is free"}, found.holding_force_n);
+}
+
+namespace {
+
+void visit_wraps(LigamentRows& ligaments, RowVisitor& visit)
+{
+  const std::vector<std::string> wrap{"/ligaments/wrapping"};
+  visit.dimension("/ligaments/wrapping", DimensionSize::counted(ligaments.wrap_name.size()));
+  visit({"/ligaments/wrap_name", wrap, unit::none, rule(Rule::names), "names of the wrapping surfaces"}, ligaments.wrap_name);
+  visit({"/ligaments/wrap_shape", wrap, unit::none, codes(FlagSet::wrap_shape), "shape of the wrapping surface"}, ligaments.wrap_shape);
+  visit({"/ligaments/wrap_body", wrap, unit::none, codes(FlagSet::body), "body to which the wrapping surface is fixed"}, ligaments.wrap_body);
+  visit({"/ligaments/X_body_wrap", {"/ligaments/wrapping", "/row", "/column"}, unit::mm, rule(Rule::rigid), "pose taking points of the wrapping surface to canonical axes of its body; the rotation in columns 0 to 2 has no unit"}, ligaments.X_body_wrap);
+  visit({"/ligaments/wrap_radii", {"/ligaments/wrapping", "/xyz"}, unit::mm, above_0(), "half-axes of an ellipsoid; radius, radius and half length of a cylinder along its Z"}, ligaments.wrap_radii_mm);
+}
+
+}  // namespace
+
+void visit_ligaments(MotionModel& model, RowVisitor& visit)
+{
+  auto& ligaments = *model.ligaments;
+  const std::vector<std::string> fibre{"/ligaments/fibre"}, vectors{"/ligaments/fibre", "/xyz"},
+      states{"/flexion", "/varus", "/ligaments/fibre"};
+  const ValueCondition stable = where_stable(model.status);
+  visit.group("/ligaments");
+  visit.attribute("/ligaments", "transition_strain", ligaments.transition_strain);
+  visit.dimension("/ligaments/fibre", DimensionSize::counted(ligaments.name.size()));
+  visit({"/ligaments/name", fibre, unit::none, rule(Rule::names), "names of the fibres"}, ligaments.name);
+  visit({"/ligaments/bundle", fibre, unit::none, rule(Rule::any), "ligament of the fibre"}, ligaments.bundle);
+  visit({"/ligaments/reference", vectors, unit::mm, number(), "attachment to the reference body, its canonical axes"}, ligaments.reference_mm);
+  visit({"/ligaments/moving", vectors, unit::mm, number(), "attachment to the moving body, its canonical axes"}, ligaments.moving_mm);
+  visit({"/ligaments/stiffness", fibre, unit::n, above_0(), "force per unit strain"}, ligaments.stiffness_n);
+  visit({"/ligaments/slack_length", fibre, unit::mm, above_0(), "length of zero strain"}, ligaments.slack_length_mm);
+  visit({"/ligaments/wrap", fibre, unit::one, row_of(static_cast<Eigen::Index>(ligaments.wrap_name.size()), -1), "row of wrap_name, -1 for none"}, ligaments.wrap);
+  visit_wraps(ligaments, visit);
+  visit({"/ligaments/length", states, unit::mm, at_least_0(stable), "length of the fibre"}, ligaments.length_mm);
+  visit({"/ligaments/strain", states, unit::one, number(stable), "strain of the fibre, negative is slack"}, ligaments.strain);
+  visit({"/ligaments/tension", states, unit::n, at_least_0(stable), "tension of the fibre"}, ligaments.tension_n);
+  visit({"/ligaments/energy", states, unit::nmm, at_least_0(stable), "energy of the fibre"}, ligaments.energy_nmm);
+  visit({"/ligaments/is_wrapped", states, unit::none, codes(FlagSet::optional_yes_no, stable), "whether the fibre is in contact with its wrapping surface"}, ligaments.is_wrapped);
+}
+
+// clang-format on
+
+}  // namespace registry
+
+// Rows of the registry: the motion of an uncertain job.
+
+namespace registry {
+
+// One line per dataset.
+// clang-format off
+
+void visit_uncertainty(UncertainMotion& motion, bool has_fibres, RowVisitor& visit)
+{
+  const std::string group = "/uncertainty";
+  const std::string sample = group + "/sample", draw = group + "/draw", band = group + "/quantile";
+  const ValueCondition stable = where_stable(motion.status);
+  const auto at_least_minus_1 = ValueRule{.rule = Rule::number_or_nan, .least = -1.0};
+  const auto at_least_0_or_nan = ValueRule{.rule = Rule::number_or_nan, .least = 0.0};
+  visit.group(group);
+  visit.attribute(group, "sequence", motion.sequence);
+  visit.attribute(group, "seed", motion.seed);
+  visit.dimension(draw, DimensionSize::counted(motion.draw.size()));
+  visit.dimension(sample, DimensionSize::counted(motion.n_samples()));
+  visit.dimension(group + "/angle", DimensionSize::fixed(3));
+  visit.dimension(group + "/direction", DimensionSize::fixed(3));
+  visit.dimension(group + "/compartment", DimensionSize::fixed(3));
+  visit.dimension(band, DimensionSize::fixed(static_cast<std::int64_t>(band_probabilities.size())));
+  visit.dimension(group + "/quantity", DimensionSize::fixed(static_cast<std::int64_t>(uncertain_quantities.size())));
+  // netCDF finds dimensions in a group and those above it, so not in /ligaments.
+  if (has_fibres) visit.dimension(group + "/fibre", DimensionSize::fixed(static_cast<std::int64_t>(visit.size("/ligaments/fibre"))));
+  const std::vector<std::string> poses{sample, "/flexion"}, table{"/flexion", group + "/quantity", draw};
+  const auto of_sample = [&](const char* of) { return std::vector<std::string>{sample, "/flexion", group + of}; };
+  const auto of_band = [&](const std::string& of) { return std::vector<std::string>{band, "/flexion", of}; };
+  visit({group + "/draw_name", {draw}, unit::none, rule(Rule::unique_names), "names of the independent draws"}, motion.draw);
+  visit({group + "/quantity_name", {group + "/quantity"}, unit::none, rule(Rule::unique_names), "names of the results"}, motion.quantity);
+  visit({group + "/probability", {band}, unit::one, ValueRule{.rule = Rule::number, .least = 0.0, .largest = 1.0}, "probabilities of the bands: smallest, 5 %, median, 95 %, largest"}, motion.probability);
+  visit({group + "/value", {sample, draw}, unit::one, number(), "value of each draw: a factor, a change in the unit of its quantity, or a standard normal score"}, motion.value);
+  visit({group + "/status", poses, unit::none, codes(FlagSet::solver_status), "how the motion step of the sample ended"}, motion.status);
+  visit({group + "/rotation", of_sample("/angle"), unit::degree, number(stable), "Grood-Suntay flexion, varus and internal rotation of each sample"}, motion.rotation_deg);
+  visit({group + "/translation", of_sample("/direction"), unit::mm, number(stable), "anterior, proximal and lateral translation of each sample, of the job's rotation centre"}, motion.translation_mm);
+  visit({group + "/contact_force", of_sample("/compartment"), unit::n, at_least_0_or_nan, "resultant contact force of each sample: all, medial, lateral"}, motion.contact_force_n);
+  visit({group + "/n_solved", {"/flexion"}, unit::one, count(), "samples with a stable pose"}, motion.n_solved);
+  visit({group + "/rotation_band", of_band(group + "/angle"), unit::degree, number_or_nan(), "quantiles of the rotations"}, motion.rotation_band_deg);
+  visit({group + "/translation_band", of_band(group + "/direction"), unit::mm, number_or_nan(), "quantiles of the translations"}, motion.translation_band_mm);
+  visit({group + "/contact_force_band", of_band(group + "/compartment"), unit::n, at_least_0_or_nan, "quantiles of the contact forces"}, motion.contact_force_band_n);
+  if (has_fibres) visit({group + "/tension_band", of_band(group + "/fibre"), unit::n, at_least_0_or_nan, "quantiles of the tensions of the fibres"}, motion.tension_band_n);
+  const std::vector<std::string> motions{band, "/flexion"};
+  const ValueCondition posed = where_stable(motion.quantile_status);
+  visit({group + "/quantile_sample", {band}, unit::one, row_of(static_cast<Eigen::Index>(visit.size(sample))), "sample at each probability in the order of internal rotation, as mean over flexion"}, motion.quantile_sample);
+  visit({group + "/quantile_status", motions, unit::none, codes(FlagSet::solver_status), "how the motion step of that sample ended"}, motion.quantile_status);
+  visit({group + "/tx", motions, unit::mm, number(posed), "translation of that sample along X of the world frame W"}, motion.tx_mm);
+  visit({group + "/ty", motions, unit::mm, number(posed), "translation of that sample along Y of the world frame W"}, motion.ty_mm);
+  visit({group + "/tz", motions, unit::mm, number(posed), "translation of that sample along Z of the world frame W"}, motion.tz_mm);
+  visit({group + "/theta", motions, unit::degree, number(posed), "rotation of that sample about Delta, right-knee sign"}, motion.theta_deg);
+  visit({group + "/varus", motions, unit::degree, number(posed), "varus of that sample, adduction positive"}, motion.varus_deg);
+  visit({group + "/rank_correlation", table, unit::one, at_least_minus_1, "Spearman's rank correlation of each result with each draw"}, motion.rank_correlation);
+  visit({group + "/first_order", table, unit::one, at_least_0_or_nan, "first-order Sobol index: share of the variance that the draw explains alone"}, motion.first_order);
+  visit({group + "/first_order_low", table, unit::one, at_least_0_or_nan, "lower end of its 90 % interval"}, motion.first_order_low);
+  visit({group + "/first_order_high", table, unit::one, at_least_0_or_nan, "upper end of its 90 % interval"}, motion.first_order_high);
+}
+
+// clang-format on
+
+}  // namespace registry
 
 namespace registry {
 
@@ -208,6 +614,86 @@ void visit_rows(MotionModel& model, RowVisitor& visit)
           model.job.warnings);
   }
   if (has_optional(visit, "/job/scaling", model.job.scaling)) visit_scaling(*model.job.scaling, visit);
+}
+
+namespace registry {
+
+// One line per dataset.
+// clang-format off
+
+namespace {
+
+void visit_searches(Trace& trace, RowVisitor& visit)
+{
+  auto& searches = trace.searches;
+  const std::vector<std::string> search{"/searches/search"}, vectors{"/searches/search", "/xyz"};
+  visit.group("/searches");
+  visit.dimension("/searches/search", DimensionSize::counted(searches.node.size()));
+  visit.dimension("/searches/search_bound", DimensionSize::fixed(visit.size("/searches/search") + 1));
+  visit({"/searches/flexion", search, unit::degree, number(), "flexion of the attitude"}, searches.flexion_deg);
+  visit({"/searches/varus", search, unit::degree, number(), "varus of the attitude, adduction positive"}, searches.varus_deg);
+  visit({"/searches/node", search, unit::none, codes(FlagSet::node), "kind of node of the seeding graph"}, searches.node);
+  visit({"/searches/status", search, unit::none, codes(FlagSet::search_status), "how the search ended"}, searches.status);
+  visit({"/searches/seed_translation", vectors, unit::mm, number(), "translation of the seed, world W"}, searches.seed_translation_mm);
+  visit({"/searches/seed_theta", search, unit::degree, number(), "rotation of the seed about Delta, right-knee sign"}, searches.seed_theta_deg);
+  visit({"/searches/move_start", {"/searches/search_bound"}, unit::one, row_starts(trace.moves.kind.size()), "first move of each search, then the number of moves"}, searches.move_start);
+}
+
+void visit_moves(Trace& trace, RowVisitor& visit)
+{
+  auto& moves = trace.moves;
+  const std::vector<std::string> move{"/moves/move"}, vectors{"/moves/move", "/xyz"};
+  visit.group("/moves");
+  visit.dimension("/moves/move", DimensionSize::counted(moves.kind.size()));
+  visit.dimension("/moves/move_bound", DimensionSize::fixed(visit.size("/moves/move") + 1));
+  visit({"/moves/iteration", move, unit::one, count(), "iteration of the search"}, moves.iteration);
+  visit({"/moves/kind", move, unit::none, codes(FlagSet::move_kind), "kind of the move"}, moves.kind);
+  visit({"/moves/translation", vectors, unit::mm, number(), "translation after the move, world W"}, moves.translation_mm);
+  visit({"/moves/theta", move, unit::degree, number(), "rotation about Delta after the move, right-knee sign"}, moves.theta_deg);
+  visit({"/moves/translation_step", move, unit::mm, number(), "current translation step"}, moves.translation_step_mm);
+  visit({"/moves/rotation_step", move, unit::degree, number(), "current rotation step"}, moves.rotation_step_deg);
+  visit({"/moves/collides", move, unit::none, codes(FlagSet::yes_no), "whether a trial of a bisection was blocked"}, moves.collides);
+  visit({"/moves/is_cycle", move, unit::none, codes(FlagSet::yes_no), "whether the search visited this pose before"}, moves.is_cycle);
+  visit({"/moves/in_contact", move, unit::none, codes(FlagSet::yes_no), "whether the approach ended in contact"}, moves.in_contact);
+  visit({"/moves/contact_start", {"/moves/move_bound"}, unit::one, row_starts(trace.contacts.compartment.size()), "first contact of each move, then the number of contacts"}, moves.contact_start);
+}
+
+void visit_trace_contacts(TraceContacts& contacts, RowVisitor& visit)
+{
+  const std::vector<std::string> contact{"/contacts/contact"}, vectors{"/contacts/contact", "/xyz"};
+  visit.group("/contacts");
+  visit.dimension("/contacts/contact", DimensionSize::counted(contacts.compartment.size()));
+  visit({"/contacts/point", vectors, unit::mm, number(), "point on the reference's surface, world W"}, contacts.point_mm);
+  visit({"/contacts/normal", vectors, unit::one, rule(Rule::unit_rows), "unit direction of the reaction on the moving object, world W"}, contacts.normal);
+  visit({"/contacts/distance", contact, unit::mm, number(), "distance of the two surfaces"}, contacts.distance_mm);
+  visit({"/contacts/triangle_reference", contact, unit::one, count(), "row of /bodies/reference/triangles of the motion model"}, contacts.triangle_reference);
+  visit({"/contacts/triangle_moving", contact, unit::one, count(), "row of /bodies/moving/triangles of the motion model"}, contacts.triangle_moving);
+  visit({"/contacts/compartment", contact, unit::none, codes(FlagSet::compartment), "compartment of the contact"}, contacts.compartment);
+}
+
+}  // namespace
+
+// clang-format on
+}  // namespace registry
+
+void visit_rows(Trace& trace, RowVisitor& visit)
+{
+  using namespace registry;
+  visit.attribute("/", "title", trace.title);
+  visit.attribute("/", "side", trace.side);
+  visit.attribute("/", "job_key", trace.job_key);
+  visit.attribute("/", "approach_step_mm", trace.approach_step_mm);
+  visit.attribute("/", "translation_resolution_mm", trace.translation_resolution_mm);
+  visit.attribute("/", "rotation_resolution_deg", trace.rotation_resolution_deg);
+  visit.dimension("/xyz", DimensionSize::fixed(3));
+  visit_searches(trace, visit);
+  visit_moves(trace, visit);
+  visit_trace_contacts(trace.contacts, visit);
+  visit.group("/job");
+  visit.dimension("/job/input", DimensionSize::counted(trace.job.inputs.size()));
+  visit({"/job/resolved", {}, unit::none, rule(Rule::any), "every key of the job with its value"},
+        trace.job.resolved);
+  visit_inputs(trace.job.inputs, visit);
 }
 
 }  // namespace vrda::store

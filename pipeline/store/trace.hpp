@@ -3,11 +3,13 @@
 #pragma once
 
 #include <Eigen/Core>
+
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "store/motion.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::store {
@@ -73,5 +75,37 @@ struct AttitudeFilter {
 /// The searches at those attitudes, in file order. Throws InputError naming `file` without one.
 std::vector<std::size_t> searches_at(const Trace& trace, const std::string& file,
                                      const AttitudeFilter& filter);
+
+// HDF5 file of the trace (schemas/trace.md).
+
+/// "knee.trace.h5" for "knee.h5".
+std::string trace_name(const std::string& motion_model_file);
+
+/// As write_motion_model. Equal traces give equal bytes.
+void write_trace(const std::string& path, const Trace& trace);
+
+/// As read_motion_model.
+Trace read_trace(const std::string& path);
+
+/// Throws InputError naming `trace_file` when it is not the trace of `model`, read from `model_file`.
+void require_trace_matches_model(const Trace& trace, const std::string& trace_file, const MotionModel& model,
+                                 const std::string& model_file);
+
+// One search of a trace as a sequence of poses.
+
+struct FilmOptions {
+  store::AttitudeFilter cell;  ///< default: the spine cell of the first flexion
+  bool contact_only = false;   ///< omit the seed and moves without contact (thesis 3.8)
+  int every = 1;               ///< keep every Nth frame and the last
+};
+
+struct Film {
+  Attitude attitude;
+  std::vector<PoseCoordinates> frames;  ///< the seed, then the moves in order
+};
+
+/// Returns the search whose result is the requested cell of the motion model. Throws InputError naming `file`
+/// if the search is missing or no frame remains.
+Film film_of(const store::Trace& trace, const std::string& file, const FilmOptions& options);
 
 }  // namespace vrda::store

@@ -9,10 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "model/render_mesh.hpp"
-#include "core/trig.hpp"
+#include "model/mesh.hpp"
 #include "core/units.hpp"
-#include "store/joint_parts.hpp"
+#include "store/motion.hpp"
 #include "core/canvas.hpp"
 
 namespace vrda::tables {

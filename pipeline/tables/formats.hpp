@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tables/flexion_motion.hpp"
+#include "tables/tables.hpp"
 
 namespace vrda::tables {
 

@@ -2,7 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "app/options.hpp"
-#include "bench/controls.hpp"
+#include "bench/bench_run.hpp"
 #include "calibration/session.hpp"
 
 namespace vrda::app {

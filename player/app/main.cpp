@@ -9,13 +9,12 @@
 #include <vector>
 
 #include "app/options.hpp"
-#include "bench/live_bench.hpp"
+#include "bench/bench_run.hpp"
 #include "calibration/rehearsal.hpp"
-#include "core/atomic_file.hpp"
-#include "core/error.hpp"
-#include "view/arguments.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
+#include "view/keys.hpp"
 #include "store/read_separately.hpp"
-#include "store/seal.hpp"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/bench_run.hpp"
-#include "bench/measure_body.hpp"
+#include "bench/body_tracker.hpp"
 #include "calibration/calibrate.hpp"
 #include "show/follow.hpp"
 #include "view/keys.hpp"

@@ -7,8 +7,8 @@
 #include <iostream>
 #include <string>
 
-#include "core/error.hpp"
-#include "bench/track.hpp"
+#include "core/text.hpp"
+#include "bench/webcam.hpp"
 
 namespace {
 

@@ -10,7 +10,6 @@
 #include <util/atomic.h>
 
 #include "bench/board.h"
-#include "bench/quadrature.h"
 
 enum { received_size = 16 }; /* a power of two; the computer has at most six requests outstanding */
 

@@ -1,16 +1,268 @@
+// The table [simulation] of a bench file: motion, noise and faults of the simulated tracker and board.
 #include "bench/bench_file.hpp"
 
-#include <algorithm>
-#include <filesystem>
+#include <arpa/inet.h>
 
-#include "bench/document_parts.hpp"
-#include "bench/parameters.hpp"
-#include "core/error.hpp"
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <set>
+
+#include "bench/calibration_file.hpp"
+#include "core/schema.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "core/schema.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::bench {
+namespace {
+
+bench::SimulatedBody simulated_body(const BodySettings& settings, const char* name)
+{
+  bench::SimulatedBody body;
+  // A body of markers has no tool; occlusions refer to it by its role name.
+  body.tool = settings.tool.empty() ? name : settings.tool;
+  body.markers_mm = settings.markers_body_mm;
+  return body;
+}
+
+void add_bodies(const BenchFile& bench, bench::SimulationScript& script)
+{
+  const auto body = [&](BodyRole role) {
+    return simulated_body(*bench.bodies[static_cast<std::size_t>(role)], name_of(role));
+  };
+  script.femur = body(bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur);
+  if (bench.leg == LegKind::two_bodies) {
+    script.tibia = body(BodyRole::tibia);
+  } else {
+    script.tibia.tool = "tibia, not tracked";
+  }
+  if (bench.head == HeadKind::tracker) script.head = body(BodyRole::head);
+  for (const std::optional<BodySettings>& settings : bench.bodies) {
+    if (settings && settings->marker_interval_ms > 0.0)
+      script.firing_interval_ms = settings->marker_interval_ms;
+  }
+}
+
+void add_paths(const core::DocumentValue& table, bench::SimulationScript& script)
+{
+  script.is_looped = core::flag_at(table, "loop");
+  script.leg.clear();
+  for (const std::vector<double>& row : core::rows_at(table, "leg"))
+    script.leg.push_back({row[0], row[1], row[2]});
+  script.stage.clear();
+  for (const std::vector<double>& row : core::rows_at(table, "stage"))
+    script.stage.push_back({row[0], row[1]});
+  script.potentiometer.clear();
+  for (const std::vector<double>& row : core::rows_at(table, "potentiometer"))
+    script.potentiometer.push_back({row[0], row[1]});
+}
+
+void add_noise(const core::DocumentValue& table, bench::SimulationScript& script)
+{
+  script.rate_hz = core::number_at(table, "rate_hz");
+  script.jitter_ms = core::number_at(table, "jitter_ms");
+  script.drop_rate = core::number_at(table, "drop_rate");
+  script.noise_mm = core::number_at(table, "noise_mm");
+  script.noise_rad = rad_from_deg(core::number_at(table, "noise_deg"));
+  script.potentiometer_noise_counts = core::number_at(table, "potentiometer_noise_counts");
+  script.sway_mm = core::number_at(table, "sway_mm");
+  script.sway_s = core::number_at(table, "sway_s");
+}
+
+void add_faults(const core::DocumentValue& table, bench::SimulationScript& script)
+{
+  if (table.find("occlusion") != nullptr) script.occlusions.clear();
+  for (const core::DocumentValue& item : core::list_or_empty(table, "occlusion")) {
+    script.occlusions.push_back({core::text_at(item, "tool"), core::number_at(item, "from_s"),
+                                 core::number_at(item, "to_s"), core::number_at(item, "every_s")});
+  }
+  script.clock.offset_s = core::number_at(table, "clock_offset_s");
+  script.clock.drift_ppm = core::number_at(table, "clock_drift_ppm");
+  for (const core::DocumentValue& item : core::list_or_empty(table, "clock_step"))
+    script.clock.steps.push_back({core::number_at(item, "at_s"), core::number_at(item, "by_ms")});
+}
+
+bench::PoseParameters six_at(const core::DocumentValue& table, const char* key)
+{
+  const std::vector<double> v = core::numbers_at(table, key);
+  return {{v[0], v[1], v[2]}, Eigen::Vector3d(v[3], v[4], v[5]) * rad_from_deg(1.0)};
+}
+
+}  // namespace
+
+std::string simulation_address_of(const core::Document& document)
+{
+  const std::string key = "simulation.address", &address = core::text_at(document.root, key);
+  std::array<unsigned char, sizeof(in6_addr)> bytes{};
+  if (inet_pton(AF_INET, address.c_str(), bytes.data()) != 1 &&
+      inet_pton(AF_INET6, address.c_str(), bytes.data()) != 1)
+    document.refuse_value(key, "a numeric IP address of this machine, or 0.0.0.0 for all its addresses");
+  return address;
+}
+
+bench::SimulationScript simulation_of(const core::Document& document, const BenchFile& bench)
+{
+  const core::DocumentValue& table = core::value_at(document.root, "simulation");
+  bench::SimulationScript script;
+  // The knee is at the table origin; the eyes of the nominal bench are 800 mm from it.
+  script.X_tracker_femur.translation().setZero();
+  add_bodies(bench, script);
+  // The default occlusion refers to the tibia by the default name; a rigid leg has no tracked tibia.
+  for (bench::Occlusion& occlusion : script.occlusions) occlusion.tool = script.tibia.tool;
+  if (bench.leg == LegKind::rigid) script.occlusions.clear();
+  script.X_tracker_head = bench::pose_of(nominal_calibration(bench).X_table_eyes);
+  script.seed = static_cast<std::uint64_t>(core::integer_at(table, "seed"));
+  script.side = side_named(core::text_at(table, "side"));
+  if (table.find("femur") != nullptr) script.X_tracker_femur = bench::pose_of(six_at(table, "femur"));
+  add_noise(table, script);
+  add_paths(table, script);
+  add_faults(table, script);
+  bench::require_usable(script, document.file);
+  return script;
+}
+
+namespace {
+
+/// Throws InputError if the rectangles do not determine an eyepoint.
+std::vector<CalibrationRectangle> rectangles_of(const core::Document& document, int repeats)
+{
+  std::vector<CalibrationRectangle> rectangles;
+  std::set<double> depths_mm;
+  for (const std::vector<double>& row : core::rows_at(document.root, "calibration.rectangles")) {
+    rectangles.push_back({row[0], row[1]});
+    depths_mm.insert(row[1]);
+  }
+  if (*depths_mm.rbegin() - *depths_mm.begin() < least_depth_range_mm) {
+    document.refuse("calibration.rectangles", "one depth, " + shortest_decimal(*depths_mm.begin()) + " mm",
+                    "two depths or more, " + shortest_decimal(least_depth_range_mm) +
+                        " mm apart; one depth does not determine the distance of the eye");
+  }
+  const std::size_t n_marks = rectangles.size() * static_cast<std::size_t>(repeats);
+  if (n_marks < least_rectangle_marks) {
+    document.refuse(
+        "calibration.rectangle_repeats",
+        std::to_string(n_marks) + " alignments of " + std::to_string(rectangles.size()) + " rectangles",
+        std::to_string(least_rectangle_marks) +
+            " alignments or more for each eye; add repeats or rectangles");
+  }
+  return rectangles;
+}
+
+/// Throws InputError if the nodes of a grid are too few for the marks of a distortion.
+void require_nodes(const core::Document& document, const CalibrationSettings& settings)
+{
+  const int n_nodes = settings.grid_columns * settings.grid_rows;
+  if (settings.is_grid_adjusted || n_nodes >= static_cast<int>(least_grid_marks)) return;
+  document.refuse(
+      "calibration.grid",
+      std::to_string(settings.grid_columns) + " by " + std::to_string(settings.grid_rows) + " nodes",
+      std::to_string(least_grid_marks) + " nodes or more");
+}
+
+/// Converts a list of tables with unique names by `item_of`.
+template <typename Item, typename ItemOf>
+std::vector<Item> named_items(const core::Document& document, const std::string& key, ItemOf item_of)
+{
+  std::vector<Item> items;
+  std::set<std::string> names;
+  for (const core::DocumentValue& value : core::list_or_empty(document.root, key)) {
+    const std::string& name = core::text_at(value, "name");
+    if (!names.insert(name).second) {
+      document.refuse(key + "." + std::to_string(items.size()) + ".name", "'" + name + "' twice",
+                      "a unique name");
+    }
+    items.push_back(item_of(value, name));
+  }
+  return items;
+}
+
+std::vector<CalibrationPoint> points_of(const core::Document& document, const std::string& key)
+{
+  return named_items<
+      CalibrationPoint>(document, key, [](const core::DocumentValue& value, const std::string& name) {
+    return CalibrationPoint{name, core::vector3_at(value, "mm"), core::flag_at(value, "target")};
+  });
+}
+
+std::vector<CalibrationLandmarks> landmarks_of(const core::Document& document)
+{
+  return named_items<CalibrationLandmarks>(
+      document, "calibration.landmarks", [](const core::DocumentValue& value, const std::string& name) {
+        return CalibrationLandmarks{name, core::number_at(value, "model_mm")};
+      });
+}
+
+int whole_at(const core::DocumentValue& table, const char* key)
+{
+  return static_cast<int>(core::integer_at(table, key));
+}
+
+const std::string& required_short(const core::Document& document, const std::string& key,
+                                  const std::string& name)
+{
+  if (name.size() > longest_tool_name) {
+    document.refuse(
+        key, "'" + name + "' of " + std::to_string(name.size()) + " bytes",
+        "at most " + std::to_string(longest_tool_name) + " bytes (OpenIGTLink truncates longer names)");
+  }
+  return name;
+}
+
+}  // namespace
+
+std::string tool_name(const core::Document& document, const std::string& key)
+{
+  return required_short(document, key, core::text_at(document.root, key));
+}
+
+std::vector<std::string> tool_names(const core::Document& document, const std::string& key)
+{
+  std::vector<std::string> names = core::texts_at(document.root, key);
+  for (const std::string& one : names) required_short(document, key, one);
+  return names;
+}
+
+CalibrationSettings calibration_settings_of(const core::Document& document)
+{
+  CalibrationSettings settings;
+  const core::DocumentValue* table = document.root.find("calibration");
+  if (table == nullptr) return settings;
+  const std::vector<double> grid = core::numbers_at(*table, "grid");
+  settings.is_present = true;
+  settings.edge_repeats = whole_at(*table, "edge_repeats");
+  settings.screen_sd_mm = core::number_at(*table, "screen_sd_mm");
+  settings.is_grid_adjusted = core::text_at(*table, "distortion") == "adjust";
+  settings.grid_columns = static_cast<int>(grid[0]);
+  settings.grid_rows = static_cast<int>(grid[1]);
+  require_nodes(document, settings);
+  settings.grid_repeats = whole_at(*table, "grid_repeats");
+  settings.rectangle_repeats = whole_at(*table, "rectangle_repeats");
+  settings.alignment_sd_rad = rad_from_deg(core::number_at(*table, "alignment_sd_deg"));
+  settings.sight_sd_px = core::number_at(*table, "sight_sd_px");
+  settings.has_pupillometer = core::flag_at(*table, "pupillometer");
+  settings.pupillometer_sd_mm = core::number_at(*table, "pupillometer_sd_mm");
+  settings.eye_height_sd_mm = core::number_at(*table, "eye_height_sd_mm");
+  settings.rail_samples = whole_at(*table, "rail_samples");
+  settings.pivot_samples = whole_at(*table, "pivot_samples");
+  settings.hold_samples = whole_at(*table, "hold_samples");
+  settings.bullseyes = whole_at(*table, "bullseyes");
+  settings.is_model_adjusted = core::text_at(*table, "model") == "adjust";
+  settings.model_repeats = whole_at(*table, "model_repeats");
+  settings.rectangles = rectangles_of(document, settings.rectangle_repeats);
+  settings.probe = tool_name(document, "calibration.probe");
+  settings.marker = tool_name(document, "calibration.marker");
+  settings.points = points_of(document, "calibration.point");
+  settings.tibia_points = points_of(document, "calibration.tibia_point");
+  settings.landmarks = landmarks_of(document);
+  settings.bends = whole_at(*table, "bends");
+  settings.bend_samples = whole_at(*table, "bend_samples");
+  settings.functional = {core::number_at(*table, "tracker_sd_mm"),
+                         rad_from_deg(core::number_at(*table, "tracker_sd_deg")),
+                         core::number_at(*table, "model_sd_mm"),
+                         rad_from_deg(core::number_at(*table, "model_sd_deg"))};
+  return settings;
+}
 
 const core::DocumentSchema& bench_schema();  // schemas/bench.schema.json
 

@@ -1,27 +1,31 @@
 #include "bench/bench_run.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <set>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "bench/bench_show.hpp"
-#include "bench/timing.hpp"
-#include "bench/trackball.hpp"
-#include "core/atomic_file.hpp"
-#include "core/error.hpp"
-#include "core/units.hpp"
+#include "bench/bench_state.hpp"
 #include "core/document.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
 #include "show/loop.hpp"
-#include "view/arguments.hpp"
-#include "view/gamepad.hpp"
+#include "show/session.hpp"
 #include "store/motion_model.hpp"
-#include "store/motion_model_file.hpp"
 #include "store/solved_cells.hpp"
+#include "view/keys.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -371,6 +375,523 @@ BenchSetup recorded_setup(const bench::Recording& recording, const BenchOptions&
   const std::string set = options.set.empty() ? facts.set : options.set;
   return build_setup({facts.bench_path, facts.bench_text, facts.calibration_path, facts.calibration_text},
                      {options.file, set}, false);
+}
+
+// Replay of a bench recording.
+
+namespace {
+
+constexpr double slowest = 0.05, fastest = 100.0;
+constexpr double leap_s = 5.0;
+
+/// Plays a recording. Its time continues from the next picture.
+class Replay final : public show::Mode {
+ public:
+  Replay(const BenchOptions& options, const BenchSetup& setup, bench::RecordingReader& recording)
+      : options_(options),
+        pictures_(recording),
+        show_(options, setup),
+        state_(setup, recording),
+        speed_(options.speed.value_or(options.is_headless ? 0.0 : 1.0))
+  {
+    next_ = pictures_.index_at(options.from_s);
+    until_ = options.seconds ? pictures_.index_at(options.from_s + *options.seconds) : pictures_.n_frames();
+    rebase();
+  }
+
+  show::Sink& sink() { return show_.sink(); }
+  std::size_t n_shown() const { return n_shown_; }
+  void finish() { show_.finish(); }
+
+  bool is_over() const override { return is_left_ || (options_.is_headless && is_resting()); }
+
+  show::RoundTime round_time() const override
+  {
+    constexpr double resting_s = 0.02;
+    if (is_resting()) return {resting_s};
+    return {speed_ > 0.0 ? std::max(0.0, (pictures_.seconds(next_) - at_s_) / speed_) : 0.0};
+  }
+
+  void take(const view::InputEvent& event) override
+  {
+    const std::optional<view::KeyPress> press = show::key_press_of(event);
+    if (!press) return;
+    const view::Key key = press->key;
+    if (key == view::Key::space) is_paused_ = !is_paused_;
+    if (key == view::Key::left) leap(-leap_s);
+    if (key == view::Key::right) leap(leap_s);
+    if (key == view::key_of('+') || key == view::key_of('='))
+      speed_ = std::min(fastest, 2.0 * speed_);
+    if (key == view::key_of('-')) speed_ = std::max(slowest, 0.5 * speed_);
+    if (key == view::key_of('T')) show_.panel().has_panel = !show_.panel().has_panel;
+    is_left_ = is_left_ || key == view::Key::escape || key == view::key_of('Q');
+  }
+
+  void advance(double elapsed_s) override
+  {
+    if (!is_resting()) at_s_ += speed_ * elapsed_s;
+  }
+
+  void draw() override
+  {
+    if (is_resting()) {
+      if (std::exchange(is_dirty_, false) && next_ > 0) draw(next_ - 1);
+      return;
+    }
+    // Tolerance of a wait, which ends within a nanosecond.
+    constexpr double rounding_s = 1e-6;
+    if (speed_ > 0.0 && pictures_.seconds(next_) > at_s_ + rounding_s) return;
+    draw(next_++);
+    ++n_shown_;
+  }
+
+ private:
+  bool is_resting() const { return is_paused_ || next_ >= until_; }
+  void draw(std::size_t n)
+  {
+    show_.show(state_.state(), state_.at(n), n, pictures_.seconds(n) / options_.speed.value_or(1.0));
+  }
+
+  void rebase() { at_s_ = pictures_.seconds(std::min(next_, pictures_.n_frames() - 1)); }
+  void leap(double s)
+  {
+    const double from_s = pictures_.seconds(std::min(next_, pictures_.n_frames() - 1));
+    next_ = std::min(pictures_.index_at(std::max(0.0, from_s + s)), pictures_.n_frames() - 1);
+    is_dirty_ = true;
+    rebase();
+  }
+
+  const BenchOptions& options_;
+  bench::RecordingReader& pictures_;
+  BenchOutput show_;
+  ReplayState state_;
+  double speed_ = 1.0;  ///< 0: unpaced
+  double at_s_ = 0.0;   ///< position in the recording
+  std::size_t next_ = 0, until_ = 0, n_shown_ = 0;
+  bool is_paused_ = false, is_left_ = false, is_dirty_ = false;
+};
+
+void require_from(const BenchOptions& options, bench::RecordingReader& pictures)
+{
+  const double last_s = pictures.seconds(pictures.n_frames() - 1);
+  if (options.from_s <= last_s) return;
+  // Rounded down, so that the reported end is valid.
+  constexpr double tenths = 10.0;
+  throw InputError(
+      {"--from", "", show::rounded_text(options.from_s, 1),
+       "a second of the recording, 0 to " + show::rounded_text(std::floor(tenths * last_s) / tenths, 1)});
+}
+
+}  // namespace
+
+void replay_bench(const BenchOptions& options, const show::Streams& streams)
+{
+  if (options.speed && !(*options.speed >= slowest && *options.speed <= fastest))
+    throw InputError({"--speed", "", std::to_string(*options.speed), "0.05 to 100"});
+  bench::RecordingReader recording(options.replay);
+  if (!recording.dropped_why().empty()) {
+    streams.messages << "vrda-player: " << options.replay << ": " << recording.dropped_why() << ": "
+                     << recording.n_frames() << " pictures read before it\n";
+  }
+  if (recording.n_frames() == 0)
+    throw InputError({options.replay, "", "no pictures", "a recording with at least one picture"});
+  require_from(options, recording);
+  const BenchSetup setup = recorded_setup(bench::Recording{recording.facts(), {}, 0, {}}, options);
+  Replay replay(options, setup, recording);
+  show::StopSignals stop;
+  show::run_loop(replay, replay.sink(), stop);
+  replay.finish();
+  if (options.is_quiet) return;
+  MotionCollector collector(setup.bench);
+  for (std::size_t k = 0; k < recording.n_frames() && !collector.is_full(); ++k)
+    collector.take(recording.frame(k));
+  streams.messages << options.replay << ": " << replay.n_shown() << " of " << recording.n_frames()
+                   << " pictures shown\n"
+                   << prediction_text(predictions_of(collector));
+}
+
+namespace {
+
+/// Screens of phones show no more.
+constexpr double most_rate_hz = 60.0;
+
+// JSON and TOML have the same escapes in strings, and number_text() is valid in both for finite numbers.
+using show::list_text, show::number_text, show::quoted_text;
+
+std::string rows_text(const Pose& X)
+{
+  std::array<double, 12> rows{};
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    rows[k] = X.matrix()(static_cast<Eigen::Index>(k / 4), static_cast<Eigen::Index>(k % 4));
+  return list_text(rows);
+}
+
+void add_points(std::string& text, const std::vector<bench::CalibrationPoint>& points, const char* body)
+{
+  for (const bench::CalibrationPoint& point : points) {
+    if (point.is_target) continue;
+    if (text.back() != '[') text += ", ";
+    text += "{\"name\": " + quoted_text(point.name) + ", \"body\": \"" + body +
+            "\", \"point\": " + list_text(std::span(point.p_model_mm.data(), 3)) + "}";
+  }
+}
+
+}  // namespace
+
+struct LiveBench::State {
+  explicit State(const BenchOptions& options)
+      : setup(read_bench_setup(options)),
+        bench(setup.bench, setup.calibration, setup.motion, setup.frame),
+        devices(setup.bench.tracker, setup.bench.board)
+  {
+  }
+
+  BenchSetup setup;
+  BenchState bench;
+  bench::Devices devices;
+  std::uint64_t n_messages = 0;
+};
+
+LiveBench::LiveBench(const BenchOptions& options) : state_(std::make_unique<State>(options)) {}
+
+LiveBench::~LiveBench() = default;
+
+double LiveBench::interval_s() const
+{
+  return 1.0 / std::min(state_->setup.bench.display.refresh_hz, most_rate_hz);
+}
+
+std::string LiveBench::greeting() const
+{
+  const BenchSetup& setup = state_->setup;
+  std::string text = "{\"kind\": \"bench\", \"version\": 1, \"title\": " + quoted_text(setup.bench.title) +
+                     ", \"set\": " + quoted_text(setup.facts.set) +
+                     ", \"scale\": " + number_text(setup.calibration.subject_scale) + ", \"points\": [";
+  add_points(text, setup.bench.calibration.points, "reference");
+  add_points(text, setup.bench.calibration.tibia_points, "moving");
+  return text + "]}";
+}
+
+std::string LiveBench::next()
+{
+  for (bench::Sample sample; state_->devices.take(sample);) state_->bench.take(sample);
+  std::string error_message;
+  if (state_->setup.bench.tracker) {
+    const bench::DeviceReport report = state_->devices.report(bench::DeviceId::tracker);
+    if (report.link != bench::LinkState::up) error_message = device_text("tracker", report);
+  }
+  return live_message(state_->bench.frame(state_->devices.now_ns()), ++state_->n_messages, error_message);
+}
+
+std::string live_message(const BenchFrame& frame, std::uint64_t number, const std::string& error_message)
+{
+  std::string text = "{\"kind\": \"pose\", \"number\": " + std::to_string(number);
+  text += ", \"flexion\": " + number_text(deg_from_rad(frame.pose.attitude.flexion_rad));
+  text += ", \"varus\": " + number_text(deg_from_rad(frame.pose.attitude.varus_rad));
+  text += ", \"placement\": " + rows_text(frame.X_tracker_reference) + ", \"marks\": [";
+  const auto mark = [&text](const std::string& words) {
+    if (!words.empty()) text += (text.back() == '[' ? "" : ", ") + quoted_text(words);
+  };
+  mark(error_message);
+  // The display and its stage do not matter to a browser.
+  for (const bench::BodyRole role :
+       {bench::BodyRole::leg, bench::BodyRole::femur, bench::BodyRole::tibia})
+    mark(input_status_text(bench::name_of(role), frame.bodies[static_cast<std::size_t>(role)]));
+  mark(leg_check_text(frame.leg));
+  mark(input_status_text("potentiometer", frame.potentiometer));
+  return text + "]}";
+}
+
+namespace {
+
+constexpr double many = 10.0;  // steps, with Shift
+constexpr double usual_prediction_ms = 30.0;
+
+constexpr std::array key_lines{
+    view::HelpLine{"Up, Down", "previous, next parameter; with Shift, the next group"},
+    view::HelpLine{"Left, Right", "decrease, increase by a step; with Shift by ten"},
+    view::HelpLine{"F, V, I", "select flexion, varus (rigid leg), inter-pupillary distance"},
+    view::HelpLine{"P", "prediction on and off"},
+    view::HelpLine{"E", "filter of the leg's angles on and off"},
+    view::HelpLine{"Z", "zero the parallax stage at its stop"},
+    view::HelpLine{"Left, right, middle drag",
+                         "turn, move, push the joint off the leg; R puts it back"},
+    view::HelpLine{"Gamepad", "stick and cross: as the arrow keys; left shoulder: Shift"},
+    view::HelpLine{"W", "write the calibration file"},
+    view::HelpLine{"T", "panel with devices and timing"},
+    view::HelpLine{"S", "screenshot (PNG, in the current folder)"},
+    view::HelpLine{"H or ?", "this page"},
+    view::HelpLine{"Q or Esc", "quit"},
+};
+
+/// "left" for "left.k1".
+std::string kind_of(std::size_t parameter)
+{
+  const std::string& name = bench::parameters()[parameter].name;
+  return name.substr(0, name.find('.'));
+}
+
+void select_by(BenchState& state, bool is_forward, bool is_other_kind)
+{
+  const std::size_t n = bench::parameters().size();
+  const std::size_t step = is_forward ? 1 : n - 1;
+  const auto is_passed = [&](std::size_t parameter) {
+    const bool is_same_kind = is_other_kind && kind_of(parameter) == kind_of(state.selected());
+    return is_same_kind || !bench::is_used(parameter, state.bench());
+  };
+  std::size_t next = (state.selected() + step) % n;
+  while (is_passed(next)) next = (next + step) % n;
+  state.select(next);
+}
+
+void select_named(BenchState& state, const char* name)
+{
+  const std::optional<std::size_t> parameter = bench::find_parameter(name);
+  if (parameter && bench::is_used(*parameter, state.bench())) state.select(*parameter);
+}
+
+void change_by(BenchState& state, double steps)
+{
+  const std::size_t selected = state.selected();
+  const double step = bench::parameters()[selected].step;
+  // In multiples of the step, so that opposite key presses restore the value.
+  const double value = bench::value_of(state.values(), selected);
+  bench::set_value(state.values(), selected, (std::round(value / step * 1e3) / 1e3 + steps) * step);
+  state.select(selected);
+}
+
+void toggle_prediction(BenchState& state)
+{
+  double& ms = state.values().prediction_ms;
+  const double usual = state.bench().prediction_ms > 0.0 ? state.bench().prediction_ms : usual_prediction_ms;
+  ms = ms > 0.0 ? 0.0 : usual;
+}
+
+using Press = view::KeyPress;
+
+struct Binding {
+  view::Key key = view::Key::none;
+  void (*act)(BenchState&, const Press&) = nullptr;
+  BenchRequest request = BenchRequest::none;
+};
+
+double steps_of(const Press& press)
+{
+  return press.has_shift ? many : 1.0;
+}
+
+constexpr std::array bindings{
+    Binding{view::Key::up, [](BenchState& s, const Press& p) { select_by(s, false, p.has_shift); }},
+    Binding{view::Key::down, [](BenchState& s, const Press& p) { select_by(s, true, p.has_shift); }},
+    Binding{view::Key::left, [](BenchState& s, const Press& p) { change_by(s, -steps_of(p)); }},
+    Binding{view::Key::right, [](BenchState& s, const Press& p) { change_by(s, steps_of(p)); }},
+    Binding{view::key_of('F'), [](BenchState& s, const Press&) { select_named(s, "flexion"); }},
+    Binding{view::key_of('V'), [](BenchState& s, const Press&) { select_named(s, "varus"); }},
+    Binding{view::key_of('I'),
+            [](BenchState& s, const Press&) { select_named(s, "eyes.distance_apart"); }},
+    Binding{view::key_of('P'), [](BenchState& s, const Press&) { toggle_prediction(s); }},
+    Binding{view::key_of('E'), [](BenchState& s, const Press&) { s.set_filter(!s.is_filtered()); }},
+    Binding{view::key_of('R'), [](BenchState& s, const Press&) { s.reset_offset(); }},
+    Binding{view::key_of('Z'), nullptr, BenchRequest::zero_stage},
+    Binding{view::key_of('W'), nullptr, BenchRequest::write_calibration},
+    Binding{view::key_of('T'), nullptr, BenchRequest::show_panel},
+    Binding{view::key_of('S'), nullptr, BenchRequest::screenshot},
+    Binding{view::key_of('H'), nullptr, BenchRequest::show_help},
+    Binding{view::key_of('?'), nullptr, BenchRequest::show_help},
+    Binding{view::key_of('Q'), nullptr, BenchRequest::quit},
+    Binding{view::Key::escape, nullptr, BenchRequest::quit},
+};
+
+}  // namespace
+
+BenchRequest apply_key(BenchState& state, const view::KeyPress& press)
+{
+  const auto* const binding = std::ranges::find(bindings, press.key, &Binding::key);
+  if (binding == bindings.end()) return BenchRequest::none;
+  if (binding->act != nullptr) binding->act(state, press);
+  return binding->request;
+}
+
+std::span<const view::HelpLine> bench_key_lines()
+{
+  return key_lines;
+}
+
+std::string parameter_text(const BenchState& state, std::size_t parameter)
+{
+  const bench::Parameter& p = bench::parameters()[parameter];
+  // Rounded to a hundredth of a step.
+  const double grain = p.step / 100.0;
+  const double value = std::round(bench::value_of(state.values(), parameter) / grain) * grain;
+  const double shown = std::round(value * 1e6) / 1e6;
+  return p.name + " " + shortest_decimal(shown) + (p.unit.empty() ? "" : " " + p.unit);
+}
+
+namespace {
+
+/// Frames before the end of a skipped part that set what is remembered of the tools: those up to the last
+/// frame that had a sample of a tool, or that showed it.
+class RememberedFrames {
+ public:
+  void take(std::size_t k, const std::vector<bench::Sample>& samples)
+  {
+    for (const bench::Sample& sample : samples) {
+      if (sample.kind != bench::SampleKind::tool_pose) continue;
+      const std::size_t at = 2 * static_cast<std::size_t>(sample.source);
+      if (at >= last_.size()) last_.resize(at + 2);
+      last_[at] = k;
+      if (sample.is(bench::ToolVisibility::seen)) last_[at + 1] = k;
+    }
+  }
+  bool has(std::size_t k) const
+  {
+    constexpr std::size_t window = 600;  // 10 s at 60 frames a second: filters have settled
+    return std::ranges::any_of(last_, [k](const std::optional<std::size_t>& last) {
+      return last && k <= *last && k + window > *last;
+    });
+  }
+
+ private:
+  std::vector<std::optional<std::size_t>> last_;
+};
+
+}  // namespace
+
+ReplayState::ReplayState(const BenchSetup& setup, bench::RecordingReader& recording)
+    : setup_(setup), recording_(recording)
+{
+  begin();
+}
+
+void ReplayState::begin()
+{
+  state_.emplace(setup_.bench, setup_.calibration, setup_.motion, setup_.frame);
+  n_taken_ = 0;
+}
+
+void ReplayState::skip_to(std::size_t n)
+{
+  RememberedFrames remembered;
+  for (std::size_t k = n_taken_; k < n; ++k) remembered.take(k, recording_.frame(k).samples);
+  std::vector<bench::Sample> lasting;
+  while (n_taken_ < n) {
+    if (remembered.has(n_taken_)) {
+      take_next();
+      continue;
+    }
+    const bench::RecordedFrame& frame = recording_.frame(n_taken_++);
+    lasting.clear();
+    std::ranges::copy_if(frame.samples, std::back_inserter(lasting), [](const bench::Sample& sample) {
+      return sample.kind != bench::SampleKind::tool_pose;
+    });
+    PanelContent unused;
+    apply_input(*state_, unused, frame.keys, lasting);
+  }
+}
+
+void ReplayState::take_next()
+{
+  const bench::RecordedFrame& frame = recording_.frame(n_taken_++);
+  PanelContent unused;
+  apply_input(*state_, unused, frame.keys, frame.samples);
+  frame_ = &state_->frame(frame.now_ns);
+}
+
+const BenchFrame& ReplayState::at(std::size_t n)
+{
+  if (n + 1 < n_taken_) begin();
+  if (n > n_taken_ + run_up) skip_to(n - run_up);
+  while (n_taken_ <= n) take_next();
+  return *frame_;
+}
+
+namespace {
+
+std::string hundredths(double value)
+{
+  return show::rounded_text(value, 2);
+}
+
+}  // namespace
+
+MotionCollector::MotionCollector(const bench::BenchFile& bench) : bodies_(bench) {}
+
+void MotionCollector::end_message(BodyTracker& tracker)
+{
+  if (!tracker.end_message()) return;
+  for (std::size_t role = 0; role < motions_.size(); ++role) {
+    std::vector<bench::TimedPose>& motion = motions_[role];
+    const std::optional<BodyTracker>& own = bodies_[static_cast<bench::BodyRole>(role)];
+    if (!own || &*own != &tracker || motion.size() == most_poses) continue;
+    if (motion.empty() || tracker.seen_s() > motion.back().time_s)
+      motion.push_back({tracker.seen_s(), tracker.last()});
+  }
+}
+
+void MotionCollector::take(const bench::RecordedFrame& frame)
+{
+  for (const bench::Sample& sample : frame.samples) {
+    if (sample.kind == bench::SampleKind::tool_pose)
+      bodies_.take(sample, [this](BodyTracker& tracker) { end_message(tracker); });
+  }
+}
+
+bool MotionCollector::is_full() const
+{
+  return std::ranges::any_of(
+      motions_, [](const std::vector<bench::TimedPose>& motion) { return motion.size() == most_poses; });
+}
+
+const std::vector<bench::TimedPose>& MotionCollector::motion(bench::BodyRole role)
+{
+  if (std::optional<BodyTracker>& own = bodies_[role]) end_message(*own);
+  return motions_[static_cast<std::size_t>(role)];
+}
+
+std::vector<bench::TimedPose> recorded_motion(const bench::Recording& recording,
+                                                 const bench::BenchFile& bench,
+                                                 bench::BodyRole role)
+{
+  MotionCollector collector(bench);
+  for (const bench::RecordedFrame& frame : recording.frames) collector.take(frame);
+  return collector.motion(role);
+}
+
+std::vector<BodyPrediction> predictions_of(MotionCollector& collector)
+{
+  std::vector<BodyPrediction> predictions;
+  for (std::size_t role = 0; role < bench::n_body_roles; ++role) {
+    const std::vector<bench::TimedPose>& motion =
+        collector.motion(static_cast<bench::BodyRole>(role));
+    if (motion.size() < 2) continue;
+    for (const double horizon_ms : {16.0, 33.0, 50.0}) {
+      predictions.push_back({static_cast<bench::BodyRole>(role), horizon_ms,
+                             bench::prediction_error(motion, horizon_ms / 1000.0)});
+    }
+  }
+  return predictions;
+}
+
+std::vector<BodyPrediction> recorded_predictions(const bench::Recording& recording,
+                                                 const bench::BenchFile& bench)
+{
+  MotionCollector collector(bench);
+  for (const bench::RecordedFrame& frame : recording.frames) collector.take(frame);
+  return predictions_of(collector);
+}
+
+std::string prediction_text(const std::vector<BodyPrediction>& predictions)
+{
+  std::ostringstream text;
+  for (const BodyPrediction& p : predictions) {
+    const bench::PredictionError &mm = p.error.shift_mm, &turn = p.error.turn_rad;
+    text << bench::name_of(p.role) << " after " << show::rounded_text(p.horizon_ms, 2)
+         << " ms: held " << hundredths(mm.held.rms) << " mm, " << hundredths(deg_from_rad(turn.held.rms))
+         << " deg; predicted " << hundredths(mm.predicted.rms) << " mm, "
+         << hundredths(deg_from_rad(turn.predicted.rms)) << " deg (root mean square; 95th percentile "
+         << hundredths(mm.predicted.percentile_95) << " mm)\n";
+  }
+  return text.str();
 }
 
 }  // namespace vrda::bench

@@ -4,18 +4,28 @@
 /// setting cannot be used.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
-#include "bench/joint_stream.hpp"
-#include "bench/calibration.hpp"
+#include "bench/bench_file.hpp"
+#include "bench/bench_state.hpp"
+#include "bench/body_tracker.hpp"
+#include "bench/calibration_file.hpp"
 #include "bench/devices.hpp"
-#include "show/loop.hpp"
-#include "store/poses.hpp"
-#include "view/appearance.hpp"
+#include "bench/joint_stream.hpp"
+#include "bench/motion_filter.hpp"
 #include "bench/recording.hpp"
+#include "show/loop.hpp"
+#include "store/motion.hpp"
 #include "store/motion_model.hpp"
+#include "view/keys.hpp"
+#include "view/player_state.hpp"
 
 namespace vrda::bench {
 
@@ -107,5 +117,120 @@ struct SimulateOptions {
 
 /// Simulates tracker and board as described in [simulation] of the bench file. Throws InputError.
 void simulate(const SimulateOptions& options, const show::Streams& streams);
+
+// The tracked joint as messages for browsers (schemas/live.md). In: motion model, bench file, calibration.
+// Out: one JSON text per moment, complete in itself. Device failures are marks in the messages.
+
+class LiveBench {
+ public:
+  /// Uses file, bench, calibration and set of the options, and connects to the devices. Throws InputError.
+  explicit LiveBench(const BenchOptions& options);
+  ~LiveBench();
+
+  /// What stays the same: title, set, scale, points to touch.
+  std::string greeting() const;
+  /// Processes all samples that have arrived; never waits.
+  std::string next();
+  double interval_s() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// The message of a frame. `error_message`: of the tracker's link; may be empty.
+std::string live_message(const BenchFrame& frame, std::uint64_t number, const std::string& error_message);
+
+// Keys of the bench (thesis 7.2), which select and change parameters of the displayed joint and of the
+// calibration. In: a key press. Out: the changed BenchState and a request to the loop. Texts show degrees
+// and mm.
+
+/// Request of a key to the loop.
+enum class BenchRequest {
+  none,
+  zero_stage,         ///< the stage is at its stop
+  write_calibration,  ///< with the current values of all saved parameters
+  screenshot,
+  show_panel,  ///< toggle
+  show_help,   ///< toggle
+  quit
+};
+
+/// Applies a key to `state` and returns the remaining request.
+BenchRequest apply_key(BenchState& state, const view::KeyPress& press);
+
+/// Help lines of the keys, for the help page and the command line.
+std::span<const view::HelpLine> bench_key_lines();
+
+/// "flexion 35.5 deg"; "left.k1 0.021".
+std::string parameter_text(const BenchState& state, std::size_t parameter);
+
+// The bench's state at any frame of a recording.
+
+/// Playing on gives the frames of the session, bit by bit. A jump replays the last `run_up` frames before the
+/// target; of earlier frames it applies only what lasts: keys, board, pointer and links, and the last poses
+/// of each tool. Clocks, filters and predictors have forgotten the rest by then.
+class ReplayState {
+ public:
+  static constexpr std::size_t run_up = 7200;  ///< two minutes at 60 frames a second
+
+  /// Both must outlive the state.
+  ReplayState(const BenchSetup& setup, bench::RecordingReader& recording);
+  /// Frame `n`.
+  const BenchFrame& at(std::size_t n);
+  BenchState& state() { return *state_; }
+
+ private:
+  void begin();
+  void skip_to(std::size_t n);
+  void take_next();
+
+  const BenchSetup& setup_;
+  bench::RecordingReader& recording_;
+  std::optional<BenchState> state_;
+  const BenchFrame* frame_ = nullptr;
+  std::size_t n_taken_ = 0;
+};
+
+// Motion of the tracked bodies in a recording, and the error that prediction would have had on it. Poses
+// take points of the tool to the tracker's frame, mm; times are ns of the local clock. An unseen body gives
+// an empty list.
+
+/// Collects the poses of all bodies from the frames of a recording, in order, up to a bound.
+class MotionCollector {
+ public:
+  static constexpr std::size_t most_poses = 36'000;  ///< 10 minutes at 60 Hz; 5 MB a body
+
+  explicit MotionCollector(const bench::BenchFile& bench);
+  void take(const bench::RecordedFrame& frame);
+  bool is_full() const;
+  /// Poses with their device times mapped to the local clock. Ends the last message.
+  const std::vector<bench::TimedPose>& motion(bench::BodyRole role);
+
+ private:
+  void end_message(BodyTracker& tracker);
+
+  TrackedBodies bodies_;
+  std::array<std::vector<bench::TimedPose>, bench::n_body_roles> motions_;
+};
+
+/// All recorded poses of a body with their device times mapped to the local clock.
+std::vector<bench::TimedPose> recorded_motion(const bench::Recording& recording,
+                                                 const bench::BenchFile& bench,
+                                                 bench::BodyRole role);
+
+struct BodyPrediction {
+  bench::BodyRole role = bench::BodyRole::leg;
+  double horizon_ms = 0.0;
+  bench::PosePredictionError error;
+};
+
+/// Prediction errors of every body, 16, 33 and 50 ms ahead.
+std::vector<BodyPrediction> predictions_of(MotionCollector& collector);
+std::vector<BodyPrediction> recorded_predictions(const bench::Recording& recording,
+                                                 const bench::BenchFile& bench);
+
+/// One line each: error of the held and of the predicted pose.
+std::string prediction_text(const std::vector<BodyPrediction>& predictions);
 
 }  // namespace vrda::bench

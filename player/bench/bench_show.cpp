@@ -1,13 +1,222 @@
 #include "bench/bench_show.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
-#include "bench/controls.hpp"
-#include "core/error.hpp"
+#include "bench/bench_run.hpp"
+#include "bench/body_tracker.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "show/session.hpp"
 #include "view/image.hpp"
 
 namespace vrda::bench {
+namespace {
+
+constexpr int least_width_px = 320, least_height_px = 400;
+using view::amber, view::faint, view::green, view::ink, view::margin_px;
+
+std::string tenths(double value)
+{
+  return show::rounded_text(value, 1);
+}
+
+const char* why(bench::ToolVisibility state)
+{
+  return std::array{"seen", "hidden", "silent", "invalid pose"}.at(static_cast<std::size_t>(state));
+}
+
+const char* name_of(bench::LinkState state)
+{
+  return std::array{"closed", "opening", "up"}.at(static_cast<std::size_t>(state));
+}
+
+}  // namespace
+
+std::optional<view::Viewport> operator_area(const bench::DisplaySettings& display)
+{
+  const view::Viewport &l = display.windows.left, &r = display.windows.right;
+  const std::array<view::Viewport, 2> strips{
+      view::Viewport{0, 0, std::min(l.x, r.x), display.height},
+      view::Viewport{std::max(l.x + l.width, r.x + r.width), 0,
+                       display.width - std::max(l.x + l.width, r.x + r.width), display.height}};
+  const view::Viewport& widest = strips[0].width >= strips[1].width ? strips[0] : strips[1];
+  if (widest.width < least_width_px || widest.height < least_height_px) return std::nullopt;
+  return widest;
+}
+
+std::string device_text(const std::string& name, const bench::DeviceReport& report)
+{
+  std::string text = name + " " + report.peer + ": " + name_of(report.link);
+  if (report.link == bench::LinkState::up) text += ", " + tenths(report.rate_hz) + " a second";
+  if (!report.error_message.empty()) text += ", " + report.error_message;
+  return text;
+}
+
+std::string input_status_text(const std::string& name, const InputStatus& mark)
+{
+  if (!mark.is_used || mark.is_live) return {};
+  if (!mark.was_seen) return name + " not seen yet";
+  return name + " " + why(mark.state) + " for " + tenths(mark.age_s) + " s";
+}
+
+std::string stage_status_text(const BenchFrame& frame)
+{
+  const InputStatus& mark = frame.stage;
+  if (!mark.is_used) return {};
+  if (mark.state != bench::ToolVisibility::seen) return input_status_text("stage", mark);
+  if (!frame.is_stage_zeroed) return "stage not zeroed: press Z at its stop";
+  return frame.stage_has_lost_counts ? "stage has lost counts: press Z at its stop" : "";
+}
+
+BenchPanel::BenchPanel(const bench::BenchFile& bench)
+    : text_(view::panel_text_px),
+      display_(bench.display),
+      reflector_(bench.display.windows, bench.display.reflection)
+{
+}
+
+const view::Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& frame,
+                                         const PanelContent& content)
+{
+  view::clear_overlay(overlay_, display_.width, display_.height);
+  const view::EyePair& eyes = state.values().calibration.eyes;
+  const std::optional<view::Viewport> area = operator_area(display_);
+  if (content.has_panel || content.has_help) {
+    if (area) {
+      text_.add_area(overlay_, view::overlay_box(*area), view::paper);
+      add_panel(*area, state, frame, content);
+    } else {
+      add_panel(eyes.left.visible, state, frame, content);
+    }
+  }
+  add_marks(eyes.left.visible, frame, content);
+  add_marks(eyes.right.visible, frame, content);
+  view::finish_overlay(overlay_);
+  reflector_.reflect(overlay_);
+  return overlay_;
+}
+
+void BenchPanel::add_marks(const view::Viewport& visible, const BenchFrame& frame,
+                           const PanelContent& content)
+{
+  float bottom_px = static_cast<float>(visible.y + visible.height) - margin_px - text_.line_px();
+  const auto add = [&](const std::string& words) {
+    if (words.empty()) return;
+    const std::string fitted = text_.fitted(words, static_cast<float>(visible.width) - 2.0F * margin_px);
+    const float left_px =
+        static_cast<float>(visible.x) + 0.5F * (static_cast<float>(visible.width) - text_.width_px(fitted));
+    text_.add_text(overlay_, left_px, bottom_px, fitted, amber);
+    bottom_px -= text_.line_px();
+  };
+  for (std::size_t role = 0; role < bench::n_body_roles; ++role)
+    add(input_status_text(bench::name_of(static_cast<bench::BodyRole>(role)),
+                          frame.bodies[role]));
+  add(leg_check_text(frame.leg));
+  if (frame.is_pose_held) add("the model has no pose here: the last one is drawn");
+  if (frame.is_moved_aside) add("moved off the leg by the pointer: R puts it back");
+  add(stage_status_text(frame));
+  add(input_status_text("potentiometer", frame.potentiometer));
+  add(content.doubt.data());
+  add(content.error_message);
+}
+
+std::string joint_text(const ClinicalCoordinates& joint)
+{
+  return (joint.internal_rotation_rad < 0.0 ? "external rotation " : "internal rotation ") +
+         tenths(std::abs(deg_from_rad(joint.internal_rotation_rad))) + " deg, " +
+         (joint.anterior_mm < 0.0 ? "posterior " : "anterior ") + tenths(std::abs(joint.anterior_mm)) + " mm";
+}
+
+void BenchPanel::add_line(const view::Viewport& area, float& top_px, const std::string& words,
+                          const view::VertexColour& colour)
+{
+  text_.add_text(overlay_, static_cast<float>(area.x) + margin_px, top_px,
+                 text_.fitted(words, static_cast<float>(area.width) - 2.0F * margin_px), colour);
+  top_px += text_.line_px();
+}
+
+void BenchPanel::add_panel(const view::Viewport& area, const BenchState& state, const BenchFrame& frame,
+                           const PanelContent& content)
+{
+  float top_px = static_cast<float>(area.y) + margin_px;
+  const auto line = [&](const std::string& words, const view::VertexColour& colour = ink) {
+    add_line(area, top_px, words, colour);
+  };
+  if (content.has_help) {
+    for (const view::HelpLine& help : bench_key_lines())
+      line(std::string(help.keys) + ": " + std::string(help.description));
+    return;
+  }
+  line(state.bench().title, faint);
+  if (!content.error_message.empty()) line(content.error_message, amber);
+  line("> " + parameter_text(state, state.selected()), green);
+  const Attitude& at = frame.pose.attitude;
+  line("flexion " + tenths(deg_from_rad(at.flexion_rad)) + ", varus " + tenths(deg_from_rad(at.varus_rad)) +
+           " deg" + (frame.leg.is_wrong() ? " (nearest of the model)" : ""),
+       frame.leg.is_wrong() ? amber : ink);
+  if (frame.leg.is_wrong()) line(leg_check_text(frame.leg), amber);
+  if (frame.pose.status == store::PoseStatus::solved) line(joint_text(state.clinical(frame.pose)));
+  if (frame.stage.is_used)
+    line("stage " + tenths(frame.stage_mm) + " mm", stage_status_text(frame).empty() ? ink : amber);
+  line(std::string("filter ") + (state.is_filtered() ? "on" : "off") + ", prediction " +
+       tenths(state.values().prediction_ms) + " ms");
+  line(device_text("tracker", content.tracker), content.tracker.link == bench::LinkState::up ? ink : amber);
+  for (const std::string& note : content.tracker.notes) line(note, amber);
+  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
+    const auto role = static_cast<bench::BodyRole>(k);
+    const bench::PoseFit* const fit = state.fit(role);
+    if (fit != nullptr)
+      line(std::string(bench::name_of(role)) + ": " + fit_text(*fit),
+           fit->status == bench::FitStatus::fitted ? ink : amber);
+  }
+  if (content.has_board)
+    line(device_text("board", content.board), content.board.link == bench::LinkState::up ? ink : amber);
+  if (!content.message.empty()) line(content.message, green);
+  if (content.timing == nullptr) return;
+  const BenchTiming& t = *content.timing;
+  const double interval_ms = t.interval.mean_ms();
+  line(tenths(interval_ms > 0.0 ? 1000.0 / interval_ms : 0.0) + " frames a second", faint);
+  line("latency: " + tenths(t.latency.percentile_ms(0.5)) + " ms median, " +
+           tenths(t.latency.percentile_ms(0.99)) + " ms 99th percentile",
+       faint);
+  line(std::to_string(t.n_missed) + " samples missed, " + std::to_string(t.n_late) + " late, " +
+           std::to_string(t.n_lost) + " lost",
+       faint);
+  add_histogram(area, top_px + margin_px, t.latency);
+}
+
+void BenchPanel::add_histogram(const view::Viewport& area, float top_px, const TimeHistogram& times)
+{
+  constexpr std::size_t n_bars = 50, bins_a_bar = 4;  // 1 ms each
+  constexpr float height_px = 90.0F;
+  std::array<std::uint64_t, n_bars> bars{};
+  for (std::size_t k = 0; k < TimeHistogram::n_bins; ++k)
+    bars[std::min(k / bins_a_bar, n_bars - 1)] += times.bins()[k];
+  const std::uint64_t most = std::max<std::uint64_t>(1, *std::ranges::max_element(bars));
+  const float left_px = static_cast<float>(area.x) + margin_px;
+  const float bar_px = (static_cast<float>(area.width) - 2.0F * margin_px) / static_cast<float>(n_bars);
+  const float base_px = top_px + height_px;
+  for (std::size_t k = 0; k < n_bars; ++k) {
+    const float share = static_cast<float>(bars[k]) / static_cast<float>(most);
+    const float x = left_px + bar_px * static_cast<float>(k);
+    // A non-empty bin is at least 1 px high.
+    const float tall_px = bars[k] == 0 ? 0.0F : std::max(1.0F, height_px * share);
+    text_.add_area(overlay_, {x, base_px - tall_px, x + bar_px - 1.0F, base_px}, k < 33 ? green : amber);
+  }
+  text_.add_area(overlay_, {left_px, base_px, left_px + bar_px * static_cast<float>(n_bars), base_px + 1.0F},
+                 faint);
+  for (const int ms : {0, 10, 20, 30, 40, 50}) {
+    const std::string words = std::to_string(ms);
+    const float x = left_px + bar_px * static_cast<float>(ms);
+    text_.add_text(overlay_,
+                   std::min(x, left_px + bar_px * static_cast<float>(n_bars) - text_.width_px(words)),
+                   base_px + 2.0F, words, faint);
+  }
+  text_.add_text(overlay_, left_px, base_px + 2.0F + text_.line_px(), "latency, ms", faint);
+}
+
 namespace {
 
 /// The warp does not depend on the eye's position.

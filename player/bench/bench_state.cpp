@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ostream>
+#include <sstream>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
+#include "show/session.hpp"
+#include "view/stereo_view.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -292,6 +296,223 @@ const BenchFrame& BenchState::frame(std::int64_t now_ns)
   shown_.n_samples = n_samples_;
   n_samples_ = 0;
   return shown_;
+}
+
+namespace {
+
+double spread_of(double sum, double sum_squares, double n)
+{
+  if (n < 1.0) return 0.0;
+  const double mean = sum / n;
+  return std::sqrt(std::max(0.0, sum_squares / n - mean * mean));
+}
+
+/// Rounded to 0.01 ms.
+std::string ms_text(double ms)
+{
+  return show::rounded_text(ms, 2);
+}
+
+void write_histogram(std::ostream& out, const char* name, const TimeHistogram& times)
+{
+  out << "  \"" << name << "\": {\"n\": " << times.n() << ", \"mean\": " << ms_text(times.mean_ms())
+      << ", \"spread\": " << ms_text(times.spread_ms())
+      << ", \"median\": " << ms_text(times.percentile_ms(0.5))
+      << ", \"p95\": " << ms_text(times.percentile_ms(0.95))
+      << ", \"p99\": " << ms_text(times.percentile_ms(0.99)) << ", \"longest\": " << ms_text(times.max_ms())
+      << ",\n    \"bins_from_ms\": [";
+  const char* comma = "";
+  for (std::size_t k = 0; k < times.bins().size(); ++k) {
+    if (times.bins()[k] == 0) continue;
+    out << comma << "[" << ms_text(static_cast<double>(k) * TimeHistogram::bin_ms) << ", " << times.bins()[k]
+        << "]";
+    comma = ", ";
+  }
+  out << "]}";
+}
+
+}  // namespace
+
+void TimeHistogram::add(double time_ms)
+{
+  const double at = std::clamp(time_ms / bin_ms, 0.0, static_cast<double>(n_bins - 1));
+  ++bins_[static_cast<std::size_t>(at)];
+  ++n_;
+  sum_ms_ += time_ms;
+  sum_squares_ += time_ms * time_ms;
+  longest_ms_ = std::max(longest_ms_, time_ms);
+}
+
+double TimeHistogram::mean_ms() const
+{
+  return n_ == 0 ? 0.0 : sum_ms_ / static_cast<double>(n_);
+}
+
+double TimeHistogram::spread_ms() const
+{
+  return spread_of(sum_ms_, sum_squares_, static_cast<double>(n_));
+}
+
+double TimeHistogram::percentile_ms(double share) const
+{
+  const double wanted = share * static_cast<double>(n_);
+  std::uint64_t n = 0;
+  for (std::size_t k = 0; k + 1 < n_bins; ++k) {
+    n += bins_[k];
+    if (n > 0 && static_cast<double>(n) >= wanted) return static_cast<double>(k + 1) * bin_ms;
+  }
+  return longest_ms_;
+}
+
+/// Updates the estimated interval slowly, because gaps are rare. A clock adjustment gives one short step,
+/// stamp jitter alternating ones, a faster stream consecutive ones. Returns true for a short step.
+bool StreamStatistics::follow_pace(double step_ns)
+{
+  constexpr double update_share = 0.02, shortest_share = 0.75, longest_share = 1.5;
+  constexpr int n_to_accept = 8;  // as for clocks (devices/tracker_protocol.hpp)
+  if (interval_ns_ == 0.0) interval_ns_ = step_ns;
+  if (step_ns >= shortest_share * interval_ns_) {
+    n_short_ = 0;
+    short_sum_ns_ = 0.0;
+    interval_ns_ += update_share * (std::min(step_ns, longest_share * interval_ns_) - interval_ns_);
+    return false;
+  }
+  short_sum_ns_ += step_ns;
+  if (++n_short_ == n_to_accept) {
+    interval_ns_ = short_sum_ns_ / n_to_accept;
+    n_short_ = 0;
+    short_sum_ns_ = 0.0;
+  }
+  return true;
+}
+
+void StreamStatistics::add(const bench::Sample& sample)
+{
+  if (sample.device_ns != 0) add(sample.device_ns, sample.arrival_ns);
+}
+
+void StreamStatistics::add(std::int64_t device_ns, std::int64_t arrival_ns)
+{
+  const std::int64_t step_ns = device_ns - device_ns_;
+  const std::int64_t delay_ns = arrival_ns - device_ns;
+  const bool is_first = n_++ == 0;
+  device_ns_ = device_ns;
+  // After a clock step the delays are estimated again, and the gap is unknown.
+  constexpr std::int64_t longest_gap_ns = 1'000'000'000;
+  constexpr std::int64_t drift_share = 10'000;  // 0.1 ms a second
+  if (is_first || step_ns <= 0 || step_ns > longest_gap_ns) {
+    least_delay_ns_ = delay_ns;
+    return;
+  }
+  const auto step = static_cast<double>(step_ns);
+  // Follows clock drift as ClockMap does, and a clock set back by less than an interval.
+  least_delay_ns_ += step_ns / drift_share;
+  if (follow_pace(step)) least_delay_ns_ = delay_ns;
+  n_missed_ += static_cast<std::uint64_t>(std::max(0.0, std::round(step / interval_ns_) - 1.0));
+  least_delay_ns_ = std::min(least_delay_ns_, delay_ns);
+  const double late_ns = static_cast<double>(delay_ns - least_delay_ns_);
+  if (late_ns > 0.5 * interval_ns_) ++n_late_;
+  const double late_ms = late_ns * ms_per_ns;
+  sum_ms_ += late_ms;
+  sum_squares_ += late_ms * late_ms;
+  ++n_delays_;
+}
+
+double StreamStatistics::jitter_ms() const
+{
+  return spread_of(sum_ms_, sum_squares_, static_cast<double>(n_delays_));
+}
+
+void write_timing(std::ostream& out, const BenchTiming& timing)
+{
+  out << "{\n  \"pictures\": " << timing.n_pictures
+      << ",\n  \"pictures_without_new_sample\": " << timing.n_without_sample
+      << ",\n  \"pictures_with_an_input_not_live\": " << timing.n_not_live
+      << ",\n  \"samples\": " << timing.n_samples << ",\n  \"samples_missed\": " << timing.n_missed
+      << ",\n  \"samples_late\": " << timing.n_late << ",\n  \"samples_lost\": " << timing.n_lost
+      << ",\n  \"sample_jitter_ms\": " << ms_text(timing.jitter_ms) << ",\n";
+  write_histogram(out, "latency_ms", timing.latency);
+  out << ",\n";
+  if (timing.camera.n() > 0) {
+    write_histogram(out, "camera_latency_ms", timing.camera);
+    out << ",\n";
+  }
+  write_histogram(out, "interval_ms", timing.interval);
+  out << ",\n";
+  write_histogram(out, "drawing_ms", timing.drawing);
+  out << "\n}\n";
+}
+
+std::string timing_text(const BenchTiming& timing)
+{
+  std::ostringstream text;
+  const double rate = timing.interval.mean_ms() > 0.0 ? 1000.0 / timing.interval.mean_ms() : 0.0;
+  text << timing.n_pictures << " frames, " << show::rounded_text(rate, 1) << " a second; latency "
+       << ms_text(timing.latency.percentile_ms(0.5)) << " ms (median), "
+       << ms_text(timing.latency.percentile_ms(0.99)) << " ms (99th percentile), "
+       << ms_text(timing.latency.max_ms()) << " ms (longest); " << timing.n_samples << " samples, "
+       << timing.n_missed << " missed, " << timing.n_late << " late, " << timing.n_lost << " lost";
+  return text.str();
+}
+
+namespace {
+
+/// The window in square pixels of its pixels' height.
+view::Viewport square_window(const view::Viewport& window, double pixel_aspect)
+{
+  return {window.x, window.y, static_cast<int>(std::lround(window.width / pixel_aspect)), window.height};
+}
+
+}  // namespace
+
+/// Where the pointer is in what the eye sees, in square pixels.
+Eigen::Vector2d Trackball::picture_px(const HeldDrag& held, const view::InputEvent& event) const
+{
+  const Eigen::Vector2d at =
+      view::reflected_px(display_.reflection, held.window,
+                           {static_cast<float>(event.x_px), static_cast<float>(event.y_px)})
+          .cast<double>();
+  return {held.window.x + (at.x() - held.window.x) / held.pixel_aspect, at.y()};
+}
+
+std::optional<bench::Sample> Trackball::take(const view::InputEvent& event, const BenchState& state,
+                                               const BenchFrame& frame, std::int64_t now_ns)
+{
+  const view::EyePair& eyes = state.values().calibration.eyes;
+  if (event.kind == view::InputKind::press && !held_) {
+    for (const bool is_right : {false, true}) {
+      const view::Eye& eye = view::side_of(eyes, is_right);
+      const view::Viewport pixel{static_cast<int>(event.x_px), static_cast<int>(event.y_px), 1, 1};
+      if (view::within(pixel, eye.window).width == 0) continue;
+      HeldDrag& held = held_.emplace(HeldDrag{});
+      held.button = event.button;
+      held.window = eye.window;
+      held.pixel_aspect = eye.pixel_aspect;
+      held.X_leg_joint = state.X_leg_joint();
+      held.X_tracker_leg = frame.X_tracker_reference * held.X_leg_joint.inverse();
+      held.drag.kind = view::drag_of(event.button, event.has_shift, event.has_control);
+      held.drag.press_px = picture_px(held, event);
+      held.drag.at_press = {view::camera_of(eye, frame.X_tracker_eyes, view::box_of(eye.window)),
+                            frame.X_tracker_reference * centre_mm_};
+    }
+    return std::nullopt;
+  }
+  if (!held_) return std::nullopt;
+  const bool is_end = event.kind == view::InputKind::focus_lost ||
+                      (event.kind == view::InputKind::release && event.button == held_->button);
+  if (is_end) held_.reset();
+  if (event.kind != view::InputKind::motion) return std::nullopt;
+  // Moving the camera by its inverse motion moves the joint.
+  const view::OrbitCamera moved =
+      view::dragged(held_->drag, picture_px(*held_, event), square_window(held_->window, held_->pixel_aspect));
+  const Pose X_motion =
+      held_->drag.at_press.camera.X_world_camera * moved.camera.X_world_camera.inverse();
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::offset;
+  sample.arrival_ns = now_ns;
+  sample.tool_pose = bench::place_of(held_->X_tracker_leg.inverse() * X_motion * held_->X_tracker_leg *
+                                       held_->X_leg_joint);
+  return sample;
 }
 
 }  // namespace vrda::bench

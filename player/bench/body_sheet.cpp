@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <opencv2/aruco/charuco.hpp>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace vrda::bench {
 

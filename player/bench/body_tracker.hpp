@@ -2,13 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "bench/bench_file.hpp"
+#include "bench/devices.hpp"
+#include "bench/motion_filter.hpp"
+#include "bench/rigid_body.hpp"
 #include "core/units.hpp"
-#include "bench/sample.hpp"
-#include "bench/body_pose.hpp"
-#include "bench/prediction.hpp"
+#include "show/loop.hpp"
+#include "store/motion.hpp"
 
 namespace vrda::bench {
 
@@ -114,5 +117,88 @@ class TrackedBodies {
   std::array<std::optional<BodyTracker>, bench::n_body_roles> trackers_;
   ClockMap clock_;
 };
+
+// Command `vrda-player body`: measures a rigid body of markers with the bench's tracker. In: positions of
+// the markers in the tracker's frame, mm. Out: their positions in the body's own frame, for the bench file.
+// Throws InputError if too few markers are seen together.
+
+/// Groups marker samples by message.
+class MarkerFrames {
+ public:
+  /// `first_tool`: index of the first marker in the order of BenchFile.
+  MarkerFrames(std::size_t first_tool, std::size_t n_markers);
+
+  /// Adds a sample, in order of arrival; ignores other tools.
+  void take(const bench::Sample& sample);
+
+  /// Frames with at least one visible marker; at most `most`, evenly selected.
+  std::vector<bench::MarkerRow> frames(std::size_t most) const;
+
+ private:
+  void end_row();
+
+  std::size_t first_tool_, n_markers_;
+  std::vector<bool> has_come_;  ///< received in the current row
+  bench::MarkerRow row_;
+  std::vector<bench::MarkerRow> rows_;
+};
+
+/// Expected pose error for the noise estimated from the fit's residual; zero without a fit.
+struct FitQuality {
+  double residual_mm = 0.0;      ///< root mean square at the used markers
+  int n_markers = 0;             ///< used markers
+  double rotation_sd_rad = 0.0;  ///< standard deviation of the rotation about the least certain axis
+  double centroid_sd_mm = 0.0;   ///< standard deviation of the centroid of the markers
+};
+FitQuality quality_of(const bench::PoseFit& fit);
+
+/// "residual 0.12 mm at 4 markers, rotation sd 0.06 deg"; without a fit the reason.
+std::string fit_text(const bench::PoseFit& fit);
+
+struct MeasureBodyOptions {
+  std::string role, bench;
+  double seconds = 10.0;
+  bool is_quiet = false;
+};
+
+/// Measures the body and writes its lines for the bench file, with residual and expected error as comments.
+/// Throws InputError, also for markers that do not form a valid body.
+void measure_body(const MeasureBodyOptions& options, const show::Streams& streams);
+
+/// Builds the body from `frames`, in the frame of the file's markers_mm if present. Throws InputError with
+/// the bench file, the body and its markers.
+bench::BuiltBody build_measured_body(const std::vector<bench::MarkerRow>& frames,
+                                        const bench::BenchFile& bench, bench::BodyRole role);
+
+/// Lines of the body for the bench file.
+std::string bench_file_lines(const bench::BuiltBody& built, const bench::BenchFile& bench,
+                             bench::BodyRole role);
+
+// Whether the model shows the tracked leg: angles beyond its range, angles that no knee has, exchanged
+// bodies.
+
+/// Distance of a measured angle from the model's range; 0 within a degree of it, the noise of a tracked leg.
+struct BeyondRange {
+  double measured_rad = 0.0, nearest_rad = 0.0;  ///< `nearest`: at which the model is drawn
+  bool is_beyond = false;
+};
+
+struct LegCheck {
+  BeyondRange flexion, varus;
+  /// Flexion 20 degrees before the model's range or 75 after it, varus 30 beside it, or 60 of rotation.
+  bool is_implausible = false;
+  /// With the bodies of femur and tibia exchanged the leg would be bent within the range, and it is not.
+  bool are_bodies_exchanged = false;
+  double rotation_rad = 0.0;
+
+  bool is_wrong() const { return flexion.is_beyond || varus.is_beyond || is_implausible; }
+};
+
+/// `exchanged`: the angles if each body is on the other bone.
+LegCheck check_leg(const store::Motion& motion, const bench::LegAngles& measured,
+                   const bench::LegAngles& exchanged);
+
+/// "flexion 120, model ends at 90"; empty if nothing is wrong. Degrees.
+std::string leg_check_text(const LegCheck& check);
 
 }  // namespace vrda::bench

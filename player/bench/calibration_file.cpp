@@ -1,16 +1,24 @@
 // Reads and writes calibration files (TOML, schemas/calibration.schema.json); angles in degrees in the file.
+#include "bench/calibration_file.hpp"
+
+#include <boost/math/distributions/students_t.hpp>
+
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <utility>
+#include <vector>
 
-#include "bench/calibration.hpp"
-#include "bench/document_parts.hpp"
-#include "core/error.hpp"
-#include "core/publication.hpp"
-#include "core/units.hpp"
+#include "bench/rigid_body.hpp"
+#include "core/files.hpp"
 #include "core/schema.hpp"
-#include "show/settings_text.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "show/session.hpp"
 
 namespace vrda::bench {
 
@@ -224,6 +232,492 @@ void CalibrationFile::write(const Calibration& calibration)
   std::string text = calibration_text(calibration, bench_);
   result->publish(text);
   text_ = std::move(text);
+}
+
+std::string text(double value, int decimals, const char* unit)
+{
+  return show::rounded_text(value, decimals) + " " + unit;
+}
+
+std::vector<std::string> pose_number_names(const std::string& name)
+{
+  std::vector<std::string> names;
+  for (const char* number : {".shift_x", ".shift_y", ".shift_z", ".turn_x", ".turn_y", ".turn_z"})
+    names.push_back(name + number);
+  return names;
+}
+
+Estimate pose_estimate(const std::string& name, const Pose& X,
+                       const Eigen::Matrix<double, 6, 6>& covariance_mm_rad)
+{
+  const PoseParameters six = pose_parameters_of(X);
+  Estimate estimate;
+  estimate.names = pose_number_names(name);
+  estimate.units = {"mm", "mm", "mm", "deg", "deg", "deg"};
+  Eigen::Matrix<double, 6, 1> unit = Eigen::Matrix<double, 6, 1>::Ones();
+  unit.tail<3>().setConstant(deg_from_rad(1.0));
+  estimate.values.resize(6);
+  estimate.values << six.shift_mm, six.turn_rad * deg_from_rad(1.0);
+  estimate.covariance = unit.asDiagonal() * covariance_mm_rad * unit.asDiagonal();
+  return estimate;
+}
+
+double t_95(double dof)
+{
+  constexpr double normal_95 = 1.959963984540054;
+  if (std::isinf(dof)) return normal_95;
+  return boost::math::quantile(boost::math::students_t(dof), 0.975);
+}
+
+double half_width_95(const Estimate& estimate, Eigen::Index k)
+{
+  return t_95(estimate.dof) * std::sqrt(estimate.covariance(k, k));
+}
+
+int decimals_for(double size)
+{
+  constexpr int most = 9;
+  if (!(size > 0.0) || !std::isfinite(size)) return 3;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(size))), 0, most);
+}
+
+std::string interval_text(const Estimate& estimate, Eigen::Index k)
+{
+  const double half_width = half_width_95(estimate, k);
+  const int decimals = decimals_for(half_width);
+  const std::string& unit = estimate.units[static_cast<std::size_t>(k)];
+  return show::rounded_text(estimate.values[k], decimals) + " +- " +
+         show::rounded_text(half_width, decimals) + (unit.empty() ? "" : " " + unit);
+}
+
+void append(Estimate& whole, const Estimate& part)
+{
+  const Eigen::Index n = whole.values.size(), m = part.values.size();
+  whole.dof = n == 0 ? part.dof : std::min(whole.dof, part.dof);
+  whole.names.insert(whole.names.end(), part.names.begin(), part.names.end());
+  whole.units.insert(whole.units.end(), part.units.begin(), part.units.end());
+  Eigen::VectorXd values(n + m);
+  values << whole.values, part.values;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n + m, n + m);
+  covariance.topLeftCorner(n, n) = whole.covariance;
+  covariance.bottomRightCorner(m, m) = part.covariance;
+  whole.values = values;
+  whole.covariance = covariance;
+  const auto square_sum = [](const Estimate& e) {
+    return e.residual_rms * e.residual_rms * static_cast<double>(e.residuals.size());
+  };
+  const double sum = square_sum(whole) + square_sum(part);
+  whole.residuals.insert(whole.residuals.end(), part.residuals.begin(), part.residuals.end());
+  whole.residual_unit = part.residual_unit;
+  if (!whole.residuals.empty())
+    whole.residual_rms = std::sqrt(sum / static_cast<double>(whole.residuals.size()));
+  whole.remarks.insert(whole.remarks.end(), part.remarks.begin(), part.remarks.end());
+}
+
+void set_residuals(Estimate& estimate, const std::vector<double>& residuals, const std::string& unit)
+{
+  double sum_sq = 0.0;
+  for (const double residual : residuals) sum_sq += residual * residual;
+  estimate.residuals = residuals;
+  estimate.residual_unit = unit;
+  estimate.residual_rms = residuals.empty() ? 0.0 : std::sqrt(sum_sq / static_cast<double>(residuals.size()));
+}
+
+Eigen::Index index_of(const Estimate& estimate, const std::string& name)
+{
+  const auto found = std::ranges::find(estimate.names, name);
+  return found == estimate.names.end() ? -1 : found - estimate.names.begin();
+}
+
+namespace {
+
+constexpr std::array<const char*, n_calibration_parts> part_names{
+    "viewport", "distortion", "rails", "stop", "probe", "eyepoints", "ipd",
+    "subject",  "bullseye",   "head",  "leg",  "femur", "tibia",     "functional"};
+
+}  // namespace
+
+const char* name_of(CalibrationPart part)
+{
+  return part_names[static_cast<std::size_t>(part)];
+}
+
+std::vector<std::string> shared_estimate_names(CalibrationPart part)
+{
+  const auto of_each_eye = [](const std::vector<std::string>& numbers) {
+    std::vector<std::string> named;
+    for (const char* side : {"left.", "right."}) {
+      for (const std::string& number : numbers) named.push_back(side + number);
+    }
+    return named;
+  };
+  switch (part) {
+    case CalibrationPart::viewport:
+      return of_each_eye({"edge_left", "edge_right", "edge_top", "edge_bottom", "pixel_aspect"});
+    case CalibrationPart::distortion:
+      return of_each_eye({"k1", "k2", "centre_x", "centre_y", "pixel_aspect"});
+    case CalibrationPart::eyepoints:
+      return of_each_eye({"distance", "depth"});
+    case CalibrationPart::ipd:
+      return {"ipd"};
+    case CalibrationPart::rails:
+      return pose_number_names("table");
+    case CalibrationPart::probe:
+      return {"probe.tip_x", "probe.tip_y", "probe.tip_z"};
+    case CalibrationPart::subject:
+      return {"subject.scale"};
+    case CalibrationPart::femur:
+    case CalibrationPart::tibia:
+      return pose_number_names(name_of(part));
+    default:
+      return {};
+  }
+}
+
+bool is_per_bench(CalibrationPart part)
+{
+  return part < CalibrationPart::eyepoints;
+}
+
+std::string record_key(CalibrationPart part)
+{
+  return std::string(is_per_bench(part) ? "per_bench." : "per_person.") + name_of(part);
+}
+
+namespace {
+
+/// Unit of a dimensionless number in the file: the list of texts must not contain empty texts.
+constexpr const char* dimensionless_unit = "1";
+
+std::vector<CalibrationMark> marks_in(const core::Document& document, const std::string& key)
+{
+  std::vector<CalibrationMark> marks;
+  std::set<std::string> names;
+  for (const core::DocumentValue& item : core::list_or_empty(document.root, key)) {
+    const CalibrationMark mark{core::text_at(item, "task"), core::rows_at(item, "rows")};
+    if (!names.insert(mark.task).second) {
+      document.refuse(key + "." + std::to_string(marks.size()) + ".task", "'" + mark.task + "' twice",
+                      "each task only once");
+    }
+    marks.push_back(mark);
+  }
+  return marks;
+}
+
+/// Checks that a list has one item a name.
+void require_size(const core::Document& document, const std::string& key, std::size_t found,
+                  std::size_t wanted, const char* items)
+{
+  if (found == wanted) return;
+  document.refuse(key, std::to_string(found) + " " + items, std::to_string(wanted) + ", one for each name");
+}
+
+/// Reads an [n, n] covariance; rows and columns follow `names`. A negative variance is an error.
+Eigen::MatrixXd covariance_in(const core::Document& document, const std::string& key, std::size_t n)
+{
+  if (n == 0) return {};
+  const std::vector<std::vector<double>> rows = core::rows_at(document.root, key);
+  require_size(document, key, rows.size(), n, "rows");
+  const auto size = static_cast<Eigen::Index>(n);
+  Eigen::MatrixXd covariance(size, size);
+  for (std::size_t i = 0; i < n; ++i) {
+    require_size(document, key + "." + std::to_string(i), rows[i].size(), n, "numbers");
+    covariance.row(static_cast<Eigen::Index>(i)) = Eigen::RowVectorXd::Map(rows[i].data(), size);
+  }
+  if (!(covariance.diagonal().minCoeff() >= 0.0))
+    document.refuse(key, "a negative variance", "a covariance with a non-negative diagonal");
+  return covariance;
+}
+
+Estimate estimate_in(const core::Document& document, const std::string& key)
+{
+  const core::DocumentValue& table = core::value_at(document.root, key);
+  Estimate estimate;
+  estimate.names = core::texts_at(table, "names");
+  estimate.units = core::texts_at(table, "units");
+  const std::size_t n = estimate.names.size();
+  require_size(document, key + ".units", estimate.units.size(), n, "units");
+  for (std::string& unit : estimate.units) {
+    if (unit == dimensionless_unit) unit.clear();
+  }
+  const std::vector<double> values = core::numbers_at(table, "values");
+  require_size(document, key + ".values", values.size(), n, "numbers");
+  estimate.values = Eigen::VectorXd::Map(values.data(), static_cast<Eigen::Index>(n));
+  estimate.covariance = covariance_in(document, key + ".covariance", n);
+  estimate.dof = core::number_at(table, "dof");
+  estimate.residuals = core::numbers_at(table, "residuals");
+  estimate.residual_unit = core::text_or_empty(table, "residual_unit");
+  estimate.residual_rms = core::number_at(table, "residual_rms");
+  estimate.remarks = core::texts_at(table, "remarks");
+  return estimate;
+}
+
+/// Checks that the numbers that other parts read by name are present.
+void require_estimate_names(const core::Document& document, const std::string& key,
+                            const Estimate& estimate, CalibrationPart part)
+{
+  for (const std::string& name : shared_estimate_names(part)) {
+    if (index_of(estimate, name) >= 0) continue;
+    document.refuse(key + ".names", "no '" + name + "'",
+                    "the numbers that the part " + std::string(name_of(part)) + " estimates");
+  }
+}
+
+CalibrationRecord record_in(const core::Document& document, const std::string& key, CalibrationPart part)
+{
+  const core::DocumentValue& table = core::value_at(document.root, key);
+  CalibrationRecord record;
+  record.date = core::text_at(table, "date");
+  record.is_outdated = core::flag_at(table, "outdated");
+  if (table.find("made_with") != nullptr) record.made_with = core::numbers_at(table, "made_with");
+  record.marks = marks_in(document, key + ".mark");
+  if (table.find("result") != nullptr) {
+    record.estimate = estimate_in(document, key + ".result");
+    require_estimate_names(document, key + ".result", *record.estimate, part);
+  }
+  return record;
+}
+
+std::string texts_text(const std::vector<std::string>& texts)
+{
+  std::string text = "[";
+  for (const std::string& item : texts) text += (text.size() > 1 ? ", " : "") + show::quoted_text(item);
+  return text + "]";
+}
+
+/// Writes each row on its own line.
+std::string rows_text(const std::vector<std::vector<double>>& rows)
+{
+  std::string text = "[";
+  for (const std::vector<double>& row : rows)
+    text += (text.size() > 1 ? ",\n  " : "") + show::list_text(row);
+  return text + "]";
+}
+
+void add_estimate(std::ostream& text, const std::string& key, const Estimate& estimate)
+{
+  std::vector<std::string> units = estimate.units;
+  for (std::string& unit : units) {
+    if (unit.empty()) unit = dimensionless_unit;
+  }
+  std::vector<std::vector<double>> covariance;
+  for (Eigen::Index i = 0; i < estimate.covariance.rows(); ++i) {
+    const Eigen::VectorXd row = estimate.covariance.row(i);
+    covariance.emplace_back(row.data(), row.data() + row.size());
+  }
+  text << "\n[" << key << ".result]\nnames = " << texts_text(estimate.names)
+       << "\nunits = " << texts_text(units) << "\nvalues = "
+       << show::list_text({estimate.values.data(), static_cast<std::size_t>(estimate.values.size())})
+       << "\ncovariance = " << rows_text(covariance) << "\ndof = " << show::number_text(estimate.dof)
+       << "\nresiduals = " << show::list_text(estimate.residuals) << "\n";
+  if (!estimate.residual_unit.empty())
+    text << "residual_unit = " << show::quoted_text(estimate.residual_unit) << "\n";
+  text << "residual_rms = " << show::number_text(estimate.residual_rms) << "\n";
+  if (!estimate.remarks.empty()) text << "remarks = " << texts_text(estimate.remarks) << "\n";
+}
+
+}  // namespace
+
+CalibrationRecords read_calibration_records(const core::Document& document)
+{
+  CalibrationRecords records;
+  for (std::size_t k = 0; k < n_calibration_parts; ++k) {
+    const auto part = static_cast<CalibrationPart>(k);
+    if (core::find_at(document.root, record_key(part)) != nullptr)
+      records[part] = record_in(document, record_key(part), part);
+  }
+  return records;
+}
+
+std::string records_text(const CalibrationRecords& records)
+{
+  std::ostringstream text;
+  for (const auto& [part, record] : records) {
+    const std::string key = record_key(part);
+    text << "\n[" << key << "]\ndate = " << show::quoted_text(record.date) << "\n";
+    if (record.is_outdated) text << "outdated = true  # must be repeated\n";
+    if (!record.made_with.empty()) text << "made_with = " << show::list_text(record.made_with) << "\n";
+    if (record.estimate) add_estimate(text, key, *record.estimate);
+    for (const CalibrationMark& mark : record.marks) {
+      text << "\n[[" << key << ".mark]]\ntask = " << show::quoted_text(mark.task)
+           << "\nrows = " << rows_text(mark.rows) << "\n";
+    }
+  }
+  return text.str();
+}
+
+namespace {
+
+/// The stored value, empty for the distance between the eyes; one unit of the parameter is `scale` units of
+/// it.
+struct Stored {
+  std::function<double&(BenchValues&)> at;
+  double scale = 1.0;
+};
+
+struct List {
+  std::vector<Parameter> parameters;
+  std::vector<Stored> stored;
+
+  void add(Parameter parameter, std::function<double&(BenchValues&)> at, double scale = 1.0)
+  {
+    parameters.push_back(std::move(parameter));
+    stored.push_back({std::move(at), scale});
+  }
+};
+
+double& eye_position(BenchValues& values, view::Eye view::EyePair::*side, Eigen::Index axis)
+{
+  return (values.calibration.eyes.*side).position_head_mm[axis];
+}
+
+/// "left.sight_x"
+std::string with_axis(const std::string& name, const char* what, Eigen::Index axis)
+{
+  return name + what + "xyz"[axis];
+}
+
+void add_eye(List& list, const std::string& name, view::Eye view::EyePair::*side)
+{
+  const auto eye = [side](BenchValues& v) -> view::Eye& { return v.calibration.eyes.*side; };
+  constexpr double px = 20000.0;
+  list.add({name + ".distance", "px", 10.0, 100000.0, 1.0},
+           [eye](BenchValues& v) -> double& { return eye(v).distance_px; });
+  list.add({name + ".pixel_aspect", "", 0.1, 10.0, 0.001},
+           [eye](BenchValues& v) -> double& { return eye(v).pixel_aspect; });
+  for (const Eigen::Index axis : {0, 1}) {
+    list.add({with_axis(name, ".sight_", axis), "px", -px, px, 0.5},
+             [eye, axis](BenchValues& v) -> double& { return eye(v).sight_px[axis]; });
+    list.add({with_axis(name, ".centre_", axis), "px", -px, px, 0.5},
+             [eye, axis](BenchValues& v) -> double& { return eye(v).distortion.centre_px[axis]; });
+  }
+  list.add({name + ".k1", "", -1.0, 1.0, 0.001},
+           [eye](BenchValues& v) -> double& { return eye(v).distortion.k1; });
+  list.add({name + ".k2", "", -1.0, 1.0, 0.001},
+           [eye](BenchValues& v) -> double& { return eye(v).distortion.k2; });
+  for (const Eigen::Index axis : {1, 2}) {
+    list.add({name + (axis == 1 ? ".eye_up" : ".eye_back"), "mm", -200.0, 200.0, 0.5},
+             [side, axis](BenchValues& v) -> double& { return eye_position(v, side, axis); });
+  }
+}
+
+template <typename At>
+void add_six(List& list, const std::string& name, At at)
+{
+  constexpr double most_mm = 10000.0, most_deg = 180.0;
+  for (const Eigen::Index axis : {0, 1, 2}) {
+    list.add({with_axis(name, ".shift_", axis), "mm", -most_mm, most_mm, 0.5},
+             [at, axis](BenchValues& v) -> double& { return at(v).shift_mm[axis]; });
+  }
+  for (const Eigen::Index axis : {0, 1, 2}) {
+    list.add(
+        {with_axis(name, ".turn_", axis), "deg", -most_deg, most_deg, 0.1},
+        [at, axis](BenchValues& v) -> double& { return at(v).turn_rad[axis]; }, rad_from_deg(1.0));
+  }
+}
+
+void add_model(List& list, BodyRole role)
+{
+  add_six(list, name_of(role), [role](BenchValues& v) -> bench::PoseParameters& {
+    return v.calibration.X_body_model[static_cast<std::size_t>(role)];
+  });
+}
+
+double pupillary_distance_mm(const view::EyePair& eyes)
+{
+  return eyes.right.position_head_mm.x() - eyes.left.position_head_mm.x();
+}
+
+/// Moves both eyes symmetrically: their midpoint does not change.
+void set_pupillary_distance(BenchValues& values, double distance_mm)
+{
+  double &left = eye_position(values, &view::EyePair::left, 0),
+         &right = eye_position(values, &view::EyePair::right, 0);
+  const double middle = 0.5 * (left + right);
+  left = middle - 0.5 * distance_mm;
+  right = middle + 0.5 * distance_mm;
+}
+
+List build_list()
+{
+  List list;
+  list.add(
+      {"flexion", "deg", -30.0, 180.0, 1.0, false}, [](BenchValues& v) -> double& { return v.flexion_rad; },
+      rad_from_deg(1.0));
+  list.add(
+      {"varus", "deg", -30.0, 30.0, 0.5, false}, [](BenchValues& v) -> double& { return v.varus_rad; },
+      rad_from_deg(1.0));
+  list.add({"prediction", "ms", 0.0, 200.0, 1.0, false},
+           [](BenchValues& v) -> double& { return v.prediction_ms; });
+  list.add({"eyes.distance_apart", "mm", 40.0, 90.0, 0.25}, nullptr);
+  list.add({"image_distance", "mm", 100.0, 10000.0, 10.0},
+           [](BenchValues& v) -> double& { return v.calibration.image_distance_mm; });
+  add_model(list, BodyRole::leg);
+  add_model(list, BodyRole::femur);
+  add_model(list, BodyRole::tibia);
+  add_six(list, "eyes",
+          [](BenchValues& v) -> bench::PoseParameters& { return v.calibration.X_table_eyes; });
+  add_six(list, "head",
+          [](BenchValues& v) -> bench::PoseParameters& { return v.calibration.X_headbody_eyes; });
+  add_six(list, "table",
+          [](BenchValues& v) -> bench::PoseParameters& { return v.calibration.X_tracker_table; });
+  add_eye(list, "left", &view::EyePair::left);
+  add_eye(list, "right", &view::EyePair::right);
+  return list;
+}
+
+const List& list()
+{
+  static const List built = build_list();
+  return built;
+}
+
+}  // namespace
+
+std::span<const Parameter> parameters()
+{
+  return list().parameters;
+}
+
+std::optional<std::size_t> find_parameter(const std::string& name)
+{
+  const std::vector<Parameter>& all = list().parameters;
+  const auto found = std::ranges::find(all, name, &Parameter::name);
+  if (found == all.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - all.begin());
+}
+
+bool is_used(std::size_t parameter, const BenchFile& bench)
+{
+  const std::string& name = parameters()[parameter].name;
+  const std::string kind = name.substr(0, name.find('.'));
+  const bool is_rigid = bench.leg == LegKind::rigid;
+  if (kind == "flexion" || kind == "varus" || kind == "leg") return is_rigid;
+  if (kind == "femur" || kind == "tibia") return !is_rigid;
+  if (kind == "head") return bench.head == HeadKind::tracker;
+  if (name == "eyes.distance_apart") return true;
+  if (kind == "table" || kind == "eyes") return bench.head == HeadKind::stage;
+  return true;
+}
+
+double value_of(const BenchValues& values, std::size_t parameter)
+{
+  const Stored& stored = list().stored.at(parameter);
+  if (!stored.at) return pupillary_distance_mm(values.calibration.eyes);
+  // The const_cast is safe: the value is only read.
+  return stored.at(const_cast<BenchValues&>(values)) / stored.scale;
+}
+
+void set_value(BenchValues& values, std::size_t parameter, double value)
+{
+  const Parameter& limits = list().parameters.at(parameter);
+  const Stored& stored = list().stored.at(parameter);
+  const double clamped = std::clamp(value, limits.minimum, limits.maximum);
+  if (!stored.at) return set_pupillary_distance(values, clamped);
+  stored.at(values) = clamped * stored.scale;
+  // The file has one aspect ratio for both projection and distortion.
+  for (view::Eye* eye : {&values.calibration.eyes.left, &values.calibration.eyes.right})
+    eye->distortion.pixel_aspect = eye->pixel_aspect;
 }
 
 }  // namespace vrda::bench

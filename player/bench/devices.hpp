@@ -1,16 +1,88 @@
-/// The bench's devices as one stream of samples. A background thread reads them, reconnects with back-off,
-/// and reports tools that are not visible.
+/// Samples of the devices, as the frame loop receives them and a recording stores them, and their queue.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
-#include "bench/sample.hpp"
+#include "bench/igtl_message.hpp"
+#include "model/mesh.hpp"
 
 namespace vrda::bench {
+
+enum class SampleKind : std::uint8_t {
+  tool_pose,      ///< pose of a tracked tool; of a single marker only the position is valid
+  potentiometer,  ///< `count` from 0 to 1023
+  stage,          ///< `count` of the parallax stage's encoder; `state` holds StageFlags
+  link,           ///< `state` is a LinkState, `source` the device
+  offset          ///< of the drawn joint from the leg, by the pointer: a pose in the leg's axes
+};
+
+using bench::ToolVisibility;
+
+enum class LinkState : std::uint8_t { closed, opening, up };
+
+/// Sources of SampleKind::link.
+enum class DeviceId : std::uint16_t { tracker, board };
+
+enum StageFlags : std::uint8_t { stage_zeroed = 1, stage_lost_counts = 2 };
+
+/// Pose of a tool in the tracker's frame: position (mm) and unit quaternion (w, x, y, z).
+struct ToolPose {
+  double position_mm[3] = {0.0, 0.0, 0.0};
+  double rotation[4] = {1.0, 0.0, 0.0, 0.0};
+};
+Pose pose_of(const ToolPose& place);
+ToolPose place_of(const Pose& pose);
+
+/// Trivially copyable without padding: equal samples have equal bytes.
+struct Sample {
+  std::int64_t arrival_ns = 0;  ///< steady clock, since the start of the session
+  std::int64_t device_ns = 0;   ///< the device's own clock, any epoch; 0: none
+  ToolPose tool_pose;
+  std::int32_t count = 0;
+  std::uint16_t source = 0;  ///< of tool poses: index into TrackerSettings::tools
+  SampleKind kind = SampleKind::link;
+  std::uint8_t state = 0;  ///< by kind: ToolVisibility, StageFlags, LinkState
+
+  bool is(ToolVisibility visibility) const
+  {
+    return kind == SampleKind::tool_pose && state == static_cast<std::uint8_t>(visibility);
+  }
+};
+static_assert(std::is_trivially_copyable_v<Sample> && sizeof(Sample) == 80);
+
+/// Single producer, single consumer. When nearly full it rejects new readings, but keeps the last slots for
+/// link changes and tools that are no longer visible.
+class SampleQueue {
+ public:
+  /// 16 tools at 100 Hz fill it in 2.5 s; 320 KB.
+  static constexpr std::size_t capacity = 4096;
+  static constexpr std::size_t n_reserved = 64;
+
+  SampleQueue() : slots_(capacity) {}
+
+  /// Appends a sample that becomes visible at publish(), so that the samples of a message are taken
+  /// together. False if full.
+  bool stage(const Sample& sample);
+  void publish();
+  /// stage() and publish() for one sample.
+  bool put(const Sample& sample);
+  /// False if empty. Never blocks or allocates.
+  bool take(Sample& sample);
+
+ private:
+  std::vector<Sample> slots_;
+  std::uint64_t n_staged_ = 0;  ///< written by the producer
+  std::atomic<std::uint64_t> n_put_{0}, n_taken_{0};
+};
+
+// The bench's devices as one stream of samples. A background thread reads them, reconnects with back-off,
+// and reports tools that are not visible.
 
 struct TrackerSettings {
   std::string host = "127.0.0.1";

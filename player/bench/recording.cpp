@@ -12,11 +12,10 @@
 #include <optional>
 #include <utility>
 
-#include "core/error.hpp"
-#include "core/open_file.hpp"
+#include "core/text.hpp"
+#include "core/files.hpp"
 #include "core/units.hpp"
-#include "core/frame_bytes.hpp"
-#include "core/little_endian.hpp"
+#include "core/framed_file.hpp"
 
 namespace vrda::bench {
 namespace {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "bench/sample.hpp"
+#include "bench/devices.hpp"
 #include "core/framed_file.hpp"
 #include "view/keys.hpp"
 

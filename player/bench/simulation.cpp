@@ -1,16 +1,180 @@
 #include "bench/simulation.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <memory>
+#include <ostream>
 
-#include "core/error.hpp"
+#include "bench/bench_file.hpp"
+#include "bench/bench_run.hpp"
+#include "bench/rigid_body.hpp"
+#include "bench/simulated_devices.hpp"
 #include "core/text.hpp"
-#include "core/trig.hpp"
 #include "core/units.hpp"
-#include "bench/draws.hpp"
-#include "bench/screw.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::bench {
+namespace {
+
+double chord(const PathPoint& from, const PathPoint& to)
+{
+  return (to.value - from.value) / (to.time_s - from.time_s);
+}
+
+/// Weighted harmonic mean of the chords on either side, which last `before_s` and `after_s`.
+double slope_between(double before, double before_s, double after, double after_s)
+{
+  if (before * after <= 0.0) return 0.0;
+  const double weight_before = before_s + 2.0 * after_s, weight_after = 2.0 * before_s + after_s;
+  return (weight_before + weight_after) / (weight_before / before + weight_after / after);
+}
+
+}  // namespace
+
+KeyPath::KeyPath(std::vector<PathPoint> points, bool is_looped)
+    : points_(std::move(points)), slopes_(points_.size(), 0.0), is_looped_(is_looped && points_.size() > 1)
+{
+  check(!points_.empty(), "a path needs at least one key");
+  const std::size_t n = points_.size();
+  for (std::size_t i = 1; i < n; ++i)
+    check(points_[i].time_s > points_[i - 1].time_s, "the keys of a path must ascend in time");
+  for (std::size_t i = 1; i + 1 < n; ++i) {
+    slopes_[i] = slope_between(chord(points_[i - 1], points_[i]), points_[i].time_s - points_[i - 1].time_s,
+                               chord(points_[i], points_[i + 1]), points_[i + 1].time_s - points_[i].time_s);
+  }
+  if (!is_looped_) return;
+  check(points_.front().value == points_.back().value, "a looped path must end at its first value");
+  slopes_.front() =
+      slope_between(chord(points_[n - 2], points_[n - 1]), points_[n - 1].time_s - points_[n - 2].time_s,
+                    chord(points_[0], points_[1]), points_[1].time_s - points_[0].time_s);
+  slopes_.back() = slopes_.front();
+}
+
+double KeyPath::at(double time_s) const
+{
+  const double first_s = points_.front().time_s, last_s = points_.back().time_s;
+  double t = time_s;
+  if (is_looped_) {
+    const double period_s = last_s - first_s;
+    t = time_s - period_s * std::floor((time_s - first_s) / period_s);
+  }
+  if (t <= first_s) return points_.front().value;
+  if (t >= last_s) return points_.back().value;
+  const auto after =
+      std::upper_bound(points_.begin(), points_.end(), t,
+                       [](double wanted_s, const PathPoint& p) { return wanted_s < p.time_s; });
+  const auto i = static_cast<std::size_t>(after - points_.begin()) - 1;
+  const PathPoint &from = points_[i], &to = points_[i + 1];
+  const double length_s = to.time_s - from.time_s;
+  const double s = (t - from.time_s) / length_s, left = 1.0 - s;
+  // Cubic Hermite polynomial, written relative to either end.
+  return left * left * ((1.0 + 2.0 * s) * from.value + s * length_s * slopes_[i]) +
+         s * s * ((1.0 + 2.0 * left) * to.value - left * length_s * slopes_[i + 1]);
+}
+
+namespace {
+
+class Checker {
+ public:
+  explicit Checker(const std::string& file) : file_(file) {}
+
+  void require(bool is_right, const std::string& field, const std::string& found,
+               const std::string& wanted) const
+  {
+    if (!is_right) throw InputError({file_, field, found, wanted});
+  }
+  /// Checks that keys ascend in time; `is_same(first, last)` returns whether a loop closes.
+  template <typename Keys, typename IsSame>
+  void path(const Keys& keys, bool is_looped, const std::string& field, IsSame is_same) const
+  {
+    for (std::size_t i = 1; i < keys.size(); ++i) {
+      require(keys[i].time_s > keys[i - 1].time_s, field + " key " + std::to_string(i + 1),
+              "time " + shortest_decimal(keys[i].time_s),
+              "a time after " + shortest_decimal(keys[i - 1].time_s));
+    }
+    require(!is_looped || is_same(keys.front(), keys.back()), field,
+            "different first and last values of a loop", "a last key with the values of the first");
+  }
+
+ private:
+  std::string file_;
+};
+
+void require_paths(const SimulationScript& script, const Checker& checker)
+{
+  checker.path(script.leg, script.is_looped, "leg", [](const LegKey& a, const LegKey& b) {
+    return a.flexion_deg == b.flexion_deg && a.varus_deg == b.varus_deg;
+  });
+  const auto is_same = [](const PathPoint& a, const PathPoint& b) { return a.value == b.value; };
+  checker.path(script.stage, script.is_looped, "stage", is_same);
+  checker.path(script.potentiometer, script.is_looped, "potentiometer", is_same);
+}
+
+void require_tools(const SimulationScript& script, const Checker& checker)
+{
+  const std::vector<std::string> tools = tool_names(script);
+  std::vector<std::string> names = tools;
+  std::ranges::sort(names);
+  const auto twice = std::adjacent_find(names.begin(), names.end());
+  checker.require(twice == names.end(), "tool", twice == names.end() ? "" : *twice + " twice",
+                  "unique names");
+  for (const Occlusion& occlusion : script.occlusions) {
+    checker.require(std::ranges::find(tools, occlusion.tool) != tools.end(), "occlusion tool",
+                    "\"" + occlusion.tool + "\"", join_alternatives(tools));
+    checker.require(occlusion.to_s >= occlusion.from_s, "occlusion to_s", shortest_decimal(occlusion.to_s),
+                    "at least from_s = " + shortest_decimal(occlusion.from_s));
+    checker.require(occlusion.every_s == 0.0 || occlusion.every_s >= occlusion.to_s - occlusion.from_s,
+                    "occlusion every_s", shortest_decimal(occlusion.every_s), "0, or at least to_s - from_s");
+  }
+}
+
+void require_clock(const DeviceClock& clock, const Checker& checker)
+{
+  for (std::size_t i = 1; i < clock.steps.size(); ++i) {
+    checker.require(clock.steps[i].at_s >= clock.steps[i - 1].at_s, "clock step at_s",
+                    shortest_decimal(clock.steps[i].at_s),
+                    "at least the previous step's time, " + shortest_decimal(clock.steps[i - 1].at_s));
+  }
+}
+
+}  // namespace
+
+Pose default_X_tracker_femur()
+{
+  Pose X = Pose::Identity();
+  // Anterior towards the viewer, proximal up, the subject's right to the viewer's left.
+  X.linear() << 0, 0, -1, 0, 1, 0, 1, 0, 0;
+  X.translation() << 0, 0, -1500;
+  return X;
+}
+
+std::vector<std::string> tool_names(const SimulationScript& script)
+{
+  std::vector<std::string> names;
+  const auto add = [&](const SimulatedBody& body) {
+    names.push_back(body.tool);
+    for (std::size_t k = 0; k < body.markers_mm.size(); ++k)
+      names.push_back(body.tool + "-" + std::to_string(k + 1));
+  };
+  add(script.femur);
+  add(script.tibia);
+  if (script.head) add(*script.head);
+  return names;
+}
+
+void require_usable(const SimulationScript& script, const std::string& file)
+{
+  const Checker checker(file);
+  // With a longer jitter frames could overtake each other.
+  const double period_ms = 1000.0 / script.rate_hz;
+  checker.require(script.jitter_ms <= period_ms, "jitter_ms", shortest_decimal(script.jitter_ms),
+                  "at most the frame period, " + shortest_decimal(period_ms));
+  require_paths(script, checker);
+  require_tools(script, checker);
+  require_clock(script.clock, checker);
+}
+
 namespace {
 
 /// Path of an angle of the leg.
@@ -205,6 +369,149 @@ int Simulation::potentiometer_count(double time_s) const
   const double noise = script_.potentiometer_noise_counts *
                        RandomSequence(script_.seed, RandomPurpose::potentiometer, index).normal();
   return static_cast<int>(rounded(std::clamp(potentiometer_.at(time_s) + noise, 0.0, 1023.0)));
+}
+
+namespace {
+
+/// Bit mixer for consecutive numbers. Source: Steele, Lea, Flood (2014) OOPSLA, SplitMix64's finaliser.
+std::uint64_t mixed(std::uint64_t x)
+{
+  x += 0x9e3779b97f4a7c15ULL;
+  x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+  x = (x ^ (x >> 27U)) * 0x94d049bb133111ebULL;
+  return x ^ (x >> 31U);
+}
+
+}  // namespace
+
+RandomSequence::RandomSequence(std::uint64_t seed, RandomPurpose purpose, std::uint64_t index)
+    : bits_(mixed(mixed(mixed(seed) + static_cast<std::uint64_t>(purpose)) + index))
+{
+}
+
+double RandomSequence::uniform()
+{
+  constexpr double unit = 1.0 / 9007199254740992.0;  // 2^-53
+  return static_cast<double>(bits_() >> 11U) * unit;
+}
+
+double RandomSequence::normal()
+{
+  double sum = -6.0;
+  for (int i = 0; i < 12; ++i) sum += uniform();
+  return sum;
+}
+
+Eigen::Vector3d RandomSequence::normal_vector()
+{
+  const double x = normal(), y = normal(), z = normal();
+  return {x, y, z};
+}
+
+// `vrda-player simulate`: sends tracker and board data of a simulated bench.
+
+namespace {
+
+/// A simulated tool that is sent, with its name in the bench file.
+struct SentTool {
+  std::size_t simulated = 0;
+  std::string name;
+};
+
+std::vector<SentTool> sent_tools(const bench::BenchFile& bench,
+                                 const bench::Simulation& simulation)
+{
+  std::vector<SentTool> sent;
+  std::size_t at = 0;
+  const auto add = [&](const std::optional<bench::BodySettings>& settings) {
+    if (!settings->tool.empty()) sent.push_back({at, settings->tool});
+    ++at;
+    for (const std::string& marker : settings->markers) sent.push_back({at++, marker});
+  };
+  const auto settings = [&](bench::BodyRole role) {
+    return bench.bodies[static_cast<std::size_t>(role)];
+  };
+  if (bench.leg == bench::LegKind::rigid) {
+    add(settings(bench::BodyRole::leg));
+    ++at;  // the tibia, which is not tracked
+  } else {
+    add(settings(bench::BodyRole::femur));
+    add(settings(bench::BodyRole::tibia));
+  }
+  if (bench.head == bench::HeadKind::tracker) add(settings(bench::BodyRole::head));
+  check(at == simulation.tools().size(), "every simulated tool is assigned");
+  return sent;
+}
+
+/// One TDATA message a tick, without hidden tools.
+std::vector<bench::IgtlMessage> messages_of(const bench::SimulatedFrame& frame,
+                                           const std::vector<SentTool>& sent)
+{
+  if (frame.is_dropped) return {};
+  bench::IgtlMessage message;
+  message.kind = bench::IgtlKind::tdata;
+  message.device = "Tracker";
+  message.device_ns = frame.device_ns;
+  for (const SentTool& tool : sent) {
+    const bench::SimulatedTool& simulated = frame.tools[tool.simulated];
+    if (simulated.is_seen)
+      message.tools.push_back({tool.name, bench::ToolVisibility::seen, simulated.X_tracker_tool});
+  }
+  return {message};
+}
+
+std::optional<store::Motion> motion_of(const std::string& path)
+{
+  if (path.empty()) return std::nullopt;
+  const store::MotionModel model = store::read_motion_model(path);
+  store::require_grid(model, path, "a simulated bench");
+  return store::Motion(model, store::default_motion(model).set);
+}
+
+std::unique_ptr<bench::PtyBoard> open_board(const bench::BenchFile& bench,
+                                              const bench::Simulation& simulation)
+{
+  if (!bench.board) return nullptr;
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  const auto now_s = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  bench::PtyBoardOptions options;
+  options.link = bench.board->port;
+  options.potentiometer = [&simulation, now_s] { return simulation.potentiometer_count(now_s()); };
+  options.stage_count = [&simulation, now_s] { return static_cast<int>(simulation.stage_count(now_s())); };
+  return std::make_unique<bench::PtyBoard>(options);
+}
+
+}  // namespace
+
+void simulate(const SimulateOptions& options, const show::Streams& streams)
+{
+  const bench::BenchFile bench = bench::read_bench_file(options.bench);
+  if (bench.camera)
+    throw InputError(
+        {options.bench, "tracker", "\"aruco\", a webcam", "a tracker of OpenIGTLink to simulate"});
+  const bench::Simulation simulation(bench.simulation, motion_of(options.model), options.bench);
+  if (const auto beyond = simulation.beyond_motion(options.bench))
+    streams.messages << "vrda-player: " << InputError(*beyond).what() << "\n";
+  const std::vector<SentTool> sent = sent_tools(bench, simulation);
+  show::StopSignals stop;
+  bench::TrackerServerOptions server_options;
+  server_options.address = options.address.empty() ? bench.simulation_address : options.address;
+  server_options.port = bench.tracker->port;
+  server_options.rate_hz = bench.simulation.rate_hz;
+  server_options.jitter_ms = bench.simulation.jitter_ms;
+  server_options.seed = bench.simulation.seed;
+  const bench::TrackerServer server(
+      server_options, [&](std::uint64_t tick) { return messages_of(simulation.frame(tick), sent); });
+  // After the port is bound: a second simulation of the same bench ends before it touches the link.
+  const std::unique_ptr<bench::PtyBoard> board = open_board(bench, simulation);
+  streams.data << "tracker " << server_options.address << ":" << server.port() << std::endl;
+  if (board) streams.data << "board " << board->path() << std::endl;
+  if (!options.is_quiet && !options.seconds) streams.messages << "Ctrl-C ends the simulation\n";
+  using Clock = std::chrono::steady_clock;
+  constexpr double a_year_s = 3.2e7;
+  const std::chrono::duration<double> time(options.seconds.value_or(a_year_s));
+  stop.wait_until(Clock::now() + std::chrono::duration_cast<Clock::duration>(time));
 }
 
 }  // namespace vrda::bench

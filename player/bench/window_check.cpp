@@ -1,10 +1,22 @@
 #include "bench/window_check.hpp"
 
 #include <algorithm>
+#include <array>
+#include <chrono>
+#include <optional>
+#include <ostream>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "bench/bench_file.hpp"
+#include "bench/bench_run.hpp"
+#include "bench/body_tracker.hpp"
+#include "bench/clients.hpp"
+#include "core/units.hpp"
 #include "show/loop.hpp"
+#include "show/session.hpp"
+#include "view/window.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -12,9 +24,6 @@ namespace {
 /// Error of surfaces by levels of detail (view::RenderOptions), below the resolution of the eye.
 constexpr double coarseness_px = 0.5;
 
-}  // namespace
-
-namespace {
 
 std::string pair_text(int a, const char* between, int b)
 {
@@ -151,6 +160,211 @@ show::Sink bench_window(const bench::BenchFile& bench, const std::string& title,
 show::Sink bench_memory(const bench::BenchFile& bench, int samples)
 {
   return show::Sink(view::RenderOptions{bench.display.width, bench.display.height, samples, coarseness_px});
+}
+
+// Command `vrda-player devices`.
+
+namespace {
+
+/// Last sample of each input; empty if none was received.
+struct LastValues {
+  explicit LastValues(const bench::BenchFile& bench) : bodies(bench)
+  {
+    if (!bench.tracker) return;
+    tools.resize(bench.tracker->tools.size());
+    rates.resize(tools.size());
+  }
+
+  TrackedBodies bodies;
+  std::vector<std::optional<bench::Sample>> tools;
+  std::vector<bench::RateMeter> rates;  ///< of the tools' samples that are not missing
+  std::optional<bench::Sample> potentiometer, stage;
+
+  void take(const bench::Sample& sample)
+  {
+    if (sample.kind == bench::SampleKind::tool_pose && sample.source < tools.size()) {
+      tools[sample.source] = sample;
+      if (sample.is(bench::ToolVisibility::seen)) rates[sample.source].count(sample.arrival_ns);
+    }
+    if (sample.kind == bench::SampleKind::tool_pose)
+      bodies.take(sample, [](BodyTracker& body) { body.end_message(); });
+    if (sample.kind == bench::SampleKind::potentiometer) potentiometer = sample;
+    if (sample.kind == bench::SampleKind::stage) stage = sample;
+  }
+  /// Of a body of markers with known positions, or nullptr.
+  const bench::PoseFit* fit(std::size_t role) const
+  {
+    const std::optional<BodyTracker>& body = bodies[static_cast<bench::BodyRole>(role)];
+    return body && body->has_markers() ? &body->fit() : nullptr;
+  }
+};
+
+const char* name_of(bench::ToolVisibility state)
+{
+  return std::array{"seen", "missing", "stale", "not a place"}.at(static_cast<std::size_t>(state));
+}
+
+std::string place_text(const bench::ToolPose& place)
+{
+  std::string text;
+  for (const double v : place.position_mm) text += (text.empty() ? "" : ", ") + show::rounded_text(v, 2);
+  return text;
+}
+
+void write_report(std::ostream& out, const std::string& name, const bench::DeviceReport& report)
+{
+  out << name << "  " << report.peer << "  "
+      << (report.link == bench::LinkState::up ? "answers" : "does not answer") << "  "
+      << show::rounded_text(report.rate_hz, 1) << " samples a second";
+  if (report.n_refused > 0) out << "  " << report.n_refused << " rejected";
+  if (!report.error_message.empty()) out << "  (" << report.error_message << ")";
+  out << "\n";
+  for (const std::string& note : report.notes) out << "  note: " << note << "\n";
+}
+
+void write_monitors(std::ostream& out, const std::vector<view::Monitor>& monitors)
+{
+  if (monitors.empty()) out << "no monitor: there is no display\n";
+  for (const view::Monitor& monitor : monitors) {
+    const view::WindowGeometry& g = monitor.geometry;
+    out << "monitor  " << monitor.name << "  " << g.width << " x " << g.height << " at " << g.x << ", " << g.y
+        << ", " << monitor.refresh_hz << " Hz\n";
+  }
+}
+
+void write_table(std::ostream& out, const bench::BenchFile& bench, const bench::Devices& devices,
+                 const LastValues& values)
+{
+  write_report(out, "tracker", devices.report(bench::DeviceId::tracker));
+  for (std::size_t k = 0; k < values.tools.size(); ++k) {
+    out << "  " << bench.tracker->tools[k] << "  ";
+    if (!values.tools[k]) {
+      out << "nothing yet\n";
+      continue;
+    }
+    const auto state = static_cast<bench::ToolVisibility>(values.tools[k]->state);
+    out << name_of(state);
+    if (state == bench::ToolVisibility::seen)
+      out << "  " << place_text(values.tools[k]->tool_pose) << " mm";
+    out << "  " << show::rounded_text(values.rates[k].rate_hz(devices.now_ns()), 1) << " a second";
+    out << "\n";
+  }
+  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
+    if (!bench.bodies[k] || bench.bodies[k]->markers.empty()) continue;
+    const char* const role = bench::name_of(static_cast<bench::BodyRole>(k));
+    out << "  body " << role << "  "
+        << (values.fit(k) != nullptr ? fit_text(*values.fit(k))
+                                     : "no markers_mm yet: vrda-player body " + std::string(role))
+        << "\n";
+  }
+  if (!bench.board) return;
+  write_report(out, "board", devices.report(bench::DeviceId::board));
+  if (values.potentiometer) out << "  potentiometer  " << values.potentiometer->count << " of 1023\n";
+  if (values.stage) {
+    out << "  stage  " << show::rounded_text(bench.stage_mm_per_count * values.stage->count, 3) << " mm"
+        << ((values.stage->state & bench::stage_zeroed) != 0 ? "" : ", not zeroed") << "\n";
+  }
+}
+
+/// JSON and TOML strings have the same escapes, so quoted_text() is valid here.
+std::string json_of(const bench::DeviceReport& report)
+{
+  std::string notes;
+  for (const std::string& note : report.notes)
+    notes += (notes.empty() ? "" : ", ") + show::quoted_text(note);
+  return "\"peer\": " + show::quoted_text(report.peer) +
+         ", \"answers\": " + (report.link == bench::LinkState::up ? "true" : "false") +
+         ", \"rate_hz\": " + show::rounded_text(report.rate_hz, 2) +
+         ", \"samples\": " + std::to_string(report.n_samples) +
+         ", \"refused\": " + std::to_string(report.n_refused) +
+         ", \"lost\": " + std::to_string(report.n_lost) +
+         ", \"trouble\": " + show::quoted_text(report.error_message) + ", \"notes\": [" + notes + "]";
+}
+
+std::string json_of(bench::BodyRole role, const bench::PoseFit& fit)
+{
+  const FitQuality quality = quality_of(fit);
+  return std::string("{\"role\": \"") + bench::name_of(role) + "\", \"status\": \"" +
+         bench::name_of(fit.status) + "\", \"markers\": " + std::to_string(quality.n_markers) +
+         ", \"residual_mm\": " + show::rounded_text(quality.residual_mm, 4) +
+         ", \"turn_sd_deg\": " + show::rounded_text(deg_from_rad(quality.rotation_sd_rad), 4) +
+         ", \"middle_sd_mm\": " + show::rounded_text(quality.centroid_sd_mm, 4) + "}";
+}
+
+void write_json(std::ostream& out, const bench::BenchFile& bench, const bench::Devices& devices,
+                const LastValues& values)
+{
+  out << "{\"tracker\": {" << json_of(devices.report(bench::DeviceId::tracker)) << ", \"tools\": [";
+  for (std::size_t k = 0; k < values.tools.size(); ++k) {
+    out << (k == 0 ? "" : ", ") << "{\"name\": " << show::quoted_text(bench.tracker->tools[k])
+        << ", \"state\": ";
+    if (!values.tools[k]) {
+      out << "null}";
+      continue;
+    }
+    out << "\"" << name_of(static_cast<bench::ToolVisibility>(values.tools[k]->state))
+        << "\", \"rate_hz\": " << show::rounded_text(values.rates[k].rate_hz(devices.now_ns()), 2)
+        << ", \"position_mm\": [" << place_text(values.tools[k]->tool_pose) << "]}";
+  }
+  out << "], \"bodies\": [";
+  const char* comma = "";
+  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
+    if (values.fit(k) == nullptr) continue;
+    out << comma << json_of(static_cast<bench::BodyRole>(k), *values.fit(k));
+    comma = ", ";
+  }
+  out << "]}";
+  if (bench.board) {
+    out << ", \"board\": {" << json_of(devices.report(bench::DeviceId::board)) << ", \"potentiometer\": "
+        << (values.potentiometer ? std::to_string(values.potentiometer->count) : "null") << ", \"stage_mm\": "
+        << (values.stage ? show::rounded_text(bench.stage_mm_per_count * values.stage->count, 3) : "null")
+        << "}";
+  }
+  out << ", \"monitors\": [";
+  comma = "";
+  for (const view::Monitor& monitor : view::connected_monitors()) {
+    const view::WindowGeometry& g = monitor.geometry;
+    out << comma << "{\"name\": " << show::quoted_text(monitor.name) << ", \"x\": " << g.x
+        << ", \"y\": " << g.y << ", \"width\": " << g.width << ", \"height\": " << g.height
+        << ", \"refresh_hz\": " << monitor.refresh_hz << "}";
+    comma = ", ";
+  }
+  out << "]}\n";
+}
+
+}  // namespace
+
+void receive_samples(bench::Devices& devices, double seconds, show::StopSignals& stop,
+                     const std::function<void(const bench::Sample&)>& take)
+{
+  constexpr std::chrono::milliseconds between{5};
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (std::chrono::steady_clock::now() < end &&
+         !stop.wait_until(std::chrono::steady_clock::now() + between)) {
+    for (bench::Sample sample; devices.take(sample);) take(sample);
+  }
+}
+
+int list_devices(const DevicesOptions& options, const show::Streams& streams)
+{
+  const bench::BenchFile bench =
+      bench::read_bench_file(options.bench, bench::MarkerPositions::optional);
+  show::StopSignals stop;
+  bench::Devices devices(bench.tracker, bench.board);
+  LastValues values(bench);
+  receive_samples(devices, options.seconds, stop,
+                  [&](const bench::Sample& sample) { values.take(sample); });
+  if (options.has_json) {
+    write_json(streams.data, bench, devices, values);
+  } else {
+    write_table(streams.data, bench, devices, values);
+    write_monitors(streams.data, view::connected_monitors());
+  }
+  const auto is_silent = [&](bench::DeviceId device) {
+    return devices.report(device).link != bench::LinkState::up;
+  };
+  return (bench.tracker && is_silent(bench::DeviceId::tracker) ? 1 : 0) +
+         (bench.board && is_silent(bench::DeviceId::board) ? 1 : 0);
 }
 
 }  // namespace vrda::bench

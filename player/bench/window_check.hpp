@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bench/bench_file.hpp"
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "show/sink.hpp"
 
 namespace vrda::bench {

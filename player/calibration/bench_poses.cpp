@@ -3,12 +3,11 @@
 #include <cmath>
 
 #include "calibration/task.hpp"
-#include "core/error.hpp"
-#include "core/trig.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "bench/draws.hpp"
-#include "bench/screw.hpp"
-#include "calibration/alignment.hpp"
+#include "bench/simulation.hpp"
+#include "bench/rigid_body.hpp"
+#include "calibration/statistics.hpp"
 
 namespace vrda::calibration {
 namespace {

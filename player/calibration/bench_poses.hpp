@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "bench/calibration_record.hpp"
-#include "bench/sample.hpp"
-#include "bench/draws.hpp"
+#include "bench/calibration_file.hpp"
+#include "bench/devices.hpp"
+#include "bench/simulation.hpp"
 #include "calibration/truth.hpp"
 
 namespace vrda::calibration {

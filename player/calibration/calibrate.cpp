@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
@@ -10,14 +11,20 @@
 #include <thread>
 #include <utility>
 
-#include "calibration/calibration_bench.hpp"
+#include "bench/bench_show.hpp"
+#include "bench/devices.hpp"
 #include "calibration/calibration_mode.hpp"
 #include "calibration/calibration_pictures.hpp"
-#include "calibration/calibration_report.hpp"
+#include "calibration/marks.hpp"
+#include "calibration/operator.hpp"
 #include "calibration/parts.hpp"
-#include "core/error.hpp"
-#include "core/publication.hpp"
-#include "view/arguments.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "show/session.hpp"
+#include "store/motion_model.hpp"
+#include "store/solved_cells.hpp"
+#include "view/keys.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -367,6 +374,451 @@ CalibrateEnd calibrate(const CalibrateOptions& options, const show::Streams& str
   if (!is_without_screen(options)) return run_attended(options, setup, streams);
   if (!options.is_quiet) streams.messages << "no screen: runs unattended, as with --headless\n";
   return run_unattended(options, setup, streams);
+}
+
+namespace {
+
+view::AppearanceOptions plain_look()
+{
+  view::AppearanceOptions look;
+  look.mode = view::DrawMode::smooth;
+  look.layers = "none";
+  return look;
+}
+
+/// Dials in the order of SixNumbers.
+bench::PoseParameters numbers_of(const Task& task, std::span<const double> values)
+{
+  check(values.size() == 6 && task.dials.size() == 6, "a pose task has six dials");
+  bench::PoseParameters place;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const auto k = static_cast<std::size_t>(axis);
+    const bool is_deg = task.dials[k + 3].unit == "deg";
+    place.shift_mm[axis] = values[k];
+    place.turn_rad[axis] = is_deg ? rad_from_deg(values[k + 3]) : values[k + 3];
+  }
+  return place;
+}
+
+}  // namespace
+
+ModelOnBench::ModelOnBench(const BenchFile& bench, const Calibration& calibration, store::MotionModel scaled,
+                           const std::string& set)
+    : scale(calibration.subject_scale),
+      model(std::move(scaled)),
+      motion(model, set),
+      state(bench, calibration, motion, store::solver_frame(model, 0)),
+      view(model, motion, bench, calibration, plain_look())
+{
+}
+
+AdjustedModel::AdjustedModel(const BenchFile& bench, store::MotionModel model, const std::string& file,
+                             const std::string& set)
+    : bench_(bench), model_(std::move(model)), set_(store::chosen_set(model_, file, set))
+{
+}
+
+void AdjustedModel::take(const bench::Sample& sample)
+{
+  if (shown_) shown_->state.take(sample);
+}
+
+void AdjustedModel::place(const Calibration& calibration, const PoseTrial& trial, std::int64_t now_ns,
+                          view::Renderer& renderer)
+{
+  if (!shown_ || shown_->scale != calibration.subject_scale) {
+    shown_ = std::make_unique<ModelOnBench>(bench_, calibration,
+                                            store::scaled_model(model_, calibration.subject_scale), set_);
+    renderer.load(shown_->view.scene());
+    renderer.load(shown_->view.warp());
+  }
+  Calibration& tried = shown_->state.values().calibration;
+  tried = calibration;
+  tried.X_body_model[static_cast<std::size_t>(calibration::role_of(trial.part))] =
+      numbers_of(trial.task, trial.values);
+  if (shown_->view.take(tried.eyes)) renderer.load(shown_->view.warp());
+  shown_->view.place(shown_->state.frame(now_ns), tried);
+}
+
+namespace {
+
+/// Scales a displayed line into the eye's window: the optics can display more than the window's pixels.
+void fit_into_window(DrawnLine& line, const view::Eye& eye)
+{
+  const view::ShownBox seen = view::shown_box(eye), window = view::box_of(eye.window);
+  const Eigen::Vector2d seen_px = seen.high_px - seen.low_px, window_px = window.high_px - window.low_px;
+  constexpr double filled = 0.98;
+  const double scale = filled * window_px.cwiseQuotient(seen_px).minCoeff();
+  const Eigen::Vector2d from = 0.5 * (seen.low_px + seen.high_px),
+                        to = 0.5 * (window.low_px + window.high_px);
+  for (Eigen::Vector2d& p : line.points_px) p = to + scale * (p - from);
+}
+
+using Deviation = calibration::VirtualOperator::Deviation;
+
+class LiveBench final : public CalibrationBench {
+ public:
+  explicit LiveBench(const BenchFile& bench) : bench_(bench), devices_(bench.tracker, bench.board) {}
+
+  void send_samples(CalibrationSession& session, AdjustedModel* model) override
+  {
+    for (bench::Sample sample; devices_.take(sample);) {
+      session.take(sample);
+      if (model != nullptr) model->take(sample);
+    }
+  }
+  std::int64_t now_ns() const override { return devices_.now_ns(); }
+  void zero_stage() override { devices_.zero_stage(); }
+  std::vector<std::string> device_problems(const Task& task) const override
+  {
+    std::vector<std::string> lines;
+    const auto add = [&](const char* name, bench::DeviceId device) {
+      const bench::DeviceReport report = devices_.report(device);
+      if (report.link != bench::LinkState::up) lines.push_back(bench::device_text(name, report));
+    };
+    const bool wants_tracker = !task.tool.empty() || task.kind == TaskKind::model_pose;
+    const bool wants_board = task.kind == TaskKind::stop || task.kind == TaskKind::bullseye;
+    if (wants_tracker && bench_.tracker) {
+      add("tracker", bench::DeviceId::tracker);
+      for (const std::string& note : devices_.report(bench::DeviceId::tracker).notes)
+        if (note.starts_with(task.tool + ":")) lines.push_back(note);
+    }
+    if (wants_board && bench_.board) add("board", bench::DeviceId::board);
+    return lines;
+  }
+  std::optional<Deviation> deviation(const CalibrationSession&) const override { return std::nullopt; }
+  CalibrationView view(const CalibrationSession& session) const override
+  {
+    return {calibration::task_lines(session), std::nullopt, {}};
+  }
+
+ private:
+  const BenchFile& bench_;
+  bench::Devices devices_;
+};
+
+class VirtualBench final : public CalibrationBench {
+ public:
+  VirtualBench(const BenchFile& bench, const VirtualTruth& truth, const VirtualNoise& noise)
+      : bench_(bench), truth_(truth), operator_(bench, truth, noise)
+  {
+  }
+
+  void send_samples(CalibrationSession& session, AdjustedModel*) override
+  {
+    if (session.task() != nullptr) operator_.send_samples(session);
+  }
+  std::int64_t now_ns() const override { return 0; }
+  void zero_stage() override {}
+  std::vector<std::string> device_problems(const Task&) const override { return {}; }
+  std::optional<Deviation> deviation(const CalibrationSession& session) const override
+  {
+    return operator_.deviation(session);
+  }
+  CalibrationView view(const CalibrationSession& session) const override
+  {
+    const view::EyePair& eyes = truth_.calibration.eyes;
+    CalibrationView seen;
+    seen.boxes = {view::box_of(eyes.left.window), view::box_of(eyes.right.window)};
+    if (session.task() == nullptr) return seen;
+    seen.lines = calibration::physical_outlines(*session.task(), bench_, truth_);
+    for (const DrawnLine& line : calibration::seen_lines(drawn(session), truth_))
+      seen.lines.push_back(line);
+    for (DrawnLine& line : seen.lines) fit_into_window(line, view::side_of(eyes, line.is_right));
+    if (const std::optional<double> reading = operator_.reading(session)) {
+      const std::vector<Dial>& dials = session.task()->dials;
+      seen.notes.push_back("Reading: " + show::rounded_text(*reading, 2) +
+                           (dials.empty() ? "" : " " + dials.front().unit));
+    }
+    return seen;
+  }
+
+ private:
+  std::vector<DrawnLine> drawn(const CalibrationSession& session) const
+  {
+    const CalibrationProgress& progress = session.progress();
+    if (session.task()->kind != TaskKind::model_pose) return calibration::task_lines(session);
+    return calibration::drawn_model_lines({progress.part, session.values(), session.drawing_calibration()},
+                                            bench_, truth_);
+  }
+
+  const BenchFile& bench_;
+  VirtualTruth truth_;
+  VirtualOperator operator_;
+};
+
+}  // namespace
+
+std::unique_ptr<CalibrationBench> open_live_bench(const BenchFile& bench)
+{
+  return std::make_unique<LiveBench>(bench);
+}
+
+std::unique_ptr<CalibrationBench> open_virtual_bench(const BenchFile& bench, const VirtualTruth& truth,
+                                                     const VirtualNoise& noise)
+{
+  return std::make_unique<VirtualBench>(bench, truth, noise);
+}
+
+namespace {
+
+std::string padded(std::string text, std::size_t width)
+{
+  text.resize(std::max(width, text.size()), ' ');
+  return text;
+}
+
+/// JSON has no NaN or infinity.
+std::string json_number(double value)
+{
+  return std::isfinite(value) ? show::number_text(value) : "null";
+}
+
+const char* state_of(const CalibrationRecord* record)
+{
+  if (record == nullptr || (record->marks.empty() && !record->estimate)) return "missing";
+  if (!record->estimate) return "begun";
+  return record->is_outdated ? "outdated" : "done";
+}
+
+void write_part(std::ostream& out, CalibrationPart part, const CalibrationRecord* record)
+{
+  const std::string state = state_of(record);
+  out << padded(bench::name_of(part), 12) << state;
+  if (state == "missing") {
+    out << (calibration::is_optional(part) ? ", optional\n" : "\n");
+    return;
+  }
+  if (state == "begun")
+    out << ": " << record->marks.size() << (record->marks.size() == 1 ? " mark so far" : " marks so far");
+  if (state == "outdated") out << ": must be repeated";
+  out << ", " << record->date << "\n";
+  if (!record->estimate) return;
+  const bench::Estimate& estimate = *record->estimate;
+  for (std::size_t k = 0; k < estimate.names.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    out << "  " << padded(estimate.names[k], 22) << bench::interval_text(estimate, row) << "\n";
+  }
+  if (!estimate.residuals.empty()) {
+    out << "  residual rms "
+        << show::rounded_text(estimate.residual_rms, bench::decimals_for(estimate.residual_rms))
+        << " " << estimate.residual_unit << " of " << estimate.residuals.size() << "\n";
+  }
+  for (const std::string& remark : estimate.remarks) out << "  " << remark << "\n";
+}
+
+std::string json_of(const bench::Estimate& estimate)
+{
+  std::string text = "\"numbers\": [";
+  for (std::size_t k = 0; k < estimate.names.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    text += std::string(k == 0 ? "" : ", ") + "{\"name\": " + show::quoted_text(estimate.names[k]) +
+            ", \"unit\": " + show::quoted_text(estimate.units[k]) +
+            ", \"value\": " + json_number(estimate.values[row]) +
+            ", \"half_width_95\": " + json_number(bench::half_width_95(estimate, row)) + "}";
+  }
+  text += "], \"residual_rms\": " + json_number(estimate.residual_rms) +
+          ", \"residual_unit\": " + show::quoted_text(estimate.residual_unit) +
+          ", \"residuals\": " + std::to_string(estimate.residuals.size()) + ", \"remarks\": [";
+  for (std::size_t k = 0; k < estimate.remarks.size(); ++k)
+    text += (k == 0 ? "" : ", ") + show::quoted_text(estimate.remarks[k]);
+  return text + "]";
+}
+
+std::string json_of(std::span<const CalibrationPart> parts)
+{
+  std::string text = "[";
+  for (const CalibrationPart part : parts)
+    text += (text.size() > 1 ? ", \"" : "\"") + std::string(bench::name_of(part)) + "\"";
+  return text + "]";
+}
+
+/// By nearest rank.
+Quantiles quantiles_of(std::vector<double> values)
+{
+  if (values.empty()) return {};
+  std::ranges::sort(values);
+  const auto at = [&](double share) {
+    const double rank = std::ceil(share * static_cast<double>(values.size()));
+    return values[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
+  };
+  return {at(0.5), at(0.9), values.back()};
+}
+
+std::string json_of(const Quantiles& of)
+{
+  return "{\"median\": " + json_number(of.median) + ", \"p90\": " + json_number(of.p90) +
+         ", \"largest\": " + json_number(of.largest) + "}";
+}
+
+std::string json_of(const TargetSummary& s)
+{
+  return "{\"mm\": " + json_of(s.mm) + ", \"arc_min\": " + json_of(s.arc_min) + "}";
+}
+
+void write_summary(std::ostream& out, const char* name, std::span<const TargetError> errors)
+{
+  const TargetSummary s = summary_of(errors);
+  const auto text = [](double mm, double arc_min) {
+    return show::rounded_text(mm, 2) + " mm (" + show::rounded_text(arc_min, 1) + "')";
+  };
+  out << "  " << padded(name, 8) << "median " << text(s.mm.median, s.arc_min.median) << ", 9 of 10 within "
+      << text(s.mm.p90, s.arc_min.p90) << ", largest " << text(s.mm.largest, s.arc_min.largest) << "\n";
+}
+
+double share_of(const NumberStatistics& number)
+{
+  return number.n > 0 ? 100.0 * number.n_within / number.n : 0.0;
+}
+
+}  // namespace
+
+std::vector<CalibrationPart> missing_parts(const Calibration& calibration,
+                                           std::span<const CalibrationPart> parts)
+{
+  std::vector<CalibrationPart> missing;
+  for (const CalibrationPart part : parts) {
+    if (!calibration::is_optional(part) && !calibration::is_done(calibration, part))
+      missing.push_back(part);
+  }
+  return missing;
+}
+
+void write_status(std::ostream& out, const Calibration& calibration, std::span<const CalibrationPart> parts)
+{
+  for (const CalibrationPart part : parts)
+    write_part(out, part, calibration::find_record(calibration, part));
+  const std::vector<CalibrationPart> missing = missing_parts(calibration, parts);
+  if (!missing.empty()) out << "to be done: " << calibration::names_of(missing) << "\n";
+}
+
+void write_status_json(std::ostream& out, const BenchFile& bench, const Calibration& calibration,
+                       std::span<const CalibrationPart> parts)
+{
+  out << "{\"bench\": " << show::quoted_text(bench.title) << ", \"parts\": [";
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const CalibrationRecord* record = calibration::find_record(calibration, parts[k]);
+    out << (k == 0 ? "" : ", ") << "{\"name\": \"" << bench::name_of(parts[k]) << "\", \"once\": \""
+        << (bench::is_per_bench(parts[k]) ? "bench" : "person") << "\", \"state\": \""
+        << state_of(record) << "\"";
+    if (record != nullptr)
+      out << ", \"date\": " << show::quoted_text(record->date) << ", \"marks\": " << record->marks.size();
+    if (record != nullptr && record->estimate) out << ", " << json_of(*record->estimate);
+    out << "}";
+  }
+  out << "], \"to_be_done\": " << json_of(missing_parts(calibration, parts)) << "}";
+}
+
+TargetSummary summary_of(std::span<const TargetError> errors)
+{
+  std::vector<double> mm, arc_min;
+  for (const TargetError& error : errors) {
+    mm.push_back(error.mm);
+    arc_min.push_back(error.arc_min);
+  }
+  return {quantiles_of(std::move(mm)), quantiles_of(std::move(arc_min))};
+}
+
+void write_targets(std::ostream& out, std::span<const TargetError> before, std::span<const TargetError> after,
+                   std::span<const CalibrationPart> missing)
+{
+  out << "overlay error at " << before.size() << " targets (mm across the line of sight, arc minutes)\n";
+  write_summary(out, "before", before);
+  if (missing.empty()) {
+    write_summary(out, "after", after);
+  } else {
+    out << "  " << padded("after", 8)
+        << "unknown until these parts are done: " << calibration::names_of(missing) << "\n";
+  }
+}
+
+void write_targets_json(std::ostream& out, std::span<const TargetError> before,
+                        std::span<const TargetError> after, std::span<const CalibrationPart> missing)
+{
+  out << "{\"n\": " << before.size() << ", \"before\": " << json_of(summary_of(before))
+      << ", \"after\": " << (missing.empty() ? json_of(summary_of(after)) : "null")
+      << ", \"to_be_done\": " << json_of(missing) << "}";
+}
+
+void write_joint(std::ostream& out, const JointError& error)
+{
+  out << "error at the joint (root mean square of both bones): by landmarks "
+      << show::rounded_text(error.by_landmarks_mm, 2) << " mm, by motion "
+      << show::rounded_text(error.functional_mm, 2) << " mm\n";
+}
+
+namespace {
+
+struct JointSummary {
+  Quantiles by_landmarks, functional;
+  std::ptrdiff_t n_halved = 0;
+};
+
+JointSummary summary_of(std::span<const JointError> joints)
+{
+  std::vector<double> by_landmarks, functional;
+  for (const JointError& error : joints) {
+    by_landmarks.push_back(error.by_landmarks_mm);
+    functional.push_back(error.functional_mm);
+  }
+  const auto is_halved = [](const JointError& e) { return e.functional_mm <= 0.5 * e.by_landmarks_mm; };
+  return {quantiles_of(std::move(by_landmarks)), quantiles_of(std::move(functional)),
+          std::ranges::count_if(joints, is_halved)};
+}
+
+void write_joints(std::ostream& out, std::span<const JointError> joints)
+{
+  const JointSummary s = summary_of(joints);
+  const auto row = [&](const char* name, const Quantiles& of) {
+    out << "  " << padded(name, 16) << "median " << show::rounded_text(of.median, 2) << " mm, 9 of 10 within "
+        << show::rounded_text(of.p90, 2) << " mm, largest " << show::rounded_text(of.largest, 2) << " mm\n";
+  };
+  out << "error at the joint of " << joints.size() << " legs (root mean square of both bones)\n";
+  row("by landmarks", s.by_landmarks);
+  row("by motion", s.functional);
+  out << "  at least halved in " << s.n_halved << " of " << joints.size() << "\n";
+}
+
+}  // namespace
+
+void write_statistics(std::ostream& out, const VirtualStatistics& statistics)
+{
+  out << statistics.n_benches << " benches; a part was rejected and repeated on " << statistics.n_refused
+      << "\n"
+      << padded("part", 12) << padded("number", 22) << padded("within 95 %", 14) << padded("rms error", 12)
+      << "mean half width\n";
+  for (const NumberStatistics& number : statistics.numbers) {
+    out << padded(number.part, 12) << padded(number.name, 22)
+        << padded(show::rounded_text(share_of(number), 1) + " %", 14)
+        << padded(show::rounded_text(number.rms_error, bench::decimals_for(number.rms_error)), 12)
+        << show::rounded_text(number.mean_half_width, bench::decimals_for(number.mean_half_width))
+        << (number.unit.empty() ? "" : " " + number.unit) << "\n";
+  }
+  if (!statistics.joints.empty()) return write_joints(out, statistics.joints);
+  write_targets(out, statistics.before, statistics.after, {});
+}
+
+void write_statistics_json(std::ostream& out, const VirtualStatistics& statistics)
+{
+  out << "{\"benches\": " << statistics.n_benches << ", \"refused\": " << statistics.n_refused
+      << ", \"numbers\": [";
+  for (std::size_t k = 0; k < statistics.numbers.size(); ++k) {
+    const NumberStatistics& number = statistics.numbers[k];
+    out << (k == 0 ? "" : ", ") << "{\"part\": " << show::quoted_text(number.part)
+        << ", \"name\": " << show::quoted_text(number.name)
+        << ", \"unit\": " << show::quoted_text(number.unit) << ", \"n\": " << number.n
+        << ", \"within\": " << number.n_within << ", \"rms_error\": " << json_number(number.rms_error)
+        << ", \"mean_half_width_95\": " << json_number(number.mean_half_width) << "}";
+  }
+  if (!statistics.joints.empty()) {
+    const JointSummary s = summary_of(std::span<const JointError>(statistics.joints));
+    out << "], \"joint\": {\"n\": " << statistics.joints.size() << ", \"by_landmarks_mm\": " << json_of(s.by_landmarks)
+        << ", \"by_motion_mm\": " << json_of(s.functional) << ", \"halved\": " << s.n_halved << "}}";
+    return;
+  }
+  out << "], \"targets\": ";
+  write_targets_json(out, statistics.before, statistics.after, {});
+  out << "}";
 }
 
 }  // namespace vrda::calibration

@@ -5,10 +5,17 @@
 #pragma once
 
 #include <cstdint>
+#include <iosfwd>
+#include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
-#include "show/loop.hpp"
+#include "bench/bench_show.hpp"
+#include "calibration/functional_fit.hpp"
+#include "calibration/operator.hpp"
 #include "calibration/statistics.hpp"
+#include "show/loop.hpp"
 
 namespace vrda::calibration {
 
@@ -66,5 +73,119 @@ VirtualNoise noise_of(const std::string& list);
 
 /// Runs the command. Throws InputError for invalid options and files before it starts.
 CalibrateEnd calibrate(const CalibrateOptions& options, const show::Streams& streams);
+
+// The bench of a calibration session (real devices or simulated ones), and the motion model whose pose is
+// adjusted by eye. Poses take points of the second-named body to the first, mm; dial values have the units
+// of their task.
+
+/// A model with motion, state and view as in the mode `bench`.
+struct ModelOnBench {
+  /// `scaled`: model in the size of the calibration's subject.
+  ModelOnBench(const BenchFile& bench, const Calibration& calibration, store::MotionModel scaled,
+               const std::string& set);
+  ModelOnBench(const ModelOnBench&) = delete;
+  ModelOnBench& operator=(const ModelOnBench&) = delete;
+
+  double scale;
+  store::MotionModel model;
+  store::Motion motion;
+  bench::BenchState state;
+  bench::BenchView view;
+};
+
+/// A model pose being adjusted: part, task and current dial values.
+struct PoseTrial {
+  CalibrationPart part;
+  const Task& task;
+  std::span<const double> values;
+};
+
+/// Model drawn at the pose being adjusted.
+class AdjustedModel {
+ public:
+  /// `model`: unscaled, from `file`. Throws InputError if it does not contain the set.
+  AdjustedModel(const BenchFile& bench, store::MotionModel model, const std::string& file,
+                const std::string& set);
+
+  void take(const bench::Sample& sample);
+
+  /// Places the model at `trial` and loads changes into the renderer. Throws InputError for unusable eyes.
+  void place(const Calibration& calibration, const PoseTrial& trial, std::int64_t now_ns,
+             view::Renderer& renderer);
+  /// Requires place().
+  const bench::BenchView& view() const { return shown_->view; }
+
+ private:
+  BenchFile bench_;
+  store::MotionModel model_;
+  std::string set_;
+  std::unique_ptr<ModelOnBench> shown_;
+};
+
+/// Contents of the window for a task, in window pixels.
+struct CalibrationView {
+  std::vector<DrawnLine> lines;
+  std::optional<std::array<view::ShownBox, 2>> boxes;  ///< clip box of each eye; empty: no clipping
+  std::vector<std::string> notes;                        ///< simulated readings
+};
+
+class CalibrationBench {
+ public:
+  virtual ~CalibrationBench() = default;
+  /// Passes the device samples since the last call to session and model.
+  virtual void send_samples(CalibrationSession& session, AdjustedModel* model) = 0;
+  /// Clock of the samples, ns.
+  virtual std::int64_t now_ns() const = 0;
+  virtual void zero_stage() = 0;
+  /// Problems of the devices that the task needs; empty: none.
+  virtual std::vector<std::string> device_problems(const Task& task) const = 0;
+  /// How far the dials are from the truth; empty if the truth is unknown or there are no dials.
+  virtual std::optional<calibration::VirtualOperator::Deviation> deviation(
+      const CalibrationSession& session) const = 0;
+  /// View of the current task.
+  virtual CalibrationView view(const CalibrationSession& session) const = 0;
+};
+
+/// Tracker and board of the bench file.
+std::unique_ptr<CalibrationBench> open_live_bench(const BenchFile& bench);
+/// Virtual bench, drawn as its person sees it.
+std::unique_ptr<CalibrationBench> open_virtual_bench(const BenchFile& bench, const VirtualTruth& truth,
+                                                     const VirtualNoise& noise);
+
+/// Motion of the file's model along its flexion, mm and rad, unscaled: poses at steps of about 2 degrees,
+/// each at the set's own or balanced varus. Throws InputError with the file: a sequence of frames, one
+/// flexion only, an unsolved pose.
+calibration::JointCurve joint_curve(const std::string& file, const std::string& set);
+
+// Reports of a calibration as text and JSON.
+
+/// Writes the state and the results of `parts`, in order.
+void write_status(std::ostream& out, const Calibration& calibration, std::span<const CalibrationPart> parts);
+/// The same as a JSON object without a final line feed.
+void write_status_json(std::ostream& out, const BenchFile& bench, const Calibration& calibration,
+                       std::span<const CalibrationPart> parts);
+
+/// Parts that are not done or outdated.
+std::vector<CalibrationPart> missing_parts(const Calibration& calibration,
+                                           std::span<const CalibrationPart> parts);
+
+/// Distribution of target errors, by nearest rank.
+struct Quantiles {
+  double median = 0.0, p90 = 0.0, largest = 0.0;
+};
+struct TargetSummary {
+  Quantiles mm, arc_min;
+};
+TargetSummary summary_of(std::span<const TargetError> errors);
+/// `missing`: parts that are not done; if not empty, `after` is not written (JSON: null).
+void write_targets(std::ostream& out, std::span<const TargetError> before, std::span<const TargetError> after,
+                   std::span<const CalibrationPart> missing);
+void write_targets_json(std::ostream& out, std::span<const TargetError> before,
+                        std::span<const TargetError> after, std::span<const CalibrationPart> missing);
+
+/// Error of the placements at the joint.
+void write_joint(std::ostream& out, const JointError& error);
+void write_statistics(std::ostream& out, const VirtualStatistics& statistics);
+void write_statistics_json(std::ostream& out, const VirtualStatistics& statistics);
 
 }  // namespace vrda::calibration

@@ -7,7 +7,7 @@
 
 #include "calibration/task.hpp"
 #include "view/keys.hpp"
-#include "bench/one_euro.hpp"
+#include "bench/motion_filter.hpp"
 
 namespace vrda::calibration {
 

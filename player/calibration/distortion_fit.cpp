@@ -6,11 +6,9 @@
 #include <limits>
 
 #include "calibration/least_squares.hpp"
-#include "calibration/linear_algebra.hpp"
-#include "core/trig.hpp"
+#include "core/units.hpp"
 #include "view/eye.hpp"
-#include "view/viewport.hpp"
-#include "show/settings_text.hpp"
+#include "show/session.hpp"
 #include "bench/rigid_body.hpp"
 
 namespace vrda::calibration {

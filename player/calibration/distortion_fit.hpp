@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "bench/calibration_settings.hpp"
-#include "bench/estimate.hpp"
+#include "bench/bench_file.hpp"
+#include "bench/calibration_file.hpp"
 #include "view/eye.hpp"
 
 namespace vrda::calibration {

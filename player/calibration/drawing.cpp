@@ -7,7 +7,7 @@
 #include "calibration/distortion_fit.hpp"
 #include "calibration/session.hpp"
 #include "calibration/task.hpp"
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 
 namespace vrda::calibration {

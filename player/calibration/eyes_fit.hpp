@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "bench/estimate.hpp"
+#include "bench/calibration_file.hpp"
 #include "model/mesh.hpp"
 #include "view/eye.hpp"
 

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "show/settings_text.hpp"
-#include "bench/body_pose.hpp"
+#include "show/session.hpp"
 #include "bench/rigid_body.hpp"
 
 namespace vrda::calibration {

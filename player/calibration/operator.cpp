@@ -7,12 +7,12 @@
 #include <map>
 
 #include "calibration/distortion_fit.hpp"
-#include "calibration/viewport_fit.hpp"
+#include "calibration/eyepoint_fit.hpp"
 #include "calibration/parts.hpp"
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "bench/screw.hpp"
-#include "calibration/alignment.hpp"
+#include "bench/rigid_body.hpp"
+#include "calibration/statistics.hpp"
 #include "calibration/bench_poses.hpp"
 
 namespace vrda::calibration {

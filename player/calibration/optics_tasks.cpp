@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "calibration/viewport_fit.hpp"
-#include "view/viewport.hpp"
-#include "show/settings_text.hpp"
+#include "calibration/eyepoint_fit.hpp"
+#include "view/eye.hpp"
+#include "show/session.hpp"
 
 namespace vrda::calibration {
 namespace {

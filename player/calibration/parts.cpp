@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <map>
 
-#include "bench/document_parts.hpp"
+#include "bench/calibration_file.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/solve_part.hpp"
 #include "calibration/task.hpp"
-#include "core/error.hpp"
-#include "show/settings_text.hpp"
+#include "core/text.hpp"
+#include "show/session.hpp"
 
 namespace vrda::calibration {
 namespace {

@@ -7,13 +7,12 @@
 #include <memory>
 #include <ostream>
 
-#include "calibration/calibration_panel.hpp"
+#include "calibration/calibration_mode.hpp"
 #include "calibration/parts.hpp"
-#include "core/error.hpp"
-#include "bench/pty_board.hpp"
-#include "bench/tracker_server.hpp"
-#include "show/settings_text.hpp"
-#include "store/motion_model_file.hpp"
+#include "core/text.hpp"
+#include "bench/simulated_devices.hpp"
+#include "show/session.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::calibration {
 namespace {

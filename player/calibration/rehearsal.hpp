@@ -10,7 +10,7 @@
 
 #include "bench/bench_run.hpp"
 #include "calibration/calibrate.hpp"
-#include "bench/message.hpp"
+#include "bench/igtl_message.hpp"
 
 namespace vrda::calibration {
 

@@ -10,7 +10,6 @@
 #include "calibration/fiducial_fit.hpp"
 #include "calibration/functional_fit.hpp"
 #include "calibration/table_fit.hpp"
-#include "calibration/viewport_fit.hpp"
 #include "calibration/task.hpp"
 
 namespace vrda::calibration {

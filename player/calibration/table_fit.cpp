@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/linear_algebra.hpp"
+#include "calibration/least_squares.hpp"
 #include "core/units.hpp"
-#include "show/settings_text.hpp"
+#include "show/session.hpp"
 #include "bench/rigid_body.hpp"
-#include "bench/screw.hpp"
 
 namespace vrda::calibration {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "bench/estimate.hpp"
+#include "bench/calibration_file.hpp"
 #include "model/mesh.hpp"
 
 namespace vrda::calibration {

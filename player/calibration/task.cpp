@@ -1,8 +1,8 @@
 #include "calibration/task.hpp"
 
 #include "calibration/solve_part.hpp"
-#include "core/error.hpp"
-#include "show/settings_text.hpp"
+#include "core/text.hpp"
+#include "show/session.hpp"
 
 namespace vrda::calibration {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/calibration.hpp"
-#include "calibration/joint_curve.hpp"
+#include "bench/calibration_file.hpp"
+#include "calibration/functional_fit.hpp"
 
 namespace vrda::calibration {
 

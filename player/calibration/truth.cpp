@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/trig.hpp"
 #include "core/units.hpp"
-#include "bench/draws.hpp"
-#include "bench/screw.hpp"
+#include "bench/simulation.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::calibration {
 namespace {

@@ -7,10 +7,10 @@
 #include <optional>
 #include <string>
 
-#include "bench/calibration.hpp"
+#include "bench/calibration_file.hpp"
 #include "calibration/distortion_fit.hpp"
-#include "calibration/joint_curve.hpp"
-#include "bench/draws.hpp"
+#include "calibration/functional_fit.hpp"
+#include "bench/simulation.hpp"
 
 namespace vrda::calibration {
 

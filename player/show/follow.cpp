@@ -1,22 +1,366 @@
+// Appearance and options of the screen that follows a running job.
 #include "show/follow.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <deque>
 #include <memory>
 #include <optional>
 #include <ostream>
+#include <vector>
 
-#include "core/error.hpp"
-#include "show/run_state.hpp"
-#include "show/run_watch.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "model/frames.hpp"
 #include "show/loop.hpp"
-#include "store/joint_parts.hpp"
-#include "view/doubts.hpp"
+#include "show/run_watch.hpp"
+#include "store/motion.hpp"
+#include "view/keys.hpp"
 #include "view/orbit_camera.hpp"
 #include "view/player_state.hpp"
+#include "view/scene.hpp"
 
 namespace vrda::show {
+namespace {
+
+constexpr std::size_t most_views = 16;                        // smaller tiles are unreadable
+constexpr double most_turn_deg = 360.0, most_shift_mm = 1e4;  // larger values are typing errors
+
+/// Parses triples of numbers from -most to most.
+std::vector<Eigen::Vector3d> triples_of(const std::string& option, const std::string& text, double most)
+{
+  std::vector<Eigen::Vector3d> triples;
+  if (text.empty()) return triples;
+  for (const std::string& part : view::split(text, ';')) {
+    const std::vector<std::string> numbers = view::split(part, ',');
+    Eigen::Vector3d triple = Eigen::Vector3d::Zero();
+    bool is_valid = numbers.size() == 3;
+    for (std::size_t i = 0; is_valid && i < 3; ++i) {
+      double& value = triple[static_cast<Eigen::Index>(i)];
+      const char* const end = numbers[i].data() + numbers[i].size();
+      const auto read = std::from_chars(numbers[i].data(), end, value);
+      is_valid = read.ec == std::errc() && read.ptr == end && std::abs(value) <= most;
+    }
+    if (!is_valid) {
+      throw InputError({option, "", "\"" + part + "\"",
+                        "X,Y,Z;X,Y,Z;... one triple per view, numbers from -" + shortest_decimal(most) +
+                            " to " + shortest_decimal(most)});
+    }
+    triples.push_back(triple);
+  }
+  return triples;
+}
+
+/// The views of --orient and --shift; missing triples of the shorter list are zero.
+std::vector<CameraView> turned_views(const FollowOptions& options, Side side)
+{
+  std::vector<Eigen::Vector3d> turns_deg = triples_of("--orient", options.orient, most_turn_deg);
+  std::vector<Eigen::Vector3d> shifts_mm = triples_of("--shift", options.shift, most_shift_mm);
+  const std::size_t n = std::max(turns_deg.size(), shifts_mm.size());
+  turns_deg.resize(n, Eigen::Vector3d::Zero());
+  shifts_mm.resize(n, Eigen::Vector3d::Zero());
+  std::vector<CameraView> views;
+  for (std::size_t k = 0; k < n; ++k) {
+    const Eigen::Vector3d turn_rad = turns_deg[k] * rad_from_deg(1.0);
+    const auto degrees = [&](Eigen::Index i) { return shortest_decimal(turns_deg[k][i]); };
+    views.push_back(view::turned_view("rotated " + degrees(0) + ", " + degrees(1) + ", " + degrees(2), turn_rad,
+                                shifts_mm[k], side));
+  }
+  return views;
+}
+
+std::vector<CameraView> views_of(const FollowOptions& options, const view::JobViews& job, Side side)
+{
+  const bool is_turned = !options.orient.empty() || !options.shift.empty();
+  if (is_turned && !options.views.empty()) {
+    throw InputError(
+        {"--views", "", options.views + " with --orient or --shift", "either --views or --orient/--shift"});
+  }
+  if (is_turned) return turned_views(options, side);
+  std::vector<CameraView> views;
+  if (options.views.empty()) {
+    views = view::camera_views(job, side);
+    if (!views.empty()) return views;
+  }
+  for (const std::string& name :
+       view::parsed_views(options.views.empty() ? "front,lateral" : options.views))
+    views.push_back(view::named_view(name, *view::view_named(name), side));
+  return views;
+}
+
+/// True if opaque bodies hide the contact layers; wire frames do not.
+bool hides_contacts(const view::AppearanceOptions& look, const view::LayerSet& layers)
+{
+  return look.mode != view::DrawMode::wire &&
+         (layers.has(view::Layer::contacts) || layers.has(view::Layer::normals));
+}
+
+RunSceneOptions scene_options(const FollowOptions& options, const view::JobViews& job)
+{
+  view::AppearanceOptions look = options.appearance;
+  if (!options.has_mode && job.render == "wire") look.mode = view::DrawMode::wire;
+  RunSceneOptions scene;
+  scene.layers = view::parsed_layers(look.layers);
+  scene.backdrop = options.backdrop;
+  if (look.see_through.empty() && !options.is_opaque && hides_contacts(look, scene.layers))
+    look.see_through = "reference";
+  scene.apply_appearance = [look](view::Scene& bare) { view::apply_appearance(bare, look); };
+  return scene;
+}
+
+/// The size of the options, else the job's.
+view::PictureSize size_of(const FollowOptions& options, const view::JobViews& job)
+{
+  if (options.size.empty() && view::has_usable_size(job)) return {job.width_px, job.height_px};
+  return view::parsed_size(options.size.empty() ? "1280x960" : options.size);
+}
+
+}  // namespace
+
+view::AppearanceOptions follow_appearance()
+{
+  view::AppearanceOptions look;
+  look.layers = "contacts,normals";
+  return look;
+}
+
+RunScreenOptions screen_options(const FollowOptions& options, const store::MotionModel& model)
+{
+  const view::JobViews job = view::job_views(model.job.resolved);
+  RunScreenOptions screen;
+  const view::PictureSize size = size_of(options, job);
+  screen.width = size.width;
+  screen.height = size.height;
+  screen.scene = scene_options(options, job);
+  screen.views = views_of(options, job, side_named(model.side));
+  screen.zoom = job.zoom;
+  if (screen.views.size() > most_views) {
+    throw InputError(
+        {"views", "", std::to_string(screen.views.size()), "at most " + std::to_string(most_views)});
+  }
+  return screen;
+}
+
+namespace {
+
+constexpr std::size_t usual_contacts = 32;  // initial capacity; most steps have fewer than ten
+
+}  // namespace
+
+RunScene::RunScene(const store::MotionModel& model, const RunSceneOptions& options)
+    : options_(options),
+      scene_(view::scene_of(model, model.rotation_centre_mm)),
+      raw_(model, "raw"),
+      frame_{side_named(model.side), model.rotation_centre_mm, model.delta},
+      scale_(view::marker_scale(model))
+{
+  for (Eigen::Index i = 0; i < model.push.delta.rows(); ++i)
+    deltas_.emplace_back(model.push.delta.row(i).transpose());
+  scene_.background = view::background_of(options.backdrop);
+  if (options.apply_appearance) options.apply_appearance(scene_);
+  shown_bodies_ = view::shown_drawables(scene_);
+  points_.emplace(scene_, view::Layer::contacts, view::ParentFrame::world, "contacts");
+  arrows_.emplace(scene_, view::Layer::normals, view::ParentFrame::world, "contact normals");
+  layers_.emplace(model, scene_);
+  reserve_markers(usual_contacts);
+  place_bodies(raw_.joint_pose({rad_from_deg(model.flexion_deg.front()), 0.0}, {}), raw_, layers_of_step());
+}
+
+void RunScene::show(const RunStep& step)
+{
+  SolverFrame frame = frame_;
+  frame.delta = deltas_[static_cast<std::size_t>(step.key.flexion)];
+  const Eigen::Vector3d t_mm = world_translation_mm(frame, step.pose);
+  place_bodies(raw_.joint_pose(step.attitude, {t_mm.x(), t_mm.y(), t_mm.z(), step.pose.theta_rad}), raw_,
+               layers_of_step());
+  place_markers(step);
+}
+
+void RunScene::show(const store::JointPose& pose, const store::Motion& motion)
+{
+  place_bodies(pose, motion, options_.layers);
+  view::show_bodies(scene_, shown_bodies_, view::FixedObject::push,
+                     pose.status == store::PoseStatus::solved);
+  points_->show(scene_, false);
+  arrows_->show(scene_, false);
+}
+
+// The layers draw the contacts of a model's cells; those of a step are drawn here.
+view::LayerSet RunScene::layers_of_step() const
+{
+  view::LayerSet layers = options_.layers;
+  for (const view::Layer layer : {view::Layer::contacts, view::Layer::normals, view::Layer::helical_axis})
+    layers.set(layer, false);
+  return layers;
+}
+
+void RunScene::place_bodies(const store::JointPose& pose, const store::Motion& motion,
+                            const view::LayerSet& layers)
+{
+  pose_ = pose;
+  const view::JointFrames frames = view::frames_of(motion, pose);
+  view::place(scene_, frames);
+  layers_->update(scene_, motion, {pose, frames, layers});
+}
+
+void RunScene::reserve_markers(std::size_t n_contacts)
+{
+  points_->reserve(scene_, n_contacts);
+  arrows_->reserve(scene_, n_contacts);
+  ++n_layouts_;
+}
+
+void RunScene::place_markers(const RunStep& step)
+{
+  const std::size_t n = step.contacts.size();
+  if (n > points_->capacity()) reserve_markers(2 * n);
+  points_->show(scene_, options_.layers.has(view::Layer::contacts) && n > 0);
+  arrows_->show(scene_, options_.layers.has(view::Layer::normals) && n > 0);
+  if (n == 0) return;
+  SolverFrame frame = frame_;
+  frame.delta = deltas_[static_cast<std::size_t>(step.key.flexion)];
+  std::vector<Eigen::Vector3d> tips_mm, arrows_mm;
+  for (const ContactRecord& contact : step.contacts) {
+    tips_mm.push_back(world_from_solver(frame, contact.point_solver_mm));
+    arrows_mm.emplace_back(scale_ * view::plain_arrow_mm * world_from_solver(frame, contact.normal_solver));
+  }
+  points_->place(scene_, tips_mm, arrows_mm, scale_);
+  arrows_->place(scene_, tips_mm, arrows_mm, scale_);
+}
+
+std::vector<Eigen::Vector3d> RunScene::framed_points() const
+{
+  view::Scene scene = scene_;
+  std::vector<Eigen::Vector3d> all;
+  const Eigen::Vector3d t_mm = pose_.X_world_moving * frame_.rotation_centre_mm;
+  const double first_rad = raw_.first_flexion_rad(), last_rad = raw_.last_flexion_rad();
+  for (const double flexion_rad : {first_rad, 0.5 * (first_rad + last_rad), last_rad}) {
+    view::place(scene,
+                 view::frames_of(raw_.joint_pose({flexion_rad, 0.0}, {t_mm.x(), t_mm.y(), t_mm.z(), 0.0})));
+    const std::vector<Eigen::Vector3d> near = view::points_within(scene, view::joint_sphere(scene));
+    all.insert(all.end(), near.begin(), near.end());
+  }
+  return all;
+}
+
+namespace {
+
+// Fraction of the image width, limited to what text and map need at least and can use at most.
+constexpr double panel_part = 0.25;
+constexpr int narrowest_panel_px = 150, widest_panel_px = 420;
+// Text size relative to the image height.
+constexpr double text_part = 1.0 / 60.0, smallest_text_px = 10.0, largest_text_px = 22.0;
+
+}  // namespace
+
+RunScreen::RunScreen(const store::MotionModel& model, const RunScreenOptions& options) : options_(options)
+{
+  check(!options.views.empty(), "there is at least one view");
+  scene_.emplace(model, options.scene);
+  make_text();
+  resize(options.width, options.height);
+}
+
+void RunScreen::restart(const store::MotionModel& model)
+{
+  finish(model);
+  has_step_ = false;
+  fit_cameras();
+}
+
+void RunScreen::finish(const store::MotionModel& result)
+{
+  scene_.emplace(result, options_.scene);
+  n_loaded_layouts_ = 0;
+}
+
+void RunScreen::make_text()
+{
+  text_.emplace(std::clamp(text_part * options_.height, smallest_text_px, largest_text_px));
+  is_font_loaded_ = false;
+}
+
+bool RunScreen::resize(int width, int height)
+{
+  const bool is_same = width == options_.width && height == options_.height && !shots_.empty();
+  if (is_same) return false;
+  const bool is_taller = height != options_.height;
+  options_.width = width;
+  options_.height = height;
+  if (is_taller) make_text();
+  const int panel_px = std::clamp(static_cast<int>(panel_part * width),
+                                  std::min(narrowest_panel_px, width / 2), widest_panel_px);
+  panel_area_ = {width - panel_px, 0, panel_px, height};
+  fit_cameras();
+  return true;
+}
+
+void RunScreen::fit_cameras()
+{
+  const view::Viewport area{0, 0, options_.width - panel_area_.width, options_.height};
+  const std::vector<Eigen::Vector3d> points_mm = scene_->framed_points();
+  shots_ = fitted_shots(options_.views, tiles(options_.views.size(), area), points_mm, options_.zoom);
+  pivots_world_mm_.assign(options_.views.size(), view::joint_sphere(scene_->scene()).centre_world_mm);
+  set_depths();
+}
+
+std::optional<std::size_t> RunScreen::view_at(const Eigen::Vector2d& pointer_px) const
+{
+  for (std::size_t k = 0; k < shots_.size(); ++k) {
+    const view::Viewport& at = shots_[k].viewport;
+    const double x = pointer_px.x() - at.x, y = pointer_px.y() - at.y;
+    if (x >= 0.0 && x < at.width && y >= 0.0 && y < at.height) return k;
+  }
+  return std::nullopt;
+}
+
+void RunScreen::set_orbit_camera(std::size_t view, const view::OrbitCamera& gaze)
+{
+  pivots_world_mm_[view] = gaze.pivot_world_mm;
+  shots_[view].camera = view::with_depth_range(gaze.camera, scene_->scene());
+}
+
+void RunScreen::set_depths()
+{
+  for (view::Shot& shot : shots_) shot.camera = view::with_depth_range(shot.camera, scene_->scene());
+}
+
+void RunScreen::show(const RunState& state, const std::vector<std::string>& lines)
+{
+  if (state.shown()) scene_->show(*state.shown());
+  draw(state, lines, state.shown().has_value());
+}
+
+void RunScreen::show(const RunState& state, const std::vector<std::string>& lines,
+                     const store::JointPose& pose, const store::Motion& motion)
+{
+  scene_->show(pose, motion);
+  draw(state, lines, true);
+}
+
+void RunScreen::draw(const RunState& state, const std::vector<std::string>& lines, bool has_pose)
+{
+  if (has_pose && !has_step_) fit_cameras();
+  has_step_ = has_step_ || has_pose;
+  set_depths();
+  view::clear_overlay(overlay_, options_.width, options_.height);
+  RunPanel panel = state.panel();
+  panel.lines.insert(panel.lines.end(), lines.begin(), lines.end());
+  for (std::size_t k = 0; k < shots_.size(); ++k)
+    add_label(overlay_, *text_, shots_[k].viewport, options_.views[k].name);
+  add_panel(overlay_, *text_, panel_area_, panel);
+  view::finish_overlay(overlay_);
+}
+
+void RunScreen::load(view::Renderer& renderer)
+{
+  if (n_loaded_layouts_ != scene_->n_layouts()) renderer.load(scene_->scene());
+  n_loaded_layouts_ = scene_->n_layouts();
+  if (!is_font_loaded_) renderer.load(text_->font());
+  is_font_loaded_ = true;
+}
+
 namespace {
 
 using std::chrono::steady_clock;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "core/stop_signals.hpp"
+#include "core/console.hpp"
 
 namespace vrda::show {
 

@@ -10,7 +10,7 @@
 #include <iosfwd>
 #include <optional>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "show/sink.hpp"
 #include "view/keys.hpp"
 #include "view/orbit_camera.hpp"

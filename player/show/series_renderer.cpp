@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/error.hpp"
-#include "model/side.hpp"
+#include "core/text.hpp"
+#include "model/frames.hpp"
 #include "view/camera.hpp"
 
 namespace vrda::show {

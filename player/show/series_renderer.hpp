@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "view/gui.hpp"
-#include "store/poses.hpp"
-#include "view/arguments.hpp"
+#include "store/motion.hpp"
+#include "view/keys.hpp"
 #include "view/gap_reading.hpp"
 #include "view/renderer.hpp"
-#include "view/joint_layers.hpp"
+#include "view/scene.hpp"
 #include "show/show.hpp"
 #include "store/motion_model.hpp"
 

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
-#include "core/error.hpp"
-#include "model/side.hpp"
+#include "core/text.hpp"
+#include "model/frames.hpp"
 #include "show/loop.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::show {
 namespace {
@@ -477,6 +478,45 @@ bool ShownModel::open(const std::string& file)
   });
   if (refused) session_->show_message(refused->what());
   return !refused;
+}
+
+std::string quoted_text(std::string_view text)
+{
+  std::string in_quotes = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      in_quotes += '\\';
+      in_quotes += c;
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) {
+      char escape[8];
+      std::snprintf(escape, sizeof escape, "\\u%04X", static_cast<unsigned>(c));
+      in_quotes += escape;
+    } else {
+      in_quotes += c;
+    }
+  }
+  return in_quotes + "\"";
+}
+
+std::string number_text(double value)
+{
+  std::string text = shortest_decimal(value);
+  if (text.find_first_of(".ein") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string rounded_text(double value, int decimals)
+{
+  double scale = 1.0;
+  for (int k = 0; k < decimals; ++k) scale *= 10.0;
+  return shortest_decimal(std::round(value * scale) / scale);
+}
+
+std::string list_text(std::span<const double> values)
+{
+  std::string text = "[";
+  for (const double value : values) text += (text.size() > 1 ? ", " : "") + number_text(value);
+  return text + "]";
 }
 
 }  // namespace vrda::show

@@ -5,22 +5,21 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "view/gui.hpp"
-#include "store/poses.hpp"
-#include "view/appearance.hpp"
-#include "view/gap_reading.hpp"
-#include "view/job_views.hpp"
-#include "view/orbit_camera.hpp"
-#include "view/player_state.hpp"
-#include "view/screen_labels.hpp"
-#include "view/renderer.hpp"
-#include "view/window.hpp"
-#include "view/joint_layers.hpp"
-#include "view/scene.hpp"
+#include "store/motion.hpp"
 #include "store/motion_model.hpp"
+#include "view/gap_reading.hpp"
+#include "view/gui.hpp"
+#include "view/orbit_camera.hpp"
+#include "view/overlay_text.hpp"
+#include "view/player_state.hpp"
+#include "view/renderer.hpp"
+#include "view/scene.hpp"
+#include "view/window.hpp"
 
 namespace vrda::show {
 
@@ -191,5 +190,18 @@ class ShownModel {
   std::string file_, title_;
   std::unique_ptr<Session> session_;
 };
+
+// Formatting of TOML values for files that the player writes: the text reads back as the same value.
+
+/// A quoted string with escapes.
+std::string quoted_text(std::string_view text);
+
+/// Numbers always have a decimal point or an exponent, so that TOML reads them as floats; a list is
+/// "[1.5, 2.0]".
+std::string number_text(double value);
+std::string list_text(std::span<const double> values);
+
+/// `value` rounded to `decimals` (at most 9), in the fewest digits.
+std::string rounded_text(double value, int decimals);
 
 }  // namespace vrda::show

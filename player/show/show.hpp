@@ -6,10 +6,8 @@
 #include <vector>
 
 #include "show/loop.hpp"
-#include "view/appearance.hpp"
-#include "view/arguments.hpp"
-#include "view/job_views.hpp"
-#include "view/lighting.hpp"
+#include "view/player_state.hpp"
+#include "view/keys.hpp"
 #include "view/scene.hpp"
 #include "store/motion_model.hpp"
 

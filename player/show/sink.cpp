@@ -1,19 +1,215 @@
 #include "show/sink.hpp"
 
 #include <fcntl.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <system_error>
+#include <utility>
+#include <vector>
 
-#include "core/error.hpp"
-#include "core/open_file.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
 #include "view/image.hpp"
 
+extern char** environ;
+
 namespace vrda::show {
+namespace {
+
+constexpr std::size_t longest_message = 600;  // bytes: a few lines of ffmpeg output
+
+enum class Coding { mp4, webm, gif };
+
+Coding coding_of(const std::string& path)
+{
+  const std::string ending = std::filesystem::path(path).extension().string();
+  if (ending == ".mp4") return Coding::mp4;
+  if (ending == ".webm") return Coding::webm;
+  if (ending == ".gif") return Coding::gif;
+  throw InputError({"--video", "", "\"" + path + "\"", "a name that ends in .mp4, .webm or .gif"});
+}
+
+/// Encoder arguments. Chroma subsampling requires even sizes, so odd ones are cropped. Colours are encoded
+/// and tagged as BT.709, which players expect.
+std::vector<std::string> coding_arguments(Coding coding)
+{
+  const std::string to_even_yuv =
+      "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p";
+  const std::vector<std::string> named{"-colorspace", "bt709", "-color_primaries", "bt709",
+                                       "-color_trc",  "bt709", "-color_range",     "tv"};
+  std::vector<std::string> arguments;
+  switch (coding) {
+    case Coding::mp4:
+      arguments = {"-vf", to_even_yuv, "-c:v", "libx264", "-crf", "20", "-movflags", "+faststart"};
+      break;
+    case Coding::webm:
+      arguments = {"-vf", to_even_yuv, "-c:v", "libvpx-vp9", "-crf", "32", "-b:v", "0", "-cpu-used", "4"};
+      break;
+    case Coding::gif:
+      return {"-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=bayer:bayer_scale=4", "-f", "gif"};
+  }
+  arguments.insert(arguments.end(), named.begin(), named.end());
+  arguments.insert(arguments.end(), {"-f", coding == Coding::mp4 ? "mp4" : "webm"});
+  return arguments;
+}
+
+std::vector<std::string> arguments_for(const VideoOptions& options, const std::string& path)
+{
+  const std::string size = std::to_string(options.width) + "x" + std::to_string(options.height);
+  const std::string rate = std::to_string(options.frames_per_s);
+  // Without -xerror, a disk that fills up at the end is not reported.
+  std::vector<std::string> arguments{
+      "ffmpeg",   "-nostdin",      "-hide_banner", "-loglevel",   "error",     "-xerror",       "-y", "-f",
+      "rawvideo", "-pixel_format", "rgba",         "-video_size", size,        "-framerate",    rate, "-i",
+      "pipe:0",   "-fflags",       "+bitexact",    "-flags:v",    "+bitexact", "-map_metadata", "-1"};
+  const std::vector<std::string> coding = coding_arguments(coding_of(options.path));
+  arguments.insert(arguments.end(), coding.begin(), coding.end());
+  arguments.push_back("file:" + path);
+  return arguments;
+}
+
+[[noreturn]] void refuse(const std::string& path, const std::string& found)
+{
+  throw InputError({path, "--video", found, "a video written by ffmpeg"});
+}
+
+Publication begun(const std::string& path)
+{
+  std::string holder;
+  std::optional<Publication> publication = Publication::begin(
+      path, "vrda-player", {[&](const std::string& found) { holder = found; }, [] { return true; }});
+  if (!publication) throw InputError({path, "--video", holder + ", which is writing it", "another name"});
+  return std::move(*publication);
+}
+
+}  // namespace
+
+void require_video_name(const std::string& path)
+{
+  coding_of(path);
+}
+
+VideoFile::VideoFile(const VideoOptions& options)
+    : options_(options),
+      unfinished_path_(resolve_links(options.path) + ".part"),
+      publication_(begun(options.path))
+{
+  require_video_name(options.path);
+  constexpr std::string_view binary("\0", 1);  // every video is binary
+  require_same_file_type(options.path, binary);
+  start();
+}
+
+VideoFile::~VideoFile()
+{
+  stop();
+}
+
+void VideoFile::start()
+{
+  std::array<int, 2> ends{};
+  // A socket rather than a pipe: writing after ffmpeg has ended then returns an error instead of raising
+  // SIGPIPE.
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
+    refuse(options_.path, std::strerror(errno));
+  frames_ = ends[0];
+  messages_ = memfd_create("ffmpeg", MFD_CLOEXEC);
+  std::vector<std::string> arguments = arguments_for(options_, unfinished_path_);
+  std::vector<char*> pointers;
+  pointers.reserve(arguments.size() + 1);
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, messages_, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, messages_, STDERR_FILENO);
+  const int error = posix_spawnp(&ffmpeg_, "ffmpeg", &actions, nullptr, pointers.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  close(ends[1]);
+  if (error == 0) return;
+  ffmpeg_ = -1;
+  stop();
+  if (error == ENOENT)
+    throw InputError({"--video", "", "no ffmpeg on the PATH", "ffmpeg installed, or images without --video"});
+  refuse(options_.path, std::strerror(error));
+}
+
+void VideoFile::stop()
+{
+  if (frames_ >= 0) close(frames_);
+  frames_ = -1;
+  if (ffmpeg_ > 0) {
+    kill(ffmpeg_, SIGTERM);
+    wait_for_ffmpeg();
+  }
+  if (messages_ >= 0) close(messages_);
+  messages_ = -1;
+  std::error_code gone;
+  std::filesystem::remove(unfinished_path_, gone);
+}
+
+/// Waits for ffmpeg to end; returns the status of waitpid.
+int VideoFile::wait_for_ffmpeg()
+{
+  int status = 0;
+  while (waitpid(ffmpeg_, &status, 0) < 0 && errno == EINTR) {
+  }
+  ffmpeg_ = -1;
+  return status;
+}
+
+void VideoFile::fail(int status)
+{
+  std::array<char, longest_message> buffer{};
+  const ssize_t n = pread(messages_, buffer.data(), buffer.size(), 0);
+  std::string message(buffer.data(), n > 0 ? static_cast<std::size_t>(n) : 0);
+  while (!message.empty() && (message.back() == '\n' || message.back() == ' ')) message.pop_back();
+  stop();
+  const std::string how = WIFEXITED(status) ? "exit code " + std::to_string(WEXITSTATUS(status))
+                                            : "signal " + std::to_string(WTERMSIG(status));
+  refuse(options_.path, "ffmpeg ended with " + how + (message.empty() ? "" : ": " + message));
+}
+
+void VideoFile::add(const view::Image& image)
+{
+  check(image.width == options_.width && image.height == options_.height,
+        "all frames of a video have the same size");
+  const std::uint8_t* left = image.rgba.data();
+  std::size_t n_left = image.rgba.size();
+  while (n_left > 0) {
+    const ssize_t n = send(frames_, left, n_left, MSG_NOSIGNAL);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) {
+      close(frames_);
+      frames_ = -1;
+      fail(wait_for_ffmpeg());
+    }
+    left += n;
+    n_left -= static_cast<std::size_t>(n);
+  }
+}
+
+void VideoFile::finish()
+{
+  close(frames_);
+  frames_ = -1;
+  const int status = wait_for_ffmpeg();
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) fail(status);
+  publication_.publish_written(unfinished_path_);
+}
 
 std::span<const view::InputEvent> Sink::events(double wait_s)
 {

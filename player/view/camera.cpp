@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.hpp"
-#include "core/trig.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
 
 namespace vrda::view {
 namespace {

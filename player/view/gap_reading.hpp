@@ -4,7 +4,7 @@
 #include <string>
 
 #include "model/frames.hpp"
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::view {

@@ -7,7 +7,7 @@
 #include <array>
 #include <string>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace vrda::view {
 namespace {

@@ -10,13 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "model/clinical.hpp"
-#include "view/doubts.hpp"
-#include "view/gap_reading.hpp"
+#include "model/coordinates.hpp"
 #include "view/player_state.hpp"
-#include "view/screen_labels.hpp"
+#include "view/gap_reading.hpp"
+#include "view/overlay_text.hpp"
 #include "view/renderer.hpp"
-#include "view/joint_layers.hpp"
+#include "view/scene.hpp"
 
 namespace vrda::view {
 

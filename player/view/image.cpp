@@ -2,8 +2,8 @@
 
 #include <png.h>
 
-#include "core/atomic_file.hpp"
-#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
 
 namespace vrda::view {
 

@@ -7,14 +7,11 @@
 #include <span>
 #include <vector>
 
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 #include "model/ligaments.hpp"
-#include "store/joint_parts.hpp"
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "geometry/box_tree.hpp"
-#include "view/joint_layers.hpp"
 #include "view/scene.hpp"
-#include "view/solids.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::view {

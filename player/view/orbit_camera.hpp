@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "view/input.hpp"
+#include "view/keys.hpp"
 #include "view/renderer.hpp"
 #include "view/camera.hpp"
 #include "view/scene.hpp"

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <span>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace vrda::view {
 namespace {
@@ -258,6 +258,29 @@ void OverlayReflector::reflect(view::Overlay& overlay)
       const Eigen::Vector2f b = view::reflected_px(reflection_, window, {box[2], box[3]});
       box = {std::min(a.x(), b.x()), std::min(a.y(), b.y()), std::max(a.x(), b.x()), std::max(a.y(), b.y())};
     }
+  }
+}
+
+std::vector<ScreenLabel> screen_labels(const std::vector<store::JointLabel>& labels)
+{
+  std::vector<ScreenLabel> made;
+  for (const store::JointLabel& label : labels) made.push_back({label.text});
+  return made;
+}
+
+void place(std::vector<ScreenLabel>& shown, const std::vector<store::JointLabel>& labels,
+           const view::JointFrames& frames, const view::Shot& shot)
+{
+  check(shown.size() == labels.size(), "there is a screen label for each label");
+  const Eigen::Matrix4d X_clip_world =
+      view::projection(shot.camera) * shot.camera.X_world_camera.inverse().matrix();
+  const view::Viewport& view = shot.viewport;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const Eigen::Vector4d p_clip = X_clip_world * view::place_of(labels[i], frames).homogeneous();
+    const Eigen::Vector2d device = p_clip.head<2>() / p_clip.w();
+    shown[i].is_shown = p_clip.w() > 0.0 && device.cwiseAbs().maxCoeff() <= 1.0;
+    shown[i].centre_px = {view.x + 0.5 * (1.0 + device.x()) * view.width,
+                          view.y + 0.5 * (1.0 - device.y()) * view.height};
   }
 }
 

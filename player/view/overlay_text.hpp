@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+
 #include <array>
 #include <memory>
 #include <span>
@@ -9,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "view/layers.hpp"
 #include "view/renderer.hpp"
 
 struct ImFontAtlas;
@@ -86,5 +88,20 @@ void clip_overlay(view::Overlay& overlay, const OverlayBox& box);
 
 /// Completes the overlay; must be called once before it is drawn.
 void finish_overlay(view::Overlay& overlay);
+
+// The labels of a joint on screen.
+
+struct ScreenLabel {
+  std::string text;
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< from the top left corner of the window
+  bool is_shown = false;                                ///< within the shot
+};
+
+/// One label for each of `labels`, hidden.
+std::vector<ScreenLabel> screen_labels(const std::vector<store::JointLabel>& labels);
+
+/// Places the labels, which have the order of `labels`. Allocates nothing.
+void place(std::vector<ScreenLabel>& shown, const std::vector<store::JointLabel>& labels,
+           const view::JointFrames& frames, const view::Shot& shot);
 
 }  // namespace vrda::view

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "model/joint_kind.hpp"
+#include "model/coordinates.hpp"
 #include "view/gui.hpp"
 
 namespace vrda::view {

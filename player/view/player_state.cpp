@@ -3,8 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <limits>
 
-#include "core/error.hpp"
+#include "core/document.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "model/step_record.hpp"
+#include "view/image.hpp"
+#include "view/keys.hpp"
+#include "view/scene.hpp"
 
 namespace vrda::view {
 namespace {
@@ -260,6 +268,330 @@ const char* name_of(view::DrawMode mode)
 const char* name_of(view::Backdrop backdrop)
 {
   return std::array{"studio", "night", "black"}.at(static_cast<std::size_t>(backdrop));
+}
+
+namespace {
+
+/// Opacity of transparent bodies. At most four walls of a closed bone are in front of an object inside it:
+/// about half of its light still passes, and the bone stays visible.
+constexpr float transparent_opacity = 0.18F;
+
+constexpr double least_scale_mm = 0.1, most_scale_mm = 1000.0;
+
+void set_texture(view::Scene& scene, const AppearanceOptions& look)
+{
+  if (look.texture.empty()) return;
+  if (!(look.texture_scale_mm >= least_scale_mm && look.texture_scale_mm <= most_scale_mm)) {
+    throw InputError(
+        {"--texture-scale", "", std::to_string(look.texture_scale_mm) + " mm", "0.1 to 1000 mm"});
+  }
+  scene.texture = view::read_png_texture(look.texture);
+  scene.texture.scale_mm = look.texture_scale_mm;
+}
+
+/// Applies `change` to the bodies of "reference", "moving" or "both"; their layers stay as they are.
+void change_bodies(view::Scene& scene, const std::string& object, void (*change)(view::Drawable&))
+{
+  for (view::Drawable& drawable : scene.drawables) {
+    const bool is_other =
+        object == (drawable.parent == view::ParentFrame::reference ? "moving" : "reference");
+    if (drawable.layer == view::Layer::bodies && !is_other) change(drawable);
+  }
+}
+
+/// "reference" or "moving" by this word or the displayed name; `more` is another accepted word. Throws
+/// InputError naming `option`.
+std::string object_named(const view::Scene& scene, const std::string& name, const char* option,
+                         const std::string& more)
+{
+  if (name == "reference" || name == scene.reference_name) return "reference";
+  if (name == "moving" || name == scene.moving_name) return "moving";
+  if (!more.empty() && name == more) return name;
+  throw InputError({option, "", "\"" + name + "\"",
+                    scene.reference_name + " or " + scene.moving_name + " (or reference, moving" +
+                        (more.empty() ? "" : ", " + more) + ")"});
+}
+
+void set_transparency(view::Scene& scene, const std::string& name)
+{
+  if (name.empty()) return;
+  change_bodies(scene, object_named(scene, name, "--see-through", "both"),
+                [](view::Drawable& body) { body.material.opacity *= transparent_opacity; });
+}
+
+void set_hidden(view::Scene& scene, const std::string& name)
+{
+  if (name.empty()) return;
+  change_bodies(scene, object_named(scene, name, "--hide", ""),
+                [](view::Drawable& body) { body.is_shown = false; });
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> framed_points(const view::Scene& scene, Framing framed)
+{
+  constexpr double everywhere_mm = std::numeric_limits<double>::infinity();
+  return view::points_within(scene, framed == Framing::all
+                                         ? view::Sphere{Eigen::Vector3d::Zero(), everywhere_mm}
+                                         : view::joint_sphere(scene));
+}
+
+view::LayerSet parsed_layers(const std::string& text)
+{
+  view::LayerSet layers;
+  if (text.empty() || text == "none") return layers;
+  if (text == AppearanceOptions{}.layers) {
+    layers.set(view::Layer::ligaments, true);
+    return layers;
+  }
+  std::string known;
+  for (const std::string& name : view::layer_names()) known += (known.empty() ? "" : ", ") + name;
+  for (const std::string& name : split(text, ',')) {
+    const std::optional<view::Layer> layer = view::layer_named(name);
+    if (!layer) throw InputError({"--layers", "", "\"" + name + "\"", "some of " + known});
+    if (layers.has(*layer)) throw InputError({"--layers", "", name + " twice", "every layer once"});
+    layers.set(*layer, true);
+  }
+  return layers;
+}
+
+void apply_appearance(view::Scene& scene, const AppearanceOptions& look)
+{
+  scene.mode = look.mode;
+  set_texture(scene, look);
+  if (!look.lights.empty()) {
+    const view::Lights lights = view::read_lights(look.lights);
+    scene.lighting = lights.lighting;
+    if (lights.background) scene.background = *lights.background;
+  }
+  set_transparency(scene, look.see_through);
+  set_hidden(scene, look.hidden);
+}
+
+namespace {
+
+struct Rows {
+  Eigen::Index first = 0, last = 0;  ///< equal at a node
+};
+
+/// The nodes of an ascending axis around a value.
+Rows rows_around(const std::vector<double>& axis, double value)
+{
+  constexpr double rounding = 1e-9;
+  const auto above = std::upper_bound(axis.begin(), axis.end(), value + rounding);
+  if (above == axis.begin()) return {};
+  const Eigen::Index row = above - axis.begin() - 1;
+  const bool is_node = above == axis.end() || value - *(above - 1) <= rounding;
+  return {row, is_node ? row : row + 1};
+}
+
+/// Without the remedy.
+int reason_length(const std::string_view meaning)
+{
+  return static_cast<int>(std::min(meaning.find(';'), meaning.size()));
+}
+
+std::string words_of(Plausibility plausibility)
+{
+  std::string words = name_of(plausibility);
+  std::ranges::replace(words, '_', ' ');
+  return words;
+}
+
+bool is_hole(const store::MotionModel& model, Eigen::Index cell)
+{
+  return model.status.data()[cell] != status_stable;
+}
+
+}  // namespace
+
+PoseDoubt DoubtReader::at(const store::JointPose& pose) const
+{
+  PoseDoubt doubt;
+  doubt.is_beside_hole = pose.status != store::PoseStatus::solved;
+  if (model_.frames && std::isnan(pose.key)) return doubt;
+  const Rows flexion = model_.frames
+                           ? rows_around(model_.frames->key, pose.key)
+                           : rows_around(model_.flexion_deg, deg_from_rad(pose.attitude.flexion_rad));
+  const Rows varus = model_.varus_deg.size() > 1
+                         ? rows_around(model_.varus_deg, deg_from_rad(pose.attitude.varus_rad))
+                         : Rows{};
+  std::size_t worst = std::size(doubtful_plausibilities);
+  for (Eigen::Index i = flexion.first; i <= flexion.last; ++i) {
+    for (Eigen::Index j = varus.first; j <= varus.last; ++j) {
+      doubt.is_beside_hole |= model_.status(i, j) != status_stable;
+      if (model_.plausibility.size() == 0) continue;
+      const auto here = static_cast<Plausibility>(model_.plausibility(i, j));
+      const auto found = std::ranges::find(doubtful_plausibilities, here);
+      worst = std::min(worst, static_cast<std::size_t>(found - std::begin(doubtful_plausibilities)));
+    }
+  }
+  if (worst < std::size(doubtful_plausibilities)) doubt.plausibility = doubtful_plausibilities[worst];
+  return doubt;
+}
+
+std::vector<MarkedSpan> DoubtReader::marks(const store::Motion& motion,
+                                           std::optional<double> varus_rad) const
+{
+  std::vector<MarkedSpan> spans;
+  const std::size_t n = motion.is_sequence() ? motion.keys().size() : model_.flexion_deg.size();
+  const auto position = [&](std::size_t k) {
+    return motion.is_sequence() ? static_cast<double>(k) : rad_from_deg(model_.flexion_deg[k]);
+  };
+  for (std::size_t k = 0; k + 1 < n; ++k) {
+    const double middle = 0.5 * (position(k) + position(k + 1));
+    const store::JointPose pose =
+        motion.is_sequence()
+            ? motion.at_frame(motion.key_at(middle))
+            : motion.at({middle, varus_rad ? *varus_rad : motion.balanced_varus_rad(middle)});
+    const PoseDoubt doubt = at(pose);
+    if (!doubt.is_beside_hole && !is_doubtful(doubt.plausibility)) continue;
+    const MarkedSpan span{position(k), position(k + 1), pose.status == store::PoseStatus::solved};
+    const bool continues =
+        !spans.empty() && spans.back().last == span.first && spans.back().has_pose == span.has_pose;
+    if (continues) {
+      spans.back().last = span.last;
+    } else {
+      spans.push_back(span);
+    }
+  }
+  return spans;
+}
+
+DoubtText doubt_text(const store::JointPose& pose, const PoseDoubt& doubt, const char* drawn)
+{
+  DoubtText text{};
+  if (pose.status != store::PoseStatus::solved) {
+    const bool is_frame = !std::isnan(pose.key);
+    std::snprintf(text.data(), text.size(), "no pose at %s%.4g%s: %s is unsolved; only the %s is drawn",
+                  is_frame ? "frame " : "",
+                  is_frame ? pose.key : std::round(1e3 * deg_from_rad(pose.attitude.flexion_rad)) / 1e3 + 0.0,
+                  is_frame ? "" : " degrees", is_frame ? "it or a neighbour" : "a neighbouring attitude",
+                  drawn);
+  } else if (is_doubtful(doubt.plausibility)) {
+    const char* meaning = meaning_of(doubt.plausibility);
+    std::snprintf(text.data(), text.size(), "%s: %.*s", name_of(doubt.plausibility), reason_length(meaning),
+                  meaning);
+    // The names end before the meaning begins.
+    std::replace(text.begin(), std::find(text.begin(), text.end(), ':'), '_', ' ');
+  } else if (doubt.is_beside_hole) {
+    std::snprintf(text.data(), text.size(),
+                  "beside an attitude without a pose: the smoothed motion is extrapolated here");
+  }
+  return text;
+}
+
+std::vector<std::string> model_warnings(const store::MotionModel& model)
+{
+  std::vector<std::string> warnings;
+  Eigen::Index n_holes = 0;
+  for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) n_holes += is_hole(model, cell) ? 1 : 0;
+  const Eigen::Index n_poses = model.status.size() - n_holes;
+  for (const Plausibility plausibility : doubtful_plausibilities) {
+    const Eigen::Index n = (model.plausibility == static_cast<std::int8_t>(plausibility)).count();
+    if (n > 0)
+      warnings.push_back(std::to_string(n) + " of " + std::to_string(n_poses) +
+                         " poses: " + words_of(plausibility) + ": " + meaning_of(plausibility));
+  }
+  if (n_holes > 0)
+    warnings.push_back(std::to_string(n_holes) + " of " + std::to_string(model.status.size()) +
+                       " attitudes have no pose");
+  warnings.insert(warnings.end(), model.job.warnings.begin(), model.job.warnings.end());
+  return warnings;
+}
+
+std::string default_motion_remark(const store::MotionModel& model, const std::string& set)
+{
+  const store::DefaultMotion shown = store::default_motion(model);
+  return shown.set != set || shown.reason.empty() ? "" : "The solved poses are shown: " + shown.reason;
+}
+
+bool has_doubtful_poses(const store::MotionModel& model)
+{
+  return model_warnings(model).size() > model.job.warnings.size();
+}
+
+CameraView named_view(const std::string& name, view::View view, Side side)
+{
+  return {name, view::view_rotation(view, side), Eigen::Vector3d::Zero()};
+}
+
+CameraView turned_view(const std::string& name, const Eigen::Vector3d& turn_rad,
+                       const Eigen::Vector3d& shift_mm, Side side)
+{
+  const Eigen::Matrix3d R_turn =
+      rotation_z(turn_rad.z()) * rotation_y(turn_rad.y()) * rotation_x(turn_rad.x());
+  // Rotating the joint equals the inverse rotation of the camera.
+  return {name, view::view_rotation(view::View::front, side) * R_turn.transpose(), shift_mm};
+}
+
+view::Camera placed_camera(const view::CameraFit& fit, const CameraView& view, double zoom)
+{
+  view::Camera camera = fit.camera();
+  camera.half_height_tangent /= zoom;
+  camera.X_world_camera.translation() -= view.R_world_camera * view.shift_camera_mm;
+  return camera;
+}
+
+std::vector<CameraView> camera_views(const JobViews& job, Side side)
+{
+  std::vector<CameraView> views;
+  for (const JobView& view : job.views) {
+    views.push_back(turned_view("view " + std::to_string(view.number),
+                                view.orientation_deg * rad_from_deg(1.0), view.shift_mm, side));
+  }
+  return views;
+}
+
+bool has_usable_size(const JobViews& job)
+{
+  return std::min(job.width_px, job.height_px) >= 16 && std::max(job.width_px, job.height_px) <= 4096;
+}
+
+namespace {
+
+/// The number or the list of n numbers of a key; all zero if it has another form.
+template <int n>
+Eigen::Matrix<double, n, 1> numbers_in(const core::DocumentValue& table, std::string_view key)
+{
+  using List = core::DocumentValue::List;
+  const core::DocumentValue* const value = table.find(key);
+  const List list = value == nullptr ? List{} : value->list() == nullptr ? List{*value} : *value->list();
+  Eigen::Matrix<double, n, 1> numbers = Eigen::Matrix<double, n, 1>::Zero();
+  if (list.size() != n || !std::ranges::all_of(list, &core::DocumentValue::is_number)) return numbers;
+  for (Eigen::Index i = 0; i < n; ++i)
+    numbers[i] = core::number_at(list[static_cast<std::size_t>(i)], "");
+  return numbers.allFinite() ? numbers : numbers.setZero();
+}
+
+}  // namespace
+
+JobViews job_views(std::string_view resolved_job)
+{
+  JobViews job;
+  core::DocumentValue root;
+  bool is_refused = false;
+  try {
+    root = core::parse_toml(resolved_job, "job");
+  } catch (const InputError&) {
+    is_refused = true;
+  }
+  const core::DocumentValue* const player = root.find("player");
+  if (is_refused || player == nullptr) return job;
+  if (const double zoom = numbers_in<1>(*player, "zoom").x(); zoom > 0.0) job.zoom = zoom;
+  // Upper limit of the schema.
+  const Eigen::Vector2d size = numbers_in<2>(*player, "display_px").cwiseMin(16384.0).cwiseMax(0.0);
+  job.width_px = static_cast<int>(size.x());
+  job.height_px = static_cast<int>(size.y());
+  const core::DocumentValue* const render = player->find("render");
+  if (render != nullptr && render->text() != nullptr) job.render = *render->text();
+  const core::DocumentValue* const views = player->find("view");
+  if (views == nullptr || views->list() == nullptr) return job;
+  for (const core::DocumentValue& view : *views->list()) {
+    job.views.push_back({static_cast<int>(numbers_in<1>(view, "number").x()), numbers_in<3>(view, "shift_mm"),
+                         numbers_in<3>(view, "orientation_deg")});
+  }
+  return job;
 }
 
 }  // namespace vrda::view

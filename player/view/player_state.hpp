@@ -2,15 +2,23 @@
 /// Values are clamped to the range of the motion model.
 #pragma once
 
+#include <Eigen/Core>
+
+#include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "core/units.hpp"
-#include "store/poses.hpp"
-#include "view/keys.hpp"
+#include "model/frames.hpp"
+#include "model/step_record.hpp"
+#include "store/motion.hpp"
+#include "store/motion_model.hpp"
 #include "view/camera.hpp"
-#include "view/joint_layers.hpp"
-#include "view/lighting.hpp"
+#include "view/keys.hpp"
 #include "view/scene.hpp"
 
 namespace vrda::view {
@@ -113,5 +121,119 @@ std::optional<view::View> view_of(Action action);
 
 const char* name_of(view::DrawMode mode);
 const char* name_of(view::Backdrop backdrop);
+
+// The appearance of a scene: options shared by the modes that draw.
+
+/// The options of the command line.
+struct AppearanceOptions {
+  /// Names separated by commas; "none" or empty for none; "default": ligaments, if the model has them.
+  std::string layers = "default";
+  view::DrawMode mode = view::DrawMode::textured;
+  std::string texture;             ///< PNG file for bone; empty: mottled
+  double texture_scale_mm = 40.0;  ///< width of one tile
+  std::string lights;              ///< TOML file (schemas/lights.md); empty: studio_lighting()
+  std::string see_through;         ///< "reference", "moving", one's name, or "both"; empty for none
+  std::string hidden;              ///< "reference", "moving" or one's name; empty for none
+};
+
+/// What the cameras are fitted to.
+enum class Framing {
+  joint,  ///< the region of contact; long shafts are cropped
+  all     ///< both objects completely
+};
+/// The points to be framed at the present placement, world.
+std::vector<Eigen::Vector3d> framed_points(const view::Scene& scene, Framing framed);
+
+/// Parses AppearanceOptions::layers. Throws InputError for an unknown or repeated one.
+view::LayerSet parsed_layers(const std::string& text);
+
+/// Applies draw mode, texture, lights, transparency and visibility to `scene`; must precede Renderer::load.
+/// Throws InputError for an invalid option or file.
+void apply_appearance(view::Scene& scene, const AppearanceOptions& look);
+
+// What a motion model says against its poses: the plausibility of the cells around a pose, cells without a
+// pose, and the warnings about its job.
+
+struct PoseDoubt {
+  Plausibility plausibility = Plausibility::nothing_found;  ///< the first of doubtful_plausibilities around
+  bool is_beside_hole = false;  ///< a cell around has no pose, or the pose itself is missing
+};
+
+/// A part of the timeline whose poses are doubtful or missing, in positions of the timeline.
+struct MarkedSpan {
+  double first = 0.0, last = 0.0;
+  bool has_pose = true;
+};
+
+class DoubtReader {
+ public:
+  /// `model` must outlive it.
+  explicit DoubtReader(const store::MotionModel& model) : model_(model) {}
+  /// Of the cells around the pose, of any set of the model. Allocates nothing.
+  PoseDoubt at(const store::JointPose& pose) const;
+  /// The spans between neighbouring flexions, or frames, of the model, at `varus_rad` or the balanced varus.
+  std::vector<MarkedSpan> marks(const store::Motion& motion, std::optional<double> varus_rad) const;
+
+ private:
+  const store::MotionModel& model_;
+};
+
+/// Zero-terminated; empty: nothing to say.
+using DoubtText = std::array<char, 320>;
+/// What is wrong with a pose, as one line; `drawn` is the name of the body that is drawn without a pose.
+/// Allocates nothing.
+DoubtText doubt_text(const store::JointPose& pose, const PoseDoubt& doubt, const char* drawn);
+
+/// The counts of doubtful and missing poses with their reasons, then the warnings about the job.
+std::vector<std::string> model_warnings(const store::MotionModel& model);
+/// Why the solved poses of `set` are shown; empty unless it is the default motion in place of the smoothed
+/// one.
+std::string default_motion_remark(const store::MotionModel& model, const std::string& set);
+/// Whether a cell is doubtful or has no pose.
+bool has_doubtful_poses(const store::MotionModel& model);
+
+// Views, size and zoom of a job's table [player] (schemas/job.schema.json), which `show` and `follow` use where
+// the command line has none.
+
+struct CameraView {
+  std::string name;
+  Eigen::Matrix3d R_world_camera = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d shift_camera_mm = Eigen::Vector3d::Zero();  ///< shift of the joint, camera axes
+};
+
+CameraView named_view(const std::string& name, view::View view, Side side);
+
+/// The front view with the joint rotated about X, then Y, then Z and shifted, all in the axes of that view:
+/// X right on screen (the subject's left), Y up, Z towards the viewer.
+/// Source: ORIENTATION_MODEL and SHIFT_MODEL, thesis appendix B, which does not state the order of rotations.
+CameraView turned_view(const std::string& name, const Eigen::Vector3d& turn_rad,
+                       const Eigen::Vector3d& shift_mm, Side side);
+
+/// The camera fitted to the joint, shifted as the view, with the field of view divided by `zoom`.
+view::Camera placed_camera(const view::CameraFit& fit, const CameraView& view, double zoom);
+
+/// A view of the job's table [player] (schemas/job.schema.json).
+struct JobView {
+  int number = 0;
+  Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d orientation_deg = Eigen::Vector3d::Zero();
+};
+
+struct JobViews {
+  std::vector<JobView> views;  ///< in the job's order
+  double zoom = 1.0;
+  int width_px = 0, height_px = 0;  ///< display size; 0 if not given
+  std::string render;               ///< "fill", "wire" or empty
+};
+
+/// Reads the resolved job of a motion model. Missing entries and those of another type keep their defaults,
+/// as does all of a text that is not TOML.
+JobViews job_views(std::string_view resolved_job);
+
+/// The job's views as cameras; "view 2".
+std::vector<CameraView> camera_views(const JobViews& job, Side side);
+
+/// Whether the display size is within the limits of images; a historic one may exceed them.
+bool has_usable_size(const JobViews& job);
 
 }  // namespace vrda::view

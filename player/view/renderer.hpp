@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "view/viewport.hpp"
+#include "view/eye.hpp"
 #include "view/image.hpp"
 #include "view/camera.hpp"
 #include "view/scene.hpp"

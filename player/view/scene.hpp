@@ -1,19 +1,107 @@
-/// The drawables of a joint and their placement.
+/// Meshes of balls, rods, arrows and tubes, written to preallocated vertices.
 #pragma once
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
+
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "model/mesh.hpp"
-#include "model/render_mesh.hpp"
-#include "store/poses.hpp"
-#include "view/lighting.hpp"
+#include "store/motion.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::view {
+
+/// Numbers of vertices and indices of one solid.
+struct SolidSize {
+  std::size_t n_vertices = 0;
+  std::size_t n_indices = 0;
+};
+
+SolidSize ball_size();
+SolidSize arrow_size();
+SolidSize tube_size(std::size_t n_points);
+
+/// Append `n` solids with all indices; only the vertices change afterwards. The triangles of the first k
+/// solids are the first k * n_indices indices.
+void add_balls(RenderMesh& mesh, std::size_t n);
+void add_rods(RenderMesh& mesh, std::size_t n);
+void add_arrows(RenderMesh& mesh, std::size_t n);
+void add_tube(RenderMesh& mesh, std::size_t n_points);
+
+/// Write the vertices of a solid from `first_vertex` on; allocate nothing. Lengths must be positive, mm.
+void set_ball(RenderMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& centre_mm, double radius_mm);
+/// A cylinder with flat ends.
+void set_rod(RenderMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
+             const Eigen::Vector3d& to_mm, double radius_mm);
+/// `radius_mm` is the shaft radius; the head has three times the radius. Both are reduced for short arrows.
+void set_arrow(RenderMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
+               const Eigen::Vector3d& to_mm, double radius_mm);
+/// A tube along at least two points, closed at both ends. Coincident points are allowed.
+void set_tube(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
+              double radius_mm);
+
+/// The elliptic cross section of a band.
+struct BandSection {
+  double half_width_mm = 1.0, half_thickness_mm = 1.0;
+  /// Directions of the width at both ends, of any length; between the ends they are interpolated. Zero or
+  /// along the band: any direction.
+  Eigen::Vector3d across_first{0, 0, 0}, across_last{0, 0, 0};
+};
+/// A tube with an elliptic cross section, in the vertices of a tube.
+void set_band(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
+              const BandSection& section);
+
+// Lights and backgrounds. Colours are linear RGB on [0, 1].
+
+struct Light {
+  Eigen::Vector3f towards_camera{0.0F, 0.0F, 1.0F};  ///< unit direction to the light in camera axes
+  Eigen::Vector3f colour{1.0F, 1.0F, 1.0F};
+};
+
+/// Hemisphere light along world Y, plus directional lights attached to the camera.
+struct Lighting {
+  Eigen::Vector3f sky{0.2F, 0.2F, 0.2F};
+  Eigen::Vector3f ground{0.1F, 0.1F, 0.1F};
+  std::vector<Light> lights;  ///< at most 4
+};
+inline constexpr std::size_t most_lights = 4;
+
+/// Vertical gradient.
+struct Background {
+  Eigen::Vector3f top{0.0F, 0.0F, 0.0F};
+  Eigen::Vector3f bottom{0.0F, 0.0F, 0.0F};
+};
+
+/// Key light from the upper left, a cooler fill light, a rim light from behind.
+Lighting studio_lighting();
+
+enum class Backdrop {
+  studio,  ///< light grey
+  night,   ///< dark blue grey
+  black,   ///< transparent on the bench's display
+};
+Background background_of(Backdrop backdrop);
+
+struct Lights {
+  Lighting lighting;
+  std::optional<Background> background;  ///< if the file has one
+};
+
+/// Reads a TOML file (schemas/lights.md). Throws InputError naming the file and the key.
+Lights read_lights(const std::string& path);
+
+/// Parses the text of a lights file; `name` is used in errors.
+Lights parsed_lights(const std::string& text, const std::string& name);
+
+// The drawables of a joint and their placement.
 
 /// A tiled texture with triplanar mapping: projected along the three mesh axes and blended by the normal, so
 /// that it needs no texture coordinates and moves with the mesh.
@@ -155,5 +243,100 @@ Material marker_material(const VertexColour& colour);
 
 /// Recomputes the box of the vertices used by the triangles; required after a change of the mesh.
 void update_box(Drawable& drawable);
+
+// Optional layers (contacts, forces, axes, gaps, ligaments) and colour palettes.
+
+/// Evenly spaced colours from the lowest to the highest value.
+using Palette = std::array<VertexColour, 11>;
+
+/// The colour scale of a layer.
+struct Legend {
+  std::string title;  ///< with the unit: "strain, %"
+  double lowest = 0.0;
+  double highest = 1.0;
+  Palette palette{};
+  VertexColour below{};      ///< colour of values below the lowest
+  std::string below_label;   ///< empty: no such colour
+  std::string beyond_label;  ///< label for values above the highest
+};
+
+/// The colour of `value`, interpolated in the palette and clamped at its ends.
+VertexColour colour_of(const Legend& legend, double value);
+
+/// Linear interpolation from a (`part` = 0) to b (`part` = 1), in sRGB.
+VertexColour interpolated_colour(const VertexColour& a, const VertexColour& b, double part);
+
+/// Conversion of linear light to sRGB and back, both on [0, 1]; of a colour to opaque sRGB and back.
+double srgb_of(double linear);
+double linear_of(double srgb);
+VertexColour srgb_from_linear(const Eigen::Vector3f& linear);
+Eigen::Vector3f linear_from_srgb(const VertexColour& colour);
+
+/// For gaps: bright is close, with uniformly decreasing lightness, also for colour-blind viewers.
+/// Source: "plasma" of matplotlib (Smith and van der Walt, CC0).
+const Palette& gap_palette();
+
+/// For strains: diverging from blue over grey to red.
+/// Source: Moreland (2009), Diverging color maps for scientific visualization.
+const Palette& strain_palette();
+
+inline constexpr std::size_t n_layers = 10;
+
+class LayerSet {
+ public:
+  bool has(Layer layer) const { return is_on_[static_cast<std::size_t>(layer)]; }
+  void set(Layer layer, bool is_on) { is_on_[static_cast<std::size_t>(layer)] = is_on; }
+  bool operator==(const LayerSet&) const = default;
+
+ private:
+  std::array<bool, n_layers> is_on_{};
+};
+
+/// "contacts", "normals", "axes", "helical-axis", "gaps", "ligaments", "contact-paths", "labels", "band": the
+/// names of Layer without the bodies.
+const std::vector<std::string>& layer_names();
+const std::string& name_of(Layer layer);  ///< not of the bodies
+std::optional<Layer> layer_named(const std::string& name);
+
+/// An entry of a colour key.
+struct Label {
+  std::string name;
+  VertexColour colour{};
+};
+
+/// A pose to display, its frames, and the visible layers.
+struct DisplayedPose {
+  store::JointPose pose;
+  JointFrames frames;  ///< of `pose`
+  LayerSet layers;
+};
+
+/// The layers of one motion model in one scene. Built once; updating allocates nothing.
+class JointLayers {
+ public:
+  /// Appends the layers' drawables, hidden, to `scene`, whose order must not change afterwards. Copies the
+  /// required data of the model.
+  JointLayers(const store::MotionModel& model, Scene& scene);
+  ~JointLayers();
+  JointLayers(JointLayers&&) noexcept;
+  JointLayers& operator=(JointLayers&&) noexcept;
+
+  /// Shows `shown.layers` at a pose of `motion` and hides the others (all if the pose is not solved). Must be
+  /// called after place(), since it moves only the layers. A mesh and its revision change only if necessary;
+  /// mesh sizes are constant.
+  void update(Scene& scene, const store::Motion& motion, const DisplayedPose& shown);
+
+  /// The layers for which the model has data.
+  const LayerSet& available() const { return available_; }
+  const Legend& gap_legend() const;     ///< mm
+  const Legend& strain_legend() const;  ///< percent
+  /// The colours of the axes: those of layer "axes", then of "helical-axis".
+  static const std::vector<Label>& axis_labels();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+  LayerSet available_;
+};
 
 }  // namespace vrda::view

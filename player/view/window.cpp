@@ -10,7 +10,7 @@
 #include <limits>
 #include <string>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "view/gl_context.hpp"
 
 namespace vrda::view {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "view/input.hpp"
+#include "view/keys.hpp"
 #include "view/renderer.hpp"
 
 namespace vrda::view {

@@ -1,5 +1,7 @@
 #include "web/certificate.hpp"
 
+#include <boost/asio/ip/address.hpp>
+#include <boost/asio/ssl/context.hpp>
 #include <fcntl.h>
 #include <openssl/bio.h>
 #include <openssl/ec.h>
@@ -7,17 +9,17 @@
 #include <openssl/pem.h>
 #include <openssl/rand.h>
 #include <openssl/x509v3.h>
+#include <qrcodegen/qrcodegen.hpp>
 #include <unistd.h>
 
 #include <array>
-#include <boost/asio/ip/address.hpp>
-#include <boost/asio/ssl/context.hpp>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <functional>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
+#include "web/server.hpp"
 
 namespace vrda::web {
 namespace {
@@ -228,6 +230,26 @@ void write_certificate(const CertificateText& text, const std::string& certifica
   };
   write_new(key_file, text.key, readable_by_owner);
   write_new(certificate_file, text.certificate, readable_by_all);
+}
+
+// QR codes for terminals.
+
+std::string qr_code_text(const std::string& content)
+{
+  constexpr int border = 4;
+  const qrcodegen::QrCode code =
+      qrcodegen::QrCode::encodeText(content.c_str(), qrcodegen::QrCode::Ecc::MEDIUM);
+  // Modules outside are light.
+  const auto is_light = [&](int x, int y) { return !code.getModule(x, y); };
+  std::string text;
+  for (int y = -border; y < code.getSize() + border; y += 2) {
+    for (int x = -border; x < code.getSize() + border; ++x) {
+      constexpr std::array blocks{" ", "\u2584", "\u2580", "\u2588"};
+      text += blocks[(is_light(x, y) ? 2U : 0U) + (is_light(x, y + 1) ? 1U : 0U)];
+    }
+    text += '\n';
+  }
+  return text;
 }
 
 }  // namespace vrda::web

@@ -7,7 +7,7 @@
 #include <charconv>
 #include <string_view>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace vrda::web {
 

@@ -1,25 +1,35 @@
 // Boost.Beast, whose headers compile slowly, is included by session.cpp only.
 #include "web/server.hpp"
 
-#include <ifaddrs.h>
-
-#include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <ifaddrs.h>
+#include <lzma.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <limits>
 #include <ostream>
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "core/error.hpp"
-#include "core/stop_signals.hpp"
-#include "store/motion_model_file.hpp"
+#include "core/console.hpp"
+#include "core/text.hpp"
+#include "store/motion_model.hpp"
 #include "web/certificate.hpp"
 #include "web/response.hpp"
 #include "web/session.hpp"
+
+extern char** environ;
 
 namespace vrda::web {
 namespace {
@@ -297,6 +307,86 @@ void serve_web(const WebOptions& options, const std::optional<LiveFeed>& feed, s
   if (options.opens_browser) visit.emplace(address);
   if (visit && !visit->is_started()) messages << "no browser found: open " << address << std::endl;
   server.run();
+}
+
+// Opens the default browser without the token on its command line.
+
+BrowserLaunch::BrowserLaunch(const std::string& address)
+{
+  constexpr std::string_view ending = ".html";
+  std::error_code error;
+  file_ = (std::filesystem::temp_directory_path(error) / "vrda-player-XXXXXX").string() + std::string(ending);
+  const int descriptor = mkstemps(file_.data(), static_cast<int>(ending.size()));
+  if (descriptor < 0) {
+    file_.clear();
+    return;
+  }
+  const std::string page =
+      "<!DOCTYPE html><meta charset=\"utf-8\"><title>VRDA player</title>"
+      "<meta http-equiv=\"refresh\" content=\"0; url=" +
+      address + "\">\n";
+  const bool is_written = write(descriptor, page.data(), page.size()) == static_cast<ssize_t>(page.size());
+  if (close(descriptor) != 0 || !is_written) return;
+  std::string program = "xdg-open";
+  char* arguments[] = {program.data(), file_.data(), nullptr};
+  pid_t pid = 0;
+  has_begun_ = posix_spawnp(&pid, program.c_str(), nullptr, nullptr, arguments, environ) == 0;
+}
+
+BrowserLaunch::~BrowserLaunch()
+{
+  unlink(file_.c_str());
+}
+
+// The page is embedded as xz, which is a quarter smaller than gzip; browsers accept gzip.
+
+namespace {
+
+std::string unpacked(std::string_view xz)
+{
+  std::string text;
+  constexpr std::size_t piece = 1U << 20U;
+  lzma_stream stream = LZMA_STREAM_INIT;
+  lzma_ret state = lzma_stream_decoder(&stream, std::numeric_limits<std::uint64_t>::max(), 0);
+  stream.next_in = reinterpret_cast<const std::uint8_t*>(xz.data());
+  stream.avail_in = xz.size();
+  while (state == LZMA_OK) {
+    const std::size_t n = text.size();
+    text.resize(n + piece);
+    stream.next_out = reinterpret_cast<std::uint8_t*>(text.data() + n);
+    stream.avail_out = piece;
+    state = lzma_code(&stream, LZMA_FINISH);
+    text.resize(n + piece - stream.avail_out);
+  }
+  lzma_end(&stream);
+  check(state == LZMA_STREAM_END, "the embedded page can be unpacked");
+  return text;
+}
+
+std::string gzipped(const std::string& text)
+{
+  constexpr int level = 6, gzip_window_bits = 15 + 16, usual_memory = 8;
+  z_stream stream{};
+  check(deflateInit2(&stream, level, Z_DEFLATED, gzip_window_bits, usual_memory, Z_DEFAULT_STRATEGY) == Z_OK,
+        "zlib starts");
+  std::string packed(deflateBound(&stream, text.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));  // zlib only reads
+  stream.avail_in = static_cast<uInt>(text.size());
+  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_out = static_cast<uInt>(packed.size());
+  const int state = deflate(&stream, Z_FINISH);
+  packed.resize(packed.size() - stream.avail_out);
+  deflateEnd(&stream);
+  check(state == Z_STREAM_END, "the page fits its bound");
+  return packed;
+}
+
+}  // namespace
+
+std::string_view compressed_page()
+{
+  static const std::string page = gzipped(unpacked(embedded_page()));
+  return page;
 }
 
 }  // namespace vrda::web

@@ -1,12 +1,11 @@
-#include "solve/model_build.hpp"
+#include "solve/case_solver.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "app/scenes.hpp"
-#include "run/summary.hpp"
-#include "solve/case_solver.hpp"
+#include "run/run_output.hpp"
 
 namespace vrda::assemble_test {
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "app/scenes.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 #include "support/oversized_models.hpp"
 

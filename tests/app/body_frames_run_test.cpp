@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "job/mesh_writer.hpp"
+#include "job/thesis_files.hpp"
 #include "prepare/template_joint.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::body_frames_run_test {
 

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "app/scenes.hpp"
-#include "core/open_file.hpp"
+#include "core/files.hpp"
 #include "support/messages.hpp"
 #include "support/real_knees.hpp"
 

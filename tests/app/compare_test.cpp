@@ -7,7 +7,7 @@
 #include "app/model_commands.hpp"
 #include "app/scenes.hpp"
 #include "store/changed_file.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/input_error.hpp"
 #include "support/messages.hpp"
 

@@ -11,8 +11,8 @@
 #include <set>
 
 #include "app/scenes.hpp"
-#include "core/open_file.hpp"
-#include "store/motion_model_file.hpp"
+#include "core/files.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::two_writers_test {

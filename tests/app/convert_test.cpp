@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "job/mesh_writer.hpp"
-#include "job/axis_map.hpp"
+#include "job/thesis_files.hpp"
+#include "job/component_loader.hpp"
 #include "job/job.hpp"
 #include "solve/case_solver.hpp"
 #include "support/meshes.hpp"

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "analysis/pose_meter.hpp"
-#include "store/motion_model_file.hpp"
+#include "analysis/audit.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::derived_commands_test {

@@ -8,9 +8,9 @@
 
 #include "app/scenes.hpp"
 #include "analysis/audit.hpp"
-#include "run/summary.hpp"
-#include "store/motion_model_file.hpp"
-#include "store/trace_file.hpp"
+#include "run/run_output.hpp"
+#include "store/motion_model.hpp"
+#include "store/trace.hpp"
 
 namespace vrda::equilibrium_test {
 

@@ -14,10 +14,10 @@
 #include "analysis/audit.hpp"
 #include "core/units.hpp"
 #include "run/run_command.hpp"
-#include "run/summary.hpp"
+#include "run/run_output.hpp"
 #include "solve/case_solver.hpp"
 #include "geometry/instruction_set.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::generic_knee_test {

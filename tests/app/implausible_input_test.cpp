@@ -6,7 +6,7 @@
 #include <random>
 
 #include "app/newcomer.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::implausible_input_test {
 

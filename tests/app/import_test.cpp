@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::import_test {

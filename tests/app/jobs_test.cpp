@@ -8,9 +8,8 @@
 #include "app/scenes.hpp"
 #include "app/shipped_warnings.hpp"
 #include "analysis/audit.hpp"
-#include "analysis/pose_meter.hpp"
-#include "run/summary.hpp"
-#include "store/motion_model_file.hpp"
+#include "run/run_output.hpp"
+#include "store/motion_model.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::jobs_test {

@@ -7,7 +7,7 @@
 #include "app/scenes.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::loads_test {

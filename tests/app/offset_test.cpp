@@ -7,7 +7,7 @@
 #include <random>
 
 #include "app/scenes.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::offset_test {

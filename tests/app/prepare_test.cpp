@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "job/mesh_writer.hpp"
+#include "job/thesis_files.hpp"
 #include "job/case.hpp"
 #include "job/case_picture.hpp"
 #include "prepare/knee_landmarks.hpp"

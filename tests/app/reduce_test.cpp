@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "app/scenes.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 #include "support/small_disk.hpp"
 

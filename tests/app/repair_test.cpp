@@ -7,7 +7,7 @@
 #include "app/scenes.hpp"
 #include "core/text.hpp"
 #include "analysis/repair.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::repair_command_test {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "store/sample_model.hpp"
 #include "support/messages.hpp"
 

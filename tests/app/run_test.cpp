@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::run_test {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "job/input_file.hpp"
+#include "job/job.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {

@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "app/scenes.hpp"
-#include "run/case_spec.hpp"
-#include "run/jobs.hpp"
-#include "store/motion_model_file.hpp"
+#include "run/campaign.hpp"
+#include "run/submission.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::shard_test {

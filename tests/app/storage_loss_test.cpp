@@ -11,7 +11,7 @@
 
 #include "app/scenes.hpp"
 #include "store/journal.hpp"
-#include "store/trace_file.hpp"
+#include "store/trace.hpp"
 #include "support/messages.hpp"
 #include "support/small_disk.hpp"
 

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/fake_slurm.hpp"
-#include "core/open_file.hpp"
+#include "core/files.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::submit_test {

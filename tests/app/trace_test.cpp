@@ -11,8 +11,8 @@
 #include "app/scenes.hpp"
 #include "model/step_record.hpp"
 #include "store/journal.hpp"
-#include "store/motion_model_file.hpp"
-#include "store/trace_file.hpp"
+#include "store/motion_model.hpp"
+#include "store/trace.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::trace_test {

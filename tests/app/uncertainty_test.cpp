@@ -9,9 +9,9 @@
 #include <numeric>
 
 #include "app/scenes.hpp"
-#include "store/poses.hpp"
-#include "store/run_files.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion.hpp"
+#include "store/journal.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::uncertainty_test {
 

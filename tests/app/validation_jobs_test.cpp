@@ -8,8 +8,8 @@
 #include "app/shipped_warnings.hpp"
 #include "model/step_record.hpp"
 #include "core/units.hpp"
-#include "store/motion_model_file.hpp"
-#include "store/trace_file.hpp"
+#include "store/motion_model.hpp"
+#include "store/trace.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::validation_jobs_test {

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "analysis/pose_meter.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 #include "store/sample_model.hpp"

@@ -1,5 +1,5 @@
 // Prescribed poses of boxes and balls.
-#include "analysis/pose_assessment.hpp"
+#include "analysis/audit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "analysis/pose_meter.hpp"
+#include "analysis/audit.hpp"
 
 #include <gtest/gtest.h>
 

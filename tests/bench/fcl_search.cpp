@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "processor_time.hpp"
-#include "solve/joint.hpp"
+#include "solve/sweep.hpp"
 #include "solve/stability_search.hpp"
 
 namespace vrda::benchmarks {

@@ -6,9 +6,8 @@
 
 #include <memory>
 
-#include "model/solver_options.hpp"
 #include "model/step_record.hpp"
-#include "solve/joint.hpp"
+#include "solve/sweep.hpp"
 
 namespace vrda::benchmarks {
 

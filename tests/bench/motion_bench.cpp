@@ -2,7 +2,7 @@
 #include <benchmark/benchmark.h>
 
 #include "core/units.hpp"
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 
 namespace vrda::benchmarks {
 namespace {

@@ -10,14 +10,14 @@
 #include <stdexcept>
 #include <string>
 
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "processor_time.hpp"
 #include "view/renderer.hpp"
 #include "view/window.hpp"
 #include "view/camera.hpp"
 #include "view/scene.hpp"
 #include "show/session.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 

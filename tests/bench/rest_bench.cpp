@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "solve/case_solver.hpp"
 #include "processor_time.hpp"
 #include "rigid_body.hpp"

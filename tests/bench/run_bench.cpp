@@ -5,13 +5,12 @@
 #include <filesystem>
 
 #include "solve/case_solver.hpp"
-#include "solve/model_build.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"
 #include "shares.hpp"
 #include "analysis/smooth.hpp"
 #include "solve/stability_search.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::benchmarks {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "job/case.hpp"
-#include "solve/joint.hpp"
+#include "solve/sweep.hpp"
 
 namespace vrda::benchmarks {
 

@@ -1,4 +1,4 @@
-#include "run/cost.hpp"
+#include "run/campaign.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "run/jobs.hpp"
+#include "run/submission.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

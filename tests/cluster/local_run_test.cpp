@@ -5,7 +5,6 @@
 
 #include <filesystem>
 
-#include "run/child.hpp"
 #include "run/status.hpp"
 #include "cluster/submission_scenes.hpp"
 #include "support/refusal.hpp"

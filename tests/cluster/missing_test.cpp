@@ -5,9 +5,9 @@
 
 #include <filesystem>
 
-#include "run/case_spec.hpp"
+#include "run/campaign.hpp"
 #include "cluster/sharded_case.hpp"
-#include "job/input_file.hpp"
+#include "job/job.hpp"
 
 namespace vrda::missing_test {
 

@@ -1,4 +1,4 @@
-#include "run/child.hpp"
+#include "run/local_run.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "run/jobs.hpp"
+#include "run/submission.hpp"
 #include "run/status.hpp"
 #include "cluster/submission_scenes.hpp"
 

@@ -1,4 +1,4 @@
-#include "run/slurm_scripts.hpp"
+#include "run/slurm.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "cluster/sharded_case.hpp"
-#include "core/open_file.hpp"
+#include "core/files.hpp"
 
 namespace vrda::status_test {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "run/submission.hpp"
-#include "run/task_state.hpp"
+#include "run/status.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::test {

@@ -5,9 +5,9 @@
 
 #include <filesystem>
 
-#include "run/case_spec.hpp"
+#include "run/campaign.hpp"
 #include "cluster/submission_scenes.hpp"
-#include "run/task_state.hpp"
+#include "run/status.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

@@ -6,8 +6,7 @@
 #include <random>
 
 #include "compare/noisy_joint.hpp"
-#include "analysis/recommend.hpp"
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "analysis/smooth.hpp"
 #include "support/refusal.hpp"

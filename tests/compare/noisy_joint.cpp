@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "store/evaluate_smoothed.hpp"
+#include "store/motion.hpp"
 
 namespace vrda::test {
 namespace {

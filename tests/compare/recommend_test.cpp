@@ -1,13 +1,12 @@
-#include "analysis/recommend.hpp"
+#include "analysis/compare.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "analysis/compare.hpp"
 #include "compare/noisy_joint.hpp"
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace vrda::recommend_test {
 

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "contact/features.hpp"
 #include "model/frames.hpp"
 #include "core/units.hpp"
 #include "support/meshes.hpp"

@@ -1,4 +1,4 @@
-#include "job/configuration.hpp"
+#include "job/thesis_files.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,11 +1,11 @@
-#include "job/job_text.hpp"
+#include "job/thesis_files.hpp"
 
 #include <gmock/gmock.h>
 
 #include <random>
 
-#include "core/error.hpp"
-#include "job/axis_map.hpp"
+#include "core/text.hpp"
+#include "job/component_loader.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::job_text_test {

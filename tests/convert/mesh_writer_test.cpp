@@ -1,4 +1,4 @@
-#include "job/mesh_writer.hpp"
+#include "job/thesis_files.hpp"
 
 #include <gmock/gmock.h>
 

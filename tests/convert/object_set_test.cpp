@@ -1,4 +1,4 @@
-#include "job/object_set.hpp"
+#include "job/thesis_files.hpp"
 
 #include <gmock/gmock.h>
 

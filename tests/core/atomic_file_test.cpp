@@ -1,5 +1,5 @@
 // Atomic replacement of files: mode, links, file types and the lock on outputs.
-#include "core/atomic_file.hpp"
+#include "core/files.hpp"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -10,8 +10,7 @@
 
 #include <csignal>
 
-#include "core/error.hpp"
-#include "core/open_file.hpp"
+#include "core/text.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

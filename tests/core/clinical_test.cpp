@@ -1,5 +1,5 @@
 // Clinical curves beyond the ranges of one pose's numbers.
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 

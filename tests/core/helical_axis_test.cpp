@@ -1,4 +1,4 @@
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,6 @@
 
 #include <numeric>
 
-#include "model/render_mesh.hpp"
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 

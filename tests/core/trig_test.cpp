@@ -1,4 +1,4 @@
-#include "core/trig.hpp"
+#include "core/units.hpp"
 
 #include <gtest/gtest.h>
 

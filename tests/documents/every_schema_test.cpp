@@ -5,7 +5,7 @@
 #include <functional>
 #include <limits>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/schema.hpp"
 #include "support/scratch.hpp"
 

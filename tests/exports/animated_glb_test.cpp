@@ -10,9 +10,9 @@
 #include <cmath>
 #include <set>
 
-#include "core/error.hpp"
-#include "model/render_mesh.hpp"
-#include "store/joint_parts.hpp"
+#include "core/text.hpp"
+#include "model/mesh.hpp"
+#include "store/motion.hpp"
 #include "motion/support/models.hpp"
 
 namespace vrda::animated_glb_test {

@@ -1,4 +1,4 @@
-#include "tables/flexion_motion.hpp"
+#include "tables/tables.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

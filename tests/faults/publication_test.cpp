@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "app/scenes.hpp"
-#include "core/open_file.hpp"
+#include "core/files.hpp"
 #include "faults/faulty_run.hpp"
 #include "support/messages.hpp"
 

@@ -10,8 +10,7 @@
 #include "app/scenes.hpp"
 #include "faults/faulty_run.hpp"
 #include "store/journal.hpp"
-#include "core/little_endian.hpp"
-#include "store/record_bytes.hpp"
+#include "core/framed_file.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::test::shard_faults_test {

@@ -3,7 +3,6 @@
 
 #include "app/scenes.hpp"
 #include "store/motion_model.hpp"
-#include "store/motion_model_file.hpp"
 
 namespace vrda::test::wrong_bullet_test {
 

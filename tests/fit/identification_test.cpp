@@ -7,10 +7,9 @@
 
 #include <cmath>
 
-#include "core/atomic_file.hpp"
+#include "core/files.hpp"
 #include "core/units.hpp"
 #include "analysis/fit_files.hpp"
-#include "analysis/fit_journal.hpp"
 #include "job/command_jobs.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"

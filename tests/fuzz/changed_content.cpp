@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "fuzz/odd_values.hpp"
-#include "store/seal.hpp"
+#include "store/read_separately.hpp"
 
 /// HDF5's internal function, exported by its library.
 extern "C" std::uint32_t H5_checksum_metadata(const void* data, std::size_t size, std::uint32_t seed);

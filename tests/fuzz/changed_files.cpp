@@ -11,9 +11,9 @@
 
 #include "fuzz/changed_content.hpp"
 #include "fuzz/small_models.hpp"
-#include "store/motion_model_file.hpp"
-#include "store/seal.hpp"
-#include "store/trace_file.hpp"
+#include "store/motion_model.hpp"
+#include "store/read_separately.hpp"
+#include "store/trace.hpp"
 
 namespace vrda::test {
 namespace {

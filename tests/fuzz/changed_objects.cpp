@@ -8,7 +8,7 @@
 #include <cstring>
 
 #include "fuzz/odd_values.hpp"
-#include "store/h5_handle.hpp"
+#include "store/h5_file.hpp"
 
 /// HDF5's internal function, exported by its library.
 extern "C" std::uint32_t H5_checksum_metadata(const void* data, std::size_t size, std::uint32_t seed);

@@ -1,7 +1,6 @@
 // The keyword configuration. An accepted one gives an accepted job: errors must name a line of the
 // configuration.
-#include "job/configuration.hpp"
-#include "job/job_text.hpp"
+#include "job/thesis_files.hpp"
 #include "fuzz/outcome.hpp"
 #include "job/job.hpp"
 

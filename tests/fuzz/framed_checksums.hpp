@@ -4,8 +4,7 @@
 #include <zlib.h>
 
 #include "fuzz/outcome.hpp"
-#include "core/frame_bytes.hpp"
-#include "core/little_endian.hpp"
+#include "core/framed_file.hpp"
 
 namespace vrda::test {
 

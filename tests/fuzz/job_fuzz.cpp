@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "fuzz/outcome.hpp"
-#include "job/axis_map.hpp"
+#include "job/component_loader.hpp"
 
 namespace {
 

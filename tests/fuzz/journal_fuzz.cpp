@@ -2,8 +2,6 @@
 // repaired checksums.
 #include "fuzz/framed_checksums.hpp"
 #include "store/journal.hpp"
-#include "store/record_bytes.hpp"
-#include "store/trace_journal.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "fuzz/outcome.hpp"
-#include "job/landmarks.hpp"
+#include "job/ligament_files.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

@@ -1,6 +1,6 @@
 // Tables of ligament fibres.
 #include "fuzz/outcome.hpp"
-#include "job/ligament_table.hpp"
+#include "job/ligament_files.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

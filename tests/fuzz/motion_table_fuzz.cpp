@@ -1,6 +1,6 @@
 // Tables of measured poses. The first byte selects the kind of file.
 #include "fuzz/outcome.hpp"
-#include "tables/motion_poses.hpp"
+#include "tables/imported_model.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

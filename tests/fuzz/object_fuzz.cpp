@@ -1,6 +1,5 @@
 // The three files of an Object set, one after the other, "%%" between them.
-#include "job/mesh_writer.hpp"
-#include "job/object_set.hpp"
+#include "job/thesis_files.hpp"
 #include "fuzz/outcome.hpp"
 
 namespace {

@@ -8,7 +8,7 @@
 #include <iostream>
 #include <string>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace vrda::test {
 

@@ -2,13 +2,10 @@
 // repaired frame checksums.
 #include <algorithm>
 
-#include "bench/board_protocol.hpp"
+#include "bench/protocols.hpp"
 #include "fuzz/outcome.hpp"
 
-extern "C" {
 #include "bench/board.h"
-#include "bench/crc16.h"
-}
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 

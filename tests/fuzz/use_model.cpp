@@ -4,10 +4,9 @@
 #include <vector>
 
 #include "fuzz/outcome.hpp"
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "view/gap_reading.hpp"
 #include "view/camera.hpp"
-#include "view/joint_layers.hpp"
 #include "view/scene.hpp"
 
 namespace vrda::test {

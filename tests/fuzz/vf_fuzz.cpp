@@ -1,6 +1,6 @@
 // The thesis's Vertices-Faces format.
 #include "fuzz/mesh_outcome.hpp"
-#include "job/vf_file.hpp"
+#include "job/mesh_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

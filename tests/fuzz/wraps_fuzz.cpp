@@ -1,6 +1,6 @@
 // Wrapping surfaces in JSON.
 #include "fuzz/outcome.hpp"
-#include "job/wraps_file.hpp"
+#include "job/ligament_files.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

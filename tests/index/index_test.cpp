@@ -8,7 +8,7 @@
 #include <limits>
 #include <optional>
 
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "store/sample_model.hpp"
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"

@@ -1,12 +1,10 @@
-#include "run/collect.hpp"
+#include "run/submission.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "run/jobs.hpp"
 #include "core/units.hpp"
 #include "store/journal.hpp"
-#include "store/record_bytes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

@@ -1,12 +1,11 @@
 // Parts of a job that are refused because they are other parts; large meshes; outputs that are links.
-#include "run/job_checks.hpp"
+#include "run/run_command.hpp"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
 #include "run/run_output.hpp"
-#include "job/input_file.hpp"
 #include "job/job.hpp"
 #include "load/mesh_text.hpp"
 #include "support/meshes.hpp"

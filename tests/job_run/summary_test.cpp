@@ -1,4 +1,4 @@
-#include "run/summary.hpp"
+#include "run/run_output.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Polling a growing journal in every state.
-#include "core/frame_tail.hpp"
+#include "core/framed_file.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -8,7 +8,6 @@
 #include <fstream>
 
 #include "store/journal.hpp"
-#include "store/record_bytes.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::frame_tail_test {

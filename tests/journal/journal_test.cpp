@@ -15,8 +15,7 @@
 #include <set>
 #include <thread>
 
-#include "core/error.hpp"
-#include "store/record_bytes.hpp"
+#include "core/text.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

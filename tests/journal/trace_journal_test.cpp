@@ -1,4 +1,4 @@
-#include "store/trace_journal.hpp"
+#include "store/journal.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 
 #include <filesystem>
 
-#include "store/journal.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "analysis/laxity_files.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 

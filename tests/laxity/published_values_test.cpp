@@ -1,5 +1,5 @@
 // Tables of published laxities, their comparison, and the files of a result.
-#include "analysis/published_values.hpp"
+#include "analysis/laxity.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "analysis/laxity_files.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::published_values_test {

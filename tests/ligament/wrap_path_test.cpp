@@ -1,10 +1,9 @@
-#include "model/wrap_path.hpp"
+#include "model/ligaments.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "core/trig.hpp"
 #include "core/units.hpp"
 #include "ligament/chain.hpp"
 

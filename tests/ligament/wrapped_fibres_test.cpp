@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "ligament/differences.hpp"
 #include "model/ligaments.hpp"
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "load/mesh_text.hpp"
-#include "job/raw_mesh.hpp"
+#include "job/mesh_file.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::assimp_alone_test {

@@ -1,4 +1,4 @@
-#include "job/axis_map.hpp"
+#include "job/component_loader.hpp"
 
 #include <gmock/gmock.h>
 

@@ -5,7 +5,7 @@
 #include "job/auto_frame.hpp"
 #include "job/case.hpp"
 #include "load/mesh_text.hpp"
-#include "geometry/knee.hpp"
+#include "geometry/generic_knee.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "job/input_file.hpp"
+#include "job/job.hpp"
 #include "load/mesh_text.hpp"
 #include "support/meshes.hpp"
 #include "support/real_knees.hpp"

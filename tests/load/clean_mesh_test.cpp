@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "job/shells.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::clean_mesh_test {

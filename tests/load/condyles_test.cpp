@@ -1,4 +1,4 @@
-#include "job/condyles.hpp"
+#include "job/auto_frame.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 
 #include "core/units.hpp"
 #include "load/mesh_text.hpp"
-#include "job/push_job.hpp"
+#include "job/command_jobs.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

@@ -1,5 +1,5 @@
 // The warning of a joint's kind that contradicts the shape of its surfaces.
-#include "job/joint_shape.hpp"
+#include "job/auto_frame.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

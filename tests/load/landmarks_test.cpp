@@ -1,4 +1,4 @@
-#include "job/landmarks.hpp"
+#include "job/ligament_files.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,10 +1,9 @@
 #include <gmock/gmock.h>
 
 #include "job/case.hpp"
-#include "job/input_file.hpp"
-#include "job/ligament_table.hpp"
+#include "job/job.hpp"
+#include "job/ligament_files.hpp"
 #include "load/mesh_text.hpp"
-#include "job/wraps_file.hpp"
 #include "geometry/shapes.hpp"
 #include "support/meshes.hpp"
 #include "support/real_knees.hpp"

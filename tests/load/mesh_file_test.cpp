@@ -6,7 +6,7 @@
 
 #include "job/clean_mesh.hpp"
 #include "load/mesh_text.hpp"
-#include "job/raw_mesh.hpp"
+#include "job/mesh_file.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 

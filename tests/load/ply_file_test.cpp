@@ -1,4 +1,4 @@
-#include "job/raw_mesh.hpp"
+#include "job/mesh_file.hpp"
 
 #include <gtest/gtest.h>
 

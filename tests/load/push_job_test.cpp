@@ -1,5 +1,5 @@
 // [push]: loads, lines, and the lateral force across Delta.
-#include "job/push_job.hpp"
+#include "job/command_jobs.hpp"
 
 #include <gmock/gmock.h>
 

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "job/case.hpp"
-#include "job/condyles.hpp"
+#include "job/auto_frame.hpp"
 #include "load/mesh_text.hpp"
 #include "support/refusal.hpp"
 

@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "job/input_file.hpp"
+#include "job/job.hpp"
 #include "load/mesh_text.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"

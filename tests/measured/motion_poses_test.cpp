@@ -1,5 +1,5 @@
 // Poses of tables under every convention, against rotations composed by Eigen.
-#include "tables/motion_poses.hpp"
+#include "tables/imported_model.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 #include "core/units.hpp"
-#include "tables/angle_plausibility.hpp"
+#include "tables/convention_search.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

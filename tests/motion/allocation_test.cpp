@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "motion/support/models.hpp"
 #include "support/allocation_count.hpp"
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "motion/support/models.hpp"
 
 namespace vrda::derived_sets_test {

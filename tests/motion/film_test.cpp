@@ -1,10 +1,10 @@
-#include "store/film.hpp"
+#include "store/trace.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "motion/support/models.hpp"
 #include "support/refusal.hpp"
 #include "support/traces.hpp"

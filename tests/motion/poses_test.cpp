@@ -1,12 +1,11 @@
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "model/clinical.hpp"
-#include "core/error.hpp"
-#include "core/trig.hpp"
+#include "model/coordinates.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 #include "store/motion_model.hpp"

@@ -1,9 +1,8 @@
-#include "store/surfaces.hpp"
+#include "store/motion.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/error.hpp"
-#include "core/trig.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 

@@ -6,10 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/trig.hpp"
 #include "core/units.hpp"
 #include "geometry/gap_query.hpp"
-#include "geometry/knee.hpp"
+#include "geometry/generic_knee.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::convention_search_test {

@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "app/scenes.hpp"
-#include "run/jobs.hpp"
+#include "run/submission.hpp"
 #include "fuzz/changed_content.hpp"
 #include "fuzz/framed_checksums.hpp"
-#include "store/confinement.hpp"
+#include "store/read_separately.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 

@@ -4,11 +4,11 @@
 #include <cstdlib>
 #include <random>
 
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 #include "core/units.hpp"
 #include "solve/case_solver.hpp"
-#include "prepare/slack_lengths.hpp"
-#include "prepare/transferred_ligaments.hpp"
+#include "prepare/template_joint.hpp"
+#include "prepare/knee_landmarks.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::deformed_knee_test {

@@ -1,9 +1,8 @@
-#include "prepare/frame_check.hpp"
+#include "prepare/template_joint.hpp"
 
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
-#include "prepare/template_joint.hpp"
 
 namespace vrda::frame_check_test {
 

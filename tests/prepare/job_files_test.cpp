@@ -4,8 +4,7 @@
 
 #include "core/units.hpp"
 #include "job/job.hpp"
-#include "job/ligament_table.hpp"
-#include "job/wraps_file.hpp"
+#include "job/ligament_files.hpp"
 
 namespace vrda::job_files_test {
 

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::knee_landmarks_test {

@@ -1,9 +1,8 @@
-#include "prepare/slack_lengths.hpp"
+#include "prepare/template_joint.hpp"
 
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
-#include "prepare/template_joint.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::slack_lengths_test {

@@ -1,4 +1,4 @@
-#include "prepare/transferred_ligaments.hpp"
+#include "prepare/knee_landmarks.hpp"
 
 #include <gmock/gmock.h>
 

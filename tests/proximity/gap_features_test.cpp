@@ -6,7 +6,7 @@
 
 #include "model/coordinates.hpp"
 #include "gap_scenes.hpp"
-#include "geometry/gap_features.hpp"
+#include "geometry/gap_tree.hpp"
 #include "geometry/gap_query.hpp"
 #include "support/meshes.hpp"
 

@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "model/clinical.hpp"
-#include "core/error.hpp"
+#include "model/coordinates.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "motion/support/models.hpp"
 
 namespace vrda::reduce_test {

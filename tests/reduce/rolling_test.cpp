@@ -2,9 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 #include "model/frames.hpp"
-#include "core/trig.hpp"
 #include "core/units.hpp"
 
 namespace vrda::rolling_test {

@@ -1,4 +1,4 @@
-#include "analysis/two_sided.hpp"
+#include "analysis/reduce.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,11 +6,9 @@
 #include <cmath>
 
 #include "analysis/audit.hpp"
-#include "analysis/pose_meter.hpp"
 #include "model/frames.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
-#include "analysis/reduce.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::two_sided_test {

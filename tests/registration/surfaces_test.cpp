@@ -2,7 +2,6 @@
 
 #include "registration/generated_knee.hpp"
 #include "geometry/nearest_surface.hpp"
-#include "geometry/surface_points.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::surfaces_test {

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "analysis/frame_contact.hpp"
 #include "scenes.hpp"
 #include "support/input_error.hpp"
 #include "support/meshes.hpp"

@@ -2,9 +2,8 @@
 
 #include <cmath>
 
-#include "core/trig.hpp"
 #include "core/units.hpp"
-#include "analysis/frame_contact.hpp"
+#include "analysis/repair.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {

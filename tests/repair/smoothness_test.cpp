@@ -1,4 +1,4 @@
-#include "analysis/smoothness.hpp"
+#include "analysis/sequence_program.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,7 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "analysis/band_matrix.hpp"
-#include "analysis/measured_motion.hpp"
-#include "analysis/sequence_program.hpp"
+#include "analysis/repair.hpp"
 #include "scenes.hpp"
 #include "support/meshes.hpp"
 

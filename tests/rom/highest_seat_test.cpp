@@ -1,4 +1,4 @@
-#include "analysis/highest_seat.hpp"
+#include "analysis/range_of_motion.hpp"
 
 #include <gtest/gtest.h>
 

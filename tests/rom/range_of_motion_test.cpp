@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "rom/ball_in_cup.hpp"
 #include "analysis/rom_files.hpp"

@@ -1,4 +1,4 @@
-#include "analysis/rom_maps.hpp"
+#include "analysis/rom_page.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

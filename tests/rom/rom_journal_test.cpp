@@ -1,10 +1,9 @@
-#include "analysis/rom_journal.hpp"
+#include "analysis/rom_files.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "rom/ball_in_cup.hpp"
-#include "analysis/rom_files.hpp"
 #include "support/input_error.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

@@ -3,9 +3,8 @@
 
 #include <vector>
 
-#include "core/trig.hpp"
 #include "core/units.hpp"
-#include "analysis/sequence.hpp"
+#include "analysis/score.hpp"
 
 namespace vrda::test {
 

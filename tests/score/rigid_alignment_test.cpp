@@ -1,4 +1,4 @@
-#include "analysis/rigid_alignment.hpp"
+#include "analysis/score.hpp"
 
 #include <gtest/gtest.h>
 

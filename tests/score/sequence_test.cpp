@@ -1,11 +1,11 @@
-#include "analysis/sequence.hpp"
+#include "analysis/score.hpp"
 
 #include <gtest/gtest.h>
 
 #include <bit>
 #include <cmath>
 
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "motion/support/models.hpp"
 #include "score/moving_joint.hpp"
 #include "support/refusal.hpp"

@@ -1,10 +1,10 @@
-#include "analysis/statistics.hpp"
+#include "analysis/score.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/trig.hpp"
+#include "core/units.hpp"
 
 namespace vrda::statistics_test {
 

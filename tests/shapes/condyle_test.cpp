@@ -1,4 +1,4 @@
-#include "geometry/condyle.hpp"
+#include "geometry/generic_knee.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 
 #include "model/frames.hpp"
 #include "core/units.hpp"
-#include "geometry/knee.hpp"
 
 namespace vrda::condyle_test {
 

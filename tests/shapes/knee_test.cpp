@@ -1,4 +1,4 @@
-#include "geometry/knee.hpp"
+#include "geometry/generic_knee.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,6 @@
 #include <map>
 #include <string>
 
-#include "core/trig.hpp"
 #include "core/units.hpp"
 #include "shapes/envelopes.hpp"
 

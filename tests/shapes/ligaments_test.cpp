@@ -4,10 +4,9 @@
 #include <set>
 
 #include "model/frames.hpp"
-#include "core/trig.hpp"
 #include "core/units.hpp"
 #include "model/ligaments.hpp"
-#include "geometry/knee.hpp"
+#include "geometry/generic_knee.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::ligaments_test {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "shapes/envelopes.hpp"
 #include "support/refusal.hpp"
 

@@ -2,9 +2,8 @@
 
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "geometry/level_set.hpp"
-#include "geometry/surface.hpp"
 
 namespace vrda::surfaces_test {
 

@@ -1,4 +1,4 @@
-#include "analysis/huber.hpp"
+#include "analysis/smooth.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "analysis/least_squares.hpp"
+#include "analysis/smooth.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <Eigen/SVD>
 #include <random>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace vrda::least_squares_test {
 

@@ -5,7 +5,6 @@
 #include <random>
 #include <utility>
 
-#include "analysis/leave_out.hpp"
 #include "analysis/smooth.hpp"
 
 namespace vrda::smooth_fit_test {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "core/error.hpp"
-#include "store/evaluate_smoothed.hpp"
+#include "core/text.hpp"
+#include "store/motion.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::smooth_test {

@@ -1,5 +1,5 @@
 // Applied loads and lines of constant tension, alone and in the equilibrium.
-#include "solve/applied_loads.hpp"
+#include "solve/potential.hpp"
 
 #include <gtest/gtest.h>
 

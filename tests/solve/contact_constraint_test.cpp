@@ -5,7 +5,7 @@
 #include <map>
 #include <random>
 
-#include "solve/feature_distance.hpp"
+#include "solve/potential.hpp"
 #include "solve/pins.hpp"
 #include "support/meshes.hpp"
 

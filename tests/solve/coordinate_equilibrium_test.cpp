@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 #include "solve/coordinate_equilibrium.hpp"
-#include "solve/feature_distance.hpp"
+#include "solve/potential.hpp"
 #include "solve/pins.hpp"
 #include "solve/stability_search.hpp"
 

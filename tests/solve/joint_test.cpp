@@ -1,8 +1,8 @@
-#include "solve/joint.hpp"
+#include "solve/sweep.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::joint_test {

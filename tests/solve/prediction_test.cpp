@@ -7,7 +7,6 @@
 #include <limits>
 #include <random>
 
-#include "core/trig.hpp"
 #include "core/units.hpp"
 
 namespace vrda::prediction_test {

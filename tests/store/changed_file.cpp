@@ -5,9 +5,9 @@
 
 #include <fstream>
 
-#include "core/error.hpp"
-#include "store/motion_model_file.hpp"
-#include "store/seal.hpp"
+#include "core/text.hpp"
+#include "store/motion_model.hpp"
+#include "store/read_separately.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

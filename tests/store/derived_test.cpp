@@ -1,5 +1,5 @@
 // Derived data in a motion model: order, replacement and removal.
-#include "store/derived.hpp"
+#include "store/motion_model.hpp"
 #include "core/units.hpp"
 
 #include <gtest/gtest.h>

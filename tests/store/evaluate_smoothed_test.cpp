@@ -1,10 +1,10 @@
-#include "store/evaluate_smoothed.hpp"
+#include "store/motion.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace vrda::evaluate_smoothed_test {
 

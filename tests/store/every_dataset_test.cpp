@@ -7,11 +7,10 @@
 #include <limits>
 
 #include "store/changed_file.hpp"
-#include "store/motion_model_file.hpp"
-#include "store/parse_hdf5.hpp"
+#include "store/motion_model.hpp"
+#include "store/model_checks.hpp"
 #include "store/registry.hpp"
 #include "store/sample_model.hpp"
-#include "store/values.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::every_dataset_test {

@@ -1,4 +1,4 @@
-#include "store/index_table.hpp"
+#include "store/solved_cells.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <fstream>
 #include <limits>
 
-#include "core/atomic_file.hpp"
-#include "store/h5_reader.hpp"
+#include "core/files.hpp"
+#include "store/h5_file.hpp"
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 

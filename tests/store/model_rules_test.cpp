@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "store/changed_file.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 

@@ -1,4 +1,4 @@
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "store/sample_model.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

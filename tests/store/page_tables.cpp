@@ -8,7 +8,6 @@
 
 #include "store/registry.hpp"
 #include "store/sample_model.hpp"
-#include "store/trace_registry.hpp"
 
 namespace vrda::test {
 namespace {

@@ -6,9 +6,8 @@
 
 #include <set>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "store/sample_model.hpp"
-#include "store/trace_registry.hpp"
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"
 

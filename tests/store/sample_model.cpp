@@ -1,9 +1,9 @@
 #include "store/sample_model.hpp"
 
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 #include "model/frames.hpp"
 #include "core/units.hpp"
-#include "store/evaluate_smoothed.hpp"
+#include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "support/meshes.hpp"
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "store/index_table.hpp"
+#include "store/solved_cells.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::test {

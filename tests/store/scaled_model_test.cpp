@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "store/registry.hpp"
 #include "store/sample_model.hpp"
 

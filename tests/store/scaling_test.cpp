@@ -5,7 +5,7 @@
 
 #include "core/units.hpp"
 #include "store/changed_file.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 

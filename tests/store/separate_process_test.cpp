@@ -1,4 +1,4 @@
-#include "store/separate_process.hpp"
+#include "store/read_separately.hpp"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -18,7 +18,6 @@
 #include <new>
 #include <vector>
 
-#include "store/confinement.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::separate_process_test {

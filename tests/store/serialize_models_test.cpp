@@ -1,11 +1,11 @@
 // Serialization of motion models and traces between processes.
-#include "store/serialize_models.hpp"
+#include "store/read_separately.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "store/sample_model.hpp"
 #include "support/traces.hpp"
 

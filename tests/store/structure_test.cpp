@@ -7,11 +7,11 @@
 #include <filesystem>
 #include <functional>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "store/changed_file.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "store/sample_model.hpp"
-#include "store/seal.hpp"
+#include "store/read_separately.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

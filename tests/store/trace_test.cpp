@@ -11,13 +11,12 @@
 #include <set>
 #include <sstream>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "model/step_record.hpp"
 #include "store/changed_file.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "store/sample_model.hpp"
-#include "store/trace_file.hpp"
-#include "store/trace_registry.hpp"
+#include "store/registry.hpp"
 #include "support/real_knees.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

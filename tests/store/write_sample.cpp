@@ -6,10 +6,10 @@
 #include <fstream>
 #include <string>
 
-#include "core/atomic_file.hpp"
-#include "store/motion_model_file.hpp"
+#include "core/files.hpp"
+#include "store/motion_model.hpp"
 #include "store/sample_model.hpp"
-#include "store/trace_file.hpp"
+#include "store/trace.hpp"
 #include "support/scratch.hpp"
 #include "support/traces.hpp"
 

@@ -1,6 +1,5 @@
 #include "support/meshes.hpp"
 
-#include "core/trig.hpp"
 #include "core/units.hpp"
 
 namespace vrda::test {

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "store/seal.hpp"
+#include "store/read_separately.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::test {

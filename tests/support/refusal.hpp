@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "support/input_error.hpp"
 #include "support/process.hpp"
 

@@ -1,4 +1,4 @@
-#include "solve/free_spine.hpp"
+#include "solve/sweep.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 #include <mutex>
 
 #include "core/units.hpp"
-#include "solve/sweep.hpp"
 
 namespace vrda::free_spine_test {
 

@@ -1,4 +1,4 @@
-#include "job/distribution.hpp"
+#include "job/uncertainty_job.hpp"
 
 #include <gtest/gtest.h>
 

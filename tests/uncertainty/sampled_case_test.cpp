@@ -7,7 +7,7 @@
 
 #include "job/job.hpp"
 #include "support/refusal.hpp"
-#include "job/distribution.hpp"
+#include "job/uncertainty_job.hpp"
 
 namespace vrda::sampled_case_test {
 

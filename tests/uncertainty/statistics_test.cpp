@@ -1,12 +1,11 @@
-#include "job/statistics.hpp"
+#include "job/sampled_case.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "job/distribution.hpp"
-#include "job/sampled_case.hpp"
+#include "job/uncertainty_job.hpp"
 
 namespace vrda::statistics_test {
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <limits>
 
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 #include "core/units.hpp"
-#include "store/evaluate_smoothed.hpp"
+#include "store/motion.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "store/surfaces.hpp"
+#include "store/motion.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::test {

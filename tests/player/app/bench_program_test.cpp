@@ -14,12 +14,11 @@
 #include <optional>
 #include <thread>
 
-#include "bench/bench_panel.hpp"
 #include "bench/bench_show.hpp"
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "motion/support/models.hpp"
 #include "bench/recording.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"

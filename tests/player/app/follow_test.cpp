@@ -9,12 +9,11 @@
 #include <thread>
 
 #include "core/units.hpp"
-#include "show/run_state.hpp"
+#include "show/run_watch.hpp"
 #include "store/journal.hpp"
-#include "store/run_files.hpp"
 #include "motion/support/models.hpp"
 #include "player/render/screen.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"

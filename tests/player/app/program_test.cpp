@@ -8,8 +8,8 @@
 #include <filesystem>
 
 #include "motion/support/models.hpp"
-#include "store/motion_model_file.hpp"
-#include "store/seal.hpp"
+#include "store/motion_model.hpp"
+#include "store/read_separately.hpp"
 #include "support/messages.hpp"
 #include "support/oversized_models.hpp"
 #include "support/scratch.hpp"

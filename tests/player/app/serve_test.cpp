@@ -13,9 +13,9 @@
 #include <thread>
 
 #include "core/units.hpp"
-#include "store/poses.hpp"
+#include "store/motion.hpp"
 #include "motion/support/models.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/messages.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"

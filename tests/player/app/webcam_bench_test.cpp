@@ -11,7 +11,7 @@
 #include "motion/support/models.hpp"
 #include "player/webcam/rendered_pictures.hpp"
 #include "bench/recording.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 

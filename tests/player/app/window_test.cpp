@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "bench/calibration.hpp"
+#include "bench/calibration_file.hpp"
 #include "motion/support/models.hpp"
 #include "player/render/screen.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 

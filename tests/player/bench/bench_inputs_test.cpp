@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "../bench_files/bench_texts.hpp"
-#include "bench/bench_panel.hpp"
-#include "bench/controls.hpp"
+#include "bench/bench_show.hpp"
+#include "bench/bench_run.hpp"
 #include "bench_samples.hpp"
 #include "core/units.hpp"
 

@@ -1,5 +1,5 @@
 // Pixels of the operator's panel and of the marks.
-#include "bench/bench_panel.hpp"
+#include "bench/bench_show.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "bench/bench_state.hpp"
-#include "bench/sample.hpp"
-#include "bench/screw.hpp"
+#include "bench/devices.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::test {
 

@@ -14,7 +14,7 @@
 #include "player/bench/bench_samples.hpp"
 #include "player/bench_files/bench_texts.hpp"
 #include "bench/recording.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/allocation_count.hpp"
 #include "support/input_error.hpp"
 #include "support/process.hpp"

@@ -1,4 +1,4 @@
-#include "bench/controls.hpp"
+#include "bench/bench_run.hpp"
 
 #include <gtest/gtest.h>
 

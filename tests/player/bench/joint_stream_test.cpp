@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "bench_samples.hpp"
-#include "model/side.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::joint_stream_test {
 

@@ -1,4 +1,4 @@
-#include "bench/measure_body.hpp"
+#include "bench/body_tracker.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

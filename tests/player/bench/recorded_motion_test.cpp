@@ -1,4 +1,4 @@
-#include "bench/recorded_motion.hpp"
+#include "bench/bench_run.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "bench/replay_state.hpp"
+#include "bench/bench_run.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "bench_samples.hpp"
-#include "core/frame_bytes.hpp"
+#include "core/framed_file.hpp"
 
 namespace vrda::replay_state_test {
 

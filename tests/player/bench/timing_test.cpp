@@ -1,4 +1,4 @@
-#include "bench/timing.hpp"
+#include "bench/bench_state.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "bench/body_tracker.hpp"
-#include "bench/tracker_protocol.hpp"
+#include "bench/protocols.hpp"
 
 namespace vrda::timing_test {
 

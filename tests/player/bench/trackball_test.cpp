@@ -1,8 +1,8 @@
-#include "bench/trackball.hpp"
+#include "bench/bench_state.hpp"
 
 #include <gtest/gtest.h>
 
-#include "bench/controls.hpp"
+#include "bench/bench_run.hpp"
 #include "core/units.hpp"
 #include "player/bench/bench_samples.hpp"
 

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bench/calibration.hpp"
+#include "bench/calibration_file.hpp"
 #include "bench_texts.hpp"
 #include "core/units.hpp"
 #include "support/refusal.hpp"

@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "bench/calibration.hpp"
+#include "bench/calibration_file.hpp"
 #include "bench_texts.hpp"
 #include "support/input_error.hpp"
 

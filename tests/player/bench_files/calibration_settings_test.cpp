@@ -1,9 +1,8 @@
-#include "bench/calibration_settings.hpp"
+#include "bench/bench_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bench/bench_file.hpp"
 #include "bench_texts.hpp"
 #include "core/units.hpp"
 #include "support/refusal.hpp"

@@ -1,4 +1,4 @@
-#include "bench/calibration.hpp"
+#include "bench/calibration_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,6 @@
 #include <random>
 
 #include "bench_texts.hpp"
-#include "core/trig.hpp"
 #include "core/units.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

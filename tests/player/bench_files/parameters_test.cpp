@@ -1,4 +1,4 @@
-#include "bench/parameters.hpp"
+#include "bench/calibration_file.hpp"
 
 #include <gtest/gtest.h>
 

@@ -12,10 +12,9 @@
 #include <sstream>
 
 #include "calibration/calibration_mode.hpp"
-#include "calibration/calibration_report.hpp"
 #include "motion/support/models.hpp"
 #include "view/image.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 #include "calibration/truth.hpp"

@@ -1,4 +1,4 @@
-#include "calibration/diagram.hpp"
+#include "calibration/calibration_pictures.hpp"
 
 #include <gtest/gtest.h>
 

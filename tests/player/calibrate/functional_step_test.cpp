@@ -8,7 +8,7 @@
 
 #include "calibration/calibrate.hpp"
 #include "motion/support/models.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

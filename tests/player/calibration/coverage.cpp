@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "bench/screw.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::test {
 

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "bench/estimate.hpp"
+#include "bench/calibration_file.hpp"
 
 namespace vrda::test {
 

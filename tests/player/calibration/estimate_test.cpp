@@ -1,11 +1,11 @@
-#include "bench/estimate.hpp"
+#include "bench/calibration_file.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "core/units.hpp"
-#include "bench/screw.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::estimate_test {
 

@@ -5,13 +5,13 @@
 
 #include <random>
 
-#include "calibration/linear_algebra.hpp"
+#include "calibration/least_squares.hpp"
 #include "core/units.hpp"
 #include "coverage.hpp"
 #include "noise.hpp"
 #include "player/tracking/moves.hpp"
 #include "support/refusal.hpp"
-#include "bench/screw.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::eyes_fit_test {
 

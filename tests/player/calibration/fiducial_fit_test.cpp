@@ -8,7 +8,7 @@
 #include "coverage.hpp"
 #include "player/tracking/moves.hpp"
 #include "support/refusal.hpp"
-#include "bench/screw.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::fiducial_fit_test {
 

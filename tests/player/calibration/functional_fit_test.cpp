@@ -8,14 +8,13 @@
 #include <optional>
 
 #include "calibration/fiducial_fit.hpp"
-#include "calibration/functional_problem.hpp"
 #include "model/frames.hpp"
 #include "core/units.hpp"
 #include "coverage.hpp"
 #include "knee_curve.hpp"
 #include "noise.hpp"
 #include "support/refusal.hpp"
-#include "bench/screw.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::functional_fit_test {
 

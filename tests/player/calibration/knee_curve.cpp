@@ -4,7 +4,7 @@
 
 #include "model/frames.hpp"
 #include "core/units.hpp"
-#include "bench/screw.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::test {
 

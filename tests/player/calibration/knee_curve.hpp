@@ -1,7 +1,7 @@
 /// Motion of a knee for tests of functional registration.
 #pragma once
 
-#include "calibration/joint_curve.hpp"
+#include "calibration/functional_fit.hpp"
 
 namespace vrda::test {
 

@@ -1,6 +1,6 @@
 #include "noise.hpp"
 
-#include "calibration/linear_algebra.hpp"
+#include "calibration/least_squares.hpp"
 
 namespace vrda::test {
 

@@ -1,4 +1,4 @@
-#include "calibration/viewport_fit.hpp"
+#include "calibration/eyepoint_fit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bench/bench_file.hpp"
-#include "geometry/knee.hpp"
+#include "geometry/generic_knee.hpp"
 
 namespace vrda::example_points_test {
 

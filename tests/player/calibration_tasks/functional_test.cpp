@@ -1,7 +1,7 @@
 // The optional part functional, from bends of a virtual leg to the placements in the file.
 #include <gtest/gtest.h>
 
-#include "bench/calibration.hpp"
+#include "bench/calibration_file.hpp"
 #include "calibration/parts.hpp"
 #include "player/calibration/knee_curve.hpp"
 #include "support/refusal.hpp"

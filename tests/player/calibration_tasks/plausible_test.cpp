@@ -1,5 +1,5 @@
 // Readings that must not become marks: not touched, implausible, of a tool that was not moved.
-#include "calibration/plausible.hpp"
+#include "calibration/marks.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "calibration/sample_collector.hpp"
+#include "calibration/session.hpp"
 
 #include <gtest/gtest.h>
 

@@ -17,7 +17,7 @@
 #include <mutex>
 #include <thread>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace vrda::test {
 namespace {

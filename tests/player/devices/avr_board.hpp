@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "bench/pty_board.hpp"
+#include "bench/simulated_devices.hpp"
 
 namespace vrda::test {
 

@@ -1,14 +1,11 @@
-#include "bench/board_protocol.hpp"
+#include "bench/protocols.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 #include <string>
 
-extern "C" {
 #include "bench/board.h"
-#include "bench/crc16.h"
-}
 
 namespace vrda::board_protocol_test {
 

@@ -8,16 +8,14 @@
 #include <fstream>
 #include <optional>
 
-#include "core/error.hpp"
-#include "bench/pty_board.hpp"
+#include "core/text.hpp"
+#include "bench/simulated_devices.hpp"
 #include "player/devices/avr_board.hpp"
 #include "player/devices/waiting.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
-extern "C" {
-#include "bench/crc16.h"
-}
+#include "bench/board.h"
 
 namespace vrda::board_test {
 

@@ -9,8 +9,7 @@
 #include <optional>
 #include <sstream>
 
-#include "bench/pty_board.hpp"
-#include "bench/tracker_server.hpp"
+#include "bench/simulated_devices.hpp"
 #include "player/devices/waiting.hpp"
 
 namespace vrda::leaks_test {

@@ -1,10 +1,10 @@
-#include "bench/sample.hpp"
+#include "bench/devices.hpp"
 
 #include <gtest/gtest.h>
 
 #include <thread>
 
-#include "bench/device_output.hpp"
+#include "bench/clients.hpp"
 
 namespace vrda::sample_queue_test {
 

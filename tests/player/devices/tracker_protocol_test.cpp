@@ -1,4 +1,4 @@
-#include "bench/tracker_protocol.hpp"
+#include "bench/protocols.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,11 +6,7 @@
 #include <string>
 #include <vector>
 
-extern "C" {
 #include "bench/board.h"
-#include "bench/crc16.h"
-#include "bench/quadrature.h"
-}
 
 namespace {
 

@@ -9,10 +9,8 @@
 #include "app/scenes.hpp"
 #include "show/run_watch.hpp"
 #include "store/journal.hpp"
-#include "store/run_files.hpp"
 #include "solve/case_solver.hpp"
-#include "solve/model_build.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "store/sample_model.hpp"
 #include "store/solved_cells.hpp"
 

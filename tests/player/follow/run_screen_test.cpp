@@ -1,5 +1,5 @@
 // The screen of a followed run, checked by its pixels.
-#include "show/run_screen.hpp"
+#include "show/follow.hpp"
 
 #include <gtest/gtest.h>
 

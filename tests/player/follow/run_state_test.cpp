@@ -1,4 +1,4 @@
-#include "show/run_state.hpp"
+#include "show/run_watch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "show/run_views.hpp"
+#include "show/run_watch.hpp"
 
 #include <gtest/gtest.h>
 

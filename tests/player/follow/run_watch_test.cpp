@@ -6,13 +6,11 @@
 
 #include <filesystem>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "store/journal.hpp"
-#include "store/run_files.hpp"
-#include "store/trace_journal.hpp"
 #include "motion/support/models.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

@@ -7,9 +7,8 @@
 
 #include <limits>
 
-#include "core/error.hpp"
-#include "bench/message.hpp"
-#include "bench/stream.hpp"
+#include "core/text.hpp"
+#include "bench/igtl_message.hpp"
 
 namespace vrda::message_test {
 

@@ -1,11 +1,10 @@
-#include "bench/stream.hpp"
+#include "bench/igtl_message.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
-#include "bench/message.hpp"
 
 namespace vrda::stream_test {
 

@@ -1,4 +1,4 @@
-#include "show/video_file.hpp"
+#include "show/sink.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <future>
 #include <random>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "support/process.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

@@ -1,4 +1,4 @@
-#include "view/appearance.hpp"
+#include "view/player_state.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "view/arguments.hpp"
+#include "view/keys.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "view/doubts.hpp"
+#include "view/player_state.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

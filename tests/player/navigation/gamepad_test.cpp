@@ -1,4 +1,4 @@
-#include "view/gamepad.hpp"
+#include "view/keys.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "view/job_views.hpp"
+#include "view/player_state.hpp"
 
 #include <gtest/gtest.h>
 

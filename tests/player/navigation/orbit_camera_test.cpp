@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "core/trig.hpp"
+#include "core/units.hpp"
 
 namespace vrda::gaze_test {
 

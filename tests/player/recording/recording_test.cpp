@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "core/frame_bytes.hpp"
+#include "core/framed_file.hpp"
 #include "sample_recording.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <set>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "pictures.hpp"
 #include "support/meshes.hpp"
 

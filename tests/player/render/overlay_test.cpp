@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "pictures.hpp"
 
 namespace vrda::overlay_test {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <png.h>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <thread>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "pictures.hpp"
 #include "screen.hpp"
 #include "support/process.hpp"

@@ -2,7 +2,7 @@
 
 #include "core/units.hpp"
 #include "player/scene/layer_models.hpp"
-#include "view/joint_layers.hpp"
+#include "view/scene.hpp"
 
 namespace vrda::band_layer_test {
 

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <limits>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 #include "view/scene.hpp"

@@ -4,7 +4,7 @@
 #include <initializer_list>
 #include <string>
 
-#include "view/joint_layers.hpp"
+#include "view/scene.hpp"
 
 namespace vrda::test {
 

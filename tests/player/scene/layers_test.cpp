@@ -1,11 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "player/scene/layer_models.hpp"
-#include "view/joint_layers.hpp"
+#include "view/scene.hpp"
 #include "view/layers.hpp"
-#include "view/solids.hpp"
 
 namespace vrda::layers_test {
 

@@ -1,4 +1,4 @@
-#include "view/lighting.hpp"
+#include "view/scene.hpp"
 
 #include <gmock/gmock.h>
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "motion/support/models.hpp"
 
 namespace vrda::scene_test {

@@ -1,4 +1,4 @@
-#include "view/solids.hpp"
+#include "view/scene.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "show/settings_text.hpp"
+#include "show/session.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 
 #include "motion/support/models.hpp"
 #include "show/session.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/allocation_count.hpp"
 
 namespace vrda::frame_loop_test {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "motion/support/models.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::session_test {

@@ -10,7 +10,7 @@
 
 #include "motion/support/models.hpp"
 #include "show/series_renderer.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion_model.hpp"
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 

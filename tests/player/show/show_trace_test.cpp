@@ -7,11 +7,11 @@
 #include <functional>
 #include <sstream>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "motion/support/models.hpp"
 #include "show/show.hpp"
-#include "store/motion_model_file.hpp"
-#include "store/trace_file.hpp"
+#include "store/motion_model.hpp"
+#include "store/trace.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 #include "support/traces.hpp"

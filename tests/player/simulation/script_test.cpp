@@ -1,11 +1,10 @@
-#include "bench/script.hpp"
+#include "bench/simulation.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <functional>
 
-#include "bench/simulation.hpp"
 #include "support/input_error.hpp"
 
 namespace vrda::script_test {

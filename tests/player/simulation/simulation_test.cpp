@@ -6,9 +6,8 @@
 
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
-#include "bench/draws.hpp"
 #include "support/refusal.hpp"
-#include "bench/screw.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::simulation_test {
 

@@ -3,9 +3,8 @@
 
 #include "core/units.hpp"
 #include "bench/simulation.hpp"
-#include "bench/body_pose.hpp"
-#include "bench/one_euro.hpp"
-#include "bench/prediction.hpp"
+#include "bench/rigid_body.hpp"
+#include "bench/motion_filter.hpp"
 
 namespace vrda::tracked_leg_test {
 

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "../render/pictures.hpp"
-#include "view/viewport.hpp"
+#include "view/eye.hpp"
 #include "sample_eyes.hpp"
 #include "view/stereo_view.hpp"
 

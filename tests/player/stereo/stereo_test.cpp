@@ -5,9 +5,8 @@
 #include <limits>
 #include <random>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 #include "view/eye.hpp"
-#include "view/viewport.hpp"
 #include "sample_eyes.hpp"
 #include "view/stereo_view.hpp"
 

@@ -1,4 +1,4 @@
-#include "bench/body_pose.hpp"
+#include "bench/rigid_body.hpp"
 
 #include <gtest/gtest.h>
 

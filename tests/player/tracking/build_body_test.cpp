@@ -4,7 +4,7 @@
 
 #include "moves.hpp"
 #include "support/refusal.hpp"
-#include "bench/body_pose.hpp"
+#include "bench/rigid_body.hpp"
 
 namespace vrda::build_body_test {
 

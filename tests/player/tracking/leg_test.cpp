@@ -1,8 +1,8 @@
-#include "bench/leg.hpp"
+#include "bench/rigid_body.hpp"
 
 #include <gtest/gtest.h>
 
-#include "model/clinical.hpp"
+#include "model/coordinates.hpp"
 #include "core/units.hpp"
 #include "moves.hpp"
 

@@ -1,4 +1,4 @@
-#include "bench/one_euro.hpp"
+#include "bench/motion_filter.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
-#include "bench/prediction.hpp"
+#include "bench/motion_filter.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/trig.hpp"
+#include "core/units.hpp"
 #include "moves.hpp"
 #include "support/allocation_count.hpp"
 

@@ -1,9 +1,8 @@
-#include "calibration/alignment.hpp"
+#include "calibration/statistics.hpp"
 
 #include <gtest/gtest.h>
 
 #include "calibration/operator.hpp"
-#include "calibration/statistics.hpp"
 
 namespace vrda::alignment_test {
 

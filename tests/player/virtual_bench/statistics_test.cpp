@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace vrda::statistics_test {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "bench/screw.hpp"
+#include "bench/rigid_body.hpp"
 #include "calibration/bench_poses.hpp"
 
 namespace vrda::truth_test {

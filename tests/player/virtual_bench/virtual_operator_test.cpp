@@ -10,7 +10,6 @@
 #include "calibration/task.hpp"
 #include "core/units.hpp"
 #include "support/refusal.hpp"
-#include "calibration/alignment.hpp"
 #include "calibration/statistics.hpp"
 
 namespace vrda::virtual_operator_test {

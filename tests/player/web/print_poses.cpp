@@ -7,8 +7,8 @@
 #include <string>
 
 #include "core/units.hpp"
-#include "store/poses.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/motion.hpp"
+#include "store/motion_model.hpp"
 
 namespace {
 

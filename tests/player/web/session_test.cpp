@@ -9,7 +9,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ssl/context.hpp>
 
-#include "core/open_file.hpp"
+#include "core/files.hpp"
 
 namespace vrda::session_test {
 

@@ -10,7 +10,7 @@
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 #include "bench/body_sheet.hpp"
-#include "bench/camera_fit.hpp"
+#include "bench/webcam.hpp"
 
 namespace vrda::camera_test {
 

@@ -7,7 +7,7 @@
 #include "core/units.hpp"
 #include "player/webcam/rendered_pictures.hpp"
 #include "support/refusal.hpp"
-#include "bench/pose_finder.hpp"
+#include "bench/webcam.hpp"
 
 namespace vrda::pose_finder_test {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "model/mesh.hpp"
-#include "bench/camera.hpp"
+#include "bench/webcam.hpp"
 
 namespace vrda::test {
 

@@ -1,0 +1,363 @@
+// [fit] of a job: what `vrda fit --to` may change.
+#include "job/command_jobs.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+
+#include "core/document.hpp"
+#include "core/units.hpp"
+
+namespace vrda::job {
+namespace {
+
+// The keys of each quantity besides sd, from and to: those it may have, and of these those it must have.
+struct QuantityKeys {
+  const char* name;
+  std::vector<std::string> may, must;
+};
+
+const QuantityKeys& keys_of(FitQuantity quantity)
+{
+  static const QuantityKeys all[] = {
+      {"reference_strain", {"fibre", "bundle"}, {}},
+      {"attachment", {"fibre", "bundle", "body", "axis"}, {"body", "axis"}},
+      {"load", {"load", "flexion_deg"}, {"load"}},
+  };
+  return all[static_cast<std::size_t>(quantity)];
+}
+
+FitParameterJob parameter_of(const core::Document& document, const core::DocumentValue& value,
+                             const std::string& key)
+{
+  FitParameterJob parameter;
+  const std::string& quantity = core::text_at(value, "quantity");
+  for (const FitQuantity known :
+       {FitQuantity::reference_strain, FitQuantity::attachment, FitQuantity::load}) {
+    if (quantity == keys_of(known).name) parameter.quantity = known;
+  }
+  const QuantityKeys& keys = keys_of(parameter.quantity);
+  for (const char* name : {"fibre", "bundle", "body", "axis", "load", "flexion_deg"}) {
+    const bool has = value.find(name) != nullptr;
+    const auto is_in = [&](const std::vector<std::string>& list) {
+      return std::find(list.begin(), list.end(), name) != list.end();
+    };
+    if (has && !is_in(keys.may))
+      document.refuse(key + "." + name, "this key", "no value: the quantity is " + quantity);
+    if (!has && is_in(keys.must))
+      document.refuse(key + "." + name, "nothing", "this key, since the quantity is " + quantity);
+  }
+  parameter.fibre = core::text_or_empty(value, "fibre");
+  parameter.bundle = core::text_or_empty(value, "bundle");
+  if (!parameter.fibre.empty() && !parameter.bundle.empty())
+    document.refuse(key, "both fibre and bundle", "one of them, or none for all fibres");
+  parameter.shared_by = core::text_at(value, "shared_by");
+  parameter.body = core::text_or_empty(value, "body");
+  parameter.axis = core::text_or_empty(value, "axis");
+  parameter.load = core::text_or_empty(value, "load");
+  if (value.find("flexion_deg") != nullptr)
+    parameter.flexion_deg = core::numbers_at(value, "flexion_deg");
+  const std::vector<double>& flexions = parameter.flexion_deg;
+  if (std::adjacent_find(flexions.begin(), flexions.end(), std::greater_equal<>()) != flexions.end())
+    document.refuse(key + ".flexion_deg", core::shown(core::value_at(value, "flexion_deg")),
+                    "ascending angles");
+  parameter.sd = core::number_at(value, "sd");
+  parameter.from = core::number_at(value, "from");
+  parameter.to = core::number_at(value, "to");
+  if (parameter.from == parameter.to) document.refuse(key + ".to", "0, as from", "a range of changes");
+  return parameter;
+}
+
+}  // namespace
+
+std::optional<FitJob> fit_of(const core::Document& document)
+{
+  const core::DocumentValue* table = document.root.find("fit");
+  if (table == nullptr) return std::nullopt;
+  FitJob fit;
+  fit.noise.fill(std::numeric_limits<double>::infinity());
+  bool is_fitted = false;
+  for (std::size_t k = 1; k < n_joint_coordinates; ++k) {
+    const std::string key =
+        std::string("noise.") + joint_coordinate_names[k] + (is_rotation(k) ? "_deg" : "_mm");
+    const double noise = core::number_at(*table, key);
+    fit.noise[k] = is_rotation(k) ? rad_from_deg(noise) : noise;
+    is_fitted = is_fitted || noise < std::numeric_limits<double>::infinity();
+  }
+  if (!is_fitted) document.refuse("fit.noise", "no coordinate to fit", "at least one that is not inf");
+  fit.independent_deg = core::number_at(*table, "independent_deg");
+  for (const core::DocumentValue& value : *core::value_at(*table, "parameter").list()) {
+    const std::string key = "fit.parameter." + std::to_string(fit.parameters.size());
+    fit.parameters.push_back(parameter_of(document, value, key));
+  }
+  return fit;
+}
+
+// [laxity] of a job: the loads of `vrda laxity`; and a job over other flexions with free varus.
+
+std::optional<LaxityJob> laxity_of(const core::Document& document)
+{
+  const core::DocumentValue* table = document.root.find("laxity");
+  if (table == nullptr) return std::nullopt;
+  const auto load = [&](const char* key) {
+    const core::DocumentValue* value = table->find(key);
+    return value == nullptr ? 0.0 : core::number_at(*value, "");
+  };
+  LaxityJob laxity;
+  laxity.flexion_deg = core::numbers_at(*table, "flexion_deg");
+  if (std::adjacent_find(laxity.flexion_deg.begin(), laxity.flexion_deg.end(), std::greater_equal<>()) !=
+      laxity.flexion_deg.end())
+    document.refuse("laxity.flexion_deg", core::shown(core::value_at(*table, "flexion_deg")),
+                    "ascending angles");
+  laxity.anterior_force_n = load("anterior_force_n");
+  laxity.internal_moment_nmm = load("internal_moment_nmm");
+  laxity.varus_moment_nmm = load("varus_moment_nmm");
+  if (laxity.anterior_force_n + laxity.internal_moment_nmm + laxity.varus_moment_nmm == 0.0)
+    document.refuse("laxity", "no load", "one of anterior_force_n, internal_moment_nmm and varus_moment_nmm");
+  laxity.load_steps = static_cast<int>(core::integer_at(*table, "load_steps"));
+  if (const core::DocumentValue* cuts = table->find("cut")) {
+    for (const core::DocumentValue& cut : *cuts->list())
+      laxity.cuts.push_back({core::text_at(cut, "name"), core::texts_at(cut, "bundles")});
+  }
+  return laxity;
+}
+
+Job over_flexions(const Job& job, const std::vector<double>& flexion_deg)
+{
+  if (job.method != SolverMethod::equilibrium)
+    job.document.refuse("solver.method", "\"stability-search\"", "\"equilibrium\": a search has no loads");
+  if (job.coordinates) job.document.refuse("coordinates", "coordinates with roles of their own", "[grid]");
+  if (job.push.is_fixed_in_reference) job.document.refuse("push.frame", "\"reference\"", "\"world\"");
+  for (Eigen::Index row = 0; row < job.push.delta.value.rows(); ++row) {
+    const Eigen::Vector3d delta = job.push.delta.value.row(row).transpose();
+    if (delta != Eigen::Vector3d::UnitY())
+      job.document.refuse("push.delta",
+                          core::shown(core::value_at(job.document.root, "push.delta")),
+                          "[0, 1, 0]: loads act on the joint's own coordinates");
+  }
+  Job over = job;
+  over.grid = {flexion_deg, {0.0}};
+  over.is_varus_free = true;
+  over.smooth_degrees.clear();
+  // No warnings of a grid that is not used.
+  std::erase_if(std::get<core::DocumentValue::Table>(over.document.root.data),
+                [](const core::DocumentEntry& entry) { return entry.key == "grid"; });
+  return over;
+}
+
+namespace {
+
+std::vector<double> row_of(const core::DocumentValue& value)
+{
+  return value.list() != nullptr ? core::numbers_of(value)
+                                 : std::vector<double>{core::number_at(value, "")};
+}
+
+// `key` is that of the value, for messages; `n` its number of components.
+FlexionTable over_flexion_of(const core::Document& document, const core::DocumentValue& value,
+                             const std::string& key, std::size_t n)
+{
+  FlexionTable out;
+  if (value.find("columns") != nullptr) {
+    out.columns = core::texts_at(value, "columns");
+    out.key = key + ".columns";
+    if (out.columns.size() != n)
+      document.refuse(out.key, std::to_string(out.columns.size()) + " columns", std::to_string(n));
+    if (document.root.find("frames") == nullptr)
+      document.refuse(out.key, "columns without [frames]", "[frames] with file = \"motion.csv\", or numbers");
+    return out;
+  }
+  std::vector<std::vector<double>> rows;
+  if (value.table() == nullptr) {
+    out.flexion_rad = {0.0};
+    rows = {row_of(value)};
+  } else {
+    out.is_over_driving = value.find("driving") != nullptr;
+    out.key = key;
+    if (out.is_over_driving == (value.find("flexion_deg") != nullptr))
+      document.refuse(key, out.is_over_driving ? "flexion_deg and driving" : "value alone",
+                      "flexion_deg or driving");
+    const char* const at = out.is_over_driving ? "driving" : "flexion_deg";
+    for (const double given : core::numbers_at(value, at)) {
+      const double x = out.is_over_driving ? given : rad_from_deg(given);
+      if (!out.flexion_rad.empty() && x <= out.flexion_rad.back())
+        document.refuse(key + "." + at, core::shown(core::value_at(value, at)),
+                        "increasing values");
+      out.flexion_rad.push_back(x);
+    }
+    for (const core::DocumentValue& row : *core::value_at(value, "value").list())
+      rows.push_back(row_of(row));
+    if (rows.size() != out.flexion_rad.size()) {
+      document.refuse(
+          key + ".value", std::to_string(rows.size()) + " values",
+          std::string("one for each value of ") + at + ", " + std::to_string(out.flexion_rad.size()));
+    }
+  }
+  out.value.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.front().size()));
+  for (Eigen::Index i = 0; i < out.value.rows(); ++i) {
+    for (Eigen::Index j = 0; j < out.value.cols(); ++j) {
+      out.value(i, j) = rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+FlexionTable over_flexion_at(const core::Document& document, const std::string& key, std::size_t n)
+{
+  return over_flexion_of(document, core::value_at(document.root, key), key, n);
+}
+
+namespace {
+
+FlexionTable delta_at(const core::Document& document)
+{
+  FlexionTable delta = over_flexion_at(document, "push.delta", 3);
+  for (Eigen::Index i = 0; i < delta.value.rows(); ++i) {
+    const Eigen::Vector3d given = delta.value.row(i);
+    // Scaled first: squares of huge or tiny components would leave the range of doubles.
+    const double largest = given.cwiseAbs().maxCoeff();
+    if (!(largest > 0.0))
+      document.refuse("push.delta", core::shown(core::value_at(document.root, "push.delta")),
+                      "a direction: not all zero");
+    delta.value.row(i) = (given / largest).normalized().transpose();
+  }
+  return delta;
+}
+
+// Adds a name; refuses one that an earlier entry of the list has.
+void add_name(const core::Document& document, const std::string& key, const std::string& name,
+              std::vector<std::string>& names)
+{
+  if (std::find(names.begin(), names.end(), name) != names.end())
+    document.refuse(key + ".name", "\"" + name + "\" a second time", "a unique name");
+  names.push_back(name);
+}
+
+LoadFrame load_frame_of(const std::string& name)
+{
+  return name == "world" ? LoadFrame::world : name == "reference" ? LoadFrame::reference : LoadFrame::moving;
+}
+
+// Everywhere, as far as the job file says.
+bool is_zero(const FlexionTable& setting)
+{
+  return setting.columns.empty() && setting.value.isZero(0.0);
+}
+
+LoadJob load_of(const core::Document& document, const core::DocumentValue& value,
+                const std::string& key)
+{
+  LoadJob load;
+  load.at = {core::text_at(value, "name"), load_frame_of(core::text_at(value, "frame")),
+             core::vector3_at(value, "point_mm")};
+  load.force_n = over_flexion_of(document, *value.find("force_n"), key + ".force_n", 3);
+  load.moment_nmm = over_flexion_of(document, *value.find("moment_nmm"), key + ".moment_nmm", 3);
+  if (is_zero(load.force_n) && is_zero(load.moment_nmm)) {
+    document.refuse(key + ".force_n", core::shown(*value.find("force_n")) + " without a moment",
+                    "a force or a moment that is not zero");
+  }
+  return load;
+}
+
+std::vector<Eigen::Vector3d> points_of(const core::DocumentValue& value, const std::string& key)
+{
+  std::vector<Eigen::Vector3d> points;
+  for (const std::vector<double>& row : core::rows_at(value, key))
+    points.emplace_back(row[0], row[1], row[2]);
+  return points;
+}
+
+LineJob line_of(const core::Document& document, const core::DocumentValue& value,
+                const std::string& key)
+{
+  LineJob line;
+  line.path = {core::text_at(value, "name"), points_of(value, "reference_mm"),
+               points_of(value, "moving_mm")};
+  line.tension_n = over_flexion_of(document, *value.find("tension_n"), key + ".tension_n", 1);
+  if (is_zero(line.tension_n))
+    document.refuse(key + ".tension_n", core::shown(*value.find("tension_n")),
+                    "a tension above 0 N at some flexion");
+  if (line.path.reference_mm.back() == line.path.moving_mm.front())
+    document.refuse(key + ".moving_mm", "a first point that is the last of reference_mm",
+                    "another point: the line has no direction between the objects");
+  return line;
+}
+
+}  // namespace
+
+Eigen::VectorXd value_at_flexion(const FlexionTable& setting, double flexion_rad)
+{
+  const std::vector<double>& angles = setting.flexion_rad;
+  const auto above =
+      static_cast<Eigen::Index>(std::upper_bound(angles.begin(), angles.end(), flexion_rad) - angles.begin());
+  if (above == 0) return setting.value.row(0).transpose();
+  if (above == setting.value.rows()) return setting.value.row(above - 1).transpose();
+  const double from_rad = angles[static_cast<std::size_t>(above - 1)];
+  const double share = (flexion_rad - from_rad) / (angles[static_cast<std::size_t>(above)] - from_rad);
+  return ((1.0 - share) * setting.value.row(above - 1) + share * setting.value.row(above)).transpose();
+}
+
+PushJob push_of(const core::Document& document)
+{
+  const core::DocumentValue& root = document.root;
+  PushJob push;
+  push.delta = delta_at(document);
+  push.is_fixed_in_reference = core::text_or_empty(*root.find("push"), "frame") == "reference";
+  push.force_n = over_flexion_at(document, "push.force_n", 1);
+  push.lateral_force_n = over_flexion_at(document, "push.lateral_force_n", 2);
+  push.moment_nmm = over_flexion_at(document, "push.moment_nmm", 1);
+  push.varus_moment_nmm = over_flexion_at(document, "push.varus_moment_nmm", 1);
+  push.point_mm = core::vector3_at(root, "push.point_mm");
+  std::vector<std::string> load_names, line_names;
+  for (const core::DocumentValue& value : core::list_or_empty(root, "push.load")) {
+    const std::string key = "push.load." + std::to_string(push.loads.size());
+    push.loads.push_back(load_of(document, value, key));
+    add_name(document, key, push.loads.back().at.name, load_names);
+  }
+  for (const core::DocumentValue& value : core::list_or_empty(root, "push.line")) {
+    const std::string key = "push.line." + std::to_string(push.lines.size());
+    push.lines.push_back(line_of(document, value, key));
+    add_name(document, key, push.lines.back().path.name, line_names);
+  }
+  return push;
+}
+
+std::vector<PushTable> tables_of(PushJob& push)
+{
+  const double any = std::numeric_limits<double>::quiet_NaN();
+  std::vector<PushTable> tables{{&push.force_n, 0.0, true},
+                                {&push.lateral_force_n, any},
+                                {&push.moment_nmm, any},
+                                {&push.varus_moment_nmm, any}};
+  for (LoadJob& load : push.loads) {
+    tables.push_back({&load.force_n, any});
+    tables.push_back({&load.moment_nmm, any});
+  }
+  for (LineJob& line : push.lines) tables.push_back({&line.tension_n, 0.0});
+  return tables;
+}
+
+Push push_at(const PushJob& job, const Eigen::Vector3d& delta, double flexion_rad, std::size_t frame)
+{
+  const auto value_of = [&](const FlexionTable& setting) -> Eigen::VectorXd {
+    if (setting.columns.empty()) return value_at_flexion(setting, flexion_rad);
+    return setting.value.row(static_cast<Eigen::Index>(frame)).transpose();
+  };
+  Push push;
+  push.delta = delta;
+  const Eigen::Vector2d across_n = value_of(job.lateral_force_n);
+  push.force_n = value_of(job.force_n)[0] * delta + shortest_rotation(Eigen::Vector3d::UnitY(), delta) *
+                                                        Eigen::Vector3d(across_n[0], 0.0, across_n[1]);
+  push.moment_nmm = value_of(job.moment_nmm)[0];
+  push.varus_moment_nmm = value_of(job.varus_moment_nmm)[0];
+  for (const LoadJob& load : job.loads) {
+    push.load_force_n.emplace_back(value_of(load.force_n));
+    push.load_moment_nmm.emplace_back(value_of(load.moment_nmm));
+  }
+  for (const LineJob& line : job.lines) push.line_tension_n.push_back(value_of(line.tension_n)[0]);
+  return push;
+}
+
+}  // namespace vrda::job

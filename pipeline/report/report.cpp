@@ -1,0 +1,398 @@
+// The report as one HTML page: data as JSON, scripts, style and images embedded.
+#include "report/report.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string_view>
+
+#include "analysis/reduce.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "model/coordinates.hpp"
+#include "model/frames.hpp"
+#include "report/clinical_curve.hpp"
+#include "report/model_json.hpp"
+#include "store/motion.hpp"
+#include "store/solved_cells.hpp"
+
+namespace vrda::report {
+namespace {
+
+constexpr Quantity compared[] = {Quantity::internal, Quantity::varus, Quantity::anterior, Quantity::proximal,
+                                 Quantity::lateral};
+// Shown only where a curve file has nothing else.
+constexpr Quantity of_origin[] = {Quantity::origin_anterior, Quantity::origin_proximal,
+                                  Quantity::origin_lateral};
+
+Json quantities_json()
+{
+  Json list = Json::array();
+  for (const QuantityName& q : quantity_names)
+    list.push_back({{"key", q.key}, {"name", q.name}, {"unit", q.unit}});
+  return list;
+}
+
+Eigen::Vector3d point_of(const Report& report, const ReportModel& entry)
+{
+  return comparison_point_mm(report.models.front().model, entry.model);
+}
+
+// The curve files by the point of the first model.
+std::vector<CurveFile> compared_files(const Report& report)
+{
+  const store::MotionModel& first = report.models.front().model;
+  std::vector<CurveFile> files;
+  for (const CurveFile& file : report.against)
+    files.push_back(about_point(file, side_named(first.side), first.rotation_centre_mm));
+  return files;
+}
+
+Json against_json(const std::vector<CurveFile>& files)
+{
+  Json list = Json::array();
+  for (const CurveFile& file : files) {
+    Json curve = curve_json(file.curve);
+    curve["notes"] = file.comments;
+    list.push_back(std::move(curve));
+  }
+  return list;
+}
+
+const char* key_of(Quantity quantity)
+{
+  return quantity_names[static_cast<std::size_t>(quantity)].key;
+}
+
+Json difference_json(const ClinicalCurve& curve, const ClinicalCurve& other, bool is_of_origin)
+{
+  std::vector<Quantity> quantities(std::begin(compared), std::end(compared));
+  if (is_of_origin) quantities.insert(quantities.end(), std::begin(of_origin), std::end(of_origin));
+  Json by_quantity = Json::object();
+  for (const Quantity quantity : quantities) {
+    const CurveDifference d = difference(curve, other, quantity);
+    if (d.n == 0) continue;
+    by_quantity[key_of(quantity)] = {{"n", d.n},
+                                     {"rms", short_number(d.rms)},
+                                     {"largest", short_number(d.largest)},
+                                     {"mean", short_number(d.mean)},
+                                     {"rms_about_mean", short_number(d.rms_about_mean)}};
+  }
+  return by_quantity;
+}
+
+// Every curve of every model against every file; further models also against the first model's first curve.
+Json differences_json(const Report& report, const std::vector<CurveFile>& files)
+{
+  Json list = Json::array();
+  const auto add = [&](const std::string& model, const ClinicalCurve& curve, const std::string& against,
+                       const ClinicalCurve& other, bool is_of_origin = false) {
+    list.push_back({{"model", model},
+                    {"curve", curve.name},
+                    {"against", against},
+                    {"by_quantity", difference_json(curve, other, is_of_origin)}});
+  };
+  const std::vector<ClinicalCurve> first =
+      clinical_curves(report.models.front().model, point_of(report, report.models.front()));
+  for (std::size_t m = 0; m < report.models.size(); ++m) {
+    const ReportModel& entry = report.models[m];
+    for (const ClinicalCurve& curve : clinical_curves(entry.model, point_of(report, entry))) {
+      for (const CurveFile& file : files)
+        add(entry.name, curve, file.curve.name, file.curve, file.is_incomplete);
+      if (m > 0)
+        add(entry.name, curve, report.models.front().name + ", " + first.front().name, first.front());
+    }
+  }
+  return list;
+}
+
+Json json_of(const Report& report)
+{
+  Json models = Json::array();
+  for (const ReportModel& entry : report.models)
+    models.push_back(
+        model_json(entry, {.is_whole = report.models.size() == 1, .point_mm = point_of(report, entry)}));
+  const std::vector<CurveFile> files = compared_files(report);
+  const bool has_incomplete =
+      std::any_of(files.begin(), files.end(), [](const CurveFile& file) { return file.is_incomplete; });
+  return {{"program", report.program},      {"quantities", quantities_json()},
+          {"models", std::move(models)},    {"against", against_json(files)},
+          {"shows_origin", has_incomplete}, {"differences", differences_json(report, files)}};
+}
+
+// Escapes JSON for a script element: with '<' a title could end the element.
+std::string within_script(const std::string& json)
+{
+  std::string text;
+  text.reserve(json.size());
+  for (const char c : json) {
+    if (c == '<') {
+      text += "\\u003c";
+    } else if (c == '>') {
+      text += "\\u003e";
+    } else if (c == '&') {
+      text += "\\u0026";
+    } else {
+      text += c;
+    }
+  }
+  return text;
+}
+
+// A single pass over the template, so inserted text is not searched for placeholders.
+std::string filled(std::string_view text, const std::map<std::string_view, std::string_view>& values)
+{
+  std::string page;
+  while (true) {
+    const std::size_t begin = text.find("{{");
+    if (begin == std::string_view::npos) return page += text;
+    const std::size_t end = text.find("}}", begin);
+    check(end != std::string_view::npos, "a placeholder of the page template is not closed");
+    const auto value = values.find(text.substr(begin + 2, end - begin - 2));
+    check(value != values.end(), "every placeholder of the page template has a value");
+    page += text.substr(0, begin);
+    page += value->second;
+    text.remove_prefix(end + 2);
+  }
+}
+
+std::string title_of(const Report& report)
+{
+  if (report.models.size() == 1) return report.models.front().model.title;
+  return "Comparison of " + std::to_string(report.models.size()) + " motion models";
+}
+
+}  // namespace
+
+std::string report_json(const Report& report)
+{
+  check(!report.models.empty(), "a report has a motion model");
+  // Titles and names come from files; invalid UTF-8 must not stop the report.
+  return json_of(report).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string report_page(const Report& report)
+{
+  const std::string data = within_script(report_json(report));
+  const std::string title = escape_markup(title_of(report));
+  return filled(page_template(), {{"title", title},
+                                  {"style", page_style()},
+                                  {"plotly_licence", plotly_licence()},
+                                  {"plotly", plotly_library()},
+                                  {"code", page_code()},
+                                  {"data", data}});
+}
+
+// What a report says in words: summary of a motion, warnings of a model.
+
+namespace {
+
+// The certificate of an equilibrium (solve/equilibrium_record.cpp) allows this share of the push.
+constexpr double residual_share = 1e-2;
+
+double largest(const double* values, Eigen::Index n)
+{
+  double result = nan;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    if (!(values[k] <= result)) result = std::isfinite(values[k]) ? values[k] : result;
+  }
+  return result;
+}
+
+double largest(const std::vector<double>& values)
+{
+  return largest(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+template <typename... Values>
+std::string line(const char* format, Values... values)
+{
+  char text[400];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+void add_equilibrium(const store::MotionModel& model, MotionSummary& numbers)
+{
+  const store::EquilibriumSurfaces& e = *model.equilibrium;
+  numbers.n_several_optima =
+      std::count_if(e.spine.n_optima.begin(), e.spine.n_optima.end(), [](std::int32_t n) { return n > 1; });
+  numbers.largest_optima_spread_deg = largest(e.spine.optima_theta_spread_deg);
+  numbers.balance_residual_n = largest(e.balance_residual_n.data(), e.balance_residual_n.size());
+  const store::GridD opposite = -e.worst_gap_mm;
+  numbers.worst_gap_mm = -largest(opposite.data(), opposite.size());
+  numbers.push_n = model.push.force_n.rows() > 0 ? model.push.force_n.rowwise().norm().maxCoeff() : nan;
+}
+
+using Lines = std::vector<std::string>;
+
+void add_unsolved(const store::MotionModel& model, Lines& lines)
+{
+  for (const StepStatus status : all_step_statuses) {
+    const auto n = (model.status == static_cast<std::int8_t>(status)).count();
+    if (status == StepStatus::stable || n == 0) continue;
+    lines.push_back(line("%lld of %lld attitudes ended as %s: %s.", static_cast<long long>(n),
+                         static_cast<long long>(model.status.size()), name_of(status), meaning_of(status)));
+  }
+  const std::vector<Eigen::Index> spine = solved_spine(model);
+  const auto n_missing = std::count(spine.begin(), spine.end(), -1);
+  if (n_missing > 0)
+    lines.push_back(
+        line("%lld of %zu flexions have no solved pose on the spine; curves over flexion have holes there.",
+             static_cast<long long>(n_missing), spine.size()));
+}
+
+void add_doubtful(const store::MotionModel& model, Lines& lines)
+{
+  for (const Plausibility plausibility : doubtful_plausibilities) {
+    const auto n = (model.plausibility == static_cast<std::int8_t>(plausibility)).count();
+    if (n == 0) continue;
+    lines.push_back(line("%lld stable attitudes are doubtful, %s: %s.", static_cast<long long>(n),
+                         name_of(plausibility), meaning_of(plausibility)));
+  }
+}
+
+void add_raw_extremes(const ReportModel& entry, Lines& lines)
+{
+  if (entry.raw.largest_penetration_mm > perceptible_mm)
+    lines.push_back(line(
+        "The raw motion overlaps by up to %.3g mm (%lld attitudes overlap), above the perceptible "
+        "%.3g mm.",
+        entry.raw.largest_penetration_mm, static_cast<long long>(entry.raw.n_overlapping), perceptible_mm));
+  if (std::isinf(entry.raw.largest_gap_mm)) {
+    lines.push_back("At some attitudes no contact is ahead along Delta: the objects have separated.");
+  } else if (entry.raw.largest_gap_mm > std::max(perceptible_mm, entry.model.contact_resolution_mm)) {
+    lines.push_back(line("The raw motion has a gap of up to %.3g mm, above the perceptible %.3g mm.",
+                         entry.raw.largest_gap_mm, perceptible_mm));
+  }
+}
+
+// One line for all degrees, since most of them overlap.
+void add_audits(const store::MotionModel& model, Lines& lines)
+{
+  std::string found;
+  for (const store::AuditSet& audit : model.audits) {
+    if (audit.name == "raw") continue;
+    const double deepest_mm = largest(audit.penetration_mm.data(), audit.penetration_mm.size());
+    const auto n = (audit.state == static_cast<std::int8_t>(store::AuditState::overlapping)).count();
+    if (deepest_mm > perceptible_mm)
+      found += line("%s%s by up to %.3g mm (%lld of %lld attitudes overlap)", found.empty() ? "" : ", ",
+                    audit.name.c_str(), deepest_mm, static_cast<long long>(n),
+                    static_cast<long long>(audit.state.size()));
+  }
+  if (!found.empty())
+    lines.push_back(line("Audits found overlaps above the perceptible %.3g mm: ", perceptible_mm) + found +
+                    ".");
+}
+
+void add_comparison(const ReportModel& entry, Lines& lines)
+{
+  const store::DefaultMotion shown = store::default_motion(entry.model);
+  if (!shown.reason.empty()) {
+    lines.push_back("The solved poses are shown and exported: " + shown.reason + ".");
+  } else if (entry.comparison && entry.comparison->recommendation.degree < 0) {
+    lines.push_back("No smoothing degree meets the criteria: " + entry.comparison->recommendation.reason +
+                    ".");
+  }
+}
+
+void add_rotation(const store::MotionModel& model, const MotionSummary& numbers, Lines& lines)
+{
+  if (numbers.theta_undetermined_share > 0.0)
+    lines.push_back(
+        line("Internal rotation is not determined by contact in %.3g %% of the solved attitudes; the pose "
+             "nearest to the neighbour's is used there.",
+             100.0 * numbers.theta_undetermined_share));
+  if (numbers.n_several_optima > 0)
+    lines.push_back(
+        line("%lld of %zu flexions have several equilibria, up to %.3g degrees of theta apart; the "
+             "lowest energy is used.",
+             static_cast<long long>(numbers.n_several_optima), model.flexion_deg.size(),
+             numbers.largest_optima_spread_deg));
+  const std::string jump = store::text_of(numbers.spine_jump);
+  if (!jump.empty() && !store::has_turned_axes(model))  // theta then also follows the other rotations
+    lines.push_back(static_cast<char>(std::toupper(jump.front())) + jump.substr(1) + ".");
+}
+
+void add_spine_at_border(const store::MotionModel& model, Lines& lines)
+{
+  const auto n_varus = static_cast<Eigen::Index>(model.varus_deg.size());
+  if (n_varus < 3) return;
+  const std::vector<Eigen::Index> spine = solved_spine(model);
+  const auto n = std::count_if(spine.begin(), spine.end(), [&](Eigen::Index cell) {
+    return cell >= 0 && (cell % n_varus == 0 || cell % n_varus == n_varus - 1);
+  });
+  if (n > 0 && model.has_compartments)
+    lines.push_back(
+        line("At %lld flexions the compartments balance at the border of the varus range: use a wider "
+             "range.",
+             static_cast<long long>(n)));
+}
+
+void add_interpolated(const store::MotionModel& model, Lines& lines)
+{
+  if (!model.zero_varus) return;
+  const std::vector<std::int8_t>& source = model.zero_varus->source;
+  const auto n = std::count(source.begin(), source.end(),
+                            static_cast<std::int8_t>(store::ZeroVarusSource::interpolated));
+  const auto n_none =
+      std::count(source.begin(), source.end(), static_cast<std::int8_t>(store::ZeroVarusSource::none));
+  if (n > 0 && model.zero_varus->set != "two_sided")  // that motion has its own varus
+    lines.push_back(
+        line("The zero-varus pose is interpolated between two varus columns at %lld of %zu flexions.",
+             static_cast<long long>(n), source.size()));
+  const std::string cut_off = analysis::cut_off_warning(*model.zero_varus);
+  if (!cut_off.empty())
+    lines.push_back(static_cast<char>(std::toupper(cut_off.front())) + cut_off.substr(1) + ".");
+  if (n_none > 0)
+    lines.push_back(
+        line("%lld of %zu flexions have no zero-varus pose.", static_cast<long long>(n_none), source.size()));
+}
+
+}  // namespace
+
+MotionSummary motion_summary(const store::MotionModel& model)
+{
+  MotionSummary numbers;
+  numbers.n_cells = model.status.size();
+  numbers.n_stable = (model.status == status_stable).count();
+  const auto n_undetermined = (model.theta_determined == 0).count();
+  if (numbers.n_stable > 0)
+    numbers.theta_undetermined_share =
+        static_cast<double>(n_undetermined) / static_cast<double>(numbers.n_stable);
+  numbers.rotation = store::curve_figures(store::spine_rotation(model));
+  numbers.spine_jump = store::spine_jump(model);
+  numbers.balance_residual_n = numbers.worst_gap_mm = numbers.push_n = nan;
+  numbers.largest_optima_spread_deg = nan;
+  if (model.equilibrium) add_equilibrium(model, numbers);
+  numbers.largest_strain = model.ligaments ? largest(model.ligaments->strain) : nan;
+  numbers.largest_tension_n = model.ligaments ? largest(model.ligaments->tension_n) : nan;
+  return numbers;
+}
+
+std::vector<std::string> warnings_of(const ReportModel& entry)
+{
+  const store::MotionModel& model = entry.model;
+  const MotionSummary numbers = motion_summary(model);
+  Lines lines = model.job.warnings;
+  add_unsolved(model, lines);
+  add_doubtful(model, lines);
+  add_raw_extremes(entry, lines);
+  if (numbers.balance_residual_n > residual_share * numbers.push_n)
+    lines.push_back(
+        line("The balance of forces has a residual of up to %.3g N, more than one hundredth of the push of "
+             "%.3g N.",
+             numbers.balance_residual_n, numbers.push_n));
+  add_rotation(model, numbers, lines);
+  if (const std::string lock = gimbal_lock_text(store::clinical_curves(model).n_locked); !lock.empty())
+    lines.push_back(static_cast<char>(std::toupper(lock.front())) + lock.substr(1) + ".");
+  add_spine_at_border(model, lines);
+  add_comparison(entry, lines);
+  add_audits(model, lines);
+  add_interpolated(model, lines);
+  return lines;
+}
+
+}  // namespace vrda::report

@@ -1,0 +1,760 @@
+// Layers of the joint's axes and of the helical axis.
+#include "view/layers.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "core/units.hpp"
+#include "geometry/box_tree.hpp"
+#include "model/frames.hpp"
+#include "model/step_record.hpp"
+#include "store/motion.hpp"
+#include "view/scene.hpp"
+
+namespace vrda::view {
+namespace {
+
+// Sizes for a knee, mm: rods are longer than its width, so that their ends protrude from the bones.
+constexpr double half_rod_mm = 62.0, arrow_mm = 48.0, delta_from_mm = -75.0, delta_to_mm = -40.0;
+constexpr double rod_radius_mm = 0.8, arrow_radius_mm = 0.9, helical_radius_mm = 1.1;
+
+struct Axis {
+  const char* name;
+  VertexColour colour;
+};
+enum AxisRow : std::size_t { anterior, proximal, right, flexion, varus, push, helical };
+constexpr std::array<Axis, 7> axes{{{"anterior", {205, 52, 44, 255}},
+                                    {"proximal", {62, 152, 66, 255}},
+                                    {"right", {52, 92, 198, 255}},
+                                    {"flexion axis", {238, 158, 32, 255}},
+                                    {"varus axis", {178, 72, 178, 255}},
+                                    {"Delta", {245, 245, 240, 255}},
+                                    {"helical axis", {32, 186, 196, 255}}}};
+
+/// Builds a rod through the origin, or an arrow, along +Y.
+void set_mesh(Drawable& drawable, AxisRow row, double scale)
+{
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitY();
+  RenderMesh& mesh = drawable.mesh;
+  if (row == flexion || row == varus || row == helical) {
+    add_rods(mesh, 1);
+    const double radius_mm = row == helical ? helical_radius_mm : rod_radius_mm;
+    set_rod(mesh, 0, -scale * half_rod_mm * up, scale * half_rod_mm * up, scale * radius_mm);
+  } else {
+    add_arrows(mesh, 1);
+    const double from_mm = row == push ? delta_from_mm : 0.0, to_mm = row == push ? delta_to_mm : arrow_mm;
+    set_arrow(mesh, 0, scale * from_mm * up, scale * to_mm * up, scale * arrow_radius_mm);
+  }
+  update_box(drawable);
+}
+
+std::size_t add_axis(const store::MotionModel& model, Scene& scene, AxisRow row)
+{
+  const Layer layer = row == helical ? Layer::helical_axis : Layer::axes;
+  const std::size_t index = add_layer(scene, layer, ParentFrame::world, axes[row].name);
+  Drawable& drawable = scene.drawables[index];
+  drawable.material = marker_material(axes[row].colour);
+  set_mesh(drawable, row, marker_scale(model));
+  return index;
+}
+
+/// Pose of a mesh along +Y through a world point along a world direction; the rotation about its axis is
+/// arbitrary.
+Pose aligned(const Eigen::Vector3d& through_world_mm, const Eigen::Vector3d& along_world)
+{
+  Pose X = Pose::Identity();
+  X.linear() = shortest_rotation(Eigen::Vector3d::UnitY(), along_world.normalized());
+  X.translation() = through_world_mm;
+  return X;
+}
+
+}  // namespace
+
+const std::vector<Label>& JointLayers::axis_labels()
+{
+  static const std::vector<Label> labels = [] {
+    std::vector<Label> made;
+    made.reserve(axes.size());
+    for (const Axis& axis : axes) made.push_back({axis.name, axis.colour});
+    return made;
+  }();
+  return labels;
+}
+
+AxesLayer::AxesLayer(const store::MotionModel& model, Scene& scene)
+    : side_(side_named(model.side)), rotation_centre_mm_(model.rotation_centre_mm)
+{
+  first_drawable_ = scene.drawables.size();
+  for (const AxisRow row : {anterior, proximal, right, flexion, varus, push}) add_axis(model, scene, row);
+}
+
+void AxesLayer::update(Scene& scene, const store::Motion& motion, const DisplayedPose& shown) const
+{
+  const Pose& X_world_reference = shown.frames.X_world_reference;
+  const Eigen::Vector3d centre_mm = X_world_reference * rotation_centre_mm_;
+  const Eigen::Vector3d delta = motion.delta_of(shown.pose);
+  // Flexion axis: Z of the solver frame rotated by the varus; varus axis: X of the solver frame.
+  const SolverFrame frame{side_, rotation_centre_mm_, delta};
+  const Eigen::Matrix3d R_world_push = shown.frames.X_world_push.linear();
+  const auto on_screen = [&](const Eigen::Vector3d& v_solver) {
+    return Eigen::Vector3d(R_world_push * world_from_solver(frame, v_solver));
+  };
+  std::array<Eigen::Vector3d, 6> along;
+  for (const AxisRow row : {anterior, proximal, right})
+    along[row] = X_world_reference.linear() * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(row));
+  along[flexion] = on_screen(rotation_x(-shown.pose.attitude.varus_rad) * Eigen::Vector3d::UnitZ());
+  along[varus] = on_screen(Eigen::Vector3d::UnitX());
+  along[push] = R_world_push * delta;
+  for (std::size_t row = 0; row < along.size(); ++row) {
+    Drawable& drawable = scene.drawables[first_drawable_ + row];
+    drawable.is_shown = true;
+    drawable.X_world_mesh = aligned(centre_mm, along[row]);
+  }
+}
+
+std::optional<HelicalAxis> helical_axis_at(const store::Motion& motion, const Attitude& attitude,
+                                           const Eigen::Vector3d& near_mm)
+{
+  constexpr double step_rad = rad_from_deg(1.0);
+  const double first_rad = std::max(attitude.flexion_rad - step_rad, motion.first_flexion_rad());
+  const double last_rad = std::min(attitude.flexion_rad + step_rad, motion.last_flexion_rad());
+  const store::JointPose before = motion.at({first_rad, attitude.varus_rad});
+  const store::JointPose after = motion.at({last_rad, attitude.varus_rad});
+  if (before.status != store::PoseStatus::solved || after.status != store::PoseStatus::solved) return {};
+  return helical_axis(before.X_reference_moving, after.X_reference_moving, near_mm);
+}
+
+std::optional<HelicalAxis> helical_axis_at_frame(const store::Motion& motion, double key,
+                                                 const Eigen::Vector3d& near_mm)
+{
+  const double position = motion.position_of(key);
+  const store::JointPose before = motion.at_frame(motion.key_at(position - 1.0));
+  const store::JointPose after = motion.at_frame(motion.key_at(position + 1.0));
+  if (before.status != store::PoseStatus::solved || after.status != store::PoseStatus::solved) return {};
+  return helical_axis(before.X_reference_moving, after.X_reference_moving, near_mm);
+}
+
+HelicalAxisLayer::HelicalAxisLayer(const store::MotionModel& model, Scene& scene)
+    : rotation_centre_mm_(model.rotation_centre_mm), drawable_(add_axis(model, scene, helical))
+{
+}
+
+void HelicalAxisLayer::update(Scene& scene, const store::Motion& motion, const DisplayedPose& shown) const
+{
+  const std::optional<HelicalAxis> axis =
+      motion.is_sequence() ? helical_axis_at_frame(motion, shown.pose.key, rotation_centre_mm_)
+                           : helical_axis_at(motion, shown.pose.attitude, rotation_centre_mm_);
+  Drawable& drawable = scene.drawables[drawable_];
+  drawable.is_shown = axis.has_value();
+  if (!axis) return;
+  const Pose& X_world_reference = shown.frames.X_world_reference;
+  drawable.X_world_mesh =
+      aligned(X_world_reference * axis->point_mm, X_world_reference.linear() * axis->direction);
+}
+
+// Layer of the band of an uncertain job, as translucent copies of the moving object.
+
+namespace {
+
+constexpr float copy_opacity = 0.5F;  // two overlapping outlines remain distinct
+// The object covers the copies, which show beyond its outline: their intersections would show as patches.
+constexpr double copy_depth_offset_mm = 10.0;
+
+struct BandEnd {
+  const char* set;
+  VertexColour colour;
+};
+constexpr BandEnd band_ends[] = {{"quantile_5", {70, 130, 220, 255}}, {"quantile_95", {235, 135, 50, 255}}};
+
+}  // namespace
+
+BandLayer::BandLayer(const store::MotionModel& model, Scene& scene)
+{
+  const std::vector<std::string> names = store::quantile_set_names(model);
+  for (const BandEnd& end : band_ends) {
+    if (std::find(names.begin(), names.end(), end.set) == names.end()) continue;
+    QuantileCopy copies{store::Motion(model, end.set), {}};
+    const std::size_t n_bodies = scene.drawables.size();
+    for (std::size_t k = 0; k < n_bodies; ++k) {
+      const Drawable& body = scene.drawables[k];
+      if (body.layer != Layer::bodies || body.parent != ParentFrame::moving || !body.has_contact) continue;
+      Drawable copy = body;
+      copy.name += ", " + std::string(end.set);
+      copy.layer = Layer::band;
+      copy.parent = ParentFrame::world;
+      copy.is_shown = false;
+      copy.material = marker_material(end.colour);
+      copy.material.opacity = copy_opacity;
+      copy.depth_offset_mm = copy_depth_offset_mm;
+      copies.drawables.push_back(scene.drawables.size());
+      scene.drawables.push_back(std::move(copy));
+    }
+    copies_.push_back(std::move(copies));
+  }
+}
+
+void BandLayer::update(Scene& scene, const DisplayedPose& shown) const
+{
+  for (const QuantileCopy& copies : copies_) {
+    const store::JointPose pose = copies.motion.at(shown.pose.attitude);
+    if (pose.status != store::PoseStatus::solved) continue;
+    const Pose X_world_moving = shown.frames.X_world_reference * pose.X_reference_moving;
+    for (const std::size_t k : copies.drawables) {
+      scene.drawables[k].is_shown = true;
+      place(scene.drawables[k], X_world_moving);
+    }
+  }
+}
+
+// Layer of the contact points, with forces as lengths of arrows.
+
+namespace {
+
+// Sizes for a knee, mm: visible between condyle and plateau without hiding either.
+constexpr double ball_radius_mm = 1.3, normal_radius_mm = 0.55;
+constexpr double longest_arrow_mm = 26.0, shortest_arrow_mm = 3.0;
+constexpr VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
+
+std::vector<double> radians(const std::vector<double>& deg)
+{
+  std::vector<double> rad;
+  rad.reserve(deg.size());
+  for (const double angle : deg) rad.push_back(rad_from_deg(angle));
+  return rad;
+}
+
+std::size_t nearest(const std::vector<double>& axis, double value)
+{
+  const auto after = std::lower_bound(axis.begin(), axis.end(), value);
+  if (after == axis.begin()) return 0;
+  const auto i = static_cast<std::size_t>(after - axis.begin());
+  return after == axis.end() || value - axis[i - 1] <= axis[i] - value ? i - 1 : i;
+}
+
+std::size_t most_rows(const std::vector<std::size_t>& start)
+{
+  std::size_t most = 0;
+  for (std::size_t cell = 0; cell + 1 < start.size(); ++cell)
+    most = std::max(most, start[cell + 1] - start[cell]);
+  return most;
+}
+
+/// Contact force of a row, N: its component along Delta divided by the normal's.
+double force_n(const store::ForceRows& rows, std::size_t row, const Eigen::Vector3d& delta)
+{
+  const double opposing = -rows.normal_world.row(static_cast<Eigen::Index>(row)).dot(delta);
+  return rows.along_delta_n[row] / std::max(opposing, 1e-3);
+}
+
+double highest_force_n(const store::MotionModel& model)
+{
+  const store::ForceRows& rows = model.equilibrium->forces;
+  double highest_n = 0.0;
+  for (const std::size_t cell : informative_cells(model)) {
+    for (std::int64_t row = rows.row_start[cell]; row < rows.row_start[cell + 1]; ++row)
+      highest_n = std::max(highest_n, force_n(rows, static_cast<std::size_t>(row), model.delta));
+  }
+  return highest_n;
+}
+
+}  // namespace
+
+template <typename Rows, typename Length>
+ContactLayer::Markers ContactLayer::markers_of(const store::MotionModel& model, const Rows& rows,
+                                               const Length& length_mm)
+{
+  const store::Motion raw(model, "raw");
+  Markers markers;
+  markers.start.push_back(0);
+  const std::size_t n_cells = rows.row_start.empty() ? 0 : rows.row_start.size() - 1;
+  for (std::size_t cell = 0; cell < n_cells; ++cell) {
+    const bool is_solved = model.status.data()[cell] == status_stable;
+    const auto i = static_cast<std::size_t>(cell / model.varus_deg.size());
+    const auto first = static_cast<std::size_t>(rows.row_start[cell]),
+               last = static_cast<std::size_t>(rows.row_start[cell + 1]);
+    if (is_solved && first < last) {
+      const store::JointPose pose =
+          raw.is_sequence()
+              ? raw.at_frame(raw.keys()[i])
+              : raw.joint_pose(
+                    {rad_from_deg(model.flexion_deg[i]), rad_from_deg(model.varus_solved_deg.data()[cell])},
+                    {model.tx_mm.data()[cell], model.ty_mm.data()[cell], model.tz_mm.data()[cell],
+                     rad_from_deg(model.theta_deg.data()[cell])});
+      const Pose X_moving_world = pose.X_world_moving.inverse();
+      for (std::size_t row = first; row < last; ++row) {
+        const auto k = static_cast<Eigen::Index>(row);
+        markers.tip_mm.emplace_back(X_moving_world * Eigen::Vector3d(rows.point_world_mm.row(k).transpose()) -
+                                    model.rotation_centre_mm);
+        markers.arrow_mm.emplace_back(
+            length_mm(row) *
+            (X_moving_world.linear() * Eigen::Vector3d(rows.normal_world.row(k).transpose())));
+      }
+    }
+    markers.start.push_back(markers.tip_mm.size());
+  }
+  return markers;
+}
+
+ContactLayer::ContactLayer(const store::MotionModel& model, Scene& scene)
+    : flexion_rad_(radians(model.flexion_deg)),
+      varus_rad_(radians(model.varus_deg)),
+      scale_(marker_scale(model)),
+      points_(markers_of(model, model.contacts, [&](std::size_t) { return scale_ * plain_arrow_mm; }))
+{
+  if (model.frames) keys_ = model.frames->key;
+  if (model.equilibrium) {
+    const double highest_n = highest_force_n(model);
+    arrows_ = markers_of(model, model.equilibrium->forces, [&](std::size_t row) {
+      const double part = force_n(model.equilibrium->forces, row, model.delta) / highest_n;
+      return scale_ * std::clamp(part * longest_arrow_mm, shortest_arrow_mm, longest_arrow_mm);
+    });
+  } else {
+    arrows_ = points_;
+  }
+  points_.drawn.emplace(scene, Layer::contacts, ParentFrame::moving, "contacts", model.rotation_centre_mm);
+  arrows_.drawn.emplace(scene, Layer::normals, ParentFrame::moving,
+                        model.equilibrium ? "contact forces" : "contact normals", model.rotation_centre_mm);
+  for (Markers* markers : {&points_, &arrows_}) markers->drawn->reserve(scene, most_rows(markers->start));
+}
+
+std::size_t ContactLayer::nearest_cell(const store::JointPose& pose) const
+{
+  if (!keys_.empty()) return nearest(keys_, pose.key);
+  const Attitude& attitude = pose.attitude;
+  return nearest(flexion_rad_, attitude.flexion_rad) * varus_rad_.size() +
+         nearest(varus_rad_, attitude.varus_rad);
+}
+
+void ContactLayer::update(Scene& scene, const store::JointPose& pose, const LayerSet& wanted)
+{
+  const std::size_t cell = nearest_cell(pose);
+  for (Markers* markers : {&points_, &arrows_}) {
+    if (!wanted.has(markers == &points_ ? Layer::contacts : Layer::normals)) continue;
+    const bool is_row = cell + 1 < markers->start.size();
+    const std::size_t first = is_row ? markers->start[cell] : 0;
+    const std::size_t n = is_row ? markers->start[cell + 1] - first : 0;
+    markers->drawn->show(scene, n > 0);
+    if (n == 0 || markers->cell == cell) continue;
+    markers->cell = cell;
+    markers->drawn->place(scene, std::span(markers->tip_mm).subspan(first, n),
+                          std::span(markers->arrow_mm).subspan(first, n), scale_);
+  }
+}
+
+ContactMarkers::ContactMarkers(Scene& scene, Layer layer, ParentFrame parent, const std::string& name,
+                               const Eigen::Vector3d& origin_mm)
+    : is_arrows_(layer == Layer::normals), drawable_(add_layer(scene, layer, parent, name))
+{
+  scene.drawables[drawable_].origin_mm = origin_mm;
+  scene.drawables[drawable_].material = marker_material(is_arrows_ ? arrow_colour : ball_colour);
+}
+
+void ContactMarkers::reserve(Scene& scene, std::size_t n_contacts)
+{
+  RenderMesh& mesh = scene.drawables[drawable_].mesh;
+  mesh = {};
+  is_arrows_ ? add_arrows(mesh, n_contacts) : add_balls(mesh, n_contacts);
+  capacity_ = n_contacts;
+  triangles_ = mesh.triangles;
+}
+
+void ContactMarkers::show(Scene& scene, bool is_shown) const
+{
+  scene.drawables[drawable_].is_shown = is_shown;
+}
+
+void ContactMarkers::place(Scene& scene, std::span<const Eigen::Vector3d> tip_mm,
+                           std::span<const Eigen::Vector3d> arrow_vector_mm, double scale)
+{
+  Drawable& drawable = scene.drawables[drawable_];
+  const SolidSize size = is_arrows_ ? arrow_size() : ball_size();
+  for (std::size_t k = 0; k < tip_mm.size(); ++k) {
+    if (is_arrows_) {
+      set_arrow(drawable.mesh, k * size.n_vertices, tip_mm[k] - arrow_vector_mm[k], tip_mm[k],
+                scale * normal_radius_mm);
+    } else {
+      set_ball(drawable.mesh, k * size.n_vertices, tip_mm[k], scale * ball_radius_mm);
+    }
+  }
+  const auto n_indices = static_cast<std::ptrdiff_t>(tip_mm.size() * size.n_indices);
+  std::copy_n(triangles_.begin(), n_indices, drawable.mesh.triangles.begin());
+  std::fill(drawable.mesh.triangles.begin() + n_indices, drawable.mesh.triangles.end(), 0U);
+  update_box(drawable);
+  ++drawable.revision;
+}
+
+// Layer of the contact paths: centres of contact over flexion as lines on the surfaces.
+
+namespace {
+
+// Larger steps between neighbouring flexions are jumps to another facet or horn, not rolling or sliding.
+constexpr double longest_step_mm = 4.0;
+constexpr double path_radius_mm = 0.7;  // on a knee: half of the line is above the surface
+// Colour-blind safe, after Okabe and Ito (2008); those of the page.
+constexpr VertexColour medial_colour{11, 106, 168, 255}, lateral_colour{194, 80, 10, 255};
+
+/// One stable cell of each flexion that has one: on the spine, otherwise of the least varus.
+std::vector<std::size_t> path_cells(const store::MotionModel& model)
+{
+  std::vector<std::size_t> cells;
+  const std::size_t n_varus = model.varus_deg.size();
+  const std::vector<std::size_t> informative = informative_cells(model);
+  const auto varus_deg = [&](std::size_t cell) { return std::abs(model.varus_deg[cell % n_varus]); };
+  for (const std::size_t cell : informative) {
+    const bool is_same_flexion = !cells.empty() && cells.back() / n_varus == cell / n_varus;
+    if (!is_same_flexion)
+      cells.push_back(cell);
+    else if (varus_deg(cell) < varus_deg(cells.back()))
+      cells.back() = cell;
+  }
+  return cells;
+}
+
+/// The centres of contact of the cells relative to the origin, split at jumps and at cells without contact.
+std::vector<std::vector<Eigen::Vector3d>> pieces_of(const std::vector<double>& centre_mm,
+                                                    const std::vector<std::size_t>& cells,
+                                                    const Eigen::Vector3d& origin_mm, double scale)
+{
+  std::vector<std::vector<Eigen::Vector3d>> pieces;
+  bool is_broken = true;
+  for (const std::size_t cell : cells) {
+    const Eigen::Vector3d p_mm = Eigen::Vector3d::Map(&centre_mm[3 * cell]) - origin_mm;
+    const bool is_contact = p_mm.allFinite();
+    is_broken = is_broken || !is_contact || (p_mm - pieces.back().back()).norm() > scale * longest_step_mm;
+    if (!is_contact) continue;
+    if (is_broken) pieces.emplace_back();
+    is_broken = false;
+    pieces.back().push_back(p_mm);
+  }
+  std::erase_if(pieces, [](const std::vector<Eigen::Vector3d>& piece) { return piece.size() < 2; });
+  return pieces;
+}
+
+}  // namespace
+
+ContactPathLayer::ContactPathLayer(const store::MotionModel& model, Scene& scene)
+{
+  if (!model.contact_paths) return;
+  struct Row {
+    const char* name;
+    const std::vector<double>& centre_mm;
+    ParentFrame parent;
+    VertexColour colour;
+  };
+  const store::ContactPaths& paths = *model.contact_paths;
+  const std::vector<std::size_t> cells = path_cells(model);
+  const double scale = marker_scale(model);
+  for (const Row& row :
+       {Row{"medial path, reference", paths.medial_reference_mm, ParentFrame::reference, medial_colour},
+        Row{"medial path, moving", paths.medial_moving_mm, ParentFrame::moving, medial_colour},
+        Row{"lateral path, reference", paths.lateral_reference_mm, ParentFrame::reference, lateral_colour},
+        Row{"lateral path, moving", paths.lateral_moving_mm, ParentFrame::moving, lateral_colour}}) {
+    const auto pieces = pieces_of(row.centre_mm, cells, model.rotation_centre_mm, scale);
+    if (pieces.empty()) continue;
+    drawables_.push_back(add_layer(scene, Layer::contact_paths, row.parent, row.name));
+    Drawable& drawable = scene.drawables.back();
+    drawable.origin_mm = model.rotation_centre_mm;
+    drawable.material = marker_material(row.colour);
+    for (const std::vector<Eigen::Vector3d>& piece : pieces) {
+      const std::size_t first = drawable.mesh.vertices.size();
+      add_tube(drawable.mesh, piece.size());
+      set_tube(drawable.mesh, first, piece, scale * path_radius_mm);
+    }
+    update_box(drawable);
+  }
+}
+
+void ContactPathLayer::show(Scene& scene) const
+{
+  for (const std::size_t k : drawables_) scene.drawables[k].is_shown = true;
+}
+
+// Layer of the gap along Delta, as colours on the moving object's upward surface.
+
+namespace {
+
+constexpr double range_mm = 6.0;    ///< about the height of a meniscus
+constexpr double deepest_mm = 3.0;  ///< largest overlap of a smoothed motion; deeper hits are other surfaces
+constexpr double above_mm =
+    0.05;  ///< for a knee: far above the resolution of the depth buffer, far below visibility
+constexpr double least_upward =
+    0.3;  ///< smallest component of a face normal along Delta; steeper faces are omitted
+constexpr double fades_from = 0.7;  ///< fraction of the range where the colours start to fade into the bone
+
+Legend gap_legend()
+{
+  Legend legend;
+  legend.title = "gap, mm";
+  legend.highest = range_mm;
+  legend.palette = gap_palette();
+  legend.beyond_label = "no colour";
+  return legend;
+}
+
+Eigen::Vector3d position_mm(const RenderVertex& vertex)
+{
+  return {vertex.position_mm[0], vertex.position_mm[1], vertex.position_mm[2]};
+}
+
+/// The faces oriented along `delta` and their vertices, with the normals of the whole mesh, so that the
+/// shading matches the surface below.
+RenderMesh upward_part(const RenderMesh& whole, const Eigen::Vector3d& delta)
+{
+  constexpr std::uint32_t unused = UINT32_MAX;
+  RenderMesh part;
+  std::vector<std::uint32_t> row(whole.vertices.size(), unused);
+  for (std::size_t t = 0; t < whole.triangles.size(); t += 3) {
+    const std::uint32_t* corner = &whole.triangles[t];
+    const Eigen::Vector3d a = position_mm(whole.vertices[corner[0]]);
+    const Eigen::Vector3d area =
+        (position_mm(whole.vertices[corner[1]]) - a).cross(position_mm(whole.vertices[corner[2]]) - a);
+    if (!(area.dot(delta) > least_upward * area.norm())) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& own = row[corner[k]];
+      if (own == unused) {
+        own = static_cast<std::uint32_t>(part.vertices.size());
+        part.vertices.push_back(whole.vertices[corner[k]]);
+      }
+      part.triangles.push_back(own);
+    }
+  }
+  return part;
+}
+
+}  // namespace
+
+GapLayer::GapLayer(const store::MotionModel& model, Scene& scene)
+    : legend_(gap_legend()), reference_(model.reference.contact.mesh), tree_(reference_)
+{
+  for (std::size_t c = 0; c < model.moving.components.size(); ++c) add_sheet(model, scene, c);
+}
+
+void GapLayer::add_sheet(const store::MotionModel& model, Scene& scene, std::size_t component)
+{
+  const Part& contact = model.moving.contact;
+  const RenderMesh whole =
+      make_render_mesh(contact.mesh, triangles_by_component(model.moving, contact)[component],
+                       model.rotation_centre_mm, crease_rad_of(model.moving.components[component].material));
+  RenderMesh upward = upward_part(whole, model.delta);
+  if (upward.triangles.empty()) return;
+  const Component& part = model.moving.components[component];
+  Sheet sheet;
+  sheet.drawable = add_layer(scene, Layer::gap_map, ParentFrame::moving, "gaps on " + part.name);
+  Drawable& drawable = scene.drawables[sheet.drawable];
+  drawable.origin_mm = model.rotation_centre_mm;
+  drawable.mesh = std::move(upward);
+  drawable.material = material_of(part.material);
+  drawable.material.mottling = 0.0F;
+  sheet.bone = srgb_from_linear(drawable.material.colour);
+  const auto lift_mm = static_cast<float>(above_mm * marker_scale(model));
+  for (RenderVertex& vertex : drawable.mesh.vertices) {
+    sheet.point_mm.push_back(position_mm(vertex) + drawable.origin_mm);
+    for (std::size_t k = 0; k < 3; ++k) vertex.position_mm[k] += lift_mm * vertex.normal[k];
+  }
+  update_box(drawable);
+  drawable.colours.assign(drawable.mesh.vertices.size(), sheet.bone);
+  sheet.gap_mm.resize(sheet.point_mm.size());
+  sheet.triangles = drawable.mesh.triangles;
+  sheets_.push_back(std::move(sheet));
+}
+
+void GapLayer::update_sheet(Drawable& drawable, Sheet& sheet, const Eigen::Vector3d& delta_moving) const
+{
+  // The rays are transformed to the reference's frame, so that its tree stays valid.
+  geometry::Ray ray;
+  ray.direction = X_reference_moving_.linear() * delta_moving;
+  ray.max_length_mm = deepest_mm + range_mm;
+  for (std::size_t v = 0; v < sheet.point_mm.size(); ++v) {
+    ray.from_mm = X_reference_moving_ * sheet.point_mm[v] - deepest_mm * ray.direction;
+    const double gap_mm = geometry::ray_distance_mm(reference_, tree_, ray) - deepest_mm;
+    sheet.gap_mm[v] = gap_mm;
+    const double fading = (gap_mm / range_mm - fades_from) / (1.0 - fades_from);
+    drawable.colours[v] = interpolated_colour(colour_of(legend_, std::min(gap_mm, range_mm)), sheet.bone,
+                                              std::clamp(fading, 0.0, 1.0));
+  }
+  auto next = drawable.mesh.triangles.begin();
+  for (std::size_t t = 0; t < sheet.triangles.size(); t += 3) {
+    const auto corner = sheet.triangles.begin() + static_cast<std::ptrdiff_t>(t);
+    const bool is_near =
+        std::any_of(corner, corner + 3, [&](std::uint32_t v) { return sheet.gap_mm[v] < range_mm; });
+    if (is_near) next = std::copy(corner, corner + 3, next);
+  }
+  sheet.is_near = next != drawable.mesh.triangles.begin();
+  // The number of triangles is constant: unused ones are degenerate.
+  std::fill(next, drawable.mesh.triangles.end(), 0U);
+}
+
+void GapLayer::update(Scene& scene, const store::Motion& motion, const store::JointPose& pose)
+{
+  const bool is_same = is_made_ && X_reference_moving_.matrix() == pose.X_reference_moving.matrix();
+  X_reference_moving_ = pose.X_reference_moving;
+  is_made_ = true;
+  // Theta rotates about Delta, so Delta has the same coordinates in the moving object.
+  const Eigen::Vector3d delta_moving = motion.delta_of(pose);
+  for (Sheet& sheet : sheets_) {
+    Drawable& drawable = scene.drawables[sheet.drawable];
+    if (!is_same) {
+      update_sheet(drawable, sheet, delta_moving);
+      ++drawable.revision;
+    }
+    drawable.is_shown = sheet.is_near;
+  }
+}
+
+// Layer of the ligament fibres, coloured by strain.
+
+namespace {
+
+/// Points per fibre: four suffice for straight ones; on a wrap 12 points give a few degrees of bend per
+/// segment.
+constexpr std::size_t n_straight = 4, n_wrapped = 14;
+// Half sizes of a band on a knee, where fibres lie 2 to 4 mm apart: neighbouring bands overlap a little.
+constexpr double thickness_mm = 0.45, narrowest_mm = 1.0, widest_mm = 2.4, overlap = 1.2;
+constexpr double slack_part = 0.7;  // of width and thickness
+constexpr VertexColour slack_colour{205, 203, 196, 255};
+
+std::size_t n_points(const model::Fibre& fibre)
+{
+  return fibre.wrap < 0 ? n_straight : n_wrapped;
+}
+
+/// The direction in which the fibres of a bundle lie side by side, as vectors of the reference and of the
+/// moving body that correspond, and the mean distance of neighbours. Zero for a single fibre.
+struct Arrangement {
+  Eigen::Vector3d reference_mm = Eigen::Vector3d::Zero(), moving_mm = Eigen::Vector3d::Zero();
+  double spacing_mm = 0.0;
+};
+
+/// The first principal component of both attachments together, so that the directions at both ends agree in
+/// sign also for a twisted bundle.
+Arrangement arrangement_of(const std::vector<model::Fibre>& fibres, const std::string& bundle)
+{
+  std::vector<const model::Fibre*> own;
+  for (const model::Fibre& fibre : fibres) {
+    if (fibre.bundle == bundle) own.push_back(&fibre);
+  }
+  Arrangement found;
+  const auto n = static_cast<Eigen::Index>(own.size());
+  if (n < 2) return found;
+  Eigen::MatrixXd ends_mm(n, 6);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const model::Fibre& fibre = *own[static_cast<std::size_t>(i)];
+    ends_mm.row(i) << fibre.reference_mm.transpose(), fibre.moving_mm.transpose();
+  }
+  const Eigen::RowVectorXd mean_mm = ends_mm.colwise().mean();
+  ends_mm.rowwise() -= mean_mm;
+  const Eigen::MatrixXd covariance = ends_mm.transpose() * ends_mm;
+  const Eigen::VectorXd first =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(covariance).eigenvectors().col(5);
+  // A fibre's coordinate along the component is the mean of the two ends times the root of 2.
+  const Eigen::VectorXd along_mm = ends_mm * first;
+  const double width_mm = (along_mm.maxCoeff() - along_mm.minCoeff()) / std::sqrt(2.0);
+  found.reference_mm = first.head<3>();
+  found.moving_mm = first.tail<3>();
+  found.spacing_mm = width_mm / static_cast<double>(n - 1);
+  return found;
+}
+
+/// Scale from 0 to the 95 % quantile of positive strains in the informative cells, rounded up to steps of 2
+/// %.
+Legend legend_of(const store::MotionModel& model, std::size_t n_fibres)
+{
+  constexpr double step = 0.02, most = 0.95;
+  std::vector<double> taut;
+  for (const std::size_t cell : informative_cells(model)) {
+    for (std::size_t fibre = 0; fibre < n_fibres; ++fibre) {
+      const double strain = model.ligaments->strain[cell * n_fibres + fibre];
+      if (strain > 0.0) taut.push_back(strain);
+    }
+  }
+  double highest = step;
+  if (!taut.empty()) {
+    const auto quantile =
+        taut.begin() + static_cast<std::ptrdiff_t>(most * static_cast<double>(taut.size() - 1));
+    std::nth_element(taut.begin(), quantile, taut.end());
+    highest = std::max(step, step * std::ceil(*quantile / step - 1e-9));
+  }
+  Legend legend;
+  legend.title = "strain, %";
+  legend.highest = 100.0 * highest;
+  legend.palette = strain_palette();
+  legend.below = slack_colour;
+  legend.below_label = "slack";
+  return legend;
+}
+
+}  // namespace
+
+LigamentLayer::LigamentLayer(const store::MotionModel& model, Scene& scene)
+    : ligaments_(store::ligaments_of(model)),
+      legend_(legend_of(model, ligaments_.fibres.size())),
+      origin_mm_(model.rotation_centre_mm),
+      scale_(marker_scale(model)),
+      drawable_(add_layer(scene, Layer::ligaments, ParentFrame::reference, "ligaments")),
+      strain_(ligaments_.fibres.size())
+{
+  Drawable& drawable = scene.drawables[drawable_];
+  drawable.origin_mm = origin_mm_;
+  drawable.is_solid = true;
+  drawable.material = marker_material({255, 255, 255, 255});
+  for (const model::Fibre& fibre : ligaments_.fibres) {
+    add_tube(drawable.mesh, n_points(fibre));
+    const Arrangement arrangement = arrangement_of(ligaments_.fibres, fibre.bundle);
+    const double half_mm =
+        std::clamp(0.5 * overlap * arrangement.spacing_mm, scale_ * narrowest_mm, scale_ * widest_mm);
+    bands_.push_back({half_mm, scale_ * thickness_mm, arrangement.reference_mm, arrangement.moving_mm});
+  }
+  drawable.colours.resize(drawable.mesh.vertices.size());
+}
+
+void LigamentLayer::update(Scene& scene, const store::JointPose& pose)
+{
+  scene.drawables[drawable_].is_shown = !is_empty();
+  if (is_made_ && X_reference_moving_.matrix() == pose.X_reference_moving.matrix()) return;
+  X_reference_moving_ = pose.X_reference_moving;
+  is_made_ = true;
+  Drawable& drawable = scene.drawables[drawable_];
+  // Fibre lengths do not depend on the common frame: use the reference's.
+  const model::JointPlacement placement{Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
+                                           pose.X_reference_moving.translation()};
+  std::array<Eigen::Vector3d, n_wrapped> points_mm;
+  std::size_t vertex = 0;
+  for (std::size_t i = 0; i < ligaments_.fibres.size(); ++i) {
+    const model::Fibre& fibre = ligaments_.fibres[i];
+    const std::span<Eigen::Vector3d> path_mm(points_mm.data(), n_points(fibre));
+    const model::SampledFibre path =
+        model::sample_fibre_path(fibre, ligaments_.wraps, placement, path_mm);
+    strain_[i] = path.length_mm / fibre.slack_length_mm - 1.0;
+    for (Eigen::Vector3d& p_mm : path_mm) p_mm -= origin_mm_;
+    BandSection band = bands_[i];
+    const double part = strain_[i] < 0.0 ? slack_part : 1.0;
+    band.half_width_mm *= part;
+    band.half_thickness_mm *= part;
+    band.across_last = placement.R_S_moving * band.across_last;
+    set_band(drawable.mesh, vertex, path_mm, band);
+    const auto first = drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex);
+    vertex += tube_size(path_mm.size()).n_vertices;
+    std::fill(first, drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex),
+              colour_of(legend_, 100.0 * strain_[i]));
+  }
+  update_box(drawable);
+  ++drawable.revision;
+}
+
+// Where the names of bones, ligaments and compartments are drawn.
+
+Eigen::Vector3d place_of(const store::JointLabel& label, const JointFrames& frames)
+{
+  const auto placed = [&](store::JointBody body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
+    return body == store::JointBody::reference ? frames.X_world_reference * p_mm
+                                                : frames.X_world_moving * p_mm;
+  };
+  return 0.5 * (placed(label.first, label.first_mm) + placed(label.second, label.second_mm));
+}
+
+}  // namespace vrda::view
