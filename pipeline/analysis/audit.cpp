@@ -305,8 +305,7 @@ void PoseMeter::place(const Attitude& attitude, const Pose& X_reference_moving)
     pose_ = *pose;
   } else {
     pose_ = {};
-    tilted_query_.emplace(scene_.reference_gap,
-                          geometry::GapTree(transformed(scene_.moving.mesh, X_turned)));
+    tilted_query_.emplace(scene_.reference_gap, geometry::GapTree(transformed(scene_.moving.mesh, X_turned)));
   }
   query().set_attitude(attitude);
   attitude_ = attitude;
@@ -350,8 +349,8 @@ bool PoseMeter::is_overlapping(double shift_mm, OverlapTest judge)
   const std::optional<geometry::TrianglePair> pair =
       judge == OverlapTest::narrow_phase || tilted_query_
           ? contact::find_collision(scene_.reference, scene_.moving, place, narrow_phase_, hint_)
-          : contact::find_collision(scene_.reference.mesh, scene_.moving.mesh, place, shifted(shift_mm), query_,
-                                    narrow_phase_, hint_);
+          : contact::find_collision(scene_.reference.mesh, scene_.moving.mesh, place, shifted(shift_mm),
+                                    query_, narrow_phase_, hint_);
   if (pair) hint_ = *pair;
   return pair.has_value();
 }

@@ -149,12 +149,12 @@ class PoseMeter {
   geometry::GapQuery query_;
   geometry::GapQuery medial_query_, lateral_query_;
   std::optional<geometry::GapQuery> tilted_query_;  ///< for a pose that is not a rotation about Delta alone
-  Attitude attitude_;                                ///< attitude of the query
-  MovingPose pose_;                                  ///< in S, at the placed attitude
-  Pose X_zero_;                                      ///< moving to reference, S at zero attitude
-  Eigen::Vector3d delta_zero_;                       ///< Delta there
-  double radii_mm_ = 0.0;                            ///< of both objects about the origin of S
-  double beneath_mm_ = 0.0;                          ///< no contact is possible this far back along Delta
+  Attitude attitude_;                               ///< attitude of the query
+  MovingPose pose_;                                 ///< in S, at the placed attitude
+  Pose X_zero_;                                     ///< moving to reference, S at zero attitude
+  Eigen::Vector3d delta_zero_;                      ///< Delta there
+  double radii_mm_ = 0.0;                           ///< of both objects about the origin of S
+  double beneath_mm_ = 0.0;                         ///< no contact is possible this far back along Delta
   geometry::TrianglePair hint_;                     ///< the last overlapping pair
   std::vector<geometry::TrianglePair> noted_;       ///< pairs of the noted features
   std::optional<geometry::Gap> from_below_;         ///< of the placed pose

@@ -697,7 +697,8 @@ RawEvidence raw_evidence(const analysis::SmoothInput& input, const analysis::Smo
   return raw;
 }
 
-Recommendation recommendation_of(const analysis::SmoothInput& input, const std::vector<analysis::SmoothFit>& fits,
+Recommendation recommendation_of(const analysis::SmoothInput& input,
+                                 const std::vector<analysis::SmoothFit>& fits,
                                  const std::vector<DegreeRow>& rows)
 {
   const RawEvidence raw = raw_evidence(input, fits[best_fit(fits)]);

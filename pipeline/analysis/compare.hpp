@@ -108,10 +108,10 @@ struct RankedDegree {
 };
 
 struct Recommendation {
-  int degree = -1;               ///< -1: none meets the criteria
-  Fault fault = Fault::none;     ///< why none meets the criteria: that of the best degree, or `jump`
-  int best_degree = -1;          ///< smallest error, of the degrees without a fault if there is one
-  std::string reason;            ///< one sentence
+  int degree = -1;                 ///< -1: none meets the criteria
+  Fault fault = Fault::none;       ///< why none meets the criteria: that of the best degree, or `jump`
+  int best_degree = -1;            ///< smallest error, of the degrees without a fault if there is one
+  std::string reason;              ///< one sentence
   analysis::BlockSize block_size;  ///< attitudes left out together
   std::vector<RankedDegree> ranked;
 };

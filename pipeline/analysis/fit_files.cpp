@@ -287,7 +287,7 @@ std::string identification_key(const FitData& data, const IdentifyPlan& plan,
 }
 
 core::FrameWriter open_evaluations(const std::string& path, const std::string& key, bool is_fresh,
-                                      std::vector<Evaluation>& known)
+                                   std::vector<Evaluation>& known)
 {
   std::error_code error;
   if (is_fresh || !std::filesystem::exists(path, error))

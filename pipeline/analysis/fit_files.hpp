@@ -10,8 +10,8 @@
 namespace vrda::analysis {
 
 struct FitDocument {
-  std::string program, solver;            ///< that wrote it, and the solver's version
-  std::string title, job;                 ///< of the job; its resolved text
+  std::string program, solver;           ///< that wrote it, and the solver's version
+  std::string title, job;                ///< of the job; its resolved text
   std::vector<job::LoadedInput> inputs;  ///< of the job and the measurements: names and hashes
   std::vector<Unknown> unknowns;
   Identification found;
@@ -40,7 +40,7 @@ std::string identification_key(const FitData& data, const IdentifyPlan& plan,
 /// Continues the journal at `path`, adding its evaluations, or starts one; with `is_fresh` always starts one.
 /// Throws InputError if it has another key or is being written.
 core::FrameWriter open_evaluations(const std::string& path, const std::string& key, bool is_fresh,
-                                      std::vector<Evaluation>& known);
+                                   std::vector<Evaluation>& known);
 
 std::string evaluation_bytes(const Evaluation& evaluation);
 

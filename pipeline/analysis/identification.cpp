@@ -167,7 +167,7 @@ LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::Vec
 }
 
 model::Ligaments changed_ligaments(const job::Case& job_case, const std::vector<Unknown>& unknowns,
-                                      const Eigen::VectorXd& change)
+                                   const Eigen::VectorXd& change)
 {
   model::Ligaments ligaments = job_case.ligaments;
   std::vector<double> strain_change(ligaments.fibres.size(), 0.0);
@@ -197,7 +197,7 @@ model::Ligaments changed_ligaments(const job::Case& job_case, const std::vector<
 }
 
 job::Case changed_case(const job::Case& job_case, const std::vector<Unknown>& unknowns,
-                        const Eigen::VectorXd& change)
+                       const Eigen::VectorXd& change)
 {
   job::Case changed = job_case;
   changed.ligaments = changed_ligaments(job_case, unknowns, change);
@@ -626,8 +626,9 @@ void ModelEvaluation::add_rows()
     for (std::size_t r = 0; r < rows.size(); ++r) {
       if (!rows[r].missing.empty()) continue;
       const auto n_near = std::count_if(rows.begin(), rows.end(), [&](const analysis::Row& other) {
-        return other.missing.empty() && std::abs(other.value[analysis::at_flexion] -
-                                                 rows[r].value[analysis::at_flexion]) <= 0.5 * independent_rad;
+        return other.missing.empty() &&
+               std::abs(other.value[analysis::at_flexion] - rows[r].value[analysis::at_flexion]) <=
+                   0.5 * independent_rad;
       });
       for (std::size_t c = 1; c < analysis::n_scored; ++c) {
         if (rows[r].is_determined[c] && std::isfinite(plan_.fit.noise[c]))
@@ -734,7 +735,8 @@ std::vector<double> ModelEvaluation::solved_laxities(const Eigen::VectorXd& x,
   const job::Case changed = changed_case(*data_.laxity, plan_.unknowns, change(x));
   const analysis::LaxityResult result = analysis::laxity_of(changed, plan);
   std::vector<double> values;
-  for (const analysis::Compared& row : analysis::compared(result, data_.laxities)) values.push_back(row.found);
+  for (const analysis::Compared& row : analysis::compared(result, data_.laxities))
+    values.push_back(row.found);
   for (const StepRecord& record : result.unloaded) append_pose(values, record);
   return values;
 }

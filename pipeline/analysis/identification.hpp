@@ -53,11 +53,11 @@ LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::Vec
 /// Fibres with changed attachments and slack lengths: the reference strain (at the pose of the meshes) is the
 /// case's plus its change, wherever the attachments are.
 model::Ligaments changed_ligaments(const job::Case& job_case, const std::vector<Unknown>& unknowns,
-                                      const Eigen::VectorXd& change);
+                                   const Eigen::VectorXd& change);
 
 /// The case with the changes applied to fibres and loads.
 job::Case changed_case(const job::Case& job_case, const std::vector<Unknown>& unknowns,
-                        const Eigen::VectorXd& change);
+                       const Eigen::VectorXd& change);
 
 // Identification: the unknowns of a job with which its solved motion, or its laxity, is nearest to measured
 // ones, and how well the measurements determine them.
@@ -69,8 +69,8 @@ struct FitData {
   /// Of job::over_flexions() over ascending flexions that cover those of the trials; null without trials.
   const job::Case* motion = nullptr;
   std::vector<analysis::PublishedValue> laxities;  ///< measured ones
-  job::LaxityJob loads;                         ///< of the laxities, without cuts
-  const job::Case* laxity = nullptr;            ///< over the flexions of `loads`; null without laxities
+  job::LaxityJob loads;                            ///< of the laxities, without cuts
+  const job::Case* laxity = nullptr;               ///< over the flexions of `loads`; null without laxities
 };
 
 /// A solved model: of one kind at one point, from which an interrupted fit continues.

@@ -162,7 +162,7 @@ struct State {
   model::Ligaments ligaments;             ///< in S
   model::Ligaments cut;                   ///< the fibres that it lacks
   std::vector<model::Ligaments> bundles;  ///< its fibres by bundle, in the order of `bundles_of`
-  std::vector<StepRecord> unloaded;          ///< [n_flexion]
+  std::vector<StepRecord> unloaded;       ///< [n_flexion]
 };
 
 class LaxityRun {

@@ -127,8 +127,8 @@ double in_file_unit(const TestKind& kind, double value);
 // Files of laxity tests (schemas/laxity.md): the document, tables and a page.
 
 struct LaxityDocument {
-  std::string program, solver;            ///< that wrote it, and the solver's version
-  std::string title, joint, side, job;    ///< of the job; its resolved text
+  std::string program, solver;           ///< that wrote it, and the solver's version
+  std::string title, joint, side, job;   ///< of the job; its resolved text
   std::vector<job::LoadedInput> inputs;  ///< names and hashes
   LaxityResult result;
   std::vector<Compared> compared;  ///< empty without published values

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "analysis/laxity.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "analysis/laxity.hpp"
 
 namespace vrda::analysis {
 namespace {

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <optional>
 
-#include "model/frames.hpp"
 #include "geometry/gap_query.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::analysis {
 namespace {

@@ -87,9 +87,9 @@ class RomScene {
     const Eigen::Vector3d of_first = reference_rotation(at.attitude).transpose() * contact.point_mm;
     const Eigen::Vector3d of_second = pose_of(at.pose).inverse() * contact.point_mm;
     return analysis::is_at_border(joint_.reference.tree_mesh.mesh, first_border_, contact.triangles.reference,
-                               of_first, border_resolution_mm) ||
+                                  of_first, border_resolution_mm) ||
            analysis::is_at_border(joint_.moving.tree_mesh.mesh, second_border_, contact.triangles.moving,
-                               of_second, border_resolution_mm);
+                                  of_second, border_resolution_mm);
   }
 
   /// Components of the triangles of a contact, of the joint's own reference and moving object.

@@ -215,7 +215,7 @@ ReducedPose raw_pose(const store::MotionModel& model, const store::Motion& raw, 
   const Attitude attitude{rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]),
                           rad_from_deg(choice.varus_deg)};
   const store::PoseCoordinates numbers{pose.t_mm.x(), pose.t_mm.y(), pose.t_mm.z(),
-                                        rad_from_deg(pose.theta_deg)};
+                                       rad_from_deg(pose.theta_deg)};
   pose.X_reference_moving = raw.joint_pose(attitude, numbers).X_reference_moving;
   return pose;
 }
@@ -565,7 +565,8 @@ std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const 
   const double first_deg = course.flexion_deg[posed.front()], last_deg = course.flexion_deg[posed.back()];
 
   store::TwoSided result = without_poses(
-      analysis::refined(model.flexion_deg, steps_per_interval(model.flexion_deg, options.spacing_deg)), degree);
+      analysis::refined(model.flexion_deg, steps_per_interval(model.flexion_deg, options.spacing_deg)),
+      degree);
   analysis::for_each_row(
       model, motion, result.flexion_deg, n_threads, [&](std::size_t row, analysis::PoseMeter& meter) {
         const double flexion_deg = result.flexion_deg[row], flexion_rad = rad_from_deg(flexion_deg);

@@ -409,7 +409,7 @@ MeasuredMotion measured_motion(const store::MotionModel& model, const std::strin
 analysis::AuditScene scene_of(const store::MotionModel& model)
 {
   return analysis::make_audit_scene(model.reference.contact.mesh, model.moving.contact.mesh,
-                                 store::solver_frame(model, 0), model.compartment_of_triangle);
+                                    store::solver_frame(model, 0), model.compartment_of_triangle);
 }
 
 store::MotionModel repaired_model(const store::MotionModel& model, const MeasuredMotion& measured,

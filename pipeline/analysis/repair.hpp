@@ -64,8 +64,8 @@ struct RepairedFrame {
   Attitude attitude;  ///< at which the pose is a rotation about Delta alone
   MovingPose pose;    ///< in S, at that attitude
   /// Repaired from measured in units of the noise: rotations, then translations, about and along the
-  /// canonical axes (of a left joint: of its mirror image). Its norm is the Mahalanobis distance; that of pure
-  /// noise has a mean square of the number of coordinates with noise.
+  /// canonical axes (of a left joint: of its mirror image). Its norm is the Mahalanobis distance; that of
+  /// pure noise has a mean square of the number of coordinates with noise.
   Vector6d displacement = Vector6d::Zero();
   FrameStatus status = FrameStatus::unchanged;
   FrameMeasurement before, after;

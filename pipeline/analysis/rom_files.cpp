@@ -448,8 +448,7 @@ void read_lines(const std::string& path, const std::string& key, RomLines& lines
   parse_lines(path, key, lines);
 }
 
-core::FrameWriter open_lines(const std::string& path, const std::string& key, bool is_fresh,
-                                RomLines& lines)
+core::FrameWriter open_lines(const std::string& path, const std::string& key, bool is_fresh, RomLines& lines)
 {
   std::error_code error;
   if (is_fresh || !std::filesystem::exists(path, error))

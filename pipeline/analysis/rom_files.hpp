@@ -15,7 +15,7 @@ namespace vrda::analysis {
 struct RomDocument {
   std::string program;                                     ///< that wrote it
   std::string title, joint, side, job;                     ///< of the job; its kind, its resolved text
-  std::vector<job::LoadedInput> inputs;                   ///< names and hashes
+  std::vector<job::LoadedInput> inputs;                    ///< names and hashes
   std::vector<std::string> reference_names, moving_names;  ///< of the components
   std::vector<std::string> fibre_names;
   RangeOfMotion range;
@@ -87,8 +87,7 @@ void read_lines(const std::string& path, const std::string& key, RomLines& lines
 
 /// Resumes the journal at `path`, adding its lines, or starts one; with `is_fresh` always starts one. Throws
 /// InputError if it has another key or is being written.
-core::FrameWriter open_lines(const std::string& path, const std::string& key, bool is_fresh,
-                                RomLines& lines);
+core::FrameWriter open_lines(const std::string& path, const std::string& key, bool is_fresh, RomLines& lines);
 
 std::string line_bytes(const RomLine& line);
 std::optional<RomLine> line_of(std::string_view bytes);

@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "core/text.hpp"
 #include "core/document.hpp"
-#include "store/motion_model.hpp"
+#include "core/text.hpp"
 #include "solve/uncertain_motion.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda::app {
 namespace {

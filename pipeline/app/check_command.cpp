@@ -8,15 +8,15 @@
 #include <nlohmann/json.hpp>
 
 #include "app/check_push.hpp"
-#include "model/frames.hpp"
+#include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "core/document.hpp"
+#include "job/case_picture.hpp"
+#include "job/job.hpp"
+#include "model/frames.hpp"
 #include "run/run_command.hpp"
 #include "run/run_output.hpp"
-#include "job/job.hpp"
 #include "solve/case_solver.hpp"
-#include "job/case_picture.hpp"
 
 namespace vrda::app {
 namespace {

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "run/campaign.hpp"
-#include "run/submission.hpp"
 #include "core/console.hpp"
 #include "job/case.hpp"
+#include "run/campaign.hpp"
+#include "run/submission.hpp"
 #include "solve/sweep.hpp"
 
 namespace vrda::app {
@@ -121,6 +121,6 @@ struct StartOptions {
 /// Local: returns the worst exit code once all processes have ended. Slurm: prints the submitted jobs. Dry
 /// run: prints what would be submitted.
 core::ExitCode start_tasks(const std::string& folder, const run::Submission& submission,
-                              const run::Work& work, const StartOptions& options);
+                           const run::Work& work, const StartOptions& options);
 
 }  // namespace vrda::app

@@ -6,12 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "app/model_commands.hpp"
 #include "analysis/audit.hpp"
 #include "analysis/compare.hpp"
+#include "app/model_commands.hpp"
+#include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "core/document.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
 
@@ -232,7 +232,7 @@ analysis::CompareOptions compare_options(const CompareCommandOptions& options)
   }
   if (options.refine > 0) {
     compare.contact = [measure = run::contact_measure(n_threads), hook](const store::MotionModel& model,
-                                                                            const store::SmoothedSet& set) {
+                                                                        const store::SmoothedSet& set) {
       if (hook) hook();
       return measure(model, set);
     };
@@ -250,12 +250,12 @@ void report_skipped_degrees(const std::string& file, const analysis::Comparison&
 {
   if (!comparison.undetermined_degrees.empty()) {
     core::log_info(file + ": too few solved cells to fit degree " +
-                      std::to_string(comparison.undetermined_degrees.front()) + " and above");
+                   std::to_string(comparison.undetermined_degrees.front()) + " and above");
   }
   for (const analysis::DegreeRow& row : comparison.rows) {
     if (!row.is_converged)
       core::log_warning("degree " + std::to_string(row.set.degree) +
-                           ": the robust weights did not converge within the iteration limit");
+                        ": the robust weights did not converge within the iteration limit");
   }
 }
 

@@ -8,13 +8,13 @@
 #include <utility>
 
 #include "app/file_commands.hpp"
-#include "job/thesis_files.hpp"
 #include "core/text.hpp"
-#include "run/run_output.hpp"
-#include "job/component_loader.hpp"
-#include "job/clean_mesh.hpp"
-#include "job/job.hpp"
 #include "geometry/shapes.hpp"
+#include "job/clean_mesh.hpp"
+#include "job/component_loader.hpp"
+#include "job/job.hpp"
+#include "job/thesis_files.hpp"
+#include "run/run_output.hpp"
 
 namespace vrda::app {
 namespace {
@@ -59,14 +59,14 @@ TableRow counted_component(const job::ObjectComponent& component, const std::str
 {
   const job::CleanMesh clean = job::clean_mesh(component.mesh, job::Winding::outward, Side::right);
   core::log_info(stem + ".obj, " + stem + ".normals: " + std::to_string(component.mesh.vertices.rows()) +
-                    " vertices");
+                 " vertices");
   if (clean.n_degenerate > 0) {
     core::log_warning(component.name + ": " + std::to_string(clean.n_degenerate) +
-                         " faces or triangles without area are not counted as triangles");
+                      " faces or triangles without area are not counted as triangles");
   }
   if (clean.n_identical > 0) {
     core::log_warning(component.name + ": " + std::to_string(clean.n_identical) +
-                         " identical triangles are counted once");
+                      " identical triangles are counted once");
   }
   return {component.name, component.mesh.size.size(), clean.mesh.triangles.rows()};
 }
@@ -84,8 +84,7 @@ void warn_of_missing_models(const job::KeywordConfiguration& configuration, cons
   for (const std::vector<std::string>* names : {&configuration.reference, &configuration.moving}) {
     for (const std::string& name : *names) {
       const fs::path file = models / (name + ".obj");
-      if (!fs::exists(file))
-        core::log_warning("missing file \"" + file.string() + "\", which the job needs");
+      if (!fs::exists(file)) core::log_warning("missing file \"" + file.string() + "\", which the job needs");
     }
   }
 }
@@ -125,7 +124,7 @@ core::ExitCode convert_mesh_command(const ConvertMeshOptions& options)
       run::publish(options.output, "vrda convert", job::mesh_bytes(options.output, mesh));
   std::printf("%s\n", options.output.c_str());
   core::log_info(std::to_string(mesh.vertices.rows()) + " vertices, " + std::to_string(mesh.size.size()) +
-                    " faces");
+                 " faces");
   return code;
 }
 
@@ -141,9 +140,9 @@ core::ExitCode convert_config_command(const ConvertConfigOptions& options)
     throw InputError({options.output, "output", "the configuration file", "another file"});
   const fs::path job_folder = fs::absolute(options.output).lexically_normal().parent_path();
   const fs::path file = options.file;
-  const std::string text = job::job_text(
-      configuration, {file.stem().string(), file.filename().string(),
-                      models.lexically_relative(job_folder).generic_string(), options.unit});
+  const std::string text =
+      job::job_text(configuration, {file.stem().string(), file.filename().string(),
+                                    models.lexically_relative(job_folder).generic_string(), options.unit});
   job::checked_job(
       {options.output, core::parse_toml(text, options.output), {}});  // a name may be invalid UTF-8
   const core::ExitCode code = run::publish(options.output, "vrda convert", text);

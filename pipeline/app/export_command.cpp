@@ -10,14 +10,14 @@
 #include <optional>
 
 #include "app/angle_range.hpp"
-#include "job/thesis_files.hpp"
-#include "core/text.hpp"
 #include "core/document.hpp"
-#include "tables/formats.hpp"
-#include "tables/osim_model.hpp"
+#include "core/text.hpp"
+#include "job/thesis_files.hpp"
 #include "run/run_output.hpp"
-#include "tables/motion_table.hpp"
 #include "store/motion_model.hpp"
+#include "tables/formats.hpp"
+#include "tables/motion_table.hpp"
+#include "tables/osim_model.hpp"
 
 namespace vrda::app {
 namespace {
@@ -132,7 +132,7 @@ bool is_column_name(const std::string& name)
 tables::OpenSimOptions opensim_options(const ExportOptions& options, const std::string& joint, Side side)
 {
   tables::OpenSimOptions opensim{tables::opensim_columns(joint, side), options.in_degrees,
-                                  options.degrees_per_second, options.translations == "mesh-origin"};
+                                 options.degrees_per_second, options.translations == "mesh-origin"};
   const bool has_two = options.varus == driven_varus;
   for (const auto& [coordinate, column] :
        tables::names_by_coordinate("vrda export", "--coordinate", options.coordinates)) {
@@ -254,7 +254,7 @@ void warn_of_left_out(const tables::FlexionMotion& motion)
   }
   if (motion.omitted.size() > most_shown) list += ", ...";
   core::log_warning(std::to_string(motion.omitted.size()) +
-                       (motion.key_name.empty() ? " flexions" : " frames") + " omitted: " + list);
+                    (motion.key_name.empty() ? " flexions" : " frames") + " omitted: " + list);
 }
 
 nlohmann::ordered_json report_of(const ExportOptions& options, const tables::FlexionMotion* motion,

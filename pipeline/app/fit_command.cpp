@@ -6,13 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "app/score_command.hpp"
-#include "core/text.hpp"
-#include "model/frames.hpp"
-#include "core/document.hpp"
 #include "analysis/offset_fit.hpp"
-#include "run/run_output.hpp"
+#include "app/score_command.hpp"
+#include "core/document.hpp"
+#include "core/text.hpp"
 #include "job/job.hpp"
+#include "model/frames.hpp"
+#include "run/run_output.hpp"
 #include "tables/imported_model.hpp"
 
 namespace vrda::app {

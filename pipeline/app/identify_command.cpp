@@ -7,19 +7,19 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "analysis/fit_files.hpp"
 #include "app/fit_command.hpp"
 #include "app/score_command.hpp"
 #include "core/text.hpp"
-#include "model/coordinates.hpp"
 #include "core/units.hpp"
-#include "analysis/fit_files.hpp"
+#include "job/command_jobs.hpp"
+#include "job/job.hpp"
+#include "job/ligament_files.hpp"
+#include "model/coordinates.hpp"
 #include "run/run_command.hpp"
 #include "run/run_output.hpp"
-#include "job/command_jobs.hpp"
-#include "job/ligament_files.hpp"
-#include "job/job.hpp"
-#include "tables/imported_model.hpp"
 #include "solve/case_solver.hpp"
+#include "tables/imported_model.hpp"
 
 namespace vrda::app {
 namespace {
@@ -47,7 +47,7 @@ Measurements measurements_of(const FitCommandOptions& o, const analysis::Convent
   Measurements all;
   for (const std::string& file : o.to_files) {
     const std::string text = job::file_bytes(file, {file, "", "", "a CSV file of a motion or of laxities"},
-                                              largest_measurement_bytes);
+                                             largest_measurement_bytes);
     all.inputs.push_back({file, job::sha256_of(text)});
     if (file.ends_with(".csv") && is_laxity_table(file, text)) {
       const std::vector<analysis::PublishedValue> rows = analysis::published_values(file, text);
@@ -228,8 +228,9 @@ void write_fitted(Publication& result, const FitCommandOptions& o, const job::Jo
 {
   const std::string stem = stem_of(o.output);
   std::string table;
-  const bool has_fibres = std::any_of(document.unknowns.begin(), document.unknowns.end(),
-                                      [](const analysis::Unknown& unknown) { return !unknown.fibres.empty(); });
+  const bool has_fibres =
+      std::any_of(document.unknowns.begin(), document.unknowns.end(),
+                  [](const analysis::Unknown& unknown) { return !unknown.fibres.empty(); });
   if (has_fibres) {
     const std::string path = stem + ".ligaments.csv";
     table = std::filesystem::path(path).filename().string();
@@ -240,8 +241,8 @@ void write_fitted(Publication& result, const FitCommandOptions& o, const job::Jo
   run::remove_obsolete_files({journal_of(o)});
 }
 
-analysis::Identification identified(const FitCommandOptions& o, const analysis::FitData& data, analysis::IdentifyPlan& plan,
-                               const std::vector<job::LoadedInput>& inputs)
+analysis::Identification identified(const FitCommandOptions& o, const analysis::FitData& data,
+                                    analysis::IdentifyPlan& plan, const std::vector<job::LoadedInput>& inputs)
 {
   std::vector<std::string> hashes{o.rows, o.translations};
   for (const job::LoadedInput& input : inputs) hashes.push_back(input.sha256);
@@ -249,8 +250,8 @@ analysis::Identification identified(const FitCommandOptions& o, const analysis::
     hashes.push_back(std::isfinite(noise) ? shortest_decimal(noise) : "inf");
   std::optional<core::FrameWriter> journal;
   if (!o.output.empty()) {
-    journal.emplace(analysis::open_evaluations(journal_of(o), analysis::identification_key(data, plan, hashes),
-                                          o.is_fresh, plan.known));
+    journal.emplace(analysis::open_evaluations(
+        journal_of(o), analysis::identification_key(data, plan, hashes), o.is_fresh, plan.known));
     plan.keep = [&](const analysis::Evaluation& evaluation) {
       journal->append(analysis::evaluation_bytes(evaluation));
     };
@@ -317,7 +318,7 @@ core::ExitCode identify_command(const FitCommandOptions& o)
     if (is_shown && n % 50 == 0) core::log_info(std::to_string(n) + " evaluations");
   };
   const analysis::FitDocument document{
-      "vrda " VRDA_VERSION, solve::solver_version_of(first_case), job.title, job.resolved_text, inputs,
+      "vrda " VRDA_VERSION, solve::solver_version_of(first_case),      job.title, job.resolved_text, inputs,
       plan.unknowns,        identified(o, data, plan, measured.inputs)};
   if (document.found.is_stopped) return core::ExitCode::interrupted;
   if (result) write_fitted(*result, o, job, first_case, document);
@@ -327,7 +328,7 @@ core::ExitCode identify_command(const FitCommandOptions& o)
     print_found(document);
   }
   return document.found.status == analysis::FitStatus::converged ? core::ExitCode::done
-                                                            : core::ExitCode::incomplete;
+                                                                 : core::ExitCode::incomplete;
 }
 
 }  // namespace vrda::app

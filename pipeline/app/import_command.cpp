@@ -9,17 +9,17 @@
 #include <utility>
 
 #include "analysis/audit.hpp"
-#include "model/coordinates.hpp"
-#include "core/text.hpp"
-#include "core/files.hpp"
 #include "core/document.hpp"
-#include "run/run_output.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
 #include "job/job.hpp"
-#include "tables/convention_search.hpp"
-#include "tables/imported_model.hpp"
+#include "model/coordinates.hpp"
+#include "run/run_output.hpp"
 #include "solve/case_solver.hpp"
 #include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
+#include "tables/convention_search.hpp"
+#include "tables/imported_model.hpp"
 
 namespace vrda::app {
 namespace {
@@ -98,8 +98,8 @@ std::string alternatives_text(const ConventionSearch& search)
       const std::string value = tables::value_of(search.candidates[i].convention, term);
       if (std::find(values.begin(), values.end(), value) == values.end()) values.push_back(value);
     }
-    text += (text.empty() ? "" : "; ") + std::string(tables::name_of(term)) + ": " +
-            join_alternatives(values);
+    text +=
+        (text.empty() ? "" : "; ") + std::string(tables::name_of(term)) + ": " + join_alternatives(values);
   }
   return text;
 }
@@ -107,8 +107,7 @@ std::string alternatives_text(const ConventionSearch& search)
 Json json_of(const tables::Convention& convention)
 {
   Json json = Json::object();
-  for (const Term term : tables::all_terms)
-    json[tables::name_of(term)] = tables::value_of(convention, term);
+  for (const Term term : tables::all_terms) json[tables::name_of(term)] = tables::value_of(convention, term);
   return json;
 }
 
@@ -157,8 +156,7 @@ void print(const ConventionSearch& search)
   for (const Candidate& c : search.candidates) {
     if (n++ == std::max(most_printed, search.n_best) || !std::isfinite(c.share)) break;
     std::vector<std::string> words;
-    for (const Term term : tables::all_terms)
-      words.push_back(tables::value_of(c.convention, term));
+    for (const Term term : tables::all_terms) words.push_back(tables::value_of(c.convention, term));
     char share[24];
     std::snprintf(share, sizeof share, "%.4f", c.share);
     std::printf(row, words[0].c_str(), words[1].c_str(), words[2].c_str(), words[3].c_str(), words[4].c_str(),
@@ -181,8 +179,7 @@ std::string record_of(const ImportOptions& o, const tables::Convention& conventi
 {
   std::string text = "\n[import]\nmotion = \"" + std::filesystem::path(o.motion).filename().string() + "\"\n";
   for (const Term term : tables::all_terms)
-    text += std::string(tables::name_of(term)) + " = \"" + tables::value_of(convention, term) +
-            "\"\n";
+    text += std::string(tables::name_of(term)) + " = \"" + tables::value_of(convention, term) + "\"\n";
   return text;
 }
 
@@ -212,13 +209,13 @@ Found found_motion(const ImportOptions& o, const job::Case& subject, const table
   const solve::Joint joint = solve::joint_of(subject, subject.frame);
   const tables::SearchScene scene{subject.frame, joint, bounding_box(subject.moving.contact.mesh)};
   Found found;
-  found.search = tables::find_convention(table, request, frame.joint, scene,
-                                                run::thread_count_or_all(o.n_threads));
+  found.search =
+      tables::find_convention(table, request, frame.joint, scene, run::thread_count_or_all(o.n_threads));
   const tables::Convention& convention = found.search.candidates.front().convention;
   const bool is_searched = request.automatic.count(Term::angles) > 0 || !table.stated.angles;
   const tables::UnitSource source = request.stated.angles ? tables::UnitSource::option
-                                      : is_searched         ? tables::UnitSource::found
-                                                            : tables::UnitSource::file;
+                                    : is_searched         ? tables::UnitSource::found
+                                                          : tables::UnitSource::file;
   found.motion = {
       table.key_name, table.key, tables::poses_of(table, convention, frame.joint), {}, table.warnings};
   for (const std::string& line : tables::unit_warnings(table, convention.angles, source, frame.joint))
@@ -248,11 +245,9 @@ core::ExitCode import_command(const ImportOptions& o)
   run::require_plain_text("--motion", o.motion);
   run::require_plain_text("--reference-motion", o.reference_motion);
   const job::LoadOptions where{o.data_directory, o.overrides};
-  const job::Case job_case =
-      job::with_one_delta(run::load_and_report_case(o.job_file, where), o.job_file);
+  const job::Case job_case = job::with_one_delta(run::load_and_report_case(o.job_file, where), o.job_file);
   const job::Case subject = job::scaled_to_subject(job_case);
-  const tables::ImportFrame frame =
-      tables::import_frame(job::read_job(o.job_file, o.overrides), job_case);
+  const tables::ImportFrame frame = tables::import_frame(job::read_job(o.job_file, o.overrides), job_case);
   const Found found = found_motion(o, subject, frame);
   if (!o.as_json) print(found.search);
   if (o.as_json && found.search.n_best != 1)
@@ -271,9 +266,8 @@ core::ExitCode import_command(const ImportOptions& o)
   const int n_threads = run::thread_count_or_all(o.n_threads);
   const store::MotionModel model = tables::imported_model(import_case, found.motion, n_threads);
   store::write_motion_model(output, model);
-  core::log_info(
-      std::to_string(found.motion.key.size()) + " frames over " + found.motion.key_name + ": " +
-      options_text(convention, {std::begin(tables::all_terms), std::end(tables::all_terms)}));
+  core::log_info(std::to_string(found.motion.key.size()) + " frames over " + found.motion.key_name + ": " +
+                 options_text(convention, {std::begin(tables::all_terms), std::end(tables::all_terms)}));
   const std::string gimbal_lock = gimbal_lock_text(store::clinical_curves(model).n_locked);
   if (!gimbal_lock.empty()) core::log_warning(output + ": " + gimbal_lock);
   const std::string overlap = overlap_text(model, n_threads);

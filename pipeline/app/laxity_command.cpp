@@ -5,14 +5,14 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "core/text.hpp"
-#include "core/files.hpp"
-#include "core/document.hpp"
-#include "run/run_command.hpp"
-#include "run/run_output.hpp"
 #include "analysis/laxity.hpp"
+#include "core/document.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
 #include "job/command_jobs.hpp"
 #include "job/job.hpp"
+#include "run/run_command.hpp"
+#include "run/run_output.hpp"
 #include "solve/case_solver.hpp"
 
 namespace vrda::app {
@@ -92,8 +92,7 @@ core::ExitCode laxity_command(const LaxityOptions& o)
         {o.job_file, "laxity", "nothing", "[laxity] with flexion_deg and a load (schemas/laxity.md)"});
   const std::vector<analysis::PublishedValue> published = published_of(o.against);
   const job::Case job_case = job::scaled_to_subject(
-      run::load_checked_case(job::over_flexions(job, job.laxity->flexion_deg), o.data_directory)
-          .job_case);
+      run::load_checked_case(job::over_flexions(job, job.laxity->flexion_deg), o.data_directory).job_case);
   for (const std::string& warning : job_case.warnings) core::log_warning(warning);
   const std::filesystem::path folder = o.folder;
   const std::string file = (folder / "laxity.json").string();
@@ -107,12 +106,12 @@ core::ExitCode laxity_command(const LaxityOptions& o)
   core::install_signal_handlers();
   plan.is_stopped = core::is_interrupted;
   core::Progress progress(core::progress_style_of(o.progress), "curves",
-                             static_cast<int>(analysis::n_curves(plan.loads)), 0);
+                          static_cast<int>(analysis::n_curves(plan.loads)), 0);
   plan.on_progress = [&] { progress.advance(); };
   analysis::LaxityDocument document{
-      "vrda " VRDA_VERSION, solve::solver_version_of(job_case),  job_case.title,
+      "vrda " VRDA_VERSION, solve::solver_version_of(job_case),        job_case.title,
       job_case.joint,       job.side == Side::left ? "left" : "right", job_case.resolved_job,
-      job_case.inputs,      analysis::laxity_of(job_case, plan),         {}};
+      job_case.inputs,      analysis::laxity_of(job_case, plan),       {}};
   if (document.result.curves.empty()) return core::ExitCode::interrupted;
   document.compared = analysis::compared(document.result, published);
   output->add((folder / "index.html").string(), analysis::laxity_page(document));

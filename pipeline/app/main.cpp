@@ -462,7 +462,7 @@ int run_program(int argc, char** argv)
   if (commands.is_quiet) vrda::core::suppress_info();
   vrda::store::on_unconfined_read([](const std::string& why) {
     vrda::core::log_warning("the process that reads HDF5 runs without a sandbox on this system (" + why +
-                               "); its resource limits still apply");
+                            "); its resource limits still apply");
   });
   const ExitCode code = commands.chosen();
   require_printed();

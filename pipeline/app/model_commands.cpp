@@ -7,15 +7,15 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/audit.hpp"
-#include "model/coordinates.hpp"
-#include "core/text.hpp"
-#include "model/mesh.hpp"
+#include "analysis/reduce.hpp"
 #include "core/document.hpp"
+#include "core/text.hpp"
+#include "model/coordinates.hpp"
+#include "model/mesh.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
 #include "store/curve_figures.hpp"
 #include "store/motion.hpp"
-#include "analysis/reduce.hpp"
 #include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
 
@@ -245,8 +245,8 @@ TwoSidedByMotion two_sided_by_motion(const store::MotionModel& model, const anal
 {
   TwoSidedByMotion motions{{"raw", raw.two_sided}};
   if (model.two_sided)
-    motions.emplace_back("two_sided", store::two_sided_figures(analysis::audit(
-                                          model, "two_sided", 1, run::thread_count_or_all(0))));
+    motions.emplace_back("two_sided", store::two_sided_figures(analysis::audit(model, "two_sided", 1,
+                                                                               run::thread_count_or_all(0))));
   for (const store::AuditSet& audit : model.audits) {
     if (audit.name != "raw" && audit.name != "two_sided")
       motions.emplace_back(audit.name, store::two_sided_figures(audit));

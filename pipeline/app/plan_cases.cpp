@@ -5,8 +5,8 @@
 #include <map>
 #include <utility>
 
-#include "core/text.hpp"
 #include "core/document.hpp"
+#include "core/text.hpp"
 #include "job/job.hpp"
 #include "solve/case_solver.hpp"
 

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "run/submission.hpp"
 #include "core/document.hpp"
+#include "run/submission.hpp"
 
 namespace vrda::app {
 namespace {
@@ -241,7 +241,7 @@ void warn_of_duplicates(const std::vector<PlannedCase>& cases)
   for (const PlannedCase& planned : cases) {
     if (planned.same_as.empty()) continue;
     core::log_warning("case " + planned.campaign_case.spec.name + " gives the same motion as " +
-                         planned.same_as);
+                      planned.same_as);
   }
 }
 
@@ -253,9 +253,9 @@ void report_shared_steps(const std::vector<PlannedCase>& cases)
   if (n == 0) return;
   const PlannedCase& first = *std::find_if(cases.begin(), cases.end(), is_scaled);
   core::log_info(std::to_string(n) + " of " + std::to_string(cases.size()) +
-                    " cases differ from another case only in scaling, such as " +
-                    first.campaign_case.spec.name + " from " + first.same_steps_as +
-                    ": vrda merge --job of one accepts the journals of the other");
+                 " cases differ from another case only in scaling, such as " + first.campaign_case.spec.name +
+                 " from " + first.same_steps_as +
+                 ": vrda merge --job of one accepts the journals of the other");
 }
 
 void print(const run::Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)

@@ -10,20 +10,20 @@
 #include "app/prepare_report.hpp"
 #include "app/prepare_subject.hpp"
 #include "app/staged_folder.hpp"
-#include "job/thesis_files.hpp"
+#include "core/document.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
-#include "model/frames.hpp"
 #include "core/units.hpp"
-#include "core/document.hpp"
-#include "run/run_output.hpp"
+#include "geometry/fit_checks.hpp"
+#include "job/case_picture.hpp"
 #include "job/component_loader.hpp"
 #include "job/job.hpp"
-#include "job/case_picture.hpp"
+#include "job/thesis_files.hpp"
+#include "model/frames.hpp"
 #include "prepare/job_files.hpp"
-#include "prepare/template_joint.hpp"
 #include "prepare/knee_landmarks.hpp"
-#include "geometry/fit_checks.hpp"
+#include "prepare/template_joint.hpp"
+#include "run/run_output.hpp"
 
 namespace vrda::app {
 namespace {
@@ -51,8 +51,7 @@ prepare::KneeLandmarks landmarks_of(const PrepareOptions& options)
   const std::string wanted = "a TOML file of landmarks";
   if (!fs::is_regular_file(options.landmarks))
     throw InputError({options.landmarks, "--landmarks", "no file", wanted});
-  return prepare::read_knee_landmarks(options.landmarks,
-                                      core::read_document_text(options.landmarks, wanted));
+  return prepare::read_knee_landmarks(options.landmarks, core::read_document_text(options.landmarks, wanted));
 }
 
 class Preparation {
@@ -118,10 +117,9 @@ class Preparation {
     if (core::is_interrupted()) return;
     if (wrong_part) throw InputError(*wrong_part);
     core::log_info("side " + side_name(fit_.side) + ", unit " + job::unit_of_mm(fit_.unit_mm) +
-                      ", scanned at " + shortest_decimal(std::round(deg_from_rad(fit_.scanned.flexion_rad))) +
-                      " degrees of flexion");
-    const std::vector<std::string> doubts =
-        geometry::fit_warnings(fit_, surfaces, known.side.has_value());
+                   ", scanned at " + shortest_decimal(std::round(deg_from_rad(fit_.scanned.flexion_rad))) +
+                   " degrees of flexion");
+    const std::vector<std::string> doubts = geometry::fit_warnings(fit_, surfaces, known.side.has_value());
     warnings_.insert(warnings_.end(), doubts.begin(), doubts.end());
     check_fibula();
     warn_of_one_compartment(subject_, warnings_);
@@ -174,8 +172,7 @@ class Preparation {
   {
     for (const SubjectPart& part : subject_.moving) {
       if (part.component.name != "fibula") continue;
-      const std::string found =
-          geometry::fibula_rejection(part.mesh, joined(surfaces_of(subject_.moving)));
+      const std::string found = geometry::fibula_rejection(part.mesh, joined(surfaces_of(subject_.moving)));
       if (!found.empty())
         throw InputError({part.file, "--fibula", found, "the fibula beside this tibia, in the scan's unit"});
       if (!geometry::is_fibula_lateral(part.mesh, fit_.side))
@@ -272,7 +269,7 @@ class Preparation {
                          {job::stl_bytes(part.mesh, "vrda prepare, mm, anatomical frame")});
     }
     return job::load_case(job::parse_job(file("knee.toml"), prepare::job_text(description(has_ligaments))),
-                           "");
+                          "");
   }
 
   void write_picture(const job::Case& drawn, const std::string& name, const std::string& refusal = {}) const
@@ -304,10 +301,9 @@ class Preparation {
     write_ligaments(transferred.ligaments);
     job::Case prepared = written_case(true);
     core::log_info("slack lengths of " + std::to_string(transferred.ligaments.fibres.size()) +
-                      " fibres: the knee is solved at 10 flexions, at most 5 times");
-    const prepare::SlackResult slack =
-        prepare::set_slack_lengths(prepared, reference_.joint,
-                                   run::thread_count_or_all(options_.n_threads), core::is_interrupted);
+                   " fibres: the knee is solved at 10 flexions, at most 5 times");
+    const prepare::SlackResult slack = prepare::set_slack_lengths(
+        prepared, reference_.joint, run::thread_count_or_all(options_.n_threads), core::is_interrupted);
     if (core::is_interrupted()) return prepared;
     write_ligaments(prepared.ligaments);
     report_["fibres"] = fibres_json(transferred, slack);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/frames.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/component_loader.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::app {
 namespace {

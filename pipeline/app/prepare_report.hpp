@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "prepare/template_joint.hpp"
 #include "prepare/knee_landmarks.hpp"
+#include "prepare/template_joint.hpp"
 
 namespace vrda::app {
 

@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "core/text.hpp"
+#include "geometry/fit_checks.hpp"
 #include "job/clean_mesh.hpp"
 #include "job/job.hpp"
 #include "job/surface_warnings.hpp"
 #include "prepare/template_joint.hpp"
-#include "geometry/fit_checks.hpp"
 
 namespace vrda::app {
 namespace {
@@ -240,8 +240,7 @@ std::optional<InputError::Facts> wrong_part(const Subject& subject, const KneeSu
       if (part.component.material == "cartilage")
         check = geometry::cartilage_check(in_mm(part.mesh, unit_mm), bone, *own, *other);
       if (part.component.material == "meniscus")
-        check =
-            geometry::meniscus_check(in_mm(part.mesh, unit_mm), in_mm(joined(surfaces.tibia), unit_mm));
+        check = geometry::meniscus_check(in_mm(part.mesh, unit_mm), in_mm(joined(surfaces.tibia), unit_mm));
       if (!check.rejection.empty())
         return InputError::Facts{part.file, option_of(part), check.rejection, wanted};
       if (!check.doubt.empty()) warnings.push_back(part.file + ": " + option_of(part) + ": " + check.doubt);

@@ -8,8 +8,8 @@
 
 #include "app/file_commands.hpp"
 #include "core/text.hpp"
-#include "prepare/job_files.hpp"
 #include "geometry/knee_fit.hpp"
+#include "prepare/job_files.hpp"
 
 namespace vrda::app {
 
@@ -42,16 +42,15 @@ geometry::BoneSurfaces surfaces_of(const std::vector<SubjectPart>& parts);
 
 /// The first part that is not what its option says, such as the cartilage of the other bone; doubtful ones
 /// are added to `warnings`. In the scan's axes and unit.
-std::optional<InputError::Facts> wrong_part(const Subject& subject,
-                                            const geometry::KneeSurfaces& surfaces, double unit_mm,
-                                            std::vector<std::string>& warnings);
+std::optional<InputError::Facts> wrong_part(const Subject& subject, const geometry::KneeSurfaces& surfaces,
+                                            double unit_mm, std::vector<std::string>& warnings);
 
 void move_to_frame(std::vector<SubjectPart>& parts, double unit_mm, const Pose& X_scan_bone);
 
 /// Thickens bones whose cartilage is not given.
 void add_cartilage(const PrepareOptions& options, const geometry::KneeFit& fit,
-                   const geometry::KneeSurfaces& surfaces, Subject& subject,
-                   nlohmann::ordered_json& report, std::vector<std::string>& warnings);
+                   const geometry::KneeSurfaces& surfaces, Subject& subject, nlohmann::ordered_json& report,
+                   std::vector<std::string>& warnings);
 
 /// The components of a body of the template in its bone's frame, scaled.
 std::vector<SubjectPart> scaled_parts(const Body& body, const Eigen::Vector3d& scale,

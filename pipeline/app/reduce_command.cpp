@@ -7,11 +7,11 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "core/text.hpp"
+#include "analysis/reduce.hpp"
 #include "core/document.hpp"
+#include "core/text.hpp"
 #include "run/run_output.hpp"
 #include "store/motion.hpp"
-#include "analysis/reduce.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::app {
@@ -229,8 +229,8 @@ core::ExitCode reduce_command(const ReduceOptions& options)
   model.zero_varus = std::move(z);
   if (is_stored) store::write_motion_model(options.file, model);
   core::log_info(options.file + ": zero-varus motion from " + options.set + ", " +
-                    std::to_string(model.zero_varus->source.size()) +
-                    " flexions: " + counts_line(*model.zero_varus));
+                 std::to_string(model.zero_varus->source.size()) +
+                 " flexions: " + counts_line(*model.zero_varus));
   const std::string cut_off = analysis::cut_off_warning(*model.zero_varus);
   if (!cut_off.empty()) core::log_warning(options.file + ": " + cut_off);
   if (options.as_json) {

@@ -7,13 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "core/text.hpp"
-#include "core/files.hpp"
-#include "core/units.hpp"
-#include "core/document.hpp"
-#include "run/run_output.hpp"
-#include "job/job.hpp"
 #include "analysis/repair.hpp"
+#include "core/document.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "job/job.hpp"
+#include "run/run_output.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::app {
@@ -205,8 +205,7 @@ core::ExitCode repair_command(const RepairCommandOptions& o)
   const analysis::RepairedMotion motion = analysis::repair(analysis::scene_of(model), measured, options);
   store::write_motion_model(o.output, analysis::repaired_model(model, measured, motion, options.noise));
   if (model.ligaments)
-    core::log_info(o.output + ": without the fibres of " + o.file +
-                      ", which belong to the measured poses");
+    core::log_info(o.output + ": without the fibres of " + o.file + ", which belong to the measured poses");
   const RepairFigures figures = figures_of(motion, options.noise);
   if (o.as_json) {
     std::printf("%s\n", core::json_text(json_of(motion, measured, figures), 2).c_str());
@@ -216,11 +215,11 @@ core::ExitCode repair_command(const RepairCommandOptions& o)
   const int n_failed = figures.n_of_status[static_cast<int>(store::RepairStatus::not_converged)];
   if (n_failed > 0)
     core::log_warning(o.output + ": " + std::to_string(n_failed) +
-                         " frames still overlap or have a gap beyond the limit; increase the stated noise "
-                         "or the gap limit");
+                      " frames still overlap or have a gap beyond the limit; increase the stated noise "
+                      "or the gap limit");
   if (!motion.is_converged)
     core::log_warning(o.output + ": not converged after " + std::to_string(motion.n_iterations) +
-                         " iterations; a nearer motion may exist");
+                      " iterations; a nearer motion may exist");
   return n_failed == 0 && motion.is_converged ? core::ExitCode::done : core::ExitCode::incomplete;
 }
 

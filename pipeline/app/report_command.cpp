@@ -14,19 +14,19 @@
 #include <limits>
 #include <optional>
 
+#include "analysis/audit.hpp"
+#include "analysis/compare.hpp"
+#include "analysis/reduce.hpp"
+#include "analysis/smooth.hpp"
 #include "app/file_commands.hpp"
 #include "app/model_commands.hpp"
-#include "analysis/audit.hpp"
-#include "run/local_run.hpp"
-#include "analysis/compare.hpp"
 #include "core/text.hpp"
+#include "job/job.hpp"
+#include "report/report.hpp"
+#include "run/local_run.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
-#include "job/job.hpp"
 #include "store/motion.hpp"
-#include "analysis/reduce.hpp"
-#include "report/report.hpp"
-#include "analysis/smooth.hpp"
 
 namespace vrda::app {
 namespace {
@@ -194,7 +194,7 @@ report::RawExtremes raw_extremes(const store::MotionModel& model)
 
 // Empty if the solved cells cannot determine even degree 1.
 std::optional<analysis::Comparison> comparison_of(const store::MotionModel& model,
-                                                 const ReportOptions& options)
+                                                  const ReportOptions& options)
 {
   if (model.frames) return std::nullopt;
   if (analysis::largest_degree(analysis::smooth_input(model, options.files.front())) < 1) return std::nullopt;

@@ -8,14 +8,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "analysis/rom_files.hpp"
 #include "app/angle_range.hpp"
-#include "run/submission.hpp"
+#include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "core/document.hpp"
-#include "run/run_output.hpp"
 #include "job/job.hpp"
-#include "analysis/rom_files.hpp"
+#include "run/run_output.hpp"
+#include "run/submission.hpp"
 
 namespace vrda::app {
 namespace {
@@ -119,7 +119,8 @@ Json end_json(const analysis::RomDocument& document, const analysis::RangeEnd& e
   if (!end.is_of_axis) {
     json["reference"] = name_or_dash(document.reference_names, end.component_reference);
     json["moving"] = name_or_dash(document.moving_names, end.component_moving);
-    if (end.beyond == analysis::RomStatus::fibre) json["fibre"] = name_or_dash(document.fibre_names, end.fibre);
+    if (end.beyond == analysis::RomStatus::fibre)
+      json["fibre"] = name_or_dash(document.fibre_names, end.fibre);
   }
   return json;
 }
@@ -188,7 +189,7 @@ std::vector<std::string> journals_of(const std::string& file)
 
 /// The range, or that of a shard, which has no cells; empty when interrupted.
 std::optional<analysis::RangeOfMotion> solved(const RomOptions& o, const std::string& file,
-                                         const job::Case& job_case, analysis::RomPlan& plan)
+                                              const job::Case& job_case, analysis::RomPlan& plan)
 {
   const std::string key = analysis::rom_key(job_case, plan);
   analysis::RomLines lines;
@@ -197,11 +198,10 @@ std::optional<analysis::RangeOfMotion> solved(const RomOptions& o, const std::st
     for (const std::string& shard : store::list_shard_journals_if_readable(file))
       analysis::read_lines(shard, key, lines);
   }
-  const std::string path =
-      plan.shard ? store::shard_journal_of(file, *plan.shard) : store::journal_of(file);
+  const std::string path = plan.shard ? store::shard_journal_of(file, *plan.shard) : store::journal_of(file);
   core::FrameWriter journal = analysis::open_lines(path, key, o.is_fresh, lines);
   core::Progress progress(core::progress_style_of(o.progress), "attitudes",
-                             static_cast<int>(plan.axes.n_cells()), 0);
+                          static_cast<int>(plan.axes.n_cells()), 0);
   plan.on_progress = [&](std::size_t) { progress.advance(); };
   plan.recall = [&](std::int8_t axis, const std::array<std::int32_t, 3>& at) {
     const auto found = lines.find({axis, at});
@@ -250,10 +250,10 @@ core::ExitCode compare(const RomOptions& o)
                        {"comparison.csv", analysis::comparison_csv(a, b)}});
   }
   const std::pair<const char*, const analysis::RomVolume&> rows[] = {{"first", found.a},
-                                                                {"second", found.b},
-                                                                {"both", found.both},
-                                                                {"only_first", found.only_a},
-                                                                {"only_second", found.only_b}};
+                                                                     {"second", found.b},
+                                                                     {"both", found.both},
+                                                                     {"only_first", found.only_a},
+                                                                     {"only_second", found.only_b}};
   if (o.as_json) {
     Json json = Json::object();
     for (const auto& [name, volume] : rows) json[name] = volume_json(volume);

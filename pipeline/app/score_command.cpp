@@ -7,14 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "core/text.hpp"
-#include "model/coordinates.hpp"
-#include "core/units.hpp"
-#include "core/document.hpp"
-#include "run/run_output.hpp"
-#include "tables/imported_model.hpp"
-#include "store/motion.hpp"
 #include "analysis/score.hpp"
+#include "core/document.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "model/coordinates.hpp"
+#include "run/run_output.hpp"
+#include "store/motion.hpp"
+#include "tables/imported_model.hpp"
 
 namespace vrda::app {
 namespace {
@@ -72,7 +72,7 @@ std::optional<Eigen::Vector3d> long_axis_of(const Source& found, const std::stri
 }
 
 analysis::Convention convention_of(const Source& found, const Source& against,
-                                const ScoreCommandOptions& options)
+                                   const ScoreCommandOptions& options)
 {
   if (found.model && against.model && found.model->side != against.model->side)
     throw InputError({against.file, "side", against.model->side, found.model->side + ", as " + found.file});
@@ -105,7 +105,8 @@ void require_set(const Source& found, const std::string& set)
       {found.file, "--set", "\"" + set + "\"", "a set of this file: " + join_alternatives(names)});
 }
 
-analysis::Sequence sequence_of(const Source& source, const std::string& set, const analysis::Convention& convention)
+analysis::Sequence sequence_of(const Source& source, const std::string& set,
+                               const analysis::Convention& convention)
 {
   if (source.model) return analysis::sequence_of(source.file, *source.model, set, convention);
   const tables::MotionSequence& table = source.table;
@@ -146,8 +147,8 @@ std::string match_of(const Source& found, const ScoreCommandOptions& options)
 }
 
 std::vector<analysis::Row> matched_rows(const Source& found, const analysis::Sequence& measured,
-                                     const std::string& match, const ScoreCommandOptions& options,
-                                     const analysis::Convention& convention)
+                                        const std::string& match, const ScoreCommandOptions& options,
+                                        const analysis::Convention& convention)
 {
   const bool is_given_varus = found.model && !analysis::is_sequence(*found.model, options.set);
   if (is_given_varus) {
@@ -193,8 +194,9 @@ analysis::RowRange rows_of(const CommandOption& option, const std::string& text,
 
 namespace {
 
-analysis::ScoreOptions score_options(const ScoreCommandOptions& options, const analysis::Convention& convention,
-                                  const std::string& match, std::size_t n)
+analysis::ScoreOptions score_options(const ScoreCommandOptions& options,
+                                     const analysis::Convention& convention, const std::string& match,
+                                     std::size_t n)
 {
   analysis::ScoreOptions with;
   with.convention = convention;

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/console.hpp"
 #include "analysis/score.hpp"
+#include "core/console.hpp"
 
 namespace CLI {
 class App;

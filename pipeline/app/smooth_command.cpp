@@ -6,15 +6,15 @@
 #include <utility>
 #include <vector>
 
-#include "app/model_commands.hpp"
 #include "analysis/audit.hpp"
+#include "analysis/smooth.hpp"
+#include "app/model_commands.hpp"
+#include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "core/document.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
 #include "store/motion.hpp"
-#include "analysis/smooth.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::app {
@@ -121,7 +121,7 @@ std::optional<store::SmoothedSet> add_smoothed(const SmoothCommandOptions& optio
   // `run` compared the two-sided motion, which this set does not change.
   if (!model.two_sided)
     model.default_motion = run::evaluated_default_motion(model, model.smoothed.back().is_robust,
-                                                             run::thread_count_or_all(options.n_threads));
+                                                         run::thread_count_or_all(options.n_threads));
   store::write_motion_model(options.file, model);
   report_dropped_audits(audits, model.audits);
   core::log_info(run::default_motion_line(model));

@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "run/local_run.hpp"
-#include "run/slurm.hpp"
 #include "core/console.hpp"
 #include "core/text.hpp"
+#include "run/local_run.hpp"
 #include "run/run_output.hpp"
+#include "run/slurm.hpp"
 
 namespace vrda::app {
 namespace {
@@ -22,8 +22,8 @@ std::string dumped(const Json& json)
   return core::json_text(json, 2);
 }
 
-core::ExitCode run_here(const std::string& folder, const run::Submission& submission,
-                           const run::Work& work, const StartOptions& options)
+core::ExitCode run_here(const std::string& folder, const run::Submission& submission, const run::Work& work,
+                        const StartOptions& options)
 {
   const int n_workers = run::thread_count_or_all(options.n_workers);
   run::LocalOptions local;
@@ -32,8 +32,8 @@ core::ExitCode run_here(const std::string& folder, const run::Submission& submis
   local.is_stop_requested = core::is_interrupted;
   local.report = core::log_info;
   core::install_signal_handlers();
-  const run::LocalOutcome outcome = run::run_locally(
-      folder, submission, run::jobs_of_work(submission, work, run::no_limits), local);
+  const run::LocalOutcome outcome =
+      run::run_locally(folder, submission, run::jobs_of_work(submission, work, run::no_limits), local);
   if (options.as_json) {
     std::printf("%s\n", dumped({{"folder", folder},
                                 {"done", outcome.n_done},
@@ -46,16 +46,15 @@ core::ExitCode run_here(const std::string& folder, const run::Submission& submis
   }
   if (outcome.n_failed > 0) {
     core::log_warning(std::to_string(outcome.n_failed) + " tasks failed; " +
-                         std::to_string(outcome.n_skipped) +
-                         " tasks that depend on them did not start: see vrda status " + folder);
+                      std::to_string(outcome.n_skipped) +
+                      " tasks that depend on them did not start: see vrda status " + folder);
   }
   if (!outcome.is_interrupted) return static_cast<core::ExitCode>(outcome.worst_code);
   core::log_info("interrupted; to resume: vrda resume " + folder + " --local");
   return core::ExitCode::interrupted;
 }
 
-core::ExitCode print_plan(const std::string& folder, const run::Submission& submission,
-                             const run::Work& work)
+core::ExitCode print_plan(const std::string& folder, const run::Submission& submission, const run::Work& work)
 {
   run::SlurmLimits limits;
   try {
@@ -96,7 +95,7 @@ Json json_of(const run::Submission& submission, const run::SubmittedJob& submitt
 }  // namespace
 
 core::ExitCode start_tasks(const std::string& folder, const run::Submission& submission,
-                              const run::Work& work, const StartOptions& options)
+                           const run::Work& work, const StartOptions& options)
 {
   if (options.is_dry && options.is_local) {
     print_tasks(submission, work);
@@ -104,13 +103,11 @@ core::ExitCode start_tasks(const std::string& folder, const run::Submission& sub
   }
   if (options.is_dry) return print_plan(folder, submission, work);
   if (options.is_local) return run_here(folder, submission, work, options);
-  const std::vector<run::PlannedJob> jobs =
-      run::jobs_of_work(submission, work, run::query_limits());
+  const std::vector<run::PlannedJob> jobs = run::jobs_of_work(submission, work, run::query_limits());
   run::write_scripts(folder, submission, jobs);
   const std::vector<run::SubmittedJob> submitted = run::submit_jobs(folder, submission, jobs);
   if (!options.as_json) {
-    for (const std::string& line : run::lines_of(submission, submitted))
-      std::printf("%s\n", line.c_str());
+    for (const std::string& line : run::lines_of(submission, submitted)) std::printf("%s\n", line.c_str());
     return core::ExitCode::done;
   }
   Json list = Json::array();

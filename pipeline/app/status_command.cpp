@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cluster_commands.hpp"
-#include "run/status.hpp"
-#include "run/submission.hpp"
 #include "core/document.hpp"
 #include "run/index.hpp"
 #include "run/run_output.hpp"
+#include "run/status.hpp"
+#include "run/submission.hpp"
 
 namespace vrda::app {
 namespace {
@@ -94,8 +94,7 @@ Json json_of(const run::CaseView& view, const std::string& folder, const run::Su
           {"tasks", tasks}};
 }
 
-void print_json(const run::StatusView& status, const std::string& folder,
-                const run::Submission& submission)
+void print_json(const run::StatusView& status, const std::string& folder, const run::Submission& submission)
 {
   Json cases = Json::array();
   for (const run::CaseView& view : status.cases) cases.push_back(json_of(view, folder, submission));
@@ -116,8 +115,7 @@ core::ExitCode status_command(const StatusOptions& options)
 {
   const std::string folder = run::absolute_folder(options.folder);
   const run::Submission submission = run::read_submission(folder);
-  const run::StatusView status =
-      run::status_of(folder, submission, run::take_snapshot(folder, submission));
+  const run::StatusView status = run::status_of(folder, submission, run::take_snapshot(folder, submission));
   if (!status.remark.empty()) core::log_warning(status.remark);
   if (options.as_json) {
     print_json(status, folder, submission);
@@ -150,26 +148,22 @@ std::string without_folder(std::string text, const std::string& folder)
 }
 
 // For each case with failed tasks: the reason of the last failure.
-std::map<std::int32_t, std::string> failures_of(const std::string& folder,
-                                                const run::Submission& submission)
+std::map<std::int32_t, std::string> failures_of(const std::string& folder, const run::Submission& submission)
 {
   std::map<std::int32_t, std::string> reasons;
   for (const auto& [task, state] : run::read_task_states(folder, submission)) {
     if (task.case_number < 0 || state.phase != run::TaskPhase::failed) continue;
-    reasons[task.case_number] =
-        run::text_of(task, submission) + ": " + without_folder(state.reason, folder);
+    reasons[task.case_number] = run::text_of(task, submission) + ": " + without_folder(state.reason, folder);
   }
   return reasons;
 }
 
-std::vector<run::IndexRow> rows_of_submission(const IndexOptions& options,
-                                                const run::Submission& submission)
+std::vector<run::IndexRow> rows_of_submission(const IndexOptions& options, const run::Submission& submission)
 {
   std::vector<run::IndexedCase> cases;
   for (const run::SubmittedCase& c : submission.cases)
     cases.push_back({c.spec.name, c.levels, run::output_of(options.folder, c)});
-  std::vector<run::IndexRow> rows =
-      run::index_rows(cases, run::thread_count_or_all(options.n_processes));
+  std::vector<run::IndexRow> rows = run::index_rows(cases, run::thread_count_or_all(options.n_processes));
   for (const auto& [number, reason] : failures_of(options.folder, submission)) {
     run::IndexRow& row = rows[static_cast<std::size_t>(number)];
     if (row.status == run::CaseStatus::done) continue;
@@ -182,9 +176,9 @@ std::vector<run::IndexRow> rows_of_submission(const IndexOptions& options,
 std::map<run::CaseStatus, int> counts_of(const std::vector<run::IndexRow>& rows)
 {
   std::map<run::CaseStatus, int> counts{{run::CaseStatus::done, 0},
-                                          {run::CaseStatus::partial, 0},
-                                          {run::CaseStatus::failed, 0},
-                                          {run::CaseStatus::missing, 0}};
+                                        {run::CaseStatus::partial, 0},
+                                        {run::CaseStatus::failed, 0},
+                                        {run::CaseStatus::missing, 0}};
   for (const run::IndexRow& row : rows) ++counts[row.status];
   return counts;
 }
@@ -217,8 +211,7 @@ core::ExitCode write_submission_index(const IndexOptions& options, const run::Su
 core::ExitCode index_command(const IndexOptions& options)
 {
   const std::string folder = run::absolute_folder(options.folder);
-  return write_submission_index({folder, options.as_json, options.n_processes},
-                                run::read_submission(folder));
+  return write_submission_index({folder, options.as_json, options.n_processes}, run::read_submission(folder));
 }
 
 }  // namespace vrda::app

@@ -6,15 +6,15 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cluster_commands.hpp"
-#include "run/campaign.hpp"
-#include "run/local_run.hpp"
-#include "run/slurm.hpp"
-#include "run/status.hpp"
-#include "core/text.hpp"
 #include "core/document.hpp"
-#include "run/run_output.hpp"
+#include "core/text.hpp"
 #include "job/case.hpp"
 #include "job/job.hpp"
+#include "run/campaign.hpp"
+#include "run/local_run.hpp"
+#include "run/run_output.hpp"
+#include "run/slurm.hpp"
+#include "run/status.hpp"
 
 namespace vrda::app {
 namespace {
@@ -97,8 +97,7 @@ void require_new(const std::string& folder, const run::Submission& submission)
   }
   for (const run::SubmittedCase& c : submission.cases) {
     if (!fs::exists(run::output_of(folder, c))) continue;
-    throw InputError({run::output_of(folder, c), "",
-                      "a motion model that does not belong to a submission",
+    throw InputError({run::output_of(folder, c), "", "a motion model that does not belong to a submission",
                       "another folder (-o), or this file moved away"});
   }
 }
@@ -205,7 +204,7 @@ void release_held(const run::SubmissionSnapshot& snapshot)
 }
 
 core::ExitCode say_nothing_is_missing(const std::string& folder, const run::MissingWork& missing,
-                                         bool as_json)
+                                      bool as_json)
 {
   if (as_json) {
     const nlohmann::ordered_json json = {{"folder", folder}, {"jobs", nlohmann::ordered_json::array()}};
@@ -232,8 +231,8 @@ core::ExitCode resume_command(const ResumeOptions& options)
     throw InputError(
         {folder, "", "no state of its tasks from Slurm: " + snapshot.remark, "a reachable Slurm"});
   if (!options.is_local && !options.is_dry) release_held(snapshot);
-  const run::MissingWork missing = run::find_missing_work(
-      folder, submission, run::status_of(folder, submission, snapshot), snapshot);
+  const run::MissingWork missing =
+      run::find_missing_work(folder, submission, run::status_of(folder, submission, snapshot), snapshot);
   if (missing.work.is_empty()) return say_nothing_is_missing(folder, missing, options.as_json);
   const run::SlurmOptions slurm = changed(submission.slurm, options.slurm);
   const bool is_changed = !(slurm == submission.slurm);
@@ -244,8 +243,7 @@ core::ExitCode resume_command(const ResumeOptions& options)
   say_reasons(missing.reasons);
   const StartOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
   if (options.is_dry) return start_tasks(folder, submission, missing.work, how);
-  for (const std::string& one :
-       {run::scripts_of(folder), run::logs_of(folder), run::tasks_of(folder)})
+  for (const std::string& one : {run::scripts_of(folder), run::logs_of(folder), run::tasks_of(folder)})
     run::make_folder(one);
   if (is_changed) run::write_submission(folder, submission);
   if (const auto fault = run::cancel_jobs(missing.to_cancel)) throw InputError(*fault);

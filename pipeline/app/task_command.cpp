@@ -9,13 +9,13 @@
 #include <utility>
 #include <vector>
 
+#include "core/console.hpp"
+#include "core/files.hpp"
+#include "core/text.hpp"
+#include "run/run_command.hpp"
 #include "run/slurm.hpp"
 #include "run/status.hpp"
 #include "run/submission.hpp"
-#include "core/console.hpp"
-#include "core/text.hpp"
-#include "core/files.hpp"
-#include "run/run_command.hpp"
 
 namespace vrda::app {
 namespace {
@@ -32,8 +32,7 @@ constexpr std::chrono::seconds patience_here{60};
 
 class Task {
  public:
-  Task(const std::string& folder, const run::Submission& submission, const run::TaskId& id,
-       int n_cpus)
+  Task(const std::string& folder, const run::Submission& submission, const run::TaskId& id, int n_cpus)
       : folder_(folder), submission_(submission), id_(id), n_cpus_(n_cpus)
   {
   }
@@ -75,9 +74,7 @@ class Task {
       holder = text;
       core::log_info("waiting for " + holder + ", which runs the same task");
     };
-    const auto has_timed_out = [&] {
-      return core::is_interrupted() || Clock::now() - begin > patience_here;
-    };
+    const auto has_timed_out = [&] { return core::is_interrupted() || Clock::now() - begin > patience_here; };
     std::optional<OutputLock> lock = OutputLock::acquire(file, "vrda task", {on_wait, has_timed_out});
     if (lock || core::is_interrupted()) return lock;
     throw InputError({file, "", "a task that " + holder + " runs", "a task that no process runs"});
@@ -231,8 +228,7 @@ class Task {
   bool is_waiting_ = false;
 };
 
-std::vector<run::TaskId> requested_tasks(const TaskOptions& options,
-                                             const run::Submission& submission)
+std::vector<run::TaskId> requested_tasks(const TaskOptions& options, const run::Submission& submission)
 {
   const std::optional<run::TaskKind> named = run::task_kind_of(options.kind);
   if (!named) {
@@ -260,15 +256,14 @@ std::vector<run::TaskId> requested_tasks(const TaskOptions& options,
 
 // Marks the running one of these tasks as ended by a signal.
 core::ExitCode record_ended(const std::string& folder, const run::Submission& submission,
-                               const std::vector<run::TaskId>& tasks, int ended)
+                            const std::vector<run::TaskId>& tasks, int ended)
 {
   constexpr int signal_base = 128, kill_signal = 9;
   const int signal = ended - signal_base;
   const run::TaskState own = run::started_now(0);
   for (const run::TaskId& id : tasks) {
     std::optional<run::TaskState> state = run::read_task_state(folder, submission, id);
-    if (!state || !run::is_same_start(*state, own) || state->phase != run::TaskPhase::running)
-      continue;
+    if (!state || !run::is_same_start(*state, own) || state->phase != run::TaskPhase::running) continue;
     state->phase = run::TaskPhase::failed;
     state->ended = run::utc_now();
     state->exit_code = ended;
@@ -282,8 +277,7 @@ core::ExitCode record_ended(const std::string& folder, const run::Submission& su
 // The exit code of a case that failed before Slurm restarted this task. It would fail again and use the time
 // of the other cases of the task.
 std::optional<core::ExitCode> failure_before_restart(const std::string& folder,
-                                                        const run::Submission& submission,
-                                                        const run::TaskId& id)
+                                                     const run::Submission& submission, const run::TaskId& id)
 {
   const run::TaskState own = run::started_now(0);
   if (own.slurm_job.empty() || own.n_restarts == 0) return std::nullopt;
@@ -299,9 +293,7 @@ std::optional<core::ExitCode> failure_before_restart(const std::string& folder,
 core::ExitCode worse_of(core::ExitCode a, core::ExitCode b)
 {
   const auto rank = [](core::ExitCode code) {
-    return code == core::ExitCode::done         ? 0
-           : code == core::ExitCode::incomplete ? 1
-                                                   : static_cast<int>(code);
+    return code == core::ExitCode::done ? 0 : code == core::ExitCode::incomplete ? 1 : static_cast<int>(code);
   };
   return rank(b) > rank(a) ? b : a;
 }
@@ -321,13 +313,12 @@ core::ExitCode task_command(const TaskOptions& options)
   for (const run::TaskId& id : tasks) {
     if (const auto before = failure_before_restart(folder, submission, id); before && tasks.size() > 1) {
       core::log_info(run::file_stem_of(id, submission) +
-                        " failed before this restart; continuing with the other cases");
+                     " failed before this restart; continuing with the other cases");
       code = worse_of(code, *before);
       continue;
     }
-    const core::ExitCode one = core::is_interrupted()
-                                      ? core::ExitCode::interrupted
-                                      : Task(folder, submission, id, options.n_cpus).run();
+    const core::ExitCode one = core::is_interrupted() ? core::ExitCode::interrupted
+                                                      : Task(folder, submission, id, options.n_cpus).run();
     if (one == core::ExitCode::interrupted) return one;
     code = worse_of(code, one);
   }

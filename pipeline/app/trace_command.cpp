@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "model/step_record.hpp"
 #include "core/document.hpp"
+#include "model/step_record.hpp"
 #include "store/trace.hpp"
 
 namespace vrda::app {

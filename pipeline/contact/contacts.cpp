@@ -189,9 +189,9 @@ constexpr double opposing = -1e-9;
 // `any_pair(visit)` calls `visit` for close pairs until it returns true.
 template <typename Transform, typename AnyPair>
 std::optional<geometry::TrianglePair> first_collision(const Mesh& reference, const Mesh& moving,
-                                                       const Transform& place, NarrowPhase& narrow_phase,
-                                                       const geometry::TrianglePair& hint,
-                                                       const AnyPair& any_pair)
+                                                      const Transform& place, NarrowPhase& narrow_phase,
+                                                      const geometry::TrianglePair& hint,
+                                                      const AnyPair& any_pair)
 {
   std::optional<geometry::TrianglePair> found;
   const auto overlaps = [&](const geometry::TrianglePair& pair) {
@@ -207,13 +207,13 @@ std::optional<geometry::TrianglePair> first_collision(const Mesh& reference, con
 
 template <typename Transform>
 std::optional<geometry::TrianglePair> collision_of_trees(const geometry::TreeMesh& reference,
-                                                          const geometry::TreeMesh& moving,
-                                                          const Transform& place, NarrowPhase& narrow_phase,
-                                                          const geometry::TrianglePair& hint)
+                                                         const geometry::TreeMesh& moving,
+                                                         const Transform& place, NarrowPhase& narrow_phase,
+                                                         const geometry::TrianglePair& hint)
 {
   return first_collision(reference.mesh, moving.mesh, place, narrow_phase, hint, [&](const auto& overlaps) {
     geometry::visit_close_pairs(reference.tree, moving.tree, place,
-                                 geometry::rounding_mm(reference.mesh, moving.mesh), overlaps);
+                                geometry::rounding_mm(reference.mesh, moving.mesh), overlaps);
   });
 }
 
@@ -392,42 +392,42 @@ Collider make_collider(Mesh mesh)
 }
 
 std::optional<geometry::TrianglePair> find_collision(const geometry::TreeMesh& reference,
-                                                      const geometry::TreeMesh& moving,
-                                                      const MovingPose& pose, NarrowPhase& narrow_phase,
-                                                      const geometry::TrianglePair& hint)
+                                                     const geometry::TreeMesh& moving, const MovingPose& pose,
+                                                     NarrowPhase& narrow_phase,
+                                                     const geometry::TrianglePair& hint)
 {
   return collision_of_trees(reference, moving, geometry::Placement(pose), narrow_phase, hint);
 }
 
 std::optional<geometry::TrianglePair> find_collision(const geometry::TreeMesh& reference,
-                                                      const geometry::TreeMesh& moving,
-                                                      const geometry::RigidPlacement& place,
-                                                      NarrowPhase& narrow_phase,
-                                                      const geometry::TrianglePair& hint)
+                                                     const geometry::TreeMesh& moving,
+                                                     const geometry::RigidPlacement& place,
+                                                     NarrowPhase& narrow_phase,
+                                                     const geometry::TrianglePair& hint)
 {
   return collision_of_trees(reference, moving, place, narrow_phase, hint);
 }
 
 std::optional<geometry::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
-                                                      const MovingPose& pose, geometry::GapQuery& pairs,
-                                                      NarrowPhase& narrow_phase,
-                                                      const geometry::TrianglePair& hint)
+                                                     const MovingPose& pose, geometry::GapQuery& pairs,
+                                                     NarrowPhase& narrow_phase,
+                                                     const geometry::TrianglePair& hint)
 {
   return first_collision(reference, moving, geometry::Placement(pose), narrow_phase, hint,
                          touching_pairs(pairs, pose));
 }
 
 std::optional<geometry::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
-                                                      const geometry::RigidPlacement& place,
-                                                      const MovingPose& pose, geometry::GapQuery& pairs,
-                                                      NarrowPhase& narrow_phase,
-                                                      const geometry::TrianglePair& hint)
+                                                     const geometry::RigidPlacement& place,
+                                                     const MovingPose& pose, geometry::GapQuery& pairs,
+                                                     NarrowPhase& narrow_phase,
+                                                     const geometry::TrianglePair& hint)
 {
   return first_collision(reference, moving, place, narrow_phase, hint, touching_pairs(pairs, pose));
 }
 
 std::vector<geometry::TrianglePair> find_self_overlaps(const geometry::TreeMesh& mesh,
-                                                        NarrowPhase& narrow_phase, std::size_t limit)
+                                                       NarrowPhase& narrow_phase, std::size_t limit)
 {
   std::vector<geometry::TrianglePair> found;
   const auto shares_a_vertex = [&](const geometry::TrianglePair& pair) {

@@ -113,39 +113,39 @@ struct ContactOptions {
 /// The first intersecting pair of triangles found, if any; `hint` is tried first.
 /// `reference` is rotated to its attitude.
 std::optional<geometry::TrianglePair> find_collision(const geometry::TreeMesh& reference,
-                                                      const geometry::TreeMesh& moving,
-                                                      const MovingPose& pose, NarrowPhase& narrow_phase,
-                                                      const geometry::TrianglePair& hint = {});
+                                                     const geometry::TreeMesh& moving, const MovingPose& pose,
+                                                     NarrowPhase& narrow_phase,
+                                                     const geometry::TrianglePair& hint = {});
 /// The same with the moving object placed in the reference's own frame by any rigid motion.
 std::optional<geometry::TrianglePair> find_collision(const geometry::TreeMesh& reference,
-                                                      const geometry::TreeMesh& moving,
-                                                      const geometry::RigidPlacement& place,
-                                                      NarrowPhase& narrow_phase,
-                                                      const geometry::TrianglePair& hint = {});
+                                                     const geometry::TreeMesh& moving,
+                                                     const geometry::RigidPlacement& place,
+                                                     NarrowPhase& narrow_phase,
+                                                     const geometry::TrianglePair& hint = {});
 
 /// The same with pairs from `pairs`, a query between both meshes at the attitude of `reference`: three times
 /// as fast.
 std::optional<geometry::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
-                                                      const MovingPose& pose, geometry::GapQuery& pairs,
-                                                      NarrowPhase& narrow_phase,
-                                                      const geometry::TrianglePair& hint = {});
+                                                     const MovingPose& pose, geometry::GapQuery& pairs,
+                                                     NarrowPhase& narrow_phase,
+                                                     const geometry::TrianglePair& hint = {});
 
 /// The same with the reference at zero attitude and the moving object placed there by `place`: `pose` is its
 /// pose at the attitude of `pairs`.
 std::optional<geometry::TrianglePair> find_collision(const Mesh& reference, const Mesh& moving,
-                                                      const geometry::RigidPlacement& place,
-                                                      const MovingPose& pose, geometry::GapQuery& pairs,
-                                                      NarrowPhase& narrow_phase,
-                                                      const geometry::TrianglePair& hint = {});
+                                                     const geometry::RigidPlacement& place,
+                                                     const MovingPose& pose, geometry::GapQuery& pairs,
+                                                     NarrowPhase& narrow_phase,
+                                                     const geometry::TrianglePair& hint = {});
 
 /// Pairs of triangles of one mesh that intersect without a common vertex, at most `limit`; each once, smaller
 /// row first. Neighbours in a welded mesh share vertices, so a valid mesh has none.
 std::vector<geometry::TrianglePair> find_self_overlaps(const geometry::TreeMesh& mesh,
-                                                        NarrowPhase& narrow_phase, std::size_t limit);
+                                                       NarrowPhase& narrow_phase, std::size_t limit);
 
 /// The two objects of a contact query.
 struct ContactObjects {
-  const geometry::TreeMesh& reference;       ///< rotated to its attitude
+  const geometry::TreeMesh& reference;        ///< rotated to its attitude
   const SurfaceFeatures& reference_features;  ///< of the same mesh in any attitude
   const Collider& moving;
   /// Every pair within the band, and others; null: found by the trees.

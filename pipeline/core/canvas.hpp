@@ -27,8 +27,8 @@ class Canvas {
                  const Colour& colour);
   /// Without depth test.
   void draw_disc(const Eigen::Vector2d& centre_px, double radius_px, const Colour& colour);
-  /// One line without depth test, baseline at `at_px`, moved sideways into the clip rectangle if it would leave it.
-  /// Characters outside Latin-1 become question marks.
+  /// One line without depth test, baseline at `at_px`, moved sideways into the clip rectangle if it would
+  /// leave it. Characters outside Latin-1 become question marks.
   void draw_text(const Eigen::Vector2d& at_px, double height_px, std::string_view utf8, TextAlign align,
                  const Colour& colour);
 

@@ -1,8 +1,8 @@
 // JSON text to DocumentValue.
 #include "core/document.hpp"
 
-#include <nlohmann/json.hpp>
 #include <toml++/toml.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <charconv>

@@ -5,9 +5,9 @@
 #include <limits>
 #include <optional>
 
-#include "model/frames.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::geometry {
 namespace {

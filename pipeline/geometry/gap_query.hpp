@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "model/coordinates.hpp"
 #include "geometry/directional_gap.hpp"
+#include "model/coordinates.hpp"
 
 namespace vrda::geometry {
 

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "model/frames.hpp"
 #include "core/units.hpp"
 #include "geometry/box_tree.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::geometry {
 

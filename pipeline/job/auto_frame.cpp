@@ -122,7 +122,7 @@ std::optional<AutoFrames> auto_frames(const Job& job, ComponentLoader& source)
 {
   if (!is_automatic(job.reference) && !is_automatic(job.moving)) return std::nullopt;
   const geometry::KneeSurfaces bones{native_surfaces(job, job.reference, source),
-                                         native_surfaces(job, job.moving, source)};
+                                     native_surfaces(job, job.moving, source)};
   require_surface(job, automatic_key(job), bones.femur, "reference");
   require_surface(job, automatic_key(job), bones.tibia, "moving");
   check_size(job, bones);

@@ -21,9 +21,9 @@ enum class DistributionKind { normal, lognormal, uniform, table };
 /// Of one number: a factor or a change, in the unit of what it changes.
 struct Distribution {
   DistributionKind kind = DistributionKind::normal;
-  double mean = 0.0;           ///< normal: mean; lognormal: median, above 0
-  double sd = 0.0;             ///< normal: standard deviation; lognormal: that of the natural logarithm
-  double from = 0.0, to = 0.0; ///< uniform
+  double mean = 0.0;                ///< normal: mean; lognormal: median, above 0
+  double sd = 0.0;                  ///< normal: standard deviation; lognormal: that of the natural logarithm
+  double from = 0.0, to = 0.0;      ///< uniform
   std::vector<double> values = {};  ///< table: ascending, equally likely, linear between neighbours
 };
 
@@ -43,9 +43,9 @@ struct UncertainParameter {
   /// Of stiffness, reference strain and attachment: rows of the case's fibres.
   std::vector<std::size_t> fibres;
   SharedBy shared_by = SharedBy::bundle;
-  double correlation = 0.0;  ///< of the fibres of one bundle, with SharedBy::fibre
-  bool is_moving = false;    ///< object of the attachment or offset
-  std::int32_t component = 0;                          ///< of the offset, in its object
+  double correlation = 0.0;    ///< of the fibres of one bundle, with SharedBy::fibre
+  bool is_moving = false;      ///< object of the attachment or offset
+  std::int32_t component = 0;  ///< of the offset, in its object
   UncertainLoad load = UncertainLoad::force;
   std::size_t load_row = 0;  ///< of an applied load or a line
 };

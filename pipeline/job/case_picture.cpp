@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/frames.hpp"
-#include "core/text.hpp"
 #include "core/canvas.hpp"
+#include "core/text.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::job {
 namespace {

@@ -187,8 +187,7 @@ void warn_of_last_angle(const Job& job, const std::string& key, const std::vecto
                         Warnings& warnings)
 {
   const core::DocumentValue& root = job.document.root;
-  const double to_deg = core::number_at(root, key + ".to"),
-               step_deg = core::number_at(root, key + ".step");
+  const double to_deg = core::number_at(root, key + ".to"), step_deg = core::number_at(root, key + ".step");
   const double last_deg = angles_deg.back();
   constexpr double reached = 1e-6;  // of a step
   if (std::abs(to_deg - last_deg) <= reached * std::abs(step_deg)) return;
@@ -784,8 +783,8 @@ constexpr double most_uneven = 5.0;
 
 double largest_of_bundle_n(const std::string& bundle)
 {
-  const bool is_named = std::ranges::find(model::knee_ligaments, model::ligament_of(bundle)) !=
-                        std::end(model::knee_ligaments);
+  const bool is_named =
+      std::ranges::find(model::knee_ligaments, model::ligament_of(bundle)) != std::end(model::knee_ligaments);
   return is_named ? most_bundle_n : most_tendon_n;
 }
 

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "job/component_loader.hpp"
-#include "job/ligament_files.hpp"
 #include "job/job.hpp"
+#include "job/ligament_files.hpp"
 
 namespace vrda::job {
 

@@ -55,8 +55,7 @@ FitParameterJob parameter_of(const core::Document& document, const core::Documen
   parameter.body = core::text_or_empty(value, "body");
   parameter.axis = core::text_or_empty(value, "axis");
   parameter.load = core::text_or_empty(value, "load");
-  if (value.find("flexion_deg") != nullptr)
-    parameter.flexion_deg = core::numbers_at(value, "flexion_deg");
+  if (value.find("flexion_deg") != nullptr) parameter.flexion_deg = core::numbers_at(value, "flexion_deg");
   const std::vector<double>& flexions = parameter.flexion_deg;
   if (std::adjacent_find(flexions.begin(), flexions.end(), std::greater_equal<>()) != flexions.end())
     document.refuse(key + ".flexion_deg", core::shown(core::value_at(value, "flexion_deg")),
@@ -131,8 +130,7 @@ Job over_flexions(const Job& job, const std::vector<double>& flexion_deg)
   for (Eigen::Index row = 0; row < job.push.delta.value.rows(); ++row) {
     const Eigen::Vector3d delta = job.push.delta.value.row(row).transpose();
     if (delta != Eigen::Vector3d::UnitY())
-      job.document.refuse("push.delta",
-                          core::shown(core::value_at(job.document.root, "push.delta")),
+      job.document.refuse("push.delta", core::shown(core::value_at(job.document.root, "push.delta")),
                           "[0, 1, 0]: loads act on the joint's own coordinates");
   }
   Job over = job;
@@ -149,8 +147,7 @@ namespace {
 
 std::vector<double> row_of(const core::DocumentValue& value)
 {
-  return value.list() != nullptr ? core::numbers_of(value)
-                                 : std::vector<double>{core::number_at(value, "")};
+  return value.list() != nullptr ? core::numbers_of(value) : std::vector<double>{core::number_at(value, "")};
 }
 
 // `key` is that of the value, for messages; `n` its number of components.
@@ -181,12 +178,10 @@ FlexionTable over_flexion_of(const core::Document& document, const core::Documen
     for (const double given : core::numbers_at(value, at)) {
       const double x = out.is_over_driving ? given : rad_from_deg(given);
       if (!out.flexion_rad.empty() && x <= out.flexion_rad.back())
-        document.refuse(key + "." + at, core::shown(core::value_at(value, at)),
-                        "increasing values");
+        document.refuse(key + "." + at, core::shown(core::value_at(value, at)), "increasing values");
       out.flexion_rad.push_back(x);
     }
-    for (const core::DocumentValue& row : *core::value_at(value, "value").list())
-      rows.push_back(row_of(row));
+    for (const core::DocumentValue& row : *core::value_at(value, "value").list()) rows.push_back(row_of(row));
     if (rows.size() != out.flexion_rad.size()) {
       document.refuse(
           key + ".value", std::to_string(rows.size()) + " values",
@@ -246,8 +241,7 @@ bool is_zero(const FlexionTable& setting)
   return setting.columns.empty() && setting.value.isZero(0.0);
 }
 
-LoadJob load_of(const core::Document& document, const core::DocumentValue& value,
-                const std::string& key)
+LoadJob load_of(const core::Document& document, const core::DocumentValue& value, const std::string& key)
 {
   LoadJob load;
   load.at = {core::text_at(value, "name"), load_frame_of(core::text_at(value, "frame")),
@@ -269,12 +263,10 @@ std::vector<Eigen::Vector3d> points_of(const core::DocumentValue& value, const s
   return points;
 }
 
-LineJob line_of(const core::Document& document, const core::DocumentValue& value,
-                const std::string& key)
+LineJob line_of(const core::Document& document, const core::DocumentValue& value, const std::string& key)
 {
   LineJob line;
-  line.path = {core::text_at(value, "name"), points_of(value, "reference_mm"),
-               points_of(value, "moving_mm")};
+  line.path = {core::text_at(value, "name"), points_of(value, "reference_mm"), points_of(value, "moving_mm")};
   line.tension_n = over_flexion_of(document, *value.find("tension_n"), key + ".tension_n", 1);
   if (is_zero(line.tension_n))
     document.refuse(key + ".tension_n", core::shown(*value.find("tension_n")),

@@ -345,7 +345,7 @@ void set_found_frame(core::Document& document, BodyJob& body, const FoundFrame& 
   if (body.frame->is_align_auto)
     frame->find("align")->data =
         core::DocumentValue::Table{{"rotation_deg", {list_of(found.rotation_deg)}},
-                                        {"translation_mm", {list_of(Eigen::Vector3d::Zero())}}};
+                                   {"translation_mm", {list_of(Eigen::Vector3d::Zero())}}};
   body.frame = frame_at(document.root, key);
 }
 
@@ -444,8 +444,7 @@ double start_travel_mm(const Case& loaded)
   frame.delta = loaded.push_at_meshes.delta;
   const geometry::TreeMesh reference =
       geometry::make_tree_mesh(solver_mesh(loaded.reference.contact.mesh, frame));
-  const geometry::TreeMesh moving =
-      geometry::make_tree_mesh(solver_mesh(loaded.moving.contact.mesh, frame));
+  const geometry::TreeMesh moving = geometry::make_tree_mesh(solver_mesh(loaded.moving.contact.mesh, frame));
   contact::NarrowPhase narrow_phase;
   MovingPose pose;
   pose.theta_rad = loaded.initial.theta_rad;
@@ -454,8 +453,7 @@ double start_travel_mm(const Case& loaded)
     if (retreat_mm > last_retreat_mm) return 0.0;
     pose.translation_mm.y() = -retreat_mm;
   }
-  const double travel_mm =
-      geometry::directional_gap(reference, moving.mesh, moving.tree, pose, {}).travel_mm;
+  const double travel_mm = geometry::directional_gap(reference, moving.mesh, moving.tree, pose, {}).travel_mm;
   if (!std::isfinite(travel_mm)) return 0.0;
   return pose.translation_mm.y() + travel_mm - start_clearance_mm;
 }

@@ -90,7 +90,7 @@ class ComponentLoader {
   const Job& job_;
   std::string data_directory_;
   std::map<std::string, geometry::Shape> shapes_;  // by name and parameters
-  Eigen::Index n_generated_ = 0;                 // triangles of all shapes
+  Eigen::Index n_generated_ = 0;                   // triangles of all shapes
 };
 
 // Parts of a case that follow from its meshes: compartments and the start of the motion.

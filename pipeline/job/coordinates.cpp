@@ -6,9 +6,9 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "job/ligament_files.hpp"
-#include "job/job.hpp"
 #include "job/command_jobs.hpp"
+#include "job/job.hpp"
+#include "job/ligament_files.hpp"
 
 namespace vrda::job {
 namespace {

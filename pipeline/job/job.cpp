@@ -278,8 +278,7 @@ void complete_kind(core::DocumentValue& root, bool is_start_given, bool is_push_
 void complete(core::DocumentValue& root)
 {
   const std::string side = core::text_at(root, "side");
-  if (root.find("compartments") == nullptr &&
-      joint_kind(core::text_at(root, "joint")).has_compartments) {
+  if (root.find("compartments") == nullptr && joint_kind(core::text_at(root, "joint")).has_compartments) {
     const std::string medial = side == "right" ? "left" : "right";
     const core::DocumentValue::Table both{{"medial", half_space(medial)}, {"lateral", half_space(side)}};
     std::get<core::DocumentValue::Table>(root.data).push_back({"compartments", {both}});
@@ -290,8 +289,7 @@ void complete(core::DocumentValue& root)
       complete_side(component.find("generate"), core::text_at(root, "joint"), side);
     }
   }
-  if (core::DocumentValue* scaling = root.find("scaling");
-      scaling != nullptr && scaling->table()->empty()) {
+  if (core::DocumentValue* scaling = root.find("scaling"); scaling != nullptr && scaling->table()->empty()) {
     std::get<core::DocumentValue::Table>(scaling->data).push_back({"factor", {1.0}});
   }
   if (core::DocumentValue* ligaments = root.find("ligaments"))
@@ -331,7 +329,7 @@ void read_settings(Job& job)
   job.initial.theta_rad = rad_from_deg(core::number_at(root, "moving.initial.theta_deg"));
   job.push = push_of(job.document);
   job.method = core::text_at(root, "solver.method") == "equilibrium" ? SolverMethod::equilibrium
-                                                                          : SolverMethod::stability_search;
+                                                                     : SolverMethod::stability_search;
   read_grid(job, root);
   job.search = search_of(root);
   check_step(job, "translation", "mm");
@@ -365,8 +363,7 @@ void remove_zero_offsets(core::DocumentValue& root)
          std::get<core::DocumentValue::List>(root.find(body)->find("component")->data)) {
       auto& entries = std::get<core::DocumentValue::Table>(component.data);
       std::erase_if(entries, [](const core::DocumentEntry& entry) {
-        return entry.key == "offset_mm" && entry.value.is_number() &&
-               core::number_at(entry.value, "") == 0.0;
+        return entry.key == "offset_mm" && entry.value.is_number() && core::number_at(entry.value, "") == 0.0;
       });
     }
   }

@@ -202,12 +202,12 @@ struct FitJob {
 
 struct Job {
   std::string file;
-  std::string text;              ///< the file's bytes
-  std::string resolved_text;     ///< canonical TOML: every key with its value
-  std::string steps_text;        ///< the same without [laxity] and [fit], which affect no step
-  std::string unscaled_text;     ///< without [scaling] too
-  core::Document document;  ///< for error messages
-  bool has_campaign = false;     ///< the resolved job does not contain it
+  std::string text;           ///< the file's bytes
+  std::string resolved_text;  ///< canonical TOML: every key with its value
+  std::string steps_text;     ///< the same without [laxity] and [fit], which affect no step
+  std::string unscaled_text;  ///< without [scaling] too
+  core::Document document;    ///< for error messages
+  bool has_campaign = false;  ///< the resolved job does not contain it
 
   std::string title;
   std::string joint;

@@ -285,8 +285,8 @@ void add_wraps(const Job& job, const InputFile& file, const BodyMaps& maps, Load
   if (name.empty()) return;
   loaded.ligaments.wraps = read_wraps(file.path, file.bytes, {job.reference.name, job.moving.name});
   for (model::Wrap& wrap : loaded.ligaments.wraps)
-    wrap.X_body_wrap = canonical(wrap.X_body_wrap,
-                                 wrap.body == model::WrapBody::reference ? maps.reference : maps.moving);
+    wrap.X_body_wrap =
+        canonical(wrap.X_body_wrap, wrap.body == model::WrapBody::reference ? maps.reference : maps.moving);
   loaded.inputs.push_back({name, sha256_of(file.bytes)});
 }
 
@@ -496,11 +496,9 @@ model::Wrap wrap_of(const Entry& entry, const BodyNames& bodies)
 
 }  // namespace
 
-std::vector<model::Wrap> read_wraps(const std::string& file, const std::string& text,
-                                       const BodyNames& bodies)
+std::vector<model::Wrap> read_wraps(const std::string& file, const std::string& text, const BodyNames& bodies)
 {
-  core::Document document{
-      file, core::parse_json(text, file, "a list of wraps in JSON"), {}, "wrap."};
+  core::Document document{file, core::parse_json(text, file, "a list of wraps in JSON"), {}, "wrap."};
   if (auto* list = std::get_if<core::DocumentValue::List>(&document.root.data)) {
     for (core::DocumentValue& wrap : *list) read_all_numbers(wrap);
   }
@@ -511,8 +509,7 @@ std::vector<model::Wrap> read_wraps(const std::string& file, const std::string& 
     const Entry entry{document, value, std::to_string(wraps.size())};
     wraps.push_back(wrap_of(entry, bodies));
     if (!names.insert(wraps.back().name).second)
-      document.refuse(entry.key("name"),
-                      core::shown(core::value_at(value, "name")) + " a second time",
+      document.refuse(entry.key("name"), core::shown(core::value_at(value, "name")) + " a second time",
                       "a unique name");
   }
   return wraps;
@@ -581,7 +578,7 @@ constexpr double least_distance = 1e-9;   // as in the schema
 
 // A row as a table by column. Empty fields are omitted; invalid numbers stay text, which the schema rejects.
 core::DocumentValue row_of(const std::vector<std::string_view>& columns,
-                                const std::vector<std::string_view>& fields, const TableLine& line)
+                           const std::vector<std::string_view>& fields, const TableLine& line)
 {
   core::DocumentValue::Table row;
   for (std::size_t i = 0; i < columns.size(); ++i) {

@@ -25,7 +25,7 @@ std::string default_bundle(const std::string& fibre_name);
 // Loads the ligaments of a job: fibres and wraps in canonical axes.
 
 struct LoadedLigaments {
-  model::Ligaments ligaments;    ///< canonical, own side; empty if the job has none
+  model::Ligaments ligaments;       ///< canonical, own side; empty if the job has none
   std::vector<FibreJob> jobs;       ///< [fibres] origin of each fibre
   std::vector<LoadedInput> inputs;  ///< files read, or the generator's name
 };
@@ -53,7 +53,7 @@ struct BodyNames {
 /// The wraps of a file, in order, with poses in the axes of the mesh files and mm.
 /// Throws InputError naming file, wrap and key.
 std::vector<model::Wrap> read_wraps(const std::string& file, const std::string& text,
-                                       const BodyNames& bodies);
+                                    const BodyNames& bodies);
 
 // Tables of comma-separated text: a line of column names, then rows. Errors name line and column.
 

@@ -2,10 +2,10 @@
 #include "job/mesh_file.hpp"
 
 #include <assimp/BaseImporter.h>
-#include <assimp/IOSystem.hpp>
-#include <assimp/Importer.hpp>
 #include <assimp/scene.h>
 #include <openssl/evp.h>
+#include <assimp/IOSystem.hpp>
+#include <assimp/Importer.hpp>
 
 #include <algorithm>
 #include <array>

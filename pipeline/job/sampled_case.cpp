@@ -471,7 +471,7 @@ Eigen::MatrixXd unit_samples(job::SampleSequence sequence, Eigen::Index n_sample
   check(n_samples > 0 && n_dimensions > 0, "unit_samples: an empty sample");
   std::mt19937_64 random(seed);
   return sequence == job::SampleSequence::sobol ? sobol_samples(n_samples, n_dimensions, random)
-                                                 : latin_samples(n_samples, n_dimensions, random);
+                                                : latin_samples(n_samples, n_dimensions, random);
 }
 
 namespace {
@@ -490,8 +490,7 @@ std::vector<double> ranks_of(const std::vector<double>& values)
   std::vector<double> ranks(values.size());
   for (std::size_t first = 0, last = 0; first < order.size(); first = last) {
     while (last < order.size() && values[order[last]] == values[order[first]]) ++last;
-    for (std::size_t k = first; k < last; ++k)
-      ranks[order[k]] = 0.5 * static_cast<double>(first + last - 1);
+    for (std::size_t k = first; k < last; ++k) ranks[order[k]] = 0.5 * static_cast<double>(first + last - 1);
   }
   return ranks;
 }
@@ -520,7 +519,8 @@ struct Sums {
   Eigen::ArrayXd squares;    // [m]
   double n = 0.0;
 
-  explicit Sums(Eigen::Index m) : products(Eigen::MatrixXd::Zero(n_terms, m)), squares(Eigen::ArrayXd::Zero(m))
+  explicit Sums(Eigen::Index m)
+      : products(Eigen::MatrixXd::Zero(n_terms, m)), squares(Eigen::ArrayXd::Zero(m))
   {
   }
 
@@ -558,7 +558,8 @@ struct Sums {
     const Eigen::MatrixXd fit = terms.ldlt().solve(products);
     const Eigen::ArrayXd mean_square = products.row(0).transpose().array().square() / n;
     const Eigen::ArrayXd total = squares - mean_square;
-    const Eigen::ArrayXd explained = products.cwiseProduct(fit).colwise().sum().transpose().array() - mean_square;
+    const Eigen::ArrayXd explained =
+        products.cwiseProduct(fit).colwise().sum().transpose().array() - mean_square;
     Eigen::ArrayXd index = 1.0 - (1.0 - explained / total) * (n - 1.0) / (n - n_terms);
     for (Eigen::Index k = 0; k < index.size(); ++k) {
       if (!(std::sqrt(std::max(total[k], 0.0) / n) > least_spread)) index[k] = nan;
@@ -602,7 +603,8 @@ std::vector<int> jackknife_groups(std::size_t n, std::uint32_t seed)
   return group;
 }
 
-std::vector<FirstOrderIndex> first_order_indices(const Eigen::VectorXd& scores, const Eigen::MatrixXd& results,
+std::vector<FirstOrderIndex> first_order_indices(const Eigen::VectorXd& scores,
+                                                 const Eigen::MatrixXd& results,
                                                  const std::vector<int>& group)
 {
   const Eigen::Index m = results.cols();

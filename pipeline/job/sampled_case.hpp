@@ -71,9 +71,10 @@ struct FirstOrderIndex {
 /// of the input's score (Hermite, to degree 3): its adjusted coefficient of determination is the index
 /// (polynomial chaos of one variable; Sudret, 2008, Reliab Eng Syst Saf 93:964). The interval is the
 /// index +- 1.645 times its standard error by the jackknife over 20 groups of samples.
-/// `scores` [n]: standard normal; `results` [n, m]: rows with a number that is not finite are left out. `group` [n]: from 0 to
-/// n_jackknife_groups - 1, at random.
-std::vector<FirstOrderIndex> first_order_indices(const Eigen::VectorXd& scores, const Eigen::MatrixXd& results,
+/// `scores` [n]: standard normal; `results` [n, m]: rows with a number that is not finite are left out.
+/// `group` [n]: from 0 to n_jackknife_groups - 1, at random.
+std::vector<FirstOrderIndex> first_order_indices(const Eigen::VectorXd& scores,
+                                                 const Eigen::MatrixXd& results,
                                                  const std::vector<int>& group);
 inline constexpr int n_jackknife_groups = 20;
 

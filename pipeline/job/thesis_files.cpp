@@ -56,8 +56,7 @@ double TextLines::real(std::size_t k, const std::string& wanted) const
 
 std::int64_t TextLines::whole(std::size_t k, const std::string& wanted) const
 {
-  const std::optional<std::int64_t> number =
-      k < words_.size() ? job::parse_integer(words_[k]) : std::nullopt;
+  const std::optional<std::int64_t> number = k < words_.size() ? job::parse_integer(words_[k]) : std::nullopt;
   if (!number) refuse(shown_word(k), wanted);
   return *number;
 }
@@ -164,7 +163,8 @@ class Reader {
       for (const Keyword& known : keywords()) names.emplace_back(known.name);
       // Bounds the cost of the comparison.
       const std::string nearest = nearest_word(name.substr(0, 40), names);
-      lines_.refuse("the unknown keyword " + job::quoted(name), "a keyword; the nearest is \"" + nearest + "\"");
+      lines_.refuse("the unknown keyword " + job::quoted(name),
+                    "a keyword; the nearest is \"" + nearest + "\"");
     }
     const std::size_t n = lines_.words().size() - 1;
     if (n < keyword->min_values || n > keyword->max_values) {
@@ -359,7 +359,8 @@ class Reader {
   {
     note_once("RENDER");
     out_.render = std::string(lines_.words()[1]);
-    if (out_.render != "fill" && out_.render != "wire") lines_.refuse(job::quoted(out_.render), "fill or wire");
+    if (out_.render != "fill" && out_.render != "wire")
+      lines_.refuse(job::quoted(out_.render), "fill or wire");
   }
 
   // Line of a keyword; 0 if it is missing.
@@ -634,7 +635,7 @@ NamedText text_of(const std::string& prefix, const char* extension, const char* 
 {
   const std::string file = prefix + extension;
   return {file, job::file_bytes(file, {file, "", "", std::string("the ") + holds + " of an Object set"},
-                                 job::largest_mesh_bytes)};
+                                job::largest_mesh_bytes)};
 }
 
 }  // namespace

@@ -41,8 +41,8 @@ class UncertaintyReader {
     }
     Uncertainty found;
     found.n_samples = static_cast<std::int32_t>(core::integer_at(table, "samples"));
-    found.sequence = core::text_at(table, "sequence") == "sobol" ? SampleSequence::sobol
-                                                                      : SampleSequence::latin_hypercube;
+    found.sequence =
+        core::text_at(table, "sequence") == "sobol" ? SampleSequence::sobol : SampleSequence::latin_hypercube;
     found.seed = static_cast<std::uint32_t>(core::integer_at(table, "seed"));
     for (const FibreJob& fibre : ligaments_.jobs)
       found.reference_strain.push_back(
@@ -74,14 +74,13 @@ class UncertaintyReader {
         std::find(quantities.begin(), quantities.end(), quantity) - quantities.begin());
     check_keys(value, parameter.quantity);
     const core::DocumentValue* factor = value.find("factor");
-    parameter.is_factor = factor != nullptr ? core::flag_at(*factor, "")
-                                            : parameter.quantity == UncertainQuantity::stiffness;
+    parameter.is_factor =
+        factor != nullptr ? core::flag_at(*factor, "") : parameter.quantity == UncertainQuantity::stiffness;
     parameter.name = quantity;
     if (is_of_fibres(parameter.quantity)) set_fibres(value, parameter);
     if (parameter.quantity == UncertainQuantity::load) set_load(value, parameter);
     if (parameter.quantity == UncertainQuantity::offset) set_component(value, parameter);
-    if (const std::string& name = core::text_or_empty(value, "name"); !name.empty())
-      parameter.name = name;
+    if (const std::string& name = core::text_or_empty(value, "name"); !name.empty()) parameter.name = name;
     parameter.distribution = distribution_of(value, parameter);
     check_range(parameter);
     return parameter;
@@ -116,8 +115,8 @@ class UncertaintyReader {
     for (const core::DocumentEntry& entry : *value.table()) {
       if (used.contains(entry.key)) continue;
       refuse(entry.key, core::shown(entry.value),
-             "no such key for quantity = \"" + core::text_at(value, "quantity") +
-                 "\" and distribution = \"" + distribution + "\"");
+             "no such key for quantity = \"" + core::text_at(value, "quantity") + "\" and distribution = \"" +
+                 distribution + "\"");
     }
   }
 
@@ -222,8 +221,7 @@ class UncertaintyReader {
   {
     const core::DocumentValue* found = value.find(key);
     if (found == nullptr)
-      refuse(key, "nothing",
-             "a number, for distribution = \"" + core::text_at(value, "distribution") + "\"");
+      refuse(key, "nothing", "a number, for distribution = \"" + core::text_at(value, "distribution") + "\"");
     return core::number_at(*found, "");
   }
 

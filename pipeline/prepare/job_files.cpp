@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "model/frames.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::prepare {
 namespace {

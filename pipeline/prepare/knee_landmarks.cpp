@@ -295,7 +295,7 @@ std::optional<Eigen::Vector3d> landmark_mm(const TemplateJoint& joint, const std
 }
 
 std::vector<geometry::KnownPoint> known_points(const KneeLandmarks& landmarks,
-                                                   const TemplateJoint& right_template, Bone bone)
+                                               const TemplateJoint& right_template, Bone bone)
 {
   std::vector<geometry::KnownPoint> points;
   for (const NamedPoint& point : landmarks.points) {

@@ -53,7 +53,7 @@ std::optional<Eigen::Vector3d> landmark_mm(const TemplateJoint& joint, const std
 
 /// The landmarks of one bone for the fit, by a right template.
 std::vector<geometry::KnownPoint> known_points(const KneeLandmarks& landmarks,
-                                                   const TemplateJoint& right_template, Bone bone);
+                                               const TemplateJoint& right_template, Bone bone);
 
 /// Distance of each landmark from that of the fitted template; NaN: the template does not have it. Throws
 /// InputError for one that is more than 30 mm off, which is in other coordinates or another unit.
@@ -86,7 +86,7 @@ struct AttachmentMove {
 };
 
 struct TransferredLigaments {
-  model::Ligaments ligaments;      ///< anatomical frames; slack lengths are the template's
+  model::Ligaments ligaments;         ///< anatomical frames; slack lengths are the template's
   std::vector<AttachmentMove> moves;  ///< [fibres]
 };
 

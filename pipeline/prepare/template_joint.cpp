@@ -199,8 +199,8 @@ FibreLoads solved_loads(const job::Case& joint, int n_threads, const std::functi
   coarse.spine = {0, 0.0};
   solve::CaseSolver solver(coarse, n_threads);
   const solve::SweepResult result = solve::sweep(
-      solve::plan_of(coarse), [&](const solve::StepTask& task) { return solver(task); },
-      {{}, {}, is_stopped}, n_threads);
+      solve::plan_of(coarse), [&](const solve::StepTask& task) { return solver(task); }, {{}, {}, is_stopped},
+      n_threads);
   const model::Ligaments ligaments = model::solver_ligaments(joint.ligaments, joint.frame);
   FibreLoads loads;
   loads.largest_strain.assign(ligaments.fibres.size(), -1.0);

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/coordinates.hpp"
 #include "core/text.hpp"
-#include "model/frames.hpp"
 #include "core/units.hpp"
-#include "model/ligaments.hpp"
 #include "job/command_jobs.hpp"
+#include "model/coordinates.hpp"
+#include "model/frames.hpp"
+#include "model/ligaments.hpp"
 
 namespace vrda::python {
 namespace {

@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "model/frames.hpp"
 #include "job/case.hpp"
 #include "job/job.hpp"
+#include "model/frames.hpp"
 #include "solve/case_solver.hpp"
 
 namespace vrda::python {

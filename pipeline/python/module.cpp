@@ -17,11 +17,11 @@
 #include "app/model_commands.hpp"
 #include "core/console.hpp"
 #include "core/text.hpp"
-#include "run/run_command.hpp"
-#include "run/run_output.hpp"
 #include "job/job.hpp"
 #include "python/errors.hpp"
 #include "python/joint_solver.hpp"
+#include "run/run_command.hpp"
+#include "run/run_output.hpp"
 #include "store/motion_model.hpp"
 #include "store/read_separately.hpp"
 

@@ -7,14 +7,14 @@
 #include <optional>
 #include <utility>
 
-#include "model/coordinates.hpp"
-#include "core/text.hpp"
-#include "model/frames.hpp"
-#include "core/units.hpp"
-#include "tables/formats.hpp"
-#include "job/job.hpp"
-#include "store/motion.hpp"
 #include "analysis/score.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "job/job.hpp"
+#include "model/coordinates.hpp"
+#include "model/frames.hpp"
+#include "store/motion.hpp"
+#include "tables/formats.hpp"
 
 namespace vrda::report {
 namespace {
@@ -416,8 +416,8 @@ CurveFile about_point(CurveFile file, Side side, const Eigen::Vector3d& point_mm
 
 CurveFile read_curve_file(const std::string& file)
 {
-  return curve_from_text(
-      file, job::file_bytes(file, {file, "", "", "a CSV file of a curve"}, largest_curve_bytes));
+  return curve_from_text(file,
+                         job::file_bytes(file, {file, "", "", "a CSV file of a curve"}, largest_curve_bytes));
 }
 
 }  // namespace vrda::report

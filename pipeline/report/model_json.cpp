@@ -869,8 +869,9 @@ Json uncertainty_json(const store::MotionModel& model)
     json["shares"] = std::move(shares);
     quantities.push_back(std::move(json));
   }
-  return {{"samples", motion.n_samples()}, {"sequence", motion.sequence}, {"seed", motion.seed},
-          {"draws", motion.draw.size()},   {"solved", motion.n_solved},   {"quantities", std::move(quantities)}};
+  return {{"samples", motion.n_samples()}, {"sequence", motion.sequence},
+          {"seed", motion.seed},           {"draws", motion.draw.size()},
+          {"solved", motion.n_solved},     {"quantities", std::move(quantities)}};
 }
 
 }  // namespace vrda::report

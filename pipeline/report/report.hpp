@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "analysis/compare.hpp"
-#include "store/curve_figures.hpp"
 #include "report/clinical_curve.hpp"
+#include "store/curve_figures.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::report {
@@ -52,7 +52,7 @@ struct Report {
 struct MotionSummary {
   std::int64_t n_cells = 0, n_stable = 0;
   double theta_undetermined_share = 0.0;  ///< of the stable cells
-  store::CurveFigures rotation;          ///< internal rotation along the spine
+  store::CurveFigures rotation;           ///< internal rotation along the spine
   store::SpineJump spine_jump;
   std::int64_t n_several_optima = 0;       ///< number of flexions; equilibrium only
   double largest_optima_spread_deg = 0.0;  ///< of theta between them

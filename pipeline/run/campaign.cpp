@@ -539,17 +539,17 @@ CaseCost cost_of(const CaseSize& size, const StepCounts& steps)
   cost.chain_s = step.spine_s * factor * static_cast<double>(steps.chain);
   cost.spine_s = step.spine_s * factor * static_cast<double>(steps.spine());
   const auto n_sampled = static_cast<double>(size.n_samples * size.n_flexion);
-  cost.rows_s =
-      step.row_s * factor * (static_cast<double>(steps.rows()) + starts_of_sample * n_sampled);
+  cost.rows_s = step.row_s * factor * (static_cast<double>(steps.rows()) + starts_of_sample * n_sampled);
   cost.finish_s =
       finish_s_at_least + finish_s_of_cell * factor * n_cells * static_cast<double>(size.n_smoothed);
   cost.memory_bytes = memory_at_least + memory_of_triangle * static_cast<double>(size.n_contact_triangles) +
                       memory_of_cell * n_cells;
   cost.journal_bytes = journal_of_spine * static_cast<double>(steps.records - steps.rows()) +
                        journal_of_row * (static_cast<double>(steps.rows()) + n_sampled);
-  cost.model_bytes = model_at_least + model_of_triangle * n_triangles +
-                     (model_of_cell + model_of_cell_and_fibre * static_cast<double>(size.n_fibres)) * n_cells +
-                     model_of_sample * n_sampled;
+  cost.model_bytes =
+      model_at_least + model_of_triangle * n_triangles +
+      (model_of_cell + model_of_cell_and_fibre * static_cast<double>(size.n_fibres)) * n_cells +
+      model_of_sample * n_sampled;
   return cost;
 }
 

@@ -1,7 +1,7 @@
 #include "run/result.hpp"
 
-#include <nlohmann/json.hpp>
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -130,8 +130,8 @@ void add_smoothed(store::MotionModel& model, const job::Case& job_case, const st
           !job_case.coordinates && static_cast<std::size_t>(degree) >= n_fitted_angles(job_case.grid);
       if (is_said) continue;
       core::log_warning("smooth.degrees: found " + std::to_string(degree) + ", wanted at most " +
-                           std::to_string(std::max(largest, 0)) +
-                           " on this grid with these solved cells; the degree is skipped");
+                        std::to_string(std::max(largest, 0)) +
+                        " on this grid with these solved cells; the degree is skipped");
       continue;
     }
     store::SmoothedSet set = analysis::smooth(input, degree, {job_case.smooth_robust});
@@ -174,10 +174,10 @@ void warn_of_doubtful(const store::MotionModel& model, const std::string& output
   const std::vector<DoubtfulCell> cells = doubtful_cells(model);
   if (cells.empty()) return;
   core::log_warning(output + ": /plausibility: " + plausibility_line(model) + " of " +
-                       std::to_string((model.status == status_stable).count()) +
-                       " stable attitudes, the first at flexion " + shortest_decimal(cells[0].flexion_deg) +
-                       ", varus " + shortest_decimal(cells[0].varus_deg) +
-                       " degrees; vrda info explains them, vrda info --json lists the attitudes");
+                    std::to_string((model.status == status_stable).count()) +
+                    " stable attitudes, the first at flexion " + shortest_decimal(cells[0].flexion_deg) +
+                    ", varus " + shortest_decimal(cells[0].varus_deg) +
+                    " degrees; vrda info explains them, vrda info --json lists the attitudes");
 }
 
 /// The default motion, the rotation of a knee and its jumps.
@@ -202,10 +202,10 @@ void warn_of_past_border(const store::MotionModel& model, const std::string& out
   }
   if (n == 0) return;
   core::log_warning(output + ": /plausibility: " + std::to_string(n) + " border_contact more than " +
-                       shortest_decimal(border_margin_deg) +
-                       " degrees past the first contact at a border, the first at flexion " + flexions +
-                       " degrees: the surfaces end there, and these attitudes count as unsolved; use meshes "
-                       "that reach further, or a smaller grid.flexion");
+                    shortest_decimal(border_margin_deg) +
+                    " degrees past the first contact at a border, the first at flexion " + flexions +
+                    " degrees: the surfaces end there, and these attitudes count as unsolved; use meshes "
+                    "that reach further, or a smaller grid.flexion");
 }
 
 /// Too few stable samples for a band at a flexion.
@@ -219,7 +219,7 @@ bool lacks_bands(const store::MotionModel& model)
 
 /// Reports the statuses; warns if more attitudes are unsolved than the job allows, or a band is missing.
 core::ExitCode outcome_of(const job::Case& job_case, const store::MotionModel& model,
-                             const std::string& output)
+                          const std::string& output)
 {
   core::log_info(status_line(model));
   warn_of_doubtful(model, output);
@@ -229,13 +229,13 @@ core::ExitCode outcome_of(const job::Case& job_case, const store::MotionModel& m
   if (!cut_off.empty()) core::log_warning(output + ": /zero_varus/is_cut_off: " + cut_off);
   if (model.uncertainty) core::log_info(run::samples_line(model));
   if (lacks_bands(model))
-    core::log_warning(
-        output + ": /uncertainty: found flexions with fewer than 2 stable samples, wanted 2 for a band");
+    core::log_warning(output +
+                      ": /uncertainty: found flexions with fewer than 2 stable samples, wanted 2 for a band");
   const double unsolved = unsolved_fraction(model);
   if (unsolved <= job_case.unsolved_fraction)
     return lacks_bands(model) ? core::ExitCode::incomplete : core::ExitCode::done;
   core::log_warning(output + ": limits.unsolved_fraction: found " + std::to_string(unsolved) +
-                       ", wanted at most " + std::to_string(job_case.unsolved_fraction));
+                    ", wanted at most " + std::to_string(job_case.unsolved_fraction));
   return core::ExitCode::incomplete;
 }
 
@@ -269,8 +269,8 @@ std::optional<store::MotionModel> build_result(const job::Case& job_case, const 
 }
 
 core::ExitCode write_result(const job::Case& job_case, const store::MotionModel& model,
-                               const std::string& output, const std::vector<std::string>& needless,
-                               RunRecord& record)
+                            const std::string& output, const std::vector<std::string>& needless,
+                            RunRecord& record)
 {
   store::write_motion_model(output, model);
   record.end_phase("writing");
@@ -280,8 +280,8 @@ core::ExitCode write_result(const job::Case& job_case, const store::MotionModel&
 }
 
 core::ExitCode finish_existing_result(const job::Case& job_case, const store::MotionModel& model,
-                                         const std::string& output, const std::vector<std::string>& needless,
-                                         int n_threads)
+                                      const std::string& output, const std::vector<std::string>& needless,
+                                      int n_threads)
 {
   remove_obsolete_files(needless);
   if (access(run_record_of(output).c_str(), F_OK) != 0)

@@ -60,14 +60,14 @@ std::optional<store::MotionModel> build_result(const job::Case& job_case, const 
 /// Like write_result() for a result that is already at `output`: finishes the work of a killed run by
 /// removing the `needless` files and writing a missing record.
 core::ExitCode finish_existing_result(const job::Case& job_case, const store::MotionModel& model,
-                                         const std::string& output, const std::vector<std::string>& needless,
-                                         int n_threads);
+                                      const std::string& output, const std::vector<std::string>& needless,
+                                      int n_threads);
 
 /// Writes the model, removes the `needless` journals and start file and writes `record` next to the model.
 /// Too many unsolved attitudes are an exit code, not an error.
 core::ExitCode write_result(const job::Case& job_case, const store::MotionModel& model,
-                               const std::string& output, const std::vector<std::string>& needless,
-                               RunRecord& record);
+                            const std::string& output, const std::vector<std::string>& needless,
+                            RunRecord& record);
 
 // Decides which motion of a model is its default: the smoothed one only if it meets the criteria of
 // `vrda compare`. Also measures the contact of smoothed motions for these criteria.

@@ -52,8 +52,8 @@ void write_trace_of(const job::Case& job_case, const solve::SweepResult& result,
   const store::TraceJournalContent content = store::read_trace_journal(store::trace_journal_of(output));
   check(content.summary.dropped_reason.empty(), "the journal of traces is undamaged");
   const std::string path = store::trace_name(output);
-  store::write_trace(path, solve::trace_of(job_case, solve::fingerprint_of(job_case),
-                                                 content.searches, result.spine_column));
+  store::write_trace(path, solve::trace_of(job_case, solve::fingerprint_of(job_case), content.searches,
+                                           result.spine_column));
   core::log_info("trace of " + std::to_string(content.searches.size()) + " searches: " + path);
 }
 
@@ -65,7 +65,7 @@ std::vector<std::string> obsolete_files(const StepLog& log, const std::string& o
 }
 
 core::ExitCode solve_and_write(const job::Case& job_case, const RunOptions& options, StepLog& log,
-                                  const std::string& output)
+                               const std::string& output)
 {
   const int n_threads = thread_count_or_all(options.n_threads);
   RunRecord record(n_threads, static_cast<int>(log.known.size()));
@@ -248,8 +248,7 @@ void remove_shard_files(const std::string& output, const std::vector<std::string
   std::copy_if(journals.begin(), journals.end(), std::back_inserter(obsolete),
                [&](const std::string& journal) { return store::output_of_journal(journal) == output; });
   obsolete.push_back(store::start_file_of(output));
-  obsolete.push_back(
-      run::case_file_of(output));  // last: until then it records that the model is complete
+  obsolete.push_back(run::case_file_of(output));  // last: until then it records that the model is complete
   remove_obsolete_files(obsolete);
 }
 

@@ -28,7 +28,7 @@ struct RunOptions {
   bool has_profile = false;   ///< prints the time of each phase
   std::string progress = "auto";
   bool only_spine = false;                 ///< solves only the spine, into its own journal, for shards
-  std::optional<store::Shard> shard;     ///< solves only these rows, into their own journal
+  std::optional<store::Shard> shard;       ///< solves only these rows, into their own journal
   std::function<void()> on_solving_start;  ///< called before the first step of the spine, and of the rows
   /// Called with the steps done and all steps, before the first and after each step, from any thread; then
   /// likewise with the samples.

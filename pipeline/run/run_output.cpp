@@ -1,7 +1,7 @@
 #include "run/run_output.hpp"
 
-#include <nlohmann/json.hpp>
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -259,7 +259,7 @@ void remove_obsolete_files(const std::vector<std::string>& files)
     fs::remove(file, error);
     if (!error) continue;
     core::log_warning(file + ": found a file that cannot be removed (" + error.message() +
-                         "); it is no longer needed");
+                      "); it is no longer needed");
     return;
   }
 }
@@ -453,7 +453,7 @@ StepLog log_of(const std::string& path, store::OpenJournal opened)
   const store::JournalContent& content = opened.content;
   if (!content.dropped_reason.empty()) {
     core::log_warning(path + ": dropped " + std::to_string(content.dropped_bytes) + " bytes at the end (" +
-                         content.dropped_reason + "); those steps are solved again");
+                      content.dropped_reason + "); those steps are solved again");
   }
   StepLog log{path, std::move(opened.writer), {}, {}};
   for (const StepRecord& r : content.records) log.known.emplace(r.key, r);
@@ -529,7 +529,7 @@ bool needs_trace(const StepKey& key, const std::map<StepKey, StepRecord>& known)
 }  // namespace
 
 core::FrameWriter open_trace_log(const std::string& path, const std::string& key,
-                                    const std::string& steps_path, const std::map<StepKey, StepRecord>& known)
+                                 const std::string& steps_path, const std::map<StepKey, StepRecord>& known)
 {
   if (known.empty()) return store::create_trace_journal(path, key);
   store::TraceJournalContent content;
@@ -547,7 +547,7 @@ core::FrameWriter open_trace_log(const std::string& path, const std::string& key
   }
   if (!content.summary.dropped_reason.empty()) {
     core::log_warning(path + ": dropped " + std::to_string(content.summary.dropped_bytes) +
-                         " bytes at the end (" + content.summary.dropped_reason + ")");
+                      " bytes at the end (" + content.summary.dropped_reason + ")");
   }
   return store::resume_trace_journal(path, content.summary);
 }

@@ -186,8 +186,7 @@ auto with_journal_restore(const StepLog& log, const std::string& output, const W
 /// Resumes the journal of traces at `path`, or starts one if `known` is empty. Throws InputError if a step of
 /// the journal `steps_path` has no trace.
 core::FrameWriter open_trace_log(const std::string& path, const std::string& key,
-                                    const std::string& steps_path,
-                                    const std::map<StepKey, StepRecord>& known);
+                                 const std::string& steps_path, const std::map<StepKey, StepRecord>& known);
 
 /// Calls `solve` with an observer and appends the observed trace. Thread-safe. Must be called before the step
 /// is kept, so that a kill in between loses no trace.

@@ -155,9 +155,8 @@ bool has_whole_spine(const ShardedRun& run, const Steps& steps)
 // Called under the lock of the spine's journal, so that only one task writes the shared files.
 void write_shared_files(const ShardedRun& run, const RunOptions& options)
 {
-  run::write_case_file(
-      run::case_file_of(run.output),
-      {run::case_of_job(options.job_file, options.data_directory, options.overrides), ""});
+  run::write_case_file(run::case_file_of(run.output),
+                       {run::case_of_job(options.job_file, options.data_directory, options.overrides), ""});
   if (has_start_file(run.output, run.job_case.resolved_job)) return;
   store::write_motion_model(store::start_file_of(run.output), solve::pending_model_of(run.job_case));
 }
@@ -195,8 +194,8 @@ core::ExitCode solve_rows(const ShardedRun& run, const RunOptions& options, cons
     const solve::SweepResult result =
         solve_part(run.job_case, plan, ProgressUnit::cells, options, *log, spine);
     return result.is_complete &&
-           solve_samples(run.job_case, plan, result,
-                         run::rows_of(*options.shard, n_samples_of(run.job_case)), options, *log)
+           solve_samples(run.job_case, plan, result, run::rows_of(*options.shard, n_samples_of(run.job_case)),
+                         options, *log)
                .has_value();
   });
   if (!is_complete) return report_interrupted(*log);

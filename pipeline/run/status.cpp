@@ -152,8 +152,7 @@ constexpr std::array<const char*, 7> standing_names{"waiting", "queued",      "r
 
 std::vector<std::int32_t> rows_of(const Submission& submission, const TaskId& task)
 {
-  return run::rows_of(store::Shard{task.shard, submission.n_shards},
-                          case_of(submission, task).n_flexion);
+  return run::rows_of(store::Shard{task.shard, submission.n_shards}, case_of(submission, task).n_flexion);
 }
 
 // slurmstepd's last message in a log after it ended a task: time limit, memory, node failure.

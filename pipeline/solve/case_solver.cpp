@@ -592,8 +592,7 @@ class BalanceAssembly {
   void add_fibres(const StepRecord& r, std::size_t cell)
   {
     store::LigamentRows& rows = *model_.ligaments;
-    const std::vector<model::FibreState> states =
-        model::fibre_states(ligaments_, attitude_of(r), r.pose);
+    const std::vector<model::FibreState> states = model::fibre_states(ligaments_, attitude_of(r), r.pose);
     for (std::size_t k = 0; k < states.size(); ++k) {
       const std::size_t at = cell * states.size() + k;
       rows.length_mm[at] = states[k].length_mm;

@@ -121,7 +121,6 @@ store::Trace trace_of(const job::Case& job_case, const std::string& job_key,
 /// Bands and shares of the spread from the solved samples of an uncertain job. `records`: of kind
 /// StepKind::sample, one for each flexion and sample, in any order. Clinical coordinates are about the
 /// rotation centre of the job, also where the samples' centres differ.
-store::UncertainMotion uncertain_motion_of(const job::Case& job_case,
-                                           const std::vector<StepRecord>& records);
+store::UncertainMotion uncertain_motion_of(const job::Case& job_case, const std::vector<StepRecord>& records);
 
 }  // namespace vrda::solve

@@ -1,8 +1,8 @@
 #include "solve/coordinate_equilibrium.hpp"
 
+#include <nlopt.h>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <nlopt.h>
 
 #include <algorithm>
 #include <cmath>

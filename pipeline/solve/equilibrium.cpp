@@ -654,7 +654,7 @@ double EquilibriumSolver::Run::ligament_energy_at(double flexion_rad) const
 {
   if (state_.ligaments.fibres.empty()) return 0.0;
   return model::ligament_energy(state_.ligaments, {flexion_rad, current_.configuration.varus_rad},
-                                   pose_at(current_.configuration, state_.scale))
+                                pose_at(current_.configuration, state_.scale))
       .energy_nmm;
 }
 

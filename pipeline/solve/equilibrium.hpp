@@ -16,8 +16,7 @@ namespace vrda::solve {
 class EquilibriumSolver {
  public:
   /// `ligaments` are in the solver's frames and may have no fibre. The references must outlive the solver.
-  EquilibriumSolver(const Joint& joint, const model::Ligaments& ligaments,
-                    const EquilibriumOptions& options);
+  EquilibriumSolver(const Joint& joint, const model::Ligaments& ligaments, const EquilibriumOptions& options);
   ~EquilibriumSolver();
   EquilibriumSolver(EquilibriumSolver&&) noexcept;
 

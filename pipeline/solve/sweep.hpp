@@ -230,7 +230,7 @@ struct Joint {
   contact::Collider reference;
   contact::Collider moving;
   std::vector<Compartment> compartment_of_triangle;  ///< [n_moving_triangles], empty without compartments
-  geometry::GapTree reference_gap;                  ///< the same objects, prepared for gap queries
+  geometry::GapTree reference_gap;                   ///< the same objects, prepared for gap queries
   geometry::GapTree moving_gap;
   geometry::GapTree medial_gap;  ///< moving triangles of the compartment
   geometry::GapTree lateral_gap;

@@ -98,8 +98,7 @@ class UncertainAssembly {
     add_forces(r, at);
     add_world(r, at, attitude, frame);
     if (n_fibres_ == 0) return;
-    const auto states =
-        model::fibre_states(model::solver_ligaments(ligaments_, frame), attitude, r.pose);
+    const auto states = model::fibre_states(model::solver_ligaments(ligaments_, frame), attitude, r.pose);
     for (std::size_t k = 0; k < n_fibres_; ++k) tension_n_[at * n_fibres_ + k] = states[k].force_n;
   }
 
@@ -253,8 +252,8 @@ class UncertainAssembly {
       const std::size_t n_used = case_.compartment_of_triangle.empty() ? n_quantities - 2 : n_quantities;
       for (std::size_t d = 0; d < n_draws; ++d) {
         const Eigen::VectorXd scores = samples_.scores().col(static_cast<Eigen::Index>(d));
-        std::vector<job::FirstOrderIndex> indices = job::first_order_indices(
-            scores, results.leftCols(static_cast<Eigen::Index>(n_used)), group);
+        std::vector<job::FirstOrderIndex> indices =
+            job::first_order_indices(scores, results.leftCols(static_cast<Eigen::Index>(n_used)), group);
         indices.resize(n_quantities, {nan, nan, nan});
         for (std::size_t k = 0; k < n_quantities; ++k) {
           const std::size_t at = (i * n_quantities + k) * n_draws + d;
@@ -484,7 +483,7 @@ class SampleMotion {
   const SweepResult& job_;
   const SolveStep& solve_;
   const SampleOptions& options_;
-  std::vector<std::int32_t> path_row_;          // [n_flexion]
+  std::vector<std::int32_t> path_row_;         // [n_flexion]
   std::vector<std::vector<StepRecord>> ends_;  // [n_flexion] results of all starts
 };
 

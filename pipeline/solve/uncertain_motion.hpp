@@ -25,8 +25,8 @@ double band_at(const store::UncertainMotion& motion, std::size_t probability, st
 /// [n_flexion] variances over the samples.
 std::vector<double> variances_of(const store::UncertainMotion& motion, std::size_t quantity);
 
-/// Of one draw: first-order index with its interval, and rank correlation, as means over the flexions weighted
-/// by the variance of the quantity there: shares of the whole spread.
+/// Of one draw: first-order index with its interval, and rank correlation, as means over the flexions
+/// weighted by the variance of the quantity there: shares of the whole spread.
 struct SpreadShare {
   std::size_t draw = 0;
   double index = 0.0, low = 0.0, high = 0.0, rank_correlation = 0.0;

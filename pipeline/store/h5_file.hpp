@@ -216,8 +216,7 @@ class Hdf5WriteVisitor : public RegistryVisitor {
   }
 
   template <typename Member>
-  void attribute(const std::string& object, const std::string& name, const Member& member,
-                 const Unit&)
+  void attribute(const std::string& object, const std::string& name, const Member& member, const Unit&)
   {
     if (sort_ == Pass::root_attributes && object == "/") write(object, name, member);
     if (sort_ == Pass::attributes && object != "/")

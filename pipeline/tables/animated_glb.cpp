@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "model/mesh.hpp"
-#include "core/units.hpp"
-#include "store/motion.hpp"
 #include "core/canvas.hpp"
+#include "core/units.hpp"
+#include "model/mesh.hpp"
+#include "store/motion.hpp"
 
 namespace vrda::tables {
 namespace {
@@ -301,7 +301,7 @@ void add_links(Scene& scene, Animation& animation, Json& children, const Flexion
     for (const FlexionFrame& frame : motion.frames) {
       const Pose& X = frame.pose.X_reference_moving;
       model::sample_fibre_path(fibre, ligaments.wraps,
-                                  {Eigen::Matrix3d::Identity(), X.linear(), X.translation()}, sampled_mm);
+                               {Eigen::Matrix3d::Identity(), X.linear(), X.translation()}, sampled_mm);
       path_mm = fibre.wrap < 0 ? std::vector{sampled_mm.front(), sampled_mm.back()} : sampled_mm;
       for (std::size_t k = 0; k < links.size(); ++k)
         add_key(links[k], path_mm[k] - motion.rotation_centre_mm, path_mm[k + 1] - motion.rotation_centre_mm,

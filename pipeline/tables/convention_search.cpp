@@ -227,10 +227,9 @@ std::vector<Convention> open_conventions(const tables::MotionTable& table, const
   const auto angles = has_angles ? open_values(user.angles, file.angles, is_automatic(Term::angles),
                                                {AngleUnit::degrees, AngleUnit::radians})
                                  : std::vector{known.angles};
-  const auto orders = has_angles
-                          ? open_values(user.order, file.order, is_automatic(Term::order),
-                                        {std::begin(tables::all_orders), std::end(tables::all_orders)})
-                          : std::vector{known.order};
+  const auto orders = has_angles ? open_values(user.order, file.order, is_automatic(Term::order),
+                                               {std::begin(tables::all_orders), std::end(tables::all_orders)})
+                                 : std::vector{known.order};
   const auto directions = open_values(user.direction, file.direction, is_automatic(Term::direction),
                                       {Direction::moving_in_reference, Direction::reference_in_moving});
   const auto axes =

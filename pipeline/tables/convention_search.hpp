@@ -25,7 +25,7 @@ std::string value_of(const tables::Convention& convention, Term term);
 
 struct SearchRequest {
   tables::StatedConvention stated;  ///< by the user
-  std::set<Term> automatic;           ///< tried even if the file states them
+  std::set<Term> automatic;         ///< tried even if the file states them
 };
 
 /// The signed gap along Delta of a compartment, or of the whole pair, over the frames.
@@ -56,8 +56,8 @@ struct SearchScene {
 
 /// The conventions that the request and the table leave open, in a fixed order. One if nothing is open.
 std::vector<tables::Convention> open_conventions(const tables::MotionTable& table,
-                                                   const SearchRequest& request,
-                                                   const tables::JointFrame& joint);
+                                                 const SearchRequest& request,
+                                                 const tables::JointFrame& joint);
 
 /// Ranks open_conventions() by Candidate::share. A gap beyond 10 mm on average, or a frame in which nothing
 /// faces, is not ranked. Measures at most 31 frames. Same bits for any number of threads. Throws InputError

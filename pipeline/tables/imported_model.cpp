@@ -251,7 +251,7 @@ ImportFrame import_frame(const job::Job& job, const job::Case& job_case)
 }
 
 job::Case import_case(const job::Case& job_case, const tables::MotionSequence& motion,
-                       const std::string& record)
+                      const std::string& record)
 {
   job::Case result = job::scaled_to_subject(job_case);
   const job::Push push = result.push.front();

@@ -41,7 +41,7 @@ ImportFrame import_frame(const job::Job& job, const job::Case& job_case);
 /// `job_case`, which has one Delta, at the subject's size as the case of an import: method "import", a row of
 /// the grid for each frame, no roles of coordinates, `record` appended to the resolved job.
 job::Case import_case(const job::Case& job_case, const tables::MotionSequence& motion,
-                       const std::string& record);
+                      const std::string& record);
 
 /// The model of import_case(): each frame is a stable cell with attitude, theta and translation about Delta,
 /// signed gaps of the compartments, contact flags (gap at most the contact resolution) and contacts within

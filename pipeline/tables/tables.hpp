@@ -30,7 +30,7 @@ struct FlexionPlan {
 
 struct FlexionFrame {
   double flexion_deg = 0.0;      ///< as requested; of a sequence that of the frame
-  store::JointPose pose;        ///< solved; with the key in a sequence
+  store::JointPose pose;         ///< solved; with the key in a sequence
   ClinicalCoordinates clinical;  ///< of pose.X_reference_moving; continuous over the frames
 };
 

@@ -13,8 +13,8 @@
 #include "calibration/rehearsal.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
-#include "view/keys.hpp"
 #include "store/read_separately.hpp"
+#include "view/keys.hpp"
 
 namespace {
 
@@ -41,7 +41,7 @@ void run_web(vrda::app::WebMode& mode)
   std::optional<web::LiveFeed> feed;
   if (mode.bench.bench.empty() && !(mode.bench.calibration.empty() && mode.bench.set.empty()))
     view::refuse_option(mode.bench.set.empty() ? "--calibration" : "--set", "no --bench",
-                              "--bench with a bench file");
+                        "--bench with a bench file");
   if (!mode.bench.bench.empty()) {
     mode.bench.file = mode.web.file;
     bench.emplace(mode.bench);

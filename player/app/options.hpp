@@ -10,8 +10,8 @@
 #include "bench/body_tracker.hpp"
 #include "calibration/calibrate.hpp"
 #include "show/follow.hpp"
-#include "view/keys.hpp"
 #include "show/show.hpp"
+#include "view/keys.hpp"
 #include "web/server.hpp"
 
 namespace CLI {

@@ -66,10 +66,10 @@ void add_framing(CLI::App* show, show::ShowOptions& options)
       ->check(CLI::IsMember({1, 2, 4}))
       ->option_text("1|2|4");
   add_choice<view::Backdrop>(show, "--background", "NAME", options.backdrop,
-                              {{"studio", view::Backdrop::studio},
-                               {"night", view::Backdrop::night},
-                               {"black", view::Backdrop::black}},
-                              "studio, night or black (default studio)");
+                             {{"studio", view::Backdrop::studio},
+                              {"night", view::Backdrop::night},
+                              {"black", view::Backdrop::black}},
+                             "studio, night or black (default studio)");
   add_choice<view::FixedObject>(
       show, "--hold", "NAME", options.fixed_object,
       {{"tibia", view::FixedObject::moving},
@@ -80,8 +80,8 @@ void add_framing(CLI::App* show, show::ShowOptions& options)
       "Fixed on screen: tibia or femur (of other joints moving, reference), which then does not move at all; "
       "or push, the direction of push (default tibia)");
   add_choice<view::Framing>(show, "--frame", "NAME", options.framing,
-                                  {{"joint", view::Framing::joint}, {"all", view::Framing::all}},
-                                  "What the image contains: joint, or all of both objects (default joint)");
+                            {{"joint", view::Framing::joint}, {"all", view::Framing::all}},
+                            "What the image contains: joint, or all of both objects (default joint)");
 }
 
 }  // namespace
@@ -127,12 +127,12 @@ void add_appearance_options(CLI::App& mode, view::AppearanceOptions& look)
       "Layers to show with the bodies: contacts, normals (forces where known), axes, helical-axis, gaps, "
       "ligaments, contact-paths, labels, band; or none (default: ligaments, if the model has them)");
   add_choice<view::DrawMode>(&mode, "--mode", "MODE", look.mode,
-                              {{"wire", view::DrawMode::wire},
-                               {"hidden-line", view::DrawMode::hidden_line},
-                               {"flat", view::DrawMode::flat},
-                               {"smooth", view::DrawMode::smooth},
-                               {"textured", view::DrawMode::textured}},
-                              "wire, hidden-line, flat, smooth or textured (default textured)");
+                             {{"wire", view::DrawMode::wire},
+                              {"hidden-line", view::DrawMode::hidden_line},
+                              {"flat", view::DrawMode::flat},
+                              {"smooth", view::DrawMode::smooth},
+                              {"textured", view::DrawMode::textured}},
+                             "wire, hidden-line, flat, smooth or textured (default textured)");
   CLI::Option* texture = add(&mode, "--texture", "FILE.png", look.texture,
                              "Tiled texture image for bone, with matching edges (default: mottled)");
   add(&mode, "--texture-scale", "MM", look.texture_scale_mm, "Width of one tile")

@@ -7,8 +7,8 @@
 #include <iostream>
 #include <string>
 
-#include "core/text.hpp"
 #include "bench/webcam.hpp"
+#include "core/text.hpp"
 
 namespace {
 

@@ -179,10 +179,10 @@ std::vector<Item> named_items(const core::Document& document, const std::string&
 
 std::vector<CalibrationPoint> points_of(const core::Document& document, const std::string& key)
 {
-  return named_items<
-      CalibrationPoint>(document, key, [](const core::DocumentValue& value, const std::string& name) {
-    return CalibrationPoint{name, core::vector3_at(value, "mm"), core::flag_at(value, "target")};
-  });
+  return named_items<CalibrationPoint>(
+      document, key, [](const core::DocumentValue& value, const std::string& name) {
+        return CalibrationPoint{name, core::vector3_at(value, "mm"), core::flag_at(value, "target")};
+      });
 }
 
 std::vector<CalibrationLandmarks> landmarks_of(const core::Document& document)
@@ -257,10 +257,9 @@ CalibrationSettings calibration_settings_of(const core::Document& document)
   settings.landmarks = landmarks_of(document);
   settings.bends = whole_at(*table, "bends");
   settings.bend_samples = whole_at(*table, "bend_samples");
-  settings.functional = {core::number_at(*table, "tracker_sd_mm"),
-                         rad_from_deg(core::number_at(*table, "tracker_sd_deg")),
-                         core::number_at(*table, "model_sd_mm"),
-                         rad_from_deg(core::number_at(*table, "model_sd_deg"))};
+  settings.functional = {
+      core::number_at(*table, "tracker_sd_mm"), rad_from_deg(core::number_at(*table, "tracker_sd_deg")),
+      core::number_at(*table, "model_sd_mm"), rad_from_deg(core::number_at(*table, "model_sd_deg"))};
   return settings;
 }
 
@@ -269,11 +268,11 @@ const core::DocumentSchema& bench_schema();  // schemas/bench.schema.json
 namespace {
 
 view::Viewport window_of(const core::Document& document, const std::string& key,
-                           const DisplaySettings& settings)
+                         const DisplaySettings& settings)
 {
   const std::vector<double> v = core::numbers_at(document.root, key);
   const view::Viewport window{static_cast<int>(v[0]), static_cast<int>(v[1]), static_cast<int>(v[2]),
-                                static_cast<int>(v[3])};
+                              static_cast<int>(v[3])};
   const bool fits = window.width > 0 && window.height > 0 && window.x + window.width <= settings.width &&
                     window.y + window.height <= settings.height;
   if (!fits) {
@@ -535,8 +534,7 @@ BenchFile parse_bench_file(const std::string& text, const std::string& path, Mar
 
 BenchFile read_bench_file(const std::string& path, MarkerPositions places)
 {
-  return parse_bench_file(core::read_document_text(path, "a bench file (schemas/bench.md)"), path,
-                          places);
+  return parse_bench_file(core::read_document_text(path, "a bench file (schemas/bench.md)"), path, places);
 }
 
 }  // namespace vrda::bench

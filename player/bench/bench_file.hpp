@@ -88,7 +88,7 @@ struct DisplaySettings {
   /// Top left corner of the frame buffer on the desktop, px; empty: an ordinary window.
   std::optional<std::array<int, 2>> at;
   std::vector<std::string> outputs;  ///< names of the monitors that display the frame buffer; instead of `at`
-  view::Reflection reflection;     ///< of what each window displays, for a mirror in front of the eye
+  view::Reflection reflection;       ///< of what each window displays, for a mirror in front of the eye
   bool is_half_width = false;        ///< the display draws each pixel twice as wide as high
 };
 
@@ -146,9 +146,8 @@ struct BenchFile {
   std::string potentiometer;  ///< parameter it drives; "selected": the one chosen by keys; empty: none
   FilterSettings filter;
   std::string simulation_address = "127.0.0.1";  ///< numeric listening address of `vrda-player simulate`
-  bench::SimulationScript
-      simulation;              ///< what `vrda-player simulate` plays, with the bodies and tools above
-  double prediction_ms = 0.0;  ///< initial prediction time of tracked bodies; 0: no prediction
+  bench::SimulationScript simulation;  ///< what `vrda-player simulate` plays, with the bodies and tools above
+  double prediction_ms = 0.0;          ///< initial prediction time of tracked bodies; 0: no prediction
 };
 
 /// Number of tracker tools of a body: 1, or the number of its markers.

@@ -51,8 +51,7 @@ class BenchRun final : public show::Mode {
     samples_.reserve(samples_at_once);
     // Written at the end: a wrong name must not cost the times of a whole session.
     if (!options.timing.empty()) require_same_file_type(options.timing, "{");
-    if (!options.record.empty())
-      recorder_ = std::make_unique<bench::Recorder>(options.record, setup.facts);
+    if (!options.record.empty()) recorder_ = std::make_unique<bench::Recorder>(options.record, setup.facts);
     show_.panel().timing = &timing_;
     if (options.igtl.port) stream_ = std::make_unique<JointStream>(options.igtl, setup.model);
   }
@@ -239,12 +238,10 @@ class BenchRun final : public show::Mode {
 void require_options(const BenchOptions& options)
 {
   if (options.replay.empty()) {
-    if (options.from_s != 0.0)
-      view::refuse_option("--from", "no --replay", "--replay with a recording");
+    if (options.from_s != 0.0) view::refuse_option("--from", "no --replay", "--replay with a recording");
     if (options.speed) view::refuse_option("--speed", "no --replay", "--replay with a recording");
     if (options.is_headless && !options.seconds)
-      view::refuse_option("--headless", "no --seconds",
-                                "a duration, because there is no window to close");
+      view::refuse_option("--headless", "no --seconds", "a duration, because there is no window to close");
   } else {
     if (!options.record.empty()) view::refuse_option("--record", "--replay", "one of them");
     if (options.igtl.port) view::refuse_option("--igtl", "--replay", "one of them");
@@ -306,8 +303,7 @@ void remove_calibration_tools(bench::BenchFile& bench, bool has_probe)
   if (!bench.tracker) return;
   // They follow the tools of the last role.
   std::vector<std::string>& tools = bench.tracker->tools;
-  tools.resize(
-      bench::first_tool_index(bench, static_cast<bench::BodyRole>(bench::n_body_roles)));
+  tools.resize(bench::first_tool_index(bench, static_cast<bench::BodyRole>(bench::n_body_roles)));
   if (has_probe && bench.calibration.is_present &&
       std::ranges::find(tools, bench.calibration.probe) == tools.end())
     tools.push_back(bench.calibration.probe);
@@ -327,9 +323,8 @@ BenchSetup build_setup(const Texts& texts, const ModelChoice& choice, bool has_p
   bench::BenchFile bench = bench::parse_bench_file(texts.bench, texts.bench_path);
   remove_calibration_tools(bench, has_probe);
   bench::Calibration calibration =
-      texts.calibration.empty()
-          ? bench::nominal_calibration(bench)
-          : bench::parse_calibration(texts.calibration, texts.calibration_path, bench);
+      texts.calibration.empty() ? bench::nominal_calibration(bench)
+                                : bench::parse_calibration(texts.calibration, texts.calibration_path, bench);
   store::MotionModel model =
       store::scaled_model(store::read_motion_model(model_path), calibration.subject_scale);
   store::require_grid(model, model_path, "the bench");
@@ -420,8 +415,7 @@ class Replay final : public show::Mode {
     if (key == view::Key::space) is_paused_ = !is_paused_;
     if (key == view::Key::left) leap(-leap_s);
     if (key == view::Key::right) leap(leap_s);
-    if (key == view::key_of('+') || key == view::key_of('='))
-      speed_ = std::min(fastest, 2.0 * speed_);
+    if (key == view::key_of('+') || key == view::key_of('=')) speed_ = std::min(fastest, 2.0 * speed_);
     if (key == view::key_of('-')) speed_ = std::max(slowest, 0.5 * speed_);
     if (key == view::key_of('T')) show_.panel().has_panel = !show_.panel().has_panel;
     is_left_ = is_left_ || key == view::Key::escape || key == view::key_of('Q');
@@ -594,8 +588,7 @@ std::string live_message(const BenchFrame& frame, std::uint64_t number, const st
   };
   mark(error_message);
   // The display and its stage do not matter to a browser.
-  for (const bench::BodyRole role :
-       {bench::BodyRole::leg, bench::BodyRole::femur, bench::BodyRole::tibia})
+  for (const bench::BodyRole role : {bench::BodyRole::leg, bench::BodyRole::femur, bench::BodyRole::tibia})
     mark(input_status_text(bench::name_of(role), frame.bodies[static_cast<std::size_t>(role)]));
   mark(leg_check_text(frame.leg));
   mark(input_status_text("potentiometer", frame.potentiometer));
@@ -614,8 +607,7 @@ constexpr std::array key_lines{
     view::HelpLine{"P", "prediction on and off"},
     view::HelpLine{"E", "filter of the leg's angles on and off"},
     view::HelpLine{"Z", "zero the parallax stage at its stop"},
-    view::HelpLine{"Left, right, middle drag",
-                         "turn, move, push the joint off the leg; R puts it back"},
+    view::HelpLine{"Left, right, middle drag", "turn, move, push the joint off the leg; R puts it back"},
     view::HelpLine{"Gamepad", "stick and cross: as the arrow keys; left shoulder: Shift"},
     view::HelpLine{"W", "write the calibration file"},
     view::HelpLine{"T", "panel with devices and timing"},
@@ -687,8 +679,7 @@ constexpr std::array bindings{
     Binding{view::Key::right, [](BenchState& s, const Press& p) { change_by(s, steps_of(p)); }},
     Binding{view::key_of('F'), [](BenchState& s, const Press&) { select_named(s, "flexion"); }},
     Binding{view::key_of('V'), [](BenchState& s, const Press&) { select_named(s, "varus"); }},
-    Binding{view::key_of('I'),
-            [](BenchState& s, const Press&) { select_named(s, "eyes.distance_apart"); }},
+    Binding{view::key_of('I'), [](BenchState& s, const Press&) { select_named(s, "eyes.distance_apart"); }},
     Binding{view::key_of('P'), [](BenchState& s, const Press&) { toggle_prediction(s); }},
     Binding{view::key_of('E'), [](BenchState& s, const Press&) { s.set_filter(!s.is_filtered()); }},
     Binding{view::key_of('R'), [](BenchState& s, const Press&) { s.reset_offset(); }},
@@ -849,8 +840,7 @@ const std::vector<bench::TimedPose>& MotionCollector::motion(bench::BodyRole rol
 }
 
 std::vector<bench::TimedPose> recorded_motion(const bench::Recording& recording,
-                                                 const bench::BenchFile& bench,
-                                                 bench::BodyRole role)
+                                              const bench::BenchFile& bench, bench::BodyRole role)
 {
   MotionCollector collector(bench);
   for (const bench::RecordedFrame& frame : recording.frames) collector.take(frame);
@@ -861,8 +851,7 @@ std::vector<BodyPrediction> predictions_of(MotionCollector& collector)
 {
   std::vector<BodyPrediction> predictions;
   for (std::size_t role = 0; role < bench::n_body_roles; ++role) {
-    const std::vector<bench::TimedPose>& motion =
-        collector.motion(static_cast<bench::BodyRole>(role));
+    const std::vector<bench::TimedPose>& motion = collector.motion(static_cast<bench::BodyRole>(role));
     if (motion.size() < 2) continue;
     for (const double horizon_ms : {16.0, 33.0, 50.0}) {
       predictions.push_back({static_cast<bench::BodyRole>(role), horizon_ms,
@@ -885,8 +874,8 @@ std::string prediction_text(const std::vector<BodyPrediction>& predictions)
   std::ostringstream text;
   for (const BodyPrediction& p : predictions) {
     const bench::PredictionError &mm = p.error.shift_mm, &turn = p.error.turn_rad;
-    text << bench::name_of(p.role) << " after " << show::rounded_text(p.horizon_ms, 2)
-         << " ms: held " << hundredths(mm.held.rms) << " mm, " << hundredths(deg_from_rad(turn.held.rms))
+    text << bench::name_of(p.role) << " after " << show::rounded_text(p.horizon_ms, 2) << " ms: held "
+         << hundredths(mm.held.rms) << " mm, " << hundredths(deg_from_rad(turn.held.rms))
          << " deg; predicted " << hundredths(mm.predicted.rms) << " mm, "
          << hundredths(deg_from_rad(turn.predicted.rms)) << " deg (root mean square; 95th percentile "
          << hundredths(mm.predicted.percentile_95) << " mm)\n";

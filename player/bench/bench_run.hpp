@@ -216,8 +216,7 @@ class MotionCollector {
 
 /// All recorded poses of a body with their device times mapped to the local clock.
 std::vector<bench::TimedPose> recorded_motion(const bench::Recording& recording,
-                                                 const bench::BenchFile& bench,
-                                                 bench::BodyRole role);
+                                              const bench::BenchFile& bench, bench::BodyRole role);
 
 struct BodyPrediction {
   bench::BodyRole role = bench::BodyRole::leg;

@@ -40,7 +40,7 @@ std::optional<view::Viewport> operator_area(const bench::DisplaySettings& displa
   const std::array<view::Viewport, 2> strips{
       view::Viewport{0, 0, std::min(l.x, r.x), display.height},
       view::Viewport{std::max(l.x + l.width, r.x + r.width), 0,
-                       display.width - std::max(l.x + l.width, r.x + r.width), display.height}};
+                     display.width - std::max(l.x + l.width, r.x + r.width), display.height}};
   const view::Viewport& widest = strips[0].width >= strips[1].width ? strips[0] : strips[1];
   if (widest.width < least_width_px || widest.height < least_height_px) return std::nullopt;
   return widest;
@@ -78,7 +78,7 @@ BenchPanel::BenchPanel(const bench::BenchFile& bench)
 }
 
 const view::Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& frame,
-                                         const PanelContent& content)
+                                       const PanelContent& content)
 {
   view::clear_overlay(overlay_, display_.width, display_.height);
   const view::EyePair& eyes = state.values().calibration.eyes;
@@ -111,8 +111,7 @@ void BenchPanel::add_marks(const view::Viewport& visible, const BenchFrame& fram
     bottom_px -= text_.line_px();
   };
   for (std::size_t role = 0; role < bench::n_body_roles; ++role)
-    add(input_status_text(bench::name_of(static_cast<bench::BodyRole>(role)),
-                          frame.bodies[role]));
+    add(input_status_text(bench::name_of(static_cast<bench::BodyRole>(role)), frame.bodies[role]));
   add(leg_check_text(frame.leg));
   if (frame.is_pose_held) add("the model has no pose here: the last one is drawn");
   if (frame.is_moved_aside) add("moved off the leg by the pointer: R puts it back");
@@ -252,7 +251,7 @@ BenchView::BenchView(const store::MotionModel& model, const store::Motion& motio
       scene_(view::scene_of(model, Eigen::Vector3d::Zero())),
       eyes_(calibration.eyes),
       plan_(view::stereo_plan(calibration.eyes, bench.display.width, bench.display.height, bench.path,
-                                bench.display.reflection)),
+                              bench.display.reflection)),
       panel_(bench)
 {
   // Leaves the time of a frame to both eyes.
@@ -322,8 +321,7 @@ void restore_unusable(BenchState& state, const view::EyePair& before, PanelConte
 {
   bench::Calibration& calibration = state.values().calibration;
   if (calibration.eyes == before) return;
-  const std::optional<InputError::Facts> facts =
-      view::usability_error(calibration.eyes, state.bench().path);
+  const std::optional<InputError::Facts> facts = view::usability_error(calibration.eyes, state.bench().path);
   if (!facts) return;
   calibration.eyes = before;
   state.select(state.selected());  // keys and potentiometer continue from the restored value
@@ -385,8 +383,8 @@ void BenchOutput::show(BenchState& state, const BenchFrame& frame, std::uint64_t
   if (view_.take(state.values().calibration.eyes)) sink_.renderer().load(view_.warp());
   view_.place(frame, state.values().calibration);
   panel_.error_message = watch_.error_message(sink_);
-  panel_.doubt = frame.is_pose_held ? view::DoubtText{}
-                                    : view::doubt_text(frame.pose, doubts_.at(frame.pose), "");
+  panel_.doubt =
+      frame.is_pose_held ? view::DoubtText{} : view::doubt_text(frame.pose, doubts_.at(frame.pose), "");
   const bool is_picture =
       !options_.pictures.empty() && number % static_cast<std::uint64_t>(options_.every) == 0;
   const std::int64_t n_video = due_video_frames(at_s);

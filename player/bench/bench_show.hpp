@@ -22,9 +22,9 @@ struct PanelContent {
   bench::DeviceReport tracker, board;
   bool has_board = false;
   const BenchTiming* timing = nullptr;
-  std::string error_message;      ///< problem of the display; may be empty
-  std::string message;            ///< newest message, shown for some seconds
-  view::DoubtText doubt{};  ///< what is wrong with the model's pose; may be empty
+  std::string error_message;  ///< problem of the display; may be empty
+  std::string message;        ///< newest message, shown for some seconds
+  view::DoubtText doubt{};    ///< what is wrong with the model's pose; may be empty
 };
 
 class BenchPanel {
@@ -70,9 +70,8 @@ class BenchView {
  public:
   /// Throws InputError if the look or an eye of the calibration is not usable. `motion`, of `model`, must
   /// outlive this.
-  BenchView(const store::MotionModel& model, const store::Motion& motion,
-            const bench::BenchFile& bench, const bench::Calibration& calibration,
-            const view::AppearanceOptions& look);
+  BenchView(const store::MotionModel& model, const store::Motion& motion, const bench::BenchFile& bench,
+            const bench::Calibration& calibration, const view::AppearanceOptions& look);
 
   /// Loads meshes, font and warp.
   void load_into(view::Renderer& renderer) const;
@@ -84,8 +83,7 @@ class BenchView {
   bool take(const view::EyePair& eyes);
   const view::Warp& warp() const { return plan_.warp; }
 
-  const view::Overlay& overlay(const BenchState& state, const BenchFrame& frame,
-                                 const PanelContent& content)
+  const view::Overlay& overlay(const BenchState& state, const BenchFrame& frame, const PanelContent& content)
   {
     return panel_.drawn(state, frame, content);
   }

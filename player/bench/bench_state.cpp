@@ -201,14 +201,14 @@ void BenchState::update_leg()
   if (!femur.is_live() || !tibia.is_live()) return;
   const double time_s = std::max(femur.seen_s(), tibia.seen_s());
   bench::LegBodies bodies;
-  bodies.X_thigh_femur = bench::pose_of(
-      values_.calibration.X_body_model[static_cast<std::size_t>(bench::BodyRole::femur)]);
-  bodies.X_shank_tibia = bench::pose_of(
-      values_.calibration.X_body_model[static_cast<std::size_t>(bench::BodyRole::tibia)]);
-  const bench::LegAngles raw = bench::leg_angles(
-      bench::X_femur_tibia(bodies, femur.at(time_s), tibia.at(time_s)), frame_of_model_);
-  exchanged_ = bench::leg_angles(bench::X_femur_tibia(bodies, tibia.at(time_s), femur.at(time_s)),
-                                    frame_of_model_);
+  bodies.X_thigh_femur =
+      bench::pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(bench::BodyRole::femur)]);
+  bodies.X_shank_tibia =
+      bench::pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(bench::BodyRole::tibia)]);
+  const bench::LegAngles raw =
+      bench::leg_angles(bench::X_femur_tibia(bodies, femur.at(time_s), tibia.at(time_s)), frame_of_model_);
+  exchanged_ =
+      bench::leg_angles(bench::X_femur_tibia(bodies, tibia.at(time_s), femur.at(time_s)), frame_of_model_);
   // Filter and predictor restart after a long occlusion.
   constexpr double longest_gap_s = 0.25;
   if (angles_ && time_s - angles_->time_s > longest_gap_s) {
@@ -242,8 +242,8 @@ void BenchState::place_model(double time_s)
   const bool is_rigid = bench_.leg == bench::LegKind::rigid;
   Attitude attitude{values_.flexion_rad, values_.varus_rad};
   if (!is_rigid) {
-    const bool is_live = trackers_[bench::BodyRole::femur]->is_live() &&
-                         trackers_[bench::BodyRole::tibia]->is_live();
+    const bool is_live =
+        trackers_[bench::BodyRole::femur]->is_live() && trackers_[bench::BodyRole::tibia]->is_live();
     if (angles_) attitude = bench::attitude_of(is_live ? angles_predictor_.at(time_s) : angles_->angles);
   }
   shown_.leg = angles_ ? check_leg(motion_, angles_->angles, exchanged_)
@@ -470,13 +470,13 @@ Eigen::Vector2d Trackball::picture_px(const HeldDrag& held, const view::InputEve
 {
   const Eigen::Vector2d at =
       view::reflected_px(display_.reflection, held.window,
-                           {static_cast<float>(event.x_px), static_cast<float>(event.y_px)})
+                         {static_cast<float>(event.x_px), static_cast<float>(event.y_px)})
           .cast<double>();
   return {held.window.x + (at.x() - held.window.x) / held.pixel_aspect, at.y()};
 }
 
 std::optional<bench::Sample> Trackball::take(const view::InputEvent& event, const BenchState& state,
-                                               const BenchFrame& frame, std::int64_t now_ns)
+                                             const BenchFrame& frame, std::int64_t now_ns)
 {
   const view::EyePair& eyes = state.values().calibration.eyes;
   if (event.kind == view::InputKind::press && !held_) {
@@ -503,15 +503,14 @@ std::optional<bench::Sample> Trackball::take(const view::InputEvent& event, cons
   if (is_end) held_.reset();
   if (event.kind != view::InputKind::motion) return std::nullopt;
   // Moving the camera by its inverse motion moves the joint.
-  const view::OrbitCamera moved =
-      view::dragged(held_->drag, picture_px(*held_, event), square_window(held_->window, held_->pixel_aspect));
-  const Pose X_motion =
-      held_->drag.at_press.camera.X_world_camera * moved.camera.X_world_camera.inverse();
+  const view::OrbitCamera moved = view::dragged(held_->drag, picture_px(*held_, event),
+                                                square_window(held_->window, held_->pixel_aspect));
+  const Pose X_motion = held_->drag.at_press.camera.X_world_camera * moved.camera.X_world_camera.inverse();
   bench::Sample sample;
   sample.kind = bench::SampleKind::offset;
   sample.arrival_ns = now_ns;
-  sample.tool_pose = bench::place_of(held_->X_tracker_leg.inverse() * X_motion * held_->X_tracker_leg *
-                                       held_->X_leg_joint);
+  sample.tool_pose =
+      bench::place_of(held_->X_tracker_leg.inverse() * X_motion * held_->X_tracker_leg * held_->X_leg_joint);
   return sample;
 }
 

@@ -23,14 +23,14 @@ struct InputStatus {
   bool is_used = false;
   bool is_live = false;  ///< false: the last valid value is shown
   bool was_seen = false;
-  double age_s = 0.0;                                                ///< age of the shown value
+  double age_s = 0.0;                                            ///< age of the shown value
   bench::ToolVisibility state = bench::ToolVisibility::missing;  ///< `seen` for a stage that is not live
-                                                                     ///< but sends counts without zero
+                                                                 ///< but sends counts without zero
 };
 
 /// Poses and input states of one displayed frame.
 struct BenchFrame {
-  store::JointPose pose;     ///< motion model at the leg's attitude
+  store::JointPose pose;      ///< motion model at the leg's attitude
   bool is_pose_held = false;  ///< the model has no pose there: `pose` is the last one
   LegCheck leg;               ///< whether that is the tracked leg's
   Pose X_tracker_reference = Pose::Identity();
@@ -194,9 +194,10 @@ void write_timing(std::ostream& out, const BenchTiming& timing);
 /// One line of text.
 std::string timing_text(const BenchTiming& timing);
 
-// The thesis's trackball on the bench (chapter 7): the pointer moves the drawn joint relative to the leg, with
-// the buttons of `show`. In: pointer events and the displayed frame. Out: the offset of the joint as a sample,
-// so that it is recorded with those of the devices. Lengths in mm, positions in px of the frame buffer.
+// The thesis's trackball on the bench (chapter 7): the pointer moves the drawn joint relative to the leg,
+// with the buttons of `show`. In: pointer events and the displayed frame. Out: the offset of the joint as a
+// sample, so that it is recorded with those of the devices. Lengths in mm, positions in px of the frame
+// buffer.
 
 class Trackball {
  public:
@@ -209,14 +210,14 @@ class Trackball {
   /// Processes an event over the picture of `frame`, the last one drawn; returns the new offset, if it
   /// changed, as a sample of kind `offset` that arrived at `now_ns`.
   std::optional<bench::Sample> take(const view::InputEvent& event, const BenchState& state,
-                                      const BenchFrame& frame, std::int64_t now_ns);
+                                    const BenchFrame& frame, std::int64_t now_ns);
 
  private:
   struct HeldDrag {
     view::Drag drag;
     view::MouseButton button = view::MouseButton::left;
     view::Viewport window;
-    double pixel_aspect = 1.0;  ///< of the eye
+    double pixel_aspect = 1.0;              ///< of the eye
     Pose X_tracker_leg = Pose::Identity();  ///< of the joint without offset, at the press
     Pose X_leg_joint = Pose::Identity();    ///< offset at the press
   };

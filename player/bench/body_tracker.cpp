@@ -94,10 +94,10 @@ bool BodyTracker::settle_markers()
   has_row_ = false;
   std::fill(row_.begin(), row_.end(), std::nullopt);
   is_live_ = fit_.status == bench::FitStatus::fitted;
-  state_ = is_live_ ? bench::ToolVisibility::seen
-                    : (fit_.status == bench::FitStatus::too_few_markers
-                           ? bench::ToolVisibility::missing
-                           : bench::ToolVisibility::invalid_pose);
+  state_ = is_live_
+               ? bench::ToolVisibility::seen
+               : (fit_.status == bench::FitStatus::too_few_markers ? bench::ToolVisibility::missing
+                                                                   : bench::ToolVisibility::invalid_pose);
   if (is_live_) see({row_time_s_, fit_.X_tracker_body});
   return is_live_;
 }
@@ -275,8 +275,8 @@ std::string tracker_error_message(const bench::DeviceReport& report)
   return "no tracker at " + report.peer + (report.error_message.empty() ? "" : ": " + report.error_message);
 }
 
-std::vector<bench::MarkerRow> received_frames(const bench::BenchFile& bench,
-                                                 bench::BodyRole role, double seconds)
+std::vector<bench::MarkerRow> received_frames(const bench::BenchFile& bench, bench::BodyRole role,
+                                              double seconds)
 {
   show::StopSignals stop;
   bench::Devices devices(bench.tracker, std::nullopt);
@@ -308,7 +308,7 @@ bench::PoseFit typical_fit(const bench::BuiltBody& built)
 }  // namespace
 
 bench::BuiltBody build_measured_body(const std::vector<bench::MarkerRow>& frames,
-                                        const bench::BenchFile& bench, bench::BodyRole role)
+                                     const bench::BenchFile& bench, bench::BodyRole role)
 {
   require_seen(frames, bench, role);
   bench::BodyOptions options;
@@ -333,8 +333,7 @@ std::string bench_file_lines(const bench::BuiltBody& built, const bench::BenchFi
     text << (k == 0 ? "" : ", ") << show::rounded_text(built.body.markers_mm(k / 3, k % 3), 3);
   const FitQuality quality = quality_of(typical_fit(built));
   text << "]\n# from " << built.n_frames << " frames, " << built.n_refused
-       << " with fewer than three markers excluded; residual "
-       << show::rounded_text(built.residual_rms_mm, 3)
+       << " with fewer than three markers excluded; residual " << show::rounded_text(built.residual_rms_mm, 3)
        << " mm (root mean square)\n# expected pose error with all markers: rotation "
        << show::rounded_text(deg_from_rad(quality.rotation_sd_rad), 3) << " degrees, centroid "
        << show::rounded_text(quality.centroid_sd_mm, 3) << " mm (standard deviations)\n";
@@ -351,13 +350,11 @@ std::string bench_file_lines(const bench::BuiltBody& built, const bench::BenchFi
 
 void measure_body(const MeasureBodyOptions& options, const show::Streams& streams)
 {
-  const bench::BenchFile bench =
-      bench::read_bench_file(options.bench, bench::MarkerPositions::optional);
+  const bench::BenchFile bench = bench::read_bench_file(options.bench, bench::MarkerPositions::optional);
   const bench::BodyRole role = wanted_role(bench, options.role);
   if (!options.is_quiet)
-    streams.messages << "Rotate the body '" << bench::name_of(role)
-                     << "' slowly in front of the tracker for " << show::rounded_text(options.seconds, 1)
-                     << " s" << std::endl;
+    streams.messages << "Rotate the body '" << bench::name_of(role) << "' slowly in front of the tracker for "
+                     << show::rounded_text(options.seconds, 1) << " s" << std::endl;
   const std::vector<bench::MarkerRow> frames = received_frames(bench, role, options.seconds);
   streams.data << bench_file_lines(build_measured_body(frames, bench, role), bench, role);
 }

@@ -168,7 +168,7 @@ void measure_body(const MeasureBodyOptions& options, const show::Streams& stream
 /// Builds the body from `frames`, in the frame of the file's markers_mm if present. Throws InputError with
 /// the bench file, the body and its markers.
 bench::BuiltBody build_measured_body(const std::vector<bench::MarkerRow>& frames,
-                                        const bench::BenchFile& bench, bench::BodyRole role);
+                                     const bench::BenchFile& bench, bench::BodyRole role);
 
 /// Lines of the body for the bench file.
 std::string bench_file_lines(const bench::BuiltBody& built, const bench::BenchFile& bench,

@@ -73,8 +73,7 @@ std::vector<double> numbers_of(const view::Viewport& v)
 
 /// Measurements and coefficients are in pixels of the eye's window, so it must be the same. A file without
 /// windows is accepted.
-void require_window(const core::Document& document, const std::string& key,
-                    const view::Viewport& window)
+void require_window(const core::Document& document, const std::string& key, const view::Viewport& window)
 {
   if (core::find_at(document.root, key) == nullptr) return;
   const std::vector<double> made_for = core::numbers_at(document.root, key), wanted = numbers_of(window);
@@ -196,8 +195,7 @@ std::string calibration_text(const Calibration& calibration, const BenchFile& be
        << "\nbench = " << show::quoted_text(bench.title)
        << "\nimage_distance_mm = " << show::number_text(calibration.image_distance_mm)
        << "\nstage_direction = " << list_of(calibration.stage_direction_table)
-       << "  # unit vector in table axes\nsubject_scale = "
-       << show::number_text(calibration.subject_scale)
+       << "  # unit vector in table axes\nsubject_scale = " << show::number_text(calibration.subject_scale)
        << "  # scale of the model's lengths\n\n[display]\nwidth = " << bench.display.width
        << "\nheight = " << bench.display.height << "\nlayout = "
        << show::quoted_text(view::layout_names()[static_cast<std::size_t>(bench.display.layout)])
@@ -453,8 +451,8 @@ Estimate estimate_in(const core::Document& document, const std::string& key)
 }
 
 /// Checks that the numbers that other parts read by name are present.
-void require_estimate_names(const core::Document& document, const std::string& key,
-                            const Estimate& estimate, CalibrationPart part)
+void require_estimate_names(const core::Document& document, const std::string& key, const Estimate& estimate,
+                            CalibrationPart part)
 {
   for (const std::string& name : shared_estimate_names(part)) {
     if (index_of(estimate, name) >= 0) continue;
@@ -489,8 +487,7 @@ std::string texts_text(const std::vector<std::string>& texts)
 std::string rows_text(const std::vector<std::vector<double>>& rows)
 {
   std::string text = "[";
-  for (const std::vector<double>& row : rows)
-    text += (text.size() > 1 ? ",\n  " : "") + show::list_text(row);
+  for (const std::vector<double>& row : rows) text += (text.size() > 1 ? ",\n  " : "") + show::list_text(row);
   return text + "]";
 }
 
@@ -655,8 +652,7 @@ List build_list()
   add_model(list, BodyRole::leg);
   add_model(list, BodyRole::femur);
   add_model(list, BodyRole::tibia);
-  add_six(list, "eyes",
-          [](BenchValues& v) -> bench::PoseParameters& { return v.calibration.X_table_eyes; });
+  add_six(list, "eyes", [](BenchValues& v) -> bench::PoseParameters& { return v.calibration.X_table_eyes; });
   add_six(list, "head",
           [](BenchValues& v) -> bench::PoseParameters& { return v.calibration.X_headbody_eyes; });
   add_six(list, "table",

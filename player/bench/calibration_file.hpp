@@ -127,7 +127,7 @@ struct Calibration {
   bench::PoseParameters X_tracker_table;
   bench::PoseParameters X_table_eyes;  ///< with the stage at zero; eyes: the midpoint between the eyes
   Eigen::Vector3d stage_direction_table = Eigen::Vector3d::UnitX();  ///< unit; eye motion per mm of stage
-  bench::PoseParameters X_headbody_eyes;                          ///< head tracked by a body
+  bench::PoseParameters X_headbody_eyes;                             ///< head tracked by a body
   /// Per role except head: stored vertices (tibia: of the moving object, else of the reference) -> body.
   std::array<bench::PoseParameters, n_body_roles> X_body_model;
   double subject_scale = 1.0;                            ///< scales the model's lengths, motion included

@@ -1,7 +1,6 @@
 // Bytes of an OpenIGTLink message to poses and commands; checks lengths and checksum.
 #include "bench/igtl_message.hpp"
 
-#include <Eigen/LU>
 #include <igtl_header.h>
 #include <igtl_polydata.h>
 #include <igtl_position.h>
@@ -9,6 +8,7 @@
 #include <igtl_tdata.h>
 #include <igtl_transform.h>
 #include <igtl_util.h>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <array>
@@ -582,7 +582,6 @@ std::uint64_t timestamp_of(std::int64_t device_ns)
   check(seconds <= 0xFFFFFFFFU, "a time stamp has 32 bits of seconds");
   return seconds << 32 | ((rest << 32) + 500'000'000U) / 1'000'000'000U;
 }
-
 
 Bytes message_bytes(int version, const char* type, const std::string& device, std::int64_t device_ns,
                     const Bytes& body)

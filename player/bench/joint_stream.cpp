@@ -56,8 +56,7 @@ std::vector<std::string> marks_of(const StreamedFrame& streamed)
     if (!mark.empty()) marks.push_back(mark);
   };
   for (std::size_t role = 0; role < bench::n_body_roles; ++role)
-    add(input_status_text(bench::name_of(static_cast<bench::BodyRole>(role)),
-                          frame.bodies[role]));
+    add(input_status_text(bench::name_of(static_cast<bench::BodyRole>(role)), frame.bodies[role]));
   add(leg_check_text(frame.leg));
   add(stage_status_text(frame));
   add(input_status_text("probe", streamed.probe));
@@ -124,7 +123,7 @@ Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& mo
   if (are_eyes_seen) append_transform(bytes, "eye", frame.X_tracker_eyes, streamed.utc_ns);
   if (streamed.X_tracker_probe) append_transform(bytes, "probe", *streamed.X_tracker_probe, streamed.utc_ns);
   append(bytes, bench::string_bytes("angles", streamed.utc_ns,
-                                   angles_text(streamed, side_named(model.side), model.rotation_centre_mm)));
+                                    angles_text(streamed, side_named(model.side), model.rotation_centre_mm)));
   return bytes;
 }
 
@@ -145,7 +144,7 @@ JointStream::JointStream(const IgtlOptions& options, const store::MotionModel& m
   listening.address = options.address;
   listening.port = static_cast<std::uint16_t>(options.port.value());
   server_ = std::make_unique<bench::IgtlServer>(listening, mesh_messages(model, utc_now_ns()),
-                                                  [this] { return next(); });
+                                                [this] { return next(); });
 }
 
 void JointStream::put(const StreamedFrame& streamed)
@@ -187,8 +186,7 @@ ProbeTool::ProbeTool(const bench::BenchFile& bench, const bench::Calibration& ca
   const auto record = calibration.records.find(bench::CalibrationPart::probe);
   if (record == calibration.records.end() || !record->second.estimate) return;
   const Estimate& estimate = *record->second.estimate;
-  const std::vector<std::string> tip =
-      bench::shared_estimate_names(bench::CalibrationPart::probe);
+  const std::vector<std::string> tip = bench::shared_estimate_names(bench::CalibrationPart::probe);
   for (std::size_t axis = 0; axis < tip.size() && axis < 3; ++axis) {
     X_tool_tip_.translation()(static_cast<Eigen::Index>(axis)) =
         estimate.values(index_of(estimate, tip[axis]));
@@ -320,7 +318,7 @@ void serve(const ServeOptions& options, const show::Streams& streams)
   }
   if (options.flexion_deg || options.varus_deg)
     view::refuse_option(options.flexion_deg ? "--flexion" : "--varus", "--bench",
-                              "one of them: the bench measures the angles");
+                        "one of them: the bench measures the angles");
   serve_bench(options, streams);
 }
 

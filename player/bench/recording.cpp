@@ -12,10 +12,10 @@
 #include <optional>
 #include <utility>
 
-#include "core/text.hpp"
 #include "core/files.hpp"
-#include "core/units.hpp"
 #include "core/framed_file.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -178,8 +178,7 @@ std::string bytes_of(std::int64_t now_ns, std::span<const view::KeyPress> keys,
   core::append_u32(bytes, static_cast<std::uint32_t>(keys.size()));
   for (const view::KeyPress& press : keys) {
     core::append_i32(bytes, static_cast<std::int32_t>(press.key));
-    core::append_i8(bytes,
-                       static_cast<std::int8_t>((press.has_shift ? 1 : 0) | (press.has_control ? 2 : 0)));
+    core::append_i8(bytes, static_cast<std::int8_t>((press.has_shift ? 1 : 0) | (press.has_control ? 2 : 0)));
   }
   core::append_u32(bytes, static_cast<std::uint32_t>(samples.size()));
   for (const bench::Sample& sample : samples) append_sample(bytes, sample);
@@ -276,8 +275,7 @@ void RecordingReader::add_to_index(const IndexEntry& entry)
 
 void RecordingReader::scan()
 {
-  const core::FrameHeader header =
-      core::parse_header(bytes_from(0, core::longest_header_bytes), format);
+  const core::FrameHeader header = core::parse_header(bytes_from(0, core::longest_header_bytes), format);
   if (header.n_bytes == 0) throw InputError({path_, header.field, header.found, wanted_recording});
   std::uint64_t at = header.n_bytes;
   bool has_facts = false;

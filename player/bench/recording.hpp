@@ -49,8 +49,7 @@ class Recorder {
   Recorder(const std::string& path, const RecordingFacts& facts);
 
   /// Throws InputError if the disk is full or missing; earlier records stay readable.
-  void add(std::int64_t now_ns, std::span<const view::KeyPress> keys,
-           std::span<const bench::Sample> samples);
+  void add(std::int64_t now_ns, std::span<const view::KeyPress> keys, std::span<const bench::Sample> samples);
   /// Blocks until the data are on disk.
   void close();
 

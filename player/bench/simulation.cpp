@@ -282,8 +282,7 @@ SimulatedTruth Simulation::truth(double time_s) const
 {
   SimulatedTruth truth;
   truth.angles = scripted_angles(time_s);
-  const store::JointPose joint =
-      motion_ ? motion_->at(bench::attitude_of(truth.angles)) : store::JointPose{};
+  const store::JointPose joint = motion_ ? motion_->at(bench::attitude_of(truth.angles)) : store::JointPose{};
   if (joint.status == store::PoseStatus::solved) {
     truth.angles = {joint.attitude.flexion_rad, joint.attitude.varus_rad, joint.theta_rad};
     truth.X_femur_tibia = joint.X_reference_moving;
@@ -418,8 +417,7 @@ struct SentTool {
   std::string name;
 };
 
-std::vector<SentTool> sent_tools(const bench::BenchFile& bench,
-                                 const bench::Simulation& simulation)
+std::vector<SentTool> sent_tools(const bench::BenchFile& bench, const bench::Simulation& simulation)
 {
   std::vector<SentTool> sent;
   std::size_t at = 0;
@@ -428,9 +426,7 @@ std::vector<SentTool> sent_tools(const bench::BenchFile& bench,
     ++at;
     for (const std::string& marker : settings->markers) sent.push_back({at++, marker});
   };
-  const auto settings = [&](bench::BodyRole role) {
-    return bench.bodies[static_cast<std::size_t>(role)];
-  };
+  const auto settings = [&](bench::BodyRole role) { return bench.bodies[static_cast<std::size_t>(role)]; };
   if (bench.leg == bench::LegKind::rigid) {
     add(settings(bench::BodyRole::leg));
     ++at;  // the tibia, which is not tracked
@@ -445,7 +441,7 @@ std::vector<SentTool> sent_tools(const bench::BenchFile& bench,
 
 /// One TDATA message a tick, without hidden tools.
 std::vector<bench::IgtlMessage> messages_of(const bench::SimulatedFrame& frame,
-                                           const std::vector<SentTool>& sent)
+                                            const std::vector<SentTool>& sent)
 {
   if (frame.is_dropped) return {};
   bench::IgtlMessage message;
@@ -469,7 +465,7 @@ std::optional<store::Motion> motion_of(const std::string& path)
 }
 
 std::unique_ptr<bench::PtyBoard> open_board(const bench::BenchFile& bench,
-                                              const bench::Simulation& simulation)
+                                            const bench::Simulation& simulation)
 {
   if (!bench.board) return nullptr;
   using Clock = std::chrono::steady_clock;

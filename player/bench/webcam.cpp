@@ -500,7 +500,7 @@ std::string text_of(const bench::IgtlMessage& message)
 }
 
 bench::IgtlMessage tdata_of(const std::vector<FoundBody>& bodies, const std::vector<std::string>& tools,
-                           std::int64_t taken_ns)
+                            std::int64_t taken_ns)
 {
   bench::IgtlMessage message;
   message.kind = bench::IgtlKind::tdata;

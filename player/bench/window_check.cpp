@@ -24,14 +24,13 @@ namespace {
 /// Error of surfaces by levels of detail (view::RenderOptions), below the resolution of the eye.
 constexpr double coarseness_px = 0.5;
 
-
 std::string pair_text(int a, const char* between, int b)
 {
   return std::to_string(a) + between + std::to_string(b);
 }
 
 const view::Monitor& monitor_named(const bench::BenchFile& bench, const std::string& name,
-                                     std::span<const view::Monitor> monitors)
+                                   std::span<const view::Monitor> monitors)
 {
   const auto found = std::ranges::find(monitors, name, &view::Monitor::name);
   if (found != monitors.end()) return *found;
@@ -57,8 +56,7 @@ double displayed_share(const view::WindowGeometry& area, std::span<const view::M
   return std::min(1.0, shown / (static_cast<double>(area.width) * area.height));
 }
 
-std::optional<InputError::Facts> hidden_part(const bench::BenchFile& bench,
-                                             const view::WindowGeometry& place,
+std::optional<InputError::Facts> hidden_part(const bench::BenchFile& bench, const view::WindowGeometry& place,
                                              std::span<const view::Monitor> monitors)
 {
   if (monitors.empty() || place.width <= 0 || place.height <= 0) return std::nullopt;
@@ -244,8 +242,7 @@ void write_table(std::ostream& out, const bench::BenchFile& bench, const bench::
     }
     const auto state = static_cast<bench::ToolVisibility>(values.tools[k]->state);
     out << name_of(state);
-    if (state == bench::ToolVisibility::seen)
-      out << "  " << place_text(values.tools[k]->tool_pose) << " mm";
+    if (state == bench::ToolVisibility::seen) out << "  " << place_text(values.tools[k]->tool_pose) << " mm";
     out << "  " << show::rounded_text(values.rates[k].rate_hz(devices.now_ns()), 1) << " a second";
     out << "\n";
   }
@@ -270,8 +267,7 @@ void write_table(std::ostream& out, const bench::BenchFile& bench, const bench::
 std::string json_of(const bench::DeviceReport& report)
 {
   std::string notes;
-  for (const std::string& note : report.notes)
-    notes += (notes.empty() ? "" : ", ") + show::quoted_text(note);
+  for (const std::string& note : report.notes) notes += (notes.empty() ? "" : ", ") + show::quoted_text(note);
   return "\"peer\": " + show::quoted_text(report.peer) +
          ", \"answers\": " + (report.link == bench::LinkState::up ? "true" : "false") +
          ", \"rate_hz\": " + show::rounded_text(report.rate_hz, 2) +
@@ -347,13 +343,11 @@ void receive_samples(bench::Devices& devices, double seconds, show::StopSignals&
 
 int list_devices(const DevicesOptions& options, const show::Streams& streams)
 {
-  const bench::BenchFile bench =
-      bench::read_bench_file(options.bench, bench::MarkerPositions::optional);
+  const bench::BenchFile bench = bench::read_bench_file(options.bench, bench::MarkerPositions::optional);
   show::StopSignals stop;
   bench::Devices devices(bench.tracker, bench.board);
   LastValues values(bench);
-  receive_samples(devices, options.seconds, stop,
-                  [&](const bench::Sample& sample) { values.take(sample); });
+  receive_samples(devices, options.seconds, stop, [&](const bench::Sample& sample) { values.take(sample); });
   if (options.has_json) {
     write_json(streams.data, bench, devices, values);
   } else {

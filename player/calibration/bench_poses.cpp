@@ -2,12 +2,12 @@
 
 #include <cmath>
 
+#include "bench/rigid_body.hpp"
+#include "bench/simulation.hpp"
+#include "calibration/statistics.hpp"
 #include "calibration/task.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "bench/simulation.hpp"
-#include "bench/rigid_body.hpp"
-#include "calibration/statistics.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -139,8 +139,8 @@ BenchPoses bend_poses(const VirtualTruth& truth, int index, double way)
     return bench::pose_of(truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
   };
   BenchPoses standing = resting_poses(truth);
-  standing.X_tracker_shank = truth.X_tracker_leg * model_of(BodyRole::femur) * joint.X_femur_tibia(flexion_rad) *
-                             model_of(BodyRole::tibia).inverse();
+  standing.X_tracker_shank = truth.X_tracker_leg * model_of(BodyRole::femur) *
+                             joint.X_femur_tibia(flexion_rad) * model_of(BodyRole::tibia).inverse();
   return standing;
 }
 
@@ -188,8 +188,8 @@ Pose measured(const Pose& X, const VirtualNoise& noise, RandomSequence& draws)
 }
 
 std::vector<bench::Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& truth,
-                                           const BenchPoses& standing, const FrameFacts& facts,
-                                           RandomSequence& draws)
+                                         const BenchPoses& standing, const FrameFacts& facts,
+                                         RandomSequence& draws)
 {
   std::vector<bench::Sample> samples;
   bench::Sample sample;

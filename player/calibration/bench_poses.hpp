@@ -43,8 +43,8 @@ struct TouchedPoint {
 };
 BenchPoses touch_poses(const VirtualTruth& truth, const TouchedPoint& touched);
 
-/// The leg bends from the model's first flexion to about its last one and is stretched again. Requires the truth's
-/// joint.
+/// The leg bends from the model's first flexion to about its last one and is stretched again. Requires the
+/// truth's joint.
 BenchPoses bend_poses(const VirtualTruth& truth, int index, double way);
 
 /// Pose of the body that carries the model, at rest.
@@ -64,7 +64,7 @@ struct FrameFacts {
 
 /// The stage's count, then every tool of the tracker in order; unused tools are not visible.
 std::vector<bench::Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& truth,
-                                           const BenchPoses& standing, const FrameFacts& facts,
-                                           RandomSequence& draws);
+                                         const BenchPoses& standing, const FrameFacts& facts,
+                                         RandomSequence& draws);
 
 }  // namespace vrda::calibration

@@ -68,7 +68,7 @@ void require_benches_options(const CalibrateOptions& options)
   for (const auto& [name, value] : unused) {
     if (!value->empty())
       view::refuse_option("--benches", std::string(name) + " \"" + *value + "\"",
-                                "only one of these options; --benches writes only statistics");
+                          "only one of these options; --benches writes only statistics");
   }
 }
 
@@ -95,10 +95,9 @@ void require_options(const CalibrateOptions& options)
   if (!options.bench_from.empty()) {
     if (is_file_step(options))
       view::refuse_option("--bench-from", "\"" + options.step + "\"",
-                                "a calibration step, preferably person");
+                          "a calibration step, preferably person");
     if (options.calibration.empty())
-      view::refuse_option("--bench-from", "no --calibration",
-                                "the file of the person to be calibrated");
+      view::refuse_option("--bench-from", "no --calibration", "the file of the person to be calibrated");
   }
   if (options.calibration.empty() && (!options.is_virtual || is_file_step(options)))
     view::refuse_option("--calibration", "nothing", "the calibration file (schemas/calibration.md)");
@@ -191,11 +190,11 @@ void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
   }
   if (options.model.empty())
     view::refuse_option("--model", "nothing",
-                              "the motion model to be adjusted (calibration.model = \"adjust\")");
+                        "the motion model to be adjusted (calibration.model = \"adjust\")");
 }
 
 calibration::CalibrationSessionOptions session_options(const CalibrateOptions& options,
-                                                             const CalibrateSetup& setup)
+                                                       const CalibrateSetup& setup)
 {
   return {setup.parts, options.is_repeated, options.is_virtual ? virtual_date : today(),
           options.calibration.empty() ? "virtual bench" : options.calibration, setup.joint};
@@ -257,8 +256,8 @@ CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetu
   std::vector<Task> tasks;
   operate(session, person, kept, tasks);
   const Calibration& found = session.calibration();
-  const std::vector<TargetError> before = calibration::target_errors(
-      calibration::uncalibrated(setup.bench, truth), setup.bench, truth, noise);
+  const std::vector<TargetError> before =
+      calibration::target_errors(calibration::uncalibrated(setup.bench, truth), setup.bench, truth, noise);
   const std::vector<TargetError> after = calibration::target_errors(found, setup.bench, truth, noise);
   const std::vector<CalibrationPart> missing = missing_parts(found, calibration::parts_of(setup.bench));
   if (options.has_json) {
@@ -285,8 +284,7 @@ void write_benches(const CalibrateOptions& options, const CalibrateSetup& setup,
 {
   const int n_threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   if (options.step != "all" && !setup.joint)
-    view::refuse_option("--model", "nothing",
-                              "the motion model that functional places in thigh and shank");
+    view::refuse_option("--model", "nothing", "the motion model that functional places in thigh and shank");
   const VirtualStatistics statistics = calibration::virtual_statistics(
       setup.bench, {options.seed, options.n_benches, n_threads, setup.noise, setup.joint});
   if (options.has_json) {
@@ -344,8 +342,7 @@ VirtualNoise noise_of(const std::string& list)
     if (!(value >= 0.0 && value <= most)) {
       std::string names;
       for (const auto& each : named) names += (names.empty() ? "" : ", ") + std::string(each.first);
-      view::refuse_option("--noise", "\"" + item + "\"",
-                                "NAME=VALUE, 0 to 1000, with a NAME of " + names);
+      view::refuse_option("--noise", "\"" + item + "\"", "NAME=VALUE, 0 to 1000, with a NAME of " + names);
     }
     *known->second = value;
   }
@@ -522,8 +519,7 @@ class VirtualBench final : public CalibrationBench {
     seen.boxes = {view::box_of(eyes.left.window), view::box_of(eyes.right.window)};
     if (session.task() == nullptr) return seen;
     seen.lines = calibration::physical_outlines(*session.task(), bench_, truth_);
-    for (const DrawnLine& line : calibration::seen_lines(drawn(session), truth_))
-      seen.lines.push_back(line);
+    for (const DrawnLine& line : calibration::seen_lines(drawn(session), truth_)) seen.lines.push_back(line);
     for (DrawnLine& line : seen.lines) fit_into_window(line, view::side_of(eyes, line.is_right));
     if (const std::optional<double> reading = operator_.reading(session)) {
       const std::vector<Dial>& dials = session.task()->dials;
@@ -539,7 +535,7 @@ class VirtualBench final : public CalibrationBench {
     const CalibrationProgress& progress = session.progress();
     if (session.task()->kind != TaskKind::model_pose) return calibration::task_lines(session);
     return calibration::drawn_model_lines({progress.part, session.values(), session.drawing_calibration()},
-                                            bench_, truth_);
+                                          bench_, truth_);
   }
 
   const BenchFile& bench_;
@@ -601,8 +597,8 @@ void write_part(std::ostream& out, CalibrationPart part, const CalibrationRecord
   }
   if (!estimate.residuals.empty()) {
     out << "  residual rms "
-        << show::rounded_text(estimate.residual_rms, bench::decimals_for(estimate.residual_rms))
-        << " " << estimate.residual_unit << " of " << estimate.residuals.size() << "\n";
+        << show::rounded_text(estimate.residual_rms, bench::decimals_for(estimate.residual_rms)) << " "
+        << estimate.residual_unit << " of " << estimate.residuals.size() << "\n";
   }
   for (const std::string& remark : estimate.remarks) out << "  " << remark << "\n";
 }
@@ -678,16 +674,14 @@ std::vector<CalibrationPart> missing_parts(const Calibration& calibration,
 {
   std::vector<CalibrationPart> missing;
   for (const CalibrationPart part : parts) {
-    if (!calibration::is_optional(part) && !calibration::is_done(calibration, part))
-      missing.push_back(part);
+    if (!calibration::is_optional(part) && !calibration::is_done(calibration, part)) missing.push_back(part);
   }
   return missing;
 }
 
 void write_status(std::ostream& out, const Calibration& calibration, std::span<const CalibrationPart> parts)
 {
-  for (const CalibrationPart part : parts)
-    write_part(out, part, calibration::find_record(calibration, part));
+  for (const CalibrationPart part : parts) write_part(out, part, calibration::find_record(calibration, part));
   const std::vector<CalibrationPart> missing = missing_parts(calibration, parts);
   if (!missing.empty()) out << "to be done: " << calibration::names_of(missing) << "\n";
 }
@@ -699,8 +693,8 @@ void write_status_json(std::ostream& out, const BenchFile& bench, const Calibrat
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const CalibrationRecord* record = calibration::find_record(calibration, parts[k]);
     out << (k == 0 ? "" : ", ") << "{\"name\": \"" << bench::name_of(parts[k]) << "\", \"once\": \""
-        << (bench::is_per_bench(parts[k]) ? "bench" : "person") << "\", \"state\": \""
-        << state_of(record) << "\"";
+        << (bench::is_per_bench(parts[k]) ? "bench" : "person") << "\", \"state\": \"" << state_of(record)
+        << "\"";
     if (record != nullptr)
       out << ", \"date\": " << show::quoted_text(record->date) << ", \"marks\": " << record->marks.size();
     if (record != nullptr && record->estimate) out << ", " << json_of(*record->estimate);
@@ -812,7 +806,8 @@ void write_statistics_json(std::ostream& out, const VirtualStatistics& statistic
   }
   if (!statistics.joints.empty()) {
     const JointSummary s = summary_of(std::span<const JointError>(statistics.joints));
-    out << "], \"joint\": {\"n\": " << statistics.joints.size() << ", \"by_landmarks_mm\": " << json_of(s.by_landmarks)
+    out << "], \"joint\": {\"n\": " << statistics.joints.size()
+        << ", \"by_landmarks_mm\": " << json_of(s.by_landmarks)
         << ", \"by_motion_mm\": " << json_of(s.functional) << ", \"halved\": " << s.n_halved << "}}";
     return;
   }

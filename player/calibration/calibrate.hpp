@@ -33,11 +33,11 @@ using calibration::CalibrationProgress;
 using calibration::CalibrationSession;
 using calibration::Dial;
 using calibration::DrawnLine;
-using calibration::Task;
-using calibration::TaskKind;
 using calibration::JointError;
 using calibration::NumberStatistics;
 using calibration::TargetError;
+using calibration::Task;
+using calibration::TaskKind;
 using calibration::VirtualNoise;
 using calibration::VirtualOperator;
 using calibration::VirtualStatistics;
@@ -126,7 +126,7 @@ class AdjustedModel {
 struct CalibrationView {
   std::vector<DrawnLine> lines;
   std::optional<std::array<view::ShownBox, 2>> boxes;  ///< clip box of each eye; empty: no clipping
-  std::vector<std::string> notes;                        ///< simulated readings
+  std::vector<std::string> notes;                      ///< simulated readings
 };
 
 class CalibrationBench {

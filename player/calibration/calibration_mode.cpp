@@ -120,7 +120,7 @@ void CalibrationPanel::add_lines(const CalibrationPanelContent& content)
       if (line.is_right == is_right) add_drawn_line(overlay_, text_, line);
   }
   view::clip_overlay(overlay_,
-                    {0.0F, 0.0F, static_cast<float>(display_.width), static_cast<float>(display_.height)});
+                     {0.0F, 0.0F, static_cast<float>(display_.width), static_cast<float>(display_.height)});
 }
 
 void CalibrationPanel::add_wrapped(std::vector<TextLine>& lines, const std::string& text,
@@ -248,7 +248,7 @@ void CalibrationPanel::add_diagram(const Diagram& diagram, const view::Viewport&
 }
 
 const view::Overlay& CalibrationPanel::drawn(const CalibrationSession& session,
-                                               const CalibrationPanelContent& content)
+                                             const CalibrationPanelContent& content)
 {
   view::clear_overlay(overlay_, display_.width, display_.height);
   add_lines(content);
@@ -294,15 +294,14 @@ struct Where {
 
 std::optional<view::Key> key_named(const std::string& name)
 {
-  constexpr std::array<std::pair<const char*, view::Key>, 8> named{
-      {{"Enter", view::Key::enter},
-       {"Backspace", view::Key::backspace},
-       {"Escape", view::Key::escape},
-       {"Space", view::Key::space},
-       {"Left", view::Key::left},
-       {"Right", view::Key::right},
-       {"Up", view::Key::up},
-       {"Down", view::Key::down}}};
+  constexpr std::array<std::pair<const char*, view::Key>, 8> named{{{"Enter", view::Key::enter},
+                                                                    {"Backspace", view::Key::backspace},
+                                                                    {"Escape", view::Key::escape},
+                                                                    {"Space", view::Key::space},
+                                                                    {"Left", view::Key::left},
+                                                                    {"Right", view::Key::right},
+                                                                    {"Up", view::Key::up},
+                                                                    {"Down", view::Key::down}}};
   for (const auto& [known, key] : named)
     if (name == known) return key;
   const bool is_one = name.size() == 1;
@@ -484,8 +483,8 @@ void CalibrationMode::take_pointer(const view::InputEvent& event)
     session_.begin_drag();
   } else if (event.kind == view::InputKind::motion && drag_) {
     session_.take(calibration::DialDrag{{event.x_px - drag_->x_px, event.y_px - drag_->y_px},
-                                              drag_->button == view::MouseButton::right,
-                                              drag_->has_shift});
+                                        drag_->button == view::MouseButton::right,
+                                        drag_->has_shift});
   } else if (event.kind == view::InputKind::release || event.kind == view::InputKind::focus_lost) {
     drag_.reset();
   }

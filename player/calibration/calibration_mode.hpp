@@ -158,7 +158,7 @@ class CalibrationMode final : public show::Mode {
   bench::WindowCheck watch_;
   KeyScript script_;
   std::uint64_t n_rounds_ = 0, printed_revision_ = 0;
-  double wheel_ = 0.0;                      ///< notches that are not yet presses
+  double wheel_ = 0.0;                    ///< notches that are not yet presses
   std::optional<view::InputEvent> drag_;  ///< press of the button that is held over the picture
   view::GamepadKeys gamepad_;
   /// The current task, by part and name, with its typical time and the message for its end.

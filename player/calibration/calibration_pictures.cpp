@@ -74,7 +74,7 @@ void Sheet::add_words(const Eigen::Vector2d& at_px, const std::string& words,
                       const view::VertexColour& colour)
 {
   view::clip_overlay(overlay_, {0.0F, 0.0F, static_cast<float>(renderer_->width()),
-                               static_cast<float>(renderer_->height())});
+                                static_cast<float>(renderer_->height())});
   const Eigen::Vector2f at = at_px.cast<float>();
   text_.add_text(overlay_, at.x(), at.y(), words, colour);
 }
@@ -149,18 +149,17 @@ std::string write_viewport(const PictureRequest& request, const std::string& fol
     const view::Viewport& seen = eye.visible;
     sheet.add_area(frame, view::box_of(eye.window), window_area);
     sheet.add_area(frame, view::box_of(seen), visible_area);
-    sheet.add_lines(frame, std::array{outline_of(view::box_of(eye.window), grey),
-                                      outline_of(view::box_of(seen), green)});
+    sheet.add_lines(
+        frame, std::array{outline_of(view::box_of(eye.window), grey), outline_of(view::box_of(seen), green)});
     const Eigen::Vector2d centre = view::middle_px(seen);
     sheet.add_lines(frame, cross_at(centre, 12.0, white, is_right));
     sheet.add_lines(frame, cross_at(view::middle_px(eye.window), 6.0, grey, is_right));
     const Eigen::Vector2d corner = frame.at_px + scale * Eigen::Vector2d(seen.x, seen.y);
     sheet.add_words(corner + Eigen::Vector2d(8.0, 6.0),
                     std::string(is_right ? "right" : "left") + " eye: visible " + size_text(seen), ink);
-    sheet.add_words(
-        corner + Eigen::Vector2d(8.0, 26.0),
-        "centre " + show::rounded_text(centre.x(), 1) + ", " + show::rounded_text(centre.y(), 1),
-        ink);
+    sheet.add_words(corner + Eigen::Vector2d(8.0, 26.0),
+                    "centre " + show::rounded_text(centre.x(), 1) + ", " + show::rounded_text(centre.y(), 1),
+                    ink);
   }
   const view::Viewport& left = request.found.eyes.left.visible;
   const view::Viewport& window = request.found.eyes.left.window;
@@ -256,8 +255,7 @@ std::vector<AlignedTask> aligned_tasks(const PictureRequest& request, TaskKind k
     const auto is_same = [&](const AlignedTask& other) { return other.task->index == task.index; };
     if (task.kind != kind || task.is_right || std::ranges::any_of(found, is_same)) continue;
     const CalibrationRecord* record = calibration::find_record(request.found, part);
-    const CalibrationMark* mark =
-        record == nullptr ? nullptr : calibration::find_mark(*record, task.name);
+    const CalibrationMark* mark = record == nullptr ? nullptr : calibration::find_mark(*record, task.name);
     if (mark != nullptr) found.push_back({&task, mark});
   }
   return found;
@@ -292,8 +290,8 @@ std::vector<std::string> write_aligned(const PictureRequest& request, const std:
     std::vector<DrawnLine> real = calibration::physical_outlines(task, request.bench, request.truth);
     recolour(real, blue);
     for (std::size_t row = 0; row < moments.size(); ++row) {
-      std::vector<DrawnLine> lines = calibration::seen_lines(
-          calibration::task_lines(task, moments[row], request.found), request.truth);
+      std::vector<DrawnLine> lines =
+          calibration::seen_lines(calibration::task_lines(task, moments[row], request.found), request.truth);
       recolour(lines, row == 0 ? amber : green);
       const Eigen::Vector2d at(gap_px + static_cast<double>(k) * (size.x() + gap_px),
                                gap_px + words_px + static_cast<double>(row) * (size.y() + words_px + gap_px));
@@ -368,8 +366,8 @@ constexpr int smoothing_samples = 4;
 /// Sends the true body poses as noise-free tracker samples.
 void send_truth(bench::BenchState& state, const BenchFile& bench, const VirtualTruth& truth)
 {
-  const std::array<Pose, bench::n_body_roles> X_tracker_body{
-      truth.X_tracker_leg, truth.X_tracker_leg, truth.X_tracker_shank, truth.X_tracker_headbody};
+  const std::array<Pose, bench::n_body_roles> X_tracker_body{truth.X_tracker_leg, truth.X_tracker_leg,
+                                                             truth.X_tracker_shank, truth.X_tracker_headbody};
   for (std::size_t role = 0; role < bench::n_body_roles; ++role) {
     if (!bench.bodies[role]) continue;
     const bench::BodySettings& body = *bench.bodies[role];
@@ -470,7 +468,7 @@ view::ShownBox box_of_leg(ModelOnBench& joint, const view::Eye& eye)
 }
 
 view::Image real_leg(ModelOnBench& joint, const store::MotionModel& model, const view::Eye& eye,
-                       const view::ShownBox& box, double scale)
+                     const view::ShownBox& box, double scale)
 {
   const bench::BenchFrame& frame = joint.state.frame(0);
   joint.view.place(frame, joint.state.values().calibration);
@@ -547,9 +545,8 @@ void add_display(view::Image& seen, const view::ShownBox& box, const view::Image
 
 }  // namespace
 
-view::Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth,
-                              const Calibration& calibration, const store::MotionModel& model,
-                              const OverlayPictureOptions& options)
+view::Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth, const Calibration& calibration,
+                            const store::MotionModel& model, const OverlayPictureOptions& options)
 {
   const auto on_bench = [&](const store::MotionModel& shown, const Calibration& known) {
     auto joint = std::make_unique<ModelOnBench>(bench, known, store::scaled_model(shown, known.subject_scale),

@@ -62,9 +62,8 @@ struct OverlayPictureOptions {
 /// Simulated view of the left eye through its true optics, with the stage in front of the leg (thesis, figure
 /// 26): the real leg in grey (the model in the subject's true size) plus the picture that a bench with
 /// `calibration` draws; black is transparent.
-view::Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth,
-                              const Calibration& calibration, const store::MotionModel& model,
-                              const OverlayPictureOptions& options);
+view::Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth, const Calibration& calibration,
+                            const store::MotionModel& model, const OverlayPictureOptions& options);
 
 struct PictureRequest {
   const BenchFile& bench;

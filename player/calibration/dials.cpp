@@ -124,7 +124,7 @@ void Dials::turn(int count, double time_s)
 Eigen::Vector2d drawn_cross(const Task& task, std::span<const double> values, const Calibration& calibration)
 {
   return view::drawn_px(view::side_of(calibration.eyes, task.is_right).distortion,
-                          Eigen::Vector2d(values[0], values[1]));
+                        Eigen::Vector2d(values[0], values[1]));
 }
 
 std::vector<double> mark_row(const Task& task, std::span<const double> values, const Calibration& calibration)

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "bench/motion_filter.hpp"
 #include "calibration/task.hpp"
 #include "view/keys.hpp"
-#include "bench/motion_filter.hpp"
 
 namespace vrda::calibration {
 

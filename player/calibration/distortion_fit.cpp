@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 
+#include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
-#include "view/eye.hpp"
 #include "show/session.hpp"
-#include "bench/rigid_body.hpp"
+#include "view/eye.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -24,7 +24,7 @@ struct GridProblem {
 };
 
 view::Distortion distortion_of(const view::Eye& eye, double k1_value, double k2_value,
-                                 const Eigen::Vector2d& centre_px, double aspect)
+                               const Eigen::Vector2d& centre_px, double aspect)
 {
   return {k1_value, k2_value, centre_px, 0.5 * eye.window.width, aspect};
 }
@@ -152,9 +152,8 @@ void require_unfolded(const view::Distortion& distortion, const view::Eye& eye,
   const double fold_px = view::fold_radius_px(distortion);
   if (fold_px > furthest_px) return;
   context.fail(".distortion",
-               "k1 " + show::rounded_text(distortion.k1, 4) + ", k2 " +
-                   show::rounded_text(distortion.k2, 4) + ", a distortion that folds at a radius of " +
-                   bench::text(fold_px, 0, "px"),
+               "k1 " + show::rounded_text(distortion.k1, 4) + ", k2 " + show::rounded_text(distortion.k2, 4) +
+                   ", a distortion that folds at a radius of " + bench::text(fold_px, 0, "px"),
                "a monotonic distortion up to " + bench::text(furthest_px, 0, "px") +
                    "; add marks near the corners of the visible part");
 }
@@ -201,7 +200,8 @@ void add_inverse_error(DistortionFit& fit, const view::Eye& eye, const std::stri
                                  bench::text(fit.inverse_error_px, 3, "px"));
 }
 
-bench::Estimate estimate_of(const view::Distortion& d, const Eigen::MatrixXd& covariance, const std::string& name)
+bench::Estimate estimate_of(const view::Distortion& d, const Eigen::MatrixXd& covariance,
+                            const std::string& name)
 {
   bench::Estimate estimate;
   estimate.names = {name + ".k1", name + ".k2", name + ".centre_x", name + ".centre_y",
@@ -226,7 +226,8 @@ double rms_difference_px(const view::Distortion& a, const view::Distortion& b, c
 
 void add_scatter(DistortionFit& fit, const std::string& what, const std::string& name)
 {
-  fit.estimate.remarks.push_back(name + ": the " + what + " scatter by " + bench::text(fit.noise_px, 2, "px"));
+  fit.estimate.remarks.push_back(name + ": the " + what + " scatter by " +
+                                 bench::text(fit.noise_px, 2, "px"));
 }
 
 void add_held_centre(DistortionFit& fit, const std::string& name)
@@ -325,8 +326,8 @@ Eigen::Vector2d shown_px(const GridPose& grid, double pixel_aspect, const Eigen:
   return grid.origin_px + grid.spacing_px * Eigen::Vector2d(right, -up / pixel_aspect);
 }
 
-DistortionFit fit_distortion(std::span<const GridMark> marks, const view::Eye& eye,
-                             const AspectPrior& aspect, const std::string& name, const std::string& file)
+DistortionFit fit_distortion(std::span<const GridMark> marks, const view::Eye& eye, const AspectPrior& aspect,
+                             const std::string& name, const std::string& file)
 {
   const bench::FitErrorContext context{name, file};
   require_spread(marks, context);
@@ -351,8 +352,8 @@ DistortionFit fit_distortion(std::span<const GridMark> marks, const view::Eye& e
   return result;
 }
 
-DistortionFit mean_distortion(const AdjustedGrids& adjusted, const view::Eye& eye,
-                              const AspectPrior& aspect, const std::string& name, const std::string& file)
+DistortionFit mean_distortion(const AdjustedGrids& adjusted, const view::Eye& eye, const AspectPrior& aspect,
+                              const std::string& name, const std::string& file)
 {
   const bench::FitErrorContext context{name, file};
   if (adjusted.values.size() < 2) {

@@ -61,12 +61,12 @@ inline constexpr double centre_prior_sd_px = 5.0;
 /// Least squares with the prior `aspect`. `eye` gives window and visible part; unit_px is half the window
 /// width. Throws FitError with `file` and `name`: fewer than 12 marks, collinear marks, an outlier (6
 /// standard deviations and 3 px; index given), no convergence, a fold within the visible part.
-DistortionFit fit_distortion(std::span<const GridMark> marks, const view::Eye& eye,
-                             const AspectPrior& aspect, const std::string& name, const std::string& file);
+DistortionFit fit_distortion(std::span<const GridMark> marks, const view::Eye& eye, const AspectPrior& aspect,
+                             const std::string& name, const std::string& file);
 
 /// Mean of two or more adjusted grids. The shape of the covariance is that of a fit to marks at all nodes;
 /// its size is from the spread of the grids, with 8 (n - 1) dof. An aspect error is common to all.
-DistortionFit mean_distortion(const AdjustedGrids& adjusted, const view::Eye& eye,
-                              const AspectPrior& aspect, const std::string& name, const std::string& file);
+DistortionFit mean_distortion(const AdjustedGrids& adjusted, const view::Eye& eye, const AspectPrior& aspect,
+                              const std::string& name, const std::string& file);
 
 }  // namespace vrda::calibration

@@ -166,8 +166,7 @@ void draw_look(std::vector<DrawnLine>& lines, const Calibration& calibration)
     const view::Eye& eye = view::side_of(calibration.eyes, is_right);
     Pen pen(eye, is_right, lines);
     for (std::size_t k = 0; k < corners.size(); ++k)
-      pen.draw_shown(view::shown_px(eye, corners[k]),
-                     view::shown_px(eye, corners[(k + 1) % corners.size()]));
+      pen.draw_shown(view::shown_px(eye, corners[k]), view::shown_px(eye, corners[(k + 1) % corners.size()]));
   }
 }
 

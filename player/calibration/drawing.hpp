@@ -24,7 +24,8 @@ std::vector<std::vector<Eigen::Vector2d>> pieces_within(const std::vector<Eigen:
                                                         const view::ShownBox& box);
 
 /// Lines of `task` with its dials at `values`. Curves have a point at least every 8 px. Empty for the kinds
-/// number, sweep, bend, hold, stop, model_pose. depth_check: a frame of `test_frame_size_mm` at image distance.
+/// number, sweep, bend, hold, stop, model_pose. depth_check: a frame of `test_frame_size_mm` at image
+/// distance.
 std::vector<DrawnLine> task_lines(const Task& task, std::span<const double> values,
                                   const Calibration& calibration);
 

@@ -21,8 +21,8 @@ constexpr double outlier_sd = 5.0, outlier_px = 3.0;
 
 std::string name_of(const RectangleMark& mark, std::size_t k)
 {
-  return "mark " + std::to_string(k + 1) + ", the rectangle of " + bench::text(mark.width_mm, 1, "mm") + " at " +
-         bench::text(mark.depth_mm, 1, "mm");
+  return "mark " + std::to_string(k + 1) + ", the rectangle of " + bench::text(mark.width_mm, 1, "mm") +
+         " at " + bench::text(mark.depth_mm, 1, "mm");
 }
 
 /// A mark after the optics.
@@ -166,15 +166,17 @@ void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWid
         marks[k].width_mm > 0.0 && std::isfinite(marks[k].width_mm) && std::isfinite(marks[k].depth_mm);
     if (!is_rectangle) context.fail("", name_of(marks[k], k), "a width above 0 and a finite depth", {k});
     if (!(px_of(seen[k]) > 0.0) || !std::isfinite(px_of(seen[k]))) {
-      context.fail(
-          "", name_of(marks[k], k) + ": crossed or equal sides, " + bench::text(px_of(seen[k]), 1, "px") + " apart",
-          "the left line left of the right one; align it again", {k});
+      context.fail("",
+                   name_of(marks[k], k) + ": crossed or equal sides, " +
+                       bench::text(px_of(seen[k]), 1, "px") + " apart",
+                   "the left line left of the right one; align it again", {k});
     }
     nearest_mm = std::min(nearest_mm, marks[k].depth_mm);
     furthest_mm = std::max(furthest_mm, marks[k].depth_mm);
   }
   if (furthest_mm - nearest_mm < bench::least_depth_range_mm) {
-    context.fail("", "rectangles at equal depths, " + bench::text(furthest_mm - nearest_mm, 1, "mm") + " apart",
+    context.fail("",
+                 "rectangles at equal depths, " + bench::text(furthest_mm - nearest_mm, 1, "mm") + " apart",
                  "different depths; add a rectangle 150 mm or more behind");
   }
 }
@@ -183,7 +185,8 @@ void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWid
 void require_no_outlier(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
                         const bench::FitErrorContext& context)
 {
-  if (marks.size() < bench::least_rectangle_marks + 1) return;  // two marks leave no degree of freedom for the noise
+  if (marks.size() < bench::least_rectangle_marks + 1)
+    return;  // two marks leave no degree of freedom for the noise
   for (std::size_t k = 0; k < marks.size(); ++k) {
     std::vector<SeenWidth> others(seen.begin(), seen.end());
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
@@ -199,9 +202,10 @@ void require_no_outlier(std::span<const RectangleMark> marks, std::span<const Se
     // The noise of few marks may be too small by chance: the limit grows with Student's t.
     const double t_ratio = bench::t_95(dof) / bench::t_95(std::numeric_limits<double>::infinity());
     if (off_px > outlier_px && off_px > t_ratio * outlier_sd * std::sqrt(spread_px2)) {
-      context.fail(
-          "", name_of(marks[k], k) + ": " + bench::text(off_px, 1, "px") + " from the width predicted by the others",
-          bench::text(outlier_px, 1, "px") + " at most; align it again", {k});
+      context.fail("",
+                   name_of(marks[k], k) + ": " + bench::text(off_px, 1, "px") +
+                       " from the width predicted by the others",
+                   bench::text(outlier_px, 1, "px") + " at most; align it again", {k});
     }
   }
 }
@@ -454,7 +458,8 @@ Borders borders_of(const ViewportMarks& marks)
   return borders;
 }
 
-void require_order(const Eigen::Vector4d& at_px, const ViewportMarks& marks, const bench::FitErrorContext& context)
+void require_order(const Eigen::Vector4d& at_px, const ViewportMarks& marks,
+                   const bench::FitErrorContext& context)
 {
   for (const Edge edge : {Edge::left, Edge::top}) {
     const Edge opposite = edge == Edge::left ? Edge::right : Edge::bottom;
@@ -496,18 +501,18 @@ void require_size(const ViewportMarks& marks, const bench::FitErrorContext& cont
   const std::size_t n_readings = marks_of(Edge::bottom, marks).back() + 1;
   const bool is_size = marks.screen_mm.allFinite() && marks.screen_mm.minCoeff() > 0.0;
   if (!is_size) {
-    context.fail(".screen",
-                 show::rounded_text(marks.screen_mm.x(), 2) + " x " + bench::text(marks.screen_mm.y(), 2, "mm"),
-                 "width and height of the visible part above 0, measured with a ruler",
-                 {n_readings, n_readings + 1});
+    context.fail(
+        ".screen",
+        show::rounded_text(marks.screen_mm.x(), 2) + " x " + bench::text(marks.screen_mm.y(), 2, "mm"),
+        "width and height of the visible part above 0, measured with a ruler", {n_readings, n_readings + 1});
   }
   if (!(marks.screen_sd_mm >= 0.0) || !std::isfinite(marks.screen_sd_mm))
     context.fail(".screen_sd", bench::text(marks.screen_sd_mm, 3, "mm"), "0 mm or more");
 }
 
 /// The aspect's variance is mostly the ruler's, which is known. This factor scales its variance and
-/// covariances so that bench::t_95 with the readings' degrees of freedom gives the interval with its own ones (Welch
-/// and Satterthwaite: dof divided by the squared share of the readings).
+/// covariances so that bench::t_95 with the readings' degrees of freedom gives the interval with its own ones
+/// (Welch and Satterthwaite: dof divided by the squared share of the readings).
 double aspect_scale(double dof, double readings_share)
 {
   constexpr double most_dof = 1e9;  // as good as infinite
@@ -552,8 +557,8 @@ const char* name_of(Edge edge)
   return std::array{"left", "right", "top", "bottom"}.at(static_cast<std::size_t>(edge));
 }
 
-bench::Estimate fit_viewport(const ViewportMarks& marks, const view::Viewport& window, const std::string& name,
-                      const std::string& file)
+bench::Estimate fit_viewport(const ViewportMarks& marks, const view::Viewport& window,
+                             const std::string& name, const std::string& file)
 {
   const bench::FitErrorContext context{name, file};
   for (std::size_t edge = 0; edge < n_edges; ++edge)

@@ -89,7 +89,8 @@ struct ViewportMarks {
   double screen_sd_mm = 0.1;                            ///< of both
 };
 
-/// bench::Estimate of the edges and of a pixel's height divided by its width: "NAME.edge_left", ".edge_right",
+/// bench::Estimate of the edges and of a pixel's height divided by its width: "NAME.edge_left",
+/// ".edge_right",
 /// ".edge_top", ".edge_bottom" (px), ".pixel_aspect". The noise of a reading is pooled over the four edges;
 /// without repeats it is the rounding. The aspect's variance is scaled so that half_width_95 is correct with
 /// the dof of the readings.
@@ -97,7 +98,7 @@ struct ViewportMarks {
 /// outside the window, opposite edges less than 16 px apart, a reading more than 5 px from the others of its
 /// edge, an invalid size. Mark indices count the readings from the left to the bottom edge, then screen width
 /// and height.
-bench::Estimate fit_viewport(const ViewportMarks& marks, const view::Viewport& window, const std::string& name,
-                      const std::string& file);
+bench::Estimate fit_viewport(const ViewportMarks& marks, const view::Viewport& window,
+                             const std::string& name, const std::string& file);
 
 }  // namespace vrda::calibration

@@ -294,7 +294,8 @@ double extent(const Eigen::VectorXd& along)
 
 /// Positions at one depth do not separate translation from rotation; positions on a line leave the rotation
 /// about it undetermined.
-void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, const bench::FitErrorContext& context)
+void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess,
+                    const bench::FitErrorContext& context)
 {
   constexpr double least_mm = 50.0;
   Eigen::MatrixX3d p(marks.size(), 3);
@@ -316,7 +317,8 @@ void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, co
   require(off_line_mm, "all on a line", "positions 50 mm or more away from the line");
 }
 
-void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, const bench::FitErrorContext& context)
+void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution,
+                    const bench::FitErrorContext& context)
 {
   constexpr double most_deviations = 6.0, most_off_px = 4.0;
   const OutlierCandidate furthest =
@@ -337,7 +339,8 @@ bench::Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solu
 {
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   const Eigen::MatrixXd& C = solution.fit.covariance;
-  bench::Estimate estimate = bench::pose_estimate(name, solution.guess.X_carrier_eyes, C.topLeftCorner<n_pose, n_pose>());
+  bench::Estimate estimate =
+      bench::pose_estimate(name, solution.guess.X_carrier_eyes, C.topLeftCorner<n_pose, n_pose>());
   for (const char* known : {"left.distance", "right.distance", "ipd", "depth_apart", "height_apart",
                             "left.sight_x", "left.sight_y", "right.sight_x", "right.sight_y"}) {
     estimate.names.emplace_back(known);

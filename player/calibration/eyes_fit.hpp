@@ -37,7 +37,7 @@ struct EyesPrior {
 
 struct EyesFit {
   Pose X_carrier_eyes = Pose::Identity();
-  view::EyePair eyes;   ///< posterior: distances, optical axes, eyepoints, distortion
+  view::EyePair eyes;     ///< posterior: distances, optical axes, eyepoints, distortion
   double noise_px = 0.0;  ///< standard deviation of an alignment, from the residuals
   /// Pose `name` ("eyes" or "head"); "left.distance", "right.distance" (px), "ipd", "depth_apart" (mm: z of
   /// the left minus the right eye), "height_apart" (mm: y of left minus right), "left.sight_x",

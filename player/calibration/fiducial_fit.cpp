@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "show/session.hpp"
 #include "bench/rigid_body.hpp"
+#include "show/session.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -25,10 +25,10 @@ void require_distances(std::span<const LandmarkDistance> distances, const bench:
     for (const double mm : {d.model_mm, d.subject_mm}) {
       const bool is_length = mm > 0.0 && std::isfinite(mm);
       if (!is_length) {
-        context.fail(
-            d.name,
-            bench::text(d.model_mm, 2, "mm") + " of the model, " + bench::text(d.subject_mm, 2, "mm") + " of the subject",
-            "distances above 0", {k});
+        context.fail(d.name,
+                     bench::text(d.model_mm, 2, "mm") + " of the model, " +
+                         bench::text(d.subject_mm, 2, "mm") + " of the subject",
+                     "distances above 0", {k});
       }
     }
   }
@@ -114,9 +114,9 @@ Touched touched(std::span<const Fiducial> points, const bench::FitErrorContext& 
   }
   const std::size_t n = result.places.size();
   if (n < least_fiducials || n > static_cast<std::size_t>(bench::max_markers)) {
-    context.fail("fiducials", std::to_string(n) + " in the fit",
-                 std::to_string(least_fiducials) + " to " + std::to_string(bench::max_markers) +
-                     ", without targets");
+    context.fail(
+        "fiducials", std::to_string(n) + " in the fit",
+        std::to_string(least_fiducials) + " to " + std::to_string(bench::max_markers) + ", without targets");
   }
   result.model.markers_mm.resize(static_cast<Eigen::Index>(n), 3);
   Eigen::Index row = 0;
@@ -184,8 +184,7 @@ LeaveOneOut leave_one_out(const Touched& points)
       result.others_mm.push_back(std::numeric_limits<double>::infinity());
       continue;
     }
-    const double noise = bench::noise_mm(fit),
-                 target = bench::target_error_mm(fit.cloud, noise, p_model);
+    const double noise = bench::noise_mm(fit), target = bench::target_error_mm(fit.cloud, noise, p_model);
     result.error_mm.push_back((fit.X_tracker_body * p_model - *points.body_mm[k]).norm());
     result.expected_mm.push_back(std::sqrt(noise * noise + target * target / 3.0));
     result.others_mm.push_back(fit.residual_rms_mm);

@@ -322,7 +322,8 @@ bench::Estimate estimate_of(const FunctionalFit& fit, const Eigen::MatrixXd& cov
 std::vector<std::string> remarks_of(const FunctionalFit& fit, const bench::FunctionalSettings& settings)
 {
   std::vector<std::string> remarks{"expected error at the joint " + bench::text(fit.joint_mm, 1, "mm") +
-                                       ", from landmarks alone " + bench::text(fit.landmarks_joint_mm, 1, "mm"),
+                                       ", from landmarks alone " +
+                                       bench::text(fit.landmarks_joint_mm, 1, "mm"),
                                    "held-out bends fit to " + error_text(fit.held_out) +
                                        " (rms), with landmarks alone to " + error_text(fit.by_landmarks),
                                    "flexion range " + angle_text(fit.flexion_range_rad) +
@@ -772,10 +773,9 @@ calibration::JointCurve::Knot knot_at(const store::Motion& motion, double flexio
 {
   const store::JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
   if (pose.status != store::PoseStatus::solved) {
-    throw InputError(
-        {file, "flexion",
-         "no solved pose at " + show::rounded_text(deg_from_rad(flexion_rad), 1) + " degrees",
-         "a motion solved at all flexions; choose another --set, as degree_6"});
+    throw InputError({file, "flexion",
+                      "no solved pose at " + show::rounded_text(deg_from_rad(flexion_rad), 1) + " degrees",
+                      "a motion solved at all flexions; choose another --set, as degree_6"});
   }
   calibration::JointCurve::Knot knot;
   knot << pose.X_reference_moving.translation(), bench::turn_of(pose.X_reference_moving.linear());

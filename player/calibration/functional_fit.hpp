@@ -1,6 +1,6 @@
-/// Motion of a joint along its flexion as a table: what a functional registration needs of a motion model, and
-/// what its record keeps of it. In: knots of the pose of the tibia in the femur, mm and rad. Out: the pose at any
-/// flexion.
+/// Motion of a joint along its flexion as a table: what a functional registration needs of a motion model,
+/// and what its record keeps of it. In: knots of the pose of the tibia in the femur, mm and rad. Out: the
+/// pose at any flexion.
 #pragma once
 
 #include <array>
@@ -19,9 +19,10 @@ namespace vrda::calibration {
 struct JointCurve {
   using Knot = Eigen::Matrix<double, 6, 1>;  ///< translation (mm), rotation vector (rad, below pi)
 
-  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< of the joint; same numbers in both bones at zero pose
-  double first_rad = 0.0, step_rad = 0.0;               ///< flexions of the knots
-  std::vector<Knot> knots;                              ///< two or more
+  Eigen::Vector3d centre_mm =
+      Eigen::Vector3d::Zero();             ///< of the joint; same numbers in both bones at zero pose
+  double first_rad = 0.0, step_rad = 0.0;  ///< flexions of the knots
+  std::vector<Knot> knots;                 ///< two or more
 
   double last_rad() const { return first_rad + step_rad * static_cast<double>(knots.size() - 1); }
   /// Pose of the tibia in the femur: a cubic Hermite polynomial of each coordinate with the slopes of the
@@ -145,8 +146,8 @@ class FunctionalProblem {
   /// Placements with the origin of the model.
   Pose X_thigh_femur(const Eigen::VectorXd& x) const;
   Pose X_shank_tibia(const Eigen::VectorXd& x) const;
-  /// [12, 12] of the fit's placements, with the conventions of an bench::Estimate, mm and rad; at the joint's centre
-  /// or at the model's origin.
+  /// [12, 12] of the fit's placements, with the conventions of an bench::Estimate, mm and rad; at the joint's
+  /// centre or at the model's origin.
   Eigen::MatrixXd centre_covariance(const LeastSquares& fit) const;
   Eigen::MatrixXd origin_covariance(const LeastSquares& fit) const;
   /// The landmarks' own at the joint's centre.

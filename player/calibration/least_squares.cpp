@@ -1,8 +1,8 @@
 #include "calibration/least_squares.hpp"
 
+#include <nlopt.h>
 #include <Eigen/LU>
 #include <Eigen/SVD>
-#include <nlopt.h>
 
 #include <algorithm>
 #include <cmath>

@@ -26,8 +26,8 @@ const RowShape& shape_of(TaskKind kind)
 {
   using enum TaskKind;
   static const std::map<TaskKind, RowShape> shapes{
-      {scan_line, {1, {}}},       {number, {1, {}}},  {stop, {1, {}}},         {point, {2, {}}},
-      {rectangle_sides, {4, {}}}, {grid, {8, {}}},    {model_pose, {6, {}}},   {depth_check, {0, {}}},
+      {scan_line, {1, {}}},       {number, {1, {}}},  {stop, {1, {}}},          {point, {2, {}}},
+      {rectangle_sides, {4, {}}}, {grid, {8, {}}},    {model_pose, {6, {}}},    {depth_check, {0, {}}},
       {sweep, {0, {7, 8}}},       {hold, {14, {14}}}, {bullseye, {3, {3, 10}}}, {bend, {14, {14}}}};
   return shapes.at(kind);
 }
@@ -168,8 +168,7 @@ Pose pose_in(const bench::Estimate& estimate, const std::string& name)
 {
   Eigen::Matrix<double, 6, 1> six;
   Eigen::Index k = 0;
-  for (const std::string& number : bench::pose_number_names(name))
-    six[k++] = value_in(estimate, number);
+  for (const std::string& number : bench::pose_number_names(name)) six[k++] = value_in(estimate, number);
   return bench::pose_of(bench::PoseParameters{six.head<3>(), six.tail<3>() * rad_from_deg(1.0)});
 }
 
@@ -226,8 +225,7 @@ Eigen::MatrixXd prior_covariance(const bench::Estimate& estimate, const std::vec
       covariance(i, j) = estimate.covariance(a, b);
     }
   }
-  const double t_ratio =
-      bench::t_95(estimate.dof) / bench::t_95(std::numeric_limits<double>::infinity());
+  const double t_ratio = bench::t_95(estimate.dof) / bench::t_95(std::numeric_limits<double>::infinity());
   return t_ratio * t_ratio * covariance;
 }
 

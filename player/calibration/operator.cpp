@@ -6,14 +6,14 @@
 #include <cstdlib>
 #include <map>
 
+#include "bench/rigid_body.hpp"
+#include "calibration/bench_poses.hpp"
 #include "calibration/distortion_fit.hpp"
 #include "calibration/eyepoint_fit.hpp"
 #include "calibration/parts.hpp"
+#include "calibration/statistics.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "bench/rigid_body.hpp"
-#include "calibration/statistics.hpp"
-#include "calibration/bench_poses.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -56,7 +56,7 @@ bool set_dial(CalibrationSession& session, const Task& task, std::size_t k, doub
   const bool is_selected = task.dials.size() > 2;
   if (is_selected) select_dial(session, k);
   view::Key up = is_selected || k == 0 ? view::Key::right : view::Key::up,
-                  down = is_selected || k == 0 ? view::Key::left : view::Key::down;
+            down = is_selected || k == 0 ? view::Key::left : view::Key::down;
   const double step = task.dials[k].step;
   constexpr int most_presses = 1000;
   for (int n = 0; n < most_presses; ++n) {
@@ -167,7 +167,7 @@ std::vector<double> bullseye(const TaskContext& context)
   const BenchPoses standing = bullseye_poses(context.bench, context.truth, context.task.index);
   const Eigen::Vector2d seen =
       view::shown_px(view::side_of(context.truth.calibration.eyes, context.task.is_right),
-                       standing.X_tracker_eyes.inverse() * standing.X_tracker_tool.translation());
+                     standing.X_tracker_eyes.inverse() * standing.X_tracker_tool.translation());
   const Eigen::Vector2d value = cross_value(view::side_of(context.found.eyes, context.task.is_right),
                                             context.truth, context.task.is_right, seen, off_px(context));
   return {value.x(), value.y()};
@@ -281,8 +281,7 @@ double model_deviation_mm(const TaskContext& context, std::span<const double> v)
   const Pose X = bench::pose_of(
       bench::PoseParameters{{v[0], v[1], v[2]}, Eigen::Vector3d(v[3], v[4], v[5]) * rad_from_deg(1.0)});
   const BodyRole role = calibration::role_of(context.part);
-  const Pose X_true =
-      bench::pose_of(context.truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
+  const Pose X_true = bench::pose_of(context.truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
   const std::vector<CalibrationPoint>& points =
       calibration::points_of(context.part, context.bench.calibration);
   double sum_sq = 0.0;
@@ -334,9 +333,8 @@ BenchPoses VirtualOperator::poses(const CalibrationSession& session, double way)
     TouchedPoint touched;
     touched.role = calibration::role_of(part);
     touched.index = task.index;
-    touched.p_model_mm = calibration::points_of(part, bench_.calibration)
-                             .at(static_cast<std::size_t>(task.index))
-                             .p_model_mm;
+    touched.p_model_mm =
+        calibration::points_of(part, bench_.calibration).at(static_cast<std::size_t>(task.index)).p_model_mm;
     touched.off_mm = noise_.touch_mm * hand(session).normal_vector();
     return touch_poses(truth_, touched);
   }
@@ -346,7 +344,7 @@ BenchPoses VirtualOperator::poses(const CalibrationSession& session, double way)
 }
 
 std::vector<bench::Sample> VirtualOperator::samples(const CalibrationSession& session,
-                                                      const BenchPoses& poses, std::uint64_t frame) const
+                                                    const BenchPoses& poses, std::uint64_t frame) const
 {
   FrameFacts facts;
   facts.time_ns = time_ns_;

@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
+#include "calibration/bench_poses.hpp"
 #include "calibration/drawing.hpp"
 #include "calibration/session.hpp"
-#include "calibration/bench_poses.hpp"
 
 namespace vrda::calibration {
 
@@ -37,7 +37,7 @@ class VirtualOperator {
   BenchPoses poses(const CalibrationSession& session, double way) const;
   /// Samples of tracker and stage at the poses, with noise by `frame`.
   std::vector<bench::Sample> samples(const CalibrationSession& session, const BenchPoses& poses,
-                                       std::uint64_t frame) const;
+                                     std::uint64_t frame) const;
   /// Values of the dials at which a careful hand has aligned the task; empty if it has none.
   std::vector<double> aligned_values(const CalibrationSession& session) const;
   /// Reading of ruler, tape or pupillometer for a task that requires a number; nullopt otherwise.

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "calibration/eyepoint_fit.hpp"
-#include "view/eye.hpp"
 #include "show/session.hpp"
+#include "view/eye.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -85,8 +85,7 @@ double likely_spacing_px(const view::Eye& eye, const CalibrationSettings& settin
                           eye.visible.height / (settings.grid_rows - 1.0));
 }
 
-Task node_task(const view::Eye& eye, const CalibrationSettings& settings, bool is_right, int column,
-               int row)
+Task node_task(const view::Eye& eye, const CalibrationSettings& settings, bool is_right, int column, int row)
 {
   Task task;
   task.kind = TaskKind::point;
@@ -149,8 +148,8 @@ Task sides_task(const Calibration& calibration, const CalibrationSettings& setti
   task.index = static_cast<int>(rectangle);
   task.name = nth(eye_text(is_right) + ", rectangle " + std::to_string(rectangle + 1), repeat);
   task.instruction = "Place the rectangle " + show::rounded_text(r.width_mm, 1) + " mm wide " +
-                     show::rounded_text(r.depth_mm, 1) +
-                     " mm behind the plane of the first one.\nWith the " + eye_text(is_right) +
+                     show::rounded_text(r.depth_mm, 1) + " mm behind the plane of the first one.\nWith the " +
+                     eye_text(is_right) +
                      ", align one line with each vertical side: Left and Right move the left line, Up and "
                      "Down the right one.";
   // Start value for a nominal eye at a nominal position.

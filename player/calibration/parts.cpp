@@ -38,12 +38,9 @@ std::vector<CalibrationPart> possible_dependencies(CalibrationPart part, const B
     return {probe, subject};
   }
   static const std::map<CalibrationPart, std::vector<CalibrationPart>> below{
-      {distortion, {viewport}},
-      {eyepoints, {distortion}},
-      {ipd, {eyepoints}},
-      {bullseye, {rails, stop, eyepoints, ipd}},
-      {head, {eyepoints, ipd}},
-      {functional, {femur, tibia}}};
+      {distortion, {viewport}}, {eyepoints, {distortion}},
+      {ipd, {eyepoints}},       {bullseye, {rails, stop, eyepoints, ipd}},
+      {head, {eyepoints, ipd}}, {functional, {femur, tibia}}};
   const auto found = below.find(part);
   return found == below.end() ? std::vector<CalibrationPart>{} : found->second;
 }
@@ -218,8 +215,7 @@ Calibration start_calibration_from(const Calibration& other, const BenchFile& be
 void require_same_bench_parts(const Calibration& begun, const std::string& path, const Calibration& other,
                               const std::string& other_path)
 {
-  if (bench::records_text(bench_records(begun)) == bench::records_text(bench_records(other)))
-    return;
+  if (bench::records_text(bench_records(begun)) == bench::records_text(bench_records(other))) return;
   throw InputError({path, "per_bench", "per-bench parts that differ from those of " + other_path,
                     "a new file, or one that was started from " + other_path});
 }
@@ -307,8 +303,8 @@ void require_ready_parts(const std::vector<CalibrationPart>& parts, const PartIn
     const CalibrationPart part = parts[k];
     require_bench_data(part, in.bench);
     if (part == CalibrationPart::functional && in.joint == nullptr) {
-      throw InputError({"calibrate", "--model", "nothing",
-                        "the motion model that functional places in thigh and shank"});
+      throw InputError(
+          {"calibrate", "--model", "nothing", "the motion model that functional places in thigh and shank"});
     }
     bool is_all_done = true;
     for (const CalibrationPart below : dependencies_of(part, in.bench)) {
@@ -318,11 +314,11 @@ void require_ready_parts(const std::vector<CalibrationPart>& parts, const PartIn
       if (std::find(parts.begin(), so_far, below) != so_far) continue;
       const CalibrationRecord* record = find_record(in.begun, below);
       const bool was_done = record != nullptr && record->is_outdated;
-      throw InputError({in.path, bench::name_of(part),
-                        std::string(bench::name_of(below)) +
-                            (was_done ? ", which is outdated" : ", which is not done"),
-                        std::string(bench::name_of(below)) + " done first, because " +
-                            bench::name_of(part) + " depends on it"});
+      throw InputError(
+          {in.path, bench::name_of(part),
+           std::string(bench::name_of(below)) + (was_done ? ", which is outdated" : ", which is not done"),
+           std::string(bench::name_of(below)) + " done first, because " + bench::name_of(part) +
+               " depends on it"});
     }
     require_plan_of_all(part, in);
     if (is_all_done && !is_done(in.begun, part)) require_earlier_fits(part, in);

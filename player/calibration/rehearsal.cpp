@@ -7,10 +7,10 @@
 #include <memory>
 #include <ostream>
 
+#include "bench/simulated_devices.hpp"
 #include "calibration/calibration_mode.hpp"
 #include "calibration/parts.hpp"
 #include "core/text.hpp"
-#include "bench/simulated_devices.hpp"
 #include "show/session.hpp"
 #include "store/motion_model.hpp"
 
@@ -54,8 +54,7 @@ std::string Rehearsal::follow(const Calibration& so_far, double now_s)
   session_.emplace(bench_, so_far, calibration::CalibrationSessionOptions{parts_, false, "", "rehearsal"});
   const Task* const task = session_->task();
   const std::string name =
-      task == nullptr ? "done"
-                      : std::string(bench::name_of(session_->progress().part)) + ", " + task->name;
+      task == nullptr ? "done" : std::string(bench::name_of(session_->progress().part)) + ", " + task->name;
   if (name == std::exchange(task_, name)) return {};
   begun_s_ = now_s;
   prompted_ = -1;
@@ -64,7 +63,8 @@ std::string Rehearsal::follow(const Calibration& so_far, double now_s)
   const std::vector<double> values = operator_.aligned_values(*session_);
   for (std::size_t k = 0; k < values.size(); ++k) {
     const Dial& dial = task->dials[k];
-    const double value = std::clamp(std::round(values[k] / dial.step) * dial.step, dial.minimum, dial.maximum);
+    const double value =
+        std::clamp(std::round(values[k] / dial.step) * dial.step, dial.minimum, dial.maximum);
     words += (k == 0 ? ": " : ", ") + dial_text(dial, value);
   }
   return name + words;
@@ -108,7 +108,8 @@ bench::IgtlMessage Rehearsal::message(std::uint64_t k, double now_s) const
   message.kind = bench::IgtlKind::tdata;
   message.device = "Tracker";
   constexpr double ns_per_s = 1e9;
-  message.device_ns = static_cast<std::int64_t>(ns_per_s * static_cast<double>(k + 1) / bench_.simulation.rate_hz);
+  message.device_ns =
+      static_cast<std::int64_t>(ns_per_s * static_cast<double>(k + 1) / bench_.simulation.rate_hz);
   if (session_->task() == nullptr) return message;
   for (const bench::Sample& sample : operator_.samples(*session_, poses(now_s), k)) {
     if (sample.is(bench::ToolVisibility::seen))

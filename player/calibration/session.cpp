@@ -111,8 +111,8 @@ void SampleCollector::end_message(bench::BodyTracker& tracker)
   }
 }
 
-/// Adds the shank's pose with that of the thigh at its time: the leg moves, so poses of different messages are
-/// interpolated.
+/// Adds the shank's pose with that of the thigh at its time: the leg moves, so poses of different messages
+/// are interpolated.
 bool SampleCollector::take_leg()
 {
   constexpr double same_s = 1e-4;
@@ -126,9 +126,9 @@ bool SampleCollector::take_leg()
       shank_.reset();
       return false;
     }
-    X_tracker_thigh = bench::between(
-        thigh_before_->X, thigh_->X,
-        (shank_->time_s - thigh_before_->time_s) / (thigh_->time_s - thigh_before_->time_s));
+    X_tracker_thigh =
+        bench::between(thigh_before_->X, thigh_->X,
+                       (shank_->time_s - thigh_before_->time_s) / (thigh_->time_s - thigh_before_->time_s));
   }
   std::vector<double> row;
   add_place(row, bench::place_of(X_tracker_thigh));

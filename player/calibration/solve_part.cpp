@@ -75,8 +75,7 @@ bench::Estimate solved_ipd(const PartInput& in)
   constexpr double most_apart_mm = 1.0;
   if (std::abs(arms_mm - ipd_mm) > most_apart_mm) {
     estimate.remarks.push_back("distance of the arms " + show::rounded_text(arms_mm, 1) +
-                               " mm, of the eyes " + show::rounded_text(ipd_mm, 1) +
-                               " mm: adjust the arms");
+                               " mm, of the eyes " + show::rounded_text(ipd_mm, 1) + " mm: adjust the arms");
   }
   estimate.remarks.push_back(
       "measured 1 mm too large, it shows an object at " + show::rounded_text(depth_mm, 0) + " mm " +
@@ -264,8 +263,7 @@ std::vector<std::string> result_lines(CalibrationPart part, const bench::Estimat
 {
   std::vector<std::string> lines{std::string(bench::name_of(part)) + " is done:"};
   for (Eigen::Index k = 0; k < estimate.values.size(); ++k)
-    lines.push_back(estimate.names[static_cast<std::size_t>(k)] + " " +
-                    bench::interval_text(estimate, k));
+    lines.push_back(estimate.names[static_cast<std::size_t>(k)] + " " + bench::interval_text(estimate, k));
   if (!estimate.residuals.empty()) {
     lines.push_back("residual " + show::rounded_text(estimate.residual_rms, 3) + " " +
                     estimate.residual_unit + " (root mean square)");
@@ -453,8 +451,8 @@ FunctionalData data_of(const PartInput& in)
   const bench::Estimate* subject = find_estimate(in.begun, CalibrationPart::subject);
   const double scale = subject == nullptr ? in.begun.subject_scale : value_in(*subject, "subject.scale");
   data.curve = calibration::scaled(
-      calibration::joint_curve_of(
-          record.made_with, bench::record_key(CalibrationPart::functional) + ".made_with", in.path),
+      calibration::joint_curve_of(record.made_with,
+                                  bench::record_key(CalibrationPart::functional) + ".made_with", in.path),
       scale);
   data.femur = placement_of(CalibrationPart::femur, in);
   data.tibia = placement_of(CalibrationPart::tibia, in);
@@ -489,8 +487,7 @@ calibration::FunctionalFit solve_functional(const PartInput& in)
   if (after_mm >= 0.0) {
     const double before_mm = targets_rms_mm(in, data.femur.X_body_bone, data.tibia.X_body_bone);
     fit.estimate.remarks.push_back("the targets fit to " + bench::text(after_mm, 2, "mm") +
-                                   " (rms), with landmarks alone to " +
-                                   bench::text(before_mm, 2, "mm"));
+                                   " (rms), with landmarks alone to " + bench::text(before_mm, 2, "mm"));
   }
   return fit;
 }
@@ -758,15 +755,15 @@ calibration::FiducialFit solve_model_pose(CalibrationPart part, const PartInput&
       const std::vector<double>& v = t.mark->rows[0];
       places.push_back(bench::pose_of(bench::PoseParameters{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}));
     }
-    return run_fit(
-        {}, [&] { return calibration::mean_adjusted_pose(places, bench::name_of(part), in.path); });
+    return run_fit({},
+                   [&] { return calibration::mean_adjusted_pose(places, bench::name_of(part), in.path); });
   }
   const Equipment equipment = equipment_of(in);
   const double scale = equipment.scale, scale_variance = equipment.scale_variance;
-  const Touched touched = touched_of(tasks, points_of(part, in.bench.calibration), equipment.tip_probe_mm, scale);
+  const Touched touched =
+      touched_of(tasks, points_of(part, in.bench.calibration), equipment.tip_probe_mm, scale);
   calibration::FiducialFit fit = run_fit(names_of(tasks), [&] {
-    return calibration::fit_fiducials(touched.points, bench::name_of(part), in.path,
-                                      {scale_variance == 0.0});
+    return calibration::fit_fiducials(touched.points, bench::name_of(part), in.path, {scale_variance == 0.0});
   });
   add_known_errors(fit, touched, equipment.tip_covariance, scale_variance, scale);
   return fit;

@@ -66,8 +66,8 @@ calibration::FiducialFit solve_model_pose(CalibrationPart part, const PartInput&
 /// Touched points of a model part, in the frame of its body.
 std::vector<calibration::Fiducial> touched_points(CalibrationPart part, const PartInput& in);
 
-/// Placement of both bones from the marks of the part functional, starting from the estimates of femur and tibia.
-/// Uses the model's motion of the record. Throws PartRefusal.
+/// Placement of both bones from the marks of the part functional, starting from the estimates of femur and
+/// tibia. Uses the model's motion of the record. Throws PartRefusal.
 calibration::FunctionalFit solve_functional(const PartInput& in);
 /// Remarks on one bend. Throws PartRefusal if its range of flexion is too small.
 std::vector<std::string> bend_remarks(const Task& done, const PartInput& in);

@@ -142,13 +142,13 @@ JointError joint_error(const Calibration& found, const VirtualTruth& truth)
     const BodyRole role = calibration::role_of(part);
     const char* name = bench::name_of(part);
     const Pose X_true = bench::pose_of(truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
-    error.by_landmarks_mm =
-        std::hypot(error.by_landmarks_mm,
-                   std::sqrt(0.5) * calibration::joint_error_mm(pose_of(part, found, name), X_true, centre_mm));
+    error.by_landmarks_mm = std::hypot(
+        error.by_landmarks_mm,
+        std::sqrt(0.5) * calibration::joint_error_mm(pose_of(part, found, name), X_true, centre_mm));
     error.functional_mm = std::hypot(
         error.functional_mm,
-        std::sqrt(0.5) * calibration::joint_error_mm(pose_of(CalibrationPart::functional, found, name), X_true,
-                                                     centre_mm));
+        std::sqrt(0.5) * calibration::joint_error_mm(pose_of(CalibrationPart::functional, found, name),
+                                                     X_true, centre_mm));
   }
   return error;
 }
@@ -241,8 +241,7 @@ Eigen::Matrix<double, 6, 1> pose_error(const Eigen::Matrix<double, 6, 1>& found,
   bench::PoseParameters six;
   six.shift_mm = found.head<3>();
   six.turn_rad = found.tail<3>() * rad_from_deg(1.0);
-  const Eigen::Matrix3d R_wanted =
-      bench::pose_of(truth).linear() * bench::pose_of(six).linear().transpose();
+  const Eigen::Matrix3d R_wanted = bench::pose_of(truth).linear() * bench::pose_of(six).linear().transpose();
   Eigen::Matrix<double, 6, 1> error;
   error.head<3>() = six.shift_mm - truth.shift_mm;
   error.tail<3>() = -bench::turn_of(R_wanted) / rad_from_deg(1.0);
@@ -396,8 +395,7 @@ RectangleSides rectangle_sides(const BenchFile& bench, const VirtualTruth& truth
   constexpr double off_sd_mm = 5.0;
   const double x_mm =
       truth.calibration.X_table_eyes.shift_mm.x() +
-      off_sd_mm *
-          RandomSequence(truth.seed, bench::RandomPurpose::virtual_bench, first + index).normal();
+      off_sd_mm * RandomSequence(truth.seed, bench::RandomPurpose::virtual_bench, first + index).normal();
   return {x_mm - 0.5 * rectangle.width_mm, x_mm + 0.5 * rectangle.width_mm,
           truth.reference_plane_table_mm - rectangle.depth_mm};
 }
@@ -417,7 +415,7 @@ Eigen::Vector2d drawn_node_px(const VirtualTruth& truth, bool is_right, const Ei
 {
   const view::Eye& eye = view::side_of(truth.calibration.eyes, is_right);
   return view::drawn_px(eye.distortion,
-                          calibration::shown_px(truth.grids[is_right ? 1 : 0], eye.pixel_aspect, node));
+                        calibration::shown_px(truth.grids[is_right ? 1 : 0], eye.pixel_aspect, node));
 }
 
 double side_value(const SideLine& line, const VirtualTruth& truth, bool is_right,
@@ -604,8 +602,7 @@ std::vector<DrawnLine> leg(const BenchFile& bench, const VirtualTruth& truth)
       Line line;
       for (const Eigen::Vector3d& p_mm :
            polyline_mm(calibration::points_of(part, bench.calibration), c.subject_scale))
-        line.push_back(
-            view::shown_px(view::side_of(c.eyes, is_right), Eigen::Vector3d(X_eyes_model * p_mm)));
+        line.push_back(view::shown_px(view::side_of(c.eyes, is_right), Eigen::Vector3d(X_eyes_model * p_mm)));
       lines.push_back(outline(is_right, std::move(line)));
     }
   }
@@ -625,8 +622,8 @@ std::vector<DrawnLine> drawn_model_lines(const ModelPlacement& placed, const Ben
   const Pose X_tracker_head = bench.head == HeadKind::stage ? X_tracker_eyes(found, 0.0)
                                                             : resting_poses(truth).X_tracker_headbody *
                                                                   bench::pose_of(found.X_headbody_eyes);
-  const Pose X_eyes_model = X_tracker_head.inverse() *
-                            X_tracker_body(truth, calibration::role_of(placed.part)) * X_body_model;
+  const Pose X_eyes_model =
+      X_tracker_head.inverse() * X_tracker_body(truth, calibration::role_of(placed.part)) * X_body_model;
   std::vector<DrawnLine> lines;
   for (const bool is_right : {false, true}) {
     DrawnLine& line = lines.emplace_back();
@@ -678,8 +675,8 @@ std::vector<DrawnLine> seen_lines(std::span<const DrawnLine> drawn, const Virtua
   for (const DrawnLine& line : drawn) {
     const view::Distortion& optics = view::side_of(truth.calibration.eyes, line.is_right).distortion;
     const VirtualTruth::Edges& edges = truth.edges_px[line.is_right ? 1 : 0];
-    for (Line& piece : calibration::pieces_within(
-             with_points_between(line.points_px), {{edges.left, edges.top}, {edges.right, edges.bottom}})) {
+    for (Line& piece : calibration::pieces_within(with_points_between(line.points_px),
+                                                  {{edges.left, edges.top}, {edges.right, edges.bottom}})) {
       for (Eigen::Vector2d& point : piece) point = view::shown_px(optics, point);
       DrawnLine& part = seen.emplace_back(line);
       part.points_px = std::move(piece);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
 #include "show/session.hpp"
-#include "bench/rigid_body.hpp"
 
 namespace vrda::calibration {
 namespace {
@@ -98,8 +98,9 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   estimate.dof = static_cast<double>(n) - 2.0;
   bench::set_residuals(estimate, residuals_mm, "mm");
   if (!(estimate.residual_rms <= most_rms_mm)) {
-    context.fail("probe", "a tip that moves by " + bench::text(estimate.residual_rms, 2, "mm") + " (rms)",
-                 bench::text(most_rms_mm, 0, "mm") + " at most; the tip slipped: put it in a small hole and repeat");
+    context.fail(
+        "probe", "a tip that moves by " + bench::text(estimate.residual_rms, 2, "mm") + " (rms)",
+        bench::text(most_rms_mm, 0, "mm") + " at most; the tip slipped: put it in a small hole and repeat");
   }
   estimate.remarks.push_back("the probe rotated by " + bench::text(deg_from_rad(fit.spread_rad), 0, "deg") +
                              " (rms) about the axis with the least rotation (at least " +
@@ -159,10 +160,10 @@ LineFit fit_line(const std::vector<Eigen::Vector3d>& points_mm)
 }
 
 bench::FitError refusal(Rail rail, const std::string& file, const std::string& found,
-                           const std::string& wanted)
+                        const std::string& wanted)
 {
   return bench::FitError({file, rail == Rail::x ? "x_rail" : "z_rail", found, wanted},
-                            {static_cast<std::size_t>(rail)});
+                         {static_cast<std::size_t>(rail)});
 }
 
 /// Compares each position with the noise of the others, corrected for its leverage on the line.
@@ -174,10 +175,11 @@ void require_no_outlier(const LineFit& fit, Rail rail, const std::string& file)
     const double off_mm = fit.off_mm[k] / (1.0 - std::min(leverage, 0.99));
     const double others_mm2 = std::max(0.0, fit.off_sq_mm2 - fit.off_mm[k] * off_mm) / (fit.dof - 2.0);
     if (off_mm > rail_outlier_mm && off_mm > rail_outlier_sd * std::sqrt(others_mm2)) {
-      throw refusal(rail, file,
-                    "position " + std::to_string(k + 1) + " " + bench::text(off_mm, 2, "mm") + " from the line",
-                    "positions within " + bench::text(rail_outlier_mm, 0, "mm") +
-                        "; sweep again with the marker always visible");
+      throw refusal(
+          rail, file,
+          "position " + std::to_string(k + 1) + " " + bench::text(off_mm, 2, "mm") + " from the line",
+          "positions within " + bench::text(rail_outlier_mm, 0, "mm") +
+              "; sweep again with the marker always visible");
     }
   }
 }
@@ -305,7 +307,8 @@ TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::
   TableFit fit;
   fit.rails_angle_rad = angle_between(x_fit.line.direction, z_fit.line.direction);
   if (!(std::min(fit.rails_angle_rad, pi - fit.rails_angle_rad) >= least_apart_rad)) {
-    throw refusal(Rail::z, file, "rails at an angle of " + bench::text(deg_from_rad(fit.rails_angle_rad), 1, "deg"),
+    throw refusal(Rail::z, file,
+                  "rails at an angle of " + bench::text(deg_from_rad(fit.rails_angle_rad), 1, "deg"),
                   "about 90 deg, at least 45 to 135; sweep the other rail");
   }
   fit.stage_scale = stage_scale_of(x_rail, x_fit, file);

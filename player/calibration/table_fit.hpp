@@ -11,8 +11,8 @@ namespace vrda::calibration {
 struct PivotFit {
   Eigen::Vector3d tip_probe_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d pivot_tracker_mm = Eigen::Vector3d::Zero();
-  double spread_rad = 0.0;  ///< rms rotation about the axis with the least rotation
-  bench::Estimate estimate;        ///< "probe.tip_x" to "probe.tip_z" (mm); residuals: lengths, mm
+  double spread_rad = 0.0;   ///< rms rotation about the axis with the least rotation
+  bench::Estimate estimate;  ///< "probe.tip_x" to "probe.tip_z" (mm); residuals: lengths, mm
 };
 
 /// Least squares of R_i tip + t_i = pivot. Throws FitError with `file`: fewer than 20 poses, a spread below

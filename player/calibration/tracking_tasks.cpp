@@ -175,8 +175,7 @@ std::vector<Task> model_tasks(CalibrationPart part, const BenchFile& bench, cons
 
 std::vector<Task> bend_tasks(const BenchFile& bench)
 {
-  const std::optional<bench::BodySettings>& tibia =
-      bench.bodies[static_cast<std::size_t>(BodyRole::tibia)];
+  const std::optional<bench::BodySettings>& tibia = bench.bodies[static_cast<std::size_t>(BodyRole::tibia)];
   std::vector<Task> tasks;
   for (int bend = 0; bend < bench.calibration.bends; ++bend) {
     Task task;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/units.hpp"
-#include "bench/simulation.hpp"
 #include "bench/rigid_body.hpp"
+#include "bench/simulation.hpp"
+#include "core/units.hpp"
 
 namespace vrda::calibration {
 namespace {

@@ -8,9 +8,9 @@
 #include <string>
 
 #include "bench/calibration_file.hpp"
+#include "bench/simulation.hpp"
 #include "calibration/distortion_fit.hpp"
 #include "calibration/functional_fit.hpp"
-#include "bench/simulation.hpp"
 
 namespace vrda::calibration {
 

@@ -64,8 +64,8 @@ std::vector<CameraView> turned_views(const FollowOptions& options, Side side)
   for (std::size_t k = 0; k < n; ++k) {
     const Eigen::Vector3d turn_rad = turns_deg[k] * rad_from_deg(1.0);
     const auto degrees = [&](Eigen::Index i) { return shortest_decimal(turns_deg[k][i]); };
-    views.push_back(view::turned_view("rotated " + degrees(0) + ", " + degrees(1) + ", " + degrees(2), turn_rad,
-                                shifts_mm[k], side));
+    views.push_back(view::turned_view("rotated " + degrees(0) + ", " + degrees(1) + ", " + degrees(2),
+                                      turn_rad, shifts_mm[k], side));
   }
   return views;
 }
@@ -83,8 +83,7 @@ std::vector<CameraView> views_of(const FollowOptions& options, const view::JobVi
     views = view::camera_views(job, side);
     if (!views.empty()) return views;
   }
-  for (const std::string& name :
-       view::parsed_views(options.views.empty() ? "front,lateral" : options.views))
+  for (const std::string& name : view::parsed_views(options.views.empty() ? "front,lateral" : options.views))
     views.push_back(view::named_view(name, *view::view_named(name), side));
   return views;
 }
@@ -180,8 +179,7 @@ void RunScene::show(const RunStep& step)
 void RunScene::show(const store::JointPose& pose, const store::Motion& motion)
 {
   place_bodies(pose, motion, options_.layers);
-  view::show_bodies(scene_, shown_bodies_, view::FixedObject::push,
-                     pose.status == store::PoseStatus::solved);
+  view::show_bodies(scene_, shown_bodies_, view::FixedObject::push, pose.status == store::PoseStatus::solved);
   points_->show(scene_, false);
   arrows_->show(scene_, false);
 }
@@ -237,7 +235,7 @@ std::vector<Eigen::Vector3d> RunScene::framed_points() const
   const double first_rad = raw_.first_flexion_rad(), last_rad = raw_.last_flexion_rad();
   for (const double flexion_rad : {first_rad, 0.5 * (first_rad + last_rad), last_rad}) {
     view::place(scene,
-                 view::frames_of(raw_.joint_pose({flexion_rad, 0.0}, {t_mm.x(), t_mm.y(), t_mm.z(), 0.0})));
+                view::frames_of(raw_.joint_pose({flexion_rad, 0.0}, {t_mm.x(), t_mm.y(), t_mm.z(), 0.0})));
     const std::vector<Eigen::Vector3d> near = view::points_within(scene, view::joint_sphere(scene));
     all.insert(all.end(), near.begin(), near.end());
   }
@@ -452,16 +450,15 @@ class FollowedRun final : public show::Mode {
         return press(event, pointer_px);
       case view::InputKind::motion:
         if (drag_)
-          screen_->set_orbit_camera(
-              view_, view::dragged(*drag_, pointer_px, screen_->shots()[view_].viewport));
+          screen_->set_orbit_camera(view_,
+                                    view::dragged(*drag_, pointer_px, screen_->shots()[view_].viewport));
         return;
       case view::InputKind::release:
       case view::InputKind::focus_lost:
         return drag_.reset();
       case view::InputKind::wheel:
         if (const auto view = screen_->view_at(pointer_px))
-          screen_->set_orbit_camera(*view,
-                                    view::moved_closer(screen_->orbit_camera(*view), event.wheel));
+          screen_->set_orbit_camera(*view, view::moved_closer(screen_->orbit_camera(*view), event.wheel));
         return;
       case view::InputKind::key_press:
         return press_key(event.key);
@@ -597,7 +594,7 @@ class FollowedRun final : public show::Mode {
     view_ = *view;
     if (event.n_clicks == 2 && event.button == view::MouseButton::left) return centre(pointer_px);
     drag_ = view::Drag{view::drag_of(event.button, event.has_shift, event.has_control),
-                             screen_->orbit_camera(view_), pointer_px};
+                       screen_->orbit_camera(view_), pointer_px};
   }
 
   void centre(const Eigen::Vector2d& pointer_px)

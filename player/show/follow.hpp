@@ -49,8 +49,7 @@ class RunScene {
   std::vector<Eigen::Vector3d> framed_points() const;
 
  private:
-  void place_bodies(const store::JointPose& pose, const store::Motion& motion,
-                    const view::LayerSet& layers);
+  void place_bodies(const store::JointPose& pose, const store::Motion& motion, const view::LayerSet& layers);
   view::LayerSet layers_of_step() const;
   void place_markers(const RunStep& step);
   void reserve_markers(std::size_t n_contacts);

@@ -37,8 +37,7 @@ std::optional<view::KeyPress> key_press_of(const view::InputEvent& event)
 {
   if (event.kind != view::InputKind::key_press || event.key == view::Key::none) return std::nullopt;
   const bool is_question = event.key == view::key_of('/') && event.has_shift;
-  return view::KeyPress{is_question ? view::key_of('?') : event.key, event.has_shift,
-                              event.has_control};
+  return view::KeyPress{is_question ? view::key_of('?') : event.key, event.has_shift, event.has_control};
 }
 
 namespace {

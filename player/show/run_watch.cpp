@@ -442,7 +442,7 @@ class PanelDrawing {
   {
     constexpr float line_px = 2.0F;
     const view::OverlayBox out{box.left_px - line_px, box.top_px - line_px, box.right_px + line_px,
-                              box.bottom_px + line_px};
+                               box.bottom_px + line_px};
     text_.add_area(overlay_, {out.left_px, out.top_px, out.right_px, box.top_px}, frame_colour);
     text_.add_area(overlay_, {out.left_px, box.bottom_px, out.right_px, out.bottom_px}, frame_colour);
     text_.add_area(overlay_, {out.left_px, box.top_px, box.left_px, box.bottom_px}, frame_colour);
@@ -502,12 +502,12 @@ view::VertexColour colour_of(StepStatus status)
 {
   // In the order of StepStatus, from pending (-1) on.
   constexpr std::array<view::VertexColour, 7> colours{{{58, 63, 71, 255},
-                                                        {0, 158, 115, 255},
-                                                        {86, 180, 233, 255},
-                                                        {213, 94, 0, 255},
-                                                        {240, 228, 66, 255},
-                                                        {204, 121, 167, 255},
-                                                        {0, 114, 178, 255}}};
+                                                       {0, 158, 115, 255},
+                                                       {86, 180, 233, 255},
+                                                       {213, 94, 0, 255},
+                                                       {240, 228, 66, 255},
+                                                       {204, 121, 167, 255},
+                                                       {0, 114, 178, 255}}};
   return colours.at(static_cast<std::size_t>(static_cast<int>(status) + 1));
 }
 
@@ -523,7 +523,7 @@ void add_label(view::Overlay& overlay, const view::OverlayText& text, const view
   const float left_px = static_cast<float>(tile.x) + margin_px;
   const float top_px = static_cast<float>(tile.y) + 0.5F * margin_px;
   const view::OverlayBox plate{left_px - 0.5F * margin_px, top_px,
-                              left_px + text.width_px(name) + 0.5F * margin_px, top_px + text.line_px()};
+                               left_px + text.width_px(name) + 0.5F * margin_px, top_px + text.line_px()};
   text.add_area(overlay, plate, {paper[0], paper[1], paper[2], 150});
   text.add_text(overlay, left_px, top_px + 0.1F * text.line_px(), name, ink);
 }
@@ -685,8 +685,8 @@ std::vector<view::Viewport> tiles(std::size_t n, const view::Viewport& area)
 }
 
 std::vector<view::Shot> fitted_shots(const std::vector<CameraView>& views,
-                                       const std::vector<view::Viewport>& areas,
-                                       const std::vector<Eigen::Vector3d>& points_world_mm, double zoom)
+                                     const std::vector<view::Viewport>& areas,
+                                     const std::vector<Eigen::Vector3d>& points_world_mm, double zoom)
 {
   check(views.size() == areas.size(), "each view has a tile");
   std::vector<view::Shot> shots;

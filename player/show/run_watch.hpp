@@ -256,7 +256,7 @@ std::vector<view::Viewport> tiles(std::size_t n, const view::Viewport& area);
 
 /// One camera per tile, fitted to the points, with the field of view divided by `zoom`.
 std::vector<view::Shot> fitted_shots(const std::vector<CameraView>& views,
-                                       const std::vector<view::Viewport>& areas,
-                                       const std::vector<Eigen::Vector3d>& points_world_mm, double zoom);
+                                     const std::vector<view::Viewport>& areas,
+                                     const std::vector<Eigen::Vector3d>& points_world_mm, double zoom);
 
 }  // namespace vrda::show

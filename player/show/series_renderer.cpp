@@ -55,8 +55,7 @@ Body sample_body()
 std::unique_ptr<view::Renderer> warm_renderer(const ShowOptions& options)
 {
   // The size of the job is not known yet.
-  const view::PictureSize size =
-      options.size.empty() ? view::PictureSize{} : view::parsed_size(options.size);
+  const view::PictureSize size = options.size.empty() ? view::PictureSize{} : view::parsed_size(options.size);
   std::unique_ptr<view::Renderer> renderer =
       view::make_offscreen_renderer({size.width, size.height, options.samples > 0 ? options.samples : 4});
   view::Scene scene = view::scene_of(sample_body(), sample_body(), Eigen::Vector3d::Zero());
@@ -69,7 +68,7 @@ std::unique_ptr<view::Renderer> warm_renderer(const ShowOptions& options)
   view::apply_appearance(scene, look);
   renderer->load(scene);
   const view::Shot shot{view::with_depth_range(fit.camera(), scene),
-                          {0, 0, 16, 12}};  // few pixels: only shader compilation matters
+                        {0, 0, 16, 12}};  // few pixels: only shader compilation matters
   renderer->draw(scene, {&shot, 1}, nullptr);
   return renderer;
 }
@@ -128,13 +127,12 @@ void SeriesRenderer::make_interface(const store::MotionModel& model, const Posed
 }
 
 std::vector<view::Camera> SeriesRenderer::cameras_for(const std::vector<store::JointPose>& poses,
-                                                       double aspect)
+                                                      double aspect)
 {
   view::FrameOptions frame_options;
   frame_options.aspect = aspect;
   std::vector<view::CameraFit> fits;
-  for (const view::CameraView& view : look_.views)
-    fits.emplace_back(view.R_world_camera, frame_options);
+  for (const view::CameraView& view : look_.views) fits.emplace_back(view.R_world_camera, frame_options);
   for (const store::JointPose& pose : poses) {
     view::place(scene_, view::frames_of(pose, options_.fixed_object, rotation_centre_mm_));
     const std::vector<Eigen::Vector3d> points = view::framed_points(scene_, options_.framing);
@@ -160,7 +158,7 @@ std::span<const view::ScreenLabel> SeriesRenderer::labels_of(const view::JointFr
 }
 
 const view::Overlay* SeriesRenderer::overlay_for(const store::JointPose& pose,
-                                                   const view::JointFrames& frames)
+                                                 const view::JointFrames& frames)
 {
   if (!gui_) return nullptr;
   view::GuiFrame frame;
@@ -189,8 +187,7 @@ const view::Overlay* SeriesRenderer::overlay_for(const store::JointPose& pose,
 
 const view::Image& SeriesRenderer::drawn(const store::JointPose& pose)
 {
-  const view::JointFrames frames =
-      view::frames_of(motion_, pose, options_.fixed_object, rotation_centre_mm_);
+  const view::JointFrames frames = view::frames_of(motion_, pose, options_.fixed_object, rotation_centre_mm_);
   view::place(scene_, frames);
   view::show_bodies(scene_, shown_bodies_, options_.fixed_object, pose.status == store::PoseStatus::solved);
   layers_.update(scene_, motion_, {pose, frames, wanted_});
@@ -208,8 +205,7 @@ const view::Image& SeriesRenderer::draw_tiled(const store::JointPose& pose)
 {
   shots_.clear();
   for (std::size_t view = 0; view < look_.views.size(); ++view) {
-    view::Shot& shot =
-        shots_.emplace_back(view::Shot{tiled_[view], column(area_, view, look_.views.size())});
+    view::Shot& shot = shots_.emplace_back(view::Shot{tiled_[view], column(area_, view, look_.views.size())});
     shot.camera.aspect = aspect_of(shot.viewport);
   }
   return drawn(pose);

@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "view/gui.hpp"
+#include "show/show.hpp"
 #include "store/motion.hpp"
-#include "view/keys.hpp"
+#include "store/motion_model.hpp"
 #include "view/gap_reading.hpp"
+#include "view/gui.hpp"
+#include "view/keys.hpp"
 #include "view/renderer.hpp"
 #include "view/scene.hpp"
-#include "show/show.hpp"
-#include "store/motion_model.hpp"
 
 namespace vrda::show {
 
@@ -70,10 +70,10 @@ class SeriesRenderer {
   std::vector<store::JointLabel> labels_;
   std::vector<view::ScreenLabel> screen_labels_;
   std::unique_ptr<view::Renderer> renderer_;
-  view::DoubtText doubt_{};  ///< of the drawn pose
-  std::string remark_;             ///< why the solved poses are the default motion, or empty
-  std::optional<view::Gui> gui_;    ///< with --numbers, labels or doubtful poses
-  view::Viewport area_;          ///< of the picture, below the warnings
+  view::DoubtText doubt_{};       ///< of the drawn pose
+  std::string remark_;            ///< why the solved poses are the default motion, or empty
+  std::optional<view::Gui> gui_;  ///< with --numbers, labels or doubtful poses
+  view::Viewport area_;           ///< of the picture, below the warnings
   std::vector<view::Camera> single_, tiled_;
   std::vector<view::Shot> shots_;
 };

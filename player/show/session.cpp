@@ -181,8 +181,7 @@ void Session::turn_wheel(double notches)
 void Session::double_click(const Eigen::Vector2d& pointer_px)
 {
   if (!is_over_picture(pointer_px)) return;
-  const std::optional<Eigen::Vector3d> point =
-      view::point_under(scene_, gaze_.camera, area(), pointer_px);
+  const std::optional<Eigen::Vector3d> point = view::point_under(scene_, gaze_.camera, area(), pointer_px);
   if (!point) return;
   drag_.reset();
   gaze_ = view::centred_on(gaze_, *point);
@@ -237,7 +236,7 @@ void Session::place_joint()
 {
   range_ = range_now();
   readout_.pose = view::pose_at(sets_[state_.set].motion, state_.timeline.position,
-                                      view::wanted_varus_rad(state_, range_));
+                                view::wanted_varus_rad(state_, range_));
   readout_.is_varus_balanced = !state_.varus_rad.has_value();
   readout_.clinical = sets_[state_.set].motion.own_coordinates(readout_.pose);
   readout_.joint.reset();
@@ -247,7 +246,7 @@ void Session::place_joint()
   place_bodies();
   const bool is_moving_fixed = state_.fixed_object == view::FixedObject::moving;
   doubt_ = view::doubt_text(readout_.pose, doubts_.at(readout_.pose),
-                                  (is_moving_fixed ? scene_.moving_name : scene_.reference_name).c_str());
+                            (is_moving_fixed ? scene_.moving_name : scene_.reference_name).c_str());
   readout_.doubt = doubt_[0] != 0 ? doubt_.data() : nullptr;
   layers_.update(scene_, sets_[state_.set].motion, {readout_.pose, frames_, state_.layers});
   scene_.mode = state_.mode;
@@ -259,10 +258,10 @@ void Session::place_joint()
 void Session::place_bodies()
 {
   frames_ = view::frames_of(sets_[state_.set].motion, readout_.pose, state_.fixed_object,
-                             model_.rotation_centre_mm);
+                            model_.rotation_centre_mm);
   view::place(scene_, frames_);
   view::show_bodies(scene_, shown_bodies_, state_.fixed_object,
-                     readout_.pose.status == store::PoseStatus::solved);
+                    readout_.pose.status == store::PoseStatus::solved);
 }
 
 /// Computed when the set or the varus changes.
@@ -389,8 +388,7 @@ void Session::take(const view::InputEvent& event)
   n_frames_due_ = frames_after_input;
   // A pointer that moves without a button, and a new focus, change the interface at most.
   const bool is_pointer_free = event.kind == view::InputKind::motion && !pointer_.is_left_down && !drag_;
-  const bool is_focus =
-      event.kind == view::InputKind::redraw || event.kind == view::InputKind::focus_lost;
+  const bool is_focus = event.kind == view::InputKind::redraw || event.kind == view::InputKind::focus_lost;
   if (!is_pointer_free && !is_focus) is_disturbed_ = true;
   switch (event.kind) {
     case view::InputKind::motion:

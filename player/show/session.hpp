@@ -28,10 +28,10 @@ struct SessionOptions {
   std::string title;
   view::View view = view::View::oblique;
   std::optional<view::CameraView> job_view;  ///< at the start and at a reset, until a view is chosen
-  double zoom = 1.0;                               ///< of the view at the start
-  std::optional<double> flexion_rad;               ///< default: the first of the set
-  std::optional<double> varus_rad;                 ///< default: the balanced varus
-  std::optional<double> key;                       ///< of a sequence of frames; default: the first
+  double zoom = 1.0;                         ///< of the view at the start
+  std::optional<double> flexion_rad;         ///< default: the first of the set
+  std::optional<double> varus_rad;           ///< default: the balanced varus
+  std::optional<double> key;                 ///< of a sequence of frames; default: the first
   view::Backdrop backdrop = view::Backdrop::studio;
   view::FixedObject fixed_object = view::FixedObject::moving;
   view::AppearanceOptions appearance;
@@ -128,14 +128,14 @@ class Session {
   std::vector<Eigen::Vector3d> framed_points_;  ///< over the whole motion, world
   Side side_ = Side::right;
   view::DoubtReader doubts_{model_};
-  view::DoubtText doubt_{};              ///< of the present pose
-  std::vector<view::MarkedSpan> marks_;  ///< on the timeline
-  std::optional<double> marked_varus_rad_;     ///< that of the marks
+  view::DoubtText doubt_{};                 ///< of the present pose
+  std::vector<view::MarkedSpan> marks_;     ///< on the timeline
+  std::optional<double> marked_varus_rad_;  ///< that of the marks
   std::optional<std::size_t> marked_set_;
   std::vector<bool> shown_bodies_;  ///< of the drawables, without --hide
   view::Framing framing_ = view::Framing::joint;
   view::FixedObject framed_object_ = view::FixedObject::moving;  ///< that of framed_points_
-  view::JointFrames frames_;                                      ///< of the drawn pose
+  view::JointFrames frames_;                                     ///< of the drawn pose
   view::Gui gui_;
   view::PlayerState state_;
   view::PlayerRange range_;
@@ -143,7 +143,7 @@ class Session {
   view::OrbitCamera gaze_;
   view::View view_ = view::View::oblique;
   std::optional<view::CameraView> job_view_;  ///< until a view is chosen
-  double zoom_ = 1.0;                               ///< of the view at the start
+  double zoom_ = 1.0;                         ///< of the view at the start
   view::Backdrop backdrop_ =
       view::Backdrop::studio;  ///< last applied to the scene; a lights file may replace it
   view::Shot shot_;

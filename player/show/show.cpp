@@ -85,8 +85,8 @@ Plan plan_of(const store::Motion& motion, const ShowOptions& options, bool repor
     if (!reports_unsolved) continue;
     ++plan.n_unsolved;
     messages << "flexion " << view::plain_label(flexion_rad) << ", varus "
-             << view::plain_label(pose.attitude.varus_rad)
-             << ": no image, a neighbouring cell is unsolved (" << store::name_of(pose.status) << ")\n";
+             << view::plain_label(pose.attitude.varus_rad) << ": no image, a neighbouring cell is unsolved ("
+             << store::name_of(pose.status) << ")\n";
   }
   return plan;
 }
@@ -229,7 +229,7 @@ store::FilmOptions film_options(const ShowOptions& options)
 
 struct PlayedMotion {
   std::vector<store::JointPose> poses;  ///< one per frame
-  int n_unsolved = 0;                    ///< unsolved intervals
+  int n_unsolved = 0;                   ///< unsolved intervals
 };
 
 /// The motion at the requested speed, with unsolved attitudes; each interval of these is reported. Empty if
@@ -379,8 +379,7 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
   const std::size_t n_views = has_images ? resolved_options(options, model).views.size() : 0;
   const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved + film.n_unsolved};
   if (!motion.is_sequence() && !options.varus_deg && !motion.has_spine()) {
-    streams.messages << "no spine cell is solved: varus "
-                     << view::plain_label(motion.balanced_varus_rad(0.0))
+    streams.messages << "no spine cell is solved: varus " << view::plain_label(motion.balanced_varus_rad(0.0))
                      << " is used for every flexion\n";
   }
   std::vector<store::JointPose> framed = plan.poses.empty() ? film.poses : plan.poses;
@@ -417,8 +416,7 @@ ResolvedShowOptions resolved_options(const ShowOptions& options, const store::Mo
     look.zoom = job.zoom;
   }
   if (look.views.empty()) {
-    for (const std::string& name :
-         view::parsed_views(options.views.empty() ? default_view : options.views))
+    for (const std::string& name : view::parsed_views(options.views.empty() ? default_view : options.views))
       look.views.push_back(view::named_view(name, *view::view_named(name), side));
   }
   if (options.size.empty() && view::has_usable_size(job)) {
@@ -534,8 +532,7 @@ class ShowMode final : public show::Mode {
     shown_.session().take(event);
     const std::vector<std::string>& dropped = sink_.window()->dropped_files();
     // Only the first of several dropped files is opened.
-    if (event.kind == view::InputKind::drop && !dropped.empty() && shown_.open(dropped.front()))
-      set_title();
+    if (event.kind == view::InputKind::drop && !dropped.empty() && shown_.open(dropped.front())) set_title();
   }
 
   void advance(double elapsed_s) override

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "show/loop.hpp"
-#include "view/player_state.hpp"
-#include "view/keys.hpp"
-#include "view/scene.hpp"
 #include "store/motion_model.hpp"
+#include "view/keys.hpp"
+#include "view/player_state.hpp"
+#include "view/scene.hpp"
 
 namespace vrda::show {
 

@@ -1,8 +1,8 @@
 #include "view/gl_mesh.hpp"
 
-#include <Eigen/Geometry>
 #include <GL/glcorearb.h>
 #include <meshoptimizer.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>

@@ -564,8 +564,7 @@ void WarpPainter::upload(const view::WarpMesh& mesh)
                  mesh.triangles.data(), GL_STATIC_DRAW);
   for (GLuint i = 0; i < 2; ++i) gl_.EnableVertexAttribArray(i);
   constexpr GLsizei stride = sizeof(view::WarpVertex);
-  gl_.VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, stride,
-                          buffer_offset(offsetof(view::WarpVertex, x_px)));
+  gl_.VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, stride, buffer_offset(offsetof(view::WarpVertex, x_px)));
   gl_.VertexAttribPointer(1, 2, GL_FLOAT, GL_FALSE, stride, buffer_offset(offsetof(view::WarpVertex, u)));
 }
 
@@ -580,8 +579,8 @@ PixelBox WarpPainter::warped_box(const PixelBox& used) const
   float low_x = static_cast<float>(width_), low_y = static_cast<float>(height_), high_x = 0.0F, high_y = 0.0F;
   for (std::size_t k = 0; k + 2 < mesh_.triangles.size(); k += 3) {
     const std::array<const view::WarpVertex*, 3> corners{&mesh_.vertices[mesh_.triangles[k]],
-                                                           &mesh_.vertices[mesh_.triangles[k + 1]],
-                                                           &mesh_.vertices[mesh_.triangles[k + 2]]};
+                                                         &mesh_.vertices[mesh_.triangles[k + 1]],
+                                                         &mesh_.vertices[mesh_.triangles[k + 2]]};
     const auto [u0, u1] = std::minmax({corners[0]->u, corners[1]->u, corners[2]->u});
     const auto [v0, v1] = std::minmax({corners[0]->v, corners[1]->v, corners[2]->v});
     if (u1 * w < left || u0 * w > right || v1 * h < top || v0 * h > bottom) continue;

@@ -65,8 +65,8 @@ class WarpPainter {
 
 // Ambient occlusion in screen space: darkens opaque surfaces in clefts and where bodies touch.
 
-/// The occlusion is computed at every second pixel in both directions. Source: McGuire, Mara and Luebke (2012),
-/// Scalable ambient obscurance; without its mip levels.
+/// The occlusion is computed at every second pixel in both directions. Source: McGuire, Mara and Luebke
+/// (2012), Scalable ambient obscurance; without its mip levels.
 class OcclusionPainter {
  public:
   /// `drawn` is the target to be darkened; all of its samples get the value of the first one.

@@ -121,8 +121,8 @@ const view::OverlayFont& Gui::font() const
   return inner_->font;
 }
 
-GuiResult Gui::frame(const GuiFrame& frame, const view::PlayerState& state,
-                     const view::PlayerRange& range, const Readout& readout)
+GuiResult Gui::frame(const GuiFrame& frame, const view::PlayerState& state, const view::PlayerRange& range,
+                     const Readout& readout)
 {
   ImGui::SetCurrentContext(inner_->context);
   ImGuiIO& io = ImGui::GetIO();
@@ -162,7 +162,7 @@ GuiResult Gui::frame(const GuiFrame& frame, const view::PlayerState& state,
 }
 
 const view::Overlay& Gui::static_overlay(GuiFrame frame, const view::PlayerState& state,
-                                           const view::PlayerRange& range, const Readout& readout)
+                                         const view::PlayerRange& range, const Readout& readout)
 {
   // The library hides a new window for one frame and sizes it by the text of the previous frame.
   constexpr int frames_to_fit = 3;
@@ -176,8 +176,7 @@ const view::Overlay& Gui::overlay() const
   return inner_->overlay;
 }
 
-view::Viewport Gui::free_area(int width, int height, const view::PlayerState& state,
-                                bool has_controls) const
+view::Viewport Gui::free_area(int width, int height, const view::PlayerState& state, bool has_controls) const
 {
   ImGui::SetCurrentContext(inner_->context);
   const auto covered = [](float px) { return static_cast<int>(std::ceil(px)); };

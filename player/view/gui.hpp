@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "model/coordinates.hpp"
-#include "view/player_state.hpp"
 #include "view/gap_reading.hpp"
 #include "view/overlay_text.hpp"
+#include "view/player_state.hpp"
 #include "view/renderer.hpp"
 #include "view/scene.hpp"
 
@@ -66,7 +66,7 @@ struct GuiFrame {
   ColourKey key;
   std::span<const view::ScreenLabel> labels;  ///< of the joint
   std::span<const view::MarkedSpan> marks;    ///< on the timeline
-  bool has_controls = true;                         ///< false: only readouts and legends, as for a video
+  bool has_controls = true;                   ///< false: only readouts and legends, as for a video
 };
 
 /// The user's changes in this frame.
@@ -84,17 +84,17 @@ class Gui {
   const view::OverlayFont& font() const;
 
   /// Builds one frame. Allocates nothing once every part was shown.
-  GuiResult frame(const GuiFrame& frame, const view::PlayerState& state,
-                  const view::PlayerRange& range, const Readout& readout);
+  GuiResult frame(const GuiFrame& frame, const view::PlayerState& state, const view::PlayerRange& range,
+                  const Readout& readout);
   /// Builds the overlay of an image: readouts and legends without controls.
   const view::Overlay& static_overlay(GuiFrame frame, const view::PlayerState& state,
-                                        const view::PlayerRange& range, const Readout& readout);
+                                      const view::PlayerRange& range, const Readout& readout);
   /// The overlay of the last frame.
   const view::Overlay& overlay() const;
 
   /// The area of the window not covered by warnings, panel and timeline.
   view::Viewport free_area(int width, int height, const view::PlayerState& state,
-                             bool has_controls = true) const;
+                           bool has_controls = true) const;
 
  private:
   struct Inner;

@@ -163,8 +163,8 @@ class GamepadKeys {
  private:
   static constexpr std::size_t n_buttons = 7;
   std::vector<KeyPress> keys_;
-  std::array<double, n_buttons> held_s_{};   ///< since the press; negative: not pressed
-  std::array<double, 2> due_{};              ///< parts of a press by the stick: x, y
+  std::array<double, n_buttons> held_s_{};  ///< since the press; negative: not pressed
+  std::array<double, 2> due_{};             ///< parts of a press by the stick: x, y
   bool was_used_ = false;
 };
 

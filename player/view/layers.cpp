@@ -721,14 +721,13 @@ void LigamentLayer::update(Scene& scene, const store::JointPose& pose)
   Drawable& drawable = scene.drawables[drawable_];
   // Fibre lengths do not depend on the common frame: use the reference's.
   const model::JointPlacement placement{Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
-                                           pose.X_reference_moving.translation()};
+                                        pose.X_reference_moving.translation()};
   std::array<Eigen::Vector3d, n_wrapped> points_mm;
   std::size_t vertex = 0;
   for (std::size_t i = 0; i < ligaments_.fibres.size(); ++i) {
     const model::Fibre& fibre = ligaments_.fibres[i];
     const std::span<Eigen::Vector3d> path_mm(points_mm.data(), n_points(fibre));
-    const model::SampledFibre path =
-        model::sample_fibre_path(fibre, ligaments_.wraps, placement, path_mm);
+    const model::SampledFibre path = model::sample_fibre_path(fibre, ligaments_.wraps, placement, path_mm);
     strain_[i] = path.length_mm / fibre.slack_length_mm - 1.0;
     for (Eigen::Vector3d& p_mm : path_mm) p_mm -= origin_mm_;
     BandSection band = bands_[i];
@@ -752,7 +751,7 @@ Eigen::Vector3d place_of(const store::JointLabel& label, const JointFrames& fram
 {
   const auto placed = [&](store::JointBody body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
     return body == store::JointBody::reference ? frames.X_world_reference * p_mm
-                                                : frames.X_world_moving * p_mm;
+                                               : frames.X_world_moving * p_mm;
   };
   return 0.5 * (placed(label.first, label.first_mm) + placed(label.second, label.second_mm));
 }

@@ -7,12 +7,12 @@
 #include <span>
 #include <vector>
 
+#include "geometry/box_tree.hpp"
 #include "model/coordinates.hpp"
 #include "model/ligaments.hpp"
 #include "store/motion.hpp"
-#include "geometry/box_tree.hpp"
-#include "view/scene.hpp"
 #include "store/motion_model.hpp"
+#include "view/scene.hpp"
 
 namespace vrda::view {
 

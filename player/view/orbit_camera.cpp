@@ -177,8 +177,7 @@ OrbitCamera centred_on(const OrbitCamera& gaze, const Eigen::Vector3d& point_wor
 }
 
 std::optional<Eigen::Vector3d> point_under(const view::Scene& scene, const view::Camera& camera,
-                                           const view::Viewport& viewport,
-                                           const Eigen::Vector2d& pointer_px)
+                                           const view::Viewport& viewport, const Eigen::Vector2d& pointer_px)
 {
   const Eigen::Vector3d from = camera.X_world_camera.translation();
   const Eigen::Vector3d direction = camera.X_world_camera.linear() * ray_camera(camera, viewport, pointer_px);

@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "view/camera.hpp"
 #include "view/keys.hpp"
 #include "view/renderer.hpp"
-#include "view/camera.hpp"
 #include "view/scene.hpp"
 
 namespace vrda::view {
@@ -53,8 +53,7 @@ OrbitCamera centred_on(const OrbitCamera& gaze, const Eigen::Vector3d& point_wor
 
 /// The nearest point of the visible bodies under a pixel, world; empty if none exists.
 std::optional<Eigen::Vector3d> point_under(const view::Scene& scene, const view::Camera& camera,
-                                           const view::Viewport& viewport,
-                                           const Eigen::Vector2d& pointer_px);
+                                           const view::Viewport& viewport, const Eigen::Vector2d& pointer_px);
 
 /// Left rotates, right (or left with shift or control) translates in the image plane, middle moves in depth:
 /// the same in the page. Differs from thesis 6.2.1, where left translates and middle rotates.

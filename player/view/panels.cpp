@@ -155,18 +155,17 @@ view::Action pressed_view()
   return rows_of(
       std::array{Press{"front", view::Action::view_front}, Press{"back", view::Action::view_back},
                  Press{"medial", view::Action::view_medial}},
-      std::array{Press{"lateral", view::Action::view_lateral},
-                 Press{"top", view::Action::view_top},
+      std::array{Press{"lateral", view::Action::view_lateral}, Press{"top", view::Action::view_top},
                  Press{"oblique", view::Action::view_oblique}});
 }
 
 view::Action pressed_tool()
 {
   ImGui::Spacing();
-  return rows_of(std::array{Press{"reset (R)", view::Action::reset_view},
-                            Press{"picture (P)", view::Action::screenshot}},
-                 std::array{Press{"full (F)", view::Action::full_screen},
-                            Press{"help (H)", view::Action::show_help}});
+  return rows_of(
+      std::array{Press{"reset (R)", view::Action::reset_view},
+                 Press{"picture (P)", view::Action::screenshot}},
+      std::array{Press{"full (F)", view::Action::full_screen}, Press{"help (H)", view::Action::show_help}});
 }
 
 void draw_help_lines(const PanelView& view, const char* title, std::span<const view::HelpLine> lines)
@@ -197,8 +196,7 @@ view::Timeline with_timeline_slider(const PanelView& view, view::Timeline timeli
       ImGui::SliderFloat("##flexion", &at, steps(timeline.first), steps(timeline.last), "", sliding);
   draw_marks(view, timeline);
   if (!is_moved) return timeline;
-  return view::moved_to(timeline,
-                              view::position_of_steps(timeline.axis, static_cast<double>(at)));
+  return view::moved_to(timeline, view::position_of_steps(timeline.axis, static_cast<double>(at)));
 }
 
 }  // namespace
@@ -212,10 +210,8 @@ GuiResult with_bar(const PanelView& view, GuiResult answer)
   ImGui::Begin("timeline", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
   view::Timeline& timeline = answer.state.timeline;
   timeline = with_timeline_slider(view, timeline, em);
-  constexpr std::array before{Press{"|<", view::Action::go_to_first},
-                              Press{"<", view::Action::step_back}};
-  constexpr std::array behind{Press{">", view::Action::step_forward},
-                              Press{">|", view::Action::go_to_last}};
+  constexpr std::array before{Press{"|<", view::Action::go_to_first}, Press{"<", view::Action::step_back}};
+  constexpr std::array behind{Press{">", view::Action::step_forward}, Press{">|", view::Action::go_to_last}};
   for (const Press& press : before) {
     if (is_pressed(press.label, 2.4F * em)) answer.action = press.action;
     ImGui::SameLine();
@@ -228,8 +224,7 @@ GuiResult with_bar(const PanelView& view, GuiResult answer)
   }
   ImGui::SameLine(0.0F, em);
   ImGui::PushID("loop");
-  if (is_pressed(view::name_of(timeline.loop), 5.5F * em))
-    answer.action = view::Action::next_loop;
+  if (is_pressed(view::name_of(timeline.loop), 5.5F * em)) answer.action = view::Action::next_loop;
   ImGui::PopID();
   ImGui::SameLine(0.0F, em);
   if (is_pressed("-", 2.0F * em)) answer.action = view::Action::slower;
@@ -520,7 +515,8 @@ void draw_labels(const PanelView& view)
     // Moved down below the labels that it would overlap.
     for (std::size_t tries = 0; tries < n_taken; ++tries) {
       for (const ImVec4& other : std::span(taken).first(n_taken)) {
-        const bool is_beside = corner.x + size.x + 2.0F * margin < other.x || corner.x > other.z + 2.0F * margin;
+        const bool is_beside =
+            corner.x + size.x + 2.0F * margin < other.x || corner.x > other.z + 2.0F * margin;
         if (!is_beside && corner.y < other.w && corner.y + size.y > other.y) corner.y = other.w + 1.0F;
       }
     }

@@ -332,8 +332,8 @@ std::vector<Eigen::Vector3d> framed_points(const view::Scene& scene, Framing fra
 {
   constexpr double everywhere_mm = std::numeric_limits<double>::infinity();
   return view::points_within(scene, framed == Framing::all
-                                         ? view::Sphere{Eigen::Vector3d::Zero(), everywhere_mm}
-                                         : view::joint_sphere(scene));
+                                        ? view::Sphere{Eigen::Vector3d::Zero(), everywhere_mm}
+                                        : view::joint_sphere(scene));
 }
 
 view::LayerSet parsed_layers(const std::string& text)
@@ -430,8 +430,7 @@ PoseDoubt DoubtReader::at(const store::JointPose& pose) const
   return doubt;
 }
 
-std::vector<MarkedSpan> DoubtReader::marks(const store::Motion& motion,
-                                           std::optional<double> varus_rad) const
+std::vector<MarkedSpan> DoubtReader::marks(const store::Motion& motion, std::optional<double> varus_rad) const
 {
   std::vector<MarkedSpan> spans;
   const std::size_t n = motion.is_sequence() ? motion.keys().size() : model_.flexion_deg.size();
@@ -559,8 +558,7 @@ Eigen::Matrix<double, n, 1> numbers_in(const core::DocumentValue& table, std::st
   const List list = value == nullptr ? List{} : value->list() == nullptr ? List{*value} : *value->list();
   Eigen::Matrix<double, n, 1> numbers = Eigen::Matrix<double, n, 1>::Zero();
   if (list.size() != n || !std::ranges::all_of(list, &core::DocumentValue::is_number)) return numbers;
-  for (Eigen::Index i = 0; i < n; ++i)
-    numbers[i] = core::number_at(list[static_cast<std::size_t>(i)], "");
+  for (Eigen::Index i = 0; i < n; ++i) numbers[i] = core::number_at(list[static_cast<std::size_t>(i)], "");
   return numbers.allFinite() ? numbers : numbers.setZero();
 }
 

@@ -192,8 +192,8 @@ std::string default_motion_remark(const store::MotionModel& model, const std::st
 /// Whether a cell is doubtful or has no pose.
 bool has_doubtful_poses(const store::MotionModel& model);
 
-// Views, size and zoom of a job's table [player] (schemas/job.schema.json), which `show` and `follow` use where
-// the command line has none.
+// Views, size and zoom of a job's table [player] (schemas/job.schema.json), which `show` and `follow` use
+// where the command line has none.
 
 struct CameraView {
   std::string name;

@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
+#include "view/camera.hpp"
 #include "view/eye.hpp"
 #include "view/image.hpp"
-#include "view/camera.hpp"
 #include "view/scene.hpp"
 
 namespace vrda::view {

@@ -196,8 +196,8 @@ void set_band(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen:
       made.position_mm = single(centre_mm + scale * (section.half_width_mm * angle.cos * frame.u +
                                                      section.half_thickness_mm * angle.sin * frame.v));
       // The gradient of the ellipse.
-      const Eigen::Vector3d outward = section.half_thickness_mm * angle.cos * frame.u +
-                                      section.half_width_mm * angle.sin * frame.v;
+      const Eigen::Vector3d outward =
+          section.half_thickness_mm * angle.cos * frame.u + section.half_width_mm * angle.sin * frame.v;
       made.normal = single(forward == 0.0 ? outward.normalized() : Eigen::Vector3d(forward * frame.along));
     }
     vertex += n_sides;
@@ -259,8 +259,7 @@ Eigen::Vector3f three(const core::DocumentValue& root, const char* key)
   return core::vector3_at(root, key).cast<float>();
 }
 
-Light light_of(const core::Document& document, const core::DocumentValue& value,
-               const std::string& key)
+Light light_of(const core::Document& document, const core::DocumentValue& value, const std::string& key)
 {
   constexpr float shortest_direction = 1e-3F;
   const Eigen::Vector3f towards = three(value, "towards");

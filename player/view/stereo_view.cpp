@@ -13,8 +13,7 @@ view::ShownBox on_whole_pixels(const view::ShownBox& box)
   return {box.low_px.array().floor(), box.high_px.array().ceil()};
 }
 
-void append(view::WarpMesh& all, const view::WarpMesh& eye, const view::Viewport& part, int width,
-            int height)
+void append(view::WarpMesh& all, const view::WarpMesh& eye, const view::Viewport& part, int width, int height)
 {
   const auto first = static_cast<std::uint32_t>(all.vertices.size());
   for (view::WarpVertex vertex : eye.vertices) {
@@ -73,12 +72,12 @@ StereoPlan stereo_plan(const view::EyePair& eyes, int display_width, int display
 }
 
 std::array<view::Shot, 2> shots_of(const StereoPlan& plan, const view::EyePair& eyes,
-                                     const Pose& X_world_head, const view::Scene& scene)
+                                   const Pose& X_world_head, const view::Scene& scene)
 {
   return {view::Shot{view::with_depth_range(camera_of(eyes.left, X_world_head, plan.boxes[0]), scene),
-                       plan.viewports[0]},
+                     plan.viewports[0]},
           view::Shot{view::with_depth_range(camera_of(eyes.right, X_world_head, plan.boxes[1]), scene),
-                       plan.viewports[1]}};
+                     plan.viewports[1]}};
 }
 
 }  // namespace vrda::view

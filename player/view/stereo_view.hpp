@@ -27,6 +27,6 @@ StereoPlan stereo_plan(const view::EyePair& eyes, int display_width, int display
 
 /// The shots of the left and right eye, with the depth range of `scene`. Allocates nothing.
 std::array<view::Shot, 2> shots_of(const StereoPlan& plan, const view::EyePair& eyes,
-                                     const Pose& X_world_head, const view::Scene& scene);
+                                   const Pose& X_world_head, const view::Scene& scene);
 
 }  // namespace vrda::view

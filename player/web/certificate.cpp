@@ -1,7 +1,5 @@
 #include "web/certificate.hpp"
 
-#include <boost/asio/ip/address.hpp>
-#include <boost/asio/ssl/context.hpp>
 #include <fcntl.h>
 #include <openssl/bio.h>
 #include <openssl/ec.h>
@@ -9,8 +7,10 @@
 #include <openssl/pem.h>
 #include <openssl/rand.h>
 #include <openssl/x509v3.h>
-#include <qrcodegen/qrcodegen.hpp>
 #include <unistd.h>
+#include <boost/asio/ip/address.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <qrcodegen/qrcodegen.hpp>
 
 #include <array>
 #include <cerrno>

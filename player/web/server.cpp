@@ -1,16 +1,16 @@
 // Boost.Beast, whose headers compile slowly, is included by session.cpp only.
 #include "web/server.hpp"
 
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/signal_set.hpp>
-#include <boost/asio/ssl/context.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <ifaddrs.h>
 #include <lzma.h>
 #include <spawn.h>
 #include <stdlib.h>
 #include <unistd.h>
 #include <zlib.h>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/steady_timer.hpp>
 
 #include <algorithm>
 #include <chrono>

@@ -57,9 +57,8 @@ TEST(Assemble, TheFingerprintFollowsTheJobAndItsMeshes)
   const std::filesystem::path job = test::small_job(scratch);
   const std::string before = solve::fingerprint_of(job::load_case(job.string()));
   EXPECT_EQ(solve::fingerprint_of(job::load_case(job.string())), before);
-  EXPECT_NE(
-      solve::fingerprint_of(job::load_case(job.string(), {"", {"solver.search.rotation_step_deg=2"}})),
-      before);
+  EXPECT_NE(solve::fingerprint_of(job::load_case(job.string(), {"", {"solver.search.rotation_step_deg=2"}})),
+            before);
   std::string mesh = test::text_of(scratch.path() / "ball.stl");
   mesh[84 + 12] = static_cast<char>(mesh[84 + 12] ^ 1);
   scratch.write("ball.stl", mesh);

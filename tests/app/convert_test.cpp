@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "job/thesis_files.hpp"
 #include "job/component_loader.hpp"
 #include "job/job.hpp"
+#include "job/thesis_files.hpp"
 #include "solve/case_solver.hpp"
 #include "support/meshes.hpp"
 #include "support/messages.hpp"

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/scenes.hpp"
 #include "analysis/audit.hpp"
+#include "app/scenes.hpp"
 #include "store/motion_model.hpp"
 #include "support/messages.hpp"
 

@@ -6,8 +6,8 @@
 #include <csignal>
 #include <cstdio>
 
-#include "app/scenes.hpp"
 #include "analysis/audit.hpp"
+#include "app/scenes.hpp"
 #include "run/run_output.hpp"
 #include "store/motion_model.hpp"
 #include "store/trace.hpp"

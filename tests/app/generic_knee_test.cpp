@@ -10,13 +10,13 @@
 #include <random>
 #include <thread>
 
-#include "app/scenes.hpp"
 #include "analysis/audit.hpp"
+#include "app/scenes.hpp"
 #include "core/units.hpp"
+#include "geometry/instruction_set.hpp"
 #include "run/run_command.hpp"
 #include "run/run_output.hpp"
 #include "solve/case_solver.hpp"
-#include "geometry/instruction_set.hpp"
 #include "store/motion_model.hpp"
 #include "support/real_knees.hpp"
 

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "model/coordinates.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "model/coordinates.hpp"
 #include "store/motion_model.hpp"
 #include "support/messages.hpp"
 

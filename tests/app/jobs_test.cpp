@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
+#include "analysis/audit.hpp"
 #include "app/scenes.hpp"
 #include "app/shipped_warnings.hpp"
-#include "analysis/audit.hpp"
 #include "run/run_output.hpp"
 #include "store/motion_model.hpp"
 #include "support/real_knees.hpp"
@@ -49,7 +49,8 @@ void expect_recontacted(const store::MotionModel& model)
 {
   ASSERT_EQ(model.smoothed.size(), 1u);
   const std::string set = "degree_" + std::to_string(model.smoothed.front().degree);
-  const analysis::AuditFigures measured = analysis::figures_of(analysis::audit(model, set + "_recontacted", 1, 2));
+  const analysis::AuditFigures measured =
+      analysis::figures_of(analysis::audit(model, set + "_recontacted", 1, 2));
   EXPECT_EQ(measured.n_poses, model.status.size());
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_EQ(measured.n_nothing_ahead, 0);

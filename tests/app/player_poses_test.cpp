@@ -105,8 +105,8 @@ std::vector<double> stored(const store::SmoothedSet& set, const Cell& cell)
 
 int expect_smoothed(const store::MotionModel& model, const store::SmoothedSet& set, bool is_recontacted)
 {
-  const store::Motion motion(
-      model, "degree_" + std::to_string(set.degree) + (is_recontacted ? "_recontacted" : ""));
+  const store::Motion motion(model,
+                             "degree_" + std::to_string(set.degree) + (is_recontacted ? "_recontacted" : ""));
   int n = 0;
   for (const Cell& cell : cells(model)) {
     const std::vector<double> numbers = stored(set, cell);

@@ -5,12 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "job/thesis_files.hpp"
+#include "geometry/shapes.hpp"
 #include "job/case.hpp"
 #include "job/case_picture.hpp"
+#include "job/thesis_files.hpp"
 #include "prepare/knee_landmarks.hpp"
 #include "prepare/template_joint.hpp"
-#include "geometry/shapes.hpp"
 #include "support/meshes.hpp"
 #include "support/messages.hpp"
 #include "support/real_knees.hpp"
@@ -302,8 +302,7 @@ TEST_F(Prepare, LandmarksAreUsedAndReported)
   EXPECT_EQ(marks.at(0).at("name"), "medial_epicondyle");
   EXPECT_LT(marks.at(0).at("residual_mm").get<double>(), 0.1);
   // The first fibre of the bundle is attached where the user says: where the third one is.
-  const std::vector<model::Fibre> fibres =
-      job::load_case((folder_ / "knee.toml").string()).ligaments.fibres;
+  const std::vector<model::Fibre> fibres = job::load_case((folder_ / "knee.toml").string()).ligaments.fibres;
   EXPECT_LT((fibres[0].reference_mm - fibres[2].reference_mm).norm(), 0.5);
   EXPECT_GT((fibres[1].reference_mm - fibres[2].reference_mm).norm(), 1.0);
   EXPECT_THAT(prepared(epicondyle_mm + Eigen::Vector3d(0, 0, 60)),

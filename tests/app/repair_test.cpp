@@ -4,9 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "analysis/repair.hpp"
 #include "app/scenes.hpp"
 #include "core/text.hpp"
-#include "analysis/repair.hpp"
 #include "store/motion_model.hpp"
 #include "support/messages.hpp"
 

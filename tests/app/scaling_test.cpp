@@ -4,8 +4,8 @@
 #include <cmath>
 #include <csignal>
 
-#include "app/scenes.hpp"
 #include "analysis/audit.hpp"
+#include "app/scenes.hpp"
 #include "core/text.hpp"
 #include "run/run_output.hpp"
 #include "solve/case_solver.hpp"
@@ -290,7 +290,7 @@ TEST(ScaledRun, FibresScaledEvenlyHoldTheScaledPose)
   const fs::path job = test::small_knee_job(scratch, "right");
   test::edit(job, "[grid]", fibres + "[grid]");
   const job::Case plain = loaded(job, {equilibrium}),
-                   repeated = loaded(job, {equilibrium, "scaling.factor=1.07"});
+                  repeated = loaded(job, {equilibrium, "scaling.factor=1.07"});
   ASSERT_FALSE(repeated.scaling.value().keeps_steps);
   // Across Delta the energy is smooth: 2 / 50 and 2 / 90 per mm of dents under 20 N, at least 0.4 N/mm.
   const double across_mm = std::sqrt(2.0 * two_tolerances_mm * push_n / 0.4);

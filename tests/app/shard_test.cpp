@@ -152,8 +152,7 @@ TEST_P(Shards, DuplicateStepsAreReportedAndDoNotChangeTheResult)
 {
   const std::string wanted = whole_run();
   run_shards(2);
-  const std::string copy = scratch_.path() / "copy.journal",
-                    first = store::shard_journal_of(output_, {1, 2});
+  const std::string copy = scratch_.path() / "copy.journal", first = store::shard_journal_of(output_, {1, 2});
   fs::copy_file(first, copy);
   // The copy, which does not record its owner, comes first.
   const test::Ended merged =

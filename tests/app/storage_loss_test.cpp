@@ -195,9 +195,8 @@ TEST_F(LostGround, AFolderThatIsMovedLeavesItsStepsInBothPlaces)
   fs::rename(scratch_.path() / "out", scratch_.path() / "elsewhere");
   expect_one_message(process->wait());
   const std::size_t n_kept = n_steps_kept();
-  EXPECT_EQ(
-      store::read_journal((scratch_.path() / "elsewhere/deep/knee.h5.journal").string()).records.size(),
-      n_kept);
+  EXPECT_EQ(store::read_journal((scratch_.path() / "elsewhere/deep/knee.h5.journal").string()).records.size(),
+            n_kept);
   expect_resumed(n_kept);
 }
 

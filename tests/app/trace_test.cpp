@@ -153,8 +153,7 @@ TEST(Trace, StepsSolvedWithoutTraceAreOneMessageAndFreshIsTheWay)
   const test::Ended refused = test::run_vrda({"run", job, "-o", output, "--trace", "--quiet"});
   EXPECT_EQ(test::n_lines(refused.err), 1) << refused.err;
   EXPECT_THAT(refused, test::refuses({output + ".trace.journal", "", "trace", "--fresh"}));
-  EXPECT_EQ(store::read_journal(output + ".journal").records.size(), n_known)
-      << "nothing of the run is lost";
+  EXPECT_EQ(store::read_journal(output + ".journal").records.size(), n_known) << "nothing of the run is lost";
   EXPECT_EQ(test::run_vrda({"run", job, "-o", output, "--trace", "--fresh"}).exit_code, 0);
   EXPECT_THAT(store::validate_hdf5(store::trace_name(output)), IsEmpty());
 }

@@ -9,8 +9,8 @@
 #include <numeric>
 
 #include "app/scenes.hpp"
-#include "store/motion.hpp"
 #include "store/journal.hpp"
+#include "store/motion.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::uncertainty_test {
@@ -84,7 +84,8 @@ TEST(Uncertainty, AnyNumberOfThreadsAndShardsGivesTheSameBytes)
 {
   const test::Scratch scratch;
   const fs::path job = job_of(scratch, stiffness_and_strain);
-  const fs::path one = scratch.path() / "one.h5", two = scratch.path() / "two.h5", four = scratch.path() / "four.h5";
+  const fs::path one = scratch.path() / "one.h5", two = scratch.path() / "two.h5",
+                 four = scratch.path() / "four.h5";
   ASSERT_EQ(run(job, one, {"--threads", "1"}).exit_code, 0);
   ASSERT_EQ(run(job, two, {"--threads", "2"}).exit_code, 0);
   EXPECT_EQ(test::sha256_of_file(two), test::sha256_of_file(one));
@@ -116,7 +117,8 @@ TEST(Uncertainty, KilledAmongItsSamplesItGoesOnAndGivesTheSameBytes)
   const std::uintmax_t n_spine = fs::file_size(store::spine_journal_of(spine));
   {
     test::Process process(test::vrda({"run", job.string(), "-o", killed.string(), "--threads", "1"}));
-    test::wait_for_bytes(process, killed.string() + ".journal", n_spine + 12000);  // bands, cells, some samples
+    test::wait_for_bytes(process, killed.string() + ".journal",
+                         n_spine + 12000);  // bands, cells, some samples
     ASSERT_TRUE(process.is_running()) << "ended before it could be killed";
     process.send(SIGKILL);
     process.wait();
@@ -138,8 +140,8 @@ distribution = "normal"
 sd = 1e-9
 )");
   ASSERT_TRUE(model.uncertainty);
-  // Poses of one equilibrium from different starts differ by the tolerance of the solver, and rotation, a flat
-  // direction, by more.
+  // Poses of one equilibrium from different starts differ by the tolerance of the solver, and rotation, a
+  // flat direction, by more.
   constexpr double same_mm = 0.02, same_deg = 0.1;
   const store::Motion raw(model, "raw");
   for (const std::string& set : store::quantile_set_names(model)) {
@@ -149,8 +151,10 @@ sd = 1e-9
       const store::JointPose a = raw.at({flexion_rad, raw.balanced_varus_rad(flexion_rad)});
       const store::JointPose b = sample.at({flexion_rad, sample.balanced_varus_rad(flexion_rad)});
       ASSERT_EQ(b.status, store::PoseStatus::solved);
-      EXPECT_LT((a.X_reference_moving.translation() - b.X_reference_moving.translation()).norm(), 5 * same_mm);
-      EXPECT_LT(Eigen::AngleAxisd(a.X_reference_moving.linear().transpose() * b.X_reference_moving.linear()).angle(),
+      EXPECT_LT((a.X_reference_moving.translation() - b.X_reference_moving.translation()).norm(),
+                5 * same_mm);
+      EXPECT_LT(Eigen::AngleAxisd(a.X_reference_moving.linear().transpose() * b.X_reference_moving.linear())
+                    .angle(),
                 rad_from_deg(same_deg));
     }
   }
@@ -191,9 +195,9 @@ values = [0.5, 1, 3]
   for (const std::size_t s : {0u, 4u, 9u}) {
     SCOPED_TRACE(s);
     const auto number = [](double value) { return std::to_string(value); };
-    const store::MotionModel own =
-        solved(scratch, "", {"--set", "push.moment_nmm=" + number(motion.value[2 * s]), "--set",
-                             "push.force_n=" + number(20.0 * motion.value[2 * s + 1])});
+    const store::MotionModel own = solved(scratch, "",
+                                          {"--set", "push.moment_nmm=" + number(motion.value[2 * s]), "--set",
+                                           "push.force_n=" + number(20.0 * motion.value[2 * s + 1])});
     for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
       const std::size_t at = s * model.flexion_deg.size() + i;
       const auto row = static_cast<Eigen::Index>(i);
@@ -207,7 +211,8 @@ values = [0.5, 1, 3]
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
     std::vector<std::pair<double, double>> of_moment;
     for (std::size_t s = 0; s < 10; ++s)
-      of_moment.emplace_back(motion.value[2 * s], motion.rotation_deg[3 * (s * model.flexion_deg.size() + i) + 2]);
+      of_moment.emplace_back(motion.value[2 * s],
+                             motion.rotation_deg[3 * (s * model.flexion_deg.size() + i) + 2]);
     std::sort(of_moment.begin(), of_moment.end());
     EXPECT_LT(of_moment.front().second, of_moment.back().second) << "internal rotation rises with the moment";
   }
@@ -232,7 +237,8 @@ to = 200000
   EXPECT_LT(n_stable, 48) << "100 kN pull the tibia off the femur";
   EXPECT_EQ(n_stable, std::accumulate(motion.n_solved.begin(), motion.n_solved.end(), 0));
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i)
-    EXPECT_EQ(std::isfinite(motion.rotation_band_deg[3 * (2 * model.flexion_deg.size() + i)]), motion.n_solved[i] > 0);
+    EXPECT_EQ(std::isfinite(motion.rotation_band_deg[3 * (2 * model.flexion_deg.size() + i)]),
+              motion.n_solved[i] > 0);
 }
 
 TEST(Uncertainty, FramesHaveSamplesToo)
@@ -281,12 +287,14 @@ TEST(Uncertainty, BandsArePrintedAsTablesAndJson)
   const auto json = nlohmann::json::parse(test::run_vrda({"bands", output.string(), "--json"}).out);
   EXPECT_EQ(json["samples"], 48);
   EXPECT_EQ(json["quantities"].size(), 9u);
-  EXPECT_NEAR(json["quantities"][2]["p95"][1].get<double>(), motion.rotation_band_deg[3 * (3 * 4 + 1) + 2], 1e-6);
+  EXPECT_NEAR(json["quantities"][2]["p95"][1].get<double>(), motion.rotation_band_deg[3 * (3 * 4 + 1) + 2],
+              1e-6);
   double sum = 0.0;
   for (const auto& share : json["quantities"][2]["shares"]) sum += share["first_order"].get<double>();
   EXPECT_GT(sum, 0.5) << "most of the spread of rotation comes from single draws";
   const auto n_fibres = static_cast<std::ptrdiff_t>(motion.tension_band_n.size() / (5 * 4));
-  EXPECT_EQ(test::n_lines(test::run_vrda({"bands", output.string(), "--table", "fibres"}).out), 1 + 4 * n_fibres);
+  EXPECT_EQ(test::n_lines(test::run_vrda({"bands", output.string(), "--table", "fibres"}).out),
+            1 + 4 * n_fibres);
   EXPECT_EQ(test::n_lines(test::run_vrda({"bands", output.string(), "--table", "samples"}).out), 1 + 4 * 48);
   EXPECT_EQ(test::n_lines(test::run_vrda({"bands", output.string(), "--table", "shares"}).out),
             1 + 9 * 4 * static_cast<std::ptrdiff_t>(motion.draw.size()));

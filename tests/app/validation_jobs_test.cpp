@@ -6,8 +6,8 @@
 
 #include "app/scenes.hpp"
 #include "app/shipped_warnings.hpp"
-#include "model/step_record.hpp"
 #include "core/units.hpp"
+#include "model/step_record.hpp"
 #include "store/motion_model.hpp"
 #include "store/trace.hpp"
 #include "support/real_knees.hpp"

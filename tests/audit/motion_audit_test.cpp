@@ -92,7 +92,8 @@ TEST(Audit, AFrameHasTheGapOfItsAttitude)
 {
   for (const bool has_turning_delta : {false, true}) {
     const auto [column, frames] = column_and_frames(has_turning_delta);
-    const store::AuditSet grid = analysis::audit(column, "raw", 1, 1), found = analysis::audit(frames, "raw", 2, 2);
+    const store::AuditSet grid = analysis::audit(column, "raw", 1, 1),
+                          found = analysis::audit(frames, "raw", 2, 2);
     ASSERT_EQ(found.frame_key, (std::vector<double>{0, 0.5, 1, 1.25, 1.5, 2.75, 4, 4.5, 5}));
     for (std::size_t i = 0; i < frame_order.size(); ++i) {
       const auto at = static_cast<Eigen::Index>(2 * i), cell = static_cast<Eigen::Index>(frame_order[i]);
@@ -202,7 +203,8 @@ TEST(Audit, FollowsTheClosedFormAtAndBetweenTheAttitudes)
 TEST(Audit, TheAttitudesOfTheModelHaveTheSameBitsHoweverManyLieBetween)
 {
   const store::MotionModel model = block_model("right", 8.95);
-  const store::AuditSet coarse = analysis::audit(model, "raw", 1, 1), fine = analysis::audit(model, "raw", 4, 1);
+  const store::AuditSet coarse = analysis::audit(model, "raw", 1, 1),
+                        fine = analysis::audit(model, "raw", 4, 1);
   for (Eigen::Index i = 0; i < coarse.state.rows(); ++i) {
     for (Eigen::Index j = 0; j < coarse.state.cols(); ++j) {
       EXPECT_TRUE(is_same(coarse.gap_mm(i, j), fine.gap_mm(4 * i, 4 * j)));
@@ -288,7 +290,8 @@ TEST(Recontact, TheAuditOfTheRecontactedMotionFindsTheMarginAndNoOverlap)
   test::unsolve(model, 0, 2);  // the polynomials have a pose there nevertheless
   model.smoothed.front().recontact_mm = analysis::recontact(model, model.smoothed.front(), 1);
   EXPECT_EQ(analysis::figures_of(analysis::audit(model, "degree_1", 1, 1)).n_overlapping, 9);
-  const analysis::AuditFigures at_nodes = analysis::figures_of(analysis::audit(model, "degree_1_recontacted", 1, 1));
+  const analysis::AuditFigures at_nodes =
+      analysis::figures_of(analysis::audit(model, "degree_1_recontacted", 1, 1));
   EXPECT_EQ(at_nodes.n_poses, 9);
   EXPECT_EQ(at_nodes.n_overlapping, 0);
   EXPECT_EQ(at_nodes.n_nothing_ahead, 0);

@@ -30,7 +30,7 @@ TEST(PoseMeter, GapAndPenetrationOfTwoBoxes)
 {
   const analysis::AuditScene scene =
       analysis::make_audit_scene(test::box({500, 410, 300}, {4, 4, 4}), test::box({500, 400, 300}, {2, 2, 2}),
-                              {Side::right, {500, 400, 300}, {0, 1, 0}});
+                                 {Side::right, {500, 400, 300}, {0, 1, 0}});
   analysis::PoseMeter meter(scene);
   Pose X = Pose::Identity();
   const analysis::PoseAudit free = meter.measure({}, X, analysis::OverlapTest::narrow_phase);
@@ -120,8 +120,8 @@ TEST(PoseMeter, AnOpenSheetStruckFromBehindIsLeftTheWayItCame)
 
 // Transforms every vertex through both poses, rebuilds the trees and queries the plain directional gap.
 analysis::PoseAudit plainly_measured(const analysis::AuditScene& scene, const Mesh& moving_canonical,
-                                  const Attitude& attitude, const Pose& X_reference_moving,
-                                  contact::NarrowPhase& narrow_phase)
+                                     const Attitude& attitude, const Pose& X_reference_moving,
+                                     contact::NarrowPhase& narrow_phase)
 {
   const geometry::TreeMesh reference = geometry::rotated_reference(scene.reference, attitude);
   const geometry::TreeMesh moving = geometry::rotated_reference(
@@ -129,7 +129,7 @@ analysis::PoseAudit plainly_measured(const analysis::AuditScene& scene, const Me
       attitude);
   if (contact::find_collision(reference, moving, {}, narrow_phase)) {
     const geometry::Gap afar = geometry::directional_gap(reference, moving.mesh, moving.tree, {},
-                                                           {geometry::GapKind::signed_facing, {}});
+                                                         {geometry::GapKind::signed_facing, {}});
     return {true, std::max(0.0, -afar.travel_mm), 0.0};
   }
   return {false, 0.0, geometry::directional_gap(reference, moving.mesh, moving.tree, {}).travel_mm};

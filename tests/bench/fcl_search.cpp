@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "processor_time.hpp"
-#include "solve/sweep.hpp"
 #include "solve/stability_search.hpp"
+#include "solve/sweep.hpp"
 
 namespace vrda::benchmarks {
 namespace {

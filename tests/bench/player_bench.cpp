@@ -10,16 +10,16 @@
 #include <stdexcept>
 #include <string>
 
-#include "store/motion.hpp"
 #include "processor_time.hpp"
-#include "view/renderer.hpp"
-#include "view/window.hpp"
-#include "view/camera.hpp"
-#include "view/scene.hpp"
 #include "show/session.hpp"
+#include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
+#include "view/camera.hpp"
+#include "view/renderer.hpp"
+#include "view/scene.hpp"
+#include "view/window.hpp"
 
 namespace vrda::benchmarks {
 namespace {
@@ -62,8 +62,7 @@ class Film {
  private:
   void place_at(double flexion_rad)
   {
-    view::place(scene_,
-                 view::frames_of(motion_.at({flexion_rad, motion_.balanced_varus_rad(flexion_rad)})));
+    view::place(scene_, view::frames_of(motion_.at({flexion_rad, motion_.balanced_varus_rad(flexion_rad)})));
   }
 
   store::MotionModel model_;

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "core/text.hpp"
-#include "solve/case_solver.hpp"
 #include "processor_time.hpp"
 #include "rigid_body.hpp"
 #include "scene.hpp"
+#include "solve/case_solver.hpp"
 
 namespace vrda::benchmarks {
 namespace {

@@ -4,11 +4,11 @@
 #include <chrono>
 #include <filesystem>
 
-#include "solve/case_solver.hpp"
+#include "analysis/smooth.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"
 #include "shares.hpp"
-#include "analysis/smooth.hpp"
+#include "solve/case_solver.hpp"
 #include "solve/stability_search.hpp"
 #include "store/motion_model.hpp"
 

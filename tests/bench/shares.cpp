@@ -74,7 +74,7 @@ VRDA_REDIRECT(const std::vector<geometry::TrianglePair>&, close_pairs,
               "_ZN4vrda9proximity8GapQuery11close_pairsERKNS_4core10MovingPoseEd", geometry::GapQuery*,
               const MovingPose&, double)
 const std::vector<geometry::TrianglePair>& timed_close_pairs(geometry::GapQuery* query,
-                                                              const MovingPose& pose, double band_mm)
+                                                             const MovingPose& pose, double band_mm)
 {
   const Clock clock(gap);
   return real_close_pairs(query, pose, band_mm);

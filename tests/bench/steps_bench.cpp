@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 
-#include "solve/case_solver.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"
+#include "solve/case_solver.hpp"
 
 namespace vrda::benchmarks {
 namespace {

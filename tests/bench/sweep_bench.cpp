@@ -7,10 +7,10 @@
 #include <thread>
 
 #include "fcl_search.hpp"
-#include "solve/case_solver.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"
 #include "shares.hpp"
+#include "solve/case_solver.hpp"
 
 namespace vrda::benchmarks {
 namespace {

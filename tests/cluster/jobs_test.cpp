@@ -21,8 +21,7 @@ TEST(Jobs, RangesAreWrittenAsSbatchTakesThem)
 TEST(Jobs, OneCaseIsASpineThenShardsThenAMerge)
 {
   const run::Submission submission = test::one_case(4);
-  const std::vector<run::PlannedJob> jobs =
-      run::jobs_of_work(submission, run::all_work(submission), {});
+  const std::vector<run::PlannedJob> jobs = run::jobs_of_work(submission, run::all_work(submission), {});
   ASSERT_EQ(jobs.size(), 3U);
   EXPECT_EQ(jobs[0].kind, run::TaskKind::spine);
   EXPECT_EQ(jobs[1].kind, run::TaskKind::shard);
@@ -35,8 +34,7 @@ TEST(Jobs, OneCaseIsASpineThenShardsThenAMerge)
 TEST(Jobs, ACampaignWithShardsHasAnIndexAfterEveryMerge)
 {
   const run::Submission submission = test::campaign(3, 2);
-  const std::vector<run::PlannedJob> jobs =
-      run::jobs_of_work(submission, run::all_work(submission), {});
+  const std::vector<run::PlannedJob> jobs = run::jobs_of_work(submission, run::all_work(submission), {});
   ASSERT_EQ(jobs.size(), 10U);
   EXPECT_EQ(jobs.back().kind, run::TaskKind::index);
   EXPECT_THAT(jobs.back().after, ElementsAre(2U, 5U, 8U));
@@ -46,8 +44,7 @@ TEST(Jobs, ACampaignWithShardsHasAnIndexAfterEveryMerge)
 void expect_each_case_once(const run::Submission& submission, const run::SlurmLimits& limits,
                            std::size_t n_arrays)
 {
-  const std::vector<run::PlannedJob> jobs =
-      run::jobs_of_work(submission, run::all_work(submission), limits);
+  const std::vector<run::PlannedJob> jobs = run::jobs_of_work(submission, run::all_work(submission), limits);
   ASSERT_EQ(jobs.size(), n_arrays + 1);
   std::vector<int> n_times(submission.cases.size(), 0);
   std::int32_t n_tasks = 0;
@@ -100,9 +97,8 @@ TEST(Jobs, OnlyTheTasksOfMissingCasesAreSubmittedAgain)
 TEST(Jobs, MoreShardsThanAnArrayTakesAreRefused)
 {
   const run::Submission submission = test::one_case(1001);
-  EXPECT_THAT(test::input_error([&] {
-                run::jobs_of_work(submission, run::all_work(submission), run::SlurmLimits{});
-              }),
+  EXPECT_THAT(test::input_error(
+                  [&] { run::jobs_of_work(submission, run::all_work(submission), run::SlurmLimits{}); }),
               test::refuses({"--shards", "", "", "1000"}));
 }
 
@@ -118,9 +114,9 @@ TEST(Jobs, MoreJobsThanTheQueueTakesAreRefusedWithWhatWouldFit)
                          Row{4, 3, {11, 20}, {"3", "4", "21"}, {"20", "--shards 2", "3"}},
                          Row{10, 2, {11, 20}, {"2", "10", "41"}, {"20", "--shards 1", "4"}}}) {
     const run::Submission submission = test::campaign(row.n_cases, row.n_shards);
-    EXPECT_THAT(test::input_error(
-                    [&] { run::jobs_of_work(submission, run::all_work(submission), row.limits); }),
-                test::refuses({"--shards", "", row.found, row.wanted}));
+    EXPECT_THAT(
+        test::input_error([&] { run::jobs_of_work(submission, run::all_work(submission), row.limits); }),
+        test::refuses({"--shards", "", row.found, row.wanted}));
   }
   const run::Submission alone = test::one_case(30);
   EXPECT_THAT(test::input_error([&] {
@@ -216,8 +212,7 @@ TEST(Shard, NamesOfJournalsLeadBackToTheirRun)
   const std::string output = "a.shard-1-of-2.journal/knee.h5";
   EXPECT_EQ(store::shard_journal_of(output, {12, 345}), output + ".shard-12-of-345.journal");
   EXPECT_EQ(store::output_of_journal(store::shard_journal_of(output, {12, 345})), output);
-  EXPECT_EQ(store::shard_of_journal(store::shard_journal_of(output, {12, 345})),
-            (store::Shard{12, 345}));
+  EXPECT_EQ(store::shard_of_journal(store::shard_journal_of(output, {12, 345})), (store::Shard{12, 345}));
   EXPECT_EQ(store::output_of_journal(store::spine_journal_of(output)), output);
   EXPECT_EQ(store::shard_of_journal(store::spine_journal_of(output)), std::nullopt);
   for (const std::string other : {"knee.h5.journal", "knee.h5.shard-3-of-2.journal",
@@ -239,9 +234,8 @@ TEST(Shard, JournalsBesideAnOutputAreFoundInOrder)
   EXPECT_THAT(store::list_shard_journals(output),
               ElementsAre(output + ".shard-1-of-3.journal", output + ".shard-2-of-12.journal",
                           output + ".shard-10-of-12.journal"));
-  EXPECT_EQ(
-      test::input_error([&] { store::list_shard_journals(scratch.path() / "none" / "knee.h5"); }).file,
-      scratch.path() / "none");
+  EXPECT_EQ(test::input_error([&] { store::list_shard_journals(scratch.path() / "none" / "knee.h5"); }).file,
+            scratch.path() / "none");
 }
 
 }  // namespace vrda::jobs_test

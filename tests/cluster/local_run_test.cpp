@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include "run/status.hpp"
 #include "cluster/submission_scenes.hpp"
+#include "run/status.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::local_run_test {
@@ -26,9 +26,9 @@ class LocalRunTest : public testing::Test {
         scratch_.write("vrda", "#!/bin/bash\necho \"$@\" >> " + said().string() + "\n" + act + "\n");
     fs::permissions(program, fs::perms::owner_all);
     submission_.program = program.string();
-    return run::run_locally(
-        folder_, submission_,
-        run::jobs_of_work(submission_, run::all_work(submission_), run::no_limits), options);
+    return run::run_locally(folder_, submission_,
+                            run::jobs_of_work(submission_, run::all_work(submission_), run::no_limits),
+                            options);
   }
 
   fs::path said() const { return scratch_.path() / "said"; }

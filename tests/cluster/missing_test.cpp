@@ -5,9 +5,9 @@
 
 #include <filesystem>
 
-#include "run/campaign.hpp"
 #include "cluster/sharded_case.hpp"
 #include "job/job.hpp"
+#include "run/campaign.hpp"
 
 namespace vrda::missing_test {
 
@@ -53,7 +53,7 @@ TEST_F(MissingOfCase, AFreeSpineIsRepeatedOnceTheMergeHasFailed)
   struct Row {
     const char* name;
     std::optional<run::TaskPhase> phase;  // of the merge's state, of job 14
-    const char* queue;                        // of the merge, now job 20 or nothing
+    const char* queue;                    // of the merge, now job 20 or nothing
     bool needs_spine;
   };
   for (const Row& row :
@@ -175,8 +175,7 @@ TEST(MissingOfCampaign, AnIndexOlderThanACaseIsRebuilt)
   const run::TaskId first{run::TaskKind::run, 0, 0}, second{run::TaskKind::run, 1, 0},
       index{run::TaskKind::index, -1, 0};
   run::SubmissionSnapshot seen;
-  seen.states[first] = seen.states[second] = seen.states[index] =
-      test::state_of(run::TaskPhase::done, "");
+  seen.states[first] = seen.states[second] = seen.states[index] = test::state_of(run::TaskPhase::done, "");
   const auto missing = [&] {
     return run::find_missing_work(folder, submission, run::status_of(folder, submission, seen), seen);
   };
@@ -258,8 +257,7 @@ TEST_F(SharedTask, EachCaseHasItsOwnStatus)
 TEST_F(SharedTask, NoneOfItsCasesIsSubmittedAgainBeforeItEnds)
 {
   const auto missing = [&] {
-    return run::find_missing_work(folder_, submission_, run::status_of(folder_, submission_, seen_),
-                                      seen_);
+    return run::find_missing_work(folder_, submission_, run::status_of(folder_, submission_, seen_), seen_);
   };
   const run::MissingWork found = missing();
   EXPECT_THAT(found.work.cases, IsEmpty());

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "run/submission.hpp"
-#include "run/status.hpp"
 #include "cluster/submission_scenes.hpp"
+#include "run/status.hpp"
+#include "run/submission.hpp"
 
 namespace vrda::test {
 
@@ -37,10 +37,7 @@ class ShardedCase : public testing::Test {
 
   std::string output() const { return run::output_of(folder_, submission_.cases[0]); }
 
-  void write_spine() const
-  {
-    write_journal(store::spine_journal_of(output()), {0, 1, 2, 3, 4, 5, 6}, 1, 0);
-  }
+  void write_spine() const { write_journal(store::spine_journal_of(output()), {0, 1, 2, 3, 4, 5, 6}, 1, 0); }
   // Its row cells; the spine has column 0.
   void write_shard(std::int32_t number, std::size_t n_rows) const
   {
@@ -61,8 +58,7 @@ class ShardedCase : public testing::Test {
 
   run::MissingWork missing() const
   {
-    return run::find_missing_work(folder_, submission_, run::status_of(folder_, submission_, seen_),
-                                      seen_);
+    return run::find_missing_work(folder_, submission_, run::status_of(folder_, submission_, seen_), seen_);
   }
 
   Scratch scratch_;

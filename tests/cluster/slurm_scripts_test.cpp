@@ -18,9 +18,8 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr run::TaskKind every_kind[] = {run::TaskKind::spine, run::TaskKind::shard,
-                                            run::TaskKind::merge, run::TaskKind::run,
-                                            run::TaskKind::index};
+constexpr run::TaskKind every_kind[] = {run::TaskKind::spine, run::TaskKind::shard, run::TaskKind::merge,
+                                        run::TaskKind::run, run::TaskKind::index};
 
 TEST(Scripts, TimeLimitsAreReadAsSbatchReadsThem)
 {
@@ -114,8 +113,7 @@ TEST(Scripts, OptionsAreWrittenOnceEach)
     EXPECT_THAT(script, HasSubstr("\n#SBATCH " + std::string(line) + "\n"));
   }
   submission.slurm.partition.clear();
-  EXPECT_THAT(run::script_of(run::TaskKind::shard, "/here", submission),
-              Not(HasSubstr("--partition")));
+  EXPECT_THAT(run::script_of(run::TaskKind::shard, "/here", submission), Not(HasSubstr("--partition")));
 }
 
 TEST(Scripts, CommandsNameWhatTheyWaitFor)
@@ -123,8 +121,7 @@ TEST(Scripts, CommandsNameWhatTheyWaitFor)
   run::Submission submission = test::one_case(8);
   submission.cases[0].spec.name = "-a 5% knee";
   submission.slurm.max_parallel = 4;
-  const std::vector<run::PlannedJob> jobs =
-      run::jobs_of_work(submission, run::all_work(submission), {});
+  const std::vector<run::PlannedJob> jobs = run::jobs_of_work(submission, run::all_work(submission), {});
   const std::vector<std::string> ids{"12", "13"};
   const std::vector<std::string> shards = run::sbatch_words("/a%b", submission, jobs[1], ids);
   EXPECT_THAT(shards, Contains("--array=1-8%4"));
@@ -134,8 +131,7 @@ TEST(Scripts, CommandsNameWhatTheyWaitFor)
   EXPECT_THAT(shards, Contains("--job-name=vrda-shard--a-5--knee"));
   EXPECT_EQ(shards.back(), "-a 5% knee");
   EXPECT_THAT(run::sbatch_words("/a%b", submission, jobs[2], ids), Contains("--dependency=afterok:13"));
-  EXPECT_THAT(run::sbatch_words("/a%b", submission, jobs[0], ids),
-              Not(Contains(HasSubstr("--dependency"))));
+  EXPECT_THAT(run::sbatch_words("/a%b", submission, jobs[0], ids), Not(Contains(HasSubstr("--dependency"))));
   EXPECT_EQ(run::id_text("13", jobs[1], submission.slurm), "13_[1-8%4]");
   EXPECT_EQ(run::id_text("12", jobs[0], submission.slurm), "12");
 }
@@ -146,8 +142,8 @@ TEST(Scripts, ADryRunIsAScriptOfItsOwn)
   const run::Submission submission = test::one_case(3);
   const fs::path here = scratch.path() / "it's";
   fs::create_directories(here);
-  const std::string lines = run::sbatch_lines(
-      here.string(), submission, run::jobs_of_work(submission, run::all_work(submission), {}));
+  const std::string lines = run::sbatch_lines(here.string(), submission,
+                                              run::jobs_of_work(submission, run::all_work(submission), {}));
   const fs::path sbatch =
       scratch.write("bin/sbatch", "#!/bin/bash\necho \"$@\" >> ../said\nwc -l < ../said\n");
   fs::permissions(sbatch, fs::perms::owner_all);
@@ -183,8 +179,8 @@ class Wrapper : public testing::Test {
     const fs::path bin = scratch_.path() / folder_;
     run::Submission submission = test::one_case(8);
     submission.program = (bin / "vrda").string();
-    const fs::path script = scratch_.write(
-        "shard.sbatch", run::script_of(run::TaskKind::shard, bin.string(), submission));
+    const fs::path script =
+        scratch_.write("shard.sbatch", run::script_of(run::TaskKind::shard, bin.string(), submission));
     return {"/bin/bash",
             {script.string(), "knee"},
             {{"PATH", bin.string() + ":/usr/bin:/bin"},

@@ -46,16 +46,14 @@ TEST(Slurm, LimitsAreReadFromTheConfiguration)
   EXPECT_EQ(limits.max_array_size, 4001);
   EXPECT_EQ(limits.max_job_count, 500000);
   EXPECT_EQ(run::limits_of_config("").max_array_size, run::SlurmLimits{}.max_array_size);
-  EXPECT_EQ(run::limits_of_config("MaxJobCount = many\n").max_job_count,
-            run::SlurmLimits{}.max_job_count);
+  EXPECT_EQ(run::limits_of_config("MaxJobCount = many\n").max_job_count, run::SlurmLimits{}.max_job_count);
 }
 
 TEST(Slurm, MessagesBecomeOneLine)
 {
   EXPECT_EQ(
-      run::slurm_message(
-          "sbatch: error: invalid partition specified: nosuch\n"
-          "sbatch: error: Batch job submission failed: Invalid partition name specified\n"),
+      run::slurm_message("sbatch: error: invalid partition specified: nosuch\n"
+                         "sbatch: error: Batch job submission failed: Invalid partition name specified\n"),
       "invalid partition specified: nosuch; Batch job submission failed: Invalid partition name specified");
   EXPECT_EQ(run::slurm_message("\n"), "");
 }
@@ -97,9 +95,9 @@ TEST(Submitted, EachTaskHasItsLastJob)
   again.numbers = {2};
   again.per_task = 2;
   const auto tasks = run::tasks_in_slurm(submission, {{"20", "", all}, {"31", "", again}},
-                                             {{"20", 1, "COMPLETED", "n1", ""},
-                                              {"20", 2, "TIMEOUT", "n1", ""},
-                                              {"31", 2, "PENDING", "", "Priority"}});
+                                         {{"20", 1, "COMPLETED", "n1", ""},
+                                          {"20", 2, "TIMEOUT", "n1", ""},
+                                          {"31", 2, "PENDING", "", "Priority"}});
   ASSERT_EQ(tasks.size(), 5U);
   EXPECT_EQ(tasks.at({run::TaskKind::run, 0, 0}).job, "20_1");
   EXPECT_EQ(tasks.at({run::TaskKind::run, 2, 0}).job, "31_2");
@@ -118,7 +116,7 @@ TEST(Submitted, WhileRunsAreUnderWayTasksKeepTheirNumberOfCases)
   job.per_task = 2;
   const auto tasks_when = [&](const std::string& state) {
     return run::tasks_in_slurm(submission, {{"20", "", job}},
-                                   {{"20", 1, "FAILED", "n1", ""}, {"20", 2, state, "", ""}});
+                               {{"20", 1, "FAILED", "n1", ""}, {"20", 2, state, "", ""}});
   };
   for (const std::string state : {"PENDING", "RUNNING"}) {
     const auto facts = test::input_error([&] { run::require_same_cases_per_task(tasks_when(state), 3); });

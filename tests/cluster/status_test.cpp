@@ -30,21 +30,18 @@ TEST_F(Status, FollowsFromQueueAndStateFile)
   struct Row {
     const char* name;
     std::optional<run::TaskPhase> phase;  // of the task's state file, of job 13_1
-    const char* queue;                        // null: never submitted; "": purged
+    const char* queue;                    // null: never submitted; "": purged
     run::TaskStatus standing;
     const char* reason;
   };
   const std::vector<Row> rows{
       {"never submitted", {}, nullptr, run::TaskStatus::waiting, ""},
       {"in the queue", {}, "PENDING", run::TaskStatus::queued, "Priority"},
-      {"in the queue again", run::TaskPhase::interrupted, "PENDING", run::TaskStatus::queued,
-       "Priority"},
+      {"in the queue again", run::TaskPhase::interrupted, "PENDING", run::TaskStatus::queued, "Priority"},
       {"just begun", {}, "RUNNING", run::TaskStatus::running, ""},
       {"running", run::TaskPhase::running, "RUNNING", run::TaskStatus::running, ""},
-      {"out of time", run::TaskPhase::running, "TIMEOUT", run::TaskStatus::failed,
-       "TIMEOUT (Priority)"},
-      {"node lost", run::TaskPhase::running, "NODE_FAIL", run::TaskStatus::failed,
-       "NODE_FAIL (Priority)"},
+      {"out of time", run::TaskPhase::running, "TIMEOUT", run::TaskStatus::failed, "TIMEOUT (Priority)"},
+      {"node lost", run::TaskPhase::running, "NODE_FAIL", run::TaskStatus::failed, "NODE_FAIL (Priority)"},
       {"out of memory", run::TaskPhase::running, "OUT_OF_MEMORY", run::TaskStatus::failed,
        "OUT_OF_MEMORY (Priority)"},
       {"cancelled", {}, "CANCELLED", run::TaskStatus::failed, "CANCELLED (Priority)"},
@@ -59,8 +56,7 @@ TEST_F(Status, FollowsFromQueueAndStateFile)
        "its own reason"},
       {"done and forgotten", run::TaskPhase::done, "", run::TaskStatus::done, ""},
       {"failed and forgotten", run::TaskPhase::failed, "", run::TaskStatus::failed, "its own reason"},
-      {"interrupted and forgotten", run::TaskPhase::interrupted, "", run::TaskStatus::interrupted,
-       ""},
+      {"interrupted and forgotten", run::TaskPhase::interrupted, "", run::TaskStatus::interrupted, ""},
       {"gone", run::TaskPhase::running, "", run::TaskStatus::lost, "Slurm has no record of the job"},
       {"never begun and gone",
        {},

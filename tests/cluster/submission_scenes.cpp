@@ -56,8 +56,7 @@ run::Submission campaign(std::int32_t n_cases, std::int32_t n_shards)
 std::string folder_with(const Scratch& scratch, const run::Submission& submission)
 {
   const std::string folder = (scratch.path() / "submission").string();
-  for (const std::string& one :
-       {run::scripts_of(folder), run::logs_of(folder), run::tasks_of(folder)})
+  for (const std::string& one : {run::scripts_of(folder), run::logs_of(folder), run::tasks_of(folder)})
     fs::create_directories(one);
   run::write_submission(folder, submission);
   return folder;

@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include "run/campaign.hpp"
 #include "cluster/submission_scenes.hpp"
+#include "run/campaign.hpp"
 #include "run/status.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
@@ -64,8 +64,7 @@ TEST(Submission, PathsThatCouldNotBeReadBackAreRefused)
   const test::Scratch scratch;
   run::Submission submission = test::one_case(1);
   submission.cases[0].spec.job_file = "/jobs/\xff.toml";
-  const auto facts =
-      test::input_error([&] { run::write_submission(scratch.path().string(), submission); });
+  const auto facts = test::input_error([&] { run::write_submission(scratch.path().string(), submission); });
   EXPECT_THAT(facts.wanted, HasSubstr("UTF-8"));
 }
 
@@ -76,9 +75,8 @@ TEST(Submission, FilesOfTasksAreNamedAfterCaseAndKind)
   EXPECT_EQ(run::file_stem_of({run::TaskKind::shard, 0, 3}, submission), "knee.shard-3-of-8");
   EXPECT_EQ(run::file_stem_of({run::TaskKind::index, -1, 0}, submission), "index");
   EXPECT_EQ(run::text_of({run::TaskKind::shard, 0, 3}, submission), "shard 3 of 8");
-  for (const run::TaskKind kind :
-       {run::TaskKind::spine, run::TaskKind::shard, run::TaskKind::merge, run::TaskKind::run,
-        run::TaskKind::index}) {
+  for (const run::TaskKind kind : {run::TaskKind::spine, run::TaskKind::shard, run::TaskKind::merge,
+                                   run::TaskKind::run, run::TaskKind::index}) {
     EXPECT_EQ(run::task_kind_of(run::name_of(kind)), kind);
   }
   EXPECT_EQ(run::task_kind_of("shards"), std::nullopt);
@@ -147,8 +145,8 @@ TEST(TaskState, ComesBackAsItWasWritten)
   const std::string folder = test::folder_with(scratch, submission);
   const run::TaskId task{run::TaskKind::shard, 0, 2};
   EXPECT_FALSE(run::read_task_state(folder, submission, task));
-  for (const run::TaskPhase phase : {run::TaskPhase::running, run::TaskPhase::done,
-                                         run::TaskPhase::failed, run::TaskPhase::interrupted}) {
+  for (const run::TaskPhase phase :
+       {run::TaskPhase::running, run::TaskPhase::done, run::TaskPhase::failed, run::TaskPhase::interrupted}) {
     run::TaskState state = run::started_now(12);
     state.phase = phase;
     state.n_restarts = 3;
@@ -187,11 +185,10 @@ TEST(TaskState, AllThatBeganAreFound)
   const run::Submission submission = test::campaign(3, 2);
   const std::string folder = test::folder_with(scratch, submission);
   const std::vector<run::TaskId> begun{{run::TaskKind::spine, 0, 0},
-                                           {run::TaskKind::shard, 1, 2},
-                                           {run::TaskKind::merge, 2, 0},
-                                           {run::TaskKind::index, -1, 0}};
-  for (const run::TaskId& task : begun)
-    run::write_task_state(folder, submission, task, run::started_now(0));
+                                       {run::TaskKind::shard, 1, 2},
+                                       {run::TaskKind::merge, 2, 0},
+                                       {run::TaskKind::index, -1, 0}};
+  for (const run::TaskId& task : begun) run::write_task_state(folder, submission, task, run::started_now(0));
   const auto states = run::read_task_states(folder, submission);
   EXPECT_EQ(states.size(), begun.size());
   for (const run::TaskId& task : begun) EXPECT_EQ(states.count(task), 1U);

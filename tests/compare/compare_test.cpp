@@ -5,10 +5,10 @@
 #include <cmath>
 #include <random>
 
+#include "analysis/smooth.hpp"
 #include "compare/noisy_joint.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "analysis/smooth.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::compare_test {
@@ -232,7 +232,7 @@ TEST(Faults, WithoutAnAttitudeAreNotNumbers)
   audit.gap_mm.setConstant(nan);
   audit.penetration_mm.setConstant(nan);
   for (const analysis::AuditTotals& faults : {analysis::motion_audit_totals(model, audit).at_grid,
-                                             analysis::motion_audit_totals(model, audit).between}) {
+                                              analysis::motion_audit_totals(model, audit).between}) {
     EXPECT_EQ(faults.n_attitudes, 0);
     EXPECT_TRUE(std::isnan(faults.largest_penetration_mm));
     EXPECT_TRUE(std::isnan(faults.largest_gap_mm));

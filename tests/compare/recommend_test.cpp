@@ -61,9 +61,9 @@ TEST(Recommend, TakesTheLowestWithinTwoStandardErrors)
 {
   // Differences of degree 3 to degree 5: 3, -1, 3, -1: mean 1, standard error sqrt(16/3) / 2 = 1.15.
   const analysis::Recommendation r = recommend({{1, {29.0, 29.0, 28.0, 29.0}},
-                                               {3, {5.0, 1.0, 5.0, 1.0}},
-                                               {4, {2.5, 2.5, 2.0, 2.1}},
-                                               {5, {2.0, 2.0, 2.0, 2.0}}});
+                                                {3, {5.0, 1.0, 5.0, 1.0}},
+                                                {4, {2.5, 2.5, 2.0, 2.1}},
+                                                {5, {2.0, 2.0, 2.0, 2.0}}});
   EXPECT_EQ(r.degree, 3);
   EXPECT_EQ(r.best_degree, 5);
   EXPECT_THAT(

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "model/frames.hpp"
 #include "core/units.hpp"
+#include "model/frames.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::contacts_test {
@@ -270,9 +270,8 @@ TEST(Collision, BallsTouchWhenTheirCentresAreNearEnough)
 TEST(SelfOverlap, ASoundMeshHasNoneAndTwoCrossingBoxesHaveSome)
 {
   contact::NarrowPhase narrow_phase;
-  EXPECT_TRUE(
-      contact::find_self_overlaps(geometry::make_tree_mesh(test::ball(10, 12, 20)), narrow_phase, 100)
-          .empty());
+  EXPECT_TRUE(contact::find_self_overlaps(geometry::make_tree_mesh(test::ball(10, 12, 20)), narrow_phase, 100)
+                  .empty());
   Mesh crossing = test::box({0, 0, 0}, {4, 4, 4});
   append(crossing, test::box({1, 1, 1}, {4, 4, 4}));
   const std::vector<geometry::TrianglePair> found =

@@ -46,8 +46,7 @@ TEST(GapAgainstCollision, TheTravelIsWhereBisectionEnds)
       mesh->vertices_mm.row(v) *= 1.0 + 0.1 * unit(random);
     }
   }
-  const geometry::TreeMesh upper = geometry::make_tree_mesh(bumps),
-                            lower = geometry::make_tree_mesh(dents);
+  const geometry::TreeMesh upper = geometry::make_tree_mesh(bumps), lower = geometry::make_tree_mesh(dents);
   geometry::GapQuery query{geometry::GapTree(bumps), geometry::GapTree(dents)};
   for (int k = 0; k < 100; ++k) {
     const Attitude attitude{unit(random), 0.3 * unit(random)};
@@ -64,8 +63,8 @@ TEST(GapAgainstCollision, TheTravelIsWhereBisectionEnds)
 
 // Every pair of triangles within the band of each other, by exhaustive search.
 std::vector<geometry::TrianglePair> pairs_within(const Mesh& reference, const Mesh& moving,
-                                                  const Attitude& attitude, const MovingPose& pose,
-                                                  double band_mm)
+                                                 const Attitude& attitude, const MovingPose& pose,
+                                                 double band_mm)
 {
   const geometry::Placement place(pose);
   const Eigen::Matrix3d R = reference_rotation(attitude);

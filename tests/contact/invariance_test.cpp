@@ -80,15 +80,15 @@ TEST(CollisionInvariance, ExchangeAndNumberingChangeNothing)
   contact::NarrowPhase narrow_phase;
   const Objects objects;
   const geometry::TreeMesh moving = geometry::make_tree_mesh(objects.ball),
-                            other_moving = geometry::make_tree_mesh(renumbered(objects.ball, random));
+                           other_moving = geometry::make_tree_mesh(renumbered(objects.ball, random));
   const geometry::TreeMesh box = geometry::make_tree_mesh(objects.box),
-                            other_box = geometry::make_tree_mesh(renumbered(objects.box, random));
+                           other_box = geometry::make_tree_mesh(renumbered(objects.box, random));
   int n_colliding = 0;
   for (int k = 0; k < n_poses; ++k) {
     SCOPED_TRACE(k);
     const Attitude attitude{random.between(-3, 3), random.between(-1.5, 1.5)};
     const geometry::TreeMesh reference = geometry::rotated_reference(box, attitude),
-                              other_reference = geometry::rotated_reference(other_box, attitude);
+                             other_reference = geometry::rotated_reference(other_box, attitude);
     const MovingPose pose = near_touch(reference, moving, random);
     const bool collides = contact::find_collision(reference, moving, pose, narrow_phase).has_value();
     EXPECT_EQ(contact::find_collision(moving, reference, exchanged(pose), narrow_phase).has_value(),
@@ -115,7 +115,7 @@ TEST(ContactInvariance, NumberingChangesNoPointNormalOrDistance)
     SCOPED_TRACE(k);
     const Attitude attitude{random.between(-3, 3), random.between(-1.5, 1.5)};
     const geometry::TreeMesh reference = geometry::rotated_reference(box.tree_mesh, attitude),
-                              other_reference = geometry::rotated_reference(other_box.tree_mesh, attitude);
+                             other_reference = geometry::rotated_reference(other_box.tree_mesh, attitude);
     const MovingPose pose = near_touch(reference, moving.tree_mesh, random);
     const auto contacts = contact::find_contacts({reference, box.features, moving}, pose, narrow_phase, {});
     const auto other =

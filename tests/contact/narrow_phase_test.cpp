@@ -94,10 +94,10 @@ TEST(NarrowPhase, DistinguishesAGapOfTenNanometresFromAnOverlap)
 {
   contact::NarrowPhase narrow_phase;
   const geometry::Corners face{Eigen::Vector3d(-2, 0, -2), Eigen::Vector3d(0, 0, 3),
-                                Eigen::Vector3d(2, 0, -2)};
+                               Eigen::Vector3d(2, 0, -2)};
   for (const double gap_mm : {1e-2, 1e-4, 1e-6, 1e-5}) {
     const geometry::Corners above{Eigen::Vector3d(0, gap_mm, 0), Eigen::Vector3d(1, 2, 0),
-                                   Eigen::Vector3d(0, 2, 1)};
+                                  Eigen::Vector3d(0, 2, 1)};
     EXPECT_FALSE(narrow_phase.measure(face, above).is_overlapping);
     EXPECT_NEAR(narrow_phase.measure(face, above).distance_mm, gap_mm, promised_mm);
     const geometry::Corners through = shifted(above, {0, -2 * gap_mm, 0});
@@ -111,7 +111,7 @@ TEST(NarrowPhase, TheCheapTestNeverPartsWhatIsWithinTheBand)
   int n_separated = 0;
   for (int k = 0; k < 20000; ++k) {
     const geometry::Corners a = random.triangle(3, 0.2),
-                             b = shifted(random.triangle(3, 0.2), {0, random.unit(), 0});
+                            b = shifted(random.triangle(3, 0.2), {0, random.unit(), 0});
     if (!contact::is_certainly_separated(a, b, 0.1)) continue;
     ++n_separated;
     EXPECT_GT(test::triangle_distance_mm(a, b), 0.1);
@@ -282,7 +282,7 @@ TEST(EstimatedClosestPoints, AreThoseOfTheTextbookOrEmpty)
 TEST(EstimatedClosestPoints, OfTrianglesWithoutAnEdgeOrAnAreaAreEmptyOrRight)
 {
   const geometry::Corners face{Eigen::Vector3d(-2, 0, -2), Eigen::Vector3d(-2, 0, 2),
-                                Eigen::Vector3d(3, 0, 0)};
+                               Eigen::Vector3d(3, 0, 0)};
   const Eigen::Vector3d p(0, 0.5, 0), q(0.5, 0.75, 0);
   for (const geometry::Corners& degenerate :
        {geometry::Corners{p, p, p}, geometry::Corners{p, q, q}, geometry::Corners{p, 0.5 * (p + q), q}}) {

@@ -27,10 +27,10 @@ job::Job job_of(const std::string& text, const std::string& unit = "m")
 TEST(JobText, SettingsArriveInTheJob)
 {
   const job::Job job = job_of(models +
-                               "INITIAL_POSITION 1 0.001 -0.02 0.003\nINITIAL_MOTION 1 0 0.004 0\n"
-                               "CONTACT_RESOLUTION 0.0002\nMODELING_RESOLUTION 0.002\n"
-                               "ORIENTATION_RESOLUTION 0.3\nORIENTATION_STEP 3\n"
-                               "ANGLE_RANGE 0 0 90 2\nANGLE_RANGE 1 15 -15\n");
+                              "INITIAL_POSITION 1 0.001 -0.02 0.003\nINITIAL_MOTION 1 0 0.004 0\n"
+                              "CONTACT_RESOLUTION 0.0002\nMODELING_RESOLUTION 0.002\n"
+                              "ORIENTATION_RESOLUTION 0.3\nORIENTATION_STEP 3\n"
+                              "ANGLE_RANGE 0 0 90 2\nANGLE_RANGE 1 15 -15\n");
   EXPECT_EQ(job.title, "a \"title\"");
   EXPECT_EQ(job.side, Side::left);
   EXPECT_EQ(job.reference.components.front().file, "../models/femur.obj");
@@ -78,8 +78,8 @@ TEST(JobText, SeveralModelsAreSeveralComponents)
 TEST(JobText, ViewKeywordsGoToThePlayersPart)
 {
   const job::Job job = job_of(models +
-                               "SHIFT_MODEL 2 -0.1 0 0.05\nORIENTATION_MODEL 2 0 90 0\n"
-                               "ORIENTATION_MODEL 0 10 0 0\nDISPLAY 1280 1024\nZOOM 2.5\nRENDER wire\n");
+                              "SHIFT_MODEL 2 -0.1 0 0.05\nORIENTATION_MODEL 2 0 90 0\n"
+                              "ORIENTATION_MODEL 0 10 0 0\nDISPLAY 1280 1024\nZOOM 2.5\nRENDER wire\n");
   EXPECT_THAT(job.resolved_text,
               HasSubstr("[player]\ndisplay_px = [1280, 1024]\nzoom = 2.5\nrender = \"wire\"\n"));
   EXPECT_THAT(job.resolved_text,

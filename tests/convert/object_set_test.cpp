@@ -33,8 +33,8 @@ TEST(ObjectSet, NumbersMayBeginAtZeroAndCountsMayBeLeftOut)
 {
   const std::vector<job::ObjectComponent> components =
       job::parse_object_set({{"k.coor", "0 0 0 0\r\n1 1 0 0\r\n2 0 1 0\r\n"},
-                                 {"k.norm", "0 0 0 1\r\n1 0 0 1\r\n2 0 0 1\r\n"},
-                                 {"k.elem", "\r\nTibia\t0 1 2 # the only face\r\n"}});
+                             {"k.norm", "0 0 0 1\r\n1 0 0 1\r\n2 0 0 1\r\n"},
+                             {"k.elem", "\r\nTibia\t0 1 2 # the only face\r\n"}});
   ASSERT_EQ(components.size(), 1u);
   EXPECT_EQ(components[0].mesh.corner, (std::vector<std::int32_t>{0, 1, 2}));
   EXPECT_EQ(components[0].mesh.vertices.row(2), Eigen::RowVector3d(0, 1, 0));
@@ -117,8 +117,8 @@ TEST(ObjectSetErrors, AMissingFileOfTheThreeIsNamed)
 
 TEST(ObjectSetErrors, EmptyFilesAndTooManyComponents)
 {
-  for (const auto part : {&job::ObjectSetTexts::coordinates, &job::ObjectSetTexts::normals,
-                          &job::ObjectSetTexts::elements}) {
+  for (const auto part :
+       {&job::ObjectSetTexts::coordinates, &job::ObjectSetTexts::normals, &job::ObjectSetTexts::elements}) {
     job::ObjectSetTexts texts = two_components();
     (texts.*part).text = "# nothing\n";
     EXPECT_THAT(test::input_error([&] { job::parse_object_set(texts); }),

@@ -4,8 +4,8 @@
 
 #include <random>
 
-#include "model/frames.hpp"
 #include "core/units.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::helical_axis_test {
 

@@ -35,8 +35,7 @@ TEST(Document, TablesKeepTheOrderWritten)
       "z = 1\n[m.y]\nq.d = 1\nq.c = 2\na = { k = 1, b = 2 }\n[[c]]\nx = 1\n[m.a]\n[[c]]\n[b]\n", "j");
   const auto keys_of = [&](std::string_view key) {
     std::vector<std::string> keys;
-    for (const core::DocumentEntry& entry : *core::value_at(root, key).table())
-      keys.push_back(entry.key);
+    for (const core::DocumentEntry& entry : *core::value_at(root, key).table()) keys.push_back(entry.key);
     return keys;
   };
   using testing::ElementsAre;

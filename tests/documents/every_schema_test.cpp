@@ -5,8 +5,8 @@
 #include <functional>
 #include <limits>
 
-#include "core/text.hpp"
 #include "core/schema.hpp"
+#include "core/text.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::every_schema_test {
@@ -19,9 +19,7 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 class Walk {
  public:
-  explicit Walk(const std::string& text) : schema_(text), root_(core::parse_json(text, "schema", "JSON"))
-  {
-  }
+  explicit Walk(const std::string& text) : schema_(text), root_(core::parse_json(text, "schema", "JSON")) {}
 
   int n_accepted = 0, n_refused = 0;
 
@@ -32,7 +30,7 @@ class Walk {
 
  private:
   using Put = std::function<core::DocumentValue(const core::DocumentValue&)>;  // the document with
-                                                                                         // the value inserted
+                                                                               // the value inserted
 
   const Node& dereferenced(const Node& node) const
   {
@@ -63,9 +61,8 @@ class Walk {
     if (type == "object") return {example_table(node)};
     if (type != "array") return typed(node, example_number(node));
     List items;
-    const std::size_t n = node.find("minItems") == nullptr
-                              ? 0
-                              : static_cast<std::size_t>(core::integer_at(node, "minItems"));
+    const std::size_t n =
+        node.find("minItems") == nullptr ? 0 : static_cast<std::size_t>(core::integer_at(node, "minItems"));
     for (std::size_t i = 0; i < n; ++i) items.push_back(example(item_of(node, i)));
     return {items};
   }

@@ -51,8 +51,7 @@ InputError::Facts refused(const std::string& text)
 
 TEST(DocumentSchema, FillsInDefaultsInItsOwnOrderAndTypesNumbers)
 {
-  const core::Document document =
-      schema().read("force = 3\ntitle = \"a\"\n[open]\nz = 1\nb = 2\n", "b.toml");
+  const core::Document document = schema().read("force = 3\ntitle = \"a\"\n[open]\nz = 1\nb = 2\n", "b.toml");
   EXPECT_EQ(core::toml_text(document.root),
             "title = \"a\"\nforce = 3\n\n[display]\nwidth = 20\nlayout = \"left\"\n\n[open]\nb = 2\nz = 1\n");
   EXPECT_TRUE(std::holds_alternative<double>(core::value_at(document.root, "force").data));
@@ -131,15 +130,13 @@ TEST(DocumentSchema, TakesInfinityWhereItSaysSo)
 
 TEST(DocumentSchema, WholeNumbersMayHaveAPoint)
 {
-  EXPECT_EQ(
-      core::integer_at(schema().read("title = \"a\"\ndisplay.width = 32.0", "b").root, "display.width"),
-      32);
+  EXPECT_EQ(core::integer_at(schema().read("title = \"a\"\ndisplay.width = 32.0", "b").root, "display.width"),
+            32);
 }
 
 TEST(DocumentSchema, KeysGivenOnTheCommandLineHaveNoLine)
 {
-  core::Document document{"b.toml",
-                               core::parse_toml("title = \"a\"\n[display]\nwidth = 20\n", "b.toml")};
+  core::Document document{"b.toml", core::parse_toml("title = \"a\"\n[display]\nwidth = 20\n", "b.toml")};
   core::apply_override(document, "display.width=5");
   const InputError::Facts facts = test::input_error([&] { schema().checked(document); });
   EXPECT_EQ(facts.file, "--set");
@@ -149,8 +146,7 @@ TEST(DocumentSchema, KeysGivenOnTheCommandLineHaveNoLine)
 
 TEST(DocumentSchema, APartOfAFileIsNamedByItsPlace)
 {
-  const core::Document part{
-      "b.toml", core::parse_toml("widht = 1", "b.toml"), {}, "campaign.size.0.set."};
+  const core::Document part{"b.toml", core::parse_toml("widht = 1", "b.toml"), {}, "campaign.size.0.set."};
   EXPECT_THAT(test::input_error([&] { schema().check_known_keys(part); }),
               test::refuses({.field = "campaign.size.0.set.widht"}));
   schema().check_known_keys({"b.toml", core::parse_toml("force = \"of any type\"", "b.toml")});
@@ -179,9 +175,8 @@ TEST(ParseJson, KeepsTheOrderOfKeysAndTheLastOfTwo)
   const core::DocumentValue value =
       core::parse_json(R"({"b": [1, -2.5, true], "a": {"x": "y"}, "b2": 1, "b2": 3})", "j", "x");
   EXPECT_EQ(core::value_text(value), "{ b = [1, -2.5, true], a = { x = \"y\" }, b2 = 3 }");
-  EXPECT_EQ(
-      core::number_at(core::parse_json("[18446744073709551615]", "j", "x").list()->front(), ""),
-      18446744073709551615.0);
+  EXPECT_EQ(core::number_at(core::parse_json("[18446744073709551615]", "j", "x").list()->front(), ""),
+            18446744073709551615.0);
 }
 
 TEST(ParseJson, InvalidJsonIsRefused)

@@ -12,8 +12,8 @@
 
 #include "core/text.hpp"
 #include "model/mesh.hpp"
-#include "store/motion.hpp"
 #include "motion/support/models.hpp"
+#include "store/motion.hpp"
 
 namespace vrda::animated_glb_test {
 
@@ -251,8 +251,8 @@ TEST(AnimatedGlb, LinksOfFibresFollowTheirPath)
       // The chords of an arc are shorter than it: by 1 - sin(x) / x for half of 26 degrees, below 1 %.
       const model::FibrePath path =
           model::fibre_path(ligaments.fibres[fibre], ligaments.wraps,
-                               {Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
-                                pose.X_reference_moving.translation()});
+                            {Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
+                             pose.X_reference_moving.translation()});
       EXPECT_LT(length_mm, path.length_mm + 1e-3);
       EXPECT_GT(length_mm, 0.99 * path.length_mm);
       n_wrapped += path.is_wrapped ? 1 : 0;

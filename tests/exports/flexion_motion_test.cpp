@@ -17,8 +17,7 @@ test::ModelPlan tilted_plan()
 {
   test::ModelPlan plan;
   plan.motion = [](double flexion_deg, double varus_deg) {
-    return store::PoseCoordinates{0.01 * flexion_deg, -20.0, 0.02 * varus_deg,
-                                   0.1 * flexion_deg + varus_deg};
+    return store::PoseCoordinates{0.01 * flexion_deg, -20.0, 0.02 * varus_deg, 0.1 * flexion_deg + varus_deg};
   };
   return plan;
 }

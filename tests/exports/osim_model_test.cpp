@@ -14,8 +14,8 @@
 
 namespace vrda::osim_model_test {
 
-using tables::OsimOptions;
 using pugi::xml_node;
+using tables::OsimOptions;
 
 const OsimOptions knee{"knee.h5", "knee_flex_r", "knee"};
 

@@ -52,7 +52,7 @@ test::ModelPlan plan_of(const std::string& side)
   plan.rotation_centre_mm = {10, -5, mirror * 40};
   plan.motion = [mirror](double flexion_deg, double varus_deg) {
     return store::PoseCoordinates{0.05 * flexion_deg, -3.0, mirror * (1.0 + 0.5 * varus_deg),
-                                   0.2 * flexion_deg - varus_deg};
+                                  0.2 * flexion_deg - varus_deg};
   };
   return plan;
 }
@@ -94,8 +94,7 @@ TEST(CsvTables, TheHeaderHasTheDocumentedColumnNames)
 TEST(CsvTables, AMirroredKneeGivesTheSameCurves)
 {
   const auto rows_of = [](const std::string& side) {
-    return parsed(
-        tables::flexion_csv(tables::flexion_motion(test::model_of(plan_of(side)), "knee.h5", {})));
+    return parsed(tables::flexion_csv(tables::flexion_motion(test::model_of(plan_of(side)), "knee.h5", {})));
   };
   const Rows right = rows_of("right"), left = rows_of("left");
   ASSERT_EQ(right.size(), left.size());
@@ -174,7 +173,7 @@ tables::FlexionMotion turning_motion(const std::string& side)
   plan.rotation_centre_mm = {5, -70, 30};
   plan.motion = [](double flexion_deg, double varus_deg) {
     return store::PoseCoordinates{0.05 * flexion_deg, -3.0, 1.0 + 0.5 * varus_deg,
-                                   0.2 * flexion_deg - varus_deg};
+                                  0.2 * flexion_deg - varus_deg};
   };
   tables::FlexionPlan flexion;
   flexion.varus = tables::VarusRule::given;
@@ -248,8 +247,8 @@ TEST(OpenSimTable, TranslationsAreThoseOfTheRotationCentreThatTheHeaderNames)
 TEST(OpenSimTable, TheHeaderIsTrue)
 {
   const tables::FlexionMotion motion = turning_motion("right");
-  const Table table = parsed_table(
-      tables::opensim_table(motion, {tables::opensim_columns("knee", Side::right), true, 30.0}));
+  const Table table =
+      parsed_table(tables::opensim_table(motion, {tables::opensim_columns("knee", Side::right), true, 30.0}));
   EXPECT_EQ(table.keys.at("version"), "1");
   EXPECT_EQ(table.keys.at("nRows"), std::to_string(table.rows.size()));
   EXPECT_EQ(table.keys.at("nColumns"), std::to_string(table.columns.size()));

@@ -6,10 +6,10 @@
 #include <fstream>
 
 #include "app/scenes.hpp"
+#include "core/framed_file.hpp"
 #include "core/text.hpp"
 #include "faults/faulty_run.hpp"
 #include "store/journal.hpp"
-#include "core/framed_file.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::test::journal_damage_test {

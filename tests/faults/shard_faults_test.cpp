@@ -8,9 +8,9 @@
 #include <thread>
 
 #include "app/scenes.hpp"
+#include "core/framed_file.hpp"
 #include "faults/faulty_run.hpp"
 #include "store/journal.hpp"
-#include "core/framed_file.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::test::shard_faults_test {

@@ -7,9 +7,9 @@
 
 #include <cmath>
 
+#include "analysis/fit_files.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
-#include "analysis/fit_files.hpp"
 #include "job/command_jobs.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
@@ -85,8 +85,8 @@ struct PlateQuestion {
         analysis::laxity_of(analysis::changed_case(job_case, plan.unknowns, truth), measured);
     for (const analysis::LaxityCurve& curve : result.curves) {
       for (const double load_n : {24.0, 72.0, 120.0})
-        data.laxities.push_back(
-            {analysis::kind_of(curve.test).name, 0.0, load_n, analysis::laxity_at_load(curve, load_n), nan, ""});
+        data.laxities.push_back({analysis::kind_of(curve.test).name, 0.0, load_n,
+                                 analysis::laxity_at_load(curve, load_n), nan, ""});
     }
   }
   PlateQuestion(const PlateQuestion&) = delete;

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <random>
 
-#include "model/frames.hpp"
 #include "core/units.hpp"
+#include "model/frames.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::offset_fit_test {
@@ -47,7 +47,8 @@ TEST(OffsetFit, OfPlatesIsMeanAndStandardErrorOfTheGaps)
 // As where walls overlap sideways: the gap along Delta leads out of the joint.
 TEST(OffsetFit, AFrameFarFromTheOthersCountsLikeOneAtThreeDeviations)
 {
-  const analysis::OffsetFit fit = analysis::fit_offset(two_plates(), at_gaps({1.2, 1.3, 1.5, 1.1, 1.4, -20.0}));
+  const analysis::OffsetFit fit =
+      analysis::fit_offset(two_plates(), at_gaps({1.2, 1.3, 1.5, 1.1, 1.4, -20.0}));
   EXPECT_EQ(fit.status, analysis::FitStatus::converged);
   // Median 1.3 and median deviation 0.2: the last one counts as 1.3 - 0.2 * 3 * 1.4826.
   EXPECT_NEAR(fit.offset_mm, (6.5 + 1.3 - 0.6 * 1.4826) / 6.0, 1e-5);

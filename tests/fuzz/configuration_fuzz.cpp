@@ -1,8 +1,8 @@
 // The keyword configuration. An accepted one gives an accepted job: errors must name a line of the
 // configuration.
-#include "job/thesis_files.hpp"
 #include "fuzz/outcome.hpp"
 #include "job/job.hpp"
+#include "job/thesis_files.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

@@ -3,8 +3,8 @@
 
 #include <zlib.h>
 
-#include "fuzz/outcome.hpp"
 #include "core/framed_file.hpp"
+#include "fuzz/outcome.hpp"
 
 namespace vrda::test {
 

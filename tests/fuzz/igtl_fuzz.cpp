@@ -2,9 +2,9 @@
 // every second change has repaired checksums.
 #include <algorithm>
 
+#include "bench/igtl_message.hpp"
 #include "bench/protocols.hpp"
 #include "fuzz/outcome.hpp"
-#include "bench/igtl_message.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 

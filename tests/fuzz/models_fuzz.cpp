@@ -17,9 +17,9 @@
 #include "fuzz/ending_cause.hpp"
 #include "fuzz/outcome.hpp"
 #include "fuzz/small_models.hpp"
-#include "store/trace.hpp"
 #include "store/model_checks.hpp"
 #include "store/read_separately.hpp"
+#include "store/trace.hpp"
 
 /// HDF5 passes sizes from the file to malloc and handles its failure.
 extern "C" const char* __asan_default_options()

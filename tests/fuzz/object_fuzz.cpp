@@ -1,6 +1,6 @@
 // The three files of an Object set, one after the other, "%%" between them.
-#include "job/thesis_files.hpp"
 #include "fuzz/outcome.hpp"
+#include "job/thesis_files.hpp"
 
 namespace {
 

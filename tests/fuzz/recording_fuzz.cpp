@@ -1,6 +1,6 @@
 // Recordings of the bench. Every second change has repaired checksums, as for journals.
-#include "fuzz/framed_checksums.hpp"
 #include "bench/recording.hpp"
+#include "fuzz/framed_checksums.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 

@@ -52,9 +52,8 @@ void protocol(Bytes bytes, std::size_t n)
   for (std::int64_t now_ns = 0; !bytes.empty() && protocol.phase() != bench::BoardProtocol::Phase::failed;
        now_ns += 5'000'000) {
     test::require(protocol.due(now_ns).size() <= 3, "more requests than there are");
-    test::require(
-        protocol.phase() == bench::BoardProtocol::Phase::failed || protocol.next_due_ns() > now_ns,
-        "a request that stays due");
+    test::require(protocol.phase() == bench::BoardProtocol::Phase::failed || protocol.next_due_ns() > now_ns,
+                  "a request that stays due");
     for (const bench::Sample& sample : protocol.receive(bytes.first(std::min(n, bytes.size())), now_ns))
       test::require(
           sample.kind != bench::SampleKind::potentiometer || (sample.count >= 0 && sample.count <= 1023),

@@ -5,8 +5,8 @@
 
 #include "fuzz/outcome.hpp"
 #include "store/motion.hpp"
-#include "view/gap_reading.hpp"
 #include "view/camera.hpp"
+#include "view/gap_reading.hpp"
 #include "view/scene.hpp"
 
 namespace vrda::test {

@@ -2,8 +2,8 @@
 #include "fuzz/changed_content.hpp"
 #include "fuzz/outcome.hpp"
 #include "fuzz/small_models.hpp"
-#include "store/trace.hpp"
 #include "store/read_separately.hpp"
+#include "store/trace.hpp"
 
 namespace {
 

@@ -30,7 +30,7 @@ double number_of(const std::vector<double>& numbers, const std::string& name)
 }
 
 run::IndexRow index_row(const std::string& name, const std::string& model_path,
-                          const std::vector<std::string>& levels = {})
+                        const std::vector<std::string>& levels = {})
 {
   return run::index_rows({{name, levels, model_path}}, 1).front();
 }
@@ -147,8 +147,7 @@ TEST(Index, ATableThatCannotBeReplacedLeavesTheOldIndex)
   const test::Scratch scratch;
   scratch.write("index.h5", "\x89HDF\r\n\x1a\n old");
   std::filesystem::create_directory(scratch.path() / "index.times.csv");
-  std::optional<Publication> publication =
-      Publication::begin(run::index_file_of(scratch.path()), "the test");
+  std::optional<Publication> publication = Publication::begin(run::index_file_of(scratch.path()), "the test");
   const auto publish = [&] {
     run::publish_index(*publication, scratch.path(), "One", {}, {index_row("b", scratch.path() / "b.h5")});
   };

@@ -210,9 +210,8 @@ TEST(CollectJournals, MissingBandsAreReportedWithEveryAttitudePresent)
   const solve::SweepPlan plan = plan_of(solve::SpineRule::free_varus);
   auto steps = by_key(steps_of(plan, std::nullopt));
   ASSERT_EQ(steps.erase({StepKind::band, 2, 0}), 1u);
-  EXPECT_EQ(
-      run::missing_text(run::missing_steps(plan, steps), {0, 10, 20, 30, 40, 50}, {-2, -1, 0, 1, 2}),
-      "no rotation band at flexion 20");
+  EXPECT_EQ(run::missing_text(run::missing_steps(plan, steps), {0, 10, 20, 30, 40, 50}, {-2, -1, 0, 1, 2}),
+            "no rotation band at flexion 20");
 }
 
 TEST(CollectJournals, AnglesAreListedAsRanges)

@@ -5,9 +5,9 @@
 
 #include <filesystem>
 
-#include "run/run_output.hpp"
 #include "job/job.hpp"
 #include "load/mesh_text.hpp"
+#include "run/run_output.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

@@ -50,7 +50,8 @@ StepRecord record(int n, int n_contacts = 2)
     step.flexion_rad = 0.3 * n;
     step.coordinates.emplace();
     for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-      step.coordinates->holding[k] = k == 2 ? std::numeric_limits<double>::quiet_NaN() : 0.5 * n - static_cast<double>(k);
+      step.coordinates->holding[k] =
+          k == 2 ? std::numeric_limits<double>::quiet_NaN() : 0.5 * n - static_cast<double>(k);
       step.coordinates->determined[k] = static_cast<std::int8_t>(k % 3 - 1);
     }
   }
@@ -197,8 +198,7 @@ TEST(Journal, AFlippedBitDropsItsRecordAndTheRest)
     for (int bit = 0; bit < 8; ++bit) {
       std::string damaged = whole;
       damaged[byte] = static_cast<char>(damaged[byte] ^ (1 << bit));
-      const store::JournalContent content =
-          store::read_journal(scratch.write("damaged.journal", damaged));
+      const store::JournalContent content = store::read_journal(scratch.write("damaged.journal", damaged));
       EXPECT_EQ(content.records.size(), 1u) << "byte " << byte << " bit " << bit;
       EXPECT_EQ(content.valid_bytes, first_end);
       EXPECT_EQ(content.dropped_bytes, whole.size() - first_end);

@@ -126,9 +126,9 @@ TEST(TraceJournal, ASecondWriterIsRefused)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.trace.journal";
   const core::FrameWriter writer = store::create_trace_journal(path, key);
-  EXPECT_THAT(test::input_error(
-                  [&] { store::resume_trace_journal(path, store::read_trace_journal(path).summary); }),
-              test::refuses({.found = std::to_string(getpid())}));
+  EXPECT_THAT(
+      test::input_error([&] { store::resume_trace_journal(path, store::read_trace_journal(path).summary); }),
+      test::refuses({.found = std::to_string(getpid())}));
 }
 
 }  // namespace vrda::trace_journal_test

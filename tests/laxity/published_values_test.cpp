@@ -43,14 +43,14 @@ TEST(PublishedValues, AreComparedAtTheirFlexionAndLoad)
 {
   const std::vector<analysis::Compared> rows =
       analysis::compared(sample(), analysis::published_values("book.csv",
-                                                          "# from a book\n"
-                                                          "test,flexion_deg,load,value,sd,source\n"
-                                                          "anterior,0,100,9,2,Author 1990\n"
-                                                          "anterior,15,50,9,,\n"
-                                                          "anterior-posterior,30,,30,5,\n"
-                                                          "anterior,45,,9,,\n"
-                                                          "anterior,0,200,9,,\n"
-                                                          "varus,0,,9,,\n"));
+                                                              "# from a book\n"
+                                                              "test,flexion_deg,load,value,sd,source\n"
+                                                              "anterior,0,100,9,2,Author 1990\n"
+                                                              "anterior,15,50,9,,\n"
+                                                              "anterior-posterior,30,,30,5,\n"
+                                                              "anterior,45,,9,,\n"
+                                                              "anterior,0,200,9,,\n"
+                                                              "varus,0,,9,,\n"));
   ASSERT_EQ(rows.size(), 6u);
   EXPECT_DOUBLE_EQ(rows[0].found, 10.0);
   EXPECT_DOUBLE_EQ(rows[0].difference(), 1.0);
@@ -100,8 +100,8 @@ TEST(LaxityPage, ShowsTablesPlotsAndEscapesNames)
   document.result = sample();
   document.compared = analysis::compared(sample(), {{"anterior", 0.0, nan, 9.0, 2.0, "Author"}});
   const std::string page = analysis::laxity_page(document);
-  for (const char* part : {"anterior-posterior, 100 N", "knee &amp; co", "&lt;ACL&gt; 80 %", "<svg",
-                           "Author", "14.00", "9.00 &plusmn; 2.00"})
+  for (const char* part : {"anterior-posterior, 100 N", "knee &amp; co", "&lt;ACL&gt; 80 %", "<svg", "Author",
+                           "14.00", "9.00 &plusmn; 2.00"})
     EXPECT_THAT(page, testing::HasSubstr(part));
   EXPECT_THAT(page, testing::Not(testing::HasSubstr("internal-external,")));
   EXPECT_THAT(analysis::share_csv(document), testing::HasSubstr("intact,anterior,0,<ACL>,80,N,0.8\n"));

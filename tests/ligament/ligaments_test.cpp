@@ -61,8 +61,7 @@ TEST(Tension, EnergyIsTheIntegralOfTheForce)
   const auto integral = [](double from, double to) {
     const double middle = 0.5 * (from + to);
     return (to - from) / 6 *
-           (model::tension_of(from, 800, 0.06).force_n +
-            4 * model::tension_of(middle, 800, 0.06).force_n +
+           (model::tension_of(from, 800, 0.06).force_n + 4 * model::tension_of(middle, 800, 0.06).force_n +
             model::tension_of(to, 800, 0.06).force_n);
   };
   EXPECT_NEAR(model::tension_of(0.05, 800, 0.06).energy_n, integral(0, 0.05), rounding);

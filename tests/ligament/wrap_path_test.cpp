@@ -49,8 +49,7 @@ struct Surface {
 
   model::WrapPath path(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const
   {
-    return is_cylinder ? model::cylinder_path(a, b, axes_mm.x(), 1e6)
-                       : model::ellipsoid_path(a, b, axes_mm);
+    return is_cylinder ? model::cylinder_path(a, b, axes_mm.x(), 1e6) : model::ellipsoid_path(a, b, axes_mm);
   }
 };
 

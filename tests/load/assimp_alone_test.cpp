@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/text.hpp"
-#include "load/mesh_text.hpp"
 #include "job/mesh_file.hpp"
+#include "load/mesh_text.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::assimp_alone_test {

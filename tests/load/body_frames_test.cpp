@@ -2,10 +2,10 @@
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
+#include "geometry/generic_knee.hpp"
 #include "job/auto_frame.hpp"
 #include "job/case.hpp"
 #include "load/mesh_text.hpp"
-#include "geometry/generic_knee.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

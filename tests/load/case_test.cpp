@@ -94,8 +94,8 @@ TEST(Case, APushFixedInTheReferenceTurnsWithIt)
   const Folder folder;
   const auto pushed = [&](const std::string& side, const std::string& coordinates) {
     return job::load_case(folder.job, {"",
-                                        {"joint=hip", "push.delta=[0, 0.6, 0.8]", "push.force_n=10",
-                                         "side=" + side, "coordinates={" + coordinates + "}"}})
+                                       {"joint=hip", "push.delta=[0, 0.6, 0.8]", "push.force_n=10",
+                                        "side=" + side, "coordinates={" + coordinates + "}"}})
         .push;
   };
   // A quarter of a turn about Z takes the thigh backwards: its X points distally in the pelvis.
@@ -126,8 +126,8 @@ TEST(Case, AHipIsPushedIntoTheAcetabulumOfItsSide)
   for (const bool is_right : {true, false}) {
     const job::Case loaded =
         job::load_case(folder.job, {"",
-                                     {"joint=hip", is_right ? "side=right" : "side=left",
-                                      "coordinates={flexion={from=0, to=9, step=9}, varus=0, internal=0}"}});
+                                    {"joint=hip", is_right ? "side=right" : "side=left",
+                                     "coordinates={flexion={from=0, to=9, step=9}, varus=0, internal=0}"}});
     // Opposite to an opening of 45 degrees inclination and 20 degrees anteversion.
     const double s = std::sqrt(0.5) * std::cos(20.0 * M_PI / 180.0);
     EXPECT_LT(
@@ -256,7 +256,7 @@ TEST(Case, AMirroredMeshWithTheOtherSideIsTheSameToTheSolver)
   left.scratch.write("moving.stl", test::binary_stl(mirrored_z(lower())));
   const std::vector<std::string> tilted{"push.delta=[0.1, 1, 0.2]"}, tilted_left{"push.delta=[0.1, 1, -0.2]"};
   const job::Case a = job::load_case(right.job, {"", tilted}),
-                   b = job::load_case(left.job, {"", tilted_left});
+                  b = job::load_case(left.job, {"", tilted_left});
   const auto expect_same = [&](const Mesh& of_right, const Mesh& of_left) {
     const Mesh right_mesh = solver_mesh(of_right, a.frame), left_mesh = solver_mesh(of_left, b.frame);
     EXPECT_EQ(right_mesh.vertices_mm, left_mesh.vertices_mm);
@@ -390,8 +390,7 @@ std::string generated_job(const std::string& shape, const std::string& upper_par
 TEST(Generated, PartsAreFoundByNameAndHashedByContent)
 {
   const Folder folder(generated_job("knee", "femur", "tibia"));
-  const job::Case loaded = job::load_case(folder.job),
-                   left = job::load_case(folder.job, {"", {"side=left"}});
+  const job::Case loaded = job::load_case(folder.job), left = job::load_case(folder.job, {"", {"side=left"}});
   EXPECT_EQ(loaded.inputs[1].name, "knee side=right part=tibia");
   EXPECT_EQ(left.inputs[1].name, "knee side=left part=tibia");
   EXPECT_EQ(loaded.inputs[1].sha256.size(), 64U);

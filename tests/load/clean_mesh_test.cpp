@@ -125,8 +125,7 @@ TEST(CleanMesh, AnInnerWallStaysAnInnerWall)
   append(hollow, reversed(test::box({0, 0, 0}, {2, 2, 2})));
   EXPECT_DOUBLE_EQ(
       signed_volume_mm3(job::clean_mesh(raw_of(hollow), job::Winding::outward, Side::right).mesh), 56.0);
-  const job::CleanMesh turned =
-      job::clean_mesh(raw_of(reversed(hollow)), job::Winding::outward, Side::right);
+  const job::CleanMesh turned = job::clean_mesh(raw_of(reversed(hollow)), job::Winding::outward, Side::right);
   EXPECT_TRUE(turned.was_flipped);
   EXPECT_DOUBLE_EQ(signed_volume_mm3(turned.mesh), 56.0);
 }

@@ -7,8 +7,8 @@
 #include <tuple>
 
 #include "core/units.hpp"
-#include "load/mesh_text.hpp"
 #include "job/command_jobs.hpp"
+#include "load/mesh_text.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
@@ -101,7 +101,7 @@ TEST(Coordinates, TablesAreTakenAtTheDrivingCoordinate)
   }
   // Over a driving flexion it is the table over flexion.
   const job::Job over = job_of(push),
-                  flexion = job_of("[push]\nforce_n = { flexion_deg = [-2, 2], value = [100, 300] }\n");
+                 flexion = job_of("[push]\nforce_n = { flexion_deg = [-2, 2], value = [100, 300] }\n");
   EXPECT_EQ(over.push.force_n.flexion_rad, flexion.push.force_n.flexion_rad);
   EXPECT_FALSE(over.push.force_n.is_over_driving);
 }

@@ -27,8 +27,8 @@ TEST(Landmarks, ColumnsComeInAnyOrder)
 {
   const auto pairs =
       job::read_landmarks("marks.csv",
-                           "# epicondyles and more\r\n\r\nsubject_mm, bz,by,bx ,az,ay,ax,name\r\n"
-                           "82.5,6,5,4,3,2,1, epicondyles\r\n#\n+1e2,0,0,0,0,-1.5,0,shaft");
+                          "# epicondyles and more\r\n\r\nsubject_mm, bz,by,bx ,az,ay,ax,name\r\n"
+                          "82.5,6,5,4,3,2,1, epicondyles\r\n#\n+1e2,0,0,0,0,-1.5,0,shaft");
   ASSERT_EQ(pairs.size(), 2U);
   EXPECT_EQ(pairs[0].name, "epicondyles");
   EXPECT_EQ(pairs[0].a_native, Eigen::Vector3d(1, 2, 3));

@@ -1,10 +1,10 @@
 #include <gmock/gmock.h>
 
+#include "geometry/shapes.hpp"
 #include "job/case.hpp"
 #include "job/job.hpp"
 #include "job/ligament_files.hpp"
 #include "load/mesh_text.hpp"
-#include "geometry/shapes.hpp"
 #include "support/meshes.hpp"
 #include "support/real_knees.hpp"
 #include "support/refusal.hpp"
@@ -294,7 +294,7 @@ TEST(CaseLigaments, GeneratedOnesAreOfTheJobsSideAndSkipTheFrame)
                  "\"knee\" }\n")
           .string();
   const job::Case right = job::load_case(job),
-                   left = job::load_case(job, {"", {"side=left", "frame.unit=m"}});
+                  left = job::load_case(job, {"", {"side=left", "frame.unit=m"}});
   ASSERT_FALSE(right.ligaments.fibres.empty());
   ASSERT_EQ(right.ligaments.fibres.size(), left.ligaments.fibres.size());
   for (std::size_t i = 0; i < right.ligaments.fibres.size(); ++i) {
@@ -330,7 +330,7 @@ TEST(CaseLigaments, TheGenericKneesJobHasThem)
   const Folder folder(geometry::fibre_table({"knee", {}, {}}));
   const job::Case from_table =
       job::load_case((test::source_directory() / "jobs/knee-generic-contact.toml").string(),
-                      {"", {"ligaments.fibres=\"" + (folder.scratch.path() / "fibres.csv").string() + "\""}});
+                     {"", {"ligaments.fibres=\"" + (folder.scratch.path() / "fibres.csv").string() + "\""}});
   ASSERT_FALSE(generated.ligaments.fibres.empty());
   ASSERT_EQ(generated.ligaments.fibres.size(), from_table.ligaments.fibres.size());
   for (std::size_t i = 0; i < generated.ligaments.fibres.size(); ++i) {

@@ -5,8 +5,8 @@
 #include <random>
 
 #include "job/clean_mesh.hpp"
-#include "load/mesh_text.hpp"
 #include "job/mesh_file.hpp"
+#include "load/mesh_text.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 

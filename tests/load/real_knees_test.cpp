@@ -2,8 +2,8 @@
 
 #include <gmock/gmock.h>
 
-#include "job/case.hpp"
 #include "job/auto_frame.hpp"
+#include "job/case.hpp"
 #include "load/mesh_text.hpp"
 #include "support/refusal.hpp"
 
@@ -16,7 +16,7 @@ using testing::HasSubstr;
 job::Case load_knee(const std::string& name, const std::vector<std::string>& overrides = {})
 {
   return job::load_case((test::source_directory() / ("jobs/knee-" + name + ".toml")).string(),
-                         {test::data_directory()->string(), overrides});
+                        {test::data_directory()->string(), overrides});
 }
 
 const std::vector<std::string> all_knees{"jam-smith2019", "pymskt-dess", "vhf-left", "vhf-right"};

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "model/coordinates.hpp"
 #include "core/units.hpp"
-#include "tables/convention_search.hpp"
+#include "model/coordinates.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
+#include "tables/convention_search.hpp"
 
 namespace vrda::motion_poses_test {
 
@@ -24,7 +24,7 @@ using tables::TableAxes;
 constexpr double rounding = 1e-12;
 
 tables::MotionTable table_of(const std::string& text, const std::string& file = "m.csv",
-                               const tables::TableColumns& columns = {})
+                             const tables::TableColumns& columns = {})
 {
   return tables::motion_table_from_text(file, text, columns);
 }
@@ -104,7 +104,7 @@ TEST(MotionPoses, ClinicalNumbersAreThoseOfThePoseOnBothSides)
     for (const char* lengths : {"anterior_mm,proximal_mm,lateral_mm", "ant_mm,prox_mm,lat_mm"}) {
       SCOPED_TRACE(lengths);
       const tables::MotionTable table = table_of(std::string("flexion_deg,varus_deg,internal_deg,") +
-                                                   lengths + "\n60,-4,12,3.5,-1.25,0.75\n");
+                                                 lengths + "\n60,-4,12,3.5,-1.25,0.75\n");
       const Pose X = only_pose(table, tables::completed({}, table.stated, side), joint);
       const ClinicalCoordinates c = clinical_coordinates(X, side, joint.rotation_centre_mm);
       EXPECT_NEAR(deg_from_rad(c.flexion_rad), 60.0, rounding * 100);
@@ -325,14 +325,12 @@ TEST(UnitWarnings, AnImplausibleUnitIsRefusedOrNamed)
 TEST(UnitWarnings, AnAssumedUnitIsSaid)
 {
   const tables::MotionTable table = table_of(walk({0, 1, 0}, {90, 3, 15}));
-  EXPECT_EQ(
-      tables::unit_warnings(table, tables::AngleUnit::degrees, tables::UnitSource::assumed, {}).size(),
-      1u);
+  EXPECT_EQ(tables::unit_warnings(table, tables::AngleUnit::degrees, tables::UnitSource::assumed, {}).size(),
+            1u);
   tables::MotionTable stated = table;
   stated.stated.angles = tables::AngleUnit::radians;  // but the user says otherwise
-  EXPECT_EQ(
-      tables::unit_warnings(stated, tables::AngleUnit::degrees, tables::UnitSource::option, {}).size(),
-      1u);
+  EXPECT_EQ(tables::unit_warnings(stated, tables::AngleUnit::degrees, tables::UnitSource::option, {}).size(),
+            1u);
 }
 
 }  // namespace vrda::motion_poses_test

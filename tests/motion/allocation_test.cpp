@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "store/motion.hpp"
 #include "motion/support/models.hpp"
+#include "store/motion.hpp"
 #include "support/allocation_count.hpp"
 
 namespace vrda::allocation_test {

@@ -6,8 +6,8 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "store/motion.hpp"
 #include "motion/support/models.hpp"
+#include "store/motion.hpp"
 
 namespace vrda::derived_sets_test {
 

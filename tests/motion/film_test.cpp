@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "store/motion.hpp"
 #include "motion/support/models.hpp"
+#include "store/motion.hpp"
 #include "support/refusal.hpp"
 #include "support/traces.hpp"
 

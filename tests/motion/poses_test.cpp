@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "model/coordinates.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "model/coordinates.hpp"
 #include "motion/support/models.hpp"
 #include "store/motion_model.hpp"
 
@@ -352,7 +352,7 @@ test::ModelPlan plan_of_size(double size)
   plan.rotation_centre_mm = size * Eigen::Vector3d(12, -30, 7);
   plan.motion = [size](double flexion_deg, double varus_deg) {
     return store::PoseCoordinates{size * 0.02 * flexion_deg, size * (0.3 * varus_deg - 0.05 * flexion_deg),
-                                   size * -0.1 * varus_deg, 0.1 * flexion_deg + varus_deg};
+                                  size * -0.1 * varus_deg, 0.1 * flexion_deg + varus_deg};
   };
   return plan;
 }

@@ -162,7 +162,7 @@ TEST(SmoothedSurfaces, AgreeWithTheLegendrePolynomialsWrittenOut)
   // x = P_3(u), y = P_2(u) P_1(v), z = P_0, theta = 10 degrees P_2(v)
   test::add_smoothed(model, 3, [](int i, int j) {
     return store::PoseCoordinates{i == 3 && j == 0 ? 1.0 : 0.0, i == 2 && j == 1 ? 1.0 : 0.0,
-                                   i + j == 0 ? 1.0 : 0.0, i == 0 && j == 2 ? 10.0 : 0.0};
+                                  i + j == 0 ? 1.0 : 0.0, i == 0 && j == 2 ? 10.0 : 0.0};
   });
   const store::SmoothedSurfaces surfaces = store::smoothed_surfaces(model, model.smoothed.front());
   for (const double flexion_deg : {0.0, 7.0, 45.0, 81.5, 90.0}) {

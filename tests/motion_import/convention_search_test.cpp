@@ -252,8 +252,8 @@ TEST(ConventionSearch, OrdersThatCoincideAtSmallAnglesAreUndecided)
     nearly[i].linear() = nearly[i].linear() * rotation_x(rad_from_deg(0.02 * sine(s))) *
                          rotation_y(rad_from_deg(0.02 * cosine(s)));
   }
-  const tables::ConventionSearch close = tables::find_convention(
-      table_under(nearly, plain), request, knee().joint_frame(), knee().scene(), 1);
+  const tables::ConventionSearch close =
+      tables::find_convention(table_under(nearly, plain), request, knee().joint_frame(), knee().scene(), 1);
   EXPECT_GE(close.n_best, 6u);
   EXPECT_EQ(close.undecided.front(), Term::order);
 }
@@ -282,16 +282,15 @@ TEST(ConventionSearch, PosesOfOtherBodiesAreRefused)
   std::vector<Pose> far = knee().poses;
   for (Pose& X : far) X.translation() += Eigen::Vector3d(0, -500, 0);
   EXPECT_THAT(test::input_error([&] {
-                tables::find_convention(table_under(far, {}), {}, knee().joint_frame(), knee().scene(),
-                                               2);
+                tables::find_convention(table_under(far, {}), {}, knee().joint_frame(), knee().scene(), 2);
               }),
               test::refuses({"m.csv", "", {"10 mm"}, {"--unit", "--order", "frames"}}));
 }
 
 TEST(ConventionSearch, OneFrameDecidesNothing)
 {
-  const tables::ConventionSearch search = tables::find_convention(
-      table_under({knee().poses[0]}, {}), {}, knee().joint_frame(), knee().scene(), 1);
+  const tables::ConventionSearch search = tables::find_convention(table_under({knee().poses[0]}, {}), {},
+                                                                  knee().joint_frame(), knee().scene(), 1);
   EXPECT_GT(search.n_best, 1u);
   EXPECT_FALSE(search.undecided.empty());
 }

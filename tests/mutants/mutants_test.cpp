@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "app/scenes.hpp"
-#include "run/submission.hpp"
 #include "fuzz/changed_content.hpp"
 #include "fuzz/framed_checksums.hpp"
+#include "run/submission.hpp"
 #include "store/read_separately.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
@@ -121,8 +121,7 @@ TEST_F(Mutants, OfJournalsGiveAResultOrOneRefusal)
 {
   const fs::path job = test::small_job(scratch_);
   const std::string output = (scratch_.path() / "merged.h5").string();
-  const std::string spine = store::spine_journal_of(output),
-                    shard = store::shard_journal_of(output, {1, 1});
+  const std::string spine = store::spine_journal_of(output), shard = store::shard_journal_of(output, {1, 1});
   ASSERT_EQ(test::run_vrda({"run", job.string(), "-o", output, "--spine"}).exit_code, 0);
   ASSERT_EQ(test::run_vrda({"run", job.string(), "-o", output, "--shard", "1/1"}).exit_code, 0);
   const std::string file = (scratch_.path() / "changed.journal").string();

@@ -78,7 +78,7 @@ Tally compared(const std::string& scene, unsigned seed)
           sample.reference.tree, objects.moving.tree, place, band_mm,
           [&](const geometry::TrianglePair& pair) {
             const geometry::Corners r = corners(sample.reference.mesh, pair.reference),
-                                     m = place(corners(objects.moving.mesh, pair.moving));
+                                    m = place(corners(objects.moving.mesh, pair.moving));
             if (!contact::is_certainly_separated(r, m, band_mm)) compare(r, m, narrow_phase, tally);
             return false;
           });

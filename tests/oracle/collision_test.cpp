@@ -227,9 +227,8 @@ TEST(ThirdMeasure, MeasuresDepthAndDistanceOfACornerAtAFace)
     const test::ThirdMeasure found = test::reference_measure(above, below, pose);
     EXPECT_EQ(found.is_overlapping, depth_mm > 0.0);
     EXPECT_NEAR(static_cast<double>(found.from_touch_mm), std::abs(depth_mm), 1e-14);
-    EXPECT_EQ(
-        test::textbook_collides(geometry::make_tree_mesh(above), geometry::make_tree_mesh(below), pose),
-        depth_mm > 0.0);
+    EXPECT_EQ(test::textbook_collides(geometry::make_tree_mesh(above), geometry::make_tree_mesh(below), pose),
+              depth_mm > 0.0);
   }
   EXPECT_TRUE(std::isinf(test::reference_measure(above, below, {{0.3, -1e-3, 0.2}, 0.4}).from_touch_mm));
 }

@@ -4,9 +4,9 @@
 #include <stdexcept>
 
 #include "core/units.hpp"
-#include "job/case.hpp"
 #include "geometry/directional_gap.hpp"
 #include "geometry/shapes.hpp"
+#include "job/case.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::test {
@@ -70,7 +70,7 @@ const std::vector<Generated>& generated()
 job::Case real_knee(const std::string& name)
 {
   return job::load_case((source_directory() / ("jobs/knee-" + name + ".toml")).string(),
-                         {data_directory()->string(), {}});
+                        {data_directory()->string(), {}});
 }
 
 // A pose that touches the reference: centres aligned to within a quarter of the extent, or any two vertices

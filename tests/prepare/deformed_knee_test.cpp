@@ -4,11 +4,11 @@
 #include <cstdlib>
 #include <random>
 
-#include "model/coordinates.hpp"
 #include "core/units.hpp"
-#include "solve/case_solver.hpp"
-#include "prepare/template_joint.hpp"
+#include "model/coordinates.hpp"
 #include "prepare/knee_landmarks.hpp"
+#include "prepare/template_joint.hpp"
+#include "solve/case_solver.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::deformed_knee_test {
@@ -65,7 +65,7 @@ prepare::TemplateJoint template_named(const std::string& name)
   if (name == "generic") return prepare::generic_template();
   return prepare::template_of(
       job::load_case((test::source_directory() / ("jobs/knee-" + name + ".toml")).string(),
-                      {test::data_directory()->string(), {}}));
+                     {test::data_directory()->string(), {}}));
 }
 
 // Free varus at 0, 5, ... 90 degrees, along a spine in steps of 1 degree.

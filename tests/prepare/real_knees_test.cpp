@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
-#include "prepare/template_joint.hpp"
 #include "geometry/fit_checks.hpp"
+#include "prepare/template_joint.hpp"
 
 namespace vrda::prepare_real_knees_test {
 
@@ -13,7 +13,7 @@ using geometry::KneeFit, geometry::KneeSurfaces;
 job::Case load_knee(const std::string& name)
 {
   return job::load_case((test::source_directory() / ("jobs/knee-" + name + ".toml")).string(),
-                         {test::data_directory()->string(), {}});
+                        {test::data_directory()->string(), {}});
 }
 
 KneeSurfaces moved(KneeSurfaces knee, const Pose& X, double unit_mm)
@@ -40,8 +40,7 @@ void expect_near(const Pose& a, const Pose& b, double most_deg, double most_mm)
 TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
 {
   VRDA_REQUIRE_REAL_KNEES();
-  const geometry::TemplateKnee reference =
-      prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
+  const geometry::TemplateKnee reference = prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
   const geometry::TemplateKnee generic = prepare::generic_template().knee;
   Pose X = Pose::Identity();
   X.linear() = Eigen::Quaterniond(1, -2, 3, 1).normalized().toRotationMatrix();
@@ -72,8 +71,7 @@ TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
 TEST(PrepareRealKnees, AMovedKneeGivesTheMovedFrames)
 {
   VRDA_REQUIRE_REAL_KNEES();
-  const geometry::TemplateKnee reference =
-      prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
+  const geometry::TemplateKnee reference = prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
   const job::Case knee = load_knee("vhf-left");
   const KneeSurfaces surfaces{prepare::surfaces_of(knee.reference), prepare::surfaces_of(knee.moving)};
   Pose X = Pose::Identity();
@@ -88,8 +86,7 @@ TEST(PrepareRealKnees, AMovedKneeGivesTheMovedFrames)
 TEST(PrepareRealKnees, AFlexedScanGivesTheFramesOfTheOther)
 {
   VRDA_REQUIRE_REAL_KNEES();
-  const geometry::TemplateKnee reference =
-      prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
+  const geometry::TemplateKnee reference = prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
   for (const char* name : {"vhf-left", "vhf-right"}) {
     SCOPED_TRACE(name);
     const job::Case knee = load_knee(name);

@@ -4,8 +4,8 @@
 
 namespace vrda::transferred_ligaments_test {
 
-using prepare::TransferredLigaments, prepare::SubjectBones, prepare::TemplateJoint;
 using geometry::BoneFit, geometry::KneeFit;
+using prepare::TransferredLigaments, prepare::SubjectBones, prepare::TemplateJoint;
 
 // The template at `factor` times its size as a subject, and the fit that finds it.
 struct Copy {
@@ -107,8 +107,7 @@ TEST(TransferredLigaments, AKnownEndReplacesTheFitsAndGoesToTheBoneUnlessItIsThe
   };
   const geometry::SurfacePoint own = bone.nearest(first.reference_mm);
   // 8 mm along the surface from the fit's, on it, 1.5 mm and 6 mm outside.
-  const geometry::SurfacePoint on =
-      bone.nearest(own.p_mm + 8.0 * bone.normal(own.triangle).unitOrthogonal());
+  const geometry::SurfacePoint on = bone.nearest(own.p_mm + 8.0 * bone.normal(own.triangle).unitOrthogonal());
   const Eigen::Vector3d outward = bone.normal(on.triangle);
   ASSERT_GT((on.p_mm - first.reference_mm).norm(), 4.0);
   EXPECT_EQ(transferred_end(on.p_mm), on.p_mm);

@@ -70,10 +70,10 @@ TEST(BoxTree, ClosePairsMissNoneThatAreClose)
   const double band_mm = 1.0;
   std::set<geometry::TrianglePair> found;
   geometry::visit_close_pairs(reference.tree, moving.tree, geometry::Placement(pose), band_mm,
-                               [&](const geometry::TrianglePair& pair) {
-                                 found.insert(pair);
-                                 return false;
-                               });
+                              [&](const geometry::TrianglePair& pair) {
+                                found.insert(pair);
+                                return false;
+                              });
   // Any pair with two corners within the band must be among them.
   const geometry::Placement place(pose);
   int n_close = 0;
@@ -99,8 +99,8 @@ TEST(BoxTree, EmptyTreesHaveNoPairs)
   const geometry::BoxTree empty(test::ball(1), {});
   EXPECT_TRUE(empty.is_empty());
   EXPECT_FALSE(geometry::visit_close_pairs(empty, geometry::make_tree_mesh(test::ball(1)).tree,
-                                            geometry::Placement({}), 1.0,
-                                            [](const geometry::TrianglePair&) { return true; }));
+                                           geometry::Placement({}), 1.0,
+                                           [](const geometry::TrianglePair&) { return true; }));
 }
 
 constexpr double infinity = std::numeric_limits<double>::infinity();

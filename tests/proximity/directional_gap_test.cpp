@@ -13,8 +13,8 @@ namespace vrda::directional_gap_test {
 constexpr double rounding_mm = 1e-12;
 
 geometry::Gap gap_of(const geometry::TreeMesh& reference, const geometry::TreeMesh& moving,
-                      const MovingPose& pose, geometry::GapKind kind = geometry::GapKind::non_negative,
-                      const geometry::TrianglePair& hint = {})
+                     const MovingPose& pose, geometry::GapKind kind = geometry::GapKind::non_negative,
+                     const geometry::TrianglePair& hint = {})
 {
   return geometry::directional_gap(reference, moving.mesh, moving.tree, pose, {kind, hint});
 }
@@ -55,7 +55,7 @@ TEST(DirectionalGap, VertexUnderFaceEdgeUnderEdgeAndNothing)
   lower.triangles.resize(2, 3);
   lower.triangles << 0, 1, 2, 1, 0, 3;
   const geometry::TreeMesh reference = geometry::make_tree_mesh(upper),
-                            moving = geometry::make_tree_mesh(lower);
+                           moving = geometry::make_tree_mesh(lower);
   EXPECT_NEAR(gap_of(reference, moving, {}).travel_mm, 3.0, rounding_mm);
   EXPECT_TRUE(std::isinf(gap_of(reference, moving, {{50, 0, 0}, 0}).travel_mm));
   EXPECT_TRUE(std::isinf(gap_of(reference, moving, {{0, 50, 0}, 0}).travel_mm)) << "nothing above";
@@ -87,8 +87,7 @@ TEST(DirectionalGap, AgreesWithBruteForceAndWithAnyHint)
   int n_finite = 0, n_infinite = 0;
   for (int k = 0; k < 60; ++k) {
     const MovingPose pose{{18 * unit(random), -8 + 12 * unit(random), 12 * unit(random)}, 3 * unit(random)};
-    for (const geometry::GapKind kind :
-         {geometry::GapKind::non_negative, geometry::GapKind::signed_facing}) {
+    for (const geometry::GapKind kind : {geometry::GapKind::non_negative, geometry::GapKind::signed_facing}) {
       const geometry::Gap cold = gap_of(reference, moving, pose, kind);
       EXPECT_EQ(cold.travel_mm, brute_force_mm(reference, moving, pose, kind));
       const geometry::Gap warm = gap_of(reference, moving, pose, kind, hint);

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/coordinates.hpp"
 #include "gap_scenes.hpp"
-#include "geometry/gap_tree.hpp"
 #include "geometry/gap_query.hpp"
+#include "geometry/gap_tree.hpp"
+#include "model/coordinates.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::gap_features_test {

@@ -116,7 +116,7 @@ TEST(GapQuery, NumberingChangesNothing)
   for (const GapBodies& bodies : test::gap_bodies(random)) {
     geometry::GapQuery query{geometry::GapTree(bodies.reference), geometry::GapTree(bodies.moving)};
     geometry::GapQuery other{geometry::GapTree(random.renumbered(bodies.reference)),
-                              geometry::GapTree(random.renumbered(bodies.moving))};
+                             geometry::GapTree(random.renumbered(bodies.moving))};
     for (int k = 0; k < 20; ++k) {
       const Attitude attitude = random.attitude();
       const MovingPose pose = random.pose(10, bodies.depth_mm);
@@ -191,7 +191,7 @@ TEST(GapQuery, TouchHasTheBitsOfThePlainWalkFromAnywhere)
   int n_free = 0, n_infinite = 0, n_inside = 0;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
     const geometry::TreeMesh reference = geometry::make_tree_mesh(bodies.reference),
-                              moving = geometry::make_tree_mesh(bodies.moving);
+                             moving = geometry::make_tree_mesh(bodies.moving);
     geometry::GapQuery query{geometry::GapTree(bodies.reference), geometry::GapTree(bodies.moving)};
     for (int k = 0; k < 60; ++k) {
       const Attitude attitude = random.attitude();
@@ -199,8 +199,8 @@ TEST(GapQuery, TouchHasTheBitsOfThePlainWalkFromAnywhere)
       MovingPose pose = random.pose(14, bodies.depth_mm);
       pose.translation_mm.y() += 25 * (1 + random.unit());
       query.set_attitude(attitude);
-      const geometry::Gap plain = geometry::directional_gap(
-          geometry::rotated_reference(reference, attitude), moving.mesh, moving.tree, pose);
+      const geometry::Gap plain = geometry::directional_gap(geometry::rotated_reference(reference, attitude),
+                                                            moving.mesh, moving.tree, pose);
       const geometry::Gap found = query.next_contact(pose);
       EXPECT_EQ(found.travel_mm, plain.travel_mm);
       EXPECT_EQ(found.pair, plain.pair);

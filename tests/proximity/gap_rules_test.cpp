@@ -41,7 +41,7 @@ Mesh up_fold(double rise)
 }
 
 geometry::GapResult answer_of(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
-                               double band_mm)
+                              double band_mm)
 {
   geometry::GapQuery query{geometry::GapTree(reference), geometry::GapTree(moving)};
   return query.features(pose, band_mm);

@@ -99,8 +99,8 @@ double dense_gap_mm(const GapBodies& bodies, const Attitude& attitude, const Mov
   for (Eigen::Index m = 0; m < bodies.moving.triangles.rows(); ++m) {
     const geometry::Corners moving = place(corners(bodies.moving, m));
     for (Eigen::Index r = 0; r < bodies.reference.triangles.rows(); ++r) {
-      least = std::min(least, geometry::pair_travel_mm(corners(there.mesh, r), moving,
-                                                        geometry::GapKind::signed_facing));
+      least = std::min(
+          least, geometry::pair_travel_mm(corners(there.mesh, r), moving, geometry::GapKind::signed_facing));
     }
   }
   return least;

@@ -163,7 +163,7 @@ double every_pair_mm(const GapBodies& bodies, const Attitude& attitude, const Mo
       const double offset = offset_mm(bodies.reference, r) + offset_mm(bodies.moving, m);
       least =
           std::min(least, geometry::pair_travel_mm(corners(turned.mesh, r), place(corners(bodies.moving, m)),
-                                                    geometry::GapKind::signed_facing, offset));
+                                                   geometry::GapKind::signed_facing, offset));
     }
   }
   return least;

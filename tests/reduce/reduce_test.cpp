@@ -4,11 +4,11 @@
 
 #include <cmath>
 
-#include "model/coordinates.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "store/motion.hpp"
+#include "model/coordinates.hpp"
 #include "motion/support/models.hpp"
+#include "store/motion.hpp"
 
 namespace vrda::reduce_test {
 

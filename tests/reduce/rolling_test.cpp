@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "core/units.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
-#include "core/units.hpp"
 
 namespace vrda::rolling_test {
 
@@ -69,7 +69,8 @@ TEST(Rolling, AWheelThatSpinsInPlaceOnlySlides)
 
 TEST(Rolling, ALockedWheelOnlySlides)
 {
-  const analysis::Rolling rolling = analysis::rolling_between(wheel_on_plane(0.7, 4.0), wheel_on_plane(0.7, 1.5));
+  const analysis::Rolling rolling =
+      analysis::rolling_between(wheel_on_plane(0.7, 4.0), wheel_on_plane(0.7, 1.5));
   EXPECT_NEAR(rolling.reference_mm, 0.0, rounding_mm);
   EXPECT_NEAR(rolling.rolling_mm, 0.0, rounding_mm);
   EXPECT_NEAR(rolling.sliding_mm, -2.5, rounding_mm);

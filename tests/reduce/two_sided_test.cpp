@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "analysis/audit.hpp"
-#include "model/frames.hpp"
 #include "core/units.hpp"
+#include "model/frames.hpp"
 #include "motion/support/models.hpp"
 #include "support/meshes.hpp"
 

@@ -151,7 +151,8 @@ TEST(VarusChoice, AFreeVarusIsTaken)
   store::MotionModel model = model_of(plan);
   model.contact_medial.setZero();
   test::unsolve(model, 2, 0);
-  const std::vector<analysis::VarusChoice> choices = analysis::varus_choices(model, store::Motion(model, "raw"));
+  const std::vector<analysis::VarusChoice> choices =
+      analysis::varus_choices(model, store::Motion(model, "raw"));
   ASSERT_EQ(choices.size(), 7u);
   EXPECT_EQ(choices[1].source, store::ZeroVarusSource::free);
   EXPECT_EQ(choices[1].varus_deg, 1.0 + 0.01 * 15.0);

@@ -5,8 +5,8 @@
 #include <random>
 
 #include "core/units.hpp"
-#include "geometry/template_knee.hpp"
 #include "geometry/generic_knee.hpp"
+#include "geometry/template_knee.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::fit_checks_test {

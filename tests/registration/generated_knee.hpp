@@ -23,8 +23,8 @@ inline geometry::TemplateKnee generated_template()
   return {generated_knee(), Eigen::Vector3d::Zero()};
 }
 
-inline geometry::KneeSurfaces moved(geometry::KneeSurfaces knee, const Pose& X_femur,
-                                        const Pose& X_tibia, double unit_mm = 1.0)
+inline geometry::KneeSurfaces moved(geometry::KneeSurfaces knee, const Pose& X_femur, const Pose& X_tibia,
+                                    double unit_mm = 1.0)
 {
   knee.femur.bone = transformed(knee.femur.bone, X_femur);
   knee.tibia.bone = transformed(knee.tibia.bone, X_tibia);

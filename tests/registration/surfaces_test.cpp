@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
-#include "registration/generated_knee.hpp"
 #include "geometry/nearest_surface.hpp"
+#include "registration/generated_knee.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::surfaces_test {

@@ -86,8 +86,8 @@ TEST(Repair, TwoBallsPartAlongTheLineOfTheirCentres)
   const Mesh ball = test::ball(radius_mm, 96, 192);
   const Eigen::Vector3d centres = Eigen::Vector3d(0.3, -1.0, 0.2).normalized();
   const Eigen::Vector3d start = (2 * radius_mm - overlap_mm) * centres;
-  const analysis::RepairedMotion found = analysis::repair(analysis::make_audit_scene(ball, ball, {}),
-                                                      test::resting_motion(1, start), still_options(1, 0));
+  const analysis::RepairedMotion found = analysis::repair(
+      analysis::make_audit_scene(ball, ball, {}), test::resting_motion(1, start), still_options(1, 0));
   EXPECT_EQ(found.frames.front().status, FrameStatus::repaired);
   const Eigen::Vector3d moved = found.frames.front().X_reference_moving.translation() - start;
   EXPECT_NEAR(moved.norm(), overlap_mm + margin_mm, 2 * sagitta_mm);
@@ -279,8 +279,8 @@ TEST(Repair, MovingBothBodiesTogetherChangesNothing)
   SolverFrame frame;
   frame.rotation_centre_mm = G.translation();
   frame.delta = G.linear().col(1);
-  const analysis::AuditScene scene = analysis::make_audit_scene(transformed(trial.scene.reference.mesh, G),
-                                                          transformed(trial.scene.moving.mesh, G), frame);
+  const analysis::AuditScene scene = analysis::make_audit_scene(
+      transformed(trial.scene.reference.mesh, G), transformed(trial.scene.moving.mesh, G), frame);
   analysis::MeasuredMotion there = trial.measured;
   for (Pose& X : there.X_reference_moving) X = G * X * G.inverse();
   const analysis::RepairedMotion found = analysis::repair(scene, there, trial.options);
@@ -299,7 +299,7 @@ TEST(Repair, ALeftJointIsTheMirrorImageOfARightOne)
   const analysis::RepairedMotion right = analysis::repair(trial.scene, trial.measured, trial.options);
   const analysis::AuditScene scene =
       analysis::make_audit_scene(mirrored_z(trial.scene.reference.mesh), mirrored_z(trial.scene.moving.mesh),
-                              {Side::left, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()});
+                                 {Side::left, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()});
   const Eigen::DiagonalMatrix<double, 3> M(1, 1, -1);
   const auto mirrored = [&M](const Pose& X) {
     Pose out = Pose::Identity();
@@ -321,7 +321,8 @@ TEST(Repair, HostileInputNamesTheField)
 {
   const analysis::AuditScene scene = ball_under_plate();
   const analysis::MeasuredMotion good = test::resting_motion(3, {0, -1, 0});
-  const auto field_of = [&scene](const analysis::MeasuredMotion& motion, const analysis::RepairOptions& options) {
+  const auto field_of = [&scene](const analysis::MeasuredMotion& motion,
+                                 const analysis::RepairOptions& options) {
     const InputError::Facts facts = test::input_error([&] { analysis::repair(scene, motion, options); });
     EXPECT_EQ(facts.file, "motion.csv");
     return facts.field;

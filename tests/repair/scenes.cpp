@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "core/units.hpp"
 #include "analysis/repair.hpp"
+#include "core/units.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {

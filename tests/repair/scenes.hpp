@@ -21,7 +21,8 @@ analysis::AuditScene condyle_scene();
 
 /// Smooth poses of condyle_scene() in contact: flexion, rotation and translation vary as sines whose phase
 /// and size follow `generator`; the height by travel into contact.
-std::vector<Pose> contact_motion(const analysis::AuditScene& scene, std::size_t n, std::mt19937_64& generator);
+std::vector<Pose> contact_motion(const analysis::AuditScene& scene, std::size_t n,
+                                 std::mt19937_64& generator);
 
 /// `X_true` displaced by independent errors of that noise (Delta +Y, right side).
 std::vector<Pose> with_noise(const std::vector<Pose>& X_true, const analysis::MeasurementNoise& noise,

@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "core/units.hpp"
 #include "analysis/repair.hpp"
+#include "core/units.hpp"
 #include "scenes.hpp"
 #include "support/meshes.hpp"
 
@@ -34,7 +34,7 @@ analysis::RepairedMotion smoothed(const analysis::MeasuredMotion& motion, double
   options.smoothing = period_frames > 0 ? analysis::Smoothing::of_period : analysis::Smoothing::from_noise;
   options.period_frames = period_frames;
   return analysis::repair(analysis::make_audit_scene(test::box({0, 60, 0}, {60, 10, 60}), test::ball(10), {}),
-                        motion, options);
+                          motion, options);
 }
 
 TEST(BandMatrix, FactorAndInverseMatchADenseMatrix)

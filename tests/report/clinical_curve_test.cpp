@@ -6,11 +6,11 @@
 #include <cmath>
 #include <limits>
 
-#include "tables/formats.hpp"
 #include "motion/support/models.hpp"
 #include "store/sample_model.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
+#include "tables/formats.hpp"
 
 namespace vrda::clinical_curve_test {
 

@@ -1,8 +1,8 @@
 /// A ball with a cylindrical neck along -Y in a cup with a plane rim: its range of motion has a closed form.
 #pragma once
 
-#include "core/units.hpp"
 #include "analysis/range_of_motion.hpp"
+#include "core/units.hpp"
 
 namespace vrda::test::cup {
 

@@ -5,10 +5,10 @@
 
 #include <cmath>
 
+#include "analysis/rom_files.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "rom/ball_in_cup.hpp"
-#include "analysis/rom_files.hpp"
 
 namespace vrda::range_of_motion_test {
 
@@ -91,8 +91,8 @@ TEST(RangeOfMotion, TheSameBytesForAnyNumberOfThreads)
 {
   const job::Case joint = ball_in_cup();
   const auto json = [&](int n_threads) {
-    return analysis::rom_json(
-        analysis::rom_document(joint, analysis::range_of_motion(joint, cup_plan(n_threads, 3.0 * step_rad)), "vrda"));
+    return analysis::rom_json(analysis::rom_document(
+        joint, analysis::range_of_motion(joint, cup_plan(n_threads, 3.0 * step_rad)), "vrda"));
   };
   const std::string one = json(1);
   EXPECT_EQ(one, json(2));
@@ -111,7 +111,8 @@ TEST(RangeOfMotion, ALeftJointHasTheRangeOfItsMirrorImage)
   analysis::RomPlan plan = cup_plan(2, 3.0 * step_rad);
   plan.axes.rad[1] = {-0.6, -0.2, 0.0, 0.3, 0.7};
   plan.axes.rad[2] = {-0.4, 0.0, 0.5};
-  const analysis::RangeOfMotion a = analysis::range_of_motion(right, plan), b = analysis::range_of_motion(left, plan);
+  const analysis::RangeOfMotion a = analysis::range_of_motion(right, plan),
+                                b = analysis::range_of_motion(left, plan);
   for (std::size_t k = 0; k < a.cells.size(); ++k) {
     EXPECT_EQ(a.cells[k].status, b.cells[k].status);
     EXPECT_NEAR(a.cells[k].opening_mm, b.cells[k].opening_mm, 1e-4) << "the seat is found to 1e-5 mm";
@@ -184,7 +185,8 @@ TEST(RangeOfMotion, ContactWhereASheetEndsIsNamed)
   for_each_cell(range, [&](const analysis::RomCell& cell, const Eigen::Vector3d& q) {
     const double tilt = tilt_rad(q[0], q[1], q[2]);
     n_border += cell.status == analysis::RomStatus::border ? 1 : 0;
-    EXPECT_TRUE(cell.status != analysis::RomStatus::border || tilt > largest_tilt_rad(sheet_depth_mm) - step_rad);
+    EXPECT_TRUE(cell.status != analysis::RomStatus::border ||
+                tilt > largest_tilt_rad(sheet_depth_mm) - step_rad);
     EXPECT_TRUE(tilt > largest_tilt_rad(sheet_depth_mm) - step_rad ||
                 cell.status == analysis::RomStatus::in_range);
   });

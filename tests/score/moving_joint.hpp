@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "core/units.hpp"
 #include "analysis/score.hpp"
+#include "core/units.hpp"
 
 namespace vrda::test {
 

@@ -14,8 +14,8 @@ std::vector<Pose> moving_poses(int n)
 {
   std::vector<Pose> poses;
   for (int k = 0; k < n; ++k) {
-    poses.push_back(analysis::right_sided_pose(test::moving_coordinates(k, n),
-                                            {Side::right, centre_mm, analysis::Translations::rotation_centre}));
+    poses.push_back(analysis::right_sided_pose(
+        test::moving_coordinates(k, n), {Side::right, centre_mm, analysis::Translations::rotation_centre}));
   }
   return poses;
 }

@@ -26,7 +26,8 @@ analysis::ScoreOptions options_of(Alignment align, Side side = Side::right)
   return options;
 }
 
-std::vector<analysis::Row> offset_rows(const analysis::Sequence& measured, const analysis::Coordinates& offset)
+std::vector<analysis::Row> offset_rows(const analysis::Sequence& measured,
+                                       const analysis::Coordinates& offset)
 {
   std::vector<analysis::Row> rows = measured.rows;
   for (analysis::Row& row : rows) {
@@ -99,7 +100,8 @@ TEST(Score, TheLineIsOverFlexionOrTheKey)
 }
 
 /// The motion after a rigid transform of each body's frame.
-std::vector<analysis::Row> transformed(const analysis::Sequence& motion, const analysis::Convention& convention)
+std::vector<analysis::Row> transformed(const analysis::Sequence& motion,
+                                       const analysis::Convention& convention)
 {
   const Pose X_reference = test::rigid_transform(0.2, -0.1, 0.3, {20, -5, 9});
   const Pose X_moving = test::rigid_transform(-0.1, 0.25, 0.1, {-4, 11, 6});
@@ -149,7 +151,8 @@ TEST(Score, AMirroredJointHasEqualScores)
   std::vector<analysis::Row> found = transformed(measured, right.convention);
   for (std::size_t k = 0; k < found.size(); ++k)
     found[k].value[3] += 0.3 * sine(0.9 * static_cast<double>(k));
-  const analysis::Score a = analysis::score(found, measured, right), b = analysis::score(found, measured, left);
+  const analysis::Score a = analysis::score(found, measured, right),
+                        b = analysis::score(found, measured, left);
   for (std::size_t c = 0; c < analysis::n_scored; ++c) {
     EXPECT_EQ(a.coordinates[c].statistics.rms, b.coordinates[c].statistics.rms);
     EXPECT_EQ(a.coordinates[c].statistics.bias, b.coordinates[c].statistics.bias);

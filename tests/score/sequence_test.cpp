@@ -5,9 +5,9 @@
 #include <bit>
 #include <cmath>
 
-#include "store/motion.hpp"
 #include "motion/support/models.hpp"
 #include "score/moving_joint.hpp"
+#include "store/motion.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::sequence_test {
@@ -250,7 +250,8 @@ TEST(ScoreSequence, OfAGridBeyondItsAxesIsNotEvaluated)
   measured.rows.push_back({{rad_from_deg(29), 0, 0, 0, 0, 0}});
   model.theta_determined(5, 1) = 0;  // 75 degrees, -2 degrees of varus
   measured.rows.push_back({{rad_from_deg(80), rad_from_deg(-1), 0, 0, 0, 0}});
-  const std::vector<analysis::Row> rows = analysis::rows_at_attitudes(model, "raw", measured, convention_of(model));
+  const std::vector<analysis::Row> rows =
+      analysis::rows_at_attitudes(model, "raw", measured, convention_of(model));
   EXPECT_EQ(rows[0].missing, analysis::outside_range);
   EXPECT_EQ(rows[1].missing, analysis::outside_range);
   EXPECT_EQ(rows[2].missing, "no_contact");

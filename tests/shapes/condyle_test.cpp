@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <random>
 
-#include "model/frames.hpp"
 #include "core/units.hpp"
+#include "model/frames.hpp"
 
 namespace vrda::condyle_test {
 

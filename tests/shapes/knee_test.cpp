@@ -170,10 +170,10 @@ TEST(Knee, ShaftsLieOnTheBoneAndAreHiddenInsideTheContactParts)
     double cut_mm, up;  // end of the contact part, and direction of the shaft from it
   };
   for (const double resolution : {1.0, 2.0, 3.0}) {
-    for (const Row& row :
-         {Row{"femur", geometry::femur_meshes(resolution, resolution).shaft, geometry::femur_field, 16.0, 1.0},
-          Row{"tibia", geometry::tibia_meshes(resolution, resolution).shaft, geometry::tibia_field, -50.0,
-              -1.0}}) {
+    for (const Row& row : {Row{"femur", geometry::femur_meshes(resolution, resolution).shaft,
+                               geometry::femur_field, 16.0, 1.0},
+                           Row{"tibia", geometry::tibia_meshes(resolution, resolution).shaft,
+                               geometry::tibia_field, -50.0, -1.0}}) {
       SCOPED_TRACE(testing::Message() << row.name << " " << resolution);
       double furthest_out = -1.0, furthest_out_deep = -1.0;
       for (Eigen::Index v = 0; v < row.shaft.vertices_mm.rows(); ++v) {
@@ -235,13 +235,13 @@ TEST(Knee, RollingCondylesTurnTheTibiaInwardAndKeepBothTouchingNearZeroVarus)
   const double apart_mm = lateral.z_mm - medial.z_mm;
   const auto turn_deg = [&](double flexion_deg) {
     const double a = rad_from_deg(flexion_deg);
-    return deg_from_rad(
-        arc_tangent2(geometry::support(medial, a).slope_mm - geometry::support(lateral, a).slope_mm, apart_mm));
+    return deg_from_rad(arc_tangent2(
+        geometry::support(medial, a).slope_mm - geometry::support(lateral, a).slope_mm, apart_mm));
   };
   const auto varus_deg = [&](double flexion_deg) {
     const double a = rad_from_deg(flexion_deg);
-    return deg_from_rad(
-        arc_tangent2(geometry::support(medial, a).value_mm - geometry::support(lateral, a).value_mm, apart_mm));
+    return deg_from_rad(arc_tangent2(
+        geometry::support(medial, a).value_mm - geometry::support(lateral, a).value_mm, apart_mm));
   };
   double previous_deg = turn_deg(0.0);
   for (int flexion_deg = 1; flexion_deg <= 90; ++flexion_deg) {

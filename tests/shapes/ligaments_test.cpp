@@ -3,10 +3,10 @@
 #include <map>
 #include <set>
 
-#include "model/frames.hpp"
 #include "core/units.hpp"
-#include "model/ligaments.hpp"
 #include "geometry/generic_knee.hpp"
+#include "model/frames.hpp"
+#include "model/ligaments.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::ligaments_test {
@@ -65,7 +65,8 @@ Pose following_the_condyles(double flexion_rad)
   };
   const Eigen::Vector3d medial = lowest(geometry::medial_condyle(), flexion_rad);
   const Eigen::Vector3d line = lowest(geometry::lateral_condyle(), flexion_rad) - medial;
-  const Eigen::Vector3d first_line = geometry::lateral_contact_point_mm() - geometry::medial_contact_point_mm();
+  const Eigen::Vector3d first_line =
+      geometry::lateral_contact_point_mm() - geometry::medial_contact_point_mm();
   Pose X = Pose::Identity();
   X.linear() = rotation_y(arc_tangent2(line.x(), line.z()) - arc_tangent2(first_line.x(), first_line.z()));
   X.translation() = medial - X.linear() * geometry::medial_contact_point_mm();

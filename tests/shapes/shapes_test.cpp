@@ -20,8 +20,9 @@ double apart_mm(const geometry::Shape& shape)
 
 TEST(Shapes, EveryShapeIsClosedOutwardAndApartByDefault)
 {
-  EXPECT_THAT(geometry::shape_names(), testing::ElementsAre("knee", "knee-template", "hip", "ankle",
-                                                          "ball-in-dish", "bar-on-pyramids", "cap-in-sink"));
+  EXPECT_THAT(geometry::shape_names(),
+              testing::ElementsAre("knee", "knee-template", "hip", "ankle", "ball-in-dish", "bar-on-pyramids",
+                                   "cap-in-sink"));
   for (const std::string& name : geometry::shape_names()) {
     SCOPED_TRACE(name);
     EXPECT_FALSE(geometry::shape_summary(name).empty());
@@ -89,7 +90,8 @@ TEST(Shapes, WhatMakesNoShapeIsRefused)
            {{"ball-in-dish", {{"hole", 36.0}}, {}}, {"shape ball-in-dish", "hole", "36.000000"}},
            {{"ball-in-dish", {{"dish_width", 60.0}}, {}}, {"shape ball-in-dish", "dish_width", "60.000000"}},
        })
-    EXPECT_THAT(test::input_error([&] { geometry::generate_shape(row.request); }), test::refuses(row.refusal));
+    EXPECT_THAT(test::input_error([&] { geometry::generate_shape(row.request); }),
+                test::refuses(row.refusal));
   EXPECT_THROW(geometry::shape_parameters("elbow"), InputError);
   EXPECT_THROW(geometry::shape_summary("elbow"), InputError);
 }

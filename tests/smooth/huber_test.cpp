@@ -135,7 +135,8 @@ TEST(HuberFit, AColumnThatOnlyRowsFarOffDetermineTakesWeightedSteps)
 TEST(HuberFit, SaysWhenTheStepsRanOut)
 {
   const Eigen::MatrixXd A = random_matrix(80, 5, 3);
-  const analysis::HuberFit fit = analysis::huber_fit(analysis::pivoted_qr(A), noisy_data(A), {.max_iterations = 2});
+  const analysis::HuberFit fit =
+      analysis::huber_fit(analysis::pivoted_qr(A), noisy_data(A), {.max_iterations = 2});
   EXPECT_FALSE(fit.is_converged);
   EXPECT_EQ(fit.n_iterations, 2);
   EXPECT_EQ(fit.coefficients.size(), 5);

@@ -71,7 +71,8 @@ TEST(PivotedQr, ConditionNumberIsThatOfTheSingularValues)
   const double wanted = svd.singularValues()(0) / svd.singularValues()(14);
   EXPECT_GT(wanted, 1e5);
   EXPECT_NEAR(analysis::condition_number(analysis::pivoted_qr(A)) / wanted, 1.0, 1e-9);
-  EXPECT_NEAR(analysis::condition_number(analysis::pivoted_qr(Eigen::MatrixXd::Identity(5, 3))), 1.0, rounding);
+  EXPECT_NEAR(analysis::condition_number(analysis::pivoted_qr(Eigen::MatrixXd::Identity(5, 3))), 1.0,
+              rounding);
 }
 
 TEST(PivotedQr, KeepsItsPromises)

@@ -159,7 +159,8 @@ TEST(Smooth, LeaveOneOutIsThatOfRefits)
     if (input.status.data()[k] != 0) continue;
     analysis::SmoothInput without = input;
     without.status.data()[k] = status_pending;
-    const double error = input.tx_mm.data()[k] - analysis::smooth(without, degree).surfaces[0].values.data()[k];
+    const double error =
+        input.tx_mm.data()[k] - analysis::smooth(without, degree).surfaces[0].values.data()[k];
     sum_sq += error * error;
     ++n;
   }

@@ -5,8 +5,8 @@
 #include <map>
 #include <random>
 
-#include "solve/potential.hpp"
 #include "solve/pins.hpp"
+#include "solve/potential.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::contact_constraint_test {

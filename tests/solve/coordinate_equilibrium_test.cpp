@@ -7,8 +7,8 @@
 
 #include "core/units.hpp"
 #include "solve/coordinate_equilibrium.hpp"
-#include "solve/potential.hpp"
 #include "solve/pins.hpp"
+#include "solve/potential.hpp"
 #include "solve/stability_search.hpp"
 
 namespace vrda::coordinate_equilibrium_test {

@@ -359,8 +359,8 @@ TEST(Equilibrium, IsAtLeastAsFarAlongDeltaAsTheSearch)
     const std::vector<std::string> scenes = {"ball-in-dish", "bar-on-pyramids", "cap-in-sink"};
     const geometry::Shape shape =
         geometry::generate_shape({scenes[static_cast<std::size_t>(k % 3)],
-                                {{"turn", 15 * unit(random)}, {"offset_x", 1.5 * unit(random)}},
-                                {}});
+                                  {{"turn", 15 * unit(random)}, {"offset_x", 1.5 * unit(random)}},
+                                  {}});
     const solve::Joint joint =
         solve::make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
     const StepRecord r = solve(joint, {}), s = solve::find_stable_pose(joint, {}, {}, search);

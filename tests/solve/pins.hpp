@@ -64,7 +64,7 @@ inline Eigen::Vector3d force_of(const ContactForce& f)
 inline constexpr double fibre_stiffness_n = 2000;  // per unit strain
 
 inline model::Fibre fibre(const Eigen::Vector3d& reference_mm, const Eigen::Vector3d& moving_mm,
-                             double slack_mm)
+                          double slack_mm)
 {
   model::Fibre f;
   f.reference_mm = reference_mm;

@@ -42,7 +42,7 @@ void expect_clean_contact(const solve::Joint& joint, const StepRecord& r, const 
       contact::find_collision(joint.reference.tree_mesh, joint.moving.tree_mesh, r.pose, narrow_phase)
           .has_value());
   EXPECT_LE(geometry::directional_gap(joint.reference.tree_mesh, joint.moving.tree_mesh.mesh,
-                                       joint.moving.tree_mesh.tree, r.pose)
+                                      joint.moving.tree_mesh.tree, r.pose)
                 .travel_mm,
             options.translation_resolution_mm);
 }

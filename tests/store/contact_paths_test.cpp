@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "model/frames.hpp"
 #include "core/units.hpp"
+#include "model/frames.hpp"
 #include "store/sample_model.hpp"
 
 namespace vrda::contact_paths_test {

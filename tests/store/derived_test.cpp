@@ -1,6 +1,6 @@
 // Derived data in a motion model: order, replacement and removal.
-#include "store/motion_model.hpp"
 #include "core/units.hpp"
+#include "store/motion_model.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "store/changed_file.hpp"
-#include "store/motion_model.hpp"
 #include "store/model_checks.hpp"
+#include "store/motion_model.hpp"
 #include "store/registry.hpp"
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"

@@ -12,9 +12,9 @@
 
 #include "core/units.hpp"
 #include "store/changed_file.hpp"
-#include "store/read_separately.hpp"
-#include "store/motion_model.hpp"
 #include "store/model_checks.hpp"
+#include "store/motion_model.hpp"
+#include "store/read_separately.hpp"
 #include "store/sample_model.hpp"
 #include "store/trace.hpp"
 #include "support/refusal.hpp"

@@ -1,8 +1,8 @@
 #include "store/sample_model.hpp"
 
+#include "core/units.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
-#include "core/units.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "support/meshes.hpp"

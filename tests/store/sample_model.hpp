@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <string>
 
-#include "store/solved_cells.hpp"
 #include "store/motion_model.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda::test {
 

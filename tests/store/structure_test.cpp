@@ -10,8 +10,8 @@
 #include "core/text.hpp"
 #include "store/changed_file.hpp"
 #include "store/motion_model.hpp"
-#include "store/sample_model.hpp"
 #include "store/read_separately.hpp"
+#include "store/sample_model.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

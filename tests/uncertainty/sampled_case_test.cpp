@@ -6,8 +6,8 @@
 #include <set>
 
 #include "job/job.hpp"
-#include "support/refusal.hpp"
 #include "job/uncertainty_job.hpp"
+#include "support/refusal.hpp"
 
 namespace vrda::sampled_case_test {
 
@@ -117,7 +117,7 @@ distribution = "normal"
 sd = 0.02
 shared_by = "fibre"
 correlation = 0.6)"),
-                              "samples = 2000\n");
+                             "samples = 2000\n");
   const job::SampledCase samples(job);
   std::vector<std::size_t> acl;
   for (std::size_t k = 0; k < job.ligaments.fibres.size(); ++k)

@@ -72,8 +72,7 @@ TEST(Statistics, IntervalsOfTheIndicesHoldTheTruthInAboutNineOfTenStudies)
   for (std::uint32_t seed = 1; seed <= 100; ++seed) {
     const Study made = study(seed, job::SampleSequence::latin_hypercube);
     for (Eigen::Index d = 0; d < 2; ++d, ++n_all) {
-      const auto index =
-          job::first_order_indices(made.scores.col(d), made.result, made.group).front();
+      const auto index = job::first_order_indices(made.scores.col(d), made.result, made.group).front();
       n_held += index.low <= expected[d] && expected[d] <= index.high ? 1 : 0;
     }
   }
@@ -90,11 +89,9 @@ TEST(Statistics, FailedSamplesAreLeftOutAndTooFewGiveNoIndex)
   EXPECT_NEAR(most, whole, 0.03);
   EXPECT_NE(most, whole);
   made.result.topRows(361).setConstant(nan);
-  EXPECT_TRUE(
-      std::isnan(job::first_order_indices(made.scores.col(0), made.result, made.group)[0].index));
+  EXPECT_TRUE(std::isnan(job::first_order_indices(made.scores.col(0), made.result, made.group)[0].index));
   made.result.setConstant(5.0);
-  EXPECT_TRUE(
-      std::isnan(job::first_order_indices(made.scores.col(0), made.result, made.group)[0].index))
+  EXPECT_TRUE(std::isnan(job::first_order_indices(made.scores.col(0), made.result, made.group)[0].index))
       << "no spread";
 }
 

@@ -48,15 +48,15 @@ HoleCase drawn(Draw& draw, double play_mm, Stretch stretch)
   const std::string narrow_way = draw.whole(0, 1) == 0 ? "stretch_x" : "stretch_z";
   const int ball_edges = draw.whole(14, 20);
   geometry::ShapeRequest request{"ball-in-dish",
-                               {{"ball_radius", 1.0},
-                                {"stretch_y", stretch_y},
-                                {narrow_way, narrower},
-                                {"dish_radius", width_mm / std::sqrt(2.0) / 0.95 * draw.uniform(1.0, 2.5)},
-                                {"dish_width", width_mm},
-                                {"hole", hole_mm},
-                                {"ball_edges", ball_edges},
-                                {"dish_edges", dish_edges}},
-                               {{"section", draw.whole(0, 1) == 0 ? "bowl" : "cone"}}};
+                                 {{"ball_radius", 1.0},
+                                  {"stretch_y", stretch_y},
+                                  {narrow_way, narrower},
+                                  {"dish_radius", width_mm / std::sqrt(2.0) / 0.95 * draw.uniform(1.0, 2.5)},
+                                  {"dish_width", width_mm},
+                                  {"hole", hole_mm},
+                                  {"ball_edges", ball_edges},
+                                  {"dish_edges", dish_edges}},
+                                 {{"section", draw.whole(0, 1) == 0 ? "bowl" : "cone"}}};
   const Scene unit = scene_of(request);
   result.hole_mm = opening_mm(unit.reference);
   const double width_wanted_mm = result.hole_mm - std::min(play_mm, 0.5 * result.hole_mm);

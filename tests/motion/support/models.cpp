@@ -4,8 +4,8 @@
 #include <array>
 #include <limits>
 
-#include "model/coordinates.hpp"
 #include "core/units.hpp"
+#include "model/coordinates.hpp"
 #include "store/motion.hpp"
 #include "support/meshes.hpp"
 

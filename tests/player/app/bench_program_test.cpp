@@ -15,9 +15,9 @@
 #include <thread>
 
 #include "bench/bench_show.hpp"
+#include "bench/recording.hpp"
 #include "core/text.hpp"
 #include "motion/support/models.hpp"
-#include "bench/recording.hpp"
 #include "store/motion_model.hpp"
 #include "support/messages.hpp"
 #include "support/process.hpp"

@@ -9,10 +9,10 @@
 #include <thread>
 
 #include "core/units.hpp"
-#include "show/run_watch.hpp"
-#include "store/journal.hpp"
 #include "motion/support/models.hpp"
 #include "player/render/screen.hpp"
+#include "show/run_watch.hpp"
+#include "store/journal.hpp"
 #include "store/motion_model.hpp"
 #include "support/messages.hpp"
 #include "support/process.hpp"
@@ -39,8 +39,7 @@ class Follow : public testing::Test {
 
   void add_steps(int flexion)
   {
-    store::OpenJournal journal =
-        store::JournalWriter::open(store::journal_of(output_), std::string(64, 'a'));
+    store::OpenJournal journal = store::JournalWriter::open(store::journal_of(output_), std::string(64, 'a'));
     for (int j = 0; j < 3; ++j) {
       StepRecord r;
       r.key = {StepKind::row, flexion, j};
@@ -232,9 +231,7 @@ TEST_F(Follow, FillsInTheGridInAWindow)
   const test::Screen screen;
   add_steps(0);
   test::Process program(command({"--size", "640x480", "--views", "front"}));
-  const auto n_stable = [&] {
-    return count(screen.picture(640, 480), show::colour_of(StepStatus::stable));
-  };
+  const auto n_stable = [&] { return count(screen.picture(640, 480), show::colour_of(StepStatus::stable)); };
   // The legend's swatch is smaller than a cell.
   ASSERT_TRUE(comes_true([&] { return n_stable() > 2000; })) << program.said();
   const int with_two = n_stable();

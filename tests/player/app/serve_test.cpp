@@ -13,8 +13,8 @@
 #include <thread>
 
 #include "core/units.hpp"
-#include "store/motion.hpp"
 #include "motion/support/models.hpp"
+#include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "support/messages.hpp"
 #include "support/process.hpp"
@@ -34,7 +34,7 @@ store::MotionModel moving_model()
   test::ModelPlan plan;
   plan.motion = [](double flexion_deg, double varus_deg) {
     return store::PoseCoordinates{0.1 * flexion_deg, -30.0 + 0.05 * flexion_deg, 2.0 * varus_deg,
-                                   0.1 * flexion_deg};
+                                  0.1 * flexion_deg};
   };
   store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);

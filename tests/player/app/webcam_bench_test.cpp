@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/bench_show.hpp"
+#include "bench/recording.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 #include "player/webcam/rendered_pictures.hpp"
-#include "bench/recording.hpp"
 #include "store/motion_model.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"

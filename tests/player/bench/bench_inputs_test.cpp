@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "../bench_files/bench_texts.hpp"
-#include "bench/bench_show.hpp"
 #include "bench/bench_run.hpp"
+#include "bench/bench_show.hpp"
 #include "bench_samples.hpp"
 #include "core/units.hpp"
 
@@ -190,8 +190,7 @@ TEST(BenchInputs, AnInputThatIsNotLiveIsReportedAsText)
             "tibia hidden for 1.2 s");
   EXPECT_EQ(bench::input_status_text("tibia", {true, true, true, 0.01, bench::ToolVisibility::seen}), "");
   EXPECT_EQ(bench::input_status_text("tibia", {}), "");
-  EXPECT_NE(bench::input_status_text("tibia", {true, false, false, 0.0, bench::ToolVisibility::missing}),
-            "");
+  EXPECT_NE(bench::input_status_text("tibia", {true, false, false, 0.0, bench::ToolVisibility::missing}), "");
 }
 
 }  // namespace vrda::bench_inputs_test

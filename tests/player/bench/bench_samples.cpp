@@ -27,7 +27,7 @@ bench::Calibration calibration_of(const bench::BenchFile& bench)
 }  // namespace
 
 bench::Sample place_sample(std::uint16_t tool, const Pose& X_tracker_tool, std::int64_t device_ns,
-                             std::int64_t arrival_ns)
+                           std::int64_t arrival_ns)
 {
   bench::Sample sample;
   sample.kind = bench::SampleKind::tool_pose;
@@ -101,12 +101,11 @@ Pose SmallBench::X_body_model(bench::BodyRole role) const
 Pose SmallBench::X_tracker_shank(const Pose& X_tracker_thigh, const bench::LegAngles& angles) const
 {
   return X_tracker_thigh * X_body_model(bench::BodyRole::femur) *
-         bench::X_femur_tibia(angles, frame, {1, 2, 3}) *
-         X_body_model(bench::BodyRole::tibia).inverse();
+         bench::X_femur_tibia(angles, frame, {1, 2, 3}) * X_body_model(bench::BodyRole::tibia).inverse();
 }
 
-void SmallBench::take_leg(const Pose& X_tracker_thigh, const bench::LegAngles& angles,
-                          std::int64_t device_ns, std::int64_t arrival_ns)
+void SmallBench::take_leg(const Pose& X_tracker_thigh, const bench::LegAngles& angles, std::int64_t device_ns,
+                          std::int64_t arrival_ns)
 {
   state.take(place_sample(0, X_tracker_thigh, device_ns, arrival_ns));
   state.take(place_sample(1, X_tracker_shank(X_tracker_thigh, angles), device_ns, arrival_ns));

@@ -12,7 +12,7 @@ namespace vrda::test {
 inline constexpr std::int64_t ms_in_ns = 1'000'000;
 
 bench::Sample place_sample(std::uint16_t tool, const Pose& X_tracker_tool, std::int64_t device_ns,
-                             std::int64_t arrival_ns);
+                           std::int64_t arrival_ns);
 bench::Sample hidden_sample(std::uint16_t tool, std::int64_t arrival_ns);
 bench::Sample potentiometer_sample(int count, std::int64_t arrival_ns);
 bench::Sample stage_sample(int count, std::int64_t arrival_ns, std::uint8_t flags = 0);

@@ -9,11 +9,11 @@
 #include <sstream>
 
 #include "bench/bench_run.hpp"
+#include "bench/recording.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 #include "player/bench/bench_samples.hpp"
 #include "player/bench_files/bench_texts.hpp"
-#include "bench/recording.hpp"
 #include "store/motion_model.hpp"
 #include "support/allocation_count.hpp"
 #include "support/input_error.hpp"
@@ -29,8 +29,7 @@ constexpr int n_pictures = 40;
 
 std::vector<view::KeyPress> presses(int n, view::Key key, bool has_shift = false)
 {
-  return std::vector<view::KeyPress>(static_cast<std::size_t>(n),
-                                           view::KeyPress{key, has_shift, false});
+  return std::vector<view::KeyPress>(static_cast<std::size_t>(n), view::KeyPress{key, has_shift, false});
 }
 
 /// Selects the right eye's k1 from the first parameter, around the end of the list.
@@ -294,8 +293,7 @@ TEST_F(BenchReplay, AVideoTakesAsLongAsTheRecording)
 TEST_F(BenchReplay, ABenchFrameAllocatesNothingThoughTheCalibrationKeepsItsMarks)
 {
   VRDA_REQUIRE_ALLOCATION_COUNT();
-  bench::CalibrationRecord& record =
-      setup_->calibration.records[bench::CalibrationPart::viewport];
+  bench::CalibrationRecord& record = setup_->calibration.records[bench::CalibrationPart::viewport];
   record.date = "2026-11-22, a date too long for a short string";
   record.marks = {{"a task with a name that is long", {{1.0, 2.0}, {3.0, 4.0}}}};
   bench::BenchOutput show(options_, *setup_);

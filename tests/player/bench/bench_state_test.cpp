@@ -40,8 +40,7 @@ TEST(BenchState, TwoBodiesAskTheModelAtTheirGroodSuntayAngles)
         const bench::BenchFrame& frame = bench.state.frame(now_ns);
         expect_attitude(frame, flexion_deg, varus_deg, rounding);
         const Pose X_reference = X_thigh * bench.X_body_model(BodyRole::femur);
-        const store::JointPose wanted =
-            bench.motion.at({rad_from_deg(flexion_deg), rad_from_deg(varus_deg)});
+        const store::JointPose wanted = bench.motion.at({rad_from_deg(flexion_deg), rad_from_deg(varus_deg)});
         EXPECT_LT(distance_of(frame.X_tracker_reference, X_reference), rounding);
         EXPECT_LT(distance_of(frame.X_tracker_moving, X_reference * wanted.X_reference_moving), rounding);
         EXPECT_TRUE(frame.bodies[1].is_live && frame.bodies[2].is_live);

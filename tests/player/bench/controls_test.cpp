@@ -56,8 +56,7 @@ TEST(ControlsOfATrackedLeg, ItsAnglesCannotBeSelected)
   bench::apply_key(bench.state, {view::key_of('F'), false, false});
   EXPECT_EQ(bench::parameters()[bench.state.selected()].name, "prediction");
   for (const char* name : {"flexion", "varus", "leg.shift_x", "head.turn_y"})
-    EXPECT_FALSE(bench::is_used(bench::find_parameter(name).value(), bench.state.bench()))
-        << name;
+    EXPECT_FALSE(bench::is_used(bench::find_parameter(name).value(), bench.state.bench())) << name;
   for (const char* name : {"femur.turn_x", "tibia.shift_z", "eyes.shift_y", "table.turn_x", "right.k2"})
     EXPECT_TRUE(bench::is_used(bench::find_parameter(name).value(), bench.state.bench())) << name;
 }
@@ -88,9 +87,7 @@ TEST_F(Controls, LeftAndRightChangeByStepsAndBackToTheSameValue)
     press(view::Key::right);
     press(view::Key::left);
     const double before = bench::value_of(bench_.state.values(), k);
-    const auto gained = [&] {
-      return (bench::value_of(bench_.state.values(), k) - before) / parameter.step;
-    };
+    const auto gained = [&] { return (bench::value_of(bench_.state.values(), k) - before) / parameter.step; };
     press(view::Key::right);
     EXPECT_NEAR(gained(), 1.0, 1e-6);
     press(view::Key::right, true);
@@ -143,17 +140,16 @@ TEST_F(Controls, TheOthersAskTheLoop)
     view::Key key;
     bench::BenchRequest request;
   };
-  for (const Row row : {Row{view::key_of('Z'), bench::BenchRequest::zero_stage},
-                        Row{view::key_of('W'), bench::BenchRequest::write_calibration},
-                        Row{view::key_of('T'), bench::BenchRequest::show_panel},
-                        Row{view::key_of('S'), bench::BenchRequest::screenshot},
-                        Row{view::key_of('H'), bench::BenchRequest::show_help},
-                        Row{view::key_of('?'), bench::BenchRequest::show_help},
-                        Row{view::key_of('Q'), bench::BenchRequest::quit},
-                        Row{view::Key::escape, bench::BenchRequest::quit},
-                        Row{view::Key::up, bench::BenchRequest::none},
-                        Row{view::key_of('X'), bench::BenchRequest::none},
-                        Row{view::Key::none, bench::BenchRequest::none}})
+  for (const Row row :
+       {Row{view::key_of('Z'), bench::BenchRequest::zero_stage},
+        Row{view::key_of('W'), bench::BenchRequest::write_calibration},
+        Row{view::key_of('T'), bench::BenchRequest::show_panel},
+        Row{view::key_of('S'), bench::BenchRequest::screenshot},
+        Row{view::key_of('H'), bench::BenchRequest::show_help},
+        Row{view::key_of('?'), bench::BenchRequest::show_help},
+        Row{view::key_of('Q'), bench::BenchRequest::quit}, Row{view::Key::escape, bench::BenchRequest::quit},
+        Row{view::Key::up, bench::BenchRequest::none}, Row{view::key_of('X'), bench::BenchRequest::none},
+        Row{view::Key::none, bench::BenchRequest::none}})
     EXPECT_EQ(press(row.key), row.request) << static_cast<int>(row.key);
 }
 

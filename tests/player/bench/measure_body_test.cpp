@@ -32,7 +32,7 @@ const std::string four_markers = "[body.femur]\nmarkers = [\"a\", \"b\", \"c\", 
 bench::BenchFile unmeasured(const std::string& places = "")
 {
   return bench::parse_bench_file(text_with(four_markers + places), "bench.toml",
-                                       bench::MarkerPositions::optional);
+                                 bench::MarkerPositions::optional);
 }
 
 using Places = std::vector<Eigen::Vector3d>;
@@ -59,8 +59,7 @@ TEST(MeasureBody, ItsLinesAreThoseOfABenchFileWithTheSameDistances)
   for (const char* fact : {"# from 40 frames, 0 ", "residual 0 mm"}) EXPECT_THAT(lines, HasSubstr(fact));
   EXPECT_THAT(lines, HasSubstr("# d: 0 mm in 38 frames\n"));
   const bench::BenchFile measured = test::bench_of(text_with(lines));
-  const Places& found =
-      measured.bodies[static_cast<std::size_t>(bench::BodyRole::femur)]->markers_body_mm;
+  const Places& found = measured.bodies[static_cast<std::size_t>(bench::BodyRole::femur)]->markers_body_mm;
   ASSERT_EQ(found.size(), 4U);
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t j = 0; j < i; ++j)
@@ -83,8 +82,8 @@ TEST(MeasureBody, KeepsTheFrameOfMarkerPositionsInTheBenchFile)
 TEST(MeasureBody, MarkersThatMakeNoBodyAreRefusedByName)
 {
   const auto refusal = [](const std::vector<bench::MarkerRow>& frames) {
-    const InputError::Facts facts = test::input_error(
-        [&] { bench::build_measured_body(frames, unmeasured(), bench::BodyRole::femur); });
+    const InputError::Facts facts =
+        test::input_error([&] { bench::build_measured_body(frames, unmeasured(), bench::BodyRole::femur); });
     EXPECT_THAT(facts, test::refuses({"bench.toml", "body.femur.markers"}));
     return facts.found;
   };

@@ -27,8 +27,7 @@ TEST(RecordedMotion, IsEveryPoseAtItsTime)
   const Pose start = test::some_pose(3);
   const bench::BenchFile bench = test::SmallBench(test::rigid_text()).bench;
   const bench::Recording recording = recording_of(start, a_second);
-  const std::vector<bench::TimedPose> motion =
-      bench::recorded_motion(recording, bench, bench::BodyRole::leg);
+  const std::vector<bench::TimedPose> motion = bench::recorded_motion(recording, bench, bench::BodyRole::leg);
   ASSERT_EQ(motion.size(), 200u);
   for (std::size_t k = 0; k < motion.size(); ++k) {
     EXPECT_NEAR(motion[k].time_s, 0.01 * static_cast<double>(k) + 0.003, 1e-9);

@@ -36,9 +36,8 @@ std::string recorded(const test::SmallBench& bench)
     if (k < 2 * turned_at)
       samples.push_back(test::potentiometer_sample(k < turned_at ? 300 : 700, arrival_ns));
     if (k == 100 || k == 400)
-      samples.push_back(test::link_sample(bench::DeviceId::board,
-                                          k == 100 ? bench::LinkState::closed : bench::LinkState::up,
-                                          arrival_ns));
+      samples.push_back(test::link_sample(
+          bench::DeviceId::board, k == 100 ? bench::LinkState::closed : bench::LinkState::up, arrival_ns));
     std::vector<view::KeyPress> keys;
     if (k == 50) keys.assign(3, {view::Key::right});
     bytes += core::frame_of(bench::bytes_of(now_ns, keys, samples));
@@ -72,8 +71,7 @@ TEST(ReplayState, AJumpShowsTheFrameOfTheSession)
     }
     EXPECT_EQ(a.potentiometer.is_live, b.potentiometer.is_live);
     for (std::size_t p = 0; p < bench::parameters().size(); ++p)
-      EXPECT_EQ(bench::value_of(played.state().values(), p),
-                bench::value_of(jumped.state().values(), p));
+      EXPECT_EQ(bench::value_of(played.state().values(), p), bench::value_of(jumped.state().values(), p));
   }
 }
 

@@ -58,8 +58,7 @@ TEST(Trackball, TheRightButtonMovesTheJointWithThePointer)
   EXPECT_NEAR(desk.bench.state.X_leg_joint().translation().z(), 0.0, 1e-6);
   EXPECT_TRUE(desk.bench.state.frame(4).is_moved_aside);
   desk.move(view::InputKind::motion, from.x(), from.y());
-  EXPECT_LT(test::distance_of(desk.bench.state.X_leg_joint(), Pose::Identity()), 1e-9)
-      << "back at the press";
+  EXPECT_LT(test::distance_of(desk.bench.state.X_leg_joint(), Pose::Identity()), 1e-9) << "back at the press";
   desk.move(view::InputKind::release, from.x(), from.y(), view::MouseButton::right);
   desk.move(view::InputKind::motion, from.x() + 50.0, from.y());
   EXPECT_FALSE(desk.last) << "released";

@@ -11,12 +11,12 @@ namespace vrda::window_check_test {
 using testing::HasSubstr;
 
 const std::vector<view::Monitor> two_monitors{{"DP-1", {0, 0, 1280, 1024}, 60},
-                                                {"HDMI-1", {1280, 0, 1920, 1080}, 60}};
+                                              {"HDMI-1", {1280, 0, 1920, 1080}, 60}};
 
 bench::BenchFile bench_with(const std::string& display)
 {
-  return test::bench_of(test::bench_head() + "[display]\n" + display + test::tracker_table + test::two_bodies +
-                        test::board_table);
+  return test::bench_of(test::bench_head() + "[display]\n" + display + test::tracker_table +
+                        test::two_bodies + test::board_table);
 }
 
 /// What is found of a window, or nothing.
@@ -42,7 +42,8 @@ TEST(WindowCheck, NamesSizePlaceAndWhatNoScreenShows)
   elsewhere.display.at = {640, 0};
   EXPECT_EQ(found(elsewhere, {640, 0, 1280, 1024}), "") << "across two monitors";
   elsewhere.display.at.reset();
-  EXPECT_THAT(found(elsewhere, {0, 2000, 1280, 1024}), HasSubstr("off every screen")) << "without a wanted place";
+  EXPECT_THAT(found(elsewhere, {0, 2000, 1280, 1024}), HasSubstr("off every screen"))
+      << "without a wanted place";
   EXPECT_EQ(found(elsewhere, {0, 2000, 1280, 1024}, {}), "") << "no monitor is known";
 }
 
@@ -61,13 +62,12 @@ TEST(Outputs, AreMonitorsByName)
   EXPECT_EQ(found(one, {1280, 0, 1920, 1080}), "");
   EXPECT_EQ(found(one, {0, 0, 1920, 1080}), "a window at 0, 0");
   EXPECT_EQ(found(one, {1280, 0, 1920, 1080}, {}), "\"HDMI-1\"") << "unplugged";
-  const bench::BenchFile both = bench_with(
-      "width = 2560\nheight = 1024\nlayout = \"two-outputs\"\noutputs = [\"DP-1\", \"HDMI-1\"]\n");
+  const bench::BenchFile both =
+      bench_with("width = 2560\nheight = 1024\nlayout = \"two-outputs\"\noutputs = [\"DP-1\", \"HDMI-1\"]\n");
   EXPECT_EQ(bench::window_position(both, two_monitors), (std::array{0, 0}));
   bench::BenchFile exchanged = both;
   std::swap(exchanged.display.outputs[0], exchanged.display.outputs[1]);
-  const InputError::Facts facts =
-      test::input_error([&] { bench::window_position(exchanged, two_monitors); });
+  const InputError::Facts facts = test::input_error([&] { bench::window_position(exchanged, two_monitors); });
   EXPECT_EQ(facts.field, "display.outputs");
   EXPECT_EQ(facts.found, "\"DP-1\" at 0, 0");
   EXPECT_THAT(facts.wanted, HasSubstr("at 2560, 0"));

@@ -118,7 +118,7 @@ TEST(BenchFile, BodiesAreThoseThatLegAndHeadWant)
                   three_markers + "[body.femur]\ntool = \"f\"\n"),
             (std::vector<std::string>{"f", "a", "b", "c", "h"}));
   const bench::BenchFile bench = test::bench_of(bench_head("rigid") + shared + "[body.leg]\n" +
-                                                      three_markers + "marker_interval_ms = 0.5\n");
+                                                three_markers + "marker_interval_ms = 0.5\n");
   const bench::BodySettings& leg = bench.bodies[0].value();
   ASSERT_EQ(leg.markers_body_mm.size(), 3u);
   EXPECT_EQ(leg.markers_body_mm[2], Eigen::Vector3d(0, 40, 0));

@@ -12,7 +12,7 @@ namespace vrda::calibration_record_test {
 
 /// `named`: the first names.
 bench::Estimate random_estimate(std::mt19937_64& random, const std::vector<std::string>& named,
-                                      Eigen::Index n_more)
+                                Eigen::Index n_more)
 {
   std::normal_distribution<double> any;
   bench::Estimate estimate;
@@ -52,8 +52,7 @@ bench::CalibrationRecord random_record(std::mt19937_64& random, bench::Calibrati
       for (int k = 0; k < row; ++k) made.rows.back().push_back(any(random));
     }
   }
-  if (number % 2 == 0)
-    record.estimate = random_estimate(random, bench::shared_estimate_names(part), number);
+  if (number % 2 == 0) record.estimate = random_estimate(random, bench::shared_estimate_names(part), number);
   return record;
 }
 

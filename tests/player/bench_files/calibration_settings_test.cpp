@@ -33,8 +33,7 @@ TEST(CalibrationSettings, AnEmptyTableIsTheDefaults)
                         s.rail_samples, s.pivot_samples, s.hold_samples, s.bullseyes, s.model_repeats})
       all.push_back(n);
     for (const bool flag : {s.is_grid_adjusted, s.has_pupillometer, s.is_model_adjusted}) all.push_back(flag);
-    for (const bench::CalibrationRectangle& r : s.rectangles)
-      all.insert(all.end(), {r.width_mm, r.depth_mm});
+    for (const bench::CalibrationRectangle& r : s.rectangles) all.insert(all.end(), {r.width_mm, r.depth_mm});
     return all;
   };
   EXPECT_EQ(numbers(c), numbers(defaults));

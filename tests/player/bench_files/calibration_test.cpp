@@ -174,8 +174,7 @@ TEST(Calibration, OneOfAnotherWindowIsRefused)
     for (const int n : numbers) words += (words.empty() ? "[" : ", ") + std::to_string(n) + ".0";
     return words + "]";
   };
-  const InputError::Facts facts =
-      test::input_error([&] { bench::parse_calibration(text, "c.toml", bench); });
+  const InputError::Facts facts = test::input_error([&] { bench::parse_calibration(text, "c.toml", bench); });
   EXPECT_EQ(facts.file, "c.toml");
   EXPECT_EQ(facts.field, "display.right_window");
   EXPECT_THAT(facts.found, testing::HasSubstr(list(before)));
@@ -208,9 +207,8 @@ TEST(Calibration, WhatIsWrongIsNamed)
            Row{"shift_mm = [0.0, 0.0, 800.0]", "shift_mm = [0.0, 0.0]", "eyes.shift_mm", "[0, 0]"},
        }) {
     SCOPED_TRACE(row.to);
-    EXPECT_THAT(test::input_error([&] {
-                  bench::parse_calibration(replaced(text, row.from, row.to), "c.toml", bench);
-                }),
+    EXPECT_THAT(test::input_error(
+                    [&] { bench::parse_calibration(replaced(text, row.from, row.to), "c.toml", bench); }),
                 test::refuses({"c.toml", row.field, row.found}));
   }
   EXPECT_THAT(test::input_error([&] {

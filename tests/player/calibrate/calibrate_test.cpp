@@ -12,12 +12,12 @@
 #include <sstream>
 
 #include "calibration/calibration_mode.hpp"
+#include "calibration/truth.hpp"
 #include "motion/support/models.hpp"
-#include "view/image.hpp"
 #include "store/motion_model.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
-#include "calibration/truth.hpp"
+#include "view/image.hpp"
 
 namespace vrda::calibrate_test {
 
@@ -44,7 +44,7 @@ InputError::Facts refusal(const calibration::CalibrateOptions& options)
 class Calibrate : public testing::Test {
  protected:
   calibration::CalibrateOptions options(const std::string& step,
-                                      const std::string& file = "calibration.toml") const
+                                        const std::string& file = "calibration.toml") const
   {
     calibration::CalibrateOptions made;
     made.step = step;
@@ -145,7 +145,8 @@ TEST_F(Calibrate, WhatManyBenchesWouldNotDoIsRefused)
   };
   EXPECT_THAT(refused([](calibration::CalibrateOptions& o) { o.calibration = "q.toml"; }),
               HasSubstr("--calibration"));
-  EXPECT_THAT(refused([](calibration::CalibrateOptions& o) { o.script = "keys.txt"; }), HasSubstr("--script"));
+  EXPECT_THAT(refused([](calibration::CalibrateOptions& o) { o.script = "keys.txt"; }),
+              HasSubstr("--script"));
   EXPECT_THAT(refused([](calibration::CalibrateOptions& o) { o.pictures = "p"; }), HasSubstr("--pictures"));
   EXPECT_THAT(refused([](calibration::CalibrateOptions& o) { o.step = "viewport"; }), HasSubstr("viewport"));
 }
@@ -221,7 +222,7 @@ TEST_F(Calibrate, LeftAndTakenUpAgainItIsTheSame)
 {
   // The simulated operator finishes a part; a script may end within one.
   calibration::CalibrateOptions whole = options("viewport", "whole.toml"),
-                              pieces = options("viewport", "pieces.toml");
+                                pieces = options("viewport", "pieces.toml");
   const std::string first = "press Right 20\npress Enter\npress Left 15\npress Enter\n";
   const std::string second = "press Right 21\npress Enter\nwait 0.1\npress Left 16\npress Enter\n";
   whole.script = written("whole.txt", first + second);
@@ -471,14 +472,13 @@ TEST_F(Calibrate, PracticeReportsTheErrorOfEachTask)
 {
   calibration::CalibrateOptions wanted = options("viewport");
   wanted.calibration.clear();
-  const bench::BenchFile bench =
-      bench::parse_bench_file(calibration::virtual_bench_text(), "virtual bench");
+  const bench::BenchFile bench = bench::parse_bench_file(calibration::virtual_bench_text(), "virtual bench");
   const double left = calibration::virtual_truth(bench, 1).edges_px[0].left;
-  const auto start = calibration::tasks_of(bench::CalibrationPart::viewport, bench,
-                                                 bench::nominal_calibration(bench))
-                         .front()
-                         .dials[0]
-                         .value;
+  const auto start =
+      calibration::tasks_of(bench::CalibrationPart::viewport, bench, bench::nominal_calibration(bench))
+          .front()
+          .dials[0]
+          .value;
   const long n = std::lround(start - std::round(left));
   ASSERT_GT(n, 0) << "the line starts inside the edge";
   wanted.script = written("keys.txt", "press Left " + std::to_string(n) + "\npress Enter\npress Escape\n");

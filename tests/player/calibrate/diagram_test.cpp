@@ -20,8 +20,8 @@ Body box_body(const Eigen::Vector3d& half_mm)
     mesh.vertices_mm.row(k) = half_mm.cwiseProduct(
         Eigen::Vector3d((k & 1) != 0 ? 1 : -1, (k & 2) != 0 ? 1 : -1, (k & 4) != 0 ? 1 : -1));
   mesh.triangles.resize(12, 3);
-  mesh.triangles << 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3,
-      5, 3, 7, 5;
+  mesh.triangles << 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6,
+      1, 3, 5, 3, 7, 5;
   return body;
 }
 
@@ -88,7 +88,8 @@ TEST(Diagram, TheNextPointIsLitWhereItIsOnTheModel)
   const auto& points = calibration::points_of(part, bench.calibration);
   const calibration::BodyOutline outline = calibration::outline_of(box_body({30.0, 30.0, 30.0}));
   std::vector<Eigen::Vector2d> lit;
-  for (const calibration::Task& task : tasks) lit.push_back(lit_point(calibration::diagram_of(part, task, bench, &outline)));
+  for (const calibration::Task& task : tasks)
+    lit.push_back(lit_point(calibration::diagram_of(part, task, bench, &outline)));
   ASSERT_EQ(lit.size(), points.size());
   // From the front: the subject's right is on the left, up is up; one scale for all points.
   const auto flat = [&](std::size_t k) {
@@ -99,8 +100,8 @@ TEST(Diagram, TheNextPointIsLitWhereItIsOnTheModel)
   for (std::size_t k = 1; k < lit.size(); ++k)
     EXPECT_LT(((lit[k] - lit[0]) - scale * (flat(k) - flat(0))).norm(), 1e-9) << k;
   const auto n_plain = [&](const calibration::BodyOutline* of) {
-    return std::ranges::count(calibration::diagram_of(part, tasks[0], bench, of).lines, calibration::DiagramInk::plain,
-                              &calibration::DiagramLine::ink);
+    return std::ranges::count(calibration::diagram_of(part, tasks[0], bench, of).lines,
+                              calibration::DiagramInk::plain, &calibration::DiagramLine::ink);
   };
   EXPECT_GT(n_plain(&outline), n_plain(nullptr)) << "the model's outline";
 }

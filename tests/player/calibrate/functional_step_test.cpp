@@ -35,8 +35,10 @@ TEST(VirtualNoise, IsSetByName)
   EXPECT_EQ(noise.touch_mm, 5.0);
   EXPECT_EQ(noise.model_deg, 0.25);
   EXPECT_EQ(noise.tracker_mm, calibration::VirtualNoise{}.tracker_mm);
-  for (const char* list : {"touch=5", "touch_mm", "touch_mm=", "touch_mm=-1", "touch_mm=nan", "touch_mm=5 mm", ","}) {
-    EXPECT_THAT(test::input_error([&] { calibration::noise_of(list); }), test::refuses({.file = "--noise"})) << list;
+  for (const char* list :
+       {"touch=5", "touch_mm", "touch_mm=", "touch_mm=-1", "touch_mm=nan", "touch_mm=5 mm", ","}) {
+    EXPECT_THAT(test::input_error([&] { calibration::noise_of(list); }), test::refuses({.file = "--noise"}))
+        << list;
   }
 }
 
@@ -77,7 +79,8 @@ TEST_F(FunctionalStep, ReportsTheErrorsOfVirtualLegs)
 {
   const nlohmann::json found = nlohmann::json::parse(report_of(legs(2)));
   EXPECT_EQ(found.at("joint").at("n"), 2);
-  EXPECT_LT(found.at("joint").at("by_motion_mm").at("largest"), found.at("joint").at("by_landmarks_mm").at("largest"));
+  EXPECT_LT(found.at("joint").at("by_motion_mm").at("largest"),
+            found.at("joint").at("by_landmarks_mm").at("largest"));
   int n = 0;
   for (const nlohmann::json& number : found.at("numbers")) n += number.at("part") == "functional" ? 1 : 0;
   EXPECT_EQ(n, 12);
@@ -94,7 +97,8 @@ TEST_F(FunctionalStep, NeedsAMotionOfFlexion)
   calibration::CalibrateOptions unsolved = legs(1);
   unsolved.model = model([](store::MotionModel& made) { test::unsolve(made, 3, 2); });
   unsolved.set = "raw";
-  EXPECT_THAT(refusal(unsolved), test::refuses({.file = unsolved.model, .field = "flexion", .wanted = "--set"}));
+  EXPECT_THAT(refusal(unsolved),
+              test::refuses({.file = unsolved.model, .field = "flexion", .wanted = "--set"}));
   calibration::CalibrateOptions live = legs(0);
   live.is_virtual = false;
   EXPECT_THAT(refusal(live), test::refuses({.file = "--noise"}));

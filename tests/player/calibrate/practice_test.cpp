@@ -7,10 +7,10 @@
 
 #include "calibration/calibrate.hpp"
 #include "calibration/task.hpp"
-#include "view/overlay_text.hpp"
-#include "view/image.hpp"
-#include "support/scratch.hpp"
 #include "calibration/truth.hpp"
+#include "support/scratch.hpp"
+#include "view/image.hpp"
+#include "view/overlay_text.hpp"
 
 namespace vrda::practice_test {
 
@@ -33,14 +33,13 @@ bool has_text(const view::Texture& picture, const view::VertexColour& colour)
 /// Practice does not praise bad work: above 2 px the deviation is amber, above 10 px red, with what to do.
 TEST(Practice, MarksALargeErrorAndSaysAgain)
 {
-  const bench::BenchFile bench =
-      bench::parse_bench_file(calibration::virtual_bench_text(), "virtual bench");
+  const bench::BenchFile bench = bench::parse_bench_file(calibration::virtual_bench_text(), "virtual bench");
   const double left = calibration::virtual_truth(bench, 1).edges_px[0].left;
-  const double start = calibration::tasks_of(bench::CalibrationPart::viewport, bench,
-                                                   bench::nominal_calibration(bench))
-                           .front()
-                           .dials[0]
-                           .value;
+  const double start =
+      calibration::tasks_of(bench::CalibrationPart::viewport, bench, bench::nominal_calibration(bench))
+          .front()
+          .dials[0]
+          .value;
   const test::Scratch scratch;
   for (const int off_px : {1, 5, 100}) {
     SCOPED_TRACE(off_px);

@@ -40,9 +40,9 @@ void set_dials(calibration::CalibrationSession& session, const std::vector<doubl
     for (long n = std::lround((wanted[k] - session.values()[k]) / dial.step); n != 0;) {
       const long size = std::abs(n) >= 100 ? 100 : std::abs(n) >= 10 ? 10 : 1;
       const bool is_more = n > 0;
-      const view::Key key = k == 0   ? (is_more ? view::Key::right : view::Key::left)
-                                  : is_more != is_cross ? view::Key::up
-                                                        : view::Key::down;
+      const view::Key key = k == 0                ? (is_more ? view::Key::right : view::Key::left)
+                            : is_more != is_cross ? view::Key::up
+                                                  : view::Key::down;
       session.take(view::KeyPress{key, size == 10, size == 100});
       n -= is_more ? size : -size;
     }
@@ -57,7 +57,8 @@ TEST(Rehearsal, EveryTaskCanBeDoneWithWhatItSendsAndPrints)
         bench::parse_bench_file(calibration::virtual_bench_text(head), "bench.toml");
     const std::vector<calibration::CalibrationPart> parts = calibration::parts_of_step("all", bench);
     calibration::Rehearsal rehearsal(bench, parts, seed);
-    calibration::CalibrationSession session(bench, bench::nominal_calibration(bench), {parts, false, "", "c.toml"});
+    calibration::CalibrationSession session(bench, bench::nominal_calibration(bench),
+                                            {parts, false, "", "c.toml"});
     double now_s = 0.0;
     std::uint64_t tick = 0;
     bool is_zeroed = false;
@@ -92,8 +93,9 @@ TEST(Rehearsal, EveryTaskCanBeDoneWithWhatItSendsAndPrints)
         EXPECT_NE(said.find(task.name), std::string::npos) << said;
         set_dials(session, numbers_in(said, task));
       } else {
-        set_dials(session, {static_cast<double>(std::lround(
-                               calibration::virtual_truth(bench, seed).edges_px[0].left))});
+        set_dials(
+            session,
+            {static_cast<double>(std::lround(calibration::virtual_truth(bench, seed).edges_px[0].left))});
       }
       if (task.name.ends_with("rail"))
         while (rehearsal.prompt(now_s).empty()) send();

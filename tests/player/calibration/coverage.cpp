@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/units.hpp"
 #include "bench/rigid_body.hpp"
+#include "core/units.hpp"
 
 namespace vrda::test {
 

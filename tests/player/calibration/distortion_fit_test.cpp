@@ -57,7 +57,7 @@ std::vector<calibration::GridMark> marks_of(const Truth& truth, double noise_px,
       mark.node = Eigen::Vector2d(column, row);
       mark.drawn_px =
           view::drawn_px(truth.distortion,
-                           calibration::shown_px(truth.grid, truth.distortion.pixel_aspect, mark.node)) +
+                         calibration::shown_px(truth.grid, truth.distortion.pixel_aspect, mark.node)) +
           noise_px * Eigen::Vector2d(noise.normals(2));
       marks.push_back(mark);
     }

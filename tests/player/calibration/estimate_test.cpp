@@ -4,8 +4,8 @@
 
 #include <limits>
 
-#include "core/units.hpp"
 #include "bench/rigid_body.hpp"
+#include "core/units.hpp"
 
 namespace vrda::estimate_test {
 

@@ -50,8 +50,7 @@ std::vector<calibration::RectangleMark> marks_of(const view::Eye& eye, const Han
         const double x_mm = hand.middle_mm + side * r.width_mm - eye.position_head_mm.x();
         const double away_mm = eye.position_head_mm.z() + r.depth_mm;
         const double column = eye.distance_px * std::tan(std::atan2(x_mm, away_mm) - hand.turn_rad);
-        Eigen::Vector2d drawn =
-            view::drawn_px(eye.distortion, {eye.sight_px.x() + column, eye.sight_px.y()});
+        Eigen::Vector2d drawn = view::drawn_px(eye.distortion, {eye.sight_px.x() + column, eye.sight_px.y()});
         if (hand.noise_px > 0.0) drawn.x() += noise(random);
         (side < 0.0 ? mark.left_drawn_px : mark.right_drawn_px) = drawn;
       }

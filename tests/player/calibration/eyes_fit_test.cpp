@@ -5,13 +5,13 @@
 
 #include <random>
 
+#include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
 #include "coverage.hpp"
 #include "noise.hpp"
 #include "player/tracking/moves.hpp"
 #include "support/refusal.hpp"
-#include "bench/rigid_body.hpp"
 
 namespace vrda::eyes_fit_test {
 
@@ -386,8 +386,7 @@ TEST(EyesStart, FindsEyesInAnyAttitudeNearEnoughForTheFit)
         calibration::BullseyeMark mark;
         mark.is_right = is_right;
         mark.p_carrier_mm = X_carrier_eyes * p_eyes_mm;
-        mark.drawn_px =
-            view::drawn_px(eye, p_eyes_mm) + 0.5 * Eigen::Vector2d(noise(random), noise(random));
+        mark.drawn_px = view::drawn_px(eye, p_eyes_mm) + 0.5 * Eigen::Vector2d(noise(random), noise(random));
         marks.push_back(mark);
       }
     }

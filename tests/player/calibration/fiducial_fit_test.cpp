@@ -4,11 +4,11 @@
 
 #include <random>
 
+#include "bench/rigid_body.hpp"
 #include "core/units.hpp"
 #include "coverage.hpp"
 #include "player/tracking/moves.hpp"
 #include "support/refusal.hpp"
-#include "bench/rigid_body.hpp"
 
 namespace vrda::fiducial_fit_test {
 

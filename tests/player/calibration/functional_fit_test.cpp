@@ -7,14 +7,14 @@
 #include <limits>
 #include <optional>
 
+#include "bench/rigid_body.hpp"
 #include "calibration/fiducial_fit.hpp"
-#include "model/frames.hpp"
 #include "core/units.hpp"
 #include "coverage.hpp"
 #include "knee_curve.hpp"
+#include "model/frames.hpp"
 #include "noise.hpp"
 #include "support/refusal.hpp"
-#include "bench/rigid_body.hpp"
 
 namespace vrda::functional_fit_test {
 
@@ -70,8 +70,7 @@ BonePlacement by_landmarks(const std::vector<Eigen::Vector3d>& points, const Pos
   }
   const calibration::FiducialFit& fit = *found;
   calibration::Matrix6 C = fit.estimate.covariance;
-  const double t =
-      bench::t_95(fit.estimate.dof) / bench::t_95(std::numeric_limits<double>::infinity());
+  const double t = bench::t_95(fit.estimate.dof) / bench::t_95(std::numeric_limits<double>::infinity());
   Eigen::Matrix<double, 6, 1> unit = Eigen::Matrix<double, 6, 1>::Constant(t);
   unit.tail<3>() *= rad_from_deg(1.0);
   return {fit.X_body_model, unit.asDiagonal() * C * unit.asDiagonal()};

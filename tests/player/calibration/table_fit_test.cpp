@@ -6,12 +6,12 @@
 #include <limits>
 #include <random>
 
+#include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
 #include "coverage.hpp"
 #include "player/tracking/moves.hpp"
 #include "support/refusal.hpp"
-#include "bench/rigid_body.hpp"
 
 namespace vrda::table_fit_test {
 

@@ -12,8 +12,7 @@ calibration::Task task_of(calibration::TaskKind kind, std::size_t n_dials)
   return task;
 }
 
-std::vector<double> after(const calibration::Task& task,
-                          std::initializer_list<view::KeyPress> presses)
+std::vector<double> after(const calibration::Task& task, std::initializer_list<view::KeyPress> presses)
 {
   calibration::Dials dials(task);
   for (const view::KeyPress& press : presses) dials.press(press);
@@ -23,7 +22,7 @@ std::vector<double> after(const calibration::Task& task,
 TEST(CalibrationDials, KeysChangeTheFirstAndTheSecond)
 {
   const calibration::Task two = task_of(calibration::TaskKind::rectangle_sides, 2),
-                                cross = task_of(calibration::TaskKind::point, 2);
+                          cross = task_of(calibration::TaskKind::point, 2);
   const calibration::Task one = task_of(calibration::TaskKind::number, 1);
   using Values = std::vector<double>;
   EXPECT_EQ(after(two, {{view::Key::right}}), (Values{10.25, 10.0}));
@@ -33,12 +32,9 @@ TEST(CalibrationDials, KeysChangeTheFirstAndTheSecond)
   // A cross moves up when y decreases.
   EXPECT_EQ(after(cross, {{view::Key::up}}), (Values{10.0, 9.75}));
   EXPECT_EQ(after(cross, {{view::Key::down}}), (Values{10.0, 10.25}));
-  EXPECT_EQ(
-      after(one, {{view::Key::right, false, true}, {view::Key::up}, {view::Key::down}}),
-      Values{35.0});
+  EXPECT_EQ(after(one, {{view::Key::right, false, true}, {view::Key::up}, {view::Key::down}}), Values{35.0});
   EXPECT_EQ(after(one, {{view::Key::left, false, true}}), Values{0.0});
-  EXPECT_EQ(after(task_of(calibration::TaskKind::depth_check, 0),
-                  {{view::Key::left}, {view::Key::up}}),
+  EXPECT_EQ(after(task_of(calibration::TaskKind::depth_check, 0), {{view::Key::left}, {view::Key::up}}),
             Values{});
 }
 

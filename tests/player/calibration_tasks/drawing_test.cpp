@@ -58,8 +58,7 @@ void expect_within(const calibration::DrawnLine& line, const view::Viewport& v)
 TEST(CalibrationDrawing, StaysWithinWhatIsVisible)
 {
   int n_lines = 0;
-  for (const bench::BenchFile& bench :
-       {test::virtual_bench(bench::HeadKind::stage), adjusted_bench()}) {
+  for (const bench::BenchFile& bench : {test::virtual_bench(bench::HeadKind::stage), adjusted_bench()}) {
     const bench::Calibration truth = calibration::virtual_truth(bench, 3).calibration;
     for (const Drawn& drawn : all_drawn(bench, truth)) {
       SCOPED_TRACE(drawn.task.name);
@@ -86,11 +85,9 @@ TEST(CalibrationDrawing, AnAlignedCrossThatLiesOutsideDrawsNothing)
   const calibration::Task task =
       calibration::tasks_of(bench::CalibrationPart::distortion, bench, truth).front();
   const view::Viewport& v = truth.eyes.left.visible;
-  EXPECT_TRUE(
-      calibration::task_lines(task, std::vector<double>{v.x - 20.0, v.y - 20.0}, truth).empty());
+  EXPECT_TRUE(calibration::task_lines(task, std::vector<double>{v.x - 20.0, v.y - 20.0}, truth).empty());
   // Half of it inside.
-  EXPECT_EQ(calibration::task_lines(task, std::vector<double>{v.x + 0.0, v.y + 50.0}, truth).size(),
-            2u);
+  EXPECT_EQ(calibration::task_lines(task, std::vector<double>{v.x + 0.0, v.y + 50.0}, truth).size(), 2u);
 }
 
 TEST(CalibrationDrawing, AScanLineIsOneCrispColumnOrRow)
@@ -170,8 +167,7 @@ TEST(CalibrationDrawing, ALookIsDrawnByTheMarksOfItsPart)
       const Eigen::Vector3d corner(-0.5 * calibration::test_frame_size_mm,
                                    -0.5 * calibration::test_frame_size_mm, -row.image_mm);
       constexpr double step_of_dial_px = 1e-6;
-      EXPECT_LT((lines[is_right ? 4 : 0].points_px[0] - view::drawn_px(eye, corner)).norm(),
-                step_of_dial_px);
+      EXPECT_LT((lines[is_right ? 4 : 0].points_px[0] - view::drawn_px(eye, corner)).norm(), step_of_dial_px);
     }
     trial.press('R');
     EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::ipd, "pupillary distance"));
@@ -220,8 +216,7 @@ TEST(CalibrationDrawing, TheTestObjectIsAtTheImagesDistanceForBothEyes)
 {
   const bench::BenchFile bench = test::virtual_bench(bench::HeadKind::stage);
   const bench::Calibration truth = calibration::virtual_truth(bench, 3).calibration;
-  const calibration::Task task =
-      calibration::tasks_of(bench::CalibrationPart::ipd, bench, truth).back();
+  const calibration::Task task = calibration::tasks_of(bench::CalibrationPart::ipd, bench, truth).back();
   ASSERT_EQ(task.kind, calibration::TaskKind::depth_check);
   const std::vector<calibration::DrawnLine> lines = calibration::task_lines(task, {}, truth);
   ASSERT_EQ(lines.size(), 8u);

@@ -3,10 +3,10 @@
 
 #include "bench/calibration_file.hpp"
 #include "calibration/parts.hpp"
+#include "calibration/statistics.hpp"
 #include "player/calibration/knee_curve.hpp"
 #include "support/refusal.hpp"
 #include "trial.hpp"
-#include "calibration/statistics.hpp"
 
 namespace vrda::functional_test {
 
@@ -93,9 +93,8 @@ TEST(Functional, IsDoneByNameOnlyAndWithAModel)
   without.joint.reset();
   EXPECT_THAT(test::input_error([&] { CalibrationSession(desk(), landmarks(), without); }),
               test::refuses({.field = "--model"}));
-  EXPECT_THAT(test::input_error([&] {
-                CalibrationSession(desk(), bench::nominal_calibration(desk()), functional());
-              }),
+  EXPECT_THAT(test::input_error(
+                  [&] { CalibrationSession(desk(), bench::nominal_calibration(desk()), functional()); }),
               test::refuses({.field = "functional", .found = "femur"}));
   // One body has no moving leg.
   EXPECT_THAT(test::input_error([] { calibration::parts_of_step("functional", test::bench()); }),

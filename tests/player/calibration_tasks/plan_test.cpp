@@ -91,8 +91,8 @@ TEST(CalibrationPlan, APartBeforeOneThatItRestsOnIsRefused)
 
 TEST(CalibrationPlan, ARecordOfAnotherPlanIsRefusedUnlessThePartIsRepeated)
 {
-  const bench::BenchFile other = test::virtual_bench(bench::HeadKind::stage, "[calibration]\n",
-                                                           "[calibration]\nedge_repeats = 3\n");
+  const bench::BenchFile other =
+      test::virtual_bench(bench::HeadKind::stage, "[calibration]\n", "[calibration]\nedge_repeats = 3\n");
   bench::Calibration begun = bench::nominal_calibration(bench());
   begun.records[CalibrationPart::viewport] = all_done().records.at(CalibrationPart::viewport);
   begun.records[CalibrationPart::viewport].estimate.reset();
@@ -138,8 +138,7 @@ TEST(CalibrationPlan, ChangedValuesOfTheBenchFileAreReportedBeforeTheFirstTask)
   EXPECT_THAT(refused(bench(), mistyped, "bullseye"),
               test::refuses({.field = "per_person.eyepoints", .wanted = "calibrate solve"}));
   const bench::Calibration mended = calibration::solve_again(bench(), mistyped, "c.toml");
-  EXPECT_EQ(bench::calibration_text(mended, bench()),
-            bench::calibration_text(all_done(), bench()));
+  EXPECT_EQ(bench::calibration_text(mended, bench()), bench::calibration_text(all_done(), bench()));
   // The same for points and distances; independent parts can continue.
   bench::BenchFile touched = bench();
   touched.calibration.points[2].p_model_mm.y() += 1.0;

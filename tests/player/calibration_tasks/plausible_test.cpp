@@ -102,8 +102,7 @@ TEST(Plausible, AnImplausibleNumberIsConfirmedAndItsPartMeasuredAgain)
   for (const bool is_again : {false, true}) {
     ASSERT_TRUE(trial.is_requested(CalibrationPart::ipd, "pupillary distance"));
     const calibration::Dial dial = trial.session->task()->dials[0];
-    for (long k = std::lround((dial.value - pupils_mm) / dial.step); k > 0; --k)
-      trial.press(view::Key::left);
+    for (long k = std::lround((dial.value - pupils_mm) / dial.step); k > 0; --k) trial.press(view::Key::left);
     expect_refused(trial, "is implausible");
     trial.press(view::Key::enter);
     while (trial.session->task() != nullptr && !trial.session->progress().has_error &&

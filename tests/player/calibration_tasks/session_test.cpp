@@ -107,8 +107,7 @@ TEST(CalibrationSession, CrossedEdgesAreRefusedAtOnce)
   EXPECT_THAT(trial.words(), HasSubstr("crossed edges of the left eye"));
   EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, left edge, 1"));
   trial.do_all();
-  EXPECT_TRUE(
-      calibration::is_done(trial.session->calibration(), bench::CalibrationPart::viewport));
+  EXPECT_TRUE(calibration::is_done(trial.session->calibration(), bench::CalibrationPart::viewport));
 }
 
 /// A task confirmed without alignment: the fit names it, and only this task is repeated.
@@ -158,8 +157,7 @@ TEST(CalibrationSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
 /// With a reading that is too large, drawn objects appear in front, because the true distance is smaller.
 TEST(CalibrationSession, TheWordsOfAWrongPupillaryDistanceHaveItsSign)
 {
-  const std::optional<bench::Estimate>& ipd =
-      all_done().records.at(bench::CalibrationPart::ipd).estimate;
+  const std::optional<bench::Estimate>& ipd = all_done().records.at(bench::CalibrationPart::ipd).estimate;
   const double read_mm = ipd->values[0], depth_mm = all_done().image_distance_mm;
   EXPECT_GT(calibration::depth_error_mm(depth_mm, read_mm, read_mm + 1.0), 0.0);
   EXPECT_LT(calibration::depth_error_mm(depth_mm, read_mm + 1.0, read_mm), 0.0);
@@ -296,8 +294,7 @@ TEST(CalibrationSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
     send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(0, 0, -2000)));
   EXPECT_THAT(trial.words(), HasSubstr("The stage moved"));
   trial.do_all();
-  EXPECT_TRUE(
-      calibration::is_done(trial.session->calibration(), bench::CalibrationPart::bullseye));
+  EXPECT_TRUE(calibration::is_done(trial.session->calibration(), bench::CalibrationPart::bullseye));
 }
 
 /// A restart of the board between two positions does not remove marks.
@@ -391,8 +388,7 @@ TEST(TimeLeft, FollowsTheOperatorsPace)
 {
   EXPECT_DOUBLE_EQ(calibration::time_left_s({}, 600.0), 600.0);
   EXPECT_NEAR(calibration::time_left_s({1e6, 2e6}, 600.0), 1200.0, 1.0);
-  EXPECT_GT(calibration::time_left_s({600.0, 300.0}, 600.0), 300.0)
-      << "a short observation counts less";
+  EXPECT_GT(calibration::time_left_s({600.0, 300.0}, 600.0), 300.0) << "a short observation counts less";
 }
 
 }  // namespace vrda::session_test

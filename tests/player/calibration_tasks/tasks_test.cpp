@@ -15,8 +15,7 @@ namespace vrda::tasks_test {
 std::vector<bench::BenchFile> benches()
 {
   const std::string head = "[calibration]\n";
-  return {test::virtual_bench(bench::HeadKind::stage),
-          test::virtual_bench(bench::HeadKind::tracker),
+  return {test::virtual_bench(bench::HeadKind::stage), test::virtual_bench(bench::HeadKind::tracker),
           test::virtual_bench(bench::HeadKind::stage, head,
                               head + "distortion = \"adjust\"\nmodel = \"adjust\"\npupillometer = false\n"
                                      "bullseyes = 27\ngrid = [4, 6]\n")};
@@ -113,7 +112,7 @@ TEST(CalibrationTasks, RoundsAreThoseOfAnEyeARailOrThePart)
                            part == bench::CalibrationPart::eyepoints;
     const bool is_halved = is_by_eye || part == bench::CalibrationPart::rails;
     const calibration::TaskGroup first = calibration::task_group_of(part, tasks, 0),
-                                       last = calibration::task_group_of(part, tasks, tasks.size() - 1);
+                                 last = calibration::task_group_of(part, tasks, tasks.size() - 1);
     EXPECT_EQ(first.begin, 0u);
     EXPECT_EQ(first.end, is_halved ? tasks.size() / 2 : tasks.size());
     EXPECT_EQ(last.begin, is_halved ? tasks.size() / 2 : 0u);
@@ -133,8 +132,7 @@ TEST(CalibrationParts, AreThoseThatMakeSenseOnTheBench)
             (Parts{viewport, distortion, probe, eyepoints, ipd, subject, head, leg}));
   EXPECT_EQ(calibration::parts_of(files[2]),
             (Parts{viewport, distortion, rails, stop, eyepoints, ipd, subject, bullseye, leg}));
-  EXPECT_EQ(calibration::parts_of_step("tracking", files[0]),
-            (Parts{rails, stop, probe, bullseye, leg}));
+  EXPECT_EQ(calibration::parts_of_step("tracking", files[0]), (Parts{rails, stop, probe, bullseye, leg}));
   EXPECT_EQ(calibration::parts_of_step("tracking", files[1]), (Parts{probe, leg}));
   EXPECT_EQ(calibration::parts_of_step("head", files[1]), Parts{head});
   EXPECT_EQ(calibration::parts_of_step("all", files[0]), calibration::parts_of(files[0]));

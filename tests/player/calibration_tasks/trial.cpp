@@ -6,8 +6,7 @@
 
 namespace vrda::test {
 
-bench::BenchFile virtual_bench(bench::HeadKind head, const std::string& changed,
-                                     const std::string& into)
+bench::BenchFile virtual_bench(bench::HeadKind head, const std::string& changed, const std::string& into)
 {
   std::string text = calibration::virtual_bench_text(head);
   if (!changed.empty()) {
@@ -18,8 +17,7 @@ bench::BenchFile virtual_bench(bench::HeadKind head, const std::string& changed,
   return bench::parse_bench_file(text, "bench.toml");
 }
 
-calibration::CalibrationSessionOptions options_of(const bench::BenchFile& bench,
-                                                        const std::string& step)
+calibration::CalibrationSessionOptions options_of(const bench::BenchFile& bench, const std::string& step)
 {
   calibration::CalibrationSessionOptions options;
   options.parts = calibration::parts_of_step(step, bench);
@@ -100,9 +98,7 @@ void Trial::do_badly()
 {
   virtual_operator.send_samples(*session);
   // Touched, or it would not be taken.
-  for (const view::Key key :
-       {view::Key::right, view::Key::left, view::Key::up, view::Key::down})
-    press(key);
+  for (const view::Key key : {view::Key::right, view::Key::left, view::Key::up, view::Key::down}) press(key);
   press(view::Key::enter);
   while (session->progress().is_sampling) virtual_operator.send_samples(*session);
 }

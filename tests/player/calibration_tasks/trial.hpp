@@ -4,17 +4,17 @@
 #include <memory>
 #include <string>
 
-#include "calibration/session.hpp"
 #include "calibration/operator.hpp"
+#include "calibration/session.hpp"
 
 namespace vrda::test {
 
 /// The virtual bench's file with `changed` replaced by `into`, which must occur in it.
 bench::BenchFile virtual_bench(bench::HeadKind head, const std::string& changed = "",
-                                     const std::string& into = "");
+                               const std::string& into = "");
 /// Options for all parts, or for those of a step.
 calibration::CalibrationSessionOptions options_of(const bench::BenchFile& bench,
-                                                        const std::string& step = "all");
+                                                  const std::string& step = "all");
 
 /// Bench with a stage.
 const bench::BenchFile& bench();

@@ -31,8 +31,7 @@ const std::vector<Procedure>& procedures()
 
 class WholeProcedure : public testing::TestWithParam<Procedure> {
  protected:
-  const bench::BenchFile bench =
-      test::virtual_bench(GetParam().head, GetParam().changed, GetParam().into);
+  const bench::BenchFile bench = test::virtual_bench(GetParam().head, GetParam().changed, GetParam().into);
 };
 
 TEST_P(WholeProcedure, EveryPartIsDoneAndTheFileReads)
@@ -46,8 +45,7 @@ TEST_P(WholeProcedure, EveryPartIsDoneAndTheFileReads)
     EXPECT_EQ(found.records.at(part).date, "2026-11-22");
   }
   const std::string text = bench::calibration_text(found, bench);
-  EXPECT_TRUE(bench::calibration_text(bench::parse_calibration(text, "c.toml", bench), bench) ==
-              text);
+  EXPECT_TRUE(bench::calibration_text(bench::parse_calibration(text, "c.toml", bench), bench) == text);
   EXPECT_LT(text.size(), 400000u);
 }
 
@@ -61,8 +59,7 @@ TEST(WholeProcedureOfTheExample, IsDone)
     EXPECT_TRUE(calibration::is_done(trial.session->calibration(), part));
   }
   for (const bench::CalibrationPart part :
-       {bench::CalibrationPart::femur, bench::CalibrationPart::tibia,
-        bench::CalibrationPart::subject})
+       {bench::CalibrationPart::femur, bench::CalibrationPart::tibia, bench::CalibrationPart::subject})
     EXPECT_FALSE(trial.record(part).marks.empty()) << bench::name_of(part);
 }
 
@@ -102,8 +99,8 @@ TEST_P(WholeProcedure, SolvingAgainGivesTheSameWhateverWasChangedByHand)
   changed.subject_scale = 0.5;
   changed.records.at(bench::CalibrationPart::viewport).estimate.reset();
   // EXPECT_TRUE, because a failure would print texts of some 100 kB.
-  EXPECT_TRUE(bench::calibration_text(calibration::solve_again(bench, changed, "c.toml"),
-                                            bench) == bench::calibration_text(found, bench));
+  EXPECT_TRUE(bench::calibration_text(calibration::solve_again(bench, changed, "c.toml"), bench) ==
+              bench::calibration_text(found, bench));
 }
 
 INSTANTIATE_TEST_SUITE_P(Benches, WholeProcedure, testing::ValuesIn(procedures()),

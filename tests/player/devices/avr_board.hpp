@@ -1,5 +1,6 @@
 /// The firmware for the ATmega328P in simavr, behind a pseudo-terminal: the real machine code with its serial
-/// line, converter and interrupts. In: the firmware's ELF file, knob and stage. Units: counts of 5 micrometres.
+/// line, converter and interrupts. In: the firmware's ELF file, knob and stage. Units: counts of 5
+/// micrometres.
 #pragma once
 
 #include <memory>

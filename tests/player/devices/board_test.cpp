@@ -8,8 +8,8 @@
 #include <fstream>
 #include <optional>
 
-#include "core/text.hpp"
 #include "bench/simulated_devices.hpp"
+#include "core/text.hpp"
 #include "player/devices/avr_board.hpp"
 #include "player/devices/waiting.hpp"
 #include "support/refusal.hpp"
@@ -190,9 +190,8 @@ TEST_P(BothBoards, ReconnectAtTheSameLinkAfterTheTerminalWasRemoved)
   EXPECT_TRUE(await_stage(50, 0));
   board_->unplug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_TRUE(wait_until([&] {
-    return devices_->report(bench::DeviceId::board).error_message == "No such file or directory";
-  }));
+  EXPECT_TRUE(wait_until(
+      [&] { return devices_->report(bench::DeviceId::board).error_message == "No such file or directory"; }));
   board_->plug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
   EXPECT_TRUE(await_stage(0, 0)) << "a restarted board has lost its position and its zero flag";
@@ -266,9 +265,8 @@ TEST_F(Board, SaysWhyAPortCannotBeOpened)
   settings.port = (scratch_.path() / "file").string();
   std::ofstream(settings.port) << "no terminal";
   const bench::Devices file(std::nullopt, settings);
-  EXPECT_TRUE(wait_until([&] {
-    return file.report(bench::DeviceId::board).error_message == "Inappropriate ioctl for device";
-  }));
+  EXPECT_TRUE(wait_until(
+      [&] { return file.report(bench::DeviceId::board).error_message == "Inappropriate ioctl for device"; }));
 }
 
 TEST_F(Board, AFileIsNotReplacedByALink)

@@ -1,5 +1,6 @@
-// The machine code of the ATmega328P's firmware: encoder at 100,000 counts a second, converter and resets, against the
-// player's board client. VRDA_FIRMWARE_SECONDS: simulated time of the long run (scripts/firmware: ten minutes).
+// The machine code of the ATmega328P's firmware: encoder at 100,000 counts a second, converter and resets,
+// against the player's board client. VRDA_FIRMWARE_SECONDS: simulated time of the long run (scripts/firmware:
+// ten minutes).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -53,7 +54,8 @@ class Firmware : public testing::Test {
     });
     if (has_come) return testing::AssertionSuccess();
     testing::AssertionResult missing = testing::AssertionFailure();
-    missing << "wanted count " << count << " with flags " << flags << "; last of " << seen_.size() << " samples:";
+    missing << "wanted count " << count << " with flags " << flags << "; last of " << seen_.size()
+            << " samples:";
     for (std::size_t k = seen_.size() - std::min<std::size_t>(seen_.size(), 20); k < seen_.size(); ++k)
       missing << "\n  kind " << static_cast<int>(seen_[k].kind) << ", count " << seen_[k].count << ", state "
               << static_cast<int>(seen_[k].state);
@@ -73,8 +75,8 @@ class Firmware : public testing::Test {
   std::vector<bench::Sample> seen_;
 };
 
-/// Sweeps over the stage's whole rail and reversals within a few counts, always at 100,000 counts a second; after each
-/// motion the position must be exact. Readings and the knob go on meanwhile.
+/// Sweeps over the stage's whole rail and reversals within a few counts, always at 100,000 counts a second;
+/// after each motion the position must be exact. Readings and the knob go on meanwhile.
 TEST_F(Firmware, LosesNoCountAtAHundredThousandASecond)
 {
   start(false);
@@ -98,7 +100,8 @@ TEST_F(Firmware, LosesNoCountAtAHundredThousandASecond)
   EXPECT_GT(counted, 0.25 * counts_a_second * wanted_s());
   EXPECT_EQ(devices_->report(bench::DeviceId::board).n_refused, 0U);
   EXPECT_EQ(devices_->report(bench::DeviceId::board).n_connects, 1U);
-  std::cout << n_motions << " motions, " << counted << " counts in " << board_->simulated_s() << " simulated s\n";
+  std::cout << n_motions << " motions, " << counted << " counts in " << board_->simulated_s()
+            << " simulated s\n";
 }
 
 /// The reset line: position and zero are lost, and said so; the serial line stays open.

@@ -108,8 +108,8 @@ TEST(Leaks, AThousandConnectionsLostAndMadeAgainLeaveNothing)
   std::vector<bench::Sample> seen;
   const auto be_lost = [&] {
     seen.clear();
-    ASSERT_TRUE(take_until(devices, seen,
-                           [](const bench::Sample& s) { return s.is(bench::ToolVisibility::seen); }));
+    ASSERT_TRUE(
+        take_until(devices, seen, [](const bench::Sample& s) { return s.is(bench::ToolVisibility::seen); }));
     server.inject_fault(bench::FaultInjection::close_connections);
     ASSERT_TRUE(take_until(devices, seen, [](const bench::Sample& s) {
       return is_link(s, bench::DeviceId::tracker, bench::LinkState::closed);

@@ -15,7 +15,7 @@ bench::TrackerSettings settings()
 }
 
 bench::IgtlMessage message(bench::IgtlKind kind, const std::string& device, std::int64_t device_ns,
-                          const std::vector<std::string>& tools)
+                           const std::vector<std::string>& tools)
 {
   bench::IgtlMessage message;
   message.kind = kind;
@@ -85,8 +85,7 @@ TEST(ToolWatch, IsolatedBackwardTimeStampsAreRejected)
 TEST(ToolWatch, NoStampAlwaysCounts)
 {
   bench::ToolMonitor watch(100 * ms, 0);
-  for (int n = 0; n < 5; ++n)
-    EXPECT_EQ(watch.receive_stamp(0, n), bench::ToolMonitor::StampCheck::accepted);
+  for (int n = 0; n < 5; ++n) EXPECT_EQ(watch.receive_stamp(0, n), bench::ToolMonitor::StampCheck::accepted);
 }
 
 TEST(TrackerProtocol, PlacesCarryToolTimesAndPose)
@@ -196,8 +195,8 @@ std::string course(bench::IgtlKind kind)
 
 TEST(TrackerProtocol, AbsentAndStaleMeanTheSameForEveryType)
 {
-  for (const bench::IgtlKind kind :
-       {bench::IgtlKind::transform, bench::IgtlKind::position, bench::IgtlKind::tdata, bench::IgtlKind::qtdata}) {
+  for (const bench::IgtlKind kind : {bench::IgtlKind::transform, bench::IgtlKind::position,
+                                     bench::IgtlKind::tdata, bench::IgtlKind::qtdata}) {
     SCOPED_TRACE(static_cast<int>(kind));
     EXPECT_EQ(course(kind), "seen seen; seen missing; seen seen; stale stale; seen seen; stale stale; ");
   }
@@ -242,7 +241,7 @@ TEST(TrackerProtocol, ATrackedPoseThatFreezesIsHiddenUnlessTheServerStatesIt)
         Row{"stated as seen", true, false, true, "0 seen", "0 seen", "the server states"},
         Row{"fixed and stated", false, false, true, "0 seen", "0 seen", nullptr}}) {
     for (const bench::IgtlKind kind : {bench::IgtlKind::transform, bench::IgtlKind::position,
-                                      bench::IgtlKind::tdata, bench::IgtlKind::qtdata}) {
+                                       bench::IgtlKind::tdata, bench::IgtlKind::qtdata}) {
       SCOPED_TRACE(row.name);
       bench::TrackerProtocol protocol(settings(), 0);
       bench::IgtlMessage said = message(kind, "Femur", 1, {"Femur"});

@@ -7,9 +7,9 @@
 #include <atomic>
 #include <optional>
 
-#include "core/files.hpp"
-#include "bench/simulated_devices.hpp"
 #include "bench/igtl_message.hpp"
+#include "bench/simulated_devices.hpp"
+#include "core/files.hpp"
 #include "player/devices/waiting.hpp"
 #include "support/refusal.hpp"
 

@@ -8,8 +8,8 @@
 
 #include "app/scenes.hpp"
 #include "show/run_watch.hpp"
-#include "store/journal.hpp"
 #include "solve/case_solver.hpp"
+#include "store/journal.hpp"
 #include "store/motion_model.hpp"
 #include "store/sample_model.hpp"
 #include "store/solved_cells.hpp"

@@ -180,7 +180,7 @@ TEST_F(Screen, WithoutAPoseOfTheResultTheReferenceIsDrawnAlone)
     });
   };
   const store::JointPose missing = motion.at({motion.first_flexion_rad(), motion.first_varus_rad()}),
-                          solved = motion.at({motion.last_flexion_rad(), motion.last_varus_rad()});
+                         solved = motion.at({motion.last_flexion_rad(), motion.last_varus_rad()});
   ASSERT_EQ(missing.status, store::PoseStatus::unsolved_cell);
   EXPECT_GT(n_moving(solved), 0);
   EXPECT_EQ(n_moving(missing), 0);

@@ -43,8 +43,8 @@ store::MotionModel model()
 
 TEST(RunState, ShowsTheStepsChosenAndFillsInTheGridWithAll)
 {
-  const std::vector<show::RunStep> steps{probe(StepKind::spine_probe, 1), move(false), move(true),
-                                           cell(0, 1), cell(0, 0, StepStatus::no_contact)};
+  const std::vector<show::RunStep> steps{probe(StepKind::spine_probe, 1), move(false), move(true), cell(0, 1),
+                                         cell(0, 0, StepStatus::no_contact)};
   const auto shown = [&](show::StepChoice choice) {
     show::RunState state(model(), choice);
     std::vector<bool> is_shown;

@@ -8,8 +8,8 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "store/journal.hpp"
 #include "motion/support/models.hpp"
+#include "store/journal.hpp"
 #include "store/motion_model.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
@@ -124,11 +124,9 @@ TEST_F(Watch, ShardsAndTheSpineAreOneRun)
   spine.append(step(StepKind::spine, 0, 1));
   EXPECT_EQ(watch.poll().steps.size(), 1u);
   // A shard journal that appears late, and a step contained in two of them.
-  store::JournalWriter first =
-      store::JournalWriter::create(store::shard_journal_of(output_, {1, 2}), key);
+  store::JournalWriter first = store::JournalWriter::create(store::shard_journal_of(output_, {1, 2}), key);
   first.append(step(StepKind::row, 0, 0));
-  store::JournalWriter second =
-      store::JournalWriter::create(store::shard_journal_of(output_, {2, 2}), key);
+  store::JournalWriter second = store::JournalWriter::create(store::shard_journal_of(output_, {2, 2}), key);
   second.append(step(StepKind::row, 1, 0));
   second.append(step(StepKind::row, 0, 0));
   const show::RunUpdate news = watch.poll();

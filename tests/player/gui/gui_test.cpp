@@ -128,8 +128,8 @@ TEST(Gui, EveryButtonOfTheTimelineCanBePressed)
       actions_in(desk, {0, free.height + 30, free.width, 600 - free.height - 30});
   for (const view::Action action :
        {view::Action::go_to_first, view::Action::step_back, view::Action::play_pause,
-        view::Action::step_forward, view::Action::go_to_last, view::Action::next_loop,
-        view::Action::slower, view::Action::faster})
+        view::Action::step_forward, view::Action::go_to_last, view::Action::next_loop, view::Action::slower,
+        view::Action::faster})
     EXPECT_TRUE(has(actions, action)) << static_cast<int>(action);
 }
 
@@ -236,13 +236,12 @@ TEST(Gui, EveryStateOfTheNumbersIsDrawn)
 {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   Desk desk;
-  for (const view::GapReading& gap :
-       {view::GapReading{view::GapSource::cells, 0, nan, nan, nan},
-        view::GapReading{view::GapSource::two_sided, 0, 0.1, nan, nan},
-        view::GapReading{view::GapSource::audit, nan, nan, 0.2, 0},
-        view::GapReading{view::GapSource::travel, nan, nan, 0, 0.3},
-        view::GapReading{view::GapSource::recontacted, nan, nan, 0, 0},
-        view::GapReading{view::GapSource::none, nan, nan, nan, nan}}) {
+  for (const view::GapReading& gap : {view::GapReading{view::GapSource::cells, 0, nan, nan, nan},
+                                      view::GapReading{view::GapSource::two_sided, 0, 0.1, nan, nan},
+                                      view::GapReading{view::GapSource::audit, nan, nan, 0.2, 0},
+                                      view::GapReading{view::GapSource::travel, nan, nan, 0, 0.3},
+                                      view::GapReading{view::GapSource::recontacted, nan, nan, 0, 0},
+                                      view::GapReading{view::GapSource::none, nan, nan, nan, nan}}) {
     desk.readout_.gap = gap;
     desk.step();
     EXPECT_FALSE(desk.gui_.overlay().vertices.empty());

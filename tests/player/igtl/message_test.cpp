@@ -7,8 +7,8 @@
 
 #include <limits>
 
-#include "core/text.hpp"
 #include "bench/igtl_message.hpp"
+#include "core/text.hpp"
 
 namespace vrda::message_test {
 
@@ -162,8 +162,8 @@ constexpr double storage = 4.0 / (1 << 24);
 
 TEST(IgtlMessage, ReadsBackWhatWasWritten)
 {
-  for (const bench::IgtlKind kind :
-       {bench::IgtlKind::transform, bench::IgtlKind::position, bench::IgtlKind::tdata, bench::IgtlKind::qtdata}) {
+  for (const bench::IgtlKind kind : {bench::IgtlKind::transform, bench::IgtlKind::position,
+                                     bench::IgtlKind::tdata, bench::IgtlKind::qtdata}) {
     for (const int version : {1, 2}) {
       SCOPED_TRACE(std::to_string(static_cast<int>(kind)) + " in header version " + std::to_string(version));
       const bool is_list = kind == bench::IgtlKind::tdata || kind == bench::IgtlKind::qtdata;
@@ -216,11 +216,12 @@ TEST(IgtlMessage, AToolThatIsMissingIsLeftOutOfListsAndSaidByMetaData)
 
 TEST(IgtlMessage, APoseWithNumbersThatAreNotFiniteIsInvalid)
 {
-  for (const bench::IgtlKind kind :
-       {bench::IgtlKind::transform, bench::IgtlKind::position, bench::IgtlKind::tdata, bench::IgtlKind::qtdata}) {
+  for (const bench::IgtlKind kind : {bench::IgtlKind::transform, bench::IgtlKind::position,
+                                     bench::IgtlKind::tdata, bench::IgtlKind::qtdata}) {
     bench::IgtlMessage message = message_with(kind, {"Femur"});
     message.tools[0].visibility = bench::ToolVisibility::invalid_pose;
-    EXPECT_EQ(read(bench::bytes_of(message)).at(0).tools.at(0).visibility, bench::ToolVisibility::invalid_pose);
+    EXPECT_EQ(read(bench::bytes_of(message)).at(0).tools.at(0).visibility,
+              bench::ToolVisibility::invalid_pose);
     message.tools[0].visibility = bench::ToolVisibility::seen;
     constexpr double one_km_mm = 1e6;
     for (const double y_mm : {std::numeric_limits<double>::infinity(), one_km_mm, -one_km_mm}) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <random>
 
-
 namespace vrda::stream_test {
 
 using Bytes = std::vector<std::uint8_t>;

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "motion/support/models.hpp"
-#include "view/image.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
+#include "view/image.hpp"
 
 namespace vrda::look_test {
 

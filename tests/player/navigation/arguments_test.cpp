@@ -12,10 +12,8 @@ using testing::HasSubstr;
 
 TEST(Arguments, AnglesRunFromTheFirstToTheLast)
 {
-  EXPECT_THAT(view::angles_deg(view::parsed_angles("--flexion", "0:90:30")),
-              ElementsAre(0, 30, 60, 90));
-  EXPECT_THAT(view::angles_deg(view::parsed_angles("--flexion", "-5:7:5")),
-              ElementsAre(-5, 0, 5));
+  EXPECT_THAT(view::angles_deg(view::parsed_angles("--flexion", "0:90:30")), ElementsAre(0, 30, 60, 90));
+  EXPECT_THAT(view::angles_deg(view::parsed_angles("--flexion", "-5:7:5")), ElementsAre(-5, 0, 5));
   EXPECT_THAT(view::angles_deg(view::parsed_angles("--flexion", "12.5")), ElementsAre(12.5));
   EXPECT_THAT(view::angles_deg(view::parsed_angles("--flexion", "3:3:1")), ElementsAre(3));
   // Ten steps of 0.1 reach the last angle in spite of rounding.
@@ -42,8 +40,7 @@ TEST(Arguments, ReversedEndlessAndHugeSeriesAreNamed)
                          Row{"0:90:-5", "-5", "0.001 or more"}, Row{"0:1:0.0009", "0.0009", "0.001 or more"},
                          Row{"0:90:0.001", "0.001", "at most 10000 angles"}}) {
     SCOPED_TRACE(row.text);
-    const InputError::Facts facts =
-        test::input_error([&] { view::parsed_angles("--flexion", row.text); });
+    const InputError::Facts facts = test::input_error([&] { view::parsed_angles("--flexion", row.text); });
     EXPECT_EQ(facts.found, row.found);
     EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
   }

@@ -18,7 +18,8 @@ double presses(const view::Gamepad& pad, Key key, double seconds, bool is_plane 
 {
   view::GamepadKeys keys;
   std::size_t n = 0;
-  for (int k = 0; k < static_cast<int>(60.0 * seconds); ++k) n += count_of(keys.keys(pad, 1.0 / 60.0, is_plane), key);
+  for (int k = 0; k < static_cast<int>(60.0 * seconds); ++k)
+    n += count_of(keys.keys(pad, 1.0 / 60.0, is_plane), key);
   return static_cast<double>(n);
 }
 

@@ -75,10 +75,8 @@ TEST(Gaze, TurnsTakenInPartsAreTheTurnAtOnce)
   for (int round = 0; round < 200; ++round) {
     const Eigen::Vector2d a(x(random), y(random)), b(x(random), y(random)), c(x(random), y(random));
     (((b - pixel(sample_gaze().camera, sample_gaze().pivot_world_mm)).norm() < 190) ? n_inside : n_outside)++;
-    const view::OrbitCamera first =
-        view::dragged({view::DragKind::rotate, sample_gaze(), a}, b, viewport);
-    const view::OrbitCamera parts =
-        view::dragged({view::DragKind::rotate, first, b}, c, viewport);
+    const view::OrbitCamera first = view::dragged({view::DragKind::rotate, sample_gaze(), a}, b, viewport);
+    const view::OrbitCamera parts = view::dragged({view::DragKind::rotate, first, b}, c, viewport);
     expect_same(parts, view::dragged({view::DragKind::rotate, sample_gaze(), a}, c, viewport));
     expect_same(view::dragged({view::DragKind::rotate, parts, c}, a, viewport), sample_gaze());
   }
@@ -92,8 +90,8 @@ TEST(Gaze, TurnsByTwiceTheArcAboutThePivotWhichStays)
   gaze = view::centred_on(gaze, gaze.pivot_world_mm);
   const Eigen::Vector2d middle(viewport.x + 400, viewport.y + 300);
   // Half the ball's radius (0.45 of 600 px) to the right of the middle: an arc of 30 degrees.
-  const view::OrbitCamera turned = view::dragged({view::DragKind::rotate, gaze, middle},
-                                                             middle + Eigen::Vector2d(135, 0), viewport);
+  const view::OrbitCamera turned =
+      view::dragged({view::DragKind::rotate, gaze, middle}, middle + Eigen::Vector2d(135, 0), viewport);
   EXPECT_LE((pixel(turned.camera, turned.pivot_world_mm) - middle).norm(), rounding_px);
   EXPECT_NEAR(view::depth_mm(turned), view::depth_mm(gaze), rounding_mm);
   const Eigen::Matrix3d R_camera = gaze.camera.X_world_camera.linear(),
@@ -112,8 +110,8 @@ TEST(Gaze, ManyTurnsLeaveARotation)
   std::uniform_real_distribution<double> x(0, 900), y(0, 700);
   view::OrbitCamera gaze = sample_gaze();
   for (int turn = 0; turn < 20000; ++turn)
-    gaze = view::dragged({view::DragKind::rotate, gaze, {x(random), y(random)}},
-                               {x(random), y(random)}, viewport);
+    gaze = view::dragged({view::DragKind::rotate, gaze, {x(random), y(random)}}, {x(random), y(random)},
+                         viewport);
   const Eigen::Matrix3d R = gaze.camera.X_world_camera.linear();
   EXPECT_LE((R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-14);
   EXPECT_NEAR(R.determinant(), 1.0, 1e-14);

@@ -106,8 +106,7 @@ TEST(PlayerState, LayersComeAndGoWhereTheJointHasThem)
 
 TEST(PlayerState, EscapeClosesTheHelpFirst)
 {
-  const view::PlayerState helped =
-      view::apply_action(sample_state(), Action::show_help, sample_range());
+  const view::PlayerState helped = view::apply_action(sample_state(), Action::show_help, sample_range());
   EXPECT_TRUE(helped.shows_help);
   const view::PlayerState closed = view::apply_action(helped, Action::leave, sample_range());
   EXPECT_FALSE(closed.shows_help);
@@ -121,8 +120,7 @@ TEST(PlayerState, KeysOfViewsNameThem)
   const std::array wanted{view::View::front,   view::View::back, view::View::medial,
                           view::View::lateral, view::View::top,  view::View::oblique};
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const Action action =
-        view::action_of({view::key_of(static_cast<char>('1' + static_cast<int>(i)))});
+    const Action action = view::action_of({view::key_of(static_cast<char>('1' + static_cast<int>(i)))});
     EXPECT_EQ(view::view_of(action), wanted[i]);
   }
   EXPECT_EQ(view::view_of(Action::quit), std::nullopt);
@@ -163,8 +161,7 @@ TEST(Timeline, PartsOfATimeLeadWhereTheWholeDoes)
 {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> elapsed(0.0, 2.0);
-  for (const view::LoopMode loop :
-       {view::LoopMode::once, view::LoopMode::wrap, view::LoopMode::bounce}) {
+  for (const view::LoopMode loop : {view::LoopMode::once, view::LoopMode::wrap, view::LoopMode::bounce}) {
     view::Timeline parts = playing(loop);
     double whole_s = 0.0;
     int n_back = 0;
@@ -226,8 +223,7 @@ TEST(Timeline, OverFramesStepsAndSpeedsCountFrames)
 
 TEST(Timeline, MovingAndAnotherRangeKeepItPlaying)
 {
-  const view::Timeline moved =
-      view::moved_to(playing(view::LoopMode::wrap), rad_from_deg(80.0));
+  const view::Timeline moved = view::moved_to(playing(view::LoopMode::wrap), rad_from_deg(80.0));
   EXPECT_TRUE(moved.is_playing);
   const view::Timeline narrower = view::with_range(moved, rad_from_deg(10.0), rad_from_deg(60.0));
   EXPECT_TRUE(narrower.is_playing);

@@ -30,8 +30,8 @@ std::vector<std::size_t> frame_ends(const std::string& bytes)
   return ends;
 }
 
-void expect_same(const std::vector<bench::RecordedFrame>& read,
-                 const std::vector<bench::RecordedFrame>& made, std::size_t n)
+void expect_same(const std::vector<bench::RecordedFrame>& read, const std::vector<bench::RecordedFrame>& made,
+                 std::size_t n)
 {
   ASSERT_EQ(read.size(), n);
   for (std::size_t k = 0; k < n; ++k) EXPECT_TRUE(test::is_same(read[k], made[k])) << k;
@@ -113,8 +113,7 @@ TEST(Recording, AWrongHeadIsNamed)
   for (const Row& row : {
            Row{header, "", "record"},
            Row{header + core::frame_of("no facts"), "", "header record"},
-           Row{header + core::frame_of(test::recording_bytes(test::sample_facts(), {})), "",
-               "header record"},
+           Row{header + core::frame_of(test::recording_bytes(test::sample_facts(), {})), "", "header record"},
        }) {
     EXPECT_THAT(test::input_error([&] { read(row.bytes); }),
                 test::refuses({"a.log", row.field, row.found, "1"}));

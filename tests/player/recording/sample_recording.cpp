@@ -39,8 +39,7 @@ std::vector<bench::RecordedFrame> sample_pictures(int n)
     bench::RecordedFrame& picture = pictures.emplace_back();
     picture.now_ns = k * 16'666'667LL;
     for (int key = 0; key < k % 3; ++key)
-      picture.keys.push_back(
-          {key == 0 ? view::Key::left : view::key_of('P'), k % 2 == 0, k % 4 == 1});
+      picture.keys.push_back({key == 0 ? view::Key::left : view::key_of('P'), k % 2 == 0, k % 4 == 1});
     for (int s = 0; s < k % 5; ++s) picture.samples.push_back(sample_of(random, picture.now_ns));
   }
   return pictures;

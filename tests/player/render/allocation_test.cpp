@@ -21,9 +21,8 @@ TEST_P(RendererAllocation, AHundredFramesAllocateNothing)
   renderer->load(view::OverlayFont{1, 1, {255}});
   const view::Shot shot{test::joint_camera(scene), {0, 0, 64, 48}};
   const auto draw_all_modes = [&] {
-    for (const view::DrawMode mode :
-         {view::DrawMode::wire, view::DrawMode::hidden_line, view::DrawMode::flat, view::DrawMode::smooth,
-          view::DrawMode::textured}) {
+    for (const view::DrawMode mode : {view::DrawMode::wire, view::DrawMode::hidden_line, view::DrawMode::flat,
+                                      view::DrawMode::smooth, view::DrawMode::textured}) {
       scene.mode = mode;
       ++scene.drawables[0].revision;
       renderer->draw(scene, {&shot, 1}, &overlay);

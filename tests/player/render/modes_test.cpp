@@ -201,8 +201,8 @@ TEST(Shown, HiddenDrawablesLeaveNothing)
 {
   view::Scene scene = square();
   scene.drawables[0].is_shown = false;
-  for (const view::DrawMode mode : {view::DrawMode::wire, view::DrawMode::hidden_line,
-                                     view::DrawMode::flat, view::DrawMode::textured}) {
+  for (const view::DrawMode mode :
+       {view::DrawMode::wire, view::DrawMode::hidden_line, view::DrawMode::flat, view::DrawMode::textured}) {
     scene.mode = mode;
     const view::Image image = test::drawn(scene, test::camera_at(120));
     EXPECT_EQ(n_pixels(image, at(image, 0, 0)), width * height);
@@ -215,7 +215,7 @@ TEST(Shots, EachHasItsPartOfThePicture)
   scene.background = {{0, 0, 1}, {0, 0, 1}};
   // The second overlaps the first and covers it because it is drawn later.
   const std::array<view::Shot, 2> shots{view::Shot{test::camera_at(60), {0, 0, 160, 240}},
-                                          view::Shot{test::camera_at(240), {100, 60, 160, 120}}};
+                                        view::Shot{test::camera_at(240), {100, 60, 160, 120}}};
   const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({width, height});
   renderer->load(scene);
   const view::Image& image = renderer->draw(scene, shots, nullptr);

@@ -35,7 +35,8 @@ TEST(Occlusion, AFlatWallAndAFreeBallKeepTheirColour)
     const view::Image plain = drawn(scene, camera_at(100), {width, height, samples});
     scene.occlusion_radius_mm = 6.0;
     const view::Image shaded = drawn(scene, camera_at(100), {width, height, samples});
-    for (const double x_mm : {0.0, -26.0, 27.0}) EXPECT_NEAR(green(shaded, x_mm), green(plain, x_mm), code_tolerance);
+    for (const double x_mm : {0.0, -26.0, 27.0})
+      EXPECT_NEAR(green(shaded, x_mm), green(plain, x_mm), code_tolerance);
   }
 }
 

@@ -37,10 +37,9 @@ void add(view::Overlay& overlay, const Area& area, const view::VertexColour& col
 }
 
 view::Image drawn(const view::Overlay& overlay, const view::Scene& scene = test::dark_scene(),
-                    int samples = 4)
+                  int samples = 4)
 {
-  const std::unique_ptr<view::Renderer> renderer =
-      view::make_offscreen_renderer({width, height, samples});
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({width, height, samples});
   renderer->load(scene);
   renderer->load(half_font());
   const view::Shot shot{test::camera_at(100), {0, 0, width, height}};

@@ -73,8 +73,7 @@ Mesh facing_sheet(double size_mm)
   return transformed(mesh, X);
 }
 
-view::Image drawn(const view::Scene& scene, const view::Camera& camera,
-                    const view::RenderOptions& options)
+view::Image drawn(const view::Scene& scene, const view::Camera& camera, const view::RenderOptions& options)
 {
   const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer(options);
   renderer->load(scene);

@@ -35,6 +35,6 @@ view::Scene joint_scene();
 view::Camera joint_camera(const view::Scene& scene);
 
 view::Image drawn(const view::Scene& scene, const view::Camera& camera,
-                    const view::RenderOptions& options = {320, 240});
+                  const view::RenderOptions& options = {320, 240});
 
 }  // namespace vrda::test

@@ -1,9 +1,9 @@
 /// A virtual screen.
 #pragma once
 
-#include "view/image.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
+#include "view/image.hpp"
 
 namespace vrda::test {
 

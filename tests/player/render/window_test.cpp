@@ -211,7 +211,7 @@ TEST(Window, ItClosesOnRequest)
 
 /// The events of one call of xdotool, up to an event of kind `last` with key `key`; waits up to a minute.
 std::vector<view::InputEvent> heard(view::Window& window, const std::vector<std::string>& arguments,
-                                      view::InputKind last, view::Key key)
+                                    view::InputKind last, view::Key key)
 {
   EXPECT_EQ(test::run({"/usr/bin/xdotool", arguments, {}, {}}).exit_code, 0);
   std::vector<view::InputEvent> all;

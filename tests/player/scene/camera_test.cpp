@@ -18,7 +18,7 @@ Eigen::Vector3d projected(const view::Camera& camera, const Eigen::Vector3d& p_w
 }
 
 view::Camera fitted(const std::vector<Eigen::Vector3d>& points, const Eigen::Matrix3d& R,
-                     const view::FrameOptions& options = {})
+                    const view::FrameOptions& options = {})
 {
   view::CameraFit fit(R, options);
   fit.include(points);

@@ -7,8 +7,8 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
-#include "view/scene.hpp"
 #include "support/meshes.hpp"
+#include "view/scene.hpp"
 
 namespace vrda::test {
 namespace {
@@ -123,7 +123,7 @@ store::MotionModel layered_model(const std::string& side)
   plan.rotation_centre_mm = {100, -200, 40 * z_sign};
   plan.motion = [z_sign](double flexion_deg, double varus_deg) {
     return store::PoseCoordinates{-0.05 * flexion_deg, -0.01 * flexion_deg, 0.2 * z_sign * varus_deg,
-                                   0.1 * flexion_deg};
+                                  0.1 * flexion_deg};
   };
   store::MotionModel model = model_of(plan);
   add_bodies(model);

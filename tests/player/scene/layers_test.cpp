@@ -3,8 +3,8 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "player/scene/layer_models.hpp"
-#include "view/scene.hpp"
 #include "view/layers.hpp"
+#include "view/scene.hpp"
 
 namespace vrda::layers_test {
 
@@ -309,7 +309,7 @@ TEST(Layers, StrainsAreThoseOfTheLigamentRoom)
     const Eigen::Vector3d shift_mm = pose.X_world_moving * model.rotation_centre_mm;
     const std::vector<model::FibreState> states =
         model::fibre_states(model::solver_ligaments(ligaments, frame), pose.attitude,
-                               {solver_translation_mm(frame, shift_mm), pose.theta_rad});
+                            {solver_translation_mm(frame, shift_mm), pose.theta_rad});
     for (std::size_t i = 0; i < states.size(); ++i) {
       EXPECT_NEAR(layer.strain()[i], states[i].strain, 1e-9);
       n_wrapped += states[i].is_wrapped ? 1 : 0;

@@ -17,7 +17,7 @@ store::MotionModel moving_model(const std::string& side)
   plan.rotation_centre_mm = {100, -200, 40};
   plan.motion = [](double flexion_deg, double varus_deg) {
     return store::PoseCoordinates{-0.05 * flexion_deg, -0.01 * flexion_deg, 0.2 * varus_deg,
-                                   0.1 * flexion_deg};
+                                  0.1 * flexion_deg};
   };
   store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);

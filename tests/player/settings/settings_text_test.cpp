@@ -26,8 +26,7 @@ TEST(SettingsText, NumbersReadBackAsTheSameDouble)
   std::vector<double> values{0.0, -0.0, 1.0, -3.0, 1e22, 1e300, 5e-324, 0.1, 1.0 / 3.0, largest, -largest};
   while (values.size() < 500) values.push_back(std::ldexp(mantissa(random), exponent(random)));
   for (const double value : values) {
-    EXPECT_EQ(core::number_at(value_in(show::number_text(value)), ""), value)
-        << show::number_text(value);
+    EXPECT_EQ(core::number_at(value_in(show::number_text(value)), ""), value) << show::number_text(value);
   }
   EXPECT_EQ(core::numbers_of(value_in(show::list_text(values))), values);
 }

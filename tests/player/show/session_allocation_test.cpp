@@ -46,8 +46,8 @@ TEST(SessionAllocation, PlayingTurningAndSwitchingSetsAllocateNothing)
     }
   };
   session.press_key({view::Key::space});
-  for (const view::Key key : {view::Key::f1, view::Key::f2, view::Key::f3,
-                                    view::Key::f4, view::Key::f5, view::Key::f6})
+  for (const view::Key key :
+       {view::Key::f1, view::Key::f2, view::Key::f3, view::Key::f4, view::Key::f5, view::Key::f6})
     session.press_key({key});
   // The overlay and the interface reach their largest size within one cycle of the motion.
   round(400);

@@ -39,7 +39,7 @@ show::SessionOptions small_options(const std::string& set = "raw")
 }
 
 view::InputEvent pointer_event(view::InputKind kind, double x_px, double y_px,
-                                 view::MouseButton button = view::MouseButton::left)
+                               view::MouseButton button = view::MouseButton::left)
 {
   view::InputEvent event;
   event.kind = kind;

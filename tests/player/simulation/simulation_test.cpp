@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
+#include "bench/rigid_body.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 #include "support/refusal.hpp"
-#include "bench/rigid_body.hpp"
 
 namespace vrda::simulation_test {
 
@@ -36,8 +36,7 @@ bool is_equal(const bench::SimulatedFrame& a, const bench::SimulatedFrame& b)
 
 TEST(Simulation, AFrameDoesNotDependOnTheOrderOfCalls)
 {
-  const bench::Simulation forwards{bench::SimulationScript{}},
-      backwards{bench::SimulationScript{}};
+  const bench::Simulation forwards{bench::SimulationScript{}}, backwards{bench::SimulationScript{}};
   bench::SimulationScript other_seed;
   other_seed.seed = 2;
   const bench::Simulation other{other_seed};
@@ -76,7 +75,7 @@ test::ModelPlan turning_plan(const std::string& side)
   plan.rotation_centre_mm = {10, -20, 30};
   plan.motion = [](double flexion_deg, double varus_deg) {
     return store::PoseCoordinates{0.05 * flexion_deg, -18.0 + 0.1 * varus_deg, 0.02 * flexion_deg,
-                                   0.2 * flexion_deg};
+                                  0.2 * flexion_deg};
   };
   return plan;
 }
@@ -109,9 +108,9 @@ TEST(Simulation, AScriptThatLeavesTheSolvedMotionIsRefused)
 {
   store::MotionModel model = test::model_of({});
   test::unsolve(model, 3, 2);
-  EXPECT_THAT(test::input_error(
-                  [&] { bench::Simulation simulation({}, store::Motion(model, "raw"), "bench.toml"); }),
-              test::refuses({"bench.toml", "leg"}));
+  EXPECT_THAT(
+      test::input_error([&] { bench::Simulation simulation({}, store::Motion(model, "raw"), "bench.toml"); }),
+      test::refuses({"bench.toml", "leg"}));
 }
 
 TEST(Simulation, AScriptBeyondTheMotionIsReportedWithTheMotionsRange)
@@ -273,10 +272,8 @@ TEST(Simulation, TheStageIsCountedToTheNearestStep)
   const bench::Simulation simulation{script};
   EXPECT_EQ(simulation.stage_count(0.0), -600);
   for (double time_s = 0.0; time_s < 10.0; time_s += 0.02) {
-    const double counted_mm =
-        static_cast<double>(simulation.stage_count(time_s)) * bench::stage_mm_a_count;
-    EXPECT_NEAR(counted_mm, simulation.truth(time_s).stage_mm,
-                0.5 * bench::stage_mm_a_count + rounding_mm);
+    const double counted_mm = static_cast<double>(simulation.stage_count(time_s)) * bench::stage_mm_a_count;
+    EXPECT_NEAR(counted_mm, simulation.truth(time_s).stage_mm, 0.5 * bench::stage_mm_a_count + rounding_mm);
   }
 }
 

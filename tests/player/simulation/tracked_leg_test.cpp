@@ -1,10 +1,10 @@
 /// The simulated leg processed by the room tracking, as in a bench session.
 #include <gtest/gtest.h>
 
-#include "core/units.hpp"
-#include "bench/simulation.hpp"
-#include "bench/rigid_body.hpp"
 #include "bench/motion_filter.hpp"
+#include "bench/rigid_body.hpp"
+#include "bench/simulation.hpp"
+#include "core/units.hpp"
 
 namespace vrda::tracked_leg_test {
 
@@ -38,7 +38,7 @@ TEST(TrackedLeg, AnglesFromNoisyBodiesStayWithinTheirNoise)
   for (std::uint64_t k = 0; k < n; ++k) {
     const bench::SimulatedFrame frame = simulation.frame(k);
     const Pose X = bench::X_femur_tibia(bench::LegBodies{}, frame.tools[0].X_tracker_tool,
-                                           frame.tools[1].X_tracker_tool);
+                                        frame.tools[1].X_tracker_tool);
     const double off =
         bench::leg_angles(X, right_leg).flexion_rad - simulation.truth(frame.time_s).angles.flexion_rad;
     square_rad2 += off * off / n;
@@ -90,12 +90,11 @@ TEST(TrackedLeg, FiringInTurnIsCorrectedOnAMovingShank)
   for (std::uint64_t k = 0; k < 800; ++k) {
     const bench::SimulatedFrame frame = simulation.frame(k);
     const bench::MarkerRow seen = markers_of(frame, 2, 6);
-    const bench::FiredFit fired =
-        bench::fit_fired(body, seen, frame.time_s, before, {.interval_s = 1e-3});
+    const bench::FiredFit fired = bench::fit_fired(body, seen, frame.time_s, before, {.interval_s = 1e-3});
     ASSERT_EQ(fired.fit.status, bench::FitStatus::fitted);
     const Eigen::Vector3d truth_mm = simulation.truth(frame.time_s).X_tracker_tibia * middle_mm;
-    worst_plain_mm = std::max(worst_plain_mm,
-                              (bench::fit_pose(body, seen).X_tracker_body * middle_mm - truth_mm).norm());
+    worst_plain_mm =
+        std::max(worst_plain_mm, (bench::fit_pose(body, seen).X_tracker_body * middle_mm - truth_mm).norm());
     if (k > 10) {
       worst_corrected_mm =
           std::max(worst_corrected_mm, (fired.fit.X_tracker_body * middle_mm - truth_mm).norm());
@@ -144,9 +143,9 @@ TEST(TrackedLeg, TheFilterLagsByItsDelayAndTakesNoiseAway)
   for (std::uint64_t k = 0; k < 300; ++k) {
     const bench::SimulatedFrame frame = simulation.frame(k);
     const Pose X = bench::X_femur_tibia(bench::LegBodies{}, frame.tools[0].X_tracker_tool,
-                                           frame.tools[1].X_tracker_tool);
+                                        frame.tools[1].X_tracker_tool);
     const bench::LegAngles raw = bench::leg_angles(X, right_leg),
-                              filtered = filter.filtered(raw, frame.time_s);
+                           filtered = filter.filtered(raw, frame.time_s);
     const double truth = simulation.truth(frame.time_s).angles.flexion_rad;
     const double is_counted = k >= 200 ? 1.0 / n : 0.0;
     raw_sq += is_counted * (raw.flexion_rad - truth) * (raw.flexion_rad - truth);

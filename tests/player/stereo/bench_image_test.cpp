@@ -5,8 +5,8 @@
 #include <random>
 
 #include "../render/pictures.hpp"
-#include "view/eye.hpp"
 #include "sample_eyes.hpp"
+#include "view/eye.hpp"
 #include "view/stereo_view.hpp"
 
 namespace vrda::bench_picture_test {
@@ -131,8 +131,7 @@ TEST(BenchPicture, OutsideOfWhatTheScreensShowAllIsBlack)
     for (int x = 0; x < display_width; ++x) {
       const view::Viewport pixel{x, y, 1, 1};
       const bool is_visible =
-          view::within(pixel, eyes.left.visible).width + view::within(pixel, eyes.right.visible).width >
-          0;
+          view::within(pixel, eyes.left.visible).width + view::within(pixel, eyes.right.visible).width > 0;
       const int code = at(frame, x, y)[1];
       (is_visible ? n_lit : n_dark) += 1;
       n_wrong += code == (is_visible ? 255 : 0) ? 0 : 1;
@@ -198,8 +197,8 @@ TEST(BenchPicture, AReflectedWindowHasTheSamePictureReversed)
     return renderer->draw(scene, view::shots_of(plan, eyes, Pose::Identity(), scene), nullptr);
   };
   const view::Image plain = drawn({});
-  for (const view::Reflection reflection : {view::Reflection{true, false}, view::Reflection{false, true},
-                                              view::Reflection{true, true}}) {
+  for (const view::Reflection reflection :
+       {view::Reflection{true, false}, view::Reflection{false, true}, view::Reflection{true, true}}) {
     const view::Image reversed = drawn(reflection);
     for (const view::Eye* eye : {&eyes.left, &eyes.right}) {
       const Eigen::Vector2d there = centre_of_light_px(plain, eye->visible);
@@ -212,7 +211,8 @@ TEST(BenchPicture, AReflectedWindowHasTheSamePictureReversed)
   }
 }
 
-/// Only what changed is cleared, resolved and warped; the frames are those of a renderer that begins with them.
+/// Only what changed is cleared, resolved and warped; the frames are those of a renderer that begins with
+/// them.
 TEST(BenchPicture, AFrameDoesNotDependOnTheOnesBefore)
 {
   const view::EyePair eyes = sample_eyes(lenses[1]);

@@ -6,8 +6,8 @@
 #include <random>
 
 #include "core/text.hpp"
-#include "view/eye.hpp"
 #include "sample_eyes.hpp"
+#include "view/eye.hpp"
 #include "view/stereo_view.hpp"
 
 namespace vrda::stereo_test {

@@ -241,13 +241,12 @@ TEST(ExpectedError, IsWhatNoiseDoes)
 }
 
 /// Positions as the markers fire while the body moves along `twist` per second, in the tracker's frame.
-bench::MarkerRow fired_at(const bench::RigidBody& body, const Pose& X_at_time,
-                             const bench::Screw& twist, double interval_s)
+bench::MarkerRow fired_at(const bench::RigidBody& body, const Pose& X_at_time, const bench::Screw& twist,
+                          double interval_s)
 {
   bench::MarkerRow row;
   for (Eigen::Index k = 0; k < body.markers_mm.rows(); ++k) {
-    const Pose X =
-        bench::pose_of(bench::scaled(twist, interval_s * static_cast<double>(k))) * X_at_time;
+    const Pose X = bench::pose_of(bench::scaled(twist, interval_s * static_cast<double>(k))) * X_at_time;
     row.emplace_back(X * Eigen::Vector3d(body.markers_mm.row(k).transpose()));
   }
   return row;
@@ -300,9 +299,8 @@ TEST(FitFired, KnownSpeedKeepsFastMarkersFromLookingLikeOutliers)
   const Pose X_now = bench::pose_of(bench::scaled(twist, gap_s)) * X_before;
   bench::MarkerRow seen = fired_at(body, X_now, twist, interval_s);
   const bench::Firing firing{.interval_s = interval_s};
-  EXPECT_EQ(
-      bench::fit_fired(body, seen, gap_s, bench::BodyMotion{{0.0, X_before}, {}}, firing).fit.status,
-      bench::FitStatus::residual_too_large);
+  EXPECT_EQ(bench::fit_fired(body, seen, gap_s, bench::BodyMotion{{0.0, X_before}, {}}, firing).fit.status,
+            bench::FitStatus::residual_too_large);
   const bench::FiredFit fired =
       bench::fit_fired(body, seen, gap_s, bench::BodyMotion{{0.0, X_before}, twist}, firing);
   ASSERT_EQ(fired.fit.status, bench::FitStatus::fitted);

@@ -2,9 +2,9 @@
 
 #include <limits>
 
+#include "bench/rigid_body.hpp"
 #include "moves.hpp"
 #include "support/refusal.hpp"
-#include "bench/rigid_body.hpp"
 
 namespace vrda::build_body_test {
 
@@ -170,11 +170,9 @@ TEST(BuildBody, SaysWhatItCannotUse)
 
   bench::BodyOptions options;
   options.given_mm = bench::MarkerRow(6);
-  EXPECT_EQ(input_error([&] { bench::build_body(frames, "body.csv", options); }).field,
-            "coordinates wanted");
+  EXPECT_EQ(input_error([&] { bench::build_body(frames, "body.csv", options); }).field, "coordinates wanted");
   options.given_mm.pop_back();
-  EXPECT_EQ(input_error([&] { bench::build_body(frames, "body.csv", options); }).field,
-            "coordinates wanted");
+  EXPECT_EQ(input_error([&] { bench::build_body(frames, "body.csv", options); }).field, "coordinates wanted");
 }
 
 TEST(BuildBody, AnIterationThatIsCutShortSaysSo)

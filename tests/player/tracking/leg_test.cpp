@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "model/coordinates.hpp"
 #include "core/units.hpp"
+#include "model/coordinates.hpp"
 #include "moves.hpp"
 
 namespace vrda::leg_test {

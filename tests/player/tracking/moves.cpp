@@ -1,7 +1,7 @@
 #include "moves.hpp"
 
-#include "core/units.hpp"
 #include "bench/rigid_body.hpp"
+#include "core/units.hpp"
 
 namespace vrda::test {
 

@@ -154,8 +154,7 @@ TEST(PredictionError, OfASwingIsThatOfItsAcceleration)
   for (int i = 0; i <= 4000; ++i) {
     series.push_back({0.01 * i, Pose(Eigen::Translation3d(a_mm * sine(w * 0.01 * i), 0, 0))});
   }
-  const bench::PredictionError error =
-      bench::prediction_error(series, h, {.window_s = T + 1e-6}).shift_mm;
+  const bench::PredictionError error = bench::prediction_error(series, h, {.window_s = T + 1e-6}).shift_mm;
   EXPECT_NEAR(error.held.rms / (a_mm * w * h / std::sqrt(2.0)), 1.0, 0.02);
   EXPECT_NEAR(error.predicted.rms / (a_mm * w * w * h * (h + T) / 2.0 / std::sqrt(2.0)), 1.0, 0.13);
 }

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "model/coordinates.hpp"
 #include "core/units.hpp"
+#include "model/coordinates.hpp"
 #include "moves.hpp"
 
 namespace vrda::screw_test {
@@ -30,7 +30,7 @@ TEST(Screw, LogarithmAndExponentialUndoEachOther)
     SCOPED_TRACE(angle_rad);
     for (int i = 0; i < 50; ++i) {
       const bench::Screw screw{angle_rad * test::random_vector(random, 1.0).normalized(),
-                                  test::random_vector(random, 1000.0)};
+                               test::random_vector(random, 1000.0)};
       const bench::Screw back = bench::screw_of(bench::pose_of(screw));
       EXPECT_LT((back.turn_rad - screw.turn_rad).norm(), 10 * rounding_rad);
       EXPECT_LT((back.shift_mm - screw.shift_mm).norm(), 10 * rounding_mm);

@@ -98,8 +98,7 @@ TEST(SeenLines, AreCurvedByTheOpticsAndEndWithWhatIsSeen)
   calibration::DrawnLine line;
   const double row = eye.sight_px.y() - 100.0;
   line.points_px = {{eye.window.x + 0.0, row}, {eye.window.x + eye.window.width + 0.0, row}};
-  const std::vector<calibration::DrawnLine> seen =
-      calibration::seen_lines(std::span(&line, 1), truth);
+  const std::vector<calibration::DrawnLine> seen = calibration::seen_lines(std::span(&line, 1), truth);
   ASSERT_EQ(seen.size(), 1u);
   const std::vector<Eigen::Vector2d>& points = seen.front().points_px;
   const calibration::VirtualTruth::Edges& edges = truth.edges_px[0];
@@ -180,8 +179,7 @@ TEST(TargetErrors, AreZeroForTheTruthAndTheLengthOfAShift)
     // The display's image is 2 px higher: 2 px of about 880 at about 800 mm.
     bench::Calibration off = truth.calibration;
     off.eyes.left.sight_px.y() -= 2.0;
-    const std::vector<calibration::TargetError> shifted =
-        calibration::target_errors(off, file, truth, none);
+    const std::vector<calibration::TargetError> shifted = calibration::target_errors(off, file, truth, none);
     constexpr double expected_mm = 2.0 * 800.0 / 880.0;
     for (std::size_t k = 0; k < shifted.size(); k += 2) {
       // Distances, depths and distortion vary by a fifth.

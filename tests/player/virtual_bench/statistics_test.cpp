@@ -95,12 +95,11 @@ std::string head_text(const testing::TestParamInfo<bench::HeadKind>& head)
 }
 
 INSTANTIATE_TEST_SUITE_P(Heads, HonestIntervals,
-                         testing::Values(bench::HeadKind::stage, bench::HeadKind::tracker),
-                         head_text);
+                         testing::Values(bench::HeadKind::stage, bench::HeadKind::tracker), head_text);
 
 /// The virtual bench's file with `from` replaced by `to`, for each pair.
 bench::BenchFile bench_with(bench::HeadKind head,
-                                  const std::vector<std::pair<std::string, std::string>>& changes)
+                            const std::vector<std::pair<std::string, std::string>>& changes)
 {
   std::string text = calibration::virtual_bench_text(head);
   for (const auto& [from, to] : changes) {
@@ -130,8 +129,7 @@ const std::vector<OtherWay>& other_ways()
   const std::string table = "[calibration]\n", body = "[body.leg]\ntool = \"leg\"\n";
   static const std::vector<OtherWay> ways{
       {"by_eye",
-       bench_with(bench::HeadKind::stage,
-                  {{table, table + "distortion = \"adjust\"\nmodel = \"adjust\"\n"}}),
+       bench_with(bench::HeadKind::stage, {{table, table + "distortion = \"adjust\"\nmodel = \"adjust\"\n"}}),
        {"distortion eye.k1", "distortion eye.pixel_aspect", "leg leg.turn_z"}},
       {"two_bodies_without_pupillometer",
        bench_with(bench::HeadKind::tracker,

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "core/units.hpp"
 #include "bench/rigid_body.hpp"
 #include "calibration/bench_poses.hpp"
+#include "core/units.hpp"
 
 namespace vrda::truth_test {
 
@@ -46,9 +46,8 @@ TEST(VirtualTruth, IsTheSameForTheSameSeedAndUsable)
     const calibration::VirtualTruth truth = calibration::virtual_truth(bench, seed);
     EXPECT_EQ(bench::calibration_text(truth.calibration, bench),
               bench::calibration_text(calibration::virtual_truth(bench, seed).calibration, bench));
-    EXPECT_NE(
-        bench::calibration_text(truth.calibration, bench),
-        bench::calibration_text(calibration::virtual_truth(bench, seed + 1).calibration, bench));
+    EXPECT_NE(bench::calibration_text(truth.calibration, bench),
+              bench::calibration_text(calibration::virtual_truth(bench, seed + 1).calibration, bench));
     EXPECT_NO_THROW(view::require_usable(truth.calibration.eyes, "truth"));
   }
 }
@@ -98,8 +97,8 @@ TEST(Standing, TheTipRestsAndTheMarkerStaysOnItsRail)
   constexpr double rounding_mm = 1e-9;
   for (const double way : {0.0, 0.25, 0.6, 1.0}) {
     SCOPED_TRACE(way);
-    EXPECT_NEAR((calibration::pivot_poses(truth, way).X_tracker_tool * truth.tip_probe_mm - tip).norm(),
-                0.0, rounding_mm);
+    EXPECT_NEAR((calibration::pivot_poses(truth, way).X_tracker_tool * truth.tip_probe_mm - tip).norm(), 0.0,
+                rounding_mm);
     const calibration::BenchPoses on_x = calibration::x_rail_poses(truth, way);
     const Eigen::Vector3d p = X_table_tracker * on_x.X_tracker_tool.translation();
     EXPECT_NEAR(p.y(), 0.0, rounding_mm);

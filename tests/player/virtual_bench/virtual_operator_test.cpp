@@ -7,10 +7,10 @@
 #include <limits>
 #include <map>
 
+#include "calibration/statistics.hpp"
 #include "calibration/task.hpp"
 #include "core/units.hpp"
 #include "support/refusal.hpp"
-#include "calibration/statistics.hpp"
 
 namespace vrda::virtual_operator_test {
 
@@ -33,12 +33,10 @@ calibration::CalibrationSessionOptions options_of(const bench::BenchFile& bench)
   return options;
 }
 
-bench::Calibration calibrated(const bench::BenchFile& bench,
-                                    const calibration::VirtualTruth& truth,
-                                    const calibration::VirtualNoise& noise)
+bench::Calibration calibrated(const bench::BenchFile& bench, const calibration::VirtualTruth& truth,
+                              const calibration::VirtualNoise& noise)
 {
-  calibration::CalibrationSession session(bench, bench::nominal_calibration(bench),
-                                                options_of(bench));
+  calibration::CalibrationSession session(bench, bench::nominal_calibration(bench), options_of(bench));
   calibration::VirtualOperator hand(bench, truth, noise);
   while (session.task() != nullptr) hand.do_task(session);
   EXPECT_EQ(hand.n_refusals(), 0);
@@ -106,8 +104,7 @@ TEST(VirtualOperator, AMuchTooNoisyOperatorEndsWithAMessage)
   const calibration::VirtualTruth truth = calibration::virtual_truth(bench, 7);
   calibration::VirtualNoise noise;
   noise.tracker_mm = 50.0;
-  calibration::CalibrationSession session(bench, bench::nominal_calibration(bench),
-                                                options_of(bench));
+  calibration::CalibrationSession session(bench, bench::nominal_calibration(bench), options_of(bench));
   calibration::VirtualOperator hand(bench, truth, noise);
   EXPECT_THAT(test::input_error([&] {
                 while (session.task() != nullptr) hand.do_task(session);
@@ -144,8 +141,7 @@ double off_px(const calibration::Task& task, const std::vector<double>& row,
   const view::Eye& eye = task.is_right ? truth.calibration.eyes.right : truth.calibration.eyes.left;
   const Eigen::Vector2d seen = view::shown_px(eye.distortion, {row[0], row[1]});
   // A node's ring is the last item.
-  if (task.kind != calibration::TaskKind::rectangle_sides)
-    return (seen - middle_of(real.back())).norm();
+  if (task.kind != calibration::TaskKind::rectangle_sides) return (seen - middle_of(real.back())).norm();
   return std::max(distance_from(real, seen),
                   distance_from(real, view::shown_px(eye.distortion, {row[2], row[3]})));
 }
@@ -154,8 +150,7 @@ TEST(RealThings, AreWhereWhatIsDrawnIsSeenOnceItIsAligned)
 {
   const bench::BenchFile bench = bench_of(bench::HeadKind::stage);
   const calibration::VirtualTruth truth = calibration::virtual_truth(bench, 12);
-  calibration::CalibrationSession session(bench, bench::nominal_calibration(bench),
-                                                options_of(bench));
+  calibration::CalibrationSession session(bench, bench::nominal_calibration(bench), options_of(bench));
   calibration::VirtualOperator hand(bench, truth, no_noise);
   std::map<calibration::TaskKind, int> met;
   // Half a step of a quarter of a pixel either way, magnified by up to a half; the marker's ring is centred
@@ -164,13 +159,11 @@ TEST(RealThings, AreWhereWhatIsDrawnIsSeenOnceItIsAligned)
   while (session.task() != nullptr) {
     const calibration::Task task = *session.task();
     const bench::CalibrationPart part = session.progress().part;
-    const std::vector<calibration::DrawnLine> real =
-        calibration::physical_outlines(task, bench, truth);
+    const std::vector<calibration::DrawnLine> real = calibration::physical_outlines(task, bench, truth);
     hand.do_task(session);
     ASSERT_EQ(hand.n_refusals(), 0);
     ++met[task.kind];
-    if (task.kind != calibration::TaskKind::point &&
-        task.kind != calibration::TaskKind::rectangle_sides &&
+    if (task.kind != calibration::TaskKind::point && task.kind != calibration::TaskKind::rectangle_sides &&
         task.kind != calibration::TaskKind::bullseye) {
       continue;
     }
@@ -194,8 +187,7 @@ TEST(RealThings, TheLegIsWhereAModelIsSeenThatIsPlacedRightly)
     for (const double turn_rad : six.turn_rad) values.push_back(turn_rad * deg_from_rad(1.0));
     const calibration::Task task =
         calibration::tasks_of(bench::CalibrationPart::leg, bench, truth.calibration).front();
-    const std::vector<calibration::DrawnLine> real =
-        calibration::physical_outlines(task, bench, truth);
+    const std::vector<calibration::DrawnLine> real = calibration::physical_outlines(task, bench, truth);
     ASSERT_EQ(real.size(), 2u);
     constexpr double rounding_px = 1e-6;
     const auto furthest_px = [&](const std::vector<calibration::DrawnLine>& drawn) {
@@ -236,8 +228,7 @@ TEST(RealThings, AScanLineIsBentAsTheEdgeIs)
       if (task.kind != calibration::TaskKind::scan_line) continue;
       SCOPED_TRACE(task.name);
       const auto seen_at = [&](double value) {
-        return calibration::seen_lines(calibration::task_lines(task, std::vector{value}, nominal),
-                                         truth);
+        return calibration::seen_lines(calibration::task_lines(task, std::vector{value}, nominal), truth);
       };
       EXPECT_EQ(seen_at(task.dials[0].value).size(), 1u) << "it starts where it can be seen";
       const calibration::VirtualTruth::Edges& e = truth.edges_px[task.is_right ? 1 : 0];
@@ -247,8 +238,7 @@ TEST(RealThings, AScanLineIsBentAsTheEdgeIs)
           seen_at(calibration::scan_reading(borders.at(static_cast<std::size_t>(task.index)), is_last));
       ASSERT_EQ(seen.size(), 1u);
       EXPECT_TRUE(seen[0].is_smooth) << "whole pixels would straighten it";
-      const std::vector<calibration::DrawnLine> edge =
-          calibration::physical_outlines(task, bench, truth);
+      const std::vector<calibration::DrawnLine> edge = calibration::physical_outlines(task, bench, truth);
       double least = 1e9, most = -1e9;
       for (const Eigen::Vector2d& p : seen[0].points_px) {
         EXPECT_LT(distance_from(edge, p), 1.0 * 1.5) << "one pixel of the frame buffer, magnified";
@@ -265,8 +255,7 @@ TEST(Deviation, IsTheDistanceOfTheDialsFromTheTruth)
 {
   const bench::BenchFile bench = bench_of(bench::HeadKind::stage);
   const calibration::VirtualTruth truth = calibration::virtual_truth(bench, 12);
-  calibration::CalibrationSession session(bench, bench::nominal_calibration(bench),
-                                                options_of(bench));
+  calibration::CalibrationSession session(bench, bench::nominal_calibration(bench), options_of(bench));
   calibration::VirtualOperator hand(bench, truth, no_noise);
   std::map<calibration::TaskKind, int> met;
   while (session.task() != nullptr) {
@@ -298,8 +287,7 @@ TEST(Deviation, OfAWholeGridAndOfAModelIsThatOfTheirPoints)
   const bench::BenchFile bench =
       bench_of(bench::HeadKind::stage, "distortion = \"adjust\"\nmodel = \"adjust\"\n");
   const calibration::VirtualTruth truth = calibration::virtual_truth(bench, 4);
-  calibration::CalibrationSession session(bench, bench::nominal_calibration(bench),
-                                                options_of(bench));
+  calibration::CalibrationSession session(bench, bench::nominal_calibration(bench), options_of(bench));
   calibration::VirtualOperator hand(bench, truth, no_noise);
   int n = 0;
   while (session.task() != nullptr) {

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <opencv2/aruco/charuco.hpp>
 
+#include "bench/body_sheet.hpp"
+#include "bench/webcam.hpp"
 #include "core/units.hpp"
 #include "player/webcam/rendered_pictures.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
-#include "bench/body_sheet.hpp"
-#include "bench/webcam.hpp"
 
 namespace vrda::camera_test {
 

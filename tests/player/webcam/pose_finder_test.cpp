@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "bench/webcam.hpp"
 #include "core/units.hpp"
 #include "player/webcam/rendered_pictures.hpp"
 #include "support/refusal.hpp"
-#include "bench/webcam.hpp"
 
 namespace vrda::pose_finder_test {
 

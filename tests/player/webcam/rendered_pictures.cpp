@@ -182,7 +182,7 @@ bench::GreyPicture rendered(const bench::Camera& camera, const RenderedPicture& 
 }
 
 bench::GreyPicture rendered_plane(const bench::Camera& camera, const Pose& X_camera_plane,
-                                   const PlanePattern& pattern, const RenderedPicture& appearance)
+                                  const PlanePattern& pattern, const RenderedPicture& appearance)
 {
   const Pose X_plane_camera = X_camera_plane.inverse();
   const Eigen::Vector3d from = X_plane_camera.translation();

@@ -6,8 +6,8 @@
 #include <functional>
 #include <vector>
 
-#include "model/mesh.hpp"
 #include "bench/webcam.hpp"
+#include "model/mesh.hpp"
 
 namespace vrda::test {
 
@@ -35,6 +35,6 @@ using PlanePattern = std::function<double(double x_mm, double y_mm)>;
 
 /// The board for the camera's calibration: x to the right and y down from the upper left corner of the board.
 bench::GreyPicture rendered_plane(const bench::Camera& camera, const Pose& X_camera_plane,
-                                   const PlanePattern& pattern, const RenderedPicture& appearance);
+                                  const PlanePattern& pattern, const RenderedPicture& appearance);
 
 }  // namespace vrda::test
