@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "motion/support/models.hpp"
 #include "store/sample_model.hpp"
+#include "support/models.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 #include "tables/formats.hpp"

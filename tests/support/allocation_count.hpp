@@ -12,6 +12,7 @@ bool are_allocations_counted();
 
 }  // namespace vrda::test
 
-#define VRDA_REQUIRE_ALLOCATION_COUNT()                                                                    \
-  if (!vrda::test::are_allocations_counted()) GTEST_SKIP() << "the thread sanitizer has its own operator " \
-                                                              "new"
+#define VRDA_REQUIRE_ALLOCATION_COUNT()                        \
+  if (!vrda::test::are_allocations_counted())                  \
+  GTEST_SKIP() << "the thread sanitizer has its own operator " \
+                  "new"

@@ -17,9 +17,9 @@
 #include "bench/bench_show.hpp"
 #include "bench/recording.hpp"
 #include "core/text.hpp"
-#include "motion/support/models.hpp"
 #include "store/motion_model.hpp"
 #include "support/messages.hpp"
+#include "support/models.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 

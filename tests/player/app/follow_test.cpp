@@ -9,12 +9,12 @@
 #include <thread>
 
 #include "core/units.hpp"
-#include "motion/support/models.hpp"
-#include "player/render/screen.hpp"
+#include "player/view/screen.hpp"
 #include "show/run_watch.hpp"
 #include "store/journal.hpp"
 #include "store/motion_model.hpp"
 #include "support/messages.hpp"
+#include "support/models.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 

@@ -7,10 +7,10 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "motion/support/models.hpp"
 #include "store/motion_model.hpp"
 #include "store/read_separately.hpp"
 #include "support/messages.hpp"
+#include "support/models.hpp"
 #include "support/oversized_models.hpp"
 #include "support/scratch.hpp"
 

@@ -13,10 +13,10 @@
 #include <thread>
 
 #include "core/units.hpp"
-#include "motion/support/models.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "support/messages.hpp"
+#include "support/models.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 

@@ -9,9 +9,9 @@
 #include "bench/bench_show.hpp"
 #include "bench/recording.hpp"
 #include "core/units.hpp"
-#include "motion/support/models.hpp"
-#include "player/webcam/rendered_pictures.hpp"
+#include "player/bench/rendered_pictures.hpp"
 #include "store/motion_model.hpp"
+#include "support/models.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 

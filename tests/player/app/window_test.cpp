@@ -8,9 +8,9 @@
 #include <thread>
 
 #include "bench/calibration_file.hpp"
-#include "motion/support/models.hpp"
-#include "player/render/screen.hpp"
+#include "player/view/screen.hpp"
 #include "store/motion_model.hpp"
+#include "support/models.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 

@@ -1,11 +1,11 @@
 // Pose of the eyes and effect of the board's inputs.
 #include <gtest/gtest.h>
 
-#include "../bench_files/bench_texts.hpp"
 #include "bench/bench_run.hpp"
 #include "bench/bench_show.hpp"
 #include "bench_samples.hpp"
 #include "core/units.hpp"
+#include "player/bench/bench_texts.hpp"
 
 namespace vrda::bench_inputs_test {
 

@@ -1,8 +1,8 @@
 #include "bench_samples.hpp"
 
-#include "../bench_files/bench_texts.hpp"
-#include "motion/support/models.hpp"
+#include "player/bench/bench_texts.hpp"
 #include "store/solved_cells.hpp"
+#include "support/models.hpp"
 
 namespace vrda::test {
 namespace {

@@ -1,11 +1,11 @@
 // Pose of the model: tracked legs, hidden bodies, prediction.
 #include <gtest/gtest.h>
 
-#include "../bench_files/bench_texts.hpp"
 #include "bench_samples.hpp"
 #include "core/units.hpp"
-#include "motion/support/models.hpp"
+#include "player/bench/bench_texts.hpp"
 #include "support/allocation_count.hpp"
+#include "support/models.hpp"
 
 namespace vrda::bench_state_test {
 

@@ -6,11 +6,10 @@
 #include <cmath>
 #include <sstream>
 
-#include "../bench_files/bench_texts.hpp"
 #include "bench_samples.hpp"
 #include "core/units.hpp"
 #include "player/bench/bench_samples.hpp"
-#include "player/bench_files/bench_texts.hpp"
+#include "player/bench/bench_texts.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

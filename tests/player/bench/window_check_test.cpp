@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "player/bench_files/bench_texts.hpp"
+#include "player/bench/bench_texts.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::window_check_test {

@@ -10,7 +10,7 @@
 #include "core/units.hpp"
 #include "coverage.hpp"
 #include "noise.hpp"
-#include "player/tracking/moves.hpp"
+#include "player/bench/moves.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::eyes_fit_test {

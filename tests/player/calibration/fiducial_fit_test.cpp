@@ -7,7 +7,7 @@
 #include "bench/rigid_body.hpp"
 #include "core/units.hpp"
 #include "coverage.hpp"
-#include "player/tracking/moves.hpp"
+#include "player/bench/moves.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::fiducial_fit_test {

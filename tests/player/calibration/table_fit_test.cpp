@@ -10,7 +10,7 @@
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
 #include "coverage.hpp"
-#include "player/tracking/moves.hpp"
+#include "player/bench/moves.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::table_fit_test {

@@ -7,10 +7,10 @@
 #include <fstream>
 #include <iostream>
 
-#include "motion/support/models.hpp"
 #include "show/session.hpp"
 #include "store/motion_model.hpp"
 #include "support/allocation_count.hpp"
+#include "support/models.hpp"
 
 namespace vrda::frame_loop_test {
 

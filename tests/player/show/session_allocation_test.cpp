@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "motion/support/models.hpp"
 #include "show/session.hpp"
 #include "support/allocation_count.hpp"
+#include "support/models.hpp"
 
 namespace vrda::session_allocation_test {
 

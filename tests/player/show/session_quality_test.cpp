@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "motion/support/models.hpp"
 #include "show/session.hpp"
+#include "support/models.hpp"
 
 namespace vrda::session_quality_test {
 

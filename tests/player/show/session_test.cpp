@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "motion/support/models.hpp"
 #include "store/motion_model.hpp"
+#include "support/models.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::session_test {

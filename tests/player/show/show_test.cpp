@@ -8,10 +8,10 @@
 #include <functional>
 #include <sstream>
 
-#include "motion/support/models.hpp"
 #include "show/series_renderer.hpp"
 #include "store/motion_model.hpp"
 #include "support/input_error.hpp"
+#include "support/models.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::show_test {

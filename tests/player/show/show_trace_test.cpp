@@ -8,10 +8,10 @@
 #include <sstream>
 
 #include "core/text.hpp"
-#include "motion/support/models.hpp"
 #include "show/show.hpp"
 #include "store/motion_model.hpp"
 #include "store/trace.hpp"
+#include "support/models.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 #include "support/traces.hpp"

@@ -1,0 +1,310 @@
+#include "analysis/audit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/units.hpp"
+#include "store/sample_model.hpp"
+#include "support/meshes.hpp"
+#include "support/models.hpp"
+
+namespace vrda::motion_audit_test {
+
+constexpr double rounding_mm = 1e-10;  // coordinates of hundreds of mm
+const std::vector<std::size_t> frame_order{3, 0, 4, 1, 2};
+
+test::SampleOptions equilibrium_options()
+{
+  test::SampleOptions options;
+  options.is_equilibrium = true;
+  return options;
+}
+
+bool is_same(double a, double b)
+{
+  return a == b || (std::isnan(a) && std::isnan(b));
+}
+
+void expect_same_cell(const store::AuditSet& a, const store::AuditSet& b, Eigen::Index i, Eigen::Index j)
+{
+  EXPECT_EQ(a.state(i, j), b.state(i, j));
+  EXPECT_TRUE(is_same(a.penetration_mm(i, j), b.penetration_mm(i, j))) << i << ' ' << j;
+  EXPECT_TRUE(is_same(a.gap_mm(i, j), b.gap_mm(i, j))) << i << ' ' << j;
+}
+
+void expect_same(const store::AuditSet& a, const store::AuditSet& b)
+{
+  ASSERT_EQ(a.flexion_deg, b.flexion_deg);
+  for (Eigen::Index i = 0; i < a.state.rows(); ++i) {
+    for (Eigen::Index j = 0; j < a.state.cols(); ++j) expect_same_cell(a, b, i, j);
+  }
+}
+
+TEST(Audit, EachFlexionAlongItsOwnDelta)
+{
+  const store::MotionModel turning = test::sample_model(equilibrium_options());
+  const store::AuditSet found = analysis::audit(turning, "raw", 1, 2);
+  for (std::size_t k = 0; k < turning.flexion_deg.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    store::MotionModel constant = turning;
+    constant.delta = turning.push.delta.row(i).transpose();
+    constant.push = store::constant_push(constant.delta, turning.flexion_deg.size());
+    const store::AuditSet expected = analysis::audit(constant, "raw", 1, 1);
+    for (Eigen::Index j = 0; j < found.state.cols(); ++j) expect_same_cell(found, expected, i, j);
+  }
+  // The last row has another Delta than the first, hence another gap.
+  store::MotionModel wrong = turning;
+  wrong.push = store::constant_push(turning.delta, turning.flexion_deg.size());
+  const Eigen::Index last = found.state.rows() - 1;
+  EXPECT_NE(analysis::audit(wrong, "raw", 1, 1).gap_mm(last, 0), found.gap_mm(last, 0));
+}
+
+TEST(Audit, AFreeVarusAtWhatWasFound)
+{
+  test::SampleOptions options;
+  options.n_varus = 1;
+  const store::MotionModel given = test::sample_model(options);  // at varus -1
+  store::MotionModel free = given;
+  free.varus_deg = {0.0};
+  expect_same(analysis::audit(free, "raw", 1, 2), analysis::audit(given, "raw", 1, 1));
+}
+
+/// The column of a grid, and its rows in another order as frames.
+struct ColumnAndFrames {
+  store::MotionModel column, frames;
+};
+
+ColumnAndFrames column_and_frames(bool has_turning_delta)
+{
+  test::SampleOptions options = equilibrium_options();
+  options.is_equilibrium = has_turning_delta;
+  options.n_varus = 1;
+  options.n_flexion = 5;
+  options.has_failed_cell = false;
+  store::MotionModel column = test::sample_model(options);
+  column.varus_deg = {0.0};
+  column.smoothed.clear();
+  return {column, test::frames_of(column, frame_order, {0.0, 1.0, 1.5, 4.0, 5.0})};
+}
+
+TEST(Audit, AFrameHasTheGapOfItsAttitude)
+{
+  for (const bool has_turning_delta : {false, true}) {
+    const auto [column, frames] = column_and_frames(has_turning_delta);
+    const store::AuditSet grid = analysis::audit(column, "raw", 1, 1),
+                          found = analysis::audit(frames, "raw", 2, 2);
+    ASSERT_EQ(found.frame_key, (std::vector<double>{0, 0.5, 1, 1.25, 1.5, 2.75, 4, 4.5, 5}));
+    for (std::size_t i = 0; i < frame_order.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(2 * i), cell = static_cast<Eigen::Index>(frame_order[i]);
+      EXPECT_EQ(found.flexion_deg[2 * i], column.flexion_deg[frame_order[i]]);
+      EXPECT_EQ(found.state(at, 0), grid.state(cell, 0));
+      EXPECT_TRUE(is_same(found.gap_mm(at, 0), grid.gap_mm(cell, 0))) << i;
+    }
+    // Between two frames the joint has another gap than at either.
+    EXPECT_NE(found.state(1, 0), static_cast<std::int8_t>(store::AuditState::no_pose));
+  }
+}
+
+TEST(Audit, TravelIsFromOneFrameToTheNext)
+{
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 10, 40};
+  plan.varus_deg = {0};
+  plan.rotation_centre_mm = {20, 50, -30};
+  // The reference turns about the rotation centre, so the moving point there only turns with it.
+  store::MotionModel model = test::frames_of(test::model_of(plan), {2, 0, 1}, {1.0, 2.0, 3.0});
+  const analysis::FrameTravel travel = analysis::frame_travel(model);
+  EXPECT_EQ(travel.n_steps, 2);
+  EXPECT_NEAR(deg_from_rad(travel.largest_rad), 40.0, 1e-9);
+  EXPECT_NEAR(deg_from_rad(travel.mean_rad), 25.0, 1e-9);
+  EXPECT_EQ(travel.key_of_rad, 2.0);
+  EXPECT_NEAR(travel.largest_mm, 0.0, rounding_mm);
+  test::unsolve(model, 1, 0);
+  EXPECT_EQ(analysis::frame_travel(model).n_steps, 1);
+  EXPECT_NEAR(deg_from_rad(analysis::frame_travel(model).largest_rad), 30.0, 1e-9);
+}
+
+// A wide block with its lower face 10 mm above the rotation centre, rotated by each attitude; below it a box
+// of 2 mm with its centre at `y_mm`. Both are symmetric to the sagittal plane.
+store::MotionModel block_model(const std::string& side, double y_mm)
+{
+  test::ModelPlan plan;
+  plan.side = side;
+  plan.rotation_centre_mm = {20, 50, -30};
+  plan.flexion_deg = {0, 5, 10};
+  plan.varus_deg = {-4, 0, 4};
+  plan.motion = [y_mm](double, double) { return store::PoseCoordinates{0, y_mm, 0, 0}; };
+  store::MotionModel model = test::model_of(plan);
+  model.reference.contact.mesh = test::box(plan.rotation_centre_mm + Eigen::Vector3d(0, 30, 0), {90, 40, 90});
+  model.moving.contact.mesh = test::box(plan.rotation_centre_mm, {2, 2, 2});
+  return model;
+}
+
+// With n = R e_y the lower face is n . p = 10; the first upper corner of the box to reach it sets the gap.
+double block_travel_mm(double flexion_deg, double varus_deg, double y_mm)
+{
+  const Eigen::Vector3d n =
+      reference_rotation({rad_from_deg(flexion_deg), rad_from_deg(varus_deg)}) * Eigen::Vector3d::UnitY();
+  return (10.0 - std::abs(n.x()) - n.y() - std::abs(n.z())) / n.y() - y_mm;
+}
+
+struct Tally {
+  int n_free = 0, n_overlapping = 0;
+};
+
+Tally expect_closed_form(const store::AuditSet& found, double y_mm)
+{
+  Tally tally;
+  for (Eigen::Index i = 0; i < found.state.rows(); ++i) {
+    for (Eigen::Index j = 0; j < found.state.cols(); ++j) {
+      const double travel_mm = block_travel_mm(found.flexion_deg[static_cast<std::size_t>(i)],
+                                               found.varus_deg[static_cast<std::size_t>(j)], y_mm);
+      const bool is_free = travel_mm > 0.0;
+      EXPECT_EQ(found.state(i, j),
+                static_cast<std::int8_t>(is_free ? store::AuditState::free : store::AuditState::overlapping));
+      EXPECT_NEAR(found.penetration_mm(i, j), is_free ? 0.0 : -travel_mm, rounding_mm);
+      EXPECT_EQ(std::isnan(found.gap_mm(i, j)), !is_free);
+      EXPECT_NEAR(is_free ? found.gap_mm(i, j) : travel_mm, travel_mm, rounding_mm);
+      tally.n_free += is_free ? 1 : 0;
+      tally.n_overlapping += is_free ? 0 : 1;
+    }
+  }
+  return tally;
+}
+
+TEST(Audit, FollowsTheClosedFormAtAndBetweenTheAttitudes)
+{
+  for (const std::string side : {"right", "left"}) {
+    // The travel from y = 0 falls from 9 at 0, 0 to 8.9 at 10, 4.
+    const double y_mm = 8.95;
+    const store::MotionModel model = block_model(side, y_mm);
+    const store::AuditSet found = analysis::audit(model, "raw", 3, 2);
+    EXPECT_EQ(found.refine, 3);
+    ASSERT_EQ(found.state.rows(), 7);
+    ASSERT_EQ(found.state.cols(), 7);
+    EXPECT_EQ(found.flexion_deg[3], 5.0);
+    EXPECT_NEAR(found.varus_deg[1], -4.0 + 4.0 / 3.0, 1e-15);
+    const Tally tally = expect_closed_form(found, y_mm);
+    EXPECT_GT(tally.n_free, 5);
+    EXPECT_GT(tally.n_overlapping, 5);
+    const analysis::AuditFigures figures = analysis::figures_of(found);
+    EXPECT_EQ(figures.n_poses, 49);
+    EXPECT_EQ(figures.n_overlapping, tally.n_overlapping);
+    EXPECT_NEAR(figures.largest_penetration.value_mm,
+                -block_travel_mm(figures.largest_penetration.flexion_deg,
+                                 figures.largest_penetration.varus_deg, y_mm),
+                rounding_mm);
+    EXPECT_EQ(figures.largest_penetration.value_mm, store::summary_of(found).largest_penetration_mm);
+    EXPECT_EQ(figures.largest_gap.value_mm, store::summary_of(found).largest_gap_mm);
+  }
+}
+
+TEST(Audit, TheAttitudesOfTheModelHaveTheSameBitsHoweverManyLieBetween)
+{
+  const store::MotionModel model = block_model("right", 8.95);
+  const store::AuditSet coarse = analysis::audit(model, "raw", 1, 1),
+                        fine = analysis::audit(model, "raw", 4, 1);
+  for (Eigen::Index i = 0; i < coarse.state.rows(); ++i) {
+    for (Eigen::Index j = 0; j < coarse.state.cols(); ++j) {
+      EXPECT_TRUE(is_same(coarse.gap_mm(i, j), fine.gap_mm(4 * i, 4 * j)));
+      EXPECT_TRUE(is_same(coarse.penetration_mm(i, j), fine.penetration_mm(4 * i, 4 * j)));
+    }
+  }
+}
+
+TEST(Audit, ThreadsChangeNoBit)
+{
+  store::MotionModel model = block_model("left", 8.95);
+  test::unsolve(model, 1, 1);
+  const store::AuditSet one = analysis::audit(model, "raw", 3, 1);
+  for (const int n_threads : {2, 5, 40}) expect_same(analysis::audit(model, "raw", 3, n_threads), one);
+}
+
+TEST(Audit, NamesWhereThereIsNoPoseAndWhereNothingIsAhead)
+{
+  store::MotionModel model = block_model("right", 8.0);
+  test::unsolve(model, 1, 1);
+  const store::AuditSet hole = analysis::audit(model, "raw", 2, 1);
+  EXPECT_EQ(hole.state(2, 2), static_cast<std::int8_t>(store::AuditState::no_pose));
+  EXPECT_EQ(hole.state(1, 3), static_cast<std::int8_t>(store::AuditState::no_pose));
+  EXPECT_EQ(hole.state(0, 1), static_cast<std::int8_t>(store::AuditState::free));
+  EXPECT_TRUE(std::isnan(hole.penetration_mm(2, 2)));
+  EXPECT_EQ(analysis::figures_of(hole).n_poses, 16);  // the poses around the hole
+  model.moving.contact.mesh.vertices_mm.col(0).array() += 500.0;
+  const store::AuditSet aside = analysis::audit(model, "raw", 1, 1);
+  EXPECT_EQ(aside.state(0, 0), static_cast<std::int8_t>(store::AuditState::nothing_ahead));
+  EXPECT_TRUE(std::isnan(aside.gap_mm(0, 0)));
+  EXPECT_EQ(aside.penetration_mm(0, 0), 0.0);
+  EXPECT_EQ(analysis::figures_of(aside).n_nothing_ahead, 8);
+}
+
+TEST(Audit, TheZeroVarusMotionByFlexionAlone)
+{
+  store::MotionModel model = block_model("right", 0.0);
+  store::ZeroVarus table;
+  const std::size_t n = model.flexion_deg.size();
+  table.source.assign(n, static_cast<std::int8_t>(store::ZeroVarusSource::both_touch));
+  table.varus_deg.assign(n, 2.0);
+  table.tx_mm = table.tz_mm = table.theta_deg = std::vector<double>(n, 0.0);
+  table.ty_mm.assign(n, 8.8);
+  model.zero_varus = table;
+  const store::AuditSet found = analysis::audit(model, "zero_varus", 2, 1);
+  ASSERT_EQ(found.state.rows(), 5);
+  EXPECT_EQ(found.varus_deg, std::vector<double>{0.0});
+  for (std::size_t k = 0; k < 5; ++k) {
+    EXPECT_NEAR(found.gap_mm(static_cast<Eigen::Index>(k), 0),
+                block_travel_mm(found.flexion_deg[k], 2.0, 8.8), rounding_mm);
+  }
+}
+
+// The smoothed motion has height y_mm everywhere.
+store::MotionModel smoothed_block_model(double y_mm)
+{
+  store::MotionModel model = block_model("left", 8.0);
+  test::add_smoothed(model, 1, [y_mm](int i, int j) {
+    return store::PoseCoordinates{0, i + j == 0 ? y_mm : 0.0, 0, 0};
+  });
+  return model;
+}
+
+TEST(Recontact, TravelsByTheClosedFormShortOfItByTheMargin)
+{
+  for (const double y_mm : {8.0, 8.95, 9.5}) {  // all free, mixed, all overlapping
+    const store::MotionModel model = smoothed_block_model(y_mm);
+    const store::GridD travel_mm = analysis::recontact(model, model.smoothed.front(), 1);
+    for (Eigen::Index i = 0; i < travel_mm.rows(); ++i) {
+      for (Eigen::Index j = 0; j < travel_mm.cols(); ++j) {
+        const double expected_mm = block_travel_mm(model.flexion_deg[static_cast<std::size_t>(i)],
+                                                   model.varus_deg[static_cast<std::size_t>(j)], y_mm);
+        EXPECT_NEAR(travel_mm(i, j), expected_mm - analysis::contact_margin_mm, rounding_mm);
+      }
+    }
+    EXPECT_TRUE((analysis::recontact(model, model.smoothed.front(), 3) == travel_mm).all());
+  }
+}
+
+TEST(Recontact, TheAuditOfTheRecontactedMotionFindsTheMarginAndNoOverlap)
+{
+  store::MotionModel model = smoothed_block_model(9.5);
+  test::unsolve(model, 0, 2);  // the polynomials have a pose there nevertheless
+  model.smoothed.front().recontact_mm = analysis::recontact(model, model.smoothed.front(), 1);
+  EXPECT_EQ(analysis::figures_of(analysis::audit(model, "degree_1", 1, 1)).n_overlapping, 9);
+  const analysis::AuditFigures at_nodes =
+      analysis::figures_of(analysis::audit(model, "degree_1_recontacted", 1, 1));
+  EXPECT_EQ(at_nodes.n_poses, 9);
+  EXPECT_EQ(at_nodes.n_overlapping, 0);
+  EXPECT_EQ(at_nodes.n_nothing_ahead, 0);
+  EXPECT_NEAR(at_nodes.largest_gap.value_mm, analysis::contact_margin_mm, rounding_mm);
+  // Between them the travel is interpolated, but not the kink at zero varus.
+  EXPECT_GT(analysis::figures_of(analysis::audit(model, "degree_1_recontacted", 2, 1)).n_overlapping, 0);
+}
+
+TEST(Recontact, LeavesAHoleWhereNothingIsAhead)
+{
+  store::MotionModel model = smoothed_block_model(8.0);
+  model.moving.contact.mesh.vertices_mm.col(0).array() += 500.0;
+  EXPECT_TRUE(analysis::recontact(model, model.smoothed.front(), 1).isNaN().all());
+}
+
+}  // namespace vrda::motion_audit_test

@@ -1,0 +1,381 @@
+#include "analysis/reduce.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "model/coordinates.hpp"
+#include "store/motion.hpp"
+#include "support/models.hpp"
+
+namespace vrda::reduce_test {
+
+using test::model_of;
+using test::ModelPlan;
+
+// Rounding of rotation products applied to coordinates of hundreds of mm.
+constexpr double rounding_mm = 1e-11;
+constexpr double rounding_deg = 1e-12;
+
+const Eigen::Vector3d centre_mm(43.0, 51.0, 7.5);
+
+/// Linear in varus. The left knee has the mirror image with -z.
+store::PoseCoordinates knee_like(double flexion_deg, double varus_deg)
+{
+  const double u = flexion_deg / 90.0, v = varus_deg / 4.0;
+  return {-5.0 * u * u + v, -21.0 + u - 0.5 * v, 1.5 * v - u, 12.0 * u - 2.0 * u * v};
+}
+
+/// Both compartments are in contact at -2 and 0 degrees of varus, so the zero varus of every flexion is -1.
+/// The contact points are linear in varus.
+store::MotionModel knee(const std::string& side, const Eigen::Vector3d& delta = {0, 1, 0})
+{
+  const double mirror = side == "left" ? -1.0 : 1.0;
+  ModelPlan plan;
+  plan.side = side;
+  plan.rotation_centre_mm = {centre_mm.x(), centre_mm.y(), mirror * centre_mm.z()};
+  plan.delta = {delta.x(), delta.y(), mirror * delta.z()};
+  plan.motion = [mirror](double flexion_deg, double varus_deg) {
+    store::PoseCoordinates numbers = knee_like(flexion_deg, varus_deg);
+    numbers[2] *= mirror;
+    return numbers;
+  };
+  store::MotionModel model = model_of(plan);
+  model.contact_medial << 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1,
+      1, 1, 0, 1, 1, 1, 1;
+  model.contact_lateral.leftCols(3).setOnes();
+  model.contact_lateral.rightCols(2).setZero();
+  const std::size_t n_varus = model.varus_deg.size();
+  store::ContactPaths& paths = *model.contact_paths;
+  for (std::size_t cell = 0; cell < model.flexion_deg.size() * n_varus; ++cell) {
+    const double u = model.flexion_deg[cell / n_varus] / 90.0, v = model.varus_deg[cell % n_varus];
+    const auto put = [&](std::vector<double>& path, double x_mm, double y_mm, double z_mm) {
+      path[3 * cell] = x_mm;
+      path[3 * cell + 1] = y_mm;
+      path[3 * cell + 2] = mirror * z_mm;
+    };
+    put(paths.medial_reference_mm, -20.0 * u, -22.0 + 10.0 * u, -20.0 + v);
+    put(paths.medial_moving_mm, -6.0 * u, 1.0, -20.0 + v);
+    put(paths.lateral_reference_mm, -18.0 * u, -20.0 + 9.0 * u, 22.0 + v);
+    put(paths.lateral_moving_mm, -12.0 * u, 1.0, 22.0 + v);
+  }
+  return model;
+}
+
+Pose pose_at(const store::ZeroVarus& z, std::size_t i)
+{
+  Pose X = Pose::Identity();
+  X.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(&z.X_reference_moving[16 * i]);
+  return X;
+}
+
+Eigen::Vector3d row3(const std::vector<double>& rows, std::size_t i)
+{
+  return {rows[3 * i], rows[3 * i + 1], rows[3 * i + 2]};
+}
+
+double difference(const Pose& a, const Pose& b)
+{
+  return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff();
+}
+
+TEST(Reduce, PosesLieBetweenTheTwoColumns)
+{
+  for (const Eigen::Vector3d& delta :
+       {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(Eigen::Vector3d(0.1, 1.0, -0.3).normalized())}) {
+    const store::MotionModel model = knee("right", delta);
+    const store::ZeroVarus z = analysis::reduce(model, "raw");
+    EXPECT_EQ(analysis::n_reduced_flexions(z), 7);
+    const SolverFrame frame{Side::right, model.rotation_centre_mm, model.delta};
+    for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+      EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::both_touch));
+      EXPECT_EQ(z.varus_deg[i], -1.0);
+      EXPECT_EQ(z.varus_first_deg[i], -2.0);
+      EXPECT_EQ(z.varus_last_deg[i], 0.0);
+      const store::PoseCoordinates expected = knee_like(model.flexion_deg[i], -1.0);
+      EXPECT_NEAR(z.tx_mm[i], expected[0], rounding_mm);
+      EXPECT_NEAR(z.ty_mm[i], expected[1], rounding_mm);
+      EXPECT_NEAR(z.tz_mm[i], expected[2], rounding_mm);
+      EXPECT_NEAR(z.theta_deg[i], expected[3], rounding_deg);
+      const MovingPose moving{solver_translation_mm(frame, {expected[0], expected[1], expected[2]}),
+                              rad_from_deg(expected[3])};
+      const Attitude attitude{rad_from_deg(model.flexion_deg[i]), rad_from_deg(-1.0)};
+      EXPECT_LT(difference(pose_at(z, i), X_reference_moving(frame, attitude, moving)), rounding_mm);
+    }
+  }
+}
+
+TEST(Reduce, ClinicalNumbersAreThoseOfThePose)
+{
+  // With Delta = +Y the three angles are flexion, varus and theta themselves.
+  const store::MotionModel model = knee("left");
+  const store::ZeroVarus z = analysis::reduce(model, "raw");
+  for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+    EXPECT_NEAR(z.clinical_flexion_deg[i], model.flexion_deg[i], rounding_deg);
+    EXPECT_NEAR(z.clinical_varus_deg[i], -1.0, rounding_deg);
+    EXPECT_NEAR(z.internal_rotation_deg[i], knee_like(model.flexion_deg[i], -1.0)[3], rounding_deg);
+    const ClinicalCoordinates clinical =
+        clinical_coordinates(pose_at(z, i), Side::left, model.rotation_centre_mm);
+    EXPECT_EQ(z.anterior_mm[i], clinical.anterior_mm);
+    EXPECT_EQ(z.proximal_mm[i], clinical.proximal_mm);
+    EXPECT_EQ(z.lateral_mm[i], clinical.lateral_mm);
+  }
+}
+
+TEST(Reduce, ACellItselfIsTakenToTheLastBit)
+{
+  store::MotionModel model = knee("right");
+  model.contact_medial.col(1).setZero();
+  const store::ZeroVarus z = analysis::reduce(model, "raw");
+  const std::size_t cell = 4 * model.varus_deg.size() + 2;
+  EXPECT_EQ(z.varus_deg[4], 0.0);
+  EXPECT_EQ(z.ty_mm[4], model.ty_mm(4, 2));
+  for (std::size_t k = 0; k < 16; ++k)
+    EXPECT_EQ(z.X_reference_moving[16 * 4 + k], model.X_reference_moving[16 * cell + k]);
+  EXPECT_EQ(z.anterior_mm[4], model.clinical.anterior_mm(4, 2));
+  EXPECT_EQ(z.medial_moving_mm[3 * 4], model.contact_paths->medial_moving_mm[3 * cell]);
+}
+
+/// Curves that must be equal for a left knee and its right mirror image.
+constexpr std::vector<double> store::ZeroVarus::*same_on_both_sides[] = {
+    &store::ZeroVarus::varus_deg,
+    &store::ZeroVarus::clinical_flexion_deg,
+    &store::ZeroVarus::clinical_varus_deg,
+    &store::ZeroVarus::theta_deg,
+    &store::ZeroVarus::internal_rotation_deg,
+    &store::ZeroVarus::anterior_mm,
+    &store::ZeroVarus::proximal_mm,
+    &store::ZeroVarus::lateral_mm,
+    &store::ZeroVarus::helical_rotation_deg,
+    &store::ZeroVarus::instant_centre_mm,
+    &store::ZeroVarus::medial_rolling_mm,
+    &store::ZeroVarus::medial_sliding_mm,
+    &store::ZeroVarus::lateral_rolling_mm,
+    &store::ZeroVarus::lateral_sliding_mm};
+
+TEST(Reduce, AMirroredKneeHasTheSameCurves)
+{
+  const Eigen::Vector3d tilted = Eigen::Vector3d(0.1, 1.0, -0.3).normalized();
+  const store::ZeroVarus right = analysis::reduce(knee("right", tilted), "raw"),
+                         left = analysis::reduce(knee("left", tilted), "raw");
+  for (const auto curve : same_on_both_sides) {
+    ASSERT_EQ((right.*curve).size(), (left.*curve).size());
+    for (std::size_t k = 0; k < (right.*curve).size(); ++k)
+      EXPECT_NEAR((right.*curve)[k], (left.*curve)[k], 1e-9);
+  }
+  // Reflection changes the axis and the sense of rotation: with a positive rotation, X and Y change sign.
+  for (std::size_t k = 0; k + 1 < 7; ++k) {
+    const Eigen::Vector3d direction = row3(right.helical_direction, k);
+    EXPECT_LT(
+        (row3(left.helical_direction, k) - Eigen::Vector3d(-direction.x(), -direction.y(), direction.z()))
+            .norm(),
+        1e-9);
+    const Eigen::Vector3d point = row3(right.helical_point_mm, k);
+    EXPECT_LT((row3(left.helical_point_mm, k) - Eigen::Vector3d(point.x(), point.y(), -point.z())).norm(),
+              1e-9);
+    EXPECT_NEAR(left.helical_translation_mm[k], -right.helical_translation_mm[k], 1e-9);
+  }
+}
+
+TEST(Reduce, AHingeIsFound)
+{
+  // The tibia is hinged at a point q of the femur, relative to the rotation centre: t = Rz(flexion) q - q.
+  const Eigen::Vector3d q(4.0, -9.0, 0.0);
+  ModelPlan plan;
+  plan.rotation_centre_mm = centre_mm;
+  plan.motion = [&q](double flexion_deg, double) {
+    const Eigen::Vector3d t = rotation_z(rad_from_deg(flexion_deg)) * q - q;
+    return store::PoseCoordinates{t.x(), t.y(), t.z(), 0.0};
+  };
+  store::MotionModel model = model_of(plan);
+  const store::ZeroVarus z = analysis::reduce(model, "raw");  // both contacts in all columns: varus 0
+  ASSERT_EQ(z.helical_rotation_deg.size(), 6u);
+  for (std::size_t k = 0; k < 6; ++k) {
+    EXPECT_NEAR(z.helical_rotation_deg[k], 15.0, rounding_deg);
+    EXPECT_NEAR(z.helical_translation_mm[k], 0.0, rounding_mm);
+    EXPECT_LT((row3(z.helical_direction, k) + Eigen::Vector3d::UnitZ()).norm(), rounding_deg);
+    EXPECT_LT((row3(z.helical_point_mm, k) - (centre_mm + q)).norm(), rounding_mm);
+    EXPECT_NEAR(z.instant_centre_mm[2 * k], centre_mm.x() + q.x(), rounding_mm);
+    EXPECT_NEAR(z.instant_centre_mm[2 * k + 1], centre_mm.y() + q.y(), rounding_mm);
+  }
+}
+
+TEST(Reduce, ContactPointsLieBetweenTheColumnsToo)
+{
+  store::MotionModel model = knee("right");
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  // At flexion 1 the medial contact of the column at 0 is not known, at flexion 2 both are not.
+  const std::size_t n_varus = model.varus_deg.size();
+  for (const std::size_t cell : {n_varus + 2, 2 * n_varus + 1, 2 * n_varus + 2}) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      model.contact_paths->medial_reference_mm[3 * cell + axis] = nan;
+      model.contact_paths->medial_moving_mm[3 * cell + axis] = nan;
+    }
+  }
+  const store::ZeroVarus z = analysis::reduce(model, "raw");
+  EXPECT_NEAR(z.medial_reference_mm[2], -21.0, rounding_mm);  // z = -20 + varus
+  EXPECT_NEAR(z.medial_reference_mm[3 + 2], -22.0, rounding_mm);
+  EXPECT_NEAR(z.lateral_moving_mm[3 + 2], 21.0, rounding_mm);
+  EXPECT_TRUE(std::isnan(z.medial_reference_mm[2 * 3 + 2]));
+  for (const std::size_t k : {1u, 2u}) {
+    EXPECT_TRUE(std::isnan(z.medial_rolling_mm[k]));
+    EXPECT_TRUE(std::isnan(z.medial_sliding_mm[k]));
+    EXPECT_FALSE(std::isnan(z.lateral_rolling_mm[k]));
+  }
+  EXPECT_FALSE(std::isnan(z.medial_rolling_mm[0]));
+  EXPECT_FALSE(std::isnan(z.medial_sliding_mm[3]));
+  // Per step the condyle's contact moves back by 20/6 and up by 10/6 mm, the plateau's back by 1 mm. Femur
+  // and tibia differ by half a step of flexion and theta at the start, which changes lengths by a cosine
+  // only.
+  const double travel_mm = std::sqrt(500.0) / 6.0, out_of_plane = rad_from_deg(15.0);
+  EXPECT_NEAR(z.medial_rolling_mm[0], -1.0, rounding_mm);
+  EXPECT_NEAR(z.medial_sliding_mm[0], travel_mm - 1.0, travel_mm * out_of_plane * out_of_plane / 2.0);
+}
+
+TEST(Reduce, ASmoothedSetIsEvaluatedAtTheVarusOfTheRawCells)
+{
+  store::MotionModel model = knee("right");
+  test::add_smoothed(model, 2, [](int i, int j) {
+    return store::PoseCoordinates{i - 2.0 * j, -20.0 + i, 0.5 * j, i == 1 && j == 0 ? 4.0 : 0.1 * i};
+  });
+  const store::ZeroVarus z = analysis::reduce(model, "degree_2");
+  const store::Motion motion(model, "degree_2");
+  for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+    const store::JointPose expected = motion.at({rad_from_deg(model.flexion_deg[i]), rad_from_deg(-1.0)});
+    EXPECT_EQ(z.varus_deg[i], -1.0);
+    EXPECT_LT(difference(pose_at(z, i), expected.X_reference_moving), rounding_mm);
+    EXPECT_NEAR(z.theta_deg[i], deg_from_rad(expected.theta_rad), rounding_deg);
+    const Eigen::Vector3d t_mm = expected.X_world_moving * model.rotation_centre_mm;
+    EXPECT_LT((Eigen::Vector3d(z.tx_mm[i], z.ty_mm[i], z.tz_mm[i]) - t_mm).norm(), rounding_mm);
+  }
+  // Not the raw poses.
+  EXPECT_GT(std::abs(z.ty_mm[3] - analysis::reduce(model, "raw").ty_mm[3]), 0.1);
+}
+
+TEST(Reduce, TheSetZeroVarusHasThePosesOfTheTable)
+{
+  for (const std::string side : {"right", "left"}) {
+    store::MotionModel model = knee(side, Eigen::Vector3d(0.1, 1.0, -0.3).normalized());
+    model.zero_varus = analysis::reduce(model, "raw");
+    const store::Motion motion(model, "zero_varus");
+    for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+      const store::JointPose pose = motion.at({rad_from_deg(model.flexion_deg[i]), 0.0});
+      EXPECT_EQ(pose.status, store::PoseStatus::solved);
+      EXPECT_LT(difference(pose.X_reference_moving, pose_at(*model.zero_varus, i)), rounding_mm);
+    }
+  }
+}
+
+TEST(Reduce, ARecontactedSetMayHaveNoAnswer)
+{
+  store::MotionModel model = knee("right");
+  test::add_smoothed(model, 1, [](int i, int) { return store::PoseCoordinates{1.0 * i, -20.0, 0.0, 2.0}; });
+  store::GridD travel_mm = store::GridD::Constant(7, 5, 0.25);
+  travel_mm(2, 1) = std::numeric_limits<double>::quiet_NaN();  // next to the varus of -1
+  model.smoothed.front().recontact_mm = travel_mm;
+  const store::ZeroVarus plain = analysis::reduce(model, "degree_1"),
+                         recontacted = analysis::reduce(model, "degree_1_recontacted");
+  EXPECT_EQ(analysis::n_reduced_flexions(plain), 7);
+  EXPECT_EQ(analysis::n_reduced_flexions(recontacted), 6);
+  EXPECT_EQ(recontacted.source[2], static_cast<std::int8_t>(store::ZeroVarusSource::none));
+  EXPECT_TRUE(std::isnan(recontacted.varus_first_deg[2]));
+  EXPECT_NEAR(recontacted.ty_mm[5], plain.ty_mm[5] + 0.25, rounding_mm);
+}
+
+TEST(Reduce, ASmoothedFreeVarusIsTheSetsOwn)
+{
+  ModelPlan plan;
+  plan.varus_deg = {0};
+  plan.free_varus_deg = [](double flexion_deg) { return 0.1 * flexion_deg; };
+  store::MotionModel model = model_of(plan);
+  test::add_smoothed(model, 1, [](int, int) { return store::PoseCoordinates{0.0, -20.0, 3.0, 8.0}; });
+  store::SmoothedSet& set = model.smoothed.front();
+  store::SmoothedSurface varus = set.surfaces.front();
+  varus.name = "varus";
+  varus.coefficients.assign(varus.coefficients.size(), 0.0);
+  for (std::size_t k = 0; k < varus.coefficients.size(); ++k) {
+    const auto term = set.exponents.row(static_cast<Eigen::Index>(k));
+    varus.coefficients[k] = term(1) != 0 ? 0.0 : term(0) == 0 ? 5.0 : 4.0;  // 5 + 4 P_1
+  }
+  set.surfaces.push_back(varus);
+  const store::ZeroVarus z = analysis::reduce(model, "degree_1");
+  for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+    EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::free));
+    EXPECT_NEAR(z.varus_deg[i], 1.0 + 8.0 * model.flexion_deg[i] / 90.0, rounding_deg);
+    EXPECT_NEAR(z.clinical_varus_deg[i], z.varus_deg[i], rounding_deg);
+  }
+}
+
+TEST(Reduce, AFreeVarusNeedsNoCompartments)
+{
+  ModelPlan plan;
+  plan.varus_deg = {0};
+  plan.free_varus_deg = [](double flexion_deg) { return 1.0 + 0.01 * flexion_deg; };
+  plan.motion = knee_like;
+  store::MotionModel model = model_of(plan);
+  model.joint = "other";
+  model.has_compartments = false;
+  model.contact_paths.reset();
+  EXPECT_TRUE(analysis::is_reducible(model));
+  const store::ZeroVarus z = analysis::reduce(model, "raw");
+  for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+    EXPECT_EQ(z.source[i], static_cast<std::int8_t>(store::ZeroVarusSource::free));
+    EXPECT_EQ(z.varus_deg[i], 1.0 + 0.01 * model.flexion_deg[i]);
+    EXPECT_EQ(z.tx_mm[i], model.tx_mm(static_cast<Eigen::Index>(i), 0));
+    EXPECT_EQ(z.internal_rotation_deg[i],
+              model.clinical.internal_rotation_deg(static_cast<Eigen::Index>(i), 0));
+    EXPECT_TRUE(std::isnan(z.varus_first_deg[i]));
+  }
+  EXPECT_TRUE(z.medial_reference_mm.empty());
+  EXPECT_TRUE(z.lateral_sliding_mm.empty());
+  EXPECT_EQ(z.helical_direction.size(), 18u);
+}
+
+TEST(Reduce, AGivenVarusWithoutCompartmentsIsRefused)
+{
+  store::MotionModel model = knee("right");
+  model.has_compartments = false;
+  EXPECT_FALSE(analysis::is_reducible(model));
+  EXPECT_THROW(analysis::reduce(model, "raw"), InternalError);
+}
+
+TEST(Reduce, AFlexionWithoutAnAnswerLeavesAHole)
+{
+  store::MotionModel model = knee("right");
+  for (Eigen::Index j = 0; j < 5; ++j) test::unsolve(model, 3, j);
+  const store::ZeroVarus z = analysis::reduce(model, "raw");
+  EXPECT_EQ(analysis::n_reduced_flexions(z), 6);
+  EXPECT_EQ(z.source[3], static_cast<std::int8_t>(store::ZeroVarusSource::none));
+  EXPECT_TRUE(std::isnan(z.varus_deg[3]));
+  EXPECT_TRUE(std::isnan(z.X_reference_moving[16 * 3]));
+  EXPECT_TRUE(std::isnan(z.medial_moving_mm[3 * 3]));
+  for (const std::size_t k : {2u, 3u}) {
+    EXPECT_TRUE(std::isnan(z.helical_rotation_deg[k]));
+    EXPECT_TRUE(std::isnan(z.helical_point_mm[3 * k]));
+    EXPECT_TRUE(std::isnan(z.instant_centre_mm[2 * k]));
+    EXPECT_TRUE(std::isnan(z.lateral_rolling_mm[k]));
+  }
+  EXPECT_FALSE(std::isnan(z.helical_rotation_deg[1]));
+}
+
+TEST(Reduce, NothingSolvedReducesToNothing)
+{
+  const store::MotionModel pending = store::with_pending_cells(knee("right"));
+  const store::ZeroVarus z = analysis::reduce(pending, "raw");
+  EXPECT_EQ(analysis::n_reduced_flexions(z), 0);
+  EXPECT_EQ(z.source.size(), 7u);
+}
+
+TEST(Reduce, OneFlexionHasNoSteps)
+{
+  ModelPlan plan;
+  plan.flexion_deg = {20};
+  const store::ZeroVarus z = analysis::reduce(model_of(plan), "raw");
+  EXPECT_EQ(analysis::n_reduced_flexions(z), 1);
+  EXPECT_TRUE(z.helical_rotation_deg.empty());
+  EXPECT_TRUE(z.instant_centre_mm.empty());
+}
+
+}  // namespace vrda::reduce_test

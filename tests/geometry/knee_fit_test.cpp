@@ -1,0 +1,172 @@
+#include "geometry/knee_fit.hpp"
+
+#include <gmock/gmock.h>
+
+#include "core/units.hpp"
+#include "geometry/fit_checks.hpp"
+#include "geometry/generated_knee.hpp"
+#include "support/meshes.hpp"
+
+namespace vrda::knee_fit_test {
+
+using namespace geometry;
+using test::angle_between_rad, test::generated_knee, test::generated_template, test::moved, test::pose;
+
+// The last step of a fit (bone_fit.cpp), times the few steps that it may still need.
+constexpr double fit_rad = 1e-4, fit_mm = 1e-2;
+
+TEST(KneeFit, FindsUnitSideAndFramesOfAMovedKnee)
+{
+  const KneeSurfaces knee = generated_knee();
+  struct Row {
+    Eigen::Vector4d quaternion;
+    Eigen::Vector3d t_mm;
+    double unit_mm;
+  };
+  for (const Row& row : {Row{{0, 0, 0, 1}, {0, 0, 0}, 1.0}, Row{{1, 2, -1, 1}, {500, -300, 80}, 10.0},
+                         Row{{-3, 1, 1, 2}, {0, 900, 0}, 1000.0}, Row{{1, 0, 0, 0}, {-70, 5, 2}, 1.0},
+                         Row{{1, -1, 1, -1}, {1, 2, 3}, 10.0}, Row{{0, 1, 0, 0}, {300, 300, 300}, 1000.0}}) {
+    SCOPED_TRACE(row.quaternion.transpose());
+    const Pose X = pose(row.quaternion, row.t_mm);
+    const KneeFit fit = fit_knee(moved(knee, X, X, row.unit_mm), generated_template());
+    EXPECT_DOUBLE_EQ(fit.unit_mm, row.unit_mm);
+    EXPECT_EQ(fit.side, Side::right);
+    EXPECT_GT(fit.side_margin, 1.05);
+    EXPECT_LT(angle_between_rad(X, fit.X_scan_femur), fit_rad);
+    EXPECT_LT(angle_between_rad(X, fit.X_scan_tibia), fit_rad);
+    EXPECT_LT((X.translation() - fit.X_scan_femur.translation()).norm(), fit_mm);
+    EXPECT_LT((X.translation() - fit.X_scan_tibia.translation()).norm(), fit_mm);
+  }
+}
+
+TEST(KneeFit, AMirroredKneeGivesTheMirroredFrames)
+{
+  const Pose X_femur = pose({1, 2, 3, 9}, {30, 20, 10}), X_tibia = pose({1, 2, 4, 9}, {30, 21, 10});
+  const KneeSurfaces right = moved(generated_knee(), X_femur, X_tibia);
+  const KneeFit of_right = fit_knee(right, generated_template());
+  const KneeFit of_left = fit_knee(mirrored_z(right), generated_template());
+  EXPECT_EQ(of_right.side, Side::right);
+  EXPECT_EQ(of_left.side, Side::left);
+  const auto mirrored = [](const Pose& X) {
+    Pose Y = Pose::Identity();
+    const Eigen::Vector3d flip(1, 1, -1);
+    Y.linear() = flip.asDiagonal() * X.linear() * flip.asDiagonal();
+    Y.translation() = flip.cwiseProduct(X.translation());
+    return Y;
+  };
+  EXPECT_LT(angle_between_rad(mirrored(of_right.X_scan_femur), of_left.X_scan_femur), fit_rad);
+  EXPECT_LT(angle_between_rad(mirrored(of_right.X_scan_tibia), of_left.X_scan_tibia), fit_rad);
+  EXPECT_NEAR(of_right.scanned.internal_rotation_rad, of_left.scanned.internal_rotation_rad, fit_rad);
+  EXPECT_NEAR(of_right.scanned.varus_rad, of_left.scanned.varus_rad, fit_rad);
+  EXPECT_NEAR(of_right.scanned.lateral_mm, of_left.scanned.lateral_mm, fit_mm);
+}
+
+TEST(KneeFit, TheScannedPoseIsReportedAndDoesNotMoveTheFrames)
+{
+  for (const double flexion_deg : {30.0, 60.0, 90.0}) {
+    SCOPED_TRACE(flexion_deg);
+    Pose X_femur = Pose::Identity();
+    X_femur.linear() = rotation_z(rad_from_deg(flexion_deg)) * rotation_x(rad_from_deg(-3.0));
+    const KneeFit fit = fit_knee(moved(generated_knee(), X_femur, Pose::Identity()), generated_template());
+    EXPECT_LT(angle_between_rad(X_femur, fit.X_scan_femur), fit_rad);
+    EXPECT_LT(angle_between_rad(Pose::Identity(), fit.X_scan_tibia), fit_rad);
+    const Pose X_femur_tibia = X_femur.inverse();
+    const ClinicalCoordinates expected =
+        clinical_coordinates(X_femur_tibia, Side::right, Eigen::Vector3d::Zero());
+    EXPECT_NEAR(fit.scanned.flexion_rad, expected.flexion_rad, fit_rad);
+    EXPECT_NEAR(fit.scanned.varus_rad, expected.varus_rad, fit_rad);
+    EXPECT_NEAR(fit.scanned.internal_rotation_rad, expected.internal_rotation_rad, fit_rad);
+  }
+}
+
+TEST(KneeFit, FindsAScaleAnAxis)
+{
+  KneeSurfaces knee = generated_knee();
+  const Eigen::Vector3d scale(1.08, 1.0, 0.94);
+  for (Mesh* mesh : {&knee.femur.bone, &knee.tibia.bone}) {
+    mesh->vertices_mm = mesh->vertices_mm * scale.asDiagonal();
+    mesh->normals = vertex_normals(*mesh);
+  }
+  const KneeFit fit = fit_knee(knee, generated_template());
+  for (const BoneFit* bone : {&fit.femur, &fit.tibia}) {
+    // The weight on equal factors draws them to their mean, by less than a third of the deviation.
+    EXPECT_LT((bone->scale - scale).cwiseAbs().maxCoeff(), 0.3 * 0.08);
+    EXPECT_LT(bone->residual_mm, 0.5);
+  }
+  EXPECT_LT(angle_between_rad(Pose::Identity(), fit.X_scan_femur), rad_from_deg(1.0));
+}
+
+TEST(KneeFit, ASideAndAUnitThatAreGivenAreUsed)
+{
+  KneeFitOptions options;
+  options.side = Side::left;
+  options.unit_mm = 10.0;
+  const KneeFit fit = fit_knee(moved(generated_knee(), Pose::Identity(), Pose::Identity(), 10.0),
+                               generated_template(), options);
+  EXPECT_EQ(fit.side, Side::left);
+  EXPECT_LT(fit.side_margin, 1.0);  // the geometry says right
+  EXPECT_DOUBLE_EQ(fit.unit_mm, 10.0);
+}
+
+TEST(KneeFit, CartilageAloneTakesTheScaleOfTheOtherBone)
+{
+  KneeSurfaces knee = generated_knee();
+  for (Mesh* mesh : {&knee.femur.bone, &knee.tibia.bone}) mesh->vertices_mm *= 1.1;
+  knee.femur = {{}, cropped(knee.femur.bone, {0, -15, 0}, 45.0)};
+  const KneeFit fit = fit_knee(knee, generated_template());
+  EXPECT_NEAR(fit.tibia.scale.mean(), 1.1, 1e-3);
+  EXPECT_DOUBLE_EQ(fit.femur.scale.x(), 0.5 * (fit.tibia.scale.x() + fit.tibia.scale.z()));
+  EXPECT_LT(angle_between_rad(Pose::Identity(), fit.X_scan_femur), rad_from_deg(1.0));
+}
+
+// A ball's turn is left open by its surface.
+TEST(BoneFitTest, KnownPointsDecideWhatTheSurfaceLeavesOpen)
+{
+  const Mesh ball = test::ball(20.0, 64, 128);
+  const Pose X = pose({0.97, 0.1, -0.2, 0.05}, {3, -2, 1});
+  BoneFitOptions options{ScaleFreedom::held, 0.95};
+  for (const Eigen::Vector3d& p_mm :
+       {Eigen::Vector3d(20, 0, 0), Eigen::Vector3d(0, 12, 16), Eigen::Vector3d(0, -20, 0)})
+    options.known.push_back({p_mm, X * p_mm});
+  const BoneFit fit =
+      fit_bone(sample_surface(ball, 2000), NearestSurface(transformed(ball, X)), {BoneFit{}}, options);
+  EXPECT_LT((fit.R - X.linear()).norm(), 1e-3);
+  EXPECT_LT((fit.t_mm - X.translation()).norm(), 1e-2);
+}
+
+TEST(KneeFit, AKnownPointDrawsItsBoneAndOneFarOffDoesNot)
+{
+  const KneeSurfaces knee = generated_knee();
+  const auto fit_with = [&](const Eigen::Vector3d& off_mm) {
+    KneeFitOptions options;
+    const Eigen::Vector3d epicondyle_mm(0, 5, -40);
+    options.femur_points = {{epicondyle_mm, 0.1 * (epicondyle_mm + off_mm)}};
+    return fit_knee(moved(knee, Pose::Identity(), Pose::Identity(), 10.0), generated_template(), options);
+  };
+  const KneeFit right = fit_with(Eigen::Vector3d::Zero());
+  EXPECT_LT(angle_between_rad(Pose::Identity(), right.X_scan_femur), fit_rad);
+  const Eigen::Vector3d off_mm(0, 6, 0);
+  const KneeFit drawn = fit_with(off_mm);
+  const double by_mm = (drawn.femur(Eigen::Vector3d(0, 5, -40)) - Eigen::Vector3d(0, 5, -40)).y();
+  EXPECT_GT(by_mm, 0.1);
+  EXPECT_LT(by_mm, 3.0);
+  EXPECT_LT(angle_between_rad(Pose::Identity(), drawn.X_scan_tibia), fit_rad);
+  const KneeFit other = fit_with(Eigen::Vector3d(300, 0, 0));
+  EXPECT_LT(angle_between_rad(Pose::Identity(), other.X_scan_femur), rad_from_deg(0.1));
+}
+
+// A fit of thousands of overlapping triangles takes minutes, so each of its searches asks.
+TEST(KneeFit, EndsSoonAfterItIsStopped)
+{
+  int n_polls = 0;
+  KneeFitOptions options;
+  options.is_stopped = [&] { return ++n_polls > 1000; };
+  const KneeFit fit = fit_knee(generated_knee(), generated_template(), options);
+  EXPECT_GT(n_polls, 1000);
+  EXPECT_LT(n_polls, 1100);  // one for each of the fits that were left
+  const int n_before = n_polls;
+  EXPECT_EQ(probable_cause(fit, generated_knee(), generated_template(), options), "");
+  EXPECT_LT(n_polls, n_before + 500);
+}
+
+}  // namespace vrda::knee_fit_test

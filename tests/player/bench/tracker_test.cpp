@@ -1,0 +1,387 @@
+// The tracker client against a local server.
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <optional>
+
+#include "bench/igtl_message.hpp"
+#include "bench/simulated_devices.hpp"
+#include "core/files.hpp"
+#include "player/bench/waiting.hpp"
+#include "support/refusal.hpp"
+
+namespace vrda::tracker_test {
+
+using test::is_link;
+using test::take_until;
+using test::wait_until;
+
+constexpr std::int64_t ms = 1'000'000;
+
+/// The tick number is the pose's x; the clock advances by 10 ms.
+bench::IgtlMessage tdata_of(std::uint64_t tick, const std::vector<std::string>& tools)
+{
+  bench::IgtlMessage message;
+  message.kind = bench::IgtlKind::tdata;
+  message.device = "Tracker";
+  message.device_ns = static_cast<std::int64_t>(tick + 1) * 10 * ms;
+  for (const std::string& name : tools) {
+    message.tools.push_back({name});
+    message.tools.back().X_tracker_tool.translation().x() = static_cast<double>(tick);
+  }
+  return message;
+}
+
+std::vector<bench::IgtlMessage> femur(std::uint64_t tick)
+{
+  return {tdata_of(tick, {"Femur"})};
+}
+
+bool is_seen(const bench::Sample& sample)
+{
+  return sample.is(bench::ToolVisibility::seen);
+}
+bool is_up(const bench::Sample& sample)
+{
+  return is_link(sample, bench::DeviceId::tracker, bench::LinkState::up);
+}
+bool is_closed(const bench::Sample& sample)
+{
+  return is_link(sample, bench::DeviceId::tracker, bench::LinkState::closed);
+}
+
+bench::TrackerSettings settings_for(const bench::TrackerServer& server)
+{
+  bench::TrackerSettings settings;
+  settings.port = server.port();
+  settings.tools = {"Femur"};
+  settings.retry_ms = 5.0;
+  return settings;
+}
+
+/// A fault after which the tool is seen again without intervention.
+class Recovery : public testing::Test {
+ protected:
+  void start(const bench::TrackerServerOptions& options = {})
+  {
+    server_.emplace(options, femur);
+    devices_.emplace(settings_for(*server_), std::nullopt);
+    ASSERT_TRUE(take_until(*devices_, seen_, is_seen));
+    EXPECT_EQ(devices_->report(bench::DeviceId::tracker).link, bench::LinkState::up);
+  }
+  void expect_closed_and_seen_again()
+  {
+    EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
+    EXPECT_TRUE(take_until(*devices_, seen_, is_up));
+    EXPECT_TRUE(take_until(*devices_, seen_, is_seen));
+  }
+
+  std::optional<bench::TrackerServer> server_;
+  std::optional<bench::Devices> devices_;
+  std::vector<bench::Sample> seen_;
+};
+
+TEST(Tracker, AHundredHertzWithJitterArriveWhole)
+{
+  bench::TrackerServerOptions options;
+  options.jitter_ms = 2.0;
+  bench::TrackerServer server(options, femur);
+  bench::Devices devices(settings_for(server), std::nullopt);
+  constexpr int n_wanted = 300;
+  std::vector<bench::Sample> places, seen;
+  ASSERT_TRUE(take_until(devices, seen, [&places](const bench::Sample& sample) {
+    if (is_seen(sample)) places.push_back(sample);
+    return places.size() == n_wanted;
+  }));
+  int n_wrong = 0, n_back = 0;
+  for (std::size_t k = 1; k < places.size(); ++k) {
+    n_wrong += places[k].tool_pose.position_mm[0] == places[k - 1].tool_pose.position_mm[0] + 1.0 ? 0 : 1;
+    n_wrong += places[k].device_ns == places[k - 1].device_ns + 10 * ms ? 0 : 1;
+    n_back += places[k].arrival_ns < places[k - 1].arrival_ns ? 1 : 0;
+  }
+  EXPECT_EQ(n_wrong, 0);
+  EXPECT_EQ(n_back, 0);
+  const bench::DeviceReport report = devices.report(bench::DeviceId::tracker);
+  EXPECT_EQ(report.n_lost, 0U);
+  EXPECT_EQ(report.n_refused, 0U);
+  EXPECT_EQ(report.n_connects, 1U);
+  EXPECT_GT(report.rate_hz, 0.0);
+  EXPECT_EQ(report.peer, "127.0.0.1:" + std::to_string(server.port()));
+}
+
+TEST_F(Recovery, FromAServerThatIsKilledAndReturns)
+{
+  start();
+  const std::uint16_t port = server_->port();
+  server_.reset();
+  ASSERT_TRUE(take_until(*devices_, seen_, is_closed));
+  EXPECT_TRUE(take_until(*devices_, seen_,
+                         [](const bench::Sample& s) { return s.is(bench::ToolVisibility::stale); }));
+  EXPECT_TRUE(wait_until(
+      [&] { return devices_->report(bench::DeviceId::tracker).error_message == "Connection refused"; }));
+  bench::TrackerServerOptions options;
+  options.port = port;
+  // The new clock is far behind: poses are accepted after several.
+  server_.emplace(options, femur);
+  EXPECT_TRUE(take_until(*devices_, seen_, is_up));
+  EXPECT_TRUE(take_until(*devices_, seen_, is_seen));
+  EXPECT_EQ(devices_->report(bench::DeviceId::tracker).n_connects, 2U);
+}
+
+TEST_F(Recovery, FromClosedConnectionsAndSpoiltMessages)
+{
+  using bench::FaultInjection;
+  for (const auto& [fault, n_refused] :
+       {std::pair{FaultInjection::close_connections, 0U}, std::pair{FaultInjection::truncated_message, 1U},
+        std::pair{FaultInjection::garbage, 1U}, std::pair{FaultInjection::wrong_checksum, 1U}}) {
+    SCOPED_TRACE(static_cast<int>(fault));
+    start();
+    server_->inject_fault(fault);
+    expect_closed_and_seen_again();
+    EXPECT_EQ(devices_->report(bench::DeviceId::tracker).n_refused, n_refused);
+  }
+}
+
+/// Header of a message of any type with `body` and a right checksum (OpenIGTLink protocol, version 1).
+std::vector<std::uint8_t> message_of_type(const std::string& type, const std::vector<std::uint8_t>& body)
+{
+  std::vector<std::uint8_t> bytes = bench::bytes_of(tdata_of(0, {"Femur"}));
+  bytes.resize(bench::igtl_header_bytes);
+  std::fill(bytes.begin() + 2, bytes.begin() + 14, std::uint8_t{0});
+  std::copy(type.begin(), type.end(), bytes.begin() + 2);
+  const std::array<std::uint64_t, 2> numbers{body.size(), bench::igtl_crc(body)};
+  for (std::size_t k = 0; k < 16; ++k)
+    bytes[42 + k] = static_cast<std::uint8_t>(numbers[k / 8] >> (56 - 8 * (k % 8)));
+  bytes.insert(bytes.end(), body.begin(), body.end());
+  return bytes;
+}
+
+/// A server by hand.
+class Listener {
+ public:
+  Listener() : socket_(socket(AF_INET, SOCK_STREAM, 0))
+  {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t n = sizeof address;
+    auto* const generic = reinterpret_cast<sockaddr*>(&address);
+    EXPECT_EQ(bind(socket_.get(), generic, n), 0);
+    EXPECT_EQ(listen(socket_.get(), 1), 0);
+    EXPECT_EQ(getsockname(socket_.get(), generic, &n), 0);
+    settings.port = ntohs(address.sin_port);
+    settings.tools = {"Femur"};
+    settings.retry_ms = 1.0;
+  }
+  OpenFile next_client() const { return OpenFile(accept(socket_.get(), nullptr, nullptr)); }
+
+  bench::TrackerSettings settings;
+
+ private:
+  OpenFile socket_;
+};
+
+/// The next message that a client sends.
+std::optional<bench::IgtlMessage> next_request(const OpenFile& client)
+{
+  bench::IgtlStream stream;
+  for (std::uint8_t byte = 0; recv(client.get(), &byte, 1, 0) == 1;) {
+    stream.add({&byte, 1});
+    if (std::optional<bench::IgtlMessage> message = stream.next()) return message;
+  }
+  return std::nullopt;
+}
+
+/// PlusServer states what is hidden only to clients that have sent a message of header version 2. A server
+/// that ends such a connection at once gets no second request.
+TEST(Tracker, AsksForHeaderVersion2UnlessTheServerEndsTheConnection)
+{
+  Listener listener;
+  listener.settings.tdata_interval_ms = 30.0;
+  const bench::Devices devices(listener.settings, std::nullopt);
+  using bench::IgtlKind;
+  for (const auto& [first, version] : {std::pair{IgtlKind::status, 2}, std::pair{IgtlKind::start_tdata, 1},
+                                       std::pair{IgtlKind::status, 2}}) {
+    const OpenFile client = listener.next_client();
+    const std::optional<bench::IgtlMessage> request = next_request(client);
+    ASSERT_TRUE(request);
+    EXPECT_EQ(request->kind, first);
+    EXPECT_EQ(request->header_version, version);
+  }
+}
+
+/// The simulated tracker states what is visible, so poses without noise are not taken as hidden.
+TEST(Tracker, TheSimulatedOneAnswersInTheRequestedVersion)
+{
+  const bench::TrackerServer server({}, femur);
+  const OpenFile client(socket(AF_INET, SOCK_STREAM, 0));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(server.port());
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(connect(client.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  std::optional<bench::IgtlMessage> said = next_request(client);
+  ASSERT_TRUE(said);
+  EXPECT_FALSE(said->tools.at(0).is_stated);
+  bench::IgtlMessage request;
+  request.kind = bench::IgtlKind::status;
+  request.header_version = 2;
+  const std::vector<std::uint8_t> bytes = bench::bytes_of(request);
+  ASSERT_EQ(send(client.get(), bytes.data(), bytes.size(), 0), static_cast<ssize_t>(bytes.size()));
+  while (said && !said->tools.at(0).is_stated) said = next_request(client);
+  ASSERT_TRUE(said);
+  EXPECT_EQ(said->header_version, 2);
+}
+
+/// PLUS sends images and strings between the poses.
+TEST(Tracker, IgnoresTypesThatItDoesNotUse)
+{
+  const Listener listener;
+  bench::Devices devices(listener.settings, std::nullopt);
+  const OpenFile client = listener.next_client();
+  ASSERT_TRUE(client.is_open());
+  std::vector<std::uint8_t> bytes;
+  for (const auto& part : {message_of_type("STRING", {0, 3, 0, 2, 'O', 'K'}),
+                           message_of_type("IMAGE", std::vector<std::uint8_t>(70'000, 9)),
+                           bench::bytes_of(tdata_of(7, {"Femur"}))})
+    bytes.insert(bytes.end(), part.begin(), part.end());
+  for (std::size_t sent = 0; sent < bytes.size();) {
+    const ssize_t more = send(client.get(), bytes.data() + sent, bytes.size() - sent, 0);
+    ASSERT_GT(more, 0);
+    sent += static_cast<std::size_t>(more);
+  }
+  std::vector<bench::Sample> seen;
+  EXPECT_TRUE(take_until(devices, seen, is_seen));
+  EXPECT_EQ(devices.report(bench::DeviceId::tracker).n_refused, 0U);
+  EXPECT_EQ(devices.report(bench::DeviceId::tracker).error_message, "");
+}
+
+/// A tracker whose ticks a test can change.
+struct Script {
+  std::atomic<bool> is_hidden{false}, is_frozen{false}, is_silent{false};
+  std::atomic<std::int64_t> clock_ns{0};  ///< added to every stamp
+
+  std::vector<bench::IgtlMessage> operator()(std::uint64_t tick)
+  {
+    if (is_silent) return {};
+    if (is_frozen) return {last_};
+    last_ = tdata_of(tick, is_hidden ? std::vector<std::string>{} : std::vector<std::string>{"Femur"});
+    last_.device_ns += clock_ns;
+    return {last_};
+  }
+
+ private:
+  bench::IgtlMessage last_;  ///< sent again while frozen
+};
+
+class Scripted : public testing::Test {
+ protected:
+  void await(bench::ToolVisibility state)
+  {
+    EXPECT_TRUE(take_until(devices_, seen_, [state](const bench::Sample& s) { return s.is(state); }));
+  }
+
+  Script script_;
+  bench::TrackerServer server_{{}, [this](std::uint64_t tick) { return script_(tick); }};
+  bench::Devices devices_{settings_for(server_), std::nullopt};
+  std::vector<bench::Sample> seen_;
+};
+
+TEST_F(Scripted, WhatIsAmissIsSaidUntilItIsOver)
+{
+  await(bench::ToolVisibility::seen);
+  for (const auto& [is_amiss, state] : {std::pair{&script_.is_hidden, bench::ToolVisibility::missing},
+                                        std::pair{&script_.is_frozen, bench::ToolVisibility::stale},
+                                        std::pair{&script_.is_silent, bench::ToolVisibility::stale}}) {
+    *is_amiss = true;
+    await(state);
+    EXPECT_EQ(devices_.report(bench::DeviceId::tracker).link, bench::LinkState::up);
+    *is_amiss = false;
+    await(bench::ToolVisibility::seen);
+  }
+}
+
+TEST_F(Scripted, AClockThatStepsBackIsStaleUntilItIsAccepted)
+{
+  script_.clock_ns = 3'600'000 * ms;
+  ASSERT_TRUE(
+      take_until(devices_, seen_, [](const bench::Sample& s) { return s.device_ns > 3'600'000 * ms; }));
+  script_.clock_ns = 0;
+  await(bench::ToolVisibility::stale);
+  await(bench::ToolVisibility::seen);
+  EXPECT_LT(seen_.back().device_ns, 3'600'000 * ms);
+}
+
+TEST(Tracker, RequestsTdataIfTheSettingsHaveAnInterval)
+{
+  bench::TrackerServerOptions options;
+  options.waits_for_request = true;
+  bench::TrackerServer server(options, femur);
+  bench::TrackerSettings settings = settings_for(server);
+  settings.tdata_interval_ms = 30.0;
+  bench::Devices devices(settings, std::nullopt);
+  std::vector<bench::Sample> places, seen;
+  ASSERT_TRUE(take_until(devices, seen, [&places](const bench::Sample& sample) {
+    if (is_seen(sample)) places.push_back(sample);
+    return places.size() == 5;
+  }));
+  for (std::size_t k = 1; k < places.size(); ++k)
+    EXPECT_EQ(places[k].tool_pose.position_mm[0], places[k - 1].tool_pose.position_mm[0] + 3.0);
+}
+
+TEST(Tracker, AServerThatWaitsSaysNothingUnasked)
+{
+  bench::TrackerServerOptions options;
+  options.waits_for_request = true;
+  bench::TrackerServer server(options, femur);
+  bench::TrackerSettings settings = settings_for(server);
+  settings.stale_after_ms = 20.0;
+  bench::Devices devices(settings, std::nullopt);
+  std::vector<bench::Sample> seen;
+  int n_stale = 0;
+  ASSERT_TRUE(take_until(devices, seen, [&n_stale](const bench::Sample& s) {
+    return (n_stale += s.is(bench::ToolVisibility::stale) ? 1 : 0) == 5;
+  }));
+  for (const bench::Sample& sample : seen) EXPECT_FALSE(is_seen(sample));
+}
+
+TEST(Tracker, SendsSeveralClientsTheSame)
+{
+  bench::TrackerServer server({}, femur);
+  bench::Devices first(settings_for(server), std::nullopt), second(settings_for(server), std::nullopt);
+  std::vector<bench::Sample> seen;
+  EXPECT_TRUE(wait_until([&] { return server.n_clients() == 2; }));
+  EXPECT_TRUE(take_until(first, seen, is_seen));
+  EXPECT_TRUE(take_until(second, seen, is_seen));
+}
+
+TEST(Tracker, SaysWhatIsWrongWithAHost)
+{
+  bench::TrackerSettings settings;
+  settings.host = "no such host";
+  settings.tools = {"Femur"};
+  settings.retry_ms = 1.0;
+  const bench::Devices devices(settings, std::nullopt);
+  EXPECT_TRUE(wait_until([&] { return !devices.report(bench::DeviceId::tracker).error_message.empty(); }));
+  EXPECT_EQ(devices.report(bench::DeviceId::board).link, bench::LinkState::closed);
+}
+
+TEST(TrackerServer, RefusesAddressesAndPortsItCannotListenOn)
+{
+  bench::TrackerServerOptions options;
+  options.address = "localhost";
+  EXPECT_THAT(test::input_error([&] { bench::TrackerServer server(options, femur); }),
+              test::refuses({.field = "address", .found = "localhost"}));
+  const bench::TrackerServer first({}, femur);
+  options.address = "127.0.0.1";
+  options.port = first.port();
+  EXPECT_THAT(
+      test::input_error([&] { bench::TrackerServer second(options, femur); }),
+      test::refuses(
+          {.field = "port", .found = {"127.0.0.1", std::to_string(first.port()), "Address already in use"}}));
+}
+
+}  // namespace vrda::tracker_test

@@ -1,0 +1,188 @@
+// The optional part functional, from bends of a virtual leg to the placements in the file.
+#include <gtest/gtest.h>
+
+#include "bench/calibration_file.hpp"
+#include "calibration/parts.hpp"
+#include "calibration/statistics.hpp"
+#include "player/calibration/knee_curve.hpp"
+#include "player/calibration/trial.hpp"
+#include "support/refusal.hpp"
+
+namespace vrda::functional_test {
+
+using bench::CalibrationPart;
+using calibration::CalibrationSession;
+
+const bench::BenchFile& desk()
+{
+  static const bench::BenchFile read = bench::read_bench_file(VRDA_JOBS "/bench-desk.toml");
+  return read;
+}
+
+calibration::VirtualNoise palpated()
+{
+  calibration::VirtualNoise noise;
+  noise.touch_mm = 3.0;
+  return noise;
+}
+
+calibration::VirtualTruth truth()
+{
+  calibration::VirtualTruth truth = calibration::virtual_truth(desk(), 2);
+  truth.joint = calibration::virtual_joint(truth, test::knee_curve(), palpated());
+  return truth;
+}
+
+calibration::CalibrationSessionOptions options_of(std::vector<CalibrationPart> parts)
+{
+  return {std::move(parts), false, "2026-11-24", "c.toml", test::knee_curve()};
+}
+
+calibration::CalibrationSessionOptions functional()
+{
+  return options_of({CalibrationPart::functional});
+}
+
+/// Does all tasks of a session.
+void do_all(CalibrationSession& session, calibration::VirtualOperator& person)
+{
+  while (session.task() != nullptr) person.do_task(session);
+}
+
+/// Probe, size and landmarks of both bones, computed once.
+const bench::Calibration& landmarks()
+{
+  static const bench::Calibration done = [] {
+    CalibrationSession session(desk(), bench::nominal_calibration(desk()),
+                               options_of({CalibrationPart::probe, CalibrationPart::subject,
+                                           CalibrationPart::femur, CalibrationPart::tibia}));
+    calibration::VirtualOperator person(desk(), truth(), palpated());
+    do_all(session, person);
+    return session.calibration();
+  }();
+  return done;
+}
+
+/// The same with the part functional.
+const bench::Calibration& refined()
+{
+  static const bench::Calibration done = [] {
+    CalibrationSession session(desk(), landmarks(), functional());
+    calibration::VirtualOperator person(desk(), truth(), palpated());
+    do_all(session, person);
+    EXPECT_EQ(person.n_refusals(), 0);
+    return session.calibration();
+  }();
+  return done;
+}
+
+std::string text_of(const bench::Calibration& calibration)
+{
+  return bench::calibration_text(calibration, desk());
+}
+
+TEST(Functional, IsDoneByNameOnlyAndWithAModel)
+{
+  for (const char* step : {"all", "person", "tracking"}) {
+    const std::vector<CalibrationPart> parts = calibration::parts_of_step(step, desk());
+    EXPECT_EQ(std::ranges::count(parts, CalibrationPart::functional), 0) << step;
+  }
+  EXPECT_EQ(calibration::parts_of_step("functional", desk()),
+            std::vector<CalibrationPart>{CalibrationPart::functional});
+  calibration::CalibrationSessionOptions without = functional();
+  without.joint.reset();
+  EXPECT_THAT(test::input_error([&] { CalibrationSession(desk(), landmarks(), without); }),
+              test::refuses({.field = "--model"}));
+  EXPECT_THAT(test::input_error(
+                  [&] { CalibrationSession(desk(), bench::nominal_calibration(desk()), functional()); }),
+              test::refuses({.field = "functional", .found = "femur"}));
+  // One body has no moving leg.
+  EXPECT_THAT(test::input_error([] { calibration::parts_of_step("functional", test::bench()); }),
+              test::refuses({.field = "STEP", .found = "functional"}));
+}
+
+TEST(Functional, PlacesBothBonesNearerTheTruth)
+{
+  const calibration::JointError error = calibration::joint_error(refined(), truth());
+  EXPECT_LT(error.functional_mm, error.by_landmarks_mm);
+  const bench::CalibrationRecord& record = refined().records.at(CalibrationPart::functional);
+  ASSERT_TRUE(record.estimate);
+  EXPECT_EQ(record.marks.size(), 4u);
+  EXPECT_EQ(record.date, "2026-11-24");
+  EXPECT_EQ(record.estimate->names.size(), 12u);
+  EXPECT_EQ(record.estimate->residuals.size(), 4u);  // a held-out error of each bend
+  // Both bones depend on each other.
+  EXPECT_GT(record.estimate->covariance.topRightCorner(6, 6).norm(), 0.0);
+  // The bench uses the placements.
+  for (const CalibrationPart part : {CalibrationPart::femur, CalibrationPart::tibia}) {
+    const auto role = static_cast<std::size_t>(calibration::role_of(part));
+    const double shift_mm = record.estimate->values[part == CalibrationPart::femur ? 0 : 6];
+    EXPECT_NEAR(refined().X_body_model[role].shift_mm.x(), shift_mm, 1e-9);
+    EXPECT_NE(refined().X_body_model[role].shift_mm, landmarks().X_body_model[role].shift_mm);
+  }
+}
+
+TEST(Functional, FileInterruptionsAndSolvingAgainChangeNothing)
+{
+  const std::string text = text_of(refined());
+  EXPECT_TRUE(text_of(bench::parse_calibration(text, "c.toml", desk())) == text);
+  // Without the model: the record keeps its motion.
+  EXPECT_TRUE(text_of(calibration::solve_again(desk(), refined(), "c.toml")) == text);
+  bench::Calibration begun = landmarks();
+  int n_sessions = 0;
+  for (bool is_done = false; !is_done; ++n_sessions) {
+    CalibrationSession session(desk(), bench::parse_calibration(text_of(begun), "c.toml", desk()),
+                               functional());
+    calibration::VirtualOperator person(desk(), truth(), palpated());
+    person.do_task(session);
+    is_done = session.task() == nullptr;
+    begun = session.calibration();
+  }
+  EXPECT_EQ(n_sessions, 4);
+  EXPECT_TRUE(text_of(begun) == text);
+}
+
+TEST(Functional, ASmallBendIsRefusedAtOnceAndAlone)
+{
+  calibration::VirtualTruth stiff = truth();
+  CalibrationSession session(desk(), landmarks(), functional());
+  calibration::VirtualOperator person(desk(), truth(), palpated());
+  person.do_task(session);
+  EXPECT_THAT(session.progress().messages.front(), testing::HasSubstr("bend 1"));
+  stiff.joint->curve.knots.resize(8);  // 21 degrees
+  calibration::VirtualOperator other(desk(), stiff, palpated());
+  other.do_task(session);
+  EXPECT_TRUE(session.progress().has_error);
+  EXPECT_THAT(session.progress().messages.front(), testing::HasSubstr("40 degrees"));
+  EXPECT_EQ(session.progress().n_done, 1);
+  EXPECT_EQ(session.task()->name, "bend 2");
+}
+
+TEST(Functional, AStartedPartIsNotCompletedWithAnotherModel)
+{
+  CalibrationSession session(desk(), landmarks(), functional());
+  calibration::VirtualOperator person(desk(), truth(), palpated());
+  person.do_task(session);
+  calibration::CalibrationSessionOptions other = functional();
+  other.joint->knots[3][0] += 0.5;
+  EXPECT_THAT(test::input_error([&] { CalibrationSession(desk(), session.calibration(), other); }),
+              test::refuses({.file = "c.toml", .field = "per_person.functional", .wanted = "--anew"}));
+}
+
+TEST(Functional, NewLandmarksOfOneBoneReplaceThePlacementsOfBoth)
+{
+  calibration::CalibrationSessionOptions again = options_of({CalibrationPart::femur});
+  again.is_repeated = true;
+  CalibrationSession session(desk(), refined(), again);
+  calibration::VirtualOperator person(desk(), truth(), palpated());
+  do_all(session, person);
+  const bench::Calibration& found = session.calibration();
+  EXPECT_TRUE(found.records.at(CalibrationPart::functional).is_outdated);
+  EXPECT_FALSE(calibration::is_done(found, CalibrationPart::functional));
+  for (const CalibrationPart part : {CalibrationPart::femur, CalibrationPart::tibia}) {
+    const auto role = static_cast<std::size_t>(calibration::role_of(part));
+    EXPECT_NEAR(found.X_body_model[role].shift_mm.x(), found.records.at(part).estimate->values[0], 1e-9);
+  }
+}
+
+}  // namespace vrda::functional_test

@@ -1,0 +1,394 @@
+#include "calibration/session.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calibration/eyepoint_fit.hpp"
+#include "calibration/parts.hpp"
+#include "player/calibration/trial.hpp"
+
+namespace vrda::session_test {
+
+using test::all_done;
+using test::bench;
+using test::restarted;
+using test::Trial;
+using testing::HasSubstr;
+
+TEST(CalibrationSession, BeginsWithTheFirstTaskAndCountsThem)
+{
+  const Trial trial(bench());
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, left edge, 1"));
+  const calibration::CalibrationProgress& progress = trial.session->progress();
+  EXPECT_EQ(progress.n_done, 0);
+  EXPECT_EQ(progress.n_tasks, 2 * (4 * 4 + 2));
+  EXPECT_FALSE(progress.is_sampling);
+  EXPECT_FALSE(progress.has_error);
+}
+
+TEST(CalibrationSession, TheWheelTurnsTheDials)
+{
+  for (const bool has_shift : {false, true}) {
+    Trial turned(bench()), pressed(bench());
+    for (const bool is_away : {true, true, false}) {
+      const view::KeyPress press = calibration::press_of_wheel(is_away, has_shift, false);
+      turned.session->take(press);
+      const view::Key away = has_shift ? view::Key::up : view::Key::right;
+      const view::Key back = has_shift ? view::Key::down : view::Key::left;
+      pressed.press(is_away ? away : back);
+    }
+    EXPECT_EQ(turned.session->values()[0], pressed.session->values()[0]);
+  }
+  Trial trial(bench());
+  const double before = trial.session->values()[0];
+  trial.session->take(calibration::press_of_wheel(true, false, false));
+  EXPECT_GT(trial.session->values()[0], before);
+  trial.session->take(calibration::press_of_wheel(false, false, false));
+  EXPECT_EQ(trial.session->values()[0], before);
+}
+
+TEST(CalibrationSession, OverallProgressCountsPartsAndTasks)
+{
+  calibration::CalibrationProgress progress;
+  EXPECT_EQ(calibration::overall_progress(progress), 0.0);
+  progress.n_parts = 4;
+  progress.number = 3;
+  progress.n_tasks = 10;
+  progress.n_done = 5;
+  EXPECT_DOUBLE_EQ(calibration::overall_progress(progress), 0.625);
+  Trial trial(bench());
+  EXPECT_EQ(trial.session->progress().number, 1);
+  double before = calibration::overall_progress(trial.session->progress());
+  EXPECT_EQ(before, 0.0);
+  for (int k = 0; k < 5; ++k) {
+    trial.do_task();
+    const double now = calibration::overall_progress(trial.session->progress());
+    EXPECT_GT(now, before);
+    before = now;
+  }
+  EXPECT_LT(before, 1.0 / trial.session->progress().n_parts);
+}
+
+TEST(CalibrationSession, EveryMarkMakesARevisionAndBackspaceAsksAgain)
+{
+  Trial trial(bench());
+  const std::uint64_t before = trial.session->revision();
+  trial.do_task();
+  EXPECT_GT(trial.session->revision(), before);
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, right edge, 1"));
+  trial.press(view::Key::backspace);
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, left edge, 1"));
+  EXPECT_TRUE(trial.record(bench::CalibrationPart::viewport).marks.empty());
+  // The first task has no previous one.
+  trial.press(view::Key::backspace);
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, left edge, 1"));
+}
+
+TEST(CalibrationSession, RAsksForTheWholePartAgainAndEscapeLeaves)
+{
+  Trial trial(bench());
+  for (int k = 0; k < 5; ++k) trial.do_task();
+  trial.press('R');
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, left edge, 1"));
+  EXPECT_TRUE(trial.record(bench::CalibrationPart::viewport).marks.empty());
+  EXPECT_FALSE(trial.session->has_quit());
+  trial.press(view::Key::escape);
+  EXPECT_TRUE(trial.session->has_quit());
+}
+
+TEST(CalibrationSession, CrossedEdgesAreRefusedAtOnce)
+{
+  Trial trial(bench());
+  trial.do_task();
+  // The right edge left of the left one.
+  for (int k = 0; k < 20; ++k) trial.press(view::Key::left, false, true);
+  trial.press(view::Key::enter);
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("crossed edges of the left eye"));
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::viewport, "left eye, left edge, 1"));
+  trial.do_all();
+  EXPECT_TRUE(calibration::is_done(trial.session->calibration(), bench::CalibrationPart::viewport));
+}
+
+/// A task confirmed without alignment: the fit names it, and only this task is repeated.
+TEST(CalibrationSession, OnlyAnOutlyingMarkIsRequestedAgain)
+{
+  struct Row {
+    bench::CalibrationPart part;
+    std::string task;
+  };
+  for (const Row& row : {Row{bench::CalibrationPart::viewport, "right eye, top edge, 3"},
+                         Row{bench::CalibrationPart::distortion, "left eye, node 2, -1"},
+                         Row{bench::CalibrationPart::distortion, "right eye, node 3, 2"},
+                         Row{bench::CalibrationPart::eyepoints, "left eye, rectangle 2, 3"},
+                         Row{bench::CalibrationPart::eyepoints, "right eye, rectangle 1, 2"},
+                         Row{bench::CalibrationPart::bullseye, "right eye, place 4"}}) {
+    SCOPED_TRACE(row.task);
+    Trial trial(bench(), all_done(), restarted(bench::name_of(row.part)));
+    trial.go_to(row.part, row.task);
+    trial.do_badly();
+    while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
+    ASSERT_TRUE(trial.is_requested(row.part, row.task)) << trial.words();
+    trial.do_task();
+    trial.do_all();
+    EXPECT_TRUE(calibration::is_done(trial.session->calibration(), row.part));
+    EXPECT_EQ(trial.record(row.part).marks.size(), all_done().records.at(row.part).marks.size());
+  }
+}
+
+/// The result of the first eye is reported before the second one, so that rectangles can still be moved.
+TEST(CalibrationSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
+{
+  Trial trial(bench(), all_done(), restarted("eyepoints"));
+  EXPECT_THAT(trial.words(), HasSubstr("+-"));
+  trial.go_to(bench::CalibrationPart::eyepoints, "right eye, rectangle 1, 1");
+  EXPECT_FALSE(trial.session->progress().has_error);
+  const std::vector<std::string>& remarks =
+      all_done().records.at(bench::CalibrationPart::eyepoints).estimate->remarks;
+  ASSERT_EQ(remarks.size(), 2u);
+  EXPECT_THAT(remarks[0], testing::StartsWith("left eye: "));
+  EXPECT_EQ(trial.session->progress().messages.size(), 1u);
+  EXPECT_THAT(trial.words(),
+              testing::MatchesRegex("left eye: [0-9.]+ mm [^0-9]*95 %: .-[0-9.]+ mm;[^0-9]* [0-9.]+ px\n"));
+  trial.do_task();
+  EXPECT_TRUE(trial.words().empty());
+}
+
+/// With a reading that is too large, drawn objects appear in front, because the true distance is smaller.
+TEST(CalibrationSession, TheWordsOfAWrongPupillaryDistanceHaveItsSign)
+{
+  const std::optional<bench::Estimate>& ipd = all_done().records.at(bench::CalibrationPart::ipd).estimate;
+  const double read_mm = ipd->values[0], depth_mm = all_done().image_distance_mm;
+  EXPECT_GT(calibration::depth_error_mm(depth_mm, read_mm, read_mm + 1.0), 0.0);
+  EXPECT_LT(calibration::depth_error_mm(depth_mm, read_mm + 1.0, read_mm), 0.0);
+  EXPECT_NEAR(calibration::depth_error_mm(800.0, 65.0, 64.0), -12.3, 0.05);
+  EXPECT_THAT(ipd->remarks.back(), testing::EndsWith(" mm nearer to the viewer"));
+}
+
+TEST(CalibrationSession, OnlyAnOutlyingPointIsRequestedAgain)
+{
+  Trial trial(bench(), all_done(), restarted("leg"));
+  const std::string name = bench().calibration.points[5].name;
+  trial.go_to(bench::CalibrationPart::leg, name);
+  calibration::VirtualNoise wild;
+  wild.touch_mm = 20.0;
+  calibration::VirtualOperator clumsy(trial.bench, trial.truth, wild);
+  clumsy.do_task(*trial.session);
+  while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
+  ASSERT_TRUE(trial.is_requested(bench::CalibrationPart::leg, name)) << trial.words();
+  EXPECT_THAT(trial.words(), HasSubstr(name));
+  trial.do_all();
+  EXPECT_TRUE(calibration::is_done(trial.session->calibration(), bench::CalibrationPart::leg));
+}
+
+/// Samples of a static tool.
+void send_still(calibration::CalibrationSession& session, const bench::BenchFile& file,
+                const std::string& tool, const Pose& X)
+{
+  const std::vector<std::string>& tools = file.tracker->tools;
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::tool_pose;
+  sample.state = static_cast<std::uint8_t>(bench::ToolVisibility::seen);
+  sample.source = static_cast<std::uint16_t>(std::ranges::find(tools, tool) - tools.begin());
+  sample.tool_pose = bench::place_of(X);
+  session.take(sample);
+}
+
+bench::Sample stage_sample(double at_mm, const bench::BenchFile& file, std::uint8_t flags)
+{
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::stage;
+  sample.state = flags;
+  sample.count = static_cast<std::int32_t>(std::lround(at_mm / file.stage_mm_per_count));
+  return sample;
+}
+
+TEST(CalibrationSession, AProbeThatIsNotRotatedIsRefused)
+{
+  Trial trial(bench(), "probe");
+  trial.press(view::Key::enter);
+  while (trial.session->progress().is_sampling)
+    send_still(*trial.session, trial.bench, "probe", Pose(Eigen::Translation3d(10, 20, -2000)));
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("deg"));
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::probe, "sweep"));
+  EXPECT_FALSE(calibration::is_done(trial.session->calibration(), bench::CalibrationPart::probe));
+}
+
+/// Before the marker is moved to the other rail.
+TEST(CalibrationSession, AnInvalidFirstRailIsRefusedAtOnce)
+{
+  struct Row {
+    std::string name, words;
+    double way_mm, bend_mm, stage_mm;  ///< totals of the sweep
+  };
+  for (const Row& row :
+       {Row{"short", "a sweep of 30", 30, 0, 30}, Row{"bent", "mm (rms)", 300, 40, 300},
+        Row{"wrong sign", "-1 mm per mm", 300, 0, -300}, Row{"wrong scale", "1.5 mm per mm", 300, 0, 200}}) {
+    SCOPED_TRACE(row.name);
+    Trial trial(bench(), "rails");
+    trial.session->take(stage_sample(0.0, trial.bench, 0));
+    trial.press(view::Key::enter);
+    const double n = trial.session->task()->n_samples - 1.0;
+    for (int k = 0; trial.session->progress().is_sampling; ++k) {
+      const double s = k / n;
+      trial.session->take(stage_sample(row.stage_mm * s, trial.bench, 0));
+      send_still(*trial.session, trial.bench, "marker",
+                 Pose(Eigen::Translation3d(row.way_mm * s, row.bend_mm * s * s, -2000)));
+    }
+    EXPECT_TRUE(trial.session->progress().has_error);
+    EXPECT_THAT(trial.words(), HasSubstr(row.words));
+    EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::rails, "x rail"));
+    EXPECT_TRUE(trial.record(bench::CalibrationPart::rails).marks.empty());
+  }
+}
+
+TEST(CalibrationSession, RailsThatAreParallelAreRefusedAndTheOtherOneIsSweptAgain)
+{
+  Trial trial(bench(), "rails");
+  trial.do_task();
+  trial.press(view::Key::enter);
+  for (int k = 0; trial.session->progress().is_sampling; ++k) {
+    const bench::CalibrationMark& x_rail = trial.record(bench::CalibrationPart::rails).marks[0];
+    const std::vector<double>& row = x_rail.rows[static_cast<std::size_t>(k)];
+    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(row[0], row[1], row[2])));
+  }
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("angle"));
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::rails, "z rail"));
+  trial.do_all();
+  EXPECT_TRUE(calibration::is_done(trial.session->calibration(), bench::CalibrationPart::rails));
+}
+
+TEST(CalibrationSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
+{
+  Trial trial(bench(), all_done(), restarted("bullseye"));
+  trial.virtual_operator.send_samples(*trial.session);
+  trial.press('Z');
+  trial.press(view::Key::right, true);
+  const double x = trial.session->values()[0];
+  trial.press(view::Key::enter);
+  for (int k = 0; trial.session->progress().is_sampling; ++k)
+    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(k, 0, -2000)));
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("hold it still"));
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::bullseye, "left eye, place 1"));
+  EXPECT_EQ(trial.session->values()[0], x);
+}
+
+TEST(CalibrationSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
+{
+  Trial trial(bench(), all_done(), restarted("bullseye"));
+  trial.press(view::Key::enter);
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("No message from the stage"));
+  trial.session->take(stage_sample(3.0, trial.bench, 0));
+  trial.press(view::Key::enter);
+  EXPECT_THAT(trial.words(), HasSubstr("not zeroed"));
+  trial.press(view::Key::right);
+  trial.session->take(stage_sample(3.0, trial.bench, bench::stage_zeroed));
+  trial.press(view::Key::enter);
+  ASSERT_TRUE(trial.session->progress().is_sampling);
+  trial.session->take(stage_sample(3.2, trial.bench, bench::stage_zeroed));
+  while (trial.session->progress().is_sampling)
+    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(0, 0, -2000)));
+  EXPECT_THAT(trial.words(), HasSubstr("The stage moved"));
+  trial.do_all();
+  EXPECT_TRUE(calibration::is_done(trial.session->calibration(), bench::CalibrationPart::bullseye));
+}
+
+/// A restart of the board between two positions does not remove marks.
+TEST(CalibrationSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
+{
+  Trial trial(bench(), all_done(), restarted("bullseye"));
+  trial.go_to(bench::CalibrationPart::bullseye, "right eye, place 2");
+  const std::size_t n_marks = trial.record(bench::CalibrationPart::bullseye).marks.size();
+  ASSERT_EQ(n_marks, 3u);
+  const bench::CalibrationRecord stop = trial.record(bench::CalibrationPart::stop);
+  trial.session->take(stage_sample(37.25, trial.bench, 0));
+  trial.press(view::Key::enter);
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("press Z"));
+  EXPECT_FALSE(trial.session->take_zero_request());
+  trial.press('Z');
+  EXPECT_TRUE(trial.session->take_zero_request());
+  EXPECT_FALSE(trial.session->take_zero_request());
+  EXPECT_FALSE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr(" 37.25 mm"));
+  EXPECT_TRUE(trial.is_requested(bench::CalibrationPart::bullseye, "right eye, place 2"));
+  EXPECT_EQ(trial.record(bench::CalibrationPart::bullseye).marks.size(), n_marks);
+  EXPECT_EQ(trial.record(bench::CalibrationPart::stop).marks.at(0).rows, stop.marks.at(0).rows);
+  EXPECT_FALSE(trial.record(bench::CalibrationPart::bullseye).is_outdated);
+  trial.press(view::Key::right);
+  trial.press(view::Key::enter);
+  EXPECT_TRUE(trial.session->progress().is_sampling);
+}
+
+TEST(CalibrationSession, ZRequiresAStageWhoseBoardSendsMessages)
+{
+  Trial trial(bench(), all_done(), restarted("bullseye"));
+  trial.press('Z');
+  EXPECT_FALSE(trial.session->take_zero_request());
+  EXPECT_THAT(trial.words(), HasSubstr("No message from the stage"));
+  const bench::BenchFile tracked = test::virtual_bench(bench::HeadKind::tracker);
+  Trial without(tracked);
+  without.press('Z');
+  EXPECT_FALSE(without.session->take_zero_request());
+  EXPECT_TRUE(without.words().empty());
+}
+
+TEST(CalibrationSession, TheStopAsksOnceForAStageAtZero)
+{
+  Trial trial(bench(), "stop");
+  EXPECT_FALSE(trial.session->take_zero_request());
+  trial.session->take(stage_sample(12.5, trial.bench, 0));
+  trial.press(view::Key::enter);
+  EXPECT_TRUE(trial.session->take_zero_request());
+  EXPECT_FALSE(trial.session->take_zero_request());
+  EXPECT_EQ(trial.record(bench::CalibrationPart::stop).marks.at(0).rows,
+            (std::vector<std::vector<double>>{{12.5}}));
+  EXPECT_TRUE(calibration::is_done(trial.session->calibration(), bench::CalibrationPart::stop));
+}
+
+TEST(CalibrationSession, ASubjectOfAnotherShapeAsksForANewRun)
+{
+  Trial trial(bench(), "subject");
+  // One distance is 50 % too long.
+  for (int k = 0; k < 10; ++k) trial.press(view::Key::right, false, true);
+  trial.press(view::Key::enter);
+  while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
+  EXPECT_TRUE(trial.session->progress().has_error);
+  EXPECT_THAT(trial.words(), HasSubstr("schemas/scaling.md"));
+  EXPECT_EQ(trial.session->calibration().subject_scale, 1.0);
+  EXPECT_EQ(trial.session->progress().n_done, 0);
+  trial.do_all();
+  EXPECT_NEAR(trial.session->calibration().subject_scale, trial.truth.calibration.subject_scale, 0.05);
+}
+
+TEST(TimeLeft, FallsWithEveryTaskAndEndsAtNothing)
+{
+  test::Trial trial(test::bench());
+  double before_s = trial.session->progress().typical_left_s;
+  EXPECT_GT(before_s, 20.0 * 60.0) << "a new bench takes about half an hour";
+  EXPECT_LT(before_s, 60.0 * 60.0);
+  const double first_s = calibration::typical_s(*trial.session->task());
+  trial.do_task();
+  EXPECT_DOUBLE_EQ(trial.session->progress().typical_left_s, before_s - first_s);
+  while (trial.session->task() != nullptr) {
+    before_s = trial.session->progress().typical_left_s;
+    trial.do_task();
+    if (trial.session->task() != nullptr) {
+      EXPECT_LT(trial.session->progress().typical_left_s, before_s);
+    }
+  }
+  EXPECT_LE(before_s, 120.0);
+}
+
+TEST(TimeLeft, FollowsTheOperatorsPace)
+{
+  EXPECT_DOUBLE_EQ(calibration::time_left_s({}, 600.0), 600.0);
+  EXPECT_NEAR(calibration::time_left_s({1e6, 2e6}, 600.0), 1200.0, 1.0);
+  EXPECT_GT(calibration::time_left_s({600.0, 300.0}, 600.0), 300.0) << "a short observation counts less";
+}
+
+}  // namespace vrda::session_test

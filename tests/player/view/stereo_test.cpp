@@ -1,0 +1,279 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "core/text.hpp"
+#include "player/view/sample_eyes.hpp"
+#include "view/eye.hpp"
+#include "view/stereo_view.hpp"
+
+namespace vrda::stereo_test {
+
+using namespace test;
+
+constexpr double before_px = 1e-9;  // rounding at a thousand pixels
+constexpr double after_px = 0.05;   // required; the mesh error is below 0.01
+
+/// Position of the point in the image of `box` rendered by the camera.
+Eigen::Vector2d pictured_px(const view::Camera& camera, const view::ShownBox& box,
+                            const Eigen::Vector3d& p_world_mm)
+{
+  const Eigen::Vector4d clip =
+      view::projection(camera) * (camera.X_world_camera.inverse() * p_world_mm).homogeneous();
+  const Eigen::Vector3d at = clip.hnormalized();
+  const Eigen::Vector2d share(0.5 * (1.0 + at.x()), 0.5 * (1.0 - at.y()));
+  return box.low_px + share.cwiseProduct(box.high_px - box.low_px);
+}
+
+/// A point within the visible part for the barrel and pincushion optics of the tests.
+Eigen::Vector3d random_point_head_mm(std::mt19937& random)
+{
+  std::uniform_real_distribution<double> sideways(-0.2, 0.2), depth_mm(400.0, 1500.0);
+  const double z = depth_mm(random);
+  return {z * sideways(random), 0.8 * z * sideways(random), -z};
+}
+
+/// The position in the undistorted image that the mesh samples at `drawn_px`, by linear interpolation.
+Eigen::Vector2d sampled_px(const view::WarpMesh& mesh, const view::ShownBox& box,
+                           const Eigen::Vector2d& drawn_px)
+{
+  const auto at = [&](std::uint32_t k) {
+    return Eigen::Vector2d(mesh.vertices[k].x_px, mesh.vertices[k].y_px);
+  };
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
+    const std::uint32_t a = mesh.triangles[t], b = mesh.triangles[t + 1], c = mesh.triangles[t + 2];
+    Eigen::Matrix2d edges;
+    edges << at(b) - at(a), at(c) - at(a);
+    const Eigen::Vector2d weight = edges.inverse() * (drawn_px - at(a));
+    constexpr double rounding = 1e-9;
+    if (weight.minCoeff() < -rounding || weight.sum() > 1.0 + rounding) continue;
+    const auto uv = [&](std::uint32_t k) { return Eigen::Vector2d(mesh.vertices[k].u, mesh.vertices[k].v); };
+    const Eigen::Vector2d found = uv(a) + weight.x() * (uv(b) - uv(a)) + weight.y() * (uv(c) - uv(a));
+    return box.low_px + found.cwiseProduct(box.high_px - box.low_px);
+  }
+  throw InternalError("a sampled point is within the visible part");
+}
+
+TEST(Eye, APointLandsOnTheComputedPixelBeforeAndAfterDistortion)
+{
+  std::mt19937 random(1);
+  for (const Optics& lens : lenses) {
+    SCOPED_TRACE(testing::Message() << lens.k1 << " " << lens.k2);
+    const view::Eye eye = sample_eye(lens.k1, lens.k2);
+    const view::ShownBox box = view::shown_box(eye);
+    const view::WarpMesh mesh = view::warp_mesh(eye, box);
+    for (int n = 0; n < 200; ++n) {
+      const Eigen::Vector3d p = random_point_head_mm(random);
+      const Eigen::Vector3d from_eye = p - eye.position_head_mm;
+      const Eigen::Vector2d expected(957.3 + 880.0 * from_eye.x() / -from_eye.z(),
+                                     781.6 - 880.0 / 1.04 * from_eye.y() / -from_eye.z());
+      const view::Camera camera = view::camera_of(eye, Pose::Identity(), box);
+      EXPECT_LT((pictured_px(camera, box, p) - expected).norm(), before_px);
+      EXPECT_LT((sampled_px(mesh, box, view::drawn_px(eye, p)) - expected).norm(), after_px);
+    }
+  }
+}
+
+TEST(Eye, MovingTheHeadTheEyeOrTheWindowMovesThePixelByTheComputedAmount)
+{
+  const view::Eye eye = sample_eye();
+  const Eigen::Vector3d p(40.0, -25.0, -804.0);  // 800 mm in front of the eye
+  const Eigen::Vector2d there = view::shown_px(eye, p);
+
+  Pose X_world_head = Pose::Identity();
+  X_world_head.translation().x() = 60.0;  // the parallax stage
+  const view::ShownBox box = view::shown_box(eye);
+  const Eigen::Vector2d shifted = pictured_px(view::camera_of(eye, X_world_head, box), box, p);
+  EXPECT_NEAR(shifted.x() - there.x(), -880.0 * 60.0 / 800.0, before_px);
+  EXPECT_NEAR(shifted.y(), there.y(), before_px);
+
+  view::Eye moved = eye;
+  moved.window.x -= 640, moved.visible.x -= 640, moved.sight_px.x() -= 640.0,
+      moved.distortion.centre_px.x() -= 640.0;
+  EXPECT_LT((view::drawn_px(moved, p) - view::drawn_px(eye, p) - Eigen::Vector2d(-640.0, 0.0)).norm(),
+            before_px);
+}
+
+TEST(Eye, TheEyesSeeAPointApartByTheirDistance)
+{
+  view::EyePair eyes{sample_eye(), sample_eye()};
+  view::set_ipd(eyes, 63.0);
+  const Eigen::Vector3d p(10.0, 5.0, -754.0);  // 750 mm in front of both
+  const Eigen::Vector2d apart = view::shown_px(eyes.left, p) - view::shown_px(eyes.right, p);
+  EXPECT_NEAR(apart.x(), 880.0 * 63.0 / 750.0, before_px);
+  EXPECT_NEAR(apart.y(), 0.0, before_px);
+  std::swap(eyes.left, eyes.right);
+  EXPECT_NEAR((view::shown_px(eyes.left, p) - view::shown_px(eyes.right, p)).x(), -apart.x(), before_px);
+}
+
+TEST(Distortion, DrawnAndShownAreInverse)
+{
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> px(-300.0, 300.0);
+  for (const Optics& lens : lenses) {
+    const view::Distortion d = sample_eye(lens.k1, lens.k2).distortion;
+    for (int n = 0; n < 500; ++n) {
+      const Eigen::Vector2d p = d.centre_px + Eigen::Vector2d(px(random), px(random));
+      EXPECT_LT((view::drawn_px(d, view::shown_px(d, p)) - p).norm(), before_px)
+          << lens.k1 << " " << p.transpose();
+    }
+    EXPECT_EQ(view::shown_px(d, d.centre_px), d.centre_px);
+  }
+}
+
+TEST(Distortion, RadiusGrowsByItsPolynomial)
+{
+  const view::Distortion d{0.1, 0.03, {0.0, 0.0}, 200.0, 2.0};
+  EXPECT_NEAR(view::shown_px(d, {100.0, 0.0}).x(), 100.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
+  // Pixels are twice as high as wide: 50 vertical pixels are as far as 100 horizontal ones.
+  EXPECT_NEAR(view::shown_px(d, {0.0, 50.0}).y(), 50.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
+}
+
+TEST(Distortion, FoldsWhereTheRadiusStopsGrowing)
+{
+  constexpr double never = std::numeric_limits<double>::infinity();
+  const auto fold = [](double k1, double k2) { return view::fold_radius_px({k1, k2, {0, 0}, 1.0, 1.0}); };
+  EXPECT_EQ(fold(0.0, 0.0), never);
+  EXPECT_EQ(fold(0.2, 0.1), never);
+  EXPECT_EQ(fold(-0.1, 0.1), never);  // 0.09 < 4 * 0.5: the slope has no root
+  EXPECT_NEAR(fold(-0.3, 0.0), std::sqrt(1.0 / 0.9), 1e-15);
+  EXPECT_NEAR(fold(0.0, -0.2), 1.0, 1e-15);
+  const double r = fold(0.3, -0.1), step = 1e-4;  // the slope changes sign there
+  const auto slope = [](double at) { return 1.0 + 0.9 * at * at - 0.5 * at * at * at * at; };
+  EXPECT_GT(slope(r - step), 0.0);
+  EXPECT_LT(slope(r + step), 0.0);
+}
+
+TEST(Distortion, WhatIsShownFromNowhereIsDrawnAtTheFold)
+{
+  const view::Distortion d{-0.3, 0.0, {0.0, 0.0}, 1.0, 1.0};
+  EXPECT_NEAR(view::drawn_px(d, {5.0, 0.0}).x(), view::fold_radius_px(d), 1e-12);
+}
+
+TEST(WarpMesh, CoversTheVisiblePartAndItsPictureExactly)
+{
+  for (const Optics& lens : lenses) {
+    const view::Eye eye = sample_eye(lens.k1, lens.k2);
+    const view::WarpMesh mesh = view::warp_mesh(eye, view::shown_box(eye));
+    float left = 1e9F, right = -1e9F, u_low = 1.0F, u_high = 0.0F, v_low = 1.0F, v_high = 0.0F;
+    for (const view::WarpVertex& v : mesh.vertices) {
+      left = std::min(left, v.x_px), right = std::max(right, v.x_px);
+      u_low = std::min(u_low, v.u), u_high = std::max(u_high, v.u);
+      v_low = std::min(v_low, v.v), v_high = std::max(v_high, v.v);
+    }
+    EXPECT_EQ(left, 660.0F);
+    EXPECT_EQ(right, 1250.0F);
+    constexpr float share = 1e-3F;  // barrel: the extreme point may be between two nodes
+    EXPECT_NEAR(u_low, 0.0F, share);
+    EXPECT_NEAR(u_high, 1.0F, share);
+    EXPECT_NEAR(v_low, 0.0F, share);
+    EXPECT_NEAR(v_high, 1.0F, share);
+  }
+}
+
+TEST(WarpMesh, WithoutDistortionIsOneCellAndAFinerBoundMakesMore)
+{
+  const view::Eye plain = sample_eye(0.0, 0.0), bent = sample_eye();
+  EXPECT_EQ(view::warp_mesh(plain, view::shown_box(plain)).triangles.size(), 6U);
+  const std::size_t coarse = view::warp_mesh(bent, view::shown_box(bent), 0.5).triangles.size();
+  EXPECT_GT(view::warp_mesh(bent, view::shown_box(bent), 0.01).triangles.size(), coarse);
+}
+
+TEST(WarpMesh, OpticsTooStrongForTheBoundHaveTheFinestMesh)
+{
+  struct Row {
+    view::Viewport window;
+    double k1, k2;
+  };
+  for (const Row& row : {Row{{0, 0, 640, 480}, 0.0, 0.3}, Row{{0, 0, 960, 1080}, 0.3, 0.05}}) {
+    SCOPED_TRACE(testing::Message() << row.k1 << " " << row.k2);
+    view::Eye eye;
+    eye.window = eye.visible = row.window;
+    eye.sight_px = eye.distortion.centre_px = view::middle_px(row.window);
+    eye.distortion.unit_px = 0.5 * row.window.width;
+    eye.distortion.k1 = row.k1, eye.distortion.k2 = row.k2;
+    ASSERT_FALSE(view::usability_error(eye, "bench.toml", "left"));
+    const view::ShownBox box = view::shown_box(eye);
+    const view::WarpMesh mesh = view::warp_mesh(eye, box);
+    EXPECT_EQ(mesh.triangles.size() % (2 * 3 * 512), 0U);
+    // The error is largest at the outermost cell centres.
+    const double cell_px = row.window.width / 512.0;
+    for (const double cells : {0.5, 1.5, 40.5}) {
+      const Eigen::Vector2d drawn(cells * cell_px, 0.5 * cell_px);
+      EXPECT_LT((sampled_px(mesh, box, drawn) - view::shown_px(eye.distortion, drawn)).norm(), after_px);
+    }
+  }
+}
+
+TEST(WarpMesh, IsMadeForEveryK1AndK2ThatKeysReach)
+{
+  int n_usable = 0;
+  for (double k1 = -1.0; k1 <= 1.0; k1 += 0.25) {
+    for (double k2 = -1.0; k2 <= 1.0; k2 += 0.25) {
+      const view::Eye eye = sample_eye(k1, k2);
+      if (view::fold_radius_px(eye.distortion) <= view::furthest_radius_px(eye.distortion, eye.visible))
+        continue;
+      ++n_usable;
+      EXPECT_FALSE(view::warp_mesh(eye, view::shown_box(eye)).triangles.empty()) << k1 << " " << k2;
+    }
+  }
+  EXPECT_GT(n_usable, 20);
+}
+
+TEST(Eye, UnusableOnesAreRefusedByName)
+{
+  const auto refused = [](const view::Eye& eye) -> std::string {
+    const std::optional<InputError::Facts> facts = view::usability_error(eye, "bench.toml", "left");
+    return facts ? InputError(*facts).what() : "";
+  };
+  EXPECT_EQ(refused(sample_eye()), "");
+  view::Eye eye = sample_eye(-0.5, 0.0);
+  EXPECT_NE(refused(eye).find("left.distortion"), std::string::npos) << refused(eye);
+  // Needs an image of 4.2 times the visible part's size.
+  eye = sample_eye(1.0, 1.0);
+  EXPECT_NE(refused(eye).find("left.distortion"), std::string::npos) << refused(eye);
+  EXPECT_NE(refused(eye).find("at most 2360.000000 x 1760.000000"), std::string::npos) << refused(eye);
+  eye = sample_eye(0.01, 0.0);
+  eye.distortion.centre_px = {20000.0, 780.0};
+  EXPECT_NE(refused(eye).find("left.distortion"), std::string::npos) << refused(eye);
+  eye = sample_eye();
+  eye.visible.width = 700;
+  EXPECT_NE(refused(eye).find("left.visible"), std::string::npos);
+  eye = sample_eye();
+  eye.distance_px = 0.0;
+  EXPECT_NE(refused(eye).find("left.distance_px"), std::string::npos);
+}
+
+TEST(Layout, TheThesisDrawsInTheRightQuarters)
+{
+  const view::EyeWindows windows = view::eye_windows(view::Layout::quarters, 1280, 1024, "bench.toml");
+  EXPECT_EQ(windows.left.x, 640);
+  EXPECT_EQ(windows.left.width, 640);
+  EXPECT_EQ(windows.left.height, 480);
+  EXPECT_LT(windows.left.y + windows.left.height, 513);
+  EXPECT_EQ(windows.right.x, 640);
+  EXPECT_GE(windows.right.y, 512);
+}
+
+TEST(Layout, NoWindowOverlapsTheOtherOrLeavesTheFrameBuffer)
+{
+  for (std::size_t k = 0; k < view::layout_names().size(); ++k) {
+    const auto layout = view::layout_named(view::layout_names()[k]);
+    ASSERT_TRUE(layout.has_value());
+    for (const auto& [width, height] : {std::pair{1280, 1024}, {1921, 1081}, {640, 480}}) {
+      const view::EyeWindows windows = view::eye_windows(*layout, width, height, "bench.toml");
+      EXPECT_EQ(view::within(windows.left, windows.right).width, 0);
+      for (const view::Viewport& v : {windows.left, windows.right}) {
+        EXPECT_EQ(view::within(v, {0, 0, width, height}).width, v.width);
+        EXPECT_EQ(view::within(v, {0, 0, width, height}).height, v.height);
+        EXPECT_GT(v.width * v.height, 0);
+      }
+    }
+    EXPECT_THROW(view::eye_windows(*layout, 1, 1, "bench.toml"), InputError);
+  }
+}
+
+}  // namespace vrda::stereo_test

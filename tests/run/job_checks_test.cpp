@@ -1,0 +1,88 @@
+// Parts of a job that are refused because they are other parts; large meshes; outputs that are links.
+#include "run/run_command.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "job/job.hpp"
+#include "job/mesh_text.hpp"
+#include "run/run_output.hpp"
+#include "support/meshes.hpp"
+#include "support/refusal.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda::job_checks_test {
+
+// A block of femur above a block of tibia with a sheet of cartilage 5 mm below the femur.
+class WrongParts : public testing::Test {
+ protected:
+  void SetUp() override
+  {
+    scratch_.write("reference.stl", test::binary_stl(test::box({0, 0, 0}, {50, 40, 70})));
+    scratch_.write("moving.stl", test::binary_stl(test::box({0, -60, 0}, {50, 30, 70})));
+    scratch_.write("cover.stl", test::binary_stl(test::box({0, -43, 0}, {40, 4, 60})));
+    Mesh copy = test::box({0, -60, 0}, {50, 30, 70});
+    copy.triangles = copy.triangles.colwise().reverse().eval();
+    scratch_.write("copy.stl", test::binary_stl(copy));
+  }
+
+  run::CheckedCase checked(const std::string& body, const std::string& file, const std::string& more = "")
+  {
+    const std::string part = "[[" + body + ".component]]\nname = \"cover\"\nfile = \"" + file +
+                             "\"\nmaterial = \"cartilage\"\n" + more;
+    const std::string job = scratch_.write("job.toml", test::small_job("", part)).string();
+    return run::load_checked_case(job::read_job(job), "");
+  }
+
+  test::Scratch scratch_;
+};
+
+TEST_F(WrongParts, TheBoneAsItsOwnCartilageIsRefused)
+{
+  EXPECT_THAT(test::input_error([&] { checked("moving", "moving.stl"); }),
+              test::refuses({"job.toml", "moving.component.1.file", "moving.component.0", "cartilage"}));
+  EXPECT_THAT(test::input_error([&] { checked("moving", "copy.stl"); }),
+              test::refuses({"job.toml", "moving.component.1.file", "surface of its bone", "cartilage"}));
+  EXPECT_NO_THROW(checked("moving", "copy.stl", "offset_mm = 1\n"));  // a thickened bone
+  EXPECT_NO_THROW(checked("moving", "cover.stl"));
+}
+
+TEST_F(WrongParts, CartilageOfTheOtherBoneIsRefused)
+{
+  EXPECT_THAT(
+      test::input_error([&] { checked("reference", "cover.stl"); }),
+      test::refuses({"job.toml", "reference.component.1.file", "nearer to the other bone", "cartilage"}));
+  EXPECT_THAT(test::input_error([&] { checked("reference", "moving.stl"); }),
+              test::refuses({"job.toml", "reference.component.1.file", "moving.component.0", "cartilage"}));
+}
+
+/// Large meshes take long to read: a line on standard error says so first.
+TEST_F(WrongParts, LargeMeshesAreAnnounced)
+{
+  const job::Job job = job::read_job(scratch_.write("job.toml", test::small_job("", "")).string());
+  const std::uintmax_t n_bytes = job::mesh_bytes(job, "");
+  EXPECT_EQ(n_bytes, std::filesystem::file_size(scratch_.path() / "reference.stl") +
+                         std::filesystem::file_size(scratch_.path() / "moving.stl"));
+  const auto announced = [&](std::uintmax_t large_bytes) {
+    testing::internal::CaptureStderr();
+    run::load_checked_case(job, "", large_bytes);
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(announced(n_bytes + 1), "");
+  EXPECT_EQ(announced(n_bytes), "reading and checking meshes of 0 MB\n");
+}
+
+/// Refused before the run writes its journal beside the link.
+TEST(ParentFolder, ALinkIntoNoFolderIsRefused)
+{
+  const test::Scratch scratch;
+  const std::filesystem::path link = scratch.path() / "knee.h5";
+  std::filesystem::create_symlink("nowhere/knee.h5", link);
+  EXPECT_THAT(test::input_error([&] { run::make_parent_folder(link.string()); }),
+              test::refuses({"knee.h5", "", "nowhere", "folder that exists"}));
+  std::filesystem::create_directory(scratch.path() / "nowhere");
+  EXPECT_NO_THROW(run::make_parent_folder(link.string()));
+}
+
+}  // namespace vrda::job_checks_test

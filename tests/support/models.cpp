@@ -1,0 +1,193 @@
+#include "support/models.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "core/units.hpp"
+#include "model/coordinates.hpp"
+#include "store/motion.hpp"
+#include "support/meshes.hpp"
+
+namespace vrda::test {
+namespace {
+
+struct Cell {
+  Eigen::Index flexion, varus;
+};
+
+template <typename Scalar>
+Scalar& at(store::Grid<Scalar>& grid, const Cell& cell)
+{
+  return grid(cell.flexion, cell.varus);
+}
+
+constexpr std::array<store::GridD store::ClinicalSurfaces::*, 6> clinical_grids{
+    &store::ClinicalSurfaces::flexion_deg,           &store::ClinicalSurfaces::varus_deg,
+    &store::ClinicalSurfaces::internal_rotation_deg, &store::ClinicalSurfaces::anterior_mm,
+    &store::ClinicalSurfaces::proximal_mm,           &store::ClinicalSurfaces::lateral_mm};
+
+void solve(store::MotionModel& model, const Cell& cell, const store::PoseCoordinates& numbers)
+{
+  const auto i = static_cast<std::size_t>(cell.flexion), j = static_cast<std::size_t>(cell.varus);
+  const Side side = model.side == "left" ? Side::left : Side::right;
+  const SolverFrame frame{side, model.rotation_centre_mm, model.push.delta.row(cell.flexion).transpose()};
+  const Attitude attitude{rad_from_deg(model.flexion_deg[i]), rad_from_deg(at(model.varus_solved_deg, cell))};
+  const MovingPose pose{solver_translation_mm(frame, {numbers[0], numbers[1], numbers[2]}),
+                        rad_from_deg(numbers[3])};
+  const Pose X = X_reference_moving(frame, attitude, pose);
+  Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(
+      &model.X_reference_moving[16 * (i * model.varus_deg.size() + j)]) = X.matrix();
+  at(model.tx_mm, cell) = numbers[0];
+  at(model.ty_mm, cell) = numbers[1];
+  at(model.tz_mm, cell) = numbers[2];
+  at(model.theta_deg, cell) = numbers[3];
+  const ClinicalCoordinates clinical = clinical_coordinates(X, side, model.rotation_centre_mm);
+  const std::array<double, 6> clinical_numbers{deg_from_rad(clinical.flexion_rad),
+                                               deg_from_rad(clinical.varus_rad),
+                                               deg_from_rad(clinical.internal_rotation_rad),
+                                               clinical.anterior_mm,
+                                               clinical.proximal_mm,
+                                               clinical.lateral_mm};
+  for (std::size_t k = 0; k < 6; ++k) at(model.clinical.*clinical_grids[k], cell) = clinical_numbers[k];
+  for (const auto grid : {&store::MotionModel::contact_medial, &store::MotionModel::contact_lateral,
+                          &store::MotionModel::theta_determined}) {
+    at(model.*grid, cell) = 1;
+  }
+  at(model.status, cell) = status_stable;
+}
+
+store::GridD grid_values(const store::MotionModel& model, const store::SmoothedSet& set,
+                         const store::SmoothedSurface& surface)
+{
+  const store::AxisRanges ranges = store::axis_ranges(model.flexion_deg, model.varus_deg);
+  store::GridD values(model.status.rows(), model.status.cols());
+  for (Eigen::Index i = 0; i < values.rows(); ++i) {
+    for (Eigen::Index j = 0; j < values.cols(); ++j) {
+      values(i, j) = store::evaluate(set, surface, ranges, model.flexion_deg[static_cast<std::size_t>(i)],
+                                     model.varus_deg[static_cast<std::size_t>(j)])
+                         .value;
+    }
+  }
+  return values;
+}
+
+void add_component(Body& body, const Component& component, const Mesh& mesh)
+{
+  const auto index = static_cast<std::int32_t>(body.components.size());
+  body.components.push_back(component);
+  append(body.contact.mesh, mesh);
+  body.contact.component.resize(static_cast<std::size_t>(body.contact.mesh.triangles.rows()), index);
+}
+
+}  // namespace
+
+store::MotionModel model_of(const ModelPlan& plan)
+{
+  store::MotionModel model;
+  model.title = "made by code";
+  model.joint = "knee";
+  model.side = plan.side;
+  model.method = "stability-search";
+  model.rotation_centre_mm = plan.rotation_centre_mm;
+  model.delta = plan.delta;
+  model.flexion_deg = plan.flexion_deg;
+  model.varus_deg = plan.varus_deg;
+  model = store::with_pending_cells(model);
+  for (Eigen::Index i = 0; plan.turning_delta && i < model.status.rows(); ++i) {
+    model.push.delta.row(i) = plan.turning_delta(plan.flexion_deg[static_cast<std::size_t>(i)]).transpose();
+  }
+  if (plan.turning_delta) model.delta = model.push.delta.row(0).transpose();
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
+      const double flexion_deg = plan.flexion_deg[static_cast<std::size_t>(i)];
+      const double varus_deg = plan.varus_deg[static_cast<std::size_t>(j)];
+      model.varus_solved_deg(i, j) = plan.free_varus_deg ? plan.free_varus_deg(flexion_deg) : varus_deg;
+      solve(model, {i, j}, plan.motion ? plan.motion(flexion_deg, varus_deg) : store::PoseCoordinates{});
+    }
+  }
+  model.is_spine.col(model.status.cols() / 2) = 1;
+  return model;
+}
+
+store::MotionModel frames_of(const store::MotionModel& column, const std::vector<std::size_t>& order,
+                             const std::vector<double>& keys)
+{
+  store::MotionModel model = column;
+  model.frames = store::FrameSequence{"time_s", keys};
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const auto to = static_cast<Eigen::Index>(i), from = static_cast<Eigen::Index>(order[i]);
+    model.flexion_deg[i] = column.flexion_deg[order[i]];
+    for (auto member : {&store::MotionModel::tx_mm, &store::MotionModel::ty_mm, &store::MotionModel::tz_mm,
+                        &store::MotionModel::theta_deg, &store::MotionModel::varus_solved_deg})
+      (model.*member)(to, 0) = (column.*member)(from, 0);
+    model.push.delta.row(to) = column.push.delta.row(from);
+    std::copy_n(&column.X_reference_moving[16 * order[i]], 16, &model.X_reference_moving[16 * i]);
+  }
+  model.delta = model.push.delta.row(0).transpose();
+  return model;
+}
+
+void unsolve(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus)
+{
+  const auto column = static_cast<std::size_t>(varus), row = static_cast<std::size_t>(flexion);
+  store::MotionModel pending = store::with_pending_cells(model);
+  const Cell cell{flexion, varus};
+  for (const auto grid : {&store::MotionModel::tx_mm, &store::MotionModel::ty_mm, &store::MotionModel::tz_mm,
+                          &store::MotionModel::theta_deg, &store::MotionModel::varus_solved_deg}) {
+    at(model.*grid, cell) = at(pending.*grid, cell);
+  }
+  for (const auto grid : clinical_grids) at(model.clinical.*grid, cell) = at(pending.clinical.*grid, cell);
+  for (const auto grid : {&store::MotionModel::contact_medial, &store::MotionModel::contact_lateral,
+                          &store::MotionModel::theta_determined}) {
+    at(model.*grid, cell) = -1;
+  }
+  std::fill_n(model.X_reference_moving.begin() +
+                  static_cast<std::ptrdiff_t>(16 * (row * model.varus_deg.size() + column)),
+              16, std::numeric_limits<double>::quiet_NaN());
+  at(model.status, cell) = static_cast<std::int8_t>(StepStatus::no_contact);
+}
+
+void add_smoothed(store::MotionModel& model, int degree,
+                  const std::function<store::PoseCoordinates(int, int)>& coefficient)
+{
+  store::SmoothedSet set;
+  set.degree = degree;
+  set.surfaces.resize(4);
+  set.exponents.resize((degree + 1) * (degree + 2) / 2, 2);
+  Eigen::Index k = 0;
+  for (int i = 0; i <= degree; ++i) {
+    for (int j = 0; i + j <= degree; ++j) {
+      set.exponents.row(k++) << i, j;
+      const store::PoseCoordinates numbers = coefficient(i, j);
+      for (std::size_t surface = 0; surface < 4; ++surface) {
+        set.surfaces[surface].coefficients.push_back(numbers[surface]);
+      }
+    }
+  }
+  const std::array<const char*, 4> names{"tx", "ty", "tz", "theta"};
+  for (std::size_t number = 0; number < 4; ++number) {
+    store::SmoothedSurface& surface = set.surfaces[number];
+    surface.name = names[number];
+    surface.values = grid_values(model, set, surface);
+    surface.n_cells = static_cast<std::int32_t>(model.status.size());
+    surface.condition_number = 1.0;
+  }
+  model.smoothed.push_back(set);
+}
+
+void add_bodies(store::MotionModel& model)
+{
+  const auto placed = [&](Mesh mesh) {
+    mesh.vertices_mm.rowwise() += model.rotation_centre_mm.transpose();
+    return mesh;
+  };
+  model.reference.name = "femur";
+  model.moving.name = "tibmen";
+  add_component(model.reference, {"ball", "bone"}, placed(ball(20)));
+  add_component(model.moving, {"block", "bone"}, placed(box({0, -30, 0}, {40, 10, 60})));
+  add_component(model.moving, {"plate", "meniscus"}, placed(box({0, -22.5, 0}, {30, 5, 40})));
+  model.compartment_of_triangle.assign(model.moving.contact.component.size(), 0);
+}
+
+}  // namespace vrda::test

@@ -1,0 +1,306 @@
+#include "tables/formats.hpp"
+
+#include <assimp/GltfMaterial.h>
+#include <assimp/scene.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <set>
+
+#include "core/text.hpp"
+#include "model/mesh.hpp"
+#include "store/motion.hpp"
+#include "support/models.hpp"
+
+namespace vrda::animated_glb_test {
+
+using testing::UnorderedElementsAre;
+
+constexpr double rate = 30.0;
+// Single precision of positions within 0.2 m and of unit quaternions, for two rotations.
+constexpr double single_rounding_m = 2e-7;
+
+/// The joint turns by more than 180 degrees, so quaternions change their hemisphere.
+store::MotionModel turning_model(const std::string& side)
+{
+  test::ModelPlan plan;
+  plan.side = side;
+  plan.flexion_deg = {0, 50, 100, 150, 200, 250, 300};
+  plan.rotation_centre_mm = {5, 600, -30};
+  plan.motion = [](double flexion_deg, double varus_deg) {
+    return store::PoseCoordinates{0.02 * flexion_deg, -3.0, 0.5 * varus_deg, 0.9 * flexion_deg};
+  };
+  store::MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  return model;
+}
+
+struct Read {
+  Assimp::Importer importer;  ///< owns the scene
+  const aiScene* scene = nullptr;
+  explicit Read(const std::string& bytes)
+  {
+    scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "glb");
+    EXPECT_NE(scene, nullptr) << importer.GetErrorString();
+  }
+};
+
+Eigen::Matrix4d matrix(const aiMatrix4x4& m)
+{
+  Eigen::Matrix4d M;
+  for (unsigned r = 0; r < 4; ++r) {
+    for (unsigned c = 0; c < 4; ++c) M(r, c) = static_cast<double>(m[r][c]);
+  }
+  return M;
+}
+
+const aiNodeAnim& channel_of(const aiScene& scene, const std::string& node)
+{
+  const aiAnimation& animation = *scene.mAnimations[0];
+  for (unsigned k = 0; k < animation.mNumChannels; ++k) {
+    if (animation.mChannels[k]->mNodeName.C_Str() == node) return *animation.mChannels[k];
+  }
+  throw InternalError("no channel " + node);
+}
+
+/// The node's pose at a key, as computed by a glTF viewer. A rotation without keys of its own is constant.
+Eigen::Matrix4d keyed(const aiNodeAnim& channel, unsigned key)
+{
+  const aiVector3D place = channel.mPositionKeys[key].mValue;
+  const aiQuaternion turn = channel.mRotationKeys[std::min(key, channel.mNumRotationKeys - 1)].mValue;
+  const aiMatrix4x4 X(aiVector3D(1, 1, 1), turn, place);
+  return matrix(X);
+}
+
+/// World coordinates to the file's: anterior X is +Z, right Z is -X, in metres.
+Eigen::Vector3d scene_point(const Eigen::Vector3d& p_world_mm)
+{
+  return Eigen::Vector3d(-p_world_mm.z(), p_world_mm.y(), p_world_mm.x()) * 1e-3;
+}
+
+TEST(AnimatedGlb, EveryKeyPutsTheBodiesWhereThePoseDoes)
+{
+  for (const std::string side : {"right", "left"}) {
+    SCOPED_TRACE(side);
+    const store::MotionModel model = turning_model(side);
+    const tables::FlexionMotion motion = tables::flexion_motion(model, "knee.h5", {});
+    const Read read(tables::animated_glb(model, motion, rate));
+    ASSERT_NE(read.scene, nullptr);
+    const Eigen::Matrix4d X_scene_joint = matrix(read.scene->mRootNode->mTransformation);
+    for (const Body* body : {&model.reference, &model.moving}) {
+      const aiNodeAnim& channel = channel_of(*read.scene, body->name);
+      ASSERT_EQ(channel.mNumPositionKeys, motion.frames.size());
+      ASSERT_EQ(channel.mNumRotationKeys, motion.frames.size());
+      for (unsigned key = 0; key < channel.mNumPositionKeys; ++key) {
+        const store::JointPose& pose = motion.frames[key].pose;
+        const Pose& X_world_body = body == &model.moving ? pose.X_world_moving : pose.X_world_reference;
+        const Eigen::Matrix4d X = X_scene_joint * keyed(channel, key);
+        for (const Eigen::Vector3d& p_mm :
+             {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(100, 20, 0), Eigen::Vector3d(0, 10, 100)}) {
+          const Eigen::Vector3d found = (X * (p_mm * 1e-3).homogeneous()).head<3>();
+          const Eigen::Vector3d wanted = scene_point(X_world_body * (p_mm + model.rotation_centre_mm));
+          EXPECT_LT((found - wanted).norm(), single_rounding_m);
+        }
+      }
+    }
+  }
+}
+
+TEST(AnimatedGlb, KeysTakeTheShortWayAndTheStatedTimes)
+{
+  const store::MotionModel model = turning_model("right");
+  const tables::FlexionMotion motion = tables::flexion_motion(model, "knee.h5", {});
+  const Read read(tables::animated_glb(model, motion, rate));
+  ASSERT_NE(read.scene, nullptr);
+  ASSERT_EQ(read.scene->mNumAnimations, 1U);
+  bool has_left_the_first_half = false;
+  for (const char* node : {"femur", "tibmen"}) {
+    const aiNodeAnim& channel = channel_of(*read.scene, node);
+    for (unsigned key = 0; key < channel.mNumRotationKeys; ++key) {
+      // assimp uses milliseconds.
+      EXPECT_NEAR(channel.mRotationKeys[key].mTime, 1e3 * motion.frames[key].flexion_deg / rate, 1e-3);
+      const aiQuaternion q = channel.mRotationKeys[key].mValue;
+      has_left_the_first_half = has_left_the_first_half || q.w < 0.0F;
+      const aiQuaternion p = channel.mRotationKeys[key == 0 ? 0 : key - 1].mValue;
+      EXPECT_GT(p.w * q.w + p.x * q.x + p.y * q.y + p.z * q.z, 0.0F);
+    }
+  }
+  EXPECT_TRUE(has_left_the_first_half);
+}
+
+TEST(AnimatedGlb, ComponentsKeepTheirVerticesAndTheColoursOfTheirMaterials)
+{
+  const store::MotionModel model = turning_model("right");
+  const Read read(tables::animated_glb(model, tables::flexion_motion(model, "knee.h5", {}), rate));
+  ASSERT_NE(read.scene, nullptr);
+  std::multiset<std::string> materials;
+  unsigned n_triangles = 0;
+  for (unsigned m = 0; m < read.scene->mNumMeshes; ++m) {
+    const aiMesh& mesh = *read.scene->mMeshes[m];
+    EXPECT_TRUE(mesh.HasNormals());
+    const aiMaterial& material = *read.scene->mMaterials[mesh.mMaterialIndex];
+    aiString name;
+    aiColor4D colour;
+    ASSERT_EQ(material.Get(AI_MATKEY_NAME, name), AI_SUCCESS);
+    if (std::string(name.C_Str()).starts_with("label ")) continue;
+    ASSERT_EQ(material.Get(AI_MATKEY_BASE_COLOR, colour), AI_SUCCESS);
+    const Material wanted = material_of(name.C_Str());
+    EXPECT_EQ(Eigen::Vector3f(colour.r, colour.g, colour.b), wanted.colour);
+    EXPECT_EQ(colour.a, wanted.opacity);
+    n_triangles += mesh.mNumFaces;
+    materials.insert(name.C_Str());
+  }
+  EXPECT_THAT(materials, UnorderedElementsAre("bone", "bone", "meniscus"));
+  EXPECT_EQ(n_triangles,
+            model.reference.contact.mesh.triangles.rows() + model.moving.contact.mesh.triangles.rows());
+  EXPECT_EQ(read.scene->mRootNode->FindNode("plate")->mNumMeshes, 1U);
+}
+
+TEST(AnimatedGlb, MeshesAreInMetresAroundTheRotationCentre)
+{
+  const store::MotionModel model = turning_model("right");
+  const Read read(tables::animated_glb(model, tables::flexion_motion(model, "knee.h5", {}), rate));
+  ASSERT_NE(read.scene, nullptr);
+  const aiNode& ball = *read.scene->mRootNode->FindNode("ball");
+  const aiMesh& sphere = *read.scene->mMeshes[ball.mMeshes[0]];
+  for (unsigned v = 0; v < sphere.mNumVertices; ++v) {
+    EXPECT_NEAR(sphere.mVertices[v].Length(), 0.020F, single_rounding_m);
+    // Outward, and within the facet angle of the radial direction.
+    EXPECT_GT(sphere.mNormals[v] * sphere.mVertices[v].Normalize(), 0.9F);
+  }
+  const aiNode& block = *read.scene->mRootNode->FindNode("block");
+  const aiMesh& box = *read.scene->mMeshes[block.mMeshes[0]];
+  for (unsigned v = 0; v < box.mNumVertices; ++v) {
+    const aiVector3D p = box.mVertices[v];
+    EXPECT_NEAR(std::abs(p.x), 0.020F, single_rounding_m);
+    EXPECT_NEAR(std::abs(p.y + 0.030F), 0.005F, single_rounding_m);
+    EXPECT_NEAR(std::abs(p.z), 0.030F, single_rounding_m);
+  }
+}
+
+/// A straight fibre and one that bends over a cylinder of the reference.
+store::LigamentRows two_fibres()
+{
+  store::LigamentRows rows;
+  rows.name = {"straight", "over"};
+  rows.bundle = {"ACLam", "MCLs"};
+  rows.reference_mm.resize(2, 3);
+  rows.reference_mm << 0, 610, -30, 30, 605, -30;
+  rows.moving_mm.resize(2, 3);
+  rows.moving_mm << 5, 570, -25, 0, 560, -30;
+  rows.stiffness_n = {1000, 1000};
+  rows.slack_length_mm = {40, 40};
+  rows.wrap = {-1, 0};
+  rows.wrap_name = {"drum"};
+  rows.wrap_shape = {0};
+  rows.wrap_body = {0};
+  Pose X_body_wrap = Pose::Identity();
+  X_body_wrap.translation() = Eigen::Vector3d(5, 600, -30);
+  for (Eigen::Index k = 0; k < 16; ++k) rows.X_body_wrap.push_back(X_body_wrap.matrix()(k / 4, k % 4));
+  rows.wrap_radii_mm.resize(1, 3);
+  rows.wrap_radii_mm << 15, 15, 100;
+  return rows;
+}
+
+/// The transform of a link at a key, scale included.
+/// assimp's own constructor scales the rows instead of the columns.
+Eigen::Matrix4d keyed_link(const aiNodeAnim& channel, unsigned key)
+{
+  const aiVector3D scale = channel.mScalingKeys[key].mValue;
+  return keyed(channel, key) * Eigen::Vector4d(static_cast<double>(scale.x), static_cast<double>(scale.y),
+                                               static_cast<double>(scale.z), 1.0)
+                                   .asDiagonal();
+}
+
+TEST(AnimatedGlb, LinksOfFibresFollowTheirPath)
+{
+  store::MotionModel model = turning_model("right");
+  model.ligaments = two_fibres();
+  const tables::FlexionMotion motion = tables::flexion_motion(model, "knee.h5", {});
+  const Read read(tables::animated_glb(model, motion, rate));
+  ASSERT_NE(read.scene, nullptr);
+  const Eigen::Matrix4d X_scene_joint = matrix(read.scene->mRootNode->mTransformation);
+  const aiNodeAnim& femur = channel_of(*read.scene, model.reference.name);
+  const model::Ligaments ligaments = store::ligaments_of(model);
+  int n_wrapped = 0;
+  for (std::size_t fibre = 0; fibre < ligaments.fibres.size(); ++fibre) {
+    std::vector<const aiNodeAnim*> links;
+    for (unsigned k = 0; k < read.scene->mAnimations[0]->mNumChannels; ++k) {
+      const aiNodeAnim& channel = *read.scene->mAnimations[0]->mChannels[k];
+      // assimp numbers nodes of equal names.
+      if (std::string(channel.mNodeName.C_Str()).starts_with(ligaments.fibres[fibre].name))
+        links.push_back(&channel);
+    }
+    ASSERT_EQ(links.size(), fibre == 0 ? 1U : 7U);
+    for (unsigned key = 0; key < motion.frames.size(); ++key) {
+      const store::JointPose& pose = motion.frames[key].pose;
+      const Eigen::Matrix4d X_scene_femur = X_scene_joint * keyed(femur, key);
+      Eigen::Vector3d at = scene_point(pose.X_world_reference * ligaments.fibres[fibre].reference_mm);
+      double length_mm = 0.0;
+      for (const aiNodeAnim* link : links) {
+        const Eigen::Matrix4d X = X_scene_femur * keyed_link(*link, key);
+        EXPECT_LT((X.col(3).head<3>() - at).norm(), single_rounding_m);
+        at = (X * Eigen::Vector4d(0, -1, 0, 1)).head<3>();
+        length_mm += X.col(1).norm() * 1e3;
+      }
+      EXPECT_LT((at - scene_point(pose.X_world_moving * ligaments.fibres[fibre].moving_mm)).norm(),
+                single_rounding_m);
+      // The chords of an arc are shorter than it: by 1 - sin(x) / x for half of 26 degrees, below 1 %.
+      const model::FibrePath path =
+          model::fibre_path(ligaments.fibres[fibre], ligaments.wraps,
+                            {Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
+                             pose.X_reference_moving.translation()});
+      EXPECT_LT(length_mm, path.length_mm + 1e-3);
+      EXPECT_GT(length_mm, 0.99 * path.length_mm);
+      n_wrapped += path.is_wrapped ? 1 : 0;
+    }
+  }
+  EXPECT_GT(n_wrapped, 0);
+}
+
+TEST(AnimatedGlb, LabelsAreBesideWhatTheyName)
+{
+  store::MotionModel model = turning_model("left");
+  model.ligaments = two_fibres();
+  const tables::FlexionMotion motion = tables::flexion_motion(model, "knee.h5", {});
+  const Read read(tables::animated_glb(model, motion, rate));
+  ASSERT_NE(read.scene, nullptr);
+  EXPECT_EQ(read.scene->mNumTextures, store::joint_labels(model).size());
+  const Eigen::Matrix4d X_scene_joint = matrix(read.scene->mRootNode->mTransformation);
+  for (const store::JointLabel& label : store::joint_labels(model)) {
+    SCOPED_TRACE(label.text);
+    const aiNodeAnim& channel = channel_of(*read.scene, "label " + label.text);
+    for (unsigned key = 0; key < motion.frames.size(); ++key) {
+      const store::JointPose& pose = motion.frames[key].pose;
+      const auto placed = [&](store::JointBody body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
+        return (body == store::JointBody::reference ? pose.X_world_reference : pose.X_world_moving) * p_mm;
+      };
+      const Eigen::Vector3d point =
+          scene_point(0.5 * (placed(label.first, label.first_mm) + placed(label.second, label.second_mm)));
+      const Eigen::Vector3d found = (X_scene_joint * keyed(channel, key)).col(3).head<3>();
+      // At the same height, outward from the joint's axis.
+      EXPECT_NEAR(found.y(), point.y(), single_rounding_m);
+      EXPECT_GT(std::hypot(found.x(), found.z()), std::hypot(point.x(), point.z()) - single_rounding_m);
+      // In its direction; points within 2 mm of the axis have none, and labels are 62 mm away: 0.002 x 0.062.
+      EXPECT_NEAR(found.x() * point.z(), found.z() * point.x(), 1.3e-4);
+    }
+  }
+}
+
+TEST(AnimatedGlb, EqualModelsGiveEqualBytes)
+{
+  const auto bytes = [] {
+    store::MotionModel model = turning_model("left");
+    model.title = "no \xff UTF-8";
+    return tables::animated_glb(model, tables::flexion_motion(model, "knee.h5", {}), rate);
+  };
+  const std::string first = bytes();
+  EXPECT_EQ(first, bytes());
+  EXPECT_EQ(first.size() % 4, 0U);
+  EXPECT_NE(Read(first).scene, nullptr);
+}
+
+}  // namespace vrda::animated_glb_test

@@ -1,0 +1,276 @@
+#include "tables/formats.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <sstream>
+
+#include "core/units.hpp"
+#include "support/models.hpp"
+
+namespace vrda::tables_test {
+
+using Rows = std::vector<std::map<std::string, std::string>>;
+
+std::vector<std::string> fields_of(const std::string& line)
+{
+  std::vector<std::string> fields{""};
+  for (const char c : line) {
+    if (c == ',') {
+      fields.emplace_back();
+    } else {
+      fields.back() += c;
+    }
+  }
+  return fields;
+}
+
+Rows parsed(const std::string& text)
+{
+  std::istringstream in(text);
+  std::string line;
+  std::getline(in, line);
+  const std::vector<std::string> names = fields_of(line);
+  Rows rows;
+  while (std::getline(in, line)) {
+    const std::vector<std::string> fields = fields_of(line);
+    EXPECT_EQ(fields.size(), names.size());
+    rows.emplace_back();
+    for (std::size_t k = 0; k < names.size(); ++k) rows.back()[names[k]] = fields[k];
+    EXPECT_EQ(rows.back().size(), names.size()) << "two columns of the same name";
+  }
+  return rows;
+}
+
+test::ModelPlan plan_of(const std::string& side)
+{
+  test::ModelPlan plan;
+  plan.side = side;
+  // World W of a left joint is the mirror image of the right one's.
+  const double mirror = side == "left" ? -1.0 : 1.0;
+  plan.rotation_centre_mm = {10, -5, mirror * 40};
+  plan.motion = [mirror](double flexion_deg, double varus_deg) {
+    return store::PoseCoordinates{0.05 * flexion_deg, -3.0, mirror * (1.0 + 0.5 * varus_deg),
+                                  0.2 * flexion_deg - varus_deg};
+  };
+  return plan;
+}
+
+TEST(CsvTables, AFlexionHasTheNumbersOfItsPose)
+{
+  const store::MotionModel model = test::model_of(plan_of("right"));
+  const Rows rows = parsed(tables::flexion_csv(tables::flexion_motion(model, "knee.h5", {})));
+  ASSERT_EQ(rows.size(), model.flexion_deg.size());
+  constexpr double rounding = 1e-11;  // of mm and of degrees converted through radians
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    SCOPED_TRACE(i);
+    const auto row = static_cast<Eigen::Index>(i);
+    EXPECT_EQ(std::stod(rows[i].at("attitude_flexion_deg")), model.flexion_deg[i]);
+    EXPECT_NEAR(std::stod(rows[i].at("flexion_deg")), model.clinical.flexion_deg(row, 2), rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("internal_deg")), model.clinical.internal_rotation_deg(row, 2),
+                rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("lateral_mm")), model.clinical.lateral_mm(row, 2), rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("tx_mm")), model.tx_mm(row, 2), rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("theta_deg")), model.theta_deg(row, 2), rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("anterior_mm")), model.clinical.anterior_mm(row, 2), rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("proximal_mm")), model.clinical.proximal_mm(row, 2), rounding);
+    EXPECT_EQ(rows[i].at("centre_x_mm"), "10");
+    EXPECT_EQ(rows[i].at("centre_y_mm"), "-5");
+    EXPECT_EQ(rows[i].at("centre_z_mm"), "40");
+    for (const char* gone : {"ant_mm", "prox_mm", "lat_mm"}) EXPECT_EQ(rows[i].count(gone), 0U);
+  }
+}
+
+TEST(CsvTables, TheHeaderHasTheDocumentedColumnNames)
+{
+  std::string header;
+  for (const std::string& name : tables::flexion_csv_columns()) header += (header.empty() ? "" : ",") + name;
+  const std::string text =
+      tables::flexion_csv(tables::flexion_motion(test::model_of(plan_of("right")), "knee.h5", {}));
+  EXPECT_EQ(text.substr(0, text.find('\n')), header);
+}
+
+TEST(CsvTables, AMirroredKneeGivesTheSameCurves)
+{
+  const auto rows_of = [](const std::string& side) {
+    return parsed(tables::flexion_csv(tables::flexion_motion(test::model_of(plan_of(side)), "knee.h5", {})));
+  };
+  const Rows right = rows_of("right"), left = rows_of("left");
+  ASSERT_EQ(right.size(), left.size());
+  constexpr double issue_tolerance = 1e-9;
+  for (std::size_t i = 0; i < right.size(); ++i) {
+    for (const char* name : {"flexion_deg", "varus_deg", "internal_deg", "anterior_mm", "proximal_mm",
+                             "lateral_mm", "theta_deg"}) {
+      EXPECT_NEAR(std::stod(right[i].at(name)), std::stod(left[i].at(name)), issue_tolerance) << name;
+    }
+  }
+}
+
+TEST(CsvTables, EveryCellHasItsStatusAndEmptyFieldsWithoutAnAnswer)
+{
+  store::MotionModel model = test::model_of(plan_of("right"));
+  test::unsolve(model, 1, 3);
+  test::add_smoothed(model, 2, [](int i, int j) {
+    return store::PoseCoordinates{1.0 + i, 0.0, 0.5 * j, 0.25};
+  });
+  const Rows rows = parsed(tables::cells_csv(model));
+  ASSERT_EQ(rows.size(), 35U);
+  const std::map<std::string, std::string>& failed = rows[1 * 5 + 3];
+  EXPECT_EQ(failed.at("status"), "no_contact");
+  EXPECT_EQ(failed.at("flexion_deg"), "15");
+  EXPECT_EQ(failed.at("varus_deg"), "2");
+  EXPECT_EQ(failed.at("tx_mm"), "");
+  EXPECT_EQ(failed.at("contact_medial"), "-1");
+  EXPECT_EQ(std::stod(failed.at("degree_2_tx_mm")), model.smoothed[0].surfaces[0].values(1, 3));
+  const std::map<std::string, std::string>& solved = rows[6 * 5 + 0];
+  EXPECT_EQ(solved.at("status"), "stable");
+  EXPECT_EQ(std::stod(solved.at("tx_mm")), model.tx_mm(6, 0));
+  EXPECT_EQ(std::stod(solved.at("anterior_mm")), model.clinical.anterior_mm(6, 0));
+  EXPECT_EQ(solved.at("centre_y_mm"), "-5");
+  EXPECT_EQ(std::stod(solved.at("degree_2_theta_deg")), model.smoothed[0].surfaces[3].values(6, 0));
+}
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double pose_rounding = 1e-12;  // of angles and sums of a hundred mm, in radians and metres
+
+struct Table {
+  std::string name;
+  std::map<std::string, std::string> keys;
+  std::vector<std::string> columns;
+  std::vector<std::vector<double>> rows;
+};
+
+/// Parses as OpenSim does: a name, key=value lines and text up to endheader, then tab-separated columns.
+Table parsed_table(const std::string& text)
+{
+  Table table;
+  std::istringstream in(text);
+  std::string line;
+  std::getline(in, table.name);
+  while (std::getline(in, line) && line != "endheader") {
+    const std::size_t equals = line.find('=');
+    if (equals != std::string::npos) table.keys[line.substr(0, equals)] = line.substr(equals + 1);
+  }
+  std::getline(in, line);
+  std::istringstream names(line);
+  for (std::string name; std::getline(names, name, '\t');) table.columns.push_back(name);
+  while (std::getline(in, line)) {
+    std::istringstream fields(line);
+    table.rows.emplace_back();
+    for (std::string field; std::getline(fields, field, '\t');) table.rows.back().push_back(std::stod(field));
+  }
+  return table;
+}
+
+tables::FlexionMotion turning_motion(const std::string& side)
+{
+  test::ModelPlan plan;
+  plan.side = side;
+  plan.rotation_centre_mm = {5, -70, 30};
+  plan.motion = [](double flexion_deg, double varus_deg) {
+    return store::PoseCoordinates{0.05 * flexion_deg, -3.0, 1.0 + 0.5 * varus_deg,
+                                  0.2 * flexion_deg - varus_deg};
+  };
+  tables::FlexionPlan flexion;
+  flexion.varus = tables::VarusRule::given;
+  flexion.varus_deg = 2.0;
+  return tables::flexion_motion(test::model_of(plan), "knee.h5", flexion);
+}
+
+/// The axes of schemas/exports.md, the translations those of the point at `centre_m`.
+Pose pose_of_coordinates(const std::vector<double>& row, double radians, Side side,
+                         const Eigen::Vector3d& centre_m)
+{
+  const double other = side == Side::left ? -1.0 : 1.0;
+  Pose X = Pose::Identity();
+  X.linear() = rotation_z(-radians * row[1]) * rotation_x(other * radians * row[2]) *
+               rotation_y(other * radians * row[3]);
+  X.translation() = centre_m + Eigen::Vector3d(row[4], row[5], row[6]) - X.linear() * centre_m;
+  return X;
+}
+
+TEST(OpenSimTable, TheColumnsPutThePoseTogetherOnBothSides)
+{
+  for (const Side side : {Side::right, Side::left}) {
+    for (const bool is_plain : {false, true}) {
+      SCOPED_TRACE(side == Side::left ? "left" : "right");
+      const tables::FlexionMotion motion = turning_motion(side == Side::left ? "left" : "right");
+      // Angles in radians about the rotation centre, or in degrees of the mesh origin.
+      const Table table = parsed_table(
+          tables::opensim_table(motion, {tables::opensim_columns("knee", side), is_plain, 45.0, is_plain}));
+      ASSERT_EQ(table.rows.size(), motion.frames.size());
+      const Eigen::Vector3d centre_m = (is_plain ? 0.0 : 1e-3) * motion.rotation_centre_mm;
+      for (std::size_t i = 0; i < table.rows.size(); ++i) {
+        Pose expected = motion.frames[i].pose.X_reference_moving;
+        expected.translation() *= 1e-3;
+        const Pose found =
+            pose_of_coordinates(table.rows[i], is_plain ? rad_from_deg(1.0) : 1.0, side, centre_m);
+        EXPECT_LT((found.matrix() - expected.matrix()).cwiseAbs().maxCoeff(), pose_rounding);
+        EXPECT_NEAR(table.rows[i][0], motion.frames[i].flexion_deg / 45.0, 1e-15);
+      }
+    }
+  }
+}
+
+// A mesh whose origin is at the feet: the knee moves by millimetres, not by metres.
+TEST(OpenSimTable, TranslationsAreThoseOfTheRotationCentreThatTheHeaderNames)
+{
+  test::ModelPlan plan;
+  plan.rotation_centre_mm = {400, -900, 80};
+  plan.motion = [](double flexion_deg, double) {
+    return store::PoseCoordinates{0.0, -3.0, 0.0, 0.2 * flexion_deg};
+  };
+  const tables::FlexionMotion motion = tables::flexion_motion(test::model_of(plan), "knee.h5", {});
+  const auto table_of = [&](bool is_of_origin) {
+    return parsed_table(tables::opensim_table(
+        motion, {tables::opensim_columns("knee", Side::right), false, 30.0, is_of_origin}));
+  };
+  const auto longest_m = [](const Table& table) {
+    double longest = 0.0;
+    for (const std::vector<double>& row : table.rows)
+      for (std::size_t k = 4; k < 7; ++k) longest = std::max(longest, std::abs(row[k]));
+    return longest;
+  };
+  const Table table = table_of(false), of_origin = table_of(true);
+  EXPECT_NEAR(longest_m(table), 0.003, 1e-12);
+  EXPECT_EQ(table.keys.at("translations"), "rotation-centre");
+  EXPECT_EQ(table.keys.at("rotation_centre_mm"), "400 -900 80");
+  EXPECT_GT(longest_m(of_origin), 0.5);
+  EXPECT_EQ(of_origin.keys.at("translations"), "mesh-origin");
+  EXPECT_EQ(of_origin.keys.count("rotation_centre_mm"), 0U);
+}
+
+TEST(OpenSimTable, TheHeaderIsTrue)
+{
+  const tables::FlexionMotion motion = turning_motion("right");
+  const Table table =
+      parsed_table(tables::opensim_table(motion, {tables::opensim_columns("knee", Side::right), true, 30.0}));
+  EXPECT_EQ(table.keys.at("version"), "1");
+  EXPECT_EQ(table.keys.at("nRows"), std::to_string(table.rows.size()));
+  EXPECT_EQ(table.keys.at("nColumns"), std::to_string(table.columns.size()));
+  EXPECT_EQ(table.keys.at("inDegrees"), "yes");
+  EXPECT_THAT(table.columns, ElementsAre("time", "knee_flex_r", "knee_add_r", "knee_rot_r", "knee_tx_r",
+                                         "knee_ty_r", "knee_tz_r"));
+  for (const std::vector<double>& row : table.rows) EXPECT_EQ(row.size(), table.columns.size());
+  EXPECT_THAT(tables::opensim_columns("knee", Side::left), testing::Each(testing::EndsWith("_l")));
+  EXPECT_EQ(tables::opensim_columns("hip", Side::right)[0], "hip_flex_r");
+  EXPECT_EQ(tables::opensim_columns("other", Side::left)[5], "joint_tz_l");
+}
+
+TEST(OpenSimTable, ATitleCannotBreakTheHeader)
+{
+  tables::FlexionMotion motion = turning_motion("right");
+  motion.title = "a=b\nendheader\tc";
+  const Table table = parsed_table(
+      tables::opensim_table(motion, {tables::opensim_columns("knee", Side::right), false, 30.0}));
+  EXPECT_THAT(table.name, Not(HasSubstr("endheader")));
+  EXPECT_THAT(table.name, Not(HasSubstr("=")));
+  EXPECT_EQ(table.keys.size(), 6U);
+  EXPECT_EQ(table.rows.size(), motion.frames.size());
+}
+
+}  // namespace vrda::tables_test
