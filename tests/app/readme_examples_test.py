@@ -15,7 +15,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-READMES = ["README.md", "jobs/README.md", "pipeline/README.md", "player/README.md", "schemas/README.md", "scripts/README.md"]
+READMES = ["README.md", "jobs/README.md", "pipeline/TASKS.md", "player/TASKS.md", "schemas/README.md", "scripts/README.md"]
 
 # Start of an example: the file that runs it.
 ELSEWHERE = {
