@@ -10,9 +10,9 @@ import importlib
 import json
 import os
 import pathlib
-import re
 import subprocess
 import sys
+import tempfile
 import tomllib
 
 sys.dont_write_bytecode = True
@@ -41,7 +41,7 @@ class Page:
     maker: tuple
     module: str  # of scripts/pages; its function page(numbers, stamp) returns the text
     runs: tuple = ()
-    files: tuple = ()  # other inputs: of the checkout, or of the data folder as data:PATH
+    files: tuple = ()  # other inputs: of the checkout, of the data folder as data:PATH, or what the program makes (PREPARED)
     is_long: bool = False  # takes minutes: may be stale while its second line says so
 
 
@@ -55,6 +55,7 @@ SEARCH_OF_THESIS = tuple(f"jobs/validation/{name}.toml" for name in ("ball-in-di
 COARSE_KNEE = ("grid.flexion.step=10", "grid.varus.step=5", "smooth.degrees=[3]")
 BY_EQUILIBRIUM = ("solver.method=equilibrium",)
 MENISCI = ("moving.component.2.contact=true", "moving.component.3.contact=true")
+PREPARED = "made by vrda prepare"  # of the template knee's own bones: changes with the registration, not with its source text
 PAGES = {
     "thesis": Page("results/thesis.md", ("scripts/thesis",), "thesis",
                    tuple(map(Run, (CONTACT, LIGAMENTS, *SEARCH_OF_THESIS)))),
@@ -79,7 +80,7 @@ PAGES = {
     "truth": Page("results/truth.md", ("scripts/truth",), "truth", (Run(LIVING),),
                   ("data:knees/tka-dm", "data:subtalar", "data:kinematics", "scripts/truth_cases", "scripts/truth_scores"), is_long=True),
     "prepare": Page("results/prepare.md", ("scripts/prepare_trials",), "prepare", (Run(LIVING),),
-                    ("data:knees", "pipeline/registration", "pipeline/prepare", "pipeline/shapes/template_knee.cpp"), is_long=True),
+                    ("data:knees", PREPARED), is_long=True),
     "player": Page("results/player.md", ("scripts/pictures",), "player", (Run(LIGAMENTS), Run(LIVING)), ("jobs/bench-desk.toml",), is_long=True),
     "fuzz": Page("results/fuzz.md", ("scripts/fuzz", "--record"), "fuzz", (), ("tests/fuzz/corpus",)),
     "benchmarks": Page("results/benchmarks.md", ("scripts/bench",), "benchmarks", (Run(CONTACT), Run(LIGAMENTS),
@@ -102,17 +103,9 @@ def job_hash(job):
     return sha256(json.dumps(tomllib.loads((ROOT / job).read_text(encoding="utf-8")), sort_keys=True, default=str))
 
 
-def contents(path):
-    """What a hash of an input covers: of C++ sources the code without comments, which change no number."""
-    content = path.read_bytes()
-    if path.suffix not in (".hpp", ".cpp"):
-        return content
-    return b"\n".join(line for line in (re.sub(rb"\s*//.*", b"", line) for line in content.splitlines()) if line)
-
-
 def inputs_in(folder):
-    """The files of a folder; of a room those without its README."""
-    return [path for path in sorted(folder.rglob("*")) if path.is_file() and not (path.name == "README.md" and (folder / "CMakeLists.txt").is_file())]
+    """The files of a folder."""
+    return [path for path in sorted(folder.rglob("*")) if path.is_file()]
 
 
 class Today:
@@ -136,12 +129,23 @@ class Today:
             return {"solver": self._checked(GENERIC[chosen], ())["solver_version"], "key": None, "job": job_hash(run.job)}
         return {"solver": checked["solver_version"], "key": checked["job_key"], "job": job_hash(run.job)}
 
+    @functools.lru_cache(maxsize=None)
+    def _prepared(self):
+        """Hash of the files that `vrda prepare` makes of the template knee's bones."""
+        with tempfile.TemporaryDirectory() as folder:
+            for words in (("shape", "knee-template", "-o", "bones"),
+                          ("prepare", "--femur", "bones/femur.stl", "--tibia", "bones/tibia.stl", "-o", "prepared")):
+                subprocess.run([pathlib.Path(self.vrda).resolve(), *words], cwd=folder, check=True, capture_output=True)
+            return sha256("".join(f"{file.name} {sha256(file.read_bytes())}\n" for file in inputs_in(pathlib.Path(folder, "prepared"))))
+
     def file(self, name):
         """Hash of a file or of all files of a folder, without what changes no number; None for data that are missing."""
+        if name == PREPARED:
+            return self._prepared()
         path = data_folder() / name[5:] if name.startswith("data:") else ROOT / name
         if path.is_dir():
-            return sha256("".join(f"{one.relative_to(path)} {sha256(contents(one))}\n" for one in inputs_in(path)))
-        return sha256(contents(path)) if path.is_file() else None
+            return sha256("".join(f"{one.relative_to(path)} {sha256(one.read_bytes())}\n" for one in inputs_in(path)))
+        return sha256(path.read_bytes()) if path.is_file() else None
 
 
 def record_path(name, root=ROOT):

@@ -39,7 +39,7 @@ ELSEWHERE = {
     "scripts/uncertainty": "results/uncertainty.md",
     "scripts/truth": "results/truth.md",
     "scripts/prepare_trials": "results/prepare.md",
-    "scripts/firmware": "tests/player/devices/firmware_counts_test.cpp",
+    "scripts/firmware": "tests/player/bench/firmware_counts_test.cpp",
     "scripts/package": "tests/package/packages_test.py",
     "scripts/trial-packages": "tests/package/bare_root_test.py",
     "scripts/trial-clean-root": "tests/package/bare_root_test.py",
