@@ -6,10 +6,23 @@
 #include <memory>
 #include <vector>
 
-#include "geometry/directional_gap.hpp"
+#include "geometry/placement.hpp"
 #include "model/coordinates.hpp"
 
 namespace vrda::geometry {
+
+/// A travel and the pair of triangles in contact at its end.
+struct Gap {
+  double travel_mm = std::numeric_limits<double>::infinity();  ///< infinite: no contact
+  TrianglePair pair;                                           ///< -1, -1 without contact
+};
+
+/// Which travels count.
+enum class GapKind {
+  non_negative,   ///< the smallest non-negative one: the next contact along Delta from the current pose
+  signed_facing,  ///< the smallest signed one over facing pairs: the first contact of an object approaching
+                  ///< from far below; negative when the current pose is beyond it
+};
 
 /// A contact or near contact: a vertex under a face, a vertex over a face, or two edges that cross in
 /// projection. Rules:
@@ -83,7 +96,7 @@ class GapQuery {
   const GapResult& features(const MovingPose& pose, double band_mm);
 
   /// The next contact along +Y from the current pose: the smallest non-negative travel over all pairs of
-  /// triangles. Bitwise equal to directional_gap() with GapKind::non_negative.
+  /// triangles.
   Gap next_contact(const MovingPose& pose);
 
   /// Smallest non-negative travel of one pair at the pose, without a query; infinite if it is not ahead.

@@ -8,7 +8,6 @@
 #include <mutex>
 #include <vector>
 
-#include "geometry/directional_gap.hpp"
 #include "geometry/gap_blocks.hpp"
 #include "geometry/gap_kernel.hpp"
 #include "geometry/gap_query.hpp"

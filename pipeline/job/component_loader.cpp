@@ -10,7 +10,7 @@
 #include "contact/contacts.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "geometry/directional_gap.hpp"
+#include "geometry/gap_query.hpp"
 #include "job/auto_frame.hpp"
 #include "job/job.hpp"
 #include "job/mesh_file.hpp"
@@ -453,7 +453,8 @@ double start_travel_mm(const Case& loaded)
     if (retreat_mm > last_retreat_mm) return 0.0;
     pose.translation_mm.y() = -retreat_mm;
   }
-  const double travel_mm = geometry::directional_gap(reference, moving.mesh, moving.tree, pose, {}).travel_mm;
+  geometry::GapQuery query(geometry::GapTree(reference.mesh), geometry::GapTree(moving.mesh));
+  const double travel_mm = query.next_contact(pose).travel_mm;
   if (!std::isfinite(travel_mm)) return 0.0;
   return pose.translation_mm.y() + travel_mm - start_clearance_mm;
 }

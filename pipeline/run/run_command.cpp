@@ -14,8 +14,8 @@
 
 #include "core/console.hpp"
 #include "core/text.hpp"
-#include "geometry/directional_gap.hpp"
 #include "geometry/fit_checks.hpp"
+#include "geometry/gap_query.hpp"
 #include "job/case_warnings.hpp"
 #include "job/clean_mesh.hpp"
 #include "job/job.hpp"
@@ -365,14 +365,15 @@ InitialContact initial_contact(const job::Case& job_case)
   const solve::InitialBodies bodies = solve::initial_bodies_of(job_case);
   const solve::SweepPlan plan = solve::plan_of(job_case);
   contact::NarrowPhase narrow_phase;
-  const geometry::TreeMesh reference =
-      geometry::rotated_reference(bodies.reference, {plan.flexion_rad.front(), 0.0});
+  const Attitude attitude{plan.flexion_rad.front(), 0.0};
+  const geometry::TreeMesh reference = geometry::rotated_reference(bodies.reference, attitude);
   const bool is_overlapping =
       contact::find_collision(reference, bodies.moving, plan.initial, narrow_phase).has_value();
-  const geometry::Gap gap = geometry::directional_gap(
-      reference, bodies.moving.mesh, bodies.moving.tree, plan.initial,
-      {is_overlapping ? geometry::GapKind::signed_facing : geometry::GapKind::non_negative, {}});
-  return {is_overlapping, gap.travel_mm, bodies.substep_mm};
+  geometry::GapQuery query(geometry::GapTree(bodies.reference.mesh), geometry::GapTree(bodies.moving.mesh));
+  query.set_attitude(attitude);
+  const double travel_mm =
+      is_overlapping ? query.travel_mm(plan.initial) : query.next_contact(plan.initial).travel_mm;
+  return {is_overlapping, travel_mm, bodies.substep_mm};
 }
 
 // An initial pose from which the first step cannot approach the reference.

@@ -8,6 +8,7 @@
 
 #include "core/units.hpp"
 #include "solve/stability_search.hpp"
+#include "support/directional_gap.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::pose_meter_test {
@@ -128,11 +129,11 @@ analysis::PoseAudit plainly_measured(const analysis::AuditScene& scene, const Me
       geometry::make_tree_mesh(solver_mesh(transformed(moving_canonical, X_reference_moving), scene.frame)),
       attitude);
   if (contact::find_collision(reference, moving, {}, narrow_phase)) {
-    const geometry::Gap afar = geometry::directional_gap(reference, moving.mesh, moving.tree, {},
-                                                         {geometry::GapKind::signed_facing, {}});
+    const geometry::Gap afar = test::directional_gap(reference, moving.mesh, moving.tree, {},
+                                                     {geometry::GapKind::signed_facing, {}});
     return {true, std::max(0.0, -afar.travel_mm), 0.0};
   }
-  return {false, 0.0, geometry::directional_gap(reference, moving.mesh, moving.tree, {}).travel_mm};
+  return {false, 0.0, test::directional_gap(reference, moving.mesh, moving.tree, {}).travel_mm};
 }
 
 TEST(PoseMeter, AgreesWithThePlainWayAlsoWhereAPoseTurnsNotAboutDeltaAlone)

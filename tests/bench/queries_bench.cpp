@@ -6,6 +6,7 @@
 #include "fcl_search.hpp"
 #include "geometry/gap_query.hpp"
 #include "scene.hpp"
+#include "support/directional_gap.hpp"
 
 namespace vrda::benchmarks {
 namespace {
@@ -39,9 +40,9 @@ void gap(benchmark::State& state, const std::string& knee)
   for (auto _ : state) {
     geometry::TrianglePair hint;
     for (const auto& [reference, pose] : all.poses) {
-      const geometry::Gap found = geometry::directional_gap(
-          all.references[reference], s.joint.moving.tree_mesh.mesh, s.joint.moving.tree_mesh.tree, pose,
-          {geometry::GapKind::non_negative, hint});
+      const geometry::Gap found =
+          test::directional_gap(all.references[reference], s.joint.moving.tree_mesh.mesh,
+                                s.joint.moving.tree_mesh.tree, pose, {geometry::GapKind::non_negative, hint});
       hint = found.pair;
       benchmark::DoNotOptimize(found);
     }

@@ -45,7 +45,7 @@ Shares shares()
   RESULT timed_##NAME(__VA_ARGS__) __asm__("__wrap_" SYMBOL);
 
 VRDA_REDIRECT(geometry::Gap, next_contact,
-              "_ZN4vrda9proximity8GapQuery12next_contactERKNS_4core10MovingPoseE", geometry::GapQuery*,
+              "_ZN4vrda8geometry8GapQuery12next_contactERKNS_5model10MovingPoseE", geometry::GapQuery*,
               const MovingPose&)
 geometry::Gap timed_next_contact(geometry::GapQuery* query, const MovingPose& pose)
 {
@@ -53,7 +53,7 @@ geometry::Gap timed_next_contact(geometry::GapQuery* query, const MovingPose& po
   return real_next_contact(query, pose);
 }
 
-VRDA_REDIRECT(double, travel, "_ZN4vrda9proximity8GapQuery9travel_mmERKNS_4core10MovingPoseE",
+VRDA_REDIRECT(double, travel, "_ZN4vrda8geometry8GapQuery9travel_mmERKNS_5model10MovingPoseE",
               geometry::GapQuery*, const MovingPose&)
 double timed_travel(geometry::GapQuery* query, const MovingPose& pose)
 {
@@ -62,7 +62,7 @@ double timed_travel(geometry::GapQuery* query, const MovingPose& pose)
 }
 
 VRDA_REDIRECT(const geometry::GapResult&, features,
-              "_ZN4vrda9proximity8GapQuery8featuresERKNS_4core10MovingPoseEd", geometry::GapQuery*,
+              "_ZN4vrda8geometry8GapQuery8featuresERKNS_5model10MovingPoseEd", geometry::GapQuery*,
               const MovingPose&, double)
 const geometry::GapResult& timed_features(geometry::GapQuery* query, const MovingPose& pose, double band_mm)
 {
@@ -71,7 +71,7 @@ const geometry::GapResult& timed_features(geometry::GapQuery* query, const Movin
 }
 
 VRDA_REDIRECT(const std::vector<geometry::TrianglePair>&, close_pairs,
-              "_ZN4vrda9proximity8GapQuery11close_pairsERKNS_4core10MovingPoseEd", geometry::GapQuery*,
+              "_ZN4vrda8geometry8GapQuery11close_pairsERKNS_5model10MovingPoseEd", geometry::GapQuery*,
               const MovingPose&, double)
 const std::vector<geometry::TrianglePair>& timed_close_pairs(geometry::GapQuery* query,
                                                              const MovingPose& pose, double band_mm)
@@ -81,7 +81,7 @@ const std::vector<geometry::TrianglePair>& timed_close_pairs(geometry::GapQuery*
 }
 
 VRDA_REDIRECT(geometry::TreeMesh, turned,
-              "_ZN4vrda9proximity17rotated_referenceERKNS0_8TreeMeshERKNS_4core8AttitudeE",
+              "_ZN4vrda8geometry17rotated_referenceERKNS0_8TreeMeshERKNS_5model8AttitudeE",
               const geometry::TreeMesh&, const Attitude&)
 geometry::TreeMesh timed_turned(const geometry::TreeMesh& reference, const Attitude& attitude)
 {
@@ -92,7 +92,7 @@ geometry::TreeMesh timed_turned(const geometry::TreeMesh& reference, const Attit
 using Hit = std::optional<geometry::TrianglePair>;
 VRDA_REDIRECT(
     Hit, collision,
-    "_ZN4vrda7contact14find_collisionERKNS_4core4MeshES4_RKNS1_10MovingPoseERNS_9proximity8GapQueryE"
+    "_ZN4vrda7contact14find_collisionERKNS_5model4MeshES4_RKNS1_10MovingPoseERNS_8geometry8GapQueryE"
     "RNS0_11NarrowPhaseERKNS8_12TrianglePairE",
     const Mesh&, const Mesh&, const MovingPose&, geometry::GapQuery&, contact::NarrowPhase&,
     const geometry::TrianglePair&)
@@ -107,7 +107,7 @@ Hit timed_collision(const Mesh& reference, const Mesh& moving, const MovingPose&
 // Of the search.
 VRDA_REDIRECT(
     std::vector<contact::Contact>, contacts_of_turned,
-    "_ZN4vrda7contact13find_contactsERKNS0_14ContactObjectsERKNS_4core10MovingPoseERNS0_11NarrowPhaseE"
+    "_ZN4vrda7contact13find_contactsERKNS0_14ContactObjectsERKNS_5model10MovingPoseERNS0_11NarrowPhaseE"
     "RKNS0_14ContactOptionsE",
     const contact::ContactObjects&, const MovingPose&, contact::NarrowPhase&, const contact::ContactOptions&)
 std::vector<contact::Contact> timed_contacts_of_turned(const contact::ContactObjects& objects,
@@ -123,7 +123,7 @@ std::vector<contact::Contact> timed_contacts_of_turned(const contact::ContactObj
 using Pairs = std::vector<geometry::TrianglePair>;
 VRDA_REDIRECT(
     std::vector<contact::Contact>, contacts,
-    "_ZN4vrda7contact13find_contactsERKNS0_8ColliderES3_RKNS0_11ObjectPosesERKSt6vectorINS_9proximity"
+    "_ZN4vrda7contact13find_contactsERKNS0_8ColliderES3_RKNS0_11ObjectPosesERKSt6vectorINS_8geometry"
     "12TrianglePairESaIS9_EERNS0_11NarrowPhaseERKNS0_14ContactOptionsE",
     const contact::Collider&, const contact::Collider&, const contact::ObjectPoses&, const Pairs&,
     contact::NarrowPhase&, const contact::ContactOptions&)

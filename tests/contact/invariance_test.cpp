@@ -7,7 +7,7 @@
 #include <random>
 
 #include "contact/contacts.hpp"
-#include "geometry/directional_gap.hpp"
+#include "support/directional_gap.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::invariance_test {
@@ -62,7 +62,7 @@ struct Objects {
 MovingPose near_touch(const geometry::TreeMesh& reference, const geometry::TreeMesh& moving, Random& random)
 {
   MovingPose pose{{random.between(-12, 12), -40, random.between(-12, 12)}, random.between(-3, 3)};
-  const geometry::Gap gap = geometry::directional_gap(reference, moving.mesh, moving.tree, pose);
+  const geometry::Gap gap = test::directional_gap(reference, moving.mesh, moving.tree, pose);
   const double off_mm = std::pow(10.0, random.between(-7.0, 1.0));
   pose.translation_mm.y() += gap.travel_mm + (random.between(-1, 1) < 0.0 ? -off_mm : off_mm);
   return pose;

@@ -4,9 +4,9 @@
 #include <stdexcept>
 
 #include "core/units.hpp"
-#include "geometry/directional_gap.hpp"
 #include "geometry/shapes.hpp"
 #include "job/case.hpp"
+#include "support/directional_gap.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::test {
@@ -162,7 +162,7 @@ TestAttitude random_attitude(const TwoObjects& objects, int n_touches, std::mt19
     if (tries > 10 * n_touches) throw std::runtime_error("the moving object rarely touches the reference");
     const MovingPose below = below_reference(sample.reference, objects.moving.mesh, is_level, random);
     const geometry::Gap gap =
-        geometry::directional_gap(sample.reference, objects.moving.mesh, objects.moving.tree, below);
+        test::directional_gap(sample.reference, objects.moving.mesh, objects.moving.tree, below);
     if (std::isfinite(gap.travel_mm)) add_poses(below, gap.travel_mm, height_mm, random, sample.poses);
   }
   return sample;

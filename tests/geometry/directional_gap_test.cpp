@@ -1,4 +1,4 @@
-#include "geometry/directional_gap.hpp"
+#include "support/directional_gap.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ geometry::Gap gap_of(const geometry::TreeMesh& reference, const geometry::TreeMe
                      const MovingPose& pose, geometry::GapKind kind = geometry::GapKind::non_negative,
                      const geometry::TrianglePair& hint = {})
 {
-  return geometry::directional_gap(reference, moving.mesh, moving.tree, pose, {kind, hint});
+  return test::directional_gap(reference, moving.mesh, moving.tree, pose, {kind, hint});
 }
 
 double brute_force_mm(const geometry::TreeMesh& reference, const geometry::TreeMesh& moving,
@@ -27,7 +27,7 @@ double brute_force_mm(const geometry::TreeMesh& reference, const geometry::TreeM
   for (Eigen::Index r = 0; r < reference.mesh.triangles.rows(); ++r) {
     for (Eigen::Index m = 0; m < moving.mesh.triangles.rows(); ++m) {
       least = std::min(
-          least, geometry::pair_travel_mm(corners(reference.mesh, r), place(corners(moving.mesh, m)), kind));
+          least, test::pair_travel_mm(corners(reference.mesh, r), place(corners(moving.mesh, m)), kind));
     }
   }
   return least;

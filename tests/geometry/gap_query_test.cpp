@@ -7,6 +7,7 @@
 
 #include "geometry/gap_scenes.hpp"
 #include "geometry/instruction_set.hpp"
+#include "support/directional_gap.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::gap_query_test {
@@ -199,8 +200,8 @@ TEST(GapQuery, TouchHasTheBitsOfThePlainWalkFromAnywhere)
       MovingPose pose = random.pose(14, bodies.depth_mm);
       pose.translation_mm.y() += 25 * (1 + random.unit());
       query.set_attitude(attitude);
-      const geometry::Gap plain = geometry::directional_gap(geometry::rotated_reference(reference, attitude),
-                                                            moving.mesh, moving.tree, pose);
+      const geometry::Gap plain = test::directional_gap(geometry::rotated_reference(reference, attitude),
+                                                        moving.mesh, moving.tree, pose);
       const geometry::Gap found = query.next_contact(pose);
       EXPECT_EQ(found.travel_mm, plain.travel_mm);
       EXPECT_EQ(found.pair, plain.pair);

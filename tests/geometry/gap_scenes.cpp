@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "geometry/shapes.hpp"
+#include "support/directional_gap.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {
@@ -100,7 +101,7 @@ double dense_gap_mm(const GapBodies& bodies, const Attitude& attitude, const Mov
     const geometry::Corners moving = place(corners(bodies.moving, m));
     for (Eigen::Index r = 0; r < bodies.reference.triangles.rows(); ++r) {
       least = std::min(
-          least, geometry::pair_travel_mm(corners(there.mesh, r), moving, geometry::GapKind::signed_facing));
+          least, test::pair_travel_mm(corners(there.mesh, r), moving, geometry::GapKind::signed_facing));
     }
   }
   return least;

@@ -7,6 +7,7 @@
 #include "geometry/gap_query.hpp"
 #include "geometry/gap_scenes.hpp"
 #include "geometry/instruction_set.hpp"
+#include "support/directional_gap.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::rounded_gap_test {
@@ -61,7 +62,7 @@ Travels travels(const Mesh& reference, const Mesh& moving, const MovingPose& pos
   query.set_attitude(attitude);
   const geometry::TreeMesh turned = rotated_reference(geometry::make_tree_mesh(reference), attitude);
   return {query.travel_mm(pose), query.next_contact(pose).travel_mm,
-          directional_gap(turned, moving, geometry::BoxTree(moving), pose).travel_mm};
+          test::directional_gap(turned, moving, geometry::BoxTree(moving), pose).travel_mm};
 }
 
 void expect_travel(const Mesh& reference, const Mesh& moving, double expected_mm)
@@ -161,8 +162,7 @@ double every_pair_mm(const GapBodies& bodies, const Attitude& attitude, const Mo
   for (Eigen::Index r = 0; r < turned.mesh.triangles.rows(); ++r) {
     for (Eigen::Index m = 0; m < bodies.moving.triangles.rows(); ++m) {
       const double offset = offset_mm(bodies.reference, r) + offset_mm(bodies.moving, m);
-      least =
-          std::min(least, geometry::pair_travel_mm(corners(turned.mesh, r), place(corners(bodies.moving, m)),
+      least = std::min(least, test::pair_travel_mm(corners(turned.mesh, r), place(corners(bodies.moving, m)),
                                                    geometry::GapKind::signed_facing, offset));
     }
   }

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "core/units.hpp"
-#include "geometry/directional_gap.hpp"
+#include "support/directional_gap.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::stability_search_test {
@@ -41,8 +41,8 @@ void expect_clean_contact(const solve::Joint& joint, const StepRecord& r, const 
   EXPECT_FALSE(
       contact::find_collision(joint.reference.tree_mesh, joint.moving.tree_mesh, r.pose, narrow_phase)
           .has_value());
-  EXPECT_LE(geometry::directional_gap(joint.reference.tree_mesh, joint.moving.tree_mesh.mesh,
-                                      joint.moving.tree_mesh.tree, r.pose)
+  EXPECT_LE(test::directional_gap(joint.reference.tree_mesh, joint.moving.tree_mesh.mesh,
+                                  joint.moving.tree_mesh.tree, r.pose)
                 .travel_mm,
             options.translation_resolution_mm);
 }

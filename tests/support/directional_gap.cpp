@@ -1,11 +1,13 @@
-#include "geometry/directional_gap.hpp"
+#include "support/directional_gap.hpp"
 
 #include <algorithm>
 
 #include "geometry/rounded_kernel.hpp"
 
-namespace vrda::geometry {
+namespace vrda::test {
 namespace {
+
+using namespace geometry;
 
 using gap_rules::infinity;
 
@@ -155,4 +157,4 @@ Gap directional_gap(const TreeMesh& reference, const Mesh& moving_mesh, const Bo
   return query.run();
 }
 
-}  // namespace vrda::geometry
+}  // namespace vrda::test
