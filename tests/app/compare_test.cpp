@@ -6,7 +6,6 @@
 
 #include "app/model_commands.hpp"
 #include "app/scenes.hpp"
-#include "store/changed_file.hpp"
 #include "store/motion_model.hpp"
 #include "support/input_error.hpp"
 #include "support/messages.hpp"
@@ -171,17 +170,6 @@ TEST(CompareCommand, WhatIsWrongIsOneLineAndTwo)
                   {"", "smooth.degrees", {"35", "7", "5"}, {"21", "degree 5", "degree 4"}});
   expect_one_line(knee.compare({"--degrees", "two"}), {"vrda compare", "--degrees", "\"two\""});
   EXPECT_EQ(knee.compare({"--refine", "-1"}).exit_code, 2);
-  const std::string whole = test::text_of(knee.file);
-  const std::string cut = knee.scratch.write("cut.h5", whole.substr(0, whole.size() / 2)).string();
-  expect_one_line(test::run_vrda({"compare", cut}), {"cut.h5", "", "truncated"});
-  expect_one_line(test::run_vrda({"compare", "absent.h5"}), {"absent.h5", "", "No such file"});
-
-  const std::string newer = knee.scratch.write("newer.h5", whole).string();
-  test::change(newer, [](hid_t file) { test::set_text(file, "/", "format_version", "2.0"); });
-  expect_one_line(test::run_vrda({"compare", newer}), {"newer.h5", "/@format_version", "\"2.0\""});
-  const std::string less = knee.scratch.write("less.h5", whole).string();
-  test::change(less, [](hid_t file) { test::remove(file, "/bodies"); });
-  expect_one_line(test::run_vrda({"compare", less}), {"less.h5", "/bodies"});
 }
 
 TEST(CompareCommand, AJobThatFailedEverywhereHasNothingToCompare)

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "app/scenes.hpp"
-#include "store/changed_file.hpp"
+#include "support/damaged_models.hpp"
 
 namespace vrda::unusable_models_test {
 
@@ -19,11 +19,6 @@ class UnusableModels : public testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     EXPECT_EQ(test::run_vrda(words).exit_code, exit_code);
     return file;
-  }
-
-  std::string copy(const std::string& name, const std::string& bytes)
-  {
-    return scratch_.write(name, bytes).string();
   }
 
   void expect_refused(const std::string& file, const testing::Matcher<const test::Ended&>& refusal) const
@@ -59,29 +54,21 @@ class UnusableModels : public testing::Test {
 
   test::Scratch scratch_;
   std::string whole_ = solved("whole.h5", {}, 0);
-  std::string bytes_ = test::text_of(whole_);
 };
 
-TEST_F(UnusableModels, Truncated)
+TEST_F(UnusableModels, Damaged)
 {
-  expect_refused(copy("half.h5", bytes_.substr(0, bytes_.size() / 2)),
+  const std::string bytes = test::text_of(whole_);
+  expect_refused(scratch_.write("half.h5", bytes.substr(0, bytes.size() / 2)).string(),
                  test::refuses({.file = "half.h5", .found = "truncated"}));
-}
-
-TEST_F(UnusableModels, OfANewerFormat)
-{
-  const std::string file = copy("newer.h5", bytes_);
-  test::change(file, [](hid_t h5) { test::set_text(h5, "/", "format_version", "2.0"); });
-  expect_refused(file, test::refuses({"newer.h5", "/@format_version", "\"2.0\""}));
-}
-
-TEST_F(UnusableModels, WithoutAGroup)
-{
-  for (const char* group : {"/clinical", "/bodies", "/job"}) {
-    SCOPED_TRACE(group);
-    const std::string file = copy("less.h5", bytes_);
-    test::change(file, [&](hid_t h5) { test::remove(h5, group); });
-    expect_refused(file, test::refuses({"less.h5", group}));
+  struct Row {
+    const char *damage, *field;
+  };
+  for (const Row& row : {Row{"newer_format", "/@format_version"}, Row{"no_clinical", "/clinical"},
+                         Row{"no_bodies", "/bodies"}, Row{"no_job", "/job"}}) {
+    SCOPED_TRACE(row.damage);
+    expect_refused(test::damaged_copy(whole_, scratch_.path(), row.damage),
+                   test::refuses({std::string(row.damage) + ".h5", row.field}));
   }
 }
 

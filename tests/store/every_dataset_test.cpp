@@ -1,16 +1,15 @@
 // Every dataset and attribute of the registry is required in a file, and its rule is checked.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <hdf5_hl.h>
 
 #include <fstream>
 #include <limits>
 
-#include "store/changed_file.hpp"
 #include "store/model_checks.hpp"
 #include "store/motion_model.hpp"
 #include "store/registry.hpp"
 #include "store/sample_model.hpp"
+#include "support/damaged_models.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::every_dataset_test {

@@ -13,10 +13,10 @@
 
 #include "core/text.hpp"
 #include "model/step_record.hpp"
-#include "store/changed_file.hpp"
 #include "store/motion_model.hpp"
 #include "store/registry.hpp"
 #include "store/sample_model.hpp"
+#include "support/damaged_models.hpp"
 #include "support/real_knees.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
