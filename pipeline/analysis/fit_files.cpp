@@ -19,7 +19,6 @@
 namespace vrda::analysis {
 namespace {
 
-using core::DocumentEntry;
 using core::DocumentValue;
 using FitsJson = nlohmann::ordered_json;
 
@@ -57,18 +56,6 @@ FitsJson unknown_json(const FitDocument& document, std::size_t k)
           {"correlation", found.correlation}};
 }
 
-std::string joined_vector(const Eigen::Vector3d& v)
-{
-  return shortest_decimal(v.x()) + ',' + shortest_decimal(v.y()) + ',' + shortest_decimal(v.z());
-}
-
-DocumentValue list_of(const std::vector<double>& numbers)
-{
-  DocumentValue::List list;
-  for (const double number : numbers) list.push_back({number});
-  return {list};
-}
-
 // Where the value of a load at a flexion comes from.
 struct LoadSetting {
   const char* key;
@@ -102,16 +89,16 @@ DocumentValue changed_setting(const LoadSetting& setting, const std::vector<Unkn
     std::vector<double> values;
     for (std::size_t k = 0; k < setting.columns.size(); ++k)
       values.push_back(before(static_cast<Eigen::Index>(k)) + component(by, setting.columns[k]));
-    return values.size() == 1 ? DocumentValue{values.front()} : list_of(values);
+    return values.size() == 1 ? DocumentValue(values.front()) : DocumentValue(values);
   };
   if (flexions_rad.empty()) return value_at(0.0);
   std::vector<double> flexions_deg;
-  DocumentValue::List rows;
+  DocumentValue rows = DocumentValue::array();
   for (const double flexion_rad : flexions_rad) {
     flexions_deg.push_back(written_deg(flexion_rad));
     rows.push_back(value_at(flexion_rad));
   }
-  return {DocumentValue::Table{{"flexion_deg", list_of(flexions_deg)}, {"value", {rows}}}};
+  return {{"flexion_deg", flexions_deg}, {"value", rows}};
 }
 
 void set_loads(DocumentValue& push, const job::Job& job, const std::vector<Unknown>& unknowns,
@@ -127,18 +114,18 @@ void set_loads(DocumentValue& push, const job::Job& job, const std::vector<Unkno
       return unknown.quantity == job::FitQuantity::load &&
              std::find(setting.columns.begin(), setting.columns.end(), unknown.load) != setting.columns.end();
     });
-    if (is_fitted) push.find(setting.key)->data = changed_setting(setting, unknowns, change).data;
+    if (is_fitted) push[setting.key] = changed_setting(setting, unknowns, change);
   }
 }
 
 // The table in the place of the job's own fibres.
 void set_fibres(DocumentValue& ligaments, const std::string& file)
 {
-  DocumentValue::Table kept{{"fibres", {file}}};
-  for (const DocumentEntry& entry : *ligaments.table()) {
-    if (entry.key != "fibres" && entry.key != "fibre" && entry.key != "generate") kept.push_back(entry);
+  DocumentValue changed{{"fibres", file}};
+  for (const auto& [key, value] : ligaments.items()) {
+    if (key != "fibres" && key != "fibre" && key != "generate") changed[key] = value;
   }
-  ligaments.data = kept;
+  ligaments = changed;
 }
 
 }  // namespace
@@ -211,9 +198,10 @@ std::string fitted_ligaments_csv(const job::Job& job, const job::Case& job_case,
       if (changes) variance += found.unknowns[k].sd * found.unknowns[k].sd;
     }
     const double sd_mm = std::sqrt(variance) * fibre.slack_length_mm * fibre.slack_length_mm / length_mm;
-    csv += fibre.name + ',' + fibre.bundle + ',' + joined_vector(X_reference * fibre.reference_mm) + ',' +
-           joined_vector(X_moving * fibre.moving_mm) + ',' + shortest_decimal(fibre.stiffness_n) + ',' +
-           shortest_decimal(fibre.slack_length_mm) + ',' + shortest_decimal(sd_mm) + ',' +
+    csv += fibre.name + ',' + fibre.bundle + ',' + core::numbers_text(X_reference * fibre.reference_mm, ",") +
+           ',' + core::numbers_text(X_moving * fibre.moving_mm, ",") + ',' +
+           shortest_decimal(fibre.stiffness_n) + ',' + shortest_decimal(fibre.slack_length_mm) + ',' +
+           shortest_decimal(sd_mm) + ',' +
            (fibre.wrap < 0 ? "" : ligaments.wraps[static_cast<std::size_t>(fibre.wrap)].name) + '\n';
   }
   return csv;
@@ -223,13 +211,10 @@ std::string fitted_job_text(const job::Job& job, const std::string& ligaments_fi
                             const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change)
 {
   DocumentValue root = job.document.root;
-  if (!ligaments_file.empty()) set_fibres(*root.find("ligaments"), ligaments_file);
-  set_loads(*root.find("push"), job, unknowns, change);
-  DocumentValue::Table kept;
-  for (const DocumentEntry& entry : *root.table()) {
-    if (entry.key != "fit") kept.push_back(entry);
-  }
-  return core::toml_text({kept});
+  if (!ligaments_file.empty()) set_fibres(root["ligaments"], ligaments_file);
+  set_loads(root["push"], job, unknowns, change);
+  root.erase("fit");
+  return core::toml_text(root);
 }
 
 namespace {

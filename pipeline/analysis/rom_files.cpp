@@ -225,7 +225,7 @@ RomDocument parse_rom(const std::string& file, const std::string& text)
   const core::JsonFile reader(file, text, "rom.json of vrda rom");
   if (reader.text("format") != format_name) reader.refuse("format", reader.text("format"), format_name);
   if (reader.number("version") != rom_version)
-    reader.refuse("version", core::shown(reader.at("version")), std::to_string(rom_version));
+    reader.refuse("version", core::shown_json(reader.at("version")), std::to_string(rom_version));
   RomDocument document;
   document.program = reader.text("program");
   document.title = reader.text("title");

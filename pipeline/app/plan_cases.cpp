@@ -32,12 +32,12 @@ bool is_mesh_independent(const std::string& key)
 // Cache key: equal keys load equal meshes.
 std::string mesh_key_of(const job::Job& job, const run::CaseSpec& spec)
 {
-  core::DocumentValue::Table kept;
-  for (const core::DocumentEntry& entry : *job.document.root.table()) {
-    if (!is_mesh_independent(entry.key)) kept.push_back(entry);
+  core::DocumentValue kept = core::DocumentValue::object();
+  for (const auto& [key, value] : job.document.root.items()) {
+    if (!is_mesh_independent(key)) kept[key] = value;
   }
   const std::string folder = std::filesystem::path(spec.job_file).parent_path().string();
-  return folder + '\n' + spec.data_directory + '\n' + core::toml_text({kept});
+  return folder + '\n' + spec.data_directory + '\n' + core::toml_text(kept);
 }
 
 Loaded loaded_by(run::CaseSpec spec)

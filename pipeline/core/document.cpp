@@ -1,8 +1,6 @@
-// JSON text to DocumentValue.
 #include "core/document.hpp"
 
 #include <toml++/toml.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <charconv>
@@ -16,176 +14,127 @@
 #include "core/text.hpp"
 
 namespace vrda::inline core {
+
+std::string joined_key(const std::string& path, const std::string& key)
+{
+  return path.empty() ? key : path + "." + key;
+}
+
+std::string numbers_text(const Eigen::Vector3d& numbers, const char* separator)
+{
+  return shortest_decimal(numbers.x()) + separator + shortest_decimal(numbers.y()) + separator +
+         shortest_decimal(numbers.z());
+}
+
 namespace {
 
-using Json = nlohmann::json;
-
-// Builds the tree from parser events, because nlohmann::json values lose the order of keys.
-class TreeBuilder : public nlohmann::json_sax<Json> {
- public:
-  TreeBuilder(std::string_view text, const std::string& file, const std::string& wanted)
-      : text_(text), file_(file), wanted_(wanted)
-  {
+// Dotted key of the first null, such as "0.dimensions".
+std::optional<std::string> key_of_null(const DocumentValue& value, const std::string& path)
+{
+  if (value.is_null()) return path;
+  if (!value.is_structured()) return std::nullopt;
+  for (const auto& [key, child] : value.items()) {
+    if (const auto found = key_of_null(child, joined_key(path, key))) return found;
   }
-
-  DocumentValue root;
-
-  bool null() override { refuse(path(), "null", "a value"); }
-  bool boolean(bool flag) override { return add({flag}); }
-  bool number_integer(number_integer_t number) override { return add({std::int64_t{number}}); }
-  bool number_unsigned(number_unsigned_t number) override
-  {
-    constexpr number_unsigned_t largest = INT64_MAX;
-    return number <= largest ? add({static_cast<std::int64_t>(number)}) : add({static_cast<double>(number)});
-  }
-  bool number_float(number_float_t number, const std::string& /*text*/) override { return add({number}); }
-  bool string(std::string& text) override { return add({text}); }
-  bool binary(Json::binary_t& /*bytes*/) override { refuse("", "bytes", wanted_); }
-  bool start_object(std::size_t /*n*/) override { return open({DocumentValue::Table{}}); }
-  bool start_array(std::size_t /*n*/) override { return open({DocumentValue::List{}}); }
-  bool end_object() override { return close(); }
-  bool end_array() override { return close(); }
-  bool key(std::string& name) override
-  {
-    keys_.back() = name;
-    return true;
-  }
-  bool parse_error(std::size_t byte, const std::string& /*token*/, const Json::exception& error) override
-  {
-    const auto line =
-        1 + std::count(text_.begin(), text_.begin() + static_cast<long>(std::min(byte, text_.size())), '\n');
-    constexpr int out_of_range = 406;
-    throw InputError({file_, "",
-                      error.id == out_of_range ? "a number beyond the range of doubles" : "invalid JSON",
-                      wanted_, static_cast<int>(line)});
-  }
-
- private:
-  [[noreturn]] void refuse(const std::string& key, const std::string& found, const std::string& wanted) const
-  {
-    throw InputError({file_, key, found, wanted});
-  }
-
-  // Dotted key of the current value, such as "0.dimensions".
-  std::string path() const
-  {
-    std::string path;
-    for (std::size_t i = 0; i < open_.size(); ++i) {
-      const DocumentValue::List* list = open_[i].list();
-      path += (path.empty() ? "" : ".") + (list == nullptr ? keys_[i] : std::to_string(list->size()));
-    }
-    return path;
-  }
-
-  // The last value of a repeated key is used.
-  bool add(DocumentValue value)
-  {
-    DocumentValue& parent = open_.empty() ? root : open_.back();
-    if (auto* list = std::get_if<DocumentValue::List>(&parent.data)) {
-      list->push_back(std::move(value));
-    } else if (DocumentValue* existing = open_.empty() ? &root : parent.find(keys_.back())) {
-      *existing = std::move(value);
-    } else {
-      std::get<DocumentValue::Table>(parent.data).push_back({keys_.back(), std::move(value)});
-    }
-    return true;
-  }
-
-  bool open(DocumentValue value)
-  {
-    open_.push_back(std::move(value));
-    keys_.emplace_back();
-    return true;
-  }
-
-  bool close()
-  {
-    DocumentValue value = std::move(open_.back());
-    open_.pop_back();
-    keys_.pop_back();
-    return add(std::move(value));
-  }
-
-  std::string_view text_;
-  const std::string& file_;
-  const std::string& wanted_;
-  std::vector<DocumentValue> open_;  // unfinished lists and tables, outermost first
-  std::vector<std::string> keys_;    // [open_] current key of each
-};
+  return std::nullopt;
+}
 
 }  // namespace
 
 DocumentValue parse_json(std::string_view text, const std::string& file, const std::string& wanted)
 {
   require_shallow(text, file, Syntax::json);
-  TreeBuilder builder(text, file, wanted);
-  Json::sax_parse(text, &builder);
-  return std::move(builder.root);
+  const auto refuse_at = [&](std::size_t byte, const std::string& found) {
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(byte, text.size()));
+    throw InputError({file, "", found, wanted, 1 + static_cast<int>(std::count(text.begin(), end, '\n'))});
+  };
+  DocumentValue root;
+  try {
+    root = DocumentValue::parse(text);
+  } catch (const DocumentValue::parse_error& error) {
+    refuse_at(error.byte, "invalid JSON");
+  } catch (const DocumentValue::out_of_range& error) {
+    // The parser tells the number, "... parsing '1e999'", but not its position.
+    const std::string_view what = error.what();
+    const std::size_t quote = what.find('\'');
+    const std::string_view number = what.substr(quote + 1, what.rfind('\'') - quote - 1);
+    refuse_at(text.find(number), "a number beyond the range of doubles");
+  }
+  if (const auto key = key_of_null(root, "")) throw InputError({file, *key, "null", "a value"});
+  return root;
 }
 
 // TOML text to DocumentValue, and the overrides of --set.
 
 namespace {
 
-struct KeyContext {
-  std::string file;
-  std::string key;
+// Builds the tree of a TOML text and notes the lines of its values.
+class TomlReader {
+ public:
+  explicit TomlReader(std::string file) : document_{std::move(file), {}} {}
 
-  KeyContext child(const std::string& name) const { return {file, key.empty() ? name : key + "." + name}; }
-  [[noreturn]] void refuse(const toml::node& node, const std::string& found, const std::string& wanted) const
+  Document read(const toml::table& table) &&
   {
-    throw InputError({file, key, found, wanted, static_cast<int>(node.source().begin.line)});
+    document_.root = table_of(table, "");
+    return std::move(document_);
   }
+
+  DocumentValue value_of(const toml::node& node, const std::string& key)
+  {
+    if (const toml::table* table = node.as_table()) return table_of(*table, key);
+    if (const toml::array* array = node.as_array()) return list_of(*array, key);
+    if (const auto* flag = node.as_boolean()) return flag->get();
+    if (const auto* integer = node.as_integer()) return integer->get();
+    if (const auto* number = node.as_floating_point()) {
+      if (std::isnan(number->get())) refuse(node, key, "nan", "a number");
+      return number->get();
+    }
+    const auto* text = node.as_string();
+    if (text == nullptr)
+      refuse(node, key, "a date or time", "text, a number, true or false, a list or a table");
+    if (has_control_characters(text->get(), "\t\n"))
+      refuse(node, key, "a text with control characters", "text without control characters");
+    return text->get();
+  }
+
+ private:
+  [[noreturn]] void refuse(const toml::node& node, const std::string& key, const std::string& found,
+                           const std::string& wanted) const
+  {
+    throw InputError({document_.file, key, found, wanted, static_cast<int>(node.source().begin.line)});
+  }
+
+  DocumentValue child_of(const toml::node& node, const std::string& key)
+  {
+    document_.lines[key] = static_cast<int>(node.source().begin.line);
+    return value_of(node, key);
+  }
+
+  // toml++ sorts keys by name. The order of the text is restored: it is the order of a campaign's axes.
+  DocumentValue table_of(const toml::table& table, const std::string& key)
+  {
+    std::vector<std::pair<std::string, const toml::node*>> entries;
+    for (const auto& [name, node] : table) entries.emplace_back(name.str(), &node);
+    std::ranges::stable_sort(entries, {}, [](const auto& entry) {
+      const toml::source_position at = entry.second->source().begin;
+      return std::pair(at.line, at.column);
+    });
+    DocumentValue::object_t in_order;
+    for (const auto& [name, node] : entries)
+      in_order.emplace_back(name, child_of(*node, joined_key(key, name)));
+    return in_order;
+  }
+
+  DocumentValue list_of(const toml::array& array, const std::string& key)
+  {
+    DocumentValue items = DocumentValue::array();
+    for (const toml::node& node : array)
+      items.push_back(child_of(node, joined_key(key, std::to_string(items.size()))));
+    return items;
+  }
+
+  Document document_;
 };
-
-DocumentValue value_of(const toml::node& node, const KeyContext& at);
-
-// toml++ sorts keys by name. The order of the text is restored: it is the order of a campaign's axes.
-DocumentValue table_of(const toml::table& table, const KeyContext& at)
-{
-  std::vector<std::pair<toml::source_position, DocumentEntry>> entries;
-  for (const auto& [key, node] : table) {
-    const std::string name(key.str());
-    entries.push_back({node.source().begin, {name, value_of(node, at.child(name))}});
-  }
-  std::stable_sort(entries.begin(), entries.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  DocumentValue::Table in_order;
-  for (auto& [position, entry] : entries) in_order.push_back(std::move(entry));
-  return {in_order};
-}
-
-DocumentValue list_of(const toml::array& array, const KeyContext& at)
-{
-  DocumentValue::List items;
-  for (const toml::node& node : array)
-    items.push_back(value_of(node, at.child(std::to_string(items.size()))));
-  return {items};
-}
-
-DocumentValue plain_value_of(const toml::node& node, const KeyContext& at)
-{
-  if (const toml::table* table = node.as_table()) return table_of(*table, at);
-  if (const toml::array* array = node.as_array()) return list_of(*array, at);
-  if (const auto* flag = node.as_boolean()) return {flag->get()};
-  if (const auto* integer = node.as_integer()) return {integer->get()};
-  if (const auto* number = node.as_floating_point()) {
-    if (std::isnan(number->get())) at.refuse(node, "nan", "a number");
-    return {number->get()};
-  }
-  const auto* text = node.as_string();
-  if (text == nullptr) at.refuse(node, "a date or time", "text, a number, true or false, a list or a table");
-  if (has_control_characters(text->get(), "\t\n"))
-    at.refuse(node, "a text with control characters", "text without control characters");
-  return {text->get()};
-}
-
-DocumentValue value_of(const toml::node& node, const KeyContext& at)
-{
-  DocumentValue value = plain_value_of(node, at);
-  value.line = static_cast<int>(node.source().begin.line);
-  return value;
-}
 
 // An unquoted word, as written in a shell: +X, left, meshes/femur.stl
 bool is_plain_word(const std::string& text)
@@ -197,45 +146,49 @@ DocumentValue override_value(const std::string& text, const std::string& key)
 {
   try {
     const toml::table table = toml::parse("value = " + text);
-    if (table.size() == 1) return plain_value_of(*table.get("value"), {"--set", key});
+    if (table.size() == 1) return TomlReader("--set").value_of(*table.get("value"), key);
   } catch (const toml::parse_error&) {
-    if (is_plain_word(text)) return {text};
+    if (is_plain_word(text)) return text;
   }
   throw InputError(
       {"--set", key, text.empty() ? "nothing" : text, "one value in TOML syntax, or one plain word"});
 }
 
+// The list item with this index; null if `name` is no index or beyond the list.
+const DocumentValue* item_at(const DocumentValue& list, const std::string& name)
+{
+  std::size_t index = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
+  const bool is_index = error == std::errc() && end == name.data() + name.size();
+  return is_index && index < list.size() ? &list[index] : nullptr;
+}
+
 // The value of `name` in a table (added if missing), or the list item with that index.
 DocumentValue& step_into(DocumentValue& value, const std::string& name, const std::string& key)
 {
-  if (auto* list = std::get_if<DocumentValue::List>(&value.data)) {
-    std::size_t index = 0;
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
-    if (error != std::errc() || end != name.data() + name.size() || index >= list->size()) {
-      throw InputError({"--set", key, "\"" + name + "\" within a list",
-                        list->empty() ? "no key: the list is empty"
-                                      : "a number from 0 to " + std::to_string(list->size() - 1)});
-    }
-    return (*list)[index];
+  if (value.is_array()) {
+    if (const DocumentValue* item = item_at(value, name)) return const_cast<DocumentValue&>(*item);
+    throw InputError({"--set", key, "\"" + name + "\" within a list",
+                      value.empty() ? "no key: the list is empty"
+                                    : "a number from 0 to " + std::to_string(value.size() - 1)});
   }
-  auto* table = std::get_if<DocumentValue::Table>(&value.data);
-  if (table == nullptr)
+  if (!value.is_object())
     throw InputError({"--set", key, "\"" + name + "\" within " + shown(value), "the key of a table"});
-  const auto found =
-      std::find_if(table->begin(), table->end(), [&](const DocumentEntry& e) { return e.key == name; });
-  if (found != table->end()) return found->value;
-  table->push_back({name, DocumentValue{DocumentValue::Table{}}});
-  return table->back().value;
+  return value.contains(name) ? value[name] : value[name] = DocumentValue::object();
 }
 
 }  // namespace
 
 DocumentValue parse_toml(std::string_view text, const std::string& file)
 {
+  return read_toml(text, file).root;
+}
+
+Document read_toml(std::string_view text, const std::string& file)
+{
   require_shallow(text, file, Syntax::toml);
   try {
-    const toml::table table = toml::parse(text);
-    return table_of(table, {file, ""});
+    return TomlReader(file).read(toml::parse(text));
   } catch (const toml::parse_error& error) {
     const toml::source_position at = error.source().begin;
     throw InputError({file, "line " + std::to_string(at.line) + ", column " + std::to_string(at.column),
@@ -291,39 +244,35 @@ std::string quoted(const std::string& text)
 
 bool is_list_of_tables(const DocumentValue& value)
 {
-  const DocumentValue::List* list = value.list();
-  return list != nullptr && !list->empty() && list->front().table() != nullptr;
+  return value.is_array() && !value.empty() && value.front().is_object();
 }
 
 bool is_section(const DocumentValue& value)
 {
-  return value.table() != nullptr || is_list_of_tables(value);
+  return value.is_object() || is_list_of_tables(value);
 }
 
-// A table needs a header if it has plain keys or is empty.
-bool needs_header(const DocumentValue::Table& table)
+std::string key_text(const std::string& key)
 {
-  const auto is_plain = [](const DocumentEntry& entry) { return !is_section(entry.value); };
-  return table.empty() || std::any_of(table.begin(), table.end(), is_plain);
+  return is_bare(key) ? key : quoted(key);
 }
 
-// Plain keys first, then subtables, as TOML requires.
-void write_table(const DocumentValue::Table& table, const std::string& path, std::string& out)
+// Plain keys first, then subtables, as TOML requires. A table needs a header if it has plain keys or is
+// empty.
+void write_table(const DocumentValue& table, const std::string& path, std::string& out)
 {
-  for (const DocumentEntry& entry : table) {
-    if (is_section(entry.value)) continue;
-    out += (is_bare(entry.key) ? entry.key : quoted(entry.key)) + " = " + value_text(entry.value) + "\n";
+  for (const auto& [key, value] : table.items()) {
+    if (!is_section(value)) out += key_text(key) + " = " + value_text(value) + "\n";
   }
-  for (const DocumentEntry& entry : table) {
-    const std::string key =
-        (path.empty() ? "" : path + ".") + (is_bare(entry.key) ? entry.key : quoted(entry.key));
-    if (const DocumentValue::Table* inner = entry.value.table()) {
-      if (needs_header(*inner)) out += "\n[" + key + "]\n";
-      write_table(*inner, key, out);
-    } else if (is_list_of_tables(entry.value)) {
-      for (const DocumentValue& item : *entry.value.list()) {
+  for (const auto& [name, value] : table.items()) {
+    const std::string key = joined_key(path, key_text(name));
+    if (value.is_object()) {
+      if (value.empty() || !std::ranges::all_of(value, is_section)) out += "\n[" + key + "]\n";
+      write_table(value, key, out);
+    } else if (is_list_of_tables(value)) {
+      for (const DocumentValue& item : value) {
         out += "\n[[" + key + "]]\n";
-        write_table(*item.table(), key, out);
+        write_table(item, key, out);
       }
     }
   }
@@ -331,23 +280,10 @@ void write_table(const DocumentValue::Table& table, const std::string& path, std
 
 }  // namespace
 
-const DocumentValue* DocumentValue::find(std::string_view key) const
+const DocumentValue* find_key(const DocumentValue& value, const std::string& key)
 {
-  const Table* entries = table();
-  if (entries == nullptr) return nullptr;
-  const auto found =
-      std::find_if(entries->begin(), entries->end(), [&](const DocumentEntry& e) { return e.key == key; });
-  return found == entries->end() ? nullptr : &found->value;
-}
-
-DocumentValue* DocumentValue::find(std::string_view key)
-{
-  return const_cast<DocumentValue*>(static_cast<const DocumentValue*>(this)->find(key));
-}
-
-bool DocumentValue::is_number() const
-{
-  return std::holds_alternative<std::int64_t>(data) || std::holds_alternative<double>(data);
+  const auto found = value.find(key);
+  return found == value.end() ? nullptr : &*found;
 }
 
 const DocumentValue* find_at(const DocumentValue& root, std::string_view dotted_key)
@@ -355,10 +291,15 @@ const DocumentValue* find_at(const DocumentValue& root, std::string_view dotted_
   const DocumentValue* value = &root;
   while (value != nullptr && !dotted_key.empty()) {
     const std::size_t dot = dotted_key.find('.');
-    value = value->find(dotted_key.substr(0, dot));
+    value = find_key(*value, std::string(dotted_key.substr(0, dot)));
     dotted_key = dot == std::string_view::npos ? std::string_view{} : dotted_key.substr(dot + 1);
   }
   return value;
+}
+
+DocumentValue* find_at(DocumentValue& root, std::string_view dotted_key)
+{
+  return const_cast<DocumentValue*>(find_at(std::as_const(root), dotted_key));
 }
 
 const DocumentValue& value_at(const DocumentValue& root, std::string_view dotted_key)
@@ -371,16 +312,14 @@ const DocumentValue& value_at(const DocumentValue& root, std::string_view dotted
 double number_at(const DocumentValue& root, std::string_view dotted_key)
 {
   const DocumentValue& value = value_at(root, dotted_key);
-  if (const auto* integer = std::get_if<std::int64_t>(&value.data)) return static_cast<double>(*integer);
-  const auto* number = std::get_if<double>(&value.data);
-  check(number != nullptr, "a value of a validated document is not a number");
-  return *number;
+  check(value.is_number(), "a value of a validated document is not a number");
+  return value.get<double>();
 }
 
 std::int64_t integer_at(const DocumentValue& root, std::string_view dotted_key)
 {
   const DocumentValue& value = value_at(root, dotted_key);
-  if (const auto* integer = std::get_if<std::int64_t>(&value.data)) return *integer;
+  if (value.is_number_integer()) return value.get<std::int64_t>();
   const double number = number_at(value, ""), whole = std::round(number);
   constexpr double rounding = 1e-15;  // tolerance of the validator for a multiple of 1
   check(std::abs(number - whole) < rounding, "a value of a validated document is not a whole number");
@@ -389,23 +328,23 @@ std::int64_t integer_at(const DocumentValue& root, std::string_view dotted_key)
 
 bool flag_at(const DocumentValue& root, std::string_view dotted_key)
 {
-  const auto* flag = std::get_if<bool>(&value_at(root, dotted_key).data);
-  check(flag != nullptr, "a value of a validated document is not a flag");
-  return *flag;
+  const DocumentValue& value = value_at(root, dotted_key);
+  check(value.is_boolean(), "a value of a validated document is not a flag");
+  return value.get<bool>();
 }
 
 const std::string& text_at(const DocumentValue& root, std::string_view dotted_key)
 {
-  const std::string* text = value_at(root, dotted_key).text();
-  check(text != nullptr, "a value of a validated document is not a text");
-  return *text;
+  const DocumentValue& value = value_at(root, dotted_key);
+  check(value.is_string(), "a value of a validated document is not a text");
+  return value.get_ref<const std::string&>();
 }
 
 std::vector<double> numbers_of(const DocumentValue& value)
 {
-  check(value.list() != nullptr, "a value of a validated document is not a list");
+  check(value.is_array(), "a value of a validated document is not a list");
   std::vector<double> numbers;
-  for (const DocumentValue& item : *value.list()) numbers.push_back(number_at(item, ""));
+  for (const DocumentValue& item : value) numbers.push_back(number_at(item, ""));
   return numbers;
 }
 
@@ -441,47 +380,32 @@ const std::string& text_or_empty(const DocumentValue& root, std::string_view dot
   return find_at(root, dotted_key) == nullptr ? empty : text_at(root, dotted_key);
 }
 
-const DocumentValue::List& list_or_empty(const DocumentValue& root, std::string_view dotted_key)
+const DocumentValue& list_or_empty(const DocumentValue& root, std::string_view dotted_key)
 {
-  static const DocumentValue::List empty;
+  static const DocumentValue empty = DocumentValue::array();
   const DocumentValue* value = find_at(root, dotted_key);
   if (value == nullptr) return empty;
-  check(value->list() != nullptr, "a value of a validated document is not a list");
-  return *value->list();
+  check(value->is_array(), "a value of a validated document is not a list");
+  return *value;
 }
 
 std::string value_text(const DocumentValue& value)
 {
-  struct Visitor {
-    std::string operator()(bool flag) const { return flag ? "true" : "false"; }
-    std::string operator()(std::int64_t number) const { return std::to_string(number); }
-    std::string operator()(double number) const { return shortest_decimal(number); }
-    std::string operator()(const std::string& text) const { return quoted(text); }
-    std::string operator()(const DocumentValue::List& list) const
-    {
-      std::string out = "[";
-      for (const DocumentValue& item : list) out += (out.size() > 1 ? ", " : "") + value_text(item);
-      return out + "]";
-    }
-    std::string operator()(const DocumentValue::Table& table) const
-    {
-      if (table.empty()) return "{}";
-      std::string out = "{ ";
-      for (const DocumentEntry& entry : table) {
-        out += (out.size() > 2 ? ", " : "") + (is_bare(entry.key) ? entry.key : quoted(entry.key)) + " = " +
-               value_text(entry.value);
-      }
-      return out + " }";
-    }
-  };
-  return std::visit(Visitor{}, value.data);
+  if (value.is_number_float()) return shortest_decimal(value.get<double>());
+  if (value.is_string()) return quoted(value.get_ref<const std::string&>());
+  if (!value.is_structured()) return value.dump();
+  std::string out;
+  for (const auto& [key, child] : value.items())
+    out += (out.empty() ? "" : ", ") + (value.is_object() ? key_text(key) + " = " : "") + value_text(child);
+  if (value.is_array()) return "[" + out + "]";
+  return out.empty() ? "{}" : "{ " + out + " }";
 }
 
 std::string toml_text(const DocumentValue& root)
 {
-  check(root.table() != nullptr, "toml_text: the root of a document must be a table");
+  check(root.is_object(), "toml_text: the root of a document must be a table");
   std::string out;
-  write_table(*root.table(), "", out);
+  write_table(root, "", out);
   return out;
 }
 
@@ -500,31 +424,6 @@ constexpr std::size_t max_bytes = 8'000'000;
 bool is_inside(const std::string& key, const std::string& outer)
 {
   return key == outer || (key.size() > outer.size() && key.starts_with(outer) && key[outer.size()] == '.');
-}
-
-// The value of a table's key or the list item with this index; null if missing.
-const DocumentValue* child_of(const DocumentValue& value, const std::string& name)
-{
-  const DocumentValue::List* list = value.list();
-  if (list == nullptr) return value.find(name);
-  std::size_t index = 0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
-  const bool is_index = error == std::errc() && end == name.data() + name.size();
-  return is_index && index < list->size() ? &(*list)[index] : nullptr;
-}
-
-// The path from the root to the value of a key, or to its innermost existing parent.
-std::vector<const DocumentValue*> path_to(const DocumentValue& root, const std::string& key)
-{
-  std::vector<const DocumentValue*> values{&root};
-  for (std::size_t from = 0; from < key.size();) {
-    const std::size_t dot = std::min(key.find('.', from), key.size());
-    const DocumentValue* next = child_of(*values.back(), key.substr(from, dot - from));
-    if (next == nullptr) break;
-    values.push_back(next);
-    from = dot + 1;
-  }
-  return values;
 }
 
 }  // namespace
@@ -551,12 +450,13 @@ std::string Document::source_of_conflict(const std::vector<std::string>& keys) c
 
 int Document::line_of(const std::string& key) const
 {
-  int line = 0;
-  if (source_of(key) != file) return line;
-  for (const DocumentValue* value : path_to(root, key)) {
-    if (value->line > 0) line = value->line;
+  if (source_of(key) != file) return 0;
+  for (std::string inner = prefix + key;;) {
+    if (const auto found = lines.find(inner); found != lines.end()) return found->second;
+    if (inner.empty()) return 0;
+    const std::size_t dot = inner.rfind('.');
+    inner.resize(dot == std::string::npos ? 0 : dot);
   }
-  return line;
 }
 
 void Document::refuse(const std::string& key, const std::string& found, const std::string& wanted) const
@@ -566,7 +466,14 @@ void Document::refuse(const std::string& key, const std::string& found, const st
 
 void Document::refuse_value(const std::string& key, const std::string& wanted) const
 {
-  refuse(key, shown(*path_to(root, key).back()), wanted);
+  const DocumentValue* value = &root;  // of the key, or of its innermost existing table
+  std::istringstream names(key);
+  for (std::string name; value->is_structured() && std::getline(names, name, '.');) {
+    const DocumentValue* next = value->is_array() ? item_at(*value, name) : find_key(*value, name);
+    if (next == nullptr) break;
+    value = next;
+  }
+  refuse(key, shown(*value), wanted);
 }
 
 std::string read_document_text(const std::string& path, const std::string& wanted)
@@ -764,14 +671,14 @@ const JsonFile::Json& JsonFile::at(const std::string& path) const
 double JsonFile::number(const std::string& path) const
 {
   const Json& value = at(path);
-  if (!value.is_number()) refuse(path, shown(value), "a number");
+  if (!value.is_number()) refuse(path, shown_json(value), "a number");
   return value.get<double>();
 }
 
 std::string JsonFile::text(const std::string& path) const
 {
   const Json& value = at(path);
-  if (!value.is_string()) refuse(path, shown(value), "text");
+  if (!value.is_string()) refuse(path, shown_json(value), "text");
   return value.get<std::string>();
 }
 
@@ -780,7 +687,7 @@ std::vector<double> JsonFile::numbers(const std::string& path, std::size_t n, do
   std::vector<double> values;
   for (const Json& value : list(path, n)) {
     if (!value.is_number() && !(value.is_null() && std::isnan(if_null)))
-      refuse(path, shown(value), "numbers");
+      refuse(path, shown_json(value), "numbers");
     values.push_back(value.is_null() ? if_null : value.get<double>());
   }
   return values;
@@ -790,7 +697,7 @@ std::vector<std::string> JsonFile::texts(const std::string& path) const
 {
   std::vector<std::string> values;
   for (const Json& value : list(path, 0)) {
-    if (!value.is_string()) refuse(path, shown(value), "a list of texts");
+    if (!value.is_string()) refuse(path, shown_json(value), "a list of texts");
     values.push_back(value.get<std::string>());
   }
   return values;
@@ -799,12 +706,12 @@ std::vector<std::string> JsonFile::texts(const std::string& path) const
 const JsonFile::Json& JsonFile::list(const std::string& path, std::size_t n) const
 {
   const Json& value = at(path);
-  if (!value.is_array()) refuse(path, shown(value), "a list");
+  if (!value.is_array()) refuse(path, shown_json(value), "a list");
   if (n > 0 && value.size() != n) refuse(path, std::to_string(value.size()) + " entries", std::to_string(n));
   return value;
 }
 
-std::string shown(const nlohmann::ordered_json& value)
+std::string shown_json(const nlohmann::ordered_json& value)
 {
   if (value.is_array()) return "a list";
   if (value.is_object()) return "a table";

@@ -1,4 +1,4 @@
-/// The value tree of a TOML or JSON document, with the order of keys and the lines of the file.
+/// TOML and JSON documents: the value tree, the line of each key, and messages.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,35 +7,20 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <variant>
+#include <unordered_map>
 #include <vector>
 
 namespace vrda::inline core {
 
-struct DocumentEntry;
+/// Tables keep the order of their keys in the text; a parsed document has no null.
+using DocumentValue = nlohmann::ordered_json;
 
-struct DocumentValue {
-  using List = std::vector<DocumentValue>;
-  using Table = std::vector<DocumentEntry>;
-  std::variant<bool, std::int64_t, double, std::string, List, Table> data;
-  int line = 0;  ///< line of the TOML file; 0 if unknown
-
-  const Table* table() const { return std::get_if<Table>(&data); }
-  const List* list() const { return std::get_if<List>(&data); }
-  const std::string* text() const { return std::get_if<std::string>(&data); }
-  bool is_number() const;
-  /// The value of `key`; null if this is not a table or the key is missing.
-  const DocumentValue* find(std::string_view key) const;
-  DocumentValue* find(std::string_view key);
-};
-
-struct DocumentEntry {
-  std::string key;
-  DocumentValue value;
-};
+/// The value of `key` in a table; null if `value` is not a table or the key is missing.
+const DocumentValue* find_key(const DocumentValue& value, const std::string& key);
 
 /// The value of a key such as "display.width"; null if a part of the key is missing. Lists are not indexed.
 const DocumentValue* find_at(const DocumentValue& root, std::string_view dotted_key);
+DocumentValue* find_at(DocumentValue& root, std::string_view dotted_key);
 
 /// Access to a validated document. Throws InternalError if the key is missing or has another type. An empty
 /// key selects the value itself.
@@ -52,7 +37,13 @@ Eigen::Vector3d vector3_at(const DocumentValue& root, std::string_view dotted_ke
 std::vector<std::vector<double>> rows_at(const DocumentValue& root, std::string_view dotted_key);
 std::vector<std::string> texts_at(const DocumentValue& root, std::string_view dotted_key);
 const std::string& text_or_empty(const DocumentValue& root, std::string_view dotted_key);
-const DocumentValue::List& list_or_empty(const DocumentValue& root, std::string_view dotted_key);
+const DocumentValue& list_or_empty(const DocumentValue& root, std::string_view dotted_key);
+
+/// "path.key"; "key" without a path.
+std::string joined_key(const std::string& path, const std::string& key);
+
+/// The three numbers in the fewest digits, as "1, 2.5, 3".
+std::string numbers_text(const Eigen::Vector3d& numbers, const char* separator = ", ");
 
 /// Canonical TOML in the order of the tree. Equal trees give equal text; parsing restores the tree.
 std::string toml_text(const DocumentValue& root);
@@ -70,12 +61,13 @@ struct Document {
   DocumentValue root;
   std::vector<std::string> overridden = {};  ///< dotted keys set by --set
   std::string prefix = {};                   ///< of keys in messages, where `root` is only a part of the file
+  std::unordered_map<std::string, int> lines = {};  ///< by `prefix` and key; "": of the whole
 
   /// The file name; "--set" if an override set `key`; both if an override set a part of it.
   std::string source_of(const std::string& key) const;
   /// For a conflict between several keys: the file name and the first of the keys that an override set.
   std::string source_of_conflict(const std::vector<std::string>& keys) const;
-  /// Line of the key, or of the innermost enclosing table in the file; 0 if --set gave it.
+  /// Line of the key, or of the innermost enclosing table in the file; 0 if unknown or if --set gave it.
   int line_of(const std::string& key) const;
 
   /// Throws InputError naming source, line and key.
@@ -90,6 +82,8 @@ std::string read_document_text(const std::string& path, const std::string& wante
 
 /// Parses TOML; tables keep the order of the text. Throws InputError for a syntax error (with line and
 /// column), control characters, dates, NaN and more than 40 levels.
+Document read_toml(std::string_view text, const std::string& file);
+/// The same without the lines.
 DocumentValue parse_toml(std::string_view text, const std::string& file);
 
 /// Parses JSON. Throws InputError for a syntax error (with line), null and more than 40 levels; the message
@@ -140,8 +134,8 @@ class JsonFile {
   Json root_;
 };
 
-/// A value for messages: a table or list by its type.
-std::string shown(const nlohmann::ordered_json& value);
+/// A value of such a file for messages: a table or list by its type.
+std::string shown_json(const nlohmann::ordered_json& value);
 
 /// The text of `json`; invalid UTF-8, which a path may contain, is replaced.
 template <typename Json>

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
+#include <map>
 #include <valijson/adapters/nlohmann_json_adapter.hpp>
 #include <valijson/schema.hpp>
 #include <valijson/schema_parser.hpp>
@@ -17,19 +17,14 @@ namespace {
 using Json = nlohmann::json;
 using Node = DocumentValue;  // a node of the schema
 
-const Node any_value{DocumentValue::Table{}};
-
-std::string joined(const std::string& path, const std::string& key)
-{
-  return path.empty() ? key : path + "." + key;
-}
+const Node any_value = Node::object();
 
 bool has_type(const Node& node, const DocumentValue& value)
 {
   const std::string& type = text_or_empty(node, "type");
-  if (value.table() != nullptr) return type == "object";
-  if (value.list() != nullptr) return type == "array";
-  if (value.text() != nullptr) return type == "string";
+  if (value.is_object()) return type == "object";
+  if (value.is_array()) return type == "array";
+  if (value.is_string()) return type == "string";
   if (value.is_number()) return type == "number" || type == "integer";
   return type == "boolean";
 }
@@ -37,48 +32,48 @@ bool has_type(const Node& node, const DocumentValue& value)
 // The schema of `key` in a table; null if the key is not permitted.
 const Node* schema_of_key(const Node& table, const std::string& key)
 {
-  const Node* properties = table.find("properties");
-  const Node* known = properties == nullptr ? nullptr : properties->find(key);
+  const Node* properties = find_key(table, "properties");
+  const Node* known = properties == nullptr ? nullptr : find_key(*properties, key);
   if (known != nullptr) return known;
-  const Node* others = table.find("additionalProperties");
+  const Node* others = find_key(table, "additionalProperties");
   if (others == nullptr) return &any_value;
-  return others->table() != nullptr ? others : nullptr;
+  return others->is_object() ? others : nullptr;
 }
 
 std::ptrdiff_t n_known_keys(const Node& schema, const DocumentValue& value)
 {
-  if (value.table() == nullptr) return 0;
-  return std::count_if(value.table()->begin(), value.table()->end(), [&](const DocumentEntry& entry) {
-    return schema_of_key(schema, entry.key) != nullptr;
-  });
+  std::ptrdiff_t n = 0;
+  if (!value.is_object()) return n;
+  for (const auto& [key, unused] : value.items()) n += schema_of_key(schema, key) != nullptr;
+  return n;
 }
 
 // `items` is one schema for all items, or a list with one for each position.
 const Node& schema_of_item(const Node& list, std::size_t index)
 {
-  const Node* items = list.find("items");
+  const Node* items = find_key(list, "items");
   if (items == nullptr) return any_value;
-  if (items->list() == nullptr) return *items;
-  return index < items->list()->size() ? items->list()->at(index) : any_value;
+  if (!items->is_array()) return *items;
+  return index < items->size() ? items->at(index) : any_value;
 }
 
 std::string range_text(const Node& node)
 {
   const auto limit = [&](const char* key, const std::string& word) {
-    const Node* number = node.find(key);
+    const Node* number = find_key(node, key);
     return number == nullptr ? "" : " " + word + " " + shortest_decimal(number_at(*number, ""));
   };
-  const bool has_both = node.find("minimum") != nullptr && node.find("maximum") != nullptr;
+  const bool has_both = find_key(node, "minimum") != nullptr && find_key(node, "maximum") != nullptr;
   return limit("minimum", has_both ? "from" : "of at least") + limit("exclusiveMinimum", "above") +
-         limit("maximum", has_both                                   ? "to"
-                          : node.find("exclusiveMinimum") != nullptr ? "up to"
-                                                                     : "of at most");
+         limit("maximum", has_both                                        ? "to"
+                          : find_key(node, "exclusiveMinimum") != nullptr ? "up to"
+                                                                          : "of at most");
 }
 
 std::string count_text(const Node& node, const char* min_key, const char* max_key)
 {
-  const Node* min = node.find(min_key);
-  const Node* max = node.find(max_key);
+  const Node* min = find_key(node, min_key);
+  const Node* max = find_key(node, max_key);
   if (max == nullptr) return min == nullptr ? "" : "at least " + value_text(*min) + " ";
   const bool is_fixed = min != nullptr && value_text(*min) == value_text(*max);
   if (is_fixed) return value_text(*max) + " ";
@@ -88,7 +83,7 @@ std::string count_text(const Node& node, const char* min_key, const char* max_ke
 std::string words_text(const Node& words)
 {
   std::vector<std::string> quoted;
-  for (const Node& word : *words.list()) quoted.push_back(value_text(word));
+  for (const Node& word : words) quoted.push_back(value_text(word));
   return join_alternatives(quoted);
 }
 
@@ -109,31 +104,22 @@ Context first_failure(valijson::ValidationResults& results)
   return chosen;
 }
 
+// Texts from CSV tables and --set may not be UTF-8, which the validator requires.
+void replace_bytes(Json& value)
+{
+  if (value.is_structured()) {
+    for (Json& child : value) replace_bytes(child);
+  } else if (value.is_string() && !is_utf8(value.get_ref<const std::string&>())) {
+    value = std::string(value.get_ref<const std::string&>().size(), '?');
+  }
+}
+
+// The validator's adapter is one of the unordered type.
 Json json_of(const DocumentValue& value)
 {
-  struct Visitor {
-    Json operator()(bool flag) const { return flag; }
-    Json operator()(std::int64_t number) const { return number; }
-    Json operator()(double number) const { return number; }
-    // Texts from CSV tables and --set may not be UTF-8, which the validator requires.
-    Json operator()(const std::string& text) const
-    {
-      return is_utf8(text) ? text : std::string(text.size(), '?');
-    }
-    Json operator()(const DocumentValue::List& list) const
-    {
-      Json out = Json::array();
-      for (const DocumentValue& item : list) out.push_back(json_of(item));
-      return out;
-    }
-    Json operator()(const DocumentValue::Table& table) const
-    {
-      Json out = Json::object();
-      for (const DocumentEntry& entry : table) out[entry.key] = json_of(entry.value);
-      return out;
-    }
-  };
-  return std::visit(Visitor{}, value.data);
+  Json json = value;
+  replace_bytes(json);
+  return json;
 }
 
 // "reference.component.file" from "reference.component.0.file", as collect_keys() writes it.
@@ -143,7 +129,7 @@ std::string without_indices(const std::string& path)
   for (std::size_t begin = 0; begin <= path.size();) {
     const std::size_t end = std::min(path.find('.', begin), path.size());
     const std::string name = path.substr(begin, end - begin);
-    if (name.find_first_not_of("0123456789") != std::string::npos) out = joined(out, name);
+    if (name.find_first_not_of("0123456789") != std::string::npos) out = joined_key(out, name);
     begin = end + 1;
   }
   return out;
@@ -156,8 +142,8 @@ bool is_beyond_all(const Node& schema, const DocumentValue& value)
   if (!value.is_number()) return false;
   const double number = number_at(value, "");
   if (!std::isfinite(number) || std::abs(number) <= largest) return false;
-  if (number > 0.0) return schema.find("maximum") == nullptr;
-  return schema.find("minimum") == nullptr && schema.find("exclusiveMinimum") == nullptr;
+  if (number > 0.0) return find_key(schema, "maximum") == nullptr;
+  return find_key(schema, "minimum") == nullptr && find_key(schema, "exclusiveMinimum") == nullptr;
 }
 
 }  // namespace
@@ -223,7 +209,7 @@ std::string DocumentSchema::Compiled::wanted_by_type(const Node& node) const
   std::vector<std::string> shapes;
   for (const Node& shape : list_or_empty(node, "anyOf")) shapes.push_back(wanted_at(shape));
   if (!shapes.empty()) return join_alternatives(shapes);
-  if (const Node* words = node.find("enum")) return words_text(*words);
+  if (const Node* words = find_key(node, "enum")) return words_text(*words);
   const std::string& type = text_or_empty(node, "type");
   if (type == "boolean") return "true or false";
   if (type == "string") {
@@ -233,7 +219,8 @@ std::string DocumentSchema::Compiled::wanted_by_type(const Node& node) const
   if (type == "array")
     return "a list of " + count_text(node, "minItems", "maxItems") + "items, each " +
            wanted_at(schema_of_item(node, 0));
-  if (type == "integer" || node.find("multipleOf") != nullptr) return "a whole number" + range_text(node);
+  if (type == "integer" || find_key(node, "multipleOf") != nullptr)
+    return "a whole number" + range_text(node);
   if (type == "number") return "a number" + range_text(node);
   return type == "object" ? "a table" : "a value";
 }
@@ -243,12 +230,12 @@ void DocumentSchema::Compiled::collect_keys(const Node& node, const std::string&
 {
   const Node& target = dereferenced(node);
   for (const Node& shape : list_or_empty(target, "anyOf")) collect_keys(shape, path, keys);
-  if (target.find("items") != nullptr) collect_keys(schema_of_item(target, 0), path, keys);
-  const Node* properties = target.find("properties");
+  if (find_key(target, "items") != nullptr) collect_keys(schema_of_item(target, 0), path, keys);
+  const Node* properties = find_key(target, "properties");
   if (properties == nullptr) return;
-  for (const DocumentEntry& entry : *properties->table()) {
-    keys.push_back(joined(path, entry.key));
-    collect_keys(entry.value, joined(path, entry.key), keys);
+  for (const auto& [key, property] : properties->items()) {
+    keys.push_back(joined_key(path, key));
+    collect_keys(property, joined_key(path, key), keys);
   }
 }
 
@@ -280,25 +267,21 @@ void DocumentSchema::Compiled::check_known(const Document& document, const Node&
                                            const DocumentValue& value, const std::string& path) const
 {
   const Node& schema = schema_for(node, value);
-  if (const auto* number = std::get_if<double>(&value.data)) {
-    const bool is_permitted = std::isfinite(*number) || schema.find("infinite") != nullptr;
-    if (!is_permitted) document.refuse(path, shown(value), "a finite number");
-  }
+  if (value.is_number_float() && !std::isfinite(value.get<double>()) && !schema.contains("infinite"))
+    document.refuse(path, shown(value), "a finite number");
   if (&schema != &any_value && is_beyond_all(schema, value))
     document.refuse(path, shown(value), "a number of at most 1e12 in size");
-  if (const DocumentValue::List* list = value.list()) {
-    for (std::size_t i = 0; i < list->size(); ++i)
-      check_known(document, schema_of_item(schema, i), (*list)[i], joined(path, std::to_string(i)));
-  }
-  if (value.table() == nullptr || (&schema != &any_value && !has_type(schema, value))) return;
-  for (const DocumentEntry& entry : *value.table()) {
-    const std::string key = joined(path, entry.key);
-    const Node* child = schema_of_key(schema, entry.key);
+  for (std::size_t i = 0; value.is_array() && i < value.size(); ++i)
+    check_known(document, schema_of_item(schema, i), value[i], joined_key(path, std::to_string(i)));
+  if (!value.is_object() || (&schema != &any_value && !has_type(schema, value))) return;
+  for (const auto& [name, given] : value.items()) {
+    const std::string key = joined_key(path, name);
+    const Node* child = schema_of_key(schema, name);
     if (child == nullptr) {
       document.refuse(key, "an unknown key",
-                      "a known key; the nearest is \"" + nearest_key(path, entry.key) + "\"");
+                      "a known key; the nearest is \"" + nearest_key(path, name) + "\"");
     }
-    check_known(document, *child, entry.value, key);
+    check_known(document, *child, given, key);
   }
 }
 
@@ -306,16 +289,14 @@ void DocumentSchema::Compiled::check_required(const Document& document, const No
                                               const DocumentValue& value, const std::string& path) const
 {
   const Node& schema = schema_for(node, value);
-  if (const DocumentValue::List* list = value.list()) {
-    for (std::size_t i = 0; i < list->size(); ++i)
-      check_required(document, schema_of_item(schema, i), (*list)[i], joined(path, std::to_string(i)));
-  }
-  if (value.table() == nullptr || !has_type(schema, value)) return;
-  for (const DocumentEntry& entry : *value.table())
-    check_required(document, *schema_of_key(schema, entry.key), entry.value, joined(path, entry.key));
+  for (std::size_t i = 0; value.is_array() && i < value.size(); ++i)
+    check_required(document, schema_of_item(schema, i), value[i], joined_key(path, std::to_string(i)));
+  if (!value.is_object() || !has_type(schema, value)) return;
+  for (const auto& [key, given] : value.items())
+    check_required(document, *schema_of_key(schema, key), given, joined_key(path, key));
   for (const std::string& name : texts_at(schema, "required")) {
-    if (value.find(name) == nullptr)
-      document.refuse(joined(path, name), "nothing", wanted_at(value_at(schema, "properties." + name)));
+    if (!value.contains(name))
+      document.refuse(joined_key(path, name), "nothing", wanted_at(value_at(schema, "properties." + name)));
   }
 }
 
@@ -327,16 +308,16 @@ void DocumentSchema::Compiled::refuse_failure(const Document& document, const Co
   for (std::size_t i = 1; i < context.size(); ++i) {
     const std::string name = context[i].substr(1, context[i].size() - 2);
     const Node& here = schema_for(*schema, *value);
-    if (const DocumentValue::List* list = value->list()) {
+    if (value->is_array()) {
       const std::size_t index = std::stoul(name);
       schema = &schema_of_item(here, index);
-      value = &list->at(index);
+      value = &value->at(index);
     } else {
       schema = schema_of_key(here, name);
-      value = value->find(name);
+      value = find_key(*value, name);
     }
     check(schema != nullptr && value != nullptr, "a validation error has an unknown path");
-    path = joined(path, name);
+    path = joined_key(path, name);
   }
   document.refuse(path, shown(*value), wanted_at(*schema));
 }
@@ -352,41 +333,31 @@ void DocumentSchema::Compiled::validate(const Document& document) const
 
 DocumentValue DocumentSchema::Compiled::completed_table(const Node& schema, const DocumentValue& value) const
 {
-  DocumentValue::Table out;
-  const Node* properties = schema.find("properties");
+  DocumentValue out = DocumentValue::object();
+  const Node* properties = find_key(schema, "properties");
   const Node& known = properties == nullptr ? any_value : *properties;
-  for (const DocumentEntry& entry : *known.table()) {
-    if (const DocumentValue* given = value.find(entry.key)) {
-      out.push_back({entry.key, completed(entry.value, *given)});
-    } else if (const Node* preset = entry.value.find("default")) {
-      out.push_back({entry.key, completed(entry.value, *preset)});
-    }
+  for (const auto& [key, property] : known.items()) {
+    const DocumentValue* given = find_key(value, key);
+    if (given == nullptr) given = find_key(property, "default");
+    if (given != nullptr) out[key] = completed(property, *given);
   }
   // Keys that the schema does not list (a generator's parameters) follow in alphabetical order.
-  std::vector<DocumentEntry> additional;
-  for (const DocumentEntry& entry : *value.table()) {
-    if (known.find(entry.key) == nullptr) additional.push_back(entry);
+  std::map<std::string, DocumentValue> additional;
+  for (const auto& [key, given] : value.items()) {
+    if (!known.contains(key)) additional[key] = completed(*schema_of_key(schema, key), given);
   }
-  std::sort(additional.begin(), additional.end(),
-            [](const DocumentEntry& a, const DocumentEntry& b) { return a.key < b.key; });
-  for (const DocumentEntry& entry : additional)
-    out.push_back({entry.key, completed(*schema_of_key(schema, entry.key), entry.value)});
-  return {out};
+  out.update(DocumentValue(additional));
+  return out;
 }
 
 DocumentValue DocumentSchema::Compiled::completed(const Node& node, const DocumentValue& value) const
 {
   const Node& schema = schema_for(node, value);
+  if (value.is_object()) return completed_table(schema, value);
+  if (text_or_empty(schema, "type") == "number") return number_at(value, "");
   DocumentValue out = value;
-  if (value.table() != nullptr) {
-    out = completed_table(schema, value);
-  } else if (auto* list = std::get_if<DocumentValue::List>(&out.data)) {
-    for (std::size_t i = 0; i < list->size(); ++i)
-      (*list)[i] = completed(schema_of_item(schema, i), (*list)[i]);
-  } else if (text_or_empty(schema, "type") == "number") {
-    out.data = number_at(value, "");
-  }
-  out.line = value.line;
+  for (std::size_t i = 0; out.is_array() && i < out.size(); ++i)
+    out[i] = completed(schema_of_item(schema, i), out[i]);
   return out;
 }
 
@@ -412,7 +383,7 @@ DocumentValue DocumentSchema::checked(const Document& document) const
 
 Document DocumentSchema::read(std::string_view text, const std::string& file) const
 {
-  Document document{file, parse_toml(text, file)};
+  Document document = read_toml(text, file);
   document.root = checked(document);
   return document;
 }

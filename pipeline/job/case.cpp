@@ -127,13 +127,11 @@ Case settings_of(const Job& job, const std::optional<LoadedCoordinates>& coordin
   check_method(job);
   require_offsets(job);
   Case loaded;
-  loaded.title = job.title;
-  loaded.joint = job.joint;
+  static_cast<CaseSettings&>(loaded) = job;
   loaded.frame.side = job.side;
   loaded.frame.rotation_centre_mm = axis_map(job)(job.frame.origin_native);
-  loaded.grid = coordinates ? coordinates->grid : job.grid;
-  loaded.is_varus_free = job.is_varus_free;
   if (coordinates) {
+    loaded.grid = coordinates->grid;
     loaded.coordinates = coordinates->rows;
     loaded.path_flexion_deg = coordinates->path_flexion_deg;
     // Its varus then belongs to the cell instead of the axis.
@@ -158,15 +156,7 @@ Case settings_of(const Job& job, const std::optional<LoadedCoordinates>& coordin
   for (const LoadJob& load : job.push.loads) loaded.loads.push_back(load.at);
   for (const LineJob& line : job.push.lines) loaded.lines.push_back(line.path);
   loaded.frame.delta = loaded.push.front().delta;
-  loaded.initial = job.initial;
   loaded.method = job.method == SolverMethod::equilibrium ? "equilibrium" : "stability-search";
-  loaded.search = job.search;
-  loaded.equilibrium = job.equilibrium;
-  loaded.spine = job.spine;
-  loaded.smooth_degrees = job.smooth_degrees;
-  loaded.smooth_recontact = job.smooth_recontact;
-  loaded.smooth_robust = job.smooth_robust;
-  loaded.unsolved_fraction = job.unsolved_fraction;
   loaded.job_text = job.text;
   loaded.resolved_job = job.resolved_text;
   return loaded;

@@ -159,18 +159,30 @@ struct FoundFrames {
   FoundFrame reference, moving;
 };
 
-/// The joint to solve. If scaling keeps the steps, lengths are at factor 1 and scaled_to_subject() gives the
-/// subject's.
-struct Case {
+/// What a job says and its case keeps as it is: a base of both, so that the fields are listed once and have
+/// the same names in both.
+struct CaseSettings {
   std::string title;
   std::string joint = "knee";  ///< one of joint_kind_names
-  SolverFrame frame;           ///< side, rotation centre (canonical), Delta of the first flexion
-  Body reference;              ///< canonical, own side
+  InitialPose initial;
+  GridAxes grid;               ///< degrees
+  bool is_varus_free = false;  ///< the grid then has the single varus 0
+  SearchOptions search;
+  EquilibriumOptions equilibrium;
+  SpineOptions spine;
+  std::vector<std::int32_t> smooth_degrees;
+  bool smooth_recontact = true;  ///< y from the directional gap at every attitude
+  bool smooth_robust = false;    ///< fitted with Huber weights
+  double unsolved_fraction = 0.0;
+};
+
+/// The joint to solve. If scaling keeps the steps, lengths are at factor 1 and scaled_to_subject() gives the
+/// subject's.
+struct Case : CaseSettings {
+  SolverFrame frame;  ///< side, rotation centre (canonical), Delta of the first flexion
+  Body reference;     ///< canonical, own side
   Body moving;
   model::Ligaments ligaments;  ///< canonical, own side; empty if the job has none
-  InitialPose initial;
-  GridAxes grid;
-  bool is_varus_free = false;  ///< the grid then has the single varus 0
   /// Set if a coordinate has a role that a grid cannot express. Of a sequence of frames, `grid` has the
   /// flexion of each frame (0 where free).
   std::optional<CoordinateRows> coordinates;
@@ -185,15 +197,8 @@ struct Case {
   std::vector<LoadPoint> loads;
   std::vector<LinePath> lines;
   std::string method;  ///< "stability-search" or "equilibrium"
-  SearchOptions search;
-  EquilibriumOptions equilibrium;
-  SpineOptions spine;
   /// [n_triangles of moving.contact] compartment of each moving triangle; empty if the joint has none.
   std::vector<Compartment> compartment_of_triangle;
-  std::vector<std::int32_t> smooth_degrees;
-  bool smooth_recontact = true;  ///< y from the directional gap at every attitude
-  bool smooth_robust = false;    ///< fitted with Huber weights
-  double unsolved_fraction = 0.0;
 
   std::optional<FoundFrames> found_frames;  ///< set if the job has "auto" in a frame
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/canvas.hpp"
+#include "core/document.hpp"
 #include "core/text.hpp"
 #include "model/frames.hpp"
 
@@ -266,12 +267,6 @@ void draw_view(Canvas& canvas, const Projection& projected, const job::Case& job
   canvas.draw_text({x + 385.0, 108.0}, text_px, projected.view.right_word, TextAlign::right, grey);
 }
 
-std::string shift_text(const Eigen::Vector3d& v_mm)
-{
-  const auto rounded = [](double mm) { return shortest_decimal(std::round(100.0 * mm) / 100.0 + 0.0); };
-  return "[" + rounded(v_mm.x()) + ", " + rounded(v_mm.y()) + ", " + rounded(v_mm.z()) + "]";
-}
-
 void draw_legend(Canvas& canvas, const job::Case& job_case, const PictureNotes& notes)
 {
   struct Entry {
@@ -291,11 +286,12 @@ void draw_legend(Canvas& canvas, const job::Case& job_case, const PictureNotes& 
     canvas.draw_text({x + 40.0, 946.0}, text_px, entry.text, TextAlign::left, black);
     x += 70.0 + 12.5 * static_cast<double>(entry.text.size());
   }
+  const Eigen::Vector3d shift_mm = (100.0 * job_case.initial.translation_mm).array().round() / 100.0 + 0.0;
   canvas.draw_text({30.0, 984.0}, text_px,
                    notes.refusal.empty()
-                       ? "Ring: rotation centre. Pose of the mesh files; initial translation " +
-                             shift_text(job_case.initial.translation_mm) +
-                             " mm. Warnings: " + std::to_string(notes.n_warnings) + "."
+                       ? "Ring: rotation centre. Pose of the mesh files; initial translation [" +
+                             core::numbers_text(shift_mm) +
+                             "] mm. Warnings: " + std::to_string(notes.n_warnings) + "."
                        : notes.refusal,
                    TextAlign::left, black);
 }

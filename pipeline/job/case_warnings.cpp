@@ -94,10 +94,7 @@ void warn_of_lateral_force(const Job& job, Warnings& warnings)
   if (delta == Eigen::Vector3d::UnitY() && job.push.delta.value.rows() == 1) return;
   const Eigen::Matrix3d R = shortest_rotation(Eigen::Vector3d::UnitY(), delta);
   const auto shown = [](const Eigen::Vector3d& v) {
-    std::string text;
-    for (const double x : v)
-      text += (text.empty() ? "[" : ", ") + shortest_decimal(std::round(1000.0 * x) / 1000.0 + 0.0);
-    return text + "]";
+    return "[" + core::numbers_text((1000.0 * v).array().round() / 1000.0 + 0.0) + "]";
   };
   warnings.push_back("push.lateral_force_n: it acts across push.delta, whose first direction is " +
                      shown(delta) + ": its two forces are along " + shown(R.col(0)) + " and " +
@@ -214,7 +211,7 @@ void warn_of_radians(const Job& job, Warnings& warnings)
 
 void warn_of_grid(const Job& job, Warnings& warnings)
 {
-  if (job.document.root.find("grid") == nullptr) return;
+  if (!job.document.root.contains("grid")) return;
   warn_of_last_angle(job, "grid.flexion", job.grid.flexion_deg, warnings);
   if (!job.is_varus_free) warn_of_last_angle(job, "grid.varus", job.grid.varus_deg, warnings);
   warn_of_radians(job, warnings);
@@ -238,7 +235,7 @@ void warn_of_range(const std::string& axis, const std::vector<double>& angles_de
   const auto [least, most] = std::minmax_element(angles_deg.begin(), angles_deg.end());
   const bool is_above = *most > usual.most_deg;
   if (!is_above && *least >= usual.least_deg) return;
-  const bool has_grid = job.document.root.find("grid") != nullptr;
+  const bool has_grid = job.document.root.contains("grid");
   warnings.push_back((has_grid ? "grid." : "coordinates.") + axis + ": " +
                      shortest_decimal(is_above ? *most : *least) + " degrees, no " + job.joint +
                      " goes there: it has " + shortest_decimal(usual.least_deg) + " to " +

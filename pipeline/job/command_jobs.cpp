@@ -38,7 +38,7 @@ FitParameterJob parameter_of(const core::Document& document, const core::Documen
   }
   const QuantityKeys& keys = keys_of(parameter.quantity);
   for (const char* name : {"fibre", "bundle", "body", "axis", "load", "flexion_deg"}) {
-    const bool has = value.find(name) != nullptr;
+    const bool has = value.contains(name);
     const auto is_in = [&](const std::vector<std::string>& list) {
       return std::find(list.begin(), list.end(), name) != list.end();
     };
@@ -55,7 +55,7 @@ FitParameterJob parameter_of(const core::Document& document, const core::Documen
   parameter.body = core::text_or_empty(value, "body");
   parameter.axis = core::text_or_empty(value, "axis");
   parameter.load = core::text_or_empty(value, "load");
-  if (value.find("flexion_deg") != nullptr) parameter.flexion_deg = core::numbers_at(value, "flexion_deg");
+  if (value.contains("flexion_deg")) parameter.flexion_deg = core::numbers_at(value, "flexion_deg");
   const std::vector<double>& flexions = parameter.flexion_deg;
   if (std::adjacent_find(flexions.begin(), flexions.end(), std::greater_equal<>()) != flexions.end())
     document.refuse(key + ".flexion_deg", core::shown(core::value_at(value, "flexion_deg")),
@@ -71,7 +71,7 @@ FitParameterJob parameter_of(const core::Document& document, const core::Documen
 
 std::optional<FitJob> fit_of(const core::Document& document)
 {
-  const core::DocumentValue* table = document.root.find("fit");
+  const core::DocumentValue* table = core::find_at(document.root, "fit");
   if (table == nullptr) return std::nullopt;
   FitJob fit;
   fit.noise.fill(std::numeric_limits<double>::infinity());
@@ -85,7 +85,7 @@ std::optional<FitJob> fit_of(const core::Document& document)
   }
   if (!is_fitted) document.refuse("fit.noise", "no coordinate to fit", "at least one that is not inf");
   fit.independent_deg = core::number_at(*table, "independent_deg");
-  for (const core::DocumentValue& value : *core::value_at(*table, "parameter").list()) {
+  for (const core::DocumentValue& value : core::value_at(*table, "parameter")) {
     const std::string key = "fit.parameter." + std::to_string(fit.parameters.size());
     fit.parameters.push_back(parameter_of(document, value, key));
   }
@@ -96,10 +96,10 @@ std::optional<FitJob> fit_of(const core::Document& document)
 
 std::optional<LaxityJob> laxity_of(const core::Document& document)
 {
-  const core::DocumentValue* table = document.root.find("laxity");
+  const core::DocumentValue* table = core::find_at(document.root, "laxity");
   if (table == nullptr) return std::nullopt;
   const auto load = [&](const char* key) {
-    const core::DocumentValue* value = table->find(key);
+    const core::DocumentValue* value = core::find_at(*table, key);
     return value == nullptr ? 0.0 : core::number_at(*value, "");
   };
   LaxityJob laxity;
@@ -114,8 +114,8 @@ std::optional<LaxityJob> laxity_of(const core::Document& document)
   if (laxity.anterior_force_n + laxity.internal_moment_nmm + laxity.varus_moment_nmm == 0.0)
     document.refuse("laxity", "no load", "one of anterior_force_n, internal_moment_nmm and varus_moment_nmm");
   laxity.load_steps = static_cast<int>(core::integer_at(*table, "load_steps"));
-  if (const core::DocumentValue* cuts = table->find("cut")) {
-    for (const core::DocumentValue& cut : *cuts->list())
+  if (const core::DocumentValue* cuts = core::find_at(*table, "cut")) {
+    for (const core::DocumentValue& cut : *cuts)
       laxity.cuts.push_back({core::text_at(cut, "name"), core::texts_at(cut, "bundles")});
   }
   return laxity;
@@ -138,8 +138,7 @@ Job over_flexions(const Job& job, const std::vector<double>& flexion_deg)
   over.is_varus_free = true;
   over.smooth_degrees.clear();
   // No warnings of a grid that is not used.
-  std::erase_if(std::get<core::DocumentValue::Table>(over.document.root.data),
-                [](const core::DocumentEntry& entry) { return entry.key == "grid"; });
+  over.document.root.erase("grid");
   return over;
 }
 
@@ -147,7 +146,7 @@ namespace {
 
 std::vector<double> row_of(const core::DocumentValue& value)
 {
-  return value.list() != nullptr ? core::numbers_of(value) : std::vector<double>{core::number_at(value, "")};
+  return value.is_array() ? core::numbers_of(value) : std::vector<double>{core::number_at(value, "")};
 }
 
 // `key` is that of the value, for messages; `n` its number of components.
@@ -155,23 +154,23 @@ FlexionTable over_flexion_of(const core::Document& document, const core::Documen
                              const std::string& key, std::size_t n)
 {
   FlexionTable out;
-  if (value.find("columns") != nullptr) {
+  if (value.contains("columns")) {
     out.columns = core::texts_at(value, "columns");
     out.key = key + ".columns";
     if (out.columns.size() != n)
       document.refuse(out.key, std::to_string(out.columns.size()) + " columns", std::to_string(n));
-    if (document.root.find("frames") == nullptr)
+    if (!document.root.contains("frames"))
       document.refuse(out.key, "columns without [frames]", "[frames] with file = \"motion.csv\", or numbers");
     return out;
   }
   std::vector<std::vector<double>> rows;
-  if (value.table() == nullptr) {
+  if (!value.is_object()) {
     out.flexion_rad = {0.0};
     rows = {row_of(value)};
   } else {
-    out.is_over_driving = value.find("driving") != nullptr;
+    out.is_over_driving = value.contains("driving");
     out.key = key;
-    if (out.is_over_driving == (value.find("flexion_deg") != nullptr))
+    if (out.is_over_driving == (value.contains("flexion_deg")))
       document.refuse(key, out.is_over_driving ? "flexion_deg and driving" : "value alone",
                       "flexion_deg or driving");
     const char* const at = out.is_over_driving ? "driving" : "flexion_deg";
@@ -181,7 +180,7 @@ FlexionTable over_flexion_of(const core::Document& document, const core::Documen
         document.refuse(key + "." + at, core::shown(core::value_at(value, at)), "increasing values");
       out.flexion_rad.push_back(x);
     }
-    for (const core::DocumentValue& row : *core::value_at(value, "value").list()) rows.push_back(row_of(row));
+    for (const core::DocumentValue& row : core::value_at(value, "value")) rows.push_back(row_of(row));
     if (rows.size() != out.flexion_rad.size()) {
       document.refuse(
           key + ".value", std::to_string(rows.size()) + " values",
@@ -246,10 +245,10 @@ LoadJob load_of(const core::Document& document, const core::DocumentValue& value
   LoadJob load;
   load.at = {core::text_at(value, "name"), load_frame_of(core::text_at(value, "frame")),
              core::vector3_at(value, "point_mm")};
-  load.force_n = over_flexion_of(document, *value.find("force_n"), key + ".force_n", 3);
-  load.moment_nmm = over_flexion_of(document, *value.find("moment_nmm"), key + ".moment_nmm", 3);
+  load.force_n = over_flexion_of(document, core::value_at(value, "force_n"), key + ".force_n", 3);
+  load.moment_nmm = over_flexion_of(document, core::value_at(value, "moment_nmm"), key + ".moment_nmm", 3);
   if (is_zero(load.force_n) && is_zero(load.moment_nmm)) {
-    document.refuse(key + ".force_n", core::shown(*value.find("force_n")) + " without a moment",
+    document.refuse(key + ".force_n", core::shown(core::value_at(value, "force_n")) + " without a moment",
                     "a force or a moment that is not zero");
   }
   return load;
@@ -267,9 +266,9 @@ LineJob line_of(const core::Document& document, const core::DocumentValue& value
 {
   LineJob line;
   line.path = {core::text_at(value, "name"), points_of(value, "reference_mm"), points_of(value, "moving_mm")};
-  line.tension_n = over_flexion_of(document, *value.find("tension_n"), key + ".tension_n", 1);
+  line.tension_n = over_flexion_of(document, core::value_at(value, "tension_n"), key + ".tension_n", 1);
   if (is_zero(line.tension_n))
-    document.refuse(key + ".tension_n", core::shown(*value.find("tension_n")),
+    document.refuse(key + ".tension_n", core::shown(core::value_at(value, "tension_n")),
                     "a tension above 0 N at some flexion");
   if (line.path.reference_mm.back() == line.path.moving_mm.front())
     document.refuse(key + ".moving_mm", "a first point that is the last of reference_mm",
@@ -296,7 +295,7 @@ PushJob push_of(const core::Document& document)
   const core::DocumentValue& root = document.root;
   PushJob push;
   push.delta = delta_at(document);
-  push.is_fixed_in_reference = core::text_or_empty(*root.find("push"), "frame") == "reference";
+  push.is_fixed_in_reference = core::text_or_empty(core::value_at(root, "push"), "frame") == "reference";
   push.force_n = over_flexion_at(document, "push.force_n", 1);
   push.lateral_force_n = over_flexion_at(document, "push.lateral_force_n", 2);
   push.moment_nmm = over_flexion_at(document, "push.moment_nmm", 1);

@@ -281,8 +281,7 @@ constexpr const char* automatic = "auto";
 
 bool is_automatic(const core::DocumentValue& root, const std::string& key)
 {
-  const std::string* word = core::value_at(root, key).text();
-  return word != nullptr && *word == automatic;
+  return core::value_at(root, key) == automatic;
 }
 
 // A frame that is found has no axes to name.
@@ -302,9 +301,9 @@ void check_automatic(const core::Document& document, const FrameJob& frame)
   }
 }
 
-core::DocumentValue::List list_of(const Eigen::Vector3d& v)
+core::DocumentValue list_of(const Eigen::Vector3d& v)
 {
-  return {{v.x()}, {v.y()}, {v.z()}};
+  return {v.x(), v.y(), v.z()};
 }
 
 }  // namespace
@@ -340,12 +339,11 @@ void set_found_frame(core::Document& document, BodyJob& body, const FoundFrame& 
 {
   if (!body.frame) return;
   const std::string key = body.frame->key;
-  core::DocumentValue* frame = document.root.find(key.substr(0, key.find('.')))->find("frame");
-  if (body.frame->is_origin_auto) frame->find("origin")->data = list_of(found.origin_native);
+  core::DocumentValue& frame = *core::find_at(document.root, key);
+  if (body.frame->is_origin_auto) frame["origin"] = list_of(found.origin_native);
   if (body.frame->is_align_auto)
-    frame->find("align")->data =
-        core::DocumentValue::Table{{"rotation_deg", {list_of(found.rotation_deg)}},
-                                   {"translation_mm", {list_of(Eigen::Vector3d::Zero())}}};
+    frame["align"] = {{"rotation_deg", list_of(found.rotation_deg)},
+                      {"translation_mm", list_of(Eigen::Vector3d::Zero())}};
   body.frame = frame_at(document.root, key);
 }
 

@@ -35,12 +35,12 @@ double internal_unit(std::size_t coordinate, double value)
 CoordinateJob coordinate_of(const Job& job, const core::DocumentValue& value, std::size_t k)
 {
   CoordinateJob coordinate;
-  if (value.text() != nullptr) return coordinate;
+  if (value.is_string()) return coordinate;
   const std::string key = key_of(k);
   coordinate.role = CoordinateRole::given;
-  if (value.table() == nullptr || value.find("value") != nullptr) {
+  if (!value.is_object() || value.contains("value")) {
     coordinate.given = over_flexion_at(job.document, key, 1);
-  } else if (value.find("column") != nullptr) {
+  } else if (value.contains("column")) {
     coordinate.column = core::text_at(value, "column");
     coordinate.file = core::text_or_empty(value, "file");
     coordinate.over = core::text_or_empty(value, "over");
@@ -381,7 +381,8 @@ class Loader {
 std::optional<CoordinatesJob> coordinates_of(const Job& job)
 {
   const core::DocumentValue& root = job.document.root;
-  const core::DocumentValue *table = root.find("coordinates"), *frames = root.find("frames");
+  const core::DocumentValue *table = core::find_at(root, "coordinates"),
+                            *frames = core::find_at(root, "frames");
   if (table == nullptr && frames == nullptr) return std::nullopt;
   CoordinatesJob coordinates;
   if (frames != nullptr) {

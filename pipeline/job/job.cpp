@@ -25,15 +25,14 @@ constexpr double largest_grid_cells = 1e6;                // more is probably a 
 GenerateJob generate_of(const core::DocumentValue& value)
 {
   GenerateJob generate;
-  for (const core::DocumentEntry& entry : *value.table()) {
-    if (entry.key == "shape") {
-      generate.shape = *entry.value.text();
-    } else if (entry.key == "part") {
-      generate.part = *entry.value.text();
-    } else if (entry.value.text() != nullptr) {
-      generate.words[entry.key] = *entry.value.text();
+  generate.shape = core::text_at(value, "shape");
+  generate.part = core::text_or_empty(value, "part");
+  for (const auto& [key, parameter] : value.items()) {
+    if (key == "shape" || key == "part") continue;
+    if (parameter.is_string()) {
+      generate.words[key] = core::text_at(parameter, "");
     } else {
-      generate.numbers[entry.key] = core::number_at(entry.value, "");
+      generate.numbers[key] = core::number_at(parameter, "");
     }
   }
   return generate;
@@ -45,7 +44,7 @@ ComponentJob component_of(const Job& job, const core::DocumentValue& value, cons
   component.key = key;
   component.name = core::text_at(value, "name");
   component.file = core::text_or_empty(value, "file");
-  if (const core::DocumentValue* generate = value.find("generate"))
+  if (const core::DocumentValue* generate = core::find_at(value, "generate"))
     component.generate = generate_of(*generate);
   if (component.file.empty() == !component.generate) {
     job.document.refuse(key, component.generate ? "both file and generate" : "neither file nor generate",
@@ -54,8 +53,8 @@ ComponentJob component_of(const Job& job, const core::DocumentValue& value, cons
   component.material = core::text_at(value, "material");
   component.has_contact = core::flag_at(value, "contact");
   component.winding = core::text_at(value, "winding") == "inward" ? Winding::inward : Winding::outward;
-  if (const core::DocumentValue* offset = value.find("offset_mm")) {
-    component.is_offset_fitted = offset->text() != nullptr;
+  if (const core::DocumentValue* offset = core::find_at(value, "offset_mm")) {
+    component.is_offset_fitted = offset->is_string();
     if (!component.is_offset_fitted) component.offset_mm = core::number_at(*offset, "");
   }
   component.inset_mm = core::number_at(value, "inset_mm");
@@ -70,7 +69,7 @@ BodyJob body_of(const Job& job, const core::DocumentValue& root, const std::stri
   body.frame = body_frame_at(job.document, key);
   std::vector<std::string> names;
   bool has_contact = false;
-  for (const core::DocumentValue& value : *core::value_at(root, key + ".component").list()) {
+  for (const core::DocumentValue& value : core::value_at(root, key + ".component")) {
     const std::string item = key + ".component." + std::to_string(body.components.size());
     ComponentJob component = component_of(job, value, item);
     if (std::find(names.begin(), names.end(), component.name) != names.end()) {
@@ -92,18 +91,18 @@ BodyJob body_of(const Job& job, const core::DocumentValue& root, const std::stri
 
 std::optional<ScalingJob> scaling_of(const Job& job, const core::DocumentValue& root)
 {
-  const core::DocumentValue* table = root.find("scaling");
+  const core::DocumentValue* table = core::find_at(root, "scaling");
   if (table == nullptr) return std::nullopt;
   ScalingJob scaling;
   scaling.landmarks_file = core::text_or_empty(*table, "landmarks");
-  const core::DocumentValue* factor = table->find("factor");
+  const core::DocumentValue* factor = core::find_at(*table, "factor");
   if (factor == nullptr) return scaling;
   if (!scaling.landmarks_file.empty()) {
     throw InputError({job.document.source_of_conflict({"scaling.landmarks", "scaling.factor"}), "scaling",
                       "both factor and landmarks", "one of factor = 1.07 and landmarks = \"landmarks.csv\""});
   }
-  scaling.factor = factor->list() != nullptr ? core::vector3_at(*factor, "")
-                                             : Eigen::Vector3d::Constant(core::number_at(*factor, ""));
+  scaling.factor = factor->is_array() ? core::vector3_at(*factor, "")
+                                      : Eigen::Vector3d::Constant(core::number_at(*factor, ""));
   return scaling;
 }
 
@@ -121,7 +120,7 @@ void read_grid(Job& job, const core::DocumentValue& root)
     job.coordinates.reset();
   } else {
     job.grid.flexion_deg = range_at(job.document, "grid.flexion");
-    job.is_varus_free = core::value_at(root, "grid.varus").text() != nullptr;
+    job.is_varus_free = core::value_at(root, "grid.varus").is_string();
     job.grid.varus_deg = job.is_varus_free ? std::vector<double>{0.0} : range_at(job.document, "grid.varus");
   }
   const double n_cells =
@@ -166,7 +165,7 @@ void check_step(const Job& job, const std::string& kind, const std::string& unit
 FibreJob fibre_of(const Job& job, const core::DocumentValue& value, const std::string& key)
 {
   const auto optional_number = [&](const char* name) {
-    const core::DocumentValue* number = value.find(name);
+    const core::DocumentValue* number = core::find_at(value, name);
     return number == nullptr ? std::nullopt : std::optional(core::number_at(*number, ""));
   };
   FibreJob fibre{core::text_at(value, "name"),
@@ -188,18 +187,18 @@ FibreJob fibre_of(const Job& job, const core::DocumentValue& value, const std::s
 
 std::optional<LigamentsJob> ligaments_of(const Job& job, const core::DocumentValue& root)
 {
-  const core::DocumentValue* table = root.find("ligaments");
+  const core::DocumentValue* table = core::find_at(root, "ligaments");
   if (table == nullptr) return std::nullopt;
   LigamentsJob ligaments;
   ligaments.fibres_file = core::text_or_empty(*table, "fibres");
   ligaments.wraps_file = core::text_or_empty(*table, "wraps");
   ligaments.transition_strain = core::number_at(*table, "transition_strain");
-  const core::DocumentValue* fibres = table->find("fibre");
-  const core::DocumentValue* generate = table->find("generate");
+  const core::DocumentValue* fibres = core::find_at(*table, "fibre");
+  const core::DocumentValue* generate = core::find_at(*table, "generate");
   std::string given;
   int n_given = 0;
   for (const char* key : {"fibres", "fibre", "generate"}) {
-    if (table->find(key) == nullptr) continue;
+    if (!table->contains(key)) continue;
     given.append(n_given++ == 0 ? "both " : " and ").append(key);
   }
   if (n_given != 1) {
@@ -209,7 +208,7 @@ std::optional<LigamentsJob> ligaments_of(const Job& job, const core::DocumentVal
   }
   if (generate != nullptr) ligaments.generate = generate_of(*generate);
   if (fibres == nullptr) return ligaments;
-  for (const core::DocumentValue& fibre : *fibres->list()) {
+  for (const core::DocumentValue& fibre : *fibres) {
     const std::string key = "ligaments.fibre." + std::to_string(ligaments.fibres.size());
     ligaments.fibres.push_back(fibre_of(job, fibre, key));
   }
@@ -224,36 +223,12 @@ CompartmentJob compartment_of(const core::DocumentValue& value)
   return compartment;
 }
 
-core::DocumentValue half_space(const std::string& side)
-{
-  return {core::DocumentValue::Table{{"half_space", {side}}}};
-}
-
 // Of a shape that is made for a side.
 void complete_side(core::DocumentValue* generate, const std::string& joint, const std::string& side)
 {
-  if (generate == nullptr || generate->find("side") != nullptr) return;
+  if (generate == nullptr || generate->contains("side")) return;
   const std::string shape = core::text_at(*generate, "shape");
-  if (shape != "knee" && shape != joint) return;
-  std::get<core::DocumentValue::Table>(generate->data).push_back({"side", {side}});
-}
-
-// The table without one key, in the same order.
-core::DocumentValue without(const core::DocumentValue& root, const std::string& key)
-{
-  core::DocumentValue::Table rest;
-  for (const core::DocumentEntry& entry : *root.table()) {
-    if (entry.key != key) rest.push_back(entry);
-  }
-  return {rest};
-}
-
-// Called before validation and before defaults are filled in.
-bool has_start(const core::DocumentValue& root)
-{
-  const core::DocumentValue* moving = root.find("moving");
-  const core::DocumentValue* initial = moving == nullptr ? nullptr : moving->find("initial");
-  return initial != nullptr && initial->find("translation_mm") != nullptr;
+  if (shape == "knee" || shape == joint) (*generate)["side"] = side;
 }
 
 // Defaults of joints other than a knee. The start of a knee, 20 mm distal, suits no other joint.
@@ -261,16 +236,15 @@ void complete_kind(core::DocumentValue& root, bool is_start_given, bool is_push_
 {
   const JointKind& kind = joint_kind(core::text_at(root, "joint"));
   if (!is_start_given && kind.name != std::string("knee"))
-    root.find("moving")->find("initial")->find("translation_mm")->data = "auto";
+    root["moving"]["initial"]["translation_mm"] = "auto";
   if (kind.name != std::string("hip")) return;
-  core::DocumentValue* push = root.find("push");
-  if (push->find("frame") == nullptr)
-    std::get<core::DocumentValue::Table>(push->data).push_back({"frame", {"reference"}});
+  core::DocumentValue& push = root["push"];
+  if (!push.contains("frame")) push["frame"] = "reference";
   if (is_push_given) return;
   // Into an acetabulum that opens 45 degrees to the side and then 20 degrees forwards (the middle of what
   // Murray (1993), J Bone Joint Surg Br 75:228-232, reports of healthy hips).
   const double to_left = core::text_at(root, "side") == "right" ? -1.0 : 1.0;
-  push->find("delta")->data = core::DocumentValue::List{{-0.342}, {0.6645}, {0.6645 * to_left}};
+  push["delta"] = {-0.342, 0.6645, 0.6645 * to_left};
 }
 
 // Defaults that depend on other keys: compartments of a knee, side of a generated knee, and factor 1 for an
@@ -278,32 +252,23 @@ void complete_kind(core::DocumentValue& root, bool is_start_given, bool is_push_
 void complete(core::DocumentValue& root)
 {
   const std::string side = core::text_at(root, "side");
-  if (root.find("compartments") == nullptr && joint_kind(core::text_at(root, "joint")).has_compartments) {
-    const std::string medial = side == "right" ? "left" : "right";
-    const core::DocumentValue::Table both{{"medial", half_space(medial)}, {"lateral", half_space(side)}};
-    std::get<core::DocumentValue::Table>(root.data).push_back({"compartments", {both}});
+  if (!root.contains("compartments") && joint_kind(core::text_at(root, "joint")).has_compartments) {
+    root["compartments"]["medial"]["half_space"] = side == "right" ? "left" : "right";
+    root["compartments"]["lateral"]["half_space"] = side;
   }
   for (const char* body : {"reference", "moving"}) {
-    for (core::DocumentValue& component :
-         std::get<core::DocumentValue::List>(root.find(body)->find("component")->data)) {
-      complete_side(component.find("generate"), core::text_at(root, "joint"), side);
-    }
+    for (core::DocumentValue& component : root[body]["component"])
+      complete_side(core::find_at(component, "generate"), core::text_at(root, "joint"), side);
   }
-  if (core::DocumentValue* scaling = root.find("scaling"); scaling != nullptr && scaling->table()->empty()) {
-    std::get<core::DocumentValue::Table>(scaling->data).push_back({"factor", {1.0}});
-  }
-  if (core::DocumentValue* ligaments = root.find("ligaments"))
-    complete_side(ligaments->find("generate"), "knee", side);
+  if (root.contains("scaling") && root["scaling"].empty()) root["scaling"]["factor"] = 1.0;
+  complete_side(core::find_at(root, "ligaments.generate"), "knee", side);
 }
 
 // [player] is kept as given. Checks what the schema cannot express: unique view numbers.
 void check_views(const Job& job)
 {
-  const core::DocumentValue* player = job.document.root.find("player");
-  const core::DocumentValue* views = player == nullptr ? nullptr : player->find("view");
-  if (views == nullptr) return;
   std::vector<std::int64_t> numbers;
-  for (const core::DocumentValue& view : *views->list()) {
+  for (const core::DocumentValue& view : core::list_or_empty(job.document.root, "player.view")) {
     const std::int64_t number = core::integer_at(view, "number");
     if (std::find(numbers.begin(), numbers.end(), number) != numbers.end()) {
       job.document.refuse("player.view." + std::to_string(numbers.size()) + ".number",
@@ -323,7 +288,7 @@ void read_settings(Job& job)
   job.scaling = scaling_of(job, root);
   job.reference = body_of(job, root, "reference");
   job.moving = body_of(job, root, "moving");
-  job.is_start_auto = core::value_at(root, "moving.initial.translation_mm").text() != nullptr;
+  job.is_start_auto = core::value_at(root, "moving.initial.translation_mm").is_string();
   if (!job.is_start_auto)
     job.initial.translation_mm = core::vector3_at(root, "moving.initial.translation_mm");
   job.initial.theta_rad = rad_from_deg(core::number_at(root, "moving.initial.theta_deg"));
@@ -341,7 +306,7 @@ void read_settings(Job& job)
   job.spine = {static_cast<int>(core::integer_at(root, "solver.equilibrium.restarts")),
                core::number_at(root, "solver.equilibrium.band_moment_nmm")};
   job.ligaments = ligaments_of(job, root);
-  if (const core::DocumentValue* compartments = root.find("compartments")) {
+  if (const core::DocumentValue* compartments = core::find_at(root, "compartments")) {
     job.medial = compartment_of(core::value_at(*compartments, "medial"));
     job.lateral = compartment_of(core::value_at(*compartments, "lateral"));
   }
@@ -359,22 +324,20 @@ void read_settings(Job& job)
 void remove_zero_offsets(core::DocumentValue& root)
 {
   for (const char* body : {"reference", "moving"}) {
-    for (core::DocumentValue& component :
-         std::get<core::DocumentValue::List>(root.find(body)->find("component")->data)) {
-      auto& entries = std::get<core::DocumentValue::Table>(component.data);
-      std::erase_if(entries, [](const core::DocumentEntry& entry) {
-        return entry.key == "offset_mm" && entry.value.is_number() && core::number_at(entry.value, "") == 0.0;
-      });
+    for (core::DocumentValue& component : root[body]["component"]) {
+      if (component.contains("offset_mm") && component["offset_mm"] == 0.0) component.erase("offset_mm");
     }
   }
 }
 
 void set_texts(Job& job)
 {
-  const core::DocumentValue steps = without(without(job.document.root, "laxity"), "fit");
-  job.resolved_text = core::toml_text(job.document.root);
+  core::DocumentValue steps = job.document.root;
+  job.resolved_text = core::toml_text(steps);
+  for (const char* key : {"laxity", "fit"}) steps.erase(key);
   job.steps_text = core::toml_text(steps);
-  job.unscaled_text = core::toml_text(without(steps, "scaling"));
+  steps.erase("scaling");
+  job.unscaled_text = core::toml_text(steps);
 }
 
 }  // namespace
@@ -406,21 +369,20 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
   Job job;
   job.file = file;
   job.text = std::move(text);
-  job.document.file = file;
-  job.document.root = core::parse_toml(job.text, file);
+  job.document = core::read_toml(job.text, file);
   for (const std::string& override_text : overrides) core::apply_override(job.document, override_text);
-  job.has_campaign = job.document.root.find("campaign") != nullptr;
-  const bool is_start_given = has_start(job.document.root);
+  job.has_campaign = job.document.root.contains("campaign");
+  const bool is_start_given = core::find_at(job.document.root, "moving.initial.translation_mm") != nullptr;
   const bool is_push_given = core::find_at(job.document.root, "push.delta") != nullptr;
-  const bool has_grid = job.document.root.find("grid") != nullptr;
+  const bool has_grid = job.document.root.contains("grid");
   job.document.root = checked_job(job.document);
   complete(job.document.root);
   complete_kind(job.document.root, is_start_given, is_push_given);
   job.document.root = checked_job(job.document);  // again, to restore the order of keys
   for (const char* key : {"coordinates", "frames"}) {
-    if (job.document.root.find(key) == nullptr) continue;
+    if (!job.document.root.contains(key)) continue;
     if (has_grid) job.document.refuse("grid", std::string("both [grid] and [") + key + "]", "one of them");
-    job.document.root = without(job.document.root, "grid");
+    job.document.root.erase("grid");
   }
   remove_zero_offsets(job.document.root);
   set_texts(job);
@@ -459,28 +421,20 @@ constexpr const char* campaign_key = "campaign";
 // The [campaign] table only, the subject of its schema.
 core::Document campaign_part(const core::Document& document)
 {
-  const core::DocumentValue* table = document.root.find(campaign_key);
-  check(table != nullptr, "the document has no [campaign]");
-  return {document.file, {core::DocumentValue::Table{{campaign_key, *table}}}, document.overridden};
-}
-
-core::DocumentValue without_campaign(const core::DocumentValue& root)
-{
-  core::DocumentValue::Table kept;
-  for (const core::DocumentEntry& entry : *root.table()) {
-    if (entry.key != campaign_key) kept.push_back(entry);
-  }
-  return {kept, root.line};
+  core::Document part = document;
+  part.root = {{campaign_key, core::value_at(document.root, campaign_key)}};
+  return part;
 }
 
 // Checks the names of the job keys that the levels of an axis set.
-void check_settings(const core::Document& document, const core::DocumentEntry& axis)
+void check_settings(const core::Document& document, const std::string& axis,
+                    const core::DocumentValue& levels)
 {
-  const core::DocumentValue::List* levels = axis.value.list();
-  for (std::size_t i = 0; levels != nullptr && i < levels->size(); ++i) {
-    const core::DocumentValue* settings = (*levels)[i].find("set");
-    const std::string at = "campaign." + axis.key + "." + std::to_string(i) + ".set.";
-    if (settings != nullptr) job_schema().check_known_keys({document.file, *settings, {}, at});
+  for (std::size_t i = 0; levels.is_array() && i < levels.size(); ++i) {
+    const core::DocumentValue* settings = core::find_at(levels[i], "set");
+    const std::string at = "campaign." + axis + "." + std::to_string(i) + ".set.";
+    if (settings != nullptr)
+      job_schema().check_known_keys({document.file, *settings, {}, at, document.lines});
   }
 }
 
@@ -492,27 +446,27 @@ core::DocumentValue checked_job(const core::Document& document)
     throw InputError({document.file, "reference", "a campaign without a joint",
                       "a job with [reference] and [moving]; run a campaign with vrda plan and vrda submit"});
   }
-  const core::DocumentValue job = job_schema().checked(document);
-  if (document.root.find(campaign_key) != nullptr) campaign_schema().checked(campaign_part(document));
-  return without_campaign(job);
+  core::DocumentValue job = job_schema().checked(document);
+  if (document.root.contains(campaign_key)) campaign_schema().checked(campaign_part(document));
+  job.erase(campaign_key);
+  return job;
 }
 
 bool is_campaign_only(const core::DocumentValue& root)
 {
-  return root.find(campaign_key) != nullptr && root.find("reference") == nullptr &&
-         root.find("moving") == nullptr;
+  return root.contains(campaign_key) && !root.contains("reference") && !root.contains("moving");
 }
 
 void check_campaign(const core::Document& document)
 {
-  for (const core::DocumentEntry& entry : *document.root.table()) {
-    if (entry.key == campaign_key || !is_campaign_only(document.root)) continue;
-    document.refuse(entry.key, "a key next to [campaign] in a file without a joint",
+  for (const auto& [key, value] : document.root.items()) {
+    if (key == campaign_key || !is_campaign_only(document.root)) continue;
+    document.refuse(key, "a key next to [campaign] in a file without a joint",
                     "only [campaign], or a complete job with [reference] and [moving]");
   }
   campaign_schema().checked(campaign_part(document));
-  for (const core::DocumentEntry& axis : *document.root.find(campaign_key)->table())
-    check_settings(document, axis);
+  for (const auto& [axis, levels] : core::value_at(document.root, campaign_key).items())
+    check_settings(document, axis, levels);
 }
 
 namespace {

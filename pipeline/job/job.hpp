@@ -200,7 +200,7 @@ struct FitJob {
   double independent_deg = 5.0;  ///< frames closer in flexion than this count as one
 };
 
-struct Job {
+struct Job : CaseSettings {
   std::string file;
   std::string text;           ///< the file's bytes
   std::string resolved_text;  ///< canonical TOML: every key with its value
@@ -209,30 +209,18 @@ struct Job {
   core::Document document;    ///< for error messages
   bool has_campaign = false;  ///< the resolved job does not contain it
 
-  std::string title;
-  std::string joint;
   Side side = Side::right;
   FrameJob frame;
   std::optional<ScalingJob> scaling;
   BodyJob reference;
   BodyJob moving;
-  InitialPose initial;
   bool is_start_auto = false;  ///< its translation is found from the meshes
   PushJob push;
-  GridAxes grid;
-  bool is_varus_free = false;                 ///< then grid.varus_deg is {0}
   std::optional<CoordinatesJob> coordinates;  ///< then the grid is empty
   SolverMethod method = SolverMethod::stability_search;
-  SearchOptions search;
-  EquilibriumOptions equilibrium;
-  SpineOptions spine;
   std::optional<LigamentsJob> ligaments;
   std::optional<CompartmentJob> medial;  ///< set if and only if `lateral` is
   std::optional<CompartmentJob> lateral;
-  std::vector<std::int32_t> smooth_degrees;
-  bool smooth_recontact = true;
-  bool smooth_robust = false;
-  double unsolved_fraction = 0.0;
   std::optional<LaxityJob> laxity;
   std::optional<FitJob> fit;
 };

@@ -321,8 +321,7 @@ Box box_of(const Body& body)
 
 std::string in_mm(const Eigen::Vector3d& p)
 {
-  return "(" + shortest_decimal(p.x()) + ", " + shortest_decimal(p.y()) + ", " + shortest_decimal(p.z()) +
-         ")";
+  return "(" + core::numbers_text(p) + ")";
 }
 
 void check_inside(const Eigen::Vector3d& p_mm, const FibreJob& fibre, const Body& body,
@@ -401,26 +400,26 @@ constexpr double largest_ratio = 5.0;
 // Converts a text such as "1 2 3" to a list of numbers; any other text stays unchanged.
 void read_numbers(core::DocumentValue& value)
 {
-  if (value.text() == nullptr) return;
-  core::DocumentValue::List numbers;
-  for (const std::string_view word : split_words(*value.text())) {
+  if (!value.is_string()) return;
+  std::vector<double> numbers;
+  for (const std::string_view word : split_words(core::text_at(value, ""))) {
     const std::optional<double> number = parse_real(word);
     if (!number) return;
-    numbers.push_back({*number});
+    numbers.push_back(*number);
   }
-  value.data = numbers;
+  value = numbers;
 }
 
 // Converts the numeric keys; a list of one number becomes that number for radius and length.
 void read_all_numbers(core::DocumentValue& wrap)
 {
   for (const char* key : {"xyz_body_rotation", "translation", "dimensions", "radius", "length"}) {
-    if (core::DocumentValue* value = wrap.find(key)) read_numbers(*value);
+    if (core::DocumentValue* value = core::find_at(wrap, key)) read_numbers(*value);
   }
   for (const char* key : {"radius", "length"}) {
-    const core::DocumentValue* value = wrap.find(key);
-    if (value == nullptr || value->list() == nullptr || value->list()->size() != 1) continue;
-    *wrap.find(key) = core::DocumentValue(value->list()->front());
+    core::DocumentValue* value = core::find_at(wrap, key);
+    if (value != nullptr && value->is_array() && value->size() == 1)
+      *value = core::DocumentValue(value->front());
   }
 }
 
@@ -444,7 +443,7 @@ model::WrapShape shape_of(const Entry& entry)
   const bool is_cylinder = type == "WrapCylinder";
   for (const char* name : {"radius", "length", "dimensions"}) {
     const bool is_wanted = is_cylinder == (name != std::string("dimensions"));
-    const bool is_given = entry.value.find(name) != nullptr;
+    const bool is_given = entry.value.contains(name);
     if (is_wanted == is_given) continue;
     entry.document.refuse(
         entry.key(name), is_given ? "a key of the other type" : "nothing",
@@ -499,13 +498,13 @@ model::Wrap wrap_of(const Entry& entry, const BodyNames& bodies)
 std::vector<model::Wrap> read_wraps(const std::string& file, const std::string& text, const BodyNames& bodies)
 {
   core::Document document{file, core::parse_json(text, file, "a list of wraps in JSON"), {}, "wrap."};
-  if (auto* list = std::get_if<core::DocumentValue::List>(&document.root.data)) {
-    for (core::DocumentValue& wrap : *list) read_all_numbers(wrap);
+  if (document.root.is_array()) {
+    for (core::DocumentValue& wrap : document.root) read_all_numbers(wrap);
   }
   document.root = wraps_schema().checked(document);
   std::vector<model::Wrap> wraps;
   std::set<std::string> names;
-  for (const core::DocumentValue& value : *document.root.list()) {
+  for (const core::DocumentValue& value : document.root) {
     const Entry entry{document, value, std::to_string(wraps.size())};
     wraps.push_back(wrap_of(entry, bodies));
     if (!names.insert(wraps.back().name).second)
@@ -577,24 +576,28 @@ constexpr std::size_t max_pairs = 10000;  // more is probably another kind of fi
 constexpr double least_distance = 1e-9;   // as in the schema
 
 // A row as a table by column. Empty fields are omitted; invalid numbers stay text, which the schema rejects.
-core::DocumentValue row_of(const std::vector<std::string_view>& columns,
-                           const std::vector<std::string_view>& fields, const TableLine& line)
+core::Document row_of(const CsvTable& table, const std::vector<std::string_view>& columns,
+                      const std::vector<std::string_view>& fields, const TableLine& line)
 {
-  core::DocumentValue::Table row;
+  core::Document row{table.file(), core::DocumentValue::object()};
+  row.lines[""] = static_cast<int>(line.number);
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const std::optional<double> number = columns[i] == "name" ? std::nullopt : parse_real(fields[i]);
+    const std::string column(columns[i]);
     if (fields[i].empty()) continue;
-    row.push_back({std::string(columns[i]), number && std::isfinite(*number)
-                                                ? core::DocumentValue{*number}
-                                                : core::DocumentValue{std::string(fields[i])}});
+    if (number && std::isfinite(*number)) {
+      row.root[column] = *number;
+    } else {
+      row.root[column] = fields[i];
+    }
   }
-  return {row, static_cast<int>(line.number)};
+  return row;
 }
 
 std::vector<std::string_view> columns_of(const CsvTable& table)
 {
   std::vector<std::string_view> columns = split_fields(table.header().text);
-  const core::Document header{table.file(), row_of(columns, columns, table.header())};
+  const core::Document header = row_of(table, columns, columns, table.header());
   landmarks_schema().check_known_keys(header);
   landmarks_schema().check_required_keys(header);
   for (const std::string_view column : columns) {
@@ -628,7 +631,7 @@ std::vector<LandmarkPair> read_landmarks(const std::string& file, std::string_vi
   std::vector<LandmarkPair> pairs;
   std::set<std::string> names;
   for (std::size_t i = 0; i < table.n_rows(); ++i) {
-    const core::Document row{file, row_of(columns, table.fields(table.row(i)), table.row(i))};
+    const core::Document row = row_of(table, columns, table.fields(table.row(i)), table.row(i));
     pairs.push_back(pair_of(row));
     if (!names.insert(pairs.back().name).second)
       row.refuse("name", CsvTable::quoted(pairs.back().name) + " a second time",

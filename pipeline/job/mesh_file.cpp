@@ -100,10 +100,8 @@ void check_mesh(const std::string& file, const RawMesh& mesh)
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
     const bool is_far = !(mesh.vertices.row(v).cwiseAbs().maxCoeff() <= largest_coordinate);
     if (mesh.vertices.row(v).allFinite() && !is_far) continue;
-    const auto p = mesh.vertices.row(v);
     throw InputError({file, "vertex " + std::to_string(v),
-                      "(" + shortest_decimal(p.x()) + ", " + shortest_decimal(p.y()) + ", " +
-                          shortest_decimal(p.z()) + ")",
+                      "(" + core::numbers_text(mesh.vertices.row(v)) + ")",
                       "three finite numbers of at most 1e9 in size"});
   }
   std::size_t corner = 0;

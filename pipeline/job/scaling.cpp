@@ -29,8 +29,7 @@ std::string rounded(double value, double step)
 std::string shown_factor(const Eigen::Vector3d& factor)
 {
   if (is_uniform(factor)) return shortest_decimal(factor.x());
-  return "[" + shortest_decimal(factor.x()) + ", " + shortest_decimal(factor.y()) + ", " +
-         shortest_decimal(factor.z()) + "]";
+  return "[" + core::numbers_text(factor) + "]";
 }
 
 std::vector<std::string> warnings_of_fit(const Scaling& scaling)

@@ -662,8 +662,7 @@ namespace {
 
 std::string point_text(const Points& points, Eigen::Index row)
 {
-  return shortest_decimal(points(row, 0)) + ' ' + shortest_decimal(points(row, 1)) + ' ' +
-         shortest_decimal(points(row, 2));
+  return core::numbers_text(points.row(row), " ");
 }
 
 // Calls `act` with the number of corners of each face and a pointer to the first.
@@ -833,8 +832,7 @@ Eigen::Vector3d canonical(const Eigen::Vector3d& native)
 
 std::string list_of(const Eigen::Vector3d& v)
 {
-  return "[" + shortest_decimal(v.x()) + ", " + shortest_decimal(v.y()) + ", " + shortest_decimal(v.z()) +
-         "]";
+  return "[" + core::numbers_text(v) + "]";
 }
 
 // A line with an optional comment. Comments are aligned in one column.

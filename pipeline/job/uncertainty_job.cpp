@@ -47,7 +47,7 @@ class UncertaintyReader {
     for (const FibreJob& fibre : ligaments_.jobs)
       found.reference_strain.push_back(
           fibre.reference_strain.value_or(std::numeric_limits<double>::quiet_NaN()));
-    for (const core::DocumentValue& value : *core::value_at(table, "parameter").list()) {
+    for (const core::DocumentValue& value : core::value_at(table, "parameter")) {
       at_ = "uncertainty.parameter." + std::to_string(found.parameters.size());
       found.parameters.push_back(parameter_of(value));
       if (!names_.insert(found.parameters.back().name).second)
@@ -73,7 +73,7 @@ class UncertaintyReader {
     parameter.quantity = static_cast<UncertainQuantity>(
         std::find(quantities.begin(), quantities.end(), quantity) - quantities.begin());
     check_keys(value, parameter.quantity);
-    const core::DocumentValue* factor = value.find("factor");
+    const core::DocumentValue* factor = core::find_at(value, "factor");
     parameter.is_factor =
         factor != nullptr ? core::flag_at(*factor, "") : parameter.quantity == UncertainQuantity::stiffness;
     parameter.name = quantity;
@@ -112,9 +112,9 @@ class UncertaintyReader {
     if (distribution == "uniform") used.insert("to");
     if (distribution == "uniform" && !is_vector(quantity)) used.insert("from");
     if (distribution == "table") used.insert({"values", "file", "column"});
-    for (const core::DocumentEntry& entry : *value.table()) {
-      if (used.contains(entry.key)) continue;
-      refuse(entry.key, core::shown(entry.value),
+    for (const auto& [key, given] : value.items()) {
+      if (used.contains(key)) continue;
+      refuse(key, core::shown(given),
              "no such key for quantity = \"" + core::text_at(value, "quantity") + "\" and distribution = \"" +
                  distribution + "\"");
     }
@@ -159,7 +159,7 @@ class UncertaintyReader {
     parameter.shared_by = shared == "fibre" ? SharedBy::fibre
                           : shared == "all" ? SharedBy::all
                                             : SharedBy::bundle;
-    const core::DocumentValue* correlation = value.find("correlation");
+    const core::DocumentValue* correlation = core::find_at(value, "correlation");
     if (correlation == nullptr) return;
     if (parameter.shared_by != SharedBy::fibre)
       refuse("correlation", core::shown(*correlation), "shared_by = \"fibre\", or no correlation");
@@ -219,7 +219,7 @@ class UncertaintyReader {
 
   double number(const core::DocumentValue& value, const char* key) const
   {
-    const core::DocumentValue* found = value.find(key);
+    const core::DocumentValue* found = core::find_at(value, key);
     if (found == nullptr)
       refuse(key, "nothing", "a number, for distribution = \"" + core::text_at(value, "distribution") + "\"");
     return core::number_at(*found, "");
@@ -235,7 +235,7 @@ class UncertaintyReader {
              "\"normal\" (sd along each axis) or \"uniform\" (to: radius)");
     if (name == "normal" || name == "lognormal") {
       distribution.kind = name == "normal" ? DistributionKind::normal : DistributionKind::lognormal;
-      const core::DocumentValue* mean = value.find("mean");
+      const core::DocumentValue* mean = core::find_at(value, "mean");
       distribution.mean = mean != nullptr ? core::number_at(*mean, "") : parameter.is_factor ? 1.0 : 0.0;
       distribution.sd = number(value, "sd");
       if (distribution.kind == DistributionKind::lognormal && !(distribution.mean > 0.0))
@@ -259,7 +259,7 @@ class UncertaintyReader {
   std::vector<double> values_of(const core::DocumentValue& value)
   {
     const std::string& file = core::text_or_empty(value, "file");
-    if (const core::DocumentValue* values = value.find("values")) {
+    if (const core::DocumentValue* values = core::find_at(value, "values")) {
       if (!file.empty()) refuse("values", "both values and file", "one of them");
       return core::numbers_of(*values);
     }
@@ -351,7 +351,7 @@ class UncertaintyReader {
 LoadedUncertainty load_uncertainty(const Job& job, const std::string& data_directory, const Case& loaded,
                                    const LoadedLigaments& ligaments)
 {
-  const core::DocumentValue* table = job.document.root.find("uncertainty");
+  const core::DocumentValue* table = core::find_at(job.document.root, "uncertainty");
   if (table == nullptr) return {};
   return UncertaintyReader(job, data_directory, loaded, ligaments).read(*table);
 }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/frames.hpp"
@@ -28,11 +29,6 @@ std::string component_text(const std::string& body, const JobComponent& componen
             "                # thickened by the missing cartilage\n";
   if (!component.has_contact) text += "contact = false                 # drawn only\n";
   return text;
-}
-
-std::string numbers(const Eigen::Vector3d& v)
-{
-  return shortest_decimal(v.x()) + "," + shortest_decimal(v.y()) + "," + shortest_decimal(v.z());
 }
 
 std::string scan_text(const ClinicalCoordinates& scanned)
@@ -81,8 +77,8 @@ std::string ligament_table(const model::Ligaments& ligaments, const std::string&
                      "\nname,bundle,femur_x_mm,femur_y_mm,femur_z_mm,tibia_x_mm,tibia_y_mm,tibia_z_mm,"
                      "stiffness_n,slack_length_mm,wrap\n";
   for (const model::Fibre& fibre : ligaments.fibres) {
-    text += fibre.name + "," + fibre.bundle + "," + numbers(fibre.reference_mm) + "," +
-            numbers(fibre.moving_mm) + "," + shortest_decimal(fibre.stiffness_n) + "," +
+    text += fibre.name + "," + fibre.bundle + "," + core::numbers_text(fibre.reference_mm, ",") + "," +
+            core::numbers_text(fibre.moving_mm, ",") + "," + shortest_decimal(fibre.stiffness_n) + "," +
             shortest_decimal(fibre.slack_length_mm) + "," +
             (fibre.wrap < 0 ? "" : ligaments.wraps[static_cast<std::size_t>(fibre.wrap)].name) + "\n";
   }
@@ -98,13 +94,13 @@ std::string wraps_text(const model::Ligaments& ligaments)
             ", \"type\": \"" + (is_cylinder ? "WrapCylinder" : "WrapEllipsoid") + "\", \"body\": \"" +
             (wrap.body == model::WrapBody::reference ? "reference" : "moving") +
             "\", \"unit\": \"mm\",\n   \"xyz_body_rotation\": [" +
-            numbers(body_fixed_angles_rad(wrap.X_body_wrap.linear())) + "], \"translation\": [" +
-            numbers(wrap.X_body_wrap.translation()) + "],\n   ";
+            core::numbers_text(body_fixed_angles_rad(wrap.X_body_wrap.linear()), ",") +
+            "], \"translation\": [" + core::numbers_text(wrap.X_body_wrap.translation(), ",") + "],\n   ";
     if (is_cylinder) {
       text += "\"radius\": " + shortest_decimal(wrap.radii_mm.x()) +
               ", \"length\": " + shortest_decimal(2.0 * wrap.radii_mm.z()) + "}";
     } else {
-      text += "\"dimensions\": [" + numbers(wrap.radii_mm) + "]}";
+      text += "\"dimensions\": [" + core::numbers_text(wrap.radii_mm, ",") + "]}";
     }
   }
   return text + "\n]\n";

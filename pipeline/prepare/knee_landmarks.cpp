@@ -72,8 +72,7 @@ std::optional<Eigen::Vector3d> outermost_mm(const Mesh& mesh, const Outermost& w
 
 std::optional<Eigen::Vector3d> point_at(const DocumentValue& table, const char* key)
 {
-  return table.find(key) == nullptr ? std::nullopt
-                                    : std::optional<Eigen::Vector3d>(core::vector3_at(table, key));
+  return !table.contains(key) ? std::nullopt : std::optional<Eigen::Vector3d>(core::vector3_at(table, key));
 }
 
 void read_fibres(KneeLandmarks& landmarks)
@@ -243,8 +242,8 @@ KneeLandmarks read_knee_landmarks(const std::string& file, std::string_view text
   KneeLandmarks landmarks;
   landmarks.document = knee_landmarks_schema().read(text, file);
   const DocumentValue& root = landmarks.document.root;
-  for (const core::DocumentEntry& entry : *core::value_at(root, "landmarks").table())
-    landmarks.points.push_back({entry.key, core::vector3_at(entry.value, "")});
+  for (const auto& [name, point] : core::value_at(root, "landmarks").items())
+    landmarks.points.push_back({name, core::vector3_at(point, "")});
   read_fibres(landmarks);
   read_distances(landmarks);
   if (landmarks.points.empty() && landmarks.fibres.empty() && landmarks.distances.empty())

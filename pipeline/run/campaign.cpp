@@ -158,16 +158,15 @@ bool do_overlap(const std::string& a, const std::string& b)
 void add_leaves(const Source& source, const std::string& at, const core::DocumentValue& value,
                 const std::string& path, std::vector<std::string>& leaves)
 {
-  const core::DocumentValue::Table* table = value.table();
-  if (table == nullptr || (table->empty() && !path.empty())) {
+  if (!value.is_object() || (value.empty() && !path.empty())) {
     leaves.push_back(path + "=" + core::value_text(value));
     return;
   }
-  for (const core::DocumentEntry& entry : *table) {
-    if (entry.key.empty() || entry.key.find_first_of(".=") != std::string::npos) {
-      source.refuse(at, "the key \"" + entry.key + "\"", "keys without '.' and '='");
+  for (const auto& [key, child] : value.items()) {
+    if (key.empty() || key.find_first_of(".=") != std::string::npos) {
+      source.refuse(at, "the key \"" + key + "\"", "keys without '.' and '='");
     }
-    add_leaves(source, at, entry.value, path.empty() ? entry.key : path + "." + entry.key, leaves);
+    add_leaves(source, at, child, path.empty() ? key : path + "." + key, leaves);
   }
 }
 
@@ -180,18 +179,18 @@ Level level_of(const Source& source, const std::string& key, const core::Documen
     level.job = source.resolved(job);
   if (const std::string data = core::text_or_empty(table, "data"); !data.empty())
     level.data = source.resolved(data);
-  if (const core::DocumentValue* settings = table.find("set")) {
-    if (settings->find("campaign") != nullptr) source.refuse(key + ".set", "campaign", "keys of a job");
+  if (const core::DocumentValue* settings = core::find_at(table, "set")) {
+    if (settings->contains("campaign")) source.refuse(key + ".set", "campaign", "keys of a job");
     add_leaves(source, key + ".set", *settings, "", level.overrides);
   }
   return level;
 }
 
-Axis axis_of(const Source& source, const core::DocumentEntry& entry)
+Axis axis_of(const Source& source, const std::string& name, const core::DocumentValue& levels)
 {
-  Axis axis{entry.key, {}, {}};
+  Axis axis{name, {}, {}};
   std::set<std::string> names;
-  for (const core::DocumentValue& table : *entry.value.list()) {
+  for (const core::DocumentValue& table : levels) {
     const std::string key = axis.name + "." + std::to_string(axis.levels.size());
     Level level = level_of(source, key, table);
     if (!names.insert(level.name).second) {
@@ -206,8 +205,8 @@ Axis axis_of(const Source& source, const core::DocumentEntry& entry)
 std::vector<Axis> axes_of(const Source& source, const core::DocumentValue& campaign)
 {
   std::vector<Axis> axes;
-  for (const core::DocumentEntry& entry : *campaign.table()) {
-    if (entry.key != "title" && entry.key != "exclude") axes.push_back(axis_of(source, entry));
+  for (const auto& [key, levels] : campaign.items()) {
+    if (key != "title" && key != "exclude") axes.push_back(axis_of(source, key, levels));
   }
   return axes;
 }
@@ -279,18 +278,18 @@ Combination combination_of(const Source& source, const std::vector<Axis>& axes,
                            const core::DocumentValue& table, const std::string& key)
 {
   Combination combination;
-  for (const core::DocumentEntry& entry : *table.table()) {
+  for (const auto& item : table.items()) {
     const auto axis =
-        std::find_if(axes.begin(), axes.end(), [&](const Axis& a) { return a.name == entry.key; });
-    const std::string at = key + "." + entry.key;
+        std::find_if(axes.begin(), axes.end(), [&](const Axis& a) { return a.name == item.key(); });
+    const std::string at = key + "." + item.key();
     if (axis == axes.end()) source.refuse(at, "an axis that the campaign does not have", "one of its axes");
     const std::vector<std::string> names = names_of(*axis);
-    const std::string& name = *entry.value.text();
+    const std::string& name = core::text_at(item.value(), "");
     if (std::find(names.begin(), names.end(), name) == names.end()) {
       source.refuse(at, "\"" + name + "\"",
                     "a level of that axis; the nearest is \"" + nearest_word(name, names) + "\"");
     }
-    combination[entry.key] = name;
+    combination[item.key()] = name;
   }
   return combination;
 }
@@ -390,8 +389,8 @@ Campaign campaign_of(const std::string& job_or_campaign, const std::string& data
   const CaseSpec base = case_of_job(job_or_campaign, data_directory, overrides);
   const std::string bytes = job::file_bytes(
       job_or_campaign, {job_or_campaign, "", "", "a job or campaign file"}, largest_campaign_bytes);
-  const core::Document document{job_or_campaign, core::parse_toml(bytes, job_or_campaign)};
-  const core::DocumentValue* table = document.root.find("campaign");
+  const core::Document document = core::read_toml(bytes, job_or_campaign);
+  const core::DocumentValue* table = core::find_at(document.root, "campaign");
   if (table == nullptr) return {job_or_campaign, "", {}, {{base, {}, {}}}};
 
   job::check_campaign(document);

@@ -141,7 +141,7 @@ struct JsonReader {
       error.field = std::string(key) + '.' + error.field;
       throw;
     } catch (const nlohmann::json::exception&) {
-      throw FieldError(key, core::shown(json.at(key)), kind_of<Value>());
+      throw FieldError(key, core::shown_json(json.at(key)), kind_of<Value>());
     }
   }
   template <typename Value>

@@ -72,7 +72,7 @@ void add_noise(const core::DocumentValue& table, bench::SimulationScript& script
 
 void add_faults(const core::DocumentValue& table, bench::SimulationScript& script)
 {
-  if (table.find("occlusion") != nullptr) script.occlusions.clear();
+  if (table.contains("occlusion")) script.occlusions.clear();
   for (const core::DocumentValue& item : core::list_or_empty(table, "occlusion")) {
     script.occlusions.push_back({core::text_at(item, "tool"), core::number_at(item, "from_s"),
                                  core::number_at(item, "to_s"), core::number_at(item, "every_s")});
@@ -114,7 +114,7 @@ bench::SimulationScript simulation_of(const core::Document& document, const Benc
   script.X_tracker_head = bench::pose_of(nominal_calibration(bench).X_table_eyes);
   script.seed = static_cast<std::uint64_t>(core::integer_at(table, "seed"));
   script.side = side_named(core::text_at(table, "side"));
-  if (table.find("femur") != nullptr) script.X_tracker_femur = bench::pose_of(six_at(table, "femur"));
+  if (table.contains("femur")) script.X_tracker_femur = bench::pose_of(six_at(table, "femur"));
   add_noise(table, script);
   add_paths(table, script);
   add_faults(table, script);
@@ -226,7 +226,7 @@ std::vector<std::string> tool_names(const core::Document& document, const std::s
 CalibrationSettings calibration_settings_of(const core::Document& document)
 {
   CalibrationSettings settings;
-  const core::DocumentValue* table = document.root.find("calibration");
+  const core::DocumentValue* table = core::find_at(document.root, "calibration");
   if (table == nullptr) return settings;
   const std::vector<double> grid = core::numbers_at(*table, "grid");
   settings.is_present = true;
@@ -286,7 +286,7 @@ view::Viewport window_of(const core::Document& document, const std::string& key,
 void add_outputs(const core::Document& document, const core::DocumentValue& display,
                  DisplaySettings& settings)
 {
-  if (display.find("outputs") == nullptr) return;
+  if (!display.contains("outputs")) return;
   settings.outputs = core::texts_at(display, "outputs");
   if (settings.at)
     document.refuse("display.outputs", "outputs and at", "one of them, because outputs have positions");
@@ -306,16 +306,16 @@ DisplaySettings display_of(const core::Document& document)
   settings.height = static_cast<int>(core::integer_at(display, "height"));
   settings.layout = view::layout_named(core::text_at(display, "layout")).value();
   settings.windows = view::eye_windows(settings.layout, settings.width, settings.height, document.file);
-  if (display.find("left_window") != nullptr)
+  if (display.contains("left_window"))
     settings.windows.left = window_of(document, "display.left_window", settings);
-  if (display.find("right_window") != nullptr)
+  if (display.contains("right_window"))
     settings.windows.right = window_of(document, "display.right_window", settings);
   if (view::within(settings.windows.left, settings.windows.right).width > 0) {
     document.refuse("display.right_window", "a window that overlaps display.left_window",
                     "windows that do not overlap");
   }
   settings.refresh_hz = core::number_at(display, "refresh_hz");
-  if (display.find("at") != nullptr) {
+  if (display.contains("at")) {
     // Negative positions are valid: an output may be left of or above the first one.
     const std::vector<double> at = core::numbers_at(display, "at");
     settings.at = {static_cast<int>(at[0]), static_cast<int>(at[1])};
@@ -335,7 +335,7 @@ void add_markers(const core::Document& document, const std::string& role, Marker
   const core::DocumentValue& body = core::value_at(document.root, key);
   settings.markers = tool_names(document, key + ".markers");
   settings.marker_interval_ms = core::number_at(body, "marker_interval_ms");
-  if (body.find("markers_mm") == nullptr) {
+  if (!body.contains("markers_mm")) {
     if (places == MarkerPositions::optional) return;
     document.refuse(key + ".markers_mm", "nothing",
                     "x, y, z of each marker (measure them with vrda-player body " + role + ")");
@@ -354,7 +354,7 @@ BodySettings body_of(const core::Document& document, const std::string& role, Ma
   const std::string key = "body." + role;
   const core::DocumentValue* body = core::find_at(document.root, key);
   if (body == nullptr) document.refuse(key, "nothing", "a table with tool or with markers and markers_mm");
-  const bool has_tool = body->find("tool") != nullptr, has_markers = body->find("markers") != nullptr;
+  const bool has_tool = body->contains("tool"), has_markers = body->contains("markers");
   if (has_tool == has_markers) {
     document.refuse(key + ".tool", has_tool ? "tool and markers" : "neither tool nor markers", "one of them");
   }
@@ -471,7 +471,7 @@ bench::BoardSettings board_of(const core::Document& document, BenchFile& bench)
   settings.baud = static_cast<int>(core::integer_at(board, "baud"));
   settings.rate_hz = core::number_at(board, "rate_hz");
   settings.has_stage = bench.head == HeadKind::stage;
-  settings.has_potentiometer = board.find("potentiometer") != nullptr;
+  settings.has_potentiometer = board.contains("potentiometer");
   bench.stage_mm_per_count = core::number_at(board, "stage_mm_per_count");
   bench.potentiometer = core::text_or_empty(board, "potentiometer");
   if (settings.has_potentiometer) require_parameter(document, bench);
@@ -491,13 +491,13 @@ BenchFile bench_in(const core::Document& document, MarkerPositions places)
   bench.filter = {core::flag_at(root, "filter.on"), core::number_at(root, "filter.least_cutoff_hz"),
                   core::number_at(root, "filter.slope") * deg_from_rad(1.0)};
   const core::DocumentValue& tracker = core::value_at(root, "tracker");
-  const bool is_webcam = tracker.text() != nullptr;
+  const bool is_webcam = tracker.is_string();
   bench.tracker = is_webcam ? webcam_of(document) : tracker_of(tracker);
   if (is_webcam) bench.camera = camera_of(document);
   add_bodies(document, places, bench);
   add_calibration(document, bench);
   if (is_webcam) require_webcam_tools(document, bench);
-  if (root.find("board") != nullptr) bench.board = board_of(document, bench);
+  if (root.contains("board")) bench.board = board_of(document, bench);
   bench.simulation = simulation_of(document, bench);
   bench.simulation_address = simulation_address_of(document);
   return bench;

@@ -467,9 +467,9 @@ CalibrationRecord record_in(const core::Document& document, const std::string& k
   CalibrationRecord record;
   record.date = core::text_at(table, "date");
   record.is_outdated = core::flag_at(table, "outdated");
-  if (table.find("made_with") != nullptr) record.made_with = core::numbers_at(table, "made_with");
+  if (table.contains("made_with")) record.made_with = core::numbers_at(table, "made_with");
   record.marks = marks_in(document, key + ".mark");
-  if (table.find("result") != nullptr) {
+  if (table.contains("result")) {
     record.estimate = estimate_in(document, key + ".result");
     require_estimate_names(document, key + ".result", *record.estimate, part);
   }

@@ -551,11 +551,10 @@ namespace {
 
 /// The number or the list of n numbers of a key; all zero if it has another form.
 template <int n>
-Eigen::Matrix<double, n, 1> numbers_in(const core::DocumentValue& table, std::string_view key)
+Eigen::Matrix<double, n, 1> numbers_in(const core::DocumentValue& table, const char* key)
 {
-  using List = core::DocumentValue::List;
-  const core::DocumentValue* const value = table.find(key);
-  const List list = value == nullptr ? List{} : value->list() == nullptr ? List{*value} : *value->list();
+  const core::DocumentValue given = table.contains(key) ? table.at(key) : core::DocumentValue();
+  const core::DocumentValue list = given.is_array() ? given : core::DocumentValue::array({given});
   Eigen::Matrix<double, n, 1> numbers = Eigen::Matrix<double, n, 1>::Zero();
   if (list.size() != n || !std::ranges::all_of(list, &core::DocumentValue::is_number)) return numbers;
   for (Eigen::Index i = 0; i < n; ++i) numbers[i] = core::number_at(list[static_cast<std::size_t>(i)], "");
@@ -574,18 +573,18 @@ JobViews job_views(std::string_view resolved_job)
   } catch (const InputError&) {
     is_refused = true;
   }
-  const core::DocumentValue* const player = root.find("player");
+  const core::DocumentValue* const player = core::find_at(root, "player");
   if (is_refused || player == nullptr) return job;
   if (const double zoom = numbers_in<1>(*player, "zoom").x(); zoom > 0.0) job.zoom = zoom;
   // Upper limit of the schema.
   const Eigen::Vector2d size = numbers_in<2>(*player, "display_px").cwiseMin(16384.0).cwiseMax(0.0);
   job.width_px = static_cast<int>(size.x());
   job.height_px = static_cast<int>(size.y());
-  const core::DocumentValue* const render = player->find("render");
-  if (render != nullptr && render->text() != nullptr) job.render = *render->text();
-  const core::DocumentValue* const views = player->find("view");
-  if (views == nullptr || views->list() == nullptr) return job;
-  for (const core::DocumentValue& view : *views->list()) {
+  const core::DocumentValue* const render = core::find_at(*player, "render");
+  if (render != nullptr && render->is_string()) job.render = core::text_at(*render, "");
+  const core::DocumentValue* const views = core::find_at(*player, "view");
+  if (views == nullptr || !views->is_array()) return job;
+  for (const core::DocumentValue& view : *views) {
     job.views.push_back({static_cast<int>(numbers_in<1>(view, "number").x()), numbers_in<3>(view, "shift_mm"),
                          numbers_in<3>(view, "orientation_deg")});
   }

@@ -284,7 +284,7 @@ Lights parsed_lights(const std::string& text, const std::string& name)
     const std::string key = "light." + std::to_string(lights.lighting.lights.size());
     lights.lighting.lights.push_back(light_of(document, light, key));
   }
-  if (root.find("background") != nullptr)
+  if (root.contains("background"))
     lights.background = Background{three(root, "background.top"), three(root, "background.bottom")};
   return lights;
 }

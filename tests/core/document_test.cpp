@@ -35,7 +35,7 @@ TEST(Document, TablesKeepTheOrderWritten)
       "z = 1\n[m.y]\nq.d = 1\nq.c = 2\na = { k = 1, b = 2 }\n[[c]]\nx = 1\n[m.a]\n[[c]]\n[b]\n", "j");
   const auto keys_of = [&](std::string_view key) {
     std::vector<std::string> keys;
-    for (const core::DocumentEntry& entry : *core::value_at(root, key).table()) keys.push_back(entry.key);
+    for (const auto& [name, value] : core::value_at(root, key).items()) keys.push_back(name);
     return keys;
   };
   using testing::ElementsAre;
@@ -63,9 +63,7 @@ TEST(Document, DatesAndNumbersThatAreNotFiniteAreRefusedWithTheirKey)
 
 core::Document document()
 {
-  return {"job.toml",
-          core::parse_toml("[a]\nb = 1\n[[list]]\nfile = \"x\"\n[[list]]\nfile = \"y\"\n", "job.toml"),
-          {}};
+  return core::read_toml("[a]\nb = 1\n[[list]]\nfile = \"x\"\n[[list]]\nfile = \"y\"\n", "job.toml");
 }
 
 TEST(Document, RefusalsNameTheLineOfTheKeyOrOfTheTableAroundIt)
@@ -141,7 +139,7 @@ TEST(DocumentDepth, EveryWayToNestIsRefusedFromTheFortyFirstLevel)
                                .field = "line 2",
                                .found = std::to_string(levels) + " nested keys, lists or tables",
                                .wanted = "at most 40"}));
-    core::Document job{"j.toml", {core::DocumentValue::Table{}}};
+    core::Document job{"j.toml", core::DocumentValue::object()};
     for (const std::string& set :
          {times(levels - 1, "a.") + "a=1", "a.a=" + times(levels - 1, "[") + times(levels - 1, "]")})
       EXPECT_THAT(test::input_error([&] { core::apply_override(job, set); }),
@@ -159,7 +157,7 @@ TEST(Override, ReplacesAddsAndStepsIntoLists)
   core::apply_override(job, "fresh.table.word=+X");
   EXPECT_EQ(core::number_at(job.root, "a.b"), 2.5);
   EXPECT_EQ(core::numbers_of(core::value_at(job.root, "a.new.x")), (std::vector<double>{1, 2}));
-  EXPECT_EQ(core::text_at(core::value_at(job.root, "list").list()->at(1), "file"), "meshes/z.stl");
+  EXPECT_EQ(core::text_at(core::value_at(job.root, "list").at(1), "file"), "meshes/z.stl");
   EXPECT_EQ(core::text_at(job.root, "fresh.table.word"), "+X");
   EXPECT_EQ(job.source_of("a.b"), "--set");
   EXPECT_EQ(job.source_of("fresh.table.word"), "--set");

@@ -82,23 +82,6 @@ TEST(Clinical, GivesBackTheAttitudeAndTheta)
   }
 }
 
-TEST(Frames, AStoredPoseIsThatOfTheSolverAgain)
-{
-  const MovingPose pose{{1.25, -3.5, 0.75}, 0.21};
-  const Attitude attitude{1.1, 0.07};
-  for (const Side side : {Side::right, Side::left}) {
-    for (const Eigen::Vector3d& delta :
-         {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(Eigen::Vector3d(0.3, 1, -0.2).normalized())}) {
-      const SolverFrame frame = far_frame(side, delta);
-      const Pose X = X_solver_reference_moving(frame, X_reference_moving(frame, attitude, pose));
-      const Eigen::Matrix3d R = reference_rotation(attitude);
-      const Pose expected = pose_of(pose);
-      EXPECT_LT((R * X.linear() - expected.linear()).cwiseAbs().maxCoeff(), rounding);
-      EXPECT_LT((R * X.translation() - expected.translation()).norm(), rounding);
-    }
-  }
-}
-
 TEST(Frames, SolverPositionAreThoseOfThePose)
 {
   for (const Side side : {Side::right, Side::left}) {

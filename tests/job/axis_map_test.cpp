@@ -24,14 +24,6 @@ TEST(AxisMap, WordsNameTheNativeAxisOfEachCanonicalOne)
   EXPECT_EQ(map({1, 2, 3}), Eigen::Vector3d(-20, 30, -10));
 }
 
-TEST(AxisMap, TheThesisOpenGlViewIsRightHandedWithTheseWords)
-{
-  const test::Scratch scratch;
-  const job::AxisMap map =
-      job::axis_map(job_with_frame(scratch, "right = \"-X\"\nproximal = \"+Y\"\nanterior = \"+Z\""));
-  EXPECT_EQ(map({1, 2, 3}), Eigen::Vector3d(3, 2, -1));
-}
-
 // +1 for a rotation, -1 for a left-handed map, 0 for an axis named twice.
 int handedness_of(const std::string& anterior, const std::string& proximal, const std::string& right)
 {
@@ -61,14 +53,6 @@ TEST(AxisMap, ALeftHandedMapNamesTheSignThatMendsIt)
   const job::Job job = job_with_frame(scratch, "right = \"-Z\"");
   EXPECT_THAT(test::input_error([&] { job::axis_map(job); }),
               refuses({"job.toml", "frame", "left-handed", "right = \"+Z\""}));
-}
-
-TEST(AxisMap, AnAxisNamedTwiceIsRefused)
-{
-  const test::Scratch scratch;
-  const job::Job job = job_with_frame(scratch, "anterior = \"-Z\"");
-  EXPECT_THAT(test::input_error([&] { job::axis_map(job); }),
-              refuses({.field = "frame", .found = "anterior = \"-Z\""}));
 }
 
 TEST(AxisMap, AlignTurnsAboutTheFilesAxesInOrderBeforeTheyAreRenamed)

@@ -2,33 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "support/meshes.hpp"
+#include "job/mesh_text.hpp"
 
 namespace vrda::clean_mesh_test {
-
-job::RawMesh raw_of(const Mesh& mesh)
-{
-  job::RawMesh raw;
-  raw.vertices = mesh.vertices_mm;
-  raw.corner.assign(mesh.triangles.data(), mesh.triangles.data() + mesh.triangles.size());
-  raw.size.assign(static_cast<std::size_t>(mesh.triangles.rows()), 3);
-  return raw;
-}
-
-// Triangles with unshared vertices, as in an STL file.
-job::RawMesh soup_of(const Mesh& mesh)
-{
-  job::RawMesh raw;
-  raw.vertices.resize(3 * mesh.triangles.rows(), 3);
-  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    for (int k = 0; k < 3; ++k) {
-      raw.vertices.row(3 * t + k) = mesh.vertices_mm.row(mesh.triangles(t, k));
-      raw.corner.push_back(static_cast<std::int32_t>(3 * t + k));
-    }
-  }
-  raw.size.assign(static_cast<std::size_t>(mesh.triangles.rows()), 3);
-  return raw;
-}
 
 Mesh reversed(Mesh mesh)
 {
@@ -39,7 +15,7 @@ Mesh reversed(Mesh mesh)
 TEST(CleanMesh, WeldingATriangleSoupGivesTheSharedVerticesBack)
 {
   const Mesh ball = test::ball(10, 8, 12);
-  const job::CleanMesh clean = job::clean_mesh(soup_of(ball), job::Winding::outward, Side::right);
+  const job::CleanMesh clean = job::clean_mesh(test::soup_of(ball), job::Winding::outward, Side::right);
   EXPECT_EQ(clean.mesh.vertices_mm.rows(), ball.vertices_mm.rows());
   EXPECT_EQ(clean.n_welded, 3 * ball.triangles.rows() - ball.vertices_mm.rows());
   EXPECT_EQ(clean.n_degenerate, 0);
@@ -50,7 +26,7 @@ TEST(CleanMesh, WeldingATriangleSoupGivesTheSharedVerticesBack)
 
 TEST(CleanMesh, ZeroAndMinusZeroAreOnePlace)
 {
-  job::RawMesh raw = raw_of(test::sheet(2, 1));
+  job::RawMesh raw = test::raw_of(test::sheet(2, 1));
   raw.vertices.col(1).setConstant(-0.0);
   const job::CleanMesh clean = job::clean_mesh(raw, job::Winding::outward, Side::right);
   EXPECT_FALSE(std::signbit(clean.mesh.vertices_mm(0, 1)));
@@ -58,7 +34,7 @@ TEST(CleanMesh, ZeroAndMinusZeroAreOnePlace)
 
 TEST(CleanMesh, DegenerateFacesAndUnusedVerticesGo)
 {
-  job::RawMesh raw = raw_of(test::box({0, 0, 0}, {2, 2, 2}));
+  job::RawMesh raw = test::raw_of(test::box({0, 0, 0}, {2, 2, 2}));
   raw.vertices.conservativeResize(10, 3);
   raw.vertices.row(8) << 5, 5, 5;                                            // unused
   raw.vertices.row(9) << -1, -1, -1;                                         // the same position as vertex 0
@@ -87,22 +63,11 @@ TEST(CleanMesh, ATriangleOfThreePointsOnALineIsDegenerate)
   EXPECT_EQ(clean.mesh.vertices_mm.rows(), 3);
 }
 
-TEST(CleanMesh, AClosedShellIsTurnedOutwardWhateverTheJobSays)
-{
-  const Mesh ball = test::ball(10, 8, 12);
-  for (const job::Winding winding : {job::Winding::outward, job::Winding::inward}) {
-    EXPECT_FALSE(job::clean_mesh(raw_of(ball), winding, Side::right).was_flipped);
-    const job::CleanMesh turned = job::clean_mesh(raw_of(reversed(ball)), winding, Side::right);
-    EXPECT_TRUE(turned.was_flipped);
-    EXPECT_DOUBLE_EQ(signed_volume_mm3(turned.mesh), signed_volume_mm3(ball));
-  }
-}
-
 TEST(CleanMesh, AnOpenSheetFollowsTheJobsWord)
 {
   const Mesh sheet = test::sheet(10, 3);  // normal +Y
-  const job::CleanMesh as_is = job::clean_mesh(raw_of(sheet), job::Winding::outward, Side::right);
-  const job::CleanMesh turned = job::clean_mesh(raw_of(sheet), job::Winding::inward, Side::right);
+  const job::CleanMesh as_is = job::clean_mesh(test::raw_of(sheet), job::Winding::outward, Side::right);
+  const job::CleanMesh turned = job::clean_mesh(test::raw_of(sheet), job::Winding::inward, Side::right);
   EXPECT_FALSE(as_is.was_flipped);
   EXPECT_TRUE(turned.was_flipped);
   EXPECT_EQ(as_is.mesh.normals.row(4), Eigen::RowVector3d(0, 1, 0));
@@ -113,7 +78,7 @@ TEST(CleanMesh, SeparateShellsAreTurnedEachForItself)
 {
   Mesh both = test::box({0, 0, 0}, {2, 2, 2});
   append(both, reversed(test::box({10, 0, 0}, {2, 2, 2})));
-  const job::CleanMesh clean = job::clean_mesh(raw_of(both), job::Winding::outward, Side::right);
+  const job::CleanMesh clean = job::clean_mesh(test::raw_of(both), job::Winding::outward, Side::right);
   EXPECT_TRUE(clean.was_flipped);
   EXPECT_DOUBLE_EQ(signed_volume_mm3(clean.mesh), 16.0);
 }
@@ -124,8 +89,10 @@ TEST(CleanMesh, AnInnerWallStaysAnInnerWall)
   Mesh hollow = test::box({0, 0, 0}, {4, 4, 4});
   append(hollow, reversed(test::box({0, 0, 0}, {2, 2, 2})));
   EXPECT_DOUBLE_EQ(
-      signed_volume_mm3(job::clean_mesh(raw_of(hollow), job::Winding::outward, Side::right).mesh), 56.0);
-  const job::CleanMesh turned = job::clean_mesh(raw_of(reversed(hollow)), job::Winding::outward, Side::right);
+      signed_volume_mm3(job::clean_mesh(test::raw_of(hollow), job::Winding::outward, Side::right).mesh),
+      56.0);
+  const job::CleanMesh turned =
+      job::clean_mesh(test::raw_of(reversed(hollow)), job::Winding::outward, Side::right);
   EXPECT_TRUE(turned.was_flipped);
   EXPECT_DOUBLE_EQ(signed_volume_mm3(turned.mesh), 56.0);
 }
@@ -135,7 +102,8 @@ TEST(CleanMesh, ASolidWithinASolidStaysASolid)
   Mesh nested = test::box({0, 0, 0}, {4, 4, 4});
   append(nested, test::box({0, 0, 0}, {2, 2, 2}));
   EXPECT_DOUBLE_EQ(
-      signed_volume_mm3(job::clean_mesh(raw_of(reversed(nested)), job::Winding::outward, Side::right).mesh),
+      signed_volume_mm3(
+          job::clean_mesh(test::raw_of(reversed(nested)), job::Winding::outward, Side::right).mesh),
       72.0);
 }
 
@@ -143,7 +111,7 @@ TEST(CleanMesh, ASolidWithinASolidStaysASolid)
 TEST(CleanMesh, CopiesOfTrianglesGo)
 {
   const Mesh ball = test::ball(10, 8, 12);
-  const job::CleanMesh clean = job::clean_mesh(soup_of(ball), job::Winding::outward, Side::right);
+  const job::CleanMesh clean = job::clean_mesh(test::soup_of(ball), job::Winding::outward, Side::right);
   const Mesh some = select_triangles(ball, {3, 4, 5, 50, 90}), all = ball;
   const auto joined = [](Mesh first, const Mesh& second) {
     append(first, second);
@@ -159,7 +127,7 @@ TEST(CleanMesh, CopiesOfTrianglesGo)
                          Row{"twice", joined(joined(ball, reversed(some)), some), 10},
                          Row{"all reversed", joined(ball, reversed(all)), all.triangles.rows()}}) {
     SCOPED_TRACE(row.name);
-    const job::CleanMesh found = job::clean_mesh(soup_of(row.mesh), job::Winding::outward, Side::right);
+    const job::CleanMesh found = job::clean_mesh(test::soup_of(row.mesh), job::Winding::outward, Side::right);
     EXPECT_EQ(found.n_identical, row.n_copies);
     EXPECT_EQ(found.mesh.vertices_mm, clean.mesh.vertices_mm);
     EXPECT_EQ(found.mesh.triangles, clean.mesh.triangles);
@@ -181,8 +149,8 @@ TEST(CleanMesh, CopiesOfPolygonsGo)
   EXPECT_EQ(clean.mesh.normals.row(0), Eigen::RowVector3d(0, 1, 0));
 }
 
-// One hole or one odd face does not hide the outside: the volume decides, whatever the job says.
-TEST(CleanMesh, AShellWithADefectIsTurnedOutward)
+// The volume decides whatever the job says; one hole or one odd face does not hide the outside.
+TEST(CleanMesh, a_shell_is_turned_outward)
 {
   const Mesh ball = test::ball(10, 16, 24);
   std::vector<Eigen::Index> around;  // all but a cap of an eighth of the height
@@ -192,12 +160,13 @@ TEST(CleanMesh, AShellWithADefectIsTurnedOutward)
   Mesh odd = ball;
   std::swap(odd.triangles(100, 1), odd.triangles(100, 2));
   std::vector<Eigen::Index> all_but_one = job::others_than(ball, {{77}});
-  for (const Mesh& mesh : {select_triangles(ball, all_but_one), select_triangles(ball, around), odd}) {
+  for (const Mesh& mesh : {ball, select_triangles(ball, all_but_one), select_triangles(ball, around), odd}) {
     for (const job::Winding winding : {job::Winding::outward, job::Winding::inward}) {
-      const job::CleanMesh kept = job::clean_mesh(raw_of(mesh), winding, Side::right);
-      const job::CleanMesh turned = job::clean_mesh(raw_of(reversed(mesh)), winding, Side::right);
+      const job::CleanMesh kept = job::clean_mesh(test::raw_of(mesh), winding, Side::right);
+      const job::CleanMesh turned = job::clean_mesh(test::raw_of(reversed(mesh)), winding, Side::right);
       EXPECT_FALSE(kept.was_flipped || kept.has_sheet);
       EXPECT_TRUE(turned.was_flipped);
+      EXPECT_DOUBLE_EQ(signed_volume_mm3(turned.mesh), signed_volume_mm3(kept.mesh));
       EXPECT_GT(signed_volume_mm3(turned.mesh), 0.0);
     }
   }
@@ -227,7 +196,7 @@ TEST(Shells, TheOuterSurfaceIsWithoutInnerWalls)
 TEST(CleanMesh, FileNormalsAreKeptAveragedAndTurnedOutward)
 {
   const Mesh ball = test::ball(10, 8, 12);
-  job::RawMesh raw = raw_of(ball);
+  job::RawMesh raw = test::raw_of(ball);
   raw.normals = -3.0 * ball.normals;  // neither unit nor outward
   const job::CleanMesh clean = job::clean_mesh(raw, job::Winding::outward, Side::right);
   // On a ball about the origin the normal is the vertex by its radius; rounding of a division.
@@ -241,12 +210,13 @@ TEST(CleanMesh, AMirroredSoupGivesTheMirroredMeshToTheLastBit)
 {
   Mesh ball = test::ball(7.3, 9, 13);
   ball.vertices_mm.col(2).array() += 1.7;
-  const Mesh expected = mirrored_z(job::clean_mesh(soup_of(ball), job::Winding::outward, Side::right).mesh);
+  const Mesh expected =
+      mirrored_z(job::clean_mesh(test::soup_of(ball), job::Winding::outward, Side::right).mesh);
   // With reversed winding, and with z negated only.
   Mesh negated = ball;
   negated.vertices_mm.col(2) *= -1.0;
   for (const Mesh& mirrored : {mirrored_z(ball), negated}) {
-    const Mesh mesh = job::clean_mesh(soup_of(mirrored), job::Winding::outward, Side::left).mesh;
+    const Mesh mesh = job::clean_mesh(test::soup_of(mirrored), job::Winding::outward, Side::left).mesh;
     EXPECT_EQ(mesh.vertices_mm, expected.vertices_mm);
     EXPECT_EQ(mesh.triangles, expected.triangles);
     EXPECT_EQ(mesh.normals, expected.normals);
@@ -258,7 +228,7 @@ TEST(Shells, AreConnectedOverEdgesNotOverCorners)
   // Two boxes that share one vertex.
   Mesh touching = test::box({0, 0, 0}, {2, 2, 2});
   append(touching, test::box({2, 2, 2}, {2, 2, 2}));
-  const Mesh mesh = job::clean_mesh(soup_of(touching), job::Winding::outward, Side::right).mesh;
+  const Mesh mesh = job::clean_mesh(test::soup_of(touching), job::Winding::outward, Side::right).mesh;
   EXPECT_EQ(mesh.vertices_mm.rows(), 15);
   const std::vector<job::Shell> shells = job::shells_of(mesh);
   ASSERT_EQ(shells.size(), 2U);

@@ -74,21 +74,6 @@ TEST(Configuration, LengthsFollowTheUnitAndStayRoundNumbers)
   EXPECT_EQ(millimetres.position_mm, Eigen::Vector3d(0.07, -0.0201, 1));
 }
 
-TEST(Configuration, ATurnAboutTheMotionKeepsItsSense)
-{
-  const std::string models = "MODEL 0 a\nMODEL 1 b\nINITIAL_ORIENTATION 1 0 7 0\n";
-  EXPECT_EQ(job::parse_configuration({"k.cfg", models}).turn_deg, 7.0);
-  EXPECT_EQ(job::parse_configuration({"k.cfg", models + "INITIAL_MOTION 1 0 -0.005 0\n"}).turn_deg, -7.0);
-}
-
-TEST(Configuration, ABodyMayHaveSeveralModelsAndARangeMayFall)
-{
-  const job::KeywordConfiguration c = job::parse_configuration(
-      {"k.cfg", "MODEL 0 Femur\nMODEL 1 Tibia\nMODEL 1 Medmen\nMODEL 1 Latmen\nANGLE_RANGE 1 15 -15\n"});
-  EXPECT_THAT(c.moving, ElementsAre("Tibia", "Medmen", "Latmen"));
-  EXPECT_EQ(c.varus.step_deg, -1.0);
-}
-
 // The text of the thesis with one line replaced, and the expected refusal.
 struct BadLine {
   std::string from;

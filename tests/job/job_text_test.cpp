@@ -2,8 +2,6 @@
 
 #include <gmock/gmock.h>
 
-#include <random>
-
 #include "core/text.hpp"
 #include "job/component_loader.hpp"
 #include "support/scratch.hpp"
@@ -86,58 +84,6 @@ TEST(JobText, ViewKeywordsGoToThePlayersPart)
               HasSubstr("number = 0\nshift_mm = [0, 0, 0]\norientation_deg = [10, 0, 0]\n"));
   EXPECT_THAT(job.resolved_text,
               HasSubstr("number = 2\nshift_mm = [-100, 0, 50]\norientation_deg = [0, 90, 0]\n"));
-}
-
-// A random value of a configuration: mostly valid, sometimes at or beyond a limit.
-std::string value(std::mt19937& random)
-{
-  const std::vector<std::string> all{"0",   "1",    "0.1", "-0.02", "5",    "1e-3", "30",   "-15",  "90",
-                                     "0.3", "1e-9", "1",   "0.25",  "1000", "1e6",  "-180", "1e30", "fill"};
-  return all[random() % all.size()];
-}
-
-TEST(JobText, WhateverAConfigurationMayBeItIsRefusedWithItsLineOrLoads)
-{
-  const std::vector<std::pair<std::string, int>> keywords{{"INITIAL_POSITION 1", 3},
-                                                          {"INITIAL_MOTION 1", 3},
-                                                          {"INITIAL_ORIENTATION 1 0", 1},
-                                                          {"SHIFT_MODEL", 4},
-                                                          {"ORIENTATION_MODEL 0", 3},
-                                                          {"DISPLAY", 2},
-                                                          {"ZOOM", 1},
-                                                          {"CONTACT_RESOLUTION", 1},
-                                                          {"MODELING_RESOLUTION", 1},
-                                                          {"ANGLE_RANGE 0", 3},
-                                                          {"ANGLE_RANGE 1", 2},
-                                                          {"ORIENTATION_RESOLUTION", 1},
-                                                          {"ORIENTATION_STEP", 1},
-                                                          {"INITIAL_MOTION 1 0 1 ", 1}};
-  std::mt19937 random(2);
-  int n_loaded = 0, n_refused = 0;
-  for (int trial = 0; trial < 3000; ++trial) {
-    std::string text = models;
-    for (std::size_t n = 1 + random() % 4; n > 0; --n) {
-      const auto& [keyword, n_values] = keywords[random() % keywords.size()];
-      text += keyword;
-      for (int k = 0; k < n_values; ++k) text += ' ' + value(random);
-      text += '\n';
-    }
-    SCOPED_TRACE(text);
-    std::optional<job::KeywordConfiguration> configuration;
-    try {
-      configuration = job::parse_configuration({"k.cfg", text});
-    } catch (const InputError& error) {
-      EXPECT_TRUE(error.facts().field.starts_with("line ")) << error.what();
-      ++n_refused;
-      continue;
-    }
-    const test::Scratch scratch;
-    const std::string toml = job::job_text(*configuration, {"k", "k.cfg", "models", "m"});
-    EXPECT_NO_THROW(job::read_job(scratch.write("k.toml", toml).string())) << toml;
-    ++n_loaded;
-  }
-  EXPECT_GT(n_loaded, 200);
-  EXPECT_GT(n_refused, 200);
 }
 
 }  // namespace vrda::job_text_test

@@ -1,6 +1,5 @@
 #include <gmock/gmock.h>
 
-#include "geometry/shapes.hpp"
 #include "job/case.hpp"
 #include "job/job.hpp"
 #include "job/ligament_files.hpp"
@@ -33,30 +32,14 @@ std::string one_wrap(const std::string& changed_key = "", const std::string& val
 }
 
 // Two boxes 20 mm apart, with a table and a wrap.
-struct Folder {
-  test::Scratch scratch;
-  std::string job;
-
+struct Folder : test::JobFolder {
   explicit Folder(const std::string& table, const std::string& wraps = one_wrap(),
-                  const std::string& head = "joint = \"other\"\n")
+                  const std::string& head = "joint = \"other\"\n",
+                  const std::string& tail = "[ligaments]\nfibres = \"fibres.csv\"\nwraps = \"wraps.json\"\n")
+      : JobFolder(test::small_job(head, tail))
   {
-    scratch.write("reference.stl", test::binary_stl(test::box({0, 40, 0}, {60, 20, 80})));
-    scratch.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {50, 20, 70})));
     scratch.write("fibres.csv", table);
     scratch.write("wraps.json", wraps);
-    job = scratch
-              .write("job.toml",
-                     test::small_job(head, "[ligaments]\nfibres = \"fibres.csv\"\nwraps = \"wraps.json\"\n"))
-              .string();
-  }
-
-  job::Case load(const std::vector<std::string>& overrides = {}) const
-  {
-    return job::load_case(job, {"", overrides});
-  }
-  InputError::Facts refused(const std::vector<std::string>& overrides = {}) const
-  {
-    return test::input_error([&] { load(overrides); });
   }
 };
 
@@ -78,16 +61,6 @@ TEST(LigamentTable, ColumnsComeInAnyOrderAndUnit)
   EXPECT_EQ(fibres[1].bundle, "MCL");
   EXPECT_EQ(fibres[1].wrap, "Round");
   EXPECT_EQ(fibres[1].field, "line 6");
-}
-
-TEST(LigamentTable, BundleIsTheNameWithoutItsNumber)
-{
-  EXPECT_EQ(job::default_bundle("ACLam3"), "ACLam");
-  EXPECT_EQ(job::default_bundle("ACL_am_12"), "ACL_am");
-  EXPECT_EQ(job::default_bundle("LCL"), "LCL");
-  EXPECT_EQ(job::default_bundle("LCL_"), "LCL_");
-  EXPECT_EQ(job::default_bundle("12"), "12");
-  EXPECT_EQ(job::default_bundle("_1"), "_");
 }
 
 struct BadTable {
@@ -247,32 +220,13 @@ TEST(CaseLigaments, AReferenceStrainHoldsAtThePoseOfTheMeshes)
   EXPECT_NEAR(states[1].strain, -0.2, 1e-14);
 }
 
-TEST(CaseLigaments, FilesAreHashedAfterTheMeshes)
-{
-  const std::string table = header + "a,0,35,0,0,5,0,1000,30,\n";
-  const job::Case loaded = Folder(table).load();
-  ASSERT_EQ(loaded.inputs.size(), 4U);
-  std::vector<std::pair<std::string, std::string>> expected{{"fibres.csv", job::sha256_of(table)},
-                                                            {"wraps.json", job::sha256_of(one_wrap())}};
-  std::sort(expected.begin(), expected.end());
-  std::vector<std::pair<std::string, std::string>> found;
-  for (const std::size_t i : {2U, 3U}) found.emplace_back(loaded.inputs[i].name, loaded.inputs[i].sha256);
-  std::sort(found.begin(), found.end());
-  EXPECT_EQ(found, expected);
-}
-
 TEST(CaseLigaments, InlineFibresAreTheSameAsATables)
 {
   const job::Case from_table = Folder(header + "a1,0,35,0,0,5,0,1000,30,Round\n").load();
-  const test::Scratch scratch;
-  scratch.write("reference.stl", test::binary_stl(test::box({0, 40, 0}, {60, 20, 80})));
-  scratch.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {50, 20, 70})));
-  scratch.write("wraps.json", one_wrap());
   const std::string fibre =
       "[ligaments]\nwraps = \"wraps.json\"\n[[ligaments.fibre]]\nname = \"a1\"\nreference_mm = [0, 35, 0]\n"
       "moving_mm = [0, 5, 0]\nstiffness_n = 1000\nslack_length_mm = 30\nwrap = \"Round\"\n";
-  const job::Case inline_case =
-      job::load_case(scratch.write("job.toml", test::small_job("joint = \"other\"\n", fibre)).string());
+  const job::Case inline_case = Folder("", one_wrap(), "joint = \"other\"\n", fibre).load();
   const model::Fibre& a = from_table.ligaments.fibres.at(0);
   const model::Fibre& b = inline_case.ligaments.fibres.at(0);
   EXPECT_EQ(a.name + a.bundle, b.name + b.bundle);
@@ -312,35 +266,10 @@ TEST(CaseLigaments, GeneratedOnesAreOfTheJobsSideAndSkipTheFrame)
 
 TEST(CaseLigaments, GeneratedOnesAwayFromOtherBonesAreRefusedWithTheirKey)
 {
-  const test::Scratch scratch;
-  scratch.write("reference.stl", test::binary_stl(test::box({0, 300, 0}, {60, 40, 80})));
-  scratch.write("moving.stl", test::binary_stl(test::box({0, 250, 0}, {60, 40, 80})));
-  const std::string job =
-      scratch.write("job.toml", test::small_job("", "[ligaments]\ngenerate = { shape = \"knee\" }\n"))
-          .string();
-  EXPECT_THAT(test::input_error([&] { job::load_case(job); }),
+  const test::JobFolder folder(test::small_job("", "[ligaments]\ngenerate = { shape = \"knee\" }\n"),
+                               test::box({0, 300, 0}, {60, 40, 80}), test::box({0, 250, 0}, {60, 40, 80}));
+  EXPECT_THAT(folder.refused(),
               refuses({.field = "ligaments.generate", .found = "generated", .wanted = "ligaments.csv"}));
-}
-
-TEST(CaseLigaments, TheGenericKneesJobHasThem)
-{
-  // Generated with the job, and read from their table: the same fibres.
-  const std::string job = (test::source_directory() / "jobs/knee-generic.toml").string();
-  const job::Case generated = job::load_case(job);
-  const Folder folder(geometry::fibre_table({"knee", {}, {}}));
-  const job::Case from_table =
-      job::load_case((test::source_directory() / "jobs/knee-generic-contact.toml").string(),
-                     {"", {"ligaments.fibres=\"" + (folder.scratch.path() / "fibres.csv").string() + "\""}});
-  ASSERT_FALSE(generated.ligaments.fibres.empty());
-  ASSERT_EQ(generated.ligaments.fibres.size(), from_table.ligaments.fibres.size());
-  for (std::size_t i = 0; i < generated.ligaments.fibres.size(); ++i) {
-    const model::Fibre &a = generated.ligaments.fibres[i], &b = from_table.ligaments.fibres[i];
-    EXPECT_EQ(a.name + " of " + a.bundle, b.name + " of " + b.bundle);
-    EXPECT_EQ(a.reference_mm, b.reference_mm);
-    EXPECT_EQ(a.moving_mm, b.moving_mm);
-    EXPECT_EQ(a.stiffness_n, b.stiffness_n);
-    EXPECT_EQ(a.slack_length_mm, b.slack_length_mm);
-  }
 }
 
 TEST(CaseLigamentErrors, NameFileAndLine)
@@ -365,17 +294,10 @@ TEST(CaseLigamentErrors, NameFileAndLine)
 TEST(CaseLigamentErrors, InlineFibresNameTheirKey)
 {
   const auto facts_with = [](const std::string& changed) {
-    const Folder folder(header + "a,0,35,0,0,5,0,1000,30,\n");
     const std::string fibre =
         "{name=\"a\",reference_mm=[0,35,0],moving_mm=[0,5,0],stiffness_n=1" + changed + "}";
-    test::Scratch scratch;
-    scratch.write("reference.stl", test::binary_stl(test::box({0, 40, 0}, {60, 20, 80})));
-    scratch.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {50, 20, 70})));
-    const std::string job = scratch
-                                .write("job.toml", test::small_job("joint = \"other\"\n",
-                                                                   "[ligaments]\nfibre = [" + fibre + "]\n"))
-                                .string();
-    return test::input_error([&] { job::load_case(job); });
+    return test::JobFolder(test::small_job("joint = \"other\"\n", "[ligaments]\nfibre = [" + fibre + "]\n"))
+        .refused();
   };
   EXPECT_EQ(facts_with("").field, "ligaments.fibre.0");
   EXPECT_THAT(facts_with(",slack_length_mm=1,reference_strain=0"),
@@ -395,8 +317,8 @@ TEST(RealKnees, LigamentsOfSmith2019HaveTheirSourcesReferenceStrains)
   ASSERT_EQ(loaded.ligaments.fibres.size(), 55U);
   // Attachments are in mm of the frame that the meshes have in m.
   EXPECT_EQ(loaded.ligaments.fibres[0].reference_mm, Eigen::Vector3d(-1.7455, -0.45737, -37.269));
-  // The source chose slack lengths so that strains are whole percents at this pose, by OpenSim's own wrapping
-  // (its ellipsoids by segments) and six digits.
+  // The source chose slack lengths so that strains are whole percents at this pose, by OpenSim's own
+  // wrapping (its ellipsoids by segments) and six digits.
   constexpr double source_digits = 3e-5;
   int n_wrapped = 0;
   for (const model::FibreState& state : model::fibre_states(loaded.ligaments, {}, {})) {

@@ -283,33 +283,6 @@ TEST(MeshFileErrors, EmptyMeshesAndForeignFiles)
   expect_refused({"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "line 4", "9", "3"});
 }
 
-TEST(MeshFileErrors, ADamagedFileIsAMeshOrAnInputErrorAndNothingElse)
-{
-  const Mesh box = odd_box();
-  const std::vector<std::pair<const char*, std::string>> files{
-      {"a.stl", test::binary_stl(box)}, {"b.stl", test::ascii_stl(box)},
-      {"c.ply", test::ascii_ply(box)},  {"d.ply", test::binary_ply(box)},
-      {"e.obj", test::wavefront(box)},  {"f.obj", test::vertices_faces(box, 0)}};
-  std::mt19937 random(11);
-  int n_meshes = 0, n_errors = 0;
-  for (const auto& [file, bytes] : files) {
-    for (int trial = 0; trial < 300; ++trial) {
-      std::string damaged = bytes;
-      const std::size_t n_changes = 1 + random() % 4;
-      for (std::size_t k = 0; k < n_changes; ++k)
-        damaged[random() % damaged.size()] = static_cast<char>(random() % 256);
-      SCOPED_TRACE(std::string(file) + " trial " + std::to_string(trial));
-      try {
-        n_meshes += read(file, damaged).triangles.rows() > 0 ? 1 : 0;
-      } catch (const InputError&) {
-        ++n_errors;
-      }
-    }
-  }
-  EXPECT_GT(n_meshes, 100);
-  EXPECT_GT(n_errors, 100);
-}
-
 TEST(MeshFileErrors, APolygonOfAThousandAndOneCornersIsRefused)
 {
   std::string bytes = "1001 1\n", face = "1001";

@@ -1,6 +1,7 @@
 #include "job/mesh_text.hpp"
 
 #include <cstring>
+#include <numeric>
 #include <sstream>
 
 namespace vrda::test {
@@ -116,6 +117,40 @@ file = "reference.stl"
 name = "lower"
 file = "moving.stl"
 )" + tail;
+}
+
+job::RawMesh raw_of(const Mesh& mesh)
+{
+  job::RawMesh raw;
+  raw.vertices = mesh.vertices_mm;
+  raw.corner.assign(mesh.triangles.data(), mesh.triangles.data() + mesh.triangles.size());
+  raw.size.assign(static_cast<std::size_t>(mesh.triangles.rows()), 3);
+  return raw;
+}
+
+job::RawMesh soup_of(const Mesh& mesh)
+{
+  job::RawMesh raw = raw_of(mesh);
+  raw.vertices = mesh.vertices_mm(raw.corner, Eigen::all);
+  std::iota(raw.corner.begin(), raw.corner.end(), 0);
+  return raw;
+}
+
+JobFolder::JobFolder(const std::string& text, const Mesh& reference, const Mesh& moving)
+{
+  scratch.write("reference.stl", binary_stl(reference));
+  scratch.write("moving.stl", binary_stl(moving));
+  job = scratch.write("job.toml", text).string();
+}
+
+job::Case JobFolder::load(const std::vector<std::string>& overrides) const
+{
+  return job::load_case(job, {"", overrides});
+}
+
+InputError::Facts JobFolder::refused(const std::vector<std::string>& overrides) const
+{
+  return input_error([&] { load(overrides); });
 }
 
 }  // namespace vrda::test

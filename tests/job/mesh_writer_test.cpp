@@ -5,19 +5,9 @@
 #include <algorithm>
 #include <random>
 
-#include "support/meshes.hpp"
-#include "support/refusal.hpp"
+#include "job/mesh_text.hpp"
 
 namespace vrda::mesh_writer_test {
-
-job::RawMesh raw_of(const Mesh& mesh)
-{
-  job::RawMesh raw;
-  raw.vertices = mesh.vertices_mm;
-  raw.corner.assign(mesh.triangles.data(), mesh.triangles.data() + mesh.triangles.size());
-  raw.size.assign(static_cast<std::size_t>(mesh.triangles.rows()), 3);
-  return raw;
-}
 
 // A square and a concave pentagon in one plane, with vertex normals.
 job::RawMesh polygons()
@@ -97,7 +87,7 @@ TEST(MeshWriter, NormalsTravelInPlyAndWavefront)
 TEST(MeshWriter, SinglePrecisionSurvivesEveryPairOfFormats)
 {
   // Float coordinates are restored exactly through every pair of formats.
-  job::RawMesh mesh = raw_of(test::ball(7.3, 6, 9));
+  job::RawMesh mesh = test::raw_of(test::ball(7.3, 6, 9));
   mesh.vertices = mesh.vertices.cast<float>().cast<double>().eval();
   const auto faces = faces_of(mesh);
   for (const std::string first : {"a.vf", "a.stl", "a.obj", "a.ply"}) {
@@ -113,7 +103,7 @@ TEST(MeshWriter, SinglePrecisionSurvivesEveryPairOfFormats)
 TEST(MeshWriter, DoublesComeBackToTheBitFromVfAndPlyAndToAFloatsPrecisionElsewhere)
 {
   std::mt19937 random(5);
-  job::RawMesh mesh = raw_of(test::ball(40, 6, 9));
+  job::RawMesh mesh = test::raw_of(test::ball(40, 6, 9));
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
     for (int k = 0; k < 3; ++k) mesh.vertices(v, k) += static_cast<double>(random()) * 1e-11;
   }

@@ -79,15 +79,6 @@ TEST(Polygon, ConcaveOutlinesAreCoveredOnceFromEveryFirstCorner)
   }
 }
 
-TEST(Polygon, ThePlaneDoesNotMatter)
-{
-  for (const double angle : {0.3, 1.2, 2.5, 4.0}) {
-    const Eigen::Matrix3d R = rotation_z(angle) * rotation_y(2.0 * angle) * rotation_x(-angle);
-    expect_covers(l_shape, R);
-    expect_covers(arrow, R);
-  }
-}
-
 TEST(Polygon, StarsOfRandomRadiiAreCovered)
 {
   std::mt19937 random(7);

@@ -58,15 +58,6 @@ TEST(PushJob, LoadsAndLinesArriveAndFollowFlexion)
   EXPECT_NEAR(at.line_tension_n.at(0), 150, 1e-12);
 }
 
-TEST(PushJob, AResolvedJobKeepsThemAndOthersHaveNone)
-{
-  const std::string resolved = job_of(loads_and_lines).resolved_text;
-  EXPECT_EQ(job::parse_job("knee.toml", resolved).resolved_text, resolved);
-  const std::string plain = job_of("").resolved_text;
-  EXPECT_EQ(plain.find("push.load"), std::string::npos);
-  EXPECT_EQ(plain.find("push.line"), std::string::npos);
-}
-
 TEST(PushJobErrors, LoadsAndLines)
 {
   struct Row {

@@ -42,20 +42,6 @@ TEST(RealKnees, LoadWithWholeMeshesAndBothCompartments)
   }
 }
 
-TEST(RealKnees, CountsAreThoseOfTheirReadmes)
-{
-  VRDA_REQUIRE_REAL_KNEES();
-  const job::Case jam = load_knee("jam-smith2019");
-  EXPECT_EQ(jam.survey[0].n_triangles, 29782);
-  EXPECT_EQ(jam.survey[0].n_vertices, 15179);
-  EXPECT_EQ(jam.survey[0].n_boundary_edges, 574);
-  EXPECT_EQ(jam.survey[1].n_boundary_edges, 300);
-  const job::Case dess = load_knee("pymskt-dess");
-  EXPECT_EQ(dess.survey[3].n_boundary_edges, 2);
-  EXPECT_EQ(dess.survey[3].n_non_manifold_edges, 1);
-  EXPECT_EQ(dess.survey[4].n_non_manifold_edges, 3);
-}
-
 TEST(RealKnees, OnlyTheKnownEdgesAreWarnedAbout)
 {
   VRDA_REQUIRE_REAL_KNEES();
@@ -115,31 +101,6 @@ TEST(RealKnees, AlignmentBringsTheCondyleLineToTheRightAxis)
     EXPECT_GT(line.z(), 0.0);
     EXPECT_LT(line.head<2>().norm(), rad_from_deg(rounded_deg));
   }
-}
-
-TEST(RealKnees, MetresReadAsMillimetresAreRefusedBeforeTheirFibres)
-{
-  VRDA_REQUIRE_REAL_KNEES();
-  for (const char* name : {"jam-smith2019", "jam-smith2019-ligaments"}) {
-    EXPECT_THAT(test::input_error([&] { load_knee(name, {"frame.unit=mm"}); }),
-                test::refuses({.field = "frame.unit", .wanted = "frame.unit = \"m\""}));
-  }
-}
-
-TEST(RealKnees, AFarRotationCentreIsNoticed)
-{
-  VRDA_REQUIRE_REAL_KNEES();
-  for (const char* name : {"pymskt-dess", "vhf-left", "vhf-right"}) {
-    EXPECT_THAT(load_knee(name, {"frame.origin=[0, 0, 0]"}).warnings, Contains(HasSubstr("frame.origin")))
-        << name;
-  }
-}
-
-TEST(RealKnees, TheWrongSideIsNoticed)
-{
-  VRDA_REQUIRE_REAL_KNEES();
-  EXPECT_THAT(load_knee("vhf-left", {"side=right"}).warnings, Contains(HasSubstr("as in a left knee")));
-  EXPECT_THAT(load_knee("pymskt-dess", {"side=left"}).warnings, Contains(HasSubstr("as in a right knee")));
 }
 
 }  // namespace vrda::real_knees_test

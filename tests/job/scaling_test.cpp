@@ -38,28 +38,15 @@ reference_strain = 0.25
 )";
 
 // A box above a ball, with a landmark table and wraps.
-struct Folder {
-  test::Scratch scratch;
-  std::string job;
-
+struct Folder : test::JobFolder {
   explicit Folder(const std::string& tail = "", const std::string& extra_head = "")
+      : JobFolder(test::small_job(head + extra_head, tail), test::box({0, 40, 0}, {60, 20, 80}),
+                  test::ball(20))
   {
-    scratch.write("reference.stl", test::binary_stl(test::box({0, 40, 0}, {60, 20, 80})));
-    scratch.write("moving.stl", test::binary_stl(test::ball(20)));
     scratch.write("marks.csv", "name,ax,ay,az,bx,by,bz,subject_mm\na,0,0,0,80,0,0,100\nb,0,0,0,0,4,3,6.25\n");
     scratch.write("wraps.json",
                   R"([{"name":"W","type":"WrapEllipsoid","body":"moving","xyz_body_rotation":"0 0 0",)"
                   R"("translation":"1 2 3","dimensions":"9 8 7","unit":"mm"}])");
-    job = scratch.write("job.toml", test::small_job(head + extra_head, tail)).string();
-  }
-
-  job::Case load(const std::vector<std::string>& overrides = {}) const
-  {
-    return job::load_case(job, {"", overrides});
-  }
-  InputError::Facts refused(const std::vector<std::string>& overrides) const
-  {
-    return test::input_error([&] { load(overrides); });
   }
 };
 

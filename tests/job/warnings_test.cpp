@@ -35,11 +35,8 @@ std::vector<std::string> warnings_of(const std::string& job, std::vector<std::st
                                      const Mesh& reference = condyles(),
                                      const Mesh& moving = test::box({0, -60, 0}, {50, 30, 70}))
 {
-  const test::Scratch scratch;
-  scratch.write("reference.stl", test::binary_stl(reference));
-  scratch.write("moving.stl", test::binary_stl(moving));
   overrides.insert(overrides.begin(), search);
-  return job::load_case(scratch.write("job.toml", job).string(), {"", overrides}).warnings;
+  return test::JobFolder(job, reference, moving).load(overrides).warnings;
 }
 
 TEST(Warnings, ASoundJobHasNone)
@@ -209,16 +206,14 @@ std::string job_with_menisci(const std::string& side)
 
 TEST(Warnings, NamesThatContradictTheSide)
 {
-  const test::Scratch scratch;
-  scratch.write("reference.stl", test::binary_stl(condyles()));
-  scratch.write("moving.stl", test::binary_stl(test::box({0, -40, -25}, {30, 5, 20})));
-  scratch.write("lateral.stl", test::binary_stl(test::box({0, -40, 25}, {30, 5, 20})));
-  EXPECT_THAT(job::load_case(scratch.write("right.toml", job_with_menisci("right")).string(), {"", {search}})
-                  .warnings,
-              ElementsAre());
-  EXPECT_THAT(
-      job::load_case(scratch.write("left.toml", job_with_menisci("left")).string(), {"", {search}}).warnings,
-      ElementsAre(AllOf(HasSubstr("side: "), HasSubstr("\"left\""), HasSubstr("side = \"right\""))));
+  const auto warnings = [](const std::string& side) {
+    const test::JobFolder folder(job_with_menisci(side), condyles(), test::box({0, -40, -25}, {30, 5, 20}));
+    folder.scratch.write("lateral.stl", test::binary_stl(test::box({0, -40, 25}, {30, 5, 20})));
+    return folder.load({search}).warnings;
+  };
+  EXPECT_THAT(warnings("right"), ElementsAre());
+  EXPECT_THAT(warnings("left"),
+              ElementsAre(AllOf(HasSubstr("side: "), HasSubstr("\"left\""), HasSubstr("side = \"right\""))));
 }
 
 Mesh with_ball(Mesh mesh, const Eigen::Vector3d& centre_mm, double radius_mm)
@@ -261,14 +256,11 @@ TEST(Warnings, CartilageOfOneCompartmentAndASurfaceTwice)
 {
   const Mesh tibia = test::box({0, -60, 0}, {50, 30, 70});
   const auto with = [&](const Mesh& cartilage) {
-    const test::Scratch scratch;
-    scratch.write("reference.stl", test::binary_stl(condyles()));
-    scratch.write("moving.stl", test::binary_stl(tibia));
-    scratch.write("cartilage.stl", test::binary_stl(cartilage));
     const std::string more =
         "[[moving.component]]\nname = \"cover\"\nfile = \"cartilage.stl\"\nmaterial = \"cartilage\"\n";
-    return job::load_case(scratch.write("job.toml", test::small_job("", more)).string(), {"", {search}})
-        .warnings;
+    const test::JobFolder folder(test::small_job("", more), condyles(), tibia);
+    folder.scratch.write("cartilage.stl", test::binary_stl(cartilage));
+    return folder.load({search}).warnings;
   };
   EXPECT_THAT(with(test::box({0, -44, 18}, {40, 2, 30})),
               ElementsAre(AllOf(HasSubstr("one compartment only (\"cover\")"), HasSubstr("inset_mm"))));

@@ -47,18 +47,6 @@ TEST(FrameWarnings, AWrongUnitAxisOriginAndSideAreNamed)
   EXPECT_THAT(frame_warnings(left), ElementsAre(HasSubstr("side: the bones are those of a right knee")));
 }
 
-TEST(FrameWarnings, FramesOfBodiesAreNamedByTheirKeys)
-{
-  const prepare::FrameKeys own{"reference.frame", "moving.frame"};
-  EXPECT_THAT(frame_warnings(moved(Pose::Identity(), 0.1), own),
-              ElementsAre(StartsWith("reference.frame.unit, moving.frame.unit: ")));
-  EXPECT_THAT(frame_warnings(moved(turned(rotation_y(rad_from_deg(90.0)))), {"frame", "moving.frame"}),
-              ElementsAre(StartsWith("frame, moving.frame: ")));
-  Pose X = Pose::Identity();
-  X.translation().x() = 40.0;
-  EXPECT_THAT(frame_warnings(moved(X), own), ElementsAre(StartsWith("reference.frame.origin: 40 mm")));
-}
-
 TEST(FrameWarnings, WhatIsNoKneeIsNotJudged)
 {
   job::Case other = moved(turned(rotation_y(rad_from_deg(90.0))));
