@@ -1,11 +1,14 @@
-/// Poses of everything on the bench during a task, and the samples that tracker and encoder send of them.
+/// Poses of everything on a simulated bench, the samples that tracker and encoder send of them, and what an
+/// eye sees.
 #pragma once
 
 #include <optional>
+#include <span>
+#include <vector>
 
-#include "bench/calibration_file.hpp"
 #include "bench/devices.hpp"
 #include "bench/simulation.hpp"
+#include "calibration/drawing.hpp"
 #include "calibration/truth.hpp"
 
 namespace vrda::calibration {
@@ -18,44 +21,33 @@ struct BenchPoses {
   std::optional<Pose> X_tracker_shank;     ///< of the tibia's body, if the leg is not at rest
 };
 
-/// Resting pose: the head's stage is at its stop.
-BenchPoses resting_poses(const VirtualTruth& truth);
+/// At rest: the head's stage `stage_mm` from its stop, the eyes moved by `X_eyes_moved`.
+BenchPoses resting_poses(const VirtualTruth& truth, double stage_mm = 0.0,
+                         const Pose& X_eyes_moved = Pose::Identity());
 
-/// The marker on the carriage of the x rail (the stage's) or the z rail; `way` in [0, 1] is the progress of
-/// the sweep, to the viewer's right or towards the viewer.
-BenchPoses x_rail_poses(const VirtualTruth& truth, double way);
-BenchPoses z_rail_poses(const VirtualTruth& truth, double way);
+/// Puts the tip of the probe, with orientation `R`, at a point of the tracker.
+void put_tip_at(const VirtualTruth& truth, const Eigen::Vector3d& tip_tracker_mm, const Eigen::Matrix3d& R,
+                BenchPoses& poses);
 
-/// The probe's tip rests on a point of the table while the probe turns by 40 degrees about two axes.
-BenchPoses pivot_poses(const VirtualTruth& truth, double way);
-
-/// Position `index` of the marker (requested_marker_position in calibration_tasks/task.hpp), visible to both
-/// eyes; the head moves between positions.
-BenchPoses bullseye_poses(const BenchFile& bench, const VirtualTruth& truth, int index);
-
-/// The probe's tip on `p_model_mm` of the leg's model, in a different orientation for each `index`, offset
-/// by `off_mm` (tracker's axes).
-struct TouchedPoint {
-  BodyRole role = BodyRole::leg;
-  Eigen::Vector3d p_model_mm = Eigen::Vector3d::Zero();
-  int index = 0;
-  Eigen::Vector3d off_mm = Eigen::Vector3d::Zero();
-};
-BenchPoses touch_poses(const VirtualTruth& truth, const TouchedPoint& touched);
-
-/// The leg bends from the model's first flexion to about its last one and is stretched again. Requires the
-/// truth's joint.
-BenchPoses bend_poses(const VirtualTruth& truth, int index, double way);
-
-/// Pose of the body that carries the model, at rest.
+/// Pose of the head with its stage `stage_mm` from the stop.
+Pose X_tracker_eyes(const Calibration& calibration, double stage_mm);
+/// True pose of a body, at rest, and of the model in it.
 const Pose& X_tracker_body(const VirtualTruth& truth, BodyRole role);
+Pose X_body_model(const Calibration& calibration, BodyRole role);
+
+/// Random numbers of where a hand puts something, by `kind` and `index`.
+RandomSequence draws_of_hand(const VirtualTruth& truth, std::uint64_t kind, int index);
+/// Each coordinate evenly distributed within +-`most`.
+Eigen::Vector3d even_vector(RandomSequence& draws, double most);
+/// Error of an aligned position, px of the frame buffer.
+Eigen::Vector2d alignment_off_px(const TaskContext& context);
 
 /// Adds tracker noise to a pose.
 Pose measured(const Pose& X, const VirtualNoise& noise, RandomSequence& draws);
 
 struct FrameFacts {
   std::int64_t time_ns = 0;
-  std::string tool;  ///< tool of Standing::X_tracker_tool
+  std::string tool;  ///< tool of BenchPoses::X_tracker_tool
   /// Offset of the encoder before it was zeroed at the stop.
   double stage_offset_mm = 0.0;
   bool is_stage_zeroed = false;
@@ -64,7 +56,10 @@ struct FrameFacts {
 
 /// The stage's count, then every tool of the tracker in order; unused tools are not visible.
 std::vector<bench::Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& truth,
-                                         const BenchPoses& standing, const FrameFacts& facts,
+                                         const BenchPoses& poses, const FrameFacts& facts,
                                          RandomSequence& draws);
+
+/// Where lines of the frame buffer are seen through the true optics, clipped to the visible area.
+std::vector<DrawnLine> seen_lines(std::span<const DrawnLine> drawn, const VirtualTruth& truth);
 
 }  // namespace vrda::calibration

@@ -20,7 +20,6 @@
 #include "calibration/parts.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
 #include "show/session.hpp"
 #include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
@@ -47,7 +46,7 @@ struct CalibrateSetup {
   Calibration begun;
   std::vector<CalibrationPart> parts;  ///< requested
   VirtualNoise noise;
-  std::optional<calibration::JointCurve> joint;  ///< of --model, for the part functional
+  std::optional<JointCurve> joint;  ///< of --model, for the part functional
 };
 
 /// Whether the step only reads or solves an existing file.
@@ -110,10 +109,10 @@ Calibration begun_from_other(const CalibrateOptions& options, const BenchFile& b
   std::optional<Publication> result = Publication::begin(options.calibration, "vrda-player calibrate");
   if (std::filesystem::exists(options.calibration)) {
     const Calibration begun = bench::read_calibration(options.calibration, bench);
-    calibration::require_same_bench_parts(begun, options.calibration, other, options.bench_from);
+    require_same_bench_parts(begun, options.calibration, other, options.bench_from);
     return begun;
   }
-  const Calibration begun = calibration::start_calibration_from(other, bench, options.bench_from);
+  const Calibration begun = start_calibration_from(other, bench, options.bench_from);
   result->publish(bench::calibration_text(begun, bench));
   return begun;
 }
@@ -128,17 +127,15 @@ CalibrateSetup read_setup(const CalibrateOptions& options)
 {
   CalibrateSetup setup;
   const HeadKind head = options.head == "tracker" ? HeadKind::tracker : HeadKind::stage;
-  setup.bench = options.bench.empty()
-                    ? bench::parse_bench_file(calibration::virtual_bench_text(head), "virtual bench")
-                    : bench::read_bench_file(options.bench);
+  setup.bench = options.bench.empty() ? bench::parse_bench_file(virtual_bench_text(head), "virtual bench")
+                                      : bench::read_bench_file(options.bench);
   if (options.is_virtual) {
     setup.bench.title = virtual_title(options, setup.bench.title);
     // Drawn as seen by the eye, on this screen.
     setup.bench.display.reflection = {};
     setup.bench.display.outputs.clear();
   }
-  setup.parts = is_file_step(options) ? calibration::parts_of(setup.bench)
-                                      : calibration::parts_of_step(options.step, setup.bench);
+  setup.parts = is_file_step(options) ? parts_of(setup.bench) : parts_of_step(options.step, setup.bench);
   setup.noise = noise_of(options.noise);
   const bool is_functional = std::ranges::find(setup.parts, CalibrationPart::functional) != setup.parts.end();
   if (is_functional && !is_file_step(options) && !options.model.empty())
@@ -168,8 +165,7 @@ void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup, c
 
 bool is_place_adjusted(const CalibrateSetup& setup)
 {
-  return setup.bench.calibration.is_model_adjusted &&
-         std::ranges::any_of(setup.parts, calibration::is_model_part);
+  return setup.bench.calibration.is_model_adjusted && std::ranges::any_of(setup.parts, is_model_part);
 }
 
 void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
@@ -178,11 +174,8 @@ void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
   if (options.is_virtual) {
     // A virtual bench draws leg and model as lines between their points.
     for (const CalibrationPart part : setup.parts) {
-      if (!calibration::is_model_part(part) ||
-          calibration::points_of(part, setup.bench.calibration).size() > 1)
-        continue;
-      throw InputError({setup.bench.path,
-                        part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
+      if (!is_model_part(part) || points_of(role_of(part), setup.bench.calibration).size() > 1) continue;
+      throw InputError({setup.bench.path, part_object(part).traits().bench_key,
                         "fewer than two points, with calibration.model = \"adjust\"",
                         "two or more points, which a virtual bench needs to draw the leg"});
     }
@@ -193,8 +186,7 @@ void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
                         "the motion model to be adjusted (calibration.model = \"adjust\")");
 }
 
-calibration::CalibrationSessionOptions session_options(const CalibrateOptions& options,
-                                                       const CalibrateSetup& setup)
+CalibrationSessionOptions session_options(const CalibrateOptions& options, const CalibrateSetup& setup)
 {
   return {setup.parts, options.is_repeated, options.is_virtual ? virtual_date : today(),
           options.calibration.empty() ? "virtual bench" : options.calibration, setup.joint};
@@ -202,8 +194,8 @@ calibration::CalibrationSessionOptions session_options(const CalibrateOptions& o
 
 VirtualTruth truth_of(const CalibrateOptions& options, const CalibrateSetup& setup)
 {
-  VirtualTruth truth = calibration::virtual_truth(setup.bench, options.seed);
-  if (setup.joint) truth.joint = calibration::virtual_joint(truth, *setup.joint, setup.noise);
+  VirtualTruth truth = virtual_truth(setup.bench, options.seed);
+  if (setup.joint) truth.joint = virtual_joint(truth, *setup.joint, setup.noise);
   return truth;
 }
 
@@ -257,9 +249,9 @@ CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetu
   operate(session, person, kept, tasks);
   const Calibration& found = session.calibration();
   const std::vector<TargetError> before =
-      calibration::target_errors(calibration::uncalibrated(setup.bench, truth), setup.bench, truth, noise);
-  const std::vector<TargetError> after = calibration::target_errors(found, setup.bench, truth, noise);
-  const std::vector<CalibrationPart> missing = missing_parts(found, calibration::parts_of(setup.bench));
+      target_errors(uncalibrated(setup.bench, truth), setup.bench, truth, noise);
+  const std::vector<TargetError> after = target_errors(found, setup.bench, truth, noise);
+  const std::vector<CalibrationPart> missing = missing_parts(found, parts_of(setup.bench));
   if (options.has_json) {
     streams.data << "{\"seed\": " << options.seed << ", \"calibration\": ";
     write_status_json(streams.data, setup.bench, found, setup.parts);
@@ -269,8 +261,8 @@ CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetu
   } else if (!options.is_quiet) {
     write_status(streams.data, found, setup.parts);
     write_targets(streams.data, before, after, missing);
-    if (truth.joint && calibration::is_done(found, CalibrationPart::functional))
-      write_joint(streams.data, calibration::joint_error(found, truth));
+    if (truth.joint && is_done(found, CalibrationPart::functional))
+      write_joint(streams.data, joint_error(found, truth));
   }
   if (!options.pictures.empty() && session.task() == nullptr) {
     const PictureRequest request{setup.bench, truth, found, tasks};
@@ -285,8 +277,8 @@ void write_benches(const CalibrateOptions& options, const CalibrateSetup& setup,
   const int n_threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   if (options.step != "all" && !setup.joint)
     view::refuse_option("--model", "nothing", "the motion model that functional places in thigh and shank");
-  const VirtualStatistics statistics = calibration::virtual_statistics(
-      setup.bench, {options.seed, options.n_benches, n_threads, setup.noise, setup.joint});
+  const VirtualStatistics statistics =
+      virtual_statistics(setup.bench, {options.seed, options.n_benches, n_threads, setup.noise, setup.joint});
   if (options.has_json) {
     write_statistics_json(data, statistics);
     data << "\n";
@@ -359,8 +351,8 @@ CalibrateEnd calibrate(const CalibrateOptions& options, const show::Streams& str
   }
   if (options.step == "solve") {
     std::optional<Publication> result = Publication::begin(options.calibration, "vrda-player calibrate");
-    setup.begun = calibration::solve_again(
-        setup.bench, bench::read_calibration(options.calibration, setup.bench), options.calibration);
+    setup.begun = solve_again(setup.bench, bench::read_calibration(options.calibration, setup.bench),
+                              options.calibration);
     result->publish(bench::calibration_text(setup.begun, setup.bench));
   }
   if (is_file_step(options)) {
@@ -381,20 +373,6 @@ view::AppearanceOptions plain_look()
   look.mode = view::DrawMode::smooth;
   look.layers = "none";
   return look;
-}
-
-/// Dials in the order of SixNumbers.
-bench::PoseParameters numbers_of(const Task& task, std::span<const double> values)
-{
-  check(values.size() == 6 && task.dials.size() == 6, "a pose task has six dials");
-  bench::PoseParameters place;
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const auto k = static_cast<std::size_t>(axis);
-    const bool is_deg = task.dials[k + 3].unit == "deg";
-    place.shift_mm[axis] = values[k];
-    place.turn_rad[axis] = is_deg ? rad_from_deg(values[k + 3]) : values[k + 3];
-  }
-  return place;
 }
 
 }  // namespace
@@ -420,9 +398,9 @@ void AdjustedModel::take(const bench::Sample& sample)
   if (shown_) shown_->state.take(sample);
 }
 
-void AdjustedModel::place(const Calibration& calibration, const PoseTrial& trial, std::int64_t now_ns,
-                          view::Renderer& renderer)
+void AdjustedModel::place(const CalibrationSession& session, std::int64_t now_ns, view::Renderer& renderer)
 {
+  const Calibration& calibration = session.calibration();
   if (!shown_ || shown_->scale != calibration.subject_scale) {
     shown_ = std::make_unique<ModelOnBench>(bench_, calibration,
                                             store::scaled_model(model_, calibration.subject_scale), set_);
@@ -431,8 +409,8 @@ void AdjustedModel::place(const Calibration& calibration, const PoseTrial& trial
   }
   Calibration& tried = shown_->state.values().calibration;
   tried = calibration;
-  tried.X_body_model[static_cast<std::size_t>(calibration::role_of(trial.part))] =
-      numbers_of(trial.task, trial.values);
+  tried.X_body_model[static_cast<std::size_t>(session.task()->body.value())] =
+      placed_model_pose(session.values());
   if (shown_->view.take(tried.eyes)) renderer.load(shown_->view.warp());
   shown_->view.place(shown_->state.frame(now_ns), tried);
 }
@@ -450,8 +428,6 @@ void fit_into_window(DrawnLine& line, const view::Eye& eye)
                         to = 0.5 * (window.low_px + window.high_px);
   for (Eigen::Vector2d& p : line.points_px) p = to + scale * (p - from);
 }
-
-using Deviation = calibration::VirtualOperator::Deviation;
 
 class LiveBench final : public CalibrationBench {
  public:
@@ -473,8 +449,8 @@ class LiveBench final : public CalibrationBench {
       const bench::DeviceReport report = devices_.report(device);
       if (report.link != bench::LinkState::up) lines.push_back(bench::device_text(name, report));
     };
-    const bool wants_tracker = !task.tool.empty() || task.kind == TaskKind::model_pose;
-    const bool wants_board = task.kind == TaskKind::stop || task.kind == TaskKind::bullseye;
+    const bool wants_tracker = !task.tool.empty() || task.kind->traits().places_model;
+    const bool wants_board = task.kind->traits().uses_stage;
     if (wants_tracker && bench_.tracker) {
       add("tracker", bench::DeviceId::tracker);
       for (const std::string& note : devices_.report(bench::DeviceId::tracker).notes)
@@ -486,7 +462,9 @@ class LiveBench final : public CalibrationBench {
   std::optional<Deviation> deviation(const CalibrationSession&) const override { return std::nullopt; }
   CalibrationView view(const CalibrationSession& session) const override
   {
-    return {calibration::task_lines(session), std::nullopt, {}};
+    if (session.task() == nullptr) return {};
+    const Task& task = *session.task();
+    return {task.kind->draw(task, session.values(), session.drawing_calibration()), std::nullopt, {}};
   }
 
  private:
@@ -497,7 +475,7 @@ class LiveBench final : public CalibrationBench {
 class VirtualBench final : public CalibrationBench {
  public:
   VirtualBench(const BenchFile& bench, const VirtualTruth& truth, const VirtualNoise& noise)
-      : bench_(bench), truth_(truth), operator_(bench, truth, noise)
+      : truth_(truth), operator_(bench, truth, noise)
   {
   }
 
@@ -518,8 +496,7 @@ class VirtualBench final : public CalibrationBench {
     CalibrationView seen;
     seen.boxes = {view::box_of(eyes.left.window), view::box_of(eyes.right.window)};
     if (session.task() == nullptr) return seen;
-    seen.lines = calibration::physical_outlines(*session.task(), bench_, truth_);
-    for (const DrawnLine& line : calibration::seen_lines(drawn(session), truth_)) seen.lines.push_back(line);
+    seen.lines = operator_.seen(session);
     for (DrawnLine& line : seen.lines) fit_into_window(line, view::side_of(eyes, line.is_right));
     if (const std::optional<double> reading = operator_.reading(session)) {
       const std::vector<Dial>& dials = session.task()->dials;
@@ -530,15 +507,6 @@ class VirtualBench final : public CalibrationBench {
   }
 
  private:
-  std::vector<DrawnLine> drawn(const CalibrationSession& session) const
-  {
-    const CalibrationProgress& progress = session.progress();
-    if (session.task()->kind != TaskKind::model_pose) return calibration::task_lines(session);
-    return calibration::drawn_model_lines({progress.part, session.values(), session.drawing_calibration()},
-                                          bench_, truth_);
-  }
-
-  const BenchFile& bench_;
   VirtualTruth truth_;
   VirtualOperator operator_;
 };
@@ -582,7 +550,7 @@ void write_part(std::ostream& out, CalibrationPart part, const CalibrationRecord
   const std::string state = state_of(record);
   out << padded(bench::name_of(part), 12) << state;
   if (state == "missing") {
-    out << (calibration::is_optional(part) ? ", optional\n" : "\n");
+    out << (part_object(part).traits().is_optional ? ", optional\n" : "\n");
     return;
   }
   if (state == "begun")
@@ -590,7 +558,7 @@ void write_part(std::ostream& out, CalibrationPart part, const CalibrationRecord
   if (state == "outdated") out << ": must be repeated";
   out << ", " << record->date << "\n";
   if (!record->estimate) return;
-  const bench::Estimate& estimate = *record->estimate;
+  const Estimate& estimate = *record->estimate;
   for (std::size_t k = 0; k < estimate.names.size(); ++k) {
     const auto row = static_cast<Eigen::Index>(k);
     out << "  " << padded(estimate.names[k], 22) << bench::interval_text(estimate, row) << "\n";
@@ -603,7 +571,7 @@ void write_part(std::ostream& out, CalibrationPart part, const CalibrationRecord
   for (const std::string& remark : estimate.remarks) out << "  " << remark << "\n";
 }
 
-std::string json_of(const bench::Estimate& estimate)
+std::string json_of(const Estimate& estimate)
 {
   std::string text = "\"numbers\": [";
   for (std::size_t k = 0; k < estimate.names.size(); ++k) {
@@ -674,16 +642,16 @@ std::vector<CalibrationPart> missing_parts(const Calibration& calibration,
 {
   std::vector<CalibrationPart> missing;
   for (const CalibrationPart part : parts) {
-    if (!calibration::is_optional(part) && !calibration::is_done(calibration, part)) missing.push_back(part);
+    if (!part_object(part).traits().is_optional && !is_done(calibration, part)) missing.push_back(part);
   }
   return missing;
 }
 
 void write_status(std::ostream& out, const Calibration& calibration, std::span<const CalibrationPart> parts)
 {
-  for (const CalibrationPart part : parts) write_part(out, part, calibration::find_record(calibration, part));
+  for (const CalibrationPart part : parts) write_part(out, part, find_record(calibration, part));
   const std::vector<CalibrationPart> missing = missing_parts(calibration, parts);
-  if (!missing.empty()) out << "to be done: " << calibration::names_of(missing) << "\n";
+  if (!missing.empty()) out << "to be done: " << names_of(missing) << "\n";
 }
 
 void write_status_json(std::ostream& out, const BenchFile& bench, const Calibration& calibration,
@@ -691,7 +659,7 @@ void write_status_json(std::ostream& out, const BenchFile& bench, const Calibrat
 {
   out << "{\"bench\": " << show::quoted_text(bench.title) << ", \"parts\": [";
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    const CalibrationRecord* record = calibration::find_record(calibration, parts[k]);
+    const CalibrationRecord* record = find_record(calibration, parts[k]);
     out << (k == 0 ? "" : ", ") << "{\"name\": \"" << bench::name_of(parts[k]) << "\", \"once\": \""
         << (bench::is_per_bench(parts[k]) ? "bench" : "person") << "\", \"state\": \"" << state_of(record)
         << "\"";
@@ -721,8 +689,7 @@ void write_targets(std::ostream& out, std::span<const TargetError> before, std::
   if (missing.empty()) {
     write_summary(out, "after", after);
   } else {
-    out << "  " << padded("after", 8)
-        << "unknown until these parts are done: " << calibration::names_of(missing) << "\n";
+    out << "  " << padded("after", 8) << "unknown until these parts are done: " << names_of(missing) << "\n";
   }
 }
 

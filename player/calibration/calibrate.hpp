@@ -19,30 +19,6 @@
 
 namespace vrda::calibration {
 
-using bench::BenchFile;
-using bench::BodyRole;
-using bench::Calibration;
-using bench::CalibrationMark;
-using bench::CalibrationPart;
-using bench::CalibrationPoint;
-using bench::CalibrationRecord;
-using bench::CalibrationSettings;
-using bench::HeadKind;
-using bench::LegKind;
-using calibration::CalibrationProgress;
-using calibration::CalibrationSession;
-using calibration::Dial;
-using calibration::DrawnLine;
-using calibration::JointError;
-using calibration::NumberStatistics;
-using calibration::TargetError;
-using calibration::Task;
-using calibration::TaskKind;
-using calibration::VirtualNoise;
-using calibration::VirtualOperator;
-using calibration::VirtualStatistics;
-using calibration::VirtualTruth;
-
 struct CalibrateOptions {
   std::string step;         ///< viewport, ..., all, bench, person; status; solve
   std::string bench;        ///< empty with is_virtual: built-in bench file
@@ -93,13 +69,6 @@ struct ModelOnBench {
   bench::BenchView view;
 };
 
-/// A model pose being adjusted: part, task and current dial values.
-struct PoseTrial {
-  CalibrationPart part;
-  const Task& task;
-  std::span<const double> values;
-};
-
 /// Model drawn at the pose being adjusted.
 class AdjustedModel {
  public:
@@ -109,9 +78,9 @@ class AdjustedModel {
 
   void take(const bench::Sample& sample);
 
-  /// Places the model at `trial` and loads changes into the renderer. Throws InputError for unusable eyes.
-  void place(const Calibration& calibration, const PoseTrial& trial, std::int64_t now_ns,
-             view::Renderer& renderer);
+  /// Places the model at the dials of the session's task and loads changes into the renderer. Throws
+  /// InputError for unusable eyes.
+  void place(const CalibrationSession& session, std::int64_t now_ns, view::Renderer& renderer);
   /// Requires place().
   const bench::BenchView& view() const { return shown_->view; }
 
@@ -140,8 +109,7 @@ class CalibrationBench {
   /// Problems of the devices that the task needs; empty: none.
   virtual std::vector<std::string> device_problems(const Task& task) const = 0;
   /// How far the dials are from the truth; empty if the truth is unknown or there are no dials.
-  virtual std::optional<calibration::VirtualOperator::Deviation> deviation(
-      const CalibrationSession& session) const = 0;
+  virtual std::optional<Deviation> deviation(const CalibrationSession& session) const = 0;
   /// View of the current task.
   virtual CalibrationView view(const CalibrationSession& session) const = 0;
 };
@@ -155,7 +123,7 @@ std::unique_ptr<CalibrationBench> open_virtual_bench(const BenchFile& bench, con
 /// Motion of the file's model along its flexion, mm and rad, unscaled: poses at steps of about 2 degrees,
 /// each at the set's own or balanced varus. Throws InputError with the file: a sequence of frames, one
 /// flexion only, an unsolved pose.
-calibration::JointCurve joint_curve(const std::string& file, const std::string& set);
+JointCurve joint_curve(const std::string& file, const std::string& set);
 
 // Reports of a calibration as text and JSON.
 
@@ -177,6 +145,7 @@ struct TargetSummary {
   Quantiles mm, arc_min;
 };
 TargetSummary summary_of(std::span<const TargetError> errors);
+
 /// `missing`: parts that are not done; if not empty, `after` is not written (JSON: null).
 void write_targets(std::ostream& out, std::span<const TargetError> before, std::span<const TargetError> after,
                    std::span<const CalibrationPart> missing);

@@ -123,48 +123,57 @@ void CalibrationPanel::add_lines(const CalibrationPanelContent& content)
                      {0.0F, 0.0F, static_cast<float>(display_.width), static_cast<float>(display_.height)});
 }
 
-void CalibrationPanel::add_wrapped(std::vector<TextLine>& lines, const std::string& text,
-                                   const view::VertexColour& colour, float width_px) const
-{
-  std::string line, word;
-  const auto end_word = [&] {
-    const std::string longer = line.empty() ? word : line + " " + word;
-    if (!line.empty() && text_.width_px(longer) > width_px) {
-      lines.push_back({line, colour});
-      line = word;
-    } else {
-      line = longer;
-    }
-    word.clear();
+namespace {
+
+/// Lines of text, wrapped at a width.
+struct TextBlock {
+  const view::OverlayText& text;
+  float width_px;
+  struct Line {
+    std::string text;
+    view::VertexColour colour;
   };
-  for (const char c : text + "\n") {
-    if (c != ' ' && c != '\n') {
-      word += c;
-      continue;
-    }
-    end_word();
-    if (c == '\n') {
-      lines.push_back({line, colour});
-      line.clear();
+  std::vector<Line> lines = {};
+
+  void add(const std::string& words, const view::VertexColour& colour)
+  {
+    std::string line, word;
+    const auto end_word = [&] {
+      const std::string longer = line.empty() ? word : line + " " + word;
+      if (!line.empty() && text.width_px(longer) > width_px) {
+        lines.push_back({line, colour});
+        line = word;
+      } else {
+        line = longer;
+      }
+      word.clear();
+    };
+    for (const char c : words + "\n") {
+      if (c != ' ' && c != '\n') {
+        word += c;
+        continue;
+      }
+      end_word();
+      if (c == '\n') {
+        lines.push_back({line, colour});
+        line.clear();
+      }
     }
   }
-}
+};
 
-void CalibrationPanel::add_task(std::vector<TextLine>& lines, const CalibrationSession& session,
-                                const CalibrationPanelContent& content, float width_px) const
+void add_task(TextBlock& block, const CalibrationSession& session, double time_left_s)
 {
   const Task& task = *session.task();
   const CalibrationProgress& progress = session.progress();
-  add_wrapped(lines,
-              "Part " + std::to_string(progress.number) + " of " + std::to_string(progress.n_parts) + ": " +
-                  bench::name_of(progress.part) + ", " + std::to_string(progress.n_done + 1) + " of " +
-                  std::to_string(progress.n_tasks) + ", " + task.name,
-              faint, width_px);
-  add_wrapped(lines,
-              std::to_string(std::lround(100.0 * calibration::overall_progress(progress))) +
-                  " % of all parts done, about " + minutes_text(content.time_left_s) + " left",
-              faint, width_px);
-  add_wrapped(lines, task.instruction, ink, width_px);
+  block.add("Part " + std::to_string(progress.number) + " of " + std::to_string(progress.n_parts) + ": " +
+                bench::name_of(progress.part) + ", " + std::to_string(progress.n_done + 1) + " of " +
+                std::to_string(progress.n_tasks) + ", " + task.name,
+            faint);
+  block.add(std::to_string(std::lround(100.0 * overall_progress(progress))) + " % of all parts done, about " +
+                minutes_text(time_left_s) + " left",
+            faint);
+  block.add(task.instruction, ink);
   // One or two dials have their own keys; of more dials one is selected.
   const bool is_selecting = task.dials.size() > 2;
   for (std::size_t k = 0; k < task.dials.size(); ++k) {
@@ -172,53 +181,45 @@ void CalibrationPanel::add_task(std::vector<TextLine>& lines, const CalibrationS
     const std::string mark = !is_selecting ? (k == 0 ? "Left, Right: " : "Up, Down: ")
                              : is_live     ? "> "
                                            : "- ";
-    add_wrapped(lines, mark + dial_text(task.dials[k], session.values()[k]), is_live ? view::green : ink,
-                width_px);
+    block.add(mark + dial_text(task.dials[k], session.values()[k]), is_live ? view::green : ink);
   }
   if (progress.is_sampling) {
-    add_wrapped(lines,
-                std::to_string(progress.n_samples) + " of " + std::to_string(task.n_samples) +
-                    " samples of " + task.tool,
-                view::green, width_px);
+    block.add(std::to_string(progress.n_samples) + " of " + std::to_string(task.n_samples) + " samples of " +
+                  task.tool,
+              view::green);
   }
 }
 
-std::vector<CalibrationPanel::TextLine> CalibrationPanel::lines_of(const CalibrationSession& session,
-                                                                   const CalibrationPanelContent& content,
-                                                                   float width_px) const
+void add_help(TextBlock& block)
 {
-  std::vector<TextLine> lines;
-  if (content.has_help) {
-    for (const view::HelpLine& help : calibration::session_key_lines())
-      add_wrapped(lines, std::string(help.keys) + ": " + help.description, ink, width_px);
-    add_wrapped(lines, "H: back to the task", ink, width_px);
-    return lines;
-  }
-  if (session.task() != nullptr) {
-    add_task(lines, session, content, width_px);
-  } else {
-    add_wrapped(lines, "All requested parts are done. Enter: quit", view::green, width_px);
-  }
-  const CalibrationProgress& progress = session.progress();
-  if (!content.deviation.empty())
-    add_wrapped(lines, content.deviation, colour_of_deviation(content.deviation_value), width_px);
-  for (const std::string& line : progress.messages)
-    add_wrapped(lines, line, progress.has_error ? view::amber : view::green, width_px);
-  for (const std::string& note : content.notes) add_wrapped(lines, note, ink, width_px);
-  for (const std::string& error_message : content.error_messages)
-    add_wrapped(lines, error_message, view::amber, width_px);
-  if (!content.message.empty()) add_wrapped(lines, content.message, view::amber, width_px);
-  if (session.task() == nullptr) {
-    add_wrapped(lines, "To repeat a part: vrda-player calibrate PART --anew", faint, width_px);
-  } else {
-    add_wrapped(lines,
-                progress.is_sampling ? "Backspace: stop sampling. R: take back this part"
-                                     : "Backspace: take back the previous task. R: take back this part",
-                faint, width_px);
-  }
-  add_wrapped(lines, "H: keys", faint, width_px);
-  return lines;
+  for (const view::HelpLine& help : session_key_lines())
+    block.add(std::string(help.keys) + ": " + help.description, ink);
+  block.add("H: back to the task", ink);
 }
+
+void add_state(TextBlock& block, const CalibrationSession& session, const CalibrationPanelContent& content)
+{
+  const CalibrationProgress& progress = session.progress();
+  const bool is_over = session.task() == nullptr;
+  if (is_over) {
+    block.add("All requested parts are done. Enter: quit", view::green);
+  } else {
+    add_task(block, session, content.time_left_s);
+  }
+  if (!content.deviation.empty()) block.add(content.deviation, colour_of_deviation(content.deviation_value));
+  for (const std::string& line : progress.messages)
+    block.add(line, progress.has_error ? view::amber : view::green);
+  for (const std::string& note : content.notes) block.add(note, ink);
+  for (const std::string& message : content.error_messages) block.add(message, view::amber);
+  if (!content.message.empty()) block.add(content.message, view::amber);
+  block.add(is_over                ? "To repeat a part: vrda-player calibrate PART --anew"
+            : progress.is_sampling ? "Backspace: stop sampling. R: take back this part"
+                                   : "Backspace: take back the previous task. R: take back this part",
+            faint);
+  block.add("H: keys", faint);
+}
+
+}  // namespace
 
 /// Below the text, as wide as the area and its remaining height allow.
 void CalibrationPanel::add_diagram(const Diagram& diagram, const view::Viewport& area, float top_px)
@@ -255,12 +256,16 @@ const view::Overlay& CalibrationPanel::drawn(const CalibrationSession& session,
   const std::optional<view::Viewport> area = bench::operator_area(display_);
   const view::Viewport home = area ? *area : inner(session.calibration().eyes.left.visible);
   if (area) text_.add_area(overlay_, view::overlay_box(home), view::paper);
-  const std::vector<TextLine> lines =
-      lines_of(session, content, static_cast<float>(home.width) - 2.0F * margin_px);
-  const float height_px = text_.line_px() * static_cast<float>(lines.size());
+  TextBlock block{text_, static_cast<float>(home.width) - 2.0F * margin_px};
+  if (content.has_help) {
+    add_help(block);
+  } else {
+    add_state(block, session, content);
+  }
+  const float height_px = text_.line_px() * static_cast<float>(block.lines.size());
   float top_px = area ? static_cast<float>(home.y) + margin_px
                       : static_cast<float>(home.y + home.height) - margin_px - height_px;
-  for (const TextLine& line : lines) {
+  for (const TextBlock::Line& line : block.lines) {
     text_.add_text(overlay_, static_cast<float>(home.x) + margin_px, top_px, line.text, line.colour);
     top_px += text_.line_px();
   }
@@ -397,7 +402,7 @@ std::string task_name(const CalibrationSession& session)
   return std::string(bench::name_of(session.progress().part)) + " " + session.task()->name;
 }
 
-std::string text_of(const calibration::VirtualOperator::Deviation& off)
+std::string text_of(const Deviation& off)
 {
   return "You were " + show::rounded_text(off.value, off.unit.empty() ? 3 : 1) +
          (off.unit.empty() ? "" : " " + off.unit) + " from the truth" +
@@ -470,7 +475,7 @@ void CalibrationMode::take(const view::InputEvent& event)
   if (event.kind != view::InputKind::wheel) return;
   // Touchpads send parts of a notch.
   for (wheel_ += event.wheel; std::abs(wheel_) >= 1.0; wheel_ -= std::copysign(1.0, wheel_))
-    press(calibration::press_of_wheel(wheel_ > 0.0, event.has_shift, event.has_control));
+    press(press_of_wheel(wheel_ > 0.0, event.has_shift, event.has_control));
 }
 
 /// A drag is computed from its press: returning there restores the dials.
@@ -482,9 +487,9 @@ void CalibrationMode::take_pointer(const view::InputEvent& event)
     drag_ = event;
     session_.begin_drag();
   } else if (event.kind == view::InputKind::motion && drag_) {
-    session_.take(calibration::DialDrag{{event.x_px - drag_->x_px, event.y_px - drag_->y_px},
-                                        drag_->button == view::MouseButton::right,
-                                        drag_->has_shift});
+    session_.take(DialDrag{{event.x_px - drag_->x_px, event.y_px - drag_->y_px},
+                           drag_->button == view::MouseButton::right,
+                           drag_->has_shift});
   } else if (event.kind == view::InputKind::release || event.kind == view::InputKind::focus_lost) {
     drag_.reset();
   }
@@ -504,7 +509,7 @@ void CalibrationMode::press_in_task(const view::KeyPress& press)
   const bool is_confirmed = press.key == view::Key::enter && !session_.progress().is_sampling;
   if (is_confirmed) {
     content_.deviation.clear();
-    awaited_ = {task_name(session_), calibration::typical_s(*session_.task()),
+    awaited_ = {task_name(session_), session_.task()->kind->traits().typical_s,
                 calibration_bench_->deviation(session_)};
   }
   session_.take(press);
@@ -564,21 +569,22 @@ void CalibrationMode::print_words()
 const BodyOutline* CalibrationMode::outline() const
 {
   if (outlines_.empty()) return nullptr;
-  return &outlines_[session_.progress().part == CalibrationPart::tibia ? 1 : 0];
+  const Task* task = session_.task();
+  return &outlines_[task != nullptr && task->body == BodyRole::tibia ? 1 : 0];
 }
 
 void CalibrationMode::make_content()
 {
   const Task* task = session_.task();
   CalibrationView view = calibration_bench_->view(session_);
-  content_.time_left_s = calibration::time_left_s(pace_, session_.progress().typical_left_s);
+  content_.time_left_s = time_left_s(pace_, session_.progress().typical_left_s);
   content_.lines = std::move(view.lines);
   content_.boxes = view.boxes;
   content_.notes = std::move(view.notes);
   if (const std::string name = task_name(session_); name != drawn_task_) {
     drawn_task_ = name;
     content_.diagram.reset();
-    if (task != nullptr) content_.diagram = diagram_of(session_.progress().part, *task, bench_, outline());
+    if (task != nullptr) content_.diagram = diagram_of(*task, bench_, outline());
   }
   content_.error_messages =
       task == nullptr ? std::vector<std::string>{} : calibration_bench_->device_problems(*task);
@@ -592,9 +598,8 @@ void CalibrationMode::make_content()
 bool CalibrationMode::place_model()
 {
   const Task* task = session_.task();
-  if (task == nullptr || task->kind != TaskKind::model_pose || !model_) return false;
-  model_->place(session_.calibration(), {session_.progress().part, *task, session_.values()},
-                calibration_bench_->now_ns(), sink_.renderer());
+  if (task == nullptr || !task->kind->traits().places_model || !model_) return false;
+  model_->place(session_, calibration_bench_->now_ns(), sink_.renderer());
   return is_model_loaded_ = true;
 }
 

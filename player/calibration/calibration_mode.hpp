@@ -46,18 +46,8 @@ class CalibrationPanel {
   const view::Overlay& drawn(const CalibrationSession& session, const CalibrationPanelContent& content);
 
  private:
-  struct TextLine {
-    std::string text;
-    view::VertexColour colour;
-  };
   void add_lines(const CalibrationPanelContent& content);
-  std::vector<TextLine> lines_of(const CalibrationSession& session, const CalibrationPanelContent& content,
-                                 float width_px) const;
-  void add_wrapped(std::vector<TextLine>& lines, const std::string& text, const view::VertexColour& colour,
-                   float width_px) const;
   void add_diagram(const Diagram& diagram, const view::Viewport& area, float top_px);
-  void add_task(std::vector<TextLine>& lines, const CalibrationSession& session,
-                const CalibrationPanelContent& content, float width_px) const;
 
   view::OverlayText text_;
   view::Overlay overlay_;
@@ -165,10 +155,10 @@ class CalibrationMode final : public show::Mode {
   struct AwaitedTask {
     std::string name;
     double typical_s = 0.0;
-    std::optional<calibration::VirtualOperator::Deviation> deviation;
+    std::optional<Deviation> deviation;
   };
   AwaitedTask awaited_;
-  calibration::Pace pace_;
+  Pace pace_;
   std::string pictured_;  ///< task of the last picture
   std::size_t n_pictures_ = 0;
   bool is_over_ = false;

@@ -28,7 +28,7 @@ class Dials {
   /// Whether each dial was changed by the operator, also if it is back at its start value.
   const std::vector<bool>& touched() const { return touched_; }
 
-  /// Handles arrow keys (calibration_tasks/session.hpp); ignores others.
+  /// Handles arrow keys (session.hpp); ignores others.
   void press(const view::KeyPress& press);
   /// Handles a potentiometer value: 200 steps per turn, relative to its position when the dial was selected.
   void turn(int count, double time_s);
@@ -56,15 +56,5 @@ class Dials {
   double start_value_ = 0.0;  ///< of the selected dial at start_count_
   double last_steps_ = 0.0;
 };
-
-/// Row of the mark for a task without samples; its kind defines the numbers.
-std::vector<double> mark_row(const Task& task, std::span<const double> values,
-                             const Calibration& calibration);
-
-/// Drawn position of the cross of a bull's-eye, px.
-Eigen::Vector2d drawn_cross(const Task& task, std::span<const double> values, const Calibration& calibration);
-
-/// Body whose pose is recorded together with the task's tool; may be empty.
-std::optional<BodyRole> accompanying_body(CalibrationPart part, const Task& task);
 
 }  // namespace vrda::calibration

@@ -4,11 +4,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include "bench/devices.hpp"
-#include "calibration/eyepoint_fit.hpp"
-#include "calibration/solve_part.hpp"
+#include "bench/rigid_body.hpp"
+#include "calibration/parts.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "show/session.hpp"
@@ -16,33 +15,30 @@
 namespace vrda::calibration {
 namespace {
 
-/// Row lengths of a task kind.
-struct RowShape {
-  std::size_t first = 0;         ///< length of the first row
-  std::vector<std::size_t> all;  ///< allowed lengths of the other rows
-};
-
-const RowShape& shape_of(TaskKind kind)
+/// A position is the cross, then a row a sample with or without the head's pose; a sweep has the stage in
+/// each row or not; other samples are two poses; everything else is one row.
+bool is_of_shape(const CalibrationMark& mark, const TaskKind::Traits& kind)
 {
-  using enum TaskKind;
-  static const std::map<TaskKind, RowShape> shapes{
-      {scan_line, {1, {}}},       {number, {1, {}}},  {stop, {1, {}}},          {point, {2, {}}},
-      {rectangle_sides, {4, {}}}, {grid, {8, {}}},    {model_pose, {6, {}}},    {depth_check, {0, {}}},
-      {sweep, {0, {7, 8}}},       {hold, {14, {14}}}, {bullseye, {3, {3, 10}}}, {bend, {14, {14}}}};
-  return shapes.at(kind);
-}
-
-bool is_of_shape(const CalibrationMark& mark, TaskKind kind)
-{
-  const RowShape& shape = shape_of(kind);
-  if (mark.rows.empty() || (shape.all.empty() && mark.rows.size() != 1)) return false;
-  for (std::size_t k = 0; k < mark.rows.size(); ++k) {
-    const std::size_t n = mark.rows[k].size();
-    const bool is_first = k == 0 && kind != TaskKind::sweep;
-    if (is_first ? n != shape.first : std::ranges::find(shape.all, n) == shape.all.end()) return false;
+  using Samples = TaskKind::Samples;
+  const auto n = [&](std::size_t k) { return mark.rows[k].size(); };
+  const auto all = [&](std::size_t first, std::size_t one, std::size_t other) {
+    return std::all_of(
+        mark.rows.begin() + static_cast<std::ptrdiff_t>(first), mark.rows.end(),
+        [&](const std::vector<double>& row) { return row.size() == one || row.size() == other; });
+  };
+  if (mark.rows.empty()) return false;
+  switch (kind.samples) {
+    case Samples::none:
+      return mark.rows.size() == 1 && n(0) == kind.n_numbers;
+    case Samples::sweep:
+      return all(0, 7, 8);
+    case Samples::hold:
+    case Samples::leg:
+      return all(0, 14, 14);
+    case Samples::position:
+      return mark.rows.size() > 1 && n(0) == kind.n_numbers && all(1, 3, 10);
   }
-  // A bull's-eye has the cross in row 0, then at least one sample.
-  return kind != TaskKind::bullseye || mark.rows.size() > 1;
+  return false;
 }
 
 std::ptrdiff_t index_of_task(const std::vector<Task>& tasks, const std::string& name)
@@ -84,7 +80,7 @@ void require_task_marks(const CalibrationRecord& record, const std::vector<Task>
       throw InputError({path, place, "a mark of '" + mark.task + "', which is not a task of the bench file",
                         "marks of its tasks; if [calibration] has changed, repeat the part with --anew"});
     }
-    if (!is_of_shape(mark, tasks[at].kind)) {
+    if (!is_of_shape(mark, tasks[at].kind->traits())) {
       throw InputError({path, place, "rows of '" + mark.task + "' with a wrong number of values",
                         "rows as in schemas/calibration.md; repeat the part with --anew"});
     }
@@ -104,92 +100,43 @@ Eigen::Vector3d sampled_position(std::span<const double> row)
   return {row[0], row[1], row[2]};
 }
 
-namespace {
-
-void put_aspect(view::Eye& eye, double aspect)
+std::vector<MarkedTask> marked_tasks(CalibrationPart part, const PartInput& in)
 {
-  eye.pixel_aspect = eye.distortion.pixel_aspect = aspect;
+  const CalibrationRecord* record = find_record(in.begun, part);
+  std::vector<MarkedTask> marked;
+  for (Task& task : tasks_of(part, in.bench, in.begun)) {
+    const CalibrationMark* mark = record == nullptr ? nullptr : find_mark(*record, task.name);
+    marked.push_back({std::move(task), mark});
+  }
+  return marked;
 }
 
-void put_viewport(view::Eye& eye, const std::string& name, const bench::Estimate& found)
+std::vector<MarkedTask> tasks_of_eye(CalibrationPart part, const PartInput& in, bool is_right)
 {
-  const auto edge = [&](const char* which) { return value_in(found, name + ".edge_" + which); };
-  const Eigen::Vector2d low(edge("left"), edge("top")), high(edge("right"), edge("bottom"));
-  const auto whole = [](double x) { return static_cast<int>(std::lround(x)); };
-  eye.visible = {whole(low.x()), whole(low.y()), whole(high.x()) - whole(low.x()),
-                 whole(high.y()) - whole(low.y())};
-  put_aspect(eye, value_in(found, name + ".pixel_aspect"));
-  eye.sight_px = 0.5 * (low + high);
-  if (eye.distortion.k1 == 0.0 && eye.distortion.k2 == 0.0) eye.distortion.centre_px = eye.sight_px;
+  std::vector<MarkedTask> tasks = marked_tasks(part, in);
+  std::erase_if(tasks, [&](const MarkedTask& t) { return t.task.is_right != is_right || t.mark == nullptr; });
+  return tasks;
 }
 
-void put_distortion(view::Eye& eye, const std::string& name, const bench::Estimate& found)
+std::vector<std::string> names_of(std::span<const MarkedTask> tasks)
 {
-  const auto value = [&](const char* which) { return value_in(found, name + which); };
-  eye.distortion.k1 = value(".k1");
-  eye.distortion.k2 = value(".k2");
-  eye.distortion.centre_px = {value(".centre_x"), value(".centre_y")};
-  eye.distortion.unit_px = 0.5 * eye.window.width;
-  put_aspect(eye, value(".pixel_aspect"));
-}
-
-void put_eyepoints(view::EyePair& eyes, const bench::Estimate& found)
-{
-  eyes.left.distance_px = value_in(found, "left.distance");
-  eyes.right.distance_px = value_in(found, "right.distance");
-  // The origin of the head frame stays at the midpoint; the eye with the larger depth is further back.
-  const double apart_mm = value_in(found, "left.depth") - value_in(found, "right.depth");
-  eyes.left.position_head_mm.z() = 0.5 * apart_mm;
-  eyes.right.position_head_mm.z() = -0.5 * apart_mm;
-}
-
-}  // namespace
-
-const char* side_name(bool is_right)
-{
-  return is_right ? "right" : "left";
-}
-
-std::vector<std::string> distortion_names(bool is_right)
-{
-  std::vector<std::string> names = bench::shared_estimate_names(CalibrationPart::distortion);
-  std::erase_if(names, [&](const std::string& name) { return !name.starts_with(side_name(is_right)); });
+  std::vector<std::string> names;
+  for (const MarkedTask& t : tasks) names.push_back(t.task.name);
   return names;
 }
 
-double value_in(const bench::Estimate& estimate, const std::string& name)
+const CalibrationMark& mark_named(CalibrationPart part, const PartInput& in, const std::string& task)
 {
-  const Eigen::Index k = bench::index_of(estimate, name);
-  check(k >= 0, "an estimate has the numbers of its part");
-  return estimate.values[k];
+  const CalibrationMark* mark = find_mark(in.begun.records.at(part), task);
+  check(mark != nullptr, "a part is solved when all its tasks are done");
+  return *mark;
 }
 
-Pose pose_in(const bench::Estimate& estimate, const std::string& name)
-{
-  Eigen::Matrix<double, 6, 1> six;
-  Eigen::Index k = 0;
-  for (const std::string& number : bench::pose_number_names(name)) six[k++] = value_in(estimate, number);
-  return bench::pose_of(bench::PoseParameters{six.head<3>(), six.tail<3>() * rad_from_deg(1.0)});
-}
-
-void apply_estimate(view::EyePair& eyes, CalibrationPart part, const bench::Estimate& found)
-{
-  for (const bool is_right : {false, true}) {
-    view::Eye& eye = view::side_of(eyes, is_right);
-    if (part == CalibrationPart::viewport) put_viewport(eye, side_name(is_right), found);
-    if (part == CalibrationPart::distortion) put_distortion(eye, side_name(is_right), found);
-  }
-  if (part == CalibrationPart::eyepoints) put_eyepoints(eyes, found);
-  if (part == CalibrationPart::ipd) view::set_ipd(eyes, value_in(found, "ipd"));
-}
-
-view::EyePair eyes_before(CalibrationPart part, const PartInput& in)
+view::EyePair eyes_before(CalibrationPart id, const PartInput& in)
 {
   view::EyePair eyes = bench::nominal_calibration(in.bench).eyes;
-  for (const CalibrationPart earlier : {CalibrationPart::viewport, CalibrationPart::distortion,
-                                        CalibrationPart::eyepoints, CalibrationPart::ipd}) {
-    const bench::Estimate* estimate = find_estimate(in.begun, earlier);
-    if (earlier < part && estimate != nullptr) apply_estimate(eyes, earlier, *estimate);
+  for (const auto& [earlier, record] : in.begun.records) {
+    if (earlier < id && record.estimate) part_object(earlier).apply(eyes, *record.estimate);
   }
   return eyes;
 }
@@ -200,20 +147,20 @@ const CalibrationRecord* find_record(const Calibration& calibration, Calibration
   return found == calibration.records.end() ? nullptr : &found->second;
 }
 
-const bench::Estimate* find_estimate(const Calibration& calibration, CalibrationPart part)
+const Estimate* find_estimate(const Calibration& calibration, CalibrationPart part)
 {
   const CalibrationRecord* record = find_record(calibration, part);
   return record == nullptr || !record->estimate ? nullptr : &*record->estimate;
 }
 
-const bench::Estimate& estimate_of(CalibrationPart part, const PartInput& in)
+const Estimate& estimate_of(CalibrationPart part, const PartInput& in)
 {
-  if (const bench::Estimate* found = find_estimate(in.begun, part)) return *found;
+  if (const Estimate* found = find_estimate(in.begun, part)) return *found;
   throw InputError(
       {in.path, bench::name_of(part), "no estimate", "a finished part, because others depend on it"});
 }
 
-Eigen::MatrixXd prior_covariance(const bench::Estimate& estimate, const std::vector<std::string>& names)
+Eigen::MatrixXd prior_covariance(const Estimate& estimate, const std::vector<std::string>& names)
 {
   const auto n = static_cast<Eigen::Index>(names.size());
   Eigen::MatrixXd covariance(n, n);
@@ -229,59 +176,54 @@ Eigen::MatrixXd prior_covariance(const bench::Estimate& estimate, const std::vec
   return t_ratio * t_ratio * covariance;
 }
 
-namespace {
-
-bool is_first(calibration::Edge edge)
+std::vector<std::string> distortion_names(bool is_right)
 {
-  return edge == calibration::Edge::left || edge == calibration::Edge::top;
+  std::vector<std::string> names = bench::shared_estimate_names(CalibrationPart::distortion);
+  std::erase_if(names, [&](const std::string& name) { return !name.starts_with(side_name(is_right)); });
+  return names;
 }
 
-/// The edges are in pairs: left and right, top and bottom.
-calibration::Edge opposite(calibration::Edge edge)
+double value_in(const Estimate& estimate, const std::string& name)
 {
-  return static_cast<calibration::Edge>(static_cast<int>(edge) ^ 1);
+  const Eigen::Index k = bench::index_of(estimate, name);
+  check(k >= 0, "an estimate has the numbers of its part");
+  return estimate.values[k];
 }
 
-struct ScannedLine {
-  std::string task;
-  double at_px = 0.0;
-};
-
-/// Marked scans of an edge, for the eye of `task`.
-std::vector<ScannedLine> scans_of(calibration::Edge edge, const Task& task, const std::vector<Task>& tasks,
-                                  const CalibrationRecord& record)
+Pose pose_in(const Estimate& estimate, const std::string& name)
 {
-  std::vector<ScannedLine> scans;
-  for (const Task& t : tasks) {
-    if (t.kind != TaskKind::scan_line || t.is_right != task.is_right || t.index != static_cast<int>(edge))
-      continue;
-    if (const CalibrationMark* mark = find_mark(record, t.name)) scans.push_back({t.name, mark->rows[0][0]});
+  Eigen::Matrix<double, 6, 1> six;
+  Eigen::Index k = 0;
+  for (const std::string& number : bench::pose_number_names(name)) six[k++] = value_in(estimate, number);
+  return bench::pose_of(bench::PoseParameters{six.head<3>(), six.tail<3>() * rad_from_deg(1.0)});
+}
+
+MeanPosition mean_position(const std::vector<Eigen::Vector3d>& places)
+{
+  MeanPosition mean;
+  for (const Eigen::Vector3d& p : places) mean.p_mm += p / static_cast<double>(places.size());
+  double sum_sq = 0.0;
+  for (const Eigen::Vector3d& p : places) {
+    sum_sq += (p - mean.p_mm).squaredNorm();
+    mean.furthest_mm = std::max(mean.furthest_mm, (p - mean.p_mm).norm());
   }
-  return scans;
+  if (places.size() > 1) mean.sd_mm = std::sqrt(sum_sq / (3.0 * static_cast<double>(places.size() - 1)));
+  return mean;
 }
 
-}  // namespace
-
-void require_edge_order(const std::vector<Task>& tasks, const CalibrationRecord& record, std::size_t done,
-                        const std::string& path)
+std::vector<Eigen::Vector3d> places_of(const Task& task, const CalibrationMark& mark)
 {
-  const Task& last = tasks[done];
-  if (last.kind != TaskKind::scan_line) return;
-  const auto edge = static_cast<calibration::Edge>(last.index);
-  const double at_px = find_mark(record, last.name)->rows[0][0];
-  std::vector<ScannedLine> scans = scans_of(opposite(edge), last, tasks, record);
-  const bool is_crossed = std::ranges::any_of(scans, [&](const ScannedLine& other) {
-    return is_first(edge) ? at_px >= other.at_px : at_px <= other.at_px;
-  });
-  if (!is_crossed) return;
-  std::vector<std::string> rejected;
-  for (const ScannedLine& scan : scans) rejected.push_back(scan.task);
-  for (const ScannedLine& scan : scans_of(edge, last, tasks, record)) rejected.push_back(scan.task);
-  throw PartRefusal({path, bench::name_of(CalibrationPart::viewport),
-                     "crossed edges of the " + eye_text(last.is_right) + ": " + calibration::name_of(edge) +
-                         " beyond " + calibration::name_of(opposite(edge)),
-                     "left before right and top before bottom; scan both edges again"},
-                    std::move(rejected));
+  const TaskKind::Samples samples = task.kind->traits().samples;
+  const bool is_position = samples == TaskKind::Samples::position;
+  std::vector<Eigen::Vector3d> places;
+  if (!is_position && samples != TaskKind::Samples::hold) return places;
+  const std::size_t first = is_position ? 1 : 0, body_at = is_position ? 3 : 7;
+  for (std::size_t k = first; k < mark.rows.size(); ++k) {
+    const std::vector<double>& row = mark.rows[k];
+    const Eigen::Vector3d p = sampled_position(row);
+    places.push_back(row.size() > body_at ? Eigen::Vector3d(sampled_pose(row, body_at).inverse() * p) : p);
+  }
+  return places;
 }
 
 std::string screen_message(const InputError& error)
@@ -293,39 +235,40 @@ std::string screen_message(const InputError& error)
 
 namespace {
 
-std::string with_unit(double value, const std::string& unit)
+/// Root mean square distance from the mean of white noise with these differences of successive positions.
+/// Source: von Neumann (1941) Ann Math Statist 12:367-395.
+double successive_noise_mm(const std::vector<Eigen::Vector3d>& places)
 {
-  return show::rounded_text(value, 2) + (unit.empty() ? "" : " " + unit);
+  double sum_sq = 0.0;
+  for (std::size_t k = 1; k < places.size(); ++k) sum_sq += (places[k] - places[k - 1]).squaredNorm();
+  return places.size() < 2 ? 0.0 : std::sqrt(0.5 * sum_sq / static_cast<double>(places.size() - 1));
 }
 
-std::string thing_of(TaskKind kind)
+}  // namespace
+
+void require_static(CalibrationPart id, const Task& task, const CalibrationMark& mark,
+                    const std::string& path)
 {
-  switch (kind) {
-    case TaskKind::scan_line:
-      return "line";
-    case TaskKind::rectangle_sides:
-      return "lines";
-    case TaskKind::point:
-    case TaskKind::bullseye:
-      return "cross";
-    case TaskKind::grid:
-      return "grid";
-    case TaskKind::model_pose:
-      return "model";
-    default:
-      return "number";
+  // Ten times the noise of an optical tracker at the tip of a probe.
+  constexpr double least_limit_mm = 3.0;
+  const std::vector<Eigen::Vector3d> places = places_of(task, mark);
+  const MeanPosition mean = mean_position(places);
+  // The noise of a static tool is as large between successive samples as about their mean; a motion is not.
+  constexpr double most_deviations = 3.0;
+  const double furthest_mm = std::max(least_limit_mm, most_deviations * successive_noise_mm(places));
+  if (mean.furthest_mm > furthest_mm) {
+    throw PartRefusal(
+        {path, std::string(part_object(id).name()) + ", " + task.name,
+         "samples up to " + show::rounded_text(mean.furthest_mm, 1) + " mm from their mean",
+         "at most " + show::rounded_text(furthest_mm, 1) + " mm; hold it still and sample again"});
   }
 }
 
-/// Where the tool of a static measurement was, in the body's frame; empty for other kinds.
-std::vector<Eigen::Vector3d> places_of(const Task& task, const CalibrationMark& mark)
+namespace {
+
+std::string with_unit(double value, const std::string& unit)
 {
-  if (task.kind == TaskKind::bullseye) return marker_positions(mark);
-  std::vector<Eigen::Vector3d> places;
-  if (task.kind != TaskKind::hold) return places;
-  for (const std::vector<double>& row : mark.rows)
-    places.push_back(sampled_pose(row, 7).inverse() * sampled_position(row));
-  return places;
+  return show::rounded_text(value, 2) + (unit.empty() ? "" : " " + unit);
 }
 
 }  // namespace
@@ -333,12 +276,13 @@ std::vector<Eigen::Vector3d> places_of(const Task& task, const CalibrationMark& 
 std::string untouched_text(const Task& task, const std::vector<bool>& touched)
 {
   if (task.dials.empty() || task.is_start_valid) return {};
-  const bool is_done = task.kind == TaskKind::rectangle_sides ? std::ranges::all_of(touched, std::identity())
-                                                              : std::ranges::any_of(touched, std::identity());
+  const TaskKind::Traits& kind = task.kind->traits();
+  const bool is_done = kind.has_two_lines ? std::ranges::all_of(touched, std::identity())
+                                          : std::ranges::any_of(touched, std::identity());
   if (is_done) return {};
   const bool is_part = std::ranges::any_of(touched, std::identity());
-  const std::string thing = is_part ? "other line" : thing_of(task.kind);
-  const bool is_plural = !is_part && task.kind == TaskKind::rectangle_sides;
+  const std::string thing = is_part ? "other line" : kind.thing;
+  const bool is_plural = !is_part && kind.has_two_lines;
   return "Not taken: the " + thing + (is_plural ? " were" : " was") +
          " not touched. Follow the instruction above, then press Enter. If the " + thing +
          (is_plural ? " are right where they are, move each" : " is right where it is, move it") +
@@ -376,14 +320,14 @@ std::string same_place_text(const std::vector<Task>& tasks, const CalibrationRec
 }
 
 std::string unexpected_text(const std::vector<Task>& tasks, const CalibrationRecord& record,
-                            const bench::Estimate& estimate, const Calibration& nominal)
+                            const Estimate& estimate, const Calibration& nominal)
 {
   const std::string again =
       ". The readings agree with each other, so they must be measured again: check the instrument, its unit "
       "and what is measured. The same readings are then accepted.";
   for (const Task& task : tasks) {
     const CalibrationMark* const mark = find_mark(record, task.name);
-    const bool has_reading = task.kind == TaskKind::scan_line || task.kind == TaskKind::number;
+    const bool has_reading = task.kind->traits().is_reading;
     if (!has_reading || mark == nullptr || implausible_text(task, mark->rows[0]).empty()) continue;
     return task.name + ": " + with_unit(mark->rows[0][0], task.dials[0].unit) + " is far from the expected " +
            with_unit(task.dials[0].least_plausible, "") + " to " +

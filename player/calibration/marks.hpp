@@ -1,5 +1,5 @@
-/// Access to marks and estimates, the eyes as estimated by earlier parts, and errors with the tasks that must
-/// be repeated.
+/// Access to marks and estimates, the eyes as estimated by earlier parts, checks of marks, and errors with
+/// the tasks that must be repeated.
 #pragma once
 
 #include <span>
@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "bench/calibration_file.hpp"
-#include "bench/rigid_body.hpp"
 #include "calibration/task.hpp"
 
 namespace vrda::calibration {
@@ -31,29 +30,48 @@ Pose sampled_pose(std::span<const double> row, std::size_t at = 0);
 /// Position from the first three numbers of a row.
 Eigen::Vector3d sampled_position(std::span<const double> row);
 
-/// Applies the estimate of `part` (viewport, distortion, eyepoints or ipd) to `eyes`.
-void apply_estimate(view::EyePair& eyes, CalibrationPart part, const bench::Estimate& found);
+/// A task with its mark, or nullptr.
+struct MarkedTask {
+  Task task;
+  const CalibrationMark* mark = nullptr;
+};
+/// All tasks of a part; those of one eye that have a mark.
+std::vector<MarkedTask> marked_tasks(CalibrationPart part, const PartInput& in);
+std::vector<MarkedTask> tasks_of_eye(CalibrationPart part, const PartInput& in, bool is_right);
+/// Names of the tasks.
+std::vector<std::string> names_of(std::span<const MarkedTask> tasks);
+/// Mark of a task that is done.
+const CalibrationMark& mark_named(CalibrationPart part, const PartInput& in, const std::string& task);
 
-/// Nominal eyes with the estimates of these parts before `part`.
+/// Nominal eyes with the estimates of the parts of the display before `part`.
 view::EyePair eyes_before(CalibrationPart part, const PartInput& in);
 
 /// Record and estimate of a part, or nullptr.
 const CalibrationRecord* find_record(const Calibration& calibration, CalibrationPart part);
-const bench::Estimate* find_estimate(const Calibration& calibration, CalibrationPart part);
+const Estimate* find_estimate(const Calibration& calibration, CalibrationPart part);
 /// Throws InputError if the estimate is missing.
-const bench::Estimate& estimate_of(CalibrationPart part, const PartInput& in);
+const Estimate& estimate_of(CalibrationPart part, const PartInput& in);
 
 /// Block of an estimate's covariance for `names`, scaled to the normal distribution with the same 95 %
 /// intervals. Used as the prior covariance of later fits.
-Eigen::MatrixXd prior_covariance(const bench::Estimate& estimate, const std::vector<std::string>& names);
+Eigen::MatrixXd prior_covariance(const Estimate& estimate, const std::vector<std::string>& names);
 
-double value_in(const bench::Estimate& estimate, const std::string& name);
+double value_in(const Estimate& estimate, const std::string& name);
 /// Pose from the six numbers "name.shift_x" to "name.turn_z".
-Pose pose_in(const bench::Estimate& estimate, const std::string& name);
-/// "left", "right"
-const char* side_name(bool is_right);
+Pose pose_in(const Estimate& estimate, const std::string& name);
 /// Names of the distortion numbers of one eye: "left.k1", ...
 std::vector<std::string> distortion_names(bool is_right);
+
+/// Mean and scatter of repeated positions.
+struct MeanPosition {
+  Eigen::Vector3d p_mm = Eigen::Vector3d::Zero();
+  double sd_mm = 0.0;  ///< standard deviation of a coordinate of one sample
+  double furthest_mm = 0.0;
+};
+MeanPosition mean_position(const std::vector<Eigen::Vector3d>& places);
+/// Where the tool of a static measurement was, in the frame of the body that is sampled with it, else of the
+/// tracker; empty for other kinds.
+std::vector<Eigen::Vector3d> places_of(const Task& task, const CalibrationMark& mark);
 
 class PartRefusal : public InputError {
  public:
@@ -81,12 +99,12 @@ auto run_fit(const std::vector<std::string>& tasks, const Fit& fit)
   }
 }
 
-/// Throws PartRefusal if the mark of task `done` crosses a scan of the opposite edge.
-void require_edge_order(const std::vector<Task>& tasks, const CalibrationRecord& record, std::size_t done,
-                        const std::string& path);
-
 /// Message for the screen: field, found and wanted, without the file.
 std::string screen_message(const InputError& error);
+
+/// Throws PartRefusal if the samples of a static measurement moved.
+void require_static(CalibrationPart part, const Task& task, const CalibrationMark& mark,
+                    const std::string& path);
 
 // Checks of readings before they become marks: not touched, implausible, at the place of another one. The
 // texts are for the screen and say what to do; empty: nothing to object.
@@ -105,6 +123,6 @@ std::string same_place_text(const std::vector<Task>& tasks, const CalibrationRec
 /// Why the readings of a part, which agree with each other, must be measured again: its estimate, or
 /// readings of `tasks` that were confirmed although implausible, are far from what the tasks start from.
 std::string unexpected_text(const std::vector<Task>& tasks, const CalibrationRecord& record,
-                            const bench::Estimate& estimate, const Calibration& nominal);
+                            const Estimate& estimate, const Calibration& nominal);
 
 }  // namespace vrda::calibration

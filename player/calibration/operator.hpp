@@ -5,7 +5,6 @@
 
 #include <map>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "calibration/bench_poses.hpp"
@@ -13,11 +12,6 @@
 #include "calibration/session.hpp"
 
 namespace vrda::calibration {
-
-using calibration::CalibrationSession;
-using calibration::DrawnLine;
-using calibration::Task;
-using calibration::TaskKind;
 
 /// Sends the key presses and samples of a real bench; the session receives nothing else.
 class VirtualOperator {
@@ -42,16 +36,14 @@ class VirtualOperator {
   std::vector<double> aligned_values(const CalibrationSession& session) const;
   /// Reading of ruler, tape or pupillometer for a task that requires a number; nullopt otherwise.
   std::optional<double> reading(const CalibrationSession& session) const;
-  /// Distance of the dials from the truth; empty for a task without dials. Lines, crosses and nodes of a
-  /// grid (root mean square) in px, points of a model (root mean square) in mm, numbers in their unit.
-  struct Deviation {
-    double value = 0.0;
-    std::string unit;
-  };
+  /// Distance of the dials from the truth; empty for a task without dials.
   std::optional<Deviation> deviation(const CalibrationSession& session) const;
+  /// Physical things and drawn lines as the eyes see them during the current task; undistorted px.
+  std::vector<DrawnLine> seen(const CalibrationSession& session) const;
 
  private:
   std::uint64_t draws_index(const CalibrationSession& session) const;
+  TaskContext context(const CalibrationSession& session, RandomSequence& draws) const;
   RandomSequence hand(const CalibrationSession& session) const;
   BenchPoses standing(const CalibrationSession& session) const;
   void send_frame(CalibrationSession& session, const BenchPoses& poses);
@@ -68,23 +60,5 @@ class VirtualOperator {
   std::int64_t time_ns_ = 0;
   bool is_stage_zeroed_ = false;
 };
-
-/// Outlines of the physical things that the current task is aligned with, as seen by the eye, in
-/// undistorted px: edge of the visible area, grid, rectangle, marker, the leg's points in sequence. For
-/// training and images.
-std::vector<DrawnLine> physical_outlines(const Task& task, const BenchFile& bench, const VirtualTruth& truth);
-
-/// A model placed by eye.
-struct ModelPlacement {
-  CalibrationPart part = CalibrationPart::leg;
-  std::span<const double> values;  ///< values of the task's dials: mm and degrees
-  const Calibration& found;        ///< calibration used for drawing
-};
-/// The model's points in sequence, in the frame buffer, with head and body at rest.
-std::vector<DrawnLine> drawn_model_lines(const ModelPlacement& placed, const BenchFile& bench,
-                                         const VirtualTruth& truth);
-
-/// Where lines of the frame buffer are seen through the true optics, clipped to the visible area.
-std::vector<DrawnLine> seen_lines(std::span<const DrawnLine> drawn, const VirtualTruth& truth);
 
 }  // namespace vrda::calibration

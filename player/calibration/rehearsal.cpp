@@ -10,7 +10,6 @@
 #include "bench/simulated_devices.hpp"
 #include "calibration/calibration_mode.hpp"
 #include "calibration/parts.hpp"
-#include "core/text.hpp"
 #include "show/session.hpp"
 #include "store/motion_model.hpp"
 
@@ -28,7 +27,7 @@ double sweep_s(const Task& task, const BenchFile& bench)
 
 bool is_rail(const Task& task)
 {
-  return task.kind == TaskKind::sweep && task.name.ends_with("rail");
+  return task.kind->traits().samples == TaskKind::Samples::sweep && task.name.ends_with("rail");
 }
 
 double cycle_s(const Task& task, const BenchFile& bench)
@@ -41,7 +40,7 @@ double cycle_s(const Task& task, const BenchFile& bench)
 Rehearsal::Rehearsal(const BenchFile& bench, std::vector<CalibrationPart> parts, std::uint64_t seed)
     : bench_(bench),
       parts_(std::move(parts)),
-      truth_(calibration::virtual_truth(bench, seed)),
+      truth_(virtual_truth(bench, seed)),
       operator_(bench, truth_, VirtualNoise{})
 {
   follow(bench::nominal_calibration(bench), 0.0);
@@ -51,7 +50,7 @@ Rehearsal::Rehearsal(const BenchFile& bench, std::vector<CalibrationPart> parts,
 std::string Rehearsal::follow(const Calibration& so_far, double now_s)
 {
   const std::lock_guard lock(mutex_);
-  session_.emplace(bench_, so_far, calibration::CalibrationSessionOptions{parts_, false, "", "rehearsal"});
+  session_.emplace(bench_, so_far, CalibrationSessionOptions{parts_, false, "", "rehearsal"});
   const Task* const task = session_->task();
   const std::string name =
       task == nullptr ? "done" : std::string(bench::name_of(session_->progress().part)) + ", " + task->name;
@@ -95,10 +94,9 @@ std::string Rehearsal::prompt(double now_s)
   return "the marker moves: press Enter now";
 }
 
-calibration::BenchPoses Rehearsal::poses(double now_s) const
+BenchPoses Rehearsal::poses(double now_s) const
 {
-  return session_->task() == nullptr ? calibration::resting_poses(truth_)
-                                     : operator_.poses(*session_, way(now_s));
+  return session_->task() == nullptr ? resting_poses(truth_) : operator_.poses(*session_, way(now_s));
 }
 
 bench::IgtlMessage Rehearsal::message(std::uint64_t k, double now_s) const
@@ -128,8 +126,8 @@ int Rehearsal::stage_count(double now_s) const
 void rehearse(const bench::SimulateOptions& options, const show::Streams& streams)
 {
   const BenchFile bench = bench::read_bench_file(options.bench);
-  const std::vector<CalibrationPart> parts = calibration::parts_of_step("all", bench);
-  for (const CalibrationPart part : parts) calibration::require_bench_data(part, bench);
+  const std::vector<CalibrationPart> parts = parts_of_step("all", bench);
+  for (const CalibrationPart part : parts) require_bench_data(part, bench);
   Rehearsal rehearsal(bench, parts, bench.simulation.seed);
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();

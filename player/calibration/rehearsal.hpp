@@ -11,7 +11,8 @@
 
 #include "bench/bench_run.hpp"
 #include "bench/igtl_message.hpp"
-#include "calibration/calibrate.hpp"
+#include "calibration/operator.hpp"
+#include "show/loop.hpp"
 
 namespace vrda::calibration {
 
@@ -33,7 +34,7 @@ class Rehearsal {
 
  private:
   double way(double now_s) const;
-  calibration::BenchPoses poses(double now_s) const;
+  BenchPoses poses(double now_s) const;
   int sweep_number(double now_s) const;
 
   const BenchFile& bench_;

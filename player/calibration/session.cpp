@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "bench/rigid_body.hpp"
+#include "calibration/drawing.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
-#include "calibration/solve_part.hpp"
 #include "core/text.hpp"
 #include "show/session.hpp"
 
@@ -48,14 +48,14 @@ double rounded_mm(double value)
 
 SampleCollector::SampleCollector(const BenchFile& bench) : bench_(bench), trackers_(bench) {}
 
-void SampleCollector::begin(const Task& task, const std::optional<BodyRole>& role)
+void SampleCollector::begin(const Task& task)
 {
   const std::vector<std::string>& tools = bench_.tracker->tools;
   const auto found = std::ranges::find(tools, task.tool);
   check(found != tools.end(), "the tool of a task is a tool of the tracker");
   tool_ = static_cast<std::size_t>(found - tools.begin());
-  kind_ = task.kind;
-  role_ = role;
+  samples_ = task.kind->traits().samples;
+  role_ = task.body;
   rows_.clear();
   thigh_before_.reset();
   thigh_.reset();
@@ -100,7 +100,7 @@ const bench::BodyTracker* SampleCollector::fresh_body(double time_s)
 
 void SampleCollector::end_message(bench::BodyTracker& tracker)
 {
-  if (!tracker.end_message() || kind_ != TaskKind::bend) return;
+  if (!tracker.end_message() || samples_ != TaskKind::Samples::leg) return;
   const auto is_of = [&](BodyRole role) { return trackers_[role] && &*trackers_[role] == &tracker; };
   const bench::TimedPose pose{tracker.seen_s(), tracker.last()};
   if (is_of(BodyRole::femur)) {
@@ -142,10 +142,10 @@ bool SampleCollector::take_place(const bench::Sample& sample)
 {
   const bool is_seen = sample.is(bench::ToolVisibility::seen) && is_finite(sample.tool_pose);
   const double time_s = trackers_.take(sample, [this](bench::BodyTracker& tracker) { end_message(tracker); });
-  if (is_taking_ && kind_ == TaskKind::bend) return take_leg();
+  if (is_taking_ && samples_ == TaskKind::Samples::leg) return take_leg();
   if (!is_taking_ || !is_seen || sample.source != tool_) return false;
   std::vector<double> row;
-  if (kind_ == TaskKind::bullseye) {
+  if (samples_ == TaskKind::Samples::position) {
     add_position(row, sample.tool_pose);
   } else {
     add_place(row, sample.tool_pose);
@@ -155,7 +155,7 @@ bool SampleCollector::take_place(const bench::Sample& sample)
     if (body == nullptr) return false;
     add_place(row, bench::place_of(body->last()));
   }
-  if (kind_ == TaskKind::sweep && stage_mm_) row.push_back(*stage_mm_);
+  if (samples_ == TaskKind::Samples::sweep && stage_mm_) row.push_back(*stage_mm_);
   rows_.push_back(std::move(row));
   return true;
 }
@@ -216,8 +216,8 @@ void CalibrationSession::begin_part(CalibrationPart part)
   tasks_ = tasks_of(part, bench_, calibration_);
   const CalibrationRecord so_far = record_so_far();
   progress_.n_tasks = static_cast<int>(tasks_.size());
-  if (part == CalibrationPart::eyepoints)
-    progress_.messages.push_back(expected_eyepoint(bench_, calibration_));
+  if (const std::string words = part_object(part).introduction(bench_, calibration_); !words.empty())
+    progress_.messages.push_back(words);
   // The session was interrupted after the last mark and before solving.
   if (next_task(tasks_, so_far) == tasks_.size()) return solve();
   next_task_of_part();
@@ -235,7 +235,7 @@ void CalibrationSession::next_task_of_part()
   dials_ = Dials(tasks_[at_task_]);
   implausible_.clear();
   looked_at_.reset();
-  if (tasks_[at_task_].kind != TaskKind::depth_check) return;
+  if (!tasks_[at_task_].kind->traits().shows_result) return;
   // A look checks the result before the part is confirmed, so the part is solved here for drawing only.
   try {
     looked_at_ = solve_part(progress_.part, input());
@@ -250,7 +250,7 @@ double CalibrationSession::typical_left_s() const
   double left_s = 0.0;
   const auto add = [&](const std::vector<Task>& tasks, const CalibrationRecord& so_far) {
     for (const Task& task : tasks)
-      if (find_mark(so_far, task.name) == nullptr) left_s += typical_s(task);
+      if (find_mark(so_far, task.name) == nullptr) left_s += task.kind->traits().typical_s;
   };
   add(tasks_, record_so_far());
   for (std::size_t k = n_begun_; k < options_.parts.size(); ++k) {
@@ -284,7 +284,8 @@ std::string CalibrationSession::objection_to(const Task& current) const
   if (std::ranges::equal(implausible_, dials_.values()) || current.n_samples > 0) return {};
   try {
     CalibrationRecord tried = record_so_far();
-    insert_mark(tried, tasks_, {current.name, {mark_row(current, dials_.values(), calibration_)}});
+    insert_mark(tried, tasks_,
+                {current.name, {current.kind->mark_row(current, dials_.values(), calibration_)}});
     require_edge_order(tasks_, tried, at_task_, options_.path);
   } catch (const PartRefusal&) {
     return {};
@@ -295,10 +296,11 @@ std::string CalibrationSession::objection_to(const Task& current) const
 void CalibrationSession::confirm()
 {
   const Task& current = *task();
-  const bool is_on_stage = current.kind == TaskKind::bullseye || current.kind == TaskKind::stop;
-  if (is_on_stage && has_stage(bench_)) {
+  const TaskKind::Traits& kind = current.kind->traits();
+  const bool is_position = kind.samples == TaskKind::Samples::position;
+  if (kind.uses_stage && has_stage(bench_)) {
     if (!collector_.stage_mm()) return show_error(silent_stage);
-    if (current.kind == TaskKind::bullseye && !collector_.is_stage_zeroed())
+    if (is_position && !collector_.is_stage_zeroed())
       return show_error(
           "The stage was not zeroed since its board was switched on: push the stage against its stop and "
           "press Z.");
@@ -309,23 +311,23 @@ void CalibrationSession::confirm()
     if (!objection.empty()) return show_error(objection);
   }
   if (current.n_samples > 0) {
-    if (current.kind == TaskKind::bullseye) {
-      const Eigen::Vector2d drawn = drawn_cross(current, dials_.values(), calibration_);
-      cross_ = {drawn.x(), drawn.y(), has_stage(bench_) ? *collector_.stage_mm() : 0.0};
+    if (is_position) {
+      cross_ = current.kind->mark_row(current, dials_.values(), calibration_);
+      cross_.push_back(has_stage(bench_) ? *collector_.stage_mm() : 0.0);
     }
-    collector_.begin(current, accompanying_body(progress_.part, current));
+    collector_.begin(current);
     progress_.is_sampling = true;
     progress_.n_samples = 0;
     progress_.messages.clear();
     progress_.has_error = false;
     return;
   }
-  if (current.kind == TaskKind::stop) {
+  if (kind.uses_stage) {
     const double before_mm = *collector_.stage_mm();
     zero();
     return finish({{before_mm}});
   }
-  finish({mark_row(current, dials_.values(), calibration_)});
+  finish({current.kind->mark_row(current, dials_.values(), calibration_)});
 }
 
 void CalibrationSession::take_row()
@@ -335,14 +337,14 @@ void CalibrationSession::take_row()
   std::vector<std::vector<double>> rows = collector_.rows();
   collector_.end();
   progress_.is_sampling = false;
-  if (cross_ && task()->kind == TaskKind::bullseye) {
+  if (task()->kind->traits().samples == TaskKind::Samples::position) {
     constexpr double stage_moved_mm = 0.05;
-    const double now_mm = has_stage(bench_) ? collector_.stage_mm().value_or((*cross_)[2]) : 0.0;
-    if (std::abs(now_mm - (*cross_)[2]) > stage_moved_mm)
+    const double then_mm = cross_.back();
+    const double now_mm = has_stage(bench_) ? collector_.stage_mm().value_or(then_mm) : 0.0;
+    if (std::abs(now_mm - then_mm) > stage_moved_mm)
       return show_error("The stage moved during sampling: hold it still, align again and press Enter.");
-    rows.insert(rows.begin(), {(*cross_)[0], (*cross_)[1], (*cross_)[2]});
+    rows.insert(rows.begin(), cross_);
   }
-  cross_.reset();
   finish(std::move(rows));
 }
 
@@ -354,11 +356,7 @@ void CalibrationSession::put(CalibrationMark mark)
     is_fresh_ = false;
   }
   CalibrationRecord& now = record();
-  if (now.marks.empty()) {
-    now.made_with = progress_.part == CalibrationPart::functional
-                        ? calibration::numbers_of(options_.joint.value())
-                        : bench_numbers_of(progress_.part, bench_);
-  }
+  if (now.marks.empty()) now.made_with = part_object(progress_.part).made_with(input()).value();
   now.date = options_.date;
   insert_mark(now, tasks_, std::move(mark));
 }
@@ -395,7 +393,7 @@ void CalibrationSession::validate_and_solve(std::size_t done)
   try {
     require_edge_order(tasks_, record(), done, options_.path);
     if (next_task(tasks_, record()) == tasks_.size()) return solve();
-    if (is_round_done) progress_.messages = group_remarks(progress_.part, tasks_[done], input());
+    if (is_round_done) progress_.messages = part_object(progress_.part).remarks(tasks_[done], input());
   } catch (const PartRefusal& refusal) {
     refuse(refusal, round);
   }
@@ -529,30 +527,6 @@ double overall_progress(const CalibrationProgress& progress)
   if (progress.n_parts == 0 || progress.n_tasks == 0) return 0.0;
   const double part = static_cast<double>(progress.n_done) / progress.n_tasks;
   return (progress.number - 1 + part) / progress.n_parts;
-}
-
-double typical_s(const Task& task)
-{
-  switch (task.kind) {
-    case TaskKind::scan_line:
-    case TaskKind::point:
-    case TaskKind::stop:
-    case TaskKind::depth_check:
-      return 10.0;
-    case TaskKind::hold:
-      return 15.0;
-    case TaskKind::number:
-    case TaskKind::bullseye:
-      return 20.0;
-    case TaskKind::rectangle_sides:
-    case TaskKind::sweep:
-      return 30.0;
-    case TaskKind::bend:
-    case TaskKind::grid:
-    case TaskKind::model_pose:
-      break;
-  }
-  return 120.0;
 }
 
 double time_left_s(const Pace& pace, double typical_left_s)

@@ -1,7 +1,6 @@
 /// Collects rows of numbers for a task from tracker and board samples.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <set>
 #include <string>
@@ -21,8 +20,8 @@ class SampleCollector {
  public:
   explicit SampleCollector(const BenchFile& bench);
 
-  /// Starts collecting rows for `task`, with the pose of the body `role` if given.
-  void begin(const Task& task, const std::optional<BodyRole>& role);
+  /// Starts collecting rows for `task`.
+  void begin(const Task& task);
   void end() { is_taking_ = false; }
   bool is_sampling() const { return is_taking_; }
   const std::vector<std::vector<double>>& rows() const { return rows_; }
@@ -48,7 +47,7 @@ class SampleCollector {
   std::optional<double> stage_mm_;
   bool is_stage_zeroed_ = false;
   bool is_taking_ = false;
-  TaskKind kind_ = TaskKind::sweep;
+  TaskKind::Samples samples_ = TaskKind::Samples::none;
   std::size_t tool_ = 0;
   std::optional<BodyRole> role_;
   std::vector<std::vector<double>> rows_;
@@ -68,7 +67,7 @@ struct CalibrationSessionOptions {
   std::string date;          ///< today
   std::string path;          ///< calibration file, for messages
   /// Motion of the model, unscaled; required for the part functional.
-  std::optional<calibration::JointCurve> joint = std::nullopt;
+  std::optional<JointCurve> joint = std::nullopt;
 };
 
 /// Progress of the current part.
@@ -86,9 +85,6 @@ struct CalibrationProgress {
 
 /// Done so far of all requested parts, each counted the same; 0 to 1.
 double overall_progress(const CalibrationProgress& progress);
-
-/// Time that a practised operator needs for a task, s.
-double typical_s(const Task& task);
 
 /// An operator's time for the tasks so far, beside their typical time.
 struct Pace {
@@ -172,14 +168,11 @@ class CalibrationSession {
   std::optional<Calibration> looked_at_;  ///< calibration for drawing a depth check
   std::vector<double> implausible_;  ///< dial values that were refused: confirmed again, they are accepted
   std::set<CalibrationPart> repeated_parts_;  ///< parts whose agreeing readings were refused as unexpected
-  std::optional<Eigen::Vector3d> cross_;      ///< bull's-eye being sampled: x, y as drawn, stage mm
+  std::vector<double> cross_;                 ///< of the position being sampled: x, y as drawn, stage mm
   CalibrationProgress progress_;
   std::uint64_t revision_ = 0;
   bool must_zero_ = false, has_quit_ = false;
 };
-
-/// Solves all complete parts again, from the marks and the current bench file. Throws InputError.
-Calibration solve_again(const BenchFile& bench, const Calibration& calibration, const std::string& path);
 
 /// The key press of one notch of the wheel: Right and Left, with Shift Up and Down; Control as for keys.
 view::KeyPress press_of_wheel(bool is_away, bool has_shift, bool has_control);

@@ -8,6 +8,10 @@
 #include "core/units.hpp"
 
 namespace vrda::calibration {
+
+/// Text of virtual_bench.toml, of which CMake makes a source.
+const char* virtual_bench_toml();
+
 namespace {
 
 /// Groups of random numbers, so that a change in one does not affect the others.
@@ -103,7 +107,7 @@ void add_display(const BenchFile& bench, bool is_right, VirtualTruth& truth)
 /// Grid spacing: the largest multiple of 5 mm that fits the area visible to both eyes.
 void add_grid(const BenchFile& bench, VirtualTruth& truth)
 {
-  const bench::CalibrationSettings& settings = bench.calibration;
+  const CalibrationSettings& settings = bench.calibration;
   constexpr double filled = 0.9, usual_distance_px = 880.0, step_mm = 5.0;
   double spacing_px = usual_distance_px;
   for (const view::Eye* eye : {&truth.calibration.eyes.left, &truth.calibration.eyes.right}) {
@@ -206,15 +210,14 @@ VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed)
   return truth;
 }
 
-VirtualJoint virtual_joint(const VirtualTruth& truth, const calibration::JointCurve& curve,
-                           const VirtualNoise& noise)
+VirtualJoint virtual_joint(const VirtualTruth& truth, const JointCurve& curve, const VirtualNoise& noise)
 {
   // A coordinate has a third of the square; half of it in the offset, so that the variance is the same
   // everywhere.
   const double share = std::sqrt(1.0 / 6.0);
   RandomSequence draws = draws_for(truth.seed, Group::joint);
   VirtualJoint joint;
-  joint.curve = calibration::scaled(curve, truth.calibration.subject_scale);
+  joint.curve = scaled(curve, truth.calibration.subject_scale);
   for (VirtualJoint::Coordinates* part : {&joint.offset, &joint.by_cosine, &joint.by_sine})
     *part << share * noise.model_mm * draws.normal_vector(),
         share * rad_from_deg(noise.model_deg) * draws.normal_vector();
@@ -233,85 +236,18 @@ Pose VirtualJoint::X_femur_tibia(double flexion_rad) const
   return curve.at(flexion_rad) * X_deviation;
 }
 
-namespace {
-
-constexpr const char* beginning =
-    R"(# Simulated bench for testing and training the calibration.
-title = "Virtual"
-leg = "rigid"
-)";
-
-constexpr const char* on_a_stage = R"(head = "stage"
-
-[board]
-port = "/tmp/vrda-virtual-board"
-
-[body.leg]
-tool = "leg"
-)";
-
-constexpr const char* on_the_display = R"(head = "tracker"
-
-[body.leg]
-tool = "leg"
-
-[body.head]
-tool = "head"
-)";
-
-// Fiducials all around the knee on both bones; the targets are between them.
-constexpr const char* rest = R"(
-[display]
-width = 1280
-height = 1024
-layout = "quarters"
-refresh_hz = 60
-
-[tracker]
-host = "127.0.0.1"
-port = 18944
-
-[calibration]
-rectangles = [[250, 0], [300, 150], [350, 300], [400, 450]]  # mm: width, depth
-landmarks = [
-  { name = "epicondyles", model_mm = 82.0 },
-  { name = "plateau, across", model_mm = 76.0 },
-  { name = "patella to tuberosity", model_mm = 68.0 },
-  { name = "fibula's head to lateral epicondyle", model_mm = 64.0 },
-  { name = "adductor tubercle to joint line", model_mm = 52.0 },
-  { name = "patella to lateral epicondyle", model_mm = 71.0 },
-]
-point = [
-  { name = "patella, upper pole", mm = [44, 34, 2] },
-  { name = "patella, lower pole", mm = [46, -8, 4] },
-  { name = "medial epicondyle", mm = [2, 12, -44] },
-  { name = "lateral epicondyle", mm = [-2, 10, 42] },
-  { name = "tibial tuberosity", mm = [40, -52, 6] },
-  { name = "fibula's head", mm = [-30, -38, 46] },
-  { name = "medial plateau", mm = [14, -26, -42] },
-  { name = "lateral plateau", mm = [16, -28, 40] },
-  { name = "adductor tubercle", mm = [-18, 30, -42] },
-  { name = "thigh, front", mm = [38, 74, 0] },
-  { name = "thigh, back", mm = [-56, 66, -6] },
-  { name = "calf, back", mm = [-58, -64, 4] },
-  { name = "thigh, inside", mm = [0, 60, -40], target = true },
-  { name = "thigh, outside", mm = [4, 52, 42], target = true },
-  { name = "shin, inside", mm = [20, -66, -30], target = true },
-  { name = "hollow of the knee", mm = [-44, -2, 2], target = true },
-]
-)";
-
-std::string made_text(HeadKind head)
-{
-  return std::string(beginning) + (head == HeadKind::stage ? on_a_stage : on_the_display) + rest;
-}
-
-}  // namespace
-
 const std::string& virtual_bench_text(HeadKind head)
 {
-  static const std::string stage = made_text(HeadKind::stage), tracker = made_text(HeadKind::tracker);
-  return head == HeadKind::stage ? stage : tracker;
+  static const std::string on_a_stage = virtual_bench_toml(), tracked = [] {
+    std::string text = on_a_stage;
+    const auto replace = [&](const std::string& from, const std::string& to) {
+      text.replace(text.find(from), from.size(), to);
+    };
+    replace("head = \"stage\"\n\n[board]\nport = \"/tmp/vrda-virtual-board\"\n", "head = \"tracker\"\n");
+    replace("tool = \"leg\"\n", "tool = \"leg\"\n\n[body.head]\ntool = \"head\"\n");
+    return text;
+  }();
+  return head == HeadKind::stage ? on_a_stage : tracked;
 }
 
 }  // namespace vrda::calibration

@@ -11,17 +11,9 @@
 #include "bench/simulation.hpp"
 #include "calibration/distortion_fit.hpp"
 #include "calibration/functional_fit.hpp"
+#include "calibration/task.hpp"
 
 namespace vrda::calibration {
-
-using bench::BenchFile;
-using bench::BodyRole;
-using bench::Calibration;
-using bench::CalibrationPart;
-using bench::CalibrationPoint;
-using bench::HeadKind;
-using bench::LegKind;
-using bench::RandomSequence;
 
 struct VirtualNoise {
   double alignment_px = 0.5;  ///< of each coordinate of an aligned position
@@ -39,7 +31,7 @@ struct VirtualNoise {
 struct VirtualJoint {
   using Coordinates = Eigen::Matrix<double, 6, 1>;  ///< mm, rad, at the joint's centre
 
-  calibration::JointCurve curve;  ///< of the model in the subject's size
+  JointCurve curve;  ///< of the model in the subject's size
   Coordinates offset = Coordinates::Zero(), by_cosine = Coordinates::Zero(), by_sine = Coordinates::Zero();
 
   Pose X_femur_tibia(double flexion_rad) const;
@@ -58,7 +50,7 @@ struct VirtualTruth {
   double z_rail_above_mm = 0.0;           ///< y on the table where the z rail crosses the x rail
   double reference_plane_table_mm = 0.0;  ///< z of the first rectangle on the table
   double grid_depth_mm = 800.0, grid_spacing_mm = 40.0;
-  std::array<calibration::GridPose, 2> grids;  ///< where each eye sees the grid
+  std::array<GridPose, 2> grids;  ///< where each eye sees the grid
   Eigen::Vector3d tip_probe_mm = Eigen::Vector3d::Zero();
   Pose X_tracker_leg = Pose::Identity();    ///< of the leg's (femur's) body, at rest
   Pose X_tracker_shank = Pose::Identity();  ///< of the tibia's body
@@ -71,8 +63,7 @@ struct VirtualTruth {
 VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed);
 
 /// The joint of the bench's subject; `curve`: of the model, unscaled.
-VirtualJoint virtual_joint(const VirtualTruth& truth, const calibration::JointCurve& curve,
-                           const VirtualNoise& noise);
+VirtualJoint virtual_joint(const VirtualTruth& truth, const JointCurve& curve, const VirtualNoise& noise);
 
 /// Built-in bench file for `calibrate --virtual` without --bench.
 const std::string& virtual_bench_text(HeadKind head = HeadKind::stage);

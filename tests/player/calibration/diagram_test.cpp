@@ -1,4 +1,4 @@
-#include "calibration/calibration_pictures.hpp"
+#include "calibration/drawing.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "calibration/parts.hpp"
 #include "calibration/truth.hpp"
 
-namespace vrda::diagram_test {
+namespace vrda::calibration::diagram_test {
 
 /// A box with outward faces.
 Body box_body(const Eigen::Vector3d& half_mm)
@@ -27,7 +27,7 @@ Body box_body(const Eigen::Vector3d& half_mm)
 
 TEST(Outline, OfABoxIsItsRectangleInBothViews)
 {
-  const calibration::BodyOutline outline = calibration::outline_of(box_body({20.0, 50.0, 30.0}));
+  const BodyOutline outline = outline_of(box_body({20.0, 50.0, 30.0}));
   for (std::size_t view = 0; view < 2; ++view) {
     double length_mm = 0.0;
     for (const auto& [a, b] : outline.pieces[view]) length_mm += (a - b).norm();
@@ -39,21 +39,20 @@ TEST(Outline, OfABoxIsItsRectangleInBothViews)
 TEST(Diagram, EveryTaskHasOneWithSomethingLitWithinTheFrame)
 {
   for (const char* lines : {"", "distortion = \"adjust\"\nmodel = \"adjust\"\n"}) {
-    std::string text = calibration::virtual_bench_text();
+    std::string text = virtual_bench_text();
     const std::string table = "[calibration]\n";
     text.insert(text.find(table) + table.size(), lines);
-    const calibration::BenchFile bench = bench::parse_bench_file(text, "bench.toml");
-    const calibration::Calibration nominal = bench::nominal_calibration(bench);
-    std::map<std::pair<calibration::CalibrationPart, std::string>, std::size_t> kinds;
-    for (const calibration::CalibrationPart part : calibration::parts_of(bench)) {
-      for (const calibration::Task& task : calibration::tasks_of(part, bench, nominal)) {
+    const BenchFile bench = bench::parse_bench_file(text, "bench.toml");
+    const Calibration nominal = bench::nominal_calibration(bench);
+    std::map<std::pair<CalibrationPart, std::string>, std::size_t> kinds;
+    for (const CalibrationPart part : parts_of(bench)) {
+      for (const Task& task : calibration::tasks_of(part, bench, nominal)) {
         SCOPED_TRACE(task.name);
-        const calibration::Diagram diagram = calibration::diagram_of(part, task, bench, nullptr);
-        const bool is_lit = std::ranges::any_of(diagram.lines, [](const calibration::DiagramLine& line) {
-          return line.ink == calibration::DiagramInk::lit;
-        });
-        EXPECT_TRUE(is_lit || task.kind == calibration::TaskKind::model_pose);
-        for (const calibration::DiagramLine& line : diagram.lines) {
+        const Diagram diagram = diagram_of(task, bench, nullptr);
+        const bool is_lit = std::ranges::any_of(
+            diagram.lines, [](const DiagramLine& line) { return line.ink == DiagramInk::lit; });
+        EXPECT_TRUE(is_lit || task.kind->traits().places_model);
+        for (const DiagramLine& line : diagram.lines) {
           ASSERT_GE(line.points.size(), 2u);
           for (const Eigen::Vector2d& p : line.points) {
             EXPECT_TRUE(p.x() >= 0.0 && p.x() <= 1.0 && p.y() >= 0.0 && p.y() <= diagram.height)
@@ -66,11 +65,11 @@ TEST(Diagram, EveryTaskHasOneWithSomethingLitWithinTheFrame)
 }
 
 /// Middle of the largest lit ring on the left half: the view from the front.
-Eigen::Vector2d lit_point(const calibration::Diagram& diagram)
+Eigen::Vector2d lit_point(const Diagram& diagram)
 {
   Eigen::Vector2d middle(-1.0, -1.0);
-  for (const calibration::DiagramLine& line : diagram.lines) {
-    if (line.ink != calibration::DiagramInk::lit || line.points.front().x() > 0.5) continue;
+  for (const DiagramLine& line : diagram.lines) {
+    if (line.ink != DiagramInk::lit || line.points.front().x() > 0.5) continue;
     middle.setZero();
     for (std::size_t k = 1; k < line.points.size(); ++k)
       middle += line.points[k] / static_cast<double>(line.points.size() - 1);
@@ -80,16 +79,13 @@ Eigen::Vector2d lit_point(const calibration::Diagram& diagram)
 
 TEST(Diagram, TheNextPointIsLitWhereItIsOnTheModel)
 {
-  const calibration::BenchFile bench =
-      bench::parse_bench_file(calibration::virtual_bench_text(), "bench.toml");
-  const auto part = calibration::CalibrationPart::leg;
-  const std::vector<calibration::Task> tasks =
-      calibration::tasks_of(part, bench, bench::nominal_calibration(bench));
-  const auto& points = calibration::points_of(part, bench.calibration);
-  const calibration::BodyOutline outline = calibration::outline_of(box_body({30.0, 30.0, 30.0}));
+  const BenchFile bench = bench::parse_bench_file(virtual_bench_text(), "bench.toml");
+  const auto part = CalibrationPart::leg;
+  const std::vector<Task> tasks = calibration::tasks_of(part, bench, bench::nominal_calibration(bench));
+  const auto& points = points_of(BodyRole::leg, bench.calibration);
+  const BodyOutline outline = outline_of(box_body({30.0, 30.0, 30.0}));
   std::vector<Eigen::Vector2d> lit;
-  for (const calibration::Task& task : tasks)
-    lit.push_back(lit_point(calibration::diagram_of(part, task, bench, &outline)));
+  for (const Task& task : tasks) lit.push_back(lit_point(diagram_of(task, bench, &outline)));
   ASSERT_EQ(lit.size(), points.size());
   // From the front: the subject's right is on the left, up is up; one scale for all points.
   const auto flat = [&](std::size_t k) {
@@ -99,11 +95,10 @@ TEST(Diagram, TheNextPointIsLitWhereItIsOnTheModel)
   EXPECT_GT(scale, 0.0);
   for (std::size_t k = 1; k < lit.size(); ++k)
     EXPECT_LT(((lit[k] - lit[0]) - scale * (flat(k) - flat(0))).norm(), 1e-9) << k;
-  const auto n_plain = [&](const calibration::BodyOutline* of) {
-    return std::ranges::count(calibration::diagram_of(part, tasks[0], bench, of).lines,
-                              calibration::DiagramInk::plain, &calibration::DiagramLine::ink);
+  const auto n_plain = [&](const BodyOutline* of) {
+    return std::ranges::count(diagram_of(tasks[0], bench, of).lines, DiagramInk::plain, &DiagramLine::ink);
   };
   EXPECT_GT(n_plain(&outline), n_plain(nullptr)) << "the model's outline";
 }
 
-}  // namespace vrda::diagram_test
+}  // namespace vrda::calibration::diagram_test

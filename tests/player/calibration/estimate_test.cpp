@@ -7,7 +7,7 @@
 #include "bench/rigid_body.hpp"
 #include "core/units.hpp"
 
-namespace vrda::estimate_test {
+namespace vrda::calibration::estimate_test {
 
 TEST(StudentsT, IsThatOfTheTables)
 {
@@ -32,11 +32,6 @@ bench::Estimate one(const std::string& name, double value, double variance, doub
   return estimate;
 }
 
-TEST(Estimate, HalfAWidthIsTTimesTheStandardDeviation)
-{
-  EXPECT_DOUBLE_EQ(bench::half_width_95(one("a", 1.0, 4.0, 10.0), 0), 2.0 * bench::t_95(10.0));
-}
-
 TEST(Estimate, AppendingKeepsBothAndTheFewerDegreesOfFreedom)
 {
   bench::Estimate whole;
@@ -56,28 +51,6 @@ TEST(Estimate, AppendingKeepsBothAndTheFewerDegreesOfFreedom)
   EXPECT_EQ(bench::index_of(whole, "d"), -1);
 }
 
-TEST(Estimate, OfAPlaceIsInTheUnitsOfFiles)
-{
-  Pose X = Pose::Identity();
-  X.linear() = bench::rotation_of({0.1, -0.2, 0.3});
-  X.translation() = Eigen::Vector3d(1.0, 2.0, 3.0);
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Identity();
-  covariance(0, 4) = covariance(4, 0) = 0.5;
-  const bench::Estimate estimate = bench::pose_estimate("table", X, covariance);
-  EXPECT_EQ(estimate.names.front(), "table.shift_x");
-  EXPECT_EQ(estimate.names.back(), "table.turn_z");
-  EXPECT_EQ(estimate.units[2], "mm");
-  EXPECT_EQ(estimate.units[3], "deg");
-  constexpr double rounding = 1e-12;
-  bench::PoseParameters six;
-  six.shift_mm = estimate.values.head<3>();
-  six.turn_rad = estimate.values.tail<3>() * rad_from_deg(1.0);
-  EXPECT_TRUE(bench::pose_of(six).isApprox(X, rounding));
-  EXPECT_EQ(estimate.covariance(0, 0), 1.0);
-  EXPECT_NEAR(estimate.covariance(0, 4), 0.5 * deg_from_rad(1.0), rounding);
-  EXPECT_NEAR(estimate.covariance(4, 4), deg_from_rad(1.0) * deg_from_rad(1.0), 1e-9);
-}
-
 TEST(IntervalText, LeavesTwoDigitsOfTheInterval)
 {
   const auto text = [](double value, double half_width, const std::string& unit) {
@@ -91,4 +64,4 @@ TEST(IntervalText, LeavesTwoDigitsOfTheInterval)
   EXPECT_EQ(text(-12.0, 35.0, "mm"), "-12 +- 35 mm");
 }
 
-}  // namespace vrda::estimate_test
+}  // namespace vrda::calibration::estimate_test

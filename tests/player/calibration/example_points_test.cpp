@@ -8,7 +8,7 @@
 #include "bench/bench_file.hpp"
 #include "geometry/generic_knee.hpp"
 
-namespace vrda::example_points_test {
+namespace vrda::calibration::example_points_test {
 
 /// Facets of 5 mm on a radius of 9.5 mm are up to 5^2 / (8 * 9.5) mm inside; the gradient of the fields
 /// differs from 1 by up to 0.1.
@@ -59,4 +59,4 @@ TEST(ExampleBench, ItsDistancesAreThoseOfItsPoints)
     EXPECT_NEAR(settings.landmarks[k].model_mm, wanted[k], rounded_mm) << settings.landmarks[k].name;
 }
 
-}  // namespace vrda::example_points_test
+}  // namespace vrda::calibration::example_points_test

@@ -16,13 +16,7 @@
 #include "noise.hpp"
 #include "support/refusal.hpp"
 
-namespace vrda::functional_fit_test {
-
-using calibration::BonePlacement;
-using calibration::FlexionTrial;
-using calibration::FunctionalFit;
-using calibration::FunctionalInput;
-using calibration::JointCurve;
+namespace vrda::calibration::functional_fit_test {
 
 using test::knee_curve;
 
@@ -57,19 +51,19 @@ Pose noisy(const Pose& X, test::Noise& noise, double mm, double deg)
 BonePlacement by_landmarks(const std::vector<Eigen::Vector3d>& points, const Pose& X, test::Noise& noise,
                            double mm)
 {
-  std::optional<calibration::FiducialFit> found;
+  std::optional<FiducialFit> found;
   // Points that a session refuses are touched again.
   while (!found) {
-    std::vector<calibration::Fiducial> touched;
+    std::vector<Fiducial> touched;
     for (const Eigen::Vector3d& p : points)
       touched.push_back({"point", p, X * p + mm * noise.normals(3), false});
     try {
-      found = calibration::fit_fiducials(touched, "bone", "leg");
+      found = fit_fiducials(touched, "bone", "leg");
     } catch (const bench::FitError&) {
     }
   }
-  const calibration::FiducialFit& fit = *found;
-  calibration::Matrix6 C = fit.estimate.covariance;
+  const FiducialFit& fit = *found;
+  Matrix6 C = fit.estimate.covariance;
   const double t = bench::t_95(fit.estimate.dof) / bench::t_95(std::numeric_limits<double>::infinity());
   Eigen::Matrix<double, 6, 1> unit = Eigen::Matrix<double, 6, 1>::Constant(t);
   unit.tail<3>() *= rad_from_deg(1.0);
@@ -164,7 +158,7 @@ TEST(JointCurve, PassesItsKnotsSmoothlyAndSurvivesItsRecord)
                           after = curve.at(at_rad + step_rad).translation();
     EXPECT_LT((after - 2.0 * here + before).norm() / step_rad, curvature);
   }
-  const std::vector<double> numbers = calibration::numbers_of(curve);
+  const std::vector<double> numbers = numbers_of(curve);
   const JointCurve read = calibration::joint_curve_of(numbers, "made_with", "leg.toml");
   EXPECT_TRUE(read.at(0.7).isApprox(curve.at(0.7), rounding));
   EXPECT_EQ(read.centre_mm, curve.centre_mm);
@@ -184,42 +178,12 @@ TEST(FunctionalFit, ExactLandmarksAndMotionStay)
   const JointCurve curve = knee_curve();
   LegNoise exact{0.0, 0.0, 0.0, 0.0, 0.0};
   Leg leg = leg_of(1, exact, curve);
-  leg.femur.covariance_mm_rad = leg.tibia.covariance_mm_rad = calibration::Matrix6::Identity();
+  leg.femur.covariance_mm_rad = leg.tibia.covariance_mm_rad = Matrix6::Identity();
   const FunctionalFit fit = fit_of(leg, curve);
   constexpr double converged_mm = 1e-6;
   EXPECT_LT(joint_error_mm(fit.X_thigh_femur, fit.X_shank_tibia, leg, curve), converged_mm);
   EXPECT_LT(fit.held_out.mm, converged_mm);
   EXPECT_NEAR(deg_from_rad(fit.flexion_range_rad), 90.0, 1.0);
-}
-
-/// The fit is a minimum: no neighbour has a smaller sum of squares, by differences of the samples themselves.
-TEST(FunctionalFit, IsAMinimum)
-{
-  const JointCurve curve = knee_curve();
-  const Leg leg = leg_of(3, {}, curve);
-  const calibration::FunctionalProblem problem(input_of(leg, curve));
-  const Eigen::VectorXd start = Eigen::VectorXd::Zero(calibration::n_functional);
-  const calibration::LeastSquares fit = problem.fit(start, 1.0, calibration::FunctionalProblem::without_none);
-  ASSERT_EQ(fit.status, calibration::LeastSquaresStatus::converged);
-  const auto half_square = [&](const Eigen::VectorXd& x) {
-    const Eigen::Index n = calibration::n_functional;
-    double sum = fit.J.topRows(n).operator*(x).squaredNorm();  // the priors are linear
-    for (const calibration::FunctionalSample& sample : problem.samples())
-      sum += problem.difference(sample, x).whitened.squaredNorm();
-    return 0.5 * sum;
-  };
-  const double least = half_square(fit.x);
-  EXPECT_NEAR(least, 0.5 * fit.residuals.squaredNorm(), 1e-9 * least);
-  for (Eigen::Index k = 0; k < fit.x.size(); ++k) {
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(fit.x.size());
-    // A standard deviation of this unknown alone raises the sum by a half.
-    const double unit = 1.0 / fit.J.col(k).norm();
-    constexpr double share = 0.1;
-    step[k] = share * unit;
-    const double up = half_square(fit.x + step) - least, down = half_square(fit.x - step) - least;
-    EXPECT_NEAR(up, 0.5 * share * share, 1e-4) << k;
-    EXPECT_NEAR(down, 0.5 * share * share, 1e-4) << k;
-  }
 }
 
 /// Turning both bodies' frames turns the placements with them.
@@ -235,7 +199,7 @@ TEST(FunctionalFit, DoesNotDependOnTheBodiesAxes)
   for (FlexionTrial& trial : turned.trials)
     for (Pose& X : trial.X_thigh_shank) X = X_turn * X;
   turned.femur.X_body_bone = X_turn * leg.femur.X_body_bone;
-  calibration::Matrix6 A = calibration::Matrix6::Zero();
+  Matrix6 A = Matrix6::Zero();
   A.topLeftCorner<3, 3>() = A.bottomRightCorner<3, 3>() = R_thigh;
   turned.femur.covariance_mm_rad = A * leg.femur.covariance_mm_rad * A.transpose();
   const FunctionalFit moved = fit_of(turned, curve);
@@ -335,4 +299,4 @@ TEST(FunctionalFit, SaysWhatItCannotUse)
   refuses(missing, {.field = "bend 4", .found = "not finite"}, {3});
 }
 
-}  // namespace vrda::functional_fit_test
+}  // namespace vrda::calibration::functional_fit_test

@@ -12,33 +12,32 @@
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda::functional_step_test {
+namespace vrda::calibration::functional_step_test {
 
 using testing::HasSubstr;
 
-std::string report_of(const calibration::CalibrateOptions& options)
+std::string report_of(const CalibrateOptions& options)
 {
   std::ostringstream data, messages;
-  EXPECT_EQ(calibration::calibrate(options, {data, messages}), calibration::CalibrateEnd::finished);
+  EXPECT_EQ(calibrate(options, {data, messages}), CalibrateEnd::finished);
   return data.str();
 }
 
-InputError::Facts refusal(const calibration::CalibrateOptions& options)
+InputError::Facts refusal(const CalibrateOptions& options)
 {
   std::ostringstream data, messages;
-  return test::input_error([&] { calibration::calibrate(options, {data, messages}); });
+  return test::input_error([&] { calibrate(options, {data, messages}); });
 }
 
 TEST(VirtualNoise, IsSetByName)
 {
-  const calibration::VirtualNoise noise = calibration::noise_of("touch_mm=5,model_deg=0.25");
+  const VirtualNoise noise = noise_of("touch_mm=5,model_deg=0.25");
   EXPECT_EQ(noise.touch_mm, 5.0);
   EXPECT_EQ(noise.model_deg, 0.25);
-  EXPECT_EQ(noise.tracker_mm, calibration::VirtualNoise{}.tracker_mm);
+  EXPECT_EQ(noise.tracker_mm, VirtualNoise{}.tracker_mm);
   for (const char* list :
        {"touch=5", "touch_mm", "touch_mm=", "touch_mm=-1", "touch_mm=nan", "touch_mm=5 mm", ","}) {
-    EXPECT_THAT(test::input_error([&] { calibration::noise_of(list); }), test::refuses({.file = "--noise"}))
-        << list;
+    EXPECT_THAT(test::input_error([&] { noise_of(list); }), test::refuses({.file = "--noise"})) << list;
   }
 }
 
@@ -58,9 +57,9 @@ class FunctionalStep : public testing::Test {
     store::write_motion_model(in_scratch("knee.h5"), made);
     return in_scratch("knee.h5");
   }
-  calibration::CalibrateOptions legs(int n) const
+  CalibrateOptions legs(int n) const
   {
-    calibration::CalibrateOptions made;
+    CalibrateOptions made;
     made.step = "functional";
     made.is_virtual = made.is_headless = true;
     made.bench = VRDA_JOBS "/bench-desk.toml";
@@ -84,24 +83,24 @@ TEST_F(FunctionalStep, ReportsTheErrorsOfVirtualLegs)
   int n = 0;
   for (const nlohmann::json& number : found.at("numbers")) n += number.at("part") == "functional" ? 1 : 0;
   EXPECT_EQ(n, 12);
-  calibration::CalibrateOptions text = legs(2);
+  CalibrateOptions text = legs(2);
   text.has_json = false;
   EXPECT_THAT(report_of(text), HasSubstr("at least halved in "));
 }
 
 TEST_F(FunctionalStep, NeedsAMotionOfFlexion)
 {
-  calibration::CalibrateOptions without = legs(1);
+  CalibrateOptions without = legs(1);
   without.model.clear();
   EXPECT_THAT(refusal(without), test::refuses({.file = "--model"}));
-  calibration::CalibrateOptions unsolved = legs(1);
+  CalibrateOptions unsolved = legs(1);
   unsolved.model = model([](store::MotionModel& made) { test::unsolve(made, 3, 2); });
   unsolved.set = "raw";
   EXPECT_THAT(refusal(unsolved),
               test::refuses({.file = unsolved.model, .field = "flexion", .wanted = "--set"}));
-  calibration::CalibrateOptions live = legs(0);
+  CalibrateOptions live = legs(0);
   live.is_virtual = false;
   EXPECT_THAT(refusal(live), test::refuses({.file = "--noise"}));
 }
 
-}  // namespace vrda::functional_step_test
+}  // namespace vrda::calibration::functional_step_test

@@ -8,55 +8,52 @@
 #include "player/calibration/trial.hpp"
 #include "support/refusal.hpp"
 
-namespace vrda::functional_test {
+namespace vrda::calibration::functional_test {
 
-using bench::CalibrationPart;
-using calibration::CalibrationSession;
-
-const bench::BenchFile& desk()
+const BenchFile& desk()
 {
-  static const bench::BenchFile read = bench::read_bench_file(VRDA_JOBS "/bench-desk.toml");
+  static const BenchFile read = bench::read_bench_file(VRDA_JOBS "/bench-desk.toml");
   return read;
 }
 
-calibration::VirtualNoise palpated()
+VirtualNoise palpated()
 {
-  calibration::VirtualNoise noise;
+  VirtualNoise noise;
   noise.touch_mm = 3.0;
   return noise;
 }
 
-calibration::VirtualTruth truth()
+VirtualTruth truth()
 {
-  calibration::VirtualTruth truth = calibration::virtual_truth(desk(), 2);
-  truth.joint = calibration::virtual_joint(truth, test::knee_curve(), palpated());
+  VirtualTruth truth = virtual_truth(desk(), 2);
+  truth.joint = virtual_joint(truth, test::knee_curve(), palpated());
   return truth;
 }
 
-calibration::CalibrationSessionOptions options_of(std::vector<CalibrationPart> parts)
+CalibrationSessionOptions options_of(std::vector<CalibrationPart> parts)
 {
   return {std::move(parts), false, "2026-11-24", "c.toml", test::knee_curve()};
 }
 
-calibration::CalibrationSessionOptions functional()
+CalibrationSessionOptions functional()
 {
   return options_of({CalibrationPart::functional});
 }
 
 /// Does all tasks of a session.
-void do_all(CalibrationSession& session, calibration::VirtualOperator& person)
+void do_all(CalibrationSession& session, VirtualOperator& person)
 {
   while (session.task() != nullptr) person.do_task(session);
 }
 
 /// Probe, size and landmarks of both bones, computed once.
-const bench::Calibration& landmarks()
+const Calibration& landmarks()
 {
-  static const bench::Calibration done = [] {
+  static const Calibration done = [] {
     CalibrationSession session(desk(), bench::nominal_calibration(desk()),
                                options_of({CalibrationPart::probe, CalibrationPart::subject,
                                            CalibrationPart::femur, CalibrationPart::tibia}));
-    calibration::VirtualOperator person(desk(), truth(), palpated());
+    VirtualOperator person(desk(), truth(), palpated());
     do_all(session, person);
     return session.calibration();
   }();
@@ -64,11 +61,11 @@ const bench::Calibration& landmarks()
 }
 
 /// The same with the part functional.
-const bench::Calibration& refined()
+const Calibration& refined()
 {
-  static const bench::Calibration done = [] {
+  static const Calibration done = [] {
     CalibrationSession session(desk(), landmarks(), functional());
-    calibration::VirtualOperator person(desk(), truth(), palpated());
+    VirtualOperator person(desk(), truth(), palpated());
     do_all(session, person);
     EXPECT_EQ(person.n_refusals(), 0);
     return session.calibration();
@@ -76,7 +73,7 @@ const bench::Calibration& refined()
   return done;
 }
 
-std::string text_of(const bench::Calibration& calibration)
+std::string text_of(const Calibration& calibration)
 {
   return bench::calibration_text(calibration, desk());
 }
@@ -84,12 +81,11 @@ std::string text_of(const bench::Calibration& calibration)
 TEST(Functional, IsDoneByNameOnlyAndWithAModel)
 {
   for (const char* step : {"all", "person", "tracking"}) {
-    const std::vector<CalibrationPart> parts = calibration::parts_of_step(step, desk());
+    const std::vector<CalibrationPart> parts = parts_of_step(step, desk());
     EXPECT_EQ(std::ranges::count(parts, CalibrationPart::functional), 0) << step;
   }
-  EXPECT_EQ(calibration::parts_of_step("functional", desk()),
-            std::vector<CalibrationPart>{CalibrationPart::functional});
-  calibration::CalibrationSessionOptions without = functional();
+  EXPECT_EQ(parts_of_step("functional", desk()), std::vector<CalibrationPart>{CalibrationPart::functional});
+  CalibrationSessionOptions without = functional();
   without.joint.reset();
   EXPECT_THAT(test::input_error([&] { CalibrationSession(desk(), landmarks(), without); }),
               test::refuses({.field = "--model"}));
@@ -97,15 +93,15 @@ TEST(Functional, IsDoneByNameOnlyAndWithAModel)
                   [&] { CalibrationSession(desk(), bench::nominal_calibration(desk()), functional()); }),
               test::refuses({.field = "functional", .found = "femur"}));
   // One body has no moving leg.
-  EXPECT_THAT(test::input_error([] { calibration::parts_of_step("functional", test::bench()); }),
+  EXPECT_THAT(test::input_error([] { parts_of_step("functional", test::bench()); }),
               test::refuses({.field = "STEP", .found = "functional"}));
 }
 
 TEST(Functional, PlacesBothBonesNearerTheTruth)
 {
-  const calibration::JointError error = calibration::joint_error(refined(), truth());
+  const JointError error = joint_error(refined(), truth());
   EXPECT_LT(error.functional_mm, error.by_landmarks_mm);
-  const bench::CalibrationRecord& record = refined().records.at(CalibrationPart::functional);
+  const CalibrationRecord& record = refined().records.at(CalibrationPart::functional);
   ASSERT_TRUE(record.estimate);
   EXPECT_EQ(record.marks.size(), 4u);
   EXPECT_EQ(record.date, "2026-11-24");
@@ -115,7 +111,7 @@ TEST(Functional, PlacesBothBonesNearerTheTruth)
   EXPECT_GT(record.estimate->covariance.topRightCorner(6, 6).norm(), 0.0);
   // The bench uses the placements.
   for (const CalibrationPart part : {CalibrationPart::femur, CalibrationPart::tibia}) {
-    const auto role = static_cast<std::size_t>(calibration::role_of(part));
+    const auto role = static_cast<std::size_t>(role_of(part));
     const double shift_mm = record.estimate->values[part == CalibrationPart::femur ? 0 : 6];
     EXPECT_NEAR(refined().X_body_model[role].shift_mm.x(), shift_mm, 1e-9);
     EXPECT_NE(refined().X_body_model[role].shift_mm, landmarks().X_body_model[role].shift_mm);
@@ -127,13 +123,13 @@ TEST(Functional, FileInterruptionsAndSolvingAgainChangeNothing)
   const std::string text = text_of(refined());
   EXPECT_TRUE(text_of(bench::parse_calibration(text, "c.toml", desk())) == text);
   // Without the model: the record keeps its motion.
-  EXPECT_TRUE(text_of(calibration::solve_again(desk(), refined(), "c.toml")) == text);
-  bench::Calibration begun = landmarks();
+  EXPECT_TRUE(text_of(solve_again(desk(), refined(), "c.toml")) == text);
+  Calibration begun = landmarks();
   int n_sessions = 0;
   for (bool is_done = false; !is_done; ++n_sessions) {
     CalibrationSession session(desk(), bench::parse_calibration(text_of(begun), "c.toml", desk()),
                                functional());
-    calibration::VirtualOperator person(desk(), truth(), palpated());
+    VirtualOperator person(desk(), truth(), palpated());
     person.do_task(session);
     is_done = session.task() == nullptr;
     begun = session.calibration();
@@ -144,13 +140,13 @@ TEST(Functional, FileInterruptionsAndSolvingAgainChangeNothing)
 
 TEST(Functional, ASmallBendIsRefusedAtOnceAndAlone)
 {
-  calibration::VirtualTruth stiff = truth();
+  VirtualTruth stiff = truth();
   CalibrationSession session(desk(), landmarks(), functional());
-  calibration::VirtualOperator person(desk(), truth(), palpated());
+  VirtualOperator person(desk(), truth(), palpated());
   person.do_task(session);
   EXPECT_THAT(session.progress().messages.front(), testing::HasSubstr("bend 1"));
   stiff.joint->curve.knots.resize(8);  // 21 degrees
-  calibration::VirtualOperator other(desk(), stiff, palpated());
+  VirtualOperator other(desk(), stiff, palpated());
   other.do_task(session);
   EXPECT_TRUE(session.progress().has_error);
   EXPECT_THAT(session.progress().messages.front(), testing::HasSubstr("40 degrees"));
@@ -161,9 +157,9 @@ TEST(Functional, ASmallBendIsRefusedAtOnceAndAlone)
 TEST(Functional, AStartedPartIsNotCompletedWithAnotherModel)
 {
   CalibrationSession session(desk(), landmarks(), functional());
-  calibration::VirtualOperator person(desk(), truth(), palpated());
+  VirtualOperator person(desk(), truth(), palpated());
   person.do_task(session);
-  calibration::CalibrationSessionOptions other = functional();
+  CalibrationSessionOptions other = functional();
   other.joint->knots[3][0] += 0.5;
   EXPECT_THAT(test::input_error([&] { CalibrationSession(desk(), session.calibration(), other); }),
               test::refuses({.file = "c.toml", .field = "per_person.functional", .wanted = "--anew"}));
@@ -171,18 +167,18 @@ TEST(Functional, AStartedPartIsNotCompletedWithAnotherModel)
 
 TEST(Functional, NewLandmarksOfOneBoneReplaceThePlacementsOfBoth)
 {
-  calibration::CalibrationSessionOptions again = options_of({CalibrationPart::femur});
+  CalibrationSessionOptions again = options_of({CalibrationPart::femur});
   again.is_repeated = true;
   CalibrationSession session(desk(), refined(), again);
-  calibration::VirtualOperator person(desk(), truth(), palpated());
+  VirtualOperator person(desk(), truth(), palpated());
   do_all(session, person);
-  const bench::Calibration& found = session.calibration();
+  const Calibration& found = session.calibration();
   EXPECT_TRUE(found.records.at(CalibrationPart::functional).is_outdated);
-  EXPECT_FALSE(calibration::is_done(found, CalibrationPart::functional));
+  EXPECT_FALSE(is_done(found, CalibrationPart::functional));
   for (const CalibrationPart part : {CalibrationPart::femur, CalibrationPart::tibia}) {
-    const auto role = static_cast<std::size_t>(calibration::role_of(part));
+    const auto role = static_cast<std::size_t>(role_of(part));
     EXPECT_NEAR(found.X_body_model[role].shift_mm.x(), found.records.at(part).estimate->values[0], 1e-9);
   }
 }
 
-}  // namespace vrda::functional_test
+}  // namespace vrda::calibration::functional_test

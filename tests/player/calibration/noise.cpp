@@ -1,7 +1,5 @@
 #include "noise.hpp"
 
-#include "calibration/least_squares.hpp"
-
 namespace vrda::test {
 
 double Noise::uniform()
@@ -22,12 +20,6 @@ Eigen::VectorXd Noise::normals(Eigen::Index n)
   Eigen::VectorXd values(n);
   for (double& value : values) value = normal();
   return values;
-}
-
-Eigen::VectorXd Noise::correlated(const Eigen::MatrixXd& covariance)
-{
-  const Eigen::MatrixXd root = calibration::root_of(covariance);
-  return calibration::transformed(root, normals(root.cols()));
 }
 
 }  // namespace vrda::test

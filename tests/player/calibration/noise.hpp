@@ -14,8 +14,6 @@ class Noise {
   double uniform();  ///< in [0, 1)
   double normal();
   Eigen::VectorXd normals(Eigen::Index n);
-  /// Mean 0 and the given positive definite covariance.
-  Eigen::VectorXd correlated(const Eigen::MatrixXd& covariance);
 
  private:
   std::mt19937_64 bits_;

@@ -9,10 +9,8 @@
 #include "calibration/parts.hpp"
 #include "player/calibration/trial.hpp"
 
-namespace vrda::plausible_test {
+namespace vrda::calibration::plausible_test {
 
-using bench::CalibrationPart;
-using calibration::TaskKind;
 using test::all_done;
 using test::bench;
 using test::restarted;
@@ -43,28 +41,28 @@ void expect_refused(Trial& trial, const std::string& words)
 /// Every kind of task with dials, of every part.
 TEST(Plausible, WhatWasNotTouchedIsRefused)
 {
-  std::set<TaskKind> kinds;
+  std::set<std::string> kinds;
   const std::string head = "[calibration]\n";
-  for (const bench::BenchFile& file :
-       {bench(), test::virtual_bench(bench::HeadKind::stage, head,
-                                     head + "distortion = \"adjust\"\nmodel = \"adjust\"\n")}) {
+  for (const BenchFile& file :
+       {bench(),
+        test::virtual_bench(HeadKind::stage, head, head + "distortion = \"adjust\"\nmodel = \"adjust\"\n")}) {
     Trial trial(file);
     while (trial.session->task() != nullptr) {
-      const calibration::Task& task = *trial.session->task();
+      const Task& task = *trial.session->task();
       const bool is_reading = !task.dials.empty() && !task.is_start_valid;
-      if (is_reading && kinds.insert(task.kind).second) {
+      if (is_reading && kinds.insert(test::kind_of(task)).second) {
         trial.virtual_operator.send_samples(*trial.session);
-        if (task.kind == TaskKind::bullseye) trial.press('Z');
+        if (task.kind->traits().uses_stage) trial.press('Z');
         trial.virtual_operator.send_samples(*trial.session);
         expect_refused(trial,
-                       task.kind == TaskKind::rectangle_sides ? "lines were not touched" : "was not touched");
+                       task.kind->traits().has_two_lines ? "lines were not touched" : "was not touched");
       }
       trial.do_task();
       ASSERT_FALSE(trial.session->progress().has_error) << trial.words();
     }
   }
-  EXPECT_EQ(kinds, (std::set{TaskKind::scan_line, TaskKind::point, TaskKind::rectangle_sides, TaskKind::grid,
-                             TaskKind::number, TaskKind::bullseye, TaskKind::model_pose}));
+  EXPECT_EQ(kinds, (std::set<std::string>{"scan line", "screen size", "node", "grid", "rectangle",
+                                          "head number", "landmarks", "bull's-eye", "placed model"}));
 }
 
 TEST(Plausible, BothLinesOfARectangleAreTouched)
@@ -82,7 +80,7 @@ TEST(Plausible, AnUnexpectedSetIsMeasuredAgain)
   const int n_tasks = trial.session->progress().n_tasks;
   for (const bool is_again : {false, true}) {
     for (int n = 0; n < n_tasks; ++n) {
-      const calibration::Dial dial = trial.session->task()->dials[0];
+      const Dial dial = trial.session->task()->dials[0];
       for (long k = std::lround((1.0 - share) * dial.value / dial.step); k > 0; --k)
         trial.press(view::Key::left);
       trial.press(view::Key::enter);
@@ -101,7 +99,7 @@ TEST(Plausible, AnImplausibleNumberIsConfirmedAndItsPartMeasuredAgain)
   Trial trial(bench(), all_done(), restarted("ipd"));
   for (const bool is_again : {false, true}) {
     ASSERT_TRUE(trial.is_requested(CalibrationPart::ipd, "pupillary distance"));
-    const calibration::Dial dial = trial.session->task()->dials[0];
+    const Dial dial = trial.session->task()->dials[0];
     for (long k = std::lround((dial.value - pupils_mm) / dial.step); k > 0; --k) trial.press(view::Key::left);
     expect_refused(trial, "is implausible");
     trial.press(view::Key::enter);
@@ -110,7 +108,7 @@ TEST(Plausible, AnImplausibleNumberIsConfirmedAndItsPartMeasuredAgain)
       trial.do_task();
     EXPECT_EQ(trial.words().find("must be measured again") != std::string::npos, !is_again) << trial.words();
   }
-  EXPECT_TRUE(calibration::is_done(trial.session->calibration(), CalibrationPart::ipd));
+  EXPECT_TRUE(is_done(trial.session->calibration(), CalibrationPart::ipd));
 }
 
 TEST(Plausible, ALineInTheMiddleOfTheWindowIsImplausible)
@@ -129,7 +127,7 @@ TEST(Plausible, AToolThatWasNotMovedIsRefused)
   for (const auto& [step, n_first] : {std::pair{"leg", 1}, std::pair{"bullseye", 2}}) {
     SCOPED_TRACE(step);
     Trial trial(bench(), all_done(), restarted(step));
-    calibration::BenchPoses poses;
+    BenchPoses poses;
     for (int k = 0; k < n_first; ++k) {
       poses = trial.virtual_operator.poses(*trial.session, 0.0);
       trial.do_task();
@@ -147,4 +145,4 @@ TEST(Plausible, AToolThatWasNotMovedIsRefused)
   }
 }
 
-}  // namespace vrda::plausible_test
+}  // namespace vrda::calibration::plausible_test

@@ -9,16 +9,16 @@
 #include "calibration/parts.hpp"
 #include "calibration/truth.hpp"
 
-namespace vrda::rehearsal_test {
+namespace vrda::calibration::rehearsal_test {
 
 constexpr std::uint64_t seed = 3;
 
 /// The numbers of "name: dial 12.25 px, dial -3 px".
-std::vector<double> numbers_in(const std::string& words, const calibration::Task& task)
+std::vector<double> numbers_in(const std::string& words, const Task& task)
 {
   std::vector<double> values;
   std::size_t from = 0;
-  for (const calibration::Dial& dial : task.dials) {
+  for (const Dial& dial : task.dials) {
     const std::size_t at = words.find(dial.name + " ", from);
     if (at == std::string::npos) return {};
     values.push_back(std::stod(words.substr(at + dial.name.size())));
@@ -28,15 +28,14 @@ std::vector<double> numbers_in(const std::string& words, const calibration::Task
 }
 
 /// A person who turns the dials by keys to what the rehearsal prints.
-void set_dials(calibration::CalibrationSession& session, const std::vector<double>& wanted)
+void set_dials(CalibrationSession& session, const std::vector<double>& wanted)
 {
   for (std::size_t k = 0; k < wanted.size(); ++k) {
-    const calibration::Dial dial = session.task()->dials[k];
+    const Dial dial = session.task()->dials[k];
     // A number that is right as it is must be touched.
     session.take(view::KeyPress{k == 0 ? view::Key::right : view::Key::up});
     session.take(view::KeyPress{k == 0 ? view::Key::left : view::Key::down});
-    const bool is_cross = session.task()->kind == calibration::TaskKind::point ||
-                          session.task()->kind == calibration::TaskKind::bullseye;
+    const bool is_cross = session.task()->kind->traits().is_cross;
     for (long n = std::lround((wanted[k] - session.values()[k]) / dial.step); n != 0;) {
       const long size = std::abs(n) >= 100 ? 100 : std::abs(n) >= 10 ? 10 : 1;
       const bool is_more = n > 0;
@@ -52,13 +51,11 @@ void set_dials(calibration::CalibrationSession& session, const std::vector<doubl
 /// The whole procedure with the messages that `simulate --rehearse` sends, as devices would receive them.
 TEST(Rehearsal, EveryTaskCanBeDoneWithWhatItSendsAndPrints)
 {
-  for (const calibration::HeadKind head : {calibration::HeadKind::stage, calibration::HeadKind::tracker}) {
-    const calibration::BenchFile bench =
-        bench::parse_bench_file(calibration::virtual_bench_text(head), "bench.toml");
-    const std::vector<calibration::CalibrationPart> parts = calibration::parts_of_step("all", bench);
-    calibration::Rehearsal rehearsal(bench, parts, seed);
-    calibration::CalibrationSession session(bench, bench::nominal_calibration(bench),
-                                            {parts, false, "", "c.toml"});
+  for (const HeadKind head : {HeadKind::stage, HeadKind::tracker}) {
+    const BenchFile bench = bench::parse_bench_file(virtual_bench_text(head), "bench.toml");
+    const std::vector<CalibrationPart> parts = parts_of_step("all", bench);
+    Rehearsal rehearsal(bench, parts, seed);
+    CalibrationSession session(bench, bench::nominal_calibration(bench), {parts, false, "", "c.toml"});
     double now_s = 0.0;
     std::uint64_t tick = 0;
     bool is_zeroed = false;
@@ -66,7 +63,7 @@ TEST(Rehearsal, EveryTaskCanBeDoneWithWhatItSendsAndPrints)
       now_s += 0.01;
       bench::Sample sample;
       sample.arrival_ns = sample.device_ns = static_cast<std::int64_t>(1e9 * now_s);
-      if (calibration::has_stage(bench)) {
+      if (has_stage(bench)) {
         sample.kind = bench::SampleKind::stage;
         sample.count = rehearsal.stage_count(now_s);
         sample.state = is_zeroed ? bench::stage_zeroed : 0;
@@ -86,16 +83,14 @@ TEST(Rehearsal, EveryTaskCanBeDoneWithWhatItSendsAndPrints)
     int n_tasks = 0;
     while (session.task() != nullptr) {
       ASSERT_LT(++n_tasks, 1000);
-      const calibration::Task task = *session.task();
+      const Task task = *session.task();
       SCOPED_TRACE(task.name);
       const std::string said = rehearsal.follow(session.calibration(), now_s);
       if (n_tasks > 1) {
         EXPECT_NE(said.find(task.name), std::string::npos) << said;
         set_dials(session, numbers_in(said, task));
       } else {
-        set_dials(
-            session,
-            {static_cast<double>(std::lround(calibration::virtual_truth(bench, seed).edges_px[0].left))});
+        set_dials(session, {static_cast<double>(std::lround(virtual_truth(bench, seed).edges_px[0].left))});
       }
       if (task.name.ends_with("rail"))
         while (rehearsal.prompt(now_s).empty()) send();
@@ -107,10 +102,10 @@ TEST(Rehearsal, EveryTaskCanBeDoneWithWhatItSendsAndPrints)
     }
     EXPECT_EQ(rehearsal.follow(session.calibration(), now_s), "all parts are done");
     // The display's errors are those of the aligned lines: the eyes are found as by the simulated operator.
-    const calibration::VirtualTruth truth = calibration::virtual_truth(bench, seed);
+    const VirtualTruth truth = virtual_truth(bench, seed);
     EXPECT_NEAR(session.calibration().eyes.left.distance_px, truth.calibration.eyes.left.distance_px, 15.0);
     EXPECT_NEAR(session.calibration().subject_scale, truth.calibration.subject_scale, 0.03);
   }
 }
 
-}  // namespace vrda::rehearsal_test
+}  // namespace vrda::calibration::rehearsal_test

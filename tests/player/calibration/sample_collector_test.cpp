@@ -3,14 +3,15 @@
 #include <gtest/gtest.h>
 
 #include "player/bench/bench_texts.hpp"
+#include "player/calibration/trial.hpp"
 
-namespace vrda::sample_taker_test {
+namespace vrda::calibration::sample_taker_test {
 
 /// Rounding to 10 nm.
 constexpr double kept_mm = 1e-5;
 
 /// Leg with three markers, then probe and marker: tools 0 to 4.
-bench::BenchFile marked_bench()
+BenchFile marked_bench()
 {
   return test::bench_of(test::bench_head("rigid") + test::display_table + test::tracker_table +
                         "[body.leg]\nmarkers = [\"a\", \"b\", \"c\"]\n"
@@ -29,18 +30,24 @@ bench::Sample seen(std::uint16_t tool, const Eigen::Vector3d& p, std::int64_t at
   return sample;
 }
 
-calibration::Task task_with(calibration::TaskKind kind, const std::string& tool)
+using Samples = TaskKind::Samples;
+const test::PlainKind sweep({.name = "sweep", .samples = Samples::sweep}),
+    hold({.name = "hold", .samples = Samples::hold}), position({.name = "at", .samples = Samples::position}),
+    leg({.name = "leg", .samples = Samples::leg});
+
+Task task_with(const TaskKind& kind, const std::string& tool, const std::optional<BodyRole>& body = {})
 {
-  calibration::Task task;
-  task.kind = kind;
+  Task task;
+  task.kind = &kind;
   task.tool = tool;
+  task.body = body;
   task.n_samples = 10;
   return task;
 }
 
 constexpr std::uint16_t probe = 3, marker = 4;
 
-void send_leg(calibration::SampleCollector& taker, const Eigen::Vector3d& at, std::int64_t at_ms)
+void send_leg(SampleCollector& taker, const Eigen::Vector3d& at, std::int64_t at_ms)
 {
   const std::array<Eigen::Vector3d, 3> markers{Eigen::Vector3d(0, 0, 0), {100, 0, 0}, {0, 100, 0}};
   for (std::uint16_t k = 0; k < 3; ++k) taker.take(seen(k, at + markers[k], at_ms));
@@ -48,9 +55,9 @@ void send_leg(calibration::SampleCollector& taker, const Eigen::Vector3d& at, st
 
 TEST(SampleTaker, CollectsRowsOfItsToolOnlyDuringItsTask)
 {
-  calibration::SampleCollector taker(marked_bench());
+  SampleCollector taker(marked_bench());
   EXPECT_FALSE(taker.take(seen(marker, {1, 2, 3}, 0)));
-  taker.begin(task_with(calibration::TaskKind::sweep, "marker"), std::nullopt);
+  taker.begin(task_with(sweep, "marker"));
   EXPECT_FALSE(taker.take(seen(probe, {1, 2, 3}, 10)));
   EXPECT_TRUE(taker.take(seen(marker, {1.0000049, 2.25, -3}, 20)));
   bench::Sample hidden = seen(marker, {1, 2, 3}, 30);
@@ -64,12 +71,12 @@ TEST(SampleTaker, CollectsRowsOfItsToolOnlyDuringItsTask)
 
 TEST(SampleTaker, ASweepHasTheStagePositionIfTheBoardSendsIt)
 {
-  calibration::SampleCollector taker(marked_bench());
+  SampleCollector taker(marked_bench());
   EXPECT_FALSE(taker.stage_mm().has_value());
   bench::Sample stage;
   stage.kind = bench::SampleKind::stage;
   stage.count = 2469;
-  taker.begin(task_with(calibration::TaskKind::sweep, "marker"), std::nullopt);
+  taker.begin(task_with(sweep, "marker"));
   taker.take(seen(marker, {0, 0, 0}, 0));
   taker.take(stage);
   taker.take(seen(marker, {0, 0, 0}, 10));
@@ -88,8 +95,8 @@ TEST(SampleTaker, ASweepHasTheStagePositionIfTheBoardSendsIt)
 
 TEST(SampleTaker, WhatIsHeldHasTheBodyOfMarkersBesideIt)
 {
-  calibration::SampleCollector taker(marked_bench());
-  taker.begin(task_with(calibration::TaskKind::hold, "probe"), bench::BodyRole::leg);
+  SampleCollector taker(marked_bench());
+  taker.begin(task_with(hold, "probe", BodyRole::leg));
   // The leg has not been seen.
   EXPECT_FALSE(taker.take(seen(probe, {1, 2, 3}, 0)));
   send_leg(taker, {10, 20, 30}, 10);
@@ -108,11 +115,11 @@ TEST(SampleTaker, WhatIsHeldHasTheBodyOfMarkersBesideIt)
 
 TEST(SampleTaker, ABullseyeHasTheMarkersPositionAndTheHeadsPlaceWhereItIsTracked)
 {
-  calibration::SampleCollector taker(marked_bench());
-  taker.begin(task_with(calibration::TaskKind::bullseye, "marker"), std::nullopt);
+  SampleCollector taker(marked_bench());
+  taker.begin(task_with(position, "marker"));
   taker.take(seen(marker, {1, 2, 3}, 0));
   EXPECT_EQ(taker.rows(), (std::vector<std::vector<double>>{{1.0, 2.0, 3.0}}));
-  taker.begin(task_with(calibration::TaskKind::bullseye, "marker"), bench::BodyRole::leg);
+  taker.begin(task_with(position, "marker", BodyRole::leg));
   EXPECT_TRUE(taker.rows().empty());
   send_leg(taker, {10, 20, 30}, 10);
   taker.take(seen(marker, {1, 2, 3}, 10));
@@ -123,10 +130,10 @@ TEST(SampleTaker, ABullseyeHasTheMarkersPositionAndTheHeadsPlaceWhereItIsTracked
 /// Thigh and shank in messages of their own: the thigh is interpolated to the time of the shank.
 TEST(SampleTaker, ABendHasBothBodiesAtTheSameTime)
 {
-  const bench::BenchFile bench = bench::read_bench_file(VRDA_JOBS "/bench-desk.toml");
-  calibration::SampleCollector taker(bench);
+  const BenchFile bench = bench::read_bench_file(VRDA_JOBS "/bench-desk.toml");
+  SampleCollector taker(bench);
   constexpr std::uint16_t femur = 0, tibia = 1;
-  taker.begin(task_with(calibration::TaskKind::bend, "tibia"), std::nullopt);
+  taker.begin(task_with(leg, "tibia"));
   // The thigh moves by 1 mm in 10 ms, the shank by 10.
   for (int k = 0; k < 5; ++k) {
     taker.take(seen(femur, {1.0 * k, 0, 0}, 10 * k));
@@ -147,4 +154,4 @@ TEST(SampleTaker, ABendHasBothBodiesAtTheSameTime)
   EXPECT_LE(taker.rows().size(), 4u);
 }
 
-}  // namespace vrda::sample_taker_test
+}  // namespace vrda::calibration::sample_taker_test

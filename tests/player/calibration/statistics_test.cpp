@@ -10,22 +10,17 @@
 #include <utility>
 
 #include "core/text.hpp"
+#include "player/calibration/trial.hpp"
 
-namespace vrda::statistics_test {
+namespace vrda::calibration::statistics_test {
 
 constexpr int n_threads = 2;
 
-bench::BenchFile bench_of(bench::HeadKind head)
-{
-  return bench::parse_bench_file(calibration::virtual_bench_text(head), "virtual bench");
-}
-
-double median_mm(std::vector<calibration::TargetError> errors)
+double median_mm(std::vector<TargetError> errors)
 {
   const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(
-      errors.begin(), middle, errors.end(),
-      [](const calibration::TargetError& a, const calibration::TargetError& b) { return a.mm < b.mm; });
+  std::nth_element(errors.begin(), middle, errors.end(),
+                   [](const TargetError& a, const TargetError& b) { return a.mm < b.mm; });
   return middle->mm;
 }
 
@@ -34,10 +29,10 @@ struct Count {
 };
 
 /// Both eyes' parameters are estimated the same way, so they are counted together.
-std::map<std::string, Count> counts_of(const calibration::VirtualStatistics& statistics)
+std::map<std::string, Count> counts_of(const VirtualStatistics& statistics)
 {
   std::map<std::string, Count> counts;
-  for (const calibration::NumberStatistics& number : statistics.numbers) {
+  for (const NumberStatistics& number : statistics.numbers) {
     std::string name = number.name;
     for (const char* side : {"left.", "right."}) {
       if (name.starts_with(side)) name = "eye." + name.substr(std::string(side).size());
@@ -73,13 +68,13 @@ void expect_coverage(const std::map<std::string, Count>& counts, double fewer_sd
   EXPECT_LT(share, 0.97);
 }
 
-class HonestIntervals : public testing::TestWithParam<bench::HeadKind> {};
+class HonestIntervals : public testing::TestWithParam<HeadKind> {};
 
 TEST_P(HonestIntervals, HoldTheTruthInNinetyToNinetyEightOfAHundredCases)
 {
   const int n_benches = n_benches_or(100);
-  const calibration::VirtualStatistics statistics =
-      calibration::virtual_statistics(bench_of(GetParam()), {1, n_benches, n_threads});
+  const VirtualStatistics statistics =
+      calibration::virtual_statistics(test::virtual_bench(GetParam()), {1, n_benches, n_threads});
   EXPECT_EQ(statistics.n_benches, n_benches);
   const std::map<std::string, Count> counts = counts_of(statistics);
   EXPECT_GT(counts.size(), 35u);
@@ -89,19 +84,18 @@ TEST_P(HonestIntervals, HoldTheTruthInNinetyToNinetyEightOfAHundredCases)
   EXPECT_GT(median_mm(statistics.before), 5.0 * median_mm(statistics.after));
 }
 
-std::string head_text(const testing::TestParamInfo<bench::HeadKind>& head)
+std::string head_text(const testing::TestParamInfo<HeadKind>& head)
 {
-  return head.param == bench::HeadKind::stage ? "stage" : "tracker";
+  return head.param == HeadKind::stage ? "stage" : "tracker";
 }
 
-INSTANTIATE_TEST_SUITE_P(Heads, HonestIntervals,
-                         testing::Values(bench::HeadKind::stage, bench::HeadKind::tracker), head_text);
+INSTANTIATE_TEST_SUITE_P(Heads, HonestIntervals, testing::Values(HeadKind::stage, HeadKind::tracker),
+                         head_text);
 
 /// The virtual bench's file with `from` replaced by `to`, for each pair.
-bench::BenchFile bench_with(bench::HeadKind head,
-                            const std::vector<std::pair<std::string, std::string>>& changes)
+BenchFile bench_with(HeadKind head, const std::vector<std::pair<std::string, std::string>>& changes)
 {
-  std::string text = calibration::virtual_bench_text(head);
+  std::string text = virtual_bench_text(head);
   for (const auto& [from, to] : changes) {
     const std::size_t at = text.find(from);
     check(at != std::string::npos, "the text to be replaced must be in the file");
@@ -113,14 +107,14 @@ bench::BenchFile bench_with(bench::HeadKind head,
 /// The leg's points used as the tibia's.
 std::string tibia_points()
 {
-  const std::string& text = calibration::virtual_bench_text();
+  const std::string& text = virtual_bench_text();
   return "tibia_" + text.substr(text.find("point = ["));
 }
 
 /// Other variants of the procedure: grids and poses adjusted by eye; two bodies, without a pupillometer.
 struct OtherWay {
   std::string name;
-  bench::BenchFile bench;
+  BenchFile bench;
   std::vector<std::string> numbers;  ///< some parameters that are estimated differently
 };
 
@@ -129,10 +123,10 @@ const std::vector<OtherWay>& other_ways()
   const std::string table = "[calibration]\n", body = "[body.leg]\ntool = \"leg\"\n";
   static const std::vector<OtherWay> ways{
       {"by_eye",
-       bench_with(bench::HeadKind::stage, {{table, table + "distortion = \"adjust\"\nmodel = \"adjust\"\n"}}),
+       bench_with(HeadKind::stage, {{table, table + "distortion = \"adjust\"\nmodel = \"adjust\"\n"}}),
        {"distortion eye.k1", "distortion eye.pixel_aspect", "leg leg.turn_z"}},
       {"two_bodies_without_pupillometer",
-       bench_with(bench::HeadKind::tracker,
+       bench_with(HeadKind::tracker,
                   {{"\"rigid\"", "\"two-bodies\""},
                    {body, "[body.femur]\ntool = \"femur\"\n\n[body.tibia]\ntool = \"tibia\"\n"},
                    {table, table + "pupillometer = false\n"},
@@ -145,7 +139,7 @@ class OtherWays : public testing::TestWithParam<OtherWay> {};
 
 TEST_P(OtherWays, HoldTheTruthAsOften)
 {
-  const calibration::VirtualStatistics statistics =
+  const VirtualStatistics statistics =
       calibration::virtual_statistics(GetParam().bench, {1, n_benches_or(60), n_threads});
   const std::map<std::string, Count> counts = counts_of(statistics);
   for (const std::string& name : GetParam().numbers) EXPECT_TRUE(counts.contains(name)) << name;
@@ -159,10 +153,10 @@ INSTANTIATE_TEST_SUITE_P(Benches, OtherWays, testing::ValuesIn(other_ways()),
 
 TEST(VirtualStatistics, AreTheSameForAnyNumberOfThreads)
 {
-  const bench::BenchFile bench = bench_of(bench::HeadKind::stage);
+  const BenchFile bench = test::virtual_bench(HeadKind::stage);
   constexpr int n_benches = 5;
-  const calibration::VirtualStatistics one = calibration::virtual_statistics(bench, {40, n_benches, 1});
-  const calibration::VirtualStatistics three = calibration::virtual_statistics(bench, {40, n_benches, 3});
+  const VirtualStatistics one = calibration::virtual_statistics(bench, {40, n_benches, 1});
+  const VirtualStatistics three = calibration::virtual_statistics(bench, {40, n_benches, 3});
   ASSERT_EQ(one.numbers.size(), three.numbers.size());
   for (std::size_t k = 0; k < one.numbers.size(); ++k) {
     EXPECT_EQ(one.numbers[k].name, three.numbers[k].name);
@@ -173,4 +167,4 @@ TEST(VirtualStatistics, AreTheSameForAnyNumberOfThreads)
   for (std::size_t k = 0; k < one.after.size(); ++k) EXPECT_EQ(one.after[k].mm, three.after[k].mm);
 }
 
-}  // namespace vrda::statistics_test
+}  // namespace vrda::calibration::statistics_test

@@ -23,6 +23,18 @@ const bench::Calibration& all_done();
 /// Options that repeat `step`.
 calibration::CalibrationSessionOptions restarted(const std::string& step);
 
+/// A kind of task that has only traits.
+struct PlainKind : calibration::TaskKind {
+  using TaskKind::TaskKind;
+  void sketch(calibration::Sketch&, const calibration::Task&, const bench::BenchFile&) const override {}
+};
+
+/// Name of the kind of a task: "scan line".
+inline std::string kind_of(const calibration::Task& task)
+{
+  return task.kind->traits().name;
+}
+
 struct Trial {
   explicit Trial(const bench::BenchFile& wanted, const std::string& step = "all");
   Trial(const bench::BenchFile& wanted, const bench::Calibration& begun,

