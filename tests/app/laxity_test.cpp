@@ -13,39 +13,13 @@ namespace vrda::laxity_command_test {
 
 using nlohmann::json;
 
-constexpr const char* laxity_tables = R"(
-[laxity]
-flexion_deg = [0, 30]
-anterior_force_n = 100
-load_steps = 2
-[[laxity.cut]]
-name = "ACL"
-bundles = ["ACLam", "ACLpl"]
-)";
-constexpr const char* fit_tables = R"(
-[fit]
-noise = { anterior_mm = 0.1 }
-[[fit.parameter]]
-quantity = "reference_strain"
-bundle = "ACLpl"
-sd = 0.03
-from = -0.1
-to = 0.1
-[[fit.parameter]]
-quantity = "load"
-load = "varus_moment"
-sd = 100
-from = -200
-to = 200
-)";
-
 class LaxityCommand : public testing::Test {
  protected:
   void SetUp() override
   {
     const std::string knee = test::text_of(VRDA_SOURCE_DIR "/jobs/knee-generic.toml");
     scratch_.write("plain.toml", knee);
-    scratch_.write("knee.toml", knee + laxity_tables + fit_tables);
+    scratch_.write("knee.toml", knee + test::laxity_tables + test::fit_tables);
   }
   std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
   test::Ended run(std::vector<std::string> words) const
@@ -154,7 +128,7 @@ TEST_F(LaxityCommand, AFitReplacesNoFileThatIsNotItsOwn)
   // Its own result again, but neither as input nor that of another job.
   EXPECT_NE(fitted("knee.toml", "first.toml").exit_code, 2);
   const std::string first = test::text_of(path("first.ligaments.csv"));
-  scratch_.write("again.toml", test::text_of(path("first.toml")) + fit_tables);
+  scratch_.write("again.toml", test::text_of(path("first.toml")) + test::fit_tables);
   EXPECT_THAT(fitted("again.toml", "first.toml"), test::refuses({.file = "first.toml", .field = "--output"}));
   EXPECT_EQ(test::text_of(path("first.ligaments.csv")), first);
   EXPECT_NE(fitted("knee.toml", "other.toml", {"--replace"}).exit_code, 2);
