@@ -1,5 +1,6 @@
 // What `vrda` refuses: the rows of refusals.json, on the inputs made here.
 #include "app/scenes.hpp"
+#include "geometry/generic_knee.hpp"
 #include "geometry/shapes.hpp"
 #include "job/mesh_text.hpp"
 #include "job/thesis_files.hpp"
@@ -32,6 +33,36 @@ void two_boxes(const Scratch& scratch)
   scratch.write("job.toml", test::small_job("joint = \"other\"\n"));
 }
 
+/// A block of femur above a block of tibia with a sheet of cartilage 5 mm below the femur, and the tibia
+/// again.
+void blocks(const Scratch& scratch)
+{
+  const Mesh tibia = test::box({0, -60, 0}, {50, 30, 70});
+  scratch.write("reference.stl", test::binary_stl(test::box({0, 0, 0}, {50, 40, 70})));
+  scratch.write("moving.stl", test::binary_stl(tibia));
+  scratch.write("cover.stl", test::binary_stl(test::box({0, -43, 0}, {40, 4, 60})));
+  Mesh copy = tibia;
+  copy.triangles = copy.triangles.colwise().reverse().eval();
+  scratch.write("copy.stl", test::binary_stl(copy));
+}
+
+/// The bones of a right knee in one pose, in mm and in cm; the tibia 80 mm below.
+void scanned_knee(const Scratch& scratch)
+{
+  const geometry::Shape knee = geometry::right_template_knee();
+  const auto write = [&](const std::string& name, Mesh mesh, double scale, double lift_mm = 0.0) {
+    mesh.vertices_mm.col(1).array() += lift_mm;
+    mesh.vertices_mm *= scale;
+    scratch.write(name, test::binary_stl(mesh));
+  };
+  const Mesh &femur = knee.reference.front().mesh, &tibia = knee.moving.front().mesh;
+  write("reference.stl", femur, 1.0);
+  write("moving.stl", tibia, 1.0);
+  write("reference_cm.stl", femur, 0.1);
+  write("moving_cm.stl", tibia, 0.1);
+  write("apart.stl", tibia, 1.0, -80.0);
+}
+
 /// A box of coordinates that floats hold exactly, in every format.
 void box_files(const Scratch& scratch)
 {
@@ -51,7 +82,7 @@ void laxity_knee(const Scratch& scratch)
 }
 
 /// Models of two-ball knees of both sides, of a ball in a dish with its trace, of frames; one without a pose,
-/// one truncated, one with a changed byte; a table of the right knee's motion.
+/// one of objects that never met, one truncated, one with a changed byte; a table of the right knee's motion.
 void models(const Scratch& scratch)
 {
   test::small_knee_job(scratch, "right");
@@ -60,6 +91,8 @@ void models(const Scratch& scratch)
   run_in(scratch, {"run", "knee_right.toml", "-o", "right.h5"});
   run_in(scratch, {"run", "knee_left.toml", "-o", "left.h5"});
   run_in(scratch, {"run", "small.toml", "-o", "ball.h5", "--trace"});
+  run_in(scratch, {"run", "knee_right.toml", "-o", "apart.h5", "--set", "limits.unsolved_fraction=1", "--set",
+                   "moving.initial.translation_mm=[500, -40, 0]"});
   run_in(scratch, {"export", "right.h5", "--to", "csv", "-o", "motion.csv", "--set", "raw", "--varus", "1"});
   run_in(scratch, {"import", "knee_right.toml", "--motion", "motion.csv", "-o", "frames.h5"});
   const std::string model = (scratch.path() / "right.h5").string();
@@ -116,6 +149,7 @@ void copied(const Scratch& scratch)
 
 const test::Scenes scenes{
     {"ball_in_dish", [](const Scratch& scratch) { test::small_job(scratch); }},
+    {"blocks", blocks},
     {"box_files", box_files},
     {"hip", [](const Scratch& scratch) { copy_job(scratch, "hip-generic.toml"); }},
     {"knee", [](const Scratch& scratch) { test::small_knee_job(scratch, "right"); }},
@@ -123,6 +157,7 @@ const test::Scenes scenes{
     {"laxity_knee", laxity_knee},
     {"models", copied<models>},
     {"sample_model", copied<sample_model>},
+    {"scanned_knee", copied<scanned_knee>},
     {"two_boxes", two_boxes},
 };
 
