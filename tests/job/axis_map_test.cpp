@@ -3,12 +3,9 @@
 #include <gmock/gmock.h>
 
 #include "job/mesh_text.hpp"
-#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::axis_map_test {
-
-using test::refuses;
 
 job::Job job_with_frame(const test::Scratch& scratch, const std::string& frame)
 {
@@ -53,22 +50,6 @@ TEST(AxisMap, EveryMapIsARotationOrRefused)
   EXPECT_EQ(n[1], 24);
   EXPECT_EQ(n[-1], 24);
   EXPECT_EQ(n[0], 216 - 48);
-}
-
-TEST(AxisMap, ALeftHandedMapNamesTheSignThatMendsIt)
-{
-  const test::Scratch scratch;
-  const job::Job job = job_with_frame(scratch, "right = \"-Z\"");
-  EXPECT_THAT(test::input_error([&] { job::axis_map(job); }),
-              refuses({"job.toml", "frame", "left-handed", "right = \"+Z\""}));
-}
-
-TEST(AxisMap, AnAxisNamedTwiceIsRefused)
-{
-  const test::Scratch scratch;
-  const job::Job job = job_with_frame(scratch, "anterior = \"-Z\"");
-  EXPECT_THAT(test::input_error([&] { job::axis_map(job); }),
-              refuses({.field = "frame", .found = "anterior = \"-Z\""}));
 }
 
 TEST(AxisMap, AlignTurnsAboutTheFilesAxesInOrderBeforeTheyAreRenamed)

@@ -9,6 +9,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "support/messages.hpp"
+
 namespace vrda::test {
 namespace {
 
@@ -41,7 +43,11 @@ std::string content_of(const json& part)
   if (part.contains("u8")) return bytes_of<std::uint8_t>(part["u8"]);
   if (part.contains("u32")) return bytes_of<std::uint32_t>(part["u32"]);
   if (part.contains("f32")) return bytes_of<float>(part["f32"]);
-  for (int k = 0; k < part.at("times").get<int>(); ++k) bytes += part.at("repeat").get<std::string>();
+  for (int k = 0; k < part.at("times").get<int>(); ++k) {
+    std::string text = part.at("repeat").get<std::string>();
+    const std::size_t number = text.find('#');
+    bytes += number == std::string::npos ? text : text.replace(number, 1, std::to_string(k));
+  }
   return bytes;
 }
 
@@ -70,9 +76,9 @@ std::string name_from(const std::string& text)
 
 void require_known_keys(const json& row)
 {
-  static const std::set<std::string> known{"name",    "rows", "scene", "files", "write",  "file",
-                                           "target",  "text", "edit",  "cut",   "append", "remove",
-                                           "command", "add",  "field", "found", "wanted", "writes"};
+  static const std::set<std::string> known{
+      "name",   "rows",   "scene",   "files", "write", "file",  "target", "text",   "edit",      "cut",
+      "append", "remove", "command", "add",   "field", "found", "wanted", "writes", "exit_code", "names"};
   for (const auto& [key, value] : row.items()) {
     if (known.count(key) == 0) throw std::runtime_error("unknown key of a refusal: " + key);
   }
@@ -106,6 +112,8 @@ RefusalRow row_of(const json& group, const json& own, int number)
   out.writes = list_of(row, "writes");
   out.refusal = {row.value("file", out.target), row.value("field", ""), values_of(row, "found"),
                  values_of(row, "wanted")};
+  out.exit_code = row.value("exit_code", 0);
+  out.names = values_of(row, "names");
   return out;
 }
 
@@ -122,6 +130,14 @@ void spoil_target(const RefusalRow& row, const Scratch& scratch)
   if (row.cut_bytes != 0)
     bytes.resize(static_cast<std::size_t>(row.cut_bytes) + (row.cut_bytes < 0 ? bytes.size() : 0));
   scratch.write(row.target, bytes + row.appended);
+}
+
+void make_input(const RefusalRow& row, const Scratch& scratch, const Scenes& scenes)
+{
+  if (!row.scene.empty()) scenes.at(row.scene)(scratch);
+  for (const auto& [name, bytes] : row.files) scratch.write(name, bytes);
+  spoil_target(row, scratch);
+  if (!row.removed.empty()) fs::remove(scratch.path() / row.removed);
 }
 
 /// Path below the folder and bytes of each file; a folder has none.
@@ -159,10 +175,7 @@ std::vector<RefusalRow> read_refusals(const fs::path& file)
 void expect_row_refused(const RefusalRow& row, const fs::path& program, const Scenes& scenes)
 {
   const Scratch scratch;
-  if (!row.scene.empty()) scenes.at(row.scene)(scratch);
-  for (const auto& [name, bytes] : row.files) scratch.write(name, bytes);
-  spoil_target(row, scratch);
-  if (!row.removed.empty()) fs::remove(scratch.path() / row.removed);
+  make_input(row, scratch, scenes);
   const auto before = files_in(scratch.path());
   const Ended ended = run({program, row.words, {}, scratch.path()});
   EXPECT_THAT(ended, refuses(row.refusal));
@@ -172,6 +185,15 @@ void expect_row_refused(const RefusalRow& row, const fs::path& program, const Sc
   auto after = files_in(scratch.path());
   for (const std::string& name : row.writes) EXPECT_EQ(after.erase(name), 1U) << name;
   EXPECT_TRUE(after == before) << "a file was written or changed";
+}
+
+void expect_row_answered(const RefusalRow& row, const fs::path& program, const Scenes& scenes)
+{
+  const Scratch scratch;
+  make_input(row, scratch, scenes);
+  const Ended ended = run({program, row.words, {}, scratch.path()});
+  EXPECT_EQ(ended.exit_code, row.exit_code) << ended.err;
+  EXPECT_THAT(ended.out + ended.err, has_line(Message{row.refusal.field, row.names, row.exit_code == 0}));
 }
 
 }  // namespace vrda::test

@@ -5,7 +5,7 @@
 /// The file is a list of groups. A group has "name", "rows", and any key of a row as the rows' default:
 ///   scene    name of a function of the test that makes input files which a text cannot hold
 ///   files    {name: content} of the group; content is a text, or a list of texts, {"u8", "u32" or "f32":
-///            numbers} (little-endian) and {"repeat": text, "times": number}
+///            numbers} (little-endian) and {"repeat": text, "times": number}, with a number from 0 for its #
 ///   write    the same of the row; a file that is there is replaced
 ///   file     the file that the message names, or its end, or an option; default: the target
 ///   target   the file that `text`, `edit`, `cut` and `append` change; default: `file`
@@ -43,6 +43,8 @@ struct RefusalRow {
   std::vector<std::string> words;  ///< arguments of the program
   std::vector<std::string> writes;
   Refusal refusal;
+  int exit_code = 0;
+  Values names;
 };
 
 /// The rows of a data file. Throws std::exception for a row with an unknown key or without a command.
@@ -53,6 +55,9 @@ using Scenes = std::map<std::string, std::function<void(const Scratch&)>>;
 
 /// Makes the input of the row in a folder of its own, runs the program and expects the refusal.
 void expect_row_refused(const RefusalRow& row, const std::filesystem::path& program, const Scenes& scenes);
+
+/// The same, and expects the exit code and the line that names the values.
+void expect_row_answered(const RefusalRow& row, const std::filesystem::path& program, const Scenes& scenes);
 
 /// The name of a row, for INSTANTIATE_TEST_SUITE_P.
 inline std::string name_of_row(const testing::TestParamInfo<RefusalRow>& row)
