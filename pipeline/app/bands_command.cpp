@@ -1,10 +1,10 @@
 // `vrda bands`: the bands of an uncertain job, as CSV or JSON.
-#include "app/bands_command.hpp"
 
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "app/commands.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "solve/uncertain_motion.hpp"
@@ -15,6 +15,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using solve::BandQuantity;
+
+struct BandsOptions {
+  std::string file;
+  std::string table = "bands";  ///< bands, fibres, shares or samples
+  bool as_json = false;
+};
 
 constexpr std::array<const char*, 5> probability_names{"min", "p05", "p50", "p95", "max"};
 
@@ -171,8 +177,6 @@ class BandTables {
   const std::vector<BandQuantity> quantities_;
 };
 
-}  // namespace
-
 core::ExitCode bands_command(const BandsOptions& options)
 {
   const store::MotionModel model = store::read_motion_model(options.file);
@@ -186,6 +190,21 @@ core::ExitCode bands_command(const BandsOptions& options)
     tables.print(options.table);
   }
   return core::ExitCode::done;
+}
+
+}  // namespace
+
+void declare_bands(Command& c)
+{
+  auto& o = c.options<BandsOptions>();
+  c.model(o.file, "Motion model (HDF5) of a job with [uncertainty]");
+  const Option chosen = c.option("--table", o.table,
+                                 "bands: quantiles over flexion; fibres: of their tension; shares: "
+                                 "contributions of the draws to the spread; samples: draws and poses")
+                            .one_of({"bands", "fibres", "shares", "samples"})
+                            .shows_default();
+  c.json(o.as_json, "Print bands and shares as JSON").excludes(chosen);
+  c.runs([&o] { return bands_command(o); });
 }
 
 }  // namespace vrda::app

@@ -1,13 +1,12 @@
 // `vrda check`: reads a job with its meshes, measures start pose, sizes and overlaps; prints findings and
 // warnings.
-#include "app/file_commands.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "app/check_push.hpp"
+#include "app/commands.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -26,6 +25,119 @@ using Json = nlohmann::ordered_json;
 std::vector<double> numbers(const Eigen::Vector3d& v)
 {
   return {v.x(), v.y(), v.z()};
+}
+
+// A number or a list; a setting over flexion becomes a table with one row per angle, as in the job.
+Json over_flexion_json(const job::FlexionTable& setting)
+{
+  if (!setting.columns.empty()) return {{"columns", setting.columns}};
+  Json rows = Json::array(), angles_deg = Json::array();
+  for (Eigen::Index i = 0; i < setting.value.rows(); ++i) {
+    const Eigen::VectorXd row = setting.value.row(i).transpose();
+    rows.push_back(row.size() == 1 ? Json(row[0]) : Json(std::vector<double>(row.begin(), row.end())));
+  }
+  if (rows.size() == 1) return rows[0];
+  for (const double flexion_rad : setting.flexion_rad) angles_deg.push_back(deg_from_rad(flexion_rad));
+  return {{"flexion_deg", angles_deg}, {"value", rows}};
+}
+
+Json points_json(const std::vector<Eigen::Vector3d>& points_mm)
+{
+  Json rows = Json::array();
+  for (const Eigen::Vector3d& p_mm : points_mm) rows.push_back(numbers(p_mm));
+  return rows;
+}
+
+Json loads_json(const job::PushJob& push, const job::Case& job_case)
+{
+  Json loads = Json::array();
+  for (std::size_t k = 0; k < push.loads.size(); ++k) {
+    const job::LoadPoint& at = job_case.loads.at(k);
+    loads.push_back({{"name", at.name},
+                     {"frame", name_of(at.frame)},
+                     {"force_n", over_flexion_json(push.loads[k].force_n)},
+                     {"moment_nmm", over_flexion_json(push.loads[k].moment_nmm)},
+                     {"point_mm", numbers(at.point_mm)}});
+  }
+  return loads;
+}
+
+Json lines_json(const job::PushJob& push, const job::Case& job_case)
+{
+  Json lines = Json::array();
+  for (std::size_t k = 0; k < push.lines.size(); ++k) {
+    const job::LinePath& path = job_case.lines.at(k);
+    lines.push_back({{"name", path.name},
+                     {"tension_n", over_flexion_json(push.lines[k].tension_n)},
+                     {"reference_mm", points_json(path.reference_mm)},
+                     {"moving_mm", points_json(path.moving_mm)}});
+  }
+  return lines;
+}
+
+Json push_json(const job::PushJob& push, const job::Case& job_case)
+{
+  return {{"delta", over_flexion_json(push.delta)},
+          {"force_n", over_flexion_json(push.force_n)},
+          {"lateral_force_n", over_flexion_json(push.lateral_force_n)},
+          {"moment_nmm", over_flexion_json(push.moment_nmm)},
+          {"varus_moment_nmm", over_flexion_json(push.varus_moment_nmm)},
+          {"point_mm", numbers(job_case.push_point_mm)},
+          {"loads", loads_json(push, job_case)},
+          {"lines", lines_json(push, job_case)}};
+}
+
+std::string number_text(const Json& number_or_list)
+{
+  if (!number_or_list.is_array()) return shortest_decimal(number_or_list.get<double>());
+  std::string text;
+  for (const Json& number : number_or_list)
+    text += (text.empty() ? "[" : " ") + shortest_decimal(number.get<double>());
+  return text + "]";
+}
+
+// "20 N", or the first and last row of a table over flexion.
+void print_load(const char* name, const Json& load, const char* unit)
+{
+  std::string text;
+  if (!load.is_object()) {
+    text = number_text(load) + unit;
+  } else if (load.contains("columns")) {
+    text = "from columns of the frames";
+    for (const Json& column : load["columns"]) text += " " + column.get<std::string>();
+  } else {
+    const Json& angles_deg = load["flexion_deg"];
+    const Json& rows = load["value"];
+    text = number_text(rows.front()) + unit + " at " + shortest_decimal(angles_deg.front().get<double>()) +
+           " degrees of flexion to " + number_text(rows.back()) + unit + " at " +
+           shortest_decimal(angles_deg.back().get<double>()) + ", in " + std::to_string(rows.size()) +
+           " rows";
+  }
+  std::printf("  %-18s %s\n", name, text.c_str());
+}
+
+void print_push(const Json& p, bool has_forces)
+{
+  std::printf("push\n");
+  print_load("delta", p["delta"], "");
+  if (!has_forces) return;  // the search moves along Delta without a force
+  print_load("force", p["force_n"], " N along delta");
+  print_load("lateral force", p["lateral_force_n"], " N across delta");
+  print_load("moment", p["moment_nmm"], " N mm about delta");
+  print_load("varus moment", p["varus_moment_nmm"], " N mm");
+  print_load("point", p["point_mm"], " mm from the rotation centre");
+  for (const Json& load : p["loads"]) {
+    print_filled("  load {name}, frame {frame}\n", load);
+    print_load("  force", load["force_n"], " N");
+    print_load("  moment", load["moment_nmm"], " N mm");
+    print_load("  point", load["point_mm"], " mm from the rotation centre");
+  }
+  for (const Json& line : p["lines"]) {
+    print_filled("  line {name}\n", line);
+    print_load("  tension", line["tension_n"], " N");
+    print_load("  from", line["reference_mm"].back(), " mm on the reference");
+    print_load("  to", line["moving_mm"].front(), " mm on the moving object");
+  }
 }
 
 // Overlap and travel to contact at the initial pose of the job.
@@ -183,51 +295,39 @@ Json job_json(const job::Case& job_case, const run::InitialContact& start, const
 
 void print_component(const Json& c)
 {
-  std::printf("  %-10s %-18s %7ld triangles, %s, mean edge %.2f mm%s\n", c["body"].get<std::string>().c_str(),
-              c["name"].get<std::string>().c_str(), c["triangles"].get<long>(),
-              c["closed"].get<bool>() ? "closed" : "open", c["mean_edge_mm"].get<double>(),
-              c["contact"].get<bool>() ? "" : ", drawn only");
-  std::printf("             box [%.1f %.1f %.1f] to [%.1f %.1f %.1f] mm", c["box_min_mm"][0].get<double>(),
-              c["box_min_mm"][1].get<double>(), c["box_min_mm"][2].get<double>(),
-              c["box_max_mm"][0].get<double>(), c["box_max_mm"][1].get<double>(),
-              c["box_max_mm"][2].get<double>());
-  if (c["boundary_edges"].get<long>() > 0)
-    std::printf(", %ld boundary edges", c["boundary_edges"].get<long>());
-  if (c["open_sheet"].get<bool>())
+  print_filled("  {body%-10s} {name%-18s} {triangles%7d} triangles, ", c);
+  print_filled(c["closed"] ? "closed" : "open", c);
+  print_filled(", mean edge {mean_edge_mm%.2f} mm", c);
+  std::printf(c["contact"] ? "\n" : ", drawn only\n");
+  print_filled(
+      "             box [{box_min_mm.0%.1f} {box_min_mm.1%.1f} {box_min_mm.2%.1f}] to "
+      "[{box_max_mm.0%.1f} {box_max_mm.1%.1f} {box_max_mm.2%.1f}] mm",
+      c);
+  if (c["boundary_edges"] > 0) print_filled(", {boundary_edges} boundary edges", c);
+  if (c["open_sheet"])
     std::printf(
         ", an open sheet: the winding of its triangles defines its outside (winding = \"inward\" reverses "
         "it)");
-  if (c["degenerate_faces_dropped"].get<long>() > 0) {
-    std::printf(", %ld degenerate faces dropped", c["degenerate_faces_dropped"].get<long>());
-  }
-  if (c["identical_triangles_dropped"].get<long>() > 0)
-    std::printf(", %ld identical triangles dropped", c["identical_triangles_dropped"].get<long>());
-  if (c["turned_outward"].get<bool>()) std::printf(", turned outward");
-  std::printf("\n");
+  if (c["degenerate_faces_dropped"] > 0)
+    print_filled(", {degenerate_faces_dropped} degenerate faces dropped", c);
+  if (c["identical_triangles_dropped"] > 0)
+    print_filled(", {identical_triangles_dropped} identical triangles dropped", c);
+  std::printf(c["turned_outward"] ? ", turned outward\n" : "\n");
 }
 
 void print_coordinates(const Json& coordinates)
 {
   if (coordinates.is_null()) return;
-  if (coordinates.contains("frames")) {
-    const Json& frames = coordinates["frames"];
-    std::printf("  %ld frames, %s %g to %g\n", frames["count"].get<long>(),
-                frames["key"].get<std::string>().c_str(), frames["from"].get<double>(),
-                frames["to"].get<double>());
-  }
-  for (const char* name : joint_coordinate_names) {
-    std::printf("  %-9s  %s\n", name, coordinates["roles"][name].get<std::string>().c_str());
-  }
+  if (coordinates.contains("frames"))
+    print_filled("  {count} frames, {key} {from%g} to {to%g}\n", coordinates["frames"]);
+  for (const auto& [name, role] : coordinates["roles"].items())
+    std::printf("  %-9s  %s\n", name.c_str(), role.get<std::string>().c_str());
 }
 
 void print_axis(const char* name, const Json& axis)
 {
-  if (axis.is_null()) {
-    std::printf("  %-8s free\n", name);
-    return;
-  }
-  std::printf("  %-8s %g to %g degrees, %ld values\n", name, axis["from_deg"].get<double>(),
-              axis["to_deg"].get<double>(), axis["count"].get<long>());
+  std::printf("  %-8s ", name);
+  print_filled(axis.is_null() ? "free\n" : "{from_deg%g} to {to_deg%g} degrees, {count} values\n", axis);
 }
 
 void print_ligaments(const Json& l)
@@ -236,43 +336,38 @@ void print_ligaments(const Json& l)
     std::printf("ligaments: none\n");
     return;
   }
-  std::printf("ligaments: %d fibres in %zu bundles, %zu wraps\n", l["fibres"].get<int>(), l["bundles"].size(),
-              l["wraps"].size());
-  for (const Json& bundle : l["bundles"]) {
-    std::printf("  %-18s %d fibres\n", bundle["name"].get<std::string>().c_str(),
-                bundle["fibres"].get<int>());
-  }
-  for (const Json& wrap : l["wraps"]) {
-    std::printf("  %-18s %s on the %s object, for %d fibres\n", wrap["name"].get<std::string>().c_str(),
-                wrap["shape"].get<std::string>().c_str(), wrap["body"].get<std::string>().c_str(),
-                wrap["fibres"].get<int>());
-  }
+  print_filled("ligaments: {fibres} fibres in ", l);
+  std::printf("%zu bundles, %zu wraps\n", l["bundles"].size(), l["wraps"].size());
+  for (const Json& bundle : l["bundles"]) print_filled("  {name%-18s} {fibres} fibres\n", bundle);
+  for (const Json& wrap : l["wraps"])
+    print_filled("  {name%-18s} {shape} on the {body} object, for {fibres} fibres\n", wrap);
 }
 
 void print_method(const Json& u)
 {
-  if (const Json& s = u["steps"]; !s.is_null()) {
-    std::printf("  translation %g mm to %g mm, rotation %g to %g degrees\n",
-                s["translation_mm"].get<double>(), s["translation_resolution_mm"].get<double>(),
-                s["rotation_deg"].get<double>(), s["rotation_resolution_deg"].get<double>());
+  if (!u["steps"].is_null()) {
+    print_filled(
+        "  translation {translation_mm%g} mm to {translation_resolution_mm%g} mm, rotation {rotation_deg%g} "
+        "to "
+        "{rotation_resolution_deg%g} degrees\n",
+        u["steps"]);
     return;
   }
-  const Json& e = u["equilibrium"];
-  std::printf("  tolerance %g mm in at most %d iterations, contact resolution %g mm\n",
-              e["tolerance_mm"].get<double>(), e["max_iterations"].get<int>(),
-              e["contact_resolution_mm"].get<double>());
-  std::printf("  along the spine %d restarts per flexion, rotation band for %g N mm\n",
-              e["restarts"].get<int>(), e["band_moment_nmm"].get<double>());
+  print_filled(
+      "  tolerance {tolerance_mm%g} mm in at most {max_iterations} iterations, contact resolution "
+      "{contact_resolution_mm%g} mm\n"
+      "  along the spine {restarts} restarts per flexion, rotation band for {band_moment_nmm%g} N mm\n",
+      u["equilibrium"]);
 }
 
 void print(const Json& u)
 {
-  std::printf("%s: %s, %s side, %s\n", u["title"].get<std::string>().c_str(),
-              u["joint"].get<std::string>().c_str(), u["side"].get<std::string>().c_str(),
-              u["method"].get<std::string>().c_str());
-  const Json& o = u["rotation_centre_mm"];
-  std::printf("rotation centre [%.2f %.2f %.2f] mm, canonical axes\n", o[0].get<double>(), o[1].get<double>(),
-              o[2].get<double>());
+  print_filled(
+      "{title}: {joint}, {side} side, {method}\n"
+      "rotation centre [{rotation_centre_mm.0%.2f} {rotation_centre_mm.1%.2f} {rotation_centre_mm.2%.2f}] "
+      "mm, "
+      "canonical axes\n",
+      u);
   for (const char* body : {"reference", "moving"}) {
     if (u["found_frames"].is_null()) break;
     const Json& frame = u["found_frames"][body];
@@ -280,8 +375,7 @@ void print(const Json& u)
                 number_text(frame["origin"]).c_str(), number_text(frame["rotation_deg"]).c_str());
   }
   run::print_scaling(u["scaling"]);
-  if (const auto note = u["scaling_note"].get<std::string>(); !note.empty())
-    std::printf("  %s\n", note.c_str());
+  if (u["scaling_note"] != "") print_filled("  {scaling_note}\n", u);
   std::printf("components\n");
   for (const Json& c : u["components"]) print_component(c);
   const Json& start = u["initial_pose"];
@@ -291,12 +385,11 @@ void print(const Json& u)
   } else if (start["travel_along_delta_mm"].is_null()) {
     std::printf("initial pose: the reference is not along Delta\n");
   } else {
-    std::printf("initial pose: %.3f mm along Delta to the first contact\n",
-                start["travel_along_delta_mm"].get<double>());
+    print_filled("initial pose: {travel_along_delta_mm%.3f} mm along Delta to the first contact\n", start);
   }
   print_ligaments(u["ligaments"]);
   print_push(u["push"], !u["equilibrium"].is_null());
-  std::printf("plan: %ld attitudes\n", u["grid"]["attitudes"].get<long>());
+  print_filled("plan: {grid.attitudes} attitudes\n", u);
   print_coordinates(u["coordinates"]);
   if (!u["coordinates"].contains("frames")) {
     print_axis("flexion", u["grid"]["flexion"]);
@@ -332,12 +425,21 @@ nlohmann::ordered_json check_json(const CheckOptions& options)
 core::ExitCode check_command(const CheckOptions& options)
 {
   const Json result = check_json(options);
-  if (options.as_json) {
-    std::printf("%s\n", core::json_text(result, 2).c_str());
-  } else {
-    print(result);
-  }
+  if (options.as_json) return print_json(result);
+  print(result);
   return core::ExitCode::done;
+}
+
+void declare_check(Command& c)
+{
+  auto& o = c.options<CheckOptions>();
+  c.job(o.job_file);
+  c.data(o.data_directory);
+  c.overrides(o.overrides);
+  c.option("--picture", o.picture,
+           "PNG file to draw: bones, axes, rotation centre, push and fibres in two views");
+  c.json(o.as_json);
+  c.runs([&o] { return check_command(o); });
 }
 
 }  // namespace vrda::app

@@ -8,7 +8,8 @@
 
 #include "analysis/audit.hpp"
 #include "analysis/compare.hpp"
-#include "app/model_commands.hpp"
+#include "app/commands.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -23,10 +24,7 @@ using Cells = std::vector<std::string>;
 
 std::string number(double value)
 {
-  if (std::isnan(value)) return "-";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
+  return formatted("%.3g", value);
 }
 
 /// Errors of the translation vector, then of the angles.
@@ -300,8 +298,23 @@ core::ExitCode compare_command(const CompareCommandOptions& options)
                                  {"recontacted", options.is_recontacted},
                                  {"refine", options.refine}};
   json.update(json_of(comparison));
-  std::printf("%s\n", core::json_text(json, 2).c_str());
-  return core::ExitCode::done;
+  return print_json(json);
+}
+
+void declare_compare(Command& c)
+{
+  auto& o = c.options<CompareCommandOptions>();
+  c.model(o.file);
+  c.option("--degrees", o.degrees, "A range or a list: 1..12 or 2,4,6").shows_default();
+  c.option("--refine", o.refine,
+           "Subdivisions of a grid step at which gap and penetration are measured; 0: no audit")
+      .whole_number(0, 16)
+      .shows_default();
+  c.threads(o.n_threads);
+  c.flag("--robust", o.is_robust, "Fit with Huber weights, which reduce the effect of outliers");
+  c.flag("--recontact", o.is_recontacted, "Compare the motions after moving them into contact along Delta");
+  c.json(o.as_json);
+  c.runs([&o] { return compare_command(o); });
 }
 
 }  // namespace vrda::app

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "app/file_commands.hpp"
+#include "app/commands.hpp"
 #include "core/text.hpp"
 #include "geometry/shapes.hpp"
 #include "job/clean_mesh.hpp"
@@ -20,6 +20,31 @@ namespace vrda::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// `vrda convert`: converts the thesis's formats to VRDA's, and mesh files between formats.
+struct ConvertObjectOptions {
+  std::string prefix;  ///< PREFIX.coor, PREFIX.norm, PREFIX.elem
+  std::string folder;
+};
+
+struct ConvertMeshOptions {
+  std::string input;
+  std::string output;
+};
+
+struct ConvertConfigOptions {
+  std::string file;
+  std::string output;
+  std::string unit = "m";  ///< unit of the meshes and of all lengths in the file: m, cm or mm
+};
+
+/// `vrda shape`: writes a generated joint as STL files and its ligaments as a CSV table.
+struct ShapeOptions {
+  std::string shape;
+  std::string folder;
+  std::vector<std::string> parameters;  ///< "name=value"
+  bool has_ligaments = false;           ///< write ligaments.csv too
+};
 
 struct TableRow {
   std::string name;
@@ -89,8 +114,6 @@ void warn_of_missing_models(const job::KeywordConfiguration& configuration, cons
   }
 }
 
-}  // namespace
-
 core::ExitCode convert_object_command(const ConvertObjectOptions& options)
 {
   const std::vector<job::ObjectComponent> components =
@@ -151,8 +174,6 @@ core::ExitCode convert_config_command(const ConvertConfigOptions& options)
   return code;
 }
 
-namespace {
-
 geometry::ShapeRequest request_of(const ShapeOptions& options)
 {
   geometry::ShapeRequest request;
@@ -173,8 +194,6 @@ geometry::ShapeRequest request_of(const ShapeOptions& options)
   }
   return request;
 }
-
-}  // namespace
 
 core::ExitCode shape_command(const ShapeOptions& options)
 {
@@ -219,6 +238,48 @@ std::string shape_help()
     }
   }
   return text;
+}
+
+}  // namespace
+
+void declare_shape(Command& c)
+{
+  auto& o = c.options<ShapeOptions>();
+  c.footer("Example:\n  vrda shape knee -o knee side=left resolution=2\n\n" + shape_help());
+  c.option("shape", o.shape, "Name of the shape").required();
+  c.option("parameters", o.parameters, "name=value");
+  c.option("-o,--output", o.folder, "Output folder").required();
+  c.flag("--ligaments", o.has_ligaments, "Also write ligaments.csv (knee)");
+  c.runs([&o] { return shape_command(o); });
+}
+
+void declare_convert(Command& c)
+{
+  Command object = c.add("object",
+                         "Split an Object set (PREFIX.coor, .norm, .elem) into one Vertices-Faces file per "
+                         "component; print the counts of polygons and triangles.",
+                         "vrda convert object knee -o models");
+  auto& set = object.options<ConvertObjectOptions>();
+  object.option("prefix", set.prefix, "Common path of the three files, without extension").required();
+  object.option("-o,--output", set.folder, "Output folder").required();
+  object.runs([&set] { return convert_object_command(set); });
+
+  Command mesh = c.add("mesh", "Write a mesh in another format, selected by the extension.",
+                       "vrda convert mesh femur.stl femur.vf");
+  auto& file = mesh.options<ConvertMeshOptions>();
+  mesh.option("input", file.input, "STL, PLY, OBJ (Wavefront or Vertices-Faces) or VF").required();
+  mesh.option("output", file.output, ".vf, .stl, .ply or .obj (Wavefront)").required();
+  mesh.runs([&file] { return convert_mesh_command(file); });
+
+  Command config = c.add("config", "Convert a keyword configuration (thesis, appendix B) to a job.",
+                         "vrda convert config knee.cfg -o knee.toml");
+  auto& words = config.options<ConvertConfigOptions>();
+  config.model(words.file, "Configuration file");
+  config.option("-o,--output", words.output, "Job file (TOML) to write").required();
+  config.option("--unit", words.unit, "Unit of the configuration's lengths and of the meshes: m, cm or mm")
+      .one_of({"m", "cm", "mm"})
+      .shows_default();
+  config.runs([&words] { return convert_config_command(words); });
 }
 
 }  // namespace vrda::app

@@ -1,5 +1,4 @@
 // `vrda export`: a motion over flexion as CSV, VTK series, animated glTF, OpenSim table or OpenSim joint.
-#include "app/file_commands.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "app/angle_range.hpp"
+#include "app/commands.hpp"
+#include "app/option_values.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "job/thesis_files.hpp"
@@ -99,7 +100,7 @@ tables::FlexionPlan plan_of(const ExportOptions& options, const store::MotionMod
 {
   tables::FlexionPlan plan;
   plan.set = options.set;
-  if (!options.flexion.empty()) plan.flexion_deg = angle_range({"vrda export", "--flexion", options.flexion});
+  if (!options.flexion.empty()) plan.flexion_deg = angle_range({"vrda export", "--flexion"}, options.flexion);
   if (options.format == "osim" && options.flexion.empty() && !model.frames)
     plan.flexion_deg = tables::osim_flexions_deg(model, options.set);
   plan.varus = tables::default_varus(model, options.set);
@@ -313,11 +314,46 @@ core::ExitCode export_command(const ExportOptions& options)
 {
   const nlohmann::ordered_json report = write_export(options);
   if (options.as_json) {
-    std::printf("%s\n", core::json_text(report, 2).c_str());
+    print_json(report);
   } else {
     for (const auto& file : report["files"]) std::printf("%s\n", file.get<std::string>().c_str());
   }
   return report["files"].empty() ? core::ExitCode::interrupted : core::ExitCode::done;
+}
+
+void declare_export(Command& c)
+{
+  auto& o = c.options<ExportOptions>();
+  c.model(o.file);
+  c.option("--to", o.format,
+           "sto or mot (OpenSim motion), osim (OpenSim model), csv, gltf (.glb) or vtk (.pvd, ParaView)")
+      .required()
+      .one_of({"sto", "mot", "osim", "csv", "gltf", "vtk"});
+  c.option("-o,--output", o.output, "Output file, with the extension of the format").required();
+  c.option("--set", o.set,
+           "two_sided, raw, degree_N, ...; default: the default motion of the model (vrda info)");
+  c.option("--flexion", o.flexion, "FROM:TO:STEP, degrees; default: the flexions of the model");
+  c.option("--varus", o.varus,
+           "Degrees, spine (balanced) or zero (the zero-varus table); default: spine for the raw poses, "
+           "else zero if the table exists; in osim also driven: a second coordinate of the joint");
+  c.option("--coordinate", o.coordinates,
+           "COORDINATE=NAME: column name of flexion, varus, internal, tx, ty or tz in sto and mot, "
+           "coordinate name of flexion in osim; -NAME negates it; may be repeated")
+      .repeatable();
+  c.flag("--degrees", o.in_degrees, "Angles of sto and mot in degrees; default: radians");
+  c.option(
+       "--translations", o.translations,
+       "Point of tx, ty, tz in sto and mot: rotation-centre, or mesh-origin for joints without offset frames")
+      .one_of({"rotation-centre", "mesh-origin"})
+      .shows_default();
+  c.option("--rate", o.degrees_per_second,
+           "Flexion rate that sets time in sto, mot and gltf, degrees per second")
+      .number(1e-3, 1e6)
+      .shows_default();
+  c.flag("--joint-only", o.only_joint, "osim: write only the joint, to paste into a model");
+  c.flag("--full", o.every_cell, "csv: one row per grid cell, with all of its values");
+  c.json(o.as_json);
+  c.runs([&o] { return export_command(o); });
 }
 
 }  // namespace vrda::app

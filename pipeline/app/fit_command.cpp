@@ -1,18 +1,29 @@
-#include "app/fit_command.hpp"
-
+// `vrda fit`: inputs of a job from measurements, by identification of the unknowns of [fit] or by a thickness
+// in contact.
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "analysis/fit_files.hpp"
 #include "analysis/offset_fit.hpp"
-#include "app/score_command.hpp"
+#include "app/commands.hpp"
+#include "app/option_values.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
+#include "core/units.hpp"
+#include "job/command_jobs.hpp"
 #include "job/job.hpp"
+#include "job/ligament_files.hpp"
+#include "model/coordinates.hpp"
 #include "model/frames.hpp"
+#include "run/run_command.hpp"
 #include "run/run_output.hpp"
+#include "solve/case_solver.hpp"
 #include "tables/imported_model.hpp"
 
 namespace vrda::app {
@@ -22,6 +33,337 @@ using FitJson = nlohmann::ordered_json;
 using analysis::FitStatus;
 using analysis::OffsetFit;
 using analysis::OffsetFitInput;
+
+struct FitCommandOptions {
+  std::string job_file;
+  std::vector<std::string> to_files;  ///< measured motions and laxities, for [[fit.parameter]]
+  std::string motion;                 ///< poses in contact, table or motion model, for offset_mm = "fit"
+  std::string rows;  ///< training frames of each motion: A:B, first-half or second-half; empty: all
+  std::string translations = "rotation-centre";  ///< of `to_files`, or "mesh-origin"
+  std::string angles;          ///< of the tables: deg or rad; empty: as they state, else degrees
+  std::string output;          ///< resolved job with the number; empty: none
+  bool may_replace = false;    ///< existing files at the output
+  std::string data_directory;  ///< as of a run
+  std::vector<std::string> overrides;
+  bool is_fresh = false;
+  int n_threads = 0;  ///< 0: one per processor
+  std::string progress = "auto";
+  bool as_json = false;
+};
+
+// Throws InputError unless `may_replace` if one of the files of `result` exists: it could be an input.
+void require_absent(const Publication& result, const FitCommandOptions& o,
+                    const std::vector<std::string>& files)
+{
+  if (!o.may_replace)
+    result.require_absent(
+        files, {"", "--output", "a file that is not a result of this job", "another --output, or --replace"});
+}
+
+constexpr std::uintmax_t largest_measurement_bytes = 64U << 20U;
+constexpr double normal_95 = 1.96;  // both sides of a normal distribution
+
+/// The measurements and the cases over their flexions; `data` refers to the cases.
+struct Measurements {
+  std::vector<analysis::Sequence> trials;
+  std::vector<analysis::PublishedValue> laxities;
+  std::vector<job::LoadedInput> inputs;
+};
+
+bool is_laxity_table(const std::string& file, const std::string& text)
+{
+  const job::CsvTable table(file, text, {"row", "rows", "rows"});
+  const std::vector<std::string_view> columns = job::split_fields(table.header().text);
+  return std::find(columns.begin(), columns.end(), "test") != columns.end();
+}
+
+Measurements measurements_of(const FitCommandOptions& o, const analysis::Convention& convention,
+                             const std::string& joint)
+{
+  Measurements all;
+  for (const std::string& file : o.to_files) {
+    const std::string text = job::file_bytes(file, {file, "", "", "a CSV file of a motion or of laxities"},
+                                             largest_measurement_bytes);
+    all.inputs.push_back({file, job::sha256_of(text)});
+    if (file.ends_with(".csv") && is_laxity_table(file, text)) {
+      const std::vector<analysis::PublishedValue> rows = analysis::published_values(file, text);
+      all.laxities.insert(all.laxities.end(), rows.begin(), rows.end());
+      continue;
+    }
+    tables::MotionConvention of_table;
+    of_table.joint.side = convention.side;
+    of_table.joint.rotation_centre_mm = convention.rotation_centre_mm;
+    of_table.joint.has_large_flexion = joint_kind(joint).has_large_flexion;
+    of_table.stated.angles = tables::angle_unit_named(o.angles);
+    const tables::MotionSequence motion = tables::read_motion(file, of_table);
+    for (const std::string& line : motion.warnings) core::log_warning(line);
+    analysis::Sequence trial =
+        analysis::sequence_of(file, motion.key_name, motion.key, motion.X_reference_moving, convention);
+    const analysis::RowRange rows = rows_of({"vrda fit", "--rows"}, o.rows, trial.rows.size());
+    for (std::size_t k = 0; k < trial.rows.size(); ++k) {
+      if (!rows.contains(k)) trial.rows[k].missing = "not among --rows";
+    }
+    all.trials.push_back(std::move(trial));
+  }
+  return all;
+}
+
+void require_common_flexion(const FitCommandOptions& o, const std::vector<analysis::PublishedValue>& rows,
+                            const std::vector<double>& flexion_deg)
+{
+  const double least = *std::min_element(flexion_deg.begin(), flexion_deg.end());
+  const double largest = *std::max_element(flexion_deg.begin(), flexion_deg.end());
+  if (std::any_of(rows.begin(), rows.end(), [&](const analysis::PublishedValue& row) {
+        return row.flexion_deg >= least && row.flexion_deg <= largest;
+      }))
+    return;
+  throw InputError({o.to_files.back(), "flexion_deg", "no flexion within those of [laxity]",
+                    shortest_decimal(least) + " to " + shortest_decimal(largest)});
+}
+
+// Whole degrees that cover the trials.
+std::vector<double> flexions_of(const std::vector<analysis::Sequence>& trials)
+{
+  double low_deg = 180.0, high_deg = -180.0;
+  for (const analysis::Sequence& trial : trials) {
+    for (const analysis::Row& row : trial.rows) {
+      if (!row.missing.empty()) continue;
+      low_deg = std::min(low_deg, std::floor(deg_from_rad(row.value[analysis::at_flexion])));
+      high_deg = std::max(high_deg, std::ceil(deg_from_rad(row.value[analysis::at_flexion])));
+    }
+  }
+  std::vector<double> flexions_deg;
+  for (double deg = low_deg; deg <= high_deg; deg += 1.0) flexions_deg.push_back(deg);
+  return flexions_deg;
+}
+
+void require_question(const FitCommandOptions& o, const job::Job& job)
+{
+  if (!job.fit)
+    throw InputError({o.job_file, "fit", "nothing", "[[fit.parameter]] for --to (schemas/fit.md)"});
+  if (job.scaling)
+    throw InputError({o.job_file, "scaling", "a scaled job with --to", "the subject's own meshes"});
+}
+
+std::string fixed(double value, int digits = 2)
+{
+  if (std::isnan(value)) return "-";
+  char text[48];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+std::string as_shown(double value, std::size_t coordinate)
+{
+  return fixed(coordinate < analysis::n_angles ? deg_from_rad(value) : value);
+}
+
+void print_unknowns(const analysis::FitDocument& document)
+{
+  std::printf("%-36s %12s %12s %10s %9s  %s\n", "", "change", "95 % within", "prior sd", "explained", "");
+  for (std::size_t k = 0; k < document.unknowns.size(); ++k) {
+    const analysis::Unknown& unknown = document.unknowns[k];
+    const analysis::FittedUnknown& found = document.found.unknowns[k];
+    std::string remark = analysis::name_of(found.identifiability);
+    if (std::abs(found.correlation) > 0.9)
+      remark += ", with " + document.unknowns[found.partner].name + ' ' + fixed(found.correlation);
+    std::printf("%-36s %12.4g %12.4g %10.4g %8.0f %%  %s\n", (unknown.name + ' ' + unknown.unit()).c_str(),
+                found.change, normal_95 * found.sd, unknown.sd, 100.0 * found.explained, remark.c_str());
+  }
+}
+
+void print_misfits(const analysis::Identification& found)
+{
+  std::printf("root mean square difference (degrees, mm): before, after, after a fit without it\n");
+  for (const analysis::TrialMisfit& trial : found.trials) {
+    std::printf("%s, %zu rows\n", trial.name.c_str(), trial.n_rows);
+    for (std::size_t c = 1; c < analysis::n_scored; ++c)
+      std::printf("  %-10s %8s %8s %8s\n", analysis::coordinate_names[c].name,
+                  as_shown(trial.before[c], c).c_str(), as_shown(trial.after[c], c).c_str(),
+                  as_shown(trial.without[c], c).c_str());
+  }
+  for (const analysis::LaxityMisfit& row : found.laxities)
+    std::printf("%-18s %6.4g degrees: measured %s, before %s, after %s\n", row.measured.test.c_str(),
+                row.measured.flexion_deg, fixed(row.measured.value).c_str(), fixed(row.before).c_str(),
+                fixed(row.after).c_str());
+}
+
+void print_found(const analysis::FitDocument& document)
+{
+  const analysis::Identification& found = document.found;
+  print_unknowns(document);
+  std::string undecided;
+  for (std::size_t k = 0; k < document.unknowns.size(); ++k) {
+    if (found.unknowns[k].identifiability == analysis::Identifiability::undecided)
+      undecided += (undecided.empty() ? "" : ", ") + document.unknowns[k].name;
+  }
+  std::printf(
+      "%s after %d steps; %zu of %zu independent combinations identified; residuals %.2f times the noise\n",
+      analysis::name_of(found.status), found.n_iterations, found.n_directions, document.unknowns.size(),
+      found.noise_scale);
+  std::printf("not identifiable from the measurements: %s\n", undecided.empty() ? "none" : undecided.c_str());
+  print_misfits(found);
+}
+
+// "fitted.toml" gives "fitted".
+std::string stem_of(const std::string& output)
+{
+  const std::filesystem::path path = output;
+  return (path.parent_path() / path.stem()).string();
+}
+
+std::string journal_of(const FitCommandOptions& o)
+{
+  return o.output + ".journal";
+}
+
+// The job itself, or the bytes of one of its files.
+bool is_input(const std::string& file, const FitCommandOptions& o,
+              const std::vector<job::LoadedInput>& inputs)
+{
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) return false;
+  if (std::filesystem::equivalent(file, o.job_file, error)) return true;
+  const std::string sha256 =
+      job::sha256_of(job::file_bytes(file, {file, "", "", "a readable file"}, largest_measurement_bytes));
+  return std::any_of(inputs.begin(), inputs.end(),
+                     [&](const job::LoadedInput& input) { return input.sha256 == sha256; });
+}
+
+bool is_same_fit(const nlohmann::json& earlier, const job::Job& job,
+                 const std::vector<job::LoadedInput>& inputs)
+{
+  using Json = nlohmann::json;
+  if (!earlier.is_object() || earlier.value("job", Json()) != job.resolved_text) return false;
+  const Json found = earlier.value("inputs", Json());
+  return found.is_array() && std::equal(found.begin(), found.end(), inputs.begin(), inputs.end(),
+                                        [](const Json& a, const auto& b) {
+                                          return a.is_object() && a.value("sha256", Json()) == b.sha256;
+                                        });
+}
+
+// A result of the same job and measurements may be replaced, unless the job reads it.
+void require_replaceable_output(const Publication& result, const FitCommandOptions& o, const job::Job& job,
+                                const std::vector<job::LoadedInput>& inputs)
+{
+  const std::string stem = stem_of(o.output), facts = stem + ".fit.json";
+  const std::vector<std::string> files{o.output, facts, stem + ".ligaments.csv"};
+  std::error_code error;
+  const bool is_read =
+      std::any_of(files.begin(), files.end(), [&](const auto& file) { return is_input(file, o, inputs); });
+  if (!is_read && std::filesystem::exists(facts, error)) {
+    const std::string text =
+        job::file_bytes(facts, {facts, "", "", "the facts of an earlier fit"}, largest_measurement_bytes);
+    if (is_same_fit(nlohmann::json::parse(text, nullptr, false), job, inputs)) return;
+  }
+  require_absent(result, o, files);
+}
+
+void write_fitted(Publication& result, const FitCommandOptions& o, const job::Job& job,
+                  const job::Case& job_case, const analysis::FitDocument& document)
+{
+  const std::string stem = stem_of(o.output);
+  std::string table;
+  const bool has_fibres =
+      std::any_of(document.unknowns.begin(), document.unknowns.end(),
+                  [](const analysis::Unknown& unknown) { return !unknown.fibres.empty(); });
+  if (has_fibres) {
+    const std::string path = stem + ".ligaments.csv";
+    table = std::filesystem::path(path).filename().string();
+    result.add(path, analysis::fitted_ligaments_csv(job, job_case, document.unknowns, document.found));
+  }
+  result.add(stem + ".fit.json", analysis::fit_json(document));
+  result.publish(analysis::fitted_job_text(job, table, document.unknowns, document.found.change()));
+  run::remove_obsolete_files({journal_of(o)});
+}
+
+analysis::Identification identified(const FitCommandOptions& o, const analysis::FitData& data,
+                                    analysis::IdentifyPlan& plan, const std::vector<job::LoadedInput>& inputs)
+{
+  std::vector<std::string> hashes{o.rows, o.translations};
+  for (const job::LoadedInput& input : inputs) hashes.push_back(input.sha256);
+  for (const double noise : plan.fit.noise)
+    hashes.push_back(std::isfinite(noise) ? shortest_decimal(noise) : "inf");
+  std::optional<core::FrameWriter> journal;
+  if (!o.output.empty()) {
+    journal.emplace(analysis::open_evaluations(
+        journal_of(o), analysis::identification_key(data, plan, hashes), o.is_fresh, plan.known));
+    plan.keep = [&](const analysis::Evaluation& evaluation) {
+      journal->append(analysis::evaluation_bytes(evaluation));
+    };
+  }
+  core::install_signal_handlers();
+  plan.is_stopped = core::is_interrupted;
+  analysis::Identification found = analysis::identify(data, plan);
+  if (!journal) return found;
+  journal->close();
+  if (found.is_stopped) core::log_info(journal_of(o) + ": repeat the command to resume");
+  return found;
+}
+
+core::ExitCode identify_command(const FitCommandOptions& o)
+{
+  run::require_plain_text("--output", std::filesystem::path(o.output).filename().string());
+  const job::Job given = job::read_job(o.job_file, o.overrides);
+  require_question(o, given);
+  analysis::Convention convention;
+  // Frames that are found need the meshes.
+  const job::Case first_case =
+      run::load_checked_case(job::over_flexions(given, {0.0}), o.data_directory).job_case;
+  const job::Job job =
+      first_case.found_frames ? job::with_found_frames(given, *first_case.found_frames) : given;
+  convention.side = job.side;
+  convention.rotation_centre_mm = first_case.frame.rotation_centre_mm;
+  if (o.translations == "mesh-origin") convention.translations = analysis::Translations::mesh_origin;
+  Measurements measured = measurements_of(o, convention, job.joint);
+  if (!measured.laxities.empty() && !job.laxity)
+    throw InputError({o.job_file, "laxity", "nothing", "[laxity] with the loads of the measured laxities"});
+  analysis::FitData data;
+  data.convention = convention;
+  std::optional<job::Case> motion, laxity;
+  if (!measured.trials.empty()) {
+    motion = job::load_case(job::over_flexions(job, flexions_of(measured.trials)), o.data_directory);
+    data.motion = &*motion;
+  }
+  if (!measured.laxities.empty()) {
+    data.loads = *job.laxity;
+    data.loads.cuts.clear();
+    require_common_flexion(o, measured.laxities, data.loads.flexion_deg);
+    laxity = job::load_case(job::over_flexions(job, data.loads.flexion_deg), o.data_directory);
+    data.laxity = &*laxity;
+  }
+  std::vector<job::LoadedInput> inputs = first_case.inputs;
+  inputs.insert(inputs.end(), measured.inputs.begin(), measured.inputs.end());
+  std::optional<Publication> result =
+      o.output.empty() ? std::nullopt : run::begin_result(o.output, "vrda fit");
+  if (!result && !o.output.empty()) return core::ExitCode::interrupted;
+  if (result) require_replaceable_output(*result, o, job, inputs);
+  data.trials = std::move(measured.trials);
+  data.laxities = std::move(measured.laxities);
+  for (const std::string& warning : first_case.warnings) core::log_warning(warning);
+  analysis::IdentifyPlan plan;
+  plan.fit = *job.fit;
+  plan.unknowns = analysis::unknowns_of(job, first_case);
+  plan.n_threads = run::thread_count_or_all(o.n_threads);
+  const bool is_shown = core::progress_style_of(o.progress) != core::ProgressStyle::none;
+  std::atomic<int> n_done = 0;
+  plan.on_progress = [&] {
+    const int n = ++n_done;
+    if (is_shown && n % 50 == 0) core::log_info(std::to_string(n) + " evaluations");
+  };
+  const analysis::FitDocument document{
+      "vrda " VRDA_VERSION, solve::solver_version_of(first_case),      job.title, job.resolved_text, inputs,
+      plan.unknowns,        identified(o, data, plan, measured.inputs)};
+  if (document.found.is_stopped) return core::ExitCode::interrupted;
+  if (result) write_fitted(*result, o, job, first_case, document);
+  if (o.as_json) {
+    std::printf("%s", analysis::fit_json(document).c_str());
+  } else {
+    print_found(document);
+  }
+  return document.found.status == analysis::FitStatus::converged ? core::ExitCode::done
+                                                                 : core::ExitCode::incomplete;
+}
 
 // Both sides of a normal distribution: 95 %.
 constexpr double interval_95 = 1.96;
@@ -101,7 +443,7 @@ void print(const Report& r, const FitCommandOptions& o)
                           {"travel_per_mm", number_json(found.travel_per_mm)},
                           {"training_frames", r.n_training},
                           {"frames_with_gap", found.n_frames}};
-    std::printf("%s\n", core::json_text(json, 2).c_str());
+    print_json(json);
     return;
   }
   for (const std::string& key : r.keys) std::printf("%s\n", key.c_str());
@@ -129,16 +471,6 @@ double rms_over(const std::vector<double>& gaps)
     n += std::isnan(gap) ? 0 : 1;
   }
   return n > 0 ? std::sqrt(sum / n) : nan;
-}
-
-}  // namespace
-
-void require_absent(const Publication& result, const FitCommandOptions& o,
-                    const std::vector<std::string>& files)
-{
-  if (!o.may_replace)
-    result.require_absent(
-        files, {"", "--output", "a file that is not a result of this job", "another --output, or --replace"});
 }
 
 core::ExitCode fit_command(const FitCommandOptions& o)
@@ -176,6 +508,43 @@ core::ExitCode fit_command(const FitCommandOptions& o)
   result->publish(job_case.found_frames ? job::with_found_frames(found, *job_case.found_frames).resolved_text
                                         : found.resolved_text);
   return core::ExitCode::done;
+}
+
+}  // namespace
+
+void declare_fit(Command& c)
+{
+  auto& o = c.options<FitCommandOptions>();
+  c.job(o.job_file, "Job file (TOML) with [[fit.parameter]] or offset_mm = \"fit\"");
+  Option to = c.option("--to", o.to_files,
+                       "Fit [[fit.parameter]] so that the solved motion, or the laxity of [laxity], fits "
+                       "this table; may be repeated, each motion is a trial");
+  to.repeatable();
+  c.option("--motion", o.motion,
+           "Fit offset_mm = \"fit\" to these poses in contact: a table, or a motion model (HDF5)")
+      .excludes(to);
+  c.option("--rows", o.rows,
+           "Training frames: A:B (from 1, both included), first-half or second-half; default: all");
+  c.option("--translations", o.translations,
+           "With --to: rotation-centre, along the Grood-Suntay axes, or mesh-origin, along the "
+           "reference's axes")
+      .one_of({"rotation-centre", "mesh-origin"})
+      .shows_default();
+  c.option("--angles", o.angles,
+           "Unit of the angles of the tables: deg or rad; default: as they state, else deg")
+      .one_of({"deg", "rad"});
+  c.option(
+      "-o,--output", o.output,
+      "Write the resolved job with the numbers found; with --to also JOB.ligaments.csv and JOB.fit.json");
+  c.flag("--replace", o.may_replace,
+         "Replace existing files that are not results of this job and these measurements");
+  c.data(o.data_directory);
+  c.overrides(o.overrides);
+  c.flag("--fresh", o.is_fresh, "With --to: discard the journal of an interrupted fit");
+  c.threads(o.n_threads, "With --to: worker threads; default: one per processor");
+  c.progress(o.progress);
+  c.json(o.as_json);
+  c.runs([&o] { return fit_command(o); });
 }
 
 }  // namespace vrda::app

@@ -1,5 +1,3 @@
-#include "app/import_command.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -9,6 +7,8 @@
 #include <utility>
 
 #include "analysis/audit.hpp"
+#include "app/commands.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
@@ -28,6 +28,23 @@ using Json = nlohmann::ordered_json;
 using tables::Candidate;
 using tables::ConventionSearch;
 using tables::Term;
+
+struct ImportOptions {
+  std::string job_file;
+  std::string data_directory;
+  std::vector<std::string> overrides;
+  std::string motion;            ///< file of the moving object's poses
+  std::string reference_motion;  ///< file of the reference's poses in the same frame; may be empty
+  /// Words of measured/motion_convention.hpp, "auto" (try all), or empty: as the file states, else try all.
+  std::string unit, angles, order, direction, axes, side, lengths;
+  std::string key;                   ///< column; empty: found
+  std::vector<std::string> columns;  ///< COORDINATE=COLUMN
+  std::string moving_prefix, reference_prefix;
+  std::string output;  ///< may be empty: as of `vrda run`
+  bool may_replace = false;
+  int n_threads = 0;  ///< 0: one per processor
+  bool as_json = false;
+};
 
 constexpr std::size_t most_printed = 12;
 
@@ -157,10 +174,9 @@ void print(const ConventionSearch& search)
     if (n++ == std::max(most_printed, search.n_best) || !std::isfinite(c.share)) break;
     std::vector<std::string> words;
     for (const Term term : tables::all_terms) words.push_back(tables::value_of(c.convention, term));
-    char share[24];
-    std::snprintf(share, sizeof share, "%.4f", c.share);
+    const std::string share = formatted("%.4f", c.share);
     std::printf(row, words[0].c_str(), words[1].c_str(), words[2].c_str(), words[3].c_str(), words[4].c_str(),
-                words[5].c_str(), words[6].c_str(), share, gap_text(c.gaps).c_str());
+                words[5].c_str(), words[6].c_str(), share.c_str(), gap_text(c.gaps).c_str());
   }
   std::printf("%zu conventions tried, %zu of them cannot be distinguished\n", search.candidates.size(),
               search.n_best == 1 ? 0 : search.n_best);
@@ -238,8 +254,8 @@ std::string overlap_text(const store::MotionModel& model, int n_threads)
   return text;
 }
 
-}  // namespace
-
+// Prints the conventions tried with the gaps that they leave, and the path of the model. Throws InputError
+// with the options to add where conventions cannot be distinguished; nothing is then written.
 core::ExitCode import_command(const ImportOptions& o)
 {
   run::require_plain_text("--motion", o.motion);
@@ -250,8 +266,7 @@ core::ExitCode import_command(const ImportOptions& o)
   const tables::ImportFrame frame = tables::import_frame(job::read_job(o.job_file, o.overrides), job_case);
   const Found found = found_motion(o, subject, frame);
   if (!o.as_json) print(found.search);
-  if (o.as_json && found.search.n_best != 1)
-    std::printf("%s\n", core::json_text(json_of(found.search), 2).c_str());
+  if (o.as_json && found.search.n_best != 1) print_json(json_of(found.search));
   for (const std::string& line : found.motion.warnings) core::log_warning(line);
   require_decided(found.search, o.motion);
 
@@ -278,11 +293,54 @@ core::ExitCode import_command(const ImportOptions& o)
     json["frames"] = found.motion.key.size();
     json["key_name"] = found.motion.key_name;
     json["output"] = output;
-    std::printf("%s\n", core::json_text(json, 2).c_str());
+    print_json(json);
   } else {
     std::printf("%s\n", output.c_str());
   }
   return core::ExitCode::done;
+}
+
+}  // namespace
+
+void declare_import(Command& c)
+{
+  auto& o = c.options<ImportOptions>();
+  const auto add_term = [&](const char* name, std::string& word, std::vector<std::string> words,
+                            const char* what) {
+    words.emplace_back("auto");
+    c.option(name, word, what).one_of(words);
+  };
+  const auto add_repeated = [&](const char* name, std::vector<std::string>& texts, const char* what) {
+    c.option(name, texts, what).repeatable();
+  };
+  c.job(o.job_file, "Job file (TOML): meshes, frames, side, Delta; its grid is not used");
+  c.option("--motion", o.motion, "Table with one pose per frame: .csv, .sto, .mot or .tra").required();
+  c.option("-o,--output", o.output, "Motion model; default: results/<job name>/<job name>.h5");
+  c.data(o.data_directory);
+  add_repeated("--set", o.overrides, "key=value, overrides the job file; may be repeated");
+  add_term("--unit", o.unit, {"mm", "cm", "m"}, "Unit of lengths");
+  add_term("--angles", o.angles, {"deg", "rad"}, "Unit of angles");
+  add_term("--order", o.order, {"xyz", "xzy", "yxz", "yzx", "zxy", "zyx"},
+           "Order of the rotations about the body's own axes: zxy is R = Rz Rx Ry");
+  add_term("--direction", o.direction, {"moving-in-reference", "reference-in-moving"}, "Whose pose it is");
+  add_term("--axes", o.axes, {"canonical", "files"},
+           "Axes and origins: those of the motion model, or of the mesh files before the frames of the job");
+  add_term("--side", o.side, {"right", "left"}, "Side for which the signs of the table hold");
+  add_term("--lengths", o.lengths, {"origin", "centre", "grood-suntay"},
+           "Lengths of the moving origin, of the rotation centre, or along the Grood-Suntay axes");
+  c.option("--key", o.key, "Column of the frames' keys; default: time, frame, gait_percent, ...");
+  add_repeated("--column", o.columns,
+               "COORDINATE=COLUMN: column of flexion, varus, internal, rx, ry, rz, tx, ty, tz, ...; "
+               "COORDINATE=-COLUMN: with the opposite sign; may be repeated");
+  c.option("--moving-prefix", o.moving_prefix, "Before T11 to T34 of the moving object: tibia_");
+  c.option("--reference-prefix", o.reference_prefix,
+           "The same of the reference, where both are posed in a common frame");
+  c.option("--reference-motion", o.reference_motion,
+           "File with the poses of the reference in a common frame");
+  c.flag("--replace", o.may_replace, "Replace another result");
+  c.threads(o.n_threads);
+  c.json(o.as_json);
+  c.runs([&o] { return import_command(o); });
 }
 
 }  // namespace vrda::app

@@ -1,11 +1,11 @@
-#include "app/laxity_command.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 
 #include "analysis/laxity.hpp"
+#include "app/commands.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
@@ -17,6 +17,16 @@
 
 namespace vrda::app {
 namespace {
+
+struct LaxityOptions {
+  std::string job_file, data_directory, folder;
+  std::vector<std::string> overrides;
+  std::string against;  ///< table of published values; empty: none
+  bool may_replace = false;
+  int n_threads = 0;  ///< 0: one per processor
+  std::string progress = "auto";
+  bool as_json = false;
+};
 
 constexpr std::uintmax_t largest_laxity_bytes = 64U << 20U;
 
@@ -41,10 +51,7 @@ std::vector<analysis::PublishedValue> published_of(const std::string& file)
 
 std::string three_digits(double value)
 {
-  if (std::isnan(value)) return "-";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f", value);
-  return text;
+  return formatted("%.3f", value);
 }
 
 void print_curves(const analysis::LaxityResult& result)
@@ -59,9 +66,7 @@ void print_curves(const analysis::LaxityResult& result)
                      [](const auto& a, const auto& b) { return a.share > b.share; });
     std::string shares;
     for (std::size_t k = 0; k < rows.size() && k < 3; ++k) {
-      char text[32];
-      std::snprintf(text, sizeof text, " %.0f %%  ", 100.0 * rows[k].share);
-      shares += rows[k].bundle + text;
+      shares += rows[k].bundle + formatted(" %.0f %%  ", 100.0 * rows[k].share);
     }
     std::printf(
         "%-10s %-10s %8.4g %10.6g %10s %10s  %s\n", result.states[curve.state].c_str(), kind.name,
@@ -82,8 +87,9 @@ void print_published(const std::vector<analysis::Compared>& compared)
   }
 }
 
-}  // namespace
-
+// Writes laxity.json, laxity.csv, share.csv and index.html into the folder and prints the laxities. Exit
+// code 3 if a load has no equilibrium. Throws InputError before solving if the job has no [laxity], or if
+// the folder has the result of another job.
 core::ExitCode laxity_command(const LaxityOptions& o)
 {
   const job::Job job = job::read_job(o.job_file, o.overrides);
@@ -127,6 +133,24 @@ core::ExitCode laxity_command(const LaxityOptions& o)
   const bool is_solved = std::all_of(document.result.curves.begin(), document.result.curves.end(),
                                      [](const analysis::LaxityCurve& curve) { return curve.is_complete(); });
   return is_solved ? core::ExitCode::done : core::ExitCode::incomplete;
+}
+
+}  // namespace
+
+void declare_laxity(Command& c)
+{
+  auto& o = c.options<LaxityOptions>();
+  c.job(o.job_file, "Job file (TOML) with [laxity]; its grid is not used");
+  c.option("-o,--output", o.folder, "Output folder: laxity.json, laxity.csv, share.csv, index.html")
+      .required();
+  c.option("--against", o.against, "Published values (CSV, schemas/laxity.md) to compare with");
+  c.data(o.data_directory, "Base folder of relative file names");
+  c.overrides(o.overrides);
+  c.flag("--replace", o.may_replace, "Replace the result of another job");
+  c.threads(o.n_threads);
+  c.progress(o.progress);
+  c.json(o.as_json);
+  c.runs([&o] { return laxity_command(o); });
 }
 
 }  // namespace vrda::app

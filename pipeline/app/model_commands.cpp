@@ -1,5 +1,3 @@
-#include "app/model_commands.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,6 +6,8 @@
 
 #include "analysis/audit.hpp"
 #include "analysis/reduce.hpp"
+#include "app/commands.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "model/coordinates.hpp"
@@ -23,6 +23,11 @@ namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+struct InfoOptions {
+  std::string file;
+  bool as_json = false;
+};
 
 struct Range {
   double least = std::numeric_limits<double>::infinity();
@@ -319,16 +324,13 @@ Json summary_of(const store::MotionModel& model, const analysis::AuditFigures& m
 
 std::string short_text(const Json& number)
 {
-  if (number.is_null()) return "none";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", number.get<double>());
-  return text;
+  return number.is_null() ? "none" : formatted("%.4g", number.get<double>());
 }
 
 void print_extent(const char* name, const Json& axis)
 {
-  std::printf("  %-8s %g to %g degrees, %d values\n", name, axis[0].get<double>(), axis[1].get<double>(),
-              axis[2].get<int>());
+  std::printf("  %-8s ", name);
+  print_filled("{0%g} to {1%g} degrees, {2} values\n", axis);
 }
 
 void print_varus(const char* name, const Json& grid)
@@ -375,16 +377,15 @@ void print_angles(const Json& s, const JointKind& kind)
 void print_equilibrium(const store::MotionModel& model, const Json& s)
 {
   if (!model.equilibrium) return;
-  const Json& e = s["equilibrium"];
-  std::printf("equilibrium: worst gap %s mm, largest balance residual %s N, %d fibres\n",
-              short_text(e["worst_gap_mm"]).c_str(), short_text(e["largest_balance_residual_n"]).c_str(),
-              s["fibres"].get<int>());
-  if (model.has_compartments) {
-    std::printf("  largest share of the contact force along Delta: medial %s, lateral %s\n",
-                short_text(e["largest_share"]["medial"]).c_str(),
-                short_text(e["largest_share"]["lateral"]).c_str());
-  }
-  std::printf("  flexions with several optima: %d\n", e["flexions_with_several_optima"].get<int>());
+  print_filled(
+      "equilibrium: worst gap {equilibrium.worst_gap_mm%.4g} mm, largest balance residual "
+      "{equilibrium.largest_balance_residual_n%.4g} N, {fibres} fibres\n",
+      s);
+  if (model.has_compartments)
+    print_filled(
+        "  largest share of the contact force along Delta: medial {medial%.4g}, lateral {lateral%.4g}\n",
+        s["equilibrium"]["largest_share"]);
+  print_filled("  flexions with several optima: {equilibrium.flexions_with_several_optima}\n", s);
 }
 
 void print_doubtful(const store::MotionModel& model)
@@ -399,19 +400,14 @@ void print_doubtful(const store::MotionModel& model)
 
 void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotion& motions)
 {
-  std::printf("%s: %s, %s side, %s\n", model.title.c_str(), model.joint.c_str(), model.side.c_str(),
-              model.method.c_str());
+  print_filled("{title}: {joint}, {side} side, {method}\n", s);
   for (const std::string& warning : model.job.warnings) std::printf("warning: %s\n", warning.c_str());
   run::print_scaling(s["scaling"]);
   if (!s["scaling"].is_null()) {
     std::printf("  steps solved %s\n",
                 s["scaling"]["keeps_steps"].get<bool>() ? "at factor 1, then scaled" : "at this size");
   }
-  if (model.frames) {
-    const std::vector<double>& key = model.frames->key;
-    std::printf("  %-8s %zu over %s, %g to %g\n", "frames", key.size(), model.frames->key_name.c_str(),
-                key.front(), key.back());
-  }
+  if (model.frames) print_filled("  frames   {key.2} over {key_name}, {key.0%g} to {key.1%g}\n", s["frames"]);
   const JointKind& kind = joint_kind(model.joint);
   const bool has_stable = (model.status == status_stable).any();
   if (has_stable) print_angles(s, kind);
@@ -430,40 +426,34 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
     return;
   }
   print_doubtful(model);
-  std::printf("iterations: %s per step, at most %d; %s queries per step\n",
-              short_text(s["iterations"]["mean"]).c_str(), s["iterations"]["largest"].get<int>(),
-              short_text(s["iterations"]["queries_mean"]).c_str());
+  print_filled("iterations: {mean%.4g} per step, at most {largest}; {queries_mean%.4g} queries per step\n",
+               s["iterations"]);
   std::printf("surfaces (world, raw)\n");
   for (const auto& [name, range] : s["surfaces"].items()) {
-    std::printf("  %-10s %s to %s\n", name.c_str(), short_text(range["min"]).c_str(),
-                short_text(range["max"]).c_str());
+    std::printf("  %-10s ", name.c_str());
+    print_filled("{min%.4g} to {max%.4g}\n", range);
   }
   std::printf("%s\n", run::default_motion_line(model).c_str());
   const std::string rotation = run::screw_home_line(model);
   if (!rotation.empty()) std::printf("%s\n", rotation.c_str());
   for (const std::string& jump : run::jump_lines(model)) std::printf("%s\n", jump.c_str());
-  const Json& r = s["remeasured"];
-  std::printf(
-      "measured again at every stable attitude: largest penetration %s mm (%d overlapping), largest gap %s "
-      "mm, "
-      "resolution %s mm\n",
-      short_text(r["largest_penetration_mm"]).c_str(), r["overlapping_attitudes"].get<int>(),
-      short_text(r["largest_gap_mm"]).c_str(), short_text(r["resolution_mm"]).c_str());
+  print_filled(
+      "measured again at every stable attitude: largest penetration {largest_penetration_mm%.4g} mm "
+      "({overlapping_attitudes} overlapping), largest gap {largest_gap_mm%.4g} mm, resolution "
+      "{resolution_mm%.4g} mm\n",
+      s["remeasured"]);
   print_two_sided(motions);
   const std::string cut_off = model.zero_varus ? analysis::cut_off_warning(*model.zero_varus) : "";
   if (!cut_off.empty()) std::printf("%s\n", cut_off.c_str());
   print_equilibrium(model, s);
   for (const Json& set : s["smoothed"]) {
-    std::printf("smoothed, degree %d\n", set["degree"].get<int>());
+    print_filled("smoothed, degree {degree}\n", set);
     for (const auto& [name, surface] : set["surfaces"].items()) {
-      std::printf("  %-10s RMS %s, largest residual %s, %d cells\n", name.c_str(),
-                  short_text(surface["rms"]).c_str(), short_text(surface["largest_residual"]).c_str(),
-                  surface["cells"].get<int>());
+      std::printf("  %-10s ", name.c_str());
+      print_filled("RMS {rms%.4g}, largest residual {largest_residual%.4g}, {cells} cells\n", surface);
     }
   }
 }
-
-}  // namespace
 
 core::ExitCode info_command(const InfoOptions& options)
 {
@@ -472,11 +462,8 @@ core::ExitCode info_command(const InfoOptions& options)
       analysis::figures_of(analysis::audit(model, "raw", 1, run::thread_count_or_all(0)));
   const TwoSidedByMotion motions = two_sided_by_motion(model, measured);
   const Json summary = summary_of(model, measured, motions);
-  if (options.as_json) {
-    std::printf("%s\n", core::json_text(summary, 2).c_str());
-  } else {
-    print(model, summary, motions);
-  }
+  if (options.as_json) return print_json(summary);
+  print(model, summary, motions);
   return core::ExitCode::done;
 }
 
@@ -489,9 +476,27 @@ core::ExitCode validate_command(const InfoOptions& options)
     // Formatted like an error: one printable line, whatever the file contains.
     if (!options.as_json) std::puts(InputError({options.file, f.where, f.found, f.wanted}).what());
   }
-  if (options.as_json) std::printf("%s\n", core::json_text(list, 2).c_str());
+  if (options.as_json) print_json(list);
   if (findings.empty()) core::log_info(options.file + ": valid");
   return findings.empty() ? core::ExitCode::done : core::ExitCode::bad_input;
+}
+
+}  // namespace
+
+void declare_info(Command& c)
+{
+  auto& o = c.options<InfoOptions>();
+  c.model(o.file);
+  c.json(o.as_json);
+  c.runs([&o] { return info_command(o); });
+}
+
+void declare_validate(Command& c)
+{
+  auto& o = c.options<InfoOptions>();
+  c.model(o.file, "Motion model or trace (HDF5)");
+  c.json(o.as_json);
+  c.runs([&o] { return validate_command(o); });
 }
 
 }  // namespace vrda::app

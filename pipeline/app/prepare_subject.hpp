@@ -6,12 +6,30 @@
 #include <string>
 #include <vector>
 
-#include "app/file_commands.hpp"
 #include "core/text.hpp"
 #include "geometry/knee_fit.hpp"
 #include "prepare/job_files.hpp"
 
 namespace vrda::app {
+
+/// `vrda prepare`: a job from the meshes of two bones.
+struct PrepareOptions {
+  std::string femur, tibia;  ///< mesh files of the bones; may be empty where cartilage is given
+  std::vector<std::string> femur_cartilage, tibia_cartilage, menisci;
+  std::string fibula;
+  std::string landmarks;           ///< TOML file of points (schemas/prepare.md); alone: no mesh is given
+  std::string side;                ///< left or right; empty: found
+  std::string unit;                ///< mm, cm or m; empty: found
+  std::string cartilage = "auto";  ///< auto, none, or the thickness in mm on a bone without cartilage
+  std::string template_job;        ///< empty: the generic knee
+  std::string data_directory;      ///< of the template
+  bool has_ligaments = true;
+  bool keeps_specks = false;  ///< keep small separate pieces in the joint space
+  std::string folder;
+  bool may_replace = false;
+  int n_threads = 0;  ///< 0: one per processor
+  bool as_json = false;
+};
 
 /// A mesh file, in the axes and the unit of the scan.
 struct SubjectPart {

@@ -1,5 +1,4 @@
 // `vrda reduce`: the motion over flexion alone, as CSV or JSON; writes /zero_varus.
-#include "app/model_commands.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -8,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/reduce.hpp"
+#include "app/commands.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "run/run_output.hpp"
@@ -18,6 +19,13 @@ namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// `vrda reduce`: adds the flexion-only motion to a motion model and prints it.
+struct ReduceOptions {
+  std::string file;
+  std::string set = "raw";  ///< source of the poses: one of set_names except zero_varus
+  bool as_json = false;
+};
 
 /// Columns of the table; their headings are `name` + each of `parts` + `unit`.
 struct Column {
@@ -96,7 +104,7 @@ void add_json(Json& row, const store::ZeroVarus& z, const std::vector<Column>& c
   }
 }
 
-void print_json(const store::MotionModel& model, const store::ZeroVarus& z, const std::string& set)
+Json json_of(const store::MotionModel& model, const store::ZeroVarus& z, const std::string& set)
 {
   Json flexions = Json::array(), steps = Json::array();
   for (std::size_t i = 0; i < z.source.size(); ++i) {
@@ -111,14 +119,13 @@ void print_json(const store::MotionModel& model, const store::ZeroVarus& z, cons
     steps.push_back(step);
   }
   const Eigen::Vector3d& centre_mm = model.rotation_centre_mm;
-  const Json all = {{"title", model.title},
-                    {"joint", model.joint},
-                    {"side", model.side},
-                    {"set", set},
-                    {"rotation_centre_mm", {centre_mm.x(), centre_mm.y(), centre_mm.z()}},
-                    {"flexions", flexions},
-                    {"steps", steps}};
-  std::printf("%s\n", core::json_text(all, 2).c_str());
+  return {{"title", model.title},
+          {"joint", model.joint},
+          {"side", model.side},
+          {"set", set},
+          {"rotation_centre_mm", {centre_mm.x(), centre_mm.y(), centre_mm.z()}},
+          {"flexions", flexions},
+          {"steps", steps}};
 }
 
 void print_names(const std::vector<Column>& columns)
@@ -211,8 +218,9 @@ std::string counts_line(const store::ZeroVarus& z)
   return line;
 }
 
-}  // namespace
-
+// Replaces an existing zero-varus motion, and drops its audit if the poses differ. Throws InputError, with
+// the file unchanged, for a joint without compartments and with given varus, for a set that is missing from
+// the file, and if no flexion can be reduced.
 core::ExitCode reduce_command(const ReduceOptions& options)
 {
   const bool is_stored = run::may_add_to(options.file);
@@ -233,12 +241,20 @@ core::ExitCode reduce_command(const ReduceOptions& options)
                  " flexions: " + counts_line(*model.zero_varus));
   const std::string cut_off = analysis::cut_off_warning(*model.zero_varus);
   if (!cut_off.empty()) core::log_warning(options.file + ": " + cut_off);
-  if (options.as_json) {
-    print_json(model, *model.zero_varus, options.set);
-  } else {
-    print_csv(model, *model.zero_varus);
-  }
+  if (options.as_json) return print_json(json_of(model, *model.zero_varus, options.set));
+  print_csv(model, *model.zero_varus);
   return core::ExitCode::done;
+}
+
+}  // namespace
+
+void declare_reduce(Command& c)
+{
+  auto& o = c.options<ReduceOptions>();
+  c.model(o.file);
+  c.option("--set", o.set, "Source of the poses: raw, two_sided, degree_N, ...").shows_default();
+  c.json(o.as_json);
+  c.runs([&o] { return reduce_command(o); });
 }
 
 }  // namespace vrda::app

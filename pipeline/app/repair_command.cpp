@@ -1,5 +1,3 @@
-#include "app/repair_command.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,6 +6,8 @@
 #include <optional>
 
 #include "analysis/repair.hpp"
+#include "app/commands.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
@@ -20,6 +20,17 @@ namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+struct RepairCommandOptions {
+  std::string file, output;
+  /// Standard deviations: one number, or three for the canonical axes X, Y and Z. Empty: not stated.
+  std::vector<double> noise_mm, noise_deg;
+  std::string smooth = "auto";  ///< "auto", "none" or a period in frames
+  std::string gap_mm = "auto";  ///< "auto", "none" or a length
+  bool may_replace = false;
+  int n_threads = 0;  ///< 0: one per processor
+  bool as_json = false;
+};
 
 constexpr const char* coordinate_names[] = {"rotation_x",    "rotation_y",    "rotation_z",
                                             "translation_x", "translation_y", "translation_z"};
@@ -114,9 +125,7 @@ std::string limits_text(const std::vector<double>& limits_mm)
 {
   std::string text;
   for (const double limit_mm : limits_mm) {
-    char number[32];
-    std::snprintf(number, sizeof number, "%.3g", limit_mm);
-    text += (text.empty() ? "" : " and ") + std::string(std::isinf(limit_mm) ? "none" : number);
+    text += (text.empty() ? "" : " and ") + (std::isinf(limit_mm) ? "none" : formatted("%.3g", limit_mm));
   }
   return limits_mm.size() == 2 ? text + " (medial and lateral)" : text;
 }
@@ -126,11 +135,7 @@ void print(const analysis::RepairedMotion& motion, const RepairFigures& figures)
   std::printf("%zu frames: %s; %d iterations%s\n", motion.frames.size(), counts_text(figures).c_str(),
               motion.n_iterations, motion.is_converged ? "" : ", limit reached");
   constexpr const char* row = "%-10s %12s %19s %14s\n";
-  const auto number = [](double mm) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", mm);
-    return std::string(text);
-  };
+  const auto number = [](double mm) { return formatted("%.3g", mm); };
   std::printf(row, "mm", "overlapping", "largest overlap", "largest gap");
   for (const auto& [name, e] :
        {std::pair("measured", figures.before), std::pair("repaired", figures.after)}) {
@@ -189,8 +194,8 @@ Json json_of(const analysis::RepairedMotion& motion, const analysis::MeasuredMot
           {"frames", frames}};
 }
 
-}  // namespace
-
+// Writes the repaired model, with the measured poses next to the repaired ones, and prints gap, overlap and
+// distance before and after. Exit code 3, with the model written, if a frame is not_converged.
 core::ExitCode repair_command(const RepairCommandOptions& o)
 {
   const analysis::RepairOptions options = repair_options(o);
@@ -208,7 +213,7 @@ core::ExitCode repair_command(const RepairCommandOptions& o)
     core::log_info(o.output + ": without the fibres of " + o.file + ", which belong to the measured poses");
   const RepairFigures figures = figures_of(motion, options.noise);
   if (o.as_json) {
-    std::printf("%s\n", core::json_text(json_of(motion, measured, figures), 2).c_str());
+    print_json(json_of(motion, measured, figures));
   } else {
     print(motion, figures);
   }
@@ -221,6 +226,40 @@ core::ExitCode repair_command(const RepairCommandOptions& o)
     core::log_warning(o.output + ": not converged after " + std::to_string(motion.n_iterations) +
                       " iterations; a nearer motion may exist");
   return n_failed == 0 && motion.is_converged ? core::ExitCode::done : core::ExitCode::incomplete;
+}
+
+}  // namespace
+
+void declare_repair(Command& c)
+{
+  auto& o = c.options<RepairCommandOptions>();
+  constexpr double largest = 1e6;
+  c.model(o.file, "Motion model (HDF5), a sequence of frames");
+  c.option("-o,--output", o.output, "Motion model to write").required();
+  c.option("--noise-mm", o.noise_mm,
+           "Standard deviation of the measured position of the rotation centre: one number, or X,Y,Z; 0: "
+           "exact")
+      .separated_by_commas()
+      .in_one_word()
+      .number(0.0, largest);
+  c.option("--noise-deg", o.noise_deg,
+           "Standard deviation of the measured rotation: one number, or about X,Y,Z; 0: exact")
+      .separated_by_commas()
+      .in_one_word()
+      .number(0.0, largest);
+  c.option("--smooth", o.smooth,
+           "Period in frames whose amplitude smoothing halves; auto: from the noise; none")
+      .number(2.0, largest, {"auto", "none"})
+      .shows_default();
+  c.option("--gap-mm", o.gap_mm,
+           "Largest gap along Delta, of each compartment if there are any; auto: median of the measured "
+           "gaps plus twice their spread without noise; none")
+      .number(0.0, largest, {"auto", "none"})
+      .shows_default();
+  c.flag("--replace", o.may_replace, "Replace an existing output");
+  c.threads(o.n_threads);
+  c.json(o.as_json);
+  c.runs([&o] { return repair_command(o); });
 }
 
 }  // namespace vrda::app

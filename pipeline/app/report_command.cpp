@@ -18,8 +18,7 @@
 #include "analysis/compare.hpp"
 #include "analysis/reduce.hpp"
 #include "analysis/smooth.hpp"
-#include "app/file_commands.hpp"
-#include "app/model_commands.hpp"
+#include "app/commands.hpp"
 #include "core/text.hpp"
 #include "job/job.hpp"
 #include "report/report.hpp"
@@ -32,6 +31,16 @@ namespace vrda::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// `vrda report`: writes motion models as one HTML page.
+struct ReportOptions {
+  std::vector<std::string> files;    ///< motion models
+  std::string folder;                ///< output folder of index.html
+  std::vector<std::string> against;  ///< CSV files of curves
+  std::string player;                ///< path of vrda-player; empty: next to this program
+  bool is_quick = false;             ///< skip the audit of each smoothing degree
+  bool as_json = false;              ///< print the page's data instead of the page's path
+};
 
 constexpr int n_steps = 3;  // frames per view, minus one
 constexpr std::uintmax_t largest_png_bytes = 16u << 20;
@@ -278,8 +287,8 @@ report::Report gathered(const ReportOptions& options)
   return report;
 }
 
-}  // namespace
-
+// Writes <folder>/index.html and prints its path. Writes nothing if a file is unreadable or has no solved
+// attitude.
 core::ExitCode report_command(const ReportOptions& options)
 {
   const report::Report report = gathered(options);
@@ -291,6 +300,20 @@ core::ExitCode report_command(const ReportOptions& options)
   const core::ExitCode code = run::publish(file, "vrda report", report::report_page(report));
   std::printf("%s\n", options.as_json ? report::report_json(report).c_str() : file.c_str());
   return code;
+}
+
+}  // namespace
+
+void declare_report(Command& c)
+{
+  auto& o = c.options<ReportOptions>();
+  c.option("files", o.files, "Motion models (HDF5); several are compared").required();
+  c.option("-o,--output", o.folder, "Output folder").required();
+  c.option("--against", o.against, "Curve over flexion (CSV) to compare with; may be repeated").repeatable();
+  c.option("--player", o.player, "Path of vrda-player, which draws the pictures; default: next to vrda");
+  c.flag("--quick", o.is_quick, "Skip the audit of each smoothing degree");
+  c.json(o.as_json, "Print the page's data as JSON");
+  c.runs([&o] { return report_command(o); });
 }
 
 }  // namespace vrda::app

@@ -1,5 +1,3 @@
-#include "app/rom_command.hpp"
-
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -9,7 +7,9 @@
 #include <optional>
 
 #include "analysis/rom_files.hpp"
-#include "app/angle_range.hpp"
+#include "app/commands.hpp"
+#include "app/option_values.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -23,6 +23,23 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+struct RomOptions {
+  std::string job_file, data_directory, folder;
+  std::vector<std::string> overrides;
+  std::string flexion, varus, internal;  ///< FROM:TO:STEP, degrees; empty: 0, not driven
+  std::string translation_mm = "2";      ///< or "free"
+  double opening_mm = 0.5;
+  double strain = 0.1;
+  std::string delta_of;              ///< "moving" or "reference"; empty: as the job's push
+  std::vector<std::string> compare;  ///< two rom.json, instead of a job
+  std::string shard;                 ///< "I/N", or empty
+  bool is_fresh = false;
+  bool may_replace = false;
+  int n_threads = 0;  ///< 0: one per processor
+  std::string progress = "auto";
+  bool as_json = false;
+};
+
 constexpr std::size_t most_cells = 1'000'000;
 constexpr std::uintmax_t largest_file_bytes = 1U << 30U;
 
@@ -30,7 +47,7 @@ std::vector<double> radians_of(const std::string& option, const std::string& tex
 {
   if (text.empty()) return {0.0};
   std::vector<double> values;
-  for (const double deg : angle_range({"vrda rom", option, text})) {
+  for (const double deg : angle_range({"vrda rom", option}, text)) {
     // Beyond, the varus angle is not one of the three.
     const double largest_deg = option == "--varus" ? 89.0 : 180.0;
     if (std::abs(deg) > largest_deg) {
@@ -127,9 +144,7 @@ Json end_json(const analysis::RomDocument& document, const analysis::RangeEnd& e
 
 std::string end_text(const analysis::RomDocument& document, const analysis::RangeEnd& end)
 {
-  char number[32];
-  std::snprintf(number, sizeof number, "%g", end.deg);
-  return std::string(number) + " (" + analysis::cause_of(document, end) + ")";
+  return formatted("%g", end.deg) + " (" + analysis::cause_of(document, end) + ")";
 }
 
 Json ends_json(const analysis::RomDocument& document)
@@ -160,7 +175,7 @@ void print(const analysis::RomDocument& document, const std::vector<std::string>
                        {"in_range", volume_json(volume)},
                        {"neutral_ends", ends_json(document)},
                        {"files", files}};
-    std::printf("%s\n", core::json_text(json, 2).c_str());
+    print_json(json);
     return;
   }
   std::string counts;
@@ -258,8 +273,7 @@ core::ExitCode compare(const RomOptions& o)
     Json json = Json::object();
     for (const auto& [name, volume] : rows) json[name] = volume_json(volume);
     if (!files.empty()) json["files"] = files;
-    std::printf("%s\n", core::json_text(json, 2).c_str());
-    return core::ExitCode::done;
+    return print_json(json);
   }
   std::printf("%-12s %10s %16s %10s\n", "", "attitudes",
               ("degrees^" + std::to_string(found.a.n_driven)).c_str(), "% of box");
@@ -271,8 +285,11 @@ core::ExitCode compare(const RomOptions& o)
   return core::ExitCode::done;
 }
 
-}  // namespace
-
+// Resumes from its journal and those of shards in the folder, which it removes at the end. With `shard`
+// writes only a journal. Writes rom.json, rom.csv, boundary.csv, index.html and rom.png into the folder and
+// prints volume and ends; or compares two rom.json, into the folder if one is given. Throws InputError
+// before solving if less than two rotations are driven, or if the folder has the result of another job or of
+// other limits.
 core::ExitCode rom_command(const RomOptions& o)
 {
   if (!o.compare.empty()) {
@@ -311,6 +328,47 @@ core::ExitCode rom_command(const RomOptions& o)
   run::remove_obsolete_files(journals_of(file));
   print(document, files, o.as_json);
   return core::ExitCode::done;
+}
+
+}  // namespace
+
+void declare_rom(Command& c)
+{
+  auto& o = c.options<RomOptions>();
+  constexpr double largest = 1e6;
+  c.option("job", o.job_file, "Job file (TOML); its grid is not used");
+  c.option("-o,--output", o.folder, "Output folder: rom.json, rom.csv, boundary.csv, index.html, rom.png");
+  c.data(o.data_directory);
+  c.overrides(o.overrides);
+  c.option("--flexion", o.flexion, "FROM:TO:STEP, degrees; default: 0, not driven");
+  c.option("--varus", o.varus, "FROM:TO:STEP, degrees (adduction +); default: 0, not driven");
+  c.option("--internal", o.internal, "FROM:TO:STEP, degrees; default: 0, not driven");
+  c.option("--translation-mm", o.translation_mm,
+           "Largest translation of the rotation centre from the neutral seat along each axis across "
+           "Delta, or free")
+      .number(0.0, largest, {"free"})
+      .shows_default();
+  c.option("--opening-mm", o.opening_mm,
+           "Largest translation of the rotation centre from the neutral seat against Delta")
+      .number(0.0, largest)
+      .shows_default();
+  c.option("--strain", o.strain, "Largest strain of a fibre").number(0.0, largest).shows_default();
+  c.option("--delta-of", o.delta_of,
+           "The object to which Delta is fixed: moving or reference; default: as push.frame of the job")
+      .one_of({"moving", "reference"});
+  c.option("--compare", o.compare,
+           "Two rom.json: volume of each, common, only in one; with --output also maps as "
+           "comparison.html and comparison.png, and comparison.csv")
+      .takes(2);
+  c.option("--shard", o.shard,
+           "I/N: solve every Nth flexion from the Ith on, into a journal in the folder; the same command "
+           "without --shard joins them");
+  c.flag("--fresh", o.is_fresh, "Discard the journals in the folder");
+  c.flag("--replace", o.may_replace, "Replace the result of another job or of other limits");
+  c.threads(o.n_threads);
+  c.progress(o.progress);
+  c.json(o.as_json);
+  c.runs([&o] { return rom_command(o); });
 }
 
 }  // namespace vrda::app

@@ -1,5 +1,3 @@
-#include "app/score_command.hpp"
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -8,6 +6,9 @@
 #include <optional>
 
 #include "analysis/score.hpp"
+#include "app/commands.hpp"
+#include "app/option_values.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -20,6 +21,24 @@ namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+struct ScoreCommandOptions {
+  std::string model;    ///< motion model, or a table of a motion
+  std::string against;  ///< the same
+  std::string set = "raw";
+  std::string match;  ///< key or flexion; empty: flexion for a grid, else key
+  std::string align = "none";
+  std::string rows, fit_rows;  ///< A:B, first-half or second-half; empty: all, and those scored
+  std::string line;            ///< flexion or key; empty: what the rows are matched by
+  std::string translations = "rotation-centre";
+  std::string long_axis;             ///< push, or X,Y,Z; empty: the joint's own axes
+  std::string side;                  ///< of two tables; empty: right
+  std::string angles;                ///< of the tables: deg or rad; empty: as they state, else degrees
+  std::vector<std::string> columns;  ///< COORDINATE=COLUMN of the tables
+  std::vector<double> centre_mm;     ///< three numbers, canonical; empty: that of the model, else the origin
+  bool bridges = false;
+  bool as_json = false;
+};
 
 /// One of the two motions: a model, or a table.
 struct Source {
@@ -165,35 +184,6 @@ std::vector<analysis::Row> matched_rows(const Source& found, const analysis::Seq
   return analysis::rows_by_key(rows, measured);
 }
 
-std::optional<std::size_t> row_number(std::string_view text, std::size_t if_empty)
-{
-  if (text.empty()) return if_empty;
-  std::size_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size() || number == 0) return {};
-  return number;
-}
-
-}  // namespace
-
-analysis::RowRange rows_of(const CommandOption& option, const std::string& text, std::size_t n)
-{
-  if (text.empty()) return {};
-  if (text == "first-half") return {0, n / 2};
-  if (text == "second-half") return {n / 2, n};
-  const std::size_t colon = text.find(':');
-  const InputError refused(
-      {option.command, option.name, "\"" + text + "\"",
-       "A:B with A at most B, of rows 1 to " + std::to_string(n) + "; or first-half or second-half"});
-  if (colon == std::string::npos) throw refused;
-  const std::optional<std::size_t> first = row_number(std::string_view(text).substr(0, colon), 1);
-  const std::optional<std::size_t> last = row_number(std::string_view(text).substr(colon + 1), n);
-  if (!first || !last || *first > *last || *last > n) throw refused;
-  return {*first - 1, *last};
-}
-
-namespace {
-
 analysis::ScoreOptions score_options(const ScoreCommandOptions& options,
                                      const analysis::Convention& convention, const std::string& match,
                                      std::size_t n)
@@ -335,10 +325,7 @@ Json json_of(const Outcome& o)
 
 std::string three_decimals(double value)
 {
-  if (std::isnan(value)) return "-";
-  char text[48];
-  std::snprintf(text, sizeof text, "%.3f", value);
-  return text;
+  return formatted("%.3f", value);
 }
 
 void print_transform(const char* body, const Pose& X, const Eigen::Vector3d& centre_mm)
@@ -398,8 +385,8 @@ void print(const Outcome& o)
   }
 }
 
-}  // namespace
-
+// Prints a table or JSON. Throws InputError for files that are refused, for options that do not fit them,
+// and if no frame can be scored.
 core::ExitCode score_command(const ScoreCommandOptions& options)
 {
   Source found = source_of(options.model), against = source_of(options.against);
@@ -415,12 +402,59 @@ core::ExitCode score_command(const ScoreCommandOptions& options)
                         measured, analysis::score(rows, measured, with)};
   if (outcome.score.rigid && !outcome.score.rigid->is_converged)
     core::log_warning("the rigid alignment did not converge within its iteration limit");
-  if (options.as_json) {
-    std::printf("%s\n", core::json_text(json_of(outcome), 2).c_str());
-  } else {
-    print(outcome);
-  }
+  if (options.as_json) return print_json(json_of(outcome));
+  print(outcome);
   return core::ExitCode::done;
+}
+
+}  // namespace
+
+void declare_score(Command& c)
+{
+  auto& o = c.options<ScoreCommandOptions>();
+  c.option("model", o.model, "Motion model (HDF5), or a table of a motion").required();
+  c.option("--against", o.against, "Measured motion: a table, or a motion model (HDF5)").required();
+  c.option("--set", o.set, "Motion of a model: raw, two_sided, degree_N, ...").shows_default();
+  c.option("--match", o.match, "Match frames by flexion or by key; default: flexion for a grid, else key")
+      .one_of({"flexion", "key"});
+  c.option("--align", o.align,
+           "Fitted before scoring: none, constant (an offset of each coordinate) or rigid (a transform "
+           "of each body's frame)")
+      .one_of({"none", "constant", "rigid"})
+      .shows_default();
+  c.option("--rows", o.rows,
+           "Rows of the measurement to score: A:B (from 1, both included), first-half or "
+           "second-half; default: all");
+  c.option("--fit-rows", o.fit_rows,
+           "Rows that fit the alignment and the baselines, like --rows; default: those scored");
+  c.option("--line", o.line,
+           "The straight line of the baseline is over flexion or key; default: as the frames match")
+      .one_of({"flexion", "key"});
+  c.option("--translations", o.translations,
+           "rotation-centre (Grood-Suntay axes) or mesh-origin (of the moving meshes, along the "
+           "reference's axes)")
+      .one_of({"rotation-centre", "mesh-origin"})
+      .shows_default();
+  c.option("--centre", o.centre_mm, "X,Y,Z: rotation centre, canonical mm; default: the model's")
+      .separated_by_commas()
+      .takes(3)
+      .any_number();
+  c.option("--long-axis", o.long_axis,
+           "push (the model's Delta) or X,Y,Z: coordinates about axes turned so that this direction "
+           "is the long axis; default: the joint's own axes");
+  c.option("--side", o.side, "Side of two tables: right (default) or left; a model states its side")
+      .one_of({"right", "left"});
+  c.option("--angles", o.angles, "Unit of the angles of a table: deg or rad; default: as it states, else deg")
+      .one_of({"deg", "rad"});
+  c.option("--column", o.columns,
+           "COORDINATE=COLUMN of a table, as of vrda import: flexion=-knee_angle_r has the opposite "
+           "sign; may be repeated")
+      .repeatable();
+  c.flag("--bridge", o.bridges,
+         "Score frames across unsolved flexions too, on the line between the "
+         "nearest solved ones");
+  c.json(o.as_json);
+  c.runs([&o] { return score_command(o); });
 }
 
 }  // namespace vrda::app

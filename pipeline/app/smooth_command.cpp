@@ -8,7 +8,8 @@
 
 #include "analysis/audit.hpp"
 #include "analysis/smooth.hpp"
-#include "app/model_commands.hpp"
+#include "app/commands.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -21,6 +22,15 @@ namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// `vrda audit`: measures gap and penetration of the motions in a motion model.
+struct AuditOptions {
+  std::string file;
+  std::string set = "all";  ///< one of set_names of motion/poses.hpp, or "all"
+  int refine = 1;           ///< subdivisions of each grid cell along each axis
+  int n_threads = 0;        ///< 0: one per processor
+  bool as_json = false;
+};
 
 // Reports the audits that were dropped with a changed set.
 void report_dropped_audits(const std::vector<store::AuditSet>& before,
@@ -132,11 +142,8 @@ core::ExitCode smooth_command(const SmoothCommandOptions& options)
 {
   const std::optional<store::SmoothedSet> set = add_smoothed(options);
   if (!set) return core::ExitCode::interrupted;
-  if (options.as_json) {
-    std::printf("%s\n", core::json_text(json_of(*set), 2).c_str());
-  } else {
-    print(*set);
-  }
+  if (options.as_json) return print_json(json_of(*set));
+  print(*set);
   return core::ExitCode::done;
 }
 
@@ -154,11 +161,7 @@ Json two_sided_json(const store::TwoSidedFigures& figures)
 void print_two_sided(const std::vector<std::pair<std::string, store::TwoSidedFigures>>& motions)
 {
   constexpr const char* row = "%-22s %-17s %-11s %-15s %-12s %s\n";
-  const auto number = [](double mm) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", mm);
-    return std::string(text);
-  };
+  const auto number = [](double mm) { return formatted("%.3g", mm); };
   bool has_heading = false;
   for (const auto& [name, f] : motions) {
     if (f.n_poses == 0) continue;
@@ -232,10 +235,7 @@ std::string text_of(const analysis::AuditExtreme& extreme, int n)
 
 std::string mean_text(double mean_mm, int n)
 {
-  if (n == 0) return "-";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", mean_mm);
-  return text;
+  return n == 0 ? "-" : formatted("%.3g", mean_mm);
 }
 
 Json travel_json(const store::MotionModel& model)
@@ -307,8 +307,35 @@ core::ExitCode audit_command(const AuditOptions& options)
   Json list = Json::array();
   for (const store::AuditSet& set : measured) list.push_back(json_of(set));
   if (model.frames) list.front()["travel"] = travel_json(model);
-  std::printf("%s\n", core::json_text(list, 2).c_str());
-  return core::ExitCode::done;
+  return print_json(list);
+}
+
+void declare_smooth(Command& c)
+{
+  auto& o = c.options<SmoothCommandOptions>();
+  c.model(o.file);
+  c.option("--degree", o.degree, "Total degree of the polynomials")
+      .required()
+      .whole_number(0, store::max_smoothed_degree);
+  c.flag("--robust", o.is_robust, "Reduce the weight of outliers (Huber)");
+  c.flag("--recontact", o.is_recontacted, "Also find the travel along Delta into contact at every attitude");
+  c.threads(o.n_threads);
+  c.json(o.as_json);
+  c.runs([&o] { return smooth_command(o); });
+}
+
+void declare_audit(Command& c)
+{
+  auto& o = c.options<AuditOptions>();
+  c.model(o.file);
+  c.option("--set", o.set, "two_sided, raw, degree_N, degree_N_recontacted, zero_varus or all")
+      .shows_default();
+  c.option("--refine", o.refine, "Subdivisions of each grid cell along each axis")
+      .whole_number(1, 100)
+      .shows_default();
+  c.threads(o.n_threads);
+  c.json(o.as_json);
+  c.runs([&o] { return audit_command(o); });
 }
 
 }  // namespace vrda::app

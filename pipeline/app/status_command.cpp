@@ -4,7 +4,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "app/cluster_commands.hpp"
+#include "app/commands.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "run/index.hpp"
 #include "run/run_output.hpp"
@@ -15,6 +16,13 @@ namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// `vrda status`: prints the progress of the tasks of a submission.
+struct StatusOptions {
+  std::string folder;
+  std::string case_name;  ///< print this case's tasks; empty: the only case's, or one line per campaign case
+  bool as_json = false;   ///< print all cases and tasks
+};
 
 std::string amount_text(const run::TaskView& task)
 {
@@ -94,14 +102,13 @@ Json json_of(const run::CaseView& view, const std::string& folder, const run::Su
           {"tasks", tasks}};
 }
 
-void print_json(const run::StatusView& status, const std::string& folder, const run::Submission& submission)
+Json json_of(const run::StatusView& status, const std::string& folder, const run::Submission& submission)
 {
   Json cases = Json::array();
   for (const run::CaseView& view : status.cases) cases.push_back(json_of(view, folder, submission));
-  const Json json = {{"folder", folder},        {"summary", run::summary_of(status, submission)},
-                     {"remark", status.remark}, {"shards", submission.n_shards},
-                     {"cases", cases},          {"index", status.index ? json_of(*status.index) : Json()}};
-  std::printf("%s\n", core::json_text(json, 2).c_str());
+  return {{"folder", folder},        {"summary", run::summary_of(status, submission)},
+          {"remark", status.remark}, {"shards", submission.n_shards},
+          {"cases", cases},          {"index", status.index ? json_of(*status.index) : Json()}};
 }
 
 void print_tasks(const run::CaseView& view, const run::Submission& submission)
@@ -118,7 +125,7 @@ core::ExitCode status_command(const StatusOptions& options)
   const run::StatusView status = run::status_of(folder, submission, run::take_snapshot(folder, submission));
   if (!status.remark.empty()) core::log_warning(status.remark);
   if (options.as_json) {
-    print_json(status, folder, submission);
+    print_json(json_of(status, folder, submission));
     return core::ExitCode::done;
   }
   if (!options.case_name.empty()) {
@@ -204,7 +211,7 @@ core::ExitCode write_submission_index(const IndexOptions& options, const run::Su
     json["files"].push_back(folder + "/" + name);
     if (!options.as_json) std::printf("%s/%s\n", folder.c_str(), name);
   }
-  if (options.as_json) std::printf("%s\n", core::json_text(json, 2).c_str());
+  if (options.as_json) print_json(json);
   return core::ExitCode::done;
 }
 
@@ -212,6 +219,25 @@ core::ExitCode index_command(const IndexOptions& options)
 {
   const std::string folder = run::absolute_folder(options.folder);
   return write_submission_index({folder, options.as_json, options.n_processes}, run::read_submission(folder));
+}
+
+void declare_status(Command& c)
+{
+  auto& o = c.options<StatusOptions>();
+  c.option("folder", o.folder, "Folder of the submission").required();
+  c.option("--case", o.case_name, "Print the tasks of this case of a campaign");
+  c.json(o.as_json, "Print everything as JSON");
+  c.runs([&o] { return status_command(o); });
+}
+
+void declare_index(Command& c)
+{
+  auto& o = c.options<IndexOptions>();
+  c.option("folder", o.folder, "Folder of the submission").required();
+  c.option("--cpus", o.n_processes, "Processes that read motion models; default: one per processor")
+      .whole_number(1, 1024);
+  c.json(o.as_json);
+  c.runs([&o] { return index_command(o); });
 }
 
 }  // namespace vrda::app

@@ -1,5 +1,4 @@
 // `vrda task`: one task of a submission, started by its Slurm script or by a local worker.
-#include "app/cluster_commands.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -9,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/commands.hpp"
 #include "core/console.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
@@ -22,6 +22,19 @@ namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
+
+/// `vrda task`: the command that each Slurm task or local process of a submission runs.
+struct TaskOptions {
+  std::string folder;     ///< of the submission
+  std::string kind;       ///< "spine", "shard", "merge", "run" or "index"
+  std::string case_name;  ///< empty: use `first`
+  int first = 1;          ///< number of the case, from 1
+  int count = 1;          ///< number of cases that a `run` task solves in sequence
+  int shard = 0;
+  int n_cpus = 1;
+  /// 128 + the signal that ended the task: record that instead of running the task; 0: run it.
+  int recorded_exit_code = 0;
+};
 
 // Slurm may send the warning signal up to a minute early.
 constexpr std::int64_t slurm_slack_s = 60;
@@ -298,8 +311,9 @@ core::ExitCode worse_of(core::ExitCode a, core::ExitCode b)
   return rank(b) > rank(a) ? b : a;
 }
 
-}  // namespace
-
+// Runs the requested tasks in this process and writes the state of each before and after. Skips a task whose
+// case is finished. Returns the worst exit code; an interruption ends the list. An interruption at the time
+// limit without a solved step is a failure, since a restart would end the same way.
 core::ExitCode task_command(const TaskOptions& options)
 {
   core::ignore_repeated_sigterm();
@@ -323,6 +337,24 @@ core::ExitCode task_command(const TaskOptions& options)
     code = worse_of(code, one);
   }
   return code;
+}
+
+}  // namespace
+
+void declare_task(Command& c)
+{
+  auto& o = c.options<TaskOptions>();
+  c.option("folder", o.folder, "Folder of the submission").required();
+  c.option("--kind", o.kind, "spine, shard, merge, run or index").required();
+  const Option name = c.option("--case", o.case_name, "Name of the case");
+  c.option("--first", o.first, "Number of the case, from 1").excludes(name);
+  c.option("--count", o.count, "Cases to run in sequence").whole_number(1, most_tasks);
+  c.option("--shard", o.shard, "Number of the shard, from 1");
+  c.option("--cpus", o.n_cpus, "Threads").whole_number(1, 1024);
+  c.option("--ended", o.recorded_exit_code,
+           "Only record that a signal ended the task, with this exit code of its script")
+      .whole_number(129, 255);
+  c.runs([&o] { return task_command(o); });
 }
 
 }  // namespace vrda::app

@@ -1,11 +1,12 @@
 // `vrda trace`: the searches of a trace file, one per line, or their moves.
-#include "app/model_commands.hpp"
 
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "app/commands.hpp"
+#include "app/printing.hpp"
 #include "core/document.hpp"
 #include "model/step_record.hpp"
 #include "store/trace.hpp"
@@ -14,6 +15,15 @@ namespace vrda::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// `vrda trace`: summarises the searches of a trace.
+struct TraceOptions {
+  std::string file;
+  store::AttitudeFilter filter;
+  bool contact_only = false;  ///< omit moves that are not in contact
+  bool as_csv = false;
+  bool as_json = false;
+};
 
 constexpr std::size_t n_kinds = std::size(all_move_kinds);
 
@@ -140,7 +150,7 @@ void print_summary(const store::Trace& trace, const std::vector<std::size_t>& se
   }
   const Json summary = {
       {"title", trace.title}, {"job_key", trace.job_key}, {"all", json_of(all)}, {"searches", list}};
-  std::printf("%s\n", core::json_text(summary, 2).c_str());
+  print_json(summary);
 }
 
 void print_csv(const store::Trace& trace, const std::vector<std::size_t>& searches, bool contact_only)
@@ -163,8 +173,6 @@ void print_csv(const store::Trace& trace, const std::vector<std::size_t>& search
   }
 }
 
-}  // namespace
-
 core::ExitCode trace_command(const TraceOptions& options)
 {
   const store::Trace trace = store::read_trace(options.file);
@@ -175,6 +183,21 @@ core::ExitCode trace_command(const TraceOptions& options)
     print_summary(trace, searches, options);
   }
   return core::ExitCode::done;
+}
+
+}  // namespace
+
+void declare_trace(Command& c)
+{
+  auto& o = c.options<TraceOptions>();
+  c.model(o.file, "Trace (HDF5), written by vrda run --trace");
+  c.option("--flexion", o.filter.flexion_deg, "Only searches at this flexion of the grid, degrees")
+      .any_number();
+  c.option("--varus", o.filter.varus_deg, "Only searches at this varus of the grid, degrees").any_number();
+  c.flag("--contact-only", o.contact_only, "Only moves in contact");
+  const Option csv = c.flag("--csv", o.as_csv, "Print the moves as CSV");
+  c.json(o.as_json).excludes(csv);
+  c.runs([&o] { return trace_command(o); });
 }
 
 }  // namespace vrda::app

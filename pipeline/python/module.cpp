@@ -13,8 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "app/file_commands.hpp"
-#include "app/model_commands.hpp"
+#include "app/commands.hpp"
 #include "core/console.hpp"
 #include "core/text.hpp"
 #include "job/job.hpp"

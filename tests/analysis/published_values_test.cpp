@@ -74,25 +74,6 @@ TEST(PublishedValues, ReadsTheTableOfAResult)
     EXPECT_NEAR(row.difference(), 0.0, 1e-12);
 }
 
-TEST(PublishedValues, RefusesOtherTables)
-{
-  const auto refused = [](const std::string& text) {
-    return test::input_error([&] { analysis::published_values("book.csv", text); });
-  };
-  EXPECT_THAT(refused("test,value\nanterior,1\n"), test::refuses({.field = "flexion_deg"}));
-  EXPECT_THAT(
-      refused("test,flexion_deg,value\nforward,0,1\n"),
-      test::refuses({.file = "book.csv", .field = "line 2, test", .found = "forward", .wanted = "valgus"}));
-  EXPECT_THAT(refused("test,flexion_deg,value\nanterior,0,x\n"),
-              test::refuses({.field = "line 2, value", .found = "x"}));
-  EXPECT_THAT(refused("test,flexion_deg,value,load\nanterior,0,1,-5\n"),
-              test::refuses({.field = "load", .found = "-5", .wanted = "0"}));
-  EXPECT_THAT(refused("test,flexion_deg,value,lod\nanterior,0,1,5\n"),
-              test::refuses({.field = "line 1", .found = "lod", .wanted = "load"}));
-  EXPECT_THAT(refused("test,test,flexion_deg,value\nanterior,anterior,0,1\n"),
-              test::refuses({.field = "test", .found = "twice"}));
-}
-
 TEST(LaxityPage, ShowsTablesPlotsAndEscapesNames)
 {
   analysis::LaxityDocument document;

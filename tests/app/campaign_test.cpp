@@ -15,9 +15,7 @@ namespace vrda::campaign_test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::Not;
 
 // Both methods and two grids of the ball under a dish: four cases, each solved in well under a second.
@@ -106,55 +104,6 @@ TEST(Plan, SaysWhereShardsDoNotHelp)
   EXPECT_THAT(freely.err, test::warns("--shards", "spine"));
 }
 
-TEST(Plan, ABadCaseIsNamed)
-{
-  const test::Scratch scratch;
-  const std::string file =
-      small_campaign(scratch,
-                     "[[campaign.ligaments]]\nname = \"none\"\n[[campaign.ligaments]]\nname = \"free\"\n"
-                     "set = { grid.varus = \"free\" }\n")
-          .string();
-  const test::Ended ended = test::run_vrda({"plan", file});
-  EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.err, test::reports("campaign.ligaments.1.set.grid.varus"));
-  EXPECT_TRUE(test::names_value(ended.err, "case ball_search_coarse_free") &&
-              test::names_value(ended.err, file));
-  EXPECT_FALSE(test::names_value(ended.err, "--set"));
-  EXPECT_EQ(test::n_lines(ended.err), 1);
-  EXPECT_THAT(ended.out, IsEmpty());
-  // Meshes are checked too.
-  const std::string sound = small_campaign(scratch).string();
-  fs::remove(scratch.path() / "dish.stl");
-  const test::Ended without = test::run_vrda({"plan", sound});
-  EXPECT_THAT(without.err, test::reports("case ball_rest_coarse"));
-  EXPECT_THAT(without, test::refuses({"small.toml", "reference.component.0.file", "dish.stl"}));
-}
-
-TEST(Plan, AnInvalidValueOfALevelIsReportedWithFileAndKeyOfTheCampaign)
-{
-  const test::Scratch scratch;
-  const std::string file =
-      small_campaign(scratch,
-                     "[[campaign.scaling]]\nname = \"adult\"\n[[campaign.scaling]]\nname = \"small\"\n"
-                     "set = { scaling = { factor = 93 } }\n")
-          .string();
-  for (const std::string command : {"plan", "submit"}) {
-    SCOPED_TRACE(command);
-    std::vector<std::string> words{command, file};
-    if (command == "submit")
-      words.insert(words.end(), {"--local", "-o", (scratch.path() / "results").string()});
-    const test::Ended ended = test::run_vrda(words);
-    EXPECT_EQ(test::n_lines(ended.err), 1);
-    EXPECT_THAT(ended, test::refuses({"case ball_rest_coarse_small: " + file,
-                                      "campaign.scaling.1.set.scaling.factor", "93"}));
-    EXPECT_FALSE(test::names_value(ended.err, "--set"));
-  }
-  // Options of the command line are still allowed.
-  const test::Ended typed =
-      test::run_vrda({"plan", small_campaign(scratch).string(), "--set", "scaling.factor=93"});
-  EXPECT_THAT(typed, test::refuses({"case ball_rest_coarse: --set", "scaling.factor", "93"}));
-}
-
 TEST(Plan, IdenticalCasesAreReported)
 {
   const test::Scratch scratch;
@@ -183,17 +132,6 @@ TEST(Plan, CasesThatDifferInScalingOnlyShareTheirSteps)
   EXPECT_EQ(plan.at("cases").at(2).at("same_steps_as"), "") << "another shape";
   for (const json& one : plan.at("cases")) EXPECT_EQ(one.at("same_as"), "");
   EXPECT_THAT(test::run_vrda({"plan", file}).err, test::reports("", {"4 of 12", "scaling"}));
-}
-
-TEST(Plan, ACampaignIsNotRunOrChecked)
-{
-  const test::Scratch scratch;
-  const std::string file = small_campaign(scratch).string();
-  for (const char* command : {"run", "check"}) {
-    const test::Ended ended = test::run_vrda({command, file});
-    EXPECT_EQ(ended.exit_code, 2);
-    EXPECT_THAT(ended.err, test::reports(file, {"vrda plan", "vrda submit"}));
-  }
 }
 
 TEST(Plan, TheExampleIsSound)
@@ -286,13 +224,6 @@ TEST(Index, OneAtATime)
   lock.reset();
   EXPECT_EQ(second.wait().exit_code, 0);
   EXPECT_TRUE(fs::exists(table));
-}
-
-TEST(Index, AFolderWithoutASubmissionIsNamed)
-{
-  const test::Scratch scratch;
-  const test::Ended ended = test::run_vrda({"index", scratch.path().string()});
-  EXPECT_THAT(ended, test::refuses({.file = "submission.json"}));
 }
 
 }  // namespace vrda::campaign_test

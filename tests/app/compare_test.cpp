@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "app/model_commands.hpp"
+#include "app/commands.hpp"
 #include "app/scenes.hpp"
 #include "store/motion_model.hpp"
 #include "support/input_error.hpp"

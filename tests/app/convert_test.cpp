@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
@@ -153,41 +152,6 @@ TEST_F(ConvertConfig, TheUnitIsTheUsersToSay)
   EXPECT_EQ(test::run_vrda({"convert", "config", "a", "-o", "b", "--unit", "inch"}).exit_code, 2);
 }
 
-// Expects a refusal in one line, and no output.
-void expect_one_message(const test::Ended& ended, const test::Refusal& refusal)
-{
-  EXPECT_THAT(ended, test::refuses(refusal));
-  EXPECT_EQ(ended.out, "");
-  EXPECT_EQ(test::n_lines(ended.err), 1);
-}
-
-TEST_F(ConvertConfig, WhatIsMalformedIsNamedByFileAndLine)
-{
-  struct Row {
-    std::string from;
-    std::string to;
-    test::Refusal refusal;
-  };
-  const std::string file = configuration_.string();
-  for (const Row& row : {Row{"ZOOM 5", "ZOMO 5", {file, "line 8", "\"ZOMO\"", "\"ZOOM\""}},
-                         Row{"ZOOM 5", "ZOOM", {file, "line 8", "ZOOM", "factor"}},
-                         Row{"1 0 10 0", "1 3 10 0", {file, "line 5", {"3", "10", "0"}}}}) {
-    scratch_.write("knee.cfg", knee_configuration);
-    test::edit(configuration_, row.from, row.to);
-    expect_one_message(convert(), row.refusal);
-    EXPECT_FALSE(fs::exists(job_));
-  }
-  configuration_ = scratch_.path() / "none.cfg";
-  expect_one_message(convert(), {"none.cfg", "", "no file"});
-}
-
-TEST_F(ConvertConfig, TheConfigurationIsNeverTheOutput)
-{
-  job_ = configuration_;
-  expect_one_message(convert(), {"knee.cfg", "output", "configuration"});
-  EXPECT_EQ(test::text_of(configuration_), knee_configuration);
-}
-
 // The square Tibia is one polygon of two triangles; the Femur a triangle, and one without area.
 class ConvertObject : public testing::Test {
  protected:
@@ -222,40 +186,6 @@ TEST_F(ConvertObject, OneFileAComponentAndTheTableOfTheThesis)
   EXPECT_EQ(test::text_of(models_ / "Femur.normals"), "4\n0 0 1\n0 0 1\n0 1 0\n0 0 1\n");
 }
 
-TEST_F(ConvertObject, WhatIsMalformedIsNamedByFileAndLine)
-{
-  struct Row {
-    std::string file;
-    std::string from;
-    std::string to;
-    std::string field;
-    test::Values found, wanted;
-  };
-  for (const Row& row : {Row{"knee.coor", "6\n", "7\n", "line 1", "7", "6"},
-                         Row{"knee.norm", "6 0 0 1\n", "", "line 5", "5", "6"},
-                         Row{"knee.elem", "Femur 2 5 3", "2 5 3", "line 2", "\"2\"", "component"},
-                         Row{"knee.elem", "Femur 2 5 3", "Femur 2 7 3", "line 2", "7", {"1", "6"}}}) {
-    const fs::path file = scratch_.path() / row.file;
-    const std::string before = test::text_of(file);
-    test::edit(file, row.from, row.to);
-    expect_one_message(convert(), {file.string(), row.field, row.found, row.wanted});
-    EXPECT_FALSE(fs::exists(models_));
-    scratch_.write(row.file, before);
-  }
-  for (const std::string name : {"knee.coor", "knee.norm", "knee.elem"}) {
-    const std::string before = test::text_of(scratch_.path() / name);
-    fs::remove(scratch_.path() / name);
-    expect_one_message(convert(), {name, "", "no file"});
-    scratch_.write(name, before);
-  }
-}
-
-TEST_F(ConvertObject, AFolderThatCannotBeMadeIsNamed)
-{
-  scratch_.write("out", "in the way");
-  expect_one_message(convert(), {models_.string(), "folder", "Not a directory"});
-}
-
 TEST(ConvertMesh, ThereAndBackThroughEveryFormat)
 {
   const test::Scratch scratch;
@@ -277,27 +207,6 @@ TEST(ConvertMesh, ThereAndBackThroughEveryFormat)
   EXPECT_EQ(fs::file_size(stl), 84u + 50u * 4u);
 }
 
-TEST(ConvertMesh, BadInputIsOneMessage)
-{
-  const test::Scratch scratch;
-  const std::string good = scratch.write("a.vf", "3 1\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").string();
-  const std::string output = (scratch.path() / "b.ply").string();
-  const auto convert = [&](const std::string& input, const std::string& to) {
-    return test::run_vrda({"convert", "mesh", input, to});
-  };
-  expect_one_message(convert(good, (scratch.path() / "b.fbx").string()),
-                     {"b.fbx", "", "\".fbx\"", {".vf", ".stl", ".ply"}});
-  expect_one_message(convert(good, good), {"a.vf", "output", "input"});
-  expect_one_message(convert(good, (scratch.path() / "none" / "b.ply").string()),
-                     {"b.ply", "", "No such file"});
-  expect_one_message(convert("nowhere.vf", output), {"nowhere.vf", "", "no file"});
-  const std::string past = scratch.write("p.vf", "3 1\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n").string();
-  expect_one_message(convert(past, output), {"p.vf", "line 5", "7"});
-  const std::string lying = scratch.write("l.vf", "1000000000000 1\n0 0 0\n").string();
-  expect_one_message(convert(lying, output), {"l.vf", "line 1", "1000000000000"});
-  EXPECT_FALSE(fs::exists(output));
-}
-
 TEST(Convert, EachOfItsCommandsHasAnExample)
 {
   for (const std::string name : {"object", "mesh", "config"}) {
@@ -308,16 +217,6 @@ TEST(Convert, EachOfItsCommandsHasAnExample)
   }
   EXPECT_EQ(test::run_vrda({"convert"}).exit_code, 2);
   EXPECT_EQ(test::run_vrda({"convert", "object", "knee"}).exit_code, 2);
-}
-
-TEST(ConvertMesh, AFullDeviceIsOneMessage)
-{
-  const test::Scratch scratch;
-  const std::string good = scratch.write("a.vf", "3 1\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").string();
-  const fs::path full = scratch.path() / "full.ply";
-  fs::create_symlink("/dev/full", full);
-  expect_one_message(test::run_vrda({"convert", "mesh", good, full.string()}),
-                     {"full.ply", "", "No space left"});
 }
 
 }  // namespace vrda::convert_test

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
 #include "core/units.hpp"
@@ -150,24 +149,13 @@ TEST_F(CoordinateRun, TheSearchKeepsWhatIsGiven)
   }
 }
 
-TEST_F(CoordinateRun, WhatNeedsAGridRefusesFrames)
+TEST_F(CoordinateRun, CommandsTakeFrames)
 {
   solved(job(frames));
   const std::string model = scratch_.path() / "out.h5";
   for (const std::vector<std::string>& words :
-       {std::vector<std::string>{"smooth", model, "--degree", "2"}, {"compare", model}, {"reduce", model}})
-    test::expect_refused(words, {.file = model, .field = "/frame"});
-  for (const std::vector<std::string>& words :
        {std::vector<std::string>{"info", model}, {"audit", model}, {"validate", model}})
     EXPECT_EQ(test::run_vrda(words).exit_code, 0);
-}
-
-TEST_F(CoordinateRun, ATableWithAnErrorIsRefusedByLine)
-{
-  const fs::path file = job(frames);
-  scratch_.write("motion.csv", "time_s,flexion_deg,internal_deg\n0,1,2\n1,1,x\n");
-  test::expect_run_refused(file, scratch_.path() / "out.h5",
-                           {.file = "motion.csv", .field = "line 3, internal_deg", .found = "x"});
 }
 
 }  // namespace vrda::coordinates_run_test

@@ -1,4 +1,4 @@
-// `vrda smooth` and `vrda audit`: additions to a motion model, and refused input.
+// `vrda smooth` and `vrda audit`: additions to a motion model.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,13 +36,6 @@ class DerivedCommands : public testing::Test {
     const test::Ended ended = run(words);
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
     return Json::parse(ended.out);
-  }
-
-  void expect_refused(const std::vector<std::string>& words, const test::Refusal& refusal) const
-  {
-    const std::string before = test::sha256_of_file(file_);
-    test::expect_refused(words, refusal);
-    EXPECT_EQ(test::sha256_of_file(file_), before);
   }
 
   test::Scratch scratch_;
@@ -119,7 +112,6 @@ TEST_F(DerivedCommands, EveryDegreeOfCompareCanBeSmoothed)
 {
   EXPECT_EQ(run({"smooth", file_, "--degree", "0"}).exit_code, 0);
   EXPECT_EQ(store::read_motion_model(file_).smoothed.front().degree, 0);
-  EXPECT_THAT(run({"smooth", file_, "--degree", "21"}), test::refuses({.found = "21", .wanted = "20"}));
 }
 
 TEST_F(DerivedCommands, ASecondTimeLeavesTheSameBytesForAnyNumberOfThreads)
@@ -161,26 +153,6 @@ TEST_F(DerivedCommands, SmoothReplacesItsDegreeAndDropsAuditsOfWhatChanged)
   EXPECT_FALSE(model.smoothed.front().recontact_mm.has_value());
   ASSERT_EQ(model.audits.size(), 4u);
   EXPECT_EQ(model.audits.front().name, "degree_2");
-}
-
-TEST_F(DerivedCommands, WhatCannotBeDoneIsOneLineAndChangesNothing)
-{
-  expect_refused({"audit", file_, "--set", "degree_5"},
-                 {file_, "--set", "degree_5", {"degree_2_recontacted", "degree_2", "raw"}});
-  expect_refused({"smooth", file_, "--degree", "8"}, {file_, "smooth.degrees", "35", {"8", "4"}});
-  expect_refused({"audit", (scratch_.path() / "none.h5").string()}, {"none.h5", "", "No such file"});
-  for (const std::string command : {"audit", "smooth"}) {
-    SCOPED_TRACE(command);
-    std::vector<std::string> words{command, file_};
-    if (command == "smooth") words.insert(words.end(), {"--degree", "2"});
-    const store::MotionModel model = store::read_motion_model(file_);
-    store::write_motion_model(file_, store::with_pending_cells(model));
-    expect_refused(words, {file_, "/status", "35"});
-    store::write_motion_model(file_, model);
-    fs::resize_file(file_, fs::file_size(file_) / 2);
-    expect_refused(words, {file_, "", "truncated"});
-    store::write_motion_model(file_, model);
-  }
 }
 
 }  // namespace vrda::derived_commands_test

@@ -1,4 +1,4 @@
-// `vrda export`: output files and refused input. The formats are tested in tests/exports.
+// `vrda export`: output files. The formats are tested in tests/exports.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,7 +13,6 @@ namespace vrda::export_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::StartsWith;
 
 /// The sample model has 4 flexions, 3 varus and one failed cell next to the spine.
@@ -29,15 +28,6 @@ class Export : public testing::Test {
     std::vector<std::string> words{"export", file_, "--to", format, "-o", path(output)};
     words.insert(words.end(), more.begin(), more.end());
     return test::run_vrda(words);
-  }
-
-  /// Expects a refusal in one line, and no file besides the model.
-  void expect_refused(const test::Ended& ended, const test::Refusal& refusal) const
-  {
-    EXPECT_THAT(ended, test::refuses(refusal));
-    EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
-    EXPECT_THAT(ended.out, IsEmpty());
-    EXPECT_EQ(std::distance(fs::directory_iterator(scratch_.path()), {}), 1);
   }
 
   test::Scratch scratch_;
@@ -90,106 +80,6 @@ TEST_F(Export, ColumnsGoByTheNamesGiven)
       run("mot", "knee.mot", {"--coordinate", "flexion=knee_angle_r", "--coordinate", "tz=z"}).exit_code, 0);
   EXPECT_THAT(test::read_bytes(path("knee.mot")),
               HasSubstr("\ntime\tknee_angle_r\tknee_add_r\tknee_rot_r\tknee_tx_r\tknee_ty_r\tz\n"));
-}
-
-TEST_F(Export, RefusesWhatItCannotDo)
-{
-  struct Row {
-    std::string format, output;
-    std::vector<std::string> more;
-    test::Refusal refusal;
-  };
-  for (const Row& row : {
-           Row{"csv", "knee.txt", {}, {"vrda export", "--output", "knee.txt", ".csv"}},
-           Row{"gltf", "knee.h5", {}, {"vrda export", "--output", "", ".glb"}},
-           Row{"csv",
-               "a.csv",
-               {"--degrees"},
-               {"vrda export", "--degrees", "--to csv", {"--to sto", "--to mot"}}},
-           Row{"csv",
-               "a.csv",
-               {"--translations", "mesh-origin"},
-               {"vrda export", "--translations", "--to csv", {"--to sto", "--to mot"}}},
-           Row{"vtk", "a.pvd", {"--coordinate", "tx=x"}, {"vrda export", "--coordinate", "--to vtk"}},
-           Row{"sto", "a.sto", {"--full"}, {"vrda export", "--full", "", "--to csv"}},
-           Row{"csv", "a.csv", {"--full", "--set", "raw"}, {"vrda export", "--full", "--set"}},
-           Row{"sto",
-               "a.sto",
-               {"--coordinate", "angle=x"},
-               {"vrda export", "--coordinate", "angle=x", "internal"}},
-           Row{"sto",
-               "a.sto",
-               {"--coordinate", "tx"},
-               {"vrda export", "--coordinate", "tx", "COORDINATE=NAME"}},
-           // A second sign would be lost in the name.
-           Row{"mot",
-               "a.mot",
-               {"--coordinate", "flexion=--knee"},
-               {"vrda export", "--coordinate", "flexion=--knee", "-NAME"}},
-           Row{"mot",
-               "a.mot",
-               {"--coordinate", "flexion=\u2212knee"},
-               {"vrda export", "--coordinate", "knee", "-NAME"}},
-           Row{"osim", "a.osim", {"--coordinate", "tx=-x"}, {"vrda export", "--coordinate", "tx", "flexion"}},
-           Row{"sto",
-               "a.sto",
-               {"--coordinate", "tx=x", "--coordinate", "tx=-y"},
-               {"vrda export", "--coordinate", "tx twice", "once"}},
-           Row{"sto", "a.sto", {"--coordinate", "tx=-"}, {"vrda export", "--coordinate", "tx=-", "NAME"}},
-           Row{"sto", "a.sto", {"--coordinate", "tx=a b"}, {"vrda export", "--coordinate", "a b"}},
-           Row{"sto",
-               "a.sto",
-               {"--coordinate", "tx=knee_ty_r"},
-               {"vrda export", "--coordinate", "knee_ty_r"}},
-           Row{"sto", "a.sto", {"--flexion", "0:90"}, {"vrda export", "--flexion", "0:90", "FROM:TO:STEP"}},
-           Row{"sto", "a.sto", {"--flexion", "90:0:5"}, {"vrda export", "--flexion", "90:0:5"}},
-           Row{"sto",
-               "a.sto",
-               {"--flexion", "0:90:0"},
-               {"vrda export", "--flexion", "0:90:0", {"STEP", "0"}}},
-           Row{"sto", "a.sto", {"--flexion", "0:x:1"}, {"vrda export", "--flexion", "0:x:1"}},
-           Row{"sto",
-               "a.sto",
-               {"--flexion", "0:90:1e-9"},
-               {"vrda export", "--flexion", "0:90:1e-9", "100000"}},
-           Row{"sto", "a.sto", {"--flexion", "50:60:1"}, {"knee.h5", "degree_1", "pose"}},
-           Row{"sto", "a.sto", {"--varus", "up"}, {"vrda export", "--varus", "up", {"spine", "zero"}}},
-           Row{"sto", "a.sto", {"--varus", "zero"}, {"knee.h5", "--varus", "zero", "vrda reduce"}},
-           Row{"sto", "a.sto", {"--varus", "30"}, {"knee.h5", "--varus", "30"}},
-           Row{"sto", "a.sto", {"--set", "degree_9"}, {"knee.h5", "--set", "degree_9", {"degree_1", "raw"}}},
-       }) {
-    SCOPED_TRACE(testing::PrintToString(row.more));
-    expect_refused(run(row.format, row.output, row.more), row.refusal);
-  }
-  EXPECT_EQ(run("stl", "a.stl").exit_code, 2);
-  EXPECT_EQ(run("sto", "a.sto", {"--rate", "0"}).exit_code, 2);
-}
-
-TEST_F(Export, AModelWithoutAPoseIsRefused)
-{
-  store::write_motion_model(file_, store::with_pending_cells(test::sample_model({})));
-  expect_refused(run("gltf", "knee.glb"), {"knee.h5", "raw", "pose"});
-  expect_refused(run("csv", "cells.csv", {"--full"}), {"knee.h5", "status", "stable"});
-}
-
-TEST_F(Export, AFileThatIsNoModelIsRefused)
-{
-  const std::string whole = test::read_bytes(file_);
-  for (const std::string& bytes :
-       {whole.substr(0, whole.size() / 2), std::string("solid knee\n"), std::string()}) {
-    scratch_.write("knee.h5", bytes);
-    expect_refused(run("sto", "knee.sto"), {"knee.h5", "", bytes.size() > 20 ? "truncated" : "HDF5"});
-  }
-}
-
-TEST_F(Export, AnOutputThatCannotBeWrittenIsRefused)
-{
-  fs::create_directories(path("folder/knee.csv"));
-  const test::Ended folder = run("csv", "folder/knee.csv");
-  EXPECT_THAT(folder, test::refuses({"folder/knee.csv", "output", "regular file"}));
-  const test::Ended inside = run("csv", "knee.h5/a/knee.csv");
-  EXPECT_EQ(inside.exit_code, 2);
-  EXPECT_EQ(test::n_lines(inside.err), 1) << inside.err;
 }
 
 }  // namespace vrda::export_test

@@ -1,10 +1,9 @@
-// `offset_mm` of a component: bytes, contact, threads, `vrda fit`, and what is refused.
+// `offset_mm` of a component: bytes, contact, threads, `vrda fit`.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <random>
 
 #include "app/scenes.hpp"
 #include "store/motion_model.hpp"
@@ -81,8 +80,6 @@ TEST_F(Offset, ScalesAsALength)
   const store::MotionModel twice =
       store::read_motion_model(solved("twice.h5", {"--set", key + "=0.8", "--set", "scaling.factor=2"}));
   EXPECT_THAT(twice.reference.contact.mesh.offset_mm, testing::Each(1.6));
-  test::expect_refused({"run", job_, "--set", key + "=0.8", "--set", "scaling.factor=[1, 1, 2]"},
-                       {"--set", "scaling.factor", "offset_mm", "one factor"});
 }
 
 TEST_F(Offset, IsFoundFromASyntheticMotion)
@@ -108,14 +105,6 @@ TEST_F(Offset, IsUndeterminedByAMotionWithoutContact)
       printed({"fit", job_, "--set", key + "=\"fit\"", "--motion", path("aside.csv"), "--json"}, 3);
   EXPECT_EQ(found.at("status"), "undetermined");
   EXPECT_TRUE(found.at("standard_error_mm").is_null());
-}
-
-TEST_F(Offset, AnOffsetToBeFittedOrNegativeIsRefusedByARun)
-{
-  test::expect_refused({"run", job_, "--set", key + "=\"fit\""}, {"--set", key, "\"fit\"", "a number"});
-  test::expect_refused({"run", job_, "--set", key + "=-1"}, {"--set", key, "-1", "a length from 0 to 10 mm"});
-  test::expect_refused({"fit", job_, "--motion", "none.csv"},
-                       {job_, key, "no component with \"fit\"", "offset_mm = \"fit\""});
 }
 
 }  // namespace vrda::offset_test

@@ -97,16 +97,6 @@ TEST_F(Prepare, ThickensBonesWithoutCartilageAndLeavesLigamentsOut)
   EXPECT_TRUE(job::load_case((folder_ / "knee.toml").string()).ligaments.fibres.empty());
 }
 
-TEST_F(Prepare, ExchangedBonesAreRefusedAndDrawn)
-{
-  const test::Ended ended =
-      test::run_vrda({"prepare", "--femur", tibia_, "--tibia", femur_, "-o", folder_.string()});
-  EXPECT_THAT(ended,
-              test::refuses({tibia_ + ", " + femur_, "", "exchanged", (folder_ / "refused.png").string()}));
-  EXPECT_TRUE(fs::exists(folder_ / "refused.png"));
-  EXPECT_FALSE(fs::exists(folder_ / "knee.toml"));
-}
-
 std::map<std::string, std::string> contents(const fs::path& folder)
 {
   std::map<std::string, std::string> found;
@@ -136,44 +126,6 @@ TEST_F(Prepare, FilesOfAnEarlierPreparationStayUnlessAllAreReplaced)
   ASSERT_EQ(prepared(femur_, tibia_, {"--replace", "--cartilage", "none"}).exit_code, 0);
   EXPECT_NE(contents(folder_), before);
   EXPECT_FALSE(fs::exists(folder_ / "refused.png"));
-}
-
-TEST_F(Prepare, AnInputIsNeverReplaced)
-{
-  const std::map<std::string, std::string> before = contents(scratch_.path());
-  EXPECT_THAT(test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_, "--no-ligaments", "-o",
-                              scratch_.path().string(), "--replace"}),
-              test::refuses({femur_, "-o", "input"}));
-  EXPECT_EQ(contents(scratch_.path()), before);
-}
-
-TEST_F(Prepare, AWrongSideAndAWrongUnitAreNamed)
-{
-  EXPECT_THAT(test::run_vrda(
-                  {"prepare", "--femur", femur_, "--tibia", tibia_, "--unit", "mm", "-o", folder_.string()}),
-              test::refuses({.found = "unit: the bones are in cm"}));
-  EXPECT_FALSE(fs::exists(folder_ / "knee.toml"));
-}
-
-TEST_F(Prepare, AFibulaOfAnotherUnitOrPlaceIsRefused)
-{
-  for (const std::string& other : {femur_, written("large.stl", [] {
-                                     Mesh mesh = prepare::mirrored(prepare::generic_template()).fibula;
-                                     mesh.vertices_mm *= 10.0;
-                                     return mesh;
-                                   }())}) {
-    EXPECT_THAT(test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_, "--fibula", other,
-                                "--no-ligaments", "-o", folder_.string()}),
-                test::refuses({other, "--fibula"}));
-    EXPECT_FALSE(fs::exists(folder_));
-  }
-}
-
-TEST_F(Prepare, LigamentsNeedTheBoneOfTheTibia)
-{
-  EXPECT_THAT(
-      test::run_vrda({"prepare", "--femur", femur_, "--tibia-cartilage", tibia_, "-o", folder_.string()}),
-      test::refuses({"--tibia", "", "cartilage", "--no-ligaments"}));
 }
 
 // Half of the faces around one vertex are missing: its winding is known by its volume all the same.
@@ -233,16 +185,12 @@ TEST_F(Prepare, WhatDoesNotBelongToASurfaceIsLeftOut)
   EXPECT_EQ(report().at("specks").at(0).at("left_out"), false);
 }
 
-TEST_F(Prepare, CartilageThatDoesNotBelongIsRefusedOrWarnedOf)
+TEST_F(Prepare, CartilageOfOneCompartmentIsWarnedOf)
 {
   const auto prepared = [&](const std::string& option, const std::string& file) {
     return test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_, option, file, "--no-ligaments",
                            "-o", folder_.string()});
   };
-  const std::string copy =
-      written("copy.stl", joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.femur));
-  EXPECT_THAT(prepared("--femur-cartilage", copy), test::refuses({copy, "--femur-cartilage", "--femur"}));
-  EXPECT_THAT(prepared("--tibia-cartilage", tibia_), test::refuses({tibia_, "--tibia-cartilage", "--tibia"}));
   // Of a left knee: its lateral half.
   const Mesh femur = joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.femur);
   std::vector<Eigen::Index> kept;
@@ -264,16 +212,6 @@ TEST_F(Prepare, AFibulaThatIsNotLateralIsWarnedOf)
                                             medial, "--no-ligaments", "-o", folder_.string()});
   EXPECT_EQ(ended.exit_code, 0);
   EXPECT_THAT(ended.err, test::warns("--fibula", "lateral"));
-}
-
-TEST_F(Prepare, BonesOfDifferentPosesAreRefused)
-{
-  X_.translation() += Eigen::Vector3d(150, 0, 0);
-  const std::string elsewhere =
-      written("elsewhere.stl", joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.tibia));
-  const test::Ended ended =
-      test::run_vrda({"prepare", "--femur", femur_, "--tibia", elsewhere, "-o", folder_.string()});
-  EXPECT_THAT(ended, test::refuses({femur_ + ", " + elsewhere, "", "pose"}));
 }
 
 TEST_F(Prepare, LandmarksAreUsedAndReported)
@@ -316,11 +254,9 @@ TEST_F(Prepare, LandmarksAloneScaleTheTemplate)
           .write("marks.toml",
                  "[[distance]]\nfrom = \"medial_epicondyle\"\nto = \"lateral_epicondyle\"\nmm = 87\n")
           .string();
-  const std::vector<std::string> words{"prepare", "--landmarks", marks, "-o", folder_.string()};
-  EXPECT_THAT(test::run_vrda(words), test::refuses({.file = "--side", .wanted = "left"}));
-  std::vector<std::string> with_side = words;
-  with_side.insert(with_side.end(), {"--side", "left"});
-  const test::Ended ended = test::run_vrda(with_side);
+  const std::vector<std::string> words{"prepare",        "--landmarks", marks, "-o",
+                                       folder_.string(), "--side",      "left"};
+  const test::Ended ended = test::run_vrda(words);
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_THAT(ended.err, AllOf(HasSubstr("no meshes given"), HasSubstr("tibia: no distance")));
   const nlohmann::json found = report();
@@ -340,29 +276,6 @@ TEST_F(Prepare, LandmarksAloneScaleTheTemplate)
     EXPECT_NEAR(found.at("femur").at("scale").at(k).get<double>(), factor, 1e-6);
 }
 
-TEST_F(Prepare, AThicknessNextToCartilageIsRefused)
-{
-  EXPECT_THAT(test::run_vrda({"prepare", "--femur", femur_, "--femur-cartilage", femur_, "--tibia", tibia_,
-                              "--tibia-cartilage", tibia_, "--cartilage", "2", "-o", folder_.string()}),
-              test::refuses({.file = "--cartilage", .found = "2"}));
-  const std::string marks = scratch_.write("marks.toml", "[landmarks]\nmedial_spine = [0, 0, 0]\n").string();
-  EXPECT_THAT(test::run_vrda({"prepare", "--landmarks", marks, "--side", "left", "--cartilage", "2", "-o",
-                              folder_.string()}),
-              test::refuses({.file = "--cartilage", .found = "2"}));
-}
-
-TEST_F(Prepare, TheBonesOfAnotherJointAreRefused)
-{
-  const geometry::Shape hip = geometry::generate_shape({"hip", {}, {}});
-  const std::string head = written("head.stl", hip.moving.front().mesh);
-  for (const auto& [femur, tibia] : {std::pair(femur_, femur_), std::pair(femur_, head)}) {
-    const test::Ended ended =
-        test::run_vrda({"prepare", "--femur", femur, "--tibia", tibia, "-o", folder_.string()});
-    EXPECT_EQ(ended.exit_code, 2) << ended.err;
-    EXPECT_THAT(ended.err, HasSubstr("refused.png"));
-  }
-}
-
 TEST(PreparePicture, ShowsTheJointWhateverTheLengthOfTheShaft)
 {
   const auto drawn = [](double length_mm, bool has_four_views) {
@@ -376,26 +289,6 @@ TEST(PreparePicture, ShowsTheJointWhateverTheLengthOfTheShaft)
   };
   EXPECT_TRUE(drawn(100.0, true) == drawn(300.0, true));
   EXPECT_FALSE(drawn(100.0, false) == drawn(300.0, false));
-}
-
-TEST_F(Prepare, MissingAndWrongOptionsAreNamed)
-{
-  const test::Ended none = test::run_vrda({"prepare", "--femur", femur_, "-o", folder_.string()});
-  EXPECT_THAT(none, test::refuses({"--tibia", "", "nothing"}));
-  EXPECT_EQ(test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_}).exit_code, 2);
-  for (const auto& [option, value] : {std::pair("--side", "middle"), std::pair("--unit", "inch"),
-                                      std::pair("--cartilage", "thick"), std::pair("--cartilage", "-1")}) {
-    const test::Ended ended = test::run_vrda(
-        {"prepare", "--femur", femur_, "--tibia", tibia_, option, value, "-o", folder_.string()});
-    EXPECT_THAT(ended, test::refuses({option, "", value}));
-  }
-  const test::Ended missing =
-      test::run_vrda({"prepare", "--femur", femur_, "--tibia", "nowhere.stl", "-o", folder_.string()});
-  EXPECT_THAT(missing, test::refuses({"nowhere.stl", "--tibia"}));
-  const std::string ball = (test::source_directory() / "jobs/validation/ball-in-dish.toml").string();
-  const test::Ended other = test::run_vrda(
-      {"prepare", "--femur", femur_, "--tibia", tibia_, "--template", ball, "-o", folder_.string()});
-  EXPECT_THAT(other, test::refuses({"--template", "\"Ball in a dish\""}));
 }
 
 }  // namespace vrda::prepare_test

@@ -25,15 +25,6 @@ class Reduce : public testing::Test {
     return file;
   }
 
-  // Expects a refusal that leaves the file unchanged.
-  static void expect_refused(std::vector<std::string> arguments, const test::Refusal& refusal)
-  {
-    const std::string file = arguments.front(), before = test::text_of(file);
-    arguments.insert(arguments.begin(), "reduce");
-    test::expect_refused(arguments, refusal);
-    EXPECT_EQ(test::text_of(file), before);
-  }
-
   test::Scratch scratch_;
 };
 
@@ -194,38 +185,6 @@ TEST_F(Reduce, AnAuditOfPosesThatAreNoMoreIsDropped)
   EXPECT_EQ(store::read_motion_model(file).audits.size(), 1u);
   EXPECT_EQ(test::run_vrda({"reduce", file, "--set", "degree_2"}).exit_code, 0);
   EXPECT_TRUE(store::read_motion_model(file).audits.empty());
-}
-
-TEST_F(Reduce, WhatCannotBeReducedIsRefused)
-{
-  const std::string knee = solved_knee("right");
-  expect_refused({knee, "--set", "degree_9"}, {knee, "--set", "\"degree_9\"", {"degree_2", "raw"}});
-  expect_refused({knee, "--set", "zero_varus"}, {knee, "--set", "\"zero_varus\""});
-
-  const std::string ball = (scratch_.path() / "ball.h5").string();
-  ASSERT_EQ(test::run_vrda({"run", test::small_job(scratch_).string(), "-o", ball}).exit_code, 0);
-  EXPECT_FALSE(store::read_motion_model(ball).zero_varus);
-  expect_refused({ball}, {ball, "compartments", "", "grid.varus = \"free\""});
-
-  const std::string nowhere = (scratch_.path() / "nowhere.h5").string();
-  ASSERT_EQ(test::run_vrda({"run", test::small_knee_job(scratch_, "right").string(), "-o", nowhere, "--set",
-                            "moving.initial.translation_mm=[500, -40, 0]"})
-                .exit_code,
-            3);
-  EXPECT_FALSE(store::read_motion_model(nowhere).zero_varus);
-  expect_refused({nowhere}, {nowhere, "contact_medial, contact_lateral, gap_medial_mm, gap_lateral_mm"});
-}
-
-TEST_F(Reduce, AFileThatIsNoMotionModelIsRefused)
-{
-  const std::string knee = solved_knee("right"), whole = test::text_of(knee);
-  const std::string cut = scratch_.write("cut.h5", whole.substr(0, whole.size() / 2)).string();
-  expect_refused({cut}, {cut, "", "truncated"});
-  std::string changed = whole;
-  changed[whole.size() / 2] ^= 1;
-  const std::string damaged = scratch_.write("damaged.h5", changed).string();
-  expect_refused({damaged}, {damaged, "", "checksum"});
-  EXPECT_EQ(test::run_vrda({"reduce", (scratch_.path() / "none.h5").string()}).exit_code, 2);
 }
 
 }  // namespace vrda::reduce_test

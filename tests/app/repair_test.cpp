@@ -91,16 +91,9 @@ TEST_F(RepairCommand, NothingOverlapsAndTheMeasuredPosesAreKept)
   }
 }
 
-TEST_F(RepairCommand, Refusals)
+TEST_F(RepairCommand, AnOutputIsReplacedOnRequest)
 {
   const std::string file = measured_walk("right"), output = path("out.h5");
-  test::expect_refused({"repair", file, "-o", output, "--noise-deg", "1"},
-                       {.file = file, .field = "--noise-mm"});
-  test::expect_refused({"repair", file, "-o", output, "--noise-mm", "1,2", "--noise-deg", "1"},
-                       {.file = file, .field = "--noise-mm", .found = "2"});
-  test::expect_refused({"repair", file, "-o", output, "--noise-mm", "0", "--noise-deg", "0"},
-                       {.file = file, .field = "--noise-mm, --noise-deg"});
-  test::expect_refused(repair_words(path("grid.h5"), output), {.file = "grid.h5", .field = "/frame"});
   succeed(repair_words(file, output));
   test::expect_refused(repair_words(file, output), {.file = output, .wanted = "--replace"});
   std::vector<std::string> words = repair_words(file, output);

@@ -1,4 +1,4 @@
-// `vrda report`: its output, and input refused before anything is written.
+// `vrda report`: its output.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -166,23 +166,6 @@ TEST_F(ReportCommand, APlayersPicturesAreInThePage)
   EXPECT_TRUE(test::names_value(stills.at("note").get<std::string>(), "without a pose"));
 }
 
-TEST_F(ReportCommand, RefusesFilesWithoutAnAnswer)
-{
-  const std::string whole = solved_knee("right");
-  const std::string bytes = test::text_of(whole);
-  const std::string cut = scratch_.write("cut.h5", bytes.substr(0, bytes.size() / 2)).string();
-  expect_refused({cut}, {"cut.h5", "", "truncated"});
-  expect_refused({whole, cut}, {"cut.h5", "", "truncated"});
-  expect_refused({(scratch_.path() / "absent.h5").string()}, {"absent.h5", "", "No such file"});
-  expect_refused({scratch_.write("text.h5", "no HDF5").string()}, {"text.h5", "", "HDF5"});
-  store::MotionModel failed = test::sample_model();
-  failed = store::with_pending_cells(failed);
-  failed.smoothed.clear();
-  const std::string pending = (scratch_.path() / "pending.h5").string();
-  store::write_motion_model(pending, failed);
-  expect_refused({pending}, {"pending.h5", "/status", "12"});
-}
-
 TEST_F(ReportCommand, AnExportedTableIsReadAsAPublishedCurve)
 {
   const std::string file = solved_knee("right");
@@ -198,17 +181,6 @@ TEST_F(ReportCommand, AnExportedTableIsReadAsAPublishedCurve)
   constexpr double rounding = 1e-9;  // mm and degrees converted to radians and text
   EXPECT_EQ(exported->at("by_quantity").size(), 5u);
   for (const json& d : exported->at("by_quantity")) EXPECT_LT(d.at("largest").get<double>(), rounding) << d;
-}
-
-TEST_F(ReportCommand, RefusesCurvesItDoesNotKnow)
-{
-  const std::string file = solved_knee("right");
-  expect_refused({file, "--against", scratch_.write("loads.csv", "flexion_deg,fx_n\n0,1\n").string()},
-                 {"loads.csv", "column 'fx_n'", "", "internal_deg"});
-  expect_refused({file, "--against", scratch_.write("no.csv", "internal_deg\n0\n").string()},
-                 {"no.csv", "header", "flexion_deg"});
-  expect_refused({file, "--against", (scratch_.path() / "absent.csv").string()},
-                 {"absent.csv", "", "no file"});
 }
 
 }  // namespace vrda::report_test

@@ -1,4 +1,4 @@
-// `vrda rom`: files of a coarse range of the generic hip, refusals, comparison.
+// `vrda rom`: files of a coarse range of the generic hip, comparison.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -126,20 +126,6 @@ TEST_F(RomCommand, ComparesTwoRanges)
   succeed({"rom", "--compare", path("narrow/rom.json"), path("wide/rom.json"), "-o", path("both")});
   for (const char* name : {"both/comparison.html", "both/comparison.png", "both/comparison.csv"})
     EXPECT_FALSE(test::text_of(path(name)).empty()) << name;
-  test::expect_refused({"rom", hip_, "--compare", path("narrow/rom.json"), path("wide/rom.json")},
-                       {.field = "--compare", .found = "a job"});
-}
-
-TEST_F(RomCommand, RefusesWhatIsNoRange)
-{
-  test::expect_refused({"rom", hip_, "-o", path("hip"), "--flexion", "0:90:10"},
-                       {.field = "--flexion, --varus, --internal", .found = "1"});
-  test::expect_refused(words("hip", {"--internal", "0:200:10"}),
-                       {.field = "--internal", .found = "0:200:10"});
-  test::expect_refused(words("hip", {"--internal", "5:0:1"}), {.field = "--internal", .found = "5:0:1"});
-  test::expect_refused({"rom", hip_}, {.field = "--output"});
-  test::expect_refused({"rom", "--compare", path("a.json"), path("b.json")}, {.file = "a.json"});
-  test::expect_refused({"rom", "--compare", hip_, hip_}, {.file = "hip-generic.toml", .wanted = "rom.json"});
 }
 
 }  // namespace vrda::rom_command_test

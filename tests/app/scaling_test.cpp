@@ -436,16 +436,4 @@ TEST(ScaledRun, CheckAndInfoShowHowTheLandmarksFit)
   EXPECT_THAT(test::run_vrda({"info", output, "--json"}).out, HasSubstr("\"standard_error\": 0.04"));
 }
 
-TEST(ScaledRun, WhatCannotBeScaledIsRefusedBeforeAnythingIsWritten)
-{
-  const test::Scratch scratch;
-  const fs::path job = test::small_knee_job(scratch, "right"), output = scratch.path() / "none.h5";
-  test::edit(job, "[grid]", "[scaling]\nfactor = 1.1\nlandmarks = \"marks.csv\"\n[grid]");
-  test::expect_run_refused(job, output, {"knee_right.toml", "scaling", "both"});
-  test::edit(job, "factor = 1.1\n", "");
-  test::expect_run_refused(job, output, {"knee_right.toml", "scaling.landmarks", "marks.csv"});
-  scratch.write("marks.csv", "name,ax,ay,az,bx,by,bz,subject_mm\na,0,0,0,80,0,0,-1\n");
-  test::expect_run_refused(job, output, {"marks.csv", "line 2, subject_mm", "-1", "0"});
-}
-
 }  // namespace vrda::scaling_test

@@ -70,6 +70,33 @@ Mesh shifted(const Mesh& mesh, const Eigen::Vector3d& by)
 
 }  // namespace
 
+const char* const laxity_tables = R"(
+[laxity]
+flexion_deg = [0, 30]
+anterior_force_n = 100
+load_steps = 2
+[[laxity.cut]]
+name = "ACL"
+bundles = ["ACLam", "ACLpl"]
+)";
+
+const char* const fit_tables = R"(
+[fit]
+noise = { anterior_mm = 0.1 }
+[[fit.parameter]]
+quantity = "reference_strain"
+bundle = "ACLpl"
+sd = 0.03
+from = -0.1
+to = 0.1
+[[fit.parameter]]
+quantity = "load"
+load = "varus_moment"
+sd = 100
+from = -200
+to = 200
+)";
+
 Command vrda(const std::vector<std::string>& words)
 {
   return {VRDA_PROGRAM, words, {}, {}};

@@ -29,6 +29,10 @@ std::filesystem::path small_knee_job(const Scratch& scratch, const std::string& 
 /// small_knee_job with some hundred attitudes: long enough to be interrupted.
 std::filesystem::path longer_knee_job(const Scratch& scratch);
 
+/// Tables of a laxity test of the generic knee and of a fit to it.
+extern const char* const laxity_tables;
+extern const char* const fit_tables;
+
 /// Waits until the file has `n` bytes or the process has ended.
 void wait_for_bytes(Process& process, const std::filesystem::path& file, std::uintmax_t n);
 

@@ -1,4 +1,4 @@
-// `vrda score`: grids, tables and models against each other, and what is refused.
+// `vrda score`: grids, tables and models against each other.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -133,48 +133,6 @@ TEST_F(ScoreCommand, FramesThatCannotBeScoredAreNamed)
     EXPECT_NE(shown.out.find(name), std::string::npos) << name;
 }
 
-TEST_F(ScoreCommand, WhatDoesNotFitIsRefused)
-{
-  const std::string model = solved_knee("right"), left = solved_knee("left"), table = exported(model, "1");
-  expect_refused({path("none.h5"), "--against", table}, {.file = "none.h5"});
-  expect_refused({model, "--against", path("none.csv")}, {.file = "none.csv"});
-  expect_refused({model, "--against", left}, {.file = "left.h5", .field = "side", .wanted = "right"});
-  expect_refused({model, "--against", table, "--set", "degree_9"},
-                 {.file = "right.h5", .field = "--set", .found = "degree_9", .wanted = "raw"});
-  expect_refused({table, "--against", model, "--set", "degree_9"}, {.file = "vrda score", .field = "--set"});
-  expect_refused({model, "--against", table, "--match", "key"}, {.file = "right.h5", .field = "--match"});
-  expect_refused({model, "--against", table, "--bridge"}, {.file = "right.h5", .field = "--bridge"});
-  expect_refused({model, "--against", table, "--side", "left"}, {.file = "vrda score", .field = "--side"});
-  for (const char* rows : {"0:3", "3:2", "1:99", "3", "a:b", "-1:2", ":0"}) {
-    SCOPED_TRACE(rows);
-    expect_refused({model, "--against", table, "--fit-rows=" + std::string(rows)},
-                   {.file = "vrda score", .field = "--fit-rows", .wanted = "7"});
-  }
-  for (const char* axis : {"0,0,0", "1,2", "1,2,3,4", "nan,0,1", "up"}) {
-    SCOPED_TRACE(axis);
-    expect_refused({model, "--against", table, "--long-axis", axis},
-                   {.file = "vrda score", .field = "--long-axis"});
-  }
-  expect_refused({table, "--against", table, "--long-axis", "push"},
-                 {.file = "vrda score", .field = "--long-axis"});
-}
-
-TEST_F(ScoreCommand, ATableWithoutUsableNumbersIsRefused)
-{
-  const std::string model = solved_knee("right");
-  const std::string header = "frame,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n";
-  for (const char* rows : {"", "1,nan,0,0,0,0,0\n", "1,10,0,0,0,0\n", "2,10,0,0,0,0,0\n1,10,0,0,0,0,0\n"}) {
-    SCOPED_TRACE(rows);
-    const test::Ended ended =
-        test::run_vrda({"score", model, "--against", written("bad.csv", header + rows)});
-    EXPECT_EQ(ended.exit_code, 2);
-    EXPECT_NE(ended.err.find("bad.csv"), std::string::npos);
-    EXPECT_EQ(ended.out, "");
-  }
-  expect_refused({model, "--against", written("far.csv", header + "1,170,0,0,0,0,0\n")},
-                 {.file = "far.csv", .field = "rows to score", .found = {"1", "outside_range"}});
-}
-
 TEST_F(ScoreCommand, ColumnsAndUnitsMayBeStated)
 {
   const std::string model = solved_knee("right"), table = path("signed.mot"), bare = path("bare.mot");
@@ -196,9 +154,6 @@ TEST_F(ScoreCommand, ColumnsAndUnitsMayBeStated)
   EXPECT_LT(rms(scored({exported(model, "1"), "--against", table, "--column", "flexion=knee_angle_r",
                         "--match", "flexion"})),
             table_digits);
-  const std::string usual = exported(model, "1");
-  expect_refused({usual, "--against", usual, "--column", "flexion=-knee"},
-                 {.file = "motion-1.csv", .field = "--column", .found = "knee", .wanted = "motion-1.csv"});
   // Without a unit: small as degrees, which are assumed.
   expect_refused(
       {model, "--against", bare, "--column", "flexion=-knee_angle_r"},

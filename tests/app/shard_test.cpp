@@ -238,19 +238,6 @@ INSTANTIATE_TEST_SUITE_P(Methods, Shards, testing::Values("stability-search", "e
                            return std::string(method.param) == "equilibrium" ? "Equilibrium" : "Search";
                          });
 
-TEST(ShardWords, WhatCannotBeIsRefused)
-{
-  const test::Scratch scratch;
-  const std::string job = test::small_job(scratch), output = scratch.path() / "a.h5";
-  for (const std::string shard : {"0/3", "4/3", "x"}) {
-    test::expect_refused({"run", job, "-o", output, "--shard", shard}, {"--shard", "", shard});
-  }
-  EXPECT_EQ(test::run_vrda({"run", job, "-o", output, "--shard", "1/2", "--spine"}).exit_code, 2);
-  EXPECT_EQ(test::run_vrda({"run", job, "-o", output, "--shard", "1/2", "--trace"}).exit_code, 2);
-  EXPECT_FALSE(fs::exists(output + ".case.json"));
-  test::expect_refused({"merge", "-o", output}, {"a.h5.case.json", "", "no file"});
-}
-
 TEST(ShardWords, TheJobOfAMergeMayBeNamed)
 {
   const test::Scratch scratch;

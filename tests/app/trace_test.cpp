@@ -245,26 +245,6 @@ TEST(TraceCommand, CsvHasALineAMoveAndContactOnlyLeavesSomeOfThem)
                             }));
 }
 
-TEST(TraceCommand, WhatIsWrongIsOneLineAndTwo)
-{
-  const Traced run("small");
-  const std::string cut =
-      run.scratch.write("cut.h5", test::read_bytes(run.trace_file()).substr(0, 5000)).string();
-  struct Row {
-    std::vector<std::string> words;
-    test::Refusal refusal;
-  };
-  const std::string trace = run.trace_file(), model = run.file.string();
-  const std::string of_trace = "\"vrda search trace\"", of_model = "\"vrda motion model\"";
-  for (const Row& row : {Row{{"trace", trace, "--flexion", "3"}, {trace, "attitude", "3", "2"}},
-                         Row{{"trace", model}, {model, "/@format", of_model, of_trace}},
-                         Row{{"info", trace}, {trace, "/@format", of_trace, of_model}},
-                         Row{{"trace", cut}, {cut, "", {"5000", "truncated"}}},
-                         Row{{"trace", "absent.h5"}, {"absent.h5", "", "No such file"}}})
-    test::expect_refused(row.words, row.refusal);
-  EXPECT_EQ(test::run_vrda({"trace", run.trace_file(), "--csv", "--json"}).exit_code, 2);
-}
-
 TEST(TraceCommand, UnsolvedSearchesAreThereToo)
 {
   const Traced run("small", {"--set", "solver.search.max_steps=2", "--set", "limits.unsolved_fraction=1"});

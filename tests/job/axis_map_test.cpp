@@ -47,14 +47,6 @@ TEST(AxisMap, EveryMapIsARotationOrRefused)
   EXPECT_EQ(n[0], 216 - 48);
 }
 
-TEST(AxisMap, ALeftHandedMapNamesTheSignThatMendsIt)
-{
-  const test::Scratch scratch;
-  const job::Job job = job_with_frame(scratch, "right = \"-Z\"");
-  EXPECT_THAT(test::input_error([&] { job::axis_map(job); }),
-              refuses({"job.toml", "frame", "left-handed", "right = \"+Z\""}));
-}
-
 TEST(AxisMap, AlignTurnsAboutTheFilesAxesInOrderBeforeTheyAreRenamed)
 {
   const test::Scratch scratch;
@@ -71,3 +63,4 @@ align = { rotation_deg = [90, 0, 90], translation_mm = [1, 2, 3] }
 }
 
 }  // namespace vrda::axis_map_test
+

@@ -7,12 +7,9 @@
 #include "job/case.hpp"
 #include "job/mesh_text.hpp"
 #include "support/meshes.hpp"
-#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::body_frames_test {
-
-using test::refuses;
 
 Pose pose(const Eigen::Vector4d& quaternion, const Eigen::Vector3d& t_mm)
 {
@@ -167,52 +164,6 @@ TEST(BodyFrames, OnlyTheOriginMayBeFound)
   EXPECT_LT((loaded.found_frames->reference.origin_native - X.translation()).norm(), 0.05);
   const Box box = bounding_box(loaded.reference.contact.mesh);
   EXPECT_LT((box.min_mm - bounding_box(knee.shape.reference.front().mesh).min_mm).norm(), 0.05);
-}
-
-TEST(BodyFrames, WhatCannotBeFoundIsRefusedByKey)
-{
-  const Knee knee;
-  knee.write(Pose::Identity(), Pose::Identity());
-  const auto refused = [&](const std::string& tail, const std::vector<std::string>& overrides = {}) {
-    return test::input_error([&] { knee.loaded(tail, overrides); });
-  };
-  EXPECT_THAT(refused(automatic, {"joint=other"}),
-              refuses({.field = "reference.frame", .found = "\"auto\""}));
-  EXPECT_THAT(refused(automatic, {"moving.frame.right=-Z"}),
-              refuses({.field = "moving.frame.right", .found = "\"-Z\""}));
-  EXPECT_THAT(
-      refused("[moving.frame]\norigin = \"automatic\"\n"),
-      refuses({.field = "line 10, moving.frame.origin", .found = "\"automatic\"", .wanted = "\"auto\""}));
-  EXPECT_THAT(refused(automatic, {"reference.component.0.material=plastic"}),
-              refuses({.field = "reference.frame.align", .wanted = "numbers"}));
-  EXPECT_THAT(refused("[moving.frame]\nright = \"-Z\"\n"),
-              refuses({.field = "moving.frame", .found = "left-handed"}));
-  knee.write(Pose::Identity(), Pose::Identity(), 10.0);
-  EXPECT_THAT(refused(automatic),
-              refuses({.field = "reference.frame.unit", .found = "\"mm\"", .wanted = "\"cm\""}));
-  Pose apart = Pose::Identity();
-  apart.translation() = Eigen::Vector3d(0, -80, 0);
-  knee.write(Pose::Identity(), apart);
-  EXPECT_THAT(refused(automatic), refuses({.field = "reference.frame.align", .found = "not in one pose"}));
-}
-
-TEST(BodyFrames, AGeneratedPartHasNone)
-{
-  EXPECT_THAT(test::input_error([] {
-                job::parse_job("k.toml", R"(
-[reference]
-[[reference.component]]
-name = "femur"
-generate = { shape = "knee", part = "femur" }
-[reference.frame]
-unit = "cm"
-[moving]
-[[moving.component]]
-name = "tibia"
-generate = { shape = "knee", part = "tibia" }
-)");
-              }),
-              refuses({"k.toml", "reference.component.0.generate", "generated"}));
 }
 
 }  // namespace vrda::body_frames_test

@@ -18,11 +18,6 @@ Mesh lower()
 
 using Folder = test::JobFolder;
 
-InputError::Facts facts_with(const Folder& folder, const std::vector<std::string>& overrides = {})
-{
-  return folder.refused(overrides);
-}
-
 TEST(Case, TwoBoxesArriveWhole)
 {
   const Folder folder;
@@ -91,15 +86,6 @@ TEST(Case, APushFixedInTheReferenceTurnsWithIt)
   const std::string turned = "flexion={from=0, to=1, step=1}, varus=0, internal=90";
   EXPECT_TRUE(pushed("right", turned)[0].delta.isApprox(Eigen::Vector3d(-0.8, 0.6, 0), 1e-15));
   EXPECT_TRUE(pushed("left", turned)[0].delta.isApprox(Eigen::Vector3d(0.8, 0.6, 0), 1e-15));
-}
-
-TEST(CaseErrors, APushFixedInTheReferenceNeedsThreeKnownRotations)
-{
-  const Folder folder;
-  for (const char* coordinates : {"coordinates={flexion={from=0, to=9, step=9}, varus=0}", "title=grid"}) {
-    EXPECT_THAT(facts_with(folder, {"joint=hip", coordinates}),
-                refuses({.field = "push.frame", .wanted = "[coordinates]"}));
-  }
 }
 
 TEST(Case, AHipIsPushedIntoTheAcetabulumOfItsSide)
@@ -176,23 +162,6 @@ file = "third.vf"
   }
   EXPECT_EQ(loaded.inputs[2].name, "third.vf");
   EXPECT_EQ(loaded.inputs[3].name, "third.normals");
-}
-
-TEST(Case, ANormalsFileThatDoesNotFitIsRefused)
-{
-  for (const auto& [text, refusal] : std::map<std::string, test::Refusal>{
-           {"3\n0 0 1\n0 0 1\n0 0 1\n", {"third.normals", "line 1", "3", "4"}},
-           {"4\n0 0 1\n0 0 1\n0 0 x\n0 0 1\n", {"third.normals", "line 4", "\"x\"", "2"}},
-           {"4\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n5", {"third.normals", "line 6", "\"5\""}}}) {
-    const Folder folder(test::small_job("joint = \"other\"\n", R"(
-[[moving.component]]
-name = "third"
-file = "third.vf"
-)"));
-    folder.scratch.write("third.vf", "4 4\n0 0 0\n4 0 0\n0 4 0\n0 0 4\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
-    folder.scratch.write("third.normals", text);
-    EXPECT_THAT(facts_with(folder), refuses(refusal));
-  }
 }
 
 TEST(Case, AComponentMayBeThinnedAndShifted)
@@ -287,34 +256,6 @@ TEST(Compartments, ByNamesAndByNamesBeforeHalfSpaces)
   EXPECT_EQ(count(mixed, Compartment::none), 6);
 }
 
-TEST(Compartments, BadOnesAreRefused)
-{
-  const Folder folder;
-  const auto facts_of = [&](const std::string& medial, const std::string& lateral) {
-    return facts_with(folder, {"compartments.medial." + medial, "compartments.lateral." + lateral});
-  };
-  EXPECT_THAT(facts_of("components=[\"lowre\"]", "half_space=right"),
-              refuses({"", "compartments.medial.components", "\"lowre\"", "\"lower\""}));
-  EXPECT_THAT(facts_of("components=[\"lower\"]", "components=[\"lower\"]"),
-              refuses({"", "compartments.lateral.components", "\"lower\""}));
-  EXPECT_THAT(facts_of("half_space=left", "half_space=left"), refuses({.field = "compartments"}));
-}
-
-TEST(CaseErrors, OverridesThatNoMethodSolves)
-{
-  const Folder folder;
-  std::filesystem::create_directory(folder.scratch.path() / "sub.stl");
-  for (const auto& [overrides, refusal] : std::vector<std::pair<std::vector<std::string>, test::Refusal>>{
-           {{"grid.varus=free", "solver.method=stability-search"},
-            {.field = "grid.varus", .wanted = "stability-search"}},
-           {{"push.delta={ flexion_deg = [0, 90], value = [[0, 1, 0], [0, -1, 0]] }"},
-            {.field = "push.delta", .found = "45"}},
-           {{"frame.right=-Z"}, {.field = "frame"}},
-           {{"moving.component.0.file=none.stl"}, {"", "moving.component.0.file", "none.stl", "--data"}},
-           {{"moving.component.0.file=sub.stl"}, {"", "moving.component.0.file", "folder"}}})
-    EXPECT_THAT(facts_with(folder, overrides), refuses(refusal)) << overrides.front();
-}
-
 TEST(Case, APushOverFlexionIsLinearBetweenItsRowsAndHeldBeyond)
 {
   const Folder folder;
@@ -337,13 +278,6 @@ TEST(Case, APushOverFlexionIsLinearBetweenItsRowsAndHeldBeyond)
   EXPECT_EQ(loaded.push[2].moment_nmm, -7.0);
   EXPECT_EQ(loaded.push[3].moment_nmm, 8.0);
   EXPECT_EQ(loaded.push[3].varus_moment_nmm, 9.0);
-}
-
-TEST(CaseErrors, AMeshOfFacesWithoutAreaIsRefused)
-{
-  const Folder folder;
-  folder.scratch.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {10, 0, 0})));
-  EXPECT_THAT(facts_with(folder), refuses({"moving.stl", "", "12"}));
 }
 
 std::string generated_job(const std::string& shape, const std::string& upper_part,
@@ -376,18 +310,6 @@ TEST(Generated, SkipTheFramesUnitAndAxes)
   EXPECT_EQ(plain.inputs[0].sha256, framed.inputs[0].sha256);
 }
 
-TEST(GeneratedErrors, UnknownShapesPartsAndParameters)
-{
-  const Folder folder(generated_job("hip", "socket", "head"));
-  const std::string generate = "moving.component.0.generate";
-  EXPECT_THAT(facts_with(folder, {generate + ".part=haed"}),
-              refuses({.field = generate + ".part", .wanted = "\"head\""}));
-  EXPECT_THAT(facts_with(folder, {generate + ".shape=hpi"}),
-              refuses({folder.job + " with --set " + generate + ".shape", generate, "hpi"}));
-  EXPECT_THAT(facts_with(folder, {generate + ".resolution=-1"}),
-              refuses({"--set", generate + ".resolution", "-1"}));
-}
-
 TEST(Jobs, TheGenericOnesLoadWithoutAWarning)
 {
   for (const char* name : {"knee-generic.toml", "knee-generic-contact.toml", "hip-generic.toml"}) {
@@ -413,3 +335,4 @@ TEST(Jobs, TheGenericKneeHasBothCompartmentsOnEitherSide)
 }
 
 }  // namespace vrda::case_test
+

@@ -1,4 +1,4 @@
-// [coordinates] and [frames]: roles, values by row, and what is refused.
+// [coordinates] and [frames]: roles and values by row.
 #include "job/coordinates.hpp"
 
 #include <gmock/gmock.h>
@@ -9,12 +9,10 @@
 #include "core/units.hpp"
 #include "job/command_jobs.hpp"
 #include "job/mesh_text.hpp"
-#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::coordinates_test {
 
-using test::refuses;
 using testing::ElementsAre;
 
 constexpr const char* motion =
@@ -36,16 +34,6 @@ job::LoadedCoordinates loaded(const std::string& settings, const std::string& ta
   const job::Job job = job_of(settings);
   EXPECT_TRUE(job.coordinates.has_value());
   return job::load_coordinates(job, *job.coordinates, scratch.path().string());
-}
-
-InputError::Facts facts_of_job(const std::string& settings)
-{
-  return test::input_error([&] { job_of(settings); });
-}
-
-InputError::Facts facts_of_table(const std::string& settings, const std::string& table)
-{
-  return test::input_error([&] { loaded(settings, table); });
 }
 
 constexpr const char* frames = "[frames]\nfile = \"motion.csv\"\n[coordinates]\n";
@@ -117,14 +105,6 @@ TEST(Coordinates, LoadsMayComeFromColumnsOfTheFrames)
   EXPECT_EQ(c.push.force_n.value(1, 0), 30.0);
   EXPECT_EQ(c.push.loads.at(0).force_n.value(1, 2), 4.0);
   EXPECT_EQ(c.push.loads.at(0).force_n.value(0, 1), 20.0);
-  EXPECT_THAT(facts_of_job(push + "[coordinates]\nflexion = 3\n"),
-              refuses({.field = "push.force_n.columns"}));
-  EXPECT_THAT(facts_of_job("[push]\nforce_n = { columns = [\"a\", \"b\"] }\n" + roles),
-              refuses({.field = "push.force_n.columns", .found = "2", .wanted = "1"}));
-  EXPECT_THAT(facts_of_table(push + roles, "frame,flexion_deg,push_n,fx,fz\n1,0,0,1,2\n"),
-              refuses({.field = "line 2, push_n", .found = "0"}));
-  EXPECT_THAT(facts_of_table(push + roles, "frame,flexion_deg,push_n,fx\n1,0,5,1\n"),
-              refuses({.field = "line 1, fz"}));
 }
 
 TEST(Coordinates, ATableOverTheDrivingCoordinateIsLinearBetweenItsRows)
@@ -168,58 +148,6 @@ TEST(Coordinates, TwoDrivenCoordinatesAreAGrid)
   EXPECT_THAT(c.grid.varus_deg, ElementsAre(-1, 0, 1));
   EXPECT_TRUE(std::isnan(c.rows.rows[0](1)));  // the grid's column
   EXPECT_EQ(c.rows.role[1], CoordinateRole::driven);
-}
-
-TEST(Coordinates, RolesThatContradictEachOtherAreRefused)
-{
-  const std::string range = " = { from = 0, to = 9, step = 3 }\n";
-  const std::string table = " = { driving = [0, 9], value = [0, 18] }\n";
-  EXPECT_THAT(facts_of_job("[coordinates]\nflexion = 3\ninternal" + table),
-              refuses({.field = "coordinates.internal", .found = "driving", .wanted = "range"}));
-  EXPECT_THAT(facts_of_job("[push]\nforce_n = { driving = [0, 9], flexion_deg = [0, 9], value = [1, 2] }\n"),
-              refuses({.field = "push.force_n", .wanted = "flexion_deg or driving"}));
-  EXPECT_THAT(facts_of_job("[push]\nforce_n = { driving = [9, 0], value = [1, 2] }\n"),
-              refuses({.field = "push.force_n.driving", .wanted = "increasing"}));
-  EXPECT_THAT(facts_of_job("[grid]\n[coordinates]\nflexion" + range), refuses({.field = "grid"}));
-  EXPECT_THAT(facts_of_job(std::string(frames) + "flexion" + range),
-              refuses({.field = "coordinates.flexion"}));
-  EXPECT_THAT(facts_of_job(std::string(frames)), refuses({.field = "coordinates"}));
-  EXPECT_THAT(facts_of_job("[coordinates]\nflexion" + range + "internal" + range),
-              refuses({.field = "coordinates.flexion", .found = "2"}));
-  EXPECT_THAT(facts_of_job("[coordinates]\nflexion" + range + "internal = { column = \"a\" }\n"),
-              refuses({.field = "coordinates.internal", .wanted = "[frames]"}));
-  EXPECT_THAT(facts_of_job("[coordinates]\nflexion = 3\ninternal = { file = \"m.csv\", column = \"a\" }\n"),
-              refuses({.field = "coordinates.internal"}));
-  EXPECT_THAT(facts_of_job("[coordinates]\ninternal = { flexion_deg = [0, 1], value = [0, 1] }\n"),
-              refuses({.field = "coordinates.internal"}));
-  EXPECT_THAT(facts_of_job("[push]\nforce_n = { flexion_deg = [0, 10], value = [100, 200] }\n"
-                           "[coordinates]\nvarus = 1\n"),
-              refuses({.field = "push.force_n", .found = "free", .wanted = "a number"}));
-  const std::string search = "[solver]\nmethod = \"stability-search\"\n[coordinates]\n";
-  EXPECT_THAT(facts_of_job(search + "flexion" + range + "internal = 4\n"),
-              refuses({.field = "coordinates.varus", .found = "free"}));
-  EXPECT_THAT(facts_of_job(search + "flexion" + range + "varus = 0\nproximal = 4\n"),
-              refuses({.field = "coordinates.proximal"}));
-}
-
-TEST(Coordinates, TablesWithErrorsAreRefusedByLineAndColumn)
-{
-  const std::string flexion = std::string(frames) + "flexion = { column = \"flexion_deg\" }\n";
-  EXPECT_THAT(facts_of_table(flexion + "anterior = { column = \"ant_mm\" }\n", motion),
-              refuses({.file = "motion.csv", .field = "line 5, ant_mm"}));
-  EXPECT_THAT(facts_of_table(flexion + "anterior = { column = \"ant\" }\n", motion),
-              refuses({.file = "motion.csv", .field = "line 2, ant", .wanted = "ant_mm"}));
-  EXPECT_THAT(facts_of_table(flexion, "time_s,flexion_deg\n0,1\n0,2\n"),
-              refuses({.field = "line 3, time_s", .found = "0"}));
-  EXPECT_THAT(facts_of_table(flexion, "time_s,flexion_deg\n0,1\n1,nan\n"),
-              refuses({.field = "line 3, flexion_deg", .found = "nan"}));
-  EXPECT_THAT(facts_of_table(flexion, "Time (s),flexion_deg\n0,1\n"), refuses({.field = "line 1, Time (s)"}));
-  EXPECT_THAT(facts_of_table(flexion, "time_s,flexion_deg\n"), refuses({.file = "motion.csv"}));
-  EXPECT_THAT(
-      facts_of_table("[push]\ndelta = [0, 1, 1]\n[coordinates]\nflexion = { from = 0, to = 4, step = 2 }\n"
-                     "varus = { from = -1, to = 1, step = 1 }\ninternal = 5\n",
-                     motion),
-      refuses({.field = "push.delta"}));
 }
 
 }  // namespace vrda::coordinates_test

@@ -7,12 +7,10 @@
 
 #include "job/mesh_text.hpp"
 #include "support/real_knees.hpp"
-#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::job_test {
 
-using test::refuses;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -20,11 +18,6 @@ job::Job job_of(const std::string& text, const std::vector<std::string>& overrid
 {
   const test::Scratch scratch;
   return job::read_job(scratch.write("knee.toml", text).string(), overrides);
-}
-
-InputError::Facts facts_of_job(const std::string& text, const std::vector<std::string>& overrides = {})
-{
-  return test::input_error([&] { job_of(text, overrides); });
 }
 
 TEST(Job, DefaultsAreThoseOfTheSpecification)
@@ -231,19 +224,6 @@ TEST(Job, ThePlayersPartIsResolvedWhereItIsGivenOnly)
   EXPECT_THAT(job_of(test::small_job()).resolved_text, testing::Not(HasSubstr("player")));
 }
 
-TEST(JobErrors, ThePlayersPart)
-{
-  const auto facts_of_player = [](const std::string& text) {
-    return facts_of_job(test::small_job("", "[player]\n" + text));
-  };
-  EXPECT_EQ(facts_of_player("display_px = [1280, 0]").field, "player.display_px.1");
-  EXPECT_EQ(facts_of_player("zoom = 0").field, "player.zoom");
-  EXPECT_EQ(facts_of_player("render = \"solid\"").field, "player.render");
-  EXPECT_EQ(facts_of_player("[[player.view]]\nshift_mm = [0, 0, 0]").field, "player.view.0.number");
-  EXPECT_THAT(facts_of_player("[[player.view]]\nnumber = 1\n[[player.view]]\nnumber = 1"),
-              refuses({.field = "player.view.1.number", .found = "1"}));
-}
-
 TEST(Job, EqualJobsGiveEqualText)
 {
   const std::string plain = job_of(test::small_job()).resolved_text;
@@ -281,123 +261,6 @@ generate = { shape = "knee", part = "tibia", side = "right" }
   EXPECT_EQ(job.medial->half_space, "right");
 }
 
-struct BadJob {
-  const char* text;  // replaces or follows the small job's tables
-  std::string field;
-  std::string found = {};
-  std::string wanted = {};
-};
-
-void expect_refused(const BadJob& row)
-{
-  SCOPED_TRACE(row.text);
-  const InputError::Facts facts = facts_of_job(test::small_job("", row.text));
-  EXPECT_THAT(facts, refuses({"knee.toml", row.field, row.found, row.wanted}));
-}
-
-TEST(JobErrors, UnknownKeysNameTheNearestKnownOne)
-{
-  expect_refused({"[grid]\nvraus = \"free\"", "grid.vraus", "", "\"grid.varus\""});
-  expect_refused({"[sovler]\nmethod = \"equilibrium\"", "sovler", "", "\"solver\""});
-  expect_refused({"[solver]\nmax_steps = 5", "solver.max_steps", "", "\"solver.search.max_steps\""});
-  expect_refused({"[[moving.component]]\nname = \"x\"\nfiles = \"x.stl\"", "moving.component.1.files", "",
-                  "\"moving.component.file\""});
-  expect_refused({"[grid]\nflexion = { form = 1 }", "grid.flexion.form", "", "\"grid.flexion.from\""});
-}
-
-TEST(JobErrors, RangesAndSteps)
-{
-  expect_refused({"[grid]\nflexion = { step = 0 }", "grid.flexion.step", "0"});
-  expect_refused({"[grid]\nvarus = { step = 0.0 }", "grid.varus.step", "0"});
-  expect_refused({"[grid]\nflexion = { from = 90, to = 0 }", "grid.flexion", "90"});
-  expect_refused({"[grid]\nvarus = { step = -1 }", "grid.varus", "-10"});
-  expect_refused({"[grid]\nflexion = { step = 1e-7 }", "grid.flexion.step", "1e-07", "1000000"});
-  expect_refused(
-      {"[grid]\nflexion = { step = 0.01 }\nvarus = { step = 0.01 }", "grid", "18011001", "1000000"});
-  expect_refused({"[grid]\nvarus = 3", "grid.varus", "3", "\"free\""});
-  expect_refused({"[grid]\nflexion = []", "grid.flexion", "[]"});
-}
-
-TEST(JobErrors, TypesAndWords)
-{
-  expect_refused({"[solver]\nmethod = \"magic\"", "solver.method", "\"magic\"", "\"equilibrium\""});
-  expect_refused({"[solver.search]\ntranslation_resolution_mm = 2", "solver.search.translation_resolution_mm",
-                  "2", "1"});
-  expect_refused(
-      {"[solver.search]\nrotation_resolution_deg = 3", "solver.search.rotation_resolution_deg", "3", "1"});
-  expect_refused({"[frame]\norigin = [1, 2]", "frame.origin", "[1, 2]"});
-  expect_refused({"[frame]\norigin = [1, 2, \"3\"]", "frame.origin.2", "\"3\""});
-  expect_refused({"[smooth]\ndegrees = [6, 6]", "smooth.degrees", "[6, 6]"});
-  expect_refused({"[compartments]\nmedial = { half_space = \"left\" }", "compartments.lateral", "nothing",
-                  "half_space"});
-  expect_refused({"[compartments]\nmedial = {}\nlateral = {}", "compartments.lateral", "{}", "half_space"});
-}
-
-TEST(JobErrors, PushAndLigaments)
-{
-  expect_refused({"[push]\ndelta = [0, 0, 0]", "push.delta", "[0, 0, 0]"});
-  expect_refused({"[push]\ndelta = \"up\"", "push.delta", "\"up\""});
-  expect_refused({"[push]\nforce_n = 0", "push.force_n", "0", "0"});
-  expect_refused(
-      {"[push]\nforce_n = { flexion_deg = [0, 0], value = [1, 2] }", "push.force_n.flexion_deg", "[0, 0]"});
-  expect_refused({"[push]\nforce_n = { flexion_deg = [0, 9], value = [1] }", "push.force_n.value", "1", "2"});
-  expect_refused({"[push]\nmoment_nmm = { flexion_deg = [0] }", "push.moment_nmm.value", "nothing"});
-  expect_refused({"[ligaments]\nwraps = \"w.json\"", "ligaments", "neither"});
-  expect_refused(
-      {"[ligaments]\nfibres = \"f.csv\"\n[[ligaments.fibre]]\nname = \"x\"\nreference_mm = "
-       "[0,0,0]\nmoving_mm = [0,0,0]\nstiffness_n = 1\nslack_length_mm = 1",
-       "ligaments", "both"});
-  expect_refused(
-      {"[ligaments]\n[[ligaments.fibre]]\nname = \"x\"", "ligaments.fibre.0.reference_mm", "nothing"});
-}
-
-TEST(JobErrors, Components)
-{
-  expect_refused({"[[moving.component]]\nname = \"x\"", "moving.component.1", "neither"});
-  expect_refused(
-      {"[[moving.component]]\nname = \"x\"\nfile = \"x.stl\"\ngenerate = { shape = \"knee\", part = "
-       "\"femur\" }",
-       "moving.component.1", "both"});
-  expect_refused(
-      {"[[moving.component]]\nname = \"lower\"\nfile = \"x.stl\"", "moving.component.1.name", "\"lower\""});
-  expect_refused({"[[moving.component]]\nfile = \"x.stl\"", "moving.component.1.name", "nothing"});
-  expect_refused({"[[moving.component]]\nname = \"x\"\ngenerate = { shape = \"knee\" }",
-                  "moving.component.1.generate.part", "nothing"});
-  expect_refused(
-      {"[[moving.component]]\nname = \"x\"\ngenerate = { shape = \"knee\", part = \"femur\", resolution = "
-       "[1] }",
-       "moving.component.1.generate.resolution", "[1]"});
-  EXPECT_THAT(facts_of_job("[[reference.component]]\nname = \"a\"\nfile = \"a.stl\"\n"),
-              refuses({.field = "moving", .found = "nothing"}));
-  EXPECT_THAT(facts_of_job(test::small_job(), {"moving.component.0.contact=false"}),
-              refuses({.field = "moving.component", .wanted = "contact = true"}));
-}
-
-TEST(JobErrors, AnOverrideIsBlamedForWhatItGives)
-{
-  EXPECT_THAT(facts_of_job(test::small_job(), {"grid.flexion.step=0"}),
-              refuses({"--set", "grid.flexion.step"}));
-}
-
-TEST(JobErrors, TheMessageReadsAsOneSentence)
-{
-  const test::Scratch scratch;
-  const std::string file =
-      scratch.write("knee.toml", test::small_job("", "[grid]\nflexion = { step = 0 }")).string();
-  EXPECT_THAT([&] { job::read_job(file); },
-              testing::ThrowsMessage<InputError>(HasSubstr(
-                  "knee.toml: line 10, grid.flexion.step: found 0, wanted a step that is not zero")));
-}
-
-TEST(JobErrors, MissingFilesAndFolders)
-{
-  const test::Scratch scratch;
-  const std::string missing = (scratch.path() / "none.toml").string();
-  EXPECT_THAT(test::input_error([&] { job::read_job(missing); }), refuses({missing, "", "no file"}));
-  const std::string folder = scratch.path().string();
-  EXPECT_THAT(test::input_error([&] { job::read_job(folder); }), refuses({folder, "", "folder"}));
-}
-
 TEST(Jobs, EveryJobOfTheRepositoryIsValid)
 {
   int n_jobs = 0;
@@ -422,8 +285,6 @@ TEST(Job, ACampaignIsCheckedAndLeftOutOfTheResolvedJob)
   const job::Job job = job_of(test::small_job("", campaign));
   EXPECT_TRUE(job.has_campaign);
   EXPECT_EQ(job.resolved_text, job_of(test::small_job()).resolved_text);
-  EXPECT_EQ(facts_of_job(test::small_job("", campaign + "sett = {}\n")).field, "campaign.method.0.sett");
-  EXPECT_EQ(facts_of_job(campaign).field, "reference");
 }
 
 }  // namespace vrda::job_test

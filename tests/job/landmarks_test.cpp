@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "job/mesh_text.hpp"
-#include "support/refusal.hpp"
 
 namespace vrda::landmarks_test {
 
@@ -14,13 +13,6 @@ const std::string header = "name,ax,ay,az,bx,by,bz,subject_mm\n";
 std::vector<job::LandmarkPair> read(const std::string& rows)
 {
   return job::read_landmarks("marks.csv", header + rows);
-}
-
-void expect_refused(const std::string& text, const std::string& field, const std::string& found = "",
-                    const std::string& wanted = "")
-{
-  const InputError::Facts facts = test::input_error([&] { job::read_landmarks("marks.csv", text); });
-  EXPECT_THAT(facts, test::refuses({"marks.csv", field, found, wanted}));
 }
 
 TEST(Landmarks, ColumnsComeInAnyOrder)
@@ -35,27 +27,6 @@ TEST(Landmarks, ColumnsComeInAnyOrder)
   EXPECT_EQ(pairs[0].b_native, Eigen::Vector3d(4, 5, 6));
   EXPECT_EQ(pairs[0].subject_mm, 82.5);
   EXPECT_EQ(pairs[1].subject_mm, 100.0);
-}
-
-TEST(Landmarks, WhatIsNoTableIsRefusedByLineAndColumn)
-{
-  expect_refused("", "", "no line");
-  expect_refused(header, "line 1");
-  expect_refused("name,ax,ay,az,bx,by,bz\n", "line 1, subject_mm", "nothing");
-  expect_refused("name,ax,ay,az,bx,by,bz,subject_mm,ax\n", "line 1, ax");
-  expect_refused("name,ax,ay,az,bx,by,bz,subject_m\n", "line 1, subject_m", "", "\"subject_mm\"");
-  expect_refused(header + "a,0,0,0,1,0,0\n", "line 2", "7", "8");
-  expect_refused(header + "a,0,0,0,1,0,x,5\n", "line 2, bz", "\"x\"");
-  expect_refused(header + "a,0,0,0,1,0,,5\n", "line 2, bz", "nothing");
-  expect_refused(header + "a,0,0,nan,1,0,0,5\n", "line 2, az", "\"nan\"");
-  expect_refused(header + "a,0,0,1e200,1,0,0,5\n", "line 2, az", "1e+200");
-  expect_refused(header + ",0,0,0,1,0,0,5\n", "line 2, name", "nothing");
-  expect_refused(header + "a,1,2,3,1,2,3,5\n", "line 2", "coincident");
-  expect_refused(header + "a,1,2,3,1,2,3.0000000001,5\n", "line 2", "coincident");
-  expect_refused(header + "a,0,0,0,1,0,0,1e-300\n", "line 2, subject_mm", "1e-300", "0");
-  expect_refused(header + "a,0,0,0,1,0,0,0\n", "line 2, subject_mm", "0", "0");
-  expect_refused(header + "a,0,0,0,1,0,0,-5\n", "line 2, subject_mm", "-5", "0");
-  expect_refused(header + "a,0,0,0,1,0,0,5\na,0,0,0,2,0,0,5\n", "line 3, name", "\"a\"");
 }
 
 // Rounding of sums of a few products.

@@ -63,60 +63,6 @@ TEST(LigamentTable, ColumnsComeInAnyOrderAndUnit)
   EXPECT_EQ(fibres[1].field, "line 6");
 }
 
-struct BadTable {
-  std::string table, field, found = {}, wanted = {};
-};
-
-TEST(LigamentTableErrors, NameTheLineAndTheColumn)
-{
-  const std::string row = "a,0,35,0,0,5,0,1000,30,\n";
-  const auto replaced = [](std::string text, const std::string& from, const std::string& to) {
-    return text.replace(text.find(from), from.size(), to);
-  };
-  for (const BadTable& bad : {
-           BadTable{replaced(header, "stiffness_n", "stifness_n") + row, "line 1",
-                    "\"stifness_n_per_strain\"", "\"stiffness_n_per_strain\""},
-           {replaced(header, "femur_y_mm", "femur_y"), "line 1", "\"femur_y\"", "\"femur_y_m"},
-           {replaced(header, "wrap", "ax"), "line 1", "\"ax\"", "reference_x_mm"},
-           {replaced(header, "femur_y_mm,", "") + row, "line 1, reference_y_mm"},
-           {replaced(header, "stiffness_n_per_strain,", ""), "line 1, stiffness_n_per_strain"},
-           {replaced(header, "slack_length_mm,", ""), "line 1, slack_length_mm", "", "reference_strain"},
-           {replaced(header, "wrap", "reference_x_cm") + row, "line 1, reference_x_cm", "femur_x_mm"},
-           {header + replaced(row, "1000", "-5"), "line 2, stiffness_n_per_strain", "-5", "0"},
-           {header + replaced(row, "1000", "0"), "line 2, stiffness_n_per_strain", "0", "0"},
-           {header + replaced(row, "30", "0"), "line 2, slack_length_mm", "0", "0"},
-           {header + replaced(row, "30", "nan"), "line 2, slack_length_mm", "\"nan\""},
-           {replaced(header, "slack_length_mm", "slack_length_m") + replaced(row, "30", "1e306"),
-            "line 2, slack_length_m", "\"1e306\""},
-           {header + replaced(row, "35", "3S"), "line 2, femur_y_mm", "\"3S\""},
-           {header + replaced(row, "35", ""), "line 2, femur_y_mm", "nothing"},
-           {header + replaced(row, "35,", ""), "line 2", "9", "10"},
-           {header + replaced(row, "30", ""), "line 2", "neither", "slack_length_mm"},
-           {header + replaced(row, "a", ""), "line 2, name", "nothing"},
-           {header, "line 1"},
-           {"# nothing\n", "", "no line"},
-       }) {
-    SCOPED_TRACE(bad.table);
-    const InputError::Facts facts = test::input_error([&] { job::read_ligament_table("f.csv", bad.table); });
-    EXPECT_THAT(facts, refuses({"f.csv", bad.field, bad.found, bad.wanted}));
-  }
-}
-
-TEST(LigamentTableErrors, BothALengthAndAStrainOrAStrainOutOfRange)
-{
-  const std::string both =
-      "name,femur_x_mm,femur_y_mm,femur_z_mm,tibia_x_mm,tibia_y_mm,tibia_z_mm,stiffness_n,"
-      "slack_length_mm,reference_strain\n";
-  const auto facts_of_row = [&](const std::string& row) {
-    return test::input_error([&] { job::read_ligament_table("f.csv", both + row); });
-  };
-  EXPECT_THAT(facts_of_row("a,0,0,0,0,0,0,1,30,0.02"), refuses({.field = "line 2", .found = "both"}));
-  EXPECT_THAT(facts_of_row("a,0,0,0,0,0,0,1,,-1"),
-              refuses({.field = "line 2, reference_strain", .wanted = "-1"}));
-  EXPECT_EQ(job::read_ligament_table("f.csv", both + "a,0,0,0,0,0,0,1,,-0.5\nb,0,0,0,0,0,0,1,30,").size(),
-            2U);
-}
-
 TEST(Wraps, AreReadInOpenSimsTerms)
 {
   const std::string text = R"([
@@ -134,55 +80,6 @@ TEST(Wraps, AreReadInOpenSimsTerms)
             Eigen::Matrix3d(rotation_x(0.1) * rotation_y(0.2) * rotation_z(0.3)));
   EXPECT_EQ(wraps[1].body, model::WrapBody::moving);
   EXPECT_EQ(wraps[1].radii_mm, Eigen::Vector3d(30, 20, 10));
-}
-
-TEST(WrapErrors, NameTheWrapAndTheKey)
-{
-  struct Row {
-    std::string text, field, found = {}, wanted = {};
-  };
-  const std::string twice = one_wrap();
-  for (const Row& bad : {
-           Row{"[{", "", "invalid JSON"},
-           {"[]", "", "[]", "1"},
-           {"{}", "", "{}"},
-           {"[3]", "wrap.0", "3"},
-           {std::string(1000000, '['), "", "1000000 nested keys, lists or tables"},
-           {"[{\"name\": 1e999}]", "", "beyond the range"},
-           {twice.substr(0, twice.size() - 1) + "," + twice.substr(1), "wrap.1.name"},
-           {one_wrap("type", "\"WrapTorus\""), "wrap.0.type", "WrapTorus", "WrapCylinder"},
-           {one_wrap("body", "\"pelvis\""), "wrap.0.body", "pelvis", "\"tibmen\""},
-           {one_wrap("dimensions", "\"30 0 12\""), "wrap.0.dimensions.1", "0", "0"},
-           {one_wrap("dimensions", "[30, 2, 12]"), "wrap.0.dimensions", "30"},
-           {one_wrap("dimensions", "\"30 12\""), "wrap.0.dimensions", "[30, 12]"},
-           {one_wrap("dimensions", ""), "wrap.0.dimensions", "nothing"},
-           {one_wrap("translation", "[1, 2, 1e7]"), "wrap.0.translation.2", "1e+07"},
-           {one_wrap("translation", "\"1 b 3\""), "wrap.0.translation", "1"},
-           {one_wrap("xyz_body_rotation", "null"), "0.xyz_body_rotation", "null"},
-           {one_wrap("quadrant", "\"+x\""), "wrap.0.quadrant", "+x", "\"all\""},
-           {one_wrap("unit", "\"inch\""), "wrap.0.unit", "inch", "\"mm\""},
-           {one_wrap("name", "\"\""), "wrap.0.name", "\"\""},
-           {one_wrap("dimension", "1"), "wrap.0.dimension", "", "\"dimensions\""},
-           {one_wrap("type", "\"WrapCylinder\""), "wrap.0.radius", "nothing", "WrapCylinder"},
-           {one_wrap("radius", "5"), "wrap.0.radius", "", "WrapEllipsoid"},
-       }) {
-    SCOPED_TRACE(bad.text);
-    const InputError::Facts facts = test::input_error([&] {
-      job::read_wraps("w.json", bad.text, {"femur", "tibmen"});
-    });
-    EXPECT_THAT(facts, refuses({"w.json", bad.field, bad.found, bad.wanted}));
-  }
-}
-
-TEST(WrapErrors, ARadiusOfZero)
-{
-  const std::string text =
-      R"([{"name": "C", "type": "WrapCylinder", "body": "femur", "radius": "0", "length": 1,
-    "xyz_body_rotation": "0 0 0", "translation": [0, 0, 0]}])";
-  EXPECT_THAT(test::input_error([&] {
-                job::read_wraps("w.json", text, {"a", "b"});
-              }),
-              refuses({.field = "wrap.0.radius", .found = "0"}));
 }
 
 TEST(CaseLigaments, GoThroughTheFramesAxesButKeepTheirUnit)
@@ -272,40 +169,6 @@ TEST(CaseLigaments, GeneratedOnesAwayFromOtherBonesAreRefusedWithTheirKey)
               refuses({.field = "ligaments.generate", .found = "generated", .wanted = "ligaments.csv"}));
 }
 
-TEST(CaseLigamentErrors, NameFileAndLine)
-{
-  const std::string good = "a,0,35,0,0,5,0,1000,30,\n";
-  EXPECT_THAT(Folder(header + good + "b,0,35,0,0,5,0,1000,30,\n" + good).refused(),
-              refuses({"fibres.csv", "line 4, name", "\"a\""}));
-  EXPECT_THAT(Folder(header + "a,0,35,0,0,5,0,1000,30,Rund\n").refused(),
-              refuses({.field = "line 2, wrap", .wanted = "\"Round\""}));
-  // Metres read as millimetres times a thousand.
-  std::string metres = header;
-  metres.replace(metres.find("tibia_y_mm"), 10, "tibia_y_m");
-  for (const char* found : {"\"a\"", "(0, 5000, 0)"})
-    EXPECT_THAT(Folder(metres + good).refused(), refuses({"", "line 2, moving_mm", found, "35 mm"}));
-  EXPECT_EQ(Folder(header + "a,0,95,0,0,5,0,1000,30,\n").refused().field, "line 2, reference_mm");
-  std::string strains = header;
-  strains.replace(strains.find("slack_length_mm"), 15, "reference_strain");
-  EXPECT_THAT(Folder(strains + "a,0,20,0,0,20,0,1000,0,\n").refused(),
-              refuses({.field = "line 2, reference_strain"}));
-}
-
-TEST(CaseLigamentErrors, InlineFibresNameTheirKey)
-{
-  const auto facts_with = [](const std::string& changed) {
-    const std::string fibre =
-        "{name=\"a\",reference_mm=[0,35,0],moving_mm=[0,5,0],stiffness_n=1" + changed + "}";
-    return test::JobFolder(test::small_job("joint = \"other\"\n", "[ligaments]\nfibre = [" + fibre + "]\n"))
-        .refused();
-  };
-  EXPECT_EQ(facts_with("").field, "ligaments.fibre.0");
-  EXPECT_THAT(facts_with(",slack_length_mm=1,reference_strain=0"),
-              refuses({.field = "ligaments.fibre.0", .found = "both"}));
-  EXPECT_EQ(facts_with(",slack_length_mm=0").field, "ligaments.fibre.0.slack_length_mm");
-  EXPECT_EQ(facts_with(",slack_length_mm=1,wrap=\"x\"").field, "ligaments.fibre.0.wrap");
-}
-
 TEST(RealKnees, LigamentsOfSmith2019HaveTheirSourcesReferenceStrains)
 {
   VRDA_REQUIRE_REAL_KNEES();
@@ -329,3 +192,4 @@ TEST(RealKnees, LigamentsOfSmith2019HaveTheirSourcesReferenceStrains)
 }
 
 }  // namespace vrda::ligaments_test
+

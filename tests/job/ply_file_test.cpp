@@ -116,39 +116,6 @@ TEST(PlyFile, CutAnywhereIsRefused)
   }
 }
 
-TEST(PlyFile, RefusesWhatItCannotMean)
-{
-  const std::string head = "ply\nformat ascii 1.0\n";
-  const std::string vertex = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
-  const std::string face = "element face 1\nproperty list uchar int vertex_indices\n";
-  const std::string body = "end_header\n0 0 0 1 0 0 0 1 0\n";
-  struct Row {
-    std::string bytes, field, found;
-  };
-  const std::vector<Row> rows{
-      {head + vertex + vertex + face, "line 7", "\"vertex\""},
-      {head + vertex + "element face 1\nproperty list float int vertex_indices\n", "line 8",
-       "list float int"},
-      {head + vertex + "element face 1\nproperty list uchar float vertex_indices\n" + body, "header",
-       "vertex_indices"},
-      {head + vertex + face + body + "-1", "face 0", "damaged"},
-      {head + vertex + face + body + "3 0 1 1.5", "face 0", "damaged"},
-      {head + vertex + face + body + "3 0 1 99999999999", "face 0", "damaged"},
-      {head + vertex + face + body + "4000000000 0 1 2", "face 0", "damaged"},
-      {head + vertex + face + "element trifans 1\nproperty list uchar int vertex_index\n" + body +
-           "3 0 1 2 3 0 1 2",
-       "header", "\"trifans\""},
-      {head + vertex + face + "property list uchar int vertex_index\n" + body + "3 0 1 2 3 0 1 2", "header",
-       "two lists"},
-      {head + vertex + face + body + "3 0 1 2\n3 2 1 0\n", "header", "8 bytes after"},
-  };
-  for (const Row& row : rows) {
-    SCOPED_TRACE(row.bytes);
-    const InputError::Facts facts = test::input_error([&] { job::read_ply("a.ply", row.bytes); });
-    EXPECT_THAT(facts, test::refuses({"a.ply", row.field, row.found}));
-  }
-}
-
 TEST(PlyFile, AnElementWithoutPropertiesTakesNoTime)
 {
   // 1000 elements with 15,000,000 empty rows each: a loop over the rows would take a minute.

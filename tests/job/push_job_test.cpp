@@ -18,11 +18,6 @@ job::Job job_of(const std::string& push)
   return job::parse_job("knee.toml", test::small_job("", push));
 }
 
-InputError::Facts facts_of(const std::string& push)
-{
-  return test::input_error([&] { job_of(push); });
-}
-
 const char* const loads_and_lines = R"(
 [[push.load]]
 name = "drawer"
@@ -56,53 +51,6 @@ TEST(PushJob, LoadsAndLinesArriveAndFollowFlexion)
   EXPECT_EQ(at.load_moment_nmm.at(0), Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(at.load_force_n.at(1), Eigen::Vector3d(0, 0, 0));
   EXPECT_NEAR(at.line_tension_n.at(0), 150, 1e-12);
-}
-
-TEST(PushJobErrors, LoadsAndLines)
-{
-  struct Row {
-    std::string text, field, found = {}, wanted = {};
-  };
-  const std::string load = "[[push.load]]\nname = \"a\"\n", line = "[[push.line]]\nname = \"a\"\n",
-                    ends = "reference_mm = [[0, 0, 0]]\nmoving_mm = [[1, 1, 1]]\n";
-  for (const Row& row : std::vector<Row>{
-           {load, "push.load.0.force_n", "[0, 0, 0]"},
-           {load + "force_n = { flexion_deg = [0, 9], value = [[0, 0, 0], [0, 0, 0]] }",
-            "push.load.0.force_n"},
-           {load + "force_n = [1, 2]", "push.load.0.force_n", "[1, 2]"},
-           {load + "force_n = 5", "push.load.0.force_n", "5"},
-           {load + "force_n = [1, 2, nan]", "push.load.0.force_n.2", "nan"},
-           {load + "force_n = [1, 2, inf]", "push.load.0.force_n.2", "inf"},
-           {load + "force_n = [1, 0, 0]\nframe = \"femur\"", "push.load.0.frame", "\"femur\"", "\"moving\""},
-           {load + "force_n = [1, 0, 0]\npoint_mm = [1]", "push.load.0.point_mm"},
-           {load + "force_n = { flexion_deg = [0, 9], value = [[1, 0, 0]] }", "push.load.0.force_n.value",
-            "1", "2"},
-           {load + "force_n = { flexion_deg = [9, 0], value = [[1, 0, 0], [1, 0, 0]] }",
-            "push.load.0.force_n.flexion_deg", "[9, 0]"},
-           {load + "force_n = [1, 0, 0]\n" + load + "force_n = [1, 0, 0]", "push.load.1.name", "\"a\""},
-           {"[[push.load]]\nforce_n = [1, 0, 0]", "push.load.0.name"},
-           {load + "forces_n = [1, 0, 0]", "push.load.0.forces_n", "", "\"push.load.force_n\""},
-           {line + ends, "push.line.0.tension_n"},
-           {line + ends + "tension_n = 0", "push.line.0.tension_n", "0"},
-           {line + ends + "tension_n = -3", "push.line.0.tension_n", "-3"},
-           {line + ends + "tension_n = { flexion_deg = [0, 9], value = [1, -1] }",
-            "push.line.0.tension_n.value.1", "-1"},
-           {line + "tension_n = 3\nreference_mm = [[0, 0, 0]]", "push.line.0.moving_mm"},
-           {line + "tension_n = 3\nreference_mm = []\nmoving_mm = [[1, 1, 1]]", "push.line.0.reference_mm",
-            "[]"},
-           {line + "tension_n = 3\nreference_mm = [[0, 0]]\nmoving_mm = [[1, 1, 1]]",
-            "push.line.0.reference_mm.0", "[0, 0]"},
-           {line + "tension_n = 3\nreference_mm = [[9, 9, 9], [1, 1, 1]]\nmoving_mm = [[1, 1, 1]]",
-            "push.line.0.moving_mm"},
-           {line + ends + "tension_n = 3\n" + line + ends + "tension_n = 3", "push.line.1.name", "\"a\""}}) {
-    SCOPED_TRACE(row.text);
-    test::Refusal refusal;
-    refusal.file = "knee.toml";
-    refusal.field = row.field;
-    if (!row.found.empty()) refusal.found = row.found;
-    if (!row.wanted.empty()) refusal.wanted = row.wanted;
-    EXPECT_THAT(facts_of(row.text), refuses(refusal));
-  }
 }
 
 job::Push pushed(const Eigen::Vector3d& delta)
@@ -149,3 +97,4 @@ TEST(PushJob, ALeftJointsLateralForceIsMirrored)
 }
 
 }  // namespace vrda::push_job_test
+

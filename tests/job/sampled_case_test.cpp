@@ -7,12 +7,8 @@
 
 #include "job/job.hpp"
 #include "job/uncertainty_job.hpp"
-#include "support/refusal.hpp"
 
 namespace vrda::sampled_case_test {
-
-using test::input_error;
-using test::refuses;
 
 // The generic knee, coarse, with [uncertainty] of `parameters`.
 job::Case knee(const std::string& parameters, const std::string& uncertainty = "samples = 64\n")
@@ -210,37 +206,6 @@ sd = 1)"));
     EXPECT_EQ(offset_mm.front(), samples.values()(s, 0));
     EXPECT_EQ(std::set<double>(offset_mm.begin(), offset_mm.end()).size(), 1u);
   }
-}
-
-TEST(SampledCase, WhatTheJobDoesNotHaveIsRefused)
-{
-  const std::string at = "uncertainty.parameter.0";
-  const auto refused = [](const std::string& keys) { return input_error([&] { knee(parameter(keys)); }); };
-  EXPECT_THAT(refused("quantity = \"stiffness\"\nbundle = \"ACLan\"\ndistribution = \"normal\"\nsd = 0.3"),
-              refuses({.field = at + ".bundle", .found = "ACLan", .wanted = "ACLam"}));
-  EXPECT_THAT(refused("quantity = \"stiffness\"\ndistribution = \"uniform\"\nfrom = -0.1\nto = 2"),
-              refuses({.field = at + ".from", .found = "-0.1"}));
-  EXPECT_THAT(refused("quantity = \"stiffness\"\ndistribution = \"table\"\nvalues = [0.5, 0, 1]"),
-              refuses({.field = at + ".values", .found = "0"}));
-  EXPECT_THAT(
-      refused("quantity = \"load\"\nload = \"force\"\ndistribution = \"uniform\"\nfrom = -30\nto = 0"),
-      refuses({.field = at + ".from", .found = "-30"}));
-  EXPECT_THAT(refused("quantity = \"reference_strain\"\ndistribution = \"normal\"\nsd = 1e9"),
-              refuses({.field = at + ".sd", .found = "1e+09", .wanted = "at most 1"}));
-  EXPECT_THAT(refused("quantity = \"stiffness\"\ndistribution = \"normal\""), refuses({.field = at + ".sd"}));
-  EXPECT_THAT(refused("quantity = \"stiffness\"\ndistribution = \"normal\"\nsd = 1\nload = \"force\""),
-              refuses({.field = at + ".load"}));
-  EXPECT_THAT(refused("quantity = \"load\"\nload = \"momemt\"\ndistribution = \"normal\"\nsd = 1"),
-              refuses({.field = at + ".load", .found = "momemt", .wanted = "moment"}));
-  EXPECT_THAT(refused("quantity = \"attachment\"\ndistribution = \"normal\"\nsd = 1"),
-              refuses({.field = at + ".body"}));
-  EXPECT_THAT(refused("quantity = \"attachment\"\nbody = \"moving\"\ndistribution = \"lognormal\"\nsd = 1"),
-              refuses({.field = at + ".distribution", .found = "lognormal"}));
-  EXPECT_THAT(refused("quantity = \"offset\"\nbody = \"moving\"\ncomponent = \"femur\"\ndistribution = "
-                      "\"normal\"\nsd = 1"),
-              refuses({.field = at + ".component", .wanted = "tibia"}));
-  const std::string twice = parameter("quantity = \"stiffness\"\ndistribution = \"normal\"\nsd = 0.3");
-  EXPECT_THAT(input_error([&] { knee(twice + twice); }), refuses({.field = "uncertainty.parameter.1.name"}));
 }
 
 }  // namespace vrda::sampled_case_test

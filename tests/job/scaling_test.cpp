@@ -3,8 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <array>
-
 #include "job/job.hpp"
 #include "job/mesh_text.hpp"
 #include "support/meshes.hpp"
@@ -272,24 +270,6 @@ TEST(Scaling, LandmarksThatDoNotFitAreDoubted)
                                 HasSubstr("\"wide\", 10 mm"), HasSubstr("a new run"))));
   EXPECT_THAT(warnings("wide,0,0,0,100,0,0,104\nlong,0,0,0,0,100,0,96\n"), IsEmpty());
   EXPECT_THAT(warnings("wide,0,0,0,100,0,0,104\n"), ElementsAre(HasSubstr("one pair")));
-}
-
-TEST(Scaling, WhatMakesNoFactorIsRefused)
-{
-  const Folder folder("", "[scaling]\nfactor = 1.1\n");
-  EXPECT_THAT(folder.refused({"scaling.landmarks=marks.csv"}),
-              refuses({.field = "scaling", .found = "both"}));
-  for (const char* wrong : {"0.09", "10.5", "-1", "[1, 1]", "\"large\""})
-    for (const char* limit : {"0.1", "10"})
-      EXPECT_THAT(folder.refused({std::string("scaling.factor=") + wrong}),
-                  refuses({"", "scaling.factor", wrong, limit}));
-  EXPECT_THAT(folder.refused({"scaling.factor=[1,1,0]"}), refuses({"", "scaling.factor.2", "0", "0.1"}));
-  const Folder plain;
-  EXPECT_EQ(plain.refused({"scaling.landmarks=none.csv"}).field, "scaling.landmarks");
-  EXPECT_THAT(plain.refused({"scaling.landmark=marks.csv"}),
-              refuses({.field = "scaling.landmark", .wanted = "\"scaling.landmarks\""}));
-  EXPECT_THAT(plain.refused({"scaling.landmarks=marks.csv", "frame.unit=m"}),
-              refuses({"marks.csv", "", "0.00125", "frame.unit = \"m\""}));
 }
 
 TEST(Scaling, ALeftJointIsTheMirroredRightOne)

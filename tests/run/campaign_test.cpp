@@ -13,7 +13,6 @@ namespace vrda::campaign_test {
 
 using test::input_error;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 
 // A job; its meshes need not exist.
@@ -150,85 +149,6 @@ TEST(Campaign, WithoutAnAxisItIsTheJobOnce)
   const run::Campaign campaign = campaign_of_text(std::string(joint) + "[campaign]\ntitle = \"One\"\n");
   EXPECT_THAT(names_of(campaign), ElementsAre("study"));
   EXPECT_THAT(campaign.axes, IsEmpty());
-}
-
-struct Row {
-  const char* text;  // after [campaign]
-  const char* field;
-  const char* found = "";
-  const char* wanted = "";
-};
-
-TEST(Campaign, RefusalsNameKeyFoundAndWanted)
-{
-  const Row rows[] = {
-      {"[[campaign.metod]]\nname = \"a\"\n", "campaign.metod", "", "campaign.method"},
-      {"[[campaign.method]]\n", "campaign.method.0.name", "nothing", "40"},
-      {"[[campaign.method]]\nname = \"a b\"\n", "campaign.method.0.name", "a b", "40"},
-      {"[[campaign.method]]\nname = \"a\"\nset = 3\n", "campaign.method.0.set", "3"},
-      {"[[campaign.method]]\nname = \"a\"\nset = { solver.metod = \"b\" }\n",
-       "campaign.method.0.set.solver.metod", "", "solver.method"},
-      {"[[campaign.method]]\nname = \"a\"\nset = { campaign.title = \"b\" }\n", "campaign.method.0.set",
-       "campaign"},
-      {"[[campaign.method]]\nname = \"a\"\nset = { reference.\"a.b\" = 1 }\n",
-       "campaign.method.0.set.reference.a.b", "unknown"},
-      {"[[campaign.method]]\nname = \"a\"\nset = { ligaments.generate.\"a.b\" = 1 }\n",
-       "campaign.method.0.set", "\"a.b\"", "'.'"},
-      {"[[campaign.method]]\nname = \"a\"\n[[campaign.method]]\nname = \"a\"\n", "campaign.method.1.name",
-       "\"a\""},
-      {"[[campaign.method]]\nname = \"a\"\nset = { grid.varus = \"free\" }\n[[campaign.resolution]]\nname = "
-       "\"b\"\nset = { grid.varus.step = 2 }\n",
-       "campaign.resolution", "grid.varus.step"},
-      {"[[campaign.method]]\nname = \"a_b\"\n[[campaign.method]]\nname = "
-       "\"a\"\n[[campaign.resolution]]\nname = \"c\"\n[[campaign.resolution]]\nname = \"b_c\"\n",
-       "campaign", "\"a_b_c\""},
-      {"[[campaign.method]]\nname = \"logs\"\n", "campaign", "\"logs\""},
-      {"exclude = [{ scaling = \"a\" }]\n", "campaign.exclude.0.scaling"},
-      {"exclude = [{ method = \"restt\" }]\n[[campaign.method]]\nname = \"rest\"\n",
-       "campaign.exclude.0.method", "restt", "\"rest\""},
-      {"exclude = [{ method = \"rest\" }]\n[[campaign.method]]\nname = \"rest\"\n", "campaign.exclude",
-       "every case"},
-  };
-  for (const Row& row : rows) {
-    SCOPED_TRACE(row.text);
-    std::string campaign = joint;
-    campaign += "[campaign]\n";
-    campaign += row.text;
-    EXPECT_THAT(refused(campaign), test::refuses({"study.toml", row.field, row.found, row.wanted}));
-  }
-}
-
-TEST(Campaign, ACampaignAloneWantsJobsAndNothingElse)
-{
-  EXPECT_EQ(refused("[campaign]\n[[campaign.method]]\nname = \"a\"\n").field, "campaign.subject");
-  EXPECT_EQ(refused("[campaign]\n[[campaign.subject]]\nname = \"a\"\n").field, "campaign.subject.0.job");
-  EXPECT_EQ(refused("side = \"left\"\n[campaign]\n").field, "side");
-}
-
-TEST(Campaign, TheCommandLineSetsNoKeyOfAnAxis)
-{
-  const std::string text = std::string(joint) + two_axes;
-  EXPECT_THAT(refused(text, {"grid.flexion={ from = 0, to = 90, step = 3 }"}),
-              test::refuses({"--set", "grid.flexion", "\"resolution\""}));
-  EXPECT_EQ(refused(text, {"campaign.title=x"}).field, "campaign.title");
-}
-
-TEST(Campaign, AProductBeyondAllStudiesIsRefused)
-{
-  std::string text = std::string(joint) + "[campaign]\n";
-  for (const char* axis : {"method", "scaling"}) {
-    for (int k = 0; k < 400; ++k)
-      text += std::string("[[campaign.") + axis + "]]\nname = \"" + axis + std::to_string(k) + "\"\n";
-  }
-  EXPECT_THAT(refused(text), test::refuses({.field = "campaign.scaling", .found = "100000"}));
-}
-
-TEST(Campaign, ACampaignAloneIsNoJobToRun)
-{
-  const InputError::Facts facts =
-      input_error([] { job::parse_job("study.toml", "[campaign]\n[[campaign.subject]]\nname = \"a\"\n"); });
-  EXPECT_THAT(facts.wanted, HasSubstr("vrda plan"));
-  EXPECT_THAT(facts.wanted, HasSubstr("vrda submit"));
 }
 
 }  // namespace vrda::campaign_test

@@ -126,18 +126,6 @@ TEST(CaseSpec, TheFileGivesItBack)
   EXPECT_EQ(run::read_case_file(path).merged_sha256, "abc");
 }
 
-TEST(CaseSpec, OtherFilesAreRefused)
-{
-  const test::Scratch scratch;
-  EXPECT_THAT(test::input_error([&] { run::read_case_file(scratch.path() / "none"); }),
-              test::refuses({.found = "no file"}));
-  for (const std::string bytes :
-       {"", "{", "[1]", R"({"name": 3})", R"({"name": "a", "job": "b", "data": "c"})"}) {
-    const std::string path = scratch.write("bad.json", bytes);
-    EXPECT_EQ(test::input_error([&] { run::read_case_file(path); }).file, path) << bytes;
-  }
-}
-
 TEST(TaskState, ComesBackAsItWasWritten)
 {
   const test::Scratch scratch;

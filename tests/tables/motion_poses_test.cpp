@@ -174,36 +174,6 @@ TEST(MotionPoses, MatricesAreRowByRowAndBecomeRotations)
   expect_near(motion.X_reference_moving.at(0), posed(turn('z', pi / 2), {5, 6, 7}));
 }
 
-TEST(MotionPoses, WhatIsNoRotationIsRefused)
-{
-  const auto refusal = [](const std::string& row) {
-    const tables::MotionTable table =
-        table_of(std::string(matrix_names) + "1,1,0,0,0,0,1,0,0,0,0,1,0\n" + row);
-    return test::input_error([&] { tables::poses_of(table, {}, {}); });
-  };
-  EXPECT_THAT(refusal("2,1.5,0,0,0,0,1,0,0,0,0,1,0\n"), test::refuses({"m.csv", "line 3", "1.25", "0.01"}));
-  EXPECT_THAT(refusal("2,1,0,0,0,0,1,0,0,0,0,-1,0\n"),
-              test::refuses({"m.csv", "line 3", "mirrors", "determinant"}));
-  EXPECT_THAT(refusal("2,0,0,0,0,0,0,0,0,0,0,0,0\n"), test::refuses({"m.csv", "line 3", "1", "0.01"}));
-}
-
-TEST(MotionPoses, PositionsWithoutANumberAreRefused)
-{
-  tables::Convention far;
-  far.length_mm = 1000.0;
-  for (const auto& [text, convention] :
-       {std::pair(std::string("rx,ry,rz,tx,ty,tz\n1,2,3,1e8,0,0\n"), far),
-        std::pair(
-            std::string(
-                "flexion_deg,varus_deg,internal_deg,anterior_mm,proximal_mm,lateral_mm\n0,90,0,1,2,3\n"),
-            tables::Convention{.lengths = LengthPoint::grood_suntay})}) {
-    const tables::MotionTable table = table_of(text);
-    const tables::Convention& named = convention;  // clang 14 captures no structured binding
-    EXPECT_THAT(test::input_error([&] { tables::poses_of(table, named, {}); }),
-                test::refuses({"m.csv", "line 2", "1e9 mm", "1e9 mm"}));
-  }
-}
-
 TEST(MotionPoses, TwoBodiesInACommonFrameGiveTheirRelativePose)
 {
   const Pose reference = posed(turn('x', 1.0), {100, 200, 300}), relative = posed(turn('z', -0.5), {1, 2, 3});

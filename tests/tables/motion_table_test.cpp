@@ -1,11 +1,9 @@
-// What a table states, and the tables that are refused.
+// What a table of a motion states.
 #include "tables/motion_table.hpp"
 
 #include <gtest/gtest.h>
 
 #include "store/motion_model.hpp"
-#include "support/refusal.hpp"
-#include "support/scratch.hpp"
 
 namespace vrda::motion_table_test {
 
@@ -19,12 +17,6 @@ MotionTable table_of(const std::string& text, const std::string& file = "m.csv",
                      const TableColumns& columns = {})
 {
   return tables::motion_table_from_text(file, text, columns);
-}
-
-InputError::Facts refusal(const std::string& text, const std::string& file = "m.csv",
-                          const TableColumns& columns = {})
-{
-  return test::input_error([&] { table_of(text, file, columns); });
 }
 
 TEST(MotionTable, NamesStateUnitsAndConvention)
@@ -88,12 +80,6 @@ TEST(MotionTable, OpenSimHeadersStateTheUnits)
   EXPECT_EQ(centred.stated.lengths, LengthPoint::centre);
   ASSERT_TRUE(centred.point_mm);
   EXPECT_EQ(*centred.point_mm, Eigen::Vector3d(1, -2.5, 3));
-  for (const char* header :
-       {"rotation_centre_mm=1 2\n", "rotation_centre_mm=1 2 x\n", "rotation_centre_mm=1 2 1e12\n"})
-    EXPECT_THAT(refusal(header + std::string("endheader\n") + names + row, "m.mot"),
-                test::refuses({"m.mot", "line 1, rotation_centre_mm", "", "three numbers"}));
-  EXPECT_THAT(refusal("translations=feet\nendheader\n" + names + row, "m.mot"),
-              test::refuses({"m.mot", "line 1, translations", "feet", {"rotation-centre", "mesh-origin"}}));
   const MotionTable radians = table_of("inDegrees=no\nkey=gait_percent\nendheader\n" + names + row, "m.sto");
   EXPECT_EQ(radians.stated.angles, AngleUnit::radians);
   EXPECT_EQ(radians.key_name, "gait_percent");
@@ -174,23 +160,6 @@ TEST(MotionTable, AHeaderKeyWithASlipIsNotLostInSilence)
     EXPECT_EQ(table.warnings[0].find("m.mot: line 1: \""), 0u) << table.warnings[0];
     EXPECT_FALSE(table.stated.angles);
   }
-  struct Row {
-    const char *header, *key, *found, *wanted;
-  };
-  for (const Row& row :
-       {Row{"inDegrees=maybe", "line 1, inDegrees", "maybe", "yes or no"},
-        Row{"inDegrees=-1", "line 1, inDegrees", "-1", "yes or no"},
-        Row{"inDegrees=no/yes", "line 1, inDegrees", "no/yes", "yes or no"},
-        Row{"inDegrees=", "line 1, inDegrees", "", "yes or no"},
-        Row{"a walk\ninDegrees=yes\nin degrees=no", "line 3, inDegrees", "line 2", "one value"},
-        Row{"translations=origin\ntranslations=centre", "line 2, translations", "line 1", "one"},
-        Row{"rotation_centre_mm=1 2 3\nrotation_center_mm=1 2 4", "line 2, rotation_centre_mm", "line 1",
-            "one"},
-        Row{"key=", "line 1, key", "nothing", "name"}}) {
-    SCOPED_TRACE(row.header);
-    EXPECT_THAT(refusal(row.header + std::string("\n") + opensim_rows, "m.mot"),
-                test::refuses({"m.mot", row.key, row.found, row.wanted}));
-  }
 }
 
 TEST(MotionTable, ACommentOfACsvStatesTheUnitWithAWarning)
@@ -222,8 +191,6 @@ TEST(MotionTable, AColumnMayHaveTheOppositeSign)
     EXPECT_EQ(table.coordinates.at(0).angle, (std::array<double, 3>{2, 3, row.rz}));
     EXPECT_EQ(table.coordinates.at(0).length, (std::array<double, 3>{4, 5, row.length}));
   }
-  EXPECT_THAT(refusal("negated=knee_flexion\n" + std::string(opensim_rows), "m.mot"),
-              test::refuses({"m.mot", "line 3", "no column knee_flexion", "knee_flex_r"}));
   // Of two tables the one without the column has its usual names.
   TableColumns columns;
   columns.of_coordinate = {{"flexion", "-absent"}};
@@ -242,75 +209,6 @@ TEST(MotionTable, ColumnsAreNamedByTheUser)
   EXPECT_TRUE(store::is_key_name(table.key_name));
   EXPECT_EQ(table.coordinates.at(0).angle, (std::array<double, 3>{20, 30, -10}));
   EXPECT_EQ(table.coordinates.at(0).length, (std::array<double, 3>{40, 50, 60}));
-  columns.of_coordinate["flexion"] = "g";
-  EXPECT_THAT(refusal("Cycle %,a,b,c,d,e,f\n1,10,20,30,40,50,60\n", "m.csv", columns),
-              test::refuses({"m.csv", "line 1", "column g", "a"}));
-  columns.of_coordinate = {{"bend", "a"}};
-  EXPECT_THAT(refusal("Cycle %,a\n1,10\n", "m.csv", columns),
-              test::refuses({"m.csv", "--column", "bend", {"flexion", "varus", "rx", "tx", "lateral"}}));
-}
-
-constexpr const char* names = "frame,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n";
-
-TEST(MotionTable, BadNumbersNameLineAndColumn)
-{
-  const auto refused = [](const std::string& rows) { return refusal("# a comment\n" + (names + rows)); };
-  EXPECT_THAT(refused("1,1,1,1,1,1,1\n2,1,nan,1,1,1,1\n"),
-              test::refuses({"m.csv", "line 4, column varus_deg", "NaN", "1e9"}));
-  EXPECT_THAT(refused("1,1,1,1,1,,1\n"),
-              test::refuses({"m.csv", "line 3, column prox_mm", "nothing", "1e9"}));
-  EXPECT_THAT(refused("1,1,1,1,1,1,inf\n"), test::refuses({"m.csv", "line 3, column lat_mm", "inf", "1e9"}));
-  EXPECT_THAT(refused("1,1,1,1,1,1,-2e9\n"),
-              test::refuses({"m.csv", "line 3, column lat_mm", "-2e9", "1e9"}));
-  EXPECT_THAT(refused("1,1,1,1,1,1,0x10\n"),
-              test::refuses({"m.csv", "line 3, column lat_mm", "0x10", "1e9"}));
-  EXPECT_THAT(refused("nan,1,1,1,1,1,1\n"), test::refuses({"m.csv", "line 3, column frame", "NaN", "1e9"}));
-  EXPECT_THAT(refused("1,1,1,1,1,1\n"), test::refuses({"m.csv", "line 3", "6 fields", "7"}));
-  EXPECT_THAT(refused(""), test::refuses({"m.csv", "", "no row", "one row"}));
-}
-
-TEST(MotionTable, KeysMustIncrease)
-{
-  for (const char* second : {"1", "0.5", "1.0000000001"}) {
-    SCOPED_TRACE(second);
-    EXPECT_THAT(refusal(std::string(names) + "1,1,1,1,1,1,1\n" + second + ",1,1,1,1,1,1\n"),
-                test::refuses({"m.csv", "line 3, column frame", second, "--key"}));
-  }
-}
-
-TEST(MotionTable, MissingAndRepeatedColumns)
-{
-  EXPECT_THAT(refusal("a,b\n1,2\n"), test::refuses({"m.csv", "line 1", "rotations", {"T11", "--column"}}));
-  EXPECT_THAT(refusal("flexion_deg,varus_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5\n"),
-              test::refuses({"m.csv", "line 1", "internal_rotation", "--column"}));
-  EXPECT_THAT(refusal("flexion_deg,varus_deg,internal_deg,ant_mm\n1,2,3,4\n"),
-              test::refuses({"m.csv", "line 1", "prox", "--column"}));
-  EXPECT_THAT(refusal("flexion_deg,varus_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5,6,7\n"),
-              test::refuses({"m.csv", "line 1, column varus_deg", "twice", "once"}));
-  EXPECT_THAT(refusal("flexion_deg,varus_rad,internal_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5,6\n"),
-              test::refuses({"m.csv", "line 1, column internal_deg", "varus_rad", "one unit"}));
-  EXPECT_THAT(refusal("T11,T12,T13\n1,2,3\n"), test::refuses({"m.csv", "line 1", "T14", "T11"}));
-  TableColumns columns;
-  columns.key = "time";
-  EXPECT_THAT(refusal(std::string(names) + "1,1,1,1,1,1,1\n", "m.csv", columns),
-              test::refuses({"m.csv", "line 1", "time", "the nearest"}));
-}
-
-TEST(MotionTable, FilesOfOtherKindsAreRefused)
-{
-  EXPECT_THAT(refusal(""), test::refuses({"m.csv", "", "no line", "column names"}));
-  EXPECT_THAT(refusal("time a\n1 2\n", "m.sto"), test::refuses({"m.sto", "", "endheader", "header"}));
-  EXPECT_THAT(refusal("endheader\n", "m.mot"), test::refuses({"m.mot", "", "endheader", "column names"}));
-  EXPECT_THAT(refusal("1,2,3,4,5,6\n", "m.tra"), test::refuses({"m.tra", "line 1", "6", {"16", "12"}}));
-  EXPECT_THAT(refusal("1,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1\n1,0,0\n", "m.tra"),
-              test::refuses({"m.tra", "line 2", "3 fields", "16"}));
-  // Column by column.
-  EXPECT_THAT(refusal("1,0,0,0,0,1,0,0,0,0,1,0,5,6,7,1\n", "m.tra"),
-              test::refuses({"m.tra", "line 1, column 13", "5", "row by row"}));
-  EXPECT_THAT(refusal("NaN,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1\n", "m.tra"),
-              test::refuses({"m.tra", "line 1, column 1", "NaN", "1e9"}));
-  EXPECT_THAT(test::input_error([] { tables::read_motion_table("/absent/m.csv", {}); }),
-              test::refuses({"/absent/m.csv", "", {}, "one pose per frame"}));
 }
 
 TEST(MotionTable, AutoscoperRowsMayHaveCommasOrBlanks)
