@@ -227,6 +227,14 @@ class ByteReader {
     at_ += n_bytes;
     return value;
   }
+  /// The next bytes as they are; none past the end.
+  std::string_view take_bytes(std::size_t n_bytes)
+  {
+    if (n_bytes_left() < n_bytes) is_sound_ = false;
+    const std::string_view taken = bytes_.substr(at_, is_sound_ ? n_bytes : 0);
+    at_ += taken.size();
+    return taken;
+  }
   std::int8_t take_i8() { return static_cast<std::int8_t>(take(1)); }
   std::int32_t take_i32() { return static_cast<std::int32_t>(take(4)); }
   double take_double() { return std::bit_cast<double>(take(8)); }

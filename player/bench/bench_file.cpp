@@ -1,4 +1,4 @@
-// The table [simulation] of a bench file: motion, noise and faults of the simulated tracker and board.
+// Reads bench files (TOML, schemas/bench.schema.json); angles in degrees in the file.
 #include "bench/bench_file.hpp"
 
 #include <arpa/inet.h>
@@ -9,24 +9,28 @@
 #include <set>
 
 #include "bench/calibration_file.hpp"
+#include "bench/toml_table.hpp"
 #include "core/schema.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/frames.hpp"
 
 namespace vrda::bench {
+
+const core::DocumentSchema& bench_schema();  // schemas/bench.schema.json
+
 namespace {
 
-bench::SimulatedBody simulated_body(const BodySettings& settings, const char* name)
+SimulatedBody simulated_body(const BodySettings& settings, const char* name)
 {
-  bench::SimulatedBody body;
+  SimulatedBody body;
   // A body of markers has no tool; occlusions refer to it by its role name.
   body.tool = settings.tool.empty() ? name : settings.tool;
   body.markers_mm = settings.markers_body_mm;
   return body;
 }
 
-void add_bodies(const BenchFile& bench, bench::SimulationScript& script)
+void add_bodies(const BenchFile& bench, SimulationScript& script)
 {
   const auto body = [&](BodyRole role) {
     return simulated_body(*bench.bodies[static_cast<std::size_t>(role)], name_of(role));
@@ -44,33 +48,37 @@ void add_bodies(const BenchFile& bench, bench::SimulationScript& script)
   }
 }
 
-void add_paths(const core::DocumentValue& table, bench::SimulationScript& script)
+std::vector<PathPoint> path_at(const core::DocumentValue& table, const char* key)
 {
-  script.is_looped = core::flag_at(table, "loop");
+  std::vector<PathPoint> path;
+  for (const std::vector<double>& row : core::rows_at(table, key)) path.push_back({row[0], row[1]});
+  return path;
+}
+
+void add_motion(const core::DocumentValue& table, SimulationScript& script)
+{
+  const TableReader read(table);
+  std::string side;
+  read("seed", script.seed);
+  read("side", side);
+  script.side = side_named(side);
+  read("rate_hz", script.rate_hz);
+  read("jitter_ms", script.jitter_ms);
+  read("drop_rate", script.drop_rate);
+  read("noise_mm", script.noise_mm);
+  read.degrees("noise_deg", script.noise_rad);
+  read("potentiometer_noise_counts", script.potentiometer_noise_counts);
+  read("sway_mm", script.sway_mm);
+  read("sway_s", script.sway_s);
+  read("loop", script.is_looped);
   script.leg.clear();
   for (const std::vector<double>& row : core::rows_at(table, "leg"))
     script.leg.push_back({row[0], row[1], row[2]});
-  script.stage.clear();
-  for (const std::vector<double>& row : core::rows_at(table, "stage"))
-    script.stage.push_back({row[0], row[1]});
-  script.potentiometer.clear();
-  for (const std::vector<double>& row : core::rows_at(table, "potentiometer"))
-    script.potentiometer.push_back({row[0], row[1]});
+  script.stage = path_at(table, "stage");
+  script.potentiometer = path_at(table, "potentiometer");
 }
 
-void add_noise(const core::DocumentValue& table, bench::SimulationScript& script)
-{
-  script.rate_hz = core::number_at(table, "rate_hz");
-  script.jitter_ms = core::number_at(table, "jitter_ms");
-  script.drop_rate = core::number_at(table, "drop_rate");
-  script.noise_mm = core::number_at(table, "noise_mm");
-  script.noise_rad = rad_from_deg(core::number_at(table, "noise_deg"));
-  script.potentiometer_noise_counts = core::number_at(table, "potentiometer_noise_counts");
-  script.sway_mm = core::number_at(table, "sway_mm");
-  script.sway_s = core::number_at(table, "sway_s");
-}
-
-void add_faults(const core::DocumentValue& table, bench::SimulationScript& script)
+void add_faults(const core::DocumentValue& table, SimulationScript& script)
 {
   if (table.contains("occlusion")) script.occlusions.clear();
   for (const core::DocumentValue& item : core::list_or_empty(table, "occlusion")) {
@@ -83,14 +91,13 @@ void add_faults(const core::DocumentValue& table, bench::SimulationScript& scrip
     script.clock.steps.push_back({core::number_at(item, "at_s"), core::number_at(item, "by_ms")});
 }
 
-bench::PoseParameters six_at(const core::DocumentValue& table, const char* key)
+PoseParameters six_at(const core::DocumentValue& table, const char* key)
 {
   const std::vector<double> v = core::numbers_at(table, key);
   return {{v[0], v[1], v[2]}, Eigen::Vector3d(v[3], v[4], v[5]) * rad_from_deg(1.0)};
 }
 
-}  // namespace
-
+/// Numeric listening address of the simulated tracker; loopback unless the file sets another.
 std::string simulation_address_of(const core::Document& document)
 {
   const std::string key = "simulation.address", &address = core::text_at(document.root, key);
@@ -101,28 +108,25 @@ std::string simulation_address_of(const core::Document& document)
   return address;
 }
 
-bench::SimulationScript simulation_of(const core::Document& document, const BenchFile& bench)
+/// Script of the simulated devices: bodies and markers of `bench`, paths and noise of the schema-checked
+/// file. Throws InputError with file and key.
+SimulationScript simulation_of(const core::Document& document, const BenchFile& bench)
 {
   const core::DocumentValue& table = core::value_at(document.root, "simulation");
-  bench::SimulationScript script;
+  SimulationScript script;
   // The knee is at the table origin; the eyes of the nominal bench are 800 mm from it.
   script.X_tracker_femur.translation().setZero();
   add_bodies(bench, script);
   // The default occlusion refers to the tibia by the default name; a rigid leg has no tracked tibia.
-  for (bench::Occlusion& occlusion : script.occlusions) occlusion.tool = script.tibia.tool;
+  for (Occlusion& occlusion : script.occlusions) occlusion.tool = script.tibia.tool;
   if (bench.leg == LegKind::rigid) script.occlusions.clear();
-  script.X_tracker_head = bench::pose_of(nominal_calibration(bench).X_table_eyes);
-  script.seed = static_cast<std::uint64_t>(core::integer_at(table, "seed"));
-  script.side = side_named(core::text_at(table, "side"));
-  if (table.contains("femur")) script.X_tracker_femur = bench::pose_of(six_at(table, "femur"));
-  add_noise(table, script);
-  add_paths(table, script);
+  script.X_tracker_head = pose_of(nominal_calibration(bench).X_table_eyes);
+  if (table.contains("femur")) script.X_tracker_femur = pose_of(six_at(table, "femur"));
+  add_motion(table, script);
   add_faults(table, script);
-  bench::require_usable(script, document.file);
+  require_usable(script, document.file);
   return script;
 }
-
-namespace {
 
 /// Throws InputError if the rectangles do not determine an eyepoint.
 std::vector<CalibrationRectangle> rectangles_of(const core::Document& document, int repeats)
@@ -193,10 +197,8 @@ std::vector<CalibrationLandmarks> landmarks_of(const core::Document& document)
       });
 }
 
-int whole_at(const core::DocumentValue& table, const char* key)
-{
-  return static_cast<int>(core::integer_at(table, key));
-}
+/// Length of the device name field of an OpenIGTLink message, bytes.
+constexpr std::size_t longest_tool_name = 20;
 
 const std::string& required_short(const core::Document& document, const std::string& key,
                                   const std::string& name)
@@ -208,8 +210,6 @@ const std::string& required_short(const core::Document& document, const std::str
   }
   return name;
 }
-
-}  // namespace
 
 std::string tool_name(const core::Document& document, const std::string& key)
 {
@@ -228,51 +228,47 @@ CalibrationSettings calibration_settings_of(const core::Document& document)
   CalibrationSettings settings;
   const core::DocumentValue* table = core::find_at(document.root, "calibration");
   if (table == nullptr) return settings;
-  const std::vector<double> grid = core::numbers_at(*table, "grid");
+  const TableReader read(*table);
+  std::vector<double> grid;
   settings.is_present = true;
-  settings.edge_repeats = whole_at(*table, "edge_repeats");
-  settings.screen_sd_mm = core::number_at(*table, "screen_sd_mm");
+  read("edge_repeats", settings.edge_repeats);
+  read("screen_sd_mm", settings.screen_sd_mm);
   settings.is_grid_adjusted = core::text_at(*table, "distortion") == "adjust";
+  read("grid", grid);
   settings.grid_columns = static_cast<int>(grid[0]);
   settings.grid_rows = static_cast<int>(grid[1]);
   require_nodes(document, settings);
-  settings.grid_repeats = whole_at(*table, "grid_repeats");
-  settings.rectangle_repeats = whole_at(*table, "rectangle_repeats");
-  settings.alignment_sd_rad = rad_from_deg(core::number_at(*table, "alignment_sd_deg"));
-  settings.sight_sd_px = core::number_at(*table, "sight_sd_px");
-  settings.has_pupillometer = core::flag_at(*table, "pupillometer");
-  settings.pupillometer_sd_mm = core::number_at(*table, "pupillometer_sd_mm");
-  settings.eye_height_sd_mm = core::number_at(*table, "eye_height_sd_mm");
-  settings.rail_samples = whole_at(*table, "rail_samples");
-  settings.pivot_samples = whole_at(*table, "pivot_samples");
-  settings.hold_samples = whole_at(*table, "hold_samples");
-  settings.bullseyes = whole_at(*table, "bullseyes");
+  read("grid_repeats", settings.grid_repeats);
+  read("rectangle_repeats", settings.rectangle_repeats);
+  read.degrees("alignment_sd_deg", settings.alignment_sd_rad);
+  read("sight_sd_px", settings.sight_sd_px);
+  read("pupillometer", settings.has_pupillometer);
+  read("pupillometer_sd_mm", settings.pupillometer_sd_mm);
+  read("eye_height_sd_mm", settings.eye_height_sd_mm);
+  read("rail_samples", settings.rail_samples);
+  read("pivot_samples", settings.pivot_samples);
+  read("hold_samples", settings.hold_samples);
+  read("bullseyes", settings.bullseyes);
   settings.is_model_adjusted = core::text_at(*table, "model") == "adjust";
-  settings.model_repeats = whole_at(*table, "model_repeats");
+  read("model_repeats", settings.model_repeats);
   settings.rectangles = rectangles_of(document, settings.rectangle_repeats);
   settings.probe = tool_name(document, "calibration.probe");
   settings.marker = tool_name(document, "calibration.marker");
   settings.points = points_of(document, "calibration.point");
   settings.tibia_points = points_of(document, "calibration.tibia_point");
   settings.landmarks = landmarks_of(document);
-  settings.bends = whole_at(*table, "bends");
-  settings.bend_samples = whole_at(*table, "bend_samples");
-  settings.functional = {
-      core::number_at(*table, "tracker_sd_mm"), rad_from_deg(core::number_at(*table, "tracker_sd_deg")),
-      core::number_at(*table, "model_sd_mm"), rad_from_deg(core::number_at(*table, "model_sd_deg"))};
+  read("bends", settings.bends);
+  read("bend_samples", settings.bend_samples);
+  read("tracker_sd_mm", settings.functional.tracker_sd_mm);
+  read.degrees("tracker_sd_deg", settings.functional.tracker_sd_rad);
+  read("model_sd_mm", settings.functional.model_sd_mm);
+  read.degrees("model_sd_deg", settings.functional.model_sd_rad);
   return settings;
 }
 
-const core::DocumentSchema& bench_schema();  // schemas/bench.schema.json
-
-namespace {
-
-view::Viewport window_of(const core::Document& document, const std::string& key,
-                         const DisplaySettings& settings)
+void require_window(const core::Document& document, const std::string& key, const view::Viewport& window,
+                    const DisplaySettings& settings)
 {
-  const std::vector<double> v = core::numbers_at(document.root, key);
-  const view::Viewport window{static_cast<int>(v[0]), static_cast<int>(v[1]), static_cast<int>(v[2]),
-                              static_cast<int>(v[3])};
   const bool fits = window.width > 0 && window.height > 0 && window.x + window.width <= settings.width &&
                     window.y + window.height <= settings.height;
   if (!fits) {
@@ -280,7 +276,6 @@ view::Viewport window_of(const core::Document& document, const std::string& key,
                     "x, y, width, height in whole pixels within " + std::to_string(settings.width) + " x " +
                         std::to_string(settings.height));
   }
-  return window;
 }
 
 void add_outputs(const core::Document& document, const core::DocumentValue& display,
@@ -301,28 +296,32 @@ void add_outputs(const core::Document& document, const core::DocumentValue& disp
 DisplaySettings display_of(const core::Document& document)
 {
   const core::DocumentValue& display = core::value_at(document.root, "display");
+  const TableReader read(display);
   DisplaySettings settings;
-  settings.width = static_cast<int>(core::integer_at(display, "width"));
-  settings.height = static_cast<int>(core::integer_at(display, "height"));
-  settings.layout = view::layout_named(core::text_at(display, "layout")).value();
+  std::string layout;
+  std::vector<double> at;
+  read("width", settings.width);
+  read("height", settings.height);
+  read("layout", layout);
+  settings.layout = view::layout_named(layout).value();
   settings.windows = view::eye_windows(settings.layout, settings.width, settings.height, document.file);
-  if (display.contains("left_window"))
-    settings.windows.left = window_of(document, "display.left_window", settings);
-  if (display.contains("right_window"))
-    settings.windows.right = window_of(document, "display.right_window", settings);
+  for (const auto& [key, window] : {std::pair{"left_window", &settings.windows.left},
+                                    std::pair{"right_window", &settings.windows.right}}) {
+    read.optional(key, *window);
+    if (display.contains(key)) require_window(document, std::string("display.") + key, *window, settings);
+  }
   if (view::within(settings.windows.left, settings.windows.right).width > 0) {
     document.refuse("display.right_window", "a window that overlaps display.left_window",
                     "windows that do not overlap");
   }
-  settings.refresh_hz = core::number_at(display, "refresh_hz");
-  if (display.contains("at")) {
-    // Negative positions are valid: an output may be left of or above the first one.
-    const std::vector<double> at = core::numbers_at(display, "at");
-    settings.at = {static_cast<int>(at[0]), static_cast<int>(at[1])};
-  }
+  read("refresh_hz", settings.refresh_hz);
+  // Negative positions are valid: an output may be left of or above the first one.
+  read.optional("at", at);
+  if (!at.empty()) settings.at = {static_cast<int>(at[0]), static_cast<int>(at[1])};
   add_outputs(document, display, settings);
-  settings.reflection = {core::flag_at(display, "mirror"), core::flag_at(display, "flip")};
-  settings.is_half_width = core::flag_at(display, "half_width");
+  read("mirror", settings.reflection.is_mirrored);
+  read("flip", settings.reflection.is_flipped);
+  read("half_width", settings.is_half_width);
   if (settings.is_half_width && settings.layout != view::Layout::side_by_side)
     document.refuse("display.half_width", "true with another layout", "the layout side-by-side");
   return settings;
@@ -405,20 +404,21 @@ void add_calibration(const core::Document& document, BenchFile& bench)
   }
 }
 
-bench::TrackerSettings tracker_of(const core::DocumentValue& tracker)
+TrackerSettings tracker_of(const core::DocumentValue& tracker)
 {
-  bench::TrackerSettings settings;
-  settings.host = core::text_at(tracker, "host");
-  settings.port = static_cast<std::uint16_t>(core::integer_at(tracker, "port"));
-  settings.stale_after_ms = core::number_at(tracker, "stale_after_ms");
-  settings.tdata_interval_ms = core::number_at(tracker, "tdata_interval_ms");
+  const TableReader read(tracker);
+  TrackerSettings settings;
+  read("host", settings.host);
+  read("port", settings.port);
+  read("stale_after_ms", settings.stale_after_ms);
+  read("tdata_interval_ms", settings.tdata_interval_ms);
   return settings;
 }
 
 /// A webcam is read by a program of its own, with this bench file.
-bench::TrackerSettings webcam_of(const core::Document& document)
+TrackerSettings webcam_of(const core::Document& document)
 {
-  bench::TrackerSettings settings;
+  TrackerSettings settings;
   settings.program = {"vrda-webcam", "track", document.file};
   settings.stale_after_ms = core::number_at(document.root, "camera.stale_after_ms");
   return settings;
@@ -426,16 +426,16 @@ bench::TrackerSettings webcam_of(const core::Document& document)
 
 CameraSettings camera_of(const core::Document& document)
 {
-  const core::DocumentValue& camera = core::value_at(document.root, "camera");
+  const TableReader read(core::value_at(document.root, "camera"));
   CameraSettings settings;
-  settings.device = core::text_at(camera, "device");
-  settings.width = static_cast<int>(core::integer_at(camera, "width"));
-  settings.height = static_cast<int>(core::integer_at(camera, "height"));
-  settings.rate_hz = core::number_at(camera, "rate_hz");
-  settings.calibration =
-      std::filesystem::path(document.file).parent_path() / core::text_at(camera, "calibration");
-  settings.marker_mm = core::number_at(camera, "marker_mm");
-  settings.fold_rad = rad_from_deg(core::number_at(camera, "fold_deg"));
+  read("device", settings.device);
+  read("width", settings.width);
+  read("height", settings.height);
+  read("rate_hz", settings.rate_hz);
+  read("calibration", settings.calibration);
+  settings.calibration = std::filesystem::path(document.file).parent_path() / settings.calibration;
+  read("marker_mm", settings.marker_mm);
+  read.degrees("fold_deg", settings.fold_rad);
   return settings;
 }
 
@@ -463,17 +463,18 @@ void require_parameter(const core::Document& document, const BenchFile& bench)
     document.refuse_value("board.potentiometer", "one of " + join_alternatives(names));
 }
 
-bench::BoardSettings board_of(const core::Document& document, BenchFile& bench)
+BoardSettings board_of(const core::Document& document, BenchFile& bench)
 {
   const core::DocumentValue& board = core::value_at(document.root, "board");
-  bench::BoardSettings settings;
-  settings.port = core::text_at(board, "port");
-  settings.baud = static_cast<int>(core::integer_at(board, "baud"));
-  settings.rate_hz = core::number_at(board, "rate_hz");
+  const TableReader read(board);
+  BoardSettings settings;
+  read("port", settings.port);
+  read("baud", settings.baud);
+  read("rate_hz", settings.rate_hz);
   settings.has_stage = bench.head == HeadKind::stage;
   settings.has_potentiometer = board.contains("potentiometer");
-  bench.stage_mm_per_count = core::number_at(board, "stage_mm_per_count");
-  bench.potentiometer = core::text_or_empty(board, "potentiometer");
+  read("stage_mm_per_count", bench.stage_mm_per_count);
+  read.optional("potentiometer", bench.potentiometer);
   if (settings.has_potentiometer) require_parameter(document, bench);
   return settings;
 }
@@ -483,13 +484,16 @@ BenchFile bench_in(const core::Document& document, MarkerPositions places)
   const core::DocumentValue& root = document.root;
   BenchFile bench;
   bench.path = document.file;
-  bench.title = core::text_at(root, "title");
+  const TableReader read(root);
+  read("title", bench.title);
   bench.display = display_of(document);
   bench.leg = core::text_at(root, "leg") == "rigid" ? LegKind::rigid : LegKind::two_bodies;
   bench.head = core::text_at(root, "head") == "stage" ? HeadKind::stage : HeadKind::tracker;
-  bench.prediction_ms = core::number_at(root, "prediction_ms");
-  bench.filter = {core::flag_at(root, "filter.on"), core::number_at(root, "filter.least_cutoff_hz"),
-                  core::number_at(root, "filter.slope") * deg_from_rad(1.0)};
+  read("prediction_ms", bench.prediction_ms);
+  read("filter.on", bench.filter.is_on);
+  read("filter.least_cutoff_hz", bench.filter.least_cutoff_hz);
+  read("filter.slope", bench.filter.slope);
+  bench.filter.slope *= deg_from_rad(1.0);
   const core::DocumentValue& tracker = core::value_at(root, "tracker");
   const bool is_webcam = tracker.is_string();
   bench.tracker = is_webcam ? webcam_of(document) : tracker_of(tracker);

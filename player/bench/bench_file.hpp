@@ -138,16 +138,16 @@ struct BenchFile {
   HeadKind head = HeadKind::stage;
   std::array<std::optional<BodySettings>, n_body_roles> bodies;  ///< for the roles that leg and head require
   /// Tools in order: those of the bodies, then with [calibration] the probe and the marker; each once.
-  std::optional<bench::TrackerSettings> tracker;
+  std::optional<TrackerSettings> tracker;
   std::optional<CameraSettings> camera;  ///< the tracker is a webcam
   CalibrationSettings calibration;
-  std::optional<bench::BoardSettings> board;
+  std::optional<BoardSettings> board;
   double stage_mm_per_count = 0.005;
   std::string potentiometer;  ///< parameter it drives; "selected": the one chosen by keys; empty: none
   FilterSettings filter;
   std::string simulation_address = "127.0.0.1";  ///< numeric listening address of `vrda-player simulate`
-  bench::SimulationScript simulation;  ///< what `vrda-player simulate` plays, with the bodies and tools above
-  double prediction_ms = 0.0;          ///< initial prediction time of tracked bodies; 0: no prediction
+  SimulationScript simulation;  ///< what `vrda-player simulate` plays, with the bodies and tools above
+  double prediction_ms = 0.0;   ///< initial prediction time of tracked bodies; 0: no prediction
 };
 
 /// Number of tracker tools of a body: 1, or the number of its markers.

@@ -46,12 +46,12 @@ class BenchRun final : public show::Mode {
         probe_(setup.bench, setup.calibration),
         devices_(setup.bench.tracker, setup.bench.board),
         trackball_(setup.bench.display, setup.model.rotation_centre_mm),
-        watches_(setup.bench.tracker ? setup.bench.tracker->tools.size() : 0)
+        watches_(setup.bench.tracker->tools.size())
   {
     samples_.reserve(samples_at_once);
     // Written at the end: a wrong name must not cost the times of a whole session.
     if (!options.timing.empty()) require_same_file_type(options.timing, "{");
-    if (!options.record.empty()) recorder_ = std::make_unique<bench::Recorder>(options.record, setup.facts);
+    if (!options.record.empty()) recorder_ = std::make_unique<Recorder>(options.record, setup.facts);
     show_.panel().timing = &timing_;
     if (options.igtl.port) stream_ = std::make_unique<JointStream>(options.igtl, setup.model);
   }
@@ -77,7 +77,7 @@ class BenchRun final : public show::Mode {
       keys_.insert(keys_.end(), pressed.begin(), pressed.end());
     }
     if (offset_) samples_.push_back(*std::exchange(offset_, std::nullopt));
-    for (bench::Sample sample; devices_.take(sample);) samples_.push_back(sample);
+    for (Sample sample; devices_.take(sample);) samples_.push_back(sample);
     now_ns_ = devices_.now_ns();
     record();
     requests_ = vrda::bench::apply_input(state_, show_.panel(), keys_, samples_);
@@ -124,7 +124,7 @@ class BenchRun final : public show::Mode {
   void send()
   {
     if (!stream_) return;
-    for (const bench::Sample& sample : samples_) probe_.take(sample);
+    for (const Sample& sample : samples_) probe_.take(sample);
     stream_->put({*frame_, true, probe_.X_tracker_probe(), probe_.status(now_ns_), utc_now_ns(), 0});
   }
 
@@ -144,8 +144,8 @@ class BenchRun final : public show::Mode {
     show_.expire_message(now_s());
     if (now_s() < next_report_s_) return;
     next_report_s_ = now_s() + report_interval_s;
-    show_.panel().tracker = devices_.report(bench::DeviceId::tracker);
-    show_.panel().board = devices_.report(bench::DeviceId::board);
+    show_.panel().tracker = devices_.report(DeviceId::tracker);
+    show_.panel().board = devices_.report(DeviceId::board);
     for (const std::string& note : show_.panel().tracker.notes) {
       if (noted_.insert(note).second) warn("tracker: " + note);
     }
@@ -161,8 +161,7 @@ class BenchRun final : public show::Mode {
       timing_.n_late += watch.n_late();
       timing_.jitter_ms = std::max(timing_.jitter_ms, watch.jitter_ms());
     }
-    timing_.n_lost =
-        devices_.report(bench::DeviceId::tracker).n_lost + devices_.report(bench::DeviceId::board).n_lost;
+    timing_.n_lost = devices_.report(DeviceId::tracker).n_lost + devices_.report(DeviceId::board).n_lost;
   }
 
   void note_times()
@@ -180,8 +179,8 @@ class BenchRun final : public show::Mode {
     if (!is_live(*frame_)) ++timing_.n_not_live;
     ++timing_.n_pictures;
     timing_.n_samples += samples_.size();
-    for (const bench::Sample& sample : samples_) {
-      if (sample.kind == bench::SampleKind::tool_pose && sample.source < watches_.size())
+    for (const Sample& sample : samples_) {
+      if (sample.kind == SampleKind::tool_pose && sample.source < watches_.size())
         watches_[sample.source].add(sample);
     }
     note_camera();
@@ -191,9 +190,8 @@ class BenchRun final : public show::Mode {
   void note_camera()
   {
     if (!setup_.bench.camera) return;
-    const auto newest = std::find_if(samples_.rbegin(), samples_.rend(), [](const bench::Sample& sample) {
-      return sample.is(bench::ToolVisibility::seen);
-    });
+    const auto newest = std::find_if(samples_.rbegin(), samples_.rend(),
+                                     [](const Sample& sample) { return sample.is(ToolVisibility::seen); });
     if (newest == samples_.rend()) return;
     const std::int64_t steady_ns =
         std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -210,19 +208,19 @@ class BenchRun final : public show::Mode {
 
   const BenchOptions& options_;
   const BenchSetup& setup_;
-  bench::CalibrationFile calibration_file_;
+  CalibrationFile calibration_file_;
   show::Streams streams_;
   BenchOutput show_;
   BenchState state_;
   ProbeTool probe_;
-  bench::Devices devices_;
+  Devices devices_;
   std::unique_ptr<JointStream> stream_;
   Trackball trackball_;
-  std::optional<bench::Sample> offset_;  ///< the newest one since the last round
+  std::optional<Sample> offset_;  ///< the newest one since the last round
   view::GamepadKeys gamepad_;
-  std::unique_ptr<bench::Recorder> recorder_;
+  std::unique_ptr<Recorder> recorder_;
   std::vector<view::KeyPress> keys_;
-  std::vector<bench::Sample> samples_;
+  std::vector<Sample> samples_;
   // Current round.
   std::int64_t now_ns_ = 0;
   BenchRequests requests_;
@@ -298,42 +296,31 @@ std::string seal_of_file(const std::string& path)
 
 /// `bench` does not use the marker, nor the probe unless its pose is sent, so their absence must not be
 /// reported.
-void remove_calibration_tools(bench::BenchFile& bench, bool has_probe)
+void remove_calibration_tools(BenchFile& bench, bool has_probe)
 {
-  if (!bench.tracker) return;
   // They follow the tools of the last role.
   std::vector<std::string>& tools = bench.tracker->tools;
-  tools.resize(bench::first_tool_index(bench, static_cast<bench::BodyRole>(bench::n_body_roles)));
+  tools.resize(first_tool_index(bench, static_cast<BodyRole>(n_body_roles)));
   if (has_probe && bench.calibration.is_present &&
       std::ranges::find(tools, bench.calibration.probe) == tools.end())
     tools.push_back(bench.calibration.probe);
 }
 
-struct Texts {
-  std::string bench_path, bench, calibration_path, calibration;
-};
-
-struct ModelChoice {
-  std::string path, set;
-};
-
-BenchSetup build_setup(const Texts& texts, const ModelChoice& choice, bool has_probe)
+/// `facts`: without the seal of the model; an empty set is the default one.
+BenchSetup build_setup(RecordingFacts facts, bool has_probe)
 {
-  const std::string& model_path = choice.path;
-  bench::BenchFile bench = bench::parse_bench_file(texts.bench, texts.bench_path);
+  BenchFile bench = parse_bench_file(facts.bench_text, facts.bench_path);
   remove_calibration_tools(bench, has_probe);
-  bench::Calibration calibration =
-      texts.calibration.empty() ? bench::nominal_calibration(bench)
-                                : bench::parse_calibration(texts.calibration, texts.calibration_path, bench);
-  store::MotionModel model =
-      store::scaled_model(store::read_motion_model(model_path), calibration.subject_scale);
-  store::require_grid(model, model_path, "the bench");
-  const std::string chosen = store::chosen_set(model, model_path, choice.set);
-  store::Motion motion(model, chosen);
+  Calibration calibration = facts.calibration_text.empty()
+                                ? nominal_calibration(bench)
+                                : parse_calibration(facts.calibration_text, facts.calibration_path, bench);
+  const std::string& path = facts.model_path;
+  store::MotionModel model = store::scaled_model(store::read_motion_model(path), calibration.subject_scale);
+  store::require_grid(model, path, "the bench");
+  facts.set = store::chosen_set(model, path, facts.set);
+  facts.model_seal = seal_of_file(path);
+  store::Motion motion(model, facts.set);
   const SolverFrame frame = store::solver_frame(model, 0);
-  bench::RecordingFacts facts{
-      texts.bench_path,         texts.bench, texts.calibration_path, texts.calibration, model_path,
-      seal_of_file(model_path), chosen};
   return {std::move(model), std::move(motion),      frame,
           std::move(bench), std::move(calibration), std::move(facts)};
 }
@@ -344,21 +331,22 @@ BenchSetup read_bench_setup(const BenchOptions& options, MissingCalibration miss
 {
   if (options.bench.empty())
     throw InputError({"--bench", "", "nothing", std::string(wanted_bench) + ", or --replay"});
-  Texts texts;
-  texts.bench_path = options.bench;
-  texts.bench = core::read_document_text(options.bench, wanted_bench);
-  texts.calibration_path = options.calibration;
+  RecordingFacts facts;
+  facts.bench_path = options.bench;
+  facts.bench_text = core::read_document_text(options.bench, wanted_bench);
+  facts.calibration_path = options.calibration;
   const bool is_new =
       missing == MissingCalibration::is_nominal && !std::filesystem::exists(options.calibration);
   if (!options.calibration.empty() && !is_new)
-    texts.calibration =
+    facts.calibration_text =
         core::read_document_text(options.calibration, "a calibration file (schemas/calibration.md)");
-  return build_setup(texts, {options.file, options.set}, options.igtl.port.has_value());
+  facts.model_path = options.file;
+  facts.set = options.set;
+  return build_setup(std::move(facts), options.igtl.port.has_value());
 }
 
-BenchSetup recorded_setup(const bench::Recording& recording, const BenchOptions& options)
+BenchSetup recorded_setup(RecordingFacts facts, const BenchOptions& options)
 {
-  const bench::RecordingFacts& facts = recording.facts;
   if (!options.bench.empty() || !options.calibration.empty()) {
     throw InputError({options.bench.empty() ? "--calibration" : "--bench", "",
                       "a file together with --replay", "no file, because the recording contains it"});
@@ -367,9 +355,9 @@ BenchSetup recorded_setup(const bench::Recording& recording, const BenchOptions&
     throw InputError({options.file, "", "another motion model (" + seal + ")",
                       "the model of the recording, " + facts.model_path + " (" + facts.model_seal + ")"});
   }
-  const std::string set = options.set.empty() ? facts.set : options.set;
-  return build_setup({facts.bench_path, facts.bench_text, facts.calibration_path, facts.calibration_text},
-                     {options.file, set}, false);
+  facts.model_path = options.file;
+  if (!options.set.empty()) facts.set = options.set;
+  return build_setup(std::move(facts), false);
 }
 
 // Replay of a bench recording.
@@ -382,7 +370,7 @@ constexpr double leap_s = 5.0;
 /// Plays a recording. Its time continues from the next picture.
 class Replay final : public show::Mode {
  public:
-  Replay(const BenchOptions& options, const BenchSetup& setup, bench::RecordingReader& recording)
+  Replay(const BenchOptions& options, const BenchSetup& setup, RecordingReader& recording)
       : options_(options),
         pictures_(recording),
         show_(options, setup),
@@ -456,7 +444,7 @@ class Replay final : public show::Mode {
   }
 
   const BenchOptions& options_;
-  bench::RecordingReader& pictures_;
+  RecordingReader& pictures_;
   BenchOutput show_;
   ReplayState state_;
   double speed_ = 1.0;  ///< 0: unpaced
@@ -465,7 +453,7 @@ class Replay final : public show::Mode {
   bool is_paused_ = false, is_left_ = false, is_dirty_ = false;
 };
 
-void require_from(const BenchOptions& options, bench::RecordingReader& pictures)
+void require_from(const BenchOptions& options, RecordingReader& pictures)
 {
   const double last_s = pictures.seconds(pictures.n_frames() - 1);
   if (options.from_s <= last_s) return;
@@ -482,7 +470,7 @@ void replay_bench(const BenchOptions& options, const show::Streams& streams)
 {
   if (options.speed && !(*options.speed >= slowest && *options.speed <= fastest))
     throw InputError({"--speed", "", std::to_string(*options.speed), "0.05 to 100"});
-  bench::RecordingReader recording(options.replay);
+  RecordingReader recording(options.replay);
   if (!recording.dropped_why().empty()) {
     streams.messages << "vrda-player: " << options.replay << ": " << recording.dropped_why() << ": "
                      << recording.n_frames() << " pictures read before it\n";
@@ -490,7 +478,7 @@ void replay_bench(const BenchOptions& options, const show::Streams& streams)
   if (recording.n_frames() == 0)
     throw InputError({options.replay, "", "no pictures", "a recording with at least one picture"});
   require_from(options, recording);
-  const BenchSetup setup = recorded_setup(bench::Recording{recording.facts(), {}, 0, {}}, options);
+  const BenchSetup setup = recorded_setup(recording.facts(), options);
   Replay replay(options, setup, recording);
   show::StopSignals stop;
   show::run_loop(replay, replay.sink(), stop);
@@ -520,9 +508,9 @@ std::string rows_text(const Pose& X)
   return list_text(rows);
 }
 
-void add_points(std::string& text, const std::vector<bench::CalibrationPoint>& points, const char* body)
+void add_points(std::string& text, const std::vector<CalibrationPoint>& points, const char* body)
 {
-  for (const bench::CalibrationPoint& point : points) {
+  for (const CalibrationPoint& point : points) {
     if (point.is_target) continue;
     if (text.back() != '[') text += ", ";
     text += "{\"name\": " + quoted_text(point.name) + ", \"body\": \"" + body +
@@ -532,49 +520,34 @@ void add_points(std::string& text, const std::vector<bench::CalibrationPoint>& p
 
 }  // namespace
 
-struct LiveBench::State {
-  explicit State(const BenchOptions& options)
-      : setup(read_bench_setup(options)),
-        bench(setup.bench, setup.calibration, setup.motion, setup.frame),
-        devices(setup.bench.tracker, setup.bench.board)
-  {
-  }
-
-  BenchSetup setup;
-  BenchState bench;
-  bench::Devices devices;
-  std::uint64_t n_messages = 0;
-};
-
-LiveBench::LiveBench(const BenchOptions& options) : state_(std::make_unique<State>(options)) {}
-
-LiveBench::~LiveBench() = default;
+LiveBench::LiveBench(const BenchOptions& options)
+    : setup_(read_bench_setup(options)),
+      state_(setup_.bench, setup_.calibration, setup_.motion, setup_.frame),
+      devices_(setup_.bench.tracker, setup_.bench.board)
+{
+}
 
 double LiveBench::interval_s() const
 {
-  return 1.0 / std::min(state_->setup.bench.display.refresh_hz, most_rate_hz);
+  return 1.0 / std::min(setup_.bench.display.refresh_hz, most_rate_hz);
 }
 
 std::string LiveBench::greeting() const
 {
-  const BenchSetup& setup = state_->setup;
-  std::string text = "{\"kind\": \"bench\", \"version\": 1, \"title\": " + quoted_text(setup.bench.title) +
-                     ", \"set\": " + quoted_text(setup.facts.set) +
-                     ", \"scale\": " + number_text(setup.calibration.subject_scale) + ", \"points\": [";
-  add_points(text, setup.bench.calibration.points, "reference");
-  add_points(text, setup.bench.calibration.tibia_points, "moving");
+  std::string text = "{\"kind\": \"bench\", \"version\": 1, \"title\": " + quoted_text(setup_.bench.title) +
+                     ", \"set\": " + quoted_text(setup_.facts.set) +
+                     ", \"scale\": " + number_text(setup_.calibration.subject_scale) + ", \"points\": [";
+  add_points(text, setup_.bench.calibration.points, "reference");
+  add_points(text, setup_.bench.calibration.tibia_points, "moving");
   return text + "]}";
 }
 
 std::string LiveBench::next()
 {
-  for (bench::Sample sample; state_->devices.take(sample);) state_->bench.take(sample);
-  std::string error_message;
-  if (state_->setup.bench.tracker) {
-    const bench::DeviceReport report = state_->devices.report(bench::DeviceId::tracker);
-    if (report.link != bench::LinkState::up) error_message = device_text("tracker", report);
-  }
-  return live_message(state_->bench.frame(state_->devices.now_ns()), ++state_->n_messages, error_message);
+  for (Sample sample; devices_.take(sample);) state_.take(sample);
+  const DeviceReport report = devices_.report(DeviceId::tracker);
+  const std::string error_message = report.link == LinkState::up ? "" : device_text("tracker", report);
+  return live_message(state_.frame(devices_.now_ns()), ++n_messages_, error_message);
 }
 
 std::string live_message(const BenchFrame& frame, std::uint64_t number, const std::string& error_message)
@@ -588,8 +561,8 @@ std::string live_message(const BenchFrame& frame, std::uint64_t number, const st
   };
   mark(error_message);
   // The display and its stage do not matter to a browser.
-  for (const bench::BodyRole role : {bench::BodyRole::leg, bench::BodyRole::femur, bench::BodyRole::tibia})
-    mark(input_status_text(bench::name_of(role), frame.bodies[static_cast<std::size_t>(role)]));
+  for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia})
+    mark(input_status_text(name_of(role), frame.bodies[static_cast<std::size_t>(role)]));
   mark(leg_check_text(frame.leg));
   mark(input_status_text("potentiometer", frame.potentiometer));
   return text + "]}";
@@ -619,17 +592,17 @@ constexpr std::array key_lines{
 /// "left" for "left.k1".
 std::string kind_of(std::size_t parameter)
 {
-  const std::string& name = bench::parameters()[parameter].name;
+  const std::string& name = parameters()[parameter].name;
   return name.substr(0, name.find('.'));
 }
 
 void select_by(BenchState& state, bool is_forward, bool is_other_kind)
 {
-  const std::size_t n = bench::parameters().size();
+  const std::size_t n = parameters().size();
   const std::size_t step = is_forward ? 1 : n - 1;
   const auto is_passed = [&](std::size_t parameter) {
     const bool is_same_kind = is_other_kind && kind_of(parameter) == kind_of(state.selected());
-    return is_same_kind || !bench::is_used(parameter, state.bench());
+    return is_same_kind || !is_used(parameter, state.bench());
   };
   std::size_t next = (state.selected() + step) % n;
   while (is_passed(next)) next = (next + step) % n;
@@ -638,17 +611,17 @@ void select_by(BenchState& state, bool is_forward, bool is_other_kind)
 
 void select_named(BenchState& state, const char* name)
 {
-  const std::optional<std::size_t> parameter = bench::find_parameter(name);
-  if (parameter && bench::is_used(*parameter, state.bench())) state.select(*parameter);
+  const std::optional<std::size_t> parameter = find_parameter(name);
+  if (parameter && is_used(*parameter, state.bench())) state.select(*parameter);
 }
 
 void change_by(BenchState& state, double steps)
 {
   const std::size_t selected = state.selected();
-  const double step = bench::parameters()[selected].step;
+  const double step = parameters()[selected].step;
   // In multiples of the step, so that opposite key presses restore the value.
-  const double value = bench::value_of(state.values(), selected);
-  bench::set_value(state.values(), selected, (std::round(value / step * 1e3) / 1e3 + steps) * step);
+  const double value = value_of(state.values(), selected);
+  set_value(state.values(), selected, (std::round(value / step * 1e3) / 1e3 + steps) * step);
   state.select(selected);
 }
 
@@ -710,10 +683,10 @@ std::span<const view::HelpLine> bench_key_lines()
 
 std::string parameter_text(const BenchState& state, std::size_t parameter)
 {
-  const bench::Parameter& p = bench::parameters()[parameter];
+  const Parameter& p = parameters()[parameter];
   // Rounded to a hundredth of a step.
   const double grain = p.step / 100.0;
-  const double value = std::round(bench::value_of(state.values(), parameter) / grain) * grain;
+  const double value = std::round(value_of(state.values(), parameter) / grain) * grain;
   const double shown = std::round(value * 1e6) / 1e6;
   return p.name + " " + shortest_decimal(shown) + (p.unit.empty() ? "" : " " + p.unit);
 }
@@ -724,14 +697,14 @@ namespace {
 /// frame that had a sample of a tool, or that showed it.
 class RememberedFrames {
  public:
-  void take(std::size_t k, const std::vector<bench::Sample>& samples)
+  void take(std::size_t k, const std::vector<Sample>& samples)
   {
-    for (const bench::Sample& sample : samples) {
-      if (sample.kind != bench::SampleKind::tool_pose) continue;
+    for (const Sample& sample : samples) {
+      if (sample.kind != SampleKind::tool_pose) continue;
       const std::size_t at = 2 * static_cast<std::size_t>(sample.source);
       if (at >= last_.size()) last_.resize(at + 2);
       last_[at] = k;
-      if (sample.is(bench::ToolVisibility::seen)) last_[at + 1] = k;
+      if (sample.is(ToolVisibility::seen)) last_[at + 1] = k;
     }
   }
   bool has(std::size_t k) const
@@ -748,7 +721,7 @@ class RememberedFrames {
 
 }  // namespace
 
-ReplayState::ReplayState(const BenchSetup& setup, bench::RecordingReader& recording)
+ReplayState::ReplayState(const BenchSetup& setup, RecordingReader& recording)
     : setup_(setup), recording_(recording)
 {
   begin();
@@ -764,17 +737,16 @@ void ReplayState::skip_to(std::size_t n)
 {
   RememberedFrames remembered;
   for (std::size_t k = n_taken_; k < n; ++k) remembered.take(k, recording_.frame(k).samples);
-  std::vector<bench::Sample> lasting;
+  std::vector<Sample> lasting;
   while (n_taken_ < n) {
     if (remembered.has(n_taken_)) {
       take_next();
       continue;
     }
-    const bench::RecordedFrame& frame = recording_.frame(n_taken_++);
+    const RecordedFrame& frame = recording_.frame(n_taken_++);
     lasting.clear();
-    std::ranges::copy_if(frame.samples, std::back_inserter(lasting), [](const bench::Sample& sample) {
-      return sample.kind != bench::SampleKind::tool_pose;
-    });
+    std::ranges::copy_if(frame.samples, std::back_inserter(lasting),
+                         [](const Sample& sample) { return sample.kind != SampleKind::tool_pose; });
     PanelContent unused;
     apply_input(*state_, unused, frame.keys, lasting);
   }
@@ -782,7 +754,7 @@ void ReplayState::skip_to(std::size_t n)
 
 void ReplayState::take_next()
 {
-  const bench::RecordedFrame& frame = recording_.frame(n_taken_++);
+  const RecordedFrame& frame = recording_.frame(n_taken_++);
   PanelContent unused;
   apply_input(*state_, unused, frame.keys, frame.samples);
   frame_ = &state_->frame(frame.now_ns);
@@ -805,24 +777,24 @@ std::string hundredths(double value)
 
 }  // namespace
 
-MotionCollector::MotionCollector(const bench::BenchFile& bench) : bodies_(bench) {}
+MotionCollector::MotionCollector(const BenchFile& bench) : bodies_(bench) {}
 
 void MotionCollector::end_message(BodyTracker& tracker)
 {
   if (!tracker.end_message()) return;
   for (std::size_t role = 0; role < motions_.size(); ++role) {
-    std::vector<bench::TimedPose>& motion = motions_[role];
-    const std::optional<BodyTracker>& own = bodies_[static_cast<bench::BodyRole>(role)];
+    std::vector<TimedPose>& motion = motions_[role];
+    const std::optional<BodyTracker>& own = bodies_[static_cast<BodyRole>(role)];
     if (!own || &*own != &tracker || motion.size() == most_poses) continue;
     if (motion.empty() || tracker.seen_s() > motion.back().time_s)
       motion.push_back({tracker.seen_s(), tracker.last()});
   }
 }
 
-void MotionCollector::take(const bench::RecordedFrame& frame)
+void MotionCollector::take(const RecordedFrame& frame)
 {
-  for (const bench::Sample& sample : frame.samples) {
-    if (sample.kind == bench::SampleKind::tool_pose)
+  for (const Sample& sample : frame.samples) {
+    if (sample.kind == SampleKind::tool_pose)
       bodies_.take(sample, [this](BodyTracker& tracker) { end_message(tracker); });
   }
 }
@@ -830,51 +802,35 @@ void MotionCollector::take(const bench::RecordedFrame& frame)
 bool MotionCollector::is_full() const
 {
   return std::ranges::any_of(
-      motions_, [](const std::vector<bench::TimedPose>& motion) { return motion.size() == most_poses; });
+      motions_, [](const std::vector<TimedPose>& motion) { return motion.size() == most_poses; });
 }
 
-const std::vector<bench::TimedPose>& MotionCollector::motion(bench::BodyRole role)
+const std::vector<TimedPose>& MotionCollector::motion(BodyRole role)
 {
   if (std::optional<BodyTracker>& own = bodies_[role]) end_message(*own);
   return motions_[static_cast<std::size_t>(role)];
 }
 
-std::vector<bench::TimedPose> recorded_motion(const bench::Recording& recording,
-                                              const bench::BenchFile& bench, bench::BodyRole role)
-{
-  MotionCollector collector(bench);
-  for (const bench::RecordedFrame& frame : recording.frames) collector.take(frame);
-  return collector.motion(role);
-}
-
 std::vector<BodyPrediction> predictions_of(MotionCollector& collector)
 {
   std::vector<BodyPrediction> predictions;
-  for (std::size_t role = 0; role < bench::n_body_roles; ++role) {
-    const std::vector<bench::TimedPose>& motion = collector.motion(static_cast<bench::BodyRole>(role));
+  for (std::size_t role = 0; role < n_body_roles; ++role) {
+    const std::vector<TimedPose>& motion = collector.motion(static_cast<BodyRole>(role));
     if (motion.size() < 2) continue;
     for (const double horizon_ms : {16.0, 33.0, 50.0}) {
-      predictions.push_back({static_cast<bench::BodyRole>(role), horizon_ms,
-                             bench::prediction_error(motion, horizon_ms / 1000.0)});
+      predictions.push_back(
+          {static_cast<BodyRole>(role), horizon_ms, prediction_error(motion, horizon_ms / 1000.0)});
     }
   }
   return predictions;
-}
-
-std::vector<BodyPrediction> recorded_predictions(const bench::Recording& recording,
-                                                 const bench::BenchFile& bench)
-{
-  MotionCollector collector(bench);
-  for (const bench::RecordedFrame& frame : recording.frames) collector.take(frame);
-  return predictions_of(collector);
 }
 
 std::string prediction_text(const std::vector<BodyPrediction>& predictions)
 {
   std::ostringstream text;
   for (const BodyPrediction& p : predictions) {
-    const bench::PredictionError &mm = p.error.shift_mm, &turn = p.error.turn_rad;
-    text << bench::name_of(p.role) << " after " << show::rounded_text(p.horizon_ms, 2) << " ms: held "
+    const PredictionError &mm = p.error.shift_mm, &turn = p.error.turn_rad;
+    text << name_of(p.role) << " after " << show::rounded_text(p.horizon_ms, 2) << " ms: held "
          << hundredths(mm.held.rms) << " mm, " << hundredths(deg_from_rad(turn.held.rms))
          << " deg; predicted " << hundredths(mm.predicted.rms) << " mm, "
          << hundredths(deg_from_rad(turn.predicted.rms)) << " deg (root mean square; 95th percentile "

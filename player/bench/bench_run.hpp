@@ -66,17 +66,17 @@ void replay_bench(const BenchOptions& options, const show::Streams& streams);
 int list_devices(const DevicesOptions& options, const show::Streams& streams);
 
 /// Passes device samples to `take` for `seconds` or until a stop signal.
-void receive_samples(bench::Devices& devices, double seconds, show::StopSignals& stop,
-                     const std::function<void(const bench::Sample&)>& take);
+void receive_samples(Devices& devices, double seconds, show::StopSignals& stop,
+                     const std::function<void(const Sample&)>& take);
 
 /// Validated inputs of a bench run.
 struct BenchSetup {
   store::MotionModel model;
   store::Motion motion;
   SolverFrame frame;  ///< solver frame of the model at the first flexion
-  bench::BenchFile bench;
-  bench::Calibration calibration;
-  bench::RecordingFacts facts;  ///< header of a new recording
+  BenchFile bench;
+  Calibration calibration;
+  RecordingFacts facts;  ///< header of a new recording
 };
 
 /// A file of --calibration that does not exist: an error, or nominal values where the command can write it.
@@ -87,7 +87,7 @@ BenchSetup read_bench_setup(const BenchOptions& options,
                             MissingCalibration missing = MissingCalibration::is_refused);
 
 /// Setup of a recording. The motion model of the options must be the recorded one. Throws InputError.
-BenchSetup recorded_setup(const bench::Recording& recording, const BenchOptions& options);
+BenchSetup recorded_setup(RecordingFacts facts, const BenchOptions& options);
 
 struct ServeOptions {
   std::string file;         ///< motion model
@@ -125,7 +125,6 @@ class LiveBench {
  public:
   /// Uses file, bench, calibration and set of the options, and connects to the devices. Throws InputError.
   explicit LiveBench(const BenchOptions& options);
-  ~LiveBench();
 
   /// What stays the same: title, set, scale, points to touch.
   std::string greeting() const;
@@ -134,8 +133,10 @@ class LiveBench {
   double interval_s() const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  BenchSetup setup_;
+  BenchState state_;
+  Devices devices_;
+  std::uint64_t n_messages_ = 0;
 };
 
 /// The message of a frame. `error_message`: of the tracker's link; may be empty.
@@ -175,7 +176,7 @@ class ReplayState {
   static constexpr std::size_t run_up = 7200;  ///< two minutes at 60 frames a second
 
   /// Both must outlive the state.
-  ReplayState(const BenchSetup& setup, bench::RecordingReader& recording);
+  ReplayState(const BenchSetup& setup, RecordingReader& recording);
   /// Frame `n`.
   const BenchFrame& at(std::size_t n);
   BenchState& state() { return *state_; }
@@ -186,7 +187,7 @@ class ReplayState {
   void take_next();
 
   const BenchSetup& setup_;
-  bench::RecordingReader& recording_;
+  RecordingReader& recording_;
   std::optional<BenchState> state_;
   const BenchFrame* frame_ = nullptr;
   std::size_t n_taken_ = 0;
@@ -201,33 +202,27 @@ class MotionCollector {
  public:
   static constexpr std::size_t most_poses = 36'000;  ///< 10 minutes at 60 Hz; 5 MB a body
 
-  explicit MotionCollector(const bench::BenchFile& bench);
-  void take(const bench::RecordedFrame& frame);
+  explicit MotionCollector(const BenchFile& bench);
+  void take(const RecordedFrame& frame);
   bool is_full() const;
   /// Poses with their device times mapped to the local clock. Ends the last message.
-  const std::vector<bench::TimedPose>& motion(bench::BodyRole role);
+  const std::vector<TimedPose>& motion(BodyRole role);
 
  private:
   void end_message(BodyTracker& tracker);
 
   TrackedBodies bodies_;
-  std::array<std::vector<bench::TimedPose>, bench::n_body_roles> motions_;
+  std::array<std::vector<TimedPose>, n_body_roles> motions_;
 };
 
-/// All recorded poses of a body with their device times mapped to the local clock.
-std::vector<bench::TimedPose> recorded_motion(const bench::Recording& recording,
-                                              const bench::BenchFile& bench, bench::BodyRole role);
-
 struct BodyPrediction {
-  bench::BodyRole role = bench::BodyRole::leg;
+  BodyRole role = BodyRole::leg;
   double horizon_ms = 0.0;
-  bench::PosePredictionError error;
+  PosePredictionError error;
 };
 
 /// Prediction errors of every body, 16, 33 and 50 ms ahead.
 std::vector<BodyPrediction> predictions_of(MotionCollector& collector);
-std::vector<BodyPrediction> recorded_predictions(const bench::Recording& recording,
-                                                 const bench::BenchFile& bench);
 
 /// One line each: error of the held and of the predicted pose.
 std::string prediction_text(const std::vector<BodyPrediction>& predictions);

@@ -22,19 +22,19 @@ std::string tenths(double value)
   return show::rounded_text(value, 1);
 }
 
-const char* why(bench::ToolVisibility state)
+const char* why(ToolVisibility state)
 {
   return std::array{"seen", "hidden", "silent", "invalid pose"}.at(static_cast<std::size_t>(state));
 }
 
-const char* name_of(bench::LinkState state)
+const char* name_of(LinkState state)
 {
   return std::array{"closed", "opening", "up"}.at(static_cast<std::size_t>(state));
 }
 
 }  // namespace
 
-std::optional<view::Viewport> operator_area(const bench::DisplaySettings& display)
+std::optional<view::Viewport> operator_area(const DisplaySettings& display)
 {
   const view::Viewport &l = display.windows.left, &r = display.windows.right;
   const std::array<view::Viewport, 2> strips{
@@ -46,10 +46,10 @@ std::optional<view::Viewport> operator_area(const bench::DisplaySettings& displa
   return widest;
 }
 
-std::string device_text(const std::string& name, const bench::DeviceReport& report)
+std::string device_text(const std::string& name, const DeviceReport& report)
 {
   std::string text = name + " " + report.peer + ": " + name_of(report.link);
-  if (report.link == bench::LinkState::up) text += ", " + tenths(report.rate_hz) + " a second";
+  if (report.link == LinkState::up) text += ", " + tenths(report.rate_hz) + " a second";
   if (!report.error_message.empty()) text += ", " + report.error_message;
   return text;
 }
@@ -65,12 +65,12 @@ std::string stage_status_text(const BenchFrame& frame)
 {
   const InputStatus& mark = frame.stage;
   if (!mark.is_used) return {};
-  if (mark.state != bench::ToolVisibility::seen) return input_status_text("stage", mark);
+  if (mark.state != ToolVisibility::seen) return input_status_text("stage", mark);
   if (!frame.is_stage_zeroed) return "stage not zeroed: press Z at its stop";
   return frame.stage_has_lost_counts ? "stage has lost counts: press Z at its stop" : "";
 }
 
-BenchPanel::BenchPanel(const bench::BenchFile& bench)
+BenchPanel::BenchPanel(const BenchFile& bench)
     : text_(view::panel_text_px),
       display_(bench.display),
       reflector_(bench.display.windows, bench.display.reflection)
@@ -110,8 +110,8 @@ void BenchPanel::add_marks(const view::Viewport& visible, const BenchFrame& fram
     text_.add_text(overlay_, left_px, bottom_px, fitted, amber);
     bottom_px -= text_.line_px();
   };
-  for (std::size_t role = 0; role < bench::n_body_roles; ++role)
-    add(input_status_text(bench::name_of(static_cast<bench::BodyRole>(role)), frame.bodies[role]));
+  for (std::size_t role = 0; role < n_body_roles; ++role)
+    add(input_status_text(name_of(static_cast<BodyRole>(role)), frame.bodies[role]));
   add(leg_check_text(frame.leg));
   if (frame.is_pose_held) add("the model has no pose here: the last one is drawn");
   if (frame.is_moved_aside) add("moved off the leg by the pointer: R puts it back");
@@ -128,20 +128,14 @@ std::string joint_text(const ClinicalCoordinates& joint)
          (joint.anterior_mm < 0.0 ? "posterior " : "anterior ") + tenths(std::abs(joint.anterior_mm)) + " mm";
 }
 
-void BenchPanel::add_line(const view::Viewport& area, float& top_px, const std::string& words,
-                          const view::VertexColour& colour)
-{
-  text_.add_text(overlay_, static_cast<float>(area.x) + margin_px, top_px,
-                 text_.fitted(words, static_cast<float>(area.width) - 2.0F * margin_px), colour);
-  top_px += text_.line_px();
-}
-
 void BenchPanel::add_panel(const view::Viewport& area, const BenchState& state, const BenchFrame& frame,
                            const PanelContent& content)
 {
   float top_px = static_cast<float>(area.y) + margin_px;
   const auto line = [&](const std::string& words, const view::VertexColour& colour = ink) {
-    add_line(area, top_px, words, colour);
+    text_.add_text(overlay_, static_cast<float>(area.x) + margin_px, top_px,
+                   text_.fitted(words, static_cast<float>(area.width) - 2.0F * margin_px), colour);
+    top_px += text_.line_px();
   };
   if (content.has_help) {
     for (const view::HelpLine& help : bench_key_lines())
@@ -161,17 +155,17 @@ void BenchPanel::add_panel(const view::Viewport& area, const BenchState& state, 
     line("stage " + tenths(frame.stage_mm) + " mm", stage_status_text(frame).empty() ? ink : amber);
   line(std::string("filter ") + (state.is_filtered() ? "on" : "off") + ", prediction " +
        tenths(state.values().prediction_ms) + " ms");
-  line(device_text("tracker", content.tracker), content.tracker.link == bench::LinkState::up ? ink : amber);
+  line(device_text("tracker", content.tracker), content.tracker.link == LinkState::up ? ink : amber);
   for (const std::string& note : content.tracker.notes) line(note, amber);
-  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
-    const auto role = static_cast<bench::BodyRole>(k);
-    const bench::PoseFit* const fit = state.fit(role);
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
+    const auto role = static_cast<BodyRole>(k);
+    const PoseFit* const fit = state.fit(role);
     if (fit != nullptr)
-      line(std::string(bench::name_of(role)) + ": " + fit_text(*fit),
-           fit->status == bench::FitStatus::fitted ? ink : amber);
+      line(std::string(name_of(role)) + ": " + fit_text(*fit),
+           fit->status == FitStatus::fitted ? ink : amber);
   }
   if (content.has_board)
-    line(device_text("board", content.board), content.board.link == bench::LinkState::up ? ink : amber);
+    line(device_text("board", content.board), content.board.link == LinkState::up ? ink : amber);
   if (!content.message.empty()) line(content.message, green);
   if (content.timing == nullptr) return;
   const BenchTiming& t = *content.timing;
@@ -242,9 +236,8 @@ view::JointFrames joint_frames(const BenchFrame& frame)
 
 }  // namespace
 
-BenchView::BenchView(const store::MotionModel& model, const store::Motion& motion,
-                     const bench::BenchFile& bench, const bench::Calibration& calibration,
-                     const view::AppearanceOptions& look)
+BenchView::BenchView(const store::MotionModel& model, const store::Motion& motion, const BenchFile& bench,
+                     const Calibration& calibration, const view::AppearanceOptions& look)
     : motion_(motion),
       file_(bench.path),
       display_(bench.display),
@@ -271,7 +264,7 @@ void BenchView::load_into(view::Renderer& renderer) const
   renderer.load(plan_.warp);
 }
 
-void BenchView::place(const BenchFrame& frame, const bench::Calibration& calibration)
+void BenchView::place(const BenchFrame& frame, const Calibration& calibration)
 {
   const view::JointFrames frames = joint_frames(frame);
   vrda::view::place(scene_, frames);
@@ -298,7 +291,7 @@ namespace {
 constexpr double message_s = 5.0;
 constexpr std::size_t digits_of_pictures = 6;
 
-int video_rate(const bench::DisplaySettings& display, int every)
+int video_rate(const DisplaySettings& display, int every)
 {
   return std::max(1, static_cast<int>(std::lround(display.refresh_hz / every)));
 }
@@ -310,7 +303,7 @@ show::Sink sink_of(const BenchOptions& options, const BenchSetup& setup)
                         : bench_window(setup.bench, setup.bench.title + " - vrda-player", options.samples);
   if (!options.pictures.empty()) sink.record_images(options.pictures, "--pictures");
   if (!options.video.empty()) {
-    const bench::DisplaySettings& display = setup.bench.display;
+    const DisplaySettings& display = setup.bench.display;
     sink.record_video({options.video, display.width, display.height, video_rate(display, options.every)});
   }
   return sink;
@@ -319,7 +312,7 @@ show::Sink sink_of(const BenchOptions& options, const BenchSetup& setup)
 /// Restores the eyes if keys or the potentiometer made them unusable.
 void restore_unusable(BenchState& state, const view::EyePair& before, PanelContent& panel)
 {
-  bench::Calibration& calibration = state.values().calibration;
+  Calibration& calibration = state.values().calibration;
   if (calibration.eyes == before) return;
   const std::optional<InputError::Facts> facts = view::usability_error(calibration.eyes, state.bench().path);
   if (!facts) return;
@@ -331,7 +324,7 @@ void restore_unusable(BenchState& state, const view::EyePair& before, PanelConte
 }  // namespace
 
 BenchRequests apply_input(BenchState& state, PanelContent& panel, std::span<const view::KeyPress> keys,
-                          std::span<const bench::Sample> samples)
+                          std::span<const Sample> samples)
 {
   BenchRequests requests;
   const view::EyePair before = state.values().calibration.eyes;
@@ -344,7 +337,7 @@ BenchRequests apply_input(BenchState& state, PanelContent& panel, std::span<cons
     if (request == BenchRequest::show_panel) panel.has_panel = !panel.has_panel;
     if (request == BenchRequest::show_help) panel.has_help = !panel.has_help;
   }
-  for (const bench::Sample& sample : samples) state.take(sample);
+  for (const Sample& sample : samples) state.take(sample);
   restore_unusable(state, before, panel);
   return requests;
 }

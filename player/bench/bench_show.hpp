@@ -19,7 +19,7 @@ namespace vrda::bench {
 
 struct PanelContent {
   bool has_panel = true, has_help = false;
-  bench::DeviceReport tracker, board;
+  DeviceReport tracker, board;
   bool has_board = false;
   const BenchTiming* timing = nullptr;
   std::string error_message;  ///< problem of the display; may be empty
@@ -29,7 +29,7 @@ struct PanelContent {
 
 class BenchPanel {
  public:
-  explicit BenchPanel(const bench::BenchFile& bench);
+  explicit BenchPanel(const BenchFile& bench);
 
   const view::OverlayFont& font() const { return text_.font(); }
   /// Valid until the next call. The panel is beside the eyes' windows or over the left one.
@@ -40,23 +40,21 @@ class BenchPanel {
   void add_panel(const view::Viewport& area, const BenchState& state, const BenchFrame& frame,
                  const PanelContent& content);
   void add_histogram(const view::Viewport& area, float top_px, const TimeHistogram& times);
-  void add_line(const view::Viewport& area, float& top_px, const std::string& words,
-                const view::VertexColour& colour);
 
   view::OverlayText text_;
   view::Overlay overlay_;
-  bench::DisplaySettings display_;
+  DisplaySettings display_;
   view::OverlayReflector reflector_;
 };
 
 /// Largest area beside the eyes' windows that is large enough for a panel.
-std::optional<view::Viewport> operator_area(const bench::DisplaySettings& display);
+std::optional<view::Viewport> operator_area(const DisplaySettings& display);
 
 /// "internal rotation 9.2 deg, anterior 3.1 mm", or external and posterior.
 std::string joint_text(const ClinicalCoordinates& joint);
 
 /// "tracker 127.0.0.1:18944: up, 100 a second".
-std::string device_text(const std::string& name, const bench::DeviceReport& report);
+std::string device_text(const std::string& name, const DeviceReport& report);
 
 /// "tibia hidden for 1.2 s"; empty if the input is live or not used.
 std::string input_status_text(const std::string& name, const InputStatus& mark);
@@ -70,14 +68,14 @@ class BenchView {
  public:
   /// Throws InputError if the look or an eye of the calibration is not usable. `motion`, of `model`, must
   /// outlive this.
-  BenchView(const store::MotionModel& model, const store::Motion& motion, const bench::BenchFile& bench,
-            const bench::Calibration& calibration, const view::AppearanceOptions& look);
+  BenchView(const store::MotionModel& model, const store::Motion& motion, const BenchFile& bench,
+            const Calibration& calibration, const view::AppearanceOptions& look);
 
   /// Loads meshes, font and warp.
   void load_into(view::Renderer& renderer) const;
 
   /// Places joint and eyes as in `frame`. Does not allocate.
-  void place(const BenchFrame& frame, const bench::Calibration& calibration);
+  void place(const BenchFrame& frame, const Calibration& calibration);
 
   /// Applies changed eyes, which must be usable. Returns true if the warp changed and must be loaded.
   bool take(const view::EyePair& eyes);
@@ -93,7 +91,7 @@ class BenchView {
  private:
   const store::Motion& motion_;
   std::string file_;  ///< for errors
-  bench::DisplaySettings display_;
+  DisplaySettings display_;
   view::Scene scene_;
   std::vector<Material> materials_;  ///< of the bodies of a leg that is shown as it is
   view::LayerSet shown_layers_;
@@ -112,7 +110,7 @@ struct BenchRequests {
 /// Processes keys, then samples, in live rounds and replays. Eyes that become unusable are restored with a
 /// message in the panel. Does not allocate without keys and messages.
 BenchRequests apply_input(BenchState& state, PanelContent& panel, std::span<const view::KeyPress> keys,
-                          std::span<const bench::Sample> samples);
+                          std::span<const Sample> samples);
 
 class BenchOutput {
  public:

@@ -17,7 +17,7 @@ constexpr double most_count = 1023.0;
 /// Parameter steps per full travel of the potentiometer.
 constexpr double steps_a_turn = 200.0;
 /// In counts: stable within the converter's last bit at rest, fast when turned.
-constexpr bench::OneEuroOptions potentiometer_options{1.0, 0.05, 2.0};
+constexpr OneEuroOptions potentiometer_options{1.0, 0.05, 2.0};
 /// Counts; at rest, noise and the last of 10 bits move the filtered count by at most one.
 constexpr double turned_counts = 2.0;
 /// Three time constants of the filter at rest (0.16 s).
@@ -30,13 +30,13 @@ double seconds(std::int64_t ns)
 
 bool is_angle_of_leg(std::size_t parameter)
 {
-  const std::string& name = bench::parameters()[parameter].name;
+  const std::string& name = parameters()[parameter].name;
   return name == "flexion" || name == "varus";
 }
 
-bench::OneEuroOptions angle_filter(const bench::FilterSettings& settings)
+OneEuroOptions angle_filter(const FilterSettings& settings)
 {
-  return {settings.least_cutoff_hz, settings.slope, bench::default_angle_filter.speed_cutoff_hz};
+  return {settings.least_cutoff_hz, settings.slope, default_angle_filter.speed_cutoff_hz};
 }
 
 }  // namespace
@@ -47,8 +47,8 @@ bool is_live(const BenchFrame& frame)
   return std::ranges::all_of(frame.bodies, is_fine) && is_fine(frame.stage) && is_fine(frame.potentiometer);
 }
 
-BenchState::BenchState(const bench::BenchFile& bench, const bench::Calibration& calibration,
-                       const store::Motion& motion, const SolverFrame& frame)
+BenchState::BenchState(const BenchFile& bench, const Calibration& calibration, const store::Motion& motion,
+                       const SolverFrame& frame)
     : bench_(bench),
       motion_(motion),
       frame_of_model_(frame),
@@ -62,13 +62,13 @@ BenchState::BenchState(const bench::BenchFile& bench, const bench::Calibration& 
   values_.flexion_rad = motion.first_flexion_rad();
   values_.varus_rad = motion.balanced_varus_rad(motion.first_flexion_rad());
   if (!bench.potentiometer.empty() && bench.potentiometer != "selected")
-    driven_ = bench::find_parameter(bench.potentiometer);
+    driven_ = find_parameter(bench.potentiometer);
   std::size_t first = 0;
-  while (!bench::is_used(first, bench)) ++first;
+  while (!is_used(first, bench)) ++first;
   select(first);
 }
 
-const bench::PoseFit* BenchState::fit(bench::BodyRole role) const
+const PoseFit* BenchState::fit(BodyRole role) const
 {
   const std::optional<BodyTracker>& tracker = trackers_[role];
   return tracker && tracker->has_markers() ? &tracker->fit() : nullptr;
@@ -76,48 +76,48 @@ const bench::PoseFit* BenchState::fit(bench::BodyRole role) const
 
 void BenchState::select(std::size_t parameter)
 {
-  check(parameter < bench::parameters().size(), "the selected parameter is in the list");
+  check(parameter < parameters().size(), "the selected parameter is in the list");
   selected_ = parameter;
   start_count_.reset();
   if (potentiometer_.was_seen) start_count_ = rest_count_ = potentiometer_count_;
   turning_until_s_ = 0.0;
-  start_value_ = bench::value_of(values_, driven_.value_or(parameter));
+  start_value_ = value_of(values_, driven_.value_or(parameter));
 }
 
-void BenchState::take(const bench::Sample& sample)
+void BenchState::take(const Sample& sample)
 {
   switch (sample.kind) {
-    case bench::SampleKind::tool_pose:
+    case SampleKind::tool_pose:
       take_place(sample);
       break;
-    case bench::SampleKind::potentiometer:
+    case SampleKind::potentiometer:
       take_potentiometer(sample);
       break;
-    case bench::SampleKind::stage:
+    case SampleKind::stage:
       take_stage(sample);
       break;
-    case bench::SampleKind::link:
+    case SampleKind::link:
       take_link(sample);
       break;
-    case bench::SampleKind::offset:
-      X_leg_joint_ = bench::pose_of(sample.tool_pose);
+    case SampleKind::offset:
+      X_leg_joint_ = pose_of(sample.tool_pose);
       break;
   }
 }
 
-void BenchState::take_place(const bench::Sample& sample)
+void BenchState::take_place(const Sample& sample)
 {
   // Several messages may arrive between two frames.
   trackers_.take(sample, [&](BodyTracker&) { end_messages(); });
-  if (!sample.is(bench::ToolVisibility::seen)) return;
+  if (!sample.is(ToolVisibility::seen)) return;
   newest_arrival_ns_ = sample.arrival_ns;
   ++n_samples_;
 }
 
-void BenchState::take_link(const bench::Sample& sample)
+void BenchState::take_link(const Sample& sample)
 {
-  if (static_cast<bench::LinkState>(sample.state) == bench::LinkState::up) return;
-  if (static_cast<bench::DeviceId>(sample.source) == bench::DeviceId::tracker) {
+  if (static_cast<LinkState>(sample.state) == LinkState::up) return;
+  if (static_cast<DeviceId>(sample.source) == DeviceId::tracker) {
     trackers_.disconnect();
   } else {
     stage_.is_live = potentiometer_.is_live = false;
@@ -125,11 +125,11 @@ void BenchState::take_link(const bench::Sample& sample)
   }
 }
 
-void BenchState::take_stage(const bench::Sample& sample)
+void BenchState::take_stage(const Sample& sample)
 {
   // After a restart the board counts from an unknown stage position.
-  const bool was_zeroed = stage_.was_seen && (stage_.flags & bench::stage_zeroed) != 0;
-  const bool is_zeroed = (sample.state & bench::stage_zeroed) != 0;
+  const bool was_zeroed = stage_.was_seen && (stage_.flags & stage_zeroed) != 0;
+  const bool is_zeroed = (sample.state & stage_zeroed) != 0;
   has_lost_zero_ = !is_zeroed && (has_lost_zero_ || was_zeroed);
   stage_.is_heard = true;
   stage_.is_live = !has_lost_zero_;
@@ -140,7 +140,7 @@ void BenchState::take_stage(const bench::Sample& sample)
   stage_.count = sample.count;
 }
 
-void BenchState::take_potentiometer(const bench::Sample& sample)
+void BenchState::take_potentiometer(const Sample& sample)
 {
   const double time_s = seconds(sample.arrival_ns);
   potentiometer_ = {true, true, true, time_s, sample.count, 0};
@@ -149,16 +149,18 @@ void BenchState::take_potentiometer(const bench::Sample& sample)
   // At rest the keys set the parameter.
   if (!is_turning(time_s)) return;
   const std::size_t parameter = driven_.value_or(selected_);
-  const bench::Parameter& driven = bench::parameters()[parameter];
+  const Parameter& driven = parameters()[parameter];
   if (is_angle_of_leg(parameter)) {
     const double share = std::clamp(potentiometer_count_ / most_count, 0.0, 1.0);
-    const double least = least_of(parameter), most = most_of(parameter);
-    bench::set_value(values_, parameter, least + share * (most - least));
+    const bool is_flexion = driven.name == "flexion";
+    const double least = deg_from_rad(is_flexion ? motion_.first_flexion_rad() : motion_.first_varus_rad());
+    const double most = deg_from_rad(is_flexion ? motion_.last_flexion_rad() : motion_.last_varus_rad());
+    set_value(values_, parameter, least + share * (most - least));
     return;
   }
   const double steps = (potentiometer_count_ - *start_count_) / most_count * steps_a_turn;
   // Whole steps suppress the noise of a potentiometer at rest.
-  bench::set_value(values_, parameter, start_value_ + std::round(steps) * driven.step);
+  set_value(values_, parameter, start_value_ + std::round(steps) * driven.step);
 }
 
 /// True for the first sample, and from a motion of `turned_counts` until the filter has settled.
@@ -171,51 +173,36 @@ bool BenchState::is_turning(double time_s)
   return time_s < turning_until_s_;
 }
 
-double BenchState::least_of(std::size_t parameter) const
-{
-  const bool is_flexion = bench::parameters()[parameter].name == "flexion";
-  return deg_from_rad(is_flexion ? motion_.first_flexion_rad() : motion_.first_varus_rad());
-}
-
-double BenchState::most_of(std::size_t parameter) const
-{
-  const bool is_flexion = bench::parameters()[parameter].name == "flexion";
-  return deg_from_rad(is_flexion ? motion_.last_flexion_rad() : motion_.last_varus_rad());
-}
-
 void BenchState::end_messages()
 {
   bool is_leg_new = false;
-  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
-    const auto role = static_cast<bench::BodyRole>(k);
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
+    const auto role = static_cast<BodyRole>(k);
     const bool is_new = trackers_[role] && trackers_[role]->end_message();
-    is_leg_new = is_leg_new || (is_new && role != bench::BodyRole::head);
+    is_leg_new = is_leg_new || (is_new && role != BodyRole::head);
   }
-  if (is_leg_new && bench_.leg == bench::LegKind::two_bodies) update_leg();
+  if (is_leg_new && bench_.leg == LegKind::two_bodies) update_leg();
 }
 
 void BenchState::update_leg()
 {
-  const BodyTracker& femur = *trackers_[bench::BodyRole::femur];
-  const BodyTracker& tibia = *trackers_[bench::BodyRole::tibia];
+  const BodyTracker& femur = *trackers_[BodyRole::femur];
+  const BodyTracker& tibia = *trackers_[BodyRole::tibia];
   if (!femur.is_live() || !tibia.is_live()) return;
   const double time_s = std::max(femur.seen_s(), tibia.seen_s());
-  bench::LegBodies bodies;
-  bodies.X_thigh_femur =
-      bench::pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(bench::BodyRole::femur)]);
-  bodies.X_shank_tibia =
-      bench::pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(bench::BodyRole::tibia)]);
-  const bench::LegAngles raw =
-      bench::leg_angles(bench::X_femur_tibia(bodies, femur.at(time_s), tibia.at(time_s)), frame_of_model_);
-  exchanged_ =
-      bench::leg_angles(bench::X_femur_tibia(bodies, tibia.at(time_s), femur.at(time_s)), frame_of_model_);
+  LegBodies bodies;
+  bodies.X_thigh_femur = pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(BodyRole::femur)]);
+  bodies.X_shank_tibia = pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(BodyRole::tibia)]);
+  const LegAngles raw =
+      leg_angles(X_femur_tibia(bodies, femur.at(time_s), tibia.at(time_s)), frame_of_model_);
+  exchanged_ = leg_angles(X_femur_tibia(bodies, tibia.at(time_s), femur.at(time_s)), frame_of_model_);
   // Filter and predictor restart after a long occlusion.
   constexpr double longest_gap_s = 0.25;
   if (angles_ && time_s - angles_->time_s > longest_gap_s) {
     filter_.start_over();
     angles_predictor_.start_over();
   }
-  angles_ = bench::TimedAngles{time_s, is_filtered_ ? filter_.filtered(raw, time_s) : raw};
+  angles_ = TimedAngles{time_s, is_filtered_ ? filter_.filtered(raw, time_s) : raw};
   angles_predictor_.add(*angles_);
 }
 
@@ -226,25 +213,24 @@ double BenchState::stage_mm() const
 
 Pose BenchState::X_tracker_eyes(double time_s) const
 {
-  const bench::Calibration& c = values_.calibration;
-  if (bench_.head == bench::HeadKind::tracker) {
-    const BodyTracker& head = *trackers_[bench::BodyRole::head];
+  const Calibration& c = values_.calibration;
+  if (bench_.head == HeadKind::tracker) {
+    const BodyTracker& head = *trackers_[BodyRole::head];
     // Until the head is seen, the nominal pose on the table is used.
-    if (head.was_seen()) return head.at(time_s) * bench::pose_of(c.X_headbody_eyes);
+    if (head.was_seen()) return head.at(time_s) * pose_of(c.X_headbody_eyes);
   }
-  Pose X_table_eyes = bench::pose_of(c.X_table_eyes);
+  Pose X_table_eyes = pose_of(c.X_table_eyes);
   X_table_eyes.translation() += stage_mm() * c.stage_direction_table;
-  return bench::pose_of(c.X_tracker_table) * X_table_eyes;
+  return pose_of(c.X_tracker_table) * X_table_eyes;
 }
 
 void BenchState::place_model(double time_s)
 {
-  const bool is_rigid = bench_.leg == bench::LegKind::rigid;
+  const bool is_rigid = bench_.leg == LegKind::rigid;
   Attitude attitude{values_.flexion_rad, values_.varus_rad};
   if (!is_rigid) {
-    const bool is_live =
-        trackers_[bench::BodyRole::femur]->is_live() && trackers_[bench::BodyRole::tibia]->is_live();
-    if (angles_) attitude = bench::attitude_of(is_live ? angles_predictor_.at(time_s) : angles_->angles);
+    const bool is_live = trackers_[BodyRole::femur]->is_live() && trackers_[BodyRole::tibia]->is_live();
+    if (angles_) attitude = attitude_of(is_live ? angles_predictor_.at(time_s) : angles_->angles);
   }
   shown_.leg = angles_ ? check_leg(motion_, angles_->angles, exchanged_)
                        : check_leg(motion_, {attitude.flexion_rad, attitude.varus_rad, 0.0}, {});
@@ -253,24 +239,25 @@ void BenchState::place_model(double time_s)
   const bool is_solved = pose.status == store::PoseStatus::solved;
   if (is_solved || shown_.pose.status != store::PoseStatus::solved) shown_.pose = pose;
   shown_.is_pose_held = !is_solved;
-  const bench::BodyRole role = is_rigid ? bench::BodyRole::leg : bench::BodyRole::femur;
-  shown_.X_tracker_reference =
-      trackers_[role]->at(time_s) *
-      bench::pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(role)]) * X_leg_joint_;
+  const BodyRole role = is_rigid ? BodyRole::leg : BodyRole::femur;
+  shown_.X_tracker_reference = trackers_[role]->at(time_s) *
+                               pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(role)]) *
+                               X_leg_joint_;
   shown_.is_moved_aside = !X_leg_joint_.isApprox(Pose::Identity(), 0.0);
   shown_.X_tracker_moving = shown_.X_tracker_reference * shown_.pose.X_reference_moving;
 }
 
-InputStatus BenchState::mark_of(const BodyTracker& tracker, double now_s) const
+InputStatus BenchState::mark_of(const BodyTracker& tracker, double now_s)
 {
-  return {true, tracker.is_live(), tracker.was_seen(),
-          tracker.was_seen() ? std::max(0.0, now_s - tracker.seen_s()) : 0.0, tracker.state()};
+  const double age_s = tracker.was_seen() ? std::max(0.0, now_s - tracker.seen_s()) : 0.0;
+  return {true, tracker.is_live(), tracker.was_seen(), age_s, tracker.state()};
 }
 
-InputStatus BenchState::mark_of(const BoardInput& input, double now_s) const
+InputStatus BenchState::mark_of(const BoardInput& input, double now_s)
 {
-  return {true, input.is_live, input.was_seen, input.was_seen ? std::max(0.0, now_s - input.time_s) : 0.0,
-          input.is_heard ? bench::ToolVisibility::seen : bench::ToolVisibility::stale};
+  const double age_s = input.was_seen ? std::max(0.0, now_s - input.time_s) : 0.0;
+  return {true, input.is_live, input.was_seen, age_s,
+          input.is_heard ? ToolVisibility::seen : ToolVisibility::stale};
 }
 
 const BenchFrame& BenchState::frame(std::int64_t now_ns)
@@ -282,16 +269,16 @@ const BenchFrame& BenchState::frame(std::int64_t now_ns)
   const double time_s = is_predicted ? now_s + values_.prediction_ms / 1000.0 : 0.0;
   place_model(time_s);
   shown_.X_tracker_eyes = X_tracker_eyes(time_s);
-  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
-    const std::optional<BodyTracker>& tracker = trackers_[static_cast<bench::BodyRole>(k)];
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
+    const std::optional<BodyTracker>& tracker = trackers_[static_cast<BodyRole>(k)];
     shown_.bodies[k] = tracker ? mark_of(*tracker, now_s) : InputStatus{};
   }
   shown_.stage = bench_.board && bench_.board->has_stage ? mark_of(stage_, now_s) : InputStatus{};
   shown_.potentiometer =
       bench_.board && bench_.board->has_potentiometer ? mark_of(potentiometer_, now_s) : InputStatus{};
   shown_.stage_mm = stage_mm();
-  shown_.is_stage_zeroed = (stage_.flags & bench::stage_zeroed) != 0;
-  shown_.stage_has_lost_counts = (stage_.flags & bench::stage_lost_counts) != 0;
+  shown_.is_stage_zeroed = (stage_.flags & stage_zeroed) != 0;
+  shown_.stage_has_lost_counts = (stage_.flags & stage_lost_counts) != 0;
   shown_.newest_arrival_ns = n_samples_ > 0 ? newest_arrival_ns_ : 0;
   shown_.n_samples = n_samples_;
   n_samples_ = 0;
@@ -386,7 +373,7 @@ bool StreamStatistics::follow_pace(double step_ns)
   return true;
 }
 
-void StreamStatistics::add(const bench::Sample& sample)
+void StreamStatistics::add(const Sample& sample)
 {
   if (sample.device_ns != 0) add(sample.device_ns, sample.arrival_ns);
 }
@@ -475,8 +462,8 @@ Eigen::Vector2d Trackball::picture_px(const HeldDrag& held, const view::InputEve
   return {held.window.x + (at.x() - held.window.x) / held.pixel_aspect, at.y()};
 }
 
-std::optional<bench::Sample> Trackball::take(const view::InputEvent& event, const BenchState& state,
-                                             const BenchFrame& frame, std::int64_t now_ns)
+std::optional<Sample> Trackball::take(const view::InputEvent& event, const BenchState& state,
+                                      const BenchFrame& frame, std::int64_t now_ns)
 {
   const view::EyePair& eyes = state.values().calibration.eyes;
   if (event.kind == view::InputKind::press && !held_) {
@@ -506,11 +493,11 @@ std::optional<bench::Sample> Trackball::take(const view::InputEvent& event, cons
   const view::OrbitCamera moved = view::dragged(held_->drag, picture_px(*held_, event),
                                                 square_window(held_->window, held_->pixel_aspect));
   const Pose X_motion = held_->drag.at_press.camera.X_world_camera * moved.camera.X_world_camera.inverse();
-  bench::Sample sample;
-  sample.kind = bench::SampleKind::offset;
+  Sample sample;
+  sample.kind = SampleKind::offset;
   sample.arrival_ns = now_ns;
   sample.tool_pose =
-      bench::place_of(held_->X_tracker_leg.inverse() * X_motion * held_->X_tracker_leg * held_->X_leg_joint);
+      place_of(held_->X_tracker_leg.inverse() * X_motion * held_->X_tracker_leg * held_->X_leg_joint);
   return sample;
 }
 

@@ -23,9 +23,9 @@ struct InputStatus {
   bool is_used = false;
   bool is_live = false;  ///< false: the last valid value is shown
   bool was_seen = false;
-  double age_s = 0.0;                                            ///< age of the shown value
-  bench::ToolVisibility state = bench::ToolVisibility::missing;  ///< `seen` for a stage that is not live
-                                                                 ///< but sends counts without zero
+  double age_s = 0.0;                              ///< age of the shown value
+  ToolVisibility state = ToolVisibility::missing;  ///< `seen` for a stage that is not live
+                                                   ///< but sends counts without zero
 };
 
 /// Poses and input states of one displayed frame.
@@ -36,7 +36,7 @@ struct BenchFrame {
   Pose X_tracker_reference = Pose::Identity();
   Pose X_tracker_moving = Pose::Identity();
   Pose X_tracker_eyes = Pose::Identity();
-  std::array<InputStatus, bench::n_body_roles> bodies;
+  std::array<InputStatus, n_body_roles> bodies;
   InputStatus stage, potentiometer;
   double stage_mm = 0.0;
   bool is_stage_zeroed = false, stage_has_lost_counts = false;
@@ -51,23 +51,23 @@ bool is_live(const BenchFrame& frame);
 class BenchState {
  public:
   /// `motion` must outlive the state; `frame`: solver frame of the model at the first flexion.
-  BenchState(const bench::BenchFile& bench, const bench::Calibration& calibration,
-             const store::Motion& motion, const SolverFrame& frame);
+  BenchState(const BenchFile& bench, const Calibration& calibration, const store::Motion& motion,
+             const SolverFrame& frame);
 
   /// Processes a sample, in order of arrival. All samples of a message must precede the next frame().
-  void take(const bench::Sample& sample);
+  void take(const Sample& sample);
 
   /// Frame to draw at `now_ns` of the samples' clock. Does not allocate.
   const BenchFrame& frame(std::int64_t now_ns);
 
-  bench::BenchValues& values() { return values_; }
-  const bench::BenchValues& values() const { return values_; }
+  BenchValues& values() { return values_; }
+  const BenchValues& values() const { return values_; }
   /// Parameter changed by keys, and by a potentiometer that drives "selected".
   std::size_t selected() const { return selected_; }
   void select(std::size_t parameter);
   void set_filter(bool is_on) { is_filtered_ = is_on; }
   bool is_filtered() const { return is_filtered_; }
-  const bench::BenchFile& bench() const { return bench_; }
+  const BenchFile& bench() const { return bench_; }
   /// Of a solved pose of the model.
   ClinicalCoordinates clinical(const store::JointPose& pose) const
   {
@@ -78,7 +78,7 @@ class BenchState {
   const Pose& X_leg_joint() const { return X_leg_joint_; }
   void reset_offset() { X_leg_joint_ = Pose::Identity(); }
   /// Last pose fit of a body of markers; nullptr for a tool.
-  const bench::PoseFit* fit(bench::BodyRole role) const;
+  const PoseFit* fit(BodyRole role) const;
 
  private:
   struct BoardInput {
@@ -87,30 +87,28 @@ class BenchState {
     std::int32_t count = 0;
     std::uint8_t flags = 0;
   };
-  void take_place(const bench::Sample& sample);
-  void take_link(const bench::Sample& sample);
-  void take_stage(const bench::Sample& sample);
-  void take_potentiometer(const bench::Sample& sample);
+  void take_place(const Sample& sample);
+  void take_link(const Sample& sample);
+  void take_stage(const Sample& sample);
+  void take_potentiometer(const Sample& sample);
   bool is_turning(double time_s);
   void end_messages();
   void update_leg();
-  double least_of(std::size_t parameter) const;
-  double most_of(std::size_t parameter) const;
   Pose X_tracker_eyes(double time_s) const;
   void place_model(double time_s);
-  InputStatus mark_of(const BodyTracker& tracker, double now_s) const;
-  InputStatus mark_of(const BoardInput& input, double now_s) const;
+  static InputStatus mark_of(const BodyTracker& tracker, double now_s);
+  static InputStatus mark_of(const BoardInput& input, double now_s);
   double stage_mm() const;
 
-  bench::BenchFile bench_;
-  bench::BenchValues values_;
+  BenchFile bench_;
+  BenchValues values_;
   const store::Motion& motion_;
   SolverFrame frame_of_model_;
   TrackedBodies trackers_;
   BoardInput stage_, potentiometer_;
   bool has_lost_zero_ = false;         ///< the board restarted since the stage was zeroed
   std::optional<std::size_t> driven_;  ///< parameter driven by the potentiometer; empty: the selected one
-  bench::OneEuroFilter potentiometer_filter_;
+  OneEuroFilter potentiometer_filter_;
   double potentiometer_count_ = 0.0;   ///< filtered
   std::optional<double> start_count_;  ///< count when the parameter was selected
   double start_value_ = 0.0;           ///< value of the driven parameter at start_count_
@@ -118,10 +116,10 @@ class BenchState {
   double turning_until_s_ = 0.0;
   std::size_t selected_ = 0;
   bool is_filtered_ = true;
-  bench::OneEuroAngles filter_;
-  bench::AnglesPredictor angles_predictor_;
-  std::optional<bench::TimedAngles> angles_;  ///< two bodies: filtered angles
-  bench::LegAngles exchanged_;                ///< each body on the other bone
+  OneEuroAngles filter_;
+  AnglesPredictor angles_predictor_;
+  std::optional<TimedAngles> angles_;  ///< two bodies: filtered angles
+  LegAngles exchanged_;                ///< each body on the other bone
   Pose X_leg_joint_ = Pose::Identity();
   std::int64_t newest_arrival_ns_ = 0;
   int n_samples_ = 0;
@@ -157,7 +155,7 @@ class TimeHistogram {
 class StreamStatistics {
  public:
   /// Samples of a hidden tool count as received; samples without a stamp are ignored.
-  void add(const bench::Sample& sample);
+  void add(const Sample& sample);
   void add(std::int64_t device_ns, std::int64_t arrival_ns);
   std::uint64_t n() const { return n_; }
   std::uint64_t n_missed() const { return n_missed_; }  ///< gaps of whole intervals between stamps
@@ -202,15 +200,15 @@ std::string timing_text(const BenchTiming& timing);
 class Trackball {
  public:
   /// `centre_mm`: of the rotations, in the axes of the reference object.
-  Trackball(const bench::DisplaySettings& display, const Eigen::Vector3d& centre_mm)
+  Trackball(const DisplaySettings& display, const Eigen::Vector3d& centre_mm)
       : display_(display), centre_mm_(centre_mm)
   {
   }
 
   /// Processes an event over the picture of `frame`, the last one drawn; returns the new offset, if it
   /// changed, as a sample of kind `offset` that arrived at `now_ns`.
-  std::optional<bench::Sample> take(const view::InputEvent& event, const BenchState& state,
-                                    const BenchFrame& frame, std::int64_t now_ns);
+  std::optional<Sample> take(const view::InputEvent& event, const BenchState& state, const BenchFrame& frame,
+                             std::int64_t now_ns);
 
  private:
   struct HeldDrag {
@@ -223,7 +221,7 @@ class Trackball {
   };
   Eigen::Vector2d picture_px(const HeldDrag& held, const view::InputEvent& event) const;
 
-  bench::DisplaySettings display_;
+  DisplaySettings display_;
   Eigen::Vector3d centre_mm_;
   std::optional<HeldDrag> held_;
 };

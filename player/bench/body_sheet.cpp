@@ -50,17 +50,12 @@ constexpr double points_per_mm = 72.0 / 25.4, page_width_mm = 210.0, page_height
 /// The drawing operators of a page, in mm from the lower left corner.
 class Page {
  public:
-  Page()
-  {
-    number(points_per_mm) << " 0 0 ";
-    number(points_per_mm) << " 0 0 cm\n";
-  }
+  Page() { add("%.4f 0 0 %.4f 0 0 cm\n", points_per_mm, points_per_mm); }
 
   void line(double x0, double y0, double x1, double y1, bool is_dashed = false)
   {
     text_ += is_dashed ? "[2 1] 0 d 0.2 w\n" : "[] 0 d 0.2 w\n";
-    numbers({x0, y0}) << "m ";
-    numbers({x1, y1}) << "l S\n";
+    add("%.4f %.4f m %.4f %.4f l S\n", x0, y0, x1, y1);
   }
 
   void rectangle(double x, double y, double width, double height)
@@ -73,9 +68,7 @@ class Page {
 
   void words(double x, double y, double height_mm, const std::string& text)
   {
-    text_ += "BT /F ";
-    number(height_mm) << " Tf ";
-    numbers({x, y}) << "Td (";
+    add("BT /F %.4f Tf %.4f %.4f Td (", height_mm, x, y);
     for (const char c : text) {
       if (c == '(' || c == ')' || c == '\\') text_ += '\\';
       text_ += c;
@@ -87,9 +80,8 @@ class Page {
   template <typename IsBlack>
   void cells(double x, double y, double width, double height, int rows, int columns, IsBlack is_black)
   {
-    text_ += "q ";
-    numbers({width, 0.0, 0.0, height, x, y}) << "cm BI /W " << std::to_string(columns) << " /H "
-                                             << std::to_string(rows) << " /BPC 1 /CS /G /F /AHx ID ";
+    add("q %.4f 0.0000 0.0000 %.4f %.4f %.4f cm BI /W %d /H %d /BPC 1 /CS /G /F /AHx ID ", width, height, x,
+        y, columns, rows);
     for (int row = 0; row < rows; ++row) {
       for (int column = 0; column < columns; column += 4) {
         int digit = 0;
@@ -108,25 +100,12 @@ class Page {
   const std::string& text() const { return text_; }
 
  private:
-  struct Writer {
-    std::string& text;
-    Writer& operator<<(const std::string& more)
-    {
-      text += more;
-      return *this;
-    }
-  };
-  Writer number(double value)
+  template <typename... Numbers>
+  void add(const char* format, Numbers... numbers)
   {
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.4f", value);
-    text_ += digits;
-    return {text_};
-  }
-  Writer numbers(std::initializer_list<double> values)
-  {
-    for (const double value : values) number(value) << " ";
-    return {text_};
+    char line[256];
+    std::snprintf(line, sizeof line, format, numbers...);
+    text_ += line;
   }
 
   std::string text_;

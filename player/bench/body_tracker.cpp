@@ -43,8 +43,8 @@ double ClockMap::time_s(std::int64_t device_ns, std::int64_t arrival_ns)
   return time_s_;
 }
 
-BodyTracker::BodyTracker(const bench::BodySettings& settings, std::size_t first_tool)
-    : first_tool_(first_tool), n_tools_(bench::n_tools(settings)), has_markers_(settings.tool.empty())
+BodyTracker::BodyTracker(const BodySettings& settings, std::size_t first_tool)
+    : first_tool_(first_tool), n_tools_(n_tools(settings)), has_markers_(settings.tool.empty())
 {
   if (has_markers_) n_tools_ = settings.markers.size();
   has_come_.resize(n_tools_);
@@ -56,20 +56,20 @@ BodyTracker::BodyTracker(const bench::BodySettings& settings, std::size_t first_
   row_.resize(n_tools_);
 }
 
-void BodyTracker::take(const bench::Sample& sample, double time_s)
+void BodyTracker::take(const Sample& sample, double time_s)
 {
   has_come_[sample.source - first_tool_] = true;
-  const auto state = static_cast<bench::ToolVisibility>(sample.state);
+  const auto state = static_cast<ToolVisibility>(sample.state);
   if (!has_markers_) {
     state_ = state;
-    is_live_ = state == bench::ToolVisibility::seen;
-    if (is_live_) see({time_s, bench::pose_of(sample.tool_pose)});
+    is_live_ = state == ToolVisibility::seen;
+    if (is_live_) see({time_s, pose_of(sample.tool_pose)});
     has_new_pose_ = has_new_pose_ || is_live_;
     return;
   }
   std::optional<Eigen::Vector3d>& marker = row_[sample.source - first_tool_];
   marker.reset();
-  if (state == bench::ToolVisibility::seen) marker = Eigen::Vector3d::Map(sample.tool_pose.position_mm);
+  if (state == ToolVisibility::seen) marker = Eigen::Vector3d::Map(sample.tool_pose.position_mm);
   // Stamps may be of the frame or of each marker's firing; the frame time is the earliest.
   row_time_s_ = has_row_ ? std::min(row_time_s_, time_s) : time_s;
   has_row_ = true;
@@ -86,23 +86,22 @@ bool BodyTracker::end_message()
 
 bool BodyTracker::settle_markers()
 {
-  std::optional<bench::BodyMotion> before;
-  if (has_last_) before = bench::BodyMotion{last_, velocity_};
-  const bench::FiredFit fired = bench::fit_fired(body_, row_, row_time_s_, before, firing_);
+  std::optional<BodyMotion> before;
+  if (has_last_) before = BodyMotion{last_, velocity_};
+  const FiredFit fired = fit_fired(body_, row_, row_time_s_, before, firing_);
   fit_ = fired.fit;
   velocity_ = fired.velocity;
   has_row_ = false;
   std::fill(row_.begin(), row_.end(), std::nullopt);
-  is_live_ = fit_.status == bench::FitStatus::fitted;
-  state_ = is_live_
-               ? bench::ToolVisibility::seen
-               : (fit_.status == bench::FitStatus::too_few_markers ? bench::ToolVisibility::missing
-                                                                   : bench::ToolVisibility::invalid_pose);
+  is_live_ = fit_.status == FitStatus::fitted;
+  state_ = is_live_ ? ToolVisibility::seen
+                    : (fit_.status == FitStatus::too_few_markers ? ToolVisibility::missing
+                                                                 : ToolVisibility::invalid_pose);
   if (is_live_) see({row_time_s_, fit_.X_tracker_body});
   return is_live_;
 }
 
-void BodyTracker::see(const bench::TimedPose& pose)
+void BodyTracker::see(const TimedPose& pose)
 {
   // After a long occlusion the velocity is unknown.
   constexpr double longest_gap_s = 0.25;
@@ -115,7 +114,7 @@ void BodyTracker::see(const bench::TimedPose& pose)
 void BodyTracker::disconnect()
 {
   is_live_ = false;
-  state_ = bench::ToolVisibility::stale;
+  state_ = ToolVisibility::stale;
 }
 
 Pose BodyTracker::at(double time_s) const
@@ -123,12 +122,12 @@ Pose BodyTracker::at(double time_s) const
   return is_live_ && predictor_.has_sample() ? predictor_.at(time_s) : last_.X;
 }
 
-TrackedBodies::TrackedBodies(const bench::BenchFile& bench)
+TrackedBodies::TrackedBodies(const BenchFile& bench)
 {
-  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
-    const std::optional<bench::BodySettings>& body = bench.bodies[k];
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
+    const std::optional<BodySettings>& body = bench.bodies[k];
     if (!body || body->markers_body_mm.size() != body->markers.size()) continue;
-    trackers_[k].emplace(*body, bench::first_tool_index(bench, static_cast<bench::BodyRole>(k)));
+    trackers_[k].emplace(*body, first_tool_index(bench, static_cast<BodyRole>(k)));
   }
 }
 
@@ -141,7 +140,7 @@ void TrackedBodies::disconnect()
 
 namespace {
 
-bool has_marker(const bench::MarkerRow& row)
+bool has_marker(const MarkerRow& row)
 {
   return std::ranges::any_of(row, [](const auto& marker) { return marker.has_value(); });
 }
@@ -160,33 +159,33 @@ void MarkerFrames::end_row()
   std::fill(has_come_.begin(), has_come_.end(), false);
 }
 
-void MarkerFrames::take(const bench::Sample& sample)
+void MarkerFrames::take(const Sample& sample)
 {
-  const bool is_marker = sample.kind == bench::SampleKind::tool_pose && sample.source >= first_tool_ &&
+  const bool is_marker = sample.kind == SampleKind::tool_pose && sample.source >= first_tool_ &&
                          sample.source < first_tool_ + n_markers_;
   if (!is_marker) return;
   const std::size_t k = sample.source - first_tool_;
   // A second sample of a marker starts the next message.
   if (has_come_[k]) end_row();
   has_come_[k] = true;
-  if (sample.is(bench::ToolVisibility::seen)) row_[k] = Eigen::Vector3d::Map(sample.tool_pose.position_mm);
+  if (sample.is(ToolVisibility::seen)) row_[k] = Eigen::Vector3d::Map(sample.tool_pose.position_mm);
 }
 
-std::vector<bench::MarkerRow> MarkerFrames::frames(std::size_t most) const
+std::vector<MarkerRow> MarkerFrames::frames(std::size_t most) const
 {
-  std::vector<bench::MarkerRow> all = rows_;
+  std::vector<MarkerRow> all = rows_;
   if (has_marker(row_)) all.push_back(row_);
   if (all.size() <= most) return all;
-  std::vector<bench::MarkerRow> some;
+  std::vector<MarkerRow> some;
   for (std::size_t k = 0; k < most; ++k) some.push_back(all[k * all.size() / most]);
   return some;
 }
 
-FitQuality quality_of(const bench::PoseFit& fit)
+FitQuality quality_of(const PoseFit& fit)
 {
   FitQuality quality;
-  if (fit.status != bench::FitStatus::fitted) return quality;
-  const bench::PoseError error = bench::expected_error(fit.cloud, bench::noise_mm(fit));
+  if (fit.status != FitStatus::fitted) return quality;
+  const PoseError error = expected_error(fit.cloud, noise_mm(fit));
   quality.residual_mm = fit.residual_rms_mm;
   quality.n_markers = fit.cloud.n;
   quality.rotation_sd_rad = error.turn_rad.maxCoeff();
@@ -194,10 +193,10 @@ FitQuality quality_of(const bench::PoseFit& fit)
   return quality;
 }
 
-std::string fit_text(const bench::PoseFit& fit)
+std::string fit_text(const PoseFit& fit)
 {
-  if (fit.status != bench::FitStatus::fitted) {
-    std::string why = bench::name_of(fit.status);
+  if (fit.status != FitStatus::fitted) {
+    std::string why = name_of(fit.status);
     std::replace(why.begin(), why.end(), '_', ' ');
     return why;
   }
@@ -212,39 +211,38 @@ namespace {
 /// The mean of 500 frames has 1/20 of the noise of one, which is below the systematic error of a tracker.
 constexpr std::size_t most_frames = 500;
 
-std::string key_of(bench::BodyRole role)
+std::string key_of(BodyRole role)
 {
-  return std::string("body.") + bench::name_of(role);
+  return std::string("body.") + name_of(role);
 }
 
-const bench::BodySettings& settings_of(const bench::BenchFile& bench, bench::BodyRole role)
+const BodySettings& settings_of(const BenchFile& bench, BodyRole role)
 {
   return *bench.bodies[static_cast<std::size_t>(role)];
 }
 
-bench::BodyRole wanted_role(const bench::BenchFile& bench, const std::string& name)
+BodyRole wanted_role(const BenchFile& bench, const std::string& name)
 {
   std::string known;
-  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
-    const auto role = static_cast<bench::BodyRole>(k);
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
+    const auto role = static_cast<BodyRole>(k);
     if (!bench.bodies[k] || bench.bodies[k]->markers.empty()) continue;
-    if (name == bench::name_of(role)) return role;
-    known += std::string(known.empty() ? "" : " or ") + bench::name_of(role);
+    if (name == name_of(role)) return role;
+    known += std::string(known.empty() ? "" : " or ") + name_of(role);
   }
   throw InputError({bench.path, "body",
                     known.empty() ? "no body of markers" : "no body of markers '" + name + "'",
                     known.empty() ? "a body with the key markers" : known});
 }
 
-int n_seen_in(const std::vector<bench::MarkerRow>& frames, std::size_t marker)
+int n_seen_in(const std::vector<MarkerRow>& frames, std::size_t marker)
 {
   int n = 0;
-  for (const bench::MarkerRow& frame : frames) n += frame[marker] ? 1 : 0;
+  for (const MarkerRow& frame : frames) n += frame[marker] ? 1 : 0;
   return n;
 }
 
-void require_seen(const std::vector<bench::MarkerRow>& frames, const bench::BenchFile& bench,
-                  bench::BodyRole role)
+void require_seen(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role)
 {
   const std::vector<std::string>& names = settings_of(bench, role).markers;
   std::string unseen;
@@ -258,8 +256,7 @@ void require_seen(const std::vector<bench::MarkerRow>& frames, const bench::Benc
 }
 
 /// Rethrows an error of the body fit with the marker names of the file.
-[[noreturn]] void refuse_named(const bench::FitError& refusal, const bench::BenchFile& bench,
-                               bench::BodyRole role)
+[[noreturn]] void refuse_named(const FitError& refusal, const BenchFile& bench, BodyRole role)
 {
   const InputError::Facts& facts = refusal.facts();
   std::string what;
@@ -269,61 +266,58 @@ void require_seen(const std::vector<bench::MarkerRow>& frames, const bench::Benc
   throw InputError({bench.path, key_of(role) + ".markers", what + facts.found, facts.wanted});
 }
 
-std::string tracker_error_message(const bench::DeviceReport& report)
+std::string tracker_error_message(const DeviceReport& report)
 {
-  if (report.link == bench::LinkState::up) return "the tracker answers";
+  if (report.link == LinkState::up) return "the tracker answers";
   return "no tracker at " + report.peer + (report.error_message.empty() ? "" : ": " + report.error_message);
 }
 
-std::vector<bench::MarkerRow> received_frames(const bench::BenchFile& bench, bench::BodyRole role,
-                                              double seconds)
+std::vector<MarkerRow> received_frames(const BenchFile& bench, BodyRole role, double seconds)
 {
   show::StopSignals stop;
-  bench::Devices devices(bench.tracker, std::nullopt);
-  MarkerFrames received(bench::first_tool_index(bench, role), settings_of(bench, role).markers.size());
-  receive_samples(devices, seconds, stop, [&](const bench::Sample& sample) { received.take(sample); });
-  std::vector<bench::MarkerRow> frames = received.frames(most_frames);
+  Devices devices(bench.tracker, std::nullopt);
+  MarkerFrames received(first_tool_index(bench, role), settings_of(bench, role).markers.size());
+  receive_samples(devices, seconds, stop, [&](const Sample& sample) { received.take(sample); });
+  std::vector<MarkerRow> frames = received.frames(most_frames);
   if (frames.empty()) {
     throw InputError({bench.path, key_of(role) + ".markers",
                       "none of them seen in " + show::rounded_text(seconds, 1) + " s (" +
-                          tracker_error_message(devices.report(bench::DeviceId::tracker)) + ")",
+                          tracker_error_message(devices.report(DeviceId::tracker)) + ")",
                       "markers that the tracker reports with these names"});
   }
   return frames;
 }
 
 /// Fit of all markers with the noise of the frames.
-bench::PoseFit typical_fit(const bench::BuiltBody& built)
+PoseFit typical_fit(const BuiltBody& built)
 {
-  bench::PoseFit fit;
-  fit.status = bench::FitStatus::fitted;
+  PoseFit fit;
+  fit.status = FitStatus::fitted;
   fit.residual_rms_mm = built.residual_rms_mm;
-  bench::MarkerRow all;
+  MarkerRow all;
   for (Eigen::Index k = 0; k < built.body.markers_mm.rows(); ++k)
     all.emplace_back(built.body.markers_mm.row(k).transpose());
-  fit.cloud = bench::cloud_of(built.body, all);
+  fit.cloud = cloud_of(built.body, all);
   return fit;
 }
 
 }  // namespace
 
-bench::BuiltBody build_measured_body(const std::vector<bench::MarkerRow>& frames,
-                                     const bench::BenchFile& bench, bench::BodyRole role)
+BuiltBody build_measured_body(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role)
 {
   require_seen(frames, bench, role);
-  bench::BodyOptions options;
+  BodyOptions options;
   for (const Eigen::Vector3d& p : settings_of(bench, role).markers_body_mm) options.given_mm.emplace_back(p);
   try {
-    return bench::build_body(frames, bench.path, options);
-  } catch (const bench::FitError& refusal) {
+    return build_body(frames, bench.path, options);
+  } catch (const FitError& refusal) {
     refuse_named(refusal, bench, role);
   }
 }
 
-std::string bench_file_lines(const bench::BuiltBody& built, const bench::BenchFile& bench,
-                             bench::BodyRole role)
+std::string bench_file_lines(const BuiltBody& built, const BenchFile& bench, BodyRole role)
 {
-  const bench::BodySettings& settings = settings_of(bench, role);
+  const BodySettings& settings = settings_of(bench, role);
   std::ostringstream text;
   text << "[" << key_of(role) << "]\nmarkers = [";
   for (std::size_t k = 0; k < settings.markers.size(); ++k)
@@ -343,19 +337,19 @@ std::string bench_file_lines(const bench::BuiltBody& built, const bench::BenchFi
   if (!settings.markers_body_mm.empty())
     text << "# in the frame of the bench file's markers_mm, difference "
          << show::rounded_text(built.given_rms_mm, 3) << " mm (root mean square)\n";
-  if (built.status != bench::BuildStatus::converged)
+  if (built.status != BuildStatus::converged)
     text << "# not converged: too few frames with the same markers\n";
   return text.str();
 }
 
 void measure_body(const MeasureBodyOptions& options, const show::Streams& streams)
 {
-  const bench::BenchFile bench = bench::read_bench_file(options.bench, bench::MarkerPositions::optional);
-  const bench::BodyRole role = wanted_role(bench, options.role);
+  const BenchFile bench = read_bench_file(options.bench, MarkerPositions::optional);
+  const BodyRole role = wanted_role(bench, options.role);
   if (!options.is_quiet)
-    streams.messages << "Rotate the body '" << bench::name_of(role) << "' slowly in front of the tracker for "
+    streams.messages << "Rotate the body '" << name_of(role) << "' slowly in front of the tracker for "
                      << show::rounded_text(options.seconds, 1) << " s" << std::endl;
-  const std::vector<bench::MarkerRow> frames = received_frames(bench, role, options.seconds);
+  const std::vector<MarkerRow> frames = received_frames(bench, role, options.seconds);
   streams.data << bench_file_lines(build_measured_body(frames, bench, role), bench, role);
 }
 
@@ -391,13 +385,12 @@ std::string beyond_text(const char* angle, const BeyondRange& at)
 
 }  // namespace
 
-LegCheck check_leg(const store::Motion& motion, const bench::LegAngles& measured,
-                   const bench::LegAngles& exchanged)
+LegCheck check_leg(const store::Motion& motion, const LegAngles& measured, const LegAngles& exchanged)
 {
-  const auto flexion_of = [&motion](const bench::LegAngles& angles) {
+  const auto flexion_of = [&motion](const LegAngles& angles) {
     return beyond(angles.flexion_rad, motion.first_flexion_rad(), motion.last_flexion_rad());
   };
-  const auto varus_of = [&motion](const bench::LegAngles& angles) {
+  const auto varus_of = [&motion](const LegAngles& angles) {
     return beyond(angles.varus_rad, motion.first_varus_rad(), motion.last_varus_rad());
   };
   LegCheck check{flexion_of(measured), varus_of(measured), false, false, measured.theta_rad};

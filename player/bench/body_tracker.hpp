@@ -34,14 +34,14 @@ class ClockMap {
 class BodyTracker {
  public:
   /// `first_tool`: index of the body's first tool in the order of BenchFile.
-  BodyTracker(const bench::BodySettings& settings, std::size_t first_tool);
+  BodyTracker(const BodySettings& settings, std::size_t first_tool);
 
   bool has_markers() const { return has_markers_; }
   bool has_tool(std::size_t tool) const { return tool >= first_tool_ && tool < first_tool_ + n_tools_; }
   /// Whether the tool was received since the last end_message(); its next sample starts a new message.
   bool has_received(std::size_t tool) const { return has_come_[tool - first_tool_]; }
   /// Adds a sample of one of the body's tools, measured at `time_s` of the local clock.
-  void take(const bench::Sample& sample, double time_s);
+  void take(const Sample& sample, double time_s);
   /// Ends a message: fits the markers received since the last call. Returns true if there is a new pose.
   bool end_message();
   /// The tracker is disconnected.
@@ -49,7 +49,7 @@ class BodyTracker {
 
   bool was_seen() const { return has_last_; }
   bool is_live() const { return is_live_; }
-  bench::ToolVisibility state() const { return state_; }
+  ToolVisibility state() const { return state_; }
   /// Time of the last pose, s of the local clock.
   double seen_s() const { return last_.time_s; }
   /// Last pose; identity before the first one.
@@ -57,40 +57,37 @@ class BodyTracker {
   /// Pose extrapolated to `time_s`; the last pose if the body is hidden.
   Pose at(double time_s) const;
   /// Last fit of the markers.
-  const bench::PoseFit& fit() const { return fit_; }
+  const PoseFit& fit() const { return fit_; }
 
  private:
-  void see(const bench::TimedPose& pose);
+  void see(const TimedPose& pose);
   bool settle_markers();
 
   std::size_t first_tool_ = 0, n_tools_ = 1;
   std::vector<bool> has_come_;
   bool has_markers_ = false;
-  bench::RigidBody body_;
-  bench::Firing firing_;
-  bench::MarkerRow row_;  ///< markers since the last end_message()
+  RigidBody body_;
+  Firing firing_;
+  MarkerRow row_;  ///< markers since the last end_message()
   bool has_row_ = false;
   double row_time_s_ = 0.0;
   bool has_new_pose_ = false;  ///< tool only
-  bench::PoseFit fit_;
-  bench::Screw velocity_;  ///< of the last marker fit: start value of the next
-  bench::PosePredictor predictor_;
-  bench::TimedPose last_;
+  PoseFit fit_;
+  Screw velocity_;  ///< of the last marker fit: start value of the next
+  PosePredictor predictor_;
+  TimedPose last_;
   bool has_last_ = false, is_live_ = false;
-  bench::ToolVisibility state_ = bench::ToolVisibility::missing;
+  ToolVisibility state_ = ToolVisibility::missing;
 };
 
 /// The trackers of a bench's bodies, by role, and the clock of the tracker.
 class TrackedBodies {
  public:
   /// Without bodies of markers whose positions are unknown.
-  explicit TrackedBodies(const bench::BenchFile& bench);
+  explicit TrackedBodies(const BenchFile& bench);
 
-  std::optional<BodyTracker>& operator[](bench::BodyRole role)
-  {
-    return trackers_[static_cast<std::size_t>(role)];
-  }
-  const std::optional<BodyTracker>& operator[](bench::BodyRole role) const
+  std::optional<BodyTracker>& operator[](BodyRole role) { return trackers_[static_cast<std::size_t>(role)]; }
+  const std::optional<BodyTracker>& operator[](BodyRole role) const
   {
     return trackers_[static_cast<std::size_t>(role)];
   }
@@ -98,11 +95,10 @@ class TrackedBodies {
   /// Passes a tool's sample to its body; calls `end_message(tracker)` before a sample that starts the body's
   /// next message. Returns the time of the sample on the local clock; hidden tools do not update the clock.
   template <typename EndMessage>
-  double take(const bench::Sample& sample, EndMessage end_message)
+  double take(const Sample& sample, EndMessage end_message)
   {
-    const double time_s = sample.is(bench::ToolVisibility::seen)
-                              ? clock_.time_s(sample.device_ns, sample.arrival_ns)
-                              : static_cast<double>(sample.arrival_ns) * s_per_ns;
+    const double time_s = sample.is(ToolVisibility::seen) ? clock_.time_s(sample.device_ns, sample.arrival_ns)
+                                                          : static_cast<double>(sample.arrival_ns) * s_per_ns;
     for (std::optional<BodyTracker>& tracker : trackers_) {
       if (!tracker || !tracker->has_tool(sample.source)) continue;
       if (tracker->has_received(sample.source)) end_message(*tracker);
@@ -114,7 +110,7 @@ class TrackedBodies {
   void disconnect();
 
  private:
-  std::array<std::optional<BodyTracker>, bench::n_body_roles> trackers_;
+  std::array<std::optional<BodyTracker>, n_body_roles> trackers_;
   ClockMap clock_;
 };
 
@@ -129,18 +125,18 @@ class MarkerFrames {
   MarkerFrames(std::size_t first_tool, std::size_t n_markers);
 
   /// Adds a sample, in order of arrival; ignores other tools.
-  void take(const bench::Sample& sample);
+  void take(const Sample& sample);
 
   /// Frames with at least one visible marker; at most `most`, evenly selected.
-  std::vector<bench::MarkerRow> frames(std::size_t most) const;
+  std::vector<MarkerRow> frames(std::size_t most) const;
 
  private:
   void end_row();
 
   std::size_t first_tool_, n_markers_;
   std::vector<bool> has_come_;  ///< received in the current row
-  bench::MarkerRow row_;
-  std::vector<bench::MarkerRow> rows_;
+  MarkerRow row_;
+  std::vector<MarkerRow> rows_;
 };
 
 /// Expected pose error for the noise estimated from the fit's residual; zero without a fit.
@@ -150,10 +146,10 @@ struct FitQuality {
   double rotation_sd_rad = 0.0;  ///< standard deviation of the rotation about the least certain axis
   double centroid_sd_mm = 0.0;   ///< standard deviation of the centroid of the markers
 };
-FitQuality quality_of(const bench::PoseFit& fit);
+FitQuality quality_of(const PoseFit& fit);
 
 /// "residual 0.12 mm at 4 markers, rotation sd 0.06 deg"; without a fit the reason.
-std::string fit_text(const bench::PoseFit& fit);
+std::string fit_text(const PoseFit& fit);
 
 struct MeasureBodyOptions {
   std::string role, bench;
@@ -167,12 +163,10 @@ void measure_body(const MeasureBodyOptions& options, const show::Streams& stream
 
 /// Builds the body from `frames`, in the frame of the file's markers_mm if present. Throws InputError with
 /// the bench file, the body and its markers.
-bench::BuiltBody build_measured_body(const std::vector<bench::MarkerRow>& frames,
-                                     const bench::BenchFile& bench, bench::BodyRole role);
+BuiltBody build_measured_body(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role);
 
 /// Lines of the body for the bench file.
-std::string bench_file_lines(const bench::BuiltBody& built, const bench::BenchFile& bench,
-                             bench::BodyRole role);
+std::string bench_file_lines(const BuiltBody& built, const BenchFile& bench, BodyRole role);
 
 // Whether the model shows the tracked leg: angles beyond its range, angles that no knee has, exchanged
 // bodies.
@@ -195,8 +189,7 @@ struct LegCheck {
 };
 
 /// `exchanged`: the angles if each body is on the other bone.
-LegCheck check_leg(const store::Motion& motion, const bench::LegAngles& measured,
-                   const bench::LegAngles& exchanged);
+LegCheck check_leg(const store::Motion& motion, const LegAngles& measured, const LegAngles& exchanged);
 
 /// "flexion 120, model ends at 90"; empty if nothing is wrong. Degrees.
 std::string leg_check_text(const LegCheck& check);

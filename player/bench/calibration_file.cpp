@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "bench/rigid_body.hpp"
+#include "bench/toml_table.hpp"
 #include "core/files.hpp"
 #include "core/schema.hpp"
 #include "core/text.hpp"
@@ -30,33 +31,56 @@ constexpr int version = 1;
 /// Allowed deviation of the length of a stored direction from 1.
 constexpr double unit_tolerance = 1e-3;
 
-Eigen::Vector2d two(const core::DocumentValue& table, const char* key)
+/// The six numbers of a pose.
+template <typename Visit, typename Six>
+void visit_six(const Visit& visit, Six& six)
 {
-  const std::vector<double> v = core::numbers_at(table, key);
-  return {v[0], v[1]};
+  visit("shift_mm", six.shift_mm);
+  visit.degrees("turn_deg", six.turn_rad);
 }
 
-bench::PoseParameters six_in(const core::DocumentValue& root, const std::string& key)
+/// What is stored of an eye; its window is that of the bench.
+template <typename Visit, typename StoredEye>
+void visit_eye(const Visit& visit, StoredEye& eye)
 {
-  return {core::vector3_at(root, key + ".shift_mm"),
-          core::vector3_at(root, key + ".turn_deg") * rad_from_deg(1.0)};
+  visit("visible", eye.visible, "px: x, y, width, height");
+  visit("distance_px", eye.distance_px);
+  visit("pixel_aspect", eye.pixel_aspect);
+  visit("sight_px", eye.sight_px);
+  visit("eyepoint_mm", eye.position_head_mm);
+  visit("k1", eye.distortion.k1);
+  visit("k2", eye.distortion.k2);
+  visit("distortion_centre_px", eye.distortion.centre_px);
+  visit("distortion_unit_px", eye.distortion.unit_px);
 }
 
-view::Eye eye_in(const core::DocumentValue& table, const view::Viewport& window)
+template <typename Visit, typename AnyCalibration>
+void visit_head(const Visit& visit, AnyCalibration& calibration)
 {
-  const std::vector<double> visible = core::numbers_at(table, "visible");
-  view::Eye eye;
-  eye.window = window;
-  eye.visible = {static_cast<int>(visible[0]), static_cast<int>(visible[1]), static_cast<int>(visible[2]),
-                 static_cast<int>(visible[3])};
-  eye.distance_px = core::number_at(table, "distance_px");
-  eye.pixel_aspect = core::number_at(table, "pixel_aspect");
-  eye.sight_px = two(table, "sight_px");
-  eye.position_head_mm = core::vector3_at(table, "eyepoint_mm");
-  eye.distortion = {core::number_at(table, "k1"), core::number_at(table, "k2"),
-                    two(table, "distortion_centre_px"), core::number_at(table, "distortion_unit_px"),
-                    eye.pixel_aspect};
-  return eye;
+  visit("image_distance_mm", calibration.image_distance_mm);
+  visit("stage_direction", calibration.stage_direction_table, "unit vector in table axes");
+  visit("subject_scale", calibration.subject_scale, "scale of the model's lengths");
+}
+
+/// Calls `use(table, comment, six)` for each pose, in the order of the file.
+template <typename AnyCalibration, typename Use>
+void for_each_pose(AnyCalibration& calibration, Use use)
+{
+  auto& models = calibration.X_body_model;
+  use("table", "pose of the table in the tracker frame", calibration.X_tracker_table);
+  use("eyes", "pose of the eyes' midpoint in the table frame, stage at zero", calibration.X_table_eyes);
+  use("head", "pose of the eyes' midpoint in the frame of the display's body", calibration.X_headbody_eyes);
+  use("leg", "pose of the knee model in the frame of the leg's body", models[0]);
+  use("femur", "pose of the femur model in the frame of its body", models[1]);
+  use("tibia", "pose of the tibia model in the frame of its body", models[2]);
+}
+
+/// The eyes with their tables and windows.
+template <typename Pair, typename Use>
+void for_each_eye(Pair& eyes, const view::EyeWindows& windows, Use use)
+{
+  use("left", eyes.left, windows.left);
+  use("right", eyes.right, windows.right);
 }
 
 std::string display_text(const DisplaySettings& display)
@@ -88,62 +112,18 @@ void require_bench(const core::Document& document, const BenchFile& bench)
   if (const std::string& title = core::text_at(root, "bench"); title != bench.title)
     document.refuse("bench", "'" + title + "'", "'" + bench.title + "', the title of " + bench.path);
   DisplaySettings made_for;
-  made_for.width = static_cast<int>(core::integer_at(root, "display.width"));
-  made_for.height = static_cast<int>(core::integer_at(root, "display.height"));
-  made_for.layout = view::layout_named(core::text_at(root, "display.layout")).value();
+  const TableReader read(core::value_at(root, "display"));
+  std::string layout;
+  read("width", made_for.width);
+  read("height", made_for.height);
+  read("layout", layout);
+  made_for.layout = view::layout_named(layout).value();
   if (display_text(made_for) != display_text(bench.display)) {
     document.refuse("display", "a calibration of " + display_text(made_for),
                     "this bench's display, " + display_text(bench.display) + "; calibrate again");
   }
   require_window(document, "display.left_window", bench.display.windows.left);
   require_window(document, "display.right_window", bench.display.windows.right);
-}
-
-Calibration calibration_in(const core::Document& document, const BenchFile& bench)
-{
-  const core::DocumentValue& root = document.root;
-  require_bench(document, bench);
-  Calibration calibration;
-  calibration.eyes.left = eye_in(core::value_at(root, "left"), bench.display.windows.left);
-  calibration.eyes.right = eye_in(core::value_at(root, "right"), bench.display.windows.right);
-  calibration.image_distance_mm = core::number_at(root, "image_distance_mm");
-  calibration.X_tracker_table = six_in(root, "table");
-  calibration.X_table_eyes = six_in(root, "eyes");
-  calibration.stage_direction_table = core::vector3_at(root, "stage_direction");
-  if (!(std::abs(calibration.stage_direction_table.norm() - 1.0) < unit_tolerance))
-    document.refuse("stage_direction", "a vector whose length is not 1", "a unit vector");
-  calibration.X_headbody_eyes = six_in(root, "head");
-  for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia})
-    calibration.X_body_model[static_cast<std::size_t>(role)] = six_in(root, name_of(role));
-  calibration.subject_scale = core::number_at(root, "subject_scale");
-  calibration.records = read_calibration_records(document);
-  view::require_usable(calibration.eyes, document.file);
-  return calibration;
-}
-
-template <int n>
-std::string list_of(const Eigen::Matrix<double, n, 1>& v)
-{
-  return show::list_text({v.data(), static_cast<std::size_t>(n)});
-}
-
-void add_six(std::ostream& text, const char* name, const char* comment, const bench::PoseParameters& six)
-{
-  text << "\n[" << name << "]  # " << comment << "\nshift_mm = " << list_of(six.shift_mm)
-       << "\nturn_deg = " << list_of(Eigen::Vector3d(six.turn_rad / rad_from_deg(1.0))) << "\n";
-}
-
-void add_eye(std::ostream& text, const char* name, const view::Eye& eye)
-{
-  const view::Viewport& v = eye.visible;
-  text << "\n[" << name << "]\nvisible = [" << v.x << ", " << v.y << ", " << v.width << ", " << v.height
-       << "]  # px: x, y, width, height\ndistance_px = " << show::number_text(eye.distance_px)
-       << "\npixel_aspect = " << show::number_text(eye.pixel_aspect)
-       << "\nsight_px = " << list_of(eye.sight_px) << "\neyepoint_mm = " << list_of(eye.position_head_mm)
-       << "\nk1 = " << show::number_text(eye.distortion.k1)
-       << "\nk2 = " << show::number_text(eye.distortion.k2)
-       << "\ndistortion_centre_px = " << list_of(eye.distortion.centre_px)
-       << "\ndistortion_unit_px = " << show::number_text(eye.distortion.unit_px) << "\n";
 }
 
 view::Eye nominal_eye(const DisplaySettings& display, const view::Viewport& window, double x_mm)
@@ -177,41 +157,30 @@ Calibration nominal_calibration(const BenchFile& bench)
   return calibration;
 }
 
-Calibration parse_calibration(const std::string& text, const std::string& path, const BenchFile& bench)
-{
-  return calibration_in(calibration_schema().read(text, path), bench);
-}
-
-Calibration read_calibration(const std::string& path, const BenchFile& bench)
-{
-  return parse_calibration(core::read_document_text(path, "a calibration file (schemas/calibration.md)"),
-                           path, bench);
-}
-
 std::string calibration_text(const Calibration& calibration, const BenchFile& bench)
 {
+  const DisplaySettings& display = bench.display;
   std::ostringstream text;
-  text << "# See schemas/calibration.md.\nversion = " << version
-       << "\nbench = " << show::quoted_text(bench.title)
-       << "\nimage_distance_mm = " << show::number_text(calibration.image_distance_mm)
-       << "\nstage_direction = " << list_of(calibration.stage_direction_table)
-       << "  # unit vector in table axes\nsubject_scale = " << show::number_text(calibration.subject_scale)
-       << "  # scale of the model's lengths\n\n[display]\nwidth = " << bench.display.width
-       << "\nheight = " << bench.display.height << "\nlayout = "
-       << show::quoted_text(view::layout_names()[static_cast<std::size_t>(bench.display.layout)])
-       << "\nleft_window = " << show::list_text(numbers_of(bench.display.windows.left))
-       << "  # px: x, y, width, height\nright_window = "
-       << show::list_text(numbers_of(bench.display.windows.right)) << "\n";
-  add_eye(text, "left", calibration.eyes.left);
-  add_eye(text, "right", calibration.eyes.right);
-  add_six(text, "table", "pose of the table in the tracker frame", calibration.X_tracker_table);
-  add_six(text, "eyes", "pose of the eyes' midpoint in the table frame, stage at zero",
-          calibration.X_table_eyes);
-  add_six(text, "head", "pose of the eyes' midpoint in the frame of the display's body",
-          calibration.X_headbody_eyes);
-  add_six(text, "leg", "pose of the knee model in the frame of the leg's body", calibration.X_body_model[0]);
-  add_six(text, "femur", "pose of the femur model in the frame of its body", calibration.X_body_model[1]);
-  add_six(text, "tibia", "pose of the tibia model in the frame of its body", calibration.X_body_model[2]);
+  const TableWriter write(text);
+  text << "# See schemas/calibration.md.\n";
+  write("version", version);
+  write("bench", bench.title);
+  visit_head(write, calibration);
+  text << "\n[display]\n";
+  write("width", display.width);
+  write("height", display.height);
+  write("layout", view::layout_names()[static_cast<std::size_t>(display.layout)]);
+  write("left_window", numbers_of(display.windows.left), "px: x, y, width, height");
+  write("right_window", numbers_of(display.windows.right));
+  for_each_eye(calibration.eyes, display.windows,
+               [&](const char* key, const view::Eye& eye, const view::Viewport&) {
+                 text << "\n[" << key << "]\n";
+                 visit_eye(write, eye);
+               });
+  for_each_pose(calibration, [&](const char* key, const char* comment, const PoseParameters& six) {
+    text << "\n[" << key << "]  # " << comment << "\n";
+    visit_six(write, six);
+  });
   return text.str() + records_text(calibration.records);
 }
 
@@ -387,12 +356,51 @@ namespace {
 /// Unit of a dimensionless number in the file: the list of texts must not contain empty texts.
 constexpr const char* dimensionless_unit = "1";
 
+template <typename Visit, typename Mark>
+void visit_mark(const Visit& visit, Mark& mark)
+{
+  visit("task", mark.task);
+  visit("rows", mark.rows);
+}
+
+/// The table of a record, without its marks and its result.
+template <typename Visit, typename Record>
+void visit_record(const Visit& visit, Record& record)
+{
+  visit("date", record.date);
+  visit.optional("outdated", record.is_outdated, "must be repeated");
+  visit.optional("made_with", record.made_with);
+}
+
+/// The table of an estimate, with its values and covariance as lists.
+struct StoredEstimate {
+  Estimate estimate;  ///< without units, values and covariance
+  std::vector<std::string> units;
+  std::vector<double> values;
+  std::vector<std::vector<double>> covariance;
+};
+
+template <typename Visit, typename Stored>
+void visit_estimate(const Visit& visit, Stored& stored)
+{
+  visit("names", stored.estimate.names);
+  visit("units", stored.units);
+  visit("values", stored.values);
+  visit("covariance", stored.covariance);
+  visit("dof", stored.estimate.dof);
+  visit("residuals", stored.estimate.residuals);
+  visit.optional("residual_unit", stored.estimate.residual_unit);
+  visit("residual_rms", stored.estimate.residual_rms);
+  visit.optional("remarks", stored.estimate.remarks);
+}
+
 std::vector<CalibrationMark> marks_in(const core::Document& document, const std::string& key)
 {
   std::vector<CalibrationMark> marks;
   std::set<std::string> names;
   for (const core::DocumentValue& item : core::list_or_empty(document.root, key)) {
-    const CalibrationMark mark{core::text_at(item, "task"), core::rows_at(item, "rows")};
+    CalibrationMark mark;
+    visit_mark(TableReader(item), mark);
     if (!names.insert(mark.task).second) {
       document.refuse(key + "." + std::to_string(marks.size()) + ".task", "'" + mark.task + "' twice",
                       "each task only once");
@@ -411,10 +419,10 @@ void require_size(const core::Document& document, const std::string& key, std::s
 }
 
 /// Reads an [n, n] covariance; rows and columns follow `names`. A negative variance is an error.
-Eigen::MatrixXd covariance_in(const core::Document& document, const std::string& key, std::size_t n)
+Eigen::MatrixXd covariance_of(const core::Document& document, const std::string& key,
+                              const std::vector<std::vector<double>>& rows, std::size_t n)
 {
   if (n == 0) return {};
-  const std::vector<std::vector<double>> rows = core::rows_at(document.root, key);
   require_size(document, key, rows.size(), n, "rows");
   const auto size = static_cast<Eigen::Index>(n);
   Eigen::MatrixXd covariance(size, size);
@@ -429,24 +437,16 @@ Eigen::MatrixXd covariance_in(const core::Document& document, const std::string&
 
 Estimate estimate_in(const core::Document& document, const std::string& key)
 {
-  const core::DocumentValue& table = core::value_at(document.root, key);
-  Estimate estimate;
-  estimate.names = core::texts_at(table, "names");
-  estimate.units = core::texts_at(table, "units");
+  StoredEstimate stored;
+  visit_estimate(TableReader(core::value_at(document.root, key)), stored);
+  Estimate& estimate = stored.estimate;
   const std::size_t n = estimate.names.size();
-  require_size(document, key + ".units", estimate.units.size(), n, "units");
-  for (std::string& unit : estimate.units) {
-    if (unit == dimensionless_unit) unit.clear();
-  }
-  const std::vector<double> values = core::numbers_at(table, "values");
-  require_size(document, key + ".values", values.size(), n, "numbers");
-  estimate.values = Eigen::VectorXd::Map(values.data(), static_cast<Eigen::Index>(n));
-  estimate.covariance = covariance_in(document, key + ".covariance", n);
-  estimate.dof = core::number_at(table, "dof");
-  estimate.residuals = core::numbers_at(table, "residuals");
-  estimate.residual_unit = core::text_or_empty(table, "residual_unit");
-  estimate.residual_rms = core::number_at(table, "residual_rms");
-  estimate.remarks = core::texts_at(table, "remarks");
+  require_size(document, key + ".units", stored.units.size(), n, "units");
+  require_size(document, key + ".values", stored.values.size(), n, "numbers");
+  for (const std::string& unit : stored.units)
+    estimate.units.push_back(unit == dimensionless_unit ? "" : unit);
+  estimate.values = Eigen::VectorXd::Map(stored.values.data(), static_cast<Eigen::Index>(n));
+  estimate.covariance = covariance_of(document, key + ".covariance", stored.covariance, n);
   return estimate;
 }
 
@@ -465,9 +465,7 @@ CalibrationRecord record_in(const core::Document& document, const std::string& k
 {
   const core::DocumentValue& table = core::value_at(document.root, key);
   CalibrationRecord record;
-  record.date = core::text_at(table, "date");
-  record.is_outdated = core::flag_at(table, "outdated");
-  if (table.contains("made_with")) record.made_with = core::numbers_at(table, "made_with");
+  visit_record(TableReader(table), record);
   record.marks = marks_in(document, key + ".mark");
   if (table.contains("result")) {
     record.estimate = estimate_in(document, key + ".result");
@@ -476,68 +474,71 @@ CalibrationRecord record_in(const core::Document& document, const std::string& k
   return record;
 }
 
-std::string texts_text(const std::vector<std::string>& texts)
+Calibration calibration_in(const core::Document& document, const BenchFile& bench)
 {
-  std::string text = "[";
-  for (const std::string& item : texts) text += (text.size() > 1 ? ", " : "") + show::quoted_text(item);
-  return text + "]";
+  const core::DocumentValue& root = document.root;
+  require_bench(document, bench);
+  Calibration calibration;
+  for_each_eye(calibration.eyes, bench.display.windows,
+               [&](const char* key, view::Eye& eye, const view::Viewport& window) {
+                 eye.window = window;
+                 visit_eye(TableReader(core::value_at(root, key)), eye);
+                 eye.distortion.pixel_aspect = eye.pixel_aspect;
+               });
+  visit_head(TableReader(root), calibration);
+  if (!(std::abs(calibration.stage_direction_table.norm() - 1.0) < unit_tolerance))
+    document.refuse("stage_direction", "a vector whose length is not 1", "a unit vector");
+  for_each_pose(calibration, [&](const char* key, const char*, PoseParameters& six) {
+    visit_six(TableReader(core::value_at(root, key)), six);
+  });
+  for (std::size_t k = 0; k < n_calibration_parts; ++k) {
+    const auto part = static_cast<CalibrationPart>(k);
+    if (core::find_at(root, record_key(part)) != nullptr)
+      calibration.records[part] = record_in(document, record_key(part), part);
+  }
+  view::require_usable(calibration.eyes, document.file);
+  return calibration;
 }
 
-/// Writes each row on its own line.
-std::string rows_text(const std::vector<std::vector<double>>& rows)
+StoredEstimate stored(const Estimate& estimate)
 {
-  std::string text = "[";
-  for (const std::vector<double>& row : rows) text += (text.size() > 1 ? ",\n  " : "") + show::list_text(row);
-  return text + "]";
-}
-
-void add_estimate(std::ostream& text, const std::string& key, const Estimate& estimate)
-{
-  std::vector<std::string> units = estimate.units;
-  for (std::string& unit : units) {
-    if (unit.empty()) unit = dimensionless_unit;
-  }
-  std::vector<std::vector<double>> covariance;
-  for (Eigen::Index i = 0; i < estimate.covariance.rows(); ++i) {
-    const Eigen::VectorXd row = estimate.covariance.row(i);
-    covariance.emplace_back(row.data(), row.data() + row.size());
-  }
-  text << "\n[" << key << ".result]\nnames = " << texts_text(estimate.names)
-       << "\nunits = " << texts_text(units) << "\nvalues = "
-       << show::list_text({estimate.values.data(), static_cast<std::size_t>(estimate.values.size())})
-       << "\ncovariance = " << rows_text(covariance) << "\ndof = " << show::number_text(estimate.dof)
-       << "\nresiduals = " << show::list_text(estimate.residuals) << "\n";
-  if (!estimate.residual_unit.empty())
-    text << "residual_unit = " << show::quoted_text(estimate.residual_unit) << "\n";
-  text << "residual_rms = " << show::number_text(estimate.residual_rms) << "\n";
-  if (!estimate.remarks.empty()) text << "remarks = " << texts_text(estimate.remarks) << "\n";
+  StoredEstimate stored{estimate, {}, {estimate.values.begin(), estimate.values.end()}, {}};
+  for (const std::string& unit : estimate.units)
+    stored.units.push_back(unit.empty() ? dimensionless_unit : unit);
+  for (const auto& row : estimate.covariance.rowwise())
+    stored.covariance.emplace_back(row.begin(), row.end());
+  return stored;
 }
 
 }  // namespace
 
-CalibrationRecords read_calibration_records(const core::Document& document)
+Calibration parse_calibration(const std::string& text, const std::string& path, const BenchFile& bench)
 {
-  CalibrationRecords records;
-  for (std::size_t k = 0; k < n_calibration_parts; ++k) {
-    const auto part = static_cast<CalibrationPart>(k);
-    if (core::find_at(document.root, record_key(part)) != nullptr)
-      records[part] = record_in(document, record_key(part), part);
-  }
-  return records;
+  return calibration_in(calibration_schema().read(text, path), bench);
+}
+
+Calibration read_calibration(const std::string& path, const BenchFile& bench)
+{
+  return parse_calibration(core::read_document_text(path, "a calibration file (schemas/calibration.md)"),
+                           path, bench);
 }
 
 std::string records_text(const CalibrationRecords& records)
 {
   std::ostringstream text;
+  const TableWriter write(text);
   for (const auto& [part, record] : records) {
     const std::string key = record_key(part);
-    text << "\n[" << key << "]\ndate = " << show::quoted_text(record.date) << "\n";
-    if (record.is_outdated) text << "outdated = true  # must be repeated\n";
-    if (!record.made_with.empty()) text << "made_with = " << show::list_text(record.made_with) << "\n";
-    if (record.estimate) add_estimate(text, key, *record.estimate);
+    text << "\n[" << key << "]\n";
+    visit_record(write, record);
+    if (record.estimate) {
+      text << "\n[" << key << ".result]\n";
+      const StoredEstimate lists = stored(*record.estimate);
+      visit_estimate(write, lists);
+    }
     for (const CalibrationMark& mark : record.marks) {
-      text << "\n[[" << key << ".mark]]\ntask = " << show::quoted_text(mark.task)
-           << "\nrows = " << rows_text(mark.rows) << "\n";
+      text << "\n[[" << key << ".mark]]\n";
+      visit_mark(write, mark);
     }
   }
   return text.str();
@@ -545,23 +546,7 @@ std::string records_text(const CalibrationRecords& records)
 
 namespace {
 
-/// The stored value, empty for the distance between the eyes; one unit of the parameter is `scale` units of
-/// it.
-struct Stored {
-  std::function<double&(BenchValues&)> at;
-  double scale = 1.0;
-};
-
-struct List {
-  std::vector<Parameter> parameters;
-  std::vector<Stored> stored;
-
-  void add(Parameter parameter, std::function<double&(BenchValues&)> at, double scale = 1.0)
-  {
-    parameters.push_back(std::move(parameter));
-    stored.push_back({std::move(at), scale});
-  }
-};
+using Parameters = std::vector<Parameter>;
 
 double& eye_position(BenchValues& values, view::Eye view::EyePair::*side, Eigen::Index axis)
 {
@@ -574,48 +559,57 @@ std::string with_axis(const std::string& name, const char* what, Eigen::Index ax
   return name + what + "xyz"[axis];
 }
 
-void add_eye(List& list, const std::string& name, view::Eye view::EyePair::*side)
+/// Adds a parameter whose unit is `scale` units of the value at `at`.
+void add(Parameters& list, const Parameter& parameter, std::function<double&(BenchValues&)> at,
+         double scale = 1.0)
+{
+  list.push_back(parameter);
+  list.back().at = std::move(at);
+  list.back().scale = scale;
+}
+
+void add_eye(Parameters& list, const std::string& name, view::Eye view::EyePair::*side)
 {
   const auto eye = [side](BenchValues& v) -> view::Eye& { return v.calibration.eyes.*side; };
   constexpr double px = 20000.0;
-  list.add({name + ".distance", "px", 10.0, 100000.0, 1.0},
-           [eye](BenchValues& v) -> double& { return eye(v).distance_px; });
-  list.add({name + ".pixel_aspect", "", 0.1, 10.0, 0.001},
-           [eye](BenchValues& v) -> double& { return eye(v).pixel_aspect; });
+  add(list, {name + ".distance", "px", 10.0, 100000.0, 1.0},
+      [eye](BenchValues& v) -> double& { return eye(v).distance_px; });
+  add(list, {name + ".pixel_aspect", "", 0.1, 10.0, 0.001},
+      [eye](BenchValues& v) -> double& { return eye(v).pixel_aspect; });
   for (const Eigen::Index axis : {0, 1}) {
-    list.add({with_axis(name, ".sight_", axis), "px", -px, px, 0.5},
-             [eye, axis](BenchValues& v) -> double& { return eye(v).sight_px[axis]; });
-    list.add({with_axis(name, ".centre_", axis), "px", -px, px, 0.5},
-             [eye, axis](BenchValues& v) -> double& { return eye(v).distortion.centre_px[axis]; });
+    add(list, {with_axis(name, ".sight_", axis), "px", -px, px, 0.5},
+        [eye, axis](BenchValues& v) -> double& { return eye(v).sight_px[axis]; });
+    add(list, {with_axis(name, ".centre_", axis), "px", -px, px, 0.5},
+        [eye, axis](BenchValues& v) -> double& { return eye(v).distortion.centre_px[axis]; });
   }
-  list.add({name + ".k1", "", -1.0, 1.0, 0.001},
-           [eye](BenchValues& v) -> double& { return eye(v).distortion.k1; });
-  list.add({name + ".k2", "", -1.0, 1.0, 0.001},
-           [eye](BenchValues& v) -> double& { return eye(v).distortion.k2; });
+  add(list, {name + ".k1", "", -1.0, 1.0, 0.001},
+      [eye](BenchValues& v) -> double& { return eye(v).distortion.k1; });
+  add(list, {name + ".k2", "", -1.0, 1.0, 0.001},
+      [eye](BenchValues& v) -> double& { return eye(v).distortion.k2; });
   for (const Eigen::Index axis : {1, 2}) {
-    list.add({name + (axis == 1 ? ".eye_up" : ".eye_back"), "mm", -200.0, 200.0, 0.5},
-             [side, axis](BenchValues& v) -> double& { return eye_position(v, side, axis); });
+    add(list, {name + (axis == 1 ? ".eye_up" : ".eye_back"), "mm", -200.0, 200.0, 0.5},
+        [side, axis](BenchValues& v) -> double& { return eye_position(v, side, axis); });
   }
 }
 
 template <typename At>
-void add_six(List& list, const std::string& name, At at)
+void add_six(Parameters& list, const std::string& name, At at)
 {
   constexpr double most_mm = 10000.0, most_deg = 180.0;
   for (const Eigen::Index axis : {0, 1, 2}) {
-    list.add({with_axis(name, ".shift_", axis), "mm", -most_mm, most_mm, 0.5},
-             [at, axis](BenchValues& v) -> double& { return at(v).shift_mm[axis]; });
+    add(list, {with_axis(name, ".shift_", axis), "mm", -most_mm, most_mm, 0.5},
+        [at, axis](BenchValues& v) -> double& { return at(v).shift_mm[axis]; });
   }
   for (const Eigen::Index axis : {0, 1, 2}) {
-    list.add(
-        {with_axis(name, ".turn_", axis), "deg", -most_deg, most_deg, 0.1},
+    add(
+        list, {with_axis(name, ".turn_", axis), "deg", -most_deg, most_deg, 0.1},
         [at, axis](BenchValues& v) -> double& { return at(v).turn_rad[axis]; }, rad_from_deg(1.0));
   }
 }
 
-void add_model(List& list, BodyRole role)
+void add_model(Parameters& list, BodyRole role)
 {
-  add_six(list, name_of(role), [role](BenchValues& v) -> bench::PoseParameters& {
+  add_six(list, name_of(role), [role](BenchValues& v) -> PoseParameters& {
     return v.calibration.X_body_model[static_cast<std::size_t>(role)];
   });
 }
@@ -635,36 +629,34 @@ void set_pupillary_distance(BenchValues& values, double distance_mm)
   right = middle + 0.5 * distance_mm;
 }
 
-List build_list()
+Parameters build_list()
 {
-  List list;
-  list.add(
-      {"flexion", "deg", -30.0, 180.0, 1.0, false}, [](BenchValues& v) -> double& { return v.flexion_rad; },
+  Parameters list;
+  add(
+      list, {"flexion", "deg", -30.0, 180.0, 1.0, false},
+      [](BenchValues& v) -> double& { return v.flexion_rad; }, rad_from_deg(1.0));
+  add(
+      list, {"varus", "deg", -30.0, 30.0, 0.5, false}, [](BenchValues& v) -> double& { return v.varus_rad; },
       rad_from_deg(1.0));
-  list.add(
-      {"varus", "deg", -30.0, 30.0, 0.5, false}, [](BenchValues& v) -> double& { return v.varus_rad; },
-      rad_from_deg(1.0));
-  list.add({"prediction", "ms", 0.0, 200.0, 1.0, false},
-           [](BenchValues& v) -> double& { return v.prediction_ms; });
-  list.add({"eyes.distance_apart", "mm", 40.0, 90.0, 0.25}, nullptr);
-  list.add({"image_distance", "mm", 100.0, 10000.0, 10.0},
-           [](BenchValues& v) -> double& { return v.calibration.image_distance_mm; });
+  add(list, {"prediction", "ms", 0.0, 200.0, 1.0, false},
+      [](BenchValues& v) -> double& { return v.prediction_ms; });
+  add(list, {"eyes.distance_apart", "mm", 40.0, 90.0, 0.25}, nullptr);
+  add(list, {"image_distance", "mm", 100.0, 10000.0, 10.0},
+      [](BenchValues& v) -> double& { return v.calibration.image_distance_mm; });
   add_model(list, BodyRole::leg);
   add_model(list, BodyRole::femur);
   add_model(list, BodyRole::tibia);
-  add_six(list, "eyes", [](BenchValues& v) -> bench::PoseParameters& { return v.calibration.X_table_eyes; });
-  add_six(list, "head",
-          [](BenchValues& v) -> bench::PoseParameters& { return v.calibration.X_headbody_eyes; });
-  add_six(list, "table",
-          [](BenchValues& v) -> bench::PoseParameters& { return v.calibration.X_tracker_table; });
+  add_six(list, "eyes", [](BenchValues& v) -> PoseParameters& { return v.calibration.X_table_eyes; });
+  add_six(list, "head", [](BenchValues& v) -> PoseParameters& { return v.calibration.X_headbody_eyes; });
+  add_six(list, "table", [](BenchValues& v) -> PoseParameters& { return v.calibration.X_tracker_table; });
   add_eye(list, "left", &view::EyePair::left);
   add_eye(list, "right", &view::EyePair::right);
   return list;
 }
 
-const List& list()
+const Parameters& list()
 {
-  static const List built = build_list();
+  static const Parameters built = build_list();
   return built;
 }
 
@@ -672,12 +664,12 @@ const List& list()
 
 std::span<const Parameter> parameters()
 {
-  return list().parameters;
+  return list();
 }
 
 std::optional<std::size_t> find_parameter(const std::string& name)
 {
-  const std::vector<Parameter>& all = list().parameters;
+  const Parameters& all = list();
   const auto found = std::ranges::find(all, name, &Parameter::name);
   if (found == all.end()) return std::nullopt;
   return static_cast<std::size_t>(found - all.begin());
@@ -698,7 +690,7 @@ bool is_used(std::size_t parameter, const BenchFile& bench)
 
 double value_of(const BenchValues& values, std::size_t parameter)
 {
-  const Stored& stored = list().stored.at(parameter);
+  const Parameter& stored = list().at(parameter);
   if (!stored.at) return pupillary_distance_mm(values.calibration.eyes);
   // The const_cast is safe: the value is only read.
   return stored.at(const_cast<BenchValues&>(values)) / stored.scale;
@@ -706,9 +698,8 @@ double value_of(const BenchValues& values, std::size_t parameter)
 
 void set_value(BenchValues& values, std::size_t parameter, double value)
 {
-  const Parameter& limits = list().parameters.at(parameter);
-  const Stored& stored = list().stored.at(parameter);
-  const double clamped = std::clamp(value, limits.minimum, limits.maximum);
+  const Parameter& stored = list().at(parameter);
+  const double clamped = std::clamp(value, stored.minimum, stored.maximum);
   if (!stored.at) return set_pupillary_distance(values, clamped);
   stored.at(values) = clamped * stored.scale;
   // The file has one aspect ratio for both projection and distortion.

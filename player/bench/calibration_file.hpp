@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -124,12 +125,12 @@ struct CalibrationRecord {
 struct Calibration {
   view::EyePair eyes;
   double image_distance_mm = 800.0;  ///< distance of the virtual images of the screens
-  bench::PoseParameters X_tracker_table;
-  bench::PoseParameters X_table_eyes;  ///< with the stage at zero; eyes: the midpoint between the eyes
+  PoseParameters X_tracker_table;
+  PoseParameters X_table_eyes;  ///< with the stage at zero; eyes: the midpoint between the eyes
   Eigen::Vector3d stage_direction_table = Eigen::Vector3d::UnitX();  ///< unit; eye motion per mm of stage
-  bench::PoseParameters X_headbody_eyes;                             ///< head tracked by a body
+  PoseParameters X_headbody_eyes;                                    ///< head tracked by a body
   /// Per role except head: stored vertices (tibia: of the moving object, else of the reference) -> body.
-  std::array<bench::PoseParameters, n_body_roles> X_body_model;
+  std::array<PoseParameters, n_body_roles> X_body_model;
   double subject_scale = 1.0;                            ///< scales the model's lengths, motion included
   std::map<CalibrationPart, CalibrationRecord> records;  ///< of parts started or finished
 };
@@ -174,6 +175,9 @@ struct Parameter {
   std::string unit;  ///< empty: dimensionless
   double minimum = 0.0, maximum = 0.0, step = 0.0;
   bool is_saved = true;  ///< saved in the calibration file
+  /// The stored value; empty for the distance between the eyes.
+  std::function<double&(BenchValues&)> at = nullptr;
+  double scale = 1.0;  ///< units of the stored value in one unit of the parameter
 };
 
 /// All parameters, in the order in which keys select them. Constant.
@@ -187,29 +191,7 @@ double value_of(const BenchValues& values, std::size_t parameter);
 /// Sets a parameter; the value is clamped to its range.
 void set_value(BenchValues& values, std::size_t parameter, double value);
 
-// Parts of bench and calibration files with a source of their own. The documents are schema-checked; all
-// readers throw InputError with file and key.
-
-/// Length of the device name field of an OpenIGTLink message, bytes.
-inline constexpr std::size_t longest_tool_name = 20;
-/// One name of a tracker tool, or a list of names.
-std::string tool_name(const core::Document& document, const std::string& key);
-std::vector<std::string> tool_names(const core::Document& document, const std::string& key);
-
-/// The table [calibration].
-CalibrationSettings calibration_settings_of(const core::Document& document);
-
-/// Script of the simulated devices: bodies and markers of `bench`, paths and noise of the schema-checked
-/// file. Throws InputError with file and key.
-bench::SimulationScript simulation_of(const core::Document& document, const BenchFile& bench);
-
-/// Numeric listening address of the simulated tracker; loopback unless the file sets another.
-std::string simulation_address_of(const core::Document& document);
-
 using CalibrationRecords = std::map<CalibrationPart, CalibrationRecord>;
-
-/// Reads the records of a schema-checked file; may be empty. Throws InputError with file and key.
-CalibrationRecords read_calibration_records(const core::Document& document);
 
 /// TOML tables for the end of the file; reading them gives equal records.
 std::string records_text(const CalibrationRecords& records);

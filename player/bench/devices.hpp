@@ -1,9 +1,12 @@
 /// Samples of the devices, as the frame loop receives them and a recording stores them, and their queue.
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -21,8 +24,6 @@ enum class SampleKind : std::uint8_t {
   link,           ///< `state` is a LinkState, `source` the device
   offset          ///< of the drawn joint from the leg, by the pointer: a pose in the leg's axes
 };
-
-using bench::ToolVisibility;
 
 enum class LinkState : std::uint8_t { closed, opening, up };
 
@@ -70,8 +71,6 @@ class SampleQueue {
   /// together. False if full.
   bool stage(const Sample& sample);
   void publish();
-  /// stage() and publish() for one sample.
-  bool put(const Sample& sample);
   /// False if empty. Never blocks or allocates.
   bool take(Sample& sample);
 
@@ -115,6 +114,67 @@ struct DeviceReport {
   std::uint64_t n_refused = 0;  ///< rejected messages or frames: wrong checksum, garbage, wrong size
   std::uint64_t n_lost = 0;     ///< samples dropped because the queue was full
   double rate_hz = 0.0;         ///< of samples over the last 2 s
+};
+
+/// ns since construction.
+class ArrivalClock {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+  std::int64_t now_ns() const
+  {
+    return (std::chrono::steady_clock::now() - begin_) / std::chrono::nanoseconds(1);
+  }
+  Time time_of(std::int64_t ns) const { return begin_ + std::chrono::nanoseconds(ns); }
+
+ private:
+  Time begin_ = std::chrono::steady_clock::now();
+};
+
+/// Rate over the last 2 s, in bins of a quarter of a second.
+class RateMeter {
+ public:
+  void count(std::int64_t now_ns);
+  double rate_hz(std::int64_t now_ns) const;
+
+ private:
+  static constexpr std::int64_t bucket_ns = 250'000'000;
+  static constexpr std::size_t n_buckets = 8;
+  struct Bucket {
+    std::int64_t number = -1;  ///< counted from the clock's start
+    std::uint32_t n = 0;
+  };
+  std::array<Bucket, n_buckets> buckets_{};
+  std::int64_t first_ns_ = -1;
+};
+
+/// Output of one device: its samples into the queue, its status report.
+class DeviceOutput {
+ public:
+  DeviceOutput(DeviceId device, std::string peer, SampleQueue& queue, const ArrivalClock& clock);
+
+  /// Puts the samples of one message; the loop receives all of them together.
+  void put(const std::vector<Sample>& samples);
+  /// Also puts a link sample if the state changed. `error_message` is kept until replaced or the link is up.
+  void set_link(LinkState link, const std::string& error_message);
+  /// Counts rejected input. An empty `error_message` leaves the last one unchanged.
+  void count_rejected(std::uint64_t n, const std::string& error_message);
+  void set_notes(std::vector<std::string> notes);
+  /// Sets `error_message` without counting anything.
+  void set_error_message(const std::string& error_message);
+
+  /// Callable from any thread; the others only from the devices' thread.
+  DeviceReport report() const;
+  const ArrivalClock& clock() const { return clock_; }
+
+ private:
+  void put_one(const Sample& sample);
+
+  const DeviceId device_;
+  SampleQueue& queue_;
+  const ArrivalClock& clock_;
+  mutable std::mutex mutex_;
+  DeviceReport report_;
+  RateMeter rate_;
 };
 
 class Devices {

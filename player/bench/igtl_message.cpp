@@ -1,8 +1,8 @@
-// Bytes of an OpenIGTLink message to poses and commands; checks lengths and checksum.
+// OpenIGTLink messages to plain data and back; lengths and checksums are checked. The sizes and the checksum
+// are the library's. Its message classes are not used: they read beyond messages that do not fit their type.
 #include "bench/igtl_message.hpp"
 
 #include <igtl_header.h>
-#include <igtl_polydata.h>
 #include <igtl_position.h>
 #include <igtl_qtdata.h>
 #include <igtl_tdata.h>
@@ -15,10 +15,10 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <utility>
 
 #include "core/text.hpp"
+#include "core/units.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -27,19 +27,19 @@ using ByteView = std::span<const std::uint8_t>;
 
 static_assert(sizeof(igtl_header) == igtl_header_bytes);
 
+/// Bytes of the fields of names: types, tools and devices, errors.
+constexpr std::size_t type_bytes = IGTL_HEADER_TYPE_SIZE, name_bytes = IGTL_HEADER_NAME_SIZE;
+/// Name, kind and a reserved byte, before the pose of an element of a list.
+constexpr std::size_t element_head_bytes = name_bytes + 2;
+
 /// Text of a field of fixed size, up to its first zero.
-std::string text_of(const char* at, std::size_t most)
+std::string text_of(ByteView bytes)
 {
-  std::string text(at, strnlen(at, most));
+  std::string text(bytes.begin(), std::ranges::find(bytes, 0));
   for (char& c : text) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
   }
   return text;
-}
-
-std::string text_of(ByteView bytes)
-{
-  return text_of(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
 /// Big-endian.
@@ -48,6 +48,17 @@ std::uint64_t number_at(ByteView bytes, std::size_t at, std::size_t n)
   std::uint64_t value = 0;
   for (const std::uint8_t byte : bytes.subspan(at, n)) value = value << 8 | byte;
   return value;
+}
+
+/// `n` float32 numbers from the beginning.
+template <int n>
+Eigen::Matrix<double, n, 1> floats_of(ByteView bytes)
+{
+  Eigen::Matrix<double, n, 1> numbers;
+  for (std::size_t k = 0; k < n; ++k)
+    numbers(static_cast<Eigen::Index>(k)) =
+        static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(number_at(bytes, 4 * k, 4))));
+  return numbers;
 }
 
 /// The library's own conversion drops up to 32 ns and can map two stamps to the end of a second: rounded
@@ -127,84 +138,51 @@ IgtlTool placed_tool(std::string name, const std::optional<Eigen::Matrix3d>& R,
 }
 
 /// The 12 numbers of a TRANSFORM: three columns of the rotation, then the position.
-IgtlTool tool_of(std::string name, const igtl_float32 (&numbers)[12])
+IgtlTool tool_of_matrix(std::string name, ByteView bytes)
 {
-  const Eigen::Matrix<double, 3, 4> matrix =
-      Eigen::Map<const Eigen::Matrix<float, 3, 4>>(numbers).cast<double>();
+  const Eigen::Matrix<double, 3, 4> matrix = floats_of<12>(bytes).reshaped(3, 4);
   return placed_tool(std::move(name), corrected_rotation(matrix.leftCols<3>()), matrix.col(3));
 }
 
-/// Position, and quaternion as x, y, z, w.
-IgtlTool tool_of(std::string name, const Eigen::Vector3d& position_mm, const Eigen::Vector4d& xyzw)
+/// Position, and quaternion as x, y, z, w; without it, or without its last number, which is then computed.
+IgtlTool tool_of_position(std::string name, ByteView bytes)
 {
+  Eigen::Vector4d xyzw(0.0, 0.0, 0.0, 1.0);
+  if (bytes.size() >= IGTL_POSITION_MESSAGE_WITH_QUATERNION3_SIZE) {
+    xyzw.head<3>() = floats_of<3>(bytes.subspan(12));
+    xyzw(3) = std::sqrt(std::max(0.0, 1.0 - xyzw.head<3>().squaredNorm()));
+  }
+  if (bytes.size() == IGTL_POSITION_MESSAGE_DEFAULT_SIZE) xyzw = floats_of<4>(bytes.subspan(12));
   std::optional<Eigen::Matrix3d> R;
   if (const auto q = unit_quaternion({xyzw(3), xyzw(0), xyzw(1), xyzw(2)})) R = q->toRotationMatrix();
-  return placed_tool(std::move(name), R, position_mm);
+  return placed_tool(std::move(name), R, floats_of<3>(bytes));
 }
 
 bool read_transform(ByteView content, IgtlMessage& message)
 {
   if (content.size() != IGTL_TRANSFORM_SIZE) return false;
-  igtl_float32 numbers[12];
-  std::memcpy(numbers, content.data(), sizeof numbers);
-  igtl_transform_convert_byte_order(numbers);
-  message.tools.push_back(tool_of(message.device, numbers));
+  message.tools.push_back(tool_of_matrix(message.device, content));
   return true;
 }
 
-/// Sizes: position only; three quaternion components, the fourth computed; all.
 bool read_position(ByteView content, IgtlMessage& message)
 {
-  igtl_position place{};
-  static_assert(sizeof place == IGTL_POSITION_MESSAGE_DEFAULT_SIZE);
-  if (content.size() > sizeof place) return false;
-  std::memcpy(&place, content.data(), content.size());
-  igtl_position_convert_byte_order(&place);
-  Eigen::Vector4d xyzw(static_cast<double>(place.quaternion[0]), static_cast<double>(place.quaternion[1]),
-                       static_cast<double>(place.quaternion[2]), static_cast<double>(place.quaternion[3]));
-  if (content.size() == IGTL_POSITION_MESSAGE_POSITON_ONLY_SIZE) {
-    xyzw = {0.0, 0.0, 0.0, 1.0};
-  } else if (content.size() == IGTL_POSITION_MESSAGE_WITH_QUATERNION3_SIZE) {
-    xyzw(3) = std::sqrt(std::max(0.0, 1.0 - xyzw.head<3>().squaredNorm()));
-  } else if (content.size() != sizeof place) {
+  if (content.size() != IGTL_POSITION_MESSAGE_POSITON_ONLY_SIZE &&
+      content.size() != IGTL_POSITION_MESSAGE_WITH_QUATERNION3_SIZE &&
+      content.size() != IGTL_POSITION_MESSAGE_DEFAULT_SIZE)
     return false;
-  }
-  const Eigen::Vector3d position_mm(static_cast<double>(place.position[0]),
-                                    static_cast<double>(place.position[1]),
-                                    static_cast<double>(place.position[2]));
-  message.tools.push_back(tool_of(message.device, position_mm, xyzw));
+  message.tools.push_back(tool_of_position(message.device, content));
   return true;
 }
 
-bool read_tdata(ByteView content, IgtlMessage& message)
+/// A list of tools, each with its name and pose.
+template <std::size_t element_bytes, IgtlTool (*tool_of)(std::string, ByteView)>
+bool read_list(ByteView content, IgtlMessage& message)
 {
-  if (content.size() % IGTL_TDATA_ELEMENT_SIZE != 0) return false;
-  for (; !content.empty(); content = content.subspan(IGTL_TDATA_ELEMENT_SIZE)) {
-    igtl_tdata_element element;
-    static_assert(sizeof element == IGTL_TDATA_ELEMENT_SIZE);
-    std::memcpy(&element, content.data(), sizeof element);
-    igtl_tdata_convert_byte_order(&element, 1);
-    igtl_float32 numbers[12];
-    std::memcpy(numbers, element.transform, sizeof numbers);
-    message.tools.push_back(tool_of(text_of(element.name, sizeof element.name), numbers));
-  }
-  return true;
-}
-
-bool read_qtdata(ByteView content, IgtlMessage& message)
-{
-  if (content.size() % IGTL_QTDATA_ELEMENT_SIZE != 0) return false;
-  for (; !content.empty(); content = content.subspan(IGTL_QTDATA_ELEMENT_SIZE)) {
-    igtl_qtdata_element element;
-    static_assert(sizeof element == IGTL_QTDATA_ELEMENT_SIZE);
-    std::memcpy(&element, content.data(), sizeof element);
-    igtl_qtdata_convert_byte_order(&element, 1);
-    Eigen::Vector3f position_mm;
-    Eigen::Vector4f xyzw;
-    std::memcpy(position_mm.data(), element.position, sizeof element.position);
-    std::memcpy(xyzw.data(), element.quaternion, sizeof element.quaternion);
-    message.tools.push_back(
-        tool_of(text_of(element.name, sizeof element.name), position_mm.cast<double>(), xyzw.cast<double>()));
+  if (content.size() % element_bytes != 0) return false;
+  for (; !content.empty(); content = content.subspan(element_bytes)) {
+    const ByteView element = content.first(element_bytes);
+    message.tools.push_back(tool_of(text_of(element.first(name_bytes)), element.subspan(element_head_bytes)));
   }
   return true;
 }
@@ -216,7 +194,7 @@ bool read_status(ByteView content, IgtlMessage& message)
   if (content.size() < fixed_bytes) return false;
   message.code = static_cast<int>(number_at(content, 0, 2));
   message.text = text_of(content.subspan(fixed_bytes));
-  if (message.text.empty()) message.text = text_of(content.subspan(10, 20));
+  if (message.text.empty()) message.text = text_of(content.subspan(10, name_bytes));
   return true;
 }
 
@@ -248,8 +226,8 @@ struct MessageType {
 /// In the order of IgtlKind.
 constexpr std::array<MessageType, 8> types{{{"TRANSFORM", read_transform},
                                             {"POSITION", read_position},
-                                            {"TDATA", read_tdata},
-                                            {"QTDATA", read_qtdata},
+                                            {"TDATA", read_list<IGTL_TDATA_ELEMENT_SIZE, tool_of_matrix>},
+                                            {"QTDATA", read_list<IGTL_QTDATA_ELEMENT_SIZE, tool_of_position>},
                                             {"STATUS", read_status},
                                             {"STT_TDATA", read_start},
                                             {"STP_TDATA", read_stop},
@@ -265,18 +243,11 @@ const MessageType* find_type(const std::string& name)
 
 IgtlHeader header_of(ByteView bytes)
 {
-  check(bytes.size() == igtl_header_bytes, "head_of needs igtl_head_bytes bytes");
-  igtl_header header;
-  std::memcpy(&header, bytes.data(), sizeof header);
-  igtl_header_convert_byte_order(&header);
-  IgtlHeader head;
-  head.version = header.version;
-  head.type = text_of(header.name, sizeof header.name);
-  head.device = text_of(header.device_name, sizeof header.device_name);
-  head.device_ns = ns_of(header.timestamp);
-  head.body_bytes = header.body_size;
-  head.crc = header.crc;
-  return head;
+  check(bytes.size() == igtl_header_bytes, "header_of needs igtl_header_bytes bytes");
+  const std::size_t device_at = 2 + type_bytes, numbers_at = device_at + name_bytes;
+  return {static_cast<int>(number_at(bytes, 0, 2)),      text_of(bytes.subspan(2, type_bytes)),
+          text_of(bytes.subspan(device_at, name_bytes)), ns_of(number_at(bytes, numbers_at, 8)),
+          number_at(bytes, numbers_at + 8, 8),           number_at(bytes, numbers_at + 16, 8)};
 }
 
 std::uint64_t igtl_crc(ByteView bytes, std::uint64_t before)
@@ -285,17 +256,8 @@ std::uint64_t igtl_crc(ByteView bytes, std::uint64_t before)
   return crc64(const_cast<std::uint8_t*>(bytes.data()), bytes.size(), before);
 }
 
-bool is_known_type(const std::string& type)
-{
-  return find_type(type) != nullptr;
-}
-
-const char* type_of(IgtlKind kind)
-{
-  return types.at(static_cast<std::size_t>(kind)).name;
-}
-
-std::optional<IgtlMessage> message_of(const IgtlHeader& head, ByteView body)
+/// nullopt if the body's size or its meta data do not fit the type.
+static std::optional<IgtlMessage> message_of(const IgtlHeader& head, ByteView body)
 {
   const MessageType* const type = find_type(head.type);
   const std::optional<Stripped> inner = stripped(head.version, body);
@@ -359,7 +321,7 @@ bool IgtlStream::parse_header()
     set_broken("header version " + std::to_string(head.version), "1 or 2 of OpenIGTLink");
   } else if (head.type.empty() || head.type.find('?') != std::string::npos) {
     set_broken("type '" + head.type + "'", "the name of an OpenIGTLink message");
-  } else if (const std::uint64_t most = is_known_type(head.type) ? max_body_bytes : max_skipped_bytes;
+  } else if (const std::uint64_t most = find_type(head.type) != nullptr ? max_body_bytes : max_skipped_bytes;
              head.body_bytes > most) {
     set_broken(head.type + " of " + std::to_string(head.body_bytes) + " bytes",
                "at most " + std::to_string(most));
@@ -401,7 +363,7 @@ std::optional<IgtlMessage> IgtlStream::next()
 {
   while (!is_broken()) {
     if (!head_ && (!has(igtl_header_bytes) || !parse_header())) return std::nullopt;
-    if (!is_known_type(head_->type)) {
+    if (find_type(head_->type) == nullptr) {
       if (!skip_body()) return std::nullopt;
       continue;
     }
@@ -417,18 +379,22 @@ std::optional<IgtlMessage> IgtlStream::next()
   return std::nullopt;
 }
 
-// OpenIGTLink messages to bytes: for the simulated tracker, for programs that show the joint, for tests.
+// Messages to bytes: for the simulated tracker, for programs that show the joint, for tests.
 
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-template <std::size_t n>
-void put_text(char (&field)[n], const std::string& text)
+void append(Bytes& bytes, const auto& more)
 {
-  // Padded with zeros and truncated, as the protocol requires.
-  std::fill(std::begin(field), std::end(field), '\0');
-  std::copy_n(text.begin(), std::min(n, text.size()), field);
+  bytes.insert(bytes.end(), more.begin(), more.end());
+}
+
+/// Padded with zeros or truncated to `n` bytes, as the protocol requires.
+void append_text(Bytes& bytes, std::string text, std::size_t n)
+{
+  text.resize(n, '\0');
+  append(bytes, text);
 }
 
 /// Big-endian, the lowest `n` bytes.
@@ -437,112 +403,78 @@ void append_number(Bytes& bytes, std::uint64_t value, int n)
   for (int k = n - 1; k >= 0; --k) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * k)));
 }
 
-template <class Part>
-void append_part(Bytes& bytes, const Part& part)
+void append_float(Bytes& bytes, double value)
 {
-  const std::size_t at = bytes.size();
-  bytes.resize(at + sizeof part);
-  std::memcpy(bytes.data() + at, &part, sizeof part);
+  append_number(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
 }
 
 /// Three columns of the rotation, then the position.
-void put_transform(igtl_float32* numbers, const IgtlTool& tool)
+void append_matrix(Bytes& bytes, const IgtlTool& tool)
 {
-  for (int k = 0; k < 12; ++k) numbers[k] = static_cast<float>(tool.X_tracker_tool.matrix()(k % 3, k / 3));
-  if (tool.visibility == ToolVisibility::invalid_pose) numbers[0] = std::numeric_limits<float>::quiet_NaN();
+  Eigen::Matrix<double, 3, 4> matrix = tool.X_tracker_tool.matrix().topRows<3>();
+  if (tool.visibility == ToolVisibility::invalid_pose) matrix(0) = nan;
+  for (const double number : matrix.reshaped()) append_float(bytes, number);
 }
 
 /// Position, and quaternion as x, y, z, w.
-void put_pose(igtl_float32* position, igtl_float32* quaternion, const IgtlTool& tool)
-{
-  const Eigen::Quaterniond q(Eigen::Matrix3d(tool.X_tracker_tool.linear()));
-  for (int k = 0; k < 3; ++k) position[k] = static_cast<float>(tool.X_tracker_tool.translation()(k));
-  for (int k = 0; k < 4; ++k) quaternion[k] = static_cast<float>(q.coeffs()(k));
-  if (tool.visibility == ToolVisibility::invalid_pose)
-    quaternion[0] = std::numeric_limits<float>::quiet_NaN();
-}
-
-void append_transform(Bytes& bytes, const IgtlTool& tool)
-{
-  igtl_float32 numbers[12];
-  put_transform(numbers, tool);
-  igtl_transform_convert_byte_order(numbers);
-  append_part(bytes, numbers);
-}
-
 void append_position(Bytes& bytes, const IgtlTool& tool)
 {
-  igtl_float32 position[3], quaternion[4];
-  put_pose(position, quaternion, tool);
-  igtl_position place;
-  std::memcpy(place.position, position, sizeof position);
-  std::memcpy(place.quaternion, quaternion, sizeof quaternion);
-  igtl_position_convert_byte_order(&place);
-  append_part(bytes, place);
+  Eigen::Vector4d xyzw = Eigen::Quaterniond(Eigen::Matrix3d(tool.X_tracker_tool.linear())).coeffs();
+  if (tool.visibility == ToolVisibility::invalid_pose) xyzw(0) = nan;
+  for (int k = 0; k < 3; ++k) append_float(bytes, tool.X_tracker_tool.translation()(k));
+  for (const double number : xyzw) append_float(bytes, number);
 }
 
-void append_tdata(Bytes& bytes, const IgtlTool& tool)
+void append_tools(Bytes& bytes, const IgtlMessage& message)
 {
-  igtl_float32 numbers[12];
-  put_transform(numbers, tool);
-  igtl_tdata_element element{};
-  put_text(element.name, tool.name);
-  element.type = IGTL_TDATA_TYPE_6D;
-  std::memcpy(element.transform, numbers, sizeof numbers);
-  igtl_tdata_convert_byte_order(&element, 1);
-  append_part(bytes, element);
-}
-
-void append_qtdata(Bytes& bytes, const IgtlTool& tool)
-{
-  igtl_float32 position[3], quaternion[4];
-  put_pose(position, quaternion, tool);
-  igtl_qtdata_element element{};
-  put_text(element.name, tool.name);
-  element.type = IGTL_QTDATA_TYPE_6D;
-  std::memcpy(element.position, position, sizeof position);
-  std::memcpy(element.quaternion, quaternion, sizeof quaternion);
-  igtl_qtdata_convert_byte_order(&element, 1);
-  append_part(bytes, element);
+  const bool has_matrix = message.kind == IgtlKind::transform || message.kind == IgtlKind::tdata;
+  static_assert(IGTL_TDATA_TYPE_6D == IGTL_QTDATA_TYPE_6D);
+  for (const IgtlTool& tool : message.tools) {
+    if (is_list(message)) {
+      if (tool.visibility == ToolVisibility::missing) continue;
+      append_text(bytes, tool.name, name_bytes);
+      append_number(bytes, IGTL_TDATA_TYPE_6D << 8, 2);
+    }
+    (has_matrix ? append_matrix : append_position)(bytes, tool);
+  }
 }
 
 void append_status(Bytes& bytes, const IgtlMessage& message)
 {
   append_number(bytes, static_cast<std::uint64_t>(message.code), 2);
   append_number(bytes, 0, 8);
-  char name[20];
-  put_text(name, message.code == igtl_status_ok ? "OK" : "Error");
-  append_part(bytes, name);
-  bytes.insert(bytes.end(), message.text.begin(), message.text.end());
-  bytes.push_back(0);
-}
-
-void append_start(Bytes& bytes, const IgtlMessage& message)
-{
-  append_number(bytes, static_cast<std::uint32_t>(message.interval_ms), 4);
-  char coordinates[IGTL_STT_TDATA_LEN_COORDNAME];
-  put_text(coordinates, message.text);
-  append_part(bytes, coordinates);
+  append_text(bytes, message.code == igtl_status_ok ? "OK" : "Error", name_bytes);
+  append_text(bytes, message.text, message.text.size() + 1);
 }
 
 Bytes content_of(const IgtlMessage& message)
 {
   Bytes bytes;
-  const bool is_one = message.kind == IgtlKind::transform || message.kind == IgtlKind::position;
-  check(!is_one || message.tools.size() == 1, "a TRANSFORM or POSITION has exactly one tool");
-  check(!is_one || message.header_version == 2 || message.tools[0].visibility != ToolVisibility::missing,
-        "a TRANSFORM or POSITION of a missing tool needs header version 2");
-  for (const IgtlTool& tool : message.tools) {
-    if (message.kind == IgtlKind::transform) append_transform(bytes, tool);
-    if (message.kind == IgtlKind::position) append_position(bytes, tool);
-    if (tool.visibility == ToolVisibility::missing) continue;
-    if (message.kind == IgtlKind::tdata) append_tdata(bytes, tool);
-    if (message.kind == IgtlKind::qtdata) append_qtdata(bytes, tool);
+  switch (message.kind) {
+    case IgtlKind::transform:
+    case IgtlKind::position:
+      check(message.tools.size() == 1, "a TRANSFORM or POSITION has exactly one tool");
+      check(message.header_version == 2 || message.tools[0].visibility != ToolVisibility::missing,
+            "a TRANSFORM or POSITION of a missing tool needs header version 2");
+      append_tools(bytes, message);
+      break;
+    case IgtlKind::tdata:
+    case IgtlKind::qtdata:
+      append_tools(bytes, message);
+      break;
+    case IgtlKind::status:
+      append_status(bytes, message);
+      break;
+    case IgtlKind::start_tdata:
+      append_number(bytes, static_cast<std::uint32_t>(message.interval_ms), 4);
+      append_text(bytes, message.text, IGTL_STT_TDATA_LEN_COORDNAME);
+      break;
+    case IgtlKind::stop_tdata:
+      break;
+    case IgtlKind::tdata_started:
+      append_number(bytes, static_cast<std::uint64_t>(message.code), 1);
+      break;
   }
-  if (message.kind == IgtlKind::status) append_status(bytes, message);
-  if (message.kind == IgtlKind::start_tdata) append_start(bytes, message);
-  if (message.kind == IgtlKind::tdata_started)
-    append_number(bytes, static_cast<std::uint64_t>(message.code), 1);
   return bytes;
 }
 
@@ -560,16 +492,16 @@ Bytes wrapped(const IgtlMessage& message, const Bytes& content)
     append_number(entries, key.size(), 2);
     append_number(entries, us_ascii, 2);
     append_number(entries, value.size(), 4);
-    values.insert(values.end(), key.begin(), key.end());
-    values.insert(values.end(), value.begin(), value.end());
+    append(values, key + value);
   }
   Bytes bytes;
   append_number(bytes, extended_bytes, 2);
   append_number(bytes, entries.size(), 2);
   append_number(bytes, values.size(), 4);
   append_number(bytes, 0, 4);  // no message identifier
-  for (const Bytes* part : {&content, &std::as_const(entries), &std::as_const(values)})
-    bytes.insert(bytes.end(), part->begin(), part->end());
+  append(bytes, content);
+  append(bytes, entries);
+  append(bytes, values);
   return bytes;
 }
 
@@ -586,17 +518,14 @@ std::uint64_t timestamp_of(std::int64_t device_ns)
 Bytes message_bytes(int version, const char* type, const std::string& device, std::int64_t device_ns,
                     const Bytes& body)
 {
-  igtl_header header{};
-  header.version = static_cast<igtl_uint16>(version);
-  put_text(header.name, type);
-  put_text(header.device_name, device);
-  header.timestamp = timestamp_of(device_ns);
-  header.body_size = body.size();
-  header.crc = igtl_crc(body);
-  igtl_header_convert_byte_order(&header);
   Bytes bytes;
-  append_part(bytes, header);
-  bytes.insert(bytes.end(), body.begin(), body.end());
+  append_number(bytes, static_cast<std::uint64_t>(version), 2);
+  append_text(bytes, type, type_bytes);
+  append_text(bytes, device, name_bytes);
+  append_number(bytes, timestamp_of(device_ns), 8);
+  append_number(bytes, body.size(), 8);
+  append_number(bytes, igtl_crc(body), 8);
+  append(bytes, body);
   return bytes;
 }
 
@@ -606,7 +535,8 @@ std::vector<std::uint8_t> bytes_of(const IgtlMessage& message)
 {
   check(message.header_version == 1 || message.header_version == 2, "header versions are 1 and 2");
   const Bytes content = content_of(message);
-  return message_bytes(message.header_version, type_of(message.kind), message.device, message.device_ns,
+  return message_bytes(message.header_version, types.at(static_cast<std::size_t>(message.kind)).name,
+                       message.device, message.device_ns,
                        message.header_version == 2 ? wrapped(message, content) : content);
 }
 
@@ -619,30 +549,24 @@ std::vector<std::uint8_t> string_bytes(const std::string& device, std::int64_t d
   Bytes body;
   append_number(body, us_ascii, 2);
   append_number(body, text.size(), 2);
-  body.insert(body.end(), text.begin(), text.end());
+  append(body, text);
   return message_bytes(1, "STRING", device, device_ns, body);
 }
 
 std::vector<std::uint8_t> polydata_bytes(const std::string& device, std::int64_t device_ns, const Mesh& mesh)
 {
-  constexpr std::uint32_t triangle_bytes = 4 * sizeof(igtl_uint32);
+  constexpr std::uint32_t number_bytes = 4, triangle_bytes = 4 * number_bytes;
   const auto n_points = static_cast<std::uint32_t>(mesh.vertices_mm.rows());
   const auto n_triangles = static_cast<std::uint32_t>(mesh.triangles.rows());
   Bytes body;
-  body.reserve(sizeof(igtl_polydata_header) + 12 * n_points + triangle_bytes * n_triangles);
   // Counts and bytes of points; vertices, lines, polygons, strips; attributes.
   for (const std::uint32_t number :
        {n_points, 0U, 0U, 0U, 0U, n_triangles, triangle_bytes * n_triangles, 0U, 0U, 0U})
-    append_number(body, number, sizeof number);
-  static_assert(sizeof(igtl_polydata_header) == 10 * sizeof(igtl_uint32));
-  for (std::uint32_t k = 0; k < n_points; ++k) {
-    for (int axis = 0; axis < 3; ++axis)
-      append_number(body, std::bit_cast<std::uint32_t>(static_cast<float>(mesh.vertices_mm(k, axis))), 4);
-  }
-  for (std::uint32_t t = 0; t < n_triangles; ++t) {
-    append_number(body, 3, 4);
-    for (int corner = 0; corner < 3; ++corner)
-      append_number(body, static_cast<std::uint32_t>(mesh.triangles(t, corner)), 4);
+    append_number(body, number, number_bytes);
+  for (const double coordinate : mesh.vertices_mm.reshaped<Eigen::RowMajor>()) append_float(body, coordinate);
+  for (const auto& triangle : mesh.triangles.rowwise()) {
+    append_number(body, 3, number_bytes);
+    for (const auto corner : triangle) append_number(body, static_cast<std::uint32_t>(corner), number_bytes);
   }
   return message_bytes(1, "POLYDATA", device, device_ns, body);
 }

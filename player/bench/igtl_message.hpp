@@ -78,7 +78,8 @@ std::optional<Eigen::Matrix3d> corrected_rotation(const Eigen::Matrix3d& matrix)
 /// The normalised quaternion (w, x, y, z); nullopt under the same conditions.
 std::optional<Eigen::Quaterniond> unit_quaternion(const Eigen::Vector4d& wxyz);
 
-/// Headers and bodies of single messages, used by stream.hpp.
+// Header and checksum.
+
 constexpr std::size_t igtl_header_bytes = 58;
 
 struct IgtlHeader {
@@ -89,19 +90,11 @@ struct IgtlHeader {
   std::uint64_t body_bytes = 0, crc = 0;
 };
 
-/// Decodes igtl_head_bytes bytes; control characters in names become '?'.
+/// Decodes igtl_header_bytes bytes; control characters in names become '?'.
 IgtlHeader header_of(std::span<const std::uint8_t> bytes);
 
 /// CRC-64 ECMA-182, continued from the checksum `before`.
 std::uint64_t igtl_crc(std::span<const std::uint8_t> bytes, std::uint64_t before = 0);
-
-bool is_known_type(const std::string& type);
-
-/// nullopt if the body's size or its meta data do not fit the type.
-std::optional<IgtlMessage> message_of(const IgtlHeader& head, std::span<const std::uint8_t> body);
-
-/// Type name in the message header.
-const char* type_of(IgtlKind kind);
 
 // Splits the bytes of a connection into OpenIGTLink messages.
 
@@ -121,16 +114,12 @@ class IgtlStream {
   std::optional<IgtlMessage> next();
 
   bool is_broken() const { return !error_message_.empty(); }
-  const std::string& error_message() const
-  {
-    return error_message_;
-  }                                                           ///< "found ..., wanted ..."; empty while intact
+  /// "found ..., wanted ..."; empty while intact.
+  const std::string& error_message() const { return error_message_; }
   std::uint64_t n_skipped() const { return n_skipped_; }      ///< messages of other types, checksum accepted
   std::uint64_t n_malformed() const { return n_malformed_; }  ///< right checksum, but a wrong size
-  std::uint64_t n_unchecked() const
-  {
-    return n_unchecked_;
-  }  ///< checksum 0, which some senders never compute
+  /// Messages with checksum 0, which some senders never compute.
+  std::uint64_t n_unchecked() const { return n_unchecked_; }
 
  private:
   bool has(std::uint64_t n) const { return buffer_.size() - begin_ >= n; }

@@ -30,14 +30,14 @@ void append(Bytes& bytes, const Bytes& more)
 
 void append_transform(Bytes& bytes, const std::string& name, const Pose& X, std::int64_t utc_ns)
 {
-  bench::IgtlMessage message;
+  IgtlMessage message;
   message.device = name;
   message.device_ns = utc_ns;
-  message.tools.push_back({name, bench::ToolVisibility::seen, X});
-  append(bytes, bench::bytes_of(message));
+  message.tools.push_back({name, ToolVisibility::seen, X});
+  append(bytes, bytes_of(message));
 }
 
-const InputStatus& status_of(const BenchFrame& frame, bench::BodyRole role)
+const InputStatus& status_of(const BenchFrame& frame, BodyRole role)
 {
   return frame.bodies[static_cast<std::size_t>(role)];
 }
@@ -55,8 +55,8 @@ std::vector<std::string> marks_of(const StreamedFrame& streamed)
   const auto add = [&](const std::string& mark) {
     if (!mark.empty()) marks.push_back(mark);
   };
-  for (std::size_t role = 0; role < bench::n_body_roles; ++role)
-    add(input_status_text(bench::name_of(static_cast<bench::BodyRole>(role)), frame.bodies[role]));
+  for (std::size_t role = 0; role < n_body_roles; ++role)
+    add(input_status_text(name_of(static_cast<BodyRole>(role)), frame.bodies[role]));
   add(leg_check_text(frame.leg));
   add(stage_status_text(frame));
   add(input_status_text("probe", streamed.probe));
@@ -105,7 +105,6 @@ std::string angles_text(const StreamedFrame& streamed, Side side, const Eigen::V
 
 Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& model)
 {
-  using bench::BodyRole;
   const BenchFrame& frame = streamed.frame;
   const bool is_reference_seen =
       is_usable(status_of(frame, BodyRole::leg)) && is_usable(status_of(frame, BodyRole::femur));
@@ -122,8 +121,8 @@ Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& mo
                      streamed.utc_ns);
   if (are_eyes_seen) append_transform(bytes, "eye", frame.X_tracker_eyes, streamed.utc_ns);
   if (streamed.X_tracker_probe) append_transform(bytes, "probe", *streamed.X_tracker_probe, streamed.utc_ns);
-  append(bytes, bench::string_bytes("angles", streamed.utc_ns,
-                                    angles_text(streamed, side_named(model.side), model.rotation_centre_mm)));
+  append(bytes, string_bytes("angles", streamed.utc_ns,
+                             angles_text(streamed, side_named(model.side), model.rotation_centre_mm)));
   return bytes;
 }
 
@@ -131,7 +130,7 @@ Bytes mesh_messages(const store::MotionModel& model, std::int64_t utc_ns)
 {
   Bytes bytes;
   const auto add = [&](store::JointBody which, const Body& body) {
-    append(bytes, bench::polydata_bytes(mesh_name(model, which), utc_ns, whole_mesh(body)));
+    append(bytes, polydata_bytes(mesh_name(model, which), utc_ns, whole_mesh(body)));
   };
   add(store::JointBody::reference, model.reference);
   add(store::JointBody::moving, model.moving);
@@ -140,11 +139,11 @@ Bytes mesh_messages(const store::MotionModel& model, std::int64_t utc_ns)
 
 JointStream::JointStream(const IgtlOptions& options, const store::MotionModel& model) : model_(model)
 {
-  bench::IgtlServerOptions listening;
+  IgtlServerOptions listening;
   listening.address = options.address;
   listening.port = static_cast<std::uint16_t>(options.port.value());
-  server_ = std::make_unique<bench::IgtlServer>(listening, mesh_messages(model, utc_now_ns()),
-                                                [this] { return next(); });
+  server_ =
+      std::make_unique<IgtlServer>(listening, mesh_messages(model, utc_now_ns()), [this] { return next(); });
 }
 
 void JointStream::put(const StreamedFrame& streamed)
@@ -176,35 +175,34 @@ std::int64_t utc_now_ns()
   return std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
 }
 
-ProbeTool::ProbeTool(const bench::BenchFile& bench, const bench::Calibration& calibration)
+ProbeTool::ProbeTool(const BenchFile& bench, const Calibration& calibration)
 {
-  if (!bench.tracker || !bench.calibration.is_present) return;
+  if (!bench.calibration.is_present) return;
   const std::vector<std::string>& tools = bench.tracker->tools;
   const auto found = std::ranges::find(tools, bench.calibration.probe);
   if (found == tools.end()) return;
   tool_ = static_cast<std::size_t>(found - tools.begin());
-  const auto record = calibration.records.find(bench::CalibrationPart::probe);
+  const auto record = calibration.records.find(CalibrationPart::probe);
   if (record == calibration.records.end() || !record->second.estimate) return;
   const Estimate& estimate = *record->second.estimate;
-  const std::vector<std::string> tip = bench::shared_estimate_names(bench::CalibrationPart::probe);
+  const std::vector<std::string> tip = shared_estimate_names(CalibrationPart::probe);
   for (std::size_t axis = 0; axis < tip.size() && axis < 3; ++axis) {
     X_tool_tip_.translation()(static_cast<Eigen::Index>(axis)) =
         estimate.values(index_of(estimate, tip[axis]));
   }
 }
 
-void ProbeTool::take(const bench::Sample& sample)
+void ProbeTool::take(const Sample& sample)
 {
-  if (sample.kind == bench::SampleKind::link &&
-      sample.source == static_cast<std::uint16_t>(bench::DeviceId::tracker)) {
+  if (sample.kind == SampleKind::link && sample.source == static_cast<std::uint16_t>(DeviceId::tracker)) {
     pose_.reset();
-    state_ = bench::ToolVisibility::missing;
+    state_ = ToolVisibility::missing;
   }
-  if (!tool_ || sample.kind != bench::SampleKind::tool_pose || sample.source != *tool_) return;
+  if (!tool_ || sample.kind != SampleKind::tool_pose || sample.source != *tool_) return;
   pose_.reset();
-  state_ = static_cast<bench::ToolVisibility>(sample.state);
-  if (state_ != bench::ToolVisibility::seen) return;
-  pose_ = bench::pose_of(sample.tool_pose) * X_tool_tip_;
+  state_ = static_cast<ToolVisibility>(sample.state);
+  if (state_ != ToolVisibility::seen) return;
+  pose_ = pose_of(sample.tool_pose) * X_tool_tip_;
   seen_ns_ = sample.arrival_ns;
 }
 
@@ -291,11 +289,11 @@ void serve_bench(const ServeOptions& options, const show::Streams& streams)
   BenchState state(setup.bench, setup.calibration, setup.motion, setup.frame);
   ProbeTool probe(setup.bench, setup.calibration);
   show::StopSignals stop;
-  bench::Devices devices(setup.bench.tracker, setup.bench.board);
+  Devices devices(setup.bench.tracker, setup.bench.board);
   JointStream stream(options.igtl, setup.model);
   announce(stream, options, streams);
   send_regularly(options, stop, [&](double) {
-    for (bench::Sample sample; devices.take(sample);) {
+    for (Sample sample; devices.take(sample);) {
       state.take(sample);
       probe.take(sample);
     }

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "bench/bench_state.hpp"
-#include "bench/igtl_server.hpp"
+#include "bench/simulated_devices.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::bench {
@@ -48,7 +48,6 @@ class JointStream {
   JointStream(const IgtlOptions& options, const store::MotionModel& model);
 
   std::uint16_t port() const { return server_->port(); }
-  int n_clients() const { return server_->n_clients(); }
 
   /// Sends a frame to every client, in another thread. Never blocks for them or allocates. A frame is dropped
   /// if 64 wait to be encoded.
@@ -62,7 +61,7 @@ class JointStream {
   std::mutex mutex_;
   std::array<StreamedFrame, capacity> frames_;
   std::uint64_t n_put_ = 0, n_taken_ = 0, number_ = 0;
-  std::unique_ptr<bench::IgtlServer> server_;  ///< last: its thread reads the members above
+  std::unique_ptr<IgtlServer> server_;  ///< last: its thread reads the members above
 };
 
 /// ns since 1970, the time stamp of the protocol.
@@ -71,8 +70,8 @@ std::int64_t utc_now_ns();
 /// The probe among a bench's tools: its last pose, at the tip of a calibrated probe.
 class ProbeTool {
  public:
-  ProbeTool(const bench::BenchFile& bench, const bench::Calibration& calibration);
-  void take(const bench::Sample& sample);
+  ProbeTool(const BenchFile& bench, const Calibration& calibration);
+  void take(const Sample& sample);
   /// Empty while it is hidden.
   const std::optional<Pose>& X_tracker_probe() const { return pose_; }
   /// `now_ns`: the clock of the samples' arrival.
@@ -83,7 +82,7 @@ class ProbeTool {
   Pose X_tool_tip_ = Pose::Identity();
   std::optional<Pose> pose_;
   std::optional<std::int64_t> seen_ns_;
-  bench::ToolVisibility state_ = bench::ToolVisibility::missing;
+  ToolVisibility state_ = ToolVisibility::missing;
 };
 
 }  // namespace vrda::bench

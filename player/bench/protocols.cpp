@@ -243,10 +243,9 @@ bool PoseMonitor::has_moved(const ToolPose& pose) const
 
 namespace {
 
-bool has_places(const bench::IgtlMessage& message)
+bool has_places(const IgtlMessage& message)
 {
-  return bench::is_list(message) || message.kind == bench::IgtlKind::transform ||
-         message.kind == bench::IgtlKind::position;
+  return is_list(message) || message.kind == IgtlKind::transform || message.kind == IgtlKind::position;
 }
 
 }  // namespace
@@ -292,8 +291,8 @@ ToolMonitor::StampCheck TrackerProtocol::check_stamp(Tool& tool, const ToolPose*
 }
 
 /// A repeated time stamp yields no sample: `kind` remains `link`.
-Sample TrackerProtocol::observed_sample(Tool& tool, const bench::IgtlTool* observed,
-                                        const bench::IgtlMessage& message, std::int64_t now_ns)
+Sample TrackerProtocol::observed_sample(Tool& tool, const IgtlTool* observed, const IgtlMessage& message,
+                                        std::int64_t now_ns)
 {
   using StampCheck = ToolMonitor::StampCheck;
   const ToolVisibility found = observed == nullptr ? ToolVisibility::missing : observed->visibility;
@@ -315,20 +314,20 @@ Sample TrackerProtocol::observed_sample(Tool& tool, const bench::IgtlTool* obser
   return sample;
 }
 
-std::vector<Sample> TrackerProtocol::receive(const bench::IgtlMessage& message, std::int64_t now_ns)
+std::vector<Sample> TrackerProtocol::receive(const IgtlMessage& message, std::int64_t now_ns)
 {
   std::vector<Sample> samples;
   for (Tool& tool : tools_) {
-    const auto is_of_tool = [&tool](const bench::IgtlTool& observed) { return observed.name == tool.name; };
+    const auto is_of_tool = [&tool](const IgtlTool& observed) { return observed.name == tool.name; };
     const auto observed = std::ranges::find_if(message.tools, is_of_tool);
-    const bool is_left_out = bench::is_list(message) && (!tool.was_received || tool.list == message.device);
-    const bool is_called_missing = message.kind == bench::IgtlKind::status &&
-                                   message.code != bench::igtl_status_ok && message.device == tool.name;
+    const bool is_left_out = is_list(message) && (!tool.was_received || tool.list == message.device);
+    const bool is_called_missing =
+        message.kind == IgtlKind::status && message.code != igtl_status_ok && message.device == tool.name;
     const bool is_observed = has_places(message) && observed != message.tools.end();
     if (!is_observed && !is_left_out && !is_called_missing) continue;
     if (is_observed) {
       tool.was_received = true;
-      tool.list = bench::is_list(message) ? std::optional(message.device) : std::nullopt;
+      tool.list = is_list(message) ? std::optional(message.device) : std::nullopt;
     }
     const Sample sample = observed_sample(tool, is_observed ? &*observed : nullptr, message, now_ns);
     if (sample.kind == SampleKind::tool_pose) samples.push_back(sample);
@@ -379,11 +378,11 @@ std::vector<std::string> TrackerProtocol::notes() const
   return notes;
 }
 
-std::string error_text_of(const bench::IgtlMessage& message)
+std::string error_text_of(const IgtlMessage& message)
 {
-  if (message.kind == bench::IgtlKind::status && message.code != bench::igtl_status_ok)
+  if (message.kind == IgtlKind::status && message.code != igtl_status_ok)
     return message.device + ": status " + std::to_string(message.code) + " (" + message.text + ")";
-  if (message.kind == bench::IgtlKind::tdata_started && message.code != 0)
+  if (message.kind == IgtlKind::tdata_started && message.code != 0)
     return message.device + ": refuses to stream TDATA";
   return "";
 }

@@ -168,7 +168,7 @@ class TrackerProtocol {
  public:
   TrackerProtocol(const TrackerSettings& settings, std::int64_t now_ns);
 
-  std::vector<Sample> receive(const bench::IgtlMessage& message, std::int64_t now_ns);
+  std::vector<Sample> receive(const IgtlMessage& message, std::int64_t now_ns);
   /// Samples of the tools that became stale, or missing while others have news.
   std::vector<Sample> stale_samples(std::int64_t now_ns);
   /// A new connection: what was learnt about the sender's stamps and poses is forgotten.
@@ -190,7 +190,7 @@ class TrackerProtocol {
   ToolMonitor::StampCheck check_stamp(Tool& tool, const ToolPose* place, std::int64_t device_ns,
                                       std::int64_t now_ns);
   Sample sample_of(const Tool& tool, ToolVisibility state, std::int64_t now_ns) const;
-  Sample observed_sample(Tool& tool, const bench::IgtlTool* observed, const bench::IgtlMessage& message,
+  Sample observed_sample(Tool& tool, const IgtlTool* observed, const IgtlMessage& message,
                          std::int64_t now_ns);
 
   std::int64_t stale_after_ns_;
@@ -201,6 +201,6 @@ class TrackerProtocol {
 };
 
 /// Error text of a STATUS or RTS_TDATA message; empty if OK or another message.
-std::string error_text_of(const bench::IgtlMessage& message);
+std::string error_text_of(const IgtlMessage& message);
 
 }  // namespace vrda::bench

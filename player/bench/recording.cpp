@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -31,51 +33,48 @@ constexpr std::size_t block_bytes = std::size_t{1} << 20;
 constexpr std::size_t most_index_entries = 16384;
 constexpr const char* wanted_recording = "a recording of vrda-player bench --record, format version 1";
 
+// Samples are stored as they are in memory.
+static_assert(std::endian::native == std::endian::little && sizeof(Sample) == sample_bytes);
+
 void append_i64(std::string& bytes, std::int64_t value)
 {
   core::append_u32(bytes, static_cast<std::uint32_t>(value));
   core::append_u32(bytes, static_cast<std::uint32_t>(static_cast<std::uint64_t>(value) >> 32));
 }
 
-void append_text(std::string& bytes, const std::string& text)
+/// The texts of the header record, in the order of the file.
+template <typename Facts>
+auto texts_of(Facts& facts)
 {
-  core::append_u32(bytes, static_cast<std::uint32_t>(text.size()));
-  bytes += text;
+  return std::array{&facts.bench_path,
+                    &facts.bench_text,
+                    &facts.calibration_path,
+                    &facts.calibration_text,
+                    &facts.model_path,
+                    &facts.model_seal,
+                    &facts.set};
 }
 
-void append_sample(std::string& bytes, const bench::Sample& sample)
-{
-  append_i64(bytes, sample.arrival_ns);
-  append_i64(bytes, sample.device_ns);
-  for (const double v : sample.tool_pose.position_mm) core::append_double(bytes, v);
-  for (const double v : sample.tool_pose.rotation) core::append_double(bytes, v);
-  core::append_i32(bytes, sample.count);
-  bytes.push_back(static_cast<char>(sample.source & 0xFF));
-  bytes.push_back(static_cast<char>(sample.source >> 8));
-  core::append_i8(bytes, static_cast<std::int8_t>(sample.kind));
-  core::append_i8(bytes, static_cast<std::int8_t>(sample.state));
-}
-
-bool has_valid_kind(const bench::Sample& sample)
+bool has_valid_kind(const Sample& sample)
 {
   switch (sample.kind) {
-    case bench::SampleKind::tool_pose:
-      return sample.state <= static_cast<std::uint8_t>(bench::ToolVisibility::invalid_pose);
-    case bench::SampleKind::link:
-      return sample.state <= static_cast<std::uint8_t>(bench::LinkState::up) &&
-             sample.source <= static_cast<std::uint16_t>(bench::DeviceId::board);
-    case bench::SampleKind::potentiometer:
-    case bench::SampleKind::stage:
-    case bench::SampleKind::offset:
+    case SampleKind::tool_pose:
+      return sample.state <= static_cast<std::uint8_t>(ToolVisibility::invalid_pose);
+    case SampleKind::link:
+      return sample.state <= static_cast<std::uint8_t>(LinkState::up) &&
+             sample.source <= static_cast<std::uint16_t>(DeviceId::board);
+    case SampleKind::potentiometer:
+    case SampleKind::stage:
+    case SampleKind::offset:
       return true;
   }
   return false;
 }
 
 /// The pose of a visible tool and an offset must be finite with a unit quaternion.
-bool has_valid_pose(const bench::Sample& sample)
+bool has_valid_pose(const Sample& sample)
 {
-  if (!sample.is(bench::ToolVisibility::seen) && sample.kind != bench::SampleKind::offset) return true;
+  if (!sample.is(ToolVisibility::seen) && sample.kind != SampleKind::offset) return true;
   double square = 0.0;
   for (const double v : sample.tool_pose.rotation) square += v * v;
   constexpr double unit_tolerance = 1e-6;
@@ -83,17 +82,12 @@ bool has_valid_pose(const bench::Sample& sample)
   return position.allFinite() && std::abs(square - 1.0) < unit_tolerance;
 }
 
-bench::Sample take_sample(core::ByteReader& cursor)
+Sample take_sample(core::ByteReader& cursor)
 {
-  bench::Sample sample;
-  sample.arrival_ns = static_cast<std::int64_t>(cursor.take(8));
-  sample.device_ns = static_cast<std::int64_t>(cursor.take(8));
-  for (double& v : sample.tool_pose.position_mm) v = cursor.take_double();
-  for (double& v : sample.tool_pose.rotation) v = cursor.take_double();
-  sample.count = cursor.take_i32();
-  sample.source = static_cast<std::uint16_t>(cursor.take(2));
-  sample.kind = static_cast<bench::SampleKind>(cursor.take(1));
-  sample.state = static_cast<std::uint8_t>(cursor.take(1));
+  Sample sample;
+  const std::string_view bytes = cursor.take_bytes(sample_bytes);
+  if (!cursor.is_valid()) return sample;
+  std::memcpy(&sample, bytes.data(), sample_bytes);
   if (!has_valid_kind(sample) || !has_valid_pose(sample)) cursor.mark_invalid();
   return sample;
 }
@@ -125,23 +119,11 @@ std::optional<RecordedFrame> recorded_frame(std::string_view bytes)
   return picture;
 }
 
-std::string take_text(core::ByteReader& cursor, std::string_view bytes)
-{
-  const std::uint64_t n = cursor.take(4);
-  if (n > cursor.n_bytes_left()) cursor.mark_invalid();
-  if (!cursor.is_valid()) return {};
-  std::string text(bytes.substr(bytes.size() - cursor.n_bytes_left(), n));
-  for (std::uint64_t k = 0; k < n; ++k) cursor.take(1);
-  return text;
-}
-
 std::optional<RecordingFacts> facts_of(std::string_view bytes)
 {
   core::ByteReader cursor(bytes);
   RecordingFacts facts;
-  for (std::string* text : {&facts.bench_path, &facts.bench_text, &facts.calibration_path,
-                            &facts.calibration_text, &facts.model_path, &facts.model_seal, &facts.set})
-    *text = take_text(cursor, bytes);
+  for (std::string* text : texts_of(facts)) *text = cursor.take_bytes(cursor.take(4));
   if (!cursor.is_valid() || cursor.n_bytes_left() != 0) return std::nullopt;
   return facts;
 }
@@ -158,8 +140,7 @@ Recorder::Recorder(const std::string& path, const RecordingFacts& facts)
   writer_->append(bytes_of(facts));
 }
 
-void Recorder::add(std::int64_t now_ns, std::span<const view::KeyPress> keys,
-                   std::span<const bench::Sample> samples)
+void Recorder::add(std::int64_t now_ns, std::span<const view::KeyPress> keys, std::span<const Sample> samples)
 {
   writer_->append(bytes_of(now_ns, keys, samples));
 }
@@ -170,7 +151,7 @@ void Recorder::close()
 }
 
 std::string bytes_of(std::int64_t now_ns, std::span<const view::KeyPress> keys,
-                     std::span<const bench::Sample> samples)
+                     std::span<const Sample> samples)
 {
   std::string bytes;
   bytes.reserve(16 + key_bytes * keys.size() + sample_bytes * samples.size());
@@ -181,16 +162,17 @@ std::string bytes_of(std::int64_t now_ns, std::span<const view::KeyPress> keys,
     core::append_i8(bytes, static_cast<std::int8_t>((press.has_shift ? 1 : 0) | (press.has_control ? 2 : 0)));
   }
   core::append_u32(bytes, static_cast<std::uint32_t>(samples.size()));
-  for (const bench::Sample& sample : samples) append_sample(bytes, sample);
+  for (const Sample& sample : samples) bytes.append(reinterpret_cast<const char*>(&sample), sample_bytes);
   return bytes;
 }
 
 std::string bytes_of(const RecordingFacts& facts)
 {
   std::string bytes;
-  for (const std::string* text : {&facts.bench_path, &facts.bench_text, &facts.calibration_path,
-                                  &facts.calibration_text, &facts.model_path, &facts.model_seal, &facts.set})
-    append_text(bytes, *text);
+  for (const std::string* text : texts_of(facts)) {
+    core::append_u32(bytes, static_cast<std::uint32_t>(text->size()));
+    bytes += *text;
+  }
   return bytes;
 }
 
@@ -214,13 +196,6 @@ RecordingReader::ByteSource source_of(const std::string& path, const std::shared
     bytes.resize(n_read);
     return bytes;
   };
-}
-
-Recording whole_of(RecordingReader& reader)
-{
-  Recording recording{reader.facts(), {}, reader.dropped_bytes(), reader.dropped_why()};
-  for (std::size_t k = 0; k < reader.n_frames(); ++k) recording.frames.push_back(reader.frame(k));
-  return recording;
 }
 
 }  // namespace
@@ -343,20 +318,6 @@ std::size_t RecordingReader::index_at(double s)
       later == index_.begin() ? 0 : static_cast<std::size_t>(later - index_.begin() - 1) * stride_;
   while (k < n_frames_ && seconds(k) < s) ++k;
   return k;
-}
-
-Recording parsed_recording(const std::string& path, std::string_view bytes)
-{
-  RecordingReader reader(path, bytes.size(), [bytes](std::uint64_t at, std::size_t n) {
-    return std::string(bytes.substr(static_cast<std::size_t>(at), n));
-  });
-  return whole_of(reader);
-}
-
-Recording read_recording(const std::string& path)
-{
-  RecordingReader reader(path);
-  return whole_of(reader);
 }
 
 }  // namespace vrda::bench

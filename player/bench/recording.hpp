@@ -30,15 +30,7 @@ struct RecordingFacts {
 struct RecordedFrame {
   std::int64_t now_ns = 0;  ///< clock of Sample::arrival_ns
   std::vector<view::KeyPress> keys;
-  std::vector<bench::Sample> samples;  ///< in order of arrival
-};
-
-struct Recording {
-  RecordingFacts facts;
-  std::vector<RecordedFrame> frames;
-  std::uint64_t dropped_bytes =
-      0;  ///< after the last complete record: the file is truncated or damaged there
-  std::string dropped_why;
+  std::vector<Sample> samples;  ///< in order of arrival
 };
 
 /// Writes a recording while the bench runs. After a kill all added records are readable; a power cut can
@@ -49,7 +41,7 @@ class Recorder {
   Recorder(const std::string& path, const RecordingFacts& facts);
 
   /// Throws InputError if the disk is full or missing; earlier records stay readable.
-  void add(std::int64_t now_ns, std::span<const view::KeyPress> keys, std::span<const bench::Sample> samples);
+  void add(std::int64_t now_ns, std::span<const view::KeyPress> keys, std::span<const Sample> samples);
   /// Blocks until the data are on disk.
   void close();
 
@@ -107,13 +99,9 @@ class RecordingReader {
   std::uint64_t next_at_ = 0;
 };
 
-/// A whole recording in memory. Throws InputError naming `path` like RecordingReader.
-Recording read_recording(const std::string& path);
-Recording parsed_recording(const std::string& path, std::string_view bytes);
-
 /// Serialised record of a frame; equal for equal inputs.
 std::string bytes_of(std::int64_t now_ns, std::span<const view::KeyPress> keys,
-                     std::span<const bench::Sample> samples);
+                     std::span<const Sample> samples);
 /// Serialised header record.
 std::string bytes_of(const RecordingFacts& facts);
 

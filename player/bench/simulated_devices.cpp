@@ -23,13 +23,12 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <mutex>
-#include <optional>
 #include <thread>
 
 #include "bench/board.h"
 #include "bench/igtl_message.hpp"
-#include "bench/igtl_server.hpp"
+#include "bench/simulation.hpp"
+#include "core/files.hpp"
 #include "core/text.hpp"
 
 namespace vrda::bench {
@@ -37,29 +36,6 @@ namespace {
 
 /// Poll period of the encoder: the stage cannot be moved by the counter's range of 16 cm in that time.
 constexpr int poll_ms = 5;
-
-/// Closes its descriptor.
-class Handle {
- public:
-  explicit Handle(int number = -1) : number_(number) {}
-  ~Handle() { close(); }
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  int number() const { return number_; }
-  void reset(int number)
-  {
-    close();
-    number_ = number;
-  }
-  void close()
-  {
-    if (number_ >= 0) ::close(number_);
-    number_ = -1;
-  }
-
- private:
-  int number_;
-};
 
 InputError terminal_error(const std::string& field, const std::string& wanted)
 {
@@ -70,8 +46,8 @@ InputError terminal_error(const std::string& field, const std::string& wanted)
 /// another's.
 bool is_held(const std::string& terminal)
 {
-  const Handle there(open(terminal.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  return there.number() >= 0 && flock(there.number(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  const OpenFile there(open(terminal.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  return there.is_open() && flock(there.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
 /// Replaces the link that a killed board left, atomically, so that the path always exists.
@@ -97,66 +73,51 @@ void make_link(const std::string& link, const std::string& target)
         {"simulated board", link, error.message(), "a path where a link to the terminal can be created"});
 }
 
+/// The name of the far end of a new pseudo-terminal.
+std::string opened_name(const OpenFile& terminal)
+{
+  char name[128] = "";
+  if (!terminal.is_open() || grantpt(terminal.get()) != 0 || unlockpt(terminal.get()) != 0 ||
+      ptsname_r(terminal.get(), name, sizeof name) != 0)
+    throw terminal_error("terminal", "a pseudo-terminal of this machine");
+  return name;
+}
+
 }  // namespace
 
 struct PtyBoard::State {
   explicit State(const PtyBoardOptions& options_)
-      : options(options_), wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK))
+      : options(options_),
+        wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+        terminal(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)),
+        path(opened_name(terminal)),
+        far_end(open(path.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC))
   {
     check(options.potentiometer && options.stage_count,
           "PtyBoardOptions: potentiometer and stage_count are required");
-    plug();
+    termios settings{};
+    if (!far_end.is_open() || tcgetattr(far_end.get(), &settings) != 0)
+      throw terminal_error(path, "a pseudo-terminal");
+    if (flock(far_end.get(), LOCK_EX | LOCK_NB) != 0) throw terminal_error(path, "a terminal of its own");
+    cfmakeraw(&settings);
+    tcsetattr(far_end.get(), TCSANOW, &settings);
+    if (!options.link.empty()) make_link(options.link, path);
+    count = options.stage_count();
+    quadrature_start(&signals, signal_a(), signal_b());
+    board_start(&firmware, &hardware);
     thread = std::thread([this] { run(); });
   }
 
   ~State()
   {
     is_ending = true;
-    wake_up();
-    thread.join();
-    unplug();
-  }
-
-  void wake_up()
-  {
     const std::uint64_t one = 1;
-    [[maybe_unused]] const ssize_t n = ::write(wake.number(), &one, sizeof one);
-  }
-
-  void plug()
-  {
-    const std::scoped_lock lock(mutex);
-    terminal.reset(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-    char name[128] = "";
-    if (terminal.number() < 0 || grantpt(terminal.number()) != 0 || unlockpt(terminal.number()) != 0 ||
-        ptsname_r(terminal.number(), name, sizeof name) != 0)
-      throw terminal_error("terminal", "a pseudo-terminal of this machine");
-    // Kept open, so that a client closing it causes no hang-up; raw mode from the first byte.
-    far_end.reset(open(name, O_RDWR | O_NOCTTY | O_CLOEXEC));
-    termios settings{};
-    if (far_end.number() < 0 || tcgetattr(far_end.number(), &settings) != 0)
-      throw terminal_error(name, "a pseudo-terminal");
-    if (flock(far_end.number(), LOCK_EX | LOCK_NB) != 0) throw terminal_error(name, "a terminal of its own");
-    cfmakeraw(&settings);
-    tcsetattr(far_end.number(), TCSANOW, &settings);
-    path = name;
-    if (!options.link.empty()) make_link(options.link, name);
-    count = options.stage_count();
-    quadrature_start(&signals, signal_a(), signal_b());
-    board_start(&firmware, &hardware);
-    wake_up();
-  }
-
-  void unplug()
-  {
-    const std::scoped_lock lock(mutex);
-    if (terminal.number() < 0) return;
+    [[maybe_unused]] const ssize_t n = ::write(wake.get(), &one, sizeof one);
+    thread.join();
     // The user may have replaced the link. While the terminal is open, its name is no other's.
     std::error_code ignored;
     if (!options.link.empty() && std::filesystem::read_symlink(options.link, ignored) == path)
       std::filesystem::remove(options.link, ignored);
-    far_end.close();
-    terminal.close();
   }
 
   /// Quadrature signals of a count: 00, 10, 11, 01, cyclic.
@@ -177,18 +138,10 @@ struct PtyBoard::State {
   void run()
   {
     while (!is_ending) {
-      pollfd waiting[2] = {{wake.number(), POLLIN, 0}, {-1, POLLIN, 0}};
-      {
-        const std::scoped_lock lock(mutex);
-        waiting[1].fd = terminal.number();  // poll() ignores negative descriptors
-        if (terminal.number() >= 0) {
-          move_stage();
-          board_loop(&firmware);
-        }
-      }
+      move_stage();
+      board_loop(&firmware);
+      pollfd waiting[2] = {{wake.get(), POLLIN, 0}, {terminal.get(), POLLIN, 0}};
       poll(waiting, 2, poll_ms);
-      std::uint64_t ignored = 0;
-      [[maybe_unused]] const ssize_t n = ::read(wake.number(), &ignored, sizeof ignored);
     }
   }
 
@@ -196,8 +149,7 @@ struct PtyBoard::State {
   void send(std::vector<std::uint8_t> bytes) const
   {
     if (options.corrupt) options.corrupt(bytes);
-    if (terminal.number() < 0) return;
-    [[maybe_unused]] const ssize_t n = ::write(terminal.number(), bytes.data(), bytes.size());
+    [[maybe_unused]] const ssize_t n = ::write(terminal.get(), bytes.data(), bytes.size());
   }
 
   static State& of(void* self) { return *static_cast<State*>(self); }
@@ -205,13 +157,13 @@ struct PtyBoard::State {
   static int receive(void* self)
   {
     std::uint8_t byte = 0;
-    return ::read(of(self).terminal.number(), &byte, 1) == 1 ? byte : -1;
+    return ::read(of(self).terminal.get(), &byte, 1) == 1 ? byte : -1;
   }
 
   const PtyBoardOptions options;
-  std::mutex mutex;  ///< protects the terminal and the firmware
-  Handle wake, terminal, far_end;
+  OpenFile wake, terminal;
   std::string path;
+  OpenFile far_end;  ///< kept open, so that a client closing it causes no hang-up
   int count = 0;
   quadrature signals{};
   hal hardware{this,
@@ -233,25 +185,7 @@ PtyBoard::~PtyBoard() = default;
 
 std::string PtyBoard::path() const
 {
-  const std::scoped_lock lock(state_->mutex);
   return state_->options.link.empty() ? state_->path : state_->options.link;
-}
-
-void PtyBoard::unplug()
-{
-  state_->unplug();
-}
-
-void PtyBoard::plug()
-{
-  state_->unplug();
-  state_->plug();
-}
-
-void PtyBoard::send_unrequested(const std::vector<std::uint8_t>& bytes)
-{
-  const std::scoped_lock lock(state_->mutex);
-  state_->send(bytes);
 }
 
 // Servers of OpenIGTLink messages: the simulated tracker, and the joint for other programs.
@@ -265,27 +199,23 @@ using Bytes = std::vector<std::uint8_t>;
 
 /// Some seconds of messages; a client that lags by more is disconnected.
 constexpr std::size_t most_pending_bytes = 1 << 20;
-constexpr std::size_t garbage_bytes = 100;
 
-/// SplitMix64's output function: well distributed bits from consecutive numbers.
-std::uint64_t mixed(std::uint64_t x)
-{
-  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9U;
-  x = (x ^ (x >> 27)) * 0x94D049BB133111EBU;
-  return x ^ (x >> 31);
-}
+/// What a session does with what its client sends.
+enum class Requests { answered, ignored };
 
 /// One client connection. Reads its requests and writes messages one after the other. Kept alive by its
 /// pending handlers.
 class Session : public std::enable_shared_from_this<Session> {
  public:
   /// `greeting` is sent first and does not count as lag.
-  explicit Session(tcp::socket socket, const Bytes& greeting = {})
-      : socket_(std::move(socket)), most_pending_(most_pending_bytes + greeting.size())
+  Session(tcp::socket socket, Requests requests, const Bytes& greeting)
+      : socket_(std::move(socket)),
+        requests_(requests),
+        pending_(greeting),
+        most_pending_(most_pending_bytes + greeting.size())
   {
     error_code ignored;
     socket_.set_option(tcp::no_delay(true), ignored);
-    pending_ = greeting;
   }
 
   bool is_done() const { return is_done_; }
@@ -306,57 +236,36 @@ class Session : public std::enable_shared_from_this<Session> {
     if (writing_.empty()) write();
   }
 
-  /// Starts to send the greeting, and reads and drops what the client sends.
-  void send_only()
+  /// Starts to send the greeting and to read.
+  void start()
   {
     write();
-    drain();
+    read();
   }
 
-  void listen()
+ private:
+  void read()
   {
     socket_.async_read_some(asio::buffer(read_),
                             [this, self = shared_from_this()](const error_code& error, std::size_t n) {
                               if (error) return end();
-                              requests_.add(std::span(read_).first(n));
-                              while (const std::optional<bench::IgtlMessage> request = requests_.next())
+                              if (requests_ == Requests::answered) stream_.add(std::span(read_).first(n));
+                              while (const std::optional<IgtlMessage> request = stream_.next())
                                 answer(*request);
-                              if (requests_.is_broken()) return end();
-                              listen();
+                              if (stream_.is_broken()) return end();
+                              read();
                             });
   }
 
-  /// Whether this client gets a list in this tick; counts it as sent.
-  bool takes_list(double now_ms)
-  {
-    if (!interval_ms_) return false;
-    // Tolerates a tick that is slightly early.
-    if (sent_ms_ && now_ms - *sent_ms_ < 0.99 * *interval_ms_) return false;
-    sent_ms_ = now_ms;
-    return true;
-  }
-
- private:
-  void drain()
-  {
-    socket_.async_read_some(asio::buffer(read_),
-                            [this, self = shared_from_this()](const error_code& error, std::size_t) {
-                              if (error) return end();
-                              drain();
-                            });
-  }
-
-  void answer(const bench::IgtlMessage& request)
+  void answer(const IgtlMessage& request)
   {
     header_version_ = std::max(header_version_, request.header_version);
-    if (request.kind != bench::IgtlKind::start_tdata && request.kind != bench::IgtlKind::stop_tdata) return;
-    interval_ms_.reset();
-    if (request.kind == bench::IgtlKind::start_tdata) interval_ms_ = request.interval_ms;
-    bench::IgtlMessage answer;
-    answer.kind = bench::IgtlKind::tdata_started;
+    if (request.kind != IgtlKind::start_tdata && request.kind != IgtlKind::stop_tdata) return;
+    IgtlMessage answer;
+    answer.kind = IgtlKind::tdata_started;
     answer.device = request.device;
     answer.code = 0;
-    send(bench::bytes_of(answer));
+    send(bytes_of(answer));
   }
 
   void write()
@@ -374,29 +283,28 @@ class Session : public std::enable_shared_from_this<Session> {
   tcp::socket socket_;
   bool is_done_ = false;
   std::array<std::uint8_t, 1024> read_{};
-  bench::IgtlStream requests_;
+  Requests requests_;
+  IgtlStream stream_;
   Bytes pending_, writing_;
   std::size_t most_pending_;
   int header_version_ = 1;
-  std::optional<double> interval_ms_;  ///< requested by STT_TDATA
-  std::optional<double> sent_ms_;
 };
 
-/// Listens on a numeric address. `name` is of the server, for errors.
-void listen_on(tcp::acceptor& acceptor, const std::string& name, const std::string& address_text,
-               std::uint16_t port)
+/// Listens on a numeric address. `name`: of the server, for errors.
+void listen_on(tcp::acceptor& acceptor, const std::string& name, const IgtlServerOptions& options)
 {
   error_code error;
-  const asio::ip::address address = asio::ip::make_address(address_text, error);
-  if (error) throw InputError({name, "address", address_text, "a numeric address of this machine"});
-  const tcp::endpoint endpoint(address, port);
+  const asio::ip::address address = asio::ip::make_address(options.address, error);
+  if (error) throw InputError({name, "address", options.address, "a numeric address of this machine"});
+  const tcp::endpoint endpoint(address, options.port);
   acceptor.open(endpoint.protocol(), error);
   // Allows the port to be reused while old connections are in TIME_WAIT.
   if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
   if (!error) acceptor.bind(endpoint, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
   if (error)
-    throw InputError({name, "port", address_text + ":" + std::to_string(port) + ": " + error.message(),
+    throw InputError({name, "port",
+                      options.address + ":" + std::to_string(options.port) + ": " + error.message(),
                       "an address of this machine and a free port from 1024 to 65535, or 0"});
 }
 
@@ -404,12 +312,11 @@ void listen_on(tcp::acceptor& acceptor, const std::string& name, const std::stri
 /// it before its own members end.
 class Clients {
  public:
-  using NewSession = std::function<std::shared_ptr<Session>(tcp::socket)>;
-
-  Clients(const std::string& name, const std::string& address, std::uint16_t port, NewSession new_session)
-      : new_session_(std::move(new_session))
+  /// `greeting`: for each client, before anything else.
+  Clients(const std::string& name, const IgtlServerOptions& options, Requests requests, Bytes greeting = {})
+      : requests_(requests), greeting_(std::move(greeting))
   {
-    listen_on(acceptor_, name, address, port);
+    listen_on(acceptor_, name, options);
     error_code error;
     port_ = acceptor_.local_endpoint(error).port();
     accept();
@@ -443,14 +350,16 @@ class Clients {
   {
     acceptor_.async_accept([this](const error_code& error, tcp::socket socket) {
       if (!error) {
-        sessions.push_back(new_session_(std::move(socket)));
+        sessions.push_back(std::make_shared<Session>(std::move(socket), requests_, greeting_));
+        sessions.back()->start();
         n_clients_ = static_cast<int>(sessions.size());
       }
       accept();
     });
   }
 
-  NewSession new_session_;
+  const Requests requests_;
+  const Bytes greeting_;
   tcp::acceptor acceptor_{io};
   std::atomic<int> n_clients_{0};
   std::uint16_t port_ = 0;
@@ -463,12 +372,7 @@ struct TrackerServer::State {
   State(const TrackerServerOptions& options_, MessageSource make_messages_)
       : options(options_),
         make_messages(std::move(make_messages_)),
-        clients("tracker server", options_.address, options_.port,
-                [](tcp::socket socket) {
-                  auto session = std::make_shared<Session>(std::move(socket));
-                  session->listen();
-                  return session;
-                }),
+        clients("tracker server", options_, Requests::answered),
         timer(clients.io)
   {
     check(options.rate_hz > 0.0 && options.jitter_ms >= 0.0 && options.jitter_ms <= 500.0 / options.rate_hz,
@@ -483,8 +387,7 @@ struct TrackerServer::State {
   /// Tick times are computed from the start, so they do not drift.
   void wait()
   {
-    const double part =
-        static_cast<double>(mixed(options.seed + tick) >> 11) / 9007199254740992.0;  // 2^53: 0 to 1
+    const double part = RandomSequence(options.seed, RandomPurpose::tracker_jitter, tick).uniform();
     const double due_ms =
         1e3 * static_cast<double>(tick) / options.rate_hz + options.jitter_ms * (2.0 * part - 1.0);
     timer.expires_at(begin + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
@@ -499,42 +402,22 @@ struct TrackerServer::State {
 
   void send_tick()
   {
-    const std::vector<bench::IgtlMessage> messages = make_messages(tick);
-    const double now_ms = 1e3 * static_cast<double>(tick) / options.rate_hz;
-    const std::optional<FaultInjection> fault = std::exchange(next_fault, std::nullopt);
+    const std::vector<IgtlMessage> messages = make_messages(tick);
     for (const std::shared_ptr<Session>& session : clients.sessions) {
-      const bool takes_lists = !options.waits_for_request || session->takes_list(now_ms);
-      if (fault == FaultInjection::close_connections) {
-        session->end();
-      } else {
-        session->send(corrupted(bytes_for(messages, *session, takes_lists), fault));
-      }
+      Bytes bytes = bytes_for(messages, session->header_version());
+      if (options.corrupt) options.corrupt(bytes);
+      session->send(bytes);
     }
     clients.remove_ended();
   }
 
-  static Bytes bytes_for(std::vector<bench::IgtlMessage> messages, const Session& session, bool takes_lists)
+  static Bytes bytes_for(std::vector<IgtlMessage> messages, int header_version)
   {
     Bytes bytes;
-    for (bench::IgtlMessage& message : messages) {
-      if (bench::is_list(message) && !takes_lists) continue;
-      message.header_version = std::max(message.header_version, session.header_version());
-      const Bytes more = bench::bytes_of(message);
+    for (IgtlMessage& message : messages) {
+      message.header_version = std::max(message.header_version, header_version);
+      const Bytes more = bytes_of(message);
       bytes.insert(bytes.end(), more.begin(), more.end());
-    }
-    return bytes;
-  }
-
-  Bytes corrupted(Bytes bytes, std::optional<FaultInjection> fault) const
-  {
-    if (!fault || bytes.empty()) return bytes;
-    if (*fault == FaultInjection::truncated_message) bytes.resize(bytes.size() / 2);
-    if (*fault == FaultInjection::wrong_checksum) bytes[bench::igtl_header_bytes - 1] ^= 1;
-    if (*fault == FaultInjection::garbage) {
-      Bytes garbage(garbage_bytes, 0xFF);  // starts with an invalid header version
-      for (std::size_t k = 2; k < garbage.size(); ++k)
-        garbage[k] = static_cast<std::uint8_t>(mixed(tick + k));
-      bytes.insert(bytes.begin(), garbage.begin(), garbage.end());
     }
     return bytes;
   }
@@ -543,7 +426,6 @@ struct TrackerServer::State {
   const MessageSource make_messages;
   Clients clients;
   asio::steady_timer timer;
-  std::optional<FaultInjection> next_fault;
   std::chrono::steady_clock::time_point begin;
   std::uint64_t tick = 0;
 };
@@ -565,21 +447,10 @@ int TrackerServer::n_clients() const
   return state_->clients.n_clients();
 }
 
-void TrackerServer::inject_fault(FaultInjection fault)
-{
-  asio::post(state_->clients.io, [state = state_.get(), fault] { state->next_fault = fault; });
-}
-
 struct IgtlServer::State {
-  State(const IgtlServerOptions& options, Bytes greeting_, ByteSource next_)
-      : greeting(std::move(greeting_)),
-        next(std::move(next_)),
-        clients(options.name, options.address, options.port,
-                [this](tcp::socket socket) {
-                  auto session = std::make_shared<Session>(std::move(socket), greeting);
-                  session->send_only();
-                  return session;
-                }),
+  State(const IgtlServerOptions& options, Bytes greeting, ByteSource next_)
+      : next(std::move(next_)),
+        clients("--igtl", options, Requests::ignored, std::move(greeting)),
         event(clients.io, eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK))
   {
     wait();
@@ -603,7 +474,6 @@ struct IgtlServer::State {
     });
   }
 
-  const Bytes greeting;
   const ByteSource next;
   Clients clients;
   asio::posix::stream_descriptor event;
@@ -619,11 +489,6 @@ IgtlServer::~IgtlServer() = default;
 std::uint16_t IgtlServer::port() const
 {
   return state_->clients.port();
-}
-
-int IgtlServer::n_clients() const
-{
-  return state_->clients.n_clients();
 }
 
 void IgtlServer::wake()

@@ -1,4 +1,5 @@
-/// Simulated micro-controller board: the real firmware behind a pseudo-terminal.
+/// Simulated devices: the board, which is the real firmware behind a pseudo-terminal, and the tracker, which
+/// streams messages made by a callback; the server that also sends the joint to other programs.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,7 @@
 namespace vrda::bench {
 
 struct PtyBoardOptions {
-  /// Symbolic link to the terminal, which keeps its name when the board is replugged; empty: no link.
+  /// Symbolic link to the terminal, the same for each board; empty: no link.
   std::string link;
   /// 0 to 1023. This and the next are called in the board's thread.
   std::function<int()> potentiometer;
@@ -33,36 +34,24 @@ class PtyBoard {
   /// The path to open: the link, or the terminal itself.
   std::string path() const;
 
-  /// Closes the terminal; the board's position is lost.
-  void unplug();
-  /// Opens a new terminal at the same link; the board restarts. Throws as the constructor does.
-  void plug();
-  /// Sends bytes that were not requested.
-  void send_unrequested(const std::vector<std::uint8_t>& bytes);
-
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-// Simulated OpenIGTLink tracker: streams messages made by a callback.
+// Servers of OpenIGTLink messages: the simulated tracker, and the joint for other programs.
 
-struct TrackerServerOptions {
+struct IgtlServerOptions {
   std::string address = "127.0.0.1";  ///< numeric; only this machine can connect by default
   std::uint16_t port = 0;             ///< 0: any free port
+};
+
+struct TrackerServerOptions : IgtlServerOptions {
   double rate_hz = 100.0;
   double jitter_ms = 0.0;  ///< each tick is early or late by up to this, at most half a period
   std::uint64_t seed = 1;  ///< of the jitter
-  bool waits_for_request =
-      false;  ///< sends TDATA and QTDATA only to clients that sent STT_TDATA, at their interval
-};
-
-/// Faults for testing a client.
-enum class FaultInjection : std::uint8_t {
-  truncated_message,  ///< sends half of the next tick's bytes, then continues normally
-  garbage,            ///< sends bytes that are not a message before the next tick
-  wrong_checksum,     ///< in the first message of the next tick
-  close_connections   ///< closes all connections; new ones are accepted
+  /// Corrupts the bytes of a tick for one client, in the server's thread; may be empty.
+  std::function<void(std::vector<std::uint8_t>&)> corrupt;
 };
 
 /// Runs in a thread; clients that do not read are disconnected.
@@ -70,7 +59,7 @@ class TrackerServer {
  public:
   /// The messages of tick n, due n / rate_hz seconds after the first. Called in the server's thread; must
   /// not throw.
-  using MessageSource = std::function<std::vector<bench::IgtlMessage>(std::uint64_t tick)>;
+  using MessageSource = std::function<std::vector<IgtlMessage>(std::uint64_t tick)>;
 
   /// Throws InputError if the address is invalid or cannot be listened on.
   TrackerServer(const TrackerServerOptions& options, MessageSource make_messages);
@@ -78,7 +67,28 @@ class TrackerServer {
 
   std::uint16_t port() const;
   int n_clients() const;
-  void inject_fault(FaultInjection fault);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Sends OpenIGTLink messages to every program that connects. Runs in a thread. A client that lags by more
+/// than a megabyte is disconnected; what clients send is read and ignored.
+class IgtlServer {
+ public:
+  /// The bytes of the next messages; empty without a message. Called in the server's thread; must not throw.
+  using ByteSource = std::function<std::vector<std::uint8_t>()>;
+
+  /// `greeting` is sent once to each client, before anything else. Throws InputError if the address is
+  /// invalid or cannot be listened on.
+  IgtlServer(const IgtlServerOptions& options, std::vector<std::uint8_t> greeting, ByteSource next);
+  ~IgtlServer();
+
+  std::uint16_t port() const;
+
+  /// Calls the source until it is empty, and sends what it gives. From any thread; never blocks or allocates.
+  void wake();
 
  private:
   struct State;

@@ -75,66 +75,60 @@ double KeyPath::at(double time_s) const
 
 namespace {
 
-class Checker {
- public:
-  explicit Checker(const std::string& file) : file_(file) {}
-
-  void require(bool is_right, const std::string& field, const std::string& found,
-               const std::string& wanted) const
-  {
-    if (!is_right) throw InputError({file_, field, found, wanted});
-  }
-  /// Checks that keys ascend in time; `is_same(first, last)` returns whether a loop closes.
-  template <typename Keys, typename IsSame>
-  void path(const Keys& keys, bool is_looped, const std::string& field, IsSame is_same) const
-  {
-    for (std::size_t i = 1; i < keys.size(); ++i) {
-      require(keys[i].time_s > keys[i - 1].time_s, field + " key " + std::to_string(i + 1),
-              "time " + shortest_decimal(keys[i].time_s),
-              "a time after " + shortest_decimal(keys[i - 1].time_s));
-    }
-    require(!is_looped || is_same(keys.front(), keys.back()), field,
-            "different first and last values of a loop", "a last key with the values of the first");
-  }
-
- private:
-  std::string file_;
-};
-
-void require_paths(const SimulationScript& script, const Checker& checker)
+/// Throws InputError unless the value is right.
+void require(bool is_right, const InputError::Facts& facts)
 {
-  checker.path(script.leg, script.is_looped, "leg", [](const LegKey& a, const LegKey& b) {
+  if (!is_right) throw InputError(facts);
+}
+
+/// Checks that keys ascend in time; `is_same(first, last)` returns whether a loop closes.
+template <typename Keys, typename IsSame>
+void require_path(const Keys& keys, bool is_looped, const std::string& file, const std::string& field,
+                  IsSame is_same)
+{
+  for (std::size_t i = 1; i < keys.size(); ++i) {
+    require(keys[i].time_s > keys[i - 1].time_s,
+            {file, field + " key " + std::to_string(i + 1), "time " + shortest_decimal(keys[i].time_s),
+             "a time after " + shortest_decimal(keys[i - 1].time_s)});
+  }
+  require(
+      !is_looped || is_same(keys.front(), keys.back()),
+      {file, field, "different first and last values of a loop", "a last key with the values of the first"});
+}
+
+void require_paths(const SimulationScript& script, const std::string& file)
+{
+  require_path(script.leg, script.is_looped, file, "leg", [](const LegKey& a, const LegKey& b) {
     return a.flexion_deg == b.flexion_deg && a.varus_deg == b.varus_deg;
   });
   const auto is_same = [](const PathPoint& a, const PathPoint& b) { return a.value == b.value; };
-  checker.path(script.stage, script.is_looped, "stage", is_same);
-  checker.path(script.potentiometer, script.is_looped, "potentiometer", is_same);
+  require_path(script.stage, script.is_looped, file, "stage", is_same);
+  require_path(script.potentiometer, script.is_looped, file, "potentiometer", is_same);
 }
 
-void require_tools(const SimulationScript& script, const Checker& checker)
+void require_tools(const SimulationScript& script, const std::string& file)
 {
   const std::vector<std::string> tools = tool_names(script);
   std::vector<std::string> names = tools;
   std::ranges::sort(names);
-  const auto twice = std::adjacent_find(names.begin(), names.end());
-  checker.require(twice == names.end(), "tool", twice == names.end() ? "" : *twice + " twice",
-                  "unique names");
+  const auto twice = std::ranges::adjacent_find(names);
+  if (twice != names.end()) throw InputError({file, "tool", *twice + " twice", "unique names"});
   for (const Occlusion& occlusion : script.occlusions) {
-    checker.require(std::ranges::find(tools, occlusion.tool) != tools.end(), "occlusion tool",
-                    "\"" + occlusion.tool + "\"", join_alternatives(tools));
-    checker.require(occlusion.to_s >= occlusion.from_s, "occlusion to_s", shortest_decimal(occlusion.to_s),
-                    "at least from_s = " + shortest_decimal(occlusion.from_s));
-    checker.require(occlusion.every_s == 0.0 || occlusion.every_s >= occlusion.to_s - occlusion.from_s,
-                    "occlusion every_s", shortest_decimal(occlusion.every_s), "0, or at least to_s - from_s");
+    require(std::ranges::find(tools, occlusion.tool) != tools.end(),
+            {file, "occlusion tool", "\"" + occlusion.tool + "\"", join_alternatives(tools)});
+    require(occlusion.to_s >= occlusion.from_s, {file, "occlusion to_s", shortest_decimal(occlusion.to_s),
+                                                 "at least from_s = " + shortest_decimal(occlusion.from_s)});
+    require(occlusion.every_s == 0.0 || occlusion.every_s >= occlusion.to_s - occlusion.from_s,
+            {file, "occlusion every_s", shortest_decimal(occlusion.every_s), "0, or at least to_s - from_s"});
   }
 }
 
-void require_clock(const DeviceClock& clock, const Checker& checker)
+void require_clock(const DeviceClock& clock, const std::string& file)
 {
   for (std::size_t i = 1; i < clock.steps.size(); ++i) {
-    checker.require(clock.steps[i].at_s >= clock.steps[i - 1].at_s, "clock step at_s",
-                    shortest_decimal(clock.steps[i].at_s),
-                    "at least the previous step's time, " + shortest_decimal(clock.steps[i - 1].at_s));
+    require(clock.steps[i].at_s >= clock.steps[i - 1].at_s,
+            {file, "clock step at_s", shortest_decimal(clock.steps[i].at_s),
+             "at least the previous step's time, " + shortest_decimal(clock.steps[i - 1].at_s)});
   }
 }
 
@@ -165,14 +159,13 @@ std::vector<std::string> tool_names(const SimulationScript& script)
 
 void require_usable(const SimulationScript& script, const std::string& file)
 {
-  const Checker checker(file);
   // With a longer jitter frames could overtake each other.
   const double period_ms = 1000.0 / script.rate_hz;
-  checker.require(script.jitter_ms <= period_ms, "jitter_ms", shortest_decimal(script.jitter_ms),
-                  "at most the frame period, " + shortest_decimal(period_ms));
-  require_paths(script, checker);
-  require_tools(script, checker);
-  require_clock(script.clock, checker);
+  require(script.jitter_ms <= period_ms, {file, "jitter_ms", shortest_decimal(script.jitter_ms),
+                                          "at most the frame period, " + shortest_decimal(period_ms)});
+  require_paths(script, file);
+  require_tools(script, file);
+  require_clock(script.clock, file);
 }
 
 namespace {
@@ -209,7 +202,7 @@ Pose with_noise(const Pose& X, const SimulationScript& script, RandomSequence& d
 {
   const Eigen::Vector3d turn_rad = script.noise_rad * draws.normal_vector();
   Pose X_noisy = X;
-  X_noisy.linear() = X.linear() * bench::rotation_of(turn_rad);
+  X_noisy.linear() = X.linear() * rotation_of(turn_rad);
   X_noisy.translation() += script.noise_mm * draws.normal_vector();
   return X_noisy;
 }
@@ -229,7 +222,7 @@ Simulation::Simulation(const SimulationScript& script, std::optional<store::Moti
   if (motion_) require_solved(file);
 }
 
-bench::LegAngles Simulation::scripted_angles(double time_s) const
+LegAngles Simulation::scripted_angles(double time_s) const
 {
   return {flexion_rad_.at(time_s), varus_rad_.at(time_s), 0.0};
 }
@@ -243,7 +236,7 @@ std::optional<std::string> Simulation::first_where(const IsWrong& is_wrong) cons
   const double first_s = script_.leg.front().time_s, last_s = script_.leg.back().time_s;
   for (int i = 0; i <= n_times; ++i) {
     const double time_s = first_s + (last_s - first_s) * i / n_times;
-    const Attitude wanted = bench::attitude_of(scripted_angles(time_s));
+    const Attitude wanted = attitude_of(scripted_angles(time_s));
     if (!is_wrong(motion_->at(wanted))) continue;
     return "flexion " + degrees_text(wanted.flexion_rad) + ", varus " + degrees_text(wanted.varus_rad) +
            " at " + shortest_decimal(time_s) + " s";
@@ -282,13 +275,13 @@ SimulatedTruth Simulation::truth(double time_s) const
 {
   SimulatedTruth truth;
   truth.angles = scripted_angles(time_s);
-  const store::JointPose joint = motion_ ? motion_->at(bench::attitude_of(truth.angles)) : store::JointPose{};
+  const store::JointPose joint = motion_ ? motion_->at(attitude_of(truth.angles)) : store::JointPose{};
   if (joint.status == store::PoseStatus::solved) {
     truth.angles = {joint.attitude.flexion_rad, joint.attitude.varus_rad, joint.theta_rad};
     truth.X_femur_tibia = joint.X_reference_moving;
   } else {
     const SolverFrame frame{script_.side, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()};
-    truth.X_femur_tibia = bench::X_femur_tibia(truth.angles, frame);
+    truth.X_femur_tibia = X_femur_tibia(truth.angles, frame);
   }
   truth.stage_mm = stage_mm_.at(time_s);
   truth.potentiometer_count = potentiometer_.at(time_s);
@@ -417,41 +410,40 @@ struct SentTool {
   std::string name;
 };
 
-std::vector<SentTool> sent_tools(const bench::BenchFile& bench, const bench::Simulation& simulation)
+std::vector<SentTool> sent_tools(const BenchFile& bench, const Simulation& simulation)
 {
   std::vector<SentTool> sent;
   std::size_t at = 0;
-  const auto add = [&](const std::optional<bench::BodySettings>& settings) {
+  const auto add = [&](const std::optional<BodySettings>& settings) {
     if (!settings->tool.empty()) sent.push_back({at, settings->tool});
     ++at;
     for (const std::string& marker : settings->markers) sent.push_back({at++, marker});
   };
-  const auto settings = [&](bench::BodyRole role) { return bench.bodies[static_cast<std::size_t>(role)]; };
-  if (bench.leg == bench::LegKind::rigid) {
-    add(settings(bench::BodyRole::leg));
+  const auto settings = [&](BodyRole role) { return bench.bodies[static_cast<std::size_t>(role)]; };
+  if (bench.leg == LegKind::rigid) {
+    add(settings(BodyRole::leg));
     ++at;  // the tibia, which is not tracked
   } else {
-    add(settings(bench::BodyRole::femur));
-    add(settings(bench::BodyRole::tibia));
+    add(settings(BodyRole::femur));
+    add(settings(BodyRole::tibia));
   }
-  if (bench.head == bench::HeadKind::tracker) add(settings(bench::BodyRole::head));
+  if (bench.head == HeadKind::tracker) add(settings(BodyRole::head));
   check(at == simulation.tools().size(), "every simulated tool is assigned");
   return sent;
 }
 
 /// One TDATA message a tick, without hidden tools.
-std::vector<bench::IgtlMessage> messages_of(const bench::SimulatedFrame& frame,
-                                            const std::vector<SentTool>& sent)
+std::vector<IgtlMessage> messages_of(const SimulatedFrame& frame, const std::vector<SentTool>& sent)
 {
   if (frame.is_dropped) return {};
-  bench::IgtlMessage message;
-  message.kind = bench::IgtlKind::tdata;
+  IgtlMessage message;
+  message.kind = IgtlKind::tdata;
   message.device = "Tracker";
   message.device_ns = frame.device_ns;
   for (const SentTool& tool : sent) {
-    const bench::SimulatedTool& simulated = frame.tools[tool.simulated];
+    const SimulatedTool& simulated = frame.tools[tool.simulated];
     if (simulated.is_seen)
-      message.tools.push_back({tool.name, bench::ToolVisibility::seen, simulated.X_tracker_tool});
+      message.tools.push_back({tool.name, ToolVisibility::seen, simulated.X_tracker_tool});
   }
   return {message};
 }
@@ -464,43 +456,42 @@ std::optional<store::Motion> motion_of(const std::string& path)
   return store::Motion(model, store::default_motion(model).set);
 }
 
-std::unique_ptr<bench::PtyBoard> open_board(const bench::BenchFile& bench,
-                                            const bench::Simulation& simulation)
+std::unique_ptr<PtyBoard> open_board(const BenchFile& bench, const Simulation& simulation)
 {
   if (!bench.board) return nullptr;
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   const auto now_s = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  bench::PtyBoardOptions options;
+  PtyBoardOptions options;
   options.link = bench.board->port;
   options.potentiometer = [&simulation, now_s] { return simulation.potentiometer_count(now_s()); };
   options.stage_count = [&simulation, now_s] { return static_cast<int>(simulation.stage_count(now_s())); };
-  return std::make_unique<bench::PtyBoard>(options);
+  return std::make_unique<PtyBoard>(options);
 }
 
 }  // namespace
 
 void simulate(const SimulateOptions& options, const show::Streams& streams)
 {
-  const bench::BenchFile bench = bench::read_bench_file(options.bench);
+  const BenchFile bench = read_bench_file(options.bench);
   if (bench.camera)
     throw InputError(
         {options.bench, "tracker", "\"aruco\", a webcam", "a tracker of OpenIGTLink to simulate"});
-  const bench::Simulation simulation(bench.simulation, motion_of(options.model), options.bench);
+  const Simulation simulation(bench.simulation, motion_of(options.model), options.bench);
   if (const auto beyond = simulation.beyond_motion(options.bench))
     streams.messages << "vrda-player: " << InputError(*beyond).what() << "\n";
   const std::vector<SentTool> sent = sent_tools(bench, simulation);
   show::StopSignals stop;
-  bench::TrackerServerOptions server_options;
+  TrackerServerOptions server_options;
   server_options.address = options.address.empty() ? bench.simulation_address : options.address;
   server_options.port = bench.tracker->port;
   server_options.rate_hz = bench.simulation.rate_hz;
   server_options.jitter_ms = bench.simulation.jitter_ms;
   server_options.seed = bench.simulation.seed;
-  const bench::TrackerServer server(
-      server_options, [&](std::uint64_t tick) { return messages_of(simulation.frame(tick), sent); });
+  const TrackerServer server(server_options,
+                             [&](std::uint64_t tick) { return messages_of(simulation.frame(tick), sent); });
   // After the port is bound: a second simulation of the same bench ends before it touches the link.
-  const std::unique_ptr<bench::PtyBoard> board = open_board(bench, simulation);
+  const std::unique_ptr<PtyBoard> board = open_board(bench, simulation);
   streams.data << "tracker " << server_options.address << ":" << server.port() << std::endl;
   if (board) streams.data << "board " << board->path() << std::endl;
   if (!options.is_quiet && !options.seconds) streams.messages << "Ctrl-C ends the simulation\n";

@@ -111,7 +111,7 @@ void require_usable(const SimulationScript& script, const std::string& file);
 
 /// True state, without noise.
 struct SimulatedTruth {
-  bench::LegAngles angles;  ///< as scripted; with a motion, the attitude it returns
+  LegAngles angles;  ///< as scripted; with a motion, the attitude it returns
   Pose X_femur_tibia = Pose::Identity();
   Pose X_tracker_femur = Pose::Identity();  ///< of the bone; likewise the tibia's
   Pose X_tracker_tibia = Pose::Identity();
@@ -163,7 +163,7 @@ class Simulation {
   int potentiometer_count(double time_s) const;
 
  private:
-  bench::LegAngles scripted_angles(double time_s) const;
+  LegAngles scripted_angles(double time_s) const;
   template <typename IsWrong>
   std::optional<std::string> first_where(const IsWrong& is_wrong) const;
   void require_solved(const std::string& file) const;
@@ -185,7 +185,8 @@ enum class RandomPurpose : std::uint64_t {
   potentiometer,
   virtual_bench,
   virtual_hand,
-  virtual_tracker
+  virtual_tracker,
+  tracker_jitter
 };
 
 class RandomSequence {

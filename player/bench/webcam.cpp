@@ -12,11 +12,13 @@
 #include <cmath>
 #include <map>
 #include <ostream>
+#include <sstream>
 #include <thread>
 
 #include "bench/bench_file.hpp"
 #include "bench/body_sheet.hpp"
 #include "bench/igtl_message.hpp"
+#include "bench/toml_table.hpp"
 #include "core/files.hpp"
 #include "core/schema.hpp"
 #include "core/text.hpp"
@@ -27,34 +29,40 @@ namespace vrda::bench {
 
 const core::DocumentSchema& camera_schema();  // schemas/camera.schema.json
 
+namespace {
+
+template <typename Visit, typename AnyCamera, typename Numbers>
+void visit_camera(const Visit& visit, AnyCamera& camera, Numbers& distortion)
+{
+  visit("width", camera.width);
+  visit("height", camera.height);
+  visit("focal_px", camera.focal_px);
+  visit("centre_px", camera.centre_px);
+  visit("distortion", distortion, "k1, k2, p1, p2, k3");
+  visit("rms_px", camera.rms_px);
+  visit("views", camera.n_views);
+}
+
+}  // namespace
+
 Camera read_camera(const std::string& path)
 {
   const std::string text =
       core::read_document_text(path, "a camera calibration (vrda-webcam calibrate writes it)");
   const core::Document document = camera_schema().read(text, path);
   Camera camera;
-  camera.width = static_cast<int>(core::integer_at(document.root, "width"));
-  camera.height = static_cast<int>(core::integer_at(document.root, "height"));
-  const std::vector<double> focal = core::numbers_at(document.root, "focal_px"),
-                            centre = core::numbers_at(document.root, "centre_px"),
-                            distortion = core::numbers_at(document.root, "distortion");
-  camera.focal_px = {focal[0], focal[1]};
-  camera.centre_px = {centre[0], centre[1]};
+  std::vector<double> distortion;
+  visit_camera(TableReader(document.root), camera, distortion);
   std::ranges::copy(distortion, camera.distortion.begin());
-  camera.rms_px = core::number_at(document.root, "rms_px");
-  camera.n_views = static_cast<int>(core::integer_at(document.root, "views"));
   return camera;
 }
 
 std::string camera_text(const Camera& camera)
 {
-  const auto list = [](std::span<const double> values) { return show::list_text(values); };
-  return "# Written by vrda-webcam calibrate; valid for this camera, picture size and focus.\nwidth = " +
-         std::to_string(camera.width) + "\nheight = " + std::to_string(camera.height) +
-         "\nfocal_px = " + list({camera.focal_px.data(), 2}) +
-         "\ncentre_px = " + list({camera.centre_px.data(), 2}) + "\ndistortion = " + list(camera.distortion) +
-         "  # k1, k2, p1, p2, k3\nrms_px = " + show::number_text(camera.rms_px) +
-         "\nviews = " + std::to_string(camera.n_views) + "\n";
+  std::ostringstream text;
+  text << "# Written by vrda-webcam calibrate; valid for this camera, picture size and focus.\n";
+  visit_camera(TableWriter(text), camera, camera.distortion);
+  return text.str();
 }
 
 namespace {
@@ -66,7 +74,7 @@ constexpr double least_motion_px = 20.0;
 }  // namespace
 
 struct CameraFit::State {
-  CameraFitOptions options;
+  int n_views = 0;
   cv::Ptr<cv::aruco::Dictionary> dictionary = cv::aruco::getPredefinedDictionary(cv::aruco::DICT_5X5_50);
   cv::Ptr<cv::aruco::CharucoBoard> board =
       cv::aruco::CharucoBoard::create(board_columns, board_rows, static_cast<float>(board_square_mm),
@@ -90,9 +98,9 @@ struct CameraFit::State {
   }
 };
 
-CameraFit::CameraFit(const CameraFitOptions& options) : state_(std::make_unique<State>())
+CameraFit::CameraFit(int n_views) : state_(std::make_unique<State>())
 {
-  state_->options = options;
+  state_->n_views = n_views;
 }
 
 CameraFit::~CameraFit() = default;
@@ -117,12 +125,12 @@ std::string CameraFit::take(const GreyPicture& picture)
   state.size = image.size();
   state.corners.push_back(corners);
   state.ids.push_back(ids);
-  return "view " + std::to_string(state.ids.size()) + " of " + std::to_string(state.options.n_views);
+  return "view " + std::to_string(state.ids.size()) + " of " + std::to_string(state.n_views);
 }
 
 bool CameraFit::is_complete() const
 {
-  return static_cast<int>(state_->ids.size()) >= state_->options.n_views;
+  return static_cast<int>(state_->ids.size()) >= state_->n_views;
 }
 
 Camera CameraFit::camera(const std::string& file) const
@@ -159,7 +167,7 @@ Camera CameraFit::camera(const std::string& file) const
 using SteadyClock = std::chrono::steady_clock;
 
 struct PictureSource::State {
-  PictureSourceOptions options;
+  CameraSettings options;
   cv::VideoCapture capture;
   bool is_camera = false;
   SteadyClock::time_point due = SteadyClock::now();
@@ -192,9 +200,9 @@ struct PictureSource::State {
   }
 };
 
-PictureSource::PictureSource(const PictureSourceOptions& options) : state_(std::make_unique<State>())
+PictureSource::PictureSource(const CameraSettings& camera) : state_(std::make_unique<State>())
 {
-  state_->options = options;
+  state_->options = camera;
   state_->open();
 }
 
@@ -476,34 +484,24 @@ std::vector<FoundBody> PoseFinder::find(const GreyPicture& picture, double time_
 
 namespace {
 
-bench::BenchFile read_bench(const std::string& path)
+BenchFile read_bench(const std::string& path)
 {
-  bench::BenchFile bench = bench::read_bench_file(path, bench::MarkerPositions::optional);
+  BenchFile bench = read_bench_file(path, MarkerPositions::optional);
   if (!bench.camera) throw InputError({path, "tracker", "a server", "tracker = \"aruco\""});
   return bench;
 }
 
-PictureSource open_source(const bench::CameraSettings& camera)
+std::string text_of(const IgtlMessage& message)
 {
-  PictureSourceOptions options;
-  options.device = camera.device;
-  options.width = camera.width;
-  options.height = camera.height;
-  options.rate_hz = camera.rate_hz;
-  return PictureSource(options);
-}
-
-std::string text_of(const bench::IgtlMessage& message)
-{
-  const std::vector<std::uint8_t> bytes = bench::bytes_of(message);
+  const std::vector<std::uint8_t> bytes = bytes_of(message);
   return {bytes.begin(), bytes.end()};
 }
 
-bench::IgtlMessage tdata_of(const std::vector<FoundBody>& bodies, const std::vector<std::string>& tools,
-                            std::int64_t taken_ns)
+IgtlMessage tdata_of(const std::vector<FoundBody>& bodies, const std::vector<std::string>& tools,
+                     std::int64_t taken_ns)
 {
-  bench::IgtlMessage message;
-  message.kind = bench::IgtlKind::tdata;
+  IgtlMessage message;
+  message.kind = IgtlKind::tdata;
   // States that the listed bodies are visible: those of a still film do not jitter.
   message.header_version = 2;
   message.device = "webcam";
@@ -511,9 +509,8 @@ bench::IgtlMessage tdata_of(const std::vector<FoundBody>& bodies, const std::vec
   for (std::size_t k = 0; k < bodies.size(); ++k) {
     const bool is_misfit = bodies[k].state == BodyState::misfit;
     if (bodies[k].state != BodyState::seen && !is_misfit) continue;
-    message.tools.push_back({tools[k],
-                             is_misfit ? bench::ToolVisibility::invalid_pose : bench::ToolVisibility::seen,
-                             bodies[k].X_camera_body});
+    message.tools.push_back(
+        {tools[k], is_misfit ? ToolVisibility::invalid_pose : ToolVisibility::seen, bodies[k].X_camera_body});
   }
   return message;
 }
@@ -522,14 +519,14 @@ bench::IgtlMessage tdata_of(const std::vector<FoundBody>& bodies, const std::vec
 
 void track(const std::string& bench_path, const ByteSink& sink)
 {
-  const bench::BenchFile bench = read_bench(bench_path);
+  const BenchFile bench = read_bench(bench_path);
   const Camera camera = read_camera(bench.camera->calibration);
   const std::vector<std::string>& tools = bench.tracker->tools;
   PoseFinderOptions options;
   options.n_bodies = tools.size();
   options.sheet = {bench.camera->marker_mm, bench.camera->fold_rad};
   PoseFinder finder(camera, options);
-  PictureSource source = open_source(*bench.camera);
+  PictureSource source(*bench.camera);
   for (bool goes_on = true; goes_on;) {
     const TimedPicture taken = source.next();
     if (taken.is_frozen) continue;
@@ -540,8 +537,8 @@ void track(const std::string& bench_path, const ByteSink& sink)
 
 std::string error_message(const std::string& text)
 {
-  bench::IgtlMessage message;
-  message.kind = bench::IgtlKind::status;
+  IgtlMessage message;
+  message.kind = IgtlKind::status;
   message.device = "webcam";
   constexpr int igtl_unknown_error = 2;
   message.code = igtl_unknown_error;
@@ -551,16 +548,16 @@ std::string error_message(const std::string& text)
 
 void write_sheets(const std::string& bench_path, const std::string& pdf)
 {
-  const bench::BenchFile bench = read_bench(bench_path);
+  const BenchFile bench = read_bench(bench_path);
   Publication::begin(pdf, "vrda-webcam")->publish(sheets_pdf(bench.tracker->tools));
 }
 
 void calibrate(const CalibrateOptions& options, std::ostream& messages)
 {
-  const bench::BenchFile bench = read_bench(options.bench);
+  const BenchFile bench = read_bench(options.bench);
   const std::string output = options.output.empty() ? bench.camera->calibration : options.output;
-  PictureSource source = open_source(*bench.camera);
-  CameraFit fit({options.n_views});
+  PictureSource source(*bench.camera);
+  CameraFit fit(options.n_views);
   std::string last;
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.seconds);
   while (!fit.is_complete() && std::chrono::steady_clock::now() < end) {

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/bench_file.hpp"
 #include "bench/body_sheet.hpp"
 #include "model/mesh.hpp"
 
@@ -39,14 +40,11 @@ struct GreyPicture {
 
 // Calibration of a camera from pictures of the printed board (body_sheet.hpp).
 
-struct CameraFitOptions {
-  int n_views = 20;
-};
-
 /// Collects views of the board and fits the camera to them.
 class CameraFit {
  public:
-  explicit CameraFit(const CameraFitOptions& options = {});
+  /// `n_views`: enough.
+  explicit CameraFit(int n_views = 20);
   ~CameraFit();
 
   /// Takes a picture if it shows the board differently from all earlier views. Returns the outcome:
@@ -63,13 +61,8 @@ class CameraFit {
   std::unique_ptr<State> state_;
 };
 
-// Pictures of a camera, or of a film or a numbered sequence of files in its place.
-
-struct PictureSourceOptions {
-  std::string device = "/dev/video0";  ///< or a film, or "folder/picture_%03d.png"; these repeat
-  int width = 640, height = 480;       ///< requested from a camera
-  double rate_hz = 30.0;
-};
+// Pictures of a camera, or of a film or a numbered sequence of files ("folder/picture_%03d.png") in its
+// place; these repeat.
 
 struct TimedPicture {
   GreyPicture picture;
@@ -80,7 +73,7 @@ struct TimedPicture {
 class PictureSource {
  public:
   /// Throws InputError if the device cannot be opened.
-  explicit PictureSource(const PictureSourceOptions& options);
+  explicit PictureSource(const CameraSettings& camera);
   ~PictureSource();
 
   /// Waits for the next picture. Throws InputError if none comes.

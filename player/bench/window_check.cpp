@@ -12,7 +12,7 @@
 #include "bench/bench_file.hpp"
 #include "bench/bench_run.hpp"
 #include "bench/body_tracker.hpp"
-#include "bench/clients.hpp"
+#include "bench/devices.hpp"
 #include "core/units.hpp"
 #include "show/loop.hpp"
 #include "show/session.hpp"
@@ -29,7 +29,7 @@ std::string pair_text(int a, const char* between, int b)
   return std::to_string(a) + between + std::to_string(b);
 }
 
-const view::Monitor& monitor_named(const bench::BenchFile& bench, const std::string& name,
+const view::Monitor& monitor_named(const BenchFile& bench, const std::string& name,
                                    std::span<const view::Monitor> monitors)
 {
   const auto found = std::ranges::find(monitors, name, &view::Monitor::name);
@@ -56,7 +56,7 @@ double displayed_share(const view::WindowGeometry& area, std::span<const view::M
   return std::min(1.0, shown / (static_cast<double>(area.width) * area.height));
 }
 
-std::optional<InputError::Facts> hidden_part(const bench::BenchFile& bench, const view::WindowGeometry& place,
+std::optional<InputError::Facts> hidden_part(const BenchFile& bench, const view::WindowGeometry& place,
                                              std::span<const view::Monitor> monitors)
 {
   if (monitors.empty() || place.width <= 0 || place.height <= 0) return std::nullopt;
@@ -72,10 +72,10 @@ std::optional<InputError::Facts> hidden_part(const bench::BenchFile& bench, cons
 
 }  // namespace
 
-std::optional<std::array<int, 2>> window_position(const bench::BenchFile& bench,
+std::optional<std::array<int, 2>> window_position(const BenchFile& bench,
                                                   std::span<const view::Monitor> monitors)
 {
-  const bench::DisplaySettings& display = bench.display;
+  const DisplaySettings& display = bench.display;
   if (display.outputs.empty()) return display.at;
   const view::WindowGeometry& left = monitor_named(bench, display.outputs.front(), monitors).geometry;
   if (display.outputs.size() == 2) {
@@ -91,12 +91,12 @@ std::optional<std::array<int, 2>> window_position(const bench::BenchFile& bench,
   return std::array{left.x, left.y};
 }
 
-std::optional<InputError::Facts> window_mismatch(const bench::BenchFile& bench,
+std::optional<InputError::Facts> window_mismatch(const BenchFile& bench,
                                                  const std::optional<view::WindowGeometry>& place,
                                                  std::span<const view::Monitor> monitors)
 {
   if (!place) return std::nullopt;
-  const bench::DisplaySettings& display = bench.display;
+  const DisplaySettings& display = bench.display;
   if (place->width != display.width || place->height != display.height) {
     return InputError::Facts{bench.path, "display.width, display.height",
                              "a frame buffer of " + pair_text(place->width, " x ", place->height),
@@ -140,7 +140,7 @@ std::string WindowCheck::take_warning()
   return std::exchange(warning_, {});
 }
 
-show::Sink bench_window(const bench::BenchFile& bench, const std::string& title, int samples)
+show::Sink bench_window(const BenchFile& bench, const std::string& title, int samples)
 {
   view::WindowOptions options;
   options.width = bench.display.width;
@@ -155,7 +155,7 @@ show::Sink bench_window(const bench::BenchFile& bench, const std::string& title,
   return show::Sink(options);
 }
 
-show::Sink bench_memory(const bench::BenchFile& bench, int samples)
+show::Sink bench_memory(const BenchFile& bench, int samples)
 {
   return show::Sink(view::RenderOptions{bench.display.width, bench.display.height, samples, coarseness_px});
 }
@@ -166,54 +166,51 @@ namespace {
 
 /// Last sample of each input; empty if none was received.
 struct LastValues {
-  explicit LastValues(const bench::BenchFile& bench) : bodies(bench)
+  explicit LastValues(const BenchFile& bench)
+      : bodies(bench), tools(bench.tracker->tools.size()), rates(tools.size())
   {
-    if (!bench.tracker) return;
-    tools.resize(bench.tracker->tools.size());
-    rates.resize(tools.size());
   }
 
   TrackedBodies bodies;
-  std::vector<std::optional<bench::Sample>> tools;
-  std::vector<bench::RateMeter> rates;  ///< of the tools' samples that are not missing
-  std::optional<bench::Sample> potentiometer, stage;
+  std::vector<std::optional<Sample>> tools;
+  std::vector<RateMeter> rates;  ///< of the tools' samples that are not missing
+  std::optional<Sample> potentiometer, stage;
 
-  void take(const bench::Sample& sample)
+  void take(const Sample& sample)
   {
-    if (sample.kind == bench::SampleKind::tool_pose && sample.source < tools.size()) {
+    if (sample.kind == SampleKind::tool_pose && sample.source < tools.size()) {
       tools[sample.source] = sample;
-      if (sample.is(bench::ToolVisibility::seen)) rates[sample.source].count(sample.arrival_ns);
+      if (sample.is(ToolVisibility::seen)) rates[sample.source].count(sample.arrival_ns);
     }
-    if (sample.kind == bench::SampleKind::tool_pose)
+    if (sample.kind == SampleKind::tool_pose)
       bodies.take(sample, [](BodyTracker& body) { body.end_message(); });
-    if (sample.kind == bench::SampleKind::potentiometer) potentiometer = sample;
-    if (sample.kind == bench::SampleKind::stage) stage = sample;
+    if (sample.kind == SampleKind::potentiometer) potentiometer = sample;
+    if (sample.kind == SampleKind::stage) stage = sample;
   }
   /// Of a body of markers with known positions, or nullptr.
-  const bench::PoseFit* fit(std::size_t role) const
+  const PoseFit* fit(std::size_t role) const
   {
-    const std::optional<BodyTracker>& body = bodies[static_cast<bench::BodyRole>(role)];
+    const std::optional<BodyTracker>& body = bodies[static_cast<BodyRole>(role)];
     return body && body->has_markers() ? &body->fit() : nullptr;
   }
 };
 
-const char* name_of(bench::ToolVisibility state)
+const char* name_of(ToolVisibility state)
 {
   return std::array{"seen", "missing", "stale", "not a place"}.at(static_cast<std::size_t>(state));
 }
 
-std::string place_text(const bench::ToolPose& place)
+std::string place_text(const ToolPose& place)
 {
   std::string text;
   for (const double v : place.position_mm) text += (text.empty() ? "" : ", ") + show::rounded_text(v, 2);
   return text;
 }
 
-void write_report(std::ostream& out, const std::string& name, const bench::DeviceReport& report)
+void write_report(std::ostream& out, const std::string& name, const DeviceReport& report)
 {
-  out << name << "  " << report.peer << "  "
-      << (report.link == bench::LinkState::up ? "answers" : "does not answer") << "  "
-      << show::rounded_text(report.rate_hz, 1) << " samples a second";
+  out << name << "  " << report.peer << "  " << (report.link == LinkState::up ? "answers" : "does not answer")
+      << "  " << show::rounded_text(report.rate_hz, 1) << " samples a second";
   if (report.n_refused > 0) out << "  " << report.n_refused << " rejected";
   if (!report.error_message.empty()) out << "  (" << report.error_message << ")";
   out << "\n";
@@ -230,46 +227,45 @@ void write_monitors(std::ostream& out, const std::vector<view::Monitor>& monitor
   }
 }
 
-void write_table(std::ostream& out, const bench::BenchFile& bench, const bench::Devices& devices,
-                 const LastValues& values)
+void write_table(std::ostream& out, const BenchFile& bench, const Devices& devices, const LastValues& values)
 {
-  write_report(out, "tracker", devices.report(bench::DeviceId::tracker));
+  write_report(out, "tracker", devices.report(DeviceId::tracker));
   for (std::size_t k = 0; k < values.tools.size(); ++k) {
     out << "  " << bench.tracker->tools[k] << "  ";
     if (!values.tools[k]) {
       out << "nothing yet\n";
       continue;
     }
-    const auto state = static_cast<bench::ToolVisibility>(values.tools[k]->state);
+    const auto state = static_cast<ToolVisibility>(values.tools[k]->state);
     out << name_of(state);
-    if (state == bench::ToolVisibility::seen) out << "  " << place_text(values.tools[k]->tool_pose) << " mm";
+    if (state == ToolVisibility::seen) out << "  " << place_text(values.tools[k]->tool_pose) << " mm";
     out << "  " << show::rounded_text(values.rates[k].rate_hz(devices.now_ns()), 1) << " a second";
     out << "\n";
   }
-  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
     if (!bench.bodies[k] || bench.bodies[k]->markers.empty()) continue;
-    const char* const role = bench::name_of(static_cast<bench::BodyRole>(k));
+    const char* const role = name_of(static_cast<BodyRole>(k));
     out << "  body " << role << "  "
         << (values.fit(k) != nullptr ? fit_text(*values.fit(k))
                                      : "no markers_mm yet: vrda-player body " + std::string(role))
         << "\n";
   }
   if (!bench.board) return;
-  write_report(out, "board", devices.report(bench::DeviceId::board));
+  write_report(out, "board", devices.report(DeviceId::board));
   if (values.potentiometer) out << "  potentiometer  " << values.potentiometer->count << " of 1023\n";
   if (values.stage) {
     out << "  stage  " << show::rounded_text(bench.stage_mm_per_count * values.stage->count, 3) << " mm"
-        << ((values.stage->state & bench::stage_zeroed) != 0 ? "" : ", not zeroed") << "\n";
+        << ((values.stage->state & stage_zeroed) != 0 ? "" : ", not zeroed") << "\n";
   }
 }
 
 /// JSON and TOML strings have the same escapes, so quoted_text() is valid here.
-std::string json_of(const bench::DeviceReport& report)
+std::string json_of(const DeviceReport& report)
 {
   std::string notes;
   for (const std::string& note : report.notes) notes += (notes.empty() ? "" : ", ") + show::quoted_text(note);
   return "\"peer\": " + show::quoted_text(report.peer) +
-         ", \"answers\": " + (report.link == bench::LinkState::up ? "true" : "false") +
+         ", \"answers\": " + (report.link == LinkState::up ? "true" : "false") +
          ", \"rate_hz\": " + show::rounded_text(report.rate_hz, 2) +
          ", \"samples\": " + std::to_string(report.n_samples) +
          ", \"refused\": " + std::to_string(report.n_refused) +
@@ -277,20 +273,19 @@ std::string json_of(const bench::DeviceReport& report)
          ", \"trouble\": " + show::quoted_text(report.error_message) + ", \"notes\": [" + notes + "]";
 }
 
-std::string json_of(bench::BodyRole role, const bench::PoseFit& fit)
+std::string json_of(BodyRole role, const PoseFit& fit)
 {
   const FitQuality quality = quality_of(fit);
-  return std::string("{\"role\": \"") + bench::name_of(role) + "\", \"status\": \"" +
-         bench::name_of(fit.status) + "\", \"markers\": " + std::to_string(quality.n_markers) +
+  return std::string("{\"role\": \"") + name_of(role) + "\", \"status\": \"" + name_of(fit.status) +
+         "\", \"markers\": " + std::to_string(quality.n_markers) +
          ", \"residual_mm\": " + show::rounded_text(quality.residual_mm, 4) +
          ", \"turn_sd_deg\": " + show::rounded_text(deg_from_rad(quality.rotation_sd_rad), 4) +
          ", \"middle_sd_mm\": " + show::rounded_text(quality.centroid_sd_mm, 4) + "}";
 }
 
-void write_json(std::ostream& out, const bench::BenchFile& bench, const bench::Devices& devices,
-                const LastValues& values)
+void write_json(std::ostream& out, const BenchFile& bench, const Devices& devices, const LastValues& values)
 {
-  out << "{\"tracker\": {" << json_of(devices.report(bench::DeviceId::tracker)) << ", \"tools\": [";
+  out << "{\"tracker\": {" << json_of(devices.report(DeviceId::tracker)) << ", \"tools\": [";
   for (std::size_t k = 0; k < values.tools.size(); ++k) {
     out << (k == 0 ? "" : ", ") << "{\"name\": " << show::quoted_text(bench.tracker->tools[k])
         << ", \"state\": ";
@@ -298,20 +293,20 @@ void write_json(std::ostream& out, const bench::BenchFile& bench, const bench::D
       out << "null}";
       continue;
     }
-    out << "\"" << name_of(static_cast<bench::ToolVisibility>(values.tools[k]->state))
+    out << "\"" << name_of(static_cast<ToolVisibility>(values.tools[k]->state))
         << "\", \"rate_hz\": " << show::rounded_text(values.rates[k].rate_hz(devices.now_ns()), 2)
         << ", \"position_mm\": [" << place_text(values.tools[k]->tool_pose) << "]}";
   }
   out << "], \"bodies\": [";
   const char* comma = "";
-  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
     if (values.fit(k) == nullptr) continue;
-    out << comma << json_of(static_cast<bench::BodyRole>(k), *values.fit(k));
+    out << comma << json_of(static_cast<BodyRole>(k), *values.fit(k));
     comma = ", ";
   }
   out << "]}";
   if (bench.board) {
-    out << ", \"board\": {" << json_of(devices.report(bench::DeviceId::board)) << ", \"potentiometer\": "
+    out << ", \"board\": {" << json_of(devices.report(DeviceId::board)) << ", \"potentiometer\": "
         << (values.potentiometer ? std::to_string(values.potentiometer->count) : "null") << ", \"stage_mm\": "
         << (values.stage ? show::rounded_text(bench.stage_mm_per_count * values.stage->count, 3) : "null")
         << "}";
@@ -330,35 +325,32 @@ void write_json(std::ostream& out, const bench::BenchFile& bench, const bench::D
 
 }  // namespace
 
-void receive_samples(bench::Devices& devices, double seconds, show::StopSignals& stop,
-                     const std::function<void(const bench::Sample&)>& take)
+void receive_samples(Devices& devices, double seconds, show::StopSignals& stop,
+                     const std::function<void(const Sample&)>& take)
 {
   constexpr std::chrono::milliseconds between{5};
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   while (std::chrono::steady_clock::now() < end &&
          !stop.wait_until(std::chrono::steady_clock::now() + between)) {
-    for (bench::Sample sample; devices.take(sample);) take(sample);
+    for (Sample sample; devices.take(sample);) take(sample);
   }
 }
 
 int list_devices(const DevicesOptions& options, const show::Streams& streams)
 {
-  const bench::BenchFile bench = bench::read_bench_file(options.bench, bench::MarkerPositions::optional);
+  const BenchFile bench = read_bench_file(options.bench, MarkerPositions::optional);
   show::StopSignals stop;
-  bench::Devices devices(bench.tracker, bench.board);
+  Devices devices(bench.tracker, bench.board);
   LastValues values(bench);
-  receive_samples(devices, options.seconds, stop, [&](const bench::Sample& sample) { values.take(sample); });
+  receive_samples(devices, options.seconds, stop, [&](const Sample& sample) { values.take(sample); });
   if (options.has_json) {
     write_json(streams.data, bench, devices, values);
   } else {
     write_table(streams.data, bench, devices, values);
     write_monitors(streams.data, view::connected_monitors());
   }
-  const auto is_silent = [&](bench::DeviceId device) {
-    return devices.report(device).link != bench::LinkState::up;
-  };
-  return (bench.tracker && is_silent(bench::DeviceId::tracker) ? 1 : 0) +
-         (bench.board && is_silent(bench::DeviceId::board) ? 1 : 0);
+  const auto is_silent = [&](DeviceId device) { return devices.report(device).link != LinkState::up; };
+  return (is_silent(DeviceId::tracker) ? 1 : 0) + (bench.board && is_silent(DeviceId::board) ? 1 : 0);
 }
 
 }  // namespace vrda::bench

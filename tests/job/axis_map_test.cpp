@@ -63,4 +63,3 @@ align = { rotation_deg = [90, 0, 90], translation_mm = [1, 2, 3] }
 }
 
 }  // namespace vrda::axis_map_test
-

@@ -335,4 +335,3 @@ TEST(Jobs, TheGenericKneeHasBothCompartmentsOnEitherSide)
 }
 
 }  // namespace vrda::case_test
-

@@ -75,4 +75,3 @@ TEST(Configuration, LengthsFollowTheUnitAndStayRoundNumbers)
 }
 
 }  // namespace vrda::configuration_test
-

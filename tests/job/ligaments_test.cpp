@@ -192,4 +192,3 @@ TEST(RealKnees, LigamentsOfSmith2019HaveTheirSourcesReferenceStrains)
 }
 
 }  // namespace vrda::ligaments_test
-

@@ -147,4 +147,3 @@ TEST(MeshFile, AContinuedWavefrontLineKeepsItsWordsApart)
 }
 
 }  // namespace vrda::mesh_file_test
-

@@ -97,4 +97,3 @@ TEST(PushJob, ALeftJointsLateralForceIsMirrored)
 }
 
 }  // namespace vrda::push_job_test
-

@@ -189,12 +189,13 @@ std::vector<bench::BenchFrame> shown_so_far(const std::string& log, const std::s
 {
   std::vector<bench::BenchFrame> frames;
   try {
-    const bench::Recording recording = bench::read_recording(log);
+    bench::RecordingReader recording(log);
     bench::BenchOptions options;
     options.file = model;
-    const bench::BenchSetup setup = bench::recorded_setup(recording, options);
+    const bench::BenchSetup setup = bench::recorded_setup(recording.facts(), options);
     bench::BenchState state(setup.bench, setup.calibration, setup.motion, setup.frame);
-    for (const bench::RecordedFrame& picture : recording.frames) {
+    for (std::size_t k = 0; k < recording.n_frames(); ++k) {
+      const bench::RecordedFrame& picture = recording.frame(k);
       bench::PanelContent panel;
       bench::apply_input(state, panel, picture.keys, picture.samples);
       frames.push_back(state.frame(picture.now_ns));

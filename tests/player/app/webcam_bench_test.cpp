@@ -91,13 +91,14 @@ class WebcamBench : public testing::Test {
     const test::Ended ended = run({"bench", model_, "--bench", bench_file, "--headless", "--seconds",
                                    std::to_string(seconds), "--record", log, "--timing", timing_});
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
-    const bench::Recording recording = bench::read_recording(log);
+    bench::RecordingReader recording(log);
     bench::BenchOptions options;
     options.file = model_;
-    const bench::BenchSetup setup = bench::recorded_setup(recording, options);
+    const bench::BenchSetup setup = bench::recorded_setup(recording.facts(), options);
     bench::BenchState state(setup.bench, setup.calibration, setup.motion, setup.frame);
     std::vector<bench::BenchFrame> frames;
-    for (const bench::RecordedFrame& picture : recording.frames) {
+    for (std::size_t k = 0; k < recording.n_frames(); ++k) {
+      const bench::RecordedFrame& picture = recording.frame(k);
       bench::PanelContent panel;
       bench::apply_input(state, panel, picture.keys, picture.samples);
       frames.push_back(state.frame(picture.now_ns));

@@ -55,7 +55,9 @@ struct AvrBoard::State {
     signal_a = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('D'), 3);
     signal_b = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('D'), 2);
     knob = avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0);
-    plug();
+    open_terminal();
+    count = options.signals.stage_count();
+    start_over();
     thread = std::thread([this] { run(); });
   }
 
@@ -63,15 +65,16 @@ struct AvrBoard::State {
   {
     is_ending = true;
     thread.join();
-    unplug();
+    if (!options.signals.link.empty()) std::filesystem::remove(options.signals.link);
+    ::close(far_end);
+    ::close(terminal);
     avr_terminate(avr);
   }
 
   static State& of(void* self) { return *static_cast<State*>(self); }
 
-  void plug()
+  void open_terminal()
   {
-    const std::scoped_lock lock(mutex);
     terminal = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     char name[128] = "";
     check(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0 &&
@@ -88,19 +91,6 @@ struct AvrBoard::State {
       std::filesystem::remove(link);
       std::filesystem::create_symlink(name, link);
     }
-    count = options.signals.stage_count();
-    offset = 0;
-    start_over();
-  }
-
-  void unplug()
-  {
-    const std::scoped_lock lock(mutex);
-    if (terminal < 0) return;
-    if (!options.signals.link.empty()) std::filesystem::remove(options.signals.link);
-    ::close(far_end);
-    ::close(terminal);
-    terminal = far_end = -1;
   }
 
   /// Resets the micro-controller, whose pins keep their levels.
@@ -153,20 +143,14 @@ struct AvrBoard::State {
     frame.push_back(static_cast<std::uint8_t>(byte));
     if (frame.size() < header || frame.size() < header + frame[3] + checksum) return;
     if (options.signals.corrupt) options.signals.corrupt(frame);
-    write(frame);
+    [[maybe_unused]] const ssize_t n = ::write(terminal, frame.data(), frame.size());
     frame.clear();
-  }
-
-  void write(const std::vector<std::uint8_t>& bytes) const
-  {
-    if (terminal < 0) return;
-    [[maybe_unused]] const ssize_t n = ::write(terminal, bytes.data(), bytes.size());
   }
 
   void take_bytes()
   {
     std::uint8_t bytes[64];
-    const ssize_t n = terminal < 0 ? 0 : ::read(terminal, bytes, sizeof bytes);
+    const ssize_t n = ::read(terminal, bytes, sizeof bytes);
     if (n > 0) waiting.insert(waiting.end(), bytes, bytes + n);
     for (; has_room && !waiting.empty(); waiting.pop_front()) avr_raise_irq(to_uart, waiting.front());
   }
@@ -218,25 +202,7 @@ AvrBoard::~AvrBoard() = default;
 
 std::string AvrBoard::path() const
 {
-  const std::scoped_lock lock(state_->mutex);
   return state_->options.signals.link.empty() ? state_->path : state_->options.signals.link;
-}
-
-void AvrBoard::unplug()
-{
-  state_->unplug();
-}
-
-void AvrBoard::plug()
-{
-  state_->unplug();
-  state_->plug();
-}
-
-void AvrBoard::send_unrequested(const std::vector<std::uint8_t>& bytes)
-{
-  const std::scoped_lock lock(state_->mutex);
-  state_->write(bytes);
 }
 
 void AvrBoard::reset()

@@ -24,11 +24,6 @@ class AvrBoard {
   ~AvrBoard();
 
   std::string path() const;
-  /// As PtyBoard: closes the terminal; opens a new one and resets the micro-controller.
-  void unplug();
-  void plug();
-  void send_unrequested(const std::vector<std::uint8_t>& bytes);
-
   /// Pulls the reset line; the stage stays where it is.
   void reset();
   /// Both signals change at once, as for a missed edge: a step over two states.

@@ -59,26 +59,23 @@ TEST(BenchInputs, AStageWhoseBoardRestartedKeepsItsPositionUntilItIsZeroed)
   EXPECT_EQ(bench::stage_status_text(again), "");
 }
 
-TEST(BenchInputs, AStageIsMarkedThatWasNeverZeroedOrHasLostCounts)
+TEST(BenchInputs, AStageWithoutZeroOrWithLostCountsIsMarked)
 {
   SmallBench bench(test::two_bodies_text());
   EXPECT_EQ(bench::stage_status_text(bench.state.frame(0)), "stage not seen yet");
-  struct Row {
-    int flags;
-    const char* mark;
-  };
-  for (const Row row :
-       {Row{0, no_zero}, Row{bench::stage_lost_counts, no_zero},
-        Row{bench::stage_zeroed | bench::stage_lost_counts, "stage has lost counts: press Z at its stop"},
-        Row{bench::stage_zeroed, ""}}) {
-    bench.state.take(test::stage_sample(100, ms_in_ns, static_cast<std::uint8_t>(row.flags)));
+  for (const auto& [flags, mark] :
+       {std::pair<int, std::string>{0, no_zero},
+        std::pair<int, std::string>{bench::stage_lost_counts, no_zero},
+        std::pair<int, std::string>{bench::stage_zeroed | bench::stage_lost_counts,
+                                    "stage has lost counts: press Z at its stop"},
+        std::pair<int, std::string>{bench::stage_zeroed, ""}}) {
+    bench.state.take(test::stage_sample(100, ms_in_ns, static_cast<std::uint8_t>(flags)));
     const bench::BenchFrame& frame = bench.state.frame(ms_in_ns);
-    EXPECT_EQ(bench::stage_status_text(frame), row.mark);
+    EXPECT_EQ(bench::stage_status_text(frame), mark);
     // Without zeroing, the counts since the start of the board move the eyes.
     EXPECT_TRUE(frame.stage.is_live);
     EXPECT_NEAR(frame.stage_mm, 0.5, rounding);
   }
-  EXPECT_EQ(bench::stage_status_text(SmallBench(test::two_bodies_text("tracker")).state.frame(0)), "");
 }
 
 TEST(BenchInputs, AHeadOnTheTrackerHasThePoseOfItsBody)
@@ -134,21 +131,6 @@ TEST(BenchInputs, ThePotentiometerMovesAnyOtherParameterByItsSteps)
   EXPECT_EQ(bench::value_of(bench.state.values(), distance), 980.0);
 }
 
-TEST(BenchInputs, APotentiometerThatDrivesANamedParameterChangesThatOneAlone)
-{
-  SmallBench bench(test::rigid_text("prediction"));
-  const std::size_t prediction = bench::find_parameter("prediction").value();
-  const std::size_t distance = bench::find_parameter("left.distance").value();
-  bench.state.select(distance);
-  bench.state.values().prediction_ms = 20.0;
-  bench.state.select(distance);
-  bench.state.take(test::potentiometer_sample(100, ms_in_ns));
-  EXPECT_EQ(bench::value_of(bench.state.values(), prediction), 20.0);
-  for (int k = 1; k <= 500; ++k) bench.state.take(test::potentiometer_sample(612, k * 10 * ms_in_ns));
-  EXPECT_EQ(bench::value_of(bench.state.values(), prediction), 120.0);
-  EXPECT_EQ(bench::value_of(bench.state.values(), distance), 880.0);
-}
-
 TEST(BenchInputs, KeysChangeAnAngleForGoodWhileThePotentiometerRests)
 {
   SmallBench bench(test::rigid_text("flexion"));
@@ -182,15 +164,6 @@ TEST(BenchInputs, UsedOnesAreMarkedUntilTheyAreSeen)
   const bench::BenchFrame after = bench.state.frame(501 * ms_in_ns);
   EXPECT_TRUE(bench::is_live(after));
   EXPECT_NEAR(after.stage.age_s, 0.5, rounding);
-}
-
-TEST(BenchInputs, AnInputThatIsNotLiveIsReportedAsText)
-{
-  EXPECT_EQ(bench::input_status_text("tibia", {true, false, true, 1.23, bench::ToolVisibility::missing}),
-            "tibia hidden for 1.2 s");
-  EXPECT_EQ(bench::input_status_text("tibia", {true, true, true, 0.01, bench::ToolVisibility::seen}), "");
-  EXPECT_EQ(bench::input_status_text("tibia", {}), "");
-  EXPECT_NE(bench::input_status_text("tibia", {true, false, false, 0.0, bench::ToolVisibility::missing}), "");
 }
 
 }  // namespace vrda::bench_inputs_test

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <sstream>
 
@@ -182,19 +183,24 @@ class BenchReplay : public testing::Test {
     recorder.close();
   }
 
-  /// Number of frames of the video of a replay.
-  std::string video_frames(const std::string& log, std::optional<double> speed) const
+  void replay(const std::string& log, const std::function<void(bench::BenchOptions&)>& change) const
   {
     bench::BenchOptions options = options_;
     options.bench.clear();
     options.replay = log;
-    options.video = in_scratch("film.mp4");
-    options.speed = speed;
+    change(options);
     std::ostringstream data, messages;
     bench::replay_bench(options, {data, messages});
+  }
+
+  /// Number of frames of the video of a replay.
+  std::string video_frames(const std::string& log, std::optional<double> speed) const
+  {
+    const std::string film = in_scratch("film.mp4");
+    replay(log, [&](bench::BenchOptions& options) { options.video = film, options.speed = speed; });
     return test::run({"/usr/bin/ffprobe",
                       {"-v", "error", "-count_packets", "-show_entries", "stream=nb_read_packets", "-of",
-                       "csv=p=0", options.video},
+                       "csv=p=0", film},
                       {},
                       {}})
         .out;
@@ -203,16 +209,13 @@ class BenchReplay : public testing::Test {
   std::map<std::string, std::string> replayed(const std::string& log, const std::string& folder,
                                               double from_s, std::optional<double> speed) const
   {
-    bench::BenchOptions options = options_;
-    options.bench.clear();
-    options.replay = log;
-    options.pictures = in_scratch(folder);
-    options.from_s = from_s;
-    options.speed = speed;
-    std::ostringstream data, messages;
-    bench::replay_bench(options, {data, messages});
+    replay(log, [&](bench::BenchOptions& options) {
+      options.pictures = in_scratch(folder);
+      options.from_s = from_s;
+      options.speed = speed;
+    });
     std::map<std::string, std::string> files;
-    for (const auto& entry : std::filesystem::directory_iterator(options.pictures))
+    for (const auto& entry : std::filesystem::directory_iterator(in_scratch(folder)))
       files[entry.path().filename()] = test::read_bytes(entry.path());
     return files;
   }

@@ -74,12 +74,7 @@ TEST(BenchState, ALegBeyondTheModelIsMarkedWithItsAngles)
   EXPECT_EQ(mark_at(120.0, -6.0), "flexion 120, model ends at 90; varus -6, model begins at -4");
   EXPECT_EQ(mark_at(40.0, 0.0, false, rad_from_deg(75.0)),
             "implausible angles: check bodies and calibration; rotation 75");
-}
-
-TEST(BenchState, ExchangedBodiesAreNamed)
-{
-  const std::string mark = mark_at(60.0, 0.0, true);
-  EXPECT_NE(mark.find("femur and tibia bodies probably exchanged"), std::string::npos) << mark;
+  EXPECT_EQ(mark_at(60.0, 0.0, true).find("femur and tibia bodies probably exchanged"), 0u);
 }
 
 TEST(BenchState, ARigidLegHasThePoseOfItsBodyAndTheAnglesOfTheParameters)
@@ -147,27 +142,6 @@ TEST(BenchState, AClosedLinkLosesEverythingOfItsDevice)
   EXPECT_EQ(none.newest_arrival_ns, 0);
 }
 
-TEST(BenchState, AClockThatStepsBackIsFollowed)
-{
-  for (const double prediction_ms : {0.0, 30.0}) {
-    SmallBench bench(test::two_bodies_text());
-    bench.state.values().prediction_ms = prediction_ms;
-    const Pose X_thigh = some_pose(4);
-    std::int64_t device_ns = 5000 * ms_in_ns;
-    for (int k = 0; k < 60; ++k) {
-      device_ns += k == 30 ? -3000 * ms_in_ns : 10 * ms_in_ns;
-      const std::int64_t arrival_ns = (k + 1) * 10 * ms_in_ns;
-      bench.take_leg(X_thigh, angles_at(20 + 0.5 * k, 0), device_ns, arrival_ns);
-      const bench::BenchFrame& frame = bench.state.frame(arrival_ns);
-      EXPECT_TRUE(frame.bodies[1].is_live);
-      // 0.5 degrees in 10 ms: the largest change by prediction.
-      EXPECT_NEAR(deg_from_rad(frame.pose.attitude.flexion_rad), 20 + 0.5 * k, 0.05 * prediction_ms + 1e-6)
-          << k;
-      EXPECT_LT(distance_of(frame.X_tracker_reference, X_thigh * bench.X_body_model(BodyRole::femur)), 1e-6);
-    }
-  }
-}
-
 TEST(BenchState, PredictionCarriesAConstantVelocityOnByTheHorizon)
 {
   SmallBench bench(test::rigid_text());
@@ -187,49 +161,6 @@ TEST(BenchState, PredictionCarriesAConstantVelocityOnByTheHorizon)
   const Pose held = test::moved(start, a_second, 0.2) * bench.X_body_model(BodyRole::leg);
   EXPECT_LT(distance_of(bench.state.frame(204 * ms_in_ns).X_tracker_reference, held), rounding);
   EXPECT_GT(distance_of(held, wanted), 5.0);
-}
-
-TEST(BenchState, PredictionCarriesTheAnglesOn)
-{
-  SmallBench bench(test::two_bodies_text());
-  bench.state.values().prediction_ms = 40.0;
-  for (int k = 1; k <= 20; ++k) {
-    const std::int64_t arrival_ns = k * 10 * ms_in_ns;
-    bench.take_leg(some_pose(1), angles_at(20 + k, -2 + 0.1 * k), arrival_ns + 77, arrival_ns);
-  }
-  // 100 and 10 degrees a second.
-  expect_attitude(bench.state.frame(200 * ms_in_ns), 44.0, 0.4, 1e-6);
-}
-
-TEST(BenchState, MarkersThatFireOneAfterAnotherGiveThePoseOfTheFrame)
-{
-  const std::string body = test::bench_head("rigid") + test::display_table + test::tracker_table +
-                           "[body.leg]\nmarkers = [\"a\", \"b\", \"c\", \"d\"]\n"
-                           "markers_mm = [0, 0, 0, 80, 0, 0, 0, 60, 0, 0, 0, 50]\nmarker_interval_ms = ";
-  const bench::Screw a_second{{1.0, -2.0, 0.5}, {600.0, -300.0, 200.0}};
-  const Pose start = some_pose(6);
-  const auto error_mm = [&](const std::string& interval_ms, double prediction_ms) {
-    SmallBench bench(body + interval_ms + "\n");
-    // Several messages before a frame.
-    for (int k = 1; k <= 30; ++k) {
-      const std::int64_t arrival_ns = k * 10 * ms_in_ns;
-      for (std::uint16_t m = 0; m < 4; ++m) {
-        Pose marker = Pose::Identity();
-        marker.translation() =
-            test::moved(start, a_second, 0.01 * k + 0.0005 * m) * bench.bench.bodies[0]->markers_body_mm[m];
-        bench.state.take(test::place_sample(m, marker, arrival_ns, arrival_ns));
-      }
-    }
-    bench.state.values().prediction_ms = prediction_ms;
-    const double time_s = 0.3 + prediction_ms / 1000.0;
-    const bench::BenchFrame& frame = bench.state.frame(300 * ms_in_ns);
-    EXPECT_TRUE(frame.bodies[0].is_live);
-    return distance_of(frame.X_tracker_reference,
-                       test::moved(start, a_second, time_s) * bench.X_body_model(BodyRole::leg));
-  };
-  EXPECT_LT(error_mm("0.5", 0.0), 1e-6);
-  EXPECT_LT(error_mm("0.5", 30.0), 1e-6);
-  EXPECT_GT(error_mm("0", 0.0), 0.1);
 }
 
 TEST(BenchState, MarkersThatAreHiddenLoseTheBodyFromTwoOn)

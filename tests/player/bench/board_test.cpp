@@ -4,9 +4,11 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <random>
 
 #include "bench/simulated_devices.hpp"
 #include "core/text.hpp"
@@ -34,23 +36,29 @@ bench::BoardSettings settings_for(const std::string& path)
 /// Either board.
 class AnyBoard {
  public:
-  AnyBoard(const std::string& kind, const bench::PtyBoardOptions& options)
+  AnyBoard(const std::string& kind, const bench::PtyBoardOptions& options) : kind_(kind), options_(options)
   {
-    if (kind == "atmega328p") {
-      avr_.emplace(test::AvrBoardOptions{options});
-    } else {
-      simulated_.emplace(options);
-    }
+    plug();
   }
   std::string path() const { return avr_ ? avr_->path() : simulated_->path(); }
-  void unplug() { avr_ ? avr_->unplug() : simulated_->unplug(); }
-  void plug() { avr_ ? avr_->plug() : simulated_->plug(); }
-  void send_unrequested(const std::vector<std::uint8_t>& bytes)
+  /// Removes the terminal; a board that is plugged again starts again.
+  void unplug()
   {
-    avr_ ? avr_->send_unrequested(bytes) : simulated_->send_unrequested(bytes);
+    simulated_.reset();
+    avr_.reset();
+  }
+  void plug()
+  {
+    if (kind_ == "atmega328p") {
+      avr_.emplace(test::AvrBoardOptions{options_});
+    } else {
+      simulated_.emplace(options_);
+    }
   }
 
  private:
+  std::string kind_;
+  bench::PtyBoardOptions options_;
   std::optional<bench::PtyBoard> simulated_;
   std::optional<test::AvrBoard> avr_;
 };
@@ -91,15 +99,21 @@ class Board : public testing::Test {
   void start(const std::string& kind = "simulated")
   {
     board_.emplace(kind, options((scratch_.path() / "board").string()));
-    devices_.emplace(std::nullopt, settings_for(board_->path()));
+    connect(board_->path());
+  }
+  void connect(const std::string& path)
+  {
+    devices_.emplace(std::nullopt, settings_for(path));
     ASSERT_TRUE(take_until(*devices_, seen_, is_up));
   }
+  bench::DeviceReport report() const { return devices_->report(bench::DeviceId::board); }
   void spoil(std::vector<std::uint8_t>& bytes)
   {
     const int n = n_sent_++;
     if (is_silent_) bytes.clear();
     if (drops_ && n % 7 == 3 && !bytes.empty())
       bytes.erase(bytes.begin() + n % static_cast<int>(bytes.size()));
+    if (drops_ && n % 7 == 4) bytes.insert(bytes.begin(), {'n', 'o', 'i', 's', 'e', 0xA5, 0x5A});
     if (drops_ && n % 7 == 5) bytes.insert(bytes.begin(), {0xA5, 0x5A, 'P', 16, 0xFF});
     if (drops_ && n % 7 == 6 && bytes.size() > 5) bytes[5] ^= 0x10;
     if (says_version_ != 1 && bytes.size() == 11 && bytes[2] == 'V') {
@@ -134,7 +148,7 @@ TEST_P(BothBoards, ReadKnobAndStage)
     stage_ = count;
     EXPECT_TRUE(await_stage(count, 0)) << count;
   }
-  EXPECT_EQ(devices_->report(bench::DeviceId::board).n_refused, 0U);
+  EXPECT_EQ(report().n_refused, 0U);
 }
 
 TEST_F(Board, LeavesLinksThatAreNotItsOwn)
@@ -155,17 +169,6 @@ TEST_F(Board, LeavesLinksThatAreNotItsOwn)
     fs::create_symlink(kept, link);
   }
   EXPECT_EQ(fs::read_symlink(link), kept);
-}
-
-TEST_P(BothBoards, SetTheStageToZero)
-{
-  start(GetParam());
-  stage_ = 300;
-  EXPECT_TRUE(await_stage(300, 0));
-  EXPECT_TRUE(devices_->zero_stage());
-  EXPECT_TRUE(await_stage(0, bench::stage_zeroed));
-  stage_ = 200;
-  EXPECT_TRUE(await_stage(-100, bench::stage_zeroed));
 }
 
 TEST_P(BothBoards, SetOnlyAStageThatIsUpToZero)
@@ -190,8 +193,7 @@ TEST_P(BothBoards, ReconnectAtTheSameLinkAfterTheTerminalWasRemoved)
   EXPECT_TRUE(await_stage(50, 0));
   board_->unplug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_TRUE(wait_until(
-      [&] { return devices_->report(bench::DeviceId::board).error_message == "No such file or directory"; }));
+  EXPECT_TRUE(wait_until([&] { return report().error_message == "No such file or directory"; }));
   board_->plug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
   EXPECT_TRUE(await_stage(0, 0)) << "a restarted board has lost its position and its zero flag";
@@ -199,28 +201,17 @@ TEST_P(BothBoards, ReconnectAtTheSameLinkAfterTheTerminalWasRemoved)
   EXPECT_TRUE(await_stage(10, 0));
 }
 
-TEST_F(Board, ASecondBoardAtTheSameLinkIsFound)
-{
-  start();
-  board_.reset();
-  EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  board_.emplace("simulated", options((scratch_.path() / "board").string()));
-  EXPECT_TRUE(take_until(*devices_, seen_, is_up));
-  EXPECT_TRUE(await_knob(512));
-}
-
 TEST_P(BothBoards, LoseReadingsByNoiseAndDroppedBytesAndNothingElse)
 {
   start(GetParam());
   drops_ = true;
-  board_->send_unrequested({'n', 'o', 'i', 's', 'e', 0xA5, 0x5A});
   for (int value = 0; value < 100; ++value) {
     knob_ = value;
     ASSERT_TRUE(await_knob(value));
   }
   drops_ = false;
-  EXPECT_GT(devices_->report(bench::DeviceId::board).n_refused, 0U);
-  EXPECT_EQ(devices_->report(bench::DeviceId::board).n_connects, 1U);
+  EXPECT_GT(report().n_refused, 0U);
+  EXPECT_EQ(report().n_connects, 1U);
   int n_wrong = 0;
   for (const bench::Sample& sample : seen_) {
     n_wrong += sample.kind == bench::SampleKind::stage && sample.count != 0 ? 1 : 0;
@@ -236,10 +227,10 @@ TEST_P(BothBoards, SayThatTheVersionIsAnother)
   board_.emplace(GetParam(), options(""));
   devices_.emplace(std::nullopt, settings_for(board_->path()));
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_EQ(devices_->report(bench::DeviceId::board).error_message, "found protocol version 9, wanted 1");
+  EXPECT_EQ(report().error_message, "found protocol version 9, wanted 1");
   says_version_ = 1;
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
-  EXPECT_EQ(devices_->report(bench::DeviceId::board).error_message, "");
+  EXPECT_EQ(report().error_message, "");
 }
 
 TEST_P(BothBoards, AreReconnectedWhenTheyStopAnswering)
@@ -247,26 +238,18 @@ TEST_P(BothBoards, AreReconnectedWhenTheyStopAnswering)
   start(GetParam());
   is_silent_ = true;
   EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_EQ(devices_->report(bench::DeviceId::board).error_message,
-            "found no answer for 1 s, wanted readings");
+  EXPECT_EQ(report().error_message, "found no answer for 1 s, wanted readings");
   is_silent_ = false;
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
   EXPECT_TRUE(await_knob(512));
 }
 
-TEST_F(Board, SaysWhyAPortCannotBeOpened)
+TEST_F(Board, APortThatIsAFileIsReported)
 {
-  bench::BoardSettings settings;
-  settings.port = (scratch_.path() / "none").string();
-  settings.retry_ms = 1.0;
-  const bench::Devices none(std::nullopt, settings);
-  EXPECT_TRUE(wait_until(
-      [&] { return none.report(bench::DeviceId::board).error_message == "No such file or directory"; }));
-  settings.port = (scratch_.path() / "file").string();
-  std::ofstream(settings.port) << "no terminal";
-  const bench::Devices file(std::nullopt, settings);
-  EXPECT_TRUE(wait_until(
-      [&] { return file.report(bench::DeviceId::board).error_message == "Inappropriate ioctl for device"; }));
+  const bench::Devices devices(std::nullopt, settings_for(scratch_.write("file", "no terminal").string()));
+  EXPECT_TRUE(wait_until([&] {
+    return devices.report(bench::DeviceId::board).error_message == "Inappropriate ioctl for device";
+  }));
 }
 
 TEST_F(Board, AFileIsNotReplacedByALink)
@@ -277,6 +260,84 @@ TEST_F(Board, AFileIsNotReplacedByALink)
               test::refuses({.field = path, .found = "file"}));
   EXPECT_TRUE(std::filesystem::is_regular_file(path));
   EXPECT_THROW(bench::PtyBoard(options((scratch_.path() / "no folder/board").string())), InputError);
+}
+
+double wanted_s()
+{
+  constexpr double usual_s = 20.0;
+  const char* const given = std::getenv("VRDA_FIRMWARE_SECONDS");
+  return given == nullptr ? usual_s : std::strtod(given, nullptr);
+}
+
+/// The machine code alone. VRDA_FIRMWARE_SECONDS: simulated time of the long run (scripts/firmware: ten
+/// minutes).
+class Firmware : public Board {
+ protected:
+  /// `is_paced`: in real time at most. The stage is set to zero.
+  void start(bool is_paced)
+  {
+    test::AvrBoardOptions avr{options((scratch_.path() / "board").string())};
+    avr.is_paced = is_paced;
+    avr_.emplace(avr);
+    connect(avr_->path());
+    set_zero();
+  }
+  void set_zero()
+  {
+    ASSERT_TRUE(devices_->zero_stage());
+    ASSERT_TRUE(await_stage(0, bench::stage_zeroed));
+  }
+  std::optional<test::AvrBoard> avr_;
+};
+
+/// Sweeps over the stage's whole rail and reversals within a few counts, always at 100,000 counts a second;
+/// after each motion the position must be exact. Readings and the knob go on meanwhile.
+TEST_F(Firmware, LosesNoCountAtAHundredThousandASecond)
+{
+  start(false);
+  std::mt19937 random(20);
+  constexpr int rail_counts = 120'000;  // 60 cm
+  constexpr double counts_a_second = 100'000.0;
+  std::uniform_int_distribution<int> anywhere(-rail_counts / 2, rail_counts / 2), nearby(-40, 40);
+  double counted = 0.0;
+  int n_motions = 0;
+  for (; avr_->simulated_s() < wanted_s(); ++n_motions) {
+    const int target = n_motions % 3 == 0 ? anywhere(random) : stage_ + nearby(random);
+    counted += std::abs(target - stage_);
+    stage_ = target;
+    knob_ = n_motions % 1024;
+    ASSERT_TRUE(await_stage(target, bench::stage_zeroed)) << n_motions;
+    ASSERT_TRUE(await_knob(knob_)) << n_motions;
+  }
+  // At least a quarter of the time at full speed.
+  EXPECT_GT(counted, 0.25 * counts_a_second * wanted_s());
+  EXPECT_EQ(report().n_refused, 0U);
+  EXPECT_EQ(report().n_connects, 1U);
+  std::cout << n_motions << " motions, " << counted << " counts in " << avr_->simulated_s()
+            << " simulated s\n";
+}
+
+/// The reset line: position and zero are lost, and said so; the serial line stays open.
+TEST_F(Firmware, AResetLosesThePositionAndSaysSo)
+{
+  start(true);
+  stage_ = 700;
+  ASSERT_TRUE(await_stage(700, bench::stage_zeroed));
+  avr_->reset();
+  ASSERT_TRUE(await_stage(0, 0));
+  stage_ = 650;
+  EXPECT_TRUE(await_stage(-50, 0));
+  set_zero();
+  EXPECT_EQ(report().n_connects, 1U);
+}
+
+/// A step over two states has no direction: the count is marked as lost until the next zero.
+TEST_F(Firmware, MarksALostCount)
+{
+  start(true);
+  avr_->skip_state();
+  EXPECT_TRUE(await_stage(0, bench::stage_zeroed | bench::stage_lost_counts));
+  set_zero();
 }
 
 }  // namespace vrda::board_test

@@ -19,14 +19,6 @@ using test::turn_between_rad;
 constexpr double rounding_mm = 1e-11;
 constexpr double rounding_rad = 1e-13;
 
-bench::RigidBody triangle()
-{
-  bench::RigidBody body;
-  body.markers_mm.resize(3, 3);
-  body.markers_mm << 0, 0, 0, 60, 0, 0, 0, 80, 0;
-  return body;
-}
-
 TEST(FitPose, FindsTheExactPoseFromAnyThreeOrMore)
 {
   std::mt19937_64 random(21);
@@ -47,17 +39,6 @@ TEST(FitPose, FindsTheExactPoseFromAnyThreeOrMore)
     EXPECT_LT(fit.residual_rms_mm, rounding_mm);
   }
   EXPECT_EQ(n_of_three, 125);
-}
-
-TEST(FitPose, AMirroredBodyIsNotFittedByAReflection)
-{
-  const bench::RigidBody body = leg_body();
-  bench::MarkerRow seen = seen_at(body, Pose::Identity());
-  for (auto& p : seen) p->z() = -p->z();
-  const bench::PoseFit fit = bench::fit_pose(body, seen, {.outlier_mm = 1000.0});
-  EXPECT_EQ(fit.status, bench::FitStatus::fitted);
-  EXPECT_GT(fit.X_tracker_body.linear().determinant(), 0.0);
-  EXPECT_GT(fit.residual_rms_mm, 10.0);
 }
 
 TEST(FitPose, MovingTheTrackerMovesThePose)
@@ -116,27 +97,17 @@ TEST(FitPose, DropsOutliersWhileTheRestAgrees)
     EXPECT_EQ(fit.cloud.n, 6 - n_wrong);
     EXPECT_LT(distance_mm(fit.X_tracker_body, X), 100 * rounding_mm);
   }
-}
-
-TEST(FitPose, DropsNoneWhereFewerThanFourWouldAgree)
-{
-  bench::MarkerRow three = seen_at(triangle(), Pose::Identity());
-  three[2]->y() += 20.0;
-  EXPECT_EQ(bench::fit_pose(triangle(), three).status, bench::FitStatus::residual_too_large);
-
-  const bench::RigidBody body = leg_body();
+  // Three of six are too many, and fewer than four that agree prove nothing.
   bench::MarkerRow seen = seen_at(body, Pose::Identity());
-  seen[0]->x() += 20.0;
-  seen[1].reset();
-  EXPECT_EQ(bench::fit_pose(body, seen).status, bench::FitStatus::fitted);
-  seen[2].reset();
-  const bench::PoseFit four = bench::fit_pose(body, seen);
-  EXPECT_EQ(four.status, bench::FitStatus::residual_too_large);
-  EXPECT_EQ(four.cloud.n, 4);
-  // Three outliers of six are too many.
-  seen = seen_at(body, Pose::Identity());
   for (std::size_t k : {0U, 2U, 4U}) *seen[k] += Eigen::Vector3d(10.0 + 15.0 * static_cast<double>(k), 20, 0);
   EXPECT_EQ(bench::fit_pose(body, seen).status, bench::FitStatus::residual_too_large);
+  for (const std::size_t n_hidden : {1U, 2U}) {
+    seen = seen_at(body, Pose::Identity());
+    seen[0]->x() += 20.0;
+    for (std::size_t k = 1; k <= n_hidden; ++k) seen[k].reset();
+    EXPECT_EQ(bench::fit_pose(body, seen).status,
+              n_hidden == 1 ? bench::FitStatus::fitted : bench::FitStatus::residual_too_large);
+  }
 }
 
 TEST(FitPose, WhateverIsSeenGivesARotationOrARefusal)
@@ -166,14 +137,6 @@ TEST(FitPose, WhateverIsSeenGivesARotationOrARefusal)
   EXPECT_GT(n_of_status[static_cast<std::size_t>(bench::FitStatus::too_few_markers)], 10);
   EXPECT_EQ(n_of_status[static_cast<std::size_t>(bench::FitStatus::collinear)], 0);
   EXPECT_GT(n_of_status[static_cast<std::size_t>(bench::FitStatus::residual_too_large)], 1000);
-}
-
-TEST(FitPose, EveryStatusHasAName)
-{
-  EXPECT_STREQ(bench::name_of(bench::FitStatus::fitted), "fitted");
-  EXPECT_STREQ(bench::name_of(bench::FitStatus::too_few_markers), "too_few_markers");
-  EXPECT_STREQ(bench::name_of(bench::FitStatus::collinear), "collinear");
-  EXPECT_STREQ(bench::name_of(bench::FitStatus::residual_too_large), "residual_too_large");
 }
 
 TEST(FitPose, AllocatesNothing)
@@ -207,39 +170,6 @@ TEST(ExpectedError, OfARegularCrossIsTheClosedForm)
               1e-12);
 }
 
-TEST(ExpectedError, IsWhatNoiseDoes)
-{
-  // Mean squares of m samples that are sums of squares of few normal numbers: their relative spread is at
-  // most sqrt(2 / m); five of them. First order: noise / spread = 1 / 700, its square is far below.
-  constexpr int m = 4000;
-  const double bound = 5.0 * std::sqrt(2.0 / m);
-  constexpr double noise = 0.2;
-  std::mt19937_64 random(24);
-  const bench::RigidBody body = leg_body();
-  const Pose X = test::random_pose(random);
-  const Eigen::Vector3d target_mm(0, -400, 50);
-  const bench::MarkerRow exact = seen_at(body, X);
-  double turn_sq[3] = {0, 0, 0}, target_sq = 0.0, noise_sq = 0.0;
-  bench::MarkerCloud cloud;
-  for (int i = 0; i < m; ++i) {
-    bench::MarkerRow seen = exact;
-    for (auto& p : seen) *p += test::noise_of(random, noise);
-    const bench::PoseFit fit = bench::fit_pose(body, seen);
-    cloud = fit.cloud;
-    const Eigen::Vector3d turn_body = bench::turn_of(X.linear().transpose() * fit.X_tracker_body.linear());
-    for (int axis = 0; axis < 3; ++axis)
-      turn_sq[axis] += std::pow(turn_body.dot(cloud.axes.col(axis)), 2) / m;
-    target_sq += std::pow(distance_mm(fit.X_tracker_body, X, target_mm), 2) / m;
-    noise_sq += std::pow(bench::noise_mm(fit), 2) / m;
-  }
-  const bench::PoseError expected = bench::expected_error(cloud, noise);
-  for (int axis = 0; axis < 3; ++axis) {
-    EXPECT_NEAR(turn_sq[axis] / std::pow(expected.turn_rad(axis), 2), 1.0, bound);
-  }
-  EXPECT_NEAR(target_sq / std::pow(bench::target_error_mm(cloud, noise, target_mm), 2), 1.0, bound);
-  EXPECT_NEAR(noise_sq / (noise * noise), 1.0, bound);
-}
-
 /// Positions as the markers fire while the body moves along `twist` per second, in the tracker's frame.
 bench::MarkerRow fired_at(const bench::RigidBody& body, const Pose& X_at_time, const bench::Screw& twist,
                           double interval_s)
@@ -250,17 +180,6 @@ bench::MarkerRow fired_at(const bench::RigidBody& body, const Pose& X_at_time, c
     row.emplace_back(X * Eigen::Vector3d(body.markers_mm.row(k).transpose()));
   }
   return row;
-}
-
-TEST(FitFired, UncorrectedTrailsBySpeedTimesMeanWait)
-{
-  const bench::RigidBody body = leg_body();
-  const bench::Screw twist{Eigen::Vector3d::Zero(), {300, 0, 0}};
-  const double interval_s = 4e-4;
-  const Pose X = Pose(Eigen::Translation3d(100, 200, -1500));
-  const bench::PoseFit fit = bench::fit_pose(body, fired_at(body, X, twist, interval_s));
-  const Eigen::Vector3d mean_mm = fit.cloud.centre_mm;
-  EXPECT_NEAR((fit.X_tracker_body * mean_mm - X * mean_mm).x(), 300 * 2.5 * interval_s, 1e-9);
 }
 
 TEST(FitFired, ConstantTwistIsCorrectedExactly)

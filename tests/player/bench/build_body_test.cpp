@@ -34,18 +34,6 @@ void expect_same_shape(const bench::RigidBody& a, const bench::RigidBody& b, dou
   }
 }
 
-TEST(BuildBody, FindsTheShapeInFullFrames)
-{
-  std::mt19937_64 random(41);
-  const bench::BuiltBody built = bench::build_body(frames_of(leg_body(), 20, random), "body");
-  EXPECT_EQ(built.status, bench::BuildStatus::converged);
-  EXPECT_EQ(built.n_frames, 20);
-  EXPECT_EQ(built.n_refused, 0);
-  EXPECT_LT(built.residual_rms_mm, built_mm);
-  expect_same_shape(built.body, leg_body(), built_mm);
-  for (const bench::BuiltMarker& marker : built.markers) EXPECT_EQ(marker.n_frames, 20);
-}
-
 TEST(BuildBody, ItsFrameIsTheOneStated)
 {
   std::mt19937_64 random(42);

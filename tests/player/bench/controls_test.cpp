@@ -24,16 +24,6 @@ class Controls : public testing::Test {
   test::SmallBench bench_{test::rigid_text()};
 };
 
-TEST_F(Controls, LettersSelect)
-{
-  press(view::key_of('V'));
-  EXPECT_EQ(selected(), "varus");
-  press(view::key_of('I'));
-  EXPECT_EQ(selected(), "eyes.distance_apart");
-  press(view::key_of('F'));
-  EXPECT_EQ(selected(), "flexion");
-}
-
 TEST_F(Controls, UpAndDownGoThroughAllThatTheBenchUsesAndAround)
 {
   std::vector<std::size_t> used;
@@ -101,20 +91,6 @@ TEST_F(Controls, LeftAndRightChangeByStepsAndBackToTheSameValue)
   }
 }
 
-TEST_F(Controls, AHundredStepsThereAndBackGiveTheSameBits)
-{
-  press(view::key_of('F'));
-  press(view::Key::right);
-  for (const char* name : {"flexion", "left.k1", "eyes.shift_y", "left.pixel_aspect"}) {
-    bench_.state.select(bench::find_parameter(name).value());
-    press(view::Key::right);
-    const double before = value(name);
-    for (int k = 0; k < 100; ++k) press(view::Key::right);
-    for (int k = 0; k < 100; ++k) press(view::Key::left);
-    EXPECT_EQ(value(name), before) << name;
-  }
-}
-
 TEST_F(Controls, SwitchesPredictionAndFilter)
 {
   EXPECT_EQ(value("prediction"), 0.0);
@@ -151,25 +127,6 @@ TEST_F(Controls, TheOthersAskTheLoop)
         Row{view::Key::up, bench::BenchRequest::none}, Row{view::key_of('X'), bench::BenchRequest::none},
         Row{view::Key::none, bench::BenchRequest::none}})
     EXPECT_EQ(press(row.key), row.request) << static_cast<int>(row.key);
-}
-
-TEST_F(Controls, EveryKeyOfTheHelpIsTested)
-{
-  std::string keys;
-  for (const view::HelpLine& line : bench::bench_key_lines()) keys += std::string(line.keys) + "; ";
-  EXPECT_EQ(
-      keys,
-      "Up, Down; Left, Right; F, V, I; P; E; Z; Left, right, middle drag; Gamepad; W; T; S; H or ?; Q or "
-      "Esc; ");
-}
-
-TEST_F(Controls, ParametersAreShownWithTheirUnit)
-{
-  bench::set_value(bench_.state.values(), 0, 35.5);
-  EXPECT_EQ(bench::parameter_text(bench_.state, 0), "flexion 35.5 deg");
-  const std::size_t k1 = bench::find_parameter("left.k1").value();
-  bench::set_value(bench_.state.values(), k1, 0.021);
-  EXPECT_EQ(bench::parameter_text(bench_.state, k1), "left.k1 0.021");
 }
 
 }  // namespace vrda::controls_test

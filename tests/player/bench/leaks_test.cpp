@@ -3,6 +3,7 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
@@ -42,6 +43,15 @@ std::vector<bench::IgtlMessage> femur(std::uint64_t tick)
   return {message};
 }
 
+bench::TrackerSettings settings_for(const bench::TrackerServer& server)
+{
+  bench::TrackerSettings settings;
+  settings.port = server.port();
+  settings.tools = {"Femur"};
+  settings.retry_ms = 1.0;
+  return settings;
+}
+
 bench::PtyBoardOptions knob_and_stage()
 {
   bench::PtyBoardOptions options;
@@ -69,9 +79,7 @@ TEST(Leaks, AThousandConnectsAndDisconnectsOfBothDevicesLeaveNothing)
   options.rate_hz = 1000.0;
   bench::TrackerServer server(options, femur);
   const bench::PtyBoard board(knob_and_stage());
-  bench::TrackerSettings tracker;
-  tracker.port = server.port();
-  tracker.tools = {"Femur"};
+  const bench::TrackerSettings tracker = settings_for(server);
   bench::BoardSettings line;
   line.port = board.path();
   const auto connect_and_leave = [&] {
@@ -97,20 +105,20 @@ TEST(Leaks, AThousandConnectsAndDisconnectsOfBothDevicesLeaveNothing)
 
 TEST(Leaks, AThousandConnectionsLostAndMadeAgainLeaveNothing)
 {
+  std::atomic<bool> is_spoilt{false};
   bench::TrackerServerOptions options;
   options.rate_hz = 1000.0;
+  options.corrupt = [&is_spoilt](std::vector<std::uint8_t>& bytes) {
+    if (is_spoilt.exchange(false)) bytes[0] = 0xFF;
+  };
   bench::TrackerServer server(options, femur);
-  bench::TrackerSettings tracker;
-  tracker.port = server.port();
-  tracker.tools = {"Femur"};
-  tracker.retry_ms = 1.0;
-  bench::Devices devices(tracker, std::nullopt);
+  bench::Devices devices(settings_for(server), std::nullopt);
   std::vector<bench::Sample> seen;
   const auto be_lost = [&] {
     seen.clear();
     ASSERT_TRUE(
         take_until(devices, seen, [](const bench::Sample& s) { return s.is(bench::ToolVisibility::seen); }));
-    server.inject_fault(bench::FaultInjection::close_connections);
+    is_spoilt = true;
     ASSERT_TRUE(take_until(devices, seen, [](const bench::Sample& s) {
       return is_link(s, bench::DeviceId::tracker, bench::LinkState::closed);
     }));
@@ -150,9 +158,7 @@ std::vector<std::string> listeners(std::uint16_t port)
 TEST(Loopback, NothingListensBeyondThisMachineUnlessTheAddressSaysSo)
 {
   const bench::TrackerServer server({}, femur);
-  bench::TrackerSettings tracker;
-  tracker.port = server.port();
-  const bench::Devices devices(tracker, std::nullopt);
+  const bench::Devices devices(settings_for(server), std::nullopt);
   EXPECT_EQ(listeners(server.port()), std::vector<std::string>{"0100007F"});  // 127.0.0.1, lowest byte first
   bench::TrackerServerOptions open;
   open.address = "0.0.0.0";

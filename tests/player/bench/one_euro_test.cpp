@@ -34,12 +34,6 @@ TEST(OneEuro, LagsARampByTheStatedDelayAtAnyRate)
   }
 }
 
-TEST(OneEuro, TheDefaultsDelayAsStated)
-{
-  EXPECT_NEAR(delay_s(bench::default_angle_filter, 0.0), 0.106, 5e-4);
-  EXPECT_NEAR(delay_s(bench::default_angle_filter, 1.0), 0.0082, 5e-5);
-}
-
 TEST(OneEuro, AtRestNoiseFallsByTheFirstOrderFilter)
 {
   // Without gain the variance of white noise falls to a / (2 - a). The mean square of n values that are
@@ -68,21 +62,6 @@ TEST(OneEuro, TimesThatDoNotAscend)
   EXPECT_EQ(filter.filtered(3.0, 4.0), 3.0);
   filter.start_over();
   EXPECT_EQ(filter.filtered(7.0, 4.0), 7.0);
-}
-
-TEST(OneEuroAngles, FiltersEachByItself)
-{
-  bench::OneEuroAngles angles({1.0, 4.0, 1.0});
-  bench::OneEuroFilter flexion({1.0, 4.0, 1.0});
-  for (int i = 0; i < 50; ++i) {
-    const double time_s = 0.01 * i, value = 0.3 * i * time_s;
-    const bench::LegAngles filtered = angles.filtered({value, 0.25, -1.0}, time_s);
-    EXPECT_EQ(filtered.flexion_rad, flexion.filtered(value, time_s));
-    EXPECT_EQ(filtered.varus_rad, 0.25);
-    EXPECT_EQ(filtered.theta_rad, -1.0);
-  }
-  angles.start_over();
-  EXPECT_EQ(angles.filtered({9.0, 0.0, 0.0}, 5.0).flexion_rad, 9.0);
 }
 
 }  // namespace vrda::one_euro_test

@@ -86,16 +86,6 @@ TEST(PlacePredictor, NoiseOfTheVelocityIsThatOfALeastSquaresSlope)
   EXPECT_NEAR(square / expected, 1.0, 5.0 * std::sqrt(2.0 / m));
 }
 
-TEST(PlacePredictor, AllocatesNothing)
-{
-  bench::PosePredictor predictor;
-  const long n_before = test::allocations_of_thread();
-  for (int i = 0; i < 100; ++i) predictor.add({0.01 * i, Pose(Eigen::Translation3d(i, 0, 0))});
-  const Pose X = predictor.at(1.02);
-  EXPECT_EQ(test::allocations_of_thread(), n_before);
-  EXPECT_NEAR(X.translation().x(), 102.0, 1e-9);
-}
-
 TEST(AnglesPredictor, StraightLinesArePredictedExactly)
 {
   bench::AnglesPredictor predictor;

@@ -5,13 +5,12 @@
 #include <cmath>
 
 #include "bench_samples.hpp"
-#include "core/framed_file.hpp"
+#include "player/bench/sample_recording.hpp"
 
 namespace vrda::replay_state_test {
 
 using test::ms_in_ns;
 
-constexpr core::FrameFormat format{"VRDABREC", 1, 1U << 24, "frame"};
 constexpr std::size_t n_frames = 8600;  // 143 s, longer than the run-up
 constexpr std::size_t hidden_from = 600, turned_at = 300;
 
@@ -19,8 +18,7 @@ constexpr std::size_t hidden_from = 600, turned_at = 300;
 /// that change parameters at the beginning only; a lost and found board.
 std::string recorded(const test::SmallBench& bench)
 {
-  std::string bytes = core::header_bytes("bench recording", format);
-  bytes += core::frame_of(bench::bytes_of(bench::RecordingFacts{}));
+  std::vector<bench::RecordedFrame> frames;
   for (std::size_t k = 0; k < n_frames; ++k) {
     const auto now_ns = static_cast<std::int64_t>(k + 1) * 16'666'667;
     const std::int64_t arrival_ns = now_ns - static_cast<std::int64_t>(1 + k * 7919 % 5) * ms_in_ns;
@@ -28,7 +26,10 @@ std::string recorded(const test::SmallBench& bench)
     const double flexion_rad = 0.7 + 0.3 * std::sin(0.01 * static_cast<double>(k));
     const Pose X_thigh = test::moved(test::some_pose(2), {{0.02, 0.01, 0.0}, {5.0, 0.0, 1.0}},
                                      1e-9 * 1.0 * static_cast<double>(now_ns));
-    std::vector<bench::Sample> samples{test::place_sample(0, X_thigh, device_ns, arrival_ns)};
+    bench::RecordedFrame& frame = frames.emplace_back();
+    frame.now_ns = now_ns;
+    std::vector<bench::Sample>& samples = frame.samples;
+    samples.push_back(test::place_sample(0, X_thigh, device_ns, arrival_ns));
     samples.push_back(k < hidden_from
                           ? test::place_sample(1, bench.X_tracker_shank(X_thigh, {flexion_rad, 0.02, 0.1}),
                                                device_ns, arrival_ns)
@@ -38,11 +39,9 @@ std::string recorded(const test::SmallBench& bench)
     if (k == 100 || k == 400)
       samples.push_back(test::link_sample(
           bench::DeviceId::board, k == 100 ? bench::LinkState::closed : bench::LinkState::up, arrival_ns));
-    std::vector<view::KeyPress> keys;
-    if (k == 50) keys.assign(3, {view::Key::right});
-    bytes += core::frame_of(bench::bytes_of(now_ns, keys, samples));
+    if (k == 50) frame.keys.assign(3, {view::Key::right});
   }
-  return bytes;
+  return test::recording_bytes({}, frames);
 }
 
 TEST(ReplayState, AJumpShowsTheFrameOfTheSession)
@@ -50,9 +49,7 @@ TEST(ReplayState, AJumpShowsTheFrameOfTheSession)
   const test::SmallBench small(test::two_bodies_text());
   const bench::BenchSetup setup{small.model, small.motion, small.frame, small.bench, small.calibration, {}};
   const std::string bytes = recorded(small);
-  bench::RecordingReader reader("a.log", bytes.size(), [&](std::uint64_t at, std::size_t n) {
-    return bytes.substr(static_cast<std::size_t>(at), n);
-  });
+  bench::RecordingReader reader = test::reader_of(bytes);
   bench::ReplayState played(setup, reader);
   for (std::size_t k = 0; k + 200 < n_frames; ++k) played.at(k);
   bench::ReplayState jumped(setup, reader);
@@ -73,6 +70,35 @@ TEST(ReplayState, AJumpShowsTheFrameOfTheSession)
     for (std::size_t p = 0; p < bench::parameters().size(); ++p)
       EXPECT_EQ(bench::value_of(played.state().values(), p), bench::value_of(jumped.state().values(), p));
   }
+}
+
+/// Two samples per picture, with a delay of 3 ms.
+TEST(MotionCollector, GivesEveryPoseAtItsTime)
+{
+  const bench::Screw a_second{{0.5, -0.8, 0.3}, {200.0, -100.0, 50.0}};
+  const Pose start = test::some_pose(3);
+  bench::MotionCollector collector(test::SmallBench(test::rigid_text()).bench);
+  for (int k = 0; k < 100; ++k) {
+    bench::RecordedFrame picture;
+    for (const int ms : {20 * k, 20 * k + 10})
+      picture.samples.push_back(test::place_sample(0, test::moved(start, a_second, 0.001 * ms),
+                                                   (5000 + ms) * ms_in_ns, (ms + 3) * ms_in_ns));
+    collector.take(picture);
+  }
+  const std::vector<bench::TimedPose>& motion = collector.motion(bench::BodyRole::leg);
+  ASSERT_EQ(motion.size(), 200u);
+  for (std::size_t k = 0; k < motion.size(); ++k) {
+    EXPECT_NEAR(motion[k].time_s, 0.01 * static_cast<double>(k) + 0.003, 1e-9);
+    EXPECT_LT(test::distance_of(motion[k].X, test::moved(start, a_second, 0.01 * static_cast<double>(k))),
+              1e-9);
+  }
+  EXPECT_TRUE(collector.motion(bench::BodyRole::tibia).empty());
+  // A constant twist is predicted exactly; the held pose has the error of the motion during the horizon.
+  const std::vector<bench::BodyPrediction> predictions = bench::predictions_of(collector);
+  ASSERT_EQ(predictions.size(), 3u);
+  EXPECT_EQ(predictions[1].horizon_ms, 33.0);
+  EXPECT_LT(predictions[1].error.shift_mm.predicted.percentile_95, 1e-6);
+  EXPECT_GT(predictions[1].error.shift_mm.held.rms, 1.0);
 }
 
 }  // namespace vrda::replay_state_test

@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "support/scratch.hpp"
+#include "core/framed_file.hpp"
 
 namespace vrda::test {
 namespace {
@@ -48,13 +48,26 @@ std::vector<bench::RecordedFrame> sample_pictures(int n)
 std::string recording_bytes(const bench::RecordingFacts& facts,
                             const std::vector<bench::RecordedFrame>& pictures)
 {
-  const Scratch scratch;
-  const std::string file = (scratch.path() / "a.log").string();
-  bench::Recorder recorder(file, facts);
+  std::string bytes = core::header_bytes("bench recording", {"VRDABREC", 1, 1U << 24, "frame"});
+  bytes += core::frame_of(bench::bytes_of(facts));
   for (const bench::RecordedFrame& picture : pictures)
-    recorder.add(picture.now_ns, picture.keys, picture.samples);
-  recorder.close();
-  return read_bytes(file);
+    bytes += core::frame_of(bench::bytes_of(picture.now_ns, picture.keys, picture.samples));
+  return bytes;
+}
+
+bench::RecordingReader reader_of(const std::string& bytes, std::size_t* n_read)
+{
+  return {"a.log", bytes.size(), [&bytes, n_read](std::uint64_t at, std::size_t n) {
+            if (n_read != nullptr) *n_read += n;
+            return bytes.substr(static_cast<std::size_t>(at), n);
+          }};
+}
+
+std::vector<bench::RecordedFrame> frames_of(bench::RecordingReader reader)
+{
+  std::vector<bench::RecordedFrame> frames;
+  for (std::size_t k = 0; k < reader.n_frames(); ++k) frames.push_back(reader.frame(k));
+  return frames;
 }
 
 bool is_same(const bench::RecordedFrame& a, const bench::RecordedFrame& b)

@@ -38,16 +38,6 @@ TEST(Screw, LogarithmAndExponentialUndoEachOther)
   }
 }
 
-TEST(Screw, RotationsAreProper)
-{
-  std::mt19937_64 random(12);
-  for (int i = 0; i < 1000; ++i) {
-    const Eigen::Matrix3d R = bench::rotation_of(test::random_vector(random, 4.0));
-    EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), 4 * rounding_rad);
-    EXPECT_GT(R.determinant(), 0.0);
-  }
-}
-
 TEST(Screw, MidwayIsTheHelicalAxisOfCore)
 {
   std::mt19937_64 random(13);

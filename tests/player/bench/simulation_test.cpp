@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
+#include <numeric>
 
 #include "bench/rigid_body.hpp"
 #include "core/units.hpp"
@@ -48,26 +50,6 @@ TEST(Simulation, AFrameDoesNotDependOnTheOrderOfCalls)
   }
 }
 
-TEST(Simulation, TheLegBendsAsScripted)
-{
-  const bench::Simulation simulation{exact_script()};
-  const SolverFrame frame{Side::right, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()};
-  struct Row {
-    double time_s, flexion_deg, varus_deg;
-  };
-  for (const Row row :
-       {Row{0, 0, 0}, Row{2, 45, 2}, Row{4, 90, 0}, Row{6, 45, -2}, Row{8, 0, 0}, Row{804, 90, 0}}) {
-    SCOPED_TRACE(row.time_s);
-    const bench::SimulatedTruth truth = simulation.truth(row.time_s);
-    const bench::LegAngles angles =
-        bench::leg_angles(truth.X_tracker_femur.inverse() * truth.X_tracker_tibia, frame);
-    EXPECT_NEAR(angles.flexion_rad, rad_from_deg(row.flexion_deg), rounding_rad);
-    EXPECT_NEAR(angles.varus_rad, rad_from_deg(row.varus_deg), rounding_rad);
-    EXPECT_NEAR(angles.theta_rad, 0.0, rounding_rad);
-    EXPECT_NEAR(truth.angles.flexion_rad, angles.flexion_rad, rounding_rad);
-  }
-}
-
 test::ModelPlan turning_plan(const std::string& side)
 {
   test::ModelPlan plan;
@@ -89,9 +71,14 @@ TEST(Simulation, TheTibiaFollowsTheMotionOnBothSides)
     script.side = side == "left" ? Side::left : Side::right;
     const bench::Simulation simulation(script, motion);
     const SolverFrame frame{script.side, model.rotation_centre_mm, model.delta};
+    std::vector<bench::PathPoint> keys;
+    for (const bench::LegKey& key : script.leg) keys.push_back({key.time_s, rad_from_deg(key.flexion_deg)});
+    const bench::KeyPath flexion_rad(keys, true);
     double largest_theta_rad = 0.0;
     for (double time_s = 0.0; time_s < 8.0; time_s += 0.13) {
       const bench::SimulatedTruth truth = simulation.truth(time_s);
+      // From key to key the angles follow their paths.
+      EXPECT_NEAR(truth.angles.flexion_rad, flexion_rad.at(time_s), rounding_rad);
       const store::JointPose joint = motion.at(bench::attitude_of(truth.angles));
       EXPECT_LT((truth.X_femur_tibia.matrix() - joint.X_reference_moving.matrix()).norm(), rounding_mm);
       const bench::LegAngles angles = bench::leg_angles(truth.X_femur_tibia, frame);
@@ -208,24 +195,21 @@ TEST(Simulation, JitterAndDropsHaveTheirShare)
   const bench::Simulation simulation{script};
   constexpr int n = 4000;
   int n_dropped = 0;
-  double sum_s = 0.0, least_s = 1.0, most_s = 0.0, before_s = -1.0;
+  std::vector<double> jitters_s;
   for (std::uint64_t k = 0; k < n; ++k) {
     const bench::SimulatedFrame frame = simulation.frame(k);
-    const double jitter_s = frame.send_s - frame.time_s;
     EXPECT_EQ(frame.time_s, static_cast<double>(k) / 100.0);
-    EXPECT_GT(frame.send_s, before_s);
-    before_s = frame.send_s;
     n_dropped += frame.is_dropped ? 1 : 0;
-    sum_s += jitter_s;
-    least_s = std::min(least_s, jitter_s);
-    most_s = std::max(most_s, jitter_s);
+    jitters_s.push_back(frame.send_s - frame.time_s);
   }
   EXPECT_NEAR(n_dropped, 0.1 * n, 5.0 * std::sqrt(0.1 * 0.9 * n));
-  EXPECT_NEAR(sum_s / n, 0.001, 5.0 * 0.002 / std::sqrt(12.0 * n));
-  EXPECT_GE(least_s, 0.0);
-  EXPECT_LT(least_s, 1e-5);
-  EXPECT_LT(most_s, 0.002);
-  EXPECT_GT(most_s, 0.00199);
+  // Uniform from 0 to 2 ms.
+  EXPECT_NEAR(std::reduce(jitters_s.begin(), jitters_s.end()) / n, 0.001, 5.0 * 0.002 / std::sqrt(12.0 * n));
+  const auto [least, most] = std::ranges::minmax(jitters_s);
+  EXPECT_GE(least, 0.0);
+  EXPECT_LT(least, 1e-5);
+  EXPECT_LT(most, 0.002);
+  EXPECT_GT(most, 0.00199);
 }
 
 TEST(Simulation, OcclusionsHideBodiesWithTheirMarkersAndChangeNoOther)
@@ -265,49 +249,27 @@ TEST(Simulation, TheDeviceClockDriftsAndSteps)
   EXPECT_EQ(simulation.frame(300).device_ns, simulation.device_ns(3.0));
 }
 
-TEST(Simulation, TheStageIsCountedToTheNearestStep)
+TEST(Simulation, TheBoardCountsToTheNearestStepWithinItsRange)
 {
   bench::SimulationScript script = exact_script();
-  script.stage = {{0, -3}, {2.5, 25}, {7.5, -25}, {10, -3}};
-  const bench::Simulation simulation{script};
-  EXPECT_EQ(simulation.stage_count(0.0), -600);
-  for (double time_s = 0.0; time_s < 10.0; time_s += 0.02) {
-    const double counted_mm = static_cast<double>(simulation.stage_count(time_s)) * bench::stage_mm_a_count;
-    EXPECT_NEAR(counted_mm, simulation.truth(time_s).stage_mm, 0.5 * bench::stage_mm_a_count + rounding_mm);
-  }
-}
-
-TEST(Simulation, ThePotentiometerIsNoisyWithinItsRange)
-{
-  bench::SimulationScript script = exact_script();
-  EXPECT_EQ(bench::Simulation{script}.potentiometer_count(0.0), 100);
   EXPECT_EQ(bench::Simulation{script}.potentiometer_count(4.0), 900);
+  script.stage = {{0, -3}, {2.5, 25}, {7.5, -25}, {10, -3}};
   script.potentiometer = {{0, 2}};
   script.potentiometer_noise_counts = 3.0;
   const bench::Simulation noisy{script};
   int n_zero = 0, n_high = 0;
   for (int i = 0; i < 2000; ++i) {
-    const int count = noisy.potentiometer_count(0.001 * i);
+    const double time_s = 0.005 * i;
+    EXPECT_NEAR(static_cast<double>(noisy.stage_count(time_s)) * bench::stage_mm_a_count,
+                noisy.truth(time_s).stage_mm, 0.5 * bench::stage_mm_a_count + rounding_mm);
+    const int count = noisy.potentiometer_count(time_s);
     ASSERT_GE(count, 0);
     ASSERT_LE(count, 20);  // 2 and six standard deviations
     n_zero += count == 0 ? 1 : 0;
     n_high += count > 5 ? 1 : 0;
-    EXPECT_EQ(count, noisy.potentiometer_count(0.001 * i));
   }
   EXPECT_GT(n_zero, 400);
   EXPECT_GT(n_high, 150);
-}
-
-TEST(Draws, DependOnWhatTheyAreForAlone)
-{
-  const auto first = [](std::uint64_t seed, bench::RandomPurpose purpose, std::uint64_t index) {
-    return bench::RandomSequence(seed, purpose, index).uniform();
-  };
-  const double one = first(1, bench::RandomPurpose::frame, 5);
-  EXPECT_EQ(first(1, bench::RandomPurpose::frame, 5), one);
-  EXPECT_NE(first(2, bench::RandomPurpose::frame, 5), one);
-  EXPECT_NE(first(1, bench::RandomPurpose::potentiometer, 5), one);
-  EXPECT_NE(first(1, bench::RandomPurpose::frame, 6), one);
 }
 
 TEST(Draws, HaveTheirMeanVarianceAndRange)
@@ -334,6 +296,97 @@ TEST(Draws, HaveTheirMeanVarianceAndRange)
   EXPECT_NEAR(square / n, 1.0, 5.0 * std::sqrt(1.9 / n));
   EXPECT_NEAR(neighbours / n, 0.0, 5.0 / std::sqrt(n));
   EXPECT_NEAR(uniform_sum / n, 0.5, 5.0 / std::sqrt(12.0 * n));
+}
+
+// Scripts and their paths.
+
+TEST(Script, NamesBodiesAndMarkersInOrder)
+{
+  bench::SimulationScript script;
+  script.femur.markers_mm.resize(2);
+  script.head = bench::SimulatedBody{"head", {Eigen::Vector3d::Zero()}};
+  EXPECT_EQ(bench::tool_names(script),
+            (std::vector<std::string>{"femur", "femur-1", "femur-2", "tibia", "head", "head-1"}));
+}
+
+TEST(Script, EveryFieldThatMakesNoSenseIsNamed)
+{
+  struct Row {
+    std::string field;
+    std::function<void(bench::SimulationScript&)> spoil;
+  };
+  const std::vector<Row> rows = {
+      {"jitter_ms", [](auto& s) { s.jitter_ms = 11.0; }},
+      {"leg key 3", [](auto& s) { s.leg[2].time_s = s.leg[1].time_s; }},
+      {"leg", [](auto& s) { s.leg.back().varus_deg = 1.0; }},
+      {"potentiometer", [](auto& s) { s.potentiometer.back().value = 1.0; }},
+      {"stage", [](auto& s) { s.stage.back().value = 1.0; }},
+      {"tool", [](auto& s) { s.tibia.tool = "femur"; }},
+      {"occlusion tool", [](auto& s) { s.occlusions[0].tool = "patella"; }},
+      {"occlusion to_s", [](auto& s) { s.occlusions[0].to_s = 4.0; }},
+      {"occlusion every_s", [](auto& s) { s.occlusions[0].every_s = 0.5; }},
+      {"clock step at_s",
+       [](auto& s) {
+         s.clock.steps = {{2.0, 1.0}, {1.0, 1.0}};
+       }},
+  };
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    SCOPED_TRACE(i);
+    bench::SimulationScript script;
+    rows[i].spoil(script);
+    EXPECT_THAT(test::input_error([&] { bench::Simulation simulation(script, {}, "bench.toml"); }),
+                test::refuses({"bench.toml", rows[i].field}));
+  }
+}
+
+constexpr double rounding = 1e-12;
+
+TEST(KeyPath, BetweenTurningPointsIsTheSmoothStep)
+{
+  const bench::KeyPath path({{0, 0}, {4, 90}, {8, 0}}, true);
+  for (int i = 0; i <= 40; ++i) {
+    const double s = i / 40.0, expected = 90.0 * s * s * (3.0 - 2.0 * s);
+    EXPECT_NEAR(path.at(4.0 * s), expected, 90 * rounding);
+    EXPECT_NEAR(path.at(8.0 - 4.0 * s), expected, 90 * rounding);
+    EXPECT_NEAR(path.at(4.0 * s + 8.0 * 1000), expected, 1e-8);
+    EXPECT_NEAR(path.at(4.0 * s - 8.0), expected, 90 * rounding);
+  }
+}
+
+TEST(KeyPath, IsExactAtItsKeysAndStraightOnALine)
+{
+  const bench::KeyPath line({{1, 10}, {2, 20}, {4, 40}, {5, 50}}, false);
+  for (const double t : {2.0, 2.5, 3.0, 3.9, 4.0}) EXPECT_NEAR(line.at(t), 10.0 * t, 50 * rounding);
+  EXPECT_EQ(line.at(1.0), 10.0);
+  EXPECT_EQ(line.at(-3.0), 10.0);
+  EXPECT_EQ(line.at(99.0), 50.0);
+  const bench::KeyPath constant({{3, 7}}, true);
+  EXPECT_EQ(constant.at(0.0), 7.0);
+  EXPECT_EQ(constant.at(9.0), 7.0);
+}
+
+TEST(KeyPath, NeverLeavesTheRangeBetweenTwoKeysAndHasNoCorner)
+{
+  const std::vector<bench::PathPoint> keys = {{0, 0}, {1, 45}, {1.2, 46}, {4, 90}, {6, 45}, {8, 0}};
+  const bench::KeyPath path(keys, true);
+  constexpr double step_s = 1e-3;
+  double slope_before = (path.at(step_s) - path.at(0.0)) / step_s;
+  int n_inside = 0;
+  for (int i = 1; i < 8000; ++i) {
+    const double t = i * step_s;
+    const auto after = std::find_if(keys.begin() + 1, keys.end(),
+                                    [&](const bench::PathPoint& key) { return key.time_s >= t; });
+    const double from = (after - 1)->value, to = after->value;
+    EXPECT_GE(path.at(t), std::min(from, to) - rounding * 100);
+    EXPECT_LE(path.at(t), std::max(from, to) + rounding * 100);
+    n_inside += path.at(t) != from && path.at(t) != to ? 1 : 0;
+    // Slopes of up to 70 per second change within 0.2 s at the fastest: by less than 4 in a step with the
+    // cubic's 6 (b - a) / length^2.
+    const double slope = (path.at(t + step_s) - path.at(t)) / step_s;
+    EXPECT_LT(std::abs(slope - slope_before), 4.0);
+    slope_before = slope;
+  }
+  EXPECT_GT(n_inside, 7900);
 }
 
 }  // namespace vrda::simulation_test

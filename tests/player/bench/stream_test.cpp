@@ -69,17 +69,6 @@ TEST(IgtlStream, GivesTheSameMessagesHoweverTheBytesAreCut)
   }
 }
 
-TEST(IgtlStream, HalfAMessageWaitsForTheRest)
-{
-  const Bytes bytes = bench::bytes_of(transform(5));
-  bench::IgtlStream stream;
-  stream.add(std::span(bytes).first(bytes.size() / 2));
-  EXPECT_FALSE(stream.next());
-  stream.add(std::span(bytes).subspan(bytes.size() / 2));
-  EXPECT_EQ(stream.next().value().device_ns, 5);
-  EXPECT_FALSE(stream.next());
-}
-
 TEST(IgtlStream, AnyChangedBitOfABodyBreaksIt)
 {
   const Bytes whole = bench::bytes_of(transform(5));
@@ -93,15 +82,6 @@ TEST(IgtlStream, AnyChangedBitOfABodyBreaksIt)
     stream.add(whole);
     EXPECT_FALSE(stream.next()) << "what follows cannot be trusted";
   }
-}
-
-TEST(IgtlStream, AWrongChecksumOfAMessageThatIsPassedOverBreaksItToo)
-{
-  Bytes bytes = message_of_type("IMAGE", Bytes(5000, 7));
-  bytes.back() ^= 1;
-  bench::IgtlStream stream;
-  EXPECT_TRUE(stamps(stream, bytes, 100).empty());
-  EXPECT_EQ(stream.error_message(), "found IMAGE with a wrong checksum, wanted CRC64 of its body");
 }
 
 TEST(IgtlStream, AChecksumOfZeroIsAcceptedAndCounted)
@@ -118,6 +98,10 @@ TEST(IgtlStream, AChecksumOfZeroIsAcceptedAndCounted)
   EXPECT_EQ(stamps(stream, bytes, 100), (std::vector<std::int64_t>{1, 2}));
   EXPECT_EQ(stream.n_unchecked(), 2U);
   EXPECT_FALSE(stream.is_broken());
+  Bytes wrong = message_of_type("IMAGE", Bytes(5000, 7));
+  wrong.back() ^= 1;
+  EXPECT_TRUE(stamps(stream, wrong, 100).empty());
+  EXPECT_EQ(stream.error_message(), "found IMAGE with a wrong checksum, wanted CRC64 of its body");
 }
 
 TEST(IgtlStream, HeadersThatCannotBeOneBreakIt)
@@ -275,20 +259,6 @@ TEST(IgtlStream, ExtendedHeadersThatDoNotFitCostThatMessageOnly)
     EXPECT_EQ(stamps(stream, bytes, bytes.size()), (std::vector<std::int64_t>{9}));
     EXPECT_EQ(stream.n_malformed(), 1U);
   }
-}
-
-TEST(IgtlStream, GarbageBreaksItOrWaits)
-{
-  std::mt19937 random(8);
-  int n_broken = 0;
-  for (int n = 0; n < 1000; ++n) {
-    Bytes bytes(300);
-    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
-    bench::IgtlStream stream;
-    EXPECT_TRUE(stamps(stream, bytes, 100).empty());
-    n_broken += stream.is_broken() ? 1 : 0;
-  }
-  EXPECT_EQ(n_broken, 1000);  // a version of 1 or 2 occurs by chance once in 32,768
 }
 
 }  // namespace vrda::stream_test

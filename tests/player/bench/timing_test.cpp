@@ -16,13 +16,6 @@ namespace vrda::timing_test {
 constexpr std::int64_t ms = 1'000'000;
 constexpr double rounding_s = 1e-12;
 
-TEST(ClockMap, WithoutADeviceClockTimeIsTheArrival)
-{
-  bench::ClockMap clock;
-  EXPECT_EQ(clock.time_s(0, 1500 * ms), 1.5);
-  EXPECT_EQ(clock.time_s(0, 1400 * ms), 1.5);
-}
-
 TEST(ClockMap, TakesTheShortestWaySeenForTheWay)
 {
   bench::ClockMap clock;
@@ -32,6 +25,7 @@ TEST(ClockMap, TakesTheShortestWaySeenForTheWay)
   // A delay of 6 ms instead of 2 ms; the offset is relaxed by 0.1 ms a second.
   EXPECT_NEAR(clock.time_s(offset + 20 * ms, 26 * ms), 0.022 + 14e-3 * 1e-4, rounding_s);
   EXPECT_NEAR(clock.time_s(offset + 30 * ms, 32 * ms), 0.032, rounding_s);
+  EXPECT_EQ(clock.time_s(0, 1500 * ms), 1.5) << "no device clock: the arrival";
 }
 
 TEST(ClockMap, NeverGoesBackNorBeyondTheArrival)
@@ -97,25 +91,15 @@ TEST(TimeHistogram, PercentilesAreThoseOfTheSortedTimesToABin)
     const double at = times[static_cast<std::size_t>(std::ceil(share * n)) - 1];
     EXPECT_EQ(histogram.percentile_ms(share), (std::floor(at / 0.25) + 1.0) * 0.25) << share;
   }
+  EXPECT_EQ(bench::TimeHistogram().percentile_ms(0.5), 0.0);
   EXPECT_EQ(histogram.n(), times.size());
   EXPECT_EQ(histogram.max_ms(), times.back());
   EXPECT_NEAR(histogram.mean_ms(), sum / n, 1e-9);
   double squares = 0.0;
   for (const double t : times) squares += (t - sum / n) * (t - sum / n);
   EXPECT_NEAR(histogram.spread_ms(), std::sqrt(squares / n), 1e-9);
-}
-
-TEST(TimeHistogram, LongOnesCountInTheLastBin)
-{
-  bench::TimeHistogram histogram;
-  EXPECT_EQ(histogram.percentile_ms(0.5), 0.0);
-  EXPECT_EQ(histogram.mean_ms(), 0.0);
-  histogram.add(1.0);
-  histogram.add(700.0);
-  histogram.add(300.0);
-  EXPECT_EQ(histogram.bins().back(), 2u);
-  EXPECT_EQ(histogram.percentile_ms(0.3), 1.25);
-  EXPECT_EQ(histogram.percentile_ms(0.99), 700.0);
+  histogram.add(700.0);  // beyond the last bin
+  EXPECT_EQ(histogram.percentile_ms(1.0), 700.0);
 }
 
 TEST(SampleWatch, CountsGapsAndLateArrivals)
@@ -131,15 +115,6 @@ TEST(SampleWatch, CountsGapsAndLateArrivals)
   EXPECT_EQ(watch.n_late(), 1u);
   // One of 96 delays is 6 ms longer than the others, minus the relaxation of the shortest delay in 10 ms.
   EXPECT_NEAR(watch.jitter_ms(), 5.999 * std::sqrt(95.0) / 96.0, 1e-9);
-}
-
-TEST(SampleWatch, AClockThatStepsIsNoGap)
-{
-  bench::StreamStatistics watch;
-  for (std::int64_t k = 1; k <= 50; ++k)
-    watch.add(k * 10 * ms + (k >= 20 ? 5000 : 0) * ms - (k >= 40 ? 9000 : 0) * ms, k * 10 * ms);
-  EXPECT_EQ(watch.n_missed(), 0u);
-  EXPECT_EQ(watch.n_late(), 0u);
 }
 
 /// 100 Hz for 5 s through the tracker's listener, one TDATA message at a time.
@@ -167,13 +142,6 @@ TEST(SampleWatch, AClockThatIsSetBackByLessThanAnIntervalOrMoreMissesNothing)
     EXPECT_EQ(watch.n_missed(), 0U) << set_back_ms;
     EXPECT_EQ(watch.n_late(), 0U) << set_back_ms;
   }
-}
-
-TEST(SampleWatch, AShortStepOfStampsAloneMissesNothing)
-{
-  bench::StreamStatistics watch;
-  for (std::int64_t k = 1; k <= 200; ++k) watch.add((k * 10 - (k >= 100 ? 5 : 0)) * ms, k * 10 * ms);
-  EXPECT_EQ(watch.n_missed(), 0U);
 }
 
 TEST(SampleWatch, AStreamThatGrowsQuickerIsFollowed)

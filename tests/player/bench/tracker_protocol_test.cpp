@@ -45,49 +45,6 @@ std::string summary(const std::vector<bench::Sample>& samples)
   return text;
 }
 
-TEST(ToolWatch, RepeatedTimeStampsBecomeStale)
-{
-  bench::ToolMonitor watch(100 * ms, 0);
-  EXPECT_EQ(watch.receive_stamp(5, 10 * ms), bench::ToolMonitor::StampCheck::accepted);
-  for (int n = 2; n < 11; ++n)
-    EXPECT_EQ(watch.receive_stamp(5, 10 * n * ms), bench::ToolMonitor::StampCheck::repeated);
-  EXPECT_FALSE(watch.becomes_stale(110 * ms - 1));
-  EXPECT_TRUE(watch.becomes_stale(110 * ms));
-  EXPECT_FALSE(watch.becomes_stale(210 * ms - 1));
-  EXPECT_TRUE(watch.becomes_stale(210 * ms)) << "it is said again";
-  EXPECT_EQ(watch.receive_stamp(6, 215 * ms), bench::ToolMonitor::StampCheck::accepted);
-}
-
-TEST(ToolWatch, AClockSetBackIsAcceptedOnceItAdvances)
-{
-  bench::ToolMonitor watch(100 * ms, 0);
-  EXPECT_EQ(watch.receive_stamp(1000, 0), bench::ToolMonitor::StampCheck::accepted);
-  for (int n = 1; n < bench::ToolMonitor::n_to_accept_clock; ++n) {
-    EXPECT_EQ(watch.receive_stamp(500 + n, n * ms), bench::ToolMonitor::StampCheck::behind);
-    EXPECT_EQ(watch.receive_stamp(500 + n, n * ms), bench::ToolMonitor::StampCheck::behind)
-        << "a repeated stamp is no news";
-  }
-  EXPECT_EQ(watch.receive_stamp(600, 50 * ms), bench::ToolMonitor::StampCheck::accepted);
-  EXPECT_EQ(watch.receive_stamp(601, 51 * ms), bench::ToolMonitor::StampCheck::accepted);
-}
-
-TEST(ToolWatch, IsolatedBackwardTimeStampsAreRejected)
-{
-  bench::ToolMonitor watch(100 * ms, 0);
-  EXPECT_EQ(watch.receive_stamp(1000, 0), bench::ToolMonitor::StampCheck::accepted);
-  EXPECT_EQ(watch.receive_stamp(900, 1), bench::ToolMonitor::StampCheck::behind);
-  EXPECT_EQ(watch.receive_stamp(1001, 2), bench::ToolMonitor::StampCheck::accepted);
-  for (int n = 0; n < 100; ++n)  // alternating stamps are not a clock
-    EXPECT_EQ(watch.receive_stamp(n % 2 == 0 ? 500 : 400, 3 + n), bench::ToolMonitor::StampCheck::behind);
-  EXPECT_TRUE(watch.becomes_stale(100 * ms + 2));
-}
-
-TEST(ToolWatch, NoStampAlwaysCounts)
-{
-  bench::ToolMonitor watch(100 * ms, 0);
-  for (int n = 0; n < 5; ++n) EXPECT_EQ(watch.receive_stamp(0, n), bench::ToolMonitor::StampCheck::accepted);
-}
-
 TEST(TrackerProtocol, PlacesCarryToolTimesAndPose)
 {
   bench::TrackerProtocol protocol(settings(), 0);
@@ -134,30 +91,6 @@ TEST(TrackerProtocol, AStatusOfAToolIsAboutIt)
   EXPECT_EQ(bench::error_text_of(refusal), "Tracker: refuses to stream TDATA");
   refusal.code = 0;
   EXPECT_EQ(bench::error_text_of(refusal), "");
-}
-
-TEST(TrackerProtocol, InvalidPosesAndMissingToolsAreNotStale)
-{
-  bench::TrackerProtocol protocol(settings(), 0);
-  bench::IgtlMessage said = femur(1);
-  said.tools[0].visibility = bench::ToolVisibility::invalid_pose;
-  EXPECT_EQ(summary(protocol.receive(said, 90 * ms)), "0 not_a_place");
-  EXPECT_EQ(summary(protocol.stale_samples(110 * ms)), "1 missing") << "there is news of the other tool";
-  said.device_ns = 2;
-  said.tools[0].visibility = bench::ToolVisibility::missing;
-  EXPECT_EQ(summary(protocol.receive(said, 180 * ms)), "0 missing");
-  EXPECT_EQ(summary(protocol.stale_samples(200 * ms)), "");
-  EXPECT_EQ(summary(protocol.stale_samples(280 * ms)), "0 stale 1 stale");
-}
-
-TEST(TrackerProtocol, AClockSetBackIsStaleUntilItIsAccepted)
-{
-  bench::TrackerProtocol protocol(settings(), 0);
-  EXPECT_EQ(summary(protocol.receive(femur(1000), 0)), "0 seen");
-  EXPECT_EQ(summary(protocol.receive(femur(1000), 1)), "") << "nothing new";
-  for (int n = 1; n < bench::ToolMonitor::n_to_accept_clock; ++n)
-    EXPECT_EQ(summary(protocol.receive(femur(n), n)), "0 stale");
-  EXPECT_EQ(summary(protocol.receive(femur(100), 9)), "0 seen");
 }
 
 /// The states at the end of three periods of 150 ms: the tibia is absent, the clock does not advance,
