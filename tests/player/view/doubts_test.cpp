@@ -86,7 +86,7 @@ TEST(Doubts, OfTheModelAreCountedWithTheirReasonsBeforeTheWarningsOfTheJob)
 // The page has its own copy of the reasons, in the same order.
 TEST(Doubts, ThePageHasTheCodesAndReasonsOfTheCore)
 {
-  const std::string page = test::read_bytes(test::source_directory() / "player/web/page/doubts.js");
+  const std::string page = test::read_bytes(test::source_directory() / "player/web/page/readings.js");
   const std::regex row("\\{ code: (\\d+), name: \"([a-z ]+)\",.* meaning: \"([^\"]+)\" \\}");
   std::vector<std::string> found, wanted;
   for (std::sregex_iterator it(page.begin(), page.end(), row); it != std::sregex_iterator(); ++it)
