@@ -118,21 +118,6 @@ TEST_F(AtWindow, PosesOfEachSet)
   }
 }
 
-// Solved poses shown in place of a rejected smoothed motion have the reason on the screen, other sets have
-// not.
-TEST_F(AtWindow, RejectedSmoothedMotion)
-{
-  const auto n_vertices = [](const std::string& set, const std::string& reason) {
-    store::MotionModel model = small_model();
-    model.default_motion = store::DefaultMotion{"raw", reason};
-    Session session(std::move(model), small_options(set));
-    for (int i = 0; i < 4; ++i) session.advance(frame_s);
-    return session.overlay().vertices.size();
-  };
-  EXPECT_GT(n_vertices("raw", "degree_1 is rough"), n_vertices("raw", ""));
-  EXPECT_EQ(n_vertices("degree_1", "degree_1 is rough"), n_vertices("degree_1", ""));
-}
-
 // Without a pose only the fixed object is drawn and the text says so.
 TEST_F(AtWindow, MissingPose)
 {
@@ -202,18 +187,6 @@ TEST_F(AtWindow, ALostFocusEndsADrag)
   const Eigen::Matrix4d before = camera();
   take({pointer_event(view::InputKind::motion, 300, 300)});
   EXPECT_EQ(camera(), before);
-}
-
-// A click shorter than a frame still presses a button.
-TEST_F(AtWindow, ShortClick)
-{
-  // "play" is in the lower row of the timeline.
-  const double x_px = 130, y_px = height - 25;
-  take({pointer_event(view::InputKind::motion, x_px, y_px)});
-  take({pointer_event(view::InputKind::press, x_px, y_px),
-        pointer_event(view::InputKind::release, x_px, y_px)});
-  for (int i = 0; i < 3; ++i) session_.advance(frame_s);
-  EXPECT_TRUE(session_.state().timeline.is_playing);
 }
 
 // Screenshot full screen and quit are requested once.

@@ -8,7 +8,6 @@
 #include <functional>
 #include <sstream>
 
-#include "show/series_renderer.hpp"
 #include "store/motion_model.hpp"
 #include "support/input_error.hpp"
 #include "support/models.hpp"
@@ -146,37 +145,6 @@ TEST_F(Show, NothingSolved)
   EXPECT_FALSE(std::filesystem::exists(folder_));
 }
 
-// Layers and looks change the picture and nothing else.
-TEST_F(Show, Looks)
-{
-  ShowOptions given = options();
-  given.flexion = "20";
-  const auto picture = [&] {
-    run(given);
-    return test::read_bytes(std::filesystem::path(folder_) / "front_flexion_020.png");
-  };
-  const std::string plain = picture();
-  EXPECT_GT(plain.size(), 100U);
-  EXPECT_EQ(picture(), plain) << "the same pictures have the same bytes";
-  std::vector<std::string> pictures{plain};
-  const std::vector<std::function<void(view::AppearanceOptions&)>> looks{
-      [](view::AppearanceOptions& look) { look.layers = "axes"; },
-      [](view::AppearanceOptions& look) {
-        look.layers = "helical-axis";
-        look.see_through = "reference";
-      },
-      [](view::AppearanceOptions& look) { look.see_through = "reference"; },
-      [](view::AppearanceOptions& look) { look.hidden = "femur"; },
-      [](view::AppearanceOptions& look) { look.mode = view::DrawMode::wire; }};
-  for (const auto& change : looks) {
-    given.appearance = {};
-    change(given.appearance);
-    pictures.push_back(picture());
-  }
-  std::ranges::sort(pictures);
-  EXPECT_EQ(std::unique(pictures.begin(), pictures.end()), pictures.end());
-}
-
 // A film has a frame for each angle or plays at a speed.
 TEST_F(Show, VideoFrames)
 {
@@ -226,105 +194,55 @@ TEST_F(Show, VideoWithoutPose)
   EXPECT_THAT(messages_.str(), HasSubstr("flexion 2.5 to 17.5: neighbouring cells are unsolved, the video "
                                          "shows only the fixed object"));
   EXPECT_THAT(messages_.str(), HasSubstr("film.gif: 13 frames"));
-  // There the tibia, which is fixed, is drawn alone: the flexion does not change the frame.
-  const store::Motion motion(model, "raw");
-  const ShowOptions still = options();
-  SeriesRenderer maker(still, model, {"raw", false, {}}, {motion.at({0.0, 0.0})}, warm_renderer(still));
-  const auto drawn_at = [&](double flexion_deg) {
-    return maker.draw_tiled(motion.at({rad_from_deg(flexion_deg), 0.0})).rgba;
-  };
-  EXPECT_TRUE(drawn_at(5.0) == drawn_at(15.0));
-  EXPECT_TRUE(drawn_at(5.0) != drawn_at(0.0));
-  EXPECT_TRUE(drawn_at(20.0) != drawn_at(0.0));
 }
 
-struct Wrong {
-  std::string name;
-  void (*change)(ShowOptions&);
-  std::string file_ends_with, field, found, wanted;
-  friend void PrintTo(const Wrong& wrong, std::ostream* out) { *out << wrong.name; }
-};
-
-class ShowWrong : public Show, public testing::WithParamInterface<Wrong> {};
-
-TEST_P(ShowWrong, IsRefused)
+TEST_F(Show, Refusals)
 {
-  const Wrong& row = GetParam();
-  ShowOptions given = options();
-  row.change(given);
-  const InputError::Facts facts = test::input_error([&] { run(given); });
-  EXPECT_THAT(facts.file, testing::EndsWith(row.file_ends_with));
-  EXPECT_EQ(facts.field, row.field);
-  EXPECT_THAT(facts.found, HasSubstr(row.found));
-  EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
-  EXPECT_FALSE(std::filesystem::is_directory(folder_));
+  using O = ShowOptions;
+  struct Row {
+    std::string file_ends_with, field, found, wanted;
+    void (*change)(O&);
+  };
+  const std::string with_video = "--video FILE with it";
+  for (const Row& row : {
+           Row{"window", "display", "no DISPLAY", "--offscreen",
+               [](O& o) { o.folder.clear(), unsetenv("DISPLAY"), unsetenv("WAYLAND_DISPLAY"); }},
+           Row{"--trace", "", "no --offscreen", "either of them",
+               [](O& o) { o.folder.clear(), o.trace = "a.trace.h5"; }},
+           Row{"--views", "", "front,lateral", "one view",
+               [](O& o) { o.folder.clear(), o.views = "front,lateral"; }},
+           Row{"--speed", "", "no --video", with_video, [](O& o) { o.speed_deg_s = 20.0; }},
+           Row{"--to-and-fro", "", "no --video", with_video, [](O& o) { o.is_to_and_fro = true; }},
+           Row{"--fps", "", "no --video", with_video, [](O& o) { o.frames_per_s = 25; }},
+           Row{"--video", "", "a.avi", ".mp4, .webm or .gif", [](O& o) { o.video = "a.avi"; }},
+           Row{"--fps", "", "0", "1 to 120", [](O& o) { o.video = "a.mp4", o.frames_per_s = 0; }},
+           Row{"--speed", "", "-1", "0.1 to 3600", [](O& o) { o.video = "a.mp4", o.speed_deg_s = -1.0; }},
+           Row{"--varus", "", "nan", "-360 to 360", [](O& o) { o.varus_deg = std::nan(""); }},
+           Row{"sample.h5", "--set", "degree_9", "degree_1, raw", [](O& o) { o.set = "degree_9"; }},
+           Row{"--views", "", "below", "oblique", [](O& o) { o.views = "front,below"; }},
+           Row{"--layers", "", "gapes", "gaps, ligaments", [](O& o) { o.appearance.layers = "gapes"; }},
+           Row{"sample.h5", "--layers", "ligaments", "layer",
+               [](O& o) { o.appearance.layers = "axes,ligaments"; }},
+           Row{"--see-through", "", "all", "both", [](O& o) { o.appearance.see_through = "all"; }},
+           Row{"--hide", "", "both", "femur or tibia", [](O& o) { o.appearance.hidden = "both"; }},
+           Row{"absent.toml", "", "file", "schemas/lights.md",
+               [](O& o) { o.appearance.lights = "absent.toml"; }},
+           Row{"--size", "", "0x0", "16 to 4096", [](O& o) { o.size = "0x0"; }},
+           Row{"--flexion", "", "90:0:5", "A at most B", [](O& o) { o.flexion = "90:0:5"; }},
+           Row{"absent.h5", "", "No such file", "motion model", [](O& o) { o.file = "absent.h5"; }},
+           Row{"sample.h5", "--offscreen", "", "folder", [](O& o) { o.folder = o.file; }},
+       }) {
+    SCOPED_TRACE(row.file_ends_with + row.field + row.found);
+    ShowOptions given = options();
+    row.change(given);
+    const InputError::Facts facts = test::input_error([&] { run(given); });
+    EXPECT_THAT(facts.file, testing::EndsWith(row.file_ends_with));
+    EXPECT_EQ(facts.field, row.field);
+    EXPECT_THAT(facts.found, HasSubstr(row.found));
+    EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
+    EXPECT_FALSE(std::filesystem::is_directory(folder_));
+  }
 }
-
-INSTANTIATE_TEST_SUITE_P(
-    Input, ShowWrong,
-    testing::Values(Wrong{"NoDisplay",
-                          [](ShowOptions& o) {
-                            o.folder.clear();
-                            unsetenv("DISPLAY");
-                            unsetenv("WAYLAND_DISPLAY");
-                          },
-                          "window", "display", "no DISPLAY", "--offscreen"},
-                    Wrong{"TraceInAWindow",
-                          [](ShowOptions& o) {
-                            o.folder.clear();
-                            o.trace = "a.trace.h5";
-                          },
-                          "--trace", "", "no --offscreen", "either of them"},
-                    Wrong{"SpeedWithoutAFilm", [](ShowOptions& o) { o.speed_deg_s = 20.0; }, "--speed", "",
-                          "no --video", "--video FILE"},
-                    Wrong{"ThereAndBackWithoutAFilm", [](ShowOptions& o) { o.is_to_and_fro = true; },
-                          "--to-and-fro", "", "no --video", "--video FILE"},
-                    Wrong{"FpsWithoutAFilm", [](ShowOptions& o) { o.frames_per_s = 25; }, "--fps", "",
-                          "no --video", "--video FILE"},
-                    Wrong{"Varus", [](ShowOptions& o) { o.varus_deg = std::nan(""); }, "--varus", "", "nan",
-                          "-360 to 360"},
-                    Wrong{"ViewsOfAWindow",
-                          [](ShowOptions& o) {
-                            o.folder.clear();
-                            o.views = "front,lateral";
-                          },
-                          "--views", "", "front,lateral", "one view"},
-                    Wrong{"FilmOfNoKnownForm", [](ShowOptions& o) { o.video = "a.avi"; }, "--video", "",
-                          "a.avi", ".mp4, .webm or .gif"},
-                    Wrong{"Fps",
-                          [](ShowOptions& o) {
-                            o.video = "a.mp4";
-                            o.frames_per_s = 0;
-                          },
-                          "--fps", "", "0", "1 to 120"},
-                    Wrong{"Speed",
-                          [](ShowOptions& o) {
-                            o.video = "a.mp4";
-                            o.speed_deg_s = -1.0;
-                          },
-                          "--speed", "", "-1", "0.1 to 3600"},
-                    Wrong{"UnknownSet", [](ShowOptions& o) { o.set = "degree_9"; }, "sample.h5", "--set",
-                          "degree_9", "degree_1, raw"},
-                    Wrong{"UnknownView", [](ShowOptions& o) { o.views = "front,below"; }, "--views", "",
-                          "below", "oblique"},
-                    Wrong{"UnknownLayer", [](ShowOptions& o) { o.appearance.layers = "gapes"; }, "--layers",
-                          "", "gapes", "gaps, ligaments"},
-                    Wrong{"LayerOfNothing", [](ShowOptions& o) { o.appearance.layers = "axes,ligaments"; },
-                          "sample.h5", "--layers", "ligaments", "layer"},
-                    Wrong{"SeeThrough", [](ShowOptions& o) { o.appearance.see_through = "all"; },
-                          "--see-through", "", "all", "both"},
-                    Wrong{"Hide", [](ShowOptions& o) { o.appearance.hidden = "both"; }, "--hide", "", "both",
-                          "femur or tibia"},
-                    Wrong{"Lights", [](ShowOptions& o) { o.appearance.lights = "absent.toml"; },
-                          "absent.toml", "", "file", "schemas/lights.md"},
-                    Wrong{"Size", [](ShowOptions& o) { o.size = "0x0"; }, "--size", "", "0x0", "16 to 4096"},
-                    Wrong{"Flexion", [](ShowOptions& o) { o.flexion = "90:0:5"; }, "--flexion", "", "90:0:5",
-                          "A at most B"},
-                    Wrong{"MissingFile", [](ShowOptions& o) { o.file = "absent.h5"; }, "absent.h5", "",
-                          "No such file", "motion model"},
-                    Wrong{"FolderIsAFile", [](ShowOptions& o) { o.folder = o.file; }, "sample.h5",
-                          "--offscreen", "", "folder"}),
-    [](const testing::TestParamInfo<Wrong>& row) { return row.param.name; });
 
 /// Flexion 20, 0, 30, 10 at 0, 0.5, 1 and 2 s.
 store::MotionModel walk()

@@ -71,18 +71,6 @@ TEST(Overlay, Glyphs)
   EXPECT_NEAR(at(image, 56, 20)[1], test::srgb_code(0.2), test::code_tolerance);
 }
 
-// Commands have their own vertices and the last lies on top.
-TEST(Overlay, Order)
-{
-  Overlay overlay;
-  add(overlay, {0, 0, 20, 20}, {255, 0, 0, 255});
-  add(overlay, {10, 10, 30, 30}, {0, 255, 0, 255});
-  const Image image = drawn(overlay);
-  EXPECT_EQ(at(image, 5, 5), (Codes{255, 0, 0, 255}));
-  EXPECT_EQ(at(image, 15, 15), (Codes{0, 255, 0, 255}));
-  EXPECT_EQ(at(image, 25, 25), (Codes{0, 255, 0, 255}));
-}
-
 TEST(Overlay, AFontComesFirst)
 {
   Overlay overlay;

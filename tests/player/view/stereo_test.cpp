@@ -173,33 +173,6 @@ TEST(WarpMesh, Coverage)
   }
 }
 
-// Optics too strong for the bound have the finest mesh.
-TEST(WarpMesh, FinestMesh)
-{
-  struct Row {
-    Viewport window;
-    double k1, k2;
-  };
-  for (const Row& row : {Row{{0, 0, 640, 480}, 0.0, 0.3}, Row{{0, 0, 960, 1080}, 0.3, 0.05}}) {
-    SCOPED_TRACE(testing::Message() << row.k1 << " " << row.k2);
-    Eye eye;
-    eye.window = eye.visible = row.window;
-    eye.sight_px = eye.distortion.centre_px = middle_px(row.window);
-    eye.distortion.unit_px = 0.5 * row.window.width;
-    eye.distortion.k1 = row.k1, eye.distortion.k2 = row.k2;
-    ASSERT_FALSE(usability_error(eye, "bench.toml", "left"));
-    const ShownBox box = shown_box(eye);
-    const WarpMesh mesh = warp_mesh(eye, box);
-    EXPECT_EQ(mesh.triangles.size() % (2 * 3 * 512), 0U);
-    // The error is largest at the outermost cell centres.
-    const double cell_px = row.window.width / 512.0;
-    for (const double cells : {0.5, 1.5, 40.5}) {
-      const Eigen::Vector2d drawn(cells * cell_px, 0.5 * cell_px);
-      EXPECT_LT((sampled_px(mesh, box, drawn) - shown_px(eye.distortion, drawn)).norm(), after_px);
-    }
-  }
-}
-
 TEST(Eye, UnusableEyes)
 {
   const auto refused = [](const Eye& eye) -> std::string {
