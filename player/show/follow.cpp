@@ -70,24 +70,6 @@ std::vector<CameraView> turned_views(const FollowOptions& options, Side side)
   return views;
 }
 
-std::vector<CameraView> views_of(const FollowOptions& options, const view::JobViews& job, Side side)
-{
-  const bool is_turned = !options.orient.empty() || !options.shift.empty();
-  if (is_turned && !options.views.empty()) {
-    throw InputError(
-        {"--views", "", options.views + " with --orient or --shift", "either --views or --orient/--shift"});
-  }
-  if (is_turned) return turned_views(options, side);
-  std::vector<CameraView> views;
-  if (options.views.empty()) {
-    views = view::camera_views(job, side);
-    if (!views.empty()) return views;
-  }
-  for (const std::string& name : view::parsed_views(options.views.empty() ? "front,lateral" : options.views))
-    views.push_back(view::named_view(name, *view::view_named(name), side));
-  return views;
-}
-
 /// True if opaque bodies hide the contact layers; wire frames do not.
 bool hides_contacts(const view::AppearanceOptions& look, const view::LayerSet& layers)
 {
@@ -95,49 +77,27 @@ bool hides_contacts(const view::AppearanceOptions& look, const view::LayerSet& l
          (layers.has(view::Layer::contacts) || layers.has(view::Layer::normals));
 }
 
-RunSceneOptions scene_options(const FollowOptions& options, const view::JobViews& job)
-{
-  view::AppearanceOptions look = options.appearance;
-  if (!options.has_mode && job.render == "wire") look.mode = view::DrawMode::wire;
-  RunSceneOptions scene;
-  scene.layers = view::parsed_layers(look.layers);
-  scene.backdrop = options.backdrop;
-  if (look.see_through.empty() && !options.is_opaque && hides_contacts(look, scene.layers))
-    look.see_through = "reference";
-  scene.apply_appearance = [look](view::Scene& bare) { view::apply_appearance(bare, look); };
-  return scene;
-}
-
-/// The size of the options, else the job's.
-view::PictureSize size_of(const FollowOptions& options, const view::JobViews& job)
-{
-  if (options.size.empty() && view::has_usable_size(job)) return {job.width_px, job.height_px};
-  return view::parsed_size(options.size.empty() ? "1280x960" : options.size);
-}
-
 }  // namespace
-
-view::AppearanceOptions follow_appearance()
-{
-  view::AppearanceOptions look;
-  look.layers = "contacts,normals";
-  return look;
-}
 
 RunScreenOptions screen_options(const FollowOptions& options, const store::MotionModel& model)
 {
-  const view::JobViews job = view::job_views(model.job.resolved);
-  RunScreenOptions screen;
-  const view::PictureSize size = size_of(options, job);
-  screen.width = size.width;
-  screen.height = size.height;
-  screen.scene = scene_options(options, job);
-  screen.views = views_of(options, job, side_named(model.side));
-  screen.zoom = job.zoom;
-  if (screen.views.size() > most_views) {
+  const bool is_turned = !options.orient.empty() || !options.shift.empty();
+  if (is_turned && !options.views.empty()) {
     throw InputError(
-        {"views", "", std::to_string(screen.views.size()), "at most " + std::to_string(most_views)});
+        {"--views", "", options.views + " with --orient or --shift", "either --views or --orient/--shift"});
   }
+  RunScreenOptions screen{resolved_pictures(options, model, "front,lateral"), {}, options.backdrop};
+  ResolvedPictures& pictures = screen.pictures;
+  pictures.zoom = view::job_views(model.job.resolved).zoom;
+  if (is_turned) pictures.views = turned_views(options, side_named(model.side));
+  if (pictures.views.size() > most_views) {
+    throw InputError(
+        {"views", "", std::to_string(pictures.views.size()), "at most " + std::to_string(most_views)});
+  }
+  view::AppearanceOptions& look = pictures.appearance;
+  screen.layers = view::parsed_layers(look.layers);
+  if (look.see_through.empty() && !options.is_opaque && hides_contacts(look, screen.layers))
+    look.see_through = "reference";
   return screen;
 }
 
@@ -147,23 +107,23 @@ constexpr std::size_t usual_contacts = 32;  // initial capacity; most steps have
 
 }  // namespace
 
-RunScene::RunScene(const store::MotionModel& model, const RunSceneOptions& options)
-    : options_(options),
-      scene_(view::scene_of(model, model.rotation_centre_mm)),
+RunScene::RunScene(const store::MotionModel& model, const RunScreenOptions& options)
+    : wanted_(options.layers),
+      of_steps_(options.layers),
+      joint_(model, options.pictures.appearance, options.backdrop),
       raw_(model, "raw"),
       frame_{side_named(model.side), model.rotation_centre_mm, model.delta},
-      scale_(view::marker_scale(model))
+      scale_(view::marker_scale(model)),
+      points_(joint_.scene(), view::Layer::contacts, view::ParentFrame::world, "contacts"),
+      arrows_(joint_.scene(), view::Layer::normals, view::ParentFrame::world, "contact normals")
 {
+  joint_.fixed_object = view::FixedObject::push;
+  for (const view::Layer layer : {view::Layer::contacts, view::Layer::normals, view::Layer::helical_axis})
+    of_steps_.set(layer, false);
   for (Eigen::Index i = 0; i < model.push.delta.rows(); ++i)
     deltas_.emplace_back(model.push.delta.row(i).transpose());
-  scene_.background = view::background_of(options.backdrop);
-  if (options.apply_appearance) options.apply_appearance(scene_);
-  shown_bodies_ = view::shown_drawables(scene_);
-  points_.emplace(scene_, view::Layer::contacts, view::ParentFrame::world, "contacts");
-  arrows_.emplace(scene_, view::Layer::normals, view::ParentFrame::world, "contact normals");
-  layers_.emplace(model, scene_);
   reserve_markers(usual_contacts);
-  place_bodies(raw_.joint_pose({rad_from_deg(model.flexion_deg.front()), 0.0}, {}), raw_, layers_of_step());
+  place(raw_.joint_pose({rad_from_deg(model.flexion_deg.front()), 0.0}, {}), raw_, of_steps_);
 }
 
 void RunScene::show(const RunStep& step)
@@ -171,65 +131,43 @@ void RunScene::show(const RunStep& step)
   SolverFrame frame = frame_;
   frame.delta = deltas_[static_cast<std::size_t>(step.key.flexion)];
   const Eigen::Vector3d t_mm = world_translation_mm(frame, step.pose);
-  place_bodies(raw_.joint_pose(step.attitude, {t_mm.x(), t_mm.y(), t_mm.z(), step.pose.theta_rad}), raw_,
-               layers_of_step());
-  place_markers(step);
+  place(raw_.joint_pose(step.attitude, {t_mm.x(), t_mm.y(), t_mm.z(), step.pose.theta_rad}), raw_, of_steps_);
+  place_markers(step, frame);
 }
 
-void RunScene::show(const store::JointPose& pose, const store::Motion& motion)
-{
-  place_bodies(pose, motion, options_.layers);
-  view::show_bodies(scene_, shown_bodies_, view::FixedObject::push, pose.status == store::PoseStatus::solved);
-  points_->show(scene_, false);
-  arrows_->show(scene_, false);
-}
-
-// The layers draw the contacts of a model's cells; those of a step are drawn here.
-view::LayerSet RunScene::layers_of_step() const
-{
-  view::LayerSet layers = options_.layers;
-  for (const view::Layer layer : {view::Layer::contacts, view::Layer::normals, view::Layer::helical_axis})
-    layers.set(layer, false);
-  return layers;
-}
-
-void RunScene::place_bodies(const store::JointPose& pose, const store::Motion& motion,
-                            const view::LayerSet& layers)
+void RunScene::place(const store::JointPose& pose, const store::Motion& motion, const view::LayerSet& layers)
 {
   pose_ = pose;
-  const view::JointFrames frames = view::frames_of(motion, pose);
-  view::place(scene_, frames);
-  layers_->update(scene_, motion, {pose, frames, layers});
+  joint_.show(motion, pose, layers);
 }
 
 void RunScene::reserve_markers(std::size_t n_contacts)
 {
-  points_->reserve(scene_, n_contacts);
-  arrows_->reserve(scene_, n_contacts);
+  points_.reserve(joint_.scene(), n_contacts);
+  arrows_.reserve(joint_.scene(), n_contacts);
   ++n_layouts_;
 }
 
-void RunScene::place_markers(const RunStep& step)
+void RunScene::place_markers(const RunStep& step, const SolverFrame& frame)
 {
   const std::size_t n = step.contacts.size();
-  if (n > points_->capacity()) reserve_markers(2 * n);
-  points_->show(scene_, options_.layers.has(view::Layer::contacts) && n > 0);
-  arrows_->show(scene_, options_.layers.has(view::Layer::normals) && n > 0);
   if (n == 0) return;
-  SolverFrame frame = frame_;
-  frame.delta = deltas_[static_cast<std::size_t>(step.key.flexion)];
+  if (n > points_.capacity()) reserve_markers(2 * n);
   std::vector<Eigen::Vector3d> tips_mm, arrows_mm;
   for (const ContactRecord& contact : step.contacts) {
     tips_mm.push_back(world_from_solver(frame, contact.point_solver_mm));
     arrows_mm.emplace_back(scale_ * view::plain_arrow_mm * world_from_solver(frame, contact.normal_solver));
   }
-  points_->place(scene_, tips_mm, arrows_mm, scale_);
-  arrows_->place(scene_, tips_mm, arrows_mm, scale_);
+  view::Scene& scene = joint_.scene();
+  points_.show(scene, wanted_.has(view::Layer::contacts));
+  arrows_.show(scene, wanted_.has(view::Layer::normals));
+  points_.place(scene, tips_mm, arrows_mm, scale_);
+  arrows_.place(scene, tips_mm, arrows_mm, scale_);
 }
 
 std::vector<Eigen::Vector3d> RunScene::framed_points() const
 {
-  view::Scene scene = scene_;
+  view::Scene scene = joint_.scene();
   std::vector<Eigen::Vector3d> all;
   const Eigen::Vector3d t_mm = pose_.X_world_moving * frame_.rotation_centre_mm;
   const double first_rad = raw_.first_flexion_rad(), last_rad = raw_.last_flexion_rad();
@@ -254,10 +192,9 @@ constexpr double text_part = 1.0 / 60.0, smallest_text_px = 10.0, largest_text_p
 
 RunScreen::RunScreen(const store::MotionModel& model, const RunScreenOptions& options) : options_(options)
 {
-  check(!options.views.empty(), "there is at least one view");
-  scene_.emplace(model, options.scene);
-  make_text();
-  resize(options.width, options.height);
+  check(!options.pictures.views.empty(), "there is at least one view");
+  scene_.emplace(model, options);
+  resize(options.pictures.size.width, options.pictures.size.height);
 }
 
 void RunScreen::restart(const store::MotionModel& model)
@@ -269,24 +206,19 @@ void RunScreen::restart(const store::MotionModel& model)
 
 void RunScreen::finish(const store::MotionModel& result)
 {
-  scene_.emplace(result, options_.scene);
+  scene_.emplace(result, options_);
   n_loaded_layouts_ = 0;
-}
-
-void RunScreen::make_text()
-{
-  text_.emplace(std::clamp(text_part * options_.height, smallest_text_px, largest_text_px));
-  is_font_loaded_ = false;
 }
 
 bool RunScreen::resize(int width, int height)
 {
-  const bool is_same = width == options_.width && height == options_.height && !shots_.empty();
-  if (is_same) return false;
-  const bool is_taller = height != options_.height;
-  options_.width = width;
-  options_.height = height;
-  if (is_taller) make_text();
+  if (width == width_ && height == height_) return false;
+  if (height != height_) {
+    text_.emplace(std::clamp(text_part * height, smallest_text_px, largest_text_px));
+    is_font_loaded_ = false;
+  }
+  width_ = width;
+  height_ = height;
   const int panel_px = std::clamp(static_cast<int>(panel_part * width),
                                   std::min(narrowest_panel_px, width / 2), widest_panel_px);
   panel_area_ = {width - panel_px, 0, panel_px, height};
@@ -296,10 +228,11 @@ bool RunScreen::resize(int width, int height)
 
 void RunScreen::fit_cameras()
 {
-  const view::Viewport area{0, 0, options_.width - panel_area_.width, options_.height};
+  const view::Viewport area{0, 0, width_ - panel_area_.width, height_};
   const std::vector<Eigen::Vector3d> points_mm = scene_->framed_points();
-  shots_ = fitted_shots(options_.views, tiles(options_.views.size(), area), points_mm, options_.zoom);
-  pivots_world_mm_.assign(options_.views.size(), view::joint_sphere(scene_->scene()).centre_world_mm);
+  const std::vector<CameraView>& views = options_.pictures.views;
+  shots_ = fitted_shots(views, tiles(views.size(), area), points_mm, options_.pictures.zoom);
+  pivots_world_mm_.assign(views.size(), view::joint_sphere(scene_->scene()).centre_world_mm);
   set_depths();
 }
 
@@ -342,12 +275,13 @@ void RunScreen::draw(const RunState& state, const std::vector<std::string>& line
   if (has_pose && !has_step_) fit_cameras();
   has_step_ = has_step_ || has_pose;
   set_depths();
-  view::clear_overlay(overlay_, options_.width, options_.height);
-  RunPanel panel = state.panel();
-  panel.lines.insert(panel.lines.end(), lines.begin(), lines.end());
+  view::clear_overlay(overlay_, width_, height_);
+  std::vector<std::string> all{state.progress_text()};
+  if (state.grid().current) all.push_back(state.current_attitude());
+  all.insert(all.end(), lines.begin(), lines.end());
   for (std::size_t k = 0; k < shots_.size(); ++k)
-    add_label(overlay_, *text_, shots_[k].viewport, options_.views[k].name);
-  add_panel(overlay_, *text_, panel_area_, panel);
+    add_label(overlay_, *text_, shots_[k].viewport, options_.pictures.views[k].name);
+  add_panel(overlay_, *text_, panel_area_, state.grid(), all);
   view::finish_overlay(overlay_);
 }
 
@@ -406,10 +340,10 @@ struct Playback {
 };
 
 /// Shows a run in an interactive window, as image files or as text only.
-class FollowedRun final : public show::Mode {
+class FollowedRun final : public Mode {
  public:
-  FollowedRun(const FollowOptions& options, StepChoice choice, const show::Streams& streams, RunWatch watch,
-              show::Sink& sink)
+  FollowedRun(const FollowOptions& options, StepChoice choice, const Streams& streams, RunWatch watch,
+              Sink& sink)
       : options_(options),
         choice_(choice),
         streams_(streams),
@@ -434,7 +368,7 @@ class FollowedRun final : public show::Mode {
 
   bool is_over() const override { return is_over_ || is_left_; }
 
-  show::RoundTime round_time() const override
+  RoundTime round_time() const override
   {
     if (is_in_window()) return {sink_.is_hidden() || is_still() ? idle_s : frame_s};
     if (!queue_.empty() || is_due_) return {0.0};
@@ -444,27 +378,12 @@ class FollowedRun final : public show::Mode {
 
   void take(const view::InputEvent& event) override
   {
-    const Eigen::Vector2d pointer_px(event.x_px, event.y_px);
-    switch (event.kind) {
-      case view::InputKind::press:
-        return press(event, pointer_px);
-      case view::InputKind::motion:
-        if (drag_)
-          screen_->set_orbit_camera(view_,
-                                    view::dragged(*drag_, pointer_px, screen_->shots()[view_].viewport));
-        return;
-      case view::InputKind::release:
-      case view::InputKind::focus_lost:
-        return drag_.reset();
-      case view::InputKind::wheel:
-        if (const auto view = screen_->view_at(pointer_px))
-          screen_->set_orbit_camera(*view, view::moved_closer(screen_->orbit_camera(*view), event.wheel));
-        return;
-      case view::InputKind::key_press:
-        return press_key(event.key);
-      default:
-        return;
-    }
+    if (event.kind == view::InputKind::key_press) return press_key(event.key);
+    const std::optional<std::size_t> over = screen_->view_at({event.x_px, event.y_px});
+    if (!navigation_.is_dragging() && over) view_ = *over;
+    if (!navigation_.is_dragging() && !over) return;
+    screen_->set_orbit_camera(view_, navigation_.after(event, screen_->orbit_camera(view_), screen_->scene(),
+                                                       screen_->shots()[view_].viewport));
   }
 
   void advance(double elapsed_s) override
@@ -485,7 +404,7 @@ class FollowedRun final : public show::Mode {
   {
     if (!screen_ || (!is_in_window() && !is_due_)) return;
     screen_->load(sink_.renderer());
-    const show::Frame frame{screen_->scene(), screen_->shots(), &screen_->overlay()};
+    const Frame frame{screen_->scene(), screen_->shots(), &screen_->overlay()};
     if (is_in_window()) {
       sink_.window()->set_title(state_.progress_text() + " - vrda-player");
       return sink_.show(frame);
@@ -494,7 +413,7 @@ class FollowedRun final : public show::Mode {
     drawn_ = steady_clock::now();
     n_drawn_ = state_.n_shown();
     const std::string name =
-        playback_ ? "finished" : show::padded_name("step_", static_cast<std::size_t>(state_.n_shown()), 6);
+        playback_ ? "finished" : padded_name("step_", static_cast<std::size_t>(state_.n_shown()), 6);
     streams_.data << sink_.record(frame, name + ".png") << std::endl;
   }
 
@@ -502,7 +421,7 @@ class FollowedRun final : public show::Mode {
   bool is_in_window() const { return sink_.window() != nullptr; }
   bool is_still() const
   {
-    return queue_.empty() && (!playback_ || !playback_->timeline.is_playing) && !drag_;
+    return queue_.empty() && (!playback_ || !playback_->timeline.is_playing) && !navigation_.is_dragging();
   }
 
   static double seconds_since(steady_clock::time_point then)
@@ -510,13 +429,13 @@ class FollowedRun final : public show::Mode {
     return std::chrono::duration<double>(steady_clock::now() - then).count();
   }
 
-  void take(AccumulatedUpdate arrivals)
+  void take(RunUpdate arrivals)
   {
     for (const std::string& remark : arrivals.remarks) streams_.messages << "vrda-player: " << remark << "\n";
     if (arrivals.is_restarted && arrivals.model) begin_again(*arrivals.model);
     for (RunStep& step : arrivals.steps) queue_.push_back(std::move(step));
     n_steps_ = arrivals.n_steps;
-    is_caught_up_ = arrivals.is_caught_up;
+    is_caught_up_ = !arrivals.has_more;
     if (arrivals.phase == RunPhase::finished && arrivals.model) result_ = arrivals.model;
   }
 
@@ -525,7 +444,7 @@ class FollowedRun final : public show::Mode {
     if (n_steps_ > 0 || state_.n_done() > 0) progress_.report_line("the run was restarted");
     progress_.restart();
     queue_.clear();
-    drag_.reset();
+    navigation_.stop();
     state_ = RunState(model, choice_);
     n_drawn_ = 0;
     if (!screen_) return;
@@ -587,23 +506,6 @@ class FollowedRun final : public show::Mode {
     progress_.report_state(state_, n_steps_, true);
   }
 
-  void press(const view::InputEvent& event, const Eigen::Vector2d& pointer_px)
-  {
-    const std::optional<std::size_t> view = screen_->view_at(pointer_px);
-    if (!view) return;
-    view_ = *view;
-    if (event.n_clicks == 2 && event.button == view::MouseButton::left) return centre(pointer_px);
-    drag_ = view::Drag{view::drag_of(event.button, event.has_shift, event.has_control),
-                       screen_->orbit_camera(view_), pointer_px};
-  }
-
-  void centre(const Eigen::Vector2d& pointer_px)
-  {
-    const view::Shot& shot = screen_->shots()[view_];
-    if (const auto point = view::point_under(screen_->scene(), shot.camera, shot.viewport, pointer_px))
-      screen_->set_orbit_camera(view_, view::centred_on(screen_->orbit_camera(view_), *point));
-  }
-
   void press_key(view::Key key)
   {
     if (key == view::Key::escape || key == view::key_of('Q')) is_left_ = true;
@@ -618,9 +520,9 @@ class FollowedRun final : public show::Mode {
 
   const FollowOptions& options_;
   StepChoice choice_;
-  show::Streams streams_;
+  Streams streams_;
   std::string output_;
-  show::Sink& sink_;
+  Sink& sink_;
   RunState state_;
   FollowProgress progress_;
   std::optional<RunScreen> screen_;  // empty for text output
@@ -630,7 +532,7 @@ class FollowedRun final : public show::Mode {
   std::optional<Playback> playback_;
   int n_steps_ = 0;
   bool is_caught_up_ = false;
-  std::optional<view::Drag> drag_;
+  view::Navigation navigation_;
   std::size_t view_ = 0;  // under the pointer
   bool is_paused_ = false, is_left_ = false;
   // For image files: whether one is due, when the last was written, and its number of steps.
@@ -664,33 +566,33 @@ void require_valid(const FollowOptions& options)
     throw InputError({"--text", "", "--offscreen " + options.folder, "only one of them"});
 }
 
-show::Sink sink_of(const FollowOptions& options, const store::MotionModel& model)
+Sink sink_of(const FollowOptions& options, const store::MotionModel& model)
 {
   if (options.is_text) return {};
-  const RunScreenOptions screen = screen_options(options, model);
+  const view::PictureSize size = screen_options(options, model).pictures.size;
   if (!options.folder.empty()) {
-    show::Sink files(view::RenderOptions{screen.width, screen.height});
+    Sink files(view::RenderOptions{size.width, size.height});
     files.record_images(options.folder, "--offscreen");
     return files;
   }
   view::WindowOptions window;
-  window.width = screen.width;
-  window.height = screen.height;
+  window.width = size.width;
+  window.height = size.height;
   window.title = "vrda-player";
-  return show::Sink(window);
+  return Sink(window);
 }
 
 }  // namespace
 
-FollowEnd follow(const FollowOptions& options, const show::Streams& streams)
+FollowEnd follow(const FollowOptions& options, const Streams& streams)
 {
   require_valid(options);
-  show::StopSignals stop;  // before the thread, which inherits the signal mask
+  StopSignals stop;  // before the thread, which inherits the signal mask
   const StepChoice choice = choice_of(options);
   RunWatch watch(options.file, choice != StepChoice::stable);
-  show::Sink sink = sink_of(options, watch.model());
+  Sink sink = sink_of(options, watch.model());
   FollowedRun run(options, choice, streams, std::move(watch), sink);
-  show::run_loop(run, sink, stop);
+  run_loop(run, sink, stop);
   return run.end();
 }
 

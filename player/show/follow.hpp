@@ -3,13 +3,14 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "show/joint_view.hpp"
 #include "show/loop.hpp"
 #include "show/run_watch.hpp"
+#include "show/show.hpp"
 #include "store/motion.hpp"
 #include "view/layers.hpp"
 #include "view/orbit_camera.hpp"
@@ -20,27 +21,26 @@
 
 namespace vrda::show {
 
-struct RunSceneOptions {
-  view::LayerSet layers;  ///< the helical axis is available only for a result
+/// The appearance of a run: its views and layers; the helical axis is available only for a result.
+struct RunScreenOptions {
+  ResolvedPictures pictures;
+  view::LayerSet layers;
   view::Backdrop backdrop = view::Backdrop::studio;
-  std::function<void(view::Scene&)>
-      apply_appearance;  ///< applies the appearance to a new scene; may be empty
 };
 
 class RunScene {
  public:
   /// From a start file or a result; shows both objects at the first flexion with zero translation and
   /// rotation.
-  RunScene(const store::MotionModel& model, const RunSceneOptions& options);
+  RunScene(const store::MotionModel& model, const RunScreenOptions& options);
 
   /// Shows the pose of a step; the attitude rotates the reference, as in the search.
   void show(const RunStep& step);
   /// Shows a pose of `motion`, a set of the result that the scene was made from; of one that is not solved
   /// only the reference.
-  void show(const store::JointPose& pose, const store::Motion& motion);
+  void show(const store::JointPose& pose, const store::Motion& motion) { place(pose, motion, wanted_); }
 
-  const view::Scene& scene() const { return scene_; }
-  const store::JointPose& pose() const { return pose_; }
+  const view::Scene& scene() const { return joint_.scene(); }
   /// Increases when a renderer must reload the scene.
   std::uint64_t n_layouts() const { return n_layouts_; }
 
@@ -49,29 +49,19 @@ class RunScene {
   std::vector<Eigen::Vector3d> framed_points() const;
 
  private:
-  void place_bodies(const store::JointPose& pose, const store::Motion& motion, const view::LayerSet& layers);
-  view::LayerSet layers_of_step() const;
-  void place_markers(const RunStep& step);
+  void place(const store::JointPose& pose, const store::Motion& motion, const view::LayerSet& layers);
+  void place_markers(const RunStep& step, const SolverFrame& frame);
   void reserve_markers(std::size_t n_contacts);
 
-  RunSceneOptions options_;
-  view::Scene scene_;
+  view::LayerSet wanted_, of_steps_;  // those of steps lack contacts and normals, which are markers
+  JointView joint_;
   store::Motion raw_;
   SolverFrame frame_;                    // at the first flexion
   std::vector<Eigen::Vector3d> deltas_;  // [n_flexion]
   double scale_ = 1.0;
-  std::optional<view::JointLayers> layers_;              // all layers except contacts and normals of steps
-  std::optional<view::ContactMarkers> points_, arrows_;  // of steps
+  view::ContactMarkers points_, arrows_;  // of steps
   store::JointPose pose_;
-  std::vector<bool> shown_bodies_;  // [n_drawables] by the appearance
   std::uint64_t n_layouts_ = 1;
-};
-
-struct RunScreenOptions {
-  int width = 1280, height = 960;
-  RunSceneOptions scene;
-  std::vector<CameraView> views;  ///< at least one
-  double zoom = 1.0;
 };
 
 /// Views and panel of a run, as scene, shots and overlay for a renderer.
@@ -108,11 +98,11 @@ class RunScreen {
   const view::Overlay& overlay() const { return overlay_; }
 
  private:
-  void make_text();
   void set_depths();
   void draw(const RunState& state, const std::vector<std::string>& lines, bool has_pose);
 
   RunScreenOptions options_;
+  int width_ = 0, height_ = 0;
   std::optional<RunScene> scene_;
   std::optional<view::OverlayText> text_;
   view::Viewport panel_area_;
@@ -126,26 +116,17 @@ class RunScreen {
 
 // The mode `follow`: shows a run while it computes.
 
-/// The default appearance: with contacts and normals.
-view::AppearanceOptions follow_appearance();
+/// The options of `follow`.
+struct FollowOptions : PictureOptions {
+  FollowOptions() { appearance.layers = "contacts,normals"; }
 
-/// The options of the command line.
-struct FollowOptions {
-  std::string file;              ///< OUTPUT.start.h5
-  std::string folder;            ///< output folder of images; empty: a window
   double every_s = 0.0;          ///< write an image at this interval if there are new steps; 0: off
   int every_n_steps = 0;         ///< write an image every N steps; 0: off
   bool is_once = false;          ///< report the present state and exit
   bool is_text = false;          ///< print progress only, without images
   std::string steps = "stable";  ///< one of step_choice_names()
-  std::string views;             ///< names; empty: the job's, else front and lateral
   std::string orient, shift;     ///< X,Y,Z;X,Y,Z;... one triple per view, degrees and mm
-  view::AppearanceOptions appearance = follow_appearance();
-  bool has_mode = false;   ///< the draw mode was given by option; otherwise the job's applies, if any
-  bool is_opaque = false;  ///< false: the reference is transparent if contacts are shown
-  std::string size;        ///< empty: the job's, else 1280x960
-  view::Backdrop backdrop = view::Backdrop::studio;
-  bool is_quiet = false;
+  bool is_opaque = false;        ///< false: the reference is transparent if contacts are shown
 };
 
 /// Why following ended.
@@ -156,7 +137,7 @@ enum class FollowEnd {
 
 /// Runs the mode. `streams.data` gets one path per image, or the progress if no images are written. Throws
 /// InputError for invalid input.
-FollowEnd follow(const FollowOptions& options, const show::Streams& streams);
+FollowEnd follow(const FollowOptions& options, const Streams& streams);
 
 /// Converts the options to those of the screen for a run with this model. Throws InputError like follow().
 RunScreenOptions screen_options(const FollowOptions& options, const store::MotionModel& model);

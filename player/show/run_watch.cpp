@@ -57,6 +57,7 @@ RunWatch::RunWatch(const std::string& start_file, bool with_moves)
 RunUpdate RunWatch::poll()
 {
   RunUpdate news;
+  news.phase = phase_;
   if (phase_ == RunPhase::finished) return news;
   poll_start_file(news);
   find_journals();
@@ -64,6 +65,9 @@ RunUpdate RunWatch::poll()
   read_steps(news);
   if (n_steps_ > 0) phase_ = RunPhase::running;
   if (!news.has_more) poll_result(news);
+  news.phase = phase_;
+  news.n_done = n_done_;
+  news.n_steps = n_steps_;
   return news;
 }
 
@@ -80,7 +84,7 @@ std::optional<store::MotionModel> RunWatch::read_if_present(const std::string& p
 {
   if (!version_of(path)) return std::nullopt;
   std::optional<store::MotionModel> model;
-  const auto refused = show::catch_input_error([&] { model = store::read_motion_model(path); });
+  const auto refused = catch_input_error([&] { model = store::read_motion_model(path); });
   if (refused && version_of(path)) throw InputError(*refused);
   return model;
 }
@@ -315,37 +319,37 @@ void WatchThread::run()
 bool WatchThread::poll()
 {
   RunUpdate news = watch_.poll();
-  const bool is_finished = watch_.phase() == RunPhase::finished;
-  std::shared_ptr<const store::MotionModel> model;
-  if (news.is_restarted || is_finished) model = std::make_shared<const store::MotionModel>(watch_.model());
+  const bool is_finished = news.phase == RunPhase::finished;
+  if (news.is_restarted || is_finished)
+    news.model = std::make_shared<const store::MotionModel>(watch_.model());
   std::unique_lock lock(mutex_);
+  RunUpdate& all = accumulated_;
   if (news.is_restarted) {
-    accumulated_.is_restarted = true;
-    accumulated_.steps.clear();
+    all.is_restarted = true;
+    all.steps.clear();
   }
-  if (model) accumulated_.model = std::move(model);
-  append(accumulated_.steps, news.steps);
-  append(accumulated_.remarks, news.remarks);
-  accumulated_.phase = watch_.phase();
-  accumulated_.n_done = watch_.n_done();
-  accumulated_.n_steps = watch_.n_steps();
-  accumulated_.is_caught_up = !news.has_more;
+  if (news.model) all.model = std::move(news.model);
+  append(all.steps, news.steps);
+  append(all.remarks, news.remarks);
+  all.phase = news.phase;
+  all.n_done = news.n_done;
+  all.n_steps = news.n_steps;
+  all.has_more = news.has_more;
   if (is_finished) return false;
   if (!news.has_more) wake_.wait_for(lock, pause_, [this] { return is_stopped_; });
   return !is_stopped_;
 }
 
-AccumulatedUpdate WatchThread::take()
+RunUpdate WatchThread::take()
 {
   const std::lock_guard lock(mutex_);
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-  AccumulatedUpdate taken = std::move(accumulated_);
-  accumulated_ = {};
-  accumulated_.phase = taken.phase;
-  accumulated_.n_done = taken.n_done;
-  accumulated_.n_steps = taken.n_steps;
-  accumulated_.is_caught_up = taken.is_caught_up;
-  return taken;
+  RunUpdate next;
+  next.has_more = accumulated_.has_more;
+  next.phase = accumulated_.phase;
+  next.n_done = accumulated_.n_done;
+  next.n_steps = accumulated_.n_steps;
+  return std::exchange(accumulated_, std::move(next));
 }
 
 namespace {
@@ -378,10 +382,10 @@ struct MapLayout {
 class PanelDrawing {
  public:
   PanelDrawing(view::Overlay& overlay, const view::OverlayText& text, const view::Viewport& area,
-               const RunPanel& panel)
+               const RunGrid& grid)
       : overlay_(overlay),
         text_(text),
-        panel_(panel),
+        grid_(grid),
         left_px_(static_cast<float>(area.x) + margin_px),
         right_px_(static_cast<float>(area.x + area.width) - margin_px),
         y_px_(static_cast<float>(area.y) + margin_px),
@@ -390,10 +394,10 @@ class PanelDrawing {
     text_.add_area(overlay_, view::overlay_box(area), paper);
   }
 
-  void draw()
+  void draw(const std::vector<std::string>& lines)
   {
-    add_line(panel_.title, ink);
-    for (const std::string& line : panel_.lines) add_line(line, faint);
+    add_line(grid_.title, ink);
+    for (const std::string& line : lines) add_line(line, faint);
     y_px_ += 0.5F * text_.line_px();
     const float legend_px = text_.line_px() * static_cast<float>(std::size(all_step_statuses));
     draw_map(bottom_px_ - legend_px - text_.line_px());
@@ -410,8 +414,8 @@ class PanelDrawing {
 
   void draw_map(float bottom_px)
   {
-    const auto n_flexion = static_cast<float>(panel_.status.rows());
-    const auto n_varus = static_cast<float>(panel_.status.cols());
+    const auto n_flexion = static_cast<float>(grid_.status.rows());
+    const auto n_varus = static_cast<float>(grid_.status.cols());
     const float label_px = 1.3F * std::max(text_.width_px("flexion"), text_.width_px("-180"));
     MapLayout place;
     place.left_px = left_px_ + label_px;
@@ -427,15 +431,15 @@ class PanelDrawing {
   void draw_cells(const MapLayout& place)
   {
     const float gap_px = std::min(place.cell_width_px, place.cell_height_px) >= ruled_from_px ? 1.0F : 0.0F;
-    for (Eigen::Index i = 0; i < panel_.status.rows(); ++i) {
-      for (Eigen::Index j = 0; j < panel_.status.cols(); ++j) {
+    for (Eigen::Index i = 0; i < grid_.status.rows(); ++i) {
+      for (Eigen::Index j = 0; j < grid_.status.cols(); ++j) {
         view::OverlayBox box = place.cell(i, j);
         box.right_px -= gap_px;
         box.bottom_px -= gap_px;
-        text_.add_area(overlay_, box, colour_of(static_cast<StepStatus>(panel_.status(i, j))));
+        text_.add_area(overlay_, box, colour_of(static_cast<StepStatus>(grid_.status(i, j))));
       }
     }
-    if (panel_.current) frame_cell(place.cell(panel_.current->flexion, panel_.current->varus));
+    if (grid_.current) frame_cell(place.cell(grid_.current->flexion, grid_.current->varus));
   }
 
   void frame_cell(const view::OverlayBox& box)
@@ -451,11 +455,11 @@ class PanelDrawing {
 
   void label_flexion(const MapLayout& place)
   {
-    const auto n = static_cast<Eigen::Index>(panel_.flexion_deg.size());
+    const auto n = static_cast<Eigen::Index>(grid_.flexion_deg.size());
     const float step_px = std::max(place.cell_height_px, 1.0F);
     const auto every = static_cast<Eigen::Index>(std::ceil(1.6F * text_.line_px() / step_px));
     for (Eigen::Index i = 0; i < n; i += every) {
-      const std::string words = shortest_decimal(panel_.flexion_deg[static_cast<std::size_t>(i)]);
+      const std::string words = shortest_decimal(grid_.flexion_deg[static_cast<std::size_t>(i)]);
       const float y = place.cell(i, 0).top_px + 0.5F * (place.cell_height_px - text_.line_px());
       text_.add_text(overlay_, place.left_px - text_.width_px(words) - 6.0F, y, words, faint);
     }
@@ -464,15 +468,15 @@ class PanelDrawing {
 
   void label_varus(const MapLayout& place)
   {
-    const auto n = static_cast<Eigen::Index>(panel_.varus_deg.size());
+    const auto n = static_cast<Eigen::Index>(grid_.varus_deg.size());
     float widest_px = 0.0F;
-    for (const double varus_deg : panel_.varus_deg)
+    for (const double varus_deg : grid_.varus_deg)
       widest_px = std::max(widest_px, text_.width_px(shortest_decimal(varus_deg) + " "));
     auto every = static_cast<Eigen::Index>(std::ceil(1.3F * widest_px / place.cell_width_px));
     // Prefer intervals that label both ends and the middle.
     while (n > 1 && every < n - 1 && (n - 1) % every != 0) ++every;
     for (Eigen::Index j = 0; j < n; j += every) {
-      const std::string words = shortest_decimal(panel_.varus_deg[static_cast<std::size_t>(j)]);
+      const std::string words = shortest_decimal(grid_.varus_deg[static_cast<std::size_t>(j)]);
       const float x = place.cell(0, j).left_px + 0.5F * (place.cell_width_px - text_.width_px(words));
       text_.add_text(overlay_, x, place.top_px - text_.line_px(), words, faint);
     }
@@ -481,7 +485,7 @@ class PanelDrawing {
 
   void add_legend(StepStatus status)
   {
-    const auto n = (panel_.status == static_cast<std::int8_t>(status)).count();
+    const auto n = (grid_.status == static_cast<std::int8_t>(status)).count();
     const float side_px = 0.7F * text_.line_px(), top_px = y_px_ + 0.1F * text_.line_px();
     text_.add_area(overlay_, {left_px_, top_px, left_px_ + side_px, top_px + side_px}, colour_of(status));
     text_.add_text(overlay_, left_px_ + 1.2F * text_.line_px(), y_px_,
@@ -491,7 +495,7 @@ class PanelDrawing {
 
   view::Overlay& overlay_;
   const view::OverlayText& text_;
-  const RunPanel& panel_;
+  const RunGrid& grid_;
   float left_px_, right_px_, y_px_, bottom_px_;
 };
 
@@ -512,9 +516,9 @@ view::VertexColour colour_of(StepStatus status)
 }
 
 void add_panel(view::Overlay& overlay, const view::OverlayText& text, const view::Viewport& area,
-               const RunPanel& panel)
+               const RunGrid& grid, const std::vector<std::string>& lines)
 {
-  PanelDrawing(overlay, text, area, panel).draw();
+  PanelDrawing(overlay, text, area, grid).draw(lines);
 }
 
 void add_label(view::Overlay& overlay, const view::OverlayText& text, const view::Viewport& tile,
@@ -536,10 +540,11 @@ const std::vector<std::string>& step_choice_names()
 
 RunState::RunState(const store::MotionModel& model, StepChoice choice)
     : choice_(choice),
-      title_(model.title),
-      flexion_deg_(model.flexion_deg),
-      varus_deg_(model.varus_deg),
-      status_(store::GridB::Constant(model.status.rows(), model.status.cols(), status_pending))
+      grid_{model.title.empty() ? "untitled" : model.title,
+            model.flexion_deg,
+            model.varus_deg,
+            store::GridB::Constant(model.status.rows(), model.status.cols(), status_pending),
+            {}}
 {
 }
 
@@ -560,9 +565,9 @@ bool RunState::add_step(const RunStep& step)
 {
   // For steps with free varus, key.varus is the index of a start, not of a cell.
   const bool is_at_cell = step.key.kind <= StepKind::row;
-  if (is_at_cell) current_ = GridCell{step.key.flexion, step.key.varus};
+  if (is_at_cell) grid_.current = GridCell{step.key.flexion, step.key.varus};
   if (step.kind == RunStepKind::cell) {
-    std::int8_t& status = status_(step.key.flexion, step.key.varus);
+    std::int8_t& status = grid_.status(step.key.flexion, step.key.varus);
     n_done_ += status == status_pending ? 1 : 0;
     status = static_cast<std::int8_t>(step.status);
   }
@@ -574,32 +579,24 @@ bool RunState::add_step(const RunStep& step)
 
 void RunState::finish(const store::MotionModel& result)
 {
-  status_ = result.status;
-  n_done_ = static_cast<int>((status_ != status_pending).count());
-  current_.reset();
+  grid_.status = result.status;
+  n_done_ = static_cast<int>((grid_.status != status_pending).count());
+  grid_.current.reset();
   shown_.reset();
   is_finished_ = true;
 }
 
 std::string RunState::progress_text() const
 {
-  const std::string text = std::to_string(n_done_) + "/" + std::to_string(status_.size()) + " attitudes";
+  const std::string text = std::to_string(n_done_) + "/" + std::to_string(grid_.status.size()) + " attitudes";
   return is_finished_ ? text + ", finished" : text;
 }
 
 std::string RunState::current_attitude() const
 {
-  if (!current_) return {};
-  return "flexion " + shortest_decimal(flexion_deg_[static_cast<std::size_t>(current_->flexion)]) +
-         ", varus " + shortest_decimal(varus_deg_[static_cast<std::size_t>(current_->varus)]);
-}
-
-RunPanel RunState::panel() const
-{
-  RunPanel panel{
-      title_.empty() ? "untitled" : title_, {progress_text()}, flexion_deg_, varus_deg_, status_, current_};
-  if (current_) panel.lines.push_back(current_attitude());
-  return panel;
+  if (!grid_.current) return {};
+  return "flexion " + shortest_decimal(grid_.flexion_deg[static_cast<std::size_t>(grid_.current->flexion)]) +
+         ", varus " + shortest_decimal(grid_.varus_deg[static_cast<std::size_t>(grid_.current->varus)]);
 }
 
 namespace {

@@ -50,11 +50,16 @@ enum class RunPhase {
   finished  ///< the result exists
 };
 
+/// What a run has that it had not before.
 struct RunUpdate {
-  bool is_restarted = false;         ///< the run was restarted: discard all earlier steps
-  bool has_more = false;             ///< more data is available: poll again at once
-  std::vector<RunStep> steps;        ///< in journal order; moves before their step
-  std::vector<std::string> remarks;  ///< messages for the user, each reported once
+  bool is_restarted = false;              ///< the run was restarted: discard all earlier steps
+  bool has_more = false;                  ///< more data is available: poll again at once
+  std::vector<RunStep> steps = {};        ///< in journal order; moves before their step
+  std::vector<std::string> remarks = {};  ///< messages for the user, each reported once
+  /// Of a WatchThread: the start file's model of a restarted run, or the result of a finished one; else null.
+  std::shared_ptr<const store::MotionModel> model = nullptr;
+  RunPhase phase = RunPhase::waiting;
+  int n_done = 0, n_steps = 0;  ///< so far: cells, and all steps in the journals
 };
 
 /// The state of one run. Read-only; any file but the start file may be missing, torn or rewritten at any
@@ -120,26 +125,15 @@ class RunWatch {
   std::set<std::string> remarks_made_;
 };
 
-/// The data that arrived since the last take().
-struct AccumulatedUpdate {
-  bool is_restarted = false;  ///< as in RunUpdate
-  /// The start file's model of a restarted run, or the result of a finished one; otherwise null.
-  std::shared_ptr<const store::MotionModel> model;
-  std::vector<RunStep> steps;
-  std::vector<std::string> remarks;
-  RunPhase phase = RunPhase::waiting;
-  int n_done = 0, n_steps = 0;
-  bool is_caught_up = false;  ///< all data available at the last poll was read
-};
-
 class WatchThread {
  public:
   /// Polls until the run is finished, with a `pause` whenever all data was read.
   WatchThread(RunWatch watch, std::chrono::milliseconds pause);
   ~WatchThread();
 
-  /// Never blocks on a file. Rethrows once the exception that ended the thread.
-  AccumulatedUpdate take();
+  /// All that came since the last call. Never blocks on a file. Rethrows once the exception that ended the
+  /// thread.
+  RunUpdate take();
 
  private:
   void run();
@@ -149,7 +143,7 @@ class WatchThread {
   std::chrono::milliseconds pause_;
   std::mutex mutex_;  // guards the members below
   std::condition_variable wake_;
-  AccumulatedUpdate accumulated_;
+  RunUpdate accumulated_{.has_more = true};
   std::exception_ptr failure_;
   bool is_stopped_ = false;
   std::thread thread_;
@@ -163,18 +157,18 @@ struct GridCell {
   Eigen::Index flexion = 0, varus = 0;
 };
 
-struct RunPanel {
+/// The attitudes of a run.
+struct RunGrid {
   std::string title;
-  std::vector<std::string> lines;  ///< below the title
   std::vector<double> flexion_deg, varus_deg;
   store::GridB status;
   std::optional<GridCell> current;  ///< outlined in the map
 };
 
-/// Draws the panel in `area`: the map of statuses (flexion downwards, varus to the right) and a legend with
-/// the number of cells per status.
+/// Draws the panel in `area`: the title, `lines`, the map of statuses (flexion downwards, varus to the right)
+/// and a legend with the number of cells per status.
 void add_panel(view::Overlay& overlay, const view::OverlayText& text, const view::Viewport& area,
-               const RunPanel& panel);
+               const RunGrid& grid, const std::vector<std::string>& lines);
 
 /// Draws the name of a view on its tile.
 void add_label(view::Overlay& overlay, const view::OverlayText& text, const view::Viewport& tile,
@@ -203,21 +197,17 @@ class RunState {
   int n_shown() const { return n_shown_; }
   bool is_finished() const { return is_finished_; }
   int n_done() const { return n_done_; }
-  int n_cells() const { return static_cast<int>(status_.size()); }
+  int n_cells() const { return static_cast<int>(grid_.status.size()); }
   std::string progress_text() const;     ///< "640/1911 attitudes"
   std::string current_attitude() const;  ///< "flexion 30, varus -4"; empty without a current cell
-  /// Title, grid and current cell.
-  RunPanel panel() const;
+  const RunGrid& grid() const { return grid_; }
 
  private:
   bool is_chosen(const RunStep& step) const;
 
   StepChoice choice_;
-  std::string title_;
-  std::vector<double> flexion_deg_, varus_deg_;
-  store::GridB status_;
+  RunGrid grid_;
   std::optional<RunStep> shown_;
-  std::optional<GridCell> current_;
   int n_shown_ = 0, n_done_ = 0;
   bool is_finished_ = false;
 };

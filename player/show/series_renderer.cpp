@@ -77,31 +77,23 @@ SeriesRenderer::SeriesRenderer(const ShowOptions& options, const store::MotionMo
                                const PosedSet& set, const std::vector<store::JointPose>& poses,
                                std::unique_ptr<view::Renderer> renderer)
     : options_(options),
-      look_(resolved_options(options, model)),
-      side_(side_named(model.side)),
-      motion_(model, set.name),
-      gaps_(model, set.name),
-      rotation_centre_mm_(model.rotation_centre_mm),
+      look_(resolved_pictures(options, model)),
+      set_(model, set.name),
       has_gaps_(set.has_gaps),
       doubts_(model),
-      scene_(view::scene_of(model, model.rotation_centre_mm)),
-      layers_(model, scene_),
+      joint_(model, look_.appearance, options.backdrop),
+      wanted_(view::parsed_layers(options.appearance.layers)),
       renderer_(std::move(renderer))
 {
-  check(!scene_.drawables.empty(), "a validated motion model has triangles");
-  scene_.background = view::background_of(options.backdrop);
-  view::apply_appearance(scene_, look_.appearance);
-  shown_bodies_ = view::shown_drawables(scene_);
-  wanted_ = view::parsed_layers(options.appearance.layers);
-  labels_ = store::joint_labels(model);
+  joint_.fixed_object = options.fixed_object;
   if (options.appearance.layers != view::AppearanceOptions{}.layers)
-    require_layers(options.file, wanted_, layers_.available());
+    require_layers(options.file, wanted_, joint_.layers().available());
   area_ = {0, 0, look_.size.width, look_.size.height};
   make_interface(model, set, poses);
   renderer_->resize(look_.size.width, look_.size.height);
   single_ = cameras_for(poses, aspect_of(area_));
   tiled_ = cameras_for(poses, aspect_of(column(area_, 0, look_.views.size())));
-  renderer_->load(scene_);
+  renderer_->load(joint_.scene());
   if (gui_) renderer_->load(gui_->font());
 }
 
@@ -134,8 +126,7 @@ std::vector<view::Camera> SeriesRenderer::cameras_for(const std::vector<store::J
   std::vector<view::CameraFit> fits;
   for (const view::CameraView& view : look_.views) fits.emplace_back(view.R_world_camera, frame_options);
   for (const store::JointPose& pose : poses) {
-    view::place(scene_, view::frames_of(pose, options_.fixed_object, rotation_centre_mm_));
-    const std::vector<Eigen::Vector3d> points = view::framed_points(scene_, options_.framing);
+    const std::vector<Eigen::Vector3d> points = joint_.framed_points(pose, options_.framing);
     for (view::CameraFit& fit : fits) fit.include(points);
   }
   std::vector<view::Camera> cameras;
@@ -145,41 +136,23 @@ std::vector<view::Camera> SeriesRenderer::cameras_for(const std::vector<store::J
   return cameras;
 }
 
-/// Those of all shots.
-std::span<const view::ScreenLabel> SeriesRenderer::labels_of(const view::JointFrames& frames)
-{
-  screen_labels_.clear();
-  for (const view::Shot& shot : shots_) {
-    std::vector<view::ScreenLabel> own = view::screen_labels(labels_);
-    view::place(own, labels_, frames, shot);
-    screen_labels_.insert(screen_labels_.end(), own.begin(), own.end());
-  }
-  return screen_labels_;
-}
-
-const view::Overlay* SeriesRenderer::overlay_for(const store::JointPose& pose,
-                                                 const view::JointFrames& frames)
+const view::Overlay* SeriesRenderer::overlay_for(const store::JointPose& pose)
 {
   if (!gui_) return nullptr;
   view::GuiFrame frame;
   frame.width = look_.size.width;
   frame.height = look_.size.height;
-  if (options_.has_numbers) frame.key = view::colour_key(layers_, wanted_);
+  if (options_.has_numbers) frame.key = view::colour_key(joint_.layers(), wanted_);
+  if (wanted_.has(view::Layer::labels)) frame.labels = joint_.labels(shots_);
   view::PlayerRange range;
-  range.is_varus_free = motion_.is_varus_free();
-  view::Readout readout;
-  readout.pose = pose;
-  const bool is_moving_fixed = options_.fixed_object == view::FixedObject::moving;
-  const std::string& fixed = is_moving_fixed ? scene_.moving_name : scene_.reference_name;
-  if (has_gaps_) doubt_ = view::doubt_text(pose, doubts_.at(pose), fixed.c_str());
-  readout.doubt = doubt_[0] != 0 ? doubt_.data() : nullptr;
+  range.is_varus_free = set_.motion.is_varus_free();
+  view::Readout readout = joint_.readout(set_, pose, doubts_.at(pose));
+  if (!has_gaps_) {
+    readout.gap = {};
+    readout.doubt = nullptr;
+  }
   if (!remark_.empty()) readout.message = remark_.c_str();
   readout.is_varus_balanced = !options_.varus_deg.has_value();
-  readout.clinical = motion_.own_coordinates(pose);
-  if (pose.status == store::PoseStatus::solved)
-    readout.joint = clinical_coordinates(pose.X_reference_moving, side_, rotation_centre_mm_);
-  if (has_gaps_) readout.gap = gaps_.at(pose);
-  if (wanted_.has(view::Layer::labels)) frame.labels = labels_of(frames);
   view::PlayerState state;
   state.shows_numbers = options_.has_numbers;
   return &gui_->static_overlay(frame, state, range, readout);
@@ -187,12 +160,9 @@ const view::Overlay* SeriesRenderer::overlay_for(const store::JointPose& pose,
 
 const view::Image& SeriesRenderer::drawn(const store::JointPose& pose)
 {
-  const view::JointFrames frames = view::frames_of(motion_, pose, options_.fixed_object, rotation_centre_mm_);
-  view::place(scene_, frames);
-  view::show_bodies(scene_, shown_bodies_, options_.fixed_object, pose.status == store::PoseStatus::solved);
-  layers_.update(scene_, motion_, {pose, frames, wanted_});
-  for (view::Shot& shot : shots_) shot.camera = view::with_depth_range(shot.camera, scene_);
-  return renderer_->draw(scene_, shots_, overlay_for(pose, frames));
+  joint_.show(set_.motion, pose, wanted_);
+  for (view::Shot& shot : shots_) shot.camera = view::with_depth_range(shot.camera, joint_.scene());
+  return renderer_->draw(joint_.scene(), shots_, overlay_for(pose));
 }
 
 const view::Image& SeriesRenderer::draw_single(std::size_t view, const store::JointPose& pose)

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "show/joint_view.hpp"
 #include "show/show.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
-#include "view/gap_reading.hpp"
 #include "view/gui.hpp"
 #include "view/keys.hpp"
 #include "view/renderer.hpp"
@@ -39,7 +39,7 @@ class SeriesRenderer {
   SeriesRenderer(const ShowOptions& options, const store::MotionModel& model, const PosedSet& set,
                  const std::vector<store::JointPose>& poses, std::unique_ptr<view::Renderer> renderer);
 
-  const ResolvedShowOptions& look() const { return look_; }
+  const ResolvedPictures& look() const { return look_; }
 
   /// Of a pose that is not solved only the fixed object is drawn, with the reason.
   /// Renders one view (index into look().views) at full size. The result is valid until the next call.
@@ -51,26 +51,17 @@ class SeriesRenderer {
   void make_interface(const store::MotionModel& model, const PosedSet& set,
                       const std::vector<store::JointPose>& poses);
   std::vector<view::Camera> cameras_for(const std::vector<store::JointPose>& poses, double aspect);
-  const view::Overlay* overlay_for(const store::JointPose& pose, const view::JointFrames& frames);
-  std::span<const view::ScreenLabel> labels_of(const view::JointFrames& frames);
+  const view::Overlay* overlay_for(const store::JointPose& pose);
   const view::Image& drawn(const store::JointPose& pose);
 
   const ShowOptions& options_;
-  ResolvedShowOptions look_;
-  Side side_ = Side::right;
-  store::Motion motion_;
-  view::GapReader gaps_;
-  Eigen::Vector3d rotation_centre_mm_;
+  ResolvedPictures look_;
+  PlayedSet set_;
   bool has_gaps_ = true;
   view::DoubtReader doubts_;
-  view::Scene scene_;
-  std::vector<bool> shown_bodies_;  ///< [n_drawables] by the appearance
-  view::JointLayers layers_;
+  JointView joint_;
   view::LayerSet wanted_;
-  std::vector<store::JointLabel> labels_;
-  std::vector<view::ScreenLabel> screen_labels_;
   std::unique_ptr<view::Renderer> renderer_;
-  view::DoubtText doubt_{};       ///< of the drawn pose
   std::string remark_;            ///< why the solved poses are the default motion, or empty
   std::optional<view::Gui> gui_;  ///< with --numbers, labels or doubtful poses
   view::Viewport area_;           ///< of the picture, below the warnings

@@ -20,8 +20,7 @@ constexpr double most_elapsed_s = 0.25;    // a suspended program resumes where 
 std::vector<PlayedSet> played_sets(const store::MotionModel& model)
 {
   std::vector<PlayedSet> sets;
-  for (const std::string& name : store::all_set_names(model))
-    sets.push_back({store::Motion(model, name), view::GapReader(model, name)});
+  for (const std::string& name : store::all_set_names(model)) sets.emplace_back(model, name);
   return sets;
 }
 
@@ -34,9 +33,7 @@ std::size_t row_of(const store::MotionModel& model, const std::string& set)
 }
 
 /// The points to be framed over the whole motion, world.
-std::vector<Eigen::Vector3d> points_over(view::Scene& scene, const store::Motion& motion,
-                                         view::Framing framing, view::FixedObject fixed,
-                                         const Eigen::Vector3d& rotation_centre_mm)
+std::vector<Eigen::Vector3d> points_over(JointView& joint, const store::Motion& motion, view::Framing framing)
 {
   std::vector<Eigen::Vector3d> all;
   const view::Timeline range = view::timeline_over(motion);
@@ -46,11 +43,10 @@ std::vector<Eigen::Vector3d> points_over(view::Scene& scene, const store::Motion
     const double varus_rad = motion.is_sequence() ? 0.0 : motion.balanced_varus_rad(position);
     const store::JointPose pose = view::pose_at(motion, position, varus_rad);
     if (pose.status != store::PoseStatus::solved) continue;
-    view::place(scene, view::frames_of(pose, fixed, rotation_centre_mm));
-    const std::vector<Eigen::Vector3d> points = view::framed_points(scene, framing);
+    const std::vector<Eigen::Vector3d> points = joint.framed_points(pose, framing);
     all.insert(all.end(), points.begin(), points.end());
   }
-  return all.empty() ? view::framed_points(scene, view::Framing::joint) : all;
+  return all.empty() ? view::framed_points(joint.scene(), view::Framing::joint) : all;
 }
 
 view::Timeline timeline_of(const store::Motion& motion, const SessionOptions& options)
@@ -66,9 +62,7 @@ view::Timeline timeline_of(const store::Motion& motion, const SessionOptions& op
 Session::Session(store::MotionModel model, const SessionOptions& options)
     : model_(std::move(model)),
       sets_(played_sets(model_)),
-      scene_(view::scene_of(model_, model_.rotation_centre_mm)),
-      layers_(model_, scene_),
-      labels_(store::joint_labels(model_)),
+      joint_(model_, options.appearance, options.backdrop),
       side_(side_named(model_.side)),
       gui_({options.title, store::all_set_names(model_), options.scale,
             store::displayed_name(model_, store::JointBody::reference),
@@ -78,7 +72,6 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
       width_(options.width),
       height_(options.height)
 {
-  check(!scene_.drawables.empty(), "a validated motion model has triangles");
   state_.set = row_of(model_, options.set);
   const std::string shown = store::default_motion(model_).set;
   remark_ = view::default_motion_remark(model_, shown);
@@ -89,13 +82,9 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
   state_.fixed_object = options.fixed_object;
   state_.mode = options.appearance.mode;
   state_.layers = view::parsed_layers(options.appearance.layers);
-  screen_labels_ = view::screen_labels(labels_);
-  occlusion_radius_mm_ = scene_.occlusion_radius_mm;
+  occlusion_radius_mm_ = joint_.scene().occlusion_radius_mm;
   is_plain_while_moving_ = options.is_plain_while_moving;
   backdrop_ = options.backdrop;
-  scene_.background = view::background_of(options.backdrop);
-  view::apply_appearance(scene_, options.appearance);
-  shown_bodies_ = view::shown_drawables(scene_);
   framing_ = options.framing;
   range_ = range_now();
   job_view_ = options.job_view;
@@ -106,32 +95,30 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
 
 void Session::frame_fixed_object()
 {
-  framed_object_ = state_.fixed_object;
-  framed_points_ =
-      points_over(scene_, sets_[state_.set].motion, framing_, framed_object_, model_.rotation_centre_mm);
+  joint_.fixed_object = state_.fixed_object;
+  framed_points_ = points_over(joint_, motion(), framing_);
   frame_joint();
 }
 
 void Session::load_into(view::Renderer& renderer) const
 {
-  renderer.load(scene_);
+  renderer.load(scene());
   renderer.load(gui_.font());
 }
 
 view::PlayerRange Session::range_now() const
 {
-  const store::Motion& motion = sets_[state_.set].motion;
   view::PlayerRange range;
   range.n_sets = sets_.size();
-  range.first_varus_rad = motion.first_varus_rad();
-  range.last_varus_rad = motion.last_varus_rad();
-  range.is_varus_free = motion.is_varus_free();
-  if (motion.is_sequence()) {
-    range.key_name = motion.key_name().c_str();
+  range.first_varus_rad = motion().first_varus_rad();
+  range.last_varus_rad = motion().last_varus_rad();
+  range.is_varus_free = motion().is_varus_free();
+  if (motion().is_sequence()) {
+    range.key_name = motion().key_name().c_str();
   } else {
-    range.balanced_varus_rad = motion.balanced_varus_rad(state_.timeline.position);
+    range.balanced_varus_rad = motion().balanced_varus_rad(state_.timeline.position);
   }
-  range.available = layers_.available();
+  range.available = joint_.layers().available();
   return range;
 }
 
@@ -143,61 +130,12 @@ bool Session::is_over_picture(const Eigen::Vector2d& pointer_px) const
   return is_inside && !state_.shows_help;
 }
 
-void Session::press(view::MouseButton button, const Eigen::Vector2d& pointer_px, bool has_shift,
-                    bool has_control)
-{
-  move(pointer_px);
-  if (button == view::MouseButton::left) pointer_.is_left_down = was_left_pressed_ = true;
-  if (drag_ || !is_over_picture(pointer_px)) return;
-  drag_ = view::Drag{view::drag_of(button, has_shift, has_control), gaze_, pointer_px};
-  drag_button_ = button;
-}
-
-void Session::release(view::MouseButton button)
-{
-  if (button == view::MouseButton::left) pointer_.is_left_down = false;
-  if (drag_button_ != button) return;
-  drag_.reset();
-  drag_button_.reset();
-}
-
-void Session::move(const Eigen::Vector2d& pointer_px)
-{
-  pointer_.x_px = pointer_px.x();
-  pointer_.y_px = pointer_px.y();
-  if (drag_) gaze_ = view::dragged(*drag_, pointer_px, area());
-}
-
-void Session::turn_wheel(double notches)
-{
-  if (!is_over_picture({pointer_.x_px, pointer_.y_px})) {
-    pointer_.wheel += notches;
-    return;
-  }
-  drag_.reset();
-  gaze_ = view::moved_closer(gaze_, notches);
-}
-
-void Session::double_click(const Eigen::Vector2d& pointer_px)
-{
-  if (!is_over_picture(pointer_px)) return;
-  const std::optional<Eigen::Vector3d> point = view::point_under(scene_, gaze_.camera, area(), pointer_px);
-  if (!point) return;
-  drag_.reset();
-  gaze_ = view::centred_on(gaze_, *point);
-}
-
-void Session::press_key(const view::KeyPress& press)
-{
-  do_action(view::action_of(press));
-}
-
 void Session::resize(int width, int height)
 {
   if (width == width_ && height == height_) return;
   width_ = std::max(width, 1);
   height_ = std::max(height, 1);
-  drag_.reset();
+  navigation_.stop();
   is_disturbed_ = true;
 }
 
@@ -221,7 +159,7 @@ void Session::set_view(view::View view)
 /// In the job's view, else the chosen one.
 void Session::frame_joint()
 {
-  drag_.reset();
+  navigation_.stop();
   const view::Viewport free = area();
   view::FrameOptions options;
   options.aspect = static_cast<double>(free.width) / free.height;
@@ -229,39 +167,20 @@ void Session::frame_joint()
   view::CameraFit fit(view.R_world_camera, options);
   fit.include(framed_points_);
   gaze_.camera = view::placed_camera(fit, view, zoom_);
-  gaze_.pivot_world_mm = view::joint_sphere(scene_).centre_world_mm;
+  gaze_.pivot_world_mm = view::joint_sphere(scene()).centre_world_mm;
 }
 
 void Session::place_joint()
 {
   range_ = range_now();
-  readout_.pose = view::pose_at(sets_[state_.set].motion, state_.timeline.position,
-                                view::wanted_varus_rad(state_, range_));
+  const store::JointPose pose =
+      view::pose_at(motion(), state_.timeline.position, view::wanted_varus_rad(state_, range_));
+  joint_.show(motion(), pose, state_.layers);
+  readout_ = joint_.readout(sets_[state_.set], pose, doubts_.at(pose));
   readout_.is_varus_balanced = !state_.varus_rad.has_value();
-  readout_.clinical = sets_[state_.set].motion.own_coordinates(readout_.pose);
-  readout_.joint.reset();
-  if (readout_.pose.status == store::PoseStatus::solved)
-    readout_.joint = clinical_coordinates(readout_.pose.X_reference_moving, side_, model_.rotation_centre_mm);
-  readout_.gap = sets_[state_.set].gaps.at(readout_.pose);
-  place_bodies();
-  const bool is_moving_fixed = state_.fixed_object == view::FixedObject::moving;
-  doubt_ = view::doubt_text(readout_.pose, doubts_.at(readout_.pose),
-                            (is_moving_fixed ? scene_.moving_name : scene_.reference_name).c_str());
-  readout_.doubt = doubt_[0] != 0 ? doubt_.data() : nullptr;
-  layers_.update(scene_, sets_[state_.set].motion, {readout_.pose, frames_, state_.layers});
-  scene_.mode = state_.mode;
-  if (state_.backdrop != backdrop_) scene_.background = view::background_of(state_.backdrop);
+  joint_.scene().mode = state_.mode;
+  if (state_.backdrop != backdrop_) joint_.scene().background = view::background_of(state_.backdrop);
   backdrop_ = state_.backdrop;
-}
-
-/// Without a pose the bodies have no relative place: only the fixed one is drawn, or the reference.
-void Session::place_bodies()
-{
-  frames_ = view::frames_of(sets_[state_.set].motion, readout_.pose, state_.fixed_object,
-                            model_.rotation_centre_mm);
-  view::place(scene_, frames_);
-  view::show_bodies(scene_, shown_bodies_, state_.fixed_object,
-                    readout_.pose.status == store::PoseStatus::solved);
 }
 
 /// Computed when the set or the varus changes.
@@ -270,27 +189,27 @@ void Session::update_marks()
   if (marked_set_ == state_.set && marked_varus_rad_ == state_.varus_rad) return;
   marked_set_ = state_.set;
   marked_varus_rad_ = state_.varus_rad;
-  marks_ = doubts_.marks(sets_[state_.set].motion, state_.varus_rad);
+  marks_ = doubts_.marks(motion(), state_.varus_rad);
 }
 
-std::span<const view::ScreenLabel> Session::placed_labels()
+/// What the interface shows besides controls.
+view::GuiFrame Session::frame_of(int width, int height)
 {
-  if (!state_.layers.has(view::Layer::labels)) return {};
-  view::place(screen_labels_, labels_, frames_, shot_);
-  return screen_labels_;
+  view::GuiFrame frame;
+  frame.width = width;
+  frame.height = height;
+  frame.key = view::colour_key(joint_.layers(), state_.layers);
+  if (state_.layers.has(view::Layer::labels)) frame.labels = joint_.labels(shots());
+  return frame;
 }
 
 void Session::draw_interface(double elapsed_s)
 {
-  view::GuiFrame frame;
-  frame.width = width_;
-  frame.height = height_;
+  view::GuiFrame frame = frame_of(width_, height_);
   frame.elapsed_s = elapsed_s;
   frame.pointer = pointer_;
   frame.pointer.is_left_down |= was_left_pressed_;
-  if (drag_) frame.pointer.is_left_down = false;
-  frame.key = view::colour_key(layers_, state_.layers);
-  frame.labels = placed_labels();
+  if (navigation_.is_dragging()) frame.pointer.is_left_down = false;
   update_marks();
   frame.marks = marks_;
   message_left_s_ -= elapsed_s;
@@ -308,23 +227,23 @@ void Session::aim(const view::Viewport& viewport)
 {
   shot_.viewport = viewport;
   gaze_.camera.aspect = static_cast<double>(viewport.width) / viewport.height;
-  shot_.camera = view::with_depth_range(gaze_.camera, scene_);
+  shot_.camera = view::with_depth_range(gaze_.camera, scene());
 }
 
 void Session::advance(double elapsed_s)
 {
   --n_frames_due_;
-  const bool is_moving = state_.timeline.is_playing || drag_.has_value();
+  const bool is_moving = state_.timeline.is_playing || navigation_.is_dragging();
   if (was_moving_ && !is_moving) n_frames_due_ = std::max(n_frames_due_, 1);
   was_moving_ = is_moving;
   const bool was_at_rest = still_s_ >= settle_s;
   still_s_ = is_moving || is_disturbed_ ? 0.0 : still_s_ + elapsed_s;
   has_same_picture_ = was_at_rest && still_s_ >= settle_s;
   is_disturbed_ = false;
-  scene_.occlusion_radius_mm = is_plain() ? 0.0 : occlusion_radius_mm_;
-  scene_.has_vertex_lighting = is_plain();
+  joint_.scene().occlusion_radius_mm = is_plain() ? 0.0 : occlusion_radius_mm_;
+  joint_.scene().has_vertex_lighting = is_plain();
   state_.timeline = view::advanced(state_.timeline, std::min(elapsed_s, most_elapsed_s));
-  if (framed_object_ != state_.fixed_object) frame_fixed_object();
+  if (joint_.fixed_object != state_.fixed_object) frame_fixed_object();
   place_joint();
   draw_interface(elapsed_s);
   aim(area());
@@ -332,7 +251,8 @@ void Session::advance(double elapsed_s)
 
 bool Session::is_idle() const
 {
-  return !state_.timeline.is_playing && !drag_ && n_frames_due_ <= 0 && message_left_s_ <= 0.0 && !is_plain();
+  return !state_.timeline.is_playing && !navigation_.is_dragging() && n_frames_due_ <= 0 &&
+         message_left_s_ <= 0.0 && !is_plain();
 }
 
 bool Session::consume_screenshot_request()
@@ -348,18 +268,14 @@ bool Session::consume_full_screen_request()
 const view::Image& Session::draw_screenshot(view::Renderer& renderer)
 {
   aim(gui_.free_area(renderer.width(), renderer.height(), state_, false));
-  scene_.occlusion_radius_mm = occlusion_radius_mm_;  // until the next frame
-  scene_.has_vertex_lighting = false;
+  joint_.scene().occlusion_radius_mm = occlusion_radius_mm_;  // until the next frame
+  joint_.scene().has_vertex_lighting = false;
   if (!state_.shows_numbers && !state_.layers.has(view::Layer::labels) && shot_.viewport.y == 0)
-    return renderer.draw(scene_, shots(), nullptr);
-  view::GuiFrame frame;
-  frame.width = renderer.width();
-  frame.height = renderer.height();
-  frame.key = view::colour_key(layers_, state_.layers);
-  frame.labels = placed_labels();
+    return renderer.draw(scene(), shots(), nullptr);
+  const view::GuiFrame frame = frame_of(renderer.width(), renderer.height());
   view::Readout readout = readout_;
   readout.message = nullptr;
-  return renderer.draw(scene_, shots(), &gui_.static_overlay(frame, state_, range_, readout));
+  return renderer.draw(scene(), shots(), &gui_.static_overlay(frame, state_, range_, readout));
 }
 
 void Session::show_message(const std::string& message)
@@ -376,7 +292,7 @@ constexpr int frames_after_input = 3;  // the interface library needs two frames
 
 void Session::take_key(const view::InputEvent& event)
 {
-  const std::optional<view::KeyPress> press = show::key_press_of(event);
+  const std::optional<view::KeyPress> press = key_press_of(event);
   const bool is_held = event.key == held_key_;
   held_key_ = event.key;
   if (press && (!is_held || view::repeats_while_held(view::action_of(*press)))) press_key(*press);
@@ -385,37 +301,42 @@ void Session::take_key(const view::InputEvent& event)
 void Session::take(const view::InputEvent& event)
 {
   const Eigen::Vector2d pointer_px(event.x_px, event.y_px);
+  const bool is_left = event.button == view::MouseButton::left;
   n_frames_due_ = frames_after_input;
   // A pointer that moves without a button, and a new focus, change the interface at most.
-  const bool is_pointer_free = event.kind == view::InputKind::motion && !pointer_.is_left_down && !drag_;
+  const bool is_pointer_free =
+      event.kind == view::InputKind::motion && !pointer_.is_left_down && !navigation_.is_dragging();
   const bool is_focus = event.kind == view::InputKind::redraw || event.kind == view::InputKind::focus_lost;
   if (!is_pointer_free && !is_focus) is_disturbed_ = true;
   switch (event.kind) {
     case view::InputKind::motion:
-      return move(pointer_px);
+      break;
     case view::InputKind::press:
-      if (event.n_clicks == 2 && event.button == view::MouseButton::left) double_click(pointer_px);
-      return press(event.button, pointer_px, event.has_shift, event.has_control);
+      if (is_left) pointer_.is_left_down = was_left_pressed_ = true;
+      break;
     case view::InputKind::release:
-      return release(event.button);
+      if (is_left) pointer_.is_left_down = false;
+      break;
     case view::InputKind::wheel:
-      move(pointer_px);
-      return turn_wheel(event.wheel);
+      if (!is_over_picture(pointer_px)) pointer_.wheel += event.wheel;
+      break;
+    case view::InputKind::focus_lost:
+      held_key_ = view::Key::none;
+      pointer_.is_left_down = false;
+      break;
     case view::InputKind::key_press:
       return take_key(event);
     case view::InputKind::key_release:
       if (event.key == held_key_) held_key_ = view::Key::none;
       return;
-    case view::InputKind::focus_lost:
-      held_key_ = view::Key::none;
-      // A release outside the window is not delivered.
-      for (const view::MouseButton button :
-           {view::MouseButton::left, view::MouseButton::middle, view::MouseButton::right})
-        release(button);
-      return;
     default:
       return;
   }
+  pointer_.x_px = pointer_px.x();
+  pointer_.y_px = pointer_px.y();
+  // The wheel acts where the pointer is, a drag also beyond the picture.
+  const bool is_dragging = navigation_.is_dragging() && event.kind != view::InputKind::wheel;
+  if (is_dragging || is_over_picture(pointer_px)) gaze_ = navigation_.after(event, gaze_, scene(), area());
 }
 
 namespace {
@@ -466,7 +387,7 @@ void ShownModel::show(store::MotionModel model, const SessionOptions& options)
 
 bool ShownModel::open(const std::string& file)
 {
-  const auto refused = show::catch_input_error([&] {
+  const auto refused = catch_input_error([&] {
     store::MotionModel model = store::read_motion_model(file);
     SessionOptions own = options_;
     const std::vector<std::string> names = store::all_set_names(model);

@@ -10,12 +10,11 @@
 #include <string_view>
 #include <vector>
 
+#include "show/joint_view.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
-#include "view/gap_reading.hpp"
 #include "view/gui.hpp"
 #include "view/orbit_camera.hpp"
-#include "view/overlay_text.hpp"
 #include "view/player_state.hpp"
 #include "view/renderer.hpp"
 #include "view/scene.hpp"
@@ -48,12 +47,6 @@ inline constexpr double settle_s = 0.06;
 /// Samples per pixel of a picture at rest if `is_plain_while_moving`; one while moving.
 inline constexpr int samples_at_rest = 4;
 
-/// One set of the model: its poses and gap readings.
-struct PlayedSet {
-  store::Motion motion;
-  view::GapReader gaps;
-};
-
 class Session {
  public:
   Session(store::MotionModel model, const SessionOptions& options);
@@ -61,14 +54,9 @@ class Session {
   /// Loads the meshes and the font into a renderer.
   void load_into(view::Renderer& renderer) const;
 
-  // Input events in order of occurrence. Pixels from the top left corner of the window.
+  /// Input events in order of occurrence.
   void take(const view::InputEvent& event);
-  void press(view::MouseButton button, const Eigen::Vector2d& pointer_px, bool has_shift, bool has_control);
-  void release(view::MouseButton button);
-  void move(const Eigen::Vector2d& pointer_px);
-  void turn_wheel(double notches);
-  void double_click(const Eigen::Vector2d& pointer_px);
-  void press_key(const view::KeyPress& press);
+  void press_key(const view::KeyPress& press) { do_action(view::action_of(press)); }
   void resize(int width, int height);
 
   /// Advances by `elapsed_s` (not negative) and updates scene, shots and overlay. Allocates nothing once
@@ -82,13 +70,13 @@ class Session {
   /// True if the frame does not change before the next event.
   bool is_idle() const;
 
-  const view::Scene& scene() const { return scene_; }
+  const view::Scene& scene() const { return joint_.scene(); }
   std::span<const view::Shot> shots() const { return {&shot_, 1}; }
   const view::Overlay& overlay() const { return gui_.overlay(); }
   const view::PlayerState& state() const { return state_; }
   const store::JointPose& pose() const { return readout_.pose; }
   /// What is wrong with the pose; empty if nothing is.
-  const char* doubt() const { return doubt_.data(); }
+  const char* doubt() const { return readout_.doubt == nullptr ? "" : readout_.doubt; }
   bool is_varus_free() const { return range_.is_varus_free; }
   /// The latest message, also after its display time.
   const std::string& last_message() const { return message_; }
@@ -104,6 +92,7 @@ class Session {
   void show_message(const std::string& message);
 
  private:
+  const store::Motion& motion() const { return sets_[state_.set].motion; }
   void do_action(view::Action action);
   void take_key(const view::InputEvent& event);
   void set_view(view::View view);
@@ -112,30 +101,22 @@ class Session {
   view::Viewport area() const { return gui_.free_area(width_, height_, state_); }
   view::PlayerRange range_now() const;
   void place_joint();
-  void place_bodies();
   void frame_fixed_object();
   void update_marks();
-  std::span<const view::ScreenLabel> placed_labels();
+  view::GuiFrame frame_of(int width, int height);
   void draw_interface(double elapsed_s);
   void aim(const view::Viewport& viewport);
 
   store::MotionModel model_;
   std::vector<PlayedSet> sets_;
-  view::Scene scene_;
-  view::JointLayers layers_;
-  std::vector<store::JointLabel> labels_;
-  std::vector<view::ScreenLabel> screen_labels_;
+  JointView joint_;
   std::vector<Eigen::Vector3d> framed_points_;  ///< over the whole motion, world
   Side side_ = Side::right;
   view::DoubtReader doubts_{model_};
-  view::DoubtText doubt_{};                 ///< of the present pose
   std::vector<view::MarkedSpan> marks_;     ///< on the timeline
   std::optional<double> marked_varus_rad_;  ///< that of the marks
   std::optional<std::size_t> marked_set_;
-  std::vector<bool> shown_bodies_;  ///< of the drawables, without --hide
   view::Framing framing_ = view::Framing::joint;
-  view::FixedObject framed_object_ = view::FixedObject::moving;  ///< that of framed_points_
-  view::JointFrames frames_;                                     ///< of the drawn pose
   view::Gui gui_;
   view::PlayerState state_;
   view::PlayerRange range_;
@@ -147,8 +128,7 @@ class Session {
   view::Backdrop backdrop_ =
       view::Backdrop::studio;  ///< last applied to the scene; a lights file may replace it
   view::Shot shot_;
-  std::optional<view::Drag> drag_;
-  std::optional<view::MouseButton> drag_button_;
+  view::Navigation navigation_;
   view::GuiPointer pointer_;
   view::Key held_key_ = view::Key::none;
   int n_frames_due_ = 0;           ///< frames to draw until the interface settles

@@ -32,14 +32,10 @@ constexpr int default_frames_per_s = 25, most_frames_per_s = 120;  // usual limi
 /// Attitudes closer than this share one image.
 constexpr double same_angle_rad = rad_from_deg(1e-6);
 
-struct LabelledPose {
-  store::JointPose pose;
-  std::string label;  ///< part of the file name: VIEW_label.png
-};
-
+/// What is drawn.
 struct Plan {
-  std::vector<store::JointPose> poses;  ///< solved poses, one image per view each
-  int n_unsolved = 0;
+  std::vector<store::JointPose> poses;  ///< one image per view each, or one frame of a video
+  int n_unsolved = 0;                   ///< attitudes or frames, of a video intervals
 };
 
 view::AngleRange wanted_range(const store::Motion& motion, const ShowOptions& options)
@@ -172,35 +168,17 @@ std::vector<double> video_keys(const store::Motion& motion, const ShowOptions& o
   return wanted;
 }
 
-std::vector<LabelledPose> labelled_frames(const std::vector<store::JointPose>& poses)
+/// Parts of the names of images, VIEW_label.png: the key or the flexion of each pose.
+std::vector<std::string> labels_of(const std::vector<store::JointPose>& poses)
 {
-  std::vector<double> keys;
-  for (const store::JointPose& pose : poses) keys.push_back(pose.key);
-  std::vector<LabelledPose> images;
+  const bool is_sequence = !poses.empty() && !std::isnan(poses.front().key);
+  std::vector<double> numbers;
   for (const store::JointPose& pose : poses)
-    images.push_back({pose, "frame_" + view::angle_label(pose.key, keys)});
-  return images;
-}
-
-std::vector<LabelledPose> labelled_poses(const std::vector<store::JointPose>& poses)
-{
-  if (!poses.empty() && !std::isnan(poses.front().key)) return labelled_frames(poses);
-  std::vector<double> all_flexion_deg;
-  all_flexion_deg.reserve(poses.size());
-  for (const store::JointPose& pose : poses)
-    all_flexion_deg.push_back(deg_from_rad(pose.attitude.flexion_rad));
-  std::vector<LabelledPose> images;
-  images.reserve(poses.size());
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    images.push_back({poses[i], "flexion_" + view::angle_label(all_flexion_deg[i], all_flexion_deg)});
-  }
-  return images;
-}
-
-/// The frame number, zero-padded so that names sort in order.
-std::string frame_label(std::size_t frame, std::size_t n_frames)
-{
-  return show::padded_name("frame_", frame, std::max<std::size_t>(4, std::to_string(n_frames - 1).size()));
+    numbers.push_back(is_sequence ? pose.key : deg_from_rad(pose.attitude.flexion_rad));
+  std::vector<std::string> labels;
+  for (const double number : numbers)
+    labels.push_back((is_sequence ? "frame_" : "flexion_") + view::angle_label(number, numbers));
+  return labels;
 }
 
 void require_trace_options(const ShowOptions& options)
@@ -227,18 +205,13 @@ store::FilmOptions film_options(const ShowOptions& options)
   return film;
 }
 
-struct PlayedMotion {
-  std::vector<store::JointPose> poses;  ///< one per frame
-  int n_unsolved = 0;                   ///< unsolved intervals
-};
-
 /// The motion at the requested speed, with unsolved attitudes; each interval of these is reported. Empty if
 /// no attitude is solved.
-PlayedMotion played_motion(const store::Motion& motion, const ShowOptions& options, std::ostream& messages)
+Plan played_motion(const store::Motion& motion, const ShowOptions& options, std::ostream& messages)
 {
   view::AngleRange range = wanted_range(motion, options);
   range.step_deg = options.speed_deg_s.value_or(default_speed_deg_s) / frames_per_s(options);
-  PlayedMotion film;
+  Plan film;
   std::optional<double> first_rad;
   double last_rad = 0.0;
   const auto report_interval = [&] {
@@ -264,45 +237,38 @@ PlayedMotion played_motion(const store::Motion& motion, const ShowOptions& optio
   return film;
 }
 
-std::vector<store::JointPose> poses_of(const std::vector<LabelledPose>& images)
-{
-  std::vector<store::JointPose> poses;
-  poses.reserve(images.size());
-  for (const LabelledPose& image : images) poses.push_back(image.pose);
-  return poses;
-}
-
 /// Writes one image per view and pose into the folder, and one path per line to `data`.
-void write_images(const ShowOptions& options, SeriesRenderer& maker, const std::vector<LabelledPose>& images,
+void write_images(const ShowOptions& options, SeriesRenderer& maker,
+                  const std::vector<store::JointPose>& poses, const std::vector<std::string>& labels,
                   std::ostream& data)
 {
-  show::make_folder(options.folder, "--offscreen");
+  make_folder(options.folder, "--offscreen");
   const std::vector<view::CameraView>& views = maker.look().views;
   for (std::size_t v = 0; v < views.size(); ++v) {
-    for (const LabelledPose& image : images) {
-      std::string name = views[v].name + "_" + image.label + ".png";
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      std::string name = views[v].name + "_" + labels[k] + ".png";
       std::ranges::replace(name, ' ', '_');
       const std::string path = (std::filesystem::path(options.folder) / name).string();
-      view::write_png(maker.draw_single(v, image.pose), path);
+      view::write_png(maker.draw_single(v, poses[k]), path);
       data << path << std::endl;
     }
   }
 }
 
 void write_video(const ShowOptions& options, SeriesRenderer& maker, std::vector<store::JointPose> poses,
-                 const show::Streams& streams)
+                 const Streams& streams)
 {
   // First and last frame appear once, so that looped playback does not pause there.
   if (options.is_to_and_fro) {
     for (std::size_t i = poses.size() - 1; i-- > 1;) poses.push_back(poses[i]);
   }
   const view::PictureSize size = maker.look().size;
-  show::VideoFile video({options.video, size.width, size.height, frames_per_s(options)});
+  VideoFile video({options.video, size.width, size.height, frames_per_s(options)});
   for (const store::JointPose& pose : poses) video.add(maker.draw_tiled(pose));
   video.finish();
   streams.data << options.video << std::endl;
   if (!options.is_quiet) {
-    streams.messages << options.video << ": " << show::count_text(poses.size(), "frame") << ", "
+    streams.messages << options.video << ": " << count_text(poses.size(), "frame") << ", "
                      << frames_per_s(options) << " per second\n";
   }
 }
@@ -317,7 +283,7 @@ void require_video_options(const ShowOptions& options)
       if (is_given) view::refuse_option(option, "no --video", "--video FILE with it");
     return;
   }
-  show::require_video_name(options.video);
+  require_video_name(options.video);
   if (frames_per_s(options) < 1 || frames_per_s(options) > most_frames_per_s)
     throw InputError({"--fps", "", std::to_string(frames_per_s(options)), "1 to 120"});
   if (options.speed_deg_s && !(*options.speed_deg_s >= 0.1 && *options.speed_deg_s <= 3600.0))
@@ -325,7 +291,7 @@ void require_video_options(const ShowOptions& options)
 }
 
 ShowSummary show_trace(const ShowOptions& options, const store::MotionModel& model,
-                       std::unique_ptr<view::Renderer> renderer, const show::Streams& streams)
+                       std::unique_ptr<view::Renderer> renderer, const Streams& streams)
 {
   store::require_grid(model, options.file, "a trace");
   const store::FilmOptions chosen = film_options(options);
@@ -333,27 +299,29 @@ ShowSummary show_trace(const ShowOptions& options, const store::MotionModel& mod
   store::require_trace_matches_model(trace, options.trace, model, options.file);
   const store::Film film = store::film_of(trace, options.trace, chosen);
   const store::Motion motion(model, "raw");
-  std::vector<LabelledPose> images;
-  images.reserve(film.frames.size());
-  for (std::size_t i = 0; i < film.frames.size(); ++i) {
-    images.push_back({motion.joint_pose(film.attitude, film.frames[i]), frame_label(i, film.frames.size())});
+  // Numbers have four digits or more, so that names sort in order.
+  const std::size_t n_digits = std::max<std::size_t>(4, std::to_string(film.frames.size() - 1).size());
+  std::vector<store::JointPose> poses;
+  std::vector<std::string> labels;
+  for (const store::PoseCoordinates& frame : film.frames) {
+    labels.push_back(padded_name("frame_", poses.size(), n_digits));
+    poses.push_back(motion.joint_pose(film.attitude, frame));
   }
-  SeriesRenderer maker(options, model, {"raw", false}, poses_of(images), std::move(renderer));
-  if (!options.folder.empty()) write_images(options, maker, images, streams.data);
-  if (!options.video.empty()) write_video(options, maker, poses_of(images), streams);
-  const std::size_t n_images = options.folder.empty() ? 0 : images.size() * maker.look().views.size();
+  SeriesRenderer maker(options, model, {"raw", false}, poses, std::move(renderer));
+  if (!options.folder.empty()) write_images(options, maker, poses, labels, streams.data);
+  if (!options.video.empty()) write_video(options, maker, poses, streams);
+  const std::size_t n_images = options.folder.empty() ? 0 : poses.size() * maker.look().views.size();
   if (!options.is_quiet) {
     streams.messages << options.trace << ": search at flexion "
                      << view::plain_label(film.attitude.flexion_rad) << ", varus "
                      << view::plain_label(film.attitude.varus_rad) << ", "
-                     << show::count_text(images.size(), "frame") << ", "
-                     << show::count_text(n_images, "image") << "\n";
+                     << count_text(poses.size(), "frame") << ", " << count_text(n_images, "image") << "\n";
   }
   return {static_cast<int>(n_images), 0};
 }
 
 ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& model,
-                       std::unique_ptr<view::Renderer> renderer, const show::Streams& streams)
+                       std::unique_ptr<view::Renderer> renderer, const Streams& streams)
 {
   const std::string set = store::chosen_set(model, options.file, options.set);
   if (const store::DefaultMotion shown = store::default_motion(model);
@@ -367,16 +335,15 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
       motion.is_sequence()
           ? plan_of_frames(motion, wanted_keys(motion, options, n_default_images), false, streams.messages)
           : plan_of(motion, options, has_images || !is_played, streams.messages);
-  PlayedMotion film;
+  Plan film;
   if (motion.is_sequence() && has_video) {
-    Plan frames = plan_of_frames(motion, video_keys(motion, options), true, streams.messages);
-    film = {std::move(frames.poses), frames.n_unsolved};
+    film = plan_of_frames(motion, video_keys(motion, options), true, streams.messages);
   } else if (is_played) {
     film = played_motion(motion, options, streams.messages);
   }
   // One frame per angle; also the fallback if no attitude of the played motion is solved.
   if (film.poses.empty()) film.poses = plan.poses;
-  const std::size_t n_views = has_images ? resolved_options(options, model).views.size() : 0;
+  const std::size_t n_views = has_images ? resolved_pictures(options, model).views.size() : 0;
   const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved + film.n_unsolved};
   if (!motion.is_sequence() && !options.varus_deg && !motion.has_spine()) {
     streams.messages << "no spine cell is solved: varus " << view::plain_label(motion.balanced_varus_rad(0.0))
@@ -386,29 +353,27 @@ ShowSummary show_poses(const ShowOptions& options, const store::MotionModel& mod
   if (framed.empty()) return summary;
   std::erase_if(framed, [](const store::JointPose& pose) { return !is_solved(pose); });
   SeriesRenderer maker(options, model, {set, true, film.poses}, framed, std::move(renderer));
-  if (has_images) write_images(options, maker, labelled_poses(plan.poses), streams.data);
+  if (has_images) write_images(options, maker, plan.poses, labels_of(plan.poses), streams.data);
   if (has_video) write_video(options, maker, film.poses, streams);
   if (!options.is_quiet) {
     streams.messages << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "
                      << set;
     if (has_images)
-      streams.messages << ", " << show::count_text(plan.poses.size(), "attitude") << ", "
-                       << show::count_text(plan.poses.size() * n_views, "image");
+      streams.messages << ", " << count_text(plan.poses.size(), "attitude") << ", "
+                       << count_text(plan.poses.size() * n_views, "image");
     streams.messages << "\n";
   }
   return summary;
 }
 
-constexpr const char* default_view = "oblique";
-constexpr const char* default_size = "1280x960";
-
 }  // namespace
 
-ResolvedShowOptions resolved_options(const ShowOptions& options, const store::MotionModel& model)
+ResolvedPictures resolved_pictures(const PictureOptions& options, const store::MotionModel& model,
+                                   const char* own_views)
 {
   const view::JobViews job = view::job_views(model.job.resolved);
   const Side side = side_named(model.side);
-  ResolvedShowOptions look;
+  ResolvedPictures look;
   look.appearance = options.appearance;
   if (!options.has_mode && job.render == "wire") look.appearance.mode = view::DrawMode::wire;
   if (options.views.empty()) {
@@ -416,18 +381,18 @@ ResolvedShowOptions resolved_options(const ShowOptions& options, const store::Mo
     look.zoom = job.zoom;
   }
   if (look.views.empty()) {
-    for (const std::string& name : view::parsed_views(options.views.empty() ? default_view : options.views))
+    for (const std::string& name : view::parsed_views(options.views.empty() ? own_views : options.views))
       look.views.push_back(view::named_view(name, *view::view_named(name), side));
   }
   if (options.size.empty() && view::has_usable_size(job)) {
     look.size = {job.width_px, job.height_px};
   } else {
-    look.size = view::parsed_size(options.size.empty() ? default_size : options.size);
+    look.size = view::parsed_size(options.size.empty() ? "1280x960" : options.size);
   }
   return look;
 }
 
-ShowSummary show(const ShowOptions& options, const show::Streams& streams)
+ShowSummary show(const ShowOptions& options, const Streams& streams)
 {
   if (!options.views.empty()) view::parsed_views(options.views);
   if (!options.size.empty()) view::parsed_size(options.size);
@@ -469,7 +434,7 @@ void require_window_options(const ShowOptions& options)
 SessionOptions session_options(const ShowOptions& options, const store::MotionModel& model,
                                const std::string& set)
 {
-  const ResolvedShowOptions look = resolved_options(options, model);
+  const ResolvedPictures look = resolved_pictures(options, model);
   SessionOptions session;
   session.set = set;
   if (const std::optional<view::View> view = view::view_named(look.views.front().name)) {
@@ -509,10 +474,9 @@ view::WindowOptions window_options(const ShowOptions& options, const SessionOpti
 }
 
 /// Runs a session in a window and opens dropped files.
-class ShowMode final : public show::Mode {
+class ShowMode final : public Mode {
  public:
-  ShowMode(const ShowOptions& options, store::MotionModel model, const SessionOptions& session,
-           show::Sink& sink)
+  ShowMode(const ShowOptions& options, store::MotionModel model, const SessionOptions& session, Sink& sink)
       : sink_(sink),
         shown_(options.file, std::move(model), session, sink.renderer()),
         has_moving_quality_(options.samples == 0 && session.is_plain_while_moving)
@@ -522,7 +486,7 @@ class ShowMode final : public show::Mode {
 
   bool is_over() const override { return shown_.session().state().is_done; }
 
-  show::RoundTime round_time() const override
+  RoundTime round_time() const override
   {
     return {sink_.is_hidden() || shown_.session().is_idle() ? paused_wait_s : least_frame_s};
   }
@@ -563,17 +527,17 @@ class ShowMode final : public show::Mode {
     Session& session = shown_.session();
     if (has_moving_quality_) sink_.renderer().set_samples(samples_at_rest);
     std::string name;
-    const auto refused = show::catch_input_error([&] {
+    const auto refused = catch_input_error([&] {
       const view::Image& image = session.draw_screenshot(sink_.renderer());
       const double flexion_rad = session.pose().attitude.flexion_rad;
-      name = show::write_with_free_name(
+      name = write_with_free_name(
           [&](std::size_t number) { return picture_name(shown_.file(), flexion_rad, number); },
           [&](const std::string& free) { view::write_png(image, free); });
     });
     session.show_message(refused ? refused->what() : "image written: " + name);
   }
 
-  show::Sink& sink_;
+  Sink& sink_;
   ShownModel shown_;
   bool has_moving_quality_;  ///< one sample per pixel while something moves, else samples_at_rest
 };
@@ -584,12 +548,12 @@ void show_in_window(const ShowOptions& options, store::MotionModel model, const 
 {
   require_window_options(options);
   SessionOptions chosen = session_options(options, model, set);
-  show::Sink sink(window_options(options, chosen));
+  Sink sink(window_options(options, chosen));
   chosen.is_plain_while_moving = sink.window()->is_software_rendered();
   chosen.scale = std::clamp(sink.window()->content_scale(), 1.0, 4.0);
   ShowMode mode(options, std::move(model), chosen, sink);
-  show::StopSignals stop;
-  show::run_loop(mode, sink, stop);
+  StopSignals stop;
+  run_loop(mode, sink, stop);
 }
 
 }  // namespace vrda::show

@@ -13,42 +13,48 @@
 
 namespace vrda::show {
 
-/// The options of the command line; angles in degrees.
-struct ShowOptions {
+/// Options of the command line that all pictures of a motion model have.
+struct PictureOptions {
   std::string file;
-  std::string folder;                  ///< output folder of images; if it and `video` are empty: a window
+  std::string views;  ///< names; default: those of the job's [player], else the mode's own
+  std::string size;   ///< default: that of the job's [player], else 1280x960
+  view::AppearanceOptions appearance;
+  bool has_mode = false;  ///< `appearance.mode` was given; else the job's
+  view::Backdrop backdrop = view::Backdrop::studio;
+  std::string folder;  ///< output folder of images; without it and a video: a window
+  bool is_quiet = false;
+};
+
+/// The options completed by the job's [player].
+struct ResolvedPictures {
+  std::vector<view::CameraView> views;  ///< at least one
+  double zoom = 1.0;                    ///< of the job's views
+  view::PictureSize size;
+  view::AppearanceOptions appearance;
+};
+/// `own_views`: where neither the options nor the job have views. Throws InputError for invalid options.
+ResolvedPictures resolved_pictures(const PictureOptions& options, const store::MotionModel& model,
+                                   const char* own_views = "oblique");
+
+/// The options of `show`; angles in degrees.
+struct ShowOptions : PictureOptions {
   std::optional<std::string> flexion;  ///< A:B:STEP; default: the grid's range in six steps
   std::optional<std::string> frame;    ///< A:B:STEP of keys, of a sequence of frames; default: all of them
   std::optional<double> varus_deg;     ///< default: the balanced varus of each flexion
   std::string set;                     ///< default: store::default_motion
-  std::string views;                   ///< default: those of the job's [player], else oblique
-  std::string size;                    ///< default: that of the job's [player], else 1280x960
-  /// Per pixel; 1 is fastest and has jagged edges. 0: four for images; in a window as in render/window.hpp.
+  /// Per pixel; 1 is fastest and has jagged edges. 0: four for images; in a window as in view/window.hpp.
   int samples = 0;
   std::string trace;          ///< trace file of the model; shows one search instead of attitudes
   bool contact_only = false;  ///< with `trace`: only steps in contact
   int every = 1;              ///< with `trace`: only every N-th frame, and the last
-  view::Backdrop backdrop = view::Backdrop::studio;
   view::FixedObject fixed_object = view::FixedObject::moving;
   view::Framing framing = view::Framing::joint;
-  view::AppearanceOptions appearance;
-  bool has_mode = false;              ///< `appearance.mode` was given; else the job's
   bool has_numbers = false;           ///< draw angles and gaps on the images
   std::string video;                  ///< video file, all views side by side
   std::optional<int> frames_per_s;    ///< of the video; default 25
   std::optional<double> speed_deg_s;  ///< of the video; default 30; with `flexion` one frame per angle
   bool is_to_and_fro = false;         ///< the video plays forwards, then backwards
-  bool is_quiet = false;
 };
-
-/// The options completed by the job's [player].
-struct ResolvedShowOptions {
-  std::vector<view::CameraView> views;  ///< at least one
-  double zoom = 1.0;
-  view::PictureSize size;
-  view::AppearanceOptions appearance;
-};
-ResolvedShowOptions resolved_options(const ShowOptions& options, const store::MotionModel& model);
 
 struct ShowSummary {
   int n_images = 0;    ///< images written
@@ -57,7 +63,7 @@ struct ShowSummary {
 
 /// Runs the mode; results go to `streams.data`, messages to standard error. Throws InputError for invalid
 /// input.
-ShowSummary show(const ShowOptions& options, const show::Streams& streams);
+ShowSummary show(const ShowOptions& options, const Streams& streams);
 
 /// Runs until the user closes the window. `set` is one of set_names(model). Throws InputError if there is no
 /// display, or for options that require images.

@@ -8,22 +8,17 @@
 #include <GL/osmesa.h>
 
 #include <array>
-#include <cstring>
+#include <string>
 
 #include "core/text.hpp"
 
 namespace vrda::view {
 namespace {
 
-bool has_extension(EGLDisplay display, const char* name)
+bool has_extension(EGLDisplay display, const std::string& name)
 {
   const char* const all = eglQueryString(display, EGL_EXTENSIONS);
-  if (all == nullptr) return false;
-  const std::size_t length = std::strlen(name);
-  for (const char* at = std::strstr(all, name); at != nullptr; at = std::strstr(at + length, name)) {
-    if (at[length] == ' ' || at[length] == '\0') return true;
-  }
-  return false;
+  return all != nullptr && (" " + std::string(all) + " ").find(" " + name + " ") != std::string::npos;
 }
 
 /// An initialised display, or EGL_NO_DISPLAY.

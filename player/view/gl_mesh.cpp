@@ -123,39 +123,29 @@ GLsizeiptr bytes_of(const std::vector<T>& items)
   return static_cast<GLsizeiptr>(items.size() * sizeof(T));
 }
 
-void upload_colours(const GlTable& gl, const view::Drawable& drawable, GpuMesh& mesh)
+void upload_colours(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
 {
-  const std::vector<view::VertexColour>& colours = drawable.colours;
+  const std::vector<VertexColour>& colours = drawable.colours;
   check(colours.empty() || colours.size() == drawable.mesh.vertices.size(), "there is one colour per vertex");
   mesh.has_colours = !colours.empty();
   mesh.has_translucent_colours =
-      std::ranges::any_of(colours, [](const view::VertexColour& colour) { return colour[3] < 255; });
+      std::ranges::any_of(colours, [](const VertexColour& colour) { return colour[3] < 255; });
   if (colours.empty()) return;
-  gl.BindBuffer(GL_ARRAY_BUFFER, mesh.buffers[2]);
+  gl.BindBuffer(GL_ARRAY_BUFFER, mesh.colours);
   gl.BufferData(GL_ARRAY_BUFFER, bytes_of(colours), colours.data(), GL_DYNAMIC_DRAW);
   gl.EnableVertexAttribArray(2);
-  gl.VertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(view::VertexColour), nullptr);
+  gl.VertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(VertexColour), nullptr);
 }
 
-}  // namespace
-
-GpuMesh upload_mesh(const GlTable& gl, const view::Drawable& drawable)
+GpuMesh upload_mesh(const GlTable& gl, const Drawable& drawable)
 {
   const RenderMesh& mesh = drawable.mesh;
   GpuMesh gpu;
-  gl.GenVertexArrays(1, &gpu.vertex_array);
-  gl.GenBuffers(static_cast<GLsizei>(gpu.buffers.size()), gpu.buffers.data());
-  gl.BindVertexArray(gpu.vertex_array);
-  gl.BindBuffer(GL_ARRAY_BUFFER, gpu.buffers[0]);
+  gpu.geometry = create_geometry(gl, sizeof(RenderVertex), {{3, 0}, {3, offsetof(RenderVertex, normal)}});
+  gpu.colours = GlObject(gl.GenBuffers, gl.DeleteBuffers);
   gl.BufferData(GL_ARRAY_BUFFER, bytes_of(mesh.vertices), mesh.vertices.data(), GL_STATIC_DRAW);
-  gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, gpu.buffers[1]);
   gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, bytes_of(mesh.triangles), mesh.triangles.data(), GL_STATIC_DRAW);
   gpu.levels.push_back({0, static_cast<int>(mesh.triangles.size()), 0.0});
-  gl.EnableVertexAttribArray(0);
-  gl.EnableVertexAttribArray(1);
-  constexpr GLsizei stride = sizeof(RenderVertex);
-  gl.VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, stride, nullptr);
-  gl.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, stride, buffer_offset(offsetof(RenderVertex, normal)));
   upload_colours(gl, drawable, gpu);
   gpu.n_vertices = mesh.vertices.size();
   gpu.n_indices = mesh.triangles.size();
@@ -164,6 +154,7 @@ GpuMesh upload_mesh(const GlTable& gl, const view::Drawable& drawable)
   return gpu;
 }
 
+/// Uploads the coarser levels, if there are any and the mesh is unchanged since its upload.
 void add_levels(const GlTable& gl, const MeshLevels& levels, GpuMesh& mesh)
 {
   if (mesh.is_changed || levels.size() < 2) return;
@@ -173,18 +164,19 @@ void add_levels(const GlTable& gl, const MeshLevels& levels, GpuMesh& mesh)
     mesh.levels.push_back({indices.size(), static_cast<int>(level.triangles.size()), level.error_mm});
     indices.insert(indices.end(), level.triangles.begin(), level.triangles.end());
   }
-  gl.BindVertexArray(mesh.vertex_array);
+  gl.BindVertexArray(mesh.geometry.array);
   gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, bytes_of(indices), indices.data(), GL_STATIC_DRAW);
 }
 
-void refresh(const GlTable& gl, const view::Drawable& drawable, GpuMesh& mesh)
+/// Uploads a new revision. Throws InternalError if the mesh is larger than at its upload.
+void upload_revision(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
 {
   if (drawable.revision == mesh.revision) return;
   const RenderMesh& changed = drawable.mesh;
   check(changed.vertices.size() <= mesh.n_vertices && changed.triangles.size() <= mesh.n_indices,
         "a new revision of a mesh is not larger than at its upload");
-  gl.BindVertexArray(mesh.vertex_array);
-  gl.BindBuffer(GL_ARRAY_BUFFER, mesh.buffers[0]);
+  gl.BindVertexArray(mesh.geometry.array);
+  gl.BindBuffer(GL_ARRAY_BUFFER, mesh.geometry.vertices);
   gl.BufferSubData(GL_ARRAY_BUFFER, 0, bytes_of(changed.vertices), changed.vertices.data());
   gl.BufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, bytes_of(changed.triangles), changed.triangles.data());
   upload_colours(gl, drawable, mesh);
@@ -196,39 +188,31 @@ void refresh(const GlTable& gl, const view::Drawable& drawable, GpuMesh& mesh)
   mesh.revision = drawable.revision;
 }
 
-void release_mesh(const GlTable& gl, GpuMesh& mesh)
-{
-  gl.DeleteVertexArrays(1, &mesh.vertex_array);
-  gl.DeleteBuffers(static_cast<GLsizei>(mesh.buffers.size()), mesh.buffers.data());
-  mesh = {};
-}
-
-void draw(const GlTable& gl, const GpuMesh& mesh, double allowed_error_mm)
+/// Draws the coarsest level within the allowed error.
+void draw_level(const GlTable& gl, const GpuMesh& mesh, double allowed_error_mm)
 {
   const IndexRun* chosen = mesh.levels.data();
   for (const IndexRun& level : mesh.levels) {
     if (level.error_mm <= allowed_error_mm) chosen = &level;
   }
-  gl.BindVertexArray(mesh.vertex_array);
+  gl.BindVertexArray(mesh.geometry.array);
   gl.DrawElements(GL_TRIANGLES, chosen->n, GL_UNSIGNED_INT,
                   buffer_offset(chosen->first * sizeof(std::uint32_t)));
 }
-
-namespace {
 
 /// Separates bone (stronger mottling), which gets the texture, from soft tissue.
 constexpr float texture_mottling = 0.1F;
 
 /// Texture units.
-constexpr GLint behind_unit = 0, image_unit = 1;
+constexpr int behind_unit = 0, image_unit = 1;
 
-bool is_line_mode(view::DrawMode mode)
+bool is_line_mode(DrawMode mode)
 {
-  return mode == view::DrawMode::wire || mode == view::DrawMode::hidden_line;
+  return mode == DrawMode::wire || mode == DrawMode::hidden_line;
 }
 
 /// Lines are darkened on a light background for contrast.
-Eigen::Vector3f line_shade(const view::Background& background)
+Eigen::Vector3f line_shade(const Background& background)
 {
   constexpr float light_backdrop = 0.1F, darkened = 0.2F;  // linear; chosen visually
   const float brightness = 0.5F * (background.top + background.bottom).mean();
@@ -237,22 +221,10 @@ Eigen::Vector3f line_shade(const view::Background& background)
 
 }  // namespace
 
-SurfacePainter::SurfacePainter(const GlTable& gl, const SurfaceOptions& options) : gl_(gl), options_(options)
+void SurfacePainter::load(const Scene& scene)
 {
-}
-
-SurfacePainter::~SurfacePainter()
-{
-  for (GpuMesh& mesh : meshes_) release_mesh(gl_, mesh);
-  for (const Program& program : programs_) gl_.DeleteProgram(program.id);
-  gl_.DeleteTextures(1, &texture_);
-}
-
-void SurfacePainter::load(const view::Scene& scene)
-{
-  for (GpuMesh& mesh : meshes_) release_mesh(gl_, mesh);
   meshes_.clear();
-  for (const view::Drawable& drawable : scene.drawables) meshes_.push_back(upload_mesh(gl_, drawable));
+  for (const Drawable& drawable : scene.drawables) meshes_.push_back(upload_mesh(gl_, drawable));
   load_texture(scene.texture);
   levels_ = {};
   if (options_.coarseness_px <= 0.0) return;
@@ -261,10 +233,10 @@ void SurfacePainter::load(const view::Scene& scene)
 }
 
 /// Meshes with vertex colours get no levels: simplification would lose the pattern.
-void SurfacePainter::find_levels(const view::Scene& scene)
+void SurfacePainter::find_levels(const Scene& scene)
 {
   std::vector<RenderMesh> wanted;
-  for (const view::Drawable& drawable : scene.drawables)
+  for (const Drawable& drawable : scene.drawables)
     wanted.push_back(drawable.colours.empty() ? drawable.mesh : RenderMesh{});
   levels_ = std::async(std::launch::async, [wanted = std::move(wanted)] {
     std::vector<MeshLevels> levels;
@@ -281,70 +253,58 @@ void SurfacePainter::take_levels()
   for (std::size_t i = 0; i < meshes_.size(); ++i) add_levels(gl_, levels[i], meshes_[i]);
 }
 
-void SurfacePainter::load_texture(const view::Texture& texture)
+void SurfacePainter::load_texture(const Texture& texture)
 {
-  gl_.DeleteTextures(1, &texture_);
-  texture_ = 0;
+  texture_ = {};
   repeats_by_mm_ = 0.0F;
   if (texture.is_empty()) return;
   const std::size_t n_bytes =
       3 * static_cast<std::size_t>(texture.width) * static_cast<std::size_t>(texture.height);
   check(texture.rgb.size() == n_bytes && texture.scale_mm > 0.0,
         "a texture has three bytes per pixel and a positive scale");
-  gl_.GenTextures(1, &texture_);
   gl_.ActiveTexture(GL_TEXTURE0 + image_unit);
-  gl_.BindTexture(GL_TEXTURE_2D, texture_);
-  gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  gl_.TexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8, texture.width, texture.height, 0, GL_RGB, GL_UNSIGNED_BYTE,
-                 texture.rgb.data());
+  texture_ =
+      create_texture(gl_, {texture.width, texture.height, GL_SRGB8, GL_RGB, GL_UNSIGNED_BYTE, GL_LINEAR},
+                     texture.rgb.data());
   gl_.GenerateMipmap(GL_TEXTURE_2D);
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
   gl_.ActiveTexture(GL_TEXTURE0);
   repeats_by_mm_ = static_cast<float>(1.0 / texture.scale_mm);
 }
 
-void SurfacePainter::refresh(const view::Scene& scene)
+void SurfacePainter::refresh(const Scene& scene)
 {
   check(scene.drawables.size() == meshes_.size(), "a scene is loaded before it is drawn");
   if (levels_.valid() && levels_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
     take_levels();
-  for (std::size_t i = 0; i < meshes_.size(); ++i) vrda::view::refresh(gl_, scene.drawables[i], meshes_[i]);
+  for (std::size_t i = 0; i < meshes_.size(); ++i) upload_revision(gl_, scene.drawables[i], meshes_[i]);
 }
 
-void SurfacePainter::begin(const view::Scene& scene, const view::Camera& camera, const PixelBox& view,
+void SurfacePainter::begin(const Scene& scene, const Camera& camera, const PixelBox& view,
                            bool is_multisampled)
 {
-  check(scene.lighting.lights.size() <= view::most_lights, "a scene has at most four lights");
+  check(scene.lighting.lights.size() <= most_lights, "a scene has at most four lights");
   ++n_begun_;
   mode_ = scene.mode;
   is_multisampled_ = is_multisampled;
   lighting_ = &scene.lighting;
   line_shade_ = line_shade(scene.background);
   X_camera_world_ = camera.X_world_camera.inverse();
-  projection_ = view::projection(camera).cast<float>();
+  projection_ = projection(camera).cast<float>();
   px_mm_at_1_mm_ = view.height / (2.0 * camera.half_height_tangent);
   near_mm_ = camera.near_mm;
   translucent_box_ = bounds(scene, view, true);
   content_box_ = is_line_mode(mode_) ? view : bounds(scene, view, false);
 }
 
-bool SurfacePainter::is_translucent(const view::Drawable& drawable, const GpuMesh& mesh) const
+bool SurfacePainter::is_translucent(const Drawable& drawable, const GpuMesh& mesh) const
 {
-  if (drawable.layer == view::Layer::bodies && is_line_mode(mode_)) return false;
+  if (drawable.layer == Layer::bodies && is_line_mode(mode_)) return false;
   return drawable.material.opacity < 1.0F || mesh.has_translucent_colours;
 }
 
-PixelBox bounding_box(const PixelBox& a, const PixelBox& b)
-{
-  if (a.is_empty()) return b;
-  if (b.is_empty()) return a;
-  const int x = std::min(a.x, b.x), y = std::min(a.y, b.y);
-  return {x, y, std::max(a.x + a.width, b.x + b.width) - x, std::max(a.y + a.height, b.y + b.height) - y};
-}
-
 /// The bounds of the projected boxes of the drawables; the whole viewport if a corner is behind the camera.
-PixelBox SurfacePainter::bounds(const view::Scene& scene, const PixelBox& view,
-                                bool is_only_translucent) const
+PixelBox SurfacePainter::bounds(const Scene& scene, const PixelBox& view, bool is_only_translucent) const
 {
   Eigen::Array2d low = Eigen::Array2d::Ones(), high = -low;  // normalised device coordinates
   const auto include = [&](const Eigen::Vector4d& p_clip) {
@@ -355,7 +315,7 @@ PixelBox SurfacePainter::bounds(const view::Scene& scene, const PixelBox& view,
     high = high.max(is_in_front ? p : Eigen::Array2d::Ones());
   };
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
-    const view::Drawable& drawable = scene.drawables[i];
+    const Drawable& drawable = scene.drawables[i];
     if (!drawable.is_shown || (is_only_translucent && !is_translucent(drawable, meshes_[i]))) continue;
     const Eigen::Matrix4d X_clip_mesh =
         projection_.cast<double>() * (X_camera_world_ * drawable.X_world_mesh).matrix();
@@ -375,18 +335,18 @@ PixelBox SurfacePainter::bounds(const view::Scene& scene, const PixelBox& view,
           static_cast<int>(last.x() - first.x()), static_cast<int>(last.y() - first.y())};
 }
 
-SurfacePainter::Shading SurfacePainter::shading_of(const view::Drawable& drawable) const
+SurfacePainter::Shading SurfacePainter::shading_of(const Drawable& drawable) const
 {
-  if (drawable.layer != view::Layer::bodies) return Shading::smooth;
+  if (drawable.layer != Layer::bodies) return Shading::smooth;
   switch (mode_) {
-    case view::DrawMode::wire:
-    case view::DrawMode::hidden_line:
+    case DrawMode::wire:
+    case DrawMode::hidden_line:
       return Shading::lines;
-    case view::DrawMode::flat:
+    case DrawMode::flat:
       return Shading::flat;
-    case view::DrawMode::smooth:
+    case DrawMode::smooth:
       return Shading::smooth;
-    case view::DrawMode::textured:
+    case DrawMode::textured:
       if (repeats_by_mm_ > 0.0F && drawable.material.mottling >= texture_mottling) return Shading::textured;
       return drawable.material.mottling > 0.0F ? Shading::mottled : Shading::smooth;
   }
@@ -394,10 +354,9 @@ SurfacePainter::Shading SurfacePainter::shading_of(const view::Drawable& drawabl
 }
 
 /// The allowed error at the nearest depth of the drawable; 0 in modes that show single triangles.
-double SurfacePainter::allowed_error_mm(const view::Drawable& drawable) const
+double SurfacePainter::allowed_error_mm(const Drawable& drawable) const
 {
-  if (drawable.layer == view::Layer::bodies && (is_line_mode(mode_) || mode_ == view::DrawMode::flat))
-    return 0.0;
+  if (drawable.layer == Layer::bodies && (is_line_mode(mode_) || mode_ == DrawMode::flat)) return 0.0;
   const Eigen::Vector3d middle_mm = drawable.box_mm.center();
   const double radius_mm = 0.5 * drawable.box_mm.sizes().norm();
   const double depth_mm = -(X_camera_world_ * (drawable.X_world_mesh * middle_mm)).z() - radius_mm;
@@ -411,8 +370,8 @@ SurfacePainter::Program& SurfacePainter::compiled(const Variant& variant)
   const std::size_t kind = 16 * static_cast<std::size_t>(variant.shading) + (variant.is_coloured ? 8 : 0) +
                            (variant.is_stored ? 4 : 0) + (variant.is_vertex_lit ? 2 : 0) +
                            (variant.is_multisampled ? 1 : 0);
-  Program& program = programs_[(view::most_lights + 1) * kind + n_lights];
-  if (program.id != 0) return program;
+  Program& program = programs_[(most_lights + 1) * kind + n_lights];
+  if (program.linked.is_linked()) return program;
   constexpr std::array<const char*, n_shadings> names{
       "", "#define MOTTLED\n", "#define TEXTURED\n", "#define FLAT\n", "#define LINES\n", ""};
   std::string first = variant.is_stored ? "#version 430 core\n#define STORED\n" : "#version 330 core\n";
@@ -422,13 +381,8 @@ SurfacePainter::Program& SurfacePainter::compiled(const Variant& variant)
   if (variant.is_coloured) first += "#define COLOURED\n";
   if (variant.is_multisampled) first += "#define MULTISAMPLED\n";
   if (!is_depth) first += lighting_functions;
-  program.id = linked_program(gl_, first.c_str(), surface_vertex_shader,
-                              is_depth ? peel_fragment_shader : surface_fragment_shader);
-  const auto at = [&](const char* name) { return gl_.GetUniformLocation(program.id, name); };
-  program.at = {at("X_camera_mesh"), at("projection"), at("colour"),          at("opacity"),
-                at("specular"),      at("shininess"),  at("mottling"),        at("up_camera"),
-                at("sky"),           at("ground"),     at("light_direction"), at("light_colour"),
-                at("behind"),        at("image"),      at("repeats_by_mm"),   at("depth_offset_mm")};
+  program.linked =
+      GlProgram(gl_, first, surface_vertex_shader, is_depth ? peel_fragment_shader : surface_fragment_shader);
   return program;
 }
 
@@ -436,8 +390,8 @@ void SurfacePainter::set_shot(Program& program)
 {
   if (program.n_begun == n_begun_) return;
   program.n_begun = n_begun_;
-  std::array<float, 3 * view::most_lights> direction{}, colour{};
-  const std::vector<view::Light>& lights = lighting_->lights;
+  std::array<float, 3 * most_lights> direction{}, colour{};
+  const std::vector<Light>& lights = lighting_->lights;
   for (std::size_t i = 0; i < lights.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       direction[3 * i + k] = lights[i].towards_camera[static_cast<Eigen::Index>(k)];
@@ -446,57 +400,56 @@ void SurfacePainter::set_shot(Program& program)
   }
   // The world's Y in camera axes.
   const Eigen::Vector3f up_camera = X_camera_world_.linear().col(1).cast<float>();
-  const Uniforms& at = program.at;
-  const auto n_lights = static_cast<GLsizei>(lights.size());
-  gl_.UniformMatrix4fv(at.projection, 1, GL_FALSE, projection_.data());
-  gl_.Uniform3fv(at.up_camera, 1, up_camera.data());
-  gl_.Uniform3fv(at.sky, 1, lighting_->sky.data());
-  gl_.Uniform3fv(at.ground, 1, lighting_->ground.data());
-  // OpenGL ignores the location -1 of unused uniforms.
-  gl_.Uniform3fv(n_lights > 0 ? at.light_direction : -1, n_lights, direction.data());
-  gl_.Uniform3fv(n_lights > 0 ? at.light_colour : -1, n_lights, colour.data());
-  gl_.Uniform1i(at.behind, behind_unit);
-  gl_.Uniform1i(at.image, image_unit);
-  gl_.Uniform1f(at.repeats_by_mm, repeats_by_mm_);
+  const auto n_lights = static_cast<int>(lights.size());
+  const GlProgram& linked = program.linked;
+  linked.set("projection", projection_);
+  linked.set("up_camera", up_camera.data());
+  linked.set("sky", lighting_->sky.data());
+  linked.set("ground", lighting_->ground.data());
+  if (n_lights > 0) linked.set("light_direction", direction.data(), n_lights);
+  if (n_lights > 0) linked.set("light_colour", colour.data(), n_lights);
+  linked.set("behind", behind_unit);
+  linked.set("image", image_unit);
+  linked.set("repeats_by_mm", repeats_by_mm_);
 }
 
-void SurfacePainter::set_material(const Program& program, const view::Drawable& drawable, Shading shading)
+void SurfacePainter::set_material(const GlProgram& program, const Drawable& drawable, Shading shading)
 {
   const Material& material = drawable.material;
   const Eigen::Vector3f shade = shading == Shading::lines ? line_shade_ : Eigen::Vector3f::Ones();
   const Eigen::Vector3f colour = material.colour.cwiseProduct(shade);
-  gl_.Uniform3fv(program.at.colour, 1, colour.data());
-  gl_.Uniform1f(program.at.opacity, material.opacity);
-  gl_.Uniform1f(program.at.specular, material.specular);
-  gl_.Uniform1f(program.at.shininess, material.shininess);
-  gl_.Uniform1f(program.at.mottling, material.mottling);
+  program.set("colour", colour.data());
+  program.set("opacity", material.opacity);
+  program.set("specular", material.specular);
+  program.set("shininess", material.shininess);
+  program.set("mottling", material.mottling);
 }
 
-void SurfacePainter::draw_one(const view::Drawable& drawable, const GpuMesh& mesh, Variant variant)
+void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Variant variant)
 {
   const bool is_depth = variant.shading == Shading::depth;
   variant.is_coloured = mesh.has_colours && !is_depth;
   variant.is_multisampled = is_multisampled_ && is_depth;
   Program& program = compiled(variant);
-  gl_.UseProgram(program.id);
+  program.linked.use();
   set_shot(program);
   const Eigen::Matrix4f X_camera_mesh = (X_camera_world_ * drawable.X_world_mesh).matrix().cast<float>();
-  gl_.UniformMatrix4fv(program.at.X_camera_mesh, 1, GL_FALSE, X_camera_mesh.data());
-  gl_.Uniform1f(program.at.depth_offset_mm, static_cast<float>(drawable.depth_offset_mm));
-  if (!is_depth) set_material(program, drawable, variant.shading);
-  vrda::view::draw(gl_, mesh, allowed_error_mm(drawable));
+  program.linked.set("X_camera_mesh", X_camera_mesh);
+  program.linked.set("depth_offset_mm", static_cast<float>(drawable.depth_offset_mm));
+  if (!is_depth) set_material(program.linked, drawable, variant.shading);
+  draw_level(gl_, mesh, allowed_error_mm(drawable));
 }
 
-void SurfacePainter::draw_lines(const view::Scene& scene)
+void SurfacePainter::draw_lines(const Scene& scene)
 {
   const auto draw_bodies = [&] {
     for (std::size_t i = 0; i < meshes_.size(); ++i) {
-      const view::Drawable& drawable = scene.drawables[i];
-      if (drawable.is_shown && drawable.layer == view::Layer::bodies)
+      const Drawable& drawable = scene.drawables[i];
+      if (drawable.is_shown && drawable.layer == Layer::bodies)
         draw_one(drawable, meshes_[i], {Shading::lines});
     }
   };
-  if (mode_ == view::DrawMode::hidden_line) {
+  if (mode_ == DrawMode::hidden_line) {
     // Depth of the faces, offset slightly behind their edges.
     gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     gl_.Enable(GL_POLYGON_OFFSET_FILL);
@@ -512,13 +465,13 @@ void SurfacePainter::draw_lines(const view::Scene& scene)
   gl_.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
 
-void SurfacePainter::draw(const view::Scene& scene, SurfacePass pass)
+void SurfacePainter::draw(const Scene& scene, SurfacePass pass)
 {
   const bool is_line_drawing = is_line_mode(mode_);
   if (pass == SurfacePass::opaque && is_line_drawing) draw_lines(scene);
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
-    const view::Drawable& drawable = scene.drawables[i];
-    if (!drawable.is_shown || (is_line_drawing && drawable.layer == view::Layer::bodies)) continue;
+    const Drawable& drawable = scene.drawables[i];
+    if (!drawable.is_shown || (is_line_drawing && drawable.layer == Layer::bodies)) continue;
     if (is_translucent(drawable, meshes_[i]) == (pass == SurfacePass::opaque)) continue;
     const bool is_depth = pass == SurfacePass::translucent_depth;
     const bool is_closed = meshes_[i].is_closed || (drawable.is_solid && scene.has_vertex_lighting);

@@ -1,9 +1,14 @@
-/// Table of the OpenGL functions in use, with plain types so that OpenGL headers stay in .cpp files; render
-/// targets.
+/// Table of the OpenGL functions in use, with plain types so that OpenGL headers stay in .cpp files, and what
+/// all painters share: objects that delete themselves, programs, textures, vertices and render targets.
 #pragma once
 
+#include <Eigen/Core>
+
 #include <cstddef>
+#include <initializer_list>
+#include <string>
 #include <type_traits>
+#include <utility>
 
 #include "view/gl_context.hpp"
 
@@ -101,12 +106,111 @@ struct GlTable {
 /// Loads the functions of the current context. Throws InternalError if one of OpenGL 3.3 is missing.
 GlTable load_gl_table(GlContext& context);
 
-/// Compiles and links two shaders; `first` (#version and #define lines) precedes each source.
-unsigned linked_program(const GlTable& gl, const char* first, const char* vertex_source,
-                        const char* fragment_source);
+/// The name of an OpenGL object, which is deleted with it while its context is current.
+class GlObject {
+ public:
+  GlObject() = default;  ///< 0, which OpenGL ignores
+  /// `create` and `destroy`: a pair such as GenBuffers and DeleteBuffers.
+  GlObject(void (*create)(int, unsigned*), void (*destroy)(int, const unsigned*)) : destroy_(destroy)
+  {
+    create(1, &name_);
+  }
+  GlObject(GlObject&& other) noexcept { *this = std::move(other); }
+  GlObject& operator=(GlObject&& other) noexcept
+  {
+    std::swap(destroy_, other.destroy_);
+    std::swap(name_, other.name_);
+    return *this;
+  }
+  ~GlObject()
+  {
+    if (destroy_ != nullptr) destroy_(1, &name_);
+  }
+  operator unsigned() const { return name_; }
+
+ private:
+  void (*destroy_)(int, const unsigned*) = nullptr;
+  unsigned name_ = 0;
+};
+
+/// A shader program. Uniforms are set while it is in use; those that it lacks are ignored.
+class GlProgram {
+ public:
+  GlProgram() = default;
+  /// Compiles and links two shaders. `first`: #version and #define lines before each source; empty: version
+  /// 3.30. Throws InternalError if that fails.
+  GlProgram(const GlTable& gl, const std::string& first, const char* vertex_source,
+            const char* fragment_source);
+  GlProgram(GlProgram&& other) noexcept { *this = std::move(other); }
+  GlProgram& operator=(GlProgram&& other) noexcept
+  {
+    std::swap(gl_, other.gl_);
+    std::swap(id_, other.id_);
+    return *this;
+  }
+  ~GlProgram()
+  {
+    if (gl_ != nullptr) gl_->DeleteProgram(id_);
+  }
+
+  bool is_linked() const { return gl_ != nullptr; }
+  void use() const { gl_->UseProgram(id_); }
+  void set(const char* name, int value) const { gl_->Uniform1i(at(name), value); }
+  void set(const char* name, float value) const { gl_->Uniform1f(at(name), value); }
+  /// Two whole numbers as a vec2.
+  void set(const char* name, int x, int y) const
+  {
+    gl_->Uniform2f(at(name), static_cast<float>(x), static_cast<float>(y));
+  }
+  /// [n][3] numbers as n vec3.
+  void set(const char* name, const float* vectors, int n = 1) const { gl_->Uniform3fv(at(name), n, vectors); }
+  void set(const char* name, const Eigen::Matrix4f& matrix) const
+  {
+    gl_->UniformMatrix4fv(at(name), 1, 0, matrix.data());
+  }
+
+ private:
+  int at(const char* name) const { return gl_->GetUniformLocation(id_, name); }
+
+  const GlTable* gl_ = nullptr;
+  unsigned id_ = 0;
+};
 
 /// A buffer offset as the pointer that OpenGL expects.
 const void* buffer_offset(std::size_t bytes);
+
+/// A part of a vertex: `n` floats, or `n` bytes that stand for 0 to 1.
+struct VertexPart {
+  int n = 0;
+  std::size_t offset = 0;  ///< bytes
+  bool is_bytes = false;
+};
+/// Vertices and the indices of their triangles.
+struct Geometry {
+  GlObject array, vertices, indices;
+};
+/// Empty buffers, bound, whose vertices have `stride` bytes; part k is attribute k of the vertex shader.
+Geometry create_geometry(const GlTable& gl, std::size_t stride, std::initializer_list<VertexPart> parts);
+/// Draws over the whole viewport with the program in use, whose vertex shader is background_vertex_shader.
+/// `empty_array`: a vertex array without attributes.
+void fill_viewport(const GlTable& gl, unsigned empty_array);
+
+/// A texture without mipmaps; enums of OpenGL.
+struct TexturePlan {
+  int width = 0, height = 0;  ///< pixels
+  int format = 0;             ///< of the texture: GL_R8, ...
+  unsigned layout = 0;        ///< of the pixels: GL_RED, ...
+  unsigned type = 0;          ///< of their channels: GL_UNSIGNED_BYTE, ...
+  int filter = 0;             ///< between pixels
+  bool is_clamped = false;    ///< continues its border outside; else it repeats
+};
+/// Bound to the active texture unit. `pixels`: rows without padding, or null.
+GlObject create_texture(const GlTable& gl, const TexturePlan& plan, const void* pixels);
+
+/// A new frame buffer, bound.
+GlObject create_frame(const GlTable& gl);
+/// The same, which draws to a texture.
+GlObject create_frame(const GlTable& gl, unsigned texture);
 
 /// Properties of a render target.
 struct TargetPlan {
@@ -117,15 +221,26 @@ struct TargetPlan {
 
 /// A frame buffer. Colour is an sRGB render buffer; depth is a 32-bit texture, so that shaders can read it.
 struct Target {
-  unsigned frame = 0;
-  unsigned colour = 0;  ///< 0: shared with another target
-  unsigned depth = 0;   ///< 0: none
+  GlObject frame;
+  GlObject colour;  ///< 0: shared with another target
+  GlObject depth;   ///< 0: none
 };
 
-/// Creates a target with its own colour buffer.
-Target create_target(const GlTable& gl, const TargetPlan& plan);
-/// Creates a target with its own depth that shares the colour buffer of `other`.
-Target create_layer_target(const GlTable& gl, const TargetPlan& plan, const Target& other);
-void destroy_target(const GlTable& gl, Target& target);
+/// Creates a target. `shared`: the colour buffer of another target in place of its own. Throws InputError if
+/// the driver has no memory for it.
+Target create_target(const GlTable& gl, const TargetPlan& plan, const Target* shared = nullptr);
+
+/// Rectangle in OpenGL pixels: y from the bottom.
+struct PixelBox {
+  int x = 0, y = 0, width = 0, height = 0;
+
+  bool is_empty() const { return width <= 0 || height <= 0; }
+};
+/// The smallest box around both; an empty one counts as nothing.
+PixelBox bounding_box(const PixelBox& a, const PixelBox& b);
+void set_viewport(const GlTable& gl, const PixelBox& box);
+void set_scissor(const GlTable& gl, const PixelBox& box);
+/// Copies a box between frame buffers of equal size; `bits`: GL_COLOR_BUFFER_BIT or GL_DEPTH_BUFFER_BIT.
+void copy_box(const GlTable& gl, unsigned from, unsigned to, const PixelBox& box, unsigned bits);
 
 }  // namespace vrda::view

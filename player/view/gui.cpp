@@ -8,9 +8,12 @@
 #include <cfloat>
 #include <cmath>
 #include <cstdlib>
+#include <span>
+#include <utility>
 
+#include "core/units.hpp"
+#include "model/coordinates.hpp"
 #include "view/overlay_text.hpp"
-#include "view/panels.hpp"
 
 namespace vrda::view {
 namespace {
@@ -18,6 +21,24 @@ namespace {
 constexpr double text_px = 15.0;  // at scale 1: readable at arm's length at 96 dots per inch
 constexpr float panel_width_em = 16.0F, bar_height_em = 4.6F;
 constexpr float least_elapsed_s = 1e-4F;  // the library requires a positive time step
+constexpr float strip_margin_em = 0.5F, highest_strip_part = 0.35F;
+constexpr float pose_lines = 2.0F;  // of the longest reason at 800 pixels
+constexpr float column_em = 5.0F, legend_width_em = 10.0F, message_width_em = 22.0F;
+constexpr int labels_a_row = 3;
+constexpr std::size_t most_labels = 64;  // over all views
+// Opacity of numbers and legends; less leaves too little contrast, since blending is in linear light.
+constexpr float backing = 0.85F;
+const ImVec4 warning_colour(1.0F, 0.72F, 0.30F, 1.0F), quiet_colour(0.72F, 0.76F, 0.80F, 1.0F);
+constexpr ImU32 doubtful_mark = IM_COL32(255, 176, 46, 255), missing_mark = IM_COL32(235, 90, 60, 255);
+
+constexpr ImGuiWindowFlags fixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
+                                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+                                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
+constexpr ImGuiWindowFlags text_only = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
+                                       ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav |
+                                       ImGuiWindowFlags_NoBringToFrontOnFocus;
+// Keys are handled by the player, so sliders accept no typed numbers.
+constexpr ImGuiSliderFlags sliding = ImGuiSliderFlags_NoInput | ImGuiSliderFlags_AlwaysClamp;
 
 std::atomic<std::uint64_t> n_allocations{0};
 
@@ -48,7 +69,7 @@ void set_style(float scale)
   style.ScaleAllSizes(scale);
 }
 
-view::OverlayVertex vertex_of(const ImDrawVert& vertex)
+OverlayVertex vertex_of(const ImDrawVert& vertex)
 {
   const auto byte = [&](int shift) { return static_cast<std::uint8_t>((vertex.col >> shift) & 0xFFU); };
   return {vertex.pos.x,
@@ -58,7 +79,7 @@ view::OverlayVertex vertex_of(const ImDrawVert& vertex)
           {byte(IM_COL32_R_SHIFT), byte(IM_COL32_G_SHIFT), byte(IM_COL32_B_SHIFT), byte(IM_COL32_A_SHIFT)}};
 }
 
-void append(view::Overlay& overlay, const ImDrawList& list)
+void append(Overlay& overlay, const ImDrawList& list)
 {
   const auto first_vertex = static_cast<std::uint32_t>(overlay.vertices.size());
   const auto first_index = static_cast<std::uint32_t>(overlay.indices.size());
@@ -74,22 +95,545 @@ void append(view::Overlay& overlay, const ImDrawList& list)
   }
 }
 
-}  // namespace
-
-struct Gui::Inner {
-  ImGuiContext* context = nullptr;
-  std::string title;
-  std::string joint;
-  std::vector<std::string> set_labels;
-  std::array<std::string, 3> held_labels;  ///< in the order of view::FixedObject
-  std::vector<std::string> warnings;
-  bool has_doubtful_poses = false;
-  GuiLayout layout;
-  view::OverlayFont font;
-  view::Overlay overlay;
+struct Press {
+  const char* label;
+  Action action;
 };
 
-Gui::Gui(const GuiOptions& options) : inner_(std::make_unique<Inner>())
+bool is_pressed(const char* label, float width)
+{
+  return ImGui::Button(label, ImVec2(width, 0.0F));
+}
+
+/// Buttons side by side over the available width; returns the action of the pressed one.
+Action row_of(std::span<const Press> presses)
+{
+  const float spacing = ImGui::GetStyle().ItemSpacing.x;
+  const auto n = static_cast<float>(presses.size());
+  const float width = (ImGui::GetContentRegionAvail().x - spacing * (n - 1.0F)) / n;
+  Action action = Action::none;
+  for (std::size_t i = 0; i < presses.size(); ++i) {
+    if (i > 0) ImGui::SameLine();
+    if (is_pressed(presses[i].label, width)) action = presses[i].action;
+  }
+  return action;
+}
+
+float as_deg(double angle_rad)
+{
+  return static_cast<float>(deg_from_rad(angle_rad));
+}
+
+void heading(const char* text)
+{
+  ImGui::Spacing();
+  ImGui::TextDisabled("%s", text);
+}
+
+/// Combo box of `n` choices, whose names are `label_of(i)`; returns the chosen one.
+template <typename Labels>
+std::size_t chosen(const char* id, std::size_t n, std::size_t choice, const Labels& label_of,
+                   float width = -1.0F)
+{
+  ImGui::SetNextItemWidth(width);
+  if (!ImGui::BeginCombo(id, label_of(choice))) return choice;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (ImGui::Selectable(label_of(i), i == choice)) choice = i;
+  }
+  ImGui::EndCombo();
+  return choice;
+}
+
+/// The same over the enum values 0 ... last.
+template <typename Enum>
+Enum chosen(const char* id, Enum value, Enum last, float width = -1.0F)
+{
+  const auto label_of = [](std::size_t i) { return name_of(static_cast<Enum>(i)); };
+  return static_cast<Enum>(
+      chosen(id, static_cast<std::size_t>(last) + 1, static_cast<std::size_t>(value), label_of, width));
+}
+
+/// Two rows of buttons.
+Action rows_of(std::span<const Press> first, std::span<const Press> second)
+{
+  const Action upper = row_of(first), lower = row_of(second);
+  return upper != Action::none ? upper : lower;
+}
+
+Action pressed_view()
+{
+  heading("view (1 ... 6, R)");
+  return rows_of(std::array{Press{"front", Action::view_front}, Press{"back", Action::view_back},
+                            Press{"medial", Action::view_medial}},
+                 std::array{Press{"lateral", Action::view_lateral}, Press{"top", Action::view_top},
+                            Press{"oblique", Action::view_oblique}});
+}
+
+Action pressed_tool()
+{
+  ImGui::Spacing();
+  return rows_of(std::array{Press{"reset (R)", Action::reset_view}, Press{"picture (P)", Action::screenshot}},
+                 std::array{Press{"full (F)", Action::full_screen}, Press{"help (H)", Action::show_help}});
+}
+
+/// Degrees rounded to 0.1, without negative zero.
+double shown_deg(double angle_rad)
+{
+  return std::round(deg_from_rad(angle_rad) * 10.0) / 10.0 + 0.0;
+}
+
+/// Rotation and translation that the attitude does not contain, with the names of their directions.
+void draw_joint(const ClinicalCoordinates& joint)
+{
+  ImGui::Text("%s rotation %.1f°", joint.internal_rotation_rad < 0.0 ? "external" : "internal",
+              std::abs(shown_deg(joint.internal_rotation_rad)));
+  ImGui::Text("%s %.1f mm", joint.anterior_mm < 0.0 ? "posterior" : "anterior", std::abs(joint.anterior_mm));
+}
+
+const char* name_of(GapSource source)
+{
+  return std::array{"no audit of this set",     "measured with the motion",    "solver, at the cells",
+                    "nearest audited attitude", "contact travel at the cells", "recontacted at the cells"}
+      .at(static_cast<std::size_t>(source));
+}
+
+void draw_mm(const char* name, double length_mm)
+{
+  if (std::isnan(length_mm)) {
+    ImGui::Text("%s: none facing", name);
+  } else {
+    ImGui::Text("%s %.3f mm", name, length_mm);
+  }
+}
+
+ImU32 packed(const VertexColour& colour)
+{
+  return IM_COL32(colour[0], colour[1], colour[2], 255);
+}
+
+/// Interpolates the palette linearly, like colour_of().
+void draw_bar(const Legend& legend, float width, float height)
+{
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  const float step = width / static_cast<float>(legend.palette.size() - 1);
+  for (std::size_t i = 0; i + 1 < legend.palette.size(); ++i) {
+    const float x = corner.x + step * static_cast<float>(i);
+    const ImU32 from = packed(legend.palette[i]), to = packed(legend.palette[i + 1]);
+    ImGui::GetWindowDrawList()->AddRectFilledMultiColor(
+        ImVec2(x, corner.y), ImVec2(x + step, corner.y + height), from, to, to, from);
+  }
+  ImGui::Dummy(ImVec2(width, height));
+}
+
+/// The parts of the interface; each adds to the current frame of the interface library.
+struct Panels {
+  explicit Panels(const GuiOptions& shown)
+      : options(shown),
+        held_labels{shown.moving + " fixed", shown.reference + " fixed", "direction of push fixed"},
+        em_px(static_cast<float>(std::round(text_px * shown.scale))),
+        panel_width_px(panel_width_em * em_px),
+        bar_height_px(bar_height_em * em_px)
+  {
+    for (const std::string& set : shown.sets) set_labels.push_back(set_label(set));
+  }
+
+  /// Height of the strip of warnings above a picture of this width; 0 without warnings.
+  float warnings_height_px(const Viewport& area) const
+  {
+    if (options.warnings.empty() && !options.has_doubtful_poses) return 0.0F;
+    const float margin = strip_margin_em * em_px;
+    const float spacing = ImGui::GetStyle().ItemSpacing.y,
+                wrap = static_cast<float>(area.width) - 2.0F * margin;
+    const ImFont& font = *ImGui::GetIO().Fonts->Fonts[0];
+    float height = 2.0F * margin + (options.has_doubtful_poses ? pose_lines * em_px + spacing : 0.0F);
+    for (const std::string& warning : options.warnings)
+      height += font.CalcTextSizeA(em_px, FLT_MAX, wrap, warning.c_str()).y + spacing;
+    return std::min(height, highest_strip_part * static_cast<float>(area.height));
+  }
+
+  void draw_warnings()
+  {
+    if (picture.y == 0) return;
+    const float margin = strip_margin_em * em_px;
+    ImGui::SetNextWindowPos(ImVec2(0.0F, 0.0F));
+    ImGui::SetNextWindowSize(ImVec2(static_cast<float>(picture.width), static_cast<float>(picture.y)));
+    ImGui::SetNextWindowBgAlpha(1.0F);
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(margin, margin));
+    ImGui::Begin("warnings", nullptr, text_only);
+    ImGui::PushStyleColor(ImGuiCol_Text, warning_colour);
+    if (readout->doubt != nullptr) ImGui::TextWrapped("%s", readout->doubt);
+    ImGui::SetCursorPosY(std::max(ImGui::GetCursorPosY(), margin));
+    for (const std::string& warning : options.warnings) ImGui::TextWrapped("%s", warning.c_str());
+    ImGui::PopStyleColor();
+    ImGui::End();
+    ImGui::PopStyleVar();
+  }
+
+  void draw_labels()
+  {
+    const ImU32 plate = IM_COL32(24, 27, 32, 190), text_colour = IM_COL32(240, 243, 246, 255);
+    const float margin = 0.3F * em_px;
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    std::array<ImVec4, most_labels> taken{};
+    std::size_t n_taken = 0;
+    for (const ScreenLabel& own : frame->labels) {
+      if (!own.is_shown || n_taken == taken.size()) continue;
+      const ImVec2 size = ImGui::CalcTextSize(own.text.c_str());
+      ImVec2 corner(std::round(static_cast<float>(own.centre_px.x()) - 0.5F * size.x),
+                    std::round(static_cast<float>(own.centre_px.y()) - 0.5F * size.y));
+      // Moved down below the labels that it would overlap.
+      for (std::size_t tries = 0; tries < n_taken; ++tries) {
+        for (const ImVec4& other : std::span(taken).first(n_taken)) {
+          const bool is_beside =
+              corner.x + size.x + 2.0F * margin < other.x || corner.x > other.z + 2.0F * margin;
+          if (!is_beside && corner.y < other.w && corner.y + size.y > other.y) corner.y = other.w + 1.0F;
+        }
+      }
+      taken[n_taken++] = {corner.x, corner.y, corner.x + size.x, corner.y + size.y};
+      list.AddRectFilled(ImVec2(corner.x - margin, corner.y),
+                         ImVec2(corner.x + size.x + margin, corner.y + size.y), plate, margin);
+      list.AddText(corner, text_colour, own.text.c_str());
+    }
+  }
+
+  void draw_numbers(const PlayerState& state)
+  {
+    const store::JointPose& pose = readout->pose;
+    ImGui::SetNextWindowPos(ImVec2(0.0F, static_cast<float>(picture.y)));
+    ImGui::SetNextWindowBgAlpha(backing);
+    ImGui::Begin("numbers", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
+    if (!options.title.empty()) ImGui::Text("%s", options.title.c_str());
+    if (readout->clinical) draw_own_angles(*readout->clinical);
+    draw_rotation(0, pose.attitude.flexion_rad, pose.is_flexion_clamped ? "end of the range" : nullptr);
+    draw_rotation(1, pose.attitude.varus_rad, varus_remark());
+    if (pose.status == store::PoseStatus::solved) {
+      if (readout->joint) draw_joint(*readout->joint);
+      draw_gap();
+    } else {
+      ImGui::TextColored(warning_colour, "no pose");
+    }
+    label("set");
+    ImGui::Text("%s", set_labels[state.set].c_str());
+    if (readout->message != nullptr) {
+      ImGui::PushTextWrapPos(message_width_em * em_px);
+      ImGui::TextColored(warning_colour, "%s", readout->message);
+      ImGui::PopTextWrapPos();
+    }
+    ImGui::End();
+  }
+
+  void draw_legends(const PlayerState& state)
+  {
+    const ColourKey& key = frame->key;
+    if (key.gaps == nullptr && key.strain == nullptr && key.axes.empty()) return;
+    const bool is_bar_there = frame->has_controls && state.shows_panel;
+    const float bottom = static_cast<float>(frame->height) - (is_bar_there ? bar_height_px : 0.0F);
+    ImGui::SetNextWindowPos(ImVec2(0.0F, bottom), ImGuiCond_Always, ImVec2(0.0F, 1.0F));
+    ImGui::SetNextWindowBgAlpha(backing);
+    ImGui::Begin("legends", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
+    draw_axis_labels(key.axes);
+    if (key.gaps != nullptr) draw_legend(*key.gaps);
+    if (key.gaps != nullptr && key.strain != nullptr) ImGui::SameLine(0.0F, em_px);
+    if (key.strain != nullptr) draw_legend(*key.strain);
+    ImGui::End();
+  }
+
+  GuiResult with_bar(GuiResult answer)
+  {
+    const float em = em_px, width = static_cast<float>(frame->width) - panel_width_px;
+    ImGui::SetNextWindowPos(ImVec2(0.0F, static_cast<float>(frame->height) - bar_height_px));
+    ImGui::SetNextWindowSize(ImVec2(width, bar_height_px));
+    ImGui::Begin("timeline", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
+    Timeline& timeline = answer.state.timeline;
+    timeline = with_timeline_slider(timeline);
+    constexpr std::array before{Press{"|<", Action::go_to_first}, Press{"<", Action::step_back}};
+    constexpr std::array behind{Press{">", Action::step_forward}, Press{">|", Action::go_to_last}};
+    for (const Press& press : before) {
+      if (is_pressed(press.label, 2.4F * em)) answer.action = press.action;
+      ImGui::SameLine();
+    }
+    if (is_pressed(timeline.is_playing ? "pause###play" : "play###play", 5.0F * em))
+      answer.action = Action::play_pause;
+    for (const Press& press : behind) {
+      ImGui::SameLine();
+      if (is_pressed(press.label, 2.4F * em)) answer.action = press.action;
+    }
+    ImGui::SameLine(0.0F, em);
+    ImGui::PushID("loop");
+    if (is_pressed(name_of(timeline.loop), 5.5F * em)) answer.action = Action::next_loop;
+    ImGui::PopID();
+    ImGui::SameLine(0.0F, em);
+    if (is_pressed("-", 2.0F * em)) answer.action = Action::slower;
+    ImGui::SameLine();
+    if (is_pressed("+", 2.0F * em)) answer.action = Action::faster;
+    ImGui::SameLine();
+    ImGui::Text(timeline.axis == TimelineAxis::flexion ? "%.0f°/s" : "%.0f frames/s", timeline.speed_steps_s);
+    ImGui::End();
+    return answer;
+  }
+
+  GuiResult with_panel(GuiResult answer)
+  {
+    const float left = static_cast<float>(frame->width) - panel_width_px;
+    ImGui::SetNextWindowPos(ImVec2(left, 0.0F));
+    ImGui::SetNextWindowSize(ImVec2(panel_width_px, static_cast<float>(frame->height)));
+    ImGui::Begin("panel", nullptr, fixed);
+    ImGui::TextDisabled("set (S)");
+    PlayerState& state = answer.state;
+    state.set =
+        chosen("##set", set_labels.size(), state.set, [&](std::size_t i) { return set_labels[i].c_str(); });
+    state = with_varus(state);
+    heading("draw mode (M), background (K)");
+    state.mode = chosen("##mode", state.mode, DrawMode::textured, 8.4F * em_px);
+    ImGui::SameLine();
+    state.backdrop = chosen("##backdrop", state.backdrop, Backdrop::black);
+    state = with_layers(state);
+    heading("fixed on screen (O)");
+    state.fixed_object = static_cast<FixedObject>(
+        chosen("##held", held_labels.size(), static_cast<std::size_t>(state.fixed_object),
+               [&](std::size_t i) { return held_labels[i].c_str(); }));
+    for (const Action action : {pressed_view(), pressed_tool()}) {
+      if (action != Action::none) answer.action = action;
+    }
+    ImGui::End();
+    return answer;
+  }
+
+  GuiResult with_help(GuiResult answer)
+  {
+    const ImVec2 middle(0.5F * static_cast<float>(frame->width), 0.5F * static_cast<float>(frame->height));
+    ImGui::SetNextWindowPos(middle, ImGuiCond_Always, ImVec2(0.5F, 0.5F));
+    ImGui::SetNextWindowFocus();
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1.0F);
+    ImGui::Begin("help", nullptr, fixed | ImGuiWindowFlags_AlwaysAutoResize);
+    draw_help_lines("Keys", key_help());
+    ImGui::Spacing();
+    draw_help_lines("Mouse", mouse_help());
+    ImGui::Spacing();
+    if (is_pressed("close (Esc)", 8.0F * em_px)) answer.state.shows_help = false;
+    ImGui::End();
+    ImGui::PopStyleVar();
+    return answer;
+  }
+
+  // Parts of the above.
+
+  /// Doubtful and missing poses along the lower edge of the slider that was drawn last.
+  void draw_marks(const Timeline& timeline)
+  {
+    if (timeline.last <= timeline.first) return;
+    const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
+    const float inset = 2.0F + 0.5F * ImGui::GetStyle().GrabMinSize, left = low.x + inset;
+    const float width = high.x - inset - left, thick = 0.27F * em_px;
+    const auto x_of = [&](double position) {
+      return left +
+             width * static_cast<float>((position - timeline.first) / (timeline.last - timeline.first));
+    };
+    for (const MarkedSpan& span : frame->marks)
+      ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(x_of(span.first), high.y - thick),
+                                                ImVec2(x_of(span.last), high.y),
+                                                span.has_pose ? doubtful_mark : missing_mark);
+  }
+
+  Timeline with_timeline_slider(Timeline timeline)
+  {
+    const auto steps = [&timeline](double position) {
+      return static_cast<float>(steps_of_position(timeline.axis, position));
+    };
+    float at = steps(timeline.position);
+    ImGui::AlignTextToFramePadding();
+    if (range->key_name != nullptr) {
+      ImGui::Text("%s %.4g", range->key_name, readout->pose.key);
+    } else {
+      ImGui::Text("%s %.1f°", kind().words[0].positive, static_cast<double>(at));
+    }
+    ImGui::SameLine(8.0F * em_px);
+    ImGui::SetNextItemWidth(-1.0F);
+    const bool is_moved =
+        ImGui::SliderFloat("##flexion", &at, steps(timeline.first), steps(timeline.last), "", sliding);
+    draw_marks(timeline);
+    if (!is_moved) return timeline;
+    return moved_to(timeline, position_of_steps(timeline.axis, static_cast<double>(at)));
+  }
+
+  PlayerState with_varus(PlayerState state)
+  {
+    float varus_deg = as_deg(wanted_varus_rad(state, *range));
+    ImGui::Spacing();
+    ImGui::TextDisabled("%s (Up, Down)", kind().words[1].positive);
+    ImGui::SameLine(10.0F * em_px);
+    ImGui::Text("%.1f°", static_cast<double>(varus_deg));
+    if (range->is_varus_free || range->first_varus_rad >= range->last_varus_rad) {
+      ImGui::TextDisabled(range->is_varus_free ? "fixed by this set" : "one angle only");
+      return state;
+    }
+    ImGui::SetNextItemWidth(-1.0F);
+    if (ImGui::SliderFloat("##varus", &varus_deg, as_deg(range->first_varus_rad),
+                           as_deg(range->last_varus_rad), "", sliding))
+      state.varus_rad = rad_from_deg(static_cast<double>(varus_deg));
+    bool is_balanced = !state.varus_rad.has_value();
+    if (ImGui::Checkbox("balanced (B)", &is_balanced))
+      state.varus_rad = is_balanced ? std::nullopt : std::optional(range->balanced_varus_rad);
+    return state;
+  }
+
+  PlayerState with_layers(PlayerState state)
+  {
+    using Row = std::pair<const char*, Layer>;
+    heading("layers");
+    for (const auto& [name, layer] :
+         {Row{"contacts (F1)", Layer::contacts}, Row{"normals (F2)", Layer::normals},
+          Row{"axes (F3)", Layer::axes}, Row{"band (U)", Layer::band},
+          Row{"helical axis (F4)", Layer::helical_axis}, Row{"gap map (F5)", Layer::gap_map},
+          Row{"ligaments (F6)", Layer::ligaments}, Row{"paths (F7)", Layer::contact_paths},
+          Row{"labels (F8)", Layer::labels}}) {
+      // The panel's height is that of a small screen.
+      if (layer == Layer::labels || layer == Layer::band) ImGui::SameLine(8.0F * em_px);
+      bool is_shown = state.layers.has(layer);
+      ImGui::BeginDisabled(!range->available.has(layer));
+      if (ImGui::Checkbox(name, &is_shown)) state.layers.set(layer, is_shown);
+      ImGui::EndDisabled();
+    }
+    return state;
+  }
+
+  void draw_help_lines(const char* title, std::span<const HelpLine> lines)
+  {
+    ImGui::TextDisabled("%s", title);
+    for (const HelpLine& line : lines) {
+      ImGui::Text("%s", line.keys);
+      ImGui::SameLine(8.0F * em_px);
+      ImGui::Text("%s", line.description);
+    }
+  }
+
+  // "plantarflexion" is twice as long as "flexion".
+  float column_px() const { return (has_own_words(kind()) ? 1.7F * column_em : column_em) * em_px; }
+
+  void label(const char* text)
+  {
+    ImGui::TextColored(quiet_colour, "%s", text);
+    ImGui::SameLine(column_px());
+  }
+
+  void draw_angle(const char* name, double angle_rad, const char* remark)
+  {
+    label(name);
+    ImGui::Text("%.1f°", shown_deg(angle_rad));
+    if (remark == nullptr) return;
+    ImGui::SameLine(2.0F * column_px());
+    ImGui::TextColored(quiet_colour, "%s", remark);
+  }
+
+  /// Flexion (0) or varus (1) with the names of the joint's kind; if both directions have names: "abduction
+  /// 5".
+  void draw_rotation(std::size_t k, double angle_rad, const char* remark)
+  {
+    const bool is_other_way = has_own_words(kind()) && shown_deg(angle_rad) < 0.0;
+    const CoordinateWords& words = kind().words[k];
+    draw_angle(is_other_way ? words.negative : words.positive, is_other_way ? -angle_rad : angle_rad, remark);
+  }
+
+  const char* varus_remark()
+  {
+    if (range->is_varus_free) return "solved";
+    if (readout->pose.is_varus_clamped) return "end of the range";
+    return readout->is_varus_balanced ? "balanced" : nullptr;
+  }
+
+  /// Above those of the attitude, with a heading for both.
+  void draw_own_angles(const ClinicalCoordinates& clinical)
+  {
+    ImGui::TextColored(quiet_colour, "joint (Grood-Suntay)");
+    draw_rotation(0, clinical.flexion_rad, nullptr);
+    draw_rotation(1, clinical.varus_rad, nullptr);
+    ImGui::TextColored(quiet_colour, "attitude, about axes turned with Delta");
+  }
+
+  void draw_gap()
+  {
+    const GapReading& gap = readout->gap;
+    if (gap.source == GapSource::cells || gap.source == GapSource::two_sided) {
+      label("gap");
+      draw_mm("medial", gap.medial_mm);
+      label("");
+      draw_mm("lateral", gap.lateral_mm);
+    } else if (gap.source != GapSource::none) {
+      const bool is_overlapping = gap.penetration_mm > 0.0;
+      label(is_overlapping ? "overlap" : "gap");
+      draw_mm("whole joint", is_overlapping ? gap.penetration_mm : gap.gap_mm);
+    } else {
+      label("gap");
+      ImGui::Text("not measured");
+    }
+    label("");
+    ImGui::TextColored(quiet_colour, "%s", name_of(gap.source));
+  }
+
+  void draw_swatch(const VertexColour& colour, const std::string& text)
+  {
+    if (text.empty()) {
+      ImGui::NewLine();
+      return;
+    }
+    const float side = 0.8F * em_px;
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    ImGui::GetWindowDrawList()->AddRectFilled(corner, ImVec2(corner.x + side, corner.y + side),
+                                              packed(colour));
+    ImGui::Dummy(ImVec2(side, side));
+    ImGui::SameLine();
+    ImGui::TextUnformatted(text.c_str());
+  }
+
+  void draw_legend(const Legend& legend)
+  {
+    const float em = em_px;
+    ImGui::BeginGroup();
+    ImGui::TextUnformatted(legend.title.c_str());
+    ImGui::SameLine();
+    draw_swatch(legend.below, legend.below_label);
+    draw_bar(legend, legend_width_em * em, 0.8F * em);
+    ImGui::Text("%g to %g", legend.lowest, legend.highest);
+    if (!legend.beyond_label.empty()) {
+      ImGui::SameLine();
+      ImGui::TextColored(quiet_colour, "then %s", legend.beyond_label.c_str());
+    }
+    ImGui::EndGroup();
+  }
+
+  void draw_axis_labels(std::span<const Label> labels)
+  {
+    int n = 0;
+    for (const Label& axis : labels) {
+      if (n++ % labels_a_row != 0) ImGui::SameLine(static_cast<float>((n - 1) % labels_a_row) * 7.4F * em_px);
+      draw_swatch(axis.colour, axis.name);
+    }
+  }
+
+  const JointKind& kind() const { return joint_kind(options.joint); }
+
+  GuiOptions options;
+  std::vector<std::string> set_labels;
+  std::array<std::string, 3> held_labels;      ///< in the order of FixedObject
+  float em_px, panel_width_px, bar_height_px;  ///< size of the text, and of the controls
+  // Of the present frame.
+  const GuiFrame* frame = nullptr;
+  const PlayerRange* range = nullptr;
+  const Readout* readout = nullptr;
+  Viewport picture;  ///< below the warnings
+};
+
+}  // namespace
+
+struct Gui::Inner : Panels {
+  using Panels::Panels;
+
+  ImGuiContext* context = nullptr;
+  OverlayFont font;
+  Overlay overlay;
+};
+
+Gui::Gui(const GuiOptions& options) : inner_(std::make_unique<Inner>(options))
 {
   ImGui::SetAllocatorFunctions(counted_allocation, counted_release);
   inner_->context = ImGui::CreateContext();
@@ -98,17 +642,8 @@ Gui::Gui(const GuiOptions& options) : inner_(std::make_unique<Inner>())
   io.IniFilename = nullptr;  // no settings file
   io.LogFilename = nullptr;
   io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
-  inner_->title = options.title;
-  inner_->held_labels = {options.moving + " fixed", options.reference + " fixed", "direction of push fixed"};
-  inner_->warnings = options.warnings;
-  inner_->has_doubtful_poses = options.has_doubtful_poses;
-  inner_->joint = options.joint;
-  for (const std::string& set : options.sets) inner_->set_labels.push_back(set_label(set));
-  inner_->layout.em_px = static_cast<float>(std::round(text_px * options.scale));
-  inner_->layout.panel_width_px = panel_width_em * inner_->layout.em_px;
-  inner_->layout.bar_height_px = bar_height_em * inner_->layout.em_px;
   set_style(static_cast<float>(options.scale));
-  inner_->font = built_font(*io.Fonts, inner_->layout.em_px);
+  inner_->font = built_font(*io.Fonts, inner_->em_px);
 }
 
 Gui::~Gui()
@@ -116,12 +651,12 @@ Gui::~Gui()
   ImGui::DestroyContext(inner_->context);
 }
 
-const view::OverlayFont& Gui::font() const
+const OverlayFont& Gui::font() const
 {
   return inner_->font;
 }
 
-GuiResult Gui::frame(const GuiFrame& frame, const view::PlayerState& state, const view::PlayerRange& range,
+GuiResult Gui::frame(const GuiFrame& frame, const PlayerState& state, const PlayerRange& range,
                      const Readout& readout)
 {
   ImGui::SetCurrentContext(inner_->context);
@@ -132,27 +667,22 @@ GuiResult Gui::frame(const GuiFrame& frame, const view::PlayerState& state, cons
   io.MouseDown[0] = frame.pointer.is_left_down;
   io.MouseWheel = static_cast<float>(frame.pointer.wheel);
   ImGui::NewFrame();
-  const PanelView view{frame,
-                       inner_->layout,
-                       range,
-                       readout,
-                       inner_->title,
-                       inner_->set_labels,
-                       inner_->held_labels,
-                       joint_kind(inner_->joint),
-                       inner_->warnings,
-                       free_area(frame.width, frame.height, state, frame.has_controls)};
-  GuiResult answer{state, view::Action::none};
-  draw_warnings(view);
-  draw_labels(view);
-  if (state.shows_numbers) draw_numbers(view, state);
-  draw_legends(view, state);
+  Inner& panels = *inner_;
+  panels.frame = &frame;
+  panels.range = &range;
+  panels.readout = &readout;
+  panels.picture = free_area(frame.width, frame.height, state, frame.has_controls);
+  GuiResult answer{state, Action::none};
+  panels.draw_warnings();
+  panels.draw_labels();
+  if (state.shows_numbers) panels.draw_numbers(state);
+  panels.draw_legends(state);
   if (frame.has_controls) {
-    if (state.shows_panel) answer = with_panel(view, with_bar(view, answer));
-    if (answer.state.shows_help) answer = with_help(view, answer);
+    if (state.shows_panel) answer = panels.with_panel(panels.with_bar(answer));
+    if (answer.state.shows_help) answer = panels.with_help(answer);
   }
   ImGui::Render();
-  view::Overlay& overlay = inner_->overlay;
+  Overlay& overlay = inner_->overlay;
   overlay.vertices.clear();
   overlay.indices.clear();
   overlay.commands.clear();
@@ -161,8 +691,8 @@ GuiResult Gui::frame(const GuiFrame& frame, const view::PlayerState& state, cons
   return answer;
 }
 
-const view::Overlay& Gui::static_overlay(GuiFrame frame, const view::PlayerState& state,
-                                         const view::PlayerRange& range, const Readout& readout)
+const Overlay& Gui::static_overlay(GuiFrame frame, const PlayerState& state, const PlayerRange& range,
+                                   const Readout& readout)
 {
   // The library hides a new window for one frame and sizes it by the text of the previous frame.
   constexpr int frames_to_fit = 3;
@@ -171,35 +701,34 @@ const view::Overlay& Gui::static_overlay(GuiFrame frame, const view::PlayerState
   return inner_->overlay;
 }
 
-const view::Overlay& Gui::overlay() const
+const Overlay& Gui::overlay() const
 {
   return inner_->overlay;
 }
 
-view::Viewport Gui::free_area(int width, int height, const view::PlayerState& state, bool has_controls) const
+Viewport Gui::free_area(int width, int height, const PlayerState& state, bool has_controls) const
 {
   ImGui::SetCurrentContext(inner_->context);
   const auto covered = [](float px) { return static_cast<int>(std::ceil(px)); };
-  view::Viewport area{0, 0, width, height};
+  Viewport area{0, 0, width, height};
   if (state.shows_panel && has_controls)
-    area = {0, 0, std::max(1, width - covered(inner_->layout.panel_width_px)),
-            std::max(1, height - covered(inner_->layout.bar_height_px))};
-  const int strip_px =
-      covered(warnings_height_px(inner_->layout, inner_->warnings, inner_->has_doubtful_poses, area));
+    area = {0, 0, std::max(1, width - covered(inner_->panel_width_px)),
+            std::max(1, height - covered(inner_->bar_height_px))};
+  const int strip_px = covered(inner_->warnings_height_px(area));
   return {0, strip_px, area.width, std::max(1, area.height - strip_px)};
 }
 
-ColourKey colour_key(const view::JointLayers& layers, const view::LayerSet& shown)
+ColourKey colour_key(const JointLayers& layers, const LayerSet& shown)
 {
   ColourKey key;
-  if (shown.has(view::Layer::gap_map) && layers.available().has(view::Layer::gap_map))
-    key.gaps = &layers.gap_legend();
-  if (shown.has(view::Layer::ligaments) && layers.available().has(view::Layer::ligaments))
-    key.strain = &layers.strain_legend();
+  if (shown.has(Layer::gap_map) && layers.available().has(Layer::gap_map))
+    key.gaps = &layers.legend(Layer::gap_map);
+  if (shown.has(Layer::ligaments) && layers.available().has(Layer::ligaments))
+    key.strain = &layers.legend(Layer::ligaments);
   // The helical axis is the last label.
-  const std::span<const view::Label> labels = view::JointLayers::axis_labels();
-  const std::size_t first = shown.has(view::Layer::axes) ? 0 : labels.size() - 1;
-  const std::size_t last = shown.has(view::Layer::helical_axis) ? labels.size() : labels.size() - 1;
+  const std::span<const Label> labels = JointLayers::axis_labels();
+  const std::size_t first = shown.has(Layer::axes) ? 0 : labels.size() - 1;
+  const std::size_t last = shown.has(Layer::helical_axis) ? labels.size() : labels.size() - 1;
   key.axes = labels.subspan(first, last - first);
   return key;
 }
@@ -218,69 +747,6 @@ std::string set_label(const std::string& set)
 std::uint64_t gui_allocation_count()
 {
   return n_allocations;
-}
-
-// The warnings of a model above the picture, and the marks on the timeline.
-
-namespace {
-
-constexpr float strip_margin_em = 0.5F, highest_strip_part = 0.35F;
-constexpr float pose_lines = 2.0F;  // of the longest reason at 800 pixels
-
-constexpr ImGuiWindowFlags strip_flags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
-                                         ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav |
-                                         ImGuiWindowFlags_NoBringToFrontOnFocus;
-const ImVec4 amber_text(1.0F, 0.72F, 0.30F, 1.0F);
-constexpr ImU32 doubtful_mark = IM_COL32(255, 176, 46, 255), missing_mark = IM_COL32(235, 90, 60, 255);
-
-}  // namespace
-
-float warnings_height_px(const GuiLayout& layout, const std::vector<std::string>& warnings,
-                         bool has_doubtful_poses, const view::Viewport& area)
-{
-  if (warnings.empty() && !has_doubtful_poses) return 0.0F;
-  const float em = layout.em_px, margin = strip_margin_em * em;
-  const float spacing = ImGui::GetStyle().ItemSpacing.y,
-              wrap = static_cast<float>(area.width) - 2.0F * margin;
-  const ImFont& font = *ImGui::GetIO().Fonts->Fonts[0];
-  float height = 2.0F * margin + (has_doubtful_poses ? pose_lines * em + spacing : 0.0F);
-  for (const std::string& warning : warnings)
-    height += font.CalcTextSizeA(em, FLT_MAX, wrap, warning.c_str()).y + spacing;
-  return std::min(height, highest_strip_part * static_cast<float>(area.height));
-}
-
-void draw_warnings(const PanelView& view)
-{
-  if (view.picture.y == 0) return;
-  const float margin = strip_margin_em * view.layout.em_px;
-  ImGui::SetNextWindowPos(ImVec2(0.0F, 0.0F));
-  ImGui::SetNextWindowSize(
-      ImVec2(static_cast<float>(view.picture.width), static_cast<float>(view.picture.y)));
-  ImGui::SetNextWindowBgAlpha(1.0F);
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(margin, margin));
-  ImGui::Begin("warnings", nullptr, strip_flags);
-  ImGui::PushStyleColor(ImGuiCol_Text, amber_text);
-  if (view.readout.doubt != nullptr) ImGui::TextWrapped("%s", view.readout.doubt);
-  ImGui::SetCursorPosY(std::max(ImGui::GetCursorPosY(), margin));
-  for (const std::string& warning : view.warnings) ImGui::TextWrapped("%s", warning.c_str());
-  ImGui::PopStyleColor();
-  ImGui::End();
-  ImGui::PopStyleVar();
-}
-
-void draw_marks(const PanelView& view, const view::Timeline& timeline)
-{
-  if (timeline.last <= timeline.first) return;
-  const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
-  const float inset = 2.0F + 0.5F * ImGui::GetStyle().GrabMinSize, left = low.x + inset;
-  const float width = high.x - inset - left, thick = 0.27F * view.layout.em_px;
-  const auto x_of = [&](double position) {
-    return left + width * static_cast<float>((position - timeline.first) / (timeline.last - timeline.first));
-  };
-  for (const view::MarkedSpan& span : view.frame.marks)
-    ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(x_of(span.first), high.y - thick),
-                                              ImVec2(x_of(span.last), high.y),
-                                              span.has_pose ? doubtful_mark : missing_mark);
 }
 
 }  // namespace vrda::view

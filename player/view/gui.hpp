@@ -44,35 +44,35 @@ struct Readout {
   std::optional<ClinicalCoordinates> joint = std::nullopt;  ///< of a solved pose
   /// The joint's own angles, if those of the attitude are about turned axes and the pose is solved.
   std::optional<ClinicalCoordinates> clinical = std::nullopt;
-  view::GapReading gap;
+  GapReading gap;
   const char* doubt = nullptr;    ///< what is wrong with the pose, or null
   const char* message = nullptr;  ///< temporary message, or null
 };
 
 /// Legends of the visible layers; null or empty if not applicable.
 struct ColourKey {
-  const view::Legend* gaps = nullptr;
-  const view::Legend* strain = nullptr;
-  std::span<const view::Label> axes;
+  const Legend* gaps = nullptr;
+  const Legend* strain = nullptr;
+  std::span<const Label> axes;
 };
 
 /// `layers` must outlive the key.
-ColourKey colour_key(const view::JointLayers& layers, const view::LayerSet& shown);
+ColourKey colour_key(const JointLayers& layers, const LayerSet& shown);
 
 struct GuiFrame {
   int width = 0, height = 0;  ///< of the window, pixels
   double elapsed_s = 0.0;     ///< since the last frame
   GuiPointer pointer;
   ColourKey key;
-  std::span<const view::ScreenLabel> labels;  ///< of the joint
-  std::span<const view::MarkedSpan> marks;    ///< on the timeline
-  bool has_controls = true;                   ///< false: only readouts and legends, as for a video
+  std::span<const ScreenLabel> labels;  ///< of the joint
+  std::span<const MarkedSpan> marks;    ///< on the timeline
+  bool has_controls = true;             ///< false: only readouts and legends, as for a video
 };
 
 /// The user's changes in this frame.
 struct GuiResult {
-  view::PlayerState state;
-  view::Action action = view::Action::none;  ///< of a pressed button, not yet applied
+  PlayerState state;
+  Action action = Action::none;  ///< of a pressed button, not yet applied
 };
 
 class Gui {
@@ -81,20 +81,19 @@ class Gui {
   ~Gui();
 
   /// For Renderer::load, once.
-  const view::OverlayFont& font() const;
+  const OverlayFont& font() const;
 
   /// Builds one frame. Allocates nothing once every part was shown.
-  GuiResult frame(const GuiFrame& frame, const view::PlayerState& state, const view::PlayerRange& range,
+  GuiResult frame(const GuiFrame& frame, const PlayerState& state, const PlayerRange& range,
                   const Readout& readout);
   /// Builds the overlay of an image: readouts and legends without controls.
-  const view::Overlay& static_overlay(GuiFrame frame, const view::PlayerState& state,
-                                      const view::PlayerRange& range, const Readout& readout);
+  const Overlay& static_overlay(GuiFrame frame, const PlayerState& state, const PlayerRange& range,
+                                const Readout& readout);
   /// The overlay of the last frame.
-  const view::Overlay& overlay() const;
+  const Overlay& overlay() const;
 
   /// The area of the window not covered by warnings, panel and timeline.
-  view::Viewport free_area(int width, int height, const view::PlayerState& state,
-                           bool has_controls = true) const;
+  Viewport free_area(int width, int height, const PlayerState& state, bool has_controls = true) const;
 
  private:
   struct Inner;

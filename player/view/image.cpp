@@ -27,7 +27,7 @@ void write_png(const Image& image, const std::string& path)
   write_atomically(path, {std::string_view(bytes).substr(0, size)});
 }
 
-view::Texture read_png_texture(const std::string& path)
+Texture read_png_texture(const std::string& path)
 {
   constexpr png_uint_32 longest_side = 4096;  // 50 MB; supported as a texture by every OpenGL 3.3
   png_image header{};
@@ -40,7 +40,7 @@ view::Texture read_png_texture(const std::string& path)
   if (header.width > longest_side || header.height > longest_side)
     refuse(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels");
   header.format = PNG_FORMAT_RGB;
-  view::Texture texture;
+  Texture texture;
   texture.width = static_cast<int>(header.width);
   texture.height = static_cast<int>(header.height);
   texture.rgb.resize(PNG_IMAGE_SIZE(header));

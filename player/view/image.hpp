@@ -22,6 +22,6 @@ void write_png(const Image& image, const std::string& path);
 
 /// Reads any kind of PNG as a texture; transparent pixels are composited over white. Throws InputError if the
 /// file cannot be read, is damaged, or has more than 4096 pixels along a side.
-view::Texture read_png_texture(const std::string& path);
+Texture read_png_texture(const std::string& path);
 
 }  // namespace vrda::view

@@ -97,7 +97,7 @@ double stick_rate(double deflection)
 
 }  // namespace
 
-const std::vector<KeyPress>& GamepadKeys::keys(const view::Gamepad& pad, double elapsed_s, bool is_plane)
+const std::vector<KeyPress>& GamepadKeys::keys(const Gamepad& pad, double elapsed_s, bool is_plane)
 {
   keys_.clear();
   if (!std::exchange(was_used_, true)) held_s_.fill(-1.0);
@@ -248,11 +248,10 @@ PictureSize parsed_size(const std::string& text)
 std::vector<std::string> parsed_views(const std::string& text)
 {
   std::string known;
-  for (const std::string& name : view::view_names()) known += (known.empty() ? "" : ", ") + name;
+  for (const std::string& name : view_names()) known += (known.empty() ? "" : ", ") + name;
   std::vector<std::string> views = split(text, ',');
   for (std::size_t i = 0; i < views.size(); ++i) {
-    if (!view::view_named(views[i]))
-      throw InputError({"--views", "", "\"" + views[i] + "\"", "some of " + known});
+    if (!view_named(views[i])) throw InputError({"--views", "", "\"" + views[i] + "\"", "some of " + known});
     if (std::find(views.begin(), views.begin() + static_cast<std::ptrdiff_t>(i), views[i]) !=
         views.begin() + static_cast<std::ptrdiff_t>(i)) {
       throw InputError({"--views", "", views[i] + " twice", "every view once"});

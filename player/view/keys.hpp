@@ -78,9 +78,6 @@ struct Gamepad {
 // Key bindings: one table (keys.json) for the window, the page, their help and that of the command line. In:
 // key presses by their unshifted character. Out: an action, or nothing for an unused key.
 
-using view::Key;
-using view::key_of;
-
 struct KeyPress {
   Key key = Key::none;
   bool has_shift = false;
@@ -158,7 +155,7 @@ class GamepadKeys {
   /// arrow keys, repeated while it is held, with the left shoulder as Shift and the right one as Control. The
   /// stick presses Left and Right up to 60 times a second, and, if it is `is_plane`, Up and Down. A is Enter,
   /// B Backspace, Y H.
-  const std::vector<KeyPress>& keys(const view::Gamepad& pad, double elapsed_s, bool is_plane);
+  const std::vector<KeyPress>& keys(const Gamepad& pad, double elapsed_s, bool is_plane);
 
  private:
   static constexpr std::size_t n_buttons = 7;

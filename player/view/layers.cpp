@@ -1,4 +1,5 @@
-// Layers of the joint's axes and of the helical axis.
+// Each layer adds its drawables to the scene once, then updates poses or vertices per frame without
+// allocating. Meshes are in mm; poses take canonical vertices to the scene's frame.
 #include "view/layers.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -7,17 +8,115 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <utility>
 
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "geometry/box_tree.hpp"
+#include "model/coordinates.hpp"
 #include "model/frames.hpp"
+#include "model/ligaments.hpp"
 #include "model/step_record.hpp"
 #include "store/motion.hpp"
-#include "view/scene.hpp"
 
 namespace vrda::view {
+
+// The balls or the arrows of contacts.
+
 namespace {
+
+// Sizes for a knee, mm: visible between condyle and plateau without hiding either.
+constexpr double ball_radius_mm = 1.3, normal_radius_mm = 0.55;
+constexpr double longest_arrow_mm = 26.0, shortest_arrow_mm = 3.0;
+constexpr VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
+
+}  // namespace
+
+ContactMarkers::ContactMarkers(Scene& scene, Layer layer, ParentFrame parent, const std::string& name,
+                               const Eigen::Vector3d& origin_mm)
+    : is_arrows_(layer == Layer::normals), drawable_(add_layer(scene, layer, parent, name))
+{
+  scene.drawables[drawable_].origin_mm = origin_mm;
+  scene.drawables[drawable_].material = marker_material(is_arrows_ ? arrow_colour : ball_colour);
+}
+
+void ContactMarkers::reserve(Scene& scene, std::size_t n_contacts)
+{
+  RenderMesh& mesh = scene.drawables[drawable_].mesh;
+  mesh = {};
+  is_arrows_ ? add_arrows(mesh, n_contacts) : add_balls(mesh, n_contacts);
+  capacity_ = n_contacts;
+  triangles_ = mesh.triangles;
+}
+
+void ContactMarkers::show(Scene& scene, bool is_shown) const
+{
+  scene.drawables[drawable_].is_shown = is_shown;
+}
+
+void ContactMarkers::place(Scene& scene, std::span<const Eigen::Vector3d> tip_mm,
+                           std::span<const Eigen::Vector3d> arrow_vector_mm, double scale)
+{
+  Drawable& drawable = scene.drawables[drawable_];
+  const SolidSize size = is_arrows_ ? arrow_size() : ball_size();
+  for (std::size_t k = 0; k < tip_mm.size(); ++k) {
+    if (is_arrows_) {
+      set_arrow(drawable.mesh, k * size.n_vertices, tip_mm[k] - arrow_vector_mm[k], tip_mm[k],
+                scale * normal_radius_mm);
+    } else {
+      set_ball(drawable.mesh, k * size.n_vertices, tip_mm[k], scale * ball_radius_mm);
+    }
+  }
+  const auto n_indices = static_cast<std::ptrdiff_t>(tip_mm.size() * size.n_indices);
+  std::copy_n(triangles_.begin(), n_indices, drawable.mesh.triangles.begin());
+  std::fill(drawable.mesh.triangles.begin() + n_indices, drawable.mesh.triangles.end(), 0U);
+  update_box(drawable);
+  ++drawable.revision;
+}
+
+namespace {
+
+/// One layer: drawables at the poses of a joint.
+class LayerDrawing {
+ public:
+  virtual ~LayerDrawing() = default;
+  /// Without data for it in the model.
+  virtual bool is_empty() const { return false; }
+  /// Shows the layer, whose drawables are hidden, at a solved pose. Allocates nothing.
+  virtual void update(Scene& scene, const store::Motion& motion, const DisplayedPose& shown) = 0;
+  /// Of its colours; null if they have no scale.
+  virtual const Legend* legend() const { return nullptr; }
+};
+
+/// Remembers a pose, so that what depends on it alone is computed once.
+class LastPose {
+ public:
+  /// True if `X_reference_moving` is not that of the last call.
+  bool takes(const Pose& X_reference_moving)
+  {
+    const bool is_same = is_made_ && X_reference_moving_.matrix() == X_reference_moving.matrix();
+    X_reference_moving_ = X_reference_moving;
+    is_made_ = true;
+    return !is_same;
+  }
+
+ private:
+  Pose X_reference_moving_ = Pose::Identity();
+  bool is_made_ = false;
+};
+
+/// Appends a drawable of a body, whose mesh is relative to the rotation centre; returns its index.
+std::size_t add_layer(Scene& scene, Layer layer, ParentFrame parent, const std::string& name,
+                      const store::MotionModel& model)
+{
+  const std::size_t index = add_layer(scene, layer, parent, name);
+  scene.drawables[index].origin_mm = model.rotation_centre_mm;
+  return index;
+}
+
+// Axes.
 
 // Sizes for a knee, mm: rods are longer than its width, so that their ends protrude from the bones.
 constexpr double half_rod_mm = 62.0, arrow_mm = 48.0, delta_from_mm = -75.0, delta_to_mm = -40.0;
@@ -73,93 +172,96 @@ Pose aligned(const Eigen::Vector3d& through_world_mm, const Eigen::Vector3d& alo
   return X;
 }
 
-}  // namespace
-
-const std::vector<Label>& JointLayers::axis_labels()
-{
-  static const std::vector<Label> labels = [] {
-    std::vector<Label> made;
-    made.reserve(axes.size());
-    for (const Axis& axis : axes) made.push_back({axis.name, axis.colour});
-    return made;
-  }();
-  return labels;
-}
-
-AxesLayer::AxesLayer(const store::MotionModel& model, Scene& scene)
-    : side_(side_named(model.side)), rotation_centre_mm_(model.rotation_centre_mm)
-{
-  first_drawable_ = scene.drawables.size();
-  for (const AxisRow row : {anterior, proximal, right, flexion, varus, push}) add_axis(model, scene, row);
-}
-
-void AxesLayer::update(Scene& scene, const store::Motion& motion, const DisplayedPose& shown) const
-{
-  const Pose& X_world_reference = shown.frames.X_world_reference;
-  const Eigen::Vector3d centre_mm = X_world_reference * rotation_centre_mm_;
-  const Eigen::Vector3d delta = motion.delta_of(shown.pose);
-  // Flexion axis: Z of the solver frame rotated by the varus; varus axis: X of the solver frame.
-  const SolverFrame frame{side_, rotation_centre_mm_, delta};
-  const Eigen::Matrix3d R_world_push = shown.frames.X_world_push.linear();
-  const auto on_screen = [&](const Eigen::Vector3d& v_solver) {
-    return Eigen::Vector3d(R_world_push * world_from_solver(frame, v_solver));
-  };
-  std::array<Eigen::Vector3d, 6> along;
-  for (const AxisRow row : {anterior, proximal, right})
-    along[row] = X_world_reference.linear() * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(row));
-  along[flexion] = on_screen(rotation_x(-shown.pose.attitude.varus_rad) * Eigen::Vector3d::UnitZ());
-  along[varus] = on_screen(Eigen::Vector3d::UnitX());
-  along[push] = R_world_push * delta;
-  for (std::size_t row = 0; row < along.size(); ++row) {
-    Drawable& drawable = scene.drawables[first_drawable_ + row];
-    drawable.is_shown = true;
-    drawable.X_world_mesh = aligned(centre_mm, along[row]);
+/// The reference's canonical axes as arrows from the rotation centre, the flexion and varus axes as rods
+/// through it, and Delta as an arrow towards it.
+class AxesLayer final : public LayerDrawing {
+ public:
+  AxesLayer(const store::MotionModel& model, Scene& scene)
+      : side_(side_named(model.side)),
+        rotation_centre_mm_(model.rotation_centre_mm),
+        first_drawable_(scene.drawables.size())
+  {
+    for (const AxisRow row : {anterior, proximal, right, flexion, varus, push}) add_axis(model, scene, row);
   }
-}
 
-std::optional<HelicalAxis> helical_axis_at(const store::Motion& motion, const Attitude& attitude,
-                                           const Eigen::Vector3d& near_mm)
-{
-  constexpr double step_rad = rad_from_deg(1.0);
-  const double first_rad = std::max(attitude.flexion_rad - step_rad, motion.first_flexion_rad());
-  const double last_rad = std::min(attitude.flexion_rad + step_rad, motion.last_flexion_rad());
-  const store::JointPose before = motion.at({first_rad, attitude.varus_rad});
-  const store::JointPose after = motion.at({last_rad, attitude.varus_rad});
-  if (before.status != store::PoseStatus::solved || after.status != store::PoseStatus::solved) return {};
-  return helical_axis(before.X_reference_moving, after.X_reference_moving, near_mm);
-}
+  /// Updates the poses; the meshes are constant.
+  void update(Scene& scene, const store::Motion& motion, const DisplayedPose& shown) override
+  {
+    const Pose& X_world_reference = shown.frames.X_world_reference;
+    const Eigen::Vector3d centre_mm = X_world_reference * rotation_centre_mm_;
+    const Eigen::Vector3d delta = motion.delta_of(shown.pose);
+    // Flexion axis: Z of the solver frame rotated by the varus; varus axis: X of the solver frame.
+    const SolverFrame frame{side_, rotation_centre_mm_, delta};
+    const Eigen::Matrix3d R_world_push = shown.frames.X_world_push.linear();
+    const auto on_screen = [&](const Eigen::Vector3d& v_solver) {
+      return Eigen::Vector3d(R_world_push * world_from_solver(frame, v_solver));
+    };
+    std::array<Eigen::Vector3d, 6> along;
+    for (const AxisRow row : {anterior, proximal, right})
+      along[row] = X_world_reference.linear() * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(row));
+    along[flexion] = on_screen(rotation_x(-shown.pose.attitude.varus_rad) * Eigen::Vector3d::UnitZ());
+    along[varus] = on_screen(Eigen::Vector3d::UnitX());
+    along[push] = R_world_push * delta;
+    for (std::size_t row = 0; row < along.size(); ++row) {
+      Drawable& drawable = scene.drawables[first_drawable_ + row];
+      drawable.is_shown = true;
+      drawable.X_world_mesh = aligned(centre_mm, along[row]);
+    }
+  }
 
-std::optional<HelicalAxis> helical_axis_at_frame(const store::Motion& motion, double key,
-                                                 const Eigen::Vector3d& near_mm)
-{
-  const double position = motion.position_of(key);
-  const store::JointPose before = motion.at_frame(motion.key_at(position - 1.0));
-  const store::JointPose after = motion.at_frame(motion.key_at(position + 1.0));
-  if (before.status != store::PoseStatus::solved || after.status != store::PoseStatus::solved) return {};
-  return helical_axis(before.X_reference_moving, after.X_reference_moving, near_mm);
-}
+ private:
+  Side side_ = Side::right;
+  Eigen::Vector3d rotation_centre_mm_;
+  std::size_t first_drawable_ = 0;
+};
 
-HelicalAxisLayer::HelicalAxisLayer(const store::MotionModel& model, Scene& scene)
-    : rotation_centre_mm_(model.rotation_centre_mm), drawable_(add_axis(model, scene, helical))
-{
-}
+/// The helical axis of the moving body relative to the reference from 1 degree of flexion before to 1 degree
+/// after, at constant varus, or of a sequence from one frame before to one after: a rod through the axis
+/// point nearest to the rotation centre.
+class HelicalAxisLayer final : public LayerDrawing {
+ public:
+  HelicalAxisLayer(const store::MotionModel& model, Scene& scene)
+      : rotation_centre_mm_(model.rotation_centre_mm),
+        is_empty_(model.flexion_deg.size() < 2),
+        drawable_(add_axis(model, scene, helical))
+  {
+  }
+  bool is_empty() const override { return is_empty_; }
 
-void HelicalAxisLayer::update(Scene& scene, const store::Motion& motion, const DisplayedPose& shown) const
-{
-  const std::optional<HelicalAxis> axis =
-      motion.is_sequence() ? helical_axis_at_frame(motion, shown.pose.key, rotation_centre_mm_)
-                           : helical_axis_at(motion, shown.pose.attitude, rotation_centre_mm_);
-  Drawable& drawable = scene.drawables[drawable_];
-  drawable.is_shown = axis.has_value();
-  if (!axis) return;
-  const Pose& X_world_reference = shown.frames.X_world_reference;
-  drawable.X_world_mesh =
-      aligned(X_world_reference * axis->point_mm, X_world_reference.linear() * axis->direction);
-}
+  void update(Scene& scene, const store::Motion& motion, const DisplayedPose& shown) override
+  {
+    const auto [before, after] = poses_around(motion, shown.pose);
+    if (before.status != store::PoseStatus::solved || after.status != store::PoseStatus::solved) return;
+    const std::optional<HelicalAxis> axis =
+        helical_axis(before.X_reference_moving, after.X_reference_moving, rotation_centre_mm_);
+    if (!axis) return;
+    Drawable& drawable = scene.drawables[drawable_];
+    drawable.is_shown = true;
+    const Pose& X_world_reference = shown.frames.X_world_reference;
+    drawable.X_world_mesh =
+        aligned(X_world_reference * axis->point_mm, X_world_reference.linear() * axis->direction);
+  }
 
-// Layer of the band of an uncertain job, as translucent copies of the moving object.
+ private:
+  static std::pair<store::JointPose, store::JointPose> poses_around(const store::Motion& motion,
+                                                                    const store::JointPose& pose)
+  {
+    if (motion.is_sequence()) {
+      const double position = motion.position_of(pose.key);
+      return {motion.at_frame(motion.key_at(position - 1.0)), motion.at_frame(motion.key_at(position + 1.0))};
+    }
+    constexpr double step_rad = rad_from_deg(1.0);
+    const double first_rad = std::max(pose.attitude.flexion_rad - step_rad, motion.first_flexion_rad());
+    const double last_rad = std::min(pose.attitude.flexion_rad + step_rad, motion.last_flexion_rad());
+    return {motion.at({first_rad, pose.attitude.varus_rad}), motion.at({last_rad, pose.attitude.varus_rad})};
+  }
 
-namespace {
+  Eigen::Vector3d rotation_centre_mm_;
+  bool is_empty_ = false;
+  std::size_t drawable_ = 0;
+};
+
+// The band of an uncertain job.
 
 constexpr float copy_opacity = 0.5F;  // two overlapping outlines remain distinct
 // The object covers the copies, which show beyond its outline: their intersections would show as patches.
@@ -171,54 +273,58 @@ struct BandEnd {
 };
 constexpr BandEnd band_ends[] = {{"quantile_5", {70, 130, 220, 255}}, {"quantile_95", {235, 135, 50, 255}}};
 
-}  // namespace
-
-BandLayer::BandLayer(const store::MotionModel& model, Scene& scene)
-{
-  const std::vector<std::string> names = store::quantile_set_names(model);
-  for (const BandEnd& end : band_ends) {
-    if (std::find(names.begin(), names.end(), end.set) == names.end()) continue;
-    QuantileCopy copies{store::Motion(model, end.set), {}};
-    const std::size_t n_bodies = scene.drawables.size();
-    for (std::size_t k = 0; k < n_bodies; ++k) {
-      const Drawable& body = scene.drawables[k];
-      if (body.layer != Layer::bodies || body.parent != ParentFrame::moving || !body.has_contact) continue;
-      Drawable copy = body;
-      copy.name += ", " + std::string(end.set);
-      copy.layer = Layer::band;
-      copy.parent = ParentFrame::world;
-      copy.is_shown = false;
-      copy.material = marker_material(end.colour);
-      copy.material.opacity = copy_opacity;
-      copy.depth_offset_mm = copy_depth_offset_mm;
-      copies.drawables.push_back(scene.drawables.size());
-      scene.drawables.push_back(std::move(copy));
-    }
-    copies_.push_back(std::move(copies));
-  }
-}
-
-void BandLayer::update(Scene& scene, const DisplayedPose& shown) const
-{
-  for (const QuantileCopy& copies : copies_) {
-    const store::JointPose pose = copies.motion.at(shown.pose.attitude);
-    if (pose.status != store::PoseStatus::solved) continue;
-    const Pose X_world_moving = shown.frames.X_world_reference * pose.X_reference_moving;
-    for (const std::size_t k : copies.drawables) {
-      scene.drawables[k].is_shown = true;
-      place(scene.drawables[k], X_world_moving);
+/// Translucent copies of the moving object's contact parts at the poses of the samples at 5 and 95 %
+/// (store::quantile_set_names).
+class BandLayer final : public LayerDrawing {
+ public:
+  BandLayer(const store::MotionModel& model, Scene& scene)
+  {
+    const std::vector<std::string> names = store::quantile_set_names(model);
+    for (const BandEnd& end : band_ends) {
+      if (std::find(names.begin(), names.end(), end.set) == names.end()) continue;
+      QuantileCopy copies{store::Motion(model, end.set), {}};
+      const std::size_t n_bodies = scene.drawables.size();
+      for (std::size_t k = 0; k < n_bodies; ++k) {
+        const Drawable& body = scene.drawables[k];
+        if (body.layer != Layer::bodies || body.parent != ParentFrame::moving || !body.has_contact) continue;
+        Drawable copy = body;
+        copy.name += ", " + std::string(end.set);
+        copy.layer = Layer::band;
+        copy.parent = ParentFrame::world;
+        copy.is_shown = false;
+        copy.material = marker_material(end.colour);
+        copy.material.opacity = copy_opacity;
+        copy.depth_offset_mm = copy_depth_offset_mm;
+        copies.drawables.push_back(scene.drawables.size());
+        scene.drawables.push_back(std::move(copy));
+      }
+      copies_.push_back(std::move(copies));
     }
   }
-}
+  bool is_empty() const override { return copies_.empty(); }
 
-// Layer of the contact points, with forces as lengths of arrows.
+  void update(Scene& scene, const store::Motion& /*motion*/, const DisplayedPose& shown) override
+  {
+    for (const QuantileCopy& copies : copies_) {
+      const store::JointPose pose = copies.motion.at(shown.pose.attitude);
+      if (pose.status != store::PoseStatus::solved) continue;
+      const Pose X_world_moving = shown.frames.X_world_reference * pose.X_reference_moving;
+      for (const std::size_t k : copies.drawables) {
+        scene.drawables[k].is_shown = true;
+        place(scene.drawables[k], X_world_moving);
+      }
+    }
+  }
 
-namespace {
+ private:
+  struct QuantileCopy {
+    store::Motion motion;
+    std::vector<std::size_t> drawables;
+  };
+  std::vector<QuantileCopy> copies_;
+};
 
-// Sizes for a knee, mm: visible between condyle and plateau without hiding either.
-constexpr double ball_radius_mm = 1.3, normal_radius_mm = 0.55;
-constexpr double longest_arrow_mm = 26.0, shortest_arrow_mm = 3.0;
-constexpr VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
+// Contacts.
 
 std::vector<double> radians(const std::vector<double>& deg)
 {
@@ -262,14 +368,18 @@ double highest_force_n(const store::MotionModel& model)
   return highest_n;
 }
 
-}  // namespace
+/// Balls or arrows in compressed rows: those of cell c are [start[c], start[c + 1]).
+struct MarkerRows {
+  std::vector<std::size_t> start;
+  std::vector<Eigen::Vector3d> tip_mm;    ///< moving body, from the rotation centre
+  std::vector<Eigen::Vector3d> arrow_mm;  ///< from tail to tip
+};
 
 template <typename Rows, typename Length>
-ContactLayer::Markers ContactLayer::markers_of(const store::MotionModel& model, const Rows& rows,
-                                               const Length& length_mm)
+MarkerRows marker_rows(const store::MotionModel& model, const Rows& rows, const Length& length_mm)
 {
   const store::Motion raw(model, "raw");
-  Markers markers;
+  MarkerRows markers;
   markers.start.push_back(0);
   const std::size_t n_cells = rows.row_start.empty() ? 0 : rows.row_start.size() - 1;
   for (std::size_t cell = 0; cell < n_cells; ++cell) {
@@ -300,97 +410,76 @@ ContactLayer::Markers ContactLayer::markers_of(const store::MotionModel& model, 
   return markers;
 }
 
-ContactLayer::ContactLayer(const store::MotionModel& model, Scene& scene)
-    : flexion_rad_(radians(model.flexion_deg)),
-      varus_rad_(radians(model.varus_deg)),
-      scale_(marker_scale(model)),
-      points_(markers_of(model, model.contacts, [&](std::size_t) { return scale_ * plain_arrow_mm; }))
+/// Contact points with arrows along their normals.
+MarkerRows contact_rows(const store::MotionModel& model)
 {
-  if (model.frames) keys_ = model.frames->key;
-  if (model.equilibrium) {
-    const double highest_n = highest_force_n(model);
-    arrows_ = markers_of(model, model.equilibrium->forces, [&](std::size_t row) {
-      const double part = force_n(model.equilibrium->forces, row, model.delta) / highest_n;
-      return scale_ * std::clamp(part * longest_arrow_mm, shortest_arrow_mm, longest_arrow_mm);
-    });
-  } else {
-    arrows_ = points_;
+  const double length_mm = marker_scale(model) * plain_arrow_mm;
+  return marker_rows(model, model.contacts, [&](std::size_t) { return length_mm; });
+}
+
+/// Arrows as long as the contact forces on the moving object, limited to that of the largest force of the
+/// informative cells.
+MarkerRows force_rows(const store::MotionModel& model)
+{
+  const double highest_n = highest_force_n(model), scale = marker_scale(model);
+  const store::ForceRows& forces = model.equilibrium->forces;
+  return marker_rows(model, forces, [&](std::size_t row) {
+    const double part = force_n(forces, row, model.delta) / highest_n;
+    return scale * std::clamp(part * longest_arrow_mm, shortest_arrow_mm, longest_arrow_mm);
+  });
+}
+
+/// The contacts of the nearest grid cell, fixed to the moving object: balls at the contact points (layer
+/// contacts), or arrows with their tips there (layer normals).
+class ContactLayer final : public LayerDrawing {
+ public:
+  ContactLayer(const store::MotionModel& model, Scene& scene, Layer layer, MarkerRows rows)
+      : flexion_rad_(radians(model.flexion_deg)),
+        varus_rad_(radians(model.varus_deg)),
+        scale_(marker_scale(model)),
+        rows_(std::move(rows)),
+        drawn_(scene, layer, ParentFrame::moving,
+               layer == Layer::contacts ? "contacts"
+               : model.equilibrium      ? "contact forces"
+                                        : "contact normals",
+               model.rotation_centre_mm)
+  {
+    if (model.frames) keys_ = model.frames->key;
+    drawn_.reserve(scene, most_rows(rows_.start));
   }
-  points_.drawn.emplace(scene, Layer::contacts, ParentFrame::moving, "contacts", model.rotation_centre_mm);
-  arrows_.drawn.emplace(scene, Layer::normals, ParentFrame::moving,
-                        model.equilibrium ? "contact forces" : "contact normals", model.rotation_centre_mm);
-  for (Markers* markers : {&points_, &arrows_}) markers->drawn->reserve(scene, most_rows(markers->start));
-}
+  bool is_empty() const override { return rows_.tip_mm.empty(); }
 
-std::size_t ContactLayer::nearest_cell(const store::JointPose& pose) const
-{
-  if (!keys_.empty()) return nearest(keys_, pose.key);
-  const Attitude& attitude = pose.attitude;
-  return nearest(flexion_rad_, attitude.flexion_rad) * varus_rad_.size() +
-         nearest(varus_rad_, attitude.varus_rad);
-}
-
-void ContactLayer::update(Scene& scene, const store::JointPose& pose, const LayerSet& wanted)
-{
-  const std::size_t cell = nearest_cell(pose);
-  for (Markers* markers : {&points_, &arrows_}) {
-    if (!wanted.has(markers == &points_ ? Layer::contacts : Layer::normals)) continue;
-    const bool is_row = cell + 1 < markers->start.size();
-    const std::size_t first = is_row ? markers->start[cell] : 0;
-    const std::size_t n = is_row ? markers->start[cell + 1] - first : 0;
-    markers->drawn->show(scene, n > 0);
-    if (n == 0 || markers->cell == cell) continue;
-    markers->cell = cell;
-    markers->drawn->place(scene, std::span(markers->tip_mm).subspan(first, n),
-                          std::span(markers->arrow_mm).subspan(first, n), scale_);
+  void update(Scene& scene, const store::Motion& /*motion*/, const DisplayedPose& shown) override
+  {
+    const std::size_t cell = nearest_cell(shown.pose);
+    const bool is_row = cell + 1 < rows_.start.size();
+    const std::size_t first = is_row ? rows_.start[cell] : 0;
+    const std::size_t n = is_row ? rows_.start[cell + 1] - first : 0;
+    drawn_.show(scene, n > 0);
+    if (n == 0 || cell_ == cell) return;
+    cell_ = cell;
+    drawn_.place(scene, std::span(rows_.tip_mm).subspan(first, n),
+                 std::span(rows_.arrow_mm).subspan(first, n), scale_);
   }
-}
 
-ContactMarkers::ContactMarkers(Scene& scene, Layer layer, ParentFrame parent, const std::string& name,
-                               const Eigen::Vector3d& origin_mm)
-    : is_arrows_(layer == Layer::normals), drawable_(add_layer(scene, layer, parent, name))
-{
-  scene.drawables[drawable_].origin_mm = origin_mm;
-  scene.drawables[drawable_].material = marker_material(is_arrows_ ? arrow_colour : ball_colour);
-}
-
-void ContactMarkers::reserve(Scene& scene, std::size_t n_contacts)
-{
-  RenderMesh& mesh = scene.drawables[drawable_].mesh;
-  mesh = {};
-  is_arrows_ ? add_arrows(mesh, n_contacts) : add_balls(mesh, n_contacts);
-  capacity_ = n_contacts;
-  triangles_ = mesh.triangles;
-}
-
-void ContactMarkers::show(Scene& scene, bool is_shown) const
-{
-  scene.drawables[drawable_].is_shown = is_shown;
-}
-
-void ContactMarkers::place(Scene& scene, std::span<const Eigen::Vector3d> tip_mm,
-                           std::span<const Eigen::Vector3d> arrow_vector_mm, double scale)
-{
-  Drawable& drawable = scene.drawables[drawable_];
-  const SolidSize size = is_arrows_ ? arrow_size() : ball_size();
-  for (std::size_t k = 0; k < tip_mm.size(); ++k) {
-    if (is_arrows_) {
-      set_arrow(drawable.mesh, k * size.n_vertices, tip_mm[k] - arrow_vector_mm[k], tip_mm[k],
-                scale * normal_radius_mm);
-    } else {
-      set_ball(drawable.mesh, k * size.n_vertices, tip_mm[k], scale * ball_radius_mm);
-    }
+ private:
+  std::size_t nearest_cell(const store::JointPose& pose) const
+  {
+    if (!keys_.empty()) return nearest(keys_, pose.key);
+    const Attitude& attitude = pose.attitude;
+    return nearest(flexion_rad_, attitude.flexion_rad) * varus_rad_.size() +
+           nearest(varus_rad_, attitude.varus_rad);
   }
-  const auto n_indices = static_cast<std::ptrdiff_t>(tip_mm.size() * size.n_indices);
-  std::copy_n(triangles_.begin(), n_indices, drawable.mesh.triangles.begin());
-  std::fill(drawable.mesh.triangles.begin() + n_indices, drawable.mesh.triangles.end(), 0U);
-  update_box(drawable);
-  ++drawable.revision;
-}
 
-// Layer of the contact paths: centres of contact over flexion as lines on the surfaces.
+  std::vector<double> flexion_rad_, varus_rad_;
+  std::vector<double> keys_;  ///< of a sequence of frames
+  double scale_ = 1.0;
+  MarkerRows rows_;
+  ContactMarkers drawn_;
+  std::size_t cell_ = SIZE_MAX;  ///< the drawn one
+};
 
-namespace {
+// Contact paths: centres of contact over flexion as lines on the surfaces.
 
 // Larger steps between neighbouring flexions are jumps to another facet or horn, not rolling or sliding.
 constexpr double longest_step_mm = 4.0;
@@ -435,48 +524,52 @@ std::vector<std::vector<Eigen::Vector3d>> pieces_of(const std::vector<double>& c
   return pieces;
 }
 
-}  // namespace
-
-ContactPathLayer::ContactPathLayer(const store::MotionModel& model, Scene& scene)
-{
-  if (!model.contact_paths) return;
-  struct Row {
-    const char* name;
-    const std::vector<double>& centre_mm;
-    ParentFrame parent;
-    VertexColour colour;
-  };
-  const store::ContactPaths& paths = *model.contact_paths;
-  const std::vector<std::size_t> cells = path_cells(model);
-  const double scale = marker_scale(model);
-  for (const Row& row :
-       {Row{"medial path, reference", paths.medial_reference_mm, ParentFrame::reference, medial_colour},
-        Row{"medial path, moving", paths.medial_moving_mm, ParentFrame::moving, medial_colour},
-        Row{"lateral path, reference", paths.lateral_reference_mm, ParentFrame::reference, lateral_colour},
-        Row{"lateral path, moving", paths.lateral_moving_mm, ParentFrame::moving, lateral_colour}}) {
-    const auto pieces = pieces_of(row.centre_mm, cells, model.rotation_centre_mm, scale);
-    if (pieces.empty()) continue;
-    drawables_.push_back(add_layer(scene, Layer::contact_paths, row.parent, row.name));
-    Drawable& drawable = scene.drawables.back();
-    drawable.origin_mm = model.rotation_centre_mm;
-    drawable.material = marker_material(row.colour);
-    for (const std::vector<Eigen::Vector3d>& piece : pieces) {
-      const std::size_t first = drawable.mesh.vertices.size();
-      add_tube(drawable.mesh, piece.size());
-      set_tube(drawable.mesh, first, piece, scale * path_radius_mm);
+/// The centres of contact of both compartments over flexion, as lines on the surfaces of both bodies: of the
+/// spine's cells, or of the cells with the least varus.
+class ContactPathLayer final : public LayerDrawing {
+ public:
+  ContactPathLayer(const store::MotionModel& model, Scene& scene)
+  {
+    if (!model.contact_paths) return;
+    struct Row {
+      const char* name;
+      const std::vector<double>& centre_mm;
+      ParentFrame parent;
+      VertexColour colour;
+    };
+    const store::ContactPaths& paths = *model.contact_paths;
+    const std::vector<std::size_t> cells = path_cells(model);
+    const double scale = marker_scale(model);
+    for (const Row& row :
+         {Row{"medial path, reference", paths.medial_reference_mm, ParentFrame::reference, medial_colour},
+          Row{"medial path, moving", paths.medial_moving_mm, ParentFrame::moving, medial_colour},
+          Row{"lateral path, reference", paths.lateral_reference_mm, ParentFrame::reference, lateral_colour},
+          Row{"lateral path, moving", paths.lateral_moving_mm, ParentFrame::moving, lateral_colour}}) {
+      const auto pieces = pieces_of(row.centre_mm, cells, model.rotation_centre_mm, scale);
+      if (pieces.empty()) continue;
+      drawables_.push_back(add_layer(scene, Layer::contact_paths, row.parent, row.name, model));
+      Drawable& drawable = scene.drawables.back();
+      drawable.material = marker_material(row.colour);
+      for (const std::vector<Eigen::Vector3d>& piece : pieces) {
+        const std::size_t first = drawable.mesh.vertices.size();
+        add_tube(drawable.mesh, piece.size());
+        set_tube(drawable.mesh, first, piece, scale * path_radius_mm);
+      }
+      update_box(drawable);
     }
-    update_box(drawable);
   }
-}
+  bool is_empty() const override { return drawables_.empty(); }
 
-void ContactPathLayer::show(Scene& scene) const
-{
-  for (const std::size_t k : drawables_) scene.drawables[k].is_shown = true;
-}
+  void update(Scene& scene, const store::Motion& /*motion*/, const DisplayedPose& /*shown*/) override
+  {
+    for (const std::size_t k : drawables_) scene.drawables[k].is_shown = true;
+  }
 
-// Layer of the gap along Delta, as colours on the moving object's upward surface.
+ private:
+  std::vector<std::size_t> drawables_;
+};
 
-namespace {
+// The gap along Delta, as colours on the moving object's upward surface.
 
 constexpr double range_mm = 6.0;    ///< about the height of a meniscus
 constexpr double deepest_mm = 3.0;  ///< largest overlap of a smoothed motion; deeper hits are other surfaces
@@ -486,7 +579,7 @@ constexpr double least_upward =
     0.3;  ///< smallest component of a face normal along Delta; steeper faces are omitted
 constexpr double fades_from = 0.7;  ///< fraction of the range where the colours start to fade into the bone
 
-Legend gap_legend()
+Legend gap_scale()
 {
   Legend legend;
   legend.title = "gap, mm";
@@ -526,89 +619,106 @@ RenderMesh upward_part(const RenderMesh& whole, const Eigen::Vector3d& delta)
   return part;
 }
 
-}  // namespace
-
-GapLayer::GapLayer(const store::MotionModel& model, Scene& scene)
-    : legend_(gap_legend()), reference_(model.reference.contact.mesh), tree_(reference_)
-{
-  for (std::size_t c = 0; c < model.moving.components.size(); ++c) add_sheet(model, scene, c);
-}
-
-void GapLayer::add_sheet(const store::MotionModel& model, Scene& scene, std::size_t component)
-{
-  const Part& contact = model.moving.contact;
-  const RenderMesh whole =
-      make_render_mesh(contact.mesh, triangles_by_component(model.moving, contact)[component],
-                       model.rotation_centre_mm, crease_rad_of(model.moving.components[component].material));
-  RenderMesh upward = upward_part(whole, model.delta);
-  if (upward.triangles.empty()) return;
-  const Component& part = model.moving.components[component];
-  Sheet sheet;
-  sheet.drawable = add_layer(scene, Layer::gap_map, ParentFrame::moving, "gaps on " + part.name);
-  Drawable& drawable = scene.drawables[sheet.drawable];
-  drawable.origin_mm = model.rotation_centre_mm;
-  drawable.mesh = std::move(upward);
-  drawable.material = material_of(part.material);
-  drawable.material.mottling = 0.0F;
-  sheet.bone = srgb_from_linear(drawable.material.colour);
-  const auto lift_mm = static_cast<float>(above_mm * marker_scale(model));
-  for (RenderVertex& vertex : drawable.mesh.vertices) {
-    sheet.point_mm.push_back(position_mm(vertex) + drawable.origin_mm);
-    for (std::size_t k = 0; k < 3; ++k) vertex.position_mm[k] += lift_mm * vertex.normal[k];
+/// Sheets slightly above the contact surfaces of the moving object oriented along Delta, coloured by the
+/// directional gap from each vertex to the reference; hidden where the gap exceeds the range.
+class GapLayer final : public LayerDrawing {
+ public:
+  GapLayer(const store::MotionModel& model, Scene& scene)
+      : legend_(gap_scale()), reference_(model.reference.contact.mesh), tree_(reference_)
+  {
+    for (std::size_t c = 0; c < model.moving.components.size(); ++c) add_sheet(model, scene, c);
   }
-  update_box(drawable);
-  drawable.colours.assign(drawable.mesh.vertices.size(), sheet.bone);
-  sheet.gap_mm.resize(sheet.point_mm.size());
-  sheet.triangles = drawable.mesh.triangles;
-  sheets_.push_back(std::move(sheet));
-}
+  bool is_empty() const override { return sheets_.empty(); }
+  const Legend* legend() const override { return &legend_; }
 
-void GapLayer::update_sheet(Drawable& drawable, Sheet& sheet, const Eigen::Vector3d& delta_moving) const
-{
-  // The rays are transformed to the reference's frame, so that its tree stays valid.
-  geometry::Ray ray;
-  ray.direction = X_reference_moving_.linear() * delta_moving;
-  ray.max_length_mm = deepest_mm + range_mm;
-  for (std::size_t v = 0; v < sheet.point_mm.size(); ++v) {
-    ray.from_mm = X_reference_moving_ * sheet.point_mm[v] - deepest_mm * ray.direction;
-    const double gap_mm = geometry::ray_distance_mm(reference_, tree_, ray) - deepest_mm;
-    sheet.gap_mm[v] = gap_mm;
-    const double fading = (gap_mm / range_mm - fades_from) / (1.0 - fades_from);
-    drawable.colours[v] = interpolated_colour(colour_of(legend_, std::min(gap_mm, range_mm)), sheet.bone,
-                                              std::clamp(fading, 0.0, 1.0));
-  }
-  auto next = drawable.mesh.triangles.begin();
-  for (std::size_t t = 0; t < sheet.triangles.size(); t += 3) {
-    const auto corner = sheet.triangles.begin() + static_cast<std::ptrdiff_t>(t);
-    const bool is_near =
-        std::any_of(corner, corner + 3, [&](std::uint32_t v) { return sheet.gap_mm[v] < range_mm; });
-    if (is_near) next = std::copy(corner, corner + 3, next);
-  }
-  sheet.is_near = next != drawable.mesh.triangles.begin();
-  // The number of triangles is constant: unused ones are degenerate.
-  std::fill(next, drawable.mesh.triangles.end(), 0U);
-}
-
-void GapLayer::update(Scene& scene, const store::Motion& motion, const store::JointPose& pose)
-{
-  const bool is_same = is_made_ && X_reference_moving_.matrix() == pose.X_reference_moving.matrix();
-  X_reference_moving_ = pose.X_reference_moving;
-  is_made_ = true;
-  // Theta rotates about Delta, so Delta has the same coordinates in the moving object.
-  const Eigen::Vector3d delta_moving = motion.delta_of(pose);
-  for (Sheet& sheet : sheets_) {
-    Drawable& drawable = scene.drawables[sheet.drawable];
-    if (!is_same) {
-      update_sheet(drawable, sheet, delta_moving);
-      ++drawable.revision;
+  void update(Scene& scene, const store::Motion& motion, const DisplayedPose& shown) override
+  {
+    const bool is_new = last_pose_.takes(shown.pose.X_reference_moving);
+    // Theta rotates about Delta, so Delta has the same coordinates in the moving object.
+    const Eigen::Vector3d delta_moving = motion.delta_of(shown.pose);
+    for (Sheet& sheet : sheets_) {
+      Drawable& drawable = scene.drawables[sheet.drawable];
+      if (is_new) {
+        update_sheet(drawable, sheet, shown.pose.X_reference_moving, delta_moving);
+        ++drawable.revision;
+      }
+      drawable.is_shown = sheet.is_near;
     }
-    drawable.is_shown = sheet.is_near;
   }
-}
 
-// Layer of the ligament fibres, coloured by strain.
+ private:
+  struct Sheet {
+    std::size_t drawable = 0;
+    VertexColour bone{};                    ///< the part's colour, into which the map fades
+    std::vector<Eigen::Vector3d> point_mm;  ///< [n_vertices] canonical axes of the moving body
+    std::vector<double> gap_mm;             ///< [n_vertices] at the last update; infinite beyond the range
+    std::vector<std::uint32_t> triangles;   ///< all triangles of the sheet
+    bool is_near = false;                   ///< any vertex was within the range at the last update
+  };
 
-namespace {
+  void add_sheet(const store::MotionModel& model, Scene& scene, std::size_t component)
+  {
+    const Part& contact = model.moving.contact;
+    const RenderMesh whole = make_render_mesh(
+        contact.mesh, triangles_by_component(model.moving, contact)[component], model.rotation_centre_mm,
+        crease_rad_of(model.moving.components[component].material));
+    RenderMesh upward = upward_part(whole, model.delta);
+    if (upward.triangles.empty()) return;
+    const Component& part = model.moving.components[component];
+    Sheet sheet;
+    sheet.drawable = add_layer(scene, Layer::gap_map, ParentFrame::moving, "gaps on " + part.name, model);
+    Drawable& drawable = scene.drawables[sheet.drawable];
+    drawable.mesh = std::move(upward);
+    drawable.material = material_of(part.material);
+    drawable.material.mottling = 0.0F;
+    sheet.bone = srgb_from_linear(drawable.material.colour);
+    const auto lift_mm = static_cast<float>(above_mm * marker_scale(model));
+    for (RenderVertex& vertex : drawable.mesh.vertices) {
+      sheet.point_mm.push_back(position_mm(vertex) + drawable.origin_mm);
+      for (std::size_t k = 0; k < 3; ++k) vertex.position_mm[k] += lift_mm * vertex.normal[k];
+    }
+    update_box(drawable);
+    drawable.colours.assign(drawable.mesh.vertices.size(), sheet.bone);
+    sheet.gap_mm.resize(sheet.point_mm.size());
+    sheet.triangles = drawable.mesh.triangles;
+    sheets_.push_back(std::move(sheet));
+  }
+
+  void update_sheet(Drawable& drawable, Sheet& sheet, const Pose& X_reference_moving,
+                    const Eigen::Vector3d& delta_moving) const
+  {
+    // The rays are transformed to the reference's frame, so that its tree stays valid.
+    geometry::Ray ray;
+    ray.direction = X_reference_moving.linear() * delta_moving;
+    ray.max_length_mm = deepest_mm + range_mm;
+    for (std::size_t v = 0; v < sheet.point_mm.size(); ++v) {
+      ray.from_mm = X_reference_moving * sheet.point_mm[v] - deepest_mm * ray.direction;
+      const double gap_mm = geometry::ray_distance_mm(reference_, tree_, ray) - deepest_mm;
+      sheet.gap_mm[v] = gap_mm;
+      const double fading = (gap_mm / range_mm - fades_from) / (1.0 - fades_from);
+      drawable.colours[v] = interpolated_colour(colour_of(legend_, std::min(gap_mm, range_mm)), sheet.bone,
+                                                std::clamp(fading, 0.0, 1.0));
+    }
+    auto next = drawable.mesh.triangles.begin();
+    for (std::size_t t = 0; t < sheet.triangles.size(); t += 3) {
+      const auto corner = sheet.triangles.begin() + static_cast<std::ptrdiff_t>(t);
+      const bool is_near =
+          std::any_of(corner, corner + 3, [&](std::uint32_t v) { return sheet.gap_mm[v] < range_mm; });
+      if (is_near) next = std::copy(corner, corner + 3, next);
+    }
+    sheet.is_near = next != drawable.mesh.triangles.begin();
+    // The number of triangles is constant: unused ones are degenerate.
+    std::fill(next, drawable.mesh.triangles.end(), 0U);
+  }
+
+  Legend legend_;
+  Mesh reference_;  ///< contact part
+  geometry::BoxTree tree_;
+  std::vector<Sheet> sheets_;
+  LastPose last_pose_;
+};
+
+// Ligament fibres, coloured by strain.
 
 /// Points per fibre: four suffice for straight ones; on a wrap 12 points give a few degrees of bend per
 /// segment.
@@ -688,61 +798,129 @@ Legend legend_of(const store::MotionModel& model, std::size_t n_fibres)
   return legend;
 }
 
+/// A flat band along each fibre's path, over its wrap; the width is in the direction in which the bundle's
+/// fibres lie side by side.
+class LigamentLayer final : public LayerDrawing {
+ public:
+  LigamentLayer(const store::MotionModel& model, Scene& scene)
+      : ligaments_(store::ligaments_of(model)),
+        legend_(legend_of(model, ligaments_.fibres.size())),
+        drawable_(add_layer(scene, Layer::ligaments, ParentFrame::reference, "ligaments", model))
+  {
+    Drawable& drawable = scene.drawables[drawable_];
+    drawable.is_solid = true;
+    drawable.material = marker_material({255, 255, 255, 255});
+    const double scale = marker_scale(model);
+    for (const model::Fibre& fibre : ligaments_.fibres) {
+      add_tube(drawable.mesh, n_points(fibre));
+      const Arrangement arrangement = arrangement_of(ligaments_.fibres, fibre.bundle);
+      const double half_mm =
+          std::clamp(0.5 * overlap * arrangement.spacing_mm, scale * narrowest_mm, scale * widest_mm);
+      bands_.push_back({half_mm, scale * thickness_mm, arrangement.reference_mm, arrangement.moving_mm});
+    }
+    drawable.colours.resize(drawable.mesh.vertices.size());
+  }
+  bool is_empty() const override { return ligaments_.fibres.empty(); }
+  const Legend* legend() const override { return &legend_; }
+
+  void update(Scene& scene, const store::Motion& /*motion*/, const DisplayedPose& shown) override
+  {
+    const Pose& X_reference_moving = shown.pose.X_reference_moving;
+    scene.drawables[drawable_].is_shown = !is_empty();
+    if (!last_pose_.takes(X_reference_moving)) return;
+    Drawable& drawable = scene.drawables[drawable_];
+    // Fibre lengths do not depend on the common frame: use the reference's.
+    const model::JointPlacement placement{Eigen::Matrix3d::Identity(), X_reference_moving.linear(),
+                                          X_reference_moving.translation()};
+    std::array<Eigen::Vector3d, n_wrapped> points_mm;
+    std::size_t vertex = 0;
+    for (std::size_t i = 0; i < ligaments_.fibres.size(); ++i) {
+      const model::Fibre& fibre = ligaments_.fibres[i];
+      const std::span<Eigen::Vector3d> path_mm(points_mm.data(), n_points(fibre));
+      const model::SampledFibre path = model::sample_fibre_path(fibre, ligaments_.wraps, placement, path_mm);
+      const double strain = path.length_mm / fibre.slack_length_mm - 1.0;
+      for (Eigen::Vector3d& p_mm : path_mm) p_mm -= drawable.origin_mm;
+      BandSection band = bands_[i];
+      const double part = strain < 0.0 ? slack_part : 1.0;
+      band.half_width_mm *= part;
+      band.half_thickness_mm *= part;
+      band.across_last = placement.R_S_moving * band.across_last;
+      set_band(drawable.mesh, vertex, path_mm, band);
+      const auto first = drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex);
+      vertex += tube_size(path_mm.size()).n_vertices;
+      std::fill(first, drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex),
+                colour_of(legend_, 100.0 * strain));
+    }
+    update_box(drawable);
+    ++drawable.revision;
+  }
+
+ private:
+  model::Ligaments ligaments_;
+  Legend legend_;
+  std::size_t drawable_ = 0;
+  std::vector<BandSection> bands_;  ///< [n_fibres] of taut fibres; each end in its body's frame
+  LastPose last_pose_;
+};
+
 }  // namespace
 
-LigamentLayer::LigamentLayer(const store::MotionModel& model, Scene& scene)
-    : ligaments_(store::ligaments_of(model)),
-      legend_(legend_of(model, ligaments_.fibres.size())),
-      origin_mm_(model.rotation_centre_mm),
-      scale_(marker_scale(model)),
-      drawable_(add_layer(scene, Layer::ligaments, ParentFrame::reference, "ligaments")),
-      strain_(ligaments_.fibres.size())
+struct JointLayers::Parts {
+  std::vector<std::pair<Layer, std::unique_ptr<LayerDrawing>>> all;
+};
+
+JointLayers::JointLayers(const store::MotionModel& model, Scene& scene) : parts_(std::make_unique<Parts>())
 {
-  Drawable& drawable = scene.drawables[drawable_];
-  drawable.origin_mm = origin_mm_;
-  drawable.is_solid = true;
-  drawable.material = marker_material({255, 255, 255, 255});
-  for (const model::Fibre& fibre : ligaments_.fibres) {
-    add_tube(drawable.mesh, n_points(fibre));
-    const Arrangement arrangement = arrangement_of(ligaments_.fibres, fibre.bundle);
-    const double half_mm =
-        std::clamp(0.5 * overlap * arrangement.spacing_mm, scale_ * narrowest_mm, scale_ * widest_mm);
-    bands_.push_back({half_mm, scale_ * thickness_mm, arrangement.reference_mm, arrangement.moving_mm});
-  }
-  drawable.colours.resize(drawable.mesh.vertices.size());
+  const auto add = [&](Layer layer, std::unique_ptr<LayerDrawing> drawing) {
+    available_.set(layer, !drawing->is_empty());
+    parts_->all.emplace_back(layer, std::move(drawing));
+  };
+  const MarkerRows contacts = contact_rows(model);
+  const MarkerRows arrows = model.equilibrium ? force_rows(model) : contacts;
+  add(Layer::contacts, std::make_unique<ContactLayer>(model, scene, Layer::contacts, contacts));
+  add(Layer::normals, std::make_unique<ContactLayer>(model, scene, Layer::normals, arrows));
+  add(Layer::axes, std::make_unique<AxesLayer>(model, scene));
+  add(Layer::helical_axis, std::make_unique<HelicalAxisLayer>(model, scene));
+  add(Layer::gap_map, std::make_unique<GapLayer>(model, scene));
+  add(Layer::ligaments, std::make_unique<LigamentLayer>(model, scene));
+  add(Layer::contact_paths, std::make_unique<ContactPathLayer>(model, scene));
+  add(Layer::band, std::make_unique<BandLayer>(model, scene));
+  available_.set(Layer::normals, available_.has(Layer::contacts));
+  available_.set(Layer::labels, true);  // drawn as text
 }
 
-void LigamentLayer::update(Scene& scene, const store::JointPose& pose)
+JointLayers::~JointLayers() = default;
+JointLayers::JointLayers(JointLayers&&) noexcept = default;
+JointLayers& JointLayers::operator=(JointLayers&&) noexcept = default;
+
+void JointLayers::update(Scene& scene, const store::Motion& motion, const DisplayedPose& shown)
 {
-  scene.drawables[drawable_].is_shown = !is_empty();
-  if (is_made_ && X_reference_moving_.matrix() == pose.X_reference_moving.matrix()) return;
-  X_reference_moving_ = pose.X_reference_moving;
-  is_made_ = true;
-  Drawable& drawable = scene.drawables[drawable_];
-  // Fibre lengths do not depend on the common frame: use the reference's.
-  const model::JointPlacement placement{Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
-                                        pose.X_reference_moving.translation()};
-  std::array<Eigen::Vector3d, n_wrapped> points_mm;
-  std::size_t vertex = 0;
-  for (std::size_t i = 0; i < ligaments_.fibres.size(); ++i) {
-    const model::Fibre& fibre = ligaments_.fibres[i];
-    const std::span<Eigen::Vector3d> path_mm(points_mm.data(), n_points(fibre));
-    const model::SampledFibre path = model::sample_fibre_path(fibre, ligaments_.wraps, placement, path_mm);
-    strain_[i] = path.length_mm / fibre.slack_length_mm - 1.0;
-    for (Eigen::Vector3d& p_mm : path_mm) p_mm -= origin_mm_;
-    BandSection band = bands_[i];
-    const double part = strain_[i] < 0.0 ? slack_part : 1.0;
-    band.half_width_mm *= part;
-    band.half_thickness_mm *= part;
-    band.across_last = placement.R_S_moving * band.across_last;
-    set_band(drawable.mesh, vertex, path_mm, band);
-    const auto first = drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex);
-    vertex += tube_size(path_mm.size()).n_vertices;
-    std::fill(first, drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex),
-              colour_of(legend_, 100.0 * strain_[i]));
+  for (Drawable& drawable : scene.drawables) {
+    if (drawable.layer != Layer::bodies) drawable.is_shown = false;
   }
-  update_box(drawable);
-  ++drawable.revision;
+  if (shown.pose.status != store::PoseStatus::solved) return;
+  for (const auto& [layer, drawing] : parts_->all) {
+    if (shown.layers.has(layer)) drawing->update(scene, motion, shown);
+  }
+}
+
+const Legend& JointLayers::legend(Layer layer) const
+{
+  for (const auto& [own, drawing] : parts_->all) {
+    if (own == layer && drawing->legend() != nullptr) return *drawing->legend();
+  }
+  throw InternalError("only gaps and ligaments have a legend");
+}
+
+const std::vector<Label>& JointLayers::axis_labels()
+{
+  static const std::vector<Label> labels = [] {
+    std::vector<Label> made;
+    made.reserve(axes.size());
+    for (const Axis& axis : axes) made.push_back({axis.name, axis.colour});
+    return made;
+  }();
+  return labels;
 }
 
 // Where the names of bones, ligaments and compartments are drawn.

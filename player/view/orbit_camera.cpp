@@ -20,8 +20,7 @@ Eigen::Vector3d pivot_camera_mm(const OrbitCamera& gaze)
 }
 
 /// Direction through a pixel in camera axes, with z = -1.
-Eigen::Vector3d ray_camera(const view::Camera& camera, const view::Viewport& viewport,
-                           const Eigen::Vector2d& p_px)
+Eigen::Vector3d ray_camera(const Camera& camera, const Viewport& viewport, const Eigen::Vector2d& p_px)
 {
   const double right = 2.0 * (p_px.x() - viewport.x) / viewport.width - 1.0;
   const double up = 1.0 - 2.0 * (p_px.y() - viewport.y) / viewport.height;
@@ -29,7 +28,7 @@ Eigen::Vector3d ray_camera(const view::Camera& camera, const view::Viewport& vie
   return {right * t * camera.aspect, up * t, -1.0};
 }
 
-Eigen::Vector2d pixel_of(const OrbitCamera& gaze, const view::Viewport& viewport)
+Eigen::Vector2d pixel_of(const OrbitCamera& gaze, const Viewport& viewport)
 {
   const Eigen::Vector3d p = pivot_camera_mm(gaze);
   const double t = -p.z() * gaze.camera.half_height_tangent;
@@ -61,8 +60,7 @@ Eigen::Matrix3d orthonormal(const Eigen::Matrix3d& R)
   return clean;
 }
 
-OrbitCamera translated(const OrbitCamera& gaze, const Eigen::Vector2d& moved_px,
-                       const view::Viewport& viewport)
+OrbitCamera translated(const OrbitCamera& gaze, const Eigen::Vector2d& moved_px, const Viewport& viewport)
 {
   const double scale_mm = mm_per_pixel(gaze.camera, viewport, depth_mm(gaze));
   OrbitCamera next = gaze;
@@ -71,7 +69,7 @@ OrbitCamera translated(const OrbitCamera& gaze, const Eigen::Vector2d& moved_px,
   return next;
 }
 
-OrbitCamera rotated(const Drag& drag, const Eigen::Vector2d& pointer_px, const view::Viewport& viewport)
+OrbitCamera rotated(const Drag& drag, const Eigen::Vector2d& pointer_px, const Viewport& viewport)
 {
   const OrbitCamera& gaze = drag.at_press;
   const Eigen::Vector2d middle_px = pixel_of(gaze, viewport);
@@ -134,12 +132,12 @@ double depth_mm(const OrbitCamera& gaze)
   return -pivot_camera_mm(gaze).z();
 }
 
-double mm_per_pixel(const view::Camera& camera, const view::Viewport& viewport, double depth_mm)
+double mm_per_pixel(const Camera& camera, const Viewport& viewport, double depth_mm)
 {
   return 2.0 * camera.half_height_tangent * depth_mm / viewport.height;
 }
 
-OrbitCamera dragged(const Drag& drag, const Eigen::Vector2d& pointer_px, const view::Viewport& viewport)
+OrbitCamera dragged(const Drag& drag, const Eigen::Vector2d& pointer_px, const Viewport& viewport)
 {
   const Eigen::Vector2d moved_px = pointer_px - drag.press_px;
   if (moved_px.isZero(0.0)) return drag.at_press;
@@ -176,14 +174,14 @@ OrbitCamera centred_on(const OrbitCamera& gaze, const Eigen::Vector3d& point_wor
   return at_depth(next, depth_mm(next));
 }
 
-std::optional<Eigen::Vector3d> point_under(const view::Scene& scene, const view::Camera& camera,
-                                           const view::Viewport& viewport, const Eigen::Vector2d& pointer_px)
+std::optional<Eigen::Vector3d> point_under(const Scene& scene, const Camera& camera, const Viewport& viewport,
+                                           const Eigen::Vector2d& pointer_px)
 {
   const Eigen::Vector3d from = camera.X_world_camera.translation();
   const Eigen::Vector3d direction = camera.X_world_camera.linear() * ray_camera(camera, viewport, pointer_px);
   double nearest = std::numeric_limits<double>::infinity();
-  for (const view::Drawable& drawable : scene.drawables) {
-    if (drawable.layer != view::Layer::bodies || !drawable.is_shown) continue;
+  for (const Drawable& drawable : scene.drawables) {
+    if (drawable.layer != Layer::bodies || !drawable.is_shown) continue;
     const Pose X_mesh_world = drawable.X_world_mesh.inverse();
     nearest =
         std::min(nearest, nearest_hit(drawable.mesh, X_mesh_world * from, X_mesh_world.linear() * direction));
@@ -192,17 +190,51 @@ std::optional<Eigen::Vector3d> point_under(const view::Scene& scene, const view:
   return from + nearest * direction;
 }
 
-DragKind drag_of(view::MouseButton button, bool has_shift, bool has_control)
+DragKind drag_of(MouseButton button, bool has_shift, bool has_control)
 {
   switch (button) {
-    case view::MouseButton::left:
+    case MouseButton::left:
       return has_shift || has_control ? DragKind::translate : DragKind::rotate;
-    case view::MouseButton::middle:
+    case MouseButton::middle:
       return DragKind::depth;
-    case view::MouseButton::right:
+    case MouseButton::right:
       return DragKind::translate;
   }
   return DragKind::rotate;
+}
+
+OrbitCamera Navigation::after(const InputEvent& event, const OrbitCamera& gaze, const Scene& scene,
+                              const Viewport& viewport)
+{
+  const Eigen::Vector2d pointer_px(event.x_px, event.y_px);
+  switch (event.kind) {
+    case InputKind::press: {
+      OrbitCamera next = gaze;
+      if (event.n_clicks == 2 && event.button == MouseButton::left) {
+        if (const auto point = point_under(scene, gaze.camera, viewport, pointer_px)) {
+          stop();
+          next = centred_on(gaze, *point);
+        }
+      }
+      if (drag_) return next;
+      drag_ = Drag{drag_of(event.button, event.has_shift, event.has_control), next, pointer_px};
+      button_ = event.button;
+      return next;
+    }
+    case InputKind::motion:
+      return drag_ ? dragged(*drag_, pointer_px, viewport) : gaze;
+    case InputKind::release:
+      if (event.button == button_) stop();
+      return gaze;
+    case InputKind::focus_lost:  // a release outside the window is not delivered
+      stop();
+      return gaze;
+    case InputKind::wheel:
+      stop();
+      return moved_closer(gaze, event.wheel);
+    default:
+      return gaze;
+  }
 }
 
 }  // namespace vrda::view

@@ -14,7 +14,7 @@ namespace vrda::view {
 
 /// A camera and the pivot of its rotations.
 struct OrbitCamera {
-  view::Camera camera;  ///< with the aspect of the viewport
+  Camera camera;  ///< with the aspect of the viewport
   Eigen::Vector3d pivot_world_mm = Eigen::Vector3d::Zero();
 };
 
@@ -22,7 +22,7 @@ struct OrbitCamera {
 double depth_mm(const OrbitCamera& gaze);
 
 /// Size of one pixel at a depth.
-double mm_per_pixel(const view::Camera& camera, const view::Viewport& viewport, double depth_mm);
+double mm_per_pixel(const Camera& camera, const Viewport& viewport, double depth_mm);
 
 enum class DragKind {
   translate,  ///< in the image plane: points at the pivot's depth follow the pointer
@@ -42,7 +42,7 @@ struct Drag {
 /// the viewport, turns by twice the arc between the points under the pointer at the press and now (Shoemake
 /// 1992); outside its middle the ball continues as a hyperbola (Bell), which avoids a discontinuity at its
 /// edge.
-OrbitCamera dragged(const Drag& drag, const Eigen::Vector2d& pointer_px, const view::Viewport& viewport);
+OrbitCamera dragged(const Drag& drag, const Eigen::Vector2d& pointer_px, const Viewport& viewport);
 
 /// Moves the camera towards the pivot by `notches` of a wheel, a tenth of the depth each; negative moves
 /// away.
@@ -52,11 +52,25 @@ OrbitCamera moved_closer(const OrbitCamera& gaze, double notches);
 OrbitCamera centred_on(const OrbitCamera& gaze, const Eigen::Vector3d& point_world_mm);
 
 /// The nearest point of the visible bodies under a pixel, world; empty if none exists.
-std::optional<Eigen::Vector3d> point_under(const view::Scene& scene, const view::Camera& camera,
-                                           const view::Viewport& viewport, const Eigen::Vector2d& pointer_px);
+std::optional<Eigen::Vector3d> point_under(const Scene& scene, const Camera& camera, const Viewport& viewport,
+                                           const Eigen::Vector2d& pointer_px);
 
 /// Left rotates, right (or left with shift or control) translates in the image plane, middle moves in depth:
 /// the same in the page. Differs from thesis 6.2.1, where left translates and middle rotates.
-DragKind drag_of(view::MouseButton button, bool has_shift, bool has_control);
+DragKind drag_of(MouseButton button, bool has_shift, bool has_control);
+
+/// Turns the events of a window into motions of a camera: drags, wheel, and double clicks, which centre.
+class Navigation {
+ public:
+  /// The camera `gaze` after an event over the picture of `scene` in `viewport`, or during a drag.
+  OrbitCamera after(const InputEvent& event, const OrbitCamera& gaze, const Scene& scene,
+                    const Viewport& viewport);
+  bool is_dragging() const { return drag_.has_value(); }
+  void stop() { drag_.reset(); }
+
+ private:
+  std::optional<Drag> drag_;
+  MouseButton button_ = MouseButton::left;  ///< of the drag
+};
 
 }  // namespace vrda::view

@@ -40,8 +40,7 @@ std::string font_file()
 }
 
 /// Two triangles of one colour.
-void add_quad(view::Overlay& overlay, const OverlayBox& box, const OverlayBox& uv,
-              const view::VertexColour& colour)
+void add_quad(Overlay& overlay, const OverlayBox& box, const OverlayBox& uv, const VertexColour& colour)
 {
   const auto first = static_cast<std::uint32_t>(overlay.vertices.size());
   overlay.vertices.push_back({box.left_px, box.top_px, uv.left_px, uv.top_px, colour});
@@ -69,7 +68,7 @@ Eigen::Vector2d across(std::span<const Eigen::Vector2d> points_px, std::size_t k
 
 }  // namespace
 
-view::OverlayFont built_font(ImFontAtlas& atlas, double size_px)
+OverlayFont built_font(ImFontAtlas& atlas, double size_px)
 {
   std::string file = font_file();
   ImFontConfig config;
@@ -79,7 +78,7 @@ view::OverlayFont built_font(ImFontAtlas& atlas, double size_px)
   const auto size = static_cast<float>(std::round(size_px));
   atlas.AddFontFromMemoryTTF(file.data(), static_cast<int>(file.size()), size, &config);
   unsigned char* coverage = nullptr;
-  view::OverlayFont font;
+  OverlayFont font;
   atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
   check(coverage != nullptr, "the font has been rasterised");
   font.coverage.assign(coverage, coverage + static_cast<std::ptrdiff_t>(font.width) * font.height);
@@ -91,7 +90,7 @@ struct OverlayText::Inner {
   explicit Inner(double size_px) : font(built_font(atlas, size_px)) {}
 
   ImFontAtlas atlas;
-  view::OverlayFont font;
+  OverlayFont font;
 
   const ImFont& face() const { return *atlas.Fonts[0]; }
   const ImFontGlyph& glyph(char character) const
@@ -107,7 +106,7 @@ OverlayText::OverlayText(double size_px) : inner_(std::make_unique<Inner>(size_p
 
 OverlayText::~OverlayText() = default;
 
-const view::OverlayFont& OverlayText::font() const
+const OverlayFont& OverlayText::font() const
 {
   return inner_->font;
 }
@@ -133,14 +132,14 @@ std::string OverlayText::fitted(std::string words, float width_px) const
   return words;
 }
 
-OverlayBox overlay_box(const view::Viewport& v)
+OverlayBox overlay_box(const Viewport& v)
 {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.x + v.width),
           static_cast<float>(v.y + v.height)};
 }
 
-void OverlayText::add_text(view::Overlay& overlay, float left_px, float top_px, std::string_view words,
-                           const view::VertexColour& colour) const
+void OverlayText::add_text(Overlay& overlay, float left_px, float top_px, std::string_view words,
+                           const VertexColour& colour) const
 {
   float x = std::round(left_px);
   const float y = std::round(top_px);
@@ -154,25 +153,24 @@ void OverlayText::add_text(view::Overlay& overlay, float left_px, float top_px, 
   }
 }
 
-void OverlayText::add_area(view::Overlay& overlay, const OverlayBox& box,
-                           const view::VertexColour& colour) const
+void OverlayText::add_area(Overlay& overlay, const OverlayBox& box, const VertexColour& colour) const
 {
   const ImVec2 white = inner_->atlas.TexUvWhitePixel;
   add_quad(overlay, box, {white.x, white.y, white.x, white.y}, colour);
 }
 
-void OverlayText::add_line(view::Overlay& overlay, std::span<const Eigen::Vector2d> points_px,
-                           double width_px, const view::VertexColour& colour) const
+void OverlayText::add_line(Overlay& overlay, std::span<const Eigen::Vector2d> points_px, double width_px,
+                           const VertexColour& colour) const
 {
   check(points_px.size() > 1, "a line has at least two points");
   const ImVec2 white = inner_->atlas.TexUvWhitePixel;
   // Coverage falls from 1 to 0 over one pixel at each edge; lines narrower than a pixel are fainter instead.
   const double inner_px = std::max(0.0, 0.5 * (width_px - 1.0)), outer_px = inner_px + 1.0;
   const double covered = std::min(1.0, width_px);
-  view::VertexColour solid = colour, clear = colour;
+  VertexColour solid = colour, clear = colour;
   solid[3] = static_cast<std::uint8_t>(std::lround(covered * colour[3]));
   clear[3] = 0;
-  const std::array<std::pair<double, const view::VertexColour*>, 4> rows{
+  const std::array<std::pair<double, const VertexColour*>, 4> rows{
       {{-outer_px, &clear}, {-inner_px, &solid}, {inner_px, &solid}, {outer_px, &clear}}};
   const auto first = static_cast<std::uint32_t>(overlay.vertices.size());
   for (std::size_t k = 0; k < points_px.size(); ++k) {
@@ -190,7 +188,7 @@ void OverlayText::add_line(view::Overlay& overlay, std::span<const Eigen::Vector
   }
 }
 
-void clear_overlay(view::Overlay& overlay, int width, int height)
+void clear_overlay(Overlay& overlay, int width, int height)
 {
   overlay.vertices.clear();
   overlay.indices.clear();
@@ -198,28 +196,28 @@ void clear_overlay(view::Overlay& overlay, int width, int height)
   overlay.commands.push_back({{0.0F, 0.0F, static_cast<float>(width), static_cast<float>(height)}, 0, 0, 0});
 }
 
-void clip_overlay(view::Overlay& overlay, const OverlayBox& box)
+void clip_overlay(Overlay& overlay, const OverlayBox& box)
 {
   finish_overlay(overlay);
   const auto n = static_cast<std::uint32_t>(overlay.indices.size());
   overlay.commands.push_back({{box.left_px, box.top_px, box.right_px, box.bottom_px}, n, 0, 0});
 }
 
-void finish_overlay(view::Overlay& overlay)
+void finish_overlay(Overlay& overlay)
 {
-  view::OverlayCommand& last = overlay.commands.back();
+  OverlayCommand& last = overlay.commands.back();
   last.n_indices = static_cast<std::uint32_t>(overlay.indices.size()) - last.first_index;
 }
 
 namespace {
 
-bool contains(const view::Viewport& window, const Eigen::Vector2f& at)
+bool contains(const Viewport& window, const Eigen::Vector2f& at)
 {
   return at.x() > static_cast<float>(window.x) && at.x() < static_cast<float>(window.x + window.width) &&
          at.y() > static_cast<float>(window.y) && at.y() < static_cast<float>(window.y + window.height);
 }
 
-bool contains(const view::Viewport& window, const std::array<float, 4>& box)
+bool contains(const Viewport& window, const std::array<float, 4>& box)
 {
   return box[0] >= static_cast<float>(window.x) && box[1] >= static_cast<float>(window.y) &&
          box[2] <= static_cast<float>(window.x + window.width) &&
@@ -228,11 +226,11 @@ bool contains(const view::Viewport& window, const std::array<float, 4>& box)
 
 }  // namespace
 
-void OverlayReflector::reflect(view::Overlay& overlay)
+void OverlayReflector::reflect(Overlay& overlay)
 {
-  if (reflection_ == view::Reflection{}) return;
+  if (reflection_ == Reflection{}) return;
   is_done_.assign(overlay.vertices.size(), false);
-  for (const view::Viewport& window : windows_) {
+  for (const Viewport& window : windows_) {
     for (std::size_t k = 0; k + 2 < overlay.indices.size(); k += 3) {
       const std::span<const std::uint32_t> corners = std::span(overlay.indices).subspan(k, 3);
       Eigen::Vector2f sum = Eigen::Vector2f::Zero();
@@ -244,39 +242,32 @@ void OverlayReflector::reflect(view::Overlay& overlay)
       if (!is_done && !contains(window, sum / 3.0F)) continue;
       for (const std::uint32_t corner : corners) {
         if (is_done_[corner]) continue;
-        view::OverlayVertex& vertex = overlay.vertices[corner];
-        const Eigen::Vector2f at = view::reflected_px(reflection_, window, {vertex.x_px, vertex.y_px});
+        OverlayVertex& vertex = overlay.vertices[corner];
+        const Eigen::Vector2f at = reflected_px(reflection_, window, {vertex.x_px, vertex.y_px});
         vertex.x_px = at.x();
         vertex.y_px = at.y();
         is_done_[corner] = true;
       }
     }
-    for (view::OverlayCommand& command : overlay.commands) {
+    for (OverlayCommand& command : overlay.commands) {
       std::array<float, 4>& box = command.clip_px;
       if (!contains(window, box)) continue;
-      const Eigen::Vector2f a = view::reflected_px(reflection_, window, {box[0], box[1]});
-      const Eigen::Vector2f b = view::reflected_px(reflection_, window, {box[2], box[3]});
+      const Eigen::Vector2f a = reflected_px(reflection_, window, {box[0], box[1]});
+      const Eigen::Vector2f b = reflected_px(reflection_, window, {box[2], box[3]});
       box = {std::min(a.x(), b.x()), std::min(a.y(), b.y()), std::max(a.x(), b.x()), std::max(a.y(), b.y())};
     }
   }
 }
 
-std::vector<ScreenLabel> screen_labels(const std::vector<store::JointLabel>& labels)
-{
-  std::vector<ScreenLabel> made;
-  for (const store::JointLabel& label : labels) made.push_back({label.text});
-  return made;
-}
-
-void place(std::vector<ScreenLabel>& shown, const std::vector<store::JointLabel>& labels,
-           const view::JointFrames& frames, const view::Shot& shot)
+void place(std::span<ScreenLabel> shown, const std::vector<store::JointLabel>& labels,
+           const JointFrames& frames, const Shot& shot)
 {
   check(shown.size() == labels.size(), "there is a screen label for each label");
   const Eigen::Matrix4d X_clip_world =
-      view::projection(shot.camera) * shot.camera.X_world_camera.inverse().matrix();
-  const view::Viewport& view = shot.viewport;
+      projection(shot.camera) * shot.camera.X_world_camera.inverse().matrix();
+  const Viewport& view = shot.viewport;
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    const Eigen::Vector4d p_clip = X_clip_world * view::place_of(labels[i], frames).homogeneous();
+    const Eigen::Vector4d p_clip = X_clip_world * place_of(labels[i], frames).homogeneous();
     const Eigen::Vector2d device = p_clip.head<2>() / p_clip.w();
     shown[i].is_shown = p_clip.w() > 0.0 && device.cwiseAbs().maxCoeff() <= 1.0;
     shown[i].centre_px = {view.x + 0.5 * (1.0 + device.x()) * view.width,

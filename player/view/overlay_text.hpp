@@ -21,19 +21,19 @@ namespace vrda::view {
 std::string_view compressed_font_file();
 
 /// Rasterises the font into the atlas of the interface library.
-view::OverlayFont built_font(ImFontAtlas& atlas, double size_px);
+OverlayFont built_font(ImFontAtlas& atlas, double size_px);
 
 /// A rectangle in pixels from the top left corner of the window.
 struct OverlayBox {
   float left_px = 0.0F, top_px = 0.0F, right_px = 0.0F, bottom_px = 0.0F;
 };
-OverlayBox overlay_box(const view::Viewport& v);
+OverlayBox overlay_box(const Viewport& v);
 
 /// Height and margin of the text of panels, and their colours.
 inline constexpr double panel_text_px = 15.0;
 inline constexpr float margin_px = 12.0F;
-inline constexpr view::VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255},
-    faint{150, 157, 166, 255}, amber{255, 176, 46, 255}, green{96, 200, 120, 255}, red{240, 92, 84, 255};
+inline constexpr VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255}, faint{150, 157, 166, 255},
+    amber{255, 176, 46, 255}, green{96, 200, 120, 255}, red{240, 92, 84, 255};
 
 /// One size of the program's font.
 class OverlayText {
@@ -42,7 +42,7 @@ class OverlayText {
   ~OverlayText();
 
   /// For Renderer::load, once.
-  const view::OverlayFont& font() const;
+  const OverlayFont& font() const;
   float line_px() const;  ///< line spacing
   float width_px(std::string_view words) const;
   /// The words, cut with a dot where they are wider.
@@ -50,13 +50,13 @@ class OverlayText {
 
   /// Adds one line of text, its upper left corner rounded to whole pixels. Bytes other than printable ASCII
   /// are drawn as question marks.
-  void add_text(view::Overlay& overlay, float left_px, float top_px, std::string_view words,
-                const view::VertexColour& colour) const;
-  void add_area(view::Overlay& overlay, const OverlayBox& box, const view::VertexColour& colour) const;
+  void add_text(Overlay& overlay, float left_px, float top_px, std::string_view words,
+                const VertexColour& colour) const;
+  void add_area(Overlay& overlay, const OverlayBox& box, const VertexColour& colour) const;
   /// Adds an anti-aliased line through two or more points, in pixels, with sub-pixel accuracy. Mitres are
   /// limited at turns of more than 120 degrees.
-  void add_line(view::Overlay& overlay, std::span<const Eigen::Vector2d> points_px, double width_px,
-                const view::VertexColour& colour) const;
+  void add_line(Overlay& overlay, std::span<const Eigen::Vector2d> points_px, double width_px,
+                const VertexColour& colour) const;
 
  private:
   struct Inner;
@@ -66,28 +66,28 @@ class OverlayText {
 /// Reflects what an overlay draws within the windows of the eyes, as their frames are.
 class OverlayReflector {
  public:
-  OverlayReflector(const view::EyeWindows& windows, const view::Reflection& reflection)
+  OverlayReflector(const EyeWindows& windows, const Reflection& reflection)
       : windows_{windows.left, windows.right}, reflection_(reflection)
   {
   }
   /// Moves triangles whose centre is in a window, and boxes that clip to a part of one. Does not allocate
   /// once an overlay of this size was reflected.
-  void reflect(view::Overlay& overlay);
+  void reflect(Overlay& overlay);
 
  private:
-  std::array<view::Viewport, 2> windows_;
-  view::Reflection reflection_;
+  std::array<Viewport, 2> windows_;
+  Reflection reflection_;
   std::vector<bool> is_done_;  ///< by vertex
 };
 
 /// Clears the overlay and sets its size in pixels; keeps its memory.
-void clear_overlay(view::Overlay& overlay, int width, int height);
+void clear_overlay(Overlay& overlay, int width, int height);
 
 /// Clips everything added afterwards to the box.
-void clip_overlay(view::Overlay& overlay, const OverlayBox& box);
+void clip_overlay(Overlay& overlay, const OverlayBox& box);
 
 /// Completes the overlay; must be called once before it is drawn.
-void finish_overlay(view::Overlay& overlay);
+void finish_overlay(Overlay& overlay);
 
 // The labels of a joint on screen.
 
@@ -97,11 +97,8 @@ struct ScreenLabel {
   bool is_shown = false;                                ///< within the shot
 };
 
-/// One label for each of `labels`, hidden.
-std::vector<ScreenLabel> screen_labels(const std::vector<store::JointLabel>& labels);
-
 /// Places the labels, which have the order of `labels`. Allocates nothing.
-void place(std::vector<ScreenLabel>& shown, const std::vector<store::JointLabel>& labels,
-           const view::JointFrames& frames, const view::Shot& shot);
+void place(std::span<ScreenLabel> shown, const std::vector<store::JointLabel>& labels,
+           const JointFrames& frames, const Shot& shot);
 
 }  // namespace vrda::view

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <limits>
+#include <utility>
 
 #include "core/document.hpp"
 #include "core/text.hpp"
@@ -117,6 +119,13 @@ Enum next_of(Enum value, Enum last)
   return value == last ? Enum{} : static_cast<Enum>(static_cast<int>(value) + 1);
 }
 
+Timeline with_next_loop(Timeline timeline)
+{
+  timeline.loop = next_of(timeline.loop, LoopMode::bounce);
+  if (timeline.loop != LoopMode::bounce) timeline.direction = 1;
+  return timeline;
+}
+
 PlayerState with_varus_by(PlayerState state, double by_rad, const PlayerRange& range)
 {
   if (range.is_varus_free) return state;
@@ -125,108 +134,53 @@ PlayerState with_varus_by(PlayerState state, double by_rad, const PlayerRange& r
   return state;
 }
 
-/// The actions of the layers have their order.
-PlayerState with_layer_toggled(PlayerState state, Action action, const PlayerRange& range)
-{
-  const auto layer =
-      static_cast<view::Layer>(1 + static_cast<int>(action) - static_cast<int>(Action::show_contacts));
-  state.layers.set(layer, range.available.has(layer) && !state.layers.has(layer));
-  return state;
-}
+/// What an action does to the state.
+struct ActionRow {
+  Action action;
+  void (*apply)(PlayerState&, const PlayerRange&);
+};
 
-PlayerState left(PlayerState state)
-{
-  state.is_done = !state.shows_help;
-  state.shows_help = false;
-  return state;
-}
+// Short, for rows of one line.
+using S = PlayerState;
+using R = PlayerRange;
+/// Those of layers are apart.
+constexpr ActionRow action_rows[] = {
+    {Action::play_pause, [](S& s, const R&) { s.timeline = toggled(s.timeline); }},
+    {Action::step_forward, [](S& s, const R&) { s.timeline = stepped(s.timeline, 1.0); }},
+    {Action::step_back, [](S& s, const R&) { s.timeline = stepped(s.timeline, -1.0); }},
+    {Action::leap_forward, [](S& s, const R&) { s.timeline = stepped(s.timeline, leap_steps); }},
+    {Action::leap_back, [](S& s, const R&) { s.timeline = stepped(s.timeline, -leap_steps); }},
+    {Action::go_to_first, [](S& s, const R&) { s.timeline = moved_to(s.timeline, s.timeline.first); }},
+    {Action::go_to_last, [](S& s, const R&) { s.timeline = moved_to(s.timeline, s.timeline.last); }},
+    {Action::varus_up, [](S& s, const R& range) { s = with_varus_by(s, varus_step_rad, range); }},
+    {Action::varus_down, [](S& s, const R& range) { s = with_varus_by(s, -varus_step_rad, range); }},
+    {Action::varus_balanced, [](S& s, const R&) { s.varus_rad.reset(); }},
+    {Action::faster, [](S& s, const R&) { s.timeline = faster(s.timeline); }},
+    {Action::slower, [](S& s, const R&) { s.timeline = slower(s.timeline); }},
+    {Action::next_loop, [](S& s, const R&) { s.timeline = with_next_loop(s.timeline); }},
+    {Action::next_set, [](S& s, const R& range) { s.set = (s.set + 1) % range.n_sets; }},
+    {Action::previous_set, [](S& s, const R& range) { s.set = (s.set + range.n_sets - 1) % range.n_sets; }},
+    {Action::next_mode, [](S& s, const R&) { s.mode = next_of(s.mode, DrawMode::textured); }},
+    {Action::next_backdrop, [](S& s, const R&) { s.backdrop = next_of(s.backdrop, Backdrop::black); }},
+    {Action::next_fixed_object,
+     [](S& s, const R&) { s.fixed_object = next_of(s.fixed_object, FixedObject::push); }},
+    {Action::show_panel, [](S& s, const R&) { s.shows_panel = !s.shows_panel; }},
+    {Action::show_numbers, [](S& s, const R&) { s.shows_numbers = !s.shows_numbers; }},
+    {Action::show_help, [](S& s, const R&) { s.shows_help = !s.shows_help; }},
+    {Action::leave, [](S& s, const R&) { s.is_done = !std::exchange(s.shows_help, false); }},
+    {Action::quit, [](S& s, const R&) { s.is_done = true; }}};
 
 }  // namespace
 
-// A flat switch over the actions. NOLINTNEXTLINE(readability-function-size)
 PlayerState apply_action(PlayerState state, Action action, const PlayerRange& range)
 {
-  Timeline& timeline = state.timeline;
-  switch (action) {
-    case Action::play_pause:
-      timeline = toggled(timeline);
-      break;
-    case Action::step_forward:
-      timeline = stepped(timeline, 1.0);
-      break;
-    case Action::step_back:
-      timeline = stepped(timeline, -1.0);
-      break;
-    case Action::leap_forward:
-      timeline = stepped(timeline, leap_steps);
-      break;
-    case Action::leap_back:
-      timeline = stepped(timeline, -leap_steps);
-      break;
-    case Action::go_to_first:
-      timeline = moved_to(timeline, timeline.first);
-      break;
-    case Action::go_to_last:
-      timeline = moved_to(timeline, timeline.last);
-      break;
-    case Action::varus_up:
-      return with_varus_by(state, varus_step_rad, range);
-    case Action::varus_down:
-      return with_varus_by(state, -varus_step_rad, range);
-    case Action::varus_balanced:
-      state.varus_rad.reset();
-      break;
-    case Action::faster:
-      timeline = faster(timeline);
-      break;
-    case Action::slower:
-      timeline = slower(timeline);
-      break;
-    case Action::next_loop:
-      timeline.loop = next_of(timeline.loop, LoopMode::bounce);
-      if (timeline.loop != LoopMode::bounce) timeline.direction = 1;
-      break;
-    case Action::next_set:
-      state.set = (state.set + 1) % range.n_sets;
-      break;
-    case Action::previous_set:
-      state.set = (state.set + range.n_sets - 1) % range.n_sets;
-      break;
-    case Action::next_mode:
-      state.mode = next_of(state.mode, view::DrawMode::textured);
-      break;
-    case Action::next_backdrop:
-      state.backdrop = next_of(state.backdrop, view::Backdrop::black);
-      break;
-    case Action::next_fixed_object:
-      state.fixed_object = next_of(state.fixed_object, view::FixedObject::push);
-      break;
-    case Action::show_contacts:
-    case Action::show_normals:
-    case Action::show_axes:
-    case Action::show_helical_axis:
-    case Action::show_gap_map:
-    case Action::show_ligaments:
-    case Action::show_contact_paths:
-    case Action::show_labels:
-    case Action::show_band:
-      return with_layer_toggled(state, action, range);
-    case Action::show_panel:
-      state.shows_panel = !state.shows_panel;
-      break;
-    case Action::show_numbers:
-      state.shows_numbers = !state.shows_numbers;
-      break;
-    case Action::show_help:
-      state.shows_help = !state.shows_help;
-      break;
-    case Action::leave:
-      return left(state);
-    case Action::quit:
-      state.is_done = true;
-      break;
-    default:
-      break;
+  const auto row = std::ranges::find(action_rows, action, &ActionRow::action);
+  if (row != std::end(action_rows)) row->apply(state, range);
+  if (action >= Action::show_contacts && action <= Action::show_band) {
+    // In the order of Layer.
+    const auto layer =
+        static_cast<Layer>(1 + static_cast<int>(action) - static_cast<int>(Action::show_contacts));
+    state.layers.set(layer, range.available.has(layer) && !state.layers.has(layer));
   }
   return state;
 }
@@ -252,20 +206,19 @@ store::JointPose pose_at(const store::Motion& motion, double position, double va
   return motion.is_sequence() ? motion.at_frame(motion.key_at(position)) : motion.at({position, varus_rad});
 }
 
-std::optional<view::View> view_of(Action action)
+std::optional<View> view_of(Action action)
 {
-  constexpr std::array views{view::View::front,   view::View::back, view::View::medial,
-                             view::View::lateral, view::View::top,  view::View::oblique};
+  constexpr std::array views{View::front, View::back, View::medial, View::lateral, View::top, View::oblique};
   if (action < Action::view_front || action > Action::view_oblique) return std::nullopt;
   return views.at(static_cast<std::size_t>(action) - static_cast<std::size_t>(Action::view_front));
 }
 
-const char* name_of(view::DrawMode mode)
+const char* name_of(DrawMode mode)
 {
   return std::array{"wire", "hidden lines", "flat", "smooth", "textured"}.at(static_cast<std::size_t>(mode));
 }
 
-const char* name_of(view::Backdrop backdrop)
+const char* name_of(Backdrop backdrop)
 {
   return std::array{"studio", "night", "black"}.at(static_cast<std::size_t>(backdrop));
 }
@@ -278,30 +231,29 @@ constexpr float transparent_opacity = 0.18F;
 
 constexpr double least_scale_mm = 0.1, most_scale_mm = 1000.0;
 
-void set_texture(view::Scene& scene, const AppearanceOptions& look)
+void set_texture(Scene& scene, const AppearanceOptions& look)
 {
   if (look.texture.empty()) return;
   if (!(look.texture_scale_mm >= least_scale_mm && look.texture_scale_mm <= most_scale_mm)) {
     throw InputError(
         {"--texture-scale", "", std::to_string(look.texture_scale_mm) + " mm", "0.1 to 1000 mm"});
   }
-  scene.texture = view::read_png_texture(look.texture);
+  scene.texture = read_png_texture(look.texture);
   scene.texture.scale_mm = look.texture_scale_mm;
 }
 
 /// Applies `change` to the bodies of "reference", "moving" or "both"; their layers stay as they are.
-void change_bodies(view::Scene& scene, const std::string& object, void (*change)(view::Drawable&))
+void change_bodies(Scene& scene, const std::string& object, void (*change)(Drawable&))
 {
-  for (view::Drawable& drawable : scene.drawables) {
-    const bool is_other =
-        object == (drawable.parent == view::ParentFrame::reference ? "moving" : "reference");
-    if (drawable.layer == view::Layer::bodies && !is_other) change(drawable);
+  for (Drawable& drawable : scene.drawables) {
+    const bool is_other = object == (drawable.parent == ParentFrame::reference ? "moving" : "reference");
+    if (drawable.layer == Layer::bodies && !is_other) change(drawable);
   }
 }
 
 /// "reference" or "moving" by this word or the displayed name; `more` is another accepted word. Throws
 /// InputError naming `option`.
-std::string object_named(const view::Scene& scene, const std::string& name, const char* option,
+std::string object_named(const Scene& scene, const std::string& name, const char* option,
                          const std::string& more)
 {
   if (name == "reference" || name == scene.reference_name) return "reference";
@@ -312,42 +264,41 @@ std::string object_named(const view::Scene& scene, const std::string& name, cons
                         (more.empty() ? "" : ", " + more) + ")"});
 }
 
-void set_transparency(view::Scene& scene, const std::string& name)
+void set_transparency(Scene& scene, const std::string& name)
 {
   if (name.empty()) return;
   change_bodies(scene, object_named(scene, name, "--see-through", "both"),
-                [](view::Drawable& body) { body.material.opacity *= transparent_opacity; });
+                [](Drawable& body) { body.material.opacity *= transparent_opacity; });
 }
 
-void set_hidden(view::Scene& scene, const std::string& name)
+void set_hidden(Scene& scene, const std::string& name)
 {
   if (name.empty()) return;
   change_bodies(scene, object_named(scene, name, "--hide", ""),
-                [](view::Drawable& body) { body.is_shown = false; });
+                [](Drawable& body) { body.is_shown = false; });
 }
 
 }  // namespace
 
-std::vector<Eigen::Vector3d> framed_points(const view::Scene& scene, Framing framed)
+std::vector<Eigen::Vector3d> framed_points(const Scene& scene, Framing framed)
 {
   constexpr double everywhere_mm = std::numeric_limits<double>::infinity();
-  return view::points_within(scene, framed == Framing::all
-                                        ? view::Sphere{Eigen::Vector3d::Zero(), everywhere_mm}
-                                        : view::joint_sphere(scene));
+  return points_within(
+      scene, framed == Framing::all ? Sphere{Eigen::Vector3d::Zero(), everywhere_mm} : joint_sphere(scene));
 }
 
-view::LayerSet parsed_layers(const std::string& text)
+LayerSet parsed_layers(const std::string& text)
 {
-  view::LayerSet layers;
+  LayerSet layers;
   if (text.empty() || text == "none") return layers;
   if (text == AppearanceOptions{}.layers) {
-    layers.set(view::Layer::ligaments, true);
+    layers.set(Layer::ligaments, true);
     return layers;
   }
   std::string known;
-  for (const std::string& name : view::layer_names()) known += (known.empty() ? "" : ", ") + name;
+  for (const std::string& name : layer_names()) known += (known.empty() ? "" : ", ") + name;
   for (const std::string& name : split(text, ',')) {
-    const std::optional<view::Layer> layer = view::layer_named(name);
+    const std::optional<Layer> layer = layer_named(name);
     if (!layer) throw InputError({"--layers", "", "\"" + name + "\"", "some of " + known});
     if (layers.has(*layer)) throw InputError({"--layers", "", name + " twice", "every layer once"});
     layers.set(*layer, true);
@@ -355,12 +306,12 @@ view::LayerSet parsed_layers(const std::string& text)
   return layers;
 }
 
-void apply_appearance(view::Scene& scene, const AppearanceOptions& look)
+void apply_appearance(Scene& scene, const AppearanceOptions& look)
 {
   scene.mode = look.mode;
   set_texture(scene, look);
   if (!look.lights.empty()) {
-    const view::Lights lights = view::read_lights(look.lights);
+    const Lights lights = read_lights(look.lights);
     scene.lighting = lights.lighting;
     if (lights.background) scene.background = *lights.background;
   }
@@ -510,9 +461,9 @@ bool has_doubtful_poses(const store::MotionModel& model)
   return model_warnings(model).size() > model.job.warnings.size();
 }
 
-CameraView named_view(const std::string& name, view::View view, Side side)
+CameraView named_view(const std::string& name, View view, Side side)
 {
-  return {name, view::view_rotation(view, side), Eigen::Vector3d::Zero()};
+  return {name, view_rotation(view, side), Eigen::Vector3d::Zero()};
 }
 
 CameraView turned_view(const std::string& name, const Eigen::Vector3d& turn_rad,
@@ -521,12 +472,12 @@ CameraView turned_view(const std::string& name, const Eigen::Vector3d& turn_rad,
   const Eigen::Matrix3d R_turn =
       rotation_z(turn_rad.z()) * rotation_y(turn_rad.y()) * rotation_x(turn_rad.x());
   // Rotating the joint equals the inverse rotation of the camera.
-  return {name, view::view_rotation(view::View::front, side) * R_turn.transpose(), shift_mm};
+  return {name, view_rotation(View::front, side) * R_turn.transpose(), shift_mm};
 }
 
-view::Camera placed_camera(const view::CameraFit& fit, const CameraView& view, double zoom)
+Camera placed_camera(const CameraFit& fit, const CameraView& view, double zoom)
 {
-  view::Camera camera = fit.camera();
+  Camera camera = fit.camera();
   camera.half_height_tangent /= zoom;
   camera.X_world_camera.translation() -= view.R_world_camera * view.shift_camera_mm;
   return camera;

@@ -83,10 +83,10 @@ struct PlayerState {
   Timeline timeline;
   std::optional<double> varus_rad;  ///< empty: the balanced varus
   std::size_t set = 0;              ///< index of the set
-  view::DrawMode mode = view::DrawMode::textured;
-  view::LayerSet layers;
-  view::Backdrop backdrop = view::Backdrop::studio;
-  view::FixedObject fixed_object = view::FixedObject::moving;
+  DrawMode mode = DrawMode::textured;
+  LayerSet layers;
+  Backdrop backdrop = Backdrop::studio;
+  FixedObject fixed_object = FixedObject::moving;
   bool shows_numbers = true;
   bool shows_panel = true;
   bool shows_help = false;
@@ -100,7 +100,7 @@ struct PlayerRange {
   bool is_varus_free = false;                          ///< the set determines the varus
   double balanced_varus_rad = 0.0;                     ///< at the current flexion
   const char* key_name = nullptr;                      ///< of a sequence of frames; else null
-  view::LayerSet available;
+  LayerSet available;
 };
 
 /// Applies `action` to `state`. View, screenshot and full-screen actions have no effect here. Allocates
@@ -117,10 +117,10 @@ Timeline timeline_over(const store::Motion& motion);
 store::JointPose pose_at(const store::Motion& motion, double position, double varus_rad);
 
 /// The view selected by an action; empty for other actions.
-std::optional<view::View> view_of(Action action);
+std::optional<View> view_of(Action action);
 
-const char* name_of(view::DrawMode mode);
-const char* name_of(view::Backdrop backdrop);
+const char* name_of(DrawMode mode);
+const char* name_of(Backdrop backdrop);
 
 // The appearance of a scene: options shared by the modes that draw.
 
@@ -128,7 +128,7 @@ const char* name_of(view::Backdrop backdrop);
 struct AppearanceOptions {
   /// Names separated by commas; "none" or empty for none; "default": ligaments, if the model has them.
   std::string layers = "default";
-  view::DrawMode mode = view::DrawMode::textured;
+  DrawMode mode = DrawMode::textured;
   std::string texture;             ///< PNG file for bone; empty: mottled
   double texture_scale_mm = 40.0;  ///< width of one tile
   std::string lights;              ///< TOML file (schemas/lights.md); empty: studio_lighting()
@@ -142,14 +142,14 @@ enum class Framing {
   all     ///< both objects completely
 };
 /// The points to be framed at the present placement, world.
-std::vector<Eigen::Vector3d> framed_points(const view::Scene& scene, Framing framed);
+std::vector<Eigen::Vector3d> framed_points(const Scene& scene, Framing framed);
 
 /// Parses AppearanceOptions::layers. Throws InputError for an unknown or repeated one.
-view::LayerSet parsed_layers(const std::string& text);
+LayerSet parsed_layers(const std::string& text);
 
 /// Applies draw mode, texture, lights, transparency and visibility to `scene`; must precede Renderer::load.
 /// Throws InputError for an invalid option or file.
-void apply_appearance(view::Scene& scene, const AppearanceOptions& look);
+void apply_appearance(Scene& scene, const AppearanceOptions& look);
 
 // What a motion model says against its poses: the plausibility of the cells around a pose, cells without a
 // pose, and the warnings about its job.
@@ -201,7 +201,7 @@ struct CameraView {
   Eigen::Vector3d shift_camera_mm = Eigen::Vector3d::Zero();  ///< shift of the joint, camera axes
 };
 
-CameraView named_view(const std::string& name, view::View view, Side side);
+CameraView named_view(const std::string& name, View view, Side side);
 
 /// The front view with the joint rotated about X, then Y, then Z and shifted, all in the axes of that view:
 /// X right on screen (the subject's left), Y up, Z towards the viewer.
@@ -210,7 +210,7 @@ CameraView turned_view(const std::string& name, const Eigen::Vector3d& turn_rad,
                        const Eigen::Vector3d& shift_mm, Side side);
 
 /// The camera fitted to the joint, shifted as the view, with the field of view divided by `zoom`.
-view::Camera placed_camera(const view::CameraFit& fit, const CameraView& view, double zoom);
+Camera placed_camera(const CameraFit& fit, const CameraView& view, double zoom);
 
 /// A view of the job's table [player] (schemas/job.schema.json).
 struct JobView {

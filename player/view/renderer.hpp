@@ -33,15 +33,15 @@ struct RenderOptions {
 /// One view of the scene. The camera must have the aspect of the viewport; viewports of a frame do not
 /// overlap.
 struct Shot {
-  view::Camera camera;
-  view::Viewport viewport;
+  Camera camera;
+  Viewport viewport;
 };
 
 /// Triangles drawn over the rendered scene, as produced by user interfaces.
 struct OverlayVertex {
   float x_px = 0.0F, y_px = 0.0F;  ///< from the top left corner
   float u = 0.0F, v = 0.0F;        ///< coordinates in the font image
-  view::VertexColour colour{};
+  VertexColour colour{};
 };
 struct OverlayCommand {
   std::array<float, 4> clip_px{};  ///< left, top, right, bottom
@@ -63,12 +63,12 @@ class Renderer {
  public:
   virtual ~Renderer() = default;
   /// Uploads the meshes of `scene`. Required before `draw` and after drawables were added or removed.
-  virtual void load(const view::Scene& scene) = 0;
+  virtual void load(const Scene& scene) = 0;
   /// Required before an overlay is drawn.
   virtual void load(const OverlayFont& font) = 0;
   /// Enables warping: shots are drawn to an image of the warp's source size, which `warp` maps to the output;
   /// overlays are drawn unwarped over the result. A warping renderer ignores resize().
-  virtual void load(const view::Warp& warp) = 0;
+  virtual void load(const Warp& warp) = 0;
   virtual void resize(int width, int height) = 0;
   /// As RenderOptions::samples.
   virtual void set_samples(int samples) = 0;
@@ -78,16 +78,15 @@ class Renderer {
   /// Renders the loaded meshes with the poses, materials and lights of `scene`, which must have the same
   /// drawables; uploads meshes and colours of a new revision, which must not be larger than at load. The
   /// image is valid until the next draw. Allocates nothing except for a growing overlay.
-  virtual const Image& draw(const view::Scene& scene, std::span<const Shot> shots,
-                            const Overlay* overlay) = 0;
+  virtual const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
   /// Renders to the window, if any, without reading back an image; returns when the frame is complete.
-  virtual void present(const view::Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
+  virtual void present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
   /// Presents the last picture with another overlay, without drawing its surfaces again. False if it is not
   /// kept, which takes more than one sample per pixel, no warp, and no load or resize since.
   virtual bool present_again(const Overlay* overlay) = 0;
 
   /// Renders one shot at full size.
-  const Image& draw(const view::Scene& scene, const view::Camera& camera);
+  const Image& draw(const Scene& scene, const Camera& camera);
 };
 
 enum class Backend {

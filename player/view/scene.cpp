@@ -9,7 +9,6 @@
 #include "core/units.hpp"
 #include "model/step_record.hpp"
 #include "store/motion.hpp"
-#include "view/layers.hpp"
 
 namespace vrda::view {
 namespace {
@@ -577,71 +576,6 @@ std::optional<Layer> layer_named(const std::string& name)
   const auto found = std::ranges::find(layer_names(), name);
   if (found == layer_names().end()) return std::nullopt;
   return static_cast<Layer>(found - layer_names().begin() + 1);
-}
-
-struct JointLayers::Parts {
-  Parts(const store::MotionModel& model, Scene& scene)
-      : contacts(model, scene),
-        axes(model, scene),
-        helical_axis(model, scene),
-        gaps(model, scene),
-        ligaments(model, scene),
-        contact_paths(model, scene),
-        band(model, scene)
-  {
-  }
-
-  ContactLayer contacts;
-  AxesLayer axes;
-  HelicalAxisLayer helical_axis;
-  GapLayer gaps;
-  LigamentLayer ligaments;
-  ContactPathLayer contact_paths;
-  BandLayer band;
-};
-
-JointLayers::JointLayers(const store::MotionModel& model, Scene& scene)
-    : parts_(std::make_unique<Parts>(model, scene))
-{
-  available_.set(Layer::contacts, !parts_->contacts.is_empty());
-  available_.set(Layer::normals, !parts_->contacts.is_empty());
-  available_.set(Layer::axes, true);
-  available_.set(Layer::helical_axis, model.flexion_deg.size() > 1);
-  available_.set(Layer::gap_map, !parts_->gaps.is_empty());
-  available_.set(Layer::ligaments, !parts_->ligaments.is_empty());
-  available_.set(Layer::contact_paths, !parts_->contact_paths.is_empty());
-  available_.set(Layer::labels, true);
-  available_.set(Layer::band, !parts_->band.is_empty());
-}
-
-JointLayers::~JointLayers() = default;
-JointLayers::JointLayers(JointLayers&&) noexcept = default;
-JointLayers& JointLayers::operator=(JointLayers&&) noexcept = default;
-
-void JointLayers::update(Scene& scene, const store::Motion& motion, const DisplayedPose& shown)
-{
-  for (Drawable& drawable : scene.drawables) {
-    if (drawable.layer != Layer::bodies) drawable.is_shown = false;
-  }
-  if (shown.pose.status != store::PoseStatus::solved) return;
-  const LayerSet& wanted = shown.layers;
-  parts_->contacts.update(scene, shown.pose, wanted);
-  if (wanted.has(Layer::axes)) parts_->axes.update(scene, motion, shown);
-  if (wanted.has(Layer::helical_axis)) parts_->helical_axis.update(scene, motion, shown);
-  if (wanted.has(Layer::gap_map)) parts_->gaps.update(scene, motion, shown.pose);
-  if (wanted.has(Layer::ligaments)) parts_->ligaments.update(scene, shown.pose);
-  if (wanted.has(Layer::contact_paths)) parts_->contact_paths.show(scene);
-  if (wanted.has(Layer::band)) parts_->band.update(scene, shown);
-}
-
-const Legend& JointLayers::gap_legend() const
-{
-  return parts_->gaps.legend();
-}
-
-const Legend& JointLayers::strain_legend() const
-{
-  return parts_->ligaments.legend();
 }
 
 }  // namespace vrda::view

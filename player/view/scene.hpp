@@ -328,8 +328,8 @@ class JointLayers {
 
   /// The layers for which the model has data.
   const LayerSet& available() const { return available_; }
-  const Legend& gap_legend() const;     ///< mm
-  const Legend& strain_legend() const;  ///< percent
+  /// The colour scale of the gap map (mm) or of the ligaments (percent).
+  const Legend& legend(Layer layer) const;
   /// The colours of the axes: those of layer "axes", then of "helical-axis".
   static const std::vector<Label>& axis_labels();
 

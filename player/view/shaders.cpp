@@ -85,7 +85,7 @@ in vec3 diffuse;
 in vec3 shine;
 #endif
 #ifdef STORED
-// Fragment lists (gl_translucency.hpp): heads is the last node of each pixel; a node holds its predecessor.
+// Fragment lists (gl_renderer.cpp): heads is the last node of each pixel; a node holds its predecessor.
 layout(early_fragment_tests) in;
 layout(std430, binding = 0) buffer Heads { uint heads[]; };
 layout(std430, binding = 1) buffer Nodes { uvec4 nodes[]; };

@@ -10,23 +10,23 @@
 namespace vrda::view {
 
 /// The camera whose image is `box`; the depth range must be set by with_depth_range().
-view::Camera camera_of(const view::Eye& eye, const Pose& X_world_head, const view::ShownBox& box);
+Camera camera_of(const Eye& eye, const Pose& X_world_head, const ShownBox& box);
 
 /// Renderer set-up for a display: the undistorted views of both eyes side by side in one image, and the warp
 /// that maps it to the frame buffer.
 struct StereoPlan {
   int width = 0, height = 0;  ///< of the image
-  std::array<view::ShownBox, 2> boxes;
-  std::array<view::Viewport, 2> viewports;  ///< in the image
-  view::Warp warp;
+  std::array<ShownBox, 2> boxes;
+  std::array<Viewport, 2> viewports;  ///< in the image
+  Warp warp;
 };
 
 /// Throws InputError naming `file` if an eye is not usable. The image has the pixel size of the frame buffer.
-StereoPlan stereo_plan(const view::EyePair& eyes, int display_width, int display_height,
-                       const std::string& file, const view::Reflection& reflection = {});
+StereoPlan stereo_plan(const EyePair& eyes, int display_width, int display_height, const std::string& file,
+                       const Reflection& reflection = {});
 
 /// The shots of the left and right eye, with the depth range of `scene`. Allocates nothing.
-std::array<view::Shot, 2> shots_of(const StereoPlan& plan, const view::EyePair& eyes,
-                                   const Pose& X_world_head, const view::Scene& scene);
+std::array<Shot, 2> shots_of(const StereoPlan& plan, const EyePair& eyes, const Pose& X_world_head,
+                             const Scene& scene);
 
 }  // namespace vrda::view

@@ -345,7 +345,7 @@ const std::vector<std::string>& Window::dropped_files() const
   return state_->dropped_;
 }
 
-void Window::show(const view::Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
+void Window::show(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
 {
   state_->renderer_->present(scene, shots, overlay);
   glfwSwapBuffers(state_->window());

@@ -62,7 +62,7 @@ class Window {
   /// The files of the last drop.
   const std::vector<std::string>& dropped_files() const;
   /// Renders a frame and displays it.
-  void show(const view::Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
+  void show(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
   /// Displays the last frame with another overlay; false as Renderer::present_again.
   bool show_again(const Overlay* overlay);
 

@@ -19,6 +19,7 @@
 #include <functional>
 
 #include "core/text.hpp"
+#include "web/response.hpp"
 #include "web/server.hpp"
 
 namespace vrda::web {
@@ -109,13 +110,8 @@ std::string fingerprint_of(const X509& certificate)
   std::array<unsigned char, EVP_MAX_MD_SIZE> bytes{};
   unsigned n = 0;
   check(X509_digest(&certificate, EVP_sha256(), bytes.data(), &n) == 1, "OpenSSL computes a SHA-256");
-  constexpr const char* digits = "0123456789ABCDEF";
   std::string text;
-  for (unsigned k = 0; k < n; ++k) {
-    if (k > 0) text += ':';
-    text += digits[bytes[k] >> 4U];
-    text += digits[bytes[k] & 15U];
-  }
+  for (unsigned k = 0; k < n; ++k) text += (k > 0 ? ":" : "") + hex_digits(bytes[k]);
   return text;
 }
 

@@ -11,17 +11,19 @@
 
 namespace vrda::web {
 
+std::string hex_digits(unsigned char byte)
+{
+  constexpr std::string_view digits = "0123456789ABCDEF";
+  return {digits[byte >> 4U], digits[byte & 15U]};
+}
+
 std::string random_token()
 {
   std::array<unsigned char, 16> bytes{};
   check(getrandom(bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size()),
         "the kernel provides random bytes");
-  constexpr const char* digits = "0123456789abcdef";
   std::string token;
-  for (const unsigned char byte : bytes) {
-    token += digits[byte >> 4U];
-    token += digits[byte & 15U];
-  }
+  for (const unsigned char byte : bytes) token += lower_case(hex_digits(byte));
   return token;
 }
 
@@ -75,19 +77,11 @@ Response page(const Site& site)
 /// Percent-encodes UTF-8 (RFC 8187).
 std::string percent_encoded(const std::string& text)
 {
-  constexpr const char* digits = "0123456789ABCDEF";
   std::string result;
   for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
     const bool is_plain = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
                           c == '-' || c == '.' || c == '_';
-    if (is_plain) {
-      result += c;
-    } else {
-      result += '%';
-      result += digits[byte >> 4U];
-      result += digits[byte & 15U];
-    }
+    result += is_plain ? std::string(1, c) : "%" + hex_digits(static_cast<unsigned char>(c));
   }
   return result;
 }
@@ -152,8 +146,7 @@ Response model(const std::optional<ByteRange>& range, const Site& site)
 
 bool is_same_name(std::string_view a, std::string_view b)
 {
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
-  return std::ranges::equal(a, b, {}, lower, lower);
+  return lower_case(std::string(a)) == lower_case(std::string(b));
 }
 
 bool is_own_host(std::string_view host, const Site& site)

@@ -10,6 +10,9 @@
 
 namespace vrda::web {
 
+/// Two digits, upper case.
+std::string hex_digits(unsigned char byte);
+
 /// 128 random bits of the kernel as 32 hexadecimal digits.
 std::string random_token();
 

@@ -1,14 +1,11 @@
 // The joint as three.js objects: two groups of meshes at the poses of their bodies; contact paths and gaps are attached to the
 // moving body, ligaments to the reference.
 import { BufferAttribute, BufferGeometry, CatmullRomCurve3, Group, Mesh, MeshBasicMaterial, SphereGeometry, TubeGeometry, Vector3 } from "three";
-import { compartmentColours, pathAlong, unbroken } from "./contact_paths.js";
-import { drawMesh } from "./draw_mesh.js";
-import { rows, sum, transposed, turned } from "./frames.js";
-import { GapLayer } from "./gap_layer.js";
-import { LigamentLayer } from "./ligament_layer.js";
-import { labelsOf } from "./labels.js";
+import { drawMesh, rows, sum, transposed, turned } from "./geometry.js";
+import { GapLayer, labelsOf, LigamentLayer } from "./layers.js";
 import { ghostMaterial, materialOf } from "./material.js";
 import { Motion } from "./motion.js";
+import { compartmentColours, pathAlong, unbroken } from "./plots.js";
 
 const tubeRadiusMm = 0.7, dotRadiusMm = 1.6;
 /// The ends of the band of an uncertain job, as in the window.

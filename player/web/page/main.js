@@ -1,24 +1,16 @@
 // The page: connects its controls, 3-D view and plots to a Player.
-import { clinicalNumbers, clinicalOf } from "./clinical.js";
-import { columnsAlong, PlateauPlot } from "./contact_paths.js";
-import { CurvePlot } from "./curves.js";
-import { doubtfulSpans, doubtText, modelWarnings } from "./doubts.js";
-import { degree } from "./frames.js";
+import { helpLines, watchFiles, watchKeys } from "./controls.js";
+import { degree } from "./geometry.js";
 import { Joint } from "./joint.js";
-import { Maps } from "./maps.js";
+import { bodyNames, gapPalette, gradientOf, Labels, strainPalette } from "./layers.js";
+import { connectLive } from "./live.js";
 import { readMotionModel } from "./model_file.js";
-import { stable } from "./motion.js";
-import { Player } from "./player.js";
-import { quantitiesOf, formatNumber } from "./quantities.js";
-import { watchFiles } from "./files.js";
-import { helpLines, watchKeys } from "./keys.js";
-import { bodyNames, Labels } from "./labels.js";
-import { landmarksOf } from "./landmarks.js";
-import { connectLive } from "./live_controls.js";
-import { gapPalette, gradientOf, strainPalette } from "./palettes.js";
-import { save, usdzOf } from "./usdz.js";
-import { Viewer, views } from "./viewer.js";
-import { connectXr } from "./xr_controls.js";
+import { Player, stable } from "./motion.js";
+import { landmarksOf } from "./placement.js";
+import { columnsAlong, CurvePlot, Maps, PlateauPlot } from "./plots.js";
+import { clinicalNumbers, clinicalOf, doubtfulSpans, doubtText, formatNumber, modelWarnings, quantitiesOf } from "./readings.js";
+import { save, usdzOf, Viewer, views } from "./viewer.js";
+import { connectXr } from "./xr.js";
 
 // Directions, positive and negative, of flexion and varus of the kinds whose words differ (schemas/clinical.md).
 const foot = [["plantarflexion", "dorsiflexion"], ["inversion", "eversion"]];

@@ -1,4 +1,4 @@
-// Materials, lights and shader; values as in pipeline/core/material, player/scene/lighting.cpp and player/render.
+// Materials, lights and shader; values as in pipeline/model/mesh and player/view.
 // Colours are linear RGB on [0, 1].
 import { Color, DoubleSide, FrontSide, MeshBasicMaterial, ShaderMaterial, Vector3 } from "three";
 
@@ -8,7 +8,7 @@ const materials = {
   meniscus: { colour: [0.617, 0.231, 0.168], opacity: 1, specular: 0.22, shininess: 24, mottling: 0.09 },
   other: { colour: [0.402, 0.456, 0.503], opacity: 1, specular: 0.12, shininess: 30, mottling: 0 },
 };
-// Markers, as marker_material of player/scene.
+// Markers, as marker_material of player/view/scene.
 const marker = { colour: [1, 1, 1], opacity: 1, specular: 0.18, shininess: 40, mottling: 0 };
 
 const parametersOf = (name) => materials[name] ?? materials.other;

@@ -1,11 +1,211 @@
 // Reads a motion model (schemas/motion-model.md) from the bytes of a file; angles in degrees as in the file.
-import { readBodies } from "./bodies.js";
-import { Hdf5File } from "./hdf5_file.js";
-import { readLigaments } from "./ligaments.js";
-import { ModelError, refuse } from "./model_error.js";
-import { stable } from "./motion.js";
-import { checkBytes } from "./seal.js";
-import { surfaceNames } from "./smoothed_surfaces.js";
+import { File, FS, Module, ready } from "h5wasm";
+import { stable, surfaceNames } from "./motion.js";
+
+/// An error in a file, with a message for the user.
+class ModelError extends Error {}
+
+/// Throws a ModelError that names the field, what was found and what was wanted.
+function refuse(field, found, wanted) {
+  throw new ModelError(`${field ? `${field}: ` : ""}found ${found}, wanted ${wanted}`);
+}
+
+// Checks of a file's bytes before HDF5 reads them: the HDF5 signature, and the seal of schemas/motion-model.md.
+
+/// Largest file. Far above any knee, well below the memory limit of a page.
+export const largestFileMb = 400;
+
+const signature = [0x89, 0x48, 0x44, 0x46, 0x0d, 0x0a, 0x1a, 0x0a];
+const sealName = "VRDASEAL";
+const sealLength = 16;
+
+/// CRC-32 as in zlib.
+function crc32(bytes) {
+  const table = Array.from({ length: 256 }, (_, n) => {
+    let c = n;
+    for (let k = 0; k < 8; ++k) c = c & 1 ? 0xedb88320 ^ (c >>> 1) : c >>> 1;
+    return c >>> 0;
+  });
+  let crc = 0xffffffff;
+  for (const byte of bytes) crc = table[(crc ^ byte) & 0xff] ^ (crc >>> 8);
+  return (crc ^ 0xffffffff) >>> 0;
+}
+
+/// Throws ModelError unless the bytes may be an undamaged HDF5 file.
+function checkBytes(bytes) {
+  if (bytes.length === 0) throw new ModelError("The file is empty, wanted a motion model (.h5) that vrda run wrote.");
+  if (!signature.every((byte, i) => bytes[i] === byte)) throw new ModelError("This is not an HDF5 file, wanted a motion model (.h5) that vrda run wrote.");
+  if (bytes.length < sealLength) throw new ModelError("The file is cut off.");
+  const seal = bytes.subarray(bytes.length - sealLength);
+  if (![...sealName].every((letter, i) => seal[i] === letter.charCodeAt(0))) return;
+  const stored = new DataView(seal.buffer, seal.byteOffset + 8, 4).getUint32(0, true);
+  if (stored !== crc32(bytes.subarray(0, bytes.length - sealLength))) throw new ModelError("The file is damaged: its bytes do not match its seal. Copy it again.");
+}
+
+// One HDF5 file in memory. Every size is checked before data are read.
+
+/// Limit per dataset: a hundred times a full grid of poses; 400 MB of float64.
+const mostNumbers = 50_000_000;
+const mostTexts = 10_000;
+const path = "/model.h5";
+
+const kinds = { float64: ["Float64Array", 1, 8], int64: ["BigInt64Array", 0, 8], int32: ["Int32Array", 0, 4], int8: ["Int8Array", 0, 1] };
+
+class Hdf5File {
+  #file;
+
+  /// Opens the bytes; throws ModelError if HDF5 cannot open them. close() must be called.
+  static async open(bytes) {
+    await ready;
+    const opened = new Hdf5File();
+    FS.writeFile(path, bytes);
+    try {
+      opened.#file = new File(path, "r");
+    } catch {
+      opened.#file = null;
+    }
+    if (!opened.#file || BigInt(opened.#file.file_id ?? -1) < 0n) {
+      FS.unlink(path);
+      throw new ModelError("This HDF5 file cannot be opened: it is cut off or damaged.");
+    }
+    return opened;
+  }
+
+  close() {
+    try {
+      this.#file.close();
+    } finally {
+      FS.unlink(path);
+    }
+  }
+
+  #type(name) {
+    try {
+      return this.#file.get(name)?.type;
+    } catch {
+      return undefined;
+    }
+  }
+
+  hasDataset(name) { return this.#type(name) === "Dataset"; }
+  hasGroup(name) { return this.#type(name) === "Group"; }
+  groups(name) { return this.hasGroup(name) ? this.#file.get(name).keys() : []; }
+
+  /// Lengths of a dataset's axes.
+  shape(name) {
+    if (!this.hasDataset(name)) refuse(name, "no such dataset", "a dataset");
+    return this.#file.get(name).metadata.shape.map(Number);
+  }
+
+  #checked(name, wanted) {
+    const shape = this.shape(name);
+    if (shape.length !== wanted.length || wanted.some((n, i) => n !== null && n !== shape[i])) {
+      refuse(name, `a size of ${shape.join(" x ") || "1"}`, wanted.map((n) => n ?? "any").join(" x "));
+    }
+    return { shape, metadata: this.#file.get(name).metadata, count: shape.reduce((a, b) => a * b, 1) };
+  }
+
+  /// The numbers of a dataset of this size (null: any) and type, in row-major order.
+  numbers(name, wanted, kind = "float64") {
+    const { metadata, count } = this.#checked(name, wanted);
+    const [array, type, size] = kinds[kind];
+    if (metadata.type !== type || metadata.size !== size || metadata.vlen) refuse(name, "another type", kind);
+    if (count > mostNumbers) refuse(name, `${count} numbers`, `at most ${mostNumbers}`);
+    if (count === 0) return new globalThis[array](0);
+    const value = this.#value(name);
+    if (value?.constructor?.name !== array || value.length !== count) refuse(name, "data that cannot be read", kind);
+    return value;
+  }
+
+  /// The strings of a one-dimensional dataset.
+  texts(name) {
+    const { metadata, count } = this.#checked(name, [null]);
+    if (metadata.type !== Module.H5T_class_t.H5T_STRING.value) refuse(name, "another type", "text");
+    if (count > mostTexts) refuse(name, `${count} texts`, `at most ${mostTexts}`);
+    return count === 0 ? [] : [...this.#value(name)].map(String);
+  }
+
+  #value(name) {
+    try {
+      return this.#file.get(name).value;
+    } catch {
+      return refuse(name, "data that cannot be read", "the data of an undamaged file");
+    }
+  }
+
+  /// The elements of an attribute of a group; undefined if missing.
+  attribute(name, group = "/") {
+    try {
+      const attribute = this.#file.get(group).attrs[name];
+      if (!attribute || attribute.shape.reduce((a, b) => a * Number(b), 1) > mostTexts) return undefined;
+      const { value } = attribute;
+      return typeof value === "string" ? [value] : Array.from(value);
+    } catch {
+      return undefined;
+    }
+  }
+}
+
+// The meshes of a body: contact and visual parts.
+
+function checkIndices(field, indices, count) {
+  for (const index of indices) {
+    if (index < 0 || index >= count) refuse(field, `row ${index}`, `0 to ${count - 1}`);
+  }
+}
+
+function part(file, group, nComponents) {
+  const vertices = file.numbers(`${group}/vertices`, [null, 3]);
+  const triangles = file.numbers(`${group}/triangles`, [null, 3], "int32");
+  const component = file.numbers(`${group}/component`, [triangles.length / 3], "int32");
+  if (!vertices.every(Number.isFinite)) refuse(`${group}/vertices`, "a coordinate that is not a finite number", "finite numbers");
+  checkIndices(`${group}/triangles`, triangles, vertices.length / 3);
+  checkIndices(`${group}/component`, component, nComponents);
+  return { vertices, triangles, component };
+}
+
+/// { components: [{ name, material }], parts: [{ vertices, triangles, component }] }; mm, canonical.
+function readBodies(file, name) {
+  const group = `/bodies/${name}`;
+  const names = file.texts(`${group}/component_name`), materials = file.texts(`${group}/component_material`);
+  if (names.length !== materials.length) refuse(`${group}/component_material`, `${materials.length} materials`, `${names.length}`);
+  const parts = [part(file, group, names.length)];
+  if (file.hasGroup(`${group}/visual`)) parts.push(part(file, `${group}/visual`, names.length));
+  return { name: file.attribute("name", group)?.[0] ?? name, components: names.map((own, k) => ({ name: own, material: materials[k] })), parts };
+}
+
+function wrapsOf(file) {
+  const shapes = file.numbers("/ligaments/wrap_shape", [null], "int8"), n = shapes.length;
+  const bodies = file.numbers("/ligaments/wrap_body", [n], "int8");
+  const poses = file.numbers("/ligaments/X_body_wrap", [n, 4, 4]), radii = file.numbers("/ligaments/wrap_radii", [n, 3]);
+  if (!poses.every(Number.isFinite)) refuse("/ligaments/X_body_wrap", "a pose that is not finite", "finite numbers");
+  if (!radii.every((r) => r > 0 && Number.isFinite(r))) refuse("/ligaments/wrap_radii", "an invalid radius", "numbers above 0");
+  return Array.from(shapes, (shape, k) => {
+    const row = (r) => poses.subarray(16 * k + 4 * r, 16 * k + 4 * r + 4);
+    const R = [0, 1, 2].map((r) => Array.from(row(r).subarray(0, 3))), t = [0, 1, 2].map((r) => row(r)[3]);
+    return { shape, isOnMoving: bodies[k] === 1, R, t, radii: Array.from(radii.subarray(3 * k, 3 * k + 3)) };
+  });
+}
+
+/// { fibres, wraps, strain: [flexion, varus, fibre] }, or undefined if the model has no ligaments. mm.
+function readLigaments(file, nCells) {
+  if (!file.hasGroup("/ligaments")) return undefined;
+  const names = file.texts("/ligaments/name"), bundles = file.texts("/ligaments/bundle"), n = names.length;
+  const reference = file.numbers("/ligaments/reference", [n, 3]), moving = file.numbers("/ligaments/moving", [n, 3]);
+  const slackLengths = file.numbers("/ligaments/slack_length", [n]), wrap = file.numbers("/ligaments/wrap", [n], "int32");
+  const strain = file.numbers("/ligaments/strain", [...nCells, n]);
+  const wraps = wrapsOf(file);
+  if (!reference.every(Number.isFinite) || !moving.every(Number.isFinite)) refuse("/ligaments/reference", "an attachment that is not finite", "finite numbers");
+  if (!slackLengths.every((length) => length > 0)) refuse("/ligaments/slack_length", "an invalid length", "numbers above 0");
+  if (!wrap.every((row) => row >= -1 && row < wraps.length)) refuse("/ligaments/wrap", "an invalid row", `-1 to ${wraps.length - 1}`);
+  const point = (table, k) => Array.from(table.subarray(3 * k, 3 * k + 3));
+  const fibres = names.map((name, k) => ({
+    name, bundle: bundles[k] ?? "", reference: point(reference, k), moving: point(moving, k), slackLength: slackLengths[k], wrap: wraps[wrap[k]],
+  }));
+  return { fibres, wraps, strain };
+}
+
+// Reads a motion model (schemas/motion-model.md) from the bytes of a file; angles in degrees as in the file.
 
 const formatName = "vrda motion model";
 const formatMajor = 1;
@@ -50,7 +250,7 @@ function unit(v, field) {
 
 function readSurfaces(file, model) {
   const size = [model.flexion.length, model.varus.length];
-  for (const name of ["tx", "ty", "tz", "theta"]) model[name] = file.numbers(`/${name}`, size);
+  Object.assign(model, datasets(file, "", ["tx", "ty", "tz", "theta"], size));
   model.status = file.numbers("/status", size, "int8");
   if (file.hasDataset("/plausibility")) model.plausibility = file.numbers("/plausibility", size, "int8");
   model.isSpine = file.numbers("/is_spine", size, "int8");
@@ -96,13 +296,16 @@ function readSmoothed(file, model) {
   });
 }
 
+const coordinates = ["tx", "ty", "tz", "theta", "varus"];
+
+/// The datasets of a group by their names.
+const datasets = (file, group, names, size) => Object.fromEntries(names.map((name) => [name, file.numbers(`${group}/${name}`, size)]));
+
 /// Poses over flexion; `state` names the dataset that is -1 without a pose.
 function readFlexionTable(file, group, state, n) {
-  const names = ["tx", "ty", "tz", "theta", "varus"];
-  const table = { [state]: file.numbers(`${group}/${state}`, [n], "int8") };
-  for (const name of names) table[name] = file.numbers(`${group}/${name}`, [n]);
+  const table = { [state]: file.numbers(`${group}/${state}`, [n], "int8"), ...datasets(file, group, coordinates, [n]) };
   for (let i = 0; i < n; ++i) {
-    if (table[state][i] !== -1 && !names.every((name) => Number.isFinite(table[name][i]))) refuse(`${group}/${state}`, `a pose (number ${i}) that is not finite`, "finite numbers");
+    if (table[state][i] !== -1 && !coordinates.every((name) => Number.isFinite(table[name][i]))) refuse(`${group}/${state}`, `a pose (number ${i}) that is not finite`, "finite numbers");
   }
   return table;
 }
@@ -122,12 +325,11 @@ function readMotionsOverFlexion(file, model) {
 function readUncertainty(file, model) {
   if (!file.hasGroup("/uncertainty")) return;
   const n = model.flexion.length, group = "/uncertainty", probabilities = 5, low = 1, high = 3;
-  const names = ["tx", "ty", "tz", "theta", "varus"];
-  const all = Object.fromEntries(names.map((name) => [name, file.numbers(`${group}/${name}`, [probabilities, n])]));
+  const all = datasets(file, group, coordinates, [probabilities, n]);
   const status = file.numbers(`${group}/quantile_status`, [probabilities, n], "int8");
   const row = (values, k) => values.subarray(k * n, (k + 1) * n);
   model.quantiles = [0, 5, 50, 95, 100].map((percent, k) => ({
-    name: `quantile_${percent}`, state: Array.from(row(status, k), (s) => (s === 0 ? 0 : -1)), ...Object.fromEntries(names.map((name) => [name, row(all[name], k)])),
+    name: `quantile_${percent}`, state: Array.from(row(status, k), (s) => (s === 0 ? 0 : -1)), ...Object.fromEntries(coordinates.map((name) => [name, row(all[name], k)])),
   })).filter(({ state }) => state.includes(0));
   const bands = { ...Object.fromEntries(["flexion", "varus", "internal"].map((name, k) => [name, ["rotation_band", k]])), ...Object.fromEntries(["anterior", "proximal", "lateral"].map((name, k) => [name, ["translation_band", k]])) };
   model.bands = Object.fromEntries(Object.entries(bands).map(([name, [dataset, k]]) => {
@@ -141,7 +343,7 @@ function readContactPaths(file, model) {
   const size = [model.flexion.length, model.varus.length, 3];
   const names = ["medial_reference", "medial_moving", "lateral_reference", "lateral_moving"];
   if (!names.every((name) => file.hasDataset(`/contact_paths/${name}`))) return;
-  model.contactPaths = Object.fromEntries(names.map((name) => [name, file.numbers(`/contact_paths/${name}`, size)]));
+  model.contactPaths = datasets(file, "/contact_paths", names, size);
 }
 
 function readAll(file) {

@@ -1,14 +1,130 @@
-// Poses of a joint at any attitude, from one set of surfaces of a motion model; as pipeline/motion/poses.
-import { degree, normalised, placed, rotationWorldSolver, scaled, sum } from "./frames.js";
-import { cellOf, hermiteGrid, sample } from "./hermite_grid.js";
-import { evaluateSmoothed } from "./smoothed_surfaces.js";
+// Poses of a joint at any attitude, and the state of the player.
+import { degree, normalised, placed, rotationWorldSolver, rows, scaled, sum } from "./geometry.js";
+
+// Bicubic Hermite interpolation of values on a grid of attitudes; as pipeline/store/motion. Angles in radians.
+
+/// A grid with `width` numbers per node. `value` [n_flexion n_varus width], row-major; `solved` [n_flexion n_varus].
+function hermiteGrid(flexion, varus, width, value, solved) {
+  const size = value.length;
+  const grid = { flexion, varus, width, value, solved, byFlexion: new Float64Array(size), byVarus: new Float64Array(size), byBoth: new Float64Array(size) };
+  const nVarus = varus.length;
+  for (let number = 0; number < width; ++number) {
+    for (let j = 0; j < nVarus; ++j) fillSlopes(grid, flexion, j, nVarus, number, grid.value, grid.byFlexion);
+    for (let i = 0; i < flexion.length; ++i) {
+      fillSlopes(grid, varus, i * nVarus, 1, number, grid.value, grid.byVarus);
+      fillSlopes(grid, varus, i * nVarus, 1, number, grid.byFlexion, grid.byBoth);
+    }
+  }
+  return grid;
+}
+
+/// Slopes of `from` along a grid line with coordinates `at`, whose nodes are `first`, `first` + `stride`, ...
+function fillSlopes(grid, at, first, stride, number, from, to) {
+  const line = {
+    at,
+    value: (k) => from[(first + k * stride) * grid.width + number],
+    isSolved: (k) => k >= 0 && k < at.length && grid.solved[first + k * stride] === 1,
+  };
+  for (let k = 0; k < at.length; ++k) to[(first + k * stride) * grid.width + number] = slope(line, k);
+}
+
+function slope(line, k) {
+  if (!line.isSolved(k)) return 0;
+  const { at, value } = line;
+  const hasBefore = line.isSolved(k - 1), hasAfter = line.isSolved(k + 1);
+  if (hasBefore && hasAfter) {
+    const hBefore = at[k] - at[k - 1], hAfter = at[k + 1] - at[k];
+    const before = (value(k) - value(k - 1)) / hBefore, after = (value(k + 1) - value(k)) / hAfter;
+    return (before * hAfter + after * hBefore) / (hBefore + hAfter);
+  }
+  if (hasAfter) return oneSidedSlope(line, k, 1);
+  return hasBefore ? oneSidedSlope(line, k, -1) : 0;
+}
+
+function oneSidedSlope({ at, value, isSolved }, k, step) {
+  const chord = (value(k + step) - value(k)) / (at[k + step] - at[k]);
+  const far = k + 2 * step;
+  if (!isSolved(far)) return chord;
+  const nextChord = (value(far) - value(k + step)) / (at[far] - at[k + step]);
+  return chord - ((at[k + step] - at[k]) * (nextChord - chord)) / (at[far] - at[k]);
+}
+
+// Relative distance below which a point is on the node, as in the library.
+const onNode = 1e-9;
+
+/// Index of the cell of `at` that contains x: the last whose lower end is not above it.
+function cellOf(at, x) {
+  let first = 0;
+  while (first + 2 < at.length && at[first + 1] <= x) ++first;
+  return first;
+}
+
+function spanOf(at, x) {
+  if (at.length === 1) return { first: 0, value: [1, 0], slope: [0, 0] };
+  const first = cellOf(at, x);
+  const h = at[first + 1] - at[first];
+  let s = (x - at[first]) / h;
+  if (Math.abs(s) < onNode) s = 0;
+  if (Math.abs(1 - s) < onNode) s = 1;
+  const r = 1 - s;
+  return { first, value: [r * r * (1 + 2 * s), s * s * (1 + 2 * r)], slope: [h * s * r * r, -h * r * s * s] };
+}
+
+/// The interpolated numbers at an attitude within the axes; null if a corner of the patch is not solved.
+function sample(grid, flexion, varus) {
+  const f = spanOf(grid.flexion, flexion), v = spanOf(grid.varus, varus);
+  const numbers = new Array(grid.width).fill(0);
+  for (let a = 0; a < 2; ++a) {
+    if (f.value[a] === 0) continue;  // on a node the far end has no weight
+    for (let b = 0; b < 2; ++b) {
+      if (v.value[b] === 0) continue;
+      const node = (f.first + a) * grid.varus.length + v.first + b;
+      if (grid.solved[node] !== 1) return null;
+      for (let k = 0; k < grid.width; ++k) {
+        const at = node * grid.width + k;
+        numbers[k] += f.value[a] * v.value[b] * grid.value[at] + f.slope[a] * v.value[b] * grid.byFlexion[at] +
+                      f.value[a] * v.slope[b] * grid.byVarus[at] + f.slope[a] * v.slope[b] * grid.byBoth[at];
+      }
+    }
+  }
+  return numbers;
+}
+
+// The polynomials of a smoothed set (schemas/motion-model.md). Angles in degrees, as in the file.
+
+/// Names of a pose's numbers in the order used by all modules; varus only if it was free.
+export const surfaceNames = ["tx", "ty", "tz", "theta", "varus_solved"];
+
+function legendre(u, degree) {
+  const P = [1, u];
+  for (let n = 1; n < degree; ++n) P[n + 1] = ((2 * n + 1) * u * P[n] - n * P[n - 1]) / (n + 1);
+  return P;
+}
+
+function unitCoordinate(x, first, last) {
+  return first === last ? 0 : (x - first - (last - x)) / (last - first);
+}
+
+/// [x, y, z mm, theta degree, varus degree] of a set at an attitude in degrees; 0 for a missing surface.
+function evaluateSmoothed(set, axes, flexionDeg, varusDeg) {
+  const P = legendre(unitCoordinate(flexionDeg, axes.flexion[0], axes.flexion.at(-1)), set.degree);
+  const Q = legendre(unitCoordinate(varusDeg, axes.varus[0], axes.varus.at(-1)), set.degree);
+  const numbers = [0, 0, 0, 0, 0];
+  for (let k = 0; k < set.exponents.length / 2; ++k) {
+    const basis = P[set.exponents[2 * k]] * Q[set.exponents[2 * k + 1]];
+    for (let n = 0; n < numbers.length; ++n) numbers[n] += set.coefficients[n] ? set.coefficients[n][k] * basis : 0;
+  }
+  return numbers;
+}
+
+// Poses of a joint at any attitude, from one set of surfaces of a motion model; as pipeline/store/motion.
 
 export const stable = 0;  // status of a solved attitude
 const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 const radians = (angles) => Array.from(angles, (x) => x * degree);
 
 /// Set names: two_sided; smoothed sets by decreasing degree, recontacted ones first; then raw; zero_varus; last the samples of an uncertain job.
-export function setNames(model) {
+function setNames(model) {
   const names = model.twoSided ? ["two_sided"] : [];
   for (const set of [...model.smoothed].sort((a, b) => b.degree - a.degree)) {
     if (set.recontact) names.push(`degree_${set.degree}_recontacted`);
@@ -19,8 +135,8 @@ export function setNames(model) {
   return [...names, ...(model.quantiles ?? []).map(({ name }) => name)];
 }
 
-/// The motion shown at first, and why it is not the smoothed one; as motion::default_motion of the pipeline.
-export function defaultMotion(model) {
+/// The motion shown at first, and why it is not the smoothed one; as store::default_motion of the pipeline.
+function defaultMotion(model) {
   const names = setNames(model);
   return names.includes(model.defaultMotion?.set) ? model.defaultMotion : { set: names[0], reason: "" };
 }
@@ -180,5 +296,53 @@ export class Motion {
   balancedVarus(flexion) {
     if (this.isVarusFree) return this.#found({ flexion: clamp(flexion, this.firstFlexion, this.lastFlexion), varus: 0 }).attitude.varus;
     return this.spine.length ? varusBetween(this.spine, flexion) : clamp(0, this.firstVarus, this.lastVarus);
+  }
+}
+
+// The state of the player, independent of the page: requested attitude, set, and resulting pose.
+
+export class Player {
+  constructor(model) {
+    this.model = model;
+    this.sets = setNames(model);
+    this.motions = new Map();
+    this.raw = this.motion("raw");
+    ({ set: this.set, reason: this.reason } = defaultMotion(model));
+    this.isBalanced = this.raw.spine.length > 0;
+    this.flexion = Math.min(Math.max(0, model.flexion[0]), model.flexion.at(-1));
+    this.varus = Math.min(Math.max(0, model.varus[0]), model.varus.at(-1));
+    this.direction = 1;
+  }
+
+  motion(set = this.set) {
+    if (!this.sets.includes(set)) throw new Error(`found set "${set}", wanted one of: ${this.sets.join(", ")}`);
+    if (!this.motions.has(set)) this.motions.set(set, new Motion(this.model, set));
+    return this.motions.get(set);
+  }
+
+  /// The requested varus at a flexion, both in radians: the balanced varus, or the slider's.
+  varusAt(flexion) {
+    return this.isBalanced || this.motion().isVarusFree ? this.motion().balancedVarus(flexion) : this.varus * degree;
+  }
+
+  pose() {
+    const flexion = this.flexion * degree;
+    return this.motion().at({ flexion, varus: this.varusAt(flexion) });
+  }
+
+  /// Advances flexion by `seconds` at `speed` degrees per second, back and forth over the grid's range.
+  advance(seconds, speed) {
+    const [low, high] = [this.model.flexion[0], this.model.flexion.at(-1)];
+    let next = Math.min(Math.max(this.flexion, low), high) + this.direction * speed * seconds;
+    if (next >= high) [next, this.direction] = [high, -1];
+    else if (next <= low) [next, this.direction] = [low, 1];
+    this.flexion = next;
+  }
+
+  /// For scripts and tests: the pose of any set at any attitude in degrees.
+  poseOf(set, flexion, varus) {
+    const pose = this.motion(set).at({ flexion: flexion * degree, varus: varus * degree });
+    const result = { isSolved: pose.isSolved, isFlexionClamped: pose.isFlexionClamped, isVarusClamped: pose.isVarusClamped };
+    return pose.isSolved ? { ...result, X_reference_moving: rows(pose.referenceMoving), theta_rad: pose.theta } : result;
   }
 }

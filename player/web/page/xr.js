@@ -1,21 +1,191 @@
+// The joint in augmented and virtual reality (WebXR).
+import { BufferGeometry, CanvasTexture, DoubleSide, Group, Line, LineBasicMaterial, Matrix4, Mesh, MeshBasicMaterial, PerspectiveCamera, PlaneGeometry, Raycaster, RingGeometry, Scene, SphereGeometry, SRGBColorSpace, Vector3 } from "three";
+import { product, rotationWorldSolver, transposed } from "./geometry.js";
+import { composed, fitLandmarks, FitRefusal, inverse, leastPoints, matrixOf, mmPerM, poseOf, standing, tracked } from "./placement.js";
+import { clinicalOf, formatNumber } from "./readings.js";
+
+// Controllers, hands and taps of a session: rays, touching tips, and whether they are tracked. Metres, in the reference space.
+
+const rayM = 1.5, tipM = 0.003;
+
+/// A pose as a matrix; null if it is missing, not finite, or only estimated.
+function trackedMatrix(pose) {
+  if (!pose || pose.emulatedPosition || !pose.transform.matrix.every(Number.isFinite)) return null;
+  return new Matrix4().fromArray(pose.transform.matrix);
+}
+
+function trackedPose(frame, space, reference) {
+  return trackedMatrix(space && frame.getPose(space, reference));
+}
+
+/// The point that touches: the tip of the index finger, or of the controller. A pinch moves its own hand, so that the other
+/// hand's finger touches if it is seen.
+function touchingPoint(frame, source, sources, reference) {
+  const finger = (hand) => {
+    const joint = hand?.get("index-finger-tip"), matrix = trackedMatrix(joint && frame.getJointPose?.(joint, reference));
+    return matrix && new Vector3().setFromMatrixPosition(matrix);
+  };
+  if (source.hand) {
+    const other = [...sources].find((one) => one.hand && one !== source);
+    return (other && finger(other.hand)) ?? finger(source.hand);
+  }
+  const pose = trackedPose(frame, source.targetRaySpace, reference);
+  return pose && new Vector3().setFromMatrixPosition(pose);
+}
+
+function rayOf(frame, source, reference) {
+  const pose = frame.getPose(source.targetRaySpace, reference);
+  if (!pose || !pose.transform.matrix.every(Number.isFinite)) return null;
+  const matrix = new Matrix4().fromArray(pose.transform.matrix), origin = new Vector3().setFromMatrixPosition(matrix);
+  return { origin, direction: new Vector3(0, 0, -1).transformDirection(matrix), matrix };
+}
+
+/// Where a ray meets a mesh: texture coordinates, or those of the mesh's plane.
+function meets(ray, mesh) {
+  const caster = new Raycaster(ray.origin, ray.direction);
+  return caster.intersectObject(mesh, false)[0]?.uv;
+}
+
+/// Rays and tips of the tracked sources.
+class Pointers {
+  constructor() {
+    this.group = new Group();
+    this.drawn = [];
+  }
+
+  update(frame, sources, reference) {
+    const tracked = [...sources].filter((source) => source.targetRayMode === "tracked-pointer");
+    while (this.drawn.length < tracked.length) this.#add();
+    this.drawn.forEach((one, k) => {
+      const ray = tracked[k] && rayOf(frame, tracked[k], reference);
+      one.visible = Boolean(ray);
+      if (ray) one.matrix.copy(ray.matrix);
+    });
+  }
+
+  #add() {
+    const one = new Group();
+    one.matrixAutoUpdate = false;
+    const ray = new BufferGeometry().setFromPoints([new Vector3(), new Vector3(0, 0, -rayM)]);
+    one.add(new Line(ray, new LineBasicMaterial({ color: "#4aa3df", transparent: true, opacity: 0.6 })), new Mesh(new SphereGeometry(tipM, 12, 8), new MeshBasicMaterial({ color: "#ffb74a" })));
+    this.drawn.push(one);
+    this.group.add(one);
+  }
+
+  dispose() {
+    this.group.traverse((object) => { object.geometry?.dispose(); object.material?.dispose(); });
+  }
+}
+
+// The panel in space: a slider for flexion, buttons, and problems. Sizes in metres; drawn on a canvas.
+
+const widthM = 0.36, heightM = 0.24;
+const width = 1080, height = 720, margin = 36, buttonTop = 210, buttonHeight = 108, columns = 3, gap = 18;
+const sliderTop = 452, sliderHeight = 96, ink = "#eef2f6", quiet = "#aab6c4", amber = "#ffb74a", accent = "#4aa3df";
+
+class XrPanel {
+  constructor() {
+    this.canvas = Object.assign(document.createElement("canvas"), { width, height });
+    this.texture = new CanvasTexture(this.canvas);
+    this.texture.colorSpace = SRGBColorSpace;
+    this.mesh = new Mesh(new PlaneGeometry(widthM, heightM), new MeshBasicMaterial({ map: this.texture, side: DoubleSide, transparent: true }));
+    this.buttons = [];
+    this.slider = { x: margin + 20, y: sliderTop, w: width - 2 * margin - 40, h: sliderHeight };
+  }
+
+  /// The button's name, or { share } of the slider, at texture coordinates; undefined elsewhere.
+  at({ x, y }, isGrabbed = false) {
+    const [px, py] = [x * width, (1 - y) * height], { slider } = this;
+    if (isGrabbed || (py >= slider.y && py <= slider.y + slider.h)) return { share: Math.min(Math.max((px - slider.x) / slider.w, 0), 1) };
+    return this.buttons.find((b) => !b.isOff && px >= b.x && px <= b.x + b.w && py >= b.y && py <= b.y + b.h)?.name;
+  }
+
+  /// Texture coordinates of a share of the slider or of a button: for tests and pointers.
+  placeOf(target) {
+    const box = typeof target === "number" ? { x: this.slider.x + target * this.slider.w, y: this.slider.y, w: 0, h: this.slider.h } : this.buttons.find(({ name }) => name === target);
+    return { x: (box.x + box.w / 2) / width, y: 1 - (box.y + box.h / 2) / height };
+  }
+
+  /// Draws again when something changed. `buttons`: [{ name, label, isPressed, isOff }]; `share` of the slider; `ends`: its texts.
+  draw({ title, note, marks, share, ends, buttons }) {
+    const key = JSON.stringify([title, note, marks, share.toFixed(3), ends, buttons]);
+    if (key === this.drawn) return;
+    this.drawn = key;
+    const w = (width - 2 * margin - (columns - 1) * gap) / columns;
+    this.buttons = buttons.map((button, k) => ({ ...button, x: margin + (k % columns) * (w + gap), y: buttonTop + Math.floor(k / columns) * (buttonHeight + gap), w, h: buttonHeight }));
+    const c = this.canvas.getContext("2d");
+    c.clearRect(0, 0, width, height);
+    c.fillStyle = "rgb(20 26 34 / 90%)";
+    c.beginPath();
+    c.roundRect(0, 0, width, height, 40);
+    c.fill();
+    this.#text(c, title, margin, 82, 52, ink, width - 2 * margin);
+    this.#lines(c, note, 138, quiet);
+    for (const { label, isPressed, isOff, x, y, w: wide, h } of this.buttons) {
+      c.fillStyle = isPressed ? accent : "#334252";
+      c.globalAlpha = isOff ? 0.4 : 1;
+      c.beginPath();
+      c.roundRect(x, y, wide, h, 18);
+      c.fill();
+      c.textAlign = "center";
+      this.#text(c, label, x + wide / 2, y + h / 2 + 14, 40, isPressed ? "#04121d" : ink, wide - 16);
+      c.textAlign = "left";
+      c.globalAlpha = 1;
+    }
+    this.#slider(c, share, ends);
+    marks.slice(0, 2).forEach((mark, k) => this.#text(c, `⚠ ${mark}`, margin, 640 + 50 * k, 36, amber, width - 2 * margin));
+    this.texture.needsUpdate = true;
+  }
+
+  #slider(c, share, [low, high]) {
+    const { x, y, w, h } = this.slider, middle = y + h / 2;
+    c.fillStyle = "#4a5a6c";
+    c.fillRect(x, middle - 7, w, 14);
+    c.fillStyle = accent;
+    c.fillRect(x, middle - 7, share * w, 14);
+    c.beginPath();
+    c.arc(x + share * w, middle, 34, 0, 2 * Math.PI);
+    c.fill();
+    this.#text(c, low, x - 20, y + h + 20, 30, quiet, 200);
+    c.textAlign = "right";
+    this.#text(c, high, x + w + 20, y + h + 20, 30, quiet, 200);
+    c.textAlign = "left";
+  }
+
+  #text(c, text, x, y, px, colour, widest) {
+    c.font = `${px}px system-ui, "DejaVu Sans", sans-serif`;
+    c.fillStyle = colour;
+    c.fillText(text, x, y, widest);
+  }
+
+  /// A note on up to two lines.
+  #lines(c, note, y, colour) {
+    c.font = '36px system-ui, "DejaVu Sans", sans-serif';
+    const lines = [""];
+    for (const word of note.split(" ")) {
+      if (c.measureText(`${lines.at(-1)} ${word}`).width > width - 2 * margin && lines.length < 2) lines.push("");
+      lines[lines.length - 1] += `${lines.at(-1) ? " " : ""}${word}`;
+    }
+    lines.forEach((line, k) => this.#text(c, line, margin, y + 42 * k, 36, colour, width - 2 * margin));
+  }
+
+  dispose() {
+    this.mesh.geometry.dispose();
+    this.mesh.material.dispose();
+    this.texture.dispose();
+  }
+}
+
 // The joint in augmented and virtual reality (WebXR): placed on a surface or on a leg by touched points, moved by a slider in space,
 // by a controller on the shank, or by the bench. Space in metres. While a source is not tracked, the last pose is kept and marked.
-import { Group, Matrix4, Mesh, MeshBasicMaterial, PerspectiveCamera, RingGeometry, Scene, SphereGeometry, Vector3 } from "three";
-import { clinicalOf } from "./clinical.js";
-import { product, rotationWorldSolver, transposed } from "./frames.js";
-import { composed, inverse, matrixOf, mmPerM, poseOf, standing, tracked } from "./placement.js";
-import { fitLandmarks, FitRefusal, leastPoints } from "./rigid_fit.js";
-import { formatNumber } from "./quantities.js";
-import { meets, Pointers, rayOf, touchingPoint, trackedPose } from "./xr_inputs.js";
-import { XrPanel } from "./xr_panel.js";
 
 const nearM = 0.01, farM = 30, aheadM = 0.7, belowM = 0.25, panelAsideM = 0.3, panelAboveM = 0.12;
 const dotMm = 2.5, dotColour = "#4aa3df", nextColour = "#ffb74a";
 const features = ["local-floor", "hit-test", "hand-tracking"];
-export const xrModes = ["immersive-ar", "immersive-vr"];
+const xrModes = ["immersive-ar", "immersive-vr"];
 
 /// The xrModes that this browser offers; none without a secure context.
-export async function offeredModes() {
+async function offeredModes() {
   const offers = xrModes.map((mode) => navigator.xr?.isSessionSupported(mode).catch(() => false) ?? false);
   const isOffered = await Promise.all(offers);
   return xrModes.filter((_, k) => isOffered[k]);
@@ -25,7 +195,7 @@ const up = new Vector3(0, 1, 0);
 const millimetres = (v) => [v.x * mmPerM, v.y * mmPerM, v.z * mmPerM];
 const metres = (p) => new Vector3(...p).divideScalar(mmPerM);
 
-export class XrView {
+class XrView {
   /// `host`: joint, model, flexion, range and marks of the page as functions, `setFlexion(deg)`, `advance(now)`, `togglePlay()`,
   /// `isPlaying()`, `live()`, `setFollowing(on)`, `isFollowing()`, `landmarks()`, `onStart()`, `onEnd()`.
   constructor(viewer, host) {
@@ -375,8 +545,33 @@ export class XrView {
   }
 }
 
-/// Flexion in degrees of the moving body's rotation in the reference's frame, in the motion's frame; as tracking/leg.
-export function flexionOf(R, model, delta) {
+/// Flexion in degrees of the moving body's rotation in the reference's frame, in the motion's frame; as player/bench.
+function flexionOf(R, model, delta) {
   const S = rotationWorldSolver(model.side, delta);
   return clinicalOf({ R: product(product(transposed(S), R), S), t: [0, 0, 0] }, [0, 0, 0], "right").flexion;
+}
+
+// The buttons that start augmented and virtual reality, or the reason why they are missing.
+
+const labels = { "immersive-ar": "View in the room", "immersive-vr": "View in VR" };
+
+/// Returns the XrView. `host` as there; `showError(text)`.
+export function connectXr(byId, viewer, host, showError) {
+  const view = new XrView(viewer, host);
+  if (!viewer.renderer) return view;
+  if (!window.isSecureContext) byId("xr-note").hidden = false;
+  const offer = async () => {
+    const modes = await offeredModes();
+    byId("xr-buttons").replaceChildren(...modes.map((mode) => {
+      const button = Object.assign(document.createElement("button"), { type: "button", value: mode, textContent: labels[mode] });
+      button.addEventListener("click", () => {
+        button.disabled = true;
+        view.start(mode).catch((error) => showError(`${labels[mode]}: ${error.message}`)).finally(() => { button.disabled = false; });
+      });
+      return button;
+    }));
+  };
+  offer();
+  navigator.xr?.addEventListener?.("devicechange", offer);
+  return view;
 }

@@ -14,7 +14,7 @@
 #include "store/sample_model.hpp"
 #include "store/solved_cells.hpp"
 
-namespace vrda::followed_run_test {
+namespace vrda::show::followed_run_test {
 
 namespace fs = std::filesystem;
 
@@ -52,7 +52,7 @@ void add(solve::SweepResult& result, const StepRecord& r, Eigen::Index n_varus)
 }
 
 /// The cells of a watch, completed from `whole` with the data that only a full model has.
-store::MotionModel cells_of(const show::RunWatch& watch, const store::MotionModel& whole)
+store::MotionModel cells_of(const RunWatch& watch, const store::MotionModel& whole)
 {
   store::MotionModel model = watch.model();
   model.contacts = store::contact_rows(model, watch.cells());
@@ -66,16 +66,16 @@ void expect_followed_to_the_bit(const job::Case& job_case, const test::Scratch& 
 {
   const std::string output = (scratch.path() / "out.h5").string();
   store::write_motion_model(store::start_file_of(output), solve::pending_model_of(job_case));
-  show::RunWatch watch(store::start_file_of(output));
+  RunWatch watch(store::start_file_of(output));
   solve::SweepResult so_far = nothing_solved(watch.model());
   store::JournalWriter writer =
       store::JournalWriter::create(store::journal_of(output), solve::fingerprint_of(job_case));
   int n_cells = 0, n_probes = 0;
   for (const StepRecord& r : steps_of(job_case)) {
     writer.append(r);
-    const show::RunUpdate news = watch.poll();
+    const RunUpdate news = watch.poll();
     ASSERT_EQ(news.steps.size(), 1u);
-    (news.steps[0].kind == show::RunStepKind::cell ? n_cells : n_probes) += 1;
+    (news.steps[0].kind == RunStepKind::cell ? n_cells : n_probes) += 1;
     add(so_far, r, watch.model().status.cols());
     const store::MotionModel whole = solve::motion_model_of(job_case, so_far);
     test::expect_equal(cells_of(watch, whole), whole);
@@ -85,7 +85,8 @@ void expect_followed_to_the_bit(const job::Case& job_case, const test::Scratch& 
   EXPECT_GT(n_probes, 0);
 }
 
-TEST(FollowedRun, CellsAreThePipelinesToTheBitAfterEveryStep)
+// Cells are the pipelines to the bit after every step.
+TEST(FollowedRun, EveryStep)
 {
   const test::Scratch scratch;
   for (const char* side : {"right", "left"}) {
@@ -94,7 +95,7 @@ TEST(FollowedRun, CellsAreThePipelinesToTheBitAfterEveryStep)
   }
 }
 
-TEST(FollowedRun, CellsOfAScaledJobToo)
+TEST(FollowedRun, ScaledJob)
 {
   const test::Scratch scratch;
   const job::Case job_case =
@@ -104,18 +105,18 @@ TEST(FollowedRun, CellsOfAScaledJobToo)
 }
 
 /// Polls until the run has finished.
-void follow_to_the_end(show::RunWatch& watch, int& n_moves, int& n_looks_with_part)
+void follow_to_the_end(RunWatch& watch, int& n_moves, int& n_looks_with_part)
 {
-  for (int patience = 0; watch.phase() != show::RunPhase::finished; ++patience) {
+  for (int patience = 0; watch.phase() != RunPhase::finished; ++patience) {
     ASSERT_LT(patience, 30000) << "the run does not finish";
-    for (const show::RunStep& step : watch.poll().steps)
-      n_moves += step.kind == show::RunStepKind::move ? 1 : 0;
+    for (const RunStep& step : watch.poll().steps) n_moves += step.kind == RunStepKind::move ? 1 : 0;
     n_looks_with_part += watch.n_done() > 0 && watch.n_done() < watch.n_cells() ? 1 : 0;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
 }
 
-TEST(FollowedRun, ARunThatIsKilledAndGoesOnIsFollowedToItsResult)
+// A run that is killed and goes on is followed to its result.
+TEST(FollowedRun, KilledAndResumed)
 {
   const test::Scratch scratch;
   const fs::path job = test::longer_knee_job(scratch);
@@ -124,7 +125,7 @@ TEST(FollowedRun, ARunThatIsKilledAndGoesOnIsFollowedToItsResult)
   int n_moves = 0, n_looks_with_part = 0;
   test::Process killed(test::vrda(words));
   test::wait_for_bytes(killed, store::journal_of(output), 4000);
-  show::RunWatch watch(store::start_file_of(output), true);
+  RunWatch watch(store::start_file_of(output), true);
   killed.send(SIGKILL);
   killed.wait();
   test::Process going_on(test::vrda(words));
@@ -135,13 +136,14 @@ TEST(FollowedRun, ARunThatIsKilledAndGoesOnIsFollowedToItsResult)
   test::expect_equal(watch.model(), store::read_motion_model(output));
 }
 
-TEST(FollowedRun, ShardsThatAreMergedAreFollowedToTheirResult)
+// Shards that are merged are followed to their result.
+TEST(FollowedRun, Shards)
 {
   const test::Scratch scratch;
   const std::string job = test::small_knee_job(scratch, "right").string();
   const std::string output = (scratch.path() / "out.h5").string();
   ASSERT_EQ(test::run_vrda({"run", job, "-o", output, "--spine"}).exit_code, 0);
-  show::RunWatch watch(store::start_file_of(output));
+  RunWatch watch(store::start_file_of(output));
   watch.poll();
   EXPECT_EQ(watch.n_done(), 7);
   for (const char* shard : {"2/2", "1/2"}) {
@@ -151,10 +153,10 @@ TEST(FollowedRun, ShardsThatAreMergedAreFollowedToTheirResult)
     EXPECT_GT(watch.n_done(), before);
   }
   EXPECT_EQ(watch.n_done(), 35);
-  EXPECT_EQ(watch.phase(), show::RunPhase::running);
+  EXPECT_EQ(watch.phase(), RunPhase::running);
   ASSERT_EQ(test::run_vrda({"merge", "-o", output}).exit_code, 0);
   watch.poll();
-  EXPECT_EQ(watch.phase(), show::RunPhase::finished);
+  EXPECT_EQ(watch.phase(), RunPhase::finished);
 }
 
-}  // namespace vrda::followed_run_test
+}  // namespace vrda::show::followed_run_test

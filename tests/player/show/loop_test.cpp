@@ -10,13 +10,13 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda::loop_test {
+namespace vrda::show::loop_test {
 
 using Clock = std::chrono::steady_clock;
 
-struct Counted final : show::Mode {
+struct Counted final : Mode {
   bool is_over() const override { return n_drawn == n_rounds; }
-  show::RoundTime round_time() const override { return time; }
+  RoundTime round_time() const override { return time; }
   void take(const view::InputEvent&) override { ++n_events; }
   void advance(double elapsed_s) override
   {
@@ -28,21 +28,21 @@ struct Counted final : show::Mode {
     if (++n_drawn == signal_in) raise(SIGTERM);
   }
 
-  show::RoundTime time;
+  RoundTime time;
   int n_rounds = 0, n_drawn = 0, n_events = 0, signal_in = -1;
   std::vector<double> elapsed;
 };
 
 double run(Counted& mode)
 {
-  show::Sink nowhere;
-  show::StopSignals stop;
+  Sink nowhere;
+  StopSignals stop;
   const Clock::time_point begun = Clock::now();
-  show::run_loop(mode, nowhere, stop);
+  run_loop(mode, nowhere, stop);
   return std::chrono::duration<double>(Clock::now() - begun).count();
 }
 
-TEST(Loop, ARoundGoesOnByItsTimeAndDraws)
+TEST(Loop, Rounds)
 {
   for (const bool is_ended_by_input : {false, true}) {
     Counted mode;
@@ -58,14 +58,7 @@ TEST(Loop, ARoundGoesOnByItsTimeAndDraws)
   }
 }
 
-TEST(Loop, AModeThatIsOverHasNoRound)
-{
-  Counted mode;
-  run(mode);
-  EXPECT_EQ(mode.n_drawn, 0);
-}
-
-TEST(Loop, ASignalEndsItWithinARound)
+TEST(Loop, Signal)
 {
   Counted mode;
   mode.n_rounds = 1000;
@@ -76,19 +69,17 @@ TEST(Loop, ASignalEndsItWithinARound)
 
 TEST(Attempt, CatchesInputErrorsOnly)
 {
-  EXPECT_FALSE(show::catch_input_error([] {}));
-  const auto refused = show::catch_input_error([] {
-    throw InputError({"a.h5", "key", "nothing", "something"});
-  });
+  EXPECT_FALSE(catch_input_error([] {}));
+  const auto refused = catch_input_error([] { throw InputError({"a.h5", "key", "nothing", "something"}); });
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->facts().field, "key");
-  EXPECT_THROW(show::catch_input_error([] { check(false, "an internal error"); }), InternalError);
+  EXPECT_THROW(catch_input_error([] { check(false, "an internal error"); }), InternalError);
 }
 
-TEST(Sink, PicturesAndFilmAreOfWhatIsKept)
+TEST(Sink, RecordedImages)
 {
   const test::Scratch scratch;
-  show::Sink sink(view::RenderOptions{32, 24, 1});
+  Sink sink(view::RenderOptions{32, 24, 1});
   EXPECT_FALSE(sink.is_recording());
   const std::string folder = (scratch.path() / "new" / "pictures").string();
   sink.record_images(folder, "--pictures");
@@ -103,28 +94,19 @@ TEST(Sink, PicturesAndFilmAreOfWhatIsKept)
   EXPECT_EQ(test::input_error([&] { sink.record_images(file, "--pictures"); }).field, "--pictures");
 }
 
-TEST(Numbered, NamesSortAndNumbersThatAreLongerStay)
-{
-  EXPECT_EQ(show::padded_name("task_", 12, 4), "task_0012");
-  EXPECT_EQ(show::padded_name("task_", 123456, 4), "task_123456");
-  EXPECT_EQ(show::count_text(1, "frame"), "1 frame");
-  EXPECT_EQ(show::count_text(0, "frame"), "0 frames");
-}
-
-TEST(FreeName, TwoWritersNeverGetTheSame)
+TEST(FreeName, TwoWriters)
 {
   const test::Scratch scratch;
   const auto name_of = [&](std::size_t number) { return (scratch.path() / std::to_string(number)).string(); };
   std::string other;
   // The second writer begins while the first one has its name and has written nothing.
-  const std::string name = show::write_with_free_name(name_of, [&](const std::string&) {
-    other = show::write_with_free_name(name_of, [](const std::string&) {});
-  });
+  const std::string name = write_with_free_name(
+      name_of, [&](const std::string&) { other = write_with_free_name(name_of, [](const std::string&) {}); });
   EXPECT_EQ(name, name_of(1));
   EXPECT_EQ(other, name_of(2));
   const auto fail = [](const std::string&) { throw InputError({"a", "", "b", "c"}); };
-  EXPECT_THROW(show::write_with_free_name(name_of, fail), InputError);
+  EXPECT_THROW(write_with_free_name(name_of, fail), InputError);
   EXPECT_FALSE(std::filesystem::exists(name_of(3)));
 }
 
-}  // namespace vrda::loop_test
+}  // namespace vrda::show::loop_test

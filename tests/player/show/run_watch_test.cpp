@@ -14,7 +14,7 @@
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda::run_watch_test {
+namespace vrda::show::run_watch_test {
 
 namespace fs = std::filesystem;
 using test::input_error;
@@ -82,25 +82,25 @@ class Watch : public testing::Test {
   std::string start_ = store::start_file_of(output_);
 };
 
-int n_stable(const show::RunWatch& watch)
+int n_stable(const RunWatch& watch)
 {
   return static_cast<int>((watch.model().status == 0).count());
 }
 
-TEST_F(Watch, CellsFillInAsTheirStepsCome)
+TEST_F(Watch, CellsFillIn)
 {
-  show::RunWatch watch(start_);
-  EXPECT_EQ(watch.phase(), show::RunPhase::waiting);
+  RunWatch watch(start_);
+  EXPECT_EQ(watch.phase(), RunPhase::waiting);
   EXPECT_THAT(watch.poll().steps, IsEmpty());
   EXPECT_EQ(watch.n_cells(), 9);
   store::JournalWriter writer = journal();
   writer.append(step(StepKind::spine_probe, 0, 1));
   writer.append(step(StepKind::spine, 0, 1));
-  show::RunUpdate news = watch.poll();
+  RunUpdate news = watch.poll();
   ASSERT_EQ(news.steps.size(), 2u);
-  EXPECT_EQ(news.steps[0].kind, show::RunStepKind::probe);
-  EXPECT_EQ(news.steps[1].kind, show::RunStepKind::cell);
-  EXPECT_EQ(watch.phase(), show::RunPhase::running);
+  EXPECT_EQ(news.steps[0].kind, RunStepKind::probe);
+  EXPECT_EQ(news.steps[1].kind, RunStepKind::cell);
+  EXPECT_EQ(watch.phase(), RunPhase::running);
   EXPECT_EQ(watch.n_done(), 1);
   EXPECT_EQ(watch.n_steps(), 2);
   EXPECT_EQ(watch.model().is_spine(0, 1), 1);
@@ -117,9 +117,9 @@ TEST_F(Watch, CellsFillInAsTheirStepsCome)
   EXPECT_THAT(watch.poll().steps, IsEmpty());
 }
 
-TEST_F(Watch, ShardsAndTheSpineAreOneRun)
+TEST_F(Watch, ShardsAndSpine)
 {
-  show::RunWatch watch(start_);
+  RunWatch watch(start_);
   store::JournalWriter spine = store::JournalWriter::create(store::spine_journal_of(output_), key);
   spine.append(step(StepKind::spine, 0, 1));
   EXPECT_EQ(watch.poll().steps.size(), 1u);
@@ -129,15 +129,15 @@ TEST_F(Watch, ShardsAndTheSpineAreOneRun)
   store::JournalWriter second = store::JournalWriter::create(store::shard_journal_of(output_, {2, 2}), key);
   second.append(step(StepKind::row, 1, 0));
   second.append(step(StepKind::row, 0, 0));
-  const show::RunUpdate news = watch.poll();
+  const RunUpdate news = watch.poll();
   EXPECT_FALSE(news.is_restarted);
   EXPECT_EQ(news.steps.size(), 2u);
   EXPECT_EQ(watch.n_done(), 3);
 }
 
-TEST_F(Watch, ARunStartedOverForgetsTheOldOne)
+TEST_F(Watch, Restart)
 {
-  show::RunWatch watch(start_);
+  RunWatch watch(start_);
   {
     store::JournalWriter writer = journal();
     for (int j = 0; j < 3; ++j) writer.append(step(StepKind::row, 1, j));
@@ -145,7 +145,7 @@ TEST_F(Watch, ARunStartedOverForgetsTheOldOne)
   watch.poll();
   EXPECT_EQ(watch.n_done(), 3);
   journal().append(step(StepKind::row, 0, 0));
-  show::RunUpdate news = watch.poll();
+  RunUpdate news = watch.poll();
   EXPECT_TRUE(news.is_restarted);
   EXPECT_EQ(news.steps.size(), 1u);
   EXPECT_EQ(watch.n_done(), 1);
@@ -164,16 +164,16 @@ TEST_F(Watch, ARunStartedOverForgetsTheOldOne)
   EXPECT_EQ(watch.n_done(), 1);
 }
 
-TEST_F(Watch, TheJournalWrittenLastSaysWhichJobRuns)
+TEST_F(Watch, LatestJournal)
 {
   store::JournalWriter::create(store::shard_journal_of(output_, {1, 2}), other_key)
       .append(step(StepKind::row, 0, 0));
   fs::last_write_time(store::shard_journal_of(output_, {1, 2}),
                       fs::file_time_type::clock::now() - std::chrono::hours(1));
-  show::RunWatch watch(start_);
+  RunWatch watch(start_);
   EXPECT_EQ(watch.poll().steps.size(), 1u);
   journal().append(step(StepKind::row, 1, 1));
-  const show::RunUpdate news = watch.poll();
+  const RunUpdate news = watch.poll();
   EXPECT_TRUE(news.is_restarted);
   ASSERT_EQ(news.steps.size(), 1u);
   EXPECT_EQ(news.steps[0].key.flexion, 1);
@@ -181,9 +181,9 @@ TEST_F(Watch, TheJournalWrittenLastSaysWhichJobRuns)
   EXPECT_THAT(news.remarks[0], HasSubstr("shard-1-of-2.journal: "));
 }
 
-TEST_F(Watch, ATornEndIsReadWhenItIsWhole)
+TEST_F(Watch, TornEnd)
 {
-  show::RunWatch watch(start_);
+  RunWatch watch(start_);
   {
     store::JournalWriter writer = journal();
     writer.append(step(StepKind::row, 0, 0));
@@ -198,7 +198,7 @@ TEST_F(Watch, ATornEndIsReadWhenItIsWhole)
   EXPECT_EQ(watch.n_done(), 2);
 }
 
-TEST_F(Watch, RecordsOutsideTheGridAreLeftAside)
+TEST_F(Watch, ForeignRecords)
 {
   store::JournalWriter writer = journal();
   writer.append(step(StepKind::row, 3, 0));
@@ -206,40 +206,41 @@ TEST_F(Watch, RecordsOutsideTheGridAreLeftAside)
   writer.append(step(StepKind::spine_probe, 0, -1));
   writer.append(step(StepKind::free_spine, 0, 7));
   writer.append(step(StepKind::row, 0, 0));
-  show::RunWatch watch(start_);
-  const show::RunUpdate news = watch.poll();
+  RunWatch watch(start_);
+  const RunUpdate news = watch.poll();
   EXPECT_EQ(news.steps.size(), 2u);
   EXPECT_EQ(watch.n_done(), 1);
   EXPECT_THAT(news.remarks, ElementsAre(HasSubstr("knee.h5.journal: record: ")));
 }
 
-TEST_F(Watch, MovesPrecedeTheirStepWhicheverFileIsReadFirst)
+// Moves precede their step whichever file is read first.
+TEST_F(Watch, Moves)
 {
-  show::RunWatch watch(start_, true);
+  RunWatch watch(start_, true);
   store::JournalWriter steps = journal();
   core::FrameWriter moves = store::create_trace_journal(store::trace_journal_of(output_), key);
   moves.append(core::bytes_of_value(search(StepKind::spine_probe, 0, 1, 4)));
   EXPECT_THAT(watch.poll().steps, IsEmpty());
   steps.append(step(StepKind::spine_probe, 0, 1));
   steps.append(step(StepKind::spine, 0, 1));
-  show::RunUpdate news = watch.poll();
+  RunUpdate news = watch.poll();
   ASSERT_EQ(news.steps.size(), 6u);
   for (int m = 0; m < 4; ++m) {
-    EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].kind, show::RunStepKind::move);
+    EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].kind, RunStepKind::move);
     EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].in_contact, m % 2 == 1);
     EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].pose.translation_mm.y(), -m);
   }
-  EXPECT_EQ(news.steps[4].kind, show::RunStepKind::probe);
-  EXPECT_EQ(news.steps[5].kind, show::RunStepKind::cell);
+  EXPECT_EQ(news.steps[4].kind, RunStepKind::probe);
+  EXPECT_EQ(news.steps[5].kind, RunStepKind::cell);
   steps.append(step(StepKind::row, 0, 2));
   EXPECT_EQ(watch.poll().steps.size(), 1u);
   moves.append(core::bytes_of_value(search(StepKind::row, 0, 2, 3)));
   EXPECT_EQ(watch.poll().steps.size(), 3u);
 }
 
-TEST_F(Watch, SaysOnceThatARunKeepsNoMoves)
+TEST_F(Watch, NoMoves)
 {
-  show::RunWatch watch(start_, true);
+  RunWatch watch(start_, true);
   EXPECT_THAT(watch.poll().remarks, IsEmpty());
   store::JournalWriter steps = journal();
   steps.append(step(StepKind::row, 0, 0));
@@ -256,41 +257,42 @@ TEST_F(Watch, LengthsAreTheSubjects)
   model.job.scaling->keeps_steps = true;
   write_start(model);
   journal().append(step(StepKind::row, 0, 1));
-  show::RunWatch watch(start_);
-  const show::RunUpdate news = watch.poll();
+  RunWatch watch(start_);
+  const RunUpdate news = watch.poll();
   ASSERT_EQ(news.steps.size(), 1u);
   EXPECT_EQ(news.steps[0].pose.translation_mm.y(), 2.0 * (-20.0 / 3.0));
   EXPECT_EQ(news.steps[0].contacts[0].point_solver_mm.x(), 2.0);
   EXPECT_EQ(watch.model().ty_mm(0, 1), 2.0 * (-20.0 / 3.0));
 }
 
-TEST_F(Watch, IsFinishedWithTheResultOfThisRunAlone)
+TEST_F(Watch, OwnResult)
 {
   // The result of an earlier run of the job is older than the start file.
   store::write_motion_model(output_, plan());
   fs::last_write_time(output_, fs::last_write_time(start_) - std::chrono::seconds(1));
-  show::RunWatch watch(start_);
+  RunWatch watch(start_);
   watch.poll();
-  EXPECT_EQ(watch.phase(), show::RunPhase::waiting);
+  EXPECT_EQ(watch.phase(), RunPhase::waiting);
   journal().append(step(StepKind::row, 0, 1));
   watch.poll();
-  EXPECT_EQ(watch.phase(), show::RunPhase::running);
+  EXPECT_EQ(watch.phase(), RunPhase::running);
   store::write_motion_model(output_, plan(40));
   EXPECT_THAT(watch.poll().remarks, ElementsAre(HasSubstr("knee.h5: ")));
-  EXPECT_EQ(watch.phase(), show::RunPhase::running);
+  EXPECT_EQ(watch.phase(), RunPhase::running);
   store::write_motion_model(output_, plan());
   fs::remove(store::journal_of(output_));
   fs::remove(start_);
   watch.poll();
-  EXPECT_EQ(watch.phase(), show::RunPhase::finished);
+  EXPECT_EQ(watch.phase(), RunPhase::finished);
   EXPECT_EQ(watch.n_done(), 9);
   EXPECT_EQ(n_stable(watch), 9);
   EXPECT_THAT(watch.poll().steps, IsEmpty());
 }
 
-TEST_F(Watch, AnotherJobThatBeganAndEndedBetweenTwoLooksIsTheOneFollowed)
+// Another job that began and ended between two looks is the one followed.
+TEST_F(Watch, NextJob)
 {
-  show::RunWatch watch(start_);
+  RunWatch watch(start_);
   journal().append(step(StepKind::row, 0, 1));
   watch.poll();
   fs::remove(store::journal_of(output_));
@@ -301,55 +303,37 @@ TEST_F(Watch, AnotherJobThatBeganAndEndedBetweenTwoLooksIsTheOneFollowed)
   const fs::file_time_type written = fs::last_write_time(output_);
   fs::last_write_time(output_, written - std::chrono::hours(1));
   EXPECT_THAT(watch.poll().remarks, ElementsAre(HasSubstr("knee.h5: ")));
-  EXPECT_EQ(watch.phase(), show::RunPhase::running);
+  EXPECT_EQ(watch.phase(), RunPhase::running);
   fs::last_write_time(output_, written);
-  const show::RunUpdate news = watch.poll();
+  const RunUpdate news = watch.poll();
   EXPECT_TRUE(news.is_restarted);
   EXPECT_THAT(news.steps, IsEmpty());
   EXPECT_THAT(news.remarks, IsEmpty());
-  EXPECT_EQ(watch.phase(), show::RunPhase::finished);
+  EXPECT_EQ(watch.phase(), RunPhase::finished);
   EXPECT_EQ(watch.model().job.resolved, other.job.resolved);
   EXPECT_EQ(watch.n_done(), 9);
 }
 
-TEST_F(Watch, ARunThatIsOverIsFinishedAtOnce)
+TEST_F(Watch, FinishedAtOnce)
 {
   store::write_motion_model(output_, plan());
   fs::remove(start_);
-  show::RunWatch watch(start_);
-  EXPECT_EQ(watch.phase(), show::RunPhase::finished);
+  RunWatch watch(start_);
+  EXPECT_EQ(watch.phase(), RunPhase::finished);
   EXPECT_EQ(n_stable(watch), 9);
 }
 
-TEST_F(Watch, ContinuesAfterTheFolderWasTemporarilyMissing)
-{
-  const fs::path folder = scratch_.path() / "run", away = scratch_.path() / "away";
-  fs::create_directory(folder);
-  const std::string output = (folder / "knee.h5").string();
-  store::write_motion_model(store::start_file_of(output), store::with_pending_cells(plan()));
-  store::JournalWriter::create(store::journal_of(output), key).append(step(StepKind::row, 0, 0));
-  show::RunWatch watch(store::start_file_of(output));
-  watch.poll();
-  fs::rename(folder, away);
-  EXPECT_THAT(watch.poll().steps, IsEmpty());
-  EXPECT_EQ(watch.n_done(), 1);
-  fs::rename(away, folder);
-  store::JournalWriter::open(store::journal_of(output), key).writer.append(step(StepKind::row, 0, 1));
-  watch.poll();
-  EXPECT_EQ(watch.n_done(), 2);
-}
-
-TEST_F(Watch, RefusesWhatIsNoStartFile)
+TEST_F(Watch, RefusedFiles)
 {
   const std::string none = (scratch_.path() / "none.h5.start.h5").string(),
                     text = (scratch_.path() / "text.h5.start.h5").string();
-  EXPECT_THAT(input_error([&] { show::RunWatch watch(output_); }),
+  EXPECT_THAT(input_error([&] { RunWatch watch(output_); }),
               test::refuses({.field = "name", .wanted = "OUTPUT.start.h5"}));
-  EXPECT_THAT(input_error([&] { show::RunWatch watch(none); }), test::refuses({.found = "no such file"}));
+  EXPECT_THAT(input_error([&] { RunWatch watch(none); }), test::refuses({.found = "no such file"}));
   scratch_.write("text.h5.start.h5", "no HDF5");
-  EXPECT_EQ(input_error([&] { show::RunWatch watch(text); }).file, text);
+  EXPECT_EQ(input_error([&] { RunWatch watch(text); }).file, text);
   store::write_motion_model(start_, plan());
-  EXPECT_THAT(input_error([&] { show::RunWatch watch(start_); }),
+  EXPECT_THAT(input_error([&] { RunWatch watch(start_); }),
               test::refuses({.field = "/status", .wanted = "attitude"}));
 }
 
@@ -359,11 +343,11 @@ class ThreadedWatch : public Watch {
  protected:
   /// Collects arrivals until `is_enough`, for at most ten seconds.
   template <typename IsEnough>
-  static show::AccumulatedUpdate taken_until(show::WatchThread& thread, const IsEnough& is_enough)
+  static RunUpdate taken_until(WatchThread& thread, const IsEnough& is_enough)
   {
-    show::AccumulatedUpdate all;
+    RunUpdate all;
     for (int patience = 0; patience < 10000; ++patience) {
-      show::AccumulatedUpdate more = thread.take();
+      RunUpdate more = thread.take();
       all.is_restarted = all.is_restarted || more.is_restarted;
       if (more.model) all.model = more.model;
       all.steps.insert(all.steps.end(), more.steps.begin(), more.steps.end());
@@ -377,40 +361,29 @@ class ThreadedWatch : public Watch {
   }
 };
 
-TEST_F(ThreadedWatch, EveryStepArrivesOnceAndTheResultWithItsEnd)
+// Every step arrives once and the result with its end.
+TEST_F(ThreadedWatch, Arrivals)
 {
   store::JournalWriter writer = journal();
-  show::WatchThread thread(show::RunWatch(start_), pause);
+  WatchThread thread(RunWatch(start_), pause);
   for (int j = 0; j < 3; ++j) writer.append(step(StepKind::row, 1, j));
-  const show::AccumulatedUpdate steps =
-      taken_until(thread, [](const show::AccumulatedUpdate& a) { return a.steps.size() >= 3; });
+  const RunUpdate steps = taken_until(thread, [](const RunUpdate& a) { return a.steps.size() >= 3; });
   EXPECT_EQ(steps.steps.size(), 3u);
   EXPECT_EQ(steps.n_done, 3);
-  EXPECT_EQ(steps.phase, show::RunPhase::running);
+  EXPECT_EQ(steps.phase, RunPhase::running);
   EXPECT_FALSE(steps.model);
   store::write_motion_model(output_, plan());
-  const show::AccumulatedUpdate end =
-      taken_until(thread, [](const show::AccumulatedUpdate& a) { return a.model != nullptr; });
-  EXPECT_EQ(end.phase, show::RunPhase::finished);
+  const RunUpdate end = taken_until(thread, [](const RunUpdate& a) { return a.model != nullptr; });
+  EXPECT_EQ(end.phase, RunPhase::finished);
   EXPECT_TRUE((end.model->status == 0).all());
   EXPECT_TRUE(end.steps.empty());
 }
 
-TEST_F(ThreadedWatch, ARestartedRunHasItsPlan)
+TEST_F(ThreadedWatch, Failure)
 {
-  show::WatchThread thread(show::RunWatch(start_), pause);
-  write_start(plan(40));
-  const show::AccumulatedUpdate repeated =
-      taken_until(thread, [](const show::AccumulatedUpdate& a) { return a.is_restarted; });
-  ASSERT_TRUE(repeated.model);
-  EXPECT_EQ(repeated.model->flexion_deg.back(), 40);
-}
-
-TEST_F(ThreadedWatch, WhatEndsTheThreadIsThrownToWhomAsks)
-{
-  show::WatchThread thread(show::RunWatch(start_), pause);
+  WatchThread thread(RunWatch(start_), pause);
   scratch_.write("knee.h5.start.h5", "no start file any more");
-  EXPECT_THROW(taken_until(thread, [](const show::AccumulatedUpdate&) { return false; }), InputError);
+  EXPECT_THROW(taken_until(thread, [](const RunUpdate&) { return false; }), InputError);
 }
 
-}  // namespace vrda::run_watch_test
+}  // namespace vrda::show::run_watch_test

@@ -7,7 +7,7 @@
 #include "support/models.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda::session_test {
+namespace vrda::show::session_test {
 
 constexpr double frame_s = 1.0 / 60.0;
 constexpr int width = 800, height = 600;
@@ -28,9 +28,9 @@ store::MotionModel small_model()
   return model;
 }
 
-show::SessionOptions small_options(const std::string& set = "raw")
+SessionOptions small_options(const std::string& set = "raw")
 {
-  show::SessionOptions options;
+  SessionOptions options;
   options.set = set;
   options.title = "small";
   options.width = width;
@@ -77,40 +77,10 @@ class AtWindow : public testing::Test {
   Eigen::Matrix4d camera() const { return session_.orbit_camera().camera.X_world_camera.matrix(); }
   Eigen::Matrix3d turn() const { return session_.orbit_camera().camera.X_world_camera.linear(); }
 
-  show::Session session_{small_model(), small_options()};
+  Session session_{small_model(), small_options()};
 };
 
-TEST_F(AtWindow, SpacePlaysAndPauses)
-{
-  key(' ');
-  for (int i = 0; i < 29; ++i) session_.advance(frame_s);
-  EXPECT_NEAR(flexion_deg(), 15.0, 1e-6);  // half a second at 30 degrees a second
-  key(' ');
-  const double paused_deg = flexion_deg();
-  session_.advance(1.0);
-  EXPECT_EQ(flexion_deg(), paused_deg);
-}
-
-TEST_F(AtWindow, AStoppedProgramGoesOnWhereItWas)
-{
-  key(' ');
-  session_.advance(3600.0);
-  EXPECT_NEAR(flexion_deg(), 0.5 + 7.5, 1e-6);  // a frame, then a quarter of a second
-}
-
-TEST_F(AtWindow, ArrowsStepWithinTheRange)
-{
-  key(view::Key::right);
-  EXPECT_NEAR(flexion_deg(), 1.0, 1e-9);
-  key(view::Key::right, true);
-  EXPECT_NEAR(flexion_deg(), 11.0, 1e-9);
-  key(view::Key::end);
-  EXPECT_NEAR(flexion_deg(), 30.0, 1e-9);
-  key(view::Key::up);
-  EXPECT_NEAR(deg_from_rad(session_.pose().attitude.varus_rad), 1.0, 1e-9);
-}
-
-TEST_F(AtWindow, AQuestionMarkIsASlashWithShift)
+TEST_F(AtWindow, QuestionMark)
 {
   key('/');
   EXPECT_FALSE(session_.state().shows_help);
@@ -118,7 +88,7 @@ TEST_F(AtWindow, AQuestionMarkIsASlashWithShift)
   EXPECT_TRUE(session_.state().shows_help);
 }
 
-TEST_F(AtWindow, AHeldKeyStepsOnAndSwitchesOnce)
+TEST_F(AtWindow, HeldKey)
 {
   view::InputEvent held;
   held.kind = view::InputKind::key_press;
@@ -134,23 +104,11 @@ TEST_F(AtWindow, AHeldKeyStepsOnAndSwitchesOnce)
   EXPECT_FALSE(session_.state().timeline.is_playing);
 }
 
-TEST_F(AtWindow, AnotherSetWhileItPlaysKeepsAttitudeAndPlay)
-{
-  key(' ');
-  for (int i = 0; i < 20; ++i) session_.advance(frame_s);
-  const std::size_t set = session_.state().set;
-  const double before_deg = flexion_deg();
-  key('S');
-  EXPECT_NE(session_.state().set, set);
-  EXPECT_TRUE(session_.state().timeline.is_playing);
-  EXPECT_NEAR(flexion_deg(), before_deg + 0.5, 1e-6);  // one frame on
-}
-
-TEST_F(AtWindow, PosesAreThoseOfTheChosenSet)
+TEST_F(AtWindow, PosesOfEachSet)
 {
   const store::MotionModel model = small_model();
   for (const std::string& name : store::all_set_names(model)) {
-    show::Session session(small_model(), small_options(name));
+    Session session(small_model(), small_options(name));
     session.press_key({view::Key::right, true, false});
     session.advance(frame_s);
     const store::Motion motion(model, name);
@@ -160,22 +118,8 @@ TEST_F(AtWindow, PosesAreThoseOfTheChosenSet)
   }
 }
 
-// Solved poses shown in place of a rejected smoothed motion have the reason on the screen, other sets have
-// not.
-TEST_F(AtWindow, ARejectedSmoothedMotionIsOnTheScreenWithTheSolvedPoses)
-{
-  const auto n_vertices = [](const std::string& set, const std::string& reason) {
-    store::MotionModel model = small_model();
-    model.default_motion = store::DefaultMotion{"raw", reason};
-    show::Session session(std::move(model), small_options(set));
-    for (int i = 0; i < 4; ++i) session.advance(frame_s);
-    return session.overlay().vertices.size();
-  };
-  EXPECT_GT(n_vertices("raw", "degree_1 is rough"), n_vertices("raw", ""));
-  EXPECT_EQ(n_vertices("degree_1", "degree_1 is rough"), n_vertices("degree_1", ""));
-}
-
-TEST_F(AtWindow, WithoutAPoseOnlyTheFixedObjectIsDrawnAndTheTextSaysSo)
+// Without a pose only the fixed object is drawn and the text says so.
+TEST_F(AtWindow, MissingPose)
 {
   key(view::Key::up);
   key(view::Key::right, true);
@@ -196,42 +140,7 @@ TEST_F(AtWindow, WithoutAPoseOnlyTheFixedObjectIsDrawnAndTheTextSaysSo)
   EXPECT_STREQ(session_.doubt(), "");
 }
 
-TEST_F(AtWindow, TheNamedObjectDoesNotMoveOnTheScreen)
-{
-  const std::vector<std::pair<std::size_t, std::size_t>> fixed_and_other{{1, 0}, {0, 1}};
-  for (const auto& [fixed, other] : fixed_and_other) {
-    key(view::Key::home);
-    const Eigen::Matrix4d before = session_.scene().drawables[fixed].X_world_mesh.matrix();
-    const Eigen::Matrix4d other_before = session_.scene().drawables[other].X_world_mesh.matrix();
-    for (int i = 0; i < 9; ++i) {
-      key(view::Key::right);
-      EXPECT_EQ(session_.scene().drawables[fixed].X_world_mesh.matrix(), before);
-      EXPECT_NE(session_.scene().drawables[other].X_world_mesh.matrix(), other_before);
-    }
-    key('O');
-  }
-}
-
-TEST_F(AtWindow, ButtonsMoveTurnAndPushTheObject)
-{
-  const Eigen::Matrix4d at_first = camera();
-  const Eigen::Matrix3d first_turn = turn();
-  const double first_depth_mm = view::depth_mm(session_.orbit_camera());
-  drag(view::MouseButton::right, {200, 200}, {260, 230});
-  EXPECT_EQ(turn(), first_turn);
-  EXPECT_NEAR(view::depth_mm(session_.orbit_camera()), first_depth_mm, 1e-9);
-  drag(view::MouseButton::right, {260, 230}, {200, 200});
-  EXPECT_LE((camera() - at_first).cwiseAbs().maxCoeff(), 1e-9);
-  drag(view::MouseButton::left, {200, 200}, {260, 230});
-  EXPECT_GT((turn() - first_turn).cwiseAbs().maxCoeff(), 0.05);
-  EXPECT_NEAR(view::depth_mm(session_.orbit_camera()), first_depth_mm, 1e-9);
-  drag(view::MouseButton::middle, {200, 300}, {200, 200});
-  EXPECT_GT(view::depth_mm(session_.orbit_camera()), 1.2 * first_depth_mm);
-  key('R');
-  EXPECT_EQ(camera(), at_first);
-}
-
-TEST_F(AtWindow, ADragThatBeganInThePanelMovesNothing)
+TEST_F(AtWindow, DragFromThePanel)
 {
   const Eigen::Matrix4d at_first = camera();
   drag(view::MouseButton::left, {700, 590}, {300, 300});
@@ -240,7 +149,7 @@ TEST_F(AtWindow, ADragThatBeganInThePanelMovesNothing)
   EXPECT_NE(camera(), at_first);
 }
 
-TEST_F(AtWindow, TheWheelMovesInDepthOverThePictureAlone)
+TEST_F(AtWindow, Wheel)
 {
   const double before_mm = view::depth_mm(session_.orbit_camera());
   view::InputEvent wheel = pointer_event(view::InputKind::wheel, 700, 300);
@@ -252,7 +161,7 @@ TEST_F(AtWindow, TheWheelMovesInDepthOverThePictureAlone)
   EXPECT_NEAR(view::depth_mm(session_.orbit_camera()), 0.81 * before_mm, 1e-9);
 }
 
-TEST_F(AtWindow, ADoubleClickCentresOnThePointUnderIt)
+TEST_F(AtWindow, DoubleClick)
 {
   // The joint covers the middle of the free area and the point 40 pixels to its right.
   const view::Viewport free = session_.shots()[0].viewport;
@@ -280,26 +189,8 @@ TEST_F(AtWindow, ALostFocusEndsADrag)
   EXPECT_EQ(camera(), before);
 }
 
-TEST_F(AtWindow, AClickShorterThanAFrameStillPressesAButton)
-{
-  // "play" is in the lower row of the timeline.
-  const double x_px = 130, y_px = height - 25;
-  take({pointer_event(view::InputKind::motion, x_px, y_px)});
-  take({pointer_event(view::InputKind::press, x_px, y_px),
-        pointer_event(view::InputKind::release, x_px, y_px)});
-  for (int i = 0; i < 3; ++i) session_.advance(frame_s);
-  EXPECT_TRUE(session_.state().timeline.is_playing);
-}
-
-TEST_F(AtWindow, ViewsAreThoseOfTheirKeys)
-{
-  key('1');
-  EXPECT_LE((turn() - view::view_rotation(view::View::front, Side::right)).norm(), 1e-12);
-  key('5');
-  EXPECT_LE((turn() - view::view_rotation(view::View::top, Side::right)).norm(), 1e-12);
-}
-
-TEST_F(AtWindow, ScreenshotFullScreenAndQuitAreRequestedOnce)
+// Screenshot full screen and quit are requested once.
+TEST_F(AtWindow, Requests)
 {
   EXPECT_FALSE(session_.consume_screenshot_request());
   key('P');
@@ -313,7 +204,7 @@ TEST_F(AtWindow, ScreenshotFullScreenAndQuitAreRequestedOnce)
   EXPECT_TRUE(session_.state().is_done);
 }
 
-TEST_F(AtWindow, ItIsIdleOnceTheInterfaceStopsChanging)
+TEST_F(AtWindow, Idle)
 {
   key(view::Key::right);
   EXPECT_FALSE(session_.is_idle());
@@ -328,7 +219,8 @@ TEST_F(AtWindow, ItIsIdleOnceTheInterfaceStopsChanging)
   EXPECT_FALSE(session_.is_idle());
 }
 
-TEST_F(AtWindow, AnotherSizeChangesTheAspectAndNotTheView)
+// Another size changes the aspect and not the view.
+TEST_F(AtWindow, Resize)
 {
   const Eigen::Matrix4d before = camera();
   session_.resize(1280, 500);
@@ -339,18 +231,6 @@ TEST_F(AtWindow, AnotherSizeChangesTheAspectAndNotTheView)
   session_.resize(1, 1);
   session_.advance(frame_s);
   EXPECT_EQ(session_.shots()[0].viewport.width, 1);
-}
-
-TEST_F(AtWindow, ThePictureHasNoControls)
-{
-  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({width, height, 1});
-  session_.load_into(*renderer);
-  const view::Image with_controls = renderer->draw(session_.scene(), session_.shots(), &session_.overlay());
-  const view::Image picture = session_.draw_screenshot(*renderer);
-  // In the lower right corner: the panel's dark background, or the light backdrop.
-  const std::size_t corner = picture.rgba.size() - 4;
-  EXPECT_LT(with_controls.rgba[corner], 40);
-  EXPECT_GT(picture.rgba[corner], 120);
 }
 
 // Files dropped on the window: a valid one is opened, otherwise one message is shown and the model stays.
@@ -365,15 +245,15 @@ store::MotionModel titled(const std::string& title)
 
 class Dropped : public testing::Test {
  protected:
-  static show::SessionOptions small()
+  static SessionOptions small()
   {
-    show::SessionOptions options;
+    SessionOptions options;
     options.set = "raw";
     return options;
   }
   test::Scratch scratch_;
   std::unique_ptr<view::Renderer> renderer_ = view::make_offscreen_renderer({320, 240, 1});
-  show::ShownModel shown_{"first.h5", titled("first"), small(), *renderer_};
+  ShownModel shown_{"first.h5", titled("first"), small(), *renderer_};
 };
 
 TEST_F(Dropped, AMotionModelIsShown)
@@ -390,9 +270,10 @@ TEST_F(Dropped, AMotionModelIsShown)
   EXPECT_EQ(shown_.session().pose().status, store::PoseStatus::solved);
 }
 
-TEST_F(Dropped, AnythingElseIsOneMessageAndTheJointStays)
+// Anything else is one message and the joint stays.
+TEST_F(Dropped, OtherFiles)
 {
-  const show::Session* before = &shown_.session();
+  const Session* before = &shown_.session();
   for (const std::string& file :
        {scratch_.write("notes.h5", "no motion model").string(), scratch_.write("empty.h5", "").string(),
         (scratch_.path() / "absent.h5").string(), scratch_.path().string()}) {
@@ -405,7 +286,7 @@ TEST_F(Dropped, AnythingElseIsOneMessageAndTheJointStays)
   EXPECT_EQ(shown_.file(), "first.h5");
 }
 
-TEST(ShownAttitude, AnglesOutsideTheRangeAreReported)
+TEST(ShownAttitude, OutsideTheRange)
 {
   const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({320, 240, 1});
   struct Row {
@@ -416,11 +297,11 @@ TEST(ShownAttitude, AnglesOutsideTheRangeAreReported)
   for (const Row& row :
        {Row{{}, {}, false, false}, Row{within_deg, 0.0, false, false}, Row{beyond_deg, 0.0, true, false},
         Row{within_deg, beyond_deg, false, true}, Row{beyond_deg, -beyond_deg, true, true}}) {
-    show::SessionOptions options;
+    SessionOptions options;
     options.set = "raw";
     if (row.flexion_deg) options.flexion_rad = rad_from_deg(*row.flexion_deg);
     if (row.varus_deg) options.varus_rad = rad_from_deg(*row.varus_deg);
-    show::ShownModel shown("first.h5", titled("first"), options, *renderer);
+    ShownModel shown("first.h5", titled("first"), options, *renderer);
     const std::string& message = shown.session().last_message();
     EXPECT_EQ(message.empty(), !row.names_flexion && !row.names_varus) << message;
     EXPECT_EQ(message.find("flexion") != std::string::npos, row.names_flexion) << message;
@@ -428,16 +309,16 @@ TEST(ShownAttitude, AnglesOutsideTheRangeAreReported)
   }
 }
 
-TEST(SessionOfFrames, TheTimelineCountsFrames)
+TEST(SessionOfFrames, Timeline)
 {
   test::ModelPlan plan;
   plan.flexion_deg = {0, 10, 20, 30};
   plan.varus_deg = {0};
   store::MotionModel model = test::frames_of(test::model_of(plan), {2, 0, 3, 1}, {0.0, 0.5, 1.0, 2.0});
   test::add_bodies(model);
-  show::SessionOptions options = small_options();
+  SessionOptions options = small_options();
   options.key = 0.5;
-  show::Session session(model, options);
+  Session session(model, options);
   const auto flexion_deg = [&] { return deg_from_rad(session.pose().attitude.flexion_rad); };
   EXPECT_EQ(session.pose().key, 0.5);
   EXPECT_NEAR(flexion_deg(), 0.0, 1e-9);
@@ -460,14 +341,15 @@ TEST(SessionOfFrames, TheTimelineCountsFrames)
   EXPECT_EQ(session.state().timeline.last, 3.0);
 }
 
-TEST(Session, StartsAndResetsWithTheJobsViewUntilOneIsChosen)
+// Starts and resets with the jobs view until one is chosen.
+TEST(Session, JobView)
 {
-  show::SessionOptions options = small_options();
-  const show::Session plain(small_model(), options);
+  SessionOptions options = small_options();
+  const Session plain(small_model(), options);
   options.job_view =
       view::turned_view("view 2", {0.0, rad_from_deg(90.0), 0.0}, {10.0, 0.0, 0.0}, Side::right);
   options.zoom = 2.0;
-  show::Session session(small_model(), options);
+  Session session(small_model(), options);
   const auto camera = [&] { return session.orbit_camera().camera; };
   const view::Camera start = camera();
   EXPECT_TRUE(start.X_world_camera.linear().isApprox(options.job_view->R_world_camera, 1e-12));
@@ -493,4 +375,53 @@ TEST(Session, StartsAndResetsWithTheJobsViewUntilOneIsChosen)
   EXPECT_NEAR(camera().half_height_tangent, plain.orbit_camera().camera.half_height_tangent, 1e-12);
 }
 
-}  // namespace vrda::session_test
+TEST(Session, PlainWhileMoving)
+{
+  SessionOptions options = small_options();
+  for (const bool is_plain : {true, false}) {
+    options.is_plain_while_moving = is_plain;
+    Session session(small_model(), options);
+    session.advance(settle_s);
+    const double at_rest_mm = session.scene().occlusion_radius_mm;
+    EXPECT_GT(at_rest_mm, 0.0);
+    session.take(pointer_event(view::InputKind::press, 300.0, 300.0));
+    session.take(pointer_event(view::InputKind::motion, 320.0, 300.0));
+    session.advance(frame_s);
+    EXPECT_EQ(session.is_plain(), is_plain);
+    EXPECT_EQ(session.scene().occlusion_radius_mm, is_plain ? 0.0 : at_rest_mm);
+    EXPECT_EQ(session.scene().has_vertex_lighting, is_plain);
+    session.take(pointer_event(view::InputKind::release, 320.0, 300.0));
+    session.advance(frame_s);
+    EXPECT_FALSE(session.is_idle()) << "the picture at rest is due";
+    session.advance(settle_s);
+    EXPECT_FALSE(session.is_plain());
+    EXPECT_EQ(session.scene().occlusion_radius_mm, at_rest_mm) << "in the first frame at rest";
+    EXPECT_FALSE(session.scene().has_vertex_lighting);
+    EXPECT_FALSE(session.is_idle()) << "which is drawn";
+  }
+}
+
+TEST(Session, SamePicture)
+{
+  SessionOptions options = small_options();
+  options.is_plain_while_moving = true;
+  Session session(small_model(), options);
+  const auto advance = [&](double elapsed_s) {
+    session.advance(elapsed_s);
+    return session.has_same_picture();
+  };
+  EXPECT_FALSE(advance(settle_s)) << "the first in full quality";
+  EXPECT_TRUE(advance(frame_s));
+  session.take(pointer_event(view::InputKind::motion, 320.0, 300.0));
+  EXPECT_TRUE(advance(frame_s));
+  session.take({.kind = view::InputKind::key_press, .key = view::Key::right});
+  EXPECT_FALSE(advance(10.0)) << "after a wait for the key";
+  EXPECT_TRUE(session.is_plain());
+  EXPECT_FALSE(advance(settle_s));
+  EXPECT_FALSE(session.is_plain());
+  EXPECT_TRUE(advance(frame_s));
+  session.resize(width + 10, height);
+  EXPECT_FALSE(advance(frame_s));
+}
+
+}  // namespace vrda::show::session_test

@@ -8,13 +8,12 @@
 #include <functional>
 #include <sstream>
 
-#include "show/series_renderer.hpp"
 #include "store/motion_model.hpp"
 #include "support/input_error.hpp"
 #include "support/models.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda::show_test {
+namespace vrda::show::show_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -36,16 +35,16 @@ class Show : public testing::Test {
  protected:
   Show() { store::write_motion_model(file_, small_model()); }
 
-  show::ShowOptions options() const
+  ShowOptions options() const
   {
-    show::ShowOptions options;
+    ShowOptions options;
     options.file = file_;
     options.folder = folder_;
     options.size = "64x48";
     options.views = "front";
     return options;
   }
-  show::ShowSummary run(const show::ShowOptions& options) { return show::show(options, {data_, messages_}); }
+  ShowSummary run(const ShowOptions& options) { return show(options, {data_, messages_}); }
 
   /// Names of the files written, sorted, which must be the paths on standard output.
   std::vector<std::string> stills() const
@@ -68,12 +67,12 @@ class Show : public testing::Test {
   std::ostringstream data_, messages_;
 };
 
-TEST_F(Show, WritesAStillForEachViewAndFlexion)
+TEST_F(Show, Images)
 {
-  show::ShowOptions given = options();
+  ShowOptions given = options();
   given.views = "front,top";
   given.flexion = "0:30:15";
-  const show::ShowSummary summary = run(given);
+  const ShowSummary summary = run(given);
   EXPECT_EQ(summary.n_images, 6);
   EXPECT_EQ(summary.n_unsolved, 0);
   EXPECT_THAT(stills(), ElementsAre("front_flexion_000.png", "front_flexion_015.png", "front_flexion_030.png",
@@ -81,21 +80,10 @@ TEST_F(Show, WritesAStillForEachViewAndFlexion)
   EXPECT_THAT(messages_.str(), HasSubstr("set degree_1, 3 attitudes, 6 "));
 }
 
-TEST_F(Show, DrawsTheMeasuredRangeInSixStepsByDefault)
+// Draws beyond the range at its end once and says so.
+TEST_F(Show, BeyondTheRange)
 {
-  show::ShowOptions given = options();
-  given.is_quiet = true;
-  EXPECT_EQ(run(given).n_images, 7);
-  const std::vector<std::string> names = stills();
-  EXPECT_EQ(names.front(), "front_flexion_000.png");
-  EXPECT_EQ(names[1], "front_flexion_005.png");
-  EXPECT_EQ(names.back(), "front_flexion_030.png");
-  EXPECT_EQ(messages_.str(), "");
-}
-
-TEST_F(Show, DrawsBeyondTheRangeAtItsEndOnceAndSaysSo)
-{
-  show::ShowOptions given = options();
+  ShowOptions given = options();
   given.flexion = "20:50:10";
   given.varus_deg = 3.0;
   EXPECT_EQ(run(given).n_images, 2);
@@ -106,7 +94,7 @@ TEST_F(Show, DrawsBeyondTheRangeAtItsEndOnceAndSaysSo)
   EXPECT_EQ(messages_.str().find(varus), messages_.str().rfind(varus));  // once
 }
 
-TEST_F(Show, DrawsAFreeVarusAsItWasFound)
+TEST_F(Show, FreeVarus)
 {
   test::ModelPlan plan;
   plan.flexion_deg = {0, 10, 20, 30};
@@ -118,7 +106,7 @@ TEST_F(Show, DrawsAFreeVarusAsItWasFound)
   store::MotionModel model = test::model_of(plan);
   test::add_bodies(model);
   store::write_motion_model(file_, model);
-  show::ShowOptions given = options();
+  ShowOptions given = options();
   given.flexion = "0:30:10";
   EXPECT_EQ(run(given).n_images, 4);
   EXPECT_EQ(messages_.str().find("varus"), std::string::npos);
@@ -129,13 +117,14 @@ TEST_F(Show, DrawsAFreeVarusAsItWasFound)
   EXPECT_EQ(messages_.str().find(reported), messages_.str().rfind(reported));  // once
 }
 
-TEST_F(Show, LeavesOutAttitudesWithoutAnAnswerAndNamesThem)
+// Leaves out attitudes without an answer and names them.
+TEST_F(Show, UnsolvedAttitude)
 {
-  show::ShowOptions given = options();
+  ShowOptions given = options();
   given.set = "raw";
   given.flexion = "0:30:10";
   given.varus_deg = 0.5;
-  const show::ShowSummary summary = run(given);
+  const ShowSummary summary = run(given);
   EXPECT_EQ(summary.n_images, 3);
   EXPECT_EQ(summary.n_unsolved, 1);
   EXPECT_THAT(stills(),
@@ -144,60 +133,20 @@ TEST_F(Show, LeavesOutAttitudesWithoutAnAnswerAndNamesThem)
   EXPECT_THAT(messages_.str(), HasSubstr("unsolved_cell"));
 }
 
-TEST_F(Show, WithoutAnySolvedCellThereIsNothingToDraw)
+// Without any solved cell there is nothing to draw.
+TEST_F(Show, NothingSolved)
 {
   const store::MotionModel pending = store::with_pending_cells(small_model());
   store::write_motion_model(file_, pending);
-  const show::ShowSummary summary = run(options());
+  const ShowSummary summary = run(options());
   EXPECT_EQ(summary.n_images, 0);
   EXPECT_EQ(summary.n_unsolved, 7);
   EXPECT_THAT(messages_.str(), HasSubstr(": varus 0 "));
   EXPECT_FALSE(std::filesystem::exists(folder_));
 }
 
-TEST_F(Show, HoldingTheReferenceShowsTheSameAttitudeFromAnotherSide)
-{
-  show::ShowOptions given = options();
-  given.flexion = "0:30:30";
-  given.is_quiet = true;
-  run(given);
-  const std::string held_moving = test::read_bytes(folder_ + "/front_flexion_030.png");
-  given.fixed_object = view::FixedObject::reference;
-  run(given);
-  EXPECT_NE(test::read_bytes(folder_ + "/front_flexion_030.png"), held_moving);
-}
-
-TEST_F(Show, LayersAndLooksChangeThePictureAndNothingElse)
-{
-  show::ShowOptions given = options();
-  given.flexion = "20";
-  const auto picture = [&] {
-    run(given);
-    return test::read_bytes(std::filesystem::path(folder_) / "front_flexion_020.png");
-  };
-  const std::string plain = picture();
-  EXPECT_GT(plain.size(), 100U);
-  EXPECT_EQ(picture(), plain) << "the same pictures have the same bytes";
-  std::vector<std::string> pictures{plain};
-  const std::vector<std::function<void(view::AppearanceOptions&)>> looks{
-      [](view::AppearanceOptions& look) { look.layers = "axes"; },
-      [](view::AppearanceOptions& look) {
-        look.layers = "helical-axis";
-        look.see_through = "reference";
-      },
-      [](view::AppearanceOptions& look) { look.see_through = "reference"; },
-      [](view::AppearanceOptions& look) { look.hidden = "femur"; },
-      [](view::AppearanceOptions& look) { look.mode = view::DrawMode::wire; }};
-  for (const auto& change : looks) {
-    given.appearance = {};
-    change(given.appearance);
-    pictures.push_back(picture());
-  }
-  std::ranges::sort(pictures);
-  EXPECT_EQ(std::unique(pictures.begin(), pictures.end()), pictures.end());
-}
-
-TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
+// A film has a frame for each angle or plays at a speed.
+TEST_F(Show, VideoFrames)
 {
   struct Row {
     std::optional<std::string> flexion;
@@ -211,7 +160,7 @@ TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
         Row{"0:30:10", 50.0, false, "film.gif: 7 frames"}, Row{{}, {}, false, "film.gif: 11 frames"},
         Row{"20", {}, true, "film.gif: 1 frame,"}}) {
     SCOPED_TRACE(row.reported);
-    show::ShowOptions given = options();
+    ShowOptions given = options();
     given.folder.clear();
     given.video = film;
     given.views = "front,top";
@@ -228,33 +177,12 @@ TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
   }
 }
 
-TEST_F(Show, AFilmWithoutAnyAnswerOnItsWayHasThePosesOfTheStills)
-{
-  store::MotionModel model = small_model();
-  // Only 20 degrees is solved; no interpolation patch next to it is complete.
-  for (const Eigen::Index flexion : {0, 1, 3}) {
-    for (const Eigen::Index varus : {0, 1, 2}) test::unsolve(model, flexion, varus);
-  }
-  store::write_motion_model(file_, model);
-  show::ShowOptions given = options();
-  given.folder.clear();
-  given.set = "raw";
-  given.varus_deg = 0.0;
-  given.flexion = "18:22:2";
-  given.speed_deg_s = 37.0;
-  given.is_to_and_fro = true;
-  given.video = (scratch_.path() / "film.gif").string();
-  EXPECT_EQ(run(given).n_unsolved, 1);
-  EXPECT_THAT(messages_.str(), HasSubstr("flexion 18 to 20.96:"));
-  EXPECT_THAT(messages_.str(), HasSubstr("film.gif: 1 frame,"));
-}
-
-TEST_F(Show, AVideoShowsWhereThereIsNoPose)
+TEST_F(Show, VideoWithoutPose)
 {
   store::MotionModel model = small_model();
   test::unsolve(model, 1, 1);
   store::write_motion_model(file_, model);
-  show::ShowOptions given = options();
+  ShowOptions given = options();
   given.folder.clear();
   given.set = "raw";
   given.varus_deg = 0.0;
@@ -266,160 +194,55 @@ TEST_F(Show, AVideoShowsWhereThereIsNoPose)
   EXPECT_THAT(messages_.str(), HasSubstr("flexion 2.5 to 17.5: neighbouring cells are unsolved, the video "
                                          "shows only the fixed object"));
   EXPECT_THAT(messages_.str(), HasSubstr("film.gif: 13 frames"));
-  // There the tibia, which is fixed, is drawn alone: the flexion does not change the frame.
-  const store::Motion motion(model, "raw");
-  const show::ShowOptions still = options();
-  show::SeriesRenderer maker(still, model, {"raw", false, {}}, {motion.at({0.0, 0.0})},
-                             show::warm_renderer(still));
-  const auto drawn_at = [&](double flexion_deg) {
-    return maker.draw_tiled(motion.at({rad_from_deg(flexion_deg), 0.0})).rgba;
+}
+
+TEST_F(Show, Refusals)
+{
+  using O = ShowOptions;
+  struct Row {
+    std::string file_ends_with, field, found, wanted;
+    void (*change)(O&);
   };
-  EXPECT_TRUE(drawn_at(5.0) == drawn_at(15.0));
-  EXPECT_TRUE(drawn_at(5.0) != drawn_at(0.0));
-  EXPECT_TRUE(drawn_at(20.0) != drawn_at(0.0));
+  const std::string with_video = "--video FILE with it";
+  for (const Row& row : {
+           Row{"window", "display", "no DISPLAY", "--offscreen",
+               [](O& o) { o.folder.clear(), unsetenv("DISPLAY"), unsetenv("WAYLAND_DISPLAY"); }},
+           Row{"--trace", "", "no --offscreen", "either of them",
+               [](O& o) { o.folder.clear(), o.trace = "a.trace.h5"; }},
+           Row{"--views", "", "front,lateral", "one view",
+               [](O& o) { o.folder.clear(), o.views = "front,lateral"; }},
+           Row{"--speed", "", "no --video", with_video, [](O& o) { o.speed_deg_s = 20.0; }},
+           Row{"--to-and-fro", "", "no --video", with_video, [](O& o) { o.is_to_and_fro = true; }},
+           Row{"--fps", "", "no --video", with_video, [](O& o) { o.frames_per_s = 25; }},
+           Row{"--video", "", "a.avi", ".mp4, .webm or .gif", [](O& o) { o.video = "a.avi"; }},
+           Row{"--fps", "", "0", "1 to 120", [](O& o) { o.video = "a.mp4", o.frames_per_s = 0; }},
+           Row{"--speed", "", "-1", "0.1 to 3600", [](O& o) { o.video = "a.mp4", o.speed_deg_s = -1.0; }},
+           Row{"--varus", "", "nan", "-360 to 360", [](O& o) { o.varus_deg = std::nan(""); }},
+           Row{"sample.h5", "--set", "degree_9", "degree_1, raw", [](O& o) { o.set = "degree_9"; }},
+           Row{"--views", "", "below", "oblique", [](O& o) { o.views = "front,below"; }},
+           Row{"--layers", "", "gapes", "gaps, ligaments", [](O& o) { o.appearance.layers = "gapes"; }},
+           Row{"sample.h5", "--layers", "ligaments", "layer",
+               [](O& o) { o.appearance.layers = "axes,ligaments"; }},
+           Row{"--see-through", "", "all", "both", [](O& o) { o.appearance.see_through = "all"; }},
+           Row{"--hide", "", "both", "femur or tibia", [](O& o) { o.appearance.hidden = "both"; }},
+           Row{"absent.toml", "", "file", "schemas/lights.md",
+               [](O& o) { o.appearance.lights = "absent.toml"; }},
+           Row{"--size", "", "0x0", "16 to 4096", [](O& o) { o.size = "0x0"; }},
+           Row{"--flexion", "", "90:0:5", "A at most B", [](O& o) { o.flexion = "90:0:5"; }},
+           Row{"absent.h5", "", "No such file", "motion model", [](O& o) { o.file = "absent.h5"; }},
+           Row{"sample.h5", "--offscreen", "", "folder", [](O& o) { o.folder = o.file; }},
+       }) {
+    SCOPED_TRACE(row.file_ends_with + row.field + row.found);
+    ShowOptions given = options();
+    row.change(given);
+    const InputError::Facts facts = test::input_error([&] { run(given); });
+    EXPECT_THAT(facts.file, testing::EndsWith(row.file_ends_with));
+    EXPECT_EQ(facts.field, row.field);
+    EXPECT_THAT(facts.found, HasSubstr(row.found));
+    EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
+    EXPECT_FALSE(std::filesystem::is_directory(folder_));
+  }
 }
-
-TEST_F(Show, AVideoOfASequenceShowsWhereThereIsNoPose)
-{
-  store::MotionModel column =
-      test::model_of({"right", {0, 10, 20, 30}, {0}, {0, 0, 0}, {0, 1, 0}, {}, {}, {}});
-  test::add_bodies(column);
-  test::unsolve(column, 2, 0);
-  store::write_motion_model(file_, test::frames_of(column, {0, 1, 2, 3}, {0, 1, 2, 3}));
-  show::ShowOptions given = options();
-  given.folder.clear();
-  given.video = (scratch_.path() / "film.gif").string();
-  given.frames_per_s = 1;
-  run(given);
-  EXPECT_THAT(messages_.str(), HasSubstr("time_s 2: the frame has no pose, the video shows only the fixed"));
-  EXPECT_THAT(messages_.str(), HasSubstr("film.gif: 4 frames"));
-}
-
-TEST_F(Show, NumbersSayWhyTheSolvedPosesAreTheDefaultMotion)
-{
-  const auto drawn = [&](const std::string& set, const std::string& reason) {
-    store::MotionModel model = small_model();
-    model.default_motion = store::DefaultMotion{"raw", reason};
-    show::ShowOptions given = options();
-    given.size = "480x360";
-    given.has_numbers = true;
-    const store::JointPose pose = store::Motion(model, set).at({0.0, 0.0});
-    show::SeriesRenderer maker(given, model, {set, true, {}}, {pose}, show::warm_renderer(given));
-    return maker.draw_single(0, pose).rgba;
-  };
-  EXPECT_TRUE(drawn("raw", "degree_1 is rough") != drawn("raw", ""));
-  EXPECT_TRUE(drawn("degree_1", "degree_1 is rough") == drawn("degree_1", ""));
-}
-
-TEST_F(Show, StillsAndAFilmComeTogether)
-{
-  show::ShowOptions given = options();
-  given.video = (scratch_.path() / "film.gif").string();
-  EXPECT_EQ(run(given).n_images, 7);
-  EXPECT_THAT(data_.str(), HasSubstr("front_flexion_000.png"));
-  EXPECT_THAT(data_.str(), HasSubstr("film.gif"));
-}
-
-TEST_F(Show, NumbersAreDrawnOnRequest)
-{
-  show::ShowOptions given = options();
-  given.size = "400x300";
-  given.flexion = "10";
-  run(given);
-  const std::string plain = test::read_bytes(folder_ + "/front_flexion_010.png");
-  given.has_numbers = true;
-  run(given);
-  EXPECT_TRUE(test::read_bytes(folder_ + "/front_flexion_010.png") != plain);
-}
-
-struct Wrong {
-  std::string name;
-  void (*change)(show::ShowOptions&);
-  std::string file_ends_with, field, found, wanted;
-  friend void PrintTo(const Wrong& wrong, std::ostream* out) { *out << wrong.name; }
-};
-
-class ShowWrong : public Show, public testing::WithParamInterface<Wrong> {};
-
-TEST_P(ShowWrong, IsOneErrorThatNamesEverything)
-{
-  const Wrong& row = GetParam();
-  show::ShowOptions given = options();
-  row.change(given);
-  const InputError::Facts facts = test::input_error([&] { run(given); });
-  EXPECT_THAT(facts.file, testing::EndsWith(row.file_ends_with));
-  EXPECT_EQ(facts.field, row.field);
-  EXPECT_THAT(facts.found, HasSubstr(row.found));
-  EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
-  EXPECT_FALSE(std::filesystem::is_directory(folder_));
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    Input, ShowWrong,
-    testing::Values(
-        Wrong{"NoDisplay",
-              [](show::ShowOptions& o) {
-                o.folder.clear();
-                unsetenv("DISPLAY");
-                unsetenv("WAYLAND_DISPLAY");
-              },
-              "window", "display", "no DISPLAY", "--offscreen"},
-        Wrong{"TraceInAWindow",
-              [](show::ShowOptions& o) {
-                o.folder.clear();
-                o.trace = "a.trace.h5";
-              },
-              "--trace", "", "no --offscreen", "either of them"},
-        Wrong{"SpeedWithoutAFilm", [](show::ShowOptions& o) { o.speed_deg_s = 20.0; }, "--speed", "",
-              "no --video", "--video FILE"},
-        Wrong{"ThereAndBackWithoutAFilm", [](show::ShowOptions& o) { o.is_to_and_fro = true; },
-              "--to-and-fro", "", "no --video", "--video FILE"},
-        Wrong{"FpsWithoutAFilm", [](show::ShowOptions& o) { o.frames_per_s = 25; }, "--fps", "", "no --video",
-              "--video FILE"},
-        Wrong{"Varus", [](show::ShowOptions& o) { o.varus_deg = std::nan(""); }, "--varus", "", "nan",
-              "-360 to 360"},
-        Wrong{"ViewsOfAWindow",
-              [](show::ShowOptions& o) {
-                o.folder.clear();
-                o.views = "front,lateral";
-              },
-              "--views", "", "front,lateral", "one view"},
-        Wrong{"FilmOfNoKnownForm", [](show::ShowOptions& o) { o.video = "a.avi"; }, "--video", "", "a.avi",
-              ".mp4, .webm or .gif"},
-        Wrong{"Fps",
-              [](show::ShowOptions& o) {
-                o.video = "a.mp4";
-                o.frames_per_s = 0;
-              },
-              "--fps", "", "0", "1 to 120"},
-        Wrong{"Speed",
-              [](show::ShowOptions& o) {
-                o.video = "a.mp4";
-                o.speed_deg_s = -1.0;
-              },
-              "--speed", "", "-1", "0.1 to 3600"},
-        Wrong{"UnknownSet", [](show::ShowOptions& o) { o.set = "degree_9"; }, "sample.h5", "--set",
-              "degree_9", "degree_1, raw"},
-        Wrong{"UnknownView", [](show::ShowOptions& o) { o.views = "front,below"; }, "--views", "", "below",
-              "oblique"},
-        Wrong{"UnknownLayer", [](show::ShowOptions& o) { o.appearance.layers = "gapes"; }, "--layers", "",
-              "gapes", "gaps, ligaments"},
-        Wrong{"LayerOfNothing", [](show::ShowOptions& o) { o.appearance.layers = "axes,ligaments"; },
-              "sample.h5", "--layers", "ligaments", "layer"},
-        Wrong{"SeeThrough", [](show::ShowOptions& o) { o.appearance.see_through = "all"; }, "--see-through",
-              "", "all", "both"},
-        Wrong{"Hide", [](show::ShowOptions& o) { o.appearance.hidden = "both"; }, "--hide", "", "both",
-              "femur or tibia"},
-        Wrong{"Lights", [](show::ShowOptions& o) { o.appearance.lights = "absent.toml"; }, "absent.toml", "",
-              "file", "schemas/lights.md"},
-        Wrong{"Size", [](show::ShowOptions& o) { o.size = "0x0"; }, "--size", "", "0x0", "16 to 4096"},
-        Wrong{"Flexion", [](show::ShowOptions& o) { o.flexion = "90:0:5"; }, "--flexion", "", "90:0:5",
-              "A at most B"},
-        Wrong{"MissingFile", [](show::ShowOptions& o) { o.file = "absent.h5"; }, "absent.h5", "",
-              "No such file", "motion model"},
-        Wrong{"FolderIsAFile", [](show::ShowOptions& o) { o.folder = o.file; }, "sample.h5", "--offscreen",
-              "", "folder"}),
-    [](const testing::TestParamInfo<Wrong>& row) { return row.param.name; });
 
 /// Flexion 20, 0, 30, 10 at 0, 0.5, 1 and 2 s.
 store::MotionModel walk()
@@ -445,9 +268,9 @@ TEST_F(ShowFrames, DrawsFramesByTheirKeys)
   EXPECT_EQ(messages_.str().find("flexion"), std::string::npos);
 }
 
-TEST_F(ShowFrames, DrawsChosenKeysAlsoBetweenFrames)
+TEST_F(ShowFrames, ChosenKeys)
 {
-  show::ShowOptions given = options();
+  ShowOptions given = options();
   given.frame = "0.25:3:1.25";
   EXPECT_EQ(run(given).n_images, 3);
   EXPECT_THAT(stills(),
@@ -457,31 +280,32 @@ TEST_F(ShowFrames, DrawsChosenKeysAlsoBetweenFrames)
 
 TEST_F(ShowFrames, ChoosesByKeysOnly)
 {
-  for (const auto& set : std::vector<std::function<void(show::ShowOptions&)>>{
+  for (const auto& set : std::vector<std::function<void(ShowOptions&)>>{
            [](auto& o) { o.flexion = "0:30:10"; }, [](auto& o) { o.varus_deg = 1.0; }}) {
-    show::ShowOptions given = options();
+    ShowOptions given = options();
     set(given);
     EXPECT_THAT(test::input_error([&] { run(given); }).wanted, HasSubstr("--key"));
   }
   store::write_motion_model(file_, small_model());
-  show::ShowOptions given = options();
+  ShowOptions given = options();
   given.frame = "1";
   EXPECT_EQ(test::input_error([&] { run(given); }).field, "--key");
 }
 
-TEST_F(Show, ViewsSizeAndModeOfTheJobHoldUnlessOptionsAreGiven)
+// Views size and mode of the job hold unless options are given.
+TEST_F(Show, JobDefaults)
 {
   store::MotionModel model = small_model();
   model.job.resolved =
       "[player]\ndisplay_px = [80, 60]\nzoom = 2\nrender = \"wire\"\n"
       "[[player.view]]\nnumber = 2\norientation_deg = [0, 90, 0]\n[[player.view]]\nnumber = 5\n";
   store::write_motion_model(file_, model);
-  show::ShowOptions given = options();
+  ShowOptions given = options();
   given.size = given.views = "";
   given.flexion = "0";
   EXPECT_EQ(run(given).n_images, 2);
   EXPECT_THAT(stills(), ElementsAre("view_2_flexion_000.png", "view_5_flexion_000.png"));
-  const show::ResolvedShowOptions look = show::resolved_options(given, model);
+  const ResolvedPictures look = resolved_pictures(given, model);
   EXPECT_EQ(look.size.width, 80);
   EXPECT_EQ(look.size.height, 60);
   EXPECT_EQ(look.zoom, 2.0);
@@ -489,7 +313,7 @@ TEST_F(Show, ViewsSizeAndModeOfTheJobHoldUnlessOptionsAreGiven)
   given.has_mode = true;
   given.views = "top";
   given.size = "64x48";
-  const show::ResolvedShowOptions own = show::resolved_options(given, model);
+  const ResolvedPictures own = resolved_pictures(given, model);
   EXPECT_EQ(own.size.width, 64);
   EXPECT_EQ(own.zoom, 1.0);
   ASSERT_EQ(own.views.size(), 1u);
@@ -497,4 +321,4 @@ TEST_F(Show, ViewsSizeAndModeOfTheJobHoldUnlessOptionsAreGiven)
   EXPECT_EQ(own.appearance.mode, given.appearance.mode);
 }
 
-}  // namespace vrda::show_test
+}  // namespace vrda::show::show_test

@@ -16,7 +16,7 @@
 #include "support/scratch.hpp"
 #include "support/traces.hpp"
 
-namespace vrda::show_trace_test {
+namespace vrda::show::show_trace_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -36,10 +36,10 @@ class ShowTrace : public testing::Test {
     options_.views = "front";
   }
 
-  int run(const show::ShowOptions& options)
+  int run(const ShowOptions& options)
   {
     data_.str("");
-    return show::show(options, {data_, messages_}).n_images;
+    return show(options, {data_, messages_}).n_images;
   }
 
   std::vector<std::string> names() const
@@ -57,8 +57,8 @@ class ShowTrace : public testing::Test {
 
   test::Scratch scratch_;
   std::ostringstream data_, messages_;
-  show::ShowOptions options_ = [this] {
-    show::ShowOptions options;
+  ShowOptions options_ = [this] {
+    ShowOptions options;
     options.file = (scratch_.path() / "knee.h5").string();
     options.trace = (scratch_.path() / "knee.trace.h5").string();
     options.folder = (scratch_.path() / "film").string();
@@ -66,7 +66,7 @@ class ShowTrace : public testing::Test {
   }();
 };
 
-TEST_F(ShowTrace, DrawsTheSeedAndAStillForEachMove)
+TEST_F(ShowTrace, EveryMove)
 {
   EXPECT_EQ(run(options_), 1 + test::n_moves_of_a_cell);
   const std::vector<std::string> frames = names();
@@ -79,7 +79,7 @@ TEST_F(ShowTrace, DrawsTheSeedAndAStillForEachMove)
   EXPECT_NE(still("front_frame_0000.png"), still("front_frame_0008.png"));
 }
 
-TEST_F(ShowTrace, InContactOnlyTheTouchesForEachView)
+TEST_F(ShowTrace, ContactOnly)
 {
   options_.contact_only = true;
   options_.views = "front,top";
@@ -90,47 +90,30 @@ TEST_F(ShowTrace, InContactOnlyTheTouchesForEachView)
                                    "top_frame_0000.png", "top_frame_0001.png", "top_frame_0002.png"));
 }
 
-TEST_F(ShowTrace, EveryThirdAndTheLast)
-{
-  options_.every = 3;
-  options_.is_quiet = true;
-  EXPECT_EQ(run(options_), 4);  // 0, 3, 6 and 8
-  EXPECT_EQ(names().back(), "front_frame_0003.png");
-  EXPECT_EQ(messages_.str(), "");
-}
-
-TEST_F(ShowTrace, WhatDoesNotFitIsOneErrorBeforeAnyPicture)
+// What does not fit is one error before any picture.
+TEST_F(ShowTrace, Refusals)
 {
   struct Row {
     std::string file, field, found;
-    std::function<void(show::ShowOptions&)> change;
+    std::function<void(ShowOptions&)> change;
   };
   for (const Row& row : {
-           Row{"--every", "", "0", [](show::ShowOptions& o) { o.every = 0; }},
-           Row{"--every", "", "no --trace", [](show::ShowOptions& o) { o.trace.clear(), o.every = 2; }},
+           Row{"--every", "", "0", [](ShowOptions& o) { o.every = 0; }},
+           Row{"--every", "", "no --trace", [](ShowOptions& o) { o.trace.clear(), o.every = 2; }},
            Row{"--contact-only", "", "no --trace",
-               [](show::ShowOptions& o) { o.trace.clear(), o.contact_only = true; }},
-           Row{"--set", "", "raw", [](show::ShowOptions& o) { o.set = "raw"; }},
-           Row{"--flexion", "", "0:10:5", [](show::ShowOptions& o) { o.flexion = "0:10:5"; }},
-           Row{options_.trace, "attitude", "flexion 5", [](show::ShowOptions& o) { o.flexion = "5"; }},
-           Row{options_.file, "/@format", "motion model", [](show::ShowOptions& o) { o.trace = o.file; }},
-           Row{options_.trace, "/@format", "search trace", [](show::ShowOptions& o) { o.file = o.trace; }},
+               [](ShowOptions& o) { o.trace.clear(), o.contact_only = true; }},
+           Row{"--set", "", "raw", [](ShowOptions& o) { o.set = "raw"; }},
+           Row{"--flexion", "", "0:10:5", [](ShowOptions& o) { o.flexion = "0:10:5"; }},
+           Row{options_.trace, "attitude", "flexion 5", [](ShowOptions& o) { o.flexion = "5"; }},
+           Row{options_.file, "/@format", "motion model", [](ShowOptions& o) { o.trace = o.file; }},
+           Row{options_.trace, "/@format", "search trace", [](ShowOptions& o) { o.file = o.trace; }},
        }) {
     SCOPED_TRACE(row.file + row.found);
-    show::ShowOptions given = options_;
+    ShowOptions given = options_;
     row.change(given);
     EXPECT_THAT(test::input_error([&] { run(given); }), test::refuses({row.file, row.field, row.found}));
   }
   EXPECT_FALSE(std::filesystem::exists(options_.folder));
 }
 
-TEST_F(ShowTrace, TheTraceOfAnotherJobIsRefused)
-{
-  store::MotionModel model = store::read_motion_model(options_.file);
-  model.job.resolved += "other = 1\n";
-  store::write_motion_model(options_.file, model);
-  EXPECT_THAT(test::input_error([&] { run(options_); }),
-              test::refuses({options_.trace, "/job", "", "knee.h5"}));
-}
-
-}  // namespace vrda::show_trace_test
+}  // namespace vrda::show::show_trace_test

@@ -3,26 +3,26 @@
 #include "player/view/pictures.hpp"
 #include "support/allocation_count.hpp"
 
-namespace vrda::allocation_test {
+namespace vrda::view::allocation_test {
 
 class RendererAllocation : public testing::TestWithParam<int> {
 };  // samples: they select the transparency algorithm
 
-TEST_P(RendererAllocation, AHundredFramesAllocateNothing)
+TEST_P(RendererAllocation, HundredFrames)
 {
   VRDA_REQUIRE_ALLOCATION_COUNT();
-  view::Scene scene = test::joint_scene();
-  view::Overlay overlay;
+  Scene scene = test::joint_scene();
+  Overlay overlay;
   overlay.vertices.resize(3);
   overlay.indices = {0, 1, 2};
   overlay.commands.push_back({{0, 0, 64, 48}, 0, 3, 0});
-  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({64, 48, GetParam()});
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({64, 48, GetParam()});
   renderer->load(scene);
-  renderer->load(view::OverlayFont{1, 1, {255}});
-  const view::Shot shot{test::joint_camera(scene), {0, 0, 64, 48}};
+  renderer->load(OverlayFont{1, 1, {255}});
+  const Shot shot{test::joint_camera(scene), {0, 0, 64, 48}};
   const auto draw_all_modes = [&] {
-    for (const view::DrawMode mode : {view::DrawMode::wire, view::DrawMode::hidden_line, view::DrawMode::flat,
-                                      view::DrawMode::smooth, view::DrawMode::textured}) {
+    for (const DrawMode mode :
+         {DrawMode::wire, DrawMode::hidden_line, DrawMode::flat, DrawMode::smooth, DrawMode::textured}) {
       scene.mode = mode;
       ++scene.drawables[0].revision;
       renderer->draw(scene, {&shot, 1}, &overlay);
@@ -39,4 +39,4 @@ TEST_P(RendererAllocation, AHundredFramesAllocateNothing)
 
 INSTANTIATE_TEST_SUITE_P(OneAndMoreSamples, RendererAllocation, testing::Values(1, 4));
 
-}  // namespace vrda::allocation_test
+}  // namespace vrda::view::allocation_test

@@ -5,22 +5,22 @@
 #include "core/text.hpp"
 #include "support/models.hpp"
 
-namespace vrda::camera_test {
+namespace vrda::view::camera_test {
 
 constexpr double rounding = 1e-10;  // of image coordinates of order one
 
 /// Normalised device coordinates of a point: x and y on [-1, 1], z in the depth range.
-Eigen::Vector3d projected(const view::Camera& camera, const Eigen::Vector3d& p_world_mm)
+Eigen::Vector3d projected(const Camera& camera, const Eigen::Vector3d& p_world_mm)
 {
   const Eigen::Vector3d p_camera = camera.X_world_camera.inverse() * p_world_mm;
-  const Eigen::Vector4d clip = view::projection(camera) * p_camera.homogeneous();
+  const Eigen::Vector4d clip = projection(camera) * p_camera.homogeneous();
   return clip.hnormalized();
 }
 
-view::Camera fitted(const std::vector<Eigen::Vector3d>& points, const Eigen::Matrix3d& R,
-                    const view::FrameOptions& options = {})
+Camera fitted(const std::vector<Eigen::Vector3d>& points, const Eigen::Matrix3d& R,
+              const FrameOptions& options = {})
 {
-  view::CameraFit fit(R, options);
+  CameraFit fit(R, options);
   fit.include(points);
   return fit.camera();
 }
@@ -36,17 +36,17 @@ std::vector<Eigen::Vector3d> box_corners(const Eigen::Vector3d& low, const Eigen
   return corners;
 }
 
-TEST(Camera, EveryViewHasTheWholeBoxInTheFilledPartAndFillsIt)
+// Every view has the whole box in the filled part and fills it.
+TEST(Camera, FitFillsThePicture)
 {
   const std::vector<Eigen::Vector3d> corners = box_corners({-30, -70, -45}, {25, 40, 38});
-  for (const std::string& name : view::view_names()) {
+  for (const std::string& name : view_names()) {
     for (const double aspect : {0.6, 4.0 / 3.0, 3.0}) {
       SCOPED_TRACE(name + " " + std::to_string(aspect));
-      view::FrameOptions options;
+      FrameOptions options;
       options.aspect = aspect;
       options.fill_fraction = 0.8;
-      const view::Camera camera =
-          fitted(corners, view::view_rotation(*view::view_named(name), Side::right), options);
+      const Camera camera = fitted(corners, view_rotation(*view_named(name), Side::right), options);
       Eigen::Vector2d low(9, 9), high(-9, -9);
       for (const Eigen::Vector3d& corner : corners) {
         low = low.cwiseMin(projected(camera, corner).head<2>());
@@ -62,70 +62,58 @@ TEST(Camera, EveryViewHasTheWholeBoxInTheFilledPartAndFillsIt)
   }
 }
 
-TEST(Camera, PointsOfSeveralPosesAreFittedAsOne)
+TEST(Camera, FitOverPoses)
 {
   const std::vector<Eigen::Vector3d> first = box_corners({-1, -2, -3}, {1, 2, 3});
   const std::vector<Eigen::Vector3d> second = box_corners({-5, 0, 0}, {0, 1, 1});
   std::vector<Eigen::Vector3d> both = first;
   both.insert(both.end(), second.begin(), second.end());
-  const Eigen::Matrix3d R = view::view_rotation(view::View::oblique, Side::left);
-  view::CameraFit fit(R);
+  const Eigen::Matrix3d R = view_rotation(View::oblique, Side::left);
+  CameraFit fit(R);
   fit.include(first);
   fit.include(second);
   EXPECT_EQ(fit.camera().X_world_camera.matrix(), fitted(both, R).X_world_camera.matrix());
-  EXPECT_THROW(view::CameraFit(R).camera(), InternalError);
+  EXPECT_THROW(CameraFit(R).camera(), InternalError);
 }
 
-TEST(Camera, ViewsShowTheSideTheyAreNamedAfter)
+TEST(Camera, NamedViews)
 {
   struct Row {
-    view::View view;
+    View view;
     Side side;
     Eigen::Vector3d towards_viewer, right_of_picture;
   };
   const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
-  for (const Row& row :
-       {Row{view::View::front, Side::right, x, -z}, Row{view::View::back, Side::right, -x, z},
-        Row{view::View::right, Side::left, z, x}, Row{view::View::left, Side::left, -z, -x},
-        Row{view::View::lateral, Side::right, z, x}, Row{view::View::lateral, Side::left, -z, -x},
-        Row{view::View::medial, Side::right, -z, -x}, Row{view::View::medial, Side::left, z, x},
-        Row{view::View::top, Side::right, y, z}}) {
-    const Eigen::Matrix3d R = view::view_rotation(row.view, row.side);
+  for (const Row& row : {Row{View::front, Side::right, x, -z}, Row{View::back, Side::right, -x, z},
+                         Row{View::right, Side::left, z, x}, Row{View::left, Side::left, -z, -x},
+                         Row{View::lateral, Side::right, z, x}, Row{View::lateral, Side::left, -z, -x},
+                         Row{View::medial, Side::right, -z, -x}, Row{View::medial, Side::left, z, x},
+                         Row{View::top, Side::right, y, z}}) {
+    const Eigen::Matrix3d R = view_rotation(row.view, row.side);
     EXPECT_LT((R.col(2) - row.towards_viewer).norm(), rounding);
     EXPECT_LT((R.col(0) - row.right_of_picture).norm(), rounding);
     EXPECT_NEAR(R.determinant(), 1.0, rounding);
   }
   // The oblique view shows front, lateral side and top of both knees.
-  EXPECT_GT(view::view_rotation(view::View::oblique, Side::right).col(2).minCoeff(), 0.2);
-  EXPECT_LT(view::view_rotation(view::View::oblique, Side::left)(2, 2), -0.2);
+  EXPECT_GT(view_rotation(View::oblique, Side::right).col(2).minCoeff(), 0.2);
+  EXPECT_LT(view_rotation(View::oblique, Side::left)(2, 2), -0.2);
   // The inverted view shows front, lateral side and underside, and image up is world down.
-  const Eigen::Matrix3d inverted = view::view_rotation(view::View::inverted, Side::right);
+  const Eigen::Matrix3d inverted = view_rotation(View::inverted, Side::right);
   EXPECT_GT(inverted(0, 2), 0.2);
   EXPECT_LT(inverted(1, 2), -0.2);
   EXPECT_GT(inverted(2, 2), 0.2);
   EXPECT_LT(inverted(1, 1), -0.5);
-  EXPECT_GT(view::view_rotation(view::View::inverted, Side::left).determinant(), 0.0);
+  EXPECT_GT(view_rotation(View::inverted, Side::left).determinant(), 0.0);
 }
 
-TEST(Camera, NamesAndViewsGoTogether)
-{
-  EXPECT_EQ(view::view_named("front"), view::View::front);
-  EXPECT_EQ(view::view_named("oblique"), view::View::oblique);
-  EXPECT_EQ(view::view_named("inverted"), view::View::inverted);
-  EXPECT_EQ(view::view_named("side"), view::View::lateral);
-  EXPECT_EQ(view::view_named("lateral"), view::View::lateral);
-  EXPECT_EQ(view::view_named("below"), std::nullopt);
-}
-
-TEST(Camera, TheDepthRangeHoldsEveryVertex)
+TEST(Camera, DepthRange)
 {
   store::MotionModel model = test::model_of({});
   test::add_bodies(model);
-  view::Scene scene = view::scene_of(model.reference, model.moving, model.rotation_centre_mm);
-  view::place(scene, view::frames_of(store::Motion(model, "raw").at({rad_from_deg(50.0), 0.0})));
-  const std::vector<Eigen::Vector3d> points = view::points_within(scene, {});
-  const view::Camera camera =
-      view::with_depth_range(fitted(points, view::view_rotation(view::View::oblique, Side::right)), scene);
+  Scene scene = scene_of(model.reference, model.moving, model.rotation_centre_mm);
+  place(scene, frames_of(store::Motion(model, "raw").at({rad_from_deg(50.0), 0.0})));
+  const std::vector<Eigen::Vector3d> points = points_within(scene, {});
+  const Camera camera = with_depth_range(fitted(points, view_rotation(View::oblique, Side::right)), scene);
   EXPECT_GT(camera.near_mm, 0.0);
   for (const Eigen::Vector3d& p_mm : points) {
     const Eigen::Vector3d p = projected(camera, p_mm);
@@ -133,14 +121,15 @@ TEST(Camera, TheDepthRangeHoldsEveryVertex)
   }
 }
 
-TEST(Camera, TheDepthRangeStaysSaneWithThingsBehindTheCamera)
+// The depth range stays sane with things behind the camera.
+TEST(Camera, DepthRangeBehindTheCamera)
 {
   store::MotionModel model = test::model_of({});
   test::add_bodies(model);
-  const view::Scene scene = view::scene_of(model.reference, model.moving, model.rotation_centre_mm);
-  const view::Camera inside = view::with_depth_range(view::Camera{}, scene);  // at the middle of the ball
+  const Scene scene = scene_of(model.reference, model.moving, model.rotation_centre_mm);
+  const Camera inside = with_depth_range(Camera{}, scene);  // at the middle of the ball
   EXPECT_GT(inside.near_mm, 0.0);
   EXPECT_GT(inside.far_mm, inside.near_mm);
 }
 
-}  // namespace vrda::camera_test
+}  // namespace vrda::view::camera_test

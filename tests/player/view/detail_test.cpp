@@ -7,11 +7,11 @@
 #include "player/view/pictures.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda::detail_test {
+namespace vrda::view::detail_test {
 
 RenderMesh mesh_of(const Mesh& mesh)
 {
-  view::Scene scene;
+  Scene scene;
   test::add(scene, mesh, test::plain({1, 1, 1}));
   return scene.drawables[0].mesh;
 }
@@ -34,11 +34,11 @@ double sagitta_mm(const RenderMesh& mesh, const std::vector<std::uint32_t>& tria
   return most_mm;
 }
 
-TEST(Detail, LevelsOfABallLieWithinTheirErrors)
+TEST(Detail, LevelsOfABall)
 {
   constexpr double radius_mm = 20.0;
   const RenderMesh mesh = mesh_of(test::ball(radius_mm, 96, 192));
-  const std::vector<view::DetailLevel> levels = view::levels_of(mesh);
+  const std::vector<DetailLevel> levels = levels_of(mesh);
   ASSERT_GE(levels.size(), 4U);
   EXPECT_EQ(levels[0].triangles.size(), mesh.triangles.size());
   EXPECT_EQ(levels[0].error_mm, 0.0);
@@ -55,38 +55,24 @@ TEST(Detail, LevelsOfABallLieWithinTheirErrors)
   EXPECT_LT(levels.back().triangles.size(), mesh.triangles.size() / 10);
 }
 
-TEST(Detail, ASmallMeshHasOneLevel)
+TEST(Closed, BoxBallSheet)
 {
-  EXPECT_EQ(view::levels_of(mesh_of(test::box({0, 0, 0}, {1, 2, 3}))).size(), 1U);
-  EXPECT_EQ(view::levels_of({}).size(), 1U);
-}
-
-TEST(Detail, EqualMeshesHaveEqualLevels)
-{
-  const RenderMesh mesh = mesh_of(test::ball(20, 48, 96));
-  const std::vector<view::DetailLevel> first = view::levels_of(mesh), second = view::levels_of(mesh);
-  ASSERT_EQ(first.size(), second.size());
-  for (std::size_t i = 0; i < first.size(); ++i) EXPECT_EQ(first[i].triangles, second[i].triangles);
-}
-
-TEST(Closed, BoxesAndBallsAreAndSheetsAreNot)
-{
-  EXPECT_TRUE(view::is_closed(
+  EXPECT_TRUE(is_closed(
       mesh_of(test::box({0, 0, 0}, {1, 2, 3}))));  // vertices are split along every edge by the creases
-  EXPECT_TRUE(view::is_closed(mesh_of(test::ball(20))));
-  EXPECT_FALSE(view::is_closed(mesh_of(test::sheet(20, 3))));
-  EXPECT_FALSE(view::is_closed({}));
+  EXPECT_TRUE(is_closed(mesh_of(test::ball(20))));
+  EXPECT_FALSE(is_closed(mesh_of(test::sheet(20, 3))));
+  EXPECT_FALSE(is_closed({}));
 }
 
-TEST(Closed, OneTriangleLessOrTurnedInsideOutIsOpen)
+TEST(Closed, HoleOrInsideOut)
 {
   RenderMesh mesh = mesh_of(test::ball(20));
   RenderMesh inside_out = mesh;
   for (std::size_t i = 0; i < mesh.triangles.size(); i += 3)
     std::swap(inside_out.triangles[i], inside_out.triangles[i + 1]);
-  EXPECT_FALSE(view::is_closed(inside_out));
+  EXPECT_FALSE(is_closed(inside_out));
   mesh.triangles.resize(mesh.triangles.size() - 3);
-  EXPECT_FALSE(view::is_closed(mesh));
+  EXPECT_FALSE(is_closed(mesh));
 }
 
-}  // namespace vrda::detail_test
+}  // namespace vrda::view::detail_test

@@ -9,7 +9,7 @@
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda::doubts_test {
+namespace vrda::view::doubts_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -32,7 +32,7 @@ store::MotionModel doubtful_model()
   return model;
 }
 
-TEST(Doubts, OfAPoseAreThoseOfTheCellsAroundIt)
+TEST(Doubts, CellsAroundAPose)
 {
   struct Row {
     const char* set;
@@ -40,7 +40,7 @@ TEST(Doubts, OfAPoseAreThoseOfTheCellsAroundIt)
     const char* text;
   };
   const store::MotionModel model = doubtful_model();
-  const view::DoubtReader reader(model);
+  const DoubtReader reader(model);
   for (const Row& row :
        {Row{"raw", 20, 0, "border contact: a contact at an edge"}, Row{"raw", 15, 0, "border contact: "},
         Row{"raw", 10, 0, ""}, Row{"raw", 20, 1, ""}, Row{"raw", 25, 0.5, "dislocated: further from"},
@@ -50,19 +50,20 @@ TEST(Doubts, OfAPoseAreThoseOfTheCellsAroundIt)
     SCOPED_TRACE(std::string(row.set) + " " + std::to_string(row.flexion_deg));
     const store::JointPose pose =
         store::Motion(model, row.set).at({rad_from_deg(row.flexion_deg), rad_from_deg(row.varus_deg)});
-    const std::string text = view::doubt_text(pose, reader.at(pose), "femur").data();
+    const std::string text = doubt_text(pose, reader.at(pose), "femur").data();
     EXPECT_THAT(text, StartsWith(row.text));
     EXPECT_EQ(text.empty(), std::string(row.text).empty());
   }
 }
 
-TEST(Doubts, AreMarkedOnTheTimelineBetweenTheNeighbours)
+// Are marked on the timeline between the neighbours.
+TEST(Doubts, MarkedSpans)
 {
   const store::MotionModel model = doubtful_model();
   const auto spans_at = [&](const char* set, double varus_deg) {
     std::string text;
-    for (const view::MarkedSpan& span :
-         view::DoubtReader(model).marks(store::Motion(model, set), rad_from_deg(varus_deg)))
+    for (const MarkedSpan& span :
+         DoubtReader(model).marks(store::Motion(model, set), rad_from_deg(varus_deg)))
       text += std::to_string(std::lround(deg_from_rad(span.first))) + "-" +
               std::to_string(std::lround(deg_from_rad(span.last))) + (span.has_pose ? " " : "! ");
     return text;
@@ -73,20 +74,21 @@ TEST(Doubts, AreMarkedOnTheTimelineBetweenTheNeighbours)
   EXPECT_EQ(spans_at("degree_1", -1), "0-10 ");
 }
 
-TEST(Doubts, OfTheModelAreCountedWithTheirReasonsBeforeTheWarningsOfTheJob)
+// Of the model are counted with their reasons before the warnings of the job.
+TEST(Doubts, ModelWarnings)
 {
-  EXPECT_THAT(view::model_warnings(doubtful_model()),
+  EXPECT_THAT(model_warnings(doubtful_model()),
               ElementsAre(StartsWith("1 of 14 poses: dislocated: further"),
                           StartsWith("1 of 14 poses: border contact: a contact at an edge"),
                           "1 of 15 attitudes have no pose", "the femur is coarse"));
-  EXPECT_TRUE(view::has_doubtful_poses(doubtful_model()));
-  EXPECT_THAT(view::model_warnings(test::model_of({})), ElementsAre());
+  EXPECT_TRUE(has_doubtful_poses(doubtful_model()));
+  EXPECT_THAT(model_warnings(test::model_of({})), ElementsAre());
 }
 
 // The page has its own copy of the reasons, in the same order.
-TEST(Doubts, ThePageHasTheCodesAndReasonsOfTheCore)
+TEST(Doubts, PageHasTheSameReasons)
 {
-  const std::string page = test::read_bytes(test::source_directory() / "player/web/page/doubts.js");
+  const std::string page = test::read_bytes(test::source_directory() / "player/web/page/readings.js");
   const std::regex row("\\{ code: (\\d+), name: \"([a-z ]+)\",.* meaning: \"([^\"]+)\" \\}");
   std::vector<std::string> found, wanted;
   for (std::sregex_iterator it(page.begin(), page.end(), row); it != std::sregex_iterator(); ++it)
@@ -100,4 +102,4 @@ TEST(Doubts, ThePageHasTheCodesAndReasonsOfTheCore)
   EXPECT_EQ(found, wanted);
 }
 
-}  // namespace vrda::doubts_test
+}  // namespace vrda::view::doubts_test

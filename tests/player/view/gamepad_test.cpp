@@ -4,28 +4,26 @@
 
 #include <algorithm>
 
-namespace vrda::gamepad_test {
+namespace vrda::view::gamepad_test {
 
-using view::Key;
-
-std::size_t count_of(const std::vector<view::KeyPress>& keys, Key key)
+std::size_t count_of(const std::vector<KeyPress>& keys, Key key)
 {
-  return static_cast<std::size_t>(std::ranges::count(keys, key, &view::KeyPress::key));
+  return static_cast<std::size_t>(std::ranges::count(keys, key, &KeyPress::key));
 }
 
 /// Number of presses of `key` in `seconds` at 60 rounds a second.
-double presses(const view::Gamepad& pad, Key key, double seconds, bool is_plane = true)
+double presses(const Gamepad& pad, Key key, double seconds, bool is_plane = true)
 {
-  view::GamepadKeys keys;
+  GamepadKeys keys;
   std::size_t n = 0;
   for (int k = 0; k < static_cast<int>(60.0 * seconds); ++k)
     n += count_of(keys.keys(pad, 1.0 / 60.0, is_plane), key);
   return static_cast<double>(n);
 }
 
-TEST(Gamepad, ThePadPressesArrowsAndRepeatsThem)
+TEST(Gamepad, PadRepeats)
 {
-  view::Gamepad pad;
+  Gamepad pad;
   pad.has_right = true;
   EXPECT_EQ(presses(pad, Key::right, 0.3), 1.0);
   // At 0.4 s and every 0.05 s from there, seen at the rounds up to 0.983 s after the press.
@@ -34,12 +32,12 @@ TEST(Gamepad, ThePadPressesArrowsAndRepeatsThem)
   EXPECT_EQ(presses(pad, Key::enter, 2.0), 1.0) << "a confirmation does not repeat";
 }
 
-TEST(Gamepad, ShouldersAreShiftAndControlOfThePad)
+TEST(Gamepad, Shoulders)
 {
-  view::Gamepad pad;
+  Gamepad pad;
   pad.has_up = pad.has_b = pad.has_left_shoulder = pad.has_right_shoulder = true;
-  view::GamepadKeys keys;
-  const std::vector<view::KeyPress> first = keys.keys(pad, 0.0, true);
+  GamepadKeys keys;
+  const std::vector<KeyPress> first = keys.keys(pad, 0.0, true);
   ASSERT_EQ(first.size(), 2u);
   EXPECT_EQ(first[0].key, Key::up);
   EXPECT_TRUE(first[0].has_shift && first[0].has_control);
@@ -47,9 +45,9 @@ TEST(Gamepad, ShouldersAreShiftAndControlOfThePad)
   EXPECT_FALSE(first[1].has_shift || first[1].has_control);
 }
 
-TEST(Gamepad, TheStickIsFineNearItsMiddle)
+TEST(Gamepad, StickRate)
 {
-  view::Gamepad pad;
+  Gamepad pad;
   pad.stick_x = -0.1;
   EXPECT_EQ(presses(pad, Key::left, 10.0), 0.0) << "at rest";
   pad.stick_x = -1.0;
@@ -63,4 +61,4 @@ TEST(Gamepad, TheStickIsFineNearItsMiddle)
   EXPECT_EQ(presses(pad, Key::down, 10.0, false), 0.0) << "Up and Down would select";
 }
 
-}  // namespace vrda::gamepad_test
+}  // namespace vrda::view::gamepad_test

@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 
-namespace vrda::gap_reading_test {
+namespace vrda::view::gap_reading_test {
 
 constexpr double rounding_mm = 1e-12;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -34,35 +34,36 @@ store::MotionModel sample_model()
   return model;
 }
 
-TEST(GapReading, RawCellsAreJoinedLinearly)
+TEST(GapReading, RawCells)
 {
   const store::MotionModel model = sample_model();
-  const view::GapReader reader(model, "raw");
-  EXPECT_EQ(reader.at(at_deg(0, -5)).source, view::GapSource::cells);
+  const GapReader reader(model, "raw");
+  EXPECT_EQ(reader.at(at_deg(0, -5)).source, GapSource::cells);
   EXPECT_NEAR(reader.at(at_deg(5, 0)).medial_mm, 1.5, rounding_mm);
   EXPECT_NEAR(reader.at(at_deg(5, 0)).lateral_mm, 0.5, rounding_mm);
   EXPECT_NEAR(reader.at(at_deg(20, -5)).medial_mm, 4.0, rounding_mm);
   EXPECT_TRUE(std::isnan(reader.at(at_deg(15, 0)).medial_mm));
 }
 
-TEST(GapReading, TheWayIntoContactIsAGapForwardAndAPenetrationBack)
+// The way into contact is a gap forward and a penetration back.
+TEST(GapReading, TravelIntoContact)
 {
   const store::MotionModel model = sample_model();
-  const view::GapReader reader(model, "degree_4");
-  const view::GapReading gap = reader.at(at_deg(2.5, 0));
-  EXPECT_EQ(gap.source, view::GapSource::travel);
+  const GapReader reader(model, "degree_4");
+  const GapReading gap = reader.at(at_deg(2.5, 0));
+  EXPECT_EQ(gap.source, GapSource::travel);
   EXPECT_NEAR(gap.gap_mm, 0.0, rounding_mm);
   EXPECT_NEAR(reader.at(at_deg(0, 0)).gap_mm, 0.1, rounding_mm);
   EXPECT_EQ(reader.at(at_deg(0, 0)).penetration_mm, 0.0);
   EXPECT_NEAR(reader.at(at_deg(10, 2)).penetration_mm, 0.3, rounding_mm);
   EXPECT_EQ(reader.at(at_deg(10, 2)).gap_mm, 0.0);
   EXPECT_TRUE(std::isnan(reader.at(at_deg(20, 5)).gap_mm));
-  const view::GapReading none = view::GapReader(model, "degree_4_recontacted").at(at_deg(7, 1));
-  EXPECT_EQ(none.source, view::GapSource::recontacted);
+  const GapReading none = GapReader(model, "degree_4_recontacted").at(at_deg(7, 1));
+  EXPECT_EQ(none.source, GapSource::recontacted);
   EXPECT_EQ(none.gap_mm, 0.0);
 }
 
-TEST(GapReading, AnAuditGoesBeforeTheWayIntoContact)
+TEST(GapReading, AuditBeforeTravel)
 {
   store::MotionModel model = sample_model();
   store::AuditSet audit;
@@ -77,37 +78,41 @@ TEST(GapReading, AnAuditGoesBeforeTheWayIntoContact)
   audit.penetration_mm.resize(2, 1);
   audit.penetration_mm << 0.75, 0.0;
   model.audits = {audit};
-  const view::GapReader reader(model, "degree_4");
-  const view::GapReading deep = reader.at(at_deg(9, 3)), apart = reader.at(at_deg(11, -3));
-  EXPECT_EQ(deep.source, view::GapSource::audit);
+  const GapReader reader(model, "degree_4");
+  const GapReading deep = reader.at(at_deg(9, 3)), apart = reader.at(at_deg(11, -3));
+  EXPECT_EQ(deep.source, GapSource::audit);
   EXPECT_EQ(deep.gap_mm, 0.0);
   EXPECT_EQ(deep.penetration_mm, 0.75);
   EXPECT_EQ(apart.gap_mm, 0.25);
   EXPECT_EQ(apart.penetration_mm, 0.0);
 }
 
-TEST(GapReading, TheTwoSidedMotionHasItsOwn)
+TEST(GapReading, TwoSided)
 {
   store::MotionModel model = sample_model();
   model.two_sided.emplace();
   model.two_sided->flexion_deg = {0, 10, 20};
   model.two_sided->gap_medial_mm = {0.0, 0.5, nan};
   model.two_sided->gap_lateral_mm = {0.25, -0.75, nan};
-  const view::GapReader reader(model, "two_sided");
-  const view::GapReading at_row = reader.at(at_deg(10, 3)), between = reader.at(at_deg(5, 3));
-  EXPECT_EQ(at_row.source, view::GapSource::two_sided);
+  const GapReader reader(model, "two_sided");
+  const GapReading at_row = reader.at(at_deg(10, 3)), between = reader.at(at_deg(5, 3));
+  EXPECT_EQ(at_row.source, GapSource::two_sided);
   EXPECT_EQ(at_row.medial_mm, 0.5);
   EXPECT_EQ(at_row.lateral_mm, -0.75);
   EXPECT_DOUBLE_EQ(between.medial_mm, 0.25);
   EXPECT_DOUBLE_EQ(between.lateral_mm, -0.25);
   EXPECT_TRUE(std::isnan(reader.at(at_deg(20, 0)).medial_mm));
   model.two_sided.reset();
-  EXPECT_EQ(view::GapReader(model, "two_sided").at(at_deg(5, 0)).source, view::GapSource::none);
+  EXPECT_EQ(GapReader(model, "two_sided").at(at_deg(5, 0)).source, GapSource::none);
 }
 
-TEST(GapReading, AnAttitudeWithoutAPoseHasNoNumber)
+TEST(GapReading, NoData)
 {
   store::MotionModel model = sample_model();
+  EXPECT_EQ(GapReader(model, "zero_varus").at(at_deg(5, 0)).source, GapSource::none);
+  model.has_compartments = false;
+  EXPECT_EQ(GapReader(model, "raw").at(at_deg(5, 0)).source, GapSource::none);
+  // An audited attitude without a pose has no number.
   store::AuditSet audit;
   audit.name = "zero_varus";
   audit.flexion_deg = {0, 20};
@@ -115,19 +120,10 @@ TEST(GapReading, AnAttitudeWithoutAPoseHasNoNumber)
   audit.state = store::GridB::Constant(2, 1, static_cast<std::int8_t>(store::AuditState::no_pose));
   audit.gap_mm = audit.penetration_mm = store::GridD::Constant(2, 1, nan);
   model.audits = {audit};
-  EXPECT_TRUE(std::isnan(view::GapReader(model, "zero_varus").at(at_deg(9, 3)).gap_mm));
+  EXPECT_TRUE(std::isnan(GapReader(model, "zero_varus").at(at_deg(9, 3)).gap_mm));
 }
 
-TEST(GapReading, WhatTheFileDoesNotSayIsNotSaid)
-{
-  const store::MotionModel model = sample_model();
-  EXPECT_EQ(view::GapReader(model, "zero_varus").at(at_deg(5, 0)).source, view::GapSource::none);
-  store::MotionModel other = sample_model();
-  other.has_compartments = false;
-  EXPECT_EQ(view::GapReader(other, "raw").at(at_deg(5, 0)).source, view::GapSource::none);
-}
-
-TEST(GapReading, OfASequenceIsThatOfTheFrames)
+TEST(GapReading, Sequence)
 {
   store::MotionModel model = sample_model();
   model.smoothed.clear();
@@ -136,7 +132,7 @@ TEST(GapReading, OfASequenceIsThatOfTheFrames)
   model.frames = store::FrameSequence{"time_s", {0.0, 1.0, 3.0}};
   model.gap_medial_mm = model.gap_medial_mm.leftCols(1).eval();
   model.gap_lateral_mm = model.gap_lateral_mm.leftCols(1).eval();
-  const view::GapReader reader(model, "raw");
+  const GapReader reader(model, "raw");
   store::JointPose pose;
   pose.attitude = at_deg(20, 0);
   for (const auto& [key, medial_mm] :
@@ -146,4 +142,4 @@ TEST(GapReading, OfASequenceIsThatOfTheFrames)
   }
 }
 
-}  // namespace vrda::gap_reading_test
+}  // namespace vrda::view::gap_reading_test

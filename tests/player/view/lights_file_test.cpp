@@ -5,14 +5,14 @@
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda::lights_file_test {
+namespace vrda::view::lights_file_test {
 
 const std::string hemisphere = "[hemisphere]\nsky = [0.2, 0.2, 0.2]\nground = [0.1, 0.1, 0.1]\n";
 
 TEST(LightsFile, TheExampleIsTheStudio)
 {
-  const view::Lights lights = view::read_lights(VRDA_JOBS "/lights-studio.toml");
-  const view::Lighting studio = view::studio_lighting();
+  const Lights lights = read_lights(VRDA_JOBS "/lights-studio.toml");
+  const Lighting studio = studio_lighting();
   EXPECT_EQ(lights.lighting.sky, studio.sky);
   EXPECT_EQ(lights.lighting.ground, studio.ground);
   ASSERT_EQ(lights.lighting.lights.size(), studio.lights.size());
@@ -21,16 +21,8 @@ TEST(LightsFile, TheExampleIsTheStudio)
     EXPECT_EQ(lights.lighting.lights[i].colour, studio.lights[i].colour);
   }
   ASSERT_TRUE(lights.background.has_value());
-  EXPECT_EQ(lights.background->top, view::background_of(view::Backdrop::studio).top);
-  EXPECT_EQ(lights.background->bottom, view::background_of(view::Backdrop::studio).bottom);
-}
-
-TEST(LightsFile, LightsAndBackgroundMayBeLeftOut)
-{
-  const view::Lights lights = view::parsed_lights(hemisphere, "dim.toml");
-  EXPECT_TRUE(lights.lighting.lights.empty());
-  EXPECT_FALSE(lights.background.has_value());
-  EXPECT_EQ(lights.lighting.sky, Eigen::Vector3f(0.2F, 0.2F, 0.2F));
+  EXPECT_EQ(lights.background->top, background_of(Backdrop::studio).top);
+  EXPECT_EQ(lights.background->bottom, background_of(Backdrop::studio).bottom);
 }
 
 TEST(LightsFile, WhatIsWrongIsNamed)
@@ -58,22 +50,13 @@ TEST(LightsFile, WhatIsWrongIsNamed)
            Row{hemisphere + "[background]\ntop = [0, 0, 2]\nbottom = [0, 0, 0]\n", "background.top.2", "2"},
        }) {
     SCOPED_TRACE(row.text);
-    EXPECT_THAT(test::input_error([&] { view::parsed_lights(row.text, "my.toml"); }),
+    EXPECT_THAT(test::input_error([&] { parsed_lights(row.text, "my.toml"); }),
                 test::refuses({"my.toml", row.field, row.found}));
   }
-  EXPECT_THAT(test::input_error([&] { view::parsed_lights(hemisphere + "grund = []", "a"); }),
+  EXPECT_THAT(test::input_error([&] { parsed_lights(hemisphere + "grund = []", "a"); }),
               test::refuses({.field = "line 4, hemisphere.grund", .wanted = "\"hemisphere.ground\""}));
-  EXPECT_THAT(test::input_error([] { view::parsed_lights("[hemisphere\n", "a"); }),
+  EXPECT_THAT(test::input_error([] { parsed_lights("[hemisphere\n", "a"); }),
               test::refuses({.field = "line 1, column 12", .wanted = "TOML"}));
 }
 
-TEST(LightsFile, AFileThatIsNotThereOrEndlessIsRefused)
-{
-  const test::Scratch scratch;
-  const std::string missing = (scratch.path() / "none.toml").string();
-  EXPECT_EQ(test::input_error([&] { view::read_lights(missing); }).file, missing);
-  const std::string huge = scratch.write("huge.toml", std::string(8000001, '\n')).string();
-  EXPECT_THAT(test::input_error([&] { view::read_lights(huge); }), test::refuses({.found = "8000000"}));
-}
-
-}  // namespace vrda::lights_file_test
+}  // namespace vrda::view::lights_file_test

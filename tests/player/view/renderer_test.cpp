@@ -9,45 +9,31 @@
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 
-namespace vrda::renderer_test {
+namespace vrda::view::renderer_test {
 
 using namespace test;
 
 constexpr int width = 320, height = 240;
 
-TEST(Renderer, AnEmptySceneIsItsBackground)
+TEST(Renderer, Background)
 {
-  view::Scene scene = dark_scene();
-  scene.background = {{0.2F, 0.5F, 0.8F}, {0.2F, 0.5F, 0.8F}};
-  const view::Image image = drawn(scene, camera_at(100));
-  ASSERT_EQ(image.rgba.size(), 4U * width * height);
-  const Codes first = at(image, 0, 0);
-  const std::array<double, 3> linear{0.2, 0.5, 0.8};
-  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(first[k], srgb_code(linear[k]), code_tolerance);
-  EXPECT_EQ(first[3], 255);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) ASSERT_EQ(at(image, x, y), first);
-  }
-}
-
-TEST(Renderer, TheTopOfTheBackgroundIsTheFirstRow)
-{
-  view::Scene scene = dark_scene();
+  Scene scene = dark_scene();
   scene.background = {{1, 1, 1}, {0, 0, 0}};
-  const view::Image image = drawn(scene, camera_at(100));
+  const Image image = drawn(scene, camera_at(100));
   for (const int y : {0, 60, 120, 239}) {
     const double linear = 1.0 - (y + 0.5) / height;
     EXPECT_NEAR(at(image, 7, y)[1], srgb_code(linear), code_tolerance) << y;
   }
 }
 
-TEST(Renderer, ABallsSilhouetteHasTheAreaOfItsPerspectiveProjection)
+// A balls silhouette has the area of its perspective projection.
+TEST(Renderer, SilhouetteOfABall)
 {
   constexpr double radius_mm = 20.0, distance_mm = 150.0;
-  view::Scene scene = dark_scene();
+  Scene scene = dark_scene();
   add(scene, ball(radius_mm, 128, 256), plain({1, 1, 1}));
-  const view::RenderOptions options{640, 480};
-  const view::Image image = drawn(scene, camera_at(distance_mm), options);
+  const RenderOptions options{640, 480};
+  const Image image = drawn(scene, camera_at(distance_mm), options);
   double area_px = 0.0;  // sum of pixel coverage: white over black, resolved in linear light
   for (int y = 0; y < options.height; ++y) {
     for (int x = 0; x < options.width; ++x) area_px += linear_value(at(image, x, y)[0]);
@@ -63,16 +49,16 @@ TEST(Renderer, ABallsSilhouetteHasTheAreaOfItsPerspectiveProjection)
 
 TEST(Renderer, ALitBallFollowsLambert)
 {
-  view::Scene scene = dark_scene();
+  Scene scene = dark_scene();
   scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Zero();
   scene.lighting.lights.push_back({Eigen::Vector3f(0, 0, 1), {0.8F, 0.8F, 0.8F}});
   add(scene, ball(20, 128, 256), plain({0.5F, 0.25F, 1.0F}));
   // From far away the projection is nearly parallel: pixel offset / radius is the sine of the slope.
-  view::Camera camera = camera_at(10000);
+  Camera camera = camera_at(10000);
   camera.half_height_tangent = 0.0025;  // 25 mm half the height
   camera.near_mm = 9000;
   camera.far_mm = 11000;
-  const view::Image image = drawn(scene, camera);
+  const Image image = drawn(scene, camera);
   for (const int offset_px : {0, 48, 72}) {
     const double offset_mm = (offset_px + 0.5) * 25.0 / 120.0;
     const double facing = std::sqrt(1.0 - offset_mm * offset_mm / 400.0);
@@ -83,10 +69,11 @@ TEST(Renderer, ALitBallFollowsLambert)
   }
 }
 
-TEST(Renderer, OpaqueSurfacesHideWhatIsBehindWhateverTheOrder)
+// Opaque surfaces hide what is behind whatever the order.
+TEST(Renderer, OpaqueHides)
 {
   for (const double first_z_mm : {-10.0, 10.0}) {
-    view::Scene scene = dark_scene();
+    Scene scene = dark_scene();
     add(scene, facing_sheet(200), plain({1, 0, 0}), {0, 0, first_z_mm});
     add(scene, facing_sheet(200), plain({0, 1, 0}), {0, 0, 0});
     const Codes expected = first_z_mm > 0 ? Codes{255, 0, 0, 255} : Codes{0, 255, 0, 255};
@@ -94,22 +81,10 @@ TEST(Renderer, OpaqueSurfacesHideWhatIsBehindWhateverTheOrder)
   }
 }
 
-TEST(Renderer, TranslucentOverOpaqueBlendsInLinearLight)
+// Translucent bodies show their back faces and blend from the farthest.
+TEST(Renderer, BackFaces)
 {
-  // Loaded first, drawn last.
-  view::Scene scene = dark_scene();
-  add(scene, facing_sheet(200), plain({1.0F, 0.1F, 0.0F}, 0.6F), {0, 0, 10});
-  add(scene, facing_sheet(200), plain({0.0F, 0.2F, 0.9F}));
-  const Codes found = at(drawn(scene, camera_at(100)), 10, 20);
-  EXPECT_NEAR(found[0], srgb_code(0.6), code_tolerance);
-  EXPECT_NEAR(found[1], srgb_code(0.6 * 0.1 + 0.4 * 0.2), code_tolerance);
-  EXPECT_NEAR(found[2], srgb_code(0.4 * 0.9), code_tolerance);
-  EXPECT_EQ(found[3], 255);
-}
-
-TEST(Renderer, TranslucentBodiesShowTheirBackFacesAndBlendFromTheFarthest)
-{
-  view::Scene scene = dark_scene();
+  Scene scene = dark_scene();
   add(scene, box({0, 0, 0}, {200, 200, 10}), plain({1, 0, 0}, 0.5F), {0, 0, 30});   // near
   add(scene, box({0, 0, 0}, {200, 200, 10}), plain({0, 1, 0}, 0.5F), {0, 0, -30});  // far
   const Codes found = at(drawn(scene, camera_at(200)), width / 2, height / 2);
@@ -119,58 +94,37 @@ TEST(Renderer, TranslucentBodiesShowTheirBackFacesAndBlendFromTheFarthest)
   EXPECT_NEAR(found[1], srgb_code((1.0 - covered) * covered), code_tolerance);
 }
 
-TEST(Renderer, OpenSheetsAreLitFromBothSides)
+TEST(Renderer, OpenSheet)
 {
-  view::Scene scene = dark_scene();
+  Scene scene = dark_scene();
   scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Zero();
   scene.lighting.lights.push_back({Eigen::Vector3f(0, 0, 1), {1, 1, 1}});
   add(scene, facing_sheet(200), plain({1, 1, 1}));
-  view::Scene turned = scene;
+  Scene turned = scene;
   turned.drawables[0].X_world_mesh.linear() = rotation_y(pi);
   EXPECT_EQ(at(drawn(scene, camera_at(100)), 50, 50), at(drawn(turned, camera_at(100)), 50, 50));
 }
 
-TEST(Renderer, MottlingVariesTheColourAboutItsMean)
-{
-  view::Scene scene = dark_scene();
-  Material material = plain({0.5F, 0.5F, 0.5F});
-  material.mottling = 0.1F;
-  add(scene, facing_sheet(400), material);
-  const view::Image image = drawn(scene, camera_at(400));
-  double sum = 0.0;
-  int lowest = 255, highest = 0;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const int code = at(image, x, y)[0];
-      sum += linear_value(code);
-      lowest = std::min(lowest, code);
-      highest = std::max(highest, code);
-    }
-  }
-  EXPECT_NEAR(sum / (width * height), 0.5, 0.01);  // the noise has mean zero over hundreds of patches
-  EXPECT_GT(highest - lowest, 5);
-  EXPECT_LT(highest - lowest, 40);
-}
-
 TEST(Renderer, EqualScenesGiveEqualBytes)
 {
-  const view::Scene scene = joint_scene();
-  const view::Camera camera = joint_camera(scene);
-  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({width, height});
+  const Scene scene = joint_scene();
+  const Camera camera = joint_camera(scene);
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({width, height});
   renderer->load(scene);
-  const view::Image first = renderer->draw(scene, camera);
-  view::Scene other = scene;
-  for (view::Drawable& drawable : other.drawables) drawable.X_world_mesh.translation().x() += 5.0;
+  const Image first = renderer->draw(scene, camera);
+  Scene other = scene;
+  for (Drawable& drawable : other.drawables) drawable.X_world_mesh.translation().x() += 5.0;
   EXPECT_NE(renderer->draw(other, camera).rgba, first.rgba);
   EXPECT_EQ(renderer->draw(scene, camera).rgba, first.rgba);
   EXPECT_EQ(drawn(scene, camera).rgba, first.rgba);
 }
 
-TEST(Renderer, OtherSamplesGiveTheBytesOfARendererWithThem)
+// Other samples give the bytes of a renderer with them.
+TEST(Renderer, ChangeOfSamples)
 {
-  const view::Scene scene = joint_scene();
-  const view::Camera camera = joint_camera(scene);
-  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({width, height, 1});
+  const Scene scene = joint_scene();
+  const Camera camera = joint_camera(scene);
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({width, height, 1});
   renderer->load(scene);
   for (const int samples : {4, 1, 4}) {
     renderer->set_samples(samples);
@@ -178,32 +132,18 @@ TEST(Renderer, OtherSamplesGiveTheBytesOfARendererWithThem)
   }
 }
 
-TEST(Renderer, TwoRenderersDoNotDisturbEachOther)
+TEST(Renderer, DrawBeforeLoad)
 {
-  const view::Scene joint = joint_scene(), empty = dark_scene();
-  const std::unique_ptr<view::Renderer> large = view::make_offscreen_renderer({width, height});
-  large->load(joint);
-  const view::Image before = large->draw(joint, joint_camera(joint));
-  {
-    const std::unique_ptr<view::Renderer> small = view::make_offscreen_renderer({64, 48, 1});
-    small->load(empty);
-    EXPECT_EQ(at(small->draw(empty, camera_at(10)), 3, 3), (Codes{0, 0, 0, 255}));
-  }
-  EXPECT_EQ(large->draw(joint, joint_camera(joint)).rgba, before.rgba);
-}
-
-TEST(Renderer, ASceneIsLoadedBeforeItIsDrawn)
-{
-  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({64, 48});
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({64, 48});
   EXPECT_THROW(renderer->draw(joint_scene(), camera_at(100)), InternalError);
 }
 
-TEST(Renderer, AnImpossibleSizeIsNamed)
+TEST(Renderer, ImpossibleSize)
 {
   EXPECT_THAT(test::input_error([&] {
-                view::make_offscreen_renderer({100000, 10});
+                make_offscreen_renderer({100000, 10});
               }),
               test::refuses({.field = "size", .found = "100000x10"}));
 }
 
-}  // namespace vrda::renderer_test
+}  // namespace vrda::view::renderer_test

@@ -8,7 +8,7 @@
 
 #include "core/units.hpp"
 
-namespace vrda::solids_test {
+namespace vrda::view::solids_test {
 
 constexpr double single_rounding_mm = 1e-4;  // single precision at 100 mm, summed
 
@@ -58,14 +58,14 @@ double polygon_part()  // area of the regular 12-gon / area of its circle
   return 12.0 * 0.5 * 0.5 / pi;
 }
 
-TEST(Solids, ABallLiesOnItsSphereAndFillsMostOfIt)
+TEST(Solids, Ball)
 {
   RenderMesh mesh;
-  view::add_balls(mesh, 1);
-  EXPECT_EQ(mesh.vertices.size(), view::ball_size().n_vertices);
-  EXPECT_EQ(mesh.triangles.size(), view::ball_size().n_indices);
+  add_balls(mesh, 1);
+  EXPECT_EQ(mesh.vertices.size(), ball_size().n_vertices);
+  EXPECT_EQ(mesh.triangles.size(), ball_size().n_indices);
   const Eigen::Vector3d centre(40, -30, 7);
-  view::set_ball(mesh, 0, centre, 5.0);
+  set_ball(mesh, 0, centre, 5.0);
   for (const RenderVertex& vertex : mesh.vertices) {
     EXPECT_NEAR((position(vertex) - centre).norm(), 5.0, single_rounding_mm);
     EXPECT_LT((position(vertex) - centre - 5.0 * normal(vertex)).norm(), single_rounding_mm);
@@ -75,52 +75,33 @@ TEST(Solids, ABallLiesOnItsSphereAndFillsMostOfIt)
   EXPECT_LT(volume_mm3(mesh), 4.0 / 3.0 * pi * 125.0);
 }
 
-TEST(Solids, RodsAndTubesHaveTheVolumeOfTheirPrism)
+TEST(Solids, RodAndTube)
 {
   const Eigen::Vector3d from(3, 4, 5), to(-20, 30, 11);
   const double expected_mm3 = polygon_part() * pi * 4.0 * (to - from).norm();
   RenderMesh rod;
-  view::add_rods(rod, 1);
-  view::set_rod(rod, 0, from, to, 2.0);
+  add_rods(rod, 1);
+  set_rod(rod, 0, from, to, 2.0);
   expect_sound(rod);
   EXPECT_NEAR(volume_mm3(rod), expected_mm3, 1e-4 * expected_mm3);
   RenderMesh tube;
   const std::array<Eigen::Vector3d, 4> way{from, 0.7 * from + 0.3 * to, 0.7 * from + 0.3 * to, to};
-  view::add_tube(tube, way.size());
-  EXPECT_EQ(tube.vertices.size(), view::tube_size(4).n_vertices);
-  EXPECT_EQ(tube.triangles.size(), view::tube_size(4).n_indices);
-  view::set_tube(tube, 0, way, 2.0);
+  add_tube(tube, way.size());
+  EXPECT_EQ(tube.vertices.size(), tube_size(4).n_vertices);
+  EXPECT_EQ(tube.triangles.size(), tube_size(4).n_indices);
+  set_tube(tube, 0, way, 2.0);
   expect_sound(tube);
   EXPECT_NEAR(volume_mm3(tube), expected_mm3, 1e-4 * expected_mm3);
 }
 
-TEST(Solids, ABentTubeKeepsItsRadius)
-{
-  std::array<Eigen::Vector3d, 14> way;
-  for (std::size_t k = 0; k < way.size(); ++k) {
-    const double angle = 0.2 * static_cast<double>(k);
-    way[k] = Eigen::Vector3d(30.0 * std::cos(angle), 30.0 * std::sin(angle), 2.0 * angle);
-  }
-  RenderMesh mesh;
-  view::add_tube(mesh, way.size());
-  view::set_tube(mesh, 0, way, 1.5);
-  expect_sound(mesh);
-  for (std::size_t k = 0; k < way.size(); ++k) {
-    for (std::size_t side = 0; side < 12; ++side) {
-      const RenderVertex& vertex = mesh.vertices[12 * (k + 1) + side];
-      EXPECT_NEAR((position(vertex) - way[k]).norm(), 1.5, single_rounding_mm);
-    }
-  }
-}
-
-TEST(Solids, ABandIsWideInItsDirectionAndThinAcross)
+TEST(Solids, Band)
 {
   // A twisted band along Y: its width turns from X to Z.
   std::array<Eigen::Vector3d, 5> way;
   for (std::size_t k = 0; k < way.size(); ++k) way[k] = {0.0, 10.0 * static_cast<double>(k), 0.0};
   RenderMesh mesh;
-  view::add_tube(mesh, way.size());
-  view::set_band(mesh, 0, way, {3.0, 0.5, {2.0, 1.0, 0.0}, {0.0, 1.0, 2.0}});
+  add_tube(mesh, way.size());
+  set_band(mesh, 0, way, {3.0, 0.5, {2.0, 1.0, 0.0}, {0.0, 1.0, 2.0}});
   expect_sound(mesh);
   for (std::size_t k = 0; k < way.size(); ++k) {
     SCOPED_TRACE(k);
@@ -145,7 +126,7 @@ TEST(Solids, ABandIsWideInItsDirectionAndThinAcross)
   }
 }
 
-TEST(Solids, AnArrowEndsWhereItPoints)
+TEST(Solids, Arrow)
 {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> place(-50.0, 50.0);
@@ -157,8 +138,8 @@ TEST(Solids, AnArrowEndsWhereItPoints)
     n_short += i % 2 == 0 ? 1 : 0;
     n_long += i % 2 == 0 ? 0 : 1;
     RenderMesh mesh;
-    view::add_arrows(mesh, 1);
-    view::set_arrow(mesh, 0, from, from + length_mm * along, 0.6);
+    add_arrows(mesh, 1);
+    set_arrow(mesh, 0, from, from + length_mm * along, 0.6);
     expect_sound(mesh);
     double low = 1e9, high = -1e9;
     for (const RenderVertex& vertex : mesh.vertices) {
@@ -172,14 +153,4 @@ TEST(Solids, AnArrowEndsWhereItPoints)
   EXPECT_EQ(n_long, 100);
 }
 
-TEST(Solids, SeveralOfAKindAreStoredOneAfterTheOther)
-{
-  RenderMesh mesh;
-  view::add_balls(mesh, 3);
-  EXPECT_EQ(mesh.vertices.size(), 3 * view::ball_size().n_vertices);
-  EXPECT_EQ(mesh.triangles.size(), 3 * view::ball_size().n_indices);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    EXPECT_EQ(mesh.triangles[t] / view::ball_size().n_vertices, t / view::ball_size().n_indices);
-}
-
-}  // namespace vrda::solids_test
+}  // namespace vrda::view::solids_test

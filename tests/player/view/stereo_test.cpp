@@ -10,7 +10,7 @@
 #include "view/eye.hpp"
 #include "view/stereo_view.hpp"
 
-namespace vrda::stereo_test {
+namespace vrda::view::stereo_test {
 
 using namespace test;
 
@@ -18,11 +18,10 @@ constexpr double before_px = 1e-9;  // rounding at a thousand pixels
 constexpr double after_px = 0.05;   // required; the mesh error is below 0.01
 
 /// Position of the point in the image of `box` rendered by the camera.
-Eigen::Vector2d pictured_px(const view::Camera& camera, const view::ShownBox& box,
-                            const Eigen::Vector3d& p_world_mm)
+Eigen::Vector2d pictured_px(const Camera& camera, const ShownBox& box, const Eigen::Vector3d& p_world_mm)
 {
   const Eigen::Vector4d clip =
-      view::projection(camera) * (camera.X_world_camera.inverse() * p_world_mm).homogeneous();
+      projection(camera) * (camera.X_world_camera.inverse() * p_world_mm).homogeneous();
   const Eigen::Vector3d at = clip.hnormalized();
   const Eigen::Vector2d share(0.5 * (1.0 + at.x()), 0.5 * (1.0 - at.y()));
   return box.low_px + share.cwiseProduct(box.high_px - box.low_px);
@@ -37,8 +36,7 @@ Eigen::Vector3d random_point_head_mm(std::mt19937& random)
 }
 
 /// The position in the undistorted image that the mesh samples at `drawn_px`, by linear interpolation.
-Eigen::Vector2d sampled_px(const view::WarpMesh& mesh, const view::ShownBox& box,
-                           const Eigen::Vector2d& drawn_px)
+Eigen::Vector2d sampled_px(const WarpMesh& mesh, const ShownBox& box, const Eigen::Vector2d& drawn_px)
 {
   const auto at = [&](std::uint32_t k) {
     return Eigen::Vector2d(mesh.vertices[k].x_px, mesh.vertices[k].y_px);
@@ -57,85 +55,85 @@ Eigen::Vector2d sampled_px(const view::WarpMesh& mesh, const view::ShownBox& box
   throw InternalError("a sampled point is within the visible part");
 }
 
-TEST(Eye, APointLandsOnTheComputedPixelBeforeAndAfterDistortion)
+// A point lands on the computed pixel before and after distortion.
+TEST(Eye, PixelOfAPoint)
 {
   std::mt19937 random(1);
   for (const Optics& lens : lenses) {
     SCOPED_TRACE(testing::Message() << lens.k1 << " " << lens.k2);
-    const view::Eye eye = sample_eye(lens.k1, lens.k2);
-    const view::ShownBox box = view::shown_box(eye);
-    const view::WarpMesh mesh = view::warp_mesh(eye, box);
+    const Eye eye = sample_eye(lens.k1, lens.k2);
+    const ShownBox box = shown_box(eye);
+    const WarpMesh mesh = warp_mesh(eye, box);
     for (int n = 0; n < 200; ++n) {
       const Eigen::Vector3d p = random_point_head_mm(random);
       const Eigen::Vector3d from_eye = p - eye.position_head_mm;
       const Eigen::Vector2d expected(957.3 + 880.0 * from_eye.x() / -from_eye.z(),
                                      781.6 - 880.0 / 1.04 * from_eye.y() / -from_eye.z());
-      const view::Camera camera = view::camera_of(eye, Pose::Identity(), box);
+      const Camera camera = camera_of(eye, Pose::Identity(), box);
       EXPECT_LT((pictured_px(camera, box, p) - expected).norm(), before_px);
-      EXPECT_LT((sampled_px(mesh, box, view::drawn_px(eye, p)) - expected).norm(), after_px);
+      EXPECT_LT((sampled_px(mesh, box, drawn_px(eye, p)) - expected).norm(), after_px);
     }
   }
 }
 
-TEST(Eye, MovingTheHeadTheEyeOrTheWindowMovesThePixelByTheComputedAmount)
+// Moving the head the eye or the window moves the pixel by the computed amount.
+TEST(Eye, MovedHeadAndWindow)
 {
-  const view::Eye eye = sample_eye();
+  const Eye eye = sample_eye();
   const Eigen::Vector3d p(40.0, -25.0, -804.0);  // 800 mm in front of the eye
-  const Eigen::Vector2d there = view::shown_px(eye, p);
+  const Eigen::Vector2d there = shown_px(eye, p);
 
   Pose X_world_head = Pose::Identity();
   X_world_head.translation().x() = 60.0;  // the parallax stage
-  const view::ShownBox box = view::shown_box(eye);
-  const Eigen::Vector2d shifted = pictured_px(view::camera_of(eye, X_world_head, box), box, p);
+  const ShownBox box = shown_box(eye);
+  const Eigen::Vector2d shifted = pictured_px(camera_of(eye, X_world_head, box), box, p);
   EXPECT_NEAR(shifted.x() - there.x(), -880.0 * 60.0 / 800.0, before_px);
   EXPECT_NEAR(shifted.y(), there.y(), before_px);
 
-  view::Eye moved = eye;
+  Eye moved = eye;
   moved.window.x -= 640, moved.visible.x -= 640, moved.sight_px.x() -= 640.0,
       moved.distortion.centre_px.x() -= 640.0;
-  EXPECT_LT((view::drawn_px(moved, p) - view::drawn_px(eye, p) - Eigen::Vector2d(-640.0, 0.0)).norm(),
-            before_px);
+  EXPECT_LT((drawn_px(moved, p) - drawn_px(eye, p) - Eigen::Vector2d(-640.0, 0.0)).norm(), before_px);
 }
 
-TEST(Eye, TheEyesSeeAPointApartByTheirDistance)
+TEST(Eye, Disparity)
 {
-  view::EyePair eyes{sample_eye(), sample_eye()};
-  view::set_ipd(eyes, 63.0);
+  EyePair eyes{sample_eye(), sample_eye()};
+  set_ipd(eyes, 63.0);
   const Eigen::Vector3d p(10.0, 5.0, -754.0);  // 750 mm in front of both
-  const Eigen::Vector2d apart = view::shown_px(eyes.left, p) - view::shown_px(eyes.right, p);
+  const Eigen::Vector2d apart = shown_px(eyes.left, p) - shown_px(eyes.right, p);
   EXPECT_NEAR(apart.x(), 880.0 * 63.0 / 750.0, before_px);
   EXPECT_NEAR(apart.y(), 0.0, before_px);
   std::swap(eyes.left, eyes.right);
-  EXPECT_NEAR((view::shown_px(eyes.left, p) - view::shown_px(eyes.right, p)).x(), -apart.x(), before_px);
+  EXPECT_NEAR((shown_px(eyes.left, p) - shown_px(eyes.right, p)).x(), -apart.x(), before_px);
 }
 
-TEST(Distortion, DrawnAndShownAreInverse)
+TEST(Distortion, Inverse)
 {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> px(-300.0, 300.0);
   for (const Optics& lens : lenses) {
-    const view::Distortion d = sample_eye(lens.k1, lens.k2).distortion;
+    const Distortion d = sample_eye(lens.k1, lens.k2).distortion;
     for (int n = 0; n < 500; ++n) {
       const Eigen::Vector2d p = d.centre_px + Eigen::Vector2d(px(random), px(random));
-      EXPECT_LT((view::drawn_px(d, view::shown_px(d, p)) - p).norm(), before_px)
-          << lens.k1 << " " << p.transpose();
+      EXPECT_LT((drawn_px(d, shown_px(d, p)) - p).norm(), before_px) << lens.k1 << " " << p.transpose();
     }
-    EXPECT_EQ(view::shown_px(d, d.centre_px), d.centre_px);
+    EXPECT_EQ(shown_px(d, d.centre_px), d.centre_px);
   }
 }
 
-TEST(Distortion, RadiusGrowsByItsPolynomial)
+TEST(Distortion, Polynomial)
 {
-  const view::Distortion d{0.1, 0.03, {0.0, 0.0}, 200.0, 2.0};
-  EXPECT_NEAR(view::shown_px(d, {100.0, 0.0}).x(), 100.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
+  const Distortion d{0.1, 0.03, {0.0, 0.0}, 200.0, 2.0};
+  EXPECT_NEAR(shown_px(d, {100.0, 0.0}).x(), 100.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
   // Pixels are twice as high as wide: 50 vertical pixels are as far as 100 horizontal ones.
-  EXPECT_NEAR(view::shown_px(d, {0.0, 50.0}).y(), 50.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
+  EXPECT_NEAR(shown_px(d, {0.0, 50.0}).y(), 50.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
 }
 
-TEST(Distortion, FoldsWhereTheRadiusStopsGrowing)
+TEST(Distortion, Fold)
 {
   constexpr double never = std::numeric_limits<double>::infinity();
-  const auto fold = [](double k1, double k2) { return view::fold_radius_px({k1, k2, {0, 0}, 1.0, 1.0}); };
+  const auto fold = [](double k1, double k2) { return fold_radius_px({k1, k2, {0, 0}, 1.0, 1.0}); };
   EXPECT_EQ(fold(0.0, 0.0), never);
   EXPECT_EQ(fold(0.2, 0.1), never);
   EXPECT_EQ(fold(-0.1, 0.1), never);  // 0.09 < 4 * 0.5: the slope has no root
@@ -147,19 +145,20 @@ TEST(Distortion, FoldsWhereTheRadiusStopsGrowing)
   EXPECT_LT(slope(r + step), 0.0);
 }
 
-TEST(Distortion, WhatIsShownFromNowhereIsDrawnAtTheFold)
+TEST(Distortion, BeyondTheFold)
 {
-  const view::Distortion d{-0.3, 0.0, {0.0, 0.0}, 1.0, 1.0};
-  EXPECT_NEAR(view::drawn_px(d, {5.0, 0.0}).x(), view::fold_radius_px(d), 1e-12);
+  const Distortion d{-0.3, 0.0, {0.0, 0.0}, 1.0, 1.0};
+  EXPECT_NEAR(drawn_px(d, {5.0, 0.0}).x(), fold_radius_px(d), 1e-12);
 }
 
-TEST(WarpMesh, CoversTheVisiblePartAndItsPictureExactly)
+// Covers the visible part and its picture exactly.
+TEST(WarpMesh, Coverage)
 {
   for (const Optics& lens : lenses) {
-    const view::Eye eye = sample_eye(lens.k1, lens.k2);
-    const view::WarpMesh mesh = view::warp_mesh(eye, view::shown_box(eye));
+    const Eye eye = sample_eye(lens.k1, lens.k2);
+    const WarpMesh mesh = warp_mesh(eye, shown_box(eye));
     float left = 1e9F, right = -1e9F, u_low = 1.0F, u_high = 0.0F, v_low = 1.0F, v_high = 0.0F;
-    for (const view::WarpVertex& v : mesh.vertices) {
+    for (const WarpVertex& v : mesh.vertices) {
       left = std::min(left, v.x_px), right = std::max(right, v.x_px);
       u_low = std::min(u_low, v.u), u_high = std::max(u_high, v.u);
       v_low = std::min(v_low, v.v), v_high = std::max(v_high, v.v);
@@ -174,63 +173,14 @@ TEST(WarpMesh, CoversTheVisiblePartAndItsPictureExactly)
   }
 }
 
-TEST(WarpMesh, WithoutDistortionIsOneCellAndAFinerBoundMakesMore)
+TEST(Eye, UnusableEyes)
 {
-  const view::Eye plain = sample_eye(0.0, 0.0), bent = sample_eye();
-  EXPECT_EQ(view::warp_mesh(plain, view::shown_box(plain)).triangles.size(), 6U);
-  const std::size_t coarse = view::warp_mesh(bent, view::shown_box(bent), 0.5).triangles.size();
-  EXPECT_GT(view::warp_mesh(bent, view::shown_box(bent), 0.01).triangles.size(), coarse);
-}
-
-TEST(WarpMesh, OpticsTooStrongForTheBoundHaveTheFinestMesh)
-{
-  struct Row {
-    view::Viewport window;
-    double k1, k2;
-  };
-  for (const Row& row : {Row{{0, 0, 640, 480}, 0.0, 0.3}, Row{{0, 0, 960, 1080}, 0.3, 0.05}}) {
-    SCOPED_TRACE(testing::Message() << row.k1 << " " << row.k2);
-    view::Eye eye;
-    eye.window = eye.visible = row.window;
-    eye.sight_px = eye.distortion.centre_px = view::middle_px(row.window);
-    eye.distortion.unit_px = 0.5 * row.window.width;
-    eye.distortion.k1 = row.k1, eye.distortion.k2 = row.k2;
-    ASSERT_FALSE(view::usability_error(eye, "bench.toml", "left"));
-    const view::ShownBox box = view::shown_box(eye);
-    const view::WarpMesh mesh = view::warp_mesh(eye, box);
-    EXPECT_EQ(mesh.triangles.size() % (2 * 3 * 512), 0U);
-    // The error is largest at the outermost cell centres.
-    const double cell_px = row.window.width / 512.0;
-    for (const double cells : {0.5, 1.5, 40.5}) {
-      const Eigen::Vector2d drawn(cells * cell_px, 0.5 * cell_px);
-      EXPECT_LT((sampled_px(mesh, box, drawn) - view::shown_px(eye.distortion, drawn)).norm(), after_px);
-    }
-  }
-}
-
-TEST(WarpMesh, IsMadeForEveryK1AndK2ThatKeysReach)
-{
-  int n_usable = 0;
-  for (double k1 = -1.0; k1 <= 1.0; k1 += 0.25) {
-    for (double k2 = -1.0; k2 <= 1.0; k2 += 0.25) {
-      const view::Eye eye = sample_eye(k1, k2);
-      if (view::fold_radius_px(eye.distortion) <= view::furthest_radius_px(eye.distortion, eye.visible))
-        continue;
-      ++n_usable;
-      EXPECT_FALSE(view::warp_mesh(eye, view::shown_box(eye)).triangles.empty()) << k1 << " " << k2;
-    }
-  }
-  EXPECT_GT(n_usable, 20);
-}
-
-TEST(Eye, UnusableOnesAreRefusedByName)
-{
-  const auto refused = [](const view::Eye& eye) -> std::string {
-    const std::optional<InputError::Facts> facts = view::usability_error(eye, "bench.toml", "left");
+  const auto refused = [](const Eye& eye) -> std::string {
+    const std::optional<InputError::Facts> facts = usability_error(eye, "bench.toml", "left");
     return facts ? InputError(*facts).what() : "";
   };
   EXPECT_EQ(refused(sample_eye()), "");
-  view::Eye eye = sample_eye(-0.5, 0.0);
+  Eye eye = sample_eye(-0.5, 0.0);
   EXPECT_NE(refused(eye).find("left.distortion"), std::string::npos) << refused(eye);
   // Needs an image of 4.2 times the visible part's size.
   eye = sample_eye(1.0, 1.0);
@@ -247,9 +197,9 @@ TEST(Eye, UnusableOnesAreRefusedByName)
   EXPECT_NE(refused(eye).find("left.distance_px"), std::string::npos);
 }
 
-TEST(Layout, TheThesisDrawsInTheRightQuarters)
+TEST(Layout, Quarters)
 {
-  const view::EyeWindows windows = view::eye_windows(view::Layout::quarters, 1280, 1024, "bench.toml");
+  const EyeWindows windows = eye_windows(Layout::quarters, 1280, 1024, "bench.toml");
   EXPECT_EQ(windows.left.x, 640);
   EXPECT_EQ(windows.left.width, 640);
   EXPECT_EQ(windows.left.height, 480);
@@ -258,22 +208,23 @@ TEST(Layout, TheThesisDrawsInTheRightQuarters)
   EXPECT_GE(windows.right.y, 512);
 }
 
-TEST(Layout, NoWindowOverlapsTheOtherOrLeavesTheFrameBuffer)
+// No window overlaps the other or leaves the frame buffer.
+TEST(Layout, EveryLayout)
 {
-  for (std::size_t k = 0; k < view::layout_names().size(); ++k) {
-    const auto layout = view::layout_named(view::layout_names()[k]);
+  for (std::size_t k = 0; k < layout_names().size(); ++k) {
+    const auto layout = layout_named(layout_names()[k]);
     ASSERT_TRUE(layout.has_value());
     for (const auto& [width, height] : {std::pair{1280, 1024}, {1921, 1081}, {640, 480}}) {
-      const view::EyeWindows windows = view::eye_windows(*layout, width, height, "bench.toml");
-      EXPECT_EQ(view::within(windows.left, windows.right).width, 0);
-      for (const view::Viewport& v : {windows.left, windows.right}) {
-        EXPECT_EQ(view::within(v, {0, 0, width, height}).width, v.width);
-        EXPECT_EQ(view::within(v, {0, 0, width, height}).height, v.height);
+      const EyeWindows windows = eye_windows(*layout, width, height, "bench.toml");
+      EXPECT_EQ(within(windows.left, windows.right).width, 0);
+      for (const Viewport& v : {windows.left, windows.right}) {
+        EXPECT_EQ(within(v, {0, 0, width, height}).width, v.width);
+        EXPECT_EQ(within(v, {0, 0, width, height}).height, v.height);
         EXPECT_GT(v.width * v.height, 0);
       }
     }
-    EXPECT_THROW(view::eye_windows(*layout, 1, 1, "bench.toml"), InputError);
+    EXPECT_THROW(eye_windows(*layout, 1, 1, "bench.toml"), InputError);
   }
 }
 
-}  // namespace vrda::stereo_test
+}  // namespace vrda::view::stereo_test

@@ -8,7 +8,7 @@
 #include "player/view/pictures.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda::translucency_test {
+namespace vrda::view::translucency_test {
 
 constexpr int width = 320, height = 240;
 constexpr double distance_mm = 200.0;
@@ -55,9 +55,9 @@ Order order_of(const std::vector<Sheet>& sheets, const Eigen::Vector3d& ray)
   return order;
 }
 
-view::Scene scene_of_sheets(const std::vector<Sheet>& sheets)
+Scene scene_of_sheets(const std::vector<Sheet>& sheets)
 {
-  view::Scene scene = test::dark_scene();
+  Scene scene = test::dark_scene();
   for (const Sheet& sheet : sheets) {
     test::add(scene, test::facing_sheet(600), test::plain(sheet.colour, sheet.opacity), sheet.middle_mm);
     scene.drawables.back().X_world_mesh.linear() = rotation_y(sheet.tilt_rad);
@@ -71,7 +71,7 @@ constexpr int sheets_tolerance = 3;
 
 void expect_as_computed(const std::vector<Sheet>& sheets, int samples, std::set<Order>& orders)
 {
-  const view::Image image =
+  const Image image =
       test::drawn(scene_of_sheets(sheets), test::camera_at(distance_mm), {width, height, samples});
   const double slope = 2.0 * 0.25 / height;  // ray slope per pixel; the camera's aspect is 4 : 3
   int n_wrong = 0;
@@ -96,7 +96,8 @@ void expect_as_computed(const std::vector<Sheet>& sheets, int samples, std::set<
   EXPECT_EQ(n_wrong, 0);
 }
 
-TEST(Translucency, SheetsThatPassThroughEachOtherBlendInTheOrderOfEachPixel)
+// Sheets that pass through each other blend in the order of each pixel.
+TEST(Translucency, CrossingSheets)
 {
   const std::vector<Sheet> sheets{{{0, 0, 5}, 0.5, {1, 0, 0}, 0.4F},
                                   {{10, 0, 0}, -0.5, {0, 1, 0}, 0.5F},
@@ -116,27 +117,12 @@ TEST(Translucency, SheetsThatPassThroughEachOtherBlendInTheOrderOfEachPixel)
   EXPECT_GE(orders.size(), 4U * 5U);  // at least five orders from left to right for each permutation
 }
 
-TEST(Translucency, ManySheetsAllCount)
-{
-  std::vector<Sheet> sheets;
-  for (int i = 0; i < 24; ++i) {
-    const int place = 7 * i % 24;  // not loaded in order
-    sheets.push_back(
-        {{0, 0, 3.0 * place - 36.0},
-         0.02 * (place - 12),
-         {place % 3 == 0 ? 1.0F : 0.0F, place % 3 == 1 ? 1.0F : 0.0F, place % 3 == 2 ? 1.0F : 0.0F},
-         0.4F});
-  }
-  std::set<Order> orders;
-  expect_as_computed(sheets, 1, orders);
-}
-
 /// Eight sheets that cover an image of `large` pixels: with llvmpipe more fragments than a buffer holds.
-TEST(Translucency, MoreFragmentsThanABufferHoldsCountToo)
+TEST(Translucency, ManyFragments)
 {
-  const view::RenderOptions large{1280, 960, 1};
+  const RenderOptions large{1280, 960, 1};
   const int n_sheets = 8;
-  view::Scene scene = test::dark_scene();
+  Scene scene = test::dark_scene();
   double expected = 0.0;
   for (int i = 0; i < n_sheets; ++i) {
     const float shade = i % 2 == 0 ? 1.0F : 0.0F;
@@ -145,10 +131,10 @@ TEST(Translucency, MoreFragmentsThanABufferHoldsCountToo)
               {0, 0, 3.0 * place});
     expected = 0.6 * expected + 0.4 * shade;
   }
-  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer(large);
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer(large);
   renderer->load(scene);
   for (int frame = 0; frame < 2; ++frame) {
-    const view::Image& image = renderer->draw(scene, test::camera_at(distance_mm));
+    const Image& image = renderer->draw(scene, test::camera_at(distance_mm));
     for (const int x : {0, 640, 1279}) {
       EXPECT_NEAR(test::at(image, x, 3)[0], test::srgb_code(expected), sheets_tolerance);
       EXPECT_NEAR(test::at(image, x, 957)[0], test::srgb_code(expected), sheets_tolerance);
@@ -156,9 +142,9 @@ TEST(Translucency, MoreFragmentsThanABufferHoldsCountToo)
   }
 }
 
-TEST(Translucency, WhatIsOpaqueHidesWhatLiesBehindIt)
+TEST(Translucency, BehindOpaque)
 {
-  view::Scene scene = test::dark_scene();
+  Scene scene = test::dark_scene();
   test::add(scene, test::facing_sheet(600), test::plain({1, 0, 0}, 0.5F), {0, 0, -10});
   test::add(scene, test::facing_sheet(600), test::plain({0, 0, 1}));
   test::add(scene, test::facing_sheet(600), test::plain({0, 1, 0}, 0.5F), {0, 0, 10});
@@ -168,10 +154,11 @@ TEST(Translucency, WhatIsOpaqueHidesWhatLiesBehindIt)
   EXPECT_NEAR(found[2], test::srgb_code(0.5), test::code_tolerance);
 }
 
-TEST(Translucency, ADepthOffsetChangesWhatHidesASheetAndNotItsOutline)
+// A depth offset changes what hides a sheet and not its outline.
+TEST(Translucency, DepthOffset)
 {
   const auto red_at = [](double in_front_mm, int x) {
-    view::Scene scene = test::dark_scene();
+    Scene scene = test::dark_scene();
     test::add(scene, test::facing_sheet(40), test::plain({0, 0, 1}));
     test::add(scene, test::facing_sheet(80), test::plain({1, 0, 0}, 0.5F), {0, 0, in_front_mm});
     scene.drawables.back().depth_offset_mm = 10.0;
@@ -185,30 +172,4 @@ TEST(Translucency, ADepthOffsetChangesWhatHidesASheetAndNotItsOutline)
   EXPECT_NEAR(red_at(11.0, over_other), test::srgb_code(0.5), test::code_tolerance);
 }
 
-TEST(Translucency, WallsOfOneDrawableCountOnceEachInTheirPlace)
-{
-  // One drawable of two boxes: each wall is blended once in depth order, regardless of the triangle order.
-  const Mesh near_wall = test::box({0, 0, 30}, {200, 200, 10}),
-             far_wall = test::box({0, 0, -30}, {200, 200, 10});
-  for (const bool is_near_first : {true, false}) {
-    view::Scene scene = test::dark_scene(), other = scene;
-    test::add(scene, is_near_first ? near_wall : far_wall, test::plain({1, 1, 1}, 0.5F));
-    test::add(other, is_near_first ? far_wall : near_wall, test::plain({1, 1, 1}, 0.5F));
-    RenderMesh& mesh = scene.drawables[0].mesh;
-    const RenderMesh& more = other.drawables[0].mesh;
-    const auto n_vertices = static_cast<std::uint32_t>(mesh.vertices.size());
-    mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
-    for (const std::uint32_t i : more.triangles) mesh.triangles.push_back(i + n_vertices);
-    for (const view::VertexColour& colour :
-         {view::VertexColour{255, 0, 0, 255}, view::VertexColour{0, 255, 0, 255}})
-      scene.drawables[0].colours.insert(scene.drawables[0].colours.end(), n_vertices, colour);
-    scene.drawables[0].box_mm = {Eigen::Vector3d(-100, -100, -35), Eigen::Vector3d(100, 100, 35)};
-    const test::Codes found =
-        test::at(test::drawn(scene, test::camera_at(distance_mm)), width / 2, height / 2);
-    const double near_part = 0.75, far_part = 0.25 * 0.75;
-    EXPECT_NEAR(found[is_near_first ? 0 : 1], test::srgb_code(near_part), test::code_tolerance);
-    EXPECT_NEAR(found[is_near_first ? 1 : 0], test::srgb_code(far_part), test::code_tolerance);
-  }
-}
-
-}  // namespace vrda::translucency_test
+}  // namespace vrda::view::translucency_test

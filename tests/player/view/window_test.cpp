@@ -14,13 +14,13 @@
 #include "player/view/screen.hpp"
 #include "support/process.hpp"
 
-namespace vrda::window_test {
+namespace vrda::view::window_test {
 
 constexpr int width = 640, height = 480;
 
-view::WindowOptions quiet_window(int samples)
+WindowOptions quiet_window(int samples)
 {
-  view::WindowOptions options;
+  WindowOptions options;
   options.width = width;
   options.height = height;
   options.title = "test";
@@ -29,8 +29,16 @@ view::WindowOptions quiet_window(int samples)
   return options;
 }
 
+/// The joint on a virtual screen.
+class OnScreen : public testing::Test {
+ protected:
+  test::Screen screen_;
+  Scene scene_ = test::joint_scene();
+  Shot shot_{test::joint_camera(scene_), {0, 0, width, height}};
+};
+
 /// Fraction of the pixels with a channel that differs by more than `code_tolerance`.
-double differing_share(const view::Image& a, const view::Image& b)
+double differing_share(const Image& a, const Image& b)
 {
   EXPECT_EQ(a.rgba.size(), b.rgba.size());
   int n_differing = 0;
@@ -47,18 +55,17 @@ double differing_share(const view::Image& a, const view::Image& b)
 /// 4,000 border pixels of the joint, out of 307,200 pixels.
 constexpr double agreed_share = 4000.0 / 16.0 / (width * height);
 
-view::Image from_backend(view::Backend backend, const view::Scene& scene, int samples)
+Image from_backend(Backend backend, const Scene& scene, int samples)
 {
-  const std::unique_ptr<view::Renderer> renderer =
-      view::make_offscreen_renderer({width, height, samples}, backend);
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({width, height, samples}, backend);
   renderer->load(scene);
   return renderer->draw(scene, test::joint_camera(scene));
 }
 
 /// The screen's content, polled for up to a minute until it equals `expected`.
-view::Image shown(const test::Screen& screen, const view::Image& expected)
+Image shown(const test::Screen& screen, const Image& expected)
 {
-  view::Image found;
+  Image found;
   test::comes_true([&] {
     found = screen.picture(width, height);
     return differing_share(found, expected) <= agreed_share;
@@ -66,46 +73,28 @@ view::Image shown(const test::Screen& screen, const view::Image& expected)
   return found;
 }
 
-TEST(Backends, OsmesaEglAndAWindowAgree)
+TEST_F(OnScreen, BackendsAgree)
 {
-  const test::Screen screen;
-  const view::Scene scene = test::joint_scene();
-  const view::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
   for (const int samples : {1, 4}) {
     SCOPED_TRACE(samples);
-    const view::Image osmesa = from_backend(view::Backend::osmesa, scene, samples);
-    EXPECT_LE(differing_share(osmesa, from_backend(view::Backend::egl, scene, samples)), agreed_share);
-    view::Window window(quiet_window(samples));
+    const Image osmesa = from_backend(Backend::osmesa, scene_, samples);
+    EXPECT_LE(differing_share(osmesa, from_backend(Backend::egl, scene_, samples)), agreed_share);
+    Window window(quiet_window(samples));
     // The comparison can fail: the empty screen is a different image.
-    EXPECT_GT(differing_share(osmesa, screen.picture(width, height)), 0.5);
-    window.renderer().load(scene);
+    EXPECT_GT(differing_share(osmesa, screen_.picture(width, height)), 0.5);
+    window.renderer().load(scene_);
     window.events();
-    window.show(scene, {&shot, 1}, nullptr);
-    EXPECT_LE(differing_share(osmesa, shown(screen, osmesa)), agreed_share);
-    EXPECT_LE(differing_share(osmesa, window.renderer().draw(scene, {&shot, 1}, nullptr)), agreed_share);
+    window.show(scene_, {&shot_, 1}, nullptr);
+    EXPECT_LE(differing_share(osmesa, shown(screen_, osmesa)), agreed_share);
+    EXPECT_LE(differing_share(osmesa, window.renderer().draw(scene_, {&shot_, 1}, nullptr)), agreed_share);
   }
 }
 
-TEST(Window, WhereTheProcessorDrawsASampleAPixelIsChosen)
-{
-  const test::Screen screen;
-  const view::Scene scene = test::joint_scene();
-  const view::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
-  const auto drawn = [&](int samples) {
-    view::Window window(quiet_window(samples));
-    window.renderer().load(scene);
-    return window.renderer().draw(scene, {&shot, 1}, nullptr).rgba;
-  };
-  const std::vector<std::uint8_t> chosen = drawn(0);
-  EXPECT_EQ(chosen, drawn(1));  // Xvfb has no graphics card
-  EXPECT_NE(chosen, drawn(4));
-}
-
 /// White over the left half of the window.
-view::Overlay half_overlay()
+Overlay half_overlay()
 {
-  constexpr view::VertexColour white{255, 255, 255, 255};
-  view::Overlay overlay;
+  constexpr VertexColour white{255, 255, 255, 255};
+  Overlay overlay;
   overlay.vertices = {{0, 0, 0, 0, white},
                       {width / 2.0F, 0, 0, 0, white},
                       {width / 2.0F, height, 0, 0, white},
@@ -115,57 +104,52 @@ view::Overlay half_overlay()
   return overlay;
 }
 
-TEST(Window, ShowsAKeptPictureAgainWithAnotherOverlay)
+// Shows a kept picture again with another overlay.
+TEST_F(OnScreen, KeptPicture)
 {
-  const test::Screen screen;
-  const view::Scene scene = test::joint_scene();
-  const view::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
-  const view::Overlay overlay = half_overlay();
-  view::Window window(quiet_window(4));
-  window.renderer().load(scene);
-  window.renderer().load(view::OverlayFont{1, 1, {255}});
+  const Overlay overlay = half_overlay();
+  Window window(quiet_window(4));
+  window.renderer().load(scene_);
+  window.renderer().load(OverlayFont{1, 1, {255}});
   EXPECT_FALSE(window.show_again(nullptr)) << "before the first picture";
-  const view::Image expected = window.renderer().draw(scene, {&shot, 1}, &overlay);
-  window.show(scene, {&shot, 1}, nullptr);
+  const Image expected = window.renderer().draw(scene_, {&shot_, 1}, &overlay);
+  window.show(scene_, {&shot_, 1}, nullptr);
   ASSERT_TRUE(window.show_again(&overlay));
-  EXPECT_LE(differing_share(shown(screen, expected), expected), agreed_share);
+  EXPECT_LE(differing_share(shown(screen_, expected), expected), agreed_share);
   ASSERT_TRUE(window.show_again(nullptr));
-  const view::Image bare = window.renderer().draw(scene, {&shot, 1}, nullptr);
-  EXPECT_LE(differing_share(shown(screen, bare), bare), agreed_share) << "the first overlay is gone";
+  const Image bare = window.renderer().draw(scene_, {&shot_, 1}, nullptr);
+  EXPECT_LE(differing_share(shown(screen_, bare), bare), agreed_share) << "the first overlay is gone";
   window.renderer().set_samples(1);
-  window.show(scene, {&shot, 1}, nullptr);
+  window.show(scene_, {&shot_, 1}, nullptr);
   EXPECT_FALSE(window.show_again(&overlay));
 }
 
-TEST(Window, AWarpedPictureIsThatOfMemory)
+TEST_F(OnScreen, Warp)
 {
-  const test::Screen screen;
-  view::Scene scene = test::joint_scene();
-  scene.background = {{0, 0, 0}, {0, 0, 0}};
-  const view::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
-  const view::Overlay overlay = half_overlay();
+  scene_.background = {{0, 0, 0}, {0, 0, 0}};
+  const Overlay overlay = half_overlay();
   // Turned upside down and reduced to the middle.
-  view::Warp warp{width, height, 0, 0, {}};
+  Warp warp{width, height, 0, 0, {}};
   warp.mesh.vertices = {{160, 120, 0, 1}, {480, 120, 1, 1}, {480, 360, 1, 0}, {160, 360, 0, 0}};
   warp.mesh.triangles = {0, 1, 2, 0, 2, 3};
   for (const int samples : {1, 4}) {
-    view::Window window(quiet_window(samples));
-    window.renderer().load(scene);
-    window.renderer().load(view::OverlayFont{1, 1, {255}});
+    Window window(quiet_window(samples));
+    window.renderer().load(scene_);
+    window.renderer().load(OverlayFont{1, 1, {255}});
     window.renderer().load(warp);
-    const view::Image expected = window.renderer().draw(scene, {&shot, 1}, &overlay);
+    const Image expected = window.renderer().draw(scene_, {&shot_, 1}, &overlay);
     EXPECT_EQ(test::at(expected, 10, 10), (test::Codes{255, 255, 255, 255}));
     EXPECT_EQ(test::at(expected, width - 10, 10), (test::Codes{0, 0, 0, 255}));
     EXPECT_NE(test::at(expected, width / 2 + 20, height / 2), (test::Codes{0, 0, 0, 255}));
-    window.show(scene, {&shot, 1}, &overlay);
-    EXPECT_LE(differing_share(shown(screen, expected), expected), agreed_share);
+    window.show(scene_, {&shot_, 1}, &overlay);
+    EXPECT_LE(differing_share(shown(screen_, expected), expected), agreed_share);
   }
 }
 
 /// A part of it.
-view::Image cut_out(const view::Image& image, int x, int y)
+Image cut_out(const Image& image, int x, int y)
 {
-  view::Image part{width, height, {}};
+  Image part{width, height, {}};
   for (int row = y; row < y + height; ++row) {
     const auto begin = image.rgba.begin() + 4 * (row * image.width + x);
     part.rgba.insert(part.rgba.end(), begin, begin + 4 * width);
@@ -173,50 +157,38 @@ view::Image cut_out(const view::Image& image, int x, int y)
   return part;
 }
 
-TEST(Window, ItIsAtTheRequestedPosition)
+TEST_F(OnScreen, Position)
 {
-  const test::Screen screen;
-  const view::Scene scene = test::joint_scene();
-  const view::Shot shot{test::joint_camera(scene), {0, 0, width, height}};
-  view::WindowOptions options = quiet_window(1);
+  WindowOptions options = quiet_window(1);
   options.at = {311, 207};
   options.is_resizable = false;
-  view::Window window(options);
-  window.renderer().load(scene);
+  Window window(options);
+  window.renderer().load(scene_);
   window.events();
-  const view::WindowGeometry place = window.geometry();
+  const WindowGeometry place = window.geometry();
   EXPECT_EQ(place.x, 311);
   EXPECT_EQ(place.y, 207);
   EXPECT_EQ(place.width, width);
   EXPECT_EQ(place.height, height);
-  const view::Image drawn = window.renderer().draw(scene, {&shot, 1}, nullptr);
+  const Image drawn = window.renderer().draw(scene_, {&shot_, 1}, nullptr);
   const auto differs = [&] {
-    return differing_share(drawn, cut_out(screen.picture(1280, 1024), 311, 207)) > 0.0;
+    return differing_share(drawn, cut_out(screen_.picture(1280, 1024), 311, 207)) > 0.0;
   };
   EXPECT_TRUE(differs());
   EXPECT_TRUE(test::comes_true([&] {
-    if (differs()) window.show(scene, {&shot, 1}, nullptr);
+    if (differs()) window.show(scene_, {&shot_, 1}, nullptr);
     return !differs();
   }));
 }
 
-TEST(Window, ItClosesOnRequest)
-{
-  const test::Screen screen;
-  view::Window window(quiet_window(1));
-  EXPECT_FALSE(window.should_close());
-  window.close();
-  EXPECT_TRUE(window.should_close());
-}
-
 /// The events of one call of xdotool, up to an event of kind `last` with key `key`; waits up to a minute.
-std::vector<view::InputEvent> heard(view::Window& window, const std::vector<std::string>& arguments,
-                                    view::InputKind last, view::Key key)
+std::vector<InputEvent> heard(Window& window, const std::vector<std::string>& arguments, InputKind last,
+                              Key key)
 {
   EXPECT_EQ(test::run({"/usr/bin/xdotool", arguments, {}, {}}).exit_code, 0);
-  std::vector<view::InputEvent> all;
+  std::vector<InputEvent> all;
   for (int i = 0; i < 600; ++i) {
-    for (const view::InputEvent& event : window.events(0.1)) {
+    for (const InputEvent& event : window.events(0.1)) {
       all.push_back(event);
       if (event.kind == last && event.key == key) return all;
     }
@@ -225,94 +197,62 @@ std::vector<view::InputEvent> heard(view::Window& window, const std::vector<std:
   return all;
 }
 
-std::vector<view::InputEvent> of_kind(const std::vector<view::InputEvent>& events, view::InputKind kind)
+std::vector<InputEvent> of_kind(const std::vector<InputEvent>& events, InputKind kind)
 {
-  std::vector<view::InputEvent> found;
+  std::vector<InputEvent> found;
   std::copy_if(events.begin(), events.end(), std::back_inserter(found),
-               [&](const view::InputEvent& event) { return event.kind == kind; });
+               [&](const InputEvent& event) { return event.kind == kind; });
   return found;
 }
 
-TEST(Window, EventsOfTheMouseAreReceived)
+TEST_F(OnScreen, Mouse)
 {
-  const test::Screen screen;
-  view::Window window(quiet_window(1));
+  Window window(quiet_window(1));
   window.events();
   // "z" ends each sequence: key events arrive after earlier events.
-  std::vector<view::InputEvent> events =
+  std::vector<InputEvent> events =
       heard(window, {"mousemove", "100", "50", "click", "--repeat", "2", "--delay", "20", "1", "key", "z"},
-            view::InputKind::key_release, view::key_of('Z'));
-  std::vector<view::InputEvent> presses = of_kind(events, view::InputKind::press);
+            InputKind::key_release, key_of('Z'));
+  std::vector<InputEvent> presses = of_kind(events, InputKind::press);
   ASSERT_EQ(presses.size(), 2U);
   EXPECT_EQ(presses[0].n_clicks, 1);
   EXPECT_EQ(presses[1].n_clicks, 2);
-  for (const view::InputEvent& press : presses) {
-    EXPECT_EQ(press.button, view::MouseButton::left);
+  for (const InputEvent& press : presses) {
+    EXPECT_EQ(press.button, MouseButton::left);
     EXPECT_EQ(press.x_px, 100.0);
     EXPECT_EQ(press.y_px, 50.0);
   }
-  EXPECT_EQ(of_kind(events, view::InputKind::release).size(), 2U);
+  EXPECT_EQ(of_kind(events, InputKind::release).size(), 2U);
   events = heard(
       window, {"mousemove", "200", "60", "click", "3", "click", "2", "click", "4", "click", "5", "key", "z"},
-      view::InputKind::key_release, view::key_of('Z'));
-  presses = of_kind(events, view::InputKind::press);
+      InputKind::key_release, key_of('Z'));
+  presses = of_kind(events, InputKind::press);
   ASSERT_EQ(presses.size(), 2U);
-  EXPECT_EQ(presses[0].button, view::MouseButton::right);
-  EXPECT_EQ(presses[1].button, view::MouseButton::middle);
+  EXPECT_EQ(presses[0].button, MouseButton::right);
+  EXPECT_EQ(presses[1].button, MouseButton::middle);
   EXPECT_EQ(presses[1].n_clicks, 1);
-  const std::vector<view::InputEvent> wheel = of_kind(events, view::InputKind::wheel);
+  const std::vector<InputEvent> wheel = of_kind(events, InputKind::wheel);
   ASSERT_EQ(wheel.size(), 2U);
   EXPECT_EQ(wheel[0].wheel, 1.0);
   EXPECT_EQ(wheel[1].wheel, -1.0);
 }
 
-TEST(Window, KeysAreReceivedWithTheirModifiers)
+TEST_F(OnScreen, Keys)
 {
-  const test::Screen screen;
-  view::Window window(quiet_window(1));
+  Window window(quiet_window(1));
   window.events();
-  const std::vector<view::InputEvent> events = heard(
+  const std::vector<InputEvent> events = heard(
       window, {"mousemove", "100", "50", "key", "a", "key", "shift+a", "key", "ctrl+Right", "key", "F3"},
-      view::InputKind::key_release, view::Key::f3);
-  const std::vector<view::InputEvent> presses = of_kind(events, view::InputKind::key_press);
-  std::vector<view::Key> keys;
+      InputKind::key_release, Key::f3);
+  const std::vector<InputEvent> presses = of_kind(events, InputKind::key_press);
+  std::vector<Key> keys;
   std::transform(presses.begin(), presses.end(), std::back_inserter(keys),
-                 [](const view::InputEvent& press) { return press.key; });
-  ASSERT_THAT(keys, testing::ElementsAre(view::key_of('A'), view::Key::none, view::key_of('A'),
-                                         view::Key::none, view::Key::right, view::Key::f3));
+                 [](const InputEvent& press) { return press.key; });
+  ASSERT_THAT(keys,
+              testing::ElementsAre(key_of('A'), Key::none, key_of('A'), Key::none, Key::right, Key::f3));
   EXPECT_FALSE(presses[0].has_shift);
   EXPECT_TRUE(presses[2].has_shift);
   EXPECT_TRUE(presses[4].has_control);
 }
 
-TEST(Window, OneAfterTheOther)
-{
-  const test::Screen screen;
-  for (int i = 0; i < 3; ++i) {
-    view::Window window(quiet_window(1));
-    window.set_title("another");
-    window.events();
-    EXPECT_EQ(window.renderer().width(), width);
-    EXPECT_EQ(window.renderer().height(), height);
-    EXPECT_GT(window.content_scale(), 0.0);
-    EXPECT_FALSE(window.is_iconified());
-  }
-}
-
-TEST(Window, WithoutAScreenThatIsSaid)
-{
-  for (const char* const display : {"", ":98765"}) {
-    setenv("DISPLAY", display, 1);
-    try {
-      const view::Window window(quiet_window(1));
-      ADD_FAILURE() << "opened";
-    } catch (const InputError& error) {
-      EXPECT_EQ(error.facts().file, "window");
-      EXPECT_EQ(error.facts().field, "display");
-      EXPECT_THAT(error.facts().wanted, testing::HasSubstr("--offscreen"));
-    }
-  }
-  unsetenv("DISPLAY");
-}
-
-}  // namespace vrda::window_test
+}  // namespace vrda::view::window_test

@@ -10,21 +10,21 @@
 #include <set>
 #include <string>
 
-namespace vrda::response_test {
+namespace vrda::web::response_test {
 
 using testing::HasSubstr;
 using testing::Not;
 
 const std::string token = "0123456789abcdef0123456789abcdef";
-const web::Site site{8123, token, 1000, "my knee é.h5", 5000};
+const Site site{8123, token, 1000, "my knee é.h5", 5000};
 
-web::Response response_for(const std::string& target, const std::string& range = "",
-                           const std::string& method = "GET", const std::string& host = "127.0.0.1:8123")
+Response response_for(const std::string& target, const std::string& range = "",
+                      const std::string& method = "GET", const std::string& host = "127.0.0.1:8123")
 {
-  return web::response_to({method, "/" + token + target, host, range}, site);
+  return response_to({method, "/" + token + target, host, range}, site);
 }
 
-std::string field_of(const web::Response& response, const std::string& name)
+std::string field_of(const Response& response, const std::string& name)
 {
   for (const auto& [own, value] : response.fields) {
     if (own == name) return value;
@@ -32,18 +32,18 @@ std::string field_of(const web::Response& response, const std::string& name)
   return "none";
 }
 
-TEST(WebResponse, ServesThePageAndTheModelAndNothingElse)
+TEST(WebResponse, Targets)
 {
   EXPECT_EQ(response_for("/").status, 302);
   EXPECT_EQ(field_of(response_for("/"), "Location"), "/" + token + "/?model=model.h5");
   EXPECT_EQ(response_for("").status, 302);
-  const web::Response page = response_for("/?model=model.h5");
+  const Response page = response_for("/?model=model.h5");
   EXPECT_EQ(page.status, 200);
-  EXPECT_EQ(page.content, web::Content::page);
+  EXPECT_EQ(page.content, Content::page);
   EXPECT_EQ(page.n_bytes, 1000U);
   EXPECT_EQ(field_of(page, "Content-Encoding"), "gzip");
-  const web::Response model = response_for("/model.h5");
-  EXPECT_EQ(model.content, web::Content::model);
+  const Response model = response_for("/model.h5");
+  EXPECT_EQ(model.content, Content::model);
   EXPECT_EQ(model.n_bytes, 5000U);
   EXPECT_EQ(field_of(model, "Content-Disposition"), "inline; filename*=UTF-8''my%20knee%20%C3%A9.h5");
   for (const std::string target : {"/../etc/passwd", "/model.h5/..", "//model.h5", "/%6dodel.h5",
@@ -61,7 +61,7 @@ TEST(WebResponse, OfARange)
   for (const Row row : {Row{"0-0", 0, 1}, Row{"10-19", 10, 10}, Row{"4990-", 4990, 10},
                         Row{"4990-9000", 4990, 10}, Row{"-10", 4990, 10}, Row{"-9000", 0, 5000}}) {
     SCOPED_TRACE(row.range);
-    const web::Response part = response_for("/model.h5", std::string("bytes=") + row.range);
+    const Response part = response_for("/model.h5", std::string("bytes=") + row.range);
     EXPECT_EQ(part.status, 206);
     EXPECT_EQ(part.first_byte, row.first);
     EXPECT_EQ(part.n_bytes, row.n);
@@ -73,7 +73,7 @@ TEST(WebResponse, OfARange)
   }
 }
 
-TEST(WebResponse, IgnoresWhatIsNotOneRange)
+TEST(WebResponse, IgnoredRanges)
 {
   for (const std::string range : {"bytes=", "bytes=-", "bytes=5-2", "bytes=a-b", "bytes=0-1,3-4", "lines=0-1",
                                   "bytes=5", "bytes=-1-2", "bytes=99999999999999999999-"}) {
@@ -81,17 +81,17 @@ TEST(WebResponse, IgnoresWhatIsNotOneRange)
   }
 }
 
-TEST(WebResponse, RefusesOtherHostsAndMethods)
+TEST(WebResponse, HostsAndMethods)
 {
   for (const std::string host : {"evil.example", "127.0.0.1", "127.0.0.1:8124", "localhost.evil.example:8123",
                                  "127.0.0.1:8123@evil.example", "[::1]:8123"}) {
     EXPECT_EQ(response_for("/model.h5", "", "GET", host).status, 403) << host;
   }
   EXPECT_EQ(response_for("/", "", "GET", "localhost:8123").status, 302);
-  web::Site plain = site;
+  Site plain = site;
   plain.port = 80;
   for (const char* host : {"localhost", "127.0.0.1", "127.0.0.1:80"}) {
-    EXPECT_EQ(web::response_to({"GET", "/" + token + "/", host, ""}, plain).status, 302) << host;
+    EXPECT_EQ(response_to({"GET", "/" + token + "/", host, ""}, plain).status, 302) << host;
   }
   for (const std::string method : {"HEAD", "POST", "PUT", "DELETE", "OPTIONS", "get"}) {
     EXPECT_EQ(response_for("/", "", method).status, 405) << method;
@@ -99,22 +99,22 @@ TEST(WebResponse, RefusesOtherHostsAndMethods)
   }
   EXPECT_EQ(response_for("/", "", "GET", "LOCALHOST:8123").status, 302);
   EXPECT_EQ(response_for("/", "", "GET", "").status, 400);
-  EXPECT_EQ(web::response_to({"GET", "x", "localhost:8123", ""}, site).status, 400);
+  EXPECT_EQ(response_to({"GET", "x", "localhost:8123", ""}, site).status, 400);
 }
 
-web::Site live_site()
+Site live_site()
 {
-  web::Site live = site;
+  Site live = site;
   live.is_live = live.is_secure = true;
   live.hosts = {"192.168.1.20", "[fd00::7]", "knee.example"};
   return live;
 }
 
-TEST(WebResponse, AWebSocketIsForPagesOfThisServer)
+TEST(WebResponse, WebSocketOrigin)
 {
-  const web::Site live = live_site();
+  const Site live = live_site();
   const auto status = [&](const std::string& origin, bool is_upgrade, const std::string& host) {
-    return web::response_to({"GET", "/" + token + "/live", host, "", origin, is_upgrade}, live).status;
+    return response_to({"GET", "/" + token + "/live", host, "", origin, is_upgrade}, live).status;
   };
   const std::string host = "192.168.1.20:8123";
   EXPECT_EQ(status("https://192.168.1.20:8123", true, host), 101);
@@ -128,30 +128,29 @@ TEST(WebResponse, AWebSocketIsForPagesOfThisServer)
   EXPECT_EQ(status("https://KNEE.example:8123", true, "knee.example:8123"), 101);
   EXPECT_EQ(status("https://127.0.0.1:8123", true, "127.0.0.1:8123"), 403);
   // Without a bench the target is unknown.
-  EXPECT_EQ(web::response_to({"GET", "/" + token + "/live", "127.0.0.1:8123", "", "", true}, site).status,
-            404);
-  EXPECT_EQ(web::response_to({"POST", "/" + token + "/live", host, "", "", true}, live).status, 405);
+  EXPECT_EQ(response_to({"GET", "/" + token + "/live", "127.0.0.1:8123", "", "", true}, site).status, 404);
+  EXPECT_EQ(response_to({"POST", "/" + token + "/live", host, "", "", true}, live).status, 405);
 }
 
-TEST(WebResponse, APageOfALiveBenchHasItsAddress)
+TEST(WebResponse, LivePage)
 {
-  const web::Site live = live_site();
+  const Site live = live_site();
   const auto live_response = [&](const std::string& target) {
-    return web::response_to({"GET", "/" + token + target, "knee.example:8123", ""}, live);
+    return response_to({"GET", "/" + token + target, "knee.example:8123", ""}, live);
   };
   EXPECT_EQ(field_of(live_response("/"), "Location"), "/" + token + "/?model=model.h5&live=live");
-  EXPECT_EQ(live_response("/?model=model.h5&live=live").content, web::Content::page);
-  web::Site usual = live;
+  EXPECT_EQ(live_response("/?model=model.h5&live=live").content, Content::page);
+  Site usual = live;
   usual.port = 443;
-  EXPECT_EQ(web::response_to({"GET", "/" + token + "/", "knee.example", ""}, usual).status, 302);
+  EXPECT_EQ(response_to({"GET", "/" + token + "/", "knee.example", ""}, usual).status, 302);
   usual.port = 80;
-  EXPECT_EQ(web::response_to({"GET", "/" + token + "/", "knee.example", ""}, usual).status, 403);
+  EXPECT_EQ(response_to({"GET", "/" + token + "/", "knee.example", ""}, usual).status, 403);
 }
 
 // Without the token nothing is revealed: the response is the same with and without a file.
-TEST(WebResponse, RefusesAllWithoutTheToken)
+TEST(WebResponse, WithoutToken)
 {
-  web::Site gone = site;
+  Site gone = site;
   gone.model_size.reset();
   std::string last_digit = token, first_digit = token;
   last_digit.back() = 'e';
@@ -161,43 +160,31 @@ TEST(WebResponse, RefusesAllWithoutTheToken)
     for (const std::string target : {"", "/", "/?model=model.h5", "/model.h5", "/none", "/live"}) {
       for (const std::string method : {"GET", "POST"}) {
         SCOPED_TRACE(method + " /" + wrong + target);
-        const web::Request request{method, "/" + wrong + target, "127.0.0.1:8123", "bytes=0-1"};
-        const web::Response refused = web::response_to(request, site),
-                            without_file = web::response_to(request, gone);
+        const Request request{method, "/" + wrong + target, "127.0.0.1:8123", "bytes=0-1"};
+        const Response refused = response_to(request, site), without_file = response_to(request, gone);
         EXPECT_EQ(refused.status, 403);
-        EXPECT_EQ(refused.content, web::Content::text);
+        EXPECT_EQ(refused.content, Content::text);
         EXPECT_EQ(refused.text, without_file.text);
         EXPECT_EQ(refused.fields, without_file.fields);
         EXPECT_THAT(refused.text, Not(HasSubstr("knee")));
       }
     }
   }
-  EXPECT_EQ(web::response_to({"GET", "/model.h5?" + token, "127.0.0.1:8123", ""}, site).status, 403);
-  EXPECT_EQ(web::response_to({"GET", "//" + token + "/model.h5", "127.0.0.1:8123", ""}, site).status, 403);
+  EXPECT_EQ(response_to({"GET", "/model.h5?" + token, "127.0.0.1:8123", ""}, site).status, 403);
+  EXPECT_EQ(response_to({"GET", "//" + token + "/model.h5", "127.0.0.1:8123", ""}, site).status, 403);
 }
 
 TEST(WebToken, IsLongAndNeverTheSame)
 {
   std::set<std::string> tokens;
-  for (int k = 0; k < 1000; ++k) tokens.insert(web::random_token());
+  for (int k = 0; k < 1000; ++k) tokens.insert(random_token());
   EXPECT_EQ(tokens.size(), 1000U);
   EXPECT_THAT(tokens, testing::Each(testing::MatchesRegex("[0-9a-f]{32}")));
 }
 
-TEST(WebToken, IsRecognised)
-{
-  EXPECT_TRUE(web::is_same_token(token, token));
-  EXPECT_FALSE(web::is_same_token("", token));
-  for (std::size_t k = 0; k < token.size(); ++k) {
-    std::string wrong = token;
-    wrong[k] = 'x';
-    EXPECT_FALSE(web::is_same_token(wrong, token)) << k;
-  }
-}
-
 // The second half of the text is unreadable: a comparison that stops at the first difference never reads it;
 // a constant-time one crashes here.
-TEST(WebTokenDeathTest, IsComparedToItsEndWhateverItsBeginning)
+TEST(WebTokenDeathTest, ConstantTime)
 {
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   void* place = mmap(nullptr, 2 * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -206,24 +193,17 @@ TEST(WebTokenDeathTest, IsComparedToItsEndWhateverItsBeginning)
   std::memset(given, 'x', 2 * page);
   ASSERT_EQ(mprotect(given + page, page, PROT_NONE), 0);
   const std::string secret(2 * page, 'a');
-  EXPECT_DEATH(std::exit(web::is_same_token({given, 2 * page}, secret) ? 1 : 0), "");
+  EXPECT_DEATH(std::exit(is_same_token({given, 2 * page}, secret) ? 1 : 0), "");
   munmap(place, 2 * page);
-}
-
-TEST(WebResponse, WithoutAModelFile)
-{
-  web::Site gone = site;
-  gone.model_size.reset();
-  EXPECT_EQ(web::response_to({"GET", "/" + token + "/model.h5", "localhost:8123", ""}, gone).status, 404);
 }
 
 TEST(WebResponse, EveryHeaderIsWhole)
 {
-  for (const web::Response& response :
+  for (const Response& response :
        {response_for("/"), response_for("/?model=model.h5"), response_for("/model.h5"),
         response_for("/model.h5", "bytes=0-0"), response_for("/model.h5", "bytes=5000-"),
-        response_for("/none"), response_for("", "", "GET", "evil.example"), web::bad_request(),
-        web::request_timeout(), web::too_many_viewers()}) {
+        response_for("/none"), response_for("", "", "GET", "evil.example"), bad_request(), request_timeout(),
+        too_many_viewers()}) {
     SCOPED_TRACE(response.status);
     EXPECT_EQ(field_of(response, "Content-Length"), std::to_string(response.n_bytes));
     EXPECT_EQ(field_of(response, "Cache-Control"), "no-store");
@@ -236,4 +216,4 @@ TEST(WebResponse, EveryHeaderIsWhole)
   }
 }
 
-}  // namespace vrda::response_test
+}  // namespace vrda::web::response_test

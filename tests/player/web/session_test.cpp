@@ -11,7 +11,7 @@
 
 #include "core/files.hpp"
 
-namespace vrda::session_test {
+namespace vrda::web::session_test {
 
 /// Both ends of a TCP connection of this machine.
 std::pair<OpenFile, OpenFile> tcp_pair()
@@ -36,9 +36,9 @@ TEST(WebSession, SendsWithoutDelay)
   boost::asio::ssl::context tls(boost::asio::ssl::context::tls_server);
   for (boost::asio::ssl::context* const used : {static_cast<boost::asio::ssl::context*>(nullptr), &tls}) {
     const auto [client, server] = tcp_pair();
-    const web::SessionRules rules;
+    const SessionRules rules;
     boost::asio::io_context io;
-    const std::shared_ptr<web::Session> session = web::start_session(io, used, dup(server.get()), rules);
+    const std::shared_ptr<Session> session = start_session(io, used, dup(server.get()), rules);
     int is_set = 0;
     socklen_t n = sizeof is_set;
     ASSERT_EQ(getsockopt(server.get(), IPPROTO_TCP, TCP_NODELAY, &is_set, &n), 0);
@@ -48,4 +48,4 @@ TEST(WebSession, SendsWithoutDelay)
   }
 }
 
-}  // namespace vrda::session_test
+}  // namespace vrda::web::session_test

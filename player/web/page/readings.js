@@ -1,9 +1,60 @@
-// What a motion model says against its poses, as navigation/doubts of the window: plausibility and missing poses of the attitudes
-// around a pose, spans over flexion, and the warnings about the job. Degrees.
-import { degree } from "./frames.js";
+// What the page says of a pose: clinical numbers, quantities of the plots, doubts.
+import { degree, difference, sum, turned } from "./geometry.js";
 import { stable } from "./motion.js";
 
-/// Codes, names and meanings of core/plausibility that make a pose doubtful, the gravest first.
+// The clinical numbers of schemas/clinical.md, computed from X_reference_moving and the rotation centre.
+
+/// Name, unit and meaning, in the order of the tables.
+export const clinicalNumbers = [
+  { name: "flexion", label: "Flexion", unit: "°" },
+  { name: "varus", label: "Varus", unit: "°", note: "adduction +" },
+  { name: "internal", label: "Internal rotation", unit: "°" },
+  { name: "anterior", label: "Anterior", unit: "mm" },
+  { name: "proximal", label: "Proximal", unit: "mm", note: "distraction −" },
+  { name: "lateral", label: "Lateral", unit: "mm" },
+];
+
+/// Degrees and mm.
+export function clinicalOf({ R, t }, centre, side) {
+  const s = side === "left" ? -1 : 1;
+  const c = difference(sum(turned(R, centre), t), centre);
+  const across = Math.sqrt(R[0][1] ** 2 + R[1][1] ** 2);
+  return {
+    flexion: Math.atan2(R[0][1], R[1][1]) / degree,
+    varus: Math.asin(Math.min(1, Math.max(-1, s * R[2][1]))) / degree,
+    internal: Math.atan2(-s * R[2][0], R[2][2]) / degree,
+    anterior: (R[1][1] * c[0] - R[0][1] * c[1]) / across,
+    proximal: R[0][1] * c[0] + R[1][1] * c[1] + R[2][1] * c[2],
+    lateral: s * c[2],
+  };
+}
+
+// Quantities of a pose for the plots: names, units and values.
+
+const surfaces = [
+  { name: "tx", label: "x, world", unit: "mm", of: (pose) => pose.translation[0] },
+  { name: "ty", label: "y, world", unit: "mm", of: (pose) => pose.translation[1] },
+  { name: "tz", label: "z, world", unit: "mm", of: (pose) => pose.translation[2] },
+  { name: "theta", label: "theta about Delta", unit: "°", of: (pose) => pose.theta / degree },
+];
+
+/// The quantities of a model: its surfaces, the solved varus if it was free, and the clinical numbers.
+export function quantitiesOf(model, isVarusFree) {
+  const found = { name: "varus_found", label: "solved varus", unit: "°", of: (pose) => pose.attitude.varus / degree };
+  const clinical = clinicalNumbers.map(({ name, label, unit, note }) => ({
+    name: `clinical_${name}`, label: note ? `${label} (${note})` : label, unit, isClinical: true,
+    of: (pose) => clinicalOf(pose.referenceMoving, model.rotationCentre, model.side)[name],
+  }));
+  return [...surfaces, ...(isVarusFree ? [found] : []), ...clinical];
+}
+
+/// Formats a number for the page; NaN as a dash.
+export const formatNumber = (x, digits = 2) => (Number.isFinite(x) ? x.toFixed(digits).replace(/^-(0\.?0*)$/, "$1").replace("-", "−") : "–");
+
+// What a motion model says against its poses, as player/view/player_state: plausibility and missing poses of the attitudes
+// around a pose, spans over flexion, and the warnings about the job. Degrees.
+
+/// Codes, names and meanings of pipeline/model/step_record that make a pose doubtful, the gravest first.
 export const plausibilities = [
   { code: 3, name: "dislocated", colour: [178, 58, 72], meaning: "further from the start pose in contact than half the joint's smallest width, or rotated by more than 45 degrees (a knee) or 90; add ligaments, check side, axes and frame.origin, or narrow the grid" },
   { code: 4, name: "border contact", colour: [217, 138, 31], meaning: "a contact at an edge where the mesh ends; use a mesh that covers more of the joint, or narrow the grid" },
@@ -23,7 +74,7 @@ function around(axis, value) {
 }
 
 /// { plausibility: one of `plausibilities` or undefined, isBesideHole } of the attitudes around a pose.
-export function doubtOf(model, pose) {
+function doubtOf(model, pose) {
   const n = model.varus.length, cells = [];
   for (const i of around(model.flexion, pose.attitude.flexion / degree)) {
     for (const j of n > 1 ? around(model.varus, pose.attitude.varus / degree) : [0]) cells.push(i * n + j);

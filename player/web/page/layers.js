@@ -1,0 +1,401 @@
+// Layers of the joint: names, gaps and ligaments, with their palettes.
+import { Box3, BufferAttribute, BufferGeometry, Color, Group, Mesh, SRGBColorSpace, Vector3 } from "three";
+import { cross, difference, dot, drawMesh, normalised, product, RayTree, scaled, sum, transposed, turned } from "./geometry.js";
+import { colouredMaterialOf, colourOf, markerMaterial } from "./material.js";
+import { stable } from "./motion.js";
+
+// Palettes of the joint's layers, as player/view/scene. Stops in sRGB, evenly spaced.
+
+const stops = (text) => text.split(" ").map((hex) => [0, 2, 4].map((at) => parseInt(hex.slice(at, at + 2), 16)));
+/// "plasma" of matplotlib (Smith and van der Walt, CC0), reversed.
+export const gapPalette = stops("F0F921 FCCE25 FCA636 F2844B E16462 CC4778 B12A90 8F0DA4 6A00A8 41049D 0D0887");
+/// Moreland (2009), Diverging color maps for scientific visualization.
+export const strainPalette = stops("3B4CC0 5977E3 7B9FF9 9EBEFF C0D4F5 DDDCDC F2CBB7 F7AC8E EE8468 D65244 B40426");
+
+const interpolated = (a, b, part) => a.map((x, k) => x + part * (b[k] - x));
+
+/// sRGB colour at `position` on [0, 1], clamped.
+function colourAt(palette, position) {
+  const at = Math.min(Math.max(position, 0), 1) * (palette.length - 1), k = Math.min(Math.floor(at), palette.length - 2);
+  return interpolated(palette[k], palette[k + 1], at - k);
+}
+
+const colour = new Color();
+/// Writes an sRGB colour to an array of linear colours for the shader.
+function setLinear(array, at, rgb) {
+  colour.setRGB(rgb[0] / 255, rgb[1] / 255, rgb[2] / 255, SRGBColorSpace);
+  colour.toArray(array, at);
+}
+
+/// Converts linear RGB to sRGB.
+function srgbFromLinear(linear) {
+  return new Color(...linear).getRGB(new Color(), SRGBColorSpace).toArray().map((x) => 255 * x);
+}
+
+export const gradientOf = (palette) => `linear-gradient(to right, ${palette.map((rgb) => `rgb(${rgb})`).join(", ")})`;
+
+// Names of bones, ligaments and sides over the picture; points as in joint_labels of pipeline/store/motion.
+
+const femurHeightMm = 38, tibiaDepthMm = 62, sideDistanceMm = 7;  // on a knee
+
+const ligamentOf = (bundle) => ["ACL", "PCL", "MCL", "LCL"].find((known) => bundle.startsWith(known)) ?? bundle;
+
+export const bodyNames = (model) => (model.joint === "knee" ? { reference: "femur", moving: "tibia" } : { reference: model.bodies.reference.name, moving: model.bodies.moving.name });
+
+/// The box of a body's contact parts.
+export function boxOf(body) {
+  const { min, max } = new Box3().setFromArray(body.parts[0].vertices);
+  return { low: min.toArray(), high: max.toArray() };
+}
+
+/// [{ text, points: [{ body, point }] }]: a label is at the mean of its points; mm from the rotation centre.
+export function labelsOf(model, scale) {
+  const names = bodyNames(model), centre = model.rotationCentre, relative = (p) => p.map((x, k) => x - centre[k]);
+  const heights = { reference: scale * femurHeightMm, moving: -scale * tibiaDepthMm };
+  const labels = ["reference", "moving"].map((body) => {
+    const { low, high } = boxOf(model.bodies[body]);
+    return { text: names[body], points: [{ body, point: model.joint === "knee" ? [0, heights[body], 0] : relative(low.map((x, k) => (x + high[k]) / 2)) }] };
+  });
+  const ligaments = new Map();
+  for (const { bundle, reference, moving } of model.ligaments?.fibres ?? []) {
+    const text = ligamentOf(bundle);
+    if (!text) continue;
+    if (!ligaments.has(text)) ligaments.set(text, []);
+    ligaments.get(text).push({ body: "reference", point: relative(reference) }, { body: "moving", point: relative(moving) });
+  }
+  for (const [text, points] of ligaments) labels.push({ text, points });
+  if (!model.contactPaths) return labels;
+  const { low, high } = boxOf(model.bodies.moving);
+  const lateral = model.side === "right" ? 1 : -1, half = (high[2] - low[2]) / 2 + scale * sideDistanceMm;
+  for (const [text, side] of [["medial", -lateral], ["lateral", lateral]]) {
+    labels.push({ text, points: [{ body: "moving", point: relative([(low[0] + high[0]) / 2, high[1], (low[2] + high[2]) / 2 + side * half]) }] });
+  }
+  return labels;
+}
+
+/// The spans of a joint's labels, children of `parent`.
+export class Labels {
+  constructor(parent) {
+    this.parent = parent;
+  }
+
+  show(joint) {
+    this.joint = joint;
+    this.spans = joint.labels.map(({ text }) => Object.assign(document.createElement("span"), { textContent: text }));
+    this.parent.replaceChildren(...this.spans);
+  }
+
+  /// Places the spans; those that overlap move down.
+  place(camera) {
+    if (this.parent.hidden || !this.joint) return;
+    const { clientWidth, clientHeight } = this.parent, taken = [];
+    this.joint.labels.forEach(({ points }, k) => {
+      const place = new Vector3();
+      for (const { body, point } of points) place.add(new Vector3(...point).applyMatrix4(this.joint.bodies[body].matrixWorld));
+      place.divideScalar(points.length).project(camera);
+      const span = this.spans[k], isShown = Math.abs(place.x) <= 1 && Math.abs(place.y) <= 1 && place.z < 1;
+      span.style.visibility = isShown ? "visible" : "hidden";
+      if (!isShown) return;
+      const { offsetWidth: width, offsetHeight: height } = span, left = (clientWidth * (1 + place.x) - width) / 2;
+      let top = (clientHeight * (1 - place.y) - height) / 2;
+      for (let tries = 0; tries < taken.length; ++tries) {
+        for (const other of taken) if (left < other.right && left + width > other.left && top < other.bottom && top + height > other.top) top = other.bottom + 1;
+      }
+      taken.push({ left, right: left + width, top, bottom: top + height });
+      span.style.transform = `translate(${Math.round(left)}px, ${Math.round(top)}px)`;
+    });
+  }
+}
+
+// Directional gaps from the moving body's upward faces to the reference, as colours. Constants as in player/view/layers.
+
+const rangeMm = 6;
+const deepestMm = 3, aboveMm = 0.05, leastUpward = 0.3, fadesFrom = 0.7;
+
+/// Corners of the triangles oriented along `delta`.
+function upwardCorners(positions, delta) {
+  const corners = [];
+  for (let at = 0; at < positions.length; at += 9) {
+    const [a, b, c] = [0, 3, 6].map((by) => positions.subarray(at + by, at + by + 3));
+    const n = cross(difference(b, a), difference(c, a));
+    if (dot(n, delta) > leastUpward * Math.hypot(...n)) corners.push(at / 3, at / 3 + 1, at / 3 + 2);
+  }
+  return corners;
+}
+
+function sheetOf(part, component, { material }, model, scale) {
+  const { positions, normals, vertices } = drawMesh(part, component, model.rotationCentre, model.bodies.moving.components[component].material);
+  const corners = upwardCorners(positions, model.delta);
+  if (corners.length === 0) return null;
+  const geometry = new BufferGeometry(), lifted = new Float32Array(3 * corners.length), own = new Float32Array(3 * corners.length);
+  corners.forEach((corner, c) => {
+    for (let k = 0; k < 3; ++k) {
+      own[3 * c + k] = normals[3 * corner + k];
+      lifted[3 * c + k] = positions[3 * corner + k] + scale * aboveMm * own[3 * c + k];
+    }
+  });
+  geometry.setAttribute("position", new BufferAttribute(lifted, 3));
+  geometry.setAttribute("normal", new BufferAttribute(own, 3));
+  geometry.setAttribute("color", new BufferAttribute(new Float32Array(3 * corners.length), 3));
+  geometry.setIndex(new BufferAttribute(new Uint32Array(corners.length), 1));
+  const mesh = new Mesh(geometry, colouredMaterialOf(material));
+  // Corners that share a vertex share its ray.
+  const rowOf = new Map();
+  const rows = corners.map((corner) => {
+    const vertex = vertices[corner];
+    if (!rowOf.has(vertex)) rowOf.set(vertex, rowOf.size);
+    return rowOf.get(vertex);
+  });
+  const points = [...rowOf.keys()].map((vertex) => Array.from(part.vertices.subarray(3 * vertex, 3 * vertex + 3)));
+  return { mesh, rows, points, gaps: new Float64Array(points.length), bone: srgbFromLinear(colourOf(material)) };
+}
+
+export class GapLayer {
+  constructor(model, scale) {
+    this.tree = new RayTree(model.bodies.reference.parts[0]);
+    const { components, parts } = model.bodies.moving;
+    this.sheets = components.map((component, k) => sheetOf(parts[0], k, component, model, scale)).filter(Boolean);
+    this.group = new Group();
+    this.group.add(...this.sheets.map(({ mesh }) => mesh));
+  }
+
+  /// Gap in mm from a point of the moving body along Delta to the reference; negative for overlap.
+  gap(point, X, delta) {
+    const direction = turned(X.R, delta), from = difference(sum(turned(X.R, point), X.t), scaled(direction, deepestMm));
+    return this.tree.travel(from, direction, deepestMm + rangeMm) - deepestMm;
+  }
+
+  /// `X` maps moving to reference; `delta` has the same coordinates in the moving body, since theta rotates about it.
+  update(X, delta) {
+    for (const { mesh, rows, points, gaps, bone } of this.sheets) {
+      points.forEach((point, row) => { gaps[row] = this.gap(point, X, delta); });
+      const colour = mesh.geometry.getAttribute("color"), index = mesh.geometry.index;
+      let n = 0;
+      for (let c = 0; c < rows.length; c += 3) {
+        const isNear = [0, 1, 2].some((k) => gaps[rows[c + k]] < rangeMm);
+        for (let k = 0; k < 3 && isNear; ++k) index.array[n++] = c + k;
+      }
+      rows.forEach((row, c) => {
+        const position = Math.min(gaps[row], rangeMm) / rangeMm, fading = (position - fadesFrom) / (1 - fadesFrom);
+        setLinear(colour.array, 3 * c, interpolated(colourAt(gapPalette, position), bone, Math.min(Math.max(fading, 0), 1)));
+      });
+      mesh.geometry.setDrawRange(0, n);
+      colour.needsUpdate = index.needsUpdate = true;
+      mesh.visible = n > 0;
+    }
+  }
+}
+
+// Ligament fibres: their paths and strain at any pose; as pipeline/model/ligaments.
+
+const cylinder = 0;
+/// Links of a wrapped fibre; compared with the library on a real knee: strain error 0.0016, variation between poses 0.0002.
+const nLinks = 24;
+/// Relaxation sweeps from a straight line, and from the path at the previous pose.
+const coldSweeps = 400, warmSweeps = 30;
+const powers = 60;  // directions need no more
+const overRelaxation = 1.5;  // between 1 and 2
+
+/// Level function of the surface (above 1 outside) and its gradient.
+function level(wrap, p) {
+  const own = p.map((x, k) => (wrap.shape === cylinder && k === 2 ? 0 : x / wrap.radii[k]));
+  const value = Math.sqrt(dot(own, own));
+  return { value, gradient: own.map((x, k) => x / (wrap.radii[k] * value)) };
+}
+
+/// Projects a point inside the surface onto it, by Newton steps.
+function projected(wrap, p) {
+  let out = p;
+  for (let step = 0; step < 3; ++step) {
+    const { value, gradient } = level(wrap, out);
+    if (!(value < 1)) break;
+    out = sum(out, scaled(gradient, (1 - value) / dot(gradient, gradient)));
+  }
+  return out;
+}
+
+function isBlocked(wrap, from, to) {
+  for (let k = 1; k < nLinks; ++k) {
+    const p = sum(from, scaled(difference(to, from), k / nLinks));
+    if (!(level(wrap, p).value < 1)) continue;
+    if (wrap.shape !== cylinder || Math.abs(p[2]) <= wrap.radii[2]) return true;
+  }
+  return false;
+}
+
+/// The shortest chain between both ends outside the surface, by relaxation. In the surface's frame.
+function shortestChain(wrap, from, to, before) {
+  const along = (k) => sum(from, scaled(difference(to, from), k / nLinks));
+  const chain = before ?? Array.from({ length: nLinks + 1 }, (_, k) => projected(wrap, along(k)));
+  [chain[0], chain[nLinks]] = [from, to];
+  for (let sweep = before ? warmSweeps : coldSweeps; sweep > 0; --sweep) {
+    for (let k = 1; k < nLinks; ++k) {
+      const middle = scaled(sum(chain[k - 1], chain[k + 1]), 0.5);
+      chain[k] = projected(wrap, sum(chain[k], scaled(difference(middle, chain[k]), overRelaxation)));
+    }
+  }
+  return chain;
+}
+
+const pathLength = (points) => points.slice(1).reduce((length, p, k) => length + Math.hypot(...difference(p, points[k])), 0);
+
+/// The fibres' paths in the reference's canonical axes, for successive poses.
+class Fibres {
+  constructor({ fibres }) {
+    this.fibres = fibres;
+    this.chains = new Map();
+  }
+
+  /// { points, strain } of fibre `k`; `X`, { R, t }, maps moving to reference.
+  at(k, X) {
+    const fibre = this.fibres[k], { wrap } = fibre;
+    const ends = [fibre.reference, sum(turned(X.R, fibre.moving), X.t)];
+    let points = ends;
+    if (wrap) points = this.#over(k, wrap, ends, X);
+    return { points, strain: pathLength(points) / fibre.slackLength - 1 };
+  }
+
+  #over(k, wrap, ends, X) {
+    // Pose of the surface: pose of its body times its pose in that body.
+    const R = wrap.isOnMoving ? product(X.R, wrap.R) : wrap.R;
+    const t = wrap.isOnMoving ? sum(turned(X.R, wrap.t), X.t) : wrap.t;
+    const own = ends.map((p) => turned(transposed(R), difference(p, t)));
+    const isInside = own.some((p) => level(wrap, p).value < 1);
+    if (isInside || !isBlocked(wrap, ...own)) {
+      this.chains.delete(k);
+      return ends;
+    }
+    const chain = shortestChain(wrap, ...own, this.chains.get(k));
+    this.chains.set(k, chain);
+    return chain.map((p) => sum(turned(R, p), t));
+  }
+}
+
+/// Two directions normal to a path at each of its points: of the width of a band, which is interpolated between both ends,
+/// and of its thickness. Where a width is zero or along the path, the cross section turns as little as possible.
+function crossSections(points, acrossFirst, acrossLast) {
+  let u = null;
+  return points.map((_, k) => {
+    const along = normalised(difference(points[Math.min(k + 1, points.length - 1)], points[Math.max(k - 1, 0)]));
+    const part = k / (points.length - 1), across = sum(scaled(acrossFirst, 1 - part), scaled(acrossLast, part));
+    const wanted = difference(across, scaled(along, dot(across, along)));
+    if (dot(wanted, wanted) > 0.01 * dot(across, across)) u = wanted;
+    if (u === null) {
+      const least = along.map(Math.abs).indexOf(Math.min(...along.map(Math.abs)));
+      u = [0, 1, 2].map((axis) => (axis === least ? 1 : 0));
+    }
+    u = normalised(difference(u, scaled(along, dot(u, along))));
+    return [u, cross(along, u)];
+  });
+}
+
+/// The direction in which the fibres of a bundle lie side by side at both ends, and the distance of neighbours; as in
+/// player/view/layers: the first principal component of both attachments together.
+function arrangementOf(fibres, bundle) {
+  const ends = fibres.filter((fibre) => fibre.bundle === bundle).map(({ reference, moving }) => [...reference, ...moving]), n = ends.length;
+  const none = { reference: [0, 0, 0], moving: [0, 0, 0], spacing: 0 };
+  if (n < 2) return none;
+  const mean = ends[0].map((_, k) => ends.reduce((total, row) => total + row[k], 0) / n);
+  const rows = ends.map((row) => row.map((x, k) => x - mean[k]));
+  const inner = (a, b) => a.reduce((total, x, k) => total + x * b[k], 0);
+  // Powers of the covariance, from its longest row.
+  let first = rows.reduce((a, b) => (inner(a, a) >= inner(b, b) ? a : b));
+  for (let step = 0; step < powers; ++step) {
+    const next = mean.map((_, k) => rows.reduce((total, row) => total + row[k] * inner(row, first), 0)), length = Math.sqrt(inner(next, next));
+    if (!(length > 0)) return none;
+    first = next.map((x) => x / length);
+  }
+  const along = rows.map((row) => inner(row, first));
+  return { reference: first.slice(0, 3), moving: first.slice(3), spacing: (Math.max(...along) - Math.min(...along)) / Math.SQRT2 / (n - 1) };
+}
+
+// Ligaments as flat bands: narrow and grey if slack, otherwise coloured by strain. Constants as in player/view/layers.
+
+// Half sizes; neighbouring bands overlap a little.
+const thicknessMm = 0.45, narrowestMm = 1, widestMm = 2.4, overlap = 1.2, slackPart = 0.7, nSides = 10;
+const slackColour = [205, 203, 196];
+
+/// Strain at the end of the scale: the 95 % quantile of positive strains, rounded up to steps of 2 %.
+function highestStrain(model) {
+  const step = 0.02, most = 0.95, { strain, fibres } = model.ligaments, taut = [];
+  const solved = [...model.status.keys()].filter((cell) => model.status[cell] === stable);
+  const spine = solved.filter((cell) => model.isSpine[cell] === 1);
+  for (const cell of spine.length ? spine : solved) {
+    for (let k = 0; k < fibres.length; ++k) {
+      const own = strain[cell * fibres.length + k];
+      if (own > 0) taut.push(own);
+    }
+  }
+  if (taut.length === 0) return step;
+  taut.sort((a, b) => a - b);
+  return Math.max(step, step * Math.ceil(taut[Math.trunc(most * (taut.length - 1))] / step - 1e-9));
+}
+
+function geometryOf(paths) {
+  const nRings = paths.reduce((n, { points }) => n + points.length, 0), indices = [];
+  let ring = 0;
+  for (const { points } of paths) {
+    for (let k = 0; k + 1 < points.length; ++k) {
+      for (let side = 0; side < nSides; ++side) {
+        const a = (ring + k) * nSides + side, b = (ring + k) * nSides + ((side + 1) % nSides);
+        indices.push(a, b, a + nSides, b, b + nSides, a + nSides);
+      }
+    }
+    ring += points.length;
+  }
+  const geometry = new BufferGeometry();
+  for (const name of ["position", "normal", "color"]) geometry.setAttribute(name, new BufferAttribute(new Float32Array(3 * nRings * nSides), 3));
+  geometry.setIndex(indices);
+  return geometry;
+}
+
+export class LigamentLayer {
+  /// `scale`: the joint's size relative to a knee.
+  constructor(model, scale) {
+    this.origin = model.rotationCentre;
+    this.scale = scale;
+    this.fibres = new Fibres(model.ligaments);
+    this.bands = this.fibres.fibres.map(({ bundle }) => {
+      const { reference, moving, spacing } = arrangementOf(this.fibres.fibres, bundle);
+      return { reference, moving, halfWidth: Math.min(Math.max(0.5 * overlap * spacing, scale * narrowestMm), scale * widestMm) };
+    });
+    this.highest = highestStrain(model);
+    this.mesh = new Mesh(new BufferGeometry(), markerMaterial());
+    this.mesh.frustumCulled = false;
+  }
+
+  strains(X) { return this.fibres.fibres.map((_, k) => this.fibres.at(k, X).strain); }
+
+  /// In the reference's frame; `X` maps moving to reference.
+  update(X) {
+    const paths = this.fibres.fibres.map((_, k) => this.fibres.at(k, X));
+    // The number of points changes when a fibre starts or stops wrapping.
+    const sizes = paths.map(({ points }) => points.length).join();
+    if (sizes !== this.sizes) {
+      this.mesh.geometry.dispose();
+      this.mesh.geometry = geometryOf(paths);
+      this.sizes = sizes;
+    }
+    let ring = 0;
+    paths.forEach((path, k) => { ring = this.#setBand(ring, path, { ...this.bands[k], moving: turned(X.R, this.bands[k].moving) }); });
+    for (const name of ["position", "normal", "color"]) this.mesh.geometry.getAttribute(name).needsUpdate = true;
+  }
+
+  #setBand(firstRing, { points, strain }, { reference, moving, halfWidth }) {
+    const [position, normal, color] = ["position", "normal", "color"].map((name) => this.mesh.geometry.getAttribute(name).array);
+    const part = strain < 0 ? slackPart : 1, wide = part * halfWidth, thick = part * this.scale * thicknessMm;
+    const rgb = strain < 0 ? slackColour : colourAt(strainPalette, strain / this.highest);
+    crossSections(points, reference, moving).forEach(([u, v], k) => {
+      for (let side = 0; side < nSides; ++side) {
+        const angle = (2 * Math.PI * side) / nSides, at = 3 * ((firstRing + k) * nSides + side), [c, s] = [Math.cos(angle), Math.sin(angle)];
+        const length = Math.hypot(thick * c, wide * s);  // of the ellipse's gradient
+        for (let axis = 0; axis < 3; ++axis) {
+          position[at + axis] = points[k][axis] - this.origin[axis] + wide * c * u[axis] + thick * s * v[axis];
+          normal[at + axis] = (thick * c * u[axis] + wide * s * v[axis]) / length;
+        }
+        setLinear(color, at, rgb);
+      }
+    });
+    return firstRing + points.length;
+  }
+}
