@@ -6,20 +6,12 @@
 #include <cmath>
 #include <deque>
 #include <memory>
-#include <optional>
 #include <ostream>
-#include <vector>
 
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/frames.hpp"
-#include "show/loop.hpp"
-#include "show/run_watch.hpp"
-#include "store/motion.hpp"
 #include "view/keys.hpp"
-#include "view/orbit_camera.hpp"
-#include "view/player_state.hpp"
-#include "view/scene.hpp"
 
 namespace vrda::show {
 namespace {

@@ -14,7 +14,6 @@
 #include "core/units.hpp"
 #include "show/loop.hpp"
 #include "store/journal.hpp"
-#include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::show {

@@ -8,7 +8,6 @@
 #include "core/text.hpp"
 #include "model/frames.hpp"
 #include "show/loop.hpp"
-#include "store/motion_model.hpp"
 
 namespace vrda::show {
 namespace {

@@ -6,11 +6,9 @@
 #include <memory>
 #include <ostream>
 #include <utility>
-#include <vector>
 
 #include "core/text.hpp"
 #include "model/frames.hpp"
-#include "show/loop.hpp"
 #include "show/series_renderer.hpp"
 #include "show/session.hpp"
 #include "show/sink.hpp"
@@ -18,7 +16,6 @@
 #include "store/read_separately.hpp"
 #include "store/trace.hpp"
 #include "view/image.hpp"
-#include "view/keys.hpp"
 #include "view/window.hpp"
 
 namespace vrda::show {

@@ -19,9 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/files.hpp"
 #include "core/text.hpp"
-#include "view/image.hpp"
 
 extern char** environ;
 

@@ -4,9 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <vector>
-
-#include "core/text.hpp"
 
 namespace vrda::view {
 

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstddef>
 #include <numeric>

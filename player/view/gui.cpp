@@ -8,12 +8,9 @@
 #include <cfloat>
 #include <cmath>
 #include <cstdlib>
-#include <span>
 #include <utility>
 
 #include "core/units.hpp"
-#include "model/coordinates.hpp"
-#include "view/overlay_text.hpp"
 
 namespace vrda::view {
 namespace {

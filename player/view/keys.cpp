@@ -1,7 +1,6 @@
 #include "view/keys.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -12,7 +11,6 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "store/motion.hpp"
 #include "view/camera.hpp"
 
 namespace vrda::view {

@@ -1,7 +1,6 @@
 #include "view/player_state.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <iterator>
@@ -10,11 +9,7 @@
 
 #include "core/document.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
-#include "model/step_record.hpp"
 #include "view/image.hpp"
-#include "view/keys.hpp"
-#include "view/scene.hpp"
 
 namespace vrda::view {
 namespace {

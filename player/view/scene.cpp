@@ -1,14 +1,12 @@
 #include "view/scene.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "core/schema.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/step_record.hpp"
-#include "store/motion.hpp"
 
 namespace vrda::view {
 namespace {

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "view/eye.hpp"
-
 namespace vrda::view {
 namespace {
 

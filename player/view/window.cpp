@@ -4,11 +4,9 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <string>
 
 #include "core/text.hpp"
 #include "view/gl_context.hpp"

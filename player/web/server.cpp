@@ -18,7 +18,6 @@
 #include <filesystem>
 #include <limits>
 #include <ostream>
-#include <string>
 #include <string_view>
 #include <vector>
 

@@ -12,7 +12,6 @@
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <filesystem>
-#include <functional>
 #include <sstream>
 #include <string_view>
 #include <utility>

@@ -35,6 +35,7 @@ function relative(referenceMoving, name) {
   return { R, t: turned(R, referenceMoving.t).map((x) => -x) };
 }
 
+/// The joint as a group of three.js: both bodies with what is drawn on them; `model` as read by model_file.js.
 export class Joint {
   constructor(model) {
     this.model = model;

@@ -40,6 +40,7 @@ const femurHeightMm = 38, tibiaDepthMm = 62, sideDistanceMm = 7;  // on a knee
 
 const ligamentOf = (bundle) => ["ACL", "PCL", "MCL", "LCL"].find((known) => bundle.startsWith(known)) ?? bundle;
 
+/// The bodies' names for the user; a knee's bones do not depend on the names in the file.
 export const bodyNames = (model) => (model.joint === "knee" ? { reference: "femur", moving: "tibia" } : { reference: model.bodies.reference.name, moving: model.bodies.moving.name });
 
 /// The box of a body's contact parts.
@@ -150,6 +151,7 @@ function sheetOf(part, component, { material }, model, scale) {
   return { mesh, rows, points, gaps: new Float64Array(points.length), bone: srgbFromLinear(colourOf(material)) };
 }
 
+/// Colours of the gap on the moving body's contact sheets; only triangles near the reference are drawn.
 export class GapLayer {
   constructor(model, scale) {
     this.tree = new RayTree(model.bodies.reference.parts[0]);
@@ -349,6 +351,7 @@ function geometryOf(paths) {
   return geometry;
 }
 
+/// Bands of the bundles, coloured by strain.
 export class LigamentLayer {
   /// `scale`: the joint's size relative to a knee.
   constructor(model, scale) {

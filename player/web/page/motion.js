@@ -299,8 +299,7 @@ export class Motion {
   }
 }
 
-// The state of the player, independent of the page: requested attitude, set, and resulting pose.
-
+/// The state of the player, independent of the page: requested attitude, set, and resulting pose.
 export class Player {
   constructor(model) {
     this.model = model;

@@ -44,6 +44,7 @@ const mirrorFactor = 1.5, outlierMm = 5, outlierSd = 5;
 // As on the bench: one scale does not fit distances that require scales 5 % apart, with a residual above 2 mm.
 const unevenRatio = 1.05, unevenRmsMm = 2;
 
+/// Touched points that place no model; its text is for the user.
 export class FitRefusal extends Error {}
 
 const mean = (points) => points.reduce((total, p) => sum(total, p), [0, 0, 0]).map((x) => x / points.length);

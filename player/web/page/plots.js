@@ -163,6 +163,7 @@ function rangeOf(...columns) {
   return low <= high ? [low, high] : [0, 0];
 }
 
+/// Maps over flexion and varus: a quantity in the raw poses and in a set, their difference, and the status of each attitude.
 export class Maps {
   constructor(container, onSelect) {
     this.panels = Object.fromEntries(["raw", "set", "difference", "status"].map((name) => [name, this.#panel(container, onSelect)]));
@@ -260,6 +261,7 @@ function valuesOf(motion, flexion, varusOf, quantity) {
   });
 }
 
+/// A quantity against flexion, with a mark at the present pose.
 export class CurvePlot {
   constructor(container, onSelect) {
     this.container = container;

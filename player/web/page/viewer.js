@@ -21,6 +21,7 @@ export const views = {
   top: () => Y.clone().addScaledVector(X, -1e-3),  // slightly tilted, since "up" is undefined for a vertical view
 };
 
+/// The canvas: camera, controls and the joint shown.
 export class Viewer {
   constructor(canvas) {
     this.canvas = canvas;
@@ -203,6 +204,7 @@ export async function usdzOf(joint, hasLigaments) {
   }
 }
 
+/// Has the browser download `bytes` as the file `name`; `type` is their media type.
 export function save(bytes, name, type) {
   const address = URL.createObjectURL(new Blob([bytes], { type }));
   Object.assign(document.createElement("a"), { href: address, download: name }).click();
