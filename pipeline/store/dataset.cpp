@@ -28,7 +28,7 @@ struct Words {
   FlagSet set;
   FlagTable table;
 };
-const Words words[] = {
+const Words word_tables[] = {
     {FlagSet::optional_yes_no, {{-1, 0, 1}, "no_answer no yes"}},
     {FlagSet::yes_no, {{0, 1}, "no yes"}},
     {FlagSet::compartment, {{0, 1, 2}, "none medial lateral"}},
@@ -110,7 +110,7 @@ FlagTable flag_table(FlagSet set)
     default:
       break;
   }
-  for (const Words& row : words)
+  for (const Words& row : word_tables)
     if (row.set == set) return row.table;
   throw InternalError("a set of flags without a table");
 }

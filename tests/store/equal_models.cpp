@@ -27,7 +27,7 @@ class Listing : public store::RegistryVisitor {
   }
   template <typename Member>
   void attribute(const std::string& object, const std::string& name, const Member& member,
-                 const store::Unit& = store::unit::none)
+                 const core::Unit& = core::unit::none)
   {
     std::vector<std::string>& values = entries[object + "@" + name];
     if constexpr (std::is_same_v<Member, Eigen::Vector3d>) {
