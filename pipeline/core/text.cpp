@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <string_view>
 #include <utility>
 
@@ -107,6 +108,27 @@ std::string shortest_decimal(double value)
   std::array<char, 32> digits{};
   const std::to_chars_result end = std::to_chars(digits.data(), digits.data() + digits.size(), value + 0.0);
   return {digits.data(), end.ptr};
+}
+
+namespace {
+
+std::string printed(const char* format, int precision, double value)
+{
+  std::string text(static_cast<std::size_t>(std::snprintf(nullptr, 0, format, precision, value)), '\0');
+  std::snprintf(text.data(), text.size() + 1, format, precision, value);
+  return text;
+}
+
+}  // namespace
+
+std::string rounded_text(double value, int n_digits)
+{
+  return printed("%.*g", n_digits, value);
+}
+
+std::string fixed_text(double value, int n_decimals)
+{
+  return printed("%.*f", n_decimals, value);
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b)

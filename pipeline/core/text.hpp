@@ -25,6 +25,11 @@ std::string escape_markup(std::string_view text);
 /// equal text.
 std::string shortest_decimal(double value);
 
+/// `value` with `n_digits` significant digits, as printf's %g: "0.145", "1e-05", "nan".
+std::string rounded_text(double value, int n_digits = 6);
+/// `value` with `n_decimals` digits after the point: "12.50".
+std::string fixed_text(double value, int n_decimals);
+
 /// Levenshtein distance: fewest insertions, deletions and replacements between two words.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 

@@ -23,6 +23,25 @@ FlagTable table_of(const Codes& codes)
   return table;
 }
 
+/// The tables of codes that are not listed with their enum.
+struct Words {
+  FlagSet set;
+  FlagTable table;
+};
+const Words word_tables[] = {
+    {FlagSet::optional_yes_no, {{-1, 0, 1}, "no_answer no yes"}},
+    {FlagSet::yes_no, {{0, 1}, "no yes"}},
+    {FlagSet::compartment, {{0, 1, 2}, "none medial lateral"}},
+    {FlagSet::wrap_shape, {{0, 1}, "cylinder ellipsoid"}},
+    {FlagSet::body, {{0, 1}, "reference moving"}},
+    {FlagSet::load_frame, {{0, 1, 2}, "world reference moving"}},
+    {FlagSet::audit_state, {{-1, 0, 1, 2}, "no_pose free overlapping nothing_ahead"}},
+    {FlagSet::zero_varus_source, {{-1, 0, 1, 2}, "none both_touch interpolated free"}},
+    {FlagSet::two_sided_contact, {{-1, 0, 1, 2}, "no_pose both medial lateral"}},
+    {FlagSet::coordinate_role, {{0, 1, 2}, "driven given free"}},
+    {FlagSet::repair_status, {{0, 1, 2, 3}, "unchanged repaired not_converged nothing_ahead"}},
+    {FlagSet::case_status, {{0, 1, 2, 3}, "done partial failed missing"}}};
+
 /// Description of the valid values, without the condition where they are defined.
 std::string value_text(const ValueRule& valid)
 {
@@ -71,68 +90,29 @@ std::string value_text(const ValueRule& valid)
 
 }  // namespace
 
-const char* name_of(ValueKind kind)
-{
-  switch (kind) {
-    case ValueKind::float64:
-      return "float64";
-    case ValueKind::float32:
-      return "float32";
-    case ValueKind::int64:
-      return "int64";
-    case ValueKind::int32:
-      return "int32";
-    case ValueKind::int8:
-      return "int8";
-    case ValueKind::text:
-      return "variable-length UTF-8 text";
-  }
-  throw InternalError("a value kind without a name");
-}
-
 FlagTable flag_table(FlagSet set)
 {
   switch (set) {
     case FlagSet::none:
-      break;
+      return {};
     case FlagSet::status:
       return table_of(all_step_statuses);
     case FlagSet::solver_status:
       return table_of(solver_statuses);
-    case FlagSet::plausibility:
-      return table_of(all_plausibilities);
     case FlagSet::search_status:
       return table_of(search_statuses);
+    case FlagSet::plausibility:
+      return table_of(all_plausibilities);
     case FlagSet::move_kind:
       return table_of(all_move_kinds);
     case FlagSet::node:
       return table_of(search_step_kinds);
-    case FlagSet::optional_yes_no:
-      return {{-1, 0, 1}, "no_answer no yes"};
-    case FlagSet::yes_no:
-      return {{0, 1}, "no yes"};
-    case FlagSet::compartment:
-      return {{0, 1, 2}, "none medial lateral"};
-    case FlagSet::wrap_shape:
-      return {{0, 1}, "cylinder ellipsoid"};
-    case FlagSet::body:
-      return {{0, 1}, "reference moving"};
-    case FlagSet::load_frame:
-      return {{0, 1, 2}, "world reference moving"};
-    case FlagSet::audit_state:
-      return {{-1, 0, 1, 2}, "no_pose free overlapping nothing_ahead"};
-    case FlagSet::zero_varus_source:
-      return {{-1, 0, 1, 2}, "none both_touch interpolated free"};
-    case FlagSet::two_sided_contact:
-      return {{-1, 0, 1, 2}, "no_pose both medial lateral"};
-    case FlagSet::coordinate_role:
-      return {{0, 1, 2}, "driven given free"};
-    case FlagSet::repair_status:
-      return {{0, 1, 2, 3}, "unchanged repaired not_converged nothing_ahead"};
-    case FlagSet::case_status:
-      return {{0, 1, 2, 3}, "done partial failed missing"};
+    default:
+      break;
   }
-  return {};
+  for (const Words& row : word_tables)
+    if (row.set == set) return row.table;
+  throw InternalError("a set of flags without a table");
 }
 
 std::string rule_text(const ValueRule& valid)

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <limits>
 #include <span>
 #include <string>
@@ -16,11 +15,19 @@
 #include <vector>
 
 #include "core/fields.hpp"
+#include "core/text.hpp"
 
 namespace vrda::store {
 
 enum class ValueKind { float64, float32, int64, int32, int8, text };
-const char* name_of(ValueKind kind);
+inline constexpr Named<ValueKind> value_kind_names[] = {
+    {ValueKind::float64, "float64"}, {ValueKind::float32, "float32"},
+    {ValueKind::int64, "int64"},     {ValueKind::int32, "int32"},
+    {ValueKind::int8, "int8"},       {ValueKind::text, "variable-length UTF-8 text"}};
+constexpr const auto& names_of(ValueKind)
+{
+  return value_kind_names;
+}
 
 /// The type in the file of values of type `Scalar`.
 template <typename Scalar>
@@ -234,9 +241,7 @@ inline bool is_rigid_pose(const double* entries)
 /// The text of a number in findings.
 inline std::string text_of(double value)
 {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.10g", value);
-  return text;
+  return rounded_text(value, 10);
 }
 
 /// Collects findings in the order in which they are added.

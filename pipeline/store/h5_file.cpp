@@ -33,23 +33,23 @@ herr_t keep_innermost(unsigned depth, const H5E_error2_t* error, void* reason)
 
 }  // namespace
 
-H5Id native_type(ValueKind kind)
+NumberTypes number_types(ValueKind kind)
 {
   switch (kind) {
     case ValueKind::float64:
-      return H5T_NATIVE_DOUBLE;
+      return {H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE};
     case ValueKind::float32:
-      return H5T_NATIVE_FLOAT;
+      return {H5T_NATIVE_FLOAT, H5T_IEEE_F32LE};
     case ValueKind::int64:
-      return H5T_NATIVE_INT64;
+      return {H5T_NATIVE_INT64, H5T_STD_I64LE};
     case ValueKind::int32:
-      return H5T_NATIVE_INT32;
+      return {H5T_NATIVE_INT32, H5T_STD_I32LE};
     case ValueKind::int8:
-      return H5T_NATIVE_INT8;
+      return {H5T_NATIVE_INT8, H5T_STD_I8LE};
     case ValueKind::text:
       break;
   }
-  throw InternalError("text has no fixed memory type");
+  throw InternalError("text is not a number");
 }
 
 H5Handle& H5Handle::operator=(H5Handle&& other) noexcept
@@ -64,18 +64,13 @@ void H5Handle::reset() noexcept
   id_ = -1;
 }
 
-H5Id check_h5(H5Id code, const H5Location& place, const char* wanted)
+H5Id H5Location::check(H5Id code) const
 {
   if (code >= 0) return code;
   std::string reason = "no reason given";
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &reason);
   H5Eclear2(H5E_DEFAULT);
-  throw InputError({place.file, place.object, "an HDF5 error (" + reason + ")", wanted});
-}
-
-H5Handle own_h5(H5Id id, const H5Location& place, const char* wanted)
-{
-  return H5Handle(check_h5(id, place, wanted));
+  throw InputError({file, object, "an HDF5 error (" + reason + ")", wanted});
 }
 
 void silence_h5()
@@ -231,25 +226,25 @@ H5Reader::H5Reader(const Hdf5Content& content) : file_name_(content.file), file_
 {
   silence_h5();
   // For an unknown filter HDF5 would search for a plugin library to load.
-  check_h5(H5PLset_loading_state(0), place(""), intact_file);
-  const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), intact_file);
+  place("").check(H5PLset_loading_state(0));
+  const H5Handle access = place("").own(H5Pcreate(H5P_FILE_ACCESS));
   // HDF5 parses the bytes whose seal was checked, not a file.
-  check_h5(H5Pset_fapl_core(access.id(), content.bytes.size(), false), place(""), intact_file);
+  place("").check(H5Pset_fapl_core(access.id(), content.bytes.size(), false));
   // HDF5 copies the bytes and does not change them.
-  check_h5(H5Pset_file_image(access.id(), const_cast<char*>(content.bytes.data()), content.bytes.size()),
-           place(""), intact_file);
+  place("").check(
+      H5Pset_file_image(access.id(), const_cast<char*>(content.bytes.data()), content.bytes.size()));
   // Every dataset is read once and whole, so no chunk cache, which would last as long as the dataset is open.
-  check_h5(H5Pset_cache(access.id(), 0, 0, 0, 0.0), place(""), intact_file);
+  place("").check(H5Pset_cache(access.id(), 0, 0, 0, 0.0));
   // HDF5 requires a name and identifies open files by it: unique, and not the name of a real file.
   const std::string name = "/dev/null/" + content.file;
-  file_ = own_h5(H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.id()), place(""), intact_file);
+  file_ = place("").own(H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.id()));
   objects_["/"] = ObjectKind::group;
   walk("/", 0);
 }
 
 H5Handle H5Reader::open(const std::string& object) const
 {
-  return own_h5(H5Oopen(file_.id(), object.c_str(), H5P_DEFAULT), place(object), intact_file);
+  return place(object).own(H5Oopen(file_.id(), object.c_str(), H5P_DEFAULT));
 }
 
 H5Id H5Reader::kept_open(const std::string& object) const
@@ -268,7 +263,7 @@ void H5Reader::walk(const std::string& group, int depth)
 {
   const H5Handle here = open(group);
   H5G_info_t info = {};
-  check_h5(H5Gget_info(here.id(), &info), place(group), intact_file);
+  place(group).check(H5Gget_info(here.id(), &info));
   if (info.nlinks > most_links) {
     refused_.push_back(
         {group, std::to_string(info.nlinks) + " links in a group", "at most " + std::to_string(most_links)});
@@ -276,9 +271,8 @@ void H5Reader::walk(const std::string& group, int depth)
   }
   for (hsize_t i = 0; i < info.nlinks && !is_full(); ++i) {
     char name[256];
-    const H5Id length = check_h5(
-        H5Lget_name_by_idx(here.id(), ".", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof name, H5P_DEFAULT),
-        place(group), intact_file);
+    const H5Id length = place(group).check(
+        H5Lget_name_by_idx(here.id(), ".", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof name, H5P_DEFAULT));
     const std::string path = (group == "/" ? "/" : group + "/") + name;
     if (static_cast<std::size_t>(length) >= sizeof name) {
       refused_.push_back({path, "a name of " + std::to_string(length) + " bytes", "at most 255"});
@@ -292,7 +286,7 @@ void H5Reader::add_link(H5Id group, const std::string& path, int depth)
 {
   H5L_info_t link = {};
   const std::string name = path.substr(path.rfind('/') + 1);
-  check_h5(H5Lget_info(group, name.c_str(), &link, H5P_DEFAULT), place(path), intact_file);
+  place(path).check(H5Lget_info(group, name.c_str(), &link, H5P_DEFAULT));
   if (link.type == H5L_TYPE_HARD) {
     add_object(path, depth);
     return;
@@ -304,8 +298,7 @@ void H5Reader::add_link(H5Id group, const std::string& path, int depth)
 void H5Reader::add_object(const std::string& path, int depth)
 {
   H5O_info_t info = {};
-  check_h5(H5Oget_info_by_name2(file_.id(), path.c_str(), &info, H5O_INFO_BASIC, H5P_DEFAULT), place(path),
-           intact_file);
+  place(path).check(H5Oget_info_by_name2(file_.id(), path.c_str(), &info, H5O_INFO_BASIC, H5P_DEFAULT));
   if (info.type == H5O_TYPE_DATASET) {
     objects_[path] = ObjectKind::dataset;
   } else if (info.type != H5O_TYPE_GROUP) {
@@ -337,14 +330,14 @@ bool H5Reader::is_dataset(const std::string& path) const
 DatasetInfo H5Reader::dataset_info(const std::string& dataset) const
 {
   const H5Id object = kept_open(dataset);
-  const H5Handle creation = own_h5(H5Dget_create_plist(object), place(dataset), intact_file);
-  const H5Handle type = own_h5(H5Dget_type(object), place(dataset), intact_file);
+  const H5Handle creation = place(dataset).own(H5Dget_create_plist(object));
+  const H5Handle type = place(dataset).own(H5Dget_type(object));
   DatasetInfo facts;
   facts.kind = kind_of(type.id());
   // Checked first: for the shape of a virtual dataset, HDF5 opens its source files.
   facts.external_storage = storage_elsewhere(creation.id());
   if (!facts.external_storage.empty()) return facts;
-  const H5Handle space = own_h5(H5Dget_space(object), place(dataset), intact_file);
+  const H5Handle space = place(dataset).own(H5Dget_space(object));
   facts.shape = shape_of(space.id());
   if (H5DSis_scale(object) > 0) {
     char name[256] = {};
@@ -377,7 +370,7 @@ bool H5Reader::is_attached(const std::string& dataset, std::size_t axis, const s
   if (!is_dataset(scale)) return false;
   const H5Id object = kept_open(dataset);
   H5O_info_t info = {};
-  check_h5(H5Oget_info2(kept_open(scale), &info, H5O_INFO_BASIC), place(scale), intact_file);
+  place(scale).check(H5Oget_info2(kept_open(scale), &info, H5O_INFO_BASIC));
   // Not H5DSis_attached, which fails for all datasets of the scale's REFERENCE_LIST when one is missing.
   const bool attached =
       H5DSiterate_scales(object, static_cast<unsigned>(axis), nullptr, has_address, &info.addr) > 0;
@@ -389,10 +382,10 @@ std::optional<AttributeValue> H5Reader::attribute(const std::string& object, con
 {
   const H5Location here = place(object + "@" + name);
   const H5Id owner = kept_open(object);
-  if (check_h5(H5Aexists(owner, name.c_str()), here, intact_file) == 0) return std::nullopt;
-  const H5Handle attribute = own_h5(H5Aopen(owner, name.c_str(), H5P_DEFAULT), here, intact_file);
-  const H5Handle type = own_h5(H5Aget_type(attribute.id()), here, intact_file);
-  const H5Handle space = own_h5(H5Aget_space(attribute.id()), here, intact_file);
+  if (here.check(H5Aexists(owner, name.c_str())) == 0) return std::nullopt;
+  const H5Handle attribute = here.own(H5Aopen(owner, name.c_str(), H5P_DEFAULT));
+  const H5Handle type = here.own(H5Aget_type(attribute.id()));
+  const H5Handle space = here.own(H5Aget_space(attribute.id()));
   const std::vector<std::int64_t> shape = shape_of(space.id());
   AttributeValue value;
   if (shape.size() != 1 || shape[0] > largest_attribute) return value;
@@ -404,12 +397,12 @@ std::optional<AttributeValue> H5Reader::attribute(const std::string& object, con
   if (size == 0) return value;
   if (*value.kind == ValueKind::text) {
     std::vector<char*> texts(size, nullptr);
-    check_h5(H5Aread(attribute.id(), type.id(), texts.data()), here, intact_file);
+    here.check(H5Aread(attribute.id(), type.id(), texts.data()));
     value.texts = copies(texts, here);
     H5Dvlen_reclaim(type.id(), space.id(), H5P_DEFAULT, texts.data());
   } else {
     value.numbers.resize(size);
-    check_h5(H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, value.numbers.data()), here, intact_file);
+    here.check(H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, value.numbers.data()));
   }
   return value;
 }
@@ -418,28 +411,27 @@ void H5Reader::read_raw(const std::string& dataset, H5Id memory_type, std::size_
                         H5Id transfer) const
 {
   const H5Id object = kept_open(dataset);
-  const H5Handle space = own_h5(H5Dget_space(object), place(dataset), intact_file);
+  const H5Handle space = place(dataset).own(H5Dget_space(object));
   const std::optional<std::uint64_t> count = count_within(shape_of(space.id()), size);
   check(count.has_value() && *count == size, "a dataset is read only when its shape is known");
   if (size == 0) return;
-  check_h5(H5Dread(object, memory_type, H5S_ALL, H5S_ALL, transfer, values), place(dataset), intact_file);
+  place(dataset).check(H5Dread(object, memory_type, H5S_ALL, H5S_ALL, transfer, values));
 }
 
 void H5Reader::read_values(const std::string& dataset, ValueKind kind, std::size_t size, void* values) const
 {
-  read_raw(dataset, native_type(kind), size, values, H5P_DEFAULT);
+  read_raw(dataset, number_types(kind).memory, size, values, H5P_DEFAULT);
 }
 
 void H5Reader::read(const std::string& dataset, std::span<std::string> values) const
 {
   if (values.empty()) return;
   const H5Id object = kept_open(dataset);
-  const H5Handle type = own_h5(H5Dget_type(object), place(dataset), intact_file);
-  const H5Handle transfer = own_h5(H5Pcreate(H5P_DATASET_XFER), place(dataset), intact_file);
+  const H5Handle type = place(dataset).own(H5Dget_type(object));
+  const H5Handle transfer = place(dataset).own(H5Pcreate(H5P_DATASET_XFER));
   TextMemory memory;
-  check_h5(
-      H5Pset_vlen_mem_manager(transfer.id(), TextMemory::allocate, &memory, TextMemory::release, &memory),
-      place(dataset), intact_file);
+  place(dataset).check(
+      H5Pset_vlen_mem_manager(transfer.id(), TextMemory::allocate, &memory, TextMemory::release, &memory));
   std::vector<char*> texts(values.size(), nullptr);
   read_raw(dataset, type.id(), texts.size(), texts.data(), transfer.id());
   std::vector<std::string> taken = copies(texts, place(dataset));
@@ -448,8 +440,6 @@ void H5Reader::read(const std::string& dataset, std::span<std::string> values) c
 
 namespace {
 
-constexpr const char* wanted_memory = "sufficient memory";
-
 /// Smaller datasets stay contiguous: a chunk index alone takes about this many bytes.
 constexpr std::size_t smallest_compressed_bytes = 4096;
 /// Chunks of at most this size fit the reader's cache (1 MiB by default).
@@ -457,52 +447,30 @@ constexpr std::size_t largest_chunk_bytes = std::size_t{1} << 20;
 /// Two thirds of the time of zlib's default, for files 1 % larger.
 constexpr unsigned deflate_level = 4;
 
-H5Id file_type(ValueKind kind)
-{
-  switch (kind) {
-    case ValueKind::float64:
-      return H5T_IEEE_F64LE;
-    case ValueKind::float32:
-      return H5T_IEEE_F32LE;
-    case ValueKind::int64:
-      return H5T_STD_I64LE;
-    case ValueKind::int32:
-      return H5T_STD_I32LE;
-    case ValueKind::int8:
-      return H5T_STD_I8LE;
-    case ValueKind::text:
-      break;
-  }
-  throw InternalError("text has no fixed file type");
-}
-
 H5Handle text_type(const H5Location& place)
 {
-  H5Handle type = own_h5(H5Tcopy(H5T_C_S1), place, wanted_memory);
-  check_h5(H5Tset_size(type.id(), H5T_VARIABLE), place, wanted_memory);
-  check_h5(H5Tset_cset(type.id(), H5T_CSET_UTF8), place, wanted_memory);
+  H5Handle type = place.own(H5Tcopy(H5T_C_S1));
+  place.check(H5Tset_size(type.id(), H5T_VARIABLE));
+  place.check(H5Tset_cset(type.id(), H5T_CSET_UTF8));
   return type;
 }
 
 H5Handle extent(const std::vector<std::int64_t>& shape, const H5Location& place)
 {
-  if (shape.empty()) return own_h5(H5Screate(H5S_SCALAR), place, wanted_memory);
+  if (shape.empty()) return place.own(H5Screate(H5S_SCALAR));
   const std::vector<hsize_t> sizes(shape.begin(), shape.end());
-  return own_h5(H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), place,
-                wanted_memory);
+  return place.own(H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr));
 }
 
 void disable_times_and_order_attributes(H5Id properties, const H5Location& place)
 {
-  check_h5(H5Pset_obj_track_times(properties, false), place, wanted_memory);
-  check_h5(H5Pset_attr_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), place,
-           wanted_memory);
+  place.check(H5Pset_obj_track_times(properties, false));
+  place.check(H5Pset_attr_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED));
 }
 
 void order_links(H5Id properties, const H5Location& place)
 {
-  check_h5(H5Pset_link_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), place,
-           wanted_memory);
+  place.check(H5Pset_link_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED));
 }
 
 std::size_t count_of(const std::vector<std::int64_t>& shape)
@@ -520,10 +488,10 @@ void compress(H5Id properties, const std::vector<std::int64_t>& shape, std::size
   const std::size_t n_rows = std::max<std::size_t>(1, largest_chunk_bytes / row_bytes);
   std::vector<hsize_t> chunk(shape.begin(), shape.end());
   chunk[0] = std::min<hsize_t>(chunk[0], n_rows);
-  check_h5(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()), place, wanted_memory);
-  check_h5(H5Pset_shuffle(properties), place, wanted_memory);
-  check_h5(H5Pset_deflate(properties, deflate_level), place, wanted_memory);
-  check_h5(H5Pset_fletcher32(properties), place, wanted_memory);
+  place.check(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()));
+  place.check(H5Pset_shuffle(properties));
+  place.check(H5Pset_deflate(properties, deflate_level));
+  place.check(H5Pset_fletcher32(properties));
 }
 
 std::string last_name(const std::string& path)
@@ -563,16 +531,15 @@ std::string bytes_of_file(int descriptor, const std::string& path)
 H5Writer::H5Writer(const std::string& path) : file_name_(path), memory_(memory_file(path))
 {
   silence_h5();
-  const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), wanted_memory);
+  const H5Handle access = place("").own(H5Pcreate(H5P_FILE_ACCESS));
   // The default driver resolves the real path of a link, which an unnamed file does not have.
-  check_h5(H5Pset_fapl_stdio(access.id()), place(""), wanted_memory);
-  check_h5(H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18), place(""), wanted_memory);
-  const H5Handle creation = own_h5(H5Pcreate(H5P_FILE_CREATE), place(""), wanted_memory);
+  place("").check(H5Pset_fapl_stdio(access.id()));
+  place("").check(H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18));
+  const H5Handle creation = place("").own(H5Pcreate(H5P_FILE_CREATE));
   disable_times_and_order_attributes(creation.id(), place(""));
   order_links(creation.id(), place(""));
   const std::string name = "/proc/self/fd/" + std::to_string(memory_);
-  file_ =
-      own_h5(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, creation.id(), access.id()), place(""), wanted_memory);
+  file_ = place("").own(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, creation.id(), access.id()));
 }
 
 H5Writer::~H5Writer()
@@ -583,28 +550,26 @@ H5Writer::~H5Writer()
 
 H5Handle H5Writer::open(const std::string& object) const
 {
-  return own_h5(H5Oopen(file_.id(), object.c_str(), H5P_DEFAULT), place(object), wanted_memory);
+  return place(object).own(H5Oopen(file_.id(), object.c_str(), H5P_DEFAULT));
 }
 
 void H5Writer::create_group(const std::string& path)
 {
-  const H5Handle creation = own_h5(H5Pcreate(H5P_GROUP_CREATE), place(path), wanted_memory);
+  const H5Handle creation = place(path).own(H5Pcreate(H5P_GROUP_CREATE));
   disable_times_and_order_attributes(creation.id(), place(path));
   order_links(creation.id(), place(path));
-  own_h5(H5Gcreate2(file_.id(), path.c_str(), H5P_DEFAULT, creation.id(), H5P_DEFAULT), place(path),
-         wanted_memory);
+  place(path).own(H5Gcreate2(file_.id(), path.c_str(), H5P_DEFAULT, creation.id(), H5P_DEFAULT));
 }
 
 void H5Writer::create_dimension(const std::string& path, std::int64_t size)
 {
   const H5Location here = place(path);
   {
-    const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_memory);
+    const H5Handle creation = here.own(H5Pcreate(H5P_DATASET_CREATE));
     disable_times_and_order_attributes(creation.id(), here);
     const H5Handle space = extent({size}, here);
-    own_h5(H5Dcreate2(file_.id(), path.c_str(), H5T_IEEE_F32BE, space.id(), H5P_DEFAULT, creation.id(),
-                      H5P_DEFAULT),
-           here, wanted_memory);
+    here.own(H5Dcreate2(file_.id(), path.c_str(), H5T_IEEE_F32BE, space.id(), H5P_DEFAULT, creation.id(),
+                        H5P_DEFAULT));
   }
   // Name by which the netCDF library recognises a dimension without a variable.
   char name[80];
@@ -615,14 +580,14 @@ void H5Writer::create_dimension(const std::string& path, std::int64_t size)
 
 void H5Writer::link(const std::string& target, const std::string& path)
 {
-  check_h5(H5Lcreate_hard(file_.id(), target.c_str(), file_.id(), path.c_str(), H5P_DEFAULT, H5P_DEFAULT),
-           place(path), wanted_memory);
+  place(path).check(
+      H5Lcreate_hard(file_.id(), target.c_str(), file_.id(), path.c_str(), H5P_DEFAULT, H5P_DEFAULT));
 }
 
 void H5Writer::make_scale(const std::string& path, const std::string& name)
 {
   const H5Handle object = open(path);
-  check_h5(H5DSset_scale(object.id(), name.c_str()), place(path), wanted_memory);
+  place(path).check(H5DSset_scale(object.id(), name.c_str()));
   scales_.push_back(path);
 }
 
@@ -636,11 +601,11 @@ void H5Writer::attach_scales(const Dataset& dataset)
   std::vector<hvl_t> lists(dataset.dimensions.size());
   for (std::size_t axis = 0; axis < dataset.dimensions.size(); ++axis) {
     const std::string& scale = dataset.dimensions[axis];
-    check_h5(H5Rcreate(&references[axis], file_.id(), scale.c_str(), H5R_OBJECT, -1), here, wanted_memory);
+    here.check(H5Rcreate(&references[axis], file_.id(), scale.c_str(), H5R_OBJECT, -1));
     lists[axis] = {1, &references[axis]};
     users_[scale].push_back({dataset.path, static_cast<std::int32_t>(axis)});
   }
-  const H5Handle type = own_h5(H5Tvlen_create(H5T_STD_REF_OBJ), here, wanted_memory);
+  const H5Handle type = here.own(H5Tvlen_create(H5T_STD_REF_OBJ));
   write_raw_attribute(dataset.path, "DIMENSION_LIST", {{}, type.id(), lists.data(), lists.size()});
 }
 
@@ -655,12 +620,12 @@ void H5Writer::write_reference_list(const std::string& scale, const std::vector<
   std::vector<Entry> entries;
   for (const Use& use : uses) {
     Entry entry{0, use.axis, 0};
-    check_h5(H5Rcreate(&entry.dataset, file_.id(), use.dataset.c_str(), H5R_OBJECT, -1), here, wanted_memory);
+    here.check(H5Rcreate(&entry.dataset, file_.id(), use.dataset.c_str(), H5R_OBJECT, -1));
     entries.push_back(entry);
   }
-  const H5Handle type = own_h5(H5Tcreate(H5T_COMPOUND, sizeof(Entry)), here, wanted_memory);
-  check_h5(H5Tinsert(type.id(), "dataset", HOFFSET(Entry, dataset), H5T_STD_REF_OBJ), here, wanted_memory);
-  check_h5(H5Tinsert(type.id(), "dimension", HOFFSET(Entry, axis), H5T_STD_I32LE), here, wanted_memory);
+  const H5Handle type = here.own(H5Tcreate(H5T_COMPOUND, sizeof(Entry)));
+  here.check(H5Tinsert(type.id(), "dataset", HOFFSET(Entry, dataset), H5T_STD_REF_OBJ));
+  here.check(H5Tinsert(type.id(), "dimension", HOFFSET(Entry, axis), H5T_STD_I32LE));
   write_raw_attribute(scale, "REFERENCE_LIST", {{}, type.id(), entries.data(), entries.size()});
 }
 
@@ -670,24 +635,22 @@ void H5Writer::write_raw(const Dataset& dataset, const std::vector<std::int64_t>
   check(memory.size == count_of(shape), "the number of values must match the dataset's shape");
   const H5Location here = place(dataset.path);
   const bool is_text = memory.kind == ValueKind::text;
-  const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_memory);
+  const H5Handle creation = here.own(H5Pcreate(H5P_DATASET_CREATE));
   disable_times_and_order_attributes(creation.id(), here);
   const std::size_t element_bytes = H5Tget_size(memory.type);
   if (!is_text && memory.size * element_bytes >= smallest_compressed_bytes) {
     compress(creation.id(), shape, element_bytes, here);
   }
   if (may_be_nan(dataset, memory.kind)) {
-    check_h5(H5Pset_fill_value(creation.id(), H5T_NATIVE_DOUBLE, &the_nan), here, wanted_memory);
+    here.check(H5Pset_fill_value(creation.id(), H5T_NATIVE_DOUBLE, &the_nan));
   }
   {
     const H5Handle space = extent(shape, here);
-    const H5Handle made =
-        own_h5(H5Dcreate2(file_.id(), dataset.path.c_str(), is_text ? memory.type : file_type(memory.kind),
-                          space.id(), H5P_DEFAULT, creation.id(), H5P_DEFAULT),
-               here, wanted_memory);
+    const H5Handle made = here.own(H5Dcreate2(file_.id(), dataset.path.c_str(),
+                                              is_text ? memory.type : number_types(memory.kind).file,
+                                              space.id(), H5P_DEFAULT, creation.id(), H5P_DEFAULT));
     if (memory.size > 0) {
-      check_h5(H5Dwrite(made.id(), memory.type, H5S_ALL, H5S_ALL, H5P_DEFAULT, memory.data), here,
-               wanted_memory);
+      here.check(H5Dwrite(made.id(), memory.type, H5S_ALL, H5S_ALL, H5P_DEFAULT, memory.data));
     }
   }
   if (dataset.dimensions.size() == 1 && dataset.dimensions[0] == dataset.path) {
@@ -709,15 +672,14 @@ void H5Writer::write_raw(const Dataset& dataset, const std::vector<std::int64_t>
 void H5Writer::write_values(const Dataset& dataset, const std::vector<std::int64_t>& shape,
                             const Values& values)
 {
-  if (values.kind != ValueKind::float64) {
-    write_raw(dataset, shape, {values.kind, native_type(values.kind), values.data, values.size});
-    return;
-  }
+  const H5Id type = number_types(values.kind).memory;
+  if (values.kind != ValueKind::float64)
+    return write_raw(dataset, shape, {values.kind, type, values.data, values.size});
   const auto* first = static_cast<const double*>(values.data);
   std::vector<double> plain(first, first + values.size);
   std::replace_if(
       plain.begin(), plain.end(), [](double value) { return std::isnan(value); }, the_nan);
-  write_raw(dataset, shape, {values.kind, native_type(values.kind), plain.data(), plain.size()});
+  write_raw(dataset, shape, {values.kind, type, plain.data(), plain.size()});
 }
 
 void H5Writer::write(const Dataset& dataset, const std::vector<std::int64_t>& shape,
@@ -738,9 +700,8 @@ void H5Writer::write_raw_attribute(const std::string& object, const std::string&
   const H5Handle owner = open(object);
   const H5Handle space = extent({static_cast<std::int64_t>(memory.size)}, here);
   const H5Handle attribute =
-      own_h5(H5Acreate2(owner.id(), name.c_str(), memory.type, space.id(), H5P_DEFAULT, H5P_DEFAULT), here,
-             wanted_memory);
-  check_h5(H5Awrite(attribute.id(), memory.type, memory.data), here, wanted_memory);
+      here.own(H5Acreate2(owner.id(), name.c_str(), memory.type, space.id(), H5P_DEFAULT, H5P_DEFAULT));
+  here.check(H5Awrite(attribute.id(), memory.type, memory.data));
 }
 
 void H5Writer::write_attribute(const std::string& object, const std::string& name, const std::string& value)
@@ -754,7 +715,7 @@ void H5Writer::write_attribute(const std::string& object, const std::string& nam
 void H5Writer::write_number_attribute(const std::string& object, const std::string& name,
                                       const Values& values)
 {
-  write_raw_attribute(object, name, {values.kind, file_type(values.kind), values.data, values.size});
+  write_raw_attribute(object, name, {values.kind, number_types(values.kind).file, values.data, values.size});
 }
 
 std::string H5Writer::bytes()
@@ -763,7 +724,7 @@ std::string H5Writer::bytes()
     const auto found = users_.find(scale);
     if (found != users_.end()) write_reference_list(scale, found->second);
   }
-  check_h5(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL), place(""), wanted_memory);
+  place("").check(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL));
   file_.reset();
   return bytes_of_file(memory_, file_name_);
 }

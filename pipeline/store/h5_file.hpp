@@ -1,4 +1,5 @@
-/// HDF5 handles (RAII) and a check of return codes. No header includes hdf5.h, hence the integer.
+/// HDF5 handles (RAII) and a check of return codes; reader and writer of one file, and the registry's
+/// visitors for both. No header includes hdf5.h, hence the integer.
 #pragma once
 
 #include <algorithm>
@@ -22,6 +23,9 @@ namespace vrda::store {
 
 using H5Id = std::int64_t;
 
+/// What writing a file in memory needs.
+inline constexpr const char* wanted_memory = "sufficient memory";
+
 /// Owns one HDF5 identifier of any kind and releases it on destruction.
 class H5Handle {
  public:
@@ -38,22 +42,25 @@ class H5Handle {
   H5Id id_ = -1;
 };
 
-/// Location of a call; becomes the InputError's file and field.
+/// Where a call of HDF5 works, and what it needs there: file, field and wanted of its InputError.
 struct H5Location {
   const std::string& file;
   std::string object;  ///< path inside the file; may be empty
+  const char* wanted;
+
+  /// Returns `code` when it is not negative; otherwise throws InputError with HDF5's error text.
+  H5Id check(H5Id code) const;
+  /// The same for calls that return an identifier to own.
+  H5Handle own(H5Id id) const { return H5Handle(check(id)); }
 };
 
-/// Returns `code` when it is not negative; otherwise throws InputError with HDF5's error text.
-H5Id check_h5(H5Id code, const H5Location& place, const char* wanted);
+/// HDF5's types of a kind of numbers, in memory and in files.
+struct NumberTypes {
+  H5Id memory, file;
+};
+NumberTypes number_types(ValueKind kind);
 
-/// The same for calls that return an identifier to own.
-H5Handle own_h5(H5Id id, const H5Location& place, const char* wanted);
-
-/// HDF5's native type of a kind of numbers.
-H5Id native_type(ValueKind kind);
-
-/// Disables HDF5's printing of its error stack; check_h5 reports errors.
+/// Disables HDF5's printing of its error stack; H5Location::check reports errors.
 void silence_h5();
 
 // Reader of one untrusted HDF5 file: metadata first, values once the metadata has been checked.
@@ -106,7 +113,7 @@ class H5Reader {
     H5Id dataset, creation, type;
   };
 
-  H5Location place(const std::string& object) const { return {file_name_, object}; }
+  H5Location place(const std::string& object) const { return {file_name_, object, intact_file}; }
   H5Handle open(const std::string& object) const;
   /// Like open(), but the handle stays open: repeated opening took a third of the reading time.
   H5Id kept_open(const std::string& object) const;
@@ -185,7 +192,7 @@ class H5Writer {
     std::size_t size = 0;
   };
 
-  H5Location place(const std::string& object) const { return {file_name_, object}; }
+  H5Location place(const std::string& object) const { return {file_name_, object, wanted_memory}; }
   H5Handle open(const std::string& object) const;
   void write_values(const Dataset& dataset, const std::vector<std::int64_t>& shape, const Values& values);
   void write_number_attribute(const std::string& object, const std::string& name, const Values& values);

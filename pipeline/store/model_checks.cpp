@@ -557,8 +557,7 @@ class ModelRules {
           smoothed_path(set.degree, surface.name), values, n_cells_, "the value of the polynomial",
           [&](std::size_t cell) {
             const double wanted = evaluate(set, surface, ranges, model_.flexion_deg[cell / n_varus_],
-                                           model_.varus_deg[cell % n_varus_])
-                                      .value;
+                                           model_.varus_deg[cell % n_varus_]);
             return !(std::abs(values[cell] - wanted) <= smoothed_tolerance * (1.0 + std::abs(wanted)));
           });
     }

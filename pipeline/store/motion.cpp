@@ -14,16 +14,6 @@
 #include "model/mesh.hpp"
 
 namespace vrda::store {
-namespace {
-
-/// du/dx of unit_coordinate.
-double unit_slope(const AxisRange& range)
-{
-  return range.first_deg == range.last_deg ? 0.0 : 2.0 / (range.last_deg - range.first_deg);
-}
-
-}  // namespace
-
 AxisRanges axis_ranges(const std::vector<double>& flexion_deg, const std::vector<double>& varus_deg)
 {
   check(!flexion_deg.empty() && !varus_deg.empty(), "an axis must have at least one value");
@@ -35,15 +25,10 @@ LegendreTable legendre(double u, int degree)
   check(degree >= 0 && degree <= max_smoothed_degree, "the degree must not exceed the table");
   LegendreTable table;
   table.value[0] = 1.0;
-  table.derivative[0] = 0.0;
-  if (degree == 0) return table;
-  table.value[1] = u;
-  table.derivative[1] = 1.0;
-  for (int n = 1; n < degree; ++n) {
-    // Bonnet: (n + 1) P_{n+1} = (2n + 1) u P_n - n P_{n-1}, and P'_{n+1} = P'_{n-1} + (2n + 1) P_n.
+  if (degree > 0) table.value[1] = u;
+  // Bonnet: (n + 1) P_{n+1} = (2n + 1) u P_n - n P_{n-1}.
+  for (int n = 1; n < degree; ++n)
     table.value[n + 1] = ((2 * n + 1) * u * table.value[n] - n * table.value[n - 1]) / (n + 1);
-    table.derivative[n + 1] = table.derivative[n - 1] + (2 * n + 1) * table.value[n];
-  }
   return table;
 }
 
@@ -54,22 +39,17 @@ double unit_coordinate(double x_deg, const AxisRange& range)
   return ((x_deg - range.first_deg) - (range.last_deg - x_deg)) / (range.last_deg - range.first_deg);
 }
 
-SmoothedValue evaluate(const SmoothedSet& set, const SmoothedSurface& surface, const AxisRanges& ranges,
-                       double flexion_deg, double varus_deg)
+double evaluate(const SmoothedSet& set, const SmoothedSurface& surface, const AxisRanges& ranges,
+                double flexion_deg, double varus_deg)
 {
   const LegendreTable P = legendre(unit_coordinate(flexion_deg, ranges.flexion), set.degree);
   const LegendreTable Q = legendre(unit_coordinate(varus_deg, ranges.varus), set.degree);
-  SmoothedValue result;
+  double value = 0.0;
   for (Eigen::Index k = 0; k < set.exponents.rows(); ++k) {
-    const std::int32_t i = set.exponents(k, 0), j = set.exponents(k, 1);
     const double coefficient = surface.coefficients[static_cast<std::size_t>(k)];
-    result.value += coefficient * P.value[i] * Q.value[j];
-    result.per_flexion += coefficient * P.derivative[i] * Q.value[j];
-    result.per_varus += coefficient * P.value[i] * Q.derivative[j];
+    value += coefficient * P.value[set.exponents(k, 0)] * Q.value[set.exponents(k, 1)];
   }
-  result.per_flexion *= unit_slope(ranges.flexion);
-  result.per_varus *= unit_slope(ranges.varus);
-  return result;
+  return value;
 }
 
 // The motion over flexion of one sample of an uncertain job.
@@ -508,17 +488,6 @@ Pose about_centre(const Eigen::Matrix3d& R_world, const Eigen::Vector3d& shift_m
 
 }  // namespace
 
-const char* name_of(PoseStatus status)
-{
-  switch (status) {
-    case PoseStatus::solved:
-      return "solved";
-    case PoseStatus::unsolved_cell:
-      return "unsolved_cell";
-  }
-  throw InternalError("a pose status has a name");
-}
-
 std::vector<std::string> set_names(const store::MotionModel& model)
 {
   std::vector<const store::SmoothedSet*> sets;
@@ -585,10 +554,10 @@ Motion::Motion(const store::MotionModel& model, const std::string& set) : Motion
       });
   if (set == "two_sided") {
     check(model.two_sided.has_value(), "the set is one of set_names");
-    use_two_sided(*model.two_sided);
+    use_flexion_table(radians(model.two_sided->flexion_deg), model.two_sided->contact, *model.two_sided);
   } else if (set == "zero_varus") {
     check(has_pose(model.zero_varus), "the set is one of set_names");
-    use_zero_varus(*model.zero_varus);
+    use_flexion_table(raw_.flexion_rad, model.zero_varus->source, *model.zero_varus);
   } else if (const auto sample = quantile_motion(model, set)) {
     use_flexion_table(raw_.flexion_rad, sample->contact, *sample);
   } else if (set != "raw") {
@@ -636,18 +605,6 @@ void Motion::use_travel(const store::GridD& travel_mm)
     if (node.is_solved) node.value = {travel_mm.data()[cell]};
   }
   set_slopes(*travel_);
-}
-
-void Motion::use_two_sided(const store::TwoSided& table)
-{
-  std::vector<double> flexion_rad;
-  for (const double flexion_deg : table.flexion_deg) flexion_rad.push_back(rad_from_deg(flexion_deg));
-  use_flexion_table(flexion_rad, table.contact, table);
-}
-
-void Motion::use_zero_varus(const store::ZeroVarus& table)
-{
-  use_flexion_table(raw_.flexion_rad, table.source, table);
 }
 
 template <typename Table>

@@ -31,26 +31,20 @@ AxisRanges axis_ranges(const std::vector<double>& flexion_deg, const std::vector
 /// Largest degree of a surface; tables of this size are on the stack.
 inline constexpr int max_smoothed_degree = 20;
 
-/// Legendre polynomials and their derivatives at one point of [-1, 1] (or a little outside).
+/// Legendre polynomials at one point of [-1, 1] (or a little outside).
 struct LegendreTable {
   double value[max_smoothed_degree + 1] = {};
-  double derivative[max_smoothed_degree + 1] = {};
 };
+/// `degree`: the highest that is needed.
 LegendreTable legendre(double u, int degree);
 
 /// Maps `x_deg` to [-1, 1]; 0 where the axis has one value.
 double unit_coordinate(double x_deg, const AxisRange& range);
 
-struct SmoothedValue {
-  double value = 0.0;        ///< mm, degrees for theta
-  double per_flexion = 0.0;  ///< derivative, per degree of flexion
-  double per_varus = 0.0;    ///< derivative, per degree of varus; 0 where the axis has one value
-};
-
-/// Evaluates a surface at any attitude; outside the grid it extrapolates, with large errors.
-/// Allocates nothing. `set` is the set of `surface`.
-SmoothedValue evaluate(const SmoothedSet& set, const SmoothedSurface& surface, const AxisRanges& ranges,
-                       double flexion_deg, double varus_deg);
+/// The value (mm, degrees for theta) of a surface at any attitude; outside the grid it extrapolates, with
+/// large errors. Allocates nothing. `set` is the set of `surface`.
+double evaluate(const SmoothedSet& set, const SmoothedSurface& surface, const AxisRanges& ranges,
+                double flexion_deg, double varus_deg);
 
 // Bicubic Hermite interpolation of values at the nodes of an attitude grid.
 
@@ -127,7 +121,12 @@ enum class PoseStatus {
   unsolved_cell,  ///< a cell around the attitude is unsolved; never for the set "degree_N"
 };
 
-const char* name_of(PoseStatus status);
+inline constexpr Named<PoseStatus> pose_status_names[] = {{PoseStatus::solved, "solved"},
+                                                          {PoseStatus::unsolved_cell, "unsolved_cell"}};
+constexpr const auto& names_of(PoseStatus)
+{
+  return pose_status_names;
+}
 
 /// Poses of both objects. World W: origin at the rotation centre, canonical axes of the joint's own side. The
 /// poses map stored (canonical, not recentred) vertices. Identity if not solved.
@@ -227,8 +226,6 @@ class Motion {
   void set_varus_range();
   void use_smoothed(const store::MotionModel& model, const store::SmoothedSet& set);
   void use_travel(const store::GridD& travel_mm);
-  void use_two_sided(const store::TwoSided& table);
-  void use_zero_varus(const store::ZeroVarus& table);
   void use_frames(const store::MotionModel& model);
   template <typename Table>
   void use_flexion_table(const std::vector<double>& flexion_rad, const std::vector<std::int8_t>& state,

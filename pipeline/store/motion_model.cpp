@@ -183,11 +183,6 @@ bool have_equal_recontact(const SmoothedSet& a, const SmoothedSet& b)
 
 }  // namespace
 
-bool is_key_name(const std::string& name)
-{
-  return core::is_key_name(name);
-}
-
 void require_grid(const MotionModel& model, const std::string& file, const std::string& what)
 {
   if (!model.frames) return;

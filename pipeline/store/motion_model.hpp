@@ -406,9 +406,6 @@ struct FrameSequence {
 /// At least this far apart, so that rates over neighbouring keys cannot overflow.
 inline constexpr double min_key_step = 1e-9;
 
-/// A lower-case letter, then at most 39 lower-case letters, digits and underscores.
-bool is_key_name(const std::string& name);
-
 struct MotionModel {
   std::string title;
   std::string joint;   ///< one of joint_kind_names

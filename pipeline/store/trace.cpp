@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
 
@@ -22,13 +21,6 @@ namespace {
 /// Tolerance of angles typed by a user; grid values have fewer digits.
 constexpr double same_angle_deg = 1e-6;
 
-std::string degrees(double angle_deg)
-{
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", angle_deg);
-  return text;
-}
-
 /// The value of an axis nearest to `wanted_deg`; "any" without one.
 std::string nearest(const std::vector<double>& axis_deg, const std::optional<double>& wanted_deg)
 {
@@ -37,7 +29,7 @@ std::string nearest(const std::vector<double>& axis_deg, const std::optional<dou
   for (const double value_deg : axis_deg) {
     if (std::abs(value_deg - *wanted_deg) < std::abs(best_deg - *wanted_deg)) best_deg = value_deg;
   }
-  return degrees(best_deg);
+  return rounded_text(best_deg);
 }
 
 }  // namespace
@@ -75,7 +67,7 @@ std::vector<std::size_t> searches_at(const Trace& trace, const std::string& file
   if (!found.empty()) return found;
   if (searches.node.empty()) throw InputError({file, "/searches", "no searches", "at least one"});
   const auto text = [](const std::optional<double>& angle_deg) {
-    return angle_deg ? degrees(*angle_deg) : std::string("any");
+    return angle_deg ? rounded_text(*angle_deg) : std::string("any");
   };
   throw InputError({file, "attitude",
                     "no search at flexion " + text(filter.flexion_deg) + ", varus " + text(filter.varus_deg),

@@ -472,7 +472,7 @@ std::vector<PoseEntries> matrices_of(const FieldTable& table, const std::string&
   return matrices;
 }
 
-/// A name that a motion model accepts (store::is_key_name).
+/// A name that a motion model accepts (core/text.hpp, is_key_name).
 std::string key_name_of(const std::string& column)
 {
   std::string name = lower_case(column) == "time" ? "time_s" : lower_case(column);

@@ -380,7 +380,7 @@ void add_frame(FlexionMotion& result, const store::Motion& motion, double flexio
   }
   FlexionFrame frame{flexion_deg, motion.at({flexion_rad, rad_from_deg(*varus_deg)}), {}};
   if (frame.pose.status != store::PoseStatus::solved) {
-    result.omitted.push_back({flexion_deg, nan, store::name_of(frame.pose.status)});
+    result.omitted.push_back({flexion_deg, nan, core::name_of(frame.pose.status)});
     return;
   }
   result.frames.push_back(frame);

@@ -79,7 +79,7 @@ Plan plan_of(const store::Motion& motion, const ShowOptions& options, bool repor
     ++plan.n_unsolved;
     messages << "flexion " << view::plain_label(flexion_rad) << ", varus "
              << view::plain_label(pose.attitude.varus_rad) << ": no image, a neighbouring cell is unsolved ("
-             << store::name_of(pose.status) << ")\n";
+             << core::name_of(pose.status) << ")\n";
   }
   return plan;
 }

@@ -301,7 +301,7 @@ TEST(Roughness, AgreesWithDifferencesOfTheSurface)
   std::mt19937_64 generator(5);
   const Fitted f = fitted(6, [&](double, double) { return static_cast<double>(generator() % 1000) / 500.0; });
   const auto value = [&](double flexion, double varus) {
-    return store::evaluate(f.set, f.set.surfaces[0], f.ranges, flexion, varus).value;
+    return store::evaluate(f.set, f.set.surfaces[0], f.ranges, flexion, varus);
   };
   // Midpoints of a fine grid; second differences with a step of 0.05 degrees.
   constexpr double h = 0.05;

@@ -47,8 +47,7 @@ TEST(SmoothFit, GridValuesAreThoseOfEvaluate)
       for (Eigen::Index j = 0; j < 9; ++j) {
         EXPECT_EQ(surface.values(i, j),
                   store::evaluate(set, surface, ranges, input.flexion_deg[static_cast<std::size_t>(i)],
-                                  input.varus_deg[static_cast<std::size_t>(j)])
-                      .value);
+                                  input.varus_deg[static_cast<std::size_t>(j)]));
       }
     }
   }

@@ -66,4 +66,14 @@ TEST(Alternatives, AreAList)
   EXPECT_EQ(join_alternatives({"a", "b", "c"}), "a, b or c");
 }
 
+// As printf prints them, with every digit of a large number.
+TEST(NumberText, DigitsAndDecimals)
+{
+  EXPECT_EQ(rounded_text(0.14549), "0.14549");
+  EXPECT_EQ(rounded_text(-1234.5678, 3), "-1.23e+03");
+  EXPECT_EQ(rounded_text(nan), "nan");
+  EXPECT_EQ(fixed_text(12.345, 1), "12.3");
+  EXPECT_EQ(fixed_text(1e30, 0), "1000000000000000019884624838656");
+}
+
 }  // namespace vrda::text_test

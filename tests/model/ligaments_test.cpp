@@ -126,40 +126,4 @@ TEST(LigamentEnergy, DerivativesMatchDifferences)
   EXPECT_EQ(exact.hessian, Matrix5d(exact.hessian.transpose()));
 }
 
-TEST(SolverLigaments, KeepLengthsUnderAnyFrame)
-{
-  // At the pose of the meshes the moving object is where its own rotation centre is the reference's.
-  const model::Ligaments canonical = random_fibres(20, 3);
-  for (const Side side : {Side::right, Side::left}) {
-    const SolverFrame frame{side, {430, 510, 75}, Eigen::Vector3d(0.1, 1, -0.3).normalized()};
-    const std::vector<model::FibreState> states =
-        model::fibre_states(model::solver_ligaments(canonical, frame), {}, {});
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      const model::Fibre& fibre = canonical.fibres[i];
-      EXPECT_NEAR(states[i].length_mm, (fibre.moving_mm - fibre.reference_mm).norm(), 1e-10);
-    }
-  }
-}
-
-TEST(SolverLigaments, OfAMirroredJointAreTheSameToTheLastBit)
-{
-  const model::Ligaments right = random_fibres(20, 4);
-  model::Ligaments left = right;
-  for (model::Fibre& fibre : left.fibres) {
-    fibre.reference_mm.z() *= -1.0;
-    fibre.moving_mm.z() *= -1.0;
-  }
-  const SolverFrame right_frame{Side::right, {4.3, 5.1, 7.5}, Eigen::Vector3d(0.1, 1, -0.3).normalized()};
-  SolverFrame left_frame = right_frame;
-  left_frame.side = Side::left;
-  left_frame.rotation_centre_mm.z() *= -1.0;
-  left_frame.delta.z() *= -1.0;
-  const Potential a = test::energy_at(model::solver_ligaments(right, right_frame), bent);
-  const Potential b = test::energy_at(model::solver_ligaments(left, left_frame), bent);
-  EXPECT_GT(a.energy_nmm, 0.0);
-  EXPECT_EQ(a.energy_nmm, b.energy_nmm);
-  EXPECT_EQ(a.gradient, b.gradient);
-  EXPECT_EQ(a.hessian, b.hessian);
-}
-
 }  // namespace vrda::ligaments_test

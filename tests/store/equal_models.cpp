@@ -1,4 +1,4 @@
-// Exact comparison of motion models.
+// Exact comparison of motion models and of traces.
 #include "store/sample_model.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ class Listing : public store::RegistryVisitor {
   }
   template <typename Member>
   void attribute(const std::string& object, const std::string& name, const Member& member,
-                 const store::Unit& = store::unit::none)
+                 const core::Unit& = core::unit::none)
   {
     std::vector<std::string>& values = entries[object + "@" + name];
     if constexpr (std::is_same_v<Member, Eigen::Vector3d>) {
@@ -59,23 +59,40 @@ class Listing : public store::RegistryVisitor {
   }
 };
 
-}  // namespace
-
-void expect_equal(const store::MotionModel& a, const store::MotionModel& b)
+template <typename Visit>
+void expect_equal_listings(const Visit& visit_a, const Visit& visit_b)
 {
   Listing of_a, of_b;
-  store::visit_motion_model(a, of_a);
-  store::visit_motion_model(b, of_b);
+  visit_a(of_a);
+  visit_b(of_b);
   for (const auto& [path, values] : of_a.entries) {
     const auto found = of_b.entries.find(path);
     if (found == of_b.entries.end()) {
-      ADD_FAILURE() << path << " in the first model only";
+      ADD_FAILURE() << path << " in the first only";
     } else {
       EXPECT_TRUE(values == found->second) << path;
     }
   }
   for (const auto& [path, values] : of_b.entries)
-    EXPECT_TRUE(of_a.entries.count(path)) << path << " in the second model only";
+    EXPECT_TRUE(of_a.entries.count(path)) << path << " in the second only";
+}
+
+}  // namespace
+
+void expect_equal(const store::MotionModel& a, const store::MotionModel& b)
+{
+  const auto visit_of = [](const store::MotionModel& model) {
+    return [&model](Listing& listing) { store::visit_motion_model(model, listing); };
+  };
+  expect_equal_listings(visit_of(a), visit_of(b));
+}
+
+void expect_equal(const store::Trace& a, const store::Trace& b)
+{
+  const auto visit_of = [](const store::Trace& trace) {
+    return [&trace](Listing& listing) { store::visit_trace(trace, listing); };
+  };
+  expect_equal_listings(visit_of(a), visit_of(b));
 }
 
 }  // namespace vrda::test

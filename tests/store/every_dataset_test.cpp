@@ -28,7 +28,7 @@ class Names : public store::RegistryVisitor {
 
   template <typename Member>
   void attribute(const std::string& object, const std::string& name, const Member&,
-                 const store::Unit& = store::unit::none)
+                 const core::Unit& = core::unit::none)
   {
     attributes.push_back({object, name});
   }

@@ -206,15 +206,6 @@ TEST(Journal, ResumingCutsTheTailAndContinues)
   EXPECT_EQ(test::read_bytes(torn), test::read_bytes(path));
 }
 
-TEST(Journal, CreateStartsOver)
-{
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "a.journal";
-  write_journal(path, 3);
-  write_journal(path, 1);
-  expect_records(store::read_journal(path), 1);
-}
-
 TEST(Journal, AnotherJobsJournalNamesFileAndBothKeys)
 {
   const test::Scratch scratch;

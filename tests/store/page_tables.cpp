@@ -70,7 +70,7 @@ class TableRows : public store::RegistryVisitor {
     rows.push_back({path, "| `" + path + "` | " + (dimensions.empty() ? "none" : dimensions) + " | " +
                               (store::member_kind<Member>() == store::ValueKind::text
                                    ? "text"
-                                   : store::name_of(store::member_kind<Member>())) +
+                                   : core::name_of(store::member_kind<Member>())) +
                               " | " + dataset.units.name + " | " + on_page(dataset.long_name) + " | " +
                               valid_text(dataset) + " |\n"});
   }

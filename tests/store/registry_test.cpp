@@ -32,7 +32,7 @@ class Rows : public store::RegistryVisitor {
   }
   template <typename Member>
   void attribute(const std::string&, const std::string& name, const Member&,
-                 const store::Unit& = store::unit::none)
+                 const core::Unit& = core::unit::none)
   {
     attributes.insert(name);
   }

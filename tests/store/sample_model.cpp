@@ -105,8 +105,7 @@ store::SmoothedSet sample_smoothed(const store::MotionModel& model)
       for (Eigen::Index j = 0; j < surface.values.cols(); ++j) {
         surface.values(i, j) =
             store::evaluate(set, surface, ranges, model.flexion_deg[static_cast<std::size_t>(i)],
-                            model.varus_deg[static_cast<std::size_t>(j)])
-                .value;
+                            model.varus_deg[static_cast<std::size_t>(j)]);
       }
     }
     set.surfaces.push_back(surface);

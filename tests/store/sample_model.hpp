@@ -7,6 +7,7 @@
 
 #include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
+#include "store/trace.hpp"
 
 namespace vrda::test {
 
@@ -31,6 +32,7 @@ store::IndexTable sample_index();
 
 /// A failure for each member that differs; NaN equals NaN.
 void expect_equal(const store::MotionModel& a, const store::MotionModel& b);
+void expect_equal(const store::Trace& a, const store::Trace& b);
 
 /// `model` with a robust set and its recontact, a zero-varus motion and audits of all of them. The
 /// zero-varus motion has a pose wherever the first column is solved: at even flexions both compartments

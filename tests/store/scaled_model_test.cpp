@@ -26,7 +26,7 @@ class AllNumbers : public store::RegistryVisitor {
 
   template <typename Member>
   void attribute(const std::string& object, const std::string& name, const Member& member,
-                 const store::Unit& units = store::unit::none)
+                 const core::Unit& units = core::unit::none)
   {
     Numbers& found = numbers[object + "@" + name];
     found.unit = units.name;

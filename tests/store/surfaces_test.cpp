@@ -133,27 +133,6 @@ TEST(RawSurfaces, ANodeMissedByRoundingNeedsNoneOfItsNeighbours)
   }
 }
 
-TEST(RawSurfaces, ASingleColumnIsInterpolatedInFlexionAlone)
-{
-  ModelPlan plan;
-  plan.varus_deg = {0};
-  plan.motion = biquadratic;
-  const store::RawSurfaces surfaces = store::raw_surfaces(model_of(plan));
-  const store::RawSample found = store::sample(surfaces, attitude_deg(33, 0));
-  ASSERT_TRUE(found.is_solved);
-  EXPECT_NEAR(found.values[1], biquadratic(33, 0)[1], rounding);
-}
-
-TEST(RawSurfaces, AMisshapenModelIsABrokenPromise)
-{
-  store::MotionModel descending = model_of({});
-  descending.flexion_deg[2] = descending.flexion_deg[1];
-  EXPECT_THROW(store::raw_surfaces(descending), InternalError);
-  store::MotionModel small = model_of({});
-  small.ty_mm.resize(2, 2);
-  EXPECT_THROW(store::raw_surfaces(small), InternalError);
-}
-
 constexpr double few_operations = 1e-13;  // a handful of operations on numbers near one
 
 TEST(SmoothedSurfaces, AgreeWithTheLegendrePolynomialsWrittenOut)
@@ -178,23 +157,6 @@ TEST(SmoothedSurfaces, AgreeWithTheLegendrePolynomialsWrittenOut)
   }
 }
 
-TEST(SmoothedSurfaces, EveryPolynomialIsOneAtTheUpperEndAndAlternatesAtTheLower)
-{
-  // P_n(1) = 1 and P_n(-1) = (-1)^n, up to the highest degree there is.
-  store::MotionModel model = test::model_of({});
-  test::add_smoothed(model, store::max_smoothed_degree, [](int i, int j) {
-    return store::PoseCoordinates{j == 0 ? i + 1.0 : 0.0, 0.0, 0.0, 0.0};
-  });
-  const store::SmoothedSurfaces surfaces = store::smoothed_surfaces(model, model.smoothed.front());
-  double sum = 0.0, alternating = 0.0;
-  for (int i = 0; i <= store::max_smoothed_degree; ++i) {
-    sum += i + 1.0;
-    alternating += (i % 2 == 0 ? 1.0 : -1.0) * (i + 1.0);
-  }
-  EXPECT_NEAR(store::evaluate(surfaces, {rad_from_deg(90.0), 0.0})[0], sum, 1e-11);
-  EXPECT_NEAR(store::evaluate(surfaces, {0.0, 0.0})[0], alternating, 1e-11);
-}
-
 TEST(SmoothedSurfaces, AgreeWithTheEvaluationOfTheStore)
 {
   store::MotionModel model = test::model_of({});
@@ -208,25 +170,10 @@ TEST(SmoothedSurfaces, AgreeWithTheEvaluationOfTheStore)
     const store::PoseAndVarus found =
         store::evaluate(surfaces, {rad_from_deg(flexion_deg), rad_from_deg(-3.0)});
     for (std::size_t number = 0; number < 4; ++number) {
-      const double expected = store::evaluate(set, set.surfaces[number], ranges, flexion_deg, -3.0).value;
+      const double expected = store::evaluate(set, set.surfaces[number], ranges, flexion_deg, -3.0);
       EXPECT_NEAR(found[number], number == 3 ? rad_from_deg(expected) : expected, 28 * few_operations);
     }
   }
-}
-
-TEST(SmoothedSurfaces, AMisshapenSetIsABrokenPromise)
-{
-  store::MotionModel model = test::model_of({});
-  test::add_smoothed(model, 2, [](int, int) { return store::PoseCoordinates{}; });
-  store::SmoothedSet nameless = model.smoothed.front();
-  nameless.surfaces[1].name = "t";
-  EXPECT_THROW(store::smoothed_surfaces(model, nameless), InternalError);
-  store::SmoothedSet cut = model.smoothed.front();
-  cut.surfaces[2].coefficients.pop_back();
-  EXPECT_THROW(store::smoothed_surfaces(model, cut), InternalError);
-  store::SmoothedSet wild = model.smoothed.front();
-  wild.exponents(1, 1) = store::max_smoothed_degree + 1;
-  EXPECT_THROW(store::smoothed_surfaces(model, wild), InternalError);
 }
 
 }  // namespace vrda::surfaces_test

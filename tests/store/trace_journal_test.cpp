@@ -56,30 +56,6 @@ TEST(TraceJournal, GivesBackEveryBit)
   EXPECT_EQ(core::bytes_of_value(trace(3, 5)).size(), five_moves_bytes);
 }
 
-TEST(TraceJournal, InvalidBytesAreRefused)
-{
-  const std::string bytes = core::bytes_of_value(trace(3, 5));
-  for (std::size_t size = 0; size < bytes.size(); ++size) {
-    EXPECT_FALSE(core::value_of_bytes<SearchTrace>(std::string_view(bytes).substr(0, size)).has_value())
-        << size;
-  }
-  EXPECT_FALSE(core::value_of_bytes<SearchTrace>(bytes + "x").has_value());
-  const std::size_t first_move = key_bytes + seed_bytes + status_bytes + count_bytes;
-  struct Row {
-    const char* what;
-    std::size_t at;
-    char value;
-  };
-  for (const Row& row :
-       {Row{"kind of node", 0, 3}, Row{"status", key_bytes + seed_bytes, 9},
-        Row{"number of moves", first_move - 1, '\x7f'}, Row{"kind of move", first_move + 4, 7},
-        Row{"flag", first_move + 5 + 48, 2}, Row{"number of contacts", first_move + 5 + 48 + 6, '\x7f'}}) {
-    std::string damaged = bytes;
-    damaged[row.at] = row.value;
-    EXPECT_FALSE(core::value_of_bytes<SearchTrace>(damaged).has_value()) << row.what;
-  }
-}
-
 TEST(TraceJournal, KeepsWholeSearchesAndDropsATornOne)
 {
   const test::Scratch scratch;
@@ -120,16 +96,6 @@ TEST(TraceJournal, TheTwoKindsOfJournalsAreDistinguished)
   store::JournalWriter::create(steps, key);
   EXPECT_EQ(test::input_error([&] { store::read_journal(traces); }).field, "header");
   EXPECT_EQ(test::input_error([&] { store::read_trace_journal(steps); }).field, "header");
-}
-
-TEST(TraceJournal, ASecondWriterIsRefused)
-{
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "a.trace.journal";
-  const core::FrameWriter writer = store::create_trace_journal(path, key);
-  EXPECT_THAT(
-      test::input_error([&] { store::resume_trace_journal(path, store::read_trace_journal(path).summary); }),
-      test::refuses({.found = std::to_string(getpid())}));
 }
 
 }  // namespace vrda::trace_journal_test

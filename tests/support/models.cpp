@@ -65,8 +65,7 @@ store::GridD grid_values(const store::MotionModel& model, const store::SmoothedS
   for (Eigen::Index i = 0; i < values.rows(); ++i) {
     for (Eigen::Index j = 0; j < values.cols(); ++j) {
       values(i, j) = store::evaluate(set, surface, ranges, model.flexion_deg[static_cast<std::size_t>(i)],
-                                     model.varus_deg[static_cast<std::size_t>(j)])
-                         .value;
+                                     model.varus_deg[static_cast<std::size_t>(j)]);
     }
   }
   return values;

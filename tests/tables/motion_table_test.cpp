@@ -206,7 +206,7 @@ TEST(MotionTable, ColumnsAreNamedByTheUser)
   columns.key = "Cycle %";
   const MotionTable table = table_of("Cycle %,a,b,c,d,e,f\n1,10,20,30,40,50,60\n", "m.csv", columns);
   EXPECT_EQ(table.key_name, "cycle__");
-  EXPECT_TRUE(store::is_key_name(table.key_name));
+  EXPECT_TRUE(core::is_key_name(table.key_name));
   EXPECT_EQ(table.coordinates.at(0).angle, (std::array<double, 3>{20, 30, -10}));
   EXPECT_EQ(table.coordinates.at(0).length, (std::array<double, 3>{40, 50, 60}));
 }
