@@ -7,18 +7,12 @@
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda::motion_table_test {
-
-using tables::AngleOrder;
-using tables::AngleUnit;
-using tables::LengthPoint;
-using tables::MotionTable;
-using tables::TableColumns;
+namespace vrda::tables::motion_table_test {
 
 MotionTable table_of(const std::string& text, const std::string& file = "m.csv",
                      const TableColumns& columns = {})
 {
-  return tables::motion_table_from_text(file, text, columns);
+  return motion_table_from_text(file, text, columns);
 }
 
 InputError::Facts refusal(const std::string& text, const std::string& file = "m.csv",
@@ -250,66 +244,53 @@ TEST(MotionTable, ColumnsAreNamedByTheUser)
               test::refuses({"m.csv", "--column", "bend", {"flexion", "varus", "rx", "tx", "lateral"}}));
 }
 
-constexpr const char* names = "frame,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n";
-
-TEST(MotionTable, BadNumbersNameLineAndColumn)
+TEST(MotionTable, Refusals)
 {
-  const auto refused = [](const std::string& rows) { return refusal("# a comment\n" + (names + rows)); };
-  EXPECT_THAT(refused("1,1,1,1,1,1,1\n2,1,nan,1,1,1,1\n"),
-              test::refuses({"m.csv", "line 4, column varus_deg", "NaN", "1e9"}));
-  EXPECT_THAT(refused("1,1,1,1,1,,1\n"),
-              test::refuses({"m.csv", "line 3, column prox_mm", "nothing", "1e9"}));
-  EXPECT_THAT(refused("1,1,1,1,1,1,inf\n"), test::refuses({"m.csv", "line 3, column lat_mm", "inf", "1e9"}));
-  EXPECT_THAT(refused("1,1,1,1,1,1,-2e9\n"),
-              test::refuses({"m.csv", "line 3, column lat_mm", "-2e9", "1e9"}));
-  EXPECT_THAT(refused("1,1,1,1,1,1,0x10\n"),
-              test::refuses({"m.csv", "line 3, column lat_mm", "0x10", "1e9"}));
-  EXPECT_THAT(refused("nan,1,1,1,1,1,1\n"), test::refuses({"m.csv", "line 3, column frame", "NaN", "1e9"}));
-  EXPECT_THAT(refused("1,1,1,1,1,1\n"), test::refuses({"m.csv", "line 3", "6 fields", "7"}));
-  EXPECT_THAT(refused(""), test::refuses({"m.csv", "", "no row", "one row"}));
-}
-
-TEST(MotionTable, KeysMustIncrease)
-{
-  for (const char* second : {"1", "0.5", "1.0000000001"}) {
-    SCOPED_TRACE(second);
-    EXPECT_THAT(refusal(std::string(names) + "1,1,1,1,1,1,1\n" + second + ",1,1,1,1,1,1\n"),
-                test::refuses({"m.csv", "line 3, column frame", second, "--key"}));
+  const std::string names = "# a comment\nframe,flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n";
+  struct Row {
+    std::string text;
+    test::Refusal refusal;
+    const char* key = "";
+  };
+  for (const Row& row : std::vector<Row>{
+           // Fields.
+           {names + "1,1,1,1,1,1,1\n2,1,nan,1,1,1,1\n", {"m.csv", "line 4, column varus_deg", "NaN", "1e9"}},
+           {names + "1,1,1,1,1,,1\n", {"m.csv", "line 3, column prox_mm", "nothing", "1e9"}},
+           {names + "1,1,1,1,1,1,inf\n", {"m.csv", "line 3, column lat_mm", "inf", "1e9"}},
+           {names + "1,1,1,1,1,1,-2e9\n", {"m.csv", "line 3, column lat_mm", "-2e9", "1e9"}},
+           {names + "1,1,1,1,1,1,0x10\n", {"m.csv", "line 3, column lat_mm", "0x10", "1e9"}},
+           {names + "1,1,1,1,1,1\n", {"m.csv", "line 3", "6 fields", "7"}},
+           {names, {"m.csv", "", "no row", "one row"}},
+           // Keys.
+           {names + "nan,1,1,1,1,1,1\n", {"m.csv", "line 3, column frame", "NaN", "1e9"}},
+           {names + "1,1,1,1,1,1,1\n1,1,1,1,1,1,1\n", {"m.csv", "line 4, column frame", "1", "--key"}},
+           {names + "1,1,1,1,1,1,1\n1.0000000001,1,1,1,1,1,1\n",
+            {"m.csv", "line 4, column frame", "1.0000000001", "--key"}},
+           {names + "1,1,1,1,1,1,1\n", {"m.csv", "line 2", "time", "the nearest"}, "time"},
+           // Columns.
+           {"a,b\n1,2\n", {"m.csv", "line 1", "rotations", {"T11", "--column"}}},
+           {"flexion_deg,varus_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5\n",
+            {"m.csv", "line 1", "internal_rotation", "--column"}},
+           {"flexion_deg,varus_deg,internal_deg,ant_mm\n1,2,3,4\n", {"m.csv", "line 1", "prox", "--column"}},
+           {"flexion_deg,varus_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5,6,7\n",
+            {"m.csv", "line 1, column varus_deg", "twice", "once"}},
+           {"flexion_deg,varus_rad,internal_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5,6\n",
+            {"m.csv", "line 1, column internal_deg", "varus_rad", "one unit"}},
+           {"T11,T12,T13\n1,2,3\n", {"m.csv", "line 1", "T14", "T11"}},
+           // Files of other kinds; matrices column by column.
+           {"", {"m.csv", "", "no line", "column names"}},
+           {"time a\n1 2\n", {"m.sto", "", "endheader", "header"}},
+           {"endheader\n", {"m.mot", "", "endheader", "column names"}},
+           {"1,2,3,4,5,6\n", {"m.tra", "line 1", "6", {"16", "12"}}},
+           {"1,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1\n1,0,0\n", {"m.tra", "line 2", "3 fields", "16"}},
+           {"1,0,0,0,0,1,0,0,0,0,1,0,5,6,7,1\n", {"m.tra", "line 1, column 13", "5", "row by row"}},
+           {"NaN,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1\n", {"m.tra", "line 1, column 1", "NaN", "1e9"}}}) {
+    SCOPED_TRACE(row.text);
+    TableColumns columns;
+    columns.key = row.key;
+    EXPECT_THAT(refusal(row.text, row.refusal.file, columns), test::refuses(row.refusal));
   }
-}
-
-TEST(MotionTable, MissingAndRepeatedColumns)
-{
-  EXPECT_THAT(refusal("a,b\n1,2\n"), test::refuses({"m.csv", "line 1", "rotations", {"T11", "--column"}}));
-  EXPECT_THAT(refusal("flexion_deg,varus_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5\n"),
-              test::refuses({"m.csv", "line 1", "internal_rotation", "--column"}));
-  EXPECT_THAT(refusal("flexion_deg,varus_deg,internal_deg,ant_mm\n1,2,3,4\n"),
-              test::refuses({"m.csv", "line 1", "prox", "--column"}));
-  EXPECT_THAT(refusal("flexion_deg,varus_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5,6,7\n"),
-              test::refuses({"m.csv", "line 1, column varus_deg", "twice", "once"}));
-  EXPECT_THAT(refusal("flexion_deg,varus_rad,internal_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5,6\n"),
-              test::refuses({"m.csv", "line 1, column internal_deg", "varus_rad", "one unit"}));
-  EXPECT_THAT(refusal("T11,T12,T13\n1,2,3\n"), test::refuses({"m.csv", "line 1", "T14", "T11"}));
-  TableColumns columns;
-  columns.key = "time";
-  EXPECT_THAT(refusal(std::string(names) + "1,1,1,1,1,1,1\n", "m.csv", columns),
-              test::refuses({"m.csv", "line 1", "time", "the nearest"}));
-}
-
-TEST(MotionTable, FilesOfOtherKindsAreRefused)
-{
-  EXPECT_THAT(refusal(""), test::refuses({"m.csv", "", "no line", "column names"}));
-  EXPECT_THAT(refusal("time a\n1 2\n", "m.sto"), test::refuses({"m.sto", "", "endheader", "header"}));
-  EXPECT_THAT(refusal("endheader\n", "m.mot"), test::refuses({"m.mot", "", "endheader", "column names"}));
-  EXPECT_THAT(refusal("1,2,3,4,5,6\n", "m.tra"), test::refuses({"m.tra", "line 1", "6", {"16", "12"}}));
-  EXPECT_THAT(refusal("1,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1\n1,0,0\n", "m.tra"),
-              test::refuses({"m.tra", "line 2", "3 fields", "16"}));
-  // Column by column.
-  EXPECT_THAT(refusal("1,0,0,0,0,1,0,0,0,0,1,0,5,6,7,1\n", "m.tra"),
-              test::refuses({"m.tra", "line 1, column 13", "5", "row by row"}));
-  EXPECT_THAT(refusal("NaN,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1\n", "m.tra"),
-              test::refuses({"m.tra", "line 1, column 1", "NaN", "1e9"}));
-  EXPECT_THAT(test::input_error([] { tables::read_motion_table("/absent/m.csv", {}); }),
+  EXPECT_THAT(test::input_error([] { read_motion_table("/absent/m.csv", {}); }),
               test::refuses({"/absent/m.csv", "", {}, "one pose per frame"}));
 }
 
@@ -321,4 +302,4 @@ TEST(MotionTable, AutoscoperRowsMayHaveCommasOrBlanks)
   EXPECT_EQ(commas.matrices.at(0)[7], 6.0);
 }
 
-}  // namespace vrda::motion_table_test
+}  // namespace vrda::tables::motion_table_test
