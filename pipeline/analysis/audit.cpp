@@ -261,6 +261,14 @@ Pose at_attitude(const Attitude& attitude, const Pose& X_zero)
   return X;
 }
 
+/// Signed travel along Delta; NaN if nothing faces.
+double gap_mm(geometry::GapQuery& query, const Attitude& attitude, const MovingPose& pose)
+{
+  query.set_attitude(attitude);
+  const double travel_mm = query.travel_mm(pose);
+  return std::isfinite(travel_mm) ? travel_mm : nan;
+}
+
 double radius_mm(const Mesh& mesh)
 {
   return mesh.vertices_mm.rows() == 0 ? 0.0 : mesh.vertices_mm.rowwise().norm().maxCoeff();
@@ -435,12 +443,45 @@ CompartmentGaps PoseMeter::compartment_gaps(const Attitude& attitude, const Pose
   const std::optional<MovingPose> pose =
       about_delta(at_attitude(attitude, X_solver_reference_moving(scene_.frame, X_reference_moving)));
   if (!pose) return {};
-  const auto gap_mm = [&](geometry::GapQuery& query) {
-    query.set_attitude(attitude);
-    const double travel_mm = query.travel_mm(*pose);
-    return std::isfinite(travel_mm) ? travel_mm : nan;
-  };
-  return {gap_mm(medial_query_), gap_mm(lateral_query_)};
+  return {gap_mm(medial_query_, attitude, *pose), gap_mm(lateral_query_, attitude, *pose)};
+}
+
+FrameMeter::FrameMeter(const solve::Joint& joint, double resolution_mm)
+    : joint_(joint),
+      resolution_mm_(resolution_mm),
+      whole_(joint.reference_gap, joint.moving_gap),
+      medial_(joint.reference_gap, joint.medial_gap),
+      lateral_(joint.reference_gap, joint.lateral_gap)
+{
+}
+
+CompartmentGaps FrameMeter::gaps(const SolverPosition& at)
+{
+  if (joint_.compartment_of_triangle.empty()) return {};
+  return {gap_mm(medial_, at.attitude, at.pose), gap_mm(lateral_, at.attitude, at.pose)};
+}
+
+StepRecord FrameMeter::record(std::int32_t frame, const SolverPosition& at, const CompartmentGaps& gaps)
+{
+  StepRecord r;
+  r.key = {StepKind::row, frame, 0};
+  r.status = StepStatus::stable;
+  r.pose = at.pose;
+  r.varus_rad = at.attitude.varus_rad;
+  r.theta_determined = true;  // measured
+  whole_.set_attitude(at.attitude);
+  contact::ContactOptions options;
+  options.band_mm = resolution_mm_;
+  for (const contact::Contact& contact :
+       contact::find_contacts(joint_.reference, joint_.moving, {at.attitude, at.pose},
+                              whole_.close_pairs(at.pose, resolution_mm_), narrow_phase_, options))
+    r.contacts.push_back(solve::contact_record(joint_, contact));
+  if (joint_.compartment_of_triangle.empty()) return r;
+  r.gap_medial_mm = gaps.medial_mm;
+  r.gap_lateral_mm = gaps.lateral_mm;
+  r.contact_medial = r.gap_medial_mm <= resolution_mm_;
+  r.contact_lateral = r.gap_lateral_mm <= resolution_mm_;
+  return r;
 }
 
 double PoseMeter::travel_into_contact_mm(const Attitude& attitude, const Pose& X_reference_moving)

@@ -15,6 +15,8 @@
 #include "model/frames.hpp"
 #include "model/ligaments.hpp"
 #include "model/mesh.hpp"
+#include "model/step_record.hpp"
+#include "solve/sweep.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 
@@ -158,6 +160,24 @@ class PoseMeter {
   geometry::TrianglePair hint_;                     ///< the last overlapping pair
   std::vector<geometry::TrianglePair> noted_;       ///< pairs of the noted features
   std::optional<geometry::Gap> from_below_;         ///< of the placed pose
+};
+
+/// Cells of a sequence of frames with one Delta, whose poses are given. One thread.
+class FrameMeter {
+ public:
+  /// `joint` must outlive it. Contacts are features of both bodies within `resolution_mm`.
+  FrameMeter(const solve::Joint& joint, double resolution_mm);
+
+  /// Signed travels along Delta until each compartment's first contact; NaN without compartments.
+  CompartmentGaps gaps(const SolverPosition& at);
+  /// The stable cell of a frame: its contacts, and flags of the compartments by `gaps`.
+  StepRecord record(std::int32_t frame, const SolverPosition& at, const CompartmentGaps& gaps);
+
+ private:
+  const solve::Joint& joint_;
+  double resolution_mm_;
+  geometry::GapQuery whole_, medial_, lateral_;
+  contact::NarrowPhase narrow_phase_;
 };
 
 /// Distance along Delta at which a recontacted pose stops before contact. Poses and the narrow phase have

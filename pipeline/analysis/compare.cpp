@@ -19,14 +19,14 @@ namespace {
 /// Blocks of an axis, so that their spread is known and polynomials do not extrapolate far.
 constexpr Eigen::Index least_blocks = 4;
 
-double raw_value(const analysis::SmoothFit& fit, std::size_t surface, Eigen::Index i, Eigen::Index j)
+double raw_value(const SmoothFit& fit, std::size_t surface, Eigen::Index i, Eigen::Index j)
 {
   return fit.residual[surface](i, j) + fit.set.surfaces[surface].values(i, j);
 }
 
 /// Length of the step of the pose from flexion i to i + 1; NaN if a translation is missing. An angle that is
 /// not fitted there does not count.
-double step_length(const analysis::SmoothFit& fit, Eigen::Index i, Eigen::Index j)
+double step_length(const SmoothFit& fit, Eigen::Index i, Eigen::Index j)
 {
   double sum_sq = 0.0;
   for (std::size_t s = 0; s < fit.residual.size(); ++s) {
@@ -44,7 +44,7 @@ std::optional<double> median(std::vector<double> values)
   return *middle;
 }
 
-std::optional<double> median_excess(const analysis::SmoothFit& fit, Eigen::Index i)
+std::optional<double> median_excess(const SmoothFit& fit, Eigen::Index i)
 {
   std::vector<double> excess;
   for (Eigen::Index j = 0; j < fit.residual[0].cols(); ++j) {
@@ -56,7 +56,7 @@ std::optional<double> median_excess(const analysis::SmoothFit& fit, Eigen::Index
 }
 
 /// Smallest lag along an axis with (di, dj) of length 1 at which residuals are uncorrelated.
-Eigen::Index correlation_length(const analysis::SmoothFit& fit, Eigen::Index di, Eigen::Index dj)
+Eigen::Index correlation_length(const SmoothFit& fit, Eigen::Index di, Eigen::Index dj)
 {
   const Eigen::Index rows = fit.residual[0].rows(), columns = fit.residual[0].cols();
   const Eigen::Index n_axis = di > 0 ? rows : columns;
@@ -93,7 +93,7 @@ Eigen::Index block_length(Eigen::Index correlation_length, Eigen::Index n_axis)
 
 }  // namespace
 
-RawJump largest_jump(const std::vector<double>& flexion_deg, const analysis::SmoothFit& fit)
+RawJump largest_jump(const std::vector<double>& flexion_deg, const SmoothFit& fit)
 {
   RawJump largest;
   for (Eigen::Index i = 1; i + 2 < fit.residual[0].rows(); ++i) {
@@ -108,7 +108,7 @@ RawJump raw_jump(const store::MotionModel& model)
 {
   if (model.frames || !(model.status == status_stable).any()) return {};
   // Any degree has the raw values; a constant is determined by a single cell.
-  return largest_jump(model.flexion_deg, analysis::smooth_fit(analysis::smooth_input(model, model.title), 0));
+  return largest_jump(model.flexion_deg, smooth_fit(smooth_input(model, model.title), 0));
 }
 
 std::string jump_text(const RawJump& jump)
@@ -121,7 +121,7 @@ std::string jump_text(const RawJump& jump)
   return text.data();
 }
 
-double raw_variance(const analysis::SmoothFit& fit)
+double raw_variance(const SmoothFit& fit)
 {
   double sum_sq = 0.0;
   for (std::size_t s = 0; s < fit.residual.size(); ++s) {
@@ -140,7 +140,7 @@ double raw_variance(const analysis::SmoothFit& fit)
   return sum_sq / static_cast<double>((!fit.residual[0].isNaN()).count());
 }
 
-analysis::BlockSize correlated_block(const analysis::SmoothFit& fit)
+BlockSize correlated_block(const SmoothFit& fit)
 {
   return {block_length(correlation_length(fit, 1, 0), fit.residual[0].rows()),
           block_length(correlation_length(fit, 0, 1), fit.residual[0].cols())};
@@ -319,25 +319,9 @@ std::size_t smallest_error(const std::vector<RankedDegree>& ranked, bool is_faul
 
 const char* name_of(Fault fault)
 {
-  switch (fault) {
-    case Fault::none:
-      return "none";
-    case Fault::not_measurable:
-      return "not_measurable";
-    case Fault::unpredicted:
-      return "unpredicted";
-    case Fault::jump:
-      return "jump";
-    case Fault::no_contact:
-      return "no_contact";
-    case Fault::overlap:
-      return "overlap";
-    case Fault::gap:
-      return "gap";
-    case Fault::rough:
-      return "rough";
-  }
-  throw InternalError("a fault has a name");
+  constexpr const char* names[] = {"none",       "not_measurable", "unpredicted", "jump",
+                                   "no_contact", "overlap",        "gap",         "rough"};
+  return names[static_cast<std::size_t>(fault)];
 }
 
 Recommendation recommend(const std::vector<DegreeEvidence>& degrees, const RawEvidence& raw)
@@ -386,7 +370,7 @@ constexpr double least_limit = 1e-3;
 using LeftOut = std::vector<store::GridD>;  ///< by surface
 
 /// True if a fitted cell cannot be omitted.
-bool is_saturated(const analysis::SmoothFit& fit, const LeftOut& left_out)
+bool is_saturated(const SmoothFit& fit, const LeftOut& left_out)
 {
   for (std::size_t s = 0; s < left_out.size(); ++s) {
     if ((left_out[s].isNaN() != fit.residual[s].isNaN()).any()) return true;
@@ -404,10 +388,10 @@ double huber_limit(const std::vector<const LeftOut*>& fits, std::size_t surface)
     for (const double error : (*fit)[surface].reshaped<Eigen::RowMajor>()) {
       if (!std::isnan(error)) errors.push_back(error);
     }
-    least = std::min(least, analysis::robust_scale(Eigen::Map<const Eigen::VectorXd>(
+    least = std::min(least, robust_scale(Eigen::Map<const Eigen::VectorXd>(
                                 errors.data(), static_cast<Eigen::Index>(errors.size()))));
   }
-  return std::max(least_limit, analysis::huber_constant * least / perceptible_unit(surface));
+  return std::max(least_limit, huber_constant * least / perceptible_unit(surface));
 }
 
 /// Square of the error; above `limit` the tangent of the square.
@@ -441,7 +425,7 @@ void add_losses(std::vector<double>& errors_sq, const LeftOut& left_out, std::si
 
 }  // namespace
 
-std::vector<std::vector<double>> left_out_errors(const std::vector<analysis::SmoothFit>& fits,
+std::vector<std::vector<double>> left_out_errors(const std::vector<SmoothFit>& fits,
                                                  const std::vector<LeftOut>& left_out)
 {
   std::vector<std::vector<double>> all(fits.size());
@@ -606,12 +590,12 @@ std::vector<SurfaceRow> surface_rows(const store::SmoothedSet& set, const store:
 }
 
 /// Residual of the translation at a cell, mm, before recontact.
-Eigen::Vector3d translation_residual(const analysis::SmoothFit& fit, Eigen::Index i, Eigen::Index j)
+Eigen::Vector3d translation_residual(const SmoothFit& fit, Eigen::Index i, Eigen::Index j)
 {
   return {fit.residual[0](i, j), fit.residual[1](i, j), fit.residual[2](i, j)};
 }
 
-ErrorMeasures translation_of(const analysis::SmoothFit& fit, const std::vector<SurfaceRow>& rows)
+ErrorMeasures translation_of(const SmoothFit& fit, const std::vector<SurfaceRow>& rows)
 {
   const auto together = [&](double ErrorMeasures::*measure) {
     double sum_sq = 0.0;
@@ -630,8 +614,7 @@ ErrorMeasures translation_of(const analysis::SmoothFit& fit, const std::vector<S
 }
 
 /// Whether the error of the displayed pose at cell (i, j) is perceptible.
-bool is_perceptible(const store::MotionModel& model, const analysis::SmoothFit& fit, Eigen::Index i,
-                    Eigen::Index j)
+bool is_perceptible(const store::MotionModel& model, const SmoothFit& fit, Eigen::Index i, Eigen::Index j)
 {
   Eigen::Vector3d error_mm = translation_residual(fit, i, j);
   // NaN: no contact ahead, no travel.
@@ -644,7 +627,7 @@ bool is_perceptible(const store::MotionModel& model, const analysis::SmoothFit& 
   return false;
 }
 
-double perceptible_share(const store::MotionModel& model, const analysis::SmoothFit& fit)
+double perceptible_share(const store::MotionModel& model, const SmoothFit& fit)
 {
   int n_cells = 0, n_perceptible = 0;
   for (Eigen::Index i = 0; i < fit.residual[0].rows(); ++i) {
@@ -668,10 +651,10 @@ double second_difference(const store::SmoothedSet& set, const store::AxisRanges&
 }
 
 /// Index of the fit with the smallest leave-one-out error; the first if no cell can be omitted.
-std::size_t best_fit(const std::vector<analysis::SmoothFit>& fits)
+std::size_t best_fit(const std::vector<SmoothFit>& fits)
 {
   std::vector<std::vector<store::GridD>> left_out;
-  for (const analysis::SmoothFit& fit : fits) left_out.push_back(fit.leave_one_out);
+  for (const SmoothFit& fit : fits) left_out.push_back(fit.leave_one_out);
   const std::vector<std::vector<double>> errors_sq = left_out_errors(fits, left_out);
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();
@@ -684,12 +667,11 @@ std::size_t best_fit(const std::vector<analysis::SmoothFit>& fits)
   return best;
 }
 
-RawEvidence raw_evidence(const analysis::SmoothInput& input, const analysis::SmoothFit& fit)
+RawEvidence raw_evidence(const SmoothInput& input, const SmoothFit& fit)
 {
   RawEvidence raw;
   raw.block_size = correlated_block(fit);
-  const store::GridI numbers =
-      analysis::block_numbers(input.status.rows(), input.status.cols(), raw.block_size);
+  const store::GridI numbers = block_numbers(input.status.rows(), input.status.cols(), raw.block_size);
   for (Eigen::Index k = 0; k < numbers.size(); ++k)
     if (!std::isnan(fit.residual[0].data()[k])) raw.block.push_back(numbers.data()[k]);
   raw.variance = raw_variance(fit);
@@ -697,14 +679,12 @@ RawEvidence raw_evidence(const analysis::SmoothInput& input, const analysis::Smo
   return raw;
 }
 
-Recommendation recommendation_of(const analysis::SmoothInput& input,
-                                 const std::vector<analysis::SmoothFit>& fits,
+Recommendation recommendation_of(const SmoothInput& input, const std::vector<SmoothFit>& fits,
                                  const std::vector<DegreeRow>& rows)
 {
   const RawEvidence raw = raw_evidence(input, fits[best_fit(fits)]);
   std::vector<std::vector<store::GridD>> left_out;
-  for (const analysis::SmoothFit& fit : fits)
-    left_out.push_back(analysis::leave_blocks_out(input, fit, raw.block_size));
+  for (const SmoothFit& fit : fits) left_out.push_back(leave_blocks_out(input, fit, raw.block_size));
   const std::vector<std::vector<double>> errors_sq = left_out_errors(fits, left_out);
   std::vector<DegreeEvidence> degrees;
   for (std::size_t k = 0; k < fits.size(); ++k)
@@ -713,7 +693,7 @@ Recommendation recommendation_of(const analysis::SmoothInput& input,
 }
 
 /// `model` must have no smoothed sets; it temporarily holds the set for the audit.
-DegreeRow row_of(store::MotionModel& model, analysis::SmoothFit& fit, const CompareOptions& options)
+DegreeRow row_of(store::MotionModel& model, SmoothFit& fit, const CompareOptions& options)
 {
   if (options.recontact) fit.set.recontact_mm = options.recontact(model, fit.set);
   DegreeRow row;
@@ -745,21 +725,21 @@ void require_ascending(const std::vector<int>& degrees)
 Comparison compare(const store::MotionModel& model, const CompareOptions& options)
 {
   require_ascending(options.degrees);
-  const analysis::SmoothInput input = analysis::smooth_input(model, options.name);
-  const int largest = analysis::largest_degree(input, options.degrees.back());
+  const SmoothInput input = smooth_input(model, options.name);
+  const int largest = largest_degree(input, options.degrees.back());
   Comparison comparison;
-  std::vector<analysis::SmoothFit> fits;
+  std::vector<SmoothFit> fits;
   for (const int degree : options.degrees) {
     // The lowest is always tried, since its error names the cause.
     if (degree > largest && degree != options.degrees.front()) {
       comparison.undetermined_degrees.push_back(degree);
     } else {
-      fits.push_back(analysis::smooth_fit(input, degree, options.smooth));
+      fits.push_back(smooth_fit(input, degree, options.smooth));
     }
   }
   store::MotionModel bare = model;
   bare.smoothed.clear();
-  for (analysis::SmoothFit& fit : fits) comparison.rows.push_back(row_of(bare, fit, options));
+  for (SmoothFit& fit : fits) comparison.rows.push_back(row_of(bare, fit, options));
   comparison.recommendation = recommendation_of(input, fits, comparison.rows);
   return comparison;
 }

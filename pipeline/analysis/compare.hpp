@@ -37,7 +37,7 @@ inline constexpr double largest_raw_jump = 10.0;
 /// Poses as in left_out_errors() (compare/recommend.hpp), in perceptible errors. The excess of a flexion is
 /// the median over the varus columns solved at its four neighbouring flexions, so that steps of single cells
 /// do not count. `fit` gives the raw values.
-RawJump largest_jump(const std::vector<double>& flexion_deg, const analysis::SmoothFit& fit);
+RawJump largest_jump(const std::vector<double>& flexion_deg, const SmoothFit& fit);
 
 /// That of the model's raw poses; 0 for a sequence of frames or without solved cells.
 RawJump raw_jump(const store::MotionModel& model);
@@ -46,13 +46,13 @@ RawJump raw_jump(const store::MotionModel& model);
 std::string jump_text(const RawJump& jump);
 
 /// Mean square of the raw pose about its mean, in squared perceptible errors, over the cells that are fitted.
-double raw_variance(const analysis::SmoothFit& fit);
+double raw_variance(const SmoothFit& fit);
 
 /// Blocks whose central cell is farther from all others than the residuals are correlated: 2 L - 1 cells
 /// along an axis, where L is the smallest lag at which the autocorrelation of the residuals is below two
 /// standard errors of white noise (Bartlett), 2 / sqrt(number of pairs of cells). At most a quarter of the
 /// axis: polynomials do not extrapolate far. White noise and rounding give single cells.
-analysis::BlockSize correlated_block(const analysis::SmoothFit& fit);
+BlockSize correlated_block(const SmoothFit& fit);
 
 // Recommends the lowest degree that predicts left-out attitudes as well as the best one, stays in contact
 // and is smooth; or none, with the reason.
@@ -91,7 +91,7 @@ struct DegreeEvidence {
 /// What is known of the raw motion.
 struct RawEvidence {
   std::vector<std::int32_t> block;  ///< [n_cells] number of each cell's block
-  analysis::BlockSize block_size;
+  BlockSize block_size;
   double variance = 0.0;  ///< raw_variance()
   RawJump jump;
 };
@@ -108,11 +108,11 @@ struct RankedDegree {
 };
 
 struct Recommendation {
-  int degree = -1;                 ///< -1: none meets the criteria
-  Fault fault = Fault::none;       ///< why none meets the criteria: that of the best degree, or `jump`
-  int best_degree = -1;            ///< smallest error, of the degrees without a fault if there is one
-  std::string reason;              ///< one sentence
-  analysis::BlockSize block_size;  ///< attitudes left out together
+  int degree = -1;            ///< -1: none meets the criteria
+  Fault fault = Fault::none;  ///< why none meets the criteria: that of the best degree, or `jump`
+  int best_degree = -1;       ///< smallest error, of the degrees without a fault if there is one
+  std::string reason;         ///< one sentence
+  BlockSize block_size;       ///< attitudes left out together
   std::vector<RankedDegree> ranked;
 };
 
@@ -124,7 +124,7 @@ Recommendation recommend(const std::vector<DegreeEvidence>& degrees, const RawEv
 /// [n_fits] The error of each cell's pose, for DegreeEvidence; compare/compare.hpp has the rules. `left_out`
 /// are the errors of each fit's surfaces (leave_one_out, or leave_blocks_out). Cells are those fitted in
 /// translation, in grid order. Robust if the fits are. `fits` are of one model by ascending degree.
-std::vector<std::vector<double>> left_out_errors(const std::vector<analysis::SmoothFit>& fits,
+std::vector<std::vector<double>> left_out_errors(const std::vector<SmoothFit>& fits,
                                                  const std::vector<std::vector<store::GridD>>& left_out);
 
 // Compares smoothing degrees: residual, prediction error, roughness, and gap and penetration of the motion.
@@ -201,7 +201,7 @@ using MeasureContact =
 struct CompareOptions {
   std::string name;                                                 ///< model name for messages
   std::vector<int> degrees{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};  ///< ascending, each at most 20
-  analysis::SmoothOptions smooth;
+  SmoothOptions smooth;
   AuditMotion audit;       ///< empty: no audit
   Recontact recontact;     ///< empty: no recontact
   MeasureContact contact;  ///< empty: contact does not affect the recommendation

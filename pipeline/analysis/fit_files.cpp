@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <optional>
 #include <set>
 
+#include "analysis/result_files.hpp"
 #include "core/document.hpp"
-#include "core/framed_file.hpp"
+#include "core/fields_json.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/component_loader.hpp"
@@ -22,18 +22,12 @@ namespace {
 using core::DocumentValue;
 using FitsJson = nlohmann::ordered_json;
 
-FitsJson number_or_null(double value)
-{
-  return std::isfinite(value) ? FitsJson(value) : FitsJson();
-}
-
 FitsJson misfit_json(const Misfit& misfit)
 {
   FitsJson json = FitsJson::object();
-  for (std::size_t c = 1; c < analysis::n_scored; ++c) {
-    const double value = c < analysis::n_angles ? deg_from_rad(misfit[c]) : misfit[c];
-    json[std::string(analysis::coordinate_names[c].name) + (c < analysis::n_angles ? "_deg" : "_mm")] =
-        number_or_null(value);
+  for (std::size_t c = 1; c < n_scored; ++c) {
+    const double value = c < n_angles ? deg_from_rad(misfit[c]) : misfit[c];
+    json[std::string(coordinate_names[c].name) + (c < n_angles ? "_deg" : "_mm")] = core::json_value(value);
   }
   return json;
 }
@@ -148,8 +142,8 @@ std::string fit_json(const FitDocument& document)
     laxities.push_back({{"test", row.measured.test},
                         {"flexion_deg", row.measured.flexion_deg},
                         {"measured", row.measured.value},
-                        {"before", number_or_null(row.before)},
-                        {"after", number_or_null(row.after)}});
+                        {"before", core::json_value(row.before)},
+                        {"after", core::json_value(row.after)}});
   for (Eigen::Index row = 0; row < found.covariance.rows(); ++row) {
     FitsJson numbers = FitsJson::array();
     for (Eigen::Index column = 0; column < found.covariance.cols(); ++column)
@@ -219,34 +213,10 @@ std::string fitted_job_text(const job::Job& job, const std::string& ligaments_fi
 
 namespace {
 
-constexpr core::FrameFormat evaluation_format{"VRDAFITJ", 1, std::uint32_t{1} << 28, "evaluation"};
+constexpr JournalFormat evaluations_format{{"VRDAFITJ", 1, std::uint32_t{1} << 28, "evaluation"},
+                                           "another job or other measurements"};
 // Must be changed when the same question may give other evaluations.
 constexpr const char* fit_version = "identification 2";
-
-void append_numbers(std::string& bytes, const std::vector<double>& numbers)
-{
-  core::append_i32(bytes, static_cast<std::int32_t>(numbers.size()));
-  for (const double number : numbers) core::append_double(bytes, number);
-}
-
-std::vector<double> take_numbers(core::ByteReader& reader)
-{
-  std::vector<double> numbers;
-  const std::int32_t n = reader.take_i32();
-  for (std::int32_t k = 0; k < n && reader.is_valid(); ++k) numbers.push_back(reader.take_double());
-  return numbers;
-}
-
-std::optional<Evaluation> evaluation_of(std::string_view bytes)
-{
-  core::ByteReader reader(bytes);
-  Evaluation evaluation;
-  evaluation.kind = reader.take_i8();
-  evaluation.at = take_numbers(reader);
-  evaluation.values = take_numbers(reader);
-  if (!reader.is_valid() || reader.n_bytes_left() != 0) return std::nullopt;
-  return evaluation;
-}
 
 }  // namespace
 
@@ -274,33 +244,8 @@ std::string identification_key(const FitData& data, const IdentifyPlan& plan,
 core::FrameWriter open_evaluations(const std::string& path, const std::string& key, bool is_fresh,
                                    std::vector<Evaluation>& known)
 {
-  std::error_code error;
-  if (is_fresh || !std::filesystem::exists(path, error))
-    return core::FrameWriter::create(path, key, evaluation_format);
-  std::optional<core::FrameWriter> writer = core::FrameWriter::try_lock(path, evaluation_format);
-  const auto take = [&](std::string_view frame) -> std::string {
-    std::optional<Evaluation> evaluation = evaluation_of(frame);
-    if (!evaluation) return "a frame that is not an evaluation";
-    known.push_back(std::move(*evaluation));
-    return {};
-  };
-  const core::FrameFileSummary summary =
-      core::parse_frames(path, core::read_frame_file(path), evaluation_format, take);
-  if (summary.key != key)
-    throw InputError(
-        {path, "key", "the journal of another job or other measurements", "--fresh, or another --output"});
-  if (!writer) core::refuse_locked(path);
-  writer->cut(summary.valid_bytes);
-  return std::move(*writer);
-}
-
-std::string evaluation_bytes(const Evaluation& evaluation)
-{
-  std::string bytes;
-  core::append_i8(bytes, evaluation.kind);
-  append_numbers(bytes, evaluation.at);
-  append_numbers(bytes, evaluation.values);
-  return bytes;
+  return open_journal<Evaluation>(path, key, is_fresh, evaluations_format,
+                                  [&](Evaluation evaluation) { known.push_back(std::move(evaluation)); });
 }
 
 }  // namespace vrda::analysis

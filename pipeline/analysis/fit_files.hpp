@@ -42,6 +42,4 @@ std::string identification_key(const FitData& data, const IdentifyPlan& plan,
 core::FrameWriter open_evaluations(const std::string& path, const std::string& key, bool is_fresh,
                                    std::vector<Evaluation>& known);
 
-std::string evaluation_bytes(const Evaluation& evaluation);
-
 }  // namespace vrda::analysis

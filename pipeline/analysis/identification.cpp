@@ -1,7 +1,5 @@
 #include "analysis/identification.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include "core/parallel.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "model/linear_algebra.hpp"
 #include "solve/case_solver.hpp"
 #include "solve/quadratic_program.hpp"
 
@@ -97,6 +96,14 @@ void add_load(const job::Job& job, std::size_t number, Unknown unknown, std::vec
     at.flexion_rad = rad_from_deg(flexion_deg);
     all.push_back(at);
   }
+}
+
+job::Push changed_push(job::Push push, const LoadChange& by)
+{
+  push.force_n += by.force_n;
+  push.moment_nmm += by.moment_nmm;
+  push.varus_moment_nmm += by.varus_moment_nmm;
+  return push;
 }
 
 }  // namespace
@@ -203,10 +210,7 @@ job::Case changed_case(const job::Case& job_case, const std::vector<Unknown>& un
   changed.ligaments = changed_ligaments(job_case, unknowns, change);
   const auto change_rows = [&](std::vector<job::Push>& rows, const std::vector<double>& flexions_deg) {
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      const LoadChange by = load_change_at(unknowns, change, rad_from_deg(flexions_deg[k]));
-      rows[k].force_n += by.force_n;
-      rows[k].moment_nmm += by.moment_nmm;
-      rows[k].varus_moment_nmm += by.varus_moment_nmm;
+      rows[k] = changed_push(rows[k], load_change_at(unknowns, change, rad_from_deg(flexions_deg[k])));
     }
   };
   change_rows(changed.push, changed.grid.flexion_deg);
@@ -402,7 +406,7 @@ Misfit misfit_of(const ModelEvaluation& model, const DataPart& part, const Resid
 {
   Misfit rms;
   rms.fill(nan);
-  for (std::size_t c = 1; c < analysis::n_scored; ++c) {
+  for (std::size_t c = 1; c < n_scored; ++c) {
     double sum = 0.0;
     int n = 0;
     for (std::size_t k = 0; k < model.rows().size(); ++k) {
@@ -448,14 +452,14 @@ void set_posterior(Identification& found, const FitEnd& end, const Fit& fit,
   const auto posterior = [&](double scale) -> Eigen::MatrixXd {
     const Eigen::MatrixXd precision =
         fit.information(end.J, end.residuals) / (scale * scale) + Eigen::MatrixXd::Identity(n, n);
-    return precision.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+    return inverse_of_definite(precision);
   };
   // Of the data, less the numbers that they determine.
   const double n_fitted = static_cast<double>(n) - posterior(1.0).trace();
   const double n_free = std::max(1.0, fit.n_independent(end.residuals) - n_fitted);
   found.noise_scale = std::max(1.0, std::sqrt(fit.data_squares(end.residuals) / n_free));
   const Eigen::MatrixXd C = posterior(found.noise_scale);
-  const Eigen::VectorXd variances = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(C).eigenvalues();
+  const Eigen::VectorXd variances = eigenvalues(C);
   found.n_directions = static_cast<std::size_t>((variances.array() <= 1.0 - decided_share).count());
   found.covariance = C;
   for (Eigen::Index k = 0; k < n; ++k) {
@@ -486,17 +490,8 @@ void set_posterior(Identification& found, const FitEnd& end, const Fit& fit,
 
 const char* name_of(Identifiability identifiability)
 {
-  switch (identifiability) {
-    case Identifiability::decided:
-      return "decided";
-    case Identifiability::partly:
-      return "partly";
-    case Identifiability::undecided:
-      return "undecided";
-    case Identifiability::at_bound:
-      break;
-  }
-  return "at_bound";
+  constexpr const char* names[] = {"decided", "partly", "undecided", "at_bound"};
+  return names[static_cast<std::size_t>(identifiability)];
 }
 
 Eigen::VectorXd Identification::change() const
@@ -607,7 +602,7 @@ ModelEvaluation::ModelEvaluation(const FitData& data, const IdentifyPlan& plan) 
   is_needed_.assign(flexions_rad.size(), false);
   for (const Row& row : rows_) {
     if (row.trial == data.trials.size()) continue;
-    const double at_rad = data.trials[row.trial].rows[row.row].value[analysis::at_flexion];
+    const double at_rad = data.trials[row.trial].rows[row.row].value[at_flexion];
     // At a flexion of the grid, rounding of the solved poses decides which neighbour is interpolated.
     for (const double near_rad : {at_rad - rounding_rad, at_rad + rounding_rad}) {
       const auto after =
@@ -627,22 +622,21 @@ void ModelEvaluation::add_rows()
       if (!rows[r].missing.empty()) continue;
       const auto n_near = std::count_if(rows.begin(), rows.end(), [&](const analysis::Row& other) {
         return other.missing.empty() &&
-               std::abs(other.value[analysis::at_flexion] - rows[r].value[analysis::at_flexion]) <=
-                   0.5 * independent_rad;
+               std::abs(other.value[at_flexion] - rows[r].value[at_flexion]) <= 0.5 * independent_rad;
       });
-      for (std::size_t c = 1; c < analysis::n_scored; ++c) {
+      for (std::size_t c = 1; c < n_scored; ++c) {
         if (rows[r].is_determined[c] && std::isfinite(plan_.fit.noise[c]))
           rows_.push_back({t, r, c, 1.0 / static_cast<double>(n_near), plan_.fit.noise[c]});
       }
     }
   }
   for (std::size_t r = 0; r < data_.laxities.size(); ++r) {
-    const analysis::PublishedValue& row = data_.laxities[r];
+    const PublishedValue& row = data_.laxities[r];
     double noise = row.sd;
-    for (std::size_t k = 0; k < analysis::n_laxity_tests && std::isnan(noise); ++k) {
-      const analysis::TestKind& kind = analysis::kind_of(static_cast<analysis::LaxityTest>(k));
+    for (std::size_t k = 0; k < n_laxity_tests && std::isnan(noise); ++k) {
+      const TestKind& kind = kind_of(static_cast<LaxityTest>(k));
       if (row.test == kind.name || row.test == kind.both)
-        noise = analysis::in_file_unit(kind, plan_.fit.noise[static_cast<std::size_t>(kind.coordinate)]);
+        noise = in_file_unit(kind, plan_.fit.noise[static_cast<std::size_t>(kind.coordinate)]);
     }
     if (std::isfinite(noise)) rows_.push_back({data_.trials.size(), r, 0, 1.0, noise});
   }
@@ -702,12 +696,9 @@ std::vector<double> ModelEvaluation::near_poses(const Eigen::VectorXd& base, con
     std::vector<double> values;
     for (std::size_t k = 0; k < job_case.push.size() && !from.empty(); ++k) {
       const StepRecord seed = record_at(from, k);
-      job::Push push = job_case.push[k];
       const double flexion_rad = rad_from_deg(job_case.grid.flexion_deg[k]);
-      const LoadChange by = load_change_at(plan_.unknowns, changes, flexion_rad);
-      push.force_n += by.force_n;
-      push.moment_nmm += by.moment_nmm;
-      push.varus_moment_nmm += by.varus_moment_nmm;
+      const job::Push push =
+          changed_push(job_case.push[k], load_change_at(plan_.unknowns, changes, flexion_rad));
       solve::EquilibriumSolver::Task task;
       task.attitude = {flexion_rad, seed.varus_rad};
       task.seed = seed.pose;
@@ -728,15 +719,14 @@ std::vector<double> ModelEvaluation::near_poses(const Eigen::VectorXd& base, con
 std::vector<double> ModelEvaluation::solved_laxities(const Eigen::VectorXd& x,
                                                      const std::vector<StepRecord>& unloaded)
 {
-  analysis::LaxityPlan plan;
+  LaxityPlan plan;
   plan.loads = data_.loads;
   plan.unloaded = unloaded;
   plan.is_stopped = plan_.is_stopped;
   const job::Case changed = changed_case(*data_.laxity, plan_.unknowns, change(x));
-  const analysis::LaxityResult result = analysis::laxity_of(changed, plan);
+  const LaxityResult result = laxity_of(changed, plan);
   std::vector<double> values;
-  for (const analysis::Compared& row : analysis::compared(result, data_.laxities))
-    values.push_back(row.found);
+  for (const Compared& row : compared(result, data_.laxities)) values.push_back(row.found);
   for (const StepRecord& record : result.unloaded) append_pose(values, record);
   return values;
 }
@@ -773,14 +763,13 @@ Residuals ModelEvaluation::residuals(const std::vector<double>& poses,
       X.push_back(X_reference_moving(
           job_case.frame, {rad_from_deg(job_case.grid.flexion_deg[k]), record.varus_rad}, record.pose));
     }
-    analysis::Sequence model =
-        analysis::sequence_of(job_case.title, "flexion_deg", job_case.grid.flexion_deg, X, data_.convention);
+    Sequence model =
+        sequence_of(job_case.title, "flexion_deg", job_case.grid.flexion_deg, X, data_.convention);
     for (std::size_t k = 0; k < model.rows.size(); ++k) {
       const StepStatus status = record_at(poses, k).status;
       if (status != StepStatus::stable) model.rows[k].missing = name_of(status);
     }
-    for (const analysis::Sequence& trial : data_.trials)
-      found.push_back(analysis::rows_over_flexion(model, trial, true));
+    for (const Sequence& trial : data_.trials) found.push_back(rows_over_flexion(model, trial, true));
   }
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const Row& row = rows_[k];

@@ -12,6 +12,7 @@
 #include "analysis/laxity.hpp"
 #include "analysis/offset_fit.hpp"
 #include "analysis/score.hpp"
+#include "core/fields.hpp"
 #include "job/case.hpp"
 #include "job/job.hpp"
 #include "solve/equilibrium.hpp"
@@ -64,13 +65,13 @@ job::Case changed_case(const job::Case& job_case, const std::vector<Unknown>& un
 
 /// What the joint is fitted to. At least one of the two cases and its data are given.
 struct FitData {
-  std::vector<analysis::Sequence> trials;  ///< measured motions
-  analysis::Convention convention;         ///< of their coordinates
+  std::vector<Sequence> trials;  ///< measured motions
+  Convention convention;         ///< of their coordinates
   /// Of job::over_flexions() over ascending flexions that cover those of the trials; null without trials.
   const job::Case* motion = nullptr;
-  std::vector<analysis::PublishedValue> laxities;  ///< measured ones
-  job::LaxityJob loads;                            ///< of the laxities, without cuts
-  const job::Case* laxity = nullptr;               ///< over the flexions of `loads`; null without laxities
+  std::vector<PublishedValue> laxities;  ///< measured ones
+  job::LaxityJob loads;                  ///< of the laxities, without cuts
+  const job::Case* laxity = nullptr;     ///< over the flexions of `loads`; null without laxities
 };
 
 /// A solved model: of one kind at one point, from which an interrupted fit continues.
@@ -79,6 +80,12 @@ struct Evaluation {
   std::vector<double> at;      ///< changes, in units of the prior's deviation; of a difference also its base
   std::vector<double> values;  ///< poses or laxities
 };
+
+constexpr auto fields_of(const Evaluation*)
+{
+  return std::tuple{Field{"kind", &Evaluation::kind}, Field{"at", &Evaluation::at},
+                    Field{"values", &Evaluation::values}};
+}
 
 struct IdentifyPlan {
   job::FitJob fit;
@@ -107,7 +114,7 @@ struct FittedUnknown {
 };
 
 /// Root mean square differences of the coordinates (rad, mm); NaN where not measured.
-using Misfit = std::array<double, analysis::n_scored>;
+using Misfit = std::array<double, n_scored>;
 
 /// A trial, or half of the only one.
 struct TrialMisfit {
@@ -118,7 +125,7 @@ struct TrialMisfit {
 };
 
 struct LaxityMisfit {
-  analysis::PublishedValue measured;
+  PublishedValue measured;
   double before = nan, after = nan;  ///< mm or degrees
 };
 

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/document.hpp"
+#include "core/fields_json.hpp"
 #include "core/parallel.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -30,24 +31,12 @@ constexpr TestKind kinds[] = {
 // A step of the load is halved at most this many times: a thirty-second of it is below the noise of any test.
 constexpr int most_halvings = 5;
 
-double load_of(const job::LaxityJob& loads, LaxityTest test)
-{
-  switch (kind_of(test).coordinate) {
-    case JointCoordinate::anterior:
-      return loads.anterior_force_n;
-    case JointCoordinate::internal:
-      return loads.internal_moment_nmm;
-    default:
-      return loads.varus_moment_nmm;
-  }
-}
-
 std::vector<LaxityTest> tests_of(const job::LaxityJob& loads)
 {
   std::vector<LaxityTest> tests;
   for (std::size_t k = 0; k < n_laxity_tests; ++k) {
     const auto test = static_cast<LaxityTest>(k);
-    if (load_of(loads, test) > 0.0) tests.push_back(test);
+    if (whole_load(loads, test) > 0.0) tests.push_back(test);
   }
   return tests;
 }
@@ -264,7 +253,7 @@ class LaxityRun {
     StepRecord unloaded = state.unloaded[curve.flexion];
     StepRecord last = unloaded;
     curve.poses.push_back(loaded_pose(curve, 0.0, unloaded));
-    const double whole = load_of(plan_.loads, curve.test);
+    const double whole = whole_load(plan_.loads, curve.test);
     for (int k = 1; k <= plan_.loads.load_steps && curve.is_complete(); ++k) {
       const double load = whole * k / plan_.loads.load_steps;
       last = grown(solver, curve, last, {curve.poses.back().load, load}, 0);
@@ -367,6 +356,18 @@ class LaxityRun {
 const TestKind& kind_of(LaxityTest test)
 {
   return kinds[static_cast<std::size_t>(test)];
+}
+
+double whole_load(const job::LaxityJob& loads, LaxityTest test)
+{
+  switch (kind_of(test).coordinate) {
+    case JointCoordinate::anterior:
+      return loads.anterior_force_n;
+    case JointCoordinate::internal:
+      return loads.internal_moment_nmm;
+    default:
+      return loads.varus_moment_nmm;
+  }
 }
 
 double LaxityCurve::position() const
@@ -554,25 +555,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
 Json coordinates_json(const JointCoordinates& coordinates)
 {
   Json json = Json::object();
   for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
-    const double value = coordinates(static_cast<Eigen::Index>(k));
     json[std::string(joint_coordinate_names[k]) + (is_rotation(k) ? "_deg" : "_mm")] =
-        number(is_rotation(k) ? deg_from_rad(value) : value);
+        core::json_value(coordinates(static_cast<Eigen::Index>(k)), is_rotation(k) ? unit::radian : unit::mm);
   }
   return json;
 }
 
 Json resistance_json(const BundleResistance& of)
 {
-  return {{"name", of.bundle}, {"force", number(of.force)}, {"share", number(of.share)}};
+  return {{"name", of.bundle}, {"force", core::json_value(of.force)}, {"share", core::json_value(of.share)}};
 }
 
 Json curve_json(const LaxityDocument& document, const LaxityCurve& curve)
@@ -589,23 +584,27 @@ Json curve_json(const LaxityDocument& document, const LaxityCurve& curve)
                {"test", kind.name},
                {"load_unit", kind.is_force() ? "N" : "N mm"},
                {"unit", kind.is_force() ? "mm" : "degree"},
-               {"laxity", number(in_file_unit(kind, curve.laxity()))},
+               {"laxity", core::json_value(in_file_unit(kind, curve.laxity()))},
                {"poses", poses},
                {"bundles", bundles},
                {"contact", resistance_json(curve.contact)}};
   if (curve.state > 0)
-    json["replaced"] = {{"distance_mm", number(curve.replaced_mm)},
-                        {"angle_deg", number(deg_from_rad(curve.replaced_rad))}};
+    json["replaced"] = {{"distance_mm", core::json_value(curve.replaced_mm)},
+                        {"angle_deg", core::json_value(deg_from_rad(curve.replaced_rad))}};
   return json;
 }
 
 Json compared_json(const Compared& one)
 {
   const PublishedValue& row = one.published;
-  return {{"test", row.test},           {"flexion_deg", row.flexion_deg},
-          {"load", number(row.load)},   {"value", row.value},
-          {"sd", number(row.sd)},       {"source", row.source},
-          {"found", number(one.found)}, {"difference", number(one.difference())},
+  return {{"test", row.test},
+          {"flexion_deg", row.flexion_deg},
+          {"load", core::json_value(row.load)},
+          {"value", row.value},
+          {"sd", core::json_value(row.sd)},
+          {"source", row.source},
+          {"found", core::json_value(one.found)},
+          {"difference", core::json_value(one.difference())},
           {"missing", one.missing}};
 }
 

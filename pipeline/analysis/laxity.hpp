@@ -28,6 +28,8 @@ struct TestKind {
   bool is_force() const { return !is_rotation(static_cast<std::size_t>(coordinate)); }
 };
 const TestKind& kind_of(LaxityTest test);
+/// The largest load of a test: N or N mm.
+double whole_load(const job::LaxityJob& loads, LaxityTest test);
 
 /// Name of the state with all fibres.
 inline constexpr const char* whole_state = "intact";

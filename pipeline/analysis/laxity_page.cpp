@@ -1,9 +1,9 @@
 // The HTML page of laxity tests: tables and SVG plots, drawn without scripts.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "analysis/laxity.hpp"
+#include "analysis/result_files.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 
@@ -15,17 +15,6 @@ constexpr const char* colours[] = {"#1f5fa8", "#c2500a", "#2a7f62", "#7a5fa8", "
 const char* colour_at(std::size_t k)
 {
   return colours[k % std::size(colours)];
-}
-
-std::string decimals(double value, const char* format = "%.2f")
-{
-  if (!std::isfinite(value)) return "&ndash;";
-  char text[32];
-  std::snprintf(text, sizeof text, format, value);
-  // "-0.00" and "-0 %" are zero.
-  const std::string shown = text;
-  return shown.starts_with("-0") && shown.find_first_of("123456789") == std::string::npos ? shown.substr(1)
-                                                                                          : shown;
 }
 
 struct Point {
@@ -85,20 +74,15 @@ std::string plot_svg(const Plot& plot)
   const auto px = [&](double value) { return left + (value - x.low) / (x.high - x.low) * width; };
   const auto py = [&](double value) { return top + (y.high - value) / (y.high - y.low) * height; };
   const auto at = [](double value) { return decimals(value); };
-  std::string svg = "<svg viewBox=\"0 0 " + at(left + width + 10) + ' ' + at(top + height + bottom) +
-                    "\" role=\"img\" aria-label=\"" + plot.y + " over " + plot.x + "\">\n";
-  const auto text = [&](double tx, double ty, const char* anchor, const std::string& what) {
-    svg += "<text x=\"" + at(tx) + "\" y=\"" + at(ty) + "\" text-anchor=\"" + anchor + "\">" + what +
-           "</text>\n";
-  };
+  std::string svg = svg_start(left + width + 10, top + height + bottom, plot.y + " over " + plot.x);
   const double x_tick = tick_of(x.high - x.low), y_tick = tick_of(y.high - y.low);
   for (double v = std::ceil(x.low / x_tick) * x_tick; v <= x.high * (1 + 1e-12); v += x_tick) {
     svg += "<path class=\"grid\" d=\"M" + at(px(v)) + ' ' + at(top) + 'V' + at(top + height) + "\"/>\n";
-    text(px(v), top + height + 14, "middle", decimals(v + 0.0, "%.6g"));
+    svg += svg_text(px(v), top + height + 14, "middle", decimals(v + 0.0, "%.6g"));
   }
   for (double v = std::ceil(y.low / y_tick) * y_tick; v <= y.high * (1 + 1e-12); v += y_tick) {
     svg += "<path class=\"grid\" d=\"M" + at(left) + ' ' + at(py(v)) + 'H' + at(left + width) + "\"/>\n";
-    text(left - 5, py(v) + 4, "end", decimals(v + 0.0, "%.4g"));
+    svg += svg_text(left - 5, py(v) + 4, "end", decimals(v + 0.0, "%.4g"));
   }
   for (const Line& line : plot.lines) {
     std::string path;
@@ -116,9 +100,8 @@ std::string plot_svg(const Plot& plot)
     svg +=
         "<circle class=\"bar\" cx=\"" + at(px(bar.at.x)) + "\" cy=\"" + at(py(bar.at.y)) + "\" r=\"3.5\"/>\n";
   }
-  text(left + width / 2, top + height + 32, "middle", plot.x);
-  svg += "<text transform=\"translate(12 " + at(top + height / 2) +
-         ") rotate(-90)\" text-anchor=\"middle\">" + plot.y + "</text>\n</svg>\n<p class=\"legend\">";
+  svg += svg_text(left + width / 2, top + height + 32, "middle", plot.x) +
+         svg_upward_text(12, top + height / 2, plot.y) + "</svg>\n<p class=\"legend\">";
   for (const Line& line : plot.lines) {
     if (!line.label.empty())
       svg += std::string("<span style=\"color:") + colour_at(line.colour) + "\">" +
@@ -153,7 +136,7 @@ class Page {
     if (curve_of(result_, 0, 0, first) == nullptr) return {};
     const LaxityTest second = opposite(first);
     const TestKind& kind = kind_of(first);
-    const double load = whole_load(first);
+    const double load = whole_load(result_.loads, first);
     return std::string("<h2>") + kind.both + ", " + load_text(kind, load) + "</h2>\n" + table(first, second) +
            "<div class=\"plots\"><figure>" + plot_svg(over_flexion(first, second)) +
            "<figcaption>Laxity over flexion; " + kind.name + " above zero, " + kind_of(second).name +
@@ -186,13 +169,9 @@ class Page {
     return static_cast<LaxityTest>(static_cast<std::size_t>(first) + 1);
   }
 
-  double whole_load(LaxityTest test) const
+  std::string state_name(std::size_t state) const
   {
-    const TestKind& kind = kind_of(test);
-    const job::LaxityJob& loads = result_.loads;
-    return kind.is_force()                                ? loads.anterior_force_n
-           : kind.coordinate == JointCoordinate::internal ? loads.internal_moment_nmm
-                                                          : loads.varus_moment_nmm;
+    return escape_markup(state == 0 ? result_.states[state] : "without " + result_.states[state]);
   }
 
   double value(std::size_t state, std::size_t flexion, LaxityTest test) const
@@ -222,7 +201,7 @@ class Page {
     for (std::size_t f = 0; f < result_.loads.flexion_deg.size(); ++f) {
       for (std::size_t s = 0; s < result_.states.size(); ++s) {
         html += "<tr><th scope=\"row\">" + decimals(result_.loads.flexion_deg[f], "%.4g") + "&deg;</th><td>" +
-                escape_markup(s == 0 ? result_.states[s] : "without " + result_.states[s]) + "</td>";
+                state_name(s) + "</td>";
         for (const LaxityTest test : {first, second}) {
           html += "<td>" + decimals(value(s, f, test)) + "</td>";
           const double farther = in_file_unit(
@@ -241,7 +220,7 @@ class Page {
   {
     Plot plot{"flexion, degrees", unit_of(kind_of(first)), {}, {}};
     for (std::size_t s = 0; s < result_.states.size(); ++s) {
-      const std::string name = escape_markup(s == 0 ? result_.states[s] : "without " + result_.states[s]);
+      const std::string name = state_name(s);
       for (const LaxityTest test : {first, second}) {
         Line line{test == first ? name : "", s, s > 0, {}};
         for (std::size_t f = 0; f < result_.loads.flexion_deg.size(); ++f)
@@ -309,16 +288,12 @@ class Page {
   const LaxityResult& result_;
 };
 
-constexpr const char* style = R"(<style>
-:root{color-scheme:light dark;--ink:#1d2126;--paper:#fff;--rule:#d5d8dc}
-@media(prefers-color-scheme:dark){:root{--ink:#e6e8eb;--paper:#16191d;--rule:#3a3f46}}
-body{font:15px/1.5 system-ui,'DejaVu Sans',sans-serif;color:var(--ink);background:var(--paper);max-width:1000px;margin:2rem auto;padding:0 1rem}
-.plots{display:grid;grid-template-columns:repeat(auto-fill,minmax(380px,1fr));gap:1rem;margin:1rem 0}
+constexpr const char* style =
+    R"(.plots{display:grid;grid-template-columns:repeat(auto-fill,minmax(380px,1fr));gap:1rem;margin:1rem 0}
 figure{margin:0;border:1px solid var(--rule);border-radius:6px;padding:.5rem}figcaption,.legend{font-size:13px;margin:0}
 svg{width:100%;height:auto}svg text{font-size:11px;fill:var(--ink)}.grid{stroke:var(--rule)}.bar{stroke:var(--ink);fill:var(--ink)}
 table{border-collapse:collapse;margin:.5rem 0}caption{text-align:left;font-weight:600}th,td{border-bottom:1px solid var(--rule);padding:.2rem .7rem;text-align:left}
 td{font-variant-numeric:tabular-nums}
-</style>
 )";
 
 }  // namespace
@@ -326,20 +301,15 @@ td{font-variant-numeric:tabular-nums}
 std::string laxity_page(const LaxityDocument& document)
 {
   const Page page(document);
-  const std::string title = escape_markup(document.title) + ": laxity";
-  std::string html =
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-      title + "</title>\n" + style + "</head><body>\n<h1>" + title + "</h1>\n" +
+  std::string body =
       "<p>Flexion is held; the other five coordinates are free. Each load acts besides those of the job, "
-      "along "
-      "the joint's own coordinate, and grows in " +
+      "along the joint's own coordinate, and grows in " +
       std::to_string(document.result.loads.load_steps) +
       " steps from the unloaded equilibrium. Laxity is the change of the coordinate.</p>\n";
   for (const LaxityTest first : {LaxityTest::anterior, LaxityTest::internal, LaxityTest::varus})
-    html += page.section(first);
-  return html + page.published() + "<footer><p>By " + escape_markup(document.program) + ", " +
-         escape_markup(document.solver) + ".</p></footer>\n</body></html>\n";
+    body += page.section(first);
+  return html_page({document.title + ": laxity", "1000px", style, document.program + ", " + document.solver},
+                   body + page.published());
 }
 
 }  // namespace vrda::analysis

@@ -108,19 +108,8 @@ double rms_of(const std::vector<double>& gaps)
 
 const char* name_of(FitStatus status)
 {
-  switch (status) {
-    case FitStatus::converged:
-      return "converged";
-    case FitStatus::at_limit:
-      return "at_limit";
-    case FitStatus::undetermined:
-      return "undetermined";
-    case FitStatus::not_smooth:
-      return "not_smooth";
-    case FitStatus::iteration_limit:
-      break;
-  }
-  return "iteration_limit";
+  constexpr const char* names[] = {"converged", "at_limit", "undetermined", "iteration_limit", "not_smooth"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 std::vector<double> gaps_at_offset(const job::Case& job_case, const OffsetFitInput& input, double offset_mm)

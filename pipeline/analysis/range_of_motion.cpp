@@ -39,8 +39,8 @@ class RomScene {
         solve::make_joint({solver_mesh(first.contact.mesh, query_frame_), first.contact.component},
                           {solver_mesh(second.contact.mesh, query_frame_), second.contact.component}, {});
     ligaments_ = model::solver_ligaments(job_case.ligaments, frame_);
-    first_border_ = analysis::boundary_edges(joint_.reference.tree_mesh.mesh);
-    second_border_ = analysis::boundary_edges(joint_.moving.tree_mesh.mesh);
+    first_border_ = boundary_edges(joint_.reference.tree_mesh.mesh);
+    second_border_ = boundary_edges(joint_.moving.tree_mesh.mesh);
   }
 
   const solve::Joint& joint() const { return joint_; }
@@ -398,25 +398,6 @@ double weight_deg(const std::vector<double>& rad, std::size_t k)
 
 }  // namespace
 
-const char* name_of(RomStatus status)
-{
-  switch (status) {
-    case RomStatus::in_range:
-      return "in_range";
-    case RomStatus::contact:
-      return "contact";
-    case RomStatus::border:
-      return "border";
-    case RomStatus::fibre:
-      return "fibre";
-    case RomStatus::nothing_ahead:
-      return "nothing_ahead";
-    case RomStatus::not_converged:
-      return "not_converged";
-  }
-  return "unknown";
-}
-
 RangeOfMotion range_of_motion(const job::Case& job_case, const RomPlan& plan)
 {
   return RomSweep(job_case, plan).run();
@@ -426,17 +407,14 @@ RomVolume volume_of(const RangeOfMotion& range, const std::function<bool(std::si
 {
   RomVolume volume;
   for (const std::vector<double>& rad : range.axes.rad) volume.n_driven += rad.size() > 1 ? 1 : 0;
-  for (std::size_t i = 0; i < range.axes.rad[0].size(); ++i) {
-    for (std::size_t j = 0; j < range.axes.rad[1].size(); ++j) {
-      for (std::size_t k = 0; k < range.axes.rad[2].size(); ++k) {
-        const double weight = weight_deg(range.axes.rad[0], i) * weight_deg(range.axes.rad[1], j) *
-                              weight_deg(range.axes.rad[2], k);
-        volume.driven_volume += weight;
-        if (!counts(cell_at(range.axes, i, j, k))) continue;
-        ++volume.n_cells;
-        volume.volume += weight;
-      }
-    }
+  for (std::size_t cell = 0; cell < range.axes.n_cells(); ++cell) {
+    const std::array<std::size_t, 3> at = range.axes.rows_at(cell);
+    const double weight = weight_deg(range.axes.rad[0], at[0]) * weight_deg(range.axes.rad[1], at[1]) *
+                          weight_deg(range.axes.rad[2], at[2]);
+    volume.driven_volume += weight;
+    if (!counts(cell)) continue;
+    ++volume.n_cells;
+    volume.volume += weight;
   }
   return volume;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/fields.hpp"
 #include "geometry/gap_query.hpp"
 #include "job/case.hpp"
 #include "model/coordinates.hpp"
@@ -18,18 +19,19 @@ namespace vrda::analysis {
 enum class DeltaBody : std::int8_t { moving = 0, reference = 1 };
 
 /// Why an attitude is in the range or not. The values are those of the files.
-enum class RomStatus : std::int8_t {
-  in_range = 0,
-  contact = 1,        ///< every position within the limits overlaps
-  border = 2,         ///< the contact is where a surface ends
-  fibre = 3,          ///< a fibre is strained beyond the limit
-  nothing_ahead = 4,  ///< no surface along Delta
-  not_converged = 5,  ///< the seat was not found to tolerance
-};
-inline constexpr RomStatus all_rom_statuses[] = {RomStatus::in_range,      RomStatus::contact,
-                                                 RomStatus::border,        RomStatus::fibre,
-                                                 RomStatus::nothing_ahead, RomStatus::not_converged};
-const char* name_of(RomStatus status);
+enum class RomStatus : std::int8_t { in_range, contact, border, fibre, nothing_ahead, not_converged };
+inline constexpr Named<RomStatus> rom_status_names[] = {
+    {RomStatus::in_range, "in_range", "in range: in contact without overlap, within the limits"},
+    {RomStatus::contact, "contact", "contact: every position within the limits overlaps"},
+    {RomStatus::border, "border", "border: the contact is where a surface ends"},
+    {RomStatus::fibre, "fibre", "fibre: a fibre is strained beyond the limit"},
+    {RomStatus::nothing_ahead, "nothing_ahead", "nothing ahead: no surface along Delta"},
+    {RomStatus::not_converged, "not_converged", "not converged: the seat was not found to tolerance"}};
+constexpr const auto& names_of(RomStatus)
+{
+  return rom_status_names;
+}
+using core::name_of;  // next to the room's own
 
 /// Names of the three rotations, in the order of the axes.
 inline constexpr const char* rotation_names[] = {"flexion", "varus", "internal"};
@@ -39,6 +41,17 @@ struct RomAxes {
   std::array<std::vector<double>, 3> rad;  ///< flexion, varus, internal rotation
 
   std::size_t n_cells() const { return rad[0].size() * rad[1].size() * rad[2].size(); }
+  /// Rows of the three rotations at a cell; the last rotation changes first.
+  std::array<std::size_t, 3> rows_at(std::size_t cell) const
+  {
+    const std::size_t n_varus = rad[1].size(), n_internal = rad[2].size();
+    return {cell / (n_varus * n_internal), cell / n_internal % n_varus, cell % n_internal};
+  }
+  std::array<double, 3> rotations_at(std::size_t cell) const
+  {
+    const std::array<std::size_t, 3> at = rows_at(cell);
+    return {rad[0][at[0]], rad[1][at[1]], rad[2][at[2]]};
+  }
 };
 
 struct RomLimits {
@@ -60,6 +73,18 @@ struct RomCell {
   bool is_connected = false;  ///< in range, and so are all cells of a path of neighbours from the neutral one
 };
 
+/// What a journal holds of it.
+constexpr auto fields_of(const RomCell*)
+{
+  return std::tuple{Field{"status", &RomCell::status},
+                    Field{"translation_mm", &RomCell::translation_mm, unit::mm},
+                    Field{"opening_mm", &RomCell::opening_mm, unit::mm},
+                    Field{"largest_strain", &RomCell::largest_strain},
+                    Field{"fibre", &RomCell::fibre},
+                    Field{"component_reference", &RomCell::component_reference},
+                    Field{"component_moving", &RomCell::component_moving}};
+}
+
 /// A cell as it was solved.
 struct SolvedCell {
   RomCell cell;
@@ -67,12 +92,27 @@ struct SolvedCell {
   Eigen::Vector2d across_mm = Eigen::Vector2d::Zero();
 };
 
+constexpr auto fields_of(const SolvedCell*)
+{
+  return std::tuple{Field{"cell", &SolvedCell::cell}, Field{"across_mm", &SolvedCell::across_mm, unit::mm}};
+}
+
 /// Cells along one axis, solved outward from the neutral one by one thread.
 struct RomLine {
   std::int8_t axis = 0;
   std::array<std::int32_t, 3> at{};  ///< rows of the other axes; 0 of its own
   std::vector<SolvedCell> cells;     ///< all of the axis
 };
+
+constexpr auto fields_of(const RomLine*)
+{
+  return std::tuple{Field{"axis", &RomLine::axis}, Field{"at", &RomLine::at},
+                    Field{"cells", &RomLine::cells}};
+}
+inline bool is_sound(const RomLine& line)
+{
+  return line.axis >= 0 && line.axis < 3;
+}
 
 struct RangeOfMotion {
   RomAxes axes;

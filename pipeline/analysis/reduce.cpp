@@ -433,9 +433,9 @@ store::GridD column_of(const std::vector<double>& values)
 
 /// `Poses` is FreeSpine or ZeroVarus.
 template <typename Poses>
-analysis::SmoothInput course_of(const store::MotionModel& model, const Poses& poses, store::GridB status)
+SmoothInput course_of(const store::MotionModel& model, const Poses& poses, store::GridB status)
 {
-  analysis::SmoothInput input;
+  SmoothInput input;
   input.name = model.title;
   input.flexion_deg = model.flexion_deg;
   input.varus_deg = {0.0};
@@ -450,7 +450,7 @@ analysis::SmoothInput course_of(const store::MotionModel& model, const Poses& po
 }
 
 /// Raw poses over flexion, [n_flexion, 1]; varus is their own.
-analysis::SmoothInput raw_course(const store::MotionModel& model)
+SmoothInput raw_course(const store::MotionModel& model)
 {
   const auto n = static_cast<Eigen::Index>(model.flexion_deg.size());
   store::GridB status(n, 1);
@@ -470,23 +470,22 @@ analysis::SmoothInput raw_course(const store::MotionModel& model)
 
 /// [n_flexion] medial less lateral gap where the raw equilibrium lifts a side off, else 0.
 std::vector<double> lift_off_mm(const store::MotionModel& model, const store::Motion& motion,
-                                const analysis::SmoothInput& course, int n_threads)
+                                const SmoothInput& course, int n_threads)
 {
   std::vector<double> difference_mm(course.flexion_deg.size(), 0.0);
   if (!model.equilibrium) return difference_mm;
-  analysis::for_each_row(
-      model, motion, course.flexion_deg, n_threads, [&](std::size_t row, analysis::PoseMeter& meter) {
-        const auto i = static_cast<Eigen::Index>(row);
-        if (course.status(i, 0) != status_stable) return;
-        const Attitude attitude{rad_from_deg(course.flexion_deg[row]),
-                                rad_from_deg(course.varus_solved_deg(i, 0))};
-        const store::JointPose pose =
-            motion.joint_pose(attitude, {course.tx_mm(i, 0), course.ty_mm(i, 0), course.tz_mm(i, 0),
-                                         rad_from_deg(course.theta_deg(i, 0))});
-        const analysis::CompartmentGaps gaps = meter.compartment_gaps(attitude, pose.X_reference_moving);
-        if (std::max(gaps.medial_mm, gaps.lateral_mm) > model.contact_resolution_mm)
-          difference_mm[row] = gaps.medial_mm - gaps.lateral_mm;
-      });
+  for_each_row(model, motion, course.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
+    const auto i = static_cast<Eigen::Index>(row);
+    if (course.status(i, 0) != status_stable) return;
+    const Attitude attitude{rad_from_deg(course.flexion_deg[row]),
+                            rad_from_deg(course.varus_solved_deg(i, 0))};
+    const store::JointPose pose = motion.joint_pose(
+        attitude,
+        {course.tx_mm(i, 0), course.ty_mm(i, 0), course.tz_mm(i, 0), rad_from_deg(course.theta_deg(i, 0))});
+    const CompartmentGaps gaps = meter.compartment_gaps(attitude, pose.X_reference_moving);
+    if (std::max(gaps.medial_mm, gaps.lateral_mm) > model.contact_resolution_mm)
+      difference_mm[row] = gaps.medial_mm - gaps.lateral_mm;
+  });
   return difference_mm;
 }
 
@@ -531,7 +530,7 @@ store::TwoSided without_poses(std::vector<double> flexion_deg, int degree)
   return result;
 }
 
-store::TwoSidedContact contact_of(const analysis::CompartmentGaps& gaps)
+store::TwoSidedContact contact_of(const CompartmentGaps& gaps)
 {
   if (std::max(gaps.medial_mm, gaps.lateral_mm) <= contact_gap_mm) return store::TwoSidedContact::both;
   return gaps.medial_mm < gaps.lateral_mm ? store::TwoSidedContact::medial : store::TwoSidedContact::lateral;
@@ -551,11 +550,11 @@ std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const 
                                          int n_threads)
 {
   if (!model.has_compartments || model.frames) return std::nullopt;
-  const analysis::SmoothInput course = raw_course(model);
-  const int degree = analysis::largest_degree(course, options.degree);
+  const SmoothInput course = raw_course(model);
+  const int degree = largest_degree(course, options.degree);
   if (degree < 0) return std::nullopt;
   const store::SmoothedSurfaces smooth_course =
-      store::smoothed_surfaces(model, analysis::smooth(course, degree, {options.is_robust}));
+      store::smoothed_surfaces(model, smooth(course, degree, {options.is_robust}));
   const store::Motion motion(model, "raw");
   const std::vector<double> difference_mm = lift_off_mm(model, motion, course, n_threads);
 
@@ -565,42 +564,39 @@ std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const 
   const double first_deg = course.flexion_deg[posed.front()], last_deg = course.flexion_deg[posed.back()];
 
   store::TwoSided result = without_poses(
-      analysis::refined(model.flexion_deg, steps_per_interval(model.flexion_deg, options.spacing_deg)),
-      degree);
-  analysis::for_each_row(
-      model, motion, result.flexion_deg, n_threads, [&](std::size_t row, analysis::PoseMeter& meter) {
-        const double flexion_deg = result.flexion_deg[row], flexion_rad = rad_from_deg(flexion_deg);
-        if (flexion_deg < first_deg || flexion_deg > last_deg) return;
-        const store::PoseAndVarus smooth_pose = store::evaluate(smooth_course, {flexion_rad, 0.0});
-        store::PoseCoordinates numbers{smooth_pose[0], smooth_pose[1], smooth_pose[2], smooth_pose[3]};
-        const auto pose_at = [&](double varus_rad) {
-          return motion.joint_pose({flexion_rad, varus_rad}, numbers).X_reference_moving;
-        };
-        const auto gaps_at = [&](double varus_rad) {
-          return meter.compartment_gaps({flexion_rad, varus_rad}, pose_at(varus_rad));
-        };
-        const double wanted_mm = linear_at(course.flexion_deg, difference_mm, flexion_deg);
-        const auto imbalance_mm = [&](double varus_rad) {
-          const analysis::CompartmentGaps gaps = gaps_at(varus_rad);
-          return gaps.medial_mm - gaps.lateral_mm - wanted_mm;
-        };
-        const std::optional<double> varus_rad = balanced_varus_rad(imbalance_mm, smooth_pose[4]);
-        if (!varus_rad) return;
-        const double travel_mm = meter.travel_into_contact_mm({flexion_rad, *varus_rad}, pose_at(*varus_rad));
-        if (std::isnan(travel_mm)) return;
-        const Eigen::Vector3d shift_mm = travel_mm * motion.delta(flexion_rad);
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          numbers[axis] += shift_mm[static_cast<Eigen::Index>(axis)];
-        const analysis::CompartmentGaps gaps = gaps_at(*varus_rad);
-        result.contact[row] = store::code_of(contact_of(gaps));
-        result.tx_mm[row] = numbers[0];
-        result.ty_mm[row] = numbers[1];
-        result.tz_mm[row] = numbers[2];
-        result.theta_deg[row] = deg_from_rad(numbers[3]);
-        result.varus_deg[row] = deg_from_rad(*varus_rad);
-        result.gap_medial_mm[row] = gaps.medial_mm;
-        result.gap_lateral_mm[row] = gaps.lateral_mm;
-      });
+      refined(model.flexion_deg, steps_per_interval(model.flexion_deg, options.spacing_deg)), degree);
+  for_each_row(model, motion, result.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
+    const double flexion_deg = result.flexion_deg[row], flexion_rad = rad_from_deg(flexion_deg);
+    if (flexion_deg < first_deg || flexion_deg > last_deg) return;
+    const store::PoseAndVarus smooth_pose = store::evaluate(smooth_course, {flexion_rad, 0.0});
+    store::PoseCoordinates numbers{smooth_pose[0], smooth_pose[1], smooth_pose[2], smooth_pose[3]};
+    const auto pose_at = [&](double varus_rad) {
+      return motion.joint_pose({flexion_rad, varus_rad}, numbers).X_reference_moving;
+    };
+    const auto gaps_at = [&](double varus_rad) {
+      return meter.compartment_gaps({flexion_rad, varus_rad}, pose_at(varus_rad));
+    };
+    const double wanted_mm = linear_at(course.flexion_deg, difference_mm, flexion_deg);
+    const auto imbalance_mm = [&](double varus_rad) {
+      const CompartmentGaps gaps = gaps_at(varus_rad);
+      return gaps.medial_mm - gaps.lateral_mm - wanted_mm;
+    };
+    const std::optional<double> varus_rad = balanced_varus_rad(imbalance_mm, smooth_pose[4]);
+    if (!varus_rad) return;
+    const double travel_mm = meter.travel_into_contact_mm({flexion_rad, *varus_rad}, pose_at(*varus_rad));
+    if (std::isnan(travel_mm)) return;
+    const Eigen::Vector3d shift_mm = travel_mm * motion.delta(flexion_rad);
+    for (std::size_t axis = 0; axis < 3; ++axis) numbers[axis] += shift_mm[static_cast<Eigen::Index>(axis)];
+    const CompartmentGaps gaps = gaps_at(*varus_rad);
+    result.contact[row] = store::code_of(contact_of(gaps));
+    result.tx_mm[row] = numbers[0];
+    result.ty_mm[row] = numbers[1];
+    result.tz_mm[row] = numbers[2];
+    result.theta_deg[row] = deg_from_rad(numbers[3]);
+    result.varus_deg[row] = deg_from_rad(*varus_rad);
+    result.gap_medial_mm[row] = gaps.medial_mm;
+    result.gap_lateral_mm[row] = gaps.lateral_mm;
+  });
   if (std::ranges::all_of(result.contact,
                           [](std::int8_t c) { return c == store::code_of(store::TwoSidedContact::no_pose); }))
     return std::nullopt;

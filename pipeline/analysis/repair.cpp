@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "analysis/sequence_program.hpp"
-#include "contact/contacts.hpp"
 #include "core/parallel.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -43,7 +42,7 @@ double radius_mm(const Mesh& mesh)
 
 class Repair {
  public:
-  Repair(const analysis::AuditScene& scene, const MeasuredMotion& measured, const RepairOptions& options)
+  Repair(const AuditScene& scene, const MeasuredMotion& measured, const RepairOptions& options)
       : scene_(scene),
         measured_(measured),
         key_(measured.key),
@@ -76,7 +75,7 @@ class Repair {
     for (Eigen::Index c = 0; c < 6; ++c) out_.period_frames(c) = period_of_weight(weights_(c));
     out_.frames.resize(X_.size());
     for_each_index(X_.size(), options_.n_threads, [this] {
-      return [this, meter = analysis::PoseMeter(scene_)](std::size_t k) mutable { finish(k, meter); };
+      return [this, meter = PoseMeter(scene_)](std::size_t k) mutable { finish(k, meter); };
     });
     return std::move(out_);
   }
@@ -212,13 +211,13 @@ class Repair {
     return largest;
   }
 
-  void finish(std::size_t k, analysis::PoseMeter& meter)
+  void finish(std::size_t k, PoseMeter& meter)
   {
     RepairedFrame& frame = out_.frames[k];
-    const PlacedPose before = placed(X_measured_[k]);
+    const SolverPosition before = placed(X_measured_[k]);
     frame.before = measurement(before.attitude, measured_.X_reference_moving[k], meter);
     const bool is_moved = twist_[k].cwiseAbs().maxCoeff() > negligible;
-    const PlacedPose after = is_moved ? placed(X_[k]) : before;
+    const SolverPosition after = is_moved ? placed(X_[k]) : before;
     frame.attitude = after.attitude;
     frame.pose = after.pose;
     frame.X_reference_moving = is_moved ? X_reference_moving(scene_.frame, after.attitude, after.pose)
@@ -228,10 +227,9 @@ class Repair {
     frame.status = status(k, is_moved);
   }
 
-  static FrameMeasurement measurement(const Attitude& attitude, const Pose& X, analysis::PoseMeter& meter)
+  static FrameMeasurement measurement(const Attitude& attitude, const Pose& X, PoseMeter& meter)
   {
-    return {meter.measure(attitude, X, analysis::OverlapTest::narrow_phase),
-            meter.compartment_gaps(attitude, X)};
+    return {meter.measure(attitude, X, OverlapTest::narrow_phase), meter.compartment_gaps(attitude, X)};
   }
 
   FrameStatus status(std::size_t k, bool is_moved) const
@@ -248,7 +246,7 @@ class Repair {
     return is_moved ? FrameStatus::repaired : FrameStatus::unchanged;
   }
 
-  const analysis::AuditScene& scene_;
+  const AuditScene& scene_;
   const MeasuredMotion& measured_;
   const std::vector<double>& key_;
   const RepairOptions& options_;
@@ -268,21 +266,11 @@ class Repair {
 
 const char* name_of(FrameStatus status)
 {
-  switch (status) {
-    case FrameStatus::unchanged:
-      return "unchanged";
-    case FrameStatus::repaired:
-      return "repaired";
-    case FrameStatus::not_converged:
-      return "not_converged";
-    case FrameStatus::nothing_ahead:
-      return "nothing_ahead";
-  }
-  return "?";
+  constexpr const char* names[] = {"unchanged", "repaired", "not_converged", "nothing_ahead"};
+  return names[static_cast<std::size_t>(status)];
 }
 
-RepairedMotion repair(const analysis::AuditScene& scene, const MeasuredMotion& measured,
-                      const RepairOptions& options)
+RepairedMotion repair(const AuditScene& scene, const MeasuredMotion& measured, const RepairOptions& options)
 {
   require_repairable(measured, options);
   return Repair(scene, measured, options).run();
@@ -300,48 +288,6 @@ solve::Joint joint_of(const store::MotionModel& model, const SolverFrame& frame)
       {solver_mesh(model.moving.contact.mesh, frame), model.moving.contact.component}, compartments);
 }
 
-/// Contacts, gaps and flags of repaired frames, as after an import.
-class FrameRecords {
- public:
-  FrameRecords(const store::MotionModel& model, const SolverFrame& frame)
-      : joint_(joint_of(model, frame)),
-        resolution_mm_(model.contact_resolution_mm),
-        has_compartments_(model.has_compartments),
-        query_(joint_.reference_gap, joint_.moving_gap)
-  {
-  }
-
-  StepRecord record(std::int32_t row, const RepairedFrame& frame)
-  {
-    StepRecord r;
-    r.key = {StepKind::row, row, 0};
-    r.status = StepStatus::stable;
-    r.pose = frame.pose;
-    r.varus_rad = frame.attitude.varus_rad;
-    r.theta_determined = true;  // measured
-    query_.set_attitude(frame.attitude);
-    contact::ContactOptions options;
-    options.band_mm = resolution_mm_;
-    for (const contact::Contact& contact :
-         contact::find_contacts(joint_.reference, joint_.moving, {frame.attitude, frame.pose},
-                                query_.close_pairs(frame.pose, resolution_mm_), narrow_phase_, options))
-      r.contacts.push_back(solve::contact_record(joint_, contact));
-    if (!has_compartments_) return r;
-    r.gap_medial_mm = frame.after.compartments.medial_mm;
-    r.gap_lateral_mm = frame.after.compartments.lateral_mm;
-    r.contact_medial = r.gap_medial_mm <= resolution_mm_;
-    r.contact_lateral = r.gap_lateral_mm <= resolution_mm_;
-    return r;
-  }
-
- private:
-  solve::Joint joint_;
-  double resolution_mm_ = 0.0;
-  bool has_compartments_ = false;
-  geometry::GapQuery query_;
-  contact::NarrowPhase narrow_phase_;
-};
-
 void append(std::vector<double>& rows, const Eigen::Vector3d& v)
 {
   rows.insert(rows.end(), {v.x(), v.y(), v.z()});
@@ -352,7 +298,7 @@ std::vector<double> values_of(const Eigen::Vector3d& v)
   return {v.x(), v.y(), v.z()};
 }
 
-double free_gap_mm(const analysis::PoseAudit& audit)
+double free_gap_mm(const PoseAudit& audit)
 {
   return audit.is_overlapping || std::isinf(audit.gap_mm) ? nan : audit.gap_mm;
 }
@@ -406,10 +352,10 @@ MeasuredMotion measured_motion(const store::MotionModel& model, const std::strin
   return out;
 }
 
-analysis::AuditScene scene_of(const store::MotionModel& model)
+AuditScene scene_of(const store::MotionModel& model)
 {
-  return analysis::make_audit_scene(model.reference.contact.mesh, model.moving.contact.mesh,
-                                    store::solver_frame(model, 0), model.compartment_of_triangle);
+  return make_audit_scene(model.reference.contact.mesh, model.moving.contact.mesh,
+                          store::solver_frame(model, 0), model.compartment_of_triangle);
 }
 
 store::MotionModel repaired_model(const store::MotionModel& model, const MeasuredMotion& measured,
@@ -422,10 +368,13 @@ store::MotionModel repaired_model(const store::MotionModel& model, const Measure
   const store::PushRows push = out.push;
   out = store::with_pending_cells(std::move(out));
   out.push = push;
-  FrameRecords records(out, store::solver_frame(out, 0));
+  const solve::Joint joint = joint_of(out, store::solver_frame(out, 0));
+  FrameMeter meter(joint, out.contact_resolution_mm);
   std::vector<StepRecord> cells;
   for (std::size_t k = 0; k < motion.frames.size(); ++k) {
-    cells.push_back(records.record(static_cast<std::int32_t>(k), motion.frames[k]));
+    const RepairedFrame& frame = motion.frames[k];
+    cells.push_back(
+        meter.record(static_cast<std::int32_t>(k), {frame.attitude, frame.pose}, frame.after.compartments));
     store::set_cell(out, cells.back());
     out.is_spine(static_cast<Eigen::Index>(k), 0) = 1;
   }
@@ -629,16 +578,16 @@ FeatureMeasure measured(const FeatureConstraint& feature, const Pose& X)
   return out;
 }
 
-PlacedPose placed(const Pose& X)
+SolverPosition placed(const Pose& X)
 {
   const ClinicalCoordinates angles = clinical_coordinates(X, Side::right, Eigen::Vector3d::Zero());
-  PlacedPose out;
+  SolverPosition out;
   out.attitude = {angles.flexion_rad, angles.varus_rad};
   out.pose = {reference_rotation(out.attitude) * X.translation(), angles.internal_rotation_rad};
   return out;
 }
 
-ContactSampler::ContactSampler(const analysis::AuditScene& scene)
+ContactSampler::ContactSampler(const AuditScene& scene)
     : scene_(scene),
       query_(scene.reference_gap, scene.moving_gap),
       medial_query_(scene.reference_gap, scene.medial_gap),
@@ -648,7 +597,7 @@ ContactSampler::ContactSampler(const analysis::AuditScene& scene)
 }
 
 FeatureConstraint ContactSampler::constraint_of(const geometry::GapFeature& feature,
-                                                const PlacedPose& at) const
+                                                const SolverPosition& at) const
 {
   const solve::Configuration configuration{at.pose.translation_mm, at.pose.theta_rad, at.attitude.varus_rad};
   const solve::Rotations rotations(configuration, at.attitude.flexion_rad);
@@ -663,7 +612,7 @@ FeatureConstraint ContactSampler::constraint_of(const geometry::GapFeature& feat
   return out;
 }
 
-Measure ContactSampler::nearest(geometry::GapQuery& query, const PlacedPose& at, const Pose& X)
+Measure ContactSampler::nearest(geometry::GapQuery& query, const SolverPosition& at, const Pose& X)
 {
   query.set_attitude(at.attitude);
   const geometry::GapResult& found = query.features(at.pose, 0.0);
@@ -673,7 +622,7 @@ Measure ContactSampler::nearest(geometry::GapQuery& query, const PlacedPose& at,
 
 FrameContact ContactSampler::sample(const Pose& X, FrameFeatures& known)
 {
-  const PlacedPose at = placed(X);
+  const SolverPosition at = placed(X);
   query_.set_attitude(at.attitude);
   const geometry::GapResult& found = query_.features(at.pose, known.band_mm);
   std::vector<FeatureConstraint> features;

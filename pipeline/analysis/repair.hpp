@@ -55,8 +55,8 @@ const char* name_of(FrameStatus status);
 inline constexpr double repair_tolerance_mm = 0.01;
 
 struct FrameMeasurement {
-  analysis::PoseAudit audit;               ///< narrow phase: independent of the queries that guide the repair
-  analysis::CompartmentGaps compartments;  ///< NaN without compartments
+  PoseAudit audit;               ///< narrow phase: independent of the queries that guide the repair
+  CompartmentGaps compartments;  ///< NaN without compartments
 };
 
 struct RepairedFrame {
@@ -87,8 +87,7 @@ struct RepairedMotion {
 /// Throws InputError for noise that is missing (all zero), negative or not a number; poses that are not
 /// finite or not rigid; keys that do not ascend; neighbouring frames more than 90 degrees apart; a period
 /// that is not above 2 frames; a limit that is negative or not a number; no frame.
-RepairedMotion repair(const analysis::AuditScene& scene, const MeasuredMotion& measured,
-                      const RepairOptions& options);
+RepairedMotion repair(const AuditScene& scene, const MeasuredMotion& measured, const RepairOptions& options);
 
 // Repair of a motion model that is a sequence of frames.
 
@@ -98,7 +97,7 @@ RepairedMotion repair(const analysis::AuditScene& scene, const MeasuredMotion& m
 MeasuredMotion measured_motion(const store::MotionModel& model, const std::string& file);
 
 /// The bodies of that model for its Delta.
-analysis::AuditScene scene_of(const store::MotionModel& model);
+AuditScene scene_of(const store::MotionModel& model);
 
 /// `model` with the repaired frames: attitudes, poses, gaps, contacts and clinical angles of the repaired
 /// motion, and /repair with `measured`. Fibres and audits are left out: they belong to the measured poses.
@@ -153,11 +152,7 @@ FeatureMeasure measured(const FeatureConstraint& feature, const Pose& X);
 
 /// The attitude at which X is a rotation about Delta alone, and that pose: R = Rz(-flexion) Rx(varus)
 /// Ry(theta).
-struct PlacedPose {
-  Attitude attitude;
-  MovingPose pose;
-};
-PlacedPose placed(const Pose& X);
+SolverPosition placed(const Pose& X);
 
 /// What a frame's constraints need of the current pose.
 struct FrameContact {
@@ -171,16 +166,16 @@ struct FrameContact {
 class ContactSampler {
  public:
   /// `scene` must outlive it.
-  explicit ContactSampler(const analysis::AuditScene& scene);
+  explicit ContactSampler(const AuditScene& scene);
 
   /// Updates `known` with the features near contact at the pose.
   FrameContact sample(const Pose& X, FrameFeatures& known);
 
  private:
-  Measure nearest(geometry::GapQuery& query, const PlacedPose& at, const Pose& X);
-  FeatureConstraint constraint_of(const geometry::GapFeature& feature, const PlacedPose& at) const;
+  Measure nearest(geometry::GapQuery& query, const SolverPosition& at, const Pose& X);
+  FeatureConstraint constraint_of(const geometry::GapFeature& feature, const SolverPosition& at) const;
 
-  const analysis::AuditScene& scene_;
+  const AuditScene& scene_;
   solve::RotationScale scale_;  // pivot at the origin
   geometry::GapQuery query_, medial_query_, lateral_query_;
   bool has_compartments_ = false;

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
+#include "analysis/result_files.hpp"
 #include "core/document.hpp"
-#include "core/framed_file.hpp"
+#include "core/fields_json.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/job.hpp"
@@ -30,21 +30,11 @@ std::vector<std::string> component_names(const Body& body)
   return names;
 }
 
-Json number_or_null(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
 std::vector<double> degrees(const std::vector<double>& rad)
 {
   std::vector<double> values;
   for (const double value : rad) values.push_back(deg_from_rad(value));
   return values;
-}
-
-const char* delta_name(DeltaBody body)
-{
-  return body == DeltaBody::reference ? "reference" : "moving";
 }
 
 std::string field(double value)
@@ -57,6 +47,13 @@ std::string degree_field(double rad)
 {
   constexpr double a_degree = 1e9;
   return field(std::round(deg_from_rad(rad) * a_degree) / a_degree + 0.0);
+}
+
+/// The first columns of the row of a cell, with the comma after each.
+std::string attitude_fields(const RomAxes& axes, std::size_t cell)
+{
+  const std::array<double, 3> rad = axes.rotations_at(cell);
+  return degree_field(rad[0]) + ',' + degree_field(rad[1]) + ',' + degree_field(rad[2]) + ',';
 }
 
 std::string name_at(const std::vector<std::string>& names, std::int32_t row)
@@ -102,7 +99,7 @@ std::vector<RomCell> cells_of(const core::JsonFile& reader, const RomDocument& d
   std::vector<RomCell> cells(n);
   for (std::size_t k = 0; k < n; ++k) {
     RomCell& cell = cells[k];
-    const std::int32_t code = row_in(reader, "cells/status", status[k], std::size(all_rom_statuses));
+    const std::int32_t code = row_in(reader, "cells/status", status[k], std::size(rom_status_names));
     if (code < 0) reader.refuse("cells/status", "-1", "0 to 5");
     cell.status = static_cast<RomStatus>(code);
     cell.opening_mm = opening[k];
@@ -141,11 +138,6 @@ RangeEnd end_at(const RangeOfMotion& range, const std::array<std::size_t, 3>& fr
   }
 }
 
-std::string beyond_text(const RangeEnd& end)
-{
-  return end.is_of_axis ? "not_tried" : name_of(end.beyond);
-}
-
 }  // namespace
 
 RomDocument rom_document(const job::Case& job_case, const RangeOfMotion& range, const std::string& program)
@@ -167,28 +159,26 @@ RomDocument rom_document(const job::Case& job_case, const RangeOfMotion& range, 
 std::string rom_json(const RomDocument& document)
 {
   const RangeOfMotion& range = document.range;
-  Json axes, inputs = Json::array(), status = Json::array(), opening = Json::array(), strain = Json::array();
-  Json translation = Json::array(), reference = Json::array(), moving = Json::array(), fibre = Json::array(),
-       connected = Json::array();
+  Json axes, cells, inputs = Json::array();
   for (std::size_t a = 0; a < 3; ++a) axes[rotation_names[a]] = degrees(range.axes.rad[a]);
   for (const job::LoadedInput& input : document.inputs)
     inputs.push_back({{"name", input.name}, {"sha256", input.sha256}});
   for (const RomCell& cell : range.cells) {
-    status.push_back(static_cast<int>(cell.status));
-    opening.push_back(number_or_null(cell.opening_mm));
-    strain.push_back(number_or_null(cell.largest_strain));
-    for (Eigen::Index k = 0; k < 3; ++k) translation.push_back(cell.translation_mm[k]);
-    reference.push_back(cell.component_reference);
-    moving.push_back(cell.component_moving);
-    fibre.push_back(cell.fibre);
-    connected.push_back(cell.is_connected ? 1 : 0);
+    cells["status"].push_back(static_cast<int>(cell.status));
+    cells["connected"].push_back(cell.is_connected ? 1 : 0);
+    cells["opening_mm"].push_back(core::json_value(cell.opening_mm));
+    for (const double mm : cell.translation_mm) cells["translation_mm"].push_back(mm);
+    cells["largest_strain"].push_back(core::json_value(cell.largest_strain));
+    cells["component_reference"].push_back(cell.component_reference);
+    cells["component_moving"].push_back(cell.component_moving);
+    cells["fibre"].push_back(cell.fibre);
   }
   Json pose = Json::array();
   for (Eigen::Index r = 0; r < 4; ++r) {
     for (Eigen::Index c = 0; c < 4; ++c) pose.push_back(range.X_neutral.matrix()(r, c));
   }
   Json names = Json::array();
-  for (const RomStatus code : all_rom_statuses) names.push_back(name_of(code));
+  for (const Named<RomStatus>& status : rom_status_names) names.push_back(status.name);
   const Json json = {
       {"format", format_name},
       {"version", rom_version},
@@ -200,23 +190,15 @@ std::string rom_json(const RomDocument& document)
       {"inputs", inputs},
       {"axes", axes},
       {"limits",
-       {{"translation_mm", number_or_null(range.limits.translation_mm)},
+       {{"translation_mm", core::json_value(range.limits.translation_mm)},
         {"opening_mm", range.limits.opening_mm},
         {"strain", range.limits.strain}}},
-      {"delta_of", delta_name(range.delta_body)},
+      {"delta_of", range.delta_body == DeltaBody::reference ? "reference" : "moving"},
       {"neutral", {{"cell", range.neutral}, {"X_reference_moving", pose}}},
       {"statuses", names},
       {"components", {{"reference", document.reference_names}, {"moving", document.moving_names}}},
       {"fibres", document.fibre_names},
-      {"cells",
-       {{"status", status},
-        {"connected", connected},
-        {"opening_mm", opening},
-        {"translation_mm", translation},
-        {"largest_strain", strain},
-        {"component_reference", reference},
-        {"component_moving", moving},
-        {"fibre", fibre}}}};
+      {"cells", cells}};
   return core::json_text(json, -1) + "\n";
 }
 
@@ -264,19 +246,14 @@ std::string rom_csv(const RomDocument& document)
   std::string text =
       "flexion_deg,varus_deg,internal_deg,status,connected,opening_mm,translation_x_mm,translation_y_mm,"
       "translation_z_mm,largest_strain,fibre,reference_component,moving_component\n";
-  for (std::size_t i = 0; i < range.axes.rad[0].size(); ++i) {
-    for (std::size_t j = 0; j < range.axes.rad[1].size(); ++j) {
-      for (std::size_t k = 0; k < range.axes.rad[2].size(); ++k) {
-        const RomCell& cell = range.cells[cell_at(range.axes, i, j, k)];
-        text += degree_field(range.axes.rad[0][i]) + ',' + degree_field(range.axes.rad[1][j]) + ',' +
-                degree_field(range.axes.rad[2][k]) + ',' + name_of(cell.status) + ',' +
-                (cell.is_connected ? "1," : "0,") + field(cell.opening_mm);
-        for (Eigen::Index c = 0; c < 3; ++c) text += ',' + field(cell.translation_mm[c]);
-        text += ',' + field(cell.largest_strain) + ',' + name_at(document.fibre_names, cell.fibre) + ',' +
-                name_at(document.reference_names, cell.component_reference) + ',' +
-                name_at(document.moving_names, cell.component_moving) + '\n';
-      }
-    }
+  for (std::size_t row = 0; row < range.cells.size(); ++row) {
+    const RomCell& cell = range.cells[row];
+    text += attitude_fields(range.axes, row) + name_of(cell.status) + (cell.is_connected ? ",1," : ",0,") +
+            field(cell.opening_mm);
+    for (Eigen::Index c = 0; c < 3; ++c) text += ',' + field(cell.translation_mm[c]);
+    text += ',' + field(cell.largest_strain) + ',' + name_at(document.fibre_names, cell.fibre) + ',' +
+            name_at(document.reference_names, cell.component_reference) + ',' +
+            name_at(document.moving_names, cell.component_moving) + '\n';
   }
   return text;
 }
@@ -330,7 +307,8 @@ std::string boundary_csv(const RomDocument& document)
       text += ',' + (a == along.axis ? "" : degree_field(range.axes.rad[a][along.at[a]]));
     for (const RangeEnd& end : {along.low, along.high}) {
       text += along.is_empty ? std::string(",,,,,")
-                             : ',' + degree_field(rad_from_deg(end.deg)) + ',' + beyond_text(end) + ',' +
+                             : ',' + degree_field(rad_from_deg(end.deg)) + ',' +
+                                   (end.is_of_axis ? "not_tried" : name_of(end.beyond)) + ',' +
                                    name_at(document.reference_names, end.component_reference) + ',' +
                                    name_at(document.moving_names, end.component_moving) + ',' +
                                    name_at(document.fibre_names, end.fibre);
@@ -357,76 +335,28 @@ RomComparison compare_ranges(const RangeOfMotion& a, const RangeOfMotion& b, con
 
 std::string comparison_csv(const RomDocument& a, const RomDocument& b)
 {
-  const RomAxes& axes = a.range.axes;
   std::string text = "flexion_deg,varus_deg,internal_deg,first,second,first_opening_mm,second_opening_mm\n";
-  std::size_t cell = 0;
-  for (const double flexion : axes.rad[0]) {
-    for (const double varus : axes.rad[1]) {
-      for (const double internal : axes.rad[2]) {
-        const RomCell &one = a.range.cells[cell], &other = b.range.cells[cell];
-        for (const double rad : {flexion, varus, internal}) text += degree_field(rad) + ',';
-        text += std::string(name_of(one.status)) + ',' + name_of(other.status) + ',' + field(one.opening_mm) +
-                ',' + field(other.opening_mm) + '\n';
-        ++cell;
-      }
-    }
+  for (std::size_t row = 0; row < a.range.cells.size(); ++row) {
+    const RomCell &one = a.range.cells[row], &other = b.range.cells[row];
+    text += attitude_fields(a.range.axes, row) + name_of(one.status) + ',' + name_of(other.status) + ',' +
+            field(one.opening_mm) + ',' + field(other.opening_mm) + '\n';
   }
   return text;
 }
 
 namespace {
 
-constexpr core::FrameFormat line_format{"VRDAROMJ", 2, std::uint32_t{1} << 28, "line"};
+constexpr JournalFormat lines_format{{"VRDAROMJ", 2, std::uint32_t{1} << 28, "line"},
+                                     "another job, other rotations or other limits"};
 // Must be changed when the same job may give other cells.
 constexpr const char* rom_solver = "highest seat 1";
 
-void append_cell(std::string& bytes, const SolvedCell& solved)
+auto adds_to(RomLines& lines)
 {
-  const RomCell& cell = solved.cell;
-  core::append_i8(bytes, static_cast<std::int8_t>(cell.status));
-  core::append_vector(bytes, cell.translation_mm);
-  core::append_double(bytes, cell.opening_mm);
-  core::append_double(bytes, cell.largest_strain);
-  core::append_i32(bytes, cell.fibre);
-  core::append_i32(bytes, cell.component_reference);
-  core::append_i32(bytes, cell.component_moving);
-  core::append_double(bytes, solved.across_mm.x());
-  core::append_double(bytes, solved.across_mm.y());
-}
-
-SolvedCell take_cell(core::ByteReader& reader)
-{
-  SolvedCell solved;
-  const std::int8_t status = reader.take_i8();
-  if (status < 0 || status >= static_cast<std::int8_t>(std::size(all_rom_statuses))) reader.mark_invalid();
-  solved.cell.status = static_cast<RomStatus>(status);
-  solved.cell.translation_mm = reader.take_vector();
-  solved.cell.opening_mm = reader.take_double();
-  solved.cell.largest_strain = reader.take_double();
-  solved.cell.fibre = reader.take_i32();
-  solved.cell.component_reference = reader.take_i32();
-  solved.cell.component_moving = reader.take_i32();
-  solved.across_mm.x() = reader.take_double();
-  solved.across_mm.y() = reader.take_double();
-  return solved;
-}
-
-/// The valid part of a journal.
-core::FrameFileSummary parse_lines(const std::string& path, const std::string& key, RomLines& lines)
-{
-  const auto take = [&](std::string_view frame) -> std::string {
-    std::optional<RomLine> line = line_of(frame);
-    if (!line) return "a frame that is not a line of cells";
-    const std::pair at{line->axis, line->at};
-    lines.insert_or_assign(at, std::move(*line));
-    return {};
+  return [&lines](RomLine line) {
+    const std::pair at{line.axis, line.at};
+    lines.insert_or_assign(at, std::move(line));
   };
-  const core::FrameFileSummary summary =
-      core::parse_frames(path, core::read_frame_file(path), line_format, take);
-  if (summary.key != key)
-    throw InputError({path, "key", "the journal of another job, other rotations or other limits",
-                      "--fresh, or another --output"});
-  return summary;
 }
 
 }  // namespace
@@ -445,42 +375,12 @@ std::string rom_key(const job::Case& job_case, const RomPlan& plan)
 
 void read_lines(const std::string& path, const std::string& key, RomLines& lines)
 {
-  parse_lines(path, key, lines);
+  read_journal<RomLine>(path, key, lines_format, adds_to(lines));
 }
 
 core::FrameWriter open_lines(const std::string& path, const std::string& key, bool is_fresh, RomLines& lines)
 {
-  std::error_code error;
-  if (is_fresh || !std::filesystem::exists(path, error))
-    return core::FrameWriter::create(path, key, line_format);
-  std::optional<core::FrameWriter> writer = core::FrameWriter::try_lock(path, line_format);
-  const core::FrameFileSummary summary = parse_lines(path, key, lines);
-  if (!writer) core::refuse_locked(path);
-  writer->cut(summary.valid_bytes);
-  return std::move(*writer);
-}
-
-std::string line_bytes(const RomLine& line)
-{
-  std::string bytes;
-  core::append_i8(bytes, line.axis);
-  for (const std::int32_t row : line.at) core::append_i32(bytes, row);
-  core::append_i32(bytes, static_cast<std::int32_t>(line.cells.size()));
-  for (const SolvedCell& cell : line.cells) append_cell(bytes, cell);
-  return bytes;
-}
-
-std::optional<RomLine> line_of(std::string_view bytes)
-{
-  core::ByteReader reader(bytes);
-  RomLine line;
-  line.axis = reader.take_i8();
-  for (std::int32_t& row : line.at) row = reader.take_i32();
-  const std::int32_t n = reader.take_i32();
-  for (std::int32_t k = 0; k < n && reader.is_valid(); ++k) line.cells.push_back(take_cell(reader));
-  const bool is_whole = reader.is_valid() && reader.n_bytes_left() == 0 && line.axis >= 0 && line.axis < 3;
-  if (!is_whole) return std::nullopt;
-  return line;
+  return open_journal<RomLine>(path, key, is_fresh, lines_format, adds_to(lines));
 }
 
 }  // namespace vrda::analysis

@@ -89,7 +89,4 @@ void read_lines(const std::string& path, const std::string& key, RomLines& lines
 /// InputError if it has another key or is being written.
 core::FrameWriter open_lines(const std::string& path, const std::string& key, bool is_fresh, RomLines& lines);
 
-std::string line_bytes(const RomLine& line);
-std::optional<RomLine> line_of(std::string_view bytes);
-
 }  // namespace vrda::analysis

@@ -1,8 +1,5 @@
 #include "analysis/score.hpp"
 
-#include <Eigen/Dense>
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,9 +8,11 @@
 #include <limits>
 #include <utility>
 
+#include "analysis/sequence_program.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
+#include "model/linear_algebra.hpp"
 #include "model/step_record.hpp"
 #include "store/motion.hpp"
 
@@ -472,12 +471,6 @@ double rms_mm(const Problem& problem, const RigidAlignment& at)
   return std::sqrt(sum / static_cast<double>(6 * problem.found.size()));
 }
 
-/// The rigid transform that brings `from` nearest to `to`, column by column.
-Pose closed_form(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to)
-{
-  return Pose(Eigen::umeyama(from, to, false));
-}
-
 void fit_moving(const Problem& problem, RigidAlignment& at)
 {
   const auto n = static_cast<Eigen::Index>(problem.found.size());
@@ -487,7 +480,7 @@ void fit_moving(const Problem& problem, RigidAlignment& at)
     const Pose image = (at.X_reference * problem.found[frame]).inverse() * problem.measured[frame];
     to.middleCols<6>(6 * k) = image * problem.points_mm;
   }
-  at.X_moving = closed_form(problem.points_mm.replicate(1, n), to);
+  at.X_moving = nearest_transform(problem.points_mm.replicate(1, n), to);
 }
 
 void fit_reference(const Problem& problem, RigidAlignment& at)
@@ -499,14 +492,7 @@ void fit_reference(const Problem& problem, RigidAlignment& at)
     from.middleCols<6>(6 * k) = (problem.found[frame] * at.X_moving) * problem.points_mm;
     to.middleCols<6>(6 * k) = problem.measured[frame] * problem.points_mm;
   }
-  at.X_reference = closed_form(from, to);
-}
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
-{
-  Eigen::Matrix3d V;
-  V << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return V;
+  at.X_reference = nearest_transform(from, to);
 }
 
 /// A small motion that turns about the centre; no sine is needed, as only its first order matters.
@@ -537,18 +523,18 @@ Step newton_step(const Problem& problem, RigidAlignment& at)
       g += J.transpose() * (problem.measured[k] * point - q);
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Normal> modes(H);
+  const EigenSystem12 modes = eigen_system(H);
   // A short motion gives no information along a direction in which a radian, or the radius, changes less than
   // the noise: the transforms are not changed along it.
   const double relative_noise = problem.noise_mm / alignment_radius_mm;
   const double n_points = 6.0 * static_cast<double>(problem.found.size());
   const double smallest =
-      std::max(undetermined_sq * modes.eigenvalues().maxCoeff(), n_points * relative_noise * relative_noise);
+      std::max(undetermined_sq * modes.values.maxCoeff(), n_points * relative_noise * relative_noise);
   Step step = Step::Zero();
   at.n_determined = 0;
   for (Eigen::Index m = 0; m < 12; ++m) {
-    if (modes.eigenvalues()[m] <= smallest) continue;
-    step += modes.eigenvectors().col(m) * (modes.eigenvectors().col(m).dot(g) / modes.eigenvalues()[m]);
+    if (modes.values[m] <= smallest) continue;
+    step += modes.vectors.col(m) * (modes.vectors.col(m).dot(g) / modes.values[m]);
     ++at.n_determined;
   }
   return step;

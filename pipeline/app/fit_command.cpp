@@ -289,7 +289,7 @@ analysis::Identification identified(const FitCommandOptions& o, const analysis::
     journal.emplace(analysis::open_evaluations(
         journal_of(o), analysis::identification_key(data, plan, hashes), o.is_fresh, plan.known));
     plan.keep = [&](const analysis::Evaluation& evaluation) {
-      journal->append(analysis::evaluation_bytes(evaluation));
+      journal->append(core::bytes_of_value(evaluation));
     };
   }
   core::install_signal_handlers();

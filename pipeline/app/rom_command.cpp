@@ -222,7 +222,7 @@ std::optional<analysis::RangeOfMotion> solved(const RomOptions& o, const std::st
     const auto found = lines.find({axis, at});
     return found == lines.end() ? std::nullopt : std::optional(found->second);
   };
-  plan.keep = [&](const analysis::RomLine& line) { journal.append(analysis::line_bytes(line)); };
+  plan.keep = [&](const analysis::RomLine& line) { journal.append(core::bytes_of_value(line)); };
   analysis::RangeOfMotion range = analysis::range_of_motion(job_case, plan);
   journal.close();
   if (core::is_interrupted()) {

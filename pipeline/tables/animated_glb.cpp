@@ -170,33 +170,40 @@ std::size_t add_body(Scene& scene, const Body& body, const Eigen::Vector3d& cent
   return scene.nodes.size() - 1;
 }
 
-/// Rotation keys, each in the hemisphere of the previous one: viewers interpolate along the shorter arc.
-std::vector<Quaternion> rotations_of(const FlexionMotion& motion, Pose store::JointPose::*X_world_body)
+std::array<float, 3> single_m(const Eigen::Vector3d& p_mm)
 {
-  std::vector<Quaternion> rotations;
-  Eigen::Quaterniond previous = Eigen::Quaterniond::Identity();
-  for (const FlexionFrame& frame : motion.frames) {
-    const Eigen::Matrix3d R = (frame.pose.*X_world_body).linear();
-    Eigen::Quaterniond q = Eigen::Quaterniond(R).normalized();
-    if (q.dot(previous) < 0.0) q.coeffs() = -q.coeffs();
-    rotations.push_back({static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
-                         static_cast<float>(q.w())});
-    previous = q;
-  }
-  return rotations;
+  const Eigen::Vector3d p_m = p_mm * metres_per_mm;
+  return {static_cast<float>(p_m.x()), static_cast<float>(p_m.y()), static_cast<float>(p_m.z())};
 }
 
-/// Translation keys: the position of the body's point at the rotation centre, in metres.
-std::vector<std::array<float, 3>> translations_of(const FlexionMotion& motion,
-                                                  Pose store::JointPose::*X_world_body)
+Quaternion single(const Eigen::Quaterniond& q)
 {
-  std::vector<std::array<float, 3>> translations;
+  return {static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
+          static_cast<float>(q.w())};
+}
+
+/// Keys of a node's transform, one a frame.
+struct Keys {
+  std::vector<std::array<float, 3>> translations, scales;  ///< scales may be empty
+  std::vector<Quaternion> rotations;
+  Eigen::Quaterniond last = Eigen::Quaterniond::Identity();
+};
+
+/// Of a body: the position of its point at the rotation centre; each rotation in the hemisphere of the
+/// previous one, since viewers interpolate along the shorter arc.
+Keys body_keys(const FlexionMotion& motion, Pose store::JointPose::*X_world_body)
+{
+  Keys keys;
   for (const FlexionFrame& frame : motion.frames) {
-    const Eigen::Vector3d p_m = (frame.pose.*X_world_body) * motion.rotation_centre_mm * metres_per_mm;
-    translations.push_back(
-        {static_cast<float>(p_m.x()), static_cast<float>(p_m.y()), static_cast<float>(p_m.z())});
+    const Pose& X = frame.pose.*X_world_body;
+    const Eigen::Matrix3d R = X.linear();
+    Eigen::Quaterniond q = Eigen::Quaterniond(R).normalized();
+    if (q.dot(keys.last) < 0.0) q.coeffs() = -q.coeffs();
+    keys.last = q;
+    keys.rotations.push_back(single(q));
+    keys.translations.push_back(single_m(X * motion.rotation_centre_mm));
   }
-  return translations;
+  return keys;
 }
 
 struct Animation {
@@ -212,15 +219,12 @@ void add_channel(Animation& animation, std::size_t node, const char* path, std::
 }
 
 /// Animates a node and sets its static pose to the first frame, for viewers without animation.
-void animate(Scene& scene, Animation& animation, std::size_t node, const FlexionMotion& motion,
-             Pose store::JointPose::*X_world_body)
+void animate(Scene& scene, Animation& animation, std::size_t node, const Keys& keys)
 {
-  const std::vector<Quaternion> rotations = rotations_of(motion, X_world_body);
-  const std::vector<std::array<float, 3>> translations = translations_of(motion, X_world_body);
-  add_channel(animation, node, "rotation", add_block(scene, rotations, "VEC4", 0));
-  add_channel(animation, node, "translation", add_block(scene, translations, "VEC3", 0));
-  scene.nodes[node]["rotation"] = rotations.front();
-  scene.nodes[node]["translation"] = translations.front();
+  add_channel(animation, node, "rotation", add_block(scene, keys.rotations, "VEC4", 0));
+  add_channel(animation, node, "translation", add_block(scene, keys.translations, "VEC3", 0));
+  scene.nodes[node]["rotation"] = keys.rotations.front();
+  scene.nodes[node]["translation"] = keys.translations.front();
 }
 
 std::size_t add_times(Scene& scene, const FlexionMotion& motion, double degrees_per_second)
@@ -259,21 +263,8 @@ Geometry unit_tube()
   return tube;
 }
 
-/// Keys of one link of a fibre, in the reference's node.
-struct LinkKeys {
-  std::vector<std::array<float, 3>> translations, scales;
-  std::vector<Quaternion> rotations;
-  Eigen::Quaterniond last = Eigen::Quaterniond::Identity();
-};
-
-std::array<float, 3> single_m(const Eigen::Vector3d& p_mm)
-{
-  const Eigen::Vector3d p_m = p_mm * metres_per_mm;
-  return {static_cast<float>(p_m.x()), static_cast<float>(p_m.y()), static_cast<float>(p_m.z())};
-}
-
 /// Turns the link from its last key by the shortest way, so that it does not twist.
-void add_key(LinkKeys& keys, const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm, double radius_mm)
+void add_key(Keys& keys, const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm, double radius_mm)
 {
   const Eigen::Vector3d along_mm = to_mm - from_mm;
   const double length_mm = std::max(along_mm.norm(), least_length_mm);
@@ -282,8 +273,7 @@ void add_key(LinkKeys& keys, const Eigen::Vector3d& from_mm, const Eigen::Vector
     keys.last = (Eigen::Quaterniond::FromTwoVectors(before, along_mm) * keys.last).normalized();
   }
   keys.translations.push_back(single_m(from_mm));
-  keys.rotations.push_back({static_cast<float>(keys.last.x()), static_cast<float>(keys.last.y()),
-                            static_cast<float>(keys.last.z()), static_cast<float>(keys.last.w())});
+  keys.rotations.push_back(single(keys.last));
   keys.scales.push_back(single_m({radius_mm, length_mm, radius_mm}));
 }
 
@@ -297,7 +287,7 @@ void add_links(Scene& scene, Animation& animation, Json& children, const Flexion
     std::vector<Eigen::Vector3d> path_mm(fibre.wrap < 0 ? n_straight : n_wrapped);
     // The sampler requires four points; of a straight fibre only the ends are used.
     std::vector<Eigen::Vector3d> sampled_mm(std::max<std::size_t>(path_mm.size(), 4));
-    std::vector<LinkKeys> links(path_mm.size() - 1);
+    std::vector<Keys> links(path_mm.size() - 1);
     for (const FlexionFrame& frame : motion.frames) {
       const Pose& X = frame.pose.X_reference_moving;
       model::sample_fibre_path(fibre, ligaments.wraps,
@@ -307,7 +297,7 @@ void add_links(Scene& scene, Animation& animation, Json& children, const Flexion
         add_key(links[k], path_mm[k] - motion.rotation_centre_mm, path_mm[k + 1] - motion.rotation_centre_mm,
                 radius_mm);
     }
-    for (const LinkKeys& keys : links) {
+    for (const Keys& keys : links) {
       const std::size_t node = scene.nodes.size();
       scene.nodes.push_back({{"name", fibre.name},
                              {"mesh", tube},
@@ -451,8 +441,8 @@ std::string animated_glb(const store::MotionModel& model, const FlexionMotion& m
   const std::size_t moving = add_body(scene, model.moving, model.rotation_centre_mm);
   Animation animation;
   animation.times = add_times(scene, motion, degrees_per_second);
-  animate(scene, animation, reference, motion, &store::JointPose::X_world_reference);
-  animate(scene, animation, moving, motion, &store::JointPose::X_world_moving);
+  animate(scene, animation, reference, body_keys(motion, &store::JointPose::X_world_reference));
+  animate(scene, animation, moving, body_keys(motion, &store::JointPose::X_world_moving));
   add_ligaments(scene, animation, reference, model, motion);
   Json children = add_labels(scene, animation, model, motion);
   children.insert(children.begin(), {reference, moving});

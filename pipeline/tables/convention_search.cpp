@@ -18,8 +18,6 @@
 namespace vrda::tables {
 namespace {
 
-using tables::Convention;
-
 constexpr std::size_t most_frames = 31;
 /// More than cartilage and menisci of a scan without them, less than the size of any joint.
 constexpr double largest_mean_gap_mm = 10.0;
@@ -30,16 +28,6 @@ constexpr double same_factor = 1.5, same_gap_mm = 0.02;
 /// An object that moves less gives no information.
 constexpr double least_motion_mm = 1e-9;
 
-/// The values that a term may have.
-template <typename Value>
-std::vector<Value> open_values(const std::optional<Value>& by_user, const std::optional<Value>& by_file,
-                               bool is_automatic, std::vector<Value> all)
-{
-  if (by_user) return {*by_user};
-  if (by_file && !is_automatic) return {*by_file};
-  return all;
-}
-
 std::vector<std::size_t> chosen_frames(std::size_t n)
 {
   std::vector<std::size_t> frames;
@@ -49,9 +37,9 @@ std::vector<std::size_t> chosen_frames(std::size_t n)
   return frames;
 }
 
-tables::MotionTable part_of(const tables::MotionTable& table, const std::vector<std::size_t>& frames)
+MotionTable part_of(const MotionTable& table, const std::vector<std::size_t>& frames)
 {
-  tables::MotionTable part = table;
+  MotionTable part = table;
   const auto keep = [&](auto& rows) {
     if (rows.empty()) return;
     auto kept = rows;
@@ -171,95 +159,79 @@ void set_undecided(ConventionSearch& search)
 
 const char* name_of(Term term)
 {
-  switch (term) {
-    case Term::unit:
-      return "unit";
-    case Term::angles:
-      return "angles";
-    case Term::order:
-      return "order";
-    case Term::direction:
-      return "direction";
-    case Term::axes:
-      return "axes";
-    case Term::side:
-      return "side";
-    case Term::lengths:
-      return "lengths";
-  }
-  throw InternalError("a term without a name");
+  constexpr const char* names[] = {"unit", "angles", "order", "direction", "axes", "side", "lengths"};
+  return names[static_cast<std::size_t>(term)];
 }
 
 std::string value_of(const Convention& c, Term term)
 {
   switch (term) {
     case Term::unit:
-      return tables::length_unit_name(c.length_mm);
+      return length_unit_name(c.length_mm);
     case Term::angles:
-      return tables::name_of(c.angles);
+      return name_of(c.angles);
     case Term::order:
-      return tables::name_of(c.order);
+      return name_of(c.order);
     case Term::direction:
-      return tables::name_of(c.direction);
+      return name_of(c.direction);
     case Term::axes:
-      return tables::name_of(c.axes);
+      return name_of(c.axes);
     case Term::side:
-      return tables::name_of_side(c.side);
+      return name_of_side(c.side);
     case Term::lengths:
-      return tables::name_of(c.lengths);
+      return name_of(c.lengths);
   }
   throw InternalError("a term without a value");
 }
 
-std::vector<Convention> open_conventions(const tables::MotionTable& table, const SearchRequest& request,
-                                         const tables::JointFrame& joint)
+std::vector<Convention> open_conventions(const MotionTable& table, const SearchRequest& request,
+                                         const JointFrame& joint)
 {
-  const tables::StatedConvention &user = request.stated, &file = table.stated;
-  const auto is_automatic = [&](Term term) { return request.automatic.count(term) > 0; };
-  const Convention known = tables::completed(user, file, joint.side);
-  const bool has_angles = !table.has_matrices();
+  const StatedConvention &user = request.stated, &file = table.stated;
+  std::vector<Convention> all{completed(user, file, joint.side)};
+  // Every value of a term that neither the user nor the file states; else its value in completed() is kept.
+  const auto open = [&](Term term, auto Convention::*field, bool by_user, bool by_file, const auto& values) {
+    if (by_user || (by_file && request.automatic.count(term) == 0)) return;
+    std::vector<Convention> more;
+    for (const Convention& c : all) {
+      for (const auto& value : values) {
+        more.push_back(c);
+        more.back().*field = value;
+      }
+    }
+    all = std::move(more);
+  };
   // A matrix has no signs to choose, and clinical numbers state the side by their definition.
+  const bool has_angles = !table.has_matrices();
   const bool determines_side = table.has_matrices() || table.are_angles_clinical;
-  const auto other = joint.side == Side::left ? Side::right : Side::left;
-  using tables::AngleUnit, tables::Direction, tables::TableAxes, tables::LengthPoint;
-  const auto units =
-      open_values(user.length_mm, file.length_mm, is_automatic(Term::unit), {1.0, 10.0, 1000.0});
-  const auto angles = has_angles ? open_values(user.angles, file.angles, is_automatic(Term::angles),
-                                               {AngleUnit::degrees, AngleUnit::radians})
-                                 : std::vector{known.angles};
-  const auto orders = has_angles ? open_values(user.order, file.order, is_automatic(Term::order),
-                                               {std::begin(tables::all_orders), std::end(tables::all_orders)})
-                                 : std::vector{known.order};
-  const auto directions = open_values(user.direction, file.direction, is_automatic(Term::direction),
-                                      {Direction::moving_in_reference, Direction::reference_in_moving});
-  const auto axes =
-      open_values(user.axes, file.axes, is_automatic(Term::axes), {TableAxes::canonical, TableAxes::files});
-  const auto sides = open_values(user.side, determines_side ? std::optional(joint.side) : std::nullopt,
-                                 is_automatic(Term::side), {joint.side, other});
-  const auto points = has_angles ? open_values(user.lengths, file.lengths, is_automatic(Term::lengths),
-                                               {LengthPoint::origin, LengthPoint::centre})
-                                 : std::vector{known.lengths};
-  std::vector<Convention> all;
-  for (const double unit : units)
-    for (const AngleUnit angle : angles)
-      for (const tables::AngleOrder order : orders)
-        for (const Direction direction : directions)
-          for (const TableAxes axis : axes)
-            for (const Side side : sides)
-              for (const LengthPoint point : points)
-                all.push_back({unit, angle, order, direction, axis, side, point});
+  open(Term::unit, &Convention::length_mm, user.length_mm.has_value(), file.length_mm.has_value(),
+       std::array{1.0, 10.0, 1000.0});
+  if (has_angles) {
+    open(Term::angles, &Convention::angles, user.angles.has_value(), file.angles.has_value(),
+         std::array{AngleUnit::degrees, AngleUnit::radians});
+    open(Term::order, &Convention::order, user.order.has_value(), file.order.has_value(), all_orders);
+  }
+  open(Term::direction, &Convention::direction, user.direction.has_value(), file.direction.has_value(),
+       std::array{Direction::moving_in_reference, Direction::reference_in_moving});
+  open(Term::axes, &Convention::axes, user.axes.has_value(), file.axes.has_value(),
+       std::array{TableAxes::canonical, TableAxes::files});
+  open(Term::side, &Convention::side, user.side.has_value(), determines_side,
+       std::array{joint.side, joint.side == Side::left ? Side::right : Side::left});
+  if (has_angles)
+    open(Term::lengths, &Convention::lengths, user.lengths.has_value(), file.lengths.has_value(),
+         std::array{LengthPoint::origin, LengthPoint::centre});
   return all;
 }
 
-ConventionSearch find_convention(const tables::MotionTable& table, const SearchRequest& request,
-                                 const tables::JointFrame& joint, const SearchScene& scene, int n_threads)
+ConventionSearch find_convention(const MotionTable& table, const SearchRequest& request,
+                                 const JointFrame& joint, const SearchScene& scene, int n_threads)
 {
-  const tables::MotionTable part = part_of(table, chosen_frames(table.key.size()));
+  const MotionTable part = part_of(table, chosen_frames(table.key.size()));
   ConventionSearch search;
   std::vector<std::vector<Pose>> poses;
   const std::vector<Convention> open = open_conventions(table, request, joint);
   for (const Convention& convention : open) {
-    std::vector<Pose> here = tables::poses_of(part, convention, joint);
+    std::vector<Pose> here = poses_of(part, convention, joint);
     if (std::any_of(poses.begin(), poses.end(), [&](const auto& known) { return are_equal(known, here); }))
       continue;
     search.candidates.push_back({convention, {}});

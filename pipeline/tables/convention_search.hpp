@@ -21,11 +21,11 @@ inline constexpr Term all_terms[] = {Term::unit, Term::angles, Term::order,  Ter
 /// "unit", "order", ...
 const char* name_of(Term term);
 /// The value of a term: "mm", "zxy", ...
-std::string value_of(const tables::Convention& convention, Term term);
+std::string value_of(const Convention& convention, Term term);
 
 struct SearchRequest {
-  tables::StatedConvention stated;  ///< by the user
-  std::set<Term> automatic;         ///< tried even if the file states them
+  StatedConvention stated;   ///< by the user
+  std::set<Term> automatic;  ///< tried even if the file states them
 };
 
 /// The signed gap along Delta of a compartment, or of the whole pair, over the frames.
@@ -34,7 +34,7 @@ struct GapSpread {
 };
 
 struct Candidate {
-  tables::Convention convention;
+  Convention convention;
   std::vector<GapSpread> gaps;  ///< medial and lateral, or the whole pair; empty: nothing faces in some frame
   double motion_mm = 0.0;       ///< root mean square travel of the moving object about its mean position
   double deviation_mm = std::numeric_limits<double>::infinity();  ///< root mean square over `gaps`
@@ -55,15 +55,14 @@ struct SearchScene {
 };
 
 /// The conventions that the request and the table leave open, in a fixed order. One if nothing is open.
-std::vector<tables::Convention> open_conventions(const tables::MotionTable& table,
-                                                 const SearchRequest& request,
-                                                 const tables::JointFrame& joint);
+std::vector<Convention> open_conventions(const MotionTable& table, const SearchRequest& request,
+                                         const JointFrame& joint);
 
 /// Ranks open_conventions() by Candidate::share. A gap beyond 10 mm on average, or a frame in which nothing
 /// faces, is not ranked. Measures at most 31 frames. Same bits for any number of threads. Throws InputError
 /// naming the table if nothing can be ranked; not for a single convention.
-ConventionSearch find_convention(const tables::MotionTable& table, const SearchRequest& request,
-                                 const tables::JointFrame& joint, const SearchScene& scene, int n_threads);
+ConventionSearch find_convention(const MotionTable& table, const SearchRequest& request,
+                                 const JointFrame& joint, const SearchScene& scene, int n_threads);
 
 // Whether the angles of a table can be meant in the unit in which they are read.
 

@@ -1,22 +1,19 @@
 #include "tables/imported_model.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 
 #include <cmath>
 #include <string>
 #include <utility>
 
 #include "analysis/audit.hpp"
-#include "contact/contacts.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "geometry/gap_query.hpp"
 #include "job/component_loader.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
+#include "model/linear_algebra.hpp"
 #include "solve/case_solver.hpp"
-#include "solve/sweep.hpp"
 #include "store/solved_cells.hpp"
 #include "tables/convention_search.hpp"
 
@@ -48,7 +45,7 @@ Pose pose_of(const Eigen::Matrix3d& R, const Eigen::Vector3d& t_mm)
   return X;
 }
 
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M, const MotionTable& table, std::size_t frame)
+Eigen::Matrix3d rotation_of(const Eigen::Matrix3d& M, const MotionTable& table, std::size_t frame)
 {
   const double error = (M.transpose() * M - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(error <= rotation_tolerance) || M.determinant() < 0.0) {
@@ -57,15 +54,14 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M, const MotionTable& ta
          M.determinant() < 0.0 ? "a matrix that mirrors" : "a matrix off by " + shortest_decimal(error),
          "a rotation: R^T R = 1 within 0.01 and determinant 1", table.line[frame]});
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return svd.matrixU() * svd.matrixV().transpose();
+  return nearest_rotation(M);
 }
 
 Pose matrix_pose(const MotionTable& table, const PoseEntries& e, std::size_t frame, double length_mm)
 {
   Eigen::Matrix3d R;
   R << e[0], e[1], e[2], e[4], e[5], e[6], e[8], e[9], e[10];
-  return pose_of(nearest_rotation(R, table, frame), length_mm * Eigen::Vector3d(e[3], e[7], e[11]));
+  return pose_of(rotation_of(R, table, frame), length_mm * Eigen::Vector3d(e[3], e[7], e[11]));
 }
 
 Eigen::Matrix3d about(char axis, const Eigen::Vector3d& angle_rad)
@@ -184,60 +180,6 @@ MotionSequence read_motion(const std::string& file, const MotionConvention& conv
           std::move(warnings)};
 }
 
-namespace {
-
-/// Measures the frames of a model with one Delta.
-class FrameMeter {
- public:
-  FrameMeter(const solve::Joint& joint, double contact_resolution_mm)
-      : joint_(joint),
-        resolution_mm_(contact_resolution_mm),
-        whole_(joint.reference_gap, joint.moving_gap),
-        medial_(joint.reference_gap, joint.medial_gap),
-        lateral_(joint.reference_gap, joint.lateral_gap)
-  {
-  }
-
-  StepRecord record(std::int32_t frame, const SolverPosition& found)
-  {
-    StepRecord r;
-    r.key = {StepKind::row, frame, 0};
-    r.pose = found.pose;
-    r.varus_rad = found.attitude.varus_rad;
-    r.status = StepStatus::stable;
-    whole_.set_attitude(found.attitude);
-    contact::ContactOptions options;
-    options.band_mm = resolution_mm_;
-    const std::vector<contact::Contact> contacts =
-        contact::find_contacts(joint_.reference, joint_.moving, {found.attitude, found.pose},
-                               whole_.close_pairs(found.pose, resolution_mm_), narrow_phase_, options);
-    for (const contact::Contact& contact : contacts)
-      r.contacts.push_back(solve::contact_record(joint_, contact));
-    r.theta_determined = true;  // measured
-    if (joint_.compartment_of_triangle.empty()) return r;
-    r.gap_medial_mm = gap_mm(medial_, found);
-    r.gap_lateral_mm = gap_mm(lateral_, found);
-    r.contact_medial = r.gap_medial_mm <= resolution_mm_;
-    r.contact_lateral = r.gap_lateral_mm <= resolution_mm_;
-    return r;
-  }
-
- private:
-  static double gap_mm(geometry::GapQuery& query, const SolverPosition& found)
-  {
-    query.set_attitude(found.attitude);
-    const double travel_mm = query.travel_mm(found.pose);
-    return std::isfinite(travel_mm) ? travel_mm : nan;
-  }
-
-  const solve::Joint& joint_;
-  double resolution_mm_;
-  geometry::GapQuery whole_, medial_, lateral_;
-  contact::NarrowPhase narrow_phase_;
-};
-
-}  // namespace
-
 ImportFrame import_frame(const job::Job& job, const job::Case& job_case)
 {
   const job::Job found = job_case.found_frames ? job::with_found_frames(job, *job_case.found_frames) : job;
@@ -250,8 +192,7 @@ ImportFrame import_frame(const job::Job& job, const job::Case& job_case)
   return frame;
 }
 
-job::Case import_case(const job::Case& job_case, const tables::MotionSequence& motion,
-                      const std::string& record)
+job::Case import_case(const job::Case& job_case, const MotionSequence& motion, const std::string& record)
 {
   job::Case result = job::scaled_to_subject(job_case);
   const job::Push push = result.push.front();
@@ -271,18 +212,17 @@ job::Case import_case(const job::Case& job_case, const tables::MotionSequence& m
   return result;
 }
 
-store::MotionModel imported_model(const job::Case& job_case, const tables::MotionSequence& motion,
-                                  int n_threads)
+store::MotionModel imported_model(const job::Case& job_case, const MotionSequence& motion, int n_threads)
 {
   store::MotionModel model = solve::pending_model_of(job_case);
   model.frames = store::FrameSequence{motion.key_name, motion.key};
   const solve::Joint joint = solve::joint_of(job_case, job_case.frame);
-  FrameMeter meter(joint, model.contact_resolution_mm);
+  analysis::FrameMeter meter(joint, model.contact_resolution_mm);
   solve::SweepResult result;
   std::vector<StepRecord>& records = result.cells;
   for (std::size_t i = 0; i < motion.key.size(); ++i) {
-    records.push_back(meter.record(static_cast<std::int32_t>(i),
-                                   solver_position(job_case.frame, motion.X_reference_moving[i])));
+    const SolverPosition at = solver_position(job_case.frame, motion.X_reference_moving[i]);
+    records.push_back(meter.record(static_cast<std::int32_t>(i), at, meter.gaps(at)));
     store::set_cell(model, records.back());
     model.is_spine(static_cast<Eigen::Index>(i), 0) = 1;
   }

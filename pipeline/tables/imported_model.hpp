@@ -31,7 +31,7 @@ MotionSequence read_motion(const std::string& file, const MotionConvention& conv
 // The motion model of a measured motion.
 
 struct ImportFrame {
-  tables::JointFrame joint;
+  JointFrame joint;
   bool has_file_axes = true;  ///< false for a scaled job, whose bodies are not those of the files
 };
 
@@ -40,13 +40,11 @@ ImportFrame import_frame(const job::Job& job, const job::Case& job_case);
 
 /// `job_case`, which has one Delta, at the subject's size as the case of an import: method "import", a row of
 /// the grid for each frame, no roles of coordinates, `record` appended to the resolved job.
-job::Case import_case(const job::Case& job_case, const tables::MotionSequence& motion,
-                      const std::string& record);
+job::Case import_case(const job::Case& job_case, const MotionSequence& motion, const std::string& record);
 
 /// The model of import_case(): each frame is a stable cell with attitude, theta and translation about Delta,
 /// signed gaps of the compartments, contact flags (gap at most the contact resolution) and contacts within
 /// it; and the audit of all frames. Same bits for any number of threads.
-store::MotionModel imported_model(const job::Case& import_case, const tables::MotionSequence& motion,
-                                  int n_threads);
+store::MotionModel imported_model(const job::Case& import_case, const MotionSequence& motion, int n_threads);
 
 }  // namespace vrda::tables

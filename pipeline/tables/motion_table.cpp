@@ -25,21 +25,8 @@ const char* name_of(AngleUnit unit)
 
 const char* name_of(AngleOrder order)
 {
-  switch (order) {
-    case AngleOrder::xyz:
-      return "xyz";
-    case AngleOrder::xzy:
-      return "xzy";
-    case AngleOrder::yxz:
-      return "yxz";
-    case AngleOrder::yzx:
-      return "yzx";
-    case AngleOrder::zxy:
-      return "zxy";
-    case AngleOrder::zyx:
-      return "zyx";
-  }
-  throw InternalError("an order of angles without a name");
+  constexpr const char* names[] = {"xyz", "xzy", "yxz", "yzx", "zxy", "zyx"};
+  return names[static_cast<std::size_t>(order)];
 }
 
 const char* name_of(Direction direction)
@@ -54,15 +41,8 @@ const char* name_of(TableAxes axes)
 
 const char* name_of(LengthPoint point)
 {
-  switch (point) {
-    case LengthPoint::origin:
-      return "origin";
-    case LengthPoint::centre:
-      return "centre";
-    case LengthPoint::grood_suntay:
-      return "grood-suntay";
-  }
-  throw InternalError("a point of lengths without a name");
+  constexpr const char* names[] = {"origin", "centre", "grood-suntay"};
+  return names[static_cast<std::size_t>(point)];
 }
 
 const char* name_of_side(Side side)

@@ -421,15 +421,8 @@ void make_continuous(FlexionMotion& motion)
 
 const char* name_of(VarusRule rule)
 {
-  switch (rule) {
-    case VarusRule::given:
-      return "given";
-    case VarusRule::spine:
-      return "spine";
-    case VarusRule::zero:
-      return "zero";
-  }
-  throw InternalError("an unknown varus rule");
+  constexpr const char* names[] = {"given", "spine", "zero"};
+  return names[static_cast<std::size_t>(rule)];
 }
 
 VarusRule default_varus(const store::MotionModel& model, const std::string& set)

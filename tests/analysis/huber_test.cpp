@@ -3,11 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
-namespace vrda::huber_test {
+namespace vrda::analysis::huber_test {
 
 /// A few dozen operations on numbers near 1, weighted by numbers down to a hundredth.
 constexpr double rounding = 1e-11;
@@ -36,30 +37,41 @@ Eigen::VectorXd weighted_least_squares(const Eigen::MatrixXd& A, const Eigen::Ve
   return normal.fullPivLu().solve(A.transpose() * weights.asDiagonal() * data);
 }
 
+TEST(PivotedQr, ConditionNumberIsThatOfTheSingularValues)
+{
+  Eigen::MatrixXd A = random_matrix(60, 15, 3);
+  A.col(3) *= 1e4;
+  A.col(9) = A.col(8) + 1e-3 * A.col(9);
+  const Eigen::VectorXd singular_values = Eigen::JacobiSVD<Eigen::MatrixXd>(A).singularValues();
+  const double wanted = singular_values(0) / singular_values(14);
+  EXPECT_GT(wanted, 1e5);
+  EXPECT_NEAR(condition_number(pivoted_qr(A)) / wanted, 1.0, 1e-9);
+}
+
 TEST(RobustScale, IsTheMedianScaledForNormalNoise)
 {
-  EXPECT_EQ(analysis::robust_scale(Eigen::VectorXd()), 0.0);
-  EXPECT_EQ(analysis::robust_scale(Eigen::VectorXd{{-2.0}}), 2.0 * analysis::normal_scale);
-  EXPECT_EQ(analysis::robust_scale(Eigen::VectorXd{{5.0, -1.0, 100.0}}), 5.0 * analysis::normal_scale);
-  EXPECT_EQ(analysis::robust_scale(Eigen::VectorXd{{1.0, -4.0, 2.0, -100.0}}), 3.0 * analysis::normal_scale);
+  EXPECT_EQ(robust_scale(Eigen::VectorXd()), 0.0);
+  EXPECT_EQ(robust_scale(Eigen::VectorXd{{-2.0}}), 2.0 * normal_scale);
+  EXPECT_EQ(robust_scale(Eigen::VectorXd{{5.0, -1.0, 100.0}}), 5.0 * normal_scale);
+  EXPECT_EQ(robust_scale(Eigen::VectorXd{{1.0, -4.0, 2.0, -100.0}}), 3.0 * normal_scale);
   // P(|x| < 1 / normal_scale) = 1/2 of a standard normal number.
-  EXPECT_NEAR(std::erf(1.0 / analysis::normal_scale / std::sqrt(2.0)), 0.5, 1e-12);
+  EXPECT_NEAR(std::erf(1.0 / normal_scale / std::sqrt(2.0)), 0.5, 1e-12);
 }
 
 TEST(HuberFit, SolvesItsEquation)
 {
   const Eigen::MatrixXd A = random_matrix(80, 5, 3);
   const Eigen::VectorXd data = noisy_data(A);
-  const analysis::HuberFit fit = analysis::huber_fit(analysis::pivoted_qr(A), data);
+  const HuberFit fit = huber_fit(pivoted_qr(A), data);
   ASSERT_TRUE(fit.is_converged);
   const Eigen::VectorXd residual = data - A * fit.coefficients;
-  const double scale = analysis::robust_scale(residual);
+  const double scale = robust_scale(residual);
   // The iteration ended at changes of 1e-6 of the scale, which at least halve per step.
   EXPECT_NEAR(fit.scale, scale, 1e-5 * scale);
   Eigen::VectorXd pull = residual;
   int n_limited = 0;
   for (Eigen::Index i = 0; i < 80; ++i) {
-    const double limit = analysis::huber_constant * scale;
+    const double limit = huber_constant * scale;
     n_limited += std::abs(residual(i)) > limit ? 1 : 0;
     pull(i) = std::clamp(residual(i), -limit, limit);
   }
@@ -73,7 +85,7 @@ TEST(HuberFit, LeverageIsThatOfRefitsWithTheSameWeights)
 {
   const Eigen::MatrixXd A = random_matrix(40, 4, 3);
   const Eigen::VectorXd data = noisy_data(A);
-  const analysis::HuberFit fit = analysis::huber_fit(analysis::pivoted_qr(A), data);
+  const HuberFit fit = huber_fit(pivoted_qr(A), data);
   const Eigen::VectorXd residual = data - A * fit.coefficients;
   for (Eigen::Index i = 0; i < 40; ++i) {
     Eigen::VectorXd weights = fit.weights;
@@ -81,39 +93,6 @@ TEST(HuberFit, LeverageIsThatOfRefitsWithTheSameWeights)
     const double refit = data(i) - A.row(i).dot(weighted_least_squares(A, weights, data));
     EXPECT_NEAR(residual(i) / (1.0 - fit.leverage(i)), refit, 100 * rounding);
   }
-}
-
-TEST(HuberFit, IsLeastSquaresWhereNothingIsFarOff)
-{
-  // A constant with noise of +-1: the scale is 1.48, the limit 1.99.
-  const Eigen::MatrixXd A = Eigen::MatrixXd::Ones(6, 1);
-  const analysis::HuberFit fit =
-      analysis::huber_fit(analysis::pivoted_qr(A), Eigen::VectorXd{{8.0, 6.0, 8.0, 6.0, 8.0, 6.0}});
-  EXPECT_TRUE(fit.is_converged);
-  EXPECT_EQ(fit.n_iterations, 1);
-  EXPECT_NEAR(fit.coefficients(0), 7.0, rounding);
-  for (const double weight : fit.weights) EXPECT_EQ(weight, 1.0);
-  for (const double leverage : fit.leverage) EXPECT_NEAR(leverage, 1.0 / 6.0, rounding);
-}
-
-TEST(HuberFit, ExactDataOutvotesGrossErrors)
-{
-  const Eigen::MatrixXd A = random_matrix(60, 6, 9);
-  Eigen::VectorXd data = A.rowwise().sum();
-  for (const Eigen::Index i : {3, 17, 18, 40, 59}) data(i) += i % 2 == 0 ? 50.0 : -70.0;
-  const analysis::HuberFit fit = analysis::huber_fit(analysis::pivoted_qr(A), data);
-  EXPECT_TRUE(fit.is_converged);
-  // The scale falls to the rounding of data near 70, and the influence of five rows with it.
-  EXPECT_LT((fit.coefficients - Eigen::VectorXd::Ones(6)).cwiseAbs().maxCoeff(), 1e-10);
-}
-
-TEST(HuberFit, DataWithoutResidualsIsKept)
-{
-  const Eigen::MatrixXd A = random_matrix(6, 6, 2);
-  const Eigen::VectorXd data = A.rowwise().sum();
-  const analysis::HuberFit fit = analysis::huber_fit(analysis::pivoted_qr(A), data);
-  EXPECT_TRUE(fit.is_converged);
-  EXPECT_LT((fit.coefficients - Eigen::VectorXd::Ones(6)).cwiseAbs().maxCoeff(), rounding);
 }
 
 TEST(HuberFit, AColumnThatOnlyRowsFarOffDetermineTakesWeightedSteps)
@@ -125,7 +104,7 @@ TEST(HuberFit, AColumnThatOnlyRowsFarOffDetermineTakesWeightedSteps)
   Eigen::VectorXd data = random_matrix(60, 1, 6);
   A(0, 2) = A(1, 2) = A(2, 2) = 1.0;
   data.head(3) << 3000.0, -1000.0, -1500.0;
-  const analysis::HuberFit fit = analysis::huber_fit(analysis::pivoted_qr(A), data);
+  const HuberFit fit = huber_fit(pivoted_qr(A), data);
   EXPECT_TRUE(fit.is_converged);
   EXPECT_GT(fit.n_iterations, 30);
   // The median of three, as the other two cancel.
@@ -135,11 +114,10 @@ TEST(HuberFit, AColumnThatOnlyRowsFarOffDetermineTakesWeightedSteps)
 TEST(HuberFit, SaysWhenTheStepsRanOut)
 {
   const Eigen::MatrixXd A = random_matrix(80, 5, 3);
-  const analysis::HuberFit fit =
-      analysis::huber_fit(analysis::pivoted_qr(A), noisy_data(A), {.max_iterations = 2});
+  const HuberFit fit = huber_fit(pivoted_qr(A), noisy_data(A), {.max_iterations = 2});
   EXPECT_FALSE(fit.is_converged);
   EXPECT_EQ(fit.n_iterations, 2);
   EXPECT_EQ(fit.coefficients.size(), 5);
 }
 
-}  // namespace vrda::huber_test
+}  // namespace vrda::analysis::huber_test

@@ -8,49 +8,29 @@
 #include <cmath>
 
 #include "analysis/fit_files.hpp"
+#include "analysis/plates.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
 #include "job/command_jobs.hpp"
-#include "support/meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda::identification_test {
+namespace vrda::analysis::identification_test {
 
-constexpr double slack_mm = 50.0, stiffness_n = 1000.0;
-
-// A plate under a plate, with two slack fibres in front and two behind.
+// With two slack fibres in front and two behind.
 job::Case plates()
 {
-  job::Case plates;
-  plates.title = "two plates";
-  plates.method = "equilibrium";
-  plates.reference.contact = {test::plate(200.0, false), {0, 0}};
-  plates.moving.contact = {test::plate(20.0, true), {0, 0}};
-  plates.initial.translation_mm = {0.0, -5.0, 0.0};
-  plates.grid = {{0.0}, {0.0}};
-  plates.path_flexion_deg = {0.0};
-  plates.is_varus_free = true;
-  plates.push.resize(1);
-  plates.path_push.resize(1);
-  plates.spine.n_restarts = 0;
+  job::Case plates = test::two_plates();
   for (const double z_mm : {-10.0, 10.0}) {
-    for (const double side : {-1.0, 1.0}) {
-      const std::string bundle = side < 0.0 ? "back" : "front";
-      plates.ligaments.fibres.push_back({bundle + std::to_string(z_mm),
-                                         bundle,
-                                         {side * slack_mm, 0.0, z_mm},
-                                         {0.0, 0.0, z_mm},
-                                         stiffness_n,
-                                         slack_mm});
-    }
+    for (const bool is_front : {false, true})
+      test::add_fibre(plates, is_front ? "front" : "back", is_front, z_mm, 1000.0);
   }
   return plates;
 }
 
-analysis::Unknown strain_of(const std::string& name, std::vector<std::size_t> rows)
+Unknown strain_of(const std::string& name, std::vector<std::size_t> rows)
 {
-  analysis::Unknown unknown;
+  Unknown unknown;
   unknown.name = "reference_strain " + name;
   unknown.fibres = std::move(rows);
   unknown.sd = 0.03;
@@ -62,15 +42,15 @@ analysis::Unknown strain_of(const std::string& name, std::vector<std::size_t> ro
 /// The strains of both bundles and a varus moment, which no laxity along the plates depends on.
 struct PlateQuestion {
   job::Case job_case = plates();
-  analysis::FitData data;
-  analysis::IdentifyPlan plan;
+  FitData data;
+  IdentifyPlan plan;
 
   explicit PlateQuestion(const Eigen::Vector3d& truth)
   {
-    analysis::Unknown moment;
+    Unknown moment;
     moment.name = "varus_moment";
     moment.quantity = job::FitQuantity::load;
-    moment.load = analysis::FittedLoad::varus_moment;
+    moment.load = FittedLoad::varus_moment;
     moment.sd = 1.0;
     moment.from = -2.0;
     moment.to = 2.0;
@@ -79,14 +59,13 @@ struct PlateQuestion {
     data.laxity = &job_case;
     data.loads.flexion_deg = {0.0};
     data.loads.anterior_force_n = 120.0;
-    analysis::LaxityPlan measured;
+    LaxityPlan measured;
     measured.loads = data.loads;
-    const analysis::LaxityResult result =
-        analysis::laxity_of(analysis::changed_case(job_case, plan.unknowns, truth), measured);
-    for (const analysis::LaxityCurve& curve : result.curves) {
+    const LaxityResult result = laxity_of(changed_case(job_case, plan.unknowns, truth), measured);
+    for (const LaxityCurve& curve : result.curves) {
       for (const double load_n : {24.0, 72.0, 120.0})
-        data.laxities.push_back({analysis::kind_of(curve.test).name, 0.0, load_n,
-                                 analysis::laxity_at_load(curve, load_n), nan, ""});
+        data.laxities.push_back(
+            {kind_of(curve.test).name, 0.0, load_n, laxity_at_load(curve, load_n), nan, ""});
     }
   }
   PlateQuestion(const PlateQuestion&) = delete;
@@ -97,38 +76,38 @@ TEST(Identification, RecoversStrainsThatTheDataDecideAndNamesTheRest)
 {
   const Eigen::Vector3d truth(0.02, -0.015, 0.5);
   PlateQuestion question(truth);
-  const analysis::Identification found = analysis::identify(question.data, question.plan);
-  EXPECT_EQ(found.status, analysis::FitStatus::converged);
+  const Identification found = identify(question.data, question.plan);
+  EXPECT_EQ(found.status, FitStatus::converged);
   EXPECT_LT(found.misfit_after, 0.01 * found.misfit_before);
   for (std::size_t k = 0; k < 2; ++k) {
-    EXPECT_EQ(found.unknowns[k].identifiability, analysis::Identifiability::decided) << k;
+    EXPECT_EQ(found.unknowns[k].identifiability, Identifiability::decided) << k;
     // The prior draws the estimate towards no change by the share that the data leave.
     const double drawn = (1.0 - found.unknowns[k].explained) * std::abs(truth(static_cast<Eigen::Index>(k)));
     EXPECT_NEAR(found.unknowns[k].change, truth(static_cast<Eigen::Index>(k)), drawn + 1e-3) << k;
   }
-  const analysis::FittedUnknown& moment = found.unknowns[2];
-  EXPECT_EQ(moment.identifiability, analysis::Identifiability::undecided);
+  const FittedUnknown& moment = found.unknowns[2];
+  EXPECT_EQ(moment.identifiability, Identifiability::undecided);
   EXPECT_NEAR(moment.change, 0.0, 1e-6);
   EXPECT_NEAR(moment.sd, 1.0, 1e-6);  // the prior's
   EXPECT_EQ(found.n_directions, 2u);
-  for (const analysis::LaxityMisfit& row : found.laxities) EXPECT_NEAR(row.after, row.measured.value, 0.05);
+  for (const LaxityMisfit& row : found.laxities) EXPECT_NEAR(row.after, row.measured.value, 0.05);
 }
 
 TEST(Identification, StopsAtABound)
 {
   PlateQuestion question(Eigen::Vector3d(0.02, 0.0, 0.0));
   question.plan.unknowns[0].to = 0.01;
-  const analysis::Identification found = analysis::identify(question.data, question.plan);
-  EXPECT_EQ(found.unknowns[0].identifiability, analysis::Identifiability::at_bound);
+  const Identification found = identify(question.data, question.plan);
+  EXPECT_EQ(found.unknowns[0].identifiability, Identifiability::at_bound);
   EXPECT_NEAR(found.unknowns[0].change, 0.01, 1e-9);
 }
 
-std::string json_of(const analysis::Identification& found, const analysis::IdentifyPlan& plan)
+std::string json_of(const Identification& found, const IdentifyPlan& plan)
 {
-  analysis::FitDocument document;
+  FitDocument document;
   document.unknowns = plan.unknowns;
   document.found = found;
-  return analysis::fit_json(document);
+  return fit_json(document);
 }
 
 TEST(Identification, ContinuesWithTheSameBits)
@@ -136,37 +115,36 @@ TEST(Identification, ContinuesWithTheSameBits)
   PlateQuestion question(Eigen::Vector3d(0.02, -0.015, 0.0));
   const test::Scratch scratch;
   const std::string path = (scratch.path() / "fit.journal").string();
-  const std::string key = analysis::identification_key(question.data, question.plan, {"data"});
-  EXPECT_NE(analysis::identification_key(question.data, question.plan, {"other data"}), key);
+  const std::string key = identification_key(question.data, question.plan, {"data"});
+  EXPECT_NE(identification_key(question.data, question.plan, {"other data"}), key);
   std::size_t n_all = 0;
   std::string whole;
   {
-    core::FrameWriter journal = analysis::open_evaluations(path, key, true, question.plan.known);
-    question.plan.keep = [&](const analysis::Evaluation& evaluation) {
+    core::FrameWriter journal = open_evaluations(path, key, true, question.plan.known);
+    question.plan.keep = [&](const Evaluation& evaluation) {
       // Half of them survive the interruption.
-      if (++n_all % 2 == 0) journal.append(analysis::evaluation_bytes(evaluation));
+      if (++n_all % 2 == 0) journal.append(core::bytes_of_value(evaluation));
     };
-    whole = json_of(analysis::identify(question.data, question.plan), question.plan);
+    whole = json_of(identify(question.data, question.plan), question.plan);
     journal.close();
   }
   std::size_t n_new = 0;
-  question.plan.keep = [&](const analysis::Evaluation&) { ++n_new; };
-  core::FrameWriter journal = analysis::open_evaluations(path, key, false, question.plan.known);
+  question.plan.keep = [&](const Evaluation&) { ++n_new; };
+  core::FrameWriter journal = open_evaluations(path, key, false, question.plan.known);
   EXPECT_EQ(question.plan.known.size(), n_all / 2);
   question.plan.n_threads = 3;
-  EXPECT_EQ(json_of(analysis::identify(question.data, question.plan), question.plan), whole);
+  EXPECT_EQ(json_of(identify(question.data, question.plan), question.plan), whole);
   EXPECT_EQ(n_new, n_all - n_all / 2);
   journal.close();
-  EXPECT_THAT(
-      test::input_error([&] { analysis::open_evaluations(path, "another key", false, question.plan.known); }),
-      test::refuses({.file = path, .field = "key", .wanted = "--fresh"}));
+  EXPECT_THAT(test::input_error([&] { open_evaluations(path, "another key", false, question.plan.known); }),
+              test::refuses({.file = path, .field = "key", .wanted = "--fresh"}));
 }
 
 TEST(Identification, AnInterruptedFitSaysSo)
 {
   PlateQuestion question(Eigen::Vector3d(0.02, 0.0, 0.0));
   question.plan.is_stopped = [] { return true; };
-  EXPECT_TRUE(analysis::identify(question.data, question.plan).is_stopped);
+  EXPECT_TRUE(identify(question.data, question.plan).is_stopped);
 }
 
 job::Job generic_knee(const std::string& fit)
@@ -203,7 +181,7 @@ TEST(Unknowns, OfBundlesFibresAndAngles)
 {
   const job::Job job = generic_knee(many_unknowns);
   const job::Case job_case = job::load_case(job::over_flexions(job, {0.0, 15.0, 60.0, 120.0}), "");
-  const std::vector<analysis::Unknown> unknowns = analysis::unknowns_of(job, job_case);
+  const std::vector<Unknown> unknowns = unknowns_of(job, job_case);
   ASSERT_EQ(unknowns.size(), 8u + 4u + 3u);
   EXPECT_EQ(unknowns[0].name, "reference_strain ACLam");
   EXPECT_EQ(unknowns[0].fibres.size(), 3u);
@@ -213,7 +191,7 @@ TEST(Unknowns, OfBundlesFibresAndAngles)
   change(12) = 4.0;
   change(13) = 10.0;
   change(14) = -20.0;
-  const job::Case changed = analysis::changed_case(job_case, unknowns, change);
+  const job::Case changed = changed_case(job_case, unknowns, change);
   const double expected_n[] = {4.0, 7.0, -5.0, -20.0};  // linear between the angles, constant beyond
   for (std::size_t k = 0; k < 4; ++k) EXPECT_DOUBLE_EQ(changed.push[k].force_n.x(), expected_n[k]) << k;
   EXPECT_EQ(changed.ligaments.fibres[0].slack_length_mm, job_case.ligaments.fibres[0].slack_length_mm);
@@ -232,17 +210,17 @@ TEST(FitFiles, TheWrittenFibresHaveTheChangedStrains)
 {
   const job::Job job = generic_knee(many_unknowns);
   const job::Case job_case = job::load_case(job::over_flexions(job, {0.0}), "");
-  analysis::Identification found;
-  const std::vector<analysis::Unknown> unknowns = analysis::unknowns_of(job, job_case);
+  Identification found;
+  const std::vector<Unknown> unknowns = unknowns_of(job, job_case);
   found.unknowns.resize(unknowns.size());
   found.unknowns[0].change = 0.02;  // ACLam
   found.unknowns[0].sd = 0.01;
   found.unknowns[8].change = 3.0;  // LCL1 forwards, with its strain kept
   found.unknowns[12].change = 5.0;
-  const std::string csv = analysis::fitted_ligaments_csv(job, job_case, unknowns, found);
+  const std::string csv = fitted_ligaments_csv(job, job_case, unknowns, found);
   const test::Scratch scratch;
   scratch.write("fitted.ligaments.csv", csv);
-  const std::string text = analysis::fitted_job_text(job, "fitted.ligaments.csv", unknowns, found.change());
+  const std::string text = fitted_job_text(job, "fitted.ligaments.csv", unknowns, found.change());
   EXPECT_THAT(text, testing::HasSubstr("fibres = \"fitted.ligaments.csv\""));
   const std::string fitted_file = scratch.write("fitted.toml", text).string();
   const job::Case fitted = job::load_case(job::over_flexions(job::read_job(fitted_file), {0.0}), "");
@@ -274,8 +252,8 @@ TEST(FitFiles, ATableOfLoadsKeepsTheAnglesOfTheJob)
               "lateral_force_n = { flexion_deg = [3, 30, 59], value = [[1, 0], [2, 0], [3, 0]] }\n");
   const job::Job job = job::parse_job("knee.toml", knee + many_unknowns);
   const job::Case job_case = job::load_case(job::over_flexions(job, {0.0}), "");
-  const std::vector<analysis::Unknown> unknowns = analysis::unknowns_of(job, job_case);
-  const std::string text = analysis::fitted_job_text(job, "", unknowns, Eigen::VectorXd::Zero(15));
+  const std::vector<Unknown> unknowns = unknowns_of(job, job_case);
+  const std::string text = fitted_job_text(job, "", unknowns, Eigen::VectorXd::Zero(15));
   // Converted from radians, 3, 30 and 59 are off by their last bit, and 30 is in both tables.
   const job::Job fitted = job::parse_job("fitted.toml", text);
   const job::Push at = job::load_case(job::over_flexions(fitted, {30.0}), "").push.front();
@@ -285,4 +263,4 @@ TEST(FitFiles, ATableOfLoadsKeepsTheAnglesOfTheJob)
                                  rad_from_deg(90.0)}));
 }
 
-}  // namespace vrda::identification_test
+}  // namespace vrda::analysis::identification_test

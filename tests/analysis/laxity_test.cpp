@@ -5,47 +5,32 @@
 
 #include <cmath>
 
-#include "support/meshes.hpp"
+#include "analysis/plates.hpp"
 #include "support/refusal.hpp"
 
-namespace vrda::laxity_test {
+namespace vrda::analysis::laxity_test {
 
-using analysis::LaxityTest;
+using test::slack_mm;
 
-constexpr double slack_mm = 50.0, transition = 0.06, half_width_mm = 10.0;
+constexpr double transition = 0.06;
 constexpr double strong_n = 1000.0, weak_n = 500.0;  // stiffness of each of two fibres, per strain
 
-// Fibres along X, slack at the pose of the meshes, in front of the moving plate and behind it.
 job::Case plates()
 {
-  job::Case plates;
-  plates.title = "two plates";
-  plates.method = "equilibrium";
-  plates.reference.contact = {test::plate(200.0, false), {0, 0}};
-  plates.moving.contact = {test::plate(20.0, true), {0, 0}};
-  plates.initial.translation_mm = {0.0, -5.0, 0.0};
-  plates.grid = {{0.0}, {0.0}};
-  plates.path_flexion_deg = {0.0};
-  plates.is_varus_free = true;
-  plates.push.resize(1);
-  plates.path_push.resize(1);
-  plates.spine.n_restarts = 0;
-  for (const double z_mm : {-half_width_mm, half_width_mm}) {
-    for (const double side : {-1.0, 1.0}) {
-      const std::string end = side < 0.0 ? "_back" : "_front";
-      const Eigen::Vector3d moving_mm(0.0, 0.0, z_mm), reference_mm(side * slack_mm, 0.0, z_mm);
-      plates.ligaments.fibres.push_back({"strong" + std::to_string(z_mm) + end, "strong" + end, reference_mm,
-                                         moving_mm, strong_n, slack_mm});
-      plates.ligaments.fibres.push_back(
-          {"weak" + std::to_string(z_mm) + end, "weak" + end, reference_mm, moving_mm, weak_n, slack_mm});
+  job::Case plates = test::two_plates();
+  for (const double z_mm : {-10.0, 10.0}) {
+    for (const bool is_front : {false, true}) {
+      const std::string end = is_front ? "_front" : "_back";
+      test::add_fibre(plates, "strong" + end, is_front, z_mm, strong_n);
+      test::add_fibre(plates, "weak" + end, is_front, z_mm, weak_n);
     }
   }
   return plates;
 }
 
-analysis::LaxityPlan plan_of(double force_n, double moment_nmm)
+LaxityPlan plan_of(double force_n, double moment_nmm)
 {
-  analysis::LaxityPlan plan;
+  LaxityPlan plan;
   plan.loads.flexion_deg = {0.0};
   plan.loads.anterior_force_n = force_n;
   plan.loads.internal_moment_nmm = moment_nmm;
@@ -65,22 +50,22 @@ constexpr double tolerance_mm = 1e-3;
 TEST(Laxity, ForceIsResistedByTheFibresBehind)
 {
   constexpr double force_n = 150.0;
-  const analysis::LaxityResult result = analysis::laxity_of(plates(), plan_of(force_n, 0.0));
+  const LaxityResult result = laxity_of(plates(), plan_of(force_n, 0.0));
   ASSERT_EQ(result.curves.size(), 4u);
   const double whole_mm = travel_mm(force_n, 2.0 * (strong_n + weak_n));
   const double cut_mm = travel_mm(force_n, 2.0 * strong_n);
   for (const LaxityTest test : {LaxityTest::anterior, LaxityTest::posterior}) {
-    const analysis::LaxityCurve& whole = *analysis::curve_of(result, 0, 0, test);
-    const analysis::LaxityCurve& cut = *analysis::curve_of(result, 1, 0, test);
+    const LaxityCurve& whole = *curve_of(result, 0, 0, test);
+    const LaxityCurve& cut = *curve_of(result, 1, 0, test);
     EXPECT_NEAR(whole.laxity(), whole_mm, tolerance_mm);
     EXPECT_NEAR(cut.laxity(), cut_mm, tolerance_mm);
     // The toe's curve at a fifth of the load: force = k e^2 / (2 t).
     const double toe = std::sqrt(2.0 * transition * 0.2 * force_n / (2.0 * (strong_n + weak_n)));
-    EXPECT_NEAR(analysis::laxity_at_load(whole, 0.2 * force_n), slack_mm * toe, tolerance_mm);
+    EXPECT_NEAR(laxity_at_load(whole, 0.2 * force_n), slack_mm * toe, tolerance_mm);
     // Forward the fibres behind are stretched, with two thirds of the load in the strong ones.
     const std::string end = test == LaxityTest::anterior ? "_back" : "_front";
     double sum = whole.contact.share;
-    for (const analysis::BundleResistance& bundle : whole.bundles) {
+    for (const BundleResistance& bundle : whole.bundles) {
       const double share = bundle.bundle == "strong" + end ? 2.0 / 3.0
                            : bundle.bundle == "weak" + end ? 1.0 / 3.0
                                                            : 0.0;
@@ -98,30 +83,30 @@ TEST(Laxity, ForceIsResistedByTheFibresBehind)
 TEST(Laxity, MomentTurnsBetweenTheFibres)
 {
   constexpr double moment_nmm = 1000.0;
-  const analysis::LaxityResult result = analysis::laxity_of(plates(), plan_of(0.0, moment_nmm));
-  const analysis::LaxityCurve& inward = *analysis::curve_of(result, 0, 0, LaxityTest::internal);
-  const analysis::LaxityCurve& outward = *analysis::curve_of(result, 0, 0, LaxityTest::external);
+  const LaxityResult result = laxity_of(plates(), plan_of(0.0, moment_nmm));
+  const LaxityCurve& inward = *curve_of(result, 0, 0, LaxityTest::internal);
+  const LaxityCurve& outward = *curve_of(result, 0, 0, LaxityTest::external);
   // Both ways are mirror images.
   EXPECT_NEAR(inward.laxity(), outward.laxity(), 1e-5);
   EXPECT_GT(inward.laxity(), 0.0);
   double sum = inward.contact.share;
-  for (const analysis::BundleResistance& bundle : inward.bundles) sum += bundle.share;
+  for (const BundleResistance& bundle : inward.bundles) sum += bundle.share;
   EXPECT_NEAR(sum, 1.0, 1e-3);
-  EXPECT_GT(analysis::curve_of(result, 1, 0, LaxityTest::internal)->laxity(), inward.laxity());
+  EXPECT_GT(curve_of(result, 1, 0, LaxityTest::internal)->laxity(), inward.laxity());
 }
 
 TEST(Laxity, SameForAnyNumberOfThreadsAndFromNearbyEquilibria)
 {
-  analysis::LaxityPlan plan = plan_of(100.0, 1000.0);
-  analysis::LaxityDocument document;
-  document.result = analysis::laxity_of(plates(), plan);
-  const std::string alone = analysis::laxity_json(document);
+  LaxityPlan plan = plan_of(100.0, 1000.0);
+  LaxityDocument document;
+  document.result = laxity_of(plates(), plan);
+  const std::string alone = laxity_json(document);
   plan.n_threads = 2;
-  document.result = analysis::laxity_of(plates(), plan);
-  EXPECT_EQ(analysis::laxity_json(document), alone);
+  document.result = laxity_of(plates(), plan);
+  EXPECT_EQ(laxity_json(document), alone);
   plan.loads.cuts.clear();
   plan.unloaded = document.result.unloaded;
-  const analysis::LaxityResult near = analysis::laxity_of(plates(), plan);
+  const LaxityResult near = laxity_of(plates(), plan);
   EXPECT_NEAR(near.curves[0].laxity(), document.result.curves[0].laxity(), tolerance_mm);
 }
 
@@ -135,26 +120,26 @@ TEST(Laxity, ALoadThatNothingResistsIsNamed)
     fibre.reference_mm.x() = 1000.0;
     fibre.slack_length_mm = 1000.0;
   }
-  analysis::LaxityPlan plan = plan_of(150.0, 0.0);
+  LaxityPlan plan = plan_of(150.0, 0.0);
   plan.loads.cuts.clear();
-  const analysis::LaxityResult result = analysis::laxity_of(loose, plan);
-  const analysis::LaxityCurve& forward = *analysis::curve_of(result, 0, 0, LaxityTest::anterior);
+  const LaxityResult result = laxity_of(loose, plan);
+  const LaxityCurve& forward = *curve_of(result, 0, 0, LaxityTest::anterior);
   EXPECT_FALSE(forward.is_complete());
   EXPECT_TRUE(std::isnan(forward.laxity()));
   EXPECT_NE(forward.poses.back().status, StepStatus::stable);
-  EXPECT_TRUE(analysis::curve_of(result, 0, 0, LaxityTest::posterior)->is_complete());
+  EXPECT_TRUE(curve_of(result, 0, 0, LaxityTest::posterior)->is_complete());
 }
 
 TEST(Laxity, UnknownBundlesAreRefused)
 {
-  analysis::LaxityPlan plan = plan_of(150.0, 0.0);
+  LaxityPlan plan = plan_of(150.0, 0.0);
   plan.loads.cuts = {{"weak", {"weak"}}};
-  EXPECT_THAT(test::input_error([&] { analysis::laxity_of(plates(), plan); }),
+  EXPECT_THAT(test::input_error([&] { laxity_of(plates(), plan); }),
               test::refuses({.field = "laxity.cut.0.bundles", .found = "weak", .wanted = "weak_front"}));
   job::Case bare = plates();
   bare.ligaments.fibres.clear();
-  EXPECT_THAT(test::input_error([&] { analysis::laxity_of(bare, plan_of(1.0, 0.0)); }),
+  EXPECT_THAT(test::input_error([&] { laxity_of(bare, plan_of(1.0, 0.0)); }),
               test::refuses({.field = "ligaments"}));
 }
 
-}  // namespace vrda::laxity_test
+}  // namespace vrda::analysis::laxity_test

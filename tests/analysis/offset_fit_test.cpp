@@ -11,7 +11,7 @@
 #include "model/frames.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda::offset_fit_test {
+namespace vrda::analysis::offset_fit_test {
 
 job::Case two_plates()
 {
@@ -21,9 +21,9 @@ job::Case two_plates()
   return plates;
 }
 
-analysis::OffsetFitInput at_gaps(const std::vector<double>& gaps_mm)
+OffsetFitInput at_gaps(const std::vector<double>& gaps_mm)
 {
-  analysis::OffsetFitInput input;
+  OffsetFitInput input;
   input.moving = {0};
   for (const double gap_mm : gaps_mm) {
     Pose X = Pose::Identity();
@@ -35,8 +35,8 @@ analysis::OffsetFitInput at_gaps(const std::vector<double>& gaps_mm)
 
 TEST(OffsetFit, OfPlatesIsMeanAndStandardErrorOfTheGaps)
 {
-  const analysis::OffsetFit fit = analysis::fit_offset(two_plates(), at_gaps({1.2, 1.3, 1.5, 1.1, 1.4}));
-  EXPECT_EQ(fit.status, analysis::FitStatus::converged);
+  const OffsetFit fit = fit_offset(two_plates(), at_gaps({1.2, 1.3, 1.5, 1.1, 1.4}));
+  EXPECT_EQ(fit.status, FitStatus::converged);
   EXPECT_NEAR(fit.offset_mm, 1.3, 1e-6);  // settled_mm
   EXPECT_NEAR(fit.travel_per_mm, -1.0, 1e-9);
   // Deviations -0.1, 0, 0.2, -0.2, 0.1: variance 0.1 / 4, of the mean 0.025 / 5.
@@ -47,9 +47,8 @@ TEST(OffsetFit, OfPlatesIsMeanAndStandardErrorOfTheGaps)
 // As where walls overlap sideways: the gap along Delta leads out of the joint.
 TEST(OffsetFit, AFrameFarFromTheOthersCountsLikeOneAtThreeDeviations)
 {
-  const analysis::OffsetFit fit =
-      analysis::fit_offset(two_plates(), at_gaps({1.2, 1.3, 1.5, 1.1, 1.4, -20.0}));
-  EXPECT_EQ(fit.status, analysis::FitStatus::converged);
+  const OffsetFit fit = fit_offset(two_plates(), at_gaps({1.2, 1.3, 1.5, 1.1, 1.4, -20.0}));
+  EXPECT_EQ(fit.status, FitStatus::converged);
   // Median 1.3 and median deviation 0.2: the last one counts as 1.3 - 0.2 * 3 * 1.4826.
   EXPECT_NEAR(fit.offset_mm, (6.5 + 1.3 - 0.6 * 1.4826) / 6.0, 1e-5);
 }
@@ -62,13 +61,13 @@ TEST(OffsetFit, ADeltaFixedInTheReferenceTurnsAgainstTheMovingObject)
   joint.moving.contact = {ball,
                           std::vector<std::int32_t>(static_cast<std::size_t>(ball.triangles.rows()), 0)};
   joint.is_push_fixed_in_reference = true;
-  analysis::OffsetFitInput input = at_gaps({6.2, 6.4, 6.3});
+  OffsetFitInput input = at_gaps({6.2, 6.4, 6.3});
   for (Pose& X : input.X_reference_moving) X.linear() = rotation_z(rad_from_deg(90.0));
-  const analysis::OffsetFit fit = analysis::fit_offset(joint, input);
-  EXPECT_EQ(fit.status, analysis::FitStatus::converged);
+  const OffsetFit fit = fit_offset(joint, input);
+  EXPECT_EQ(fit.status, FitStatus::converged);
   EXPECT_NEAR(fit.offset_mm, 1.3, 1e-5);
   joint.is_push_fixed_in_reference = false;
-  EXPECT_EQ(analysis::fit_offset(joint, input).status, analysis::FitStatus::undetermined);
+  EXPECT_EQ(fit_offset(joint, input).status, FitStatus::undetermined);
 }
 
 TEST(OffsetFit, ItsIntervalHoldsTheTruthAsOftenAsItSays)
@@ -80,7 +79,7 @@ TEST(OffsetFit, ItsIntervalHoldsTheTruthAsOftenAsItSays)
   for (int trial = 0; trial < n_trials; ++trial) {
     std::vector<double> gaps_mm(40);
     for (double& gap_mm : gaps_mm) gap_mm = 1.3 + noise(random);
-    const analysis::OffsetFit fit = analysis::fit_offset(two_plates(), at_gaps(gaps_mm));
+    const OffsetFit fit = fit_offset(two_plates(), at_gaps(gaps_mm));
     n_held += std::abs(fit.offset_mm - 1.3) <= 1.96 * fit.standard_error_mm ? 1 : 0;
   }
   // 95 % of 200 with a binomial standard deviation of 3.1; three of them.
@@ -88,4 +87,4 @@ TEST(OffsetFit, ItsIntervalHoldsTheTruthAsOftenAsItSays)
   EXPECT_LE(n_held, 199);
 }
 
-}  // namespace vrda::offset_fit_test
+}  // namespace vrda::analysis::offset_fit_test

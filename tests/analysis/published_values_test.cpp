@@ -9,20 +9,18 @@
 #include "core/units.hpp"
 #include "support/refusal.hpp"
 
-namespace vrda::published_values_test {
-
-using analysis::LaxityTest;
+namespace vrda::analysis::published_values_test {
 
 // 10 mm forward and 4 back at 0 degrees, 20 and 8 at 30, half of it at half of the load.
-analysis::LaxityResult sample()
+LaxityResult sample()
 {
-  analysis::LaxityResult result;
+  LaxityResult result;
   result.loads.flexion_deg = {0.0, 30.0};
   result.loads.anterior_force_n = 100.0;
-  result.states = {analysis::whole_state};
+  result.states = {whole_state};
   for (std::size_t flexion = 0; flexion < 2; ++flexion) {
     for (const LaxityTest test : {LaxityTest::anterior, LaxityTest::posterior}) {
-      analysis::LaxityCurve curve;
+      LaxityCurve curve;
       curve.flexion = flexion;
       curve.test = test;
       const double whole_mm = (test == LaxityTest::anterior ? 10.0 : -4.0) * (flexion == 0 ? 1.0 : 2.0);
@@ -41,16 +39,16 @@ analysis::LaxityResult sample()
 
 TEST(PublishedValues, AreComparedAtTheirFlexionAndLoad)
 {
-  const std::vector<analysis::Compared> rows =
-      analysis::compared(sample(), analysis::published_values("book.csv",
-                                                              "# from a book\n"
-                                                              "test,flexion_deg,load,value,sd,source\n"
-                                                              "anterior,0,100,9,2,Author 1990\n"
-                                                              "anterior,15,50,9,,\n"
-                                                              "anterior-posterior,30,,30,5,\n"
-                                                              "anterior,45,,9,,\n"
-                                                              "anterior,0,200,9,,\n"
-                                                              "varus,0,,9,,\n"));
+  const std::vector<Compared> rows =
+      analysis::compared(sample(), published_values("book.csv",
+                                                    "# from a book\n"
+                                                    "test,flexion_deg,load,value,sd,source\n"
+                                                    "anterior,0,100,9,2,Author 1990\n"
+                                                    "anterior,15,50,9,,\n"
+                                                    "anterior-posterior,30,,30,5,\n"
+                                                    "anterior,45,,9,,\n"
+                                                    "anterior,0,200,9,,\n"
+                                                    "varus,0,,9,,\n"));
   ASSERT_EQ(rows.size(), 6u);
   EXPECT_DOUBLE_EQ(rows[0].found, 10.0);
   EXPECT_DOUBLE_EQ(rows[0].difference(), 1.0);
@@ -65,27 +63,26 @@ TEST(PublishedValues, AreComparedAtTheirFlexionAndLoad)
 
 TEST(PublishedValues, ReadsTheTableOfAResult)
 {
-  analysis::LaxityDocument document;
+  LaxityDocument document;
   document.result = sample();
-  const std::string csv = analysis::laxity_csv(document);
-  const std::vector<analysis::PublishedValue> rows = analysis::published_values("laxity.csv", csv);
+  const std::string csv = laxity_csv(document);
+  const std::vector<PublishedValue> rows = published_values("laxity.csv", csv);
   ASSERT_EQ(rows.size(), 6u);
-  for (const analysis::Compared& row : analysis::compared(sample(), rows))
-    EXPECT_NEAR(row.difference(), 0.0, 1e-12);
+  for (const Compared& row : analysis::compared(sample(), rows)) EXPECT_NEAR(row.difference(), 0.0, 1e-12);
 }
 
 TEST(LaxityPage, ShowsTablesPlotsAndEscapesNames)
 {
-  analysis::LaxityDocument document;
+  LaxityDocument document;
   document.title = "knee & co";
   document.result = sample();
   document.compared = analysis::compared(sample(), {{"anterior", 0.0, nan, 9.0, 2.0, "Author"}});
-  const std::string page = analysis::laxity_page(document);
+  const std::string page = laxity_page(document);
   for (const char* part : {"anterior-posterior, 100 N", "knee &amp; co", "&lt;ACL&gt; 80 %", "<svg", "Author",
                            "14.00", "9.00 &plusmn; 2.00"})
     EXPECT_THAT(page, testing::HasSubstr(part));
   EXPECT_THAT(page, testing::Not(testing::HasSubstr("internal-external,")));
-  EXPECT_THAT(analysis::share_csv(document), testing::HasSubstr("intact,anterior,0,<ACL>,80,N,0.8\n"));
+  EXPECT_THAT(share_csv(document), testing::HasSubstr("intact,anterior,0,<ACL>,80,N,0.8\n"));
 }
 
-}  // namespace vrda::published_values_test
+}  // namespace vrda::analysis::published_values_test

@@ -1,23 +1,21 @@
-#include "analysis/rom_page.hpp"
+#include "analysis/rom_files.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <png.h>
 
 #include <nlohmann/json.hpp>
 
+#include "analysis/ball_in_cup.hpp"
 #include "core/units.hpp"
 #include "support/input_error.hpp"
 #include "support/refusal.hpp"
 
-namespace vrda::rom_files_test {
-
-using analysis::RomStatus;
+namespace vrda::analysis::rom_files_test {
 
 /// Three by four cells; row of flexion 0: contact, in, in, fibre.
-analysis::RomDocument sample()
+RomDocument sample()
 {
-  analysis::RomDocument document;
+  RomDocument document;
   document.program = "vrda 1";
   document.title = "Hip </title><script>";
   document.joint = "hip";
@@ -27,7 +25,7 @@ analysis::RomDocument sample()
   document.reference_names = {"socket"};
   document.moving_names = {"head", "neck"};
   document.fibre_names = {"round", "iliofemoral"};
-  analysis::RangeOfMotion& range = document.range;
+  RangeOfMotion& range = document.range;
   range.axes.rad[0] = {rad_from_deg(-10.0), 0.0, rad_from_deg(10.0)};
   range.axes.rad[1] = {rad_from_deg(-20.0), rad_from_deg(-5.0), rad_from_deg(5.0), rad_from_deg(30.0)};
   range.axes.rad[2] = {0.0};
@@ -35,7 +33,7 @@ analysis::RomDocument sample()
   range.X_neutral.translation() = Eigen::Vector3d(0.1, -2.0 / 3.0, 1e-7);
   range.cells.resize(12);
   for (std::size_t k = 0; k < 12; ++k) {
-    analysis::RomCell& cell = range.cells[k];
+    RomCell& cell = range.cells[k];
     cell.status = RomStatus::contact;
     cell.opening_mm = 0.1 * static_cast<double>(k) + 1.0 / 3.0;
     cell.translation_mm = Eigen::Vector3d(1.0 / 7.0, -static_cast<double>(k), 0.0);
@@ -52,9 +50,9 @@ analysis::RomDocument sample()
 
 TEST(RomFiles, TheDocumentReadsBackToTheLastBit)
 {
-  const analysis::RomDocument before = sample();
-  const std::string text = analysis::rom_json(before);
-  const analysis::RomDocument after = analysis::parse_rom("rom.json", text);
+  const RomDocument before = sample();
+  const std::string text = rom_json(before);
+  const RomDocument after = parse_rom("rom.json", text);
   EXPECT_EQ(after.title, before.title);
   EXPECT_EQ(after.joint, before.joint);
   EXPECT_EQ(after.moving_names, before.moving_names);
@@ -62,7 +60,7 @@ TEST(RomFiles, TheDocumentReadsBackToTheLastBit)
   EXPECT_EQ(after.range.neutral, before.range.neutral);
   EXPECT_EQ(after.range.X_neutral.matrix(), before.range.X_neutral.matrix());
   for (std::size_t k = 0; k < before.range.cells.size(); ++k) {
-    const analysis::RomCell &a = before.range.cells[k], &b = after.range.cells[k];
+    const RomCell &a = before.range.cells[k], &b = after.range.cells[k];
     EXPECT_EQ(a.status, b.status);
     EXPECT_EQ(a.opening_mm, b.opening_mm);
     EXPECT_EQ(a.translation_mm, b.translation_mm);
@@ -92,20 +90,20 @@ TEST(RomFiles, ADamagedDocumentIsRefusedByKey)
                            {"/cells/fibre/7", 2, "cells/fibre"},
                            {"/cells/opening_mm/0", "x", "cells/opening_mm"},
                            {"/neutral/cell/0", 3, "neutral/cell"}}) {
-    nlohmann::json json = nlohmann::json::parse(analysis::rom_json(sample()));
+    nlohmann::json json = nlohmann::json::parse(rom_json(sample()));
     json[nlohmann::json::json_pointer(damage.pointer)] = damage.value;
-    EXPECT_THAT(test::input_error([&] { analysis::parse_rom("a/rom.json", json.dump()); }),
+    EXPECT_THAT(test::input_error([&] { parse_rom("a/rom.json", json.dump()); }),
                 test::refuses({.file = "a/rom.json", .field = damage.field}))
         << damage.pointer;
   }
-  EXPECT_THAT(test::input_error([] { analysis::parse_rom("a/rom.json", "{}"); }),
+  EXPECT_THAT(test::input_error([] { parse_rom("a/rom.json", "{}"); }),
               test::refuses({.file = "a/rom.json", .field = "format"}));
 }
 
 // Trapezoidal weights of 5, 10, 5 and 7.5, 12.5, 17.5, 12.5 degrees.
 TEST(RomFiles, TheVolumeIsTheTrapezoidalRule)
 {
-  const analysis::RomVolume volume = analysis::volume_of(sample().range);
+  const RomVolume volume = volume_of(sample().range);
   EXPECT_EQ(volume.n_cells, 2u);
   EXPECT_EQ(volume.n_driven, 2);
   EXPECT_NEAR(volume.volume, 10.0 * (12.5 + 17.5), 1e-9) << "rounding of angles";
@@ -114,9 +112,9 @@ TEST(RomFiles, TheVolumeIsTheTrapezoidalRule)
 
 TEST(RomFiles, BoundariesSayWhatEndsTheRange)
 {
-  const analysis::RomDocument document = sample();
-  std::vector<analysis::RangeAlong> through_neutral;
-  for (const analysis::RangeAlong& along : analysis::boundaries_of(document.range)) {
+  const RomDocument document = sample();
+  std::vector<RangeAlong> through_neutral;
+  for (const RangeAlong& along : boundaries_of(document.range)) {
     if (along.at == document.range.neutral) through_neutral.push_back(along);
   }
   ASSERT_EQ(through_neutral.size(), 2u);  // the third rotation is not driven
@@ -126,117 +124,67 @@ TEST(RomFiles, BoundariesSayWhatEndsTheRange)
   EXPECT_NEAR(through_neutral[1].high.deg, 5.0, 1e-12);
   EXPECT_EQ(through_neutral[1].high.beyond, RomStatus::fibre);
   EXPECT_EQ(through_neutral[1].high.component_moving, 1);
-  EXPECT_EQ(analysis::cause_of(document, through_neutral[1].high), "fibre: iliofemoral");
-  EXPECT_EQ(analysis::cause_of(document, through_neutral[0].low), "contact: socket on neck");
+  EXPECT_EQ(cause_of(document, through_neutral[1].high), "fibre: iliofemoral");
+  EXPECT_EQ(cause_of(document, through_neutral[0].low), "contact: socket on neck");
 }
 
 TEST(RomFiles, TablesHaveOneRowPerAttitudeAndPerLine)
 {
   const auto n_lines = [](const std::string& text) { return std::count(text.begin(), text.end(), '\n'); };
-  EXPECT_EQ(n_lines(analysis::rom_csv(sample())), 1 + 12);
-  EXPECT_EQ(n_lines(analysis::boundary_csv(sample())), 1 + 4 + 3);
-  const std::string csv = analysis::rom_csv(sample());
+  EXPECT_EQ(n_lines(rom_csv(sample())), 1 + 12);
+  EXPECT_EQ(n_lines(boundary_csv(sample())), 1 + 4 + 3);
+  const std::string csv = rom_csv(sample());
   EXPECT_THAT(csv, testing::HasSubstr(",0,fibre,0,"));
   EXPECT_THAT(csv, testing::HasSubstr(",0.12,iliofemoral,socket,neck\n"));
 }
 
 TEST(RomFiles, ComparisonCountsCellsOfEachAndOfBoth)
 {
-  const analysis::RangeOfMotion a = sample().range;
-  analysis::RangeOfMotion b = a;
-  b.cells[6].status = RomStatus::contact;
-  b.cells[9].status = RomStatus::in_range;
-  const analysis::RomComparison found = analysis::compare_ranges(a, b, "b.json");
+  const RomDocument a = sample();
+  RomDocument b = a;
+  b.range.cells[6].status = RomStatus::contact;
+  b.range.cells[9].status = RomStatus::in_range;
+  const RomComparison found = compare_ranges(a.range, b.range, "b.json");
   EXPECT_EQ(found.both.n_cells, 1u);
   EXPECT_EQ(found.only_a.n_cells, 1u);
   EXPECT_EQ(found.only_b.n_cells, 1u);
   EXPECT_NEAR(found.both.volume + found.only_a.volume, found.a.volume, 1e-9);
   EXPECT_NEAR(found.both.volume + found.only_b.volume, found.b.volume, 1e-9);
-  b.axes.rad[0][0] *= 2.0;
-  EXPECT_THAT(test::input_error([&] { analysis::compare_ranges(a, b, "b.json"); }),
-              test::refuses({.file = "b.json", .field = "axes.flexion"}));
-}
-
-TEST(RomFiles, ThePictureHasTheColourOfEachStatusAtItsAngles)
-{
-  const std::string bytes = analysis::rom_picture(sample());
-  EXPECT_EQ(analysis::rom_picture(sample()), bytes);
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  ASSERT_TRUE(png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()));
-  image.format = PNG_FORMAT_RGB;
-  std::vector<unsigned char> pixels(PNG_IMAGE_SIZE(image));
-  ASSERT_TRUE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr));
-  const auto colour_at = [&](double flexion_deg, double varus_deg) {
-    // 300 x 300 pixels from (75, 125): flexion -15 to 15, varus from -27.5 up to 42.5.
-    const auto x = static_cast<std::size_t>(75.0 + 10.0 * (flexion_deg + 15.0));
-    const auto y = static_cast<std::size_t>(125.0 + 300.0 / 70.0 * (42.5 - varus_deg));
-    const unsigned char* const p = &pixels.at(3 * (y * image.width + x));
-    return std::array<int, 3>{p[0], p[1], p[2]};
-  };
-  const std::array<int, 3> in_range{0x2a, 0x7f, 0x62}, contact{0xc2, 0x50, 0x0a}, fibre{0xb5, 0x89, 0x2b};
-  // Half way between varus -20 and -5, and between 5 and 30, a cell ends.
-  EXPECT_EQ(colour_at(0.0, -12.0), in_range);
-  EXPECT_EQ(colour_at(0.0, 17.0), in_range);
-  EXPECT_EQ(colour_at(0.0, 18.0), fibre);
-  EXPECT_EQ(colour_at(0.0, -13.0), contact);
-  EXPECT_EQ(colour_at(-5.2, 0.0), contact);
-  EXPECT_EQ(colour_at(-4.8, 0.0), in_range);
-  EXPECT_EQ(colour_at(5.2, 0.0), contact);
-}
-
-// In range are two cells at flexion 0 and varus -5 and 5: a box with four sides, two of them of two cells.
-TEST(RomFiles, TheBoundaryCurveRunsAroundTheConnectedRange)
-{
-  const analysis::RomDocument document = sample();
-  const analysis::RomAxes& axes = document.range.axes;
-  const auto lines = analysis::outline_of(axes, analysis::map_axes(axes), 0, [&](std::size_t cell) {
-    return document.range.cells[cell].is_connected;
-  });
-  double along_flexion = 0.0, along_varus = 0.0;
-  for (const analysis::MapLine& line : lines) {
-    along_flexion += line[2] - line[0];
-    along_varus += line[3] - line[1];
-    EXPECT_TRUE(std::abs(std::abs(line[0]) - 5.0) < 1e-9) << "half way to the neighbours in flexion";
-    EXPECT_TRUE(line[1] > -12.6 && line[3] < 17.6);
-  }
-  EXPECT_NEAR(along_flexion, 2.0 * 10.0, 1e-9);
-  EXPECT_NEAR(along_varus, 2.0 * 30.0, 1e-9);
-}
-
-TEST(RomFiles, AComparisonNamesBothAndCountsEachAttitudeOnce)
-{
-  const analysis::RomDocument a = sample();
-  analysis::RomDocument b = a;
-  b.title = "After surgery";
-  b.range.cells[6].status = RomStatus::contact;
-  b.range.cells[9].status = RomStatus::in_range;
-  const std::string csv = analysis::comparison_csv(a, b);
+  const std::string csv = comparison_csv(a, b);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 12);
   EXPECT_THAT(csv, testing::HasSubstr(",in_range,contact,"));
   EXPECT_THAT(csv, testing::HasSubstr(",contact,in_range,"));
-  const std::string page = analysis::comparison_page(a, b);
-  EXPECT_THAT(page, testing::HasSubstr("After surgery"));
-  EXPECT_EQ(page.find("<script"), std::string::npos);
-  const auto n_with = [&page](const std::string& colour) {
-    std::size_t n = 0;
-    for (std::size_t at = page.find("fill=\"" + colour); at != std::string::npos;
-         at = page.find("fill=\"" + colour, at + 1))
-      ++n;
-    return n;
-  };
-  EXPECT_EQ(n_with("#2a7f62"), 1u) << "both";
-  EXPECT_EQ(n_with("#3a6fb0"), 1u) << "the first only";
-  EXPECT_EQ(n_with("#d98a1f"), 1u) << "the second only";
-  EXPECT_EQ(n_with("#d8d8d4"), 9u) << "neither";
-  EXPECT_FALSE(analysis::comparison_picture(a, b).empty());
+  b.range.axes.rad[0][0] *= 2.0;
+  EXPECT_THAT(test::input_error([&] { compare_ranges(a.range, b.range, "b.json"); }),
+              test::refuses({.file = "b.json", .field = "axes.flexion"}));
 }
 
-TEST(RomFiles, TextOfAJobCannotLeaveItsPlaceInThePage)
+TEST(RomFiles, TextOfAJobCannotLeaveItsPlaceInThePages)
 {
-  const std::string page = analysis::rom_page(sample());
-  EXPECT_EQ(page.find("<script"), std::string::npos);
-  EXPECT_NE(page.find("Hip &lt;/title&gt;"), std::string::npos);
+  const RomDocument document = sample();
+  for (const std::string& page : {rom_page(document), comparison_page(document, document)}) {
+    EXPECT_EQ(page.find("<script"), std::string::npos);
+    EXPECT_NE(page.find("Hip &lt;/title&gt;"), std::string::npos);
+  }
 }
 
-}  // namespace vrda::rom_files_test
+TEST(RomJournal, TheKeyDependsOnJobRotationsAndLimits)
+{
+  const job::Case joint = test::cup::ball_in_cup();
+  const RomPlan plan = test::cup::cup_plan(1, 0.2);
+  const std::string key = rom_key(joint, plan);
+  RomPlan other = plan;
+  other.limits.opening_mm *= 2.0;
+  EXPECT_NE(rom_key(joint, other), key);
+  other = plan;
+  other.axes.rad[1].back() += 0.01;
+  EXPECT_NE(rom_key(joint, other), key);
+  other = plan;
+  other.delta_body = DeltaBody::moving;
+  EXPECT_NE(rom_key(joint, other), key);
+  job::Case changed = joint;
+  changed.steps_job_text = "another";
+  EXPECT_NE(rom_key(changed, plan), key);
+}
+
+}  // namespace vrda::analysis::rom_files_test

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
 
 #include "analysis/moving_joint.hpp"
@@ -10,15 +9,13 @@
 #include "support/models.hpp"
 #include "support/refusal.hpp"
 
-namespace vrda::sequence_test {
-
-using analysis::Translations;
+namespace vrda::analysis::sequence_test {
 
 // Rounding of angles of some 100 degrees and lengths of some 100 mm to a matrix and back.
 constexpr double rounding = 1e-12;
 const Eigen::Vector3d centre_mm(3, -8, 5);
 
-analysis::Convention convention_of(const store::MotionModel& model)
+Convention convention_of(const store::MotionModel& model)
 {
   return {model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm,
           Translations::rotation_centre};
@@ -41,25 +38,25 @@ store::MotionModel free_model(const std::string& side = "right")
   return test::model_of(plan);
 }
 
-void expect_near(const analysis::Coordinates& value, const analysis::Coordinates& expected, double tolerance)
+void expect_near(const Coordinates& value, const Coordinates& expected, double tolerance)
 {
-  for (std::size_t c = 0; c < analysis::n_scored; ++c)
-    EXPECT_NEAR(value[c], expected[c], tolerance) << analysis::coordinate_names[c].name;
+  for (std::size_t c = 0; c < n_scored; ++c)
+    EXPECT_NEAR(value[c], expected[c], tolerance) << coordinate_names[c].name;
 }
 
 TEST(ScoreCoordinates, OfThePoseOfCoordinatesAreTheSame)
 {
   for (const Side side : {Side::right, Side::left}) {
     for (const Translations translations : {Translations::rotation_centre, Translations::mesh_origin}) {
-      analysis::Convention convention{side, centre_mm, translations};
+      Convention convention{side, centre_mm, translations};
       if (translations == Translations::mesh_origin)
         convention.long_axis = Eigen::Vector3d(0.5, 0.6, -0.2).normalized();
       for (int k = 0; k < 24; ++k) {
-        const analysis::Coordinates value = test::moving_coordinates(k, 24);
-        const Pose X = analysis::right_sided_pose(value, convention);
-        expect_near(analysis::coordinates_of(X, analysis::right_sided(convention)), value, rounding);
-        const Pose X_own = side == Side::left ? analysis::reflected(X) : X;
-        expect_near(analysis::coordinates_of(X_own, convention), value, rounding);
+        const Coordinates value = test::moving_coordinates(k, 24);
+        const Pose X = right_sided_pose(value, convention);
+        expect_near(coordinates_of(X, right_sided(convention)), value, rounding);
+        const Pose X_own = side == Side::left ? reflected(X) : X;
+        expect_near(coordinates_of(X_own, convention), value, rounding);
       }
     }
   }
@@ -69,65 +66,62 @@ TEST(ScoreCoordinates, AboutTheAxesOfDeltaAreThoseOfTheAttitude)
 {
   // flexion, varus and theta of a pose made about a Delta other than +Y, on both sides
   for (const Side side : {Side::right, Side::left}) {
-    analysis::Convention convention{side, centre_mm, Translations::rotation_centre};
+    Convention convention{side, centre_mm, Translations::rotation_centre};
     convention.long_axis = Eigen::Vector3d(0.5, 0.6, -0.2).normalized();
     const SolverFrame frame{side, centre_mm, *convention.long_axis};
     const Pose X = X_reference_moving(frame, {0.7, -0.1}, {{1, 2, 3}, 0.2});
-    const analysis::Coordinates value = analysis::coordinates_of(X, convention);
+    const Coordinates value = coordinates_of(X, convention);
     EXPECT_NEAR(value[0], 0.7, rounding);
     EXPECT_NEAR(value[1], -0.1, rounding);
     EXPECT_NEAR(value[2], 0.2, rounding);
     convention.long_axis.reset();
-    EXPECT_GT(std::abs(analysis::coordinates_of(X, convention)[1] + 0.1), 0.01);
+    EXPECT_GT(std::abs(coordinates_of(X, convention)[1] + 0.1), 0.01);
   }
 }
 
 TEST(ScoreCoordinates, OfTheMeshOriginAreTheTranslationOfThePose)
 {
   const Pose X = test::rigid_transform(0.1, 0.2, -0.9, {4, 5, 6});
-  const analysis::Coordinates right =
-      analysis::coordinates_of(X, {Side::right, centre_mm, Translations::mesh_origin});
-  const analysis::Coordinates left =
-      analysis::coordinates_of(X, {Side::left, centre_mm, Translations::mesh_origin});
-  EXPECT_EQ(right[3], 4.0);
-  EXPECT_EQ(right[4], 5.0);
-  EXPECT_EQ(right[5], 6.0);
-  EXPECT_EQ(left[5], -6.0);
+  for (const Side side : {Side::right, Side::left}) {
+    const Coordinates found = coordinates_of(X, {side, centre_mm, Translations::mesh_origin});
+    EXPECT_EQ(Eigen::Vector3d(found[3], found[4], found[5]),
+              Eigen::Vector3d(4, 5, side == Side::left ? -6 : 6));
+  }
 }
 
 TEST(ScoreSequence, OverFlexionIsLinearBetweenTheRows)
 {
-  analysis::Sequence found{"found", "flexion_deg", {}, {}};
+  Sequence found{"found", "flexion_deg", {}, {}};
   for (const double flexion_deg : {0.0, 10.0, 30.0}) {
     found.key.push_back(flexion_deg);
     found.rows.push_back({{rad_from_deg(flexion_deg), 0.01 * flexion_deg, 0, -flexion_deg, 7, 0}});
   }
-  analysis::Sequence measured{"measured", "frame", {}, {}};
+  Sequence measured{"measured", "frame", {}, {}};
   for (const double flexion_deg : {25.0, 4.0, 10.0, 30.0, 0.0, 25.0, -1.0, 31.0}) {
     measured.key.push_back(static_cast<double>(measured.key.size()));
     measured.rows.push_back({{rad_from_deg(flexion_deg), 0, 0, 0, 0, 0}});
   }
-  const std::vector<analysis::Row> rows = analysis::rows_over_flexion(found, measured, false);
+  const std::vector<Row> rows = rows_over_flexion(found, measured, false);
   for (std::size_t k = 0; k < 6; ++k) {
     SCOPED_TRACE(k);
     const double flexion_rad = measured.rows[k].value[0], flexion_deg = deg_from_rad(flexion_rad);
     EXPECT_EQ(rows[k].missing, "");
     expect_near(rows[k].value, {flexion_rad, 0.01 * flexion_deg, 0, -flexion_deg, 7, 0}, rounding);
   }
-  EXPECT_EQ(rows[6].missing, analysis::outside_range);
-  EXPECT_EQ(rows[7].missing, analysis::outside_range);
+  EXPECT_EQ(rows[6].missing, outside_range);
+  EXPECT_EQ(rows[7].missing, outside_range);
 }
 
 TEST(ScoreSequence, OfAModelWithFreeVarusAreItsStoredPoses)
 {
   for (const std::string side : {"right", "left"}) {
     const store::MotionModel model = free_model(side);
-    ASSERT_TRUE(analysis::is_sequence(model, "raw"));
-    const analysis::Sequence s = analysis::sequence_of("m.h5", model, "raw", convention_of(model));
+    ASSERT_TRUE(is_sequence(model, "raw"));
+    const Sequence s = sequence_of("m.h5", model, "raw", convention_of(model));
     ASSERT_EQ(s.rows.size(), 7u);
     EXPECT_EQ(s.key_name, "flexion_deg");
     for (Eigen::Index i = 0; i < 7; ++i) {
-      const analysis::Coordinates& value = s.rows[static_cast<std::size_t>(i)].value;
+      const Coordinates& value = s.rows[static_cast<std::size_t>(i)].value;
       EXPECT_NEAR(deg_from_rad(value[0]), model.clinical.flexion_deg(i, 0), rounding);
       EXPECT_NEAR(deg_from_rad(value[1]), model.clinical.varus_deg(i, 0), rounding);
       EXPECT_NEAR(deg_from_rad(value[2]), model.clinical.internal_rotation_deg(i, 0), rounding);
@@ -145,14 +139,14 @@ TEST(ScoreSequence, OfFramesAreMatchedByTheirKeys)
   const std::vector<double> ascending = model.flexion_deg;
   model.frames = store::FrameSequence{"time_s", {0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6}};
   model.flexion_deg = {0, 15, 30, 45, 30, 15, 0};
-  const analysis::Sequence s = analysis::sequence_of("m.h5", model, "raw", convention_of(model));
+  const Sequence s = sequence_of("m.h5", model, "raw", convention_of(model));
   EXPECT_EQ(s.key_name, "time_s");
   EXPECT_EQ(s.key, model.frames->key);
-  analysis::Sequence measured = s;
+  Sequence measured = s;
   measured.key = {0.5, 0.15, 0.0, 0.1, 0.2, 0.3, 0.4};
-  const std::vector<analysis::Row> rows = analysis::rows_by_key(s, measured);
+  const std::vector<Row> rows = rows_by_key(s, measured);
   EXPECT_NEAR(deg_from_rad(rows[0].value[0]), ascending[5], rounding);
-  EXPECT_EQ(rows[1].missing, analysis::no_such_key);
+  EXPECT_EQ(rows[1].missing, no_such_key);
   EXPECT_NEAR(deg_from_rad(rows[2].value[0]), ascending[0], rounding);
 }
 
@@ -160,17 +154,17 @@ TEST(ScoreSequence, AHoleIsCrossedOnlyOnRequest)
 {
   store::MotionModel model = free_model();
   test::unsolve(model, 2, 0);  // 30 degrees
-  const analysis::Sequence found = analysis::sequence_of("m.h5", model, "raw", convention_of(model));
-  analysis::Sequence measured{"measured", "frame", {0, 1, 2, 3}, {}};
+  const Sequence found = sequence_of("m.h5", model, "raw", convention_of(model));
+  Sequence measured{"measured", "frame", {0, 1, 2, 3}, {}};
   for (const double flexion_deg : {15.0, 20.0, 30.0, 45.0})
     measured.rows.push_back({{rad_from_deg(flexion_deg), 0, 0, 0, 0, 0}});
-  const std::vector<analysis::Row> rows = analysis::rows_over_flexion(found, measured, false);
+  const std::vector<Row> rows = rows_over_flexion(found, measured, false);
   EXPECT_EQ(rows[0].missing, "");
-  EXPECT_EQ(rows[1].missing, analysis::unsolved_cell);
-  EXPECT_EQ(rows[2].missing, analysis::unsolved_cell);
+  EXPECT_EQ(rows[1].missing, unsolved_cell);
+  EXPECT_EQ(rows[2].missing, unsolved_cell);
   EXPECT_EQ(rows[3].missing, "");
-  const std::vector<analysis::Row> bridged = analysis::rows_over_flexion(found, measured, true);
-  for (std::size_t c = 1; c < analysis::n_scored; ++c) {
+  const std::vector<Row> bridged = rows_over_flexion(found, measured, true);
+  for (std::size_t c = 1; c < n_scored; ++c) {
     const double first = found.rows[1].value[c], second = found.rows[3].value[c];
     EXPECT_EQ(bridged[2].missing, "");
     EXPECT_NEAR(bridged[2].value[c], 0.5 * (first + second), rounding);
@@ -180,27 +174,14 @@ TEST(ScoreSequence, AHoleIsCrossedOnlyOnRequest)
 
 TEST(ScoreSequence, FlexionsThatDoNotAscendAreRefused)
 {
-  analysis::Sequence found = test::moving_sequence(12);
+  Sequence found = test::moving_sequence(12);
   found.file = "found.csv";
-  const auto facts = test::input_error([&] { analysis::rows_over_flexion(found, found, false); });
+  const auto facts = test::input_error([&] { rows_over_flexion(found, found, false); });
   EXPECT_THAT(facts, test::refuses({.file = "found.csv", .field = "flexion"}));
 }
 
-TEST(ScoreSequence, KeysMatchOrAreNamed)
-{
-  const analysis::Sequence found = test::moving_sequence(5);
-  analysis::Sequence measured = found;
-  measured.key = {4, 2.0000000001, 0, 7, 2.5};
-  const std::vector<analysis::Row> rows = analysis::rows_by_key(found, measured);
-  expect_near(rows[0].value, found.rows[4].value, 0.0);
-  expect_near(rows[1].value, found.rows[2].value, 0.0);
-  expect_near(rows[2].value, found.rows[0].value, 0.0);
-  EXPECT_EQ(rows[3].missing, analysis::no_such_key);
-  EXPECT_EQ(rows[4].missing, analysis::no_such_key);
-}
-
 /// Poses of `model` at some attitudes as a measurement.
-analysis::Sequence measured_at(const store::MotionModel& model, const std::vector<Attitude>& attitudes)
+Sequence measured_at(const store::MotionModel& model, const std::vector<Attitude>& attitudes)
 {
   const store::Motion motion(model, "raw");
   std::vector<Pose> poses;
@@ -209,7 +190,7 @@ analysis::Sequence measured_at(const store::MotionModel& model, const std::vecto
     poses.push_back(motion.at(attitude).X_reference_moving);
     key.push_back(static_cast<double>(key.size()));
   }
-  return analysis::sequence_of("measured", "frame", key, poses, convention_of(model));
+  return sequence_of("measured", "frame", key, poses, convention_of(model));
 }
 
 TEST(ScoreSequence, AGridIsEvaluatedAtTheMeasuredAttitude)
@@ -225,11 +206,10 @@ TEST(ScoreSequence, AGridIsEvaluatedAtTheMeasuredAttitude)
       if (turns)
         plan.turning_delta = [](double f) { return Eigen::Vector3d(0.004 * f, 1.0, 0.1).normalized(); };
       const store::MotionModel model = test::model_of(plan);
-      ASSERT_FALSE(analysis::is_sequence(model, "raw"));
-      const analysis::Sequence measured =
+      ASSERT_FALSE(is_sequence(model, "raw"));
+      const Sequence measured =
           measured_at(model, {{0.0, 0.0}, {0.51, 0.03}, {1.2, -0.05}, {rad_from_deg(90), rad_from_deg(4)}});
-      const std::vector<analysis::Row> rows =
-          analysis::rows_at_attitudes(model, "raw", measured, convention_of(model));
+      const std::vector<Row> rows = rows_at_attitudes(model, "raw", measured, convention_of(model));
       for (std::size_t k = 0; k < rows.size(); ++k) {
         EXPECT_EQ(rows[k].missing, "");
         // The flexion that chose Delta is known to 1e-12 rad.
@@ -242,7 +222,7 @@ TEST(ScoreSequence, AGridIsEvaluatedAtTheMeasuredAttitude)
 TEST(ScoreSequence, OfAGridBeyondItsAxesIsNotEvaluated)
 {
   store::MotionModel model = test::model_of({});
-  analysis::Sequence measured = measured_at(model, {{0.5, 0.0}, {0.5, 0.0}, {0.5, 0.0}});
+  Sequence measured = measured_at(model, {{0.5, 0.0}, {0.5, 0.0}, {0.5, 0.0}});
   measured.rows[0].value[0] = rad_from_deg(91);
   measured.rows[1].value[1] = rad_from_deg(-4.1);
   test::unsolve(model, 2, 2);  // 30 degrees, no varus
@@ -250,15 +230,14 @@ TEST(ScoreSequence, OfAGridBeyondItsAxesIsNotEvaluated)
   measured.rows.push_back({{rad_from_deg(29), 0, 0, 0, 0, 0}});
   model.theta_determined(5, 1) = 0;  // 75 degrees, -2 degrees of varus
   measured.rows.push_back({{rad_from_deg(80), rad_from_deg(-1), 0, 0, 0, 0}});
-  const std::vector<analysis::Row> rows =
-      analysis::rows_at_attitudes(model, "raw", measured, convention_of(model));
-  EXPECT_EQ(rows[0].missing, analysis::outside_range);
-  EXPECT_EQ(rows[1].missing, analysis::outside_range);
+  const std::vector<Row> rows = rows_at_attitudes(model, "raw", measured, convention_of(model));
+  EXPECT_EQ(rows[0].missing, outside_range);
+  EXPECT_EQ(rows[1].missing, outside_range);
   EXPECT_EQ(rows[2].missing, "no_contact");
-  EXPECT_EQ(rows[3].missing, analysis::unsolved_cell);
+  EXPECT_EQ(rows[3].missing, unsolved_cell);
   EXPECT_EQ(rows[4].missing, "");
-  EXPECT_FALSE(rows[4].is_determined[analysis::at_internal]);
-  EXPECT_TRUE(rows[4].is_determined[analysis::at_flexion]);
+  EXPECT_FALSE(rows[4].is_determined[at_internal]);
+  EXPECT_TRUE(rows[4].is_determined[at_flexion]);
 }
 
 TEST(ScoreSequence, OfAGridAsMeasurementAreItsCells)
@@ -268,42 +247,13 @@ TEST(ScoreSequence, OfAGridAsMeasurementAreItsCells)
   store::MotionModel model = test::model_of(plan);
   test::unsolve(model, 0, 1);
   model.theta_determined(1, 0) = 0;
-  const analysis::Sequence s = analysis::sequence_of("m.h5", model, "raw", convention_of(model));
+  const Sequence s = sequence_of("m.h5", model, "raw", convention_of(model));
   ASSERT_EQ(s.rows.size(), 35u);
   EXPECT_EQ(s.key_name, "cell");
   EXPECT_EQ(s.rows[1].missing, "no_contact");
-  EXPECT_FALSE(s.rows[5].is_determined[analysis::at_internal]);
+  EXPECT_FALSE(s.rows[5].is_determined[at_internal]);
   EXPECT_NEAR(deg_from_rad(s.rows[14].value[1]), 4.0, rounding);
   EXPECT_NEAR(deg_from_rad(s.rows[14].value[0]), 30.0, rounding);
 }
 
-TEST(ScoreSequence, AMirroredModelHasTheSameBits)
-{
-  test::ModelPlan plan;
-  plan.motion = drift;
-  plan.rotation_centre_mm = centre_mm;
-  test::ModelPlan left = plan;
-  left.side = "left";
-  left.rotation_centre_mm.z() *= -1;
-  left.motion = [](double f, double v) {
-    store::PoseCoordinates numbers = drift(f, v);
-    numbers[2] *= -1;
-    return numbers;
-  };
-  const store::MotionModel right_model = test::model_of(plan), left_model = test::model_of(left);
-  const analysis::Sequence a = analysis::sequence_of("m.h5", right_model, "raw", convention_of(right_model));
-  const analysis::Sequence b = analysis::sequence_of("m.h5", left_model, "raw", convention_of(left_model));
-  const std::vector<analysis::Row> of_a =
-      analysis::rows_at_attitudes(right_model, "raw", a, convention_of(right_model));
-  const std::vector<analysis::Row> of_b =
-      analysis::rows_at_attitudes(left_model, "raw", b, convention_of(left_model));
-  for (std::size_t k = 0; k < a.rows.size(); ++k) {
-    for (std::size_t c = 0; c < analysis::n_scored; ++c) {
-      EXPECT_EQ(a.rows[k].value[c], b.rows[k].value[c]);
-      EXPECT_EQ(std::bit_cast<std::uint64_t>(of_a[k].value[c] + 0.0),
-                std::bit_cast<std::uint64_t>(of_b[k].value[c] + 0.0));
-    }
-  }
-}
-
-}  // namespace vrda::sequence_test
+}  // namespace vrda::analysis::sequence_test

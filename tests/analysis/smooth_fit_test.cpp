@@ -2,45 +2,31 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <random>
 #include <utility>
 
 #include "analysis/smooth.hpp"
+#include "analysis/smooth_inputs.hpp"
 
-namespace vrda::smooth_fit_test {
+namespace vrda::analysis::smooth_fit_test {
 
 /// As in smooth_test.cpp: a few terms times epsilon times condition (below 100) times data (below 100).
 constexpr double fit_tolerance = 1e-11;
 
-double deviate(std::mt19937_64& generator)
-{
-  return static_cast<double>(generator() % 2001) / 1000.0 - 1.0;
-}
-
 /// Planes with noise within +-0.1 and given varus.
-analysis::SmoothInput noisy_planes(Eigen::Index rows, Eigen::Index columns)
+SmoothInput noisy_planes(int rows, int columns)
 {
-  analysis::SmoothInput input;
-  input.name = "knee.h5";
-  for (Eigen::Index i = 0; i < rows; ++i) input.flexion_deg.push_back(static_cast<double>(3 * i));
-  for (Eigen::Index j = 0; j < columns; ++j) input.varus_deg.push_back(static_cast<double>(j) - 2.0);
-  input.status = store::GridB::Zero(rows, columns);
-  input.theta_determined = store::GridB::Ones(rows, columns);
-  std::mt19937_64 generator(17);
-  for (store::GridD* grid : {&input.tx_mm, &input.ty_mm, &input.tz_mm, &input.theta_deg}) {
-    grid->resize(rows, columns);
-    for (Eigen::Index k = 0; k < grid->size(); ++k) {
-      (*grid)(k / columns, k % columns) = 0.2 * static_cast<double>(k / columns) -
-                                          0.5 * static_cast<double>(k % columns) + 0.1 * deviate(generator);
-    }
-  }
+  SmoothInput input = test::blank(test::axis(rows, 0, 3), test::axis(columns, -2, 1));
+  test::UniformNumbers numbers(17);
+  test::fill(input, [&](double flexion_deg, double varus_deg) {
+    return flexion_deg / 15.0 - 0.5 * (varus_deg + 2.0) + 0.1 * numbers.next();
+  });
   return input;
 }
 
 TEST(SmoothFit, GridValuesAreThoseOfEvaluate)
 {
-  const analysis::SmoothInput input = noisy_planes(17, 9);
-  const store::SmoothedSet set = analysis::smooth(input, 5);
+  const SmoothInput input = noisy_planes(17, 9);
+  const store::SmoothedSet set = smooth(input, 5);
   const store::AxisRanges ranges = store::axis_ranges(input.flexion_deg, input.varus_deg);
   for (const store::SmoothedSurface& surface : set.surfaces) {
     for (Eigen::Index i = 0; i < 17; ++i) {
@@ -55,20 +41,20 @@ TEST(SmoothFit, GridValuesAreThoseOfEvaluate)
 
 TEST(SmoothFit, LeftOutBlocksAreThoseOfRefits)
 {
-  analysis::SmoothInput input = noisy_planes(9, 7);
+  SmoothInput input = noisy_planes(9, 7);
   input.status(4, 2) = static_cast<std::int8_t>(StepStatus::no_contact);
   input.theta_determined(1, 1) = 0;
-  const analysis::SmoothFit whole = analysis::smooth_fit(input, 3);
-  const analysis::BlockSize size{4, 3};
-  const std::vector<store::GridD> errors = analysis::leave_blocks_out(input, whole, size);
-  const store::GridI blocks = analysis::block_numbers(9, 7, size);
+  const SmoothFit whole = smooth_fit(input, 3);
+  const BlockSize size{4, 3};
+  const std::vector<store::GridD> errors = leave_blocks_out(input, whole, size);
+  const store::GridI blocks = block_numbers(9, 7, size);
   EXPECT_EQ(blocks.maxCoeff(), 3 * 3 - 1);
   EXPECT_EQ(blocks(3, 2), blocks(0, 0));
   EXPECT_NE(blocks(4, 2), blocks(3, 2));
   for (std::int32_t block = 0; block < 9; ++block) {
-    analysis::SmoothInput without = input;
+    SmoothInput without = input;
     without.status = (blocks == block).select(static_cast<std::int8_t>(StepStatus::no_contact), input.status);
-    const store::SmoothedSet refit = analysis::smooth(without, 3);
+    const store::SmoothedSet refit = smooth(without, 3);
     for (Eigen::Index k = 0; k < blocks.size(); ++k) {
       if (blocks.data()[k] != block || input.status.data()[k] != status_stable) continue;
       EXPECT_NEAR(errors[0].data()[k], input.tx_mm.data()[k] - refit.surfaces[0].values.data()[k],
@@ -80,54 +66,31 @@ TEST(SmoothFit, LeftOutBlocksAreThoseOfRefits)
   EXPECT_EQ(errors[3].isNaN().count(), 2);
   // Four columns of seven are one block, and the other three do not determine degree 3, nor do the four
   // without a column; the last three leave four.
-  const store::GridD wide = analysis::leave_blocks_out(input, whole, {9, 4})[0];
+  const store::GridD wide = leave_blocks_out(input, whole, {9, 4})[0];
   EXPECT_TRUE(wide.leftCols(4).isNaN().all());
   EXPECT_FALSE(wide.rightCols(3).isNaN().any());
 }
 
 TEST(SmoothFit, LeftOutBlocksOfOneCellAreTheLeaveOneOutErrors)
 {
-  analysis::SmoothInput input = noisy_planes(9, 7);
+  SmoothInput input = noisy_planes(9, 7);
   input.tx_mm(3, 3) += 5.0;
   for (const bool is_robust : {false, true}) {
-    const analysis::SmoothFit fit = analysis::smooth_fit(input, 2, {is_robust});
-    const std::vector<store::GridD> errors = analysis::leave_blocks_out(input, fit, {1, 1});
+    const SmoothFit fit = smooth_fit(input, 2, {is_robust});
+    const std::vector<store::GridD> errors = leave_blocks_out(input, fit, {1, 1});
     for (std::size_t s = 0; s < 4; ++s)
       EXPECT_LE((errors[s] - fit.leave_one_out[s]).abs().maxCoeff(), fit_tolerance);
     EXPECT_EQ((fit.weight[0] == 1.0).all(), !is_robust);
   }
 }
 
-TEST(SmoothFit, LeftOutErrorsAreThoseOfRefitsCellByCell)
-{
-  analysis::SmoothInput input = noisy_planes(9, 6);
-  input.status(4, 2) = static_cast<std::int8_t>(StepStatus::no_contact);
-  input.theta_determined(1, 1) = 0;
-  const analysis::SmoothFit whole = analysis::smooth_fit(input, 4);
-  EXPECT_TRUE(std::isnan(whole.residual[0](4, 2)));
-  EXPECT_TRUE(std::isnan(whole.leave_one_out[0](4, 2)));
-  EXPECT_TRUE(std::isnan(whole.leave_one_out[3](1, 1)));
-  EXPECT_EQ(whole.leave_one_out[0].isNaN().count(), 1);
-  EXPECT_EQ(whole.leave_one_out[3].isNaN().count(), 2);
-  for (Eigen::Index k = 0; k < input.status.size(); k += 5) {
-    ASSERT_EQ(input.status.data()[k], 0);
-    analysis::SmoothInput without = input;
-    without.status.data()[k] = status_pending;
-    const store::SmoothedSet refit = analysis::smooth(without, 4);
-    EXPECT_NEAR(whole.leave_one_out[1].data()[k], input.ty_mm.data()[k] - refit.surfaces[1].values.data()[k],
-                fit_tolerance);
-    EXPECT_NEAR(whole.leave_one_out[3].data()[k],
-                input.theta_deg.data()[k] - refit.surfaces[3].values.data()[k], fit_tolerance);
-  }
-}
-
 TEST(SmoothFit, RobustWeightsIgnoreGrossErrors)
 {
-  analysis::SmoothInput input = noisy_planes(21, 7);
-  const store::SmoothedSet clean = analysis::smooth(input, 2);
+  SmoothInput input = noisy_planes(21, 7);
+  const store::SmoothedSet clean = smooth(input, 2);
   for (Eigen::Index k = 3; k < input.tx_mm.size(); k += 13) input.tx_mm.data()[k] += 8.0;
-  const analysis::SmoothFit robust = analysis::smooth_fit(input, 2, {.is_robust = true});
-  const store::SmoothedSet plain = analysis::smooth(input, 2);
+  const SmoothFit robust = smooth_fit(input, 2, {.is_robust = true});
+  const store::SmoothedSet plain = smooth(input, 2);
   EXPECT_TRUE(robust.set.is_robust);
   EXPECT_FALSE(plain.is_robust);
   for (const bool is_converged : robust.is_converged) EXPECT_TRUE(is_converged);
@@ -145,12 +108,12 @@ TEST(SmoothFit, RobustWeightsIgnoreGrossErrors)
 
 TEST(SmoothFit, RobustFitRecoversExactPolynomials)
 {
-  analysis::SmoothInput input = noisy_planes(15, 7);
+  SmoothInput input = noisy_planes(15, 7);
   for (Eigen::Index i = 0; i < 15; ++i) {
     for (Eigen::Index j = 0; j < 7; ++j)
       input.tz_mm(i, j) = static_cast<double>(i * i) - 3.0 * static_cast<double>(i * j);
   }
-  const store::SmoothedSet set = analysis::smooth(input, 3, {.is_robust = true});
+  const store::SmoothedSet set = smooth(input, 3, {.is_robust = true});
   EXPECT_LT((set.surfaces[2].values - input.tz_mm).abs().maxCoeff(), fit_tolerance);
 }
 
@@ -169,11 +132,11 @@ TEST(SmoothFit, EveryCacheGivesTheSameBits)
 {
   const CacheSizes restored_at_the_end;
   // With 560 cells and 91 terms Eigen's matrix products and blocked QR differ between these settings.
-  analysis::SmoothInput input = noisy_planes(28, 20);
+  SmoothInput input = noisy_planes(28, 20);
   for (Eigen::Index k = 3; k < input.tx_mm.size(); k += 7) input.tx_mm.data()[k] += 8.0;
   const auto fit_with_caches = [&](std::ptrdiff_t l1, std::ptrdiff_t l2, std::ptrdiff_t l3) {
     Eigen::setCpuCacheSizes(l1, l2, l3);
-    return std::pair(analysis::smooth_fit(input, 12), analysis::smooth_fit(input, 12, {.is_robust = true}));
+    return std::pair(smooth_fit(input, 12), smooth_fit(input, 12, {.is_robust = true}));
   };
   const auto small = fit_with_caches(8 << 10, 64 << 10, 128 << 10);
   const auto large = fit_with_caches(128 << 10, 2 << 20, 64 << 20);
@@ -199,18 +162,17 @@ TEST(SmoothFit, VarusIsAFifthSurfaceWhereItWasFree)
 {
   store::MotionModel model;
   model.varus_deg = {0.0};
-  const analysis::SmoothInput planes = noisy_planes(12, 1);
+  const SmoothInput planes = noisy_planes(12, 1);
   model.flexion_deg = planes.flexion_deg;
   model.tx_mm = model.ty_mm = model.tz_mm = model.theta_deg = planes.tx_mm;
   model.status = store::GridB::Zero(12, 1);
   model.theta_determined = store::GridB::Ones(12, 1);
   model.varus_solved_deg = store::GridD::Zero(12, 1);
-  EXPECT_EQ(analysis::smooth(analysis::smooth_input(model, "knee.h5"), 3).surfaces.size(), 4u)
-      << "varus is that of the axis";
+  EXPECT_EQ(smooth(smooth_input(model, "knee.h5"), 3).surfaces.size(), 4u) << "varus is that of the axis";
 
   for (Eigen::Index i = 0; i < 12; ++i)
     model.varus_solved_deg(i, 0) = 0.01 * static_cast<double>(i * i) - 1.0;
-  const store::SmoothedSet set = analysis::smooth(analysis::smooth_input(model, "knee.h5"), 3);
+  const store::SmoothedSet set = smooth(smooth_input(model, "knee.h5"), 3);
   ASSERT_EQ(set.surfaces.size(), 5u);
   EXPECT_EQ(set.surfaces[4].name, "varus");
   EXPECT_LT((set.surfaces[4].values - model.varus_solved_deg).abs().maxCoeff(), fit_tolerance);
@@ -221,19 +183,7 @@ TEST(SmoothFit, VarusIsAFifthSurfaceWhereItWasFree)
     *grid = store::GridD::Ones(12, 2);
   model.status = store::GridB::Zero(12, 2);
   model.theta_determined = store::GridB::Ones(12, 2);
-  EXPECT_EQ(analysis::smooth(analysis::smooth_input(model, "knee.h5"), 1).surfaces.size(), 4u)
-      << "varus was given";
+  EXPECT_EQ(smooth(smooth_input(model, "knee.h5"), 1).surfaces.size(), 4u) << "varus was given";
 }
 
-TEST(SmoothFit, TheLargestRequestedDegreeIsTriedFirst)
-{
-  const analysis::SmoothInput input = noisy_planes(20, 5);
-  EXPECT_EQ(analysis::largest_degree(input), 4);
-  EXPECT_EQ(analysis::largest_degree(input, 12), 4);
-  EXPECT_EQ(analysis::largest_degree(input, 4), 4);
-  EXPECT_EQ(analysis::largest_degree(input, 3), 3);
-  EXPECT_EQ(analysis::largest_degree(input, 0), 0);
-  EXPECT_EQ(analysis::largest_degree(input, -1), -1);
-}
-
-}  // namespace vrda::smooth_fit_test
+}  // namespace vrda::analysis::smooth_fit_test

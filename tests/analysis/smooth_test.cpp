@@ -1,44 +1,23 @@
 #include "analysis/smooth.hpp"
-#include "core/units.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
+#include "analysis/smooth_inputs.hpp"
 #include "core/text.hpp"
 #include "store/motion.hpp"
 #include "support/refusal.hpp"
 
-namespace vrda::smooth_test {
+namespace vrda::analysis::smooth_test {
 
+using test::axis;
+using test::blank;
 using test::input_error;
 
 /// Backward stable least squares: error of a few terms times epsilon times the condition number (below 100
 /// for the grids here) times the size of the data (below 100).
 constexpr double fit_tolerance = 1e-11;
-
-std::vector<double> axis(int n, double from, double step)
-{
-  std::vector<double> values(static_cast<std::size_t>(n));
-  for (int i = 0; i < n; ++i) values[static_cast<std::size_t>(i)] = from + step * i;
-  return values;
-}
-
-/// A solved grid of zeros.
-analysis::SmoothInput blank(std::vector<double> flexion_deg, std::vector<double> varus_deg)
-{
-  analysis::SmoothInput input;
-  input.name = "knee.h5";
-  const Eigen::Index rows = static_cast<Eigen::Index>(flexion_deg.size());
-  const Eigen::Index columns = static_cast<Eigen::Index>(varus_deg.size());
-  input.flexion_deg = std::move(flexion_deg);
-  input.varus_deg = std::move(varus_deg);
-  input.tx_mm = input.ty_mm = input.tz_mm = input.theta_deg = store::GridD::Zero(rows, columns);
-  input.status = store::GridB::Zero(rows, columns);
-  input.theta_determined = store::GridB::Ones(rows, columns);
-  return input;
-}
 
 /// A polynomial of total degree `degree` with every term, in monomials of the scaled axes.
 double polynomial(double u, double v, int degree, double shift)
@@ -52,7 +31,7 @@ double polynomial(double u, double v, int degree, double shift)
   return sum;
 }
 
-void fill_with_polynomial(analysis::SmoothInput& input, int degree)
+void fill_with_polynomial(SmoothInput& input, int degree)
 {
   const store::AxisRanges ranges = store::axis_ranges(input.flexion_deg, input.varus_deg);
   for (Eigen::Index i = 0; i < input.tx_mm.rows(); ++i) {
@@ -67,23 +46,19 @@ void fill_with_polynomial(analysis::SmoothInput& input, int degree)
   }
 }
 
-void fill_with_noise(analysis::SmoothInput& input)
+void fill_with_noise(SmoothInput& input)
 {
-  std::mt19937_64 generator(7);
-  for (store::GridD* grid : {&input.tx_mm, &input.ty_mm, &input.tz_mm, &input.theta_deg}) {
-    for (Eigen::Index k = 0; k < grid->size(); ++k) {
-      grid->data()[k] = static_cast<double>(generator() % 2000) / 1000.0 - 1.0;
-    }
-  }
+  test::UniformNumbers numbers(7);
+  test::fill(input, [&](double, double) { return numbers.next(); });
 }
 
 TEST(Smooth, ReproducesPolynomialsOfItsDegree)
 {
   for (const int degree : {0, 1, 2, 3, 6, 8}) {
     SCOPED_TRACE(degree);
-    analysis::SmoothInput input = blank(axis(31, 0, 3), axis(11, -10, 2));
+    SmoothInput input = blank(axis(31, 0, 3), axis(11, -10, 2));
     fill_with_polynomial(input, degree);
-    const store::SmoothedSet set = analysis::smooth(input, degree);
+    const store::SmoothedSet set = smooth(input, degree);
     EXPECT_EQ(set.degree, degree);
     EXPECT_EQ(set.exponents.rows(), (degree + 1) * (degree + 2) / 2);
     const store::GridD* grids[] = {&input.tx_mm, &input.ty_mm, &input.tz_mm, &input.theta_deg};
@@ -105,9 +80,9 @@ TEST(Smooth, ReproducesPolynomialsOfItsDegree)
 
 TEST(Smooth, DegreeZeroIsTheMean)
 {
-  analysis::SmoothInput input = blank({0, 1}, {-1, 1});
+  SmoothInput input = blank({0, 1}, {-1, 1});
   input.tx_mm << 1, 2, 3, 6;
-  const store::SmoothedSurface surface = analysis::smooth(input, 0).surfaces[0];
+  const store::SmoothedSurface surface = smooth(input, 0).surfaces[0];
   EXPECT_NEAR(surface.coefficients.at(0), 3.0, fit_tolerance);
   EXPECT_NEAR(surface.rms, std::sqrt((4.0 + 1.0 + 0.0 + 9.0) / 4.0), fit_tolerance);
   EXPECT_NEAR(surface.largest_residual, 3.0, fit_tolerance);
@@ -118,7 +93,7 @@ TEST(Smooth, DegreeZeroIsTheMean)
 
 TEST(Smooth, FailedCellsDoNotMatter)
 {
-  analysis::SmoothInput input = blank(axis(19, 0, 5), axis(9, -8, 2));
+  SmoothInput input = blank(axis(19, 0, 5), axis(9, -8, 2));
   fill_with_polynomial(input, 4);
   const store::GridD wanted = input.ty_mm;
   for (Eigen::Index k = 0; k < input.status.size(); k += 7) {
@@ -126,21 +101,21 @@ TEST(Smooth, FailedCellsDoNotMatter)
         static_cast<std::int8_t>(k % 2 == 0 ? StepStatus::no_contact : StepStatus::pending);
     input.tx_mm.data()[k] = input.ty_mm.data()[k] = input.tz_mm.data()[k] = input.theta_deg.data()[k] = nan;
   }
-  const store::SmoothedSet set = analysis::smooth(input, 4);
+  const store::SmoothedSet set = smooth(input, 4);
   EXPECT_EQ(set.surfaces[1].n_cells, (input.status == 0).count());
   EXPECT_LT((set.surfaces[1].values - wanted).abs().maxCoeff(), fit_tolerance);
 }
 
 TEST(Smooth, ThetaIsFittedWhereItIsDetermined)
 {
-  analysis::SmoothInput input = blank(axis(10, 0, 10), axis(7, -3, 1));
+  SmoothInput input = blank(axis(10, 0, 10), axis(7, -3, 1));
   fill_with_polynomial(input, 3);
   const store::GridD wanted = input.theta_deg;
   for (Eigen::Index k = 0; k < input.status.size(); k += 5) {
     input.theta_determined.data()[k] = 0;
     input.theta_deg.data()[k] = 1e6;
   }
-  const store::SmoothedSet set = analysis::smooth(input, 3);
+  const store::SmoothedSet set = smooth(input, 3);
   EXPECT_EQ(set.surfaces[0].n_cells, 70);
   EXPECT_EQ(set.surfaces[3].n_cells, 56);
   EXPECT_LT((set.surfaces[3].values - wanted).abs().maxCoeff(), fit_tolerance);
@@ -148,19 +123,18 @@ TEST(Smooth, ThetaIsFittedWhereItIsDetermined)
 
 TEST(Smooth, LeaveOneOutIsThatOfRefits)
 {
-  analysis::SmoothInput input = blank(axis(7, 0, 15), axis(5, -2, 1));
+  SmoothInput input = blank(axis(7, 0, 15), axis(5, -2, 1));
   fill_with_noise(input);
   input.status(2, 3) = static_cast<std::int8_t>(StepStatus::iteration_limit);
   const int degree = 3;
-  const store::SmoothedSet whole = analysis::smooth(input, degree);
+  const store::SmoothedSet whole = smooth(input, degree);
   double sum_sq = 0.0;
   int n = 0;
   for (Eigen::Index k = 0; k < input.status.size(); ++k) {
     if (input.status.data()[k] != 0) continue;
-    analysis::SmoothInput without = input;
+    SmoothInput without = input;
     without.status.data()[k] = status_pending;
-    const double error =
-        input.tx_mm.data()[k] - analysis::smooth(without, degree).surfaces[0].values.data()[k];
+    const double error = input.tx_mm.data()[k] - smooth(without, degree).surfaces[0].values.data()[k];
     sum_sq += error * error;
     ++n;
   }
@@ -171,10 +145,10 @@ TEST(Smooth, LeaveOneOutIsThatOfRefits)
 
 TEST(Smooth, LeaveOneOutIsUnknownWhereNothingCanBeLeftOut)
 {
-  analysis::SmoothInput input = blank({0, 1}, {-1, 1});
+  SmoothInput input = blank({0, 1}, {-1, 1});
   fill_with_noise(input);
   input.status(1, 1) = static_cast<std::int8_t>(StepStatus::no_clearance);
-  const store::SmoothedSurface surface = analysis::smooth(input, 1).surfaces[0];
+  const store::SmoothedSurface surface = smooth(input, 1).surfaces[0];
   EXPECT_LT(surface.largest_residual, fit_tolerance);
   EXPECT_TRUE(std::isnan(surface.leave_one_out_rms));
 }
@@ -182,12 +156,12 @@ TEST(Smooth, LeaveOneOutIsUnknownWhereNothingCanBeLeftOut)
 TEST(Smooth, ScalingAndShiftingTheAxesChangesNothing)
 {
   // Powers of two and whole numbers keep the bits of the unit coordinates, hence of all results.
-  analysis::SmoothInput input = blank(axis(13, 0, 5), axis(9, -8, 2));
+  SmoothInput input = blank(axis(13, 0, 5), axis(9, -8, 2));
   fill_with_noise(input);
-  analysis::SmoothInput moved = input;
+  SmoothInput moved = input;
   for (double& value : moved.flexion_deg) value = 4.0 * value - 30.0;
   for (double& value : moved.varus_deg) value = 0.5 * value + 7.0;
-  const store::SmoothedSet a = analysis::smooth(input, 5), b = analysis::smooth(moved, 5);
+  const store::SmoothedSet a = smooth(input, 5), b = smooth(moved, 5);
   for (std::size_t s = 0; s < 4; ++s) {
     EXPECT_EQ(a.surfaces[s].coefficients, b.surfaces[s].coefficients);
     EXPECT_TRUE((a.surfaces[s].values == b.surfaces[s].values).all());
@@ -198,65 +172,65 @@ TEST(Smooth, ScalingAndShiftingTheAxesChangesNothing)
 
 TEST(Smooth, AnAxisWithOneValueCarriesItsConstant)
 {
-  analysis::SmoothInput input = blank(axis(10, 0, 10), {0});
+  SmoothInput input = blank(axis(10, 0, 10), {0});
   fill_with_polynomial(input, 4);
-  const store::SmoothedSet set = analysis::smooth(input, 4);
+  const store::SmoothedSet set = smooth(input, 4);
   EXPECT_EQ(set.exponents.rows(), 5);
   EXPECT_TRUE((set.exponents.col(1) == 0).all());
   EXPECT_LT((set.surfaces[0].values - input.tx_mm).abs().maxCoeff(), fit_tolerance);
 
-  analysis::SmoothInput across = blank({30}, axis(6, -5, 2));
+  SmoothInput across = blank({30}, axis(6, -5, 2));
   fill_with_polynomial(across, 2);
-  EXPECT_EQ(analysis::smooth(across, 2).exponents.rows(), 3);
-  analysis::SmoothInput one = blank({30}, {0});
-  EXPECT_EQ(analysis::smooth(one, 6).exponents.rows(), 1);
+  EXPECT_EQ(smooth(across, 2).exponents.rows(), 3);
+  SmoothInput one = blank({30}, {0});
+  EXPECT_EQ(smooth(one, 6).exponents.rows(), 1);
 }
 
 TEST(Smooth, FiveColumnsCannotCarryDegreeFive)
 {
-  analysis::SmoothInput input = blank(axis(91, 0, 1), axis(5, -2, 1));
-  EXPECT_NO_THROW(analysis::smooth(input, 4));
-  EXPECT_EQ(analysis::largest_degree(input), 4);
-  EXPECT_THAT(input_error([&] { analysis::smooth(input, 5); }),
+  SmoothInput input = blank(axis(91, 0, 1), axis(5, -2, 1));
+  EXPECT_NO_THROW(smooth(input, 4));
+  EXPECT_EQ(largest_degree(input), 4);
+  EXPECT_THAT(input_error([&] { smooth(input, 5); }),
               test::refuses({"knee.h5", "smooth.degrees", {"455", "91", "5"}, {"21", "5", "4"}}));
 }
 
 TEST(Smooth, TooFewCellsAreCounted)
 {
-  analysis::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
+  SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
   input.status.setConstant(static_cast<std::int8_t>(StepStatus::no_contact));
-  EXPECT_EQ(analysis::largest_degree(input), -1);
-  EXPECT_THAT(input_error([&] { analysis::smooth(input, 2); }),
+  EXPECT_EQ(largest_degree(input), -1);
+  EXPECT_THAT(input_error([&] { smooth(input, 2); }),
               test::refuses({.field = "smooth.degrees", .wanted = {"6", "2"}}));
   input.status(0, 0) = input.status(0, 5) = input.status(5, 0) = input.status(5, 5) = 0;
-  EXPECT_EQ(analysis::largest_degree(input), 1);
-  EXPECT_THAT(input_error([&] { analysis::smooth(input, 2); }),
+  EXPECT_EQ(largest_degree(input), 1);
+  EXPECT_THAT(input_error([&] { smooth(input, 2); }),
               test::refuses({.field = "smooth.degrees", .found = {"4", "2"}, .wanted = {"6", "2", "1"}}));
 }
 
 TEST(Smooth, ThetaIsFittedToAllCellsWhereTooFewDetermineIt)
 {
   // A ball in a socket: theta keeps the value of its seed everywhere.
-  analysis::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
+  SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
   input.theta_determined.setZero();
   input.theta_determined(2, 2) = 1;
   input.theta_deg.setConstant(7.5);
-  EXPECT_EQ(analysis::largest_degree(input), 5);
-  const store::SmoothedSet set = analysis::smooth(input, 3);
+  EXPECT_EQ(largest_degree(input), 5);
+  const store::SmoothedSet set = smooth(input, 3);
   EXPECT_EQ(set.surfaces[3].n_cells, 36);
   // A constant is in the basis: residuals are rounding.
   EXPECT_LT((set.surfaces[3].values - 7.5).abs().maxCoeff(), 1e-12);
-  EXPECT_EQ(analysis::smooth(input, 0).surfaces[3].n_cells, 1) << "one cell determines a constant";
+  EXPECT_EQ(smooth(input, 0).surfaces[3].n_cells, 1) << "one cell determines a constant";
 }
 
 TEST(Smooth, ADegreeOutOfRangeIsRefused)
 {
-  const analysis::SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
+  const SmoothInput input = blank(axis(6, 0, 1), axis(6, 0, 1));
   for (const int degree : {-1, 21}) {
     EXPECT_THAT(
-        input_error([&] { analysis::smooth(input, degree); }),
+        input_error([&] { smooth(input, degree); }),
         test::refuses({.field = "smooth.degrees", .found = std::to_string(degree), .wanted = {"0", "20"}}));
   }
 }
 
-}  // namespace vrda::smooth_test
+}  // namespace vrda::analysis::smooth_test

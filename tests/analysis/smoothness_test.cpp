@@ -10,10 +10,7 @@
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda::repair_smoothness_test {
-
-using analysis::Matrix6d;
-using analysis::Vector6d;
+namespace vrda::analysis::repair_smoothness_test {
 
 // Some hundred operations on numbers near 1; weights near 1 keep the condition below 100.
 constexpr double rounding = 1e-11;
@@ -26,37 +23,14 @@ Eigen::MatrixXd second_difference_matrix(Eigen::Index n)
 }
 
 // A ball far below a plate: nothing limits it.
-analysis::RepairedMotion smoothed(const analysis::MeasuredMotion& motion, double mm, double period_frames)
+RepairedMotion smoothed(const MeasuredMotion& motion, double mm, double period_frames)
 {
-  analysis::RepairOptions options;
+  RepairOptions options;
   options.noise = test::isotropic_noise(mm, 1.0);
-  options.gap_limit = analysis::GapLimit::none;
-  options.smoothing = period_frames > 0 ? analysis::Smoothing::of_period : analysis::Smoothing::from_noise;
+  options.gap_limit = GapLimit::none;
+  options.smoothing = period_frames > 0 ? Smoothing::of_period : Smoothing::from_noise;
   options.period_frames = period_frames;
-  return analysis::repair(analysis::make_audit_scene(test::box({0, 60, 0}, {60, 10, 60}), test::ball(10), {}),
-                          motion, options);
-}
-
-TEST(BandMatrix, FactorAndInverseMatchADenseMatrix)
-{
-  constexpr Eigen::Index n = 12, width = 3;
-  std::mt19937_64 generator(2);
-  analysis::BandMatrix band(n, width);
-  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(n, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = std::max<Eigen::Index>(0, i - width); j <= i; ++j)
-      dense(i, j) = dense(j, i) = band.at(i, j) = test::normal_number(generator) + (i == j ? 20.0 : 0.0);
-  }
-  std::vector<double> b(n);
-  for (double& value : b) value = test::normal_number(generator);
-  band.factorise();
-  const Eigen::VectorXd expected = dense.fullPivLu().solve(Eigen::Map<Eigen::VectorXd>(b.data(), n));
-  const std::vector<double> x = band.solve(b), diagonal = band.inverse_diagonal();
-  const Eigen::MatrixXd inverse = dense.inverse();
-  for (Eigen::Index i = 0; i < n; ++i) {
-    EXPECT_NEAR(x[static_cast<std::size_t>(i)], expected(i), rounding);
-    EXPECT_NEAR(diagonal[static_cast<std::size_t>(i)], inverse(i, i), rounding);
-  }
+  return repair(make_audit_scene(test::box({0, 60, 0}, {60, 10, 60}), test::ball(10), {}), motion, options);
 }
 
 TEST(Smoothness, TranslationsAreSmoothedByTheKnownMatrix)
@@ -65,7 +39,7 @@ TEST(Smoothness, TranslationsAreSmoothedByTheKnownMatrix)
   constexpr std::size_t n = 40;
   constexpr double period = 9.0;
   std::mt19937_64 generator(4);
-  analysis::MeasuredMotion motion = test::resting_motion(n, {0, 0, 0});
+  MeasuredMotion motion = test::resting_motion(n, {0, 0, 0});
   Eigen::MatrixXd measured(n, 3);
   for (std::size_t k = 0; k < n; ++k) {
     for (Eigen::Index c = 0; c < 3; ++c)
@@ -73,10 +47,10 @@ TEST(Smoothness, TranslationsAreSmoothedByTheKnownMatrix)
     motion.X_reference_moving[k].translation() = measured.row(static_cast<Eigen::Index>(k)).transpose();
   }
   const Eigen::MatrixXd D = second_difference_matrix(n);
-  const double weight = analysis::weight_of_period(period);
+  const double weight = weight_of_period(period);
   const Eigen::MatrixXd smoother = (Eigen::MatrixXd::Identity(n, n) + weight * D.transpose() * D).inverse();
   const Eigen::MatrixXd expected = smoother * measured;
-  const analysis::RepairedMotion found = smoothed(motion, 0.3, period);
+  const RepairedMotion found = smoothed(motion, 0.3, period);
   for (std::size_t k = 0; k < n; ++k) {
     const Eigen::Vector3d error = found.frames[k].X_reference_moving.translation() -
                                   expected.row(static_cast<Eigen::Index>(k)).transpose();
@@ -91,32 +65,32 @@ TEST(Smoothness, AnOscillationOfTheStatedPeriodKeepsHalfItsAmplitude)
 {
   constexpr std::size_t n = 120;
   constexpr double period = 12.0;
-  analysis::MeasuredMotion motion = test::resting_motion(n, {0, 0, 0});
+  MeasuredMotion motion = test::resting_motion(n, {0, 0, 0});
   for (std::size_t k = 0; k < n; ++k) {
     const double wave = std::sin(2 * pi * static_cast<double>(k) / period);
     motion.X_reference_moving[k].translation().x() = wave;
     motion.X_reference_moving[k].linear() = rotation_z(0.02 * wave);
   }
-  const analysis::RepairedMotion found = smoothed(motion, 1.0, period);
+  const RepairedMotion found = smoothed(motion, 1.0, period);
   // The ends change the amplitude over about a period.
   for (std::size_t k = 36; k < 84; ++k) {
     const Pose& X = found.frames[k].X_reference_moving;
     EXPECT_NEAR(X.translation().x(), 0.5 * motion.X_reference_moving[k].translation().x(), 1e-3) << k;
     EXPECT_NEAR(X.linear()(1, 0), 0.5 * motion.X_reference_moving[k].linear()(1, 0), 2e-5) << k;
   }
-  EXPECT_NEAR(analysis::period_of_weight(analysis::weight_of_period(period)), period, rounding);
-  EXPECT_EQ(analysis::period_of_weight(0.0), 2.0);
+  EXPECT_NEAR(period_of_weight(weight_of_period(period)), period, rounding);
+  EXPECT_EQ(period_of_weight(0.0), 2.0);
 }
 
 TEST(Smoothness, AScrewMotionOfConstantSpeedStaysAsItIs)
 {
-  analysis::MeasuredMotion motion = test::resting_motion(30, {0, 0, 0});
+  MeasuredMotion motion = test::resting_motion(30, {0, 0, 0});
   for (std::size_t k = 0; k < 30; ++k) {
     motion.key[k] = k < 10 ? 0.5 * static_cast<double>(k) : static_cast<double>(k) - 5.0;
     motion.X_reference_moving[k].linear() = rotation_z(0.03 * motion.key[k]);
     motion.X_reference_moving[k].translation() << 0.2 * motion.key[k], 0, -0.1 * motion.key[k];
   }
-  for (const analysis::RepairedFrame& frame : smoothed(motion, 1.0, 20.0).frames)
+  for (const RepairedFrame& frame : smoothed(motion, 1.0, 20.0).frames)
     EXPECT_LT(frame.displacement.norm(), 1e-8);
 }
 
@@ -125,9 +99,9 @@ TEST(Smoothness, TheNoiseChoosesAWeightThatBringsTheMotionNearerToTheTruth)
   constexpr std::size_t n = 80;
   constexpr double noise_mm = 0.3;
   std::mt19937_64 generator(8);
-  const analysis::MeasurementNoise noise = test::isotropic_noise(noise_mm, 0.5);
+  const MeasurementNoise noise = test::isotropic_noise(noise_mm, 0.5);
   std::vector<Pose> X_true;
-  analysis::MeasuredMotion motion = test::resting_motion(n, {0, 0, 0});
+  MeasuredMotion motion = test::resting_motion(n, {0, 0, 0});
   for (std::size_t k = 0; k < n; ++k) {
     const double wave = std::sin(2 * pi * static_cast<double>(k) / 40.0);
     Pose X = Pose::Identity();
@@ -136,11 +110,11 @@ TEST(Smoothness, TheNoiseChoosesAWeightThatBringsTheMotionNearerToTheTruth)
     X_true.push_back(X);
   }
   motion.X_reference_moving = test::with_noise(X_true, noise, generator);
-  analysis::RepairOptions options;
+  RepairOptions options;
   options.noise = noise;
-  options.gap_limit = analysis::GapLimit::none;
-  const analysis::RepairedMotion found = analysis::repair(
-      analysis::make_audit_scene(test::box({0, 60, 0}, {60, 10, 60}), test::ball(10), {}), motion, options);
+  options.gap_limit = GapLimit::none;
+  const RepairedMotion found =
+      repair(make_audit_scene(test::box({0, 60, 0}, {60, 10, 60}), test::ball(10), {}), motion, options);
   // A wave of 40 frames needs about 8 numbers of 80, a constant 2: below half of the noise remains.
   EXPECT_LT(test::distance_from(X_true, test::poses_of(found), noise),
             0.5 * test::distance_from(X_true, motion.X_reference_moving, noise));
@@ -151,7 +125,7 @@ TEST(Smoothness, TheNoiseChoosesAWeightThatBringsTheMotionNearerToTheTruth)
 
 TEST(Smoothness, DerivativesMatchDifferences)
 {
-  const analysis::NoiseScale scale = analysis::noise_scale({}, test::isotropic_noise(0.5, 1.0));
+  const NoiseScale scale = noise_scale({}, test::isotropic_noise(0.5, 1.0));
   std::mt19937_64 generator(9);
   const std::vector<double> key{0.0, 1.0, 1.5, 3.0};
   std::vector<Pose> X_measured;
@@ -166,10 +140,10 @@ TEST(Smoothness, DerivativesMatchDifferences)
   }
   const auto differences = [&](const std::vector<Vector6d>& at) {
     std::vector<Pose> X;
-    for (std::size_t k = 0; k < 4; ++k) X.push_back(analysis::displaced(X_measured[k], at[k], scale));
-    return analysis::second_differences(key, X, at, scale);
+    for (std::size_t k = 0; k < 4; ++k) X.push_back(displaced(X_measured[k], at[k], scale));
+    return second_differences(key, X, at, scale);
   };
-  const std::vector<analysis::SecondDifference> found = differences(twist);
+  const std::vector<SecondDifference> found = differences(twist);
   ASSERT_EQ(found.size(), 2U);
   constexpr double step = 1e-4;
   for (std::size_t r = 0; r < 2; ++r) {
@@ -186,44 +160,22 @@ TEST(Smoothness, DerivativesMatchDifferences)
   }
 }
 
-TEST(SequenceProgram, MeetsTheOptimalityConditions)
-{
-  // Two frames coupled, bounds on both: H x - b = sum of multipliers times normals.
-  analysis::SequenceProgram program;
-  program.H.assign(2, {2.0 * Matrix6d::Identity(), Matrix6d::Zero(), Matrix6d::Zero()});
-  program.H[1][1] = -0.5 * Matrix6d::Identity();
-  program.b.assign(2, Vector6d::Zero());
-  program.bounds.resize(2);
-  const Vector6d n = Vector6d::Unit(0), m = (Vector6d::Unit(0) + Vector6d::Unit(1)) * 3.0;
-  program.bounds[0] = {{n, 1.0}, {n, 0.5}, {-n, -4.0}};
-  program.bounds[1] = {{m, 6.0}};
-  const std::vector<Vector6d> x = analysis::minimise(program);
-  EXPECT_NEAR(x[0](0), 1.0, 1e-6);
-  EXPECT_NEAR(x[1](0) + x[1](1), 2.0, 1e-6);
-  const Vector6d first = 2.0 * x[0] - 0.5 * x[1], second = 2.0 * x[1] - 0.5 * x[0];
-  EXPECT_GT(first(0), 0.0);
-  EXPECT_LT(first.tail<5>().norm(), 1e-5);
-  EXPECT_GT(second(0), 0.0);
-  EXPECT_NEAR(second(0), second(1), 1e-5);
-  EXPECT_LT(second.tail<4>().norm(), 1e-5);
-}
-
 TEST(SupportedGap, NoiseIsNoSpreadAndSmoothChangeIs)
 {
-  std::vector<analysis::MeasuredGap> constant, noisy, smooth;
+  std::vector<MeasuredGap> constant, noisy, smooth;
   std::mt19937_64 generator(12);
   for (int k = 0; k < 400; ++k) {
     constant.push_back({0.3, 0.1});
     noisy.push_back({0.3 + 0.1 * test::normal_number(generator), 0.1});
     smooth.push_back({0.3 + 0.1 * std::sin(2 * pi * k / 100.0), 0.5});
   }
-  EXPECT_NEAR(analysis::supported_gap_mm(constant), 0.3, rounding);
+  EXPECT_NEAR(supported_gap_mm(constant), 0.3, rounding);
   // The spread of 400 numbers is known within 5 %, its noise likewise: 2 sqrt(0.1^2 0.2) remains at most.
-  EXPECT_NEAR(analysis::supported_gap_mm(noisy), 0.3, 0.1);
+  EXPECT_NEAR(supported_gap_mm(noisy), 0.3, 0.1);
   // Median absolute deviation of a sine: sin(45 degrees).
-  EXPECT_NEAR(analysis::supported_gap_mm(smooth), 0.3 + 2 * 1.4826 * 0.1 * std::sqrt(0.5), 0.01);
-  EXPECT_TRUE(std::isinf(analysis::supported_gap_mm({})));
-  EXPECT_EQ(analysis::supported_gap_mm({{-2.0, 0.1}, {-2.0, 0.1}}), 0.0);
+  EXPECT_NEAR(supported_gap_mm(smooth), 0.3 + 2 * 1.4826 * 0.1 * std::sqrt(0.5), 0.01);
+  EXPECT_TRUE(std::isinf(supported_gap_mm({})));
+  EXPECT_EQ(supported_gap_mm({{-2.0, 0.1}, {-2.0, 0.1}}), 0.0);
 }
 
-}  // namespace vrda::repair_smoothness_test
+}  // namespace vrda::analysis::repair_smoothness_test

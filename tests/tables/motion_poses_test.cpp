@@ -13,20 +13,15 @@
 #include "support/scratch.hpp"
 #include "tables/convention_search.hpp"
 
-namespace vrda::motion_poses_test {
-
-using tables::AngleOrder;
-using tables::Direction;
-using tables::LengthPoint;
-using tables::TableAxes;
+namespace vrda::tables::motion_poses_test {
 
 // Products of three rotations of numbers with 17 digits, and 100 mm of lever.
 constexpr double rounding = 1e-12;
 
-tables::MotionTable table_of(const std::string& text, const std::string& file = "m.csv",
-                             const tables::TableColumns& columns = {})
+MotionTable table_of(const std::string& text, const std::string& file = "m.csv",
+                     const TableColumns& columns = {})
 {
-  return tables::motion_table_from_text(file, text, columns);
+  return motion_table_from_text(file, text, columns);
 }
 
 Eigen::Matrix3d turn(char axis, double angle_rad)
@@ -47,24 +42,23 @@ void expect_near(const Pose& a, const Pose& b, double tolerance = rounding)
   EXPECT_LE((a.matrix() - b.matrix()).cwiseAbs().maxCoeff(), tolerance) << a.matrix() << "\n\n" << b.matrix();
 }
 
-Pose only_pose(const tables::MotionTable& table, const tables::Convention& convention,
-               const tables::JointFrame& joint = {})
+Pose only_pose(const MotionTable& table, const Convention& convention, const JointFrame& joint = {})
 {
-  return tables::poses_of(table, convention, joint).at(0);
+  return poses_of(table, convention, joint).at(0);
 }
 
 TEST(MotionPoses, EveryOrderUnitAndDirection)
 {
   const double angle[3] = {0.3, -0.7, 1.1};
-  for (const AngleOrder order : tables::all_orders) {
-    const char* name = tables::name_of(order);
+  for (const AngleOrder order : all_orders) {
+    const char* name = name_of(order);
     SCOPED_TRACE(name);
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
     for (int k = 0; k < 3; ++k) R = Eigen::Matrix3d(R * turn(name[k], angle[name[k] - 'x']));
     const Pose wanted = posed(R, {12.0, -34.0, 5.0});
-    tables::Convention c;
+    Convention c;
     c.order = order;
-    c.angles = tables::AngleUnit::radians;
+    c.angles = AngleUnit::radians;
     c.length_mm = 10.0;
     expect_near(only_pose(table_of("rx,ry,rz,tx,ty,tz\n0.3,-0.7,1.1,1.2,-3.4,0.5\n"), c), wanted);
     c.direction = Direction::reference_in_moving;
@@ -81,11 +75,11 @@ TEST(MotionPoses, EveryOrderUnitAndDirection)
 TEST(MotionPoses, TheOtherSideIsTheMirrorImage)
 {
   const Eigen::Vector3d m(1.0, 1.0, -1.0);
-  const tables::MotionTable table = table_of("rx,ry,rz,tx,ty,tz\n10,20,30,1,2,3\n");
+  const MotionTable table = table_of("rx,ry,rz,tx,ty,tz\n10,20,30,1,2,3\n");
   for (const Side joint_side : {Side::right, Side::left}) {
-    tables::JointFrame joint;
+    JointFrame joint;
     joint.side = joint_side;
-    tables::Convention c;
+    Convention c;
     c.side = joint_side;
     const Pose same = only_pose(table, c, joint);
     c.side = joint_side == Side::right ? Side::left : Side::right;
@@ -98,14 +92,14 @@ TEST(MotionPoses, TheOtherSideIsTheMirrorImage)
 TEST(MotionPoses, ClinicalNumbersAreThoseOfThePoseOnBothSides)
 {
   for (const Side side : {Side::right, Side::left}) {
-    tables::JointFrame joint;
+    JointFrame joint;
     joint.side = side;
     joint.rotation_centre_mm = {3.0, -20.0, 7.0};
     for (const char* lengths : {"anterior_mm,proximal_mm,lateral_mm", "ant_mm,prox_mm,lat_mm"}) {
       SCOPED_TRACE(lengths);
-      const tables::MotionTable table = table_of(std::string("flexion_deg,varus_deg,internal_deg,") +
-                                                 lengths + "\n60,-4,12,3.5,-1.25,0.75\n");
-      const Pose X = only_pose(table, tables::completed({}, table.stated, side), joint);
+      const MotionTable table = table_of(std::string("flexion_deg,varus_deg,internal_deg,") + lengths +
+                                         "\n60,-4,12,3.5,-1.25,0.75\n");
+      const Pose X = only_pose(table, completed({}, table.stated, side), joint);
       const ClinicalCoordinates c = clinical_coordinates(X, side, joint.rotation_centre_mm);
       EXPECT_NEAR(deg_from_rad(c.flexion_rad), 60.0, rounding * 100);
       EXPECT_NEAR(deg_from_rad(c.varus_rad), -4.0, rounding * 100);
@@ -122,9 +116,9 @@ TEST(MotionPoses, ClinicalNumbersAreThoseOfThePoseOnBothSides)
 
 TEST(MotionPoses, LengthsOfTheCentreAreItsDisplacement)
 {
-  tables::JointFrame joint;
+  JointFrame joint;
   joint.rotation_centre_mm = {30.0, -200.0, 7.0};
-  tables::Convention c;
+  Convention c;
   c.lengths = LengthPoint::centre;
   for (const Direction direction : {Direction::moving_in_reference, Direction::reference_in_moving}) {
     c.direction = direction;
@@ -137,15 +131,15 @@ TEST(MotionPoses, LengthsOfTheCentreAreItsDisplacement)
 
 TEST(MotionPoses, AxesOfTheFilesGoThroughTheFramesOfTheJob)
 {
-  tables::JointFrame joint;
+  JointFrame joint;
   joint.X_canonical_reference = posed(turn('y', 0.5), {10, 20, 30});
   joint.X_canonical_moving = posed(turn('x', -1.2), {-7, 3, 400});
   const Pose native = posed(turn('x', 0.2) * turn('y', 0.3) * turn('z', 0.4), {1, 2, 3});
-  tables::Convention c;
+  Convention c;
   c.axes = TableAxes::files;
   c.order = AngleOrder::xyz;
-  c.angles = tables::AngleUnit::radians;
-  const tables::MotionTable table = table_of("rx,ry,rz,tx,ty,tz\n0.2,0.3,0.4,1,2,3\n");
+  c.angles = AngleUnit::radians;
+  const MotionTable table = table_of("rx,ry,rz,tx,ty,tz\n0.2,0.3,0.4,1,2,3\n");
   expect_near(only_pose(table, c, joint),
               joint.X_canonical_reference * native * joint.X_canonical_moving.inverse(), 1e3 * rounding);
   c.direction = Direction::reference_in_moving;
@@ -159,17 +153,16 @@ constexpr const char* matrix_names = "frame,T11,T12,T13,T14,T21,T22,T23,T24,T31,
 TEST(MotionPoses, MatricesAreRowByRowAndBecomeRotations)
 {
   // A quarter turn about Z, its entries filtered apart by 2e-3.
-  const tables::MotionTable table =
-      table_of(std::string(matrix_names) + "7,0,-1.002,0,5,1,0,0,6,0,0,0.999,7\n");
+  const MotionTable table = table_of(std::string(matrix_names) + "7,0,-1.002,0,5,1,0,0,6,0,0,0.999,7\n");
   EXPECT_EQ(table.key, std::vector<double>{7});
   EXPECT_EQ(table.key_name, "frame");
-  tables::Convention c;
+  Convention c;
   c.length_mm = 1000.0;
   const Pose X = only_pose(table, c);
   expect_near(X, posed(turn('z', pi / 2), {5000, 6000, 7000}));
   const test::Scratch scratch;
   const std::string file = scratch.write("m.csv", std::string(matrix_names) + "7,0,-1,0,5,1,0,0,6,0,0,1,7\n");
-  const tables::MotionSequence motion = tables::read_motion(file);
+  const MotionSequence motion = read_motion(file);
   EXPECT_EQ(motion.key, std::vector<double>{7});
   expect_near(motion.X_reference_moving.at(0), posed(turn('z', pi / 2), {5, 6, 7}));
 }
@@ -191,13 +184,13 @@ TEST(MotionPoses, TwoBodiesInACommonFrameGiveTheirRelativePose)
   const std::string reference_row = row(reference, 16, ",") + "\n", moving_row = row(moving, 16, ",") + "\n";
   const std::string a = scratch.write("a.tra", reference_row + reference_row);
   const std::string b = scratch.write("b.tra", moving_row + moving_row);
-  tables::MotionConvention convention;
+  MotionConvention convention;
   convention.columns.reference_file = a;
-  const tables::MotionSequence motion = tables::read_motion(b, convention);
+  const MotionSequence motion = read_motion(b, convention);
   EXPECT_EQ(motion.key, (std::vector<double>{1, 2}));
   expect_near(motion.X_reference_moving.at(1), relative, 1e3 * rounding);
   scratch.write("a.tra", reference_row);
-  EXPECT_THAT(test::input_error([&] { tables::read_motion(b, convention); }),
+  EXPECT_THAT(test::input_error([&] { read_motion(b, convention); }),
               test::refuses({a, "", "1 frames", "2 frames"}));
 
   std::string names = "time";
@@ -205,27 +198,13 @@ TEST(MotionPoses, TwoBodiesInACommonFrameGiveTheirRelativePose)
     for (int k = 0; k < 12; ++k)
       names += std::string("\t") + prefix + "T" + std::to_string(k / 4 + 1) + std::to_string(k % 4 + 1);
   const std::string numbers = "0.5\t" + row(reference, 12, "\t") + "\t" + row(moving, 12, "\t");
-  tables::TableColumns columns;
+  TableColumns columns;
   columns.reference_prefix = "femur_";
   columns.moving_prefix = "tibia_";
-  const tables::MotionTable both =
+  const MotionTable both =
       table_of("nRows=99\nendheader\n" + names + "\n" + numbers + "\n", "m.sto", columns);
   EXPECT_EQ(both.key_name, "time_s");
   expect_near(only_pose(both, {}), relative, 1e3 * rounding);
-}
-
-TEST(MotionPoses, AStatementOfTheUserReplacesThatOfTheFile)
-{
-  const tables::MotionTable table =
-      table_of("flexion_deg,varus_deg,internal_deg,ant_mm,prox_mm,lat_mm\n90,0,0,1,2,3\n");
-  tables::StatedConvention stated;
-  stated.angles = tables::AngleUnit::radians;
-  stated.order = AngleOrder::xyz;
-  const tables::Convention c = tables::completed(stated, table.stated, Side::left);
-  EXPECT_EQ(c.angles, tables::AngleUnit::radians);
-  EXPECT_EQ(c.order, AngleOrder::xyz);
-  EXPECT_EQ(c.side, Side::left);
-  EXPECT_EQ(c.length_mm, 1.0);
 }
 
 // Flexion, varus and internal rotation of a walk, from `first` to `last`, in the unit of the file.
@@ -241,10 +220,10 @@ std::string walk(const std::array<double, 3>& first, const std::array<double, 3>
 
 TEST(UnitWarnings, AnImplausibleUnitIsRefusedOrNamed)
 {
-  using enum tables::AngleUnit;
+  using enum AngleUnit;
   struct Row {
     std::array<double, 3> first, last;  // flexion, varus, internal
-    tables::AngleUnit unit;
+    AngleUnit unit;
     std::optional<bool> has_large_flexion;
     int expected;  // warnings; -1: refused
   };
@@ -269,16 +248,16 @@ TEST(UnitWarnings, AnImplausibleUnitIsRefusedOrNamed)
         Row{{0, 0.01, 0}, {1.57, 0.06, 15}, radians, true, -1},        // internal rotation in degrees
         Row{{0, 0.01, 0}, {5, 0.06, 0.2}, radians, true, 1},           // five degrees?
         Row{{0, 0.01, 0}, {2.4, 0.06, 0.3}, radians, true, 0}}) {
-    SCOPED_TRACE(testing::PrintToString(row.last) + tables::name_of(row.unit));
-    const tables::MotionTable table = table_of(walk(row.first, row.last));
-    tables::JointFrame joint;
+    SCOPED_TRACE(testing::PrintToString(row.last) + name_of(row.unit));
+    const MotionTable table = table_of(walk(row.first, row.last));
+    JointFrame joint;
     joint.has_large_flexion = row.has_large_flexion;
-    const auto warnings = [&](tables::UnitSource source) {
-      return static_cast<int>(tables::unit_warnings(table, row.unit, source, joint).size());
+    const auto warnings = [&](UnitSource source) {
+      return static_cast<int>(unit_warnings(table, row.unit, source, joint).size());
     };
     int found = -1;
     try {
-      found = warnings(tables::UnitSource::file);
+      found = warnings(UnitSource::file);
     } catch (const InputError& error) {
       EXPECT_THAT(error.facts(), test::refuses({"m.csv",
                                                 row.unit == radians ? "column internal" : "column flexion",
@@ -287,20 +266,18 @@ TEST(UnitWarnings, AnImplausibleUnitIsRefusedOrNamed)
     }
     EXPECT_EQ(found, row.expected);
     // Whoever states the unit is believed, with a warning.
-    EXPECT_EQ(warnings(tables::UnitSource::option) > 0, row.expected != 0);
-    EXPECT_EQ(warnings(tables::UnitSource::found) > 0, row.expected != 0);
+    EXPECT_EQ(warnings(UnitSource::option) > 0, row.expected != 0);
+    EXPECT_EQ(warnings(UnitSource::found) > 0, row.expected != 0);
   }
 }
 
 TEST(UnitWarnings, AnAssumedUnitIsSaid)
 {
-  const tables::MotionTable table = table_of(walk({0, 1, 0}, {90, 3, 15}));
-  EXPECT_EQ(tables::unit_warnings(table, tables::AngleUnit::degrees, tables::UnitSource::assumed, {}).size(),
-            1u);
-  tables::MotionTable stated = table;
-  stated.stated.angles = tables::AngleUnit::radians;  // but the user says otherwise
-  EXPECT_EQ(tables::unit_warnings(stated, tables::AngleUnit::degrees, tables::UnitSource::option, {}).size(),
-            1u);
+  const MotionTable table = table_of(walk({0, 1, 0}, {90, 3, 15}));
+  EXPECT_EQ(unit_warnings(table, AngleUnit::degrees, UnitSource::assumed, {}).size(), 1u);
+  MotionTable stated = table;
+  stated.stated.angles = AngleUnit::radians;  // but the user says otherwise
+  EXPECT_EQ(unit_warnings(stated, AngleUnit::degrees, UnitSource::option, {}).size(), 1u);
 }
 
-}  // namespace vrda::motion_poses_test
+}  // namespace vrda::tables::motion_poses_test

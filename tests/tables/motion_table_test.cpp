@@ -5,18 +5,12 @@
 
 #include "store/motion_model.hpp"
 
-namespace vrda::motion_table_test {
-
-using tables::AngleOrder;
-using tables::AngleUnit;
-using tables::LengthPoint;
-using tables::MotionTable;
-using tables::TableColumns;
+namespace vrda::tables::motion_table_test {
 
 MotionTable table_of(const std::string& text, const std::string& file = "m.csv",
                      const TableColumns& columns = {})
 {
-  return tables::motion_table_from_text(file, text, columns);
+  return motion_table_from_text(file, text, columns);
 }
 
 TEST(MotionTable, NamesStateUnitsAndConvention)
@@ -219,4 +213,4 @@ TEST(MotionTable, AutoscoperRowsMayHaveCommasOrBlanks)
   EXPECT_EQ(commas.matrices.at(0)[7], 6.0);
 }
 
-}  // namespace vrda::motion_table_test
+}  // namespace vrda::tables::motion_table_test

@@ -12,10 +12,9 @@
 #include "support/models.hpp"
 #include "support/refusal.hpp"
 
-namespace vrda::osim_model_test {
+namespace vrda::tables::osim_model_test {
 
 using pugi::xml_node;
-using tables::OsimOptions;
 
 const OsimOptions knee{"knee.h5", "knee_flex_r", "knee"};
 
@@ -27,17 +26,17 @@ std::vector<double> numbers(const xml_node& node, const char* name)
   return values;
 }
 
-tables::FlexionMotion motion_of(const store::MotionModel& model)
+FlexionMotion motion_of(const store::MotionModel& model)
 {
-  tables::FlexionPlan plan;
+  FlexionPlan plan;
   plan.set = "raw";
-  return tables::flexion_motion(model, "knee.h5", plan);
+  return flexion_motion(model, "knee.h5", plan);
 }
 
 pugi::xml_document parsed(const store::MotionModel& model)
 {
   pugi::xml_document document;
-  EXPECT_TRUE(document.load_string(tables::osim_model(model, motion_of(model), knee).xml.c_str()));
+  EXPECT_TRUE(document.load_string(osim_model(model, motion_of(model), knee).xml.c_str()));
   return document;
 }
 
@@ -101,42 +100,22 @@ TEST(OsimModel, WrapsHaveTheirAnglesRadiiAndBodies)
 TEST(OsimModel, ASequenceWhoseFlexionRisesIsTheJointOfItsFlexions)
 {
   const store::MotionModel model = test::model_of({});
-  tables::FlexionMotion motion = motion_of(model);
-  const std::string joint = tables::osim_joint(model, motion, knee);
+  FlexionMotion motion = motion_of(model);
+  const std::string joint = osim_joint(model, motion, knee);
   motion.key_name = "time_s";
-  EXPECT_EQ(tables::osim_joint(model, motion, knee), joint);
+  EXPECT_EQ(osim_joint(model, motion, knee), joint);
 }
 
 TEST(OsimModel, FlexionMustRise)
 {
   const store::MotionModel model = test::model_of({});
-  tables::FlexionMotion motion = motion_of(model);
+  FlexionMotion motion = motion_of(model);
   motion.frames[1].clinical.flexion_rad = motion.frames[0].clinical.flexion_rad;
-  EXPECT_THAT(test::input_error([&] { tables::osim_joint(model, motion, knee); }),
+  EXPECT_THAT(test::input_error([&] { osim_joint(model, motion, knee); }),
               test::refuses({.file = "knee.h5", .field = "flexion"}));
   motion.frames.resize(1);
-  EXPECT_THAT(test::input_error([&] { tables::osim_joint(model, motion, knee); }),
+  EXPECT_THAT(test::input_error([&] { osim_joint(model, motion, knee); }),
               test::refuses({.file = "knee.h5", .field = "flexion"}));
 }
 
-TEST(OsimModel, KnotsAreDenserTowardsTheFlexionsOfTheModel)
-{
-  store::MotionModel model;
-  model.flexion_deg = {0.0, 1.0, 5.0};
-  const std::vector<double> at_deg = tables::osim_flexions_deg(model, "raw");
-  EXPECT_TRUE(std::ranges::is_sorted(at_deg));
-  EXPECT_EQ(std::ranges::adjacent_find(at_deg), at_deg.end());
-  const auto one = std::ranges::find(at_deg, 1.0);
-  ASSERT_NE(one, at_deg.end());
-  for (const double step_deg : {one[0] - one[-1], one[1] - one[0]}) {
-    EXPECT_GT(step_deg, 0.002);
-    EXPECT_LT(step_deg, 0.004);
-  }
-  EXPECT_THAT(at_deg, testing::IsSupersetOf({0.5, 0.75, 3.0, 4.0, 5.0}));
-  // The two-sided motion has its own flexions and no kinks.
-  model.two_sided.emplace();
-  model.two_sided->flexion_deg = {0.0, 0.25};
-  EXPECT_THAT(tables::osim_flexions_deg(model, ""), testing::ElementsAre(0.0, 0.0625, 0.125, 0.1875, 0.25));
-}
-
-}  // namespace vrda::osim_model_test
+}  // namespace vrda::tables::osim_model_test
