@@ -12,7 +12,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
+
+#include "core/fields.hpp"
 
 namespace vrda::inline core {
 
@@ -244,5 +248,79 @@ class ByteReader {
   std::size_t at_ = 0;
   bool is_sound_ = true;
 };
+
+/// Appends a value: numbers as above, flags and enums as one byte, a list after the number of its elements
+/// (u32), an optional value after a flag, a struct field by field (fields.hpp).
+template <typename Value>
+void append_value(std::string& bytes, const Value& value)
+{
+  if constexpr (Described<Value>) {
+    for_each_field(value, [&](const auto&, const auto& member) { append_value(bytes, member); });
+  } else if constexpr (std::is_same_v<Value, double>) {
+    append_double(bytes, value);
+  } else if constexpr (sizeof(Value) == 1) {
+    append_i8(bytes, static_cast<std::int8_t>(value));
+  } else if constexpr (std::is_same_v<Value, std::int32_t>) {
+    append_i32(bytes, value);
+  } else if constexpr (requires { value.has_value(); }) {
+    append_value(bytes, value.has_value());
+    if (value) append_value(bytes, *value);
+  } else {
+    if constexpr (requires(Value list) { list.emplace_back(); })
+      append_u32(bytes, static_cast<std::uint32_t>(value.size()));
+    for (const auto& element : value) append_value(bytes, element);
+  }
+}
+
+/// The inverse of append_value(). Bytes that end early, an enum's unknown value, a flag other than 0 and 1,
+/// and a struct for which its `is_sound(value)` is false make the reader invalid.
+template <typename Value>
+void take_value(ByteReader& reader, Value& value)
+{
+  if constexpr (Described<Value>) {
+    for_each_field(value, [&](const auto&, auto& member) { take_value(reader, member); });
+    if constexpr (requires { is_sound(value); })
+      if (!is_sound(value)) reader.mark_invalid();
+  } else if constexpr (std::is_same_v<Value, double>) {
+    value = reader.take_double();
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    value = reader.take_bool();
+  } else if constexpr (Listed<Value>) {
+    value = static_cast<Value>(reader.take_i8());
+    if (!is_listed(value)) reader.mark_invalid();
+  } else if constexpr (std::is_same_v<Value, std::int8_t>) {
+    value = reader.take_i8();
+  } else if constexpr (std::is_same_v<Value, std::int32_t>) {
+    value = reader.take_i32();
+  } else if constexpr (requires { value.emplace(); }) {
+    value.reset();
+    if (reader.take_bool()) take_value(reader, value.emplace());
+  } else if constexpr (requires { value.emplace_back(); }) {
+    // Grows with the bytes that are there, whatever the number says.
+    const std::uint64_t n = reader.take(4);
+    for (std::uint64_t k = 0; k < n && reader.is_valid(); ++k) take_value(reader, value.emplace_back());
+  } else {
+    for (auto& element : value) take_value(reader, element);
+  }
+}
+
+/// The bytes of one struct.
+template <Described Value>
+std::string bytes_of_value(const Value& value)
+{
+  std::string bytes;
+  append_value(bytes, value);
+  return bytes;
+}
+
+/// The inverse of bytes_of_value(); empty unless all bytes are one valid value.
+template <Described Value>
+std::optional<Value> value_of_bytes(std::string_view bytes)
+{
+  ByteReader reader(bytes);
+  Value value;
+  take_value(reader, value);
+  return reader.is_valid() && reader.n_bytes_left() == 0 ? std::optional(std::move(value)) : std::nullopt;
+}
 
 }  // namespace vrda::inline core

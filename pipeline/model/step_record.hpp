@@ -8,10 +8,11 @@
 #include <compare>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <optional>
+#include <tuple>
 #include <vector>
 
+#include "core/fields.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
@@ -32,13 +33,23 @@ enum class StepStatus : std::int8_t {
 inline constexpr auto status_pending = static_cast<std::int8_t>(StepStatus::pending);
 inline constexpr auto status_stable = static_cast<std::int8_t>(StepStatus::stable);
 
-inline constexpr StepStatus all_step_statuses[] = {
-    StepStatus::pending,         StepStatus::stable,    StepStatus::no_contact, StepStatus::no_clearance,
-    StepStatus::iteration_limit, StepStatus::unbounded, StepStatus::overlapping};
-
-const char* name_of(StepStatus status);
-/// One-line description.
-const char* meaning_of(StepStatus status);
+inline constexpr Named<StepStatus> step_status_names[] = {
+    {StepStatus::pending, "pending", "not solved yet"},
+    {StepStatus::stable, "stable", "stable pose found"},
+    {StepStatus::no_contact, "no_contact",
+     "no reference surface along Delta: the objects separated or never met"},
+    {StepStatus::no_clearance, "no_clearance",
+     "no collision-free pose within reach along -Delta: the objects stay interlocked"},
+    {StepStatus::iteration_limit, "iteration_limit", "not converged within max_steps or max_iterations"},
+    {StepStatus::unbounded, "unbounded",
+     "no equilibrium: the loads push the moving object off the reference"},
+    {StepStatus::overlapping, "overlapping",
+     "equilibrium found, but the meshes overlap there: check their winding with vrda check"}};
+constexpr const auto& names_of(StepStatus)
+{
+  return step_status_names;
+}
+inline constexpr auto all_step_statuses = values_in(step_status_names);
 
 /// Kind of node in the seeding graph (sweep/README.md). The values are those of the journal.
 enum class StepKind : std::uint8_t {
@@ -52,11 +63,15 @@ enum class StepKind : std::uint8_t {
   sample = 5,  ///< as free_spine with the uncertain inputs of one sample, whose number is `varus`
 };
 
+inline constexpr Named<StepKind> step_kind_names[] = {
+    {StepKind::spine_probe, "spine_probe"}, {StepKind::spine, "spine"}, {StepKind::row, "row"},
+    {StepKind::free_spine, "free_spine"},   {StepKind::band, "band"},   {StepKind::sample, "sample"}};
+constexpr const auto& names_of(StepKind)
+{
+  return step_kind_names;
+}
 /// The kinds that a stability search can have; these have traces.
 inline constexpr StepKind search_step_kinds[] = {StepKind::spine_probe, StepKind::spine, StepKind::row};
-inline constexpr StepKind last_step_kind = StepKind::sample;
-
-const char* name_of(StepKind kind);
 
 /// Indices into the grid's axes, except for the kinds with free varus. Ordered by kind, flexion, varus.
 struct StepKey {
@@ -91,22 +106,23 @@ struct ContactForce {
 /// Force balance of an equilibrium pose: its certificate. NaN where none was computed.
 struct Balance {
   /// Ligament energy minus the work of the loads from zero coordinates.
-  double energy_nmm = std::numeric_limits<double>::quiet_NaN();
+  double energy_nmm = nan;
   /// Residual force along the free coordinates: Euclidean norm, moments divided by a lever of the moving
   /// object's size.
-  double residual_n = std::numeric_limits<double>::quiet_NaN();
+  double residual_n = nan;
   /// Gaps of the load-bearing features, weighted by their share of the load.
-  double complementarity_mm = std::numeric_limits<double>::quiet_NaN();
-  double worst_gap_mm = std::numeric_limits<double>::quiet_NaN();  ///< smallest signed gap of any feature
+  double complementarity_mm = nan;
+  double worst_gap_mm = nan;  ///< smallest signed gap of any feature
   /// Moments on the moving object that hold the attitude; positive towards more flexion and more varus (0
   /// where varus is free). About the images of both axes in S: -Rx(-varus) Z and X.
-  double flexion_moment_nmm = std::numeric_limits<double>::quiet_NaN();
-  double varus_moment_nmm = std::numeric_limits<double>::quiet_NaN();
+  double flexion_moment_nmm = nan;
+  double varus_moment_nmm = nan;
   std::vector<ContactForce> forces;
 };
 
-/// Results of a step whose coordinates have roles of their own (core/joint_coordinates.hpp).
+/// Results of a step whose coordinates have roles of their own (coordinates.hpp).
 struct CoordinateForces {
+  double flexion_rad = 0.0;  ///< of the pose, about the axis of S
   /// Generalised force on the moving object that holds the coordinate, positive along it; N or N mm. NaN
   /// where the coordinate is free.
   std::array<double, n_joint_coordinates> holding{};
@@ -119,20 +135,98 @@ struct StepRecord {
   MovingPose pose;  ///< in S; the best pose so far where `status` is not stable
   StepStatus status = StepStatus::pending;
   std::int32_t iterations = 0;
-  std::int32_t queries = 0;                                       ///< collision and gap queries
-  double residual_mm = std::numeric_limits<double>::quiet_NaN();  ///< last predicted translation
+  std::int32_t queries = 0;  ///< collision and gap queries
+  double residual_mm = nan;  ///< last predicted translation
   /// Remaining directional gap of each compartment; NaN without facing surfaces.
-  double gap_medial_mm = std::numeric_limits<double>::quiet_NaN();
-  double gap_lateral_mm = std::numeric_limits<double>::quiet_NaN();
+  double gap_medial_mm = nan;
+  double gap_lateral_mm = nan;
   bool contact_medial = false;
   bool contact_lateral = false;
   bool theta_determined = false;
   std::vector<ContactRecord> contacts;
-  double varus_rad = 0.0;    ///< solved where varus is free, else the attitude's
-  Balance balance;           ///< of the equilibrium only
-  double flexion_rad = 0.0;  ///< with `coordinates`: of the pose, about the axis of S
+  double varus_rad = 0.0;  ///< solved where varus is free, else the attitude's
+  Balance balance;         ///< of the equilibrium only
   std::optional<CoordinateForces> coordinates = std::nullopt;
 };
+
+// The fields of a record in the order of the journal (store/journal.hpp).
+
+constexpr auto fields_of(const StepKey*)
+{
+  return std::tuple{Field{"kind", &StepKey::kind}, Field{"flexion", &StepKey::flexion},
+                    Field{"varus", &StepKey::varus}};
+}
+
+constexpr auto fields_of(const MovingPose*)
+{
+  return std::tuple{Field{"translation", &MovingPose::translation_mm, unit::mm},
+                    Field{"theta", &MovingPose::theta_rad, unit::radian}};
+}
+
+/// Of a contact or contact force, which differ in one measure.
+template <typename Contact>
+constexpr auto contact_fields(const Field<Contact, double>& measure)
+{
+  return std::tuple{Field{"point", &Contact::point_solver_mm, unit::mm},
+                    Field{"normal", &Contact::normal_solver, unit::one},
+                    measure,
+                    Field{"triangle_reference", &Contact::triangle_reference},
+                    Field{"triangle_moving", &Contact::triangle_moving},
+                    Field{"compartment", &Contact::compartment}};
+}
+constexpr auto fields_of(const ContactRecord*)
+{
+  return contact_fields(Field{"distance", &ContactRecord::distance_mm, unit::mm});
+}
+constexpr auto fields_of(const ContactForce*)
+{
+  return contact_fields(Field{"along_delta", &ContactForce::along_delta_n, unit::n});
+}
+
+constexpr auto fields_of(const Balance*)
+{
+  return std::tuple{Field{"energy", &Balance::energy_nmm, unit::nmm},
+                    // Not scaled: its moments are divided by a lever that scales by the same factor.
+                    Field{"residual", &Balance::residual_n, unit::n},
+                    Field{"complementarity", &Balance::complementarity_mm, unit::mm},
+                    Field{"worst_gap", &Balance::worst_gap_mm, unit::mm},
+                    Field{"flexion_moment", &Balance::flexion_moment_nmm, unit::nmm},
+                    Field{"varus_moment", &Balance::varus_moment_nmm, unit::nmm},
+                    Field{"forces", &Balance::forces}};
+}
+
+constexpr auto fields_of(const CoordinateForces*)
+{
+  return std::tuple{Field{"flexion", &CoordinateForces::flexion_rad, unit::radian},
+                    Field{"holding", &CoordinateForces::holding},
+                    Field{"determined", &CoordinateForces::determined}};
+}
+
+constexpr auto fields_of(const StepRecord*)
+{
+  using R = StepRecord;
+  return std::tuple{Field{"key", &R::key},
+                    Field{"pose", &R::pose},
+                    Field{"status", &R::status},
+                    Field{"iterations", &R::iterations},
+                    Field{"queries", &R::queries},
+                    Field{"residual", &R::residual_mm, unit::mm},
+                    Field{"gap_medial", &R::gap_medial_mm, unit::mm},
+                    Field{"gap_lateral", &R::gap_lateral_mm, unit::mm},
+                    Field{"contact_medial", &R::contact_medial},
+                    Field{"contact_lateral", &R::contact_lateral},
+                    Field{"theta_determined", &R::theta_determined},
+                    Field{"varus", &R::varus_rad, unit::radian},
+                    Field{"balance", &R::balance},
+                    Field{"coordinates", &R::coordinates},
+                    Field{"contacts", &R::contacts}};
+}
+
+/// Whether a value read from a journal can be used: numbers within the bounds of motion models. A pose may be
+/// NaN (none was found) unless its record is stable.
+bool is_sound(const MovingPose& pose);
+bool is_sound(const CoordinateForces& forces);
+bool is_sound(const StepRecord& record);
 
 /// The record for a joint `factor` times as large: lengths, energies and moments are scaled; angles, forces,
 /// counts and flags are unchanged.
@@ -149,11 +243,15 @@ enum class MoveKind : std::uint8_t {
   trial = 6,      ///< a configuration rejected by the equilibrium
 };
 
-inline constexpr MoveKind all_move_kinds[] = {MoveKind::retreat, MoveKind::approach,  MoveKind::bisect,
-                                              MoveKind::rotate,  MoveKind::translate, MoveKind::iterate,
-                                              MoveKind::trial};
-
-const char* name_of(MoveKind kind);
+inline constexpr Named<MoveKind> move_kind_names[] = {
+    {MoveKind::retreat, "retreat"}, {MoveKind::approach, "approach"},   {MoveKind::bisect, "bisect"},
+    {MoveKind::rotate, "rotate"},   {MoveKind::translate, "translate"}, {MoveKind::iterate, "iterate"},
+    {MoveKind::trial, "trial"}};
+constexpr const auto& names_of(MoveKind)
+{
+  return move_kind_names;
+}
+inline constexpr auto all_move_kinds = values_in(move_kind_names);
 
 /// One modelling step. Each iteration of a search has one move in contact: the approach that ends at the
 /// contact. An iteration without an obstruction has no move. Of an equilibrium: a configuration.
@@ -181,6 +279,28 @@ struct SearchTrace {
   StepStatus status = StepStatus::pending;
   std::vector<SearchMove> moves;
 };
+
+constexpr auto fields_of(const SearchMove*)
+{
+  using M = SearchMove;
+  return std::tuple{Field{"iteration", &M::iteration},
+                    Field{"kind", &M::kind},
+                    Field{"pose", &M::pose},
+                    Field{"translation_step", &M::translation_step_mm, unit::mm},
+                    Field{"rotation_step", &M::rotation_step_rad, unit::radian},
+                    Field{"collides", &M::collides},
+                    Field{"is_cycle", &M::is_cycle},
+                    Field{"in_contact", &M::in_contact},
+                    Field{"contacts", &M::contacts}};
+}
+constexpr auto fields_of(const SearchTrace*)
+{
+  return std::tuple{Field{"key", &SearchTrace::key}, Field{"seed", &SearchTrace::seed},
+                    Field{"status", &SearchTrace::status}, Field{"moves", &SearchTrace::moves}};
+}
+
+/// Whether the key is that of a step with a search.
+bool is_sound(const SearchTrace& trace);
 
 // The settings of the stability search and of the equilibrium, in internal units.
 
@@ -226,9 +346,11 @@ struct SpineOptions {
 enum class LoadFrame : std::int8_t { world = 0, reference = 1, moving = 2 };
 
 /// As in a job.
-constexpr const char* name_of(LoadFrame frame)
+inline constexpr Named<LoadFrame> load_frame_names[] = {
+    {LoadFrame::world, "world"}, {LoadFrame::reference, "reference"}, {LoadFrame::moving, "moving"}};
+constexpr const auto& names_of(LoadFrame)
 {
-  return frame == LoadFrame::world ? "world" : frame == LoadFrame::reference ? "reference" : "moving";
+  return load_frame_names;
 }
 
 /// A force at a material point of the moving object and a moment on it; their opposites act on the reference.
@@ -275,10 +397,29 @@ enum class Plausibility : std::int8_t {
 /// As stored.
 inline constexpr auto plausibility_not_judged = static_cast<std::int8_t>(Plausibility::not_judged);
 
-inline constexpr Plausibility all_plausibilities[] = {
-    Plausibility::not_judged,       Plausibility::nothing_found, Plausibility::nothing_ahead,
-    Plausibility::unstable_balance, Plausibility::dislocated,    Plausibility::border_contact,
-    Plausibility::overstrained};
+inline constexpr Named<Plausibility> plausibility_names[] = {
+    {Plausibility::not_judged, "not_judged", "no stable pose, or not checked"},
+    {Plausibility::nothing_found, "nothing_found", "the check found no objection to the pose"},
+    {Plausibility::nothing_ahead, "nothing_ahead",
+     "no surface along Delta within the contact resolution, here or displaced sideways by it"},
+    {Plausibility::unstable_balance, "unstable_balance",
+     "the energy is lower one contact resolution away in both senses of one direction"},
+    {Plausibility::dislocated, "dislocated",
+     "further from the start pose in contact than half the joint's smallest width, or rotated by more than "
+     "45 "
+     "degrees (a knee) or 90; add ligaments, check side, axes and frame.origin, or narrow the grid"},
+    {Plausibility::border_contact, "border_contact",
+     "a contact at an edge where the mesh ends; use a mesh that covers more of the joint, or narrow the "
+     "grid"},
+    {Plausibility::overstrained, "overstrained",
+     "a fibre's strain above 0.44 or a bundle's tension above 1730 N, where ligaments fail; check "
+     "attachments "
+     "and slack lengths, or narrow the grid"}};
+constexpr const auto& names_of(Plausibility)
+{
+  return plausibility_names;
+}
+inline constexpr auto all_plausibilities = values_in(plausibility_names);
 /// The values that make a pose doubtful.
 inline constexpr Plausibility doubtful_plausibilities[] = {
     Plausibility::dislocated, Plausibility::border_contact, Plausibility::overstrained,
@@ -287,9 +428,5 @@ inline bool is_doubtful(Plausibility plausibility)
 {
   return plausibility > Plausibility::nothing_found;
 }
-
-const char* name_of(Plausibility plausibility);
-/// One-line description.
-const char* meaning_of(Plausibility plausibility);
 
 }  // namespace vrda::inline model

@@ -12,8 +12,10 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
+#include "core/fields.hpp"
 #include "job/case.hpp"
 #include "job/job.hpp"
 #include "model/frames.hpp"
@@ -37,7 +39,7 @@ struct RowPlan {
   std::optional<std::array<double, 16>> seed;
 };
 
-/// Columns over the rows.
+/// Columns over the rows, which are the attributes of vrda.Solution under the names of fields_of().
 struct RowResults {
   std::vector<std::int8_t> status;  ///< StepStatus
   std::vector<double> flexion_deg, varus_deg, internal_deg, anterior_mm, proximal_mm, lateral_mm, theta_deg;
@@ -47,6 +49,41 @@ struct RowResults {
   std::vector<double> strain, tension_n;  ///< [n, n_fibres]
   std::vector<std::int32_t> iterations;
 };
+
+/// The meanings are the docstrings.
+constexpr auto fields_of(const RowResults*)
+{
+  using R = RowResults;
+  constexpr const char* gap = "(n,) mm: gap left along Delta; NaN without the compartment.";
+  constexpr const char* force = "(n,) N: contact force along Delta of the compartment.";
+  return std::tuple{
+      Field{"flexion", &R::flexion_deg, unit::degree, "(n,) degrees: Grood-Suntay flexion."},
+      Field{"varus", &R::varus_deg, unit::degree,
+            "(n,) degrees: varus, adduction positive; the one found where it was free."},
+      Field{"internal", &R::internal_deg, unit::degree, "(n,) degrees: internal rotation."},
+      Field{"anterior", &R::anterior_mm, unit::mm,
+            "(n,) mm: the rotation centre's moving point along the floating axis."},
+      Field{"proximal", &R::proximal_mm, unit::mm, "(n,) mm: the same along the moving body's long axis."},
+      Field{"lateral", &R::lateral_mm, unit::mm,
+            "(n,) mm: the same along the flexion axis, lateral on both sides."},
+      Field{"theta", &R::theta_deg, unit::degree, "(n,) degrees: rotation about Delta, right-knee sign."},
+      Field{"gap_medial", &R::gap_medial_mm, unit::mm, gap},
+      Field{"gap_lateral", &R::gap_lateral_mm, unit::mm, gap},
+      Field{"force_medial", &R::force_medial_n, unit::n, force},
+      Field{"force_lateral", &R::force_lateral_n, unit::n, force},
+      Field{"energy", &R::energy_nmm, unit::nmm,
+            "(n,) N mm: energy of the fibres minus the work of the loads."},
+      Field{"flexion_moment", &R::flexion_moment_nmm, unit::nmm, "(n,) N mm: moment that holds the flexion."},
+      Field{"varus_moment", &R::varus_moment_nmm, unit::nmm,
+            "(n,) N mm: moment that holds the varus; 0 where free."},
+      Field{"strain", &R::strain, unit::one, "(n, fibres): strain of each fibre, negative where slack."},
+      Field{"tension", &R::tension_n, unit::n, "(n, fibres) N: tension of each fibre."},
+      Field{"X_reference_moving", &R::X_reference_moving, unit::mm,
+            "(n, 4, 4) mm: takes stored moving vertices to stored reference vertices, canonical axes."},
+      Field{"status_code", &R::status, unit::none,
+            "(n,) int8: the codes of `status` in a motion model; 0 is stable."},
+      Field{"iterations", &R::iterations, unit::one, "(n,) int32: iterations of the solver."}};
+}
 
 class JointSolver {
  public:

@@ -163,20 +163,20 @@ py::array view_of(const Number* first, std::vector<py::ssize_t> shape, const py:
   return array;
 }
 
-using Column = std::vector<double> RowResults::*;
-
-py::array column_of(const py::object& self, Column column)
-{
-  const std::vector<double>& values = self.cast<const RowResults&>().*column;
-  return view_of(values.data(), {static_cast<py::ssize_t>(values.size())}, self);
-}
-
-py::array table_of(const py::object& self, Column column)
+/// A column of `self`: (n,), or with several values a row (n, width), or (n, 4, 4).
+template <typename Number>
+py::array column_of(const py::object& self, std::vector<Number> RowResults::*column)
 {
   const auto& results = self.cast<const RowResults&>();
-  const auto n = static_cast<py::ssize_t>(results.status.size());
-  const auto size = static_cast<py::ssize_t>((results.*column).size());
-  return view_of((results.*column).data(), {n, size / n}, self);
+  const std::vector<Number>& values = results.*column;
+  const auto n = static_cast<py::ssize_t>(results.status.size()),
+             size = static_cast<py::ssize_t>(values.size());
+  if (static_cast<const void*>(&values) == &results.X_reference_moving)
+    return view_of(values.data(), {n, 4, 4}, self);
+  const bool is_table = static_cast<const void*>(&values) == &results.strain ||
+                        static_cast<const void*>(&values) == &results.tension_n;
+  if (is_table) return view_of(values.data(), {n, size / n}, self);
+  return view_of(values.data(), {n}, self);
 }
 
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
@@ -347,64 +347,15 @@ py::object export_model(const std::string& file, const std::string& to, const st
 
 void define_solution(py::module_& module)
 {
-  struct Field {
-    const char* name;
-    Column column;
-    const char* text;
-  };
-  const Field columns[] = {
-      {"flexion", &RowResults::flexion_deg, "(n,) degrees: Grood-Suntay flexion."},
-      {"varus", &RowResults::varus_deg,
-       "(n,) degrees: varus, adduction positive; the one found where it was free."},
-      {"internal", &RowResults::internal_deg, "(n,) degrees: internal rotation."},
-      {"anterior", &RowResults::anterior_mm,
-       "(n,) mm: the rotation centre's moving point along the floating axis."},
-      {"proximal", &RowResults::proximal_mm, "(n,) mm: the same along the moving body's long axis."},
-      {"lateral", &RowResults::lateral_mm,
-       "(n,) mm: the same along the flexion axis, lateral on both sides."},
-      {"theta", &RowResults::theta_deg, "(n,) degrees: rotation about Delta, right-knee sign."},
-      {"gap_medial", &RowResults::gap_medial_mm,
-       "(n,) mm: gap left along Delta; NaN without the compartment."},
-      {"gap_lateral", &RowResults::gap_lateral_mm,
-       "(n,) mm: gap left along Delta; NaN without the compartment."},
-      {"force_medial", &RowResults::force_medial_n, "(n,) N: contact force along Delta of the compartment."},
-      {"force_lateral", &RowResults::force_lateral_n,
-       "(n,) N: contact force along Delta of the compartment."},
-      {"energy", &RowResults::energy_nmm, "(n,) N mm: energy of the fibres minus the work of the loads."},
-      {"flexion_moment", &RowResults::flexion_moment_nmm, "(n,) N mm: moment that holds the flexion."},
-      {"varus_moment", &RowResults::varus_moment_nmm,
-       "(n,) N mm: moment that holds the varus; 0 where free."},
-  };
   py::class_<RowResults> solution(
       module, "Solution",
       "Rows of Joint.solve as read-only arrays without copies; rows that are not stable "
       "are NaN.");
-  for (const Field& field : columns) {
+  for_each_field<RowResults>([&](const auto& field) {
     solution.def_property_readonly(
-        field.name, [column = field.column](const py::object& self) { return column_of(self, column); },
-        field.text);
-  }
-  solution.def_property_readonly(
-      "strain", [](const py::object& self) { return table_of(self, &RowResults::strain); },
-      "(n, fibres): strain of each fibre, negative where slack.");
-  solution.def_property_readonly(
-      "tension", [](const py::object& self) { return table_of(self, &RowResults::tension_n); },
-      "(n, fibres) N: tension of each fibre.");
-  solution.def_property_readonly(
-      "X_reference_moving",
-      [](const py::object& self) {
-        const auto& results = self.cast<const RowResults&>();
-        return view_of(results.X_reference_moving.data(),
-                       {static_cast<py::ssize_t>(results.status.size()), 4, 4}, self);
-      },
-      "(n, 4, 4) mm: takes stored moving vertices to stored reference vertices, canonical axes.");
-  solution.def_property_readonly(
-      "status_code",
-      [](const py::object& self) {
-        const auto& results = self.cast<const RowResults&>();
-        return view_of(results.status.data(), {static_cast<py::ssize_t>(results.status.size())}, self);
-      },
-      "(n,) int8: the codes of `status` in a motion model; 0 is stable.");
+        field.name, [member = field.member](const py::object& self) { return column_of(self, member); },
+        field.meaning);
+  });
   solution.def_property_readonly(
       "status",
       [](const RowResults& results) {
@@ -413,14 +364,6 @@ void define_solution(py::module_& module)
         return py::module_::import("numpy").attr("array")(names, "dtype"_a = "U15");
       },
       "(n,) str: how each row ended: stable, no_contact, no_clearance, iteration_limit, unbounded.");
-  solution.def_property_readonly(
-      "iterations",
-      [](const py::object& self) {
-        const auto& results = self.cast<const RowResults&>();
-        return view_of(results.iterations.data(), {static_cast<py::ssize_t>(results.iterations.size())},
-                       self);
-      },
-      "(n,) int32: iterations of the solver.");
   solution.def("__len__", [](const RowResults& results) { return results.status.size(); });
 }
 

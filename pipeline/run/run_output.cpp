@@ -560,7 +560,7 @@ StepRecord solve_with_trace(core::FrameWriter& log, const StepKey& key, const Mo
   trace.seed = seed;
   StepRecord record = solve([&](const SearchMove& move) { trace.moves.push_back(move); });
   trace.status = record.status;
-  log.append(store::bytes_of(trace));
+  log.append(core::bytes_of_value(trace));
   return record;
 }
 

@@ -513,7 +513,7 @@ SolvedCounter::Content SolvedCounter::content_of(const std::string& journal)
     const core::TailUpdate news = tail.poll();
     has_more = news.has_more;
     for (const std::string& frame : news.frames) {
-      const std::optional<StepRecord> record = store::record_of(frame);
+      const std::optional<StepRecord> record = core::value_of_bytes<StepRecord>(frame);
       if (!record) return content;
       const StepKey& key = record->key;
       if (key.kind == StepKind::spine || key.kind == StepKind::row)

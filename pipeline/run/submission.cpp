@@ -617,7 +617,7 @@ void take(CollectedSteps& collected, std::map<StepKey, std::string>& came_from, 
     came_from.emplace(record.key, journal);
     return;
   }
-  if (store::bytes_of(there->second) == store::bytes_of(record)) {
+  if (core::bytes_of_value(there->second) == core::bytes_of_value(record)) {
     ++collected.n_duplicates;
     collected.duplicate_rows.insert(record.key.flexion);
     collected.duplicate_journals.insert({came_from.at(record.key), journal});

@@ -300,8 +300,8 @@ StepRecord CaseSolver::solve_plain(const solve::StepTask& task, const MovingPose
   solve.is_measured = false;
   solve.known = task.known;
   StepRecord record = solver.solve(solve);
-  record.flexion_rad = start.attitude.flexion_rad;
   record.coordinates = CoordinateForces{};
+  record.coordinates->flexion_rad = start.attitude.flexion_rad;
   return record;
 }
 
@@ -326,8 +326,8 @@ StepRecord CaseSolver::search_coordinates(const solve::StepTask& task, const Mov
   for (int k = 0; k < most_corrections; ++k) {
     const SolverPosition at = map.position_at(start);
     record = solve::find_stable_pose(joint, at.attitude, at.pose, options, observer);
-    record.flexion_rad = at.attitude.flexion_rad;
     record.coordinates = CoordinateForces{};
+    record.coordinates->flexion_rad = at.attitude.flexion_rad;
     record.coordinates->holding.fill(nan);
     if (!options.held.theta) record.coordinates->determined[2] = record.theta_determined ? 1 : 0;
     start = map.coordinates_at({at.attitude, record.pose});
@@ -488,7 +488,7 @@ store::MotionModel motion_model_at_size(const job::Case& job_case, const solve::
   for (const StepRecord& r : result.cells) {
     // The flexion of a frame belongs to its pose.
     if (r.coordinates && job_case.coordinates->is_sequence())
-      model.flexion_deg[static_cast<std::size_t>(r.key.flexion)] = deg_from_rad(r.flexion_rad);
+      model.flexion_deg[static_cast<std::size_t>(r.key.flexion)] = deg_from_rad(r.coordinates->flexion_rad);
     store::set_cell(model, r);
   }
   for (std::size_t i = 0; i < result.spine_column.size(); ++i) {

@@ -36,12 +36,12 @@ StepRecord CoordinateEquilibrium::Run::run()
   record.status = find_with_turned_loads();
   const SolverPosition at = position(current_);
   record.pose = at.pose;
-  record.flexion_rad = at.attitude.flexion_rad;
   record.varus_rad = at.attitude.varus_rad;
   record.iterations = iteration_;
   record.residual_mm = residual_mm_;
   if (record.status == StepStatus::stable) {
     fill_balance(record);
+    record.coordinates->flexion_rad = at.attitude.flexion_rad;
     if (task_.is_measured) measure(record);
   }
   record.queries += state_.gap.n_queries() - n_queries_before_;

@@ -568,7 +568,7 @@ class Sweep {
   {
     const std::int32_t row = path_row_of(record.key);
     const double flexion_rad =
-        record.coordinates ? record.flexion_rad : path_rad_[static_cast<std::size_t>(row)];
+        record.coordinates ? record.coordinates->flexion_rad : path_rad_[static_cast<std::size_t>(row)];
     return {record.pose, Attitude{flexion_rad, record.varus_rad}, row};
   }
 

@@ -88,8 +88,9 @@ class UncertainAssembly {
     }
     SolverFrame frame = frame_of(case_, case_.push.at(flexion));
     frame.rotation_centre_mm = centre_mm_;
-    const Attitude attitude{r.coordinates ? r.flexion_rad : rad_from_deg(case_.grid.flexion_deg[flexion]),
-                            r.varus_rad};
+    const Attitude attitude{
+        r.coordinates ? r.coordinates->flexion_rad : rad_from_deg(case_.grid.flexion_deg[flexion]),
+        r.varus_rad};
     const ClinicalCoordinates clinical = clinical_coordinates(X_reference_moving(frame, attitude, r.pose),
                                                               frame.side, case_.frame.rotation_centre_mm);
     set(motion_.rotation_deg, at, deg_from_rad(clinical.flexion_rad), deg_from_rad(clinical.varus_rad),
@@ -441,7 +442,7 @@ class SampleMotion {
   Seed seed_of(std::int32_t i, const StepRecord& record) const
   {
     const double flexion_rad =
-        record.coordinates ? record.flexion_rad : plan_.flexion_rad[static_cast<std::size_t>(i)];
+        record.coordinates ? record.coordinates->flexion_rad : plan_.flexion_rad[static_cast<std::size_t>(i)];
     return {record.pose, Attitude{flexion_rad, record.varus_rad}, path_row(i)};
   }
 

@@ -15,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/fields.hpp"
+
 namespace vrda::store {
 
 enum class ValueKind { float64, float32, int64, int32, int8, text };
@@ -31,16 +33,6 @@ constexpr ValueKind value_kind()
   if constexpr (std::is_same_v<Scalar, std::int8_t>) return ValueKind::int8;
   if constexpr (std::is_same_v<Scalar, std::string>) return ValueKind::text;
 }
-
-struct Unit {
-  const char* name;
-  int length_power;  ///< power of a uniform length scale, at equal forces: 1 or 0
-};
-namespace unit {
-inline constexpr Unit none{"", 0}, one{"1", 0}, mm{"mm", 1}, degree{"degree", 0}, n{"N", 0}, nmm{"N mm", 1};
-/// Distances between landmarks: input to the scaling, not its result.
-inline constexpr Unit landmark_mm{"mm", 0};
-}  // namespace unit
 
 /// The codes of an int8 dataset; written as CF flag_values and flag_meanings.
 enum class FlagSet {

@@ -1,5 +1,5 @@
 /// The append-only journal of finished motion steps, from which a killed run resumes.
-/// File: frames of framed_file.hpp, one per step; doubles as their 64 bits.
+/// File: frames of framed_file.hpp, one per step: bytes_of_value() of its StepRecord (mm and rad, frame S).
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ JournalContent parse_journal(const std::string& path, std::string_view bytes);
 /// parse_journal() of a file's bytes. Throws InputError also if the file cannot be read.
 JournalContent read_journal(const std::string& path);
 
-/// Reads a growing journal; record_of() (record_bytes.hpp) parses its frames.
+/// Reads a growing journal; value_of_bytes<StepRecord>() parses its frames.
 FrameTail journal_tail(const std::string& path);
 
 /// Throws InputError with the file and both keys if a journal is of another job.
@@ -71,28 +71,6 @@ struct OpenJournal {
   JournalContent content;
 };
 
-// Byte layout of one journal record: little-endian, mm and rad, frame S. Bytes that are not a valid record
-// give an empty value; the journal's checksum is checked elsewhere.
-
-std::string bytes_of(const StepRecord& record);
-
-/// The inverse of bytes_of; empty if the bytes are not a valid record.
-std::optional<StepRecord> record_of(std::string_view bytes);
-
-// Parts, shared with the journal of traces.
-
-inline constexpr std::size_t contact_bytes = 7 * 8 + 2 * 4 + 1;
-
-void append_key(std::string& bytes, const StepKey& key);
-void append_pose(std::string& bytes, const MovingPose& pose);
-void append_contact(std::string& bytes, const ContactRecord& contact);
-
-/// An invalid key, pose, status or contact makes the reader invalid.
-StepKey take_key(ByteReader& cursor);
-MovingPose take_pose(ByteReader& cursor);
-StepStatus take_status(ByteReader& cursor);
-ContactRecord take_contact(ByteReader& cursor);
-
 // Names of the files that a run keeps next to its output until that is complete.
 
 std::string journal_of(const std::string& output);
@@ -131,7 +109,7 @@ std::vector<std::string> list_shard_journals(const std::string& output);
 std::vector<std::string> list_shard_journals_if_readable(const std::string& output);
 
 // The append-only journal of finished searches with all their moves, so that a resumed run has a complete
-// trace. File: frames of framed_file.hpp, one per search.
+// trace. File: frames of framed_file.hpp, one per search: bytes_of_value() of its SearchTrace.
 
 struct TraceJournalContent {
   FrameFileSummary summary;
@@ -145,15 +123,11 @@ TraceJournalContent parse_trace_journal(const std::string& path, std::string_vie
 /// parse_trace_journal() of a file's bytes. Throws InputError also if the file cannot be read.
 TraceJournalContent read_trace_journal(const std::string& path);
 
-/// Reads a growing journal; trace_of() parses its frames.
+/// Reads a growing journal; value_of_bytes<SearchTrace>() parses its frames.
 FrameTail trace_journal_tail(const std::string& path);
 
 /// Like JournalWriter::create() and resuming one.
 FrameWriter create_trace_journal(const std::string& path, const std::string& key);
 FrameWriter resume_trace_journal(const std::string& path, const FrameFileSummary& facts);
-
-/// The content of one frame, and its inverse: empty if the bytes are not a valid search.
-std::string bytes_of(const SearchTrace& trace);
-std::optional<SearchTrace> trace_of(std::string_view bytes);
 
 }  // namespace vrda::store

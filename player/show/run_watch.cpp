@@ -174,7 +174,7 @@ bool RunWatch::take_all(const std::vector<core::TailUpdate>& updates, RunUpdate&
     }
     news.has_more = news.has_more || update.has_more;
     for (const std::string& frame : update.frames) {
-      const std::optional<StepRecord> record = store::record_of(frame);
+      const std::optional<StepRecord> record = core::value_of_bytes<StepRecord>(frame);
       if (record && is_in_grid(record->key)) {
         take(scale_ == 1.0 ? *record : scaled(*record, scale_), news);
       } else {
@@ -223,7 +223,7 @@ void RunWatch::read_moves(RunUpdate& news)
     remark(move_journal_->path() + ": no such file: only a run with --trace records search moves", news);
   news.has_more = news.has_more || update.has_more;
   for (const std::string& frame : update.frames) {
-    std::optional<SearchTrace> search = store::trace_of(frame);
+    std::optional<SearchTrace> search = core::value_of_bytes<SearchTrace>(frame);
     if (!search || !is_in_grid(search->key)) continue;
     // Moves are written before their step, but may become visible later on a network disk.
     if (seen_.count(search->key) > 0) {

@@ -95,7 +95,7 @@ class ShardFaults : public FaultyRun {
       if (!is_journal) continue;
       const store::JournalContent content = store::parse_journal(name, bytes);
       EXPECT_EQ(content.dropped_reason, "") << name;
-      for (const StepRecord& record : content.records) steps.insert(store::bytes_of(record));
+      for (const StepRecord& record : content.records) steps.insert(core::bytes_of_value(record));
     }
     for (const std::string& step : steps) all[all_steps] += step;
     return all;

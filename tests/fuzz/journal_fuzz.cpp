@@ -17,7 +17,7 @@ void read_steps(const std::string& bytes)
                 "bytes dropped without a reason");
   std::size_t at = test::fixed_header_bytes + content.key.size() + 4;
   for (const StepRecord& record : content.records) {
-    const std::string again = store::bytes_of(record);
+    const std::string again = core::bytes_of_value(record);
     test::require(bytes.compare(at + core::frame_head_bytes, again.size(), again) == 0,
                   "a record that is written otherwise");
     at += core::frame_head_bytes + again.size();
@@ -32,7 +32,7 @@ void read_traces(const std::string& bytes)
   test::require(content.summary.valid_bytes + content.summary.dropped_bytes == bytes.size(),
                 "bytes that are neither kept nor dropped");
   for (const auto& [key, search] : content.searches)
-    test::require(bytes.find(store::bytes_of(search)) != std::string::npos,
+    test::require(bytes.find(core::bytes_of_value(search)) != std::string::npos,
                   "a trace that is written otherwise");
 }
 

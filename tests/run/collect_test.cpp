@@ -69,10 +69,10 @@ std::map<StepKey, StepRecord> by_key(const std::vector<StepRecord>& records)
 std::string bytes_of_all(const solve::SweepResult& result)
 {
   std::string bytes;
-  for (const StepRecord& r : result.cells) bytes += store::bytes_of(r);
+  for (const StepRecord& r : result.cells) bytes += core::bytes_of_value(r);
   for (const std::int32_t column : result.spine_column) bytes += std::to_string(column) + ' ';
   for (const solve::FreeSpineStep& step : result.free_spine)
-    bytes += store::bytes_of(step.chosen) + store::bytes_of(step.band_low);
+    bytes += core::bytes_of_value(step.chosen) + core::bytes_of_value(step.band_low);
   return bytes;
 }
 

@@ -37,7 +37,7 @@ StepRecord solved(const solve::Joint& joint, const JointCoordinates& seed, const
 
 JointCoordinates coordinates_of(const StepRecord& r)
 {
-  return solve::JointMap(SolverFrame{}).coordinates_at({{r.flexion_rad, r.varus_rad}, r.pose});
+  return solve::JointMap(SolverFrame{}).coordinates_at({{r.coordinates->flexion_rad, r.varus_rad}, r.pose});
 }
 
 SolverFrame tilted(Side side)

@@ -28,7 +28,7 @@ StepRecord record(int n, int n_contacts = 2)
 std::vector<std::string> frames_of(int first, int last, int n_contacts = 2)
 {
   std::vector<std::string> frames;
-  for (int n = first; n <= last; ++n) frames.push_back(store::bytes_of(record(n, n_contacts)));
+  for (int n = first; n <= last; ++n) frames.push_back(core::bytes_of_value(record(n, n_contacts)));
   return frames;
 }
 
@@ -73,7 +73,7 @@ TEST_F(Tail, ATornRecordIsReadWhenItIsWhole)
 {
   fresh(3).close();
   const std::string bytes = test::read_bytes(path_);
-  const std::size_t frame_bytes = core::frame_head_bytes + store::bytes_of(record(0)).size();
+  const std::size_t frame_bytes = core::frame_head_bytes + core::bytes_of_value(record(0)).size();
   const std::size_t header_bytes = bytes.size() - 3 * frame_bytes;
   // A prefix of every length, as on a network file system.
   int n_read = 0, n_torn = 0, n_headless = 0;
@@ -125,7 +125,7 @@ TEST_F(Tail, AFileCutBelowTheLastPollIsReadAgain)
 {
   fresh(4).close();
   expect(tail_.poll(), false, frames_of(0, 3));
-  const std::size_t frame_bytes = core::frame_head_bytes + store::bytes_of(record(0)).size();
+  const std::size_t frame_bytes = core::frame_head_bytes + core::bytes_of_value(record(0)).size();
   std::filesystem::resize_file(path_, std::filesystem::file_size(path_) - 2 * frame_bytes);
   expect(tail_.poll(), true, frames_of(0, 1));
   {

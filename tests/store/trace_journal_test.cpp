@@ -46,23 +46,24 @@ constexpr std::size_t five_moves_bytes =
 TEST(TraceJournal, GivesBackEveryBit)
 {
   for (const int n_moves : {0, 1, 5, 40}) {
-    const std::string bytes = store::bytes_of(trace(3, n_moves));
-    const std::optional<SearchTrace> again = store::trace_of(bytes);
+    const std::string bytes = core::bytes_of_value(trace(3, n_moves));
+    const std::optional<SearchTrace> again = core::value_of_bytes<SearchTrace>(bytes);
     ASSERT_TRUE(again.has_value());
-    EXPECT_EQ(store::bytes_of(*again), bytes);
+    EXPECT_EQ(core::bytes_of_value(*again), bytes);
     EXPECT_EQ(again->moves.size(), static_cast<std::size_t>(n_moves));
     EXPECT_EQ(again->key, (StepKey{StepKind::row, 3, -3}));
   }
-  EXPECT_EQ(store::bytes_of(trace(3, 5)).size(), five_moves_bytes);
+  EXPECT_EQ(core::bytes_of_value(trace(3, 5)).size(), five_moves_bytes);
 }
 
 TEST(TraceJournal, InvalidBytesAreRefused)
 {
-  const std::string bytes = store::bytes_of(trace(3, 5));
+  const std::string bytes = core::bytes_of_value(trace(3, 5));
   for (std::size_t size = 0; size < bytes.size(); ++size) {
-    EXPECT_FALSE(store::trace_of(std::string_view(bytes).substr(0, size)).has_value()) << size;
+    EXPECT_FALSE(core::value_of_bytes<SearchTrace>(std::string_view(bytes).substr(0, size)).has_value())
+        << size;
   }
-  EXPECT_FALSE(store::trace_of(bytes + "x").has_value());
+  EXPECT_FALSE(core::value_of_bytes<SearchTrace>(bytes + "x").has_value());
   const std::size_t first_move = key_bytes + seed_bytes + status_bytes + count_bytes;
   struct Row {
     const char* what;
@@ -75,7 +76,7 @@ TEST(TraceJournal, InvalidBytesAreRefused)
         Row{"flag", first_move + 5 + 48, 2}, Row{"number of contacts", first_move + 5 + 48 + 6, '\x7f'}}) {
     std::string damaged = bytes;
     damaged[row.at] = row.value;
-    EXPECT_FALSE(store::trace_of(damaged).has_value()) << row.what;
+    EXPECT_FALSE(core::value_of_bytes<SearchTrace>(damaged).has_value()) << row.what;
   }
 }
 
@@ -85,7 +86,7 @@ TEST(TraceJournal, KeepsWholeSearchesAndDropsATornOne)
   const std::string path = scratch.path() / "a.trace.journal";
   {
     core::FrameWriter writer = store::create_trace_journal(path, key);
-    for (int n = 0; n < 3; ++n) writer.append(store::bytes_of(trace(n, 5)));
+    for (int n = 0; n < 3; ++n) writer.append(core::bytes_of_value(trace(n, 5)));
   }
   const std::string whole = test::read_bytes(path);
   const std::string cut = scratch.write("cut.trace.journal", whole.substr(0, whole.size() - 1));
@@ -95,7 +96,7 @@ TEST(TraceJournal, KeepsWholeSearchesAndDropsATornOne)
   EXPECT_EQ(content.summary.dropped_reason, "a torn trace");
   {
     core::FrameWriter writer = store::resume_trace_journal(cut, content.summary);
-    writer.append(store::bytes_of(trace(2, 5)));
+    writer.append(core::bytes_of_value(trace(2, 5)));
   }
   EXPECT_EQ(test::read_bytes(cut), whole);
 }
@@ -106,7 +107,7 @@ TEST(TraceJournal, ADuplicateSearchIsReadOnce)
   const std::string path = scratch.path() / "a.trace.journal";
   {
     core::FrameWriter writer = store::create_trace_journal(path, key);
-    for (int n = 0; n < 2; ++n) writer.append(store::bytes_of(trace(4, 5)));
+    for (int n = 0; n < 2; ++n) writer.append(core::bytes_of_value(trace(4, 5)));
   }
   EXPECT_EQ(store::read_trace_journal(path).searches.size(), 1u);
 }

@@ -218,7 +218,7 @@ TEST_F(Watch, MovesPrecedeTheirStepWhicheverFileIsReadFirst)
   show::RunWatch watch(start_, true);
   store::JournalWriter steps = journal();
   core::FrameWriter moves = store::create_trace_journal(store::trace_journal_of(output_), key);
-  moves.append(store::bytes_of(search(StepKind::spine_probe, 0, 1, 4)));
+  moves.append(core::bytes_of_value(search(StepKind::spine_probe, 0, 1, 4)));
   EXPECT_THAT(watch.poll().steps, IsEmpty());
   steps.append(step(StepKind::spine_probe, 0, 1));
   steps.append(step(StepKind::spine, 0, 1));
@@ -233,7 +233,7 @@ TEST_F(Watch, MovesPrecedeTheirStepWhicheverFileIsReadFirst)
   EXPECT_EQ(news.steps[5].kind, show::RunStepKind::cell);
   steps.append(step(StepKind::row, 0, 2));
   EXPECT_EQ(watch.poll().steps.size(), 1u);
-  moves.append(store::bytes_of(search(StepKind::row, 0, 2, 3)));
+  moves.append(core::bytes_of_value(search(StepKind::row, 0, 2, 3)));
   EXPECT_EQ(watch.poll().steps.size(), 3u);
 }
 
