@@ -1,4 +1,4 @@
-#include "analysis/rom_page.hpp"
+#include "analysis/rom_files.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -159,8 +159,7 @@ TEST(RomFiles, ComparisonCountsCellsOfEachAndOfBoth)
 
 TEST(RomFiles, ThePictureHasTheColourOfEachStatusAtItsAngles)
 {
-  const std::string bytes = analysis::rom_picture(sample());
-  EXPECT_EQ(analysis::rom_picture(sample()), bytes);
+  const std::string bytes = analysis::maps_picture(analysis::status_maps(sample()));
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   ASSERT_TRUE(png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()));
@@ -188,13 +187,9 @@ TEST(RomFiles, ThePictureHasTheColourOfEachStatusAtItsAngles)
 // In range are two cells at flexion 0 and varus -5 and 5: a box with four sides, two of them of two cells.
 TEST(RomFiles, TheBoundaryCurveRunsAroundTheConnectedRange)
 {
-  const analysis::RomDocument document = sample();
-  const analysis::RomAxes& axes = document.range.axes;
-  const auto lines = analysis::outline_of(axes, analysis::map_axes(axes), 0, [&](std::size_t cell) {
-    return document.range.cells[cell].is_connected;
-  });
+  const std::vector<analysis::RomMaps::Line> lines = analysis::status_maps(sample()).outlines[0];
   double along_flexion = 0.0, along_varus = 0.0;
-  for (const analysis::MapLine& line : lines) {
+  for (const analysis::RomMaps::Line& line : lines) {
     along_flexion += line[2] - line[0];
     along_varus += line[3] - line[1];
     EXPECT_TRUE(std::abs(std::abs(line[0]) - 5.0) < 1e-9) << "half way to the neighbours in flexion";
@@ -215,28 +210,13 @@ TEST(RomFiles, AComparisonNamesBothAndCountsEachAttitudeOnce)
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 12);
   EXPECT_THAT(csv, testing::HasSubstr(",in_range,contact,"));
   EXPECT_THAT(csv, testing::HasSubstr(",contact,in_range,"));
-  const std::string page = analysis::comparison_page(a, b);
-  EXPECT_THAT(page, testing::HasSubstr("After surgery"));
-  EXPECT_EQ(page.find("<script"), std::string::npos);
-  const auto n_with = [&page](const std::string& colour) {
-    std::size_t n = 0;
-    for (std::size_t at = page.find("fill=\"" + colour); at != std::string::npos;
-         at = page.find("fill=\"" + colour, at + 1))
-      ++n;
-    return n;
-  };
-  EXPECT_EQ(n_with("#2a7f62"), 1u) << "both";
-  EXPECT_EQ(n_with("#3a6fb0"), 1u) << "the first only";
-  EXPECT_EQ(n_with("#d98a1f"), 1u) << "the second only";
-  EXPECT_EQ(n_with("#d8d8d4"), 9u) << "neither";
-  EXPECT_FALSE(analysis::comparison_picture(a, b).empty());
-}
-
-TEST(RomFiles, TextOfAJobCannotLeaveItsPlaceInThePage)
-{
-  const std::string page = analysis::rom_page(sample());
-  EXPECT_EQ(page.find("<script"), std::string::npos);
-  EXPECT_NE(page.find("Hip &lt;/title&gt;"), std::string::npos);
+  const analysis::RomMaps maps = analysis::comparison_maps(a, b);
+  EXPECT_THAT(maps.legend[2].second, testing::HasSubstr("After surgery"));
+  std::vector<int> n_of(maps.legend.size(), 0);
+  for (const auto& slice : maps.cells)
+    for (const auto& column : slice)
+      for (const std::size_t row : column) ++n_of.at(row);
+  EXPECT_THAT(n_of, testing::ElementsAre(1, 1, 1, 9)) << "both, the first only, the second only, neither";
 }
 
 }  // namespace vrda::rom_files_test
