@@ -87,7 +87,7 @@ Json json_of(const run::Submission& submission, const run::SubmittedJob& submitt
   const run::TaskId task{job.kind, job.case_number, 0};
   const Json name = job.case_number < 0 ? Json() : Json(run::case_of(submission, task).spec.name);
   return {{"id", submitted.id},
-          {"kind", run::name_of(job.kind)},
+          {"kind", core::name_of(job.kind)},
           {"case", name},
           {"array", job.numbers.empty() ? Json() : Json(run::ranges_text(job.numbers))}};
 }

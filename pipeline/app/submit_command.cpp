@@ -7,6 +7,7 @@
 
 #include "app/cluster_commands.hpp"
 #include "core/document.hpp"
+#include "core/process.hpp"
 #include "core/text.hpp"
 #include "job/case.hpp"
 #include "job/job.hpp"
@@ -29,7 +30,7 @@ std::string folder_of(const SubmitOptions& options)
 
 std::string program_for_tasks()
 {
-  const std::string program = run::own_program();
+  const std::string program = own_program();
   if (program.empty())
     throw InputError({"/proc/self/exe", "", "an unreadable link", "the path of this program"});
   return fs::absolute(program).lexically_normal().string();
