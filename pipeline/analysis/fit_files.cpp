@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "analysis/result_files.hpp"
+#include "analysis/result_journal.hpp"
 #include "core/document.hpp"
 #include "core/fields_json.hpp"
 #include "core/text.hpp"

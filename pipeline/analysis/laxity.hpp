@@ -126,7 +126,7 @@ bool is_test_name(const std::string& name);
 /// Angles in degrees, lengths in mm.
 double in_file_unit(const TestKind& kind, double value);
 
-// Files of laxity tests (schemas/laxity.md): the document, tables and a page.
+// Files of laxity tests (schemas/laxity.md): the document and tables.
 
 struct LaxityDocument {
   std::string program, solver;           ///< that wrote it, and the solver's version
@@ -144,12 +144,5 @@ std::string laxity_csv(const LaxityDocument& document);
 
 /// One row per state, flexion and test and bundle: force and share.
 std::string share_csv(const LaxityDocument& document);
-
-/// A self-contained HTML page: tables, laxity over flexion, load against displacement, shares.
-std::string laxity_page(const LaxityDocument& document);
-
-/// The curve of a state, flexion and test; null if there is no such test.
-const LaxityCurve* curve_of(const LaxityResult& result, std::size_t state, std::size_t flexion,
-                            LaxityTest test);
 
 }  // namespace vrda::analysis

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/result_files.hpp"
+#include "analysis/result_journal.hpp"
 #include "core/document.hpp"
 #include "core/fields_json.hpp"
 #include "core/text.hpp"

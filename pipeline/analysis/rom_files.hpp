@@ -1,4 +1,4 @@
-/// Files of a range of motion (schemas/range-of-motion.md): the document, tables and a page.
+/// Files of a range of motion (schemas/range-of-motion.md): the document, tables and maps.
 #pragma once
 
 #include <map>
@@ -54,11 +54,28 @@ std::vector<RangeAlong> boundaries_of(const RangeOfMotion& range);
 /// boundaries_of() as a table.
 std::string boundary_csv(const RomDocument& document);
 
-/// A self-contained HTML page: limits, volume, a map of each slice, boundaries.
-std::string rom_page(const RomDocument& document);
+/// Maps of the attitudes as data of a picture or page: one map per slice, a cell per attitude.
+struct RomMaps {
+  /// Degrees: from (x, y) to (x, y).
+  using Line = std::array<double, 4>;
+  static constexpr const char* outline_colour = "#101418";
 
-/// The maps of the page as an 8-bit RGB PNG, byte-identical for equal documents.
-std::string rom_picture(const RomDocument& document);
+  std::string title;
+  std::array<std::string, 3> titles;            ///< of abscissa, ordinate and slices: driven rotations first
+  std::vector<double> x_deg, y_deg, slice_deg;  ///< values of the three
+  /// One more than values: half way between neighbours.
+  std::vector<double> x_edges_deg, y_edges_deg;
+  std::vector<std::pair<std::string, std::string>> legend;   ///< colour "#rrggbb" and meaning
+  std::vector<std::vector<std::vector<std::size_t>>> cells;  ///< [slice, x, y] row of the legend
+  std::vector<std::vector<Line>> outlines;                   ///< [slice]
+};
+/// The status of each cell, and the boundary of the range that is connected with the neutral attitude.
+RomMaps status_maps(const RomDocument& document);
+/// Which cells are in range of both, of one, of neither.
+RomMaps comparison_maps(const RomDocument& a, const RomDocument& b);
+
+/// The maps as an 8-bit RGB PNG, byte-identical for equal maps.
+std::string maps_picture(const RomMaps& maps);
 
 /// Cells and volumes of two ranges over the same rotations.
 struct RomComparison {
@@ -67,11 +84,8 @@ struct RomComparison {
 /// Throws InputError naming `file_b` if the rotations differ.
 RomComparison compare_ranges(const RangeOfMotion& a, const RangeOfMotion& b, const std::string& file_b);
 
-/// Of two ranges over the same rotations: one row per attitude with the status of each; the maps of both as a
-/// page and as a picture.
+/// Of two ranges over the same rotations: one row per attitude with the status of each.
 std::string comparison_csv(const RomDocument& a, const RomDocument& b);
-std::string comparison_page(const RomDocument& a, const RomDocument& b);
-std::string comparison_picture(const RomDocument& a, const RomDocument& b);
 
 // The append-only journals of a range of motion, from which a killed run resumes and shards are joined:
 // frames of journal/framed_file.hpp, one per line.

@@ -11,6 +11,7 @@
 #include "core/text.hpp"
 #include "job/command_jobs.hpp"
 #include "job/job.hpp"
+#include "report/result_pages.hpp"
 #include "run/run_command.hpp"
 #include "run/run_output.hpp"
 #include "solve/case_solver.hpp"
@@ -120,7 +121,7 @@ core::ExitCode laxity_command(const LaxityOptions& o)
       job_case.inputs,      analysis::laxity_of(job_case, plan),       {}};
   if (document.result.curves.empty()) return core::ExitCode::interrupted;
   document.compared = analysis::compared(document.result, published);
-  output->add((folder / "index.html").string(), analysis::laxity_page(document));
+  output->add((folder / "index.html").string(), report::laxity_page(document));
   output->add((folder / "laxity.csv").string(), analysis::laxity_csv(document));
   output->add((folder / "share.csv").string(), analysis::share_csv(document));
   output->publish(analysis::laxity_json(document));

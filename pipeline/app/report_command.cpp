@@ -1,12 +1,8 @@
 // `vrda report`: figures of one or several models on one page, with images that vrda-player renders.
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cstdio>
 #include <cstdlib>
@@ -19,10 +15,10 @@
 #include "analysis/reduce.hpp"
 #include "analysis/smooth.hpp"
 #include "app/commands.hpp"
+#include "core/process.hpp"
 #include "core/text.hpp"
 #include "job/job.hpp"
 #include "report/report.hpp"
-#include "run/local_run.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
 #include "store/motion.hpp"
@@ -70,29 +66,6 @@ class TemporaryFolder {
  private:
   fs::path path_;
 };
-
-/// Runs a program without input or output. Returns its exit code; empty if it did not start or exit normally.
-std::optional<int> exit_code_of(std::vector<std::string> command)
-{
-  std::vector<char*> arguments;
-  for (std::string& word : command) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  pid_t pid = -1;
-  const int refused = posix_spawn(&pid, arguments.front(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (refused != 0) return std::nullopt;
-  int status = 0;
-  while (waitpid(pid, &status, 0) < 0) {
-    if (errno != EINTR) return std::nullopt;
-  }
-  if (!WIFEXITED(status)) return std::nullopt;
-  return WEXITSTATUS(status);
-}
 
 // Of a sequence of frames, some of all frames.
 std::string shown_range(const store::MotionModel& model)
@@ -155,7 +128,7 @@ std::string find_player(const std::string& player)
       throw InputError({player, "--player", "no such program", "the path of vrda-player"});
     return fs::absolute(player).string();
   }
-  const fs::path own = run::own_program();
+  const fs::path own = own_program();
   const fs::path beside = own.parent_path() / "vrda-player";
   return !own.empty() && fs::is_regular_file(beside, error) ? beside.string() : "";
 }
@@ -167,15 +140,16 @@ report::RenderedImages render_images(const std::string& player, const std::strin
     return {{}, "No pictures: vrda-player is not in the folder of vrda; give its path with --player PATH."};
   const TemporaryFolder folder;
   if (folder.path().empty()) return {{}, "No pictures: no temporary folder could be created."};
-  const std::optional<int> code =
-      exit_code_of({player, "show", file, "--offscreen", folder.path().string(), shown_range(model),
-                    "--views", "front,lateral", "--size", "440x440", "--quiet"});
-  if (!code || (*code != player_done && *code != player_unsolved))
+  const StartedProcess started =
+      start_process({player, "show", file, "--offscreen", folder.path().string(), shown_range(model),
+                     "--views", "front,lateral", "--size", "440x440", "--quiet"});
+  const int code = started.pid < 0 ? -1 : wait_for_process(started.pid).exit_code;
+  if (code != player_done && code != player_unsolved)
     return {{},
             "No pictures: vrda-player failed" +
-                (code ? " (exit code " + std::to_string(*code) + ")." : std::string("."))};
+                (code >= 0 && started.error == 0 ? " (exit code " + std::to_string(code) + ")." : ".")};
   return {stills_in(folder.path()),
-          *code == player_unsolved ? "Attitudes without a pose have no picture." : ""};
+          code == player_unsolved ? "Attitudes without a pose have no picture." : ""};
 }
 
 namespace {

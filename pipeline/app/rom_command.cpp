@@ -14,6 +14,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/job.hpp"
+#include "report/result_pages.hpp"
 #include "run/run_output.hpp"
 #include "run/submission.hpp"
 
@@ -260,8 +261,8 @@ core::ExitCode compare(const RomOptions& o)
         run::begin_result((fs::path(o.folder) / "comparison.csv").string(), "vrda rom --compare");
     if (!result) return core::ExitCode::interrupted;
     files = published(*result, o.folder,
-                      {{"comparison.html", analysis::comparison_page(a, b)},
-                       {"comparison.png", analysis::comparison_picture(a, b)},
+                      {{"comparison.html", report::range_comparison_page(a, b)},
+                       {"comparison.png", analysis::maps_picture(analysis::comparison_maps(a, b))},
                        {"comparison.csv", analysis::comparison_csv(a, b)}});
   }
   const std::pair<const char*, const analysis::RomVolume&> rows[] = {{"first", found.a},
@@ -319,12 +320,13 @@ core::ExitCode rom_command(const RomOptions& o)
   if (!range) return core::ExitCode::interrupted;
   if (plan.shard) return core::ExitCode::done;
   const analysis::RomDocument document = analysis::rom_document(job_case, *range, "vrda " VRDA_VERSION);
-  const std::vector<std::string> files = published(*result, folder,
-                                                   {{"index.html", analysis::rom_page(document)},
-                                                    {"rom.png", analysis::rom_picture(document)},
-                                                    {"rom.csv", analysis::rom_csv(document)},
-                                                    {"boundary.csv", analysis::boundary_csv(document)},
-                                                    {"rom.json", analysis::rom_json(document)}});
+  const std::vector<std::string> files =
+      published(*result, folder,
+                {{"index.html", report::range_page(document)},
+                 {"rom.png", analysis::maps_picture(analysis::status_maps(document))},
+                 {"rom.csv", analysis::rom_csv(document)},
+                 {"boundary.csv", analysis::boundary_csv(document)},
+                 {"rom.json", analysis::rom_json(document)}});
   run::remove_obsolete_files(journals_of(file));
   print(document, files, o.as_json);
   return core::ExitCode::done;

@@ -36,7 +36,7 @@ void print_task(const run::TaskView& task, const run::Submission& submission)
   const auto pad = [&](std::size_t width) { line.resize(std::max(line.size() + 1, width), ' '); };
   constexpr std::size_t state_column = 18, amount_column = 31, rest_column = 46;
   pad(state_column);
-  line += run::name_of(task.status);
+  line += core::name_of(task.status);
   pad(amount_column);
   line += amount_text(task);
   pad(rest_column);
@@ -65,7 +65,7 @@ void print_case(const run::CaseView& view, const run::Submission& submission)
     n_total += task.n_total;
   }
   const std::string& name = submission.cases[static_cast<std::size_t>(view.case_number)].spec.name;
-  std::printf("%-40s %-12s %lld of %lld%s%s\n", name.c_str(), run::name_of(view.status),
+  std::printf("%-40s %-12s %lld of %lld%s%s\n", name.c_str(), core::name_of(view.status),
               static_cast<long long>(n_done), static_cast<long long>(n_total), reason.empty() ? "" : "  ",
               reason.c_str());
 }
@@ -77,9 +77,9 @@ Json optional_number(const std::optional<double>& value)
 
 Json json_of(const run::TaskView& task)
 {
-  return {{"kind", run::name_of(task.task.kind)},
+  return {{"kind", core::name_of(task.task.kind)},
           {"shard", task.task.shard > 0 ? Json(task.task.shard) : Json()},
-          {"state", run::name_of(task.status)},
+          {"state", core::name_of(task.status)},
           {"reason", task.reason},
           {"host", task.host},
           {"slurm_job", task.slurm_job},
@@ -96,7 +96,7 @@ Json json_of(const run::CaseView& view, const std::string& folder, const run::Su
   Json tasks = Json::array();
   for (const run::TaskView& task : view.tasks) tasks.push_back(json_of(task));
   return {{"name", c.spec.name},
-          {"state", run::name_of(view.status)},
+          {"state", core::name_of(view.status)},
           {"made", view.is_complete},
           {"output", run::output_of(folder, c)},
           {"tasks", tasks}};
@@ -159,7 +159,7 @@ std::map<std::int32_t, std::string> failures_of(const std::string& folder, const
 {
   std::map<std::int32_t, std::string> reasons;
   for (const auto& [task, state] : run::read_task_states(folder, submission)) {
-    if (task.case_number < 0 || state.phase != run::TaskPhase::failed) continue;
+    if (task.case_number < 0 || state.status != run::TaskStatus::failed) continue;
     reasons[task.case_number] = run::text_of(task, submission) + ": " + without_folder(state.reason, folder);
   }
   return reasons;
@@ -203,8 +203,8 @@ core::ExitCode write_submission_index(const IndexOptions& options, const run::Su
   nlohmann::ordered_json json;
   std::string line = std::to_string(rows.size()) + " cases:";
   for (const auto& [status, n] : counts_of(rows)) {
-    json[run::name_of(status)] = n;
-    if (n > 0) line += (line.back() == ':' ? " " : ", ") + std::to_string(n) + " " + run::name_of(status);
+    json[core::name_of(status)] = n;
+    if (n > 0) line += (line.back() == ':' ? " " : ", ") + std::to_string(n) + " " + core::name_of(status);
   }
   core::log_info(line);
   for (const char* name : {"index.csv", "index.h5", "index.times.csv"}) {

@@ -12,6 +12,7 @@
 #include "app/printing.hpp"
 #include "core/console.hpp"
 #include "core/document.hpp"
+#include "core/process.hpp"
 #include "core/text.hpp"
 #include "job/case.hpp"
 #include "job/job.hpp"
@@ -122,7 +123,7 @@ Json json_of(const run::Submission& submission, const run::SubmittedJob& submitt
   const run::TaskId task{job.kind, job.case_number, 0};
   const Json name = job.case_number < 0 ? Json() : Json(run::case_of(submission, task).spec.name);
   return {{"id", submitted.id},
-          {"kind", run::name_of(job.kind)},
+          {"kind", core::name_of(job.kind)},
           {"case", name},
           {"array", job.numbers.empty() ? Json() : Json(run::ranges_text(job.numbers))}};
 }
@@ -157,7 +158,7 @@ std::string folder_of(const SubmitOptions& options)
 
 std::string program_for_tasks()
 {
-  const std::string program = run::own_program();
+  const std::string program = own_program();
   if (program.empty())
     throw InputError({"/proc/self/exe", "", "an unreadable link", "the path of this program"});
   return fs::absolute(program).lexically_normal().string();

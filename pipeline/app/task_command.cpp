@@ -185,22 +185,22 @@ class Task {
             InputError({"--time", "", submission_.slurm.time + " in which " + why, "a longer time limit"})
                 .what());
       }
-      return finish(run::TaskPhase::interrupted, code, "");
+      return finish(run::TaskStatus::interrupted, code, "");
     }
     const bool is_short = code == core::ExitCode::incomplete;
-    return finish(run::TaskPhase::done, code,
+    return finish(run::TaskStatus::done, code,
                   is_short ? "more attitudes are unsolved than the job allows" : "");
   }
 
   core::ExitCode fail(core::ExitCode code, const std::string& reason)
   {
     std::fprintf(stderr, "vrda: %s\n", reason.c_str());
-    return finish(run::TaskPhase::failed, code, reason);
+    return finish(run::TaskStatus::failed, code, reason);
   }
 
-  core::ExitCode finish(run::TaskPhase phase, core::ExitCode code, const std::string& reason)
+  core::ExitCode finish(run::TaskStatus phase, core::ExitCode code, const std::string& reason)
   {
-    state_.phase = phase;
+    state_.status = phase;
     state_.exit_code = static_cast<std::int32_t>(code);
     state_.reason = reason;
     state_.ended = run::utc_now();
@@ -243,7 +243,7 @@ class Task {
 
 std::vector<run::TaskId> requested_tasks(const TaskOptions& options, const run::Submission& submission)
 {
-  const std::optional<run::TaskKind> named = run::task_kind_of(options.kind);
+  const std::optional<run::TaskKind> named = core::value_named<run::TaskKind>(options.kind);
   if (!named) {
     throw InputError(
         {"--kind", "", options.kind.empty() ? "nothing" : options.kind, "spine, shard, merge, run or index"});
@@ -276,8 +276,8 @@ core::ExitCode record_ended(const std::string& folder, const run::Submission& su
   const run::TaskState own = run::started_now(0);
   for (const run::TaskId& id : tasks) {
     std::optional<run::TaskState> state = run::read_task_state(folder, submission, id);
-    if (!state || !run::is_same_start(*state, own) || state->phase != run::TaskPhase::running) continue;
-    state->phase = run::TaskPhase::failed;
+    if (!state || !run::is_same_start(*state, own) || state->status != run::TaskStatus::running) continue;
+    state->status = run::TaskStatus::failed;
     state->ended = run::utc_now();
     state->exit_code = ended;
     state->reason = "ended by signal " + std::to_string(signal) +
@@ -295,7 +295,7 @@ std::optional<core::ExitCode> failure_before_restart(const std::string& folder,
   const run::TaskState own = run::started_now(0);
   if (own.slurm_job.empty() || own.n_restarts == 0) return std::nullopt;
   const std::optional<run::TaskState> state = run::read_task_state(folder, submission, id);
-  const bool has_failed = state && state->phase == run::TaskPhase::failed &&
+  const bool has_failed = state && state->status == run::TaskStatus::failed &&
                           state->slurm_job == own.slurm_job && state->n_restarts < own.n_restarts;
   if (!has_failed) return std::nullopt;
   const bool is_internal = state->exit_code == static_cast<std::int32_t>(core::ExitCode::internal_error);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "analysis/score.hpp"
@@ -14,6 +15,7 @@
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
 #include "store/motion.hpp"
+#include "store/solved_cells.hpp"
 #include "tables/formats.hpp"
 
 namespace vrda::report {
@@ -62,32 +64,6 @@ void set_row(ClinicalCurve& curve, std::size_t row, const Pose& X_reference_movi
       side_of(model) == Side::left ? -origin_mm.z() : origin_mm.z();
 }
 
-ClinicalCurve raw_curve(const TrackedModel& tracked)
-{
-  const store::MotionModel& model = tracked.model;
-  ClinicalCurve curve = empty_curve(model, "raw");
-  ContinuousCoordinates along = tracked.start();
-  const std::vector<Eigen::Index> spine = solved_spine(model);
-  for (std::size_t i = 0; i < spine.size(); ++i) {
-    if (spine[i] >= 0)
-      set_row(curve, i, store::pose_in(model.X_reference_moving, static_cast<std::size_t>(spine[i])), model,
-              along);
-  }
-  return curve;
-}
-
-ClinicalCurve zero_varus_curve(const TrackedModel& tracked)
-{
-  const store::MotionModel& model = tracked.model;
-  ClinicalCurve curve = empty_curve(model, "zero_varus");
-  ContinuousCoordinates along = tracked.start();
-  for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
-    if (model.zero_varus->source[i] == static_cast<std::int8_t>(store::ZeroVarusSource::none)) continue;
-    set_row(curve, i, store::pose_in(model.zero_varus->X_reference_moving, i), model, along);
-  }
-  return curve;
-}
-
 // The varus at which a smoothed set is evaluated: that of the flexion-only motion, so that curves differ only
 // by smoothing.
 double varus_rad(const store::MotionModel& model, const store::Motion& motion, std::size_t row)
@@ -97,18 +73,46 @@ double varus_rad(const store::MotionModel& model, const store::Motion& motion, s
   return motion.balanced_varus_rad(rad_from_deg(model.flexion_deg[row]));
 }
 
+/// The curve of the poses of `pose_of(row)`; empty where there is none.
+template <typename PoseOf>
+ClinicalCurve curve_of(const TrackedModel& tracked, const std::string& name, const PoseOf& pose_of)
+{
+  ClinicalCurve curve = empty_curve(tracked.model, name);
+  ContinuousCoordinates along = tracked.start();
+  for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
+    if (const std::optional<Pose> X = pose_of(i)) set_row(curve, i, *X, tracked.model, along);
+  }
+  return curve;
+}
+
+ClinicalCurve raw_curve(const TrackedModel& tracked)
+{
+  const std::vector<Eigen::Index> spine = store::solved_spine(tracked.model);
+  return curve_of(tracked, "raw", [&](std::size_t i) -> std::optional<Pose> {
+    if (spine[i] < 0) return std::nullopt;
+    return store::pose_in(tracked.model.X_reference_moving, static_cast<std::size_t>(spine[i]));
+  });
+}
+
+ClinicalCurve zero_varus_curve(const TrackedModel& tracked)
+{
+  const store::ZeroVarus& zero = *tracked.model.zero_varus;
+  return curve_of(tracked, "zero_varus", [&](std::size_t i) -> std::optional<Pose> {
+    if (zero.source[i] == static_cast<std::int8_t>(store::ZeroVarusSource::none)) return std::nullopt;
+    return store::pose_in(zero.X_reference_moving, i);
+  });
+}
+
 ClinicalCurve curve_of_set(const TrackedModel& tracked, const std::string& set)
 {
   const store::MotionModel& model = tracked.model;
-  ClinicalCurve curve = empty_curve(model, set);
-  ContinuousCoordinates along = tracked.start();
   const store::Motion motion(model, set);
-  for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
-    const store::JointPose pose =
-        motion.at({rad_from_deg(curve.flexion_deg[i]), varus_rad(model, motion, i)});
-    if (pose.status == store::PoseStatus::solved) set_row(curve, i, pose.X_reference_moving, model, along);
-  }
-  return curve;
+  const std::vector<double> flexion_deg = empty_curve(model, set).flexion_deg;
+  return curve_of(tracked, set, [&](std::size_t i) -> std::optional<Pose> {
+    const store::JointPose pose = motion.at({rad_from_deg(flexion_deg[i]), varus_rad(model, motion, i)});
+    if (pose.status != store::PoseStatus::solved) return std::nullopt;
+    return pose.X_reference_moving;
+  });
 }
 
 /// The finite points of a curve by ascending flexion.
@@ -141,18 +145,6 @@ double value_at(const std::vector<std::pair<double, double>>& points, double fle
 }
 
 }  // namespace
-
-std::vector<Eigen::Index> solved_spine(const store::MotionModel& model)
-{
-  std::vector<Eigen::Index> cells(model.flexion_deg.size(), -1);
-  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
-    for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
-      if (model.is_spine(i, j) == 1 && model.status(i, j) == status_stable)
-        cells[static_cast<std::size_t>(i)] = i * model.status.cols() + j;
-    }
-  }
-  return cells;
-}
 
 std::vector<ClinicalCurve> clinical_curves(const store::MotionModel& model, const Eigen::Vector3d& point_mm)
 {
@@ -218,19 +210,9 @@ bool is_ignored(std::string_view name)
 
 std::optional<Column> column_named(std::string_view name)
 {
-  struct Known {
-    const char* name;
-    Quantity quantity;
-  };
-  static constexpr Known known[] = {
-      {"internal_deg", Quantity::internal},   {"varus_deg", Quantity::varus},
-      {"anterior_mm", Quantity::anterior},    {"proximal_mm", Quantity::proximal},
-      {"lateral_mm", Quantity::lateral},      {"ant_mm", Quantity::origin_anterior},
-      {"prox_mm", Quantity::origin_proximal}, {"lat_mm", Quantity::origin_lateral}};
   if (name == "flexion_deg") return Column{Column::Kind::flexion, {}, {}};
-  for (const Known& k : known) {
-    if (name == k.name) return Column{Column::Kind::quantity, k.quantity, {}};
-  }
+  for (const QuantityName& known : quantity_names)
+    if (name == known.column) return Column{Column::Kind::quantity, known.quantity, {}};
   if (name.size() == 11 && name.starts_with("centre_") && name.ends_with("_mm") && name[7] >= 'x' &&
       name[7] <= 'z')
     return Column{Column::Kind::point, {}, name[7] - 'x'};
@@ -357,11 +339,9 @@ constexpr Quantity grood_suntay[] = {Quantity::anterior, Quantity::proximal, Qua
 constexpr Quantity mesh_origin[] = {Quantity::origin_anterior, Quantity::origin_proximal,
                                     Quantity::origin_lateral};
 
-template <std::size_t n>
-bool has_all(const ClinicalCurve& curve, const Quantity (&quantities)[n])
+std::ptrdiff_t n_known(const ClinicalCurve& curve, std::span<const Quantity> quantities)
 {
-  return std::all_of(std::begin(quantities), std::end(quantities),
-                     [&](Quantity q) { return !curve.values_of(q).empty(); });
+  return std::ranges::count_if(quantities, [&](Quantity q) { return !curve.values_of(q).empty(); });
 }
 
 // The mirror image of a left joint: clinical numbers are those of a right one.
@@ -375,16 +355,12 @@ Eigen::Vector3d right_sided(const Eigen::Vector3d& p_mm, Side side)
 CurveFile about_point(CurveFile file, Side side, const Eigen::Vector3d& point_mm)
 {
   ClinicalCurve& curve = file.curve;
-  const bool is_of_centre = !curve.values_of(Quantity::anterior).empty() ||
-                            !curve.values_of(Quantity::proximal).empty() ||
-                            !curve.values_of(Quantity::lateral).empty();
-  const bool is_of_origin = !is_of_centre && !(curve.values_of(Quantity::origin_anterior).empty() &&
-                                               curve.values_of(Quantity::origin_proximal).empty() &&
-                                               curve.values_of(Quantity::origin_lateral).empty());
+  const bool is_of_centre = n_known(curve, grood_suntay) > 0;
+  const bool is_of_origin = !is_of_centre && n_known(curve, mesh_origin) > 0;
   const bool is_there = is_of_centre ? !file.point_mm || *file.point_mm == point_mm : !is_of_origin;
   if (is_there) return file;
-  file.is_incomplete = !has_all(curve, other_angles) ||
-                       !(is_of_centre ? has_all(curve, grood_suntay) : has_all(curve, mesh_origin));
+  const std::span<const Quantity> from = is_of_centre ? grood_suntay : mesh_origin;
+  file.is_incomplete = n_known(curve, other_angles) < 2 || n_known(curve, from) < 3;
   if (file.is_incomplete) return file;
   const Eigen::Vector3d to_mm = right_sided(point_mm, side);
   const Eigen::Vector3d from_mm = is_of_centre ? right_sided(*file.point_mm, side) : Eigen::Vector3d::Zero();
@@ -395,8 +371,7 @@ CurveFile about_point(CurveFile file, Side side, const Eigen::Vector3d& point_mm
         rad_from_deg(curve.values_of(Quantity::internal)[k]);
     Eigen::Vector3d t_mm;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      t_mm[static_cast<Eigen::Index>(axis)] =
-          curve.values_of(is_of_centre ? grood_suntay[axis] : mesh_origin[axis])[k];
+      t_mm[static_cast<Eigen::Index>(axis)] = curve.values_of(from[axis])[k];
     if (!q.allFinite() || !t_mm.allFinite()) {
       for (std::vector<double>& values : moved) values.push_back(nan);
       continue;

@@ -31,16 +31,17 @@ struct QuantityName {
   const char* key;   ///< in the page's data
   const char* name;  ///< for display
   const char* unit;
+  const char* column;  ///< of a curve file
 };
 inline constexpr QuantityName quantity_names[n_quantities] = {
-    {Quantity::internal, "internal", "internal rotation", "degrees"},
-    {Quantity::varus, "varus", "varus", "degrees"},
-    {Quantity::anterior, "anterior", "anterior", "mm"},
-    {Quantity::proximal, "proximal", "proximal", "mm"},
-    {Quantity::lateral, "lateral", "lateral", "mm"},
-    {Quantity::origin_anterior, "origin_anterior", "anterior, mesh origin", "mm"},
-    {Quantity::origin_proximal, "origin_proximal", "proximal, mesh origin", "mm"},
-    {Quantity::origin_lateral, "origin_lateral", "lateral, mesh origin", "mm"},
+    {Quantity::internal, "internal", "internal rotation", "degrees", "internal_deg"},
+    {Quantity::varus, "varus", "varus", "degrees", "varus_deg"},
+    {Quantity::anterior, "anterior", "anterior", "mm", "anterior_mm"},
+    {Quantity::proximal, "proximal", "proximal", "mm", "proximal_mm"},
+    {Quantity::lateral, "lateral", "lateral", "mm", "lateral_mm"},
+    {Quantity::origin_anterior, "origin_anterior", "anterior, mesh origin", "mm", "ant_mm"},
+    {Quantity::origin_proximal, "origin_proximal", "proximal, mesh origin", "mm", "prox_mm"},
+    {Quantity::origin_lateral, "origin_lateral", "lateral, mesh origin", "mm", "lat_mm"},
 };
 
 struct ClinicalCurve {
@@ -55,9 +56,6 @@ struct ClinicalCurve {
   }
   std::vector<double>& values_of(Quantity quantity) { return values[static_cast<std::size_t>(quantity)]; }
 };
-
-/// Index of the spine cell of each flexion; -1 if it is missing or not stable.
-std::vector<Eigen::Index> solved_spine(const store::MotionModel& model);
 
 /// The curves of a model at the flexions of its grid: "zero_varus" if reduced, each smoothed set at that
 /// varus (else at the balanced varus), and "raw", the spine cells. The translations are those of the moving

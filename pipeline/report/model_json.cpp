@@ -18,6 +18,28 @@
 namespace vrda::report {
 namespace {
 
+/// One row per flexion with the values over varus.
+template <typename Grid>
+Json grid_rows(const Grid& grid)
+{
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < grid.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index j = 0; j < grid.cols(); ++j) row.push_back(grid(i, j));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+/// Rows of `width` numbers.
+Json rows_of(const std::vector<double>& values, std::size_t width)
+{
+  Json rows = Json::array();
+  for (std::size_t k = 0; k + width <= values.size(); k += width)
+    rows.push_back(std::vector<double>(&values[k], &values[k] + width));
+  return rows;
+}
+
 bool is_varus_free(const store::MotionModel& model)
 {
   return store::Motion(model, "raw").is_varus_free();
@@ -57,14 +79,14 @@ Json plausibilities_json()
 
 Json rotation_json(const store::CurveFigures& f)
 {
-  return {{"net_deg", short_number(f.net_deg)},
-          {"first_deg", short_number(f.first_deg)},
-          {"last_deg", short_number(f.last_deg)},
-          {"peak_deg", short_number(f.peak_deg)},
-          {"peak_at_deg", short_number(f.peak_at_deg)},
-          {"change_deg", short_number(f.change_deg)},
-          {"change_from_deg", short_number(f.change_from_deg)},
-          {"change_to_deg", short_number(f.change_to_deg)}};
+  return {{"net_deg", f.net_deg},
+          {"first_deg", f.first_deg},
+          {"last_deg", f.last_deg},
+          {"peak_deg", f.peak_deg},
+          {"peak_at_deg", f.peak_at_deg},
+          {"change_deg", f.change_deg},
+          {"change_from_deg", f.change_from_deg},
+          {"change_to_deg", f.change_to_deg}};
 }
 
 Json numbers_json(const ReportModel& entry)
@@ -73,20 +95,20 @@ Json numbers_json(const ReportModel& entry)
   return {{"cells", n.n_cells},
           {"stable", n.n_stable},
           {"overlapping", entry.raw.n_overlapping},
-          {"largest_penetration_mm", short_number(entry.raw.largest_penetration_mm)},
-          {"largest_gap_mm", short_number(entry.raw.largest_gap_mm)},
-          {"contact_resolution_mm", short_number(entry.model.contact_resolution_mm)},
-          {"theta_undetermined_share", short_number(n.theta_undetermined_share)},
+          {"largest_penetration_mm", entry.raw.largest_penetration_mm},
+          {"largest_gap_mm", entry.raw.largest_gap_mm},
+          {"contact_resolution_mm", entry.model.contact_resolution_mm},
+          {"theta_undetermined_share", n.theta_undetermined_share},
           {"rotation", rotation_json(n.rotation)},
-          {"largest_spine_jump_deg", short_number(n.spine_jump.change_deg)},
+          {"largest_spine_jump_deg", n.spine_jump.change_deg},
           {"several_optima", n.n_several_optima},
-          {"optima_spread_deg", short_number(n.largest_optima_spread_deg)},
-          {"balance_residual_n", short_number(n.balance_residual_n)},
-          {"worst_gap_mm", short_number(n.worst_gap_mm)},
-          {"push_n", short_number(n.push_n)},
+          {"optima_spread_deg", n.largest_optima_spread_deg},
+          {"balance_residual_n", n.balance_residual_n},
+          {"worst_gap_mm", n.worst_gap_mm},
+          {"push_n", n.push_n},
           {"fibres", entry.model.ligaments ? entry.model.ligaments->name.size() : 0},
-          {"largest_strain", short_number(n.largest_strain)},
-          {"largest_tension_n", short_number(n.largest_tension_n)}};
+          {"largest_strain", n.largest_strain},
+          {"largest_tension_n", n.largest_tension_n}};
 }
 
 // What the kind calls the rotations; nothing where it uses their keys.
@@ -110,8 +132,8 @@ Json head_json(const ReportModel& entry)
                {"reference", body_json(model.reference)},
                {"moving", body_json(model.moving)},
                {"key_name", model.frames ? Json(model.frames->key_name) : Json()},
-               {"flexion", short_numbers(model.frames ? model.frames->key : model.flexion_deg)},
-               {"varus", short_numbers(model.varus_deg)},
+               {"flexion", model.frames ? model.frames->key : model.flexion_deg},
+               {"varus", model.varus_deg},
                {"statuses", statuses_json(model)},
                {"numbers", numbers_json(entry)},
                {"default_motion", store::default_motion(model).set},
@@ -130,14 +152,14 @@ Json curves_json(const store::MotionModel& model, const Eigen::Vector3d& point_m
 Json raw_surfaces_json(const store::MotionModel& model)
 {
   Json raw = {{"name", "raw"},
-              {"tx", short_grid(model.tx_mm)},
-              {"ty", short_grid(model.ty_mm)},
-              {"tz", short_grid(model.tz_mm)},
-              {"theta", short_grid(model.theta_deg)}};
-  if (is_varus_free(model)) raw["varus"] = short_grid(model.varus_solved_deg);
+              {"tx", grid_rows(model.tx_mm)},
+              {"ty", grid_rows(model.ty_mm)},
+              {"tz", grid_rows(model.tz_mm)},
+              {"theta", grid_rows(model.theta_deg)}};
+  if (is_varus_free(model)) raw["varus"] = grid_rows(model.varus_solved_deg);
   if (model.frames) {
     const auto n = static_cast<Eigen::Index>(model.flexion_deg.size());
-    raw["frame_flexion"] = short_grid(Eigen::Map<const store::GridD>(model.flexion_deg.data(), n, 1));
+    raw["frame_flexion"] = grid_rows(Eigen::Map<const store::GridD>(model.flexion_deg.data(), n, 1));
   }
   return raw;
 }
@@ -156,7 +178,7 @@ Json recontacted_json(const store::MotionModel& model, const store::SmoothedSet&
                                                       : 0.0;
       if (component != 0.0) values.row(i) += component * set.recontact_mm->row(i);
     }
-    result[surface.name] = short_grid(values);
+    result[surface.name] = grid_rows(values);
   }
   return result;
 }
@@ -168,7 +190,7 @@ Json surfaces_json(const store::MotionModel& model)
     const std::string name = "degree_" + std::to_string(set.degree);
     Json values = {{"name", name}};
     for (const store::SmoothedSurface& surface : set.surfaces)
-      values[surface.name] = short_grid(surface.values);
+      values[surface.name] = grid_rows(surface.values);
     list.push_back(std::move(values));
     if (set.recontact_mm) list.push_back(recontacted_json(model, set, name + "_recontacted"));
   }
@@ -183,10 +205,10 @@ Json degrees_json(const store::MotionModel& model)
     for (const store::SmoothedSurface& s : set.surfaces) {
       surfaces.push_back({{"name", s.name},
                           {"cells", s.n_cells},
-                          {"rms", short_number(s.rms)},
-                          {"largest_residual", short_number(s.largest_residual)},
-                          {"leave_one_out_rms", short_number(s.leave_one_out_rms)},
-                          {"condition_number", short_number(s.condition_number)}});
+                          {"rms", s.rms},
+                          {"largest_residual", s.largest_residual},
+                          {"leave_one_out_rms", s.leave_one_out_rms},
+                          {"condition_number", s.condition_number}});
     }
     list.push_back({{"degree", set.degree},
                     {"is_robust", set.is_robust},
@@ -196,13 +218,14 @@ Json degrees_json(const store::MotionModel& model)
   return list;
 }
 
-double largest_of(const store::GridD& grid)
+// Null without a number, and if it is infinite.
+Json largest_json(const store::GridD& grid)
 {
   double most = -1.0;
-  for (Eigen::Index k = 0; k < grid.size(); ++k) {
-    if (grid.data()[k] > most) most = grid.data()[k];
+  for (const double value : grid.reshaped()) {
+    if (value > most) most = value;
   }
-  return most;
+  return most < 0.0 ? Json() : Json(most);
 }
 
 Json two_sided_json(const store::TwoSidedFigures& f)
@@ -210,10 +233,10 @@ Json two_sided_json(const store::TwoSidedFigures& f)
   if (f.n_poses == 0) return nullptr;
   return {{"poses", f.n_poses},
           {"both_in_contact", f.n_both_in_contact},
-          {"largest_gap_medial_mm", short_number(f.largest_gap_medial_mm)},
-          {"largest_overlap_medial_mm", short_number(f.largest_overlap_medial_mm)},
-          {"largest_gap_lateral_mm", short_number(f.largest_gap_lateral_mm)},
-          {"largest_overlap_lateral_mm", short_number(f.largest_overlap_lateral_mm)}};
+          {"largest_gap_medial_mm", f.largest_gap_medial_mm},
+          {"largest_overlap_medial_mm", f.largest_overlap_medial_mm},
+          {"largest_gap_lateral_mm", f.largest_gap_lateral_mm},
+          {"largest_overlap_lateral_mm", f.largest_overlap_lateral_mm}};
 }
 
 Json audits_json(const store::MotionModel& model)
@@ -223,15 +246,14 @@ Json audits_json(const store::MotionModel& model)
     const auto n_of = [&](store::AuditState state) {
       return (a.state == static_cast<std::int8_t>(state)).count();
     };
-    const double gap_mm = largest_of(a.gap_mm), penetration_mm = largest_of(a.penetration_mm);
     list.push_back({{"name", a.name},
                     {"refine", a.refine},
                     {"attitudes", a.state.size()},
                     {"no_pose", n_of(store::AuditState::no_pose)},
                     {"overlapping", n_of(store::AuditState::overlapping)},
                     {"nothing_ahead", n_of(store::AuditState::nothing_ahead)},
-                    {"largest_gap_mm", gap_mm < 0.0 ? Json() : short_number(gap_mm)},
-                    {"largest_penetration_mm", penetration_mm < 0.0 ? Json() : short_number(penetration_mm)},
+                    {"largest_gap_mm", largest_json(a.gap_mm)},
+                    {"largest_penetration_mm", largest_json(a.penetration_mm)},
                     {"two_sided", two_sided_json(store::two_sided_figures(a))}});
   }
   return list;
@@ -240,14 +262,14 @@ Json audits_json(const store::MotionModel& model)
 Json scaling_json(const std::optional<Scaling>& scaling)
 {
   if (!scaling) return {};
-  return {{"factor", short_numbers({scaling->factor.x(), scaling->factor.y(), scaling->factor.z()})},
+  return {{"factor", {scaling->factor.x(), scaling->factor.y(), scaling->factor.z()}},
           {"keeps_steps", scaling->keeps_steps},
-          {"standard_error", short_number(scaling->standard_error)},
-          {"residual_rms_mm", short_number(scaling->residual_rms_mm)},
+          {"standard_error", scaling->standard_error},
+          {"residual_rms_mm", scaling->residual_rms_mm},
           {"landmarks", scaling->landmark},
-          {"model_mm", short_numbers(scaling->model_mm)},
-          {"subject_mm", short_numbers(scaling->subject_mm)},
-          {"residual_mm", short_numbers(scaling->residual_mm)}};
+          {"model_mm", scaling->model_mm},
+          {"subject_mm", scaling->subject_mm},
+          {"residual_mm", scaling->residual_mm}};
 }
 
 Json provenance_json(const store::MotionModel& model)
@@ -262,17 +284,6 @@ Json provenance_json(const store::MotionModel& model)
           {"format_version", store::format_version}};
 }
 
-Json flags_json(const store::GridB& flags)
-{
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < flags.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index j = 0; j < flags.cols(); ++j) row.push_back(static_cast<int>(flags(i, j)));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
 // Bit 0: contact of the medial compartment, bit 1: of the lateral one; -1 without a pose.
 Json contacts_json(const store::MotionModel& model)
 {
@@ -283,16 +294,16 @@ Json contacts_json(const store::MotionModel& model)
     contacts.data()[k] =
         static_cast<std::int8_t>(model.contact_medial.data()[k] + 2 * model.contact_lateral.data()[k]);
   }
-  return flags_json(contacts);
+  return grid_rows(contacts);
 }
 
 Json errors_json(const std::string& name, const analysis::ErrorMeasures& errors)
 {
   return {{"name", name},
-          {"rms", short_number(errors.rms)},
-          {"largest", short_number(errors.largest)},
-          {"leave_one_out", short_number(errors.leave_one_out)},
-          {"roughness", short_number(errors.roughness)}};
+          {"rms", errors.rms},
+          {"largest", errors.largest},
+          {"leave_one_out", errors.leave_one_out},
+          {"roughness", errors.roughness}};
 }
 
 Json faults_json(const analysis::DegreeRow& row)
@@ -302,8 +313,8 @@ Json faults_json(const analysis::DegreeRow& row)
   return {{"attitudes", f.n_attitudes},
           {"overlapping", f.n_overlapping},
           {"nothing_ahead", f.n_nothing_ahead},
-          {"largest_penetration_mm", short_number(f.largest_penetration_mm)},
-          {"largest_gap_mm", short_number(f.largest_gap_mm)}};
+          {"largest_penetration_mm", f.largest_penetration_mm},
+          {"largest_gap_mm", f.largest_gap_mm}};
 }
 
 Json contact_json(const std::optional<analysis::ContactFigures>& contact)
@@ -311,8 +322,8 @@ Json contact_json(const std::optional<analysis::ContactFigures>& contact)
   if (!contact) return nullptr;
   return {{"poses", contact->n_poses},
           {"lifted_off", contact->n_lifted_off},
-          {"largest_gap_mm", short_number(contact->largest_gap_mm)},
-          {"largest_overlap_mm", short_number(contact->largest_overlap_mm)},
+          {"largest_gap_mm", contact->largest_gap_mm},
+          {"largest_overlap_mm", contact->largest_overlap_mm},
           {"two_sided", contact->sides ? two_sided_json(*contact->sides) : Json()}};
 }
 
@@ -330,9 +341,9 @@ Json comparison_json(const std::optional<analysis::Comparison>& comparison)
     }
     rows.push_back({{"degree", row.set.degree},
                     {"errors", errors},
-                    {"perceptible_share", short_number(row.perceptible_share)},
-                    {"left_out", short_number(r.ranked[k].error)},
-                    {"second_difference", short_number(row.second_difference)},
+                    {"perceptible_share", row.perceptible_share},
+                    {"left_out", r.ranked[k].error},
+                    {"second_difference", row.second_difference},
                     {"contact", contact_json(row.contact)},
                     {"fault", name_of(r.ranked[k].fault)},
                     {"faults", faults_json(row)}});
@@ -368,54 +379,13 @@ Json stills_json(const RenderedImages& stills)
   return {{"note", stills.note}, {"stills", list}};
 }
 
-}  // namespace
-
-Json curve_json(const ClinicalCurve& curve)
-{
-  Json values = {{"name", curve.name}, {"flexion", short_numbers(curve.flexion_deg)}};
-  for (const QuantityName& q : quantity_names) {
-    if (!curve.values_of(q.quantity).empty()) values[q.key] = short_numbers(curve.values_of(q.quantity));
-  }
-  return values;
-}
-
-Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
-{
-  const store::MotionModel& model = entry.model;
-  Json json = head_json(entry);
-  if (store::has_turned_axes(model)) json["axes_are_turned"] = true;
-  json["point_mm"] = short_numbers({options.point_mm.begin(), options.point_mm.end()});
-  json["curves"] = curves_json(model, options.point_mm);
-  json["provenance"] = provenance_json(model);
-  json["spine"] = spine_json(model);
-  if (!options.is_whole) return json;
-  json["status_grid"] = flags_json(model.status);
-  json["plausibility_grid"] = flags_json(model.plausibility);
-  json["plausibilities"] = plausibilities_json();
-  json["contact_grid"] = contacts_json(model);
-  json["theta_determined_grid"] = flags_json(model.theta_determined);
-  json["surfaces"] = surfaces_json(model);
-  json["degrees"] = degrees_json(model);
-  json["comparison"] = comparison_json(entry.comparison);
-  json["audits"] = audits_json(model);
-  json["coordinates"] = coordinates_json(model);
-  json["repair"] = repair_json(model);
-  json["uncertainty"] = uncertainty_json(model);
-  json["contact_paths"] = contact_paths_json(model);
-  json["axes"] = axes_json(model);
-  json["forces"] = forces_json(model);
-  json["fibres"] = fibres_json(model);
-  json["stills"] = stills_json(entry.images);
-  return json;
-}
-
 // Roles of the joint's coordinates and the loads that hold them, along the spine, for the page.
 
 Json coordinates_json(const store::MotionModel& model)
 {
   if (!model.coordinates) return nullptr;
   const store::CoordinateSurfaces& c = *model.coordinates;
-  const std::vector<Eigen::Index> spine = solved_spine(model);
+  const std::vector<Eigen::Index> spine = store::solved_spine(model);
   Json list = Json::array();
   for (std::size_t q = 0; q < n_joint_coordinates; ++q) {
     const std::vector<double>& loads = is_rotation(q) ? c.holding_moment_nmm : c.holding_force_n;
@@ -432,50 +402,10 @@ Json coordinates_json(const store::MotionModel& model)
                     {"role", name_of(static_cast<CoordinateRole>(c.role[q]))},
                     {"solved", n_solved},
                     {"determined", n_determined},
-                    {"holding_load", short_numbers(load)}});
+                    {"holding_load", load}});
   }
   return list;
 }
-
-// The report's data about contacts, loads, fibres and outlines as JSON, rounded for the page.
-
-Json short_number(double value)
-{
-  if (!std::isfinite(value)) return nullptr;
-  constexpr double per_unit = 1e6;
-  return std::round(value * per_unit) / per_unit;
-}
-
-Json short_numbers(const std::vector<double>& values)
-{
-  Json list = Json::array();
-  for (const double value : values) list.push_back(short_number(value));
-  return list;
-}
-
-Json short_grid(const store::GridD& grid)
-{
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < grid.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index j = 0; j < grid.cols(); ++j) row.push_back(short_number(grid(i, j)));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
-Json short_rows(const std::vector<double>& values, std::size_t width)
-{
-  Json rows = Json::array();
-  for (std::size_t begin = 0; begin + width <= values.size(); begin += width) {
-    Json row = Json::array();
-    for (std::size_t k = begin; k < begin + width; ++k) row.push_back(short_number(values[k]));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
-namespace {
 
 using Point = Eigen::Vector2d;
 struct Edge {
@@ -556,7 +486,7 @@ constexpr double rim_mm = 12.0;
 std::vector<double> along_spine(const store::MotionModel& model, const std::vector<double>& cells)
 {
   std::vector<double> rows;
-  for (const Eigen::Index cell : solved_spine(model)) {
+  for (const Eigen::Index cell : store::solved_spine(model)) {
     for (std::size_t k = 0; k < 3; ++k)
       rows.push_back(cell < 0 ? nan : cells[3 * static_cast<std::size_t>(cell) + k]);
   }
@@ -598,7 +528,7 @@ Json outline_json(const Mesh& mesh, OutlineOptions heights)
   heights.from_mm -= rim_mm;
   heights.to_mm += rim_mm;
   for (const Eigen::Vector2d& p : projected_outline(mesh, heights))
-    list.push_back(Json::array({short_number(p.x()), short_number(p.y())}));
+    list.push_back(Json::array({p.x(), p.y()}));
   return list;
 }
 
@@ -658,11 +588,9 @@ Json bundle_json(const store::LigamentRows& ligaments, const Bundle& bundle,
   }
   return {{"name", bundle.name},
           {"n_fibres", bundle.fibres.size()},
-          {"largest_strain", short_numbers(strain)},
-          {"tension_n", short_numbers(tension_n)}};
+          {"largest_strain", strain},
+          {"tension_n", tension_n}};
 }
-
-}  // namespace
 
 Json contact_paths_json(const store::MotionModel& model)
 {
@@ -674,16 +602,14 @@ Json contact_paths_json(const store::MotionModel& model)
     include_heights(path.reference_mm, reference);
     include_heights(path.moving_mm, moving);
     compartments.push_back({{"name", path.compartment},
-                            {"reference", short_rows(path.reference_mm, 3)},
-                            {"moving", short_rows(path.moving_mm, 3)}});
+                            {"reference", rows_of(path.reference_mm, 3)},
+                            {"moving", rows_of(path.moving_mm, 3)}});
   }
   if (compartments.empty()) return nullptr;
   return {{"compartments", compartments},
           {"outline_reference", outline_json(whole_mesh(model.reference), reference)},
           {"outline_moving", outline_json(whole_mesh(model.moving), moving)}};
 }
-
-namespace {
 
 /// Rows of coordinates minus those of a point.
 std::vector<double> from_point(std::vector<double> rows, const Eigen::VectorXd& point_mm)
@@ -693,48 +619,44 @@ std::vector<double> from_point(std::vector<double> rows, const Eigen::VectorXd& 
   return rows;
 }
 
-}  // namespace
-
 Json axes_json(const store::MotionModel& model)
 {
   if (!model.zero_varus) return nullptr;
   const store::ZeroVarus& z = *model.zero_varus;
   const Eigen::Vector3d& centre_mm = model.rotation_centre_mm;
-  return {{"rotation_deg", short_numbers(z.helical_rotation_deg)},
-          {"translation_mm", short_numbers(z.helical_translation_mm)},
-          {"direction", short_rows(z.helical_direction, 3)},
-          {"point_mm", short_rows(from_point(z.helical_point_mm, centre_mm), 3)},
-          {"instant_centre_mm", short_rows(from_point(z.instant_centre_mm, centre_mm.head<2>()), 2)},
-          {"medial_rolling_mm", short_numbers(z.medial_rolling_mm)},
-          {"medial_sliding_mm", short_numbers(z.medial_sliding_mm)},
-          {"lateral_rolling_mm", short_numbers(z.lateral_rolling_mm)},
-          {"lateral_sliding_mm", short_numbers(z.lateral_sliding_mm)}};
+  return {{"rotation_deg", z.helical_rotation_deg},
+          {"translation_mm", z.helical_translation_mm},
+          {"direction", rows_of(z.helical_direction, 3)},
+          {"point_mm", rows_of(from_point(z.helical_point_mm, centre_mm), 3)},
+          {"instant_centre_mm", rows_of(from_point(z.instant_centre_mm, centre_mm.head<2>()), 2)},
+          {"medial_rolling_mm", z.medial_rolling_mm},
+          {"medial_sliding_mm", z.medial_sliding_mm},
+          {"lateral_rolling_mm", z.lateral_rolling_mm},
+          {"lateral_sliding_mm", z.lateral_sliding_mm}};
 }
 
 Json forces_json(const store::MotionModel& model)
 {
   if (!model.equilibrium) return nullptr;
   std::array<std::vector<double>, 3> sums;
-  for (const Eigen::Index cell : solved_spine(model)) {
+  for (const Eigen::Index cell : store::solved_spine(model)) {
     const std::array<double, 3> of_cell = forces_of_cell(model.equilibrium->forces, cell);
     for (std::size_t k = 0; k < 3; ++k) sums[k].push_back(of_cell[k]);
   }
-  return {{"none_n", short_numbers(sums[static_cast<std::size_t>(Compartment::none)])},
-          {"medial_n", short_numbers(sums[static_cast<std::size_t>(Compartment::medial)])},
-          {"lateral_n", short_numbers(sums[static_cast<std::size_t>(Compartment::lateral)])}};
+  return {{"none_n", sums[static_cast<std::size_t>(Compartment::none)]},
+          {"medial_n", sums[static_cast<std::size_t>(Compartment::medial)]},
+          {"lateral_n", sums[static_cast<std::size_t>(Compartment::lateral)]}};
 }
 
 Json fibres_json(const store::MotionModel& model)
 {
   if (!model.ligaments || model.ligaments->name.empty()) return nullptr;
-  const std::vector<Eigen::Index> spine = solved_spine(model);
+  const std::vector<Eigen::Index> spine = store::solved_spine(model);
   Json bundles = Json::array();
   for (const Bundle& bundle : bundles_of(*model.ligaments))
     bundles.push_back(bundle_json(*model.ligaments, bundle, spine));
   return bundles;
 }
-
-namespace {
 
 Json branches_json(const store::MotionModel& model)
 {
@@ -744,10 +666,10 @@ Json branches_json(const store::MotionModel& model)
     flexion_deg.insert(flexion_deg.end(),
                        static_cast<std::size_t>(branches.row_start[i + 1] - branches.row_start[i]),
                        model.flexion_deg[i]);
-  return {{"flexion", short_numbers(flexion_deg)},
-          {"theta", short_numbers(branches.theta_deg)},
-          {"varus", short_numbers(branches.varus_deg)},
-          {"energy", short_numbers(branches.energy_nmm)},
+  return {{"flexion", flexion_deg},
+          {"theta", branches.theta_deg},
+          {"varus", branches.varus_deg},
+          {"energy", branches.energy_nmm},
           {"is_chosen", branches.is_chosen}};
 }
 
@@ -771,29 +693,25 @@ double internal_in_band_deg(const store::MotionModel& model, const store::Clinic
   return internal_deg + nearest_turn(internal_at_deg(theta_deg), chosen_deg, 360.0) - chosen_deg;
 }
 
-}  // namespace
-
 Json spine_json(const store::MotionModel& model)
 {
   if (!model.equilibrium) return nullptr;
   const store::FreeSpine& spine = model.equilibrium->spine;
-  const std::vector<Eigen::Index> cells = solved_spine(model);
+  const std::vector<Eigen::Index> cells = store::solved_spine(model);
   const store::ClinicalCurves clinical = store::clinical_curves(model);
   std::vector<double> low_deg, high_deg;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     low_deg.push_back(internal_in_band_deg(model, clinical.surfaces, i, cells[i], spine.theta_low_deg[i]));
     high_deg.push_back(internal_in_band_deg(model, clinical.surfaces, i, cells[i], spine.theta_high_deg[i]));
   }
-  return {{"band_moment_nmm", short_number(model.equilibrium->band_moment_nmm)},
-          {"internal_low", short_numbers(low_deg)},
-          {"internal_high", short_numbers(high_deg)},
+  return {{"band_moment_nmm", model.equilibrium->band_moment_nmm},
+          {"internal_low", low_deg},
+          {"internal_high", high_deg},
           {"n_optima", spine.n_optima},
           {"branches", branches_json(model)}};
 }
 
 // Measured and repaired motion of a repaired model, for the page.
-
-namespace {
 
 struct FrameLengths {
   const std::vector<double>&gap_mm, &penetration_mm;
@@ -814,13 +732,11 @@ Json motion_json(const store::MotionModel& model, const std::vector<double>& pos
     proximal.push_back(c.proximal_mm);
     lateral.push_back(c.lateral_mm);
   }
-  return {{"gap", short_numbers(lengths.gap_mm)}, {"penetration", short_numbers(lengths.penetration_mm)},
-          {"flexion", short_numbers(flexion)},    {"varus", short_numbers(varus)},
-          {"internal", short_numbers(internal)},  {"anterior", short_numbers(anterior)},
-          {"proximal", short_numbers(proximal)},  {"lateral", short_numbers(lateral)}};
+  return {{"gap", lengths.gap_mm}, {"penetration", lengths.penetration_mm},
+          {"flexion", flexion},    {"varus", varus},
+          {"internal", internal},  {"anterior", anterior},
+          {"proximal", proximal},  {"lateral", lateral}};
 }
-
-}  // namespace
 
 Json repair_json(const store::MotionModel& model)
 {
@@ -829,15 +745,15 @@ Json repair_json(const store::MotionModel& model)
   Json statuses = Json::array();
   for (const std::int8_t status : r.status) statuses.push_back(status);
   return {{"key_name", model.frames->key_name},
-          {"key", short_numbers(model.frames->key)},
+          {"key", model.frames->key},
           {"before", motion_json(model, r.X_measured, {r.gap_before_mm, r.penetration_before_mm})},
           {"after", motion_json(model, model.X_reference_moving, {r.gap_after_mm, r.penetration_after_mm})},
-          {"distance", short_numbers(r.distance)},
+          {"distance", r.distance},
           {"status", statuses},
           {"converged", r.is_converged},
-          {"noise_deg", short_numbers(r.noise_deg)},
-          {"noise_mm", short_numbers(r.noise_mm)},
-          {"gap_limit", short_numbers(r.gap_limit_mm)}};
+          {"noise_deg", r.noise_deg},
+          {"noise_mm", r.noise_mm},
+          {"gap_limit", r.gap_limit_mm}};
 }
 
 // Bands of an uncertain job, and the draws that their spread comes from, for the page.
@@ -855,16 +771,16 @@ Json uncertainty_json(const store::MotionModel& model)
       std::vector<double> values;
       for (std::size_t i = 0; i < motion.n_solved.size(); ++i)
         values.push_back(solve::band_at(motion, p, i, quantity.row));
-      json[band_keys[p]] = short_numbers(values);
+      json[band_keys[p]] = values;
     }
     Json shares = Json::array();
     for (const solve::SpreadShare& share : solve::spread_shares(motion, quantity.row)) {
       if (shares.size() == most_shares) break;
       shares.push_back({{"draw", motion.draw[share.draw]},
-                        {"index", short_number(share.index)},
-                        {"low", short_number(share.low)},
-                        {"high", short_number(share.high)},
-                        {"rank_correlation", short_number(share.rank_correlation)}});
+                        {"index", share.index},
+                        {"low", share.low},
+                        {"high", share.high},
+                        {"rank_correlation", share.rank_correlation}});
     }
     json["shares"] = std::move(shares);
     quantities.push_back(std::move(json));
@@ -872,6 +788,47 @@ Json uncertainty_json(const store::MotionModel& model)
   return {{"samples", motion.n_samples()}, {"sequence", motion.sequence},
           {"seed", motion.seed},           {"draws", motion.draw.size()},
           {"solved", motion.n_solved},     {"quantities", std::move(quantities)}};
+}
+
+}  // namespace
+
+Json curve_json(const ClinicalCurve& curve)
+{
+  Json values = {{"name", curve.name}, {"flexion", curve.flexion_deg}};
+  for (const QuantityName& q : quantity_names) {
+    if (!curve.values_of(q.quantity).empty()) values[q.key] = curve.values_of(q.quantity);
+  }
+  return values;
+}
+
+Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
+{
+  const store::MotionModel& model = entry.model;
+  Json json = head_json(entry);
+  if (store::has_turned_axes(model)) json["axes_are_turned"] = true;
+  json["point_mm"] = std::vector<double>(options.point_mm.begin(), options.point_mm.end());
+  json["curves"] = curves_json(model, options.point_mm);
+  json["provenance"] = provenance_json(model);
+  json["spine"] = spine_json(model);
+  if (!options.is_whole) return json;
+  json["status_grid"] = grid_rows(model.status);
+  json["plausibility_grid"] = grid_rows(model.plausibility);
+  json["plausibilities"] = plausibilities_json();
+  json["contact_grid"] = contacts_json(model);
+  json["theta_determined_grid"] = grid_rows(model.theta_determined);
+  json["surfaces"] = surfaces_json(model);
+  json["degrees"] = degrees_json(model);
+  json["comparison"] = comparison_json(entry.comparison);
+  json["audits"] = audits_json(model);
+  json["coordinates"] = coordinates_json(model);
+  json["repair"] = repair_json(model);
+  json["uncertainty"] = uncertainty_json(model);
+  json["contact_paths"] = contact_paths_json(model);
+  json["axes"] = axes_json(model);
+  json["forces"] = forces_json(model);
+  json["fibres"] = fibres_json(model);
+  json["stills"] = stills_json(entry.images);
+  return json;
 }
 
 }  // namespace vrda::report

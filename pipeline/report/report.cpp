@@ -2,6 +2,7 @@
 #include "report/report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
@@ -75,10 +76,10 @@ Json difference_json(const ClinicalCurve& curve, const ClinicalCurve& other, boo
     const CurveDifference d = difference(curve, other, quantity);
     if (d.n == 0) continue;
     by_quantity[key_of(quantity)] = {{"n", d.n},
-                                     {"rms", short_number(d.rms)},
-                                     {"largest", short_number(d.largest)},
-                                     {"mean", short_number(d.mean)},
-                                     {"rms_about_mean", short_number(d.rms_about_mean)}};
+                                     {"rms", d.rms},
+                                     {"largest", d.largest},
+                                     {"mean", d.mean},
+                                     {"rms_about_mean", d.rms_about_mean}};
   }
   return by_quantity;
 }
@@ -122,18 +123,27 @@ Json json_of(const Report& report)
           {"shows_origin", has_incomplete}, {"differences", differences_json(report, files)}};
 }
 
+void round_numbers(Json& json)
+{
+  constexpr double per_unit = 1e6;
+  if (json.is_number_float()) {
+    const auto value = json.get<double>();
+    json = std::isfinite(value) ? Json(std::round(value * per_unit) / per_unit) : Json();
+  } else if (json.is_structured()) {
+    for (Json& part : json) round_numbers(part);
+  }
+}
+
 // Escapes JSON for a script element: with '<' a title could end the element.
 std::string within_script(const std::string& json)
 {
+  constexpr std::string_view unsafe = "<>&";
+  constexpr std::array<const char*, 3> escapes{"\\u003c", "\\u003e", "\\u0026"};
   std::string text;
   text.reserve(json.size());
   for (const char c : json) {
-    if (c == '<') {
-      text += "\\u003c";
-    } else if (c == '>') {
-      text += "\\u003e";
-    } else if (c == '&') {
-      text += "\\u0026";
+    if (const std::size_t k = unsafe.find(c); k != std::string_view::npos) {
+      text += escapes[k];
     } else {
       text += c;
     }
@@ -166,23 +176,35 @@ std::string title_of(const Report& report)
 
 }  // namespace
 
-std::string report_json(const Report& report)
+std::string data_text(Json data)
 {
-  check(!report.models.empty(), "a report has a motion model");
+  round_numbers(data);
   // Titles and names come from files; invalid UTF-8 must not stop the report.
-  return json_of(report).dump(-1, ' ', false, Json::error_handler_t::replace);
+  return data.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-std::string report_page(const Report& report)
+std::string page_of(const std::string& title, Json data)
 {
-  const std::string data = within_script(report_json(report));
-  const std::string title = escape_markup(title_of(report));
-  return filled(page_template(), {{"title", title},
+  const std::string script = within_script(data_text(std::move(data)));
+  const std::string heading = escape_markup(title);
+  return filled(page_template(), {{"title", heading},
                                   {"style", page_style()},
                                   {"plotly_licence", plotly_licence()},
                                   {"plotly", plotly_library()},
                                   {"code", page_code()},
-                                  {"data", data}});
+                                  {"data", script}});
+}
+
+std::string report_json(const Report& report)
+{
+  check(!report.models.empty(), "a report has a motion model");
+  return data_text(json_of(report));
+}
+
+std::string report_page(const Report& report)
+{
+  check(!report.models.empty(), "a report has a motion model");
+  return page_of(title_of(report), json_of(report));
 }
 
 // What a report says in words: summary of a motion, warnings of a model.
@@ -191,20 +213,6 @@ namespace {
 
 // The certificate of an equilibrium (solve/equilibrium_record.cpp) allows this share of the push.
 constexpr double residual_share = 1e-2;
-
-double largest(const double* values, Eigen::Index n)
-{
-  double result = nan;
-  for (Eigen::Index k = 0; k < n; ++k) {
-    if (!(values[k] <= result)) result = std::isfinite(values[k]) ? values[k] : result;
-  }
-  return result;
-}
-
-double largest(const std::vector<double>& values)
-{
-  return largest(values.data(), static_cast<Eigen::Index>(values.size()));
-}
 
 template <typename... Values>
 std::string line(const char* format, Values... values)
@@ -219,14 +227,21 @@ void add_equilibrium(const store::MotionModel& model, MotionSummary& numbers)
   const store::EquilibriumSurfaces& e = *model.equilibrium;
   numbers.n_several_optima =
       std::count_if(e.spine.n_optima.begin(), e.spine.n_optima.end(), [](std::int32_t n) { return n > 1; });
-  numbers.largest_optima_spread_deg = largest(e.spine.optima_theta_spread_deg);
-  numbers.balance_residual_n = largest(e.balance_residual_n.data(), e.balance_residual_n.size());
-  const store::GridD opposite = -e.worst_gap_mm;
-  numbers.worst_gap_mm = -largest(opposite.data(), opposite.size());
+  numbers.largest_optima_spread_deg = store::largest_of(e.spine.optima_theta_spread_deg);
+  numbers.balance_residual_n = store::largest_of(e.balance_residual_n);
+  numbers.worst_gap_mm = store::smallest_of(e.worst_gap_mm);
   numbers.push_n = model.push.force_n.rows() > 0 ? model.push.force_n.rowwise().norm().maxCoeff() : nan;
 }
 
 using Lines = std::vector<std::string>;
+
+// "Theta jumps ..." of "theta jumps ..."; nothing for an empty text.
+void add_sentence(std::string text, Lines& lines)
+{
+  if (text.empty()) return;
+  text.front() = static_cast<char>(std::toupper(text.front()));
+  lines.push_back(text + ".");
+}
 
 void add_unsolved(const store::MotionModel& model, Lines& lines)
 {
@@ -236,7 +251,7 @@ void add_unsolved(const store::MotionModel& model, Lines& lines)
     lines.push_back(line("%lld of %lld attitudes ended as %s: %s.", static_cast<long long>(n),
                          static_cast<long long>(model.status.size()), name_of(status), meaning_of(status)));
   }
-  const std::vector<Eigen::Index> spine = solved_spine(model);
+  const std::vector<Eigen::Index> spine = store::solved_spine(model);
   const auto n_missing = std::count(spine.begin(), spine.end(), -1);
   if (n_missing > 0)
     lines.push_back(
@@ -275,7 +290,7 @@ void add_audits(const store::MotionModel& model, Lines& lines)
   std::string found;
   for (const store::AuditSet& audit : model.audits) {
     if (audit.name == "raw") continue;
-    const double deepest_mm = largest(audit.penetration_mm.data(), audit.penetration_mm.size());
+    const double deepest_mm = store::largest_of(audit.penetration_mm);
     const auto n = (audit.state == static_cast<std::int8_t>(store::AuditState::overlapping)).count();
     if (deepest_mm > perceptible_mm)
       found += line("%s%s by up to %.3g mm (%lld of %lld attitudes overlap)", found.empty() ? "" : ", ",
@@ -311,16 +326,15 @@ void add_rotation(const store::MotionModel& model, const MotionSummary& numbers,
              "lowest energy is used.",
              static_cast<long long>(numbers.n_several_optima), model.flexion_deg.size(),
              numbers.largest_optima_spread_deg));
-  const std::string jump = store::text_of(numbers.spine_jump);
-  if (!jump.empty() && !store::has_turned_axes(model))  // theta then also follows the other rotations
-    lines.push_back(static_cast<char>(std::toupper(jump.front())) + jump.substr(1) + ".");
+  if (!store::has_turned_axes(model))  // theta then also follows the other rotations
+    add_sentence(store::text_of(numbers.spine_jump), lines);
 }
 
 void add_spine_at_border(const store::MotionModel& model, Lines& lines)
 {
   const auto n_varus = static_cast<Eigen::Index>(model.varus_deg.size());
   if (n_varus < 3) return;
-  const std::vector<Eigen::Index> spine = solved_spine(model);
+  const std::vector<Eigen::Index> spine = store::solved_spine(model);
   const auto n = std::count_if(spine.begin(), spine.end(), [&](Eigen::Index cell) {
     return cell >= 0 && (cell % n_varus == 0 || cell % n_varus == n_varus - 1);
   });
@@ -343,9 +357,7 @@ void add_interpolated(const store::MotionModel& model, Lines& lines)
     lines.push_back(
         line("The zero-varus pose is interpolated between two varus columns at %lld of %zu flexions.",
              static_cast<long long>(n), source.size()));
-  const std::string cut_off = analysis::cut_off_warning(*model.zero_varus);
-  if (!cut_off.empty())
-    lines.push_back(static_cast<char>(std::toupper(cut_off.front())) + cut_off.substr(1) + ".");
+  add_sentence(analysis::cut_off_warning(*model.zero_varus), lines);
   if (n_none > 0)
     lines.push_back(
         line("%lld of %zu flexions have no zero-varus pose.", static_cast<long long>(n_none), source.size()));
@@ -367,8 +379,8 @@ MotionSummary motion_summary(const store::MotionModel& model)
   numbers.balance_residual_n = numbers.worst_gap_mm = numbers.push_n = nan;
   numbers.largest_optima_spread_deg = nan;
   if (model.equilibrium) add_equilibrium(model, numbers);
-  numbers.largest_strain = model.ligaments ? largest(model.ligaments->strain) : nan;
-  numbers.largest_tension_n = model.ligaments ? largest(model.ligaments->tension_n) : nan;
+  numbers.largest_strain = model.ligaments ? store::largest_of(model.ligaments->strain) : nan;
+  numbers.largest_tension_n = model.ligaments ? store::largest_of(model.ligaments->tension_n) : nan;
   return numbers;
 }
 
@@ -386,8 +398,7 @@ std::vector<std::string> warnings_of(const ReportModel& entry)
              "%.3g N.",
              numbers.balance_residual_n, numbers.push_n));
   add_rotation(model, numbers, lines);
-  if (const std::string lock = gimbal_lock_text(store::clinical_curves(model).n_locked); !lock.empty())
-    lines.push_back(static_cast<char>(std::toupper(lock.front())) + lock.substr(1) + ".");
+  add_sentence(gimbal_lock_text(store::clinical_curves(model).n_locked), lines);
   add_spine_at_border(model, lines);
   add_comparison(entry, lines);
   add_audits(model, lines);

@@ -6,10 +6,10 @@
 #include <map>
 #include <set>
 
+#include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "job/job.hpp"
-#include "run/index.hpp"
 
 namespace vrda::run {
 namespace {
@@ -34,13 +34,6 @@ std::string case_file_of(const std::string& output)
   return output + ".case.json";
 }
 
-template <typename Fields>
-void name_fields(const Fields& fields, CaseFile& file)
-{
-  name_spec_fields(fields, file.spec);
-  fields("merged_sha256", file.merged_sha256);
-}
-
 void write_case_file(const std::string& path, const CaseFile& content)
 {
   const nlohmann::ordered_json json = content;
@@ -53,7 +46,7 @@ CaseFile read_case_file(const std::string& path)
   constexpr const char* wanted = "the case file that vrda run --spine or --shard wrote, or --job";
   const std::optional<std::string> text = read_text_file(path);
   if (!text) throw InputError({path, "", "no file", wanted});
-  return value_in<CaseFile>(core::JsonFile(path, *text, wanted), path);
+  return core::value_in<CaseFile>(core::JsonFile(path, *text, wanted), path);
 }
 
 InputError error_of_case_file(const std::string& path, const CaseSpec& spec, const InputError& error)

@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <string>
+#include <tuple>
 #include <vector>
 
+#include "core/fields.hpp"
 #include "core/text.hpp"
 #include "solve/sweep.hpp"
 
@@ -19,14 +21,10 @@ struct CaseSpec {
   bool operator==(const CaseSpec&) const = default;
 };
 
-/// JSON keys of a CaseSpec within another struct (cluster/json_fields.hpp).
-template <typename Fields>
-void name_spec_fields(const Fields& fields, CaseSpec& spec)
+constexpr auto fields_of(const CaseSpec*)
 {
-  fields("name", spec.name);
-  fields("job", spec.job_file);
-  fields("data", spec.data_directory);
-  fields("set", spec.overrides);
+  return std::tuple{Field{"name", &CaseSpec::name}, Field{"job", &CaseSpec::job_file},
+                    Field{"data", &CaseSpec::data_directory}, Field{"set", &CaseSpec::overrides}};
 }
 
 /// The case of one job file, named after it; relative paths are relative to the working folder.
@@ -40,6 +38,10 @@ struct CaseFile {
   CaseSpec spec;
   std::string merged_sha256;  ///< of the motion model once merged; an interrupted merge then only cleans up
 };
+constexpr auto fields_of(const CaseFile*)
+{
+  return std::tuple{Field{"", &CaseFile::spec}, Field{"merged_sha256", &CaseFile::merged_sha256}};
+}
 
 /// Both throw InputError naming the file.
 void write_case_file(const std::string& path, const CaseFile& content);

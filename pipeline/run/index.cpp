@@ -15,6 +15,7 @@
 #include "model/coordinates.hpp"
 #include "model/mesh.hpp"
 #include "run/campaign.hpp"
+#include "store/curve_figures.hpp"
 #include "store/journal.hpp"
 #include "store/motion.hpp"
 #include "store/read_separately.hpp"
@@ -194,12 +195,6 @@ IndexRow row_of(const IndexedCase& one, store::SeparateModelRead* reading)
 
 }  // namespace
 
-const char* name_of(CaseStatus status)
-{
-  constexpr std::array<const char*, 4> names{"done", "partial", "failed", "missing"};
-  return names.at(static_cast<std::size_t>(status));
-}
-
 std::string index_file_of(const std::string& folder)
 {
   return folder + "/index.h5";
@@ -245,25 +240,6 @@ struct Subject {
   bool is_varus_free = false;
 };
 
-bool is_stable(const store::MotionModel& model, Eigen::Index cell)
-{
-  return model.status.data()[cell] == status_stable;
-}
-
-std::vector<Eigen::Index> spine_of(const store::MotionModel& model)
-{
-  std::vector<Eigen::Index> spine;
-  const Eigen::Index n_varus = model.status.cols();
-  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
-    Eigen::Index found = -1;
-    for (Eigen::Index c = i * n_varus; c < (i + 1) * n_varus; ++c) {
-      if (model.is_spine.data()[c] == 1 && is_stable(model, c)) found = c;
-    }
-    spine.push_back(found);
-  }
-  return spine;
-}
-
 double count_of(std::int64_t n)
 {
   return static_cast<double>(n);
@@ -272,27 +248,6 @@ double count_of(std::int64_t n)
 double n_stable(const store::MotionModel& model)
 {
   return count_of((model.status == status_stable).count());
-}
-
-// Largest and smallest finite number; NaN if none exists.
-double largest(const double* values, Eigen::Index n)
-{
-  double result = nan;
-  for (Eigen::Index k = 0; k < n; ++k) {
-    if (std::isfinite(values[k]) && !(values[k] <= result)) result = values[k];
-  }
-  return result;
-}
-
-double smallest(const store::GridD& values)
-{
-  const store::GridD opposite = -values;
-  return -largest(opposite.data(), opposite.size());
-}
-
-double largest(const std::vector<double>& values)
-{
-  return largest(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
 // A quantity at each flexion of the curve, NaN where undefined: `of_zero` if the model has a zero-varus
@@ -353,11 +308,9 @@ double last_of(const std::vector<double>& values)
   return found == values.rend() ? nan : *found;
 }
 
-double range_of(std::vector<double> values)
+double range_of(const std::vector<double>& values)
 {
-  const double largest_value = largest(values);
-  for (double& value : values) value = -value;
-  return largest_value + largest(values);
+  return store::largest_of(values) - store::smallest_of(values);
 }
 
 double mean_of(const std::vector<double>& values)
@@ -520,13 +473,11 @@ std::vector<Column> quality_columns()
        [](const Subject& s) { return audit_value(s.model, "raw", &store::AuditSummary::largest_gap_mm); }},
       {{"worst_gap_mm", "mm", "smallest signed gap of the equilibria; negative is overlap"},
        [](const Subject& s) {
-         return s.model.equilibrium ? smallest(s.model.equilibrium->worst_gap_mm) : nan;
+         return s.model.equilibrium ? store::smallest_of(s.model.equilibrium->worst_gap_mm) : nan;
        }},
       {{"balance_residual_n", "N", "largest residual of the force balance of the equilibria"},
        [](const Subject& s) {
-         if (!s.model.equilibrium) return nan;
-         const store::GridD& residual_n = s.model.equilibrium->balance_residual_n;
-         return largest(residual_n.data(), residual_n.size());
+         return s.model.equilibrium ? store::largest_of(s.model.equilibrium->balance_residual_n) : nan;
        }},
       {{"several_optima", "1", "flexions with more than one equilibrium, varus free"},
        [](const Subject& s) { return several_optima(s.model); }},
@@ -563,7 +514,9 @@ std::vector<Column> curve_columns()
       {{"medial_share", "1", "medial share of the contact forces along Delta, mean over the spine"},
        medial_share},
       {{"largest_tension_n", "N", "largest tension of a fibre"},
-       [](const Subject& s) { return s.model.ligaments ? largest(s.model.ligaments->tension_n) : nan; }},
+       [](const Subject& s) {
+         return s.model.ligaments ? store::largest_of(s.model.ligaments->tension_n) : nan;
+       }},
   };
 }
 
@@ -620,7 +573,7 @@ const std::vector<IndexNumber>& index_numbers()
 
 std::vector<double> index_numbers_of(const store::MotionModel& model, double model_bytes)
 {
-  Subject subject{model,   model_bytes, spine_of(model),
+  Subject subject{model,   model_bytes, store::solved_spine(model),
                   nullptr, "",          store::Motion(model, "raw").is_varus_free()};
   if (!model.smoothed.empty()) {
     subject.smoothed = &model.smoothed.back();  // sorted by degree; the default is the highest
@@ -638,7 +591,7 @@ std::vector<double> index_numbers_of(const store::MotionModel& model, double mod
 std::string index_curve_of(const store::MotionModel& model)
 {
   if (model.zero_varus) return "zero_varus";
-  const std::vector<Eigen::Index> spine = spine_of(model);
+  const std::vector<Eigen::Index> spine = store::solved_spine(model);
   const bool is_any = std::any_of(spine.begin(), spine.end(), [](Eigen::Index cell) { return cell >= 0; });
   return is_any ? "spine" : "";
 }

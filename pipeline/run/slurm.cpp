@@ -18,10 +18,9 @@
 #include <utility>
 #include <variant>
 
+#include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
-#include "run/index.hpp"
-#include "run/local_run.hpp"
 #include "run/status.hpp"
 
 namespace vrda::run {
@@ -71,6 +70,18 @@ bool is_done(const ProgramResult& result)
   return !result.is_not_found && result.exit_code == 0;
 }
 
+// User settings that would override or filter our options of Slurm's programs, and variables of an enclosing
+// Slurm job, which sbatch would propagate to the new job.
+constexpr std::array<std::string_view, 6> excluded_prefixes{
+    "SBATCH_", "SQUEUE_", "SCANCEL_", "SLURM_JOB", "SLURM_ARRAY_", "SLURM_RESTART_COUNT="};
+
+bool is_for_slurm(std::string_view entry)
+{
+  return entry.starts_with("SBATCH_EXPORT=") ||
+         std::none_of(excluded_prefixes.begin(), excluded_prefixes.end(),
+                      [&](std::string_view prefix) { return entry.starts_with(prefix); });
+}
+
 constexpr const char* wanted_controller = "a responding Slurm controller, or --local";
 
 std::string joined(const std::vector<std::string>& words, std::size_t from, std::size_t n)
@@ -82,6 +93,14 @@ std::string joined(const std::vector<std::string>& words, std::size_t from, std:
 }
 
 }  // namespace
+
+ProgramResult run_slurm(const std::vector<std::string>& words, const std::string& folder)
+{
+  ProcessOptions options;
+  options.folder = folder;
+  options.is_inherited = is_for_slurm;
+  return run_program(words, options);
+}
 
 std::vector<SlurmRow> rows_of_squeue(const std::string& text)
 {
@@ -150,14 +169,14 @@ std::string slurm_message(const std::string& standard_error)
 SlurmLimits query_limits()
 {
   const std::vector<std::string> words{"scontrol", "show", "config"};
-  const ProgramResult result = run_program(words, "");
+  const ProgramResult result = run_slurm(words);
   if (!is_done(result)) throw InputError(failure_of(words, result, wanted_controller));
   return limits_of_config(result.out);
 }
 
 SubmitResult submit_job(const std::vector<std::string>& words, const std::string& folder)
 {
-  const ProgramResult result = run_program(words, folder);
+  const ProgramResult result = run_slurm(words, folder);
   const std::string id = trimmed(result.out.substr(0, result.out.find_first_of(";\n")));
   if (is_done(result) && !id.empty()) return {id, std::nullopt};
   return {"", failure_of(words, result, "a job that Slurm accepts")};
@@ -170,7 +189,7 @@ QueueResult query_queue(const std::vector<std::string>& ids)
     const std::vector<std::string> words{
         "squeue",       "--noheader", "--all",       "--array",
         "--states=all", "-o",         squeue_format, "--jobs=" + joined(ids, k, ids_at_once)};
-    const ProgramResult result = run_program(words, "");
+    const ProgramResult result = run_slurm(words);
     // For a single purged job squeue fails instead of printing no row.
     const bool is_purged = result.err.find("Invalid job id") != std::string::npos;
     if (!is_done(result) && !is_purged) return {{}, failure_of(words, result, wanted_controller)};
@@ -185,7 +204,7 @@ std::optional<InputError::Facts> cancel_jobs(const std::vector<std::string>& ids
   for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
     std::vector<std::string> words{"scancel"};
     for (std::size_t i = k; i < std::min(k + ids_at_once, ids.size()); ++i) words.push_back(ids[i]);
-    const ProgramResult result = run_program(words, "");
+    const ProgramResult result = run_slurm(words);
     if (!is_done(result)) return failure_of(words, result, "jobs that may be cancelled");
   }
   return std::nullopt;
@@ -195,7 +214,7 @@ void release_jobs(const std::vector<std::string>& ids)
 {
   for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
     const std::vector<std::string> words{"scontrol", "release", joined(ids, k, ids_at_once)};
-    const ProgramResult result = run_program(words, "");
+    const ProgramResult result = run_slurm(words);
     if (!is_done(result)) throw InputError(failure_of(words, result, "jobs that may be released"));
   }
 }
@@ -213,22 +232,6 @@ bool has_incomplete_line(int descriptor)
 }
 
 }  // namespace
-
-template <typename Fields>
-void name_fields(const Fields& fields, SubmittedJob& s)
-{
-  fields("id", s.id);
-  fields("at", s.submitted_at);
-  std::string kind = name_of(s.job.kind);
-  fields("kind", kind);
-  const std::optional<TaskKind> known = task_kind_of(kind);
-  if (!known) throw Json::other_error::create(501, "an unknown kind of task", nullptr);
-  s.job.kind = *known;
-  fields("case", s.job.case_number);
-  fields("array", s.job.numbers);
-  fields("offset", s.job.offset);
-  fields("per_task", s.job.per_task);
-}
 
 std::optional<InputError::Facts> append_submitted(const std::string& folder, const SubmittedJob& submitted)
 {

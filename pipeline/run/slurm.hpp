@@ -7,10 +7,17 @@
 #include <string>
 #include <vector>
 
+#include "core/process.hpp"
 #include "core/text.hpp"
 #include "run/submission.hpp"
 
 namespace vrda::run {
+
+/// Runs a program of Slurm in `folder` (empty: the working folder) to completion, without standard input. The
+/// environment omits options of Slurm's programs (SBATCH_... except SBATCH_EXPORT, SQUEUE_..., SCANCEL_...),
+/// which would override those of vrda, and variables of an enclosing job (SLURM_JOB..., SLURM_ARRAY_...,
+/// SLURM_RESTART_COUNT), which a new job would inherit. Throws InputError when no process can be created.
+ProgramResult run_slurm(const std::vector<std::string>& words, const std::string& folder = "");
 
 /// squeue's row of a job or of one array task.
 struct SlurmRow {
@@ -62,6 +69,11 @@ struct SubmittedJob {
   std::string submitted_at;  ///< UTC
   PlannedJob job;            ///< without dependencies
 };
+constexpr auto fields_of(const SubmittedJob*)
+{
+  return std::tuple{Field{"id", &SubmittedJob::id}, Field{"at", &SubmittedJob::submitted_at},
+                    Field{"", &SubmittedJob::job}};
+}
 
 /// Appends one line and flushes it to disk, so that no job in Slurm's queue is lost. Returns the facts of an
 /// error naming the file.

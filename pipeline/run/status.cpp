@@ -12,17 +12,15 @@
 #include <fstream>
 #include <set>
 
+#include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "run/campaign.hpp"
-#include "run/index.hpp"
 #include "run/submission.hpp"
 #include "store/journal.hpp"
 
 namespace vrda::run {
 namespace {
-
-constexpr std::array<const char*, 4> phase_names{"running", "done", "failed", "interrupted"};
 
 std::string environment(const char* name)
 {
@@ -38,29 +36,6 @@ std::string slurm_job()
 }
 
 }  // namespace
-
-template <typename Fields>
-void name_fields(const Fields& fields, TaskState& s)
-{
-  std::string phase = name_of(s.phase);
-  fields("state", phase);
-  const auto named = std::find(phase_names.begin(), phase_names.end(), phase);
-  if (named == phase_names.end()) throw nlohmann::json::other_error::create(501, "an unknown state", nullptr);
-  s.phase = static_cast<TaskPhase>(named - phase_names.begin());
-  fields("host", s.host);
-  fields("begun", s.started);
-  fields("ended", s.ended);
-  fields("attitudes_at_begin", s.n_done_at_start);
-  fields("slurm_job", s.slurm_job);
-  fields("restarts", s.n_restarts);
-  fields("exit_code", s.exit_code);
-  fields("reason", s.reason);
-}
-
-const char* name_of(TaskPhase phase)
-{
-  return phase_names.at(static_cast<std::size_t>(phase));
-}
 
 std::string utc_text(std::chrono::system_clock::time_point when)
 {
@@ -147,9 +122,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<const char*, 7> standing_names{"waiting", "queued",      "running", "done",
-                                                    "failed",  "interrupted", "lost"};
-
 std::vector<std::int32_t> rows_of(const Submission& submission, const TaskId& task)
 {
   return run::rows_of(store::Shard{task.shard, submission.n_shards}, case_of(submission, task).n_flexion);
@@ -177,12 +149,9 @@ std::string with_reason(const std::string& what, const std::string& reason)
 }
 
 struct Standing {
-  TaskStatus standing;
+  TaskStatus status;
   std::string reason = {};
 };
-
-constexpr std::array<TaskStatus, 4> standing_of_phase{TaskStatus::running, TaskStatus::done,
-                                                      TaskStatus::failed, TaskStatus::interrupted};
 
 /// Status of one task: from Slurm while it has the job, otherwise from the task's state file, verified with
 /// its journal, its lock and Slurm.
@@ -221,7 +190,7 @@ class TaskAssessment {
   const TaskState* state() const { return own_; }
 
  private:
-  bool has_own(TaskPhase phase) const { return is_of_job_ && own_->phase == phase; }
+  bool has_own(TaskStatus phase) const { return is_of_job_ && own_->status == phase; }
 
   Standing by_queue(const SlurmRow& row) const
   {
@@ -229,15 +198,15 @@ class TaskAssessment {
       const bool is_held = is_held_after_failed_launch(row);
       return {TaskStatus::queued, row.reason + (is_held ? "; vrda resume releases it" : "")};
     }
-    if (has_own(TaskPhase::done)) return by_state();
+    if (has_own(TaskStatus::done)) return by_state();
     if (is_running(row)) return while_job_runs(row);
     // It was repeated locally since.
     if (own_ != nullptr && !is_of_job_ && own_->slurm_job.empty()) return by_state();
-    if (has_own(TaskPhase::failed)) return {TaskStatus::failed, own_->reason};
+    if (has_own(TaskStatus::failed)) return {TaskStatus::failed, own_->reason};
     // Its state file may not be visible yet on a network file system.
     if (row.state == "COMPLETED") return when_done("");
     const bool has_failed_dependency = row.reason.find("Dependency") != std::string::npos;
-    return {has_own(TaskPhase::interrupted) ? TaskStatus::interrupted : TaskStatus::failed,
+    return {has_own(TaskStatus::interrupted) ? TaskStatus::interrupted : TaskStatus::failed,
             has_failed_dependency ? row.state + ": a job it depends on failed"
                                   : with_reason(row.state, row.reason)};
   }
@@ -246,10 +215,10 @@ class TaskAssessment {
   Standing while_job_runs(const SlurmRow& row) const
   {
     if (queue_->per_task > 1) {
-      if (has_own(TaskPhase::failed)) return {TaskStatus::failed, own_->reason};
-      if (!has_own(TaskPhase::running)) return {TaskStatus::queued, "waiting for other cases of its task"};
+      if (has_own(TaskStatus::failed)) return {TaskStatus::failed, own_->reason};
+      if (!has_own(TaskStatus::running)) return {TaskStatus::queued, "waiting for other cases of its task"};
     }
-    const bool has_started = own_ != nullptr && own_->phase == TaskPhase::running;
+    const bool has_started = own_ != nullptr && own_->status == TaskStatus::running;
     return {TaskStatus::running, row.state != "RUNNING" ? row.state : has_started ? own_->reason : ""};
   }
 
@@ -262,9 +231,8 @@ class TaskAssessment {
       if (!snapshot_.remark.empty()) return {TaskStatus::queued, "last known state"};
       return {TaskStatus::lost, "Slurm has no record of the job, and it never started"};
     }
-    if (own_->phase == TaskPhase::done) return when_done(own_->reason);
-    if (own_->phase != TaskPhase::running)
-      return {standing_of_phase.at(static_cast<std::size_t>(own_->phase)), own_->reason};
+    if (own_->status == TaskStatus::done) return when_done(own_->reason);
+    if (own_->status != TaskStatus::running) return {own_->status, own_->reason};
     if (own_->slurm_job.empty()) {
       if (snapshot_.locked.count(task_) > 0) return {TaskStatus::running, own_->reason};
       return {TaskStatus::lost, "its process no longer exists"};
@@ -305,10 +273,10 @@ class Viewer {
     const TaskAssessment assessment(folder_, submission_, snapshot_, task);
     const TaskState* own = assessment.state();
     TaskView view = assessment.view();
-    const bool is_done = own != nullptr && own->phase == TaskPhase::done;
+    const bool is_done = own != nullptr && own->status == TaskStatus::done;
     const Standing standing =
         is_made ? Standing{TaskStatus::done, is_done ? own->reason : ""} : assessment.standing();
-    view.status = standing.standing;
+    view.status = standing.status;
     view.reason = standing.reason;
     count(view, own);
     return view;
@@ -324,7 +292,7 @@ class Viewer {
       const SolvedCount solved = counter_.count(view.task);
       view.n_done = solved.n_done;
       view.n_total = solved.n_total;
-      if (own != nullptr && own->phase == TaskPhase::running) measure(view, *own);
+      if (own != nullptr && own->status == TaskStatus::running) measure(view, *own);
     } else if (own != nullptr) {
       view.n_done = counter_.count(view.task).n_done;
     }
@@ -397,11 +365,6 @@ std::string attitudes_text(const StatusView& view)
 
 }  // namespace
 
-const char* name_of(TaskStatus standing)
-{
-  return standing_names.at(static_cast<std::size_t>(standing));
-}
-
 SubmissionSnapshot take_snapshot(const std::string& folder, const Submission& submission)
 {
   SubmissionSnapshot snapshot;
@@ -414,7 +377,7 @@ SubmissionSnapshot take_snapshot(const std::string& folder, const Submission& su
   snapshot.states = read_task_states(folder, submission);
   snapshot.slurm = tasks_in_slurm(submission, jobs, queue.rows);
   for (auto& [task, state] : snapshot.states) {
-    if (state.phase != TaskPhase::running || !state.slurm_job.empty()) continue;
+    if (state.status != TaskStatus::running || !state.slurm_job.empty()) continue;
     if (OutputLock::is_held(task_file_of(folder, submission, task))) {
       snapshot.locked.insert(task);
     } else {

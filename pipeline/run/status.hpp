@@ -16,12 +16,23 @@
 
 namespace vrda::run {
 
-enum class TaskPhase { running, done, failed, interrupted };
-
-const char* name_of(TaskPhase phase);
+/// Of a task, local or of Slurm. Its state file has `running`, `done`, `failed` or `interrupted`.
+enum class TaskStatus { waiting, queued, running, done, failed, interrupted, lost };
+inline constexpr Named<TaskStatus> task_status_names[] = {
+    {TaskStatus::waiting, "waiting", "for other tasks, or not yet submitted"},
+    {TaskStatus::queued, "queued", "in Slurm's queue"},
+    {TaskStatus::running, "running"},
+    {TaskStatus::done, "done", "its result exists"},
+    {TaskStatus::failed, "failed", "ended without a result"},
+    {TaskStatus::interrupted, "interrupted", "stopped cleanly before completion"},
+    {TaskStatus::lost, "lost", "started, but no longer exists"}};
+constexpr const auto& names_of(TaskStatus)
+{
+  return task_status_names;
+}
 
 struct TaskState {
-  TaskPhase phase = TaskPhase::running;
+  TaskStatus status = TaskStatus::running;
   std::string host;                  ///< node name for Slurm tasks
   std::string started;               ///< UTC, of the last start
   std::string ended;                 ///< UTC; empty while running
@@ -31,6 +42,19 @@ struct TaskState {
   std::int32_t exit_code = 0;        ///< of the command; meaningful once ended
   std::string reason;                ///< one line: reason of failure or waiting
 };
+constexpr auto fields_of(const TaskState*)
+{
+  using S = TaskState;
+  return std::tuple{Field{"state", &S::status},
+                    Field{"host", &S::host},
+                    Field{"begun", &S::started},
+                    Field{"ended", &S::ended},
+                    Field{"attitudes_at_begin", &S::n_done_at_start},
+                    Field{"slurm_job", &S::slurm_job},
+                    Field{"restarts", &S::n_restarts},
+                    Field{"exit_code", &S::exit_code},
+                    Field{"reason", &S::reason}};
+}
 
 /// "2026-03-01T10:00:00Z".
 std::string utc_text(std::chrono::system_clock::time_point when);
@@ -100,18 +124,6 @@ class SolvedCounter {
 /// The journals that a task appends to.
 std::vector<std::string> journals_of(const std::string& folder, const Submission& submission,
                                      const TaskId& task);
-
-enum class TaskStatus {
-  waiting,      ///< for other tasks, or not yet submitted
-  queued,       ///< in Slurm's queue
-  running,      ///< running
-  done,         ///< its result exists
-  failed,       ///< ended without a result
-  interrupted,  ///< stopped cleanly before completion
-  lost,         ///< started, but no longer exists
-};
-
-const char* name_of(TaskStatus standing);
 
 struct TaskView {
   TaskId task;

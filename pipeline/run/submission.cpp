@@ -6,9 +6,9 @@
 #include <map>
 #include <utility>
 
+#include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
-#include "run/index.hpp"
 #include "run/status.hpp"
 #include "store/journal.hpp"
 
@@ -19,7 +19,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* format = "vrda submission 1";
-constexpr std::array<const char*, 5> kind_names{"spine", "shard", "merge", "run", "index"};
 
 // Invariants of a submission, which a user may have edited.
 bool is_valid(const Submission& s)
@@ -31,55 +30,6 @@ bool is_valid(const Submission& s)
 }
 
 }  // namespace
-
-// The keys of submission.json (schemas/submission.md), for both directions (json_fields.hpp).
-template <typename Fields>
-void name_fields(const Fields& fields, SubmittedCase& c)
-{
-  name_spec_fields(fields, c.spec);
-  fields("levels", c.levels);
-  fields("output", c.output);
-  fields("flexions", c.n_flexion);
-  fields("columns", c.n_varus);
-  fields.optional("samples", c.n_samples);
-}
-
-template <typename Fields>
-void name_fields(const Fields& fields, SlurmOptions& s)
-{
-  fields("partition", s.partition);
-  fields("time", s.time);
-  fields("memory", s.memory);
-  fields("account", s.account);
-  fields("qos", s.qos);
-  fields("cpus", s.cpus);
-  fields("max_parallel", s.max_parallel);
-  fields("cases_per_task", s.cases_per_task);
-  fields("extra", s.extra);
-}
-
-template <typename Fields>
-void name_fields(const Fields& fields, Submission& s)
-{
-  fields("program", s.program);
-  fields("title", s.title);
-  fields("axes", s.axes);
-  fields("shards", s.n_shards);
-  fields("slurm", s.slurm);
-  fields("cases", s.cases);
-}
-
-const char* name_of(TaskKind kind)
-{
-  return kind_names.at(static_cast<std::size_t>(kind));
-}
-
-std::optional<TaskKind> task_kind_of(const std::string& word)
-{
-  const auto found = std::find(kind_names.begin(), kind_names.end(), word);
-  if (found == kind_names.end()) return std::nullopt;
-  return static_cast<TaskKind>(found - kind_names.begin());
-}
 
 std::string absolute_folder(const std::string& folder)
 {
@@ -165,7 +115,7 @@ Submission read_submission(const std::string& folder)
   if (!text) throw InputError({path, "", "no file", wanted});
   const core::JsonFile file(path, *text, wanted);
   if (file.text("format") != format) file.refuse("format", file.text("format"), format);
-  const auto submission = value_in<Submission>(file, path);
+  const auto submission = core::value_in<Submission>(file, path);
   if (is_valid(submission)) return submission;
   throw InputError({path, "", "content that is not a submission", wanted});
 }
@@ -498,7 +448,7 @@ class Search {
   bool has_own_failure(const TaskView& merge) const
   {
     const TaskState* own = state_of(merge.task);
-    return merge.status == TaskStatus::failed && own != nullptr && own->phase == TaskPhase::failed &&
+    return merge.status == TaskStatus::failed && own != nullptr && own->status == TaskStatus::failed &&
            own->slurm_job == merge.slurm_job;
   }
 
@@ -506,7 +456,7 @@ class Search {
   void note_end(const TaskId& last)
   {
     const TaskState* own = state_of(last);
-    if (own == nullptr || own->phase != TaskPhase::done) return;
+    if (own == nullptr || own->status != TaskStatus::done) return;
     if (own->ended <= now_) last_end_ = std::max(last_end_, own->ended);
   }
 

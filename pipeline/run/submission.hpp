@@ -17,10 +17,15 @@ namespace vrda::run {
 
 /// Kinds of tasks: a case is computed by `run`, or by `spine`, every `shard`, then `merge`.
 enum class TaskKind { spine, shard, merge, run, index };
-
-const char* name_of(TaskKind kind);
-/// Empty for an unknown word.
-std::optional<TaskKind> task_kind_of(const std::string& word);
+inline constexpr Named<TaskKind> task_kind_names[] = {{TaskKind::spine, "spine"},
+                                                      {TaskKind::shard, "shard"},
+                                                      {TaskKind::merge, "merge"},
+                                                      {TaskKind::run, "run"},
+                                                      {TaskKind::index, "index"}};
+constexpr const auto& names_of(TaskKind)
+{
+  return task_kind_names;
+}
 
 /// One task of a submission.
 struct TaskId {
@@ -42,6 +47,15 @@ struct SubmittedCase {
 
   bool operator==(const SubmittedCase&) const = default;
 };
+constexpr auto fields_of(const SubmittedCase*)
+{
+  return std::tuple{Field{"", &SubmittedCase::spec},
+                    Field{"levels", &SubmittedCase::levels},
+                    Field{"output", &SubmittedCase::output},
+                    Field{"flexions", &SubmittedCase::n_flexion},
+                    Field{"columns", &SubmittedCase::n_varus},
+                    Field{"samples", &SubmittedCase::n_samples, unit::one, "", Presence::unless_new}};
+}
 
 /// sbatch options, equal for all tasks. Empty: the cluster's default.
 struct SlurmOptions {
@@ -58,6 +72,19 @@ struct SlurmOptions {
 
   bool operator==(const SlurmOptions&) const = default;
 };
+constexpr auto fields_of(const SlurmOptions*)
+{
+  using O = SlurmOptions;
+  return std::tuple{Field{"partition", &O::partition},
+                    Field{"time", &O::time},
+                    Field{"memory", &O::memory},
+                    Field{"account", &O::account},
+                    Field{"qos", &O::qos},
+                    Field{"cpus", &O::cpus},
+                    Field{"max_parallel", &O::max_parallel},
+                    Field{"cases_per_task", &O::cases_per_task},
+                    Field{"extra", &O::extra}};
+}
 
 struct Submission {
   std::string program;  ///< absolute path of vrda, as seen by every node
@@ -71,6 +98,13 @@ struct Submission {
   /// Whether a table of the cases is written at the end.
   bool has_index() const { return !axes.empty() || cases.size() > 1; }
 };
+/// The keys of submission.json (schemas/submission.md).
+constexpr auto fields_of(const Submission*)
+{
+  return std::tuple{Field{"program", &Submission::program}, Field{"title", &Submission::title},
+                    Field{"axes", &Submission::axes},       Field{"shards", &Submission::n_shards},
+                    Field{"slurm", &Submission::slurm},     Field{"cases", &Submission::cases}};
+}
 
 /// Absolute path without a trailing slash.
 std::string absolute_folder(const std::string& folder);
@@ -156,7 +190,16 @@ struct PlannedJob {
   std::int32_t per_task = 1;
   std::vector<std::size_t> after;      ///< dependencies: earlier jobs of the list
   std::vector<std::string> after_ids;  ///< dependencies: ids of active jobs
+
+  bool operator==(const PlannedJob&) const = default;
 };
+/// Without the dependencies.
+constexpr auto fields_of(const PlannedJob*)
+{
+  return std::tuple{Field{"kind", &PlannedJob::kind}, Field{"case", &PlannedJob::case_number},
+                    Field{"array", &PlannedJob::numbers}, Field{"offset", &PlannedJob::offset},
+                    Field{"per_task", &PlannedJob::per_task}};
+}
 
 /// Limits of local runs.
 inline constexpr SlurmLimits no_limits{1'000'000'000, 2'000'000'000};

@@ -1,6 +1,8 @@
 /// Figures of a curve over flexion: those of a rotation along the spine (screw-home) that are printed.
 #pragma once
 
+#include <cmath>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -8,6 +10,29 @@
 #include "store/motion_model.hpp"
 
 namespace vrda::store {
+
+/// The finite number for which `is_beyond` any other finite one, of a vector or array; NaN if there is none.
+template <typename Values, typename Compare>
+double extreme_of(const Values& values, const Compare& is_beyond)
+{
+  double extreme = nan;
+  for (decltype(values.size()) k = 0; k < values.size(); ++k) {
+    const double value = values.data()[k];
+    if (std::isfinite(value) && (std::isnan(extreme) || is_beyond(value, extreme))) extreme = value;
+  }
+  return extreme;
+}
+/// Largest and smallest finite number of a vector or array; NaN if there is none.
+template <typename Values>
+double largest_of(const Values& values)
+{
+  return extreme_of(values, std::greater<>());
+}
+template <typename Values>
+double smallest_of(const Values& values)
+{
+  return extreme_of(values, std::less<>());
+}
 
 /// Values at flexions, both in degrees; NaN where there is no pose.
 struct FlexionCurve {

@@ -88,6 +88,18 @@ Eigen::Index first_of_row(const MotionModel& model, Eigen::Index i)
 
 }  // namespace
 
+std::vector<Eigen::Index> solved_spine(const MotionModel& model)
+{
+  std::vector<Eigen::Index> cells(model.flexion_deg.size(), -1);
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
+      if (model.is_spine(i, j) == 1 && model.status(i, j) == status_stable)
+        cells[static_cast<std::size_t>(i)] = i * model.status.cols() + j;
+    }
+  }
+  return cells;
+}
+
 ClinicalCurves clinical_curves(const MotionModel& model)
 {
   ClinicalCurves curves{model.clinical};

@@ -28,6 +28,9 @@ struct ClinicalCurves {
 };
 ClinicalCurves clinical_curves(const MotionModel& model);
 
+/// Index of the spine cell of each flexion; -1 if it is missing or not stable.
+std::vector<Eigen::Index> solved_spine(const MotionModel& model);
+
 /// The contacts of all cells; `cells` is in grid order.
 ContactRows contact_rows(const MotionModel& model, const std::vector<StepRecord>& cells);
 

@@ -71,7 +71,7 @@ TEST(PublishedValues, ReadsTheTableOfAResult)
   for (const Compared& row : analysis::compared(sample(), rows)) EXPECT_NEAR(row.difference(), 0.0, 1e-12);
 }
 
-TEST(LaxityPage, ShowsTablesPlotsAndEscapesNames)
+TEST(LaxityFiles, SharesAreRowsOfBundles)
 {
   LaxityDocument document;
   document.title = "knee & co";

@@ -159,13 +159,34 @@ TEST(RomFiles, ComparisonCountsCellsOfEachAndOfBoth)
               test::refuses({.file = "b.json", .field = "axes.flexion"}));
 }
 
-TEST(RomFiles, TextOfAJobCannotLeaveItsPlaceInThePages)
+// In range are two cells at flexion 0 and varus -5 and 5: a box with four sides, two of them of two cells.
+TEST(RomFiles, TheBoundaryCurveRunsAroundTheConnectedRange)
 {
-  const RomDocument document = sample();
-  for (const std::string& page : {rom_page(document), comparison_page(document, document)}) {
-    EXPECT_EQ(page.find("<script"), std::string::npos);
-    EXPECT_NE(page.find("Hip &lt;/title&gt;"), std::string::npos);
+  double along_flexion = 0.0, along_varus = 0.0;
+  for (const RomMaps::Line& line : status_maps(sample()).outlines[0]) {
+    along_flexion += line[2] - line[0];
+    along_varus += line[3] - line[1];
+    EXPECT_NEAR(std::abs(line[0]), 5.0, 1e-9) << "half way to the neighbours in flexion";
+    EXPECT_TRUE(line[1] > -12.6 && line[3] < 17.6);
   }
+  EXPECT_NEAR(along_flexion, 2.0 * 10.0, 1e-9);
+  EXPECT_NEAR(along_varus, 2.0 * 30.0, 1e-9);
+}
+
+TEST(RomFiles, AComparisonMapCountsEachAttitudeOnce)
+{
+  const RomDocument a = sample();
+  RomDocument b = a;
+  b.title = "After surgery";
+  b.range.cells[6].status = RomStatus::contact;
+  b.range.cells[9].status = RomStatus::in_range;
+  const RomMaps maps = comparison_maps(a, b);
+  EXPECT_THAT(maps.legend[2].second, testing::HasSubstr("After surgery"));
+  std::vector<int> n_of(maps.legend.size(), 0);
+  for (const auto& slice : maps.cells)
+    for (const auto& column : slice)
+      for (const std::size_t row : column) ++n_of.at(row);
+  EXPECT_THAT(n_of, testing::ElementsAre(1, 1, 1, 9)) << "both, the first only, the second only, neither";
 }
 
 TEST(RomJournal, TheKeyDependsOnJobRotationsAndLimits)

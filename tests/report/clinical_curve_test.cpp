@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "store/sample_model.hpp"
+#include "store/solved_cells.hpp"
 #include "support/models.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
@@ -129,7 +130,7 @@ TEST(ClinicalCurves, HaveHolesWhereTheSpineHas)
 {
   store::MotionModel model = test::sample_model();
   model.status(2, 1) = static_cast<std::int8_t>(StepStatus::no_contact);
-  EXPECT_THAT(report::solved_spine(model), ElementsAre(1, 4, -1, 10));
+  EXPECT_THAT(store::solved_spine(model), ElementsAre(1, 4, -1, 10));
   const report::ClinicalCurve raw = named(curves_of(model), "raw");
   EXPECT_TRUE(std::isnan(raw.values_of(report::Quantity::internal)[2]));
   EXPECT_FALSE(std::isnan(raw.values_of(report::Quantity::internal)[3]));

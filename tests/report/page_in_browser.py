@@ -22,6 +22,17 @@ VRDA, CHROMIUM, JOB = sys.argv[1:4]
 KEPT = pathlib.Path(sys.argv[4]) if len(sys.argv) > 4 else None
 NASTY = "Knee </script><img src=x onerror=document.title='broken'> & <b>bold</b>"
 ALONE = ["--set", "grid.flexion={from=30,to=30,step=1}", "--set", "grid.varus={from=0,to=0,step=1}"]
+LAXITY = """
+[laxity]
+flexion_deg = [0, 45]
+anterior_force_n = 100
+internal_moment_nmm = 3000
+varus_moment_nmm = 5000
+load_steps = 2
+[[laxity.cut]]
+name = "ACL"
+bundles = ["ACLam", "ACLpl"]
+"""
 # Axes, ticks and one thin line cover more than this share of a plot; a blank plot has one colour.
 LEAST_INK = 0.004
 # Perceptible difference of two 8-bit colours on a screen.
@@ -54,9 +65,15 @@ class Page(unittest.TestCase):
             run("run", JOB, "-o", root / f"{name}.h5", *small, *more)
         curve = root / "curve.csv"
         curve.write_text("# invented\nflexion_deg,internal_deg,varus_deg,ant_mm\n0,0,0,0\n45,8,1,2\n90,12,0,4\n45,7,1,2\n", encoding="utf-8")
+        published = root / "published.csv"
+        published.write_text("test,flexion_deg,value,sd,source\nanterior,0,5,2,<b>Author</b>\n", encoding="utf-8")
         cls.pages = {"one": ["knee.h5"], "free": ["free.h5"], "several": ["knee.h5", "free.h5"], "alone": ["alone.h5"]}
         for name, files in cls.pages.items():
             run("report", *(root / file for file in files), "-o", root / name, "--against", curve, "-q")
+        loads = root / "loads.toml"
+        loads.write_text(pathlib.Path(JOB).read_text(encoding="utf-8") + LAXITY, encoding="utf-8")
+        run("laxity", loads, "-o", root / "laxity", "--set", f'title="{NASTY}"', "--against", published, "--progress", "none")
+        run("rom", JOB, "-o", root / "rom", "--flexion", "0:60:30", "--varus", "-4:4:4", "--internal", "-10:10:10", "--set", f'title="{NASTY}"', "--progress", "none")
         cls.root = root
 
     @classmethod
@@ -140,6 +157,17 @@ class Page(unittest.TestCase):
             compared = ["internal rotation", "varus", "anterior", "proximal", "lateral"]
             self.assertEqual(self.plots(browser, "several"), compared + [f"{name}, mesh origin" for name in compared[2:]])
             self.assertGreater(browser.value("document.querySelectorAll('#comparison table').length"), 1)
+
+    def test_laxity_and_range_of_motion(self):
+        for name, least, titles in (("laxity", 6, {"Laxity over flexion", "Displacement over load"}), ("rom", 3, None)):
+            with Browser(CHROMIUM) as browser:
+                self.opened(browser, name, is_dark=True)
+                plots = self.plots(browser, name)
+                self.assertGreaterEqual(len(plots), least)
+                if titles:
+                    self.assertEqual(set(plots), titles)
+                self.assertEqual(browser.value("document.querySelectorAll('img[src=x], td b').length"), 0)
+                self.assertIn(NASTY, browser.value("document.querySelector('h1').textContent"))
 
     def test_prints(self):
         with Browser(CHROMIUM) as browser:

@@ -95,65 +95,9 @@ TEST(StepCounts, OfVarusLeftFreeOnlyTheBandsAreInTheRows)
   EXPECT_EQ(counts.cells, 0);
 }
 
-TEST(StepCounts, OfShardsAddUp)
-{
-  solve::SweepPlan plan = plan_of(solve::SpineRule::free_varus, 10, 5);
-  plan.has_band = true;
-  const run::StepCounts whole = run::step_counts(plan);
-  std::int64_t rows = 0;
-  for (int shard = 0; shard < 3; ++shard) {
-    plan.rows.emplace();
-    for (int i = shard; i < 10; i += 3) plan.rows->push_back(i);
-    const run::StepCounts part = run::step_counts(plan);
-    EXPECT_EQ(part.spine(), whole.spine());
-    rows += part.rows();
-  }
-  EXPECT_EQ(rows, whole.rows());
-}
-
 run::CaseSize size_of_knee()
 {
   return {false, 4746, 10602, 21, 91, 21, 1};
-}
-
-TEST(Cost, GrowsWithEverythingThatMakesWork)
-{
-  const run::StepCounts steps{182, 364, 182, 1911, 2639};
-  const run::CaseCost plain = run::cost_of(size_of_knee(), steps);
-  run::CaseSize larger = size_of_knee();
-  larger.n_contact_triangles *= 4;
-  larger.n_triangles *= 4;
-  const run::CaseCost finer = run::cost_of(larger, steps);
-  EXPECT_DOUBLE_EQ(finer.solving_s(),
-                   2.0 * plain.solving_s());  // grows with the square root of the triangles
-  EXPECT_GT(finer.load_s, plain.load_s);
-  EXPECT_GT(finer.finish_s, plain.finish_s);
-  EXPECT_GT(finer.memory_bytes, plain.memory_bytes);
-  EXPECT_GT(finer.model_bytes, plain.model_bytes);
-  EXPECT_EQ(finer.journal_bytes, plain.journal_bytes);
-
-  run::CaseSize searched = size_of_knee();
-  searched.is_search = true;
-  EXPECT_GT(run::cost_of(searched, steps).solving_s(), 10.0 * plain.solving_s());
-  run::CaseSize held = size_of_knee();
-  held.n_fibres += 10;
-  EXPECT_GT(run::cost_of(held, steps).model_bytes, plain.model_bytes);
-  run::CaseSize unsmoothed = size_of_knee();
-  unsmoothed.n_smoothed = 0;
-  EXPECT_LT(run::cost_of(unsmoothed, steps).finish_s, plain.finish_s);
-
-  run::StepCounts twice{364, 728, 364, 3822, 5278};
-  const run::CaseCost doubled = run::cost_of(size_of_knee(), twice);
-  EXPECT_DOUBLE_EQ(doubled.solving_s(), 2.0 * plain.solving_s());
-  EXPECT_DOUBLE_EQ(doubled.journal_bytes, 2.0 * plain.journal_bytes);
-  EXPECT_EQ(doubled.load_s, plain.load_s);
-}
-
-TEST(Cost, IsTheSumOfItsParts)
-{
-  const run::CaseCost cost = run::cost_of(size_of_knee(), {182, 364, 182, 1911, 2639});
-  EXPECT_DOUBLE_EQ(cost.processor_s(), cost.load_s + cost.spine_s + cost.rows_s + cost.finish_s);
-  EXPECT_DOUBLE_EQ(cost.chain_s, cost.spine_s / 3.0);
 }
 
 // Whole runs measured with one thread on the machine of results/benchmarks.md: processor seconds of the spine

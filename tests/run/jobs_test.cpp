@@ -11,6 +11,11 @@ namespace vrda::jobs_test {
 
 using testing::ElementsAre;
 
+std::vector<run::PlannedJob> all_jobs(const run::Submission& submission, const run::SlurmLimits& limits = {})
+{
+  return run::jobs_of_work(submission, run::all_work(submission), limits);
+}
+
 TEST(Jobs, RangesAreWrittenAsSbatchTakesThem)
 {
   EXPECT_EQ(run::ranges_text({}), "");
@@ -18,33 +23,27 @@ TEST(Jobs, RangesAreWrittenAsSbatchTakesThem)
   EXPECT_EQ(run::ranges_text({1, 2, 3, 5, 7, 8}), "1-3,5,7-8");
 }
 
-TEST(Jobs, OneCaseIsASpineThenShardsThenAMerge)
+// Of each case a spine, then its shards, then a merge; the index after every merge.
+TEST(Jobs, AreOfSpinesShardsMergesAndTheIndex)
 {
-  const run::Submission submission = test::one_case(4);
-  const std::vector<run::PlannedJob> jobs = run::jobs_of_work(submission, run::all_work(submission), {});
-  ASSERT_EQ(jobs.size(), 3U);
+  const std::vector<run::PlannedJob> jobs = all_jobs(test::campaign(3, 4));
+  ASSERT_EQ(jobs.size(), 10U);
   EXPECT_EQ(jobs[0].kind, run::TaskKind::spine);
   EXPECT_EQ(jobs[1].kind, run::TaskKind::shard);
-  EXPECT_EQ(jobs[1].numbers, (std::vector<std::int32_t>{1, 2, 3, 4}));
+  EXPECT_THAT(jobs[1].numbers, ElementsAre(1, 2, 3, 4));
   EXPECT_THAT(jobs[1].after, ElementsAre(0U));
   EXPECT_EQ(jobs[2].kind, run::TaskKind::merge);
   EXPECT_THAT(jobs[2].after, ElementsAre(1U));
-}
-
-TEST(Jobs, ACampaignWithShardsHasAnIndexAfterEveryMerge)
-{
-  const run::Submission submission = test::campaign(3, 2);
-  const std::vector<run::PlannedJob> jobs = run::jobs_of_work(submission, run::all_work(submission), {});
-  ASSERT_EQ(jobs.size(), 10U);
   EXPECT_EQ(jobs.back().kind, run::TaskKind::index);
   EXPECT_THAT(jobs.back().after, ElementsAre(2U, 5U, 8U));
+  EXPECT_EQ(all_jobs(test::one_case(4)).size(), 3U) << "one case has no index";
 }
 
 // Array task numbers are from 1 below MaxArraySize, each case is in exactly one task.
 void expect_each_case_once(const run::Submission& submission, const run::SlurmLimits& limits,
                            std::size_t n_arrays)
 {
-  const std::vector<run::PlannedJob> jobs = run::jobs_of_work(submission, run::all_work(submission), limits);
+  const std::vector<run::PlannedJob> jobs = all_jobs(submission, limits);
   ASSERT_EQ(jobs.size(), n_arrays + 1);
   std::vector<int> n_times(submission.cases.size(), 0);
   std::int32_t n_tasks = 0;
@@ -94,70 +93,59 @@ TEST(Jobs, OnlyTheTasksOfMissingCasesAreSubmittedAgain)
   EXPECT_THAT(run::tasks_of(submission, jobs[0], 4), ElementsAre(run(9)));
 }
 
-TEST(Jobs, MoreShardsThanAnArrayTakesAreRefused)
+run::Submission with_cases_per_task(run::Submission submission, std::int32_t n)
 {
-  const run::Submission submission = test::one_case(1001);
-  EXPECT_THAT(test::input_error(
-                  [&] { run::jobs_of_work(submission, run::all_work(submission), run::SlurmLimits{}); }),
-              test::refuses({"--shards", "", "", "1000"}));
+  submission.slurm.cases_per_task = n;
+  return submission;
 }
 
-// The index is one job, each case a spine, its shards and a merge.
-TEST(Jobs, MoreJobsThanTheQueueTakesAreRefusedWithWhatWouldFit)
-{
-  struct Row {
-    std::int32_t n_cases, n_shards;
-    run::SlurmLimits limits;
-    test::Values found, wanted;
-  };
-  for (const Row& row : {Row{1100, 8, {}, {"8", "1100", "11001"}, {"10000", "--shards 7", "999"}},
-                         Row{4, 3, {11, 20}, {"3", "4", "21"}, {"20", "--shards 2", "3"}},
-                         Row{10, 2, {11, 20}, {"2", "10", "41"}, {"20", "--shards 1", "4"}}}) {
-    const run::Submission submission = test::campaign(row.n_cases, row.n_shards);
-    EXPECT_THAT(
-        test::input_error([&] { run::jobs_of_work(submission, run::all_work(submission), row.limits); }),
-        test::refuses({"--shards", "", row.found, row.wanted}));
-  }
-  const run::Submission alone = test::one_case(30);
-  EXPECT_THAT(test::input_error([&] {
-                run::jobs_of_work(alone, run::all_work(alone), {101, 20});
-              }),
-              test::refuses({"--shards", "", "", {"20", "--shards 18"}}));
-}
-
-TEST(Jobs, WhatWouldFitDoes)
+// The index is one job, each case a spine, its shards and a merge. The refusal names what would fit.
+TEST(Jobs, MoreThanSlurmTakesAreRefusedWithWhatWouldFit)
 {
   struct Row {
     run::Submission submission;
     run::SlurmLimits limits;
+    const char* option;
+    test::Values found, wanted;
+    std::vector<run::Submission> fitting;
   };
-  for (const Row& row : {Row{test::campaign(1100, 7), {}}, Row{test::campaign(999, 8), {}},
-                         Row{test::campaign(4, 2), {11, 20}}, Row{test::campaign(3, 3), {11, 20}},
-                         Row{test::one_case(18), {101, 20}}}) {
-    SCOPED_TRACE(row.submission.cases.size());
-    EXPECT_NO_THROW(run::jobs_of_work(row.submission, run::all_work(row.submission), row.limits));
+  for (const Row& row :
+       {Row{test::one_case(1001), {}, "--shards", "1001", "1000", {test::one_case(1000)}},
+        Row{test::campaign(1100, 8),
+            {},
+            "--shards",
+            {"8", "1100", "11001"},
+            {"10000", "--shards 7", "999"},
+            {test::campaign(1100, 7), test::campaign(999, 8)}},
+        Row{test::campaign(4, 3),
+            {11, 20},
+            "--shards",
+            {"3", "4", "21"},
+            {"20", "--shards 2", "3"},
+            {test::campaign(4, 2), test::campaign(3, 3)}},
+        Row{test::campaign(10, 2),
+            {11, 20},
+            "--shards",
+            {"2", "10", "41"},
+            {"20", "--shards 1", "4"},
+            {test::campaign(10, 1), test::campaign(4, 2)}},
+        Row{test::one_case(30), {101, 20}, "--shards", "30", {"20", "--shards 18"}, {test::one_case(18)}},
+        Row{with_cases_per_task(test::campaign(100, 1), 2),
+            {11, 20},
+            "--cases-per-task",
+            {"2", "100", "51"},
+            {"20", "MaxJobCount", "--cases-per-task 6"},
+            {with_cases_per_task(test::campaign(100, 1), 6)}}}) {
+    EXPECT_THAT(test::input_error([&] { all_jobs(row.submission, row.limits); }),
+                test::refuses({row.option, "", row.found, row.wanted}));
+    for (const run::Submission& fitting : row.fitting) EXPECT_NO_THROW(all_jobs(fitting, row.limits));
   }
-}
-
-TEST(Jobs, TooFewCasesATaskAreRefused)
-{
-  run::Submission submission = test::campaign(100, 1);
-  submission.slurm.cases_per_task = 2;
-  const run::SlurmLimits limits{11, 20};
-  const auto facts =
-      test::input_error([&] { run::jobs_of_work(submission, run::all_work(submission), limits); });
-  EXPECT_EQ(facts.file, "--cases-per-task");
-  EXPECT_EQ(facts.found, "2 for 100 cases, 51 jobs at once");
-  EXPECT_EQ(facts.wanted, "at most 20, Slurm's MaxJobCount, e.g. with --cases-per-task 6");
-  submission.slurm.cases_per_task = 6;
-  EXPECT_NO_THROW(run::jobs_of_work(submission, run::all_work(submission), limits));
 }
 
 TEST(Jobs, LocalOnesHaveNoLimitAndComeAfterThoseTheyNeed)
 {
   const run::Submission submission = test::campaign(2, 3);
-  const std::vector<run::PlannedJob> jobs =
-      run::jobs_of_work(submission, run::all_work(submission), run::no_limits);
+  const std::vector<run::PlannedJob> jobs = all_jobs(submission, run::no_limits);
   std::vector<run::TaskId> tasks;
   for (std::size_t k = 0; k < jobs.size(); ++k) {
     for (const std::size_t before : jobs[k].after) EXPECT_LT(before, k);
@@ -166,27 +154,15 @@ TEST(Jobs, LocalOnesHaveNoLimitAndComeAfterThoseTheyNeed)
   EXPECT_EQ(tasks, run::tasks_of(submission));
   ASSERT_EQ(tasks.size(), 11U);
   EXPECT_EQ(tasks.back().kind, run::TaskKind::index);
-  const run::Submission many = test::campaign(50'000, 1), cut = test::one_case(100'000);
-  EXPECT_EQ(run::jobs_of_work(many, run::all_work(many), run::no_limits).size(), 2U);
-  EXPECT_EQ(run::jobs_of_work(cut, run::all_work(cut), run::no_limits).size(), 3U);
+  EXPECT_EQ(all_jobs(test::campaign(50'000, 1), run::no_limits).size(), 2U);
+  EXPECT_EQ(all_jobs(test::one_case(100'000), run::no_limits).size(), 3U);
 }
 using testing::IsEmpty;
 
-TEST(Shard, IsReadFromWords)
-{
-  EXPECT_EQ(run::shard_of("3/8"), (store::Shard{3, 8}));
-  EXPECT_EQ(run::shard_of("1/1"), (store::Shard{1, 1}));
-  for (const std::string text :
-       {"", "3", "0/8", "9/8", "3/0", "-1/8", "3/8/2", "3 / 8", "a/b", "03/8", "/8", "3/", "3/99999999999"}) {
-    EXPECT_THAT(test::input_error([&] { run::shard_of(text); }),
-                test::refuses({"--shard", "", text.empty() ? "nothing" : text}));
-  }
-}
-
 TEST(Shard, RowsAreDealtOutInTurn)
 {
+  EXPECT_EQ(run::shard_of("3/8"), (store::Shard{3, 8}));
   EXPECT_THAT(run::rows_of({1, 3}, 7), ElementsAre(0, 3, 6));
-  EXPECT_THAT(run::rows_of({2, 3}, 7), ElementsAre(1, 4));
   EXPECT_THAT(run::rows_of({3, 3}, 7), ElementsAre(2, 5));
   EXPECT_THAT(run::rows_of({8, 8}, 7), IsEmpty());
 }

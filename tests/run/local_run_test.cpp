@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "run/slurm.hpp"
 #include "run/status.hpp"
 #include "run/submission_scenes.hpp"
 #include "support/refusal.hpp"
@@ -71,7 +72,7 @@ TEST_F(LocalRunTest, ATaskThatWasKilledHasItsReason)
   EXPECT_EQ(outcome.n_skipped, 4);
   const auto state = run::read_task_state(folder_, submission_, {run::TaskKind::spine, 0, 0});
   ASSERT_TRUE(state);
-  EXPECT_EQ(state->phase, run::TaskPhase::failed);
+  EXPECT_EQ(state->status, run::TaskStatus::failed);
   EXPECT_EQ(state->reason, "ended by signal 9");
 }
 
@@ -104,21 +105,8 @@ TEST_F(LocalRunTest, ASecondOneIsRefused)
               test::refuses({folder_, "", "submit"}));
 }
 
-TEST(Child, SaysWhatAProgramSaid)
-{
-  const test::Scratch scratch;
-  const run::ProgramResult said =
-      run::run_program({"/bin/bash", "-c", "pwd; echo err >&2; exit 7"}, scratch.path().string());
-  EXPECT_EQ(said.exit_code, 7);
-  EXPECT_EQ(said.out, scratch.path().string() + "\n");
-  EXPECT_EQ(said.err, "err\n");
-  EXPECT_FALSE(said.is_not_found);
-  EXPECT_TRUE(run::run_program({"no-such-program-here"}, "").is_not_found);
-  EXPECT_EQ(run::run_program({"/bin/bash", "-c", "kill -KILL $$"}, "").exit_code, -1);
-}
-
 // Options for Slurm's programs, and variables of an enclosing Slurm job.
-TEST(Child, KeepsOptionsOfTheEnvironmentFromSlurm)
+TEST(RunSlurm, KeepsOptionsOfTheEnvironmentFromSlurm)
 {
   const std::vector<std::string> dropped{"SBATCH_PARTITION",    "SQUEUE_STATES",       "SCANCEL_STATE",
                                          "SLURM_JOB_ID",        "SLURM_JOBID",         "SLURM_ARRAY_JOB_ID",
@@ -127,7 +115,7 @@ TEST(Child, KeepsOptionsOfTheEnvironmentFromSlurm)
   for (const auto& names : {dropped, kept}) {
     for (const std::string& name : names) setenv(name.c_str(), "set", 1);
   }
-  const run::ProgramResult said = run::run_program({"/usr/bin/env"}, "");
+  const ProgramResult said = run::run_slurm({"/usr/bin/env"});
   for (const auto& names : {dropped, kept}) {
     for (const std::string& name : names) unsetenv(name.c_str());
   }

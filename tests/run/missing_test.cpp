@@ -52,14 +52,14 @@ TEST_F(MissingOfCase, AFreeSpineIsRepeatedOnceTheMergeHasFailed)
   test::write_free_spine(store::spine_journal_of(output()), 3);
   struct Row {
     const char* name;
-    std::optional<run::TaskPhase> phase;  // of the merge's state, of job 14
-    const char* queue;                    // of the merge, now job 20 or nothing
+    std::optional<run::TaskStatus> phase;  // of the merge's state, of job 14
+    const char* queue;                     // of the merge, now job 20 or nothing
     bool needs_spine;
   };
   for (const Row& row :
-       {Row{"never begun", {}, nullptr, false}, Row{"failed", run::TaskPhase::failed, nullptr, true},
-        Row{"interrupted", run::TaskPhase::interrupted, nullptr, false},
-        Row{"failed, and could not begin again", run::TaskPhase::failed, "DependencyNeverSatisfied",
+       {Row{"never begun", {}, nullptr, false}, Row{"failed", run::TaskStatus::failed, nullptr, true},
+        Row{"interrupted", run::TaskStatus::interrupted, nullptr, false},
+        Row{"failed, and could not begin again", run::TaskStatus::failed, "DependencyNeverSatisfied",
             false}}) {
     SCOPED_TRACE(row.name);
     seen_.states.erase(merge);
@@ -86,7 +86,7 @@ TEST_F(MissingOfCase, AMergeKilledWhileItClearedUpIsAllThatIsMissing)
   fs::remove(store::spine_journal_of(output()));
   fs::remove(store::shard_journal_of(output(), {1, 3}));
   scratch_.write("submission/knee.h5", "model");
-  seen_.states[merge] = test::state_of(run::TaskPhase::failed, "", "ended by signal 9");
+  seen_.states[merge] = test::state_of(run::TaskStatus::failed, "", "ended by signal 9");
   const auto note = [&](const std::string& sha256) {
     run::write_case_file(run::case_file_of(output()), {submission_.cases[0].spec, sha256});
   };
@@ -109,7 +109,7 @@ TEST_F(MissingOfCase, AMergeKilledWhileItClearedUpIsAllThatIsMissing)
 TEST_F(MissingOfCase, WhatIsUnderWayIsNotSubmittedAgain)
 {
   set_all_done_except_merge();
-  seen_.states[shard(1)] = test::state_of(run::TaskPhase::failed, "13_1", "bad luck");
+  seen_.states[shard(1)] = test::state_of(run::TaskStatus::failed, "13_1", "bad luck");
   seen_.slurm[shard(1)] = {"13_1", {"13", 1, "FAILED", "n1", "NonZeroExitCode"}};
   seen_.slurm[shard(2)] = {"13_2", {"13", 2, "RUNNING", "n1", ""}};
   seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "Dependency"}};
@@ -135,7 +135,7 @@ TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
   scratch.write("submission/case-1/case-1.h5", "model");
   run::SubmissionSnapshot seen;
   seen.slurm[{run::TaskKind::run, 1, 0}] = {"20_2", {"20", 2, "RUNNING", "n1", ""}};
-  seen.states[{run::TaskKind::run, 2, 0}] = test::state_of(run::TaskPhase::failed, "", "bad mesh");
+  seen.states[{run::TaskKind::run, 2, 0}] = test::state_of(run::TaskStatus::failed, "", "bad mesh");
   seen.slurm[{run::TaskKind::index, -1, 0}] = {"21", {"21", 0, "PENDING", "", "Dependency"}};
   const auto missing = [&] {
     return run::find_missing_work(folder, submission, run::status_of(folder, submission, seen), seen);
@@ -162,7 +162,7 @@ TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
   EXPECT_TRUE(missing().work.is_empty());
   seen.slurm.clear();
   EXPECT_TRUE(missing().work.needs_index);
-  seen.states[{run::TaskKind::index, -1, 0}] = test::state_of(run::TaskPhase::done, "");
+  seen.states[{run::TaskKind::index, -1, 0}] = test::state_of(run::TaskStatus::done, "");
   EXPECT_TRUE(missing().work.is_empty());
 }
 
@@ -175,18 +175,18 @@ TEST(MissingOfCampaign, AnIndexOlderThanACaseIsRebuilt)
   const run::TaskId first{run::TaskKind::run, 0, 0}, second{run::TaskKind::run, 1, 0},
       index{run::TaskKind::index, -1, 0};
   run::SubmissionSnapshot seen;
-  seen.states[first] = seen.states[second] = seen.states[index] = test::state_of(run::TaskPhase::done, "");
+  seen.states[first] = seen.states[second] = seen.states[index] = test::state_of(run::TaskStatus::done, "");
   const auto missing = [&] {
     return run::find_missing_work(folder, submission, run::status_of(folder, submission, seen), seen);
   };
   scratch.write("submission/case-1/case-1.h5", "model");
   seen.slurm[second] = {"20_2", {"20", 2, "RUNNING", "n1", ""}};
-  seen.states[second].phase = run::TaskPhase::running;
+  seen.states[second].status = run::TaskStatus::running;
   EXPECT_TRUE(missing().work.needs_index);
   EXPECT_THAT(missing().work.active_case_jobs, ElementsAre("20_2"));
   scratch.write("submission/case-2/case-2.h5", "model");
   seen.slurm.clear();
-  seen.states[second].phase = run::TaskPhase::done;
+  seen.states[second].status = run::TaskStatus::done;
   struct Row {
     const char *ended, *begun;
     bool is_outdated;
@@ -218,11 +218,11 @@ class SharedTask : public testing::Test {
     seen_.slurm = run::tasks_in_slurm(
         submission_, {job}, {{"20", 1, "RUNNING", "n1", "None"}, {"20", 2, "PENDING", "", "Priority"}});
     scratch_.write("submission/case-1/case-1.h5", "model");
-    seen_.states[run(0)] = test::state_of(run::TaskPhase::done, "20_1");
-    seen_.states[run(1)] = test::state_of(run::TaskPhase::failed, "20_1", "bad mesh");
-    seen_.states[run(2)] = test::state_of(run::TaskPhase::running, "20_1");
+    seen_.states[run(0)] = test::state_of(run::TaskStatus::done, "20_1");
+    seen_.states[run(1)] = test::state_of(run::TaskStatus::failed, "20_1", "bad mesh");
+    seen_.states[run(2)] = test::state_of(run::TaskStatus::running, "20_1");
     // From an earlier job: ignored.
-    seen_.states[run(3)] = test::state_of(run::TaskPhase::failed, "13_1", "of old");
+    seen_.states[run(3)] = test::state_of(run::TaskStatus::failed, "13_1", "of old");
   }
 
   static run::TaskId run(std::int32_t number) { return {run::TaskKind::run, number, 0}; }
@@ -248,7 +248,7 @@ TEST_F(SharedTask, EachCaseHasItsOwnStatus)
   for (std::size_t k = 0; k < rows.size(); ++k) {
     SCOPED_TRACE(k);
     const run::TaskView& view = status.cases[k].tasks.front();
-    EXPECT_STREQ(run::name_of(view.status), run::name_of(rows[k].standing));
+    EXPECT_STREQ(name_of(view.status), name_of(rows[k].standing));
     EXPECT_EQ(view.reason, rows[k].reason);
   }
   EXPECT_EQ(status.cases[2].tasks.front().host, "n1");

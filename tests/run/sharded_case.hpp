@@ -49,10 +49,10 @@ class ShardedCase : public testing::Test {
   void set_all_done_except_merge()
   {
     write_spine();
-    seen_.states[spine] = state_of(run::TaskPhase::done, "");
+    seen_.states[spine] = state_of(run::TaskStatus::done, "");
     for (const std::int32_t k : {1, 2, 3}) {
       write_shard(k, run::rows_of({k, 3}, 7).size());
-      seen_.states[shard(k)] = state_of(run::TaskPhase::done, "");
+      seen_.states[shard(k)] = state_of(run::TaskStatus::done, "");
     }
   }
 

@@ -43,36 +43,30 @@ TEST(Scripts, TimeLimitsAreReadAsSbatchReadsThem)
 
 TEST(Scripts, WhatWouldBreakAScriptIsRefused)
 {
-  const auto refused = [](run::SlurmOptions options) {
-    return test::input_error([&] { run::require_valid_options(options); }).file;
+  const auto with = [](std::string run::SlurmOptions::*option, const char* value) {
+    run::SlurmOptions options;
+    options.*option = value;
+    return options;
   };
-  run::SlurmOptions sound;
-  sound.partition = "batch,long";
-  sound.extra = {"--constraint=\"a b\"", "-C avx2"};
-  EXPECT_NO_THROW(run::require_valid_options(sound));
-  run::SlurmOptions options;
-  options.partition = "a b";
-  EXPECT_EQ(refused(options), "--partition");
-  options = {};
-  options.memory = "2G\n#SBATCH --exclusive";
-  EXPECT_EQ(refused(options), "--mem");
-  options = {};
-  options.account = "$(id)";
-  EXPECT_EQ(refused(options), "--account");
-  options = {};
-  options.qos = "a;b";
-  EXPECT_EQ(refused(options), "--qos");
-  options = {};
-  options.time = "0";
-  EXPECT_EQ(refused(options), "--time");
-  for (const std::string folder : {"/a\\b", "/a\nb"}) {
+  const auto with_extra = [](const std::vector<std::string>& lines) {
+    run::SlurmOptions options;
+    options.extra = lines;
+    return options;
+  };
+  for (const auto& [option, options] :
+       {std::pair("--partition", with(&run::SlurmOptions::partition, "a b")),
+        std::pair("--mem", with(&run::SlurmOptions::memory, "2G\n#SBATCH --exclusive")),
+        std::pair("--account", with(&run::SlurmOptions::account, "$(id)")),
+        std::pair("--qos", with(&run::SlurmOptions::qos, "a;b")),
+        std::pair("--time", with(&run::SlurmOptions::time, "0")),
+        std::pair("--extra", with_extra({"constraint=a"})), std::pair("--extra", with_extra({""})),
+        std::pair("--extra", with_extra({"--a\n--b"}))}) {
+    EXPECT_EQ(test::input_error([&] { run::require_valid_options(options); }).file, option);
+  }
+  EXPECT_NO_THROW(run::require_valid_options(with(&run::SlurmOptions::partition, "batch,long")));
+  EXPECT_NO_THROW(run::require_valid_options(with_extra({"--constraint=\"a b\"", "-C avx2"})));
+  for (const std::string folder : {"/a\\b", "/a\nb"})
     EXPECT_EQ(test::input_error([&] { run::require_log_folder(folder); }).file, folder);
-  }
-  for (const char* line : {"constraint=a", "", "--a\n--b"}) {
-    options = {};
-    options.extra = {line};
-    EXPECT_EQ(refused(options), "--extra");
-  }
 }
 
 const std::vector<std::string> odd_paths = {
@@ -80,24 +74,15 @@ const std::vector<std::string> odd_paths = {
 
 TEST(Scripts, AnyPathIsOneWordOfAShell)
 {
-  for (const std::string& path : odd_paths) {
-    const test::Ended ended =
-        test::run({"/bin/bash", {"-c", "printf '%s|' " + run::shell_word(path)}, {}, {}});
-    EXPECT_EQ(ended.out, path + "|");
-  }
-}
-
-TEST(Scripts, EveryScriptIsWhatBashTakes)
-{
   const test::Scratch scratch;
   for (const std::string& path : odd_paths) {
+    EXPECT_EQ(test::run({"/bin/bash", {"-c", "printf '%s|' " + run::shell_word(path)}, {}, {}}).out,
+              path + "|");
     run::Submission submission = test::one_case(3);
     submission.program = path + "/vrda";
     for (const run::TaskKind kind : every_kind) {
       const fs::path script = scratch.write("script", run::script_of(kind, path, submission));
-      const test::Ended ended = test::run({"/bin/bash", {"-n", script.string()}, {}, {}});
-      EXPECT_EQ(ended.exit_code, 0) << ended.err;
-      EXPECT_EQ(ended.err, "");
+      EXPECT_EQ(test::run({"/bin/bash", {"-n", script.string()}, {}, {}}).err, "");
     }
   }
 }
@@ -210,88 +195,57 @@ class Wrapper : public testing::Test {
   test::Scratch scratch_;
 };
 
-TEST_F(Wrapper, EndsAsVrdaEndsAndAsksForNothing)
+TEST_F(Wrapper, RequeuesAnInterruptedTaskOnly)
 {
-  for (const int code : {0, 2, 3, 5}) {
-    const test::Ended ended = test::run(command("exit " + std::to_string(code), "0 RUNNING None"));
-    EXPECT_EQ(ended.exit_code, code) << ended.err;
-    EXPECT_EQ(ended.err, "");
-  }
-  EXPECT_THAT(what_was_said(), HasSubstr("task|" + (scratch_.path() / folder_).string() +
-                                         "|--kind|shard|--case=knee|--shard|3|--cpus|2|\n"));
-  EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
-}
-
-TEST_F(Wrapper, AnInterruptedTaskBeginsAgain)
-{
-  for (const char* queue : {"0 RUNNING None", "0 COMPLETING TimeLimit"}) {
+  const std::string last = std::to_string(run::max_restarts);
+  struct Row {
+    std::string act, queue, restarts;  // of vrda, of squeue, the task's count
+    int exit_code;
+    bool is_requeued;
+  };
+  for (const Row& row :
+       {Row{"exit 0", "0 RUNNING None", "0", 0, false}, Row{"exit 2", "0 RUNNING None", "0", 2, false},
+        Row{"exit 3", "0 RUNNING None", "0", 3, false}, Row{"exit 5", "0 RUNNING None", "0", 5, false},
+        Row{"exit 4", "0 RUNNING None", "0", 0, true}, Row{"exit 4", "0 COMPLETING TimeLimit", "0", 0, true},
+        // cancelled
+        Row{"exit 4", "0 COMPLETING None", "0", 4, false}, Row{"exit 4", "0 CANCELLED None", "0", 4, false},
+        Row{"exit 4", "", "0", 4, false},
+        // Slurm considered its node lost and restarted the task elsewhere.
+        Row{"exit 4", "2 RUNNING None", "1", 4, false}, Row{"exit 4", "1 RUNNING None", "1", 0, true},
+        Row{"exit 4", last + " RUNNING None", last, 4, false},
+        // SIGTERM before vrda has a handler
+        Row{"kill -TERM $$", "0 RUNNING None", "0", 0, true}}) {
+    SCOPED_TRACE(row.act + ": " + row.queue);
     std::filesystem::remove(said());
-    EXPECT_EQ(test::run(command("exit 4", queue)).exit_code, 0);
-    EXPECT_THAT(what_was_said(), HasSubstr("scontrol requeue 13_3\n"));
+    const test::Ended ended = test::run(command(row.act, row.queue, row.restarts));
+    EXPECT_EQ(ended.exit_code, row.exit_code) << ended.err;
+    EXPECT_EQ(what_was_said(), "task|" + (scratch_.path() / folder_).string() +
+                                   "|--kind|shard|--case=knee|--shard|3|--cpus|2|\n" +
+                                   (row.is_requeued ? "scontrol requeue 13_3\n" : ""));
   }
 }
 
-TEST_F(Wrapper, ACancelledTaskStaysSo)
-{
-  for (const char* queue : {"0 COMPLETING None", "0 CANCELLED None", ""}) {
-    EXPECT_EQ(test::run(command("exit 4", queue)).exit_code, 4);
-  }
-  EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
-}
-
-// Slurm considered its node lost and restarted the task elsewhere.
-TEST_F(Wrapper, ATaskThatHasASuccessorLeavesItAlone)
-{
-  EXPECT_EQ(test::run(command("exit 4", "2 RUNNING None", "1")).exit_code, 4);
-  EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
-  EXPECT_EQ(test::run(command("exit 4", "1 RUNNING None", "1")).exit_code, 0);
-  EXPECT_THAT(what_was_said(), HasSubstr("scontrol requeue 13_3\n"));
-}
-
-TEST_F(Wrapper, BeginsAgainOnlySoOften)
-{
-  EXPECT_EQ(test::run(command("exit 4", std::to_string(run::max_restarts) + " RUNNING None",
-                              std::to_string(run::max_restarts)))
-                .exit_code,
-            4);
-  EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
-}
-
-TEST_F(Wrapper, PassesTheSignalOnAndStaysUntilVrdaHasEnded)
-{
-  const std::string act =
-      "trap 'echo signalled >> \"$said\"; sleep 0.3; echo flushed >> \"$said\"; exit 4' TERM; "
-      "echo ready >> \"$said\"; while :; do sleep 0.01; done";
-  test::Process process(command(act, "0 RUNNING None"));
-  wait_until_said(process, "ready");
-  process.send(SIGTERM);
-  EXPECT_EQ(process.wait().exit_code, 0);
-  EXPECT_THAT(what_was_said(), HasSubstr("signalled\nflushed\nscontrol requeue 13_3\n"));
-}
-
-TEST_F(Wrapper, ASecondSignalDoesNotCutItShort)
+// A second signal does not cut it short.
+TEST_F(Wrapper, PassesSignalsOnAndStaysUntilVrdaHasEnded)
 {
   const std::string act =
       "trap 'echo signalled >> \"$said\"' TERM; echo ready >> \"$said\"; "
-      "until [ \"$(grep -c signalled \"$said\")\" -ge 2 ]; do sleep 0.01; done; exit 4";
+      "until [ \"$(grep -c signalled \"$said\")\" -ge 2 ]; do sleep 0.01; done; echo flushed >> \"$said\"; "
+      "exit 4";
   test::Process process(command(act, "0 RUNNING None"));
   wait_until_said(process, "ready");
   process.send(SIGTERM);
   wait_until_said(process, "signalled");
   process.send(SIGTERM);
   EXPECT_EQ(process.wait().exit_code, 0);
-  EXPECT_THAT(what_was_said(), HasSubstr("signalled\nsignalled\nscontrol requeue 13_3\n"));
+  EXPECT_THAT(what_was_said(), HasSubstr("signalled\nsignalled\nflushed\nscontrol requeue 13_3\n"));
 }
 
-TEST_F(Wrapper, ASignalThatVrdaCouldNotAnswerIsNotedDown)
+// E.g. out of memory: vrda could not record it, so the script does.
+TEST_F(Wrapper, RecordsAKill)
 {
-  // SIGTERM before vrda has a handler: requeued. SIGKILL: the script records it.
-  EXPECT_EQ(test::run(command("kill -TERM $$", "0 RUNNING None")).exit_code, 0);
-  EXPECT_THAT(what_was_said(), HasSubstr("scontrol requeue 13_3\n"));
-  std::filesystem::remove(said());
-  EXPECT_EQ(
-      test::run(command("case \"$*\" in *ended*) ;; *) kill -KILL $$ ;; esac", "0 RUNNING None")).exit_code,
-      137);
+  const std::string act = "case \"$*\" in *ended*) ;; *) kill -KILL $$ ;; esac";
+  EXPECT_EQ(test::run(command(act, "0 RUNNING None")).exit_code, 137);
   EXPECT_THAT(what_was_said(), HasSubstr("|--cpus|2|--ended|137|\n"));
   EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
 }

@@ -20,7 +20,7 @@ class Status : public test::ShardedCase {
  protected:
   void run_locally(const run::TaskId& task)
   {
-    seen_.states[task] = test::state_of(run::TaskPhase::running, "");
+    seen_.states[task] = test::state_of(run::TaskStatus::running, "");
     seen_.locked.insert(task);
   }
 };
@@ -29,35 +29,35 @@ TEST_F(Status, FollowsFromQueueAndStateFile)
 {
   struct Row {
     const char* name;
-    std::optional<run::TaskPhase> phase;  // of the task's state file, of job 13_1
-    const char* queue;                    // null: never submitted; "": purged
+    std::optional<run::TaskStatus> phase;  // of the task's state file, of job 13_1
+    const char* queue;                     // null: never submitted; "": purged
     run::TaskStatus standing;
     const char* reason;
   };
   const std::vector<Row> rows{
       {"never submitted", {}, nullptr, run::TaskStatus::waiting, ""},
       {"in the queue", {}, "PENDING", run::TaskStatus::queued, "Priority"},
-      {"in the queue again", run::TaskPhase::interrupted, "PENDING", run::TaskStatus::queued, "Priority"},
+      {"in the queue again", run::TaskStatus::interrupted, "PENDING", run::TaskStatus::queued, "Priority"},
       {"just begun", {}, "RUNNING", run::TaskStatus::running, ""},
-      {"running", run::TaskPhase::running, "RUNNING", run::TaskStatus::running, ""},
-      {"out of time", run::TaskPhase::running, "TIMEOUT", run::TaskStatus::failed, "TIMEOUT (Priority)"},
-      {"node lost", run::TaskPhase::running, "NODE_FAIL", run::TaskStatus::failed, "NODE_FAIL (Priority)"},
-      {"out of memory", run::TaskPhase::running, "OUT_OF_MEMORY", run::TaskStatus::failed,
+      {"running", run::TaskStatus::running, "RUNNING", run::TaskStatus::running, ""},
+      {"out of time", run::TaskStatus::running, "TIMEOUT", run::TaskStatus::failed, "TIMEOUT (Priority)"},
+      {"node lost", run::TaskStatus::running, "NODE_FAIL", run::TaskStatus::failed, "NODE_FAIL (Priority)"},
+      {"out of memory", run::TaskStatus::running, "OUT_OF_MEMORY", run::TaskStatus::failed,
        "OUT_OF_MEMORY (Priority)"},
       {"cancelled", {}, "CANCELLED", run::TaskStatus::failed, "CANCELLED (Priority)"},
-      {"cancelled, in order", run::TaskPhase::interrupted, "CANCELLED", run::TaskStatus::interrupted,
+      {"cancelled, in order", run::TaskStatus::interrupted, "CANCELLED", run::TaskStatus::interrupted,
        "CANCELLED (Priority)"},
-      {"failed", run::TaskPhase::failed, "FAILED", run::TaskStatus::failed, "its own reason"},
-      {"about to end", run::TaskPhase::done, "COMPLETING", run::TaskStatus::done, ""},
-      {"too many unsolved", run::TaskPhase::done, "FAILED", run::TaskStatus::done, ""},
+      {"failed", run::TaskStatus::failed, "FAILED", run::TaskStatus::failed, "its own reason"},
+      {"about to end", run::TaskStatus::done, "COMPLETING", run::TaskStatus::done, ""},
+      {"too many unsolved", run::TaskStatus::done, "FAILED", run::TaskStatus::done, ""},
       {"done, its state not yet seen", {}, "COMPLETED", run::TaskStatus::done, ""},
-      {"done, an older state seen", run::TaskPhase::running, "COMPLETED", run::TaskStatus::done, ""},
-      {"failed, whatever Slurm says", run::TaskPhase::failed, "COMPLETED", run::TaskStatus::failed,
+      {"done, an older state seen", run::TaskStatus::running, "COMPLETED", run::TaskStatus::done, ""},
+      {"failed, whatever Slurm says", run::TaskStatus::failed, "COMPLETED", run::TaskStatus::failed,
        "its own reason"},
-      {"done and forgotten", run::TaskPhase::done, "", run::TaskStatus::done, ""},
-      {"failed and forgotten", run::TaskPhase::failed, "", run::TaskStatus::failed, "its own reason"},
-      {"interrupted and forgotten", run::TaskPhase::interrupted, "", run::TaskStatus::interrupted, ""},
-      {"gone", run::TaskPhase::running, "", run::TaskStatus::lost, "Slurm has no record of the job"},
+      {"done and forgotten", run::TaskStatus::done, "", run::TaskStatus::done, ""},
+      {"failed and forgotten", run::TaskStatus::failed, "", run::TaskStatus::failed, "its own reason"},
+      {"interrupted and forgotten", run::TaskStatus::interrupted, "", run::TaskStatus::interrupted, ""},
+      {"gone", run::TaskStatus::running, "", run::TaskStatus::lost, "Slurm has no record of the job"},
       {"never begun and gone",
        {},
        "",
@@ -69,26 +69,26 @@ TEST_F(Status, FollowsFromQueueAndStateFile)
     seen_ = {};
     const run::TaskId task{run::TaskKind::merge, 0, 0};
     if (row.phase) {
-      const bool is_failed = *row.phase == run::TaskPhase::failed;
+      const bool is_failed = *row.phase == run::TaskStatus::failed;
       seen_.states[task] = test::state_of(*row.phase, "13_1", is_failed ? "its own reason" : "");
     }
     if (row.queue != nullptr) seen_.slurm[task] = {"13_1", {"13", 1, row.queue, "n2", "Priority"}};
     const run::TaskView view = view_of(task);
-    EXPECT_STREQ(run::name_of(view.status), run::name_of(row.standing));
+    EXPECT_STREQ(name_of(view.status), name_of(row.standing));
     EXPECT_EQ(view.reason, row.reason);
   }
 }
 
 TEST_F(Status, TheStateOfAnEarlierJobIsIgnored)
 {
-  seen_.states[merge] = test::state_of(run::TaskPhase::failed, "13", "of old");
+  seen_.states[merge] = test::state_of(run::TaskStatus::failed, "13", "of old");
   seen_.slurm[merge] = {"20", {"20", 0, "TIMEOUT", "n1", ""}};
   EXPECT_EQ(view_of(merge).reason, "TIMEOUT");
   seen_.slurm[merge].row = {};
   EXPECT_EQ(view_of(merge).status, run::TaskStatus::lost);
   // Repeated since by a local process.
   seen_.slurm[merge].row = {"20", 0, "TIMEOUT", "n1", ""};
-  seen_.states[merge] = test::state_of(run::TaskPhase::done, "");
+  seen_.states[merge] = test::state_of(run::TaskStatus::done, "");
   EXPECT_EQ(view_of(merge).status, run::TaskStatus::done);
 }
 
@@ -103,7 +103,7 @@ TEST_F(Status, WhatCanNoLongerBeginSaysWhy)
 // On any host, since the lock is on the shared file system.
 TEST_F(Status, ALocalTaskRunsWhileItHoldsItsLock)
 {
-  run::TaskState state = test::state_of(run::TaskPhase::running, "", "waits");
+  run::TaskState state = test::state_of(run::TaskStatus::running, "", "waits");
   state.host = "node17";
   run::write_task_state(folder_, submission_, shard(1), state);
   auto lock = OutputLock::acquire(run::task_file_of(folder_, submission_, shard(1)), "vrda task", {});
@@ -137,7 +137,7 @@ TEST_F(Status, ALostTaskQuotesSlurmFromItsLog)
 {
   scratch_.write("submission/logs/knee.shard-2-of-3.log",
                  "loading\nslurmstepd: error: *** JOB 14 ON n1 CANCELLED DUE TO NODE FAILURE ***\n");
-  seen_.states[shard(2)] = test::state_of(run::TaskPhase::running, "13_2");
+  seen_.states[shard(2)] = test::state_of(run::TaskStatus::running, "13_2");
   seen_.slurm[shard(2)] = {"13_2", {}, "knee.shard-2-of-3.log"};
   EXPECT_EQ(view_of(shard(2)).reason, "*** JOB 14 ON n1 CANCELLED DUE TO NODE FAILURE ***");
 }
@@ -147,7 +147,7 @@ TEST_F(Status, WithoutAnAnswerOfSlurmNothingIsLost)
   seen_.remark = "no answer";
   seen_.slurm[shard(1)] = {"13_1", {}};
   seen_.slurm[shard(2)] = {"13_2", {}};
-  seen_.states[shard(2)] = test::state_of(run::TaskPhase::running, "13_2");
+  seen_.states[shard(2)] = test::state_of(run::TaskStatus::running, "13_2");
   EXPECT_EQ(view_of(shard(1)).status, run::TaskStatus::queued);
   EXPECT_EQ(view_of(shard(2)).status, run::TaskStatus::running);
 }
@@ -190,13 +190,13 @@ TEST_F(Status, TheRateIsOfThisStart)
 TEST_F(Status, SumsUp)
 {
   write_spine();
-  seen_.states[spine] = test::state_of(run::TaskPhase::done, "12");
+  seen_.states[spine] = test::state_of(run::TaskStatus::done, "12");
   seen_.slurm[spine] = {"12", {}};
   write_shard(1, 3);
-  seen_.states[shard(1)] = test::state_of(run::TaskPhase::done, "13_1");
+  seen_.states[shard(1)] = test::state_of(run::TaskStatus::done, "13_1");
   seen_.slurm[shard(1)] = {"13_1", {"13", 1, "COMPLETED", "n1", "None"}};
   write_shard(2, 1);
-  seen_.states[shard(2)] = test::state_of(run::TaskPhase::running, "13_2");
+  seen_.states[shard(2)] = test::state_of(run::TaskStatus::running, "13_2");
   seen_.states[shard(2)].n_done_at_start = 6;
   seen_.slurm[shard(2)] = {"13_2", {"13", 2, "RUNNING", "n2", "None"}};
   seen_.slurm[shard(3)] = {"13_3", {"13", 3, "PENDING", "", "Resources"}};
@@ -209,7 +209,7 @@ TEST_F(Status, SumsUp)
 TEST_F(Status, AMadeCaseIsDoneWhateverItsTasksSay)
 {
   scratch_.write("submission/knee.h5", "model");
-  seen_.states[shard(1)] = test::state_of(run::TaskPhase::failed, "", "of old");
+  seen_.states[shard(1)] = test::state_of(run::TaskStatus::failed, "", "of old");
   EXPECT_EQ(view_of(shard(1)).status, run::TaskStatus::done);
   EXPECT_EQ(view_of(shard(1)).reason, "");
   EXPECT_TRUE(missing().work.is_empty());
@@ -222,9 +222,9 @@ TEST(StatusOfCampaign, CountsCases)
   const std::string folder = test::folder_with(scratch, submission);
   scratch.write("submission/case-1/case-1.h5", "model");
   run::SubmissionSnapshot seen;
-  seen.states[{run::TaskKind::run, 1, 0}] = test::state_of(run::TaskPhase::running, "");
+  seen.states[{run::TaskKind::run, 1, 0}] = test::state_of(run::TaskStatus::running, "");
   seen.locked = {{run::TaskKind::run, 1, 0}};
-  seen.states[{run::TaskKind::run, 2, 0}] = test::state_of(run::TaskPhase::failed, "", "bad mesh");
+  seen.states[{run::TaskKind::run, 2, 0}] = test::state_of(run::TaskStatus::failed, "", "bad mesh");
   EXPECT_EQ(run::summary_of(run::status_of(folder, submission, seen), submission),
             "1 of 4 cases done, 1 running, 1 waiting, 1 failed; 35 of 140 attitudes");
 }

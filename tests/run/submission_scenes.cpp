@@ -62,10 +62,10 @@ std::string folder_with(const Scratch& scratch, const run::Submission& submissio
   return folder;
 }
 
-run::TaskState state_of(run::TaskPhase phase, const std::string& slurm_job, const std::string& reason)
+run::TaskState state_of(run::TaskStatus phase, const std::string& slurm_job, const std::string& reason)
 {
   run::TaskState state = run::started_now(0);
-  state.phase = phase;
+  state.status = phase;
   state.slurm_job = slurm_job;
   state.reason = reason;
   return state;

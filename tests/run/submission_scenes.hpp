@@ -16,7 +16,7 @@ run::Submission campaign(std::int32_t n_cases, std::int32_t n_shards);
 std::string folder_with(const Scratch& scratch, const run::Submission& submission);
 
 /// A state of that phase; `slurm_job` may be empty.
-run::TaskState state_of(run::TaskPhase phase, const std::string& slurm_job, const std::string& reason = "");
+run::TaskState state_of(run::TaskStatus phase, const std::string& slurm_job, const std::string& reason = "");
 
 /// A journal with the cells of these rows in these columns, all of kind `row` except `spine_column`.
 void write_journal(const std::string& path, const std::vector<std::int32_t>& rows, std::int32_t n_varus,

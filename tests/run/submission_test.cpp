@@ -77,9 +77,9 @@ TEST(Submission, FilesOfTasksAreNamedAfterCaseAndKind)
   EXPECT_EQ(run::text_of({run::TaskKind::shard, 0, 3}, submission), "shard 3 of 8");
   for (const run::TaskKind kind : {run::TaskKind::spine, run::TaskKind::shard, run::TaskKind::merge,
                                    run::TaskKind::run, run::TaskKind::index}) {
-    EXPECT_EQ(run::task_kind_of(run::name_of(kind)), kind);
+    EXPECT_EQ(value_named<run::TaskKind>(name_of(kind)), kind);
   }
-  EXPECT_EQ(run::task_kind_of("shards"), std::nullopt);
+  EXPECT_EQ(value_named<run::TaskKind>("shards"), std::nullopt);
 }
 
 TEST(Submission, AMisspeltCaseIsRefusedWithTheNearestName)
@@ -133,18 +133,18 @@ TEST(TaskState, ComesBackAsItWasWritten)
   const std::string folder = test::folder_with(scratch, submission);
   const run::TaskId task{run::TaskKind::shard, 0, 2};
   EXPECT_FALSE(run::read_task_state(folder, submission, task));
-  for (const run::TaskPhase phase :
-       {run::TaskPhase::running, run::TaskPhase::done, run::TaskPhase::failed, run::TaskPhase::interrupted}) {
+  for (const run::TaskStatus phase : {run::TaskStatus::running, run::TaskStatus::done,
+                                      run::TaskStatus::failed, run::TaskStatus::interrupted}) {
     run::TaskState state = run::started_now(12);
-    state.phase = phase;
+    state.status = phase;
     state.n_restarts = 3;
     state.slurm_job = "13_2";
-    state.exit_code = phase == run::TaskPhase::running ? 0 : 4;
+    state.exit_code = phase == run::TaskStatus::running ? 0 : 4;
     state.reason = "a \"reason\"\xff";
     run::write_task_state(folder, submission, task, state);
     const auto read = run::read_task_state(folder, submission, task);
     ASSERT_TRUE(read);
-    EXPECT_EQ(read->phase, phase);
+    EXPECT_EQ(read->status, phase);
     EXPECT_EQ(read->host, state.host);
     EXPECT_EQ(read->started, state.started);
     EXPECT_EQ(read->n_done_at_start, 12);
@@ -184,7 +184,7 @@ TEST(TaskState, AllThatBeganAreFound)
 
 TEST(TaskState, StartsDifferByJobAndRestarts)
 {
-  const run::TaskState first = test::state_of(run::TaskPhase::running, "13_2");
+  const run::TaskState first = test::state_of(run::TaskStatus::running, "13_2");
   run::TaskState again = first, elsewhere = first;
   EXPECT_TRUE(run::is_same_start(first, again));
   again.n_restarts = 1;

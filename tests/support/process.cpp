@@ -85,6 +85,22 @@ std::string Process::said() const
   return read_bytes(err_);
 }
 
+bool Process::runs_until(const std::function<bool()>& condition)
+{
+  while (is_running() && !condition()) usleep(2000);
+  return is_running();
+}
+
+bool Process::runs_until_file(const std::filesystem::path& file)
+{
+  return runs_until([&] { return std::filesystem::exists(file); });
+}
+
+bool Process::runs_until_said(const std::string& text)
+{
+  return runs_until([&] { return said().find(text) != std::string::npos; });
+}
+
 Ended Process::wait()
 {
   reap(0);

@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -37,10 +38,15 @@ class Process {
   void send(int signal) const;
   /// Standard error so far.
   std::string said() const;
+  /// Waits until the file exists; false if the program ends first.
+  bool runs_until_file(const std::filesystem::path& file);
+  /// Waits until standard error has the text; false if the program ends first.
+  bool runs_until_said(const std::string& text);
   /// Waits until the program ends.
   Ended wait();
 
  private:
+  bool runs_until(const std::function<bool()>& condition);
   void reap(int options);
 
   pid_t pid_ = -1;

@@ -1,21 +1,11 @@
 // Builds the report: sections in reading order, then their plots.
-import { axesSection } from "./axes.js";
-import { branchesSection } from "./branches.js";
-import { rotationSection, translationsSection } from "./clinical.js";
-import { comparisonSection } from "./comparison.js";
-import { contactPathsSection } from "./contact_paths.js";
-import { coordinatesSection } from "./coordinates.js";
-import { degreesSection } from "./degrees.js";
-import { el } from "./dom.js";
-import { fibresSection, forcesSection } from "./loads.js";
+import { axesSection, branchesSection, contactPathsSection, coordinatesSection, fibresSection, forcesSection } from "./mechanics.js";
+import { comparisonSection, repairSection, rotationSection, surfacesSection, translationsSection } from "./motion.js";
+import { el } from "./page.js";
 import { drawAll, drawOver, followTheme } from "./plot.js";
-import { provenanceSection } from "./provenance.js";
-import { repairSection } from "./repair.js";
-import { statusSection } from "./status_map.js";
-import { stillsSection } from "./stills.js";
-import { leadText, summariesSection, summarySection } from "./summary.js";
-import { surfacesSection } from "./surfaces.js";
-import { uncertaintySection } from "./uncertainty.js";
+import { degreesSection, statusSection, uncertaintySection } from "./quality.js";
+import { laxitySections, rangeSections } from "./results.js";
+import { leadText, provenanceSection, stillsSection, summariesSection, summarySection } from "./summary.js";
 
 function coordinates(model) {
   return model.coordinates ? [coordinatesSection] : [];
@@ -56,10 +46,18 @@ function heading(data) {
   return [el("h1", {}, `Comparison of ${data.models.length} motion models`), el("p", { class: "lead" }, data.models.map((model) => `${model.name}: ${model.title}`).join("; "))];
 }
 
+// The sections of the data's kind: one result of another command, or motion models.
+function sectionsOf(data) {
+  if (data.laxity) return laxitySections(data.laxity);
+  if (data.range) return rangeSections(data.range);
+  return data.models.length === 1 ? sectionsOfOne(data) : sectionsOfSeveral(data);
+}
+
 async function main() {
   const data = JSON.parse(document.getElementById("report-data").textContent);
-  const sections = data.models.length === 1 ? sectionsOfOne(data) : sectionsOfSeveral(data);
-  document.getElementById("report").append(...heading(data), contents(sections), ...sections, el("footer", {}, `Report of ${data.program}.`));
+  const sections = sectionsOf(data);
+  const title = data.models ? heading(data) : [el("h1", {}, document.title)];
+  document.getElementById("report").append(...title, contents(sections), ...sections, el("footer", {}, `Report of ${data.program}.`));
   followTheme();
   await drawAll();
   document.documentElement.dataset.report = "ready";

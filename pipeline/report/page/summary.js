@@ -1,6 +1,7 @@
+// What a report says without plots: summary, images of the joint, provenance.
+import { absent, decimal, el, folded, length, motionName, number, percent, section, table, wordOf } from "./page.js";
+
 // Summary: warnings, key numbers, statuses.
-import { el, section, table } from "./dom.js";
-import { decimal, length, motionName, number, percent, wordOf } from "./format.js";
 
 function card(value, label) {
   return el("div", { class: "card" }, el("span", { class: "value" }, value), el("span", { class: "label" }, label));
@@ -12,7 +13,7 @@ function axisText(values, name) {
 }
 
 /** Describes the grid. */
-export function gridText(model) {
+function gridText(model) {
   if (model.key_name) return `${model.flexion.length} frames over ${model.key_name} from ${number(model.flexion[0])} to ${number(model.flexion.at(-1))}`;
   const varus = model.is_varus_free ? `${wordOf(model, "varus")} solved by the equilibrium` : axisText(model.varus, wordOf(model, "varus"));
   return `${axisText(model.flexion, wordOf(model, "flexion"))}, ${varus}`;
@@ -20,7 +21,7 @@ export function gridText(model) {
 
 const METHODS = { "stability-search": "stability search", equilibrium: "equilibrium", import: "measurement" };
 
-export function methodName(model) {
+function methodName(model) {
   return METHODS[model.method] ?? model.method;
 }
 
@@ -36,7 +37,7 @@ export function leadText(model) {
 }
 
 /** A box with the warnings, or with "No warnings". */
-export function warningBox(warnings, title = "Read this first") {
+function warningBox(warnings, title = "Read this first") {
   if (warnings.length === 0) return el("div", { class: "box good" }, el("strong", {}, "No warnings"), "Every attitude is solved, and no gap or penetration is perceptible.");
   return el("div", { class: "box warning", role: "note" }, el("strong", {}, title), el("ul", {}, warnings.map((text) => el("li", {}, text))));
 }
@@ -100,4 +101,62 @@ export function summariesSection(models) {
   const boxes = models.filter((model) => model.warnings.length > 0).map((model) => warningBox(model.warnings, model.name));
   return section("summary", "Summary", ...(boxes.length > 0 ? boxes : [warningBox([])]),
     table("The motion models, raw motion", headings, rows, { kinds: ["", "text", "word", "word"] }));
+}
+
+// Images of the joint.
+
+function still(one) {
+  const label = `${one.view}, ${one.label}`;
+  return el("figure", {}, el("img", { src: `data:image/png;base64,${one.png}`, alt: `The joint, ${label}`, loading: "eager" }), el("figcaption", {}, label));
+}
+
+// One row per view; with fewer than three images a row has four columns, which keeps them small.
+function perRow(stills) {
+  const n = stills.filter((one) => one.view === stills[0].view).length;
+  return n < 3 ? 4 : n;
+}
+
+export function stillsSection(model) {
+  const { stills, note } = model.stills;
+  return section("stills", "The joint", note ? absent(note) : null, stills.length > 0 ? el("div", { class: "stills", style: `--per-row: ${perRow(stills)}` }, stills.map(still)) : null);
+}
+
+// Provenance: inputs, bodies, scaling, job.
+
+function inputsTable(inputs) {
+  return table("SHA-256 of every input file, or of the bytes of a generated mesh", ["input", "SHA-256"], inputs.map((input) => [input.name, input.sha256]), { kinds: ["", "hash"] });
+}
+
+function bodiesTable(model) {
+  const rows = [model.reference, model.moving].flatMap((body, k) => [[
+    body.name, k === 0 ? "reference" : "moving", body.components.map((c) => `${c.name} (${c.material})`).join(", "), String(body.contact_triangles), String(body.visual_triangles)]]);
+  return table("Bodies", ["body", "role", "components", "contact triangles", "visual triangles"], rows, { kinds: ["", "word", "text"] });
+}
+
+// Scaling of the joint to its subject and fit of the landmarks.
+function scaled(scaling) {
+  if (!scaling) return [];
+  const [x, y, z] = scaling.factor;
+  const by = x === y && y === z ? String(x) : `${x} (anterior), ${y} (proximal), ${z} (right)`;
+  const steps = scaling.keeps_steps ? "steps solved at factor 1, then scaled" : "steps solved at this size";
+  if (scaling.landmarks.length === 0) return [el("p", {}, `The meshes are scaled by ${by}; ${steps}.`)];
+  const error = scaling.standard_error === null ? "unknown" : String(scaling.standard_error);
+  const rows = scaling.landmarks.map((name, i) => [name, scaling.model_mm[i], scaling.subject_mm[i], scaling.residual_mm[i]].map(String));
+  return [
+    el("p", {}, `The meshes are scaled by ${by} (standard error ${error}), fitted to distances between landmarks with a residual of ${scaling.residual_rms_mm} mm (root mean square); ${steps}.`),
+    table("Landmarks, mm", ["pair", "model", "subject", "residual"], rows)];
+}
+
+function ofModel(model) {
+  const p = model.provenance;
+  return [bodiesTable(model), ...scaled(p.scaling), inputsTable(p.inputs),
+    folded("Job file", el("pre", {}, p.job)),
+    folded("Job with all keys and values", el("pre", {}, p.resolved))];
+}
+
+export function provenanceSection(data) {
+  const parts = data.models.length === 1 ? ofModel(data.models[0])
+    : data.models.map((model) => folded(`${model.name}: ${model.title}`, ...ofModel(model)));
+  const versions = `Made by ${data.program} from motion models of format ${data.models[0].provenance.format_version}; plots by plotly.js ${window.Plotly.version} (MIT licence). The page contains no time or host: the same files give the same page.`;
+  return section("provenance", "Provenance", el("p", {}, versions), ...parts);
 }

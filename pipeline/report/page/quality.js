@@ -1,7 +1,64 @@
+// How far the motion is to be trusted: map of the grid, degrees of smoothing, bands of samples.
+import { absent, choice, decimal, el, gridTitle, number, PARAMETERS, percent, section, setName, table, wordOf } from "./page.js";
+import { axis, figure, lineStyle, theme } from "./plot.js";
+
+// Maps of status, plausibility and contacts of each attitude.
+
+const STATUS_COLORS = { "-1": "#9aa3ad", 0: "#3f8f72", 1: "#d98a1f", 2: "#b23a48", 3: "#7b4fa3", 4: "#274690", 5: "#8a5a2b" };
+const PLAUSIBILITY_COLORS = { "-1": "#9aa3ad", 0: "#3f8f72", 1: "#b23a48", 2: "#d98a1f" };
+
+function plausibilityKinds(model) {
+  return model.plausibilities.map((p) => ({ code: p.code, name: p.name, color: PLAUSIBILITY_COLORS[p.code] ?? "#000000" }));
+}
+function statusKinds(model) {
+  return model.statuses.filter((s) => s.cells > 0).map((s) => ({ code: s.code, name: s.name, color: STATUS_COLORS[s.code] ?? "#000000" }));
+}
+const CONTACT_KINDS = [
+  { code: -1, name: "no pose", color: "#9aa3ad" }, { code: 0, name: "neither", color: "#b23a48" }, { code: 1, name: "medial only", color: "#0b6aa8" },
+  { code: 2, name: "lateral only", color: "#d98a1f" }, { code: 3, name: "both", color: "#3f8f72" }];
+const ROTATION_KINDS = [{ code: -1, name: "no pose", color: "#9aa3ad" }, { code: 0, name: "not determined", color: "#d98a1f" }, { code: 1, name: "determined", color: "#3f8f72" }];
+
+function maps(model) {
+  const list = [["status", "status", { grid: model.status_grid, kinds: statusKinds(model) }]];
+  list.push(["plausibility", "plausibility of stable poses", { grid: model.plausibility_grid, kinds: plausibilityKinds(model) }]);
+  if (model.contact_grid) list.push(["contact", "compartments in contact", { grid: model.contact_grid, kinds: CONTACT_KINDS }]);
+  list.push(["rotation", "rotation determined by contact", { grid: model.theta_determined_grid, kinds: ROTATION_KINDS }]);
+  return list;
+}
+
+// Steps of equal width, one per kind.
+function stepScale(kinds) {
+  return kinds.flatMap((kind, k) => [[k / kinds.length, kind.color], [(k + 1) / kinds.length, kind.color]]);
+}
+
+/** Cells coloured by their kind; `codes[i][j]` at x[i] and y[j], of one of the `kinds` ({ code, name, color }). */
+export function kindTrace(x, y, codes, kinds) {
+  const index = new Map(kinds.map((kind, k) => [kind.code, k]));
+  const z = codes[0].map((_, j) => codes.map((row) => index.get(row[j])));
+  const gap = codes.length > 45 ? 0 : 1;  // gaps would dominate a fine grid
+  const text = z.map((row) => row.map((k) => kinds[k]?.name ?? ""));
+  return { type: "heatmap", x, y, z, text, zmin: -0.5, zmax: kinds.length - 0.5, colorscale: stepScale(kinds), xgap: gap, ygap: gap,
+    colorbar: { thickness: 14, outlinewidth: 0, tickvals: kinds.map((_, k) => k), ticktext: kinds.map((kind) => kind.name) },
+    hovertemplate: "%{x}°, %{y}°: %{text}<extra></extra>" };
+}
+
+function mapTrace(model, { grid, kinds }) {
+  return { ...kindTrace(model.flexion, model.varus, grid, kinds), hovertemplate: "flexion %{x}°, varus %{y}°: %{text}<extra></extra>" };
+}
+
+export function statusSection(model) {
+  const all = maps(model);
+  const state = { map: all[0][2] };
+  const plot = figure({
+    title: "The grid", size: model.varus.length > 1 ? "" : "low",
+    caption: "One cell per attitude: flexion to the right, varus (adduction +) upwards. The table in the summary has the counts.",
+    make: () => ({ data: [mapTrace(model, state.map)], layout: { xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(gridTitle(model, "varus"), model.is_varus_free ? { showticklabels: false, title: { text: "" } } : {}) } }),
+  });
+  const pick = choice("Show", all.map(([key, name]) => [key, name]), all[0][0], (value) => { state.map = all.find(([key]) => key === value)[2]; plot.redraw(); });
+  return section("grid", "Map of the grid", el("div", { class: "controls" }, pick), plot);
+}
+
 // Errors, gaps and penetrations of each smoothing degree.
-import { absent, el, section, table } from "./dom.js";
-import { axis, figure, lineStyle } from "./plot.js";
-import { number, PARAMETERS, percent, setName } from "./format.js";
 
 function statisticsTable(model) {
   const rows = model.degrees.flatMap((set) => set.surfaces.map((s) => [
@@ -40,13 +97,13 @@ function errorFigure(model, unit) {
   });
 }
 
-const COMPARED = { translation: ["translation", "mm"], theta: ["θ", "degrees"], varus: ["varus", "degrees"] };
+const COMPARED_ERRORS = { translation: ["translation", "mm"], theta: ["θ", "degrees"], varus: ["varus", "degrees"] };
 
 const MEASURES = [["rms", "RMS"], ["largest", "largest"], ["leave_one_out", "leave-one-out"], ["roughness", "roughness"]];
 
 function errorsTable({ rows, recommended }) {
   const names = rows[0].errors.map((one) => one.name);
-  const headings = names.flatMap((name) => MEASURES.map(([, text], k) => (k === 0 ? `${COMPARED[name].join(", ")}: ${text}` : text)));
+  const headings = names.flatMap((name) => MEASURES.map(([, text], k) => (k === 0 ? `${COMPARED_ERRORS[name].join(", ")}: ${text}` : text)));
   const cells = (row) => row.errors.flatMap((one) => MEASURES.map(([key]) => number(one[key])));
   return table("Each degree fitted to the raw motion. Roughness is the RMS second derivative, per degree²; the recommended degree is highlighted.",
     ["degree", ...headings], rows.map((row) => [String(row.degree), ...cells(row)]), { kinds: Array(headings.length + 1).fill("tight"), chosen: (r) => rows[r].degree === recommended });
@@ -75,9 +132,9 @@ function faultsTable({ rows, recommended }) {
 }
 
 function comparedErrors(rows, unit) {
-  const names = rows[0].errors.map((one) => one.name).filter((name) => COMPARED[name][1] === unit);
+  const names = rows[0].errors.map((one) => one.name).filter((name) => COMPARED_ERRORS[name][1] === unit);
   return names.flatMap((name, k) => [["leave_one_out", "leave-one-out", "solid"], ["rms", "RMS", "dot"]].map(([key, text, dash]) => ({
-    type: "scatter", mode: "lines+markers", name: `${COMPARED[name][0]}, ${text}`, x: rows.map((row) => row.degree), y: rows.map((row) => row.errors.find((one) => one.name === name)[key]), line: { color: lineStyle(k).color, dash, width: 2 } })));
+    type: "scatter", mode: "lines+markers", name: `${COMPARED_ERRORS[name][0]}, ${text}`, x: rows.map((row) => row.degree), y: rows.map((row) => row.errors.find((one) => one.name === name)[key]), line: { color: lineStyle(k).color, dash, width: 2 } })));
 }
 
 function recommendedLine(recommended) {
@@ -112,4 +169,66 @@ export function degreesSection(model) {
   if (model.degrees.length === 0) parts.push(absent("The file has no smoothed set; vrda smooth FILE --degree N adds one."));
   if (model.audits.length === 0) parts.push(absent("The file has no audit of the smoothed motion; vrda audit FILE adds it."));
   return section("degrees", "Degrees of smoothing", ...parts);
+}
+
+// Bands of an uncertain job over flexion, and the inputs that the spread comes from.
+
+const BAND_NAMES = { internal: "internal rotation", contact_force: "contact force", contact_force_medial: "medial contact force", contact_force_lateral: "lateral contact force" };
+const BAND_UNITS = { degree: "degrees", mm: "mm", N: "N" };
+const KEYS = ["varus", "internal", "anterior", "proximal", "lateral"];
+
+function bandName(model, one) {
+  return BAND_NAMES[one.name] ?? wordOf(model, one.name);
+}
+
+/** Whether the quantity is more than rounding: flexion is mostly driven. */
+function hasSpread(one) {
+  return one.high.some((value, k) => value !== null && value - one.low[k] > 1e-6);
+}
+
+function bandFigure(model, one) {
+  const name = bandName(model, one), unit = BAND_UNITS[one.unit];
+  const job = KEYS.includes(one.name) ? model.curves.find((curve) => curve.name === "raw")?.[one.name] : undefined;
+  return figure({
+    title: name[0].toUpperCase() + name.slice(1),
+    caption: "Shaded: 5 to 95 per cent of the samples; line: median; dotted: smallest and largest" + (job ? "; dashed: the job itself." : "."),
+    make: () => {
+      const colour = theme().series[0];
+      const trace = (key, label, line, more = {}) => ({ type: "scatter", mode: "lines", name: label, x: model.flexion, y: one[key], line, ...more, hovertemplate: `${label}: %{y:.2f} ${unit} at %{x}<extra></extra>` });
+      const thin = { color: colour, width: 1, dash: "dot" };
+      return {
+        data: [
+          trace("low", "5 %", { width: 0, color: colour }, { showlegend: false }),
+          trace("high", "5 to 95 %", { width: 0, color: colour }, { fill: "tonexty", fillcolor: `${colour}33` }),
+          trace("median", "median", { color: colour, width: 2.4 }),
+          trace("smallest", "smallest, largest", thin),
+          trace("largest", "largest", thin, { showlegend: false }),
+          ...(job ? [{ type: "scatter", mode: "lines", name: "the job", x: model.flexion, y: job, line: { color: theme().ink, width: 1.4, dash: "dash" }, hovertemplate: `job: %{y:.2f} ${unit} at %{x}<extra></extra>` }] : []),
+        ],
+        layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(unit) },
+      };
+    },
+  });
+}
+
+function meanWidth(one) {
+  const widths = one.high.map((value, k) => (value === null ? null : value - one.low[k])).filter((value) => value !== null);
+  return widths.reduce((sum, value) => sum + value, 0) / widths.length;
+}
+
+function shareText(share) {
+  return `${share.draw}: ${decimal(100 * share.index, 0)} % (${decimal(100 * share.low, 0)} to ${decimal(100 * share.high, 0)}), ${share.rank_correlation < 0 ? "falls" : "rises"} with it`;
+}
+
+/** Only for a model whose job has [uncertainty]. */
+export function uncertaintySection(model) {
+  const of = model.uncertainty;
+  const shown = of.quantities.filter(hasSpread);
+  const unsolved = of.solved.map((n) => of.samples - n).reduce((sum, n) => sum + n, 0);
+  const failures = unsolved === 0 ? "All have a stable pose at every flexion." : `${unsolved} of ${of.samples * of.solved.length} sampled poses are not stable and left out.`;
+  const rows = shown.map((one) => [bandName(model, one), `${decimal(meanWidth(one), 2)} ${BAND_UNITS[one.unit]}`, el("ul", {}, one.shares.filter((share) => share.high >= 0.05).slice(0, 4).map((share) => el("li", {}, shareText(share))))]);
+  return section("uncertainty", "Uncertainty",
+    el("p", {}, `${of.samples} samples of ${of.draws} independent draws (${of.sequence === "sobol" ? "Sobol sequence" : "Latin hypercube"}, seed ${of.seed}); varus is free. ${failures}`),
+    el("div", { class: "columns" }, shown.map((one) => bandFigure(model, one))),
+    table("Width of the bands and where the spread comes from: first-order Sobol indices with 90 % intervals, means over flexion weighted by variance", ["quantity", "mean width, 5 to 95 %", "largest shares"], rows));
 }

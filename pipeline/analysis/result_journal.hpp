@@ -1,5 +1,4 @@
-/// What the files of ranges of motion, laxity tests and fits have in common: journals of records, the frame
-/// of an HTML page, numbers, and SVG text.
+/// Journals of ranges of motion and fits: one record a frame, continued where a killed run stopped.
 #pragma once
 
 #include <filesystem>
@@ -55,24 +54,5 @@ core::FrameWriter open_journal(const std::string& path, const std::string& key, 
   writer->cut(summary.valid_bytes);
   return std::move(*writer);
 }
-
-/// `value` by a format of printf, without the sign of a rounded zero; a dash if it is not finite.
-std::string decimals(double value, const char* format = "%.2f");
-
-struct PageFrame {
-  std::string title;     ///< plain text
-  const char* width_px;  ///< largest width of the body, as CSS has it
-  const char* style;     ///< CSS besides that of all pages
-  std::string by;        ///< plain text: the programs that wrote it
-};
-/// A self-contained document with `body` (HTML) between heading and footer.
-std::string html_page(const PageFrame& frame, const std::string& body);
-
-/// The opening tag of an SVG with `label` (HTML) for readers that do not see it. Lengths in pixels.
-std::string svg_start(double width, double height, const std::string& label);
-/// One line of text (HTML) at a point in pixels; `anchor`: "start", "middle" or "end".
-std::string svg_text(double x, double y, const char* anchor, const std::string& text);
-/// The same from bottom to top, centred at the point.
-std::string svg_upward_text(double x, double y, const std::string& text);
 
 }  // namespace vrda::analysis
