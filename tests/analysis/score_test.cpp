@@ -138,6 +138,7 @@ TEST(Score, RowsWithoutAPoseAreNamedByReason)
   measured.rows[12].value.fill(nan);
   found[20].is_determined[at_internal] = false;
   found[20].value[at_internal] += 1.0;
+  found[30].value[5] += 0.25;
   for (const Alignment align : {Alignment::none, Alignment::constant}) {
     const Score s = score(found, measured, options_of(align));
     EXPECT_EQ(s.n_scored_rows, static_cast<std::size_t>(n - 4));
@@ -150,6 +151,7 @@ TEST(Score, RowsWithoutAPoseAreNamedByReason)
     EXPECT_EQ(s.coordinates[at_flexion].statistics.n, static_cast<std::size_t>(n - 4));
     EXPECT_NEAR(s.coordinates[at_internal].statistics.shape, 0.0, rounding);
     EXPECT_TRUE(s.coordinates[at_flexion].undetermined.empty());
+    EXPECT_EQ(s.coordinates[5].largest_row, 30u);
   }
 }
 

@@ -19,12 +19,6 @@ std::vector<double> sine_of(double phase_rad, double amplitude = 1.0, int n = 36
   return values;
 }
 
-std::vector<double> plus(std::vector<double> values, double offset)
-{
-  for (double& value : values) value += offset;
-  return values;
-}
-
 TEST(ScoreStatistics, RmsSplitsIntoBiasAndShape)
 {
   // differences 4 and 0: RMS sqrt(8), bias 2, shape 2
