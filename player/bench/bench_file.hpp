@@ -104,6 +104,7 @@ enum class HeadKind {
 /// What a tracked body is attached to.
 enum class BodyRole { leg, femur, tibia, head };
 inline constexpr std::size_t n_body_roles = 4;
+/// Key of the role in files and its name on screen: "femur".
 const char* name_of(BodyRole role);
 
 /// A tracked body: one tool with a pose, or several markers with positions.

@@ -203,6 +203,7 @@ class MotionCollector {
   static constexpr std::size_t most_poses = 36'000;  ///< 10 minutes at 60 Hz; 5 MB a body
 
   explicit MotionCollector(const BenchFile& bench);
+  /// The next frame of the recording.
   void take(const RecordedFrame& frame);
   bool is_full() const;
   /// Poses with their device times mapped to the local clock. Ends the last message.

@@ -46,6 +46,7 @@ struct BenchFrame {
 };
 
 /// Whether all used inputs are live.
+/// An input that the bench does not have does not count.
 bool is_live(const BenchFrame& frame);
 
 class BenchState {
@@ -64,7 +65,9 @@ class BenchState {
   const BenchValues& values() const { return values_; }
   /// Parameter changed by keys, and by a potentiometer that drives "selected".
   std::size_t selected() const { return selected_; }
+  /// `parameter`: index into parameters(). The potentiometer counts from its present position.
   void select(std::size_t parameter);
+  /// The filter of the leg's angles.
   void set_filter(bool is_on) { is_filtered_ = is_on; }
   bool is_filtered() const { return is_filtered_; }
   const BenchFile& bench() const { return bench_; }
@@ -135,6 +138,7 @@ class TimeHistogram {
   static constexpr double bin_ms = 0.25;
   static constexpr std::size_t n_bins = 1001;
 
+  /// A negative time counts in the first bin.
   void add(double time_ms);
   std::uint64_t n() const { return n_; }
   double mean_ms() const;

@@ -10,6 +10,7 @@
 
 namespace vrda::bench {
 
+/// Two on each face.
 inline constexpr std::size_t markers_a_body = 4;
 /// Of the dictionary of 50 markers of 4 x 4 cells.
 inline constexpr std::size_t most_bodies = 12;

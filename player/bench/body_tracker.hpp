@@ -146,6 +146,7 @@ struct FitQuality {
   double rotation_sd_rad = 0.0;  ///< standard deviation of the rotation about the least certain axis
   double centroid_sd_mm = 0.0;   ///< standard deviation of the centroid of the markers
 };
+/// `fit`: of the markers of one message.
 FitQuality quality_of(const PoseFit& fit);
 
 /// "residual 0.12 mm at 4 markers, rotation sd 0.06 deg"; without a fit the reason.

@@ -95,7 +95,9 @@ enum class CalibrationPart {
   functional  // the last part per person; optional
 };
 inline constexpr std::size_t n_calibration_parts = 14;
+/// Key of the part in files and its name on screen: "viewport".
 const char* name_of(CalibrationPart part);
+/// Whether it is done once per bench; else once per person.
 bool is_per_bench(CalibrationPart part);
 /// Key of its record in the calibration file: "per_bench.viewport".
 std::string record_key(CalibrationPart part);
@@ -182,11 +184,13 @@ struct Parameter {
 
 /// All parameters, in the order in which keys select them. Constant.
 std::span<const Parameter> parameters();
+/// Its index; empty if there is none of that name.
 std::optional<std::size_t> find_parameter(const std::string& name);
 
 /// Whether the parameter has an effect on the bench, e.g. `flexion` only with a rigid leg.
 bool is_used(std::size_t parameter, const BenchFile& bench);
 
+/// Value in the unit of the parameter.
 double value_of(const BenchValues& values, std::size_t parameter);
 /// Sets a parameter; the value is clamped to its range.
 void set_value(BenchValues& values, std::size_t parameter, double value);

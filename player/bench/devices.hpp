@@ -37,7 +37,9 @@ struct ToolPose {
   double position_mm[3] = {0.0, 0.0, 0.0};
   double rotation[4] = {1.0, 0.0, 0.0, 0.0};
 };
+/// Tool to tracker; the quaternion is normalised.
 Pose pose_of(const ToolPose& place);
+/// `pose`: tool to tracker, mm.
 ToolPose place_of(const Pose& pose);
 
 /// Trivially copyable without padding: equal samples have equal bytes.
@@ -133,7 +135,9 @@ class ArrivalClock {
 /// Rate over the last 2 s, in bins of a quarter of a second.
 class RateMeter {
  public:
+  /// A reading at `now_ns` of the arrival clock; ascending.
   void count(std::int64_t now_ns);
+  /// Readings a second up to `now_ns`; 0 without one in the last 2 s.
   double rate_hz(std::int64_t now_ns) const;
 
  private:
@@ -150,6 +154,7 @@ class RateMeter {
 /// Output of one device: its samples into the queue, its status report.
 class DeviceOutput {
  public:
+  /// `peer`: as shown, such as "127.0.0.1:18944". `queue` and `clock` must outlive this object.
   DeviceOutput(DeviceId device, std::string peer, SampleQueue& queue, const ArrivalClock& clock);
 
   /// Puts the samples of one message; the loop receives all of them together.
@@ -179,6 +184,7 @@ class DeviceOutput {
 
 class Devices {
  public:
+  /// Connects in the background; either device may be missing. Failures are in its report, not thrown.
   Devices(const std::optional<TrackerSettings>& tracker, const std::optional<BoardSettings>& board);
   ~Devices();
 

@@ -108,6 +108,7 @@ class IgtlStream {
   /// Largest skipped body (images); a larger one means a corrupt header.
   static constexpr std::uint64_t max_skipped_bytes = 1ULL << 32;
 
+  /// The next bytes of the connection, in order; ignored once broken.
   void add(std::span<const std::uint8_t> bytes);
 
   /// The next complete message of a known kind; nullopt until more bytes arrive, and always once broken.

@@ -71,6 +71,7 @@ std::int64_t utc_now_ns();
 class ProbeTool {
  public:
   ProbeTool(const BenchFile& bench, const Calibration& calibration);
+  /// Any sample, in order of arrival.
   void take(const Sample& sample);
   /// Empty while it is hidden.
   const std::optional<Pose>& X_tracker_probe() const { return pose_; }

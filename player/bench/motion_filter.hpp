@@ -26,6 +26,7 @@ inline constexpr OneEuroOptions default_angle_filter{1.5, 18.0, 1.0};
 class OneEuroFilter {
  public:
   explicit OneEuroFilter(const OneEuroOptions& options) : options_(options) {}
+  /// The filtered value at `time_s`, in the unit of `value`.
   double filtered(double value, double time_s);
   void start_over() { has_last_ = false; }
 
@@ -72,6 +73,7 @@ template <typename Sample>
 class SampleWindow {
  public:
   explicit SampleWindow(const PredictionOptions& options = {}) : options_(options) {}
+  /// Appends the newest sample; drops those before the window.
   void add(const Sample& sample);
   void start_over() { n_ = 0; }
   bool has_sample() const { return n_ > 0; }
@@ -101,6 +103,7 @@ class PosePredictor : public SampleWindow<TimedPose> {
 class AnglesPredictor : public SampleWindow<TimedAngles> {
  public:
   using SampleWindow::SampleWindow;
+  /// Requires a sample. At most `longest_s` ahead of the last sample.
   LegAngles at(double time_s) const;
   LegAngles velocity() const;  ///< rad per second
 };
@@ -111,6 +114,7 @@ struct ErrorSummary {
   double percentile_95 = 0.0;
   std::size_t n = 0;
 };
+/// `errors`: in any order and unit, not negative.
 ErrorSummary summary_of(std::vector<double> errors);
 
 struct PredictionError {

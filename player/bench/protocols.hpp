@@ -14,6 +14,7 @@
 
 namespace vrda::bench {
 
+/// The board's answer to a request.
 struct SerialFrame {
   char request = 0;
   std::uint8_t n = 0;  ///< bytes of the payload
@@ -25,6 +26,7 @@ struct SerialFrame {
 /// is lost.
 class SerialFrameParser {
  public:
+  /// The next bytes of the connection, in order.
   void add(std::span<const std::uint8_t> bytes);
   /// The next frame with a valid checksum; nullopt until more bytes arrive.
   std::optional<SerialFrame> next();
@@ -66,6 +68,7 @@ class BoardProtocol {
   std::string due(std::int64_t now_ns);
   /// Time of the next request.
   std::int64_t next_due_ns() const;
+  /// Readings in the bytes that arrived at `now_ns`.
   std::vector<Sample> receive(std::span<const std::uint8_t> bytes, std::int64_t now_ns);
   /// Requests a stage zero at the next due(), repeated until answered. Ignored while the board is not up: a
   /// delayed zero could be applied after the stage has moved.
@@ -168,6 +171,7 @@ class TrackerProtocol {
  public:
   TrackerProtocol(const TrackerSettings& settings, std::int64_t now_ns);
 
+  /// Samples of the tools that the message is about, with their arrival `now_ns`.
   std::vector<Sample> receive(const IgtlMessage& message, std::int64_t now_ns);
   /// Samples of the tools that became stale, or missing while others have news.
   std::vector<Sample> stale_samples(std::int64_t now_ns);

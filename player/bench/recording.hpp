@@ -58,6 +58,7 @@ class RecordingReader {
 
   /// Reads the file once. Throws InputError naming `path` if it is not a recording of this version.
   explicit RecordingReader(const std::string& path);
+  /// The same of `n_bytes` bytes that are somewhere else; `path` is for messages.
   RecordingReader(const std::string& path, std::uint64_t n_bytes, ByteSource bytes);
 
   const RecordingFacts& facts() const { return facts_; }
@@ -100,6 +101,7 @@ class RecordingReader {
 };
 
 /// Serialised record of a frame; equal for equal inputs.
+/// `now_ns`: start of the frame, clock of Sample::arrival_ns. `samples`: in order of arrival.
 std::string bytes_of(std::int64_t now_ns, std::span<const view::KeyPress> keys,
                      std::span<const Sample> samples);
 /// Serialised header record.

@@ -110,6 +110,7 @@ struct LegBodies {
 };
 
 /// The tibia in the femur's frame, from the tracked poses of the bodies.
+/// Arguments: bones in their bodies; thigh body and shank body in the tracker's frame.
 Pose X_femur_tibia(const LegBodies& bodies, const Pose& X_tracker_thigh, const Pose& X_tracker_shank);
 
 /// Attitude in a motion model's frame, and theta about its Delta, from the rotation of the tibia in the
@@ -118,7 +119,7 @@ Pose X_femur_tibia(const LegBodies& bodies, const Pose& X_tracker_thigh, const P
 /// degrees of varus only a combination of flexion and theta is defined.
 LegAngles leg_angles(const Pose& X_femur_tibia, const SolverFrame& frame);
 
-/// The attitude at which to query the motion model.
+/// The attitude at which to query the motion model, which gives theta itself.
 Attitude attitude_of(const LegAngles& angles);
 
 /// Inverse of leg_angles(): the tibia in the femur's frame, with `translation_mm` in the solver's frame S
@@ -133,6 +134,7 @@ struct Screw {
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
   Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
 };
+/// The motion of `factor` units of time.
 Screw scaled(const Screw& screw, double factor);
 
 /// The matrix of the cross product: cross_matrix(v) * w = v x w.
@@ -143,6 +145,7 @@ Pose pose_of(const Screw& screw);
 /// Logarithm, with a rotation of at most pi; for exactly pi one of the two solutions.
 Screw screw_of(const Pose& pose);
 
+/// Rotation about the axis of `turn_rad` by its length.
 Eigen::Matrix3d rotation_of(const Eigen::Vector3d& turn_rad);
 /// Rotation vector of length up to pi. `R` must be a rotation to rounding.
 Eigen::Vector3d turn_of(const Eigen::Matrix3d& R);
@@ -161,7 +164,9 @@ struct PoseParameters {
   Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
 };
+/// First the rotations about x, y and z, then the translation.
 Pose pose_of(const PoseParameters& numbers);
+/// The inverse. With y at 90 degrees only a combination of x and z is defined: z is 0.
 PoseParameters pose_parameters_of(const Pose& pose);
 
 // Pose of a rigid body from its visible markers.
@@ -172,6 +177,7 @@ enum class FitStatus {
   collinear,          ///< the visible markers are on a line, see least_spread_mm
   residual_too_large  ///< a marker exceeds outlier_mm, and dropping markers does not help
 };
+/// As in reports: "too_few_markers".
 const char* name_of(FitStatus status);
 
 inline constexpr int max_outliers = 2;

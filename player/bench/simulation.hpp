@@ -29,6 +29,7 @@ class KeyPath {
   /// One point or more, ascending in time. If looped, the last value must equal the first; otherwise the
   /// end values are held.
   KeyPath(std::vector<PathPoint> points, bool is_looped);
+  /// In the unit of the keys. `time_s`: any; beyond the keys see the constructor.
   double at(double time_s) const;
 
  private:
@@ -151,6 +152,7 @@ class Simulation {
   std::optional<InputError::Facts> beyond_motion(const std::string& file) const;
 
   const std::vector<std::string>& tools() const { return tools_; }
+  /// `time_s`: of the simulation, from 0.
   SimulatedTruth truth(double time_s) const;
   /// Tick k, at k / rate_hz seconds. Depends only on the script and k.
   SimulatedFrame frame(std::uint64_t k) const;
@@ -198,6 +200,7 @@ class RandomSequence {
   /// Mean 0, variance 1, within +-6: the sum of twelve uniform numbers minus 6, with identical bits on
   /// every processor, since no logarithm is used.
   double normal();
+  /// Three normal() numbers: x, y, z.
   Eigen::Vector3d normal_vector();
 
  private:

@@ -30,6 +30,7 @@ struct Camera {
 
 /// Throws InputError with file and key.
 Camera read_camera(const std::string& path);
+/// Text of the file; reading it gives equal numbers.
 std::string camera_text(const Camera& camera);
 
 /// A grey picture, row by row from the upper left.
@@ -92,6 +93,7 @@ enum class BodyState {
   ambiguous,  ///< too few markers to know the tilt: one, or two of a face far away
   misfit      ///< the markers do not fit the body: wrong fold, bent sheet, or a false marker
 };
+/// As in messages: "ambiguous".
 const char* name_of(BodyState state);
 
 struct FoundBody {

@@ -17,6 +17,7 @@ namespace vrda::bench {
 /// synchronisation, because the loop paces the frames. Throws InputError without a display, or if a monitor
 /// is missing or two monitors are not side by side.
 show::Sink bench_window(const BenchFile& bench, const std::string& title, int samples);
+/// The same without a window. `samples`: per pixel, 1, 2 or 4.
 show::Sink bench_memory(const BenchFile& bench, int samples);
 
 /// The position of the window by `display.at` or `display.outputs`; empty: placed by the desktop. Throws
@@ -33,6 +34,7 @@ std::optional<InputError::Facts> window_mismatch(const BenchFile& bench,
 /// Checks the window periodically.
 class WindowCheck {
  public:
+  /// `bench` must outlive this object.
   explicit WindowCheck(const BenchFile& bench) : bench_(bench) {}
 
   /// Message for the panel; empty: the window is correct. Allocates only on a change.

@@ -159,6 +159,10 @@ TEST_F(Board, LeavesLinksThatAreNotItsOwn)
   EXPECT_THAT(test::input_error([&] { const bench::PtyBoard board(options(link.string())); }),
               test::refuses({.field = link.string(), .found = kept.string()}));
   EXPECT_EQ(fs::read_symlink(link), kept);
+  EXPECT_THAT(test::input_error([&] { const bench::PtyBoard board(options(kept.string())); }),
+              test::refuses({.field = kept.string(), .found = "file"}));
+  EXPECT_EQ(test::read_bytes(kept), "x");
+  EXPECT_THROW(bench::PtyBoard(options((scratch_.path() / "no folder/board").string())), InputError);
   // A killed board leaves a link to a terminal; at the end another board may own the path.
   fs::remove(link);
   fs::create_symlink("/dev/pts/9999", link);
@@ -250,16 +254,6 @@ TEST_F(Board, APortThatIsAFileIsReported)
   EXPECT_TRUE(wait_until([&] {
     return devices.report(bench::DeviceId::board).error_message == "Inappropriate ioctl for device";
   }));
-}
-
-TEST_F(Board, AFileIsNotReplacedByALink)
-{
-  const std::string path = (scratch_.path() / "file").string();
-  std::ofstream(path) << "precious";
-  EXPECT_THAT(test::input_error([&] { bench::PtyBoard board(options(path)); }),
-              test::refuses({.field = path, .found = "file"}));
-  EXPECT_TRUE(std::filesystem::is_regular_file(path));
-  EXPECT_THROW(bench::PtyBoard(options((scratch_.path() / "no folder/board").string())), InputError);
 }
 
 double wanted_s()

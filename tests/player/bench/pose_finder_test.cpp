@@ -92,8 +92,9 @@ TEST(PoseFinder, FlexionIsWithinADegree)
     EXPECT_EQ(error.n_lost, 0);
     EXPECT_LE(error.flexion_rms_deg, 1.0);
     EXPECT_LE(error.turn_rms_deg, 3.0);
-    // Corners 0.3 px inwards on both sides of a marker of 30 px are 2 % of the distance.
-    EXPECT_LE(error.worst_place_share, 0.022);
+    // Corners 0.3 px inwards on both sides of a marker of 30 px are 2 % of the distance; sideways a fifth of
+    // it, and 0.4 mm of the corners.
+    EXPECT_LE(error.worst_place_share, 0.0205);
     std::printf("%.0f mm, %.0f deg: flexion %.2f, rotation %.2f deg RMS\n", row.distance_mm, row.yaw_deg,
                 error.flexion_rms_deg, error.turn_rms_deg);
   }

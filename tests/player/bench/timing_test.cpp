@@ -175,24 +175,4 @@ TEST(SampleWatch, AToolThatIsHiddenIsNotMissed)
   EXPECT_EQ(watch.n_missed(), 0U);
 }
 
-TEST(BenchTiming, IsReportedAsJsonAndAsText)
-{
-  bench::BenchTiming timing;
-  timing.n_pictures = 60;
-  timing.n_samples = 120;
-  timing.n_missed = 3;
-  timing.latency.add(7.1);
-  timing.interval.add(16.0);
-  std::ostringstream json;
-  bench::write_timing(json, timing);
-  EXPECT_NE(json.str().find("\"pictures\": 60,"), std::string::npos);
-  EXPECT_NE(json.str().find("\"samples_missed\": 3,"), std::string::npos);
-  EXPECT_NE(json.str().find("\"median\": 7.25"), std::string::npos);
-  EXPECT_NE(json.str().find("[[7, 1]]"), std::string::npos);
-  EXPECT_EQ(
-      bench::timing_text(timing),
-      "60 frames, 62.5 a second; latency 7.25 ms (median), 7.25 ms (99th percentile), 7.1 ms (longest); "
-      "120 samples, 3 missed, 0 late, 0 lost");
-}
-
 }  // namespace vrda::timing_test

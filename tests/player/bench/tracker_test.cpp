@@ -120,25 +120,6 @@ TEST(Tracker, AHundredHertzWithJitterArriveWhole)
   EXPECT_EQ(report.peer, "127.0.0.1:" + std::to_string(server.port()));
 }
 
-TEST_F(Recovery, FromAServerThatIsKilledAndReturns)
-{
-  start();
-  const std::uint16_t port = server_->port();
-  server_.reset();
-  ASSERT_TRUE(take_until(*devices_, seen_, is_closed));
-  EXPECT_TRUE(take_until(*devices_, seen_,
-                         [](const bench::Sample& s) { return s.is(bench::ToolVisibility::stale); }));
-  EXPECT_TRUE(wait_until(
-      [&] { return devices_->report(bench::DeviceId::tracker).error_message == "Connection refused"; }));
-  bench::TrackerServerOptions options;
-  options.port = port;
-  // The new clock is far behind: poses are accepted after several.
-  server_.emplace(options, femur);
-  EXPECT_TRUE(take_until(*devices_, seen_, is_up));
-  EXPECT_TRUE(take_until(*devices_, seen_, is_seen));
-  EXPECT_EQ(devices_->report(bench::DeviceId::tracker).n_connects, 2U);
-}
-
 TEST_F(Recovery, FromSpoiltMessages)
 {
   for (const Fault fault : {Fault([](Bytes& bytes) { bytes.resize(bytes.size() / 2); }),
@@ -272,16 +253,6 @@ TEST_F(Scripted, WhatIsAmissIsSaidUntilItIsOver)
     *is_amiss = false;
     await(bench::ToolVisibility::seen);
   }
-}
-
-TEST(Tracker, SendsSeveralClientsTheSame)
-{
-  bench::TrackerServer server({}, femur);
-  bench::Devices first(settings_for(server), std::nullopt), second(settings_for(server), std::nullopt);
-  std::vector<bench::Sample> seen;
-  EXPECT_TRUE(wait_until([&] { return server.n_clients() == 2; }));
-  EXPECT_TRUE(take_until(first, seen, is_seen));
-  EXPECT_TRUE(take_until(second, seen, is_seen));
 }
 
 TEST(Tracker, SaysWhatIsWrongWithAHost)
