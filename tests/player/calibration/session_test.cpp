@@ -72,9 +72,7 @@ TEST(CalibrationSession, CrossedEdgesAreRefusedAtOnce)
   // The right edge left of the left one.
   for (int k = 0; k < 20; ++k) trial.press(view::Key::left, false, true);
   trial.press(view::Key::enter);
-  EXPECT_TRUE(trial.session->progress().has_error);
-  EXPECT_THAT(trial.words(), HasSubstr("crossed edges of the left eye"));
-  EXPECT_TRUE(trial.is_requested(CalibrationPart::viewport, "left eye, left edge, 1"));
+  trial.expect_refused("crossed edges of the left eye", CalibrationPart::viewport, "left eye, left edge, 1");
   trial.do_all();
   EXPECT_TRUE(is_done(trial.session->calibration(), CalibrationPart::viewport));
 }
@@ -133,58 +131,30 @@ TEST(CalibrationSession, OnlyAnOutlyingPointIsRequestedAgain)
   VirtualOperator clumsy(trial.bench, trial.truth, wild);
   clumsy.do_task(*trial.session);
   while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
-  ASSERT_TRUE(trial.is_requested(CalibrationPart::leg, name)) << trial.words();
-  EXPECT_THAT(trial.words(), HasSubstr(name));
+  trial.expect_refused(name, CalibrationPart::leg, name);
   trial.do_all();
   EXPECT_TRUE(is_done(trial.session->calibration(), CalibrationPart::leg));
-}
-
-/// Samples of a static tool.
-void send_still(CalibrationSession& session, const BenchFile& file, const std::string& tool, const Pose& X)
-{
-  const std::vector<std::string>& tools = file.tracker->tools;
-  bench::Sample sample;
-  sample.kind = bench::SampleKind::tool_pose;
-  sample.state = static_cast<std::uint8_t>(bench::ToolVisibility::seen);
-  sample.source = static_cast<std::uint16_t>(std::ranges::find(tools, tool) - tools.begin());
-  sample.tool_pose = bench::place_of(X);
-  session.take(sample);
-}
-
-bench::Sample stage_sample(double at_mm, const BenchFile& file, std::uint8_t flags)
-{
-  bench::Sample sample;
-  sample.kind = bench::SampleKind::stage;
-  sample.state = flags;
-  sample.count = static_cast<std::int32_t>(std::lround(at_mm / file.stage_mm_per_count));
-  return sample;
 }
 
 TEST(CalibrationSession, AProbeThatIsNotRotatedIsRefused)
 {
   Trial trial(bench(), "probe");
   trial.press(view::Key::enter);
-  while (trial.session->progress().is_sampling)
-    send_still(*trial.session, trial.bench, "probe", Pose(Eigen::Translation3d(10, 20, -2000)));
-  EXPECT_TRUE(trial.session->progress().has_error);
-  EXPECT_THAT(trial.words(), HasSubstr("deg"));
-  EXPECT_TRUE(trial.is_requested(CalibrationPart::probe, "sweep"));
-  EXPECT_FALSE(is_done(trial.session->calibration(), CalibrationPart::probe));
+  while (trial.session->progress().is_sampling) trial.send_still("probe", {10, 20, -2000});
+  trial.expect_refused("deg", CalibrationPart::probe, "sweep");
 }
 
 /// Before the marker is moved to the other rail.
 TEST(CalibrationSession, AnInvalidFirstRailIsRefusedAtOnce)
 {
   Trial trial(bench(), "rails");
-  trial.session->take(stage_sample(0.0, trial.bench, 0));
+  trial.send_stage(0.0, 0);
   trial.press(view::Key::enter);
   for (int k = 0; trial.session->progress().is_sampling; ++k) {
-    trial.session->take(stage_sample(-k, trial.bench, 0));
-    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(k, 0, -2000)));
+    trial.send_stage(-k, 0);
+    trial.send_still("marker", {1.0 * k, 0, -2000});
   }
-  EXPECT_TRUE(trial.session->progress().has_error);
-  EXPECT_THAT(trial.words(), HasSubstr("-1 mm per mm"));
-  EXPECT_TRUE(trial.is_requested(CalibrationPart::rails, "x rail"));
+  trial.expect_refused("-1 mm per mm", CalibrationPart::rails, "x rail");
   EXPECT_TRUE(trial.record(CalibrationPart::rails).marks.empty());
 }
 
@@ -196,11 +166,9 @@ TEST(CalibrationSession, RailsThatAreParallelAreRefusedAndTheOtherOneIsSweptAgai
   for (int k = 0; trial.session->progress().is_sampling; ++k) {
     const CalibrationMark& x_rail = trial.record(CalibrationPart::rails).marks[0];
     const std::vector<double>& row = x_rail.rows[static_cast<std::size_t>(k)];
-    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(row[0], row[1], row[2])));
+    trial.send_still("marker", {row[0], row[1], row[2]});
   }
-  EXPECT_TRUE(trial.session->progress().has_error);
-  EXPECT_THAT(trial.words(), HasSubstr("angle"));
-  EXPECT_TRUE(trial.is_requested(CalibrationPart::rails, "z rail"));
+  trial.expect_refused("angle", CalibrationPart::rails, "z rail");
   trial.do_all();
   EXPECT_TRUE(is_done(trial.session->calibration(), CalibrationPart::rails));
 }
@@ -213,11 +181,8 @@ TEST(CalibrationSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
   trial.press(view::Key::right, true);
   const double x = trial.session->values()[0];
   trial.press(view::Key::enter);
-  for (int k = 0; trial.session->progress().is_sampling; ++k)
-    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(k, 0, -2000)));
-  EXPECT_TRUE(trial.session->progress().has_error);
-  EXPECT_THAT(trial.words(), HasSubstr("hold it still"));
-  EXPECT_TRUE(trial.is_requested(CalibrationPart::bullseye, "left eye, place 1"));
+  for (int k = 0; trial.session->progress().is_sampling; ++k) trial.send_still("marker", {1.0 * k, 0, -2000});
+  trial.expect_refused("hold it still", CalibrationPart::bullseye, "left eye, place 1");
   EXPECT_EQ(trial.session->values()[0], x);
 }
 
@@ -227,16 +192,15 @@ TEST(CalibrationSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
   trial.press(view::Key::enter);
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("No message from the stage"));
-  trial.session->take(stage_sample(3.0, trial.bench, 0));
+  trial.send_stage(3.0, 0);
   trial.press(view::Key::enter);
   EXPECT_THAT(trial.words(), HasSubstr("not zeroed"));
   trial.press(view::Key::right);
-  trial.session->take(stage_sample(3.0, trial.bench, bench::stage_zeroed));
+  trial.send_stage(3.0, bench::stage_zeroed);
   trial.press(view::Key::enter);
   ASSERT_TRUE(trial.session->progress().is_sampling);
-  trial.session->take(stage_sample(3.2, trial.bench, bench::stage_zeroed));
-  while (trial.session->progress().is_sampling)
-    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(0, 0, -2000)));
+  trial.send_stage(3.2, bench::stage_zeroed);
+  while (trial.session->progress().is_sampling) trial.send_still("marker", {0, 0, -2000});
   EXPECT_THAT(trial.words(), HasSubstr("The stage moved"));
   trial.do_all();
   EXPECT_TRUE(is_done(trial.session->calibration(), CalibrationPart::bullseye));
@@ -250,7 +214,7 @@ TEST(CalibrationSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
   const std::size_t n_marks = trial.record(CalibrationPart::bullseye).marks.size();
   ASSERT_EQ(n_marks, 3u);
   const CalibrationRecord stop = trial.record(CalibrationPart::stop);
-  trial.session->take(stage_sample(37.25, trial.bench, 0));
+  trial.send_stage(37.25, 0);
   trial.press(view::Key::enter);
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("press Z"));
@@ -273,7 +237,7 @@ TEST(CalibrationSession, TheStopAsksOnceForAStageAtZero)
 {
   Trial trial(bench(), "stop");
   EXPECT_FALSE(trial.session->take_zero_request());
-  trial.session->take(stage_sample(12.5, trial.bench, 0));
+  trial.send_stage(12.5, 0);
   trial.press(view::Key::enter);
   EXPECT_TRUE(trial.session->take_zero_request());
   EXPECT_FALSE(trial.session->take_zero_request());
