@@ -117,12 +117,6 @@ Calibration begun_from_other(const CalibrateOptions& options, const BenchFile& b
   return begun;
 }
 
-/// Each seed is a different bench and person, so the title keeps their calibration files apart.
-std::string virtual_title(const CalibrateOptions& options, const std::string& title)
-{
-  return title + (options.bench.empty() ? "" : ", virtual") + ", seed " + std::to_string(options.seed);
-}
-
 CalibrateSetup read_setup(const CalibrateOptions& options)
 {
   CalibrateSetup setup;
@@ -130,7 +124,9 @@ CalibrateSetup read_setup(const CalibrateOptions& options)
   setup.bench = options.bench.empty() ? bench::parse_bench_file(virtual_bench_text(head), "virtual bench")
                                       : bench::read_bench_file(options.bench);
   if (options.is_virtual) {
-    setup.bench.title = virtual_title(options, setup.bench.title);
+    // Each seed is a different bench and person: their calibration files have different titles.
+    setup.bench.title +=
+        (options.bench.empty() ? "" : ", virtual") + std::string(", seed ") + std::to_string(options.seed);
     // Drawn as seen by the eye, on this screen.
     setup.bench.display.reflection = {};
     setup.bench.display.outputs.clear();
@@ -163,14 +159,9 @@ void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup, c
   }
 }
 
-bool is_place_adjusted(const CalibrateSetup& setup)
-{
-  return setup.bench.calibration.is_model_adjusted && std::ranges::any_of(setup.parts, is_model_part);
-}
-
 void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
 {
-  if (!is_place_adjusted(setup)) return;
+  if (!setup.bench.calibration.is_model_adjusted || std::ranges::none_of(setup.parts, is_model_part)) return;
   if (options.is_virtual) {
     // A virtual bench draws leg and model as lines between their points.
     for (const CalibrationPart part : setup.parts) {
@@ -296,18 +287,6 @@ bool has_screen()
   return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
 }
 
-/// A virtual bench without a screen runs unattended unless an operator's file would be written.
-bool is_without_screen(const CalibrateOptions& options)
-{
-  return options.is_virtual && options.script.empty() && options.calibration.empty() && !has_screen();
-}
-
-/// Keys come from a script or from a window.
-bool has_keys(const CalibrateOptions& options)
-{
-  return !options.is_virtual || !options.script.empty() || !options.is_headless;
-}
-
 }  // namespace
 
 VirtualNoise noise_of(const std::string& list)
@@ -359,8 +338,12 @@ CalibrateEnd calibrate(const CalibrateOptions& options, const show::Streams& str
     write_parts(options, setup, setup.begun, streams.data);
     return CalibrateEnd::finished;
   }
-  if (!has_keys(options)) return run_unattended(options, setup, streams);
-  if (!is_without_screen(options)) return run_attended(options, setup, streams);
+  const bool has_script = !options.script.empty();
+  const bool has_keys = !options.is_virtual || has_script || !options.is_headless;
+  if (!has_keys) return run_unattended(options, setup, streams);
+  // A virtual bench without a screen runs unattended unless an operator's file would be written.
+  const bool needs_screen = !options.is_virtual || has_script || !options.calibration.empty();
+  if (needs_screen || has_screen()) return run_attended(options, setup, streams);
   if (!options.is_quiet) streams.messages << "no screen: runs unattended, as with --headless\n";
   return run_unattended(options, setup, streams);
 }

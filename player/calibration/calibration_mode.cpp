@@ -74,12 +74,6 @@ view::VertexColour colour_of(DiagramInk drawn_with)
   return colours.at(static_cast<std::size_t>(drawn_with));
 }
 
-/// Twice what a careful hand is off, and ten: repeat it.
-view::VertexColour colour_of_deviation(double value)
-{
-  return value > large_deviation ? view::red : value > fair_deviation ? view::amber : view::green;
-}
-
 int decimals_of_step(double step)
 {
   constexpr int most = 6;
@@ -115,8 +109,9 @@ CalibrationPanel::CalibrationPanel(const BenchFile& bench)
 void CalibrationPanel::add_lines(const CalibrationPanelContent& content)
 {
   for (const bool is_right : {false, true}) {
-    if (content.boxes) view::clip_overlay(overlay_, overlay_box((*content.boxes)[is_right ? 1 : 0]));
-    for (const DrawnLine& line : content.lines)
+    if (content.view.boxes)
+      view::clip_overlay(overlay_, overlay_box((*content.view.boxes)[is_right ? 1 : 0]));
+    for (const DrawnLine& line : content.view.lines)
       if (line.is_right == is_right) add_drawn_line(overlay_, text_, line);
   }
   view::clip_overlay(overlay_,
@@ -206,10 +201,15 @@ void add_state(TextBlock& block, const CalibrationSession& session, const Calibr
   } else {
     add_task(block, session, content.time_left_s);
   }
-  if (!content.deviation.empty()) block.add(content.deviation, colour_of_deviation(content.deviation_value));
+  // Twice what a careful hand is off, and ten: repeat it.
+  const double off = content.deviation_value;
+  if (!content.deviation.empty())
+    block.add(content.deviation, off > large_deviation  ? view::red
+                                 : off > fair_deviation ? view::amber
+                                                        : view::green);
   for (const std::string& line : progress.messages)
     block.add(line, progress.has_error ? view::amber : view::green);
-  for (const std::string& note : content.notes) block.add(note, ink);
+  for (const std::string& note : content.view.notes) block.add(note, ink);
   for (const std::string& message : content.error_messages) block.add(message, view::amber);
   if (!content.message.empty()) block.add(content.message, view::amber);
   block.add(is_over                ? "To repeat a part: vrda-player calibrate PART --anew"
@@ -276,13 +276,6 @@ const view::Overlay& CalibrationPanel::drawn(const CalibrationSession& session,
 }
 
 namespace {
-
-store::MotionModel grid_model(const std::string& file)
-{
-  store::MotionModel model = store::read_motion_model(file);
-  store::require_grid(model, file, "a calibration");
-  return model;
-}
 
 constexpr int most_presses = 10000;
 constexpr double longest_s = 3600.0;
@@ -451,7 +444,8 @@ CalibrationMode::CalibrationMode(const CalibrateOptions& options, const BenchFil
 {
   nothing_.background = view::background_of(view::Backdrop::black);
   if (!options.model.empty()) {
-    store::MotionModel model = grid_model(options.model);
+    store::MotionModel model = store::read_motion_model(options.model);
+    store::require_grid(model, options.model, "a calibration");
     outlines_ = {outline_of(model.reference), outline_of(model.moving)};
     model_.emplace(bench, std::move(model), options.model, options.set);
   }
@@ -576,11 +570,8 @@ const BodyOutline* CalibrationMode::outline() const
 void CalibrationMode::make_content()
 {
   const Task* task = session_.task();
-  CalibrationView view = calibration_bench_->view(session_);
+  content_.view = calibration_bench_->view(session_);
   content_.time_left_s = time_left_s(pace_, session_.progress().typical_left_s);
-  content_.lines = std::move(view.lines);
-  content_.boxes = view.boxes;
-  content_.notes = std::move(view.notes);
   if (const std::string name = task_name(session_); name != drawn_task_) {
     drawn_task_ = name;
     content_.diagram.reset();

@@ -18,11 +18,7 @@ namespace vrda::calibration {
 using view::faint, view::ink;
 
 struct CalibrationPanelContent {
-  /// In picture pixels, in drawing order.
-  std::vector<DrawnLine> lines;
-  /// Clip boxes of the left and the right eye; empty: no clipping.
-  std::optional<std::array<view::ShownBox, 2>> boxes;
-  std::vector<std::string> notes;           ///< simulated readings
+  CalibrationView view;                     ///< of the task
   std::vector<std::string> error_messages;  ///< problems of required devices
   std::string message;                      ///< error outside the procedure
   /// Of the last task from the truth, and how far it is: in px, mm or another unit of the task.

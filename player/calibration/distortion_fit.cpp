@@ -158,17 +158,6 @@ void require_unfolded(const view::Distortion& distortion, const view::Eye& eye,
                    "; add marks near the corners of the visible part");
 }
 
-/// Calls `action` for a lattice of points over the visible part.
-template <typename Action>
-void at_lattice(const view::Viewport& v, Action action)
-{
-  constexpr int n = 21;
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < n; ++i)
-      action(Eigen::Vector2d(v.x + v.width * (i / (n - 1.0)), v.y + v.height * (j / (n - 1.0))));
-  }
-}
-
 /// Largest error of the pre-distortion mesh followed by the optics, sampled at centres of mesh triangles.
 double inverse_error_px(const view::Distortion& distortion, const view::Eye& eye)
 {
@@ -193,13 +182,6 @@ double inverse_error_px(const view::Distortion& distortion, const view::Eye& eye
   return std::sqrt(largest_sq);
 }
 
-void add_inverse_error(DistortionFit& fit, const view::Eye& eye, const std::string& name)
-{
-  fit.inverse_error_px = inverse_error_px(fit.distortion, eye);
-  fit.estimate.remarks.push_back(name + ": pre-distortion and optics together leave an error of at most " +
-                                 bench::text(fit.inverse_error_px, 3, "px"));
-}
-
 bench::Estimate estimate_of(const view::Distortion& d, const Eigen::MatrixXd& covariance,
                             const std::string& name)
 {
@@ -213,28 +195,33 @@ bench::Estimate estimate_of(const view::Distortion& d, const Eigen::MatrixXd& co
   return estimate;
 }
 
-/// Root mean square difference of two distortions over the visible part.
+/// Root mean square difference of two distortions, on a lattice of points of the visible part.
 double rms_difference_px(const view::Distortion& a, const view::Distortion& b, const view::Eye& eye)
 {
-  double sum_sq = 0.0, n = 0.0;
-  at_lattice(eye.visible, [&](const Eigen::Vector2d& p) {
-    sum_sq += (view::shown_px(a, p) - view::shown_px(b, p)).squaredNorm();
-    n += 1.0;
-  });
-  return std::sqrt(sum_sq / n);
+  constexpr int n = 21;
+  const view::Viewport& v = eye.visible;
+  double sum_sq = 0.0;
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      const Eigen::Vector2d p(v.x + v.width * (i / (n - 1.0)), v.y + v.height * (j / (n - 1.0)));
+      sum_sq += (view::shown_px(a, p) - view::shown_px(b, p)).squaredNorm();
+    }
+  }
+  return std::sqrt(sum_sq / (n * n));
 }
 
-void add_scatter(DistortionFit& fit, const std::string& what, const std::string& name)
+/// `what`: the things whose scatter is the noise.
+void add_remarks(DistortionFit& fit, const view::Eye& eye, const std::string& what, const std::string& name)
 {
-  fit.estimate.remarks.push_back(name + ": the " + what + " scatter by " +
-                                 bench::text(fit.noise_px, 2, "px"));
-}
-
-void add_held_centre(DistortionFit& fit, const std::string& name)
-{
-  fit.estimate.remarks.push_back(name +
-                                 ": the distortion is too small to determine its centre; the "
-                                 "centre of the visible part is used");
+  std::vector<std::string>& remarks = fit.estimate.remarks;
+  fit.inverse_error_px = inverse_error_px(fit.distortion, eye);
+  remarks.push_back(name + ": the " + what + " scatter by " + bench::text(fit.noise_px, 2, "px"));
+  remarks.push_back(name + ": pre-distortion and optics together leave an error of at most " +
+                    bench::text(fit.inverse_error_px, 3, "px"));
+  if (fit.has_centre_prior)
+    remarks.push_back(name +
+                      ": the distortion is too small to determine its centre; the centre of the visible part "
+                      "is used");
 }
 
 DistortionFit result_of(const GridProblem& problem, const GridFit& found, const std::string& name)
@@ -253,7 +240,6 @@ DistortionFit result_of(const GridProblem& problem, const GridFit& found, const 
     left_px.push_back(found.noise_px * found.fit.residuals.segment<2>(2 * i).norm());
   bench::set_residuals(result.estimate, left_px, "px");
   result.noise_px = found.noise_px;
-  add_scatter(result, "grid's marks", name);
   return result;
 }
 
@@ -347,8 +333,7 @@ DistortionFit fit_distortion(std::span<const GridMark> marks, const view::Eye& e
   DistortionFit result = result_of(problem, found, name);
   require_unfolded(result.distortion, eye, context);
   result.has_centre_prior = is_held;
-  add_inverse_error(result, eye, name);
-  if (is_held) add_held_centre(result, name);
+  add_remarks(result, eye, "grid's marks", name);
   return result;
 }
 
@@ -401,9 +386,7 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const view::Eye& ey
     apart_px.push_back(rms_difference_px(one, result.distortion, eye));
   }
   bench::set_residuals(result.estimate, apart_px, "px");
-  add_scatter(result, "adjusted grids", name);
-  add_inverse_error(result, eye, name);
-  if (result.has_centre_prior) add_held_centre(result, name);
+  add_remarks(result, eye, "adjusted grids", name);
   return result;
 }
 

@@ -197,7 +197,7 @@ BullseyeMark bullseye_of(const MarkedTask& t, const Pose& X_carrier_seen, bool i
 
 /// `id`: bullseye, with the eyes on a stage of the table, or head, with the eyes on a tracked body.
 struct EyesPart final : Part {
-  explicit EyesPart(CalibrationPart id)
+  constexpr explicit EyesPart(CalibrationPart id)
       : Part({.id = id,
               .is_tracking = id == CalibrationPart::bullseye,
               .bench_key = "board.stage_mm_per_count",

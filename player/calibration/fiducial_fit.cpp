@@ -163,59 +163,41 @@ double mirrored_rms_mm(const Touched& points)
                wanted);
 }
 
-/// Leave-one-out: each fiducial compared with a fit to the others.
-struct LeaveOneOut {
-  std::vector<double> error_mm;     ///< length
-  std::vector<double> expected_mm;  ///< standard deviation of a coordinate, from the noise of the others
-  std::vector<double> others_mm;    ///< residual rms of the others; infinite: they do not determine a pose
+/// A fiducial compared with a fit to the others.
+struct LeftOut {
+  double error_mm = 0.0;  ///< length
+  /// Standard deviation of a coordinate, from the noise of the others.
+  double expected_mm = std::numeric_limits<double>::infinity();
+  /// Residual rms of the others; infinite: they do not determine a pose.
+  double others_mm = std::numeric_limits<double>::infinity();
 };
 
-LeaveOneOut leave_one_out(const Touched& points)
+std::vector<LeftOut> leave_one_out(const Touched& points)
 {
-  LeaveOneOut result;
-  for (std::size_t k = 0; k < points.places.size(); ++k) {
+  std::vector<LeftOut> result(points.places.size());
+  for (std::size_t k = 0; k < result.size(); ++k) {
     bench::MarkerRow others = points.body_mm;
     others[k].reset();
     const Eigen::Vector3d p_model = points.model.markers_mm.row(static_cast<Eigen::Index>(k)).transpose();
     const bench::PoseFit fit = fit_of(points.model, others);
-    if (fit.status != bench::FitStatus::fitted) {
-      result.error_mm.push_back(0.0);
-      result.expected_mm.push_back(std::numeric_limits<double>::infinity());
-      result.others_mm.push_back(std::numeric_limits<double>::infinity());
-      continue;
-    }
+    if (fit.status != bench::FitStatus::fitted) continue;
     const double noise = bench::noise_mm(fit), target = bench::target_error_mm(fit.cloud, noise, p_model);
-    result.error_mm.push_back((fit.X_tracker_body * p_model - *points.body_mm[k]).norm());
-    result.expected_mm.push_back(std::sqrt(noise * noise + target * target / 3.0));
-    result.others_mm.push_back(fit.residual_rms_mm);
+    result[k] = {(fit.X_tracker_body * p_model - *points.body_mm[k]).norm(),
+                 std::sqrt(noise * noise + target * target / 3.0), fit.residual_rms_mm};
   }
   return result;
 }
 
 /// Only the fiducial whose removal leaves the best fit can be identified as an outlier.
-void require_no_outlier(std::span<const Fiducial> marks, const Touched& points, const LeaveOneOut& out,
-                        const bench::FitErrorContext& context)
+void require_no_outlier(std::span<const Fiducial> marks, const Touched& points,
+                        const std::vector<LeftOut>& out, const bench::FitErrorContext& context)
 {
-  const auto best = std::ranges::min_element(out.others_mm);
-  const auto k = static_cast<std::size_t>(best - out.others_mm.begin());
-  if (out.error_mm[k] > fiducial_outlier_mm && out.error_mm[k] > fiducial_outlier_sd * out.expected_mm[k]) {
-    const std::size_t place = points.places[k];
-    context.fail(marks[place].name, mm_text(out.error_mm[k]) + " from the position predicted by the others",
-                 mm_text(fiducial_outlier_mm) + " at most; touch it again", {place});
-  }
-}
-
-/// Over the points whose removal leaves a determined pose.
-double rms_of(const LeaveOneOut& out)
-{
-  double sum_sq = 0.0;
-  int n = 0;
-  for (std::size_t k = 0; k < out.error_mm.size(); ++k) {
-    if (std::isinf(out.others_mm[k])) continue;
-    sum_sq += out.error_mm[k] * out.error_mm[k];
-    ++n;
-  }
-  return n == 0 ? 0.0 : std::sqrt(sum_sq / n);
+  const auto best = std::ranges::min_element(out, {}, &LeftOut::others_mm);
+  const double least_mm = std::max(fiducial_outlier_mm, fiducial_outlier_sd * best->expected_mm);
+  if (!(best->error_mm > least_mm)) return;
+  const std::size_t place = points.places[static_cast<std::size_t>(best - out.begin())];
+  context.fail(marks[place].name, mm_text(best->error_mm) + " from the position predicted by the others",
+               mm_text(fiducial_outlier_mm) + " at most; touch it again", {place});
 }
 
 /// Standard deviation of a coordinate without the part that a scale of the model explains: the component of
@@ -315,7 +297,7 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
   if (rms_mm > mirror_factor * mirrored_mm)
     refuse_side(rms_mm, mirrored_mm, "a model of the same side as the leg, and points in the requested order",
                 context);
-  const LeaveOneOut out = leave_one_out(used);
+  const std::vector<LeftOut> out = leave_one_out(used);
   require_no_outlier(points, used, out, context);
   require_spread(bench::cloud_of(as_touched, used.body_mm), "as touched", context);
   if (!(mirrored_mm > mirror_factor * rms_mm))
@@ -330,7 +312,10 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
   const std::vector<double> at_targets_mm = residual_lengths(points, fit.X_body_model, true);
   fit.target_rms_mm = rms_of(at_targets_mm);
   fit.expected_target_rms_mm = expected_target_rms(points, pose);
-  fit.leave_one_out_rms_mm = rms_of(out);
+  std::vector<double> left_out_mm;
+  for (const LeftOut& each : out)
+    if (!std::isinf(each.others_mm)) left_out_mm.push_back(each.error_mm);
+  fit.leave_one_out_rms_mm = rms_of(left_out_mm);
   const double noise = options.is_size_known ? bench::noise_mm(pose) : noise_of_any_size_mm(used, pose);
   fit.estimate = bench::pose_estimate(name, fit.X_body_model, covariance_of(pose, noise));
   fit.estimate.dof = 3.0 * static_cast<double>(used.places.size()) - (options.is_size_known ? 6.0 : 7.0);

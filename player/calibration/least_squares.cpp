@@ -131,6 +131,19 @@ LeastSquaresStatus status_of(const Linearisation& at)
   return at.P.cols() < at.x.size() ? LeastSquaresStatus::undetermined : LeastSquaresStatus::converged;
 }
 
+/// Blocks of the hat matrix of the marks.
+std::vector<Eigen::Matrix2d> leverages(const LeastSquares& fit, Eigen::Index n_marks)
+{
+  const Eigen::MatrixXd gain = product(fit.J.topRows(2 * n_marks), fit.covariance);
+  std::vector<Eigen::Matrix2d> blocks(static_cast<std::size_t>(n_marks));
+  for (Eigen::Index k = 0; k < 4 * n_marks; ++k) {
+    const Eigen::Index mark = k / 4, row = k / 2 % 2, column = k % 2;
+    blocks[static_cast<std::size_t>(mark)](row, column) =
+        gain.row(2 * mark + row).dot(fit.J.row(2 * mark + column));
+  }
+  return blocks;
+}
+
 }  // namespace
 
 const char* name_of(LeastSquaresStatus status)
@@ -162,23 +175,6 @@ LeastSquares fit_least_squares(const FitProblem& problem)
   fit.J = std::move(at.J);
   return fit;
 }
-
-namespace {
-
-/// Blocks of the hat matrix of the marks.
-std::vector<Eigen::Matrix2d> leverages(const LeastSquares& fit, Eigen::Index n_marks)
-{
-  const Eigen::MatrixXd gain = product(fit.J.topRows(2 * n_marks), fit.covariance);
-  std::vector<Eigen::Matrix2d> blocks(static_cast<std::size_t>(n_marks));
-  for (Eigen::Index k = 0; k < 4 * n_marks; ++k) {
-    const Eigen::Index mark = k / 4, row = k / 2 % 2, column = k % 2;
-    blocks[static_cast<std::size_t>(mark)](row, column) =
-        gain.row(2 * mark + row).dot(fit.J.row(2 * mark + column));
-  }
-  return blocks;
-}
-
-}  // namespace
 
 double noise_dof(const LeastSquares& fit, Eigen::Index n_marks)
 {

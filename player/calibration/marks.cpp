@@ -47,6 +47,20 @@ std::ptrdiff_t index_of_task(const std::vector<Task>& tasks, const std::string& 
   return found - tasks.begin();
 }
 
+/// Root mean square distance from the mean of white noise with these differences of successive positions.
+/// Source: von Neumann (1941) Ann Math Statist 12:367-395.
+double successive_noise_mm(const std::vector<Eigen::Vector3d>& places)
+{
+  double sum_sq = 0.0;
+  for (std::size_t k = 1; k < places.size(); ++k) sum_sq += (places[k] - places[k - 1]).squaredNorm();
+  return places.size() < 2 ? 0.0 : std::sqrt(0.5 * sum_sq / static_cast<double>(places.size() - 1));
+}
+
+std::string with_unit(double value, const std::string& unit)
+{
+  return show::rounded_text(value, 2) + (unit.empty() ? "" : " " + unit);
+}
+
 }  // namespace
 
 const CalibrationMark* find_mark(const CalibrationRecord& record, const std::string& task)
@@ -233,19 +247,6 @@ std::string screen_message(const InputError& error)
          facts.wanted;
 }
 
-namespace {
-
-/// Root mean square distance from the mean of white noise with these differences of successive positions.
-/// Source: von Neumann (1941) Ann Math Statist 12:367-395.
-double successive_noise_mm(const std::vector<Eigen::Vector3d>& places)
-{
-  double sum_sq = 0.0;
-  for (std::size_t k = 1; k < places.size(); ++k) sum_sq += (places[k] - places[k - 1]).squaredNorm();
-  return places.size() < 2 ? 0.0 : std::sqrt(0.5 * sum_sq / static_cast<double>(places.size() - 1));
-}
-
-}  // namespace
-
 void require_static(CalibrationPart id, const Task& task, const CalibrationMark& mark,
                     const std::string& path)
 {
@@ -263,15 +264,6 @@ void require_static(CalibrationPart id, const Task& task, const CalibrationMark&
          "at most " + show::rounded_text(furthest_mm, 1) + " mm; hold it still and sample again"});
   }
 }
-
-namespace {
-
-std::string with_unit(double value, const std::string& unit)
-{
-  return show::rounded_text(value, 2) + (unit.empty() ? "" : " " + unit);
-}
-
-}  // namespace
 
 std::string untouched_text(const Task& task, const std::vector<bool>& touched)
 {

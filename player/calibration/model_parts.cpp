@@ -304,14 +304,14 @@ Equipment equipment_of(const PartInput& in)
   return equipment;
 }
 
-CalibrationPart part_of(BodyRole role)
+constexpr CalibrationPart part_of(BodyRole role)
 {
   using enum CalibrationPart;
   return role == BodyRole::leg ? leg : role == BodyRole::femur ? femur : tibia;
 }
 
 struct ModelPart final : Part {
-  explicit ModelPart(BodyRole role)
+  constexpr explicit ModelPart(BodyRole role)
       : Part({.id = part_of(role),
               .is_tracking = true,
               .bench_key = role == BodyRole::tibia ? "calibration.tibia_point" : "calibration.point"}),

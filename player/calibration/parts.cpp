@@ -82,6 +82,14 @@ BenchPoses TaskKind::poses(const TaskContext& context, double) const
   return resting_poses(context.truth);
 }
 
+std::vector<CalibrationPart> Part::below(const BenchFile&) const
+{
+  std::vector<CalibrationPart> parts;
+  for (const std::optional<CalibrationPart>& each : traits_.below)
+    if (each) parts.push_back(*each);
+  return parts;
+}
+
 std::string Part::restore_text(const BenchFile& bench) const
 {
   return "the values of " + bench.path + "; restore them or repeat ";
@@ -149,6 +157,15 @@ std::vector<CalibrationPart> parts_where(Condition condition)
 std::string step_names(const BenchFile& bench)
 {
   return "all, bench, person, tracking, status, solve, " + names_of(parts_of(bench));
+}
+
+bench::CalibrationRecords bench_records(const Calibration& calibration)
+{
+  bench::CalibrationRecords records;
+  for (const auto& [part, record] : calibration.records) {
+    if (bench::is_per_bench(part)) records[part] = record;
+  }
+  return records;
 }
 
 }  // namespace
@@ -258,19 +275,6 @@ void require_bench_data(CalibrationPart id, const BenchFile& bench)
                       std::string("a table [calibration], for ") + part_object(id).name()});
   part_object(id).require_bench_data(bench);
 }
-
-namespace {
-
-bench::CalibrationRecords bench_records(const Calibration& calibration)
-{
-  bench::CalibrationRecords records;
-  for (const auto& [part, record] : calibration.records) {
-    if (bench::is_per_bench(part)) records[part] = record;
-  }
-  return records;
-}
-
-}  // namespace
 
 Calibration start_calibration_from(const Calibration& other, const BenchFile& bench,
                                    const std::string& other_path)

@@ -39,6 +39,9 @@ bool is_finite(const bench::ToolPose& place)
          std::all_of(std::begin(place.rotation), std::end(place.rotation), finite);
 }
 
+constexpr const char* silent_stage =
+    "No message from the stage's board: check that it is switched on and plugged in.";
+
 }  // namespace
 
 double rounded_mm(double value)
@@ -159,13 +162,6 @@ bool SampleCollector::take_place(const bench::Sample& sample)
   rows_.push_back(std::move(row));
   return true;
 }
-
-namespace {
-
-constexpr const char* silent_stage =
-    "No message from the stage's board: check that it is switched on and plugged in.";
-
-}  // namespace
 
 CalibrationSession::CalibrationSession(const BenchFile& bench, const Calibration& begun,
                                        const CalibrationSessionOptions& options)

@@ -246,24 +246,6 @@ Eigen::Matrix<double, 6, 1> pose_error(const Eigen::Matrix<double, 6, 1>& found,
   return error;
 }
 
-/// Poses of the head and the leg's body at one time.
-struct Moment {
-  Pose X_tracker_eyes, X_tracker_body;
-};
-
-/// Poses found with a calibration, from tracker and encoder.
-Moment found_moment(const Calibration& found, const BenchFile& bench, const BenchPoses& standing,
-                    const Pose& X_tracker_body_seen, const Pose& X_tracker_headbody_seen)
-{
-  Moment moment;
-  moment.X_tracker_body = X_tracker_body_seen;
-  const double stage_mm = std::round(standing.stage_mm / bench.stage_mm_per_count) * bench.stage_mm_per_count;
-  moment.X_tracker_eyes = bench.head == HeadKind::stage
-                              ? X_tracker_eyes(found, stage_mm)
-                              : X_tracker_headbody_seen * bench::pose_of(found.X_headbody_eyes);
-  return moment;
-}
-
 /// Direction of what is seen at `px`, in the eye's axes.
 Eigen::Vector3d ray(const view::Eye& eye, const Eigen::Vector2d& px)
 {
@@ -312,12 +294,9 @@ std::vector<TargetError> target_errors(const Calibration& found, const BenchFile
   constexpr std::uint64_t first = 1ULL << 32U;
   RandomSequence draws(truth.seed, bench::RandomPurpose::virtual_tracker, first + index);
   const BodyRole role = bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur;
-  const auto model_of = [&](const Calibration& c) {
-    return bench::pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
-  };
   const Calibration& real = truth.calibration;
   const Pose X_table_model =
-      bench::pose_of(real.X_tracker_table).inverse() * X_tracker_body(truth, role) * model_of(real);
+      bench::pose_of(real.X_tracker_table).inverse() * X_tracker_body(truth, role) * X_body_model(real, role);
   BenchPoses standing = resting_poses(truth);
   if (bench.head == HeadKind::stage) {
     // Near the position from which the knee is straight ahead.
@@ -328,7 +307,10 @@ std::vector<TargetError> target_errors(const Calibration& found, const BenchFile
   }
   const Pose X_body_seen = measured(X_tracker_body(truth, role), noise, draws);
   const Pose X_headbody_seen = measured(standing.X_tracker_headbody, noise, draws);
-  const Moment by_found = found_moment(found, bench, standing, X_body_seen, X_headbody_seen);
+  const double stage_mm = std::round(standing.stage_mm / bench.stage_mm_per_count) * bench.stage_mm_per_count;
+  const Pose X_tracker_eyes_found = bench.head == HeadKind::stage
+                                        ? X_tracker_eyes(found, stage_mm)
+                                        : X_headbody_seen * bench::pose_of(found.X_headbody_eyes);
   const Pose X_model_table = X_table_model.inverse();
   std::vector<TargetError> errors;
   for (int k = 0; k < 20; ++k) {
@@ -338,9 +320,9 @@ std::vector<TargetError> target_errors(const Calibration& found, const BenchFile
     const Eigen::Vector3d off_mm(is_left ? -80.0 : 80.0, 60.0 * height, is_behind ? -60.0 : 60.0);
     const Eigen::Vector3d p_leg_mm = X_model_table * (X_table_model.translation() + off_mm);
     const Eigen::Vector3d p_true_mm =
-        standing.X_tracker_eyes.inverse() * X_tracker_body(truth, role) * model_of(real) * p_leg_mm;
-    const Eigen::Vector3d p_found_mm = by_found.X_tracker_eyes.inverse() * by_found.X_tracker_body *
-                                       model_of(found) *
+        standing.X_tracker_eyes.inverse() * X_tracker_body(truth, role) * X_body_model(real, role) * p_leg_mm;
+    const Eigen::Vector3d p_found_mm = X_tracker_eyes_found.inverse() * X_body_seen *
+                                       X_body_model(found, role) *
                                        (found.subject_scale / real.subject_scale * p_leg_mm);
     for (const bool is_right : {false, true}) {
       errors.push_back(error_for_eye(view::side_of(found.eyes, is_right), p_found_mm,

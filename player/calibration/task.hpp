@@ -6,6 +6,7 @@
 /// as stated; tracker poses are in the tracker's frame, mm and unit quaternions.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <span>
@@ -110,10 +111,9 @@ class TaskKind {
     bool places_model = false;   ///< the dials are the pose of the model: mm, deg
   };
 
-  explicit TaskKind(const Traits& traits) : traits_(traits) {}
+  constexpr explicit TaskKind(const Traits& traits) : traits_(traits) {}
   TaskKind(const TaskKind&) = delete;
   TaskKind& operator=(const TaskKind&) = delete;
-  virtual ~TaskKind() = default;
 
   const Traits& traits() const { return traits_; }
 
@@ -140,6 +140,9 @@ class TaskKind {
   /// Poses of everything on the bench; `way` in [0, 1]: progress of a sweep.
   virtual BenchPoses poses(const TaskContext& context, double way) const;
 
+ protected:
+  ~TaskKind() = default;  // the objects are constants
+
  private:
   Traits traits_;
 };
@@ -164,15 +167,14 @@ class Part {
     bool is_optional = false;    ///< only refines others and is done only when requested by name
     const char* bench_key = "";  ///< bench file key of made_with()
     /// Parts whose results it uses, if that does not depend on the bench.
-    std::vector<CalibrationPart> below = {};
+    std::array<std::optional<CalibrationPart>, 2> below = {};
     /// The stored rows depend on made_with(), so that solving again cannot mend them.
     bool is_made_of_them = false;
   };
 
-  explicit Part(const Traits& traits) : traits_(traits) {}
+  constexpr explicit Part(const Traits& traits) : traits_(traits) {}
   Part(const Part&) = delete;
   Part& operator=(const Part&) = delete;
-  virtual ~Part() = default;
 
   const Traits& traits() const { return traits_; }
   CalibrationPart id() const { return traits_.id; }
@@ -180,7 +182,7 @@ class Part {
 
   virtual bool applies_to(const BenchFile&) const { return true; }
   /// Parts whose results it uses, including parts that the bench does not have.
-  virtual std::vector<CalibrationPart> below(const BenchFile&) const { return traits_.below; }
+  virtual std::vector<CalibrationPart> below(const BenchFile&) const;
   /// Throws InputError with the bench file's key if it lacks data for the part.
   virtual void require_bench_data(const BenchFile&) const {}
   /// Numbers of the bench file, or of the model's motion, to which the marks belong; nullopt: unknown now.
@@ -208,6 +210,9 @@ class Part {
   /// Whether solving repeats the fits to the rectangles of the part eyepoints.
   virtual bool uses_rectangles(const BenchFile&) const { return false; }
 
+ protected:
+  ~Part() = default;  // the objects are constants
+
  private:
   Traits traits_;
 };
@@ -220,6 +225,9 @@ class EyePart : public Part {
   virtual Estimate solve_eye(const PartInput& in, bool is_right) const = 0;
   void solve(const PartInput& in, Calibration& c) const override;
   std::vector<std::string> remarks(const Task& done, const PartInput& in) const override;
+
+ protected:
+  ~EyePart() = default;
 };
 
 /// "left", "right" and "left eye"

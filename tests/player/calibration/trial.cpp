@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/text.hpp"
 
 namespace vrda::test {
@@ -101,6 +104,34 @@ void Trial::do_badly()
   for (const view::Key key : {view::Key::right, view::Key::left, view::Key::up, view::Key::down}) press(key);
   press(view::Key::enter);
   while (session->progress().is_sampling) virtual_operator.send_samples(*session);
+}
+
+void Trial::send_still(const std::string& tool, const Eigen::Vector3d& p_mm)
+{
+  const std::vector<std::string>& tools = bench.tracker->tools;
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::tool_pose;
+  sample.state = static_cast<std::uint8_t>(bench::ToolVisibility::seen);
+  sample.source = static_cast<std::uint16_t>(std::ranges::find(tools, tool) - tools.begin());
+  sample.tool_pose = bench::place_of(Pose(Eigen::Translation3d(p_mm)));
+  session->take(sample);
+}
+
+void Trial::send_stage(double at_mm, std::uint8_t flags)
+{
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::stage;
+  sample.state = flags;
+  sample.count = static_cast<std::int32_t>(std::lround(at_mm / bench.stage_mm_per_count));
+  session->take(sample);
+}
+
+void Trial::expect_refused(const std::string& with, bench::CalibrationPart part,
+                           const std::string& task) const
+{
+  EXPECT_TRUE(session->progress().has_error);
+  EXPECT_NE(words().find(with), std::string::npos) << words();
+  EXPECT_TRUE(is_requested(part, task)) << words();
 }
 
 std::string Trial::words() const

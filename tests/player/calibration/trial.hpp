@@ -50,7 +50,12 @@ struct Trial {
   void do_all();
   /// Confirms without alignment and sends the samples.
   void do_badly();
+  /// Sends a sample of a static tool at `p_mm`, or of the stage.
+  void send_still(const std::string& tool, const Eigen::Vector3d& p_mm);
+  void send_stage(double at_mm, std::uint8_t flags = 0);
   std::string words() const;
+  /// Expects an error with these words, after which the task is requested.
+  void expect_refused(const std::string& with, bench::CalibrationPart part, const std::string& task) const;
   bool is_requested(bench::CalibrationPart part, const std::string& task) const;
   const bench::CalibrationRecord& record(bench::CalibrationPart part) const;
 
