@@ -1,10 +1,8 @@
 #include "show/sink.hpp"
 
 #include <fcntl.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -20,8 +18,6 @@
 #include <vector>
 
 #include "core/text.hpp"
-
-extern char** environ;
 
 namespace vrda::show {
 namespace {
@@ -124,25 +120,15 @@ void VideoFile::start()
     refuse(options_.path, std::strerror(errno));
   frames_ = ends[0];
   messages_ = memfd_create("ffmpeg", MFD_CLOEXEC);
-  std::vector<std::string> arguments = arguments_for(options_, unfinished_path_);
-  std::vector<char*> pointers;
-  pointers.reserve(arguments.size() + 1);
-  for (std::string& argument : arguments) pointers.push_back(argument.data());
-  pointers.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, messages_, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, messages_, STDERR_FILENO);
-  const int error = posix_spawnp(&ffmpeg_, "ffmpeg", &actions, nullptr, pointers.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
+  const StartedProcess started = start_process(arguments_for(options_, unfinished_path_),
+                                               {.in = ends[1], .out = messages_, .err = messages_});
   close(ends[1]);
-  if (error == 0) return;
-  ffmpeg_ = -1;
+  ffmpeg_ = started.pid;
+  if (started.error == 0) return;
   stop();
-  if (error == ENOENT)
+  if (started.error == ENOENT)
     throw InputError({"--video", "", "no ffmpeg on the PATH", "ffmpeg installed, or images without --video"});
-  refuse(options_.path, std::strerror(error));
+  refuse(options_.path, std::strerror(started.error));
 }
 
 void VideoFile::stop()
@@ -159,25 +145,20 @@ void VideoFile::stop()
   std::filesystem::remove(unfinished_path_, gone);
 }
 
-/// Waits for ffmpeg to end; returns the status of waitpid.
-int VideoFile::wait_for_ffmpeg()
+ProcessEnd VideoFile::wait_for_ffmpeg()
 {
-  int status = 0;
-  while (waitpid(ffmpeg_, &status, 0) < 0 && errno == EINTR) {
-  }
-  ffmpeg_ = -1;
-  return status;
+  return wait_for_process(std::exchange(ffmpeg_, -1));
 }
 
-void VideoFile::fail(int status)
+void VideoFile::fail(const ProcessEnd& end)
 {
   std::array<char, longest_message> buffer{};
   const ssize_t n = pread(messages_, buffer.data(), buffer.size(), 0);
   std::string message(buffer.data(), n > 0 ? static_cast<std::size_t>(n) : 0);
   while (!message.empty() && (message.back() == '\n' || message.back() == ' ')) message.pop_back();
   stop();
-  const std::string how = WIFEXITED(status) ? "exit code " + std::to_string(WEXITSTATUS(status))
-                                            : "signal " + std::to_string(WTERMSIG(status));
+  const std::string how =
+      end.signal == 0 ? "exit code " + std::to_string(end.exit_code) : "signal " + std::to_string(end.signal);
   refuse(options_.path, "ffmpeg ended with " + how + (message.empty() ? "" : ": " + message));
 }
 
@@ -204,8 +185,8 @@ void VideoFile::finish()
 {
   close(frames_);
   frames_ = -1;
-  const int status = wait_for_ffmpeg();
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) fail(status);
+  const ProcessEnd end = wait_for_ffmpeg();
+  if (end.exit_code != 0) fail(end);
   publication_.publish_written(unfinished_path_);
 }
 

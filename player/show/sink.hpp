@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/files.hpp"
+#include "core/process.hpp"
 #include "view/image.hpp"
 #include "view/renderer.hpp"
 #include "view/window.hpp"
@@ -43,8 +44,8 @@ class VideoFile {
  private:
   void start();
   void stop();
-  [[noreturn]] void fail(int status);
-  int wait_for_ffmpeg();
+  [[noreturn]] void fail(const ProcessEnd& end);
+  ProcessEnd wait_for_ffmpeg();
 
   VideoOptions options_;
   std::string unfinished_path_;  ///< beside the target of a link

@@ -3,7 +3,6 @@
 
 #include <ifaddrs.h>
 #include <lzma.h>
-#include <spawn.h>
 #include <stdlib.h>
 #include <unistd.h>
 #include <zlib.h>
@@ -22,13 +21,12 @@
 #include <vector>
 
 #include "core/console.hpp"
+#include "core/process.hpp"
 #include "core/text.hpp"
 #include "store/motion_model.hpp"
 #include "web/certificate.hpp"
 #include "web/response.hpp"
 #include "web/session.hpp"
-
-extern char** environ;
 
 namespace vrda::web {
 namespace {
@@ -326,10 +324,9 @@ BrowserLaunch::BrowserLaunch(const std::string& address)
       address + "\">\n";
   const bool is_written = write(descriptor, page.data(), page.size()) == static_cast<ssize_t>(page.size());
   if (close(descriptor) != 0 || !is_written) return;
-  std::string program = "xdg-open";
-  char* arguments[] = {program.data(), file_.data(), nullptr};
-  pid_t pid = 0;
-  has_begun_ = posix_spawnp(&pid, program.c_str(), nullptr, nullptr, arguments, environ) == 0;
+  has_begun_ =
+      start_process({"xdg-open", file_}, {.in = STDIN_FILENO, .out = STDOUT_FILENO, .err = STDERR_FILENO})
+          .error == 0;
 }
 
 BrowserLaunch::~BrowserLaunch()

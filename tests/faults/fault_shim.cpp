@@ -138,33 +138,11 @@ int opened(const Name& name, int flags, const Really& really)
   return is_for_writing(flags) ? done(Call::open, name, really) : really();
 }
 
-std::FILE* opened(const char* path, const char* mode, const char* next_name)
-{
-  if (mode[0] != 'r' || std::strchr(mode, '+') != nullptr) {
-    const CallDecision verdict = decide_call(Call::open, Name(path).text());
-    if (verdict.outcome == CallOutcome::fail) {
-      errno = verdict.error;
-      return nullptr;
-    }
-  }
-  return next<std::FILE*(const char*, const char*)>(next_name)(path, mode);
-}
-
 /// The mode argument exists only if the flags may create a file.
 mode_t mode_in(std::va_list words, int flags)
 {
   const bool makes_file = (flags & O_CREAT) != 0 || (flags & O_TMPFILE) == O_TMPFILE;
   return makes_file ? va_arg(words, mode_t) : 0;
-}
-
-int open_next(const char* name, const char* path, int flags, mode_t mode)
-{
-  return opened(Name(path), flags, [&] { return next<int(const char*, int, ...)>(name)(path, flags, mode); });
-}
-int openat_next(const char* name, int folder, const char* path, int flags, mode_t mode)
-{
-  return opened(Name(folder, path), flags,
-                [&] { return next<int(int, const char*, int, ...)>(name)(folder, path, flags, mode); });
 }
 
 /// A short read requests fewer bytes.
@@ -176,41 +154,17 @@ ssize_t taken(int descriptor, std::size_t n_bytes, const ReadFirst& read_first)
   return read_first(verdict.outcome == CallOutcome::half ? (n_bytes + 1) / 2 : n_bytes);
 }
 
-ssize_t pread_next(const char* name, int descriptor, void* bytes, std::size_t n_bytes, off_t at)
-{
-  return taken(descriptor, n_bytes, [&](std::size_t n) {
-    return next<ssize_t(int, void*, std::size_t, off_t)>(name)(descriptor, bytes, n, at);
-  });
-}
-
-ssize_t pwrite_next(const char* name, int descriptor, const void* bytes, std::size_t n_bytes, off_t at)
-{
-  return written(descriptor, n_bytes, [&](std::size_t n) {
-    return next<ssize_t(int, const void*, std::size_t, off_t)>(name)(descriptor, bytes, n, at);
-  });
-}
-
-int ftruncate_next(const char* name, int descriptor, off_t size)
-{
-  return done(Call::truncate, Name(descriptor),
-              [&] { return next<int(int, off_t)>(name)(descriptor, size); });
-}
-
-/// An entry that fails is omitted, as in a listing from before the file was created.
-template <typename Entry>
-Entry* listed(const char* name, DIR* folder)
-{
-  for (;;) {
-    Entry* const entry = next<Entry*(DIR*)>(name)(folder);
-    if (entry == nullptr || !is_watching()) return entry;
-    const Name path(dirfd(folder), entry->d_name);
-    if (decide_call(Call::list, path.text()).outcome != CallOutcome::fail) return entry;
-  }
-}
-
 }  // namespace
 
 extern "C" {
+
+// The variants with 64-bit offsets are the same functions on 64-bit machines.
+ssize_t pwrite64(int, const void*, std::size_t, off_t) __attribute__((alias("pwrite")));
+ssize_t pread64(int, void*, std::size_t, off_t) __attribute__((alias("pread")));
+int ftruncate64(int, off_t) noexcept __attribute__((alias("ftruncate")));
+int open64(const char*, int, ...) __attribute__((alias("open")));
+int openat64(int, const char*, int, ...) __attribute__((alias("openat")));
+std::FILE* fopen64(const char*, const char*) __attribute__((alias("fopen")));
 
 ssize_t write(int descriptor, const void* bytes, std::size_t n_bytes)
 {
@@ -220,11 +174,9 @@ ssize_t write(int descriptor, const void* bytes, std::size_t n_bytes)
 }
 ssize_t pwrite(int descriptor, const void* bytes, std::size_t n_bytes, off_t at)
 {
-  return pwrite_next("pwrite", descriptor, bytes, n_bytes, at);
-}
-ssize_t pwrite64(int descriptor, const void* bytes, std::size_t n_bytes, off_t at)
-{
-  return pwrite_next("pwrite64", descriptor, bytes, n_bytes, at);
+  return written(descriptor, n_bytes, [&](std::size_t n) {
+    return next<ssize_t(int, const void*, std::size_t, off_t)>("pwrite")(descriptor, bytes, n, at);
+  });
 }
 ssize_t writev(int descriptor, const iovec* buffers, int n_buffers)
 {
@@ -241,11 +193,9 @@ ssize_t read(int descriptor, void* bytes, std::size_t n_bytes)
 }
 ssize_t pread(int descriptor, void* bytes, std::size_t n_bytes, off_t at)
 {
-  return pread_next("pread", descriptor, bytes, n_bytes, at);
-}
-ssize_t pread64(int descriptor, void* bytes, std::size_t n_bytes, off_t at)
-{
-  return pread_next("pread64", descriptor, bytes, n_bytes, at);
+  return taken(descriptor, n_bytes, [&](std::size_t n) {
+    return next<ssize_t(int, void*, std::size_t, off_t)>("pread")(descriptor, bytes, n, at);
+  });
 }
 
 int fsync(int descriptor)
@@ -259,11 +209,8 @@ int fdatasync(int descriptor)
 
 int ftruncate(int descriptor, off_t size) noexcept
 {
-  return ftruncate_next("ftruncate", descriptor, size);
-}
-int ftruncate64(int descriptor, off_t size) noexcept
-{
-  return ftruncate_next("ftruncate64", descriptor, size);
+  return done(Call::truncate, Name(descriptor),
+              [&] { return next<int(int, off_t)>("ftruncate")(descriptor, size); });
 }
 
 int flock(int descriptor, int how) noexcept
@@ -271,13 +218,20 @@ int flock(int descriptor, int how) noexcept
   return done(Call::lock, Name(descriptor), [&] { return next<int(int, int)>("flock")(descriptor, how); });
 }
 
+// An entry that fails is omitted, as in a listing from before the file was created.
 dirent* readdir(DIR* folder)
 {
-  return listed<dirent>("readdir", folder);
+  for (;;) {
+    dirent* const entry = next<dirent*(DIR*)>("readdir")(folder);
+    if (entry == nullptr || !is_watching()) return entry;
+    const Name path(dirfd(folder), entry->d_name);
+    if (decide_call(Call::list, path.text()).outcome != CallOutcome::fail) return entry;
+  }
 }
+
 dirent64* readdir64(DIR* folder)
 {
-  return listed<dirent64>("readdir64", folder);
+  return reinterpret_cast<dirent64*>(readdir(folder));
 }
 
 int rename(const char* from, const char* to) noexcept
@@ -312,15 +266,8 @@ int open(const char* path, int flags, ...)
   va_start(words, flags);
   const mode_t mode = mode_in(words, flags);
   va_end(words);
-  return open_next("open", path, flags, mode);
-}
-int open64(const char* path, int flags, ...)
-{
-  std::va_list words;
-  va_start(words, flags);
-  const mode_t mode = mode_in(words, flags);
-  va_end(words);
-  return open_next("open64", path, flags, mode);
+  return opened(Name(path), flags,
+                [&] { return next<int(const char*, int, ...)>("open")(path, flags, mode); });
 }
 int openat(int folder, const char* path, int flags, ...)
 {
@@ -328,23 +275,17 @@ int openat(int folder, const char* path, int flags, ...)
   va_start(words, flags);
   const mode_t mode = mode_in(words, flags);
   va_end(words);
-  return openat_next("openat", folder, path, flags, mode);
-}
-int openat64(int folder, const char* path, int flags, ...)
-{
-  std::va_list words;
-  va_start(words, flags);
-  const mode_t mode = mode_in(words, flags);
-  va_end(words);
-  return openat_next("openat64", folder, path, flags, mode);
+  return opened(Name(folder, path), flags,
+                [&] { return next<int(int, const char*, int, ...)>("openat")(folder, path, flags, mode); });
 }
 std::FILE* fopen(const char* path, const char* mode)
 {
-  return opened(path, mode, "fopen");
-}
-std::FILE* fopen64(const char* path, const char* mode)
-{
-  return opened(path, mode, "fopen64");
+  const bool is_writing = mode[0] != 'r' || std::strchr(mode, '+') != nullptr;
+  const CallDecision verdict = is_writing ? decide_call(Call::open, Name(path).text()) : CallDecision{};
+  if (verdict.outcome != CallOutcome::fail)
+    return next<std::FILE*(const char*, const char*)>("fopen")(path, mode);
+  errno = verdict.error;
+  return nullptr;
 }
 
 // A failed close still closes the descriptor, as on Linux.

@@ -7,9 +7,12 @@
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "app/scenes.hpp"
+#include "core/framed_file.hpp"
+#include "store/journal.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::test {
@@ -119,15 +122,49 @@ std::ostream& operator<<(std::ostream& out, const Setting& setting)
   return out << setting.name;
 }
 
+namespace {
+
+constexpr const char* all_steps = "steps of all journals";
+
+/// The content of files that must not depend on faults.
+Files essence_of(const Files& files)
+{
+  Files all;
+  std::set<std::string> steps;
+  for (const auto& [name, bytes] : files) {
+    const bool is_journal = name.ends_with(".journal");
+    all[name] = is_journal || name == "a.h5.run.json" ? "" : bytes;
+    if (!is_journal) continue;
+    const store::JournalContent content = store::parse_journal(name, bytes);
+    EXPECT_EQ(content.dropped_reason, "") << name;
+    for (const StepRecord& record : content.records) steps.insert(core::bytes_of_value(record));
+  }
+  for (const std::string& step : steps) all[all_steps] += step;
+  return all;
+}
+
+/// 1 to `n` for "each", or the one call of the fault.
+std::vector<std::string> calls_of(const FaultRow& row, int n)
+{
+  const std::string& at = row.fault.at;
+  if (!at.starts_with("each")) return {at};
+  std::vector<std::string> calls;
+  const int stride = runs_full_set() ? 1 : row.stride;
+  for (int k = 1; k <= n - row.n_last; ++k) {
+    // Other faults of a table get other calls.
+    if ((k + static_cast<int>(row.fault.what.size())) % stride == 0)
+      calls.push_back(std::to_string(k) + (at == "each+" ? "+" : ""));
+  }
+  EXPECT_FALSE(calls.empty());
+  return calls;
+}
+
+}  // namespace
+
 FaultyRun::FaultyRun()
 {
   job_ = GetParam().is_knee ? small_knee_job(scratch_, "right") : small_job(scratch_);
-  fs::create_directory(folder_);
-  const Ended ended = run();
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  expected_ = hashes();
-  expected_names_ = names();
-  EXPECT_EQ(expected_.size(), expected_names_.size() - 1);  // all but the run record
+  whole_run_ = stage("run", command(), {});
 }
 
 Command FaultyRun::command() const
@@ -150,10 +187,18 @@ Fault FaultyRun::in_folder(Fault fault) const
   return fault;
 }
 
-void FaultyRun::clear() const
+void FaultyRun::put(const Files& files) const
 {
   fs::remove_all(folder_);
   fs::create_directory(folder_);
+  for (const auto& [name, bytes] : files) std::ofstream(folder_ / name, std::ios::binary) << bytes;
+}
+
+Files FaultyRun::files() const
+{
+  Files all;
+  for (const std::string& name : names()) all[name] = read_bytes(folder_ / name);
+  return all;
 }
 
 Ended FaultyRun::run_from_empty(const Fault& fault) const
@@ -162,19 +207,67 @@ Ended FaultyRun::run_from_empty(const Fault& fault) const
   return run(fault);
 }
 
-int FaultyRun::n_calls(const std::string& call, const std::string& file) const
+Stage FaultyRun::stage(const std::string& name, const Command& command, const Files& before) const
 {
-  clear();
-  return n_calls_of(command(), in_folder({"count", call, "1", file}), scratch_.path() / "counts");
+  put(before);
+  const Ended ended = test::run(command);
+  EXPECT_EQ(ended.exit_code, 0) << name << ": " << ended.err;
+  return {name, command, before, files()};
 }
 
-std::map<std::string, std::string> FaultyRun::hashes() const
+int FaultyRun::n_calls(const Stage& stage, const Fault& fault) const
 {
-  std::map<std::string, std::string> all;
-  for (const std::string name : {"a.h5", "a.trace.h5"}) {
-    if (fs::exists(folder_ / name)) all[name] = sha256_of_file(folder_ / name);
+  put(stage.before);
+  return n_calls_of(stage.command, in_folder(fault), scratch_.path() / "counts");
+}
+
+void FaultyRun::expect_survives(const Stage& stage, const FaultRow& row) const
+{
+  const bool is_each = row.fault.at.starts_with("each");
+  for (const std::string& at : calls_of(row, is_each ? n_calls(stage, row.fault) : 1)) {
+    Fault fault = row.fault;
+    fault.at = at;
+    SCOPED_TRACE(stage.name + ": " + fault.what + " at " + fault.call + " " + at + " " + fault.file);
+    put(stage.before);
+    expect_ending(test::run(with_fault(stage.command, in_folder(fault))), row);
+    expect_no_incomplete_result();
+    if (row.ending == Ending::unchanged) {
+      expect_same(stage.after);
+    } else {
+      expect_finishes(stage);
+    }
+    if (row.n_recalled > 0) {
+      EXPECT_GE(n_steps_recalled(), row.n_recalled);
+    }
   }
-  return all;
+}
+
+void FaultyRun::expect_ending(const Ended& ended, const FaultRow& row) const
+{
+  const std::string said = messages_of(ended);
+  switch (row.ending) {
+    case Ending::killed:
+      EXPECT_EQ(ended.exit_code, -1);
+      return;
+    case Ending::refused:
+      expect_refused(ended);
+      EXPECT_THAT(said, reports("", row.said));
+      return;
+    case Ending::warned:
+      EXPECT_EQ(ended.exit_code, 0);
+      EXPECT_EQ(n_lines(said), 1) << ended.err;
+      EXPECT_THAT(said, warns("", row.said));
+      return;
+    case Ending::unchanged:
+    case Ending::done:
+      EXPECT_EQ(ended.exit_code, 0) << ended.err;
+      return;
+    case Ending::either:
+      EXPECT_THAT(ended.exit_code, testing::AnyOf(0, 2)) << ended.err;
+      if (ended.exit_code == 0) return;
+      EXPECT_TRUE(printed_facts(ended.err).file.starts_with(folder_.string() + "/a.")) << ended.err;
+      return;
+  }
 }
 
 std::vector<std::string> FaultyRun::names() const
@@ -185,18 +278,20 @@ std::vector<std::string> FaultyRun::names() const
   return all;
 }
 
-std::string FaultyRun::expect_finishes() const
+std::string FaultyRun::expect_finishes(const Stage& stage) const
 {
-  const Ended ended = run();
+  const Ended ended = test::run(stage.command);
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  expect_finished();
+  expect_same(stage.after);
   return ended.err;
 }
 
-void FaultyRun::expect_finished() const
+void FaultyRun::expect_same(const Files& wanted) const
 {
-  EXPECT_EQ(hashes(), expected_);
-  EXPECT_EQ(names(), expected_names_);
+  const Files found = essence_of(files()), expected = essence_of(wanted);
+  EXPECT_THAT(found, testing::SizeIs(expected.size()));
+  for (const auto& [name, bytes] : expected)
+    EXPECT_TRUE(found.contains(name) && found.at(name) == bytes) << name << " is missing or differs";
 }
 
 std::string FaultyRun::messages_of(const Ended& ended)
@@ -219,13 +314,41 @@ void FaultyRun::expect_refused(const Ended& ended) const
 
 void FaultyRun::expect_no_incomplete_result() const
 {
-  for (const auto& [name, hash] : hashes()) EXPECT_EQ(hash, expected_.at(name)) << name;
+  for (const char* name : {"a.h5", "a.trace.h5"}) {
+    if (!fs::exists(folder_ / name)) continue;
+    EXPECT_TRUE(read_bytes(folder_ / name) == whole_run_.after.at(name)) << name << " is incomplete";
+  }
 }
 
 int FaultyRun::n_steps_recalled() const
 {
   const auto record = nlohmann::json::parse(read_bytes(folder_ / "a.h5.run.json"));
   return record.at("steps_recalled");
+}
+
+namespace {
+
+Command held_at(Command command, const fs::path& gate)
+{
+  fs::remove(gate);
+  fs::remove(gate.string() + ".held");
+  command.environment["VRDA_FAULT_GATE"] = gate.string();
+  return command;
+}
+
+}  // namespace
+
+HeldProcess::HeldProcess(const Scratch& scratch, Command command, const Fault& fault)
+    : gate_(scratch.path() / "gate"), process_(held_at(with_fault(std::move(command), fault), gate_))
+{
+  EXPECT_TRUE(process_.runs_until_file(gate_.string() + ".held"))
+      << "it never came to " << fault.call << " of " << fault.file;
+}
+
+Ended HeldProcess::release()
+{
+  std::ofstream{gate_};
+  return process_.wait();
 }
 
 }  // namespace vrda::test

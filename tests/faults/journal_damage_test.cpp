@@ -42,13 +42,13 @@ class JournalDamage : public FaultyRun {
     return damaged;
   }
 
-  void put(const std::string& bytes) const { std::ofstream(journal(), std::ios::binary) << bytes; }
+  void put_journal(const std::string& bytes) const { std::ofstream(journal(), std::ios::binary) << bytes; }
 
   /// The first `n_kept` frames are recalled, the rest is solved again; the message reports the dropped bytes.
   void expect_goes_on(const std::string& damaged, std::size_t n_kept) const
   {
     std::filesystem::remove(folder_ / "a.h5");  // a finished job reads no journal
-    put(damaged);
+    put_journal(damaged);
     const std::string said = expect_finishes();
     EXPECT_EQ(n_steps_recalled(), static_cast<int>(n_kept));
     EXPECT_THAT(said, warns(journal(), std::to_string(damaged.size() - ends_[n_kept]) + " bytes"));
@@ -123,7 +123,7 @@ TEST_P(JournalDamage, ADamagedHeaderIsReportedAndTheJournalKept)
 {
   for (const std::string& damaged : {flipped(3, 0), flipped(8, 1), flipped(40, 5), flipped(ends_[0] - 1, 7),
                                      bytes_.substr(0, ends_[0] - 1), std::string()}) {
-    put(damaged);
+    put_journal(damaged);
     const Ended ended = run();
     expect_refused(ended);
     EXPECT_THAT(ended, refuses({journal(), "header"}));

@@ -23,18 +23,7 @@ struct Job {
 
 class ModelFaults : public FaultyRun {
  protected:
-  ModelFaults()
-  {
-    fs::remove(folder_ / "a.h5.run.json");
-    model_ = read_bytes(folder_ / "a.h5");
-  }
-
-  /// Each begins with these two files.
-  void put_files() const
-  {
-    std::ofstream(folder_ / "a.h5", std::ios::binary) << model_;
-    std::ofstream(folder_ / "b.csv", std::ios::binary) << "flexion,varus\n1,2\n";
-  }
+  ModelFaults() { begin_ = {{"a.h5", whole_run().after.at("a.h5")}, {"b.csv", "flexion,varus\n1,2\n"}}; }
 
   std::string written(const Job& job) const
   {
@@ -62,7 +51,7 @@ class ModelFaults : public FaultyRun {
     }
   }
 
-  std::string model_;
+  Files begin_;
 };
 
 TEST_P(ModelFaults, TheFileIsTheOldOrTheNewOne)
@@ -78,7 +67,7 @@ TEST_P(ModelFaults, TheFileIsTheOldOrTheNewOne)
             "b.csv"},
         Job{"compare", {"compare", file, "--degrees", "1", "--refine", "0", "--quiet"}, ""}}) {
     const Command command = vrda(job.words);
-    put_files();
+    put(begin_);
     const std::string old_bytes = written(job);
     const Ended whole = test::run(command);
     ASSERT_EQ(whole.exit_code, 0) << whole.err;
@@ -86,7 +75,7 @@ TEST_P(ModelFaults, TheFileIsTheOldOrTheNewOne)
     const std::vector<std::string> whole_names = names();
     int n_refused = 0;
     for (const std::string call : {"any", "read"}) {
-      put_files();
+      put(begin_);
       // In a command that only prints, a separate process reads the model, with its own count of calls.
       const int n = job.output.empty()
                         ? 2
@@ -98,7 +87,7 @@ TEST_P(ModelFaults, TheFileIsTheOldOrTheNewOne)
           if (!runs_full_set() && (k + row) % 4 != 0) continue;
           SCOPED_TRACE(job.name + " " + what + " " + call + " " + std::to_string(k));
           ++n_disturbed;
-          put_files();
+          put(begin_);
           const Fault fault{what, call, std::to_string(k)};
           const Ended ended = test::run(with_fault(command, in_folder(fault)));
           expect_sound_end(fault, ended, whole);

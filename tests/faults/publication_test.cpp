@@ -1,11 +1,8 @@
 // Results of the commands that write files: two writers of one output, kills at each call that changes a
 // name, closed terminals, and outputs that cannot be written.
 #include <gmock/gmock.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <map>
 #include <optional>
 
@@ -18,7 +15,7 @@ namespace vrda::publication_test {
 
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
-using Files = std::map<std::string, std::string>;
+using test::Files;
 
 constexpr const char* fit_tables = R"(
 [fit]
@@ -31,12 +28,22 @@ from = -0.1
 to = 0.1
 )";
 
-/// Two commands that differ and write the same output.
+Words joined(Words words, const Words& more)
+{
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+/// Two commands that differ in their last words and write the same output.
 struct Pair {
   std::string main;  ///< file of the result that readers open, in the folder "out"
-  Words first, second;
+  Words words, first_more, second_more;
   bool refuses_existing = true;
-  Words replace = {"--replace"};  ///< words that allow replacing
+
+  Words first() const { return joined(words, first_more); }
+  Words second() const { return joined(words, second_more); }
+  /// The words that allow replacing the result of the other.
+  Words replace() const { return refuses_existing ? Words{"--replace"} : Words{}; }
 };
 
 class Publications : public testing::Test {
@@ -73,61 +80,54 @@ class Publications : public testing::Test {
     EXPECT_EQ(ended.exit_code, 0) << testing::PrintToString(words) << ended.err;
   }
 
-  Pair prepare() const
+  static Pair prepare()
   {
-    const Words words{"prepare", "--no-ligaments", "-q", "-o", out_.string(), "--landmarks"};
-    Words first = words, second = words;
-    first.insert(first.end(), {path("marks80.toml"), "--side", "left"});
-    second.insert(second.end(), {path("marks87.toml"), "--side", "right"});
-    return {"knee.toml", first, second};
+    return {"knee.toml",
+            {"prepare", "--no-ligaments", "-q", "-o", path("out"), "--landmarks"},
+            {path("marks80.toml"), "--side", "left"},
+            {path("marks87.toml"), "--side", "right"}};
   }
-  Pair fit_to() const
+  static Pair fit_to()
   {
-    const Words words{"fit", path("knee.toml"), "-q", "--progress", "none", "-o", path("out/f.toml"), "--to"};
-    Words first = words, second = words;
-    first.push_back(path("measured0.csv"));
-    second.push_back(path("measured1.csv"));
-    return {"f.toml", first, second};
+    return {"f.toml",
+            {"fit", path("knee.toml"), "-q", "--progress", "none", "-o", path("out/f.toml"), "--to"},
+            {path("measured0.csv")},
+            {path("measured1.csv")}};
   }
-  Pair fit_motion() const
+  static Pair fit_motion()
   {
-    const auto of = [&](const std::string& setting) {
-      return Words{"fit",
-                   path("knee.toml"),
-                   "-q",
-                   "--motion",
-                   path("poses.csv"),
-                   "-o",
-                   path("out/f.toml"),
-                   "--set",
-                   "reference.component.0.offset_mm=\"fit\"",
-                   "--set",
-                   setting};
-    };
-    return {"f.toml", of("title=\"a\""), of("title=\"b\"")};
+    return {"f.toml",
+            {"fit", path("knee.toml"), "-q", "--motion", path("poses.csv"), "-o", path("out/f.toml"), "--set",
+             "reference.component.0.offset_mm=\"fit\"", "--set"},
+            {"title=\"a\""},
+            {"title=\"b\""}};
   }
-  Pair repair() const
+  static Pair repair()
   {
-    const auto of = [&](const std::string& noise_mm) {
-      return Words{"repair", path("poses.h5"), "-q",    "-o", path("out/r.h5"), "--noise-deg",
-                   "1",      "--noise-mm",     noise_mm};
-    };
-    return {"r.h5", of("0.5"), of("0.6")};
+    return {"r.h5",
+            {"repair", path("poses.h5"), "-q", "-o", path("out/r.h5"), "--noise-deg", "1", "--noise-mm"},
+            {"0.5"},
+            {"0.6"}};
   }
-  Pair shape() const
+  static Pair shape()
   {
     return {"femur.stl",
-            {"shape", "knee", "-q", "-o", out_.string(), "resolution=0.6"},
-            {"shape", "knee", "-q", "-o", out_.string(), "resolution=0.5", "side=left"},
-            false,
-            {}};
+            {"shape", "knee", "-q", "-o", path("out")},
+            {"resolution=0.6"},
+            {"resolution=0.5", "side=left"},
+            false};
   }
-  Pair exported() const
+  static Pair exported()
   {
-    const auto of = [&](const std::string& set) {
-      return Words{"export", path("grid.h5"), "-q", "--set", set, "--to", "osim", "-o", path("out/k.osim")};
-    };
-    return {"k.osim", of("raw"), of("zero_varus"), false, {}};
+    return {"k.osim",
+            {"export", path("grid.h5"), "-q", "--to", "osim", "-o", path("out/k.osim"), "--set"},
+            {"raw"},
+            {"zero_varus"},
+            false};
+  }
+  static std::vector<Pair> every_pair()
+  {
+    return {prepare(), fit_to(), fit_motion(), repair(), shape(), exported()};
   }
 
   Files files() const
@@ -156,17 +156,11 @@ class Publications : public testing::Test {
   fs::path out_ = scratch_->path() / "out";
 };
 
-Words joined(Words words, const Words& more)
-{
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
-}
-
 TEST_F(Publications, TwoWritersOfOneOutputLoseNothing)
 {
-  for (const Pair& pair : {prepare(), fit_to(), fit_motion(), repair(), shape(), exported()}) {
-    SCOPED_TRACE(testing::PrintToString(pair.first));
-    const Files first = files_of(pair.first), second = files_of(pair.second);
+  for (const Pair& pair : every_pair()) {
+    SCOPED_TRACE(testing::PrintToString(pair.first()));
+    const Files first = files_of(pair.first()), second = files_of(pair.second());
     EXPECT_NE(first, second);
     clear();
     std::optional<OutputLock> lock = OutputLock::acquire((out_ / pair.main).string(), "the test", {});
@@ -175,10 +169,9 @@ TEST_F(Publications, TwoWritersOfOneOutputLoseNothing)
       std::erase(words, "-q");
       return test::vrda(words);
     };
-    test::Process one(without_quiet(pair.first)), other(without_quiet(pair.second));
+    test::Process one(without_quiet(pair.first())), other(without_quiet(pair.second()));
     for (test::Process* process : {&one, &other}) {
-      while (process->is_running() && process->said().find("the test") == std::string::npos) usleep(2000);
-      EXPECT_TRUE(process->is_running());
+      EXPECT_TRUE(process->runs_until_said("the test"));
     }
     EXPECT_EQ(files().size(), 1U);  // the lock
     lock.reset();
@@ -207,9 +200,9 @@ TEST_F(Publications, AKillLeavesOneResultOrNoneAndIsRepeated)
        {Row{prepare(), "rename", true, 8}, Row{fit_to(), "rename", false, 4},
         Row{fit_to(), "rename", true, 4}, Row{fit_to(), "unlink", true, 4}, Row{shape(), "rename", true, 8},
         Row{shape(), "unlink", true, 3}}) {
-    const Words words = is_replacing ? joined(pair.second, pair.replace) : pair.second;
+    const Words words = is_replacing ? joined(pair.second(), pair.replace()) : pair.second();
     SCOPED_TRACE(call + " of " + testing::PrintToString(words));
-    const Files old = is_replacing ? files_of(pair.first) : Files(), made = files_of(pair.second);
+    const Files old = is_replacing ? files_of(pair.first()) : Files(), made = files_of(pair.second());
     const auto start = [&] {
       clear();
       for (const auto& [name, bytes] : old) scratch_->write("out/" + name, bytes);
@@ -230,7 +223,7 @@ TEST_F(Publications, AKillLeavesOneResultOrNoneAndIsRepeated)
       const bool is_whole = found.count(pair.main) > 0;
       EXPECT_TRUE(!is_whole || found == made || found == old);
       // The same command again; an interrupted result needs no --replace.
-      succeed(is_whole ? joined(pair.second, pair.replace) : pair.second);
+      succeed(is_whole ? joined(pair.second(), pair.replace()) : pair.second());
       EXPECT_EQ(files(), made);
     }
   }
@@ -241,24 +234,24 @@ TEST_F(Publications, AnOutputThatCannotBeWrittenIsAnInputError)
   const std::string long_name(300, 'x');
   fs::create_symlink("loop", scratch_->path() / "loop");
   const auto replaced = [](Words words, const std::string& from, const std::string& to) {
-    std::replace(words.begin(), words.end(), from, to);
+    std::ranges::replace(words, from, to);
     return words;
   };
-  for (const Pair& pair : {prepare(), fit_to(), fit_motion(), repair(), shape(), exported()}) {
-    SCOPED_TRACE(testing::PrintToString(pair.first));
-    const std::string output = *(std::find(pair.first.begin(), pair.first.end(), "-o") + 1);
+  for (const Pair& pair : every_pair()) {
+    SCOPED_TRACE(testing::PrintToString(pair.first()));
+    const std::string output = *(std::ranges::find(pair.words, "-o") + 1);
     const std::string end = fs::path(output).extension().string();
     for (const std::string& name : {path(long_name + end), path("loop" + (end.empty() ? "" : "/a" + end))})
-      EXPECT_EQ(test::run_vrda(replaced(pair.first, output, name)).exit_code, 2) << name;
+      EXPECT_EQ(test::run_vrda(replaced(pair.first(), output, name)).exit_code, 2) << name;
     if (pair.main == "r.h5" || pair.main == "k.osim") continue;
     // A folder in the place of each file: nothing is published.
-    for (const auto& [name, bytes] : files_of(pair.first)) {
+    for (const auto& [name, bytes] : files_of(pair.first())) {
       if (!test::runs_full_set() && name != pair.main && !name.ends_with(".json") &&
           !name.ends_with("tibia.stl"))
         continue;
       clear();
       fs::create_directories(out_ / name);
-      const test::Ended ended = test::run_vrda(joined(pair.first, pair.replace));
+      const test::Ended ended = test::run_vrda(joined(pair.first(), pair.replace()));
       EXPECT_THAT(ended, test::refuses({.file = fs::path(name).filename().string()}));
       EXPECT_EQ(files(), Files()) << name;
     }
@@ -269,10 +262,10 @@ TEST_F(Publications, AStageOfADeadWriterIsRemovedByTheNext)
 {
   fs::create_directory(out_ / ".vrda-abcdef");
   scratch_->write("out/.vrda-abcdef/femur.stl", "old");
-  EXPECT_EQ(files_of(prepare().first).count(".vrda-abcdef/femur.stl"), 0U);
+  EXPECT_EQ(files_of(prepare().first()).count(".vrda-abcdef/femur.stl"), 0U);
   fs::create_directory(out_ / ".vrda-abcdef");
   scratch_->write("out/mine.txt", "kept");
-  succeed(joined(prepare().second, {"--replace"}));
+  succeed(joined(prepare().second(), {"--replace"}));
   EXPECT_FALSE(fs::exists(out_ / ".vrda-abcdef"));
   EXPECT_TRUE(fs::exists(out_ / "mine.txt"));
 }

@@ -1,9 +1,7 @@
 // The environment of a run: a read-only folder, a clock that jumps, another run.
 #include <gmock/gmock.h>
 
-#include <chrono>
 #include <regex>
-#include <thread>
 
 #include "app/scenes.hpp"
 #include "faults/faulty_run.hpp"
@@ -18,33 +16,26 @@ using testing::IsEmpty;
 
 class Ground : public FaultyRun {};
 
-TEST_P(Ground, AReadOnlyFolderIsReportedInOneLine)
+// Before a run, in its middle, and with its result.
+TEST_P(Ground, AReadOnlyFolderIsReportedInOneLineAndUnchanged)
 {
   if (!mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << mount_refusal();
   SmallDisk disk(folder_, 4 << 20);
-  disk.forbid_writing();
-  const Ended ended = run();
-  expect_refused(ended);
-  EXPECT_THAT(printed_facts(ended.err).found, HasSubstr("Read-only file system"));
-  EXPECT_THAT(names(), IsEmpty());
-  disk.permit_writing();
-  expect_finishes();
-}
-
-TEST_P(Ground, AReadOnlyJournalIsUnchangedAndResumedLater)
-{
-  if (!mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << mount_refusal();
-  SmallDisk disk(folder_, 4 << 20);
+  const auto expect_read_only = [&](const std::string& file, const std::string& found) {
+    const Files before = files();
+    disk.forbid_writing();
+    const Ended ended = run();
+    disk.permit_writing();
+    expect_refused(ended);
+    EXPECT_THAT(ended, refuses({.file = file, .field = printed_facts(ended.err).field, .found = found}));
+    EXPECT_EQ(files(), before);
+  };
+  expect_read_only("", "Read-only file system");
   run({"kill", "write", "5", "a.h5.journal"});
-  const std::string before = read_bytes(journal());
-  disk.forbid_writing();
-  const Ended ended = run();
-  expect_refused(ended);
-  EXPECT_THAT(ended, refuses({journal(), "", "Read-only file system"}));
-  EXPECT_EQ(read_bytes(journal()), before);
-  disk.permit_writing();
+  expect_read_only(journal(), "Read-only file system");
   expect_finishes();
   EXPECT_EQ(n_steps_recalled(), 3);
+  expect_read_only(folder_.string() + "/a.h5", "permission");
 }
 
 // The failed lock is not held by another run, so there is nothing to wait for.
@@ -63,18 +54,6 @@ TEST_P(Ground, AFileSystemWithoutLocksIsReportedInOneLine)
   EXPECT_THAT(again, names_remedy);
   EXPECT_EQ(read_bytes(journal()), before);
   expect_finishes();
-}
-
-TEST_P(Ground, AReadOnlyResultIsKept)
-{
-  if (!mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << mount_refusal();
-  SmallDisk disk(folder_, 4 << 20);
-  expect_finishes();
-  disk.forbid_writing();
-  const Ended ended = run();
-  expect_refused(ended);
-  EXPECT_THAT(ended, refuses({folder_.string() + "/a.h5", printed_facts(ended.err).field, "permission"}));
-  expect_finished();
 }
 
 TEST_P(Ground, AClockThatJumpsChangesNoByteAndProgressStaysValid)
@@ -104,24 +83,15 @@ TEST_P(Ground, ASecondRunWhileTheFirstBeginsIsRefusedAndHarmsNothing)
 {
   // The first run is held before each call that creates and first writes its journal, except the first, open,
   // before which there is nothing to damage.
-  const fs::path gate = scratch_.path() / "gate", held = scratch_.path() / "gate.held";
   Command fresh = command();
   fresh.arguments.emplace_back("--fresh");
   for (const Command& run : {command(), fresh}) {
     for (int k = 2; k <= 8; ++k) {
       SCOPED_TRACE(run.arguments.back() + " " + std::to_string(k));
       clear();
-      fs::remove(gate);
-      fs::remove(held);
-      Command first = with_fault(run, {"hold", "any", std::to_string(k), journal()});
-      first.environment["VRDA_FAULT_GATE"] = gate.string();
-      Process process(first);
-      while (process.is_running() && !fs::exists(held))
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-      ASSERT_TRUE(process.is_running());
+      HeldProcess first(scratch_, run, {"hold", "any", std::to_string(k), journal()});
       const Ended second = test::run(run);
-      scratch_.write("gate", "");
-      EXPECT_EQ(process.wait().exit_code, 0);
+      EXPECT_EQ(first.release().exit_code, 0);
       expect_refused(second);
       EXPECT_THAT(printed_facts(second.err).wanted, HasSubstr("no other run"));
       expect_finished();

@@ -1,9 +1,7 @@
 // Tests of the shim with dd, which makes one write call per block.
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <csignal>
-#include <thread>
 
 #include "faults/faulty_run.hpp"
 
@@ -46,38 +44,28 @@ TEST_F(Shim, CountsTheCallsOfOneFile)
   EXPECT_EQ(read_bytes(counts), "0\n");
 }
 
-TEST_F(Shim, KillsBeforeTheCallAndTearsWithinIt)
+TEST_F(Shim, DisturbsTheCallAndThoseAfterIt)
 {
-  for (int k = 1; k <= 4; ++k) {
-    SCOPED_TRACE(k);
-    const auto before = static_cast<std::uintmax_t>(100 * (k - 1));
-    EXPECT_EQ(run_with({"kill", "write", std::to_string(k), "/blocks"}).exit_code, -1);
-    EXPECT_EQ(size(), before);
-    EXPECT_EQ(run_with({"torn", "write", std::to_string(k), "/blocks"}).exit_code, -1);
-    EXPECT_EQ(size(), before + 50);
+  struct Row {
+    Fault fault;
+    int exit_code;
+    std::uintmax_t n_bytes;
+    const char* said;
+  };
+  for (const Row& row : {Row{{"kill", "write", "1", "/blocks"}, -1, 0, ""},
+                         Row{{"kill", "write", "4", "/blocks"}, -1, 300, ""},
+                         Row{{"torn", "write", "1", "/blocks"}, -1, 50, ""},
+                         Row{{"torn", "write", "3", "/blocks"}, -1, 250, ""},
+                         // dd writes the rest by another call
+                         Row{{"short", "write", "2", "/blocks"}, 0, 400, ""},
+                         Row{{"full", "write", "3", "/blocks"}, 1, 250, "No space left on device"},
+                         Row{{"eio", "write", "2", "/blocks"}, 1, 100, "Input/output error"}}) {
+    SCOPED_TRACE(row.fault.what + " " + row.fault.at);
+    const Ended ended = run_with(row.fault);
+    EXPECT_EQ(ended.exit_code, row.exit_code);
+    EXPECT_EQ(size(), row.n_bytes);
+    EXPECT_NE(ended.err.find(row.said), std::string::npos) << ended.err;
   }
-}
-
-TEST_F(Shim, MakesWritesReallyShort)
-{
-  const fs::path counts = scratch_.path() / "counts";
-  Command command = with_fault(blocks(), {"short", "write", "2", "/blocks"});
-  command.environment["VRDA_FAULT_COUNT"] = counts.string();
-  EXPECT_EQ(run(command).exit_code, 0);  // dd writes the rest by another call
-  EXPECT_EQ(size(), 400u);
-  EXPECT_EQ(read_bytes(counts), "5\n");
-}
-
-TEST_F(Shim, FailsOnceOrFromThereOn)
-{
-  const Ended full = run_with({"full", "write", "3", "/blocks"});
-  EXPECT_EQ(full.exit_code, 1);
-  EXPECT_NE(full.err.find("No space left on device"), std::string::npos) << full.err;
-  EXPECT_EQ(size(), 250u);
-  const Ended broken = run_with({"eio", "write", "2", "/blocks"});
-  EXPECT_EQ(broken.exit_code, 1);
-  EXPECT_NE(broken.err.find("Input/output error"), std::string::npos) << broken.err;
-  EXPECT_EQ(size(), 100u);
   EXPECT_EQ(run_with({"enospc", "open", "1+", "/blocks"}).exit_code, 1);
   EXPECT_FALSE(fs::exists(file_));
 }
@@ -105,30 +93,16 @@ TEST_F(Shim, OnlyTheFirstProcessGetsAFaultOnce)
   EXPECT_EQ(size(), 400u);
 }
 
-TEST_F(Shim, HoldsUntilTheGateExists)
+TEST_F(Shim, HoldsUntilTheGateExistsOrASignal)
 {
-  const fs::path gate = scratch_.path() / "gate", held = scratch_.path() / "gate.held";
-  Command command = with_fault(blocks(), {"hold", "write", "3", "/blocks"});
-  command.environment["VRDA_FAULT_GATE"] = gate;
-  Process process(command);
-  while (process.is_running() && !fs::exists(held)) std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  EXPECT_TRUE(process.is_running());
+  const Fault fault{"hold", "write", "3", "/blocks"};
+  HeldProcess process(scratch_, blocks(), fault);
   EXPECT_EQ(size(), 200u);
-  scratch_.write("gate", "");
-  EXPECT_EQ(process.wait().exit_code, 0);
+  EXPECT_EQ(process.release().exit_code, 0);
   EXPECT_EQ(size(), 400u);
-  EXPECT_EQ(run(command).exit_code, 0);  // an existing gate holds no process
-}
-
-TEST_F(Shim, AHeldProcessStillHandlesSignals)
-{
-  Command command = with_fault(blocks(), {"hold", "write", "3", "/blocks"});
-  command.environment["VRDA_FAULT_GATE"] = scratch_.path() / "gate";
-  Process process(command);
-  while (process.is_running() && !fs::exists(scratch_.path() / "gate.held"))
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  process.send(SIGTERM);
-  EXPECT_EQ(process.wait().exit_code, -1);
+  HeldProcess signalled(scratch_, blocks(), fault);
+  signalled.send(SIGTERM);
+  EXPECT_EQ(signalled.release().exit_code, -1);
 }
 
 TEST_F(Shim, UnknownValuesAreRefused)

@@ -34,95 +34,87 @@ class SubmissionFaults : public FaultyRun {
   fs::path model() const { return folder_ / job_.stem() += ".h5"; }
 
   /// Only one process gets the fault, at its k-th such call.
-  Ended disturbed(const Fault& fault) const
+  Ended disturbed(Command command, const Fault& fault) const
   {
-    fs::remove_all(folder_);
-    fs::remove(scratch_.path() / "once");
-    Command command = with_fault(submit(), in_folder(fault));
-    command.environment["VRDA_FAULT_ONCE"] = scratch_.path() / "once";
+    fs::remove(once_);
+    command = with_fault(command, in_folder(fault));
+    command.environment["VRDA_FAULT_ONCE"] = once_;
     return test::run(command);
   }
 
-  void expect_made(const std::string& wanted) const
+  /// Each of the faults at calls of any process of the command, which starts in a folder made by `put`; the
+  /// remedy then makes the model.
+  template <typename Put>
+  void expect_resumable(const Command& command, const Put& put, const std::vector<std::string>& whats) const
   {
-    EXPECT_EQ(sha256_of_file(model()), wanted);
+    put();
+    // Of all processes together; a single one makes fewer.
+    const int n = n_calls_of(command, in_folder({"count"}), scratch_.path() / "counts");
+    expect_made();
+    EXPECT_GT(n, 50);
+    int n_disturbed = 0, n_refused = 0;
+    for (const std::string& what : whats) {
+      for (int k = 1; k <= n; k += runs_full_set() ? 1 : 7) {
+        SCOPED_TRACE(what + " " + std::to_string(k));
+        put();
+        const Ended ended = disturbed(command, {what, "any", std::to_string(k)});
+        if (!fs::exists(once_)) break;  // no process makes so many calls
+        ++n_disturbed;
+        EXPECT_NE(ended.exit_code, 5) << ended.err;
+        EXPECT_TRUE(what != "short" || ended.exit_code == 0) << ended.err;
+        n_refused += ended.exit_code == 2 ? 1 : 0;
+        expect_goes_on();
+      }
+    }
+    EXPECT_GT(n_disturbed, 12);
+    EXPECT_GT(n_refused, 0);
+  }
+
+  void expect_goes_on() const
+  {
+    const Ended after = go_on();
+    EXPECT_EQ(after.exit_code, 0) << after.err;
+    expect_made();
+  }
+
+  void expect_made() const
+  {
+    EXPECT_TRUE(read_bytes(model()) == whole_run().after.at("a.h5"));
     for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
       const std::string name = entry.path().filename();
       EXPECT_FALSE(name.ends_with(".partial") || name.ends_with(".journal") || name.ends_with(".start.h5"))
           << name;
     }
   }
+
+  const fs::path once_ = scratch_.path() / "once";
 };
 
-TEST_P(SubmissionFaults, ResumeFinishesAfterAnyProcessIsKilledOrFails)
+TEST_P(SubmissionFaults, IsResumedAfterAnyProcessIsKilledOrFails)
 {
-  const std::string wanted = sha256_of_file(folder_ / "a.h5");
-  const fs::path counts = scratch_.path() / "counts";
-  fs::remove_all(folder_);
-  // Of all processes together; a single one makes fewer.
-  const int n = n_calls_of(submit(), in_folder({"count"}), counts);
-  expect_made(wanted);
-  EXPECT_GT(n, 100);
-  int n_disturbed = 0;
-  const int step = runs_full_set() ? 1 : 7;
-  for (const std::string what : {"kill", "torn", "eio"}) {
-    for (int k = 1; k <= n; k += step) {
-      SCOPED_TRACE(what + " " + std::to_string(k));
-      const Ended ended = disturbed({what, "any", std::to_string(k)});
-      if (!fs::exists(scratch_.path() / "once")) break;  // no process makes so many calls
-      ++n_disturbed;
-      EXPECT_NE(ended.exit_code, 5) << ended.err;
-      const Ended after = go_on();
-      EXPECT_EQ(after.exit_code, 0) << after.err;
-      expect_made(wanted);
-    }
-  }
-  EXPECT_GT(n_disturbed, 12);
+  expect_resumable(submit(), [&] { fs::remove_all(folder_); }, {"kill", "torn", "eio"});
 }
 
 // The submission stopped at its half; a fault of any process of resume itself keeps the next one able to
 // finish.
-TEST_P(SubmissionFaults, AResumeThatIsKilledOrFailsIsResumed)
+TEST_P(SubmissionFaults, IsResumedAfterAResumeIsKilledOrFails)
 {
-  const std::string wanted = sha256_of_file(folder_ / "a.h5");
   fs::remove_all(folder_);
   const std::string spine = model().filename().string() + ".spine.journal";
-  ASSERT_NE(disturbed({"torn", "write", "3", spine}).exit_code, 0);
+  ASSERT_NE(disturbed(submit(), {"torn", "write", "3", spine}).exit_code, 0);
   const fs::path kept = scratch_.path() / "interrupted";
   fs::copy(folder_, kept, fs::copy_options::recursive);
   const auto put = [&] {
     fs::remove_all(folder_);
     fs::copy(kept, folder_, fs::copy_options::recursive);
-    fs::remove(scratch_.path() / "once");
   };
-  put();
-  const Command resume = vrda({"resume", folder_, "--local", "--workers", "1", "--quiet"});
-  const int n = n_calls_of(resume, in_folder({"count"}), scratch_.path() / "counts");
-  expect_made(wanted);
-  int n_refused = 0;
-  for (const std::string what : {"kill", "torn", "eio", "enospc", "short"}) {
-    for (int k = 1; k <= n; k += runs_full_set() ? 1 : 7) {
-      SCOPED_TRACE(what + " " + std::to_string(k));
-      put();
-      Command command = with_fault(resume, in_folder({what, "any", std::to_string(k)}));
-      command.environment["VRDA_FAULT_ONCE"] = scratch_.path() / "once";
-      const Ended ended = test::run(command);
-      if (!fs::exists(scratch_.path() / "once")) break;
-      EXPECT_NE(ended.exit_code, 5) << ended.err;
-      n_refused += ended.exit_code == 2 ? 1 : 0;
-      EXPECT_TRUE(what != "short" || ended.exit_code == 0) << ended.err;
-      const Ended after = go_on();
-      EXPECT_EQ(after.exit_code, 0) << after.err;
-      expect_made(wanted);
-    }
-  }
-  EXPECT_GT(n_refused, 0);
+  expect_resumable(vrda({"resume", folder_, "--local", "--workers", "1", "--quiet"}), put,
+                   {"kill", "torn", "eio", "enospc", "short"});
 }
 
 // All tasks but the merge are done; then a bit of a journal is flipped, or its end cut off.
 TEST_P(SubmissionFaults, ADamagedJournalIsRepairedByResume)
 {
-  const std::string wanted = sha256_of_file(folder_ / "a.h5");
   fs::remove_all(folder_);
   ASSERT_EQ(test::run(submit()).exit_code, 0);
   fs::remove(model());
@@ -149,22 +141,18 @@ TEST_P(SubmissionFaults, ADamagedJournalIsRepairedByResume)
       const Ended merged = task({"merge"});
       EXPECT_EQ(merged.exit_code, 2) << merged.err;
       EXPECT_FALSE(fs::exists(model()));
-      const Ended after = go_on();
-      EXPECT_EQ(after.exit_code, 0) << after.err;
-      expect_made(wanted);
+      expect_goes_on();
     }
   }
 }
 
 TEST_P(SubmissionFaults, AFileSystemWithoutLocksIsReportedInOneLine)
 {
-  const std::string wanted = sha256_of_file(folder_ / "a.h5");
   fs::remove_all(folder_);
   const Ended ended = test::run(with_fault(submit(), in_folder({"enolck", "lock", "1+", "submission.lock"})));
   EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
   EXPECT_THAT(ended, refuses({"submission.lock", "", "No locks available", {"flock", "-o flock"}}));
-  EXPECT_EQ(go_on().exit_code, 0);
-  expect_made(wanted);
+  expect_goes_on();
 }
 
 // What a submission writes does not depend on the method; the search is faster here.

@@ -1,15 +1,12 @@
 // Slurm tasks that are signalled to end at a certain system call: their state, and how they resume.
 #include <fcntl.h>
 #include <gmock/gmock.h>
-#include <sys/file.h>
-#include <unistd.h>
-
-#include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
-#include <thread>
+#include <optional>
 
 #include "app/scenes.hpp"
+#include "core/files.hpp"
 #include "faults/faulty_run.hpp"
 #include "support/messages.hpp"
 
@@ -20,8 +17,6 @@ namespace fs = std::filesystem;
 // A submission of one case in a given number of shards, with no task done yet.
 class TaskInterruption : public FaultyRun {
  protected:
-  TaskInterruption() : wanted_(sha256_of_file(folder_ / "a.h5")) {}
-
   void submit(const std::string& n_shards, const std::string& time) { submit(job_, n_shards, time); }
 
   /// Two unsharded cases, `a` and `b`, of the same job.
@@ -66,30 +61,41 @@ class TaskInterruption : public FaultyRun {
     return command;
   }
 
-  /// Signalled twice, as by Slurm and by the script, at the fault's call.
-  Ended signalled_at(const Command& command, const Fault& fault)
+  HeldProcess held(const Command& command, const std::string& call, const std::string& at,
+                   const std::string& file) const
   {
-    return held_at(command, fault, [](const Process& process) {
-      process.send(SIGTERM);
-      process.send(SIGTERM);
-    });
+    return {scratch_, command, in_folder({"hold", call, at, file})};
   }
 
-  template <typename Meanwhile>
-  Ended held_at(const Command& command, const Fault& fault, const Meanwhile& meanwhile)
+  /// Signalled twice, as by Slurm and by the script, before the call.
+  Ended signalled_at(const Command& command, const std::string& call, const std::string& at,
+                     const std::string& file) const
   {
-    const fs::path gate = scratch_.path() / "gate", held = scratch_.path() / "gate.held";
-    fs::remove(gate);
-    fs::remove(held);
-    Command with_hold = with_fault(command, in_folder(fault));
-    with_hold.environment["VRDA_FAULT_GATE"] = gate;
-    Process process(with_hold);
-    while (process.is_running() && !fs::exists(held))
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    EXPECT_TRUE(process.is_running()) << "never came to " << fault.call << " of " << fault.file;
-    meanwhile(process);
-    scratch_.write("gate", "");
-    return process.wait();
+    HeldProcess process = held(command, call, at, file);
+    process.send(SIGTERM);
+    process.send(SIGTERM);
+    return process.release();
+  }
+  /// While it loads, so that no step is solved.
+  Ended signalled_while_loading(const Command& command, const std::string& model) const
+  {
+    return signalled_at(command, "write", "1", model + ".start.h5");
+  }
+  /// At the last step of the run of the only case.
+  Ended signalled_at_last_step()
+  {
+    const int n = n_calls_of(task("run"), in_folder({"count", "write", "1", name_of_model(".journal")}),
+                             scratch_.path() / "counts");
+    fs::remove(model());
+    return signalled_at(task("run"), "write", std::to_string(n), name_of_model(".journal"));
+  }
+
+  /// The lock of the run's journal, as of a predecessor that still writes it.
+  OpenFile locked_journal() const
+  {
+    OpenFile journal(open((folder_ / name_of_model(".journal")).c_str(), O_RDWR | O_CLOEXEC));
+    EXPECT_TRUE(try_lock_file(journal.get(), "journal"));
+    return journal;
   }
 
   void expect_state(const std::string& task, const std::string& state, const Values& reason) const
@@ -114,19 +120,16 @@ class TaskInterruption : public FaultyRun {
   fs::path model_of(const std::string& name) const { return folder_ / name / (name + ".h5"); }
   fs::path model() const { return folder_ / job_.stem() += ".h5"; }
   std::string name_of_model(const std::string& ending) const { return model().filename().string() + ending; }
-
-  std::string wanted_;  ///< SHA-256 of the model of a run without shards
+  void expect_made(const fs::path& file) const
+  {
+    EXPECT_TRUE(read_bytes(file) == whole_run().after.at("a.h5")) << file;
+  }
 };
-
-// Held while it loads, so that no step is solved when the signal arrives.
-const Fault while_loading{"hold", "write", "1", ".start.h5"};
 
 TEST_P(TaskInterruption, ATimeLimitWithoutAStepIsAFailure)
 {
   submit("2", "1");
-  Fault fault = while_loading;
-  fault.file = name_of_model(fault.file);
-  const Ended ended = signalled_at(task("spine"), fault);
+  const Ended ended = signalled_while_loading(task("spine"), name_of_model(""));
   EXPECT_THAT(ended, refuses({"--time", "", {"1", "no step"}, "longer"}));
   expect_state("spine", "failed", {"--time", "1", "no step"});
   // Restarted by hand: a task's only case is not skipped.
@@ -138,10 +141,8 @@ TEST_P(TaskInterruption, AFailedCaseIsSkippedByTheNextStartOfItsTask)
   submit_two("1");
   Command both = task("run");
   both.arguments.insert(both.arguments.end(), {"--first", "1", "--count", "2"});
-  Fault fault = while_loading;
-  fault.file = "a/a.h5.start.h5";
   // The first case has failed and the second has not started: the task requests a restart by Slurm.
-  EXPECT_EQ(signalled_at(both, fault).exit_code, 4);
+  EXPECT_EQ(signalled_while_loading(both, "a/a.h5").exit_code, 4);
   expect_state_of("a.run", "failed", {"--time", "no step"});
   const Ended again = test::run(restarted(both, 1));
   EXPECT_EQ(again.exit_code, 2) << again.err;
@@ -149,53 +150,40 @@ TEST_P(TaskInterruption, AFailedCaseIsSkippedByTheNextStartOfItsTask)
   expect_state_of("a.run", "failed", {"--time", "1", "no step"});
   expect_state_of("b.run", "done", "");
   EXPECT_FALSE(fs::exists(model_of("a")));
-  EXPECT_EQ(sha256_of_file(model_of("b")), wanted_);
+  expect_made(model_of("b"));
   // Another Slurm job, as submitted by vrda resume.
   both.environment["SLURM_JOB_ID"] = "102";
   expect_done(both);
-  EXPECT_EQ(sha256_of_file(model_of("a")), wanted_);
+  expect_made(model_of("a"));
 }
 
 // With a limit of ten minutes the task was preempted early, which is not a failure.
 TEST_P(TaskInterruption, AnEarlySignalIsNotAFailure)
 {
   submit("2", "10");
-  Fault fault = while_loading;
-  fault.file = name_of_model(fault.file);
-  EXPECT_EQ(signalled_at(task("spine"), fault).exit_code, 4);
+  EXPECT_EQ(signalled_while_loading(task("spine"), name_of_model("")).exit_code, 4);
   expect_state("spine", "interrupted", "");
 }
 
-TEST_P(TaskInterruption, SignalledAtItsLastStepARunMakesTheModelTheNextTime)
+// Signalled at its last step a run makes the model the next time; a whole limit without a model is a failure.
+TEST_P(TaskInterruption, TheModelIsMadeByTheNextStart)
 {
   submit("1", "1");
-  const std::string journal = name_of_model(".journal");
-  const int n =
-      n_calls_of(task("run"), in_folder({"count", "write", "1", journal}), scratch_.path() / "counts");
-  fs::remove(model());
-  const Ended ended = signalled_at(task("run"), {"hold", "write", std::to_string(n), journal});
-  EXPECT_EQ(ended.exit_code, 4) << ended.err;
-  EXPECT_THAT(ended.err, reports("interrupted", (folder_ / journal).string()));
-  EXPECT_FALSE(fs::exists(model()));
-  expect_state("run", "interrupted", "");
-  expect_done(task("run"));
-  expect_state("run", "done", "");
-  EXPECT_EQ(sha256_of_file(model()), wanted_);
-}
-
-TEST_P(TaskInterruption, AWholeLimitWithoutAModelIsAFailure)
-{
-  submit("1", "1");
-  const std::string journal = name_of_model(".journal");
-  const int n =
-      n_calls_of(task("run"), in_folder({"count", "write", "1", journal}), scratch_.path() / "counts");
-  fs::remove(model());
-  EXPECT_EQ(signalled_at(task("run"), {"hold", "write", std::to_string(n), journal}).exit_code, 4);
-  const Ended again = signalled_at(task("run"), {"hold", "open", "1", journal});
-  EXPECT_EQ(again.exit_code, 2) << again.err;
-  expect_state("run", "failed", {"--time", "1", "model"});
-  expect_done(task("run"));
-  EXPECT_EQ(sha256_of_file(model()), wanted_);
+  for (const bool is_signalled_again : {false, true}) {
+    const Ended ended = signalled_at_last_step();
+    EXPECT_EQ(ended.exit_code, 4) << ended.err;
+    EXPECT_THAT(ended.err, reports("interrupted", (folder_ / name_of_model(".journal")).string()));
+    EXPECT_FALSE(fs::exists(model()));
+    expect_state("run", "interrupted", "");
+    if (is_signalled_again) {
+      EXPECT_EQ(signalled_at(task("run"), "open", "1", name_of_model(".journal")).exit_code, 2);
+      expect_state("run", "failed", {"--time", "1", "model"});
+    }
+    expect_done(task("run"));
+    expect_state("run", "done", "");
+    expect_made(model());
+    fs::remove(model());
+  }
 }
 
 TEST_P(TaskInterruption, AMergeEndsImmediatelyAndKeepsTheJournals)
@@ -210,14 +198,14 @@ TEST_P(TaskInterruption, AMergeEndsImmediatelyAndKeepsTheJournals)
     submit("2", row.time);
     for (const Command& each : {task("spine"), task("shard", "1"), task("shard", "2")}) expect_done(each);
     const std::vector<std::string> before = names();
-    const Ended ended = signalled_at(task("merge"), {"hold", "read", "1", name_of_model(".spine.journal")});
+    const Ended ended = signalled_at(task("merge"), "read", "1", name_of_model(".spine.journal"));
     EXPECT_EQ(ended.exit_code, row.exit_code) << ended.err;
     EXPECT_THAT(ended.err, reports("interrupted", "journals"));
     EXPECT_EQ(names(), before);
     expect_state("merge", row.state, row.reason);
     expect_done(task("merge"));
     expect_state("merge", "done", "");
-    EXPECT_EQ(sha256_of_file(model()), wanted_);
+    expect_made(model());
   }
 }
 
@@ -229,11 +217,10 @@ TEST_P(TaskInterruption, AMergeFindsJournalsThatAreNotListedYet)
   const std::string second = name_of_model(".shard-2-of-2.journal"), bytes = read_bytes(folder_ / second);
   const Command merge = with_fault(task("merge"), in_folder({"eio", "list", "1+", name_of_model(".shard-")}));
   fs::remove(folder_ / second);
-  const Ended refused = test::run(merge);
-  EXPECT_THAT(refused, refuses({model().string(), "journals", "shard 2 of 2"}));
+  EXPECT_THAT(test::run(merge), refuses({model().string(), "journals", "shard 2 of 2"}));
   scratch_.write("out/" + second, bytes);
   expect_done(merge);
-  EXPECT_EQ(sha256_of_file(model()), wanted_);
+  expect_made(model());
   EXPECT_THAT(names(), testing::Not(testing::Contains(testing::EndsWith(".journal"))));
 }
 
@@ -241,67 +228,55 @@ TEST_P(TaskInterruption, AMergeFindsJournalsThatAreNotListedYet)
 TEST_P(TaskInterruption, WithoutLocksATaskFails)
 {
   submit("2", "10");
-  const Ended ended = test::run(with_fault(task("shard", "1"), in_folder({"enolck", "lock", "1+"})));
-  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_EQ(test::run(with_fault(task("shard", "1"), in_folder({"enolck", "lock", "1+"}))).exit_code, 2);
   expect_state("shard-1-of-2", "failed", {name_of_model(".spine.journal"), "No locks available"});
   expect_done(task("shard", "1"));
 }
 
-// The predecessor may run on a node that was declared dead: a whole case waits like a shard.
-TEST_P(TaskInterruption, AWholeCaseWaitsForTheWriterOfItsJournal)
+// The predecessor may run on a node that was declared dead: a whole case waits like a shard. The
+// predecessor's model is used, although its journal is removed.
+TEST_P(TaskInterruption, AWholeCaseWaitsForItsPredecessorAndUsesItsModel)
 {
   submit("1", "10");
-  const std::string journal = name_of_model(".journal");
-  EXPECT_EQ(signalled_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
-  const int lock = open((folder_ / journal).c_str(), O_RDWR | O_CLOEXEC);
-  EXPECT_EQ(flock(lock, LOCK_EX), 0);
-  Process waiting(task("run"));
-  while (waiting.is_running() && waiting.said().find("waiting for the run") == std::string::npos)
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  EXPECT_TRUE(waiting.is_running());
-  close(lock);
-  const Ended ended = waiting.wait();
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  expect_state("run", "done", "");
-  EXPECT_EQ(sha256_of_file(model()), wanted_);
-}
-
-// The predecessor's model is used, although its journal is removed.
-TEST_P(TaskInterruption, AWholeCaseFinishedByItsPredecessorIsNotSolvedAgain)
-{
-  submit("1", "10");
-  const std::string journal = name_of_model(".journal");
-  const fs::path kept = scratch_.path() / "kept.h5";
-  expect_done(task("run"));
-  fs::rename(model(), kept);
+  const fs::path journal = folder_ / name_of_model(".journal"), kept = scratch_.path() / "kept.h5";
+  const auto interrupt = [&] {
+    EXPECT_EQ(signalled_at(task("run"), "write", "3", journal.filename()).exit_code, 4);
+  };
+  const auto waiting_end = [&](const auto& meanwhile) {
+    std::optional<OpenFile> lock(locked_journal());
+    Process waiting(task("run"));
+    EXPECT_TRUE(waiting.runs_until_said("waiting for the run"));
+    meanwhile();
+    lock.reset();
+    return waiting.wait();
+  };
   const auto predecessor_ends = [&] {
     fs::copy_file(kept, model());
-    fs::remove(folder_ / journal);
+    fs::remove(journal);
     fs::remove(model().string() + ".run.json");
   };
-  const auto expect_untouched = [&](const Ended& ended) {
+  const auto expect_made_once = [&](const Ended& ended) {
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
-    EXPECT_THAT(ended.err, reports(model().string(), "--fresh"));
     expect_state("run", "done", "");
-    EXPECT_FALSE(fs::exists(folder_ / journal));
-    EXPECT_EQ(sha256_of_file(model()), wanted_);
-    fs::remove(model());
+    EXPECT_FALSE(fs::exists(journal));
+    expect_made(model());
   };
-  EXPECT_EQ(signalled_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
-  const int lock = open((folder_ / journal).c_str(), O_RDWR | O_CLOEXEC);
-  EXPECT_EQ(flock(lock, LOCK_EX), 0);
-  Process waiting(task("run"));
-  while (waiting.is_running() && waiting.said().find("waiting for the run") == std::string::npos)
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  EXPECT_TRUE(waiting.is_running());
-  predecessor_ends();
-  close(lock);
-  expect_untouched(waiting.wait());
+  interrupt();
+  expect_made_once(waiting_end([] {}));
+  fs::rename(model(), kept);
+  interrupt();
+  const Ended ended = waiting_end(predecessor_ends);
+  expect_made_once(ended);
+  EXPECT_THAT(ended.err, reports(model().string(), "--fresh"));
+  fs::remove(model());
 
   // Between the check for the journal and its opening.
-  EXPECT_EQ(signalled_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
-  expect_untouched(
-      held_at(task("run"), {"hold", "open", "1", journal}, [&](const Process&) { predecessor_ends(); }));
+  interrupt();
+  HeldProcess opening = held(task("run"), "open", "1", journal.filename());
+  predecessor_ends();
+  const Ended late = opening.release();
+  expect_made_once(late);
+  EXPECT_THAT(late.err, reports(model().string(), "--fresh"));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, TaskInterruption, testing::Values(equilibrium()), name_of);
