@@ -3,9 +3,7 @@
 #include <fcntl.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <spawn.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <termios.h>
 #include <unistd.h>
 #include <boost/asio/connect.hpp>
@@ -28,8 +26,7 @@
 #include <utility>
 
 #include "bench/protocols.hpp"
-
-extern char** environ;
+#include "core/process.hpp"
 
 namespace vrda::bench {
 
@@ -373,34 +370,16 @@ class ChildProgram {
       return;
     }
     // Beside this program if it is there.
-    std::error_code ignored;
-    const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
-    const std::string beside = here / command.front();
-    const bool is_beside = access(beside.c_str(), X_OK) == 0;
-    std::vector<char*> arguments;
-    for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));
-    arguments.push_back(nullptr);
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
-    posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    // Signals that this program's threads block must reach the child.
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    sigset_t no_signals;
-    sigemptyset(&no_signals);
-    posix_spawnattr_setsigmask(&attributes, &no_signals);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-    error_ = posix_spawnp(&pid_, is_beside ? beside.c_str() : command.front().c_str(), &files, &attributes,
-                          arguments.data(), environ);
-    posix_spawnattr_destroy(&attributes);
-    posix_spawn_file_actions_destroy(&files);
+    const std::string beside = std::filesystem::path(own_program()).parent_path() / command.front();
+    std::vector<std::string> words = command;
+    if (access(beside.c_str(), X_OK) == 0) words.front() = beside;
+    const StartedProcess started = start_process(words, {.out = ends[1]});
+    pid_ = started.pid;
+    error_ = started.error;
     ::close(ends[1]);
     if (error_ == 0) {
       socket_ = ends[0];
     } else {
-      pid_ = -1;
       ::close(ends[0]);
     }
   }
@@ -408,7 +387,7 @@ class ChildProgram {
   {
     if (pid_ < 0) return;
     kill(pid_, SIGKILL);
-    waitpid(pid_, nullptr, 0);
+    wait_for_process(pid_);
   }
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;
