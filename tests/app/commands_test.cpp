@@ -37,34 +37,6 @@ TEST(Commands, HelpNamesEveryCommandWithAnExample)
   EXPECT_EQ(test::run_vrda({"--version"}).out, "vrda 0.1.0\n");
 }
 
-TEST(Commands, WrongUsageIsOneLineThatNamesTheWordAndTheHelp)
-{
-  struct Row {
-    std::vector<std::string> words;
-    test::Refusal refusal;
-  };
-  const std::string model = "a.h5";
-  for (const Row& row : {Row{{"foo"}, {"command", "", "\"foo\"", {"run", "merge", "vrda --help"}}},
-                         Row{{}, {"command", "", "nothing", {"run", "merge", "vrda --help"}}},
-                         Row{{"convert", "foo"},
-                             {"command", "", "\"foo\"", {"object", "mesh", "config", "vrda convert --help"}}},
-                         Row{{"smooth", model, "--degree", "21"},
-                             {"--degree", "", "\"21\"", {"0", "20", "vrda smooth --help"}}},
-                         Row{{"smooth", model, "--degree", "two"}, {"--degree", "", "\"two\"", "number"}},
-                         Row{{"export", model, "--to", "sto", "-o", "a.sto", "--rate", "0"},
-                             {"--rate", "", "\"0\"", {"0.001", "1e+06"}}},
-                         Row{{"export", model, "--to", "stl", "-o", "a.stl"},
-                             {"--to", "", "\"stl\"", {"sto", "mot", "csv", "gltf", "vtk"}}},
-                         Row{{"trace", model, "--flexion", "up"}, {"--flexion", "", "\"up\"", "number"}},
-                         Row{{"plan", "a.toml", "--shards", "0"}, {"--shards", "", "\"0\"", "number"}},
-                         Row{{"run", "a.toml", "--threads", "0"}, {"--threads", "", "\"0\""}},
-                         Row{{"run"}, {"", "", {"job", "vrda run --help"}}},
-                         Row{{"run", "a.toml", "--thraeds", "2"},
-                             {"run", "", "\"--thraeds\"", {"\"--threads\"", "vrda run --help"}}},
-                         Row{{"info", model, "b.h5"}, {"info", "", "\"b.h5\"", "argument"}}})
-    test::expect_refused(row.words, row.refusal);
-}
-
 TEST(Commands, CheckSaysWhatItUnderstood)
 {
   const test::Scratch scratch;
@@ -146,15 +118,6 @@ TEST(Commands, CheckOfASearchHasItsStepsAndNoLoads)
   EXPECT_EQ(json.at("grid").at("varus").at("count"), 5);
 }
 
-TEST(Commands, SetMayPrecedeTheJob)
-{
-  const test::Scratch scratch;
-  const std::string job = test::small_job(scratch).string();
-  const test::Ended ended = test::run_vrda({"check", "--set", "title=Other", "--set", "side=left", job});
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  for (const char* value : {"Other", "left"}) EXPECT_THAT(ended.out, test::reports("", value));
-}
-
 TEST(Commands, InfoOfNothingSolvedMeasuresNothing)
 {
   const test::Scratch scratch;
@@ -167,15 +130,6 @@ TEST(Commands, InfoOfNothingSolvedMeasuresNothing)
   EXPECT_EQ(json.at("remeasured").at("attitudes"), 0);
   EXPECT_TRUE(json.at("remeasured").at("largest_gap_mm").is_null());
   EXPECT_TRUE(json.at("remeasured").at("largest_penetration_mm").is_null());
-}
-
-TEST(Commands, CheckWarnsOfAnOverlapAtTheStart)
-{
-  const test::Scratch scratch;
-  const std::string job = test::small_job(scratch).string();
-  const test::Ended ended = test::run_vrda({"check", job, "--set", "moving.initial.translation_mm=[0,-3,0]"});
-  EXPECT_EQ(ended.exit_code, 0);
-  EXPECT_THAT(ended.out, test::warns("moving.initial.translation_mm"));
 }
 
 TEST(Commands, InfoReportsTheStabilityOfAnEquilibrium)
@@ -249,19 +203,6 @@ TEST(Commands, InfoOfFreeVarusReportsTheSolvedVarus)
   const store::MotionModel model = store::read_motion_model(output);
   EXPECT_EQ(grid.at("varus_found_deg").at("min"), model.varus_solved_deg.minCoeff());
   EXPECT_EQ(grid.at("varus_found_deg").at("max"), model.varus_solved_deg.maxCoeff());
-}
-
-TEST(Commands, ValidateListsWhatIsWrongWhere)
-{
-  const test::Scratch scratch;
-  const std::string output = (scratch.path() / "small.h5").string();
-  ASSERT_EQ(test::run_vrda({"run", test::small_job(scratch).string(), "-o", output}).exit_code, 0);
-  store::MotionModel model = store::read_motion_model(output);
-  model.tx_mm(0, 0) = std::numeric_limits<double>::quiet_NaN();
-  store::write_motion_model(output, model);
-  const test::Ended ended = test::run_vrda({"validate", output});
-  EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.out, test::reports("", {"/tx", "wanted"}));
 }
 
 TEST(Commands, ShapeWritesItsParts)

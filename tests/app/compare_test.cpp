@@ -25,18 +25,6 @@ TEST(DegreesOf, ReadsRangesAndLists)
   EXPECT_THAT(app::parse_degrees("0..1,20"), ElementsAre(0, 1, 20));
 }
 
-TEST(DegreesOf, RefusesInvalidLists)
-{
-  for (const std::string text :
-       {"", ",", "1,", "4..2", "1..", "..3", "21", "-1", "1..21", "six", "1...3", "1 2", "2.5"}) {
-    SCOPED_TRACE(text);
-    const InputError::Facts facts = test::input_error([&] { app::parse_degrees(text); });
-    EXPECT_EQ(facts.field, "--degrees");
-    EXPECT_EQ(facts.found, "\"" + text + "\"");
-    EXPECT_EQ(facts.wanted, "degrees from 0 to 20 as a range or a list: 1..12 or 2,4,6");
-  }
-}
-
 /// A small knee of 7 x 5 attitudes, solved.
 struct SolvedKnee {
   test::Scratch scratch;
@@ -153,30 +141,6 @@ TEST(SmoothCommand, RobustIsStoredAndStays)
   EXPECT_TRUE(set->is_robust);
   EXPECT_EQ(smooth().out, ended.out);
   EXPECT_EQ(test::sha256_of_file(knee.file), once);
-}
-
-/// Expects a refusal in one line, and no output.
-void expect_one_line(const test::Ended& ended, const test::Refusal& refusal)
-{
-  EXPECT_THAT(ended, test::refuses(refusal));
-  EXPECT_THAT(ended.out, IsEmpty());
-  EXPECT_EQ(test::n_lines(ended.err), 1);
-}
-
-TEST(CompareCommand, WhatIsWrongIsOneLineAndTwo)
-{
-  const SolvedKnee knee;
-  expect_one_line(knee.compare({"--degrees", "5..8"}),
-                  {"", "smooth.degrees", {"35", "7", "5"}, {"21", "degree 5", "degree 4"}});
-  expect_one_line(knee.compare({"--degrees", "two"}), {"vrda compare", "--degrees", "\"two\""});
-  EXPECT_EQ(knee.compare({"--refine", "-1"}).exit_code, 2);
-}
-
-TEST(CompareCommand, AJobThatFailedEverywhereHasNothingToCompare)
-{
-  SolvedKnee knee;
-  ASSERT_EQ(knee.run({"--set", "moving.initial.translation_mm=[500, -40, 0]"}).exit_code, 3);
-  expect_one_line(knee.compare({}), {knee.file, "/status", {"35", "no_contact"}, "stable"});
 }
 
 }  // namespace vrda::compare_test

@@ -207,16 +207,4 @@ TEST(ConvertMesh, ThereAndBackThroughEveryFormat)
   EXPECT_EQ(fs::file_size(stl), 84u + 50u * 4u);
 }
 
-TEST(Convert, EachOfItsCommandsHasAnExample)
-{
-  for (const std::string name : {"object", "mesh", "config"}) {
-    const test::Ended help = test::run_vrda({"convert", name, "--help"});
-    EXPECT_EQ(help.exit_code, 0);
-    EXPECT_THAT(help.out, HasSubstr("Example:\n  vrda convert " + name));
-    EXPECT_THAT(help.out, HasSubstr("--quiet"));
-  }
-  EXPECT_EQ(test::run_vrda({"convert"}).exit_code, 2);
-  EXPECT_EQ(test::run_vrda({"convert", "object", "knee"}).exit_code, 2);
-}
-
 }  // namespace vrda::convert_test

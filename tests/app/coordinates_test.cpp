@@ -7,7 +7,6 @@
 #include "app/scenes.hpp"
 #include "core/units.hpp"
 #include "store/motion_model.hpp"
-#include "support/messages.hpp"
 
 namespace vrda::coordinates_run_test {
 
@@ -96,21 +95,6 @@ TEST_F(CoordinateRun, FramesOfOneFlexionAreThoseOfTheGrid)
     EXPECT_NEAR(sequence.ty_mm(i, 0), grid.ty_mm(k, 0), 2e-4);
     EXPECT_NEAR(sequence.varus_solved_deg(i, 0), grid.varus_solved_deg(k, 0), 1e-2);
   }
-}
-
-TEST_F(CoordinateRun, ThreadsShardsAndStopsGiveTheSameBytes)
-{
-  const fs::path file = job(frames);
-  const fs::path whole = scratch_.path() / "whole.h5", parts = scratch_.path() / "parts.h5";
-  ASSERT_EQ(test::run_vrda({"run", file.string(), "-o", whole.string(), "--threads", "1"}).exit_code, 0);
-  const std::string wanted = test::text_of(whole);
-  ASSERT_EQ(test::run_vrda({"run", file.string(), "-o", parts.string(), "--threads", "3"}).exit_code, 0);
-  EXPECT_TRUE(test::text_of(parts) == wanted);
-  fs::remove(parts);
-  for (const char* shard : {"1/2", "2/2"})
-    ASSERT_EQ(test::run_vrda({"run", file.string(), "-o", parts.string(), "--shard", shard}).exit_code, 0);
-  ASSERT_EQ(test::run_vrda({"merge", "-o", parts.string()}).exit_code, 0);
-  EXPECT_TRUE(test::text_of(parts) == wanted);
 }
 
 TEST_F(CoordinateRun, OneDrivenRotationMakesASequence)

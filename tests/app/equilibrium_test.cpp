@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <csignal>
 #include <cstdio>
 
 #include "analysis/audit.hpp"
@@ -15,7 +14,6 @@
 namespace vrda::equilibrium_test {
 
 namespace fs = std::filesystem;
-using testing::Each;
 using testing::IsEmpty;
 
 std::vector<std::string> words(const fs::path& job, const fs::path& output,
@@ -72,19 +70,6 @@ TEST(EquilibriumRun, WithVarusFreeBothSidesTouchAndShareThePush)
   EXPECT_LE(measured.largest_gap.value_mm, touch_mm);
 }
 
-TEST(EquilibriumRun, AMirroredKneeGivesTheSameClinicalNumbersToTheLastBit)
-{
-  const test::Scratch scratch;
-  const store::MotionModel right = solved(scratch, test::small_knee_job(scratch, "right"), free_varus);
-  const store::MotionModel left = solved(scratch, test::small_knee_job(scratch, "left"), free_varus);
-  EXPECT_TRUE((right.varus_solved_deg == left.varus_solved_deg).all());
-  EXPECT_TRUE((right.clinical.internal_rotation_deg == left.clinical.internal_rotation_deg).all());
-  EXPECT_TRUE((right.clinical.varus_deg == left.clinical.varus_deg).all());
-  EXPECT_TRUE((right.clinical.anterior_mm == left.clinical.anterior_mm).all());
-  EXPECT_TRUE((right.clinical.lateral_mm == left.clinical.lateral_mm).all());
-  EXPECT_TRUE((right.equilibrium->energy_nmm == left.equilibrium->energy_nmm).all());
-}
-
 TEST(EquilibriumRun, OverTheGridItGoesAsFarAlongDeltaAsTheSearch)
 {
   const test::Scratch scratch;
@@ -100,29 +85,6 @@ TEST(EquilibriumRun, OverTheGridItGoesAsFarAlongDeltaAsTheSearch)
   EXPECT_EQ(measured.n_overlapping, 0);
   EXPECT_EQ(measured.n_nothing_ahead, 0);
   EXPECT_LE(measured.largest_gap.value_mm, touch_mm);
-}
-
-TEST(EquilibriumRun, ThreadsAndKillsChangeNoByte)
-{
-  const test::Scratch scratch;
-  const fs::path job = test::longer_knee_job(scratch);
-  std::vector<std::string> hashes;
-  for (const std::string threads : {"1", "2", "5"}) {
-    const fs::path output = scratch.path() / (threads + ".h5");
-    ASSERT_EQ(test::run_vrda(words(job, output, {"--threads", threads})).exit_code, 0);
-    hashes.push_back(test::sha256_of_file(output));
-  }
-  const fs::path killed = scratch.path() / "killed.h5", journal = killed.string() + ".journal";
-  for (const std::uintmax_t n_bytes : {20000u, 60000u}) {
-    test::Process process(test::vrda(words(job, killed, {})));
-    test::wait_for_bytes(process, journal, n_bytes);
-    ASSERT_TRUE(process.is_running()) << "ended before it could be killed";
-    process.send(SIGKILL);
-    EXPECT_EQ(process.wait().exit_code, -1);
-  }
-  ASSERT_EQ(test::run_vrda(words(job, killed, {})).exit_code, 0);
-  hashes.push_back(test::sha256_of_file(killed));
-  EXPECT_THAT(hashes, Each(hashes[0]));
 }
 
 std::string digits(const Eigen::RowVector3d& v)
@@ -212,35 +174,6 @@ TEST(EquilibriumRun, ItsTraceIsWholeMatchesTheModelAndChangesNothing)
     if (bytes.empty()) bytes = test::read_bytes(file);
     EXPECT_EQ(test::read_bytes(file), bytes);
   }
-}
-
-TEST(EquilibriumRun, AKilledTraceGoesOn)
-{
-  const test::Scratch scratch;
-  const fs::path job = test::longer_knee_job(scratch);
-  const fs::path whole = scratch.path() / "whole.h5", killed = scratch.path() / "killed.h5";
-  ASSERT_EQ(test::run_vrda(words(job, whole, {"--trace"})).exit_code, 0);
-  test::Process process(test::vrda(words(job, killed, {"--trace"})));
-  test::wait_for_bytes(process, killed.string() + ".trace.journal", 20000);
-  ASSERT_TRUE(process.is_running()) << "ended before it could be killed";
-  process.send(SIGKILL);
-  process.wait();
-  const test::Ended last = test::run_vrda(words(job, killed, {"--trace"}));
-  EXPECT_EQ(last.exit_code, 0) << last.err;
-  EXPECT_EQ(test::read_bytes(store::trace_name(killed.string())),
-            test::read_bytes(store::trace_name(whole.string())));
-}
-
-TEST(EquilibriumRun, ASearchThatCannotBeTracedIsRefused)
-{
-  const test::Scratch scratch;
-  const fs::path job = test::small_job(scratch);
-  EXPECT_THAT(test::run_vrda(words(job, scratch.path() / "a.h5", {"--trace", "--set", "grid.varus=free"})),
-              test::refuses({"", "grid.varus", {"\"free\"", "--trace"}}));
-  EXPECT_THAT(test::run_vrda({"run", job.string(), "-o", (scratch.path() / "a.h5").string(), "--trace",
-                              "--set", "solver.method=stability-search", "--set",
-                              "push.delta={ flexion_deg = [0, 4], value = [[0, 1, 0], [0.1, 1, 0]] }"}),
-              test::refuses({"", "push.delta", "--trace"}));
 }
 
 }  // namespace vrda::equilibrium_test

@@ -4,11 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <csignal>
 #include <iostream>
 #include <map>
 #include <random>
-#include <thread>
 
 #include "analysis/audit.hpp"
 #include "app/scenes.hpp"
@@ -231,40 +229,6 @@ TEST(GenericKnee, OneHashForEveryInstructionSet)
 }
 
 class GenericKneeHash : public testing::TestWithParam<std::string> {};
-
-TEST_P(GenericKneeHash, IsOneForThreadsProcessorFeaturesAndKills)
-{
-  const std::vector<std::string>& words = GetParam() == "equilibrium" ? equilibrium : search;
-  const std::string& job = words.front();
-  const test::Scratch scratch;
-  const fs::path two = scratch.path() / "two.h5", plain = scratch.path() / "plain.h5";
-  const std::string hash = test::sha256_of_file(solved_file(words));
-
-  test::Command without_avx = test::vrda({"run", job, "-o", plain.string(), "--progress", "none"});
-  without_avx.environment["GLIBC_TUNABLES"] = "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX2_Usable,-FMA_Usable";
-  ASSERT_EQ(test::run(without_avx).exit_code, 0);
-  EXPECT_EQ(test::sha256_of_file(plain), hash);
-
-  // Two threads, killed three times.
-  const fs::path journal = two.string() + ".journal";
-  std::uintmax_t written = 0;
-  for (int k = 0; k < 3; ++k) {
-    test::Process process(
-        test::vrda({"run", job, "-o", two.string(), "--threads", "2", "--progress", "none"}));
-    std::error_code ignored;
-    while (process.is_running() &&
-           (!fs::exists(journal) || fs::file_size(journal, ignored) < written + 200000)) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    ASSERT_TRUE(process.is_running());
-    process.send(SIGKILL);
-    process.wait();
-    written = fs::file_size(journal);
-  }
-  ASSERT_EQ(
-      test::run_vrda({"run", job, "-o", two.string(), "--threads", "2", "--progress", "none"}).exit_code, 0);
-  EXPECT_EQ(test::sha256_of_file(two), hash);
-}
 
 INSTANTIATE_TEST_SUITE_P(GenericKnee, GenericKneeHash, testing::Values("equilibrium", "search"),
                          [](const auto& method) { return method.param; });

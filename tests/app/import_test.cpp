@@ -20,24 +20,13 @@ using testing::HasSubstr;
 // remains.
 constexpr double same_pose = 1e-9;
 
-class Import : public testing::Test {
+class Import : public test::CommandTest {
  protected:
-  std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
-
   /// A solved grid of the two-ball knee; its job in `job_`.
   std::string solved_knee(const std::string& side)
   {
-    job_ = test::small_knee_job(scratch_, side).string();
-    const std::string file = path(side + ".h5");
-    succeed({"run", job_, "-o", file, "--progress", "none"});
-    return file;
-  }
-
-  static test::Ended succeed(const std::vector<std::string>& words)
-  {
-    test::Ended ended = test::run_vrda(words);
-    EXPECT_EQ(ended.exit_code, 0) << testing::PrintToString(words) << ended.err;
-    return ended;
+    job_ = path("knee_" + side + ".toml");
+    return CommandTest::solved_knee(side);
   }
 
   /// The frames of a walk: those of the solved grid, to and fro over time.
@@ -75,7 +64,6 @@ class Import : public testing::Test {
       ASSERT_NEAR(a.X_reference_moving[k], b.X_reference_moving[k], same_pose) << k;
   }
 
-  test::Scratch scratch_;
   std::string job_;
 };
 

@@ -7,7 +7,6 @@
 
 #include "app/scenes.hpp"
 #include "store/motion_model.hpp"
-#include "support/messages.hpp"
 
 namespace vrda::offset_test {
 
@@ -44,17 +43,6 @@ TEST_F(Offset, OfZeroIsTheJobWithoutTheKey)
 {
   const std::string bare = solved("bare.h5", {}), zero = solved("zero.h5", {"--set", key + "=0"});
   EXPECT_EQ(test::read_bytes(bare), test::read_bytes(zero));
-}
-
-TEST_F(Offset, GivesTheSameBytesForAnyNumberOfThreads)
-{
-  for (const std::string method : {"stability-search", "equilibrium"}) {
-    const std::vector<std::string> set{"--set", key + "=0.8", "--set", "solver.method=\"" + method + "\""};
-    std::vector<std::string> one = set, two = set;
-    one.insert(one.end(), {"--threads", "1"});
-    two.insert(two.end(), {"--threads", "2"});
-    EXPECT_EQ(test::read_bytes(solved(method + "1.h5", one)), test::read_bytes(solved(method + "2.h5", two)));
-  }
 }
 
 // The audit measures with Bullet and the directional gap, from the file alone.

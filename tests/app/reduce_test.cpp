@@ -14,19 +14,7 @@ namespace vrda::reduce_test {
 
 using nlohmann::json;
 
-class Reduce : public testing::Test {
- protected:
-  std::string solved_knee(const std::string& side)
-  {
-    const std::string file = (scratch_.path() / (side + ".h5")).string();
-    const test::Ended run = test::run_vrda(
-        {"run", test::small_knee_job(scratch_, side).string(), "-o", file, "--progress", "none"});
-    EXPECT_EQ(run.exit_code, 0) << run.err;
-    return file;
-  }
-
-  test::Scratch scratch_;
-};
+class Reduce : public test::CommandTest {};
 
 std::vector<std::vector<std::string>> fields_of(const std::string& text)
 {
@@ -130,30 +118,6 @@ TEST_F(Reduce, ABandThatTheGridCutsOffIsAWarning)
   EXPECT_THAT(test::run_vrda({"reduce", file}).err, test::warns(file, {"3", "7", "grid.varus"}));
   EXPECT_THAT(test::run_vrda({"info", file}).out, test::reports("", {"3", "7", "grid.varus"}));
   EXPECT_EQ(json::parse(test::run_vrda({"info", file, "--json"}).out).at("zero_varus_cut_off"), 3);
-}
-
-TEST_F(Reduce, AMirroredLeftKneeGivesTheSameCurves)
-{
-  const auto curves = [&](const std::string& side) {
-    return json::parse(test::run_vrda({"reduce", solved_knee(side), "--json"}).out);
-  };
-  const json right = curves("right"), left = curves("left");
-  for (const std::string name : {"varus_deg", "clinical_flexion_deg", "clinical_varus_deg",
-                                 "internal_rotation_deg", "anterior_mm", "proximal_mm", "lateral_mm"}) {
-    SCOPED_TRACE(name);
-    for (std::size_t i = 0; i < 7; ++i) {
-      EXPECT_NEAR(right.at("flexions")[i].at(name).get<double>(),
-                  left.at("flexions")[i].at(name).get<double>(), 1e-9);
-    }
-  }
-  for (const std::string name :
-       {"helical_rotation_deg", "medial_rolling_mm", "medial_sliding_mm", "lateral_rolling_mm"}) {
-    SCOPED_TRACE(name);
-    for (std::size_t k = 0; k < 6; ++k) {
-      EXPECT_NEAR(right.at("steps")[k].at(name).get<double>(), left.at("steps")[k].at(name).get<double>(),
-                  1e-9);
-    }
-  }
 }
 
 TEST_F(Reduce, PosesOfASmoothedSet)

@@ -104,6 +104,13 @@ void models(const Scratch& scratch)
   scratch.write("changed.h5", bytes);
 }
 
+/// A finished submission.
+void submitted(const Scratch& scratch)
+{
+  test::small_job(scratch);
+  run_in(scratch, {"submit", "small.toml", "--shards", "2", "--local", "-o", "sub"});
+}
+
 void sample_model(const Scratch& scratch)
 {
   const auto path = [&](const char* name) { return (scratch.path() / name).string(); };
@@ -158,6 +165,7 @@ const test::Scenes scenes{
     {"models", copied<models>},
     {"sample_model", copied<sample_model>},
     {"scanned_knee", copied<scanned_knee>},
+    {"submitted", copied<submitted>},
     {"two_boxes", two_boxes},
 };
 

@@ -14,17 +14,8 @@ namespace vrda::repair_command_test {
 
 using nlohmann::json;
 
-class RepairCommand : public testing::Test {
+class RepairCommand : public test::CommandTest {
  protected:
-  std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
-
-  static test::Ended succeed(const std::vector<std::string>& words)
-  {
-    test::Ended ended = test::run_vrda(words);
-    EXPECT_EQ(ended.exit_code, 0) << testing::PrintToString(words) << ended.err;
-    return ended;
-  }
-
   /// Solved poses of the two-ball knee, pushed together by 1.2 mm in the middle and apart by 0.8 mm at the
   /// end.
   std::string measured_walk(const std::string& side)
@@ -53,8 +44,6 @@ class RepairCommand : public testing::Test {
   {
     return {"repair", file, "-o", output, "--noise-mm", "0.5", "--noise-deg", "1,1,0.5", "--gap-mm", "0"};
   }
-
-  test::Scratch scratch_;
 };
 
 TEST_F(RepairCommand, NothingOverlapsAndTheMeasuredPosesAreKept)

@@ -15,17 +15,8 @@ namespace vrda::report_test {
 
 using nlohmann::json;
 
-class ReportCommand : public testing::Test {
+class ReportCommand : public test::CommandTest {
  protected:
-  std::string solved_knee(const std::string& side)
-  {
-    const std::string file = (scratch_.path() / (side + ".h5")).string();
-    const test::Ended run = test::run_vrda(
-        {"run", test::small_knee_job(scratch_, side).string(), "-o", file, "--progress", "none"});
-    EXPECT_EQ(run.exit_code, 0) << run.err;
-    return file;
-  }
-
   std::string folder() const { return (scratch_.path() / "report").string(); }
 
   static test::Ended report(std::vector<std::string> words)
@@ -42,8 +33,6 @@ class ReportCommand : public testing::Test {
     test::expect_refused(arguments, refusal);
     EXPECT_FALSE(std::filesystem::exists(folder()));
   }
-
-  test::Scratch scratch_;
 };
 
 TEST_F(ReportCommand, WritesOnePageAndPrintsItsPath)

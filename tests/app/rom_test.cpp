@@ -13,10 +13,8 @@ namespace vrda::rom_command_test {
 
 using nlohmann::json;
 
-class RomCommand : public testing::Test {
+class RomCommand : public test::CommandTest {
  protected:
-  std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
-
   std::vector<std::string> words(const std::string& folder, const std::vector<std::string>& more = {}) const
   {
     std::vector<std::string> all{"rom",        hip_,      "-o",        path(folder), "--flexion",
@@ -25,14 +23,6 @@ class RomCommand : public testing::Test {
     return all;
   }
 
-  test::Ended succeed(const std::vector<std::string>& command) const
-  {
-    test::Ended ended = test::run_vrda(command);
-    EXPECT_EQ(ended.exit_code, 0) << testing::PrintToString(command) << ended.err;
-    return ended;
-  }
-
-  test::Scratch scratch_;
   std::string hip_ = VRDA_SOURCE_DIR "/jobs/hip-generic.toml";
 };
 

@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <csignal>
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
@@ -59,109 +58,34 @@ TEST(Run, TheDefaultOutputIsNamedAfterTheJob)
   EXPECT_TRUE(fs::exists(scratch.path() / "results/small/small.h5"));
 }
 
-TEST(Run, ThreadsAndProcessorFeaturesChangeNoByte)
-{
-  const test::Scratch scratch;
-  const std::string job = test::small_knee_job(scratch, "right").string();
-  std::vector<std::string> hashes;
-  for (const std::string threads : {"1", "2", "5"}) {
-    const fs::path output = scratch.path() / (threads + ".h5");
-    ASSERT_EQ(test::run_vrda({"run", job, "-o", output.string(), "--threads", threads}).exit_code, 0);
-    hashes.push_back(test::sha256_of_file(output));
-  }
-  test::Command plain = test::vrda({"run", job, "-o", (scratch.path() / "plain.h5").string()});
-  plain.environment["GLIBC_TUNABLES"] = "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX2_Usable,-FMA_Usable";
-  ASSERT_EQ(test::run(plain).exit_code, 0);
-  hashes.push_back(test::sha256_of_file(scratch.path() / "plain.h5"));
-  EXPECT_THAT(hashes, testing::Each(hashes[0]));
-}
-
-TEST(Run, KilledThreeTimesItGoesOnAndGivesTheSameBytes)
-{
-  const test::Scratch scratch;
-  const std::string job = test::longer_knee_job(scratch).string();
-  const fs::path whole = scratch.path() / "whole.h5", killed = scratch.path() / "killed.h5";
-  const fs::path journal = killed.string() + ".journal";
-  ASSERT_EQ(test::run_vrda({"run", job, "-o", whole.string()}).exit_code, 0);
-  std::uintmax_t written = 0;
-  for (int k = 0; k < 3; ++k) {
-    test::Process process(test::vrda({"run", job, "-o", killed.string()}));
-    test::wait_for_bytes(process, journal, written + 3000);
-    ASSERT_TRUE(process.is_running()) << "ended before it could be killed";
-    process.send(SIGKILL);
-    EXPECT_EQ(process.wait().exit_code, -1);
-    ASSERT_TRUE(fs::exists(journal));
-    EXPECT_FALSE(fs::exists(killed));
-    written = fs::file_size(journal);
-    EXPECT_THAT(store::validate_hdf5(killed.string() + ".start.h5"), IsEmpty());
-  }
-  const test::Ended last = test::run_vrda({"run", job, "-o", killed.string()});
-  EXPECT_EQ(last.exit_code, 0);
-  EXPECT_THAT(last.err, test::reports("resuming", journal.string()));
-  EXPECT_EQ(test::sha256_of_file(killed), test::sha256_of_file(whole));
-}
-
-TEST(Run, AnInterruptFinishesTheStepsInHandAndIsResumable)
-{
-  const test::Scratch scratch;
-  const std::string job = test::longer_knee_job(scratch).string();
-  const fs::path output = scratch.path() / "knee.h5", journal = output.string() + ".journal";
-  std::signal(SIGHUP, SIG_DFL);  // as if not under nohup
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    test::Process process(test::vrda({"run", job, "-o", output.string()}));
-    test::wait_for_bytes(process, journal, (fs::exists(journal) ? fs::file_size(journal) : 0) + 2000);
-    process.send(signal);
-    const test::Ended ended = process.wait();
-    EXPECT_EQ(ended.exit_code, 4);
-    EXPECT_THAT(ended.err, test::reports("interrupted", journal.string()));
-  }
-  EXPECT_EQ(test::run_vrda({"run", job, "-o", output.string()}).exit_code, 0);
-}
-
-TEST(Run, ADamagedTailIsDroppedWithAMessageAndSolvedAgain)
-{
-  const test::Scratch scratch;
-  const std::string job = test::longer_knee_job(scratch).string();
-  const fs::path whole = scratch.path() / "whole.h5", output = scratch.path() / "knee.h5";
-  ASSERT_EQ(test::run_vrda({"run", job, "-o", whole.string()}).exit_code, 0);
-  const fs::path journal = output.string() + ".journal";
-  {
-    test::Process process(test::vrda({"run", job, "-o", output.string()}));
-    test::wait_for_bytes(process, journal, 6000);
-    process.send(SIGKILL);
-    process.wait();
-  }
-  std::string bytes = test::read_bytes(journal);
-  ASSERT_GT(bytes.size(), 4000u);
-  bytes.resize(bytes.size() - 1000);
-  bytes[bytes.size() - 200] = static_cast<char>(bytes[bytes.size() - 200] ^ 0x10);
-  scratch.write("knee.h5.journal", bytes);
-  const test::Ended ended = test::run_vrda({"run", job, "-o", output.string()});
-  EXPECT_EQ(ended.exit_code, 0);
-  EXPECT_THAT(ended.err, test::warns(journal.string()));
-  EXPECT_EQ(test::sha256_of_file(output), test::sha256_of_file(whole));
-}
-
 TEST(Run, AMirroredLeftKneeGivesTheSameClinicalNumbersToTheLastBit)
 {
   const test::Scratch scratch;
-  const std::string right = (scratch.path() / "right.h5").string(),
-                    left = (scratch.path() / "left.h5").string();
-  ASSERT_EQ(test::run_vrda({"run", test::small_knee_job(scratch, "right").string(), "-o", right}).exit_code,
-            0);
-  ASSERT_EQ(test::run_vrda({"run", test::small_knee_job(scratch, "left").string(), "-o", left}).exit_code, 0);
-  const store::MotionModel r = store::read_motion_model(right), l = store::read_motion_model(left);
-  ASSERT_EQ(r.side, "right");
-  ASSERT_EQ(l.side, "left");
-  EXPECT_TRUE((r.status == l.status).all());
-  EXPECT_TRUE((r.clinical.internal_rotation_deg == l.clinical.internal_rotation_deg).all());
-  EXPECT_TRUE((r.clinical.flexion_deg == l.clinical.flexion_deg).all());
-  EXPECT_TRUE((r.clinical.varus_deg == l.clinical.varus_deg).all());
-  EXPECT_TRUE((r.clinical.anterior_mm == l.clinical.anterior_mm).all());
-  EXPECT_TRUE((r.clinical.proximal_mm == l.clinical.proximal_mm).all());
-  EXPECT_TRUE((r.clinical.lateral_mm == l.clinical.lateral_mm).all());
-  EXPECT_TRUE((r.gap_medial_mm == l.gap_medial_mm).all());
-  EXPECT_TRUE((r.tz_mm == -l.tz_mm).all());
+  const auto solved = [&](const std::string& side, const std::vector<std::string>& more) {
+    const std::string file = (scratch.path() / (side + ".h5")).string();
+    std::vector<std::string> words{"run", test::small_knee_job(scratch, side).string(), "-o", file,
+                                   "--replace"};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(test::run_vrda(words).exit_code, 0);
+    return store::read_motion_model(file);
+  };
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{}, {"--set", "solver.method=equilibrium", "--set", "grid.varus=free"}}) {
+    SCOPED_TRACE(testing::PrintToString(more));
+    const store::MotionModel r = solved("right", more), l = solved("left", more);
+    ASSERT_EQ(r.side, "right");
+    ASSERT_EQ(l.side, "left");
+    EXPECT_TRUE((r.status == l.status).all());
+    for (const auto surface :
+         {&store::ClinicalSurfaces::internal_rotation_deg, &store::ClinicalSurfaces::flexion_deg,
+          &store::ClinicalSurfaces::varus_deg, &store::ClinicalSurfaces::anterior_mm,
+          &store::ClinicalSurfaces::proximal_mm, &store::ClinicalSurfaces::lateral_mm})
+      EXPECT_TRUE((r.clinical.*surface == l.clinical.*surface).all());
+    EXPECT_TRUE((r.varus_solved_deg == l.varus_solved_deg).all());
+    EXPECT_TRUE((r.gap_medial_mm == l.gap_medial_mm).all());
+    EXPECT_TRUE((r.tz_mm == -l.tz_mm).all());
+    EXPECT_TRUE(!r.equilibrium || (r.equilibrium->energy_nmm == l.equilibrium->energy_nmm).all());
+  }
 }
 
 TEST(Run, MoreUnsolvedThanAllowedExitsWithThree)

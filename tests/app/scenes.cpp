@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <map>
 #include <stdexcept>
 #include <thread>
 
@@ -95,6 +96,39 @@ load = "varus_moment"
 sd = 100
 from = -200
 to = 200
+)";
+
+const std::string coarse_knee_text = R"(
+[reference]
+[[reference.component]]
+name = "femur"
+generate = { shape = "knee", part = "femur", resolution = 0.5 }
+[moving]
+[[moving.component]]
+name = "tibia"
+generate = { shape = "knee", part = "tibia", resolution = 0.5 }
+[ligaments]
+generate = { shape = "knee" }
+[grid]
+flexion = { from = 0, to = 30, step = 10 }
+varus = "free"
+[smooth]
+degrees = [1]
+)";
+
+const std::string stiffness_and_strain = R"(
+[uncertainty]
+samples = 48
+[[uncertainty.parameter]]
+quantity = "stiffness"
+distribution = "lognormal"
+sd = 0.3
+[[uncertainty.parameter]]
+quantity = "reference_strain"
+shared_by = "fibre"
+correlation = 0.5
+distribution = "normal"
+sd = 0.01
 )";
 
 Command vrda(const std::vector<std::string>& words)
@@ -204,6 +238,26 @@ void expect_run_refused(const std::filesystem::path& job, const std::filesystem:
 {
   expect_refused({"run", job.string(), "-o", output.string(), "--progress", "none"}, refusal);
   EXPECT_FALSE(std::filesystem::exists(output));
+}
+
+Ended CommandTest::succeed(const std::vector<std::string>& words)
+{
+  Ended ended = run_vrda(words);
+  EXPECT_EQ(ended.exit_code, 0) << testing::PrintToString(words) << ended.err;
+  return ended;
+}
+
+std::string CommandTest::solved_knee(const std::string& side) const
+{
+  // Solved once in a program.
+  static std::map<std::string, std::string> models;
+  const std::string job = small_knee_job(scratch_, side).string(), file = path(side + ".h5");
+  if (models.count(side) == 0) {
+    succeed({"run", job, "-o", file, "--progress", "none", "--replace"});
+    models[side] = read_bytes(file);
+  }
+  scratch_.write(side + ".h5", models[side]);
+  return file;
 }
 
 std::ptrdiff_t n_lines(const std::string& text)

@@ -45,6 +45,22 @@ Ended expect_refused(const std::vector<std::string>& words, const Refusal& refus
 void expect_run_refused(const std::filesystem::path& job, const std::filesystem::path& output,
                         const Refusal& refusal);
 
+/// A job of the generic knee, coarse, varus free; 48 samples of uncertain stiffnesses and strains for it.
+extern const std::string coarse_knee_text;
+extern const std::string stiffness_and_strain;
+
+/// A test in a folder of its own.
+class CommandTest : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
+  /// Expects exit code 0.
+  static Ended succeed(const std::vector<std::string>& words);
+  /// A solved model of small_knee_job(), SIDE.h5; its job and meshes are next to it.
+  std::string solved_knee(const std::string& side) const;
+
+  Scratch scratch_;
+};
+
 /// Number of lines.
 std::ptrdiff_t n_lines(const std::string& text);
 

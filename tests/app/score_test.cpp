@@ -15,19 +15,8 @@ using nlohmann::json;
 // Digits of an exported table.
 constexpr double table_digits = 1e-5;
 
-class ScoreCommand : public testing::Test {
+class ScoreCommand : public test::CommandTest {
  protected:
-  std::string solved_knee(const std::string& side)
-  {
-    const std::string file = path(side + ".h5");
-    const test::Ended run = test::run_vrda(
-        {"run", test::small_knee_job(scratch_, side).string(), "-o", file, "--progress", "none"});
-    EXPECT_EQ(run.exit_code, 0) << run.err;
-    return file;
-  }
-
-  std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
-
   /// The model's motion over flexion as a table, the measurement of these tests.
   std::string exported(const std::string& model, const std::string& varus)
   {
@@ -58,8 +47,6 @@ class ScoreCommand : public testing::Test {
     words.insert(words.begin(), "score");
     test::expect_refused(words, refusal);
   }
-
-  test::Scratch scratch_;
 };
 
 TEST_F(ScoreCommand, AModelAgainstItsOwnExportHasNoError)
@@ -79,19 +66,6 @@ TEST_F(ScoreCommand, AModelAgainstItsOwnExportHasNoError)
       EXPECT_LT(n == 0 ? 0.0 : of.at("rms").get<double>(), table_digits) << name;
     }
   }
-}
-
-TEST_F(ScoreCommand, AMirroredKneeHasEqualScores)
-{
-  std::array<json, 2> found;
-  for (const std::string side : {"right", "left"}) {
-    const std::string model = solved_knee(side);
-    json& of = found[side == "left"];
-    of = scored({model, "--against", model, "--rows", "3:30", "--align", "rigid", "--fit-rows", "1:20"});
-    EXPECT_EQ(of.at("align").at("status"), "converged");
-  }
-  EXPECT_EQ(found[0].at("coordinates"), found[1].at("coordinates"));
-  EXPECT_EQ(found[0].at("frames"), found[1].at("frames"));
 }
 
 TEST_F(ScoreCommand, AnOffsetOfTheFirstHalfIsTakenFromTheSecond)

@@ -198,36 +198,6 @@ TEST(Submit, AModelOfAnotherRunIsNotReplaced)
   EXPECT_FALSE(fs::exists(scratch.path() / "sub/submission.json"));
 }
 
-TEST(Task, RefusesTasksThatAreNotOfTheSubmission)
-{
-  const test::Scratch scratch;
-  const std::string folder = (scratch.path() / "sub").string();
-  const auto task = [&](const std::vector<std::string>& words) {
-    std::vector<std::string> all{"task", folder};
-    all.insert(all.end(), words.begin(), words.end());
-    return test::run_vrda(all);
-  };
-  EXPECT_THAT(task({"--kind", "run"}), test::refuses({.file = "submission.json"}));
-  ASSERT_EQ(
-      test::run_vrda({"submit", test::small_job(scratch).string(), "--shards", "2", "--local", "-o", folder})
-          .exit_code,
-      0);
-  struct Row {
-    std::vector<std::string> words;
-    test::Refusal refusal;
-  };
-  for (const Row& row : {Row{{"--kind", "runs"}, {"--kind", "", "runs"}},
-                         Row{{"--kind", "spine", "--case", "smal"}, {"--case", "", "smal", "small"}},
-                         Row{{"--kind", "spine", "--first", "2"}, {"--first", "", "2", "1"}},
-                         Row{{"--kind", "shard", "--shard", "3"}, {"--shard", "", "3", {"1", "2"}}}}) {
-    const test::Ended ended = task(row.words);
-    EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
-    EXPECT_THAT(ended, test::refuses(row.refusal));
-  }
-  // A requeued task of a case that was finished meanwhile.
-  EXPECT_EQ(task({"--kind", "shard", "--shard", "2"}).exit_code, 0);
-}
-
 TEST_F(FakeSlurm, SubmitPrintsTheIdsOfJobsThatWaitForEachOther)
 {
   const test::Ended ended = submit({"--shards", "3", "--max-parallel", "2", "--partition", "batch"});
@@ -359,12 +329,6 @@ TEST_F(FakeSlurm, WithoutSlurmOneLineNamesTheOtherWay)
   EXPECT_EQ(without.exit_code, 2);
   EXPECT_THAT(without.err, test::reports("", "--local"));
   EXPECT_FALSE(fs::exists(scratch_.path() / "none"));
-}
-
-TEST_F(FakeSlurm, ATimeLimitAndMemoryAreRequired)
-{
-  EXPECT_THAT(run({"submit", job_.string(), "--mem", "1G"}), test::refuses({.file = "--time"}));
-  EXPECT_THAT(run({"submit", job_.string(), "--time", "10"}), test::refuses({.file = "--mem"}));
 }
 
 // A spine journal that another process holds: its task waits, and can be interrupted there.

@@ -103,41 +103,6 @@ TEST(Trace, ALeftJointMirrorsTheRightOne)
   EXPECT_EQ(r.contacts.normal.col(2), -l.contacts.normal.col(2));
 }
 
-TEST(Trace, ThreadsChangeNoByte)
-{
-  std::vector<std::string> hashes;
-  for (const std::string threads : {"1", "2", "5"}) {
-    const Traced run("knee", {"--threads", threads});
-    ASSERT_EQ(run.ended.exit_code, 0);
-    hashes.push_back(test::sha256_of_file(run.trace_file()));
-  }
-  EXPECT_THAT(hashes, testing::Each(hashes[0]));
-}
-
-TEST(Trace, KilledThreeTimesItGoesOnAndGivesTheSameBytes)
-{
-  const test::Scratch scratch;
-  const std::string job = test::longer_knee_job(scratch).string();
-  const fs::path whole = scratch.path() / "whole.h5", killed = scratch.path() / "killed.h5";
-  const fs::path journal = killed.string() + ".journal";
-  ASSERT_EQ(test::run_vrda({"run", job, "-o", whole.string(), "--trace"}).exit_code, 0);
-  std::uintmax_t written = 0;
-  for (int k = 0; k < 3; ++k) {
-    test::Process process(test::vrda({"run", job, "-o", killed.string(), "--trace"}));
-    test::wait_for_bytes(process, journal, written + 3000);
-    ASSERT_TRUE(process.is_running()) << "ended before it could be killed";
-    process.send(SIGKILL);
-    EXPECT_EQ(process.wait().exit_code, -1);
-    written = fs::file_size(journal);
-  }
-  const test::Ended last = test::run_vrda({"run", job, "-o", killed.string(), "--trace"});
-  EXPECT_EQ(last.exit_code, 0) << last.err;
-  EXPECT_THAT(last.err, test::reports("resuming", journal.string()));
-  EXPECT_EQ(test::sha256_of_file(store::trace_name(killed.string())),
-            test::sha256_of_file(store::trace_name(whole.string())));
-  EXPECT_EQ(test::sha256_of_file(killed), test::sha256_of_file(whole));
-}
-
 TEST(Trace, StepsSolvedWithoutTraceAreOneMessageAndFreshIsTheWay)
 {
   const test::Scratch scratch;

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -18,48 +17,11 @@ namespace vrda::uncertainty_test {
 namespace fs = std::filesystem;
 using testing::IsEmpty;
 
-// The generic knee, coarse: 4 flexions, varus free.
-std::string knee_text(const std::string& uncertainty)
-{
-  return R"(
-[reference]
-[[reference.component]]
-name = "femur"
-generate = { shape = "knee", part = "femur", resolution = 0.5 }
-[moving]
-[[moving.component]]
-name = "tibia"
-generate = { shape = "knee", part = "tibia", resolution = 0.5 }
-[ligaments]
-generate = { shape = "knee" }
-[grid]
-flexion = { from = 0, to = 30, step = 10 }
-varus = "free"
-[smooth]
-degrees = [1]
-)" + uncertainty;
-}
-
-constexpr const char* stiffness_and_strain = R"(
-[uncertainty]
-samples = 48
-[[uncertainty.parameter]]
-quantity = "stiffness"
-distribution = "lognormal"
-sd = 0.3
-[[uncertainty.parameter]]
-quantity = "reference_strain"
-shared_by = "fibre"
-correlation = 0.5
-distribution = "normal"
-sd = 0.01
-)";
-
 fs::path job_of(const test::Scratch& scratch, const std::string& uncertainty)
 {
   static int n = 0;
   const std::string name = "knee_" + std::to_string(n++) + ".toml";
-  scratch.write(name, knee_text(uncertainty));
+  scratch.write(name, test::coarse_knee_text + uncertainty);
   return scratch.path() / name;
 }
 
@@ -80,52 +42,15 @@ store::MotionModel solved(const test::Scratch& scratch, const std::string& uncer
   return store::read_motion_model(output.string());
 }
 
-TEST(Uncertainty, AnyNumberOfThreadsAndShardsGivesTheSameBytes)
-{
-  const test::Scratch scratch;
-  const fs::path job = job_of(scratch, stiffness_and_strain);
-  const fs::path one = scratch.path() / "one.h5", two = scratch.path() / "two.h5",
-                 four = scratch.path() / "four.h5";
-  ASSERT_EQ(run(job, one, {"--threads", "1"}).exit_code, 0);
-  ASSERT_EQ(run(job, two, {"--threads", "2"}).exit_code, 0);
-  EXPECT_EQ(test::sha256_of_file(two), test::sha256_of_file(one));
-  for (int shard = 1; shard <= 4; ++shard)
-    ASSERT_EQ(run(job, four, {"--shard", std::to_string(shard) + "/4"}).exit_code, 0);
-  const test::Ended merged = test::run_vrda({"merge", "-o", four.string()});
-  ASSERT_EQ(merged.exit_code, 0) << merged.err;
-  EXPECT_EQ(test::sha256_of_file(four), test::sha256_of_file(one));
-}
-
 TEST(Uncertainty, AShardThatIsMissingIsNamedWithItsSamples)
 {
   const test::Scratch scratch;
-  const fs::path job = job_of(scratch, stiffness_and_strain), output = scratch.path() / "knee.h5";
+  const fs::path job = job_of(scratch, test::stiffness_and_strain), output = scratch.path() / "knee.h5";
   // Four flexions: the fifth of five shards has samples only.
   for (int shard = 1; shard <= 4; ++shard)
     ASSERT_EQ(run(job, output, {"--shard", std::to_string(shard) + "/5"}).exit_code, 0);
   EXPECT_THAT(test::run_vrda({"merge", "-o", output.string()}),
               test::refuses({output.string(), "journals", {"9", "48", "shard 5 of 5"}}));
-}
-
-TEST(Uncertainty, KilledAmongItsSamplesItGoesOnAndGivesTheSameBytes)
-{
-  const test::Scratch scratch;
-  const fs::path job = job_of(scratch, stiffness_and_strain), whole = scratch.path() / "whole.h5";
-  const fs::path killed = scratch.path() / "killed.h5", spine = scratch.path() / "spine.h5";
-  ASSERT_EQ(run(job, whole).exit_code, 0);
-  ASSERT_EQ(run(job, spine, {"--spine"}).exit_code, 0);
-  const std::uintmax_t n_spine = fs::file_size(store::spine_journal_of(spine));
-  {
-    test::Process process(test::vrda({"run", job.string(), "-o", killed.string(), "--threads", "1"}));
-    test::wait_for_bytes(process, killed.string() + ".journal",
-                         n_spine + 12000);  // bands, cells, some samples
-    ASSERT_TRUE(process.is_running()) << "ended before it could be killed";
-    process.send(SIGKILL);
-    process.wait();
-  }
-  ASSERT_FALSE(fs::exists(killed));
-  ASSERT_EQ(run(job, killed).exit_code, 0);
-  EXPECT_EQ(test::sha256_of_file(killed), test::sha256_of_file(whole));
 }
 
 TEST(Uncertainty, WithoutSpreadEverySampleIsTheJob)
@@ -245,7 +170,7 @@ TEST(Uncertainty, FramesHaveSamplesToo)
 {
   const test::Scratch scratch;
   scratch.write("frames.csv", "time_s,flexion_deg\n0,20\n0.5,5\n1,20\n");
-  std::string text = knee_text(R"(
+  std::string text = test::coarse_knee_text + (R"(
 [uncertainty]
 samples = 10
 [[uncertainty.parameter]]
@@ -278,7 +203,7 @@ to = 3
 TEST(Uncertainty, BandsArePrintedAsTablesAndJson)
 {
   const test::Scratch scratch;
-  const fs::path job = job_of(scratch, stiffness_and_strain), output = scratch.path() / "knee.h5";
+  const fs::path job = job_of(scratch, test::stiffness_and_strain), output = scratch.path() / "knee.h5";
   ASSERT_EQ(run(job, output).exit_code, 0);
   const store::UncertainMotion motion = *store::read_motion_model(output.string()).uncertainty;
   const test::Ended bands = test::run_vrda({"bands", output.string()});
@@ -302,15 +227,6 @@ TEST(Uncertainty, BandsArePrintedAsTablesAndJson)
   const fs::path certain = job_of(scratch, ""), without = scratch.path() / "certain.h5";
   ASSERT_EQ(run(certain, without).exit_code, 0);
   test::expect_refused({"bands", without.string()}, {.file = without.string(), .field = "/uncertainty"});
-}
-
-TEST(Uncertainty, TheStabilitySearchHasNoSamples)
-{
-  const test::Scratch scratch;
-  const fs::path job = job_of(scratch, stiffness_and_strain);
-  test::expect_refused({"run", job.string(), "-o", (scratch.path() / "knee.h5").string(), "--set",
-                        "solver.method=stability-search", "--set", "grid.varus={from=0,to=1,step=1}"},
-                       {.field = "uncertainty", .wanted = "equilibrium"});
 }
 
 }  // namespace vrda::uncertainty_test
