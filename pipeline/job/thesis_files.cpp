@@ -851,8 +851,8 @@ std::string components_text(const std::string& body, const std::vector<std::stri
   for (const std::string& model : models) {
     const std::string file = prefix + model + ".obj";
     text += line("\n[[" + body + ".component]]");
-    text += line("name = " + core::value_text({model}));
-    text += line("file = " + core::value_text({file}));
+    text += line("name = " + core::value_text(model));
+    text += line("file = " + core::value_text(file));
   }
   return text;
 }
@@ -868,7 +868,7 @@ std::string moving_text(const KeywordConfiguration& c, const std::string& folder
   // theta has the right-knee sign, which is reversed on a left knee.
   const double theta_deg = -c.turn_deg;
   std::string text = line("\n[moving]");
-  text += line("name = " + core::value_text({c.moving.front()}));
+  text += line("name = " + core::value_text(c.moving.front()));
   text += line("# anterior, proximal, right");
   text += line("initial = { translation_mm = " + list_of(canonical(c.position_mm)) +
                ", theta_deg = " + shortest_decimal(theta_deg) + " }");
@@ -904,7 +904,7 @@ std::string player_text(const KeywordConfiguration& c)
                  std::to_string((*c.display_px)[1]) + "]");
   }
   if (c.zoom) text += line("zoom = " + shortest_decimal(*c.zoom));
-  if (!c.render.empty()) text += line("render = " + core::value_text({c.render}));
+  if (!c.render.empty()) text += line("render = " + core::value_text(c.render));
   for (const auto& [number, view] : c.views) {
     text += line("\n[[player.view]]");
     text += line("number = " + std::to_string(number));
@@ -918,19 +918,19 @@ std::string player_text(const KeywordConfiguration& c)
 
 std::string job_text(const KeywordConfiguration& c, const JobTextOptions& places)
 {
-  std::string text = line("# From the keyword configuration " + core::value_text({places.source}) +
+  std::string text = line("# From the keyword configuration " + core::value_text(places.source) +
                           "; conversion: schemas/legacy-formats.md.");
-  text += line("title = " + core::value_text({places.title}));
+  text += line("title = " + core::value_text(places.title));
   text += line("joint = \"knee\"");
   text += line("side = \"left\"");
   text += line("\n# Thesis 5.2: X from medial to lateral of a left knee, Y up, Z forward (OpenGL view).");
   text += line("[frame]");
-  text += line("unit = " + core::value_text({places.unit}));
+  text += line("unit = " + core::value_text(places.unit));
   text += line("anterior = \"+Z\"");
   text += line("proximal = \"+Y\"");
   text += line("right = \"-X\"");
   text += line("\n[reference]");
-  text += line("name = " + core::value_text({c.reference.front()}));
+  text += line("name = " + core::value_text(c.reference.front()));
   text += components_text("reference", c.reference, places.models_folder);
   text += moving_text(c, places.models_folder);
   text += solving_text(c);
