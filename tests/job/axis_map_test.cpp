@@ -15,7 +15,7 @@ job::Job job_with_frame(const test::Scratch& scratch, const std::string& frame)
   return job::read_job(scratch.write("job.toml", test::small_job("[frame]\n" + frame)).string());
 }
 
-TEST(AxisMap, WordsNameTheNativeAxisOfEachCanonicalOne)
+TEST(AxisMap, words)
 {
   const test::Scratch scratch;
   // Image axes: X the subject's left, Y posterior, Z up.
@@ -37,7 +37,7 @@ int handedness_of(const std::string& anterior, const std::string& proximal, cons
   }
 }
 
-TEST(AxisMap, EveryMapIsARotationOrRefused)
+TEST(AxisMap, every_map)
 {
   const std::vector<std::string> axes{"+X", "-X", "+Y", "-Y", "+Z", "-Z"};
   std::map<int, int> n;
@@ -55,7 +55,7 @@ TEST(AxisMap, ALeftHandedMapNamesTheSignThatMendsIt)
               refuses({"job.toml", "frame", "left-handed", "right = \"+Z\""}));
 }
 
-TEST(AxisMap, AlignTurnsAboutTheFilesAxesInOrderBeforeTheyAreRenamed)
+TEST(AxisMap, align)
 {
   const test::Scratch scratch;
   const job::AxisMap map = job::axis_map(job_with_frame(scratch, R"(

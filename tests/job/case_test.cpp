@@ -23,7 +23,7 @@ InputError::Facts facts_with(const Folder& folder, const std::vector<std::string
   return folder.refused(overrides);
 }
 
-TEST(Case, TwoBoxesArriveWhole)
+TEST(Case, two_boxes)
 {
   const Folder folder;
   const job::Case loaded = folder.load();
@@ -48,7 +48,7 @@ TEST(Case, TwoBoxesArriveWhole)
   EXPECT_THAT(loaded.warnings, ElementsAre(testing::HasSubstr("nearly free")));
 }
 
-TEST(Case, AnotherJointStartsFromTheMeshesJustBeforeContact)
+TEST(Case, start_before_contact)
 {
   const Folder folder;
   const auto start = [&](const std::vector<std::string>& overrides) {
@@ -71,7 +71,7 @@ TEST(Case, AnotherJointStartsFromTheMeshesJustBeforeContact)
   EXPECT_THAT(folder.load().resolved_job, testing::HasSubstr("translation_mm = \"auto\""));
 }
 
-TEST(Case, APushFixedInTheReferenceTurnsWithIt)
+TEST(Case, push_fixed_in_reference)
 {
   const Folder folder;
   const auto pushed = [&](const std::string& side, const std::string& coordinates) {
@@ -102,7 +102,7 @@ TEST(CaseErrors, APushFixedInTheReferenceNeedsThreeKnownRotations)
   }
 }
 
-TEST(Case, AHipIsPushedIntoTheAcetabulumOfItsSide)
+TEST(Case, push_of_a_hip)
 {
   const Folder folder;
   for (const bool is_right : {true, false}) {
@@ -117,13 +117,13 @@ TEST(Case, AHipIsPushedIntoTheAcetabulumOfItsSide)
   }
 }
 
-TEST(Case, Sha256IsTheStandards)
+TEST(Case, sha256)
 {
   // FIPS 180-2, appendix B.1.
   EXPECT_EQ(job::sha256_of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
-TEST(Case, UnitAxesAndOriginApplyToEverything)
+TEST(Case, unit_and_axes)
 {
   const Folder folder(
       test::small_job("joint = \"other\"\n[frame]\nunit = \"cm\"\nanterior = \"-Y\"\nproximal = "
@@ -135,7 +135,7 @@ TEST(Case, UnitAxesAndOriginApplyToEverything)
   EXPECT_EQ(loaded.survey[0].box.max_mm, Eigen::Vector3d(-300, 400, 300));
 }
 
-TEST(Case, DrawnComponentsGoToTheVisualPart)
+TEST(Case, drawn_components)
 {
   const Folder folder(test::small_job("joint = \"other\"\n", R"(
 [[moving.component]]
@@ -157,7 +157,7 @@ file = "moving.stl"
 }
 
 // A tetrahedron as Vertices-Faces; of the four normals of its file one points inward.
-TEST(Case, TheNormalsFileOfAVerticesFacesMeshIsRead)
+TEST(Case, normals_file)
 {
   const Folder folder(test::small_job("joint = \"other\"\n", R"(
 [[moving.component]]
@@ -195,7 +195,7 @@ file = "third.vf"
   }
 }
 
-TEST(Case, AComponentMayBeThinnedAndShifted)
+TEST(Case, inset_and_shift)
 {
   // Each vertex moves along its area-weighted normal.
   const Folder plain,
@@ -212,7 +212,7 @@ TEST(Case, AComponentMayBeThinnedAndShifted)
   EXPECT_LT(signed_volume_mm3(after), signed_volume_mm3(before));
 }
 
-TEST(Case, TheDataFolderComesBeforeTheJobsOwn)
+TEST(Case, data_folder)
 {
   const Folder folder;
   const test::Scratch data;
@@ -223,7 +223,7 @@ TEST(Case, TheDataFolderComesBeforeTheJobsOwn)
   EXPECT_EQ(loaded.resolved_job, folder.load().resolved_job);
 }
 
-TEST(Case, AMirroredMeshWithTheOtherSideIsTheSameToTheSolver)
+TEST(Case, mirrored_mesh)
 {
   const std::string head = "[frame]\norigin = [1.1, 2.3, 3.7]\nalign = { rotation_deg = [0, 0, 7] }\n";
   const std::string mirrored_head =
@@ -253,7 +253,7 @@ int count(const job::Case& loaded, Compartment which)
       std::count(loaded.compartment_of_triangle.begin(), loaded.compartment_of_triangle.end(), which));
 }
 
-TEST(Compartments, AKneesAreHalfSpacesByTheRotationCentre)
+TEST(Compartments, half_spaces)
 {
   const Folder folder(test::small_job());
   const job::Case right = folder.load();
@@ -272,7 +272,7 @@ TEST(Compartments, AKneesAreHalfSpacesByTheRotationCentre)
   EXPECT_EQ(count(folder.load({"frame.origin=[0, 0, 100]"}), Compartment::medial), 12);
 }
 
-TEST(Compartments, ByNamesAndByNamesBeforeHalfSpaces)
+TEST(Compartments, by_names)
 {
   const std::string tail = "[[moving.component]]\nname = \"disc\"\nfile = \"reference.stl\"\n";
   const Folder folder(test::small_job("joint = \"other\"\n", tail));
@@ -315,7 +315,7 @@ TEST(CaseErrors, OverridesThatNoMethodSolves)
     EXPECT_THAT(facts_with(folder, overrides), refuses(refusal)) << overrides.front();
 }
 
-TEST(Case, APushOverFlexionIsLinearBetweenItsRowsAndHeldBeyond)
+TEST(Case, push_over_flexion)
 {
   const Folder folder;
   const job::Case loaded =
@@ -354,7 +354,7 @@ std::string generated_job(const std::string& shape, const std::string& upper_par
          shape + "\", part = \"" + lower_part + "\" }\n";
 }
 
-TEST(Generated, PartsAreFoundByNameAndHashedByContent)
+TEST(Generated, parts)
 {
   const Folder folder(generated_job("knee", "femur", "tibia"));
   const job::Case loaded = folder.load(), left = folder.load({"side=left"});
@@ -366,7 +366,7 @@ TEST(Generated, PartsAreFoundByNameAndHashedByContent)
   EXPECT_EQ(loaded.survey[0].n_boundary_edges, 0);
 }
 
-TEST(Generated, SkipTheFramesUnitAndAxes)
+TEST(Generated, without_frame)
 {
   const Folder folder(generated_job("hip", "socket", "head"));
   const job::Case plain = folder.load();
@@ -388,7 +388,7 @@ TEST(GeneratedErrors, UnknownShapesPartsAndParameters)
               refuses({"--set", generate + ".resolution", "-1"}));
 }
 
-TEST(Jobs, TheGenericOnesLoadWithoutAWarning)
+TEST(Jobs, generic_jobs)
 {
   for (const char* name : {"knee-generic.toml", "knee-generic-contact.toml", "hip-generic.toml"}) {
     SCOPED_TRACE(name);
@@ -401,7 +401,7 @@ TEST(Jobs, TheGenericOnesLoadWithoutAWarning)
   }
 }
 
-TEST(Jobs, TheGenericKneeHasBothCompartmentsOnEitherSide)
+TEST(Jobs, both_compartments)
 {
   const std::string job = (test::source_directory() / "jobs/knee-generic.toml").string();
   for (const char* side : {"side=right", "side=left"}) {

@@ -50,7 +50,7 @@ InputError::Facts facts_of_table(const std::string& settings, const std::string&
 
 constexpr const char* frames = "[frames]\nfile = \"motion.csv\"\n[coordinates]\n";
 
-TEST(Coordinates, AGridIsTheShortFormOfTheSameJob)
+TEST(Coordinates, grid)
 {
   const job::Job grid = job_of("[grid]\nflexion = { from = 0, to = 90, step = 5 }\nvarus = \"free\"\n");
   const job::Job same =
@@ -64,7 +64,7 @@ TEST(Coordinates, AGridIsTheShortFormOfTheSameJob)
   EXPECT_THAT(both.grid.varus_deg, ElementsAre(-2, -1, 0, 1, 2));
 }
 
-TEST(Coordinates, FramesAreRowsOfATable)
+TEST(Coordinates, frames)
 {
   const job::LoadedCoordinates c =
       loaded(std::string(frames) +
@@ -85,7 +85,7 @@ TEST(Coordinates, FramesAreRowsOfATable)
   EXPECT_EQ(c.inputs[0].name, "motion.csv");
 }
 
-TEST(Coordinates, TablesAreTakenAtTheDrivingCoordinate)
+TEST(Coordinates, over_driving)
 {
   const std::string push = "[push]\nforce_n = { driving = [-2, 2], value = [100, 300] }\n";
   const job::LoadedCoordinates c =
@@ -127,7 +127,7 @@ TEST(Coordinates, LoadsMayComeFromColumnsOfTheFrames)
               refuses({.field = "line 1, fz"}));
 }
 
-TEST(Coordinates, ATableOverTheDrivingCoordinateIsLinearBetweenItsRows)
+TEST(Coordinates, linear_table)
 {
   const job::LoadedCoordinates c = loaded(
       "[coordinates]\nflexion = { from = 0, to = 30, step = 15 }\n"
@@ -142,7 +142,7 @@ TEST(Coordinates, ATableOverTheDrivingCoordinateIsLinearBetweenItsRows)
   EXPECT_EQ(c.rows.rows[15](0), rad_from_deg(15.0));
 }
 
-TEST(Coordinates, AnotherDrivingCoordinateMakesASequence)
+TEST(Coordinates, sequence)
 {
   const job::LoadedCoordinates c =
       loaded("[coordinates]\nflexion = 30\ninternal = { from = -10, to = 10, step = 5 }\n");
@@ -152,7 +152,7 @@ TEST(Coordinates, AnotherDrivingCoordinateMakesASequence)
   EXPECT_EQ(c.rows.rows[3](2), rad_from_deg(5.0));
 }
 
-TEST(Coordinates, NothingDrivenIsOneFrame)
+TEST(Coordinates, one_frame)
 {
   const job::LoadedCoordinates c = loaded("[coordinates]\nvarus = \"free\"\n");
   EXPECT_EQ(c.rows.key_name, "frame");
@@ -160,7 +160,7 @@ TEST(Coordinates, NothingDrivenIsOneFrame)
   EXPECT_TRUE(c.rows.rows[0].array().isNaN().all());
 }
 
-TEST(Coordinates, TwoDrivenCoordinatesAreAGrid)
+TEST(Coordinates, two_driven)
 {
   const job::LoadedCoordinates c = loaded(
       "[coordinates]\nflexion = { from = 0, to = 4, step = 2 }\nvarus = { from = -1, to = 1, step = 1 }\n"

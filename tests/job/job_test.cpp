@@ -27,7 +27,7 @@ InputError::Facts facts_of_job(const std::string& text, const std::vector<std::s
   return test::input_error([&] { job_of(text, overrides); });
 }
 
-TEST(Job, DefaultsAreThoseOfTheSpecification)
+TEST(Job, defaults)
 {
   const job::Job job = job_of(test::small_job());
   EXPECT_EQ(job.joint, "knee");
@@ -142,7 +142,7 @@ number = 3
 shift_mm = [1, 2, 3]
 )";
 
-TEST(Job, EveryKeyArrivesInInternalUnits)
+TEST(Job, every_key)
 {
   const job::Job job = job_of(every_key);
   EXPECT_EQ(job.title, "All");
@@ -185,23 +185,7 @@ TEST(Job, EveryKeyArrivesInInternalUnits)
   EXPECT_EQ(job.unsolved_fraction, 0.25);
 }
 
-TEST(Job, OtherMethodsParse)
-{
-  const job::Job job = job_of(test::small_job("", R"(
-[grid]
-varus = "free"
-[solver]
-method = "equilibrium"
-[ligaments]
-fibres = "ligaments.csv"
-)"));
-  EXPECT_EQ(job.method, job::SolverMethod::equilibrium);
-  EXPECT_TRUE(job.is_varus_free);
-  EXPECT_THAT(job.grid.varus_deg, ElementsAre(0));
-  EXPECT_EQ(job.ligaments->fibres_file, "ligaments.csv");
-}
-
-TEST(Job, ARangeEndsAtItsLastWholeStepAndMayBeOneAngle)
+TEST(Job, ranges)
 {
   EXPECT_THAT(
       job_of(test::small_job("", "[grid]\nflexion = { from = 0, to = 10, step = 4 }")).grid.flexion_deg,
@@ -214,21 +198,12 @@ TEST(Job, ARangeEndsAtItsLastWholeStepAndMayBeOneAngle)
             4U);
 }
 
-TEST(Job, AResolvedJobIsAJobAndResolvesToItself)
+TEST(Job, resolved_twice)
 {
   for (const std::string& text : {test::small_job(), std::string(every_key)}) {
     const std::string resolved = job_of(text).resolved_text;
     EXPECT_EQ(job_of(resolved).resolved_text, resolved);
   }
-}
-
-TEST(Job, ThePlayersPartIsResolvedWhereItIsGivenOnly)
-{
-  EXPECT_THAT(
-      job_of(every_key).resolved_text,
-      HasSubstr("[player]\ndisplay_px = [1280, 1024]\nzoom = 2\nrender = \"wire\"\n\n[[player.view]]\n"
-                "number = 3\nshift_mm = [1, 2, 3]\norientation_deg = [0, 0, 0]\n"));
-  EXPECT_THAT(job_of(test::small_job()).resolved_text, testing::Not(HasSubstr("player")));
 }
 
 TEST(JobErrors, ThePlayersPart)
@@ -244,7 +219,7 @@ TEST(JobErrors, ThePlayersPart)
               refuses({.field = "player.view.1.number", .found = "1"}));
 }
 
-TEST(Job, EqualJobsGiveEqualText)
+TEST(Job, equal_jobs)
 {
   const std::string plain = job_of(test::small_job()).resolved_text;
   // Explicit defaults, another order, other notations of the same numbers, overrides, comments.
@@ -265,7 +240,7 @@ TEST(Job, EqualJobsGiveEqualText)
   EXPECT_THAT(plain, testing::Not(HasSubstr("knee.toml")));
 }
 
-TEST(Job, AGeneratedKneeTakesTheJobsSideUnlessItHasItsOwn)
+TEST(Job, generated_side)
 {
   const std::string text = R"(
 [[reference.component]]
@@ -398,7 +373,7 @@ TEST(JobErrors, MissingFilesAndFolders)
   EXPECT_THAT(test::input_error([&] { job::read_job(folder); }), refuses({folder, "", "folder"}));
 }
 
-TEST(Jobs, EveryJobOfTheRepositoryIsValid)
+TEST(Jobs, every_job)
 {
   int n_jobs = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(test::source_directory() / "jobs")) {
@@ -416,7 +391,7 @@ TEST(Jobs, EveryJobOfTheRepositoryIsValid)
   EXPECT_GE(n_jobs, 11);
 }
 
-TEST(Job, ACampaignIsCheckedAndLeftOutOfTheResolvedJob)
+TEST(Job, campaign)
 {
   const std::string campaign = "[campaign]\n[[campaign.method]]\nname = \"a\"\n";
   const job::Job job = job_of(test::small_job("", campaign));

@@ -23,7 +23,7 @@ void expect_refused(const std::string& text, const std::string& field, const std
   EXPECT_THAT(facts, test::refuses({"marks.csv", field, found, wanted}));
 }
 
-TEST(Landmarks, ColumnsComeInAnyOrder)
+TEST(Landmarks, columns)
 {
   const auto pairs =
       job::read_landmarks("marks.csv",
@@ -61,7 +61,7 @@ TEST(Landmarks, WhatIsNoTableIsRefusedByLineAndColumn)
 // Rounding of sums of a few products.
 constexpr double rounding = 1e-14;
 
-TEST(Landmarks, AKnownFactorIsFoundWithNothingLeft)
+TEST(Landmarks, known_factor)
 {
   const Scaling fit =
       job::fit_scaling(read("a,0,0,0,80,0,0,85.6\nb,1,1,1,1,4,5,5.35\nc,0,0,-2,0,0,10,12.84\n"), 1.0);
@@ -73,7 +73,7 @@ TEST(Landmarks, AKnownFactorIsFoundWithNothingLeft)
   EXPECT_NEAR(fit.standard_error, 0.0, rounding);
 }
 
-TEST(Landmarks, ResidualsAndTheirErrorByHand)
+TEST(Landmarks, by_hand)
 {
   // s = (3 x 3.3 + 4 x 4) / (9 + 16) = 25.9 / 25
   const Scaling fit = job::fit_scaling(read("a,0,0,0,3,0,0,3.3\nb,0,0,0,0,4,0,4\n"), 1.0);
@@ -84,7 +84,7 @@ TEST(Landmarks, ResidualsAndTheirErrorByHand)
   EXPECT_NEAR(fit.standard_error, 0.24 / 5, 4 * rounding);
 }
 
-TEST(Landmarks, OnePairFitsItselfWithoutAnError)
+TEST(Landmarks, one_pair)
 {
   const Scaling fit = job::fit_scaling(read("a,0,0,0,0,0,50,45\n"), 1.0);
   EXPECT_NEAR(fit.factor.x(), 0.9, rounding);
@@ -92,7 +92,7 @@ TEST(Landmarks, OnePairFitsItselfWithoutAnError)
   EXPECT_NEAR(fit.residual_rms_mm, 0.0, 50 * rounding);
 }
 
-TEST(Landmarks, TheFitKeepsItsInvariances)
+TEST(Landmarks, invariances)
 {
   const Scaling fit =
       job::fit_scaling(read("a,0,0,0,80,0,0,84\nb,0,0,0,0,30,0,33\nc,5,5,5,5,5,45,41\n"), 1.0);

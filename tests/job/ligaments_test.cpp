@@ -43,7 +43,7 @@ struct Folder : test::JobFolder {
   }
 };
 
-TEST(LigamentTable, ColumnsComeInAnyOrderAndUnit)
+TEST(LigamentTable, columns)
 {
   const std::string table =
       "# a comment\r\n\r\nwrap, slack_length_m "
@@ -117,7 +117,7 @@ TEST(LigamentTableErrors, BothALengthAndAStrainOrAStrainOutOfRange)
             2U);
 }
 
-TEST(Wraps, AreReadInOpenSimsTerms)
+TEST(Wraps, terms_of_opensim)
 {
   const std::string text = R"([
     {"name": "C", "type": "WrapCylinder", "body": "femur_distal_r", "xyz_body_rotation": "0.1 0.2 0.3",
@@ -185,7 +185,7 @@ TEST(WrapErrors, ARadiusOfZero)
               refuses({.field = "wrap.0.radius", .found = "0"}));
 }
 
-TEST(CaseLigaments, GoThroughTheFramesAxesButKeepTheirUnit)
+TEST(CaseLigaments, axes_of_the_frame)
 {
   // The meshes are in metres with Z up; the table is in mm.
   const Folder folder(header + "a1,1,2,30,4,5,6,1000,30,Round\n",
@@ -207,7 +207,7 @@ TEST(CaseLigaments, GoThroughTheFramesAxesButKeepTheirUnit)
   EXPECT_EQ(Eigen::Vector3d(X.linear().col(2)), Eigen::Vector3d(0, 1, 0));
 }
 
-TEST(CaseLigaments, AReferenceStrainHoldsAtThePoseOfTheMeshes)
+TEST(CaseLigaments, reference_strain)
 {
   std::string strains = header;
   strains.replace(strains.find("slack_length_mm"), 15, "reference_strain");
@@ -220,7 +220,7 @@ TEST(CaseLigaments, AReferenceStrainHoldsAtThePoseOfTheMeshes)
   EXPECT_NEAR(states[1].strain, -0.2, 1e-14);
 }
 
-TEST(CaseLigaments, InlineFibresAreTheSameAsATables)
+TEST(CaseLigaments, inline_fibres)
 {
   const job::Case from_table = Folder(header + "a1,0,35,0,0,5,0,1000,30,Round\n").load();
   const std::string fibre =
@@ -236,7 +236,7 @@ TEST(CaseLigaments, InlineFibresAreTheSameAsATables)
   EXPECT_EQ(a.wrap, b.wrap);
 }
 
-TEST(CaseLigaments, GeneratedOnesAreOfTheJobsSideAndSkipTheFrame)
+TEST(CaseLigaments, generated)
 {
   const test::Scratch scratch;
   const std::string job =
@@ -306,7 +306,7 @@ TEST(CaseLigamentErrors, InlineFibresNameTheirKey)
   EXPECT_EQ(facts_with(",slack_length_mm=1,wrap=\"x\"").field, "ligaments.fibre.0.wrap");
 }
 
-TEST(RealKnees, LigamentsOfSmith2019HaveTheirSourcesReferenceStrains)
+TEST(RealKnees, ligaments_of_smith2019)
 {
   VRDA_REQUIRE_REAL_KNEES();
   const std::string folder = "knees/jam-smith2019/";

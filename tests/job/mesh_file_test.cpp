@@ -33,7 +33,7 @@ void expect_is_odd_box(const Mesh& mesh)
   EXPECT_EQ(edge_counts(mesh).boundary, 0);
 }
 
-TEST(MeshFile, EveryFormatGivesTheSameBox)
+TEST(MeshFile, every_format)
 {
   const Mesh box = odd_box();
   struct Row {
@@ -51,21 +51,21 @@ TEST(MeshFile, EveryFormatGivesTheSameBox)
   }
 }
 
-TEST(MeshFile, ABinaryStlWhoseHeaderBeginsWithSolidIsStillBinary)
+TEST(MeshFile, binary_solid)
 {
   std::string bytes = test::binary_stl(odd_box());
   bytes.replace(0, 5, "solid");
   expect_is_odd_box(read("a.stl", bytes));
 }
 
-TEST(MeshFile, AnAsciiStlMayShout)
+TEST(MeshFile, capitals)
 {
   std::string bytes = test::ascii_stl(odd_box());
   for (char& c : bytes) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   expect_is_odd_box(read("a.stl", bytes));
 }
 
-TEST(MeshFile, PlyNormalsAreRead)
+TEST(MeshFile, ply_normals)
 {
   Mesh sheet = test::sheet(4, 1);
   sheet.normals.rowwise() = Eigen::RowVector3d(0.6, 0.8, 0);
@@ -75,7 +75,7 @@ TEST(MeshFile, PlyNormalsAreRead)
   EXPECT_NEAR(mesh.normals(0, 1), 0.8, float_rounding);
 }
 
-TEST(MeshFile, ConcavePolygonsOfBothObjFormatsComeOutRight)
+TEST(MeshFile, concave_polygons)
 {
   // An L of area 7; a fan from its first corner would exceed its outline.
   const std::string outline = "4 1 0\n1 1 0\n1 4 0\n0 4 0\n0 0 0\n4 0 0\n";
@@ -91,14 +91,14 @@ TEST(MeshFile, ConcavePolygonsOfBothObjFormatsComeOutRight)
   }
 }
 
-TEST(MeshFile, VerticesFacesTakesCommentsAndAnyLayout)
+TEST(MeshFile, vertices_faces_layout)
 {
   const Mesh mesh = read("v.obj", "# thesis 4.1\n4 2 0 0 0 1 0 0 # two\n1 1 0\n+0 1e0 0\n\n3 0 1 2 3\n0 2 3");
   EXPECT_EQ(mesh.triangles.rows(), 2);
   EXPECT_DOUBLE_EQ(area_mm2(mesh), 1.0);
 }
 
-TEST(MeshFile, VerticesFacesCountsFromZeroWhereNeitherEndOccurs)
+TEST(MeshFile, first_index)
 {
   // Only vertices 1 to 3 of 5 are used, which is ambiguous: the default is 0.
   const job::RawMesh raw = job::read_mesh("v.obj", "5 1\n9 9 9\n0 0 0\n1 0 0\n0 1 0\n8 8 8\n3 1 2 3\n");
@@ -187,7 +187,7 @@ TEST(MeshFileErrors, VerticesFacesCountsThatLie)
   expect_refused({"v.obj", "3 1\n0 0 0\n1 zero 0\n0 1 0\n3 0 1 2\n", "line 3", "\"zero\"", "1"});
 }
 
-TEST(MeshFile, WavefrontTakesWhatTheFormatAllows)
+TEST(MeshFile, wavefront_syntax)
 {
   // Comments, continued lines, weights, textures, normals, negative indices, groups, Windows line ends.
   const std::string bytes =
@@ -202,7 +202,7 @@ TEST(MeshFile, WavefrontTakesWhatTheFormatAllows)
 }
 
 // A backslash ends a word: "1 2\" and "3 4" are the corners 1, 2, 3 and 4, not 1, 23 and 4.
-TEST(MeshFile, AContinuedWavefrontLineKeepsItsWordsApart)
+TEST(MeshFile, continued_line)
 {
   std::string bytes;
   for (int k = 0; k < 24; ++k)

@@ -68,7 +68,7 @@ std::string sheet(const std::string& format)
   return ply.text;
 }
 
-TEST(PlyFile, TakesVerticesNormalsAndFacesOutOfWhatIsThere)
+TEST(PlyFile, every_format)
 {
   for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
     SCOPED_TRACE(format);
@@ -83,7 +83,7 @@ TEST(PlyFile, TakesVerticesNormalsAndFacesOutOfWhatIsThere)
 }
 
 // A strip turns every second triangle; a negative index begins another one.
-TEST(PlyFile, StripsOfTrianglesAreReadBesideFaces)
+TEST(PlyFile, strips)
 {
   const std::string bytes =
       "ply\nformat ascii 1.0\nelement vertex 7\nproperty float x\nproperty float y\nproperty float z\n"
@@ -104,7 +104,7 @@ TEST(PlyFile, elements_come_in_any_order)
   EXPECT_EQ(job::read_ply("a.ply", bytes).corner, (std::vector<std::int32_t>{0, 1, 2}));
 }
 
-TEST(PlyFile, CutAnywhereIsRefused)
+TEST(PlyFile, cut_anywhere)
 {
   for (const char* format : {"ascii", "binary_little_endian"}) {
     const std::string whole = sheet(format);
@@ -149,7 +149,7 @@ TEST(PlyFile, RefusesWhatItCannotMean)
   }
 }
 
-TEST(PlyFile, AnElementWithoutPropertiesTakesNoTime)
+TEST(PlyFile, empty_elements)
 {
   // 1000 elements with 15,000,000 empty rows each: a loop over the rows would take a minute.
   std::string bytes = "ply\nformat ascii 1.0\n";

@@ -85,7 +85,7 @@ void expect_scaled(const job::Case& got, const job::Case& plain, const Eigen::Ve
   }
 }
 
-TEST(Scaling, AJobWithoutItIsSolvedAsItIs)
+TEST(Scaling, none)
 {
   const job::Case plain = Folder().load();
   EXPECT_FALSE(plain.scaling);
@@ -94,7 +94,7 @@ TEST(Scaling, AJobWithoutItIsSolvedAsItIs)
   EXPECT_THAT(plain.resolved_job, testing::Not(HasSubstr("scaling")));
 }
 
-TEST(Scaling, AnEvenFactorOfAJointHeldByContactKeepsTheSteps)
+TEST(Scaling, even_factor)
 {
   const Folder folder;
   const job::Case plain = folder.load(), solved = folder.load({"scaling.factor=1.25"});
@@ -115,7 +115,7 @@ TEST(Scaling, AnEvenFactorOfAJointHeldByContactKeepsTheSteps)
   EXPECT_NEAR(subject.search.approach_step_mm, 6.25, rounding_mm);
 }
 
-TEST(Scaling, AFactorOfOneChangesNoBit)
+TEST(Scaling, factor_of_one)
 {
   const Folder folder(fibres);
   const job::Case plain = folder.load();
@@ -130,7 +130,7 @@ TEST(Scaling, AFactorOfOneChangesNoBit)
   }
 }
 
-TEST(Scaling, WhatElseHoldsTheJointMakesItANewRun)
+TEST(Scaling, new_run)
 {
   struct Row {
     std::string tail;
@@ -159,7 +159,7 @@ TEST(Scaling, WhatElseHoldsTheJointMakesItANewRun)
   }
 }
 
-TEST(Scaling, ForcesAndWhatTheSearchDoesNotKnowKeepTheSteps)
+TEST(Scaling, kept_steps)
 {
   EXPECT_TRUE(Folder()
                   .load({"scaling.factor=1.25", "push.force_n=300", "push.lateral_force_n=[5,-5]"})
@@ -170,7 +170,7 @@ TEST(Scaling, ForcesAndWhatTheSearchDoesNotKnowKeepTheSteps)
   EXPECT_NEAR(job::scaled_to_subject(search).ligaments.fibres[0].slack_length_mm, 45.0, rounding_mm);
 }
 
-TEST(Scaling, FibresKeepTheirStrainAtThePoseOfTheMeshes)
+TEST(Scaling, fibres)
 {
   const Folder folder(fibres);
   const model::Ligaments plain = folder.load().ligaments;
@@ -190,7 +190,7 @@ TEST(Scaling, FibresKeepTheirStrainAtThePoseOfTheMeshes)
   }
 }
 
-TEST(Scaling, WrapsGrowEvenlyOrAreRefused)
+TEST(Scaling, wraps)
 {
   const Folder folder(fibres + "[ligaments]\nwraps = \"wraps.json\"\n");
   const model::Wrap wrap = folder.load({"scaling.factor=2"}).ligaments.wraps.at(0);
@@ -201,7 +201,7 @@ TEST(Scaling, WrapsGrowEvenlyOrAreRefused)
     EXPECT_THAT(folder.refused({"scaling.factor=[1,1,1.1]"}), refuses({"--set", "scaling.factor", found}));
 }
 
-TEST(Scaling, UnevenFactorsChangeTheShape)
+TEST(Scaling, uneven_factors)
 {
   const Folder folder;
   const job::Case plain = folder.load(), rerun = folder.load({"scaling.factor=[1.2,1,0.9]"});
@@ -210,7 +210,7 @@ TEST(Scaling, UnevenFactorsChangeTheShape)
   expect_scaled(rerun, plain, {1.2, 1, 0.9});
 }
 
-TEST(Scaling, NormalsOfAFileStayAcrossTheirSurface)
+TEST(Scaling, normals)
 {
   const Folder folder;
   Mesh ball = test::ball(20);
@@ -232,7 +232,7 @@ TEST(Scaling, NormalsOfAFileStayAcrossTheirSurface)
   }
 }
 
-TEST(Scaling, CoincidingAttachmentsHaveNoLengthToFollow)
+TEST(Scaling, coinciding_attachments)
 {
   const Folder folder(
       "[[ligaments.fibre]]\nname = \"short\"\nreference_mm = [0, 20, 0]\nmoving_mm = [0, 20, 0]\n"
@@ -242,7 +242,7 @@ TEST(Scaling, CoincidingAttachmentsHaveNoLengthToFollow)
               refuses({.field = "scaling.factor", .found = "\"short\""}));
 }
 
-TEST(Scaling, LandmarksGiveTheFactorAndAreAnInput)
+TEST(Scaling, landmarks)
 {
   const Folder folder;
   const job::Case solved = folder.load({"scaling.landmarks=marks.csv", "grid.varus=free"});
@@ -259,7 +259,7 @@ TEST(Scaling, LandmarksGiveTheFactorAndAreAnInput)
               1e-15);
 }
 
-TEST(Scaling, LandmarksThatDoNotFitAreDoubted)
+TEST(Scaling, misfit)
 {
   const Folder folder;
   const auto warnings = [&](const std::string& rows) {
@@ -292,7 +292,7 @@ TEST(Scaling, WhatMakesNoFactorIsRefused)
               refuses({"marks.csv", "", "0.00125", "frame.unit = \"m\""}));
 }
 
-TEST(Scaling, ALeftJointIsTheMirroredRightOne)
+TEST(Scaling, left_joint)
 {
   const Folder folder;
   Mesh left = mirrored_z(folder.load().moving.contact.mesh);
