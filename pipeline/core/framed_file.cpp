@@ -172,17 +172,19 @@ std::optional<int> try_write_new(const std::string& path, const std::string& byt
   return descriptor.release();
 }
 
-/// The first bytes of an open file.
-std::string bytes_in(int descriptor, std::size_t n_bytes, const std::string& path)
+/// Bytes of the file from `offset`: fewer than `n_bytes` if it ends or cannot be read.
+std::string bytes_at(int descriptor, std::uint64_t offset, std::uint64_t n_bytes)
 {
   std::string bytes(n_bytes, '\0');
   std::size_t n_read = 0;
   while (n_read < n_bytes) {
-    const ssize_t n = pread(descriptor, bytes.data() + n_read, n_bytes - n_read, static_cast<off_t>(n_read));
+    const ssize_t n =
+        pread(descriptor, bytes.data() + n_read, n_bytes - n_read, static_cast<off_t>(offset + n_read));
     if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) fail(path, "a journal that cannot be read back", wanted_writable);
+    if (n <= 0) break;
     n_read += static_cast<std::size_t>(n);
   }
+  bytes.resize(n_read);
   return bytes;
 }
 
@@ -382,8 +384,9 @@ void FrameWriter::restore() const
     throw InputError(
         {path_, "", "another file in place of the journal", "no other run with the same output"});
   }
-  const std::optional<int> written =
-      try_write_new(path_, bytes_in(descriptor_, n_bytes_, path_), Creation::only_new);
+  const std::string bytes = bytes_at(descriptor_, 0, n_bytes_);
+  if (bytes.size() < n_bytes_) fail(path_, "a journal that cannot be read back", wanted_writable);
+  const std::optional<int> written = try_write_new(path_, bytes, Creation::only_new);
   if (!written) refuse_locked(path_);
   const OpenFile closed(*written);
 }
@@ -401,22 +404,6 @@ namespace {
 /// Size limit of one poll, unless a single frame is longer: some thousand steps, so that a poll returns
 /// quickly.
 constexpr std::uint64_t bytes_per_poll = std::uint64_t{1} << 22;
-
-/// Bytes of the file from `offset`: fewer than `n_bytes` if it ends or cannot be read.
-std::string bytes_at(int descriptor, std::uint64_t offset, std::uint64_t n_bytes)
-{
-  std::string bytes(n_bytes, '\0');
-  std::size_t n_read = 0;
-  while (n_read < n_bytes) {
-    const ssize_t n =
-        pread(descriptor, bytes.data() + n_read, n_bytes - n_read, static_cast<off_t>(offset + n_read));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) break;
-    n_read += static_cast<std::size_t>(n);
-  }
-  bytes.resize(n_read);
-  return bytes;
-}
 
 std::int64_t changed_ns(const struct stat& facts)
 {

@@ -154,21 +154,33 @@ std::vector<Face> faces_of(const Mesh& mesh)
   return faces;
 }
 
-// |p|^2 = 2 c.p + (r^2 - |c|^2) is linear in c and in the bracket.
-Sphere fitted(const std::vector<Face>& faces)
+// Least squares of |p|^2 = 2 c.p + (r^2 - |c|^2), linear in c and in the bracket. `origin_mm`: near the
+// points, for precision.
+Sphere sphere_through(const std::vector<Eigen::Vector3d>& points, const std::vector<double>& weights,
+                      const Eigen::Vector3d& origin_mm)
 {
-  const Eigen::Vector3d origin = faces.front().centre_mm;  // near the points, for precision
   Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
   Eigen::Vector4d b = Eigen::Vector4d::Zero();
-  for (const Face& face : faces) {
-    const Eigen::Vector3d p = face.centre_mm - origin;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Eigen::Vector3d p = points[k] - origin_mm;
     const Eigen::Vector4d row(2.0 * p.x(), 2.0 * p.y(), 2.0 * p.z(), 1.0);
-    A += face.area_mm2 * row * row.transpose();
-    b += face.area_mm2 * p.squaredNorm() * row;
+    A += weights[k] * row * row.transpose();
+    b += weights[k] * p.squaredNorm() * row;
   }
   const Eigen::Vector4d x = A.ldlt().solve(b);
   const Eigen::Vector3d centre = x.head<3>();
-  return {origin + centre, std::sqrt(std::max(0.0, x[3] + centre.squaredNorm()))};
+  return {origin_mm + centre, std::sqrt(std::max(0.0, x[3] + centre.squaredNorm()))};
+}
+
+Sphere fitted(const std::vector<Face>& faces)
+{
+  std::vector<Eigen::Vector3d> centres_mm;
+  std::vector<double> areas_mm2;
+  for (const Face& face : faces) {
+    centres_mm.push_back(face.centre_mm);
+    areas_mm2.push_back(face.area_mm2);
+  }
+  return sphere_through(centres_mm, areas_mm2, centres_mm.front());
 }
 
 double spread_mm(const std::vector<Face>& faces, const Sphere& sphere)
@@ -313,24 +325,6 @@ std::vector<Eigen::Vector3d> facing_vertices(const Case& loaded)
   return facing;
 }
 
-// Least squares of |p|^2 = 2 p . c + (r^2 - |c|^2), about the mean of the points.
-Sphere sphere_through(const std::vector<Eigen::Vector3d>& points)
-{
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : points) mean += p / static_cast<double>(points.size());
-  Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d b = Eigen::Vector4d::Zero();
-  for (const Eigen::Vector3d& p : points) {
-    Eigen::Vector4d row;
-    row << 2.0 * (p - mean), 1.0;
-    A += row * row.transpose();
-    b += row * (p - mean).squaredNorm();
-  }
-  const Eigen::Vector4d x = A.ldlt().solve(b);
-  const Eigen::Vector3d c = x.head<3>();
-  return {mean + c, std::sqrt(std::max(x[3] + c.squaredNorm(), 0.0))};
-}
-
 }  // namespace
 
 std::optional<BallFit> ball_fit(const Case& loaded)
@@ -338,8 +332,10 @@ std::optional<BallFit> ball_fit(const Case& loaded)
   const std::vector<Eigen::Vector3d> points = facing_vertices(loaded);
   if (points.size() < fewest_facing) return std::nullopt;
   BallFit fit;
-  fit.sphere = sphere_through(points);
   const auto n = static_cast<double>(points.size());
+  Eigen::Vector3d mean_mm = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : points) mean_mm += p / n;
+  fit.sphere = sphere_through(points, std::vector<double>(points.size(), 1.0), mean_mm);
   double sum_sq = 0.0;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) {

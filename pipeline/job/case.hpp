@@ -216,7 +216,7 @@ struct Case : CaseSettings {
   std::vector<std::string> warnings;  ///< one sentence each
 };
 
-struct Job;  // load/job.hpp
+struct Job;  // job/job.hpp
 
 struct LoadOptions {
   std::string data_directory;          ///< searched first for input files, if not empty

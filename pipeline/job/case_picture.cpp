@@ -6,6 +6,7 @@
 #include "core/canvas.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
+#include "job/component_loader.hpp"
 #include "model/frames.hpp"
 
 namespace vrda::job {
@@ -96,15 +97,8 @@ void include(Box& box, const Eigen::Vector3d& p_mm)
 
 Box box_of_bones(const job::Case& job_case)
 {
-  Box box = bounding_box(job_case.reference.contact.mesh);
-  for (const Body* body : {&job_case.reference, &job_case.moving}) {
-    for (const Part* part : {&body->contact, &body->visual}) {
-      if (part->mesh.vertices_mm.rows() == 0) continue;
-      include(box, bounding_box(part->mesh).min_mm);
-      include(box, bounding_box(part->mesh).max_mm);
-    }
-  }
-  return box;
+  const Box reference = box_of(job_case.reference), moving = box_of(job_case.moving);
+  return {reference.min_mm.cwiseMin(moving.min_mm), reference.max_mm.cwiseMax(moving.max_mm)};
 }
 
 // The part of a box near the rotation centre.
@@ -120,11 +114,7 @@ Arrow push_arrow(const job::Case& job_case, const Box& shown, double length_mm)
 {
   const Eigen::Vector3d& delta = job_case.push_at_meshes.delta;
   const Eigen::Vector3d at_mm = job_case.frame.rotation_centre_mm + job_case.push_point_mm;
-  Box moving = bounding_box(job_case.moving.contact.mesh);
-  if (job_case.moving.visual.mesh.vertices_mm.rows() > 0) {
-    include(moving, bounding_box(job_case.moving.visual.mesh).min_mm);
-    include(moving, bounding_box(job_case.moving.visual.mesh).max_mm);
-  }
+  Box moving = box_of(job_case.moving);
   moving.min_mm = moving.min_mm.cwiseMax(shown.min_mm);
   moving.max_mm = moving.max_mm.cwiseMin(shown.max_mm);
   const Eigen::Vector3d foot_mm =

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/text.hpp"
+#include "geometry/nearest_surface.hpp"
 #include "job/auto_frame.hpp"
 #include "job/surface_warnings.hpp"
 #include "model/coordinates.hpp"
@@ -49,28 +50,20 @@ bool is_given(const Job& job, const core::DocumentValue& root, const std::string
   return core::find_at(root, key) != nullptr;
 }
 
-constexpr const char* search_keys[] = {"approach_step_mm",
-                                       "translation_step_mm",
-                                       "translation_resolution_mm",
-                                       "rotation_step_deg",
-                                       "rotation_resolution_deg",
-                                       "points",
-                                       "normals",
-                                       "max_steps"};
-
 // Keys that the selected method ignores.
 void warn_of_other_method(const Job& job, const core::DocumentValue& root, Warnings& warnings)
 {
   if (job.method == SolverMethod::equilibrium) {
+    const core::DocumentValue& search = core::value_at(job.document.root, "solver.search");
     std::vector<std::string> given;
-    for (const char* name : search_keys) {
-      const std::string key = std::string("solver.search.") + name;
+    for (const auto& [name, value] : search.items()) {
+      const std::string key = "solver.search." + name;
       if (is_given(job, root, key)) given.push_back(key);
     }
     // Every key: a resolved job, as `vrda fit` writes it.
     const bool is_overridden = std::ranges::any_of(
         job.document.overridden, [](const std::string& key) { return key.starts_with("solver.search"); });
-    if (given.size() == std::size(search_keys) && !is_overridden) return;
+    if (given.size() == search.size() && !is_overridden) return;
     for (const std::string& key : given)
       warnings.push_back(key + ": it has no effect on the equilibrium method");
     return;
@@ -117,11 +110,6 @@ void warn_of_unused(const Job& job, Warnings& warnings)
   }
 }
 
-std::string named(const ComponentSurvey& component)
-{
-  return component.body + " component \"" + component.name + "\" (" + component.source + ")";
-}
-
 void warn_of_edges(const ComponentSurvey& component, Warnings& warnings)
 {
   // The border of an open sheet is no fault; vrda check states it.
@@ -138,7 +126,7 @@ void warn_of_edges(const ComponentSurvey& component, Warnings& warnings)
 std::string measured(const ComponentSurvey& component)
 {
   return named(component) + ": its bounding box measures " +
-         shortest_decimal(std::round(diagonal_mm(component.box) * 1000.0) / 1000.0) + " mm across";
+         rounded_text(diagonal_mm(component.box), 1000.0) + " mm across";
 }
 
 std::string unit_remedy(const FrameJob& frame, const std::string& unit)
@@ -347,7 +335,7 @@ bool mentions(const Body& body, const std::vector<std::string>& words)
   });
 }
 
-void warn_of_joint(const Job& job, const Case& loaded, std::vector<std::string>& warnings)
+void warn_of_joint(const Job& job, const Case& loaded, Warnings& warnings)
 {
   const std::vector<std::string> bones_elsewhere{"pelvis", "acetab", "scapula", "glenoid", "humer",
                                                  "talus",  "calcan", "ulna",    "vertebra"};
@@ -384,7 +372,7 @@ std::string tenths_text(double value_mm)
 }
 
 // The femur must be above the tibia. Returns true if a warning was added.
-bool warn_of_axes(const Job& job, const Case& loaded, std::vector<std::string>& warnings)
+bool warn_of_axes(const Job& job, const Case& loaded, Warnings& warnings)
 {
   const Eigen::Vector3d upward_mm = middle_of(bounding_box(loaded.reference.contact.mesh)) -
                                     middle_of(bounding_box(loaded.moving.contact.mesh));
@@ -417,7 +405,7 @@ bool warn_of_axes(const Job& job, const Case& loaded, std::vector<std::string>& 
 }
 
 // Delta pushes the moving object into the reference, which must be ahead of it.
-void warn_of_exchange(const Case& loaded, std::vector<std::string>& warnings)
+void warn_of_exchange(const Case& loaded, Warnings& warnings)
 {
   const Box reference = bounding_box(loaded.reference.contact.mesh);
   const Box moving = bounding_box(loaded.moving.contact.mesh);
@@ -444,7 +432,7 @@ std::optional<double> mean_z_mm(const std::vector<ComponentSurvey>& survey, cons
 }
 
 // On a right knee lateral is to the right; the fibula is lateral.
-void warn_of_side(const Job& job, const Case& loaded, std::vector<std::string>& warnings)
+void warn_of_side(const Job& job, const Case& loaded, Warnings& warnings)
 {
   const std::optional<double> medial_mm = mean_z_mm(loaded.survey, "medial", "medial");
   const std::optional<double> lateral_mm = mean_z_mm(loaded.survey, "lateral", "fibula");
@@ -483,7 +471,7 @@ double distance_mm(const Eigen::Vector3d& p_mm, const Box& box)
 }
 
 // Without condyle spheres: a centre far from either object.
-void warn_of_centre_off_objects(const Job& job, const Case& loaded, std::vector<std::string>& warnings)
+void warn_of_centre_off_objects(const Job& job, const Case& loaded, Warnings& warnings)
 {
   // The centre of a hip is 30 mm inside its bones; an epicondylar axis is 50 mm from the patella.
   const double farthest_mm = job.joint == "knee" ? 60.0 : 100.0;
@@ -500,7 +488,7 @@ void warn_of_centre_off_objects(const Job& job, const Case& loaded, std::vector<
                      origin_text(job, middle_between(reference, moving)));
 }
 
-void warn_of_centre(const Job& job, const Case& loaded, std::vector<std::string>& warnings)
+void warn_of_centre(const Job& job, const Case& loaded, Warnings& warnings)
 {
   constexpr double farthest_mm = 30.0;  // from the midpoint of the condyles' centres
   const std::optional<CondyleSpheres> spheres =
@@ -536,35 +524,26 @@ namespace {
 
 constexpr double infinity_mm = std::numeric_limits<double>::infinity();
 
-double to_segment_mm(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b)
-{
-  const Eigen::Vector3d along = b - a;
-  const double share = std::clamp((p - a).dot(along) / along.squaredNorm(), 0.0, 1.0);
-  return (a + share * along - p).norm();
-}
+// Distance from a mesh: exact if above `enough_mm`, otherwise an upper bound below it, since most attachments
+// are near a vertex.
+class SurfaceDistance {
+ public:
+  explicit SurfaceDistance(const Mesh& mesh) : mesh_(mesh) {}
 
-double to_triangle_mm(const Eigen::Vector3d& p, const Mesh& mesh, Eigen::Index t)
-{
-  const auto [a, b, c] = corners(mesh, t);
-  const Eigen::Vector3d normal = face_normal(mesh, t);
-  const bool is_above = (b - a).cross(p - a).dot(normal) >= 0.0 && (c - b).cross(p - b).dot(normal) >= 0.0 &&
-                        (a - c).cross(p - c).dot(normal) >= 0.0;
-  if (is_above) return std::abs((p - a).dot(normal));
-  return std::min({to_segment_mm(p, a, b), to_segment_mm(p, b, c), to_segment_mm(p, c, a)});
-}
+  double operator()(const Eigen::Vector3d& p_mm, double enough_mm)
+  {
+    if (mesh_.vertices_mm.rows() == 0) return infinity_mm;
+    const double to_vertex_mm =
+        std::sqrt((mesh_.vertices_mm.rowwise() - p_mm.transpose()).rowwise().squaredNorm().minCoeff());
+    if (to_vertex_mm <= enough_mm) return to_vertex_mm;
+    if (!surface_) surface_.emplace(mesh_);
+    return surface_->nearest(p_mm).distance_mm;
+  }
 
-// Exact if above `enough_mm`, otherwise an upper bound below it: most attachments are near a vertex.
-double to_surface_mm(const Eigen::Vector3d& p, const Mesh& mesh, double enough_mm)
-{
-  if (mesh.vertices_mm.rows() == 0) return infinity_mm;
-  const double to_vertex_mm =
-      std::sqrt((mesh.vertices_mm.rowwise() - p.transpose()).rowwise().squaredNorm().minCoeff());
-  if (to_vertex_mm <= enough_mm) return to_vertex_mm;
-  double least_mm = to_vertex_mm;
-  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t)
-    least_mm = std::min(least_mm, to_triangle_mm(p, mesh, t));
-  return least_mm;
-}
+ private:
+  const Mesh& mesh_;
+  std::optional<geometry::NearestSurface> surface_;
+};
 
 // Fibres of real knees attach up to 14 mm from tibia and femur (fibular attachments without a fibula mesh)
 // and up to 25 mm from cartilage without bone meshes.
@@ -593,16 +572,15 @@ struct End {
   const Body* body;
 };
 
-void warn_of_far_attachments(const LoadedLigaments& loaded, const End& end,
-                             std::vector<std::string>& warnings)
+void warn_of_far_attachments(const LoadedLigaments& loaded, const End& end, Warnings& warnings)
 {
+  SurfaceDistance contact(end.body->contact.mesh), visual(end.body->visual.mesh);
   const double enough_mm = farthest_attachment_mm(*end.body);
   std::size_t first = 0, n_far = 0;
   double first_mm = 0.0;
   for (std::size_t i = 0; i < loaded.jobs.size(); ++i) {
     const Eigen::Vector3d& p_mm = loaded.ligaments.fibres[i].*end.place_mm;
-    const double off_mm = std::min(to_surface_mm(p_mm, end.body->contact.mesh, enough_mm),
-                                   to_surface_mm(p_mm, end.body->visual.mesh, enough_mm));
+    const double off_mm = std::min(contact(p_mm, enough_mm), visual(p_mm, enough_mm));
     if (off_mm <= enough_mm) continue;
     if (n_far++ > 0) continue;
     first = i;
@@ -615,8 +593,7 @@ void warn_of_far_attachments(const LoadedLigaments& loaded, const End& end,
                      shortest_decimal(enough_mm) + " mm from it");
 }
 
-void warn_of_scattered_bundles(const LoadedLigaments& loaded, const End& end,
-                               std::vector<std::string>& warnings)
+void warn_of_scattered_bundles(const LoadedLigaments& loaded, const End& end, Warnings& warnings)
 {
   constexpr double farthest_mm = 20.0;  // neighbours in a bundle of the real knees are within 10 mm
   constexpr int fewest_others = 2;      // with two fibres the wrong one is ambiguous
@@ -663,8 +640,7 @@ std::vector<double> strains_of(const LoadedLigaments& loaded)
   return strains;
 }
 
-void warn_of_strains(const LoadedLigaments& loaded, const std::vector<double>& strains,
-                     std::vector<std::string>& warnings)
+void warn_of_strains(const LoadedLigaments& loaded, const std::vector<double>& strains, Warnings& warnings)
 {
   std::size_t first = 0, n_implausible = 0;
   for (std::size_t i = 0; i < strains.size(); ++i) {
@@ -703,7 +679,7 @@ std::string joined_names(const std::vector<std::string>& names)
   return text;
 }
 
-void warn_of_missing_ligaments(const std::map<std::string, double>& found, std::vector<std::string>& warnings)
+void warn_of_missing_ligaments(const std::map<std::string, double>& found, Warnings& warnings)
 {
   std::vector<std::string> missing;
   for (const char* name : model::knee_ligaments) {
@@ -716,7 +692,7 @@ void warn_of_missing_ligaments(const std::map<std::string, double>& found, std::
 
 // The bundles of divided ligaments of which another bundle is there. A ligament with a bundle of another name
 // is divided otherwise. The posterior MCL of some published tables is part of the capsule ("pMC").
-void warn_of_missing_bundles(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
+void warn_of_missing_bundles(const LoadedLigaments& loaded, Warnings& warnings)
 {
   std::set<std::string> found, divided_otherwise;
   bool has_posteromedial_capsule = false;
@@ -751,7 +727,7 @@ void warn_of_missing_bundles(const LoadedLigaments& loaded, std::vector<std::str
 constexpr double slack_strain = -0.08;
 
 void warn_of_slack_ligaments(const std::map<std::string, double>& largest, const std::vector<double>& strains,
-                             std::vector<std::string>& warnings)
+                             Warnings& warnings)
 {
   if (largest.empty()) return;
   const double most = *std::max_element(strains.begin(), strains.end());
@@ -787,7 +763,7 @@ double largest_of_bundle_n(const std::string& bundle)
 
 // The sums of the bundles; that of an uneven bundle is decided by the fibre that is warned of.
 void warn_of_bundle_stiffness(const LoadedLigaments& loaded, const std::string& uneven_bundle,
-                              std::vector<std::string>& warnings)
+                              Warnings& warnings)
 {
   std::map<std::string, double> sum_n;
   for (const model::Fibre& fibre : loaded.ligaments.fibres) sum_n[fibre.bundle] += fibre.stiffness_n;
@@ -821,7 +797,7 @@ double median(std::vector<double> values)
 }
 
 // Returns the bundle that it warns of, or an empty name.
-std::string warn_of_uneven_bundles(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
+std::string warn_of_uneven_bundles(const LoadedLigaments& loaded, Warnings& warnings)
 {
   std::map<std::string, std::vector<double>> of_bundle;
   for (const model::Fibre& fibre : loaded.ligaments.fibres)
@@ -853,7 +829,7 @@ std::string rounded_text(double value, double steps_per_unit)
 
 std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Case& job_case)
 {
-  std::vector<std::string> warnings;
+  Warnings warnings;
   if (loaded.jobs.empty()) return warnings;
   for (const End& end : {End{"reference_mm", &model::Fibre::reference_mm, &job_case.reference},
                          End{"moving_mm", &model::Fibre::moving_mm, &job_case.moving}}) {

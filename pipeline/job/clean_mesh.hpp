@@ -17,13 +17,13 @@ struct CleanMesh {
   Eigen::Index n_identical = 0;  ///< triangles removed: the same three vertices as another, in either winding
   bool was_flipped = false;      ///< the winding of at least one shell was reversed
   bool has_sheet = false;        ///< at least one shell has no inside: its winding defines its outside
-  std::vector<std::vector<Eigen::Index>> small_shells;  ///< of shells.hpp
+  std::vector<std::vector<Eigen::Index>> small_shells;  ///< lists of triangles
 };
 
 /// Welds vertices with exactly equal coordinates, triangulates, and removes degenerate faces, copies of
 /// triangles and unused vertices. Of copies with opposite windings the one that agrees with its neighbours is
 /// kept.
-/// Orientation of each shell (triangles connected by edges): an outermost shell with an inside (shells.hpp)
+/// Orientation of each shell (triangles connected by edges): an outermost shell with an inside (Shell)
 /// is oriented outward by its signed volume; one inside another is reversed together with its outermost
 /// enclosing shell, so an inner wall of a hollow body remains an inner wall; a sheet follows `winding`.
 /// Normals: those of the file, averaged over merged vertices and oriented outward, if none is zero; otherwise

@@ -104,23 +104,13 @@ BodyMaps body_maps(const Job& job)
 
 namespace {
 
-const geometry::ShapePart* part_named(const geometry::Shape& shape, const std::string& name)
+std::vector<const geometry::ShapePart*> parts_of(const geometry::Shape& shape)
 {
+  std::vector<const geometry::ShapePart*> all;
   for (const std::vector<geometry::ShapePart>* parts : {&shape.reference, &shape.moving}) {
-    for (const geometry::ShapePart& part : *parts) {
-      if (part.name == name) return &part;
-    }
+    for (const geometry::ShapePart& part : *parts) all.push_back(&part);
   }
-  return nullptr;
-}
-
-std::vector<std::string> part_names(const geometry::Shape& shape)
-{
-  std::vector<std::string> names;
-  for (const std::vector<geometry::ShapePart>* parts : {&shape.reference, &shape.moving}) {
-    for (const geometry::ShapePart& part : *parts) names.push_back(part.name);
-  }
-  return names;
+  return all;
 }
 
 // Vertices as doubles, then triangles as 32-bit integers, in memory byte order (little-endian).
@@ -242,15 +232,18 @@ CleanMesh ComponentLoader::generated(const ComponentJob& component, LoadedInput&
 {
   const geometry::Shape& shape = shape_of(component);
   const GenerateJob& generate = *component.generate;
-  const geometry::ShapePart* part = part_named(shape, generate.part);
-  if (part == nullptr) {
+  const std::vector<const geometry::ShapePart*> parts = parts_of(shape);
+  const auto found = std::ranges::find(parts, generate.part, &geometry::ShapePart::name);
+  if (found == parts.end()) {
+    std::vector<std::string> names;
+    for (const geometry::ShapePart* part : parts) names.push_back(part->name);
     const std::string key = component.key + ".generate.part";
     throw InputError({job_.document.source_of(key), key, "\"" + generate.part + "\"",
                       "a part of \"" + generate.shape + "\"; the nearest is \"" +
-                          nearest_word(generate.part, part_names(shape)) + "\""});
+                          nearest_word(generate.part, names) + "\""});
   }
-  input = {shape_request_text(generate) + " part=" + generate.part, sha256_of(bytes_of(part->mesh))};
-  return clean_mesh(raw_of(part->mesh), component.winding, job_.side);
+  input = {shape_request_text(generate) + " part=" + generate.part, sha256_of(bytes_of((*found)->mesh))};
+  return clean_mesh(raw_of((*found)->mesh), component.winding, job_.side);
 }
 
 const geometry::Shape& ComponentLoader::shape_of(const ComponentJob& component)
@@ -262,9 +255,7 @@ const geometry::Shape& ComponentLoader::shape_of(const ComponentJob& component)
     return geometry::generate_shape({generate.shape, generate.numbers, generate.words});
   });
   constexpr Eigen::Index most_generated = 5'000'000;
-  for (const std::vector<geometry::ShapePart>* parts : {&shape.reference, &shape.moving}) {
-    for (const geometry::ShapePart& part : *parts) n_generated_ += part.mesh.triangles.rows();
-  }
+  for (const geometry::ShapePart* part : parts_of(shape)) n_generated_ += part->mesh.triangles.rows();
   if (n_generated_ > most_generated) {
     job_.document.refuse(component.key + ".generate",
                          "generated shapes of " + std::to_string(n_generated_) + " triangles in all",
@@ -422,6 +413,17 @@ std::vector<Compartment> compartments_of(const Job& job, const Body& moving, dou
     out.push_back(compartment);
   }
   return out;
+}
+
+Box box_of(const Body& body)
+{
+  // Either part may be empty, not both.
+  const Mesh& contact = body.contact.mesh;
+  const Mesh& visual = body.visual.mesh;
+  if (visual.vertices_mm.rows() == 0) return bounding_box(contact);
+  if (contact.vertices_mm.rows() == 0) return bounding_box(visual);
+  const Box a = bounding_box(contact), b = bounding_box(visual);
+  return {a.min_mm.cwiseMin(b.min_mm), a.max_mm.cwiseMax(b.max_mm)};
 }
 
 // The start of a joint whose job gives none.

@@ -101,6 +101,9 @@ class ComponentLoader {
 /// `none`. Throws InputError for a name that is not a moving contact component or is in both compartments.
 std::vector<Compartment> compartments_of(const Job& job, const Body& moving, double centre_z_mm);
 
+/// Bounding box of all components of a body, visual ones included.
+Box box_of(const Body& body);
+
 /// The start of a joint whose job gives none: travel of the moving object from the pose of the meshes along
 /// Delta there to 0.1 mm before the next contact ahead; if the meshes overlap, from the first pose back
 /// against Delta without overlap. Zero if nothing is ahead. Attitude zero, theta of `loaded.initial`. Needs

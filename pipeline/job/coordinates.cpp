@@ -58,7 +58,7 @@ std::size_t n_driven(const CoordinatesJob& job)
                     [](const CoordinateJob& c) { return c.role == CoordinateRole::driven; }));
 }
 
-// Combinations that no reading of a table can mend.
+// Combinations that are refused before any table is read.
 void check_roles(const Job& job, const CoordinatesJob& coordinates)
 {
   const auto& all = coordinates.coordinate;

@@ -45,7 +45,7 @@ struct ComponentJob {
   Eigen::Vector3d shift_mm{0.0, 0.0, 0.0};  ///< translation of the component, canonical axes
 };
 
-/// Map from mesh file coordinates to canonical axes (load/axis_map.hpp).
+/// Map from mesh file coordinates to canonical axes (job/component_loader.hpp).
 struct FrameJob {
   std::string key;  ///< "frame", "reference.frame" or "moving.frame"
   std::string unit;
@@ -82,7 +82,7 @@ struct FlexionTable {
 };
 
 /// `n` components: constants, a table { flexion_deg, value } or { driving, value }, or { columns }
-/// (load/push_job.cpp).
+/// (job/command_jobs.cpp).
 FlexionTable over_flexion_at(const core::Document& document, const std::string& key, std::size_t n);
 
 /// from, from + step, ... up to `to`, which is included if a whole number of steps reaches it.
@@ -249,7 +249,7 @@ Job with_found_frames(const Job& job, const FoundFrames& found);
 /// table. Throws InputError for a combination that no method solves and for invalid scaling.
 Case case_with_joint(const Job& job, const std::string& data_directory, const Case& joint);
 
-// Validation of jobs and campaigns against their schemas (documents/schema.hpp).
+// Validation of jobs and campaigns against their schemas (core/schema.hpp).
 
 /// The job with defaults filled in, keys in the order of the schema and numbers typed by the schema.
 /// [campaign] is checked and removed. Throws InputError for an unknown key (naming the nearest known one), a

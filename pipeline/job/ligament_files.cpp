@@ -309,16 +309,6 @@ void add_fibres(const Job& job, const InputFile& file, const BodyMaps& maps, Loa
   set_slack_lengths(loaded);
 }
 
-Box box_of(const Body& body)
-{
-  // Either part may be empty, not both.
-  const Mesh& contact = body.contact.mesh;
-  const Mesh& visual = body.visual.mesh;
-  if (visual.vertices_mm.rows() == 0) return bounding_box(contact);
-  const Box a = bounding_box(contact), b = bounding_box(visual);
-  return {a.min_mm.cwiseMin(b.min_mm), a.max_mm.cwiseMax(b.max_mm)};
-}
-
 std::string in_mm(const Eigen::Vector3d& p)
 {
   return "(" + core::numbers_text(p) + ")";
@@ -394,7 +384,7 @@ const core::DocumentSchema& wraps_schema();  // schemas/wraps.schema.json
 
 namespace {
 
-// Largest ratio of half-axes for which the shortest path was always found (pipeline/ligament/README.md).
+// Largest ratio of half-axes for which the shortest path was always found (pipeline/model/README.md).
 constexpr double largest_ratio = 5.0;
 
 // Converts a text such as "1 2 3" to a list of numbers; any other text stays unchanged.

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -137,6 +136,12 @@ RawMesh read_by_extension(const std::string& file, std::string bytes)
 
 }  // namespace
 
+std::string quoted_word(std::string_view word)
+{
+  constexpr std::size_t longest = 40;
+  return "\"" + std::string(word.substr(0, longest)) + "\"";
+}
+
 RawMesh read_mesh(const std::string& file, std::string bytes)
 {
   if (bytes.empty()) throw InputError({file, "", "an empty file", "a mesh"});
@@ -152,19 +157,12 @@ namespace {
 constexpr std::size_t header_bytes = 80;
 constexpr std::size_t facet_bytes = 50;  // normal, three vertices, attribute
 
-std::string lower(std::string_view word)
-{
-  std::string out(word);
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
-
 // Whether the file begins with "solid" and is text: binary headers may also begin with "solid".
 bool is_ascii(const std::string& bytes)
 {
   const std::size_t begin = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
   const auto is_text = [](char c) { return is_space(c) || static_cast<unsigned char>(c) >= 0x20; };
-  return lower(std::string_view(bytes).substr(begin, 5)) == "solid" &&
+  return lower_case(bytes.substr(begin, 5)) == "solid" &&
          std::all_of(bytes.begin(),
                      bytes.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(bytes.size(), 1024)),
                      is_text);
@@ -204,7 +202,7 @@ class AsciiReader {
   // The error of a line, or an empty text.
   std::string read(const std::vector<std::string_view>& words)
   {
-    const std::string keyword = lower(words[0]);
+    const std::string keyword = lower_case(std::string(words[0]));
     const bool is_solid_keyword = keyword == "solid" || keyword == "endsolid";
     if (is_solid_keyword || keyword == "facet") {
       if (n_begun_ != n_ended_) return "\"" + keyword + "\" within a facet";
@@ -320,11 +318,6 @@ bool is_ignored(std::string_view keyword)
   return std::find(others.begin(), others.end(), keyword) != others.end();
 }
 
-std::string quoted(std::string_view word)
-{
-  return "\"" + std::string(word.substr(0, 40)) + "\"";
-}
-
 class Checker {
  public:
   Checker(const std::string& file, const std::string& bytes) : file_(file), bytes_(bytes) {}
@@ -377,7 +370,7 @@ class Checker {
     } else if (keyword == "f") {
       read_face(words);
     } else if (keyword != "vt" && !is_ignored(keyword)) {
-      refuse(quoted(keyword), "a keyword of a polygon mesh, such as v, vn, vt or f");
+      refuse(quoted_word(keyword), "a keyword of a polygon mesh, such as v, vn, vt or f");
     }
   }
 
@@ -389,7 +382,7 @@ class Checker {
     }
     out_ += words[0];
     for (std::size_t k = 1; k < words.size(); ++k) {
-      if (!parse_real(words[k])) refuse(quoted(words[k]), "a number");
+      if (!parse_real(words[k])) refuse(quoted_word(words[k]), "a number");
       if (k <= fewest) (out_ += " ") += words[k];
     }
     out_ += "\n";
@@ -424,7 +417,7 @@ class Checker {
   {
     const std::optional<std::int64_t> index = parse_integer(word);
     const std::int64_t value = index && *index < 0 ? n_so_far + 1 + *index : index.value_or(0);
-    if (value < 1) refuse(quoted(corner), "an index from 1 or a negative one: " + valid_vertices());
+    if (value < 1) refuse(quoted_word(corner), "an index from 1 or a negative one: " + valid_vertices());
     return value;
   }
 
@@ -483,6 +476,13 @@ class Words {
     throw InputError({file_, "line " + std::to_string(line_), found, wanted});
   }
 
+  /// Refuses anything after `last`, such as "12 faces".
+  void require_end(const std::string& last)
+  {
+    if (const std::string_view rest = next(); !rest.empty())
+      refuse(quoted_word(rest), "the end of the file after " + last);
+  }
+
   std::size_t n_left() const { return bytes_.size() - at_; }
   std::size_t line() const { return line_; }
 
@@ -507,7 +507,7 @@ class Words {
   Number known(const std::optional<Number>& number, const std::string& wanted) const
   {
     if (word_.empty()) refuse("the end of the file", wanted);
-    if (!number) refuse("\"" + std::string(word_.substr(0, 40)) + "\"", wanted);
+    if (!number) refuse(quoted_word(word_), wanted);
     return *number;
   }
 
@@ -597,10 +597,7 @@ RawMesh read_vertices_faces(const std::string& file, const std::string& bytes)
       mesh.corner.push_back(static_cast<std::int32_t>(index));
     }
   }
-  if (const std::string_view rest = words.next(); !rest.empty()) {
-    words.refuse("\"" + std::string(rest.substr(0, 40)) + "\"",
-                 "the end of the file after " + count_of(n_faces, "faces"));
-  }
+  words.require_end(count_of(n_faces, "faces"));
   const std::int32_t first = first_index(file, range, n_vertices);
   for (std::int32_t& corner : mesh.corner) corner -= first;
   return mesh;
@@ -616,10 +613,7 @@ Points read_vertex_normals(const std::string& file, const std::string& bytes, Ei
   for (Eigen::Index v = 0; v < n_vertices; ++v) {
     for (int k = 0; k < 3; ++k) normals(v, k) = words.real("a component of normal " + std::to_string(v));
   }
-  if (const std::string_view rest = words.next(); !rest.empty()) {
-    words.refuse("\"" + std::string(rest.substr(0, 40)) + "\"",
-                 "the end of the file after " + count_of(n, "normals"));
-  }
+  words.require_end(count_of(n, "normals"));
   return normals;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "model/mesh.hpp"
@@ -36,6 +37,9 @@ RawMesh read_mesh(const std::string& file, std::string bytes);
 /// header must be complete and is skipped, unless it has vertex indices. Throws InputError naming file and
 /// line or element.
 RawMesh read_ply(const std::string& file, const std::string& bytes);
+
+/// A word of a file for messages: in quotation marks, cut at 40 characters.
+std::string quoted_word(std::string_view word);
 
 // Checks before assimp parses, which accepts truncated files and is unsafe with damaged ones. Both throw
 // InputError naming file and line.

@@ -38,48 +38,31 @@ struct Header {
   std::size_t body = 0;  // offset of the first byte after the header
 };
 
+struct TypeName {
+  std::string_view name, sized_name;
+  Type type;
+  std::size_t n_bytes;
+};
+constexpr std::array<TypeName, 8> type_names{{{"char", "int8", Type::int8, 1},
+                                              {"uchar", "uint8", Type::uint8, 1},
+                                              {"short", "int16", Type::int16, 2},
+                                              {"ushort", "uint16", Type::uint16, 2},
+                                              {"int", "int32", Type::int32, 4},
+                                              {"uint", "uint32", Type::uint32, 4},
+                                              {"float", "float32", Type::float32, 4},
+                                              {"double", "float64", Type::float64, 8}}};
+
 Type type_of(const std::string& word)
 {
-  constexpr std::array<std::pair<std::string_view, Type>, 16> types{{{"char", Type::int8},
-                                                                     {"int8", Type::int8},
-                                                                     {"uchar", Type::uint8},
-                                                                     {"uint8", Type::uint8},
-                                                                     {"short", Type::int16},
-                                                                     {"int16", Type::int16},
-                                                                     {"ushort", Type::uint16},
-                                                                     {"uint16", Type::uint16},
-                                                                     {"int", Type::int32},
-                                                                     {"int32", Type::int32},
-                                                                     {"uint", Type::uint32},
-                                                                     {"uint32", Type::uint32},
-                                                                     {"float", Type::float32},
-                                                                     {"float32", Type::float32},
-                                                                     {"double", Type::float64},
-                                                                     {"float64", Type::float64}}};
-  const auto found =
-      std::find_if(types.begin(), types.end(), [&](const auto& type) { return type.first == word; });
-  return found == types.end() ? Type::none : found->second;
+  for (const TypeName& known : type_names) {
+    if (word == known.name || word == known.sized_name) return known.type;
+  }
+  return Type::none;
 }
 
 std::size_t bytes_of(Type type)
 {
-  switch (type) {
-    case Type::int8:
-    case Type::uint8:
-      return 1;
-    case Type::int16:
-    case Type::uint16:
-      return 2;
-    case Type::int32:
-    case Type::uint32:
-    case Type::float32:
-      return 4;
-    case Type::float64:
-      return 8;
-    case Type::none:
-      break;
-  }
-  return 0;
+  return std::ranges::find(type_names, type, &TypeName::type)->n_bytes;
 }
 
 bool is_whole(Type type)
@@ -152,15 +135,11 @@ class HeaderReader {
 
   void read_format(const std::string& word)
   {
-    if (word == "ascii") {
-      header_.format = Format::ascii;
-    } else if (word == "binary_little_endian") {
-      header_.format = Format::little_endian;
-    } else if (word == "binary_big_endian") {
-      header_.format = Format::big_endian;
-    } else {
+    constexpr std::array<std::string_view, 3> formats{"ascii", "binary_little_endian", "binary_big_endian"};
+    const auto* const found = std::find(formats.begin(), formats.end(), word);
+    if (found == formats.end())
       refuse("\"" + word + "\"", "ascii, binary_little_endian or binary_big_endian");
-    }
+    header_.format = static_cast<Format>(found - formats.begin());
   }
 
   void read_element(const std::string& name, const std::string& count)

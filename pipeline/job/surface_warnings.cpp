@@ -191,9 +191,9 @@ std::vector<Pose> flexed_poses(const Eigen::Vector3d& centre_mm, const std::vect
 
 std::string speck_text(const Speck& speck, std::size_t n_triangles, const Eigen::Vector3d& file_mm)
 {
+  const Eigen::Vector3d tenths_mm = (10.0 * file_mm).array().round() / 10.0 + 0.0;
   return std::to_string(n_triangles) + " triangles, " + rounded_text(speck.size_mm, 10.0) +
-         " mm across, at [" + rounded_text(file_mm.x(), 10.0) + ", " + rounded_text(file_mm.y(), 10.0) +
-         ", " + rounded_text(file_mm.z(), 10.0) + "] mm in the axes of the file";
+         " mm across, at [" + core::numbers_text(tenths_mm) + "] mm in the axes of the file";
 }
 
 double lesser_side_share(const Mesh& mesh, double sign, double centre_z_mm)
@@ -402,15 +402,11 @@ std::vector<std::string> mesh_warnings(const Job& job, const Case& loaded)
     const Body& body = is_reference ? loaded.reference : loaded.moving;
     const Box space = joint_space(is_reference ? loaded.moving : loaded.reference);
     const std::vector<ComponentJob>& parts = (is_reference ? job.reference : job.moving).components;
+    const std::vector<std::vector<Eigen::Index>> rows = triangles_by_component(body, body.contact);
     for (std::size_t c = 0; c < parts.size(); ++c, ++row) {
       if (parts[c].generate || !parts[c].has_contact) continue;
-      std::vector<Eigen::Index> rows;
-      for (std::size_t t = 0; t < body.contact.component.size(); ++t)
-        if (body.contact.component[t] == static_cast<std::int32_t>(c))
-          rows.push_back(static_cast<Eigen::Index>(t));
-      const ComponentSurvey& survey = loaded.survey[row];
-      warn_of_component(survey.body + " component \"" + survey.name + "\" (" + survey.source + ")",
-                        survey.box, select_triangles(body.contact.mesh, rows), space, warnings);
+      warn_of_component(named(loaded.survey[row]), loaded.survey[row].box,
+                        select_triangles(body.contact.mesh, rows[c]), space, warnings);
     }
   }
   return warnings;
@@ -446,11 +442,6 @@ bool is_within(double size_mm, const SizeRange& sizes)
   return size_mm >= sizes.least_mm && size_mm <= sizes.most_mm;
 }
 
-std::string three_decimals(double value)
-{
-  return shortest_decimal(std::round(value * 1000.0) / 1000.0);
-}
-
 // The largest mesh file of one object; null if all components are generated.
 const ComponentSurvey* largest_file(const BodyJob& body, const ComponentSurvey* survey)
 {
@@ -463,6 +454,11 @@ const ComponentSurvey* largest_file(const BodyJob& body, const ComponentSurvey* 
 }
 
 }  // namespace
+
+std::string named(const ComponentSurvey& component)
+{
+  return component.body + " component \"" + component.name + "\" (" + component.source + ")";
+}
 
 double diagonal_mm(const Box& box)
 {
@@ -497,15 +493,15 @@ void check_unit(const Job& job, const std::vector<ComponentSurvey>& survey)
     if (is_within(size_mm, possible_sizes(job))) continue;
     const std::string unit = suggested_unit(frame.unit, size_mm, usual_size_range(job));
     const std::string found = "\"" + frame.unit + "\", in which \"" + file->name + "\" (" + file->source +
-                              ") measures " + three_decimals(size_mm) + " mm across";
+                              ") measures " + rounded_text(size_mm, 1000.0) + " mm across";
     std::string wanted = "meshes of a joint in mm, cm or m";
     if (other != nullptr && is_within(diagonal_mm(other->box), usual_size_range(job))) {
       wanted = "all mesh files in one unit: \"" + other->name + "\" measures " +
-               three_decimals(diagonal_mm(other->box)) + " mm; convert \"" + file->source + "\" to " +
+               rounded_text(diagonal_mm(other->box), 1000.0) + " mm; convert \"" + file->source + "\" to " +
                frame.unit + (unit.empty() ? "" : ", its size suggests " + unit);
     } else if (!unit.empty()) {
       wanted = key + " = \"" + unit + "\", in which it measures " +
-               three_decimals(size_mm / mm_per_unit(frame.unit) * mm_per_unit(unit)) + " mm";
+               rounded_text(size_mm / mm_per_unit(frame.unit) * mm_per_unit(unit), 1000.0) + " mm";
     }
     throw InputError({job.document.source_of(key), key, found, wanted});
   }

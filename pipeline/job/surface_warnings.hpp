@@ -67,6 +67,9 @@ std::string suggested_unit(const std::string& unit, double size_mm, const SizeRa
 
 double diagonal_mm(const Box& box);
 
+/// The component's body, name and source, as the begin of a message.
+std::string named(const ComponentSurvey& component);
+
 /// Throws InputError if the largest mesh file of an object is implausible in the unit of its frame: below 1
 /// mm (a knee: 3 mm) or above 3 m. `survey` has the components in the order of the job.
 void check_unit(const Job& job, const std::vector<ComponentSurvey>& survey);

@@ -49,21 +49,21 @@ bool TextLines::next()
 
 double TextLines::real(std::size_t k, const std::string& wanted) const
 {
-  const std::optional<double> number = k < words_.size() ? job::parse_real(words_[k]) : std::nullopt;
+  const std::optional<double> number = k < words_.size() ? parse_real(words_[k]) : std::nullopt;
   if (!number || !std::isfinite(*number)) refuse(shown_word(k), wanted);
   return *number;
 }
 
 std::int64_t TextLines::whole(std::size_t k, const std::string& wanted) const
 {
-  const std::optional<std::int64_t> number = k < words_.size() ? job::parse_integer(words_[k]) : std::nullopt;
+  const std::optional<std::int64_t> number = k < words_.size() ? parse_integer(words_[k]) : std::nullopt;
   if (!number) refuse(shown_word(k), wanted);
   return *number;
 }
 
 std::string TextLines::shown_word(std::size_t k) const
 {
-  return k < words_.size() ? job::quoted(words_[k]) : "the end of the line";
+  return k < words_.size() ? quoted_word(words_[k]) : "the end of the line";
 }
 
 void TextLines::refuse(const std::string& found, const std::string& wanted) const
@@ -74,12 +74,6 @@ void TextLines::refuse(const std::string& found, const std::string& wanted) cons
 void TextLines::refuse_at(std::size_t line, const std::string& found, const std::string& wanted) const
 {
   throw InputError({source_.file, "line " + std::to_string(std::max<std::size_t>(line, 1)), found, wanted});
-}
-
-std::string quoted(std::string_view word)
-{
-  constexpr std::size_t longest = 40;
-  return "\"" + std::string(word.substr(0, longest)) + "\"";
 }
 
 bool is_component_name(std::string_view word)
@@ -98,6 +92,7 @@ constexpr double longest_mm = 1e6;                                 // 1 km: more
 constexpr double longest_step_mm = 1000.0;                         // limit of a job
 constexpr double largest_step_deg = 90.0;                          // limit of a job
 constexpr double whole_turn_deg = 360.0;
+constexpr double largest_zoom = 1e6;
 constexpr double max_attitudes = 1e6;  // limit of a job
 
 // A product rounded to short decimals: 0.0003 m gives 0.3 mm.
@@ -127,28 +122,37 @@ class Reader {
   struct Keyword {
     const char* name;
     const char* values;  // as messages show them
-    std::size_t min_values;
-    std::size_t max_values;
-    void (Reader::*read)();
+    std::size_t min_values, max_values;
+    bool is_numbered;  // of a body, view or angle: permitted once for each
+    void (*read)(Reader&);
   };
 
   static const std::vector<Keyword>& keywords()
   {
     static const std::vector<Keyword> all{
-        {"MODEL", "body name", 2, 2, &Reader::read_model},
-        {"INITIAL_POSITION", "body x y z", 4, 4, &Reader::read_position},
-        {"INITIAL_MOTION", "body x y z", 4, 4, &Reader::read_motion},
-        {"INITIAL_ORIENTATION", "body rx ry rz", 4, 4, &Reader::read_orientation},
-        {"SHIFT_MODEL", "view x y z", 4, 4, &Reader::read_shift},
-        {"ORIENTATION_MODEL", "view rx ry rz", 4, 4, &Reader::read_view_orientation},
-        {"DISPLAY", "width height", 2, 2, &Reader::read_display},
-        {"ZOOM", "factor", 1, 1, &Reader::read_zoom},
-        {"CONTACT_RESOLUTION", "length", 1, 1, &Reader::read_contact_resolution},
-        {"MODELING_RESOLUTION", "length", 1, 1, &Reader::read_modelling_step},
-        {"ORIENTATION_RESOLUTION", "degrees", 1, 1, &Reader::read_orientation_resolution},
-        {"ORIENTATION_STEP", "degrees", 1, 1, &Reader::read_orientation_step},
-        {"ANGLE_RANGE", "angle from to [step]", 3, 4, &Reader::read_range},
-        {"RENDER", "fill|wire", 1, 1, &Reader::read_render},
+        {"MODEL", "body name", 2, 2, true, [](Reader& r) { r.read_model(); }},
+        {"INITIAL_POSITION", "body x y z", 4, 4, true, [](Reader& r) { r.read_position(); }},
+        {"INITIAL_MOTION", "body x y z", 4, 4, true, [](Reader& r) { r.read_motion(); }},
+        {"INITIAL_ORIENTATION", "body rx ry rz", 4, 4, true, [](Reader& r) { r.read_orientation(); }},
+        {"SHIFT_MODEL", "view x y z", 4, 4, true, [](Reader& r) { r.view().shift_mm = r.lengths_mm(); }},
+        {"ORIENTATION_MODEL", "view rx ry rz", 4, 4, true,
+         [](Reader& r) { r.view().orientation_deg = r.angles_deg(); }},
+        {"DISPLAY", "width height", 2, 2, false,
+         [](Reader& r) {
+           r.out_.display_px = {r.pixels(1), r.pixels(2)};
+         }},
+        {"ZOOM", "factor", 1, 1, false,
+         [](Reader& r) { r.out_.zoom = r.positive(r.lines_.real(1, "a factor above 0"), largest_zoom, ""); }},
+        {"CONTACT_RESOLUTION", "length", 1, 1, false,
+         [](Reader& r) { r.out_.contact_resolution_mm = r.step_mm(); }},
+        {"MODELING_RESOLUTION", "length", 1, 1, false,
+         [](Reader& r) { r.out_.modelling_step_mm = r.step_mm(); }},
+        {"ORIENTATION_RESOLUTION", "degrees", 1, 1, false,
+         [](Reader& r) { r.out_.orientation_resolution_deg = r.step_deg(); }},
+        {"ORIENTATION_STEP", "degrees", 1, 1, false,
+         [](Reader& r) { r.out_.orientation_step_deg = r.step_deg(); }},
+        {"ANGLE_RANGE", "angle from to [step]", 3, 4, true, [](Reader& r) { r.read_range(); }},
+        {"RENDER", "fill|wire", 1, 1, false, [](Reader& r) { r.read_render(); }},
     };
     return all;
   }
@@ -156,14 +160,13 @@ class Reader {
   void read_line()
   {
     const std::string name(lines_.words().front());
-    const auto keyword = std::find_if(keywords().begin(), keywords().end(),
-                                      [&](const Keyword& known) { return name == known.name; });
+    const auto keyword = std::ranges::find(keywords(), name, &Keyword::name);
     if (keyword == keywords().end()) {
       std::vector<std::string> names;
       for (const Keyword& known : keywords()) names.emplace_back(known.name);
       // Bounds the cost of the comparison.
       const std::string nearest = nearest_word(name.substr(0, 40), names);
-      lines_.refuse("the unknown keyword " + job::quoted(name),
+      lines_.refuse("the unknown keyword " + quoted_word(name),
                     "a keyword; the nearest is \"" + nearest + "\"");
     }
     const std::size_t n = lines_.words().size() - 1;
@@ -171,7 +174,8 @@ class Reader {
       lines_.refuse(name + " with " + (n == 0 ? "no values" : std::to_string(n) + " value(s)"),
                     name + " " + keyword->values);
     }
-    (this->*keyword->read)();
+    if (!keyword->is_numbered) note_once(name);
+    keyword->read(*this);
   }
 
   // Each keyword is permitted once, or once for each number. Records its line.
@@ -222,6 +226,9 @@ class Reader {
     return value;
   }
 
+  double step_mm() { return positive(length_mm(1), longest_step_mm, " mm"); }
+  double step_deg() { return positive(lines_.real(1, "an angle"), largest_step_deg, " degrees"); }
+
   Eigen::Vector3d lengths_mm() { return {length_mm(2), length_mm(3), length_mm(4)}; }
   Eigen::Vector3d angles_deg() { return {angle_deg(2), angle_deg(3), angle_deg(4)}; }
 
@@ -229,7 +236,7 @@ class Reader {
   {
     const std::int64_t id = body();
     const std::string name(lines_.words()[2]);
-    if (!is_component_name(name)) lines_.refuse(job::quoted(name), component_name_rule);
+    if (!is_component_name(name)) lines_.refuse(quoted_word(name), component_name_rule);
     note_once(numbered(id) + " " + name);
     (id == 0 ? out_.reference : out_.moving).push_back(name);
   }
@@ -278,9 +285,6 @@ class Reader {
     return out_.views[static_cast<int>(number)];
   }
 
-  void read_shift() { view().shift_mm = lengths_mm(); }
-  void read_view_orientation() { view().orientation_deg = angles_deg(); }
-
   int pixels(std::size_t k)
   {
     constexpr std::int64_t largest = 16384;
@@ -288,43 +292,6 @@ class Reader {
     const std::int64_t n = lines_.whole(k, wanted);
     if (n < 1 || n > largest) lines_.refuse(std::to_string(n), wanted);
     return static_cast<int>(n);
-  }
-
-  void read_display()
-  {
-    note_once("DISPLAY");
-    out_.display_px = {pixels(1), pixels(2)};
-  }
-
-  void read_zoom()
-  {
-    constexpr double largest = 1e6;
-    note_once("ZOOM");
-    out_.zoom = positive(lines_.real(1, "a factor above 0"), largest, "");
-  }
-
-  void read_contact_resolution()
-  {
-    note_once("CONTACT_RESOLUTION");
-    out_.contact_resolution_mm = positive(length_mm(1), longest_step_mm, " mm");
-  }
-
-  void read_modelling_step()
-  {
-    note_once("MODELING_RESOLUTION");
-    out_.modelling_step_mm = positive(length_mm(1), longest_step_mm, " mm");
-  }
-
-  void read_orientation_resolution()
-  {
-    note_once("ORIENTATION_RESOLUTION");
-    out_.orientation_resolution_deg = positive(lines_.real(1, "an angle"), largest_step_deg, " degrees");
-  }
-
-  void read_orientation_step()
-  {
-    note_once("ORIENTATION_STEP");
-    out_.orientation_step_deg = positive(lines_.real(1, "an angle"), largest_step_deg, " degrees");
   }
 
   void read_range()
@@ -357,10 +324,9 @@ class Reader {
 
   void read_render()
   {
-    note_once("RENDER");
     out_.render = std::string(lines_.words()[1]);
     if (out_.render != "fill" && out_.render != "wire")
-      lines_.refuse(job::quoted(out_.render), "fill or wire");
+      lines_.refuse(quoted_word(out_.render), "fill or wire");
   }
 
   // Line of a keyword; 0 if it is missing.
@@ -432,7 +398,7 @@ KeywordConfiguration parse_configuration(const NamedText& source, double unit_mm
 
 NamedText read_configuration(const std::string& file)
 {
-  return {file, job::file_bytes(file, {file, "", "", "a configuration file"}, largest_configuration_bytes)};
+  return {file, file_bytes(file, {file, "", "", "a configuration file"}, largest_configuration_bytes)};
 }
 
 namespace {
@@ -452,7 +418,7 @@ struct RowCount {
 RowCount row_count_in(const TextLines& lines)
 {
   if (lines.words().size() != 1) return {};
-  return {job::parse_integer(lines.words().front()), lines.line()};
+  return {parse_integer(lines.words().front()), lines.line()};
 }
 
 void check_row_count(const TextLines& lines, const RowCount& count, std::size_t n_rows)
@@ -467,34 +433,6 @@ std::string numbers_from(std::int64_t first, Eigen::Index n)
   return "from " + std::to_string(first) + " to " + std::to_string(first + n - 1);
 }
 
-// Checks row numbers: consecutive, from 0 or 1, or from the first number of `vertices`.
-class RowNumbers {
- public:
-  explicit RowNumbers(const Rows* vertices) : vertices_(vertices) {}
-
-  std::int64_t first() const { return first_; }
-
-  void read(const TextLines& lines)
-  {
-    const std::int64_t number = lines.whole(0, "the number of the row");
-    const bool may_be_first = vertices_ == nullptr ? number == 0 || number == 1 : number == vertices_->first;
-    if (n_ == 0 && !may_be_first) {
-      lines.refuse(
-          "row " + std::to_string(number),
-          vertices_ == nullptr ? "row 1 (or 0) first" : "row " + std::to_string(vertices_->first) + " first");
-    }
-    if (n_ == 0) first_ = number;
-    if (number != first_ + n_)
-      lines.refuse("row " + std::to_string(number), "row " + std::to_string(first_ + n_));
-    ++n_;
-  }
-
- private:
-  const Rows* vertices_;
-  std::int64_t first_ = 1;
-  std::int64_t n_ = 0;
-};
-
 // For normals `vertices` is given: the rows must have the same numbers.
 Rows read_rows(const NamedText& source, const std::string& what, const Rows* vertices)
 {
@@ -502,7 +440,7 @@ Rows read_rows(const NamedText& source, const std::string& what, const Rows* ver
   bool has_line = lines.next();
   const RowCount count = has_line ? row_count_in(lines) : RowCount{};
   if (count.n_rows) has_line = lines.next();
-  RowNumbers numbers(vertices);
+  std::int64_t first = vertices == nullptr ? 1 : vertices->first;
   std::vector<double> values;
   for (; has_line; has_line = lines.next()) {
     if (lines.words().size() != 4) {
@@ -512,10 +450,18 @@ Rows read_rows(const NamedText& source, const std::string& what, const Rows* ver
     if (vertices != nullptr && values.size() == static_cast<std::size_t>(vertices->values.size())) {
       lines.refuse("more normals", std::to_string(vertices->values.rows()) + ", one for each vertex");
     }
-    numbers.read(lines);
+    const std::int64_t number = lines.whole(0, "the number of the row");
+    if (values.empty() && vertices == nullptr && number == 0) first = 0;
+    const std::int64_t expected = first + static_cast<std::int64_t>(values.size() / 3);
+    if (number != expected) {
+      const std::string row = "row " + std::to_string(expected);
+      lines.refuse("row " + std::to_string(number), !values.empty()       ? row
+                                                    : vertices == nullptr ? "row 1 (or 0) first"
+                                                                          : row + " first");
+    }
     for (std::size_t k = 1; k <= 3; ++k) {
       values.push_back(lines.real(k, "a finite coordinate"));
-      if (std::abs(values.back()) > job::largest_coordinate)
+      if (std::abs(values.back()) > largest_coordinate)
         lines.refuse("a coordinate of " + shortest_decimal(values.back()), "at most 1e9 in size");
     }
   }
@@ -526,7 +472,7 @@ Rows read_rows(const NamedText& source, const std::string& what, const Rows* ver
     lines.refuse(std::to_string(n) + " normals",
                  std::to_string(vertices->values.rows()) + ", one for each vertex");
   }
-  return {Eigen::Map<const Points>(values.data(), n, 3), numbers.first()};
+  return {Eigen::Map<const Points>(values.data(), n, 3), first};
 }
 
 // Polygons of one component; corners are row indices of the whole set.
@@ -548,8 +494,8 @@ class ElementReader {
     if (count.n_rows) has_line = lines_.next();
     std::size_t n_faces = 0;
     for (; has_line; has_line = lines_.next()) {
-      if (++n_faces > job::largest_face_count)
-        lines_.refuse("more faces", "at most " + std::to_string(job::largest_face_count));
+      if (++n_faces > largest_face_count)
+        lines_.refuse("more faces", "at most " + std::to_string(largest_face_count));
       read_face();
     }
     check_row_count(lines_, count, n_faces);
@@ -563,9 +509,9 @@ class ElementReader {
     const auto& words = lines_.words();
     Polygons& component = component_named(words.front());
     const std::size_t n_corners = words.size() - 1;
-    if (n_corners < 3 || n_corners > job::largest_face_size) {
+    if (n_corners < 3 || n_corners > largest_face_size) {
       lines_.refuse(std::to_string(n_corners) + " vertices after the component's name",
-                    "from 3 to " + std::to_string(job::largest_face_size));
+                    "from 3 to " + std::to_string(largest_face_size));
     }
     const Eigen::Index n_vertices = vertices_.values.rows();
     for (std::size_t k = 1; k <= n_corners; ++k) {
@@ -582,11 +528,11 @@ class ElementReader {
   Polygons& component_named(std::string_view name)
   {
     if (const auto found = index_of_.find(name); found != index_of_.end()) return components_[found->second];
-    if (job::parse_real(name)) {
-      lines_.refuse("an element without a component name: its first word is " + job::quoted(name),
+    if (parse_real(name)) {
+      lines_.refuse("an element without a component name: its first word is " + quoted_word(name),
                     "the name of its component, then the numbers of its vertices");
     }
-    if (!is_component_name(name)) lines_.refuse(job::quoted(name), component_name_rule);
+    if (!is_component_name(name)) lines_.refuse(quoted_word(name), component_name_rule);
     if (components_.size() == max_object_components)
       lines_.refuse("more components", "at most " + std::to_string(max_object_components));
     index_of_.emplace(name, components_.size());
@@ -616,7 +562,7 @@ ObjectComponent component_of(Polygons polygons, const std::vector<std::int32_t>&
                              const Rows& normals)
 {
   ObjectComponent component{std::move(polygons.name), {}};
-  job::RawMesh& mesh = component.mesh;
+  RawMesh& mesh = component.mesh;
   mesh.vertices.resize(static_cast<Eigen::Index>(used.size()), 3);
   mesh.normals.resize(static_cast<Eigen::Index>(used.size()), 3);
   for (std::size_t v = 0; v < used.size(); ++v) {
@@ -634,8 +580,8 @@ ObjectComponent component_of(Polygons polygons, const std::vector<std::int32_t>&
 NamedText text_of(const std::string& prefix, const char* extension, const char* holds)
 {
   const std::string file = prefix + extension;
-  return {file, job::file_bytes(file, {file, "", "", std::string("the ") + holds + " of an Object set"},
-                                job::largest_mesh_bytes)};
+  return {file, file_bytes(file, {file, "", "", std::string("the ") + holds + " of an Object set"},
+                           largest_mesh_bytes)};
 }
 
 }  // namespace
@@ -667,7 +613,7 @@ std::string point_text(const Points& points, Eigen::Index row)
 
 // Calls `act` with the number of corners of each face and a pointer to the first.
 template <typename Act>
-void for_each_face(const job::RawMesh& mesh, const Act& act)
+void for_each_face(const RawMesh& mesh, const Act& act)
 {
   const std::int32_t* corner = mesh.corner.data();
   for (const std::int32_t n : mesh.size) {
@@ -691,13 +637,13 @@ void put_vector(std::array<char, 50>& record, std::size_t slot, const Eigen::Vec
   }
 }
 
-Mesh triangle_mesh(const job::RawMesh& raw)
+Mesh triangle_mesh(const RawMesh& raw)
 {
   std::vector<std::int32_t> corners;
   for_each_face(raw, [&](std::int32_t n, const std::int32_t* corner) {
     Points points(n, 3);
     for (std::int32_t k = 0; k < n; ++k) points.row(k) = raw.vertices.row(corner[k]);
-    for (const std::array<std::int32_t, 3>& triangle : job::triangulate(points)) {
+    for (const std::array<std::int32_t, 3>& triangle : triangulate(points)) {
       for (const std::int32_t k : triangle) corners.push_back(corner[k]);
     }
   });
@@ -708,7 +654,7 @@ Mesh triangle_mesh(const job::RawMesh& raw)
   return mesh;
 }
 
-void check_single_precision(const std::string& file, const job::RawMesh& mesh)
+void check_single_precision(const std::string& file, const RawMesh& mesh)
 {
   constexpr double largest = std::numeric_limits<float>::max();
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
@@ -720,7 +666,7 @@ void check_single_precision(const std::string& file, const job::RawMesh& mesh)
 
 }  // namespace
 
-std::string vertices_faces_bytes(const job::RawMesh& mesh)
+std::string vertices_faces_bytes(const RawMesh& mesh)
 {
   std::string bytes = std::to_string(mesh.vertices.rows()) + ' ' + std::to_string(mesh.size.size()) + '\n';
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) bytes += point_text(mesh.vertices, v) + '\n';
@@ -728,14 +674,14 @@ std::string vertices_faces_bytes(const job::RawMesh& mesh)
   return bytes;
 }
 
-std::string vertex_normals_bytes(const job::RawMesh& mesh)
+std::string vertex_normals_bytes(const RawMesh& mesh)
 {
   std::string bytes = std::to_string(mesh.normals.rows()) + '\n';
   for (Eigen::Index v = 0; v < mesh.normals.rows(); ++v) bytes += point_text(mesh.normals, v) + '\n';
   return bytes;
 }
 
-std::string wavefront_bytes(const job::RawMesh& mesh)
+std::string wavefront_bytes(const RawMesh& mesh)
 {
   const bool has_normals = mesh.normals.rows() > 0;
   std::string bytes;
@@ -752,7 +698,7 @@ std::string wavefront_bytes(const job::RawMesh& mesh)
   return bytes;
 }
 
-std::string ply_bytes(const job::RawMesh& mesh)
+std::string ply_bytes(const RawMesh& mesh)
 {
   constexpr std::int32_t largest_uchar = 255;
   const bool has_normals = mesh.normals.rows() > 0;
@@ -788,7 +734,7 @@ std::string stl_bytes(const Mesh& mesh, const std::string& header)
   return bytes;
 }
 
-std::string mesh_bytes(const std::string& file, const job::RawMesh& mesh)
+std::string mesh_bytes(const std::string& file, const RawMesh& mesh)
 {
   const std::string extension = std::filesystem::path(file).extension().string();
   if (extension == ".vf") return vertices_faces_bytes(mesh);
@@ -801,10 +747,10 @@ std::string mesh_bytes(const std::string& file, const job::RawMesh& mesh)
   throw InputError({file, "", "the extension \"" + extension + "\"", "an output .vf, .stl, .ply or .obj"});
 }
 
-job::RawMesh merge_equal_vertices(const job::RawMesh& mesh)
+RawMesh merge_equal_vertices(const RawMesh& mesh)
 {
-  job::WeldedVertices welded = job::weld_vertices(mesh);
-  job::RawMesh out;
+  WeldedVertices welded = weld_vertices(mesh);
+  RawMesh out;
   out.size = mesh.size;
   out.corner.reserve(mesh.corner.size());
   for (const std::int32_t corner : mesh.corner)
@@ -851,8 +797,8 @@ std::string components_text(const std::string& body, const std::vector<std::stri
   for (const std::string& model : models) {
     const std::string file = prefix + model + ".obj";
     text += line("\n[[" + body + ".component]]");
-    text += line("name = " + core::value_text({model}));
-    text += line("file = " + core::value_text({file}));
+    text += line("name = " + core::value_text(model));
+    text += line("file = " + core::value_text(file));
   }
   return text;
 }
@@ -868,7 +814,7 @@ std::string moving_text(const KeywordConfiguration& c, const std::string& folder
   // theta has the right-knee sign, which is reversed on a left knee.
   const double theta_deg = -c.turn_deg;
   std::string text = line("\n[moving]");
-  text += line("name = " + core::value_text({c.moving.front()}));
+  text += line("name = " + core::value_text(c.moving.front()));
   text += line("# anterior, proximal, right");
   text += line("initial = { translation_mm = " + list_of(canonical(c.position_mm)) +
                ", theta_deg = " + shortest_decimal(theta_deg) + " }");
@@ -904,7 +850,7 @@ std::string player_text(const KeywordConfiguration& c)
                  std::to_string((*c.display_px)[1]) + "]");
   }
   if (c.zoom) text += line("zoom = " + shortest_decimal(*c.zoom));
-  if (!c.render.empty()) text += line("render = " + core::value_text({c.render}));
+  if (!c.render.empty()) text += line("render = " + core::value_text(c.render));
   for (const auto& [number, view] : c.views) {
     text += line("\n[[player.view]]");
     text += line("number = " + std::to_string(number));
@@ -918,19 +864,19 @@ std::string player_text(const KeywordConfiguration& c)
 
 std::string job_text(const KeywordConfiguration& c, const JobTextOptions& places)
 {
-  std::string text = line("# From the keyword configuration " + core::value_text({places.source}) +
+  std::string text = line("# From the keyword configuration " + core::value_text(places.source) +
                           "; conversion: schemas/legacy-formats.md.");
-  text += line("title = " + core::value_text({places.title}));
+  text += line("title = " + core::value_text(places.title));
   text += line("joint = \"knee\"");
   text += line("side = \"left\"");
   text += line("\n# Thesis 5.2: X from medial to lateral of a left knee, Y up, Z forward (OpenGL view).");
   text += line("[frame]");
-  text += line("unit = " + core::value_text({places.unit}));
+  text += line("unit = " + core::value_text(places.unit));
   text += line("anterior = \"+Z\"");
   text += line("proximal = \"+Y\"");
   text += line("right = \"-X\"");
   text += line("\n[reference]");
-  text += line("name = " + core::value_text({c.reference.front()}));
+  text += line("name = " + core::value_text(c.reference.front()));
   text += components_text("reference", c.reference, places.models_folder);
   text += moving_text(c, places.models_folder);
   text += solving_text(c);

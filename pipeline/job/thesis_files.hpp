@@ -50,9 +50,6 @@ class TextLines {
   std::size_t line_ = 0;
 };
 
-/// A word in quotation marks, cut at 40 characters.
-std::string quoted(std::string_view word);
-
 /// Whether the word is a portable file name, as in component_name_rule.
 bool is_component_name(std::string_view word);
 inline constexpr const char* component_name_rule =

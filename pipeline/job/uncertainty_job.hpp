@@ -20,7 +20,7 @@ struct LoadedUncertainty {
 LoadedUncertainty load_uncertainty(const Job& job, const std::string& data_directory, const Case& loaded,
                                    const LoadedLigaments& ligaments);
 
-// Distributions of one number (load/uncertainty.hpp): quantiles from probabilities.
+// Distributions of one number (job/case.hpp): quantiles from probabilities.
 
 /// Standard normal distribution: probability below `score`, and its inverse for a probability above 0 and
 /// below 1.

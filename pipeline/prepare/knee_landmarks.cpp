@@ -220,7 +220,7 @@ void check_factor(const KneeLandmarks& landmarks, const Scaling& scaling, const 
 
 void warn_of_misfit(const Scaling& scaling, const char* bone, std::vector<std::string>& warnings)
 {
-  constexpr double largest_misfit = 0.05;  // as of [scaling] (load/scaling.cpp)
+  constexpr double largest_misfit = 0.05;  // as of [scaling] (job/scaling.cpp)
   double subject_sq = 0.0;
   for (const double subject_mm : scaling.subject_mm) subject_sq += subject_mm * subject_mm;
   const double mean_mm = std::sqrt(subject_sq / static_cast<double>(scaling.subject_mm.size()));

@@ -72,7 +72,7 @@ LandmarkScales landmark_scales(const KneeLandmarks& landmarks, const TemplateJoi
 
 // Transfers fibres and wraps of a template to a subject.
 
-/// A subject's bones in their anatomical frames (registration/knee_fit.hpp): origin at the rotation centre.
+/// A subject's bones in their anatomical frames (geometry/knee_fit.hpp): origin at the rotation centre.
 struct SubjectBones {
   geometry::KneeSurfaces surfaces;
   Mesh fibula;                             ///< in the tibia's frame; empty: unknown

@@ -46,7 +46,7 @@ InputError::Facts refused(const fs::path& file, std::string_view bytes)
   return {};
 }
 
-TEST(WholeFile, ANewFileHasTheModeOfTheUsersMask)
+TEST(WholeFile, mode_of_a_new_file)
 {
   const test::Scratch scratch;
   const mode_t mask = umask(027);
@@ -57,7 +57,7 @@ TEST(WholeFile, ANewFileHasTheModeOfTheUsersMask)
   EXPECT_THAT(names_in(scratch.path()), UnorderedElementsAre("a"));
 }
 
-TEST(WholeFile, ModeOwnerAndGroupStay)
+TEST(WholeFile, mode_and_owner_stay)
 {
   const test::Scratch scratch;
   for (const mode_t mode : {0600u, 0640u, 0664u, 0200u}) {
@@ -78,7 +78,7 @@ TEST(WholeFile, ModeOwnerAndGroupStay)
   }
 }
 
-TEST(WholeFile, LinksAreFollowedAndStay)
+TEST(WholeFile, links_are_followed)
 {
   const test::Scratch scratch;
   fs::create_directory(scratch.path() / "far");
@@ -94,7 +94,7 @@ TEST(WholeFile, LinksAreFollowedAndStay)
   EXPECT_EQ(test::read_bytes(file), "again");
 }
 
-TEST(WholeFile, OnlyAFileOfTheSameKindIsReplaced)
+TEST(WholeFile, kinds_of_files)
 {
   const test::Scratch scratch;
   const std::string hdf5 = "\x89HDF\r\n\x1a\n....", png = "\x89PNG....", json = "\n {\"a\": 1}",
@@ -135,7 +135,7 @@ TEST(WholeFile, what_is_refused_stays)
   EXPECT_NO_THROW(write_atomically("/dev/null", {"new"}));
 }
 
-TEST(WholeFile, TemporariesOfDeadWritersGoAndThoseOfLivingOnesStay)
+TEST(WholeFile, temporaries_of_dead_writers)
 {
   const test::Scratch scratch;
   const fs::path dead = scratch.write("a.partial", "half"), alive = scratch.write("a.partial-2", "half");
@@ -146,7 +146,7 @@ TEST(WholeFile, TemporariesOfDeadWritersGoAndThoseOfLivingOnesStay)
   EXPECT_EQ(test::read_bytes(alive), "half");
 }
 
-TEST(OutputLock, OneAtATimeAndTheHolderIsNamed)
+TEST(OutputLock, one_at_a_time)
 {
   const test::Scratch scratch;
   const fs::path output = scratch.path() / "m.h5", link = scratch.path() / "l.h5";
@@ -168,7 +168,7 @@ TEST(OutputLock, OneAtATimeAndTheHolderIsNamed)
 }
 
 // Several processes increment a number in a file under the lock; some are killed at random times.
-TEST(OutputLock, NoChangeUnderItIsLost)
+TEST(OutputLock, no_change_is_lost)
 {
   const test::Scratch scratch;
   const std::string output = scratch.write("n", "0"), done = scratch.path() / "done";

@@ -14,7 +14,7 @@ std::string text_at(const Eigen::Vector2d& at_px, TextAlign align)
   return canvas.png();
 }
 
-TEST(Canvas, TextThatWouldLeaveTheClipRectangleIsMovedInside)
+TEST(Canvas, text_stays_inside)
 {
   const std::string at_the_left = text_at({20.0, 40.0}, TextAlign::left);
   for (const TextAlign align : {TextAlign::left, TextAlign::centre, TextAlign::right})
@@ -25,7 +25,7 @@ TEST(Canvas, TextThatWouldLeaveTheClipRectangleIsMovedInside)
   EXPECT_NE(at_the_right, at_the_left);
 }
 
-TEST(Canvas, TextThatFitsStaysWhereItIs)
+TEST(Canvas, text_that_fits)
 {
   EXPECT_NE(text_at({40.0, 40.0}, TextAlign::left), text_at({20.0, 40.0}, TextAlign::left));
 }

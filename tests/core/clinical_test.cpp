@@ -13,7 +13,7 @@ constexpr double rounding = 1e-12;
 // An angle whose sine is 1 within rounding is known to the root of it.
 constexpr double near_lock = 1e-7;
 
-TEST(Unwrapped, EachAngleIsWithinHalfATurnOfTheOneBefore)
+TEST(Unwrapped, within_half_a_turn)
 {
   const std::vector<double> turned = unwrapped({3.0, -3.0, nan, -2.5, 3.1});
   EXPECT_EQ(turned[0], 3.0);
@@ -37,7 +37,7 @@ Pose posed(double flexion_deg, double varus_deg, double internal_deg, Side side)
 }
 
 // Closed form: numbers that grow steadily come back, past half a turn, a whole one and gimbal lock.
-TEST(ContinuousCoordinates, FollowAMotionPastItsBranches)
+TEST(ContinuousCoordinates, past_branches)
 {
   struct Row {
     double first[3], step[3];  // flexion, varus, internal
@@ -65,7 +65,7 @@ TEST(ContinuousCoordinates, FollowAMotionPastItsBranches)
   }
 }
 
-TEST(ContinuousCoordinates, HaveTheBitsOfOnePoseWhereNothingWraps)
+TEST(ContinuousCoordinates, bits_of_one_pose)
 {
   const Pose X = posed(30, 4, -10, Side::left);
   ContinuousCoordinates along(Side::left, {1, 2, 3});

@@ -7,7 +7,7 @@
 
 namespace vrda::document_test {
 
-TEST(Document, CanonicalTomlReadsBackAsTheSameTree)
+TEST(Document, canonical_toml)
 {
   const std::string text = R"(title = "quotes \" and \\, tab \t"
 flag = true
@@ -29,7 +29,7 @@ x = 2
   EXPECT_EQ(core::toml_text(core::parse_toml(once, "job.toml")), once);
 }
 
-TEST(Document, TablesKeepTheOrderWritten)
+TEST(Document, order_of_keys)
 {
   const core::DocumentValue root = core::parse_toml(
       "z = 1\n[m.y]\nq.d = 1\nq.c = 2\na = { k = 1, b = 2 }\n[[c]]\nx = 1\n[m.a]\n[[c]]\n[b]\n", "j");
@@ -46,7 +46,7 @@ TEST(Document, TablesKeepTheOrderWritten)
   EXPECT_THAT(keys_of("m.y.a"), ElementsAre("k", "b"));
 }
 
-TEST(Document, SyntaxErrorsNameFileLineAndColumn)
+TEST(Document, syntax_error)
 {
   const InputError::Facts facts =
       test::input_error([] { core::parse_toml("a = 1\nb = = 2\n", "knee.toml"); });
@@ -66,7 +66,7 @@ core::Document document()
   return core::read_toml("[a]\nb = 1\n[[list]]\nfile = \"x\"\n[[list]]\nfile = \"y\"\n", "job.toml");
 }
 
-TEST(Document, RefusalsNameTheLineOfTheKeyOrOfTheTableAroundIt)
+TEST(Document, line_of_a_refusal)
 {
   const core::Document whole = document();
   const auto refused = [&](const std::string& key) {
@@ -81,7 +81,7 @@ TEST(Document, RefusalsNameTheLineOfTheKeyOrOfTheTableAroundIt)
   EXPECT_EQ(test::input_error([&] { whole.refuse_value("list.1", "b"); }).found, "{ file = \"y\" }");
 }
 
-TEST(Document, MissingAndHugeFilesAreRefused)
+TEST(Document, missing_and_huge_files)
 {
   const test::Scratch scratch;
   const std::string missing = (scratch.path() / "none.toml").string();
@@ -96,7 +96,7 @@ TEST(Document, MissingAndHugeFilesAreRefused)
 }
 
 // A parser or a tree of unlimited depth overflows the stack: 24 kB of one dotted key are enough.
-TEST(DocumentDepth, EveryWayToNestIsRefusedFromTheFortyFirstLevel)
+TEST(DocumentDepth, forty_levels)
 {
   const auto times = [](int n, const std::string& text) {
     std::string all;
@@ -148,7 +148,7 @@ TEST(DocumentDepth, EveryWayToNestIsRefusedFromTheFortyFirstLevel)
   core::parse_json(times(40, "[") + times(40, "]"), "j.json", "a list");
 }
 
-TEST(Override, ReplacesAddsAndStepsIntoLists)
+TEST(Override, replaced_and_added)
 {
   core::Document job = document();
   core::apply_override(job, "a.b=2.5");
@@ -187,7 +187,7 @@ TEST(Override, BadOnesAreRefused)
   }
 }
 
-TEST(ParseToml, RefusesTextThatSteersATerminal)
+TEST(ParseToml, control_characters)
 {
   const InputError::Facts facts =
       test::input_error([] { core::parse_toml("[a]\ntitle = \"\\u001b[31mred\"\n", "knee.toml"); });

@@ -4,7 +4,7 @@
 
 namespace vrda::error_test {
 
-TEST(InputError, NamesFileFieldFoundAndWanted)
+TEST(InputError, message)
 {
   EXPECT_STREQ(InputError({"a.toml", "grid.varus", "0", "a step"}).what(),
                "a.toml: grid.varus: found 0, wanted a step");
@@ -15,7 +15,7 @@ TEST(InputError, NamesFileFieldFoundAndWanted)
   EXPECT_STREQ(InputError({"", "", "nothing", "room"}).what(), "found nothing, wanted room");
 }
 
-TEST(InputError, QuotesAnyBytesInOnePrintableLine)
+TEST(InputError, any_bytes)
 {
   const std::string bytes("a\n\r\t\x1b[31m\0\x7f\xc3\xa9", 13);
   EXPECT_EQ(std::string(InputError({"f", "", bytes, ""}).what()),
@@ -23,7 +23,7 @@ TEST(InputError, QuotesAnyBytesInOnePrintableLine)
   EXPECT_EQ(InputError({"f", "", bytes, ""}).facts().found, bytes);
 }
 
-TEST(InputError, CutsAFactThatIsNoMessage)
+TEST(InputError, long_fact)
 {
   const std::string text = InputError({"f", std::string(1'000'000, 'k'), "b", "c"}).what();
   EXPECT_LT(text.size(), 6000u);

@@ -15,7 +15,7 @@ SolverFrame far_frame(Side side, const Eigen::Vector3d& delta)
   return {side, {430.0, 510.0, side == Side::left ? -75.0 : 75.0}, delta};
 }
 
-TEST(Frames, ShortestRotationTakesOneToTheOther)
+TEST(Frames, shortest_rotation)
 {
   const Eigen::Vector3d y = Eigen::Vector3d::UnitY();
   for (const Eigen::Vector3d& from :
@@ -28,7 +28,7 @@ TEST(Frames, ShortestRotationTakesOneToTheOther)
   }
 }
 
-TEST(Frames, XReferenceMovingAgreesWithTheSolverMeshes)
+TEST(Frames, stored_pose)
 {
   // A moving vertex must have the same position relative to the reference in S and through the stored pose.
   const Attitude attitude{0.7, -0.1};
@@ -51,14 +51,14 @@ TEST(Frames, XReferenceMovingAgreesWithTheSolverMeshes)
   }
 }
 
-TEST(Frames, RotationIsTheGroodSuntaySequence)
+TEST(Frames, grood_suntay)
 {
   const double f = 0.9, v = 0.12, theta = -0.3;
   const Pose X = X_reference_moving({}, {f, v}, {{0, 0, 0}, theta});
   EXPECT_LT((X.linear() - rotation_z(-f) * rotation_x(v) * rotation_y(theta)).norm(), rounding);
 }
 
-TEST(Frames, WorldTranslationRoundTrips)
+TEST(Frames, world_translation)
 {
   for (const Side side : {Side::right, Side::left}) {
     const SolverFrame frame = far_frame(side, Eigen::Vector3d(0.2, 0.9, 0.1).normalized());
@@ -68,7 +68,7 @@ TEST(Frames, WorldTranslationRoundTrips)
   }
 }
 
-TEST(Clinical, GivesBackTheAttitudeAndTheta)
+TEST(Clinical, attitude_and_theta)
 {
   for (const Side side : {Side::right, Side::left}) {
     const SolverFrame frame = far_frame(side, {0, 1, 0});
@@ -82,7 +82,7 @@ TEST(Clinical, GivesBackTheAttitudeAndTheta)
   }
 }
 
-TEST(Frames, SolverPositionAreThoseOfThePose)
+TEST(Frames, solver_position)
 {
   for (const Side side : {Side::right, Side::left}) {
     for (const Eigen::Vector3d& delta : {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(-1, 0, 0),
@@ -101,7 +101,7 @@ TEST(Frames, SolverPositionAreThoseOfThePose)
   }
 }
 
-TEST(Clinical, TranslationsAreAnteriorProximalLateralOnBothSides)
+TEST(Clinical, translations)
 {
   Pose X = Pose::Identity();
   X.translation() << 1, 2, 3;
@@ -113,7 +113,7 @@ TEST(Clinical, TranslationsAreAnteriorProximalLateralOnBothSides)
   EXPECT_NEAR(clinical_coordinates(X, Side::left, {0, 0, 0}).lateral_mm, 3, rounding);
 }
 
-TEST(Clinical, AMirroredPoseGivesTheSameBits)
+TEST(Clinical, mirrored_pose)
 {
   const MovingPose pose{{1.25, -3.5, 0.75}, 0.21};
   const Attitude attitude{1.1, 0.07};

@@ -9,7 +9,7 @@
 
 namespace vrda::mesh_test {
 
-TEST(Mesh, BoxHasItsClosedFormMeasures)
+TEST(Mesh, box)
 {
   const Mesh box = test::box({100, -50, 3}, {2, 4, 6});
   EXPECT_NEAR(signed_volume_mm3(box), 48.0, 1e-12);
@@ -20,7 +20,7 @@ TEST(Mesh, BoxHasItsClosedFormMeasures)
   EXPECT_EQ(bounding_box(box).max_mm, Eigen::Vector3d(101, -48, 6));
 }
 
-TEST(Mesh, BallIsClosedAndItsNormalsPointOutward)
+TEST(Mesh, ball)
 {
   const Mesh ball = test::ball(10, 64, 128);
   EXPECT_EQ(edge_counts(ball).boundary, 0);
@@ -33,7 +33,7 @@ TEST(Mesh, BallIsClosedAndItsNormalsPointOutward)
   }
 }
 
-TEST(Mesh, SheetCountsItsBoundaryAndAFlippedFaceItsEdges)
+TEST(Mesh, sheet)
 {
   Mesh sheet = test::sheet(10, 4);
   EXPECT_EQ(edge_counts(sheet).boundary, 16);
@@ -42,7 +42,7 @@ TEST(Mesh, SheetCountsItsBoundaryAndAFlippedFaceItsEdges)
   EXPECT_GT(edge_counts(sheet).non_manifold, 0);
 }
 
-TEST(Mesh, MirroringKeepsTheVolumeAndIsAnInvolutionToTheLastBit)
+TEST(Mesh, mirrored)
 {
   const Mesh ball = test::ball(7.3, 8, 12);
   const Mesh mirrored = mirrored_z(ball);
@@ -52,7 +52,7 @@ TEST(Mesh, MirroringKeepsTheVolumeAndIsAnInvolutionToTheLastBit)
   EXPECT_EQ(twice.triangles, ball.triangles);
 }
 
-TEST(Mesh, AppendShiftsTheIndices)
+TEST(Mesh, appended)
 {
   Mesh two = test::box({0, 0, 0}, {1, 1, 1});
   append(two, test::box({5, 0, 0}, {2, 2, 2}));
@@ -75,7 +75,7 @@ Eigen::Vector3d as_vector(const std::array<float, 3>& v)
   return {v[0], v[1], v[2]};
 }
 
-TEST(DrawMesh, ACubeKeepsItsEdgesBelowARightAngleAndLosesThemAbove)
+TEST(DrawMesh, cube)
 {
   const Mesh cube = test::box({0, 0, 0}, {2, 2, 2});
   const RenderMesh sharp = make_render_mesh(cube, every_triangle(cube), {0, 0, 0}, rad_from_deg(89));
@@ -91,7 +91,7 @@ TEST(DrawMesh, ACubeKeepsItsEdgesBelowARightAngleAndLosesThemAbove)
     EXPECT_GT(as_vector(vertex.normal).cwiseAbs().minCoeff(), 0.2);
 }
 
-TEST(DrawMesh, ABallIsSmoothAndItsNormalsAreRadial)
+TEST(DrawMesh, ball)
 {
   const Mesh ball = test::ball(20, 32, 64);
   const RenderMesh drawn = make_render_mesh(ball, every_triangle(ball), {0, 0, 0});
@@ -105,7 +105,7 @@ TEST(DrawMesh, ABallIsSmoothAndItsNormalsAreRadial)
   }
 }
 
-TEST(DrawMesh, OnlyTheTrianglesListedAndNoDegenerateOnesAreDrawn)
+TEST(DrawMesh, listed_triangles)
 {
   Mesh cube = test::box({0, 0, 0}, {2, 2, 2});
   cube.triangles.row(1) << 3, 3, 4;
@@ -114,7 +114,7 @@ TEST(DrawMesh, OnlyTheTrianglesListedAndNoDegenerateOnesAreDrawn)
   EXPECT_LE(drawn.vertices.size(), 6U);
 }
 
-TEST(DrawMesh, AMeshFarFromItsOriginLosesNothing)
+TEST(DrawMesh, far_from_origin)
 {
   // At 600 mm single precision resolves 0.00006 mm; relative to the origin it is exact here.
   const Mesh cube = test::box({600, -300, 75}, {0.25, 0.25, 0.25});

@@ -27,6 +27,9 @@ constexpr const char* bench_like = R"({
     "names": {"type": "array", "minItems": 1, "maxItems": 3, "items": {"type": "string", "minLength": 1}},
     "turn": {"anyOf": [{"type": "number", "maximum": 5}, {"$ref": "#/definitions/pair"}]},
     "body": {"type": "array", "items": {"$ref": "#/definitions/body"}},
+    "code": {"type": "string", "pattern": "^[a-z]+$", "not": {"enum": ["none"]}},
+    "set": {"type": "array", "uniqueItems": true, "items": {"type": "number"}},
+    "one": {"type": "object", "minProperties": 1, "maxProperties": 1},
     "open": {"type": "object", "additionalProperties": {"type": "number"}}
   },
   "definitions": {
@@ -49,7 +52,7 @@ InputError::Facts refused(const std::string& text)
   return test::input_error([&] { schema().read(text, "b.toml"); });
 }
 
-TEST(DocumentSchema, FillsInDefaultsInItsOwnOrderAndTypesNumbers)
+TEST(DocumentSchema, defaults)
 {
   const core::Document document = schema().read("force = 3\ntitle = \"a\"\n[open]\nz = 1\nb = 2\n", "b.toml");
   EXPECT_EQ(core::toml_text(document.root),
@@ -59,7 +62,7 @@ TEST(DocumentSchema, FillsInDefaultsInItsOwnOrderAndTypesNumbers)
   EXPECT_EQ(core::number_at(document.root, "open.z"), 1.0);
 }
 
-TEST(DocumentSchema, EveryKindOfFaultNamesLineKeyFoundAndWanted)
+TEST(DocumentSchema, every_kind_of_fault)
 {
   const std::string title = "title = \"a\"\n";
   struct Row {
@@ -107,6 +110,12 @@ TEST(DocumentSchema, EveryKindOfFaultNamesLineKeyFoundAndWanted)
                "a list of 2 items, each a number of at least 1"},
            Row{title + "row = [0, 2]", 2, "row.0", "0", "a number of at least 1"},
            Row{title + "turn = [1,\n8]", 3, "turn.1", "8", "a number of at most 7"},
+           // Patterns, excluded and repeated values, numbers of keys.
+           Row{title + "code = \"a/b\"", 2, "code", "\"a/b\"", "a text"},
+           Row{title + "code = \"none\"", 2, "code", "\"none\"", "a text"},
+           Row{title + "set = [1, 2, 1]", 2, "set", "[1, 2, 1]", "a list of items, each a number"},
+           Row{title + "one = {}", 2, "one", "{}", "a table"},
+           Row{title + "[one]\na = 1\nb = 2", 2, "one", "{ a = 1, b = 2 }", "a table"},
            // Numbers that are not finite.
            Row{title + "force = inf", 2, "force", "inf", "a finite number"},
            Row{title + "open.x = -inf", 2, "open.x", "-inf", "a finite number"},
@@ -122,19 +131,19 @@ TEST(DocumentSchema, EveryKindOfFaultNamesLineKeyFoundAndWanted)
   }
 }
 
-TEST(DocumentSchema, TakesInfinityWhereItSaysSo)
+TEST(DocumentSchema, infinity)
 {
   EXPECT_EQ(core::number_at(schema().read("title = \"a\"\nlimit = inf", "b").root, "limit"),
             std::numeric_limits<double>::infinity());
 }
 
-TEST(DocumentSchema, WholeNumbersMayHaveAPoint)
+TEST(DocumentSchema, whole_number_with_a_point)
 {
   EXPECT_EQ(core::integer_at(schema().read("title = \"a\"\ndisplay.width = 32.0", "b").root, "display.width"),
             32);
 }
 
-TEST(DocumentSchema, KeysGivenOnTheCommandLineHaveNoLine)
+TEST(DocumentSchema, key_of_an_override)
 {
   core::Document document = core::read_toml("title = \"a\"\n[display]\nwidth = 20\n", "b.toml");
   core::apply_override(document, "display.width=5");
@@ -144,7 +153,7 @@ TEST(DocumentSchema, KeysGivenOnTheCommandLineHaveNoLine)
   EXPECT_EQ(facts.line, 0);
 }
 
-TEST(DocumentSchema, APartOfAFileIsNamedByItsPlace)
+TEST(DocumentSchema, part_of_a_file)
 {
   const core::Document part{"b.toml", core::parse_toml("widht = 1", "b.toml"), {}, "campaign.size.0.set."};
   EXPECT_THAT(test::input_error([&] { schema().check_known_keys(part); }),
@@ -152,7 +161,7 @@ TEST(DocumentSchema, APartOfAFileIsNamedByItsPlace)
   schema().check_known_keys({"b.toml", core::parse_toml("force = \"of any type\"", "b.toml")});
 }
 
-TEST(DocumentSchema, TextsOfAnyBytesAreMeasuredByByte)
+TEST(DocumentSchema, texts_of_any_bytes)
 {
   const auto title = [](const std::string& text) { return core::DocumentValue{{"title", text}}; };
   EXPECT_EQ(core::text_at(schema().checked({"b", title("\xff\xfe")}), "title"), "\xff\xfe");
@@ -162,13 +171,13 @@ TEST(DocumentSchema, TextsOfAnyBytesAreMeasuredByByte)
               test::refuses({.field = "title"}));
 }
 
-TEST(DocumentSchema, HugeKeysAreNotComparedWhole)
+TEST(DocumentSchema, huge_key)
 {
   const std::string key(1'000'000, 'k');
   EXPECT_THAT(refused("title = \"a\"\n" + key + " = 1\n"), test::refuses({.field = "line 2, " + key}));
 }
 
-TEST(ParseJson, KeepsTheOrderOfKeysAndTheLastOfTwo)
+TEST(ParseJson, order_of_keys)
 {
   const core::DocumentValue value =
       core::parse_json(R"({"b": [1, -2.5, true], "a": {"x": "y"}, "b2": 1, "b2": 3})", "j", "x");

@@ -30,7 +30,7 @@ TEST(Utf8, RefusesAllElse)
   }
 }
 
-TEST(Printable, ShowsControlCharactersOfAsciiAndLatin1AndLeavesTheRest)
+TEST(Printable, control_characters)
 {
   EXPECT_EQ(escape_control_characters("a\x1b[31m\n\x7f\xc2\x9b\xc2\xa0\xc3\xa9\xc2"),
             "a\\x1b[31m\\x0a\\x7f\\xc2\\x9b\xc2\xa0\xc3\xa9\xc2");
@@ -40,7 +40,7 @@ TEST(Printable, ShowsControlCharactersOfAsciiAndLatin1AndLeavesTheRest)
   EXPECT_FALSE(has_control_characters("genou \xC3\xA9tal\xC3\xB3n"));
 }
 
-TEST(NumberText, NumbersAreWrittenInTheFewestDigits)
+TEST(NumberText, fewest_digits)
 {
   EXPECT_EQ(shortest_decimal(0.1), "0.1");
   EXPECT_EQ(shortest_decimal(-0.0), "0");
@@ -48,7 +48,7 @@ TEST(NumberText, NumbersAreWrittenInTheFewestDigits)
   EXPECT_EQ(shortest_decimal(0.1 + 0.2), "0.30000000000000004");
 }
 
-TEST(EditDistance, CountsInsertionsDeletionsAndReplacements)
+TEST(EditDistance, edits)
 {
   EXPECT_EQ(edit_distance("", "abc"), 3U);
   EXPECT_EQ(edit_distance("vraus", "varus"), 2U);
@@ -56,14 +56,6 @@ TEST(EditDistance, CountsInsertionsDeletionsAndReplacements)
   EXPECT_EQ(edit_distance("same", "same"), 0U);
   EXPECT_EQ(nearest_word("tibai", {"femur", "tibia"}), "tibia");
   EXPECT_EQ(nearest_word("x", {}), "");
-}
-
-TEST(Alternatives, AreAList)
-{
-  EXPECT_EQ(join_alternatives({}), "");
-  EXPECT_EQ(join_alternatives({"a"}), "a");
-  EXPECT_EQ(join_alternatives({"a", "b"}), "a or b");
-  EXPECT_EQ(join_alternatives({"a", "b", "c"}), "a, b or c");
 }
 
 // As printf prints them, with every digit of a large number.

@@ -55,7 +55,7 @@ align = "auto"
 // Single precision of the files, some 100 mm from their origin.
 constexpr double stl_mm = 1e-4;
 
-TEST(BodyFrames, EachObjectHasItsOwnUnitAxesAndOrigin)
+TEST(BodyFrames, own_axes)
 {
   const test::Scratch scratch;
   const Mesh upper = test::box({0, 40, 0}, {60, 20, 80}), lower = test::box({0, 0, 0}, {50, 20, 70});
@@ -90,7 +90,7 @@ align = { translation_mm = [1, 0, 0] }
   EXPECT_LT((box.max_mm - box.min_mm - Eigen::Vector3d(50, 20, 70)).norm(), stl_mm);
 }
 
-TEST(BodyFrames, AttachmentsAreInTheirOwnObjectsAxes)
+TEST(BodyFrames, attachments)
 {
   const Knee knee;
   const Pose X_tibia = pose({1, 2, 0, 3}, {40, -10, 5});
@@ -112,7 +112,7 @@ TEST(BodyFrames, AttachmentsAreInTheirOwnObjectsAxes)
   EXPECT_EQ(loaded.ligaments.fibres.at(0).reference_mm, Eigen::Vector3d(1, 2, 3));
 }
 
-TEST(BodyFrames, AutoFindsTheFramesOfAKneeInAnyPoseAndUnit)
+TEST(BodyFrames, found_frames)
 {
   const Knee knee;
   const Pose X = pose({1, -2, 3, 1}, {310, -200, 40});
@@ -135,7 +135,7 @@ TEST(BodyFrames, AutoFindsTheFramesOfAKneeInAnyPoseAndUnit)
   EXPECT_FALSE(plain.found_frames.has_value());
 }
 
-TEST(BodyFrames, TheResolvedJobHasNumbersAndIsTheSameJob)
+TEST(BodyFrames, resolved_job)
 {
   const Knee knee;
   const Pose X = pose({1, -2, 3, 1}, {310, -200, 40});
@@ -153,7 +153,7 @@ TEST(BodyFrames, TheResolvedJobHasNumbersAndIsTheSameJob)
   EXPECT_EQ(planned.steps_job_text, found.steps_job_text);
 }
 
-TEST(BodyFrames, OnlyTheOriginMayBeFound)
+TEST(BodyFrames, found_origin)
 {
   const Knee knee;
   Pose X = Pose::Identity();

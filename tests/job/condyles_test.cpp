@@ -13,7 +13,7 @@ Mesh moved(const Mesh& mesh, const Eigen::Vector3d& by_mm)
   return transformed(mesh, X_to_from);
 }
 
-TEST(Condyles, TwoBallsAreFound)
+TEST(Condyles, two_balls)
 {
   const Eigen::Vector3d left_mm(420, 511, 600), right_mm(424, 514, 650);
   Mesh femur = moved(test::ball(20, 48, 96), left_mm);
@@ -28,7 +28,7 @@ TEST(Condyles, TwoBallsAreFound)
   EXPECT_NEAR(spheres->right.radius_mm, 23.0, sagitta_mm);
 }
 
-TEST(Condyles, ABoxHasNone)
+TEST(Condyles, box)
 {
   EXPECT_FALSE(job::condyle_spheres(test::box({0, 0, 0}, {60, 60, 80})).has_value());
   EXPECT_FALSE(job::condyle_spheres(Mesh{}).has_value());

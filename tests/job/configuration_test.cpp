@@ -26,7 +26,7 @@ ANGLE_RANGE 1 -15 15
 RENDER fill
 )";
 
-TEST(Configuration, TheThesisExampleMeansWhatAppendixBSays)
+TEST(Configuration, example_of_the_thesis)
 {
   const job::KeywordConfiguration c = job::parse_configuration({"knee.cfg", knee});
   EXPECT_THAT(c.reference, ElementsAre("femur"));
@@ -49,7 +49,7 @@ TEST(Configuration, TheThesisExampleMeansWhatAppendixBSays)
   EXPECT_EQ(c.render, "fill");
 }
 
-TEST(Configuration, WhatIsLeftOutIsNullOrTheThesisDefault)
+TEST(Configuration, defaults)
 {
   const job::KeywordConfiguration c = job::parse_configuration({"k.cfg", "MODEL 0 a\nMODEL 1 b\n"});
   EXPECT_EQ(c.position_mm, Eigen::Vector3d(0, 0, 0));
@@ -62,7 +62,7 @@ TEST(Configuration, WhatIsLeftOutIsNullOrTheThesisDefault)
   EXPECT_EQ(c.render, "");
 }
 
-TEST(Configuration, LengthsFollowTheUnitAndStayRoundNumbers)
+TEST(Configuration, units)
 {
   const std::string text =
       "MODEL 0 a\nMODEL 1 b\nCONTACT_RESOLUTION 0.0003\nINITIAL_POSITION 1 0.07 -0.0201 1\n";

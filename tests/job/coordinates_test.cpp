@@ -38,7 +38,7 @@ job::LoadedCoordinates loaded(const std::string& settings, const std::string& ta
 
 constexpr const char* frames = "[frames]\nfile = \"motion.csv\"\n[coordinates]\n";
 
-TEST(Coordinates, AGridIsTheShortFormOfTheSameJob)
+TEST(Coordinates, grid)
 {
   const job::Job grid = job_of("[grid]\nflexion = { from = 0, to = 90, step = 5 }\nvarus = \"free\"\n");
   const job::Job same =
@@ -52,7 +52,7 @@ TEST(Coordinates, AGridIsTheShortFormOfTheSameJob)
   EXPECT_THAT(both.grid.varus_deg, ElementsAre(-2, -1, 0, 1, 2));
 }
 
-TEST(Coordinates, FramesAreRowsOfATable)
+TEST(Coordinates, frames)
 {
   const job::LoadedCoordinates c =
       loaded(std::string(frames) +
@@ -73,7 +73,7 @@ TEST(Coordinates, FramesAreRowsOfATable)
   EXPECT_EQ(c.inputs[0].name, "motion.csv");
 }
 
-TEST(Coordinates, TablesAreTakenAtTheDrivingCoordinate)
+TEST(Coordinates, over_driving)
 {
   const std::string push = "[push]\nforce_n = { driving = [-2, 2], value = [100, 300] }\n";
   const job::LoadedCoordinates c =
@@ -107,7 +107,7 @@ TEST(Coordinates, LoadsMayComeFromColumnsOfTheFrames)
   EXPECT_EQ(c.push.loads.at(0).force_n.value(0, 1), 20.0);
 }
 
-TEST(Coordinates, ATableOverTheDrivingCoordinateIsLinearBetweenItsRows)
+TEST(Coordinates, linear_table)
 {
   const job::LoadedCoordinates c = loaded(
       "[coordinates]\nflexion = { from = 0, to = 30, step = 15 }\n"
@@ -122,7 +122,7 @@ TEST(Coordinates, ATableOverTheDrivingCoordinateIsLinearBetweenItsRows)
   EXPECT_EQ(c.rows.rows[15](0), rad_from_deg(15.0));
 }
 
-TEST(Coordinates, AnotherDrivingCoordinateMakesASequence)
+TEST(Coordinates, sequence)
 {
   const job::LoadedCoordinates c =
       loaded("[coordinates]\nflexion = 30\ninternal = { from = -10, to = 10, step = 5 }\n");
@@ -132,7 +132,7 @@ TEST(Coordinates, AnotherDrivingCoordinateMakesASequence)
   EXPECT_EQ(c.rows.rows[3](2), rad_from_deg(5.0));
 }
 
-TEST(Coordinates, NothingDrivenIsOneFrame)
+TEST(Coordinates, one_frame)
 {
   const job::LoadedCoordinates c = loaded("[coordinates]\nvarus = \"free\"\n");
   EXPECT_EQ(c.rows.key_name, "frame");
@@ -140,7 +140,7 @@ TEST(Coordinates, NothingDrivenIsOneFrame)
   EXPECT_TRUE(c.rows.rows[0].array().isNaN().all());
 }
 
-TEST(Coordinates, TwoDrivenCoordinatesAreAGrid)
+TEST(Coordinates, two_driven)
 {
   const job::LoadedCoordinates c = loaded(
       "[coordinates]\nflexion = { from = 0, to = 4, step = 2 }\nvarus = { from = -1, to = 1, step = 1 }\n"

@@ -9,7 +9,7 @@ namespace vrda::distribution_test {
 using job::Distribution;
 using job::DistributionKind;
 
-TEST(Distribution, QuantilesAreThoseOfTheClosedForms)
+TEST(Distribution, closed_forms)
 {
   const Distribution normal{.kind = DistributionKind::normal, .mean = 2.0, .sd = 0.5};
   EXPECT_NEAR(job::quantile_of(normal, 0.5), 2.0, 1e-15);
@@ -23,7 +23,7 @@ TEST(Distribution, QuantilesAreThoseOfTheClosedForms)
   EXPECT_DOUBLE_EQ(job::quantile_of(table, 0.75), 6.0);
 }
 
-TEST(Distribution, WhatIsCutOffIsNeverDrawnAndTheRestKeepsItsShape)
+TEST(Distribution, truncated)
 {
   const Distribution normal{.kind = DistributionKind::normal, .mean = 1.0, .sd = 1.0};
   EXPECT_GT(job::quantile_above(normal, 1e-9, 0.0), 0.0);

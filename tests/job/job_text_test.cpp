@@ -22,7 +22,7 @@ job::Job job_of(const std::string& text, const std::string& unit = "m")
   return job::read_job(scratch.write("k.toml", toml).string());
 }
 
-TEST(JobText, SettingsArriveInTheJob)
+TEST(JobText, settings)
 {
   const job::Job job = job_of(models +
                               "INITIAL_POSITION 1 0.001 -0.02 0.003\nINITIAL_MOTION 1 0 0.004 0\n"
@@ -46,7 +46,7 @@ TEST(JobText, SettingsArriveInTheJob)
   EXPECT_THAT(job.resolved_text, Not(HasSubstr("player")));
 }
 
-TEST(JobText, TheFrameIsTheOneOfTheThesis)
+TEST(JobText, frame)
 {
   // Native X to the subject's left, Y up, Z forward; canonical X anterior, Y proximal, Z right.
   for (const std::string unit : {"m", "cm", "mm"}) {
@@ -55,7 +55,7 @@ TEST(JobText, TheFrameIsTheOneOfTheThesis)
   }
 }
 
-TEST(JobText, DirectionsAndTurnsFollowTheFrame)
+TEST(JobText, directions)
 {
   const job::Job left = job_of(models + "INITIAL_MOTION 1 0.002 0 0\nINITIAL_ORIENTATION 1 30 0 0\n");
   EXPECT_EQ(left.push.delta.value.row(0), Eigen::RowVector3d(0, 0, -1));
@@ -65,7 +65,7 @@ TEST(JobText, DirectionsAndTurnsFollowTheFrame)
   EXPECT_EQ(down.initial.theta_rad, rad_from_deg(30.0));
 }
 
-TEST(JobText, SeveralModelsAreSeveralComponents)
+TEST(JobText, several_models)
 {
   const job::Job job = job_of("MODEL 0 Femur\nMODEL 1 Tibia\nMODEL 1 Medmen\nMODEL 1 Latmen\n");
   ASSERT_EQ(job.moving.components.size(), 3u);
@@ -73,7 +73,7 @@ TEST(JobText, SeveralModelsAreSeveralComponents)
   EXPECT_EQ(job.moving.components[2].file, "../models/Latmen.obj");
 }
 
-TEST(JobText, ViewKeywordsGoToThePlayersPart)
+TEST(JobText, views)
 {
   const job::Job job = job_of(models +
                               "SHIFT_MODEL 2 -0.1 0 0.05\nORIENTATION_MODEL 2 0 90 0\n"

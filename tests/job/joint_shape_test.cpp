@@ -17,7 +17,7 @@ job::Case shipped(const std::string& name, const std::vector<std::string>& overr
   return job::load_case((test::source_directory() / "jobs" / name).string(), {"", overrides});
 }
 
-TEST(JointShape, TheHeadOfAHipIsABallOfItsRadius)
+TEST(JointShape, head_of_a_hip)
 {
   const std::optional<job::BallFit> fit = job::ball_fit(shipped("hip-generic.toml", {}));
   ASSERT_TRUE(fit);
@@ -27,7 +27,7 @@ TEST(JointShape, TheHeadOfAHipIsABallOfItsRadius)
   EXPECT_LT(fit->sphere.centre_mm.norm(), 0.1);
 }
 
-TEST(JointShape, KneesAndAnklesAreNot)
+TEST(JointShape, no_balls)
 {
   for (const char* name : {"knee-generic.toml", "ankle-generic.toml"}) {
     SCOPED_TRACE(name);
@@ -37,7 +37,7 @@ TEST(JointShape, KneesAndAnklesAreNot)
   }
 }
 
-TEST(JointShape, AWrongKindIsWarnedOfWithTheRemedy)
+TEST(JointShape, wrong_kind)
 {
   const std::string of_knee = "joint: \"hip\", but", of_ball = "write joint = \"hip\"";
   EXPECT_THAT(shipped("knee-generic.toml", {"joint=hip", "push.frame=world"}).warnings,

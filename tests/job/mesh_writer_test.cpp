@@ -46,7 +46,7 @@ job::RawMesh through(const std::string& file, const job::RawMesh& mesh)
   return job::merge_equal_vertices(job::read_mesh(file, job::mesh_bytes(file, mesh)));
 }
 
-TEST(MeshWriter, PolygonsStayPolygonsInTextFormats)
+TEST(MeshWriter, polygons)
 {
   const job::RawMesh mesh = polygons();
   EXPECT_EQ(job::vertices_faces_bytes(mesh),
@@ -58,7 +58,7 @@ TEST(MeshWriter, PolygonsStayPolygonsInTextFormats)
   }
 }
 
-TEST(MeshWriter, AnStlHoldsTheTrianglesThatLoadWouldMake)
+TEST(MeshWriter, triangles_of_an_stl)
 {
   // n - 2 triangles for each polygon; the concave one is inside its outline: area 1 + 1.75.
   const std::string bytes = job::mesh_bytes("a.stl", polygons());
@@ -75,7 +75,7 @@ TEST(MeshWriter, AnStlHoldsTheTrianglesThatLoadWouldMake)
   EXPECT_DOUBLE_EQ(area, 1.0 + 1.75);
 }
 
-TEST(MeshWriter, NormalsTravelInPlyAndWavefront)
+TEST(MeshWriter, normals)
 {
   for (const std::string file : {"a.obj", "a.ply"}) {
     const job::RawMesh mesh = through(file, polygons());
@@ -84,7 +84,7 @@ TEST(MeshWriter, NormalsTravelInPlyAndWavefront)
   }
 }
 
-TEST(MeshWriter, SinglePrecisionSurvivesEveryPairOfFormats)
+TEST(MeshWriter, every_pair_of_formats)
 {
   // Float coordinates are restored exactly through every pair of formats.
   job::RawMesh mesh = test::raw_of(test::ball(7.3, 6, 9));
@@ -100,7 +100,7 @@ TEST(MeshWriter, SinglePrecisionSurvivesEveryPairOfFormats)
   }
 }
 
-TEST(MeshWriter, DoublesComeBackToTheBitFromVfAndPlyAndToAFloatsPrecisionElsewhere)
+TEST(MeshWriter, doubles)
 {
   std::mt19937 random(5);
   job::RawMesh mesh = test::raw_of(test::ball(40, 6, 9));
@@ -123,7 +123,7 @@ TEST(MeshWriter, DoublesComeBackToTheBitFromVfAndPlyAndToAFloatsPrecisionElsewhe
   }
 }
 
-TEST(MeshWriter, MergedVerticesTakeTheMeanNormalOrNone)
+TEST(MeshWriter, merged_normals)
 {
   job::RawMesh mesh = polygons();
   mesh.vertices.row(3) = mesh.vertices.row(0);
@@ -146,7 +146,7 @@ TEST(MeshWriterErrors, OtherExtensionsAndWhatAnStlCannotHold)
               test::refuses({.field = "vertex 4", .wanted = "single precision"}));
 }
 
-TEST(MeshWriter, PolygonsOfManyCornersNeedALongerCountInPly)
+TEST(MeshWriter, many_corners)
 {
   job::RawMesh mesh;
   constexpr std::int32_t n = 300;

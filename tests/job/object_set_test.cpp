@@ -12,7 +12,7 @@ job::ObjectSetTexts two_components()
           {"k.elem", "3\nTibia 1 2 3\nFemur 2 5 3\nTibia 1 3 4\n"}};
 }
 
-TEST(ObjectSet, EachComponentHasItsVerticesNormalsAndPolygons)
+TEST(ObjectSet, two_components)
 {
   const std::vector<job::ObjectComponent> components = job::parse_object_set(two_components());
   ASSERT_EQ(components.size(), 2u);
@@ -26,7 +26,7 @@ TEST(ObjectSet, EachComponentHasItsVerticesNormalsAndPolygons)
   EXPECT_EQ(components[1].mesh.corner, (std::vector<std::int32_t>{0, 2, 1}));
 }
 
-TEST(ObjectSet, NumbersMayBeginAtZeroAndCountsMayBeLeftOut)
+TEST(ObjectSet, numbers_from_zero)
 {
   const std::vector<job::ObjectComponent> components =
       job::parse_object_set({{"k.coor", "0 0 0 0\r\n1 1 0 0\r\n2 0 1 0\r\n"},

@@ -64,7 +64,7 @@ void expect_covers(const std::vector<Eigen::Vector2d>& outline, const Eigen::Mat
 const std::vector<Eigen::Vector2d> l_shape{{0, 0}, {4, 0}, {4, 1}, {1, 1}, {1, 4}, {0, 4}};
 const std::vector<Eigen::Vector2d> arrow{{0, 0}, {4, 2}, {0, 4}, {1, 2}};
 
-TEST(Polygon, ConcaveOutlinesAreCoveredOnceFromEveryFirstCorner)
+TEST(Polygon, concave_outlines)
 {
   // Also a comb, and a square with extra collinear corners.
   const std::vector<Eigen::Vector2d> comb{{0, 0}, {7, 0}, {7, 3}, {6, 3}, {6, 1},
@@ -79,7 +79,7 @@ TEST(Polygon, ConcaveOutlinesAreCoveredOnceFromEveryFirstCorner)
   }
 }
 
-TEST(Polygon, StarsOfRandomRadiiAreCovered)
+TEST(Polygon, random_stars)
 {
   std::mt19937 random(7);
   int n_concave = 0;
@@ -97,7 +97,7 @@ TEST(Polygon, StarsOfRandomRadiiAreCovered)
   EXPECT_GT(n_concave, 10);
 }
 
-TEST(Polygon, ATriangleStaysAndALineGivesNothing)
+TEST(Polygon, triangle_and_line)
 {
   EXPECT_EQ(job::triangulate(flat({{0, 0}, {1, 0}, {0, 1}})),
             (std::vector<std::array<std::int32_t, 3>>{{0, 1, 2}}));

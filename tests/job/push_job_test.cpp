@@ -35,7 +35,7 @@ reference_mm = [[1, 2, 3], [4, 5, 6]]
 moving_mm = [[7, 8, 9]]
 )";
 
-TEST(PushJob, LoadsAndLinesArriveAndFollowFlexion)
+TEST(PushJob, over_flexion)
 {
   const job::PushJob push = job_of(loads_and_lines).push;
   ASSERT_EQ(push.loads.size(), 2U);
@@ -59,7 +59,7 @@ job::Push pushed(const Eigen::Vector3d& delta)
   return job::push_at(push, delta, 0.0);
 }
 
-TEST(PushJob, TheLateralForceIsAcrossDelta)
+TEST(PushJob, lateral_force)
 {
   EXPECT_EQ(pushed(Eigen::Vector3d::UnitY()).force_n, Eigen::Vector3d(3, 10, -4));
   for (const Eigen::Vector3d& given : {Eigen::Vector3d(-1, 0, 0), Eigen::Vector3d(1, 2, -3),
@@ -73,7 +73,7 @@ TEST(PushJob, TheLateralForceIsAcrossDelta)
   EXPECT_LT((pushed({-1, 0, 0}).force_n - Eigen::Vector3d(-10, 3, -4)).norm(), 1e-12);
 }
 
-TEST(PushJob, ItsAxesAreContinuousInDelta)
+TEST(PushJob, continuous_axes)
 {
   Eigen::Vector3d before = pushed(Eigen::Vector3d::UnitY()).force_n;
   // Round to 170 degrees from +Y; only -Y itself is singular.
@@ -85,7 +85,7 @@ TEST(PushJob, ItsAxesAreContinuousInDelta)
   }
 }
 
-TEST(PushJob, ALeftJointsLateralForceIsMirrored)
+TEST(PushJob, left_joint)
 {
   const Eigen::Vector3d delta = Eigen::Vector3d(0.2, 0.9, 0.4).normalized(), mirror(1, 1, -1);
   const job::PushJob right = job_of("[push]\nlateral_force_n = [3, -4]\n").push;

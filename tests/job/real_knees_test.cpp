@@ -21,7 +21,7 @@ job::Case load_knee(const std::string& name, const std::vector<std::string>& ove
 
 const std::vector<std::string> all_knees{"jam-smith2019", "pymskt-dess", "vhf-left", "vhf-right"};
 
-TEST(RealKnees, LoadWithWholeMeshesAndBothCompartments)
+TEST(RealKnees, whole_meshes)
 {
   VRDA_REQUIRE_REAL_KNEES();
   for (const std::string& name : all_knees) {
@@ -42,7 +42,7 @@ TEST(RealKnees, LoadWithWholeMeshesAndBothCompartments)
   }
 }
 
-TEST(RealKnees, OnlyTheKnownEdgesAreWarnedAbout)
+TEST(RealKnees, known_edges)
 {
   VRDA_REQUIRE_REAL_KNEES();
   EXPECT_THAT(load_knee("jam-smith2019").warnings, ElementsAre());
@@ -53,7 +53,7 @@ TEST(RealKnees, OnlyTheKnownEdgesAreWarnedAbout)
   EXPECT_THAT(load_knee("vhf-right").warnings, ElementsAre());
 }
 
-TEST(RealKnees, CondyleSpheresAgreeWithTheDataSets)
+TEST(RealKnees, condyle_spheres)
 {
   VRDA_REQUIRE_REAL_KNEES();
   // posterior_condyle_spheres_canonical_mm of each dataset.json, left then right, without alignment.
@@ -79,7 +79,7 @@ TEST(RealKnees, CondyleSpheresAgreeWithTheDataSets)
   }
 }
 
-TEST(RealKnees, AlignmentBringsTheCondyleLineToTheRightAxis)
+TEST(RealKnees, alignment)
 {
   VRDA_REQUIRE_REAL_KNEES();
   // The sphere centres of the data sets, mapped by the job: their line must be along Z.

@@ -45,7 +45,7 @@ std::string parameter(const std::string& keys)
   return "[[uncertainty.parameter]]\n" + keys + "\n";
 }
 
-TEST(SampledCase, FactorsOfOneBundleLeaveAllElseAsItIs)
+TEST(SampledCase, one_bundle)
 {
   const job::Case job = knee(parameter(R"(quantity = "stiffness"
 bundle = "ACLam"
@@ -71,7 +71,7 @@ sd = 0.3)"));
   EXPECT_NEAR(std::sqrt(mean_square), 0.3, 0.02);
 }
 
-TEST(SampledCase, StiffnessIsNeverNegative)
+TEST(SampledCase, positive_stiffness)
 {
   const job::Case job = knee(parameter(R"(quantity = "stiffness"
 distribution = "normal"
@@ -89,7 +89,7 @@ double strain_of(const model::Ligaments& ligaments, std::size_t k)
   return model::fibre_states(ligaments, {}, {})[k].strain;
 }
 
-TEST(SampledCase, AChangeOfReferenceStrainIsTheStrainAtThePoseOfTheMeshes)
+TEST(SampledCase, reference_strain)
 {
   const job::Case job = knee(parameter(R"(quantity = "reference_strain"
 distribution = "uniform"
@@ -105,7 +105,7 @@ shared_by = "all")"));
   }
 }
 
-TEST(SampledCase, FibresOfABundleHaveTheRequestedCorrelation)
+TEST(SampledCase, correlation)
 {
   const job::Case job = knee(parameter(R"(quantity = "reference_strain"
 bundle = "ACLam"
@@ -132,7 +132,7 @@ correlation = 0.6)"),
   EXPECT_NEAR(ab / aa, 0.6, 4.0 * 0.64 / std::sqrt(2000.0));  // four standard errors, 1 - 0.6^2 each
 }
 
-TEST(SampledCase, AttachmentsOnABoneMoveAlongItOthersInABall)
+TEST(SampledCase, attachments)
 {
   const std::string text = parameter(R"(quantity = "attachment"
 body = "moving"
@@ -158,7 +158,7 @@ shared_by = "fibre")");
   EXPECT_LT(farthest_mm, 5.0);
 }
 
-TEST(SampledCase, LoadsAndTheRotationCentreChangeAtEveryFlexion)
+TEST(SampledCase, loads_and_centre)
 {
   const job::Case job = knee(parameter(R"(quantity = "load"
 load = "moment"
@@ -191,7 +191,7 @@ sd = 2)"));
   }
 }
 
-TEST(SampledCase, AnOffsetIsNeverBelowZero)
+TEST(SampledCase, positive_offset)
 {
   const job::Case job = knee(parameter(R"(quantity = "offset"
 body = "reference"

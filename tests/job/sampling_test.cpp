@@ -10,7 +10,7 @@ using job::SampleSequence;
 
 class Sampling : public testing::TestWithParam<SampleSequence> {};
 
-TEST_P(Sampling, TheSameSeedGivesTheSameBitsAnotherOneOthers)
+TEST_P(Sampling, seeds)
 {
   const Eigen::MatrixXd a = job::unit_samples(GetParam(), 64, 5, 7);
   EXPECT_EQ(a, job::unit_samples(GetParam(), 64, 5, 7));
@@ -19,7 +19,7 @@ TEST_P(Sampling, TheSameSeedGivesTheSameBitsAnotherOneOthers)
   EXPECT_LT(a.maxCoeff(), 1.0);
 }
 
-TEST_P(Sampling, EachOfNEqualIntervalsHasOneOfNSamples)
+TEST_P(Sampling, intervals)
 {
   // True of 2^k points of a Sobol sequence, and of any number of a Latin hypercube.
   const Eigen::Index n = 128;
@@ -32,7 +32,7 @@ TEST_P(Sampling, EachOfNEqualIntervalsHasOneOfNSamples)
   }
 }
 
-TEST_P(Sampling, DimensionsAreNotCorrelated)
+TEST_P(Sampling, independent_dimensions)
 {
   const Eigen::MatrixXd samples = job::unit_samples(GetParam(), 512, 20, 1).array() - 0.5;
   // Of independent uniform numbers the correlation has a standard error of 1 / sqrt(512) = 0.044.
@@ -43,7 +43,7 @@ TEST_P(Sampling, DimensionsAreNotCorrelated)
 INSTANTIATE_TEST_SUITE_P(BothSequences, Sampling,
                          testing::Values(SampleSequence::sobol, SampleSequence::latin_hypercube));
 
-TEST(Sampling, TheFirstPointsOfASequenceDoNotDependOnTheirNumber)
+TEST(Sampling, first_points)
 {
   // Of Sobol's only: more samples refine what is there.
   EXPECT_EQ(job::unit_samples(SampleSequence::sobol, 16, 4, 2),

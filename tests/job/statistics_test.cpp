@@ -11,7 +11,7 @@ namespace vrda::statistics_test {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-TEST(Statistics, QuantilesAreLinearBetweenOrderStatistics)
+TEST(Statistics, quantiles)
 {
   EXPECT_DOUBLE_EQ(job::quantile({4, 1, 3, 2}, 0.5), 2.5);
   EXPECT_DOUBLE_EQ(job::quantile({4, 1, nan, 3, 2}, 0.5), 2.5) << "failed samples are left out";
@@ -20,7 +20,7 @@ TEST(Statistics, QuantilesAreLinearBetweenOrderStatistics)
   EXPECT_TRUE(std::isnan(job::quantile({nan}, 0.5)));
 }
 
-TEST(Statistics, RankCorrelationKnowsOrderOnly)
+TEST(Statistics, rank_correlation)
 {
   const std::vector<double> x{1, 2, 3, 4, 5}, cubes{1, 8, 27, 64, 125}, falling{9, 7, 5, 3, 1};
   EXPECT_DOUBLE_EQ(job::rank_correlation(x, cubes), 1.0);
@@ -52,7 +52,7 @@ Study study(std::uint32_t seed, job::SampleSequence sequence)
   return made;
 }
 
-TEST(Statistics, FirstOrderIndicesAreThoseOfTheClosedForm)
+TEST(Statistics, first_order_indices)
 {
   const Study made = study(1, job::SampleSequence::sobol);
   const double expected[] = {9.0 / 14.0, 4.0 / 14.0, 0.0, 0.0};
@@ -65,7 +65,7 @@ TEST(Statistics, FirstOrderIndicesAreThoseOfTheClosedForm)
   }
 }
 
-TEST(Statistics, IntervalsOfTheIndicesHoldTheTruthInAboutNineOfTenStudies)
+TEST(Statistics, intervals)
 {
   const double expected[] = {9.0 / 14.0, 4.0 / 14.0};
   int n_held = 0, n_all = 0;
@@ -80,7 +80,7 @@ TEST(Statistics, IntervalsOfTheIndicesHoldTheTruthInAboutNineOfTenStudies)
   EXPECT_GE(n_held, 180 - 4 * 4) << "of " << n_all;
 }
 
-TEST(Statistics, FailedSamplesAreLeftOutAndTooFewGiveNoIndex)
+TEST(Statistics, failed_samples)
 {
   Study made = study(1, job::SampleSequence::sobol);
   const double whole = job::first_order_indices(made.scores.col(0), made.result, made.group)[0].index;

@@ -39,12 +39,12 @@ std::vector<std::string> warnings_of(const std::string& job, std::vector<std::st
   return test::JobFolder(job, reference, moving).load(overrides).warnings;
 }
 
-TEST(Warnings, ASoundJobHasNone)
+TEST(Warnings, sound_job)
 {
   EXPECT_THAT(warnings_of(test::small_job()), ElementsAre());
 }
 
-TEST(Warnings, StepsOfTheSearchHaveNoEffectOnTheEquilibrium)
+TEST(Warnings, unused_search)
 {
   EXPECT_THAT(
       warnings_of(test::small_job(), {equilibrium, "grid.varus=free", "solver.search.rotation_step_deg=0.5"}),
@@ -61,13 +61,13 @@ TEST(Warnings, StepsOfTheSearchHaveNoEffectOnTheEquilibrium)
               Contains(HasSubstr("solver.search.max_steps")));
 }
 
-TEST(Warnings, ACampaignIsNotRun)
+TEST(Warnings, campaign)
 {
   EXPECT_THAT(warnings_of(test::small_job("", "[campaign]\n[[campaign.method]]\nname = \"a\"\n")),
               ElementsAre(AllOf(HasSubstr("vrda plan"), HasSubstr("vrda submit"))));
 }
 
-TEST(Warnings, StepsUnderTenResolutions)
+TEST(Warnings, coarse_resolution)
 {
   EXPECT_THAT(warnings_of(test::small_job(), {"solver.search.translation_resolution_mm=0.2"}),
               ElementsAre(AllOf(HasSubstr("translation step"), HasSubstr("5.0 times"))));
@@ -75,7 +75,7 @@ TEST(Warnings, StepsUnderTenResolutions)
               ElementsAre(AllOf(HasSubstr("rotation step"), HasSubstr("5.0 times"))));
 }
 
-TEST(Warnings, LigamentsHaveNoEffectOnTheStabilitySearch)
+TEST(Warnings, unused_ligaments)
 {
   const std::string fibre =
       "[[ligaments.fibre]]\nname = \"acl\"\nreference_mm = [0, 0, 0]\nmoving_mm = [0, -50, 9]\n"
@@ -83,13 +83,13 @@ TEST(Warnings, LigamentsHaveNoEffectOnTheStabilitySearch)
   EXPECT_THAT(warnings_of(test::small_job("", fibre)), ElementsAre(HasSubstr("no effect")));
 }
 
-TEST(Warnings, ADegreeTheGridCannotCarry)
+TEST(Warnings, degree)
 {
   EXPECT_THAT(warnings_of(test::small_job(), {"grid.varus.step=5"}),
               ElementsAre(AllOf(HasSubstr("degree 6 needs 7"), HasSubstr("5 of varus"))));
 }
 
-TEST(Warnings, HolesAndBadEdgesButNotTheBordersOfOpenSheets)
+TEST(Warnings, edges)
 {
   const Mesh sheet = test::sheet(80, 12);
   EXPECT_THAT(warnings_of(test::small_job(), {}, condyles(), sheet), ElementsAre());
@@ -103,7 +103,7 @@ TEST(Warnings, HolesAndBadEdgesButNotTheBordersOfOpenSheets)
               Contains(AllOf(HasSubstr("more than two faces"), HasSubstr(": 3"))));
 }
 
-TEST(Warnings, AWrongUnitIsRefusedOrNoticed)
+TEST(Warnings, unit)
 {
   Mesh femur = condyles(), tibia = test::box({0, -60, 0}, {50, 30, 70});
   const auto scale = [&](double factor) {
@@ -124,7 +124,7 @@ TEST(Warnings, AWrongUnitIsRefusedOrNoticed)
   EXPECT_THAT(refused("mm"), refuses({.field = "frame.unit", .wanted = "m"}));
 }
 
-TEST(Warnings, AFarRotationCentre)
+TEST(Warnings, far_centre)
 {
   EXPECT_THAT(warnings_of(test::small_job(), {"frame.origin=[0, 29, 0]"}), ElementsAre());
   EXPECT_THAT(warnings_of(test::small_job(), {"frame.origin=[0, 31, 0]"}),
@@ -150,7 +150,7 @@ Mesh whole_femur()
   return femur;
 }
 
-TEST(Warnings, AFarRotationCentreOfAWholeBoneInTheFilesAxes)
+TEST(Warnings, far_centre_of_a_whole_bone)
 {
   // Files: X left, Y posterior, Z up, in cm, far from their own origin.
   const auto in_file = [](Mesh mesh) {
@@ -174,7 +174,7 @@ TEST(Warnings, AFarRotationCentreOfAWholeBoneInTheFilesAxes)
   EXPECT_THAT(warnings_of(job, {"frame.origin=[12, -7, 150]"}, femur, tibia), ElementsAre());
 }
 
-TEST(Warnings, AxesThatPutTheFemurBesideTheTibia)
+TEST(Warnings, axes)
 {
   EXPECT_THAT(warnings_of(test::small_job(), {"frame.anterior=+Y", "frame.proximal=+Z", "frame.right=+X"}),
               ElementsAre(AllOf(HasSubstr("frame.proximal"), HasSubstr("frame.proximal = \"+Y\""))));
@@ -185,7 +185,7 @@ TEST(Warnings, AxesThatPutTheFemurBesideTheTibia)
               ElementsAre(HasSubstr("exchanged")));
 }
 
-TEST(Warnings, AnotherJointsReferenceBehindTheMovingObject)
+TEST(Warnings, exchanged_bodies)
 {
   const std::string job = test::small_job("joint = \"other\"\n");
   const Mesh upper = test::box({0, 40, 0}, {60, 60, 60}), lower = test::box({0, -40, 0}, {60, 60, 60});
@@ -204,7 +204,7 @@ std::string job_with_menisci(const std::string& side)
          "[[moving.component]]\nname = \"meniscus_lateral\"\nfile = \"lateral.stl\"\n";
 }
 
-TEST(Warnings, NamesThatContradictTheSide)
+TEST(Warnings, side)
 {
   const auto warnings = [](const std::string& side) {
     const test::JobFolder folder(job_with_menisci(side), condyles(), test::box({0, -40, -25}, {30, 5, 20}));
@@ -225,7 +225,7 @@ Mesh with_ball(Mesh mesh, const Eigen::Vector3d& centre_mm, double radius_mm)
 }
 
 // A left-over of a segmentation between the bones changes the motion; other small parts are legitimate.
-TEST(Warnings, SpecksInTheJointSpace)
+TEST(Warnings, specks)
 {
   const Mesh femur = condyles(),
              tibia = test::box({0, -45, 0}, {50, 30, 70});  // the joint space is from -22 to -30
@@ -252,7 +252,7 @@ TEST(Warnings, SpecksInTheJointSpace)
 }
 
 // The bare compartment is lower by the thickness of the cartilage, so the knee tilts.
-TEST(Warnings, CartilageOfOneCompartmentAndASurfaceTwice)
+TEST(Warnings, one_compartment)
 {
   const Mesh tibia = test::box({0, -60, 0}, {50, 30, 70});
   const auto with = [&](const Mesh& cartilage) {

@@ -33,7 +33,7 @@ TEST(FrameWarnings, ARightFrameHasNone)
   EXPECT_THAT(frame_warnings(moved(turned(rotation_y(rad_from_deg(15.0))))), IsEmpty());
 }
 
-TEST(FrameWarnings, AWrongUnitAxisOriginAndSideAreNamed)
+TEST(FrameWarnings, wrong_frames)
 {
   EXPECT_THAT(frame_warnings(moved(Pose::Identity(), 0.1)),
               ElementsAre(HasSubstr("frame.unit: the bones have the size of a knee in cm")));
@@ -47,7 +47,7 @@ TEST(FrameWarnings, AWrongUnitAxisOriginAndSideAreNamed)
   EXPECT_THAT(frame_warnings(left), ElementsAre(HasSubstr("side: the bones are those of a right knee")));
 }
 
-TEST(FrameWarnings, WhatIsNoKneeIsNotJudged)
+TEST(FrameWarnings, no_knee)
 {
   job::Case other = moved(turned(rotation_y(rad_from_deg(90.0))));
   other.joint = "other";

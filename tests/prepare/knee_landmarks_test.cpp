@@ -35,7 +35,7 @@ const std::vector<std::string> names{"medial_epicondyle", "lateral_epicondyle", 
                                      "lateral_spine",     "medial_plateau",     "lateral_plateau",
                                      "fibular_head"};
 
-TEST(KneeLandmarks, PointsFibresAndDistancesAreRead)
+TEST(KneeLandmarks, all_tables)
 {
   const KneeLandmarks marks = read(R"(
 [landmarks]
@@ -79,7 +79,7 @@ TEST(KneeLandmarks, WhatIsNotOneIsRefusedByLineAndKey)
               refuses({"marks.toml", "line 2, fibre.0.name", "\"ACLan1\"", "\"ACLam1\""}));
 }
 
-TEST(LandmarksOfTheTemplate, AreWhereTheyAreOnABone)
+TEST(LandmarksOfTheTemplate, anatomy)
 {
   const auto at = [](const std::string& name) { return *landmark_mm(generic(), name); };
   // Attachments of the collateral ligaments are at the epicondyles and at the fibular head.
@@ -94,7 +94,7 @@ TEST(LandmarksOfTheTemplate, AreWhereTheyAreOnABone)
   EXPECT_NEAR(at("lateral_plateau").z() - at("medial_plateau").z(), 74.0, 6.0);
 }
 
-TEST(LandmarksOfTheTemplate, AreMirroredWithIt)
+TEST(LandmarksOfTheTemplate, mirrored)
 {
   const TemplateJoint left = mirrored(generic());
   for (const std::string& name : names) {
@@ -151,7 +151,7 @@ std::string scaled_points(const TemplateJoint& joint, const Eigen::Vector3d& fem
   return text;
 }
 
-TEST(LandmarkScales, ThreeFactorsABoneComeBackFromItsPoints)
+TEST(LandmarkScales, three_factors)
 {
   const TemplateJoint joint = with_spread_fibres();
   const Eigen::Vector3d femur(1.08, 1.0, 0.94), tibia(0.97, 1.05, 1.02);
@@ -163,7 +163,7 @@ TEST(LandmarkScales, ThreeFactorsABoneComeBackFromItsPoints)
   EXPECT_THAT(scales.warnings, testing::IsEmpty());
 }
 
-TEST(LandmarkScales, AFactorThatNoDistanceGivesIsTheMeanOfTheOthers)
+TEST(LandmarkScales, missing_factor)
 {
   // The femur's own landmarks and attachments lie along one axis.
   const Eigen::Vector3d femur(1.0, 1.0, 0.9), one = Eigen::Vector3d::Ones();
@@ -173,7 +173,7 @@ TEST(LandmarkScales, AFactorThatNoDistanceGivesIsTheMeanOfTheOthers)
   EXPECT_LT((scales.tibia.factor - one).norm(), 1e-6);
 }
 
-TEST(LandmarkScales, OneDistanceGivesOneFactorForBothBones)
+TEST(LandmarkScales, one_distance)
 {
   const double width_mm =
       (*landmark_mm(generic(), "medial_epicondyle") - *landmark_mm(generic(), "lateral_epicondyle")).norm();

@@ -9,7 +9,7 @@ namespace vrda::slack_lengths_test {
 
 using prepare::SettledPose, prepare::settled_pose, prepare::set_slack_lengths;
 
-TEST(SettledPose, FindsTheVarusAndTheTravelByWhichAKneeWasDisplaced)
+TEST(SettledPose, displaced_knee)
 {
   job::Case knee = prepare::generic_template().joint;
   const SettledPose own = settled_pose(knee);
@@ -26,14 +26,14 @@ TEST(SettledPose, FindsTheVarusAndTheTravelByWhichAKneeWasDisplaced)
   EXPECT_NEAR(settled.pose.translation_mm.y() - own.pose.translation_mm.y(), 4.0, 0.2);
 }
 
-TEST(SettledPose, HasNoContactWithoutOneCompartment)
+TEST(SettledPose, one_compartment)
 {
   job::Case knee = prepare::generic_template().joint;
   knee.reference.contact.mesh.vertices_mm.col(2).array() += 200.0;
   EXPECT_FALSE(settled_pose(knee).has_contact);
 }
 
-TEST(SlackLengths, OntoTheTemplateItselfAreItsOwn)
+TEST(SlackLengths, onto_itself)
 {
   const job::Case knee = prepare::generic_template().joint;
   job::Case subject = knee;
@@ -47,7 +47,7 @@ TEST(SlackLengths, OntoTheTemplateItselfAreItsOwn)
   EXPECT_THAT(result.lengthenings, testing::ElementsAre(0));
 }
 
-TEST(SlackLengths, AFibreStrainedBeyondTheTemplatesIsLengthened)
+TEST(SlackLengths, strained_fibre)
 {
   job::Case knee = prepare::generic_template().joint;
   job::Case subject = knee;
@@ -61,7 +61,7 @@ TEST(SlackLengths, AFibreStrainedBeyondTheTemplatesIsLengthened)
     EXPECT_LT(result.loads.largest_strain[i], std::max(result.template_strain[i], 0.0) + 0.06);
 }
 
-TEST(ScannedGap, IsTheMeanOfBothCompartments)
+TEST(ScannedGap, two_compartments)
 {
   geometry::KneeFit fit;
   geometry::KneeSurfaces knee;

@@ -23,7 +23,7 @@ Copy copy_of(const TemplateJoint& joint, double factor)
   return copy;
 }
 
-TEST(TransferredLigaments, OntoTheTemplateItselfNothingMoves)
+TEST(TransferredLigaments, onto_itself)
 {
   const TemplateJoint joint = prepare::generic_template();
   const Copy copy = copy_of(joint, 1.0);
@@ -37,7 +37,7 @@ TEST(TransferredLigaments, OntoTheTemplateItselfNothingMoves)
   }
 }
 
-TEST(TransferredLigaments, ASizeScalesAttachmentsAndWraps)
+TEST(TransferredLigaments, scaled)
 {
   TemplateJoint joint = prepare::generic_template();
   model::Wrap wrap{"w", model::WrapShape::ellipsoid, model::WrapBody::moving};
@@ -58,7 +58,7 @@ TEST(TransferredLigaments, ASizeScalesAttachmentsAndWraps)
   EXPECT_NEAR(transferred.ligaments.wraps[0].radii_mm.z(), 1.1 * 45, 1e-12);
 }
 
-TEST(TransferredLigaments, AttachmentsGoToTheBoneAndWrapsStayBelowTheLimit)
+TEST(TransferredLigaments, attached_to_bone)
 {
   TemplateJoint joint = prepare::generic_template();
   model::Wrap wrap{"w", model::WrapShape::ellipsoid, model::WrapBody::reference};
@@ -82,7 +82,7 @@ TEST(TransferredLigaments, AttachmentsGoToTheBoneAndWrapsStayBelowTheLimit)
   EXPECT_NEAR(largest_mm, 2.0, 0.5);
 }
 
-TEST(TransferredLigaments, WithoutBoneTheyStayWhereTheFitHasThem)
+TEST(TransferredLigaments, without_bone)
 {
   const TemplateJoint joint = prepare::generic_template();
   Copy copy = copy_of(joint, 1.0);
@@ -95,7 +95,7 @@ TEST(TransferredLigaments, WithoutBoneTheyStayWhereTheFitHasThem)
   }
 }
 
-TEST(TransferredLigaments, AKnownEndReplacesTheFitsAndGoesToTheBoneUnlessItIsThere)
+TEST(TransferredLigaments, known_end)
 {
   const TemplateJoint joint = prepare::generic_template();
   Copy copy = copy_of(joint, 1.0);
@@ -119,7 +119,7 @@ TEST(TransferredLigaments, AKnownEndReplacesTheFitsAndGoesToTheBoneUnlessItIsThe
   EXPECT_EQ(transferred_end(outside_mm), outside_mm);
 }
 
-TEST(TemplateJoint, MirroredTwiceIsItself)
+TEST(TemplateJoint, mirrored_twice)
 {
   const TemplateJoint joint = prepare::generic_template(), twice = mirrored(mirrored(joint));
   EXPECT_EQ(joint.knee.surfaces.tibia.bone.vertices_mm, twice.knee.surfaces.tibia.bone.vertices_mm);
