@@ -18,13 +18,7 @@ using core::Colour;
 using core::TextAlign;
 
 // By RomStatus.
-constexpr std::pair<const char*, const char*> status_legend[] = {
-    {"#2a7f62", "in range: in contact without overlap, within the limits"},
-    {"#c2500a", "contact: every position within the limits overlaps"},
-    {"#7a5fa8", "border: the contact is where a surface ends"},
-    {"#b5892b", "fibre: a fibre is strained beyond the limit"},
-    {"#8a8f98", "nothing ahead: no surface along Delta"},
-    {"#d8d8d4", "not converged: the seat was not found to tolerance"}};
+constexpr const char* status_colours[] = {"#2a7f62", "#c2500a", "#7a5fa8", "#b5892b", "#8a8f98", "#d8d8d4"};
 
 // Driven rotations first.
 std::array<std::size_t, 3> map_axes(const RomAxes& axes)
@@ -184,9 +178,9 @@ RomMaps status_maps(const RomDocument& document)
     return {is_in_range ? (at.is_connected ? 0 : unconnected) : status + 1, at.is_connected};
   });
   maps.title = document.title + ": range of motion";
-  for (const RomStatus status : all_rom_statuses) {
-    maps.legend.emplace_back(status_legend[static_cast<std::size_t>(status)]);
-    if (status == RomStatus::in_range)
+  for (const Named<RomStatus>& status : rom_status_names) {
+    maps.legend.emplace_back(status_colours[static_cast<std::size_t>(status.value)], status.meaning);
+    if (status.value == RomStatus::in_range)
       maps.legend.emplace_back("#a0c5b9", "in range, but not connected with the neutral attitude");
   }
   return maps;

@@ -59,7 +59,7 @@ class TableReader {
   template <typename Member>
   void optional(const char* key, Member& member, const char* /*comment*/ = "") const
   {
-    if (table_.find(key) != nullptr) (*this)(key, member);
+    if (table_.contains(key)) (*this)(key, member);
   }
 
  private:
