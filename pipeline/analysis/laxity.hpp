@@ -73,6 +73,10 @@ struct LaxityResult {
   std::vector<StepRecord> unloaded;  ///< [n_flexion] of the intact joint
 };
 
+/// The curve of a state, flexion and test; null if it was not asked for.
+const LaxityCurve* curve_of(const LaxityResult& result, std::size_t state, std::size_t flexion,
+                            LaxityTest test);
+
 struct LaxityPlan {
   job::LaxityJob loads;
   int n_threads = 1;
