@@ -22,13 +22,13 @@
 
 namespace vrda::analysis {
 
-/// Measures the motion `set` (one of set_names of motion/poses.hpp) at the attitudes of the model's grid,
+/// Measures the motion `set` (one of set_names of store/motion.hpp) at the attitudes of the model's grid,
 /// with each cell subdivided into `refine` (at least 1) parts per axis; for "two_sided", on its own axis, and
 /// "zero_varus" only along flexion.
 /// A sequence of frames is measured over its key.
 /// Poses: the stored X_reference_moving for "raw" at the model's own attitudes, otherwise from Motion. At the
 /// model's own attitudes the narrow phase tests every pose, between them the sweep if possible
-/// (audit/pose_meter.hpp). Same bits for any number of threads.
+/// (analysis/audit.hpp). Same bits for any number of threads.
 store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads);
 
 /// An extreme value of an audit and its attitude.
@@ -207,7 +207,7 @@ struct PoseAssessment {
   store::GridB plausibility;    ///< Plausibility; `not_judged` if not stable or overlapping
 };
 
-/// Measures every stable pose of the raw motion again (audit/pose_meter.hpp); the first of these that
+/// Measures every stable pose of the raw motion again (analysis/audit.hpp); the first of these that
 /// applies: dislocated: beyond `bounds`. border_contact: a stored contact is within the contact resolution of
 /// an edge that belongs to one triangle only, so that the surface ends there. overstrained: a fibre is
 /// longer, or a bundle carries more tension, than ligaments bear: strain 0.44 and 1730 N, where anterior

@@ -34,7 +34,7 @@ struct RawJump {
 /// the generic knee cause steps of 6 perceptible errors in half of the varus columns, a single outlier none.
 inline constexpr double largest_raw_jump = 10.0;
 
-/// Poses as in left_out_errors() (compare/recommend.hpp), in perceptible errors. The excess of a flexion is
+/// Poses as in left_out_errors() (analysis/compare.hpp), in perceptible errors. The excess of a flexion is
 /// the median over the varus columns solved at its four neighbouring flexions, so that steps of single cells
 /// do not count. `fit` gives the raw values.
 RawJump largest_jump(const std::vector<double>& flexion_deg, const SmoothFit& fit);
@@ -121,7 +121,7 @@ struct Recommendation {
 /// degrees.
 Recommendation recommend(const std::vector<DegreeEvidence>& degrees, const RawEvidence& raw);
 
-/// [n_fits] The error of each cell's pose, for DegreeEvidence; compare/compare.hpp has the rules. `left_out`
+/// [n_fits] The error of each cell's pose, for DegreeEvidence; analysis/compare.hpp has the rules. `left_out`
 /// are the errors of each fit's surfaces (leave_one_out, or leave_blocks_out). Cells are those fitted in
 /// translation, in grid order. Robust if the fits are. `fits` are of one model by ascending degree.
 std::vector<std::vector<double>> left_out_errors(const std::vector<SmoothFit>& fits,

@@ -31,7 +31,7 @@ std::string fitted_job_text(const job::Job& job, const std::string& ligaments_fi
                             const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change);
 
 // The append-only journal of an identification, from which an interrupted one continues: a frame of
-// journal/framed_file.hpp per evaluation.
+// core/framed_file.hpp per evaluation.
 
 /// SHA-256 of what determines the evaluations: job, inputs, solver, unknowns, measurements.
 std::string identification_key(const FitData& data, const IdentifyPlan& plan,

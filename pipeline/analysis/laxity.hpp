@@ -91,7 +91,7 @@ struct LaxityPlan {
 std::size_t n_curves(const job::LaxityJob& loads);
 
 /// `job_case` at the subject's size, of job::over_flexions() with the flexions of the plan. Each state
-/// starts from its own unloaded equilibrium of lowest energy (sweep/free_spine.hpp); the load then grows in
+/// starts from its own unloaded equilibrium of lowest energy (solve/sweep.hpp); the load then grows in
 /// equal steps, each from the pose before, halved where no equilibrium is found. The same bits for any number
 /// of threads. Throws InputError naming the key if a cut has no fibre or the case has none.
 LaxityResult laxity_of(const job::Case& job_case, const LaxityPlan& plan);

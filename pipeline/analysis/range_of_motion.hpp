@@ -161,7 +161,7 @@ RomVolume volume_of(const RangeOfMotion& range, const std::function<bool(std::si
 RomVolume volume_of(const RangeOfMotion& range);
 
 // The seat of an object that is pressed along Delta and held in all rotations: the position across Delta,
-// within limits, where it rises highest. Lengths in mm, frame S (core/frames.hpp), rad.
+// within limits, where it rises highest. Lengths in mm, frame S (model/frames.hpp), rad.
 
 struct SeatTask {
   MovingPose centre;      ///< of the limits; its height is not used

@@ -76,7 +76,7 @@ struct TwoSidedOptions {
 
 /// Smooths x, z, theta and varus of the raw course over flexion, then finds at each flexion the varus at
 /// which the gaps of both compartments are equal, and the position along Delta at which the nearer one is
-/// closed, up to contact_margin_mm (audit/pose_meter.hpp).
+/// closed, up to contact_margin_mm (analysis/audit.hpp).
 ///  - Raw course: with the equilibrium the spine with free varus, which does not depend on the varus axis;
 ///  with the
 ///    stability search the zero-varus poses of the raw cells.

@@ -88,7 +88,7 @@ RomComparison compare_ranges(const RangeOfMotion& a, const RangeOfMotion& b, con
 std::string comparison_csv(const RomDocument& a, const RomDocument& b);
 
 // The append-only journals of a range of motion, from which a killed run resumes and shards are joined:
-// frames of journal/framed_file.hpp, one per line.
+// frames of core/framed_file.hpp, one per line.
 
 /// By axis and rows of the other axes.
 using RomLines = std::map<std::pair<std::int8_t, std::array<std::int32_t, 3>>, RomLine>;

@@ -31,7 +31,7 @@ struct Convention {
   std::optional<Eigen::Vector3d> long_axis = std::nullopt;
 };
 
-/// flexion, varus, internal rotation (rad), anterior, proximal, lateral (mm); signs of core/clinical.hpp.
+/// flexion, varus, internal rotation (rad), anterior, proximal, lateral (mm); signs of model/coordinates.hpp.
 using Coordinates = std::array<double, 6>;
 inline constexpr std::size_t n_scored = 6, n_angles = 3;
 /// Indices of Coordinates.

@@ -1,5 +1,5 @@
 /// Smooths the raw surfaces of a motion model by least-squares polynomials of a total degree.
-/// store/derived.hpp describes the result, store/evaluate_smoothed.hpp evaluates it.
+/// store/motion_model.hpp describes the result, store/motion.hpp evaluates it.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +27,7 @@ struct SmoothInput {
 SmoothInput smooth_input(const store::MotionModel& model, const std::string& name);
 
 struct SmoothOptions {
-  bool is_robust = false;  ///< Huber weights (smooth/huber.hpp), separate for each surface
+  bool is_robust = false;  ///< Huber weights (analysis/smooth.hpp), separate for each surface
 };
 
 /// A smoothed set with its errors at each grid cell, in the order of set.surfaces.
@@ -106,7 +106,7 @@ PivotedQr decompose_design(const std::vector<Cell>& cells, const Exponents& expo
 /// True if the cells determine all terms.
 bool is_full_rank(const PivotedQr& qr);
 
-/// Polynomial at every grid attitude, bitwise equal to evaluate() of store/evaluate_smoothed.hpp.
+/// Polynomial at every grid attitude, bitwise equal to evaluate() of store/motion.hpp.
 store::GridD grid_values(const std::vector<double>& coefficients, const Exponents& exponents,
                          const AxisTables& tables);
 

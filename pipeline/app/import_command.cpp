@@ -35,7 +35,7 @@ struct ImportOptions {
   std::vector<std::string> overrides;
   std::string motion;            ///< file of the moving object's poses
   std::string reference_motion;  ///< file of the reference's poses in the same frame; may be empty
-  /// Words of measured/motion_convention.hpp, "auto" (try all), or empty: as the file states, else try all.
+  /// Words of tables/motion_table.hpp, "auto" (try all), or empty: as the file states, else try all.
   std::string unit, angles, order, direction, axes, side, lengths;
   std::string key;                   ///< column; empty: found
   std::vector<std::string> columns;  ///< COORDINATE=COLUMN

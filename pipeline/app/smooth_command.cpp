@@ -26,7 +26,7 @@ using Json = nlohmann::ordered_json;
 /// `vrda audit`: measures gap and penetration of the motions in a motion model.
 struct AuditOptions {
   std::string file;
-  std::string set = "all";  ///< one of set_names of motion/poses.hpp, or "all"
+  std::string set = "all";  ///< one of set_names of store/motion.hpp, or "all"
   int refine = 1;           ///< subdivisions of each grid cell along each axis
   int n_threads = 0;        ///< 0: one per processor
   bool as_json = false;

@@ -1,4 +1,4 @@
-/// The two objects in the solver frame S (core/frames.hpp): the reference rotated to an attitude, the moving
+/// The two objects in the solver frame S (model/frames.hpp): the reference rotated to an attitude, the moving
 /// object placed by a pose.
 #pragma once
 

@@ -1,4 +1,4 @@
-/// The five coordinates of the equilibrium, in the solver frame S (core/frames.hpp): translation of the
+/// The five coordinates of the equilibrium, in the solver frame S (model/frames.hpp): translation of the
 /// moving object (mm), its rotation about Delta = +Y, and the varus of the attitude (rad). Energies are in
 /// N mm, so gradients hold forces in N and moments in N mm; second derivatives are in N/mm, N and N mm.
 #pragma once

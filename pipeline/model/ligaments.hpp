@@ -1,5 +1,5 @@
 /// Ligament fibres between the reference and the moving object: tension law, wrapping, energy and its
-/// derivatives (ligament/README.md).
+/// derivatives (model/README.md).
 #pragma once
 
 #include <Eigen/Core>

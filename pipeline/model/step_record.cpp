@@ -54,7 +54,7 @@ StepRecord scaled(const StepRecord& record, double factor)
 
 SolverPosition solver_position(const SolverFrame& frame, const Pose& X_reference_moving)
 {
-  // R = Rz(-f) Rx(v) Ry(theta), as in core/clinical.cpp but about the axes of S.
+  // R = Rz(-f) Rx(v) Ry(theta), as in model/coordinates.cpp but about the axes of S.
   const Pose X = X_solver_reference_moving(frame, X_reference_moving);
   const Eigen::Matrix3d R = X.linear();
   SolverPosition result;

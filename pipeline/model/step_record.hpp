@@ -1,5 +1,5 @@
 /// Result of one motion step and trace of one search, passed between solve, sweep, journal, store and app.
-/// Frame S and its units: core/frames.hpp.
+/// Frame S and its units: model/frames.hpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -51,7 +51,7 @@ constexpr const auto& names_of(StepStatus)
 }
 inline constexpr auto all_step_statuses = values_in(step_status_names);
 
-/// Kind of node in the seeding graph (sweep/README.md). The values are those of the journal.
+/// Kind of node in the seeding graph (solve/README.md). The values are those of the journal.
 enum class StepKind : std::uint8_t {
   spine_probe = 0,  ///< trial in the search for the spine's cell; not in the motion model
   spine = 1,        ///< the spine's cell of a flexion

@@ -211,7 +211,7 @@ std::string report_page(const Report& report)
 
 namespace {
 
-// The certificate of an equilibrium (solve/equilibrium_record.cpp) allows this share of the push.
+// The certificate of an equilibrium (solve/equilibrium.cpp) allows this share of the push.
 constexpr double residual_share = 1e-2;
 
 template <typename... Values>

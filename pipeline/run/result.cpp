@@ -125,7 +125,7 @@ void add_smoothed(store::MotionModel& model, const job::Case& job_case, const st
   for (const std::int32_t degree : job_case.smooth_degrees) {
     if (is_stopped()) return;
     if (degree > largest) {
-      // Too few angles: load/case_warnings.cpp says so before the run.
+      // Too few angles: job/case_warnings.cpp says so before the run.
       const bool is_said =
           !job_case.coordinates && static_cast<std::size_t>(degree) >= n_fitted_angles(job_case.grid);
       if (is_said) continue;

@@ -78,7 +78,7 @@ analysis::MeasureContact contact_measure(int n_threads);
 
 /// The first of store::set_names(model) if that is not smoothed, or if its degree has no fault in a
 /// comparison of the model's degrees (of its smoothed sets and of its two-sided motion); otherwise "raw" with
-/// the fault. The reason is that of compare/recommend.hpp. Bitwise equal for any number of threads. Cost: a
+/// the fault. The reason is that of analysis/compare.hpp. Bitwise equal for any number of threads. Cost: a
 /// fit per degree and, but for the degree of the two-sided motion, moving it into contact.
 store::DefaultMotion evaluated_default_motion(const store::MotionModel& model, bool is_robust, int n_threads);
 
@@ -86,11 +86,11 @@ store::DefaultMotion evaluated_default_motion(const store::MotionModel& model, b
 /// compared with a remark.
 std::string default_motion_line(const store::MotionModel& model);
 
-/// "screw-home along the spine: net ...": rotation of a knee along the spine (motion/curve_figures.hpp).
+/// "screw-home along the spine: net ...": rotation of a knee along the spine (store/curve_figures.hpp).
 /// Empty for other joints.
 std::string screw_home_line(const store::MotionModel& model);
 
-/// The raw motion's jumps: of theta along the spine (motion/curve_figures.hpp), and of the pose if it is too
+/// The raw motion's jumps: of theta along the spine (store/curve_figures.hpp), and of the pose if it is too
 /// large for any polynomial and the default motion's reason does not name it. May be empty.
 std::vector<std::string> jump_lines(const store::MotionModel& model);
 

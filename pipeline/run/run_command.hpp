@@ -74,7 +74,7 @@ struct CheckedCase {
   InitialContact initial;
 };
 
-/// load_case(), whose warnings (load/case_warnings.hpp) come first; then the initial pose, triangles that
+/// load_case(), whose warnings (job/case_warnings.hpp) come first; then the initial pose, triangles that
 /// intersect each other, and unit, side and frame by registration. They depend on the job and its files only.
 /// Cost beside load_case(): 20 ms for the generic knee, 0.3 s for bones of 40,000 triangles. Mesh files of
 /// together at least `large_bytes` are announced on standard error.

@@ -65,7 +65,7 @@ std::string host_name();
 TaskState started_now(std::int64_t n_done);
 
 /// Whether both belong to the same start; restarts of a Slurm job differ in n_restarts. Local tasks are
-/// excluded by the lock of their state file (core/open_file.hpp), which each holds while it runs.
+/// excluded by the lock of their state file (core/files.hpp), which each holds while it runs.
 bool is_same_start(const TaskState& a, const TaskState& b);
 
 std::string task_file_of(const std::string& folder, const Submission& submission, const TaskId& task);

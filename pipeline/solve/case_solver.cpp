@@ -305,7 +305,7 @@ StepRecord CaseSolver::solve_plain(const solve::StepTask& task, const MovingPose
   return record;
 }
 
-// Delta is proximal (load/coordinates), so the search's theta is the internal rotation, its x the anterior
+// Delta is proximal (job/coordinates), so the search's theta is the internal rotation, its x the anterior
 // translation. The lateral translation is along the flexion axis, so with varus it follows the height.
 StepRecord CaseSolver::search_coordinates(const solve::StepTask& task, const MovingPose& seed,
                                           const SolverFrame& frame, const solve::Joint& joint,

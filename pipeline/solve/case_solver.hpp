@@ -92,7 +92,7 @@ class CaseSolver {
   std::vector<Worker> workers_;
 };
 
-/// The result for a joint `factor` times as large: scales each record (core/step_record.hpp) and the energy
+/// The result for a joint `factor` times as large: scales each record (model/step_record.hpp) and the energy
 /// spread. Contact has no intrinsic length: the scaled poses balance the same forces if the point of the push
 /// is scaled too.
 solve::SweepResult scaled(const solve::SweepResult& result, double factor);

@@ -44,7 +44,7 @@ Wrench wrench_of(const AppliedLoad& load, const model::JointPlacement& placement
   return sum;
 }
 
-// Along the coordinates (core/coordinates.hpp): theta turns about the object's own axis, varus about X.
+// Along the coordinates (model/coordinates.hpp): theta turns about the object's own axis, varus about X.
 Vector5d generalised(const Wrench& wrench, const MovingPose& pose)
 {
   Vector5d force;

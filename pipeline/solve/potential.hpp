@@ -135,7 +135,7 @@ class JointMap {
   Eigen::Matrix3d R_solver_joint_;
 };
 
-/// Work of the loads from zero coordinates of S (core/solver_options.hpp), N mm, and their wrench. Applied
+/// Work of the loads from zero coordinates of S (model/step_record.hpp), N mm, and their wrench. Applied
 /// loads and lines count with `applied`, which stands for them near one pose; null without any.
 struct Work {
   double work_nmm = 0.0;

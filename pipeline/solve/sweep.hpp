@@ -128,7 +128,7 @@ struct FreeSpineStep {
 /// `ends` in the order of their starts: of equal energies (within 1e-6 N mm) the earlier is chosen.
 FreeSpineStep select_lowest(const std::vector<StepRecord>& ends);
 
-// Solves every attitude of a flexion x varus grid along a fixed seeding graph (sweep/README.md): a spine,
+// Solves every attitude of a flexion x varus grid along a fixed seeding graph (solve/README.md): a spine,
 // which is the continuation path along flexion through the cells where both compartments are nearest to
 // balance, then rows outward from it. The result does not depend on the number of workers or on
 // interruptions.
@@ -161,7 +161,7 @@ struct SweepPlan {
   /// need not be.
   bool measures_chosen = false;
   bool has_band = false;  ///< each flexion is also solved with extra moments
-  int n_restarts = 0;     ///< starts besides the two chains along flexion (sweep/free_spine.hpp)
+  int n_restarts = 0;     ///< starts besides the two chains along flexion (solve/sweep.hpp)
   /// The flexions whose rows are solved, each once; absent: all, empty: the spine only. The spine is always
   /// needed, solved or recalled.
   std::optional<std::vector<std::int32_t>> rows;

@@ -101,7 +101,7 @@ struct SmoothedTerm {
   PoseAndVarus coefficient{};  ///< mm, rad
 };
 
-/// Sum of coefficient P_i(u) P_j(v) as in store/evaluate_smoothed.hpp, for all surfaces in one pass.
+/// Sum of coefficient P_i(u) P_j(v) as in store/motion.hpp, for all surfaces in one pass.
 struct SmoothedSurfaces {
   store::AxisRanges ranges;
   int degree = 0;          ///< highest exponent

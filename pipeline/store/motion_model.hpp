@@ -155,7 +155,7 @@ struct TwoSided {
   std::vector<double> gap_medial_mm, gap_lateral_mm;  ///< measured
 };
 
-/// How the repair of a frame ended (repair/repair.hpp).
+/// How the repair of a frame ended (analysis/repair.hpp).
 enum class RepairStatus : std::int8_t { unchanged = 0, repaired = 1, not_converged = 2, nothing_ahead = 3 };
 
 /// The measured motion of which a model's frames are the repair, and what the repair changed.
@@ -258,7 +258,7 @@ struct UncertainMotion {
 // The motion model as plain data. schemas/motion-model.md specifies its file.
 // Units here are those of the file: mm and degrees.
 
-/// Grood-Suntay numbers over the grid (core/clinical.hpp).
+/// Grood-Suntay numbers over the grid (model/coordinates.hpp).
 struct ClinicalSurfaces {
   GridD flexion_deg, varus_deg, internal_rotation_deg;
   GridD anterior_mm, proximal_mm, lateral_mm;
@@ -361,7 +361,7 @@ struct FreeSpine {
   SpineBranches branches;
 };
 
-/// Results of method "equilibrium" (core/step_record.hpp, Balance). Surfaces over (flexion, varus).
+/// Results of method "equilibrium" (model/step_record.hpp, Balance). Surfaces over (flexion, varus).
 struct EquilibriumSurfaces {
   double band_moment_nmm = 0.0;  ///< 0: no band
   GridD energy_nmm, balance_residual_n, complementarity_mm, worst_gap_mm;
@@ -372,7 +372,7 @@ struct EquilibriumSurfaces {
   FreeSpine spine;
 };
 
-/// Roles of the joint's six coordinates (core/joint_coordinates.hpp), and what holds or determines them.
+/// Roles of the joint's six coordinates (model/coordinates.hpp), and what holds or determines them.
 struct CoordinateSurfaces {
   std::vector<std::int8_t> role;           ///< [6] CoordinateRole
   std::vector<std::int8_t> determined;     ///< [n_cells, 6] of free coordinates; else -1

@@ -56,7 +56,7 @@ ProcessResult run_separately(const std::function<std::string()>& work, const std
 // Motion models and traces from untrusted files.
 //
 // HDF5 1.10 crashes on some crafted files with a valid seal and plausible values. So HDF5 parses the bytes
-// in a separate process (store/separate_process.hpp), confined after reading them (store/confinement.hpp).
+// in a separate process (store/read_separately.hpp), confined after reading them (store/read_separately.hpp).
 // It returns serialized values, which are checked again here. A crash of that process is an InputError.
 
 /// Asynchronous read_motion_model: the constructor starts the separate process, model() waits for its result.

@@ -356,7 +356,7 @@ double TimeHistogram::percentile_ms(double share) const
 bool StreamStatistics::follow_pace(double step_ns)
 {
   constexpr double update_share = 0.02, shortest_share = 0.75, longest_share = 1.5;
-  constexpr int n_to_accept = 8;  // as for clocks (devices/tracker_protocol.hpp)
+  constexpr int n_to_accept = 8;  // as for clocks (bench/protocols.hpp)
   if (interval_ns_ == 0.0) interval_ns_ = step_ns;
   if (step_ns >= shortest_share * interval_ns_) {
     n_short_ = 0;

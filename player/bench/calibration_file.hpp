@@ -19,7 +19,7 @@
 namespace vrda::bench {
 
 /// In the units of files and screen: mm, deg, px. A pose has six numbers "table.shift_x" to "table.turn_z"
-/// with the conventions of tracking/screw.hpp; its covariance is that of the translation and of a small
+/// with the conventions of bench/rigid_body.hpp; its covariance is that of the translation and of a small
 /// rotation vector about the fixed axes: true = rotation(error) * estimated, which has no singularity.
 struct Estimate {
   std::vector<std::string> names;  ///< [n] "left.k1"
@@ -105,7 +105,7 @@ std::string record_key(CalibrationPart part);
 /// Names of the estimated numbers that other parts use; may be empty.
 std::vector<std::string> shared_estimate_names(CalibrationPart part);
 
-/// Measurement of one finished task; the task kind (calibration_tasks/task.hpp) defines the rows.
+/// Measurement of one finished task; the task kind (calibration/task.hpp) defines the rows.
 struct CalibrationMark {
   std::string task;  ///< task name, unique within its part
   std::vector<std::vector<double>> rows;
@@ -115,7 +115,7 @@ struct CalibrationRecord {
   std::string date;  ///< "2026-11-22", of the last mark
   /// In the order of the part's tasks; the first task without a mark is the next one.
   std::vector<CalibrationMark> marks;
-  /// Values of the bench file to which the marks belong (calibration_tasks/parts.hpp); may be empty.
+  /// Values of the bench file to which the marks belong (calibration/parts.hpp); may be empty.
   std::vector<double> made_with;
   std::optional<Estimate> estimate;  ///< once solved
   /// The part must be repeated: by --anew, or because a part that it depends on was repeated.

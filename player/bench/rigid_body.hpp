@@ -115,7 +115,7 @@ Pose X_femur_tibia(const LegBodies& bodies, const Pose& X_tracker_thigh, const P
 
 /// Attitude in a motion model's frame, and theta about its Delta, from the rotation of the tibia in the
 /// femur's frame (canonical axes of its own side). With Delta = +Y these are the Grood-Suntay angles of
-/// core/clinical.hpp. If Delta depends on flexion, `frame` must be that of the current flexion. At 90
+/// model/coordinates.hpp. If Delta depends on flexion, `frame` must be that of the current flexion. At 90
 /// degrees of varus only a combination of flexion and theta is defined.
 LegAngles leg_angles(const Pose& X_femur_tibia, const SolverFrame& frame);
 
@@ -123,7 +123,7 @@ LegAngles leg_angles(const Pose& X_femur_tibia, const SolverFrame& frame);
 Attitude attitude_of(const LegAngles& angles);
 
 /// Inverse of leg_angles(): the tibia in the femur's frame, with `translation_mm` in the solver's frame S
-/// (core/frames.hpp).
+/// (model/frames.hpp).
 Pose X_femur_tibia(const LegAngles& angles, const SolverFrame& frame,
                    const Eigen::Vector3d& translation_mm = Eigen::Vector3d::Zero());
 

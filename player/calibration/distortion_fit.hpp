@@ -50,7 +50,7 @@ struct DistortionFit {
   /// The distortion is too small to determine its centre (standard deviation above 20 px), so the centre has
   /// the prior `centre_prior_sd_px` about the centre of the visible part.
   bool has_centre_prior = false;
-  /// Largest position error in the visible part after pre-distortion mesh (optics/eye.hpp) and optics.
+  /// Largest position error in the visible part after pre-distortion mesh (view/eye.hpp) and optics.
   double inverse_error_px = 0.0;
   /// "NAME.k1", ".k2", ".centre_x", ".centre_y" (px), ".pixel_aspect".
   bench::Estimate estimate;

@@ -126,7 +126,7 @@ values = [0.5, 1, 3]
     for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
       const std::size_t at = s * model.flexion_deg.size() + i;
       const auto row = static_cast<Eigen::Index>(i);
-      // Facets make equilibria a fraction of a degree apart (sweep/sample_motion).
+      // Facets make equilibria a fraction of a degree apart (solve/uncertain_motion).
       EXPECT_NEAR(motion.rotation_deg[3 * at + 2], own.clinical.internal_rotation_deg(row, 0), 0.5);
       EXPECT_NEAR(motion.translation_mm[3 * at], own.clinical.anterior_mm(row, 0), 0.1);
       EXPECT_NEAR(motion.translation_mm[3 * at + 1], own.clinical.proximal_mm(row, 0), 0.05);

@@ -109,7 +109,7 @@ function errorsTable({ rows, recommended }) {
     ["degree", ...headings], rows.map((row) => [String(row.degree), ...cells(row)]), { kinds: Array(headings.length + 1).fill("tight"), chosen: (r) => rows[r].degree === recommended });
 }
 
-// Names of faults: pipeline/compare/recommend.hpp.
+// Names of faults: pipeline/analysis/compare.hpp.
 const FAULTS = { none: "", not_measurable: "not measurable", unpredicted: "less than half of the variance predicted", jump: "the raw motion jumps", no_contact: "poses without contact", overlap: "overlap", gap: "gap", rough: "rough" };
 
 function judgementTable({ rows, recommended, left_out: block }) {
