@@ -82,7 +82,7 @@ struct RepairedMotion {
 
 /// Minimises the sum over frames of squared distances from the measurement and of weighted squared second
 /// differences, subject to: no overlap of features that face each other along Delta, and a contact within
-/// the limit along Delta. Sequential quadratic programmes over all frames (analysis/sequence_program.hpp) from
+/// the limit along Delta. Sequential quadratic programmes over all frames (sequence_program.hpp) from
 /// the measured motion: a local minimum. Same bits for any number of threads.
 /// Throws InputError for noise that is missing (all zero), negative or not a number; poses that are not
 /// finite or not rigid; keys that do not ascend; neighbouring frames more than 90 degrees apart; a period

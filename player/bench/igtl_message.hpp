@@ -139,7 +139,7 @@ class IgtlStream {
 };
 
 // OpenIGTLink messages for programs that show the joint, such as 3D Slicer: texts and meshes. Header version
-// 1, which every version of the protocol reads. Poses are sent as TRANSFORM (bench/igtl_message.hpp). Times in ns
+// 1, which every version of the protocol reads. Poses are sent as TRANSFORM (above). Times in ns
 // since the epoch, lengths in mm.
 
 /// A STRING message with a text of ASCII characters, at most 65535. `device`: at most 20 bytes are sent.
