@@ -73,7 +73,7 @@ struct LaxityResult {
   std::vector<StepRecord> unloaded;  ///< [n_flexion] of the intact joint
 };
 
-/// The curve of a state, flexion and test; null if it was not asked for.
+/// The curve of a state, flexion and test; null without this curve.
 const LaxityCurve* curve_of(const LaxityResult& result, std::size_t state, std::size_t flexion,
                             LaxityTest test);
 

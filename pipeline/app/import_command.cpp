@@ -1,3 +1,4 @@
+// `vrda import`: a motion model from measured poses.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

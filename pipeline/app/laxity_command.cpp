@@ -1,3 +1,4 @@
+// `vrda laxity`: loads at held flexions.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

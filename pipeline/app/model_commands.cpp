@@ -1,3 +1,4 @@
+// `vrda info` and `validate`: what a motion model contains, and gaps and penetrations measured again.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -1,3 +1,4 @@
+// `vrda repair`: the nearest motion without overlap and separation.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

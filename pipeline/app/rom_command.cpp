@@ -1,3 +1,4 @@
+// `vrda rom`: the rotations that a joint can reach.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>

@@ -1,3 +1,4 @@
+// `vrda score`: a motion compared with a measured one.
 #include <algorithm>
 #include <charconv>
 #include <cmath>

@@ -73,7 +73,7 @@ double varus_rad(const store::MotionModel& model, const store::Motion& motion, s
   return motion.balanced_varus_rad(rad_from_deg(model.flexion_deg[row]));
 }
 
-/// The curve of the poses of `pose_of(row)`; empty where there is none.
+/// The curve of the poses of `pose_of(row)`; empty without a pose.
 template <typename PoseOf>
 ClinicalCurve curve_of(const TrackedModel& tracked, const std::string& name, const PoseOf& pose_of)
 {

@@ -11,7 +11,7 @@
 
 namespace vrda::store {
 
-/// The finite number for which `is_beyond` any other finite one, of a vector or array; NaN if there is none.
+/// The finite number for which `is_beyond` any other finite one, of a vector or array; NaN without one.
 template <typename Values, typename Compare>
 double extreme_of(const Values& values, const Compare& is_beyond)
 {
@@ -22,7 +22,7 @@ double extreme_of(const Values& values, const Compare& is_beyond)
   }
   return extreme;
 }
-/// Largest and smallest finite number of a vector or array; NaN if there is none.
+/// Largest and smallest finite number of a vector or array; NaN without one.
 template <typename Values>
 double largest_of(const Values& values)
 {

@@ -184,7 +184,7 @@ struct Parameter {
 
 /// All parameters, in the order in which keys select them. Constant.
 std::span<const Parameter> parameters();
-/// Its index; empty if there is none of that name.
+/// Its index; empty without that name.
 std::optional<std::size_t> find_parameter(const std::string& name);
 
 /// Whether the parameter has an effect on the bench, e.g. `flexion` only with a rigid leg.

@@ -179,7 +179,7 @@ class GlProgram {
 /// A buffer offset as the pointer that OpenGL expects.
 const void* buffer_offset(std::size_t bytes);
 
-/// A part of a vertex: `n` floats, or `n` bytes that stand for 0 to 1.
+/// A part of a vertex: `n` floats, or `n` bytes that mean 0 to 1.
 struct VertexPart {
   int n = 0;
   std::size_t offset = 0;  ///< bytes

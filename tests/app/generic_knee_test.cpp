@@ -228,9 +228,4 @@ TEST(GenericKnee, OneHashForEveryInstructionSet)
   EXPECT_THAT(hashes, testing::Each(hashes.front()));
 }
 
-class GenericKneeHash : public testing::TestWithParam<std::string> {};
-
-INSTANTIATE_TEST_SUITE_P(GenericKnee, GenericKneeHash, testing::Values("equilibrium", "search"),
-                         [](const auto& method) { return method.param; });
-
 }  // namespace vrda::generic_knee_test

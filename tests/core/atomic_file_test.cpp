@@ -203,7 +203,7 @@ TEST(OutputLock, no_change_is_lost)
   EXPECT_GE(n, n_noted);
   EXPECT_LE(n, n_noted + n_killed);
   EXPECT_GE(n_noted, n_processes / 2 * n_changes);
-  // A lock that a killed process has left hinders nobody and goes with the next one.
+  // A lock that a killed process has left blocks no other process and is removed by the next one.
   EXPECT_TRUE(OutputLock::acquire(output, "test", {}));
   EXPECT_FALSE(fs::exists(output + ".lock"));
 }
