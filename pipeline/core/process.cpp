@@ -65,7 +65,8 @@ void reset_signals()
   }
   const int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
   const std::array<int, 3> streams{options.in, options.out, options.err};
-  for (int k = 0; k < 3; ++k) dup2(streams[k] < 0 ? nothing : streams[k], k);
+  for (std::size_t k = 0; k < streams.size(); ++k)
+    dup2(streams[k] < 0 ? nothing : streams[k], static_cast<int>(k));
   if (options.folder.empty() || chdir(options.folder.c_str()) == 0)
     execvpe(arguments[0], arguments, environment);
   const int error = errno;

@@ -120,7 +120,7 @@ std::string label_of(const JointKind& kind, JointCoordinate coordinate)
 namespace {
 
 /// Of varus: below it rounding (1e-16) turns flexion and internal rotation by more than 1e-9 rad.
-constexpr double least_cosine = 1e-7;
+constexpr double least_varus_cosine = 1e-7;
 
 }  // namespace
 
@@ -141,7 +141,7 @@ ClinicalCoordinates clinical_coordinates(const Pose& X_reference_moving, Side si
   result.varus_rad = arc_sine(R(2, 1));
   result.flexion_rad = arc_tangent2(R(0, 1), R(1, 1));
   result.internal_rotation_rad = arc_tangent2(-R(2, 0), R(2, 2));
-  if (R(0, 1) * R(0, 1) + R(1, 1) * R(1, 1) < least_cosine * least_cosine) {
+  if (R(0, 1) * R(0, 1) + R(1, 1) * R(1, 1) < least_varus_cosine * least_varus_cosine) {
     // Gimbal lock: f is any, and f - i (varus 90 degrees) or f + i (-90) gives i.
     const double i = R(2, 1) > 0.0 ? result.flexion_rad - arc_tangent2(-R(1, 0) - R(0, 2), R(0, 0) - R(1, 2))
                                    : arc_tangent2(R(0, 2) - R(1, 0), R(0, 0) + R(1, 2)) - result.flexion_rad;
@@ -204,7 +204,7 @@ double change_sq(const ClinicalCoordinates& c, const ClinicalCoordinates& before
 
 bool is_at_lock(const ClinicalCoordinates& c)
 {
-  return std::abs(cosine(c.varus_rad)) < least_cosine;
+  return std::abs(cosine(c.varus_rad)) < least_varus_cosine;
 }
 
 }  // namespace
@@ -239,7 +239,7 @@ ClinicalCoordinates ContinuousCoordinates::next(const Pose& X_reference_moving)
     const SinCos f = sin_cos(c.flexion_rad);
     c.anterior_mm = f.cos * t.x() - f.sin * t.y();
   }
-  n_locked_ += cosine(c.varus_rad) < least_cosine ? 1 : 0;
+  n_locked_ += cosine(c.varus_rad) < least_varus_cosine ? 1 : 0;
   return before_.emplace(c);
 }
 
