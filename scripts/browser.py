@@ -118,9 +118,17 @@ class Browser:
         self.wait(is_there)
 
     def wait(self, is_there):
-        """Waits until a JavaScript expression holds."""
-        while not self.value(is_there):
+        """Waits until a JavaScript expression holds, also in a page that redirects meanwhile."""
+        while not self._holds(is_there):
             time.sleep(0.1)
+
+    def _holds(self, expression):
+        try:
+            return self.value(expression)
+        except RuntimeError as error:
+            if "target navigated or closed" not in str(error):
+                raise
+            return False
 
     def give(self, selector, path):
         """Sets a file input of a form."""
