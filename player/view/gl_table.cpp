@@ -102,10 +102,11 @@ GlObject create_texture(const GlTable& gl, const TexturePlan& plan, const void* 
   gl.BindTexture(GL_TEXTURE_2D, made);
   gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
   gl.TexImage2D(GL_TEXTURE_2D, 0, plan.format, plan.width, plan.height, 0, plan.layout, plan.type, pixels);
-  for (const GLenum use : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
-    gl.TexParameteri(GL_TEXTURE_2D, use, plan.filter);
-  for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
-    gl.TexParameteri(GL_TEXTURE_2D, axis, plan.is_clamped ? GL_CLAMP_TO_EDGE : GL_REPEAT);
+  for (const int use : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+    gl.TexParameteri(GL_TEXTURE_2D, static_cast<GLenum>(use), plan.filter);
+  for (const int axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
+    gl.TexParameteri(GL_TEXTURE_2D, static_cast<GLenum>(axis),
+                     plan.is_clamped ? GL_CLAMP_TO_EDGE : GL_REPEAT);
   return made;
 }
 

@@ -723,7 +723,7 @@ class GapLayer final : public LayerDrawing {
 /// segment.
 constexpr std::size_t n_straight = 4, n_wrapped = 14;
 // Half sizes of a band on a knee, where fibres lie 2 to 4 mm apart: neighbouring bands overlap a little.
-constexpr double thickness_mm = 0.45, narrowest_mm = 1.0, widest_mm = 2.4, overlap = 1.2;
+constexpr double thickness_mm = 0.45, narrowest_mm = 1.0, widest_mm = 2.4, band_overlap = 1.2;
 constexpr double slack_part = 0.7;  // of width and thickness
 constexpr VertexColour slack_colour{205, 203, 196, 255};
 
@@ -814,7 +814,7 @@ class LigamentLayer final : public LayerDrawing {
       add_tube(drawable.mesh, n_points(fibre));
       const Arrangement arrangement = arrangement_of(ligaments_.fibres, fibre.bundle);
       const double half_mm =
-          std::clamp(0.5 * overlap * arrangement.spacing_mm, scale * narrowest_mm, scale * widest_mm);
+          std::clamp(0.5 * band_overlap * arrangement.spacing_mm, scale * narrowest_mm, scale * widest_mm);
       bands_.push_back({half_mm, scale * thickness_mm, arrangement.reference_mm, arrangement.moving_mm});
     }
     drawable.colours.resize(drawable.mesh.vertices.size());
