@@ -163,7 +163,8 @@ TEST(RomFiles, ComparisonCountsCellsOfEachAndOfBoth)
 TEST(RomFiles, TheBoundaryCurveRunsAroundTheConnectedRange)
 {
   double along_flexion = 0.0, along_varus = 0.0;
-  for (const RomMaps::Line& line : status_maps(sample()).outlines[0]) {
+  const RomMaps maps = status_maps(sample());
+  for (const RomMaps::Line& line : maps.outlines[0]) {
     along_flexion += line[2] - line[0];
     along_varus += line[3] - line[1];
     EXPECT_NEAR(std::abs(line[0]), 5.0, 1e-9) << "half way to the neighbours in flexion";

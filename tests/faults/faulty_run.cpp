@@ -149,8 +149,9 @@ std::vector<std::string> calls_of(const FaultRow& row, int n)
   const std::string& at = row.fault.at;
   if (!at.starts_with("each")) return {at};
   std::vector<std::string> calls;
-  const int stride = runs_full_set() ? 1 : row.stride;
-  for (int k = 1; k <= n - row.n_last; ++k) {
+  const int n_faulty = n - row.n_last;
+  const int stride = runs_full_set() ? 1 : std::clamp(row.stride, 1, std::max(1, n_faulty));
+  for (int k = 1; k <= n_faulty; ++k) {
     // Other faults of a table get other calls.
     if ((k + static_cast<int>(row.fault.what.size())) % stride == 0)
       calls.push_back(std::to_string(k) + (at == "each+" ? "+" : ""));
