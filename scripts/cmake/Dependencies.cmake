@@ -27,11 +27,12 @@ find_program(SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
 # Font of images and of the user interface; embedded in each program.
 find_file(VRDA_FONT DejaVuSans.ttf PATHS /usr/share/fonts/truetype/dejavu NO_DEFAULT_PATH REQUIRED)
 
+find_path(STB_INCLUDE_DIR stb/stb_truetype.h REQUIRED)
+add_library(vrda_stb INTERFACE)
+target_include_directories(vrda_stb SYSTEM INTERFACE ${STB_INCLUDE_DIR})
+
 if(VRDA_PIPELINE)
   find_package(pugixml REQUIRED)
-  find_path(STB_INCLUDE_DIR stb/stb_truetype.h REQUIRED)
-  add_library(vrda_stb INTERFACE)
-  target_include_directories(vrda_stb SYSTEM INTERFACE ${STB_INCLUDE_DIR})
   pkg_check_modules(bullet REQUIRED IMPORTED_TARGET bullet-float64)
   find_package(assimp REQUIRED)
   find_package(OpenSSL REQUIRED COMPONENTS Crypto)

@@ -44,7 +44,7 @@ class TypeNames(unittest.TestCase):
             for file in (ROOT / program).glob("*/*.[ch]pp"):
                 room = file.parent.name
                 lines = [line for line in file.read_text().splitlines() if line.startswith("namespace vrda")]
-                wanted = f"namespace vrda::{'inline core' if room == 'core' else room}"
+                wanted = f"namespace vrda::{'inline ' * (room in ('core', 'model'))}{room}"
                 if lines and not any(line.startswith(wanted) for line in lines):
                     wrong.append(f"{file.relative_to(ROOT)}: found {lines[0]}, wanted {wanted}")
         self.assertEqual(wrong, [])
