@@ -44,13 +44,9 @@ TEST(Warnings, sound_job)
   EXPECT_THAT(warnings_of(test::small_job()), ElementsAre());
 }
 
-TEST(Warnings, unused_search)
+// A resolved job states every key.
+TEST(Warnings, search_keys_with_their_defaults)
 {
-  EXPECT_THAT(
-      warnings_of(test::small_job(), {equilibrium, "grid.varus=free", "solver.search.rotation_step_deg=0.5"}),
-      ElementsAre(AllOf(HasSubstr("solver.search.rotation_step_deg"), HasSubstr("equilibrium")),
-                  HasSubstr("nearly free")));
-  // A resolved job states every key.
   const std::string every_key =
       "[solver.search]\napproach_step_mm = 1\ntranslation_step_mm = 1\ntranslation_resolution_mm = 0.01\n"
       "rotation_step_deg = 1\nrotation_resolution_deg = 0.01\npoints = \"exact\"\nnormals = \"reference\"\n"
@@ -59,20 +55,6 @@ TEST(Warnings, unused_search)
               ElementsAre(HasSubstr("nearly free")));
   EXPECT_THAT(warnings_of(test::small_job("", every_key), {equilibrium, "solver.search.max_steps=99"}),
               Contains(HasSubstr("solver.search.max_steps")));
-}
-
-TEST(Warnings, campaign)
-{
-  EXPECT_THAT(warnings_of(test::small_job("", "[campaign]\n[[campaign.method]]\nname = \"a\"\n")),
-              ElementsAre(AllOf(HasSubstr("vrda plan"), HasSubstr("vrda submit"))));
-}
-
-TEST(Warnings, coarse_resolution)
-{
-  EXPECT_THAT(warnings_of(test::small_job(), {"solver.search.translation_resolution_mm=0.2"}),
-              ElementsAre(AllOf(HasSubstr("translation step"), HasSubstr("5.0 times"))));
-  EXPECT_THAT(warnings_of(test::small_job(), {"solver.search.rotation_step_deg=0.5"}),
-              ElementsAre(AllOf(HasSubstr("rotation step"), HasSubstr("5.0 times"))));
 }
 
 TEST(Warnings, edges)
