@@ -102,8 +102,8 @@ PoseAudit plainly_measured(const AuditScene& scene, const Mesh& moving_canonical
       geometry::make_tree_mesh(solver_mesh(transformed(moving_canonical, X_reference_moving), scene.frame)),
       attitude);
   if (contact::find_collision(reference, moving, {}, narrow_phase)) {
-    const geometry::Gap afar = test::directional_gap(reference, moving.mesh, moving.tree, {},
-                                                     {geometry::GapKind::signed_facing, {}});
+    const geometry::Gap afar =
+        test::directional_gap(reference, moving.mesh, moving.tree, {}, geometry::GapKind::signed_facing);
     return {true, std::max(0.0, -afar.travel_mm), 0.0};
   }
   return {false, 0.0, test::directional_gap(reference, moving.mesh, moving.tree, {}).travel_mm};

@@ -1,47 +1,30 @@
-// One pose of each set, as queried by the player in every frame: alone, and with its derivatives.
+// One pose of each set, as queried by the player in every frame.
 #include <benchmark/benchmark.h>
 
 #include "core/units.hpp"
 #include "store/motion.hpp"
+#include "support/models.hpp"
 
 namespace vrda::benchmarks {
 namespace {
 
-constexpr int degree = 6;
-
-store::SmoothedSet smoothed_set(const store::MotionModel& model)
-{
-  store::SmoothedSet set;
-  set.degree = degree;
-  set.exponents.resize((degree + 1) * (degree + 2) / 2, 2);
-  Eigen::Index k = 0;
-  for (int i = 0; i <= degree; ++i) {
-    for (int j = 0; i + j <= degree; ++j) set.exponents.row(k++) << i, j;
-  }
-  for (const char* name : {"tx", "ty", "tz", "theta"}) {
-    store::SmoothedSurface& surface = set.surfaces.emplace_back();
-    surface.name = name;
-    for (int term = 0; term < k; ++term) surface.coefficients.push_back(1.0 / (1.0 + term));
-  }
-  set.recontact_mm = store::GridD::Constant(model.status.rows(), model.status.cols(), 0.1);
-  return set;
-}
-
 /// 91 x 21 attitudes, as in the thesis.
 store::MotionModel thesis_sized()
 {
-  store::MotionModel model;
-  model.side = "right";
-  model.method = "stability-search";
-  for (int i = 0; i <= 90; ++i) model.flexion_deg.push_back(i);
-  for (int j = -10; j <= 10; ++j) model.varus_deg.push_back(j);
-  model = store::with_pending_cells(model);
-  model.status.setConstant(status_stable);
-  for (store::GridD* grid : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) {
-    for (Eigen::Index cell = 0; cell < grid->size(); ++cell)
-      grid->data()[cell] = 0.001 * static_cast<double>(cell % 97);
-  }
-  model.smoothed = {smoothed_set(model)};
+  test::ModelPlan plan;
+  plan.flexion_deg.clear();
+  plan.varus_deg.clear();
+  for (int i = 0; i <= 90; ++i) plan.flexion_deg.push_back(i);
+  for (int j = -10; j <= 10; ++j) plan.varus_deg.push_back(j);
+  plan.motion = [](double flexion_deg, double varus_deg) {
+    return store::PoseCoordinates{0.001 * flexion_deg, -0.002 * varus_deg, 0.05, 0.1 * flexion_deg};
+  };
+  store::MotionModel model = test::model_of(plan);
+  test::add_smoothed(model, 6, [](int i, int j) {
+    const double term = 1.0 / (1.0 + i + 7 * j);
+    return store::PoseCoordinates{term, term, term, term};
+  });
+  model.smoothed.front().recontact_mm = store::GridD::Constant(model.status.rows(), model.status.cols(), 0.1);
   const std::vector<double> column(model.flexion_deg.size(), 1.0);
   store::ZeroVarus table;
   table.source.assign(column.size(), static_cast<std::int8_t>(store::ZeroVarusSource::both_touch));

@@ -1,23 +1,17 @@
 #include "scene.hpp"
 
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 
 #include "core/units.hpp"
 #include "solve/case_solver.hpp"
 #include "solve/stability_search.hpp"
+#include "support/real_knees.hpp"
 
 namespace vrda::benchmarks {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path data_directory()
-{
-  const char* given = std::getenv("VRDA_DATA");
-  return given != nullptr && *given != '\0' ? fs::path(given) : fs::path(VRDA_SOURCE_DIR) / "../shared/data";
-}
 
 std::vector<Step> swept(const job::Case& job_case, const solve::Joint& joint)
 {
@@ -39,15 +33,15 @@ std::vector<Step> swept(const job::Case& job_case, const solve::Joint& joint)
 
 bool has_real_knees()
 {
-  return fs::is_directory(data_directory() / "knees");
+  return test::data_directory().has_value();
 }
 
 job::Case case_of(const std::string& knee, const std::vector<std::string>& settings)
 {
   // Contact only, as required by the search and its references.
   const std::string name = knee == "generic" ? "generic-contact" : knee;
-  const fs::path job = fs::path(VRDA_SOURCE_DIR) / "jobs" / ("knee-" + name + ".toml");
-  return job::load_case(job.string(), {data_directory().string(), settings});
+  const fs::path job = test::source_directory() / "jobs" / ("knee-" + name + ".toml");
+  return job::load_case(job.string(), {test::data_directory().value_or("").string(), settings});
 }
 
 const Scene& scene(const std::string& knee)

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <map>
 #include <optional>
 
 #include "app/scenes.hpp"
@@ -268,35 +267,6 @@ TEST_F(Publications, AStageOfADeadWriterIsRemovedByTheNext)
   succeed(joined(prepare().second(), {"--replace"}));
   EXPECT_FALSE(fs::exists(out_ / ".vrda-abcdef"));
   EXPECT_TRUE(fs::exists(out_ / "mine.txt"));
-}
-
-TEST_F(Publications, AJsonValueOfAnotherTypeIsNamed)
-{
-  scratch_->write("loads.toml", test::text_of(path("knee.toml")) +
-                                    "[laxity]\nflexion_deg = [0]\nanterior_force_n = 100\nload_steps = 1\n");
-  const std::string deep(100, '[');
-  struct Row {
-    std::string file, text;
-    Words words;
-    std::string field, found;
-  };
-  for (
-      const Row& row :
-      {Row{"laxity.json", R"({"job":3})", {"laxity", path("loads.toml"), "-o", out_.string()}, "job", "3"},
-       Row{"rom.json", R"({"format":"vrda range of motion","version":[]})", {}, "version", "a list"},
-       Row{"rom.json", R"({"format":)" + deep, {}, "", "nested"},
-       Row{"m.h5.case.json", R"({"name":3})", {"merge", "-o", path("out/m.h5")}, "name", "3"},
-       Row{"submission.json",
-           R"({"format":"vrda submission 1","program":"a","title":"","axes":[],"shards":1,"slurm":{"partition":[]}})",
-           {"status", out_.string()},
-           "slurm.partition",
-           "[]"}}) {
-    clear();
-    const std::string file = scratch_->write("out/" + row.file, row.text).string();
-    const Words compare{"rom", "--compare", file, file};
-    EXPECT_THAT(test::run_vrda(row.words.empty() ? compare : row.words),
-                test::refuses({.file = row.file, .field = row.field, .found = row.found}));
-  }
 }
 
 TEST_F(Publications, APathThatIsNotUtf8CanBePrintedAsJson)

@@ -91,6 +91,16 @@ std::vector<GapBodies> gap_bodies(GapRandom& random)
           coarse_knee()};
 }
 
+GapBodies rounded(GapBodies bodies)
+{
+  bodies.reference.offset_mm.assign(static_cast<std::size_t>(bodies.reference.triangles.rows()), 1.0);
+  bodies.moving.offset_mm.assign(static_cast<std::size_t>(bodies.moving.triangles.rows()), 0.6);
+  Mesh bare = box({4, 6, 3}, {3, 3, 3});
+  bare.offset_mm.assign(12, 0.0);
+  append(bodies.moving, bare);
+  return bodies;
+}
+
 double dense_gap_mm(const GapBodies& bodies, const Attitude& attitude, const MovingPose& pose)
 {
   const geometry::TreeMesh there =
@@ -100,8 +110,9 @@ double dense_gap_mm(const GapBodies& bodies, const Attitude& attitude, const Mov
   for (Eigen::Index m = 0; m < bodies.moving.triangles.rows(); ++m) {
     const geometry::Corners moving = place(corners(bodies.moving, m));
     for (Eigen::Index r = 0; r < bodies.reference.triangles.rows(); ++r) {
+      const double offset = offset_mm(bodies.reference, r) + offset_mm(bodies.moving, m);
       least = std::min(
-          least, test::pair_travel_mm(corners(there.mesh, r), moving, geometry::GapKind::signed_facing));
+          least, pair_travel_mm(corners(there.mesh, r), moving, geometry::GapKind::signed_facing, offset));
     }
   }
   return least;

@@ -36,6 +36,9 @@ struct GapBodies {
 /// Convex pair, dented pair with reflex edges, boxes, unconnected triangles, and the coarse generic knee.
 std::vector<GapBodies> gap_bodies(GapRandom& random);
 
+/// The bodies with an offset each, and a second component of the moving body without one.
+GapBodies rounded(GapBodies bodies);
+
 /// Brute force over every facing pair of triangles, with all their edges and vertices.
 double dense_gap_mm(const GapBodies& bodies, const Attitude& attitude, const MovingPose& pose);
 

@@ -1,13 +1,17 @@
-#include "geometry/generic_knee.hpp"
-
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
+#include <random>
+#include <set>
 #include <string>
 
 #include "core/units.hpp"
 #include "geometry/envelopes.hpp"
+#include "geometry/generic_knee.hpp"
+#include "model/frames.hpp"
+#include "model/ligaments.hpp"
+#include "support/refusal.hpp"
 
 namespace vrda::knee_test {
 
@@ -22,15 +26,6 @@ std::map<std::string, geometry::ShapePart> by_name(const geometry::Shape& shape)
   for (const geometry::ShapePart& part : shape.reference) parts[part.name] = part;
   for (const geometry::ShapePart& part : shape.moving) parts[part.name] = part;
   return parts;
-}
-
-Mesh contact_mesh(const std::vector<geometry::ShapePart>& parts)
-{
-  Mesh mesh;
-  for (const geometry::ShapePart& part : parts) {
-    if (part.has_contact) append(mesh, part.mesh);
-  }
-  return mesh;
 }
 
 TEST(Knee, HasThePartsThatJobsName)
@@ -115,28 +110,6 @@ TEST(Knee, LeftIsTheMirrorImageToTheLastBit)
   }
 }
 
-TEST(Knee, TheSameRequestGivesTheSameBits)
-{
-  const auto first = by_name(knee(1.3));
-  const auto second = by_name(knee(1.3));
-  for (const auto& [name, part] : first) {
-    EXPECT_EQ(part.mesh.vertices_mm, second.at(name).mesh.vertices_mm) << name;
-    EXPECT_EQ(part.mesh.triangles, second.at(name).mesh.triangles) << name;
-  }
-}
-
-TEST(Knee, TheGeneratedPoseHasASmallGap)
-{
-  for (const double resolution : {0.77, 1.0, 2.0}) {
-    SCOPED_TRACE(resolution);
-    const geometry::Shape shape = knee(resolution);
-    const auto femur = test::envelope(contact_mesh(shape.reference), test::Facing::down);
-    const auto tibmen = test::envelope(contact_mesh(shape.moving), test::Facing::up);
-    EXPECT_GT(test::smallest_height_mm(femur, tibmen), 0.0);
-    EXPECT_LT(test::smallest_height_mm(femur, tibmen), 1.0);
-  }
-}
-
 TEST(Knee, MenisciLieOnThePlateauWithoutCuttingIt)
 {
   for (const double resolution : {1.0, 2.0}) {
@@ -201,16 +174,6 @@ TEST(Knee, CompartmentsAreOnTheirSides)
   EXPECT_LT(bounding_box(parts.at("fibula").mesh).max_mm.x(), 0.0);
 }
 
-TEST(Knee, MedialCondyleIsLarger)
-{
-  const geometry::Condyle medial = geometry::medial_condyle(), lateral = geometry::lateral_condyle();
-  for (int flexion_deg = 0; flexion_deg <= 120; flexion_deg += 10) {
-    EXPECT_GT(geometry::radius_mm(medial, rad_from_deg(flexion_deg)),
-              geometry::radius_mm(lateral, rad_from_deg(flexion_deg)));
-  }
-  EXPECT_GT(medial.coronal_radius_mm, lateral.coronal_radius_mm);
-}
-
 TEST(Knee, PlateausAreHollowMediallyAndSlightlyConvexLaterally)
 {
   const auto bend = [](const Eigen::Vector3d& rest) {
@@ -227,30 +190,139 @@ TEST(Knee, PlateausAreHollowMediallyAndSlightlyConvexLaterally)
   EXPECT_GT(geometry::plateau_height_mm(20.0, 22.0), geometry::plateau_height_mm(-18.0, 22.0) + 1.0);
 }
 
-// With each condyle in contact at its lowest point, the tibia rotates with the line between the two lowest
-// points, and the varus at which both touch follows the difference in their heights.
-TEST(Knee, RollingCondylesTurnTheTibiaInwardAndKeepBothTouchingNearZeroVarus)
+TEST(Condyle, SupportSlopeAndRadiusMatchDifferences)
 {
-  const geometry::Condyle medial = geometry::medial_condyle(), lateral = geometry::lateral_condyle();
-  const double apart_mm = lateral.z_mm - medial.z_mm;
-  const auto turn_deg = [&](double flexion_deg) {
-    const double a = rad_from_deg(flexion_deg);
-    return deg_from_rad(arc_tangent2(
-        geometry::support(medial, a).slope_mm - geometry::support(lateral, a).slope_mm, apart_mm));
-  };
-  const auto varus_deg = [&](double flexion_deg) {
-    const double a = rad_from_deg(flexion_deg);
-    return deg_from_rad(arc_tangent2(
-        geometry::support(medial, a).value_mm - geometry::support(lateral, a).value_mm, apart_mm));
-  };
-  double previous_deg = turn_deg(0.0);
-  for (int flexion_deg = 1; flexion_deg <= 90; ++flexion_deg) {
-    EXPECT_GT(turn_deg(flexion_deg), previous_deg);
-    previous_deg = turn_deg(flexion_deg);
-    EXPECT_LT(std::abs(varus_deg(flexion_deg) - varus_deg(0.0)), 2.5);
+  constexpr double h_rad = 1e-4;
+  constexpr double first_mm = 1e-6, second_mm = 1e-5;  // h^2 of the fourth derivative; rounding over h^2
+  for (const geometry::Condyle& condyle : {geometry::medial_condyle(), geometry::lateral_condyle()}) {
+    // Includes the spiral's end at 110 degrees.
+    for (double angle_deg = -20.0; angle_deg <= 130.0; angle_deg += 7.3) {
+      const double a = rad_from_deg(angle_deg);
+      const double before = geometry::support(condyle, a - h_rad).value_mm,
+                   after = geometry::support(condyle, a + h_rad).value_mm;
+      const geometry::Support at = geometry::support(condyle, a);
+      EXPECT_NEAR((after - before) / (2.0 * h_rad), at.slope_mm, first_mm);
+      EXPECT_NEAR((after + before - 2.0 * at.value_mm) / (h_rad * h_rad) + at.value_mm,
+                  geometry::radius_mm(condyle, a), second_mm);
+    }
   }
-  EXPECT_GT(turn_deg(30.0) - turn_deg(0.0), 0.5 * (turn_deg(90.0) - turn_deg(0.0)));  // most of it early
-  EXPECT_NEAR(turn_deg(90.0) - turn_deg(0.0), 12.5, 7.5);                             // 5 to 20 degrees
+}
+
+TEST(CondyleSurface, DistanceMatchesAFineSearchOverTheOutline)
+{
+  std::mt19937 random(7);
+  const auto uniform = [&](double from, double to) {
+    return from + (to - from) * static_cast<double>(random()) / 4294967296.0;
+  };
+  int n_inside = 0, n_outside = 0;
+  for (const geometry::Condyle& condyle : {geometry::medial_condyle(), geometry::lateral_condyle()}) {
+    const geometry::CondyleSurface surface(condyle);
+    for (int trial = 0; trial < 400; ++trial) {
+      const Eigen::Vector3d p(uniform(-32, 36), uniform(-34, 26), condyle.z_mm + uniform(-25, 25));
+      double wanted = 1e9;
+      constexpr int n_steps = 20000;  // 2 micrometres along the outline; the error is its square / 2 mm
+      for (int k = 0; k <= n_steps; ++k) {
+        const double a = condyle.first_rad + (condyle.last_rad - condyle.first_rad) * k / n_steps;
+        wanted =
+            std::min(wanted, (p - geometry::ball_centre_mm(condyle, a)).norm() - condyle.coronal_radius_mm);
+      }
+      const double found = surface.signed_distance_mm(p);
+      const bool is_near = wanted < 12.0;
+      EXPECT_NEAR(is_near ? found : wanted, wanted, 1e-5);
+      EXPECT_LE(found, wanted + 1e-5);  // far away: a lower bound
+      n_inside += wanted < 0.0 ? 1 : 0;
+      n_outside += wanted > 0.0 && is_near ? 1 : 0;
+    }
+  }
+  EXPECT_GT(n_inside, 100);
+  EXPECT_GT(n_outside, 100);
+}
+
+using testing::HasSubstr;
+
+std::vector<geometry::ShapeFibre> fibres(const std::string& side)
+{
+  return geometry::generate_fibres({"knee", {}, {{"side", side}}});
+}
+
+// The moving parts are generated below the design pose, to which the reference strains refer.
+Eigen::Vector3d designed_mm(const geometry::ShapeFibre& fibre)
+{
+  return fibre.moving_mm + geometry::initial_clearance_mm() * Eigen::Vector3d::UnitY();
+}
+
+TEST(KneeLigaments, AreAttachedToTheBones)
+{
+  for (const geometry::ShapeFibre& fibre : fibres("right")) {
+    SCOPED_TRACE(fibre.name);
+    const auto moving_field = fibre.bundle == "LCL" ? geometry::fibula_field : geometry::tibia_field;
+    // Newton's method converges to the rounding of fields of tens of mm.
+    EXPECT_NEAR(geometry::femur_field(fibre.reference_mm), 0.0, 1e-9);
+    EXPECT_NEAR(moving_field(designed_mm(fibre)), 0.0, 1e-9);
+  }
+}
+
+TEST(KneeLigaments, HaveTheStiffnessAndReferenceStrainsOfTheirSource)
+{
+  // Lenhart et al. 2015, totals and means over each bundle, to the digits given.
+  const std::map<std::string, std::pair<double, double>> source{
+      {"ACLam", {4920, -0.112}}, {"ACLpl", {4920, -0.030}}, {"PCLal", {4500, -0.020}},
+      {"PCLpm", {1500, -0.094}}, {"MCLs", {3000, 0.047}},   {"MCLd", {2500, 0.016}},
+      {"MCLp", {2500, 0.030}},   {"LCL", {2400, 0.060}}};
+  std::map<std::string, double> stiffness_n;
+  std::set<std::string> names;
+  for (const geometry::ShapeFibre& fibre : fibres("right")) {
+    SCOPED_TRACE(fibre.name);
+    const double length_mm = (designed_mm(fibre) - fibre.reference_mm).norm();
+    EXPECT_NEAR(length_mm / fibre.slack_length_mm - 1.0, source.at(fibre.bundle).second, 1e-12);
+    stiffness_n[fibre.bundle] += fibre.stiffness_n;
+    EXPECT_TRUE(names.insert(fibre.name).second);
+  }
+  ASSERT_EQ(stiffness_n.size(), source.size());
+  for (const char* bundle : model::divided_bundles) EXPECT_TRUE(stiffness_n.contains(bundle)) << bundle;
+  for (const auto& [bundle, total_n] : stiffness_n) EXPECT_NEAR(total_n, source.at(bundle).first, 1e-9);
+}
+
+// Pose of the tibia with the contact points of extension below the condyles' lowest points.
+Pose following_the_condyles(double flexion_rad)
+{
+  const auto lowest = [&](const geometry::Condyle& condyle, double angle_rad) {
+    const geometry::Support p = geometry::support(condyle, angle_rad);
+    return Eigen::Vector3d(-p.slope_mm, -p.value_mm, condyle.z_mm);
+  };
+  const Eigen::Vector3d medial = lowest(geometry::medial_condyle(), flexion_rad);
+  const Eigen::Vector3d line = lowest(geometry::lateral_condyle(), flexion_rad) - medial;
+  const Eigen::Vector3d first_line =
+      geometry::lateral_contact_point_mm() - geometry::medial_contact_point_mm();
+  Pose X = Pose::Identity();
+  X.linear() = rotation_y(arc_tangent2(line.x(), line.z()) - arc_tangent2(first_line.x(), first_line.z()));
+  X.translation() = medial - X.linear() * geometry::medial_contact_point_mm();
+  return X;
+}
+
+TEST(KneeLigaments, FlexionTearsNone)
+{
+  // Ligaments fail at strains of 0.15 and above.
+  for (int flexion_deg = 0; flexion_deg <= 90; flexion_deg += 10) {
+    const double flexion_rad = rad_from_deg(flexion_deg);
+    const Pose X_reference_moving = rotation_z(-flexion_rad) * following_the_condyles(flexion_rad);
+    for (const geometry::ShapeFibre& fibre : fibres("right")) {
+      const double length_mm = (X_reference_moving * designed_mm(fibre) - fibre.reference_mm).norm();
+      EXPECT_LT(length_mm / fibre.slack_length_mm - 1.0, 0.15) << fibre.name << " at " << flexion_deg;
+    }
+  }
+}
+
+TEST(KneeLigaments, OfALeftKneeAreTheMirrorImageToTheLastBit)
+{
+  const std::vector<geometry::ShapeFibre> right = fibres("right"), left = fibres("left");
+  ASSERT_EQ(right.size(), left.size());
+  const Eigen::Vector3d m(1, 1, -1);
+  for (std::size_t i = 0; i < right.size(); ++i) {
+    EXPECT_EQ(left[i].reference_mm, Eigen::Vector3d(m.cwiseProduct(right[i].reference_mm)));
+    EXPECT_EQ(left[i].moving_mm, Eigen::Vector3d(m.cwiseProduct(right[i].moving_mm)));
+    EXPECT_EQ(left[i].slack_length_mm, right[i].slack_length_mm);
+  }
 }
 
 }  // namespace vrda::knee_test

@@ -1,13 +1,13 @@
-#include "geometry/shapes.hpp"
-
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <string>
 
 #include "core/text.hpp"
 #include "geometry/envelopes.hpp"
+#include "geometry/level_set.hpp"
+#include "geometry/shapes.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::shapes_test {
@@ -52,48 +52,6 @@ TEST(Shapes, ParametersListTheirDefaultsAndRanges)
       EXPECT_LE(parameter.default_number, parameter.highest);
     }
   }
-}
-
-TEST(Shapes, WhatMakesNoShapeIsRefused)
-{
-  struct Row {
-    geometry::ShapeRequest request;
-    test::Refusal refusal;
-  };
-  for (const Row& row : {
-           // Unknown names, with the nearest known one.
-           Row{{"kne", {}, {}}, {"shape", "name", "\"kne\"", "knee"}},
-           {{"knee", {{"resolutoin", 1.0}}, {}},
-            {"shape knee", "parameters", "\"resolutoin\"", "resolution"}},
-           {{"knee", {}, {{"sied", "left"}}}, {"shape knee", "parameters", "\"sied\"", "side"}},
-           {{"knee", {}, {{"side", "lefd"}}}, {"shape knee", "side", "\"lefd\"", "left"}},
-           // Numbers out of range, a number for a word, a word for a number.
-           {{"knee", {{"resolution", 0.0}}, {}}, {"shape knee", "resolution", "0", {"0.5", "15"}}},
-           {{"knee", {{"resolution", std::numeric_limits<double>::quiet_NaN()}}, {}},
-            {"shape knee", "resolution", "nan"}},
-           {{"hip", {{"radius", -3.0}}, {}}, {"shape hip", "radius", "-3", "mm"}},
-           {{"cap-in-sink", {{"edges", 2.5}}, {}}, {"shape cap-in-sink", "edges", "2.5", {"whole", "1"}}},
-           {{"knee", {{"side", 1.0}}, {}}, {"shape knee", "side", "1", {"right", "left"}}},
-           {{"knee", {}, {{"resolution", "fine"}}}, {"shape knee", "resolution", "\"fine\"", "number"}},
-           // A socket too deep for the head to enter, one too shallow to hold it; a hole as wide as the dish;
-           // a bowl too small for its block.
-           {{"hip", {{"clearance", 0.1}, {"depth", 10.0}}, {}}, {"shape hip", "depth", "10.000000"}},
-           {{"hip", {{"radius", 10.0}, {"depth", -15.0}}, {}}, {"shape hip", "depth", "-15.000000"}},
-           // Meshes and grids that would take gigabytes.
-           {{"hip", {{"resolution", 12.0}}, {}}, {"shape", "resolution", "triangles", "2 million"}},
-           {{"hip", {{"resolution", 12.0}, {"radius", 5.0}, {"wall", 50.0}, {"clearance", 20.0}}, {}},
-            {"shape", "resolution", "triangles", "2 million"}},
-           {{"ankle", {{"resolution", 12.0}, {"radius", 10.0}}, {}},
-            {"shape", "resolution", "triangles", "2 million"}},
-           {{"ball-in-dish", {{"dish_edges", 351.0}}, {}},
-            {"shape ball-in-dish", "dish_edges", "351", "350"}},
-           {{"ball-in-dish", {{"hole", 36.0}}, {}}, {"shape ball-in-dish", "hole", "36.000000"}},
-           {{"ball-in-dish", {{"dish_width", 60.0}}, {}}, {"shape ball-in-dish", "dish_width", "60.000000"}},
-       })
-    EXPECT_THAT(test::input_error([&] { geometry::generate_shape(row.request); }),
-                test::refuses(row.refusal));
-  EXPECT_THROW(geometry::shape_parameters("elbow"), InputError);
-  EXPECT_THROW(geometry::shape_summary("elbow"), InputError);
 }
 
 TEST(Hip, HeadAndSocketAreBallsAboutOneCentre)
@@ -233,12 +191,115 @@ TEST(CapInSink, CreasesAreExactAtAnyTessellation)
   }
 }
 
-TEST(CapInSink, InLineTheTipsMeetAndTheSlopesLieOnEachOther)
+void expect_closed_and_outward(const Mesh& mesh)
 {
-  geometry::Shape shape = geometry::generate_shape({"cap-in-sink", {{"turn", 0.0}}, {}});
-  Mesh& cap = shape.moving.at(0).mesh;
-  cap.vertices_mm.col(1).array() -= bounding_box(cap).max_mm.y();
-  EXPECT_NEAR(apart_mm(shape), 0.0, 1e-12);
+  EXPECT_EQ(edge_counts(mesh).boundary, 0);
+  EXPECT_EQ(edge_counts(mesh).non_manifold, 0);
+  EXPECT_GT(signed_volume_mm3(mesh), 0.0);
+}
+
+TEST(LevelSet, BallIsExactAtItsVertices)
+{
+  const geometry::Field ball = [](const Eigen::Vector3d& p) { return p.norm() - 10.0; };
+  for (const double cell_mm : {4.0, 2.0, 0.7}) {
+    geometry::LevelSetOptions options;
+    options.cell_mm = cell_mm;
+    const Mesh mesh = geometry::level_set_mesh(ball, {{-11, -11, -11}, {11, 11, 11}}, options);
+    expect_closed_and_outward(mesh);
+    EXPECT_LT((mesh.vertices_mm.rowwise().norm().array() - 10.0).abs().maxCoeff(),
+              1e-9);  // Newton's last step
+    // Central differences over 1e-3 mm: error h^2 / (6 r^2) and rounding 1e-12.
+    EXPECT_LT((mesh.normals - mesh.vertices_mm / 10.0).rowwise().norm().maxCoeff(), 1e-7);
+    EXPECT_NEAR(mean_edge_length_mm(mesh) / cell_mm, 1.0, 0.25);
+  }
+}
+
+TEST(LevelSet, ASurfaceThatLeavesItsBoxIsABrokenPromise)
+{
+  const geometry::Field ball = [](const Eigen::Vector3d& p) { return p.norm() - 20.0; };
+  EXPECT_THROW(geometry::level_set_mesh(ball, {{-11, -11, -30}, {11, 11, 30}}, {}), InternalError);
+}
+
+TEST(LevelSet, SkippedEmptySpaceChangesNothing)
+{
+  const geometry::Field ball = [](const Eigen::Vector3d& p) { return p.norm() - 10.0; };
+  geometry::LevelSetOptions skipping, careful;
+  skipping.cell_mm = careful.cell_mm = 0.9;
+  skipping.max_gradient = 1.0;
+  careful.max_gradient = 1e9;
+  const Box box{{-12, -12, -12}, {12, 12, 12}};
+  EXPECT_EQ(geometry::level_set_mesh(ball, box, skipping).vertices_mm,
+            geometry::level_set_mesh(ball, box, careful).vertices_mm);
+}
+
+TEST(LevelSet, ASurfaceAlongAnotherHasItsVerticesWhereBothAgree)
+{
+  // Two halves of one rod that overlap from y = -9 to 9; their ends are rounded over 2 mm.
+  const auto rod = [](const Eigen::Vector3d& p) { return std::sqrt(p.x() * p.x() + p.z() * p.z()) - 8.0; };
+  const auto half = [&](double low_mm, double high_mm) {
+    const geometry::Field field = [=](const Eigen::Vector3d& p) {
+      return geometry::smooth_max(geometry::smooth_max(rod(p), p.y() - high_mm, 2.0), low_mm - p.y(), 2.0);
+    };
+    return geometry::LevelSet{field, {{-10.3, low_mm - 2.1, -11}, {10, high_mm + 2.4, 11}}};
+  };
+  const geometry::LevelSet lower = half(-30.0, 9.0), upper = half(-9.0, 30.0);
+  geometry::LevelSetOptions options;
+  options.cell_mm = 1.7;
+  const auto [first, second] = geometry::adjoining_level_set_meshes(lower, upper, options);
+  EXPECT_EQ(first.vertices_mm, geometry::level_set_mesh(lower.field, lower.box_mm, options).vertices_mm);
+  expect_closed_and_outward(second);
+  EXPECT_GT(bounding_box(second).max_mm.y(), 29.0);
+  int n_shared = 0, n_within = 0;
+  for (Eigen::Index v = 0; v < second.vertices_mm.rows(); ++v) {
+    constexpr double safely_shared_mm = 4.0;  // more than the ends' rounding and a cell
+    const bool is_within = std::abs(second.vertices_mm(v, 1)) < safely_shared_mm &&
+                           std::abs(rod(second.vertices_mm.row(v))) < 1e-6;
+    const double nearest =
+        (first.vertices_mm.rowwise() - second.vertices_mm.row(v)).rowwise().norm().minCoeff();
+    n_within += is_within ? 1 : 0;
+    n_shared += is_within && nearest == 0.0 ? 1 : 0;
+  }
+  EXPECT_GT(n_within, 100);
+  EXPECT_EQ(n_shared, n_within);
+}
+
+TEST(Surface, EllipsoidHasTwentySquaresOfTrianglesOnTheSurface)
+{
+  for (const int n_edges : {1, 2, 7}) {
+    const Mesh mesh = geometry::ellipsoid_mesh({3, 5, 4}, n_edges);
+    expect_closed_and_outward(mesh);
+    EXPECT_EQ(mesh.triangles.rows(), 20 * n_edges * n_edges);
+    EXPECT_DOUBLE_EQ(bounding_box(mesh).max_mm.y(), 5.0);
+    for (Eigen::Index v = 0; v < mesh.vertices_mm.rows(); ++v) {
+      const Eigen::Vector3d p = mesh.vertices_mm.row(v);
+      EXPECT_NEAR(p.cwiseQuotient(Eigen::Vector3d(3, 5, 4)).norm(), 1.0, 1e-14);
+    }
+  }
+}
+
+TEST(Surface, BlocksFacingEitherWayAreClosedAndHaveTheirVolume)
+{
+  for (const double back_y_mm : {-2.0, 3.0}) {
+    geometry::ShapedBlock block;
+    geometry::append_lines(block.x_mm, -2.0, 2.0, 4);
+    geometry::append_lines(block.z_mm, -1.0, 2.0, 3);
+    block.front_y_mm = [](double, double) { return 1.0; };
+    block.back_y_mm = back_y_mm;
+    expect_closed_and_outward(geometry::block_mesh(block));
+    EXPECT_NEAR(signed_volume_mm3(geometry::block_mesh(block)), 12.0 * std::abs(back_y_mm - 1.0), 1e-12);
+  }
+}
+
+TEST(Surface, AHoleGoesThroughTheBlock)
+{
+  geometry::ShapedBlock block;
+  geometry::append_lines(block.x_mm, -4.0, 4.0, 8);
+  block.z_mm = block.x_mm;
+  block.front_y_mm = [](double, double) { return 0.0; };
+  block.back_y_mm = 1.0;
+  block.hole_half_mm = 2.0;
+  expect_closed_and_outward(geometry::block_mesh(block));
+  EXPECT_NEAR(signed_volume_mm3(geometry::block_mesh(block)), 64.0 - 16.0, 1e-12);
 }
 
 }  // namespace vrda::shapes_test

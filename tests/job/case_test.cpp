@@ -1,10 +1,13 @@
-#include "job/case.hpp"
-
 #include <gmock/gmock.h>
 
+#include "job/case.hpp"
 #include "job/job.hpp"
+#include "job/ligament_files.hpp"
 #include "job/mesh_text.hpp"
+#include "support/meshes.hpp"
 #include "support/real_knees.hpp"
+#include "support/refusal.hpp"
+#include "support/scratch.hpp"
 
 namespace vrda::case_test {
 
@@ -86,21 +89,6 @@ TEST(Case, APushFixedInTheReferenceTurnsWithIt)
   const std::string turned = "flexion={from=0, to=1, step=1}, varus=0, internal=90";
   EXPECT_TRUE(pushed("right", turned)[0].delta.isApprox(Eigen::Vector3d(-0.8, 0.6, 0), 1e-15));
   EXPECT_TRUE(pushed("left", turned)[0].delta.isApprox(Eigen::Vector3d(0.8, 0.6, 0), 1e-15));
-}
-
-TEST(Case, AHipIsPushedIntoTheAcetabulumOfItsSide)
-{
-  const Folder folder;
-  for (const bool is_right : {true, false}) {
-    const job::Case loaded =
-        folder.load({"joint=hip", is_right ? "side=right" : "side=left",
-                     "coordinates={flexion={from=0, to=9, step=9}, varus=0, internal=0}"});
-    // Opposite to an opening of 45 degrees inclination and 20 degrees anteversion.
-    const double s = std::sqrt(0.5) * std::cos(20.0 * M_PI / 180.0);
-    EXPECT_LT(
-        (loaded.frame.delta - Eigen::Vector3d(-std::sin(20.0 * M_PI / 180.0), s, is_right ? -s : s)).norm(),
-        1e-3);  // the default has three decimals
-  }
 }
 
 TEST(Case, Sha256IsTheStandards)
@@ -190,30 +178,6 @@ TEST(Case, TheDataFolderComesBeforeTheJobsOwn)
   EXPECT_DOUBLE_EQ(loaded.survey[0].volume_mm3, 96000.0);
   EXPECT_DOUBLE_EQ(loaded.survey[1].volume_mm3, 1000.0);
   EXPECT_EQ(loaded.resolved_job, folder.load().resolved_job);
-}
-
-TEST(Case, AMirroredMeshWithTheOtherSideIsTheSameToTheSolver)
-{
-  const std::string head = "[frame]\norigin = [1.1, 2.3, 3.7]\nalign = { rotation_deg = [0, 0, 7] }\n";
-  const std::string mirrored_head =
-      "side = \"left\"\n[frame]\norigin = [1.1, 2.3, -3.7]\nalign = { rotation_deg = [0, 0, 7] }\n";
-  Mesh ball = test::ball(30, 12, 20);
-  ball.vertices_mm.col(2).array() += 5.3;
-  const Folder right(test::small_job(head)), left(test::small_job(mirrored_head));
-  right.scratch.write("reference.stl", test::binary_stl(ball));
-  left.scratch.write("reference.stl", test::binary_stl(mirrored_z(ball)));
-  left.scratch.write("moving.stl", test::binary_stl(mirrored_z(lower())));
-  const std::vector<std::string> tilted{"push.delta=[0.1, 1, 0.2]"}, tilted_left{"push.delta=[0.1, 1, -0.2]"};
-  const job::Case a = right.load(tilted), b = left.load(tilted_left);
-  const auto expect_same = [&](const Mesh& of_right, const Mesh& of_left) {
-    const Mesh right_mesh = solver_mesh(of_right, a.frame), left_mesh = solver_mesh(of_left, b.frame);
-    EXPECT_EQ(right_mesh.vertices_mm, left_mesh.vertices_mm);
-    EXPECT_EQ(right_mesh.triangles, left_mesh.triangles);
-    EXPECT_EQ(right_mesh.normals, left_mesh.normals);
-  };
-  expect_same(a.reference.contact.mesh, b.reference.contact.mesh);
-  expect_same(a.moving.contact.mesh, b.moving.contact.mesh);
-  EXPECT_EQ(a.compartment_of_triangle, b.compartment_of_triangle);
 }
 
 int count(const job::Case& loaded, Compartment which)
@@ -310,28 +274,175 @@ TEST(Generated, SkipTheFramesUnitAndAxes)
   EXPECT_EQ(plain.inputs[0].sha256, framed.inputs[0].sha256);
 }
 
-TEST(Jobs, TheGenericOnesLoadWithoutAWarning)
+const std::string header =
+    "name,femur_x_mm,femur_y_mm,femur_z_mm,tibia_x_mm,tibia_y_mm,tibia_z_mm,stiffness_n_per_strain,"
+    "slack_length_mm,wrap\n";
+
+std::string one_wrap(const std::string& changed_key = "", const std::string& value = "")
 {
-  for (const char* name : {"knee-generic.toml", "knee-generic-contact.toml", "hip-generic.toml"}) {
-    SCOPED_TRACE(name);
-    const job::Case loaded = job::load_case((test::source_directory() / "jobs" / name).string());
-    EXPECT_THAT(loaded.warnings, ElementsAre());
-    for (const job::ComponentSurvey& part : loaded.survey) {
-      EXPECT_EQ(part.n_boundary_edges + part.n_non_manifold_edges, 0) << part.name;
-      EXPECT_GT(part.volume_mm3, 0.0) << part.name;
-    }
+  std::map<std::string, std::string> keys{
+      {"name", "\"Round\""},        {"type", "\"WrapEllipsoid\""}, {"body", "\"tibia_proximal_r\""},
+      {"translation", "\"1 2 3\""}, {"quadrant", "\"all\""},       {"xyz_body_rotation", "\"0 0 0\""},
+      {"unit", "\"mm\""},           {"dimensions", "\"30 18 12\""}};
+  if (!changed_key.empty()) keys[changed_key] = value;
+  std::string text;
+  for (const auto& [key, json] : keys) {
+    if (!json.empty()) text += (text.empty() ? "\"" : ",\"") + key + "\":" + json;
   }
+  return "[{" + text + "}]";
 }
 
-TEST(Jobs, TheGenericKneeHasBothCompartmentsOnEitherSide)
-{
-  const std::string job = (test::source_directory() / "jobs/knee-generic.toml").string();
-  for (const char* side : {"side=right", "side=left"}) {
-    const job::Case loaded = job::load_case(job, {"", {side}});
-    EXPECT_GT(count(loaded, Compartment::medial), 1000);
-    EXPECT_GT(count(loaded, Compartment::lateral), 1000);
-    EXPECT_THAT(loaded.warnings, ElementsAre());
+// Two boxes 20 mm apart, with a table and a wrap.
+struct LigamentFolder : test::JobFolder {
+  explicit LigamentFolder(
+      const std::string& table, const std::string& wraps = one_wrap(),
+      const std::string& head = "joint = \"other\"\n",
+      const std::string& tail = "[ligaments]\nfibres = \"fibres.csv\"\nwraps = \"wraps.json\"\n")
+      : JobFolder(test::small_job(head, tail))
+  {
+    scratch.write("fibres.csv", table);
+    scratch.write("wraps.json", wraps);
   }
+};
+
+TEST(LigamentTable, ColumnsComeInAnyOrderAndUnit)
+{
+  const std::string table =
+      "# a comment\r\n\r\nwrap, slack_length_m "
+      ",stiffness_n,moving_z_mm,moving_y_mm,moving_x_mm,reference_x_m,"
+      "reference_y_cm,reference_z_mm,bundle,name\r\n ,0.03,1e3,6,5,4,0.001,0.2,3,,ACLam_12\r\n#\n"
+      "Round,.04,+800,6,5,4,0.001,0.2,3,MCL,x";
+  const std::vector<job::FibreJob> fibres = job::read_ligament_table("f.csv", table);
+  ASSERT_EQ(fibres.size(), 2U);
+  EXPECT_EQ(fibres[0].name, "ACLam_12");
+  EXPECT_EQ(fibres[0].bundle, "");
+  EXPECT_LT((fibres[0].reference_native_mm - Eigen::Vector3d(1, 2, 3)).norm(), 1e-15);
+  EXPECT_EQ(fibres[0].moving_native_mm, Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(fibres[0].stiffness_n, 1000.0);
+  EXPECT_EQ(fibres[0].slack_length_mm, 30.0);
+  EXPECT_EQ(fibres[1].bundle, "MCL");
+  EXPECT_EQ(fibres[1].wrap, "Round");
+  EXPECT_EQ(fibres[1].field, "line 6");
+}
+
+TEST(Wraps, AreReadInOpenSimsTerms)
+{
+  const std::string text = R"([
+    {"name": "C", "type": "WrapCylinder", "body": "femur_distal_r", "xyz_body_rotation": "0.1 0.2 0.3",
+     "translation": "-0.004 0.003 0", "quadrant": "all", "radius": "0.018", "length": "0.5"},
+    {"name": "E", "type": "WrapEllipsoid", "body": "shin", "xyz_body_rotation": [0, 0, 0],
+     "translation": [1, 2, 3], "dimensions": [3, 2, 1], "unit": "cm"}])";
+  const std::vector<model::Wrap> wraps = job::read_wraps("w.json", text, {"thigh", "shin"});
+  ASSERT_EQ(wraps.size(), 2U);
+  EXPECT_EQ(wraps[0].body, model::WrapBody::reference);
+  EXPECT_EQ(wraps[0].shape, model::WrapShape::cylinder);
+  EXPECT_LT((wraps[0].radii_mm - Eigen::Vector3d(18, 18, 250)).norm(), 1e-12);
+  EXPECT_LT((wraps[0].X_body_wrap.translation() - Eigen::Vector3d(-4, 3, 0)).norm(), 1e-15);
+  EXPECT_EQ(Eigen::Matrix3d(wraps[0].X_body_wrap.linear()),
+            Eigen::Matrix3d(rotation_x(0.1) * rotation_y(0.2) * rotation_z(0.3)));
+  EXPECT_EQ(wraps[1].body, model::WrapBody::moving);
+  EXPECT_EQ(wraps[1].radii_mm, Eigen::Vector3d(30, 20, 10));
+}
+
+TEST(CaseLigaments, GoThroughTheFramesAxesButKeepTheirUnit)
+{
+  // The meshes are in metres with Z up; the table is in mm.
+  const LigamentFolder folder(
+      header + "a1,1,2,30,4,5,6,1000,30,Round\n", one_wrap("xyz_body_rotation", "[0, 0, 0.5]"),
+      "joint = \"other\"\n[frame]\nunit = \"m\"\nanterior = \"-Y\"\nproximal = \"+Z\"\n"
+      "right = \"-X\"\nalign = { translation_mm = [10, 0, 0] }\n");
+  folder.scratch.write("reference.stl", test::binary_stl(test::box({0, 0, 0.04}, {0.06, 0.08, 0.02})));
+  folder.scratch.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {0.05, 0.07, 0.02})));
+  const model::Ligaments ligaments = folder.load().ligaments;
+  ASSERT_EQ(ligaments.fibres.size(), 1U);
+  const model::Fibre& fibre = ligaments.fibres[0];
+  EXPECT_EQ(fibre.reference_mm, Eigen::Vector3d(-2, 30, -11));
+  EXPECT_EQ(fibre.moving_mm, Eigen::Vector3d(-5, 6, -14));
+  EXPECT_EQ(fibre.bundle, "a");
+  EXPECT_EQ(fibre.wrap, 0);
+  const Pose& X = ligaments.wraps.at(0).X_body_wrap;
+  EXPECT_EQ(Eigen::Vector3d(X.translation()), Eigen::Vector3d(-2, 3, -11));
+  // The wrap's own Z stays up.
+  EXPECT_EQ(Eigen::Vector3d(X.linear().col(2)), Eigen::Vector3d(0, 1, 0));
+}
+
+TEST(CaseLigaments, AReferenceStrainHoldsAtThePoseOfTheMeshes)
+{
+  std::string strains = header;
+  strains.replace(strains.find("slack_length_mm"), 15, "reference_strain");
+  const LigamentFolder folder(strains + "a,0,35,0,0,5,0,1000,0.25,\nb,0,25,10,0,-25,10,1000,-0.2,Round\n");
+  const job::Case loaded = folder.load();
+  EXPECT_DOUBLE_EQ(loaded.ligaments.fibres[0].slack_length_mm, 24.0);
+  const std::vector<model::FibreState> states = model::fibre_states(loaded.ligaments, {}, {});
+  EXPECT_TRUE(states[1].is_wrapped);
+  EXPECT_NEAR(states[0].strain, 0.25, 1e-14);
+  EXPECT_NEAR(states[1].strain, -0.2, 1e-14);
+}
+
+TEST(CaseLigaments, InlineFibresAreTheSameAsATables)
+{
+  const job::Case from_table = LigamentFolder(header + "a1,0,35,0,0,5,0,1000,30,Round\n").load();
+  const std::string fibre =
+      "[ligaments]\nwraps = \"wraps.json\"\n[[ligaments.fibre]]\nname = \"a1\"\nreference_mm = [0, 35, 0]\n"
+      "moving_mm = [0, 5, 0]\nstiffness_n = 1000\nslack_length_mm = 30\nwrap = \"Round\"\n";
+  const job::Case inline_case = LigamentFolder("", one_wrap(), "joint = \"other\"\n", fibre).load();
+  const model::Fibre& a = from_table.ligaments.fibres.at(0);
+  const model::Fibre& b = inline_case.ligaments.fibres.at(0);
+  EXPECT_EQ(a.name + a.bundle, b.name + b.bundle);
+  EXPECT_EQ(a.reference_mm, b.reference_mm);
+  EXPECT_EQ(a.moving_mm, b.moving_mm);
+  EXPECT_EQ(a.slack_length_mm, b.slack_length_mm);
+  EXPECT_EQ(a.wrap, b.wrap);
+}
+
+TEST(CaseLigaments, GeneratedOnesAreOfTheJobsSideAndSkipTheFrame)
+{
+  const test::Scratch scratch;
+  const std::string job =
+      scratch
+          .write("job.toml",
+                 "[[reference.component]]\nname = \"femur\"\ngenerate = { shape = \"knee\", "
+                 "part = \"femur\" }\n[[moving.component]]\nname = \"tibia\"\ngenerate = { "
+                 "shape = \"knee\", part = \"tibia\" }\n[ligaments]\ngenerate = { shape = "
+                 "\"knee\" }\n")
+          .string();
+  const job::Case right = job::load_case(job),
+                  left = job::load_case(job, {"", {"side=left", "frame.unit=m"}});
+  ASSERT_FALSE(right.ligaments.fibres.empty());
+  ASSERT_EQ(right.ligaments.fibres.size(), left.ligaments.fibres.size());
+  for (std::size_t i = 0; i < right.ligaments.fibres.size(); ++i) {
+    const Eigen::Vector3d m(1, 1, -1);
+    EXPECT_EQ(left.ligaments.fibres[i].reference_mm,
+              Eigen::Vector3d(m.cwiseProduct(right.ligaments.fibres[i].reference_mm)));
+    EXPECT_EQ(left.ligaments.fibres[i].slack_length_mm, right.ligaments.fibres[i].slack_length_mm);
+  }
+  EXPECT_EQ(right.inputs.back().name, "knee side=right ligaments");
+  EXPECT_THAT(test::input_error([&] {
+                job::load_case(job, {"", {"ligaments.generate.shape=hip"}});
+              }),
+              refuses({.field = "ligaments.generate"}));
+}
+
+TEST(RealKnees, LigamentsOfSmith2019HaveTheirSourcesReferenceStrains)
+{
+  VRDA_REQUIRE_REAL_KNEES();
+  const std::string folder = "knees/jam-smith2019/";
+  const job::Case loaded = job::load_case(
+      (test::source_directory() / "jobs/knee-jam-smith2019.toml").string(),
+      {test::data_directory()->string(),
+       {"ligaments.fibres=\"" + folder + "ligaments.csv\"", "ligaments.wraps=\"" + folder + "wraps.json\""}});
+  ASSERT_EQ(loaded.ligaments.fibres.size(), 55U);
+  // Attachments are in mm of the frame that the meshes have in m.
+  EXPECT_EQ(loaded.ligaments.fibres[0].reference_mm, Eigen::Vector3d(-1.7455, -0.45737, -37.269));
+  // The source chose slack lengths so that strains are whole percents at this pose, by OpenSim's own
+  // wrapping (its ellipsoids by segments) and six digits.
+  constexpr double source_digits = 3e-5;
+  int n_wrapped = 0;
+  for (const model::FibreState& state : model::fibre_states(loaded.ligaments, {}, {})) {
+    EXPECT_NEAR(100.0 * state.strain, std::round(100.0 * state.strain), 100.0 * source_digits);
+    n_wrapped += state.is_wrapped;
+  }
+  EXPECT_EQ(n_wrapped, 16);
 }
 
 }  // namespace vrda::case_test

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <bit>
 #include <cctype>
 #include <cstring>
 #include <random>
@@ -7,6 +9,8 @@
 #include "job/clean_mesh.hpp"
 #include "job/mesh_file.hpp"
 #include "job/mesh_text.hpp"
+#include "job/thesis_files.hpp"
+#include "model/frames.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 
@@ -144,6 +148,332 @@ TEST(MeshFile, AContinuedWavefrontLineKeepsItsWordsApart)
   const Mesh mesh = read("a.obj", bytes + "f 1 2\\\n3 4\nf 5\\\r\n6\\\n7\n");
   EXPECT_EQ(mesh.triangles.rows(), 3);
   EXPECT_EQ(mesh.vertices_mm.rows(), 7);
+}
+
+// Two triangles with other elements and properties, in any of the formats.
+struct Ply {
+  std::string format = "ascii";
+  std::string text;
+
+  Ply& header(const std::string& lines)
+  {
+    text += lines + "\n";
+    return *this;
+  }
+  Ply& put(const std::string& type, double value)
+  {
+    const bool is_big = format == "binary_big_endian";
+    const bool is_real = type == "double" || type == "float";
+    if (format == "ascii") {
+      text += (is_real ? std::to_string(value) : std::to_string(static_cast<int>(value))) + " ";
+    } else if (type == "double") {
+      append(std::bit_cast<std::uint64_t>(value), 8, is_big);
+    } else if (type == "float") {
+      append(std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4, is_big);
+    } else {
+      append(static_cast<std::uint64_t>(static_cast<std::int64_t>(value)), type == "uchar" ? 1 : 2, is_big);
+    }
+    return *this;
+  }
+
+ private:
+  void append(std::uint64_t bits, int n_bytes, bool is_big)
+  {
+    for (int k = 0; k < n_bytes; ++k)
+      text += static_cast<char>(bits >> (8 * (is_big ? n_bytes - 1 - k : k)) & 0xffU);
+  }
+};
+
+std::string ply_of_a_sheet(const std::string& format)
+{
+  Ply ply{format, ""};
+  ply.header("ply\nformat " + format + " 1.0\ncomment two triangles\nobj_info none");
+  ply.header("element camera 1\nproperty list uchar short view");
+  ply.header("element vertex 4\nproperty double x\nproperty double y\nproperty double z\nproperty uchar red");
+  ply.header("property float nx\nproperty float ny\nproperty float nz");
+  ply.header(
+      "element face 3\nproperty list uchar float texcoord\nproperty list uchar short "
+      "vertex_index\nend_header");
+  ply.put("uchar", 2).put("short", -1).put("short", 9);
+  for (const double x : {0.0, 1.0}) {
+    for (const double y : {0.0, 0.015625}) {
+      ply.put("double", x).put("double", y).put("double", -2.5).put("uchar", 99);
+      ply.put("float", 0).put("float", 0).put("float", 1);
+    }
+  }
+  for (const auto& face : {std::array{0, 2, 1}, std::array{1, 2, 3}}) {
+    ply.put("uchar", 2).put("float", 0).put("float", 1).put("uchar", 3);
+    for (const int corner : face) ply.put("short", corner);
+  }
+  // An edge, which is not a face.
+  ply.put("uchar", 0).put("uchar", 2).put("short", 0).put("short", 1);
+  return ply.text;
+}
+
+TEST(PlyFile, TakesVerticesNormalsAndFacesOutOfWhatIsThere)
+{
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+    SCOPED_TRACE(format);
+    const job::RawMesh mesh = job::read_ply("a.ply", ply_of_a_sheet(format));
+    Points wanted(4, 3);
+    wanted << 0, 0, -2.5, 0, 0.015625, -2.5, 1, 0, -2.5, 1, 0.015625, -2.5;
+    EXPECT_EQ(mesh.vertices, wanted);
+    EXPECT_EQ(mesh.normals, Points(Eigen::RowVector3d(0, 0, 1).replicate(4, 1)));
+    EXPECT_EQ(mesh.corner, (std::vector<std::int32_t>{0, 2, 1, 1, 2, 3}));
+    EXPECT_EQ(mesh.size, (std::vector<std::int32_t>{3, 3}));
+  }
+}
+
+// A strip turns every second triangle; a negative index begins another one.
+TEST(PlyFile, StripsOfTrianglesAreReadBesideFaces)
+{
+  const std::string bytes =
+      "ply\nformat ascii 1.0\nelement vertex 7\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\n"
+      "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+      "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n1 2 0\n2 2 0\n3 4 5 6\n9 0 1 2 3 -1 1 3 2 5\n";
+  const job::RawMesh mesh = job::read_ply("a.ply", bytes);
+  EXPECT_EQ(mesh.size, std::vector<std::int32_t>(5, 3));
+  EXPECT_EQ(mesh.corner, (std::vector<std::int32_t>{4, 5, 6, 0, 1, 2, 2, 1, 3, 1, 3, 2, 2, 3, 5}));
+}
+
+TEST(PlyFile, elements_come_in_any_order)
+{
+  const std::string bytes =
+      "ply\ncomment knee\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\n"
+      "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+      "3 0 1 2\n0 0 0\n1 0 0\n0 1 0\n";
+  EXPECT_EQ(job::read_ply("a.ply", bytes).corner, (std::vector<std::int32_t>{0, 1, 2}));
+}
+
+TEST(PlyFile, AnElementWithoutPropertiesTakesNoTime)
+{
+  // 1000 elements with 15,000,000 empty rows each: a loop over the rows would take a minute.
+  std::string bytes = "ply\nformat ascii 1.0\n";
+  for (int k = 0; k < 1000; ++k) bytes += "element e" + std::to_string(k) + " 15000000\n";
+  bytes += "element vertex 0\nproperty float x\nproperty float y\nproperty float z\n";
+  bytes += "element face 0\nproperty list uchar int vertex_indices\nend_header\n";
+  EXPECT_EQ(job::read_ply("a.ply", bytes).vertices.rows(), 0);
+}
+
+// Rounding of a few products of coordinates up to 10.
+constexpr double rounding = 1e-12;
+
+Points flat(const std::vector<Eigen::Vector2d>& outline)
+{
+  Points corners(static_cast<Eigen::Index>(outline.size()), 3);
+  for (std::size_t k = 0; k < outline.size(); ++k) {
+    corners.row(static_cast<Eigen::Index>(k)) << outline[k].x(), outline[k].y(), 0.0;
+  }
+  return corners;
+}
+
+double outline_area(const std::vector<Eigen::Vector2d>& outline)
+{
+  double doubled = 0.0;
+  for (std::size_t k = 0; k < outline.size(); ++k) {
+    const Eigen::Vector2d &a = outline[k], &b = outline[(k + 1) % outline.size()];
+    doubled += a.x() * b.y() - a.y() * b.x();
+  }
+  return 0.5 * doubled;
+}
+
+// Crossing number; `p` must not be on the outline.
+bool is_inside(const std::vector<Eigen::Vector2d>& outline, const Eigen::Vector2d& p)
+{
+  bool inside = false;
+  for (std::size_t k = 0; k < outline.size(); ++k) {
+    const Eigen::Vector2d &a = outline[k], &b = outline[(k + 1) % outline.size()];
+    const bool spans = (a.y() > p.y()) != (b.y() > p.y());
+    if (spans && p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) inside = !inside;
+  }
+  return inside;
+}
+
+// The triangles have the winding of the outline, are inside it, and their areas add up to its area.
+void expect_covers(const std::vector<Eigen::Vector2d>& outline, const Eigen::Matrix3d& R)
+{
+  const Points corners = flat(outline) * R.transpose();
+  const auto triangles = job::triangulate(corners);
+  EXPECT_EQ(triangles.size(), outline.size() - 2);
+  double area = 0.0;
+  for (const auto& t : triangles) {
+    const Eigen::Vector2d &a = outline[static_cast<std::size_t>(t[0])],
+                          &b = outline[static_cast<std::size_t>(t[1])],
+                          &c = outline[static_cast<std::size_t>(t[2])];
+    const double doubled = (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
+    EXPECT_GT(doubled, 0.0);
+    EXPECT_TRUE(is_inside(outline, (a + b + c) / 3.0));
+    area += 0.5 * doubled;
+  }
+  EXPECT_NEAR(area, outline_area(outline), rounding);
+}
+
+const std::vector<Eigen::Vector2d> l_shape{{0, 0}, {4, 0}, {4, 1}, {1, 1}, {1, 4}, {0, 4}};
+const std::vector<Eigen::Vector2d> arrow{{0, 0}, {4, 2}, {0, 4}, {1, 2}};
+
+TEST(Polygon, concave_outlines)
+{
+  // Also a comb, and a square with extra collinear corners.
+  const std::vector<Eigen::Vector2d> comb{{0, 0}, {7, 0}, {7, 3}, {6, 3}, {6, 1},
+                                          {5, 1}, {5, 3}, {4, 3}, {4, 1}, {0, 1}};
+  const std::vector<Eigen::Vector2d> dotted{{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
+  for (std::vector<Eigen::Vector2d> outline : {l_shape, arrow, comb, dotted}) {
+    for (std::size_t first = 0; first < outline.size(); ++first) {
+      SCOPED_TRACE(first);
+      expect_covers(outline, Eigen::Matrix3d::Identity());
+      std::rotate(outline.begin(), outline.begin() + 1, outline.end());
+    }
+  }
+}
+
+TEST(Polygon, random_stars)
+{
+  std::mt19937 random(7);
+  int n_concave = 0;
+  for (int trial = 0; trial < 50; ++trial) {
+    std::vector<Eigen::Vector2d> star;
+    for (int k = 0; k < 24; ++k) {
+      const Eigen::Vector3d arm =
+          rotation_z(0.26 * k) * Eigen::Vector3d(1.0 + static_cast<double>(random() % 1000) / 200.0, 0, 0);
+      star.emplace_back(arm.x(), arm.y());
+    }
+    // 23 x 0.26 = 5.98 rad in all: the outline makes one turn and does not cross itself.
+    expect_covers(star, rotation_x(0.1 * trial));
+    n_concave += star[1].norm() < 0.5 * (star[0].norm() + star[2].norm()) ? 1 : 0;
+  }
+  EXPECT_GT(n_concave, 10);
+}
+
+TEST(Polygon, triangle_and_line)
+{
+  EXPECT_EQ(job::triangulate(flat({{0, 0}, {1, 0}, {0, 1}})),
+            (std::vector<std::array<std::int32_t, 3>>{{0, 1, 2}}));
+  EXPECT_TRUE(job::triangulate(flat({{0, 0}, {1, 0}, {2, 0}, {3, 0}})).empty());
+}
+
+// A square and a concave pentagon in one plane, with vertex normals.
+job::RawMesh two_polygons()
+{
+  job::RawMesh mesh;
+  mesh.vertices =
+      (Points(7, 3) << 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 3, 0, 0, 3, 1, 0, 1.5, 0.5, 0).finished();
+  mesh.normals = Points::Zero(7, 3);
+  mesh.normals.col(2).setOnes();
+  mesh.corner = {0, 1, 2, 3, 1, 4, 5, 2, 6};
+  mesh.size = {4, 5};
+  return mesh;
+}
+
+// Sorted faces; each as the coordinates of its corners, rotated so that the smallest corner is first.
+std::vector<std::vector<double>> faces_of(const job::RawMesh& mesh)
+{
+  std::vector<std::vector<double>> faces;
+  std::size_t at = 0;
+  for (const std::int32_t n : mesh.size) {
+    std::vector<std::array<double, 3>> corners;
+    for (std::int32_t k = 0; k < n; ++k, ++at) {
+      const auto p = mesh.vertices.row(mesh.corner[at]);
+      corners.push_back({p.x(), p.y(), p.z()});
+    }
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    faces.emplace_back();
+    for (const auto& corner : corners) faces.back().insert(faces.back().end(), corner.begin(), corner.end());
+  }
+  std::sort(faces.begin(), faces.end());
+  return faces;
+}
+
+job::RawMesh through(const std::string& file, const job::RawMesh& mesh)
+{
+  return job::merge_equal_vertices(job::read_mesh(file, job::mesh_bytes(file, mesh)));
+}
+
+TEST(MeshWriter, two_polygons)
+{
+  const job::RawMesh mesh = two_polygons();
+  EXPECT_EQ(job::vertices_faces_bytes(mesh),
+            "7 2\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 0\n3 1 0\n1.5 0.5 0\n4 0 1 2 3\n5 1 4 5 2 6\n");
+  EXPECT_EQ(job::vertex_normals_bytes(mesh), "7\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n0 0 1\n");
+  for (const std::string file : {"a.vf", "a.obj", "a.ply"}) {
+    SCOPED_TRACE(file);
+    EXPECT_EQ(faces_of(through(file, mesh)), faces_of(mesh));
+  }
+}
+
+TEST(MeshWriter, triangles_of_an_stl)
+{
+  // n - 2 triangles for each polygon; the concave one is inside its outline: area 1 + 1.75.
+  const std::string bytes = job::mesh_bytes("a.stl", two_polygons());
+  EXPECT_EQ(bytes.size(), 84u + 50u * 5u);
+  const job::RawMesh mesh = through("a.stl", two_polygons());
+  EXPECT_EQ(mesh.vertices.rows(), 7);
+  double area = 0.0;
+  for (std::size_t t = 0; t < mesh.size.size(); ++t) {
+    const Eigen::Vector3d a = mesh.vertices.row(mesh.corner[3 * t]),
+                          b = mesh.vertices.row(mesh.corner[3 * t + 1]),
+                          c = mesh.vertices.row(mesh.corner[3 * t + 2]);
+    area += 0.5 * (b - a).cross(c - a).z();
+  }
+  EXPECT_DOUBLE_EQ(area, 1.0 + 1.75);
+}
+
+TEST(MeshWriter, normals)
+{
+  for (const std::string file : {"a.obj", "a.ply"}) {
+    const job::RawMesh mesh = through(file, two_polygons());
+    ASSERT_EQ(mesh.normals.rows(), 7);
+    EXPECT_EQ(mesh.normals.row(6), Eigen::RowVector3d(0, 0, 1));
+  }
+}
+
+TEST(MeshWriter, doubles)
+{
+  std::mt19937 random(5);
+  job::RawMesh mesh = test::raw_of(test::ball(40, 6, 9));
+  for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
+    for (int k = 0; k < 3; ++k) mesh.vertices(v, k) += static_cast<double>(random()) * 1e-11;
+  }
+  for (const std::string file : {"a.vf", "a.ply"}) EXPECT_EQ(faces_of(through(file, mesh)), faces_of(mesh));
+  // The other readers round to float, texts in more than one step: two spacings of a float from 32 to 64.
+  constexpr double float_rounding = 2.0 * 64.0 / (1 << 24);
+  for (const std::string file : {"a.stl", "a.obj"}) {
+    SCOPED_TRACE(file);
+    const job::RawMesh back = through(file, mesh);
+    ASSERT_EQ(back.vertices.rows(), mesh.vertices.rows());
+    Points expected(static_cast<Eigen::Index>(mesh.corner.size()), 3), found = expected;
+    for (std::size_t k = 0; k < mesh.corner.size(); ++k) {
+      expected.row(static_cast<Eigen::Index>(k)) = mesh.vertices.row(mesh.corner[k]);
+      found.row(static_cast<Eigen::Index>(k)) = back.vertices.row(back.corner[k]);
+    }
+    EXPECT_LE((expected - found).cwiseAbs().maxCoeff(), float_rounding);
+  }
+}
+
+TEST(MeshWriter, merged_normals)
+{
+  job::RawMesh mesh = two_polygons();
+  mesh.vertices.row(3) = mesh.vertices.row(0);
+  mesh.normals.row(3) << 0, 2, 1;
+  const job::RawMesh merged = job::merge_equal_vertices(mesh);
+  EXPECT_EQ(merged.vertices.rows(), 6);
+  EXPECT_EQ(merged.corner, (std::vector<std::int32_t>{0, 1, 2, 0, 1, 3, 4, 2, 5}));
+  EXPECT_DOUBLE_EQ(merged.normals(0, 1), std::sqrt(0.5));
+  mesh.normals.row(3) << 0, 0, -1;
+  EXPECT_EQ(job::merge_equal_vertices(mesh).normals.rows(), 0);
+}
+
+TEST(MeshWriter, many_corners)
+{
+  job::RawMesh mesh;
+  constexpr std::int32_t n = 300;
+  mesh.vertices.resize(n, 3);
+  for (std::int32_t k = 0; k < n; ++k) {
+    mesh.vertices.row(k) << k, k * k, 0;  // a convex arc
+    mesh.corner.push_back(k);
+  }
+  mesh.size = {n};
+  EXPECT_EQ(faces_of(through("a.ply", mesh)), faces_of(mesh));
 }
 
 }  // namespace vrda::mesh_file_test

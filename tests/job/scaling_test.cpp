@@ -1,10 +1,12 @@
 // [scaling] of a job: which lengths are scaled, and whether the steps are kept.
-#include "job/scaling.hpp"
-
 #include <gmock/gmock.h>
 
+#include <cmath>
+
 #include "job/job.hpp"
+#include "job/ligament_files.hpp"
 #include "job/mesh_text.hpp"
+#include "job/scaling.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
@@ -83,15 +85,6 @@ void expect_scaled(const job::Case& got, const job::Case& plain, const Eigen::Ve
   }
 }
 
-TEST(Scaling, AJobWithoutItIsSolvedAsItIs)
-{
-  const job::Case plain = Folder().load();
-  EXPECT_FALSE(plain.scaling);
-  EXPECT_EQ(plain.steps_scale, 1.0);
-  EXPECT_EQ(plain.steps_job_text, plain.resolved_job);
-  EXPECT_THAT(plain.resolved_job, testing::Not(HasSubstr("scaling")));
-}
-
 TEST(Scaling, AnEvenFactorOfAJointHeldByContactKeepsTheSteps)
 {
   const Folder folder;
@@ -111,21 +104,6 @@ TEST(Scaling, AnEvenFactorOfAJointHeldByContactKeepsTheSteps)
   EXPECT_NEAR(subject.equilibrium.contact_resolution_mm, 0.0125, rounding_mm);
   EXPECT_NEAR(subject.search.translation_resolution_mm, 0.125, rounding_mm);
   EXPECT_NEAR(subject.search.approach_step_mm, 6.25, rounding_mm);
-}
-
-TEST(Scaling, AFactorOfOneChangesNoBit)
-{
-  const Folder folder(fibres);
-  const job::Case plain = folder.load();
-  for (const char* one : {"scaling.factor=1", "scaling.factor=[1,1.0,1]", "scaling={}"}) {
-    SCOPED_TRACE(one);
-    const job::Case subject = job::scaled_to_subject(folder.load({one}));
-    EXPECT_TRUE(subject.scaling.value().keeps_steps);
-    EXPECT_EQ(subject.steps_job_text, plain.resolved_job);
-    EXPECT_EQ(subject.moving.contact.mesh.vertices_mm, plain.moving.contact.mesh.vertices_mm);
-    EXPECT_EQ(subject.initial.translation_mm, plain.initial.translation_mm);
-    EXPECT_EQ(subject.ligaments.fibres[1].slack_length_mm, plain.ligaments.fibres[1].slack_length_mm);
-  }
 }
 
 TEST(Scaling, WhatElseHoldsTheJointMakesItANewRun)
@@ -155,17 +133,6 @@ TEST(Scaling, WhatElseHoldsTheJointMakesItANewRun)
     expect_scaled(rerun, plain, Eigen::Vector3d::Constant(1.25));
     EXPECT_EQ(rerun.equilibrium.contact_resolution_mm, plain.equilibrium.contact_resolution_mm);
   }
-}
-
-TEST(Scaling, ForcesAndWhatTheSearchDoesNotKnowKeepTheSteps)
-{
-  EXPECT_TRUE(Folder()
-                  .load({"scaling.factor=1.25", "push.force_n=300", "push.lateral_force_n=[5,-5]"})
-                  .scaling->keeps_steps);
-  const job::Case search =
-      Folder(fibres).load({"scaling.factor=1.25", "solver.method=stability-search", "push.moment_nmm=100"});
-  EXPECT_TRUE(search.scaling->keeps_steps);
-  EXPECT_NEAR(job::scaled_to_subject(search).ligaments.fibres[0].slack_length_mm, 45.0, rounding_mm);
 }
 
 TEST(Scaling, FibresKeepTheirStrainAtThePoseOfTheMeshes)
@@ -284,6 +251,83 @@ TEST(Scaling, ALeftJointIsTheMirroredRightOne)
     const Mesh back = mirrored_z(mirrored.moving.contact.mesh);
     EXPECT_EQ(back.vertices_mm, right.moving.contact.mesh.vertices_mm);
   }
+}
+
+const std::string header = "name,ax,ay,az,bx,by,bz,subject_mm\n";
+
+std::vector<job::LandmarkPair> read(const std::string& rows)
+{
+  return job::read_landmarks("marks.csv", header + rows);
+}
+
+TEST(Landmarks, ColumnsComeInAnyOrder)
+{
+  const auto pairs =
+      job::read_landmarks("marks.csv",
+                          "# epicondyles and more\r\n\r\nsubject_mm, bz,by,bx ,az,ay,ax,name\r\n"
+                          "82.5,6,5,4,3,2,1, epicondyles\r\n#\n+1e2,0,0,0,0,-1.5,0,shaft");
+  ASSERT_EQ(pairs.size(), 2U);
+  EXPECT_EQ(pairs[0].name, "epicondyles");
+  EXPECT_EQ(pairs[0].a_native, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(pairs[0].b_native, Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(pairs[0].subject_mm, 82.5);
+  EXPECT_EQ(pairs[1].subject_mm, 100.0);
+}
+
+// Rounding of sums of a few products.
+constexpr double rounding = 1e-14;
+
+TEST(Landmarks, AKnownFactorIsFoundWithNothingLeft)
+{
+  const Scaling fit =
+      job::fit_scaling(read("a,0,0,0,80,0,0,85.6\nb,1,1,1,1,4,5,5.35\nc,0,0,-2,0,0,10,12.84\n"), 1.0);
+  EXPECT_NEAR(fit.factor.x(), 1.07, rounding);
+  EXPECT_TRUE(is_uniform(fit.factor));
+  EXPECT_EQ(fit.model_mm, (std::vector<double>{80, 5, 12}));
+  for (const double residual_mm : fit.residual_mm) EXPECT_NEAR(residual_mm, 0.0, 85.6 * rounding);
+  EXPECT_NEAR(fit.residual_rms_mm, 0.0, 85.6 * rounding);
+  EXPECT_NEAR(fit.standard_error, 0.0, rounding);
+}
+
+TEST(Landmarks, ResidualsAndTheirErrorByHand)
+{
+  // s = (3 x 3.3 + 4 x 4) / (9 + 16) = 25.9 / 25
+  const Scaling fit = job::fit_scaling(read("a,0,0,0,3,0,0,3.3\nb,0,0,0,0,4,0,4\n"), 1.0);
+  EXPECT_NEAR(fit.factor.x(), 1.036, rounding);
+  EXPECT_NEAR(fit.residual_mm.at(0), 0.192, 4 * rounding);
+  EXPECT_NEAR(fit.residual_mm.at(1), -0.144, 4 * rounding);
+  EXPECT_NEAR(fit.residual_rms_mm, std::sqrt(0.0576 / 2), 4 * rounding);
+  EXPECT_NEAR(fit.standard_error, 0.24 / 5, 4 * rounding);
+}
+
+TEST(Landmarks, OnePairFitsItselfWithoutAnError)
+{
+  const Scaling fit = job::fit_scaling(read("a,0,0,0,0,0,50,45\n"), 1.0);
+  EXPECT_NEAR(fit.factor.x(), 0.9, rounding);
+  EXPECT_TRUE(std::isnan(fit.standard_error));
+  EXPECT_NEAR(fit.residual_rms_mm, 0.0, 50 * rounding);
+}
+
+TEST(Landmarks, TheFitKeepsItsInvariances)
+{
+  const Scaling fit =
+      job::fit_scaling(read("a,0,0,0,80,0,0,84\nb,0,0,0,0,30,0,33\nc,5,5,5,5,5,45,41\n"), 1.0);
+  // Least-squares residuals are orthogonal to the distances of the model.
+  double along_sq_mm2 = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) along_sq_mm2 += fit.residual_mm[i] * fit.model_mm[i];
+  EXPECT_NEAR(along_sq_mm2, 0.0, 84 * 84 * rounding);
+  // Swapped ends, a common translation, cm, and another order give the same fit.
+  const Scaling other =
+      job::fit_scaling(read("c,1,1,5,1,1,1,41\na,9,1,1,1,1,1,84\nb,1,4,1,1,1,1,33\n"), 10.0);
+  EXPECT_NEAR(other.factor.x(), fit.factor.x(), rounding);
+  EXPECT_NEAR(other.residual_rms_mm, fit.residual_rms_mm, 84 * rounding);
+  EXPECT_NEAR(other.standard_error, fit.standard_error, rounding);
+  // Twice the subject's distances give twice the factor, residuals and error.
+  const Scaling twice =
+      job::fit_scaling(read("a,0,0,0,80,0,0,168\nb,0,0,0,0,30,0,66\nc,5,5,5,5,5,45,82\n"), 1.0);
+  EXPECT_NEAR(twice.factor.x(), 2 * fit.factor.x(), rounding);
+  EXPECT_NEAR(twice.residual_rms_mm, 2 * fit.residual_rms_mm, 168 * rounding);
+  EXPECT_NEAR(twice.standard_error, 2 * fit.standard_error, rounding);
 }
 
 }  // namespace vrda::scaling_test

@@ -44,13 +44,9 @@ TEST(Warnings, sound_job)
   EXPECT_THAT(warnings_of(test::small_job()), ElementsAre());
 }
 
-TEST(Warnings, unused_search)
+// A resolved job states every key.
+TEST(Warnings, search_keys_with_their_defaults)
 {
-  EXPECT_THAT(
-      warnings_of(test::small_job(), {equilibrium, "grid.varus=free", "solver.search.rotation_step_deg=0.5"}),
-      ElementsAre(AllOf(HasSubstr("solver.search.rotation_step_deg"), HasSubstr("equilibrium")),
-                  HasSubstr("nearly free")));
-  // A resolved job states every key.
   const std::string every_key =
       "[solver.search]\napproach_step_mm = 1\ntranslation_step_mm = 1\ntranslation_resolution_mm = 0.01\n"
       "rotation_step_deg = 1\nrotation_resolution_deg = 0.01\npoints = \"exact\"\nnormals = \"reference\"\n"
@@ -59,34 +55,6 @@ TEST(Warnings, unused_search)
               ElementsAre(HasSubstr("nearly free")));
   EXPECT_THAT(warnings_of(test::small_job("", every_key), {equilibrium, "solver.search.max_steps=99"}),
               Contains(HasSubstr("solver.search.max_steps")));
-}
-
-TEST(Warnings, campaign)
-{
-  EXPECT_THAT(warnings_of(test::small_job("", "[campaign]\n[[campaign.method]]\nname = \"a\"\n")),
-              ElementsAre(AllOf(HasSubstr("vrda plan"), HasSubstr("vrda submit"))));
-}
-
-TEST(Warnings, coarse_resolution)
-{
-  EXPECT_THAT(warnings_of(test::small_job(), {"solver.search.translation_resolution_mm=0.2"}),
-              ElementsAre(AllOf(HasSubstr("translation step"), HasSubstr("5.0 times"))));
-  EXPECT_THAT(warnings_of(test::small_job(), {"solver.search.rotation_step_deg=0.5"}),
-              ElementsAre(AllOf(HasSubstr("rotation step"), HasSubstr("5.0 times"))));
-}
-
-TEST(Warnings, unused_ligaments)
-{
-  const std::string fibre =
-      "[[ligaments.fibre]]\nname = \"acl\"\nreference_mm = [0, 0, 0]\nmoving_mm = [0, -50, 9]\n"
-      "stiffness_n = 1000\nslack_length_mm = 50\n";
-  EXPECT_THAT(warnings_of(test::small_job("", fibre)), ElementsAre(HasSubstr("no effect")));
-}
-
-TEST(Warnings, degree)
-{
-  EXPECT_THAT(warnings_of(test::small_job(), {"grid.varus.step=5"}),
-              ElementsAre(AllOf(HasSubstr("degree 6 needs 7"), HasSubstr("5 of varus"))));
 }
 
 TEST(Warnings, edges)
@@ -101,40 +69,6 @@ TEST(Warnings, edges)
   std::swap(twisted.triangles(100, 0), twisted.triangles(100, 1));
   EXPECT_THAT(warnings_of(test::small_job(), {}, condyles(), twisted),
               Contains(AllOf(HasSubstr("more than two faces"), HasSubstr(": 3"))));
-}
-
-TEST(Warnings, unit)
-{
-  Mesh femur = condyles(), tibia = test::box({0, -60, 0}, {50, 30, 70});
-  const auto scale = [&](double factor) {
-    femur.vertices_mm *= factor;
-    tibia.vertices_mm *= factor;
-  };
-  const auto refused = [&](const std::string& unit) {
-    return test::input_error([&] { warnings_of(test::small_job(), {"frame.unit=" + unit}, femur, tibia); });
-  };
-  EXPECT_THAT(refused("m"), refuses({"", "frame.unit", "\"upper\"", "frame.unit = \"mm\""}));
-  scale(1e-1);
-  EXPECT_THAT(warnings_of(test::small_job(), {}, femur, tibia),
-              Contains(AllOf(HasSubstr("\"upper\""), HasSubstr("\"mm\""), HasSubstr("frame.unit = \"cm\""))));
-  scale(1e-2);
-  EXPECT_THAT(refused("mm"), refuses({.field = "frame.unit", .wanted = "frame.unit = \"m\""}));
-  EXPECT_THAT(warnings_of(test::small_job(), {"frame.unit=m"}, femur, tibia), ElementsAre());
-  tibia.vertices_mm *= 1000.0;
-  EXPECT_THAT(refused("mm"), refuses({.field = "frame.unit", .wanted = "m"}));
-}
-
-TEST(Warnings, far_centre)
-{
-  EXPECT_THAT(warnings_of(test::small_job(), {"frame.origin=[0, 29, 0]"}), ElementsAre());
-  EXPECT_THAT(warnings_of(test::small_job(), {"frame.origin=[0, 31, 0]"}),
-              ElementsAre(AllOf(HasSubstr("31.0 mm"), HasSubstr("frame.origin = [0, 0, 0]"))));
-  // Other joints have no condyles: distance to the box of either object, and the midpoint as a start value.
-  const std::string other = test::small_job("joint = \"other\"\n");
-  EXPECT_THAT(warnings_of(other, {"frame.origin=[0, 50, 0]"}), ElementsAre());
-  EXPECT_THAT(warnings_of(other, {"frame.origin=[0, 70, 0]"}),
-              ElementsAre(AllOf(HasSubstr("115.0 mm from the box of moving"),
-                                HasSubstr("frame.origin = [0, -33.5, 0]"))));
 }
 
 // A femur with condyles, a head 430 mm above and 45 mm to the left, and a trochanter 80 mm posterior: not
@@ -174,46 +108,11 @@ TEST(Warnings, far_centre_of_a_whole_bone)
   EXPECT_THAT(warnings_of(job, {"frame.origin=[12, -7, 150]"}, femur, tibia), ElementsAre());
 }
 
-TEST(Warnings, axes)
-{
-  EXPECT_THAT(warnings_of(test::small_job(), {"frame.anterior=+Y", "frame.proximal=+Z", "frame.right=+X"}),
-              ElementsAre(AllOf(HasSubstr("frame.proximal"), HasSubstr("frame.proximal = \"+Y\""))));
-  EXPECT_THAT(warnings_of(test::small_job(), {"frame.proximal=-Y", "frame.right=-Z"}),
-              ElementsAre(HasSubstr("frame.proximal = \"+Y\"")));
-  EXPECT_THAT(warnings_of(test::small_job("[reference]\nname = \"tibia\"\n"), {},
-                          test::box({0, -60, 0}, {50, 30, 70}), condyles()),
-              ElementsAre(HasSubstr("exchanged")));
-}
-
-TEST(Warnings, exchanged_bodies)
-{
-  const std::string job = test::small_job("joint = \"other\"\n");
-  const Mesh upper = test::box({0, 40, 0}, {60, 60, 60}), lower = test::box({0, -40, 0}, {60, 60, 60});
-  EXPECT_THAT(warnings_of(job, {}, upper, lower), Not(Contains(HasSubstr("push.delta"))));
-  EXPECT_THAT(warnings_of(job, {}, lower, upper),
-              Contains(AllOf(HasSubstr("push.delta"), HasSubstr("80.0 mm"), HasSubstr("exchange"))));
-  // Half inside each other, as a head and its socket: no clear direction.
-  EXPECT_THAT(warnings_of(job, {}, test::box({0, 0, 0}, {60, 60, 60}), test::box({0, 10, 0}, {60, 60, 60})),
-              Not(Contains(HasSubstr("push.delta"))));
-}
-
 std::string job_with_menisci(const std::string& side)
 {
   return "side = \"" + side + "\"\n[[reference.component]]\nname = \"femur\"\nfile = \"reference.stl\"\n" +
          "[[moving.component]]\nname = \"Meniscus_Medial\"\nfile = \"moving.stl\"\n" +
          "[[moving.component]]\nname = \"meniscus_lateral\"\nfile = \"lateral.stl\"\n";
-}
-
-TEST(Warnings, side)
-{
-  const auto warnings = [](const std::string& side) {
-    const test::JobFolder folder(job_with_menisci(side), condyles(), test::box({0, -40, -25}, {30, 5, 20}));
-    folder.scratch.write("lateral.stl", test::binary_stl(test::box({0, -40, 25}, {30, 5, 20})));
-    return folder.load({search}).warnings;
-  };
-  EXPECT_THAT(warnings("right"), ElementsAre());
-  EXPECT_THAT(warnings("left"),
-              ElementsAre(AllOf(HasSubstr("side: "), HasSubstr("\"left\""), HasSubstr("side = \"right\""))));
 }
 
 Mesh with_ball(Mesh mesh, const Eigen::Vector3d& centre_mm, double radius_mm)

@@ -1,6 +1,5 @@
-#include "solve/stability_search.hpp"
-
 #include <gtest/gtest.h>
+#include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,8 @@
 #include <random>
 
 #include "core/units.hpp"
+#include "solve/quadratic_program.hpp"
+#include "solve/stability_search.hpp"
 
 namespace vrda::prediction_test {
 
@@ -46,16 +47,6 @@ TEST(PredictRotation, QualifyingPointsBecomeTheCentre)
   EXPECT_EQ(r.centre_mm, Eigen::Vector3d(0.5, 0, -0.25));
 }
 
-TEST(PredictRotation, NormalsThroughOneAxisNeverTurn)
-{
-  std::vector<contact::Contact> contacts;
-  for (const Eigen::Vector3d& p : {Eigen::Vector3d(1, 0, 0.3), Eigen::Vector3d(-0.4, 0.2, 1),
-                                   Eigen::Vector3d(0.1, 0, -1), Eigen::Vector3d(0.0, 1.0, 0.0)}) {
-    contacts.push_back(contact(p, Eigen::Vector3d(0, -2, 0) - p));
-  }
-  EXPECT_EQ(solve::predict_rotation(contacts).sign, 0);
-}
-
 TEST(PredictRotation, ReactionsActWhereTheirNormalsWereTaken)
 {
   // At the points on the reference they would be a couple; at their points of application they share one
@@ -91,63 +82,6 @@ TEST(PredictRotation, ANormalThroughTheCentreForbidsTheTurn)
   const std::vector<contact::Contact> contacts = {
       contact({1, 0, 0}, {-1, -1, 0}), contact({-2, 0, 0}, {1, -1, 0}), contact({0, 0, 1}, {0, -1, -1})};
   EXPECT_EQ(solve::predict_rotation(contacts).sign, 0);
-}
-
-TEST(PredictAscent, OneSlopeIsFollowedStraightUp)
-{
-  const solve::Ascent climb = solve::predict_ascent({contact({0, 0, 0}, {3, -10, 4})});
-  EXPECT_NEAR(climb.rise, 0.5, 1e-15);
-  EXPECT_TRUE(climb.direction.isApprox(Eigen::Vector3d(0.6, 0, 0.8), 1e-15));
-}
-
-TEST(PredictAscent, InAValleyFollowsItsFloor)
-{
-  // Two flanks inclined towards each other and towards +Z: the thesis's average would halve its step here.
-  const solve::Ascent climb =
-      solve::predict_ascent({contact({0, 0, 0}, {5, -1, 0.2}), contact({1, 0, 0}, {-3, -1, 0.2})});
-  EXPECT_NEAR(climb.rise, 0.2, 1e-15);
-  EXPECT_TRUE(climb.direction.isApprox(Eigen::Vector3d(0, 0, 1), 1e-14));
-}
-
-TEST(PredictAscent, BalancedReactionsHaveNoAscent)
-{
-  EXPECT_EQ(solve::predict_ascent({}).rise, 0.0);
-  EXPECT_EQ(solve::predict_ascent({contact({0, 0, 0}, {0, -1, 0}), contact({0, 0, 0}, {1, -1, 0})}).rise,
-            0.0);
-  EXPECT_EQ(solve::predict_ascent({contact({0, 0, 0}, {1, -1, 0}), contact({0, 0, 0}, {-2, -1, 0})}).rise,
-            0.0);
-  EXPECT_EQ(solve::predict_ascent({contact({0, 0, 0}, {1, -1, 0.1}), contact({0, 0, 0}, {-1, -1, 1}),
-                                   contact({0, 0, 0}, {-1, -1, -1})})
-                .rise,
-            0.0);
-}
-
-// No unit direction rises faster: compared with a scan of the circle.
-TEST(PredictAscent, IsTheBestOfAllDirections)
-{
-  std::mt19937_64 random(5);
-  std::uniform_real_distribution<double> unit(-1, 1);
-  int n_ways = 0, n_none = 0;
-  for (int k = 0; k < 500; ++k) {
-    std::vector<contact::Contact> contacts;
-    for (int n = 0; n < 1 + k % 5; ++n)
-      contacts.push_back(contact({0, 0, 0}, {unit(random), -0.1 - std::abs(unit(random)), unit(random)}));
-    double best = 0.0;
-    for (int step = 0; step < 3600; ++step) {
-      const SinCos at = sin_cos(2.0 * pi * step / 3600.0);
-      double rise = std::numeric_limits<double>::infinity();
-      for (const contact::Contact& c : contacts)
-        rise = std::min(rise, (c.normal.x() * at.cos + c.normal.z() * at.sin) / -c.normal.y());
-      best = std::max(best, rise);
-    }
-    const solve::Ascent climb = solve::predict_ascent(contacts);
-    // Slopes of up to 15 change by 0.015 between two directions of the scan, 0.1 degrees apart.
-    EXPECT_NEAR(climb.rise, best, 0.015);
-    EXPECT_GE(climb.rise, best - 1e-12);
-    ++(climb.rise > 0.0 ? n_ways : n_none);
-  }
-  EXPECT_GT(n_ways, 100);
-  EXPECT_GT(n_none, 100);
 }
 
 TEST(PredictAscent, ACoupleRotatesOnlyWithALever)
@@ -248,6 +182,153 @@ TEST(PredictAscent, FindsASmallRiseAmongSteepSlopes)
     std::shuffle(slopes.begin(), slopes.end(), random);
     EXPECT_NEAR(solve::predict_ascent(contacts_of_slopes(slopes, lever_mm), lever_mm).rise, distance, 1e-9);
   }
+}
+
+// Coordinates of size 1 to 100, half-spaces satisfied to 1e-11, Hessians of condition up to 1e6.
+constexpr double rounding = 1e-7;
+
+solve::HalfSpace half_space(const std::vector<double>& normal, double offset)
+{
+  solve::HalfSpace h;
+  for (std::size_t k = 0; k < normal.size(); ++k) h.normal(static_cast<Eigen::Index>(k)) = normal[k];
+  h.offset = offset;
+  return h;
+}
+
+double value(const solve::QpMatrix& H, const solve::QpVector& g, const solve::QpVector& d)
+{
+  return 0.5 * d.dot(H * d) + g.dot(d);
+}
+
+// The best minimum over every choice of at most five half-spaces as equalities.
+double brute_force(const solve::QpMatrix& H, const solve::QpVector& g,
+                   const std::vector<solve::HalfSpace>& rows)
+{
+  double best = std::numeric_limits<double>::infinity();
+  for (unsigned choice = 0; choice < (1U << rows.size()); ++choice) {
+    std::vector<std::size_t> active;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      if ((choice >> k & 1U) != 0) active.push_back(k);
+    }
+    if (active.size() > 5) continue;
+    const auto m = static_cast<Eigen::Index>(active.size());
+    Eigen::MatrixXd kkt = Eigen::MatrixXd::Zero(5 + m, 5 + m);
+    Eigen::VectorXd right(5 + m);
+    kkt.topLeftCorner(5, 5) = H;
+    right.head(5) = -g;
+    for (Eigen::Index k = 0; k < m; ++k) {
+      kkt.block(0, 5 + k, 5, 1) = rows[active[static_cast<std::size_t>(k)]].normal;
+      kkt.block(5 + k, 0, 1, 5) = rows[active[static_cast<std::size_t>(k)]].normal.transpose();
+      right(5 + k) = rows[active[static_cast<std::size_t>(k)]].offset;
+    }
+    const solve::QpVector d = kkt.fullPivLu().solve(right).head(5);
+    bool is_kept = true;
+    for (const solve::HalfSpace& row : rows) is_kept = is_kept && row.normal.dot(d) >= row.offset - 1e-8;
+    if (is_kept) best = std::min(best, value(H, g, d));
+  }
+  return best;
+}
+
+solve::QpMatrix random_hessian(std::mt19937_64& random, double least)
+{
+  std::normal_distribution<double> normal;
+  solve::QpMatrix A;
+  for (Eigen::Index k = 0; k < 25; ++k) A(k / 5, k % 5) = normal(random);
+  return A * A.transpose() + least * solve::QpMatrix::Identity();
+}
+
+TEST(QuadraticProgram, InfeasibleIsReported)
+{
+  const solve::QpSolution s = solve::solve_quadratic_program<5>(
+      solve::QpMatrix::Identity(), solve::QpVector::Zero(), {half_space({1}, 1), half_space({-1}, 0)});
+  EXPECT_FALSE(s.is_solved);
+}
+
+TEST(QuadraticProgram, CopiesOfAHalfSpaceChangeNothing)
+{
+  std::vector<solve::HalfSpace> rows(20, half_space({1, 1}, 1));
+  for (int k = 0; k < 20; ++k) rows.push_back(half_space({1, 1 + 1e-13 * k}, 1));
+  const solve::QpSolution s =
+      solve::solve_quadratic_program<5>(solve::QpMatrix::Identity(), solve::QpVector::Zero(), rows);
+  ASSERT_TRUE(s.is_solved);
+  EXPECT_NEAR(s.d(0), 0.5, 1e-10);
+  EXPECT_NEAR(s.d(1), 0.5, 1e-10);
+}
+
+struct Sweep {
+  std::array<int, 6> n_with_support{};
+  int n_infeasible = 0;
+};
+
+void expect_optimal(const solve::QpMatrix& H, const solve::QpVector& g,
+                    const std::vector<solve::HalfSpace>& rows, Sweep& sweep)
+{
+  const solve::QpSolution s = solve::solve_quadratic_program<5>(H, g, rows);
+  const double best = brute_force(H, g, rows);
+  ASSERT_EQ(s.is_solved, std::isfinite(best));
+  if (!s.is_solved) {
+    ++sweep.n_infeasible;
+    return;
+  }
+  ++sweep.n_with_support[s.n_active];
+  EXPECT_NEAR(value(H, g, s.d), best, rounding * (1.0 + std::abs(best)));
+  solve::QpVector residual = H * s.d + g;
+  for (std::size_t k = 0; k < s.n_active; ++k) {
+    EXPECT_GE(s.active[k].multiplier, 0.0);
+    EXPECT_NEAR(rows[s.active[k].row].normal.dot(s.d), rows[s.active[k].row].offset, rounding);
+    residual -= s.active[k].multiplier * rows[s.active[k].row].normal;
+  }
+  EXPECT_LT(residual.norm(), rounding * (1.0 + (H * s.d).norm() + g.norm()));
+  for (const solve::HalfSpace& row : rows) EXPECT_GE(row.normal.dot(s.d), row.offset - rounding);
+}
+
+TEST(QuadraticProgram, MatchesEveryChoiceOfActiveHalfSpaces)
+{
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> normal;
+  Sweep sweep;
+  for (int k = 0; k < 600; ++k) {
+    std::vector<solve::HalfSpace> rows(static_cast<std::size_t>(1 + k % 9));
+    for (solve::HalfSpace& row : rows) {
+      for (Eigen::Index i = 0; i < 5; ++i) row.normal(i) = normal(random);
+      row.normal.normalize();
+      row.offset = normal(random) - (k % 3 == 0 ? 0.0 : 0.5);
+    }
+    solve::QpVector g;
+    for (Eigen::Index i = 0; i < 5; ++i) g(i) = 3.0 * normal(random);
+    expect_optimal(random_hessian(random, k % 2 == 0 ? 1e-4 : 1.0), g, rows, sweep);
+  }
+  for (int n = 0; n <= 5; ++n) EXPECT_GT(sweep.n_with_support[static_cast<std::size_t>(n)], 5) << n;
+  EXPECT_GT(sweep.n_infeasible, 5);
+}
+
+// Many half-spaces through one point (a vertex on a vertex) and an almost linear objective: the solution is
+// determined by the constraints.
+TEST(QuadraticProgram, DegenerateCornersOfAContactAreFound)
+{
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int n_supported = 0;
+  for (int k = 0; k < 200; ++k) {
+    std::vector<solve::HalfSpace> rows;
+    for (int i = 0; i < 60; ++i)
+      rows.push_back(half_space({unit(random), -1, unit(random), unit(random)}, 0));
+    for (std::size_t axis : {0U, 2U, 3U}) {
+      std::vector<double> wall(4, 0.0);
+      wall[axis] = 1;
+      rows.push_back(half_space(wall, -2));
+      wall[axis] = -1;
+      rows.push_back(half_space(wall, -2));
+    }
+    solve::QpMatrix H = 2e-5 * solve::QpMatrix::Identity();
+    H(4, 4) = 1.0;
+    const solve::QpSolution s = solve::solve_quadratic_program<5>(H, solve::QpVector(0, -20, 0, 0, 0), rows);
+    ASSERT_TRUE(s.is_solved);
+    // With 60 random slopes about it, the corner itself is the highest point.
+    EXPECT_LT(s.d.norm(), 1e-9);
+    n_supported += s.n_active == 4 ? 1 : 0;
+  }
+  EXPECT_GT(n_supported, 150);
 }
 
 }  // namespace vrda::prediction_test

@@ -1,33 +1,157 @@
-#include "solve/stability_search.hpp"
-
+// The moves that the search reports to its observer.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <functional>
 #include <random>
 
 #include "core/units.hpp"
+#include "solve/pins.hpp"
+#include "solve/stability_search.hpp"
 #include "support/directional_gap.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::stability_search_test {
 
-// A sheet y = height(x, z) with normals down or up.
-Mesh surface(double size_mm, int n, bool faces_down, const std::function<double(double, double)>& height)
+// A sheet y = -(x^2 + z^2) / 80 that faces down: a ball pushed up ends in its middle. `narrowing` > 1 makes
+// it a trough along X.
+Mesh dish(double narrowing = 1.0)
 {
-  Mesh mesh = test::sheet(size_mm, n);
-  for (Eigen::Index v = 0; v < mesh.vertices_mm.rows(); ++v) {
-    mesh.vertices_mm(v, 1) = height(mesh.vertices_mm(v, 0), mesh.vertices_mm(v, 2));
-  }
-  if (faces_down) mesh.triangles.col(1).swap(mesh.triangles.col(2));
-  mesh.normals = vertex_normals(mesh);
-  return mesh;
+  return test::ceiling(60, 30, [&](double x, double z) { return -(x * x + narrowing * z * z) / 80.0; });
 }
 
-// The underside of a dish: highest in the middle, where a ball pushed up ends.
-Mesh dish()
+// A dish with a thin fin as an obstruction: its searches bisect.
+solve::Joint ball_and_fin()
 {
-  return surface(60, 30, true, [](double x, double z) { return -(x * x + z * z) / 80.0; });
+  Mesh scene = dish();
+  append(scene, test::box({5, -10, 0}, {0.2, 20, 40}));
+  return solve::make_joint({scene, {}}, {test::ball(2, 8, 16), {}}, {});
+}
+
+// A bar under a trough: its searches rotate.
+solve::Joint bar_in_trough()
+{
+  return solve::make_joint({dish(4.0), {}}, {test::box({0, 0, 0}, {24, 2, 3}), {}}, {});
+}
+
+struct Watched {
+  SearchOptions options;
+  StepRecord result;
+  std::vector<SearchMove> moves;
+  std::vector<SearchMove> touches;  ///< the moves in contact
+};
+
+Watched watch(const solve::Joint& joint, const MovingPose& seed, const SearchOptions& options = {})
+{
+  Watched w;
+  w.options = options;
+  w.result =
+      solve::find_stable_pose(joint, {}, seed, options, [&](const SearchMove& m) { w.moves.push_back(m); });
+  std::copy_if(w.moves.begin(), w.moves.end(), std::back_inserter(w.touches),
+               [](const SearchMove& m) { return m.in_contact; });
+  return w;
+}
+
+// Searches from many seeds in both scenes, all of which end stable.
+std::vector<Watched> searches()
+{
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<Watched> all;
+  for (const solve::Joint& joint : {ball_and_fin(), bar_in_trough()}) {
+    for (int k = 0; k < 12; ++k) {
+      all.push_back(watch(joint, {{16 * unit(random), -40, 16 * unit(random)}, unit(random)}));
+    }
+  }
+  return all;
+}
+
+int count(const Watched& w, MoveKind kind)
+{
+  return static_cast<int>(
+      std::count_if(w.moves.begin(), w.moves.end(), [&](const SearchMove& m) { return m.kind == kind; }));
+}
+
+bool is_same(const MovingPose& a, const MovingPose& b)
+{
+  return a.translation_mm == b.translation_mm && a.theta_rad == b.theta_rad;
+}
+
+TEST(SearchMoves, EachIterationTouchesOnceAndMovesOnceButTheLast)
+{
+  int n_turns = 0, n_bisections = 0;
+  for (const Watched& w : searches()) {
+    ASSERT_EQ(w.result.status, StepStatus::stable);
+    ASSERT_EQ(w.touches.size(), static_cast<std::size_t>(w.result.iterations));
+    for (std::size_t k = 0; k < w.touches.size(); ++k) {
+      EXPECT_EQ(w.touches[k].iteration, static_cast<int>(k) + 1);
+      EXPECT_EQ(w.touches[k].kind, MoveKind::approach);
+    }
+    EXPECT_EQ(count(w, MoveKind::rotate) + count(w, MoveKind::translate), w.result.iterations - 1);
+    EXPECT_GT(w.moves.size(), w.touches.size());
+    EXPECT_TRUE(is_same(w.touches.back().pose, w.result.pose));
+    EXPECT_TRUE(w.moves.back().in_contact);
+    n_turns += count(w, MoveKind::rotate);
+    n_bisections += count(w, MoveKind::bisect);
+  }
+  EXPECT_GT(n_turns, 20);
+  EXPECT_GT(n_bisections, 20);
+}
+
+TEST(SearchMoves, ACycleIsAPoseSeenBeforeWithinBothResolutions)
+{
+  int n_cycles = 0, n_new = 0;
+  for (const Watched& w : searches()) {
+    std::vector<MovingPose> seen;  // new poses only: with those of cycles the search could creep
+    for (const SearchMove& m : w.touches) {
+      const bool was_here = std::any_of(seen.begin(), seen.end(), [&](const MovingPose& p) {
+        return (p.translation_mm - m.pose.translation_mm).norm() < w.options.translation_resolution_mm &&
+               std::abs(p.theta_rad - m.pose.theta_rad) < w.options.rotation_resolution_rad;
+      });
+      EXPECT_EQ(m.is_cycle, was_here);
+      if (!was_here) seen.push_back(m.pose);
+      (was_here ? n_cycles : n_new) += 1;
+    }
+  }
+  EXPECT_GT(n_cycles, 20);
+  EXPECT_GT(n_new, 20);
+}
+
+TEST(SearchMoves, TheRetreatBelongsToNoIteration)
+{
+  const Watched w = watch(bar_in_trough(), {{1, -0.5, 1}, 0});
+  EXPECT_EQ(w.moves.front().kind, MoveKind::retreat);
+  EXPECT_EQ(w.moves.front().iteration, 0);
+  EXPECT_EQ(count(w, MoveKind::retreat), 1);
+}
+
+TEST(SearchMoves, WithoutContactThereIsNoMove)
+{
+  const Watched w = watch(bar_in_trough(), {{200, -40, 0}, 0});
+  EXPECT_EQ(w.result.status, StepStatus::no_contact);
+  EXPECT_TRUE(w.moves.empty());
+}
+
+TEST(SearchMoves, TheLimitEndsWithAMotion)
+{
+  SearchOptions options;
+  options.max_steps = 3;
+  const Watched w = watch(ball_and_fin(), {{-16, -40, 0}, 0}, options);
+  ASSERT_EQ(w.result.status, StepStatus::iteration_limit);
+  EXPECT_EQ(w.touches.size(), 3u);
+  EXPECT_EQ(w.moves.back().kind, MoveKind::translate);
+  EXPECT_TRUE(is_same(w.moves.back().pose, w.result.pose));
+}
+
+TEST(SearchMoves, AnObserverChangesNothing)
+{
+  const solve::Joint joint = ball_and_fin();
+  const MovingPose seed{{14, -40, 3}, 0.2};
+  const StepRecord alone = solve::find_stable_pose(joint, {}, seed, {});
+  const Watched w = watch(joint, seed);
+  EXPECT_TRUE(is_same(alone.pose, w.result.pose));
+  EXPECT_EQ(alone.queries, w.result.queries);
+  EXPECT_EQ(alone.iterations, w.result.iterations);
 }
 
 solve::Joint ball_in_dish()
@@ -82,7 +206,8 @@ TEST(StabilitySearch, AGrooveTurnsUntilBothPinsLieInIt)
     spike.normals = vertex_normals(spike);
     append(spikes, spike);
   }
-  const Mesh groove = surface(40, 2, false, [](double, double z) { return 0.3 * std::abs(z); });
+  Mesh groove = test::ceiling(40, 2, [](double, double z) { return 0.3 * std::abs(z); });
+  groove.triangles.col(1).swap(groove.triangles.col(2));
   const solve::Joint joint = solve::make_joint({spikes, {}}, {groove, {}}, {});
   const SearchOptions options;
   for (const double theta : {0.0, 0.2, -0.3}) {
@@ -96,17 +221,10 @@ TEST(StabilitySearch, AGrooveTurnsUntilBothPinsLieInIt)
   }
 }
 
-TEST(StabilitySearch, LeavesTheReferenceBehind)
-{
-  const StepRecord r = solve::find_stable_pose(ball_in_dish(), {}, {{100, -40, 0}, 0}, {});
-  EXPECT_EQ(r.status, StepStatus::no_contact);
-  EXPECT_TRUE(r.contacts.empty());
-}
-
 TEST(StabilitySearch, NoFreePoseBelowIsNoClearance)
 {
   Mesh shelves;
-  for (int k = 0; k < 40; ++k) append(shelves, surface(30, 2, true, [k](double, double) { return -k; }));
+  for (int k = 0; k < 40; ++k) append(shelves, test::ceiling(30, 2, [k](double, double) { return -k; }));
   const solve::Joint joint = solve::make_joint({shelves, {}}, {test::ball(2), {}}, {});
   EXPECT_EQ(solve::find_stable_pose(joint, {}, {{0, -15.5, 0}, 0}, {}).status, StepStatus::no_clearance);
 }
@@ -153,57 +271,6 @@ TEST(StabilitySearch, AnOverlappingSeedBacksOutFirst)
   const StepRecord r = solve::find_stable_pose(joint, {}, {{1, -4, 1}, 0}, {});
   ASSERT_EQ(r.status, StepStatus::stable);
   expect_clean_contact(joint, r, {});
-}
-
-TEST(StabilitySearch, TheLimitIsAStatus)
-{
-  SearchOptions options;
-  options.max_steps = 3;
-  const StepRecord r = solve::find_stable_pose(ball_in_dish(), {}, {{20, -40, 0}, 0}, options);
-  EXPECT_EQ(r.status, StepStatus::iteration_limit);
-  EXPECT_EQ(r.iterations, 3);
-}
-
-TEST(StabilitySearch, SameInputSameBits)
-{
-  const solve::Joint joint = ball_in_dish();
-  const MovingPose seed{{7, -40, -11}, 0.1};
-  const StepRecord a = solve::find_stable_pose(joint, {0.2, 0.05}, seed, {});
-  const StepRecord b = solve::find_stable_pose(joint, {0.2, 0.05}, seed, {});
-  EXPECT_EQ(a.pose.translation_mm, b.pose.translation_mm);
-  EXPECT_EQ(a.pose.theta_rad, b.pose.theta_rad);
-  EXPECT_EQ(a.queries, b.queries);
-}
-
-TEST(StabilitySearch, EveryMotionIsReported)
-{
-  int n_slides = 0, n_approaches = 0, last = 0;
-  const SearchObserver watch = [&](const SearchMove& move) {
-    n_slides += move.kind == MoveKind::translate ? 1 : 0;
-    n_approaches += move.kind == MoveKind::approach ? 1 : 0;
-    EXPECT_GE(move.iteration, last);
-    last = move.iteration;
-  };
-  const StepRecord r = solve::find_stable_pose(ball_in_dish(), {}, {{15, -40, 0}, 0}, {}, watch);
-  EXPECT_GT(n_slides, 10) << "15 mm in steps of 1 mm";
-  EXPECT_GT(n_approaches, 10);
-  EXPECT_EQ(last, r.iterations);
-}
-
-TEST(StabilitySearch, TheFirstApproachIsReportedInStrides)
-{
-  std::vector<double> heights_mm;
-  const SearchObserver watch = [&](const SearchMove& move) {
-    if (move.iteration == 1 && move.kind == MoveKind::approach)
-      heights_mm.push_back(move.pose.translation_mm.y());
-  };
-  SearchOptions options;
-  options.approach_step_mm = 10.0;
-  solve::find_stable_pose(ball_in_dish(), {}, {{0, -40, 0}, 0}, options, watch);
-  // The ball's top starts 34 mm below the dish.
-  ASSERT_EQ(heights_mm.size(), 4u);
-  EXPECT_DOUBLE_EQ(heights_mm[0], -30.0);
-  EXPECT_DOUBLE_EQ(heights_mm[2], -10.0);
 }
 
 TEST(StabilitySearch, ThinPartsAreNotPassedInOneStep)

@@ -1,17 +1,14 @@
-#include "solve/sweep.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <mutex>
 #include <stdexcept>
-#include <thread>
 
 #include "core/units.hpp"
+#include "solve/sweep.hpp"
 
 namespace vrda::sweep_test {
 
@@ -81,18 +78,21 @@ TEST(Sweep, AnyNumberOfWorkersGivesTheSameBits)
   for (const int n : {2, 3, 8}) EXPECT_EQ(numbers(solve::sweep(plan, drift, {}, n)), one) << n;
 }
 
-TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
+struct Interrupted {
+  solve::SweepResult result;
+  int n_runs = 0;
+};
+
+// The plan solved on two threads by runs that each stop after `n_steps` checks and resume from a journal; no
+// step is solved twice.
+Interrupted interrupted_sweep(const solve::SweepPlan& plan, const solve::SolveStep& step, int n_steps)
 {
-  const solve::SweepPlan plan = plan_of(10, 7);
-  const std::vector<double> whole = numbers(solve::sweep(plan, drift, {}, 1));
   std::map<StepKey, StepRecord> journal;
   std::mutex mutex;
-  int n_solved = 0, n_runs = 0;
-  bool is_complete = false;
-  std::vector<double> last;
-  while (!is_complete) {
-    ++n_runs;
-    int budget = 23;
+  Interrupted last;
+  while (!last.result.is_complete) {
+    ++last.n_runs;
+    int budget = n_steps;
     solve::SweepHooks hooks;
     hooks.recall = [&](const StepKey& key) -> std::optional<StepRecord> {
       const std::lock_guard lock(mutex);
@@ -102,18 +102,22 @@ TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
     hooks.keep = [&](const StepRecord& r) {
       const std::lock_guard lock(mutex);
       EXPECT_TRUE(journal.emplace(r.key, r).second) << "solved twice";
-      n_solved += r.key.kind == StepKind::spine ? 0 : 1;
     };
     hooks.is_stopped = [&] {
       const std::lock_guard lock(mutex);
       return budget-- <= 0;
     };
-    const solve::SweepResult result = solve::sweep(plan, drift, hooks, 2);
-    is_complete = result.is_complete;
-    last = numbers(result);
+    last.result = solve::sweep(plan, step, hooks, 2);
   }
-  EXPECT_GT(n_runs, 3);
-  EXPECT_EQ(last, whole);
+  return last;
+}
+
+TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
+{
+  const solve::SweepPlan plan = plan_of(10, 7);
+  const Interrupted resumed = interrupted_sweep(plan, drift, 23);
+  EXPECT_GT(resumed.n_runs, 3);
+  EXPECT_EQ(numbers(resumed.result), numbers(solve::sweep(plan, drift, {}, 1)));
 }
 
 TEST(Sweep, AFailedCellIsSkippedAndTheSweepContinues)
@@ -169,54 +173,12 @@ TEST(Sweep, WithContactOnBothSidesTheSpineMaximisesTheHeight)
   EXPECT_EQ(solve::sweep(plan, locked, {}, 1).spine_column, std::vector<std::int32_t>(3, 6));
 }
 
-TEST(Sweep, BothTouchingBeatsOneAndOneStableBeatsNone)
-{
-  StepRecord both, one, failed;
-  both.status = one.status = StepStatus::stable;
-  both.contact_medial = both.contact_lateral = one.contact_medial = true;
-  both.gap_medial_mm = 0.05;
-  both.gap_lateral_mm = one.gap_medial_mm = 0.0;
-  one.gap_lateral_mm = 0.02;
-  failed.status = StepStatus::no_contact;
-  EXPECT_TRUE(solve::is_better_balanced(both, one));
-  EXPECT_FALSE(solve::is_better_balanced(one, both));
-  EXPECT_TRUE(solve::is_better_balanced(one, failed));
-  EXPECT_FALSE(solve::is_better_balanced(failed, one));
-  EXPECT_FALSE(solve::is_better_balanced(failed, failed));
-}
-
 TEST(Sweep, WithoutCompartmentsTheSpineStaysNearestZero)
 {
   solve::SweepPlan plan = plan_of(4, 7);
   plan.spine = solve::SpineRule::nearest_zero;
   const solve::SweepResult result = solve::sweep(plan, drift, {}, 1);
   EXPECT_EQ(result.spine_column, std::vector<std::int32_t>(4, 3));
-}
-
-TEST(Sweep, EachStepIsSolvedOnceUnderTheKeyItIsKeptWith)
-{
-  const solve::SweepPlan plan = plan_of(6, 7);
-  std::mutex mutex;
-  std::map<StepKey, int> solved, kept;
-  const solve::SolveStep noting = [&](const solve::StepTask& task) {
-    const std::lock_guard lock(mutex);
-    ++solved[task.key];
-    EXPECT_EQ(task.attitude.flexion_rad, plan.flexion_rad[static_cast<std::size_t>(task.key.flexion)]);
-    EXPECT_EQ(task.attitude.varus_rad, plan.varus_rad[static_cast<std::size_t>(task.key.varus)]);
-    return drifting(task.attitude, task.seed);
-  };
-  solve::SweepHooks hooks;
-  hooks.keep = [&](const StepRecord& r) {
-    const std::lock_guard lock(mutex);
-    if (r.key.kind != StepKind::spine) ++kept[r.key];
-  };
-  const solve::SweepResult result = solve::sweep(plan, noting, hooks, 3);
-  EXPECT_EQ(solved, kept);
-  EXPECT_TRUE(std::all_of(solved.begin(), solved.end(), [](const auto& entry) { return entry.second == 1; }));
-  for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
-    EXPECT_EQ(solved.count({StepKind::spine_probe, static_cast<std::int32_t>(i), result.spine_column[i]}),
-              1u);
-  }
 }
 
 TEST(Sweep, RethrowsExceptionsOfTheSolver)
@@ -227,25 +189,6 @@ TEST(Sweep, RethrowsExceptionsOfTheSolver)
     return drifting(task.attitude, task.seed);
   };
   EXPECT_THROW(solve::sweep(plan_of(6, 6), throwing, {}, 3), std::runtime_error);
-}
-
-TEST(Sweep, AStepThatCannotBeKeptStopsTheOthersAfterTheirCurrentStep)
-{
-  constexpr int n_cells = 900, first_refused = 12;
-  std::atomic<int> n_solved = 0, n_kept = 0;
-  const solve::SolveStep counting = [&](const solve::StepTask& task) {
-    // Slow after a refused step, so that the refusal takes effect long before the grid is solved.
-    if (n_kept >= first_refused) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    ++n_solved;
-    return drifting(task.attitude, task.seed);
-  };
-  solve::SweepHooks hooks;
-  hooks.keep = [&](const StepRecord&) {
-    // Refuses one record only: a smaller record may fit on a full disk.
-    if (++n_kept == first_refused) throw std::runtime_error("full");
-  };
-  EXPECT_THROW(solve::sweep(plan_of(30, 30), counting, hooks, 4), std::runtime_error);
-  EXPECT_LT(n_solved, n_cells / 2);
 }
 
 // Solves only from a pose within 3 degrees of the attitude: the pose encodes the attitude in degrees.
@@ -370,6 +313,199 @@ TEST(Sweep, TheStableResultOfAnEarlierSeedIsSolvedLastForItsTrace)
   ASSERT_EQ(seeds.size(), 3u);
   EXPECT_EQ(seeds[1], plan.initial.translation_mm);
   EXPECT_EQ(seeds[2], result.cells[0].pose.translation_mm);
+}
+
+StepRecord end_at(double theta_deg, double energy_nmm, StepStatus status = StepStatus::stable)
+{
+  StepRecord record;
+  record.status = status;
+  record.pose.theta_rad = rad_from_deg(theta_deg);
+  record.balance.energy_nmm = energy_nmm;
+  return record;
+}
+
+TEST(FreeSpine, TheLowestEnergyIsChosenAndOtherEquilibriaAreCounted)
+{
+  const solve::FreeSpineStep step =
+      solve::select_lowest({end_at(3.0, -5.0), end_at(3.05, -5.0), end_at(-4.0, -7.5),
+                            end_at(9.0, -99.0, StepStatus::unbounded), end_at(6.0, -5.5)});
+  EXPECT_EQ(step.chosen.pose.theta_rad, rad_from_deg(-4.0));
+  EXPECT_EQ(step.n_optima, 3);
+  EXPECT_DOUBLE_EQ(step.theta_spread_rad, rad_from_deg(6.0) - rad_from_deg(-4.0));
+  EXPECT_DOUBLE_EQ(step.energy_spread_nmm, 2.5);
+}
+
+TEST(FreeSpine, OfEachEquilibriumTheLowestResultIsKept)
+{
+  // 3 and 3.05 degrees are one equilibrium, of which the second is lower; so are -4 and -4.05.
+  const solve::FreeSpineStep step =
+      solve::select_lowest({end_at(3.0, -5.0), end_at(-4.0, -7.5), end_at(3.05, -5.2),
+                            end_at(9.0, -99.0, StepStatus::unbounded), end_at(-4.05, -7.5 - 1e-7)});
+  ASSERT_EQ(step.equilibria.size(), 2u);
+  EXPECT_EQ(step.equilibria[0].pose.theta_rad, rad_from_deg(3.05));
+  EXPECT_EQ(step.equilibria[0].energy_nmm, -5.2);
+  EXPECT_FALSE(step.equilibria[0].is_chosen);
+  EXPECT_EQ(step.equilibria[1].pose.theta_rad, rad_from_deg(-4.0)) << "of equal energies the earlier";
+  EXPECT_TRUE(step.equilibria[1].is_chosen);
+  EXPECT_TRUE(solve::select_lowest({end_at(1, 0, StepStatus::unbounded)}).equilibria.empty());
+}
+
+solve::SweepPlan free_plan_of(int n_flexion, int n_varus)
+{
+  solve::SweepPlan plan = plan_of(n_flexion, n_varus);
+  plan.spine = solve::SpineRule::free_varus;
+  plan.n_restarts = 3;
+  plan.has_band = true;
+  return plan;
+}
+
+// Two potential wells in theta at +-5 degrees, the right one deeper from 22 degrees of flexion; every start
+// ends in the well of its own side. Varus is a tenth of flexion; theta depends on the seed's height.
+StepRecord in_wells(const solve::StepTask& task)
+{
+  StepRecord record;
+  record.status = StepStatus::stable;
+  const bool is_right = task.seed.theta_rad > 0.0;
+  record.pose = task.seed;
+  record.pose.theta_rad = rad_from_deg((is_right ? 5.0 : -5.0) + 2.0 * task.band);
+  record.pose.translation_mm = {0.0, 1e-4 * task.seed.translation_mm.y() + task.attitude.flexion_rad, 0.0};
+  record.varus_rad = task.is_varus_free ? 0.1 * task.attitude.flexion_rad : task.attitude.varus_rad;
+  const double tilt = rad_from_deg(22.0) - task.attitude.flexion_rad;
+  record.balance.energy_nmm = is_right ? tilt : -tilt;
+  return record;
+}
+
+TEST(FreeSpine, ACoarserGridOnTheSamePathHasTheSameSpine)
+{
+  const solve::SweepPlan fine = free_plan_of(13, 3);
+  solve::SweepPlan coarse = fine;
+  coarse.path_flexion_rad = fine.flexion_rad;
+  coarse.flexion_rad = {fine.flexion_rad[0], fine.flexion_rad[4], fine.flexion_rad[12]};
+  const solve::SweepResult of_fine = solve::sweep(fine, in_wells, {}, 2);
+  const solve::SweepResult of_coarse = solve::sweep(coarse, in_wells, {}, 2);
+  ASSERT_EQ(of_coarse.free_spine.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const StepRecord &found = of_coarse.free_spine[k].chosen,
+                     &expected = of_fine.free_spine[4 * k + (k == 2 ? 4 : 0)].chosen;
+    EXPECT_EQ(found.pose.theta_rad, expected.pose.theta_rad);
+    EXPECT_EQ(found.pose.translation_mm, expected.pose.translation_mm);
+    EXPECT_EQ(found.balance.energy_nmm, expected.balance.energy_nmm);
+  }
+}
+
+// Energies fall in steps of a tenth of a degree towards 1 degree, as over facets.
+TEST(FreeSpine, SmallOffsetsDescendOverFacets)
+{
+  solve::SweepPlan plan = free_plan_of(1, 1);
+  const auto over_facets = [](const solve::StepTask& task) {
+    StepRecord record;
+    record.status = StepStatus::stable;
+    record.pose.theta_rad = rad_from_deg(0.1 * std::round(10.0 * deg_from_rad(task.seed.theta_rad)));
+    record.balance.energy_nmm = std::abs(deg_from_rad(record.pose.theta_rad) - 1.0);
+    return record;
+  };
+  EXPECT_NEAR(deg_from_rad(solve::sweep(plan, over_facets, {}, 1).free_spine[0].chosen.pose.theta_rad), 1.0,
+              1e-9);
+}
+
+TEST(FreeSpine, EachFlexionKeepsTheLowestOfBothChainsAndTheRestarts)
+{
+  const solve::SweepPlan plan = free_plan_of(10, 5);
+  const solve::SweepResult result = solve::sweep(plan, in_wells, {}, 2);
+  ASSERT_TRUE(result.is_complete);
+  ASSERT_EQ(result.free_spine.size(), plan.flexion_rad.size());
+  for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
+    SCOPED_TRACE(i);
+    const solve::FreeSpineStep& step = result.free_spine[i];
+    const double well_deg = plan.flexion_rad[i] < rad_from_deg(22.0) ? -5.0 : 5.0;
+    EXPECT_DOUBLE_EQ(step.chosen.pose.theta_rad, rad_from_deg(well_deg));
+    EXPECT_DOUBLE_EQ(step.chosen.varus_rad, 0.1 * plan.flexion_rad[i]);
+    EXPECT_EQ(step.n_optima, 2);
+    EXPECT_DOUBLE_EQ(step.theta_spread_rad, 2.0 * rad_from_deg(5.0));
+    // The band is solved from the chosen pose: it stays in the same well.
+    EXPECT_DOUBLE_EQ(step.band_low.pose.theta_rad, rad_from_deg(well_deg - 2.0));
+    EXPECT_DOUBLE_EQ(step.band_high.pose.theta_rad, rad_from_deg(well_deg + 2.0));
+    const auto column = static_cast<std::size_t>(result.spine_column[i]);
+    for (const double other : plan.varus_rad) {
+      EXPECT_LE(std::abs(plan.varus_rad[column] - step.chosen.varus_rad),
+                std::abs(other - step.chosen.varus_rad) + 1e-12);
+    }
+    EXPECT_DOUBLE_EQ(result.cells[i * 5].pose.theta_rad, rad_from_deg(well_deg)) << "rows start from there";
+    EXPECT_EQ(result.cells[i * 5].varus_rad, plan.varus_rad[0]);
+  }
+}
+
+TEST(FreeSpine, ALowerEquilibriumIsPropagatedToNeighbouringFlexions)
+{
+  const solve::SweepPlan plan = free_plan_of(8, 3);
+  // The right well is lower everywhere, but only the restarts at 15 degrees reach it directly.
+  const solve::SolveStep hidden = [&](const solve::StepTask& task) {
+    solve::StepTask seen = task;
+    const bool is_restart = task.key.kind == StepKind::free_spine && task.key.varus >= 2 &&
+                            task.key.varus < 2 + plan.n_restarts && task.key.flexion != 3;
+    if (is_restart) seen.seed.theta_rad = -1.0;
+    StepRecord record = in_wells(seen);
+    record.balance.energy_nmm = record.pose.theta_rad > 0.0 ? -1.0 : 0.0;
+    return record;
+  };
+  for (const int n_threads : {1, 3}) {
+    const solve::SweepResult result = solve::sweep(plan, hidden, {}, n_threads);
+    for (const solve::FreeSpineStep& step : result.free_spine) {
+      EXPECT_DOUBLE_EQ(step.chosen.pose.theta_rad, rad_from_deg(5.0));
+      EXPECT_EQ(step.n_optima, 2);
+    }
+  }
+}
+
+TEST(FreeSpine, WithVarusFreeTheOneColumnHoldsTheSpine)
+{
+  solve::SweepPlan plan = free_plan_of(6, 1);
+  plan.varus_rad = {0.0};
+  plan.is_varus_free = true;
+  const solve::SweepResult result = solve::sweep(plan, in_wells, {}, 1);
+  for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
+    EXPECT_EQ(result.cells[i].pose.theta_rad, result.free_spine[i].chosen.pose.theta_rad);
+    EXPECT_EQ(result.cells[i].varus_rad, result.free_spine[i].chosen.varus_rad);
+    EXPECT_EQ(result.spine_column[i], 0);
+  }
+}
+
+std::vector<double> numbers_of_spine(const solve::SweepResult& result)
+{
+  std::vector<double> all;
+  for (const StepRecord& r : result.cells)
+    all.insert(all.end(), {r.pose.translation_mm.y(), r.pose.theta_rad, r.varus_rad});
+  for (const solve::FreeSpineStep& s : result.free_spine) {
+    all.insert(all.end(), {s.chosen.pose.translation_mm.y(), s.band_low.pose.translation_mm.y(),
+                           static_cast<double>(s.n_optima), s.energy_spread_nmm});
+  }
+  return all;
+}
+
+TEST(FreeSpine, AnyNumberOfWorkersAndAnyInterruptionGiveTheSameBits)
+{
+  const solve::SweepPlan plan = free_plan_of(12, 5);
+  const std::vector<double> one = numbers_of_spine(solve::sweep(plan, in_wells, {}, 1));
+  for (const int n : {2, 3, 8}) EXPECT_EQ(numbers_of_spine(solve::sweep(plan, in_wells, {}, n)), one) << n;
+
+  const Interrupted resumed = interrupted_sweep(plan, in_wells, 37);
+  EXPECT_GT(resumed.n_runs, 2);
+  EXPECT_EQ(numbers_of_spine(resumed.result), one);
+}
+
+TEST(FreeSpine, AFlexionWithoutEquilibriumIsSkipped)
+{
+  const solve::SweepPlan plan = free_plan_of(5, 3);
+  const solve::SolveStep with_hole = [&](const solve::StepTask& task) {
+    StepRecord r = in_wells(task);
+    if (task.key.flexion == 2) r.status = StepStatus::unbounded;
+    return r;
+  };
+  const solve::SweepResult result = solve::sweep(plan, with_hole, {}, 1);
+  ASSERT_TRUE(result.is_complete);
+  EXPECT_EQ(result.free_spine[2].chosen.status, StepStatus::unbounded);
+  EXPECT_EQ(result.free_spine[2].band_low.status, StepStatus::pending);
+  EXPECT_EQ(result.free_spine[3].chosen.status, StepStatus::stable);
 }
 
 }  // namespace vrda::sweep_test

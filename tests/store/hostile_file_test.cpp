@@ -1,14 +1,26 @@
 // Malicious motion models: each gives one InputError, in bounded memory and time.
+#include <fcntl.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <hdf5.h>
 #include <hdf5_hl.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
 #include <filesystem>
+#include <iostream>
 #include <limits>
+#include <memory>
+#include <new>
+#include <vector>
 
 #include "core/units.hpp"
 #include "store/model_checks.hpp"
@@ -68,21 +80,6 @@ TEST(ReadApart, GivesTheSameModelAndTheSameErrors)
     EXPECT_THAT(test::input_error([&] { store::read_motion_model(wrong); }),
                 test::refuses({wrong, here.field, here.found, here.wanted}));
   }
-}
-
-// A thousand million vertices in chunks that are never written.
-TEST(HostileFile, UnwrittenChunks)
-{
-  const test::Scratch scratch;
-  const InputError::Facts facts = refusal_of(scratch, [&](hid_t file) {
-    const hsize_t chunk[] = {1000, 3};
-    const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
-    H5Pset_chunk(creation, 2, chunk);
-    test::promise(file, "/bodies/reference/vertex", 1'000'000'000,
-                  {"/bodies/reference/vertices", "/bodies/reference/normals"}, creation);
-    H5Pclose(creation);
-  });
-  EXPECT_THAT(facts, test::refuses({.field = "/bodies/reference/vertices", .found = "0"}));
 }
 
 /// Writes `n` chunks, each of the same compressed zeros.
@@ -206,19 +203,6 @@ TEST(HostileFile, CrashOfHdf5)
   EXPECT_GT(n_ended, 0);
 }
 
-TEST(HostileFile, Cycles)
-{
-  const test::Scratch scratch;
-  const InputError::Facts facts = refusal_of(scratch, [](hid_t file) {
-    test::make_group(file, "/loop");
-    for (int k = 0; k < 50; ++k) {
-      H5Lcreate_hard(file, k % 2 == 0 ? "/loop" : "/", file, ("/loop/" + std::to_string(k)).c_str(),
-                     H5P_DEFAULT, H5P_DEFAULT);
-    }
-  });
-  EXPECT_THAT(facts, test::refuses({.field = "/loop/0/0/0/0/0/0/0/0", .found = "8"}));
-}
-
 // The list of findings is bounded.
 TEST(HostileFile, ManyLinks)
 {
@@ -252,31 +236,6 @@ TEST(HostileFile, VirtualDataset)
     H5Sclose(space);
   });
   EXPECT_THAT(facts, test::refuses({.field = "/tx", .found = "virtual"}));
-}
-
-TEST(HostileFile, ForeignFilter)
-{
-  constexpr H5Z_filter_t foreign = 32'000;
-  const H5Z_class2_t filter = {
-      H5Z_CLASS_T_VERS,
-      foreign,
-      1,
-      1,
-      "foreign",
-      nullptr,
-      nullptr,
-      [](unsigned, std::size_t, const unsigned*, std::size_t n, std::size_t*, void**) { return n; }};
-  ASSERT_GE(H5Zregister(&filter), 0);
-  const std::vector<store::Finding> findings = findings_after(test::sample_model(), [](hid_t file) {
-    const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
-    const hsize_t chunk[] = {4, 3};
-    H5Pset_chunk(creation, 2, chunk);
-    H5Pset_filter(creation, foreign, 0, 0, nullptr);
-    replace(file, {"/tx", {4, 3}, H5T_IEEE_F64LE, creation});
-    H5Pclose(creation);
-  });
-  H5Zunregister(foreign);
-  expect_first(findings, "/tx", "filter number 32000", "gzip");
 }
 
 TEST(HostileFile, NoPlugins)
@@ -314,17 +273,6 @@ TEST(HostileFile, HugeChunks)
                "can be read");
 }
 
-TEST(HostileFile, NamesInUtf8)
-{
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "names.h5";
-  store::MotionModel model = test::sample_model();
-  model.moving.components[0].name = "\xFF";
-  store::write_motion_model(path, model);
-  EXPECT_THAT(test::input_error([&] { store::read_motion_model(path); }),
-              test::refuses({.field = "/bodies/moving/component_name", .wanted = "UTF-8"}));
-}
-
 TEST(HostileFile, UserBlock)
 {
   const test::Scratch scratch;
@@ -332,6 +280,161 @@ TEST(HostileFile, UserBlock)
   store::write_motion_model(path, test::sample_model());
   const std::string whole = test::read_bytes(path);
   EXPECT_THAT(refusal_of_bytes(scratch, std::string(512, '\0') + whole), test::refuses({.found = "HDF5"}));
+}
+
+TEST(SeparateProcess, AnswersWithWhateverBytes)
+{
+  for (const std::size_t size : {0u, 1u, 5'000'000u}) {
+    std::string text(size, '\0');
+    for (std::size_t i = 0; i < size; ++i) text[i] = static_cast<char>(i % 251);
+    const store::ProcessResult answer = store::run_separately([&] { return text; }, "x");
+    EXPECT_TRUE(answer.is_complete);
+    EXPECT_EQ(answer.text, text);
+  }
+}
+
+TEST(SeparateProcess, LeavesThisOneAlone)
+{
+  int changed = 0;
+  const store::ProcessResult answer = store::run_separately(
+      [&] {
+        changed = 1;
+        std::cout << "not to be seen" << std::flush;
+        return std::to_string(getpid());
+      },
+      "x");
+  EXPECT_EQ(changed, 0);
+  EXPECT_NE(answer.text, std::to_string(getpid()));
+}
+
+TEST(SeparateProcess, GoesOnWhileThisOneDoes)
+{
+  void* const memory =
+      mmap(nullptr, sizeof(std::atomic<char>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(memory, MAP_FAILED);
+  auto& byte = *new (memory) std::atomic<char>('\0');
+  store::SeparateProcess work(
+      [&] {
+        while (byte == '\0') usleep(1000);
+        return std::string(1, byte);
+      },
+      "x");
+  // The child waits for this; if it had run synchronously, the test would block.
+  byte = 'y';
+  EXPECT_EQ(work.wait_for_result().text, "y");
+  munmap(memory, sizeof(std::atomic<char>));
+}
+
+TEST(SeparateProcess, IsEndedIfItsResultIsNotCollected)
+{
+  {
+    const store::SeparateProcess endless(
+        []() -> std::string {
+          for (;;) pause();
+        },
+        "x");
+  }
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+  EXPECT_EQ(errno, ECHILD);
+}
+
+TEST(SeparateProcess, ThatEndsBadlySaysHow)
+{
+  struct Row {
+    std::function<std::string()> work;
+    const char* how;
+  };
+  for (const Row& row : {Row{[]() -> std::string {
+                               std::raise(SIGKILL);
+                               return "x";
+                             },
+                             "signal 9"},
+                         Row{[]() -> std::string { std::abort(); }, "signal 6"},
+                         Row{[]() -> std::string { _exit(3); }, "exit code 3"}}) {
+    const store::ProcessResult answer = store::run_separately(row.work, "x");
+    EXPECT_FALSE(answer.is_complete);
+    EXPECT_EQ(answer.text, row.how);
+  }
+}
+
+TEST(SeparateProcess, HasNoneOfTheOpenFiles)
+{
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  const store::ProcessResult answer = store::run_separately(
+      [&] { return std::string(write(ends[1], "x", 1) < 0 && errno == EBADF ? "none" : "open"); }, "x");
+  EXPECT_EQ(answer.text, "none");
+  close(ends[0]);
+  close(ends[1]);
+}
+
+// Each of these succeeds before the confinement and fails after it.
+TEST(Confinement, OpensNoFileAndNoSocketStartsNoProgramAndRunsNoNewCode)
+{
+  if (store::is_sanitized) GTEST_SKIP() << "sanitizers open files for their reports";
+  const auto tried = [] {
+    std::string done;
+    const auto note = [&](const char* what, bool is_done) { done += is_done ? what : ""; };
+    note("open ", open("/dev/null", O_RDONLY) >= 0);
+    note("socket ", socket(AF_UNIX, SOCK_STREAM, 0) >= 0);
+    const pid_t child = fork();
+    if (child == 0) _exit(execl("/bin/true", "true", nullptr));
+    int status = -1;
+    note("exec ", child > 0 && waitpid(child, &status, 0) == child && status == 0);
+    note("code ",
+         mmap(nullptr, 4096, PROT_READ | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) != MAP_FAILED);
+    note("memory ", std::make_unique<char[]>(std::size_t{8} << 20) != nullptr);
+    return done;
+  };
+  const store::ProcessResult answer = store::run_separately(
+      [&] {
+        const std::string before =
+            "no_new_privs=" + std::to_string(prctl(PR_GET_NO_NEW_PRIVS, 0, 0, 0, 0)) + " " + tried();
+        const std::string why = store::confine_this_process();
+        return before + "then " + why + tried();
+      },
+      "x");
+  EXPECT_EQ(answer.text, "no_new_privs=1 open socket exec code memory then memory ");
+}
+
+TEST(SeparateProcess, HasLimits)
+{
+  store::ProcessLimits limits;
+  limits.processor_s = 1;
+  limits.result_bytes = 1000;
+  volatile bool goes_on = true;
+  const store::ProcessResult endless = store::run_separately(
+      [&] {
+        while (goes_on) {
+        }
+        return std::string();
+      },
+      "x", limits);
+  EXPECT_FALSE(endless.is_complete);
+  EXPECT_TRUE(endless.text == "signal 9" || endless.text == "more than 1 s of processor time")
+      << endless.text;
+  const store::ProcessResult long_answer =
+      store::run_separately([] { return std::string(2000, 'x'); }, "x", limits);
+  EXPECT_FALSE(long_answer.is_complete);
+  EXPECT_TRUE(test::names_value(long_answer.text, "1000 bytes")) << long_answer.text;
+}
+
+TEST(SeparateProcess, HasNoMoreMemoryThanAllowed)
+{
+  if (store::is_sanitized) GTEST_SKIP() << "sanitizers need memory of their own";
+  store::ProcessLimits limits;
+  limits.memory_bytes = std::uint64_t{64} << 20;
+  const store::ProcessResult answer = store::run_separately(
+      [] {
+        try {
+          const std::vector<char> large(std::size_t{128} << 20, 1);
+          return std::to_string(large.size());
+        } catch (const std::bad_alloc&) {
+          return std::string("refused");
+        }
+      },
+      "x", limits);
+  EXPECT_EQ(answer.text, "refused");
 }
 
 }  // namespace vrda::hostile_file_test

@@ -1,20 +1,21 @@
-#include "store/journal.hpp"
-
+// Polling a growing journal in every state.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <set>
 #include <thread>
 
+#include "core/framed_file.hpp"
 #include "core/text.hpp"
+#include "store/journal.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
@@ -123,112 +124,6 @@ TEST(Journal, UnusableValues)
   }
 }
 
-TEST(Journal, CutAnywhereKeepsTheWholeRecordsBefore)
-{
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "a.journal";
-  std::vector<std::uintmax_t> ends;  // of the header, then of each record
-  {
-    store::JournalWriter writer = store::JournalWriter::create(path, key);
-    ends.push_back(std::filesystem::file_size(path));
-    for (int n = 0; n < 4; ++n) {
-      writer.append(record(n, n % 3));
-      ends.push_back(std::filesystem::file_size(path));
-    }
-  }
-  const std::string whole = test::read_bytes(path);
-  for (std::size_t size = 0; size < whole.size(); ++size) {
-    SCOPED_TRACE(size);
-    const std::string cut = scratch.write("cut.journal", whole.substr(0, size));
-    if (size < ends[0]) {
-      EXPECT_EQ(input_error([&] { store::read_journal(cut); }).file, cut);
-      continue;
-    }
-    const auto n_whole = std::upper_bound(ends.begin(), ends.end(), size) - ends.begin() - 1;
-    const store::JournalContent content = store::read_journal(cut);
-    expect_records(content, static_cast<std::size_t>(n_whole));
-    EXPECT_EQ(content.valid_bytes, ends[static_cast<std::size_t>(n_whole)]);
-    EXPECT_EQ(content.dropped_bytes, size - content.valid_bytes);
-    EXPECT_EQ(content.dropped_reason.empty(), content.dropped_bytes == 0);
-  }
-}
-
-TEST(Journal, AFlippedBitDropsItsRecordAndTheRest)
-{
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "a.journal";
-  write_journal(path, 1);
-  const std::size_t first_end = std::filesystem::file_size(path);
-  write_journal(path, 3);
-  const std::string whole = test::read_bytes(path);
-  write_journal(path, 2);
-  const std::size_t second_end = std::filesystem::file_size(path);
-  for (std::size_t byte = first_end; byte < second_end; ++byte) {
-    for (int bit = 0; bit < 8; ++bit) {
-      std::string damaged = whole;
-      damaged[byte] = static_cast<char>(damaged[byte] ^ (1 << bit));
-      const store::JournalContent content = store::read_journal(scratch.write("damaged.journal", damaged));
-      EXPECT_EQ(content.records.size(), 1u) << "byte " << byte << " bit " << bit;
-      EXPECT_EQ(content.valid_bytes, first_end);
-      EXPECT_EQ(content.dropped_bytes, whole.size() - first_end);
-      EXPECT_NE(content.dropped_reason, "");
-    }
-  }
-}
-
-TEST(Journal, AFlippedBitInTheHeaderIsRefused)
-{
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "a.journal";
-  write_journal(path, 0);
-  const std::string whole = test::read_bytes(path);
-  for (std::size_t byte = 0; byte < whole.size(); ++byte) {
-    std::string damaged = whole;
-    damaged[byte] = static_cast<char>(damaged[byte] ^ 4);
-    const std::string file = scratch.write("damaged.journal", damaged);
-    EXPECT_EQ(input_error([&] { store::read_journal(file); }).file, file) << byte;
-  }
-}
-
-TEST(Journal, ResumingCutsTheTailAndContinues)
-{
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "a.journal";
-  write_journal(path, 3);
-  const std::string torn = scratch.write("torn.journal", test::read_bytes(path) + "half a rec");
-  {
-    store::OpenJournal opened = store::JournalWriter::open(torn, key);
-    EXPECT_EQ(opened.content.dropped_bytes, 10u);
-    opened.writer.append(record(3, 0));
-  }
-  expect_records(store::read_journal(torn), 4);
-  write_journal(path, 4);
-  EXPECT_EQ(test::read_bytes(torn), test::read_bytes(path));
-}
-
-TEST(Journal, AnotherJobsJournalNamesFileAndBothKeys)
-{
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "a.journal";
-  write_journal(path, 1);
-  const store::JournalContent content = store::read_journal(path);
-  EXPECT_NO_THROW(store::require_key(content.key, path, key));
-  const InputError::Facts facts = input_error([&] { store::require_key(content.key, path, other_key); });
-  // vrda resume has no --fresh
-  EXPECT_THAT(facts, test::refuses({path, "key", key, {other_key, "--fresh", "vrda resume"}}));
-}
-
-TEST(Journal, AnotherFileIsRefused)
-{
-  const test::Scratch scratch;
-  for (const std::string& bytes :
-       {std::string(), std::string("title = \"a job\"\n"), std::string(200, '\0')}) {
-    const std::string file = scratch.write("job.toml", bytes);
-    EXPECT_THAT(input_error([&] { store::read_journal(file); }),
-                test::refuses({file, "header", "", "journal"}));
-  }
-}
-
 TEST(Journal, AnotherFormatVersionIsNamed)
 {
   // A header of version 3, written by hand; CRC-32 by Python's zlib.crc32.
@@ -237,51 +132,6 @@ TEST(Journal, AnotherFormatVersionIsNamed)
   const std::string file = scratch.write("a.journal", header + std::string("\xde\x14\xa3\x7e", 4));
   EXPECT_THAT(input_error([&] { store::read_journal(file); }),
               test::refuses({.field = "format version", .found = "3", .wanted = "2"}));
-}
-
-TEST(Journal, AMissingOrUnwritableFileIsNamed)
-{
-  const test::Scratch scratch;
-  const std::string nowhere = scratch.path() / "no" / "such" / "a.journal";
-  EXPECT_EQ(input_error([&] { store::read_journal(nowhere); }).file, nowhere);
-  EXPECT_THAT(input_error([&] { store::JournalWriter::create(nowhere, key); }),
-              test::refuses({nowhere, "", "", "written"}));
-  EXPECT_EQ(input_error([&] { store::JournalWriter::open(nowhere, key); }).file, nowhere);
-  const std::string folder = scratch.path();
-  EXPECT_EQ(input_error([&] { store::JournalWriter::create(folder, key); }).file, folder);
-}
-
-TEST(Journal, AFullDiskIsNamedAndLeavesAValidJournal)
-{
-  // A file size limit simulates a full disk: the write stops in the middle of a record.
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "a.journal";
-  write_journal(path, 0);
-  const rlim_t limit = std::filesystem::file_size(path) + 1200;
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    signal(SIGXFSZ, SIG_IGN);
-    const rlimit small{limit, limit};
-    setrlimit(RLIMIT_FSIZE, &small);
-    int n_errors = 0;
-    store::JournalWriter writer = store::JournalWriter::open(path, key).writer;
-    for (int n = 0; n < 20; ++n) {
-      try {
-        writer.append(record(n, n % 3));
-      } catch (const InputError&) {
-        ++n_errors;
-      }
-    }
-    _exit(n_errors > 0 ? 0 : 1);
-  }
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 0);
-  const store::JournalContent content = store::read_journal(path);
-  EXPECT_GT(content.records.size(), 3u);
-  EXPECT_EQ(content.dropped_bytes, 0u);
 }
 
 TEST(Journal, WaitsForTheDiskAtIntervals)
@@ -344,23 +194,6 @@ TEST(Journal, RestoreDoesNotReplaceAnotherFile)
   EXPECT_EQ(test::read_bytes(path), "another run's");
 }
 
-TEST(Journal, ASecondWriterIsRefused)
-{
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "a.journal";
-  store::JournalWriter writer = store::JournalWriter::create(path, key);
-  for (const bool fresh : {true, false}) {
-    const InputError::Facts facts = input_error([&] {
-      if (fresh) store::JournalWriter::create(path, key);
-      store::JournalWriter::open(path, key);
-    });
-    EXPECT_THAT(facts, test::refuses({path, "", std::to_string(getpid())}));
-  }
-  writer.append(record(0, 0));
-  writer.flush();
-  expect_records(store::read_journal(path), 1);
-}
-
 TEST(Journal, OfManyThatOpenANewOneAtOnceEachWritesAloneInTurn)
 {
   // Each writer opens, appends one record and closes; it retries while the file is in use.
@@ -417,39 +250,233 @@ TEST(Journal, ThreadsNeverTearEachOthersRecords)
   EXPECT_EQ(found, wanted);
 }
 
-TEST(Journal, SurvivesAKillInTheMiddle)
+StepRecord row_record(int n, int n_contacts = 2)
 {
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "a.journal";
-  write_journal(path, 0);
-  for (int round = 0; round < 3; ++round) {
-    SCOPED_TRACE(round);
-    const store::JournalContent before = store::read_journal(path);
-    const pid_t child = fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
-      store::JournalWriter writer = store::JournalWriter::open(path, key).writer;
-      for (int n = static_cast<int>(before.records.size());; ++n) writer.append(record(n, n % 3));
-    }
-    // Each record takes at least 100 bytes: the kill comes after some hundreds.
-    while (std::filesystem::file_size(path) < before.valid_bytes + 50000) usleep(100);
-    kill(child, SIGKILL);
-    int status = 0;
-    ASSERT_EQ(waitpid(child, &status, 0), child);
-    ASSERT_TRUE(WIFSIGNALED(status));
-    const store::JournalContent after = store::read_journal(path);
-    EXPECT_GT(after.records.size(), before.records.size());
-    expect_records(after, after.records.size());
-  }
+  StepRecord step;
+  step.key = {StepKind::row, n, 2 * n};
+  step.pose = {{0.1 * n, -20.0 / 3.0, 1e-300}, -0.7 * n};
+  step.status = StepStatus::stable;
+  step.contacts.resize(static_cast<std::size_t>(n_contacts));
+  return step;
 }
 
-TEST(StepKey, IsOrderedByKindThenFlexionThenVarus)
+std::vector<std::string> frames_of(int first, int last, int n_contacts = 2)
 {
-  const StepKey probe{StepKind::spine_probe, 5, 5}, spine{StepKind::spine, 1, 9}, row{StepKind::row, 0, 0};
-  EXPECT_LT(probe, spine);
-  EXPECT_LT(spine, row);
-  EXPECT_LT((StepKey{StepKind::row, 0, 9}), (StepKey{StepKind::row, 1, 0}));
-  EXPECT_LT((StepKey{StepKind::row, 1, 0}), (StepKey{StepKind::row, 1, 1}));
+  std::vector<std::string> frames;
+  for (int n = first; n <= last; ++n) frames.push_back(core::bytes_of_value(row_record(n, n_contacts)));
+  return frames;
+}
+
+class Tail : public testing::Test {
+ protected:
+  store::JournalWriter fresh(int n_records, const std::string& its_key = key, int n_contacts = 2)
+  {
+    store::JournalWriter writer = store::JournalWriter::create(path_, its_key);
+    for (int n = 0; n < n_records; ++n) writer.append(row_record(n, n_contacts));
+    return writer;
+  }
+  void expect(const core::TailUpdate& news, bool is_restarted, const std::vector<std::string>& frames)
+  {
+    EXPECT_TRUE(news.file_exists);
+    EXPECT_EQ(news.is_restarted, is_restarted);
+    EXPECT_EQ(news.frames, frames);
+    EXPECT_FALSE(news.has_more);
+  }
+
+  test::Scratch scratch_;
+  std::string path_ = (scratch_.path() / "knee.h5.journal").string();
+  core::FrameTail tail_ = store::journal_tail(path_);
+};
+
+TEST_F(Tail, ATornRecordIsReadWhenItIsWhole)
+{
+  fresh(3).close();
+  const std::string bytes = test::read_bytes(path_);
+  const std::size_t frame_bytes = core::frame_head_bytes + core::bytes_of_value(row_record(0)).size();
+  const std::size_t header_bytes = bytes.size() - 3 * frame_bytes;
+  // A prefix of every length, as on a network file system.
+  int n_read = 0, n_torn = 0, n_headless = 0;
+  for (std::size_t n = 0; n <= bytes.size(); ++n) {
+    scratch_.write("knee.h5.journal", bytes.substr(0, n));
+    const core::TailUpdate news = tail_.poll();
+    n_read += static_cast<int>(news.frames.size());
+    n_torn += news.invalid_reason.find("torn") != std::string::npos ? 1 : 0;
+    n_headless += news.invalid_reason.find("header") != std::string::npos ||
+                  news.invalid_reason.find("not a journal") == 0;
+    const auto n_whole = n < header_bytes ? 0 : static_cast<int>((n - header_bytes) / frame_bytes);
+    ASSERT_EQ(n_read, n_whole) << n << " bytes";
+  }
+  EXPECT_EQ(n_read, 3);
+  EXPECT_EQ(n_torn, 3 * static_cast<int>(frame_bytes - 1));
+  EXPECT_EQ(n_headless, static_cast<int>(header_bytes));
+}
+
+TEST_F(Tail, AJournalStartedOverIsReadFromItsBeginning)
+{
+  fresh(4).close();
+  expect(tail_.poll(), false, frames_of(0, 3));
+  fresh(2, other_key).close();
+  expect(tail_.poll(), true, frames_of(0, 1));
+  EXPECT_EQ(tail_.key(), other_key);
+  // Longer than before, in the same file and by the same job.
+  std::filesystem::copy_file(path_, path_ + ".copy");
+  fresh(6, other_key, 3).close();
+  const std::string longer = test::read_bytes(path_);
+  std::filesystem::rename(path_ + ".copy", path_);
+  expect(tail_.poll(), true, frames_of(0, 1));
+  std::ofstream(path_, std::ios::binary | std::ios::trunc) << longer;
+  expect(tail_.poll(), true, frames_of(0, 5, 3));
+}
+
+TEST_F(Tail, AResumedJournalWithATornEndIsNotRestarted)
+{
+  fresh(2).close();
+  std::ofstream(path_, std::ios::binary | std::ios::app) << "torn";
+  const core::TailUpdate torn = tail_.poll();
+  expect(torn, false, frames_of(0, 1));
+  EXPECT_NE(torn.invalid_reason, "");
+  store::JournalWriter writer = std::move(store::JournalWriter::open(path_, key).writer);
+  writer.append(row_record(2));
+  expect(tail_.poll(), false, frames_of(2, 2));
+}
+
+TEST_F(Tail, AFileCutBelowTheLastPollIsReadAgain)
+{
+  fresh(4).close();
+  expect(tail_.poll(), false, frames_of(0, 3));
+  const std::size_t frame_bytes = core::frame_head_bytes + core::bytes_of_value(row_record(0)).size();
+  std::filesystem::resize_file(path_, std::filesystem::file_size(path_) - 2 * frame_bytes);
+  expect(tail_.poll(), true, frames_of(0, 1));
+  {
+    store::JournalWriter writer = std::move(store::JournalWriter::open(path_, key).writer);
+    writer.append(row_record(2));
+    expect(tail_.poll(), false, frames_of(2, 2));
+  }
+  // Cut and grown beyond the previous length between two polls.
+  std::filesystem::resize_file(path_, std::filesystem::file_size(path_) - 2 * frame_bytes);
+  {
+    store::JournalWriter writer = std::move(store::JournalWriter::open(path_, key).writer);
+    for (int n = 7; n < 10; ++n) writer.append(row_record(n));
+  }
+  std::vector<std::string> all = frames_of(0, 0);
+  for (const std::string& frame : frames_of(7, 9)) all.push_back(frame);
+  expect(tail_.poll(), true, all);
+}
+
+TEST_F(Tail, AFileThatVanishesKeepsWhatWasReadUntilAnotherAppears)
+{
+  fresh(2).close();
+  expect(tail_.poll(), false, frames_of(0, 1));
+  std::filesystem::remove(path_);
+  const core::TailUpdate gone = tail_.poll();
+  EXPECT_FALSE(gone.file_exists);
+  EXPECT_FALSE(gone.is_restarted);
+  fresh(3).close();
+  expect(tail_.poll(), true, frames_of(0, 2));
+}
+
+TEST_F(Tail, ALongJournalNeedsSeveralPolls)
+{
+  // 100 contacts are 7 kB: a thousand such records exceed the limit of one poll.
+  fresh(1000, key, 100).close();
+  std::vector<std::string> all;
+  int n_polls = 0;
+  for (bool has_more = true; has_more; ++n_polls) {
+    const core::TailUpdate news = tail_.poll();
+    EXPECT_EQ(news.invalid_reason, "");
+    all.insert(all.end(), news.frames.begin(), news.frames.end());
+    has_more = news.has_more;
+  }
+  EXPECT_GT(n_polls, 1);
+  EXPECT_EQ(all, frames_of(0, 999, 100));
+  // One record above the limit.
+  store::JournalWriter writer = std::move(store::JournalWriter::open(path_, key).writer);
+  writer.append(row_record(1000, 100000));
+  expect(tail_.poll(), false, frames_of(1000, 1000, 100000));
+}
+
+SearchTrace trace(int n, int n_moves)
+{
+  SearchTrace search;
+  search.key = {n % 2 == 0 ? StepKind::spine_probe : StepKind::row, n, -n};
+  search.seed = {{0.1, -20.0 / 3.0, 1e-300}, -0.7 * n};
+  search.status = StepStatus::stable;
+  for (int k = 0; k < n_moves; ++k) {
+    SearchMove move;
+    move.iteration = k;
+    move.kind = all_move_kinds[static_cast<std::size_t>(k) % std::size(all_move_kinds)];
+    move.pose = {{1.0 / (k + 1), 2.0, -0.0}, 0.3 * k};
+    move.translation_step_mm = std::ldexp(1.0, -k);
+    move.rotation_step_rad = 0.01 * k;
+    move.collides = k % 2 == 0;
+    move.is_cycle = k % 3 == 0;
+    move.in_contact = k % 4 == 1;
+    for (int c = 0; c < k % 3; ++c) {
+      move.contacts.push_back({{1.0 * c, 2.0, 3.0}, {0, -1, 0}, 0.01 * c, 7 + c, 9 - c, 1});
+    }
+    search.moves.push_back(move);
+  }
+  return search;
+}
+
+// Of a constructed search of five moves with four contacts in total.
+constexpr std::size_t key_bytes = 9, seed_bytes = 32, status_bytes = 1, count_bytes = 4;
+constexpr std::size_t five_moves_bytes =
+    key_bytes + seed_bytes + status_bytes + count_bytes + 5 * 60 + (0 + 1 + 2 + 0 + 1) * 65;
+
+TEST(TraceJournal, GivesBackEveryBit)
+{
+  for (const int n_moves : {0, 1, 5, 40}) {
+    const std::string bytes = core::bytes_of_value(trace(3, n_moves));
+    const std::optional<SearchTrace> again = core::value_of_bytes<SearchTrace>(bytes);
+    ASSERT_TRUE(again.has_value());
+    EXPECT_EQ(core::bytes_of_value(*again), bytes);
+    EXPECT_EQ(again->moves.size(), static_cast<std::size_t>(n_moves));
+    EXPECT_EQ(again->key, (StepKey{StepKind::row, 3, -3}));
+  }
+  EXPECT_EQ(core::bytes_of_value(trace(3, 5)).size(), five_moves_bytes);
+}
+
+TEST(TraceJournal, KeepsWholeSearchesAndDropsATornOne)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.trace.journal";
+  {
+    core::FrameWriter writer = store::create_trace_journal(path, key);
+    for (int n = 0; n < 3; ++n) writer.append(core::bytes_of_value(trace(n, 5)));
+  }
+  const std::string whole = test::read_bytes(path);
+  const std::string cut = scratch.write("cut.trace.journal", whole.substr(0, whole.size() - 1));
+  store::TraceJournalContent content = store::read_trace_journal(cut);
+  EXPECT_EQ(content.summary.key, key);
+  EXPECT_EQ(content.searches.size(), 2u);
+  EXPECT_EQ(content.summary.dropped_reason, "a torn trace");
+  {
+    core::FrameWriter writer = store::resume_trace_journal(cut, content.summary);
+    writer.append(core::bytes_of_value(trace(2, 5)));
+  }
+  EXPECT_EQ(test::read_bytes(cut), whole);
+}
+
+TEST(TraceJournal, ADuplicateSearchIsReadOnce)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.trace.journal";
+  {
+    core::FrameWriter writer = store::create_trace_journal(path, key);
+    for (int n = 0; n < 2; ++n) writer.append(core::bytes_of_value(trace(4, 5)));
+  }
+  EXPECT_EQ(store::read_trace_journal(path).searches.size(), 1u);
+}
+
+TEST(TraceJournal, TheTwoKindsOfJournalsAreDistinguished)
+{
+  const test::Scratch scratch;
+  const std::string traces = scratch.path() / "a.trace.journal", steps = scratch.path() / "a.journal";
+  store::create_trace_journal(traces, key);
+  store::JournalWriter::create(steps, key);
+  EXPECT_EQ(test::input_error([&] { store::read_journal(traces); }).field, "header");
+  EXPECT_EQ(test::input_error([&] { store::read_trace_journal(steps); }).field, "header");
 }
 
 }  // namespace vrda::journal_test

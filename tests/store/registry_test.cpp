@@ -1,13 +1,17 @@
 // Consistency of the registry of datasets, the pages in schemas/ and the enumerations.
-#include "store/registry.hpp"
-
+// Every dataset and attribute of the registry is required in a file, and its rule is checked.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
+#include <fstream>
+#include <limits>
 #include <set>
 
 #include "core/text.hpp"
+#include "store/model_checks.hpp"
+#include "store/motion_model.hpp"
+#include "store/registry.hpp"
 #include "store/sample_model.hpp"
+#include "support/damaged_models.hpp"
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"
 
@@ -108,9 +112,219 @@ TEST(Registry, TheCodesAreThoseOfTheEnumerations)
             "none both_touch interpolated free");
 }
 
-TEST(Registry, AnUnknownDimensionThrowsInternalError)
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+struct Named {
+  std::string object, attribute;
+};
+
+/// Paths of all datasets except dimension scales, and all attributes of the registry.
+class Names : public store::RegistryVisitor {
+ public:
+  std::vector<store::Dataset> datasets;
+  std::vector<Named> attributes;
+
+  template <typename Member>
+  void attribute(const std::string& object, const std::string& name, const Member&,
+                 const core::Unit& = core::unit::none)
+  {
+    attributes.push_back({object, name});
+  }
+  template <typename Value>
+  void derived_attribute(const std::string& object, const std::string& name, const Value&)
+  {
+    attributes.push_back({object, name});
+  }
+  template <typename Member>
+  void operator()(const store::Dataset& dataset, const Member&)
+  {
+    datasets.push_back(dataset);
+  }
+};
+
+Names names_of(const store::MotionModel& model)
 {
-  EXPECT_THROW(store::RegistryVisitor().size("/nothing"), InternalError);
+  Names names;
+  store::visit_motion_model(model, names);
+  return names;
+}
+
+/// A file with every dataset, to be changed repeatedly.
+class WholeFile {
+ public:
+  WholeFile() : path_((scratch_.path() / "knee.h5").string())
+  {
+    store::write_motion_model(path_, test::whole_model());
+    bytes_ = test::read_bytes(path_);
+  }
+
+  std::vector<store::Finding> findings_after(const std::function<void(hid_t)>& action) const
+  {
+    std::ofstream(path_, std::ios::binary) << bytes_;
+    test::change(path_, action);
+    return store::findings_in(store::read_hdf5(path_));
+  }
+
+ private:
+  test::Scratch scratch_;
+  std::string path_, bytes_;
+};
+
+bool is_optional(const std::string& path)
+{
+  return path.ends_with("/normals") || path.ends_with("/offset") || path.ends_with("/recontact") ||
+         path == "/job/warnings";
+}
+
+TEST(EveryDataset, IsNeeded)
+{
+  const WholeFile file;
+  for (const store::Dataset& dataset : names_of(test::whole_model()).datasets) {
+    SCOPED_TRACE(dataset.path);
+    if (is_optional(dataset.path)) continue;
+    test::expect_first(file.findings_after([&](hid_t id) { test::remove(id, dataset.path.c_str()); }),
+                       dataset.path.c_str(), "nothing", "a");
+  }
+}
+
+TEST(EveryDataset, HasItsTypeShapeAndUnit)
+{
+  const WholeFile file;
+  for (const store::Dataset& dataset : names_of(test::whole_model()).datasets) {
+    SCOPED_TRACE(dataset.path);
+    const char* path = dataset.path.c_str();
+    if (dataset.dimensions != std::vector<std::string>{dataset.path}) {
+      test::expect_first(file.findings_after([&](hid_t id) {
+        test::replace(id, {path, {2, 2}, H5T_STD_U16LE});
+      }),
+                         path, "another type", "");
+    }
+    if (*dataset.units.name == '\0') continue;
+    test::expect_first(file.findings_after([&](hid_t id) { test::set_text(id, path, "units", "furlong"); }),
+                       (dataset.path + "@units").c_str(), "furlong", dataset.units.name);
+  }
+}
+
+TEST(EveryAttribute, IsNeeded)
+{
+  const WholeFile file;
+  for (const Named& name : names_of(test::whole_model()).attributes) {
+    SCOPED_TRACE(name.object + "@" + name.attribute);
+    const auto act = [&](hid_t id) {
+      ASSERT_GE(H5Adelete_by_name(id, name.object.c_str(), name.attribute.c_str(), H5P_DEFAULT), 0);
+    };
+    test::expect_first(file.findings_after(act), (name.object + "@" + name.attribute).c_str(), "nothing",
+                       "of ");
+  }
+}
+
+/// Violates the rule of one dataset in one of `n_ways` ways, which it counts.
+class Damage : public store::RegistryVisitor {
+ public:
+  Damage(std::string path, int way) : path_(std::move(path)), way_(way) {}
+  bool is_done() const { return is_done_; }
+
+  template <typename Member>
+  void operator()(const store::Dataset& dataset, Member& member)
+  {
+    if (dataset.path != path_ || store::values_of(member).empty()) return;
+    if constexpr (std::is_same_v<typename decltype(store::values_of(member))::value_type, std::string>) {
+      damage_texts(dataset.valid, store::values_of(member));
+    } else {
+      damage_values(dataset.valid, store::values_of(member));
+    }
+  }
+
+ private:
+  void damage_texts(const store::ValueRule& valid, std::span<std::string> texts)
+  {
+    if (valid.rule == store::Rule::any || way_ > 1) return;
+    if (way_ == 1 && valid.rule != store::Rule::unique_names) return;
+    texts.back() = way_ == 1 ? texts[0] : "";
+    is_done_ = true;
+  }
+
+  template <typename Scalar>
+  void damage_values(const store::ValueRule& valid, std::span<Scalar> values)
+  {
+    for (const std::pair<std::size_t, double>& bad : bad_values(valid, values)) {
+      if (way_-- > 0) continue;
+      values[bad.first] = static_cast<Scalar>(bad.second);
+      is_done_ = true;
+      return;
+    }
+  }
+
+  /// Entries with invalid values.
+  template <typename Scalar>
+  std::vector<std::pair<std::size_t, double>> bad_values(const store::ValueRule& valid,
+                                                         std::span<Scalar> values) const
+  {
+    using Bad = std::vector<std::pair<std::size_t, double>>;
+    const std::size_t last = values.size() - 1;
+    switch (valid.rule) {
+      case store::Rule::any:
+        return {};
+      case store::Rule::axis:
+        return values.size() > 1 ? Bad{{1, values[0]}, {0, infinity}} : Bad{{0, infinity}};
+      case store::Rule::integer:
+        return {{0, valid.least - 1}, {last, valid.largest < 1e9 ? valid.largest + 1 : -7}};
+      case store::Rule::row_starts:
+        return {{0, 1}, {last, valid.largest + 1}, {1, -1}};
+      case store::Rule::unit_rows:
+      case store::Rule::exact_unit_rows:
+      case store::Rule::unit_or_zero_rows:
+        return {{1, 3.0}, {0, infinity}};
+      default:
+        break;
+    }
+    if (valid.rule == store::Rule::codes && valid.condition.when == store::ValueCondition::When::always)
+      return {{0, 77}, {last, -7}};
+    Bad bad;
+    const std::size_t n =
+        valid.condition.when == store::ValueCondition::When::always ? values.size() : valid.condition.size();
+    const std::size_t width = valid.rule == store::Rule::rigid ? 16 : values.size() / n;
+    const bool is_number = valid.rule != store::Rule::codes;
+    bool has_known = false, has_unknown = false;
+    for (std::size_t i = 0; i < values.size() / width; ++i) {
+      bool& has = valid.condition.at(i) ? has_known : has_unknown;
+      if (has) continue;
+      has = true;
+      if (!valid.condition.at(i)) {
+        bad.push_back({i * width + width - 1, 1});
+        continue;
+      }
+      bad.push_back({i * width, is_number ? infinity : -1});
+      if (std::isfinite(valid.least))
+        bad.push_back({i * width, valid.least - (valid.excludes_least ? 0 : 1)});
+    }
+    return bad;
+  }
+
+  std::string path_;
+  int way_;
+  bool is_done_ = false;
+};
+
+TEST(EveryDataset, KeepsItsRule)
+{
+  const store::MotionModel model = test::whole_model();
+  ASSERT_TRUE(store::check_values(model).empty());
+  int n_tried = 0;
+  for (const store::Dataset& dataset : names_of(model).datasets) {
+    for (int way = 0;; ++way) {
+      store::MotionModel damaged = model;
+      Damage damage(dataset.path, way);
+      store::visit_motion_model(damaged, damage);
+      if (!damage.is_done()) break;
+      ++n_tried;
+      std::vector<std::string> places;
+      for (const store::Finding& finding : store::check_values(damaged)) places.push_back(finding.where);
+      EXPECT_THAT(places, ::testing::Contains(dataset.path)) << "way " << way;
+    }
+  }
+  // Some rows have no rule; most rules can be violated in two or more ways.
+  EXPECT_GT(n_tried, 200);
 }
 
 }  // namespace vrda::registry_test

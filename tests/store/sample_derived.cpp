@@ -1,4 +1,4 @@
-// Sample models with derived data.
+// Sample models with derived data, and an index.
 
 #include <algorithm>
 #include <cmath>
@@ -322,6 +322,19 @@ store::MotionModel frames_model()
   model.audits = store::with_audit(model.audits, audit);
   model.repair = sample_repair(model);
   return model;
+}
+
+store::IndexTable sample_index()
+{
+  using Texts = std::vector<std::string>;
+  store::IndexTable table;
+  table.title = "Three cases (étude)";
+  table.columns.push_back({"case", "", "name of the case", Texts{"a_rest", "a_search", "b_rest"}});
+  table.columns.push_back(
+      {"status", "", "how far it is", std::vector<std::int8_t>{0, 2, 3}, store::FlagSet::case_status});
+  table.columns.push_back({"remark", "", "why", Texts{"", "a \"quoted\", longer\nremark", ""}});
+  table.columns.push_back({"gap_mm", "mm", "a length", std::vector<double>{0.125, nan, -1e-5}});
+  return table;
 }
 
 }  // namespace vrda::test

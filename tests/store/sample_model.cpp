@@ -6,6 +6,7 @@
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "support/meshes.hpp"
+#include "support/models.hpp"
 
 namespace vrda::test {
 namespace {
@@ -26,40 +27,23 @@ Body sample_body(const std::string& name, bool has_visual)
   return body;
 }
 
-void solve_cell(store::MotionModel& model, Eigen::Index i, Eigen::Index j)
+void fill_cell(store::MotionModel& model, Eigen::Index i, Eigen::Index j)
 {
   const double flexion_deg = model.flexion_deg[static_cast<std::size_t>(i)];
   const double varus_deg = model.varus_deg[static_cast<std::size_t>(j)];
-  const Attitude attitude{rad_from_deg(flexion_deg), rad_from_deg(varus_deg)};
-  const MovingPose pose{{0.1 * flexion_deg, -40.0 + 0.01 * varus_deg, 0.3}, rad_from_deg(0.2 * flexion_deg)};
   const SolverFrame frame{Side::right, model.rotation_centre_mm, model.push.delta.row(i).transpose()};
-  const Eigen::Vector3d t_mm = world_translation_mm(frame, pose);
-  model.tx_mm(i, j) = t_mm.x();
-  model.ty_mm(i, j) = t_mm.y();
-  model.tz_mm(i, j) = t_mm.z();
-  model.theta_deg(i, j) = deg_from_rad(pose.theta_rad);
-  const Pose X = X_reference_moving(frame, attitude, pose);
-  Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(
-      &model.X_reference_moving[static_cast<std::size_t>(16 * (i * model.tx_mm.cols() + j))]) = X.matrix();
-  const ClinicalCoordinates clinical = clinical_coordinates(X, Side::right, model.rotation_centre_mm);
-  model.clinical.flexion_deg(i, j) = deg_from_rad(clinical.flexion_rad);
-  model.clinical.varus_deg(i, j) = deg_from_rad(clinical.varus_rad);
-  model.clinical.internal_rotation_deg(i, j) = deg_from_rad(clinical.internal_rotation_rad);
-  model.clinical.anterior_mm(i, j) = clinical.anterior_mm;
-  model.clinical.proximal_mm(i, j) = clinical.proximal_mm;
-  model.clinical.lateral_mm(i, j) = clinical.lateral_mm;
-  model.status(i, j) = status_stable;
+  const Eigen::Vector3d t_mm =
+      world_translation_mm(frame, {{0.1 * flexion_deg, -40.0 + 0.01 * varus_deg, 0.3}, 0.0});
+  model.varus_solved_deg(i, j) = varus_deg;
+  solve_cell(model, i, j, {t_mm.x(), t_mm.y(), t_mm.z(), 0.2 * flexion_deg});
   model.plausibility(i, j) = static_cast<std::int8_t>((i + j) % 3);
   model.iterations(i, j) = static_cast<std::int32_t>(10 + i);
   model.queries(i, j) = static_cast<std::int32_t>(30 + j);
   model.residual_mm(i, j) = 0.01;
-  model.theta_determined(i, j) = 1;
   model.is_spine(i, j) = j == (model.varus_deg.size() > 1 ? 1 : 0) ? 1 : 0;
-  model.varus_solved_deg(i, j) = varus_deg;
-  if (!model.has_compartments) return;
-  model.gap_medial_mm(i, j) = 0.02;  // the lateral one faces nothing and remains NaN
-  model.contact_medial(i, j) = 1;
-  model.contact_lateral(i, j) = 0;
+  if (model.has_compartments) model.gap_medial_mm(i, j) = 0.02;  // the lateral one faces nothing: NaN
+  model.contact_medial(i, j) = model.has_compartments ? 1 : -1;
+  model.contact_lateral(i, j) = model.has_compartments ? 0 : -1;
 }
 
 store::ContactRows sample_contacts(const store::MotionModel& model)
@@ -88,7 +72,6 @@ store::SmoothedSet sample_smoothed(const store::MotionModel& model)
   set.exponents.resize(has_varus ? 3 : 2, 2);
   set.exponents.topRows(2) << 0, 0, 1, 0;
   if (has_varus) set.exponents.row(2) << 0, 1;
-  const store::AxisRanges ranges = store::axis_ranges(model.flexion_deg, model.varus_deg);
   double level = 1.0;
   for (const char* name : {"tx", "ty", "tz", "theta"}) {
     store::SmoothedSurface surface;
@@ -100,14 +83,7 @@ store::SmoothedSet sample_smoothed(const store::MotionModel& model)
     surface.largest_residual = 0.1;
     surface.leave_one_out_rms = 0.04;
     surface.condition_number = 1.5;
-    surface.values.resize(model.tx_mm.rows(), model.tx_mm.cols());
-    for (Eigen::Index i = 0; i < surface.values.rows(); ++i) {
-      for (Eigen::Index j = 0; j < surface.values.cols(); ++j) {
-        surface.values(i, j) =
-            store::evaluate(set, surface, ranges, model.flexion_deg[static_cast<std::size_t>(i)],
-                            model.varus_deg[static_cast<std::size_t>(j)]);
-      }
-    }
+    surface.values = grid_values(model, set, surface);
     set.surfaces.push_back(surface);
     level += 1.0;
   }
@@ -347,7 +323,7 @@ store::MotionModel sample_model(const SampleOptions& options)
       if (fails) {
         model.status(i, j) = static_cast<std::int8_t>(StepStatus::no_clearance);
       } else {
-        solve_cell(model, i, j);
+        fill_cell(model, i, j);
       }
     }
   }

@@ -55,19 +55,13 @@ class Query {
   {
   }
 
-  void try_pair(const TrianglePair& pair)
-  {
-    if (pair.reference < 0 || pair.moving < 0) return;
-    offer(pair);
-  }
-
   Gap run()
   {
     push({0, 0});
     while (!tasks_.empty()) {
       const Task task = tasks_.back();
       tasks_.pop_back();
-      // Equal bounds are visited too, so that ties give the smallest pair for any hint.
+      // Equal bounds are visited too, so that ties give the smallest pair.
       if (task.bound > best_.travel_mm) continue;
       descend(task);
     }
@@ -149,12 +143,10 @@ class Query {
 }  // namespace
 
 Gap directional_gap(const TreeMesh& reference, const Mesh& moving_mesh, const BoxTree& moving,
-                    const MovingPose& pose, const GapOptions& options)
+                    const MovingPose& pose, GapKind kind)
 {
   if (reference.tree.is_empty() || moving.is_empty()) return {};
-  Query query(reference, moving_mesh, moving, pose, options.kind);
-  query.try_pair(options.hint);
-  return query.run();
+  return Query(reference, moving_mesh, moving, pose, kind).run();
 }
 
 }  // namespace vrda::test

@@ -12,36 +12,38 @@
 namespace vrda::test {
 namespace {
 
-struct Cell {
-  Eigen::Index flexion, varus;
-};
-
-template <typename Scalar>
-Scalar& at(store::Grid<Scalar>& grid, const Cell& cell)
-{
-  return grid(cell.flexion, cell.varus);
-}
-
 constexpr std::array<store::GridD store::ClinicalSurfaces::*, 6> clinical_grids{
     &store::ClinicalSurfaces::flexion_deg,           &store::ClinicalSurfaces::varus_deg,
     &store::ClinicalSurfaces::internal_rotation_deg, &store::ClinicalSurfaces::anterior_mm,
     &store::ClinicalSurfaces::proximal_mm,           &store::ClinicalSurfaces::lateral_mm};
 
-void solve(store::MotionModel& model, const Cell& cell, const store::PoseCoordinates& numbers)
+void add_component(Body& body, const Component& component, const Mesh& mesh)
 {
-  const auto i = static_cast<std::size_t>(cell.flexion), j = static_cast<std::size_t>(cell.varus);
+  const auto index = static_cast<std::int32_t>(body.components.size());
+  body.components.push_back(component);
+  append(body.contact.mesh, mesh);
+  body.contact.component.resize(static_cast<std::size_t>(body.contact.mesh.triangles.rows()), index);
+}
+
+}  // namespace
+
+void solve_cell(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus,
+                const store::PoseCoordinates& numbers)
+{
+  const auto i = static_cast<std::size_t>(flexion), j = static_cast<std::size_t>(varus);
   const Side side = model.side == "left" ? Side::left : Side::right;
-  const SolverFrame frame{side, model.rotation_centre_mm, model.push.delta.row(cell.flexion).transpose()};
-  const Attitude attitude{rad_from_deg(model.flexion_deg[i]), rad_from_deg(at(model.varus_solved_deg, cell))};
+  const SolverFrame frame{side, model.rotation_centre_mm, model.push.delta.row(flexion).transpose()};
+  const Attitude attitude{rad_from_deg(model.flexion_deg[i]),
+                          rad_from_deg(model.varus_solved_deg(flexion, varus))};
   const MovingPose pose{solver_translation_mm(frame, {numbers[0], numbers[1], numbers[2]}),
                         rad_from_deg(numbers[3])};
   const Pose X = X_reference_moving(frame, attitude, pose);
   Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(
       &model.X_reference_moving[16 * (i * model.varus_deg.size() + j)]) = X.matrix();
-  at(model.tx_mm, cell) = numbers[0];
-  at(model.ty_mm, cell) = numbers[1];
-  at(model.tz_mm, cell) = numbers[2];
-  at(model.theta_deg, cell) = numbers[3];
+  model.tx_mm(flexion, varus) = numbers[0];
+  model.ty_mm(flexion, varus) = numbers[1];
+  model.tz_mm(flexion, varus) = numbers[2];
+  model.theta_deg(flexion, varus) = numbers[3];
   const ClinicalCoordinates clinical = clinical_coordinates(X, side, model.rotation_centre_mm);
   const std::array<double, 6> clinical_numbers{deg_from_rad(clinical.flexion_rad),
                                                deg_from_rad(clinical.varus_rad),
@@ -49,12 +51,13 @@ void solve(store::MotionModel& model, const Cell& cell, const store::PoseCoordin
                                                clinical.anterior_mm,
                                                clinical.proximal_mm,
                                                clinical.lateral_mm};
-  for (std::size_t k = 0; k < 6; ++k) at(model.clinical.*clinical_grids[k], cell) = clinical_numbers[k];
+  for (std::size_t k = 0; k < 6; ++k)
+    (model.clinical.*clinical_grids[k])(flexion, varus) = clinical_numbers[k];
   for (const auto grid : {&store::MotionModel::contact_medial, &store::MotionModel::contact_lateral,
                           &store::MotionModel::theta_determined}) {
-    at(model.*grid, cell) = 1;
+    (model.*grid)(flexion, varus) = 1;
   }
-  at(model.status, cell) = status_stable;
+  model.status(flexion, varus) = status_stable;
 }
 
 store::GridD grid_values(const store::MotionModel& model, const store::SmoothedSet& set,
@@ -70,16 +73,6 @@ store::GridD grid_values(const store::MotionModel& model, const store::SmoothedS
   }
   return values;
 }
-
-void add_component(Body& body, const Component& component, const Mesh& mesh)
-{
-  const auto index = static_cast<std::int32_t>(body.components.size());
-  body.components.push_back(component);
-  append(body.contact.mesh, mesh);
-  body.contact.component.resize(static_cast<std::size_t>(body.contact.mesh.triangles.rows()), index);
-}
-
-}  // namespace
 
 store::MotionModel model_of(const ModelPlan& plan)
 {
@@ -102,7 +95,7 @@ store::MotionModel model_of(const ModelPlan& plan)
       const double flexion_deg = plan.flexion_deg[static_cast<std::size_t>(i)];
       const double varus_deg = plan.varus_deg[static_cast<std::size_t>(j)];
       model.varus_solved_deg(i, j) = plan.free_varus_deg ? plan.free_varus_deg(flexion_deg) : varus_deg;
-      solve(model, {i, j}, plan.motion ? plan.motion(flexion_deg, varus_deg) : store::PoseCoordinates{});
+      solve_cell(model, i, j, plan.motion ? plan.motion(flexion_deg, varus_deg) : store::PoseCoordinates{});
     }
   }
   model.is_spine.col(model.status.cols() / 2) = 1;
@@ -131,20 +124,20 @@ void unsolve(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus
 {
   const auto column = static_cast<std::size_t>(varus), row = static_cast<std::size_t>(flexion);
   store::MotionModel pending = store::with_pending_cells(model);
-  const Cell cell{flexion, varus};
   for (const auto grid : {&store::MotionModel::tx_mm, &store::MotionModel::ty_mm, &store::MotionModel::tz_mm,
                           &store::MotionModel::theta_deg, &store::MotionModel::varus_solved_deg}) {
-    at(model.*grid, cell) = at(pending.*grid, cell);
+    (model.*grid)(flexion, varus) = (pending.*grid)(flexion, varus);
   }
-  for (const auto grid : clinical_grids) at(model.clinical.*grid, cell) = at(pending.clinical.*grid, cell);
+  for (const auto grid : clinical_grids)
+    (model.clinical.*grid)(flexion, varus) = (pending.clinical.*grid)(flexion, varus);
   for (const auto grid : {&store::MotionModel::contact_medial, &store::MotionModel::contact_lateral,
                           &store::MotionModel::theta_determined}) {
-    at(model.*grid, cell) = -1;
+    (model.*grid)(flexion, varus) = -1;
   }
   std::fill_n(model.X_reference_moving.begin() +
                   static_cast<std::ptrdiff_t>(16 * (row * model.varus_deg.size() + column)),
               16, std::numeric_limits<double>::quiet_NaN());
-  at(model.status, cell) = static_cast<std::int8_t>(StepStatus::no_contact);
+  model.status(flexion, varus) = static_cast<std::int8_t>(StepStatus::no_contact);
 }
 
 void add_smoothed(store::MotionModel& model, int degree,

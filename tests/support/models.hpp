@@ -24,6 +24,15 @@ struct ModelPlan {
   std::function<double(double flexion_deg)> free_varus_deg;          ///< for one varus; empty: it was given
 };
 
+/// Marks one cell as solved at this pose, in contact on both sides; its flexion, varus and Delta are the
+/// model's.
+void solve_cell(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus,
+                const store::PoseCoordinates& numbers);
+
+/// The surface's polynomial at every cell of the model.
+store::GridD grid_values(const store::MotionModel& model, const store::SmoothedSet& set,
+                         const store::SmoothedSurface& surface);
+
 /// Every cell solved and the spine on the middle varus; with bodies it can be written and read back.
 store::MotionModel model_of(const ModelPlan& plan);
 

@@ -1,14 +1,176 @@
-#include "job/sampled_case.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "job/job.hpp"
+#include "job/sampled_case.hpp"
 #include "job/uncertainty_job.hpp"
 
-namespace vrda::sampled_case_test {
+namespace vrda::uncertainty_test {
+
+using job::Distribution;
+using job::DistributionKind;
+
+TEST(Distribution, closed_forms)
+{
+  const Distribution normal{.kind = DistributionKind::normal, .mean = 2.0, .sd = 0.5};
+  EXPECT_NEAR(job::quantile_of(normal, 0.5), 2.0, 1e-15);
+  EXPECT_NEAR(job::quantile_of(normal, 0.95), 2.0 + 0.5 * 1.6448536269514722, 1e-12);
+  const Distribution lognormal{.kind = DistributionKind::lognormal, .mean = 3.0, .sd = 0.2};
+  EXPECT_NEAR(job::quantile_of(lognormal, 0.05), 3.0 * std::exp(-0.2 * 1.6448536269514722), 1e-12);
+  const Distribution uniform{.kind = DistributionKind::uniform, .from = -1.0, .to = 3.0};
+  EXPECT_DOUBLE_EQ(job::quantile_of(uniform, 0.25), 0.0);
+  const Distribution table{.kind = DistributionKind::table, .values = {1.0, 2.0, 10.0}};
+  EXPECT_DOUBLE_EQ(job::quantile_of(table, 0.25), 1.5);
+  EXPECT_DOUBLE_EQ(job::quantile_of(table, 0.75), 6.0);
+}
+
+TEST(Distribution, truncated)
+{
+  const Distribution normal{.kind = DistributionKind::normal, .mean = 1.0, .sd = 1.0};
+  EXPECT_GT(job::quantile_above(normal, 1e-9, 0.0), 0.0);
+  // P(x < q | x > 0) = (F(q) - F(0)) / (1 - F(0)).
+  const double q = job::quantile_above(normal, 0.3, 0.0);
+  const double below_0 = job::probability_of_score(-1.0);
+  EXPECT_NEAR((job::probability_of_score(q - 1.0) - below_0) / (1.0 - below_0), 0.3, 1e-12);
+  const Distribution table{.kind = DistributionKind::table, .values = {0.0, 1.0, 2.0}};
+  EXPECT_DOUBLE_EQ(job::quantile_above(table, 0.5, 1.0), 1.5);
+  const Distribution uniform{.kind = DistributionKind::uniform, .from = 0.0, .to = 1.0};
+  EXPECT_DOUBLE_EQ(job::quantile_above(uniform, 0.5, 0.5), 0.75);
+  EXPECT_DOUBLE_EQ(job::quantile_above(uniform, 0.5, -3.0), 0.5) << "nothing is cut off";
+}
+
+using job::SampleSequence;
+
+class Sampling : public testing::TestWithParam<SampleSequence> {};
+
+TEST_P(Sampling, seeds)
+{
+  const Eigen::MatrixXd a = job::unit_samples(GetParam(), 64, 5, 7);
+  EXPECT_EQ(a, job::unit_samples(GetParam(), 64, 5, 7));
+  EXPECT_NE(a, job::unit_samples(GetParam(), 64, 5, 8));
+  EXPECT_GT(a.minCoeff(), 0.0);
+  EXPECT_LT(a.maxCoeff(), 1.0);
+}
+
+TEST_P(Sampling, intervals)
+{
+  // True of 2^k points of a Sobol sequence, and of any number of a Latin hypercube.
+  const Eigen::Index n = 128;
+  const Eigen::MatrixXd samples = job::unit_samples(GetParam(), n, 9, 3);
+  for (Eigen::Index d = 0; d < samples.cols(); ++d) {
+    std::set<int> intervals;
+    for (Eigen::Index s = 0; s < n; ++s)
+      intervals.insert(static_cast<int>(samples(s, d) * static_cast<double>(n)));
+    EXPECT_EQ(intervals.size(), static_cast<std::size_t>(n)) << "dimension " << d;
+  }
+}
+
+TEST_P(Sampling, independent_dimensions)
+{
+  const Eigen::MatrixXd samples = job::unit_samples(GetParam(), 512, 20, 1).array() - 0.5;
+  // Of independent uniform numbers the correlation has a standard error of 1 / sqrt(512) = 0.044.
+  for (Eigen::Index d = 1; d < samples.cols(); ++d)
+    EXPECT_LT(std::abs(12.0 * samples.col(d - 1).dot(samples.col(d)) / 512.0), 4.0 * 0.044) << d;
+}
+
+INSTANTIATE_TEST_SUITE_P(BothSequences, Sampling,
+                         testing::Values(SampleSequence::sobol, SampleSequence::latin_hypercube));
+
+TEST(Sampling, first_points)
+{
+  // Of Sobol's only: more samples refine what is there.
+  EXPECT_EQ(job::unit_samples(SampleSequence::sobol, 16, 4, 2),
+            job::unit_samples(SampleSequence::sobol, 64, 4, 2).topRows(16));
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+TEST(Statistics, quantiles)
+{
+  EXPECT_DOUBLE_EQ(job::quantile({4, 1, 3, 2}, 0.5), 2.5);
+  EXPECT_DOUBLE_EQ(job::quantile({4, 1, nan, 3, 2}, 0.5), 2.5) << "failed samples are left out";
+  EXPECT_DOUBLE_EQ(job::quantile({4, 1, 3, 2}, 0.0), 1.0);
+  EXPECT_DOUBLE_EQ(job::quantile({4, 1, 3, 2}, 1.0), 4.0);
+  EXPECT_TRUE(std::isnan(job::quantile({nan}, 0.5)));
+}
+
+TEST(Statistics, rank_correlation)
+{
+  const std::vector<double> x{1, 2, 3, 4, 5}, cubes{1, 8, 27, 64, 125}, falling{9, 7, 5, 3, 1};
+  EXPECT_DOUBLE_EQ(job::rank_correlation(x, cubes), 1.0);
+  EXPECT_DOUBLE_EQ(job::rank_correlation(x, falling), -1.0);
+  // Ranks 1, 2.5, 2.5, 4 against 1, 2, 3, 4: 4.5 / sqrt(5 * 4.5).
+  EXPECT_NEAR(job::rank_correlation(std::vector<double>{1, 2, 2, 3}, std::vector<double>{1, 2, 3, 4}),
+              std::sqrt(0.9), 1e-12);
+  EXPECT_TRUE(std::isnan(job::rank_correlation(x, std::vector<double>{1, 1, 1, 1, 1})));
+}
+
+struct Study {
+  Eigen::MatrixXd scores;
+  Eigen::MatrixXd result;  // one column
+  std::vector<int> group;
+};
+
+// y = 3 z0 + 2 (z1^2 - 1) / sqrt(2) + z0 z2: variances 9, 4 and 1.
+Study study(std::uint32_t seed, job::SampleSequence sequence)
+{
+  const Eigen::Index n = 400;
+  Study made;
+  made.scores = job::unit_samples(sequence, n, 4, seed).unaryExpr(&job::score_of_probability);
+  made.result.resize(n, 1);
+  for (Eigen::Index s = 0; s < n; ++s) {
+    const auto z = made.scores.row(s);
+    made.result(s, 0) = 3.0 * z[0] + 2.0 * (z[1] * z[1] - 1.0) / std::sqrt(2.0) + z[0] * z[2];
+  }
+  made.group = job::jackknife_groups(static_cast<std::size_t>(n), seed);
+  return made;
+}
+
+TEST(Statistics, first_order_indices)
+{
+  const Study made = study(1, job::SampleSequence::sobol);
+  const double expected[] = {9.0 / 14.0, 4.0 / 14.0, 0.0, 0.0};
+  for (Eigen::Index d = 0; d < 4; ++d) {
+    const auto index = job::first_order_indices(made.scores.col(d), made.result, made.group).front();
+    // The standard error of a share of 0.3 from 400 samples is 0.04.
+    EXPECT_NEAR(index.index, expected[d], 0.04) << d;
+    EXPECT_LE(index.low, index.index);
+    EXPECT_GE(index.high, index.index);
+  }
+}
+
+TEST(Statistics, intervals)
+{
+  const double expected[] = {9.0 / 14.0, 4.0 / 14.0};
+  int n_held = 0, n_all = 0;
+  for (std::uint32_t seed = 1; seed <= 100; ++seed) {
+    const Study made = study(seed, job::SampleSequence::latin_hypercube);
+    for (Eigen::Index d = 0; d < 2; ++d, ++n_all) {
+      const auto index = job::first_order_indices(made.scores.col(d), made.result, made.group).front();
+      n_held += index.low <= expected[d] && expected[d] <= index.high ? 1 : 0;
+    }
+  }
+  // 180 of 200 are expected; the standard deviation of independent ones is 4.
+  EXPECT_GE(n_held, 180 - 4 * 4) << "of " << n_all;
+}
+
+TEST(Statistics, failed_samples)
+{
+  Study made = study(1, job::SampleSequence::sobol);
+  const double whole = job::first_order_indices(made.scores.col(0), made.result, made.group)[0].index;
+  for (Eigen::Index s = 0; s < 20; ++s) made.result(s, 0) = nan;
+  const double most = job::first_order_indices(made.scores.col(0), made.result, made.group)[0].index;
+  EXPECT_NEAR(most, whole, 0.03);
+  EXPECT_NE(most, whole);
+  made.result.topRows(361).setConstant(nan);
+  EXPECT_TRUE(std::isnan(job::first_order_indices(made.scores.col(0), made.result, made.group)[0].index));
+  made.result.setConstant(5.0);
+  EXPECT_TRUE(std::isnan(job::first_order_indices(made.scores.col(0), made.result, made.group)[0].index))
+      << "no spread";
+}
 
 // The generic knee, coarse, with [uncertainty] of `parameters`.
 job::Case knee(const std::string& parameters, const std::string& uncertainty = "samples = 64\n")
@@ -208,4 +370,4 @@ sd = 1)"));
   }
 }
 
-}  // namespace vrda::sampled_case_test
+}  // namespace vrda::uncertainty_test

@@ -1,6 +1,5 @@
 // Applied loads and lines of constant tension, alone and in the equilibrium.
-#include "solve/potential.hpp"
-
+// The equilibrium with ligaments and loads, with and without contact.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,8 +7,9 @@
 
 #include "core/units.hpp"
 #include "solve/pins.hpp"
+#include "solve/potential.hpp"
 
-namespace vrda::applied_loads_test {
+namespace vrda::loads_test {
 
 using test::ceiling;
 using test::joint_of;
@@ -306,53 +306,6 @@ TEST(LoadedEquilibrium, TheRecordBalancesTheLoadsInTheirFinalDirections)
   }
 }
 
-TEST(LoadedEquilibrium, LoadsEqualAtThePoseGiveTheSamePoseInEveryFrame)
-{
-  const test::MinimalKnee knee;
-  const MovingPose seed{{0.5, -5, 0}, 0.02};
-  for (const bool is_varus_free : {true, false}) {
-    Loads loads;
-    loads.force_n = {0, 40, 0};
-    loads.applied = {{LoadFrame::moving, {6, 5, -2}, {30, 80, 20}, {5, -20, 8}}};
-    const auto solve = [&](const Loads& with) {
-      return solve::EquilibriumSolver(knee.joint, knee.ligaments, options)
-          .solve({{0.3, 0.02}, seed, with, is_varus_free});
-    };
-    const StepRecord r = solve(loads);
-    ASSERT_EQ(r.status, StepStatus::stable);
-    const Attitude attitude{0.3, r.varus_rad};
-    const Eigen::Matrix3d of_moving = rotation_of(LoadFrame::moving, attitude, r.pose);
-    for (const LoadFrame frame : {LoadFrame::world, LoadFrame::reference}) {
-      SCOPED_TRACE(name_of(frame));
-      Loads same = loads;
-      AppliedLoad& load = same.applied[0];
-      const Eigen::Matrix3d R = rotation_of(frame, attitude, r.pose).transpose() * of_moving;
-      load = {frame, R * load.force_n, R * load.moment_nmm, load.point_mm};
-      const StepRecord other = solve(same);
-      ASSERT_EQ(other.status, StepStatus::stable);
-      EXPECT_LT((other.pose.translation_mm - r.pose.translation_mm).norm(), 1e-3);
-      EXPECT_LT(std::abs(other.pose.theta_rad - r.pose.theta_rad) * 40, 1e-3);
-      EXPECT_LT(std::abs(other.varus_rad - r.varus_rad) * 40, 1e-3);
-      EXPECT_NEAR(other.balance.flexion_moment_nmm, r.balance.flexion_moment_nmm, 1.0);
-      EXPECT_NEAR(other.balance.varus_moment_nmm, r.balance.varus_moment_nmm, 1.0);
-    }
-  }
-}
-
-TEST(LoadedEquilibrium, TheSameTaskGivesTheSameBits)
-{
-  const test::MinimalKnee knee;
-  solve::EquilibriumSolver used(knee.joint, knee.ligaments, options);
-  const solve::EquilibriumSolver::Task task{{0.1, 0.02}, {{0.5, -5, 0}, 0.02}, loads_of_every_kind(), true};
-  const StepRecord first = used.solve(task);
-  used.solve({{0.4, 0.0}, {{0, -5, 1}, 0.1}, {}, false});
-  const StepRecord again = used.solve(task);
-  EXPECT_EQ(again.pose.translation_mm, first.pose.translation_mm);
-  EXPECT_EQ(again.pose.theta_rad, first.pose.theta_rad);
-  EXPECT_EQ(again.iterations, first.iterations);
-  EXPECT_EQ(again.balance.energy_nmm, first.balance.energy_nmm);
-}
-
 // 30 N against the 20 N of the push.
 TEST(LoadedEquilibrium, ALoadThatPullsOffTheReferenceIsUnbounded)
 {
@@ -362,4 +315,101 @@ TEST(LoadedEquilibrium, ALoadThatPullsOffTheReferenceIsUnbounded)
   EXPECT_EQ(solved(joint, {{0, -5, 0}, 0}, loads).status, StepStatus::unbounded);
 }
 
-}  // namespace vrda::applied_loads_test
+constexpr double k_n = test::fibre_stiffness_n;  // of every fibre, per unit strain
+constexpr double transition = 0.06;
+
+using test::fibre;
+
+double flat(double, double)
+{
+  return 0.0;
+}
+
+// Pushed up by `push_n` towards a plate and pulled down by one fibre of slack length 40 mm from (0, -60, 0).
+StepRecord tethered(double push_n)
+{
+  const solve::Joint joint = joint_of(ceiling(60, 4, flat), pins({{0, 0, 0}}));
+  model::Ligaments ligaments;
+  ligaments.fibres = {fibre({0, -60, 0}, {0, -15, 0}, 40)};
+  Loads loads;
+  loads.force_n = {0, push_n, 0};
+  return solve::EquilibriumSolver(joint, ligaments, options).solve({{}, {{1, -20, 2}, 0.4}, loads, false});
+}
+
+TEST(EquilibriumLoads, AFibreHoldsThePushOffTheContact)
+{
+  // Beyond the toe region the tension is k (strain - transition / 2): 120 N stretch it by 9 %, to 43.6 mm.
+  const StepRecord r = tethered(120);
+  ASSERT_EQ(r.status, StepStatus::stable);
+  EXPECT_NEAR(r.pose.translation_mm.y(), 40 * (1 + 120 / k_n + 0.5 * transition) - 45, 1e-4);
+  EXPECT_LT(std::hypot(r.pose.translation_mm.x(), r.pose.translation_mm.z()), 1e-4);
+  EXPECT_TRUE(r.balance.forces.empty());
+  EXPECT_TRUE(r.contacts.empty());
+  EXPECT_FALSE(r.theta_determined);
+  EXPECT_LT(r.balance.residual_n, 1e-3);
+  EXPECT_NEAR(r.balance.worst_gap_mm, -r.pose.translation_mm.y(), 1e-6);
+}
+
+TEST(EquilibriumLoads, MorePushAndThePlateTakesTheRest)
+{
+  // At 45 mm the tension is k (0.125 - 0.03) = 190 N; the plate carries the remainder of 250 N.
+  const StepRecord r = tethered(250);
+  ASSERT_EQ(r.status, StepStatus::stable);
+  EXPECT_NEAR(r.pose.translation_mm.y(), -standoff_mm, 1e-7);
+  ASSERT_EQ(r.balance.forces.size(), 1u);
+  EXPECT_NEAR(r.balance.forces[0].along_delta_n, 60.0, 1e-2);
+}
+
+TEST(EquilibriumLoads, AMomentTurnsItAgainstTorsionSprings)
+{
+  // Four fibres of 30 mm at the corners of a square, each along Z: rotation stretches two.
+  const solve::Joint joint = joint_of(ceiling(80, 4, flat), pins({{20, 0, 0}, {-20, 0, 0}, {0, 0, 0}}));
+  model::Ligaments ligaments;
+  for (const double x : {20.0, -20.0}) {
+    for (const double z : {30.0, -30.0}) ligaments.fibres.push_back(fibre({x, -10, z}, {x, -10, 0}, 29));
+  }
+  Loads loads;
+  loads.moment_nmm = 800;
+  const StepRecord r =
+      solve::EquilibriumSolver(joint, ligaments, options).solve({{}, {{0, -5, 0}, -0.1}, loads, false});
+  ASSERT_EQ(r.status, StepStatus::stable);
+  // The root of dE/dtheta = M by bisection, from the energies of single fibres alone.
+  const auto moment = [&](double theta) {
+    const auto energy = [&](double at) {
+      double sum = 0.0;
+      for (const model::FibreState& s :
+           model::fibre_states(ligaments, {}, {{0, r.pose.translation_mm.y(), 0}, at}))
+        sum += s.energy_nmm;
+      return sum;
+    };
+    return (energy(theta + 1e-5) - energy(theta - 1e-5)) / 2e-5;
+  };
+  double low = 0.0, high = 0.5;
+  for (int k = 0; k < 60; ++k)
+    (moment(0.5 * (low + high)) < loads.moment_nmm ? low : high) = 0.5 * (low + high);
+  EXPECT_NEAR(r.pose.theta_rad, low, 1e-6);
+  EXPECT_GT(low, 0.01);
+  EXPECT_TRUE(r.theta_determined);
+}
+
+TEST(EquilibriumLoads, StartsNearbyEndAtTheSamePose)
+{
+  const test::MinimalKnee knee;
+  const StepRecord stable = knee.solve({{0, -5, 0}, 0}, 0.0);
+  ASSERT_EQ(stable.status, StepStatus::stable);
+  EXPECT_TRUE(stable.theta_determined);
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int k = 0; k < 30; ++k) {
+    MovingPose seed = stable.pose;
+    seed.translation_mm += 2.0 * Eigen::Vector3d(unit(random), unit(random), unit(random));
+    seed.theta_rad += rad_from_deg(3 * unit(random));
+    const StepRecord r = knee.solve(seed, stable.varus_rad + rad_from_deg(3 * unit(random)));
+    ASSERT_EQ(r.status, StepStatus::stable);
+    EXPECT_LT((r.pose.translation_mm - stable.pose.translation_mm).norm(), 1e-3);
+    EXPECT_LT(std::abs(r.pose.theta_rad - stable.pose.theta_rad) * 40, 1e-3);
+    EXPECT_LT(std::abs(r.varus_rad - stable.varus_rad) * 40, 1e-3);
+  }
+}
+
+}  // namespace vrda::loads_test

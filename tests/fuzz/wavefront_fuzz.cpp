@@ -1,8 +1,0 @@
-// Wavefront OBJ; bytes that begin with a number are Vertices-Faces.
-#include "fuzz/mesh_outcome.hpp"
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
-{
-  vrda::test::read_and_clean("mesh.obj", vrda::test::text_of(data, size));
-  return 0;
-}
