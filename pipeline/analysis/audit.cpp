@@ -586,7 +586,7 @@ void add_applied(const store::LoadRows& rows, std::size_t flexion, const SolverF
   for (std::size_t k = 0; k < rows.name.size(); ++k) {
     const std::size_t at = flexion * rows.name.size() + k;
     loads.applied.push_back(
-        {static_cast<LoadFrame>(rows.frame[k]), solver_translation_mm(frame, vector_at(rows.force_n, at)),
+        {static_cast<BodyIndex>(rows.frame[k] - 1), solver_translation_mm(frame, vector_at(rows.force_n, at)),
          solver_moment_nmm(frame, vector_at(rows.moment_nmm, at)),
          solver_translation_mm(frame, rows.point_mm.row(static_cast<Eigen::Index>(k)).transpose())});
   }

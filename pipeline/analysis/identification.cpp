@@ -131,7 +131,7 @@ std::vector<Unknown> unknowns_of(const job::Job& job, const job::Case& job_case)
     }
     const bool is_strain = parameter.quantity == job::FitQuantity::reference_strain;
     if (!is_strain) {
-      unknown.is_moving = parameter.body == "moving";
+      unknown.body = core::value_named<BodyIndex>(parameter.body).value();
       unknown.axis = static_cast<Eigen::Index>(row_of_name(axis_names, parameter.axis));
     }
     for (const FibreGroup& group : groups_of(job, job_case.ligaments.fibres, k)) {
@@ -185,7 +185,7 @@ model::Ligaments changed_ligaments(const job::Case& job_case, const std::vector<
       is_changed[row] = is_changed[row] || by != 0.0;
       model::Fibre& fibre = ligaments.fibres[row];
       if (unknowns[k].quantity == job::FitQuantity::attachment) {
-        (unknowns[k].is_moving ? fibre.moving_mm : fibre.reference_mm)(unknowns[k].axis) += by;
+        model::attachment_mm(fibre, unknowns[k].body)(unknowns[k].axis) += by;
       } else {
         strain_change[row] += by;
       }

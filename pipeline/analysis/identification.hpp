@@ -26,9 +26,9 @@ enum class FittedLoad { force, anterior_force, right_force, moment, varus_moment
 struct Unknown {
   std::string name;  ///< "reference_strain ACLam", "moment at 30"
   job::FitQuantity quantity = job::FitQuantity::reference_strain;
-  std::vector<std::size_t> fibres;  ///< rows that change together
-  bool is_moving = false;           ///< object of an attachment
-  Eigen::Index axis = 0;            ///< of an attachment, canonical
+  std::vector<std::size_t> fibres;        ///< rows that change together
+  BodyIndex body = BodyIndex::reference;  ///< of an attachment
+  Eigen::Index axis = 0;                  ///< of an attachment, canonical
   FittedLoad load = FittedLoad::force;
   double flexion_rad = nan;               ///< of a load that changes over flexion
   std::vector<double> all_flexions_rad;   ///< of the same load, ascending; empty: constant

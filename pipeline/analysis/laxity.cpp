@@ -85,7 +85,7 @@ std::vector<TensionLine> tensions_of(const model::Ligaments& ligaments, const So
   for (std::size_t k = 0; k < states.size(); ++k) {
     if (!(states[k].force_n > 0.0)) continue;
     const model::FibrePath path = model::fibre_path(ligaments.fibres[k], ligaments.wraps, placement);
-    const bool is_moving_end = path.end_body == model::WrapBody::moving;
+    const bool is_moving_end = path.end_body == BodyIndex::moving;
     const Eigen::Vector3d along_mm = path.length_mm * path.direction;
     const Eigen::Vector3d reference_mm = is_moving_end ? path.end_mm - along_mm : path.end_mm;
     const Eigen::Vector3d moving_mm = is_moving_end ? path.end_mm : path.end_mm + along_mm;

@@ -27,14 +27,14 @@ using Index = std::array<std::size_t, 3>;
 /// roles: S belongs to the object that moves along Delta, which then is the reference, against Delta.
 class RomScene {
  public:
-  RomScene(const job::Case& job_case, DeltaBody delta_body)
-      : case_(job_case), frame_(job_case.frame), is_swapped_(delta_body == DeltaBody::reference)
+  RomScene(const job::Case& job_case, BodyIndex delta_body)
+      : case_(job_case), frame_(job_case.frame), is_swapped_(delta_body == BodyIndex::reference)
   {
     frame_.delta = job_case.push_at_meshes.delta;
     query_frame_ = frame_;
     if (is_swapped_) query_frame_.delta = -frame_.delta;
-    const Body& first = is_swapped_ ? job_case.moving : job_case.reference;
-    const Body& second = is_swapped_ ? job_case.reference : job_case.moving;
+    const Body& first = part_of(job_case, is_swapped_ ? BodyIndex::moving : BodyIndex::reference);
+    const Body& second = part_of(job_case, is_swapped_ ? BodyIndex::reference : BodyIndex::moving);
     joint_ =
         solve::make_joint({solver_mesh(first.contact.mesh, query_frame_), first.contact.component},
                           {solver_mesh(second.contact.mesh, query_frame_), second.contact.component}, {});

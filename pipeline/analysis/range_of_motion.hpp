@@ -15,9 +15,6 @@
 
 namespace vrda::analysis {
 
-/// The object to which Delta is fixed: along it the moving object approaches the reference.
-enum class DeltaBody : std::int8_t { moving = 0, reference = 1 };
-
 /// Why an attitude is in the range or not. The values are those of the files.
 enum class RomStatus : std::int8_t { in_range, contact, border, fibre, nothing_ahead, not_converged };
 inline constexpr Named<RomStatus> rom_status_names[] = {
@@ -117,7 +114,7 @@ inline bool is_sound(const RomLine& line)
 struct RangeOfMotion {
   RomAxes axes;
   RomLimits limits;
-  DeltaBody delta_body = DeltaBody::moving;
+  BodyIndex delta_body = BodyIndex::moving;
   std::array<std::size_t, 3> neutral{};  ///< the cell nearest to zero rotations
   Pose X_neutral = Pose::Identity();     ///< X_reference_moving of the neutral seat, canonical
   std::vector<RomCell> cells;            ///< [n_flexion, n_varus, n_internal]
@@ -126,7 +123,7 @@ struct RangeOfMotion {
 struct RomPlan {
   RomAxes axes;
   RomLimits limits;
-  DeltaBody delta_body = DeltaBody::moving;
+  BodyIndex delta_body = BodyIndex::moving;
   int n_threads = 1;
   std::function<void(std::size_t n_done)> on_progress = {};  ///< called from any worker
   std::function<bool()> is_stopped = {};                     ///< true: returns with no cells

@@ -193,7 +193,7 @@ std::string rom_json(const RomDocument& document)
        {{"translation_mm", core::json_value(range.limits.translation_mm)},
         {"opening_mm", range.limits.opening_mm},
         {"strain", range.limits.strain}}},
-      {"delta_of", range.delta_body == DeltaBody::reference ? "reference" : "moving"},
+      {"delta_of", name_of(range.delta_body)},
       {"neutral", {{"cell", range.neutral}, {"X_reference_moving", pose}}},
       {"statuses", names},
       {"components", {{"reference", document.reference_names}, {"moving", document.moving_names}}},
@@ -226,7 +226,7 @@ RomDocument parse_rom(const std::string& file, const std::string& text)
       is_free ? std::numeric_limits<double>::infinity() : reader.number("limits/translation_mm");
   range.limits.opening_mm = reader.number("limits/opening_mm");
   range.limits.strain = reader.number("limits/strain");
-  range.delta_body = reader.text("delta_of") == "reference" ? DeltaBody::reference : DeltaBody::moving;
+  range.delta_body = value_named<BodyIndex>(reader.text("delta_of")).value_or(BodyIndex::moving);
   const std::vector<double> neutral = reader.numbers("neutral/cell", 3, 0.0);
   for (std::size_t a = 0; a < 3; ++a) {
     const std::int32_t row = row_in(reader, "neutral/cell", neutral[a], range.axes.rad[a].size());

@@ -244,7 +244,7 @@ Json ligaments_json(const model::Ligaments& ligaments)
   for (const model::Wrap& wrap : ligaments.wraps) {
     wraps.push_back({{"name", wrap.name},
                      {"shape", wrap.shape == model::WrapShape::cylinder ? "cylinder" : "ellipsoid"},
-                     {"body", wrap.body == model::WrapBody::reference ? "reference" : "moving"},
+                     {"body", name_of(wrap.body)},
                      {"fibres", 0}});
   }
   for (const model::Fibre& fibre : ligaments.fibres) {

@@ -307,7 +307,7 @@ core::ExitCode rom_command(const RomOptions& o)
       job::scaled_to_subject(run::load_and_report_case(o.job_file, {o.data_directory, o.overrides}));
   const bool is_of_reference =
       o.delta_of.empty() ? job_case.is_push_fixed_in_reference : o.delta_of == "reference";
-  plan.delta_body = is_of_reference ? analysis::DeltaBody::reference : analysis::DeltaBody::moving;
+  plan.delta_body = is_of_reference ? BodyIndex::reference : BodyIndex::moving;
   const fs::path folder = o.folder;
   const std::string file = (folder / "rom.json").string();
   run::make_folder(folder.string());

@@ -459,18 +459,18 @@ std::vector<Contact> find_contacts(const ContactObjects& objects, const MovingPo
 }
 
 std::vector<Contact> find_contacts(const Collider& reference, const Collider& moving,
-                                   const ObjectPoses& standing,
+                                   const SolverPosition& at,
                                    const std::vector<geometry::TrianglePair>& candidates,
                                    NarrowPhase& narrow_phase, const ContactOptions& options)
 {
   Pose X_solver_reference = Pose::Identity();
-  X_solver_reference.linear() = reference_rotation(standing.attitude);
+  X_solver_reference.linear() = reference_rotation(at.attitude);
   Pose X_reference_solver = Pose::Identity();
   X_reference_solver.linear() = X_solver_reference.linear().transpose();
   const Scene scene{reference.tree_mesh,
                     reference.features,
                     moving,
-                    geometry::RigidPlacement(X_reference_solver * pose_of(standing.pose)),
+                    geometry::RigidPlacement(X_reference_solver * pose_of(at.pose)),
                     narrow_phase,
                     options,
                     &candidates};

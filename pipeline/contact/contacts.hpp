@@ -152,12 +152,6 @@ struct ContactObjects {
   const std::vector<geometry::TrianglePair>* candidates = nullptr;
 };
 
-/// Pose of both objects in S.
-struct ObjectPoses {
-  Attitude attitude;
-  MovingPose pose;
-};
-
 /// Contacts within the band whose normals oppose Delta, nearest first. Overlapping pairs of triangles give no
 /// contact, so the objects should not overlap.
 std::vector<Contact> find_contacts(const ContactObjects& objects, const MovingPose& pose,
@@ -165,7 +159,7 @@ std::vector<Contact> find_contacts(const ContactObjects& objects, const MovingPo
 /// The same without a rotated copy of the reference: `reference` is at zero attitude, `candidates` contain
 /// every pair within the band (GapQuery::close_pairs).
 std::vector<Contact> find_contacts(const Collider& reference, const Collider& moving,
-                                   const ObjectPoses& standing,
+                                   const SolverPosition& at,
                                    const std::vector<geometry::TrianglePair>& candidates,
                                    NarrowPhase& narrow_phase, const ContactOptions& options);
 

@@ -43,9 +43,9 @@ struct UncertainParameter {
   /// Of stiffness, reference strain and attachment: rows of the case's fibres.
   std::vector<std::size_t> fibres;
   SharedBy shared_by = SharedBy::bundle;
-  double correlation = 0.0;    ///< of the fibres of one bundle, with SharedBy::fibre
-  bool is_moving = false;      ///< object of the attachment or offset
-  std::int32_t component = 0;  ///< of the offset, in its object
+  double correlation = 0.0;               ///< of the fibres of one bundle, with SharedBy::fibre
+  BodyIndex body = BodyIndex::reference;  ///< of the attachment or offset
+  std::int32_t component = 0;             ///< of the offset, in its object
   UncertainLoad load = UncertainLoad::force;
   std::size_t load_row = 0;  ///< of an applied load or a line
 };
@@ -99,7 +99,7 @@ struct CoordinateRows {
 /// Point of application and axes of an applied load ([[push.load]]).
 struct LoadPoint {
   std::string name;
-  LoadFrame frame = LoadFrame::world;
+  BodyIndex frame = BodyIndex::world;
   Eigen::Vector3d point_mm{0.0, 0.0,
                            0.0};  ///< of the moving object, from the rotation centre, canonical axes
 };

@@ -229,11 +229,6 @@ void add_name(const core::Document& document, const std::string& key, const std:
   names.push_back(name);
 }
 
-LoadFrame load_frame_of(const std::string& name)
-{
-  return name == "world" ? LoadFrame::world : name == "reference" ? LoadFrame::reference : LoadFrame::moving;
-}
-
 // Everywhere, as far as the job file says.
 bool is_zero(const FlexionTable& setting)
 {
@@ -243,7 +238,8 @@ bool is_zero(const FlexionTable& setting)
 LoadJob load_of(const core::Document& document, const core::DocumentValue& value, const std::string& key)
 {
   LoadJob load;
-  load.at = {core::text_at(value, "name"), load_frame_of(core::text_at(value, "frame")),
+  load.at = {core::text_at(value, "name"),
+             core::value_named<BodyIndex>(core::text_at(value, "frame")).value(),
              core::vector3_at(value, "point_mm")};
   load.force_n = over_flexion_of(document, core::value_at(value, "force_n"), key + ".force_n", 3);
   load.moment_nmm = over_flexion_of(document, core::value_at(value, "moment_nmm"), key + ".moment_nmm", 3);

@@ -285,8 +285,7 @@ void add_wraps(const Job& job, const InputFile& file, const BodyMaps& maps, Load
   if (name.empty()) return;
   loaded.ligaments.wraps = read_wraps(file.path, file.bytes, {job.reference.name, job.moving.name});
   for (model::Wrap& wrap : loaded.ligaments.wraps)
-    wrap.X_body_wrap =
-        canonical(wrap.X_body_wrap, wrap.body == model::WrapBody::reference ? maps.reference : maps.moving);
+    wrap.X_body_wrap = canonical(wrap.X_body_wrap, part_of(maps, wrap.body));
   loaded.inputs.push_back({name, sha256_of(file.bytes)});
 }
 
@@ -442,13 +441,13 @@ model::WrapShape shape_of(const Entry& entry)
   return is_cylinder ? model::WrapShape::cylinder : model::WrapShape::ellipsoid;
 }
 
-model::WrapBody body_of(const Entry& entry, const BodyNames& bodies)
+BodyIndex body_of(const Entry& entry, const BodyNames& bodies)
 {
   const std::string& name = core::text_at(entry.value, "body");
-  if (name == bodies.reference || name == "reference") return model::WrapBody::reference;
-  if (name == bodies.moving || name == "moving") return model::WrapBody::moving;
-  if (name.starts_with("femur")) return model::WrapBody::reference;
-  if (name.starts_with("tibia")) return model::WrapBody::moving;
+  if (name == bodies.reference || name == "reference") return BodyIndex::reference;
+  if (name == bodies.moving || name == "moving") return BodyIndex::moving;
+  if (name.starts_with("femur")) return BodyIndex::reference;
+  if (name.starts_with("tibia")) return BodyIndex::moving;
   entry.document.refuse_value(entry.key("body"), "\"reference\", \"moving\", \"" + bodies.reference +
                                                      "\", \"" + bodies.moving +
                                                      "\", or a name that begins with femur or tibia");

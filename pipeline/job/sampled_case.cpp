@@ -155,7 +155,9 @@ struct SampledCase::State {
   std::vector<ParameterDraws> draws;  // [parameters]
   Eigen::MatrixXd scores, values;
   std::vector<double> strain;  // [fibres] at the pose of the meshes
-  std::optional<geometry::NearestSurface> reference_surface, moving_surface;
+  struct {
+    std::optional<geometry::NearestSurface> reference, moving;
+  } surfaces;
 
   explicit State(const job::Case& given) : job_case(given)
   {
@@ -164,8 +166,8 @@ struct SampledCase::State {
     for (const UncertainParameter& parameter : uncertainty.parameters) {
       draws.push_back(DrawColumns(parameter, given.ligaments.fibres, names).draws());
       if (parameter.quantity != UncertainQuantity::attachment) continue;
-      if (parameter.is_moving && !moving_surface) moving_surface = surface_of(given.moving);
-      if (!parameter.is_moving && !reference_surface) reference_surface = surface_of(given.reference);
+      std::optional<geometry::NearestSurface>& surface = part_of(surfaces, parameter.body);
+      if (!surface) surface = surface_of(part_of(given, parameter.body));
     }
     if (uncertainty.sequence == job::SampleSequence::sobol && names.size() > most_sobol_dimensions) {
       throw InputError({"uncertainty.parameter", "", std::to_string(names.size()) + " independent draws",
@@ -213,7 +215,7 @@ struct SampledCase::State {
       for (const std::size_t k : parameter.fibres)
         largest = std::max(largest, job_case.ligaments.fibres[k].stiffness_n);
     } else if (parameter.quantity == UncertainQuantity::offset) {
-      const Part& part = parameter.is_moving ? job_case.moving.contact : job_case.reference.contact;
+      const Part& part = part_of(job_case, parameter.body).contact;
       for (std::size_t t = 0; t < part.component.size(); ++t) {
         if (part.component[t] == parameter.component)
           largest = std::max(largest, offset_mm(part.mesh, static_cast<Eigen::Index>(t)));
@@ -259,12 +261,12 @@ struct SampledCase::State {
   void move_attachments(std::size_t p, int sample, model::Ligaments& ligaments) const
   {
     const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
-    const geometry::NearestSurface& surface = parameter.is_moving ? *moving_surface : *reference_surface;
+    const geometry::NearestSurface& surface = *part_of(surfaces, parameter.body);
     for (std::size_t f = 0; f < parameter.fibres.size(); ++f) {
       const Eigen::Vector3d three(score_of(p, f, sample, 0), score_of(p, f, sample, 1),
                                   score_of(p, f, sample, 2));
       model::Fibre& fibre = ligaments.fibres[parameter.fibres[f]];
-      Eigen::Vector3d& p_mm = parameter.is_moving ? fibre.moving_mm : fibre.reference_mm;
+      Eigen::Vector3d& p_mm = model::attachment_mm(fibre, parameter.body);
       p_mm = moved_mm(p_mm, displacement_mm(parameter.distribution, three), surface);
     }
   }
@@ -340,7 +342,7 @@ struct SampledCase::State {
   void change_offset(std::size_t p, int sample, job::Case& sampled) const
   {
     const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
-    Part& part = parameter.is_moving ? sampled.moving.contact : sampled.reference.contact;
+    Part& part = part_of(sampled, parameter.body).contact;
     part.mesh.offset_mm.resize(static_cast<std::size_t>(part.mesh.triangles.rows()), 0.0);
     for (std::size_t t = 0; t < part.component.size(); ++t) {
       double& offset_mm = part.mesh.offset_mm[t];

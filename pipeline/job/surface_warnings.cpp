@@ -398,10 +398,10 @@ std::vector<std::string> mesh_warnings(const Job& job, const Case& loaded)
   std::vector<std::string> warnings;
   if (job.joint == "other") return warnings;
   std::size_t row = 0;  // of the survey
-  for (const bool is_reference : {true, false}) {
-    const Body& body = is_reference ? loaded.reference : loaded.moving;
-    const Box space = joint_space(is_reference ? loaded.moving : loaded.reference);
-    const std::vector<ComponentJob>& parts = (is_reference ? job.reference : job.moving).components;
+  for (const BodyIndex index : all_bodies) {
+    const Body& body = part_of(loaded, index);
+    const Box space = joint_space(index == BodyIndex::reference ? loaded.moving : loaded.reference);
+    const std::vector<ComponentJob>& parts = part_of(job, index).components;
     const std::vector<std::vector<Eigen::Index>> rows = triangles_by_component(body, body.contact);
     for (std::size_t c = 0; c < parts.size(); ++c, ++row) {
       if (parts[c].generate || !parts[c].has_contact) continue;

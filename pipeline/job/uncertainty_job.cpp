@@ -130,15 +130,20 @@ class UncertaintyReader {
     return words;
   }
 
+  BodyIndex body_at(const core::DocumentValue& value) const
+  {
+    const auto body = core::value_named<BodyIndex>(core::text_or_empty(value, "body"));
+    if (!body) refuse("body", "nothing", "\"reference\" or \"moving\"");
+    return *body;
+  }
+
   void set_fibres(const core::DocumentValue& value, UncertainParameter& parameter)
   {
     const std::vector<model::Fibre>& fibres = loaded_.ligaments.fibres;
     if (fibres.empty()) refuse("quantity", "a quantity of fibres", "[ligaments], or another quantity");
     if (parameter.quantity == UncertainQuantity::attachment) {
-      const std::string& body = core::text_or_empty(value, "body");
-      if (body.empty()) refuse("body", "nothing", "\"reference\" or \"moving\"");
-      parameter.is_moving = body == "moving";
-      parameter.name += " " + body;
+      parameter.body = body_at(value);
+      parameter.name += std::string(" ") + name_of(parameter.body);
     }
     const std::string& fibre = core::text_or_empty(value, "fibre");
     const std::string& bundle = core::text_or_empty(value, "bundle");
@@ -198,12 +203,10 @@ class UncertaintyReader {
 
   void set_component(const core::DocumentValue& value, UncertainParameter& parameter)
   {
-    const std::string& body_name = core::text_or_empty(value, "body");
     const std::string& name = core::text_or_empty(value, "component");
-    if (body_name.empty()) refuse("body", "nothing", "\"reference\" or \"moving\"");
+    parameter.body = body_at(value);
     if (parameter.is_factor) refuse("factor", "true", "false: an offset changes by mm");
-    parameter.is_moving = body_name == "moving";
-    const BodyJob& body = parameter.is_moving ? job_.moving : job_.reference;
+    const BodyJob& body = part_of(job_, parameter.body);
     std::vector<std::string> names;
     for (const ComponentJob& component : body.components) {
       if (component.has_contact) names.push_back(component.name);
@@ -212,8 +215,8 @@ class UncertaintyReader {
     }
     if (std::find(names.begin(), names.end(), name) == names.end())
       refuse("component", name.empty() ? "nothing" : "\"" + name + "\"",
-             "a component of " + body_name + " in contact; the nearest is \"" + nearest_word(name, names) +
-                 "\"");
+             std::string("a component of ") + name_of(parameter.body) + " in contact; the nearest is \"" +
+                 nearest_word(name, names) + "\"");
     parameter.name += " " + name;
   }
 
@@ -316,7 +319,7 @@ class UncertaintyReader {
         require((is_factor ? 0.0 : loaded_.ligaments.fibres[k].stiffness_n) + smallest > 0.0,
                 "values that keep every stiffness above 0");
     } else if (parameter.quantity == UncertainQuantity::offset) {
-      const Part& part = parameter.is_moving ? loaded_.moving.contact : loaded_.reference.contact;
+      const Part& part = part_of(loaded_, parameter.body).contact;
       for (std::size_t t = 0; t < part.component.size(); ++t) {
         if (part.component[t] == parameter.component)
           return require(offset_mm(part.mesh, static_cast<Eigen::Index>(t)) + smallest >= 0.0,

@@ -8,13 +8,34 @@
 
 #include <Eigen/Core>
 
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "core/fields.hpp"
 #include "model/mesh.hpp"
 
 namespace vrda::inline model {
+
+/// A body as its row in the list of a joint's bodies, as motion models number them; `world` is the frame that
+/// no body carries.
+enum class BodyIndex : std::int8_t { world = -1, reference = 0, moving = 1 };
+/// Names in jobs and files.
+inline constexpr Named<BodyIndex> body_names[] = {
+    {BodyIndex::reference, "reference"}, {BodyIndex::moving, "moving"}, {BodyIndex::world, "world"}};
+constexpr const auto& names_of(BodyIndex)
+{
+  return body_names;
+}
+inline constexpr BodyIndex all_bodies[] = {BodyIndex::reference, BodyIndex::moving};
+
+/// The member of `its` that belongs to a body: `its.reference` or `its.moving`.
+template <typename Bodies>
+auto& part_of(Bodies& its, BodyIndex body)
+{
+  return body == BodyIndex::moving ? its.moving : its.reference;
+}
 
 enum class Side { right, left };
 

@@ -89,8 +89,8 @@ void add_path(const FibrePath& path, const PathEnergy& of_length, const MovingPo
 {
   const Eigen::Matrix<double, 3, 5> J = point_jacobian(path.end_mm, pose);
   const Vector5d slope = J.transpose() * path.direction;
-  const Matrix5d turning = path.end_body == WrapBody::moving ? turning_of_moving_end(path, pose)
-                                                             : turning_of_reference_end(path, pose);
+  const Matrix5d turning = path.end_body == BodyIndex::moving ? turning_of_moving_end(path, pose)
+                                                              : turning_of_reference_end(path, pose);
   const Matrix5d bending = J.transpose() * path.bending * J;
   sum.energy_nmm += of_length.energy_nmm;
   sum.gradient += of_length.force_n * slope;
@@ -207,7 +207,7 @@ WrapPath wrapped_path(const Fibre& fibre, const Wrap& wrap, const JointPlacement
                            (p_body_mm - wrap.X_body_wrap.translation()));
   };
   Eigen::Vector3d start_mm, end_mm;
-  if (wrap.body == WrapBody::moving) {
+  if (wrap.body == BodyIndex::moving) {
     start_mm = in_wrap(fibre.moving_mm);
     end_mm = in_wrap(R_moving_S * (placement.R_S_reference * fibre.reference_mm - placement.t_S_moving_mm));
   } else {
@@ -264,7 +264,7 @@ FibrePath fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const J
   const Wrap& wrap = wraps[static_cast<std::size_t>(fibre.wrap)];
   const WrapPath wrapped = wrapped_path(fibre, wrap, placement);
   if (!wrapped.is_wrapped) return straight_path(reference_mm, moving_mm);
-  const bool is_on_moving = wrap.body == WrapBody::moving;
+  const bool is_on_moving = wrap.body == BodyIndex::moving;
   const Eigen::Matrix3d R_S_wrap =
       (is_on_moving ? placement.R_S_moving : placement.R_S_reference) * wrap.X_body_wrap.linear();
   FibrePath path;
@@ -273,7 +273,7 @@ FibrePath fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const J
   path.direction =
       R_S_wrap * (is_on_moving ? Eigen::Vector3d(-wrapped.end_direction) : wrapped.end_direction);
   path.end_mm = is_on_moving ? reference_mm : moving_mm;
-  path.end_body = is_on_moving ? WrapBody::reference : WrapBody::moving;
+  path.end_body = is_on_moving ? BodyIndex::reference : BodyIndex::moving;
   path.bending = R_S_wrap * wrapped.bending * R_S_wrap.transpose();
   return path;
 }
@@ -295,7 +295,7 @@ SampledFibre sample_fibre_path(const Fibre& fibre, const std::vector<Wrap>& wrap
     return {span_mm.norm(), false};
   }
   const Wrap& wrap = wraps[static_cast<std::size_t>(fibre.wrap)];
-  const bool is_on_moving = wrap.body == WrapBody::moving;
+  const bool is_on_moving = wrap.body == BodyIndex::moving;
   for (std::size_t k = 1; k < last; ++k) {
     // The path starts at the object with the wrap; the points start at the reference.
     const double part = static_cast<double>(k - 1) / static_cast<double>(last - 2);

@@ -17,7 +17,6 @@
 namespace vrda::inline model {
 
 enum class WrapShape { cylinder, ellipsoid };
-enum class WrapBody { reference, moving };
 
 /// A smooth wrapping surface fixed to one object; fibres wrap on the shorter side. A cylinder's axis is its
 /// Z. It is ignored for a fibre with an attachment inside it (a cylinder counts as infinite here) and for one
@@ -26,7 +25,7 @@ enum class WrapBody { reference, moving };
 struct Wrap {
   std::string name;
   WrapShape shape = WrapShape::cylinder;
-  WrapBody body = WrapBody::reference;
+  BodyIndex body = BodyIndex::reference;
   Pose X_body_wrap = Pose::Identity();  ///< of the object's frame
   Eigen::Vector3d radii_mm{0, 0, 0};    ///< ellipsoid: half-axes; cylinder: x = y = radius, z = half length
 };
@@ -40,6 +39,13 @@ struct Fibre {
   double slack_length_mm = 0.0;  ///< above 0
   int wrap = -1;                 ///< row of Ligaments::wraps, or -1
 };
+
+/// Its attachment to a body, in the body's frame.
+template <typename AFibre>
+auto& attachment_mm(AFibre& fibre, BodyIndex body)
+{
+  return body == BodyIndex::moving ? fibre.moving_mm : fibre.reference_mm;
+}
 
 /// The ligaments of a knee that names of bundles are recognised by.
 inline constexpr const char* knee_ligaments[] = {"ACL", "PCL", "MCL", "LCL"};
@@ -111,7 +117,7 @@ struct FibrePath {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
   /// The attachment at the end of the free segment, and its object.
   Eigen::Vector3d end_mm = Eigen::Vector3d::Zero();
-  WrapBody end_body = WrapBody::moving;
+  BodyIndex end_body = BodyIndex::moving;
   /// Second derivatives of the length over `end_mm` with the wrap fixed; 1/mm.
   Eigen::Matrix3d bending = Eigen::Matrix3d::Zero();
 };

@@ -341,21 +341,10 @@ struct SpineOptions {
   double band_moment_nmm = 500.0;  ///< extra moments about Delta for the theta band; 0: none
 };
 
-/// The axes in which an applied load keeps its direction. All coincide at zero attitude and theta. The values
-/// are those of the motion model.
-enum class LoadFrame : std::int8_t { world = 0, reference = 1, moving = 2 };
-
-/// As in a job.
-inline constexpr Named<LoadFrame> load_frame_names[] = {
-    {LoadFrame::world, "world"}, {LoadFrame::reference, "reference"}, {LoadFrame::moving, "moving"}};
-constexpr const auto& names_of(LoadFrame)
-{
-  return load_frame_names;
-}
-
 /// A force at a material point of the moving object and a moment on it; their opposites act on the reference.
 struct AppliedLoad {
-  LoadFrame frame = LoadFrame::world;
+  /// The axes in which the load keeps its direction; all coincide at zero attitude and theta.
+  BodyIndex frame = BodyIndex::world;
   Eigen::Vector3d force_n{0.0, 0.0, 0.0};     ///< axes of `frame`
   Eigen::Vector3d moment_nmm{0.0, 0.0, 0.0};  ///< right-handed, axes of `frame`
   Eigen::Vector3d point_mm{0.0, 0.0, 0.0};    ///< in the moving object's frame

@@ -92,8 +92,7 @@ std::string wraps_text(const model::Ligaments& ligaments)
     const bool is_cylinder = wrap.shape == model::WrapShape::cylinder;
     text += std::string(text.size() > 1 ? "," : "") + "\n  {\"name\": " + quoted(wrap.name) +
             ", \"type\": \"" + (is_cylinder ? "WrapCylinder" : "WrapEllipsoid") + "\", \"body\": \"" +
-            (wrap.body == model::WrapBody::reference ? "reference" : "moving") +
-            "\", \"unit\": \"mm\",\n   \"xyz_body_rotation\": [" +
+            name_of(wrap.body) + "\", \"unit\": \"mm\",\n   \"xyz_body_rotation\": [" +
             core::numbers_text(body_fixed_angles_rad(wrap.X_body_wrap.linear()), ",") +
             "], \"translation\": [" + core::numbers_text(wrap.X_body_wrap.translation(), ",") + "],\n   ";
     if (is_cylinder) {

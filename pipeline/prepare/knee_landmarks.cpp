@@ -459,7 +459,7 @@ TransferredLigaments transferred_ligaments(const TemplateJoint& own_side, const 
     result.moves.push_back({above.moved_mm, below.moved_mm});
   }
   for (model::Wrap& wrap : result.ligaments.wraps)
-    wrap = transferred(wrap, wrap.body == model::WrapBody::reference ? femur : tibia);
+    wrap = transferred(wrap, wrap.body == BodyIndex::reference ? femur : tibia);
   return result;
 }
 

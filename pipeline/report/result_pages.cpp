@@ -31,7 +31,7 @@ Json range_json(const analysis::RomDocument& document)
            {{"translation_mm", range.limits.translation_mm},
             {"opening_mm", range.limits.opening_mm},
             {"strain", range.limits.strain},
-            {"delta_of", range.delta_body == analysis::DeltaBody::reference ? "reference" : "moving"}}}};
+            {"delta_of", name_of(range.delta_body)}}}};
 }
 
 Json end_json(const analysis::RomDocument& document, const analysis::RangeEnd& end)

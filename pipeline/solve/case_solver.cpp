@@ -396,7 +396,7 @@ store::LoadRows load_rows(const job::Case& job_case)
   for (const job::LoadPoint& load : job_case.loads) {
     rows.point_mm.row(static_cast<Eigen::Index>(rows.name.size())) = load.point_mm.transpose();
     rows.name.push_back(load.name);
-    rows.frame.push_back(static_cast<std::int8_t>(load.frame));
+    rows.frame.push_back(static_cast<std::int8_t>(static_cast<int>(load.frame) + 1));
   }
   for (const job::Push& push : job_case.push) {
     for (const Eigen::Vector3d& force_n : push.load_force_n) append_row(rows.force_n, force_n);
@@ -683,7 +683,7 @@ store::LigamentRows ligament_rows(const model::Ligaments& canonical)
     const model::Wrap& wrap = canonical.wraps[static_cast<std::size_t>(k)];
     rows.wrap_name.push_back(wrap.name);
     rows.wrap_shape.push_back(wrap.shape == model::WrapShape::cylinder ? 0 : 1);
-    rows.wrap_body.push_back(wrap.body == model::WrapBody::reference ? 0 : 1);
+    rows.wrap_body.push_back(static_cast<std::int8_t>(wrap.body));
     rows.wrap_radii_mm.row(k) = wrap.radii_mm.transpose();
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) rows.X_body_wrap.push_back(wrap.X_body_wrap.matrix()(i, j));

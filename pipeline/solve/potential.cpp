@@ -16,14 +16,14 @@ namespace vrda::solve {
 namespace {
 
 // Rotation of a load's axes in S.
-Eigen::Matrix3d rotation_of(LoadFrame frame, const model::JointPlacement& placement)
+Eigen::Matrix3d rotation_of(BodyIndex frame, const model::JointPlacement& placement)
 {
   switch (frame) {
-    case LoadFrame::world:
+    case BodyIndex::world:
       return Eigen::Matrix3d::Identity();
-    case LoadFrame::reference:
+    case BodyIndex::reference:
       return placement.R_S_reference;
-    case LoadFrame::moving:
+    case BodyIndex::moving:
       return placement.R_S_moving;
   }
   return Eigen::Matrix3d::Identity();
@@ -79,7 +79,7 @@ LoadPotential potential_near(const Loads& loads, const Attitude& attitude, const
   out.lines = loads.lines;
   for (const AppliedLoad& load : loads.applied) {
     AppliedLoad constant = load;
-    if (load.frame != LoadFrame::moving) {
+    if (load.frame != BodyIndex::moving) {
       const Eigen::Matrix3d R_S_load = rotation_of(load.frame, placement);
       out.forces.push_back({placement.R_S_reference.transpose() * (R_S_load * load.force_n), load.point_mm});
       constant.force_n.setZero();

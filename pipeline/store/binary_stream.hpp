@@ -48,43 +48,42 @@ class BinaryWriter : public RegistryVisitor {
     }
   }
 
-  bool has(const std::string&, bool is_there)
+  bool has(const std::string&, bool is_there) override
   {
-    write_value(is_there ? std::int8_t{1} : std::int8_t{0});
+    write_value(is_there);
     return is_there;
   }
-  void dimension(const std::string& path, const DimensionSize& count)
+  void dimension(const std::string& path, const DimensionSize& count) override
   {
     RegistryVisitor::dimension(path, count);
     if (count.kind != DimensionSize::Kind::fixed) write_value(count.n);
   }
-  template <typename Member>
-  void attribute(const std::string&, const std::string&, const Member& member, const Unit&)
-  {
-    if constexpr (std::is_same_v<Member, bool>) {
-      write_value(member ? std::int8_t{1} : std::int8_t{0});
-    } else {
-      write_value(member);
-    }
-  }
-  template <typename List>
-  void list(const std::string&, const List& list)
-  {
-    write_value(static_cast<std::uint32_t>(list.size()));
-    for (const auto& element : list) write_value(group_name(element));
-  }
-  template <typename Member>
-  void operator()(const Dataset&, const Member& member)
-  {
-    const auto values = values_of(member);
-    if constexpr (member_kind<Member>() == ValueKind::text) {
-      for (const std::string& text : values) write_value(text);
-    } else {
-      append(values.data(), values.size_bytes());
-    }
-  }
 
  private:
+  void visit_attribute(const std::string&, const std::string&, Attribute value, const Unit&) override
+  {
+    std::visit([&](const auto* one) { write_value(*one); }, value);
+  }
+  void visit_list(const std::string&, List list) override
+  {
+    std::visit(
+        [&](const auto* elements) {
+          write_value(static_cast<std::uint32_t>(elements->size()));
+          for (const auto& element : *elements) write_value(group_name(element));
+        },
+        list);
+  }
+  void visit_dataset(const Dataset&, Member member) override
+  {
+    with_values(member, [&]<typename Scalar>(std::span<Scalar> values) {
+      if constexpr (std::is_same_v<Scalar, std::string>) {
+        for (const std::string& text : values) write_value(text);
+      } else {
+        append(values.data(), values.size_bytes());
+      }
+    });
+  }
+
   void append(const void* data, std::size_t size)
   {
     if (is_counting_) {
@@ -105,6 +104,7 @@ class BinaryReader : public RegistryVisitor {
   BinaryReader(std::string_view bytes, const std::string& file) : bytes_(bytes), file_(file) {}
 
   std::size_t left() const { return bytes_.size(); }
+  bool may_change() const override { return true; }
 
   template <typename Value>
   void read_value(Value& value)
@@ -117,70 +117,29 @@ class BinaryReader : public RegistryVisitor {
       bytes_.remove_prefix(size);
     } else if constexpr (std::is_same_v<Value, Eigen::Vector3d>) {
       take(value.data(), 3 * sizeof(double));
+    } else if constexpr (std::is_same_v<Value, bool>) {
+      std::int8_t code = 0;
+      take(&code, 1);
+      value = code != 0;
     } else {
-      static_assert(std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>);
+      static_assert(std::is_arithmetic_v<Value>);
       take(&value, sizeof value);
     }
   }
 
-  bool has(const std::string&, bool)
+  bool has(const std::string&, bool) override
   {
-    std::int8_t code = 0;
-    read_value(code);
-    return code != 0;
+    bool is_there = false;
+    read_value(is_there);
+    return is_there;
   }
-  void dimension(const std::string& path, const DimensionSize& count)
+  void dimension(const std::string& path, const DimensionSize& count) override
   {
     std::int64_t n = count.n;
     if (count.kind != DimensionSize::Kind::fixed) read_value(n);
     const bool is_axis = count.kind == DimensionSize::Kind::axis;
     if (n < (is_axis ? 1 : 0) || n > std::numeric_limits<std::int32_t>::max()) refuse(path);
     RegistryVisitor::dimension(path, DimensionSize::fixed(n));
-  }
-  template <typename Member>
-  void attribute(const std::string&, const std::string&, Member& member, const Unit&)
-  {
-    if constexpr (std::is_same_v<Member, bool>) {
-      std::int8_t code = 0;
-      read_value(code);
-      member = code != 0;
-    } else {
-      read_value(member);
-    }
-  }
-  template <typename List>
-  void list(const std::string& group, List& list)
-  {
-    /// Limit of sets and audits; the file's reader accepts 10000 objects.
-    constexpr std::uint32_t most_elements = 1000;
-    std::uint32_t n = 0;
-    read_value(n);
-    if (n > most_elements) refuse(group);
-    list.resize(n);
-    for (auto& element : list) {
-      std::string name;
-      read_value(name);
-      if (!set_group_name(element, name)) refuse(group);
-    }
-  }
-  template <typename Member>
-  void operator()(const Dataset& dataset, Member& member)
-  {
-    const std::vector<std::int64_t> shape = shape_of(dataset);
-    constexpr bool is_text = member_kind<Member>() == ValueKind::text;
-    std::uint64_t bytes =
-        is_text ? sizeof(std::uint32_t) : sizeof(typename decltype(values_of(member))::value_type);
-    for (const std::int64_t size : shape) {
-      if (__builtin_mul_overflow(bytes, static_cast<std::uint64_t>(size), &bytes)) refuse(dataset.path);
-    }
-    require(bytes);
-    resize(member, shape);
-    const auto values = values_of(member);
-    if constexpr (is_text) {
-      for (std::string& text : values) read_value(text);
-    } else {
-      take(values.data(), values.size_bytes());
-    }
   }
 
   /// Throws unless at least `size` bytes remain.
@@ -192,6 +151,46 @@ class BinaryReader : public RegistryVisitor {
   }
 
  private:
+  void visit_attribute(const std::string&, const std::string&, Attribute value, const Unit&) override
+  {
+    std::visit([&](auto* one) { read_value(*one); }, value);
+  }
+  void visit_list(const std::string& group, List list) override
+  {
+    /// Limit of sets and audits; the file's reader accepts 10000 objects.
+    constexpr std::uint32_t most_elements = 1000;
+    std::uint32_t n = 0;
+    read_value(n);
+    if (n > most_elements) refuse(group);
+    std::visit(
+        [&](auto* elements) {
+          elements->resize(n);
+          for (auto& element : *elements) {
+            std::string name;
+            read_value(name);
+            if (!set_group_name(element, name)) refuse(group);
+          }
+        },
+        list);
+  }
+  void visit_dataset(const Dataset& dataset, Member member) override
+  {
+    const std::vector<std::int64_t> shape = shape_of(dataset);
+    std::uint64_t bytes = bytes_of(kind_of(member));
+    for (const std::int64_t size : shape) {
+      if (__builtin_mul_overflow(bytes, static_cast<std::uint64_t>(size), &bytes)) refuse(dataset.path);
+    }
+    require(bytes);
+    std::visit([&](auto* all) { resize(*all, shape); }, member);
+    with_values(member, [&]<typename Scalar>(std::span<Scalar> values) {
+      if constexpr (std::is_same_v<Scalar, std::string>) {
+        for (std::string& text : values) read_value(text);
+      } else {
+        take(values.data(), values.size_bytes());
+      }
+    });
+  }
+
   [[noreturn]] void refuse(const std::string& where) const
   {
     throw InputError({file_, where, "invalid serialized bytes", "serialized values"});

@@ -41,6 +41,13 @@ constexpr ValueKind value_kind()
   if constexpr (std::is_same_v<Scalar, std::string>) return ValueKind::text;
 }
 
+/// Bytes of one value; a text counts as its length field.
+inline std::uint64_t bytes_of(ValueKind kind)
+{
+  if (kind == ValueKind::float64 || kind == ValueKind::int64) return 8;
+  return kind == ValueKind::int8 ? 1 : 4;
+}
+
 /// The codes of an int8 dataset; written as CF flag_values and flag_meanings.
 enum class FlagSet {
   none,
@@ -145,41 +152,16 @@ struct DimensionSize {
 };
 
 /// The values of a model's member as a span.
-template <typename Scalar>
-auto values_of(std::vector<Scalar>& member)
-{
-  return std::span<Scalar>(member);
-}
-template <typename Scalar>
-auto values_of(const std::vector<Scalar>& member)
-{
-  return std::span<const Scalar>(member);
-}
-inline auto values_of(std::string& member)
-{
-  return std::span<std::string>(&member, 1);
-}
-inline auto values_of(const std::string& member)
-{
-  return std::span<const std::string>(&member, 1);
-}
-template <typename Derived>
-auto values_of(Eigen::PlainObjectBase<Derived>& member)
-{
-  static_assert(Derived::IsRowMajor, "arrays have one order in memory and in the file");
-  return std::span<typename Derived::Scalar>(member.data(), static_cast<std::size_t>(member.size()));
-}
-template <typename Derived>
-auto values_of(const Eigen::PlainObjectBase<Derived>& member)
-{
-  static_assert(Derived::IsRowMajor, "arrays have one order in memory and in the file");
-  return std::span<const typename Derived::Scalar>(member.data(), static_cast<std::size_t>(member.size()));
-}
-
 template <typename Member>
-constexpr ValueKind member_kind()
+auto values_of(Member& member)
 {
-  return value_kind<typename decltype(values_of(std::declval<const Member&>()))::value_type>();
+  if constexpr (std::is_same_v<std::remove_const_t<Member>, std::string>) {
+    return std::span(&member, 1);
+  } else {
+    if constexpr (requires { Member::IsRowMajor; })
+      static_assert(Member::IsRowMajor, "arrays have one order in memory and in the file");
+    return std::span(member.data(), static_cast<std::size_t>(member.size()));
+  }
 }
 
 /// Resizes a member to the shape of its dataset.

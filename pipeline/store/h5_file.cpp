@@ -683,7 +683,7 @@ void H5Writer::write_values(const Dataset& dataset, const std::vector<std::int64
 }
 
 void H5Writer::write(const Dataset& dataset, const std::vector<std::int64_t>& shape,
-                     std::span<const std::string> values)
+                     std::span<std::string> values)
 {
   std::vector<const char*> texts;
   for (const std::string& value : values) {
@@ -727,6 +727,81 @@ std::string H5Writer::bytes()
   place("").check(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL));
   file_.reset();
   return bytes_of_file(memory_, file_name_);
+}
+
+void Hdf5WriteVisitor::visit_attribute(const std::string& object, const std::string& name, Attribute value,
+                                       const Unit&)
+{
+  if (pass_ != (object == "/" ? Pass::root_attributes : Pass::attributes)) return;
+  const auto write = [this, object, name](const auto& one) {
+    using Value = std::decay_t<decltype(one)>;
+    if constexpr (std::is_same_v<Value, std::string>) {
+      writer_.write_attribute(object, name, one);
+    } else if constexpr (std::is_same_v<Value, bool>) {
+      const std::int8_t code = one ? 1 : 0;
+      writer_.write_attribute(object, name, std::span<const std::int8_t>(&code, 1));
+    } else if constexpr (std::is_same_v<Value, Eigen::Vector3d>) {
+      writer_.write_attribute(object, name, std::span<const double>(one.data(), 3));
+    } else {
+      writer_.write_attribute(object, name, std::span<const Value>(&one, 1));
+    }
+  };
+  std::visit(
+      [&](const auto* one) {
+        if (object == "/") return write(*one);
+        later_.push_back({object, [write, copy = *one] { write(copy); }});
+      },
+      value);
+}
+
+void Hdf5WriteVisitor::visit_dataset(const Dataset& dataset, Member member)
+{
+  if (pass_ != Pass::datasets) return;
+  const std::vector<std::int64_t> shape = shape_of(dataset);
+  for (std::size_t axis = 0; axis < shape.size(); ++axis) {
+    const std::string& dimension = dataset.dimensions[axis];
+    const bool is_new = existing_.insert(dimension).second;
+    if (is_new && dimension != dataset.path) writer_.create_dimension(dimension, shape[axis]);
+  }
+  with_values(member, [&](auto values) { writer_.write(dataset, shape, values); });
+  note_coordinates(dataset);
+}
+
+// A group with tables over the grid gets links to its coordinate variables: readers of one group look there.
+void Hdf5WriteVisitor::note_coordinates(const Dataset& dataset)
+{
+  existing_.insert(dataset.path);
+  const std::string group = dataset.path.substr(0, dataset.path.rfind('/'));
+  for (const char* axis : {"/flexion", "/varus"}) {
+    if (!group.empty() && std::ranges::find(dataset.dimensions, axis) != dataset.dimensions.end())
+      links_.emplace(group + axis, axis);
+  }
+}
+
+void Hdf5WriteVisitor::finish()
+{
+  const auto rank = [](const std::string& object) {
+    constexpr const char* first[] = {"/bodies", "/push", "/equilibrium", "/ligaments", "/smoothed"};
+    return std::ranges::find_if(first, [&](const char* group) { return object.starts_with(group); }) - first;
+  };
+  std::ranges::stable_sort(later_,
+                           [&](const auto& a, const auto& b) { return rank(a.first) < rank(b.first); });
+  for (const auto& [object, write] : later_) write();
+  for (const auto& [link, target] : links_)
+    if (existing_.count(link) == 0) writer_.link(target, link);
+}
+
+void write_format(H5Writer& writer, const FormatName& format)
+{
+  writer.write_attribute("/", "format", std::string(format.name));
+  writer.write_attribute("/", "format_version", std::string(format.version));
+  writer.write_attribute("/", "Conventions", std::string(conventions));
+}
+
+void Hdf5ReadVisitor::dimension(const std::string& path, const DimensionSize& count)
+{
+  const auto found = std::ranges::find(counted_, path, &Sizes::value_type::first);
+  RegistryVisitor::dimension(path, found == counted_.end() ? count : DimensionSize::fixed(found->second));
 }
 
 }  // namespace vrda::store

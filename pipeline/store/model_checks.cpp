@@ -41,24 +41,20 @@ struct Format {
   std::int32_t least_minor_version, minor_version;
 };
 
-std::uint64_t bytes_of(ValueKind kind)
-{
-  if (kind == ValueKind::float64 || kind == ValueKind::int64) return 8;
-  return kind == ValueKind::int8 ? 1 : 4;  // a text counts as its length field
-}
-
 /// Checks a file's structure while visiting the registry of the content that it builds.
 class StructureCheck : public RegistryVisitor {
  public:
   explicit StructureCheck(const H5Reader& reader) : reader_(reader), findings_(reader.rejected()) {}
 
-  template <typename Content, typename Visit>
-  Structure<Content> run(const Format& format, const Visit& visit)
+  bool may_change() const override { return true; }
+
+  template <typename Content>
+  Structure<Content> run(const Format& format)
   {
     Structure<Content> result;
     // A file with rejected links is not checked further.
     if (findings_.empty() && is_format(format)) {
-      visit(result.content, *this);
+      visit_registry(result.content, *this);
       if (value_bytes_ > max_value_bytes) {
         report("/", std::to_string(value_bytes_) + " bytes of values",
                "at most " + std::to_string(max_value_bytes));
@@ -69,14 +65,14 @@ class StructureCheck : public RegistryVisitor {
     return result;
   }
 
-  void group(const std::string& path)
+  void group(const std::string& path) override
   {
     if (!reader_.is_group(path)) report(path, "nothing", "a group");
   }
 
-  bool has(const std::string& path, bool) { return reader_.objects().count(path) > 0; }
+  bool has(const std::string& path, bool) override { return reader_.objects().count(path) > 0; }
 
-  void dimension(const std::string& path, const DimensionSize& count)
+  void dimension(const std::string& path, const DimensionSize& count) override
   {
     std::int64_t n = size_in_file(path);
     if (n == 0 && count.kind == DimensionSize::Kind::axis) report(path, "no values", "at least one");
@@ -87,27 +83,31 @@ class StructureCheck : public RegistryVisitor {
     RegistryVisitor::dimension(path, DimensionSize::fixed(is_fixed ? count.n : n));
   }
 
-  template <typename Member>
-  void attribute(const std::string& object, const std::string& name, Member& member, const Unit&)
+ private:
+  void visit_attribute(const std::string& object, const std::string& name, Attribute member,
+                       const Unit&) override
   {
-    if (const std::optional<AttributeValue> value = checked_attribute(object, name, member)) {
-      assign(*value, member);
-    }
+    const std::optional<AttributeValue> value = checked_attribute(object, name, member);
+    if (value) std::visit([&](auto* one) { assign(*value, *one); }, member);
   }
 
   /// The value is compared after the datasets that it repeats have been read.
-  template <typename Value>
-  void derived_attribute(const std::string& object, const std::string& name, const Value& value)
+  void visit_derived(const std::string& object, const std::string& name, Attribute value) override
   {
     checked_attribute(object, name, value);
   }
 
-  template <typename List>
-  void list(const std::string& group, List& list)
+  void visit_list(const std::string& group, List list) override
+  {
+    std::visit([&](auto* elements) { find_elements(group, *elements); }, list);
+  }
+
+  template <typename Element>
+  void find_elements(const std::string& group, std::vector<Element>& list)
   {
     for (const auto& [path, kind] : reader_.objects()) {
       if (path.rfind(group + "/", 0) != 0 || path.find('/', group.size() + 1) != std::string::npos) continue;
-      typename List::value_type element;
+      Element element;
       if (set_group_name(element, path.substr(group.size() + 1))) {
         list.push_back(std::move(element));
       } else if (!is_later_) {
@@ -115,16 +115,14 @@ class StructureCheck : public RegistryVisitor {
       }
     }
     // In the order of the writer: degree_2 before degree_10.
-    std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return is_before(a, b); });
+    std::ranges::stable_sort(list, [](const Element& a, const Element& b) { return is_before(a, b); });
   }
 
-  template <typename Member>
-  void operator()(const Dataset& dataset, const Member&)
+  void visit_dataset(const Dataset& dataset, Member member) override
   {
-    check_dataset(dataset, member_kind<Member>());
+    check_dataset(dataset, kind_of(member));
   }
 
- private:
   static bool is_before(const SmoothedSet& a, const SmoothedSet& b) { return a.degree < b.degree; }
   static bool is_before(const AuditSet& a, const AuditSet& b) { return a.name < b.name; }
 
@@ -272,16 +270,15 @@ class StructureCheck : public RegistryVisitor {
   }
 
   /// An attribute with the type and size of `member`; empty, with a finding, if it is missing or different.
-  template <typename Member>
   std::optional<AttributeValue> checked_attribute(const std::string& object, const std::string& name,
-                                                  const Member&)
+                                                  const Attribute& member)
   {
-    constexpr bool is_flag = std::is_same_v<Member, bool>;
-    constexpr bool is_vector = std::is_same_v<Member, Eigen::Vector3d>;
-    constexpr ValueKind kind = is_flag ? ValueKind::int8
-                               : is_vector
-                                   ? ValueKind::float64
-                                   : value_kind<std::conditional_t<is_flag || is_vector, double, Member>>();
+    const bool is_flag = std::holds_alternative<bool*>(member);
+    const bool is_vector = std::holds_alternative<Eigen::Vector3d*>(member);
+    const ValueKind kind = std::holds_alternative<std::string*>(member)    ? ValueKind::text
+                           : std::holds_alternative<std::int32_t*>(member) ? ValueKind::int32
+                           : is_flag                                       ? ValueKind::int8
+                                                                           : ValueKind::float64;
     if (reader_.objects().count(object) == 0) return std::nullopt;  // already reported
     const std::string where = object + "@" + name;
     const std::size_t n = is_vector ? 3 : 1;
@@ -325,19 +322,194 @@ class StructureCheck : public RegistryVisitor {
 
 Structure<MotionModel> structure_of_model(const H5Reader& reader)
 {
-  return StructureCheck(reader).run<MotionModel>(
-      {format_name, least_minor_version, format_minor_version},
-      [](MotionModel& model, StructureCheck& check) { visit_motion_model(model, check); });
+  return StructureCheck(reader).run<MotionModel>({format_name, least_minor_version, format_minor_version});
 }
 
 Structure<Trace> structure_of_trace(const H5Reader& reader)
 {
   return StructureCheck(reader).run<Trace>(
-      {trace_format_name, trace_format_minor_version, trace_format_minor_version},
-      [](Trace& trace, StructureCheck& check) { visit_trace(trace, check); });
+      {trace_format_name, trace_format_minor_version, trace_format_minor_version});
 }
 
 namespace {
+
+// Checks the values of each dataset of a registry against the rule of its row.
+
+class RowCheck : public RegistryVisitor {
+ public:
+  explicit RowCheck(ValueFindings& findings) : findings_(findings) {}
+
+ private:
+  void visit_dataset(const Dataset& dataset, Member member) override
+  {
+    with_values(member, [&]<typename Scalar>(std::span<Scalar> values) {
+      if constexpr (std::is_same_v<Scalar, std::string>) {
+        check_texts(dataset, values);
+      } else if constexpr (std::is_floating_point_v<Scalar>) {
+        check_numbers(dataset, std::span<const Scalar>(values));
+      } else {
+        check_integers(dataset, std::span<const Scalar>(values));
+      }
+    });
+  }
+
+  void check_texts(const Dataset& dataset, std::span<const std::string> texts)
+  {
+    std::set<std::string> seen;
+    const auto is_sha256 = [](const std::string& text) {
+      return text.size() == 64 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+    };
+    findings_.report_each(
+        dataset.path, texts.size(), rule_text(dataset.valid),
+        [&](std::size_t i) {
+          switch (dataset.valid.rule) {
+            case Rule::names:
+              return texts[i].empty();
+            case Rule::unique_names:
+              return texts[i].empty() || !seen.insert(texts[i]).second;
+            case Rule::sha256:
+              return !is_sha256(texts[i]);
+            default:
+              return false;
+          }
+        },
+        [&](std::size_t i) { return "\"" + texts[i] + "\""; });
+  }
+
+  template <typename Scalar>
+  void check_integers(const Dataset& dataset, std::span<const Scalar> values)
+  {
+    const ValueRule& valid = dataset.valid;
+    const std::vector<std::int8_t> codes = flag_table(dataset.flags()).values;
+    const std::size_t width = width_of(valid.condition, values.size());
+    const auto is_wrong = [&](std::size_t i) {
+      if (valid.rule == Rule::any) return false;
+      if (valid.rule == Rule::row_starts) {
+        const bool is_last = i + 1 == values.size();
+        return (i == 0 && values[i] != 0) || (i > 0 && values[i] < values[i - 1]) ||
+               (is_last && static_cast<double>(values[i]) != valid.largest);
+      }
+      if (valid.rule == Rule::integer) {
+        const auto value = static_cast<double>(values[i]);
+        return value < valid.least || value > valid.largest;
+      }
+      if (valid.condition.when != ValueCondition::When::always)
+        return valid.condition.at(i / width) ? values[i] != 0 && values[i] != 1 : values[i] != -1;
+      return std::find(codes.begin(), codes.end(), values[i]) == codes.end();
+    };
+    findings_.report_each(dataset.path, values.size(), rule_text(valid), is_wrong,
+                          [&](std::size_t i) { return std::to_string(values[i]); });
+  }
+
+  template <typename Scalar>
+  void check_numbers(const Dataset& dataset, std::span<const Scalar> values)
+  {
+    switch (dataset.valid.rule) {
+      case Rule::any:
+        return;
+      case Rule::axis:
+        check_axis(dataset, values, min_axis_step_deg);
+        return;
+      case Rule::ascending:
+        check_axis(dataset, values, min_key_step);
+        return;
+      case Rule::number:
+      case Rule::number_or_nan:
+        check_each_number(dataset, values);
+        return;
+      case Rule::rigid:
+        check_rows(dataset, values, 16);
+        return;
+      case Rule::whole_rows:
+        check_rows(dataset, values, width_of(dataset.valid.condition, values.size()));
+        return;
+      default:
+        check_lengths(dataset, values);
+    }
+  }
+
+  template <typename Scalar>
+  void check_axis(const Dataset& dataset, std::span<const Scalar> values, double min_step)
+  {
+    findings_.report_numbers(
+        dataset.path, values.data(), values.size(), rule_text(dataset.valid), [&](std::size_t i) {
+          return !is_number(values[i]) || (i > 0 && !(values[i] - values[i - 1] >= min_step));
+        });
+  }
+
+  template <typename Scalar>
+  void check_each_number(const Dataset& dataset, std::span<const Scalar> values)
+  {
+    const ValueRule& valid = dataset.valid;
+    const std::size_t width = width_of(valid.condition, values.size());
+    findings_.report_numbers(
+        dataset.path, values.data(), values.size(), rule_text(valid), [&](std::size_t i) {
+          const auto value = static_cast<double>(values[i]);
+          if (!valid.condition.at(i / width)) return !std::isnan(value);
+          if (std::isnan(value)) return valid.rule != Rule::number_or_nan;
+          return !is_number(value) || value < valid.least || (valid.excludes_least && value == valid.least);
+        });
+  }
+
+  /// Checks poses, or rows that are all numbers or all NaN.
+  template <typename Scalar>
+  void check_rows(const Dataset& dataset, std::span<const Scalar> values, std::size_t width)
+  {
+    const ValueRule& valid = dataset.valid;
+    if (values.empty()) return;
+    const auto all = [&](std::size_t row, auto&& is) {
+      return std::all_of(values.begin() + static_cast<std::ptrdiff_t>(row * width),
+                         values.begin() + static_cast<std::ptrdiff_t>((row + 1) * width), is);
+    };
+    findings_.report_each(
+        dataset.path, values.size() / width, rule_text(valid),
+        [&](std::size_t row) {
+          const bool are_nan = all(row, [](double x) { return std::isnan(x); });
+          if (!valid.condition.at(row)) return !are_nan;
+          if (valid.rule == Rule::rigid) return !is_rigid(values.subspan(16 * row, 16));
+          return !are_nan && !all(row, [](double x) { return is_number(x); });
+        },
+        [&](std::size_t row) {
+          if (!valid.condition.at(row)) return "numbers";
+          return valid.rule == Rule::rigid ? "not a rigid pose" : "not numbers";
+        });
+  }
+
+  template <typename Scalar>
+  static bool is_rigid(std::span<const Scalar> entries)
+  {
+    double copy[16];
+    std::copy(entries.begin(), entries.end(), copy);
+    return is_rigid_pose(copy);
+  }
+
+  /// Checks the lengths of 3-vectors.
+  template <typename Scalar>
+  void check_lengths(const Dataset& dataset, std::span<const Scalar> values)
+  {
+    const Rule rule = dataset.valid.rule;
+    const double tolerance = rule == Rule::exact_unit_rows ? exact_tolerance : normal_tolerance;
+    const auto length = [&](std::size_t i) {
+      return Eigen::Map<const Eigen::Matrix<Scalar, 3, 1>>(&values[3 * i]).template cast<double>().norm();
+    };
+    findings_.report_each(
+        dataset.path, values.size() / 3, rule_text(dataset.valid),
+        [&](std::size_t i) {
+          const bool may_be_zero = rule == Rule::unit_or_zero_rows;
+          return !(std::abs(length(i) - 1.0) <= tolerance) && !(may_be_zero && length(i) == 0.0);
+        },
+        [&](std::size_t i) { return "a vector of length " + text_of(length(i)); });
+  }
+
+  /// Number of values per leading entry.
+  static std::size_t width_of(const ValueCondition& answered, std::size_t n_values)
+  {
+    if (answered.when == ValueCondition::When::always || answered.size() == 0) return 1;
+    return std::max<std::size_t>(1, n_values / answered.size());
+  }
+
+  ValueFindings& findings_;
+};
 
 /// Tolerance of smoothed values against their polynomial: sums of at most 231 terms of up to 1e3 mm.
 constexpr double smoothed_tolerance = 1e-9;
@@ -649,12 +821,24 @@ class ModelRules {
 
 }  // namespace
 
+void check_rows(const MotionModel& model, ValueFindings& findings)
+{
+  RowCheck rows(findings);
+  visit_registry(model, rows);
+}
+
+void check_rows(const Trace& trace, ValueFindings& findings)
+{
+  RowCheck rows(findings);
+  visit_registry(trace, rows);
+}
+
 std::vector<Finding> check_values(const MotionModel& model)
 {
   ValueFindings findings;
   ModelRules rules(model, findings);
   rules.check_root_attributes();
-  visit_motion_model(model, RowCheck(findings));
+  check_rows(model, findings);
   rules.run();
   return findings.take();
 }
@@ -667,17 +851,13 @@ void require_no_findings(const std::vector<Finding>& findings, const std::string
 
 namespace {
 
-MotionModel read_model_values(const H5Reader& reader, Structure<MotionModel> structure)
+template <typename Content>
+Content read_values(const H5Reader& reader, Structure<Content> structure)
 {
-  MotionModel model = std::move(structure.content);
-  visit_motion_model(model, Hdf5ReadVisitor(reader, structure.sizes));
-  if (!model.has_compartments) set_no_compartments(model);
-  return model;
-}
-
-Trace read_trace_values(const H5Reader& reader, Structure<Trace> structure)
-{
-  visit_trace(structure.content, Hdf5ReadVisitor(reader, structure.sizes));
+  Hdf5ReadVisitor values(reader, structure.sizes);
+  visit_registry(structure.content, values);
+  if constexpr (std::is_same_v<Content, MotionModel>)
+    if (!structure.content.has_compartments) set_no_compartments(structure.content);
   return std::move(structure.content);
 }
 
@@ -715,7 +895,7 @@ MotionModel parse_motion_model(const Hdf5Content& content)
   const H5Reader reader(content);
   Structure<MotionModel> structure = structure_of_model(reader);
   require_no_findings(structure.findings, content.file);
-  MotionModel model = read_model_values(reader, std::move(structure));
+  MotionModel model = read_values(reader, std::move(structure));
   require_no_findings(findings_of(reader, model), content.file);
   return model;
 }
@@ -725,7 +905,7 @@ Trace parse_trace(const Hdf5Content& content)
   const H5Reader reader(content);
   Structure<Trace> structure = structure_of_trace(reader);
   require_no_findings(structure.findings, content.file);
-  Trace trace = read_trace_values(reader, std::move(structure));
+  Trace trace = read_values(reader, std::move(structure));
   require_no_findings(check_values(trace), content.file);
   return trace;
 }
@@ -738,11 +918,11 @@ std::vector<Finding> findings_in(const Hdf5Content& content)
     if (format && format->texts == std::vector<std::string>{trace_format_name}) {
       Structure<Trace> structure = structure_of_trace(reader);
       if (!structure.findings.empty()) return structure.findings;
-      return check_values(read_trace_values(reader, std::move(structure)));
+      return check_values(read_values(reader, std::move(structure)));
     }
     Structure<MotionModel> structure = structure_of_model(reader);
     if (!structure.findings.empty()) return structure.findings;
-    return findings_of(reader, read_model_values(reader, std::move(structure)));
+    return findings_of(reader, read_values(reader, std::move(structure)));
   } catch (const InputError& error) {
     // A damaged chunk is detected only when its values are read.
     return {{error.facts().field, error.facts().found, error.facts().wanted}};

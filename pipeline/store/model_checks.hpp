@@ -34,6 +34,10 @@ Structure<Trace> structure_of_trace(const H5Reader& reader);
 std::vector<Finding> check_values(const MotionModel& model);
 std::vector<Finding> check_values(const Trace& trace);
 
+/// Adds the findings about the values of each dataset by the rule of its row.
+void check_rows(const MotionModel& model, ValueFindings& findings);
+void check_rows(const Trace& trace, ValueFindings& findings);
+
 /// Differences between `trace` and its model: job, attitudes, final poses, triangles. Both must be valid.
 std::vector<Finding> compare_trace(const Trace& trace, const MotionModel& model);
 

@@ -853,7 +853,7 @@ void add_ligaments(const store::MotionModel& model, std::vector<JointLabel>& lab
     if (!name.empty() && std::ranges::find(found, name) == found.end()) found.push_back(name);
   }
   for (const std::string& name : found) {
-    JointLabel label{name, JointBody::reference, JointBody::moving};
+    JointLabel label{name, BodyIndex::reference, BodyIndex::moving};
     double n = 0.0;
     for (std::size_t i = 0; i < rows.bundle.size(); ++i) {
       if (model::ligament_of(rows.bundle[i]) != name) continue;
@@ -869,18 +869,18 @@ void add_ligaments(const store::MotionModel& model, std::vector<JointLabel>& lab
 
 /// Where a body's name is: of a knee at a distance from the rotation centre, else in the middle of its
 /// contact parts.
-Eigen::Vector3d name_mm(const store::MotionModel& model, JointBody body)
+Eigen::Vector3d name_mm(const store::MotionModel& model, BodyIndex body)
 {
-  const bool is_reference = body == JointBody::reference;
+  const bool is_reference = body == BodyIndex::reference;
   if (model.joint == "knee") {
     const double height_mm = is_reference ? femur_height_mm : -tibia_depth_mm;
     return model.rotation_centre_mm + width_ratio(model.moving) * height_mm * Eigen::Vector3d::UnitY();
   }
-  const Box box = bounding_box((is_reference ? model.reference : model.moving).contact.mesh);
+  const Box box = bounding_box(part_of(model, body).contact.mesh);
   return 0.5 * (box.min_mm + box.max_mm);
 }
 
-void add_point(std::vector<JointLabel>& labels, const std::string& text, JointBody body,
+void add_point(std::vector<JointLabel>& labels, const std::string& text, BodyIndex body,
                const Eigen::Vector3d& p_mm)
 {
   labels.push_back({text, body, body, p_mm, p_mm});
@@ -897,16 +897,16 @@ double width_ratio(const Body& moving)
   return width_mm > 0.0 ? width_mm / width_of_knee_mm : 1.0;
 }
 
-std::string displayed_name(const store::MotionModel& model, JointBody body)
+std::string displayed_name(const store::MotionModel& model, BodyIndex body)
 {
-  if (model.joint == "knee") return body == JointBody::reference ? "femur" : "tibia";
-  return body == JointBody::reference ? model.reference.name : model.moving.name;
+  if (model.joint == "knee") return body == BodyIndex::reference ? "femur" : "tibia";
+  return part_of(model, body).name;
 }
 
 std::vector<JointLabel> joint_labels(const store::MotionModel& model)
 {
   std::vector<JointLabel> labels;
-  for (const JointBody body : {JointBody::reference, JointBody::moving})
+  for (const BodyIndex body : all_bodies)
     add_point(labels, displayed_name(model, body), body, name_mm(model, body));
   add_ligaments(model, labels);
   if (!model.has_compartments) return labels;
@@ -918,7 +918,7 @@ std::vector<JointLabel> joint_labels(const store::MotionModel& model)
       0.5 * (box.max_mm.z() - box.min_mm.z()) + width_ratio(model.moving) * side_distance_mm;
   for (const double side : {-lateral, lateral}) {
     const Eigen::Vector3d p_mm(middle_mm.x(), box.max_mm.y(), middle_mm.z() + side * half_mm);
-    add_point(labels, side == lateral ? "lateral" : "medial", JointBody::moving, p_mm);
+    add_point(labels, side == lateral ? "lateral" : "medial", BodyIndex::moving, p_mm);
   }
   return labels;
 }
@@ -933,7 +933,7 @@ model::Ligaments ligaments_of(const store::MotionModel& model)
     model::Wrap wrap;
     wrap.name = rows.wrap_name[i];
     wrap.shape = rows.wrap_shape[i] == 0 ? model::WrapShape::cylinder : model::WrapShape::ellipsoid;
-    wrap.body = rows.wrap_body[i] == 0 ? model::WrapBody::reference : model::WrapBody::moving;
+    wrap.body = static_cast<BodyIndex>(rows.wrap_body[i]);
     wrap.X_body_wrap = store::pose_in(rows.X_body_wrap, i);
     wrap.radii_mm = rows.wrap_radii_mm.row(static_cast<Eigen::Index>(i)).transpose();
     ligaments.wraps.push_back(wrap);

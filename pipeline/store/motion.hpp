@@ -140,6 +140,11 @@ struct JointPose {
   bool is_flexion_clamped = false;  ///< or the key
   bool is_varus_clamped = false;    ///< also if the set has its own varus and another was requested
   PoseStatus status = PoseStatus::unsolved_cell;
+
+  const Pose& X_world(BodyIndex body) const
+  {
+    return body == BodyIndex::moving ? X_world_moving : X_world_reference;
+  }
 };
 
 /// Names of the sets that `Motion` accepts, smoothed ones first: "two_sided", which depends on flexion only;
@@ -264,18 +269,16 @@ std::optional<store::TwoSided> quantile_motion(const store::MotionModel& model, 
 // Ligaments and names of a joint as they are drawn: by the player and in exported scenes. In: a motion
 // model. Points in canonical axes of their body, mm.
 
-enum class JointBody { reference, moving };
-
 /// Width of the object's contact parts relative to the plateau of a knee, 80 mm: the scale of markers.
 double width_ratio(const Body& moving);
 
 /// The name of a body on screen: of a knee "femur" and "tibia", otherwise the motion model's.
-std::string displayed_name(const store::MotionModel& model, JointBody body);
+std::string displayed_name(const store::MotionModel& model, BodyIndex body);
 
 /// A name midway between two points, one on each body or both on the same.
 struct JointLabel {
   std::string text;
-  JointBody first = JointBody::reference, second = JointBody::reference;
+  BodyIndex first = BodyIndex::reference, second = BodyIndex::reference;
   Eigen::Vector3d first_mm = Eigen::Vector3d::Zero(), second_mm = Eigen::Vector3d::Zero();
 };
 

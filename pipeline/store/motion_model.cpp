@@ -128,36 +128,25 @@ namespace {
 
 /// Resizes every dataset of the cells and of the free spine and fills it with empty values.
 class EmptyCells : public RegistryVisitor {
- public:
-  template <typename Member>
-  void operator()(const Dataset& dataset, Member& member)
-  {
-    if constexpr (member_kind<Member>() != ValueKind::text) empty(dataset, member);
-  }
-
- private:
-  template <typename Member>
-  void empty(const Dataset& dataset, Member& member)
+  bool may_change() const override { return true; }
+  void visit_dataset(const Dataset& dataset, Member member) override
   {
     const std::vector<std::string>& dimensions = dataset.dimensions;
     const bool is_of_cells =
         dimensions.size() >= 2 && dimensions[0] == "/flexion" && dimensions[1] == "/varus";
-    const bool is_of_spine = dataset.path.rfind("/equilibrium/spine/", 0) == 0;
+    const bool is_of_spine = dataset.path.starts_with("/equilibrium/spine/");
     const bool is_of_rows = dimensions == std::vector<std::string>{"/contacts/cell_bound"} ||
                             dimensions == std::vector<std::string>{"/equilibrium/forces/cell_bound"};
     if (!is_of_cells && !is_of_spine && !is_of_rows) return;
-    const std::vector<std::int8_t> codes = flag_table(dataset.flags()).values;
-    const bool has_unknown = std::find(codes.begin(), codes.end(), -1) != codes.end();
-    resize(member, shape_of(dataset));
-    std::ranges::fill(values_of(member), empty_value(values_of(member), has_unknown));
-  }
-
-  template <typename Scalar>
-  static Scalar empty_value(std::span<Scalar>, bool has_unknown)
-  {
-    if (has_unknown) return static_cast<Scalar>(-1);
-    if constexpr (std::is_same_v<Scalar, double>) return nan;
-    return Scalar(0);
+    const bool has_unknown = std::ranges::count(flag_table(dataset.flags()).values, -1) > 0;
+    const std::vector<std::int64_t> shape = shape_of(dataset);
+    std::visit([&](auto* all) { resize(*all, shape); }, member);
+    with_values(member, [&]<typename Scalar>(std::span<Scalar> values) {
+      if constexpr (std::is_arithmetic_v<Scalar>)
+        std::ranges::fill(values, static_cast<Scalar>(has_unknown                      ? -1.0
+                                                      : std::is_same_v<Scalar, double> ? nan
+                                                                                       : 0.0));
+    });
   }
 };
 
@@ -229,7 +218,7 @@ MotionModel with_pending_cells(MotionModel model)
   model.zero_varus.reset();
   model.audits.clear();
   EmptyCells empty;
-  visit_motion_model(model, empty);
+  visit_registry(model, empty);
   if (model.equilibrium) model.equilibrium->band_moment_nmm = band_moment_nmm;
   if (!model.has_compartments) set_no_compartments(model);
   return model;
@@ -303,15 +292,6 @@ void require_consistent(const MotionModel& model)
     check(is_audit_name(audit.name), "an audit must have the name of a motion");
 }
 
-std::string bytes_of(const std::string& path, const MotionModel& model)
-{
-  require_consistent(model);
-  H5Writer writer(path);
-  write_format(writer, format_name, format_version);
-  write_hdf5(writer, [&](Hdf5WriteVisitor& visitor) { visit_motion_model(model, visitor); });
-  return writer.bytes();
-}
-
 /// Journals are removed after this file is written, so the content on disk is verified.
 void require_written(const std::string& path, std::size_t n_bytes)
 {
@@ -328,7 +308,8 @@ void require_written(const std::string& path, std::size_t n_bytes)
 
 void write_motion_model(const std::string& path, const MotionModel& model)
 {
-  const std::string content = bytes_of(path, model);
+  require_consistent(model);
+  const std::string content = hdf5_bytes(path, {format_name, format_version}, model);
   const std::string seal = seal_of(content);
   write_atomically(path, {content, seal});
   require_written(path, content.size() + seal.size());
@@ -342,29 +323,28 @@ namespace {
 class Scale : public RegistryVisitor {
  public:
   explicit Scale(double factor) : factor_(factor) {}
-
-  template <typename Member>
-  void attribute(const std::string&, const std::string&, Member& member, const Unit& units)
-  {
-    if constexpr (std::is_same_v<Member, double> || std::is_same_v<Member, Eigen::Vector3d>)
-      member *= factor_of(units);
-  }
-
-  template <typename Member>
-  void operator()(const Dataset& dataset, Member& member)
-  {
-    if constexpr (member_kind<Member>() == ValueKind::float64) {
-      const double factor = factor_of(dataset.units);
-      // In poses (4 x 4, row by row) only the translation is a length.
-      const bool is_pose = dataset.valid.rule == Rule::rigid;
-      const auto values = values_of(member);
-      for (std::size_t k = 0; k < values.size(); ++k)
-        if (!is_pose || (k % 4 == 3 && k % 16 != 15)) values[k] *= factor;
-    }
-  }
+  bool may_change() const override { return true; }
 
  private:
   double factor_of(const Unit& units) const { return units.length_power == 0 ? 1.0 : factor_; }
+
+  void visit_attribute(const std::string&, const std::string&, Attribute value, const Unit& units) override
+  {
+    if (double* const* number = std::get_if<double*>(&value)) **number *= factor_of(units);
+    if (Eigen::Vector3d* const* vector = std::get_if<Eigen::Vector3d*>(&value)) **vector *= factor_of(units);
+  }
+
+  void visit_dataset(const Dataset& dataset, Member member) override
+  {
+    // In poses (4 x 4, row by row) only the translation is a length.
+    const bool is_pose = dataset.valid.rule == Rule::rigid;
+    with_values(member, [&]<typename Scalar>(std::span<Scalar> values) {
+      if constexpr (std::is_same_v<Scalar, double>) {
+        for (std::size_t k = 0; k < values.size(); ++k)
+          if (!is_pose || (k % 4 == 3 && k % 16 != 15)) values[k] *= factor_of(dataset.units);
+      }
+    });
+  }
 
   double factor_;
 };
@@ -375,7 +355,7 @@ MotionModel scaled_model(MotionModel model, double factor)
 {
   check(std::isfinite(factor) && factor > 0.0, "the scale factor must be above 0");
   Scale scale(factor);
-  if (factor != 1.0) visit_motion_model(model, scale);
+  if (factor != 1.0) visit_registry(model, scale);
   return model;
 }
 

@@ -292,7 +292,7 @@ struct JobRecord {
 /// Forces at material points of the moving object, and moments. Their opposites act on the reference.
 struct LoadRows {
   std::vector<std::string> name;   ///< [n_loads]
-  std::vector<std::int8_t> frame;  ///< [n_loads] LoadFrame: the axes in which a load keeps its direction
+  std::vector<std::int8_t> frame;  ///< [n_loads] BodyIndex + 1: the axes in which a load keeps its direction
   Points point_mm;                 ///< [n_loads, 3] at the pose of the meshes, W
   std::vector<double> force_n;     ///< [n_flexion, n_loads, 3] axes of the frame
   std::vector<double> moment_nmm;  ///< [n_flexion, n_loads, 3] right-handed, axes of the frame

@@ -444,45 +444,50 @@ Hdf5Content read_hdf5(const std::string& file)
 
 namespace {
 
-template <typename Visit>
-std::string bytes_of(const Visit& visit)
+template <typename Content>
+std::string bytes_of(const Content& content)
 {
   BinaryWriter stream;
   // Counted first, so that one allocation suffices.
   stream.count();
-  visit(stream);
+  visit_registry(content, stream);
   stream.reserve_counted();
-  visit(stream);
+  visit_registry(content, stream);
   return stream.take();
+}
+
+template <typename Content>
+Content content_of(std::string_view bytes, const std::string& file)
+{
+  Content content;
+  BinaryReader stream(bytes, file);
+  visit_registry(content, stream);
+  if constexpr (std::is_same_v<Content, MotionModel>)
+    if (!content.has_compartments) set_no_compartments(content);
+  require_no_findings(check_values(content), file);
+  return content;
 }
 
 }  // namespace
 
 std::string serialize(const MotionModel& model)
 {
-  return bytes_of([&](auto& visitor) { visit_motion_model(model, visitor); });
+  return bytes_of(model);
 }
 
 MotionModel deserialize_motion_model(std::string_view bytes, const std::string& file)
 {
-  MotionModel model;
-  visit_motion_model(model, BinaryReader(bytes, file));
-  if (!model.has_compartments) set_no_compartments(model);
-  require_no_findings(check_values(model), file);
-  return model;
+  return content_of<MotionModel>(bytes, file);
 }
 
 std::string serialize(const Trace& trace)
 {
-  return bytes_of([&](auto& visitor) { visit_trace(trace, visitor); });
+  return bytes_of(trace);
 }
 
 Trace trace_of(std::string_view bytes, const std::string& file)
 {
-  Trace trace;
-  visit_trace(trace, BinaryReader(bytes, file));
-  require_no_findings(check_values(trace), file);
-  return trace;
+  return content_of<Trace>(bytes, file);
 }
 
 }  // namespace vrda::store

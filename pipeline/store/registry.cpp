@@ -12,7 +12,7 @@ namespace registry {
 
 /// The optional fifth surface, of the varus found, is named `varus_solved` like the raw one: xarray cannot open a
 /// `varus` over (flexion, varus).
-void visit_smoothed(SmoothedSet& set, RowVisitor& visit)
+void visit_smoothed(SmoothedSet& set, RegistryVisitor& visit)
 {
   const std::string group = smoothed_group(set.degree);
   const std::vector<std::string> grid{"/flexion", "/varus"};
@@ -42,7 +42,7 @@ void visit_smoothed(SmoothedSet& set, RowVisitor& visit)
   visit({group + "/recontact", grid, unit::mm, number_or_nan(), "travel along Delta from the smoothed pose into contact"}, *set.recontact_mm);
 }
 
-void visit_two_sided(TwoSided& motion, RowVisitor& visit)
+void visit_two_sided(TwoSided& motion, RegistryVisitor& visit)
 {
   const std::string group = "/two_sided";
   const std::vector<std::string> flexion{group + "/flexion"};
@@ -58,7 +58,7 @@ void visit_two_sided(TwoSided& motion, RowVisitor& visit)
   visit({group + "/gap_lateral", flexion, unit::mm, number(posed), "gap along Delta of the lateral compartment"}, motion.gap_lateral_mm);
 }
 
-void visit_repair(RepairedFrames& repair, RowVisitor& visit)
+void visit_repair(RepairedFrames& repair, RegistryVisitor& visit)
 {
   const std::string group = "/repair";
   const std::vector<std::string> frame{"/flexion"}, vectors{"/flexion", "/xyz"}, axes{"/xyz"};
@@ -83,7 +83,7 @@ void visit_repair(RepairedFrames& repair, RowVisitor& visit)
 
 namespace {
 
-void visit_zero_varus_poses(ZeroVarus& motion, RowVisitor& visit)
+void visit_zero_varus_poses(ZeroVarus& motion, RegistryVisitor& visit)
 {
   using When = ValueCondition::When;
   const std::string group = "/zero_varus";
@@ -109,7 +109,7 @@ void visit_zero_varus_poses(ZeroVarus& motion, RowVisitor& visit)
 
 }  // namespace
 
-void visit_zero_varus(ZeroVarus& motion, bool has_compartments, RowVisitor& visit)
+void visit_zero_varus(ZeroVarus& motion, bool has_compartments, RegistryVisitor& visit)
 {
   const std::string group = "/zero_varus";
   const std::vector<std::string> interval{group + "/interval"}, vectors{group + "/interval", "/xyz"};
@@ -136,7 +136,7 @@ void visit_zero_varus(ZeroVarus& motion, bool has_compartments, RowVisitor& visi
   visit({group + "/lateral_sliding", interval, unit::mm, between, "sliding in the lateral compartment"}, motion.lateral_sliding_mm);
 }
 
-void visit_audit(AuditSet& audit, const AuditedModel& model, RowVisitor& visit)
+void visit_audit(AuditSet& audit, const AuditedModel& model, RegistryVisitor& visit)
 {
   using When = ValueCondition::When;
   const std::string group = audit_group(audit.name), flexion = group + "/flexion", varus = group + "/varus";
@@ -176,7 +176,7 @@ namespace registry {
 
 namespace {
 
-void visit_loads(LoadRows& loads, RowVisitor& visit)
+void visit_loads(LoadRows& loads, RegistryVisitor& visit)
 {
   const std::string group = "/push/loads";
   const std::vector<std::string> load{group + "/load"}, vectors{"/flexion", group + "/load", "/xyz"};
@@ -189,7 +189,7 @@ void visit_loads(LoadRows& loads, RowVisitor& visit)
   visit({group + "/moment", vectors, unit::nmm, number(), "moment on the moving object, right-handed, axes of its frame"}, loads.moment_nmm);
 }
 
-void visit_lines(LineRows& lines, RowVisitor& visit)
+void visit_lines(LineRows& lines, RegistryVisitor& visit)
 {
   const std::string group = "/push/lines";
   const std::vector<std::string> line{group + "/line"}, point{group + "/waypoint"};
@@ -205,7 +205,7 @@ void visit_lines(LineRows& lines, RowVisitor& visit)
 
 }  // namespace
 
-void visit_push(PushRows& push, RowVisitor& visit)
+void visit_push(PushRows& push, RegistryVisitor& visit)
 {
   visit.group("/push");
   visit.attribute("/push", "point_mm", push.point_mm, unit::mm);
@@ -219,7 +219,7 @@ void visit_push(PushRows& push, RowVisitor& visit)
 
 namespace {
 
-void visit_forces(MotionModel& model, RowVisitor& visit)
+void visit_forces(MotionModel& model, RegistryVisitor& visit)
 {
   auto& forces = model.equilibrium->forces;
   const std::string group = "/equilibrium/forces";
@@ -237,7 +237,7 @@ void visit_forces(MotionModel& model, RowVisitor& visit)
   visit({group + "/compartment", force, unit::none, codes(FlagSet::compartment), "compartment of the force"}, forces.compartment);
 }
 
-void visit_branches(SpineBranches& branches, RowVisitor& visit)
+void visit_branches(SpineBranches& branches, RegistryVisitor& visit)
 {
   const std::string group = "/equilibrium/spine/branches";
   const std::vector<std::string> branch{group + "/branch"};
@@ -251,7 +251,7 @@ void visit_branches(SpineBranches& branches, RowVisitor& visit)
   visit({group + "/is_chosen", branch, unit::none, codes(FlagSet::yes_no), "whether it is the pose of the spine"}, branches.is_chosen);
 }
 
-void visit_free_spine(FreeSpine& spine, RowVisitor& visit)
+void visit_free_spine(FreeSpine& spine, RegistryVisitor& visit)
 {
   const std::string group = "/equilibrium/spine";
   const std::vector<std::string> flexion{"/flexion"};
@@ -271,7 +271,7 @@ void visit_free_spine(FreeSpine& spine, RowVisitor& visit)
 
 }  // namespace
 
-void visit_equilibrium(MotionModel& model, RowVisitor& visit)
+void visit_equilibrium(MotionModel& model, RegistryVisitor& visit)
 {
   auto& found = *model.equilibrium;
   const std::vector<std::string> grid{"/flexion", "/varus"}, vectors{"/flexion", "/varus", "/xyz"};
@@ -292,7 +292,7 @@ void visit_equilibrium(MotionModel& model, RowVisitor& visit)
   visit_free_spine(found.spine, visit);
 }
 
-void visit_coordinates(MotionModel& model, RowVisitor& visit)
+void visit_coordinates(MotionModel& model, RegistryVisitor& visit)
 {
   auto& found = *model.coordinates;
   const std::string group = "/coordinates", coordinate = group + "/coordinate";
@@ -309,7 +309,7 @@ void visit_coordinates(MotionModel& model, RowVisitor& visit)
 
 namespace {
 
-void visit_wraps(LigamentRows& ligaments, RowVisitor& visit)
+void visit_wraps(LigamentRows& ligaments, RegistryVisitor& visit)
 {
   const std::vector<std::string> wrap{"/ligaments/wrapping"};
   visit.dimension("/ligaments/wrapping", DimensionSize::counted(ligaments.wrap_name.size()));
@@ -322,7 +322,7 @@ void visit_wraps(LigamentRows& ligaments, RowVisitor& visit)
 
 }  // namespace
 
-void visit_ligaments(MotionModel& model, RowVisitor& visit)
+void visit_ligaments(MotionModel& model, RegistryVisitor& visit)
 {
   auto& ligaments = *model.ligaments;
   const std::vector<std::string> fibre{"/ligaments/fibre"}, vectors{"/ligaments/fibre", "/xyz"},
@@ -357,7 +357,7 @@ namespace registry {
 // One line per dataset.
 // clang-format off
 
-void visit_uncertainty(UncertainMotion& motion, bool has_fibres, RowVisitor& visit)
+void visit_uncertainty(UncertainMotion& motion, bool has_fibres, RegistryVisitor& visit)
 {
   const std::string group = "/uncertainty";
   const std::string sample = group + "/sample", draw = group + "/draw", band = group + "/quantile";
@@ -418,7 +418,7 @@ namespace registry {
 
 namespace {
 
-void visit_root(MotionModel& model, RowVisitor& visit)
+void visit_root(MotionModel& model, RegistryVisitor& visit)
 {
   visit.attribute("/", "title", model.title);
   visit.attribute("/", "joint", model.joint);
@@ -461,7 +461,7 @@ void visit_root(MotionModel& model, RowVisitor& visit)
   visit({"/contact_lateral", grid, unit::none, codes(FlagSet::optional_yes_no, stable), "whether the lateral compartment is in contact"}, model.contact_lateral);
 }
 
-void visit_clinical(MotionModel& model, RowVisitor& visit)
+void visit_clinical(MotionModel& model, RegistryVisitor& visit)
 {
   auto& clinical = model.clinical;
   const std::vector<std::string> grid{"/flexion", "/varus"};
@@ -475,7 +475,7 @@ void visit_clinical(MotionModel& model, RowVisitor& visit)
   visit({"/clinical/lateral", grid, unit::mm, number(stable), "translation of the rotation centre along the flexion axis, lateral positive"}, clinical.lateral_mm);
 }
 
-void visit_contacts(MotionModel& model, RowVisitor& visit)
+void visit_contacts(MotionModel& model, RegistryVisitor& visit)
 {
   auto& contacts = model.contacts;
   const std::size_t n = contacts.distance_mm.size();
@@ -493,7 +493,7 @@ void visit_contacts(MotionModel& model, RowVisitor& visit)
 }
 
 void visit_part(Part& part, const std::string& group, const std::string& body, std::size_t n_components,
-                RowVisitor& visit)
+                RegistryVisitor& visit)
 {
   auto& mesh = part.mesh;
   const std::string vertex = group + "/vertex", triangle = group + "/triangle";
@@ -507,7 +507,7 @@ void visit_part(Part& part, const std::string& group, const std::string& body, s
   visit({group + "/component", {triangle}, unit::one, row_of(static_cast<Eigen::Index>(n_components)), body == "/bodies/reference" ? "row of /bodies/reference/component_name of each triangle" : "row of /bodies/moving/component_name of each triangle"}, part.component);
 }
 
-void visit_body(Body& body, const std::string& group, RowVisitor& visit)
+void visit_body(Body& body, const std::string& group, RegistryVisitor& visit)
 {
   const std::vector<std::string> member{group + "/member"};
   visit.group(group);
@@ -528,7 +528,7 @@ void visit_body(Body& body, const std::string& group, RowVisitor& visit)
 
 }  // namespace
 
-void visit_inputs(std::vector<InputFile>& inputs, RowVisitor& visit)
+void visit_inputs(std::vector<InputFile>& inputs, RegistryVisitor& visit)
 {
   visit_column(visit, {"/job/input_name", {"/job/input"}, unit::none, rule(Rule::any), "input files as the job names them"}, inputs, &InputFile::name);
   visit_column(visit, {"/job/input_sha256", {"/job/input"}, unit::none, rule(Rule::sha256), "SHA-256 of the input files"}, inputs, &InputFile::sha256);
@@ -536,7 +536,7 @@ void visit_inputs(std::vector<InputFile>& inputs, RowVisitor& visit)
 
 namespace {
 
-void visit_scaling(Scaling& scaling, RowVisitor& visit)
+void visit_scaling(Scaling& scaling, RegistryVisitor& visit)
 {
   const std::string group = "/job/scaling";
   const std::vector<std::string> pair{group + "/pair"};
@@ -557,7 +557,7 @@ void visit_scaling(Scaling& scaling, RowVisitor& visit)
 // clang-format on
 }  // namespace registry
 
-void visit_rows(MotionModel& model, RowVisitor& visit)
+void visit_registry(MotionModel& model, RegistryVisitor& visit)
 {
   using namespace registry;
   visit_root(model, visit);
@@ -623,7 +623,7 @@ namespace registry {
 
 namespace {
 
-void visit_searches(Trace& trace, RowVisitor& visit)
+void visit_searches(Trace& trace, RegistryVisitor& visit)
 {
   auto& searches = trace.searches;
   const std::vector<std::string> search{"/searches/search"}, vectors{"/searches/search", "/xyz"};
@@ -639,7 +639,7 @@ void visit_searches(Trace& trace, RowVisitor& visit)
   visit({"/searches/move_start", {"/searches/search_bound"}, unit::one, row_starts(trace.moves.kind.size()), "first move of each search, then the number of moves"}, searches.move_start);
 }
 
-void visit_moves(Trace& trace, RowVisitor& visit)
+void visit_moves(Trace& trace, RegistryVisitor& visit)
 {
   auto& moves = trace.moves;
   const std::vector<std::string> move{"/moves/move"}, vectors{"/moves/move", "/xyz"};
@@ -658,7 +658,7 @@ void visit_moves(Trace& trace, RowVisitor& visit)
   visit({"/moves/contact_start", {"/moves/move_bound"}, unit::one, row_starts(trace.contacts.compartment.size()), "first contact of each move, then the number of contacts"}, moves.contact_start);
 }
 
-void visit_trace_contacts(TraceContacts& contacts, RowVisitor& visit)
+void visit_trace_contacts(TraceContacts& contacts, RegistryVisitor& visit)
 {
   const std::vector<std::string> contact{"/contacts/contact"}, vectors{"/contacts/contact", "/xyz"};
   visit.group("/contacts");
@@ -676,7 +676,7 @@ void visit_trace_contacts(TraceContacts& contacts, RowVisitor& visit)
 // clang-format on
 }  // namespace registry
 
-void visit_rows(Trace& trace, RowVisitor& visit)
+void visit_registry(Trace& trace, RegistryVisitor& visit)
 {
   using namespace registry;
   visit.attribute("/", "title", trace.title);

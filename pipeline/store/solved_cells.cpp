@@ -284,12 +284,12 @@ std::string index_bytes(const std::string& path, const IndexTable& table)
 {
   const std::string dimension = "/" + table.columns.front().name;
   H5Writer writer(path);
-  write_format(writer, index_format_name, index_format_version);
+  write_format(writer, {index_format_name, index_format_version});
   writer.write_attribute("/", "title", table.title);
   Hdf5WriteVisitor write(writer, Hdf5WriteVisitor::Pass::datasets);
   write.dimension(dimension, DimensionSize::counted(n_rows_of(table)));
   for (const IndexColumn& column : table.columns)
-    std::visit([&](const auto& values) { write(dataset_of(column, dimension), values); }, column.values);
+    std::visit([&](auto values) { write(dataset_of(column, dimension), values); }, column.values);
   return writer.bytes();
 }
 

@@ -76,31 +76,17 @@ std::vector<std::size_t> searches_at(const Trace& trace, const std::string& file
                         nearest(searches.varus_deg, filter.varus_deg)});
 }
 
-namespace {
-
-std::string bytes_of(const std::string& path, const Trace& trace)
-{
-  H5Writer writer(path);
-  write_format(writer, trace_format_name, trace_format_version);
-  write_hdf5(writer, [&](Hdf5WriteVisitor& visitor) { visit_trace(trace, visitor); });
-  return writer.bytes();
-}
-
-}  // namespace
-
 std::string trace_name(const std::string& motion_model_file)
 {
-  const std::string ending = ".h5";
-  const bool has_ending =
-      motion_model_file.size() > ending.size() &&
-      motion_model_file.compare(motion_model_file.size() - ending.size(), ending.size(), ending) == 0;
+  const std::string_view ending = ".h5";
+  const bool has_ending = motion_model_file.size() > ending.size() && motion_model_file.ends_with(ending);
   return motion_model_file.substr(0, motion_model_file.size() - (has_ending ? ending.size() : 0)) +
          ".trace.h5";
 }
 
 void write_trace(const std::string& path, const Trace& trace)
 {
-  const std::string content = bytes_of(path, trace);
+  const std::string content = hdf5_bytes(path, {trace_format_name, trace_format_version}, trace);
   write_atomically(path, {content, seal_of(content)});
 }
 
@@ -132,7 +118,7 @@ class TraceCheck {
   std::vector<Finding> run()
   {
     check_attributes();
-    visit_trace(trace_, RowCheck(findings_));
+    check_rows(trace_, findings_);
     check_flags();
     // Row starts are valid from here on.
     if (findings_.empty()) check_order();

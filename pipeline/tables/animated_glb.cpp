@@ -191,11 +191,11 @@ struct Keys {
 
 /// Of a body: the position of its point at the rotation centre; each rotation in the hemisphere of the
 /// previous one, since viewers interpolate along the shorter arc.
-Keys body_keys(const FlexionMotion& motion, Pose store::JointPose::*X_world_body)
+Keys body_keys(const FlexionMotion& motion, BodyIndex body)
 {
   Keys keys;
   for (const FlexionFrame& frame : motion.frames) {
-    const Pose& X = frame.pose.*X_world_body;
+    const Pose& X = frame.pose.X_world(body);
     const Eigen::Matrix3d R = X.linear();
     Eigen::Quaterniond q = Eigen::Quaterniond(R).normalized();
     if (q.dot(keys.last) < 0.0) q.coeffs() = -q.coeffs();
@@ -375,11 +375,8 @@ Geometry plate(double width_m, double height_m)
 /// The label's point at a pose, world, moved away from the axis of the joint to where it is seen.
 Eigen::Vector3d label_mm(const store::JointLabel& label, const FlexionFrame& frame, double radius_mm)
 {
-  const auto placed = [&](store::JointBody body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
-    return (body == store::JointBody::reference ? frame.pose.X_world_reference : frame.pose.X_world_moving) *
-           p_mm;
-  };
-  Eigen::Vector3d p_mm = 0.5 * (placed(label.first, label.first_mm) + placed(label.second, label.second_mm));
+  Eigen::Vector3d p_mm = 0.5 * (frame.pose.X_world(label.first) * label.first_mm +
+                                frame.pose.X_world(label.second) * label.second_mm);
   const double away_mm = std::sqrt(p_mm.x() * p_mm.x() + p_mm.z() * p_mm.z());
   constexpr double on_axis_mm = 2.0;
   if (away_mm < on_axis_mm) return {radius_mm, p_mm.y(), 0.0};
@@ -441,8 +438,8 @@ std::string animated_glb(const store::MotionModel& model, const FlexionMotion& m
   const std::size_t moving = add_body(scene, model.moving, model.rotation_centre_mm);
   Animation animation;
   animation.times = add_times(scene, motion, degrees_per_second);
-  animate(scene, animation, reference, body_keys(motion, &store::JointPose::X_world_reference));
-  animate(scene, animation, moving, body_keys(motion, &store::JointPose::X_world_moving));
+  animate(scene, animation, reference, body_keys(motion, BodyIndex::reference));
+  animate(scene, animation, moving, body_keys(motion, BodyIndex::moving));
   add_ligaments(scene, animation, reference, model, motion);
   Json children = add_labels(scene, animation, model, motion);
   children.insert(children.begin(), {reference, moving});

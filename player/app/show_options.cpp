@@ -70,13 +70,13 @@ void add_framing(CLI::App* show, show::ShowOptions& options)
                               {"night", view::Backdrop::night},
                               {"black", view::Backdrop::black}},
                              "studio, night or black (default studio)");
-  add_choice<view::FixedObject>(
+  add_choice<BodyIndex>(
       show, "--hold", "NAME", options.fixed_object,
-      {{"tibia", view::FixedObject::moving},
-       {"femur", view::FixedObject::reference},
-       {"moving", view::FixedObject::moving},
-       {"reference", view::FixedObject::reference},
-       {"push", view::FixedObject::push}},
+      {{"tibia", BodyIndex::moving},
+       {"femur", BodyIndex::reference},
+       {"moving", BodyIndex::moving},
+       {"reference", BodyIndex::reference},
+       {"push", BodyIndex::world}},
       "Fixed on screen: tibia or femur (of other joints moving, reference), which then does not move at all; "
       "or push, the direction of push (default tibia)");
   add_choice<view::Framing>(show, "--frame", "NAME", options.framing,

@@ -64,7 +64,7 @@ std::vector<std::string> marks_of(const StreamedFrame& streamed)
 }
 
 /// A mesh's device name: the suffix must fit into the field of 20 bytes.
-std::string mesh_name(const store::MotionModel& model, store::JointBody body)
+std::string mesh_name(const store::MotionModel& model, BodyIndex body)
 {
   constexpr std::size_t longest = 15;
   return store::displayed_name(model, body).substr(0, longest) + "_mesh";
@@ -114,10 +114,10 @@ Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& mo
       streamed.has_eyes && is_usable(status_of(frame, BodyRole::head)) && is_usable(frame.stage);
   Bytes bytes;
   if (is_reference_seen)
-    append_transform(bytes, store::displayed_name(model, store::JointBody::reference),
-                     frame.X_tracker_reference, streamed.utc_ns);
+    append_transform(bytes, store::displayed_name(model, BodyIndex::reference), frame.X_tracker_reference,
+                     streamed.utc_ns);
   if (is_moving_seen)
-    append_transform(bytes, store::displayed_name(model, store::JointBody::moving), frame.X_tracker_moving,
+    append_transform(bytes, store::displayed_name(model, BodyIndex::moving), frame.X_tracker_moving,
                      streamed.utc_ns);
   if (are_eyes_seen) append_transform(bytes, "eye", frame.X_tracker_eyes, streamed.utc_ns);
   if (streamed.X_tracker_probe) append_transform(bytes, "probe", *streamed.X_tracker_probe, streamed.utc_ns);
@@ -129,11 +129,11 @@ Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& mo
 Bytes mesh_messages(const store::MotionModel& model, std::int64_t utc_ns)
 {
   Bytes bytes;
-  const auto add = [&](store::JointBody which, const Body& body) {
+  const auto add = [&](BodyIndex which, const Body& body) {
     append(bytes, polydata_bytes(mesh_name(model, which), utc_ns, whole_mesh(body)));
   };
-  add(store::JointBody::reference, model.reference);
-  add(store::JointBody::moving, model.moving);
+  add(BodyIndex::reference, model.reference);
+  add(BodyIndex::moving, model.moving);
   return bytes;
 }
 

@@ -401,7 +401,7 @@ Body without_skin(Body body)
 void show_skin(view::Scene& scene, const store::MotionModel& model)
 {
   const auto is_of_skin = [&](const view::Drawable& drawable) {
-    const Body& body = drawable.parent == view::ParentFrame::reference ? model.reference : model.moving;
+    const Body& body = part_of(model, drawable.parent);
     return std::any_of(body.components.begin(), body.components.end(),
                        [&](const Component& c) { return is_skin(c) && c.name == drawable.name; });
   };

@@ -106,10 +106,10 @@ RunScene::RunScene(const store::MotionModel& model, const RunScreenOptions& opti
       raw_(model, "raw"),
       frame_{side_named(model.side), model.rotation_centre_mm, model.delta},
       scale_(view::marker_scale(model)),
-      points_(joint_.scene(), view::Layer::contacts, view::ParentFrame::world, "contacts"),
-      arrows_(joint_.scene(), view::Layer::normals, view::ParentFrame::world, "contact normals")
+      points_(joint_.scene(), view::Layer::contacts, BodyIndex::world, "contacts"),
+      arrows_(joint_.scene(), view::Layer::normals, BodyIndex::world, "contact normals")
 {
-  joint_.fixed_object = view::FixedObject::push;
+  joint_.fixed_object = BodyIndex::world;
   for (const view::Layer layer : {view::Layer::contacts, view::Layer::normals, view::Layer::helical_axis})
     of_steps_.set(layer, false);
   for (Eigen::Index i = 0; i < model.push.delta.rows(); ++i)
@@ -303,7 +303,7 @@ struct Playback {
       : set(store::default_motion(result).set),
         motion(result, set),
         doubts(result),
-        reference_name(store::displayed_name(result, store::JointBody::reference))
+        reference_name(store::displayed_name(result, BodyIndex::reference))
   {
     timeline.first = motion.first_flexion_rad();
     timeline.last = motion.last_flexion_rad();

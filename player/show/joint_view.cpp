@@ -36,7 +36,7 @@ view::Readout JointView::readout(const PlayedSet& set, const store::JointPose& p
   if (pose.status == store::PoseStatus::solved)
     readout.joint = clinical_coordinates(pose.X_reference_moving, side_, rotation_centre_mm_);
   readout.gap = set.gaps.at(pose);
-  const bool is_moving_fixed = fixed_object == view::FixedObject::moving;
+  const bool is_moving_fixed = fixed_object == BodyIndex::moving;
   const std::string& drawn = is_moving_fixed ? scene_.moving_name : scene_.reference_name;
   doubt_ = view::doubt_text(pose, doubt, drawn.c_str());
   if (doubt_[0] != 0) readout.doubt = doubt_.data();

@@ -46,7 +46,7 @@ class JointView {
   const view::Scene& scene() const { return scene_; }
   const view::JointLayers& layers() const { return layers_; }
 
-  view::FixedObject fixed_object = view::FixedObject::moving;  ///< on screen, from the next call of show()
+  BodyIndex fixed_object = BodyIndex::moving;  ///< on screen, from the next call of show()
 
  private:
   Side side_ = Side::right;

@@ -64,9 +64,9 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
       joint_(model_, options.appearance, options.backdrop),
       side_(side_named(model_.side)),
       gui_({options.title, store::all_set_names(model_), options.scale,
-            store::displayed_name(model_, store::JointBody::reference),
-            store::displayed_name(model_, store::JointBody::moving), model_.joint,
-            view::model_warnings(model_), view::has_doubtful_poses(model_)}),
+            store::displayed_name(model_, BodyIndex::reference),
+            store::displayed_name(model_, BodyIndex::moving), model_.joint, view::model_warnings(model_),
+            view::has_doubtful_poses(model_)}),
       view_(options.view),
       width_(options.width),
       height_(options.height)

@@ -32,7 +32,7 @@ struct SessionOptions {
   std::optional<double> varus_rad;           ///< default: the balanced varus
   std::optional<double> key;                 ///< of a sequence of frames; default: the first
   view::Backdrop backdrop = view::Backdrop::studio;
-  view::FixedObject fixed_object = view::FixedObject::moving;
+  BodyIndex fixed_object = BodyIndex::moving;
   view::AppearanceOptions appearance;
   view::Framing framing = view::Framing::joint;
   int width = 1280, height = 960;

@@ -47,7 +47,7 @@ struct ShowOptions : PictureOptions {
   std::string trace;          ///< trace file of the model; shows one search instead of attitudes
   bool contact_only = false;  ///< with `trace`: only steps in contact
   int every = 1;              ///< with `trace`: only every N-th frame, and the last
-  view::FixedObject fixed_object = view::FixedObject::moving;
+  BodyIndex fixed_object = BodyIndex::moving;
   view::Framing framing = view::Framing::joint;
   bool has_numbers = false;           ///< draw angles and gaps on the images
   std::string video;                  ///< video file, all views side by side

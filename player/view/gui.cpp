@@ -386,9 +386,8 @@ struct Panels {
     state.backdrop = chosen("##backdrop", state.backdrop, Backdrop::black);
     state = with_layers(state);
     heading("fixed on screen (O)");
-    state.fixed_object = static_cast<FixedObject>(
-        chosen("##held", held_labels.size(), static_cast<std::size_t>(state.fixed_object),
-               [&](std::size_t i) { return held_labels[i].c_str(); }));
+    state.fixed_object = holdable[chosen("##held", held_labels.size(), held_row(state.fixed_object),
+                                         [&](std::size_t i) { return held_labels[i].c_str(); })];
     for (const Action action : {pressed_view(), pressed_tool()}) {
       if (action != Action::none) answer.action = action;
     }
@@ -611,7 +610,7 @@ struct Panels {
 
   GuiOptions options;
   std::vector<std::string> set_labels;
-  std::array<std::string, 3> held_labels;      ///< in the order of FixedObject
+  std::array<std::string, 3> held_labels;      ///< in the order of holdable
   float em_px, panel_width_px, bar_height_px;  ///< size of the text, and of the controls
   // Of the present frame.
   const GuiFrame* frame = nullptr;

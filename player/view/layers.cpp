@@ -33,7 +33,7 @@ constexpr VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 
 
 }  // namespace
 
-ContactMarkers::ContactMarkers(Scene& scene, Layer layer, ParentFrame parent, const std::string& name,
+ContactMarkers::ContactMarkers(Scene& scene, Layer layer, BodyIndex parent, const std::string& name,
                                const Eigen::Vector3d& origin_mm)
     : is_arrows_(layer == Layer::normals), drawable_(add_layer(scene, layer, parent, name))
 {
@@ -107,7 +107,7 @@ class LastPose {
 };
 
 /// Appends a drawable of a body, whose mesh is relative to the rotation centre; returns its index.
-std::size_t add_layer(Scene& scene, Layer layer, ParentFrame parent, const std::string& name,
+std::size_t add_layer(Scene& scene, Layer layer, BodyIndex parent, const std::string& name,
                       const store::MotionModel& model)
 {
   const std::size_t index = add_layer(scene, layer, parent, name);
@@ -154,7 +154,7 @@ void set_mesh(Drawable& drawable, AxisRow row, double scale)
 std::size_t add_axis(const store::MotionModel& model, Scene& scene, AxisRow row)
 {
   const Layer layer = row == helical ? Layer::helical_axis : Layer::axes;
-  const std::size_t index = add_layer(scene, layer, ParentFrame::world, axes[row].name);
+  const std::size_t index = add_layer(scene, layer, BodyIndex::world, axes[row].name);
   Drawable& drawable = scene.drawables[index];
   drawable.material = marker_material(axes[row].colour);
   set_mesh(drawable, row, marker_scale(model));
@@ -285,11 +285,11 @@ class BandLayer final : public LayerDrawing {
       const std::size_t n_bodies = scene.drawables.size();
       for (std::size_t k = 0; k < n_bodies; ++k) {
         const Drawable& body = scene.drawables[k];
-        if (body.layer != Layer::bodies || body.parent != ParentFrame::moving || !body.has_contact) continue;
+        if (body.layer != Layer::bodies || body.parent != BodyIndex::moving || !body.has_contact) continue;
         Drawable copy = body;
         copy.name += ", " + std::string(end.set);
         copy.layer = Layer::band;
-        copy.parent = ParentFrame::world;
+        copy.parent = BodyIndex::world;
         copy.is_shown = false;
         copy.material = marker_material(end.colour);
         copy.material.opacity = copy_opacity;
@@ -437,7 +437,7 @@ class ContactLayer final : public LayerDrawing {
         varus_rad_(radians(model.varus_deg)),
         scale_(marker_scale(model)),
         rows_(std::move(rows)),
-        drawn_(scene, layer, ParentFrame::moving,
+        drawn_(scene, layer, BodyIndex::moving,
                layer == Layer::contacts ? "contacts"
                : model.equilibrium      ? "contact forces"
                                         : "contact normals",
@@ -533,17 +533,17 @@ class ContactPathLayer final : public LayerDrawing {
     struct Row {
       const char* name;
       const std::vector<double>& centre_mm;
-      ParentFrame parent;
+      BodyIndex parent;
       VertexColour colour;
     };
     const store::ContactPaths& paths = *model.contact_paths;
     const std::vector<std::size_t> cells = path_cells(model);
     const double scale = marker_scale(model);
     for (const Row& row :
-         {Row{"medial path, reference", paths.medial_reference_mm, ParentFrame::reference, medial_colour},
-          Row{"medial path, moving", paths.medial_moving_mm, ParentFrame::moving, medial_colour},
-          Row{"lateral path, reference", paths.lateral_reference_mm, ParentFrame::reference, lateral_colour},
-          Row{"lateral path, moving", paths.lateral_moving_mm, ParentFrame::moving, lateral_colour}}) {
+         {Row{"medial path, reference", paths.medial_reference_mm, BodyIndex::reference, medial_colour},
+          Row{"medial path, moving", paths.medial_moving_mm, BodyIndex::moving, medial_colour},
+          Row{"lateral path, reference", paths.lateral_reference_mm, BodyIndex::reference, lateral_colour},
+          Row{"lateral path, moving", paths.lateral_moving_mm, BodyIndex::moving, lateral_colour}}) {
       const auto pieces = pieces_of(row.centre_mm, cells, model.rotation_centre_mm, scale);
       if (pieces.empty()) continue;
       drawables_.push_back(add_layer(scene, Layer::contact_paths, row.parent, row.name, model));
@@ -665,7 +665,7 @@ class GapLayer final : public LayerDrawing {
     if (upward.triangles.empty()) return;
     const Component& part = model.moving.components[component];
     Sheet sheet;
-    sheet.drawable = add_layer(scene, Layer::gap_map, ParentFrame::moving, "gaps on " + part.name, model);
+    sheet.drawable = add_layer(scene, Layer::gap_map, BodyIndex::moving, "gaps on " + part.name, model);
     Drawable& drawable = scene.drawables[sheet.drawable];
     drawable.mesh = std::move(upward);
     drawable.material = material_of(part.material);
@@ -804,7 +804,7 @@ class LigamentLayer final : public LayerDrawing {
   LigamentLayer(const store::MotionModel& model, Scene& scene)
       : ligaments_(store::ligaments_of(model)),
         legend_(legend_of(model, ligaments_.fibres.size())),
-        drawable_(add_layer(scene, Layer::ligaments, ParentFrame::reference, "ligaments", model))
+        drawable_(add_layer(scene, Layer::ligaments, BodyIndex::reference, "ligaments", model))
   {
     Drawable& drawable = scene.drawables[drawable_];
     drawable.is_solid = true;
@@ -926,9 +926,8 @@ const std::vector<Label>& JointLayers::axis_labels()
 
 Eigen::Vector3d place_of(const store::JointLabel& label, const JointFrames& frames)
 {
-  const auto placed = [&](store::JointBody body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
-    return body == store::JointBody::reference ? frames.X_world_reference * p_mm
-                                               : frames.X_world_moving * p_mm;
+  const auto placed = [&](BodyIndex body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
+    return body == BodyIndex::reference ? frames.X_world_reference * p_mm : frames.X_world_moving * p_mm;
   };
   return 0.5 * (placed(label.first, label.first_mm) + placed(label.second, label.second_mm));
 }

@@ -19,7 +19,7 @@ inline constexpr double plain_arrow_mm = 9.0;
 class ContactMarkers {
  public:
   /// `layer`: contacts (balls) or normals (arrows). `origin_mm`: of the positions.
-  ContactMarkers(Scene& scene, Layer layer, ParentFrame parent, const std::string& name,
+  ContactMarkers(Scene& scene, Layer layer, BodyIndex parent, const std::string& name,
                  const Eigen::Vector3d& origin_mm = Eigen::Vector3d::Zero());
   /// Sets the largest number of contacts; the renderer must load the scene again.
   void reserve(Scene& scene, std::size_t n_contacts);

@@ -114,6 +114,11 @@ Enum next_of(Enum value, Enum last)
   return value == last ? Enum{} : static_cast<Enum>(static_cast<int>(value) + 1);
 }
 
+BodyIndex next_held(BodyIndex held)
+{
+  return holdable[(held_row(held) + 1) % holdable.size()];
+}
+
 Timeline with_next_loop(Timeline timeline)
 {
   timeline.loop = next_of(timeline.loop, LoopMode::bounce);
@@ -157,8 +162,7 @@ constexpr ActionRow action_rows[] = {
     {Action::previous_set, [](S& s, const R& range) { s.set = (s.set + range.n_sets - 1) % range.n_sets; }},
     {Action::next_mode, [](S& s, const R&) { s.mode = next_of(s.mode, DrawMode::textured); }},
     {Action::next_backdrop, [](S& s, const R&) { s.backdrop = next_of(s.backdrop, Backdrop::black); }},
-    {Action::next_fixed_object,
-     [](S& s, const R&) { s.fixed_object = next_of(s.fixed_object, FixedObject::push); }},
+    {Action::next_fixed_object, [](S& s, const R&) { s.fixed_object = next_held(s.fixed_object); }},
     {Action::show_panel, [](S& s, const R&) { s.shows_panel = !s.shows_panel; }},
     {Action::show_numbers, [](S& s, const R&) { s.shows_numbers = !s.shows_numbers; }},
     {Action::show_help, [](S& s, const R&) { s.shows_help = !s.shows_help; }},
@@ -241,7 +245,8 @@ void set_texture(Scene& scene, const AppearanceOptions& look)
 void change_bodies(Scene& scene, const std::string& object, void (*change)(Drawable&))
 {
   for (Drawable& drawable : scene.drawables) {
-    const bool is_other = object == (drawable.parent == ParentFrame::reference ? "moving" : "reference");
+    const bool is_other =
+        object == name_of(drawable.parent == BodyIndex::reference ? BodyIndex::moving : BodyIndex::reference);
     if (drawable.layer == Layer::bodies && !is_other) change(drawable);
   }
 }

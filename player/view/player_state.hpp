@@ -86,7 +86,7 @@ struct PlayerState {
   DrawMode mode = DrawMode::textured;
   LayerSet layers;
   Backdrop backdrop = Backdrop::studio;
-  FixedObject fixed_object = FixedObject::moving;
+  BodyIndex fixed_object = BodyIndex::moving;
   bool shows_numbers = true;
   bool shows_panel = true;
   bool shows_help = false;

@@ -301,7 +301,7 @@ Eigen::Vector3d as_vector(const std::array<float, 3>& v)
   return {v[0], v[1], v[2]};
 }
 
-void add_part(Scene& scene, const Body& body, ParentFrame parent, const Drawable& model, const Part& part)
+void add_part(Scene& scene, const Body& body, BodyIndex parent, const Drawable& model, const Part& part)
 {
   const std::vector<std::vector<Eigen::Index>> triangles = triangles_by_component(body, part);
   for (std::size_t c = 0; c < triangles.size(); ++c) {
@@ -318,7 +318,7 @@ void add_part(Scene& scene, const Body& body, ParentFrame parent, const Drawable
 }
 
 /// World bounding box of the contact parts of one object at the present placement.
-Eigen::AlignedBox3d extent_of(const Scene& scene, ParentFrame parent)
+Eigen::AlignedBox3d extent_of(const Scene& scene, BodyIndex parent)
 {
   Eigen::AlignedBox3d extent;
   for (const Drawable& drawable : scene.drawables) {
@@ -331,21 +331,21 @@ Eigen::AlignedBox3d extent_of(const Scene& scene, ParentFrame parent)
 
 }  // namespace
 
-JointFrames frames_of(const store::JointPose& pose, FixedObject fixed,
+JointFrames frames_of(const store::JointPose& pose, BodyIndex fixed,
                       const Eigen::Vector3d& rotation_centre_mm)
 {
-  if (fixed == FixedObject::push) return {pose.X_world_reference, pose.X_world_moving, Pose::Identity()};
+  if (fixed == BodyIndex::world) return {pose.X_world_reference, pose.X_world_moving, Pose::Identity()};
   // The fixed object is only recentred; all motion is that of the other one.
   Pose X_world_fixed = Pose::Identity();
   X_world_fixed.translation() = -rotation_centre_mm;
-  if (fixed == FixedObject::reference)
+  if (fixed == BodyIndex::reference)
     return {X_world_fixed, X_world_fixed * pose.X_reference_moving,
             X_world_fixed * pose.X_world_reference.inverse()};
   return {X_world_fixed * pose.X_reference_moving.inverse(), X_world_fixed,
           X_world_fixed * pose.X_world_moving.inverse()};
 }
 
-JointFrames frames_of(const store::Motion& motion, const store::JointPose& pose, FixedObject fixed,
+JointFrames frames_of(const store::Motion& motion, const store::JointPose& pose, BodyIndex fixed,
                       const Eigen::Vector3d& rotation_centre_mm)
 {
   const bool is_placed = pose.status == store::PoseStatus::solved || motion.is_sequence();
@@ -359,9 +359,9 @@ Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d&
   model.origin_mm = rotation_centre_mm;
   for (const bool has_contact : {true, false}) {
     model.has_contact = has_contact;
-    add_part(scene, reference, ParentFrame::reference, model,
+    add_part(scene, reference, BodyIndex::reference, model,
              has_contact ? reference.contact : reference.visual);
-    add_part(scene, moving, ParentFrame::moving, model, has_contact ? moving.contact : moving.visual);
+    add_part(scene, moving, BodyIndex::moving, model, has_contact ? moving.contact : moving.visual);
   }
   scene.occlusion_radius_mm = occlusion_radius_of_knee_mm * store::width_ratio(moving);
   return scene;
@@ -370,17 +370,17 @@ Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d&
 Scene scene_of(const store::MotionModel& model, const Eigen::Vector3d& rotation_centre_mm)
 {
   Scene scene = scene_of(model.reference, model.moving, rotation_centre_mm);
-  scene.reference_name = store::displayed_name(model, store::JointBody::reference);
-  scene.moving_name = store::displayed_name(model, store::JointBody::moving);
+  scene.reference_name = store::displayed_name(model, BodyIndex::reference);
+  scene.moving_name = store::displayed_name(model, BodyIndex::moving);
   return scene;
 }
 
 void place(Scene& scene, const JointFrames& frames)
 {
   for (Drawable& drawable : scene.drawables) {
-    if (drawable.parent == ParentFrame::world) continue;
+    if (drawable.parent == BodyIndex::world) continue;
     place(drawable,
-          drawable.parent == ParentFrame::reference ? frames.X_world_reference : frames.X_world_moving);
+          drawable.parent == BodyIndex::reference ? frames.X_world_reference : frames.X_world_moving);
   }
 }
 
@@ -391,9 +391,9 @@ std::vector<bool> shown_drawables(const Scene& scene)
   return shown;
 }
 
-void show_bodies(Scene& scene, const std::vector<bool>& shown, FixedObject fixed, bool has_pose)
+void show_bodies(Scene& scene, const std::vector<bool>& shown, BodyIndex fixed, bool has_pose)
 {
-  const ParentFrame missing = fixed == FixedObject::moving ? ParentFrame::reference : ParentFrame::moving;
+  const BodyIndex missing = fixed == BodyIndex::moving ? BodyIndex::reference : BodyIndex::moving;
   for (std::size_t k = 0; k < shown.size(); ++k) {
     Drawable& drawable = scene.drawables[k];
     if (drawable.layer == Layer::bodies)
@@ -414,8 +414,8 @@ bool is_framed(const Drawable& drawable)
 
 Sphere joint_sphere(const Scene& scene, double widths)
 {
-  const Eigen::AlignedBox3d reference = extent_of(scene, ParentFrame::reference);
-  const Eigen::AlignedBox3d moving = extent_of(scene, ParentFrame::moving);
+  const Eigen::AlignedBox3d reference = extent_of(scene, BodyIndex::reference);
+  const Eigen::AlignedBox3d moving = extent_of(scene, BodyIndex::moving);
   if (reference.isEmpty() || moving.isEmpty()) return {};
   // If the boxes are separate along an axis, the overlap's sizes are negative and its centre is that of the
   // gap.
@@ -454,7 +454,7 @@ std::vector<std::size_t> informative_cells(const store::MotionModel& model)
   return spine.empty() ? all : spine;
 }
 
-std::size_t add_layer(Scene& scene, Layer layer, ParentFrame parent, const std::string& name)
+std::size_t add_layer(Scene& scene, Layer layer, BodyIndex parent, const std::string& name)
 {
   Drawable drawable;
   drawable.name = name;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -114,9 +115,6 @@ struct Texture {
   bool is_empty() const { return rgb.empty(); }
 };
 
-/// The object to whose frame a drawable is attached.
-enum class ParentFrame { reference, moving, world };
-
 /// The layer of a drawable; all except the bodies are optional. Labels are drawn as text, without a drawable.
 enum class Layer {
   bodies,
@@ -137,7 +135,7 @@ using VertexColour = std::array<std::uint8_t, 4>;
 struct Drawable {
   std::string name;
   Layer layer = Layer::bodies;
-  ParentFrame parent = ParentFrame::reference;
+  BodyIndex parent = BodyIndex::reference;  ///< to whose frame it is attached
   bool is_shown = true;
   bool has_contact = true;  ///< false: visual part only
   /// Closed whatever its revision: with vertex lighting it is culled and lit at its vertices.
@@ -174,10 +172,14 @@ struct Scene {
   Background background = background_of(Backdrop::studio);
 };
 
-/// What is fixed on screen: an object, whose canonical axes are then those of the screen's world, or the
-/// direction of push (world W), in which the reference has its attitude and the moving object theta and
-/// translation.
-enum class FixedObject { moving, reference, push };
+/// What can be fixed on screen, in the order of the choices: an object, whose canonical axes are then those
+/// of the screen's world, or the direction of push (world W), in which the reference has its attitude and the
+/// moving object theta and translation.
+inline constexpr std::array holdable{BodyIndex::moving, BodyIndex::reference, BodyIndex::world};
+inline std::size_t held_row(BodyIndex held)
+{
+  return static_cast<std::size_t>(std::find(holdable.begin(), holdable.end(), held) - holdable.begin());
+}
 
 /// The frames of a displayed joint. The frame of a fixed object is the same for every pose, bit for bit.
 struct JointFrames {
@@ -187,11 +189,11 @@ struct JointFrames {
 };
 
 /// A fixed object is drawn relative to the rotation centre, as the world W of the poses is.
-JointFrames frames_of(const store::JointPose& pose, FixedObject fixed = FixedObject::push,
+JointFrames frames_of(const store::JointPose& pose, BodyIndex fixed = BodyIndex::world,
                       const Eigen::Vector3d& rotation_centre_mm = Eigen::Vector3d::Zero());
 /// Where a grid has no pose, the frames of its attitude without coordinates.
 JointFrames frames_of(const store::Motion& motion, const store::JointPose& pose,
-                      FixedObject fixed = FixedObject::push,
+                      BodyIndex fixed = BodyIndex::world,
                       const Eigen::Vector3d& rotation_centre_mm = Eigen::Vector3d::Zero());
 
 /// One drawable per component of each part that has triangles, placed in the meshes' frame with the rotation
@@ -207,7 +209,7 @@ void place(Scene& scene, const JointFrames& frames);
 std::vector<bool> shown_drawables(const Scene& scene);
 /// Shows the bodies that `shown` says; without a pose only the fixed one, or the reference. Allocates
 /// nothing.
-void show_bodies(Scene& scene, const std::vector<bool>& shown, FixedObject fixed, bool has_pose);
+void show_bodies(Scene& scene, const std::vector<bool>& shown, BodyIndex fixed, bool has_pose);
 
 /// Places the drawable of a body whose meshes' frame is at `X_world_body`.
 void place(Drawable& drawable, const Pose& X_world_body);
@@ -236,7 +238,7 @@ double marker_scale(const store::MotionModel& model);
 std::vector<std::size_t> informative_cells(const store::MotionModel& model);
 
 /// Appends a hidden drawable without contact; returns its index.
-std::size_t add_layer(Scene& scene, Layer layer, ParentFrame parent, const std::string& name);
+std::size_t add_layer(Scene& scene, Layer layer, BodyIndex parent, const std::string& name);
 
 /// The material of markers: plain, opaque, with a soft highlight.
 Material marker_material(const VertexColour& colour);

@@ -105,7 +105,7 @@ analysis::RomPlan cup_plan(int n_threads, double spacing_rad)
   analysis::RomPlan plan;
   plan.axes.rad = {angles_rad(72, spacing_rad), angles_rad(72, spacing_rad), {0.0}};
   plan.limits = {0.4, 0.1, 0.1};
-  plan.delta_body = analysis::DeltaBody::reference;
+  plan.delta_body = BodyIndex::reference;
   plan.n_threads = n_threads;
   return plan;
 }

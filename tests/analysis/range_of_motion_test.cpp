@@ -106,10 +106,10 @@ TEST(RangeOfMotion, ABallAloneHasNoEndUnderADeltaOfEitherBody)
   add_arc(ball, ball_mm, 0.0, pi);
   set_body(joint.moving, "head", revolved(ball));
   RomPlan plan = cup_plan(2, 3.0 * step_rad);
-  for (const DeltaBody body : {DeltaBody::moving, DeltaBody::reference}) {
+  for (const BodyIndex body : {BodyIndex::moving, BodyIndex::reference}) {
     plan.delta_body = body;
     // Fixed to the ball, Delta leans by the rotation; the ball must enter the cup along it, past the rim.
-    const double largest = body == DeltaBody::moving ? 0.08 : 1.2;
+    const double largest = body == BodyIndex::moving ? 0.08 : 1.2;
     plan.axes.rad[0] = plan.axes.rad[1] = {-largest, 0.0, largest};
     plan.axes.rad[2] = {-1.0, 0.0, 1.0};
     plan.limits.translation_mm = 2.0;

@@ -202,7 +202,7 @@ TEST(RomJournal, TheKeyDependsOnJobRotationsAndLimits)
   other.axes.rad[1].back() += 0.01;
   EXPECT_NE(rom_key(joint, other), key);
   other = plan;
-  other.delta_body = DeltaBody::moving;
+  other.delta_body = BodyIndex::moving;
   EXPECT_NE(rom_key(joint, other), key);
   job::Case changed = joint;
   changed.steps_job_text = "another";

@@ -123,14 +123,13 @@ std::vector<contact::Contact> timed_contacts_of_turned(const contact::ContactObj
 using Pairs = std::vector<geometry::TrianglePair>;
 VRDA_REDIRECT(
     std::vector<contact::Contact>, contacts,
-    "_ZN4vrda7contact13find_contactsERKNS0_8ColliderES3_RKNS0_11ObjectPosesERKSt6vectorINS_8geometry"
+    "_ZN4vrda7contact13find_contactsERKNS0_8ColliderES3_RKNS0_14SolverPositionERKSt6vectorINS_8geometry"
     "12TrianglePairESaIS9_EERNS0_11NarrowPhaseERKNS0_14ContactOptionsE",
-    const contact::Collider&, const contact::Collider&, const contact::ObjectPoses&, const Pairs&,
+    const contact::Collider&, const contact::Collider&, const SolverPosition&, const Pairs&,
     contact::NarrowPhase&, const contact::ContactOptions&)
 std::vector<contact::Contact> timed_contacts(const contact::Collider& reference,
-                                             const contact::Collider& moving,
-                                             const contact::ObjectPoses& poses, const Pairs& candidates,
-                                             contact::NarrowPhase& narrow_phase,
+                                             const contact::Collider& moving, const SolverPosition& poses,
+                                             const Pairs& candidates, contact::NarrowPhase& narrow_phase,
                                              const contact::ContactOptions& options)
 {
   const Clock clock(contacts);

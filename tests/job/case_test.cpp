@@ -334,13 +334,13 @@ TEST(Wraps, AreReadInOpenSimsTerms)
      "translation": [1, 2, 3], "dimensions": [3, 2, 1], "unit": "cm"}])";
   const std::vector<model::Wrap> wraps = job::read_wraps("w.json", text, {"thigh", "shin"});
   ASSERT_EQ(wraps.size(), 2U);
-  EXPECT_EQ(wraps[0].body, model::WrapBody::reference);
+  EXPECT_EQ(wraps[0].body, BodyIndex::reference);
   EXPECT_EQ(wraps[0].shape, model::WrapShape::cylinder);
   EXPECT_LT((wraps[0].radii_mm - Eigen::Vector3d(18, 18, 250)).norm(), 1e-12);
   EXPECT_LT((wraps[0].X_body_wrap.translation() - Eigen::Vector3d(-4, 3, 0)).norm(), 1e-15);
   EXPECT_EQ(Eigen::Matrix3d(wraps[0].X_body_wrap.linear()),
             Eigen::Matrix3d(rotation_x(0.1) * rotation_y(0.2) * rotation_z(0.3)));
-  EXPECT_EQ(wraps[1].body, model::WrapBody::moving);
+  EXPECT_EQ(wraps[1].body, BodyIndex::moving);
   EXPECT_EQ(wraps[1].radii_mm, Eigen::Vector3d(30, 20, 10));
 }
 

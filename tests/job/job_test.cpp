@@ -484,9 +484,9 @@ TEST(PushJob, over_flexion)
   const job::PushJob push = job_with_push(loads_and_lines).push;
   ASSERT_EQ(push.loads.size(), 2U);
   EXPECT_EQ(push.loads[0].at.name, "drawer");
-  EXPECT_EQ(push.loads[0].at.frame, LoadFrame::moving);
+  EXPECT_EQ(push.loads[0].at.frame, BodyIndex::moving);
   EXPECT_EQ(push.loads[0].at.point_mm, Eigen::Vector3d(4, 5, 6));
-  EXPECT_EQ(push.loads[1].at.frame, LoadFrame::world);
+  EXPECT_EQ(push.loads[1].at.frame, BodyIndex::world);
   ASSERT_EQ(push.lines.size(), 1U);
   EXPECT_EQ(push.lines[0].path.reference_mm.at(1), Eigen::Vector3d(4, 5, 6));
   EXPECT_EQ(push.lines[0].path.moving_mm.at(0), Eigen::Vector3d(7, 8, 9));

@@ -170,10 +170,10 @@ model::Ligaments wrapped_fibres()
   X_tilted.linear() = rotation_x(0.3) * rotation_y(-0.2) * rotation_z(0.4);
   X_tilted.translation() << 2, -3, 1;
   model::Ligaments ligaments;
-  ligaments.wraps = {{"a", model::WrapShape::cylinder, model::WrapBody::reference, X_tilted, {18, 18, 50}},
-                     {"b", model::WrapShape::cylinder, model::WrapBody::moving, X_tilted, {12, 12, 50}},
-                     {"c", model::WrapShape::ellipsoid, model::WrapBody::reference, X_tilted, {25, 14, 12}},
-                     {"d", model::WrapShape::ellipsoid, model::WrapBody::moving, X_tilted, {30, 18, 12}}};
+  ligaments.wraps = {{"a", model::WrapShape::cylinder, BodyIndex::reference, X_tilted, {18, 18, 50}},
+                     {"b", model::WrapShape::cylinder, BodyIndex::moving, X_tilted, {12, 12, 50}},
+                     {"c", model::WrapShape::ellipsoid, BodyIndex::reference, X_tilted, {25, 14, 12}},
+                     {"d", model::WrapShape::ellipsoid, BodyIndex::moving, X_tilted, {30, 18, 12}}};
   ligaments.fibres = {{"a", "a", {-12, 20, 5}, {-10, -29, 12}, 1200, 46, 0},
                       {"b", "b", {-6, 25, 5}, {-5, -22, -8}, 900, 46, 1},
                       {"c", "c", {3, 21, -9}, {6, -30, -8}, 1500, 48, 2},
@@ -259,7 +259,7 @@ TEST(WrappedFibres, SwappedBodiesPullTheOtherWay)
   model::Ligaments swapped = forward;
   for (model::Fibre& fibre : swapped.fibres) std::swap(fibre.reference_mm, fibre.moving_mm);
   for (model::Wrap& wrap : swapped.wraps) {
-    wrap.body = wrap.body == model::WrapBody::moving ? model::WrapBody::reference : model::WrapBody::moving;
+    wrap.body = wrap.body == BodyIndex::moving ? BodyIndex::reference : BodyIndex::moving;
   }
   const Eigen::Vector3d t_mm(1.5, -2.0, 0.7);
   const Potential a = model::ligament_energy(forward, {}, {t_mm, 0.0});
@@ -286,7 +286,7 @@ TEST(WrappedFibres, TheWayLiesOnTheSurfaceAndIsAsLongAsThePath)
     const model::SampledFibre way = model::sample_fibre_path(fibre, ligaments.wraps, placement, points_mm);
     ASSERT_TRUE(way.is_wrapped);
     EXPECT_EQ(way.length_mm, path.length_mm);
-    const bool is_on_moving = path.end_body == model::WrapBody::reference;
+    const bool is_on_moving = path.end_body == BodyIndex::reference;
     const Eigen::Vector3d& end_mm = is_on_moving ? points_mm.front() : points_mm.back();
     EXPECT_EQ(end_mm, path.end_mm);
     // 199 chords of an arc that turns by at most pi are short by a part of (pi / 199)^2 / 24: 1e-5.

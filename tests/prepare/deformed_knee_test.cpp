@@ -151,7 +151,7 @@ TEST_P(DeformedKnee, ItsAttachmentsAreFoundAndItMovesAsWithItsOwnLigaments)
   own.ligaments.wraps = subject.ligaments.wraps;
   for (model::Wrap& wrap : own.ligaments.wraps)
     wrap.X_body_wrap =
-        (wrap.body == model::WrapBody::reference ? fit.X_scan_femur : fit.X_scan_tibia) * wrap.X_body_wrap;
+        (wrap.body == BodyIndex::reference ? fit.X_scan_femur : fit.X_scan_tibia) * wrap.X_body_wrap;
 
   const double attachments_mm = sum_mm / (2.0 * static_cast<double>(fibres.size()));
   EXPECT_LT(attachments_mm, 2.0);

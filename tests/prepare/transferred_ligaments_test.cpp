@@ -40,7 +40,7 @@ TEST(TransferredLigaments, onto_itself)
 TEST(TransferredLigaments, scaled)
 {
   TemplateJoint joint = prepare::generic_template();
-  model::Wrap wrap{"w", model::WrapShape::ellipsoid, model::WrapBody::moving};
+  model::Wrap wrap{"w", model::WrapShape::ellipsoid, BodyIndex::moving};
   wrap.radii_mm = {10, 20, 45};
   wrap.X_body_wrap.translation() = Eigen::Vector3d(1, 2, 3);
   joint.joint.ligaments.wraps = {wrap};
@@ -61,7 +61,7 @@ TEST(TransferredLigaments, scaled)
 TEST(TransferredLigaments, attached_to_bone)
 {
   TemplateJoint joint = prepare::generic_template();
-  model::Wrap wrap{"w", model::WrapShape::ellipsoid, model::WrapBody::reference};
+  model::Wrap wrap{"w", model::WrapShape::ellipsoid, BodyIndex::reference};
   wrap.radii_mm = {10, 20, 48};
   joint.joint.ligaments.wraps = {wrap};
   Copy copy = copy_of(joint, 1.0);

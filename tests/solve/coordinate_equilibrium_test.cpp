@@ -84,8 +84,8 @@ TEST(JointMap, WorkOfLoadsMatchesDifferences)
   loads.moment_nmm = 150;
   loads.varus_moment_nmm = -80;
   loads.point_mm = {7, 2, -9};
-  loads.applied = {{LoadFrame::reference, {2, -3, 4}, {0, 0, 0}, {5, -6, 7}},
-                   {LoadFrame::moving, {1, 2, 3}, {50, 0, -20}, {4, 4, -4}}};
+  loads.applied = {{BodyIndex::reference, {2, -3, 4}, {0, 0, 0}, {5, -6, 7}},
+                   {BodyIndex::moving, {1, 2, 3}, {50, 0, -20}, {4, 4, -4}}};
   loads.lines = {{35, {10, 20, 5}, {-3, -8, 6}}};
   const JointCoordinates q = at(40, 7, -12, 3, -25, 5);
   const SolverPosition here = map.position_at(q);
@@ -221,7 +221,7 @@ TEST(CoordinateEquilibrium, AppliedAndHoldingForcesAreEqual)
   loads.moment_nmm = 55;
   // In world axes, at a point of the moving object 12 mm forwards: 6 N to the right turn it by -72 N mm.
   loads.applied = {
-      {LoadFrame::world, {0, 0, 6}, {0, 0, 0}, rotation_y(rad_from_deg(-3)) * Eigen::Vector3d(12, 0, 0)}};
+      {BodyIndex::world, {0, 0, 6}, {0, 0, 0}, rotation_y(rad_from_deg(-3)) * Eigen::Vector3d(12, 0, 0)}};
   const StepRecord r =
       solved(joint, at(0, 0, 3, 0.5, -3, -0.2), {false, false, false, false, true, false}, loads);
   ASSERT_EQ(r.status, StepStatus::stable);
@@ -290,7 +290,7 @@ TEST(CoordinateEquilibrium, AgreesWithTheOtherSolver)
                       test::fibre({5, 25, -20}, {8, -12, -22}, 36)};
   Loads loads;
   loads.moment_nmm = 30;
-  loads.applied = {{LoadFrame::moving, {0.5, 1, -0.4}, {5, 20, -6}, {6, -5, 3}}};
+  loads.applied = {{BodyIndex::moving, {0.5, 1, -0.4}, {5, 20, -6}, {6, -5, 3}}};
   loads.lines = {{4, {15, 20, 3}, {12, -10, -2}}};
   for (const bool is_varus_free : {false, true}) {
     const StepRecord other = solve::EquilibriumSolver(joint, ligaments, options)

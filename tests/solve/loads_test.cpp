@@ -15,12 +15,12 @@ using test::ceiling;
 using test::joint_of;
 using test::pins;
 
-constexpr LoadFrame all_frames[] = {LoadFrame::world, LoadFrame::reference, LoadFrame::moving};
+constexpr BodyIndex all_frames[] = {BodyIndex::world, BodyIndex::reference, BodyIndex::moving};
 
-Eigen::Matrix3d rotation_of(LoadFrame frame, const Attitude& attitude, const MovingPose& pose)
+Eigen::Matrix3d rotation_of(BodyIndex frame, const Attitude& attitude, const MovingPose& pose)
 {
-  if (frame == LoadFrame::world) return Eigen::Matrix3d::Identity();
-  return frame == LoadFrame::reference ? reference_rotation(attitude) : rotation_y(pose.theta_rad);
+  if (frame == BodyIndex::world) return Eigen::Matrix3d::Identity();
+  return frame == BodyIndex::reference ? reference_rotation(attitude) : rotation_y(pose.theta_rad);
 }
 
 struct At {
@@ -74,7 +74,7 @@ TEST(AppliedLoads, AForceDoesItsWorkInEveryFrame)
 {
   Random random;
   for (int k = 0; k < 20; ++k) {
-    for (const LoadFrame frame : all_frames) {
+    for (const BodyIndex frame : all_frames) {
       const At at = random.at();
       Loads loads;
       loads.applied = {{frame, 50 * random.vector(), {0, 0, 0}, 30 * random.vector()}};
@@ -94,7 +94,7 @@ TEST(AppliedLoads, AMomentIsThatOfACouple)
 {
   Random random;
   for (int k = 0; k < 20; ++k) {
-    for (const LoadFrame frame : all_frames) {
+    for (const BodyIndex frame : all_frames) {
       const At at = random.at();
       const Eigen::Matrix3d R = rotation_of(frame, at.attitude, at.pose);
       const Eigen::Vector3d force_n = 20 * random.vector(), a = 30 * random.vector(),
@@ -132,7 +132,7 @@ TEST(AppliedLoads, DerivativesMatchDifferences)
   Random random;
   for (int k = 0; k < 20; ++k) {
     Loads loads;
-    for (const LoadFrame frame : all_frames)
+    for (const BodyIndex frame : all_frames)
       loads.applied.push_back({frame, 30 * random.vector(), 100 * random.vector(), 20 * random.vector()});
     loads.lines = {{25, 20 * random.vector(), 20 * random.vector() - Eigen::Vector3d(0, 60, 0)}};
     const At of = random.at(), at = moved(of, 0.2 * Vector5d::Ones());
@@ -157,7 +157,7 @@ TEST(AppliedLoads, AForceFixedInTheReferenceIsExactEverywhere)
   for (const bool is_world : {false, true}) {
     Loads loads;
     loads.applied = {
-        {is_world ? LoadFrame::world : LoadFrame::reference, {10, 20, -5}, {0, 0, 0}, {3, -9, 7}}};
+        {is_world ? BodyIndex::world : BodyIndex::reference, {10, 20, -5}, {0, 0, 0}, {3, -9, 7}}};
     const At of = random.at();
     At at = random.at();
     at.attitude.flexion_rad = of.attitude.flexion_rad;
@@ -216,7 +216,7 @@ TEST(LoadedEquilibrium, AForceTurnsWithTheObjectOrDoesNot)
   const auto pit = [](double x, double z) { return -0.5 * (std::abs(x) + std::abs(z)); };
   const solve::Joint joint =
       joint_of(ceiling(80, 16, pit), pins({{0, 0, 0}, {x_mm, -15, 0}, {-x_mm, -15, 0}}));
-  for (const LoadFrame frame : all_frames) {
+  for (const BodyIndex frame : all_frames) {
     SCOPED_TRACE(name_of(frame));
     Loads loads;
     loads.force_n = {0, 200, 0};
@@ -237,7 +237,7 @@ TEST(LoadedEquilibrium, AForceTurnsWithTheObjectOrDoesNot)
         const double length = std::sqrt(across * across + along * along);
         lines_nmm += 2 * tension_n * (across * x_mm * s + along * x_mm * c) / length;
       }
-      return arm_mm * force_n * (frame == LoadFrame::moving ? 1.0 : c) - lines_nmm;
+      return arm_mm * force_n * (frame == BodyIndex::moving ? 1.0 : c) - lines_nmm;
     };
     EXPECT_GT(r.pose.theta_rad, 0.3);
     const double lever_mm = x_mm + 1;  // half the pins' extent
@@ -254,9 +254,9 @@ Loads loads_of_every_kind()
 {
   Loads loads;
   loads.force_n = {1, 40, -1};
-  loads.applied = {{LoadFrame::moving, {3, 2, -2}, {10, 60, 20}, {5, -20, 8}},
-                   {LoadFrame::reference, {-2, 3, 1}, {0, 20, -10}, {-6, -3, 10}},
-                   {LoadFrame::world, {1, 4, 2}, {-20, 0, 30}, {2, -30, -12}}};
+  loads.applied = {{BodyIndex::moving, {3, 2, -2}, {10, 60, 20}, {5, -20, 8}},
+                   {BodyIndex::reference, {-2, 3, 1}, {0, 20, -10}, {-6, -3, 10}},
+                   {BodyIndex::world, {1, 4, 2}, {-20, 0, 30}, {2, -30, -12}}};
   loads.lines = {{15, {4, 30, 10}, {10, -30, 5}}, {8, {-15, 20, -20}, {-4, -25, -18}}};
   return loads;
 }
@@ -311,7 +311,7 @@ TEST(LoadedEquilibrium, ALoadThatPullsOffTheReferenceIsUnbounded)
 {
   const solve::Joint joint = joint_of(ceiling(60, 4, [](double, double) { return 0.0; }), pins({{0, 0, 0}}));
   Loads loads;
-  loads.applied = {{LoadFrame::moving, {0, -30, 0}, {0, 0, 0}, {0, 0, 0}}};
+  loads.applied = {{BodyIndex::moving, {0, -30, 0}, {0, 0, 0}, {0, 0, 0}}};
   EXPECT_EQ(solved(joint, {{0, -5, 0}, 0}, loads).status, StepStatus::unbounded);
 }
 

@@ -15,36 +15,43 @@ class Listing : public store::RegistryVisitor {
  public:
   std::map<std::string, std::vector<std::string>> entries;
 
-  bool has(const std::string& path, bool is_there)
+  bool has(const std::string& path, bool is_there) override
   {
     if (is_there) entries[path + " is there"];
     return is_there;
   }
-  void dimension(const std::string& path, const store::DimensionSize& count)
+  void dimension(const std::string& path, const store::DimensionSize& count) override
   {
     store::RegistryVisitor::dimension(path, count);
     entries[path + " size"] = {std::to_string(count.n)};
   }
-  template <typename Member>
-  void attribute(const std::string& object, const std::string& name, const Member& member,
-                 const core::Unit& = core::unit::none)
+  void visit_attribute(const std::string& object, const std::string& name, Attribute value,
+                       const core::Unit&) override
   {
     std::vector<std::string>& values = entries[object + "@" + name];
-    if constexpr (std::is_same_v<Member, Eigen::Vector3d>) {
-      for (const double x : member) values.push_back(text(x));
+    if (const auto* vector = std::get_if<Eigen::Vector3d*>(&value)) {
+      for (const double x : **vector) values.push_back(text(x));
     } else {
-      values.push_back(text(member));
+      std::visit(
+          [&]<typename Type>(const Type* one) {
+            if constexpr (!std::is_same_v<Type, Eigen::Vector3d>) values.push_back(text(*one));
+          },
+          value);
     }
   }
-  template <typename List>
-  void list(const std::string& group, const List& list)
+  void visit_list(const std::string& group, List list) override
   {
-    for (const auto& element : list) entries[group].push_back(store::group_name(element));
+    std::visit(
+        [&](const auto* all) {
+          for (const auto& element : *all) entries[group].push_back(store::group_name(element));
+        },
+        list);
   }
-  template <typename Member>
-  void operator()(const store::Dataset& dataset, const Member& member)
+  void visit_dataset(const store::Dataset& dataset, Member member) override
   {
-    for (const auto& value : store::values_of(member)) entries[dataset.path].push_back(text(value));
+    store::with_values(member, [&](auto values) {
+      for (const auto& value : values) entries[dataset.path].push_back(text(value));
+    });
   }
 
  private:
@@ -59,12 +66,12 @@ class Listing : public store::RegistryVisitor {
   }
 };
 
-template <typename Visit>
-void expect_equal_listings(const Visit& visit_a, const Visit& visit_b)
+template <typename Content>
+void expect_equal_rows(const Content& a, const Content& b)
 {
   Listing of_a, of_b;
-  visit_a(of_a);
-  visit_b(of_b);
+  store::visit_registry(a, of_a);
+  store::visit_registry(b, of_b);
   for (const auto& [path, values] : of_a.entries) {
     const auto found = of_b.entries.find(path);
     if (found == of_b.entries.end()) {
@@ -81,18 +88,12 @@ void expect_equal_listings(const Visit& visit_a, const Visit& visit_b)
 
 void expect_equal(const store::MotionModel& a, const store::MotionModel& b)
 {
-  const auto visit_of = [](const store::MotionModel& model) {
-    return [&model](Listing& listing) { store::visit_motion_model(model, listing); };
-  };
-  expect_equal_listings(visit_of(a), visit_of(b));
+  expect_equal_rows(a, b);
 }
 
 void expect_equal(const store::Trace& a, const store::Trace& b)
 {
-  const auto visit_of = [](const store::Trace& trace) {
-    return [&trace](Listing& listing) { store::visit_trace(trace, listing); };
-  };
-  expect_equal_listings(visit_of(a), visit_of(b));
+  expect_equal_rows(a, b);
 }
 
 }  // namespace vrda::test

@@ -306,30 +306,30 @@ class AllNumbers : public store::RegistryVisitor {
  public:
   std::map<std::string, Numbers> numbers;
 
-  template <typename Member>
-  void attribute(const std::string& object, const std::string& name, const Member& member,
-                 const core::Unit& units = core::unit::none)
+  void visit_attribute(const std::string& object, const std::string& name, Attribute value,
+                       const core::Unit& units) override
   {
     Numbers& found = numbers[object + "@" + name];
     found.unit = units.name;
-    if constexpr (std::is_same_v<Member, double>) found.values = {member};
-    if constexpr (std::is_same_v<Member, Eigen::Vector3d>) found.values.assign(member.begin(), member.end());
+    if (const auto* number = std::get_if<double*>(&value)) found.values = {**number};
+    if (const auto* vector = std::get_if<Eigen::Vector3d*>(&value))
+      found.values.assign((*vector)->begin(), (*vector)->end());
   }
-  template <typename Member>
-  void operator()(const store::Dataset& dataset, const Member& member)
+  void visit_dataset(const store::Dataset& dataset, Member member) override
   {
-    if constexpr (store::member_kind<Member>() == store::ValueKind::float64) {
-      const auto values = store::values_of(member);
-      numbers[dataset.path] = {
-          dataset.units.name, dataset.path.find("/X_") != std::string::npos, {values.begin(), values.end()}};
-    }
+    if (store::kind_of(member) != store::ValueKind::float64) return;
+    Numbers& found = numbers[dataset.path];
+    found = {dataset.units.name, dataset.path.find("/X_") != std::string::npos, {}};
+    store::with_values(member, [&]<typename Scalar>(std::span<Scalar> values) {
+      if constexpr (std::is_same_v<Scalar, double>) found.values.assign(values.begin(), values.end());
+    });
   }
 };
 
 std::map<std::string, Numbers> numbers_of(const store::MotionModel& model)
 {
   AllNumbers all;
-  store::visit_motion_model(model, all);
+  store::visit_registry(model, all);
   return all.numbers;
 }
 

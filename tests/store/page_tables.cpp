@@ -59,19 +59,17 @@ class TableRows : public store::RegistryVisitor {
  public:
   std::vector<std::pair<std::string, std::string>> rows;  ///< path on the page, and its line
 
-  template <typename Member>
-  void operator()(const store::Dataset& dataset, const Member&)
+  void visit_dataset(const store::Dataset& dataset, Member member) override
   {
+    const store::ValueKind kind = store::kind_of(member);
     const std::string path = on_page(dataset.path);
     if (!seen_.insert(path).second) return;
     std::string dimensions;
     for (const std::string& dimension : dataset.dimensions)
       dimensions += (dimensions.empty() ? "" : ", ") + last_name(dimension);
     rows.push_back({path, "| `" + path + "` | " + (dimensions.empty() ? "none" : dimensions) + " | " +
-                              (store::member_kind<Member>() == store::ValueKind::text
-                                   ? "text"
-                                   : core::name_of(store::member_kind<Member>())) +
-                              " | " + dataset.units.name + " | " + on_page(dataset.long_name) + " | " +
+                              (kind == store::ValueKind::text ? "text" : core::name_of(kind)) + " | " +
+                              dataset.units.name + " | " + on_page(dataset.long_name) + " | " +
                               valid_text(dataset) + " |\n"});
   }
 
@@ -86,12 +84,12 @@ std::string with_tables(const std::string& page, bool is_trace)
   TableRows table;
   if (is_trace) {
     const store::Trace trace;
-    store::visit_trace(trace, table);
+    store::visit_registry(trace, table);
   } else {
     const store::MotionModel whole = whole_model(),
                              free = with_derived(sample_model({4, 1, true, true, false})),
                              frames = frames_model();
-    for (const store::MotionModel* model : {&whole, &free, &frames}) store::visit_motion_model(*model, table);
+    for (const store::MotionModel* model : {&whole, &free, &frames}) store::visit_registry(*model, table);
   }
   const std::string mark = "<!-- table ";
   std::istringstream lines(page);

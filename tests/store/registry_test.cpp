@@ -29,34 +29,30 @@ class Rows : public store::RegistryVisitor {
  public:
   std::set<std::string> paths, dimensions, attributes;
 
-  void dimension(const std::string& path, const store::DimensionSize& count)
+  void dimension(const std::string& path, const store::DimensionSize& count) override
   {
     store::RegistryVisitor::dimension(path, count);
     dimensions.insert(path);
   }
-  template <typename Member>
-  void attribute(const std::string&, const std::string& name, const Member&,
-                 const core::Unit& = core::unit::none)
+  void visit_attribute(const std::string&, const std::string& name, Attribute, const core::Unit&) override
   {
     attributes.insert(name);
   }
-  template <typename Value>
-  void derived_attribute(const std::string&, const std::string& name, const Value&)
+  void visit_derived(const std::string&, const std::string& name, Attribute) override
   {
     attributes.insert(name);
   }
-  template <typename Member>
-  void operator()(const store::Dataset& dataset, const Member& member)
+  void visit_dataset(const store::Dataset& dataset, Member member) override
   {
     SCOPED_TRACE(dataset.path);
     EXPECT_TRUE(paths.insert(dataset.path).second) << "twice";
     EXPECT_NE(*dataset.long_name, '\0');
-    constexpr store::ValueKind kind = store::member_kind<Member>();
+    const store::ValueKind kind = store::kind_of(member);
     EXPECT_EQ(*dataset.units.name == '\0',
               kind == store::ValueKind::text || dataset.flags() != store::FlagSet::none);
     std::int64_t n = 1;
     for (const std::int64_t size : shape_of(dataset)) n *= size;
-    EXPECT_EQ(store::values_of(member).size(), static_cast<std::size_t>(n));
+    store::with_values(member, [&](auto values) { EXPECT_EQ(values.size(), static_cast<std::size_t>(n)); });
   }
 };
 
@@ -72,8 +68,8 @@ TEST(Registry, ThePagesNameEveryDimensionAndAttribute)
   Rows model, trace;
   const store::MotionModel whole = test::whole_model();
   const store::Trace none;
-  store::visit_motion_model(whole, model);
-  store::visit_trace(none, trace);
+  store::visit_registry(whole, model);
+  store::visit_registry(none, trace);
   for (const auto& [rows, name] : {std::pair(&model, "motion-model.md"), std::pair(&trace, "trace.md")}) {
     const std::string page = page_of(name);
     for (const std::string& attribute : rows->attributes) EXPECT_THAT(page, HasSubstr("`" + attribute + "`"));
@@ -124,28 +120,22 @@ class Names : public store::RegistryVisitor {
   std::vector<store::Dataset> datasets;
   std::vector<Named> attributes;
 
-  template <typename Member>
-  void attribute(const std::string& object, const std::string& name, const Member&,
-                 const core::Unit& = core::unit::none)
+  void visit_attribute(const std::string& object, const std::string& name, Attribute,
+                       const core::Unit&) override
   {
     attributes.push_back({object, name});
   }
-  template <typename Value>
-  void derived_attribute(const std::string& object, const std::string& name, const Value&)
+  void visit_derived(const std::string& object, const std::string& name, Attribute) override
   {
     attributes.push_back({object, name});
   }
-  template <typename Member>
-  void operator()(const store::Dataset& dataset, const Member&)
-  {
-    datasets.push_back(dataset);
-  }
+  void visit_dataset(const store::Dataset& dataset, Member) override { datasets.push_back(dataset); }
 };
 
 Names names_of(const store::MotionModel& model)
 {
   Names names;
-  store::visit_motion_model(model, names);
+  store::visit_registry(model, names);
   return names;
 }
 
@@ -223,19 +213,21 @@ class Damage : public store::RegistryVisitor {
  public:
   Damage(std::string path, int way) : path_(std::move(path)), way_(way) {}
   bool is_done() const { return is_done_; }
-
-  template <typename Member>
-  void operator()(const store::Dataset& dataset, Member& member)
-  {
-    if (dataset.path != path_ || store::values_of(member).empty()) return;
-    if constexpr (std::is_same_v<typename decltype(store::values_of(member))::value_type, std::string>) {
-      damage_texts(dataset.valid, store::values_of(member));
-    } else {
-      damage_values(dataset.valid, store::values_of(member));
-    }
-  }
+  bool may_change() const override { return true; }
 
  private:
+  void visit_dataset(const store::Dataset& dataset, Member member) override
+  {
+    store::with_values(member, [&]<typename Scalar>(std::span<Scalar> values) {
+      if (dataset.path != path_ || values.empty()) return;
+      if constexpr (std::is_same_v<Scalar, std::string>) {
+        damage_texts(dataset.valid, values);
+      } else {
+        damage_values(dataset.valid, values);
+      }
+    });
+  }
+
   void damage_texts(const store::ValueRule& valid, std::span<std::string> texts)
   {
     if (valid.rule == store::Rule::any || way_ > 1) return;
@@ -315,7 +307,7 @@ TEST(EveryDataset, KeepsItsRule)
     for (int way = 0;; ++way) {
       store::MotionModel damaged = model;
       Damage damage(dataset.path, way);
-      store::visit_motion_model(damaged, damage);
+      store::visit_registry(damaged, damage);
       if (!damage.is_done()) break;
       ++n_tried;
       std::vector<std::string> places;

@@ -262,8 +262,8 @@ TEST(AnimatedGlb, LabelsAreBesideWhatTheyName)
     const aiNodeAnim& channel = channel_of(knee.scene, "label " + label.text);
     for (unsigned key = 0; key < knee.motion.frames.size(); ++key) {
       const store::JointPose& pose = knee.motion.frames[key].pose;
-      const auto placed = [&](store::JointBody body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
-        return (body == store::JointBody::reference ? pose.X_world_reference : pose.X_world_moving) * p_mm;
+      const auto placed = [&](BodyIndex body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
+        return (body == BodyIndex::reference ? pose.X_world_reference : pose.X_world_moving) * p_mm;
       };
       const Eigen::Vector3d point =
           scene_point(0.5 * (placed(label.first, label.first_mm) + placed(label.second, label.second_mm)));

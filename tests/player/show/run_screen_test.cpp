@@ -44,13 +44,13 @@ class Screen : public testing::Test {
     state_.add_step(next);
     screen_.show(state_, {});
   }
-  const view::Drawable& drawable(view::Layer layer, view::ParentFrame parent) const
+  const view::Drawable& drawable(view::Layer layer, BodyIndex parent) const
   {
     return *std::ranges::find_if(screen_.scene().drawables, [&](const view::Drawable& one) {
       return one.layer == layer && one.parent == parent;
     });
   }
-  const view::Drawable& moving() const { return drawable(view::Layer::bodies, view::ParentFrame::moving); }
+  const view::Drawable& moving() const { return drawable(view::Layer::bodies, BodyIndex::moving); }
 
   store::MotionModel model_ = model();
   RunState state_{store::with_pending_cells(model_), StepChoice::stable};
@@ -62,7 +62,7 @@ TEST_F(Screen, Steps)
   show(step(1, {0, 0, 0}));
   const Pose before = moving().X_world_mesh;
   const view::Camera camera = screen_.shots()[0].camera;
-  const view::Drawable& balls = drawable(view::Layer::contacts, view::ParentFrame::world);
+  const view::Drawable& balls = drawable(view::Layer::contacts, BodyIndex::world);
   EXPECT_TRUE(balls.is_shown);
   // More contacts than there is room for at first.
   show(step(1, {3.0, 0.0, 3.0}, 200));
@@ -119,7 +119,7 @@ TEST_F(Screen, MissingPose)
   for (const store::JointPose& pose : {solved, missing, solved}) {
     screen_.show(state_, {}, pose, motion);
     EXPECT_EQ(moving().is_shown, pose.status == store::PoseStatus::solved);
-    EXPECT_TRUE(drawable(view::Layer::bodies, view::ParentFrame::reference).is_shown);
+    EXPECT_TRUE(drawable(view::Layer::bodies, BodyIndex::reference).is_shown);
   }
 }
 

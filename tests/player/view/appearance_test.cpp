@@ -46,7 +46,7 @@ TEST(Look, OptionsApply)
                     .string();
   look.see_through = "reference";
   Scene scene = some_scene();
-  add_layer(scene, Layer::ligaments, ParentFrame::reference, "a layer of the reference");
+  add_layer(scene, Layer::ligaments, BodyIndex::reference, "a layer of the reference");
   apply_appearance(scene, look);
   EXPECT_EQ(scene.mode, DrawMode::hidden_line);
   EXPECT_EQ(scene.texture.width, 2);
@@ -56,7 +56,7 @@ TEST(Look, OptionsApply)
   EXPECT_EQ(scene.background.top, Eigen::Vector3f(0, 0, 1));
   for (const Drawable& drawable : scene.drawables) {
     const float own = material_of(drawable.name == "plate" ? "meniscus" : "bone").opacity;
-    const bool is_body = drawable.parent == ParentFrame::reference && drawable.layer == Layer::bodies;
+    const bool is_body = drawable.parent == BodyIndex::reference && drawable.layer == Layer::bodies;
     EXPECT_EQ(drawable.material.opacity < own, is_body) << drawable.name;
   }
 }
@@ -70,7 +70,7 @@ TEST(Look, HiddenObject)
   look.hidden = "reference";
   apply_appearance(scene, look);
   for (const Drawable& drawable : scene.drawables)
-    EXPECT_EQ(drawable.is_shown, drawable.parent == ParentFrame::moving) << drawable.name;
+    EXPECT_EQ(drawable.is_shown, drawable.parent == BodyIndex::moving) << drawable.name;
   EXPECT_EQ(joint_sphere(scene).radius_mm, before.radius_mm);
   EXPECT_LT(points_within(scene, {}).size(), n_points);
   EXPECT_GT(points_within(scene, {}).size(), 0U);
@@ -81,13 +81,13 @@ TEST(Look, AnObjectHasItsOwnName)
   // Of an ankle the tibia is the reference, of a hip the femur is the moving object.
   struct Row {
     const char *reference, *moving, *hidden;
-    ParentFrame parent;
+    BodyIndex parent;
   };
-  for (const Row& row : {Row{"tibia", "talus", "tibia", ParentFrame::reference},
-                         Row{"tibia", "talus", "talus", ParentFrame::moving},
-                         Row{"pelvis", "femur", "femur", ParentFrame::moving},
-                         Row{"pelvis", "femur", "reference", ParentFrame::reference},
-                         Row{"femur", "tibia", "tibia", ParentFrame::moving}}) {
+  for (const Row& row :
+       {Row{"tibia", "talus", "tibia", BodyIndex::reference},
+        Row{"tibia", "talus", "talus", BodyIndex::moving}, Row{"pelvis", "femur", "femur", BodyIndex::moving},
+        Row{"pelvis", "femur", "reference", BodyIndex::reference},
+        Row{"femur", "tibia", "tibia", BodyIndex::moving}}) {
     SCOPED_TRACE(row.hidden);
     Scene scene = some_scene();
     scene.reference_name = row.reference;

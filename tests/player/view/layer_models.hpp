@@ -31,7 +31,7 @@ struct Stage {
   view::Scene scene;
   view::JointLayers layers;
   store::Motion motion;
-  view::FixedObject held = view::FixedObject::push;
+  BodyIndex held = BodyIndex::world;
 };
 
 view::LayerSet set_of(std::initializer_list<view::Layer> layers);

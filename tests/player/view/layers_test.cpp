@@ -212,7 +212,7 @@ TEST(Layers, ContactPaths)
       const Drawable& medial = drawable_of(stage.scene, "medial path, " + std::string(body));
       const Drawable& lateral = drawable_of(stage.scene, "lateral path, " + std::string(body));
       EXPECT_TRUE(medial.is_shown && lateral.is_shown);
-      EXPECT_EQ(medial.parent, body == std::string("moving") ? ParentFrame::moving : ParentFrame::reference);
+      EXPECT_EQ(medial.parent, body == std::string("moving") ? BodyIndex::moving : BodyIndex::reference);
       // One ring a point and two for the ends of each piece; the medial path has two pieces.
       EXPECT_EQ(lateral.mesh.vertices.size(), 12 * (n_flexion + 2));
       EXPECT_EQ(medial.mesh.vertices.size(), 12 * (n_flexion + 4));
@@ -231,7 +231,7 @@ TEST(Layers, ContactPaths)
 TEST(Layers, BandOfSamples)
 {
   for (const std::string side : {"right", "left"}) {
-    for (const FixedObject held : {FixedObject::moving, FixedObject::reference, FixedObject::push}) {
+    for (const BodyIndex held : {BodyIndex::moving, BodyIndex::reference, BodyIndex::world}) {
       Stage stage(layered_model(side));
       stage.held = held;
       stage.show({30.0, 1.0}, {Layer::band});
@@ -318,7 +318,7 @@ TEST(Layers, Revisions)
   stage.show({25, 2}, all);
   std::vector<std::uint64_t> revisions;
   for (const Drawable& drawable : stage.scene.drawables) revisions.push_back(drawable.revision);
-  stage.held = FixedObject::reference;  // the same pose in another frame
+  stage.held = BodyIndex::reference;  // the same pose in another frame
   stage.show({25, 2}, all);
   for (std::size_t i = 0; i < revisions.size(); ++i)
     EXPECT_EQ(stage.scene.drawables[i].revision, revisions[i]) << stage.scene.drawables[i].name;

@@ -42,9 +42,9 @@ TEST(Scene, Drawables)
   const Scene scene = scene_for(model);
   ASSERT_EQ(scene.drawables.size(), 5U);
   EXPECT_EQ(scene.drawables[0].name, "ball");
-  EXPECT_EQ(scene.drawables[0].parent, ParentFrame::reference);
+  EXPECT_EQ(scene.drawables[0].parent, BodyIndex::reference);
   EXPECT_EQ(scene.drawables[2].name, "plate");
-  EXPECT_EQ(scene.drawables[2].parent, ParentFrame::moving);
+  EXPECT_EQ(scene.drawables[2].parent, BodyIndex::moving);
   EXPECT_TRUE(scene.drawables[2].has_contact);
   EXPECT_FALSE(scene.drawables[4].has_contact);
   EXPECT_EQ(scene.drawables[2].material.opacity, 1.0F);  // tissue, not glass
@@ -58,7 +58,7 @@ TEST(Scene, RelativePose)
     const store::MotionModel model = moving_model(side);
     const store::Motion motion(model, "raw");
     Scene scene = scene_for(model);
-    for (const FixedObject held : {FixedObject::moving, FixedObject::reference, FixedObject::push}) {
+    for (const BodyIndex held : {BodyIndex::moving, BodyIndex::reference, BodyIndex::world}) {
       for (const double flexion_deg : {0.0, 40.0, 90.0}) {
         const store::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.5)});
         place(scene, frames_of(pose, held, model.rotation_centre_mm));
@@ -77,14 +77,14 @@ TEST(Scene, RelativePose)
 TEST(Scene, FixedObjectStays)
 {
   struct Row {
-    FixedObject fixed;
+    BodyIndex fixed;
     std::size_t body, other;  // rows of the drawables
   };
   for (const std::string side : {"right", "left"}) {
     const store::MotionModel model = moving_model(side);
     const store::Motion motion(model, "raw");
     Scene scene = scene_for(model);
-    for (const Row& row : {Row{FixedObject::moving, 1, 0}, Row{FixedObject::reference, 0, 1}}) {
+    for (const Row& row : {Row{BodyIndex::moving, 1, 0}, Row{BodyIndex::reference, 0, 1}}) {
       for (const double flexion_deg : {0.0, 7.3, 33.0, 61.9, 90.0}) {
         const store::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(-2.0)});
         place(scene, frames_of(pose, row.fixed, model.rotation_centre_mm));
