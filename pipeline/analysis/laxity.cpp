@@ -613,14 +613,6 @@ std::string cell(double value)
   return std::isfinite(value) ? shortest_decimal(value) : "";
 }
 
-std::string csv_text(const std::string& text)
-{
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
-}
-
 }  // namespace
 
 const LaxityCurve* curve_of(const LaxityResult& result, std::size_t state, std::size_t flexion,
@@ -663,7 +655,7 @@ std::string laxity_csv(const LaxityDocument& document)
   for (const LaxityCurve& curve : result.curves) {
     const TestKind& kind = kind_of(curve.test);
     const LaxityCurve* whole = curve_of(result, 0, curve.flexion, curve.test);
-    const std::string at = csv_text(result.states[curve.state]) + ',';
+    const std::string at = csv_field(result.states[curve.state]) + ',';
     const std::string flexion = shortest_decimal(result.loads.flexion_deg[curve.flexion]) + ',';
     const std::string load = shortest_decimal(curve.poses.back().load) + (kind.is_force() ? ",N," : ",N mm,");
     const std::string unit = kind.is_force() ? ",mm," : ",degree,";
@@ -692,8 +684,8 @@ std::string share_csv(const LaxityDocument& document)
     std::vector<BundleResistance> rows = curve.bundles;
     if (curve.is_complete()) rows.push_back(curve.contact);
     for (const BundleResistance& row : rows)
-      csv += csv_text(result.states[curve.state]) + ',' + kind.name + ',' +
-             shortest_decimal(result.loads.flexion_deg[curve.flexion]) + ',' + csv_text(row.bundle) + ',' +
+      csv += csv_field(result.states[curve.state]) + ',' + kind.name + ',' +
+             shortest_decimal(result.loads.flexion_deg[curve.flexion]) + ',' + csv_field(row.bundle) + ',' +
              cell(row.force) + (kind.is_force() ? ",N," : ",N mm,") + cell(row.share) + '\n';
   }
   return csv;

@@ -7,7 +7,7 @@
 #include "app/commands.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
-#include "solve/uncertain_motion.hpp"
+#include "solve/case_solver.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::app {
@@ -39,14 +39,6 @@ std::string cell(double value)
 Json json_number(double value)
 {
   return std::isfinite(value) ? Json(std::round(1e6 * value) / 1e6) : Json();
-}
-
-// A name may contain a comma or a quote.
-std::string quoted(const std::string& name)
-{
-  std::string text = "\"";
-  for (const char c : name) text += c == '"' ? "\"\"" : std::string(1, c);
-  return text + "\"";
 }
 
 class BandTables {
@@ -120,7 +112,7 @@ class BandTables {
         model_.ligaments ? model_.ligaments->name : std::vector<std::string>{};
     for (std::size_t k = 0; k < names.size(); ++k) {
       for (std::size_t i = 0; i < key_.size(); ++i) {
-        std::printf("%s,%s", quoted(names[k]).c_str(), cell(key_[i]).c_str());
+        std::printf("%s,%s", quoted_csv(names[k]).c_str(), cell(key_[i]).c_str());
         for (std::size_t p = 0; p < probability_names.size(); ++p)
           std::printf(",%s", cell(motion_.tension_band_n[(p * key_.size() + i) * names.size() + k]).c_str());
         std::printf("\n");
@@ -137,7 +129,7 @@ class BandTables {
         for (std::size_t i = 0; i < key_.size(); ++i) {
           const std::size_t at =
               (i * store::uncertain_quantities.size() + quantity.row) * motion_.draw.size() + d;
-          std::printf("%s,%s,%s,%s,%s,%s,%s\n", quantity.name, quoted(motion_.draw[d]).c_str(),
+          std::printf("%s,%s,%s,%s,%s,%s,%s\n", quantity.name, quoted_csv(motion_.draw[d]).c_str(),
                       cell(key_[i]).c_str(), cell(motion_.rank_correlation[at]).c_str(),
                       cell(motion_.first_order[at]).c_str(), cell(motion_.first_order_low[at]).c_str(),
                       cell(motion_.first_order_high[at]).c_str());
@@ -152,7 +144,7 @@ class BandTables {
     for (const char* name : {"flexion_deg", "varus_deg", "internal_deg", "anterior_mm", "proximal_mm",
                              "lateral_mm", "contact_force_n"})
       std::printf(",%s", std::string(name) == key_name_ ? "solved_flexion_deg" : name);
-    for (const std::string& draw : motion_.draw) std::printf(",%s", quoted(draw).c_str());
+    for (const std::string& draw : motion_.draw) std::printf(",%s", quoted_csv(draw).c_str());
     std::printf("\n");
     for (std::size_t s = 0; s < motion_.n_samples(); ++s) {
       for (std::size_t i = 0; i < key_.size(); ++i) {

@@ -15,7 +15,6 @@
 #include "model/mesh.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
-#include "store/curve_figures.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"

@@ -14,7 +14,7 @@
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "geometry/fit_checks.hpp"
+#include "geometry/knee_fit.hpp"
 #include "job/case_picture.hpp"
 #include "job/component_loader.hpp"
 #include "job/job.hpp"

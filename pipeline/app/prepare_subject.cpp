@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "core/text.hpp"
-#include "geometry/fit_checks.hpp"
+#include "geometry/knee_fit.hpp"
+#include "job/case_warnings.hpp"
 #include "job/clean_mesh.hpp"
 #include "job/job.hpp"
-#include "job/surface_warnings.hpp"
 #include "prepare/template_joint.hpp"
 
 namespace vrda::app {

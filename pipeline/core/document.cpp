@@ -222,26 +222,6 @@ bool is_bare(const std::string& key)
   return !key.empty() && key.find_first_not_of(bare) == std::string::npos;
 }
 
-std::string quoted(const std::string& text)
-{
-  constexpr std::string_view hex = "0123456789ABCDEF";
-  std::string out = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (byte < 0x20 || byte == 0x7f) {
-      out += "\\u00";
-      out += hex[byte >> 4U];
-      out += hex[byte & 15U];
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
-
 bool is_list_of_tables(const DocumentValue& value)
 {
   return value.is_array() && !value.empty() && value.front().is_object();
@@ -254,7 +234,7 @@ bool is_section(const DocumentValue& value)
 
 std::string key_text(const std::string& key)
 {
-  return is_bare(key) ? key : quoted(key);
+  return is_bare(key) ? key : quoted_text(key);
 }
 
 // Plain keys first, then subtables, as TOML requires. A table needs a header if it has plain keys or is
@@ -392,7 +372,7 @@ const DocumentValue& list_or_empty(const DocumentValue& root, std::string_view d
 std::string value_text(const DocumentValue& value)
 {
   if (value.is_number_float()) return shortest_decimal(value.get<double>());
-  if (value.is_string()) return quoted(value.get_ref<const std::string&>());
+  if (value.is_string()) return quoted_text(value.get_ref<const std::string&>());
   if (!value.is_structured()) return value.dump();
   std::string out;
   for (const auto& [key, child] : value.items())

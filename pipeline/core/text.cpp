@@ -103,6 +103,36 @@ std::string escape_markup(std::string_view text)
   return out;
 }
 
+std::string quoted_text(std::string_view text)
+{
+  constexpr std::string_view hex = "0123456789ABCDEF";
+  std::string out = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f) {
+      out += "\\u00";
+      out += hex[byte >> 4U];
+      out += hex[byte & 15U];
+    } else {
+      if (c == '"' || c == '\\') out += '\\';
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+std::string quoted_csv(std::string_view text)
+{
+  std::string out = "\"";
+  for (const char c : text) out.append(c == '"' ? 2 : 1, c);
+  return out + '"';
+}
+
+std::string csv_field(std::string_view text)
+{
+  return text.find_first_of(",\"\n\r") == std::string_view::npos ? std::string(text) : quoted_csv(text);
+}
+
 std::string shortest_decimal(double value)
 {
   std::array<char, 32> digits{};

@@ -21,6 +21,13 @@ std::string escape_control_characters(std::string_view text);
 /// The text with <, >, & and " as entities, for HTML and XML, attributes included.
 std::string escape_markup(std::string_view text);
 
+/// A string of TOML or JSON: in quotes, with quotes, backslashes and control characters of ASCII escaped.
+std::string quoted_text(std::string_view text);
+/// A field of CSV in quotes, which are doubled inside.
+std::string quoted_csv(std::string_view text);
+/// The same only if the text has a comma, a quote or a line end.
+std::string csv_field(std::string_view text);
+
 /// `value` in the fewest digits that read back as the same double; -0 gives "0", so that equal numbers give
 /// equal text.
 std::string shortest_decimal(double value);

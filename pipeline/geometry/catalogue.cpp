@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -23,37 +24,51 @@ struct Range {
   double highest = 0.0;
 };
 
-ShapeParameter number(std::string name, std::string meaning, std::string unit, double value, Range range)
+/// A parameter, and how its value gets into the shape's plan.
+template <typename Plan>
+struct Row {
+  ShapeParameter parameter;
+  std::function<void(const Values&, Plan&)> set;  ///< may be empty
+};
+
+/// The default is that of the plan's member.
+template <typename Plan>
+Row<Plan> number(const char* name, const char* meaning, const char* unit, double Plan::*member, Range range)
 {
-  return {std::move(name), std::move(meaning), std::move(unit), value,
-          range.lowest,    range.highest,      false,           {}};
+  return {{name, meaning, unit, Plan{}.*member, range.lowest, range.highest, false, {}},
+          [=](const Values& values, Plan& plan) { plan.*member = values.number(name); }};
 }
 
-ShapeParameter whole(std::string name, std::string meaning, int value, Range range)
+template <typename Plan>
+Row<Plan> whole(const char* name, const char* meaning, int Plan::*member, Range range)
 {
-  ShapeParameter parameter =
-      number(std::move(name), std::move(meaning), "", static_cast<double>(value), range);
-  parameter.is_integer = true;
-  return parameter;
+  return {{name, meaning, "", static_cast<double>(Plan{}.*member), range.lowest, range.highest, true, {}},
+          [=](const Values& values, Plan& plan) { plan.*member = values.integer(name); }};
 }
 
-ShapeParameter word(std::string name, std::string meaning, std::vector<std::string> choices)
+ShapeParameter word(const char* name, const char* meaning, std::vector<std::string> choices)
 {
-  return {std::move(name), std::move(meaning), "", 0.0, 0.0, 0.0, false, std::move(choices)};
+  return {name, meaning, "", 0.0, 0.0, 0.0, false, std::move(choices)};
 }
 
-Shape of_side(Shape shape, const Values& values)
+/// Shapes with this parameter are made for a right side and mirrored.
+ShapeParameter side(const char* meaning)
 {
-  if (values.word("side") == "right") return shape;
+  return word("side", meaning, {"right", "left"});
+}
+
+Shape of_side(Shape shape, const std::string& side)
+{
+  if (side == "right") return shape;
   for (std::vector<ShapePart>* parts : {&shape.reference, &shape.moving}) {
     for (ShapePart& part : *parts) part.mesh = mirrored_z(part.mesh);
   }
   return shape;
 }
 
-std::vector<ShapeFibre> of_side(std::vector<ShapeFibre> fibres, const Values& values)
+std::vector<ShapeFibre> of_side(std::vector<ShapeFibre> fibres, const std::string& side)
 {
-  if (values.word("side") == "right") return fibres;
+  if (side == "right") return fibres;
   for (ShapeFibre& fibre : fibres) {
     fibre.reference_mm.z() *= -1.0;
     fibre.moving_mm.z() *= -1.0;
@@ -61,197 +76,167 @@ std::vector<ShapeFibre> of_side(std::vector<ShapeFibre> fibres, const Values& va
   return fibres;
 }
 
-// The upper end of the knee's range gives a million triangles.
+template <typename Plan>
+Entry entry_of(const char* name, const char* summary, std::vector<Row<Plan>> rows, Shape (*make)(const Plan&))
+{
+  Entry entry{name, summary};
+  bool has_side = false;
+  for (const Row<Plan>& row : rows) {
+    has_side |= row.parameter.name == "side";
+    entry.parameters.push_back(row.parameter);
+  }
+  entry.build = [rows = std::move(rows), make, has_side](const Values& values) {
+    Plan plan;
+    for (const Row<Plan>& row : rows)
+      if (row.set) row.set(values, plan);
+    return of_side(make(plan), has_side ? values.word("side") : "right");
+  };
+  return entry;
+}
+
 Entry knee_entry()
 {
-  return {"knee",
-          "a right or left knee: femur, tibia, both menisci; shafts and fibula drawn only",
-          {number("resolution", "factor on the number of edges along a line; triangles grow with its square",
-                  "", 1.0, {0.5, 15.0}),
-           word("side", "which knee", {"right", "left"})},
-          [](const Values& values) { return of_side(right_knee(values.number("resolution")), values); },
-          [](const Values& values) { return of_side(right_knee_fibres(), values); },
-          knee_fibre_sources};
+  struct Plan {
+    double resolution = 1.0;
+  };
+  // The upper end of the range gives a million triangles.
+  Entry entry = entry_of<Plan>(
+      "knee", "a right or left knee: femur, tibia, both menisci; shafts and fibula drawn only",
+      {number("resolution", "factor on the number of edges along a line; triangles grow with its square", "",
+              &Plan::resolution, {0.5, 15.0}),
+       {side("which knee"), {}}},
+      [](const Plan& plan) { return right_knee(plan.resolution); });
+  entry.fibres = [](const Values& values) { return of_side(right_knee_fibres(), values.word("side")); };
+  entry.fibre_sources = knee_fibre_sources;
+  return entry;
 }
 
 Entry template_knee_entry()
 {
-  return {"knee-template",
-          "the knee that vrda prepare registers onto a subject's: femur, tibia; fibula drawn only",
-          {word("side", "which knee", {"right", "left"})},
-          [](const Values& values) { return of_side(right_template_knee(), values); },
-          [](const Values& values) { return of_side(right_template_knee_fibres(), values); },
-          template_knee_fibre_sources};
+  struct Plan {};
+  Entry entry =
+      entry_of<Plan>("knee-template",
+                     "the knee that vrda prepare registers onto a subject's: femur, tibia; fibula drawn only",
+                     {{side("which knee"), {}}}, [](const Plan&) { return right_template_knee(); });
+  entry.fibres = [](const Values& values) {
+    return of_side(right_template_knee_fibres(), values.word("side"));
+  };
+  entry.fibre_sources = template_knee_fibre_sources;
+  return entry;
 }
 
 Entry hip_entry()
 {
-  const HipParameters plan;
-  return {
-      "hip",
-      "a spherical head with a neck in a deep socket",
-      {number("resolution", "factor on the number of edges along a line", "", plan.resolution, {0.5, 12.0}),
-       number("radius", "of the head", "mm", plan.radius_mm, {5.0, 100.0}),
-       number("clearance", "inner radius of the socket minus radius of the head", "mm", plan.clearance_mm,
+  using Plan = HipParameters;
+  return entry_of<Plan>(
+      "hip", "a spherical head with a neck in a deep socket",
+      {number("resolution", "factor on the number of edges along a line", "", &Plan::resolution, {0.5, 12.0}),
+       number("radius", "of the head", "mm", &Plan::radius_mm, {5.0, 100.0}),
+       number("clearance", "inner radius of the socket minus radius of the head", "mm", &Plan::clearance_mm,
               {0.0, 20.0}),
-       number("wall", "thickness of the socket", "mm", plan.wall_mm, {2.0, 50.0}),
-       number("depth", "distance of the socket's rim beyond its centre", "mm", plan.depth_mm, {-20.0, 20.0}),
-       number("neck", "angle of the neck from -Y, to the right", "deg", plan.neck_deg, {0.0, 80.0}),
-       number("neck_ratio", "radius of the head over that of the neck", "", plan.neck_ratio, {1.2, 5.0}),
+       number("wall", "thickness of the socket", "mm", &Plan::wall_mm, {2.0, 50.0}),
+       number("depth", "distance of the socket's rim beyond its centre", "mm", &Plan::depth_mm,
+              {-20.0, 20.0}),
+       number("neck", "angle of the neck from -Y, to the right", "deg", &Plan::neck_deg, {0.0, 80.0}),
+       number("neck_ratio", "radius of the head over that of the neck", "", &Plan::neck_ratio, {1.2, 5.0}),
        number("inclination", "angle of the socket's opening from -Y, to the right", "deg",
-              plan.inclination_deg, {0.0, 80.0}),
-       number("anteversion", "angle of the opening towards anterior", "deg", plan.anteversion_deg,
+              &Plan::inclination_deg, {0.0, 80.0}),
+       number("anteversion", "angle of the opening towards anterior", "deg", &Plan::anteversion_deg,
               {-45.0, 45.0}),
-       word("side", "which hip", {"right", "left"})},
-      [](const Values& values) {
-        HipParameters chosen;
-        chosen.resolution = values.number("resolution");
-        chosen.radius_mm = values.number("radius");
-        chosen.clearance_mm = values.number("clearance");
-        chosen.wall_mm = values.number("wall");
-        chosen.depth_mm = values.number("depth");
-        chosen.neck_deg = values.number("neck");
-        chosen.neck_ratio = values.number("neck_ratio");
-        chosen.inclination_deg = values.number("inclination");
-        chosen.anteversion_deg = values.number("anteversion");
-        return of_side(hip(chosen), values);
-      },
-      nullptr,
-      {}};
+       {side("which hip"), {}}},
+      hip);
 }
 
 Entry ankle_entry()
 {
-  const AnkleParameters plan;
-  return {
-      "ankle",
-      "a grooved talar trochlea in the mortise of a tibia",
-      {number("resolution", "factor on the number of edges along a line", "", plan.resolution, {0.5, 12.0}),
-       number("radius", "of the trochlea in the bottom of its groove", "mm", plan.radius_mm, {10.0, 50.0}),
-       number("groove", "radius of the groove from side to side", "mm", plan.groove_mm, {20.0, 1000.0}),
-       number("width", "of the trochlea", "mm", plan.width_mm, {10.0, 39.0}),
+  using Plan = AnkleParameters;
+  return entry_of<Plan>(
+      "ankle", "a grooved talar trochlea in the mortise of a tibia",
+      {number("resolution", "factor on the number of edges along a line", "", &Plan::resolution, {0.5, 12.0}),
+       number("radius", "of the trochlea in the bottom of its groove", "mm", &Plan::radius_mm, {10.0, 50.0}),
+       number("groove", "radius of the groove from side to side", "mm", &Plan::groove_mm, {20.0, 1000.0}),
+       number("width", "of the trochlea", "mm", &Plan::width_mm, {10.0, 39.0}),
        number("clearance", "radius of the tibia's surface minus that of the trochlea", "mm",
-              plan.clearance_mm, {0.05, 5.0}),
-       word("side", "which foot", {"right", "left"})},
-      [](const Values& values) {
-        return of_side(ankle({values.number("resolution"), values.number("radius"), values.number("groove"),
-                              values.number("width"), values.number("clearance")}),
-                       values);
-      },
-      nullptr,
-      {}};
+              &Plan::clearance_mm, {0.05, 5.0}),
+       {side("which foot"), {}}},
+      ankle);
+}
+
+Row<BallInDishParameters> stretch(const char* name, const char* meaning, Eigen::Index axis)
+{
+  return {
+      {name, meaning, "", 1.0, 0.1, 10.0, false, {}},
+      [=](const Values& values, BallInDishParameters& plan) { plan.stretch[axis] = values.number(name); }};
 }
 
 Entry ball_in_dish_entry()
 {
-  const BallInDishParameters plan;
-  return {
-      "ball-in-dish",
-      "a ball or ellipsoid pushed up into a dish that is open at the bottom",
-      {number("ball_radius", "radius of the ball", "mm", plan.ball_radius_mm, {0.1, 200.0}),
-       number("stretch_x", "half axis along X / ball_radius", "", 1.0, {0.1, 10.0}),
-       number("stretch_y", "half axis along Y / ball_radius", "", 1.0, {0.1, 10.0}),
-       number("stretch_z", "half axis along Z / ball_radius", "", 1.0, {0.1, 10.0}),
-       number("dish_radius", "radius of curvature of the bowl", "mm", plan.dish_radius_mm, {1.0, 1000.0}),
-       number("dish_width", "edge length of the square block", "mm", plan.dish_width_mm, {1.0, 1000.0}),
-       number("hole", "width of a square central hole; 0: no hole", "mm", plan.hole_mm, {0.0, 500.0}),
-       word("section", "profile of the dish", {"bowl", "cone", "wave"}),
-       whole("ball_edges", "edges along an edge of the icosahedron; 20 n^2 triangles", plan.ball_edges,
+  using Plan = BallInDishParameters;
+  return entry_of<Plan>(
+      "ball-in-dish", "a ball or ellipsoid pushed up into a dish that is open at the bottom",
+      {number("ball_radius", "radius of the ball", "mm", &Plan::ball_radius_mm, {0.1, 200.0}),
+       stretch("stretch_x", "half axis along X / ball_radius", 0),
+       stretch("stretch_y", "half axis along Y / ball_radius", 1),
+       stretch("stretch_z", "half axis along Z / ball_radius", 2),
+       number("dish_radius", "radius of curvature of the bowl", "mm", &Plan::dish_radius_mm, {1.0, 1000.0}),
+       number("dish_width", "edge length of the square block", "mm", &Plan::dish_width_mm, {1.0, 1000.0}),
+       number("hole", "width of a square central hole; 0: no hole", "mm", &Plan::hole_mm, {0.0, 500.0}),
+       {word("section", "profile of the dish", {"bowl", "cone", "wave"}),
+        [](const Values& values, Plan& plan) {
+          const std::string& section = values.word("section");
+          plan.section = section == "cone"   ? DishSection::cone
+                         : section == "wave" ? DishSection::wave
+                                             : DishSection::bowl;
+        }},
+       whole("ball_edges", "edges along an edge of the icosahedron; 20 n^2 triangles", &Plan::ball_edges,
              {1, 200}),
-       whole("dish_edges", "edges along half the block's width", plan.dish_edges, {1, 350}),
-       number("turn", "rotation of the ellipsoid about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
-       number("offset_x", "X of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
-       number("offset_z", "Z of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
+       whole("dish_edges", "edges along half the block's width", &Plan::dish_edges, {1, 350}),
+       number("turn", "rotation of the ellipsoid about +Y", "deg", &Plan::turn_deg, {-180.0, 180.0}),
+       number("offset_x", "X of the ball from the dish's axis", "mm", &Plan::offset_x_mm, {-500.0, 500.0}),
+       number("offset_z", "Z of the ball from the dish's axis", "mm", &Plan::offset_z_mm, {-500.0, 500.0}),
        number("apart", "initial distance from the ball's top to the dish's rim", "mm",
-              plan.initial_clearance_mm, {0.0, 100.0})},
-      [](const Values& values) {
-        BallInDishParameters chosen;
-        chosen.ball_radius_mm = values.number("ball_radius");
-        chosen.stretch = {values.number("stretch_x"), values.number("stretch_y"), values.number("stretch_z")};
-        chosen.dish_radius_mm = values.number("dish_radius");
-        chosen.dish_width_mm = values.number("dish_width");
-        chosen.hole_mm = values.number("hole");
-        chosen.section = values.word("section") == "cone"   ? DishSection::cone
-                         : values.word("section") == "wave" ? DishSection::wave
-                                                            : DishSection::bowl;
-        chosen.ball_edges = values.integer("ball_edges");
-        chosen.dish_edges = values.integer("dish_edges");
-        chosen.turn_deg = values.number("turn");
-        chosen.offset_x_mm = values.number("offset_x");
-        chosen.offset_z_mm = values.number("offset_z");
-        chosen.initial_clearance_mm = values.number("apart");
-        return ball_in_dish(chosen);
-      },
-      nullptr,
-      {}};
+              &Plan::initial_clearance_mm, {0.0, 100.0})},
+      ball_in_dish);
 }
 
 Entry bar_on_pyramids_entry()
 {
-  const BarOnPyramidsParameters plan;
-  return {
-      "bar-on-pyramids",
-      "a bar pushed up between two pyramids with their tips down",
-      {number("base", "edge length of each pyramid's base", "mm", plan.base_mm, {1.0, 500.0}),
-       number("height", "height of each pyramid", "mm", plan.height_mm, {0.1, 500.0}),
-       number("gap", "distance between the two bases", "mm", plan.gap_mm, {0.1, 500.0}),
-       number("bar_length", "length of the bar, along Z at turn = 0", "mm", plan.bar_length_mm,
+  using Plan = BarOnPyramidsParameters;
+  return entry_of<Plan>(
+      "bar-on-pyramids", "a bar pushed up between two pyramids with their tips down",
+      {number("base", "edge length of each pyramid's base", "mm", &Plan::base_mm, {1.0, 500.0}),
+       number("height", "height of each pyramid", "mm", &Plan::height_mm, {0.1, 500.0}),
+       number("gap", "distance between the two bases", "mm", &Plan::gap_mm, {0.1, 500.0}),
+       number("bar_length", "length of the bar, along Z at turn = 0", "mm", &Plan::bar_length_mm,
               {0.1, 1000.0}),
-       number("bar_width", "width of the bar", "mm", plan.bar_width_mm, {0.1, 500.0}),
-       number("bar_height", "height of the bar", "mm", plan.bar_height_mm, {0.1, 500.0}),
-       number("turn", "rotation of the bar about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
-       number("offset_x", "X of the bar from the middle between the pyramids", "mm", 0.0, {-500.0, 500.0}),
-       number("offset_z", "Z of the bar from the middle between the pyramids", "mm", 0.0, {-500.0, 500.0}),
-       whole("edges", "edges along half a base", plan.edges, {1, 200}),
-       number("apart", "initial distance from the bar to the tips", "mm", plan.initial_clearance_mm,
+       number("bar_width", "width of the bar", "mm", &Plan::bar_width_mm, {0.1, 500.0}),
+       number("bar_height", "height of the bar", "mm", &Plan::bar_height_mm, {0.1, 500.0}),
+       number("turn", "rotation of the bar about +Y", "deg", &Plan::turn_deg, {-180.0, 180.0}),
+       number("offset_x", "X of the bar from the middle between the pyramids", "mm", &Plan::offset_x_mm,
+              {-500.0, 500.0}),
+       number("offset_z", "Z of the bar from the middle between the pyramids", "mm", &Plan::offset_z_mm,
+              {-500.0, 500.0}),
+       whole("edges", "edges along half a base", &Plan::edges, {1, 200}),
+       number("apart", "initial distance from the bar to the tips", "mm", &Plan::initial_clearance_mm,
               {0.0, 100.0})},
-      [](const Values& values) {
-        BarOnPyramidsParameters chosen;
-        chosen.base_mm = values.number("base");
-        chosen.height_mm = values.number("height");
-        chosen.gap_mm = values.number("gap");
-        chosen.bar_length_mm = values.number("bar_length");
-        chosen.bar_width_mm = values.number("bar_width");
-        chosen.bar_height_mm = values.number("bar_height");
-        chosen.turn_deg = values.number("turn");
-        chosen.offset_x_mm = values.number("offset_x");
-        chosen.offset_z_mm = values.number("offset_z");
-        chosen.edges = values.integer("edges");
-        chosen.initial_clearance_mm = values.number("apart");
-        return bar_on_pyramids(chosen);
-      },
-      nullptr,
-      {}};
+      bar_on_pyramids);
 }
 
 Entry cap_in_sink_entry()
 {
-  const CapInSinkParameters plan;
-  return {"cap-in-sink",
-          "a four-faced cap pushed up into a four-faced sink of the same slopes",
-          {number("base", "edge length of the sink's opening", "mm", plan.base_mm, {1.0, 500.0}),
-           number("depth", "depth of the sink", "mm", plan.depth_mm, {0.1, 500.0}),
-           number("cap_scale", "size of the cap / size of the sink", "", plan.cap_scale, {0.05, 2.0}),
-           number("turn", "rotation of the cap about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
-           number("offset_x", "X of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
-           number("offset_z", "Z of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
-           whole("edges", "edges along half a base; 1: one triangle per face", plan.edges, {1, 200}),
-           number("apart", "initial distance from the cap's tip to the sink's rim", "mm",
-                  plan.initial_clearance_mm, {0.0, 100.0})},
-          [](const Values& values) {
-            CapInSinkParameters chosen;
-            chosen.base_mm = values.number("base");
-            chosen.depth_mm = values.number("depth");
-            chosen.cap_scale = values.number("cap_scale");
-            chosen.turn_deg = values.number("turn");
-            chosen.offset_x_mm = values.number("offset_x");
-            chosen.offset_z_mm = values.number("offset_z");
-            chosen.edges = values.integer("edges");
-            chosen.initial_clearance_mm = values.number("apart");
-            return cap_in_sink(chosen);
-          },
-          nullptr,
-          {}};
+  using Plan = CapInSinkParameters;
+  return entry_of<Plan>(
+      "cap-in-sink", "a four-faced cap pushed up into a four-faced sink of the same slopes",
+      {number("base", "edge length of the sink's opening", "mm", &Plan::base_mm, {1.0, 500.0}),
+       number("depth", "depth of the sink", "mm", &Plan::depth_mm, {0.1, 500.0}),
+       number("cap_scale", "size of the cap / size of the sink", "", &Plan::cap_scale, {0.05, 2.0}),
+       number("turn", "rotation of the cap about +Y", "deg", &Plan::turn_deg, {-180.0, 180.0}),
+       number("offset_x", "X of the cap from the sink's axis", "mm", &Plan::offset_x_mm, {-500.0, 500.0}),
+       number("offset_z", "Z of the cap from the sink's axis", "mm", &Plan::offset_z_mm, {-500.0, 500.0}),
+       whole("edges", "edges along half a base; 1: one triangle per face", &Plan::edges, {1, 200}),
+       number("apart", "initial distance from the cap's tip to the sink's rim", "mm",
+              &Plan::initial_clearance_mm, {0.0, 100.0})},
+      cap_in_sink);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -29,10 +30,10 @@ class ShapeValues {
 struct CatalogueEntry {
   std::string name;
   std::string summary;
-  std::vector<ShapeParameter> parameters;
-  Shape (*build)(const ShapeValues&) = nullptr;
+  std::vector<ShapeParameter> parameters = {};
+  std::function<Shape(const ShapeValues&)> build = {};
   std::vector<ShapeFibre> (*fibres)(const ShapeValues&) = nullptr;  ///< null: no ligaments
-  std::string fibre_sources;                                        ///< comment lines of the fibre table
+  std::string fibre_sources = {};                                   ///< comment lines of the fibre table
 };
 
 /// In the order of the help text.

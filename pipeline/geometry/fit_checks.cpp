@@ -1,4 +1,4 @@
-#include "geometry/fit_checks.hpp"
+#include "geometry/knee_fit.hpp"
 
 #include <algorithm>
 #include <cmath>

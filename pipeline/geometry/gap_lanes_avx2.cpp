@@ -1,5 +1,5 @@
 // Eight floats at a time. Compiled with -mavx2; called only on processors with AVX2.
-#include "geometry/gap_lanes_float8.hpp"
+#include "geometry/gap_lanes.hpp"
 
 namespace vrda::geometry {
 

@@ -6,7 +6,7 @@
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
-#include "geometry/gap_lanes_float8.hpp"
+#include "geometry/gap_lanes.hpp"
 
 namespace vrda::geometry {
 namespace {

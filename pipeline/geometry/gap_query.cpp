@@ -2,14 +2,49 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <optional>
 #include <utility>
 
+#include "core/text.hpp"
 #include "geometry/gap_tree.hpp"
 #include "geometry/rounded_kernel.hpp"
 
 namespace vrda::geometry {
+namespace {
+
+std::atomic<InstructionSet>& chosen()
+{
+  static std::atomic<InstructionSet> set{instruction_sets().back()};
+  return set;
+}
+
+}  // namespace
+
+std::vector<InstructionSet> instruction_sets()
+{
+  std::vector<InstructionSet> sets{InstructionSet::baseline};
+  if (__builtin_cpu_supports("avx2")) sets.push_back(InstructionSet::avx2);
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+      __builtin_cpu_supports("avx512dq")) {
+    sets.push_back(InstructionSet::avx512);
+  }
+  return sets;
+}
+
+void set_instruction_set(InstructionSet set)
+{
+  const std::vector<InstructionSet> sets = instruction_sets();
+  check(std::find(sets.begin(), sets.end(), set) != sets.end(), "the processor supports the instruction set");
+  chosen() = set;
+}
+
+InstructionSet instruction_set()
+{
+  return chosen();
+}
+
 namespace {
 
 // Number of hints: after a small change of pose the result is often one of the last few pairs.
@@ -20,10 +55,6 @@ constexpr double bound_slack_mm = 1e-6;
 
 // The least PlacedPairs::candidates with a pair of edges.
 constexpr unsigned first_edge_candidate = 1U << 6U;
-
-}  // namespace
-
-namespace {
 
 Corners corners_of(const double (&rows)[9][block_lanes], unsigned lane)
 {

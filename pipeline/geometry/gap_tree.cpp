@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "geometry/gap_kernel.hpp"
-#include "geometry/instruction_set.hpp"
+#include "geometry/gap_query.hpp"
 
 namespace vrda::geometry {
 namespace {

@@ -1,15 +1,65 @@
-/// Pose, size and side of a knee in any orientation, without a start value.
+/// The two bones of a knee, of a subject or of a template.
 #pragma once
+
+#include <Eigen/Core>
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "geometry/nearest_surface.hpp"
-#include "geometry/template_knee.hpp"
 #include "model/coordinates.hpp"
+#include "model/frames.hpp"
+#include "model/mesh.hpp"
 
 namespace vrda::geometry {
+
+/// A bone by the surfaces that are known of it; normals outward.
+struct BoneSurfaces {
+  Mesh bone;       ///< empty: unknown
+  Mesh cartilage;  ///< empty: unknown
+};
+
+/// Both surfaces in one mesh.
+Mesh joined(const BoneSurfaces& surfaces);
+
+/// Exchanges inside and outside: faces and normals.
+void reverse_winding(Mesh& mesh);
+
+/// Both bones in one pose and one frame, mm.
+struct KneeSurfaces {
+  BoneSurfaces femur;
+  BoneSurfaces tibia;
+};
+
+/// Reflected in Z = 0.
+KneeSurfaces mirrored_z(const KneeSurfaces& knee);
+
+/// A right knee in canonical axes near extension, to which others are compared.
+struct TemplateKnee {
+  KneeSurfaces surfaces;
+  Eigen::Vector3d origin_mm{0.0, 0.0, 0.0};  ///< the rotation centre
+};
+
+/// Factor from the unit of the meshes to mm: 1, 10 or 1000. The geometric mean over both bones of the
+/// second-largest extent along principal axes comes nearest to 75 mm: that is a joint's width, however much
+/// of the shafts is there.
+double unit_mm_of(const Mesh& femur, const Mesh& tibia);
+
+/// Where both bones are near each other, and the direction from the tibia to the femur there.
+struct JointRegion {
+  Eigen::Vector3d centre_mm{0.0, 0.0, 0.0};
+  Eigen::Vector3d up{0.0, 1.0, 0.0};
+  double nearest_mm = 0.0;  ///< smallest distance between samples of the bones
+};
+JointRegion joint_region(const Mesh& femur, const Mesh& tibia);
+
+/// The knee that is registered where no other template is given: the generated "knee-template", divided into
+/// bone and cartilage.
+TemplateKnee generic_template();
+
+// Pose, size and side of a knee in any orientation, without a start value.
 
 /// A template of one side placed on the subject: p_subject = scale * R * p_template + t.
 struct SimilarityFit {
@@ -116,5 +166,50 @@ struct KneeFit {
 /// `subject` is in any unit and orientation.
 KneeFit fit_knee(const KneeSurfaces& subject, const TemplateKnee& reference,
                  const KneeFitOptions& options = {});
+
+// Whether a fit is that of a knee.
+
+/// Why a knee is refused: which measure is out of range, with its limit; empty: accepted.
+std::vector<std::string> rejection_reasons(const KneeFit& fit, const KneeSurfaces& subject);
+
+/// The mistake that explains a refusal: a wrong side or unit in `known`, exchanged bones, or an open sheet
+/// wound inward; empty: none found. Repeats the whole fit for each, unless only the length of a bone is
+/// refused.
+std::string probable_cause(const KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& reference,
+                           const KneeFitOptions& known = {});
+
+/// Accepted, but doubtful: little bone, cartilage only, an uncertain side.
+std::vector<std::string> fit_warnings(const KneeFit& fit, const KneeSurfaces& subject, bool is_side_given);
+
+/// What shows that a mesh is no surface, such as random triangles; empty: none. A search of the nearest point
+/// visits all of its triangles, so a fit takes minutes. In any unit.
+std::string tangle_in(const Mesh& mesh);
+
+/// Whether a mesh is the part that it is said to be.
+struct PartCheck {
+  std::string rejection;  ///< empty: accepted
+  std::string doubt;      ///< of an accepted part; empty: none
+};
+
+enum class CartilageOf { femur, tibia };
+
+/// Cartilage lies on its own bone, not on the other nor, as a meniscus does, between both. In the scan's
+/// axes, mm; either bone may be empty.
+PartCheck cartilage_check(const Mesh& part, CartilageOf bone, const Mesh& own_bone, const Mesh& other_bone);
+
+/// Whether nine tenths of the points of `part` are on `surface`, within 0.5 mm or less for small parts: the
+/// same surface, a copy with other triangles, or a piece of it. Meshes in mm without unused vertices.
+bool is_part_of(const Mesh& part, const Mesh& surface);
+
+/// A meniscus lies near the tibia (bone and cartilage). In the scan's axes, mm.
+PartCheck meniscus_check(const Mesh& part, const Mesh& tibia);
+
+/// Why a mesh is not the fibula of a tibia: a copy of the tibia, the height of its head, or its distance;
+/// empty: accepted. Both are in the tibia's anatomical frame, mm.
+std::string fibula_rejection(const Mesh& fibula, const Mesh& tibia);
+
+/// Whether the head of the fibula, its highest 20 mm, is lateral of the rotation centre. `fibula` is in the
+/// tibia's anatomical frame.
+bool is_fibula_lateral(const Mesh& fibula, Side side);
 
 }  // namespace vrda::geometry

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "geometry/box_tree.hpp"
+#include "geometry/placement.hpp"
 #include "model/mesh.hpp"
 
 namespace vrda::geometry {

@@ -8,9 +8,8 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "geometry/fit_checks.hpp"
+#include "geometry/knee_fit.hpp"
 #include "geometry/nearest_surface.hpp"
-#include "geometry/template_knee.hpp"
 #include "job/clean_mesh.hpp"
 
 namespace vrda::job {

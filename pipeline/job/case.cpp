@@ -6,14 +6,10 @@
 #include "core/text.hpp"
 #include "job/auto_frame.hpp"
 #include "job/case_warnings.hpp"
-#include "job/command_jobs.hpp"
 #include "job/component_loader.hpp"
-#include "job/coordinates.hpp"
 #include "job/job.hpp"
+#include "job/job_parts.hpp"
 #include "job/ligament_files.hpp"
-#include "job/scaling.hpp"
-#include "job/surface_warnings.hpp"
-#include "job/uncertainty_job.hpp"
 
 namespace vrda::job {
 namespace {

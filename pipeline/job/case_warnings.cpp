@@ -10,7 +10,6 @@
 #include "core/text.hpp"
 #include "geometry/nearest_surface.hpp"
 #include "job/auto_frame.hpp"
-#include "job/surface_warnings.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
 

@@ -1,5 +1,5 @@
 // [fit] of a job: what `vrda fit --to` may change.
-#include "job/command_jobs.hpp"
+#include "job/job_parts.hpp"
 
 #include <algorithm>
 #include <functional>

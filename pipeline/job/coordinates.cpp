@@ -1,4 +1,4 @@
-#include "job/coordinates.hpp"
+#include "job/job_parts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,6 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "job/command_jobs.hpp"
 #include "job/job.hpp"
 #include "job/ligament_files.hpp"
 

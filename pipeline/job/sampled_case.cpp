@@ -13,7 +13,7 @@
 
 #include "core/text.hpp"
 #include "geometry/nearest_surface.hpp"
-#include "job/uncertainty_job.hpp"
+#include "job/job_parts.hpp"
 #include "model/frames.hpp"
 
 namespace vrda::job {

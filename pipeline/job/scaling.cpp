@@ -1,4 +1,4 @@
-#include "job/scaling.hpp"
+#include "job/component_loader.hpp"
 
 #include <algorithm>
 #include <cmath>

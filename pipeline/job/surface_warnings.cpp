@@ -1,4 +1,4 @@
-#include "job/surface_warnings.hpp"
+#include "job/case_warnings.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,9 +8,8 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "geometry/fit_checks.hpp"
+#include "geometry/knee_fit.hpp"
 #include "geometry/nearest_surface.hpp"
-#include "job/case_warnings.hpp"
 #include "job/clean_mesh.hpp"
 #include "job/component_loader.hpp"
 

@@ -1,4 +1,4 @@
-#include "job/uncertainty_job.hpp"
+#include "job/job_parts.hpp"
 
 #include <algorithm>
 #include <array>

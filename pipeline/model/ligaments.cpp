@@ -385,6 +385,14 @@ constexpr int max_steps = 2000;
 
 using Eigen::Vector4d;
 
+/// A point of a geodesic with its Jacobi field. Positions are scaled to the unit sphere: q = p / half-axes.
+struct GeodesicState {
+  Eigen::Vector3d q = Eigen::Vector3d::Zero();
+  Eigen::Vector3d q_slope = Eigen::Vector3d::Zero();  ///< derivative over the length, 1/mm
+  double width = 0.0;                                 ///< Jacobi field: distance of a neighbouring geodesic
+  double width_slope = 0.0;
+};
+
 // State of the ODE: scaled position and width, y'' = -w^-2 rate y for both.
 struct OdeState {
   Vector4d y, slope;
@@ -420,8 +428,9 @@ OdeState step(const OdeState& at, double h, const Ellipsoid& surface)
           at.slope + (h / 336.0) * (14.0 * k1 + 125.0 * k2 + 162.0 * k3 + 35.0 * k4)};
 }
 
-}  // namespace
-
+/// Integrates the geodesic by `length_mm`, backwards if negative. With q scaled and Joachimsthal's invariant
+/// C the equation is q'' = -C w^-2 q / a^2 with w = sum of q^2 / a^2; the width follows Jacobi's equation.
+/// `step_rad` is the largest angle a step; the method is of fifth order.
 GeodesicState integrate_geodesic(const GeodesicState& from, double length_mm,
                                  const Eigen::Vector3d& half_axes_mm, double step_rad)
 {
@@ -445,7 +454,18 @@ GeodesicState integrate_geodesic(const GeodesicState& from, double length_mm,
   return {state.y.head<3>(), state.slope.head<3>(), state.y.w(), state.slope.w()};
 }
 
-namespace {
+/// Two points outside an ellipsoid, scaled so that it is the unit sphere (q = p / half-axes), and the
+/// straight line between them.
+struct WrapProblem {
+  Eigen::Vector3d half_axes_mm = Eigen::Vector3d::Ones();
+  Eigen::Vector3d start, end;  ///< scaled
+  Eigen::Vector3d along;       ///< unit, from start to end
+  Eigen::Vector3d outward;     ///< unit, from the centre to the line's nearest point
+  Eigen::Vector3d sideways;    ///< unit, completing the axes
+  double depth = 0.0;          ///< distance of the line from the centre, below 1
+
+  Eigen::Vector3d mm(const Eigen::Vector3d& q) const { return half_axes_mm.cwiseProduct(q); }
+};
 
 // Intersection of a plane with the unit sphere; `up` points from its centre to the straight line.
 struct Circle {
@@ -488,8 +508,7 @@ double arc_length_mm(const WrapProblem& scene, const Circle& circle, const Eigen
          arc_length_mm(scene, circle, half, to, halvings - 1);
 }
 
-}  // namespace
-
+/// A unit vector perpendicular to a unit vector; deterministic.
 Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& unit)
 {
   const Eigen::Vector3d trial =
@@ -497,6 +516,7 @@ Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& unit)
   return (trial - trial.dot(unit) * unit).normalized();
 }
 
+/// Computes `along` and the members after it. False when the straight line misses the ellipsoid.
 bool set_straight_line(WrapProblem& scene)
 {
   const Eigen::Vector3d span = scene.end - scene.start;
@@ -514,6 +534,15 @@ bool set_straight_line(WrapProblem& scene)
   return true;
 }
 
+/// A planar path: tangent, arc, tangent.
+struct PlanarPath {
+  double length_mm = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d touch = Eigen::Vector3d::Zero();  ///< scaled
+  Eigen::Vector3d leave = Eigen::Vector3d::Zero();
+  double arc_mm = 0.0;  ///< by chords, one percent too short
+};
+
+/// The path in the half-plane bounded by the straight line, rotated by `tilt` from `outward` to `sideways`.
 PlanarPath planar_path(const WrapProblem& scene, const SinCos& tilt)
 {
   constexpr int halvings = 2;
@@ -528,8 +557,6 @@ PlanarPath planar_path(const WrapProblem& scene, const SinCos& tilt)
       scene.mm(path.touch - scene.start).norm() + path.arc_mm + scene.mm(scene.end - path.leave).norm();
   return path;
 }
-
-namespace {
 
 // Initial planar paths, evenly around the straight line.
 constexpr std::size_t n_planes = 16;

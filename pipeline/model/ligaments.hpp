@@ -170,48 +170,4 @@ Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm, double 
 Eigen::Vector3d ellipsoid_point_mm(const WrapPath& path, double along_mm,
                                    const Eigen::Vector3d& half_axes_mm);
 
-/// A point of a geodesic with its Jacobi field. Positions are scaled to the unit sphere: q = p / half-axes.
-struct GeodesicState {
-  Eigen::Vector3d q = Eigen::Vector3d::Zero();
-  Eigen::Vector3d q_slope = Eigen::Vector3d::Zero();  ///< derivative over the length, 1/mm
-  double width = 0.0;                                 ///< Jacobi field: distance of a neighbouring geodesic
-  double width_slope = 0.0;
-};
-
-/// Integrates the geodesic by `length_mm`, backwards if negative. With q scaled and Joachimsthal's invariant
-/// C the equation is q'' = -C w^-2 q / a^2 with w = sum of q^2 / a^2; the width follows Jacobi's equation.
-/// `step_rad` is the largest angle a step; the method is of fifth order.
-GeodesicState integrate_geodesic(const GeodesicState& from, double length_mm,
-                                 const Eigen::Vector3d& half_axes_mm, double step_rad);
-
-/// Two points outside an ellipsoid, scaled so that it is the unit sphere (q = p / half-axes), and the
-/// straight line between them.
-struct WrapProblem {
-  Eigen::Vector3d half_axes_mm = Eigen::Vector3d::Ones();
-  Eigen::Vector3d start, end;  ///< scaled
-  Eigen::Vector3d along;       ///< unit, from start to end
-  Eigen::Vector3d outward;     ///< unit, from the centre to the line's nearest point
-  Eigen::Vector3d sideways;    ///< unit, completing the axes
-  double depth = 0.0;          ///< distance of the line from the centre, below 1
-
-  Eigen::Vector3d mm(const Eigen::Vector3d& q) const { return half_axes_mm.cwiseProduct(q); }
-};
-
-/// Computes `along` and the members after it. False when the straight line misses the ellipsoid.
-bool set_straight_line(WrapProblem& scene);
-
-/// A unit vector perpendicular to a unit vector; deterministic.
-Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& unit);
-
-/// A planar path: tangent, arc, tangent.
-struct PlanarPath {
-  double length_mm = std::numeric_limits<double>::infinity();
-  Eigen::Vector3d touch = Eigen::Vector3d::Zero();  ///< scaled
-  Eigen::Vector3d leave = Eigen::Vector3d::Zero();
-  double arc_mm = 0.0;  ///< by chords, one percent too short
-};
-
-/// The path in the half-plane bounded by the straight line, rotated by `tilt` from `outward` to `sideways`.
-PlanarPath planar_path(const WrapProblem& scene, const SinCos& tilt);
-
 }  // namespace vrda::inline model

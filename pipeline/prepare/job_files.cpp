@@ -10,16 +10,6 @@
 namespace vrda::prepare {
 namespace {
 
-std::string quoted(const std::string& text)
-{
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + '"';
-}
-
 std::string component_text(const std::string& body, const JobComponent& component)
 {
   std::string text = "\n[[" + body + ".component]]\nname = \"" + component.name + "\"\nfile = \"" +
@@ -54,7 +44,7 @@ std::string job_text(const JobDescription& job)
       "# Written by vrda prepare; details in prepare.json. Each bone is in its own anatomical frame, so zero "
       "is the\n"
       "# neutral pose for any pose in the scan.\n" +
-      (job.scanned ? scan_text(*job.scanned) : std::string()) + "title = " + quoted(job.title) +
+      (job.scanned ? scan_text(*job.scanned) : std::string()) + "title = " + quoted_text(job.title) +
       "\njoint = \"knee\"\nside = \"" + side_name(job.side) +
       "\"\n\n[frame]                               # origin: the rotation centre\nunit = \"mm\"\n"
       "anterior = \"+X\"\nproximal = \"+Y\"\nright = \"+Z\"\n\n[reference]\nname = \"femur\"\n";
@@ -90,7 +80,7 @@ std::string wraps_text(const model::Ligaments& ligaments)
   std::string text = "[";
   for (const model::Wrap& wrap : ligaments.wraps) {
     const bool is_cylinder = wrap.shape == model::WrapShape::cylinder;
-    text += std::string(text.size() > 1 ? "," : "") + "\n  {\"name\": " + quoted(wrap.name) +
+    text += std::string(text.size() > 1 ? "," : "") + "\n  {\"name\": " + quoted_text(wrap.name) +
             ", \"type\": \"" + (is_cylinder ? "WrapCylinder" : "WrapEllipsoid") + "\", \"body\": \"" +
             name_of(wrap.body) + "\", \"unit\": \"mm\",\n   \"xyz_body_rotation\": [" +
             core::numbers_text(body_fixed_angles_rad(wrap.X_body_wrap.linear()), ",") +

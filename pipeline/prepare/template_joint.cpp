@@ -7,7 +7,6 @@
 #include "core/units.hpp"
 #include "geometry/gap_query.hpp"
 #include "geometry/knee_fit.hpp"
-#include "geometry/template_knee.hpp"
 #include "job/clean_mesh.hpp"
 #include "job/component_loader.hpp"
 #include "job/job.hpp"

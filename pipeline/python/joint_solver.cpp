@@ -5,7 +5,7 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "job/command_jobs.hpp"
+#include "job/job_parts.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
 #include "model/ligaments.hpp"

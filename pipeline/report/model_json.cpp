@@ -10,7 +10,7 @@
 #include "model/mesh.hpp"
 #include "report/clinical_curve.hpp"
 #include "report/report.hpp"
-#include "solve/uncertain_motion.hpp"
+#include "solve/case_solver.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"

@@ -10,8 +10,8 @@
 
 #include "analysis/compare.hpp"
 #include "report/clinical_curve.hpp"
-#include "store/curve_figures.hpp"
 #include "store/motion_model.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda::report {
 

@@ -15,7 +15,6 @@
 #include "model/coordinates.hpp"
 #include "model/mesh.hpp"
 #include "run/campaign.hpp"
-#include "store/curve_figures.hpp"
 #include "store/journal.hpp"
 #include "store/motion.hpp"
 #include "store/read_separately.hpp"

@@ -19,9 +19,9 @@
 #include "run/run_output.hpp"
 #include "run/status.hpp"
 #include "solve/case_solver.hpp"
-#include "store/curve_figures.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda::run {
 namespace {

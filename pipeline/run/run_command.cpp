@@ -14,8 +14,8 @@
 
 #include "core/console.hpp"
 #include "core/text.hpp"
-#include "geometry/fit_checks.hpp"
 #include "geometry/gap_query.hpp"
+#include "geometry/knee_fit.hpp"
 #include "job/case_warnings.hpp"
 #include "job/clean_mesh.hpp"
 #include "job/job.hpp"
@@ -50,7 +50,7 @@ void require_traceable(const job::Case& job_case, const std::string& job_file)
 void write_trace_of(const job::Case& job_case, const solve::SweepResult& result, const std::string& output)
 {
   const store::TraceJournalContent content = store::read_trace_journal(store::trace_journal_of(output));
-  check(content.summary.dropped_reason.empty(), "the journal of traces is undamaged");
+  check(content.dropped_reason.empty(), "the journal of traces is undamaged");
   const std::string path = store::trace_name(output);
   store::write_trace(path, solve::trace_of(job_case, solve::fingerprint_of(job_case), content.searches,
                                            result.spine_column));

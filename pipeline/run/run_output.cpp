@@ -535,7 +535,7 @@ core::FrameWriter open_trace_log(const std::string& path, const std::string& key
   store::TraceJournalContent content;
   if (std::filesystem::exists(path)) {
     content = store::read_trace_journal(path);
-    store::require_key(content.summary.key, path, key);
+    store::require_key(content.key, path, key);
   }
   const auto n_missing = std::count_if(known.begin(), known.end(), [&](const auto& step) {
     return needs_trace(step.first, known) && content.searches.count(step.first) == 0;
@@ -545,11 +545,11 @@ core::FrameWriter open_trace_log(const std::string& path, const std::string& key
                       "no trace of " + std::to_string(n_missing) + " steps that " + steps_path + " contains",
                       "a run traced from its start; use --fresh to start over, or continue without --trace"});
   }
-  if (!content.summary.dropped_reason.empty()) {
-    core::log_warning(path + ": dropped " + std::to_string(content.summary.dropped_bytes) +
-                      " bytes at the end (" + content.summary.dropped_reason + ")");
+  if (!content.dropped_reason.empty()) {
+    core::log_warning(path + ": dropped " + std::to_string(content.dropped_bytes) + " bytes at the end (" +
+                      content.dropped_reason + ")");
   }
-  return store::resume_trace_journal(path, content.summary);
+  return store::resume_trace_journal(path, content);
 }
 
 StepRecord solve_with_trace(core::FrameWriter& log, const StepKey& key, const MovingPose& seed,

@@ -16,7 +16,6 @@
 #include "run/run_output.hpp"
 #include "run/submission.hpp"
 #include "solve/case_solver.hpp"
-#include "solve/uncertain_motion.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::run {

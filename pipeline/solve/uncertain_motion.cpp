@@ -1,5 +1,5 @@
 // From the solved samples of an uncertain job to bands and shares of the spread.
-#include "solve/uncertain_motion.hpp"
+#include "solve/case_solver.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,6 @@
 #include "core/units.hpp"
 #include "job/sampled_case.hpp"
 #include "model/coordinates.hpp"
-#include "solve/case_solver.hpp"
 #include "solve/sweep.hpp"
 
 namespace vrda::solve {

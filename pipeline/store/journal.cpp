@@ -24,18 +24,15 @@ constexpr FrameFormat step_format{"VRDAJRNL", 2, std::uint32_t{1} << 24, "record
 
 JournalContent parse_journal(const std::string& path, std::string_view bytes)
 {
-  JournalContent content;
-  FrameFileSummary facts = parse_frames(path, bytes, step_format, [&](std::string_view frame) -> std::string {
-    std::optional<StepRecord> record = core::value_of_bytes<StepRecord>(frame);
-    if (!record) return "a record that is not a motion step";
-    content.records.push_back(std::move(*record));
-    return {};
-  });
-  content.key = std::move(facts.key);
-  content.valid_bytes = facts.valid_bytes;
-  content.dropped_bytes = facts.dropped_bytes;
-  content.dropped_reason = std::move(facts.dropped_reason);
-  return content;
+  std::vector<StepRecord> records;
+  FrameFileSummary summary =
+      parse_frames(path, bytes, step_format, [&](std::string_view frame) -> std::string {
+        std::optional<StepRecord> record = core::value_of_bytes<StepRecord>(frame);
+        if (!record) return "a record that is not a motion step";
+        records.push_back(std::move(*record));
+        return {};
+      });
+  return {std::move(summary), std::move(records)};
 }
 
 JournalContent read_journal(const std::string& path)
@@ -65,7 +62,7 @@ std::optional<OpenJournal> JournalWriter::try_open(const std::string& path, cons
   if (access(path.c_str(), F_OK) != 0) {
     std::optional<FrameWriter> created = FrameWriter::try_create(path, key, step_format);
     if (!created) return std::nullopt;
-    return OpenJournal{JournalWriter(std::move(*created)), {key, {}, 0, 0, {}}};
+    return OpenJournal{JournalWriter(std::move(*created)), {{key, 0, 0, {}}, {}}};
   }
   std::optional<FrameWriter> locked = FrameWriter::try_lock(path, step_format);
   const std::optional<std::string> bytes = read_frame_file_if_present(path);
@@ -224,15 +221,15 @@ constexpr FrameFormat format{"VRDATRCJ", 1, std::uint32_t{1} << 31, "trace"};
 
 TraceJournalContent parse_trace_journal(const std::string& path, std::string_view bytes)
 {
-  TraceJournalContent content;
-  content.summary = parse_frames(path, bytes, format, [&](std::string_view frame) -> std::string {
+  std::map<StepKey, SearchTrace> searches;
+  FrameFileSummary summary = parse_frames(path, bytes, format, [&](std::string_view frame) -> std::string {
     std::optional<SearchTrace> trace = core::value_of_bytes<SearchTrace>(frame);
     if (!trace) return "a trace that is not a search";
     const StepKey key = trace->key;
-    content.searches.insert_or_assign(key, std::move(*trace));
+    searches.insert_or_assign(key, std::move(*trace));
     return {};
   });
-  return content;
+  return {std::move(summary), std::move(searches)};
 }
 
 TraceJournalContent read_trace_journal(const std::string& path)

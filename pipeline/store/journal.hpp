@@ -14,12 +14,8 @@
 
 namespace vrda::store {
 
-struct JournalContent {
-  std::string key;                  ///< of the job that wrote it
+struct JournalContent : FrameFileSummary {
   std::vector<StepRecord> records;  ///< in the order of completion
-  std::uint64_t valid_bytes = 0;    ///< header and valid records
-  std::uint64_t dropped_bytes = 0;  ///< the rest
-  std::string dropped_reason;       ///< empty: nothing was dropped
 };
 
 /// The valid prefix of a journal's bytes; a damaged or torn tail is reported, not thrown. Throws InputError
@@ -111,8 +107,7 @@ std::vector<std::string> list_shard_journals_if_readable(const std::string& outp
 // The append-only journal of finished searches with all their moves, so that a resumed run has a complete
 // trace. File: frames of framed_file.hpp, one per search: bytes_of_value() of its SearchTrace.
 
-struct TraceJournalContent {
-  FrameFileSummary summary;
+struct TraceJournalContent : FrameFileSummary {
   std::map<StepKey, SearchTrace> searches;  ///< the last of each key
 };
 

@@ -14,19 +14,10 @@
 #include "store/motion.hpp"
 #include "store/read_separately.hpp"
 #include "store/registry.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda::store {
 namespace {
-
-double largest_number_in(const GridD& values)
-{
-  double largest = std::numeric_limits<double>::quiet_NaN();
-  for (Eigen::Index k = 0; k < values.size(); ++k) {
-    const double value = values.data()[k];
-    if (std::isnan(largest) || value > largest) largest = value;
-  }
-  return largest;
-}
 
 std::string dataset_of(const std::string& name)
 {
@@ -91,7 +82,7 @@ bool set_group_name(AuditSet& audit, const std::string& name)
 
 AuditSummary summary_of(const AuditSet& audit)
 {
-  return {largest_number_in(audit.penetration_mm), largest_number_in(audit.gap_mm)};
+  return {largest_of(audit.penetration_mm), largest_of(audit.gap_mm)};
 }
 
 void TwoSidedFigures::include(double medial_mm, double lateral_mm)

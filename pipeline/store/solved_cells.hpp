@@ -1,11 +1,14 @@
 /// Transfer of solved steps to the cells of a motion model.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "core/units.hpp"
 #include "model/step_record.hpp"
 #include "store/dataset.hpp"
 #include "store/motion_model.hpp"
@@ -34,6 +37,36 @@ std::vector<Eigen::Index> solved_spine(const MotionModel& model);
 /// The contacts of all cells; `cells` is in grid order.
 ContactRows contact_rows(const MotionModel& model, const std::vector<StepRecord>& cells);
 
+/// Compressed rows, cell by cell, of the contacts that `contacts_of(record)` returns (a span of ContactRecord
+/// or ContactForce), in W; `measure` and `measures` are the member specific to that type.
+template <typename Rows, typename Contact, typename ContactsOf>
+Rows compressed_rows(const MotionModel& model, const std::vector<StepRecord>& cells,
+                     const ContactsOf& contacts_of, double Contact::*measure,
+                     std::vector<double> Rows::*measures)
+{
+  std::size_t n = 0;
+  for (const StepRecord& r : cells) n += contacts_of(r).size();
+  Rows rows;
+  rows.point_world_mm.resize(static_cast<Eigen::Index>(n), 3);
+  rows.normal_world.resize(static_cast<Eigen::Index>(n), 3);
+  rows.row_start.push_back(0);
+  Eigen::Index row = 0;
+  for (const StepRecord& r : cells) {
+    const SolverFrame frame = solver_frame(model, r.key.flexion);
+    for (const Contact& contact : contacts_of(r)) {
+      rows.point_world_mm.row(row) = world_from_solver(frame, contact.point_solver_mm).transpose();
+      rows.normal_world.row(row) = world_from_solver(frame, contact.normal_solver).transpose();
+      (rows.*measures).push_back(contact.*measure);
+      rows.triangle_reference.push_back(contact.triangle_reference);
+      rows.triangle_moving.push_back(contact.triangle_moving);
+      rows.compartment.push_back(contact.compartment);
+      ++row;
+    }
+    rows.row_start.push_back(row);
+  }
+  return rows;
+}
+
 // Index of a campaign: a table with one row per case and one column per property, and its HDF5 file
 // (schemas/campaign.md).
 
@@ -60,5 +93,68 @@ std::string index_bytes(const std::string& path, const IndexTable& table);
 
 /// The table as CSV (RFC 4180): a heading, then one line per row; codes as words, NaN as an empty field.
 std::string index_csv(const IndexTable& table);
+
+// Figures of a curve over flexion: those of a rotation along the spine (screw-home) that are printed.
+
+/// The finite number for which `is_beyond` any other finite one, of a vector or array; NaN without one.
+template <typename Values, typename Compare>
+double extreme_of(const Values& values, const Compare& is_beyond)
+{
+  double extreme = nan;
+  for (decltype(values.size()) k = 0; k < values.size(); ++k) {
+    const double value = values.data()[k];
+    if (std::isfinite(value) && (std::isnan(extreme) || is_beyond(value, extreme))) extreme = value;
+  }
+  return extreme;
+}
+/// Largest and smallest finite number of a vector or array; NaN without one.
+template <typename Values>
+double largest_of(const Values& values)
+{
+  return extreme_of(values, std::greater<>());
+}
+template <typename Values>
+double smallest_of(const Values& values)
+{
+  return extreme_of(values, std::less<>());
+}
+
+/// Values at flexions, both in degrees; NaN where there is no pose.
+struct FlexionCurve {
+  std::vector<double> flexion_deg, value_deg;
+};
+
+/// Signed changes in degrees and the flexions where they are; NaN without two values.
+struct CurveFigures {
+  double first_deg = nan, last_deg = nan;    ///< flexions of the first and last value
+  double net_deg = nan;                      ///< last value less the first
+  double peak_deg = nan, peak_at_deg = nan;  ///< value farthest from the first, less that
+  double change_deg = nan, change_from_deg = nan, change_to_deg = nan;  ///< largest within change_window_deg
+};
+inline constexpr double change_window_deg = 5.0;
+
+/// The largest change is that of the polygon through the values between two flexions at most
+/// change_window_deg apart; NaN if flexion does not increase, as in a sequence of frames.
+CurveFigures curve_figures(const FlexionCurve& curve);
+
+/// Internal rotation at the spine cell of each flexion that has one.
+FlexionCurve spine_rotation(const store::MotionModel& model);
+
+/// The largest change of theta between neighbouring flexions of the spine that are both solved; NaN without,
+/// and for a sequence of frames.
+struct SpineJump {
+  double change_deg = nan;  ///< absolute
+  double from_deg = nan, to_deg = nan;
+};
+/// A larger change is a discontinuity.
+inline constexpr double spine_jump_deg = 3.0;
+SpineJump spine_jump(const store::MotionModel& model);
+
+/// "theta jumps by 12.6 degrees between flexion 5 and 10 of the spine"; empty up to spine_jump_deg.
+std::string text_of(const SpineJump& jump);
+
+/// "net +2.1 degrees from flexion 0 to 90, peak +9.8 at 38, largest change +11.8 per 5 degrees of flexion (40
+/// to 45)"; "none" without two values.
+std::string text_of(const CurveFigures& figures);
 
 }  // namespace vrda::store

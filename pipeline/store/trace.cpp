@@ -106,11 +106,6 @@ namespace {
 /// Twice the relative rounding error of float32 (6e-8); also the absolute tolerance near 0, in mm or degrees.
 constexpr double single_precision = 1.2e-7;
 
-std::string quoted(const std::string& text)
-{
-  return "\"" + text + "\"";
-}
-
 class TraceCheck {
  public:
   explicit TraceCheck(const Trace& trace) : trace_(trace) {}
@@ -129,7 +124,7 @@ class TraceCheck {
   void check_attributes()
   {
     if (trace_.side != "right" && trace_.side != "left")
-      findings_.add("/@side", quoted(trace_.side), "one of \"right\", \"left\"");
+      findings_.add("/@side", "\"" + trace_.side + "\"", "one of \"right\", \"left\"");
     positive("/@approach_step_mm", trace_.approach_step_mm);
     positive("/@translation_resolution_mm", trace_.translation_resolution_mm);
     positive("/@rotation_resolution_deg", trace_.rotation_resolution_deg);
@@ -200,9 +195,8 @@ class MatchCheck {
   std::vector<Finding> run()
   {
     if (!is_same_job()) {
-      findings_.add("/job",
-                    "the trace of another job (" + quoted(trace_.title) + ", key " + trace_.job_key + ")",
-                    "the job " + quoted(model_.title));
+      findings_.add("/job", "the trace of another job (\"" + trace_.title + "\", key " + trace_.job_key + ")",
+                    "the job \"" + model_.title + "\"");
       return findings_.take();
     }
     check_cells();

@@ -513,7 +513,7 @@ void add_points(std::string& text, const std::vector<CalibrationPoint>& points, 
   for (const CalibrationPoint& point : points) {
     if (point.is_target) continue;
     if (text.back() != '[') text += ", ";
-    text += "{\"name\": " + quoted_text(point.name) + ", \"body\": \"" + body +
+    text += "{\"name\": " + core::quoted_text(point.name) + ", \"body\": \"" + body +
             "\", \"point\": " + list_text(std::span(point.p_model_mm.data(), 3)) + "}";
   }
 }
@@ -534,9 +534,10 @@ double LiveBench::interval_s() const
 
 std::string LiveBench::greeting() const
 {
-  std::string text = "{\"kind\": \"bench\", \"version\": 1, \"title\": " + quoted_text(setup_.bench.title) +
-                     ", \"set\": " + quoted_text(setup_.facts.set) +
-                     ", \"scale\": " + number_text(setup_.calibration.subject_scale) + ", \"points\": [";
+  std::string text =
+      "{\"kind\": \"bench\", \"version\": 1, \"title\": " + core::quoted_text(setup_.bench.title) +
+      ", \"set\": " + core::quoted_text(setup_.facts.set) +
+      ", \"scale\": " + number_text(setup_.calibration.subject_scale) + ", \"points\": [";
   add_points(text, setup_.bench.calibration.points, "reference");
   add_points(text, setup_.bench.calibration.tibia_points, "moving");
   return text + "]}";
@@ -557,7 +558,7 @@ std::string live_message(const BenchFrame& frame, std::uint64_t number, const st
   text += ", \"varus\": " + number_text(deg_from_rad(frame.pose.attitude.varus_rad));
   text += ", \"placement\": " + rows_text(frame.X_tracker_reference) + ", \"marks\": [";
   const auto mark = [&text](const std::string& words) {
-    if (!words.empty()) text += (text.back() == '[' ? "" : ", ") + quoted_text(words);
+    if (!words.empty()) text += (text.back() == '[' ? "" : ", ") + core::quoted_text(words);
   };
   mark(error_message);
   // The display and its stage do not matter to a browser.

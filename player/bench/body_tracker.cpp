@@ -321,7 +321,7 @@ std::string bench_file_lines(const BuiltBody& built, const BenchFile& bench, Bod
   std::ostringstream text;
   text << "[" << key_of(role) << "]\nmarkers = [";
   for (std::size_t k = 0; k < settings.markers.size(); ++k)
-    text << (k == 0 ? "" : ", ") << show::quoted_text(settings.markers[k]);
+    text << (k == 0 ? "" : ", ") << core::quoted_text(settings.markers[k]);
   text << "]\nmarkers_mm = [";
   for (Eigen::Index k = 0; k < built.body.markers_mm.size(); ++k)
     text << (k == 0 ? "" : ", ") << show::rounded_text(built.body.markers_mm(k / 3, k % 3), 3);

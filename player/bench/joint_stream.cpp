@@ -97,7 +97,7 @@ std::string angles_text(const StreamedFrame& streamed, Side side, const Eigen::V
   text += std::string(", \"live\": ") + (is_live(frame) ? "true" : "false") + ", \"marks\": [";
   const char* comma = "";
   for (const std::string& mark : marks_of(streamed)) {
-    text += comma + show::quoted_text(mark);
+    text += comma + core::quoted_text(mark);
     comma = ", ";
   }
   return text + "]}";

@@ -99,7 +99,7 @@ class TableWriter {
     } else if constexpr (std::is_same_v<Member, double>) {
       return show::number_text(member);
     } else if constexpr (std::is_same_v<Member, std::string>) {
-      return show::quoted_text(member);
+      return core::quoted_text(member);
     } else if constexpr (std::is_same_v<Member, std::vector<std::string>>) {
       return list_of(member, ", ");
     } else if constexpr (std::is_same_v<Member, std::vector<std::vector<double>>>) {

@@ -259,18 +259,18 @@ void write_table(std::ostream& out, const BenchFile& bench, const Devices& devic
   }
 }
 
-/// JSON and TOML strings have the same escapes, so quoted_text() is valid here.
+/// JSON and TOML strings have the same escapes, so core::quoted_text() is valid here.
 std::string json_of(const DeviceReport& report)
 {
   std::string notes;
-  for (const std::string& note : report.notes) notes += (notes.empty() ? "" : ", ") + show::quoted_text(note);
-  return "\"peer\": " + show::quoted_text(report.peer) +
+  for (const std::string& note : report.notes) notes += (notes.empty() ? "" : ", ") + core::quoted_text(note);
+  return "\"peer\": " + core::quoted_text(report.peer) +
          ", \"answers\": " + (report.link == LinkState::up ? "true" : "false") +
          ", \"rate_hz\": " + show::rounded_text(report.rate_hz, 2) +
          ", \"samples\": " + std::to_string(report.n_samples) +
          ", \"refused\": " + std::to_string(report.n_refused) +
          ", \"lost\": " + std::to_string(report.n_lost) +
-         ", \"trouble\": " + show::quoted_text(report.error_message) + ", \"notes\": [" + notes + "]";
+         ", \"trouble\": " + core::quoted_text(report.error_message) + ", \"notes\": [" + notes + "]";
 }
 
 std::string json_of(BodyRole role, const PoseFit& fit)
@@ -287,7 +287,7 @@ void write_json(std::ostream& out, const BenchFile& bench, const Devices& device
 {
   out << "{\"tracker\": {" << json_of(devices.report(DeviceId::tracker)) << ", \"tools\": [";
   for (std::size_t k = 0; k < values.tools.size(); ++k) {
-    out << (k == 0 ? "" : ", ") << "{\"name\": " << show::quoted_text(bench.tracker->tools[k])
+    out << (k == 0 ? "" : ", ") << "{\"name\": " << core::quoted_text(bench.tracker->tools[k])
         << ", \"state\": ";
     if (!values.tools[k]) {
       out << "null}";
@@ -315,7 +315,7 @@ void write_json(std::ostream& out, const BenchFile& bench, const Devices& device
   comma = "";
   for (const view::Monitor& monitor : view::connected_monitors()) {
     const view::WindowGeometry& g = monitor.geometry;
-    out << comma << "{\"name\": " << show::quoted_text(monitor.name) << ", \"x\": " << g.x
+    out << comma << "{\"name\": " << core::quoted_text(monitor.name) << ", \"x\": " << g.x
         << ", \"y\": " << g.y << ", \"width\": " << g.width << ", \"height\": " << g.height
         << ", \"refresh_hz\": " << monitor.refresh_hz << "}";
     comma = ", ";

@@ -559,16 +559,16 @@ std::string json_of(const Estimate& estimate)
   std::string text = "\"numbers\": [";
   for (std::size_t k = 0; k < estimate.names.size(); ++k) {
     const auto row = static_cast<Eigen::Index>(k);
-    text += std::string(k == 0 ? "" : ", ") + "{\"name\": " + show::quoted_text(estimate.names[k]) +
-            ", \"unit\": " + show::quoted_text(estimate.units[k]) +
+    text += std::string(k == 0 ? "" : ", ") + "{\"name\": " + core::quoted_text(estimate.names[k]) +
+            ", \"unit\": " + core::quoted_text(estimate.units[k]) +
             ", \"value\": " + json_number(estimate.values[row]) +
             ", \"half_width_95\": " + json_number(bench::half_width_95(estimate, row)) + "}";
   }
   text += "], \"residual_rms\": " + json_number(estimate.residual_rms) +
-          ", \"residual_unit\": " + show::quoted_text(estimate.residual_unit) +
+          ", \"residual_unit\": " + core::quoted_text(estimate.residual_unit) +
           ", \"residuals\": " + std::to_string(estimate.residuals.size()) + ", \"remarks\": [";
   for (std::size_t k = 0; k < estimate.remarks.size(); ++k)
-    text += (k == 0 ? "" : ", ") + show::quoted_text(estimate.remarks[k]);
+    text += (k == 0 ? "" : ", ") + core::quoted_text(estimate.remarks[k]);
   return text + "]";
 }
 
@@ -640,14 +640,14 @@ void write_status(std::ostream& out, const Calibration& calibration, std::span<c
 void write_status_json(std::ostream& out, const BenchFile& bench, const Calibration& calibration,
                        std::span<const CalibrationPart> parts)
 {
-  out << "{\"bench\": " << show::quoted_text(bench.title) << ", \"parts\": [";
+  out << "{\"bench\": " << core::quoted_text(bench.title) << ", \"parts\": [";
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const CalibrationRecord* record = find_record(calibration, parts[k]);
     out << (k == 0 ? "" : ", ") << "{\"name\": \"" << bench::name_of(parts[k]) << "\", \"once\": \""
         << (bench::is_per_bench(parts[k]) ? "bench" : "person") << "\", \"state\": \"" << state_of(record)
         << "\"";
     if (record != nullptr)
-      out << ", \"date\": " << show::quoted_text(record->date) << ", \"marks\": " << record->marks.size();
+      out << ", \"date\": " << core::quoted_text(record->date) << ", \"marks\": " << record->marks.size();
     if (record != nullptr && record->estimate) out << ", " << json_of(*record->estimate);
     out << "}";
   }
@@ -748,9 +748,9 @@ void write_statistics_json(std::ostream& out, const VirtualStatistics& statistic
       << ", \"numbers\": [";
   for (std::size_t k = 0; k < statistics.numbers.size(); ++k) {
     const NumberStatistics& number = statistics.numbers[k];
-    out << (k == 0 ? "" : ", ") << "{\"part\": " << show::quoted_text(number.part)
-        << ", \"name\": " << show::quoted_text(number.name)
-        << ", \"unit\": " << show::quoted_text(number.unit) << ", \"n\": " << number.n
+    out << (k == 0 ? "" : ", ") << "{\"part\": " << core::quoted_text(number.part)
+        << ", \"name\": " << core::quoted_text(number.name)
+        << ", \"unit\": " << core::quoted_text(number.unit) << ", \"n\": " << number.n
         << ", \"within\": " << number.n_within << ", \"rms_error\": " << json_number(number.rms_error)
         << ", \"mean_half_width_95\": " << json_number(number.mean_half_width) << "}";
   }

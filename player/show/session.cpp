@@ -398,24 +398,6 @@ bool ShownModel::open(const std::string& file)
   return !refused;
 }
 
-std::string quoted_text(std::string_view text)
-{
-  std::string in_quotes = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      in_quotes += '\\';
-      in_quotes += c;
-    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) {
-      char escape[8];
-      std::snprintf(escape, sizeof escape, "\\u%04X", static_cast<unsigned>(c));
-      in_quotes += escape;
-    } else {
-      in_quotes += c;
-    }
-  }
-  return in_quotes + "\"";
-}
-
 std::string number_text(double value)
 {
   std::string text = shortest_decimal(value);

@@ -173,9 +173,6 @@ class ShownModel {
 
 // Formatting of TOML values for files that the player writes: the text reads back as the same value.
 
-/// A quoted string with escapes.
-std::string quoted_text(std::string_view text);
-
 /// Numbers always have a decimal point or an exponent, so that TOML reads them as floats; a list is
 /// "[1.5, 2.0]".
 std::string number_text(double value);

@@ -13,7 +13,7 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "geometry/box_tree.hpp"
+#include "geometry/placement.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
 #include "model/ligaments.hpp"

@@ -11,7 +11,7 @@
 #include "analysis/plates.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
-#include "job/command_jobs.hpp"
+#include "job/job_parts.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

@@ -11,7 +11,7 @@
 #include "analysis/audit.hpp"
 #include "app/scenes.hpp"
 #include "core/units.hpp"
-#include "geometry/instruction_set.hpp"
+#include "geometry/gap_query.hpp"
 #include "run/run_command.hpp"
 #include "run/run_output.hpp"
 #include "solve/case_solver.hpp"

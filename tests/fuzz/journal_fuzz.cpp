@@ -29,7 +29,7 @@ void read_traces(const std::string& bytes)
 {
   using namespace vrda;
   const store::TraceJournalContent content = store::parse_trace_journal("a.trace.journal", bytes);
-  test::require(content.summary.valid_bytes + content.summary.dropped_bytes == bytes.size(),
+  test::require(content.valid_bytes + content.dropped_bytes == bytes.size(),
                 "bytes that are neither kept nor dropped");
   for (const auto& [key, search] : content.searches)
     test::require(bytes.find(core::bytes_of_value(search)) != std::string::npos,

@@ -9,7 +9,6 @@
 #include "geometry/gap_query.hpp"
 #include "geometry/gap_scenes.hpp"
 #include "geometry/gap_tree.hpp"
-#include "geometry/instruction_set.hpp"
 #include "model/coordinates.hpp"
 #include "support/directional_gap.hpp"
 #include "support/meshes.hpp"

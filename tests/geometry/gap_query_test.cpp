@@ -14,7 +14,6 @@
 #include "geometry/gap_kernel.hpp"
 #include "geometry/gap_query.hpp"
 #include "geometry/gap_scenes.hpp"
-#include "geometry/instruction_set.hpp"
 #include "geometry/rounded_kernel.hpp"
 #include "support/directional_gap.hpp"
 #include "support/meshes.hpp"

@@ -3,11 +3,9 @@
 #include <random>
 
 #include "core/units.hpp"
-#include "geometry/fit_checks.hpp"
 #include "geometry/generated_knee.hpp"
 #include "geometry/generic_knee.hpp"
 #include "geometry/knee_fit.hpp"
-#include "geometry/template_knee.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::knee_fit_test {

@@ -7,7 +7,6 @@
 #include <set>
 
 #include "core/units.hpp"
-#include "geometry/box_tree.hpp"
 #include "geometry/generated_knee.hpp"
 #include "geometry/nearest_surface.hpp"
 #include "geometry/placement.hpp"

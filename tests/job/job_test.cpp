@@ -7,9 +7,8 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "job/command_jobs.hpp"
+#include "job/job_parts.hpp"
 #include "job/component_loader.hpp"
-#include "job/coordinates.hpp"
 #include "job/job.hpp"
 #include "job/mesh_text.hpp"
 #include "job/thesis_files.hpp"

@@ -1,4 +1,5 @@
 // [scaling] of a job: which lengths are scaled, and whether the steps are kept.
+#include "job/component_loader.hpp"
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -6,7 +7,7 @@
 #include "job/job.hpp"
 #include "job/ligament_files.hpp"
 #include "job/mesh_text.hpp"
-#include "job/scaling.hpp"
+#include "job/job_parts.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"

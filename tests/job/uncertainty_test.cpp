@@ -6,7 +6,7 @@
 
 #include "job/job.hpp"
 #include "job/sampled_case.hpp"
-#include "job/uncertainty_job.hpp"
+#include "job/job_parts.hpp"
 
 namespace vrda::uncertainty_test {
 

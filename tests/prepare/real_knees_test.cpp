@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
-#include "geometry/fit_checks.hpp"
+#include "geometry/knee_fit.hpp"
 #include "prepare/template_joint.hpp"
 
 namespace vrda::prepare_real_knees_test {

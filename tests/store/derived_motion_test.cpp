@@ -7,7 +7,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/frames.hpp"
-#include "store/curve_figures.hpp"
+#include "store/solved_cells.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "store/sample_model.hpp"

@@ -448,11 +448,11 @@ TEST(TraceJournal, KeepsWholeSearchesAndDropsATornOne)
   const std::string whole = test::read_bytes(path);
   const std::string cut = scratch.write("cut.trace.journal", whole.substr(0, whole.size() - 1));
   store::TraceJournalContent content = store::read_trace_journal(cut);
-  EXPECT_EQ(content.summary.key, key);
+  EXPECT_EQ(content.key, key);
   EXPECT_EQ(content.searches.size(), 2u);
-  EXPECT_EQ(content.summary.dropped_reason, "a torn trace");
+  EXPECT_EQ(content.dropped_reason, "a torn trace");
   {
-    core::FrameWriter writer = store::resume_trace_journal(cut, content.summary);
+    core::FrameWriter writer = store::resume_trace_journal(cut, content);
     writer.append(core::bytes_of_value(trace(2, 5)));
   }
   EXPECT_EQ(test::read_bytes(cut), whole);

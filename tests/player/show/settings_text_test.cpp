@@ -35,10 +35,10 @@ TEST(SettingsText, QuotedWordsReadBack)
 {
   for (const std::string text : {"plain", "with \"quotes\" in it", "C:\\bench\\new",
                                  "knie gr\xc3\xbc\xc3\x9f", "# no comment", "'single'", "\\u0041", "]["}) {
-    EXPECT_EQ(core::text_at(value_in(quoted_text(text)), ""), text);
+    EXPECT_EQ(core::text_at(value_in(core::quoted_text(text)), ""), text);
   }
   // Escaped control characters are valid TOML, but rejected as settings.
-  EXPECT_EQ(quoted_text("a\nb\x7f"), "\"a\\u000Ab\\u007F\"");
+  EXPECT_EQ(core::quoted_text("a\nb\x7f"), "\"a\\u000Ab\\u007F\"");
 }
 
 }  // namespace vrda::show::settings_text_test
