@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "analysis/flexion_curves.hpp"
 #include "app/commands.hpp"
 #include "app/option_values.hpp"
 #include "app/printing.hpp"
@@ -238,7 +239,11 @@ std::vector<std::string> write_osim(const ExportOptions& options, const store::M
 std::string file_of(const ExportOptions& options, const store::MotionModel& model,
                     const tables::FlexionMotion& motion)
 {
-  if (options.format == "csv") return tables::flexion_csv(motion);
+  if (options.format == "csv") {
+    std::vector<Pose> poses;
+    for (const tables::FlexionFrame& frame : motion.frames) poses.push_back(frame.pose.X_reference_moving);
+    return tables::flexion_csv(motion, analysis::flexion_curves(model, poses, run::thread_count_or_all(0)));
+  }
   if (options.format == "gltf") return tables::animated_glb(model, motion, options.degrees_per_second);
   return tables::opensim_table(motion, opensim_options(options, model.joint, motion.side));
 }

@@ -12,6 +12,7 @@
 
 #include "analysis/audit.hpp"
 #include "analysis/compare.hpp"
+#include "analysis/flexion_curves.hpp"
 #include "analysis/reduce.hpp"
 #include "analysis/smooth.hpp"
 #include "app/commands.hpp"
@@ -255,6 +256,7 @@ report::Report gathered(const ReportOptions& options)
     report::ReportModel& only = report.models.front();
     only.comparison = comparison_of(only.model, options);
     if (!options.is_quick) add_audits(only.model);
+    only.flexion_curves = analysis::spine_curves(only.model, run::thread_count_or_all(0));
     only.images = render_images(player, options.files.front(), only.model);
     if (!only.images.note.empty()) core::log_warning(only.images.note);
   }
