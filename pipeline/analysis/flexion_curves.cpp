@@ -1,7 +1,6 @@
 #include "analysis/flexion_curves.hpp"
 
 #include <algorithm>
-#include <span>
 
 #include "store/solved_cells.hpp"
 
@@ -14,10 +13,7 @@ struct CurvesRow {
 };
 
 /// The analyses over flexion.
-std::span<const CurvesRow> all_curves()
-{
-  return {};
-}
+constexpr CurvesRow all_curves[] = {{"contact_area", contact_area}};
 
 }  // namespace
 
@@ -25,7 +21,7 @@ std::vector<CurveGroup> flexion_curves(const store::MotionModel& model,
                                        const std::vector<Pose>& X_reference_moving, int n_threads)
 {
   std::vector<CurveGroup> groups;
-  for (const CurvesRow& row : all_curves()) {
+  for (const CurvesRow& row : all_curves) {
     groups.push_back(row.curves_of(model, X_reference_moving, n_threads));
     for (const Curve& curve : groups.back().curves)
       check(curve.name.starts_with(row.name), "the name of a curve begins with that of its row");
@@ -53,8 +49,7 @@ std::vector<CurveGroup> spine_curves(const store::MotionModel& model, int n_thre
 
 bool is_flexion_curve(std::string_view column)
 {
-  return std::ranges::any_of(all_curves(),
-                             [&](const CurvesRow& row) { return column.starts_with(row.name); });
+  return std::ranges::any_of(all_curves, [&](const CurvesRow& row) { return column.starts_with(row.name); });
 }
 
 }  // namespace vrda::analysis

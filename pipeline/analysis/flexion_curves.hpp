@@ -42,4 +42,16 @@ std::vector<CurveGroup> spine_curves(const store::MotionModel& model, int n_thre
 /// Whether a column of this name is a curve of this file, whatever the model.
 bool is_flexion_curve(std::string_view column);
 
+// The analyses.
+
+/// Cartilage that is compressed by 1 mm in all where scans show the surfaces in contact.
+inline constexpr double contact_area_distance_mm = 1.0;
+
+/// Area of the moving object's contact surface within contact_area_distance_mm of a surface of the reference
+/// that faces it, of each compartment, or of the whole surface where the joint has no compartments. The
+/// distance is linear over a triangle between those of its vertices to the nearest facing triangle; an error
+/// of a few percent of the triangles along the edge of the area remains. Arguments as flexion_curves().
+CurveGroup contact_area(const store::MotionModel& model, const std::vector<Pose>& X_reference_moving,
+                        int n_threads);
+
 }  // namespace vrda::analysis
