@@ -111,9 +111,9 @@ tables::FlexionPlan plan_of(const ExportOptions& options, const store::MotionMod
     plan.varus = tables::VarusRule::spine;
     return plan;
   }
-  if (options.varus == tables::name_of(tables::VarusRule::spine)) plan.varus = tables::VarusRule::spine;
-  if (options.varus == tables::name_of(tables::VarusRule::zero)) plan.varus = tables::VarusRule::zero;
-  if (options.varus.empty() || options.varus == tables::name_of(plan.varus)) return plan;
+  if (options.varus == core::name_of(tables::VarusRule::spine)) plan.varus = tables::VarusRule::spine;
+  if (options.varus == core::name_of(tables::VarusRule::zero)) plan.varus = tables::VarusRule::zero;
+  if (options.varus.empty() || options.varus == core::name_of(plan.varus)) return plan;
   const std::optional<double> varus_deg = finite_number(options.varus);
   if (!varus_deg) refuse("--varus", options.varus, "degrees, spine or zero");
   plan.varus = tables::VarusRule::given;
@@ -163,10 +163,8 @@ tables::OpenSimOptions opensim_options(const ExportOptions& options, const std::
 /// For example "knee/knee_0007.vtp", relative to knee.pvd.
 std::string piece_name(const fs::path& output, const char* kind, std::size_t frame)
 {
-  char number[16];
-  std::snprintf(number, sizeof number, "_%04zu.vtp", frame);
   const std::string stem = output.stem().string();
-  return stem + "/" + stem + kind + number;
+  return stem + "/" + stem + kind + printed("_%04zu.vtp", frame);
 }
 
 /// Empty when interrupted.

@@ -422,12 +422,6 @@ void make_continuous(FlexionMotion& motion)
 
 }  // namespace
 
-const char* name_of(VarusRule rule)
-{
-  constexpr const char* names[] = {"given", "spine", "zero"};
-  return names[static_cast<std::size_t>(rule)];
-}
-
 VarusRule default_varus(const store::MotionModel& model, const std::string& set)
 {
   const bool is_raw = (set.empty() ? store::default_motion(model).set : set) == "raw";
