@@ -113,12 +113,9 @@ RawJump raw_jump(const store::MotionModel& model)
 
 std::string jump_text(const RawJump& jump)
 {
-  std::array<char, 160> text{};
-  std::snprintf(
-      text.data(), text.size(),
+  return printed(
       "the raw motion jumps by %.3g times the perceptible error between flexion %.3g and %.3g degrees",
       jump.size, jump.from_deg, jump.to_deg);
-  return text.data();
 }
 
 double raw_variance(const SmoothFit& fit)
@@ -217,9 +214,7 @@ Fault fault_of(const std::vector<DegreeEvidence>& degrees, const DegreeEvidence&
 
 std::string text_of(double number)
 {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", number);
-  return text;
+  return rounded_text(number, 3);
 }
 
 std::string fault_text(Fault fault, const DegreeEvidence& evidence, double error, const RawEvidence& raw)
@@ -316,13 +311,6 @@ std::size_t smallest_error(const std::vector<RankedDegree>& ranked, bool is_faul
 }
 
 }  // namespace
-
-const char* name_of(Fault fault)
-{
-  constexpr const char* names[] = {"none",       "not_measurable", "unpredicted", "jump",
-                                   "no_contact", "overlap",        "gap",         "rough"};
-  return names[static_cast<std::size_t>(fault)];
-}
 
 Recommendation recommend(const std::vector<DegreeEvidence>& degrees, const RawEvidence& raw)
 {

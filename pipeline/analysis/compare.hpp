@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analysis/smooth.hpp"
+#include "core/fields.hpp"
 #include "core/units.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
@@ -68,7 +69,18 @@ enum class Fault {
   gap,             ///< the same
   rough,           ///< a second difference over one degree of flexion is visible
 };
-const char* name_of(Fault fault);
+inline constexpr Named<Fault> fault_names[] = {{Fault::none, "none"},
+                                               {Fault::not_measurable, "not_measurable"},
+                                               {Fault::unpredicted, "unpredicted"},
+                                               {Fault::jump, "jump"},
+                                               {Fault::no_contact, "no_contact"},
+                                               {Fault::overlap, "overlap"},
+                                               {Fault::gap, "gap"},
+                                               {Fault::rough, "rough"}};
+constexpr const auto& names_of(Fault)
+{
+  return fault_names;
+}
 
 /// A degree's motion after it was moved into contact: two-sided, or along Delta without compartments.
 struct ContactFigures {

@@ -488,12 +488,6 @@ void set_posterior(Identification& found, const FitEnd& end, const Fit& fit,
 
 }  // namespace
 
-const char* name_of(Identifiability identifiability)
-{
-  constexpr const char* names[] = {"decided", "partly", "undecided", "at_bound"};
-  return names[static_cast<std::size_t>(identifiability)];
-}
-
 Eigen::VectorXd Identification::change() const
 {
   Eigen::VectorXd changes(static_cast<Eigen::Index>(unknowns.size()));

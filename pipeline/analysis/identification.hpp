@@ -103,7 +103,14 @@ enum class Identifiability {
   undecided,  ///< less than 0.1: posterior and prior are the same
   at_bound,   ///< at `from` or `to`
 };
-const char* name_of(Identifiability identifiability);
+inline constexpr Named<Identifiability> identifiability_names[] = {{Identifiability::decided, "decided"},
+                                                                   {Identifiability::partly, "partly"},
+                                                                   {Identifiability::undecided, "undecided"},
+                                                                   {Identifiability::at_bound, "at_bound"}};
+constexpr const auto& names_of(Identifiability)
+{
+  return identifiability_names;
+}
 
 struct FittedUnknown {
   double change = 0.0, sd = 0.0;  ///< posterior, in the unit of the unknown

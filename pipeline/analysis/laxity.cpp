@@ -138,10 +138,8 @@ void require_cuts(const job::Case& job_case, const job::LaxityJob& loads)
   for (std::size_t k = 0; k < loads.cuts.size(); ++k) {
     for (const std::string& bundle : loads.cuts[k].bundles) {
       if (std::find(known.begin(), known.end(), bundle) != known.end()) continue;
-      std::string names;
-      for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
       throw InputError({job_case.title, "laxity.cut." + std::to_string(k) + ".bundles", '"' + bundle + '"',
-                        "a bundle of the fibres: " + names});
+                        "a bundle of the fibres: " + joined(known)});
     }
   }
 }

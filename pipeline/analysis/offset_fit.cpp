@@ -106,12 +106,6 @@ double rms_of(const std::vector<double>& gaps)
 
 }  // namespace
 
-const char* name_of(FitStatus status)
-{
-  constexpr const char* names[] = {"converged", "at_limit", "undetermined", "iteration_limit", "not_smooth"};
-  return names[static_cast<std::size_t>(status)];
-}
-
 std::vector<double> gaps_at_offset(const job::Case& job_case, const OffsetFitInput& input, double offset_mm)
 {
   const Mesh reference = with_offset(job_case.reference, input.reference, offset_mm);

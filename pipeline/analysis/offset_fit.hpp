@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "core/fields.hpp"
 #include "job/case.hpp"
 
 namespace vrda::analysis {
@@ -20,8 +21,15 @@ enum class FitStatus {
   iteration_limit,
   not_smooth,  ///< no step of the smallest size lowers the misfit: equilibria jump
 };
-
-const char* name_of(FitStatus status);
+inline constexpr Named<FitStatus> fit_status_names[] = {{FitStatus::converged, "converged"},
+                                                        {FitStatus::at_limit, "at_limit"},
+                                                        {FitStatus::undetermined, "undetermined"},
+                                                        {FitStatus::iteration_limit, "iteration_limit"},
+                                                        {FitStatus::not_smooth, "not_smooth"}};
+constexpr const auto& names_of(FitStatus)
+{
+  return fit_status_names;
+}
 
 struct OffsetFit {
   FitStatus status = FitStatus::undetermined;

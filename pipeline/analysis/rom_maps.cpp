@@ -110,9 +110,7 @@ constexpr double text_size_px = 18.0, heading_size_px = 30.0, legend_row_px = 30
 
 std::string number_text(double value)
 {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
+  return rounded_text(value, 4);
 }
 
 Colour colour_of_text(const std::string& hex)

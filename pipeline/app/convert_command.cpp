@@ -227,14 +227,10 @@ std::string shape_help()
   for (const std::string& shape : geometry::shape_names()) {
     text += "  " + shape + ": " + geometry::shape_summary(shape) + '\n';
     for (const geometry::ShapeParameter& p : geometry::shape_parameters(shape)) {
-      char line[160];
-      if (p.choices.empty()) {
-        std::snprintf(line, sizeof line, "    %-18s %g %s (%g to %g)", p.name.c_str(), p.default_number,
-                      p.unit.c_str(), p.lowest, p.highest);
-      } else {
-        std::snprintf(line, sizeof line, "    %-18s %s", p.name.c_str(), p.choices.front().c_str());
-      }
-      text += std::string(line) + ": " + p.meaning + '\n';
+      const std::string value = p.choices.empty() ? printed("%g %s (%g to %g)", p.default_number,
+                                                            p.unit.c_str(), p.lowest, p.highest)
+                                                  : p.choices.front();
+      text += printed("    %-18s %s: ", p.name.c_str(), value.c_str()) + p.meaning + '\n';
     }
   }
   return text;

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "analysis/flexion_curves.hpp"
 #include "app/commands.hpp"
 #include "app/option_values.hpp"
 #include "app/printing.hpp"
@@ -110,9 +111,9 @@ tables::FlexionPlan plan_of(const ExportOptions& options, const store::MotionMod
     plan.varus = tables::VarusRule::spine;
     return plan;
   }
-  if (options.varus == tables::name_of(tables::VarusRule::spine)) plan.varus = tables::VarusRule::spine;
-  if (options.varus == tables::name_of(tables::VarusRule::zero)) plan.varus = tables::VarusRule::zero;
-  if (options.varus.empty() || options.varus == tables::name_of(plan.varus)) return plan;
+  if (options.varus == core::name_of(tables::VarusRule::spine)) plan.varus = tables::VarusRule::spine;
+  if (options.varus == core::name_of(tables::VarusRule::zero)) plan.varus = tables::VarusRule::zero;
+  if (options.varus.empty() || options.varus == core::name_of(plan.varus)) return plan;
   const std::optional<double> varus_deg = finite_number(options.varus);
   if (!varus_deg) refuse("--varus", options.varus, "degrees, spine or zero");
   plan.varus = tables::VarusRule::given;
@@ -162,10 +163,8 @@ tables::OpenSimOptions opensim_options(const ExportOptions& options, const std::
 /// For example "knee/knee_0007.vtp", relative to knee.pvd.
 std::string piece_name(const fs::path& output, const char* kind, std::size_t frame)
 {
-  char number[16];
-  std::snprintf(number, sizeof number, "_%04zu.vtp", frame);
   const std::string stem = output.stem().string();
-  return stem + "/" + stem + kind + number;
+  return stem + "/" + stem + kind + printed("_%04zu.vtp", frame);
 }
 
 /// Empty when interrupted.
@@ -238,7 +237,11 @@ std::vector<std::string> write_osim(const ExportOptions& options, const store::M
 std::string file_of(const ExportOptions& options, const store::MotionModel& model,
                     const tables::FlexionMotion& motion)
 {
-  if (options.format == "csv") return tables::flexion_csv(motion);
+  if (options.format == "csv") {
+    std::vector<Pose> poses;
+    for (const tables::FlexionFrame& frame : motion.frames) poses.push_back(frame.pose.X_reference_moving);
+    return tables::flexion_csv(motion, analysis::flexion_curves(model, poses, run::thread_count_or_all(0)));
+  }
   if (options.format == "gltf") return tables::animated_glb(model, motion, options.degrees_per_second);
   return tables::opensim_table(motion, opensim_options(options, model.joint, motion.side));
 }

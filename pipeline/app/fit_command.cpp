@@ -14,6 +14,7 @@
 #include "app/option_values.hpp"
 #include "app/printing.hpp"
 #include "core/document.hpp"
+#include "core/fields_json.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/job.hpp"
@@ -94,7 +95,7 @@ Measurements measurements_of(const FitCommandOptions& o, const analysis::Convent
     of_table.joint.side = convention.side;
     of_table.joint.rotation_centre_mm = convention.rotation_centre_mm;
     of_table.joint.has_large_flexion = joint_kind(joint).has_large_flexion;
-    of_table.stated.angles = tables::angle_unit_named(o.angles);
+    of_table.stated.angles = core::value_named<tables::AngleUnit>(o.angles);
     const tables::MotionSequence motion = tables::read_motion(file, of_table);
     for (const std::string& line : motion.warnings) core::log_warning(line);
     analysis::Sequence trial =
@@ -147,10 +148,7 @@ void require_question(const FitCommandOptions& o, const job::Job& job)
 
 std::string fixed(double value, int digits = 2)
 {
-  if (std::isnan(value)) return "-";
-  char text[48];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
+  return std::isnan(value) ? "-" : fixed_text(value, digits);
 }
 
 std::string as_shown(double value, std::size_t coordinate)
@@ -164,7 +162,7 @@ void print_unknowns(const analysis::FitDocument& document)
   for (std::size_t k = 0; k < document.unknowns.size(); ++k) {
     const analysis::Unknown& unknown = document.unknowns[k];
     const analysis::FittedUnknown& found = document.found.unknowns[k];
-    std::string remark = analysis::name_of(found.identifiability);
+    std::string remark = core::name_of(found.identifiability);
     if (std::abs(found.correlation) > 0.9)
       remark += ", with " + document.unknowns[found.partner].name + ' ' + fixed(found.correlation);
     std::printf("%-36s %12.4g %12.4g %10.4g %8.0f %%  %s\n", (unknown.name + ' ' + unknown.unit()).c_str(),
@@ -192,16 +190,17 @@ void print_found(const analysis::FitDocument& document)
 {
   const analysis::Identification& found = document.found;
   print_unknowns(document);
-  std::string undecided;
+  std::vector<std::string> undecided;
   for (std::size_t k = 0; k < document.unknowns.size(); ++k) {
     if (found.unknowns[k].identifiability == analysis::Identifiability::undecided)
-      undecided += (undecided.empty() ? "" : ", ") + document.unknowns[k].name;
+      undecided.push_back(document.unknowns[k].name);
   }
   std::printf(
       "%s after %d steps; %zu of %zu independent combinations identified; residuals %.2f times the noise\n",
-      analysis::name_of(found.status), found.n_iterations, found.n_directions, document.unknowns.size(),
+      core::name_of(found.status), found.n_iterations, found.n_directions, document.unknowns.size(),
       found.noise_scale);
-  std::printf("not identifiable from the measurements: %s\n", undecided.empty() ? "none" : undecided.c_str());
+  std::printf("not identifiable from the measurements: %s\n",
+              undecided.empty() ? "none" : joined(undecided).c_str());
   print_misfits(found);
 }
 
@@ -401,7 +400,7 @@ std::vector<Pose> poses_at(const FitCommandOptions& o, const job::Job& job, cons
   if (!o.motion.ends_with(".h5")) {
     tables::MotionConvention of_table;
     of_table.joint = tables::import_frame(job, job_case).joint;
-    of_table.stated.angles = tables::angle_unit_named(o.angles);
+    of_table.stated.angles = core::value_named<tables::AngleUnit>(o.angles);
     const tables::MotionSequence motion = tables::read_motion(o.motion, of_table);
     for (const std::string& line : motion.warnings) core::log_warning(line);
     poses = motion.X_reference_moving;
@@ -424,23 +423,18 @@ struct Report {
   double other_gap_rms_mm = nan;
 };
 
-FitJson number_json(double value)
-{
-  return std::isnan(value) ? FitJson() : FitJson(value);
-}
-
 void print(const Report& r, const FitCommandOptions& o)
 {
   const OffsetFit& found = r.fit;
   if (o.as_json) {
     const FitJson json = {{"keys", r.keys},
-                          {"status", analysis::name_of(found.status)},
-                          {"offset_mm", number_json(found.offset_mm)},
-                          {"standard_error_mm", number_json(found.standard_error_mm)},
-                          {"gap_rms_mm", number_json(found.gap_rms_mm)},
-                          {"bare_gap_rms_mm", number_json(found.bare_gap_rms_mm)},
-                          {"other_gap_rms_mm", number_json(r.other_gap_rms_mm)},
-                          {"travel_per_mm", number_json(found.travel_per_mm)},
+                          {"status", core::name_of(found.status)},
+                          {"offset_mm", json_value(found.offset_mm)},
+                          {"standard_error_mm", json_value(found.standard_error_mm)},
+                          {"gap_rms_mm", json_value(found.gap_rms_mm)},
+                          {"bare_gap_rms_mm", json_value(found.bare_gap_rms_mm)},
+                          {"other_gap_rms_mm", json_value(r.other_gap_rms_mm)},
+                          {"travel_per_mm", json_value(found.travel_per_mm)},
                           {"training_frames", r.n_training},
                           {"frames_with_gap", found.n_frames}};
     print_json(json);
@@ -453,7 +447,7 @@ void print(const Report& r, const FitCommandOptions& o)
     return;
   }
   std::printf("%s: %.4f mm, 95 %% within %.4f mm (remaining gaps of %d frames taken as independent)\n",
-              analysis::name_of(found.status), found.offset_mm, interval_95 * found.standard_error_mm,
+              core::name_of(found.status), found.offset_mm, interval_95 * found.standard_error_mm,
               found.n_frames);
   std::printf("gaps along Delta, root mean square: %.4f mm; without offset %.4f mm\n", found.gap_rms_mm,
               found.bare_gap_rms_mm);

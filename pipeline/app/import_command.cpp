@@ -11,6 +11,7 @@
 #include "app/commands.hpp"
 #include "app/printing.hpp"
 #include "core/document.hpp"
+#include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "job/job.hpp"
@@ -49,33 +50,21 @@ struct ImportOptions {
 
 constexpr std::size_t most_printed = 12;
 
-/// The value whose name is `word`; empty for "" and "auto".
-template <typename Value, typename NameOf>
-std::optional<Value> value_named(const std::string& word, std::initializer_list<Value> values, NameOf name_of)
-{
-  for (const Value value : values)
-    if (word == name_of(value)) return value;
-  return std::nullopt;
-}
-
 tables::SearchRequest request_of(const ImportOptions& o)
 {
   using namespace tables;
-  const auto name = [](auto value) { return name_of(value); };
   tables::SearchRequest request;
   StatedConvention& stated = request.stated;
-  stated.length_mm = value_named(o.unit, {1.0, 10.0, 1000.0}, length_unit_name);
-  stated.angles = angle_unit_named(o.angles);
-  stated.order = value_named(
-      o.order,
-      {AngleOrder::xyz, AngleOrder::xzy, AngleOrder::yxz, AngleOrder::yzx, AngleOrder::zxy, AngleOrder::zyx},
-      name);
-  stated.direction =
-      value_named(o.direction, {Direction::moving_in_reference, Direction::reference_in_moving}, name);
-  stated.axes = value_named(o.axes, {TableAxes::canonical, TableAxes::files}, name);
-  stated.side = value_named(o.side, {Side::right, Side::left}, name_of_side);
-  stated.lengths =
-      value_named(o.lengths, {LengthPoint::origin, LengthPoint::centre, LengthPoint::grood_suntay}, name);
+  for (const double length_mm : {1.0, 10.0, 1000.0})
+    if (o.unit == length_unit_name(length_mm)) stated.length_mm = length_mm;
+  // "" and "auto" name no value.
+  stated.angles = core::value_named<AngleUnit>(o.angles);
+  stated.order = core::value_named<AngleOrder>(o.order);
+  stated.direction = core::value_named<Direction>(o.direction);
+  stated.axes = core::value_named<TableAxes>(o.axes);
+  for (const Side side : {Side::right, Side::left})
+    if (o.side == side_name(side)) stated.side = side;
+  stated.lengths = core::value_named<LengthPoint>(o.lengths);
   const std::pair<const std::string&, Term> words[] = {
       {o.unit, Term::unit},           {o.angles, Term::angles}, {o.order, Term::order},
       {o.direction, Term::direction}, {o.axes, Term::axes},     {o.side, Term::side},
@@ -99,11 +88,10 @@ tables::TableColumns columns_of(const ImportOptions& o)
 /// "--order zxy --side right": the options that state a convention's terms.
 std::string options_text(const tables::Convention& convention, const std::vector<Term>& terms)
 {
-  std::string text;
+  std::vector<std::string> words;
   for (const Term term : terms)
-    text += (text.empty() ? "--" : " --") + std::string(tables::name_of(term)) + ' ' +
-            tables::value_of(convention, term);
-  return text;
+    words.push_back(std::string("--") + core::name_of(term) + ' ' + tables::value_of(convention, term));
+  return joined(words, " ");
 }
 
 /// "order: xyz, yxz or yzx; side: right or left".
@@ -116,8 +104,7 @@ std::string alternatives_text(const ConventionSearch& search)
       const std::string value = tables::value_of(search.candidates[i].convention, term);
       if (std::find(values.begin(), values.end(), value) == values.end()) values.push_back(value);
     }
-    text +=
-        (text.empty() ? "" : "; ") + std::string(tables::name_of(term)) + ": " + join_alternatives(values);
+    text += (text.empty() ? "" : "; ") + std::string(core::name_of(term)) + ": " + join_alternatives(values);
   }
   return text;
 }
@@ -125,13 +112,8 @@ std::string alternatives_text(const ConventionSearch& search)
 Json json_of(const tables::Convention& convention)
 {
   Json json = Json::object();
-  for (const Term term : tables::all_terms) json[tables::name_of(term)] = tables::value_of(convention, term);
+  for (const Term term : tables::all_terms) json[core::name_of(term)] = tables::value_of(convention, term);
   return json;
-}
-
-Json finite_or_null(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json();
 }
 
 Json json_of(const ConventionSearch& search)
@@ -143,25 +125,21 @@ Json json_of(const ConventionSearch& search)
       gaps.push_back({{"mean_mm", gap.mean_mm}, {"deviation_mm", gap.deviation_mm}});
     candidates.push_back({{"convention", json_of(c.convention)},
                           {"gaps", gaps},
-                          {"deviation_mm", finite_or_null(c.deviation_mm)},
+                          {"deviation_mm", json_value(c.deviation_mm)},
                           {"motion_mm", c.motion_mm},
-                          {"share", finite_or_null(c.share)}});
+                          {"share", json_value(c.share)}});
   }
   Json undecided = Json::array();
-  for (const Term term : search.undecided) undecided.push_back(tables::name_of(term));
+  for (const Term term : search.undecided) undecided.push_back(core::name_of(term));
   return {{"candidates", candidates}, {"equally_good", search.n_best}, {"undecided", undecided}};
 }
 
 std::string gap_text(const std::vector<tables::GapSpread>& gaps)
 {
-  std::string text;
-  for (const tables::GapSpread& gap : gaps) {
-    char part[48];
-    std::snprintf(part, sizeof part, "%s%.3f (%.2f)", text.empty() ? "" : ", ", gap.deviation_mm,
-                  gap.mean_mm);
-    text += part;
-  }
-  return text.empty() ? "nothing faces" : text;
+  std::vector<std::string> words;
+  for (const tables::GapSpread& gap : gaps)
+    words.push_back(printed("%.3f (%.2f)", gap.deviation_mm, gap.mean_mm));
+  return words.empty() ? "nothing faces" : joined(words);
 }
 
 void print(const ConventionSearch& search)
@@ -196,7 +174,7 @@ std::string record_of(const ImportOptions& o, const tables::Convention& conventi
 {
   std::string text = "\n[import]\nmotion = \"" + std::filesystem::path(o.motion).filename().string() + "\"\n";
   for (const Term term : tables::all_terms)
-    text += std::string(tables::name_of(term)) + " = \"" + tables::value_of(convention, term) + "\"\n";
+    text += std::string(core::name_of(term)) + " = \"" + tables::value_of(convention, term) + "\"\n";
   return text;
 }
 
@@ -245,14 +223,11 @@ std::string overlap_text(const store::MotionModel& model, int n_threads)
 {
   const analysis::AuditFigures figures = analysis::figures_of(analysis::audit(model, "raw", 1, n_threads));
   if (figures.n_overlapping == 0) return "";
-  char text[256];
-  std::snprintf(
-      text, sizeof text,
+  return printed(
       "the bones overlap in %d of %d frames, by at most %.1f mm at %s %.4g; vrda repair finds the nearest "
       "motion without overlap",
       figures.n_overlapping, figures.n_poses, figures.largest_penetration.value_mm,
       model.frames->key_name.c_str(), figures.largest_penetration.key);
-  return text;
 }
 
 // Prints the conventions tried with the gaps that they leave, and the path of the model. Throws InputError

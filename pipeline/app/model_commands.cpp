@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/audit.hpp"
+#include "analysis/flexion_curves.hpp"
 #include "analysis/reduce.hpp"
 #include "app/commands.hpp"
 #include "app/printing.hpp"
@@ -268,6 +269,21 @@ Json motions_json(const TwoSidedByMotion& motions)
   return list;
 }
 
+// Ranges and values along the spine, whose flexions are in screw_home.
+Json curves_json(const store::MotionModel& model)
+{
+  Json list = Json::object();
+  for (const analysis::CurveGroup& group : analysis::spine_curves(model, run::thread_count_or_all(0))) {
+    for (const analysis::Curve& curve : group.curves) {
+      Range range;
+      for (const double value : curve.values) range.include(value);
+      list[curve.name] = {{"title", group.title}, {"label", curve.label}, {"unit", group.unit},
+                          {"min", range.least},   {"max", range.largest}, {"spine", curve.values}};
+    }
+  }
+  return list;
+}
+
 Json summary_of(const store::MotionModel& model, const analysis::AuditFigures& measured,
                 const TwoSidedByMotion& motions)
 {
@@ -305,6 +321,7 @@ Json summary_of(const store::MotionModel& model, const analysis::AuditFigures& m
           {"gimbal_lock_poses", clinical.n_locked},
           {"default_motion", default_motion_json(model)},
           {"screw_home", screw_home(model)},
+          {"curves", curves_json(model)},
           {"spine_jump", spine_jump_json(model)},
           {"jump", jump_json(model)},
           {"remeasured",
@@ -436,6 +453,8 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
   std::printf("%s\n", run::default_motion_line(model).c_str());
   const std::string rotation = run::screw_home_line(model);
   if (!rotation.empty()) std::printf("%s\n", rotation.c_str());
+  for (const auto& [name, curve] : s["curves"].items())
+    print_filled("{title}, {label}: {min%.4g} to {max%.4g} {unit} along the spine\n", curve);
   for (const std::string& jump : run::jump_lines(model)) std::printf("%s\n", jump.c_str());
   print_filled(
       "measured again at every stable attitude: largest penetration {largest_penetration_mm%.4g} mm "

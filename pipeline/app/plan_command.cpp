@@ -209,25 +209,17 @@ std::int64_t n_attitudes(const PlannedCase& planned)
 // "2.1 s", "3:05 min", "4:10 h".
 std::string duration(double seconds)
 {
-  char text[40];
   const auto whole = as_long(std::llround(seconds));
-  if (seconds < 100.0) {
-    std::snprintf(text, sizeof text, "%.2g s", seconds);
-  } else if (whole < 6000) {
-    std::snprintf(text, sizeof text, "%lld:%02lld min", whole / 60, whole % 60);
-  } else {
-    std::snprintf(text, sizeof text, "%lld:%02lld h", whole / 3600, whole % 3600 / 60);
-  }
-  return text;
+  if (seconds < 100.0) return printed("%.2g s", seconds);
+  if (whole < 6000) return printed("%lld:%02lld min", whole / 60, whole % 60);
+  return printed("%lld:%02lld h", whole / 3600, whole % 3600 / 60);
 }
 
 std::string amount(double bytes)
 {
-  char text[40];
   const char* unit = bytes < 1e9 ? "MB" : bytes < 1e12 ? "GB" : "TB";
   const double in_unit = bytes / (bytes < 1e9 ? 1e6 : bytes < 1e12 ? 1e9 : 1e12);
-  std::snprintf(text, sizeof text, in_unit < 10.0 ? "%.1f %s" : "%.0f %s", in_unit, unit);
-  return text;
+  return printed(in_unit < 10.0 ? "%.1f %s" : "%.0f %s", in_unit, unit);
 }
 
 struct Totals {

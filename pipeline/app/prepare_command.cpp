@@ -11,6 +11,7 @@
 #include "app/printing.hpp"
 #include "app/staged_folder.hpp"
 #include "core/document.hpp"
+#include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -57,11 +58,6 @@ Json bone_json(const KneeFit& fit, const geometry::BoneFit& bone, const Pose& X_
           {"residual_mm", bone.residual_mm}};
 }
 
-Json number_or_null(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
 Json bone_scale_json(const Scaling& scaling)
 {
   Json distances = Json::array();
@@ -72,7 +68,7 @@ Json bone_scale_json(const Scaling& scaling)
                          {"residual_mm", scaling.residual_mm[i]}});
   }
   return {{"scale", {scaling.factor.x(), scaling.factor.y(), scaling.factor.z()}},
-          {"residual_rms_mm", number_or_null(scaling.residual_rms_mm)},
+          {"residual_rms_mm", json_value(scaling.residual_rms_mm)},
           {"distances", distances}};
 }
 
@@ -103,7 +99,7 @@ Json landmarks_json(const prepare::KneeLandmarks& landmarks, const std::vector<d
   for (std::size_t i = 0; i < landmarks.points.size(); ++i) {
     const std::string& name = landmarks.points[i].name;
     const double residual_mm = residuals_mm[i];
-    rows.push_back({{"name", name}, {"residual_mm", number_or_null(residual_mm)}});
+    rows.push_back({{"name", name}, {"residual_mm", json_value(residual_mm)}});
     if (!std::isfinite(residual_mm)) {
       warnings.push_back("landmarks." + name + ": not used; the template does not have this bone");
     } else if (residual_mm > usual_mm) {
@@ -152,8 +148,8 @@ Json fibres_json(const prepare::TransferredLigaments& transferred, const prepare
   Json rows = Json::array();
   for (std::size_t i = 0; i < transferred.moves.size(); ++i) {
     rows.push_back({{"name", transferred.ligaments.fibres[i].name},
-                    {"moved_femur_mm", number_or_null(transferred.moves[i].reference_mm)},
-                    {"moved_tibia_mm", number_or_null(transferred.moves[i].moving_mm)},
+                    {"moved_femur_mm", json_value(transferred.moves[i].reference_mm)},
+                    {"moved_tibia_mm", json_value(transferred.moves[i].moving_mm)},
                     {"largest_strain", slack.loads.largest_strain[i]},
                     {"template_strain", slack.template_strain[i]}});
   }

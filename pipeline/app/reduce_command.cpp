@@ -10,6 +10,7 @@
 #include "app/commands.hpp"
 #include "app/printing.hpp"
 #include "core/document.hpp"
+#include "core/fields.hpp"
 #include "core/text.hpp"
 #include "run/run_output.hpp"
 #include "store/motion.hpp"
@@ -68,28 +69,17 @@ const std::vector<Column> step_columns{
     {"lateral_rolling", &store::ZeroVarus::lateral_rolling_mm, single, "_mm"},
     {"lateral_sliding", &store::ZeroVarus::lateral_sliding_mm, single, "_mm"}};
 
-constexpr store::ZeroVarusSource all_sources[] = {
-    store::ZeroVarusSource::none, store::ZeroVarusSource::both_touch, store::ZeroVarusSource::interpolated,
-    store::ZeroVarusSource::free};
-
-const char* name_of(store::ZeroVarusSource source)
-{
-  switch (source) {
-    case store::ZeroVarusSource::none:
-      return "none";
-    case store::ZeroVarusSource::both_touch:
-      return "both_touch";
-    case store::ZeroVarusSource::interpolated:
-      return "interpolated";
-    case store::ZeroVarusSource::free:
-      return "free";
-  }
-  throw InternalError("a source of varus has a name");
-}
+constexpr Named<store::ZeroVarusSource> source_names[] = {
+    {store::ZeroVarusSource::none, "none"},
+    {store::ZeroVarusSource::both_touch, "both_touch"},
+    {store::ZeroVarusSource::interpolated, "interpolated"},
+    {store::ZeroVarusSource::free, "free"}};
 
 const char* source_name(const store::ZeroVarus& z, std::size_t i)
 {
-  return name_of(static_cast<store::ZeroVarusSource>(z.source[i]));
+  return std::ranges::find(source_names, static_cast<store::ZeroVarusSource>(z.source[i]),
+                           &Named<store::ZeroVarusSource>::value)
+      ->name;
 }
 
 void add_json(Json& row, const store::ZeroVarus& z, const std::vector<Column>& columns, std::size_t i)
@@ -168,13 +158,11 @@ void print_csv(const store::MotionModel& model, const store::ZeroVarus& z)
 
 void require_set(const store::MotionModel& model, const ReduceOptions& options)
 {
-  std::string known;
-  for (const std::string& name : store::set_names(model)) {
-    if (name == "zero_varus") continue;
-    if (name == options.set) return;
-    known += (known.empty() ? "" : ", ") + name;
-  }
-  throw InputError({options.file, "--set", "\"" + options.set + "\"", "a set of this file: " + known});
+  std::vector<std::string> known = store::set_names(model);
+  std::erase(known, "zero_varus");
+  if (std::ranges::find(known, options.set) != known.end()) return;
+  throw InputError(
+      {options.file, "--set", "\"" + options.set + "\"", "a set of this file: " + joined(known)});
 }
 
 void require_reducible(const store::MotionModel& model, const std::string& file)
@@ -210,12 +198,12 @@ void drop_stale_audit(store::MotionModel& model, const store::ZeroVarus& z)
 
 std::string counts_line(const store::ZeroVarus& z)
 {
-  std::string line;
-  for (const store::ZeroVarusSource source : all_sources) {
-    const auto n = std::count(z.source.begin(), z.source.end(), static_cast<std::int8_t>(source));
-    if (n > 0) line += (line.empty() ? "" : ", ") + std::to_string(n) + " " + name_of(source);
+  std::vector<std::string> words;
+  for (const auto& source : source_names) {
+    const auto n = std::ranges::count(z.source, static_cast<std::int8_t>(source.value));
+    if (n > 0) words.push_back(std::to_string(n) + " " + source.name);
   }
-  return line;
+  return joined(words);
 }
 
 // Replaces an existing zero-varus motion, and drops its audit if the poses differ. Throws InputError, with

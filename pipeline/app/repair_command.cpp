@@ -10,6 +10,7 @@
 #include "app/commands.hpp"
 #include "app/printing.hpp"
 #include "core/document.hpp"
+#include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -114,21 +115,19 @@ constexpr store::RepairStatus all_statuses[] = {store::RepairStatus::unchanged, 
 
 std::string counts_text(const RepairFigures& figures)
 {
-  std::string text;
+  std::vector<std::string> words;
   for (const store::RepairStatus status : all_statuses) {
     const int n = figures.n_of_status[static_cast<int>(status)];
-    if (n > 0) text += (text.empty() ? "" : ", ") + std::to_string(n) + ' ' + analysis::name_of(status);
+    if (n > 0) words.push_back(std::to_string(n) + ' ' + analysis::name_of(status));
   }
-  return text;
+  return joined(words);
 }
 
 std::string limits_text(const std::vector<double>& limits_mm)
 {
-  std::string text;
-  for (const double limit_mm : limits_mm) {
-    text += (text.empty() ? "" : " and ") + (std::isinf(limit_mm) ? "none" : formatted("%.3g", limit_mm));
-  }
-  return limits_mm.size() == 2 ? text + " (medial and lateral)" : text;
+  std::vector<std::string> words;
+  for (const double mm : limits_mm) words.push_back(std::isinf(mm) ? "none" : formatted("%.3g", mm));
+  return joined(words, " and ") + (words.size() == 2 ? " (medial and lateral)" : "");
 }
 
 void print(const analysis::RepairedMotion& motion, const RepairFigures& figures)
@@ -159,19 +158,13 @@ Json json_of(const Extremes& e)
           {"largest_gap_mm", e.gap_mm}};
 }
 
-Json measure_json(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
 Json json_of(const analysis::RepairedMotion& motion, const analysis::MeasuredMotion& measured,
              const RepairFigures& figures)
 {
-  Json statuses = Json::object(), periods = Json::object(), limits = Json::array(), frames = Json::array();
+  Json statuses = Json::object(), periods = Json::object(), frames = Json::array();
   for (const store::RepairStatus status : all_statuses)
     statuses[analysis::name_of(status)] = figures.n_of_status[static_cast<int>(status)];
   for (Eigen::Index c = 0; c < 6; ++c) periods[coordinate_names[c]] = motion.period_frames(c);
-  for (const double limit_mm : motion.gap_limit_mm) limits.push_back(measure_json(limit_mm));
   for (std::size_t k = 0; k < motion.frames.size(); ++k) {
     const analysis::RepairedFrame& frame = motion.frames[k];
     frames.push_back({{"key", measured.key[k]},
@@ -179,15 +172,15 @@ Json json_of(const analysis::RepairedMotion& motion, const analysis::MeasuredMot
                       {"distance", frame.displacement.norm()},
                       {"penetration_before_mm", frame.before.audit.penetration_mm},
                       {"penetration_after_mm", frame.after.audit.penetration_mm},
-                      {"gap_before_mm", measure_json(frame.before.audit.gap_mm)},
-                      {"gap_after_mm", measure_json(frame.after.audit.gap_mm)}});
+                      {"gap_before_mm", json_value(frame.before.audit.gap_mm)},
+                      {"gap_after_mm", json_value(frame.after.audit.gap_mm)}});
   }
   return {{"converged", motion.is_converged},
           {"iterations", motion.n_iterations},
           {"statuses", statuses},
           {"before", json_of(figures.before)},
           {"after", json_of(figures.after)},
-          {"gap_limit_mm", limits},
+          {"gap_limit_mm", json_value(motion.gap_limit_mm)},
           {"rms_distance", figures.rms_distance},
           {"largest_distance", figures.largest_distance},
           {"distance_of_noise", figures.expected_distance},

@@ -12,6 +12,7 @@
 
 #include "analysis/audit.hpp"
 #include "analysis/compare.hpp"
+#include "analysis/flexion_curves.hpp"
 #include "analysis/reduce.hpp"
 #include "analysis/smooth.hpp"
 #include "app/commands.hpp"
@@ -73,16 +74,11 @@ std::string shown_range(const store::MotionModel& model)
   if (model.frames) {
     const std::vector<double>& keys = model.frames->key;
     const double span = keys.back() - keys.front();
-    std::array<char, 96> range{};
-    std::snprintf(range.data(), range.size(), "--key=%.9g:%.9g:%.9g", keys.front(), keys.back(),
-                  span > 0.0 ? span / n_steps : 1.0);
-    return range.data();
+    return printed("--key=%.9g:%.9g:%.9g", keys.front(), keys.back(), span > 0.0 ? span / n_steps : 1.0);
   }
   const double first = model.flexion_deg.front(), last = model.flexion_deg.back();
   const double step = last > first ? (last - first) / n_steps : 1.0;
-  std::array<char, 96> text{};
-  std::snprintf(text.data(), text.size(), "--flexion=%.9g:%.9g:%.9g", first, last, step);
-  return text.data();
+  return printed("--flexion=%.9g:%.9g:%.9g", first, last, step);
 }
 
 // Splits "front_flexion_030.png" or "front_frame_0.5.png" into view and label; an unparsed name becomes the
@@ -99,9 +95,7 @@ report::RenderedImage still_of(const fs::path& file)
   double degrees = 0.0;
   const auto [end, error] = std::from_chars(angle.data(), angle.data() + angle.size(), degrees);
   const bool is_number = error == std::errc() && end == angle.data() + angle.size();
-  std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), is_frame ? "frame %.4g" : "flexion %.4g°", degrees);
-  still.label = is_number ? text.data() : name;
+  still.label = is_number ? printed(is_frame ? "frame %.4g" : "flexion %.4g°", degrees) : name;
   still.png = job::file_bytes(file.string(), {file.string(), "", "", "a picture"}, largest_png_bytes);
   return still;
 }
@@ -255,6 +249,7 @@ report::Report gathered(const ReportOptions& options)
     report::ReportModel& only = report.models.front();
     only.comparison = comparison_of(only.model, options);
     if (!options.is_quick) add_audits(only.model);
+    only.flexion_curves = analysis::spine_curves(only.model, run::thread_count_or_all(0));
     only.images = render_images(player, options.files.front(), only.model);
     if (!only.images.note.empty()) core::log_warning(only.images.note);
   }

@@ -180,10 +180,9 @@ void print(const analysis::RomDocument& document, const std::vector<std::string>
     print_json(json);
     return;
   }
-  std::string counts;
-  for (const auto& [name, n] : statuses_of(document.range))
-    counts += (counts.empty() ? "" : ", ") + std::to_string(n) + ' ' + name;
-  std::printf("%zu attitudes: %s\n", document.range.cells.size(), counts.c_str());
+  std::vector<std::string> counts;
+  for (const auto& [name, n] : statuses_of(document.range)) counts.push_back(std::to_string(n) + ' ' + name);
+  std::printf("%zu attitudes: %s\n", document.range.cells.size(), joined(counts).c_str());
   std::printf("in range: %.6g degrees^%d, %.3g %% of the driven box\n", volume.volume, volume.n_driven,
               100.0 * volume.volume / volume.driven_volume);
   for (const analysis::RangeAlong& along : analysis::boundaries_of(document.range)) {

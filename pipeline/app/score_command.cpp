@@ -142,7 +142,7 @@ void read_tables(Source& found, Source& against, const ScoreCommandOptions& opti
   of_table.joint.rotation_centre_mm = convention.rotation_centre_mm;
   const Source& known = found.model ? found : against;
   if (known.model) of_table.joint.has_large_flexion = joint_kind(known.model->joint).has_large_flexion;
-  of_table.stated.angles = tables::angle_unit_named(options.angles);
+  of_table.stated.angles = core::value_named<tables::AngleUnit>(options.angles);
   of_table.columns.of_coordinate = tables::names_by_coordinate("vrda score", "--column", options.columns);
   of_table.columns.may_be_absent = !found.model && !against.model;
   for (Source* source : {&found, &against}) {
@@ -217,15 +217,14 @@ double in_file_unit(double value, std::size_t c)
 /// "3-5, 12", counted from 1.
 std::string row_list(const std::vector<std::size_t>& rows)
 {
-  std::string text;
+  std::vector<std::string> runs;
   for (std::size_t k = 0; k < rows.size();) {
     std::size_t end = k;
     while (end + 1 < rows.size() && rows[end + 1] == rows[end] + 1) ++end;
-    text += (text.empty() ? "" : ", ") + std::to_string(rows[k] + 1);
-    if (end > k) text += "-" + std::to_string(rows[end] + 1);
+    runs.push_back(std::to_string(rows[k] + 1) + (end > k ? "-" + std::to_string(rows[end] + 1) : ""));
     k = end + 1;
   }
-  return text;
+  return joined(runs);
 }
 
 std::vector<std::size_t> from_one(std::vector<std::size_t> rows)

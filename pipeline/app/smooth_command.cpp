@@ -188,9 +188,7 @@ std::vector<std::string> chosen_sets(const store::MotionModel& model, const Audi
   const std::vector<std::string> names = store::set_names(model);
   if (options.set == "all") return names;
   if (std::find(names.begin(), names.end(), options.set) != names.end()) return {options.set};
-  std::string wanted = "all";
-  for (const std::string& name : names) wanted += ", " + name;
-  throw InputError({options.file, "--set", options.set, "one of " + wanted});
+  throw InputError({options.file, "--set", options.set, "one of all, " + joined(names)});
 }
 
 Json json_of(const analysis::AuditExtreme& extreme, int n)
@@ -223,14 +221,8 @@ Json json_of(const store::AuditSet& set)
 std::string text_of(const analysis::AuditExtreme& extreme, int n)
 {
   if (n == 0) return "-";
-  char text[96];
-  if (std::isnan(extreme.key)) {
-    std::snprintf(text, sizeof text, "%.3g at %g, %g", extreme.value_mm, extreme.flexion_deg,
-                  extreme.varus_deg);
-  } else {
-    std::snprintf(text, sizeof text, "%.3g at %g", extreme.value_mm, extreme.key);
-  }
-  return text;
+  if (!std::isnan(extreme.key)) return printed("%.3g at %g", extreme.value_mm, extreme.key);
+  return printed("%.3g at %g, %g", extreme.value_mm, extreme.flexion_deg, extreme.varus_deg);
 }
 
 std::string mean_text(double mean_mm, int n)

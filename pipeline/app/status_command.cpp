@@ -7,6 +7,7 @@
 #include "app/commands.hpp"
 #include "app/printing.hpp"
 #include "core/document.hpp"
+#include "core/fields_json.hpp"
 #include "run/index.hpp"
 #include "run/run_output.hpp"
 #include "run/status.hpp"
@@ -70,11 +71,6 @@ void print_case(const run::CaseView& view, const run::Submission& submission)
               reason.c_str());
 }
 
-Json optional_number(const std::optional<double>& value)
-{
-  return value ? Json(*value) : Json();
-}
-
 Json json_of(const run::TaskView& task)
 {
   return {{"kind", core::name_of(task.task.kind)},
@@ -86,8 +82,8 @@ Json json_of(const run::TaskView& task)
           {"restarts", task.n_restarts},
           {"done", task.n_done},
           {"total", task.n_total > 0 ? Json(task.n_total) : Json()},
-          {"per_second", optional_number(task.per_second)},
-          {"seconds_left", optional_number(task.seconds_left)}};
+          {"per_second", json_value(task.per_second)},
+          {"seconds_left", json_value(task.seconds_left)}};
 }
 
 Json json_of(const run::CaseView& view, const std::string& folder, const run::Submission& submission)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdarg>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -140,17 +141,6 @@ std::string shortest_decimal(double value)
   return {digits.data(), end.ptr};
 }
 
-namespace {
-
-std::string printed(const char* format, int precision, double value)
-{
-  std::string text(static_cast<std::size_t>(std::snprintf(nullptr, 0, format, precision, value)), '\0');
-  std::snprintf(text.data(), text.size() + 1, format, precision, value);
-  return text;
-}
-
-}  // namespace
-
 std::string rounded_text(double value, int n_digits)
 {
   return printed("%.*g", n_digits, value);
@@ -190,6 +180,29 @@ std::string lower_case(std::string text)
 {
   for (char& c : text) {
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return text;
+}
+
+std::string printed(const char* format, ...)
+{
+  std::va_list values, again;
+  va_start(values, format);
+  va_copy(again, values);
+  const int n = std::vsnprintf(nullptr, 0, format, values);
+  std::string text(static_cast<std::size_t>(std::max(n, 0)), '\0');
+  std::vsnprintf(text.data(), text.size() + 1, format, again);
+  va_end(again);
+  va_end(values);
+  return text;
+}
+
+std::string joined(const std::vector<std::string>& words, std::string_view separator)
+{
+  std::string text;
+  for (const std::string& word : words) {
+    if (&word != &words.front()) text += separator;
+    text += word;
   }
   return text;
 }

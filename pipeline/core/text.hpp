@@ -46,6 +46,12 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
 /// With the letters A to Z as a to z.
 std::string lower_case(std::string text);
 
+/// The text that printf would print.
+std::string printed(const char* format, ...) __attribute__((format(printf, 1, 2)));
+
+/// The words with `separator` between them.
+std::string joined(const std::vector<std::string>& words, std::string_view separator = ", ");
+
 /// "a, b or c".
 std::string join_alternatives(const std::vector<std::string>& words);
 

@@ -781,24 +781,14 @@ std::string list_of(const Eigen::Vector3d& v)
   return "[" + core::numbers_text(v) + "]";
 }
 
-// A line with an optional comment. Comments are aligned in one column.
-std::string line(const std::string& text, const std::string& comment = "")
-{
-  constexpr std::size_t column = 38;
-  if (comment.empty()) return text + '\n';
-  return text + std::string(text.size() < column ? column - text.size() : 1, ' ') + "# " + comment + '\n';
-}
-
 std::string components_text(const std::string& body, const std::vector<std::string>& models,
                             const std::string& folder)
 {
-  const std::string prefix = folder.empty() ? "" : folder + "/";
   std::string text;
   for (const std::string& model : models) {
-    const std::string file = prefix + model + ".obj";
-    text += line("\n[[" + body + ".component]]");
-    text += line("name = " + core::value_text(model));
-    text += line("file = " + core::value_text(file));
+    const std::string file = (folder.empty() ? "" : folder + "/") + model + ".obj";
+    text += "\n[[" + body + ".component]]\nname = " + core::value_text(model) +
+            "\nfile = " + core::value_text(file) + '\n';
   }
   return text;
 }
@@ -809,79 +799,67 @@ std::string range_text(const AngleRange& range)
          ", step = " + shortest_decimal(range.step_deg) + " }";
 }
 
-std::string moving_text(const KeywordConfiguration& c, const std::string& folder)
+// A line with its comment, aligned in one column.
+std::string remarked(const std::string& text, const char* comment)
 {
-  // theta has the right-knee sign, which is reversed on a left knee.
-  const double theta_deg = -c.turn_deg;
-  std::string text = line("\n[moving]");
-  text += line("name = " + core::value_text(c.moving.front()));
-  text += line("# anterior, proximal, right");
-  text += line("initial = { translation_mm = " + list_of(canonical(c.position_mm)) +
-               ", theta_deg = " + shortest_decimal(theta_deg) + " }");
-  return text + components_text("moving", c.moving, folder);
+  return printed("%-37s # %s\n", text.c_str(), comment);
 }
 
 std::string solving_text(const KeywordConfiguration& c)
 {
   const Eigen::Vector3d delta = canonical(c.motion_mm) / c.motion_mm.cwiseAbs().maxCoeff();
-  std::string text = line("\n[push]");
-  text += line("delta = " + list_of(delta), "the direction of the initial motion");
-  text += line("\n[grid]");
-  text += line("flexion = " + range_text(c.flexion));
-  text += line("varus = " + range_text(c.varus));
-  text += line("\n[solver]");
-  text += line("method = \"stability-search\"");
-  text += line("\n[solver.search]");
-  text +=
-      line("approach_step_mm = " + shortest_decimal(c.motion_mm.norm()), "the length of the initial motion");
-  text += line("translation_step_mm = " + shortest_decimal(c.modelling_step_mm), "the modelling resolution");
-  text += line("translation_resolution_mm = " + shortest_decimal(c.contact_resolution_mm),
-               "the contact resolution");
-  text += line("rotation_step_deg = " + shortest_decimal(c.orientation_step_deg));
-  text += line("rotation_resolution_deg = " + shortest_decimal(c.orientation_resolution_deg));
-  return text;
+  const auto number = shortest_decimal;
+  return "\n[push]\n" + remarked("delta = " + list_of(delta), "the direction of the initial motion") +
+         "\n[grid]\nflexion = " + range_text(c.flexion) + "\nvarus = " + range_text(c.varus) +
+         "\n\n[solver]\nmethod = \"stability-search\"\n\n[solver.search]\n" +
+         remarked("approach_step_mm = " + number(c.motion_mm.norm()), "the length of the initial motion") +
+         remarked("translation_step_mm = " + number(c.modelling_step_mm), "the modelling resolution") +
+         remarked("translation_resolution_mm = " + number(c.contact_resolution_mm),
+                  "the contact resolution") +
+         "rotation_step_deg = " + number(c.orientation_step_deg) +
+         "\nrotation_resolution_deg = " + number(c.orientation_resolution_deg) + '\n';
 }
 
 std::string player_text(const KeywordConfiguration& c)
 {
   std::string text;
-  if (c.display_px) {
-    text += line("display_px = [" + std::to_string((*c.display_px)[0]) + ", " +
-                 std::to_string((*c.display_px)[1]) + "]");
-  }
-  if (c.zoom) text += line("zoom = " + shortest_decimal(*c.zoom));
-  if (!c.render.empty()) text += line("render = " + core::value_text(c.render));
+  if (c.display_px) text += printed("display_px = [%d, %d]\n", (*c.display_px)[0], (*c.display_px)[1]);
+  if (c.zoom) text += "zoom = " + shortest_decimal(*c.zoom) + '\n';
+  if (!c.render.empty()) text += "render = " + core::value_text(c.render) + '\n';
   for (const auto& [number, view] : c.views) {
-    text += line("\n[[player.view]]");
-    text += line("number = " + std::to_string(number));
-    text += line("shift_mm = " + list_of(view.shift_mm));
-    text += line("orientation_deg = " + list_of(view.orientation_deg));
+    text += printed("\n[[player.view]]\nnumber = %d\nshift_mm = %s\norientation_deg = %s\n", number,
+                    list_of(view.shift_mm).c_str(), list_of(view.orientation_deg).c_str());
   }
-  return text.empty() ? text : line("\n[player]") + text;
+  return text.empty() ? text : "\n[player]\n" + text;
 }
 
 }  // namespace
 
 std::string job_text(const KeywordConfiguration& c, const JobTextOptions& places)
 {
-  std::string text = line("# From the keyword configuration " + core::value_text(places.source) +
-                          "; conversion: schemas/legacy-formats.md.");
-  text += line("title = " + core::value_text(places.title));
-  text += line("joint = \"knee\"");
-  text += line("side = \"left\"");
-  text += line("\n# Thesis 5.2: X from medial to lateral of a left knee, Y up, Z forward (OpenGL view).");
-  text += line("[frame]");
-  text += line("unit = " + core::value_text(places.unit));
-  text += line("anterior = \"+Z\"");
-  text += line("proximal = \"+Y\"");
-  text += line("right = \"-X\"");
-  text += line("\n[reference]");
-  text += line("name = " + core::value_text(c.reference.front()));
-  text += components_text("reference", c.reference, places.models_folder);
-  text += moving_text(c, places.models_folder);
-  text += solving_text(c);
-  text += player_text(c);
-  return text;
+  // theta has the right-knee sign, which is reversed on a left knee.
+  const std::string theta_deg = shortest_decimal(-c.turn_deg);
+  return "# From the keyword configuration " + core::value_text(places.source) +
+         "; conversion: schemas/legacy-formats.md.\ntitle = " + core::value_text(places.title) + R"(
+joint = "knee"
+side = "left"
+
+# Thesis 5.2: X from medial to lateral of a left knee, Y up, Z forward (OpenGL view).
+[frame]
+unit = )" +
+         core::value_text(places.unit) + R"(
+anterior = "+Z"
+proximal = "+Y"
+right = "-X"
+
+[reference]
+name = )" +
+         core::value_text(c.reference.front()) + '\n' +
+         components_text("reference", c.reference, places.models_folder) +
+         "\n[moving]\nname = " + core::value_text(c.moving.front()) +
+         "\n# anterior, proximal, right\ninitial = { translation_mm = " + list_of(canonical(c.position_mm)) +
+         ", theta_deg = " + theta_deg + " }\n" + components_text("moving", c.moving, places.models_folder) +
+         solving_text(c) + player_text(c);
 }
 
 }  // namespace vrda::job

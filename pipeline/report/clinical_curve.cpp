@@ -202,10 +202,9 @@ bool is_ignored(std::string_view name)
 {
   const bool is_matrix_entry = name.size() == 3 && name[0] == 'T' && name[1] >= '1' && name[1] <= '3' &&
                                name[2] >= '1' && name[2] <= '4';
-  static const std::vector<std::string> exported = tables::flexion_csv_columns();
-  return is_matrix_entry || std::find(exported.begin(), exported.end(), name) != exported.end() ||
-         name == "frame" || name == "time_s" || name == "femur_rel_tibia_prox_mm" ||
-         name == "femur_rel_tibia_ant_mm" || name == "femur_rel_tibia_lat_mm";
+  return is_matrix_entry || tables::is_flexion_csv_column(name) || name == "frame" || name == "time_s" ||
+         name == "femur_rel_tibia_prox_mm" || name == "femur_rel_tibia_ant_mm" ||
+         name == "femur_rel_tibia_lat_mm";
 }
 
 std::optional<Column> column_named(std::string_view name)

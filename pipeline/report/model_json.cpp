@@ -648,6 +648,21 @@ Json forces_json(const store::MotionModel& model)
           {"lateral_n", sums[static_cast<std::size_t>(Compartment::lateral)]}};
 }
 
+Json flexion_curves_json(const std::vector<analysis::CurveGroup>& groups)
+{
+  Json list = Json::array();
+  for (const analysis::CurveGroup& group : groups) {
+    Json curves = Json::array();
+    for (const analysis::Curve& curve : group.curves)
+      curves.push_back({{"name", curve.label}, {"values", curve.values}});
+    list.push_back({{"title", group.title},
+                    {"caption", group.caption},
+                    {"unit", group.unit},
+                    {"curves", std::move(curves)}});
+  }
+  return list;
+}
+
 Json fibres_json(const store::MotionModel& model)
 {
   if (!model.ligaments || model.ligaments->name.empty()) return nullptr;
@@ -827,6 +842,7 @@ Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
   json["axes"] = axes_json(model);
   json["forces"] = forces_json(model);
   json["fibres"] = fibres_json(model);
+  json["flexion_curves"] = flexion_curves_json(entry.flexion_curves);
   json["stills"] = stills_json(entry.images);
   return json;
 }

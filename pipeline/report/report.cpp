@@ -214,14 +214,6 @@ namespace {
 // The certificate of an equilibrium (solve/equilibrium.cpp) allows this share of the push.
 constexpr double residual_share = 1e-2;
 
-template <typename... Values>
-std::string line(const char* format, Values... values)
-{
-  char text[400];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
 void add_equilibrium(const store::MotionModel& model, MotionSummary& numbers)
 {
   const store::EquilibriumSurfaces& e = *model.equilibrium;
@@ -248,15 +240,16 @@ void add_unsolved(const store::MotionModel& model, Lines& lines)
   for (const StepStatus status : all_step_statuses) {
     const auto n = (model.status == static_cast<std::int8_t>(status)).count();
     if (status == StepStatus::stable || n == 0) continue;
-    lines.push_back(line("%lld of %lld attitudes ended as %s: %s.", static_cast<long long>(n),
-                         static_cast<long long>(model.status.size()), name_of(status), meaning_of(status)));
+    lines.push_back(printed("%lld of %lld attitudes ended as %s: %s.", static_cast<long long>(n),
+                            static_cast<long long>(model.status.size()), name_of(status),
+                            meaning_of(status)));
   }
   const std::vector<Eigen::Index> spine = store::solved_spine(model);
   const auto n_missing = std::count(spine.begin(), spine.end(), -1);
   if (n_missing > 0)
-    lines.push_back(
-        line("%lld of %zu flexions have no solved pose on the spine; curves over flexion have holes there.",
-             static_cast<long long>(n_missing), spine.size()));
+    lines.push_back(printed(
+        "%lld of %zu flexions have no solved pose on the spine; curves over flexion have holes there.",
+        static_cast<long long>(n_missing), spine.size()));
 }
 
 void add_doubtful(const store::MotionModel& model, Lines& lines)
@@ -264,23 +257,23 @@ void add_doubtful(const store::MotionModel& model, Lines& lines)
   for (const Plausibility plausibility : doubtful_plausibilities) {
     const auto n = (model.plausibility == static_cast<std::int8_t>(plausibility)).count();
     if (n == 0) continue;
-    lines.push_back(line("%lld stable attitudes are doubtful, %s: %s.", static_cast<long long>(n),
-                         name_of(plausibility), meaning_of(plausibility)));
+    lines.push_back(printed("%lld stable attitudes are doubtful, %s: %s.", static_cast<long long>(n),
+                            name_of(plausibility), meaning_of(plausibility)));
   }
 }
 
 void add_raw_extremes(const ReportModel& entry, Lines& lines)
 {
   if (entry.raw.largest_penetration_mm > perceptible_mm)
-    lines.push_back(line(
+    lines.push_back(printed(
         "The raw motion overlaps by up to %.3g mm (%lld attitudes overlap), above the perceptible "
         "%.3g mm.",
         entry.raw.largest_penetration_mm, static_cast<long long>(entry.raw.n_overlapping), perceptible_mm));
   if (std::isinf(entry.raw.largest_gap_mm)) {
     lines.push_back("At some attitudes no contact is ahead along Delta: the objects have separated.");
   } else if (entry.raw.largest_gap_mm > std::max(perceptible_mm, entry.model.contact_resolution_mm)) {
-    lines.push_back(line("The raw motion has a gap of up to %.3g mm, above the perceptible %.3g mm.",
-                         entry.raw.largest_gap_mm, perceptible_mm));
+    lines.push_back(printed("The raw motion has a gap of up to %.3g mm, above the perceptible %.3g mm.",
+                            entry.raw.largest_gap_mm, perceptible_mm));
   }
 }
 
@@ -293,12 +286,12 @@ void add_audits(const store::MotionModel& model, Lines& lines)
     const double deepest_mm = store::largest_of(audit.penetration_mm);
     const auto n = (audit.state == static_cast<std::int8_t>(store::AuditState::overlapping)).count();
     if (deepest_mm > perceptible_mm)
-      found += line("%s%s by up to %.3g mm (%lld of %lld attitudes overlap)", found.empty() ? "" : ", ",
-                    audit.name.c_str(), deepest_mm, static_cast<long long>(n),
-                    static_cast<long long>(audit.state.size()));
+      found += printed("%s%s by up to %.3g mm (%lld of %lld attitudes overlap)", found.empty() ? "" : ", ",
+                       audit.name.c_str(), deepest_mm, static_cast<long long>(n),
+                       static_cast<long long>(audit.state.size()));
   }
   if (!found.empty())
-    lines.push_back(line("Audits found overlaps above the perceptible %.3g mm: ", perceptible_mm) + found +
+    lines.push_back(printed("Audits found overlaps above the perceptible %.3g mm: ", perceptible_mm) + found +
                     ".");
 }
 
@@ -317,15 +310,15 @@ void add_rotation(const store::MotionModel& model, const MotionSummary& numbers,
 {
   if (numbers.theta_undetermined_share > 0.0)
     lines.push_back(
-        line("Internal rotation is not determined by contact in %.3g %% of the solved attitudes; the pose "
-             "nearest to the neighbour's is used there.",
-             100.0 * numbers.theta_undetermined_share));
+        printed("Internal rotation is not determined by contact in %.3g %% of the solved attitudes; the pose "
+                "nearest to the neighbour's is used there.",
+                100.0 * numbers.theta_undetermined_share));
   if (numbers.n_several_optima > 0)
     lines.push_back(
-        line("%lld of %zu flexions have several equilibria, up to %.3g degrees of theta apart; the "
-             "lowest energy is used.",
-             static_cast<long long>(numbers.n_several_optima), model.flexion_deg.size(),
-             numbers.largest_optima_spread_deg));
+        printed("%lld of %zu flexions have several equilibria, up to %.3g degrees of theta apart; the "
+                "lowest energy is used.",
+                static_cast<long long>(numbers.n_several_optima), model.flexion_deg.size(),
+                numbers.largest_optima_spread_deg));
   if (!store::has_turned_axes(model))  // theta then also follows the other rotations
     add_sentence(store::text_of(numbers.spine_jump), lines);
 }
@@ -340,9 +333,9 @@ void add_spine_at_border(const store::MotionModel& model, Lines& lines)
   });
   if (n > 0 && model.has_compartments)
     lines.push_back(
-        line("At %lld flexions the compartments balance at the border of the varus range: use a wider "
-             "range.",
-             static_cast<long long>(n)));
+        printed("At %lld flexions the compartments balance at the border of the varus range: use a wider "
+                "range.",
+                static_cast<long long>(n)));
 }
 
 void add_interpolated(const store::MotionModel& model, Lines& lines)
@@ -355,12 +348,12 @@ void add_interpolated(const store::MotionModel& model, Lines& lines)
       std::count(source.begin(), source.end(), static_cast<std::int8_t>(store::ZeroVarusSource::none));
   if (n > 0 && model.zero_varus->set != "two_sided")  // that motion has its own varus
     lines.push_back(
-        line("The zero-varus pose is interpolated between two varus columns at %lld of %zu flexions.",
-             static_cast<long long>(n), source.size()));
+        printed("The zero-varus pose is interpolated between two varus columns at %lld of %zu flexions.",
+                static_cast<long long>(n), source.size()));
   add_sentence(analysis::cut_off_warning(*model.zero_varus), lines);
   if (n_none > 0)
-    lines.push_back(
-        line("%lld of %zu flexions have no zero-varus pose.", static_cast<long long>(n_none), source.size()));
+    lines.push_back(printed("%lld of %zu flexions have no zero-varus pose.", static_cast<long long>(n_none),
+                            source.size()));
 }
 
 }  // namespace
@@ -393,10 +386,10 @@ std::vector<std::string> warnings_of(const ReportModel& entry)
   add_doubtful(model, lines);
   add_raw_extremes(entry, lines);
   if (numbers.balance_residual_n > residual_share * numbers.push_n)
-    lines.push_back(
-        line("The balance of forces has a residual of up to %.3g N, more than one hundredth of the push of "
-             "%.3g N.",
-             numbers.balance_residual_n, numbers.push_n));
+    lines.push_back(printed(
+        "The balance of forces has a residual of up to %.3g N, more than one hundredth of the push of "
+        "%.3g N.",
+        numbers.balance_residual_n, numbers.push_n));
   add_rotation(model, numbers, lines);
   add_sentence(gimbal_lock_text(store::clinical_curves(model).n_locked), lines);
   add_spine_at_border(model, lines);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analysis/compare.hpp"
+#include "analysis/flexion_curves.hpp"
 #include "report/clinical_curve.hpp"
 #include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
@@ -38,7 +39,8 @@ struct ReportModel {
   std::string name;  ///< file name without folder and extension; unique in a report
   store::MotionModel model;
   RawExtremes raw;
-  std::optional<analysis::Comparison> comparison;  ///< of smoothing degrees
+  std::optional<analysis::Comparison> comparison;    ///< of smoothing degrees
+  std::vector<analysis::CurveGroup> flexion_curves;  ///< along the spine, a value for each flexion
   RenderedImages images;
 };
 

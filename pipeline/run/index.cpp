@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "core/fields_json.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/job.hpp"
@@ -39,18 +40,12 @@ bool is_started(const std::string& output)
          !store::list_shard_journals_if_readable(output).empty();
 }
 
-std::optional<CaseTimes> times_beside(const std::string& output)
+CaseTimes times_beside(const std::string& output)
 {
-  const std::optional<std::string> text = read_text_file(output + ".run.json");
-  if (!text) return std::nullopt;
   try {
-    const auto json = nlohmann::json::parse(*text);
-    return CaseTimes{json.at("begun"),         json.at("host"),
-                     json.at("seconds"),       json.at("solving_processor_seconds"),
-                     json.at("threads"),       json.at("processors"),
-                     json.at("steps_recalled")};
+    return nlohmann::ordered_json::parse(read_text_file(output + ".run.json").value_or("")).get<CaseTimes>();
   } catch (const nlohmann::json::exception&) {
-    return std::nullopt;  // not part of the results, so not an error
+    return {};  // not part of the results, so not an error
   }
 }
 
@@ -139,27 +134,20 @@ store::IndexTable table_of(const fs::path& folder, const std::string& title,
   return table;
 }
 
-store::IndexTable times_of(const std::vector<IndexRow>& rows)
+struct TimesRow {
+  std::string name;
+  CaseTimes times;
+};
+constexpr auto fields_of(const TimesRow*)
 {
-  store::IndexTable table;
-  std::vector<store::IndexColumn>& columns = table.columns;
-  columns.push_back(text_column("case", "", rows, [](const auto& r) { return r.name; }));
-  columns.push_back(
-      text_column("begun", "", rows, [](const auto& r) { return r.times ? r.times->started : ""; }));
-  columns.push_back(
-      text_column("host", "", rows, [](const auto& r) { return r.times ? r.times->host : ""; }));
-  const auto add = [&](const char* name, const auto& of) {
-    const auto value = [&](const IndexRow& row) {
-      return row.times ? static_cast<double>(of(*row.times)) : nan;
-    };
-    columns.push_back({name, "", "", each<double>(rows, value), store::FlagSet::none});
-  };
-  add("seconds", [](const CaseTimes& t) { return t.seconds; });
-  add("solving_processor_seconds", [](const CaseTimes& t) { return t.solving_processor_seconds; });
-  add("threads", [](const CaseTimes& t) { return t.n_threads; });
-  add("processors", [](const CaseTimes& t) { return t.n_processors; });
-  add("steps_recalled", [](const CaseTimes& t) { return t.n_recalled; });
-  return table;
+  return std::tuple{Field{"case", &TimesRow::name}, Field{"", &TimesRow::times}};
+}
+
+std::string times_csv(const std::vector<IndexRow>& rows)
+{
+  std::vector<TimesRow> times;
+  for (const IndexRow& row : rows) times.push_back({row.name, row.times});
+  return csv_text(times);
 }
 
 std::string absolute_path(const std::string& path)
@@ -221,7 +209,7 @@ void publish_index(Publication& publication, const std::string& folder, const st
   const fs::path root = fs::absolute(folder).lexically_normal();
   const store::IndexTable table = table_of(root, title, axes, rows);
   publication.add((root / "index.csv").string(), store::index_csv(table));
-  publication.add((root / "index.times.csv").string(), store::index_csv(times_of(rows)));
+  publication.add((root / "index.times.csv").string(), times_csv(rows));
   publication.publish(store::index_bytes(index_file_of(root.string()), table));
 }
 

@@ -1,7 +1,6 @@
 /// Table of a campaign's results with one row per case. schemas/campaign.md specifies the columns.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,15 +22,25 @@ constexpr const auto& names_of(CaseStatus)
 }
 
 /// Times and host from <model>.run.json. They differ between runs, so they are not part of the index.
+/// NaN and empty without such a file.
 struct CaseTimes {
-  std::string started;  ///< UTC
+  std::string begun;  ///< UTC
   std::string host;
-  double seconds = 0.0;                    ///< wall clock
-  double solving_processor_seconds = 0.0;  ///< of all threads
-  int n_threads = 0;
-  int n_processors = 0;
-  int n_recalled = 0;  ///< steps recalled from journals
+  double seconds = nan;                    ///< wall clock
+  double solving_processor_seconds = nan;  ///< of all threads
+  double n_threads = nan, n_processors = nan;
+  double n_recalled = nan;  ///< steps recalled from journals
 };
+constexpr auto fields_of(const CaseTimes*)
+{
+  return std::tuple{Field{"begun", &CaseTimes::begun},
+                    Field{"host", &CaseTimes::host},
+                    Field{"seconds", &CaseTimes::seconds},
+                    Field{"solving_processor_seconds", &CaseTimes::solving_processor_seconds},
+                    Field{"threads", &CaseTimes::n_threads},
+                    Field{"processors", &CaseTimes::n_processors},
+                    Field{"steps_recalled", &CaseTimes::n_recalled}};
+}
 
 struct IndexRow {
   std::string name;
@@ -44,7 +53,7 @@ struct IndexRow {
   std::vector<double> numbers;  ///< one for each of index_numbers(); NaN: no value
   std::string sha256;           ///< of the file
   std::string file;             ///< absolute
-  std::optional<CaseTimes> times;
+  CaseTimes times;
 };
 
 struct IndexNumber {

@@ -198,11 +198,10 @@ std::string absent_shards(const std::vector<std::string>& journals)
   }
   if (present.empty()) return "";
   const std::int32_t count = present.begin()->first;
-  std::string absent;
-  for (std::int32_t number = 1; number <= count; ++number) {
-    if (present.count({count, number}) == 0) absent += (absent.empty() ? "" : ", ") + std::to_string(number);
-  }
-  return absent.empty() ? "" : "; no journal of shard " + absent + " of " + std::to_string(count);
+  std::vector<std::string> absent;
+  for (std::int32_t number = 1; number <= count; ++number)
+    if (present.count({count, number}) == 0) absent.push_back(std::to_string(number));
+  return absent.empty() ? "" : "; no journal of shard " + joined(absent) + " of " + std::to_string(count);
 }
 
 // The records of all samples.
@@ -232,13 +231,10 @@ void require_whole(const job::Case& job_case, const CollectedSteps& collected,
 std::string doubled_text(const CollectedSteps& collected, const job::Case& job_case)
 {
   const std::vector<std::int32_t> rows(collected.duplicate_rows.begin(), collected.duplicate_rows.end());
-  std::string text = std::to_string(collected.n_duplicates) +
-                     " steps are in more than one journal, with the same result: at flexion " +
-                     angles_text(rows, job_case.grid.flexion_deg) + ", in";
-  const char* separator = " ";
-  for (const std::string& journal : collected.duplicate_journals)
-    text += std::exchange(separator, ", ") + journal;
-  return text;
+  return std::to_string(collected.n_duplicates) +
+         " steps are in more than one journal, with the same result: at flexion " +
+         angles_text(rows, job_case.grid.flexion_deg) + ", in " +
+         joined({collected.duplicate_journals.begin(), collected.duplicate_journals.end()});
 }
 
 // Removes the shards' files next to the output; others are copies of the user.

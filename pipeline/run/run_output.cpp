@@ -270,13 +270,8 @@ using Json = nlohmann::ordered_json;
 
 std::string factor_text(const Eigen::Vector3d& factor)
 {
-  const auto digits = [](double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return std::string(text);
-  };
-  if (is_uniform(factor)) return digits(factor.x());
-  return "[" + digits(factor.x()) + ", " + digits(factor.y()) + ", " + digits(factor.z()) + "]";
+  if (is_uniform(factor)) return rounded_text(factor.x());
+  return printed("[%.6g, %.6g, %.6g]", factor.x(), factor.y(), factor.z());
 }
 
 }  // namespace
@@ -404,23 +399,19 @@ std::vector<DoubtfulCell> doubtful_cells(const store::MotionModel& model)
 
 std::string plausibility_line(const store::MotionModel& model)
 {
-  std::string line;
+  std::vector<std::string> words;
   for (const Plausibility plausibility : doubtful_plausibilities) {
     const auto n = (model.plausibility == static_cast<std::int8_t>(plausibility)).count();
-    if (n > 0) line += (line.empty() ? "" : ", ") + std::to_string(n) + ' ' + name_of(plausibility);
+    if (n > 0) words.push_back(std::to_string(n) + ' ' + name_of(plausibility));
   }
-  return line;
+  return joined(words);
 }
 
 std::string status_line(const store::MotionModel& model)
 {
-  std::string line = std::to_string(model.status.size()) + " attitudes:";
-  const char* separator = " ";
-  for (const auto& [name, n] : cells_by_status(model)) {
-    line += separator + std::to_string(n) + ' ' + name;
-    separator = ", ";
-  }
-  return line;
+  std::vector<std::string> words;
+  for (const auto& [name, n] : cells_by_status(model)) words.push_back(std::to_string(n) + ' ' + name);
+  return std::to_string(model.status.size()) + " attitudes: " + joined(words);
 }
 
 job::Case load_and_report_case(const std::string& job_file, const job::LoadOptions& options)

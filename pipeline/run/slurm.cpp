@@ -84,12 +84,10 @@ bool is_for_slurm(std::string_view entry)
 
 constexpr const char* wanted_controller = "a responding Slurm controller, or --local";
 
-std::string joined(const std::vector<std::string>& words, std::size_t from, std::size_t n)
+std::string ids_text(const std::vector<std::string>& words, std::size_t from, std::size_t n)
 {
-  std::string text;
-  for (std::size_t k = from; k < std::min(from + n, words.size()); ++k)
-    text += (text.empty() ? "" : ",") + words[k];
-  return text;
+  const auto begin = words.begin() + static_cast<std::ptrdiff_t>(from);
+  return core::joined({begin, begin + static_cast<std::ptrdiff_t>(std::min(n, words.size() - from))}, ",");
 }
 
 }  // namespace
@@ -188,7 +186,7 @@ QueueResult query_queue(const std::vector<std::string>& ids)
   for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
     const std::vector<std::string> words{
         "squeue",       "--noheader", "--all",       "--array",
-        "--states=all", "-o",         squeue_format, "--jobs=" + joined(ids, k, ids_at_once)};
+        "--states=all", "-o",         squeue_format, "--jobs=" + ids_text(ids, k, ids_at_once)};
     const ProgramResult result = run_slurm(words);
     // For a single purged job squeue fails instead of printing no row.
     const bool is_purged = result.err.find("Invalid job id") != std::string::npos;
@@ -213,7 +211,7 @@ std::optional<InputError::Facts> cancel_jobs(const std::vector<std::string>& ids
 void release_jobs(const std::vector<std::string>& ids)
 {
   for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
-    const std::vector<std::string> words{"scontrol", "release", joined(ids, k, ids_at_once)};
+    const std::vector<std::string> words{"scontrol", "release", ids_text(ids, k, ids_at_once)};
     const ProgramResult result = run_slurm(words);
     if (!is_done(result)) throw InputError(failure_of(words, result, "jobs that may be released"));
   }

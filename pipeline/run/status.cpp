@@ -433,9 +433,8 @@ std::string summary_of(const StatusView& view, const Submission& submission)
 
 std::string rate_text(double per_second, std::optional<double> seconds_left)
 {
-  std::array<char, 32> rate{};
-  std::snprintf(rate.data(), rate.size(), per_second < 10.0 ? "%.2g/s" : "%.0f/s", per_second);
-  return rate.data() + (seconds_left ? ", " + duration_text(*seconds_left) + " left" : "");
+  return printed(per_second < 10.0 ? "%.2g/s" : "%.0f/s", per_second) +
+         (seconds_left ? ", " + duration_text(*seconds_left) + " left" : "");
 }
 
 std::string duration_text(double seconds)
@@ -443,16 +442,10 @@ std::string duration_text(double seconds)
   constexpr double longest_s = 100.0 * 86400.0;
   if (!(seconds < longest_s)) return "over 100 days";
   const auto whole = static_cast<std::int64_t>(std::llround(seconds));
-  std::array<char, 64> text{};
   const auto hours = static_cast<int>(whole / 3600), minutes = static_cast<int>(whole / 60 % 60),
              rest = static_cast<int>(whole % 60);
   if (hours >= 48) return std::to_string(hours / 24) + " days";
-  if (hours > 0) {
-    std::snprintf(text.data(), text.size(), "%d:%02d:%02d", hours, minutes, rest);
-  } else {
-    std::snprintf(text.data(), text.size(), "%d:%02d", minutes, rest);
-  }
-  return text.data();
+  return hours > 0 ? printed("%d:%02d:%02d", hours, minutes, rest) : printed("%d:%02d", minutes, rest);
 }
 
 std::vector<std::string> journals_of(const std::string& folder, const Submission& submission,

@@ -157,12 +157,6 @@ void set_undecided(ConventionSearch& search)
 
 }  // namespace
 
-const char* name_of(Term term)
-{
-  constexpr const char* names[] = {"unit", "angles", "order", "direction", "axes", "side", "lengths"};
-  return names[static_cast<std::size_t>(term)];
-}
-
 std::string value_of(const Convention& c, Term term)
 {
   switch (term) {
@@ -177,7 +171,7 @@ std::string value_of(const Convention& c, Term term)
     case Term::axes:
       return name_of(c.axes);
     case Term::side:
-      return name_of_side(c.side);
+      return side_name(c.side);
     case Term::lengths:
       return name_of(c.lengths);
   }
@@ -291,9 +285,7 @@ std::array<Extent, 3> extents_of(const MotionTable& table)
 
 std::string digits(double value)
 {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
+  return rounded_text(value, 4);
 }
 
 /// An angle that is hardly meant so.

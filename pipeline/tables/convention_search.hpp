@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/fields.hpp"
 #include "model/frames.hpp"
 #include "solve/sweep.hpp"
 #include "tables/imported_model.hpp"
@@ -15,11 +16,15 @@ namespace vrda::tables {
 
 /// The terms of a convention, named as the options of the command line.
 enum class Term { unit, angles, order, direction, axes, side, lengths };
-inline constexpr Term all_terms[] = {Term::unit, Term::angles, Term::order,  Term::direction,
-                                     Term::axes, Term::side,   Term::lengths};
+inline constexpr Named<Term> term_names[] = {
+    {Term::unit, "unit"}, {Term::angles, "angles"}, {Term::order, "order"},    {Term::direction, "direction"},
+    {Term::axes, "axes"}, {Term::side, "side"},     {Term::lengths, "lengths"}};
+constexpr const auto& names_of(Term)
+{
+  return term_names;
+}
+inline constexpr auto all_terms = values_in(term_names);
 
-/// "unit", "order", ...
-const char* name_of(Term term);
 /// The value of a term: "mm", "zxy", ...
 std::string value_of(const Convention& convention, Term term);
 

@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <cstring>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "analysis/flexion_curves.hpp"
 #include "tables/tables.hpp"
 
 namespace vrda::tables {
@@ -19,11 +21,12 @@ std::string animated_glb(const store::MotionModel& model, const FlexionMotion& m
                          double degrees_per_second);
 
 /// One row per flexion, or per frame with its key first: the six numbers of data/kinematics, then the
-/// attitude, the surfaces in world W and the clinical translations. mm and degrees.
-std::string flexion_csv(const FlexionMotion& motion);
+/// attitude, the surfaces in world W and the clinical translations, mm and degrees; last a column of each
+/// curve. curves: analysis::flexion_curves() at the frames of the motion.
+std::string flexion_csv(const FlexionMotion& motion, const std::vector<analysis::CurveGroup>& curves = {});
 
-/// Column names of flexion_csv.
-std::vector<std::string> flexion_csv_columns();
+/// Whether flexion_csv() writes a column of this name.
+bool is_flexion_csv_column(std::string_view name);
 
 /// One row per cell of the grid, flexion-major: all numbers of the cell, including the smoothed ones. Fields
 /// without a value are empty; the status is written by name.

@@ -18,45 +18,6 @@ std::string length_unit_name(double length_mm)
   return length_mm == 1000.0 ? "m" : length_mm == 10.0 ? "cm" : "mm";
 }
 
-const char* name_of(AngleUnit unit)
-{
-  return unit == AngleUnit::degrees ? "deg" : "rad";
-}
-
-const char* name_of(AngleOrder order)
-{
-  constexpr const char* names[] = {"xyz", "xzy", "yxz", "yzx", "zxy", "zyx"};
-  return names[static_cast<std::size_t>(order)];
-}
-
-const char* name_of(Direction direction)
-{
-  return direction == Direction::moving_in_reference ? "moving-in-reference" : "reference-in-moving";
-}
-
-const char* name_of(TableAxes axes)
-{
-  return axes == TableAxes::canonical ? "canonical" : "files";
-}
-
-const char* name_of(LengthPoint point)
-{
-  constexpr const char* names[] = {"origin", "centre", "grood-suntay"};
-  return names[static_cast<std::size_t>(point)];
-}
-
-const char* name_of_side(Side side)
-{
-  return side == Side::left ? "left" : "right";
-}
-
-std::optional<AngleUnit> angle_unit_named(const std::string& word)
-{
-  for (const AngleUnit unit : {AngleUnit::degrees, AngleUnit::radians})
-    if (word == name_of(unit)) return unit;
-  return std::nullopt;
-}
-
 std::map<std::string, std::string> names_by_coordinate(const std::string& command, const std::string& option,
                                                        const std::vector<std::string>& texts)
 {

@@ -10,23 +10,51 @@
 #include <string_view>
 #include <vector>
 
+#include "core/fields.hpp"
 #include "model/frames.hpp"
 #include "model/mesh.hpp"
 
 namespace vrda::tables {
 
 enum class AngleUnit { degrees, radians };
+inline constexpr Named<AngleUnit> angle_unit_names[] = {{AngleUnit::degrees, "deg"},
+                                                        {AngleUnit::radians, "rad"}};
+constexpr const auto& names_of(AngleUnit)
+{
+  return angle_unit_names;
+}
 
 /// Rotations about the body's own axes in this order: zxy is R = Rz Rx Ry.
 enum class AngleOrder { xyz, xzy, yxz, yzx, zxy, zyx };
+inline constexpr Named<AngleOrder> angle_order_names[] = {{AngleOrder::xyz, "xyz"}, {AngleOrder::xzy, "xzy"},
+                                                          {AngleOrder::yxz, "yxz"}, {AngleOrder::yzx, "yzx"},
+                                                          {AngleOrder::zxy, "zxy"}, {AngleOrder::zyx, "zyx"}};
+constexpr const auto& names_of(AngleOrder)
+{
+  return angle_order_names;
+}
+inline constexpr auto all_orders = values_in(angle_order_names);
 
 enum class Direction { moving_in_reference, reference_in_moving };
+inline constexpr Named<Direction> direction_names[] = {
+    {Direction::moving_in_reference, "moving-in-reference"},
+    {Direction::reference_in_moving, "reference-in-moving"}};
+constexpr const auto& names_of(Direction)
+{
+  return direction_names;
+}
 
 /// Axes and origins of the poses.
 enum class TableAxes {
   canonical,  ///< of the motion model
   files,      ///< of the mesh files, before the frames of the job; lengths in the table's unit
 };
+inline constexpr Named<TableAxes> table_axes_names[] = {{TableAxes::canonical, "canonical"},
+                                                        {TableAxes::files, "files"}};
+constexpr const auto& names_of(TableAxes)
+{
+  return table_axes_names;
+}
 
 /// The point whose position or displacement the three lengths are.
 enum class LengthPoint {
@@ -34,6 +62,13 @@ enum class LengthPoint {
   centre,        ///< displacement of the rotation centre along the axes of the reference
   grood_suntay,  ///< the same along the Grood-Suntay axes (schemas/clinical.md)
 };
+inline constexpr Named<LengthPoint> length_point_names[] = {{LengthPoint::origin, "origin"},
+                                                            {LengthPoint::centre, "centre"},
+                                                            {LengthPoint::grood_suntay, "grood-suntay"}};
+constexpr const auto& names_of(LengthPoint)
+{
+  return length_point_names;
+}
 
 /// A complete convention. `side` is the one for which the signs of the table hold.
 struct Convention {
@@ -86,20 +121,8 @@ struct MotionConvention {
   TableColumns columns;
 };
 
-inline constexpr AngleOrder all_orders[] = {AngleOrder::xyz, AngleOrder::xzy, AngleOrder::yxz,
-                                            AngleOrder::yzx, AngleOrder::zxy, AngleOrder::zyx};
-
-/// The words of the command line: "mm", "deg", "zxy", "moving-in-reference", "files", "left", "centre".
+/// "mm", "cm" or "m".
 std::string length_unit_name(double length_mm);
-const char* name_of(AngleUnit unit);
-const char* name_of(AngleOrder order);
-const char* name_of(Direction direction);
-const char* name_of(TableAxes axes);
-const char* name_of(LengthPoint point);
-const char* name_of_side(Side side);
-
-/// "deg" or "rad"; empty for another word.
-std::optional<AngleUnit> angle_unit_named(const std::string& word);
 
 /// NAME by COORDINATE of texts "COORDINATE=NAME". Throws InputError naming `command` and `option` for another
 /// text and for a coordinate that is given twice.

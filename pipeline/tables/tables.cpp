@@ -173,29 +173,32 @@ std::array<Value, 15> values_of(const FlexionMotion& motion, const FlexionFrame&
 
 }  // namespace
 
-std::vector<std::string> flexion_csv_columns()
+bool is_flexion_csv_column(std::string_view name)
+{
+  return std::ranges::any_of(values_of({}, {}), [&](const Value& value) { return name == value.first; }) ||
+         analysis::is_flexion_curve(name);
+}
+
+std::string flexion_csv(const FlexionMotion& motion, const std::vector<analysis::CurveGroup>& groups)
 {
   std::vector<std::string> names;
   for (const auto& [name, value] : values_of({}, {})) names.emplace_back(name);
-  return names;
-}
-
-std::string flexion_csv(const FlexionMotion& motion)
-{
-  std::vector<std::string> names = flexion_csv_columns();
+  std::vector<const analysis::Curve*> curves;
+  for (const analysis::CurveGroup& group : groups) {
+    for (const analysis::Curve& curve : group.curves) {
+      curves.push_back(&curve);
+      names.push_back(curve.name);
+    }
+  }
   const bool has_key = !motion.key_name.empty();
   if (has_key) names.insert(names.begin(), key_column(motion.key_name, names));
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ",") + name;
-  text += "\n";
-  for (const FlexionFrame& frame : motion.frames) {
-    const char* comma = has_key ? "," : "";
-    if (has_key) text += field(frame.pose.key);
-    for (const auto& [name, value] : values_of(motion, frame)) {
-      text += comma + field(value);
-      comma = ",";
-    }
-    text += "\n";
+  std::string text = joined(names, ",") + '\n';
+  for (std::size_t k = 0; k < motion.frames.size(); ++k) {
+    std::vector<std::string> cells;
+    if (has_key) cells.push_back(field(motion.frames[k].pose.key));
+    for (const auto& [name, value] : values_of(motion, motion.frames[k])) cells.push_back(field(value));
+    for (const analysis::Curve* curve : curves) cells.push_back(field(curve->values[k]));
+    text += joined(cells, ",") + '\n';
   }
   return text;
 }
@@ -418,12 +421,6 @@ void make_continuous(FlexionMotion& motion)
 }
 
 }  // namespace
-
-const char* name_of(VarusRule rule)
-{
-  constexpr const char* names[] = {"given", "spine", "zero"};
-  return names[static_cast<std::size_t>(rule)];
-}
 
 VarusRule default_varus(const store::MotionModel& model, const std::string& set)
 {

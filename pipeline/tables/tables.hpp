@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/fields.hpp"
 #include "model/coordinates.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
@@ -18,8 +19,12 @@ enum class VarusRule {
   spine,  ///< Motion::balanced_varus_rad: varus of the sweep's spine, or the one found where it was free
   zero,   ///< varus of the zero-varus table, linear between its flexions
 };
-
-const char* name_of(VarusRule rule);
+inline constexpr Named<VarusRule> varus_rule_names[] = {
+    {VarusRule::given, "given"}, {VarusRule::spine, "spine"}, {VarusRule::zero, "zero"}};
+constexpr const auto& names_of(VarusRule)
+{
+  return varus_rule_names;
+}
 
 struct FlexionPlan {
   std::string set;                  ///< one of all_set_names(model); empty: store::default_motion

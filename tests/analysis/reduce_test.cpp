@@ -1,12 +1,13 @@
-#include "analysis/reduce.hpp"
-
+// The zero-varus motion: choice of varus, poses, axes, rolling and sliding.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <cmath>
 
+#include "analysis/reduce.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
+#include "model/frames.hpp"
 #include "store/motion.hpp"
 #include "support/models.hpp"
 
@@ -301,6 +302,182 @@ TEST(Reduce, OneFlexionHasNoSteps)
   const store::ZeroVarus z = reduce(model_of(plan), "raw");
   EXPECT_EQ(n_reduced_flexions(z), 1);
   EXPECT_TRUE(z.helical_rotation_deg.empty());
+}
+
+// Rounding of a root: a product and a quotient of degrees below 10.
+constexpr double root_rounding_deg = 1e-14;
+
+/// One flexion with columns at -4, -2, 0, 2 and 4 degrees and these contacts: B both, m medial, l lateral, x
+/// unsolved. `imbalance_mm` per column (NaN: the medial side faces nothing); the spine is at the middle one.
+store::MotionModel row_of(const std::string& marks,
+                          const std::vector<double>& imbalance_mm = {4, 2, 0.5, -1, -3})
+{
+  ModelPlan plan;
+  plan.flexion_deg = {30};
+  store::MotionModel model = model_of(plan);
+  for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
+    const char mark = marks[static_cast<std::size_t>(j)];
+    const double imbalance = imbalance_mm[static_cast<std::size_t>(j)];
+    model.contact_medial(0, j) = mark == 'B' || mark == 'm' ? 1 : 0;
+    model.contact_lateral(0, j) = mark == 'B' || mark == 'l' ? 1 : 0;
+    model.gap_medial_mm(0, j) = imbalance < 0.0 ? 0.0 : imbalance;
+    model.gap_lateral_mm(0, j) = imbalance > 0.0 ? 0.0 : -imbalance;
+    if (mark == 'x') test::unsolve(model, 0, j);
+  }
+  return model;
+}
+
+VarusChoice choice_of(const store::MotionModel& model)
+{
+  return varus_choices(model, store::Motion(model, "raw")).at(0);
+}
+
+TEST(VarusChoice, ByContactsAndGaps)
+{
+  using enum store::ZeroVarusSource;
+  struct Case {
+    const char* marks;
+    std::vector<double> imbalance_mm;
+    store::ZeroVarusSource source;
+    double first_deg, last_deg, varus_deg;
+    Eigen::Index before, after;
+    double weight_after;
+    bool is_cut_off;
+  };
+  const std::vector<double> falling{4, 2, 0.5, -1, -3};
+  for (const Case& c :
+       {Case{"llBmm", falling, both_touch, 0, 0, 0, 2, 2, 0.0, false},
+        Case{"lBBBm", falling, both_touch, -2, 2, 0, 2, 2, 0.0, false},
+        Case{"llBBm", falling, both_touch, 0, 2, 1, 2, 3, 0.5, false},
+        Case{"BBBBB", falling, both_touch, -4, 4, 0, 2, 2, 0.0, true},
+        // A hole between columns in contact does not split the run.
+        Case{"lBxBm", falling, both_touch, -2, 2, 0, 1, 3, 0.5, false},
+        Case{"BxxBm", falling, both_touch, -4, 2, -1, 0, 3, 0.5, true},
+        // Of two runs the one nearest to the spine at 0; only the border of that one matters.
+        Case{"BllBm", falling, both_touch, 2, 2, 2, 3, 3, 0.0, false},
+        Case{"BlBBm", falling, both_touch, 0, 2, 1, 2, 3, 0.5, false},
+        Case{"llmBB", falling, both_touch, 2, 4, 3, 3, 4, 0.5, true},
+        Case{"lmBBx", falling, both_touch, 0, 2, 1, 2, 3, 0.5, false},
+        // Without both contacts the root of the imbalance: 0.5 mm at 0 degrees, -1 mm at 2.
+        Case{"lllmm", falling, interpolated, nan, nan, 2.0 / 3.0, 2, 3, 1.0 / 3.0, false},
+        Case{"llllm", {3, 2, 1, 0, -1}, interpolated, nan, nan, 2, 3, 3, 0.0, false},
+        // 2 mm at -2 degrees, -3 mm at 4: columns without gaps count for the pose only, unsolved ones not.
+        Case{"lllxm", {4, 2, nan, -1, -3}, interpolated, nan, nan, 0.4, 2, 4, 0.1, false},
+        // Nothing changes its sign.
+        Case{"lllll", {5, 4, 3, 2, 1}, none, nan, nan, nan, 0, 0, 0.0, false},
+        Case{"xxxxx", falling, none, nan, nan, nan, 0, 0, 0.0, false},
+        Case{"xxlxx", falling, none, nan, nan, nan, 0, 0, 0.0, false}}) {
+    SCOPED_TRACE(c.marks);
+    const VarusChoice choice = choice_of(row_of(c.marks, c.imbalance_mm));
+    EXPECT_EQ(choice.source, c.source);
+    EXPECT_THAT(choice.first_deg, testing::NanSensitiveDoubleEq(c.first_deg));
+    EXPECT_THAT(choice.last_deg, testing::NanSensitiveDoubleEq(c.last_deg));
+    EXPECT_THAT(choice.varus_deg, testing::NanSensitiveDoubleNear(c.varus_deg, root_rounding_deg));
+    EXPECT_EQ(choice.before, c.before);
+    EXPECT_EQ(choice.after, c.after);
+    EXPECT_NEAR(choice.weight_after, c.weight_after, root_rounding_deg);
+    EXPECT_EQ(choice.is_cut_off, c.is_cut_off);
+  }
+}
+
+TEST(VarusChoice, AColumnAMereRoundingAwayIsMeant)
+{
+  store::MotionModel model = row_of("lBBBm");
+  model.varus_deg[2] += 1e-13;
+  const VarusChoice choice = choice_of(model);
+  EXPECT_EQ(choice.before, 2);
+  EXPECT_EQ(choice.after, 2);
+}
+
+TEST(VarusChoice, OfSeveralRootsTheNearestToTheSpine)
+{
+  // Roots at -3, 1 and 3.
+  store::MotionModel model = row_of("lmlml", {1, -1, -1, 1, -1});
+  EXPECT_NEAR(choice_of(model).varus_deg, 1.0, root_rounding_deg);
+  model.is_spine.setZero();
+  model.is_spine(0, 0) = 1;
+  EXPECT_NEAR(choice_of(model).varus_deg, -3.0, root_rounding_deg);
+  // Of two at equal distance the lower.
+  EXPECT_NEAR(choice_of(row_of("lmmll", {1, -1, -1, -1, 1})).varus_deg, -3.0, root_rounding_deg);
+  EXPECT_NEAR(choice_of(row_of("lmmml", {-1, 1, 1, -1, -1})).varus_deg, 1.0, root_rounding_deg);
+}
+
+TEST(VarusChoice, AFreeVarusIsTaken)
+{
+  ModelPlan plan;
+  plan.varus_deg = {0};
+  plan.free_varus_deg = [](double flexion_deg) { return 1.0 + 0.01 * flexion_deg; };
+  store::MotionModel model = model_of(plan);
+  model.contact_medial.setZero();
+  test::unsolve(model, 2, 0);
+  const std::vector<VarusChoice> choices = varus_choices(model, store::Motion(model, "raw"));
+  ASSERT_EQ(choices.size(), 7u);
+  EXPECT_EQ(choices[1].source, store::ZeroVarusSource::free);
+  EXPECT_EQ(choices[1].varus_deg, 1.0 + 0.01 * 15.0);
+  EXPECT_EQ(choices[2].source, store::ZeroVarusSource::none);
+}
+
+constexpr double wheel_rounding_mm = 1e-12;
+constexpr double wheel_mm = 22.0;
+
+/// A wheel (reference, axis Z, centre at its origin) on a plane (moving, Y = 0), flexed and `x_mm` forward.
+CompartmentContact wheel_on_plane(double flexion_rad, double x_mm)
+{
+  Pose X_moving_reference = Pose::Identity();
+  X_moving_reference.linear() = rotation_z(flexion_rad);
+  X_moving_reference.translation() = Eigen::Vector3d(x_mm, wheel_mm, 0.0);
+  CompartmentContact contact;
+  contact.X_reference_moving = X_moving_reference.inverse();
+  contact.p_moving_mm = {x_mm, 0.0, 0.0};
+  contact.p_reference_mm = contact.X_reference_moving * contact.p_moving_mm;
+  return contact;
+}
+
+// The wheel's contact moves back by the chord of the turn, that of the plane by the way of the wheel.
+TEST(Rolling, IsTheCommonWayAndSlidingTheDifference)
+{
+  struct Row {
+    const char* name;
+    double turn_deg, forward_mm;
+    bool rolls_by_turn;  ///< else by the way on the plane
+  };
+  for (const Row& row : {Row{"spins in place", 3.0, 0.0, false}, Row{"locked", 0.0, -2.5, true},
+                         Row{"a condyle: rolls back a third, slides forward", 6.0, -0.7, false},
+                         Row{"skids further than it turns", 2.0, -2.3, true}}) {
+    SCOPED_TRACE(row.name);
+    const double turn_rad = rad_from_deg(row.turn_deg), chord_mm = 2.0 * wheel_mm * sine(0.5 * turn_rad);
+    const Rolling found =
+        rolling_between(wheel_on_plane(0.2, 4.0), wheel_on_plane(0.2 + turn_rad, 4.0 + row.forward_mm));
+    EXPECT_NEAR(found.reference_mm, -chord_mm, wheel_rounding_mm);
+    EXPECT_NEAR(found.moving_mm, row.forward_mm, wheel_rounding_mm);
+    EXPECT_NEAR(found.rolling_mm, row.rolls_by_turn ? -chord_mm : row.forward_mm, wheel_rounding_mm);
+    EXPECT_NEAR(found.sliding_mm, row.forward_mm + chord_mm, wheel_rounding_mm);
+  }
+  // Opposite ways share nothing.
+  EXPECT_EQ(rolling_between(wheel_on_plane(0.2, 0.0), wheel_on_plane(0.25, 1.0)).rolling_mm, 0.0);
+}
+
+TEST(Rolling, AWheelThatRollsDoesNotSlide)
+{
+  const double turn_rad = rad_from_deg(1.0);
+  for (const double start_deg : {0.0, 45.0, 130.0}) {
+    SCOPED_TRACE(start_deg);
+    const double start_rad = rad_from_deg(start_deg), end_rad = start_rad + turn_rad;
+    const CompartmentContact start = wheel_on_plane(start_rad, -wheel_mm * start_rad);
+    const CompartmentContact end = wheel_on_plane(end_rad, -wheel_mm * end_rad);
+    const Rolling rolling = rolling_between(start, end);
+    // With increasing flexion it rolls backwards. A chord is shorter than its arc by angle^2 / 24.
+    const double arc_mm = wheel_mm * turn_rad, sagged_mm = arc_mm * turn_rad * turn_rad / 24.0;
+    EXPECT_NEAR(rolling.rolling_mm, -arc_mm, sagged_mm);
+    EXPECT_NEAR(rolling.sliding_mm, 0.0, sagged_mm);
+    // The centre of the finite rotation is on the radius to the mid-contact: r (a / 2) / sin(a / 2).
+    const auto turning_mm =
+        instant_centre_mm(start.X_reference_moving, end.X_reference_moving, Eigen::Vector3d::Zero());
+    ASSERT_TRUE(turning_mm);
+    const Eigen::Vector3d middle = rotation_z(-0.5 * (start_rad + end_rad)) * Eigen::Vector3d(0.0, -1.0, 0.0);
+    const double expected_mm = wheel_mm * 0.5 * turn_rad / sine(0.5 * turn_rad);
+    EXPECT_LT((*turning_mm - expected_mm * middle.head<2>()).norm(), wheel_rounding_mm / turn_rad);
+  }
 }
 
 }  // namespace vrda::analysis::reduce_test

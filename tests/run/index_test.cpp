@@ -134,7 +134,7 @@ TEST(IndexRow, SaysHowFarACaseIs)
   EXPECT_THAT(row.levels, ElementsAre("x"));
   EXPECT_EQ(row.sha256.size(), 64U);
   EXPECT_EQ(number_of(row.numbers, "model_bytes"), static_cast<double>(std::filesystem::file_size(output)));
-  EXPECT_FALSE(row.times);
+  EXPECT_EQ(row.times.begun, "");
   std::filesystem::resize_file(output, 1000);
   const run::IndexRow cut = index_row("a", output);
   EXPECT_EQ(cut.status, run::CaseStatus::failed);

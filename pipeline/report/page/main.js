@@ -1,5 +1,5 @@
 // Builds the report: sections in reading order, then their plots.
-import { axesSection, branchesSection, contactPathsSection, coordinatesSection, fibresSection, forcesSection } from "./mechanics.js";
+import { axesSection, branchesSection, contactPathsSection, coordinatesSection, curvesSection, fibresSection, forcesSection } from "./mechanics.js";
 import { comparisonSection, repairSection, rotationSection, surfacesSection, translationsSection } from "./motion.js";
 import { el } from "./page.js";
 import { drawAll, drawOver, followTheme } from "./plot.js";
@@ -11,6 +11,10 @@ function coordinates(model) {
   return model.coordinates ? [coordinatesSection] : [];
 }
 
+function curves(model) {
+  return model.flexion_curves.length > 0 ? [curvesSection] : [];
+}
+
 function uncertainty(model) {
   return model.uncertainty ? [uncertaintySection] : [];
 }
@@ -20,13 +24,13 @@ function sectionsOfFrames(data) {
   const model = data.models[0];
   drawOver(model.key_name);
   const repair = model.repair ? [repairSection] : [];
-  return [summarySection, stillsSection, ...repair, surfacesSection, rotationSection, translationsSection, ...uncertainty(model), ...coordinates(model), contactPathsSection, fibresSection].map((make) => make(model)).concat(provenanceSection(data));
+  return [summarySection, stillsSection, ...repair, surfacesSection, rotationSection, translationsSection, ...uncertainty(model), ...coordinates(model), contactPathsSection, ...curves(model), fibresSection].map((make) => make(model)).concat(provenanceSection(data));
 }
 
 function sectionsOfOne(data) {
   const model = data.models[0];
   if (model.key_name) return sectionsOfFrames(data);
-  const of = [summarySection, stillsSection, surfacesSection, degreesSection, rotationSection, translationsSection, contactPathsSection, axesSection, branchesSection, forcesSection, fibresSection, ...uncertainty(model), ...coordinates(model), statusSection];
+  const of = [summarySection, stillsSection, surfacesSection, degreesSection, rotationSection, translationsSection, contactPathsSection, axesSection, branchesSection, forcesSection, ...curves(model), fibresSection, ...uncertainty(model), ...coordinates(model), statusSection];
   const sections = of.map((make) => make(model));
   const comparison = data.against.length > 0 ? [comparisonSection(data)] : [];
   return [...sections.slice(0, 6), ...comparison, ...sections.slice(6), provenanceSection(data)];

@@ -215,12 +215,23 @@ function shareFigure(model) {
   });
 }
 
+// Curves by compartment, of names and values along the spine.
+function compartmentFigure(model, { title, caption, unit, curves }) {
+  const line = ({ name, values }) => ({ type: "scatter", mode: "lines", name, x: model.flexion, y: values, line: { color: compartmentColor(name), width: 2 },
+    hovertemplate: `${name}: %{y:.1f} ${unit} at ${abscissaText("%{x}")}<extra></extra>` });
+  return figure({ title, caption, make: () => ({ data: curves.map(line), layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(unit, { rangemode: "tozero" }) } }) });
+}
+
 function forceFigure(model) {
-  const line = (key, name) => ({ type: "scatter", mode: "lines", name, x: model.flexion, y: model.forces[key], line: { color: compartmentColor(name), width: 2 }, hovertemplate: `${name}: %{y:.1f} N at %{x}°<extra></extra>` });
-  return figure({
-    title: "Contact force", caption: "Force along Δ in each compartment, N; with fibres it exceeds the push, since their tension adds to it.",
-    make: () => ({ data: [line("medial_n", "medial"), line("lateral_n", "lateral")], layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis("N", { rangemode: "tozero" }) } }),
+  return compartmentFigure(model, {
+    title: "Contact force", caption: "Force along Δ in each compartment, N; with fibres it exceeds the push, since their tension adds to it.", unit: "N",
+    curves: [{ name: "medial", values: model.forces.medial_n }, { name: "lateral", values: model.forces.lateral_n }],
   });
+}
+
+/** The groups of curves that the program computes along the spine. */
+export function curvesSection(model) {
+  return section("curves", "Curves along the spine", el("div", { class: "columns" }, ...model.flexion_curves.map((group) => compartmentFigure(model, group))));
 }
 
 function bundleFigure(model, { key, scale, title, caption, unit }) {

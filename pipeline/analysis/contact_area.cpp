@@ -1,0 +1,127 @@
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <optional>
+
+#include "analysis/flexion_curves.hpp"
+#include "core/parallel.hpp"
+#include "geometry/nearest_surface.hpp"
+
+namespace vrda::analysis {
+namespace {
+
+/// Share of a triangle in which a linear function with these values at its corners is below 0.
+double share_below(std::array<double, 3> v)
+{
+  std::sort(v.begin(), v.end());
+  if (v[2] <= 0.0) return 1.0;
+  if (v[0] >= 0.0) return 0.0;
+  // One corner is cut off along two edges.
+  if (v[1] >= 0.0) return v[0] / (v[0] - v[1]) * (v[0] / (v[0] - v[2]));
+  return 1.0 - v[2] / (v[2] - v[0]) * (v[2] / (v[2] - v[1]));
+}
+
+/// The triangles of one compartment with what does not depend on the pose.
+class Area {
+ public:
+  Area(const Mesh& moving, std::vector<std::int32_t> triangles)
+      : moving_(moving),
+        triangles_(std::move(triangles)),
+        normals_(vertex_normals(moving)),
+        offset_mm_(static_cast<std::size_t>(moving.vertices_mm.rows()))
+  {
+    for (const std::int32_t t : triangles_) {
+      const auto corner = corners(moving, t);
+      area_mm2_.push_back(0.5 * (corner[1] - corner[0]).cross(corner[2] - corner[0]).norm());
+      for (const std::size_t k : {0u, 1u, 2u}) {
+        longest_mm_ = std::max(longest_mm_, (corner[(k + 1) % 3] - corner[k]).norm());
+        offset_mm_[vertex(t, k)] = offset_mm(moving, t);
+      }
+    }
+  }
+
+  double at(const geometry::NearestSurface& reference, const Pose& X_reference_moving) const
+  {
+    std::vector<std::optional<double>> excess(offset_mm_.size());  // of each vertex
+    double area_mm2 = 0.0;
+    for (std::size_t k = 0; k < triangles_.size(); ++k) {
+      std::array<double, 3> of_corner{};
+      for (const std::size_t corner : {0u, 1u, 2u}) {
+        std::optional<double>& known = excess[vertex(triangles_[k], corner)];
+        if (!known) known = excess_mm(reference, X_reference_moving, vertex(triangles_[k], corner));
+        of_corner[corner] = *known;
+      }
+      area_mm2 += share_below(of_corner) * area_mm2_[k];
+    }
+    return area_mm2;
+  }
+
+ private:
+  std::size_t vertex(std::int32_t triangle, std::size_t corner) const
+  {
+    return static_cast<std::size_t>(moving_.triangles(triangle, static_cast<Eigen::Index>(corner)));
+  }
+
+  // Distance between both surfaces, rounded by their offsets, less the distance that counts. Where nothing is
+  // near it is an edge's length, more than a triangle with a counting corner can have.
+  double excess_mm(const geometry::NearestSurface& reference, const Pose& X_reference_moving,
+                   std::size_t vertex) const
+  {
+    const auto row = static_cast<Eigen::Index>(vertex);
+    const Eigen::Vector3d p_mm = X_reference_moving * moving_.vertices_mm.row(row).transpose();
+    const Eigen::Vector3d facing = -(X_reference_moving.linear() * normals_.row(row).transpose());
+    const double counts_mm = contact_area_distance_mm + offset_mm_[vertex];
+    const geometry::SurfacePoint nearest =
+        reference.nearest(p_mm, {counts_mm + largest_offset_mm(reference.mesh()) + longest_mm_, 0.0, facing});
+    if (nearest.triangle < 0) return longest_mm_;
+    return nearest.distance_mm - counts_mm - offset_mm(reference.mesh(), nearest.triangle);
+  }
+
+  const Mesh& moving_;
+  std::vector<std::int32_t> triangles_;
+  std::vector<double> area_mm2_;  ///< of each of them
+  Points normals_;
+  std::vector<double> offset_mm_;  ///< of each vertex, as of its triangles
+  double longest_mm_ = 0.0;        ///< edge
+};
+
+/// Triangles of the moving contact mesh that are measured together.
+struct Region {
+  const char *name, *label;
+  std::vector<std::int32_t> triangles;
+};
+
+std::vector<Region> regions_of(const store::MotionModel& model)
+{
+  if (model.has_compartments) {
+    const auto of = [&](Compartment side) { return triangles_of(model.compartment_of_triangle, side); };
+    return {{"contact_area_medial_mm2", "medial", of(Compartment::medial)},
+            {"contact_area_lateral_mm2", "lateral", of(Compartment::lateral)}};
+  }
+  std::vector<std::int32_t> all(static_cast<std::size_t>(model.moving.contact.mesh.triangles.rows()));
+  std::iota(all.begin(), all.end(), 0);
+  return {{"contact_area_mm2", "whole surface", all}};
+}
+
+}  // namespace
+
+CurveGroup contact_area(const store::MotionModel& model, const std::vector<Pose>& X_reference_moving,
+                        int n_threads)
+{
+  CurveGroup group{"Contact area",
+                   "Area of the moving contact surface within 1 mm of the surface that faces it, mm².",
+                   "mm²",
+                   {}};
+  const geometry::NearestSurface reference(model.reference.contact.mesh);
+  for (const Region& region : regions_of(model)) {
+    const Area area(model.moving.contact.mesh, region.triangles);
+    Curve curve{region.name, region.label, std::vector<double>(X_reference_moving.size())};
+    for_each_index(curve.values.size(), n_threads, [&] {
+      return [&](std::size_t k) { curve.values[k] = area.at(reference, X_reference_moving[k]); };
+    });
+    group.curves.push_back(std::move(curve));
+  }
+  return group;
+}
+
+}  // namespace vrda::analysis
