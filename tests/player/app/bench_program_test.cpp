@@ -335,36 +335,4 @@ TEST_F(BenchProgram, ABodyOfMarkersIsMeasuredAndThenTracked)
               HasSubstr(" mm at 4 markers, rotation sd 0."));
 }
 
-TEST_F(BenchProgram, InvalidOptionsAreReportedBeforeItRuns)
-{
-  const std::string no_log = in_scratch("none.log");
-  const std::string text = scratch_.write("text.log", "no recording\n").string();
-  struct Row {
-    std::vector<std::string> arguments;
-    std::string reported;
-  };
-  for (const Row& row : {
-           Row{{"--bench", bench_, "--headless"}, "--headless"},
-           Row{{"--headless", "--seconds", "1"}, "--bench"},
-           Row{{"--bench", no_log, "--headless", "--seconds", "1"}, no_log},
-           Row{{"--bench", bench_, "--set", "degree_9", "--headless", "--seconds", "1"}, "degree_9"},
-           Row{{"--bench", bench_, "--from", "2", "--headless", "--seconds", "1"}, "--from"},
-           Row{{"--bench", bench_, "--speed", "2", "--headless", "--seconds", "1"}, "--speed"},
-           Row{{"--replay", no_log, "--headless"}, no_log},
-           Row{{"--replay", text, "--headless"}, text},
-           Row{{"--replay", text, "--record", no_log, "--headless"}, "--record"},
-           Row{{"--replay", text, "--speed", "1000", "--headless"}, "--speed"},
-       }) {
-    std::vector<std::string> arguments{"bench", model_};
-    arguments.insert(arguments.end(), row.arguments.begin(), row.arguments.end());
-    SCOPED_TRACE(testing::PrintToString(arguments));
-    const test::Ended ended = run(arguments);
-    EXPECT_EQ(ended.exit_code, 2);
-    EXPECT_TRUE(test::names_value(ended.err, row.reported)) << ended.err;
-    EXPECT_EQ(ended.out, "");
-  }
-  EXPECT_EQ(run({"devices", no_log}).exit_code, 2);
-  EXPECT_EQ(run({"simulate", no_log}).exit_code, 2);
-}
-
 }  // namespace vrda::bench_program_test

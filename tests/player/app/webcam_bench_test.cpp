@@ -198,14 +198,4 @@ TEST_F(WebcamBench, SheetsArePrintedForTheBenchsBodies)
   EXPECT_THAT(test::read_bytes(file), HasSubstr("(shank: markers 4 to 7"));
 }
 
-TEST_F(WebcamBench, AWebcamIsNotSimulated)
-{
-  const std::string file = bench(pictures() + "\"\n");
-  const test::Ended ended = run({"simulate", file, "--quiet", "--seconds", "0.1"});
-  EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.err,
-              HasSubstr(file + ": tracker: found \"aruco\", a webcam, wanted a tracker of OpenIGTLink"));
-  EXPECT_EQ(ended.out, "");
-}
-
 }  // namespace vrda::webcam_bench_test

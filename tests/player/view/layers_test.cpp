@@ -1,8 +1,11 @@
+// The layers of a joint.
 #include <gtest/gtest.h>
 
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "player/view/layer_models.hpp"
+#include "support/allocation_count.hpp"
+#include "support/models.hpp"
 #include "view/layers.hpp"
 #include "view/scene.hpp"
 
@@ -350,26 +353,6 @@ TEST(Layers, MirroredJoint)
   EXPECT_GT(n_compared, 20);
 }
 
-Legend legend()
-{
-  Legend made;
-  made.lowest = 2.0;
-  made.highest = 12.0;
-  made.palette = gap_palette();
-  return made;
-}
-
-// Colours are those of the palette and mixed between.
-TEST(Palette, Interpolation)
-{
-  const Legend l = legend();
-  for (std::size_t k = 0; k < l.palette.size(); ++k)
-    EXPECT_EQ(colour_of(l, 2.0 + static_cast<double>(k)), l.palette[k]);
-  EXPECT_EQ(colour_of(l, 2.5), interpolated_colour(l.palette[0], l.palette[1], 0.5));
-  EXPECT_EQ(colour_of(l, -50.0), l.palette.front());
-  EXPECT_EQ(colour_of(l, 1e9), l.palette.back());
-}
-
 TEST(Palette, SrgbRoundTrip)
 {
   for (int byte = 0; byte < 256; ++byte) {
@@ -377,6 +360,28 @@ TEST(Palette, SrgbRoundTrip)
     const VertexColour colour{b, static_cast<std::uint8_t>(255 - byte), b, 255};
     EXPECT_EQ(srgb_from_linear(linear_from_srgb(colour)), colour);
   }
+}
+
+TEST(LayersAllocation, EveryLayer)
+{
+  VRDA_REQUIRE_ALLOCATION_COUNT();
+  for (const std::string side : {"right", "left"}) {
+    test::Stage stage(test::layered_model(side));
+    const LayerSet all = test::every_layer();
+    stage.show(test::Degrees{0.0, 0.0}, all);  // creates the static circle table of the solids
+    const long before = test::allocations_of_program();
+    int n_shown = 0;
+    for (int k = 0; k < 200; ++k) {
+      stage.show(test::Degrees{0.45 * k, 0.02 * k - 2.0}, all);
+      for (const Drawable& drawable : stage.scene.drawables) n_shown += drawable.is_shown ? 1 : 0;
+    }
+    EXPECT_EQ(test::allocations_of_program() - before, 0);
+    EXPECT_GT(n_shown, 200 * 10);
+  }
+  // The counter works.
+  const long before = test::allocations_of_program();
+  ::operator delete(::operator new(1));
+  EXPECT_GE(test::allocations_of_program() - before, 1);
 }
 
 }  // namespace vrda::view::layers_test
