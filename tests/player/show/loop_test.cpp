@@ -75,15 +75,6 @@ TEST(Loop, Signal)
   EXPECT_EQ(mode.n_drawn, 3);
 }
 
-TEST(Attempt, CatchesInputErrorsOnly)
-{
-  EXPECT_FALSE(catch_input_error([] {}));
-  const auto refused = catch_input_error([] { throw InputError({"a.h5", "key", "nothing", "something"}); });
-  ASSERT_TRUE(refused);
-  EXPECT_EQ(refused->facts().field, "key");
-  EXPECT_THROW(catch_input_error([] { check(false, "an internal error"); }), InternalError);
-}
-
 TEST(Sink, RecordedImages)
 {
   const test::Scratch scratch;
