@@ -137,7 +137,7 @@ class Browser:
         self.call("DOM.setFileInputFiles", nodeId=node, files=[str(path)])
 
     def settle(self):
-        """Waits 30 animation frames, which plotly needs to finish drawing."""
+        """Waits 30 animation frames, which drawing takes at most."""
         self.value("new Promise((done) => { let n = 30; const next = () => (--n ? requestAnimationFrame(next) : done()); next(); })")
 
     def element(self, expression):

@@ -189,8 +189,8 @@ std::string page_of(const std::string& title, Json data)
   const std::string heading = escape_markup(title);
   return filled(page_template(), {{"title", heading},
                                   {"style", page_style()},
-                                  {"plotly_licence", plotly_licence()},
-                                  {"plotly", plotly_library()},
+                                  {"plot_style", plot_style()},
+                                  {"plot_licence", plot_licence()},
                                   {"code", page_code()},
                                   {"data", script}});
 }

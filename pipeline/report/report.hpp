@@ -76,12 +76,13 @@ std::string report_json(const Report& report);
 /// network access. Text of the models is never interpreted as HTML.
 std::string report_page(const Report& report);
 
-/// Files embedded in the program: page/ of this room and plotly.js.
-std::string_view page_template();   ///< HTML with placeholders {{title}}, {{style}}, {{plotly_licence}},
-                                    ///< {{plotly}}, {{code}}, {{data}}
-std::string_view page_style();      ///< CSS
-std::string_view page_code();       ///< JavaScript, bundled
-std::string_view plotly_licence();  ///< as a JavaScript comment
-std::string_view plotly_library();  ///< JavaScript, minified
+/// Files embedded in the program: page/ of this room and uPlot.
+std::string_view
+page_template();  ///< HTML with placeholders {{title}}, {{plot_style}}, {{style}}, {{plot_licence}},
+                  ///< {{code}}, {{data}}
+std::string_view page_style();    ///< CSS
+std::string_view page_code();     ///< JavaScript, with uPlot
+std::string_view plot_style();    ///< CSS of uPlot
+std::string_view plot_licence();  ///< text of uPlot's licence
 
 }  // namespace vrda::report

@@ -4,22 +4,239 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <ostream>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "core/text.hpp"
 #include "model/frames.hpp"
-#include "show/series_renderer.hpp"
-#include "show/session.hpp"
+#include "show/joint_view.hpp"
 #include "show/sink.hpp"
 #include "store/motion.hpp"
+#include "store/motion_model.hpp"
 #include "store/read_separately.hpp"
 #include "store/trace.hpp"
+#include "view/camera.hpp"
+#include "view/gui.hpp"
 #include "view/image.hpp"
-#include "view/window.hpp"
+#include "view/keys.hpp"
+#include "view/renderer.hpp"
+#include "view/scene.hpp"
 
 namespace vrda::show {
 namespace {
+
+// Pictures of a series of poses: one fixed camera a view, so that they are comparable.
+
+/// The viewport of view `row` of `n` views tiled side by side.
+view::Viewport column(const view::Viewport& area, std::size_t row, std::size_t n)
+{
+  const auto edge = [&](std::size_t i) {
+    return static_cast<int>(static_cast<std::size_t>(area.width) * i / n);
+  };
+  return {edge(row), area.y, edge(row + 1) - edge(row), area.height};
+}
+
+double aspect_of(const view::Viewport& viewport)
+{
+  return static_cast<double>(viewport.width) / viewport.height;
+}
+
+void require_layers(const std::string& file, const view::LayerSet& wanted, const view::LayerSet& available)
+{
+  for (const std::string& name : view::layer_names()) {
+    const view::Layer layer = *view::layer_named(name);
+    if (wanted.has(layer) && !available.has(layer))
+      throw InputError({file, "--layers", name, "a layer for which the model has data"});
+  }
+}
+
+/// Three triangles, one per material (bone, cartilage, meniscus).
+Body sample_body()
+{
+  Body body;
+  body.name = "sample";
+  Mesh& mesh = body.contact.mesh;
+  mesh.vertices_mm.resize(9, 3);
+  mesh.triangles.resize(3, 3);
+  body.contact.component = {0, 1, 2};
+  for (int c = 0; c < 3; ++c) {
+    body.components.push_back({std::to_string(c), c == 0 ? "bone" : c == 1 ? "cartilage" : "meniscus"});
+    mesh.vertices_mm.middleRows<3>(3 * c) << c, 0, 0, c + 1, 0, 1, c, 1, 2;
+    mesh.triangles.row(c) << 3 * c, 3 * c + 1, 3 * c + 2;
+  }
+  return body;
+}
+
+/// The set of the motion model that the poses belong to.
+struct PosedSet {
+  std::string name;      ///< one of set_names(model)
+  bool has_gaps = true;  ///< false for intermediate search poses, which have no gap data
+  std::span<const store::JointPose> played = {};  ///< of a video
+};
+
+/// Returns a renderer of the size in `options` whose shaders are compiled: it has drawn triangles with the
+/// materials of bone, cartilage and meniscus. Shader compilation dominates the time to the first frame.
+/// Throws InputError like make_offscreen_renderer and apply_appearance.
+std::unique_ptr<view::Renderer> warm_renderer(const ShowOptions& options)
+{
+  // The size of the job is not known yet.
+  const view::PictureSize size = options.size.empty() ? view::PictureSize{} : view::parsed_size(options.size);
+  std::unique_ptr<view::Renderer> renderer =
+      view::make_offscreen_renderer({size.width, size.height, options.samples > 0 ? options.samples : 4});
+  view::Scene scene = view::scene_of(sample_body(), sample_body(), Eigen::Vector3d::Zero());
+  view::place(scene, {});
+  view::CameraFit fit(view::view_rotation(view::View::oblique, Side::right));
+  fit.include(view::framed_points(scene, view::Framing::all));
+  view::AppearanceOptions look = options.appearance;
+  look.see_through.clear();  // the names of the model's objects are not known yet
+  look.hidden.clear();
+  view::apply_appearance(scene, look);
+  renderer->load(scene);
+  const view::Shot shot{view::with_depth_range(fit.camera(), scene),
+                        {0, 0, 16, 12}};  // few pixels: only shader compilation matters
+  renderer->draw(scene, {&shot, 1}, nullptr);
+  return renderer;
+}
+
+/// Renders a series of poses with one fixed camera per view.
+class SeriesRenderer {
+ public:
+  /// `model` and `options` must outlive it; `renderer` has the size given in `options`. The cameras are
+  /// fitted to all of `poses`, which are solved.
+  SeriesRenderer(const ShowOptions& options, const store::MotionModel& model, const PosedSet& set,
+                 const std::vector<store::JointPose>& poses, std::unique_ptr<view::Renderer> renderer)
+      : options_(options),
+        look_(resolved_pictures(options, model)),
+        set_(model, set.name),
+        has_gaps_(set.has_gaps),
+        doubts_(model),
+        joint_(model, look_.appearance, options.backdrop),
+        wanted_(view::parsed_layers(options.appearance.layers)),
+        renderer_(std::move(renderer))
+  {
+    joint_.fixed_object = options.fixed_object;
+    if (options.appearance.layers != view::AppearanceOptions{}.layers)
+      require_layers(options.file, wanted_, joint_.layers().available());
+    area_ = {0, 0, look_.size.width, look_.size.height};
+    make_interface(model, set, poses);
+    renderer_->resize(look_.size.width, look_.size.height);
+    single_ = cameras_for(poses, aspect_of(area_));
+    tiled_ = cameras_for(poses, aspect_of(column(area_, 0, look_.views.size())));
+    renderer_->load(joint_.scene());
+    if (gui_) renderer_->load(gui_->font());
+  }
+
+  const ResolvedPictures& look() const { return look_; }
+
+  /// Of a pose that is not solved only the fixed object is drawn, with the reason.
+  /// Renders one view (index into look().views) at full size. The result is valid until the next call.
+  const view::Image& draw_single(std::size_t view, const store::JointPose& pose)
+  {
+    shots_.assign({view::Shot{single_[view], area_}});
+    return drawn(pose);
+  }
+
+  /// Renders all views side by side. The result is valid until the next call.
+  const view::Image& draw_tiled(const store::JointPose& pose);
+
+ private:
+  /// The warnings of a model whose poses are not doubtful belong to the numbers.
+  void make_interface(const store::MotionModel& model, const PosedSet& set,
+                      const std::vector<store::JointPose>& poses)
+  {
+    const auto is_doubtful = [&](const store::JointPose& pose) {
+      return view::doubt_text(pose, doubts_.at(pose), "")[0] != 0;
+    };
+    const bool is_doubtful_drawn = set.has_gaps && (std::ranges::any_of(poses, is_doubtful) ||
+                                                    std::ranges::any_of(set.played, is_doubtful));
+    if (!options_.has_numbers && !wanted_.has(view::Layer::labels) && !is_doubtful_drawn) return;
+    view::GuiOptions interface;
+    interface.title = model.title;
+    interface.sets = {set.name};
+    interface.joint = model.joint;
+    interface.has_doubtful_poses = is_doubtful_drawn;
+    if (options_.has_numbers || is_doubtful_drawn) interface.warnings = view::model_warnings(model);
+    if (set.has_gaps) remark_ = view::default_motion_remark(model, set.name);
+    gui_.emplace(interface);
+    area_ = gui_->free_area(look_.size.width, look_.size.height, {}, false);
+  }
+
+  std::vector<view::Camera> cameras_for(const std::vector<store::JointPose>& poses, double aspect)
+  {
+    view::FrameOptions frame_options;
+    frame_options.aspect = aspect;
+    std::vector<view::CameraFit> fits;
+    for (const view::CameraView& view : look_.views) fits.emplace_back(view.R_world_camera, frame_options);
+    for (const store::JointPose& pose : poses) {
+      const std::vector<Eigen::Vector3d> points = joint_.framed_points(pose, options_.framing);
+      for (view::CameraFit& fit : fits) fit.include(points);
+    }
+    std::vector<view::Camera> cameras;
+    cameras.reserve(fits.size());
+    for (std::size_t k = 0; k < fits.size(); ++k)
+      cameras.push_back(view::placed_camera(fits[k], look_.views[k], look_.zoom));
+    return cameras;
+  }
+
+  const view::Overlay* overlay_for(const store::JointPose& pose)
+  {
+    if (!gui_) return nullptr;
+    view::GuiFrame frame;
+    frame.width = look_.size.width;
+    frame.height = look_.size.height;
+    if (options_.has_numbers) frame.key = view::colour_key(joint_.layers(), wanted_);
+    if (wanted_.has(view::Layer::labels)) frame.labels = joint_.labels(shots_);
+    view::PlayerRange range;
+    range.is_varus_free = set_.motion.is_varus_free();
+    view::Readout readout = joint_.readout(set_, pose, doubts_.at(pose));
+    if (!has_gaps_) {
+      readout.gap = {};
+      readout.doubt = nullptr;
+    }
+    if (!remark_.empty()) readout.message = remark_.c_str();
+    readout.is_varus_balanced = !options_.varus_deg.has_value();
+    view::PlayerState state;
+    state.shows_numbers = options_.has_numbers;
+    return &gui_->static_overlay(frame, state, range, readout);
+  }
+
+  const view::Image& drawn(const store::JointPose& pose)
+  {
+    joint_.show(set_.motion, pose, wanted_);
+    for (view::Shot& shot : shots_) shot.camera = view::with_depth_range(shot.camera, joint_.scene());
+    return renderer_->draw(joint_.scene(), shots_, overlay_for(pose));
+  }
+
+  const ShowOptions& options_;
+  ResolvedPictures look_;
+  PlayedSet set_;
+  bool has_gaps_ = true;
+  view::DoubtReader doubts_;
+  JointView joint_;
+  view::LayerSet wanted_;
+  std::unique_ptr<view::Renderer> renderer_;
+  std::string remark_;            ///< why the solved poses are the default motion, or empty
+  std::optional<view::Gui> gui_;  ///< with --numbers, labels or doubtful poses
+  view::Viewport area_;           ///< of the picture, below the warnings
+  std::vector<view::Camera> single_, tiled_;
+  std::vector<view::Shot> shots_;
+};
+
+const view::Image& SeriesRenderer::draw_tiled(const store::JointPose& pose)
+{
+  shots_.clear();
+  for (std::size_t view = 0; view < look_.views.size(); ++view) {
+    view::Shot& shot = shots_.emplace_back(view::Shot{tiled_[view], column(area_, view, look_.views.size())});
+    shot.camera.aspect = aspect_of(shot.viewport);
+  }
+  return drawn(pose);
+}
+
+// What is drawn.
 
 constexpr std::size_t n_default_images = 7;   // of a sequence of frames
 constexpr double default_steps = 6.0;         // seven images, 15 degrees apart over 0 to 90
@@ -409,148 +626,6 @@ ShowSummary show(const ShowOptions& options, const Streams& streams)
   }
   return options.trace.empty() ? show_poses(options, model, std::move(renderer), streams)
                                : show_trace(options, model, std::move(renderer), streams);
-}
-
-// The mode `show` in a window.
-
-namespace {
-
-constexpr double paused_wait_s = 0.25;         // saves work while nothing changes
-constexpr double least_frame_s = 1.0 / 120.0;  // limit without vertical synchronisation
-
-void require_window_options(const ShowOptions& options)
-{
-  if (!options.trace.empty()) {
-    throw InputError(
-        {"--trace", "", "no --offscreen and no --video", "either of them: a window cannot show a trace"});
-  }
-  if (!options.views.empty() && view::parsed_views(options.views).size() > 1)
-    throw InputError({"--views", "", options.views, "one view: the window starts with it"});
-}
-
-SessionOptions session_options(const ShowOptions& options, const store::MotionModel& model,
-                               const std::string& set)
-{
-  const ResolvedPictures look = resolved_pictures(options, model);
-  SessionOptions session;
-  session.set = set;
-  if (const std::optional<view::View> view = view::view_named(look.views.front().name)) {
-    session.view = *view;
-  } else {
-    session.job_view = look.views.front();
-  }
-  session.zoom = look.zoom;
-  if (options.flexion)
-    session.flexion_rad = rad_from_deg(view::parsed_angles("--flexion", *options.flexion).first_deg);
-  if (options.frame) session.key = view::parsed_angles("--key", *options.frame).first_deg;
-  if (options.varus_deg) session.varus_rad = rad_from_deg(*options.varus_deg);
-  session.backdrop = options.backdrop;
-  session.fixed_object = options.fixed_object;
-  session.appearance = look.appearance;
-  session.framing = options.framing;
-  session.width = look.size.width;
-  session.height = look.size.height;
-  return session;
-}
-
-/// In the current folder: knee_flexion_040.png, then knee_flexion_040_2.png.
-std::string picture_name(const std::string& file, double flexion_rad, std::size_t number)
-{
-  const std::string stem = std::filesystem::path(file).stem().string() + "_flexion_" +
-                           view::angle_label(std::round(deg_from_rad(flexion_rad)), {});
-  return stem + (number == 1 ? "" : "_" + std::to_string(number)) + ".png";
-}
-
-view::WindowOptions window_options(const ShowOptions& options, const SessionOptions& session)
-{
-  view::WindowOptions window;
-  window.width = session.width;
-  window.height = session.height;
-  window.samples = options.samples;
-  return window;
-}
-
-/// Runs a session in a window and opens dropped files.
-class ShowMode final : public Mode {
- public:
-  ShowMode(const ShowOptions& options, store::MotionModel model, const SessionOptions& session, Sink& sink)
-      : sink_(sink),
-        shown_(options.file, std::move(model), session, sink.renderer()),
-        has_moving_quality_(options.samples == 0 && session.is_plain_while_moving)
-  {
-    set_title();
-  }
-
-  bool is_over() const override { return shown_.session().state().is_done; }
-
-  RoundTime round_time() const override
-  {
-    return {sink_.is_hidden() || shown_.session().is_idle() ? paused_wait_s : least_frame_s};
-  }
-
-  void take(const view::InputEvent& event) override
-  {
-    shown_.session().take(event);
-    const std::vector<std::string>& dropped = sink_.window()->dropped_files();
-    // Only the first of several dropped files is opened.
-    if (event.kind == view::InputKind::drop && !dropped.empty() && shown_.open(dropped.front())) set_title();
-  }
-
-  void advance(double elapsed_s) override
-  {
-    Session& session = shown_.session();
-    session.resize(sink_.renderer().width(), sink_.renderer().height());
-    session.advance(elapsed_s);
-    if (session.consume_screenshot_request()) save_picture();
-    if (session.consume_full_screen_request()) sink_.window()->toggle_full_screen();
-  }
-
-  void draw() override
-  {
-    const Session& session = shown_.session();
-    if (has_moving_quality_) sink_.renderer().set_samples(session.is_plain() ? 1 : samples_at_rest);
-    if (session.has_same_picture() && sink_.show_again(&session.overlay())) return;
-    sink_.show({session.scene(), session.shots(), &session.overlay()});
-  }
-
- private:
-  void set_title()
-  {
-    sink_.window()->set_title((shown_.title().empty() ? shown_.file() : shown_.title()) + " - vrda-player");
-  }
-
-  void save_picture()
-  {
-    Session& session = shown_.session();
-    if (has_moving_quality_) sink_.renderer().set_samples(samples_at_rest);
-    std::string name;
-    const auto refused = catch_input_error([&] {
-      const view::Image& image = session.draw_screenshot(sink_.renderer());
-      const double flexion_rad = session.pose().attitude.flexion_rad;
-      name = write_with_free_name(
-          [&](std::size_t number) { return picture_name(shown_.file(), flexion_rad, number); },
-          [&](const std::string& free) { view::write_png(image, free); });
-    });
-    session.show_message(refused ? refused->what() : "image written: " + name);
-  }
-
-  Sink& sink_;
-  ShownModel shown_;
-  bool has_moving_quality_;  ///< one sample per pixel while something moves, else samples_at_rest
-};
-
-}  // namespace
-
-void show_in_window(const ShowOptions& options, store::MotionModel model, const std::string& set)
-{
-  require_window_options(options);
-  SessionOptions chosen = session_options(options, model, set);
-  Sink sink(window_options(options, chosen));
-  chosen.is_plain_while_moving = sink.window()->is_software_rendered();
-  chosen.scale = std::clamp(sink.window()->content_scale(), 1.0, 4.0);
-  ShowMode mode(options, std::move(model), chosen, sink);
-  StopSignals stop;
-  run_loop(mode, sink, stop);
 }
 
 }  // namespace vrda::show

@@ -69,7 +69,7 @@ class Sink {
   /// No output: nothing is drawn.
   Sink() = default;
   /// Throws InputError if there is no display.
-  explicit Sink(const view::WindowOptions& options) : window_(std::make_unique<view::Window>(options)) {}
+  explicit Sink(const view::WindowOptions& options) : window_(view::open_window(options)) {}
   explicit Sink(const view::RenderOptions& options) : memory_(view::make_offscreen_renderer(options)) {}
 
   bool has_output() const { return window_ || memory_; }

@@ -515,33 +515,248 @@ bool is_black(const Background& background)
 
 class GlRenderer final : public Renderer {
  public:
-  GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& options);
+  GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& options)
+      : context_(std::move(context)), options_(options)
+  {
+    context_->make_current();
+    gl_ = load_gl_table(*context_);
+    check_size(options);
+    GLint most_samples = 0, most_depth_samples = 0;
+    gl_.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
+    gl_.GetIntegerv(GL_MAX_DEPTH_TEXTURE_SAMPLES, &most_depth_samples);
+    most_samples_ = std::max(1, std::min(most_samples, most_depth_samples));
+    options_.samples = possible_samples(options.samples);
+    background_ = GlProgram(gl_, "", background_vertex_shader, background_fragment_shader);
+    empty_array_ = {gl_.GenVertexArrays, gl_.DeleteVertexArrays};
+    gl_.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);  // between the shots
+    surfaces_.emplace(gl_, SurfaceOptions{options_.coarseness_px, options_.has_deferred_levels});
+    overlays_.emplace(gl_);
+    has_srgb_screen_ = finds_srgb_screen();
+    open_targets();
+    check(gl_.GetError() == GL_NO_ERROR, "the renderer opens without an OpenGL error");
+  }
+
   ~GlRenderer() override { context_->make_current(); }
 
-  void load(const Scene& scene) override;
-  void load(const OverlayFont& font) override;
-  void load(const Warp& warp) override;
-  void resize(int width, int height) override;
-  void set_samples(int samples) override;
+  void load(const Scene& scene) override
+  {
+    context_->make_current();
+    is_picture_kept_ = false;
+    surfaces_->load(scene);
+    check(gl_.GetError() == GL_NO_ERROR, "meshes load without an OpenGL error");
+  }
+
+  void load(const OverlayFont& font) override
+  {
+    context_->make_current();
+    overlays_->load(font);
+    check(gl_.GetError() == GL_NO_ERROR, "a font loads without an OpenGL error");
+  }
+
+  void load(const Warp& warp) override
+  {
+    context_->make_current();
+    RenderOptions shown = options_;
+    shown.width = warp.width;
+    shown.height = warp.height;
+    check_size(shown);
+    warper_.reset();
+    is_sparse_ = false;
+    if (warp.source_width > 0) size_picture(warp.source_width, warp.source_height);
+    warper_.emplace(gl_, warp, options_.width, options_.height);
+    size_image();
+    check(gl_.GetError() == GL_NO_ERROR, "a warp loads without an OpenGL error");
+  }
+
+  void resize(int width, int height) override
+  {
+    if (width == options_.width && height == options_.height) return;
+    context_->make_current();
+    if (warper_) return;
+    size_picture(width, height);
+  }
+
+  void set_samples(int samples) override
+  {
+    if (possible_samples(samples) == options_.samples) return;
+    context_->make_current();
+    std::swap(set_, other_set_);
+    is_sparse_ = is_picture_kept_ = false;
+    options_.samples = possible_samples(samples);
+    if (set_.samples != options_.samples) {
+      set_ = {};
+      open_targets();
+    }
+    check(gl_.GetError() == GL_NO_ERROR, "the samples change without an OpenGL error");
+  }
+
   int width() const override { return options_.width; }
   int height() const override { return options_.height; }
-  const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) override;
-  void present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) override;
-  bool present_again(const Overlay* overlay) override;
+  const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) override
+  {
+    draw_frame(scene, shots, overlay, false);
+    read_pixels();
+    check(gl_.GetError() == GL_NO_ERROR, "a frame is drawn without an OpenGL error");
+    return image_;
+  }
+
+  void present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) override
+  {
+    draw_frame(scene, shots, overlay, true);
+    show_on_screen();
+  }
+
+  bool present_again(const Overlay* overlay) override
+  {
+    if (!is_picture_kept_) return false;
+    context_->make_current();
+    is_on_screen_ = false;
+    draw_overlay(overlay, shown().frame);
+    show_on_screen();
+    return true;
+  }
 
  private:
-  void check_size(const RenderOptions& options) const;
-  void open_targets();
-  void close_targets();
-  void size_picture(int width, int height);
-  void draw_background(const Background& background);
-  void draw_occlusion(const Scene& scene, const Camera& camera, const PixelBox& box);
-  void draw_shot(const Scene& scene, std::size_t row, const Shot& shot);
-  void draw_frame(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay,
-                  bool is_for_screen);
-  void draw_overlay(const Overlay* overlay, unsigned frame);
-  void show_on_screen();
-  void read_pixels();
+  void check_size(const RenderOptions& options) const
+  {
+    GLint most = 0;
+    gl_.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &most);
+    if (std::min(options.width, options.height) < 1 || std::max(options.width, options.height) > most) {
+      throw InputError({"image", "size", std::to_string(options.width) + "x" + std::to_string(options.height),
+                        "1 to " + std::to_string(most) + " pixels each way"});
+    }
+    check(options.samples >= 1, "there is at least one sample per pixel");
+  }
+
+  void open_targets()
+  {
+    const int w = options_.width, h = options_.height;
+    set_.drawn = create_target(gl_, plan());
+    set_.samples = options_.samples;
+    set_.peeler = std::make_unique<LayerPeeler>(gl_, plan(), set_.drawn);
+    if (!lists_ && !is_multisampled() && FragmentLists::is_supported(gl_)) lists_.emplace(gl_);
+    if (lists_) lists_->resize(w, h);
+    if (is_multisampled()) set_.resolved = create_target(gl_, {w, h, 0, false});
+    size_image();
+  }
+
+  void close_targets()
+  {
+    set_ = {};
+    other_set_ = {};
+    is_sparse_ = is_picture_kept_ = false;
+  }
+
+  void size_picture(int width, int height)
+  {
+    RenderOptions resized = options_;
+    resized.width = width;
+    resized.height = height;
+    check_size(resized);
+    close_targets();
+    options_ = resized;
+    open_targets();
+    check(gl_.GetError() == GL_NO_ERROR, "the renderer is resized without an OpenGL error");
+  }
+
+  void draw_background(const Background& background)
+  {
+    gl_.Disable(GL_DEPTH_TEST);
+    background_.use();
+    background_.set("top", background.top.data());
+    background_.set("bottom", background.bottom.data());
+    fill_viewport(gl_, empty_array_);
+  }
+
+  void draw_occlusion(const Scene& scene, const Camera& camera, const PixelBox& box)
+  {
+    const bool is_shaded = scene.mode != DrawMode::wire && scene.mode != DrawMode::hidden_line;
+    if (!is_shaded || !(scene.occlusion_radius_mm > 0.0)) return;
+    if (!set_.occlusion) set_.occlusion = std::make_unique<OcclusionPainter>(gl_, plan(), set_.drawn);
+    set_.occlusion->draw(
+        {box, projection(camera).cast<float>(), static_cast<float>(scene.occlusion_radius_mm)}, set_.drawn);
+  }
+
+  void draw_shot(const Scene& scene, std::size_t row, const Shot& shot)
+  {
+    const Viewport& view = shot.viewport;
+    const PixelBox box{view.x, options_.height - view.y - view.height, view.width, view.height};
+    surfaces_->begin(scene, shot.camera, box, is_multisampled());
+    const PixelBox used = is_sparse_ ? surfaces_->content_box() : box;
+    changed_[row] = is_sparse_ ? bounding_box(used, used_[row]) : box;
+    used_[row] = used;
+    if (changed_[row].is_empty()) return;
+    set_viewport(gl_, box);
+    gl_.Enable(GL_SCISSOR_TEST);
+    set_scissor(gl_, changed_[row]);
+    if (is_sparse_) gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    // The frame buffer was cleared to black.
+    if (!is_black(scene.background)) draw_background(scene.background);
+    gl_.Enable(GL_DEPTH_TEST);
+    surfaces_->draw(scene, SurfacePass::opaque);
+    draw_occlusion(scene, shot.camera, box);
+    const bool is_blended = !is_multisampled() && lists_ && lists_->draw(*surfaces_, scene);
+    if (!is_blended) set_.peeler->draw(*surfaces_, scene, set_.drawn);
+    gl_.Disable(GL_SCISSOR_TEST);
+  }
+
+  void draw_frame(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay, bool is_for_screen)
+  {
+    context_->make_current();
+    // Copying a frame to the window takes as long in software as warping it.
+    is_on_screen_ = is_for_screen && warper_ && has_srgb_screen_;
+    const unsigned output = is_on_screen_ ? 0 : shown().frame;
+    surfaces_->refresh(scene);
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, set_.drawn.frame);
+    gl_.Enable(GL_FRAMEBUFFER_SRGB);
+    const bool can_be_sparse = warper_ && is_black(scene.background);
+    is_sparse_ = is_sparse_ && can_be_sparse && used_.size() == shots.size();
+    used_.resize(shots.size());
+    changed_.resize(shots.size());
+    // Without scissors software rendering clears faster.
+    if (!is_sparse_) gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    for (std::size_t k = 0; k < shots.size(); ++k) draw_shot(scene, k, shots[k]);
+    if (warper_) {
+      // The first frame warps all of it, the gaps between the shots too.
+      if (!is_sparse_) changed_.assign(1, {0, 0, options_.width, options_.height});
+      warper_->draw(set_.drawn.frame, changed_, used_, output);
+    }
+    is_sparse_ = can_be_sparse;
+    is_picture_kept_ = is_multisampled() && !warper_;
+    draw_overlay(overlay, output);
+  }
+
+  /// Resolves the samples and draws the overlay over the finished picture.
+  void draw_overlay(const Overlay* overlay, unsigned frame)
+  {
+    gl_.Enable(GL_FRAMEBUFFER_SRGB);
+    // Samples are averaged in linear light.
+    if (is_multisampled() && !warper_)
+      copy_box(gl_, set_.drawn.frame, set_.resolved.frame, {0, 0, options_.width, options_.height},
+               GL_COLOR_BUFFER_BIT);
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, frame);
+    if (overlay != nullptr) overlays_->draw(*overlay, shown_width(), shown_height());
+  }
+
+  void show_on_screen()
+  {
+    if (context_->has_screen() && !is_on_screen_) {
+      gl_.Disable(GL_FRAMEBUFFER_SRGB);  // values are copied unchanged
+      copy_box(gl_, shown().frame, 0, {0, 0, shown_width(), shown_height()}, GL_COLOR_BUFFER_BIT);
+    }
+    gl_.Finish();
+    check(gl_.GetError() == GL_NO_ERROR, "a frame is shown without an OpenGL error");
+  }
+
+  void read_pixels()
+  {
+    const int w = shown_width(), h = shown_height();
+    gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
+    gl_.ReadPixels(0, 0, w, h, GL_RGBA, GL_UNSIGNED_BYTE, upside_down_.data());
+    const std::ptrdiff_t stride = 4 * static_cast<std::ptrdiff_t>(w);
+    for (int row = 0; row < h; ++row)
+      std::copy_n(upside_down_.begin() + (h - 1 - row) * stride, stride, image_.rgba.begin() + row * stride);
+  }
 
   int possible_samples(int samples) const { return std::min(samples, most_samples_); }
   bool is_multisampled() const { return options_.samples > 1; }
@@ -549,14 +764,30 @@ class GlRenderer final : public Renderer {
   {
     return {options_.width, options_.height, is_multisampled() ? options_.samples : 0};
   }
+
   /// The complete frame: drawn directly, or resolved from samples.
   const Target& finished() const { return is_multisampled() ? set_.resolved : set_.drawn; }
   /// The output after warping, and its size.
   const Target& shown() const { return warper_ ? warper_->warped() : finished(); }
   int shown_width() const { return warper_ ? warper_->width() : options_.width; }
   int shown_height() const { return warper_ ? warper_->height() : options_.height; }
-  void size_image();
-  bool finds_srgb_screen() const;
+  void size_image()
+  {
+    image_.width = shown_width();
+    image_.height = shown_height();
+    image_.rgba.resize(static_cast<std::size_t>(image_.width) * static_cast<std::size_t>(image_.height) * 4);
+    upside_down_.resize(image_.rgba.size());
+  }
+
+  bool finds_srgb_screen() const
+  {
+    if (!context_->has_screen()) return false;
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    GLint encoding = GL_LINEAR;
+    gl_.GetFramebufferAttachmentParameteriv(GL_FRAMEBUFFER, GL_BACK_LEFT,
+                                            GL_FRAMEBUFFER_ATTACHMENT_COLOR_ENCODING, &encoding);
+    return encoding == GL_SRGB;
+  }
 
   std::unique_ptr<GlContext> context_;
   GlTable gl_;
@@ -589,263 +820,6 @@ class GlRenderer final : public Renderer {
   std::vector<std::uint8_t> upside_down_;
   Image image_;
 };
-
-GlRenderer::GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& options)
-    : context_(std::move(context)), options_(options)
-{
-  context_->make_current();
-  gl_ = load_gl_table(*context_);
-  check_size(options);
-  GLint most_samples = 0, most_depth_samples = 0;
-  gl_.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
-  gl_.GetIntegerv(GL_MAX_DEPTH_TEXTURE_SAMPLES, &most_depth_samples);
-  most_samples_ = std::max(1, std::min(most_samples, most_depth_samples));
-  options_.samples = possible_samples(options.samples);
-  background_ = GlProgram(gl_, "", background_vertex_shader, background_fragment_shader);
-  empty_array_ = {gl_.GenVertexArrays, gl_.DeleteVertexArrays};
-  gl_.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);  // between the shots
-  surfaces_.emplace(gl_, SurfaceOptions{options_.coarseness_px, options_.has_deferred_levels});
-  overlays_.emplace(gl_);
-  has_srgb_screen_ = finds_srgb_screen();
-  open_targets();
-  check(gl_.GetError() == GL_NO_ERROR, "the renderer opens without an OpenGL error");
-}
-
-void GlRenderer::check_size(const RenderOptions& options) const
-{
-  GLint most = 0;
-  gl_.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &most);
-  if (std::min(options.width, options.height) < 1 || std::max(options.width, options.height) > most) {
-    throw InputError({"image", "size", std::to_string(options.width) + "x" + std::to_string(options.height),
-                      "1 to " + std::to_string(most) + " pixels each way"});
-  }
-  check(options.samples >= 1, "there is at least one sample per pixel");
-}
-
-void GlRenderer::open_targets()
-{
-  const int w = options_.width, h = options_.height;
-  set_.drawn = create_target(gl_, plan());
-  set_.samples = options_.samples;
-  set_.peeler = std::make_unique<LayerPeeler>(gl_, plan(), set_.drawn);
-  if (!lists_ && !is_multisampled() && FragmentLists::is_supported(gl_)) lists_.emplace(gl_);
-  if (lists_) lists_->resize(w, h);
-  if (is_multisampled()) set_.resolved = create_target(gl_, {w, h, 0, false});
-  size_image();
-}
-
-void GlRenderer::size_image()
-{
-  image_.width = shown_width();
-  image_.height = shown_height();
-  image_.rgba.resize(static_cast<std::size_t>(image_.width) * static_cast<std::size_t>(image_.height) * 4);
-  upside_down_.resize(image_.rgba.size());
-}
-
-void GlRenderer::close_targets()
-{
-  set_ = {};
-  other_set_ = {};
-  is_sparse_ = is_picture_kept_ = false;
-}
-
-void GlRenderer::resize(int width, int height)
-{
-  if (width == options_.width && height == options_.height) return;
-  context_->make_current();
-  if (warper_) return;
-  size_picture(width, height);
-}
-
-void GlRenderer::set_samples(int samples)
-{
-  if (possible_samples(samples) == options_.samples) return;
-  context_->make_current();
-  std::swap(set_, other_set_);
-  is_sparse_ = is_picture_kept_ = false;
-  options_.samples = possible_samples(samples);
-  if (set_.samples != options_.samples) {
-    set_ = {};
-    open_targets();
-  }
-  check(gl_.GetError() == GL_NO_ERROR, "the samples change without an OpenGL error");
-}
-
-void GlRenderer::size_picture(int width, int height)
-{
-  RenderOptions resized = options_;
-  resized.width = width;
-  resized.height = height;
-  check_size(resized);
-  close_targets();
-  options_ = resized;
-  open_targets();
-  check(gl_.GetError() == GL_NO_ERROR, "the renderer is resized without an OpenGL error");
-}
-
-void GlRenderer::load(const Scene& scene)
-{
-  context_->make_current();
-  is_picture_kept_ = false;
-  surfaces_->load(scene);
-  check(gl_.GetError() == GL_NO_ERROR, "meshes load without an OpenGL error");
-}
-
-void GlRenderer::load(const OverlayFont& font)
-{
-  context_->make_current();
-  overlays_->load(font);
-  check(gl_.GetError() == GL_NO_ERROR, "a font loads without an OpenGL error");
-}
-
-void GlRenderer::load(const Warp& warp)
-{
-  context_->make_current();
-  RenderOptions shown = options_;
-  shown.width = warp.width;
-  shown.height = warp.height;
-  check_size(shown);
-  warper_.reset();
-  is_sparse_ = false;
-  if (warp.source_width > 0) size_picture(warp.source_width, warp.source_height);
-  warper_.emplace(gl_, warp, options_.width, options_.height);
-  size_image();
-  check(gl_.GetError() == GL_NO_ERROR, "a warp loads without an OpenGL error");
-}
-
-void GlRenderer::draw_background(const Background& background)
-{
-  gl_.Disable(GL_DEPTH_TEST);
-  background_.use();
-  background_.set("top", background.top.data());
-  background_.set("bottom", background.bottom.data());
-  fill_viewport(gl_, empty_array_);
-}
-
-void GlRenderer::draw_occlusion(const Scene& scene, const Camera& camera, const PixelBox& box)
-{
-  const bool is_shaded = scene.mode != DrawMode::wire && scene.mode != DrawMode::hidden_line;
-  if (!is_shaded || !(scene.occlusion_radius_mm > 0.0)) return;
-  if (!set_.occlusion) set_.occlusion = std::make_unique<OcclusionPainter>(gl_, plan(), set_.drawn);
-  set_.occlusion->draw({box, projection(camera).cast<float>(), static_cast<float>(scene.occlusion_radius_mm)},
-                       set_.drawn);
-}
-
-void GlRenderer::draw_shot(const Scene& scene, std::size_t row, const Shot& shot)
-{
-  const Viewport& view = shot.viewport;
-  const PixelBox box{view.x, options_.height - view.y - view.height, view.width, view.height};
-  surfaces_->begin(scene, shot.camera, box, is_multisampled());
-  const PixelBox used = is_sparse_ ? surfaces_->content_box() : box;
-  changed_[row] = is_sparse_ ? bounding_box(used, used_[row]) : box;
-  used_[row] = used;
-  if (changed_[row].is_empty()) return;
-  set_viewport(gl_, box);
-  gl_.Enable(GL_SCISSOR_TEST);
-  set_scissor(gl_, changed_[row]);
-  if (is_sparse_) gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  // The frame buffer was cleared to black.
-  if (!is_black(scene.background)) draw_background(scene.background);
-  gl_.Enable(GL_DEPTH_TEST);
-  surfaces_->draw(scene, SurfacePass::opaque);
-  draw_occlusion(scene, shot.camera, box);
-  const bool is_blended = !is_multisampled() && lists_ && lists_->draw(*surfaces_, scene);
-  if (!is_blended) set_.peeler->draw(*surfaces_, scene, set_.drawn);
-  gl_.Disable(GL_SCISSOR_TEST);
-}
-
-bool GlRenderer::finds_srgb_screen() const
-{
-  if (!context_->has_screen()) return false;
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
-  GLint encoding = GL_LINEAR;
-  gl_.GetFramebufferAttachmentParameteriv(GL_FRAMEBUFFER, GL_BACK_LEFT,
-                                          GL_FRAMEBUFFER_ATTACHMENT_COLOR_ENCODING, &encoding);
-  return encoding == GL_SRGB;
-}
-
-void GlRenderer::draw_frame(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay,
-                            bool is_for_screen)
-{
-  context_->make_current();
-  // Copying a frame to the window takes as long in software as warping it.
-  is_on_screen_ = is_for_screen && warper_ && has_srgb_screen_;
-  const unsigned output = is_on_screen_ ? 0 : shown().frame;
-  surfaces_->refresh(scene);
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, set_.drawn.frame);
-  gl_.Enable(GL_FRAMEBUFFER_SRGB);
-  const bool can_be_sparse = warper_ && is_black(scene.background);
-  is_sparse_ = is_sparse_ && can_be_sparse && used_.size() == shots.size();
-  used_.resize(shots.size());
-  changed_.resize(shots.size());
-  // Without scissors software rendering clears faster.
-  if (!is_sparse_) gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  for (std::size_t k = 0; k < shots.size(); ++k) draw_shot(scene, k, shots[k]);
-  if (warper_) {
-    // The first frame warps all of it, the gaps between the shots too.
-    if (!is_sparse_) changed_.assign(1, {0, 0, options_.width, options_.height});
-    warper_->draw(set_.drawn.frame, changed_, used_, output);
-  }
-  is_sparse_ = can_be_sparse;
-  is_picture_kept_ = is_multisampled() && !warper_;
-  draw_overlay(overlay, output);
-}
-
-/// Resolves the samples and draws the overlay over the finished picture.
-void GlRenderer::draw_overlay(const Overlay* overlay, unsigned frame)
-{
-  gl_.Enable(GL_FRAMEBUFFER_SRGB);
-  // Samples are averaged in linear light.
-  if (is_multisampled() && !warper_)
-    copy_box(gl_, set_.drawn.frame, set_.resolved.frame, {0, 0, options_.width, options_.height},
-             GL_COLOR_BUFFER_BIT);
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, frame);
-  if (overlay != nullptr) overlays_->draw(*overlay, shown_width(), shown_height());
-}
-
-void GlRenderer::read_pixels()
-{
-  const int w = shown_width(), h = shown_height();
-  gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
-  gl_.ReadPixels(0, 0, w, h, GL_RGBA, GL_UNSIGNED_BYTE, upside_down_.data());
-  const std::ptrdiff_t stride = 4 * static_cast<std::ptrdiff_t>(w);
-  for (int row = 0; row < h; ++row)
-    std::copy_n(upside_down_.begin() + (h - 1 - row) * stride, stride, image_.rgba.begin() + row * stride);
-}
-
-const Image& GlRenderer::draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
-{
-  draw_frame(scene, shots, overlay, false);
-  read_pixels();
-  check(gl_.GetError() == GL_NO_ERROR, "a frame is drawn without an OpenGL error");
-  return image_;
-}
-
-void GlRenderer::present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
-{
-  draw_frame(scene, shots, overlay, true);
-  show_on_screen();
-}
-
-bool GlRenderer::present_again(const Overlay* overlay)
-{
-  if (!is_picture_kept_) return false;
-  context_->make_current();
-  is_on_screen_ = false;
-  draw_overlay(overlay, shown().frame);
-  show_on_screen();
-  return true;
-}
-
-void GlRenderer::show_on_screen()
-{
-  if (context_->has_screen() && !is_on_screen_) {
-    gl_.Disable(GL_FRAMEBUFFER_SRGB);  // values are copied unchanged
-    copy_box(gl_, shown().frame, 0, {0, 0, shown_width(), shown_height()}, GL_COLOR_BUFFER_BIT);
-  }
-  gl_.Finish();
-  check(gl_.GetError() == GL_NO_ERROR, "a frame is shown without an OpenGL error");
-}
 
 }  // namespace
 

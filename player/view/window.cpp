@@ -147,19 +147,9 @@ std::unique_ptr<GLFWwindow, CloseWindow> opened_window(const WindowOptions& opti
   return window;
 }
 
-}  // namespace
-
-std::vector<Monitor> connected_monitors()
-{
-  if (glfwInit() == GLFW_FALSE) return {};
-  std::vector<Monitor> monitors = present_monitors();
-  glfwTerminate();
-  return monitors;
-}
-
-class Window::State {
+class GlfwWindow final : public Window {
  public:
-  explicit State(const WindowOptions& options)
+  explicit GlfwWindow(const WindowOptions& options)
       : library_(options.alternative), window_(opened_window(options))
   {
     events_.reserve(events_at_once);
@@ -178,11 +168,94 @@ class Window::State {
     listen_to_window();
   }
 
- private:
-  friend class Window;
+  Renderer& renderer() override { return *renderer_; }
+  const std::vector<InputEvent>& events(double wait_s) override
+  {
+    events_.clear();
+    if (wait_s > 0.0) {
+      glfwWaitEventsTimeout(wait_s);
+    } else {
+      glfwPollEvents();
+    }
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window(), &width, &height);
+    // A minimised window has no area.
+    if (width > 0 && height > 0) renderer_->resize(width, height);
+    return events_;
+  }
+  std::optional<Gamepad> gamepad() const override
+  {
+    GLFWgamepadstate state{};
+    for (int k = GLFW_JOYSTICK_1; k <= GLFW_JOYSTICK_LAST; ++k) {
+      if (glfwJoystickIsGamepad(k) == GLFW_FALSE || glfwGetGamepadState(k, &state) == GLFW_FALSE) continue;
+      const auto has = [&](int button) { return state.buttons[button] == GLFW_PRESS; };
+      return Gamepad{has(GLFW_GAMEPAD_BUTTON_A),
+                     has(GLFW_GAMEPAD_BUTTON_B),
+                     has(GLFW_GAMEPAD_BUTTON_Y),
+                     has(GLFW_GAMEPAD_BUTTON_LEFT_BUMPER),
+                     has(GLFW_GAMEPAD_BUTTON_RIGHT_BUMPER),
+                     has(GLFW_GAMEPAD_BUTTON_DPAD_UP),
+                     has(GLFW_GAMEPAD_BUTTON_DPAD_DOWN),
+                     has(GLFW_GAMEPAD_BUTTON_DPAD_LEFT),
+                     has(GLFW_GAMEPAD_BUTTON_DPAD_RIGHT),
+                     static_cast<double>(state.axes[GLFW_GAMEPAD_AXIS_LEFT_X]),
+                     static_cast<double>(state.axes[GLFW_GAMEPAD_AXIS_LEFT_Y])};
+    }
+    return std::nullopt;
+  }
+  const std::vector<std::string>& dropped_files() const override { return dropped_; }
+  void show(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) override
+  {
+    renderer_->present(scene, shots, overlay);
+    glfwSwapBuffers(window());
+  }
+  bool show_again(const Overlay* overlay) override
+  {
+    if (!renderer_->present_again(overlay)) return false;
+    glfwSwapBuffers(window());
+    return true;
+  }
+  WindowGeometry geometry() const override
+  {
+    WindowGeometry place;
+    glfwGetWindowPos(window(), &place.x, &place.y);
+    glfwGetFramebufferSize(window(), &place.width, &place.height);
+    return place;
+  }
+  std::vector<Monitor> monitors() const override { return present_monitors(); }
+  bool should_close() const override { return glfwWindowShouldClose(window()) == GLFW_TRUE; }
+  void close() override { glfwSetWindowShouldClose(window(), GLFW_TRUE); }
+  void set_title(const std::string& title) override { glfwSetWindowTitle(window(), title.c_str()); }
+  void toggle_full_screen() override
+  {
+    GLFWwindow* const window = window_.get();
+    std::array<int, 4>& place = place_;
+    if (glfwGetWindowMonitor(window) != nullptr) {
+      glfwSetWindowMonitor(window, nullptr, place[0], place[1], place[2], place[3], GLFW_DONT_CARE);
+      return;
+    }
+    GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+    const GLFWvidmode* const mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+    if (mode == nullptr) return;
+    glfwGetWindowPos(window, &place[0], &place[1]);
+    glfwGetWindowSize(window, &place[2], &place[3]);
+    glfwSetWindowMonitor(window, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+  }
+  double content_scale() const override
+  {
+    float x = 1.0F, y = 1.0F;
+    glfwGetWindowContentScale(window(), &x, &y);
+    return std::max(x, y);
+  }
+  bool is_software_rendered() const override { return is_software_; }
+  bool is_iconified() const override { return glfwGetWindowAttrib(window(), GLFW_ICONIFIED) == GLFW_TRUE; }
 
+ private:
   GLFWwindow* window() const { return window_.get(); }
-  static State& of(GLFWwindow* window) { return *static_cast<State*>(glfwGetWindowUserPointer(window)); }
+  static GlfwWindow& of(GLFWwindow* window)
+  {
+    return *static_cast<GlfwWindow*>(glfwGetWindowUserPointer(window));
+  }
 
   /// Called by GLFW, so it must not throw.
   void add(InputEvent event) noexcept
@@ -293,128 +366,19 @@ class Window::State {
   int clicked_button_ = -1;
 };
 
-Window::Window(const WindowOptions& options) : state_(std::make_unique<State>(options)) {}
+}  // namespace
 
-Window::~Window() = default;
-
-Renderer& Window::renderer()
+std::vector<Monitor> connected_monitors()
 {
-  return *state_->renderer_;
+  if (glfwInit() == GLFW_FALSE) return {};
+  std::vector<Monitor> monitors = present_monitors();
+  glfwTerminate();
+  return monitors;
 }
 
-const std::vector<InputEvent>& Window::events(double wait_s)
+std::unique_ptr<Window> open_window(const WindowOptions& options)
 {
-  state_->events_.clear();
-  if (wait_s > 0.0) {
-    glfwWaitEventsTimeout(wait_s);
-  } else {
-    glfwPollEvents();
-  }
-  int width = 0, height = 0;
-  glfwGetFramebufferSize(state_->window(), &width, &height);
-  // A minimised window has no area.
-  if (width > 0 && height > 0) state_->renderer_->resize(width, height);
-  return state_->events_;
-}
-
-std::optional<Gamepad> Window::gamepad() const
-{
-  GLFWgamepadstate state{};
-  for (int k = GLFW_JOYSTICK_1; k <= GLFW_JOYSTICK_LAST; ++k) {
-    if (glfwJoystickIsGamepad(k) == GLFW_FALSE || glfwGetGamepadState(k, &state) == GLFW_FALSE) continue;
-    const auto has = [&](int button) { return state.buttons[button] == GLFW_PRESS; };
-    return Gamepad{has(GLFW_GAMEPAD_BUTTON_A),
-                   has(GLFW_GAMEPAD_BUTTON_B),
-                   has(GLFW_GAMEPAD_BUTTON_Y),
-                   has(GLFW_GAMEPAD_BUTTON_LEFT_BUMPER),
-                   has(GLFW_GAMEPAD_BUTTON_RIGHT_BUMPER),
-                   has(GLFW_GAMEPAD_BUTTON_DPAD_UP),
-                   has(GLFW_GAMEPAD_BUTTON_DPAD_DOWN),
-                   has(GLFW_GAMEPAD_BUTTON_DPAD_LEFT),
-                   has(GLFW_GAMEPAD_BUTTON_DPAD_RIGHT),
-                   static_cast<double>(state.axes[GLFW_GAMEPAD_AXIS_LEFT_X]),
-                   static_cast<double>(state.axes[GLFW_GAMEPAD_AXIS_LEFT_Y])};
-  }
-  return std::nullopt;
-}
-
-const std::vector<std::string>& Window::dropped_files() const
-{
-  return state_->dropped_;
-}
-
-void Window::show(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
-{
-  state_->renderer_->present(scene, shots, overlay);
-  glfwSwapBuffers(state_->window());
-}
-
-bool Window::show_again(const Overlay* overlay)
-{
-  if (!state_->renderer_->present_again(overlay)) return false;
-  glfwSwapBuffers(state_->window());
-  return true;
-}
-
-WindowGeometry Window::geometry() const
-{
-  WindowGeometry place;
-  glfwGetWindowPos(state_->window(), &place.x, &place.y);
-  glfwGetFramebufferSize(state_->window(), &place.width, &place.height);
-  return place;
-}
-
-std::vector<Monitor> Window::monitors() const
-{
-  return present_monitors();
-}
-
-bool Window::should_close() const
-{
-  return glfwWindowShouldClose(state_->window()) == GLFW_TRUE;
-}
-
-void Window::close()
-{
-  glfwSetWindowShouldClose(state_->window(), GLFW_TRUE);
-}
-
-void Window::set_title(const std::string& title)
-{
-  glfwSetWindowTitle(state_->window(), title.c_str());
-}
-
-void Window::toggle_full_screen()
-{
-  GLFWwindow* const window = state_->window();
-  std::array<int, 4>& place = state_->place_;
-  if (glfwGetWindowMonitor(window) != nullptr) {
-    glfwSetWindowMonitor(window, nullptr, place[0], place[1], place[2], place[3], GLFW_DONT_CARE);
-    return;
-  }
-  GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
-  const GLFWvidmode* const mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
-  if (mode == nullptr) return;
-  glfwGetWindowPos(window, &place[0], &place[1]);
-  glfwGetWindowSize(window, &place[2], &place[3]);
-  glfwSetWindowMonitor(window, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
-}
-
-double Window::content_scale() const
-{
-  float x = 1.0F, y = 1.0F;
-  glfwGetWindowContentScale(state_->window(), &x, &y);
-  return std::max(x, y);
-}
-
-bool Window::is_software_rendered() const
-{
-  return state_->is_software_;
-}
-
-bool Window::is_iconified() const
-{
-  return glfwGetWindowAttrib(state_->window(), GLFW_ICONIFIED) == GLFW_TRUE;
+  return std::make_unique<GlfwWindow>(options);
 }
 
 }  // namespace vrda::view

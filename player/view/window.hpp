@@ -48,42 +48,40 @@ std::vector<Monitor> connected_monitors();
 
 class Window {
  public:
-  /// Throws InputError if there is no display or no OpenGL 3.3. One window at a time, on the main thread.
-  explicit Window(const WindowOptions& options);
-  ~Window();
+  virtual ~Window() = default;
 
   /// The renderer, of the size of the content area.
-  Renderer& renderer();
+  virtual Renderer& renderer() = 0;
   /// The events since the last call; valid until the next. Waits up to `wait_s` for an event.
   /// Allocates only for dropped files and for more than 1000 events at once.
-  const std::vector<InputEvent>& events(double wait_s = 0.0);
+  virtual const std::vector<InputEvent>& events(double wait_s = 0.0) = 0;
   /// The first connected gamepad that GLFW knows; empty without one. Does not allocate.
-  std::optional<Gamepad> gamepad() const;
+  virtual std::optional<Gamepad> gamepad() const = 0;
   /// The files of the last drop.
-  const std::vector<std::string>& dropped_files() const;
+  virtual const std::vector<std::string>& dropped_files() const = 0;
   /// Renders a frame and displays it.
-  void show(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
+  virtual void show(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
   /// Displays the last frame with another overlay; false as Renderer::present_again.
-  bool show_again(const Overlay* overlay);
+  virtual bool show_again(const Overlay* overlay) = 0;
 
   /// The present position and size.
-  WindowGeometry geometry() const;
+  virtual WindowGeometry geometry() const = 0;
   /// The connected monitors now.
-  std::vector<Monitor> monitors() const;
-  bool should_close() const;
+  virtual std::vector<Monitor> monitors() const = 0;
+  virtual bool should_close() const = 0;
   /// Without a graphics card.
-  bool is_software_rendered() const;
-  void close();  ///< sets should_close()
-  void set_title(const std::string& title);
-  void toggle_full_screen();
+  virtual bool is_software_rendered() const = 0;
+  virtual void close() = 0;  ///< sets should_close()
+  virtual void set_title(const std::string& title) = 0;
+  virtual void toggle_full_screen() = 0;
   /// The monitor's scale factor for text and controls.
-  double content_scale() const;
+  virtual double content_scale() const = 0;
   /// True while minimised: nothing needs drawing.
-  bool is_iconified() const;
-
- private:
-  class State;
-  std::unique_ptr<State> state_;
+  virtual bool is_iconified() const = 0;
 };
+
+/// Opens a window. Throws InputError if there is no display or no OpenGL 3.3. One window at a time, on the
+/// main thread.
+std::unique_ptr<Window> open_window(const WindowOptions& options);
 
 }  // namespace vrda::view

@@ -289,6 +289,43 @@ void write_ways(const WebOptions& options, const Server& server, std::ostream& m
   messages << std::flush;
 }
 
+/// Opens the default browser with a private temporary file that redirects to the address, since command lines
+/// are visible to all users of the machine. The destructor removes the file.
+class BrowserLaunch {
+ public:
+  explicit BrowserLaunch(const std::string& address)
+  {
+    constexpr std::string_view ending = ".html";
+    std::error_code error;
+    file_ =
+        (std::filesystem::temp_directory_path(error) / "vrda-player-XXXXXX").string() + std::string(ending);
+    const int descriptor = mkstemps(file_.data(), static_cast<int>(ending.size()));
+    if (descriptor < 0) {
+      file_.clear();
+      return;
+    }
+    const std::string page =
+        "<!DOCTYPE html><meta charset=\"utf-8\"><title>VRDA player</title>"
+        "<meta http-equiv=\"refresh\" content=\"0; url=" +
+        address + "\">\n";
+    const bool is_written = write(descriptor, page.data(), page.size()) == static_cast<ssize_t>(page.size());
+    if (close(descriptor) != 0 || !is_written) return;
+    is_started_ =
+        start_process({"xdg-open", file_}, {.in = STDIN_FILENO, .out = STDOUT_FILENO, .err = STDERR_FILENO})
+            .error == 0;
+  }
+  ~BrowserLaunch() { unlink(file_.c_str()); }
+  BrowserLaunch(const BrowserLaunch&) = delete;
+  BrowserLaunch& operator=(const BrowserLaunch&) = delete;
+
+  /// False if the file cannot be written or xdg-open is missing.
+  bool is_started() const { return is_started_; }
+
+ private:
+  std::string file_;
+  bool is_started_ = false;
+};
+
 }  // namespace
 
 void serve_web(const WebOptions& options, const std::optional<LiveFeed>& feed, std::ostream& data,
@@ -304,34 +341,6 @@ void serve_web(const WebOptions& options, const std::optional<LiveFeed>& feed, s
   if (options.opens_browser) visit.emplace(address);
   if (visit && !visit->is_started()) messages << "no browser found: open " << address << std::endl;
   server.run();
-}
-
-// Opens the default browser without the token on its command line.
-
-BrowserLaunch::BrowserLaunch(const std::string& address)
-{
-  constexpr std::string_view ending = ".html";
-  std::error_code error;
-  file_ = (std::filesystem::temp_directory_path(error) / "vrda-player-XXXXXX").string() + std::string(ending);
-  const int descriptor = mkstemps(file_.data(), static_cast<int>(ending.size()));
-  if (descriptor < 0) {
-    file_.clear();
-    return;
-  }
-  const std::string page =
-      "<!DOCTYPE html><meta charset=\"utf-8\"><title>VRDA player</title>"
-      "<meta http-equiv=\"refresh\" content=\"0; url=" +
-      address + "\">\n";
-  const bool is_written = write(descriptor, page.data(), page.size()) == static_cast<ssize_t>(page.size());
-  if (close(descriptor) != 0 || !is_written) return;
-  has_begun_ =
-      start_process({"xdg-open", file_}, {.in = STDIN_FILENO, .out = STDOUT_FILENO, .err = STDERR_FILENO})
-          .error == 0;
-}
-
-BrowserLaunch::~BrowserLaunch()
-{
-  unlink(file_.c_str());
 }
 
 // The page is embedded as xz, which is a quarter smaller than gzip; browsers accept gzip.

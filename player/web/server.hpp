@@ -34,22 +34,6 @@ struct LiveFeed {
 void serve_web(const WebOptions& options, const std::optional<LiveFeed>& feed, std::ostream& data,
                std::ostream& messages);
 
-/// Opens the browser with a private temporary file that redirects to the address, since command lines are
-/// visible to all users of the machine. The destructor removes the file.
-class BrowserLaunch {
- public:
-  explicit BrowserLaunch(const std::string& address);
-  ~BrowserLaunch();
-  BrowserLaunch(const BrowserLaunch&) = delete;
-  BrowserLaunch& operator=(const BrowserLaunch&) = delete;
-  /// False if the file cannot be written or xdg-open is missing.
-  bool is_started() const { return has_begun_; }
-
- private:
-  std::string file_;
-  bool has_begun_ = false;
-};
-
 /// Lines of half blocks (UTF-8), light modules drawn: readable on dark terminals, and by most phones on light
 /// ones. Two module rows per line, with the border of four modules that ISO/IEC 18004 requires.
 std::string qr_code_text(const std::string& content);

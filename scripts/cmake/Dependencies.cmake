@@ -20,7 +20,13 @@ target_include_directories(vrda_hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIRS})
 target_link_libraries(vrda_hdf5 INTERFACE ${HDF5_C_HL_LIBRARIES} ${HDF5_C_LIBRARIES})
 target_compile_definitions(vrda_hdf5 INTERFACE ${HDF5_DEFINITIONS})
 
+# esbuild bundles the pages of the report and of the player with npm packages, which scripts/setup installs.
 find_program(ESBUILD esbuild REQUIRED)
+set(VRDA_NODE_MODULES ${CMAKE_SOURCE_DIR}/player/web/node_modules)
+set(VRDA_UPLOT ${VRDA_NODE_MODULES}/uplot)
+if(NOT EXISTS ${VRDA_UPLOT}/package.json)
+  message(FATAL_ERROR "player/web/node_modules: found no uplot, wanted the npm packages; run scripts/setup")
+endif()
 # The system's Python, which has Debian's fontTools, h5py and xarray.
 find_program(SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
 
@@ -36,8 +42,6 @@ if(VRDA_PIPELINE)
   pkg_check_modules(bullet REQUIRED IMPORTED_TARGET bullet-float64)
   find_package(assimp REQUIRED)
   find_package(OpenSSL REQUIRED COMPONENTS Crypto)
-  # Plots of the report: plotly.js of python3-plotly, minified and bundled by esbuild.
-  find_file(PLOTLY_JS plotly.js PATHS /usr/share/python3-plotly NO_DEFAULT_PATH REQUIRED)
 endif()
 
 if(VRDA_PYTHON)
@@ -74,12 +78,7 @@ if(VRDA_PLAYER)
   add_library(vrda_openigtlink INTERFACE)
   target_include_directories(vrda_openigtlink SYSTEM INTERFACE ${OPENIGTLINK_INCLUDE_DIR})
   target_link_libraries(vrda_openigtlink INTERFACE ${OPENIGTLINK_LIBRARY})
-  # Bundles the web page; its npm packages are installed by scripts/setup.
   find_program(NODE NAMES node nodejs REQUIRED)
-  find_file(VRDA_WEB_PACKAGES three/package.json PATHS ${CMAKE_SOURCE_DIR}/player/web/node_modules NO_DEFAULT_PATH)
-  if(NOT VRDA_WEB_PACKAGES)
-    message(FATAL_ERROR "player/web/node_modules: found no three, wanted the npm packages; run scripts/setup")
-  endif()
 endif()
 
 # The optional room player/webcam. Not find_package, which wants every component of OpenCV.

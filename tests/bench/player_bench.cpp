@@ -106,14 +106,14 @@ void in_a_window(benchmark::State& state, const std::string& file, bool is_turne
   options.width = chosen.width;
   options.height = chosen.height;
   options.is_vsynced = false;
-  view::Window window(options);
-  show::ShownModel shown(file, std::move(model), chosen, window.renderer());
+  const std::unique_ptr<view::Window> window = view::open_window(options);
+  show::ShownModel shown(file, std::move(model), chosen, window->renderer());
   show::Session& session = shown.session();
   const auto draw = [&](double elapsed_s) {
-    window.events();
+    window->events();
     session.advance(elapsed_s);
-    window.renderer().set_samples(session.is_plain() ? 1 : show::samples_at_rest);
-    window.show(session.scene(), session.shots(), &session.overlay());
+    window->renderer().set_samples(session.is_plain() ? 1 : show::samples_at_rest);
+    window->show(session.scene(), session.shots(), &session.overlay());
   };
   const auto drag = [&](int k) {
     session.take({view::InputKind::motion, 400.0 + k % 200, 400.0});

@@ -110,8 +110,15 @@ class Page(unittest.TestCase):
                            "On the femur", "Finite helical axes", "Instant centres in the sagittal plane", "Rolling and sliding", "Share of the load",
                            "Strain", "Tension", "The grid"):
                 self.assertIn(wanted, titles)
-            # The two surfaces of figure 16 are drawn by WebGL.
-            self.assertEqual(browser.value("[...document.querySelectorAll('#surfaces .gl-container canvas')].length >= 2"), True)
+            # The two surfaces of figure 16 turn together, and a chart reads what is under the pointer.
+            surfaces = [f"document.querySelectorAll('#surfaces .drawing')[{k}]" for k in (0, 1)]
+            before = [browser.element(one) for one in surfaces]
+            browser.value(f"{surfaces[0]}.querySelector('canvas').dispatchEvent(new PointerEvent('pointermove', {{ buttons: 1, movementX: 60 }}))")
+            for one, earlier in zip(surfaces, before):
+                self.assertNotEqual(browser.element(one), earlier)
+            browser.value("(() => { const over = document.querySelector('#grid .u-over'), box = over.getBoundingClientRect();"
+                          " over.dispatchEvent(new PointerEvent('pointermove', { clientX: box.x + 10, clientY: box.y + 10 })); })()")
+            self.assertIn("flexion 0°", browser.value("document.querySelector('#grid .tip').textContent"))
             self.assertEqual(browser.value("document.querySelector('h1').textContent"), NASTY)
             self.assertEqual(browser.value("document.title"), NASTY)
             self.assertEqual(browser.value("document.querySelectorAll('img[src=x]').length"), 0)

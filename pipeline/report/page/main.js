@@ -57,13 +57,13 @@ function sectionsOf(data) {
   return data.models.length === 1 ? sectionsOfOne(data) : sectionsOfSeveral(data);
 }
 
-async function main() {
+function main() {
   const data = JSON.parse(document.getElementById("report-data").textContent);
   const sections = sectionsOf(data);
   const title = data.models ? heading(data) : [el("h1", {}, document.title)];
   document.getElementById("report").append(...title, contents(sections), ...sections, el("footer", {}, `Report of ${data.program}.`));
   followTheme();
-  await drawAll();
+  drawAll();
   document.documentElement.dataset.report = "ready";
 }
 

@@ -1,32 +1,32 @@
 // What moves and holds the joint, along the spine: contact paths, axes, equilibria, loads, coordinates.
-import { absent, decimal, el, extent, gridTitle, section, table, wordOf } from "./page.js";
-import { abscissaName, abscissaText, axis, compartmentColor, figure, lineStyle, scene, theme } from "./plot.js";
+import { cssOn, rangeOf, scaleBar, SCALES } from "./chart.js";
+import { absent, decimal, el, gridTitle, section, table, wordOf } from "./page.js";
+import { abscissaName, abscissaText, axis, compartmentColor, curve, dashNamed, figure, lineStyle, theme } from "./plot.js";
+import { viewFrom } from "./space.js";
 
 // Contact points of each compartment on both bodies.
 
-// View along the long axis from above: the subject's right to the right (canonical Z), anterior up (canonical X).
-function pathTrace(model, compartment, body) {
-  const points = compartment[body];
-  const color = compartmentColor(compartment.name);
-  return {
-    type: "scatter", mode: "lines+markers", name: compartment.name,
-    x: points.map((p) => p[2]), y: points.map((p) => p[0]), customdata: model.flexion,
-    line: { color, width: 3 },
-    marker: { size: 6, color: model.flexion, coloraxis: "coloraxis", line: { color, width: 0.8 } },
-    hovertemplate: `${compartment.name}, ${abscissaName()} ${abscissaText("%{customdata}")}: right %{x:.1f}, anterior %{y:.1f} mm<extra></extra>`,
-  };
+// Colours of values over flexion, and their key below the plot.
+function overFlexion(flexion) {
+  const range = rangeOf(flexion);
+  const name = abscissaName() === "flexion" ? "flexion, °" : abscissaName();
+  return { colours: flexion.map((value) => cssOn(SCALES.cividis, value, range)), key: [scaleBar(SCALES.cividis, `${name}: ${decimal(range[0], 0)}`, decimal(range[1], 0))] };
 }
 
-function outlineTrace(points) {
+// View along the long axis from above: the subject's right to the right (canonical Z), anterior up (canonical X). The first and the last point are labelled to show
+// the direction of the path.
+function pathLayers(model, { name, ...of }, body) {
+  const points = of[body], x = points.map((p) => p[2]), y = points.map((p) => p[0]);
+  const known = points.flatMap((p, k) => (p[0] === null ? [] : [k])), ends = known.length > 1 ? [known[0], known.at(-1)] : known;
+  return [{ kind: "line", x, y, colour: compartmentColor(name), width: 3 },
+    { kind: "points", x, y, colours: overFlexion(model.flexion).colours,
+      text: (k) => `${name}, ${abscissaName()} ${abscissaText(model.flexion[k])}: right ${decimal(x[k], 1)}, anterior ${decimal(y[k], 1)} mm` },
+    { kind: "texts", colour: theme().ink, texts: ends.map((k) => ({ x: x[k], y: y[k], text: abscissaText(model.flexion[k]), isLeft: name === "medial" })) }];
+}
+
+function outlineLayer(points) {
   const closed = [...points, points[0]];
-  return { type: "scatter", mode: "lines", x: closed.map((p) => p[1]), y: closed.map((p) => p[0]), line: { color: theme().quiet, width: 1.3 }, hoverinfo: "skip" };
-}
-
-// Labels the first and the last point to show the direction of the path.
-function endLabels(model, compartment, body) {
-  const known = compartment[body].map((p, k) => [p, model.flexion[k]]).filter(([p]) => p[0] !== null);
-  const ends = known.length > 1 ? [known[0], known.at(-1)] : known;
-  return ends.map(([p, flexion]) => ({ x: p[2], y: p[0], text: abscissaText(flexion), showarrow: true, arrowhead: 0, arrowwidth: 0.8, arrowcolor: theme().quiet, ax: compartment.name === "medial" ? -26 : 26, ay: -16, font: { size: 11 } }));
+  return { kind: "line", x: closed.map((p) => p[1]), y: closed.map((p) => p[0]), colour: theme().quiet, width: 1.3 };
 }
 
 function bodyFigure(model, body) {
@@ -37,12 +37,8 @@ function bodyFigure(model, body) {
     title: `On the ${name}`, size: "tall",
     caption: `Contact points of each compartment, viewed along the ${name}’s long axis from above${outline.length > 0 ? ", with its outline" : ""}; mm, anterior upwards, the subject’s right to the right. Colour is ${abscissaName()}.`,
     make: () => ({
-      data: [...(outline.length > 0 ? [outlineTrace(outline)] : []), ...paths.compartments.map((c) => pathTrace(model, c, body))],
-      layout: {
-        xaxis: axis("right, mm"), yaxis: axis("anterior, mm", { scaleanchor: "x", scaleratio: 1 }),
-        annotations: paths.compartments.flatMap((c) => endLabels(model, c, body)),
-        coloraxis: { colorscale: "Cividis", colorbar: { thickness: 10, len: 0.8, outlinewidth: 0, title: { text: abscissaName() === "flexion" ? gridTitle(model, "flexion", "°") : abscissaName(), side: "right" } } },
-      },
+      x: axis("right, mm"), y: axis("anterior, mm"), isEqual: true, key: overFlexion(model.flexion).key,
+      layers: [...(outline.length > 0 ? [outlineLayer(outline)] : []), ...paths.compartments.flatMap((one) => pathLayers(model, one, body))],
     }),
   });
 }
@@ -63,69 +59,49 @@ function midFlexion(model) {
   return model.flexion.slice(1).map((value, k) => 0.5 * (value + model.flexion[k]));
 }
 
-// Each axis is a segment around its crossing with the sagittal plane of the rotation centre, or around its own point.
-function axisSegments(model) {
-  const segments = { x: [], y: [], z: [], color: [] };
-  const flexion = midFlexion(model);
-  model.axes.point_mm.forEach((point, k) => {
+// Each axis is a segment around its crossing with the sagittal plane of the rotation centre, or around its own point; in [right, anterior, proximal].
+function axisLines(model) {
+  const { colours } = overFlexion(midFlexion(model));
+  return model.axes.point_mm.flatMap((point, k) => {
     const direction = model.axes.direction[k];
-    if (point[0] === null || direction[0] === null) return;
+    if (point[0] === null || direction[0] === null) return [];
     const middle = Math.abs(direction[2]) > 0.5 ? -point[2] / direction[2] : 0;
-    for (const t of [middle - HALF_LENGTH_MM, middle + HALF_LENGTH_MM]) {
-      segments.x.push(point[0] + t * direction[0]);
-      segments.y.push(point[1] + t * direction[1]);
-      segments.z.push(point[2] + t * direction[2]);
-      segments.color.push(flexion[k]);
-    }
-    for (const key of ["x", "y", "z"]) segments[key].push(null);
-    segments.color.push(flexion[k]);
+    return [{ colour: colours[k], points: [middle - HALF_LENGTH_MM, middle + HALF_LENGTH_MM].map((s) => [2, 0, 1].map((c) => point[c] + s * direction[c])) }];
   });
-  return segments;
 }
 
-// plotly draws its third axis upwards: canonical Y, proximal.
 function helicalFigure(model) {
+  const lines = axisLines(model);
+  // A cube around the rotation centre keeps lengths and directions true and every title visible.
+  const half = 1.05 * Math.max(...rangeOf(lines.flatMap(({ points }) => points.flat())).map(Math.abs), 1);
   return figure({
-    title: "Finite helical axes", size: "tall",
+    title: "Finite helical axes", size: "tall", view: viewFrom(-0.6, 0.45),
     caption: "The rotation axis of the moving body from one flexion to the next, as segments of 100 mm in the axes of the reference body, mm from the rotation centre. Colour is flexion.",
-    make: () => {
-      const s = axisSegments(model);
-      const line = { color: s.color, colorscale: "Cividis", width: 4, showscale: true, colorbar: { thickness: 10, len: 0.7, outlinewidth: 0, title: { text: gridTitle(model, "flexion", "°"), side: "right" } } };
-      // A cube around the rotation centre keeps lengths and directions true and every title visible.
-      const half = 1.05 * Math.max(...extent([...s.x, ...s.y, ...s.z]).map(Math.abs));
-      const axes = scene("right, mm", "anterior, mm", "proximal, mm", { aspectmode: "cube", camera: { eye: { x: 1.6, y: 1.6, z: 0.9 }, center: { x: 0.14, y: -0.14, z: -0.1 } } });
-      for (const one of [axes.xaxis, axes.yaxis, axes.zaxis]) one.range = [-half, half];
-      return {
-        data: [{ type: "scatter3d", mode: "lines", x: s.z, y: s.x, z: s.y, line, hoverinfo: "skip" }],
-        layout: { scene: axes, margin: { l: 0, r: 0, t: 0, b: 0 } },
-      };
-    },
+    make: () => ({ size: [1, 1, 1], axes: ["right, mm", "anterior, mm", "proximal, mm"].map((title) => ({ title, range: [-half, half] })), lines, key: overFlexion(midFlexion(model)).key }),
   });
 }
 
 function centreFigure(model) {
-  const centres = model.axes.instant_centre_mm;
+  const centres = model.axes.instant_centre_mm, [x, y] = [0, 1].map((c) => centres.map((p) => p[c])), flexion = midFlexion(model);
   return figure({
     title: "Instant centres in the sagittal plane", size: "tall",
     caption: "Intersection of the helical axis with the sagittal plane of the reference body, anterior to the right; mm from the rotation centre. Colour is flexion.",
-    make: () => ({
-      data: [{ type: "scatter", mode: "lines+markers", x: centres.map((p) => p[0]), y: centres.map((p) => p[1]), customdata: midFlexion(model),
-        line: { color: theme().rule, width: 1.2 }, marker: { size: 7, color: midFlexion(model), coloraxis: "coloraxis" },
-        hovertemplate: "flexion %{customdata}°: anterior %{x:.1f}, proximal %{y:.1f} mm<extra></extra>" }],
-      layout: { xaxis: axis("anterior, mm"), yaxis: axis("proximal, mm", { scaleanchor: "x" }), coloraxis: { colorscale: "Cividis", colorbar: { thickness: 10, len: 0.7, outlinewidth: 0, title: { text: gridTitle(model, "flexion", "°"), side: "right" } } } },
-    }),
+    make: () => {
+      const { colours, key } = overFlexion(flexion);
+      return { x: axis("anterior, mm"), y: axis("proximal, mm"), isEqual: true, key,
+        layers: [{ kind: "line", x, y, colour: theme().rule, width: 1.2 },
+          { kind: "points", x, y, colours, size: 7, text: (k) => `flexion ${flexion[k]}°: anterior ${decimal(x[k], 1)}, proximal ${decimal(y[k], 1)} mm` }] };
+    },
   });
 }
 
 function rollingFigure(model) {
-  const flexion = midFlexion(model);
-  const series = ["medial", "lateral"].flatMap((name) => [["rolling", "solid"], ["sliding", "dot"]].map(([kind, dash]) => ({
-    type: "scatter", mode: "lines", name: `${name}, ${kind}`, x: flexion, y: model.axes[`${name}_${kind}_mm`], line: { color: compartmentColor(name), dash, width: 2 },
-    hovertemplate: `${name}, ${kind}: %{y:.2f} mm at %{x}°<extra></extra>` })));
+  const layers = () => ["medial", "lateral"].flatMap((name) => [["rolling", "solid"], ["sliding", "dot"]].map(([kind, dash]) =>
+    curve(`${name}, ${kind}`, midFlexion(model), model.axes[`${name}_${kind}_mm`], "mm", { colour: compartmentColor(name), dash: dashNamed(dash) })));
   return figure({
     title: "Rolling and sliding",
     caption: "Contact travel from one flexion to the next: the part common to both surfaces (rolling) and their difference (sliding), mm per step. In a flexing knee the reference rolls backwards (−) and slides forwards (+); schemas/clinical.md has the formulas.",
-    make: () => ({ data: series, layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis("mm per step") } }),
+    make: () => ({ x: axis(gridTitle(model, "flexion")), y: axis("mm per step"), layers: layers() }),
   });
 }
 
@@ -134,11 +110,9 @@ function screwFigure(model) {
     title: "Rotation and translation along the axis",
     caption: "Rotation about the axis (degrees, left) and translation along it (mm, right) from one flexion to the next.",
     make: () => ({
-      data: [
-        { type: "scatter", mode: "lines", name: "rotation, degrees", x: midFlexion(model), y: model.axes.rotation_deg, line: { ...lineStyle(0), width: 2 } },
-        { type: "scatter", mode: "lines", name: "translation, mm", x: midFlexion(model), y: model.axes.translation_mm, yaxis: "y2", line: { ...lineStyle(1), width: 2 } },
-      ],
-      layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis("degrees per step", { rangemode: "tozero" }), yaxis2: axis("mm per step", { overlaying: "y", side: "right", showgrid: false }) },
+      x: axis(gridTitle(model, "flexion")), y: axis("degrees per step", { fromZero: true }), right: axis("mm per step"),
+      layers: [curve("rotation, degrees", midFlexion(model), model.axes.rotation_deg, "degrees", lineStyle(0)),
+        curve("translation, mm", midFlexion(model), model.axes.translation_mm, "mm", { ...lineStyle(1), scale: "right" })],
     }),
   });
 }
@@ -161,20 +135,17 @@ function excess({ flexion, energy, is_chosen: isChosen }) {
   return energy.map((value, k) => value - chosen.get(flexion[k]));
 }
 
-function branchTrace(branches, values, isChosen, unit) {
-  const rows = branches.flexion.map((_, k) => k).filter((k) => (branches.is_chosen[k] === 1) === isChosen);
-  const above = excess(branches);
-  const { color } = lineStyle(isChosen ? 0 : 1);
-  return { type: "scatter", mode: isChosen ? "lines+markers" : "markers", name: BRANCH_NAMES[isChosen], x: rows.map((k) => branches.flexion[k]), y: rows.map((k) => values[k]),
-    marker: { color, size: isChosen ? 4 : 8, symbol: isChosen ? "circle" : "circle-open", line: { color, width: isChosen ? 0 : 1.5 } }, line: { color, width: 1.6 },
-    customdata: rows.map((k) => decimal(above[k], 3)), hovertemplate: `flexion %{x}°: %{y:.2f} ${unit}, energy %{customdata} N mm above the chosen<extra></extra>` };
+function branchLayers(branches, values, isChosen, unit) {
+  const rows = branches.flexion.map((_, k) => k).filter((k) => (branches.is_chosen[k] === 1) === isChosen), above = excess(branches);
+  const x = rows.map((k) => branches.flexion[k]), y = rows.map((k) => values[k]), { colour } = lineStyle(isChosen ? 0 : 1);
+  const text = (k) => `flexion ${x[k]}°: ${decimal(y[k], 2)} ${unit}, energy ${decimal(above[rows[k]], 3)} N mm above the chosen`;
+  const points = { kind: "points", name: BRANCH_NAMES[isChosen], x, y, colour, size: isChosen ? 4 : 8, isOpen: !isChosen, text };
+  return isChosen ? [{ kind: "line", name: points.name, x, y, colour, width: 1.6 }, points] : [points];
 }
 
 function branchFigure(model, { key, title, caption, label, unit }) {
   const { branches } = model.spine;
-  return figure({ title, caption, make: () => ({
-    data: [branchTrace(branches, branches[key], true, unit), branchTrace(branches, branches[key], false, unit)],
-    layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(label) } }) });
+  return figure({ title, caption, make: () => ({ x: axis(gridTitle(model, "flexion")), y: axis(label), layers: [true, false].flatMap((isChosen) => branchLayers(branches, branches[key], isChosen, unit)) }) });
 }
 
 export function branchesSection(model) {
@@ -196,30 +167,31 @@ function share(part, forces, k) {
   return forces.medial_n[k] === null || sum === 0 ? null : (100 * part[k]) / sum;
 }
 
-function area(model, forces, key, name, color) {
-  return { type: "scatter", mode: "lines", stackgroup: "share", name, x: model.flexion, y: model.flexion.map((_, k) => share(forces[key], forces, k)), line: { color, width: 1 }, fillcolor: `${color}99`,
-    hovertemplate: `${name}: %{y:.1f} % at %{x}°<extra></extra>` };
+// The compartments' shares above one another.
+function shareLayers(model) {
+  const { forces, flexion } = model, kinds = [["medial_n", "medial", compartmentColor("medial")], ["lateral_n", "lateral", compartmentColor("lateral")], ["none_n", "neither", theme().quiet]];
+  let low = flexion.map(() => 0);
+  return kinds.filter(([key]) => key !== "none_n" || forces.none_n.some((value) => value > 0)).flatMap(([key, name, colour]) => {
+    const own = flexion.map((_, k) => share(forces[key], forces, k)), from = low, high = own.map((part, k) => (part === null ? null : from[k] + part));
+    low = high;
+    return [{ kind: "band", name, x: flexion, low: from, high, colour: `${colour}99` },
+      { kind: "line", name, x: flexion, y: high, colour, width: 1, text: (k) => `${name}: ${decimal(own[k], 1)} % at ${flexion[k]}°` }];
+  });
 }
 
 function shareFigure(model) {
-  const { forces } = model;
-  const hasOther = forces.none_n.some((value) => value > 0);
   return figure({
     title: "Share of the load",
     caption: "Contact force along Δ carried by each compartment, per cent of the total contact force along the spine.",
-    make: () => ({
-      data: [area(model, forces, "medial_n", "medial", compartmentColor("medial")), area(model, forces, "lateral_n", "lateral", compartmentColor("lateral")),
-        ...(hasOther ? [area(model, forces, "none_n", "neither", theme().quiet)] : [])],
-      layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis("per cent", { range: [0, 100] }) },
-    }),
+    make: () => ({ x: axis(gridTitle(model, "flexion")), y: axis("per cent", { range: [0, 100] }), layers: shareLayers(model) }),
   });
 }
 
 // Curves by compartment, of names and values along the spine.
 function compartmentFigure(model, { title, caption, unit, curves }) {
-  const line = ({ name, values }) => ({ type: "scatter", mode: "lines", name, x: model.flexion, y: values, line: { color: compartmentColor(name), width: 2 },
-    hovertemplate: `${name}: %{y:.1f} ${unit} at ${abscissaText("%{x}")}<extra></extra>` });
-  return figure({ title, caption, make: () => ({ data: curves.map(line), layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(unit, { rangemode: "tozero" }) } }) });
+  return figure({ title, caption,
+    make: () => ({ x: axis(gridTitle(model, "flexion")), y: axis(unit, { fromZero: true }),
+      layers: curves.map(({ name, values }) => curve(name, model.flexion, values, unit, { colour: compartmentColor(name) })) }) });
 }
 
 function forceFigure(model) {
@@ -237,11 +209,8 @@ export function curvesSection(model) {
 function bundleFigure(model, { key, scale, title, caption, unit }) {
   return figure({
     title, caption, size: "tall",
-    make: () => ({
-      data: model.fibres.map((bundle, k) => ({ type: "scatter", mode: "lines", name: `${bundle.name} (${bundle.n_fibres})`, x: model.flexion, y: bundle[key].map((v) => (v === null ? null : scale * v)), line: { ...lineStyle(k), width: 2 },
-        hovertemplate: `${bundle.name}: %{y:.2f} ${unit} at %{x}°<extra></extra>` })),
-      layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(unit), margin: { l: 58, r: 16, t: 12, b: 90 } },
-    }),
+    make: () => ({ x: axis(gridTitle(model, "flexion")), y: axis(unit),
+      layers: model.fibres.map((bundle, k) => curve(`${bundle.name} (${bundle.n_fibres})`, model.flexion, bundle[key].map((v) => (v === null ? null : scale * v)), unit, lineStyle(k))) }),
   });
 }
 
@@ -272,11 +241,8 @@ function holdingFigure(model, held, { title, unit, scale, caption }) {
   if (held.length === 0) return null;
   return figure({
     title, caption,
-    make: () => ({
-      data: held.map((one, k) => ({ type: "scatter", mode: "lines", name: coordinateName(model, one), x: model.flexion, y: one.holding_load.map((v) => (v === null ? null : v * scale)), line: { ...lineStyle(k), width: 2 },
-        hovertemplate: `${coordinateName(model, one)}: %{y:.3f} ${unit} at %{x}<extra></extra>` })),
-      layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(unit) },
-    }),
+    make: () => ({ x: axis(gridTitle(model, "flexion")), y: axis(unit),
+      layers: held.map((one, k) => curve(coordinateName(model, one), model.flexion, one.holding_load.map((v) => (v === null ? null : v * scale)), unit, lineStyle(k))) }),
   });
 }
 

@@ -1,6 +1,8 @@
 // The motion of the joint: clinical curves, comparison with other curves, surfaces over the grid, repair.
-import { absent, choice, decimal, el, extent, folded, gridTitle, length, motionName, number, PARAMETERS, parameterTitle, section, setName, table, wordOf } from "./page.js";
-import { abscissaName, axis, curvePlots, figure, isCycle, lineStyle, scene } from "./plot.js";
+import { cssOn, rangeOf, scaleBar, SCALES } from "./chart.js";
+import { absent, choice, decimal, el, folded, gridTitle, length, motionName, number, PARAMETERS, parameterTitle, section, setName, table, wordOf } from "./page.js";
+import { abscissaName, axis, curve, curvePlots, figure, isCycle, lineStyle } from "./plot.js";
+import { viewFrom } from "./space.js";
 
 // Clinical curves of one model: screw-home and translations.
 
@@ -129,58 +131,51 @@ export function comparisonSection(data) {
 
 // Raw next to smoothed surfaces, as in figure 16 of the thesis.
 
-const SCALE = "Viridis";
-const AROUND_ZERO = [[0, "#0b6aa8"], [0.5, "#f1f0ec"], [1, "#c2500a"]];
-const START_CAMERA = { eye: { x: -1.4, y: -1.55, z: 0.87 }, center: { x: 0, y: 0, z: -0.13 } };
-
 function difference(a, b) {
   return a.map((row, i) => row.map((value, j) => (value === null || b[i][j] === null ? null : value - b[i][j])));
 }
 
-function transposed(grid) {
-  return grid[0].map((_, j) => grid.map((row) => row[j]));
+function widened([low, high]) {
+  return low < high ? [low, high] : [low - 1, low + 1];
 }
 
-function rangeOf(grids) {
-  const [least, most] = extent(grids.flat(2));
-  return least < most ? [least, most] : [least - 1, least + 1];
+function placeText(model, i, j) {
+  return `flexion ${model.flexion[i]}°, varus ${model.varus[j]}°`;
 }
 
-function surfaceTrace(model, z, range) {
-  const unitLines = { show: true, color: "rgba(255,255,255,.35)", width: 1 };
-  return { type: "surface", x: model.varus, y: model.flexion, z, cmin: range[0], cmax: range[1], colorscale: SCALE, showscale: false,
-    contours: { x: { ...unitLines, size: 2, start: model.varus[0], end: model.varus.at(-1) }, y: { ...unitLines, size: 10, start: model.flexion[0], end: model.flexion.at(-1) } },
-    lighting: { ambient: 0.75, diffuse: 0.5, specular: 0.05 },
-    hovertemplate: "flexion %{y}°, varus %{x}°: %{z:.3f}<extra></extra>" };
-}
-
-function heatTrace(model, grid, range, colorscale = SCALE) {
-  return { type: "heatmap", x: model.flexion, y: model.varus, z: transposed(grid), zmin: range[0], zmax: range[1], colorscale, zsmooth: false,
-    colorbar: { thickness: 12, outlinewidth: 0, len: 0.95 }, hovertemplate: "flexion %{x}°, varus %{y}°: %{z:.3f}<extra></extra>" };
-}
-
-function surfaceLayout(model, state, range) {
-  const axes = scene(gridTitle(model, "varus", "°"), gridTitle(model, "flexion", "°"), PARAMETERS[state.parameter].unit, { camera: state.camera, aspectmode: "manual", aspectratio: { x: 1.1, y: 1.25, z: 0.75 } });
-  axes.zaxis.range = range;
-  return { scene: axes, margin: { l: 0, r: 0, t: 0, b: 0 } };
-}
-
-function heatLayout(model) {
-  return { xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(`${gridTitle(model, "varus")}${model.words ? "" : " (adduction +)"}`) };
-}
-
-function panel(model, state, isRaw) {
-  const raw = () => model.surfaces[0][state.parameter];
-  const smoothed = () => state.set[state.parameter];
-  const make = () => {
-    const range = rangeOf([raw(), smoothed()]);
-    const grid = isRaw ? raw() : smoothed();
-    if (state.view === "surface") return { data: [surfaceTrace(model, grid, range)], layout: surfaceLayout(model, state, range) };
-    return { data: [heatTrace(model, grid, range)], layout: heatLayout(model) };
+// `grid[i][j]` as a surface over both axes.
+function surfacePicture(model, { parameter }, grid, range) {
+  return {
+    size: [1.1, 1.25, 0.75], axes: [{ title: gridTitle(model, "varus", "°"), range: widened(rangeOf(model.varus)) }, { title: gridTitle(model, "flexion", "°"), range: widened(rangeOf(model.flexion)) },
+      { title: PARAMETERS[parameter].unit, range }],
+    surface: { x: model.varus, y: model.flexion, z: grid, colourOf: (value) => cssOn(SCALES.viridis, value, range), text: (i, j) => `${placeText(model, i, j)}: ${decimal(grid[i][j], 3)}` },
   };
-  return figure({ title: isRaw ? "Raw" : "Smoothed", size: "tall", make,
+}
+
+function heatChart(model, grid, range, scale) {
+  return {
+    x: axis(gridTitle(model, "flexion")), y: axis(`${gridTitle(model, "varus")}${model.words ? "" : " (adduction +)"}`), key: [scaleBar(scale, number(range[0]), number(range[1]))],
+    layers: [{ kind: "cells", x: model.flexion, y: model.varus, colourOf: (i, j) => (grid[i][j] === null ? null : cssOn(scale, grid[i][j], range)),
+      text: (i, j) => (grid[i][j] === null ? "" : `${placeText(model, i, j)}: ${decimal(grid[i][j], 3)}`) }],
+  };
+}
+
+// The same grid as a surface and as a map, of which one is shown; both surfaces turn together.
+function panel(model, state, isRaw) {
+  const shown = () => {
+    const both = [model.surfaces[0], state.set].map((set) => set[state.parameter]);
+    return { grid: both[isRaw ? 0 : 1], range: widened(rangeOf(both.flat(2))) };
+  };
+  const facts = { title: isRaw ? "Raw" : "Smoothed", size: "tall",
     caption: isRaw ? "The solver's result at each attitude; holes are attitudes without a pose."
-      : "The least-squares polynomial with the same axes and colours; set and parameter are selected above." });
+      : "The least-squares polynomial with the same axes and colours; set and parameter are selected above." };
+  const pictures = {
+    surface: figure({ ...facts, view: state.seen, make: () => { const { grid, range } = shown(); return surfacePicture(model, state, grid, range); } }),
+    map: figure({ ...facts, make: () => { const { grid, range } = shown(); return heatChart(model, grid, range, SCALES.viridis); } }),
+  };
+  const place = el("div", {}, pictures.surface);
+  place.redraw = () => { place.replaceChildren(pictures[state.view]); pictures[state.view].redraw(); };
+  return place;
 }
 
 function residualPanel(model, state) {
@@ -189,21 +184,9 @@ function residualPanel(model, state) {
     caption: "Change by smoothing at each attitude, in the unit of the parameter; pale is no change. Changes above 0.145 mm or 0.27 degrees are perceptible on the bench.",
     make: () => {
       const grid = difference(state.set[state.parameter], model.surfaces[0][state.parameter]);
-      const most = Math.max(...extent(grid.flat()).map(Math.abs), 1e-9);
-      return { data: [heatTrace(model, grid, [-most, most], AROUND_ZERO)], layout: heatLayout(model) };
+      const most = Math.max(...rangeOf(grid.flat()).map(Math.abs), 1e-9);
+      return heatChart(model, grid, [-most, most], SCALES.difference);
     },
-  });
-}
-
-// Rotating one scene rotates the other.
-function linkCameras(figures, state) {
-  figures.forEach((one, k) => {
-    one.addEventListener("pointerup", () => {
-      const camera = one.plotNode.layout?.scene?.camera;
-      if (state.view !== "surface" || !camera) return;
-      state.camera = camera;
-      figures[1 - k].redraw();
-    });
   });
 }
 
@@ -225,12 +208,11 @@ function preferred(model) {
 }
 
 function gridParts(model) {
-  const state = { parameter: "tx", set: preferred(model), view: "surface", camera: START_CAMERA };
+  const state = { parameter: "tx", set: preferred(model), view: "surface", seen: viewFrom(-0.75, 0.5) };
   const hasSmoothed = model.surfaces.length > 1;
-  const panels = hasSmoothed ? [panel(model, state, true), panel(model, state, false)] : [panel(model, state, true)];
+  const panels = (hasSmoothed ? [true, false] : [true]).map((isRaw) => panel(model, state, isRaw));
   const residual = hasSmoothed ? residualPanel(model, state) : null;
-  const redraw = () => [...panels, residual].filter(Boolean).forEach((one) => { one.plotNode.replaceChildren(); window.Plotly.purge(one.plotNode); one.redraw(); });
-  if (hasSmoothed) linkCameras(panels, state);
+  const redraw = () => [...panels, residual].filter(Boolean).forEach((one) => one.redraw());
   return [controls(model, state, redraw), hasSmoothed ? el("div", { class: "columns" }, panels) : panels, residual];
 }
 
@@ -292,7 +274,7 @@ export function repairSection({ repair }) {
   const curves = [["measured", repair.before], ["repaired", repair.after]].map(([label, motion]) => ({ ...motion, label, joint_flexion: motion.flexion, flexion: repair.key })); // flexion: the abscissa
   const distance = figure({
     title: "distance from the measurement", caption: "Mahalanobis distance of each frame, in standard deviations of the measurement.",
-    make: () => ({ data: [{ x: repair.key, y: repair.distance, mode: "lines", line: { ...lineStyle(0), width: 2 } }], layout: { xaxis: axis(repair.key_name), yaxis: axis("standard deviations") } }),
+    make: () => ({ x: axis(repair.key_name), y: axis("standard deviations"), layers: [curve("distance", repair.key, repair.distance, "standard deviations", lineStyle(0))] }),
   });
   return section("repair", "Repair of the measurement", el("p", {}, noiseText(repair)), repairedTable(repair), curvePlots(curves, QUANTITIES, { over: repair.key_name }), distance);
 }

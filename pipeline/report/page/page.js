@@ -105,14 +105,3 @@ export function wordOf(model, rotation) {
 export function gridTitle(model, angle, unit = "degrees") {
   return `${wordOf(model, angle)}${model.axes_are_turned ? " of the attitude" : ""}, ${unit}`;
 }
-
-/** Minimum and maximum of numbers, ignoring null. */
-export function extent(values) {
-  let least = Infinity, most = -Infinity;
-  for (const value of values) {
-    if (value === null || value === undefined) continue;
-    least = Math.min(least, value);
-    most = Math.max(most, value);
-  }
-  return [least, most];
-}

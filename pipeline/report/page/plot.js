@@ -1,10 +1,10 @@
-// Plots in the page's colours, redrawn when these change, and curves with a common legend.
+// Figures of the report in the page's colours, redrawn when these change, and curves with a common legend.
+import { Chart } from "./chart.js";
 import { el } from "./page.js";
-
-// Plots in the page's colours, redrawn when these change.
+import { Space } from "./space.js";
 
 const N_COLOURS = 8;
-const DASHES = ["solid", "dash", "dot", "dashdot", "longdash"];
+const DASHES = { solid: [], dash: [7, 4], dot: [2, 4], dashdot: [7, 3, 2, 3], longdash: [11, 4] };
 
 const drawn = [];
 
@@ -19,22 +19,17 @@ export function theme() {
 /** Colour and dash of the k-th series. */
 export function lineStyle(k) {
   const { series } = theme();
-  return { color: series[k % series.length], dash: DASHES[Math.floor(k / series.length) % DASHES.length] };
+  return { colour: series[k % N_COLOURS], dash: Object.values(DASHES)[Math.floor(k / N_COLOURS) % Object.keys(DASHES).length] };
 }
 
-/** Colour of the k-th series for page elements; follows the colour scheme. */
-function cssColor(k) {
-  return `var(--series-${k % N_COLOURS})`;
+/** A dash by its name: dash, dot. */
+export function dashNamed(name) {
+  return DASHES[name];
 }
 
 /** Colour of a compartment. */
 export function compartmentColor(name) {
   return theme().series[name === "medial" ? 0 : 1];
-}
-
-function axisBase() {
-  const { rule, quiet } = theme();
-  return { gridcolor: rule, zerolinecolor: rule, linecolor: rule, tickcolor: rule, color: quiet, automargin: true };
 }
 
 const FLEXION = "flexion, degrees";
@@ -57,56 +52,60 @@ export function abscissaName() {
 
 /** An axis with its title; that of flexion is renamed to the key. */
 export function axis(title, more = {}) {
-  const { ink } = theme();
-  return { ...axisBase(), title: { text: title === FLEXION && key !== null ? key : title, font: { size: 13, color: ink }, standoff: 8 }, ...more };
+  return { title: title === FLEXION && key !== null ? key : title, ...more };
 }
 
-/** Three axes of a 3-D scene. */
-export function scene(x, y, z, more = {}) {
-  const { quiet, ink, rule } = theme();
-  const of = (title) => ({ title: { text: title, font: { size: 12, color: ink } }, color: quiet, gridcolor: rule, zerolinecolor: rule, tickfont: { size: 10 }, showbackground: false });
-  return { xaxis: of(x), yaxis: of(y), zaxis: of(z), ...more };
+/** A reading of a curve: its name, value and place. */
+export function reading(name, values, x, unit, digits = 2) {
+  return (k) => `${name}: ${values[k].toFixed(digits)} ${unit} at ${abscissaText(Number(x[k].toFixed(1)))}`;
 }
 
-function layoutBase() {
-  const { ink, quiet, panel, rule } = theme();
-  return {
-    autosize: true,
-    margin: { l: 58, r: 16, t: 12, b: 48 },
-    paper_bgcolor: "rgba(0,0,0,0)",
-    plot_bgcolor: "rgba(0,0,0,0)",
-    font: { family: "system-ui, 'Segoe UI', 'Noto Sans', 'DejaVu Sans', sans-serif", size: 12, color: ink },
-    hoverlabel: { bgcolor: panel, bordercolor: rule, font: { color: ink } },
-    modebar: { bgcolor: "rgba(0,0,0,0)", color: quiet, activecolor: ink },
-    legend: { orientation: "h", x: 0, y: -0.22, yanchor: "top" },
-    showlegend: false,
-  };
+/** A named curve with its reading; `more`: other members of a layer (chart.js). */
+export function curve(name, x, y, unit, more = {}) {
+  return { kind: "line", name, x, y, text: reading(name, y, x, unit), ...more };
 }
 
-const CONFIG = { displaylogo: false, responsive: true, modeBarButtonsToRemove: ["lasso2d", "select2d"], showLink: false };
+function swatch({ colour, dash = [], kind }) {
+  const isMark = kind === "points" || kind === "band", ns = "http://www.w3.org/2000/svg", svg = document.createElementNS(ns, "svg"), shape = document.createElementNS(ns, isMark ? "circle" : "line");
+  const of = (node, attributes) => { for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value); };
+  of(svg, { width: 30, height: 12, "aria-hidden": true });
+  of(shape, isMark ? { cx: 15, cy: 6, r: 3.5, style: `fill: ${colour}` } : { x1: 1, y1: 6, x2: 29, y2: 6, style: `stroke: ${colour}`, "stroke-width": 2.5, "stroke-dasharray": dash.join(" ") });
+  svg.append(shape);
+  return svg;
+}
 
-function draw(entry) {
-  const { data, layout } = entry.make();
-  return window.Plotly.react(entry.node, data, { ...layoutBase(), ...layout }, CONFIG);
+/** One box a curve, which switches it off. `entries`: { name, isOff, and the style of its layer }; `change(entry, isOff)`. */
+function legend(entries, change) {
+  return el("ul", { class: "legend", "aria-label": "Curves shown" }, entries.map((entry) => {
+    const box = el("input", { type: "checkbox" });
+    box.checked = !entry.isOff;
+    box.addEventListener("change", () => change(entry, !box.checked));
+    return el("li", {}, el("label", {}, box, swatch(entry), entry.name));
+  }));
 }
 
 /**
- * A figure with a plot. `make()` returns { data, layout }; it is called again when colours or selections change.
- * The returned element has `redraw()` and `plotNode`.
+ * A figure with a plot: a chart, or a picture in space if `view` is given. `make()` returns what chart.js or space.js shows, and `key`: elements below it; it is called again
+ * when colours or selections change. Named layers have a legend, unless `hasLegend` is false. The returned element has `redraw()`.
  */
-export function figure({ title, caption, size = "", make }) {
-  const node = el("div", { class: `drawing ${size}`, role: "img", "aria-label": `${title}. ${caption}` });
-  const entry = { node, make };
-  drawn.push(entry);
-  const result = el("figure", {}, el("h3", {}, title), node, el("figcaption", {}, caption));
-  result.redraw = () => draw(entry);
-  result.plotNode = node;
+export function figure({ title, caption, size = "", view, make, hasLegend = true }) {
+  const node = el("div", { class: `drawing ${size}`, role: "img", "aria-label": `${title}. ${caption}` }), below = el("div", { class: "key" });
+  const picture = view ? new Space(node, view) : new Chart(node), off = new Set();
+  const result = el("figure", {}, el("h3", {}, title), node, below, el("figcaption", {}, caption));
+  result.redraw = () => {
+    const { ink: text, quiet, rule } = theme(), what = { ...make(), ink: { text, quiet, rule } };
+    const named = (what.layers ?? []).filter((layer, k, all) => layer.name && all.findIndex((one) => one.name === layer.name) === k);
+    const items = hasLegend && named.length > 1 ? [legend(named.map((layer) => ({ ...layer, isOff: off.has(layer.name) })), ({ name }, isOff) => { if (isOff) off.add(name); else off.delete(name); result.redraw(); })] : [];
+    below.replaceChildren(...items, ...(what.key ?? []));
+    picture.show({ ...what, layers: what.layers?.filter((layer) => !off.has(layer.name)) });
+  };
+  drawn.push(result);
   return result;
 }
 
 /** Draws all figures that are in the document. */
 export function drawAll() {
-  return Promise.all(drawn.filter((entry) => entry.node.isConnected).map(draw));
+  for (const one of drawn) if (one.isConnected) one.redraw();
 }
 
 /** Redraws when the system's colour scheme changes and for printing, which is always light. */
@@ -120,79 +119,37 @@ export function followTheme() {
 
 // Curves of several quantities over flexion, with a common legend that switches them on and off.
 
-function swatch(index, isPoints) {
-  const style = { ...lineStyle(index), color: cssColor(index) };
-  const dash = { solid: "", dash: "7 4", dot: "2 3", dashdot: "7 3 2 3", longdash: "11 4" }[style.dash];
-  const ns = "http://www.w3.org/2000/svg";
-  const svg = document.createElementNS(ns, "svg");
-  svg.setAttribute("width", "30");
-  svg.setAttribute("height", "12");
-  svg.setAttribute("aria-hidden", "true");
-  const shape = document.createElementNS(ns, isPoints ? "circle" : "line");
-  const attributes = isPoints ? { cx: 15, cy: 6, r: 3.5, style: `fill: ${style.color}` }
-    : { x1: 1, y1: 6, x2: 29, y2: 6, style: `stroke: ${style.color}`, "stroke-width": 2.5, "stroke-dasharray": dash };
-  for (const [name, value] of Object.entries(attributes)) shape.setAttribute(name, value);
-  svg.append(shape);
-  return svg;
-}
-
 /** True if flexion is not monotonic: the frames of a measured cycle are drawn as points, not as a line. */
 export function isCycle(flexion) {
   return flexion.some((value, k) => k > 0 && value < flexion[k - 1]);
 }
 
-function curveTrace(curve, key, style, unit, offset) {
-  const y = curve[key].map((value) => (value === null ? null : value - offset));
-  const appearance = curve.isPoints ? { mode: "markers", marker: { color: style.color, size: 5, opacity: 0.65 } }
-    : { mode: "lines", line: { color: style.color, dash: style.dash, width: curve.width ?? 2 } };
-  return { type: "scatter", x: curve.flexion, y, name: curve.label, ...appearance, hovertemplate: `%{y:.2f} ${unit} at ${abscissaText("%{x:.1f}")}<extra>${curve.hover}</extra>` };
-}
-
-// Fills the area between the low and the high end of a band.
-function bandTraces(curve, style) {
-  const line = { width: 0 }, common = { type: "scatter", mode: "lines", line, hoverinfo: "skip", showlegend: false };
-  return [{ ...common, x: curve.flexion, y: curve.band.low },
-    { ...common, x: curve.flexion, y: curve.band.high, fill: "tonexty", fillcolor: `${style.color}26` }];
-}
-
 // Offset that makes curves agree at their first common flexion.
-function startOf(curve, key, flexion) {
+function startOf(one, key, flexion) {
   let nearest = null;
-  curve.flexion.forEach((value, k) => {
-    if (curve[key][k] === null) return;
-    if (nearest === null || Math.abs(value - flexion) < Math.abs(curve.flexion[nearest] - flexion)) nearest = k;
+  one.flexion.forEach((value, k) => {
+    if (one[key][k] === null) return;
+    if (nearest === null || Math.abs(value - flexion) < Math.abs(one.flexion[nearest] - flexion)) nearest = k;
   });
-  return nearest === null ? 0 : curve[key][nearest];
+  return nearest === null ? 0 : one[key][nearest];
 }
 
 function firstCommonFlexion(curves) {
-  return Math.max(...curves.map((curve) => Math.min(...curve.flexion)));
+  return Math.max(...curves.map((one) => Math.min(...one.flexion)));
 }
 
-function tracesOf(state, quantity) {
-  const shown = state.curves.filter((curve) => !curve.isOff && curve[quantity.key]);
+function styleOf(one) {
+  return one.isPoints ? { kind: "points", colour: `${lineStyle(one.index).colour}a6`, size: 5 } : { ...lineStyle(one.index), width: one.width };
+}
+
+function layersOf(state, { key, unit }) {
+  const shown = state.curves.filter((one) => !one.isOff && one[key]);
   const start = state.isZeroed && shown.length > 0 ? firstCommonFlexion(shown) : null;
-  return shown.flatMap((curve) => {
-    const style = lineStyle(curve.index);
-    const offset = start === null ? 0 : startOf(curve, quantity.key, start);
-    const band = curve.band && quantity.key === "internal" && start === null ? bandTraces(curve, style) : [];
-    return [...band, curveTrace(curve, quantity.key, style, quantity.unit, offset)];
+  return shown.flatMap((one) => {
+    const offset = start === null ? 0 : startOf(one, key, start), y = one[key].map((value) => (value === null ? null : value - offset));
+    const band = one.band && key === "internal" && start === null ? [{ kind: "band", x: one.flexion, ...one.band, colour: `${lineStyle(one.index).colour}26` }] : [];
+    return [...band, curve(one.label, one.flexion, y, unit, styleOf(one))];
   });
-}
-
-function legend(state, redraw) {
-  const list = el("ul", { class: "legend", "aria-label": "Curves shown" });
-  state.curves.forEach((curve) => {
-    const box = el("input", { type: "checkbox" });
-    box.checked = !curve.isOff;
-    box.addEventListener("change", () => { curve.isOff = !box.checked; redraw(); });
-    list.append(el("li", {}, el("label", {}, box, swatch(curve.index, curve.isPoints), curve.label)));
-  });
-  return list;
-}
-
-function escaped(text) {
-  return text.replace(/[<>&]/g, (c) => ({ "<": "&lt;", ">": "&gt;", "&": "&amp;" })[c]);
 }
 
 // Rotations in rows of two, translations in rows of three.
@@ -207,19 +164,16 @@ function inRows(quantities, figures) {
  * `over` is the title of the axis of the curves' `flexion`. The result has `redraw()` and `state` ({ curves, isZeroed }).
  */
 export function curvePlots(curves, quantities, { size = "", over = FLEXION } = {}) {
-  // plotly interprets HTML in names, so they are escaped.
   // Visible curves come first: they get the most distinct colours.
   const ordered = [...curves].sort((a, b) => Boolean(a.isOff) - Boolean(b.isOff));
-  const state = { curves: ordered.map((curve, index) => ({ ...curve, index, hover: escaped(curve.label) })), isZeroed: false };
+  const state = { curves: ordered.map((one, index) => ({ ...one, index })), isZeroed: false };
   const figures = quantities.map((quantity) => figure({
-    title: quantity.title ?? quantity.name,
-    caption: quantity.caption,
-    size,
-    make: () => ({ data: tracesOf(state, quantity), layout: { xaxis: axis(over), yaxis: axis(`${quantity.name}, ${quantity.unit}`), hovermode: "closest" } }),
+    title: quantity.title ?? quantity.name, caption: quantity.caption, size, hasLegend: false,
+    make: () => ({ x: axis(over), y: axis(`${quantity.name}, ${quantity.unit}`), layers: layersOf(state, quantity) }),
   }));
   const redraw = () => figures.forEach((one) => one.redraw());
-  const result = el("div", {}, state.curves.length > 1 ? legend(state, redraw) : null,
-    ...inRows(quantities, figures));
+  const entries = state.curves.map((one) => ({ ...styleOf(one), colour: `var(--series-${one.index % N_COLOURS})`, name: one.label, isOff: one.isOff, one }));
+  const result = el("div", {}, entries.length > 1 ? legend(entries, ({ one }, isOff) => { one.isOff = isOff; redraw(); }) : null, ...inRows(quantities, figures));
   result.redraw = redraw;
   result.state = state;
   return result;

@@ -1,6 +1,6 @@
 // How far the motion is to be trusted: map of the grid, degrees of smoothing, bands of samples.
 import { absent, choice, decimal, el, gridTitle, number, PARAMETERS, percent, section, setName, table, wordOf } from "./page.js";
-import { axis, figure, lineStyle, theme } from "./plot.js";
+import { axis, curve, dashNamed, figure, lineStyle, theme } from "./plot.js";
 
 // Maps of status, plausibility and contacts of each attitude.
 
@@ -26,24 +26,15 @@ function maps(model) {
   return list;
 }
 
-// Steps of equal width, one per kind.
-function stepScale(kinds) {
-  return kinds.flatMap((kind, k) => [[k / kinds.length, kind.color], [(k + 1) / kinds.length, kind.color]]);
+/** Cells coloured by their kind; `codes[i][j]` at x[i] and y[j], of one of the `kinds` ({ code, name, color }); `place(x, y)` as text. */
+export function kindCells(x, y, codes, kinds, place = (a, b) => `${a}°, ${b}°`) {
+  const of = new Map(kinds.map((kind) => [kind.code, kind]));
+  return { kind: "cells", x, y, colourOf: (i, j) => of.get(codes[i][j])?.color, text: (i, j) => `${place(x[i], y[j])}: ${of.get(codes[i][j])?.name ?? ""}` };
 }
 
-/** Cells coloured by their kind; `codes[i][j]` at x[i] and y[j], of one of the `kinds` ({ code, name, color }). */
-export function kindTrace(x, y, codes, kinds) {
-  const index = new Map(kinds.map((kind, k) => [kind.code, k]));
-  const z = codes[0].map((_, j) => codes.map((row) => index.get(row[j])));
-  const gap = codes.length > 45 ? 0 : 1;  // gaps would dominate a fine grid
-  const text = z.map((row) => row.map((k) => kinds[k]?.name ?? ""));
-  return { type: "heatmap", x, y, z, text, zmin: -0.5, zmax: kinds.length - 0.5, colorscale: stepScale(kinds), xgap: gap, ygap: gap,
-    colorbar: { thickness: 14, outlinewidth: 0, tickvals: kinds.map((_, k) => k), ticktext: kinds.map((kind) => kind.name) },
-    hovertemplate: "%{x}°, %{y}°: %{text}<extra></extra>" };
-}
-
-function mapTrace(model, { grid, kinds }) {
-  return { ...kindTrace(model.flexion, model.varus, grid, kinds), hovertemplate: "flexion %{x}°, varus %{y}°: %{text}<extra></extra>" };
+/** What the colours of kinds mean. */
+export function kindsLegend(kinds) {
+  return el("ul", { class: "legend" }, kinds.map(({ color, name }) => el("li", {}, el("span", { class: "swatch", style: `background: ${color}` }), name)));
 }
 
 export function statusSection(model) {
@@ -52,7 +43,8 @@ export function statusSection(model) {
   const plot = figure({
     title: "The grid", size: model.varus.length > 1 ? "" : "low",
     caption: "One cell per attitude: flexion to the right, varus (adduction +) upwards. The table in the summary has the counts.",
-    make: () => ({ data: [mapTrace(model, state.map)], layout: { xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(gridTitle(model, "varus"), model.is_varus_free ? { showticklabels: false, title: { text: "" } } : {}) } }),
+    make: () => ({ x: axis(gridTitle(model, "flexion")), y: model.is_varus_free ? axis("", { isPlain: true }) : axis(gridTitle(model, "varus")), key: [kindsLegend(state.map.kinds)],
+      layers: [kindCells(model.flexion, model.varus, state.map.grid, state.map.kinds, (flexion, varus) => `flexion ${flexion}°, varus ${varus}°`)] }),
   });
   const pick = choice("Show", all.map(([key, name]) => [key, name]), all[0][0], (value) => { state.map = all.find(([key]) => key === value)[2]; plot.redraw(); });
   return section("grid", "Map of the grid", el("div", { class: "controls" }, pick), plot);
@@ -81,20 +73,25 @@ function contactTable(model) {
     ["motion", "both in contact", "medial gap, mm", "medial overlap, mm", "lateral gap, mm", "lateral overlap, mm"], rows)];
 }
 
-function errorTraces(model, unit) {
-  const keys = Object.keys(PARAMETERS).filter((key) => PARAMETERS[key].unit === unit);
-  const value = (set, key, field) => set.surfaces.find((s) => s.name === key)?.[field] ?? null;
-  return keys.flatMap((key, k) => [["leave_one_out_rms", "leave-one-out", "solid"], ["rms", "RMS", "dot"]].map(([field, name, dash]) => ({
-    type: "scatter", mode: "lines+markers", name: `${PARAMETERS[key].name.split(",")[0]}, ${name}`, x: model.degrees.map((set) => set.degree), y: model.degrees.map((set) => value(set, key, field)), line: { color: lineStyle(k).color, dash, width: 2 } })))
+// A line with its points over the degree of smoothing.
+function overDegree(name, degrees, y, k, dash) {
+  const style = { name, x: degrees, y, colour: lineStyle(k).colour };
+  return [{ kind: "line", dash: dashNamed(dash), ...style }, { kind: "points", size: 5, text: (row) => `${name}: ${number(y[row])} at degree ${degrees[row]}`, ...style }];
+}
+
+function errorLayers(model, unit) {
+  const keys = Object.keys(PARAMETERS).filter((key) => PARAMETERS[key].unit === unit), degrees = model.degrees.map((set) => set.degree);
+  const values = (key, field) => model.degrees.map((set) => set.surfaces.find((s) => s.name === key)?.[field] ?? null);
+  return keys.flatMap((key, k) => ERRORS.flatMap(([field, , name, dash]) => overDegree(`${PARAMETERS[key].name.split(",")[0]}, ${name}`, degrees, values(key, field), k, dash)))
     .filter((one) => one.y.some((v) => v !== null));
 }
 
+// Keys of a stored set and of a comparison, name and dash.
+const ERRORS = [["leave_one_out_rms", "leave_one_out", "leave-one-out", "solid"], ["rms", "rms", "RMS", "dot"]];
+const ERROR_CAPTION = "RMS of the residuals (dotted) and leave-one-out error (solid): the RMS always decreases with the degree, the leave-one-out error increases again when the polynomial fits the jitter.";
+
 function errorFigure(model, unit) {
-  return figure({
-    title: `Error by degree, ${unit}`,
-    caption: "RMS of the residuals (dotted) and leave-one-out error (solid): the RMS always decreases with the degree, the leave-one-out error increases again when the polynomial fits the jitter.",
-    make: () => ({ data: errorTraces(model, unit), layout: { showlegend: true, xaxis: axis("degree", { dtick: 1 }), yaxis: axis(unit, { rangemode: "tozero" }) } }),
-  });
+  return figure({ title: `Error by degree, ${unit}`, caption: ERROR_CAPTION, make: () => ({ x: axis("degree", { step: 1 }), y: axis(unit, { fromZero: true }), layers: errorLayers(model, unit) }) });
 }
 
 const COMPARED_ERRORS = { translation: ["translation", "mm"], theta: ["θ", "degrees"], varus: ["varus", "degrees"] };
@@ -132,30 +129,27 @@ function faultsTable({ rows, recommended }) {
 }
 
 function comparedErrors(rows, unit) {
-  const names = rows[0].errors.map((one) => one.name).filter((name) => COMPARED_ERRORS[name][1] === unit);
-  return names.flatMap((name, k) => [["leave_one_out", "leave-one-out", "solid"], ["rms", "RMS", "dot"]].map(([key, text, dash]) => ({
-    type: "scatter", mode: "lines+markers", name: `${COMPARED_ERRORS[name][0]}, ${text}`, x: rows.map((row) => row.degree), y: rows.map((row) => row.errors.find((one) => one.name === name)[key]), line: { color: lineStyle(k).color, dash, width: 2 } })));
+  const names = rows[0].errors.map((one) => one.name).filter((name) => COMPARED_ERRORS[name][1] === unit), degrees = rows.map((row) => row.degree);
+  return names.flatMap((name, k) => ERRORS.flatMap(([, key, text, dash]) =>
+    overDegree(`${COMPARED_ERRORS[name][0]}, ${text}`, degrees, rows.map((row) => row.errors.find((one) => one.name === name)[key]), k, dash)));
 }
 
-function recommendedLine(recommended) {
-  return recommended < 0 ? [] : [{ type: "line", xref: "x", yref: "paper", x0: recommended, x1: recommended, y0: 0, y1: 1, line: { color: lineStyle(2).color, width: 1.5, dash: "dash" } }];
+function comparedFigure({ recommended }, title, caption, layers, unit) {
+  const line = () => (recommended < 0 ? [] : [{ kind: "upright", x: recommended, colour: lineStyle(2).colour, dash: dashNamed("dash") }]);
+  return figure({ title, caption, make: () => ({ x: axis("degree", { step: 1 }), y: axis(unit, { fromZero: true }), layers: [...line(), ...layers()] }) });
 }
 
-function comparedFigure({ rows, recommended }, title, caption, data, unit) {
-  return figure({ title, caption, make: () => ({ data: data(), layout: { showlegend: true, shapes: recommendedLine(recommended), xaxis: axis("degree", { dtick: 1 }), yaxis: axis(unit, { rangemode: "tozero" }) } }) });
-}
-
-function faultTraces(rows) {
-  return [["largest_penetration_mm", "largest penetration"], ["largest_gap_mm", "largest gap"]].map(([key, name], k) => ({
-    type: "scatter", mode: "lines+markers", name, x: rows.map((row) => row.degree), y: rows.map((row) => row.faults[key]), line: { color: lineStyle(k).color, width: 2 } }));
+function faultLayers(rows) {
+  return [["largest_penetration_mm", "largest penetration"], ["largest_gap_mm", "largest gap"]].flatMap(([key, name], k) =>
+    overDegree(name, rows.map((row) => row.degree), rows.map((row) => row.faults[key]), k, "solid"));
 }
 
 // The comparison of `vrda compare`, computed with the report.
 function comparedParts(comparison) {
   const { rows, recommended, reason } = comparison;
-  const caption = `RMS of the residuals (dotted) and leave-one-out error (solid): the RMS always decreases with the degree, the leave-one-out error increases again when the polynomial fits the jitter.${recommended < 0 ? "" : " The dashed line is the recommended degree."}`;
+  const caption = `${ERROR_CAPTION}${recommended < 0 ? "" : " The dashed line is the recommended degree."}`;
   const figures = ["mm", "degrees"].map((unit) => comparedFigure(comparison, `Error by degree, ${unit}`, caption, () => comparedErrors(rows, unit), unit));
-  if (rows[0].faults) figures.push(comparedFigure(comparison, "Penetration and gap by degree", "Largest penetration and gap along Δ of the smoothed motion at the attitudes of the grid, mm.", () => faultTraces(rows), "mm"));
+  if (rows[0].faults) figures.push(comparedFigure(comparison, "Penetration and gap by degree", "Largest penetration and gap along Δ of the smoothed motion at the attitudes of the grid, mm.", () => faultLayers(rows), "mm"));
   const box = recommended < 0 ? el("div", { class: "box warning" }, el("strong", {}, "No degree meets the criteria"), `${reason[0].toUpperCase()}${reason.slice(1)}.`) : el("div", { class: "box good" }, `Recommended: ${reason}.`);
   return [box, el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), judgementTable(comparison), errorsTable(comparison), faultsTable(comparison)];
 }
@@ -193,19 +187,15 @@ function bandFigure(model, one) {
     title: name[0].toUpperCase() + name.slice(1),
     caption: "Shaded: 5 to 95 per cent of the samples; line: median; dotted: smallest and largest" + (job ? "; dashed: the job itself." : "."),
     make: () => {
-      const colour = theme().series[0];
-      const trace = (key, label, line, more = {}) => ({ type: "scatter", mode: "lines", name: label, x: model.flexion, y: one[key], line, ...more, hovertemplate: `${label}: %{y:.2f} ${unit} at %{x}<extra></extra>` });
-      const thin = { color: colour, width: 1, dash: "dot" };
+      const { colour } = lineStyle(0), x = model.flexion, thin = { colour, width: 1, dash: dashNamed("dot"), name: "smallest, largest" };
       return {
-        data: [
-          trace("low", "5 %", { width: 0, color: colour }, { showlegend: false }),
-          trace("high", "5 to 95 %", { width: 0, color: colour }, { fill: "tonexty", fillcolor: `${colour}33` }),
-          trace("median", "median", { color: colour, width: 2.4 }),
-          trace("smallest", "smallest, largest", thin),
-          trace("largest", "largest", thin, { showlegend: false }),
-          ...(job ? [{ type: "scatter", mode: "lines", name: "the job", x: model.flexion, y: job, line: { color: theme().ink, width: 1.4, dash: "dash" }, hovertemplate: `job: %{y:.2f} ${unit} at %{x}<extra></extra>` }] : []),
+        x: axis(gridTitle(model, "flexion")), y: axis(unit),
+        layers: [
+          { kind: "band", name: "5 to 95 %", x, low: one.low, high: one.high, colour: `${colour}33` },
+          ...["low", "high"].map((key) => curve(key === "low" ? "5 %" : "95 %", x, one[key], unit, { colour: "transparent", name: "5 to 95 %" })),
+          curve("median", x, one.median, unit, { colour, width: 2.4 }), curve("smallest", x, one.smallest, unit, thin), curve("largest", x, one.largest, unit, thin),
+          ...(job ? [curve("the job", x, job, unit, { colour: theme().ink, width: 1.4, dash: dashNamed("dash") })] : []),
         ],
-        layout: { showlegend: true, xaxis: axis(gridTitle(model, "flexion")), yaxis: axis(unit) },
       };
     },
   });

@@ -1,7 +1,7 @@
 // Results of other commands: laxity tests and ranges of motion.
 import { decimal, el, number, section, table } from "./page.js";
-import { axis, figure, lineStyle, theme } from "./plot.js";
-import { kindTrace } from "./quality.js";
+import { axis, curve, dashNamed, figure, lineStyle, theme } from "./plot.js";
+import { kindCells, kindsLegend } from "./quality.js";
 
 // Laxity tests: how far a load moves the joint at a held flexion, and which fibres resist it (schemas/laxity.md).
 
@@ -75,13 +75,14 @@ function overFlexion(tests, pair, unit) {
   return figure({
     title: "Laxity over flexion", caption: `${pair[0]} above zero, ${pair[1]} below, ${unit}.`,
     make: () => ({
-      data: [
-        ...tests.states.flatMap((_, s) => pair.map((test) => ({
-          type: "scatter", mode: "lines", name: tests.stateName(s), legendgroup: s, showlegend: test === pair[0], x: tests.flexion,
-          y: tests.flexion.map((flexion) => { const { laxity } = tests.curve(s, flexion, test); return laxity === null ? null : sign(test) * laxity; }), line: { color: lineStyle(s).color, dash: s > 0 ? "dash" : "solid", width: 2 } }))),
-        ...(published.length > 0 ? [{ type: "scatter", mode: "markers", name: "published", x: published.map((row) => row.flexion_deg), y: published.map((row) => sign(row.test) * row.value),
-          error_y: { type: "data", array: published.map((row) => row.sd ?? 0), color: theme().ink }, marker: { color: theme().ink, size: 7 } }] : [])],
-      layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis(unit) },
+      x: axis("flexion, degrees"), y: axis(unit),
+      layers: [
+        ...tests.states.flatMap((_, s) => pair.map((test) => {
+          const y = tests.flexion.map((flexion) => { const { laxity } = tests.curve(s, flexion, test); return laxity === null ? null : sign(test) * laxity; });
+          return curve(tests.stateName(s), tests.flexion, y, unit, { colour: lineStyle(s).colour, dash: dashNamed(s > 0 ? "dash" : "solid") });
+        })),
+        ...(published.length > 0 ? [curve("published", published.map((row) => row.flexion_deg), published.map((row) => sign(row.test) * row.value), unit,
+          { kind: "points", colour: theme().ink, size: 7, error: published.map((row) => row.sd ?? 0) })] : [])],
     }),
   });
 }
@@ -94,10 +95,11 @@ function overLoad(tests, pair, unit, load) {
       const points = curve.poses.filter((pose) => coordinateOf(pose, pair) !== null).map((pose) => [(t === 0 ? 1 : -1) * load.shown(pose.load), coordinateOf(pose, pair) - start]);
       return t === 0 ? points : points.reverse();
     }).sort((a, b) => a[0] - b[0]);
-    return { type: "scatter", mode: "lines", name: `${number(flexion, 4)}°`, x: poses.map((p) => p[0]), y: poses.map((p) => p[1]), line: { ...lineStyle(k), width: 2 } };
+    const [x, y] = [0, 1].map((c) => poses.map((p) => p[c])), name = `${number(flexion, 4)}°`;
+    return { kind: "line", name, x, y, ...lineStyle(k), text: (row) => `${name}: ${decimal(y[row])} ${unit} at ${number(x[row])} ${load.unit}` };
   };
   return figure({ title: "Displacement over load", caption: `With all fibres, from the unloaded pose, ${unit}.`,
-    make: () => ({ data: tests.flexion.map(trace), layout: { showlegend: true, xaxis: axis(load.title), yaxis: axis(unit) } }) });
+    make: () => ({ x: axis(load.title), y: axis(unit), layers: tests.flexion.map(trace) }) });
 }
 
 function pairSection(tests, pair, wholeLoad) {
@@ -143,26 +145,25 @@ function endsTable(ends) {
     ends.map(({ name, low, high }) => (low ? [name, text(low), text(high)] : [name, "not in range at the neutral attitude", ""])), { kinds: ["", "text", "text"] });
 }
 
+function kindsOf(maps) {
+  return maps.legend.map(([color, name], code) => ({ code, name, color }));
+}
+
 function mapFigure(maps, slice) {
-  const kinds = maps.legend.map(([color, name], code) => ({ code, name, color }));
   const lines = maps.outlines[slice];
   return figure({
     title: `${maps.titles[2]} ${number(maps.slices[slice], 4)}°`, caption: "One cell per attitude.",
     make: () => ({
-      data: [{ ...kindTrace(maps.x, maps.y, maps.cells[slice], kinds), showscale: false },
-        { type: "scatter", mode: "lines", x: lines.flatMap((l) => [l[0], l[2], null]), y: lines.flatMap((l) => [l[1], l[3], null]), line: { color: "#101418", width: 1.5 }, hoverinfo: "skip" }],
-      layout: { xaxis: axis(`${maps.titles[0]}, degrees`), yaxis: axis(`${maps.titles[1]}, degrees`) },
+      x: axis(`${maps.titles[0]}, degrees`), y: axis(`${maps.titles[1]}, degrees`),
+      layers: [{ ...kindCells(maps.x, maps.y, maps.cells[slice], kindsOf(maps), (x, y) => `from ${number(x)}°, ${number(y)}°`), isEdges: true },
+        { kind: "line", x: lines.flatMap((l) => [l[0], l[2], null]), y: lines.flatMap((l) => [l[1], l[3], null]), colour: "#101418", width: 1.5 }],
     }),
   });
-}
-
-function mapLegend(maps) {
-  return el("ul", { class: "legend" }, maps.legend.map(([color, meaning]) => el("li", {}, el("span", { class: "swatch", style: `background: ${color}` }), meaning)));
 }
 
 /** The sections of `vrda rom`, or of its comparison of two. */
 export function rangeSections({ maps, volumes, ends, ranges }) {
   const about = ranges.map(({ title, limits }) => el("p", {}, ranges.length > 1 ? el("strong", {}, `${title}: `) : null, limitsText(limits)));
   return [section("range", "Range of motion", ...about, volumesTable(volumes), ends ? endsTable(ends) : null),
-    section("maps", "Maps", mapLegend(maps), el("div", { class: "columns three" }, maps.slices.map((_, k) => mapFigure(maps, k))))];
+    section("maps", "Maps", kindsLegend(kindsOf(maps)), el("div", { class: "columns three" }, maps.slices.map((_, k) => mapFigure(maps, k))))];
 }

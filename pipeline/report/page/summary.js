@@ -157,6 +157,6 @@ function ofModel(model) {
 export function provenanceSection(data) {
   const parts = data.models.length === 1 ? ofModel(data.models[0])
     : data.models.map((model) => folded(`${model.name}: ${model.title}`, ...ofModel(model)));
-  const versions = `Made by ${data.program} from motion models of format ${data.models[0].provenance.format_version}; plots by plotly.js ${window.Plotly.version} (MIT licence). The page contains no time or host: the same files give the same page.`;
+  const versions = `Made by ${data.program} from motion models of format ${data.models[0].provenance.format_version}; plots by uPlot (MIT licence). The page contains no time or host: the same files give the same page.`;
   return section("provenance", "Provenance", el("p", {}, versions), ...parts);
 }

@@ -395,8 +395,8 @@ window.vrda = {
   /// For tests: where the bodies are drawn, and the marked spans of the slider and the curves.
   drawn: () => Object.fromEntries(Object.entries(joint.bodies).map(([name, { matrix, visible }]) => [name, { matrix: [...matrix.elements], visible }])),
   spans: () => curve.spans,
-  /// For tests: abscissae and values of the curves, and which pairs are bands.
-  curve: () => ({ values: curve.plot.data.map((values) => Array.from(values)), bands: (curve.plot.bands ?? []).map(({ series }) => series) }),
+  /// For tests: abscissae and values of the curves, and the band.
+  curve: () => ({ x: curve.lines[0].x, curves: curve.lines.map(({ y }) => y), band: curve.band[0] && { low: curve.band[0].low, high: curve.band[0].high } }),
   /// For tests: strains at a pose { R, t } of the moving body in the reference, and the present gaps.
   strains: (X) => joint.ligaments.strains(X),
   live: () => live && { pose: live.stream.pose, bench: live.stream.bench, marks: live.stream.marks() },

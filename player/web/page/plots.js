@@ -1,26 +1,11 @@
 // Plots: maps over the attitudes, curves over flexion, contact paths on the plateau.
-import uPlot from "uplot";
+import { Chart, cssOn, rangeOf, scaleBar, SCALES } from "../../../pipeline/report/page/chart.js";
 import { degree } from "./geometry.js";
 import { boxOf } from "./layers.js";
 import { stable } from "./motion.js";
 import { formatNumber, plausibilities } from "./readings.js";
 
-// Colour scales of the maps: stops on [0, 1], interpolated linearly.
-
-/// Viridis (van der Walt and Smith 2015), nine stops: increasing lightness, safe for colour-blind viewers and print.
-const viridis = [[68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141], [39, 173, 129], [92, 200, 99], [170, 220, 50], [253, 231, 37]];
-/// Blue, white, orange: diverging, for differences about zero.
-const diverging = [[11, 76, 140], [98, 160, 212], [246, 246, 244], [240, 164, 105], [170, 66, 6]];
-
-function colourBetween(stops, s) {
-  const at = Math.min(Math.max(s, 0), 1) * (stops.length - 1), k = Math.min(Math.floor(at), stops.length - 2);
-  return stops[k].map((x, c) => Math.round(x + (at - k) * (stops[k + 1][c] - x)));
-}
-
-const scales = {
-  value: (s) => colourBetween(viridis, s),
-  difference: (s) => colourBetween(diverging, s),
-};
+const ink = { text: "#1a222c", quiet: "#4a5563", rule: "#e2e6ea" };
 
 /// The statuses of attitudes in the order of their codes.
 const statuses = [
@@ -32,111 +17,9 @@ const statuses = [
   { code: 4, label: "unbounded", colour: [86, 95, 180] },
 ];
 /// Colour of a cell without a value.
-const empty = [222, 225, 229];
-
-// A map over flexion (right) and varus (up) with the current attitude marked. A click or drag selects an attitude.
-
-const marginLeft = 34, marginBottom = 24, marginTop = 4, marginRight = 8;
-
-/// Limits of the cell around node k of an axis: the midpoints to its neighbours.
-function edges(at, k) {
-  const step = at.length > 1 ? (at.at(-1) - at[0]) / (at.length - 1) : 1;
-  const low = k > 0 ? (at[k - 1] + at[k]) / 2 : at[0] - step / 2;
-  const high = k + 1 < at.length ? (at[k] + at[k + 1]) / 2 : at.at(-1) + step / 2;
-  return [low, high];
-}
-
-/// At most `most` round numbers within the range.
-function ticks(low, high, most) {
-  const step = [0.5, 1, 2, 5, 10, 15, 30, 45, 90].find((s) => (high - low) / s <= most) ?? 180;
-  const found = [];
-  for (let x = Math.ceil(low / step - 1e-9) * step; x <= high + 1e-9; x += step) found.push(x);
-  return found;
-}
-
-class AttitudeMap {
-  constructor(canvas, onSelect) {
-    this.canvas = canvas;
-    const select = (event) => {
-      if (!this.axes || (event.type === "pointermove" && event.buttons === 0)) return;
-      if (event.type === "pointerdown") canvas.setPointerCapture(event.pointerId);
-      const box = canvas.getBoundingClientRect();
-      onSelect(...this.#attitudeAt(event.clientX - box.left, event.clientY - box.top));
-    };
-    canvas.addEventListener("pointerdown", select);
-    canvas.addEventListener("pointermove", select);
-  }
-
-  /// `colourOf(i, j)` returns [r, g, b] of a node; axes in degrees.
-  setCells(axes, colourOf) {
-    this.axes = axes;
-    this.range = { flexion: [edges(axes.flexion, 0)[0], edges(axes.flexion, axes.flexion.length - 1)[1]],
-                   varus: [edges(axes.varus, 0)[0], edges(axes.varus, axes.varus.length - 1)[1]] };
-    this.colourOf = colourOf;
-    this.underlay = null;
-  }
-
-  #x(flexion, width) { return marginLeft + ((flexion - this.range.flexion[0]) / (this.range.flexion[1] - this.range.flexion[0])) * (width - marginLeft - marginRight); }
-  #y(varus, height) { return height - marginBottom - ((varus - this.range.varus[0]) / (this.range.varus[1] - this.range.varus[0])) * (height - marginBottom - marginTop); }
-
-  #attitudeAt(x, y) {
-    const { clientWidth: width, clientHeight: height } = this.canvas, { flexion, varus } = this.range;
-    return [flexion[0] + ((x - marginLeft) / (width - marginLeft - marginRight)) * (flexion[1] - flexion[0]),
-            varus[0] + ((height - marginBottom - y) / (height - marginBottom - marginTop)) * (varus[1] - varus[0])];
-  }
-
-  #drawCells(width, height, px) {
-    const { width: w, height: h } = this.canvas;
-    this.underlay = Object.assign(document.createElement("canvas"), { width: w, height: h });
-    const pen = this.underlay.getContext("2d"), { flexion, varus } = this.axes;
-    for (let i = 0; i < flexion.length; ++i) {
-      const [left, right] = edges(flexion, i).map((f) => Math.round(px * this.#x(f, width)));
-      for (let j = 0; j < varus.length; ++j) {
-        const [bottom, top] = edges(varus, j).map((v) => Math.round(px * this.#y(v, height)));
-        pen.fillStyle = `rgb(${this.colourOf(i, j).join(" ")})`;
-        pen.fillRect(left, top, Math.max(right - left, 1), Math.max(bottom - top, 1));
-      }
-    }
-    pen.scale(px, px);
-    this.#drawTicks(pen, width, height);
-  }
-
-  #drawTicks(pen, width, height) {
-    pen.fillStyle = "#4a5563";
-    pen.font = "11px system-ui, sans-serif";
-    pen.textAlign = "center";
-    for (const f of ticks(...this.range.flexion, 7)) pen.fillText(`${f}°`, this.#x(f, width), height - 8);
-    pen.textAlign = "right";
-    pen.textBaseline = "middle";
-    for (const v of this.axes.varus.length > 1 ? ticks(...this.range.varus, 5) : []) pen.fillText(`${v}°`.replace("-", "−"), marginLeft - 5, this.#y(v, height));
-  }
-
-  /// Marks the attitude, in degrees.
-  draw(flexion, varus) {
-    const { canvas } = this, { clientWidth: width, clientHeight: height } = canvas;
-    if (!this.axes || width === 0) return;
-    const px = Math.min(window.devicePixelRatio, 2), w = Math.round(width * px), h = Math.round(height * px);
-    if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height, this.underlay] = [w, h, null];
-    if (!this.underlay) this.#drawCells(width, height, px);
-    const pen = canvas.getContext("2d");
-    pen.setTransform(1, 0, 0, 1, 0, 0);
-    pen.clearRect(0, 0, w, h);
-    pen.drawImage(this.underlay, 0, 0);
-    pen.scale(px, px);
-    const x = this.#x(flexion, width), y = this.axes.varus.length > 1 ? this.#y(varus, height) : (height - marginBottom + marginTop) / 2;
-    for (const [colour, thick] of [["#ffffff", 4], ["#11161d", 1.6]]) {
-      pen.strokeStyle = colour;
-      pen.lineWidth = thick;
-      pen.beginPath();
-      pen.arc(x, y, 6, 0, 2 * Math.PI);
-      pen.stroke();
-    }
-  }
-}
+const empty = "rgb(222 225 229)";
 
 // Maps over flexion and varus: raw, the chosen set, their difference, and the status of each attitude.
-
-const barStops = 9;
 
 /// The quantity at every node, NaN without a pose.
 function valuesAt(model, motion, quantity) {
@@ -151,18 +34,6 @@ function valuesAt(model, motion, quantity) {
   return values;
 }
 
-function rangeOf(...columns) {
-  let low = Infinity, high = -Infinity;
-  for (const column of columns) {
-    for (const x of column) {
-      if (!Number.isFinite(x)) continue;
-      low = Math.min(low, x);
-      high = Math.max(high, x);
-    }
-  }
-  return low <= high ? [low, high] : [0, 0];
-}
-
 /// Maps over flexion and varus: a quantity in the raw poses and in a set, their difference, and the status of each attitude.
 export class Maps {
   constructor(container, onSelect) {
@@ -171,39 +42,41 @@ export class Maps {
 
   #panel(container, onSelect) {
     const figure = document.createElement("figure"), caption = document.createElement("figcaption");
-    const canvas = document.createElement("canvas"), key = document.createElement("div");
-    figure.append(caption, canvas, key);
+    const place = Object.assign(document.createElement("div"), { className: "map" }), key = document.createElement("div");
+    figure.append(caption, place, key);
     container.append(figure);
-    return { figure, caption, key, map: new AttitudeMap(canvas, onSelect) };
+    return { figure, caption, key, onSelect, chart: new Chart(place), mark: { kind: "ring", x: 0, y: 0 } };
+  }
+
+  /// `of(k)`: colour and text of node k.
+  #show({ chart, mark, onSelect }, model, of) {
+    const [x, y] = [model.flexion, model.varus].map((axis) => Array.from(axis));
+    const node = (i, j) => of(i * y.length + j);
+    chart.show({
+      ink, onSelect, x: {}, y: { isPlain: y.length === 1 },
+      layers: [{ kind: "cells", x, y, colourOf: (i, j) => node(i, j).colour, text: (i, j) => `flexion ${x[i]}°, varus ${y[j]}°: ${node(i, j).text}` }, mark],
+    });
   }
 
   #fill(panel, model, caption, values, range, scale) {
-    const n = model.varus.length, width = range[1] - range[0];
     panel.caption.textContent = caption;
-    panel.map.setCells(model, (i, j) => {
-      const x = values[i * n + j];
-      return Number.isFinite(x) ? scale(width > 0 ? (x - range[0]) / width : 0.5) : empty;
-    });
-    const stops = Array.from({ length: barStops }, (_, k) => `rgb(${scale(k / (barStops - 1)).join(" ")})`);
-    const bar = document.createElement("i");
-    bar.style.background = `linear-gradient(to right, ${stops.join(", ")})`;
-    panel.key.className = "scale";
-    panel.key.replaceChildren(formatNumber(range[0]), bar, formatNumber(range[1]));
+    this.#show(panel, model, (k) => (Number.isFinite(values[k]) ? { colour: cssOn(scale, values[k], range), text: formatNumber(values[k]) } : { colour: empty, text: "no pose" }));
+    panel.key.replaceChildren(scaleBar(scale, formatNumber(range[0]), formatNumber(range[1])));
   }
 
   #fillStatus(model) {
-    const { caption, key, map } = this.panels.status, n = model.varus.length;
-    const known = new Map(statuses.map((status) => [status.code, status]));
-    const doubtful = new Map(plausibilities.map((one) => [one.code, one]));
+    const { caption, key } = this.panels.status, rgb = (colour) => `rgb(${colour.join(" ")})`;
+    const known = new Map(statuses.map(({ code, label, colour }) => [code, { colour: rgb(colour), text: label }]));
+    const doubtful = new Map(plausibilities.map(({ code, name, colour }) => [code, { colour: rgb(colour), text: name }]));
     caption.textContent = "Status of each attitude";
-    map.setCells(model, (i, j) => doubtful.get(model.plausibility?.[i * n + j])?.colour ?? known.get(model.status[i * n + j])?.colour ?? empty);
+    this.#show(this.panels.status, model, (k) => doubtful.get(model.plausibility?.[k]) ?? known.get(model.status[k]) ?? { colour: empty, text: "" });
     key.className = "legend";
     const countOf = (code, values) => values.reduce((count, found) => count + (found === code), 0);
     const doubts = plausibilities.map(({ code, name, colour }) => ({ label: name, colour, count: countOf(code, model.plausibility ?? []) }));
     const kinds = statuses.map(({ code, label, colour }) => ({ label, colour, count: countOf(code, model.status) - (code === stable ? doubts.reduce((sum, { count }) => sum + count, 0) : 0) }));
     key.replaceChildren(...[...kinds, ...doubts].filter(({ count }) => count > 0).map(({ label, colour, count }) => {
       const item = document.createElement("span");
-      item.style.setProperty("--c", `rgb(${colour.join(" ")})`);
+      item.style.setProperty("--c", rgb(colour));
       item.textContent = `${label}: ${count}`;
       return item;
     }));
@@ -219,24 +92,27 @@ export class Maps {
     if (!isGrid) return;
     const rawValues = valuesAt(model, raw, quantity), what = `${quantity.label}, ${quantity.unit}`;
     const values = hasOwn ? valuesAt(model, motion, quantity) : rawValues, range = rangeOf(rawValues, values);
-    this.#fill(this.panels.raw, model, `${what}: raw`, rawValues, range, scales.value);
+    this.#fill(this.panels.raw, model, `${what}: raw`, rawValues, range, SCALES.viridis);
     if (!hasOwn) return;
-    this.#fill(this.panels.set, model, `${what}: ${name}`, values, range, scales.value);
+    this.#fill(this.panels.set, model, `${what}: ${name}`, values, range, SCALES.viridis);
     const difference = values.map((x, k) => x - rawValues[k]);
     const most = Math.max(...rangeOf(difference).map(Math.abs));
-    this.#fill(this.panels.difference, model, `${what}: ${name} minus raw`, difference, [-most, most], scales.difference);
+    this.#fill(this.panels.difference, model, `${what}: ${name} minus raw`, difference, [-most, most], SCALES.difference);
   }
 
-  /// Degrees.
+  /// Marks the attitude; degrees.
   draw(flexion, varus) {
-    for (const { figure, map } of Object.values(this.panels)) if (!figure.hidden) map.draw(flexion, varus);
+    for (const { figure, chart, mark } of Object.values(this.panels)) {
+      Object.assign(mark, { x: flexion, y: varus });
+      if (!figure.hidden) chart.redraw();
+    }
   }
 }
 
-// Curves over flexion at the current varus (uPlot): raw, the chosen set, and the current attitude.
+// Curves over flexion at the current varus: raw, the chosen set, and the current attitude.
 
 const mostPoints = 181;
-const ink = "#4a5563", rule = "#e2e6ea", bandInk = "#8fb3cc", bandFill = "#0b6aa822";
+const bandInk = "#8fb3cc", bandFill = "#0b6aa822";
 
 /// Linear between the model's flexions; null where an end is missing.
 function between(axis, values, x) {
@@ -264,81 +140,38 @@ function valuesOf(motion, flexion, varusOf, quantity) {
 /// A quantity against flexion, with a mark at the present pose.
 export class CurvePlot {
   constructor(container, onSelect) {
-    this.container = container;
+    const place = container.appendChild(Object.assign(document.createElement("div"), { className: "curve" }));
+    this.key = container.appendChild(Object.assign(document.createElement("p"), { className: "legend" }));
+    this.chart = new Chart(place);
     this.onSelect = onSelect;
-    new ResizeObserver(() => this.plot?.setSize(this.#size())).observe(container);
+    this.marks = [{ kind: "upright", x: 0, colour: "#11161d", width: 1 }, { kind: "points", x: [], y: [], colour: "#11161d", size: 9 }];
   }
-
-  #size() { return { width: Math.max(this.container.clientWidth, 100), height: 230 }; }
 
   /// `curves`: [{ label, motion, colour, dash }]; `varusOf(flexion)` in radians; `band`: of the samples of an uncertain job, at the model's flexions;
-  /// `spans`: of doubtful flexions.
+  /// `spans`: of doubtful flexions, amber, and of those without a pose, red.
   setCurves(model, curves, varusOf, quantity, band, spans) {
     this.spans = spans;
-    const flexion = sampledFlexion(model);
-    const ends = band ? [band.high, band.low].map((values) => flexion.map((f) => between(model.flexion, values, f))) : [];
-    const data = [flexion, ...curves.map(({ motion }) => valuesOf(motion, flexion, varusOf, quantity)), ...ends];
-    const shape = JSON.stringify([quantity.name, curves.map((c) => c.label), ends.length]);
-    if (this.plot && this.shape === shape) this.plot.setData(data);
-    else this.#make(data, curves, quantity, ends.length > 0);
-    this.shape = shape;
-  }
-
-  #make(data, curves, quantity, hasBand) {
-    this.plot?.destroy();
-    const axis = (label) => ({ label, labelSize: 18, labelFont: "12px system-ui, sans-serif", font: "11px system-ui, sans-serif", stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule, width: 1 }, size: 44 });
-    const hasFewPoints = data[0].length < 3;
-    this.plot = new uPlot({
-      ...this.#size(),
-      legend: { live: false },
-      cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
-      scales: { x: { time: false } },
-      axes: [axis("flexion, °"), axis(`${quantity.label}, ${quantity.unit}`)],
-      series: [{ label: "flexion" }, ...curves.map(({ label, colour, dash }) => ({ label, stroke: colour, dash, width: 2, points: { show: hasFewPoints } })),
-        ...(hasBand ? ["95 % of the samples", "5 %"].map((label) => ({ label, stroke: bandInk, width: 1, points: { show: false } })) : [])],
-      bands: hasBand ? [{ series: [curves.length + 1, curves.length + 2], fill: bandFill }] : [],
-      hooks: { drawClear: [(plot) => this.#drawSpans(plot)], draw: [(plot) => this.#drawMark(plot)] },
-    }, data, this.container);
-    const select = (event) => { if (event.buttons === 1) this.onSelect(this.plot.posToVal(event.clientX - this.plot.over.getBoundingClientRect().left, "x")); };
-    this.plot.over.addEventListener("pointerdown", select);
-    this.plot.over.addEventListener("pointermove", select);
-  }
-
-  /// Doubtful flexions in amber, those without a pose in red, behind the curves.
-  #drawSpans(plot) {
-    const { ctx, bbox } = plot;
-    for (const { first, last, hasPose } of this.spans ?? []) {
-      const from = plot.valToPos(first, "x", true), to = plot.valToPos(last, "x", true);
-      ctx.fillStyle = hasPose ? "#ffb02e55" : "#eb5a3c55";
-      ctx.fillRect(from, bbox.top, to - from, bbox.height);
-    }
-  }
-
-  #drawMark(plot) {
-    if (this.mark === undefined) return;
-    const { ctx, bbox } = plot, px = window.devicePixelRatio;
-    const x = plot.valToPos(this.mark.flexion, "x", true), y = plot.valToPos(this.mark.value, "y", true);
-    ctx.save();
-    ctx.strokeStyle = "#11161d";
-    ctx.lineWidth = px;
-    ctx.setLineDash([]);
-    ctx.beginPath();
-    ctx.moveTo(x, bbox.top);
-    ctx.lineTo(x, bbox.top + bbox.height);
-    ctx.stroke();
-    if (Number.isFinite(y)) {
-      ctx.fillStyle = "#11161d";
-      ctx.beginPath();
-      ctx.arc(x, y, 4.5 * px, 0, 2 * Math.PI);
-      ctx.fill();
-    }
-    ctx.restore();
+    const x = sampledFlexion(model), text = (label, y) => (k) => `${label}: ${formatNumber(y[k])} ${quantity.unit} at ${formatNumber(x[k])}°`;
+    const line = ({ label, colour, dash, width = 2 }, y) => ({ kind: "line", name: label, x, y, colour, dash, width, text: text(label, y) });
+    this.lines = curves.map((curve) => line(curve, valuesOf(curve.motion, x, varusOf, quantity)));
+    const ends = band ? ["high", "low"].map((end) => line({ label: end === "high" ? "95 % of the samples" : "5 %", colour: bandInk, width: 1 }, x.map((f) => between(model.flexion, band[end], f)))) : [];
+    this.band = band ? [{ kind: "band", x, low: ends[1].y, high: ends[0].y, colour: bandFill }, ...ends] : [];
+    this.chart.show({
+      ink, onSelect: this.onSelect, x: { title: "flexion, °" }, y: { title: `${quantity.label}, ${quantity.unit}` },
+      layers: [{ kind: "spans", spans: spans.map((span) => ({ ...span, colour: span.hasPose ? "#ffb02e55" : "#eb5a3c55" })) }, ...this.band, ...this.lines, ...this.marks],
+    });
+    this.key.replaceChildren(...[...this.lines, ...ends].map(({ name, colour }) => {
+      const item = Object.assign(document.createElement("span"), { textContent: name });
+      item.style.setProperty("--c", colour);
+      return item;
+    }));
   }
 
   /// Marks the current flexion in degrees and the quantity (NaN if unknown).
   setMark(flexion, value) {
-    this.mark = { flexion, value };
-    this.plot?.redraw(false, false);
+    Object.assign(this.marks[0], { x: flexion });
+    Object.assign(this.marks[1], { x: [flexion], y: [value] });
+    this.chart.redraw();
   }
 }
 

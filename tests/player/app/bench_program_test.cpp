@@ -1,7 +1,5 @@
 // The programs `bench`, `simulate` and `devices`; the simulator runs as a separate process.
 #include <arpa/inet.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -14,14 +12,8 @@
 #include <optional>
 #include <thread>
 
-#include "bench/bench_show.hpp"
-#include "bench/recording.hpp"
 #include "core/text.hpp"
-#include "store/motion_model.hpp"
-#include "support/messages.hpp"
-#include "support/models.hpp"
-#include "support/process.hpp"
-#include "support/scratch.hpp"
+#include "player/app/player_programs.hpp"
 
 namespace vrda::bench_program_test {
 
@@ -61,41 +53,31 @@ bool is_listening(std::uint16_t port)
 /// Upper limit, so that a failing test does not hang.
 constexpr auto longest = std::chrono::seconds(120);
 
-class BenchProgram : public testing::Test {
+class BenchProgram : public test::PlayerPrograms {
  protected:
   void SetUp() override
   {
     const std::optional<std::uint16_t> port = free_port();
     if (!port) GTEST_SKIP() << "no loopback interface";
     port_ = *port;
-    store::MotionModel model = test::model_of({});
-    test::add_bodies(model);
-    store::write_motion_model(model_, model);
+    tracker_ = "[tracker]\nport = " + std::to_string(port_) + "\n";
     bench_ =
         scratch_
-            .write(
-                "bench.toml",
-                "title = \"Test\"\nleg = \"two-bodies\"\nhead = \"stage\"\nprediction_ms = 20\n"
-                "[display]\nwidth = 320\nheight = 256\nlayout = \"quarters\"\n[tracker]\nport = " +
-                    std::to_string(port_) +
-                    "\n[body.femur]\ntool = \"femur\"\n[body.tibia]\ntool = \"tibia\"\n[board]\nport = \"" +
-                    board_ +
-                    "\"\npotentiometer = \"selected\"\n[simulation]\nleg = [[0, 0, 0], [1, 60, 2], [2, 0, "
-                    "0]]\nstage = [[0, 0], [1, 20], [2, 0]]\n[[simulation.occlusion]]\ntool = "
-                    "\"tibia\"\nfrom_s = 0.5\nto_s = 0.7\nevery_s = 2\n")
+            .write("bench.toml",
+                   test::bench_text({.keys = "prediction_ms = 20\n",
+                                     .tracker = tracker_,
+                                     .tables = "[board]\nport = \"" + board_ +
+                                               "\"\npotentiometer = \"selected\"\n[simulation]\nleg = "
+                                               "[[0, 0, 0], [1, 60, 2], [2, 0, 0]]\nstage = [[0, 0], [1, "
+                                               "20], [2, 0]]\n[[simulation.occlusion]]\ntool = "
+                                               "\"tibia\"\nfrom_s = 0.5\nto_s = 0.7\nevery_s = 2\n"}))
             .string();
-  }
-
-  test::Ended run(std::vector<std::string> arguments) const
-  {
-    return test::run({VRDA_PLAYER_PROGRAM, std::move(arguments), {}, scratch_.path()});
   }
 
   /// Waits until both devices can be opened.
   void simulate()
   {
-    simulator_ = std::make_unique<test::Process>(
-        test::Command{VRDA_PLAYER_PROGRAM, {"simulate", bench_, "--quiet"}, {}, scratch_.path()});
+    simulator_ = std::make_unique<test::Process>(command({"simulate", bench_, "--quiet"}));
     const auto end = std::chrono::steady_clock::now() + longest;
     while (!is_listening(port_) || !std::filesystem::exists(board_)) {
       ASSERT_TRUE(simulator_->is_running()) << simulator_->wait().err;
@@ -104,10 +86,7 @@ class BenchProgram : public testing::Test {
     }
   }
 
-  std::string in_scratch(const char* name) const { return (scratch_.path() / name).string(); }
-
-  test::Scratch scratch_;
-  std::string model_ = in_scratch("knee.h5"), board_ = in_scratch("board"), bench_;
+  std::string board_ = path("board"), bench_, tracker_;
   std::uint16_t port_ = 0;
   std::unique_ptr<test::Process> simulator_;
 };
@@ -123,13 +102,13 @@ std::map<std::string, std::string> files_in(const std::string& folder)
 TEST_F(BenchProgram, AReplayShowsTheSamePictures)
 {
   simulate();
-  const std::string log = in_scratch("a.log"), live = in_scratch("live"), again = in_scratch("again");
+  const std::string log = path("a.log"), live = path("live"), again = path("again");
   const test::Ended bench =
       run({"bench", model_, "--bench", bench_, "--headless", "--seconds", "3", "--record", log, "--pictures",
-           live, "--every", "3", "--timing", in_scratch("t.json")});
+           live, "--every", "3", "--timing", path("t.json")});
   ASSERT_EQ(bench.exit_code, 0) << bench.err;
   EXPECT_THAT(bench.err, test::reports("", "latency"));
-  EXPECT_THAT(test::read_bytes(in_scratch("t.json")), HasSubstr("\"latency_ms\": {\"n\": "));
+  EXPECT_THAT(test::read_bytes(path("t.json")), HasSubstr("\"latency_ms\": {\"n\": "));
   const test::Ended replay =
       run({"bench", model_, "--replay", log, "--headless", "--pictures", again, "--every", "3"});
   ASSERT_EQ(replay.exit_code, 0) << replay.err;
@@ -150,18 +129,16 @@ TEST_F(BenchProgram, AReplayShowsTheSamePictures)
       run({"bench", model_, "--bench", bench_, "--headless", "--seconds", "1", "--record", log});
   EXPECT_THAT(taken, test::refuses({.file = log, .found = "existing"}));
   // Before anything is recorded, not after the session.
-  const std::string before = test::read_bytes(model_), unused = in_scratch("unused.log");
+  const std::string before = test::read_bytes(model_), unused = path("unused.log");
   const test::Ended onto_model = run({"bench", model_, "--bench", bench_, "--headless", "--seconds", "1",
                                       "--record", unused, "--timing", model_});
   EXPECT_THAT(onto_model, test::refuses({.file = model_, .found = "HDF5"}));
   EXPECT_TRUE(test::read_bytes(model_) == before);
   EXPECT_FALSE(std::filesystem::exists(unused));
-  const std::string other = in_scratch("other.h5");
+  const std::string other = path("other.h5");
   test::ModelPlan plan;
   plan.flexion_deg = {0, 45, 90};
-  store::MotionModel model = test::model_of(plan);
-  test::add_bodies(model);
-  store::write_motion_model(other, model);
+  write_model(other, plan);
   const test::Ended wrong = run({"bench", other, "--replay", log, "--headless"});
   EXPECT_THAT(wrong, test::refuses({other, "", "another motion model", model_}));
 }
@@ -187,23 +164,11 @@ TEST_F(BenchProgram, DevicesAreListedWhileTheyAnswer)
 /// The frames in the log that a bench is writing; empty before the log exists.
 std::vector<bench::BenchFrame> shown_so_far(const std::string& log, const std::string& model)
 {
-  std::vector<bench::BenchFrame> frames;
   try {
-    bench::RecordingReader recording(log);
-    bench::BenchOptions options;
-    options.file = model;
-    const bench::BenchSetup setup = bench::recorded_setup(recording.facts(), options);
-    bench::BenchState state(setup.bench, setup.calibration, setup.motion, setup.frame);
-    for (std::size_t k = 0; k < recording.n_frames(); ++k) {
-      const bench::RecordedFrame& picture = recording.frame(k);
-      bench::PanelContent panel;
-      bench::apply_input(state, panel, picture.keys, picture.samples);
-      frames.push_back(state.frame(picture.now_ns));
-    }
+    return test::frames_of(log, model);
   } catch (const InputError&) {
-    frames.clear();
+    return {};
   }
-  return frames;
 }
 
 bool is_without_simulator(const bench::BenchFrame& frame)
@@ -223,13 +188,10 @@ bool are_last(const std::vector<bench::BenchFrame>& frames, std::size_t n,
 TEST_F(BenchProgram, GoesOnWithoutItsSimulatorAndFindsTheNextOne)
 {
   constexpr std::size_t n_without = 30;
-  const std::string log = in_scratch("a.log");
+  const std::string log = path("a.log");
   simulate();
   test::Process bench(
-      {VRDA_PLAYER_PROGRAM,
-       {"bench", model_, "--bench", bench_, "--headless", "--seconds", "1000", "--record", log},
-       {},
-       scratch_.path()});
+      command({"bench", model_, "--bench", bench_, "--headless", "--seconds", "1000", "--record", log}));
   std::vector<bench::BenchFrame> frames;
   const auto await = [&](std::size_t n, bool (*claim)(const bench::BenchFrame&)) {
     const auto end = std::chrono::steady_clock::now() + longest;
@@ -305,11 +267,10 @@ TEST_F(BenchProgram, ASecondSimulatorLeavesTheLinkOfTheFirst)
 
 TEST_F(BenchProgram, ABodyOfMarkersIsMeasuredAndThenTracked)
 {
-  const std::string head =
-      "title = \"Test\"\nleg = \"rigid\"\nhead = \"stage\"\n[display]\nwidth = 320\n"
-      "height = 256\nlayout = \"quarters\"\n[tracker]\nport = " +
-      std::to_string(port_) + "\n[board]\nport = \"" + board_ +
-      "\"\n[simulation]\nnoise_mm = 0.05\nnoise_deg = 0\n";
+  std::string head = test::bench_text({.leg = "rigid",
+                                       .tracker = tracker_ + "[board]\nport = \"" + board_ +
+                                                  "\"\n[simulation]\nnoise_mm = 0.05\nnoise_deg = 0\n"});
+  head.resize(head.find("[body.leg]"));
   const std::string markers = "[body.leg]\nmarkers = [\"a\", \"b\", \"c\", \"d\"]\n";
   const std::string unmeasured = scratch_.write("unmeasured.toml", head + markers).string();
   bench_ =
@@ -333,38 +294,6 @@ TEST_F(BenchProgram, ABodyOfMarkersIsMeasuredAndThenTracked)
                         "\"residual_mm\": 0.0"));
   EXPECT_THAT(run({"devices", measured, "--seconds", "1"}).out,
               HasSubstr(" mm at 4 markers, rotation sd 0."));
-}
-
-TEST_F(BenchProgram, InvalidOptionsAreReportedBeforeItRuns)
-{
-  const std::string no_log = in_scratch("none.log");
-  const std::string text = scratch_.write("text.log", "no recording\n").string();
-  struct Row {
-    std::vector<std::string> arguments;
-    std::string reported;
-  };
-  for (const Row& row : {
-           Row{{"--bench", bench_, "--headless"}, "--headless"},
-           Row{{"--headless", "--seconds", "1"}, "--bench"},
-           Row{{"--bench", no_log, "--headless", "--seconds", "1"}, no_log},
-           Row{{"--bench", bench_, "--set", "degree_9", "--headless", "--seconds", "1"}, "degree_9"},
-           Row{{"--bench", bench_, "--from", "2", "--headless", "--seconds", "1"}, "--from"},
-           Row{{"--bench", bench_, "--speed", "2", "--headless", "--seconds", "1"}, "--speed"},
-           Row{{"--replay", no_log, "--headless"}, no_log},
-           Row{{"--replay", text, "--headless"}, text},
-           Row{{"--replay", text, "--record", no_log, "--headless"}, "--record"},
-           Row{{"--replay", text, "--speed", "1000", "--headless"}, "--speed"},
-       }) {
-    std::vector<std::string> arguments{"bench", model_};
-    arguments.insert(arguments.end(), row.arguments.begin(), row.arguments.end());
-    SCOPED_TRACE(testing::PrintToString(arguments));
-    const test::Ended ended = run(arguments);
-    EXPECT_EQ(ended.exit_code, 2);
-    EXPECT_TRUE(test::names_value(ended.err, row.reported)) << ended.err;
-    EXPECT_EQ(ended.out, "");
-  }
-  EXPECT_EQ(run({"devices", no_log}).exit_code, 2);
-  EXPECT_EQ(run({"simulate", no_log}).exit_code, 2);
 }
 
 }  // namespace vrda::bench_program_test

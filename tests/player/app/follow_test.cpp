@@ -10,7 +10,7 @@
 
 #include "core/units.hpp"
 #include "player/view/screen.hpp"
-#include "show/run_watch.hpp"
+#include "show/run_panel.hpp"
 #include "store/journal.hpp"
 #include "store/motion_model.hpp"
 #include "support/messages.hpp"
@@ -37,7 +37,8 @@ class Follow : public testing::Test {
     store::write_motion_model(start_, store::with_pending_cells(model_));
   }
 
-  void add_steps(int flexion)
+  /// Two stable cells and one without contact; `n_contacts`: of each.
+  void add_steps(int flexion, int n_contacts = 0)
   {
     store::OpenJournal journal = store::JournalWriter::open(store::journal_of(output_), std::string(64, 'a'));
     for (int j = 0; j < 3; ++j) {
@@ -45,6 +46,8 @@ class Follow : public testing::Test {
       r.key = {StepKind::row, flexion, j};
       r.status = j == 2 ? StepStatus::no_contact : StepStatus::stable;
       r.varus_rad = rad_from_deg(j - 1.0);
+      for (int k = 0; k < n_contacts; ++k)
+        r.contacts.push_back({{0.1 * k, 0.0, 0.0}, {0, -1, 0}, 0.0, 0, 0, 0});
       journal.writer.append(r);
     }
   }
@@ -90,6 +93,41 @@ TEST_F(Follow, WritesAPictureEachSoManySteps)
   EXPECT_EQ(ended.out, path("pictures/step_000003.png") + "\n" + path("pictures/step_000004.png") + "\n");
   EXPECT_THAT(ended.err, test::reports("", "6/9"));
   EXPECT_TRUE(fs::exists(path("pictures/step_000003.png")));
+}
+
+TEST_F(Follow, ChosenSteps)
+{
+  add_steps(1, 1);
+  core::FrameWriter moves =
+      store::create_trace_journal(store::trace_journal_of(output_), std::string(64, 'a'));
+  SearchTrace search;
+  search.key = {StepKind::row, 1, 1};
+  search.status = StepStatus::stable;
+  search.moves.resize(4);
+  search.moves[1].in_contact = search.moves[3].in_contact = true;
+  moves.append(core::bytes_of_value(search));
+  const auto n_pictures = [&](const std::string& steps) {
+    const std::string out =
+        follow({"--once", "--offscreen", path(steps), "--each", "1", "--size", "64x48", "--steps", steps})
+            .out;
+    return std::ranges::count(out, '\n');
+  };
+  EXPECT_EQ(n_pictures("stable"), 2);
+  EXPECT_EQ(n_pictures("contact"), 2 + 2);
+  EXPECT_EQ(n_pictures("all"), 3 + 4);
+}
+
+TEST_F(Follow, Contacts)
+{
+  const auto picture = [&](int n_contacts) {
+    fs::remove(store::journal_of(output_));
+    add_steps(0, n_contacts);
+    EXPECT_EQ(follow({"--once", "--offscreen", path("pictures"), "--size", "160x120"}).exit_code, 0);
+    return test::read_bytes(path("pictures/step_000002.png"));
+  };
+  const std::string one = picture(1);
+  EXPECT_TRUE(one != picture(0));
+  EXPECT_TRUE(one != picture(200)) << "more than there is room for at first";
 }
 
 TEST_F(Follow, EndsWithTheRunAndShowsItsResult)
@@ -165,56 +203,6 @@ TEST_F(Follow, TakesEveryWayToNameViews)
   EXPECT_NE(picture({"--views", "front", "--mode", "wire"}), front);
   EXPECT_NE(picture({"--views", "front", "--layers", "axes"}), front);
   EXPECT_EQ(picture({"--views", "front"}), front) << "equal runs give equal images";
-}
-
-TEST_F(Follow, ShowsTheViewsOfTheJob)
-{
-  model_.job.resolved =
-      "[player]\ndisplay_px = [320, 240]\nrender = \"wire\"\n\n[[player.view]]\nnumber = 0\nshift_mm = [0, "
-      "0, 0]\n"
-      "orientation_deg = [0, 90, 0]\n";
-  store::write_motion_model(start_, store::with_pending_cells(model_));
-  add_steps(0);
-  const auto picture = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> words{"--once", "--offscreen", path("pictures")};
-    words.insert(words.end(), more.begin(), more.end());
-    EXPECT_EQ(follow(words).exit_code, 0);
-    return test::read_bytes(path("pictures/step_000002.png"));
-  };
-  const std::string of_job = picture({});
-  EXPECT_EQ(of_job, picture({"--size", "320x240"}));
-  EXPECT_NE(of_job, picture({"--mode", "smooth"}));
-  EXPECT_NE(of_job, picture({"--views", "front,lateral"}));
-}
-
-TEST_F(Follow, RefusesWhatItCannotDo)
-{
-  struct Row {
-    std::vector<std::string> words;
-    test::Refusal refusal;
-  };
-  for (const Row& row : {
-           Row{{"--once"}, {.file = "--once"}},
-           Row{{"--text", "--offscreen", "x"}, {"--text", "", "--offscreen"}},
-           Row{{"--text", "--every", "1"}, {"--offscreen", "", "", {"--every", "--each"}}},
-           Row{{"--text", "--steps", "some"}, {"--steps", "", "\"some\"", {"stable", "contact", "all"}}},
-           Row{{"--offscreen", "x", "--each", "-1"}, {"--each", "", "-1", "1"}},
-           Row{{"--offscreen", "x", "--every", "-1"}, {"--every", "", "-1.000000"}},
-           Row{{"--offscreen", "x", "--views", "nowhere"}, {"--views", "", "nowhere"}},
-           Row{{"--offscreen", "x", "--orient", "1,2"}, {"--orient", "", "\"1,2\""}},
-           Row{{"--offscreen", "x", "--shift", "1,2,3;1,nan,2"}, {"--shift", "", "\"1,nan,2\""}},
-           Row{{"--offscreen", "x", "--views", "front", "--shift", "1,2,3"}, {"--views", "", "front"}},
-           Row{{"--offscreen", "x", "--layers", "skin"}, {"--layers", "", "skin"}},
-           Row{{"--offscreen", "x", "--size", "1x1"}, {"--size", "", "1x1"}},
-       }) {
-    SCOPED_TRACE(testing::PrintToString(row.words));
-    EXPECT_THAT(follow(row.words), test::refuses(row.refusal));
-  }
-  const test::Ended no_start = test::run(command({"--text"}, output_));
-  EXPECT_THAT(no_start, test::refuses({output_, "name", "", "OUTPUT.start.h5"}));
-  EXPECT_EQ(test::run(command({"--text"}, path("none.start.h5"))).exit_code, 2);
-  const test::Ended no_screen = test::run({VRDA_PLAYER_PROGRAM, {"follow", start_}, {{"DISPLAY", ""}}, {}});
-  EXPECT_EQ(no_screen.exit_code, 2) << no_screen.err;
 }
 
 /// Pixels of a colour on a screen.

@@ -1,9 +1,5 @@
 // The joint sent by OpenIGTLink, read by a program of its own (read_igtl.py, written from the protocol's
 // specification) and by Debian's example clients.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <sys/socket.h>
-
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -13,12 +9,8 @@
 #include <thread>
 
 #include "core/units.hpp"
+#include "player/app/player_programs.hpp"
 #include "store/motion.hpp"
-#include "store/motion_model.hpp"
-#include "support/messages.hpp"
-#include "support/models.hpp"
-#include "support/process.hpp"
-#include "support/scratch.hpp"
 
 namespace vrda::serve_test {
 
@@ -43,9 +35,9 @@ store::MotionModel moving_model()
   return model;
 }
 
-class Serve : public testing::Test {
+class Serve : public test::PlayerPrograms {
  protected:
-  void SetUp() override { store::write_motion_model(file_, model_); }
+  void SetUp() override { store::write_motion_model(file_, joint_); }
 
   /// Starts `vrda-player` and waits for the line "igtl ADDRESS" of one of its streams.
   void start(std::vector<std::string> arguments)
@@ -82,9 +74,8 @@ class Serve : public testing::Test {
     return json::parse(ended.out);
   }
 
-  test::Scratch scratch_;
-  store::MotionModel model_ = moving_model();
-  std::string file_ = (scratch_.path() / "knee.h5").string(), address_;
+  store::MotionModel joint_ = moving_model();
+  std::string file_ = path("serve.h5"), address_;
   std::unique_ptr<test::Process> program_;
 };
 
@@ -102,7 +93,7 @@ double distance_mm(const json& matrix, const Pose& X)
 
 TEST_F(Serve, PosesAnglesAndMeshesAreThoseOfTheFile)
 {
-  const store::Motion motion(model_, "raw");
+  const store::Motion motion(joint_, "raw");
   for (const double flexion_deg : {0.0, 30.0, 67.5}) {
     SCOPED_TRACE(flexion_deg);
     start({"serve", file_, "--igtl", "0", "--set", "raw", "--flexion", std::to_string(flexion_deg), "--varus",
@@ -120,7 +111,7 @@ TEST_F(Serve, PosesAnglesAndMeshesAreThoseOfTheFile)
     EXPECT_EQ(read_["meshes"].size(), 2U);
     // Named as on screen, whatever the job calls them.
     for (const auto& [name, body] :
-         {std::pair("femur", &model_.reference), std::pair("tibia", &model_.moving)}) {
+         {std::pair("femur", &joint_.reference), std::pair("tibia", &joint_.moving)}) {
       SCOPED_TRACE(name);
       EXPECT_EQ(read_["messages"][std::string("POLYDATA ") + name + "_mesh"], 1);
       const json& mesh = read_["meshes"][std::string(name) + "_mesh"];
@@ -139,21 +130,11 @@ TEST_F(Serve, PosesAnglesAndMeshesAreThoseOfTheFile)
 
 TEST_F(Serve, AnglesBeyondTheModelAreReported)
 {
-  const test::Ended ended = test::run({VRDA_PLAYER_PROGRAM,
-                                       {"serve", file_, "--igtl", "0", "--set", "raw", "--flexion", "300",
-                                        "--varus", "45", "--seconds", "0.1"},
-                                       {},
-                                       scratch_.path()});
+  const test::Ended ended = run({"serve", file_, "--igtl", "0", "--set", "raw", "--flexion", "300", "--varus",
+                                 "45", "--seconds", "0.1"});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_THAT(ended.err, HasSubstr("--flexion: found 300, wanted"));
   EXPECT_THAT(ended.err, HasSubstr("--varus: found 45, wanted"));
-  EXPECT_EQ(
-      test::run({VRDA_PLAYER_PROGRAM,
-                 {"serve", file_, "--igtl", "0", "--flexion", "30", "--period", "3", "--seconds", "0.1"},
-                 {},
-                 scratch_.path()})
-          .exit_code,
-      2);
 }
 
 /// $VRDA_IGTL_SECONDS: a longer run; player/bench/README.md has the result of a minute.
@@ -189,13 +170,10 @@ TEST_F(Serve, ATrackedLegIsSentAndAHiddenBodyIsLeftOutAndMarked)
       scratch_
           .write(
               "bench.toml",
-              "title = \"Test\"\nleg = \"two-bodies\"\nhead = \"stage\"\n[display]\nwidth = 320\nheight = "
-              "256\n"
-              "layout = \"quarters\"\n[tracker]\nport = 1\n[body.femur]\ntool = \"femur\"\n[body.tibia]\n"
-              "tool = \"tibia\"\n[calibration]\nrectangles = [[100, 0], [100, 50]]\n[simulation]\nleg = [[0, "
-              "40, 0]]\nfemur = [10, 20, 30, 0, 0, 0]\nnoise_mm = 0\nnoise_deg = "
-              "0\n[[simulation.occlusion]]\n"
-              "tool = \"tibia\"\nfrom_s = 1.5\nto_s = 1000\n")
+              test::bench_text({.tables = "[calibration]\nrectangles = [[100, 0], [100, 50]]\n[simulation]\n"
+                                          "leg = [[0, 40, 0]]\nfemur = [10, 20, 30, 0, 0, 0]\nnoise_mm = 0\n"
+                                          "noise_deg = 0\n[[simulation.occlusion]]\ntool = \"tibia\"\n"
+                                          "from_s = 1.5\nto_s = 1000\n"}))
           .string();
   std::string text = test::read_bytes(bench);
   // The simulator's port is free when it starts: serve is queried first.
@@ -210,8 +188,7 @@ TEST_F(Serve, ATrackedLegIsSentAndAHiddenBodyIsLeftOutAndMarked)
   EXPECT_FALSE(absent["messages"].contains("TRANSFORM femur"));
   EXPECT_EQ(absent["angles"].back()["live"], false);
   EXPECT_THAT(absent["angles"].back()["marks"].dump(), HasSubstr("femur not seen yet"));
-  const test::Process simulator(
-      {VRDA_PLAYER_PROGRAM, {"simulate", bench, "--model", file_, "--quiet"}, {}, scratch_.path()});
+  const test::Process simulator(command({"simulate", bench, "--model", file_, "--quiet"}));
   const json seen = read(5.0);
   const auto n_of = [&](const std::string& device) {
     return seen["messages"].value("TRANSFORM " + device, 0);
@@ -227,14 +204,7 @@ TEST_F(Serve, ATrackedLegIsSentAndAHiddenBodyIsLeftOutAndMarked)
 
 TEST_F(Serve, TheBenchSendsBesideItsPicture)
 {
-  const std::string bench =
-      scratch_
-          .write("bench.toml",
-                 "title = \"Test\"\nleg = \"two-bodies\"\nhead = \"stage\"\n[display]\nwidth = 320\nheight = "
-                 "256\nlayout = \"quarters\"\n[tracker]\nport = 9\n[body.femur]\ntool = "
-                 "\"femur\"\n[body.tibia]\n"
-                 "tool = \"tibia\"\n")
-          .string();
+  const std::string bench = scratch_.write("bench.toml", test::bench_text({})).string();
   start({"bench", file_, "--bench", bench, "--headless", "--seconds", "60", "--igtl", "0"});
   const json read_ = read(2.0);
   EXPECT_EQ(read_["messages"].size(), 4U) << "two meshes, eye, angles: the tracker is absent";
@@ -256,24 +226,11 @@ TEST_F(Serve, AClientThatReadsNothingStopsNeitherTheOthersNorTheProgram)
                               {}});
   const json read_ = read(2.0);
   EXPECT_EQ(read_["frames_missing"], 0);
+  const std::string port = address_.substr(address_.find(':') + 1);
+  EXPECT_THAT(run({"serve", file_, "--igtl", port, "--seconds", "0.1"}),
+              test::refuses({"--igtl", "port", port, "free port"}));
   program_->send(SIGTERM);
   EXPECT_EQ(program_->wait().exit_code, 0);
-}
-
-TEST_F(Serve, WrongOptionsAreRefused)
-{
-  const auto refused = [&](std::vector<std::string> arguments) {
-    return test::run({VRDA_PLAYER_PROGRAM, std::move(arguments), {}, scratch_.path()});
-  };
-  EXPECT_THAT(refused({"serve", file_}), test::refuses({"--igtl", "", "nothing", "port"}));
-  EXPECT_THAT(refused({"serve", file_, "--igtl", "0", "--igtl-address", "here"}),
-              test::refuses({"--igtl", "address", "here", "numeric"}));
-  EXPECT_THAT(refused({"serve", file_, "--igtl", "0", "--calibration", "c.toml"}),
-              test::refuses({"--calibration", "", "no --bench", "bench file"}));
-  start({"serve", file_, "--igtl", "0"});
-  const std::string port = address_.substr(address_.find(':') + 1);
-  EXPECT_THAT(refused({"serve", file_, "--igtl", port, "--seconds", "0.1"}),
-              test::refuses({"--igtl", "port", port, "free port"}));
 }
 
 #ifdef VRDA_IGTL_RECEIVE_CLIENT

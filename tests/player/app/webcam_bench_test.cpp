@@ -1,19 +1,11 @@
 // A bench with tracker = "aruco": the player starts vrda-webcam, which reads rendered pictures as its camera.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bench/bench_show.hpp"
-#include "bench/recording.hpp"
 #include "core/units.hpp"
+#include "player/app/player_programs.hpp"
 #include "player/bench/rendered_pictures.hpp"
-#include "store/motion_model.hpp"
-#include "support/models.hpp"
-#include "support/process.hpp"
-#include "support/scratch.hpp"
 
 namespace vrda::webcam_bench_test {
 
@@ -37,15 +29,9 @@ std::vector<Pose> leg()
   return {X_thigh, X_shank};
 }
 
-class WebcamBench : public testing::Test {
+class WebcamBench : public test::PlayerPrograms {
  protected:
-  void SetUp() override
-  {
-    store::MotionModel model = test::model_of({});
-    test::add_bodies(model);
-    store::write_motion_model(model_, model);
-    scratch_.write("camera.toml", bench::camera_text(test::webcam_camera()));
-  }
+  void SetUp() override { scratch_.write("camera.toml", bench::camera_text(test::webcam_camera())); }
 
   /// `n` pictures that differ by their noise; those from `n_seen` on show no shank.
   void take_pictures(int n, int n_seen)
@@ -65,45 +51,26 @@ class WebcamBench : public testing::Test {
 
   std::string bench(const std::string& camera)
   {
-    return scratch_
-        .write(
-            "bench.toml",
-            "title = \"Webcam\"\nleg = \"two-bodies\"\nhead = \"stage\"\ntracker = "
-            "\"aruco\"\n[display]\nwidth = "
-            "320\nheight = 256\nlayout = \"quarters\"\n[body.femur]\ntool = \"thigh\"\n[body.tibia]\ntool = "
-            "\"shank\"\n[filter]\non = false\n[camera]\ndevice = \"" +
-                camera)
-        .string();
+    std::string text = test::bench_text({.keys = "tracker = \"aruco\"\n",
+                                         .tracker = "",
+                                         .tables = "[filter]\non = false\n[camera]\ndevice = \"" + camera});
+    for (const auto& [body, sheet] :
+         {std::pair("= \"femur\"", "= \"thigh\""), std::pair("= \"tibia\"", "= \"shank\"")})
+      text.replace(text.find(body), std::string(body).size(), sheet);
+    return scratch_.write("bench.toml", text).string();
   }
 
-  std::string pictures() const { return (scratch_.path() / "picture_%d.pgm").string(); }
-  test::Ended run(std::vector<std::string> arguments) const
-  {
-    return test::run({VRDA_PLAYER_PROGRAM, std::move(arguments), {}, scratch_.path()});
-  }
-
+  std::string pictures() const { return path("picture_%d.pgm"); }
   /// Runs the bench without a window; returns its frames.
   std::vector<bench::BenchFrame> frames_of(const std::string& bench_file, const std::string& name,
                                            double seconds)
   {
-    const std::string log = (scratch_.path() / (name + ".log")).string();
-    timing_ = (scratch_.path() / (name + ".json")).string();
+    const std::string log = path(name + ".log");
+    timing_ = path(name + ".json");
     const test::Ended ended = run({"bench", model_, "--bench", bench_file, "--headless", "--seconds",
                                    std::to_string(seconds), "--record", log, "--timing", timing_});
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
-    bench::RecordingReader recording(log);
-    bench::BenchOptions options;
-    options.file = model_;
-    const bench::BenchSetup setup = bench::recorded_setup(recording.facts(), options);
-    bench::BenchState state(setup.bench, setup.calibration, setup.motion, setup.frame);
-    std::vector<bench::BenchFrame> frames;
-    for (std::size_t k = 0; k < recording.n_frames(); ++k) {
-      const bench::RecordedFrame& picture = recording.frame(k);
-      bench::PanelContent panel;
-      bench::apply_input(state, panel, picture.keys, picture.samples);
-      frames.push_back(state.frame(picture.now_ns));
-    }
-    return frames;
+    return test::frames_of(log, model_);
   }
 
   /// What `devices` says of a tracker that does not answer; repeated while the program starts.
@@ -118,8 +85,7 @@ class WebcamBench : public testing::Test {
     return "";
   }
 
-  test::Scratch scratch_;
-  std::string model_ = (scratch_.path() / "knee.h5").string(), timing_;
+  std::string timing_;
 };
 
 TEST_F(WebcamBench, FlexionIsShownOcclusionMarkedAndLatencyWritten)
@@ -191,21 +157,11 @@ TEST_F(WebcamBench, AnAbsentAFrozenASlowAndALyingCameraAreMarkedWhileThePictureG
 
 TEST_F(WebcamBench, SheetsArePrintedForTheBenchsBodies)
 {
-  const std::string file = (scratch_.path() / "sheets.pdf").string();
+  const std::string file = path("sheets.pdf");
   const test::Ended ended =
       test::run({VRDA_WEBCAM_PROGRAM, {"sheet", bench("0\"\n"), "-o", file}, {}, scratch_.path()});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_THAT(test::read_bytes(file), HasSubstr("(shank: markers 4 to 7"));
-}
-
-TEST_F(WebcamBench, AWebcamIsNotSimulated)
-{
-  const std::string file = bench(pictures() + "\"\n");
-  const test::Ended ended = run({"simulate", file, "--quiet", "--seconds", "0.1"});
-  EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.err,
-              HasSubstr(file + ": tracker: found \"aruco\", a webcam, wanted a tracker of OpenIGTLink"));
-  EXPECT_EQ(ended.out, "");
 }
 
 }  // namespace vrda::webcam_bench_test

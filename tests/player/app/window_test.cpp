@@ -1,18 +1,12 @@
 // The program in a window on a virtual screen, driven by simulated keys and mouse.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <chrono>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "bench/calibration_file.hpp"
+#include "player/app/player_programs.hpp"
 #include "player/view/screen.hpp"
-#include "store/motion_model.hpp"
-#include "support/models.hpp"
-#include "support/process.hpp"
-#include "support/scratch.hpp"
 
 namespace vrda::window_test {
 
@@ -20,22 +14,9 @@ using test::comes_true;
 
 constexpr int width = 800, height = 600;
 
-store::MotionModel small_model()
-{
-  test::ModelPlan plan;
-  store::MotionModel model = test::model_of(plan);
-  test::add_bodies(model);
-  test::add_smoothed(model, 1, [](int i, int) { return store::PoseCoordinates{0.0, 0.0, 0.0, 2.0 * i}; });
-  return model;
-}
-
-class InWindow : public testing::Test {
+class InWindow : public test::PlayerPrograms {
  protected:
-  InWindow() { store::write_motion_model(file_, small_model()); }
-  test::Command show() const
-  {
-    return {VRDA_PLAYER_PROGRAM, {"show", file_, "--size", "800x600"}, {}, scratch_.path()};
-  }
+  test::Command show() const { return command({"show", model_, "--size", "800x600"}); }
   static void type(const std::string& keys)
   {
     EXPECT_EQ(test::run({"/usr/bin/xdotool", {"key", keys}, {}, {}}).exit_code, 0);
@@ -66,8 +47,6 @@ class InWindow : public testing::Test {
   }
 
   test::Screen screen_;
-  test::Scratch scratch_;
-  std::string file_ = (scratch_.path() / "sample.h5").string();
 };
 
 TEST_F(InWindow, OpensPlaysTakesAPictureAndQuits)
@@ -135,10 +114,12 @@ constexpr int place_x = 220, place_y = 130;
 /// A bench file without a reachable tracker, with a display of 640 x 512 at a given position.
 std::string placed_bench_text()
 {
-  return "title = \"Placed\"\nleg = \"rigid\"\nhead = \"stage\"\n[display]\nwidth = 640\nheight = 512\n"
-         "layout = \"quarters\"\nat = [" +
-         std::to_string(place_x) + ", " + std::to_string(place_y) +
-         "]\n[tracker]\nport = 1\n[body.leg]\ntool = \"leg\"\n[calibration]\n";
+  return test::bench_text(
+      {.leg = "rigid",
+       .display = "at = [" + std::to_string(place_x) + ", " + std::to_string(place_y) + "]\n",
+       .width = 640,
+       .height = 512,
+       .tables = "[calibration]\n"});
 }
 
 /// Checks position and size of the window with that title.
@@ -155,16 +136,16 @@ bool is_at_its_place(const std::string& title)
 TEST_F(InWindow, ABenchsDisplayIsAtItsPositionAndReportsDeviationsFromTheBenchFile)
 {
   const std::string bench = scratch_.write("bench.toml", placed_bench_text()).string();
-  const std::string kept = (scratch_.path() / "calibration.toml").string();
+  const std::string kept = path("calibration.toml");
   struct Row {
     std::vector<std::string> arguments;
     std::string title;
   };
   for (const Row& row :
-       {Row{{"bench", file_, "--bench", bench, "--quiet"}, "Placed - vrda-player"},
-        Row{{"calibrate", "viewport", "--bench", bench, "--calibration", kept}, "Placed - calibrate"}}) {
+       {Row{{"bench", model_, "--bench", bench, "--quiet"}, "Test - vrda-player"},
+        Row{{"calibrate", "viewport", "--bench", bench, "--calibration", kept}, "Test - calibrate"}}) {
     SCOPED_TRACE(row.title);
-    test::Process program({VRDA_PLAYER_PROGRAM, row.arguments, {}, scratch_.path()});
+    test::Process program(command(row.arguments));
     ASSERT_TRUE(comes_true([&] { return is_at_its_place(row.title); })) << program.said();
     EXPECT_EQ(program.said().find("frame buffer"), std::string::npos);
     EXPECT_TRUE(comes_true(
@@ -183,10 +164,10 @@ TEST_F(InWindow, ABenchsDisplayIsAtItsPositionAndReportsDeviationsFromTheBenchFi
 TEST_F(InWindow, WhatKeysAdjustedIsWrittenToTheCalibrationOnRequest)
 {
   const std::string bench = scratch_.write("bench.toml", placed_bench_text()).string();
-  const std::string kept = (scratch_.path() / "anna.toml").string();
+  const std::string kept = path("anna.toml");
   test::Process program(
-      {VRDA_PLAYER_PROGRAM, {"bench", file_, "--bench", bench, "--calibration", kept, "--quiet"}, {}, {}});
-  ASSERT_TRUE(comes_true([&] { return is_at_its_place("Placed - vrda-player"); })) << program.said();
+      {VRDA_PLAYER_PROGRAM, {"bench", model_, "--bench", bench, "--calibration", kept, "--quiet"}, {}, {}});
+  ASSERT_TRUE(comes_true([&] { return is_at_its_place("Test - vrda-player"); })) << program.said();
   type("i");
   type("shift+Right");
   EXPECT_FALSE(std::filesystem::exists(kept));
@@ -203,7 +184,7 @@ TEST_F(InWindow, WhatKeysAdjustedIsWrittenToTheCalibrationOnRequest)
 
 TEST_F(InWindow, AnOperatorPractisesOnAVirtualBenchAndLeaves)
 {
-  const std::string kept = (scratch_.path() / "calibration.toml").string();
+  const std::string kept = path("calibration.toml");
   test::Process program(
       {VRDA_PLAYER_PROGRAM, {"calibrate", "all", "--virtual", "--calibration", kept}, {}, scratch_.path()});
   ASSERT_TRUE(comes_true([&] { return is_operators_area_there(screen_.picture(width, height)); }))
@@ -225,13 +206,7 @@ TEST_F(InWindow, AnOperatorPractisesOnAVirtualBenchAndLeaves)
 
 TEST_F(InWindow, DevicesListsTheMonitors)
 {
-  const std::string bench =
-      scratch_
-          .write("bench.toml",
-                 "title = \"Bench\"\nleg = \"rigid\"\nhead = \"stage\"\n[display]\nwidth = 320\n"
-                 "height = 256\nlayout = \"quarters\"\n[tracker]\nport = 1\n"
-                 "[body.leg]\ntool = \"leg\"\n")
-          .string();
+  const std::string bench = scratch_.write("bench.toml", test::bench_text({.leg = "rigid"})).string();
   const auto monitors = [&] {
     const test::Ended ended = test::run(
         {VRDA_PLAYER_PROGRAM, {"devices", bench, "--json", "--seconds", "0.1"}, {}, scratch_.path()});

@@ -11,13 +11,11 @@
 #include "store/journal.hpp"
 #include "store/motion_model.hpp"
 #include "support/models.hpp"
-#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::show::run_watch_test {
 
 namespace fs = std::filesystem;
-using test::input_error;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -312,29 +310,6 @@ TEST_F(Watch, NextJob)
   EXPECT_EQ(watch.phase(), RunPhase::finished);
   EXPECT_EQ(watch.model().job.resolved, other.job.resolved);
   EXPECT_EQ(watch.n_done(), 9);
-}
-
-TEST_F(Watch, FinishedAtOnce)
-{
-  store::write_motion_model(output_, plan());
-  fs::remove(start_);
-  RunWatch watch(start_);
-  EXPECT_EQ(watch.phase(), RunPhase::finished);
-  EXPECT_EQ(n_stable(watch), 9);
-}
-
-TEST_F(Watch, RefusedFiles)
-{
-  const std::string none = (scratch_.path() / "none.h5.start.h5").string(),
-                    text = (scratch_.path() / "text.h5.start.h5").string();
-  EXPECT_THAT(input_error([&] { RunWatch watch(output_); }),
-              test::refuses({.field = "name", .wanted = "OUTPUT.start.h5"}));
-  EXPECT_THAT(input_error([&] { RunWatch watch(none); }), test::refuses({.found = "no such file"}));
-  scratch_.write("text.h5.start.h5", "no HDF5");
-  EXPECT_EQ(input_error([&] { RunWatch watch(text); }).file, text);
-  store::write_motion_model(start_, plan());
-  EXPECT_THAT(input_error([&] { RunWatch watch(start_); }),
-              test::refuses({.field = "/status", .wanted = "attitude"}));
 }
 
 constexpr std::chrono::milliseconds pause{1};

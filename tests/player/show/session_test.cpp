@@ -1,8 +1,12 @@
-// The session without a window: events in, state and image out.
-#include "show/session.hpp"
-
+// The session without a window: events in, state and image out; the text of settings.
 #include <gtest/gtest.h>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
 
+#include "core/document.hpp"
+#include "show/session.hpp"
 #include "store/motion_model.hpp"
 #include "support/models.hpp"
 #include "support/scratch.hpp"
@@ -38,19 +42,20 @@ SessionOptions small_options(const std::string& set = "raw")
   return options;
 }
 
-view::InputEvent pointer_event(view::InputKind kind, double x_px, double y_px,
-                               view::MouseButton button = view::MouseButton::left)
+view::InputEvent pointer_event(view::InputKind kind, double x_px, double y_px)
 {
-  view::InputEvent event;
-  event.kind = kind;
-  event.x_px = x_px;
-  event.y_px = y_px;
-  event.button = button;
-  return event;
+  return {.kind = kind, .x_px = x_px, .y_px = y_px, .button = view::MouseButton::left};
 }
 
-class AtWindow : public testing::Test {
- protected:
+/// A session with the hands of a user.
+class UsedSession {
+ public:
+  explicit UsedSession(const SessionOptions& options = small_options(),
+                       const store::MotionModel& model = small_model())
+      : session_(model, options)
+  {
+  }
+
   void take(const std::vector<view::InputEvent>& events)
   {
     for (const view::InputEvent& event : events) session_.take(event);
@@ -67,18 +72,19 @@ class AtWindow : public testing::Test {
     take({event, release});
   }
   void key(char character, bool has_shift = false) { key(view::key_of(character), has_shift); }
-  void drag(view::MouseButton button, const Eigen::Vector2d& from, const Eigen::Vector2d& to)
+  void drag(const Eigen::Vector2d& from, const Eigen::Vector2d& to)
   {
-    take({pointer_event(view::InputKind::press, from.x(), from.y(), button),
-          pointer_event(view::InputKind::motion, to.x(), to.y(), button)});
-    take({pointer_event(view::InputKind::release, to.x(), to.y(), button)});
+    take({pointer_event(view::InputKind::press, from.x(), from.y()),
+          pointer_event(view::InputKind::motion, to.x(), to.y())});
+    take({pointer_event(view::InputKind::release, to.x(), to.y())});
   }
   double flexion_deg() const { return deg_from_rad(session_.pose().attitude.flexion_rad); }
   Eigen::Matrix4d camera() const { return session_.orbit_camera().camera.X_world_camera.matrix(); }
-  Eigen::Matrix3d turn() const { return session_.orbit_camera().camera.X_world_camera.linear(); }
 
-  Session session_{small_model(), small_options()};
+  Session session_;
 };
+
+class AtWindow : public UsedSession, public testing::Test {};
 
 TEST_F(AtWindow, QuestionMark)
 {
@@ -143,9 +149,9 @@ TEST_F(AtWindow, MissingPose)
 TEST_F(AtWindow, DragFromThePanel)
 {
   const Eigen::Matrix4d at_first = camera();
-  drag(view::MouseButton::left, {700, 590}, {300, 300});
+  drag({700, 590}, {300, 300});
   EXPECT_EQ(camera(), at_first);
-  drag(view::MouseButton::left, {300, 300}, {700, 300});
+  drag({300, 300}, {700, 300});
   EXPECT_NE(camera(), at_first);
 }
 
@@ -318,27 +324,17 @@ TEST(SessionOfFrames, Timeline)
   test::add_bodies(model);
   SessionOptions options = small_options();
   options.key = 0.5;
-  Session session(model, options);
-  const auto flexion_deg = [&] { return deg_from_rad(session.pose().attitude.flexion_rad); };
-  EXPECT_EQ(session.pose().key, 0.5);
-  EXPECT_NEAR(flexion_deg(), 0.0, 1e-9);
-  const auto press = [&](view::Key key) {
-    view::InputEvent event;
-    event.kind = view::InputKind::key_press;
-    event.key = key;
-    session.take(event);
-    event.kind = view::InputKind::key_release;
-    session.take(event);
-    session.advance(frame_s);
-  };
-  press(view::Key::right);
-  EXPECT_EQ(session.pose().key, 1.0);
-  EXPECT_NEAR(flexion_deg(), 30.0, 1e-9);
-  press(view::Key::right);
-  press(view::Key::right);
-  EXPECT_EQ(session.pose().key, 2.0);
-  EXPECT_NEAR(flexion_deg(), 10.0, 1e-9);
-  EXPECT_EQ(session.state().timeline.last, 3.0);
+  UsedSession used(options, model);
+  EXPECT_EQ(used.session_.pose().key, 0.5);
+  EXPECT_NEAR(used.flexion_deg(), 0.0, 1e-9);
+  used.key(view::Key::right);
+  EXPECT_EQ(used.session_.pose().key, 1.0);
+  EXPECT_NEAR(used.flexion_deg(), 30.0, 1e-9);
+  used.key(view::Key::right);
+  used.key(view::Key::right);
+  EXPECT_EQ(used.session_.pose().key, 2.0);
+  EXPECT_NEAR(used.flexion_deg(), 10.0, 1e-9);
+  EXPECT_EQ(used.session_.state().timeline.last, 3.0);
 }
 
 // Starts and resets with the jobs view until one is chosen.
@@ -349,30 +345,24 @@ TEST(Session, JobView)
   options.job_view =
       view::turned_view("view 2", {0.0, rad_from_deg(90.0), 0.0}, {10.0, 0.0, 0.0}, Side::right);
   options.zoom = 2.0;
-  Session session(small_model(), options);
-  const auto camera = [&] { return session.orbit_camera().camera; };
-  const view::Camera start = camera();
-  EXPECT_TRUE(start.X_world_camera.linear().isApprox(options.job_view->R_world_camera, 1e-12));
-  const auto press = [&](char key) {
-    view::InputEvent event;
-    event.kind = view::InputKind::key_press;
-    event.key = view::key_of(key);
-    session.take(event);
-    session.advance(frame_s);
+  UsedSession used(options);
+  const auto tangent = [](const Session& session) {
+    return session.orbit_camera().camera.half_height_tangent;
   };
-  session.take(pointer_event(view::InputKind::press, 300.0, 300.0));
-  session.take(pointer_event(view::InputKind::motion, 360.0, 300.0));
-  session.take(pointer_event(view::InputKind::release, 360.0, 300.0));
-  EXPECT_FALSE(camera().X_world_camera.isApprox(start.X_world_camera, 1e-6));
-  press('R');
-  EXPECT_TRUE(camera().X_world_camera.isApprox(start.X_world_camera, 1e-12));
-  EXPECT_EQ(camera().half_height_tangent, start.half_height_tangent);
-  press('1');
-  const view::Camera front = camera();
-  EXPECT_FALSE(front.X_world_camera.isApprox(start.X_world_camera, 1e-6));
-  press('R');
-  EXPECT_TRUE(camera().X_world_camera.isApprox(front.X_world_camera, 1e-12)) << "the chosen view";
-  EXPECT_NEAR(camera().half_height_tangent, plain.orbit_camera().camera.half_height_tangent, 1e-12);
+  const Eigen::Matrix4d start = used.camera();
+  const double zoomed = tangent(used.session_);
+  EXPECT_TRUE(Eigen::Matrix3d(start.topLeftCorner<3, 3>()).isApprox(options.job_view->R_world_camera, 1e-12));
+  used.drag({300.0, 300.0}, {360.0, 300.0});
+  EXPECT_FALSE(used.camera().isApprox(start, 1e-6));
+  used.key('R');
+  EXPECT_TRUE(used.camera().isApprox(start, 1e-12));
+  EXPECT_EQ(tangent(used.session_), zoomed);
+  used.key('1');
+  const Eigen::Matrix4d front = used.camera();
+  EXPECT_FALSE(front.isApprox(start, 1e-6));
+  used.key('R');
+  EXPECT_TRUE(used.camera().isApprox(front, 1e-12)) << "the chosen view";
+  EXPECT_NEAR(tangent(used.session_), tangent(plain), 1e-12);
 }
 
 TEST(Session, PlainWhileMoving)
@@ -422,6 +412,36 @@ TEST(Session, SamePicture)
   EXPECT_TRUE(advance(frame_s));
   session.resize(width + 10, height);
   EXPECT_FALSE(advance(frame_s));
+}
+
+constexpr double largest = std::numeric_limits<double>::max();
+
+core::DocumentValue value_in(const std::string& text)
+{
+  return core::value_at(core::parse_toml("v = " + text, "a"), "v");
+}
+
+TEST(SettingsText, Numbers)
+{
+  std::mt19937_64 random(81);
+  std::uniform_real_distribution<double> mantissa(-1.0, 1.0);
+  std::uniform_int_distribution<int> exponent(-1074, 1023);
+  std::vector<double> values{0.0, -0.0, 1.0, -3.0, 1e22, 1e300, 5e-324, 0.1, 1.0 / 3.0, largest, -largest};
+  while (values.size() < 500) values.push_back(std::ldexp(mantissa(random), exponent(random)));
+  for (const double value : values) {
+    EXPECT_EQ(core::number_at(value_in(number_text(value)), ""), value) << number_text(value);
+  }
+  EXPECT_EQ(core::numbers_of(value_in(list_text(values))), values);
+}
+
+TEST(SettingsText, QuotedWordsReadBack)
+{
+  for (const std::string text : {"plain", "with \"quotes\" in it", "C:\\bench\\new",
+                                 "knie gr\xc3\xbc\xc3\x9f", "# no comment", "'single'", "\\u0041", "]["}) {
+    EXPECT_EQ(core::text_at(value_in(quoted_text(text)), ""), text);
+  }
+  // Escaped control characters are valid TOML, but rejected as settings.
+  EXPECT_EQ(quoted_text("a\nb\x7f"), "\"a\\u000Ab\\u007F\"");
 }
 
 }  // namespace vrda::show::session_test

@@ -1,17 +1,20 @@
-#include "show/show.hpp"
-
+// Images and videos of a motion model and of a trace.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <sstream>
 
+#include "core/text.hpp"
+#include "show/show.hpp"
 #include "store/motion_model.hpp"
+#include "store/trace.hpp"
 #include "support/input_error.hpp"
 #include "support/models.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
+#include "support/traces.hpp"
 
 namespace vrda::show::show_test {
 
@@ -196,54 +199,6 @@ TEST_F(Show, VideoWithoutPose)
   EXPECT_THAT(messages_.str(), HasSubstr("film.gif: 13 frames"));
 }
 
-TEST_F(Show, Refusals)
-{
-  using O = ShowOptions;
-  struct Row {
-    std::string file_ends_with, field, found, wanted;
-    void (*change)(O&);
-  };
-  const std::string with_video = "--video FILE with it";
-  for (const Row& row : {
-           Row{"window", "display", "no DISPLAY", "--offscreen",
-               [](O& o) { o.folder.clear(), unsetenv("DISPLAY"), unsetenv("WAYLAND_DISPLAY"); }},
-           Row{"--trace", "", "no --offscreen", "either of them",
-               [](O& o) { o.folder.clear(), o.trace = "a.trace.h5"; }},
-           Row{"--views", "", "front,lateral", "one view",
-               [](O& o) { o.folder.clear(), o.views = "front,lateral"; }},
-           Row{"--speed", "", "no --video", with_video, [](O& o) { o.speed_deg_s = 20.0; }},
-           Row{"--to-and-fro", "", "no --video", with_video, [](O& o) { o.is_to_and_fro = true; }},
-           Row{"--fps", "", "no --video", with_video, [](O& o) { o.frames_per_s = 25; }},
-           Row{"--video", "", "a.avi", ".mp4, .webm or .gif", [](O& o) { o.video = "a.avi"; }},
-           Row{"--fps", "", "0", "1 to 120", [](O& o) { o.video = "a.mp4", o.frames_per_s = 0; }},
-           Row{"--speed", "", "-1", "0.1 to 3600", [](O& o) { o.video = "a.mp4", o.speed_deg_s = -1.0; }},
-           Row{"--varus", "", "nan", "-360 to 360", [](O& o) { o.varus_deg = std::nan(""); }},
-           Row{"sample.h5", "--set", "degree_9", "degree_1, raw", [](O& o) { o.set = "degree_9"; }},
-           Row{"--views", "", "below", "oblique", [](O& o) { o.views = "front,below"; }},
-           Row{"--layers", "", "gapes", "gaps, ligaments", [](O& o) { o.appearance.layers = "gapes"; }},
-           Row{"sample.h5", "--layers", "ligaments", "layer",
-               [](O& o) { o.appearance.layers = "axes,ligaments"; }},
-           Row{"--see-through", "", "all", "both", [](O& o) { o.appearance.see_through = "all"; }},
-           Row{"--hide", "", "both", "femur or tibia", [](O& o) { o.appearance.hidden = "both"; }},
-           Row{"absent.toml", "", "file", "schemas/lights.md",
-               [](O& o) { o.appearance.lights = "absent.toml"; }},
-           Row{"--size", "", "0x0", "16 to 4096", [](O& o) { o.size = "0x0"; }},
-           Row{"--flexion", "", "90:0:5", "A at most B", [](O& o) { o.flexion = "90:0:5"; }},
-           Row{"absent.h5", "", "No such file", "motion model", [](O& o) { o.file = "absent.h5"; }},
-           Row{"sample.h5", "--offscreen", "", "folder", [](O& o) { o.folder = o.file; }},
-       }) {
-    SCOPED_TRACE(row.file_ends_with + row.field + row.found);
-    ShowOptions given = options();
-    row.change(given);
-    const InputError::Facts facts = test::input_error([&] { run(given); });
-    EXPECT_THAT(facts.file, testing::EndsWith(row.file_ends_with));
-    EXPECT_EQ(facts.field, row.field);
-    EXPECT_THAT(facts.found, HasSubstr(row.found));
-    EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
-    EXPECT_FALSE(std::filesystem::is_directory(folder_));
-  }
-}
-
 /// Flexion 20, 0, 30, 10 at 0, 0.5, 1 and 2 s.
 store::MotionModel walk()
 {
@@ -278,20 +233,6 @@ TEST_F(ShowFrames, ChosenKeys)
   EXPECT_THAT(messages_.str(), HasSubstr("--key: found 2.75, wanted 0 to 2"));
 }
 
-TEST_F(ShowFrames, ChoosesByKeysOnly)
-{
-  for (const auto& set : std::vector<std::function<void(ShowOptions&)>>{
-           [](auto& o) { o.flexion = "0:30:10"; }, [](auto& o) { o.varus_deg = 1.0; }}) {
-    ShowOptions given = options();
-    set(given);
-    EXPECT_THAT(test::input_error([&] { run(given); }).wanted, HasSubstr("--key"));
-  }
-  store::write_motion_model(file_, small_model());
-  ShowOptions given = options();
-  given.frame = "1";
-  EXPECT_EQ(test::input_error([&] { run(given); }).field, "--key");
-}
-
 // Views size and mode of the job hold unless options are given.
 TEST_F(Show, JobDefaults)
 {
@@ -319,6 +260,75 @@ TEST_F(Show, JobDefaults)
   ASSERT_EQ(own.views.size(), 1u);
   EXPECT_EQ(own.views[0].name, "top");
   EXPECT_EQ(own.appearance.mode, given.appearance.mode);
+}
+
+class ShowTrace : public testing::Test {
+ protected:
+  ShowTrace()
+  {
+    test::ModelPlan plan;
+    plan.flexion_deg = {0, 10};
+    plan.varus_deg = {-1, 0, 1};
+    store::MotionModel model = test::model_of(plan);
+    test::add_bodies(model);
+    store::write_motion_model(options_.file, model);
+    store::write_trace(options_.trace, test::trace_beside(model));
+    options_.size = "64x48";
+    options_.views = "front";
+  }
+
+  int run(const ShowOptions& options)
+  {
+    data_.str("");
+    return show(options, {data_, messages_}).n_images;
+  }
+
+  std::vector<std::string> names() const
+  {
+    std::vector<std::string> names;
+    std::istringstream lines(data_.str());
+    for (std::string line; std::getline(lines, line);) {
+      EXPECT_TRUE(std::filesystem::exists(line));
+      names.push_back(std::filesystem::path(line).filename());
+    }
+    return names;
+  }
+
+  std::string still(const std::string& name) const { return test::read_bytes(options_.folder + "/" + name); }
+
+  test::Scratch scratch_;
+  std::ostringstream data_, messages_;
+  ShowOptions options_ = [this] {
+    ShowOptions options;
+    options.file = (scratch_.path() / "knee.h5").string();
+    options.trace = (scratch_.path() / "knee.trace.h5").string();
+    options.folder = (scratch_.path() / "film").string();
+    return options;
+  }();
+};
+
+TEST_F(ShowTrace, EveryMove)
+{
+  EXPECT_EQ(run(options_), 1 + test::n_moves_of_a_cell);
+  const std::vector<std::string> frames = names();
+  EXPECT_EQ(frames.front(), "front_frame_0000.png");
+  EXPECT_EQ(frames.back(), "front_frame_0008.png");
+  EXPECT_TRUE(std::is_sorted(frames.begin(), frames.end()));
+  EXPECT_THAT(messages_.str(), HasSubstr("flexion 0, varus 0, 9 frames, 9 "));
+  // The last free trial and the step that ends there have the same pose; seed and end differ.
+  EXPECT_EQ(still("front_frame_0004.png"), still("front_frame_0005.png"));
+  EXPECT_NE(still("front_frame_0000.png"), still("front_frame_0008.png"));
+}
+
+TEST_F(ShowTrace, ContactOnly)
+{
+  options_.contact_only = true;
+  options_.views = "front,top";
+  options_.flexion = "10";
+  options_.varus_deg = 1.0;
+  EXPECT_EQ(run(options_), 2 * test::n_touches_of_a_cell);
+  EXPECT_THAT(names(), ElementsAre("front_frame_0000.png", "front_frame_0001.png", "front_frame_0002.png",
+                                   "top_frame_0000.png", "top_frame_0001.png", "top_frame_0002.png"));
 }
 
 }  // namespace vrda::show::show_test

@@ -27,17 +27,6 @@ PlayerState sample_state()
   return state;
 }
 
-Legend sample_legend()
-{
-  Legend legend;
-  legend.title = "gap, mm";
-  legend.highest = 6.0;
-  legend.palette = gap_palette();
-  legend.below_label = "overlap";
-  legend.beyond_label = "no colour";
-  return legend;
-}
-
 /// An interface of a given size with a simulated user.
 class Desk {
  public:
@@ -86,24 +75,6 @@ std::set<Action> actions_in(Desk& desk, const Viewport& area)
   return actions;
 }
 
-// The free area is the picture without panel and timeline.
-TEST(Gui, FreeArea)
-{
-  const Desk desk;
-  const Viewport free = desk.gui_.free_area(800, 600, sample_state());
-  EXPECT_EQ(free.x, 0);
-  EXPECT_EQ(free.y, 0);
-  EXPECT_GT(free.width, 500);
-  EXPECT_LT(free.width, 600);
-  EXPECT_GT(free.height, 500);
-  EXPECT_LT(free.height, 560);
-  PlayerState bare = sample_state();
-  bare.shows_panel = false;
-  EXPECT_EQ(desk.gui_.free_area(800, 600, bare).width, 800);
-  EXPECT_EQ(desk.gui_.free_area(800, 600, sample_state(), false).height, 600);
-  EXPECT_EQ(desk.gui_.free_area(10, 10, sample_state()).width, 1);
-}
-
 TEST(Gui, EveryButton)
 {
   Desk desk;
@@ -150,27 +121,6 @@ TEST(Gui, HelpPage)
   EXPECT_LE(extent.max().y(), 600.0);
   for (int y = 540; y < 590 && desk.state_.shows_help; y += 6) desk.click(200, y);
   EXPECT_FALSE(desk.state_.shows_help);
-}
-
-TEST(Gui, NumbersAndLegends)
-{
-  for (const auto& [width, height] : {std::pair(800, 600), std::pair(1280, 960)}) {
-    Desk desk(width, height);
-    const Legend gaps = sample_legend();
-    desk.frame_.key = {&gaps, &gaps, JointLayers::axis_labels()};
-    desk.frame_.has_controls = false;
-    desk.readout_.gap = {GapSource::travel, 0.0, 0.0, 0.0, 0.125};
-    for (int i = 0; i < 3; ++i) desk.step();
-    Eigen::AlignedBox2d upper, lower;
-    for (const OverlayVertex& vertex : desk.gui_.overlay().vertices) {
-      const Eigen::Vector2d p(static_cast<double>(vertex.x_px), static_cast<double>(vertex.y_px));
-      (p.y() < 0.5 * height ? upper : lower).extend(p);
-    }
-    EXPECT_LT(upper.max().y(), 0.45 * height);
-    EXPECT_GT(lower.min().y(), 0.55 * height);
-    EXPECT_LT(upper.max().x(), 0.6 * width);
-    EXPECT_LT(lower.max().x(), 0.6 * width);
-  }
 }
 
 TEST(OverlayReflector, WindowsOnly)
