@@ -7,7 +7,7 @@
 #include <functional>
 
 #include "core/units.hpp"
-#include "player/bench/sample_recording.hpp"
+#include "player/bench/bench_samples.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

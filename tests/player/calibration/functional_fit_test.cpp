@@ -10,10 +10,8 @@
 #include "bench/rigid_body.hpp"
 #include "calibration/fiducial_fit.hpp"
 #include "core/units.hpp"
-#include "coverage.hpp"
-#include "knee_curve.hpp"
 #include "model/frames.hpp"
-#include "noise.hpp"
+#include "player/calibration/fit_support.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::calibration::functional_fit_test {

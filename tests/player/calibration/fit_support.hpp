@@ -1,10 +1,14 @@
-/// Coverage of confidence intervals.
+/// Synthetic marks of fits: noise, coverage of confidence intervals, a knee.
 #pragma once
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <map>
+#include <random>
 #include <string>
 
 #include "bench/calibration_file.hpp"
+#include "calibration/functional_fit.hpp"
 
 namespace vrda::test {
 
@@ -27,5 +31,20 @@ class Coverage {
 
 /// Pose error as in Estimate: translation in mm and rotation vector about the fixed axes in deg.
 Eigen::VectorXd place_error(const Pose& X_found, const Pose& X_true);
+
+/// Portable normal noise: sums of twelve uniform numbers, mean 0, variance 1.
+class Noise {
+ public:
+  explicit Noise(std::uint64_t seed) : bits_(seed) {}
+  double uniform();  ///< in [0, 1)
+  double normal();
+  Eigen::VectorXd normals(Eigen::Index n);
+
+ private:
+  std::mt19937_64 bits_;
+};
+
+/// A knee that rolls back by 12 mm, turns inwards by 15 degrees and tilts by 3 while it bends by 90.
+calibration::JointCurve knee_curve();
 
 }  // namespace vrda::test
