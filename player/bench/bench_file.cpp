@@ -4,7 +4,6 @@
 #include <arpa/inet.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <set>
 
@@ -12,7 +11,6 @@
 #include "bench/toml_table.hpp"
 #include "core/schema.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
 #include "model/frames.hpp"
 
 namespace vrda::bench {

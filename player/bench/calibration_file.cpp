@@ -6,14 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
-#include <optional>
 #include <set>
 #include <sstream>
 #include <utility>
-#include <vector>
 
-#include "bench/rigid_body.hpp"
 #include "bench/toml_table.hpp"
 #include "core/files.hpp"
 #include "core/schema.hpp"

@@ -16,12 +16,10 @@
 #include <boost/asio/write.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
-#include <optional>
 #include <thread>
 #include <utility>
 

@@ -15,7 +15,6 @@
 #include "model/frames.hpp"
 #include "show/session.hpp"
 #include "store/motion.hpp"
-#include "store/motion_model.hpp"
 #include "view/keys.hpp"
 
 namespace vrda::bench {

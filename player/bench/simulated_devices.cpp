@@ -21,12 +21,9 @@
 #include <chrono>
 #include <cstring>
 #include <filesystem>
-#include <functional>
-#include <memory>
 #include <thread>
 
 #include "bench/board.h"
-#include "bench/igtl_message.hpp"
 #include "bench/simulation.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"

@@ -8,10 +8,7 @@
 
 #include "bench/bench_file.hpp"
 #include "bench/bench_run.hpp"
-#include "bench/rigid_body.hpp"
 #include "bench/simulated_devices.hpp"
-#include "core/text.hpp"
-#include "core/units.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::bench {

@@ -7,7 +7,6 @@
 #include <opencv2/videoio.hpp>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -15,8 +14,6 @@
 #include <sstream>
 #include <thread>
 
-#include "bench/bench_file.hpp"
-#include "bench/body_sheet.hpp"
 #include "bench/igtl_message.hpp"
 #include "bench/toml_table.hpp"
 #include "core/files.hpp"

@@ -11,12 +11,10 @@
 #include <thread>
 #include <utility>
 
-#include "bench/bench_show.hpp"
 #include "bench/devices.hpp"
 #include "calibration/calibration_mode.hpp"
 #include "calibration/calibration_pictures.hpp"
 #include "calibration/marks.hpp"
-#include "calibration/operator.hpp"
 #include "calibration/parts.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"

@@ -4,7 +4,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <optional>
 #include <ostream>
 #include <sstream>
 #include <utility>
@@ -13,10 +12,8 @@
 #include "core/document.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
-#include "show/loop.hpp"
 #include "show/session.hpp"
 #include "store/motion_model.hpp"
-#include "view/keys.hpp"
 
 namespace vrda::calibration {
 namespace {

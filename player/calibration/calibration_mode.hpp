@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/window_check.hpp"
+#include "bench/bench_show.hpp"
 #include "calibration/calibrate.hpp"
 #include "calibration/calibration_pictures.hpp"
 #include "show/loop.hpp"

@@ -6,16 +6,12 @@
 #include <filesystem>
 #include <utility>
 
-#include "bench/window_check.hpp"
-#include "calibration/bench_poses.hpp"
-#include "calibration/calibrate.hpp"
+#include "bench/bench_show.hpp"
 #include "calibration/calibration_mode.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/statistics.hpp"
+#include "calibration/virtual_bench.hpp"
 #include "show/session.hpp"
-#include "store/motion_model.hpp"
-#include "view/eye.hpp"
-#include "view/image.hpp"
 
 namespace vrda::calibration {
 namespace {

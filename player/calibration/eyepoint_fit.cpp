@@ -5,7 +5,6 @@
 #include <boost/math/statistics/univariate_statistics.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>

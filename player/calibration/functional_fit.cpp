@@ -7,12 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/calibration_file.hpp"
 #include "bench/rigid_body.hpp"
 #include "calibration/calibrate.hpp"
-#include "calibration/least_squares.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
 #include "show/session.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"

@@ -2,12 +2,12 @@
 #include <cmath>
 
 #include "bench/rigid_body.hpp"
-#include "calibration/bench_poses.hpp"
 #include "calibration/drawing.hpp"
-#include "calibration/fiducial_fit.hpp"
 #include "calibration/functional_fit.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
+#include "calibration/tracker_fits.hpp"
+#include "calibration/virtual_bench.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 

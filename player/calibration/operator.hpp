@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/bench_poses.hpp"
 #include "calibration/drawing.hpp"
 #include "calibration/session.hpp"
+#include "calibration/virtual_bench.hpp"
 
 namespace vrda::calibration {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "calibration/eyepoint_fit.hpp"
-#include "calibration/fiducial_fit.hpp"
 #include "calibration/task.hpp"
+#include "calibration/tracker_fits.hpp"
 
 namespace vrda::calibration {
 

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <limits>
 
-#include "calibration/bench_poses.hpp"
 #include "calibration/drawing.hpp"
 #include "calibration/eyepoint_fit.hpp"
-#include "calibration/fiducial_fit.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
+#include "calibration/tracker_fits.hpp"
+#include "calibration/virtual_bench.hpp"
 #include "show/session.hpp"
 
 namespace vrda::calibration {

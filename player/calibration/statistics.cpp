@@ -10,11 +10,11 @@
 
 #include "bench/rigid_body.hpp"
 #include "bench/simulation.hpp"
-#include "calibration/bench_poses.hpp"
 #include "calibration/functional_fit.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/operator.hpp"
 #include "calibration/parts.hpp"
+#include "calibration/virtual_bench.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 

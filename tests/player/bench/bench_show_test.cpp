@@ -13,7 +13,6 @@
 #include "bench/bench_show.hpp"
 #include "bench/joint_stream.hpp"
 #include "bench/recording.hpp"
-#include "bench/window_check.hpp"
 #include "core/units.hpp"
 #include "model/frames.hpp"
 #include "player/bench/bench_samples.hpp"

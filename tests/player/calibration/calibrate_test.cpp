@@ -13,7 +13,7 @@
 #include "calibration/calibrate.hpp"
 #include "calibration/calibration_mode.hpp"
 #include "calibration/parts.hpp"
-#include "calibration/truth.hpp"
+#include "calibration/virtual_bench.hpp"
 #include "store/motion_model.hpp"
 #include "support/models.hpp"
 #include "support/refusal.hpp"

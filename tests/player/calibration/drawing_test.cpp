@@ -5,11 +5,11 @@
 #include <cstdlib>
 #include <map>
 
-#include "calibration/dials.hpp"
 #include "calibration/drawing.hpp"
 #include "calibration/parts.hpp"
+#include "calibration/session.hpp"
 #include "calibration/task.hpp"
-#include "calibration/truth.hpp"
+#include "calibration/virtual_bench.hpp"
 #include "player/calibration/trial.hpp"
 
 namespace vrda::calibration::drawing_test {

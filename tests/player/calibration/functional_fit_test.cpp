@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "bench/rigid_body.hpp"
-#include "calibration/fiducial_fit.hpp"
+#include "calibration/tracker_fits.hpp"
 #include "core/units.hpp"
 #include "model/frames.hpp"
 #include "player/calibration/fit_support.hpp"

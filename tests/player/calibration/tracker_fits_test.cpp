@@ -5,9 +5,8 @@
 #include <random>
 
 #include "bench/rigid_body.hpp"
-#include "calibration/fiducial_fit.hpp"
 #include "calibration/least_squares.hpp"
-#include "calibration/table_fit.hpp"
+#include "calibration/tracker_fits.hpp"
 #include "core/units.hpp"
 #include "player/bench/moves.hpp"
 #include "player/calibration/fit_support.hpp"

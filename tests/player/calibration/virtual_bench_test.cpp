@@ -12,7 +12,7 @@
 #include "calibration/parts.hpp"
 #include "calibration/rehearsal.hpp"
 #include "calibration/statistics.hpp"
-#include "calibration/truth.hpp"
+#include "calibration/virtual_bench.hpp"
 #include "core/units.hpp"
 #include "player/calibration/trial.hpp"
 #include "support/refusal.hpp"

@@ -1,166 +1,18 @@
-#include "bench/window_check.hpp"
-
-#include <algorithm>
+// Commands that look at the devices: `vrda-player devices` lists them, `vrda-player body` measures a body of
+// markers.
 #include <array>
 #include <chrono>
-#include <optional>
 #include <ostream>
-#include <string>
-#include <utility>
-#include <vector>
+#include <sstream>
 
-#include "bench/bench_file.hpp"
 #include "bench/bench_run.hpp"
 #include "bench/body_tracker.hpp"
-#include "bench/devices.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "show/loop.hpp"
 #include "show/session.hpp"
 #include "view/window.hpp"
 
 namespace vrda::bench {
-namespace {
-
-/// Error of surfaces by levels of detail (view::RenderOptions), below the resolution of the eye.
-constexpr double coarseness_px = 0.5;
-
-std::string pair_text(int a, const char* between, int b)
-{
-  return std::to_string(a) + between + std::to_string(b);
-}
-
-const view::Monitor& monitor_named(const BenchFile& bench, const std::string& name,
-                                   std::span<const view::Monitor> monitors)
-{
-  const auto found = std::ranges::find(monitors, name, &view::Monitor::name);
-  if (found != monitors.end()) return *found;
-  std::string names;
-  for (const view::Monitor& monitor : monitors) names += (names.empty() ? "" : ", ") + monitor.name;
-  throw InputError({bench.path, "display.outputs", "\"" + name + "\"",
-                    names.empty() ? "a connected monitor; no monitor is connected" : "one of " + names});
-}
-
-/// The part of the area that monitors display, at most 1; of monitors that show the same the first counts.
-double displayed_share(const view::WindowGeometry& area, std::span<const view::Monitor> monitors)
-{
-  double shown = 0.0;
-  for (std::size_t k = 0; k < monitors.size(); ++k) {
-    const view::WindowGeometry& m = monitors[k].geometry;
-    const bool is_copy = std::ranges::any_of(monitors.first(k), [&](const view::Monitor& other) {
-      return other.geometry.x == m.x && other.geometry.y == m.y;
-    });
-    const int width = std::min(area.x + area.width, m.x + m.width) - std::max(area.x, m.x);
-    const int height = std::min(area.y + area.height, m.y + m.height) - std::max(area.y, m.y);
-    if (!is_copy && width > 0 && height > 0) shown += static_cast<double>(width) * height;
-  }
-  return std::min(1.0, shown / (static_cast<double>(area.width) * area.height));
-}
-
-std::optional<InputError::Facts> hidden_part(const BenchFile& bench, const view::WindowGeometry& place,
-                                             std::span<const view::Monitor> monitors)
-{
-  if (monitors.empty() || place.width <= 0 || place.height <= 0) return std::nullopt;
-  const double shown = displayed_share(place, monitors);
-  if (shown >= 1.0) return std::nullopt;
-  const std::string where =
-      " (" + pair_text(place.width, " x ", place.height) + " at " + pair_text(place.x, ", ", place.y) + ")";
-  return InputError::Facts{
-      bench.path, "display.at",
-      (shown == 0.0 ? "a window off every screen" : "a window partly off the screens") + where,
-      "a window within the screens"};
-}
-
-}  // namespace
-
-std::optional<std::array<int, 2>> window_position(const BenchFile& bench,
-                                                  std::span<const view::Monitor> monitors)
-{
-  const DisplaySettings& display = bench.display;
-  if (display.outputs.empty()) return display.at;
-  const view::WindowGeometry& left = monitor_named(bench, display.outputs.front(), monitors).geometry;
-  if (display.outputs.size() == 2) {
-    const view::WindowGeometry& right = monitor_named(bench, display.outputs.back(), monitors).geometry;
-    const int wanted_x = left.x + display.windows.right.x;
-    if (right.x != wanted_x || right.y != left.y) {
-      throw InputError({bench.path, "display.outputs",
-                        "\"" + display.outputs.back() + "\" at " + pair_text(right.x, ", ", right.y),
-                        "the right eye's monitor at " + pair_text(wanted_x, ", ", left.y) +
-                            ": arrange the desktop so, or exchange the names"});
-    }
-  }
-  return std::array{left.x, left.y};
-}
-
-std::optional<InputError::Facts> window_mismatch(const BenchFile& bench,
-                                                 const std::optional<view::WindowGeometry>& place,
-                                                 std::span<const view::Monitor> monitors)
-{
-  if (!place) return std::nullopt;
-  const DisplaySettings& display = bench.display;
-  if (place->width != display.width || place->height != display.height) {
-    return InputError::Facts{bench.path, "display.width, display.height",
-                             "a frame buffer of " + pair_text(place->width, " x ", place->height),
-                             pair_text(display.width, " x ", display.height)};
-  }
-  std::optional<std::array<int, 2>> wanted;
-  // A monitor may be unplugged meanwhile.
-  if (const auto refused = show::catch_input_error([&] { wanted = window_position(bench, monitors); }))
-    return refused->facts();
-  if (wanted && (place->x != (*wanted)[0] || place->y != (*wanted)[1])) {
-    return InputError::Facts{bench.path, display.outputs.empty() ? "display.at" : "display.outputs",
-                             "a window at " + pair_text(place->x, ", ", place->y),
-                             pair_text((*wanted)[0], ", ", (*wanted)[1])};
-  }
-  return hidden_part(bench, *place, monitors);
-}
-
-const std::string& WindowCheck::error_message(const show::Sink& sink)
-{
-  constexpr int every = 30;  // frames: placing and querying a window takes time
-  if (++n_calls_ % every != 0) return error_message_;
-  const view::Window* const window = sink.window();
-  if (window == nullptr) return error_message_;
-  // Monitors are queried again when the window moved, and every 10 s at 60 frames a second.
-  constexpr int every_check = 20;
-  const view::WindowGeometry place = window->geometry();
-  if (place != place_ || n_calls_ / every % every_check == 1) monitors_ = window->monitors();
-  place_ = place;
-  const std::optional<InputError::Facts> facts = window_mismatch(bench_, place, monitors_);
-  if (!facts) {
-    error_message_.clear();
-    return error_message_;
-  }
-  error_message_ = "found " + facts->found + ", wanted " + facts->wanted;
-  if (!std::exchange(was_warned_, true)) warning_ = InputError(*facts).what();
-  return error_message_;
-}
-
-std::string WindowCheck::take_warning()
-{
-  return std::exchange(warning_, {});
-}
-
-show::Sink bench_window(const BenchFile& bench, const std::string& title, int samples)
-{
-  view::WindowOptions options;
-  options.width = bench.display.width;
-  options.height = bench.display.height;
-  options.title = title;
-  options.samples = samples;
-  options.is_vsynced = false;
-  options.is_resizable = false;
-  options.at = window_position(
-      bench, bench.display.outputs.empty() ? std::vector<view::Monitor>{} : view::connected_monitors());
-  options.alternative = "--headless";
-  return show::Sink(options);
-}
-
-show::Sink bench_memory(const BenchFile& bench, int samples)
-{
-  return show::Sink(view::RenderOptions{bench.display.width, bench.display.height, samples, coarseness_px});
-}
-
-// Command `vrda-player devices`.
 
 namespace {
 
@@ -351,6 +203,155 @@ int list_devices(const DevicesOptions& options, const show::Streams& streams)
   }
   const auto is_silent = [&](DeviceId device) { return devices.report(device).link != LinkState::up; };
   return (is_silent(DeviceId::tracker) ? 1 : 0) + (bench.board && is_silent(DeviceId::board) ? 1 : 0);
+}
+
+// Measuring a body.
+
+namespace {
+
+/// The mean of 500 frames has 1/20 of the noise of one, which is below the systematic error of a tracker.
+constexpr std::size_t most_frames = 500;
+
+std::string key_of(BodyRole role)
+{
+  return std::string("body.") + name_of(role);
+}
+
+const BodySettings& settings_of(const BenchFile& bench, BodyRole role)
+{
+  return *bench.bodies[static_cast<std::size_t>(role)];
+}
+
+BodyRole wanted_role(const BenchFile& bench, const std::string& name)
+{
+  std::string known;
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
+    const auto role = static_cast<BodyRole>(k);
+    if (!bench.bodies[k] || bench.bodies[k]->markers.empty()) continue;
+    if (name == name_of(role)) return role;
+    known += std::string(known.empty() ? "" : " or ") + name_of(role);
+  }
+  throw InputError({bench.path, "body",
+                    known.empty() ? "no body of markers" : "no body of markers '" + name + "'",
+                    known.empty() ? "a body with the key markers" : known});
+}
+
+int n_seen_in(const std::vector<MarkerRow>& frames, std::size_t marker)
+{
+  int n = 0;
+  for (const MarkerRow& frame : frames) n += frame[marker] ? 1 : 0;
+  return n;
+}
+
+void require_seen(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role)
+{
+  const std::vector<std::string>& names = settings_of(bench, role).markers;
+  std::string unseen;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    if (n_seen_in(frames, k) == 0) unseen += (unseen.empty() ? "'" : ", '") + names[k] + "'";
+  }
+  if (unseen.empty()) return;
+  throw InputError({bench.path, key_of(role) + ".markers",
+                    unseen + " in none of " + std::to_string(frames.size()) + " frames",
+                    "each marker visible together with three others"});
+}
+
+/// Rethrows an error of the body fit with the marker names of the file.
+[[noreturn]] void refuse_named(const FitError& refusal, const BenchFile& bench, BodyRole role)
+{
+  const InputError::Facts& facts = refusal.facts();
+  std::string what;
+  for (const std::size_t marker : refusal.marks())
+    what += (what.empty() ? "'" : "and '") + settings_of(bench, role).markers[marker] + "' ";
+  if (what.empty() && facts.field != "markers") what = facts.field + ": ";
+  throw InputError({bench.path, key_of(role) + ".markers", what + facts.found, facts.wanted});
+}
+
+std::string tracker_error_message(const DeviceReport& report)
+{
+  if (report.link == LinkState::up) return "the tracker answers";
+  return "no tracker at " + report.peer + (report.error_message.empty() ? "" : ": " + report.error_message);
+}
+
+std::vector<MarkerRow> received_frames(const BenchFile& bench, BodyRole role, double seconds)
+{
+  show::StopSignals stop;
+  Devices devices(bench.tracker, std::nullopt);
+  MarkerFrames received(first_tool_index(bench, role), settings_of(bench, role).markers.size());
+  receive_samples(devices, seconds, stop, [&](const Sample& sample) { received.take(sample); });
+  std::vector<MarkerRow> frames = received.frames(most_frames);
+  if (frames.empty()) {
+    throw InputError({bench.path, key_of(role) + ".markers",
+                      "none of them seen in " + show::rounded_text(seconds, 1) + " s (" +
+                          tracker_error_message(devices.report(DeviceId::tracker)) + ")",
+                      "markers that the tracker reports with these names"});
+  }
+  return frames;
+}
+
+/// Fit of all markers with the noise of the frames.
+PoseFit typical_fit(const BuiltBody& built)
+{
+  PoseFit fit;
+  fit.status = FitStatus::fitted;
+  fit.residual_rms_mm = built.residual_rms_mm;
+  MarkerRow all;
+  for (Eigen::Index k = 0; k < built.body.markers_mm.rows(); ++k)
+    all.emplace_back(built.body.markers_mm.row(k).transpose());
+  fit.cloud = cloud_of(built.body, all);
+  return fit;
+}
+
+}  // namespace
+
+BuiltBody build_measured_body(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role)
+{
+  require_seen(frames, bench, role);
+  BodyOptions options;
+  for (const Eigen::Vector3d& p : settings_of(bench, role).markers_body_mm) options.given_mm.emplace_back(p);
+  try {
+    return build_body(frames, bench.path, options);
+  } catch (const FitError& refusal) {
+    refuse_named(refusal, bench, role);
+  }
+}
+
+std::string bench_file_lines(const BuiltBody& built, const BenchFile& bench, BodyRole role)
+{
+  const BodySettings& settings = settings_of(bench, role);
+  std::ostringstream text;
+  text << "[" << key_of(role) << "]\nmarkers = [";
+  for (std::size_t k = 0; k < settings.markers.size(); ++k)
+    text << (k == 0 ? "" : ", ") << show::quoted_text(settings.markers[k]);
+  text << "]\nmarkers_mm = [";
+  for (Eigen::Index k = 0; k < built.body.markers_mm.size(); ++k)
+    text << (k == 0 ? "" : ", ") << show::rounded_text(built.body.markers_mm(k / 3, k % 3), 3);
+  const FitQuality quality = quality_of(typical_fit(built));
+  text << "]\n# from " << built.n_frames << " frames, " << built.n_refused
+       << " with fewer than three markers excluded; residual " << show::rounded_text(built.residual_rms_mm, 3)
+       << " mm (root mean square)\n# expected pose error with all markers: rotation "
+       << show::rounded_text(deg_from_rad(quality.rotation_sd_rad), 3) << " degrees, centroid "
+       << show::rounded_text(quality.centroid_sd_mm, 3) << " mm (standard deviations)\n";
+  for (std::size_t k = 0; k < settings.markers.size(); ++k)
+    text << "# " << settings.markers[k] << ": " << show::rounded_text(built.markers[k].residual_rms_mm, 3)
+         << " mm in " << built.markers[k].n_frames << " frames\n";
+  if (!settings.markers_body_mm.empty())
+    text << "# in the frame of the bench file's markers_mm, difference "
+         << show::rounded_text(built.given_rms_mm, 3) << " mm (root mean square)\n";
+  if (built.status != BuildStatus::converged)
+    text << "# not converged: too few frames with the same markers\n";
+  return text.str();
+}
+
+void measure_body(const MeasureBodyOptions& options, const show::Streams& streams)
+{
+  const BenchFile bench = read_bench_file(options.bench, MarkerPositions::optional);
+  const BodyRole role = wanted_role(bench, options.role);
+  if (!options.is_quiet)
+    streams.messages << "Rotate the body '" << name_of(role) << "' slowly in front of the tracker for "
+                     << show::rounded_text(options.seconds, 1) << " s" << std::endl;
+  const std::vector<MarkerRow> frames = received_frames(bench, role, options.seconds);
+  streams.data << bench_file_lines(build_measured_body(frames, bench, role), bench, role);
 }
 
 }  // namespace vrda::bench
