@@ -1,5 +1,4 @@
 // Reads bench files (TOML, schemas/bench.schema.json); angles in degrees in the file.
-#include "bench/bench_file.hpp"
 
 #include <arpa/inet.h>
 

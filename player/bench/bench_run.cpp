@@ -1,4 +1,3 @@
-#include "bench/bench_run.hpp"
 
 #include <algorithm>
 #include <chrono>

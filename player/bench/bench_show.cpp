@@ -6,7 +6,6 @@
 
 #include "bench/body_tracker.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
 #include "show/session.hpp"
 #include "view/image.hpp"
 #include "view/window.hpp"

@@ -2,17 +2,9 @@
 /// with devices, parameter and timing.
 #pragma once
 
-#include <array>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "bench/bench_run.hpp"
-#include "bench/bench_state.hpp"
 #include "show/sink.hpp"
 #include "view/overlay_text.hpp"
-#include "view/player_state.hpp"
 #include "view/renderer.hpp"
 #include "view/scene.hpp"
 #include "view/stereo_view.hpp"

@@ -1,8 +1,6 @@
-#include "bench/body_tracker.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <ostream>
 #include <sstream>
 

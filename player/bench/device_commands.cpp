@@ -1,12 +1,10 @@
 // Commands that look at the devices: `vrda-player devices` lists them, `vrda-player body` measures a body of
 // markers.
-#include <array>
 #include <chrono>
 #include <ostream>
 #include <sstream>
 
 #include "bench/bench_run.hpp"
-#include "bench/body_tracker.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "show/session.hpp"

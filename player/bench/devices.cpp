@@ -1,4 +1,3 @@
-#include "bench/devices.hpp"
 
 #include <fcntl.h>
 #include <netinet/in.h>

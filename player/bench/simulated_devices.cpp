@@ -26,7 +26,6 @@
 #include "bench/board.h"
 #include "bench/simulation.hpp"
 #include "core/files.hpp"
-#include "core/text.hpp"
 
 namespace vrda::bench {
 namespace {

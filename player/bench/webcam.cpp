@@ -10,7 +10,6 @@
 #include <chrono>
 #include <cmath>
 #include <map>
-#include <ostream>
 #include <sstream>
 #include <thread>
 
@@ -19,8 +18,6 @@
 #include "core/files.hpp"
 #include "core/schema.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
-#include "show/session.hpp"
 
 namespace vrda::bench {
 

@@ -1,7 +1,5 @@
-#include "calibration/calibrate.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -13,7 +11,6 @@
 
 #include "bench/devices.hpp"
 #include "calibration/calibration_mode.hpp"
-#include "calibration/calibration_pictures.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
 #include "core/files.hpp"
@@ -21,7 +18,6 @@
 #include "show/session.hpp"
 #include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
-#include "view/keys.hpp"
 
 namespace vrda::calibration {
 namespace {

@@ -1,14 +1,12 @@
 #include "calibration/calibration_mode.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <ostream>
 #include <sstream>
 #include <utility>
 
-#include "bench/bench_show.hpp"
 #include "core/document.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"

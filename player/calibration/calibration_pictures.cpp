@@ -1,16 +1,12 @@
-#include "calibration/calibration_pictures.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <utility>
 
-#include "bench/bench_show.hpp"
 #include "calibration/calibration_mode.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/statistics.hpp"
-#include "calibration/virtual_bench.hpp"
 #include "show/session.hpp"
 
 namespace vrda::calibration {

@@ -3,13 +3,7 @@
 
 #include <Eigen/Core>
 
-#include <memory>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "calibration/calibrate.hpp"
-#include "calibration/drawing.hpp"
 #include "calibration/virtual_bench.hpp"
 #include "store/motion_model.hpp"
 #include "view/eye.hpp"

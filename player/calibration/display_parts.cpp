@@ -1,12 +1,8 @@
 // The display of each eye: the visible part of its window by scan lines and a ruler (thesis 8.1), the radial
 // distortion of the optics from a real grid that is seen through it (thesis 8.2).
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "calibration/distortion_fit.hpp"
-#include "calibration/drawing.hpp"
-#include "calibration/eyepoint_fit.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
 #include "calibration/virtual_bench.hpp"

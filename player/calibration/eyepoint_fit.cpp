@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <optional>
 
 #include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"

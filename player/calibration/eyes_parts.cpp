@@ -1,12 +1,9 @@
 // The eyes: field of view and depth of each from rectangles of known sizes at known depths (thesis 8.3), and
 // their pose on the table or on the head's body from crosses aligned with a tracked marker (thesis 8.5).
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "bench/rigid_body.hpp"
-#include "calibration/drawing.hpp"
-#include "calibration/eyepoint_fit.hpp"
 #include "calibration/eyes_fit.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"

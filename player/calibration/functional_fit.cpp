@@ -1,4 +1,3 @@
-#include "calibration/functional_fit.hpp"
 
 #include <Eigen/Cholesky>
 
@@ -9,7 +8,6 @@
 
 #include "bench/rigid_body.hpp"
 #include "calibration/calibrate.hpp"
-#include "core/text.hpp"
 #include "show/session.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"

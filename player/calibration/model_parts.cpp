@@ -3,12 +3,9 @@
 #include <cmath>
 
 #include "bench/rigid_body.hpp"
-#include "calibration/drawing.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
-#include "calibration/tracker_fits.hpp"
 #include "calibration/virtual_bench.hpp"
-#include "core/text.hpp"
 #include "core/units.hpp"
 
 namespace vrda::calibration {

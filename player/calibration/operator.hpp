@@ -4,10 +4,7 @@
 #pragma once
 
 #include <map>
-#include <optional>
-#include <vector>
 
-#include "calibration/drawing.hpp"
 #include "calibration/session.hpp"
 #include "calibration/virtual_bench.hpp"
 

@@ -1,10 +1,8 @@
 #include "calibration/parts.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "calibration/drawing.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/virtual_bench.hpp"
 #include "core/text.hpp"

@@ -2,10 +2,6 @@
 /// are solved.
 #pragma once
 
-#include <span>
-#include <string>
-#include <vector>
-
 #include "calibration/eyepoint_fit.hpp"
 #include "calibration/task.hpp"
 #include "calibration/tracker_fits.hpp"

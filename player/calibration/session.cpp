@@ -5,7 +5,6 @@
 
 #include "bench/rigid_body.hpp"
 #include "calibration/drawing.hpp"
-#include "core/text.hpp"
 #include "show/session.hpp"
 
 namespace vrda::calibration {

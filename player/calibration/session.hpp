@@ -1,19 +1,12 @@
 /// A calibration session: the dials of a task, the rows collected from tracker and board samples, the marks.
 #pragma once
 
-#include <optional>
 #include <set>
-#include <span>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "bench/body_tracker.hpp"
-#include "bench/devices.hpp"
-#include "bench/motion_filter.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
-#include "calibration/task.hpp"
 #include "view/keys.hpp"
 
 namespace vrda::calibration {

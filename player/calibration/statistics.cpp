@@ -4,17 +4,12 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
-#include <optional>
 #include <string_view>
 #include <thread>
 
-#include "bench/rigid_body.hpp"
-#include "bench/simulation.hpp"
-#include "calibration/functional_fit.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/operator.hpp"
 #include "calibration/parts.hpp"
-#include "calibration/virtual_bench.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 

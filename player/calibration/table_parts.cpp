@@ -3,10 +3,8 @@
 #include <cmath>
 
 #include "bench/rigid_body.hpp"
-#include "calibration/drawing.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
-#include "calibration/tracker_fits.hpp"
 #include "calibration/virtual_bench.hpp"
 #include "core/units.hpp"
 

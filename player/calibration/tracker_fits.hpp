@@ -2,10 +2,7 @@
 /// scale of a subject (thesis 8.5).
 #pragma once
 
-#include <span>
-
 #include "bench/calibration_file.hpp"
-#include "model/mesh.hpp"
 
 namespace vrda::calibration {
 

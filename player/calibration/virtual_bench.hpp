@@ -2,19 +2,9 @@
 /// and the samples that a tracker and a board make of it.
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
-
-#include "bench/calibration_file.hpp"
 #include "bench/devices.hpp"
-#include "bench/simulation.hpp"
 #include "calibration/distortion_fit.hpp"
 #include "calibration/drawing.hpp"
-#include "calibration/functional_fit.hpp"
-#include "calibration/task.hpp"
 
 namespace vrda::calibration {
 

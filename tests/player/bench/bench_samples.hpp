@@ -1,10 +1,7 @@
 /// Benches without devices, with synthetic samples.
 #pragma once
 
-#include <string>
-
 #include "bench/bench_state.hpp"
-#include "bench/devices.hpp"
 #include "bench/recording.hpp"
 #include "bench/rigid_body.hpp"
 

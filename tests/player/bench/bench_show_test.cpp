@@ -5,19 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <sstream>
 
-#include "bench/bench_run.hpp"
 #include "bench/bench_show.hpp"
 #include "bench/joint_stream.hpp"
-#include "bench/recording.hpp"
 #include "core/units.hpp"
 #include "model/frames.hpp"
 #include "player/bench/bench_samples.hpp"
 #include "player/bench/bench_texts.hpp"
-#include "store/motion_model.hpp"
 #include "support/allocation_count.hpp"
 #include "support/input_error.hpp"
 #include "support/models.hpp"

@@ -2,11 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <vector>
 
-#include "bench/bench_run.hpp"
 #include "bench/bench_show.hpp"
-#include "bench/bench_state.hpp"
 #include "core/units.hpp"
 #include "player/bench/bench_samples.hpp"
 #include "player/bench/bench_texts.hpp"

@@ -1,8 +1,6 @@
 /// Bench files for tests.
 #pragma once
 
-#include <string>
-
 #include "bench/bench_file.hpp"
 
 namespace vrda::test {

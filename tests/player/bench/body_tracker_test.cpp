@@ -7,10 +7,8 @@
 #include <random>
 #include <sstream>
 
-#include "bench/bench_state.hpp"
 #include "bench/body_tracker.hpp"
 #include "bench/protocols.hpp"
-#include "core/units.hpp"
 #include "player/bench/bench_samples.hpp"
 #include "player/bench/bench_texts.hpp"
 #include "support/refusal.hpp"
@@ -111,66 +109,6 @@ TEST(MeasureBody, BodiesThatCannotBeMeasuredAreRefusedWithTheReason)
               test::refuses({.field = "body.femur.markers", .found = {"0.1", "127.0.0.1:1"}}));
   options.bench = scratch.write("tools.toml", test::bench_text()).string();
   EXPECT_THAT(refusal("femur"), test::refuses({.field = "body", .found = "markers"}));
-}
-
-// Bodies of markers: received frames and conditioning of the pose.
-
-using test::ms_in_ns;
-
-bench::Sample marker_sample(std::uint16_t tool, const Eigen::Vector3d& p_mm, std::int64_t arrival_ns)
-{
-  Pose marker = Pose::Identity();
-  marker.translation() = p_mm;
-  return test::place_sample(tool, marker, arrival_ns, arrival_ns);
-}
-
-TEST(MarkerFrames, AreTheMessagesAMarkerWasSeenIn)
-{
-  bench::MarkerFrames heard(2, 3);
-  for (int k = 1; k <= 10; ++k) {
-    const std::int64_t now_ns = k * 10 * ms_in_ns;
-    heard.take(marker_sample(1, {9.0, 9.0, 9.0}, now_ns));  // marker of another body
-    heard.take(marker_sample(2, {1.0 * k, 0.0, 0.0}, now_ns));
-    heard.take(k == 4 ? test::hidden_sample(3, now_ns) : marker_sample(3, {0.0, 1.0 * k, 0.0}, now_ns));
-    heard.take(test::hidden_sample(4, now_ns));
-    heard.take(test::potentiometer_sample(k, now_ns));
-  }
-  const std::vector<bench::MarkerRow> frames = heard.frames(100);
-  ASSERT_EQ(frames.size(), 10U);
-  for (std::size_t k = 0; k < frames.size(); ++k) {
-    ASSERT_EQ(frames[k].size(), 3U);
-    EXPECT_EQ(frames[k][0], Eigen::Vector3d(static_cast<double>(k) + 1.0, 0.0, 0.0));
-    EXPECT_EQ(frames[k][1].has_value(), k != 3);
-    EXPECT_FALSE(frames[k][2].has_value());
-  }
-  const std::vector<bench::MarkerRow> some = heard.frames(5);
-  ASSERT_EQ(some.size(), 5U);
-  EXPECT_EQ(some[4][0], Eigen::Vector3d(9.0, 0.0, 0.0));
-}
-
-/// Markers at the corners of a square with sides of 2 `half_mm` about the origin.
-bench::PoseFit square_fit(double half_mm, double residual_mm)
-{
-  bench::RigidBody body;
-  body.markers_mm.resize(4, 3);
-  body.markers_mm << half_mm, half_mm, 0, -half_mm, half_mm, 0, -half_mm, -half_mm, 0, half_mm, -half_mm, 0;
-  bench::MarkerRow seen;
-  for (Eigen::Index k = 0; k < 4; ++k) seen.emplace_back(body.markers_mm.row(k).transpose());
-  bench::PoseFit fit = bench::fit_pose(body, seen);
-  fit.residual_rms_mm = residual_mm;
-  return fit;
-}
-
-TEST(FitWords, QualityIsWhatTheResidualsNoiseMakesOfThePose)
-{
-  // A residual of 0.3 mm at four markers with 12 - 6 degrees of freedom: noise 0.3 sqrt(4 / 6) a coordinate.
-  // The rotation about an axis in the square's plane is determined by the spread along the other one, 2 half.
-  const bench::FitQuality quality = bench::quality_of(square_fit(50.0, 0.3));
-  const double noise = 0.3 * std::sqrt(4.0 / 6.0);
-  EXPECT_EQ(quality.n_markers, 4);
-  EXPECT_EQ(quality.residual_mm, 0.3);
-  EXPECT_NEAR(quality.rotation_sd_rad, noise / 100.0, 1e-11);
-  EXPECT_NEAR(quality.centroid_sd_mm, noise * std::sqrt(3.0 / 4.0), 1e-9);
 }
 
 constexpr std::int64_t ms = 1'000'000;

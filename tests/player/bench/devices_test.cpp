@@ -10,10 +10,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
-#include <optional>
 #include <sstream>
 
-#include "bench/igtl_message.hpp"
 #include "bench/simulated_devices.hpp"
 #include "core/files.hpp"
 #include "player/bench/waiting.hpp"

@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "bench/motion_filter.hpp"
 #include "core/units.hpp"
 #include "player/bench/moves.hpp"

@@ -2,11 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <random>
-#include <string>
 #include <thread>
 
 #include "bench/board.h"
-#include "bench/devices.hpp"
 #include "bench/protocols.hpp"
 
 namespace vrda::protocols_test {
@@ -510,25 +508,6 @@ TEST(Outlet, ToolsThatAreMissingAreNoSamples)
   }
   EXPECT_EQ(outlet.report().n_samples, 1U);
   EXPECT_GT(outlet.report().rate_hz, 0.0);
-}
-
-TEST(Outlet, ReportsEachLinkStateOnceAndKeepsItsErrorMessage)
-{
-  bench::SampleQueue queue;
-  const bench::ArrivalClock clock;
-  bench::DeviceOutput outlet(bench::DeviceId::board, "", queue, clock);
-  outlet.set_link(bench::LinkState::opening, "");
-  outlet.set_link(bench::LinkState::closed, "Connection refused");
-  outlet.set_link(bench::LinkState::closed, "Connection refused");
-  outlet.set_link(bench::LinkState::opening, "");
-  EXPECT_EQ(outlet.report().error_message, "Connection refused");
-  outlet.set_link(bench::LinkState::up, "");
-  EXPECT_EQ(outlet.report().error_message, "");
-  EXPECT_EQ(outlet.report().n_connects, 1U);
-  EXPECT_EQ(outlet.report().n_samples, 0U);
-  std::vector<int> states;
-  for (bench::Sample sample; queue.take(sample);) states.push_back(sample.state);
-  EXPECT_EQ(states, (std::vector<int>{1, 0, 1, 2}));
 }
 
 TEST(RateMeter, IsExactForSteadyReadings)

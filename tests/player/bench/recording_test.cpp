@@ -1,4 +1,3 @@
-#include "bench/recording.hpp"
 
 #include <gtest/gtest.h>
 

@@ -22,9 +22,9 @@ TEST_P(PlayerRefusals, AreNamed)
   expect_row_refused(GetParam(), VRDA_PLAYER_PROGRAM, scenes);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Player, PlayerRefusals,
-    testing::ValuesIn(test::read_refusals(VRDA_SOURCE_DIR "/tests/player/bench/refusals.json")),
-    test::name_of_row);
+INSTANTIATE_TEST_SUITE_P(Player, PlayerRefusals,
+                         testing::ValuesIn(test::read_refusals(VRDA_SOURCE_DIR
+                                                               "/tests/player/bench/refusals.json")),
+                         test::name_of_row);
 
 }  // namespace vrda::player_refusals_test

@@ -3,7 +3,6 @@
 #include <array>
 #include <limits>
 
-#include "bench/rigid_body.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
 #include "player/bench/moves.hpp"

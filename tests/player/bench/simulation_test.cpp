@@ -6,8 +6,6 @@
 #include <functional>
 #include <numeric>
 
-#include "bench/rigid_body.hpp"
-#include "core/units.hpp"
 #include "support/models.hpp"
 #include "support/refusal.hpp"
 
@@ -286,18 +284,6 @@ TEST(KeyPath, BetweenTurningPointsIsTheSmoothStep)
     EXPECT_NEAR(path.at(4.0 * s + 8.0 * 1000), expected, 1e-8);
     EXPECT_NEAR(path.at(4.0 * s - 8.0), expected, 90 * rounding);
   }
-}
-
-TEST(KeyPath, IsExactAtItsKeysAndStraightOnALine)
-{
-  const bench::KeyPath line({{1, 10}, {2, 20}, {4, 40}, {5, 50}}, false);
-  for (const double t : {2.0, 2.5, 3.0, 3.9, 4.0}) EXPECT_NEAR(line.at(t), 10.0 * t, 50 * rounding);
-  EXPECT_EQ(line.at(1.0), 10.0);
-  EXPECT_EQ(line.at(-3.0), 10.0);
-  EXPECT_EQ(line.at(99.0), 50.0);
-  const bench::KeyPath constant({{3, 7}}, true);
-  EXPECT_EQ(constant.at(0.0), 7.0);
-  EXPECT_EQ(constant.at(9.0), 7.0);
 }
 
 TEST(KeyPath, NeverLeavesTheRangeBetweenTwoKeysAndHasNoCorner)

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/body_sheet.hpp"
-#include "bench/webcam.hpp"
 #include "core/units.hpp"
 #include "player/bench/rendered_pictures.hpp"
 #include "support/refusal.hpp"

@@ -10,7 +10,6 @@
 #include <functional>
 #include <sstream>
 
-#include "calibration/calibrate.hpp"
 #include "calibration/calibration_mode.hpp"
 #include "calibration/parts.hpp"
 #include "calibration/virtual_bench.hpp"

@@ -2,9 +2,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
-#include <array>
 #include <cmath>
-#include <random>
 
 #include "calibration/distortion_fit.hpp"
 #include "calibration/eyepoint_fit.hpp"

@@ -5,10 +5,6 @@
 #include <cstdlib>
 #include <map>
 
-#include "calibration/drawing.hpp"
-#include "calibration/parts.hpp"
-#include "calibration/session.hpp"
-#include "calibration/task.hpp"
 #include "calibration/virtual_bench.hpp"
 #include "player/calibration/trial.hpp"
 

@@ -3,9 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <random>
-
-#include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
 #include "player/bench/moves.hpp"

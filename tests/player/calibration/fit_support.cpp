@@ -6,7 +6,6 @@
 
 #include "bench/rigid_body.hpp"
 #include "core/units.hpp"
-#include "model/frames.hpp"
 
 namespace vrda::test {
 

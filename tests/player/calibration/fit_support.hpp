@@ -1,13 +1,9 @@
 /// Synthetic marks of fits: noise, coverage of confidence intervals, a knee.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
-#include <map>
 #include <random>
-#include <string>
 
-#include "bench/calibration_file.hpp"
 #include "calibration/functional_fit.hpp"
 
 namespace vrda::test {

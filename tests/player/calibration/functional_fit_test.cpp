@@ -1,16 +1,13 @@
-#include "calibration/functional_fit.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "bench/rigid_body.hpp"
 #include "calibration/tracker_fits.hpp"
 #include "core/units.hpp"
-#include "model/frames.hpp"
 #include "player/calibration/fit_support.hpp"
 #include "support/refusal.hpp"
 

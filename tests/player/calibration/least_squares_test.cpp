@@ -3,10 +3,8 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <vector>
 
 #include "bench/calibration_file.hpp"
-#include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
 
@@ -120,16 +118,6 @@ TEST(LeastSquares, AFitThatNeverEndsSaysSo)
   EXPECT_EQ(nowhere.status, LeastSquaresStatus::iteration_limit);
   EXPECT_EQ(nowhere.x, VectorXd::Zero(1));
   EXPECT_EQ(nowhere.covariance, Eigen::MatrixXd::Zero(1, 1));
-}
-
-TEST(StudentsT, IsThatOfTheTables)
-{
-  constexpr double last_digit = 5e-4;
-  EXPECT_NEAR(bench::t_95(1.0), 12.706, last_digit);
-  EXPECT_NEAR(bench::t_95(10.0), 2.228, last_digit);
-  EXPECT_NEAR(bench::t_95(60.0), 2.000, last_digit);
-  EXPECT_NEAR(bench::t_95(std::numeric_limits<double>::infinity()), 1.960, last_digit);
-  EXPECT_NEAR(bench::t_95(1e9), 1.960, last_digit);
 }
 
 bench::Estimate one(const std::string& name, double value, double variance, double dof)

@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bench/calibration_file.hpp"
 #include "calibration/parts.hpp"
 #include "calibration/statistics.hpp"
 #include "player/calibration/fit_support.hpp"

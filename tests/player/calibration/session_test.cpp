@@ -2,12 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <set>
 
-#include "calibration/eyepoint_fit.hpp"
-#include "calibration/marks.hpp"
-#include "calibration/parts.hpp"
-#include "calibration/session.hpp"
 #include "player/calibration/trial.hpp"
 #include "support/refusal.hpp"
 

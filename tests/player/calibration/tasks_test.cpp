@@ -1,10 +1,6 @@
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
-#include <set>
-
-#include "calibration/parts.hpp"
-#include "calibration/session.hpp"
 #include "calibration/task.hpp"
 #include "player/bench/bench_texts.hpp"
 #include "player/calibration/trial.hpp"

@@ -2,9 +2,7 @@
 
 #include <cmath>
 #include <limits>
-#include <random>
 
-#include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"
 #include "calibration/tracker_fits.hpp"
 #include "core/units.hpp"
@@ -122,16 +120,6 @@ TEST(TableFit, RefusesAnOutlierByItsPlace)
   }
 }
 
-TEST(TableFit, RefusesParallelRails)
-{
-  std::mt19937_64 random(47);
-  for (const double apart_deg : {0.5, 40.0, 140.0, 179.5}) {
-    Bench bench;
-    bench.apart_rad = rad_from_deg(apart_deg);
-    EXPECT_THAT(refusal(sweeps_of(bench, random)), test::refuses({.field = "z_rail", .found = "angle"}));
-  }
-}
-
 TEST(TableFit, RefusesAnEncoderThatCountsOtherwise)
 {
   std::mt19937_64 random(48);
@@ -244,19 +232,6 @@ TEST(PivotFit, Refuses)
   slipped.slip_mm = 6.0;
   EXPECT_THAT(refusal(slipped), test::refuses({.field = "probe", .wanted = "slipped"}));
   EXPECT_EQ(refusal(slipped).field, "probe");
-}
-
-TEST(PivotFit, RefusesTurnsAboutOneAxis)
-{
-  std::vector<Pose> poses;
-  for (int k = 0; k < 100; ++k) {
-    Pose X = Pose::Identity();
-    X.linear() = bench::rotation_of({0.01 * k, 0.0, 0.0});
-    X.translation() = true_pivot_mm - X.linear() * true_tip_mm;
-    poses.push_back(X);
-  }
-  EXPECT_THAT(input_error([&] { calibration::fit_pivot(poses, "marks"); }),
-              test::refuses({.field = "probe", .found = "0"}));
 }
 
 using test::input_error;

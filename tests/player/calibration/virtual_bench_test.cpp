@@ -4,15 +4,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <string>
 
 #include "bench/rigid_body.hpp"
-#include "calibration/operator.hpp"
 #include "calibration/parts.hpp"
 #include "calibration/rehearsal.hpp"
 #include "calibration/statistics.hpp"
-#include "calibration/virtual_bench.hpp"
 #include "core/units.hpp"
 #include "player/calibration/trial.hpp"
 #include "support/refusal.hpp"
