@@ -1,10 +1,8 @@
 // Reads bench files (TOML, schemas/bench.schema.json); angles in degrees in the file.
-#include "bench/bench_file.hpp"
 
 #include <arpa/inet.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <set>
 
@@ -12,7 +10,6 @@
 #include "bench/toml_table.hpp"
 #include "core/schema.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
 #include "model/frames.hpp"
 
 namespace vrda::bench {

@@ -1,15 +1,8 @@
 /// The [calibration] table of a bench file: equipment and number of repeats of the calibration.
 #pragma once
 
-#include <array>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "bench/devices.hpp"
 #include "bench/simulation.hpp"
-#include "core/units.hpp"
-#include "model/mesh.hpp"
 #include "view/eye.hpp"
 
 namespace vrda::bench {

@@ -1,31 +1,22 @@
-#include "bench/bench_run.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <memory>
-#include <optional>
 #include <ostream>
 #include <set>
 #include <sstream>
 #include <utility>
-#include <vector>
 
 #include "bench/bench_show.hpp"
-#include "bench/bench_state.hpp"
 #include "core/document.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "show/loop.hpp"
 #include "show/session.hpp"
-#include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
-#include "view/keys.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -498,7 +489,7 @@ namespace {
 constexpr double most_rate_hz = 60.0;
 
 // JSON and TOML have the same escapes in strings, and number_text() is valid in both for finite numbers.
-using show::list_text, show::number_text, show::quoted_text;
+using show::list_text, show::number_text;
 
 std::string rows_text(const Pose& X)
 {

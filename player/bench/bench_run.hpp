@@ -4,27 +4,10 @@
 /// setting cannot be used.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
-
-#include "bench/bench_file.hpp"
-#include "bench/bench_state.hpp"
 #include "bench/body_tracker.hpp"
 #include "bench/calibration_file.hpp"
-#include "bench/devices.hpp"
 #include "bench/joint_stream.hpp"
-#include "bench/motion_filter.hpp"
 #include "bench/recording.hpp"
-#include "show/loop.hpp"
-#include "store/motion.hpp"
-#include "store/motion_model.hpp"
-#include "view/keys.hpp"
 #include "view/player_state.hpp"
 
 namespace vrda::bench {

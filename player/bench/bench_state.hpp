@@ -1,18 +1,11 @@
 /// State of the bench as a function of samples, keys and times, so that recordings replay exactly.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <iosfwd>
-#include <optional>
-#include <string>
 
 #include "bench/body_tracker.hpp"
 #include "bench/calibration_file.hpp"
-#include "bench/devices.hpp"
-#include "bench/motion_filter.hpp"
 #include "model/coordinates.hpp"
-#include "store/motion.hpp"
 #include "view/keys.hpp"
 #include "view/orbit_camera.hpp"
 

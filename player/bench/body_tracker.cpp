@@ -1,15 +1,11 @@
-#include "bench/body_tracker.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <ostream>
 #include <sstream>
 
 #include "bench/bench_run.hpp"
-#include "bench/rigid_body.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
 #include "show/session.hpp"
 
 namespace vrda::bench {
@@ -204,153 +200,6 @@ std::string fit_text(const PoseFit& fit)
   return "residual " + show::rounded_text(quality.residual_mm, 2) + " mm at " +
          std::to_string(quality.n_markers) + " markers, rotation sd " +
          show::rounded_text(deg_from_rad(quality.rotation_sd_rad), 2) + " deg";
-}
-
-namespace {
-
-/// The mean of 500 frames has 1/20 of the noise of one, which is below the systematic error of a tracker.
-constexpr std::size_t most_frames = 500;
-
-std::string key_of(BodyRole role)
-{
-  return std::string("body.") + name_of(role);
-}
-
-const BodySettings& settings_of(const BenchFile& bench, BodyRole role)
-{
-  return *bench.bodies[static_cast<std::size_t>(role)];
-}
-
-BodyRole wanted_role(const BenchFile& bench, const std::string& name)
-{
-  std::string known;
-  for (std::size_t k = 0; k < n_body_roles; ++k) {
-    const auto role = static_cast<BodyRole>(k);
-    if (!bench.bodies[k] || bench.bodies[k]->markers.empty()) continue;
-    if (name == name_of(role)) return role;
-    known += std::string(known.empty() ? "" : " or ") + name_of(role);
-  }
-  throw InputError({bench.path, "body",
-                    known.empty() ? "no body of markers" : "no body of markers '" + name + "'",
-                    known.empty() ? "a body with the key markers" : known});
-}
-
-int n_seen_in(const std::vector<MarkerRow>& frames, std::size_t marker)
-{
-  int n = 0;
-  for (const MarkerRow& frame : frames) n += frame[marker] ? 1 : 0;
-  return n;
-}
-
-void require_seen(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role)
-{
-  const std::vector<std::string>& names = settings_of(bench, role).markers;
-  std::string unseen;
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    if (n_seen_in(frames, k) == 0) unseen += (unseen.empty() ? "'" : ", '") + names[k] + "'";
-  }
-  if (unseen.empty()) return;
-  throw InputError({bench.path, key_of(role) + ".markers",
-                    unseen + " in none of " + std::to_string(frames.size()) + " frames",
-                    "each marker visible together with three others"});
-}
-
-/// Rethrows an error of the body fit with the marker names of the file.
-[[noreturn]] void refuse_named(const FitError& refusal, const BenchFile& bench, BodyRole role)
-{
-  const InputError::Facts& facts = refusal.facts();
-  std::string what;
-  for (const std::size_t marker : refusal.marks())
-    what += (what.empty() ? "'" : "and '") + settings_of(bench, role).markers[marker] + "' ";
-  if (what.empty() && facts.field != "markers") what = facts.field + ": ";
-  throw InputError({bench.path, key_of(role) + ".markers", what + facts.found, facts.wanted});
-}
-
-std::string tracker_error_message(const DeviceReport& report)
-{
-  if (report.link == LinkState::up) return "the tracker answers";
-  return "no tracker at " + report.peer + (report.error_message.empty() ? "" : ": " + report.error_message);
-}
-
-std::vector<MarkerRow> received_frames(const BenchFile& bench, BodyRole role, double seconds)
-{
-  show::StopSignals stop;
-  Devices devices(bench.tracker, std::nullopt);
-  MarkerFrames received(first_tool_index(bench, role), settings_of(bench, role).markers.size());
-  receive_samples(devices, seconds, stop, [&](const Sample& sample) { received.take(sample); });
-  std::vector<MarkerRow> frames = received.frames(most_frames);
-  if (frames.empty()) {
-    throw InputError({bench.path, key_of(role) + ".markers",
-                      "none of them seen in " + show::rounded_text(seconds, 1) + " s (" +
-                          tracker_error_message(devices.report(DeviceId::tracker)) + ")",
-                      "markers that the tracker reports with these names"});
-  }
-  return frames;
-}
-
-/// Fit of all markers with the noise of the frames.
-PoseFit typical_fit(const BuiltBody& built)
-{
-  PoseFit fit;
-  fit.status = FitStatus::fitted;
-  fit.residual_rms_mm = built.residual_rms_mm;
-  MarkerRow all;
-  for (Eigen::Index k = 0; k < built.body.markers_mm.rows(); ++k)
-    all.emplace_back(built.body.markers_mm.row(k).transpose());
-  fit.cloud = cloud_of(built.body, all);
-  return fit;
-}
-
-}  // namespace
-
-BuiltBody build_measured_body(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role)
-{
-  require_seen(frames, bench, role);
-  BodyOptions options;
-  for (const Eigen::Vector3d& p : settings_of(bench, role).markers_body_mm) options.given_mm.emplace_back(p);
-  try {
-    return build_body(frames, bench.path, options);
-  } catch (const FitError& refusal) {
-    refuse_named(refusal, bench, role);
-  }
-}
-
-std::string bench_file_lines(const BuiltBody& built, const BenchFile& bench, BodyRole role)
-{
-  const BodySettings& settings = settings_of(bench, role);
-  std::ostringstream text;
-  text << "[" << key_of(role) << "]\nmarkers = [";
-  for (std::size_t k = 0; k < settings.markers.size(); ++k)
-    text << (k == 0 ? "" : ", ") << core::quoted_text(settings.markers[k]);
-  text << "]\nmarkers_mm = [";
-  for (Eigen::Index k = 0; k < built.body.markers_mm.size(); ++k)
-    text << (k == 0 ? "" : ", ") << show::rounded_text(built.body.markers_mm(k / 3, k % 3), 3);
-  const FitQuality quality = quality_of(typical_fit(built));
-  text << "]\n# from " << built.n_frames << " frames, " << built.n_refused
-       << " with fewer than three markers excluded; residual " << show::rounded_text(built.residual_rms_mm, 3)
-       << " mm (root mean square)\n# expected pose error with all markers: rotation "
-       << show::rounded_text(deg_from_rad(quality.rotation_sd_rad), 3) << " degrees, centroid "
-       << show::rounded_text(quality.centroid_sd_mm, 3) << " mm (standard deviations)\n";
-  for (std::size_t k = 0; k < settings.markers.size(); ++k)
-    text << "# " << settings.markers[k] << ": " << show::rounded_text(built.markers[k].residual_rms_mm, 3)
-         << " mm in " << built.markers[k].n_frames << " frames\n";
-  if (!settings.markers_body_mm.empty())
-    text << "# in the frame of the bench file's markers_mm, difference "
-         << show::rounded_text(built.given_rms_mm, 3) << " mm (root mean square)\n";
-  if (built.status != BuildStatus::converged)
-    text << "# not converged: too few frames with the same markers\n";
-  return text.str();
-}
-
-void measure_body(const MeasureBodyOptions& options, const show::Streams& streams)
-{
-  const BenchFile bench = read_bench_file(options.bench, MarkerPositions::optional);
-  const BodyRole role = wanted_role(bench, options.role);
-  if (!options.is_quiet)
-    streams.messages << "Rotate the body '" << name_of(role) << "' slowly in front of the tracker for "
-                     << show::rounded_text(options.seconds, 1) << " s" << std::endl;
-  const std::vector<MarkerRow> frames = received_frames(bench, role, options.seconds);
-  streams.data << bench_file_lines(build_measured_body(frames, bench, role), bench, role);
 }
 
 namespace {

@@ -1,15 +1,8 @@
 /// Tracked body: pose at a time of the local clock from samples of its tool or markers.
 #pragma once
 
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "bench/bench_file.hpp"
-#include "bench/devices.hpp"
 #include "bench/motion_filter.hpp"
-#include "bench/rigid_body.hpp"
-#include "core/units.hpp"
 #include "show/loop.hpp"
 #include "store/motion.hpp"
 

@@ -6,20 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
-#include <optional>
 #include <set>
 #include <sstream>
 #include <utility>
-#include <vector>
 
-#include "bench/rigid_body.hpp"
 #include "bench/toml_table.hpp"
 #include "core/files.hpp"
 #include "core/schema.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
-#include "show/session.hpp"
 
 namespace vrda::bench {
 
@@ -633,13 +627,12 @@ Parameters build_list()
 {
   Parameters list;
   add(
-      list, {"flexion", "deg", -30.0, 180.0, 1.0, false},
-      [](BenchValues& v) -> double& { return v.flexion_rad; }, rad_from_deg(1.0));
-  add(
-      list, {"varus", "deg", -30.0, 30.0, 0.5, false}, [](BenchValues& v) -> double& { return v.varus_rad; },
+      list, {"flexion", "deg", -30.0, 180.0, 1.0}, [](BenchValues& v) -> double& { return v.flexion_rad; },
       rad_from_deg(1.0));
-  add(list, {"prediction", "ms", 0.0, 200.0, 1.0, false},
-      [](BenchValues& v) -> double& { return v.prediction_ms; });
+  add(
+      list, {"varus", "deg", -30.0, 30.0, 0.5}, [](BenchValues& v) -> double& { return v.varus_rad; },
+      rad_from_deg(1.0));
+  add(list, {"prediction", "ms", 0.0, 200.0, 1.0}, [](BenchValues& v) -> double& { return v.prediction_ms; });
   add(list, {"eyes.distance_apart", "mm", 40.0, 90.0, 0.25}, nullptr);
   add(list, {"image_distance", "mm", 100.0, 10000.0, 10.0},
       [](BenchValues& v) -> double& { return v.calibration.image_distance_mm; });

@@ -5,16 +5,10 @@
 
 #include <functional>
 #include <map>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "bench/bench_file.hpp"
 #include "bench/rigid_body.hpp"
 #include "core/document.hpp"
-#include "model/mesh.hpp"
-#include "view/eye.hpp"
 
 namespace vrda::bench {
 
@@ -176,7 +170,6 @@ struct Parameter {
   std::string name;  ///< "flexion", "left.k1", "tibia.shift_x"
   std::string unit;  ///< empty: dimensionless
   double minimum = 0.0, maximum = 0.0, step = 0.0;
-  bool is_saved = true;  ///< saved in the calibration file
   /// The stored value; empty for the distance between the eyes.
   std::function<double&(BenchValues&)> at = nullptr;
   double scale = 1.0;  ///< units of the stored value in one unit of the parameter

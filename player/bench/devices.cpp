@@ -1,4 +1,3 @@
-#include "bench/devices.hpp"
 
 #include <fcntl.h>
 #include <netinet/in.h>
@@ -16,12 +15,10 @@
 #include <boost/asio/write.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
-#include <optional>
 #include <thread>
 #include <utility>
 

@@ -4,16 +4,11 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <cstdint>
 #include <memory>
 #include <mutex>
-#include <optional>
-#include <string>
 #include <type_traits>
-#include <vector>
 
 #include "bench/igtl_message.hpp"
-#include "model/mesh.hpp"
 
 namespace vrda::bench {
 

@@ -14,7 +14,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "core/text.hpp"

@@ -1,4 +1,3 @@
-#include "bench/joint_stream.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -6,7 +5,6 @@
 #include <numbers>
 #include <ostream>
 
-#include "bench/bench_run.hpp"
 #include "bench/bench_show.hpp"
 #include "bench/igtl_message.hpp"
 #include "core/text.hpp"
@@ -15,7 +13,6 @@
 #include "model/frames.hpp"
 #include "show/session.hpp"
 #include "store/motion.hpp"
-#include "store/motion_model.hpp"
 #include "view/keys.hpp"
 
 namespace vrda::bench {

@@ -3,12 +3,7 @@
 /// of a motion. Errors: InputError before anything is sent.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <memory>
 #include <mutex>
-#include <optional>
-#include <string>
 
 #include "bench/bench_state.hpp"
 #include "bench/simulated_devices.hpp"

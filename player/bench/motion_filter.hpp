@@ -5,8 +5,6 @@
 
 #include <array>
 #include <cstddef>
-#include <span>
-#include <vector>
 
 #include "bench/rigid_body.hpp"
 

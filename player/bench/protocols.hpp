@@ -2,15 +2,7 @@
 /// answers.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "bench/devices.hpp"
-#include "bench/igtl_message.hpp"
 
 namespace vrda::bench {
 

@@ -15,7 +15,6 @@
 #include <utility>
 
 #include "core/files.hpp"
-#include "core/framed_file.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 

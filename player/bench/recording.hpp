@@ -1,13 +1,9 @@
 /// Recording of a bench session: the inputs of every frame, enough to reproduce the frames.
 #pragma once
 
-#include <cstdint>
 #include <functional>
-#include <memory>
 #include <span>
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "bench/devices.hpp"
 #include "core/framed_file.hpp"

@@ -9,10 +9,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
-#include "model/frames.hpp"
 
 namespace vrda::bench {
 namespace {

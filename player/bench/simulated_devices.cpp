@@ -21,15 +21,11 @@
 #include <chrono>
 #include <cstring>
 #include <filesystem>
-#include <functional>
-#include <memory>
 #include <thread>
 
 #include "bench/board.h"
-#include "bench/igtl_message.hpp"
 #include "bench/simulation.hpp"
 #include "core/files.hpp"
-#include "core/text.hpp"
 
 namespace vrda::bench {
 namespace {

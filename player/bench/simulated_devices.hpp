@@ -2,11 +2,8 @@
 /// streams messages made by a callback; the server that also sends the joint to other programs.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "bench/igtl_message.hpp"
 

@@ -1,18 +1,11 @@
-#include "bench/simulation.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <memory>
 #include <ostream>
 
-#include "bench/bench_file.hpp"
 #include "bench/bench_run.hpp"
-#include "bench/rigid_body.hpp"
 #include "bench/simulated_devices.hpp"
-#include "core/text.hpp"
-#include "core/units.hpp"
-#include "store/motion_model.hpp"
 
 namespace vrda::bench {
 namespace {

@@ -3,16 +3,10 @@
 
 #include <Eigen/Core>
 
-#include <cstdint>
-#include <optional>
 #include <random>
-#include <string>
-#include <vector>
 
 #include "bench/rigid_body.hpp"
-#include "core/text.hpp"
 #include "core/units.hpp"
-#include "model/frames.hpp"
 #include "store/motion.hpp"
 
 namespace vrda::bench {

@@ -7,23 +7,17 @@
 #include <opencv2/videoio.hpp>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
-#include <ostream>
 #include <sstream>
 #include <thread>
 
-#include "bench/bench_file.hpp"
-#include "bench/body_sheet.hpp"
 #include "bench/igtl_message.hpp"
 #include "bench/toml_table.hpp"
 #include "core/files.hpp"
 #include "core/schema.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
-#include "show/session.hpp"
 
 namespace vrda::bench {
 

@@ -1,20 +1,13 @@
 /// A calibrated camera and its file (schemas/bench.md).
 #pragma once
 
-#include <Eigen/Core>
-
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
 #include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "bench/bench_file.hpp"
 #include "bench/body_sheet.hpp"
-#include "model/mesh.hpp"
 
 namespace vrda::bench {
 

@@ -1,7 +1,5 @@
-#include "calibration/calibrate.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -11,19 +9,15 @@
 #include <thread>
 #include <utility>
 
-#include "bench/bench_show.hpp"
 #include "bench/devices.hpp"
 #include "calibration/calibration_mode.hpp"
-#include "calibration/calibration_pictures.hpp"
 #include "calibration/marks.hpp"
-#include "calibration/operator.hpp"
 #include "calibration/parts.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "show/session.hpp"
 #include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
-#include "view/keys.hpp"
 
 namespace vrda::calibration {
 namespace {

@@ -7,9 +7,6 @@
 #include <cstdint>
 #include <iosfwd>
 #include <memory>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "bench/bench_show.hpp"
 #include "calibration/functional_fit.hpp"

@@ -1,22 +1,17 @@
 #include "calibration/calibration_mode.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
-#include <optional>
 #include <ostream>
 #include <sstream>
 #include <utility>
 
-#include "bench/bench_show.hpp"
 #include "core/document.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
-#include "show/loop.hpp"
 #include "show/session.hpp"
 #include "store/motion_model.hpp"
-#include "view/keys.hpp"
 
 namespace vrda::calibration {
 namespace {

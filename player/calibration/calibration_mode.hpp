@@ -1,17 +1,9 @@
 /// Screen of the calibration session: lines of the task and text for the operator.
 #pragma once
 
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "bench/window_check.hpp"
-#include "calibration/calibrate.hpp"
 #include "calibration/calibration_pictures.hpp"
 #include "show/loop.hpp"
-#include "view/eye.hpp"
 #include "view/keys.hpp"
-#include "view/overlay_text.hpp"
 
 namespace vrda::calibration {
 

@@ -1,21 +1,13 @@
-#include "calibration/calibration_pictures.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <utility>
 
-#include "bench/window_check.hpp"
-#include "calibration/bench_poses.hpp"
-#include "calibration/calibrate.hpp"
 #include "calibration/calibration_mode.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/statistics.hpp"
 #include "show/session.hpp"
-#include "store/motion_model.hpp"
-#include "view/eye.hpp"
-#include "view/image.hpp"
 
 namespace vrda::calibration {
 namespace {

@@ -3,14 +3,8 @@
 
 #include <Eigen/Core>
 
-#include <memory>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "calibration/calibrate.hpp"
-#include "calibration/drawing.hpp"
-#include "calibration/truth.hpp"
+#include "calibration/virtual_bench.hpp"
 #include "store/motion_model.hpp"
 #include "view/eye.hpp"
 #include "view/image.hpp"

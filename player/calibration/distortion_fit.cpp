@@ -9,7 +9,6 @@
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
 #include "show/session.hpp"
-#include "view/eye.hpp"
 
 namespace vrda::calibration {
 namespace {

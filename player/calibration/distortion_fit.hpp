@@ -1,12 +1,7 @@
 /// Radial distortion of the optics from the nodes of a physical grid (thesis 8.2).
 #pragma once
 
-#include <span>
-#include <vector>
-
-#include "bench/bench_file.hpp"
 #include "bench/calibration_file.hpp"
-#include "view/eye.hpp"
 
 namespace vrda::calibration {
 

@@ -1,10 +1,6 @@
 /// Lines that tasks draw in the frame buffer, and sketches of tasks for the operator's area.
 #pragma once
 
-#include <array>
-#include <string>
-#include <vector>
-
 #include "calibration/task.hpp"
 
 namespace vrda::calibration {

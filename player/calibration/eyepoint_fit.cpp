@@ -5,11 +5,9 @@
 #include <boost/math/statistics/univariate_statistics.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <optional>
 
 #include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"

@@ -2,12 +2,7 @@
 /// the inter-pupillary distance (8.4).
 #pragma once
 
-#include <array>
-#include <span>
-
-#include "bench/bench_file.hpp"
 #include "bench/calibration_file.hpp"
-#include "view/eye.hpp"
 
 namespace vrda::calibration {
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"

@@ -2,11 +2,8 @@
 #pragma once
 
 #include <array>
-#include <span>
 
 #include "bench/calibration_file.hpp"
-#include "model/mesh.hpp"
-#include "view/eye.hpp"
 
 namespace vrda::calibration {
 

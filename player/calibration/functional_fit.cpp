@@ -1,4 +1,3 @@
-#include "calibration/functional_fit.hpp"
 
 #include <Eigen/Cholesky>
 
@@ -7,12 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "bench/calibration_file.hpp"
 #include "bench/rigid_body.hpp"
 #include "calibration/calibrate.hpp"
-#include "calibration/least_squares.hpp"
-#include "core/text.hpp"
-#include "core/units.hpp"
 #include "show/session.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"

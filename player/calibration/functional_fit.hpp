@@ -3,15 +3,9 @@
 /// pose at any flexion.
 #pragma once
 
-#include <span>
-#include <string>
-#include <vector>
-
-#include "bench/bench_file.hpp"
 #include "bench/calibration_file.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
-#include "model/mesh.hpp"
 
 namespace vrda::calibration {
 

@@ -1,14 +1,12 @@
 #include "calibration/marks.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
 #include "bench/devices.hpp"
 #include "bench/rigid_body.hpp"
 #include "calibration/parts.hpp"
-#include "core/text.hpp"
 #include "core/units.hpp"
 #include "show/session.hpp"
 

@@ -2,11 +2,6 @@
 /// the tasks that must be repeated.
 #pragma once
 
-#include <span>
-#include <string>
-#include <vector>
-
-#include "bench/calibration_file.hpp"
 #include "calibration/task.hpp"
 
 namespace vrda::calibration {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "calibration/bench_poses.hpp"
 #include "calibration/parts.hpp"
 #include "core/text.hpp"
 

@@ -4,12 +4,9 @@
 #pragma once
 
 #include <map>
-#include <optional>
-#include <vector>
 
-#include "calibration/bench_poses.hpp"
-#include "calibration/drawing.hpp"
 #include "calibration/session.hpp"
+#include "calibration/virtual_bench.hpp"
 
 namespace vrda::calibration {
 

@@ -1,12 +1,10 @@
 #include "calibration/parts.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "calibration/bench_poses.hpp"
-#include "calibration/drawing.hpp"
 #include "calibration/marks.hpp"
+#include "calibration/virtual_bench.hpp"
 #include "core/text.hpp"
 #include "show/session.hpp"
 #include "view/eye.hpp"

@@ -2,13 +2,9 @@
 /// are solved.
 #pragma once
 
-#include <span>
-#include <string>
-#include <vector>
-
 #include "calibration/eyepoint_fit.hpp"
-#include "calibration/fiducial_fit.hpp"
 #include "calibration/task.hpp"
+#include "calibration/tracker_fits.hpp"
 
 namespace vrda::calibration {
 

@@ -1,15 +1,11 @@
 // Numbers that are read or measured on the person: the distance of the eyes with its check by a look at a
 // drawn frame (thesis 8.4), and the distances of landmarks that give the scale of the model.
-#include <array>
 #include <cmath>
 #include <limits>
 
-#include "calibration/bench_poses.hpp"
-#include "calibration/drawing.hpp"
-#include "calibration/eyepoint_fit.hpp"
-#include "calibration/fiducial_fit.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
+#include "calibration/virtual_bench.hpp"
 #include "show/session.hpp"
 
 namespace vrda::calibration {

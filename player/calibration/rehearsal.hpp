@@ -5,14 +5,10 @@
 #pragma once
 
 #include <mutex>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "bench/bench_run.hpp"
 #include "bench/igtl_message.hpp"
 #include "calibration/operator.hpp"
-#include "show/loop.hpp"
 
 namespace vrda::calibration {
 

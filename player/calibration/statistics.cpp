@@ -4,14 +4,9 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
-#include <optional>
 #include <string_view>
 #include <thread>
 
-#include "bench/rigid_body.hpp"
-#include "bench/simulation.hpp"
-#include "calibration/bench_poses.hpp"
-#include "calibration/functional_fit.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/operator.hpp"
 #include "calibration/parts.hpp"

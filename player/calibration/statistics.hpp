@@ -1,7 +1,7 @@
 /// Accuracy of calibrations against ground truth, and coverage of their confidence intervals.
 #pragma once
 
-#include "calibration/truth.hpp"
+#include "calibration/virtual_bench.hpp"
 
 namespace vrda::calibration {
 

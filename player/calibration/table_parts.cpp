@@ -3,11 +3,9 @@
 #include <cmath>
 
 #include "bench/rigid_body.hpp"
-#include "calibration/bench_poses.hpp"
-#include "calibration/drawing.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
-#include "calibration/table_fit.hpp"
+#include "calibration/virtual_bench.hpp"
 #include "core/units.hpp"
 
 namespace vrda::calibration {

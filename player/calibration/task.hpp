@@ -8,12 +8,7 @@
 
 #include <array>
 #include <limits>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
-#include "bench/calibration_file.hpp"
 #include "bench/simulation.hpp"
 #include "calibration/functional_fit.hpp"
 

@@ -59,8 +59,8 @@ ELSEWHERE = {
     "vrda check knee.toml": "tests/app/convert_test.cpp",
     "vrda-player body": "tests/player/app/bench_program_test.cpp",
     "vrda-player serve": "tests/player/app/serve_test.cpp",
-    "vrda-player calibrate functional": "tests/player/calibration/functional_step_test.cpp",
-    "vrda-webcam calibrate": "tests/player/bench/camera_test.cpp",
+    "vrda-player calibrate functional": "tests/player/calibration/calibrate_test.cpp",
+    "vrda-webcam calibrate": "tests/player/bench/webcam_test.cpp",
     "vrda-player web": "tests/player/web/CMakeLists.txt",
     # a window, which an operator closes
     "vrda-player show results/my-knee": "tests/player/app/window_test.cpp",

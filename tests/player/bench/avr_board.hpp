@@ -3,9 +3,6 @@
 /// micrometres.
 #pragma once
 
-#include <memory>
-#include <string>
-
 #include "bench/simulated_devices.hpp"
 
 namespace vrda::test {

@@ -1,24 +1,24 @@
 // Frames of the bench without devices: invalid key input, damaged recordings, no allocation.
-#include "bench/bench_show.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <sstream>
 
-#include "bench/bench_run.hpp"
-#include "bench/recording.hpp"
+#include "bench/bench_show.hpp"
+#include "bench/joint_stream.hpp"
 #include "core/units.hpp"
+#include "model/frames.hpp"
 #include "player/bench/bench_samples.hpp"
 #include "player/bench/bench_texts.hpp"
-#include "store/motion_model.hpp"
 #include "support/allocation_count.hpp"
 #include "support/input_error.hpp"
 #include "support/models.hpp"
 #include "support/process.hpp"
+#include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::bench_show_test {
@@ -312,6 +312,204 @@ TEST_F(BenchReplay, ABenchFrameAllocatesNothingThoughTheCalibrationKeepsItsMarks
   EXPECT_EQ(test::allocations_of_thread() - before, 0);
   const std::vector<int> counted(10);
   EXPECT_EQ(test::allocations_of_thread() - before, 1) << "the count counts";
+}
+
+using testing::HasSubstr;
+
+const std::vector<view::Monitor> two_monitors{{"DP-1", {0, 0, 1280, 1024}, 60},
+                                              {"HDMI-1", {1280, 0, 1920, 1080}, 60}};
+
+bench::BenchFile bench_with(const std::string& display)
+{
+  return test::bench_of(test::bench_head() + "[display]\n" + display + test::tracker_table +
+                        test::two_bodies + test::board_table);
+}
+
+/// What is found of a window, or nothing.
+std::string found(const bench::BenchFile& bench, const view::WindowGeometry& place,
+                  const std::vector<view::Monitor>& monitors = two_monitors)
+{
+  const std::optional<InputError::Facts> facts = bench::window_mismatch(bench, place, monitors);
+  return facts ? facts->found : "";
+}
+
+TEST(WindowCheck, NamesSizePlaceAndWhatNoScreenShows)
+{
+  const bench::BenchFile bench =
+      bench_with("width = 1280\nheight = 1024\nlayout = \"quarters\"\nat = [0, 0]\n");
+  EXPECT_EQ(found(bench, {0, 0, 1280, 1024}), "");
+  EXPECT_EQ(found(bench, {0, 0, 1280, 996}), "a frame buffer of 1280 x 996");
+  EXPECT_EQ(found(bench, {10, 37, 1280, 1024}), "a window at 10, 37");
+  bench::BenchFile elsewhere = bench;
+  elsewhere.display.at = {5000, 0};
+  EXPECT_EQ(found(elsewhere, {5000, 0, 1280, 1024}), "a window off every screen (1280 x 1024 at 5000, 0)");
+  elsewhere.display.at = {-640, 0};
+  EXPECT_THAT(found(elsewhere, {-640, 0, 1280, 1024}), HasSubstr("partly off the screens"));
+  elsewhere.display.at = {640, 0};
+  EXPECT_EQ(found(elsewhere, {640, 0, 1280, 1024}), "") << "across two monitors";
+  elsewhere.display.at.reset();
+  EXPECT_THAT(found(elsewhere, {0, 2000, 1280, 1024}), HasSubstr("off every screen"))
+      << "without a wanted place";
+  EXPECT_EQ(found(elsewhere, {0, 2000, 1280, 1024}, {}), "") << "no monitor is known";
+}
+
+TEST(WindowCheck, OfMonitorsThatShowTheSameOneCounts)
+{
+  const bench::BenchFile bench = bench_with("width = 1280\nheight = 1024\nlayout = \"quarters\"\n");
+  const std::vector<view::Monitor> copies{{"A", {0, 0, 1280, 1024}, 60}, {"B", {0, 0, 1280, 1024}, 60}};
+  EXPECT_THAT(found(bench, {640, 0, 1280, 1024}, copies), HasSubstr("partly"));
+}
+
+TEST(Outputs, AreMonitorsByName)
+{
+  const bench::BenchFile one =
+      bench_with("width = 1920\nheight = 1080\nlayout = \"side-by-side\"\noutputs = [\"HDMI-1\"]\n");
+  EXPECT_EQ(bench::window_position(one, two_monitors), (std::array{1280, 0}));
+  EXPECT_EQ(found(one, {1280, 0, 1920, 1080}), "");
+  EXPECT_EQ(found(one, {0, 0, 1920, 1080}), "a window at 0, 0");
+  EXPECT_EQ(found(one, {1280, 0, 1920, 1080}, {}), "\"HDMI-1\"") << "unplugged";
+  const bench::BenchFile both =
+      bench_with("width = 2560\nheight = 1024\nlayout = \"two-outputs\"\noutputs = [\"DP-1\", \"HDMI-1\"]\n");
+  EXPECT_EQ(bench::window_position(both, two_monitors), (std::array{0, 0}));
+  bench::BenchFile exchanged = both;
+  std::swap(exchanged.display.outputs[0], exchanged.display.outputs[1]);
+  const InputError::Facts facts = test::input_error([&] { bench::window_position(exchanged, two_monitors); });
+  EXPECT_EQ(facts.field, "display.outputs");
+  EXPECT_EQ(facts.found, "\"DP-1\" at 0, 0");
+  EXPECT_THAT(facts.wanted, HasSubstr("at 2560, 0"));
+  exchanged.display.outputs[0] = "VGA-9";
+  EXPECT_THAT(test::input_error([&] { bench::window_position(exchanged, two_monitors); }).wanted,
+              "one of DP-1, HDMI-1");
+}
+
+using test::ms_in_ns;
+
+bench::Sample probe_sample(std::size_t tool, bench::ToolVisibility state, std::int64_t arrival_ns)
+{
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::tool_pose;
+  sample.source = static_cast<std::uint16_t>(tool);
+  sample.state = static_cast<std::uint8_t>(state);
+  sample.arrival_ns = arrival_ns;
+  sample.tool_pose = bench::place_of(test::some_pose(1));
+  return sample;
+}
+
+TEST(JointStream, AProbeThatIsNoLongerSeenIsMarked)
+{
+  test::SmallBench bench(test::two_bodies_text() + "[calibration]\n");
+  const std::vector<std::string>& tools = bench.bench.tracker->tools;
+  const auto tool = static_cast<std::size_t>(std::ranges::find(tools, "probe") - tools.begin());
+  ASSERT_LT(tool, tools.size());
+  bench::ProbeTool probe(bench.bench, bench.calibration);
+  const auto marks_at = [&](std::int64_t now_ns) {
+    bench::StreamedFrame streamed;
+    streamed.X_tracker_probe = probe.X_tracker_probe();
+    streamed.probe = probe.status(now_ns);
+    return bench::angles_text(streamed, Side::right, Eigen::Vector3d::Zero());
+  };
+  const auto names_probe = testing::HasSubstr("probe");
+  EXPECT_THAT(marks_at(0), testing::Not(names_probe)) << "not used yet";
+  probe.take(probe_sample(tool, bench::ToolVisibility::seen, ms_in_ns));
+  EXPECT_TRUE(probe.X_tracker_probe());
+  EXPECT_THAT(marks_at(ms_in_ns), testing::Not(names_probe));
+  probe.take(probe_sample(tool, bench::ToolVisibility::missing, 2 * ms_in_ns));
+  EXPECT_FALSE(probe.X_tracker_probe());
+  EXPECT_THAT(marks_at(2001 * ms_in_ns), testing::HasSubstr("probe hidden for 2 s"));
+  probe.take(probe_sample(tool, bench::ToolVisibility::seen, 2001 * ms_in_ns));
+  EXPECT_THAT(marks_at(2001 * ms_in_ns), testing::Not(names_probe));
+}
+
+using test::ms_in_ns;
+
+constexpr std::size_t n_frames = 8600;  // 143 s, longer than the run-up
+constexpr std::size_t hidden_from = 600, turned_at = 300;
+
+/// A moving femur with arrival jitter; a tibia that is hidden early and stays so; a potentiometer and keys
+/// that change parameters at the beginning only; a lost and found board.
+std::string recorded(const test::SmallBench& bench)
+{
+  std::vector<bench::RecordedFrame> frames;
+  for (std::size_t k = 0; k < n_frames; ++k) {
+    const auto now_ns = static_cast<std::int64_t>(k + 1) * 16'666'667;
+    const std::int64_t arrival_ns = now_ns - static_cast<std::int64_t>(1 + k * 7919 % 5) * ms_in_ns;
+    const std::int64_t device_ns = now_ns - 8 * ms_in_ns + 3'600'000 * ms_in_ns;
+    const double flexion_rad = 0.7 + 0.3 * std::sin(0.01 * static_cast<double>(k));
+    const Pose X_thigh = test::moved(test::some_pose(2), {{0.02, 0.01, 0.0}, {5.0, 0.0, 1.0}},
+                                     1e-9 * 1.0 * static_cast<double>(now_ns));
+    bench::RecordedFrame& frame = frames.emplace_back();
+    frame.now_ns = now_ns;
+    std::vector<bench::Sample>& samples = frame.samples;
+    samples.push_back(test::place_sample(0, X_thigh, device_ns, arrival_ns));
+    samples.push_back(k < hidden_from
+                          ? test::place_sample(1, bench.X_tracker_shank(X_thigh, {flexion_rad, 0.02, 0.1}),
+                                               device_ns, arrival_ns)
+                          : test::hidden_sample(1, arrival_ns));
+    if (k < 2 * turned_at)
+      samples.push_back(test::potentiometer_sample(k < turned_at ? 300 : 700, arrival_ns));
+    if (k == 100 || k == 400)
+      samples.push_back(test::link_sample(
+          bench::DeviceId::board, k == 100 ? bench::LinkState::closed : bench::LinkState::up, arrival_ns));
+    if (k == 50) frame.keys.assign(3, {view::Key::right});
+  }
+  return test::recording_bytes({}, frames);
+}
+
+TEST(ReplayState, AJumpShowsTheFrameOfTheSession)
+{
+  const test::SmallBench small(test::two_bodies_text());
+  const bench::BenchSetup setup{small.model, small.motion, small.frame, small.bench, small.calibration, {}};
+  const std::string bytes = recorded(small);
+  bench::RecordingReader reader = test::reader_of(bytes);
+  bench::ReplayState played(setup, reader);
+  for (std::size_t k = 0; k + 200 < n_frames; ++k) played.at(k);
+  bench::ReplayState jumped(setup, reader);
+  jumped.at(10);
+  for (const std::size_t k : {n_frames - 200, n_frames - 1, n_frames - 2}) {
+    SCOPED_TRACE(k);
+    const bench::BenchFrame a = played.at(k), b = jumped.at(k);
+    EXPECT_EQ(a.X_tracker_reference.matrix(), b.X_tracker_reference.matrix());
+    EXPECT_EQ(a.X_tracker_moving.matrix(), b.X_tracker_moving.matrix());
+    EXPECT_EQ(a.X_tracker_eyes.matrix(), b.X_tracker_eyes.matrix());
+    EXPECT_EQ(a.pose.attitude.flexion_rad, b.pose.attitude.flexion_rad);
+    for (std::size_t role = 0; role < a.bodies.size(); ++role) {
+      EXPECT_EQ(a.bodies[role].is_live, b.bodies[role].is_live);
+      EXPECT_EQ(a.bodies[role].was_seen, b.bodies[role].was_seen);
+      EXPECT_NEAR(a.bodies[role].age_s, b.bodies[role].age_s, 0.02);
+    }
+    EXPECT_EQ(a.potentiometer.is_live, b.potentiometer.is_live);
+    for (std::size_t p = 0; p < bench::parameters().size(); ++p)
+      EXPECT_EQ(bench::value_of(played.state().values(), p), bench::value_of(jumped.state().values(), p));
+  }
+}
+
+/// Two samples per picture, with a delay of 3 ms.
+TEST(MotionCollector, GivesEveryPoseAtItsTime)
+{
+  const bench::Screw a_second{{0.5, -0.8, 0.3}, {200.0, -100.0, 50.0}};
+  const Pose start = test::some_pose(3);
+  bench::MotionCollector collector(test::SmallBench(test::rigid_text()).bench);
+  for (int k = 0; k < 100; ++k) {
+    bench::RecordedFrame picture;
+    for (const int ms : {20 * k, 20 * k + 10})
+      picture.samples.push_back(test::place_sample(0, test::moved(start, a_second, 0.001 * ms),
+                                                   (5000 + ms) * ms_in_ns, (ms + 3) * ms_in_ns));
+    collector.take(picture);
+  }
+  const std::vector<bench::TimedPose>& motion = collector.motion(bench::BodyRole::leg);
+  ASSERT_EQ(motion.size(), 200u);
+  for (std::size_t k = 0; k < motion.size(); ++k) {
+    EXPECT_NEAR(motion[k].time_s, 0.01 * static_cast<double>(k) + 0.003, 1e-9);
+    EXPECT_LT(test::distance_of(motion[k].X, test::moved(start, a_second, 0.01 * static_cast<double>(k))),
+              1e-9);
+  }
+  EXPECT_TRUE(collector.motion(bench::BodyRole::tibia).empty());
+  // A constant twist is predicted exactly; the held pose has the error of the motion during the horizon.
+  const std::vector<bench::BodyPrediction> predictions = bench::predictions_of(collector);
+  ASSERT_EQ(predictions.size(), 3u);
+  EXPECT_EQ(predictions[1].horizon_ms, 33.0);
+  EXPECT_LT(predictions[1].error.shift_mm.predicted.percentile_95, 1e-6);
+  EXPECT_GT(predictions[1].error.shift_mm.held.rms, 1.0);
 }
 
 }  // namespace vrda::bench_show_test

@@ -10,7 +10,6 @@
 #include <optional>
 #include <random>
 
-#include "bench/simulated_devices.hpp"
 #include "core/text.hpp"
 #include "player/bench/avr_board.hpp"
 #include "player/bench/waiting.hpp"

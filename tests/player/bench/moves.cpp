@@ -1,6 +1,5 @@
 #include "player/bench/moves.hpp"
 
-#include "bench/rigid_body.hpp"
 #include "core/units.hpp"
 
 namespace vrda::test {

@@ -1,4 +1,3 @@
-#include "bench/recording.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +6,7 @@
 #include <functional>
 
 #include "core/units.hpp"
-#include "player/bench/sample_recording.hpp"
+#include "player/bench/bench_samples.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 

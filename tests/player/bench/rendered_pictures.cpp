@@ -1,7 +1,6 @@
 #include "player/bench/rendered_pictures.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>

@@ -2,12 +2,7 @@
 /// area of each pixel sampled, blur, noise.
 #pragma once
 
-#include <cstdint>
-#include <functional>
-#include <vector>
-
 #include "bench/webcam.hpp"
-#include "model/mesh.hpp"
 
 namespace vrda::test {
 

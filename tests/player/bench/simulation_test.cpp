@@ -6,8 +6,6 @@
 #include <functional>
 #include <numeric>
 
-#include "bench/rigid_body.hpp"
-#include "core/units.hpp"
 #include "support/models.hpp"
 #include "support/refusal.hpp"
 
@@ -272,72 +270,7 @@ TEST(Simulation, TheBoardCountsToTheNearestStepWithinItsRange)
   EXPECT_GT(n_high, 150);
 }
 
-TEST(Draws, HaveTheirMeanVarianceAndRange)
-{
-  // n numbers; five standard errors of each mean. The fourth moment of a sum of twelve uniform numbers is
-  // 2.9, so the mean square has a standard deviation of sqrt(1.9 / n). Neighbouring indices must be
-  // independent as well.
-  constexpr int n = 40000;
-  double sum = 0.0, square = 0.0, neighbours = 0.0, before = 0.0, uniform_sum = 0.0;
-  for (int i = 0; i < n; ++i) {
-    bench::RandomSequence draws(7, bench::RandomPurpose::frame, static_cast<std::uint64_t>(i));
-    const double x = draws.normal();
-    ASSERT_LT(std::abs(x), 6.0);
-    sum += x;
-    square += x * x;
-    neighbours += x * before;
-    before = x;
-    const double u = draws.uniform();
-    ASSERT_GE(u, 0.0);
-    ASSERT_LT(u, 1.0);
-    uniform_sum += u;
-  }
-  EXPECT_NEAR(sum / n, 0.0, 5.0 / std::sqrt(n));
-  EXPECT_NEAR(square / n, 1.0, 5.0 * std::sqrt(1.9 / n));
-  EXPECT_NEAR(neighbours / n, 0.0, 5.0 / std::sqrt(n));
-  EXPECT_NEAR(uniform_sum / n, 0.5, 5.0 / std::sqrt(12.0 * n));
-}
-
 // Scripts and their paths.
-
-TEST(Script, NamesBodiesAndMarkersInOrder)
-{
-  bench::SimulationScript script;
-  script.femur.markers_mm.resize(2);
-  script.head = bench::SimulatedBody{"head", {Eigen::Vector3d::Zero()}};
-  EXPECT_EQ(bench::tool_names(script),
-            (std::vector<std::string>{"femur", "femur-1", "femur-2", "tibia", "head", "head-1"}));
-}
-
-TEST(Script, EveryFieldThatMakesNoSenseIsNamed)
-{
-  struct Row {
-    std::string field;
-    std::function<void(bench::SimulationScript&)> spoil;
-  };
-  const std::vector<Row> rows = {
-      {"jitter_ms", [](auto& s) { s.jitter_ms = 11.0; }},
-      {"leg key 3", [](auto& s) { s.leg[2].time_s = s.leg[1].time_s; }},
-      {"leg", [](auto& s) { s.leg.back().varus_deg = 1.0; }},
-      {"potentiometer", [](auto& s) { s.potentiometer.back().value = 1.0; }},
-      {"stage", [](auto& s) { s.stage.back().value = 1.0; }},
-      {"tool", [](auto& s) { s.tibia.tool = "femur"; }},
-      {"occlusion tool", [](auto& s) { s.occlusions[0].tool = "patella"; }},
-      {"occlusion to_s", [](auto& s) { s.occlusions[0].to_s = 4.0; }},
-      {"occlusion every_s", [](auto& s) { s.occlusions[0].every_s = 0.5; }},
-      {"clock step at_s",
-       [](auto& s) {
-         s.clock.steps = {{2.0, 1.0}, {1.0, 1.0}};
-       }},
-  };
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    SCOPED_TRACE(i);
-    bench::SimulationScript script;
-    rows[i].spoil(script);
-    EXPECT_THAT(test::input_error([&] { bench::Simulation simulation(script, {}, "bench.toml"); }),
-                test::refuses({"bench.toml", rows[i].field}));
-  }
-}
 
 constexpr double rounding = 1e-12;
 
@@ -351,18 +284,6 @@ TEST(KeyPath, BetweenTurningPointsIsTheSmoothStep)
     EXPECT_NEAR(path.at(4.0 * s + 8.0 * 1000), expected, 1e-8);
     EXPECT_NEAR(path.at(4.0 * s - 8.0), expected, 90 * rounding);
   }
-}
-
-TEST(KeyPath, IsExactAtItsKeysAndStraightOnALine)
-{
-  const bench::KeyPath line({{1, 10}, {2, 20}, {4, 40}, {5, 50}}, false);
-  for (const double t : {2.0, 2.5, 3.0, 3.9, 4.0}) EXPECT_NEAR(line.at(t), 10.0 * t, 50 * rounding);
-  EXPECT_EQ(line.at(1.0), 10.0);
-  EXPECT_EQ(line.at(-3.0), 10.0);
-  EXPECT_EQ(line.at(99.0), 50.0);
-  const bench::KeyPath constant({{3, 7}}, true);
-  EXPECT_EQ(constant.at(0.0), 7.0);
-  EXPECT_EQ(constant.at(9.0), 7.0);
 }
 
 TEST(KeyPath, NeverLeavesTheRangeBetweenTwoKeysAndHasNoCorner)

@@ -1,9 +1,7 @@
 /// Waiting for devices in tests.
 #pragma once
 
-#include <chrono>
 #include <thread>
-#include <vector>
 
 #include "bench/devices.hpp"
 

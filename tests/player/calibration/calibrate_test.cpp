@@ -1,18 +1,18 @@
 // The command `calibrate` on virtual benches.
-#include "calibration/calibrate.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "calibration/calibration_mode.hpp"
-#include "calibration/truth.hpp"
+#include "calibration/parts.hpp"
+#include "calibration/virtual_bench.hpp"
 #include "store/motion_model.hpp"
 #include "support/models.hpp"
 #include "support/refusal.hpp"
@@ -93,50 +93,6 @@ TEST(CalibrationReport, QuantilesAreByRank)
   EXPECT_DOUBLE_EQ(summary.mm.largest, 2.0);
   EXPECT_DOUBLE_EQ(summary.arc_min.median, 10.0);
   EXPECT_EQ(summary_of(std::span<const TargetError>()).mm.median, 0.0);
-}
-
-TEST_F(Calibrate, RefusesOptions)
-{
-  const std::string bench = written("bench.toml", virtual_bench_text());
-  const std::string script = written("script.txt", "press Entre\n");
-  struct Row {
-    std::function<void(CalibrateOptions&)> edit;
-    test::Refusal wanted;
-  };
-  const auto real = [&](CalibrateOptions& o) {
-    o.is_virtual = o.is_headless = false;
-    o.bench = bench;
-  };
-  const auto many = [](CalibrateOptions& o) {
-    o.calibration.clear();
-    o.n_benches = 2;
-  };
-  using Options = CalibrateOptions;
-  const std::vector<Row> rows{
-      {[&](Options& o) { real(o), o.bench.clear(); }, {.file = "--bench"}},
-      {[&](Options& o) { real(o), o.calibration.clear(); }, {.file = "--calibration"}},
-      {[&](Options& o) { real(o), o.is_headless = true; }, {.file = "--headless"}},
-      {[&](Options& o) { real(o), o.pictures = "p"; }, {.file = "--pictures"}},
-      {[&](Options& o) { real(o), o.n_benches = 2; }, {.file = "--benches"}},
-      {[&](Options& o) { o.step = "viewprot"; },
-       {.field = "STEP", .found = "viewprot", .wanted = "distortion"}},
-      {[&](Options& o) { o.step = "status"; }, {.file = in_scratch("calibration.toml")}},
-      {[&](Options& o) { o.script = script; }, {.field = "line 1"}},
-      {[&](Options& o) { o.head = "hat"; }, {.file = "--head"}},
-      {[&](Options& o) { o.is_headless = false, o.pictures = "p"; }, {.file = "--pictures"}},
-      {[&](Options& o) { o.bench_from = "a.toml", o.step = "status"; }, {.file = "--bench-from"}},
-      {[&](Options& o) { o.bench_from = "a.toml", o.calibration.clear(); }, {.found = "--calibration"}},
-      {[&](Options& o) { many(o), o.calibration = "q.toml"; },
-       {.file = "--benches", .found = "--calibration"}},
-      {[&](Options& o) { many(o), o.script = script; }, {.file = "--benches", .found = "--script"}},
-      {[&](Options& o) { many(o), o.pictures = "p"; }, {.file = "--benches", .found = "--pictures"}},
-      {[&](Options& o) { many(o), o.step = "viewport"; }, {.file = "--benches", .found = "viewport"}}};
-  for (const Row& row : rows) {
-    SCOPED_TRACE(&row - rows.data());
-    CalibrateOptions changed = options("all");
-    row.edit(changed);
-    EXPECT_THAT(refusal(changed), test::refuses(row.wanted));
-  }
 }
 
 TEST_F(Calibrate, ManyBenchesAreCounted)
@@ -363,6 +319,108 @@ TEST_F(Calibrate, PicturesShowWhatWasFound)
     const std::string path = all.pictures + "/" + name + ".png";
     EXPECT_THAT(said.messages, HasSubstr(path));
     EXPECT_GT(view::read_png_texture(path).width, 100);
+  }
+}
+
+// The step `calibrate functional` on virtual legs, and the noise of virtual benches.
+
+using testing::HasSubstr;
+
+std::string report_of(const CalibrateOptions& options)
+{
+  std::ostringstream data, messages;
+  EXPECT_EQ(calibrate(options, {data, messages}), CalibrateEnd::finished);
+  return data.str();
+}
+
+class FunctionalStep : public testing::Test {
+ protected:
+  /// A model that rolls back by 10 mm and turns by 12 degrees while it bends by 90.
+  std::string model(const std::function<void(store::MotionModel&)>& change = {}) const
+  {
+    test::ModelPlan plan;
+    plan.motion = [](double flexion_deg, double) {
+      const double share = flexion_deg / 90.0;
+      return store::PoseCoordinates{-10.0 * share * share, 2.0 * share, 1.0, 12.0 * share};
+    };
+    store::MotionModel made = test::model_of(plan);
+    test::add_bodies(made);
+    if (change) change(made);
+    store::write_motion_model(in_scratch("knee.h5"), made);
+    return in_scratch("knee.h5");
+  }
+  CalibrateOptions legs(int n) const
+  {
+    CalibrateOptions made;
+    made.step = "functional";
+    made.is_virtual = made.is_headless = true;
+    made.bench = VRDA_JOBS "/bench-desk.toml";
+    made.model = model();
+    made.n_benches = n;
+    made.noise = "touch_mm=5,tracker_mm=0.3,tracker_deg=0.3";
+    made.has_json = true;
+    return made;
+  }
+  std::string in_scratch(const std::string& name) const { return (scratch_.path() / name).string(); }
+
+  test::Scratch scratch_;
+};
+
+TEST_F(FunctionalStep, ReportsTheErrorsOfVirtualLegs)
+{
+  const nlohmann::json found = nlohmann::json::parse(report_of(legs(2)));
+  EXPECT_EQ(found.at("joint").at("n"), 2);
+  EXPECT_LT(found.at("joint").at("by_motion_mm").at("largest"),
+            found.at("joint").at("by_landmarks_mm").at("largest"));
+  int n = 0;
+  for (const nlohmann::json& number : found.at("numbers")) n += number.at("part") == "functional" ? 1 : 0;
+  EXPECT_EQ(n, 12);
+  CalibrateOptions text = legs(2);
+  text.has_json = false;
+  EXPECT_THAT(report_of(text), HasSubstr("at least halved in "));
+}
+
+TEST_F(FunctionalStep, NeedsAMotionOfFlexion)
+{
+  CalibrateOptions without = legs(1);
+  without.model.clear();
+  EXPECT_THAT(refusal(without), test::refuses({.file = "--model"}));
+  CalibrateOptions unsolved = legs(1);
+  unsolved.model = model([](store::MotionModel& made) { test::unsolve(made, 3, 2); });
+  unsolved.set = "raw";
+  EXPECT_THAT(refusal(unsolved),
+              test::refuses({.file = unsolved.model, .field = "flexion", .wanted = "--set"}));
+  CalibrateOptions live = legs(0);
+  live.is_virtual = false;
+  EXPECT_THAT(refusal(live), test::refuses({.file = "--noise"}));
+}
+
+// Practice on a virtual bench.
+
+/// Each confirmed task ends with its distance from the truth. Above 10 px it must be done again.
+TEST(Practice, ReportsTheErrorOfATask)
+{
+  const BenchFile bench = bench::parse_bench_file(virtual_bench_text(), "virtual bench");
+  const double left = virtual_truth(bench, 1).edges_px[0].left;
+  const std::vector<Task> tasks =
+      calibration::tasks_of(CalibrationPart::viewport, bench, bench::nominal_calibration(bench));
+  const double start = tasks.front().dials[0].value;
+  const test::Scratch scratch;
+  for (const int off_px : {0, 1, 5, 100}) {
+    SCOPED_TRACE(off_px);
+    CalibrateOptions wanted;
+    wanted.step = "viewport";
+    wanted.is_virtual = wanted.is_headless = true;
+    const long n = std::lround(start - left) - off_px;
+    wanted.script =
+        scratch.write("keys.txt", "press Left " + std::to_string(n) + "\npress Enter\nwait 0.1\n").string();
+    std::ostringstream data, messages, sentence;
+    calibration::calibrate(wanted, {data, messages});
+    sentence.precision(1);
+    sentence << std::fixed << "viewport left eye, left edge, 1: You were "
+             << std::abs(start - static_cast<double>(n) - left) << " px from the truth";
+    EXPECT_THAT(messages.str(), testing::HasSubstr(sentence.str()));
+    EXPECT_EQ(messages.str().find(": again") != std::string::npos, off_px > 10) << messages.str();
   }
 }
 

@@ -2,8 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <string>
-#include <vector>
 
 #include "bench/bench_file.hpp"
 #include "geometry/generic_knee.hpp"

@@ -3,14 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <random>
-
-#include "bench/rigid_body.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
-#include "coverage.hpp"
-#include "noise.hpp"
 #include "player/bench/moves.hpp"
+#include "player/calibration/fit_support.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::calibration::eyes_fit_test {

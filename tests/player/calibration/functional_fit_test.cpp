@@ -1,19 +1,14 @@
-#include "calibration/functional_fit.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "bench/rigid_body.hpp"
-#include "calibration/fiducial_fit.hpp"
+#include "calibration/tracker_fits.hpp"
 #include "core/units.hpp"
-#include "coverage.hpp"
-#include "knee_curve.hpp"
-#include "model/frames.hpp"
-#include "noise.hpp"
+#include "player/calibration/fit_support.hpp"
 #include "support/refusal.hpp"
 
 namespace vrda::calibration::functional_fit_test {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
-#include <string>
 #include <utility>
 
 #include "core/text.hpp"

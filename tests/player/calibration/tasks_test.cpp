@@ -1,12 +1,8 @@
-#include "calibration/task.hpp"
-
 #include <gtest/gtest.h>
-
 #include <Eigen/Eigenvalues>
-#include <set>
 
-#include "calibration/parts.hpp"
-#include "calibration/session.hpp"
+#include "calibration/task.hpp"
+#include "player/bench/bench_texts.hpp"
 #include "player/calibration/trial.hpp"
 #include "support/refusal.hpp"
 
@@ -83,24 +79,6 @@ TEST(CalibrationTasks, MarkersSpreadInEveryDirectionWithinTheFirstSix)
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvalues()[0], 2.0);
 }
 
-TEST(CalibrationTasks, RoundsAreThoseOfAnEyeARailOrThePart)
-{
-  const BenchFile bench = test::virtual_bench(HeadKind::stage);
-  const Calibration nominal = bench::nominal_calibration(bench);
-  for (const CalibrationPart part : parts_of(bench)) {
-    const std::vector<Task> tasks = tasks_of(part, bench, nominal);
-    const bool is_by_eye = part == CalibrationPart::viewport || part == CalibrationPart::distortion ||
-                           part == CalibrationPart::eyepoints;
-    const bool is_halved = is_by_eye || part == CalibrationPart::rails;
-    const TaskGroup first = task_group_of(part, tasks, 0),
-                    last = task_group_of(part, tasks, tasks.size() - 1);
-    EXPECT_EQ(first.begin, 0u);
-    EXPECT_EQ(first.end, is_halved ? tasks.size() / 2 : tasks.size());
-    EXPECT_EQ(last.begin, is_halved ? tasks.size() / 2 : 0u);
-    EXPECT_EQ(last.end, tasks.size());
-  }
-}
-
 using Parts = std::vector<CalibrationPart>;
 
 TEST(CalibrationParts, AreThoseThatMakeSenseOnTheBench)
@@ -139,6 +117,153 @@ TEST(CalibrationParts, AnUnknownStepIsRefusedByName)
   BenchFile without = files[0];
   without.calibration.landmarks.clear();
   EXPECT_EQ(refused("subject", without).field, "calibration.landmarks");
+}
+
+/// Rounding to 10 nm.
+constexpr double kept_mm = 1e-5;
+
+/// Leg with three markers, then probe and marker: tools 0 to 4.
+BenchFile marked_bench()
+{
+  return test::bench_of(test::bench_head("rigid") + test::display_table + test::tracker_table +
+                        "[body.leg]\nmarkers = [\"a\", \"b\", \"c\"]\n"
+                        "markers_mm = [0, 0, 0, 100, 0, 0, 0, 100, 0]\n" +
+                        test::board_table + "[calibration]\n");
+}
+
+bench::Sample seen(std::uint16_t tool, const Eigen::Vector3d& p, std::int64_t at_ms)
+{
+  bench::Sample sample;
+  sample.kind = bench::SampleKind::tool_pose;
+  sample.state = static_cast<std::uint8_t>(bench::ToolVisibility::seen);
+  sample.source = tool;
+  sample.arrival_ns = sample.device_ns = 1'000'000'000 + at_ms * 1'000'000;
+  for (int k = 0; k < 3; ++k) sample.tool_pose.position_mm[k] = p[k];
+  return sample;
+}
+
+using Samples = TaskKind::Samples;
+const test::PlainKind sweep({.name = "sweep", .samples = Samples::sweep}),
+    hold({.name = "hold", .samples = Samples::hold}), position({.name = "at", .samples = Samples::position}),
+    leg({.name = "leg", .samples = Samples::leg});
+
+Task task_with(const TaskKind& kind, const std::string& tool, const std::optional<BodyRole>& body = {})
+{
+  Task task;
+  task.kind = &kind;
+  task.tool = tool;
+  task.body = body;
+  task.n_samples = 10;
+  return task;
+}
+
+constexpr std::uint16_t probe = 3, marker = 4;
+
+void send_leg(SampleCollector& taker, const Eigen::Vector3d& at, std::int64_t at_ms)
+{
+  const std::array<Eigen::Vector3d, 3> markers{Eigen::Vector3d(0, 0, 0), {100, 0, 0}, {0, 100, 0}};
+  for (std::uint16_t k = 0; k < 3; ++k) taker.take(seen(k, at + markers[k], at_ms));
+}
+
+TEST(SampleTaker, CollectsRowsOfItsToolOnlyDuringItsTask)
+{
+  SampleCollector taker(marked_bench());
+  EXPECT_FALSE(taker.take(seen(marker, {1, 2, 3}, 0)));
+  taker.begin(task_with(sweep, "marker"));
+  EXPECT_FALSE(taker.take(seen(probe, {1, 2, 3}, 10)));
+  EXPECT_TRUE(taker.take(seen(marker, {1.0000049, 2.25, -3}, 20)));
+  bench::Sample hidden = seen(marker, {1, 2, 3}, 30);
+  hidden.state = static_cast<std::uint8_t>(bench::ToolVisibility::missing);
+  EXPECT_FALSE(taker.take(hidden));
+  EXPECT_FALSE(taker.take(seen(marker, {1, std::nan(""), 3}, 35)));
+  taker.end();
+  EXPECT_FALSE(taker.take(seen(marker, {1, 2, 3}, 40)));
+  EXPECT_EQ(taker.rows(), (std::vector<std::vector<double>>{{1.0, 2.25, -3.0, 1.0, 0.0, 0.0, 0.0}}));
+}
+
+TEST(SampleTaker, ASweepHasTheStagePositionIfTheBoardSendsIt)
+{
+  SampleCollector taker(marked_bench());
+  EXPECT_FALSE(taker.stage_mm().has_value());
+  bench::Sample stage;
+  stage.kind = bench::SampleKind::stage;
+  stage.count = 2469;
+  taker.begin(task_with(sweep, "marker"));
+  taker.take(seen(marker, {0, 0, 0}, 0));
+  taker.take(stage);
+  taker.take(seen(marker, {0, 0, 0}, 10));
+  bench::Sample gone;
+  gone.kind = bench::SampleKind::link;
+  gone.source = static_cast<std::uint16_t>(bench::DeviceId::board);
+  gone.state = static_cast<std::uint8_t>(bench::LinkState::closed);
+  taker.take(gone);
+  taker.take(seen(marker, {0, 0, 0}, 20));
+  ASSERT_EQ(taker.rows().size(), 3u);
+  EXPECT_EQ(taker.rows()[0].size(), 7u);
+  ASSERT_EQ(taker.rows()[1].size(), 8u);
+  EXPECT_EQ(taker.rows()[1][7], 12.345);
+  EXPECT_EQ(taker.rows()[2].size(), 7u);
+}
+
+TEST(SampleTaker, WhatIsHeldHasTheBodyOfMarkersBesideIt)
+{
+  SampleCollector taker(marked_bench());
+  taker.begin(task_with(hold, "probe", BodyRole::leg));
+  // The leg has not been seen.
+  EXPECT_FALSE(taker.take(seen(probe, {1, 2, 3}, 0)));
+  send_leg(taker, {10, 20, 30}, 10);
+  ASSERT_TRUE(taker.take(seen(probe, {1, 2, 3}, 10)));
+  send_leg(taker, {11, 20, 30}, 20);
+  ASSERT_TRUE(taker.take(seen(probe, {1, 2, 3}, 20)));
+  // The last pose is older than stale_after_ms (100).
+  EXPECT_FALSE(taker.take(seen(probe, {1, 2, 3}, 200)));
+  const std::vector<std::vector<double>>& rows = taker.rows();
+  ASSERT_EQ(rows.size(), 2u);
+  ASSERT_EQ(rows[1].size(), 14u);
+  EXPECT_NEAR(rows[0][7], 10.0, kept_mm);
+  EXPECT_NEAR(rows[1][7], 11.0, kept_mm);
+  EXPECT_NEAR(rows[1][9], 30.0, kept_mm);
+}
+
+TEST(SampleTaker, ABullseyeHasTheMarkersPositionAndTheHeadsPlaceWhereItIsTracked)
+{
+  SampleCollector taker(marked_bench());
+  taker.begin(task_with(position, "marker"));
+  taker.take(seen(marker, {1, 2, 3}, 0));
+  EXPECT_EQ(taker.rows(), (std::vector<std::vector<double>>{{1.0, 2.0, 3.0}}));
+  taker.begin(task_with(position, "marker", BodyRole::leg));
+  EXPECT_TRUE(taker.rows().empty());
+  send_leg(taker, {10, 20, 30}, 10);
+  taker.take(seen(marker, {1, 2, 3}, 10));
+  ASSERT_EQ(taker.rows().size(), 1u);
+  EXPECT_EQ(taker.rows()[0].size(), 10u);
+}
+
+/// Thigh and shank in messages of their own: the thigh is interpolated to the time of the shank.
+TEST(SampleTaker, ABendHasBothBodiesAtTheSameTime)
+{
+  const BenchFile bench = bench::read_bench_file(VRDA_JOBS "/bench-desk.toml");
+  SampleCollector taker(bench);
+  constexpr std::uint16_t femur = 0, tibia = 1;
+  taker.begin(task_with(leg, "tibia"));
+  // The thigh moves by 1 mm in 10 ms, the shank by 10.
+  for (int k = 0; k < 5; ++k) {
+    taker.take(seen(femur, {1.0 * k, 0, 0}, 10 * k));
+    taker.take(seen(tibia, {10.0 * k, 0, 0}, 10 * k + 4));
+  }
+  const std::vector<std::vector<double>>& rows = taker.rows();
+  ASSERT_EQ(rows.size(), 3u);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    ASSERT_EQ(rows[k].size(), 14u);
+    EXPECT_NEAR(rows[k][0], static_cast<double>(k) + 0.4, kept_mm);
+    EXPECT_NEAR(rows[k][7], 10.0 * static_cast<double>(k), kept_mm);
+  }
+  // A hidden thigh gives no row, however long the shank is seen.
+  for (int k = 5; k < 40; ++k) taker.take(seen(tibia, {10.0 * k, 0, 0}, 10 * k));
+  taker.take(seen(femur, {40, 0, 0}, 400));
+  taker.take(seen(femur, {41, 0, 0}, 410));
+  taker.take(seen(tibia, {410, 0, 0}, 410));
+  EXPECT_LE(taker.rows().size(), 4u);
 }
 
 }  // namespace vrda::calibration::tasks_test

@@ -2,10 +2,8 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "calibration/operator.hpp"
-#include "calibration/session.hpp"
 
 namespace vrda::test {
 
