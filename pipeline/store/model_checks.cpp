@@ -120,7 +120,7 @@ class StructureCheck : public RegistryVisitor {
 
   void visit_dataset(const Dataset& dataset, Member member) override
   {
-    check_dataset(dataset, kind_of(member));
+    check_dataset(dataset, store::kind_of(member));
   }
 
   static bool is_before(const SmoothedSet& a, const SmoothedSet& b) { return a.degree < b.degree; }

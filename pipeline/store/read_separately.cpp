@@ -333,7 +333,7 @@ class BinaryReader : public RegistryVisitor {
   void visit_dataset(const Dataset& dataset, Member member) override
   {
     const std::vector<std::int64_t> shape = shape_of(dataset);
-    std::uint64_t bytes = bytes_of(kind_of(member));
+    std::uint64_t bytes = bytes_of(store::kind_of(member));
     for (const std::int64_t size : shape) {
       if (__builtin_mul_overflow(bytes, static_cast<std::uint64_t>(size), &bytes)) refuse(dataset.path);
     }
