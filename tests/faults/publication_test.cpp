@@ -1,5 +1,5 @@
 // Results of the commands that write files: two writers of one output, kills at each call that changes a
-// name, closed terminals, and outputs that cannot be written.
+// name, and outputs that cannot be written.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -8,7 +8,6 @@
 #include "app/scenes.hpp"
 #include "core/files.hpp"
 #include "faults/faulty_run.hpp"
-#include "support/messages.hpp"
 
 namespace vrda::publication_test {
 
@@ -274,24 +273,6 @@ TEST_F(Publications, APathThatIsNotUtf8CanBePrintedAsJson)
   const std::string table = (out_ / "a\xff.csv").string();
   succeed({"export", path("grid.h5"), "--to", "csv", "-o", table, "--json"});
   EXPECT_TRUE(fs::exists(table));
-}
-
-TEST_F(Publications, ANameThatTheResultWouldContainIsBlamedOnItsOption)
-{
-  const std::string name = path("a\tb"), table = path("a\tb.csv");
-  fs::copy_file(path("poses.csv"), table);
-  for (const auto& [words, option] :
-       {std::pair(Words{"prepare", "--no-ligaments", "--landmarks", path("marks80.toml"), "--side", "left",
-                        "-o", name},
-                  "--output"),
-        std::pair(Words{"import", path("knee.toml"), "--motion", table, "-o", path("i.h5")}, "--motion"),
-        std::pair(Words{"export", path("grid.h5"), "--to", "osim", "-o", name + ".osim"}, "--output"),
-        std::pair(Words{"export", path("grid.h5"), "--to", "vtk", "-o", name + ".pvd"}, "--output"),
-        std::pair(Words{"fit", path("knee.toml"), "--to", path("measured0.csv"), "-o", name + ".toml"},
-                  "--output")}) {
-    test::expect_refused(words, {.file = option, .found = "a\\x09b", .wanted = "control characters"});
-    EXPECT_FALSE(fs::exists(name));
-  }
 }
 
 }  // namespace vrda::publication_test

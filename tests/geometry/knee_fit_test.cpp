@@ -249,14 +249,6 @@ TEST(FitWarnings, ShortBonesCartilageOnlyAndAnUncertainSide)
   EXPECT_THAT(fit_warnings(good_fit(), knee, false), ElementsAre(HasSubstr("femur: cartilage only")));
 }
 
-TEST(FitWarnings, AFibulaIsLateral)
-{
-  const Mesh fibula = geometry::right_template_knee().moving.back().mesh;
-  EXPECT_TRUE(is_fibula_lateral(fibula, Side::right));
-  EXPECT_FALSE(is_fibula_lateral(fibula, Side::left));
-  EXPECT_TRUE(is_fibula_lateral(mirrored_z(fibula), Side::left));
-}
-
 TEST(PartChecks, APartLiesOnItsOwnBone)
 {
   // Flat bones 10 mm apart, with sheets of cartilage 2 mm from their own.

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "core/units.hpp"
+#include "geometry/generated_knee.hpp"
 #include "geometry/generic_knee.hpp"
 #include "job/auto_frame.hpp"
 #include "job/case.hpp"
@@ -15,6 +16,7 @@
 
 namespace vrda::frames_test {
 
+using test::pose;
 using test::refuses;
 
 job::Job job_with_frame(const test::Scratch& scratch, const std::string& frame)
@@ -58,14 +60,6 @@ align = { rotation_deg = [90, 0, 90], translation_mm = [1, 2, 3] }
   // (0, 1, 0) m -> 1000 Y; about X by 90: Z; about Z by 90: Z; shifted: (1, 2, 1003); renamed: Y, Z, X.
   constexpr double rounding_mm = 1e-9;
   EXPECT_LT((map({0, 1, 0}) - Eigen::Vector3d(2, 1003, 1)).norm(), rounding_mm);
-}
-
-Pose pose(const Eigen::Vector4d& quaternion, const Eigen::Vector3d& t_mm)
-{
-  Pose X = Pose::Identity();
-  X.linear() = Eigen::Quaterniond(quaternion).normalized().toRotationMatrix();
-  X.translation() = t_mm;
-  return X;
 }
 
 Mesh in_unit(Mesh mesh, double unit_mm)

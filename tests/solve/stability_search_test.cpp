@@ -171,56 +171,6 @@ void expect_clean_contact(const solve::Joint& joint, const StepRecord& r, const 
             options.translation_resolution_mm);
 }
 
-TEST(StabilitySearch, ABallEndsInTheMiddleOfADishFromAnywhere)
-{
-  const solve::Joint joint = ball_in_dish();
-  const SearchOptions options;
-  std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> unit(-1, 1);
-  for (int k = 0; k < 25; ++k) {
-    const MovingPose seed{{20 * unit(random), -40, 20 * unit(random)}, unit(random)};
-    const StepRecord r = solve::find_stable_pose(joint, {}, seed, options);
-    SCOPED_TRACE(testing::Message() << seed.translation_mm.transpose());
-    ASSERT_EQ(r.status, StepStatus::stable);
-    // The facets of ball and dish are 2 mm wide and 1 to 2 degrees apart: a polygonal optimum is within one
-    // facet.
-    EXPECT_LT(std::abs(r.pose.translation_mm.x()), 1.0);
-    EXPECT_LT(std::abs(r.pose.translation_mm.z()), 1.0);
-    EXPECT_FALSE(r.contacts.empty());
-    EXPECT_GT(r.iterations, 0);
-    expect_clean_contact(joint, r, options);
-  }
-}
-
-TEST(StabilitySearch, AGrooveTurnsUntilBothPinsLieInIt)
-{
-  // Two downward spikes at (10, 0, 1) and (-10, 0, -1); the groove along X must rotate by -atan(0.1).
-  Mesh spikes = test::box({0, 10, 0}, {30, 2, 10});
-  for (const double side : {1.0, -1.0}) {
-    Mesh spike;
-    spike.vertices_mm.resize(4, 3);
-    spike.vertices_mm << 10 * side, 0, side, 10 * side - 1, 5, side - 1, 10 * side + 1, 5, side - 1,
-        10 * side, 5, side + 1;
-    spike.triangles.resize(4, 3);
-    spike.triangles << 0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2;
-    spike.normals = vertex_normals(spike);
-    append(spikes, spike);
-  }
-  Mesh groove = test::ceiling(40, 2, [](double, double z) { return 0.3 * std::abs(z); });
-  groove.triangles.col(1).swap(groove.triangles.col(2));
-  const solve::Joint joint = solve::make_joint({spikes, {}}, {groove, {}}, {});
-  const SearchOptions options;
-  for (const double theta : {0.0, 0.2, -0.3}) {
-    const StepRecord r = solve::find_stable_pose(joint, {}, {{0, -20, 0}, theta}, options);
-    SCOPED_TRACE(theta);
-    ASSERT_EQ(r.status, StepStatus::stable);
-    // Both spikes end within twice the translation resolution of the bottom line: 0.2 mm over 10 mm.
-    EXPECT_NEAR(r.pose.theta_rad, -std::atan(0.1), 0.02);
-    EXPECT_EQ(r.contacts.size(), 2u);
-    expect_clean_contact(joint, r, options);
-  }
-}
-
 TEST(StabilitySearch, NoFreePoseBelowIsNoClearance)
 {
   Mesh shelves;
