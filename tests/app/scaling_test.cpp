@@ -132,7 +132,8 @@ TEST(ScaledRun, ForcesStayAndEnergiesAndMomentsGrow)
   const std::vector<std::string> at_points{
       equilibrium, "grid.flexion={from=0,to=4,step=2}",
       R"(push.load=[{ name = "drawer", frame = "moving", force_n = [3, 1, -2], point_mm = [2, -15, 4] }])",
-      R"(push.line=[{ name = "muscle", tension_n = 6, reference_mm = [[5, 30, 0]], moving_mm = [[15, -20, 3]] }])"};
+      "push.line=[{ name = \"muscle\", tension_n = 6, reference_mm = [[5, 30, 0]], "
+      "moving_mm = [[15, -20, 3]] }]"};
   for (const auto& [loads, varus] : {std::pair(across, "grid.varus=free"),
                                      {across, "grid.varus={from=-2,to=2,step=2}"},
                                      {at_points, "grid.varus=free"}}) {
