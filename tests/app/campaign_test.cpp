@@ -1,15 +1,12 @@
 // vrda plan and vrda index on campaigns of small joints.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "app/scenes.hpp"
-#include "core/files.hpp"
 #include "support/messages.hpp"
-#include "support/real_knees.hpp"
 
 namespace vrda::campaign_test {
 
@@ -40,20 +37,11 @@ set = { grid.flexion = { from = 0, to = 10, step = 5 } }
 )" + more);
 }
 
-json planned(const std::vector<std::string>& words)
-{
-  std::vector<std::string> all{"plan", "--json"};
-  all.insert(all.end(), words.begin(), words.end());
-  const test::Ended ended = test::run_vrda(all);
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  return json::parse(ended.out);
-}
-
 TEST(Plan, ListsTheCasesOfACampaign)
 {
   const test::Scratch scratch;
   const std::string file = small_campaign(scratch).string();
-  const json plan = planned({file});
+  const json plan = test::json_of({"plan", file});
   EXPECT_EQ(plan.at("axes"), (std::vector<std::string>{"subject", "method", "resolution"}));
   ASSERT_EQ(plan.at("cases").size(), 4U);
   const json& one = plan.at("cases").at(3);
@@ -85,7 +73,7 @@ TEST(Plan, OfASingleJobListsTheCellsOfEachShard)
 {
   const test::Scratch scratch;
   const std::string file = test::small_job(scratch).string();
-  const json plan = planned({file, "--shards", "2"});
+  const json plan = test::json_of({"plan", file, "--shards", "2"});
   ASSERT_EQ(plan.at("cases").size(), 1U);
   const json& shards = plan.at("cases").at(0).at("shards");
   ASSERT_EQ(shards.size(), 2U);
@@ -124,7 +112,7 @@ TEST(Plan, CasesThatDifferInScalingOnlyShareTheirSteps)
                      "[[campaign.scaling]]\nname = \"small\"\nset = { scaling.factor = 0.9 }\n"
                      "[[campaign.scaling]]\nname = \"wide\"\nset = { scaling.factor = [1, 1, 1.1] }\n")
           .string();
-  const json plan = planned({file});
+  const json plan = test::json_of({"plan", file});
   ASSERT_EQ(plan.at("cases").size(), 12U);
   EXPECT_EQ(plan.at("cases").at(1).at("name"), "ball_rest_coarse_small");
   EXPECT_EQ(plan.at("cases").at(1).at("same_steps_as"), "ball_rest_coarse_adult");
@@ -132,13 +120,6 @@ TEST(Plan, CasesThatDifferInScalingOnlyShareTheirSteps)
   EXPECT_EQ(plan.at("cases").at(2).at("same_steps_as"), "") << "another shape";
   for (const json& one : plan.at("cases")) EXPECT_EQ(one.at("same_as"), "");
   EXPECT_THAT(test::run_vrda({"plan", file}).err, test::reports("", {"4 of 12", "scaling"}));
-}
-
-TEST(Plan, TheExampleIsSound)
-{
-  const json plan = planned({(test::source_directory() / "jobs" / "campaign-example.toml").string()});
-  EXPECT_EQ(plan.at("cases").size(), 12U);
-  for (const json& one : plan.at("cases")) EXPECT_EQ(one.at("same_as"), "") << one.at("name");
 }
 
 std::vector<std::string> split(const std::string& line, char separator)
@@ -166,7 +147,7 @@ TEST(Index, ASubmissionHasOneRowACaseAndEachCanBeRepeatedByHand)
   ASSERT_EQ(submitted.exit_code, 0) << submitted.err;
   const std::string csv = test::text_of(fs::path(folder) / "index.csv");
   ASSERT_EQ(test::n_lines(csv), 5);
-  const json plan = planned({file});
+  const json plan = test::json_of({"plan", file});
   for (std::size_t k = 0; k < 4; ++k) {
     const json& one = plan.at("cases").at(k);
     SCOPED_TRACE(one.at("name"));
@@ -205,25 +186,6 @@ TEST(Index, CasesThatAreNotDoneAreRowsToo)
   EXPECT_EQ(field_of(csv, 2, "status"), "failed");
   EXPECT_THAT(csv, Not(HasSubstr(scratch.path().string())));
   EXPECT_EQ(split(csv, '\n').back(), split(before, '\n').back());
-}
-
-TEST(Index, OneAtATime)
-{
-  const test::Scratch scratch;
-  const fs::path folder = scratch.path() / "results", table = folder / "index.csv";
-  ASSERT_EQ(test::run_vrda({"submit", small_campaign(scratch).string(), "--local", "-o", folder.string()})
-                .exit_code,
-            0);
-  fs::remove(table);
-  auto lock = OutputLock::acquire((folder / "index.h5").string(), "vrda index", {});
-  test::Process second(test::vrda({"index", folder.string()}));
-  while (second.is_running() && second.said().find("waiting for vrda index, process") == std::string::npos)
-    usleep(2000);
-  EXPECT_TRUE(second.is_running());
-  EXPECT_FALSE(fs::exists(table));
-  lock.reset();
-  EXPECT_EQ(second.wait().exit_code, 0);
-  EXPECT_TRUE(fs::exists(table));
 }
 
 }  // namespace vrda::campaign_test

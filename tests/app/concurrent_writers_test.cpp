@@ -169,11 +169,9 @@ TEST(TwoWriters, ModeAndLinkOfAModelStay)
 /// `vrda run` of a small knee to m.h5.
 test::Ended run_small(const test::Scratch& scratch, const std::vector<std::string>& more)
 {
-  std::vector<std::string> words{"run",        test::small_knee_job(scratch, "right").string(),
-                                 "-o",         (scratch.path() / "m.h5").string(),
-                                 "--progress", "none"};
-  words.insert(words.end(), more.begin(), more.end());
-  return test::run_vrda(words);
+  return test::run_vrda({"run", test::small_knee_job(scratch, "right").string(), "-o",
+                         (scratch.path() / "m.h5").string(), "--progress", "none"},
+                        more);
 }
 
 TEST(ExistingResult, AnotherJobIsRefusedWithTheFirstKeyThatDiffers)

@@ -77,7 +77,7 @@ degrees = []
 
 nlohmann::json info_of(const std::string& file)
 {
-  return nlohmann::json::parse(test::run_vrda({"info", file, "--json"}).out);
+  return test::json_of({"info", file});
 }
 
 TEST(ImplausiblePoses, ABallThroughASheetThatIsWoundAgainstItselfIsOverlappingAndUnsolved)

@@ -1,7 +1,7 @@
-// `vrda import`: exports come back, and what the other commands do with a sequence of frames.
+// `vrda export` and `import`: files of a motion, back again, and what other commands do with a sequence of
+// frames.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
@@ -9,12 +9,77 @@
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
 #include "store/motion_model.hpp"
+#include "store/sample_model.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::import_test {
 
+namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::HasSubstr;
+using testing::StartsWith;
+
+/// The sample model has 4 flexions, 3 varus and one failed cell next to the spine.
+class Export : public test::CommandTest {
+ protected:
+  Export() { store::write_motion_model(file_, test::sample_model({})); }
+
+  test::Ended run(const std::string& format, const std::string& output,
+                  const std::vector<std::string>& more = {}) const
+  {
+    return test::run_vrda({"export", file_, "--to", format, "-o", path(output)}, more);
+  }
+
+  std::string file_ = path("knee.h5");
+};
+
+TEST_F(Export, WritesEachFormatAndTheSameBytesAgain)
+{
+  struct Row {
+    std::string format, output, start;
+  };
+  for (const Row& row : {Row{"sto", "knee.sto", "vrda: "}, Row{"mot", "knee.mot", "vrda: "},
+                         Row{"csv", "knee.csv", "flexion_deg,varus_deg,internal_deg,anterior_mm,"},
+                         Row{"gltf", "new/folder/knee.glb", "glTF"}, Row{"vtk", "knee.pvd", "<?xml"}}) {
+    SCOPED_TRACE(row.format);
+    const test::Ended ended = run(row.format, row.output);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_THAT(ended.out, StartsWith(path(row.output) + "\n"));
+    const std::string first = test::read_bytes(path(row.output));
+    EXPECT_THAT(first, StartsWith(row.start));
+    EXPECT_EQ(run(row.format, row.output, {"--quiet"}).err, "");
+    EXPECT_EQ(test::read_bytes(path(row.output)), first);
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(path("knee")), {}), 4);
+}
+
+TEST_F(Export, SaysWhatItLeftOut)
+{
+  const test::Ended ended =
+      run("csv", "knee.csv", {"--set", "raw", "--varus", "1", "--flexion", "0:4:1", "--json"});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(ended.err, test::warns("", {"2", "1 (unsolved_cell)", "4"}));
+  const auto found = json::parse(ended.out);
+  EXPECT_EQ(found.at("set"), "raw");
+  EXPECT_EQ(found.at("attitudes"), 3);
+  EXPECT_EQ(found.at("left_out").at(1).at("flexion_deg"), 4);
+  EXPECT_EQ(found.at("files"), nlohmann::json::array({path("knee.csv")}));
+  EXPECT_EQ(test::n_lines(test::read_bytes(path("knee.csv"))), 1 + 3);
+}
+
+TEST_F(Export, EveryCellIsARow)
+{
+  EXPECT_EQ(run("csv", "cells.csv", {"--full"}).exit_code, 0);
+  EXPECT_EQ(test::n_lines(test::read_bytes(path("cells.csv"))), 1 + 4 * 3);
+}
+
+TEST_F(Export, ColumnsGoByTheNamesGiven)
+{
+  EXPECT_EQ(
+      run("mot", "knee.mot", {"--coordinate", "flexion=knee_angle_r", "--coordinate", "tz=z"}).exit_code, 0);
+  EXPECT_THAT(test::read_bytes(path("knee.mot")),
+              HasSubstr("\ntime\tknee_angle_r\tknee_add_r\tknee_rot_r\tknee_tx_r\tknee_ty_r\tz\n"));
+}
 
 // An export writes the fewest digits that read back as the same double: rounding of rotation products
 // remains.
@@ -226,7 +291,7 @@ TEST_F(Import, WrappedAnglesAreOneCurve)
     const std::string motion = scratch_.write("wrapped.csv", text).string();
     const test::Ended ended = succeed({"import", job_, "--motion", motion, "-o", file, "--replace"});
     EXPECT_EQ(ended.err.find("gimbal lock") != std::string::npos, row.is_locked) << ended.err;
-    const json info = json::parse(succeed({"info", file, "--json"}).out);
+    const json info = test::json_of({"info", file});
     EXPECT_EQ(info["gimbal_lock_poses"], row.is_locked ? 6 : 0);
     EXPECT_NEAR(std::abs(info["screw_home"]["peak"]["deg"].get<double>()), 10 * row.internal_step, same_pose);
     EXPECT_NEAR(info["clinical"]["varus_deg"]["max"].get<double>(), row.varus_deg + 10 * row.varus_step,
@@ -239,7 +304,7 @@ TEST_F(Import, WrappedAnglesAreOneCurve)
     EXPECT_THAT(test::text_of(table), HasSubstr(row.is_locked ? "\t94" : "\t185.05"));
     succeed({"import", job_, "--motion", table, "-o", path("again.h5"), "--replace"});
     expect_equal_poses(store::read_motion_model(file), store::read_motion_model(path("again.h5")));
-    const json report = json::parse(succeed({"report", file, "-o", path("report"), "--quick", "--json"}).out);
+    const json report = test::json_of({"report", file, "-o", path("report"), "--quick"});
     const json& internal = report["models"][0]["curves"][0]["internal"];
     EXPECT_NEAR(internal.back().get<double>() - internal.front().get<double>(), 10 * row.internal_step, 1e-3);
   }
@@ -248,12 +313,12 @@ TEST_F(Import, WrappedAnglesAreOneCurve)
 TEST_F(Import, CommandsTakeASequence)
 {
   const std::string file = imported_walk("right");
-  const json info = json::parse(succeed({"info", file, "--json"}).out);
+  const json info = test::json_of({"info", file});
   EXPECT_EQ(info["frames"]["key_name"], "time_s");
   EXPECT_EQ(info["frames"]["key"], json({0.0, 1.75, 8}));
   EXPECT_THAT(succeed({"info", file}).out, HasSubstr("time_s"));
 
-  const json audit = json::parse(succeed({"audit", file, "--refine", "2", "--json"}).out);
+  const json audit = test::json_of({"audit", file, "--refine", "2"});
   EXPECT_EQ(audit[0]["attitudes"], 15);
   EXPECT_TRUE(audit[0]["largest_gap"].contains("key"));
   EXPECT_EQ(audit[0]["travel"]["steps"], 7);
@@ -267,7 +332,7 @@ TEST_F(Import, CommandsTakeASequence)
   for (const char* time : {"timestep=\"0\"", "timestep=\"0.25\"", "timestep=\"1.75\""})
     EXPECT_THAT(series, HasSubstr(time));
 
-  const json report = json::parse(succeed({"report", file, "-o", path("report"), "--quick", "--json"}).out);
+  const json report = test::json_of({"report", file, "-o", path("report"), "--quick"});
   EXPECT_EQ(report["models"][0]["key_name"], "time_s");
   EXPECT_EQ(report["models"][0]["flexion"], json({0, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75}));
   // The last frame has the flexion of the first.
@@ -289,7 +354,7 @@ TEST_F(Import, AHipComesBackFromItsExport)
   EXPECT_FALSE(back.coordinates.has_value());
   // The key of both is the flexion, whose column the export had to rename.
   EXPECT_EQ(back.frames->key_name, "flexion_deg");
-  const json info = json::parse(succeed({"info", path("back.h5"), "--json"}).out);
+  const json info = test::json_of({"info", path("back.h5")});
   EXPECT_EQ(info["grid"]["roles"]["flexion"], "measured");
   for (Eigen::Index i = 0; i < back.push.delta.rows(); ++i)
     EXPECT_EQ(back.push.delta.row(i).transpose(), back.delta) << i;

@@ -23,17 +23,12 @@ struct Variant {
 };
 
 /// The generic knee with ligaments on a coarse grid.
-store::MotionModel solved(const test::Scratch& scratch, const Variant& variant)
+store::MotionModel solved(const Variant& variant)
 {
-  const std::string file = scratch.path() / "knee.h5";
-  std::vector<std::string> words{"run", VRDA_SOURCE_DIR "/jobs/knee-generic.toml", "-o", file, "--quiet"};
   std::vector<std::string> sets = variant.sets;
   sets.insert(sets.end(), {"solver.method=equilibrium", "grid.flexion.step=15", "smooth.degrees=[1, 3]",
                            "smooth.recontact=true"});
-  for (const std::string& set : sets) words.insert(words.end(), {"--set", set});
-  const test::Ended ended = test::run_vrda(words);
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  return store::read_motion_model(file);
+  return test::solved(VRDA_SOURCE_DIR "/jobs/knee-generic.toml", sets);
 }
 
 /// Computed by the formulas of the frames from the stored numbers.
@@ -158,8 +153,7 @@ TEST(PlayerPoses, AreThePipelinesAtEveryAttitudeOfEverySet)
   };
   for (const Variant& variant : variants) {
     SCOPED_TRACE(variant.name);
-    const test::Scratch scratch;
-    const store::MotionModel model = solved(scratch, variant);
+    const store::MotionModel model = solved(variant);
     const int half = static_cast<int>(model.status.size()) / 2;
     EXPECT_GT(expect_raw(model), half);
     ASSERT_EQ(model.smoothed.size(), 2u);

@@ -1,6 +1,5 @@
-// `vrda prepare` on the command line, with the generated knee.
+// `vrda prepare` with the generated knee, and a job whose frames are found (schemas/frames.md).
 #include <gmock/gmock.h>
-
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -11,6 +10,7 @@
 #include "job/thesis_files.hpp"
 #include "prepare/knee_landmarks.hpp"
 #include "prepare/template_joint.hpp"
+#include "store/motion_model.hpp"
 #include "support/meshes.hpp"
 #include "support/messages.hpp"
 #include "support/real_knees.hpp"
@@ -109,10 +109,8 @@ TEST_F(Prepare, FilesOfAnEarlierPreparationStayUnlessAllAreReplaced)
 {
   const auto prepared = [&](const std::string& femur, const std::string& tibia,
                             const std::vector<std::string>& more) {
-    std::vector<std::string> words{"prepare", "--femur",        femur, "--tibia",
-                                   tibia,     "--no-ligaments", "-o",  folder_.string()};
-    words.insert(words.end(), more.begin(), more.end());
-    return test::run_vrda(words);
+    return test::run_vrda(
+        {"prepare", "--femur", femur, "--tibia", tibia, "--no-ligaments", "-o", folder_.string()}, more);
   };
   ASSERT_EQ(prepared(femur_, tibia_, {}).exit_code, 0);
   const std::map<std::string, std::string> before = contents(folder_);
@@ -276,19 +274,59 @@ TEST_F(Prepare, LandmarksAloneScaleTheTemplate)
     EXPECT_NEAR(found.at("femur").at("scale").at(k).get<double>(), factor, 1e-6);
 }
 
-TEST(PreparePicture, ShowsTheJointWhateverTheLengthOfTheShaft)
+struct Scan {
+  test::Scratch scratch;
+
+  fs::path job(const Pose& X_femur, const Pose& X_tibia, const std::string& frames) const
+  {
+    const prepare::TemplateJoint joint = prepare::generic_template();
+    const auto write = [&](const std::string& name, const Mesh& mesh, const Pose& X) {
+      scratch.write(name, job::stl_bytes(transformed(mesh, X), ""));
+    };
+    write("femur.stl", joint.joint.reference.contact.mesh, X_femur);
+    write("tibia.stl", joint.joint.moving.contact.mesh, X_tibia);
+    return scratch.write("knee.toml", R"(
+[reference]
+name = "femur"
+[[reference.component]]
+name = "femur"
+file = "femur.stl"
+[moving]
+name = "tibia"
+[[moving.component]]
+name = "tibia"
+file = "tibia.stl"
+[ligaments]
+generate = { shape = "knee-template" }
+[grid]
+flexion = { from = 0, to = 90, step = 30 }
+varus = "free"
+)" + frames);
+  }
+};
+
+TEST(BodyFramesRun, ATurnedKneeWithAutoHasThePosesOfTheKneeItself)
 {
-  const auto drawn = [](double length_mm, bool has_four_views) {
-    job::Case knee = prepare::generic_template().joint;
-    append(knee.moving.contact.mesh, test::box({0, -200 - 0.5 * length_mm, 0}, {20, length_mm, 20}));
-    const Eigen::Index n = knee.moving.contact.mesh.triangles.rows();
-    knee.moving.contact.component.resize(static_cast<std::size_t>(n), 0);
-    job::PictureNotes notes;
-    notes.has_four_views = has_four_views;
-    return case_picture(knee, notes);
-  };
-  EXPECT_TRUE(drawn(100.0, true) == drawn(300.0, true));
-  EXPECT_FALSE(drawn(100.0, false) == drawn(300.0, false));
+  const Scan scan;
+  const store::MotionModel own = test::solved(scan.job(Pose::Identity(), Pose::Identity(), ""));
+  Pose X = Pose::Identity();
+  X.linear() = Eigen::Quaterniond(1, 2, -1, 2).normalized().toRotationMatrix();
+  X.translation() = Eigen::Vector3d(120, -40, 300);
+  Pose X_femur = X;
+  X_femur.linear() = X.linear() * rotation_z(0.4);
+  const fs::path job = scan.job(X_femur, X,
+                                "[reference.frame]\norigin = \"auto\"\nalign = \"auto\"\n"
+                                "[moving.frame]\norigin = \"auto\"\nalign = \"auto\"\n");
+  const store::MotionModel found = test::solved(job);
+  ASSERT_EQ(found.theta_deg.rows(), own.theta_deg.rows());
+  // A fit ends within some thousandths of a degree; single precision of the files.
+  EXPECT_LT((found.theta_deg - own.theta_deg).cwiseAbs().maxCoeff(), 0.05);
+  EXPECT_LT((found.varus_solved_deg - own.varus_solved_deg).cwiseAbs().maxCoeff(), 0.05);
+  EXPECT_LT((found.ty_mm - own.ty_mm).cwiseAbs().maxCoeff(), 0.05);
+  const nlohmann::json origin =
+      test::json_of({"check", job.string()}).at("found_frames").at("moving").at("origin");
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(origin.at(k).get<double>(), X.translation()[static_cast<Eigen::Index>(k)], 0.05);
 }
 
 }  // namespace vrda::prepare_test

@@ -128,9 +128,16 @@ TEST(ScaledRun, ForcesStayAndEnergiesAndMomentsGrow)
 {
   const test::Scratch scratch;
   const fs::path job = test::small_knee_job(scratch, "right");
-  const std::vector<std::string> loads{equilibrium, "push.point_mm=[2,0,-3]", "push.lateral_force_n=[1,1]"};
-  for (const char* varus : {"grid.varus=free", "grid.varus={from=-2,to=2,step=2}"}) {
-    SCOPED_TRACE(varus);
+  const std::vector<std::string> across{equilibrium, "push.point_mm=[2,0,-3]", "push.lateral_force_n=[1,1]"};
+  const std::vector<std::string> at_points{
+      equilibrium, "grid.flexion={from=0,to=4,step=2}",
+      R"(push.load=[{ name = "drawer", frame = "moving", force_n = [3, 1, -2], point_mm = [2, -15, 4] }])",
+      "push.line=[{ name = \"muscle\", tension_n = 6, reference_mm = [[5, 30, 0]], "
+      "moving_mm = [[15, -20, 3]] }]"};
+  for (const auto& [loads, varus] : {std::pair(across, "grid.varus=free"),
+                                     {across, "grid.varus={from=-2,to=2,step=2}"},
+                                     {at_points, "grid.varus=free"}}) {
+    SCOPED_TRACE(testing::PrintToString(loads) + varus);
     std::vector<std::string> settings = loads;
     settings.emplace_back(varus);
     const store::MotionModel plain = solved(job, settings).model;
@@ -140,6 +147,10 @@ TEST(ScaledRun, ForcesStayAndEnergiesAndMomentsGrow)
     expect_scaled_balance(scaled.equilibrium.value(), plain.equilibrium.value());
     EXPECT_EQ(scaled.push.force_n, plain.push.force_n);
     EXPECT_LT((scaled.push.point_mm - factor * plain.push.point_mm).norm(), rounding_mm);
+    if (loads != at_points) continue;
+    EXPECT_EQ(scaled.push.loads->force_n, plain.push.loads->force_n);
+    EXPECT_LT((scaled.push.loads->point_mm - factor * plain.push.loads->point_mm).norm(), rounding_mm);
+    EXPECT_LT((scaled.push.lines->point_mm - factor * plain.push.lines->point_mm).norm(), rounding_mm);
   }
 }
 
@@ -328,7 +339,9 @@ TEST(ScaledRun, OneKeyServesEverySizeThatKeepsTheSteps)
   EXPECT_EQ(key({"scaling.landmarks=marks.csv"}), unscaled);
   EXPECT_NE(key({"scaling.factor=[1.1,1,1]"}), unscaled);
   const std::string moment = "push.moment_nmm=5";
-  EXPECT_NE(key({"scaling.factor=1.07", moment}), key({moment}));
+  for (const std::string& load :
+       {moment, std::string(R"(push.load=[{ name = "twist", moment_nmm = [0, 5, 0] }])")})
+    EXPECT_NE(key({"scaling.factor=1.07", load}), key({load})) << load;
   const std::string of_marks = key({"scaling.landmarks=marks.csv", moment});
   scratch.write("marks.csv", "name,ax,ay,az,bx,by,bz,subject_mm\na,0,0,0,80,0,0,85.7\n");
   EXPECT_NE(key({"scaling.landmarks=marks.csv", moment}), of_marks);
@@ -362,39 +375,6 @@ TEST(ScaledRun, ARunInterruptedAtOneSizeGoesOnAtAnother)
   EXPECT_EQ(last.exit_code, 0);
   EXPECT_THAT(last.err, test::reports("resuming", journal));
   EXPECT_EQ(test::sha256_of_file(output), test::sha256_of_file(whole));
-}
-
-// The same journals merged with the jobs of two sizes.
-TEST(ScaledRun, ShardsOfOneSizeServeAnother)
-{
-  const test::Scratch scratch;
-  const fs::path job = test::small_knee_job(scratch, "right"), output = scratch.path() / "knee.h5";
-  for (const char* shard : {"1/2", "2/2"}) {
-    std::vector<std::string> all = words(job, output, {equilibrium});
-    all.insert(all.end(), {"--shard", shard});
-    ASSERT_EQ(test::run_vrda(all).exit_code, 0);
-  }
-  for (const char* size : {"scaling.factor=1.07", "scaling.factor=0.9"}) {
-    SCOPED_TRACE(size);
-    const fs::path whole = scratch.path() / "whole.h5", merged = scratch.path() / "merged.h5";
-    ASSERT_EQ(test::run_vrda(words(job, whole, {equilibrium, size})).exit_code, 0);
-    const std::vector<std::string> beside{"merge",
-                                          output.string() + ".spine.journal",
-                                          output.string() + ".shard-1-of-2.journal",
-                                          output.string() + ".shard-2-of-2.journal",
-                                          "--replace",
-                                          "-o",
-                                          merged.string(),
-                                          "--job",
-                                          job.string(),
-                                          "--set",
-                                          equilibrium,
-                                          "--set",
-                                          size};
-    const test::Ended ended = test::run_vrda(beside);
-    EXPECT_EQ(ended.exit_code, 0) << ended.err;
-    EXPECT_EQ(test::sha256_of_file(merged), test::sha256_of_file(whole));
-  }
 }
 
 TEST(ScaledRun, ItsTraceEndsAtItsPoses)

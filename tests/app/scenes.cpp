@@ -131,13 +131,34 @@ distribution = "normal"
 sd = 0.01
 )";
 
-Command vrda(const std::vector<std::string>& words)
+Command vrda(std::vector<std::string> words, const std::vector<std::string>& more)
 {
+  words.insert(words.end(), more.begin(), more.end());
   return {VRDA_PROGRAM, words, {}, {}};
 }
-Ended run_vrda(const std::vector<std::string>& words)
+Ended run_vrda(const std::vector<std::string>& words, const std::vector<std::string>& more)
 {
-  return run(vrda(words));
+  return run(vrda(words, more));
+}
+
+nlohmann::json json_of(const std::vector<std::string>& words, int exit_code)
+{
+  const Ended ended = run_vrda(words, {"--json"});
+  EXPECT_EQ(ended.exit_code, exit_code) << testing::PrintToString(words) << ended.err;
+  return nlohmann::json::parse(ended.out);
+}
+
+store::MotionModel solved(const std::filesystem::path& job, const std::vector<std::string>& settings,
+                          int exit_code)
+{
+  const Scratch scratch;
+  const std::string file = (scratch.path() / "solved.h5").string();
+  std::vector<std::string> words{"run", job.string(), "-o", file, "--quiet"};
+  for (const std::string& setting : settings) words.insert(words.end(), {"--set", setting});
+  const Ended ended = run_vrda(words);
+  EXPECT_EQ(ended.exit_code, exit_code) << ended.err;
+  EXPECT_THAT(store::validate_hdf5(file), testing::IsEmpty());
+  return store::read_motion_model(file);
 }
 
 std::filesystem::path small_job(const Scratch& scratch)
@@ -240,9 +261,9 @@ void expect_run_refused(const std::filesystem::path& job, const std::filesystem:
   EXPECT_FALSE(std::filesystem::exists(output));
 }
 
-Ended CommandTest::succeed(const std::vector<std::string>& words)
+Ended CommandTest::succeed(const std::vector<std::string>& words, const std::vector<std::string>& more)
 {
-  Ended ended = run_vrda(words);
+  Ended ended = run_vrda(words, more);
   EXPECT_EQ(ended.exit_code, 0) << testing::PrintToString(words) << ended.err;
   return ended;
 }

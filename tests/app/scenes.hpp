@@ -2,16 +2,23 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 
+#include "store/motion_model.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::test {
 
-/// `vrda` with these arguments.
-Command vrda(const std::vector<std::string>& words);
-Ended run_vrda(const std::vector<std::string>& words);
+/// `vrda` with these arguments, then `more`.
+Command vrda(std::vector<std::string> words, const std::vector<std::string>& more = {});
+Ended run_vrda(const std::vector<std::string>& words, const std::vector<std::string>& more = {});
+/// What it prints with --json; expects that exit code.
+nlohmann::json json_of(const std::vector<std::string>& words, int exit_code = 0);
+/// The valid model that `vrda run` makes of the job with each setting after --set; expects that exit code.
+store::MotionModel solved(const std::filesystem::path& job, const std::vector<std::string>& settings = {},
+                          int exit_code = 0);
 
 /// A ball under a dish given as STL files in the folder, 3 x 5 attitudes, joint = "other"; solved in well
 /// under a second. Returns the job file.
@@ -54,7 +61,7 @@ class CommandTest : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
   /// Expects exit code 0.
-  static Ended succeed(const std::vector<std::string>& words);
+  static Ended succeed(const std::vector<std::string>& words, const std::vector<std::string>& more = {});
   /// A solved model of small_knee_job(), SIDE.h5; its job and meshes are next to it.
   std::string solved_knee(const std::string& side) const;
 

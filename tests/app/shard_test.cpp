@@ -52,9 +52,7 @@ class Shards : public testing::TestWithParam<const char*> {
 
   test::Ended merge(const std::vector<std::string>& more = {})
   {
-    std::vector<std::string> words{"merge", "-o", output_.string()};
-    words.insert(words.end(), more.begin(), more.end());
-    return test::run_vrda(words);
+    return test::run_vrda({"merge", "-o", output_.string()}, more);
   }
 
   std::vector<std::string> files() const
@@ -113,7 +111,6 @@ TEST_P(Shards, OneThatIsMissingIsNamedAndNothingIsLost)
   const std::string wanted = whole_run();
   run_shards(3);
   const std::string second = store::shard_journal_of(output_, {2, 3});
-  const std::string bytes = test::read_bytes(second);
   fs::remove(second);
   const test::Ended refused = merge();
   EXPECT_EQ(test::n_lines(refused.err), 1 + n_warnings());
@@ -124,14 +121,8 @@ TEST_P(Shards, OneThatIsMissingIsNamedAndNothingIsLost)
   EXPECT_FALSE(fs::exists(output_));
   EXPECT_TRUE(fs::exists(store::shard_journal_of(output_, {1, 3})));
 
-  // Half of it.
-  scratch_.write("out/" + fs::path(second).filename().string(), bytes.substr(0, bytes.size() / 2));
-  const test::Ended half = merge();
-  EXPECT_EQ(half.exit_code, 2);
-  EXPECT_THAT(half.err, test::warns(second));
   const test::Ended again = part({"--shard", "2/3"});
   EXPECT_EQ(again.exit_code, 0);
-  EXPECT_THAT(again.err, test::warns(second));
   EXPECT_EQ(merge().exit_code, 0);
   EXPECT_EQ(test::sha256_of_file(output_), wanted);
 }
@@ -161,26 +152,6 @@ TEST_P(Shards, DuplicateStepsAreReportedAndDoNotChangeTheResult)
   EXPECT_THAT(merged.err, test::reports("", {"flexion 0, 4, 8 and 12", copy, first}));
   EXPECT_EQ(test::sha256_of_file(output_), wanted);
   EXPECT_TRUE(fs::exists(copy)) << "a copy elsewhere belongs to the user";
-}
-
-TEST_P(Shards, AMergeKilledWhileItClearedUpOnlyClearsUp)
-{
-  const std::string wanted = whole_run();
-  run_shards(2);
-  const std::string case_file = run::case_file_of(output_), kept = scratch_.path() / "kept.case.json";
-  fs::copy_file(case_file, kept);
-  const std::string left = store::shard_journal_of(output_, {2, 2});
-  const std::string bytes = test::read_bytes(left);
-  ASSERT_EQ(merge().exit_code, 0);
-  run::CaseFile content = run::read_case_file(kept);
-  content.merged_sha256 = wanted;
-  run::write_case_file(case_file, content);
-  scratch_.write("out/" + fs::path(left).filename().string(), bytes);
-  const test::Ended again = merge();
-  EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_THAT(again.err, test::reports(output_.string()));
-  EXPECT_EQ(test::sha256_of_file(output_), wanted);
-  EXPECT_THAT(files(), testing::UnorderedElementsAre("knee.h5", "knee.h5.run.json"));
 }
 
 TEST_P(Shards, JournalsOfAnotherJobAreRefused)
@@ -216,21 +187,6 @@ TEST_P(Shards, ADamagedCaseFileIsNamed)
   EXPECT_EQ(merge({"--job", job_.string(), "--set", std::string("solver.method=") + GetParam()}).exit_code,
             0);
   EXPECT_EQ(test::sha256_of_file(output_), whole);
-}
-
-TEST_P(Shards, OneThatIsStoppedGoesOn)
-{
-  const std::string wanted = whole_run();
-  ASSERT_EQ(part({"--spine"}).exit_code, 0);
-  const std::string journal = store::shard_journal_of(output_, {1, 1});
-  test::Process process(test::vrda(run_words({"--shard", "1/1"})));
-  test::wait_for_bytes(process, journal, 200);
-  process.send(SIGTERM);
-  // Interrupted before its end, or just done: the same command continues from both.
-  EXPECT_THAT(process.wait().exit_code, testing::AnyOf(0, 4));
-  EXPECT_EQ(part({"--shard", "1/1"}).exit_code, 0);
-  EXPECT_EQ(merge().exit_code, 0);
-  EXPECT_EQ(test::sha256_of_file(output_), wanted);
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, Shards, testing::Values("stability-search", "equilibrium"),

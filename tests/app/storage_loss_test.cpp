@@ -1,5 +1,5 @@
 // Loss of storage during a run: a full disk, a removed folder. One message, exit code 2, and the same command
-// resumes from the solved steps.
+// resumes from the solved steps. tests/faults has a full disk at every write.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,6 @@
 namespace vrda::lost_ground_test {
 
 namespace fs = std::filesystem;
-using testing::ElementsAre;
 
 class LostGround : public testing::Test {
  protected:
@@ -57,10 +56,6 @@ class LostGround : public testing::Test {
               undisturbed_trace_);
   }
 
-  /// Runs on a disk that grows from run to run until everything fits. Returns the files that did not fit, in
-  /// order.
-  std::vector<std::string> refused_on_a_growing_disk() const;
-
   /// Starts the command and lets it solve some steps.
   void start(std::unique_ptr<test::Process>& process) const
   {
@@ -94,53 +89,6 @@ class LostGround : public testing::Test {
   std::string undisturbed_trace_;
   bool is_traced_ = false;
 };
-
-std::vector<std::string> LostGround::refused_on_a_growing_disk() const
-{
-  constexpr std::uintmax_t first = 16 << 10, largest = 16 << 20;
-  test::SmallDisk disk(folder_, first);
-  std::vector<std::string> refused;
-  std::size_t n_kept = 0;
-  test::Ended ended;
-  for (std::uintmax_t size = first; size < largest; size += size / 8) {
-    disk.resize(size);
-    ended = test::run_vrda(command());
-    if (ended.exit_code == 0) break;
-    SCOPED_TRACE(size);
-    expect_one_message(ended);
-    EXPECT_THAT(ended, test::refuses({.found = "No space left on device"}));
-    const std::string file = fs::path(ended.err.substr(6, ended.err.find(": ", 6) - 6)).filename();
-    if (refused.empty() || refused.back() != file) refused.push_back(file);
-    EXPECT_FALSE(fs::exists(output_));
-    for (const auto& entry : fs::directory_iterator(folder_)) EXPECT_NE(entry.path().extension(), ".partial");
-    const store::JournalContent kept = store::read_journal(journal_.string());
-    EXPECT_EQ(kept.dropped_bytes, 0u);
-    EXPECT_GE(kept.records.size(), n_kept);
-    n_kept = kept.records.size();
-  }
-  EXPECT_EQ(ended.exit_code, 0);
-  // All steps were in the journal before the model fitted: the last run solved none.
-  const auto record = nlohmann::json::parse(test::read_bytes(output_.string() + ".run.json"));
-  EXPECT_EQ(record.at("steps_recalled"), n_kept);
-  expect_undisturbed();
-  return refused;
-}
-
-TEST_F(LostGround, ADiskThatGrowsTakesTheStartFileThenTheJournalThenTheModel)
-{
-  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a separate disk, missing: " << test::mount_refusal();
-  EXPECT_THAT(refused_on_a_growing_disk(), ElementsAre("knee.h5.start.h5", "knee.h5.journal", "knee.h5"));
-}
-
-TEST_F(LostGround, ADiskThatGrowsTakesATraceToo)
-{
-  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a separate disk, missing: " << test::mount_refusal();
-  is_traced_ = true;
-  const std::vector<std::string> refused = refused_on_a_growing_disk();
-  EXPECT_EQ(refused.front(), "knee.h5.start.h5");
-  EXPECT_THAT(refused, testing::Contains("knee.h5.trace.journal"));
-  EXPECT_THAT(refused, testing::Contains("knee.trace.h5"));
-}
 
 TEST_F(LostGround, AJournalThatMeetsAFullDiskMidRunGoesOnWhenThereIsRoom)
 {

@@ -1,22 +1,102 @@
+// `vrda submit`, `resume`, `status` and `task`: local processes, and programs with Slurm's names.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/file.h>
 #include <unistd.h>
-
 #include <csignal>
+#include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
-#include "app/fake_slurm.hpp"
+#include "app/scenes.hpp"
 #include "core/files.hpp"
 #include "support/messages.hpp"
 
 namespace vrda::submit_test {
 
 namespace fs = std::filesystem;
-using test::FakeSlurm;
 using testing::HasSubstr;
 using testing::Not;
+
+/// Programs with Slurm's names that record their calls; sbatch runs the script immediately if `runs` is set.
+class FakeSlurm : public testing::Test {
+ protected:
+  FakeSlurm()
+  {
+    program("sbatch", R"(
+echo "sbatch $*" >> "$fake/calls"
+id=$(($(cat "$fake/last" 2>/dev/null || echo 100) + 1)); echo $id > "$fake/last"
+if [ "$id" = "${refused:-}" ]; then echo 'sbatch: error: Job violates policy' >&2; exit 1; fi
+echo $id
+[ -n "${runs:-}" ] || exit 0
+array=
+while [[ $1 == --* ]]; do
+  case $1 in --array=*) array=${1#--array=}; array=${array%\%*} ;; --output=*) log=${1#--output=} ;; esac
+  shift
+done
+export SLURM_JOB_ID=$id SLURM_CPUS_PER_TASK=1
+if [ -z "$array" ]; then bash "$@" >> "${log}" 2>&1; exit 0; fi
+export SLURM_ARRAY_JOB_ID=$id
+for part in ${array//,/ }; do
+  for SLURM_ARRAY_TASK_ID in $(seq ${part%-*} ${part#*-}); do
+    export SLURM_ARRAY_TASK_ID
+    bash "$@" >> "${log//%a/$SLURM_ARRAY_TASK_ID}" 2>&1
+  done
+done
+exit 0)");
+    program("squeue", "cat \"$fake/queue\" 2>/dev/null; true");
+    program("scontrol", "echo 'MaxArraySize = 11'; echo 'MaxJobCount = 40'");
+    program("scancel", "echo \"scancel $*\" >> \"$fake/calls\"");
+  }
+
+  void program(const std::string& name, const std::string& body)
+  {
+    std::filesystem::permissions(scratch_.write("bin/" + name, "#!/bin/bash\n" + body + "\n"),
+                                 std::filesystem::perms::owner_all);
+  }
+
+  test::Ended run(std::vector<std::string> words, const std::map<std::string, std::string>& environment = {})
+  {
+    test::Command command = test::vrda(std::move(words));
+    command.environment = environment;
+    command.environment["fake"] = scratch_.path().string();
+    command.environment["PATH"] = (scratch_.path() / "bin").string() + ":/usr/bin:/bin";
+    return test::run(command);
+  }
+
+  test::Ended submit(const std::vector<std::string>& more,
+                     const std::map<std::string, std::string>& environment = {})
+  {
+    std::vector<std::string> words{"submit", job_.string(), "-o",    folder_.string(),
+                                   "--time", "10",          "--mem", "200M"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words, environment);
+  }
+
+  void queue(const std::string& lines) { scratch_.write("queue", lines); }
+  std::string calls() const { return test::text_of(scratch_.path() / "calls"); }
+  void forget_calls() const { std::filesystem::remove(scratch_.path() / "calls"); }
+
+  test::Scratch scratch_;
+  std::filesystem::path job_ = test::small_knee_job(scratch_, "right");
+  std::filesystem::path folder_ = scratch_.path() / "it's a \"folder\"";
+};
+
+/// The right knee over that many ranges of flexion.
+std::string campaign_of(int n_cases)
+{
+  std::string text =
+      "[campaign]\ntitle = \"Many\"\n[[campaign.subject]]\nname = \"knee\"\njob = \"knee_right.toml\"\n";
+  for (int k = 1; k <= n_cases; ++k) {
+    text += "[[campaign.resolution]]\nname = \"r" + std::to_string(k) +
+            "\"\nset = { grid = { flexion = { from = 0, to = " + std::to_string(k) + ", step = 1 } } }\n";
+  }
+  return text;
+}
 
 std::string whole_run(const test::Scratch& scratch, const fs::path& job)
 {
@@ -258,13 +338,7 @@ TEST_F(FakeSlurm, ResumeSubmitsOnlyWhatIsMissing)
 
 TEST_F(FakeSlurm, CampaignsAreArraysThatSlurmTakes)
 {
-  std::string text =
-      "[campaign]\ntitle = \"Many\"\n[[campaign.subject]]\nname = \"knee\"\njob = \"knee_right.toml\"\n";
-  for (int k = 1; k <= 25; ++k) {
-    text += "[[campaign.resolution]]\nname = \"r" + std::to_string(k) +
-            "\"\nset = { grid = { flexion = { from = 0, to = " + std::to_string(k) + ", step = 1 } } }\n";
-  }
-  job_ = scratch_.write("many.toml", text);
+  job_ = scratch_.write("many.toml", campaign_of(25));
   // At most 20 tasks, half of MaxJobCount, in arrays of numbers below 11.
   const test::Ended ended = submit({});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
@@ -409,6 +483,60 @@ TEST_F(HeldSpine, AKilledTaskIsNotedDownByItsScript)
   EXPECT_EQ(test::run(note).exit_code, 0);
   queue("101|N/A|FAILED|n1|NonZeroExitCode\n");
   EXPECT_THAT(run({"status", folder_.string()}).out, test::reports("", "signal 9"));
+}
+
+TEST_F(FakeSlurm, ARefusalIsOneLineAndLeavesNothing)
+{
+  const test::Ended ended = submit({"--shards", "3"}, {{"refused", "101"}});
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
+  EXPECT_THAT(ended.err, test::reports("", "Job violates policy"));
+  EXPECT_FALSE(test::names_value(ended.err, "vrda resume"));
+  EXPECT_FALSE(fs::exists(folder_));
+}
+
+// As if other users had filled the queue.
+TEST_F(FakeSlurm, WhatWasTakenBeforeARefusalGoesOnAndResumeAddsTheRest)
+{
+  const test::Ended ended = submit({"--shards", "3"}, {{"refused", "102"}});
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
+  EXPECT_THAT(ended.err,
+              test::reports("", {"Job violates policy", "1 of 3", "vrda resume " + folder_.string()}));
+  EXPECT_THAT(calls(), Not(HasSubstr("scancel")));
+  queue("101|N/A|RUNNING|n1|None\n");
+  EXPECT_THAT(run({"status", folder_.string()}).out, test::reports("", {"spine", "running"}));
+  // Refused again, then accepted.
+  EXPECT_EQ(run({"resume", folder_.string()}, {{"refused", "104"}}).exit_code, 2);
+  queue(
+      "101|N/A|RUNNING|n1|None\n103|1|PENDING||Dependency\n103|2|PENDING||Dependency\n"
+      "103|3|PENDING||Dependency\n");
+  forget_calls();
+  EXPECT_EQ(run({"resume", folder_.string()}).out, "merge 105\n");
+  EXPECT_THAT(calls(), HasSubstr("--dependency=afterok:103_1:103_2:103_3:101 "));
+  EXPECT_THAT(calls(), Not(HasSubstr("scancel")));
+}
+
+TEST_F(FakeSlurm, AJobThatCannotBeNotedDownIsCancelled)
+{
+  program("sbatch", R"(echo 101; rm -f "$folder/submitted.jsonl"; mkdir "$folder/submitted.jsonl")");
+  const test::Ended ended = submit({"--shards", "3"}, {{"folder", folder_.string()}});
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
+  EXPECT_THAT(ended.err, test::reports("", {"submitted.jsonl", "101"}));
+  EXPECT_THAT(calls(), HasSubstr("scancel 101\n"));
+}
+
+// MaxJobCount is 40 here; twenty cases need 101 tasks.
+TEST_F(FakeSlurm, MoreJobsThanTheQueueTakesAreRefusedBeforeTheFirst)
+{
+  job_ = scratch_.write("many.toml", campaign_of(20));
+  const test::Ended ended = submit({"--shards", "3"});
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
+  EXPECT_THAT(ended, test::refuses({"--shards", "", {"3", "20", "101"}, "40"}));
+  EXPECT_EQ(calls(), "");
+  EXPECT_FALSE(fs::exists(folder_));
 }
 
 }  // namespace vrda::submit_test

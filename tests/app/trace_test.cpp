@@ -158,7 +158,7 @@ TEST(TraceCommand, CountsTheMovesOfEachSearch)
 {
   const Traced run("knee");
   const store::Trace trace = store::read_trace(run.trace_file());
-  const auto json = nlohmann::json::parse(test::run_vrda({"trace", run.trace_file(), "--json"}).out);
+  const auto json = test::json_of({"trace", run.trace_file()});
   EXPECT_EQ(json.at("searches").size(), trace.searches.node.size());
   EXPECT_EQ(json.at("all").at("moves"), trace.moves.kind.size());
   EXPECT_EQ(json.at("job_key"), trace.job_key);
@@ -214,7 +214,7 @@ TEST(TraceCommand, UnsolvedSearchesAreThereToo)
 {
   const Traced run("small", {"--set", "solver.search.max_steps=2", "--set", "limits.unsolved_fraction=1"});
   ASSERT_EQ(run.ended.exit_code, 0) << run.ended.err;
-  const auto json = nlohmann::json::parse(test::run_vrda({"trace", run.trace_file(), "--json"}).out);
+  const auto json = test::json_of({"trace", run.trace_file()});
   const auto n_limits =
       std::count_if(json.at("searches").begin(), json.at("searches").end(), [](const auto& s) {
         return s.at("status") == "iteration_limit" && s.at("iterations") == 2 && s.at("in_contact") == 2;

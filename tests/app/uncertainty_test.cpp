@@ -25,21 +25,15 @@ fs::path job_of(const test::Scratch& scratch, const std::string& uncertainty)
   return scratch.path() / name;
 }
 
-test::Ended run(const fs::path& job, const fs::path& output, std::vector<std::string> more = {})
+test::Ended run(const fs::path& job, const fs::path& output, const std::vector<std::string>& more = {})
 {
-  std::vector<std::string> words{"run", job.string(), "-o", output.string(), "--quiet"};
-  words.insert(words.end(), more.begin(), more.end());
-  return test::run_vrda(words);
+  return test::run_vrda({"run", job.string(), "-o", output.string(), "--quiet"}, more);
 }
 
 store::MotionModel solved(const test::Scratch& scratch, const std::string& uncertainty,
-                          const std::vector<std::string>& more = {})
+                          const std::vector<std::string>& settings = {})
 {
-  const fs::path job = job_of(scratch, uncertainty), output = job.string() + ".h5";
-  const test::Ended ended = run(job, output, more);
-  EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(store::validate_hdf5(output.string()), IsEmpty());
-  return store::read_motion_model(output.string());
+  return test::solved(job_of(scratch, uncertainty), settings);
 }
 
 TEST(Uncertainty, AShardThatIsMissingIsNamedWithItsSamples)
@@ -121,7 +115,7 @@ values = [0.5, 1, 3]
     SCOPED_TRACE(s);
     const auto number = [](double value) { return std::to_string(value); };
     const store::MotionModel own = solved(scratch, "",
-                                          {"--set", "push.moment_nmm=" + number(motion.value[2 * s]), "--set",
+                                          {"push.moment_nmm=" + number(motion.value[2 * s]),
                                            "push.force_n=" + number(20.0 * motion.value[2 * s + 1])});
     for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
       const std::size_t at = s * model.flexion_deg.size() + i;
@@ -209,7 +203,7 @@ TEST(Uncertainty, BandsArePrintedAsTablesAndJson)
   const test::Ended bands = test::run_vrda({"bands", output.string()});
   EXPECT_EQ(test::n_lines(bands.out), 1 + 4);
   EXPECT_THAT(bands.out, testing::StartsWith("flexion_deg,solved,flexion_min_deg"));
-  const auto json = nlohmann::json::parse(test::run_vrda({"bands", output.string(), "--json"}).out);
+  const auto json = test::json_of({"bands", output.string()});
   EXPECT_EQ(json["samples"], 48);
   EXPECT_EQ(json["quantities"].size(), 9u);
   EXPECT_NEAR(json["quantities"][2]["p95"][1].get<double>(), motion.rotation_band_deg[3 * (3 * 4 + 1) + 2],
