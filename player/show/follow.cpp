@@ -519,7 +519,7 @@ struct Playback {
       : set(store::default_motion(result).set),
         motion(result, set),
         doubts(result),
-        reference_name(store::displayed_name(result, store::JointBody::reference))
+        reference_name(store::displayed_name(result, BodyIndex::reference))
   {
     timeline.first = motion.first_flexion_rad();
     timeline.last = motion.last_flexion_rad();

@@ -118,7 +118,7 @@ TEST(TransferredLigaments, onto_itself)
 TEST(TransferredLigaments, scaled)
 {
   TemplateJoint joint = prepare::generic_template();
-  model::Wrap wrap{"w", model::WrapShape::ellipsoid, model::WrapBody::moving};
+  model::Wrap wrap{"w", model::WrapShape::ellipsoid, BodyIndex::moving};
   wrap.radii_mm = {10, 20, 45};
   wrap.X_body_wrap.translation() = Eigen::Vector3d(1, 2, 3);
   joint.joint.ligaments.wraps = {wrap};
@@ -139,7 +139,7 @@ TEST(TransferredLigaments, scaled)
 TEST(TransferredLigaments, attached_to_bone)
 {
   TemplateJoint joint = prepare::generic_template();
-  model::Wrap wrap{"w", model::WrapShape::ellipsoid, model::WrapBody::reference};
+  model::Wrap wrap{"w", model::WrapShape::ellipsoid, BodyIndex::reference};
   wrap.radii_mm = {10, 20, 48};
   joint.joint.ligaments.wraps = {wrap};
   Copy copy = copy_of(joint, 1.0);
@@ -284,11 +284,11 @@ TEST(JobText, IsAJobWithItsComponents)
 TEST(LigamentFiles, AreReadBackAsTheyWere)
 {
   model::Ligaments ligaments;
-  model::Wrap ellipsoid{"e", model::WrapShape::ellipsoid, model::WrapBody::moving};
+  model::Wrap ellipsoid{"e", model::WrapShape::ellipsoid, BodyIndex::moving};
   ellipsoid.radii_mm = {30, 18, 12};
   ellipsoid.X_body_wrap.linear() = rotation_x(0.3) * rotation_y(-0.7) * rotation_z(2.0);
   ellipsoid.X_body_wrap.translation() = Eigen::Vector3d(1, -34.6, 5);
-  model::Wrap cylinder{"c", model::WrapShape::cylinder, model::WrapBody::reference};
+  model::Wrap cylinder{"c", model::WrapShape::cylinder, BodyIndex::reference};
   cylinder.radii_mm = {18, 18, 250};
   ligaments.wraps = {ellipsoid, cylinder};
   ligaments.fibres = {{"MCL1", "MCL", {1, 2, 3}, {4, 5, 6}, 500, 30.75, 0},
@@ -305,7 +305,7 @@ TEST(LigamentFiles, AreReadBackAsTheyWere)
       job::read_wraps("w.json", prepare::wraps_text(ligaments), {"femur", "tibia"});
   ASSERT_EQ(wraps.size(), 2U);
   EXPECT_TRUE(wraps[0].X_body_wrap.isApprox(ellipsoid.X_body_wrap, 1e-12));
-  EXPECT_EQ(wraps[0].body, model::WrapBody::moving);
+  EXPECT_EQ(wraps[0].body, BodyIndex::moving);
   EXPECT_TRUE(wraps[0].radii_mm.isApprox(ellipsoid.radii_mm));
   EXPECT_TRUE(wraps[1].radii_mm.isApprox(cylinder.radii_mm));
 }
