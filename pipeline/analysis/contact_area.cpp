@@ -1,3 +1,4 @@
+// Contact area: the part of the moving surface within 1 mm of the reference.
 #include <algorithm>
 #include <array>
 #include <numeric>

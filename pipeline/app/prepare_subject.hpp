@@ -47,7 +47,7 @@ struct Subject {
 /// Throws InputError.
 Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warnings);
 
-/// The small shells in the joint space (job/surface_warnings.hpp), each with a warning. Unless they are
+/// The small shells in the joint space (job/case_warnings.hpp), each with a warning. Unless they are
 /// kept, the meshes are left without them: then true. In the scan's axes and unit.
 bool leave_specks_out(Subject& subject, const geometry::KneeFit& fit, const PrepareOptions& options,
                       nlohmann::ordered_json& report, std::vector<std::string>& warnings);

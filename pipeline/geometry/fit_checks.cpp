@@ -1,3 +1,4 @@
+// Checks of a fitted knee: factors, lengths and distances beyond which a fit is rejected or doubted.
 #include "geometry/knee_fit.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// [coordinates] of a job: roles of the six coordinates and their values over the path or the frames.
 #include "job/job_parts.hpp"
 
 #include <algorithm>

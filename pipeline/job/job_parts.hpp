@@ -1,4 +1,5 @@
-/// Tables of a job for single commands: [fit] and [laxity].
+/// The parts of a job that have a table of their own: [fit], [laxity], [push], [coordinates], [scaling],
+/// [uncertainty].
 #pragma once
 
 #include <memory>

@@ -1,3 +1,4 @@
+// [scaling] of a job: the factor from landmarks, and whether the steps are kept.
 #include "job/component_loader.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Warnings on the surfaces of a case: specks, copies, a part over the gap, one compartment, sides.
 #include "job/case_warnings.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// [uncertainty] of a job: its parameters and their distributions.
 #include "job/job_parts.hpp"
 
 #include <algorithm>

@@ -86,11 +86,11 @@ store::DefaultMotion evaluated_default_motion(const store::MotionModel& model, b
 /// compared with a remark.
 std::string default_motion_line(const store::MotionModel& model);
 
-/// "screw-home along the spine: net ...": rotation of a knee along the spine (store/curve_figures.hpp).
+/// "screw-home along the spine: net ...": rotation of a knee along the spine (store/solved_cells.hpp).
 /// Empty for other joints.
 std::string screw_home_line(const store::MotionModel& model);
 
-/// The raw motion's jumps: of theta along the spine (store/curve_figures.hpp), and of the pose if it is too
+/// The raw motion's jumps: of theta along the spine (store/solved_cells.hpp), and of the pose if it is too
 /// large for any polynomial and the default motion's reason does not name it. May be empty.
 std::vector<std::string> jump_lines(const store::MotionModel& model);
 
