@@ -10,7 +10,7 @@
 
 #include "app/options.hpp"
 #include "bench/bench_run.hpp"
-#include "calibration/rehearsal.hpp"
+#include "calibration/operator.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "store/read_separately.hpp"
