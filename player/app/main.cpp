@@ -16,7 +16,7 @@
 #include "bench/bench_run.hpp"
 #include "bench/body_tracker.hpp"
 #include "calibration/calibrate.hpp"
-#include "calibration/rehearsal.hpp"
+#include "calibration/operator.hpp"
 #include "calibration/session.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"

@@ -93,7 +93,7 @@ struct SimulateOptions {
   std::string bench;
   std::string model;     ///< motion model for theta and the tibia's translation; may be empty
   std::string address;   ///< empty: the bench file's address
-  std::string rehearse;  ///< calibration file that is followed (calibration/rehearsal.hpp); may be empty
+  std::string rehearse;  ///< calibration file that is followed (calibration/operator.hpp); may be empty
   std::optional<double> seconds;  ///< empty: until Ctrl-C
   bool is_quiet = false;
 };

@@ -14,7 +14,6 @@ namespace {
 using enum DiagramInk;
 
 /// From the front and from the side: outline of the body, and all points, with the one to be touched lit.
-/// From the front and from the side: outline of the body, and all points, with the one to be touched lit.
 void sketch_points(Sketch& sketch, const std::vector<CalibrationPoint>& points, int next)
 {
   using Point = Eigen::Vector2d;

@@ -151,7 +151,6 @@ std::vector<CalibrationPart> parts_where(Condition condition)
 }
 
 /// All valid steps of the bench, for a message.
-/// All valid steps of the bench, for a message.
 std::string step_names(const BenchFile& bench)
 {
   return "all, bench, person, tracking, status, solve, " + names_of(parts_of(bench));

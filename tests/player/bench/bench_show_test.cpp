@@ -382,8 +382,6 @@ TEST(Outputs, AreMonitorsByName)
               "one of DP-1, HDMI-1");
 }
 
-using test::ms_in_ns;
-
 bench::Sample probe_sample(std::size_t tool, bench::ToolVisibility state, std::int64_t arrival_ns)
 {
   bench::Sample sample;
@@ -419,8 +417,6 @@ TEST(JointStream, AProbeThatIsNoLongerSeenIsMarked)
   probe.take(probe_sample(tool, bench::ToolVisibility::seen, 2001 * ms_in_ns));
   EXPECT_THAT(marks_at(2001 * ms_in_ns), testing::Not(names_probe));
 }
-
-using test::ms_in_ns;
 
 constexpr std::size_t n_frames = 8600;  // 143 s, longer than the run-up
 constexpr std::size_t hidden_from = 600, turned_at = 300;

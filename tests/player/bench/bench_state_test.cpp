@@ -12,8 +12,7 @@
 
 namespace vrda::bench_state_test {
 
-using bench::BodyRole;
-using test::SmallBench, test::distance_of, test::ms_in_ns, test::some_pose;
+using bench::BodyRole, test::SmallBench, test::distance_of, test::ms_in_ns, test::some_pose;
 
 /// Rounding of poses 1 m away, converted to quaternions and six numbers.
 constexpr double rounding = 1e-9;
@@ -246,8 +245,6 @@ TEST(BenchState, AllocatesNothingAndTheSameSamplesGiveTheSameFrames)
 }
 
 // Pose of the eyes and effect of the board's inputs.
-
-using test::SmallBench, test::distance_of, test::ms_in_ns, test::some_pose;
 
 constexpr const char* no_zero = "stage not zeroed: press Z at its stop";
 

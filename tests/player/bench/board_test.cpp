@@ -20,9 +20,7 @@
 
 namespace vrda::board_test {
 
-using test::is_link;
-using test::take_until;
-using test::wait_until;
+using test::is_link, test::take_until, test::wait_until;
 
 bench::BoardSettings settings_for(const std::string& path)
 {

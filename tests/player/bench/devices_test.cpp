@@ -18,9 +18,7 @@
 
 namespace vrda::devices_test {
 
-using test::is_link;
-using test::take_until;
-using test::wait_until;
+using test::is_link, test::take_until, test::wait_until;
 
 using Bytes = std::vector<std::uint8_t>;
 using Fault = void (*)(Bytes& bytes);
@@ -270,9 +268,6 @@ TEST(Tracker, SaysWhatIsWrongWithAHost)
 }
 
 // Devices leak no resources, and servers listen only on this machine.
-
-using test::is_link;
-using test::take_until;
 
 std::ptrdiff_t n_entries(const char* folder)
 {

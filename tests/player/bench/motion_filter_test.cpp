@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "bench/motion_filter.hpp"
+#include "bench/body_tracker.hpp"
 #include "core/units.hpp"
 #include "player/bench/moves.hpp"
 #include "support/allocation_count.hpp"

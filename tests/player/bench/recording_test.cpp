@@ -12,8 +12,8 @@
 
 namespace vrda::recording_test {
 
-using bench::Sample, bench::SampleKind;
-using test::frames_of, test::reader_of, test::recording_bytes, test::sample_facts, test::sample_pictures;
+using bench::Sample, bench::SampleKind, test::frames_of, test::reader_of, test::recording_bytes,
+    test::sample_facts, test::sample_pictures;
 
 constexpr core::FrameFormat format{"VRDABREC", 1, 1U << 24, "frame"};
 

@@ -11,10 +11,7 @@
 
 namespace vrda::rigid_body_test {
 
-using test::distance_mm;
-using test::leg_body;
-using test::seen_at;
-using test::turn_between_rad;
+using test::distance_mm, test::leg_body, test::seen_at, test::turn_between_rad;
 
 /// Sums of a few products of 1000 mm, over a spread of 100 mm.
 constexpr double rounding_mm = 1e-11;
@@ -253,8 +250,6 @@ TEST(FitFired, WithoutARecentPoseItIsThePlainFit)
 }
 
 using test::input_error;
-using test::leg_body;
-using test::seen_at;
 
 /// Remaining error of the iteration: its tolerance times the steps that slow convergence needs.
 constexpr double built_mm = 1e-6;

@@ -13,8 +13,7 @@
 
 namespace vrda::webcam_test {
 
-using bench::BodyState;
-using bench::FoundBody;
+using bench::BodyState, bench::FoundBody;
 
 /// A leg seen from its lateral side: bodies 130 mm above and below the knee.
 std::vector<Pose> leg(double distance_mm, double flexion_rad, double yaw_rad = 0.0)

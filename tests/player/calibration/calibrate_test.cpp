@@ -324,8 +324,6 @@ TEST_F(Calibrate, PicturesShowWhatWasFound)
 
 // The step `calibrate functional` on virtual legs, and the noise of virtual benches.
 
-using testing::HasSubstr;
-
 std::string report_of(const CalibrateOptions& options)
 {
   std::ostringstream data, messages;

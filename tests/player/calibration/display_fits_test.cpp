@@ -15,10 +15,7 @@ namespace vrda::calibration::display_fits_test {
 /// Accuracy of warp_mesh() at the midpoints of its edges.
 constexpr double mesh_px = 0.02;
 
-using test::Coverage;
-using test::input_error;
-using test::Noise;
-using testing::HasSubstr;
+using test::Coverage, test::input_error, test::Noise, testing::HasSubstr;
 
 const std::string file = "calibration.toml";
 
@@ -249,8 +246,6 @@ TEST(AdjustedGrids, OneIsNotEnoughAndFoldsAreRefused)
               test::refuses({.field = "left.distortion", .found = "folds"}));
 }
 
-using test::input_error;
-
 struct Rectangle {
   double width_mm = 0.0, depth_mm = 0.0;
 };
@@ -392,8 +387,6 @@ TEST(PupilDistance, AWrongOneIsSeenAsAWrongDepth)
   EXPECT_DOUBLE_EQ(depth_error_mm(800.0, 64.0, 66.0), 25.0);
   EXPECT_LT(depth_error_mm(800.0, 66.0, 64.0), 0.0);
 }
-
-using test::input_error;
 
 const view::Viewport window = {640, 512, 640, 480};
 

@@ -11,8 +11,7 @@
 
 namespace vrda::calibration::eyes_fit_test {
 
-using test::input_error;
-using test::Noise;
+using test::input_error, test::Noise;
 
 const std::string file = "calibration.toml";
 

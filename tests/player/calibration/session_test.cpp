@@ -8,11 +8,7 @@
 
 namespace vrda::calibration::session_test {
 
-using test::all_done;
-using test::bench;
-using test::restarted;
-using test::Trial;
-using testing::HasSubstr;
+using test::all_done, test::bench, test::restarted, test::Trial, testing::HasSubstr;
 
 TEST(CalibrationSession, TheWheelTurnsTheDials)
 {
@@ -273,12 +269,6 @@ TEST(TimeLeft, FollowsTheOperatorsPace)
 
 // Readings that must not become marks: not touched, implausible, of a tool that was not moved.
 
-using test::all_done;
-using test::bench;
-using test::restarted;
-using test::Trial;
-using testing::HasSubstr;
-
 /// Presses Enter as a bored novice does; the marks of the current part stay as they are.
 void expect_refused(Trial& trial, const std::string& words)
 {
@@ -408,11 +398,6 @@ TEST(Plausible, AToolThatWasNotMovedIsRefused)
 }
 
 // Valid steps, their order, and records that do not match the bench file.
-
-using test::all_done;
-using test::bench;
-using test::restarted;
-using test::Trial;
 
 TEST(CalibrationPlan, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
 {

@@ -12,8 +12,7 @@
 
 namespace vrda::calibration::tracker_fits_test {
 
-using test::input_error;
-using test::place_error;
+using test::input_error, test::place_error;
 
 /// True bench: nearly orthogonal rails at different heights.
 struct Bench {
@@ -233,9 +232,6 @@ TEST(PivotFit, Refuses)
   EXPECT_THAT(refusal(slipped), test::refuses({.field = "probe", .wanted = "slipped"}));
   EXPECT_EQ(refusal(slipped).field, "probe");
 }
-
-using test::input_error;
-using test::place_error;
 
 /// Knee with six fiducials and two targets.
 std::vector<Fiducial> knee_points()

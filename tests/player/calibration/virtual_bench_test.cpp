@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "bench/rigid_body.hpp"
+#include "calibration/operator.hpp"
 #include "calibration/parts.hpp"
-#include "calibration/rehearsal.hpp"
 #include "calibration/statistics.hpp"
 #include "core/units.hpp"
 #include "player/calibration/trial.hpp"
