@@ -13,8 +13,8 @@
 #include "bench/motion_filter.hpp"
 #include "model/coordinates.hpp"
 #include "store/motion.hpp"
+#include "view/camera.hpp"
 #include "view/keys.hpp"
-#include "view/orbit_camera.hpp"
 
 namespace vrda::bench {
 

@@ -9,7 +9,7 @@
 
 #include "bench/bench_file.hpp"
 #include "core/text.hpp"
-#include "show/sink.hpp"
+#include "show/loop.hpp"
 
 namespace vrda::bench {
 
