@@ -3,7 +3,7 @@
 #pragma once
 
 #include "bench/bench_run.hpp"
-#include "show/sink.hpp"
+#include "show/loop.hpp"
 #include "view/overlay_text.hpp"
 #include "view/renderer.hpp"
 #include "view/scene.hpp"

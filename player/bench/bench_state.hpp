@@ -6,8 +6,9 @@
 #include "bench/body_tracker.hpp"
 #include "bench/calibration_file.hpp"
 #include "model/coordinates.hpp"
+#include "store/motion.hpp"
+#include "view/camera.hpp"
 #include "view/keys.hpp"
-#include "view/orbit_camera.hpp"
 
 namespace vrda::bench {
 

@@ -10,7 +10,6 @@
 #include "model/frames.hpp"
 #include "show/loop.hpp"
 #include "show/show.hpp"
-#include "show/sink.hpp"
 #include "view/image.hpp"
 
 namespace vrda::show {

@@ -14,7 +14,7 @@
 #include "core/text.hpp"
 #include "model/frames.hpp"
 #include "show/joint_view.hpp"
-#include "show/sink.hpp"
+#include "show/loop.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "store/read_separately.hpp"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -131,6 +132,240 @@ Eigen::Matrix4d projection(const Camera& camera)
   P(2, 3) = 2.0 * f * n / (n - f);
   P(3, 2) = -1.0;
   return P;
+}
+
+// Pointer navigation.
+
+namespace {
+
+constexpr double ball_fraction = 0.9;          // of the smaller side of the viewport
+constexpr double wheel_factor = 0.9;           // of the depth, per notch
+constexpr double largest_drag = 0.9;           // of the viewport height; the depth diverges at 1
+constexpr double least_depth_mm = 10.0;        // keeps the camera outside cartilage
+constexpr double most_depth_mm = 20000.0;      // a knee covers only a few pixels there
+constexpr double parallel_determinant = 1e-9;  // mm^2: triangles seen edge-on are skipped
+
+Eigen::Vector3d pivot_camera_mm(const OrbitCamera& gaze)
+{
+  return gaze.camera.X_world_camera.inverse() * gaze.pivot_world_mm;
+}
+
+/// Direction through a pixel in camera axes, with z = -1.
+Eigen::Vector3d ray_camera(const Camera& camera, const Viewport& viewport, const Eigen::Vector2d& p_px)
+{
+  const double right = 2.0 * (p_px.x() - viewport.x) / viewport.width - 1.0;
+  const double up = 1.0 - 2.0 * (p_px.y() - viewport.y) / viewport.height;
+  const double t = camera.half_height_tangent;
+  return {right * t * camera.aspect, up * t, -1.0};
+}
+
+Eigen::Vector2d pixel_of(const OrbitCamera& gaze, const Viewport& viewport)
+{
+  const Eigen::Vector3d p = pivot_camera_mm(gaze);
+  const double t = -p.z() * gaze.camera.half_height_tangent;
+  return {viewport.x + 0.5 * viewport.width * (1.0 + p.x() / (t * gaze.camera.aspect)),
+          viewport.y + 0.5 * viewport.height * (1.0 - p.y() / t)};
+}
+
+/// Unit vector to the point of the ball under the pointer, camera axes.
+Eigen::Vector3d on_ball(const Eigen::Vector2d& from_middle_px, double radius_px)
+{
+  const double x = from_middle_px.x() / radius_px, y = -from_middle_px.y() / radius_px;
+  const double r_sq = x * x + y * y;
+  const double z = r_sq <= 0.5 ? std::sqrt(1.0 - r_sq) : 0.5 / std::sqrt(r_sq);
+  return Eigen::Vector3d(x, y, z).normalized();
+}
+
+Eigen::Matrix3d half_turn(const Eigen::Vector3d& axis)
+{
+  return 2.0 * axis * axis.transpose() - Eigen::Matrix3d::Identity();
+}
+
+/// Re-orthonormalised, against accumulated rounding.
+Eigen::Matrix3d orthonormal(const Eigen::Matrix3d& R)
+{
+  Eigen::Matrix3d clean;
+  clean.col(0) = R.col(0).normalized();
+  clean.col(2) = R.col(0).cross(R.col(1)).normalized();
+  clean.col(1) = clean.col(2).cross(clean.col(0));
+  return clean;
+}
+
+OrbitCamera translated(const OrbitCamera& gaze, const Eigen::Vector2d& moved_px, const Viewport& viewport)
+{
+  const double scale_mm = mm_per_pixel(gaze.camera, viewport, depth_mm(gaze));
+  OrbitCamera next = gaze;
+  const Eigen::Vector3d moved_camera_mm(moved_px.x() * scale_mm, -moved_px.y() * scale_mm, 0.0);
+  next.camera.X_world_camera.translation() -= gaze.camera.X_world_camera.linear() * moved_camera_mm;
+  return next;
+}
+
+OrbitCamera rotated(const Drag& drag, const Eigen::Vector2d& pointer_px, const Viewport& viewport)
+{
+  const OrbitCamera& gaze = drag.at_press;
+  const Eigen::Vector2d middle_px = pixel_of(gaze, viewport);
+  const double radius_px = 0.5 * ball_fraction * std::min(viewport.width, viewport.height);
+  // The product of two half turns is a rotation by twice the angle between their axes.
+  const Eigen::Matrix3d R_object = half_turn(on_ball(pointer_px - middle_px, radius_px)) *
+                                   half_turn(on_ball(drag.press_px - middle_px, radius_px));
+  const Eigen::Matrix3d R_world_camera = gaze.camera.X_world_camera.linear();
+  OrbitCamera next = gaze;
+  next.camera.X_world_camera.linear() = orthonormal(R_world_camera * R_object.transpose());
+  next.camera.X_world_camera.translation() =
+      gaze.pivot_world_mm - next.camera.X_world_camera.linear() * pivot_camera_mm(gaze);
+  return next;
+}
+
+OrbitCamera at_depth(const OrbitCamera& gaze, double wanted_mm)
+{
+  const double now_mm = depth_mm(gaze);
+  OrbitCamera next = gaze;
+  next.camera.X_world_camera.translation() +=
+      (std::clamp(wanted_mm, least_depth_mm, most_depth_mm) - now_mm) *
+      gaze.camera.X_world_camera.linear().col(2);
+  return next;
+}
+
+/// Distance along the ray to a triangle, in units of |direction|; infinite without a hit.
+double hit(const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
+           const std::array<Eigen::Vector3d, 3>& corners)
+{
+  constexpr double none = std::numeric_limits<double>::infinity();
+  const Eigen::Vector3d a = corners[1] - corners[0], b = corners[2] - corners[0];
+  const Eigen::Vector3d p = direction.cross(b);
+  const double determinant = a.dot(p);
+  if (std::abs(determinant) < parallel_determinant) return none;
+  const Eigen::Vector3d s = from - corners[0];
+  const double u = s.dot(p) / determinant;
+  const Eigen::Vector3d q = s.cross(a);
+  const double v = direction.dot(q) / determinant;
+  if (u < 0.0 || v < 0.0 || u + v > 1.0) return none;
+  const double along = b.dot(q) / determinant;
+  return along > 0.0 ? along : none;
+}
+
+double nearest_hit(const RenderMesh& mesh, const Eigen::Vector3d& from, const Eigen::Vector3d& direction)
+{
+  double nearest = std::numeric_limits<double>::infinity();
+  const auto corner = [&](std::size_t i) -> Eigen::Vector3d {
+    const std::array<float, 3>& p = mesh.vertices[mesh.triangles[i]].position_mm;
+    return Eigen::Vector3f(p[0], p[1], p[2]).cast<double>();
+  };
+  for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3)
+    nearest = std::min(nearest, hit(from, direction, {corner(i), corner(i + 1), corner(i + 2)}));
+  return nearest;
+}
+
+}  // namespace
+
+double depth_mm(const OrbitCamera& gaze)
+{
+  return -pivot_camera_mm(gaze).z();
+}
+
+double mm_per_pixel(const Camera& camera, const Viewport& viewport, double depth_mm)
+{
+  return 2.0 * camera.half_height_tangent * depth_mm / viewport.height;
+}
+
+OrbitCamera dragged(const Drag& drag, const Eigen::Vector2d& pointer_px, const Viewport& viewport)
+{
+  const Eigen::Vector2d moved_px = pointer_px - drag.press_px;
+  if (moved_px.isZero(0.0)) return drag.at_press;
+  switch (drag.kind) {
+    case DragKind::translate:
+      return translated(drag.at_press, moved_px, viewport);
+    case DragKind::rotate:
+      return rotated(drag, pointer_px, viewport);
+    case DragKind::depth: {
+      const double s = std::clamp(-moved_px.y() / viewport.height, -largest_drag, largest_drag);
+      return at_depth(drag.at_press, depth_mm(drag.at_press) * (1.0 + s) / (1.0 - s));
+    }
+  }
+  return drag.at_press;
+}
+
+OrbitCamera moved_closer(const OrbitCamera& gaze, double notches)
+{
+  double factor = 1.0, left = std::abs(notches);
+  const double whole = notches > 0.0 ? wheel_factor : 1.0 / wheel_factor;
+  // Touchpads send fractions of a notch: interpolate linearly between whole ones.
+  for (; left >= 1.0; left -= 1.0) factor *= whole;
+  factor *= 1.0 + left * (whole - 1.0);
+  return at_depth(gaze, depth_mm(gaze) * factor);
+}
+
+OrbitCamera centred_on(const OrbitCamera& gaze, const Eigen::Vector3d& point_world_mm)
+{
+  OrbitCamera next = gaze;
+  next.pivot_world_mm = point_world_mm;
+  const Eigen::Vector3d from_camera = pivot_camera_mm(next);
+  next.camera.X_world_camera.translation() +=
+      gaze.camera.X_world_camera.linear() * Eigen::Vector3d(from_camera.x(), from_camera.y(), 0.0);
+  return at_depth(next, depth_mm(next));
+}
+
+std::optional<Eigen::Vector3d> point_under(const Scene& scene, const Camera& camera, const Viewport& viewport,
+                                           const Eigen::Vector2d& pointer_px)
+{
+  const Eigen::Vector3d from = camera.X_world_camera.translation();
+  const Eigen::Vector3d direction = camera.X_world_camera.linear() * ray_camera(camera, viewport, pointer_px);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Drawable& drawable : scene.drawables) {
+    if (drawable.layer != Layer::bodies || !drawable.is_shown) continue;
+    const Pose X_mesh_world = drawable.X_world_mesh.inverse();
+    nearest =
+        std::min(nearest, nearest_hit(drawable.mesh, X_mesh_world * from, X_mesh_world.linear() * direction));
+  }
+  if (!std::isfinite(nearest)) return std::nullopt;
+  return from + nearest * direction;
+}
+
+DragKind drag_of(MouseButton button, bool has_shift, bool has_control)
+{
+  switch (button) {
+    case MouseButton::left:
+      return has_shift || has_control ? DragKind::translate : DragKind::rotate;
+    case MouseButton::middle:
+      return DragKind::depth;
+    case MouseButton::right:
+      return DragKind::translate;
+  }
+  return DragKind::rotate;
+}
+
+OrbitCamera Navigation::after(const InputEvent& event, const OrbitCamera& gaze, const Scene& scene,
+                              const Viewport& viewport)
+{
+  const Eigen::Vector2d pointer_px(event.x_px, event.y_px);
+  switch (event.kind) {
+    case InputKind::press: {
+      OrbitCamera next = gaze;
+      if (event.n_clicks == 2 && event.button == MouseButton::left) {
+        if (const auto point = point_under(scene, gaze.camera, viewport, pointer_px)) {
+          stop();
+          next = centred_on(gaze, *point);
+        }
+      }
+      if (drag_) return next;
+      drag_ = Drag{drag_of(event.button, event.has_shift, event.has_control), next, pointer_px};
+      button_ = event.button;
+      return next;
+    }
+    case InputKind::motion:
+      return drag_ ? dragged(*drag_, pointer_px, viewport) : gaze;
+    case InputKind::release:
+      if (event.button == button_) stop();
+      return gaze;
+    case InputKind::focus_lost:  // a release outside the window is not delivered
+      stop();
+      return gaze;
+    case InputKind::wheel:
+      stop();
+      return moved_closer(gaze, event.wheel);
+    default:
+      return gaze;
+  }
 }
 
 }  // namespace vrda::view

@@ -12,7 +12,7 @@ export const SCALES = {
 };
 
 /** [r, g, b] of a scale at `s`, clamped to [0, 1]. */
-export function colourOn(stops, s) {
+function colourOn(stops, s) {
   const at = Math.min(Math.max(s, 0), 1) * (stops.length - 1), k = Math.min(Math.floor(at), stops.length - 2);
   return stops[k].map((x, c) => Math.round(x + (at - k) * (stops[k + 1][c] - x)));
 }

@@ -11,7 +11,6 @@
 
 #include "core/text.hpp"
 #include "show/loop.hpp"
-#include "show/sink.hpp"
 #include "support/input_error.hpp"
 #include "support/process.hpp"
 #include "support/refusal.hpp"

@@ -6,7 +6,6 @@
 #include "core/units.hpp"
 #include "support/models.hpp"
 #include "view/camera.hpp"
-#include "view/orbit_camera.hpp"
 #include "view/player_state.hpp"
 
 namespace vrda::view::camera_test {
