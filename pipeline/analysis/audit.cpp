@@ -5,15 +5,10 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <optional>
 #include <utility>
 
 #include "core/parallel.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
-#include "model/coordinates.hpp"
-#include "model/frames.hpp"
-#include "model/step_record.hpp"
 #include "solve/potential.hpp"
 
 namespace vrda::analysis {

@@ -6,12 +6,9 @@
 #include <cstdio>
 #include <limits>
 #include <numeric>
-#include <optional>
 #include <utility>
 
-#include "analysis/smooth.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
 
 namespace vrda::analysis {
 namespace {

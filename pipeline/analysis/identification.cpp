@@ -1,7 +1,6 @@
 #include "analysis/identification.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "core/parallel.hpp"

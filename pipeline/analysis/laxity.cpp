@@ -11,7 +11,6 @@
 #include "core/parallel.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "job/job.hpp"
 #include "job/ligament_files.hpp"
 #include "solve/case_solver.hpp"
 #include "solve/potential.hpp"

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
-#include <optional>
 
 #include "analysis/audit.hpp"
 #include "core/parallel.hpp"

@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <utility>
-#include <vector>
 
 #include "analysis/audit.hpp"
 #include "analysis/smooth.hpp"
@@ -15,7 +13,6 @@
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
-#include "store/motion.hpp"
 
 namespace vrda::analysis {
 namespace {

@@ -8,14 +8,11 @@
 #include <limits>
 #include <utility>
 
-#include "analysis/sequence_program.hpp"
 #include "core/parallel.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
-#include "solve/contact_constraint.hpp"
 #include "solve/sweep.hpp"
-#include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::analysis {

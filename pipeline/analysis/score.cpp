@@ -1,7 +1,6 @@
 #include "analysis/score.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <iterator>
@@ -10,8 +9,6 @@
 
 #include "analysis/sequence_program.hpp"
 #include "core/text.hpp"
-#include "core/units.hpp"
-#include "model/coordinates.hpp"
 #include "model/linear_algebra.hpp"
 #include "model/step_record.hpp"
 #include "store/motion.hpp"

@@ -8,7 +8,6 @@
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "solve/case_solver.hpp"
-#include "store/motion_model.hpp"
 
 namespace vrda::app {
 namespace {

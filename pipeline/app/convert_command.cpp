@@ -4,8 +4,6 @@
 #include <charconv>
 #include <cstdio>
 #include <filesystem>
-#include <optional>
-#include <utility>
 
 #include "app/commands.hpp"
 #include "core/text.hpp"

@@ -6,14 +6,12 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "app/commands.hpp"
 #include "app/printing.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "job/job.hpp"
-#include "run/submission.hpp"
 #include "solve/case_solver.hpp"
 
 namespace vrda::app {

@@ -8,8 +8,6 @@
 #include <tuple>
 #include <utility>
 
-#include "core/text.hpp"
-#include "geometry/knee_fit.hpp"
 #include "job/case_warnings.hpp"
 #include "job/clean_mesh.hpp"
 #include "job/job.hpp"

@@ -11,7 +11,6 @@
 #include "run/index.hpp"
 #include "run/run_output.hpp"
 #include "run/status.hpp"
-#include "run/submission.hpp"
 
 namespace vrda::app {
 namespace {

@@ -4,9 +4,6 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <optional>
-#include <utility>
-#include <vector>
 
 #include "app/commands.hpp"
 #include "core/console.hpp"
@@ -15,7 +12,6 @@
 #include "run/run_command.hpp"
 #include "run/slurm.hpp"
 #include "run/status.hpp"
-#include "run/submission.hpp"
 
 namespace vrda::app {
 namespace {

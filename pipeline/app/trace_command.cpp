@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "app/commands.hpp"
 #include "app/printing.hpp"

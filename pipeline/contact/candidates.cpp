@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <tuple>
 #include <utility>
-
-#include "contact/narrow_phase.hpp"
 
 namespace vrda::contact {
 namespace {

@@ -9,7 +9,6 @@
 #include <optional>
 #include <sstream>
 #include <utility>
-#include <vector>
 
 #include "core/text.hpp"
 

@@ -11,14 +11,10 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <system_error>
 #include <thread>
-#include <utility>
-
-#include "core/text.hpp"
 
 namespace vrda::inline core {
 

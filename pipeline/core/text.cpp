@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <string_view>
 #include <utility>
 
 namespace vrda::inline core {

@@ -1,16 +1,12 @@
 #include "geometry/catalogue.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
-#include <string>
 #include <utility>
 
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "geometry/generic_knee.hpp"
 #include "geometry/level_set.hpp"
-#include "geometry/shapes.hpp"
 #include "model/frames.hpp"
 
 namespace vrda::geometry {

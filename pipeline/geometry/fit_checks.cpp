@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "model/frames.hpp"
 
 namespace vrda::geometry {
 namespace {

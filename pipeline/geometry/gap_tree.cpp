@@ -7,9 +7,6 @@
 #include <tuple>
 #include <utility>
 
-#include "geometry/gap_kernel.hpp"
-#include "geometry/gap_query.hpp"
-
 namespace vrda::geometry {
 namespace {
 

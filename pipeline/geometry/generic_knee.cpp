@@ -2,9 +2,7 @@
 #include "geometry/generic_knee.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <utility>
 #include <vector>
 

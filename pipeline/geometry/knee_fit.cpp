@@ -8,12 +8,10 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
-#include <vector>
 
 #include "core/units.hpp"
 #include "geometry/generic_knee.hpp"
 #include "geometry/level_set.hpp"
-#include "geometry/nearest_surface.hpp"
 
 namespace vrda::geometry {
 namespace {

@@ -1,13 +1,10 @@
 #include "geometry/level_set.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "core/text.hpp"
 #include "core/units.hpp"

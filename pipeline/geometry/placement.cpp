@@ -1,8 +1,5 @@
 #include "geometry/placement.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>

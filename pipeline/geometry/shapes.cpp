@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <string>
 
 #include "core/text.hpp"
 #include "core/units.hpp"

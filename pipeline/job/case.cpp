@@ -1,6 +1,5 @@
 #include "job/case.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "core/text.hpp"

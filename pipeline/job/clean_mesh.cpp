@@ -1,7 +1,6 @@
 #include "job/clean_mesh.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>

@@ -8,11 +8,9 @@
 #include <utility>
 
 #include "contact/contacts.hpp"
-#include "core/text.hpp"
 #include "core/units.hpp"
 #include "geometry/gap_query.hpp"
 #include "job/auto_frame.hpp"
-#include "job/job.hpp"
 #include "job/mesh_file.hpp"
 
 namespace vrda::job {

@@ -7,8 +7,6 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "job/job.hpp"
-#include "job/ligament_files.hpp"
 
 namespace vrda::job {
 namespace {

@@ -7,12 +7,10 @@
 #include <utility>
 
 #include "core/schema.hpp"
-#include "core/text.hpp"
 #include "job/auto_frame.hpp"
 #include "job/job_parts.hpp"
 #include "job/mesh_file.hpp"
 #include "model/coordinates.hpp"
-#include "model/frames.hpp"
 
 namespace vrda::job {
 namespace {

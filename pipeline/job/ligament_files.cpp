@@ -10,8 +10,6 @@
 #include "core/schema.hpp"
 #include "core/text.hpp"
 #include "geometry/shapes.hpp"
-#include "job/component_loader.hpp"
-#include "job/job.hpp"
 
 namespace vrda::job {
 namespace {

@@ -14,7 +14,6 @@
 #include <fstream>
 #include <memory>
 #include <numeric>
-#include <string_view>
 #include <utility>
 
 #include "core/document.hpp"

@@ -9,7 +9,6 @@
 #include <numeric>
 #include <optional>
 #include <random>
-#include <vector>
 
 #include "core/text.hpp"
 #include "geometry/nearest_surface.hpp"

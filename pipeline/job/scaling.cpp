@@ -7,9 +7,6 @@
 #include <cstdint>
 #include <numeric>
 
-#include "core/text.hpp"
-#include "job/clean_mesh.hpp"
-#include "job/job.hpp"
 #include "job/ligament_files.hpp"
 
 namespace vrda::job {

@@ -12,7 +12,6 @@
 #include "geometry/knee_fit.hpp"
 #include "geometry/nearest_surface.hpp"
 #include "job/clean_mesh.hpp"
-#include "job/component_loader.hpp"
 
 namespace vrda::job {
 namespace {

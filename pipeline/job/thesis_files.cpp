@@ -1,14 +1,11 @@
 #include "job/thesis_files.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <functional>
 #include <limits>
-#include <map>
-#include <optional>
 
 #include "core/document.hpp"
 #include "core/text.hpp"

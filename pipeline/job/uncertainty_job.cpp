@@ -8,8 +8,6 @@
 #include <set>
 
 #include "core/text.hpp"
-#include "job/job.hpp"
-#include "job/ligament_files.hpp"
 
 namespace vrda::job {
 namespace {

@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include "core/text.hpp"
-#include "core/units.hpp"
-#include "model/frames.hpp"
 
 namespace vrda::inline model {
 

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/text.hpp"
-#include "core/units.hpp"
 
 namespace vrda::inline model {
 namespace {

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "core/text.hpp"
-#include "core/units.hpp"
 
 namespace vrda::inline model {
 namespace {

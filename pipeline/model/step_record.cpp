@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/units.hpp"
-#include "model/frames.hpp"
-
 namespace vrda::inline model {
 namespace {
 

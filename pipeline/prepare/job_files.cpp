@@ -5,7 +5,6 @@
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "model/frames.hpp"
 
 namespace vrda::prepare {
 namespace {

@@ -5,8 +5,6 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "geometry/gap_query.hpp"
-#include "geometry/knee_fit.hpp"
 #include "job/clean_mesh.hpp"
 #include "job/component_loader.hpp"
 #include "job/job.hpp"

@@ -7,7 +7,6 @@
 #include "core/units.hpp"
 #include "job/job_parts.hpp"
 #include "model/coordinates.hpp"
-#include "model/frames.hpp"
 #include "model/ligaments.hpp"
 
 namespace vrda::python {

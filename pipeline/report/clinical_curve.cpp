@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <optional>
 #include <span>
 #include <utility>
 
@@ -13,7 +12,6 @@
 #include "core/units.hpp"
 #include "job/job.hpp"
 #include "model/coordinates.hpp"
-#include "model/frames.hpp"
 #include "store/motion.hpp"
 #include "store/solved_cells.hpp"
 #include "tables/formats.hpp"

@@ -7,12 +7,9 @@
 
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
-#include "model/mesh.hpp"
 #include "report/clinical_curve.hpp"
-#include "report/report.hpp"
 #include "solve/case_solver.hpp"
 #include "store/motion.hpp"
-#include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::report {

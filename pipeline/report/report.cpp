@@ -7,17 +7,14 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <string_view>
 
 #include "analysis/reduce.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
-#include "report/clinical_curve.hpp"
 #include "report/model_json.hpp"
 #include "store/motion.hpp"
-#include "store/solved_cells.hpp"
 
 namespace vrda::report {
 namespace {

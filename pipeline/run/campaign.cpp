@@ -8,7 +8,6 @@
 
 #include "core/fields_json.hpp"
 #include "core/files.hpp"
-#include "core/text.hpp"
 #include "job/job.hpp"
 
 namespace vrda::run {

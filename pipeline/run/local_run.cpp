@@ -9,7 +9,6 @@
 #include <map>
 #include <string_view>
 
-#include "core/files.hpp"
 #include "core/process.hpp"
 #include "core/text.hpp"
 #include "run/status.hpp"

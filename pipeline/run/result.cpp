@@ -20,7 +20,6 @@
 #include "run/status.hpp"
 #include "solve/case_solver.hpp"
 #include "store/motion.hpp"
-#include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::run {

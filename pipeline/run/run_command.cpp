@@ -8,11 +8,8 @@
 #include <iterator>
 #include <map>
 #include <set>
-#include <string>
 #include <utility>
-#include <vector>
 
-#include "core/console.hpp"
 #include "core/text.hpp"
 #include "geometry/gap_query.hpp"
 #include "geometry/knee_fit.hpp"
@@ -23,9 +20,7 @@
 #include "prepare/template_joint.hpp"
 #include "run/campaign.hpp"
 #include "run/result.hpp"
-#include "run/run_output.hpp"
 #include "run/solve_part.hpp"
-#include "run/submission.hpp"
 #include "solve/case_solver.hpp"
 #include "store/journal.hpp"
 #include "store/motion_model.hpp"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -14,15 +13,10 @@
 #include <sstream>
 #include <thread>
 #include <utility>
-#include <vector>
 
-#include "core/console.hpp"
-#include "core/text.hpp"
 #include "job/job.hpp"
 #include "run/run_command.hpp"
 #include "solve/case_solver.hpp"
-#include "store/journal.hpp"
-#include "store/motion_model.hpp"
 
 namespace vrda::run {
 

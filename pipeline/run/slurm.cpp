@@ -20,7 +20,6 @@
 
 #include "core/fields_json.hpp"
 #include "core/files.hpp"
-#include "core/text.hpp"
 #include "run/status.hpp"
 
 namespace vrda::run {

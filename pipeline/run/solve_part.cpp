@@ -8,12 +8,10 @@
 #include <numeric>
 #include <thread>
 
-#include "core/console.hpp"
 #include "core/parallel.hpp"
 #include "core/text.hpp"
 #include "job/sampled_case.hpp"
 #include "run/campaign.hpp"
-#include "run/run_output.hpp"
 #include "run/submission.hpp"
 #include "solve/case_solver.hpp"
 #include "store/motion_model.hpp"

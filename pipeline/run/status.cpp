@@ -10,13 +10,11 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
-#include <set>
 
 #include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "run/campaign.hpp"
-#include "run/submission.hpp"
 #include "store/journal.hpp"
 
 namespace vrda::run {

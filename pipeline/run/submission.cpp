@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <map>
 #include <utility>
 
 #include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "run/status.hpp"
-#include "store/journal.hpp"
 
 namespace vrda::run {
 namespace {

@@ -13,7 +13,6 @@
 #include "core/units.hpp"
 #include "job/job.hpp"
 #include "model/frames.hpp"
-#include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::solve {

@@ -7,7 +7,6 @@
 
 #include "core/units.hpp"
 #include "solve/stability_search.hpp"
-#include "solve/sweep.hpp"
 
 namespace vrda::solve {
 

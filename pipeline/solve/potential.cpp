@@ -7,9 +7,6 @@
 #include <limits>
 
 #include "core/units.hpp"
-#include "model/coordinates.hpp"
-#include "model/ligaments.hpp"
-#include "solve/contact_constraint.hpp"
 #include "solve/quadratic_program.hpp"
 
 namespace vrda::solve {

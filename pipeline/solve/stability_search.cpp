@@ -4,10 +4,8 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <optional>
 
 #include "geometry/gap_query.hpp"
-#include "solve/sweep.hpp"
 
 namespace vrda::solve {
 namespace {

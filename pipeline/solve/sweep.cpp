@@ -13,10 +13,8 @@
 #include <thread>
 #include <utility>
 
-#include "contact/contacts.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "geometry/gap_query.hpp"
 #include "solve/stability_search.hpp"
 
 namespace vrda::solve {

@@ -8,8 +8,6 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/sampled_case.hpp"
-#include "model/coordinates.hpp"
-#include "solve/sweep.hpp"
 
 namespace vrda::solve {
 namespace {

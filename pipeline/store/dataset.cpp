@@ -1,6 +1,5 @@
 #include "store/dataset.hpp"
 
-#include "core/text.hpp"
 #include "model/step_record.hpp"
 
 namespace vrda::store {

@@ -6,9 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <limits>
@@ -16,9 +14,6 @@
 #include <new>
 #include <string_view>
 #include <type_traits>
-#include <utility>
-
-#include "core/text.hpp"
 
 namespace vrda::store {
 namespace {

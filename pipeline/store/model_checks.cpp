@@ -6,12 +6,9 @@
 #include <limits>
 #include <optional>
 #include <set>
-#include <utility>
 
 #include "core/text.hpp"
 #include "model/coordinates.hpp"
-#include "store/dataset.hpp"
-#include "store/h5_file.hpp"
 #include "store/motion.hpp"
 #include "store/registry.hpp"
 

@@ -1,16 +1,11 @@
 #include "store/motion.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <functional>
-#include <string>
 #include <utility>
 
 #include "core/text.hpp"
-#include "core/units.hpp"
-#include "model/frames.hpp"
 #include "model/mesh.hpp"
 
 namespace vrda::store {

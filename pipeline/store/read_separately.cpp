@@ -14,7 +14,6 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
-#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <initializer_list>
@@ -22,17 +21,13 @@
 #include <memory>
 #include <new>
 #include <span>
-#include <string>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 
 #include "core/files.hpp"
 #include "core/text.hpp"
 #include "store/model_checks.hpp"
-#include "store/motion_model.hpp"
 #include "store/registry.hpp"
-#include "store/trace.hpp"
 
 namespace vrda::store {
 namespace {

@@ -1,8 +1,6 @@
 /// Rows of the registry: data derived from the raw surfaces (smoothed sets, zero-varus motion, audits).
 #include "store/registry.hpp"
 
-#include "store/motion_model.hpp"
-
 namespace vrda::store {
 
 namespace registry {

@@ -2,19 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <span>
 #include <sstream>
 
 #include "core/text.hpp"
-#include "core/units.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
 #include "model/mesh.hpp"
 #include "store/h5_file.hpp"
-#include "store/motion_model.hpp"
 
 namespace vrda::store {
 namespace {

@@ -3,11 +3,9 @@
 #include "tables/formats.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "core/canvas.hpp"
 #include "core/units.hpp"

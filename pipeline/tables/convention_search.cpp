@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -13,7 +12,6 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "geometry/gap_query.hpp"
-#include "model/frames.hpp"
 
 namespace vrda::tables {
 namespace {

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 
 #include <cmath>
-#include <string>
 #include <utility>
 
 #include "analysis/audit.hpp"

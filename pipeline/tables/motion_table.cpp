@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <map>
-#include <string_view>
 #include <utility>
 
 #include "core/text.hpp"

@@ -7,7 +7,6 @@
 #include <functional>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "core/text.hpp"
 #include "core/units.hpp"

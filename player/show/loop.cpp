@@ -9,17 +9,14 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <optional>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include "core/console.hpp"
-#include "core/text.hpp"
 
 namespace vrda::show {
 namespace {

@@ -4,27 +4,20 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <ostream>
 #include <span>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "core/text.hpp"
 #include "model/frames.hpp"
 #include "show/joint_view.hpp"
-#include "show/loop.hpp"
 #include "store/motion.hpp"
-#include "store/motion_model.hpp"
 #include "store/read_separately.hpp"
 #include "store/trace.hpp"
 #include "view/camera.hpp"
 #include "view/gui.hpp"
 #include "view/image.hpp"
-#include "view/keys.hpp"
 #include "view/renderer.hpp"
-#include "view/scene.hpp"
 
 namespace vrda::show {
 namespace {

@@ -1,6 +1,5 @@
 #include "view/scene.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/schema.hpp"
