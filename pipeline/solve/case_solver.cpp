@@ -394,6 +394,7 @@ store::LoadRows load_rows(const job::Case& job_case)
   for (const job::LoadPoint& load : job_case.loads) {
     rows.point_mm.row(static_cast<Eigen::Index>(rows.name.size())) = load.point_mm.transpose();
     rows.name.push_back(load.name);
+    // The file counts world, reference, moving from 0 (FlagSet::load_frame); BodyIndex has world at -1.
     rows.frame.push_back(static_cast<std::int8_t>(static_cast<int>(load.frame) + 1));
   }
   for (const job::Push& push : job_case.push) {
