@@ -202,6 +202,7 @@ class LaxityRun {
     }
     solve::SweepPlan plan = solve::plan_of(of_state);
     plan.has_band = false;
+    plan.prior.clear();  // the laxity of the bones and fibres alone
     solve::CaseSolver solver(of_state, plan_.n_threads);
     solve::SweepHooks hooks;
     hooks.is_stopped = plan_.is_stopped;

@@ -377,6 +377,7 @@ class Preparation {
     for (const SubjectPart& part : subject_.reference) job.reference.push_back(part.component);
     for (const SubjectPart& part : subject_.moving) job.moving.push_back(part.component);
     job.has_ligaments = has_ligaments;
+    job.has_prior = options_.has_prior;
     job.has_wraps = has_ligaments && !reference_.joint.ligaments.wraps.empty();
     return job;
   }
@@ -503,6 +504,9 @@ void declare_prepare(Command& c)
   c.data(o.data_directory, "Base folder of the template's file names").needs(job);
   c.flag_for(
       "--no-ligaments", [&o] { o.has_ligaments = false; }, "Write no ligaments");
+  c.flag_for(
+      "--no-prior", [&o] { o.has_prior = false; },
+      "Write no prior of the motion: bones and fibres alone (schemas/prior.md)");
   c.flag("--keep-specks", o.keeps_specks,
          "Keep small separate pieces in the joint space; default: they are left out, with a warning");
   c.option("-o,--output", o.folder, "Output folder").required();

@@ -24,6 +24,7 @@ struct PrepareOptions {
   std::string template_job;        ///< empty: the generic knee
   std::string data_directory;      ///< of the template
   bool has_ligaments = true;
+  bool has_prior = true;
   bool keeps_specks = false;  ///< keep small separate pieces in the joint space
   std::string folder;
   bool may_replace = false;

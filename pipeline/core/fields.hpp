@@ -34,12 +34,12 @@ namespace vrda::inline core {
 
 struct Unit {
   const char* name;         ///< as in files
-  int length_power = 0;     ///< power of a uniform length scale, at equal forces: 1 or 0
+  int length_power = 0;     ///< power of a uniform length scale, at equal forces: 1, 0 or -1
   bool is_radians = false;  ///< in the program; degrees in files
 };
 namespace unit {
 inline constexpr Unit none{""}, one{"1"}, mm{"mm", 1}, degree{"degree"}, radian{"degree", 0, true}, n{"N"},
-    nmm{"N mm", 1};
+    nmm{"N mm", 1}, nmm_per_radian{"N mm rad-1", 1}, n_per_mm{"N mm-1", -1};
 /// Distances between landmarks: input to the scaling, not its result.
 inline constexpr Unit landmark_mm{"mm"};
 }  // namespace unit

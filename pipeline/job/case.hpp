@@ -27,7 +27,17 @@ struct Distribution {
   std::vector<double> values = {};  ///< table: ascending, equally likely, linear between neighbours
 };
 
-enum class UncertainQuantity { stiffness, reference_strain, attachment, load, rotation_centre, offset };
+enum class UncertainQuantity {
+  stiffness,
+  reference_strain,
+  attachment,
+  load,
+  rotation_centre,
+  offset,
+  thickness,
+  prior_shape,
+  prior_level
+};
 
 /// Which fibres share one draw.
 enum class SharedBy { fibre, bundle, all };
@@ -44,8 +54,9 @@ struct UncertainParameter {
   std::vector<std::size_t> fibres;
   SharedBy shared_by = SharedBy::bundle;
   double correlation = 0.0;               ///< of the fibres of one bundle, with SharedBy::fibre
-  BodyIndex body = BodyIndex::reference;  ///< of the attachment or offset
-  std::int32_t component = 0;             ///< of the offset, in its object
+  BodyIndex body = BodyIndex::reference;  ///< of the attachment, offset or thickness
+  std::int32_t component = 0;             ///< of the offset or thickness, in its object; -1: all
+  std::size_t term = 0;                   ///< of the prior
   UncertainLoad load = UncertainLoad::force;
   std::size_t load_row = 0;  ///< of an applied load or a line
 };
@@ -170,6 +181,7 @@ struct CaseSettings {
   SearchOptions search;
   EquilibriumOptions equilibrium;
   SpineOptions spine;
+  std::vector<PriorTerm> prior;  ///< springs to published curves (schemas/prior.md)
   std::vector<std::int32_t> smooth_degrees;
   bool smooth_recontact = true;  ///< y from the directional gap at every attitude
   bool smooth_robust = false;    ///< fitted with Huber weights

@@ -347,4 +347,108 @@ Push push_at(const PushJob& job, const Eigen::Vector3d& delta, double flexion_ra
   return push;
 }
 
+// [[prior]] of a job.
+
+namespace {
+
+// Passive motion of cadaver knees (Walker, Rovick and Robertson 1988, J Biomech 21:965-974): polynomials of
+// flexion in degrees, from its first power. Their translation is that of the femur on the tibia.
+struct PublishedCurve {
+  PriorCoordinate coordinate;
+  std::array<double, 4> coefficient;
+};
+constexpr PublishedCurve walker_1988[] = {{PriorCoordinate::varus, {0.0791, -5.733e-4, -7.682e-6, 5.759e-8}},
+                                          {PriorCoordinate::internal, {0.3695, -2.958e-3, 7.666e-6, 0.0}},
+                                          {PriorCoordinate::centre_anterior, {-0.1283, 4.796e-4, 0.0, 0.0}}};
+constexpr int last_published_deg = 120;
+
+void set_published(const core::Document& document, const std::string& key, PriorTerm& term)
+{
+  const auto* const curve = std::find_if(std::begin(walker_1988), std::end(walker_1988),
+                                         [&](const auto& one) { return one.coordinate == term.coordinate; });
+  if (curve == std::end(walker_1988)) {
+    document.refuse(key + ".shape", "\"walker-1988\" of " + std::string(name_of(term.coordinate)),
+                    "a table { flexion_deg, value }: published are varus, internal and centre_anterior");
+  }
+  for (int deg = 0; deg <= last_published_deg; ++deg) {
+    double value = 0.0;
+    for (std::size_t k = curve->coefficient.size(); k-- > 0;) value = (value + curve->coefficient[k]) * deg;
+    term.flexion_rad.push_back(rad_from_deg(deg));
+    term.value.push_back(is_angle(term.coordinate) ? rad_from_deg(value) : value);
+  }
+}
+
+void set_table(const core::Document& document, const core::DocumentValue& value, const std::string& key,
+               PriorTerm& term)
+{
+  const FlexionTable table = over_flexion_of(document, value, key, 1);
+  if (table.is_over_driving) document.refuse(key + ".driving", "values of a coordinate", "flexion_deg");
+  term.flexion_rad = table.flexion_rad;
+  for (Eigen::Index i = 0; i < table.value.rows(); ++i)
+    term.value.push_back(is_angle(term.coordinate) ? rad_from_deg(table.value(i, 0)) : table.value(i, 0));
+}
+
+PriorTerm prior_term_of(const core::Document& document, const core::DocumentValue& value,
+                        const std::string& key)
+{
+  PriorTerm term;
+  term.coordinate = core::value_named<PriorCoordinate>(core::text_at(value, "coordinate")).value();
+  const core::DocumentValue& shape = core::value_at(value, "shape");
+  term.shape = shape.is_string() ? shape.get<std::string>() : "table";
+  if (shape.is_string())
+    set_published(document, key, term);
+  else
+    set_table(document, shape, key + ".shape", term);
+  const core::DocumentValue& stiffness = core::value_at(value, "stiffness");
+  term.has_factor = stiffness.is_object();
+  term.stiffness = core::number_at(stiffness, term.has_factor ? "at_least" : "");
+  if (stiffness.contains("times_own")) term.times_own = core::number_at(stiffness, "times_own");
+  if (term.has_factor) term.at_most_times = core::number_at(stiffness, "at_most_times");
+  const core::DocumentValue& level = core::value_at(value, "level");
+  if (level.is_number())
+    term.level = is_angle(term.coordinate) ? rad_from_deg(level.get<double>()) : level.get<double>();
+  return term;
+}
+
+}  // namespace
+
+std::vector<PriorTerm> prior_of(const core::Document& document, const PushJob& push, double band_moment_nmm)
+{
+  std::vector<PriorTerm> terms;
+  int n_definitions = 0;
+  for (const core::DocumentValue& value : core::list_or_empty(document.root, "prior")) {
+    const std::string key = "prior." + std::to_string(terms.size());
+    const PriorTerm term = prior_term_of(document, value, key);
+    if (std::any_of(terms.begin(), terms.end(),
+                    [&](const PriorTerm& t) { return t.coordinate == term.coordinate; }))
+      document.refuse(key + ".coordinate", std::string(name_of(term.coordinate)) + " a second time",
+                      "each coordinate once");
+    if (term.times_own > 0.0 && term.coordinate != PriorCoordinate::internal)
+      document.refuse(
+          key + ".stiffness.times_own", "this key",
+          "none: the joint's own stiffness is measured about Delta, of coordinate = \"internal\"");
+    n_definitions += term.times_own > 0.0 ? 1 : 0;
+    terms.push_back(term);
+  }
+  if (terms.empty()) return terms;
+  if (core::text_at(document.root, "solver.method") != "equilibrium")
+    document.refuse("prior", "[[prior]] with \"stability-search\"", "solver.method = \"equilibrium\"");
+  for (const char* other : {"coordinates", "frames"}) {
+    if (document.root.contains(other))
+      document.refuse("prior", "[[prior]] with [" + std::string(other) + "]", "[grid]");
+  }
+  const bool is_turned = push.is_fixed_in_reference || push.delta.value.rows() != 1 ||
+                         Eigen::Vector3d(push.delta.value.row(0)) != Eigen::Vector3d::UnitY();
+  if (is_turned) document.refuse("prior", "[[prior]] with another push.delta", "push.delta = [0, 1, 0]");
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    if (terms[k].has_factor && n_definitions == 0)
+      document.refuse("prior." + std::to_string(k) + ".stiffness", "at_least without times_own",
+                      "times_own of coordinate = \"internal\", or a number");
+  }
+  if (n_definitions > 0 && band_moment_nmm == 0.0)
+    document.refuse("solver.equilibrium.band_moment_nmm", "0 with times_own of [[prior]]",
+                    "a moment above 0, which measures the joint's own stiffness");
+  return terms;
+}
+
 }  // namespace vrda::job

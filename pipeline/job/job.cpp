@@ -302,6 +302,7 @@ void read_settings(Job& job)
                      core::number_at(root, "solver.equilibrium.contact_resolution_mm")};
   job.spine = {static_cast<int>(core::integer_at(root, "solver.equilibrium.restarts")),
                core::number_at(root, "solver.equilibrium.band_moment_nmm")};
+  job.prior = prior_of(job.document, job.push, job.spine.band_moment_nmm);
   job.ligaments = ligaments_of(job, root);
   if (const core::DocumentValue* compartments = core::find_at(root, "compartments")) {
     job.medial = compartment_of(core::value_at(*compartments, "medial"));

@@ -44,6 +44,11 @@ std::vector<PushTable> tables_of(PushJob& push);
 /// force acts across Delta, along X and Z rotated by the shortest rotation from +Y to Delta.
 Push push_at(const PushJob& job, const Eigen::Vector3d& delta, double flexion_rad, std::size_t frame = 0);
 
+/// [[prior]]: springs to published curves (schemas/prior.md); empty if the job has none. `band_moment_nmm`:
+/// measures the joint's own stiffness. Throws InputError naming the key: a coordinate twice, a curve that is
+/// not published for it, factors without their definition, a method, direction or axes without springs.
+std::vector<PriorTerm> prior_of(const core::Document& document, const PushJob& push, double band_moment_nmm);
+
 // [coordinates] and [frames] of a job: roles of the joint's six coordinates and their values.
 
 /// [coordinates] and [frames], parsed; absent if the job has neither.

@@ -348,6 +348,33 @@ struct SampledCase::State {
       if (part.component[t] == parameter.component) offset_mm = changed(p, 0, sample, offset_mm, 0.0);
     }
   }
+
+  void change_thickness(std::size_t p, int sample, job::Case& sampled) const
+  {
+    const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
+    Part& part = part_of(sampled, parameter.body).contact;
+    const double by_mm = changed(p, 0, sample, 0.0, -std::numeric_limits<double>::infinity());
+    std::vector<bool> is_moved(static_cast<std::size_t>(part.mesh.vertices_mm.rows()), false);
+    for (Eigen::Index t = 0; t < part.mesh.triangles.rows(); ++t) {
+      const bool is_of_it =
+          parameter.component < 0 || part.component[static_cast<std::size_t>(t)] == parameter.component;
+      for (Eigen::Index k = 0; is_of_it && k < 3; ++k)
+        is_moved[static_cast<std::size_t>(part.mesh.triangles(t, k))] = true;
+    }
+    const Points normals = vertex_normals(part.mesh);
+    for (Eigen::Index v = 0; v < normals.rows(); ++v) {
+      if (is_moved[static_cast<std::size_t>(v)]) part.mesh.vertices_mm.row(v) += by_mm * normals.row(v);
+    }
+  }
+
+  void change_prior(std::size_t p, int sample, job::Case& sampled) const
+  {
+    const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
+    PriorTerm& term = sampled.prior.at(parameter.term);
+    const double drawn = changed(p, 0, sample, 0.0, -std::numeric_limits<double>::infinity());
+    (parameter.quantity == UncertainQuantity::prior_shape ? term.shape_change : term.level_change) +=
+        is_angle(term.coordinate) ? rad_from_deg(drawn) : drawn;
+  }
 };
 
 SampledCase::SampledCase(const job::Case& job_case) : state_(std::make_unique<State>(job_case)) {}
@@ -379,7 +406,8 @@ bool SampledCase::has_same_geometry() const
   const auto& parameters = state_->job_case.uncertainty->parameters;
   return std::none_of(parameters.begin(), parameters.end(), [](const UncertainParameter& parameter) {
     return parameter.quantity == UncertainQuantity::rotation_centre ||
-           parameter.quantity == UncertainQuantity::offset;
+           parameter.quantity == UncertainQuantity::offset ||
+           parameter.quantity == UncertainQuantity::thickness;
   });
 }
 
@@ -409,8 +437,12 @@ job::Case SampledCase::at(int sample) const
   sampled.frame.rotation_centre_mm = rotation_centre_mm_at(sample);
   const std::vector<UncertainParameter>& parameters = state.job_case.uncertainty->parameters;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
-    if (parameters[p].quantity == UncertainQuantity::offset) state.change_offset(p, sample, sampled);
-    if (parameters[p].quantity != UncertainQuantity::load) continue;
+    const UncertainQuantity quantity = parameters[p].quantity;
+    if (quantity == UncertainQuantity::offset) state.change_offset(p, sample, sampled);
+    if (quantity == UncertainQuantity::thickness) state.change_thickness(p, sample, sampled);
+    if (quantity == UncertainQuantity::prior_shape || quantity == UncertainQuantity::prior_level)
+      state.change_prior(p, sample, sampled);
+    if (quantity != UncertainQuantity::load) continue;
     for (std::vector<job::Push>* rows : {&sampled.push, &sampled.path_push}) {
       for (job::Push& push : *rows) state.change_load(p, sample, push);
     }

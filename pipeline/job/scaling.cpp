@@ -135,6 +135,7 @@ std::string reason_for_rerun(const Case& loaded, const Eigen::Vector3d& factor)
     return "uncertain lengths and loads do not scale with the joint";
   // The search uses contact and directions only.
   if (factor.x() == 1.0 || loaded.method != "equilibrium") return "";
+  if (!loaded.prior.empty()) return "a prior acts, whose curves do not scale with the joint";
   if (!loaded.ligaments.fibres.empty()) return "ligaments constrain the joint";
   const bool has_moment = std::any_of(loaded.push.begin(), loaded.push.end(), [](const Push& push) {
     const auto is_moment = [](const Eigen::Vector3d& moment_nmm) { return !moment_nmm.isZero(0.0); };

@@ -65,8 +65,9 @@ class UncertaintyReader {
 
   UncertainParameter parameter_of(const core::DocumentValue& value)
   {
-    static const std::array<std::string, 6> quantities{"stiffness", "reference_strain", "attachment",
-                                                       "load",      "rotation_centre",  "offset"};
+    static const std::array<std::string, 9> quantities{"stiffness", "reference_strain", "attachment",
+                                                       "load",      "rotation_centre",  "offset",
+                                                       "thickness", "prior_shape",      "prior_level"};
     UncertainParameter parameter;
     const std::string& quantity = core::text_at(value, "quantity");
     parameter.quantity = static_cast<UncertainQuantity>(
@@ -79,6 +80,8 @@ class UncertaintyReader {
     if (is_of_fibres(parameter.quantity)) set_fibres(value, parameter);
     if (parameter.quantity == UncertainQuantity::load) set_load(value, parameter);
     if (parameter.quantity == UncertainQuantity::offset) set_component(value, parameter);
+    if (parameter.quantity == UncertainQuantity::thickness) set_thickness(value, parameter);
+    if (is_of_prior(parameter.quantity)) set_term(value, parameter);
     if (const std::string& name = core::text_or_empty(value, "name"); !name.empty()) parameter.name = name;
     parameter.distribution = distribution_of(value, parameter);
     check_range(parameter);
@@ -89,6 +92,11 @@ class UncertaintyReader {
   {
     return quantity == UncertainQuantity::stiffness || quantity == UncertainQuantity::reference_strain ||
            quantity == UncertainQuantity::attachment;
+  }
+
+  static bool is_of_prior(UncertainQuantity quantity)
+  {
+    return quantity == UncertainQuantity::prior_shape || quantity == UncertainQuantity::prior_level;
   }
 
   static bool is_vector(UncertainQuantity quantity)
@@ -103,7 +111,9 @@ class UncertaintyReader {
     std::set<std::string> used{"name", "quantity", "distribution"};
     if (is_of_fibres(quantity)) used.insert({"fibre", "bundle", "shared_by", "correlation"});
     if (quantity == UncertainQuantity::attachment) used.insert("body");
-    if (quantity == UncertainQuantity::offset) used.insert({"body", "component"});
+    if (quantity == UncertainQuantity::offset || quantity == UncertainQuantity::thickness)
+      used.insert({"body", "component"});
+    if (is_of_prior(quantity)) used.insert("coordinate");
     if (quantity == UncertainQuantity::load) used.insert("load");
     if (!is_vector(quantity)) used.insert("factor");
     if (distribution == "normal" || distribution == "lognormal") used.insert("sd");
@@ -216,6 +226,33 @@ class UncertaintyReader {
       refuse("component", name.empty() ? "nothing" : "\"" + name + "\"",
              std::string("a component of ") + name_of(parameter.body) + " in contact; the nearest is \"" +
                  nearest_word(name, names) + "\"");
+    parameter.name += " " + name;
+  }
+
+  // Of one component in contact, or of all of the body.
+  void set_thickness(const core::DocumentValue& value, UncertainParameter& parameter)
+  {
+    if (value.contains("component")) return set_component(value, parameter);
+    parameter.body = body_at(value);
+    parameter.component = -1;
+    if (parameter.is_factor) refuse("factor", "true", "false: a thickness changes by mm");
+    parameter.name += std::string(" ") + name_of(parameter.body);
+  }
+
+  void set_term(const core::DocumentValue& value, UncertainParameter& parameter)
+  {
+    const std::string& name = core::text_or_empty(value, "coordinate");
+    std::string known;
+    for (std::size_t k = 0; k < job_.prior.size(); ++k) {
+      const std::string term = name_of(job_.prior[k].coordinate);
+      known += (known.empty() ? "" : ", ") + term;
+      if (term == name) parameter.term = k + 1;
+    }
+    if (parameter.term == 0)
+      refuse("coordinate", name.empty() ? "nothing" : "\"" + name + "\"",
+             known.empty() ? "a job with [[prior]]" : "the coordinate of a [[prior]]: " + known);
+    --parameter.term;
+    if (parameter.is_factor) refuse("factor", "true", "false: the curve changes by degrees or mm");
     parameter.name += " " + name;
   }
 

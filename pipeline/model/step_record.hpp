@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <tuple>
 #include <vector>
 
@@ -59,13 +60,23 @@ enum class StepKind : std::uint8_t {
   /// Solved with varus free. `flexion` counts the flexions of the spine's path, `varus` the starts: the two
   /// chains, restarts, propagated solutions, small offsets (from 1000).
   free_spine = 3,
-  band = 4,    ///< as free_spine with an extra moment about Delta; `varus` 0: against theta, 1: along it
-  sample = 5,  ///< as free_spine with the uncertain inputs of one sample, whose number is `varus`
+  band = 4,         ///< as free_spine with an extra moment about Delta; `varus` 0: against theta, 1: along it
+  sample = 5,       ///< as free_spine with the uncertain inputs of one sample, whose number is `varus`
+  alone_spine = 6,  ///< as free_spine without the prior of the job
+  /// Without the prior, with an extra moment about Delta as `band`: measures the joint's own stiffness.
+  prior_probe = 7,
+  prior_level = 8,  ///< with the prior at the level of one estimation, whose number is `varus`
 };
 
-inline constexpr Named<StepKind> step_kind_names[] = {
-    {StepKind::spine_probe, "spine_probe"}, {StepKind::spine, "spine"}, {StepKind::row, "row"},
-    {StepKind::free_spine, "free_spine"},   {StepKind::band, "band"},   {StepKind::sample, "sample"}};
+inline constexpr Named<StepKind> step_kind_names[] = {{StepKind::spine_probe, "spine_probe"},
+                                                      {StepKind::spine, "spine"},
+                                                      {StepKind::row, "row"},
+                                                      {StepKind::free_spine, "free_spine"},
+                                                      {StepKind::band, "band"},
+                                                      {StepKind::sample, "sample"},
+                                                      {StepKind::alone_spine, "alone_spine"},
+                                                      {StepKind::prior_probe, "prior_probe"},
+                                                      {StepKind::prior_level, "prior_level"}};
 constexpr const auto& names_of(StepKind)
 {
   return step_kind_names;
@@ -357,6 +368,57 @@ struct TensionLine {
   Eigen::Vector3d moving_mm{0.0, 0.0, 0.0};     ///< in the moving object's frame
 };
 
+/// Coordinates that a prior may hold (schemas/prior.md), as stored. `centre_anterior`: the rotation centre of
+/// the reference, between the condyles of a prepared knee, along the moving object's anterior axis.
+enum class PriorCoordinate : std::int8_t {
+  varus = 0,
+  internal = 1,
+  anterior = 2,
+  proximal = 3,
+  lateral = 4,
+  centre_anterior = 5
+};
+inline constexpr Named<PriorCoordinate> prior_coordinate_names[] = {
+    {PriorCoordinate::varus, "varus", "varus, adduction positive"},
+    {PriorCoordinate::internal, "internal", "internal rotation"},
+    {PriorCoordinate::anterior, "anterior", "anterior translation of the moving body"},
+    {PriorCoordinate::proximal, "proximal", "proximal translation of the moving body"},
+    {PriorCoordinate::lateral, "lateral", "lateral translation of the moving body"},
+    {PriorCoordinate::centre_anterior, "centre_anterior",
+     "anterior position of the rotation centre on the moving body"}};
+constexpr const auto& names_of(PriorCoordinate)
+{
+  return prior_coordinate_names;
+}
+inline constexpr auto all_prior_coordinates = values_in(prior_coordinate_names);
+constexpr bool is_angle(PriorCoordinate coordinate)
+{
+  return coordinate == PriorCoordinate::varus || coordinate == PriorCoordinate::internal;
+}
+
+/// One [[prior]]: a spring from a coordinate to a published curve over flexion, mm and rad.
+struct PriorTerm {
+  PriorCoordinate coordinate = PriorCoordinate::internal;
+  std::string shape;                       ///< name of the curve; "table" for numbers of the job
+  std::vector<double> flexion_rad, value;  ///< linear between rows, constant beyond the ends
+  double stiffness = 0.0;                  ///< N mm per rad or N per mm; with `has_factor` the least
+  bool has_factor = false;                 ///< multiplied by the factor of each flexion (solve/prior.hpp)
+  double times_own = 0.0;                  ///< of the one term that defines the factor, else 0
+  double at_most_times = 1.0;              ///< largest factor
+  std::optional<double> level;             ///< added to the curve; absent: estimated from the motion
+  double shape_change = 0.0, level_change = 0.0;  ///< of a sample of an uncertain job
+};
+
+/// The curve of a term without its level, rad or mm.
+double prior_value(const PriorTerm& term, double flexion_rad);
+
+/// A spring of the potential: stiffness / 2 times the squared distance of the coordinate from the target.
+struct CoordinateSpring {
+  PriorCoordinate coordinate = PriorCoordinate::internal;
+  double stiffness = 0.0;  ///< N mm per rad or N per mm
+  double target = 0.0;     ///< rad or mm
+};
+
 /// Loads on the moving object at one flexion, in the solver frame S; frames of the objects are those in S at
 /// zero attitude. The work of the constant (dead) load, the first four members, is
 /// force . translation + moment_nmm * theta + varus_moment_nmm * varus + (point x force) . (Y theta + X
@@ -368,6 +430,7 @@ struct Loads {
   Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
   std::vector<AppliedLoad> applied;
   std::vector<TensionLine> lines;
+  std::vector<CoordinateSpring> springs;  ///< Delta must be +Y
 };
 
 // Result of the independent check of a stable pose. The values are those of the motion model's

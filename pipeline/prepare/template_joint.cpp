@@ -194,6 +194,7 @@ FibreLoads solved_loads(const job::Case& joint, int n_threads, const std::functi
   for (int k = 0; k <= 45; ++k) coarse.path_flexion_deg.push_back(2.0 * k);
   coarse.path_push.assign(coarse.path_flexion_deg.size(), joint.push.front());
   coarse.spine = {0, 0.0};
+  coarse.prior.clear();
   solve::CaseSolver solver(coarse, n_threads);
   const solve::SweepResult result = solve::sweep(
       solve::plan_of(coarse), [&](const solve::StepTask& task) { return solver(task); }, {{}, {}, is_stopped},

@@ -298,7 +298,7 @@ class SampleRun {
     const job::Case sampled = inputs_.at(sample);
     solve::CaseSolver solver(sampled, 1, joint_);
     const solve::SolveStep solve = [&](const solve::StepTask& task) { return solver(task); };
-    return solve::sample_motion(plan_, job_, solve, {sample, core::is_interrupted});
+    return solve::sample_motion(plan_, job_, solve, {sample, sampled.prior, core::is_interrupted});
   }
 
   const solve::SweepPlan& plan_;

@@ -13,6 +13,7 @@
 #include "core/units.hpp"
 #include "job/job.hpp"
 #include "model/frames.hpp"
+#include "solve/prior.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda::solve {
@@ -90,6 +91,8 @@ solve::SweepPlan plan_of(const job::Case& job_case)
     plan.has_band =
         job_case.spine.band_moment_nmm > 0.0 && !job_case.ligaments.fibres.empty() && is_internal_free;
     plan.n_restarts = job_case.spine.n_restarts;
+    plan.prior = job_case.prior;
+    plan.band_moment_nmm = job_case.spine.band_moment_nmm;
     return plan;
   }
   if (job_case.compartment_of_triangle.empty()) plan.spine = solve::SpineRule::nearest_zero;
@@ -347,6 +350,7 @@ StepRecord CaseSolver::operator()(const solve::StepTask& task, const SearchObser
       task.seed, frame_of(case_, case_.path_push.at(static_cast<std::size_t>(task.seed_path_row))), frame);
   Loads loads = loads_of(case_, push);
   loads.moment_nmm += task.band * case_.spine.band_moment_nmm;
+  loads.springs = task.springs;
   if (worker.coordinates) {
     return task.is_measured || !is_plain(*case_.coordinates, frame)
                ? solve_coordinates(task, seed, frame, loads, *worker.coordinates)
@@ -657,6 +661,103 @@ void set_spine(store::FreeSpine& spine, const job::Case& job_case, const solve::
   }
 }
 
+// The forces of springs, fibres and push at one pose of the spine.
+struct SpineForces {
+  std::vector<CoordinateSpring> springs;
+  StepRecord pose;
+  Potential fibres;
+  double push_moment_nmm = 0.0;
+};
+
+// One row of each term, angles in degrees.
+void add_term_rows(std::vector<store::PriorTermRows>& terms, const SpineForces& at)
+{
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    const CoordinateSpring& spring = at.springs[k];
+    const double value =
+        is_stable(at.pose) ? coordinate_value(spring.coordinate, at.pose.varus_rad, at.pose.pose).value : nan;
+    const double scale = is_angle(spring.coordinate) ? deg_from_rad(1.0) : 1.0, off = value - spring.target;
+    terms[k].curve.push_back(scale * spring.target);
+    terms[k].value.push_back(scale * value);
+    terms[k].stiffness.push_back(spring.stiffness);
+    terms[k].force.push_back(-spring.stiffness * off);
+    terms[k].energy_nmm.push_back(0.5 * spring.stiffness * off * off);
+  }
+}
+
+// After add_term_rows().
+void add_shares(store::PriorRows& rows, const SpineForces& at, double own_stiffness)
+{
+  double moment_nmm = 0.0, stiffness = 0.0, energy_nmm = 0.0;
+  for (std::size_t k = 0; k < at.springs.size(); ++k) {
+    energy_nmm += rows.terms[k].energy_nmm.back();
+    if (at.springs[k].coordinate != PriorCoordinate::internal) continue;
+    moment_nmm = rows.terms[k].force.back();
+    stiffness = at.springs[k].stiffness;
+  }
+  const auto share = [&](double part, double all) {
+    return !is_stable(at.pose) ? nan : all > 0.0 ? part / all : 0.0;
+  };
+  const double of_fibres_nmm = -at.fibres.gradient(about_y);
+  // Whatever balances springs, fibres and push comes from the contacts.
+  const double of_contacts_nmm = -(moment_nmm + of_fibres_nmm + at.push_moment_nmm);
+  rows.rotation_share.push_back(share(stiffness, stiffness + own_stiffness));
+  rows.moment_share.push_back(share(std::abs(moment_nmm), std::abs(moment_nmm) + std::abs(of_fibres_nmm) +
+                                                              std::abs(at.push_moment_nmm) +
+                                                              std::abs(of_contacts_nmm)));
+  rows.energy_share.push_back(share(energy_nmm, energy_nmm + at.fibres.energy_nmm));
+}
+
+store::BonesAlone bones_alone_rows(const SolverFrame& frame, const std::vector<solve::FreeSpineStep>& steps)
+{
+  store::BonesAlone alone;
+  for (const solve::FreeSpineStep& step : steps) {
+    const StepRecord& r = step.chosen;
+    const bool is_posed = is_stable(r);
+    const Eigen::Vector3d t_mm =
+        is_posed ? world_translation_mm(frame, r.pose) : Eigen::Vector3d(Eigen::Vector3d::Constant(nan));
+    alone.status.push_back(static_cast<std::int8_t>(r.status));
+    alone.tx_mm.push_back(t_mm.x());
+    alone.ty_mm.push_back(t_mm.y());
+    alone.tz_mm.push_back(t_mm.z());
+    alone.theta_deg.push_back(is_posed ? deg_from_rad(r.pose.theta_rad) : nan);
+    alone.varus_deg.push_back(is_posed ? deg_from_rad(r.varus_rad) : nan);
+    alone.energy_nmm.push_back(is_posed ? r.balance.energy_nmm : nan);
+    alone.n_optima.push_back(step.n_optima);
+  }
+  return alone;
+}
+
+store::PriorRows prior_rows(const job::Case& job_case, const solve::SweepResult& result)
+{
+  store::PriorRows rows;
+  rows.own_stiffness = result.prior.own_stiffness;
+  for (const PriorTerm& term : job_case.prior) {
+    const double level = result.prior.level.at(rows.terms.size());
+    store::PriorTermRows& row = rows.terms.emplace_back();
+    row.coordinate = static_cast<std::int8_t>(term.coordinate);
+    row.shape = term.shape;
+    row.level = is_angle(term.coordinate) ? deg_from_rad(level) : level;
+    row.is_level_free = !term.level.has_value();
+  }
+  const model::Ligaments ligaments = model::solver_ligaments(job_case.ligaments, job_case.frame);
+  for (std::size_t i = 0; i < result.free_spine.size(); ++i) {
+    const double flexion_rad = rad_from_deg(job_case.grid.flexion_deg[i]);
+    SpineForces at{springs_at(job_case.prior, result.prior, flexion_rad),
+                   result.free_spine[i].chosen,
+                   {},
+                   job_case.push[i].moment_nmm};
+    if (is_stable(at.pose) && !ligaments.fibres.empty())
+      at.fibres = model::ligament_energy(ligaments, {flexion_rad, at.pose.varus_rad}, at.pose.pose);
+    add_term_rows(rows.terms, at);
+    add_shares(rows, at, rows.own_stiffness[i]);
+  }
+  std::sort(rows.terms.begin(), rows.terms.end(),
+            [](const auto& a, const auto& b) { return a.coordinate < b.coordinate; });
+  rows.bones_alone = bones_alone_rows(job_case.frame, result.alone);
+  return rows;
+}
+
 }  // namespace
 
 store::LigamentRows ligament_rows(const model::Ligaments& canonical)
@@ -699,6 +800,7 @@ void add_balance(store::MotionModel& model, const job::Case& job_case, const sol
     model.equilibrium->forces = force_rows(model, result.cells);
     set_spine(model.equilibrium->spine, job_case, result);
   }
+  if (!result.alone.empty()) model.prior = prior_rows(job_case, result);
   if (model.contact_paths) model.contact_paths = store::contact_paths_of(model);
 }
 

@@ -156,6 +156,7 @@ std::vector<SpreadShare> spread_shares(const store::UncertainMotion& motion, std
 
 struct SampleOptions {
   std::int32_t sample = 0;           ///< number of the sample, in the keys
+  std::vector<PriorTerm> prior;      ///< of the sample
   std::function<bool()> is_stopped;  ///< polled
 };
 

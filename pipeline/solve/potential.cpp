@@ -103,6 +103,63 @@ Potential energy_of(const LoadPotential& loads, const Attitude& attitude, const 
   return sum;
 }
 
+CoordinateValue coordinate_value(PriorCoordinate coordinate, double varus_rad, const MovingPose& pose)
+{
+  CoordinateValue q;
+  const Eigen::Vector3d& t = pose.translation_mm;
+  const auto linear = [&](double value, Eigen::Index k) {
+    q.value = value;
+    q.gradient(k) = 1.0;
+    return q;
+  };
+  switch (coordinate) {
+    case PriorCoordinate::varus:
+      return linear(varus_rad, about_varus);
+    case PriorCoordinate::internal:
+      return linear(pose.theta_rad, about_y);
+    case PriorCoordinate::anterior:
+      return linear(t.x(), along_x);
+    case PriorCoordinate::proximal:
+      return linear(t.y(), along_y);
+    case PriorCoordinate::lateral: {  // along the flexion axis Rx(-varus) Z
+      const SinCos varus = sin_cos(varus_rad);
+      q.value = varus.sin * t.y() + varus.cos * t.z();
+      q.gradient(along_y) = varus.sin;
+      q.gradient(along_z) = varus.cos;
+      q.gradient(about_varus) = varus.cos * t.y() - varus.sin * t.z();
+      q.hessian(about_varus, about_varus) = -q.value;
+      q.hessian(about_varus, along_y) = q.hessian(along_y, about_varus) = varus.cos;
+      q.hessian(about_varus, along_z) = q.hessian(along_z, about_varus) = -varus.sin;
+      return q;
+    }
+    case PriorCoordinate::centre_anterior: {  // X component of Ry(-theta) (0 - t)
+      const SinCos theta = sin_cos(pose.theta_rad);
+      q.value = theta.sin * t.z() - theta.cos * t.x();
+      q.gradient(along_x) = -theta.cos;
+      q.gradient(along_z) = theta.sin;
+      q.gradient(about_y) = theta.cos * t.z() + theta.sin * t.x();
+      q.hessian(about_y, about_y) = -q.value;
+      q.hessian(about_y, along_x) = q.hessian(along_x, about_y) = theta.sin;
+      q.hessian(about_y, along_z) = q.hessian(along_z, about_y) = theta.cos;
+      return q;
+    }
+  }
+  throw InternalError("a coordinate of a prior");
+}
+
+Potential energy_of(const std::vector<CoordinateSpring>& springs, double varus_rad, const MovingPose& pose)
+{
+  Potential sum;
+  for (const CoordinateSpring& spring : springs) {
+    const CoordinateValue q = coordinate_value(spring.coordinate, varus_rad, pose);
+    const double force = spring.stiffness * (q.value - spring.target);
+    sum.energy_nmm += 0.5 * force * (q.value - spring.target);
+    sum.gradient += force * q.gradient;
+    sum.hessian += spring.stiffness * q.gradient * q.gradient.transpose() + force * q.hessian;
+  }
+  return sum;
+}
+
 namespace {
 
 // Newton's method safeguarded by bisection: 60 halvings reduce 1000 mm to rounding.
@@ -155,6 +212,12 @@ Potential potential_at(const NonContactForces& forces, const Configuration& conf
     u.hessian += applied.hessian;
   }
   const Loads& loads = forces.loads;
+  if (!loads.springs.empty()) {
+    const Potential springs = energy_of(loads.springs, configuration.varus_rad, pose);
+    u.energy_nmm += springs.energy_nmm;
+    u.gradient += springs.gradient;
+    u.hessian += springs.hessian;
+  }
   const Eigen::Vector3d turning_nmm = loads.point_mm.cross(loads.force_n);
   Vector5d push;
   push << loads.force_n, loads.moment_nmm + turning_nmm.y(), loads.varus_moment_nmm + turning_nmm.x();

@@ -40,6 +40,18 @@ LoadPotential potential_near(const Loads& loads, const Attitude& attitude, const
 /// Energy with derivatives. The constant part counts with its work from zero coordinates.
 Potential energy_of(const LoadPotential& loads, const Attitude& attitude, const MovingPose& pose);
 
+/// A coordinate of a prior (model/step_record.hpp) at a pose with Delta = +Y, rad or mm, with its first and
+/// second derivatives over the coordinates of S. Right-knee signs, as everything in S.
+struct CoordinateValue {
+  double value = 0.0;
+  Vector5d gradient = Vector5d::Zero();
+  Matrix5d hessian = Matrix5d::Zero();
+};
+CoordinateValue coordinate_value(PriorCoordinate coordinate, double varus_rad, const MovingPose& pose);
+
+/// Energy of the springs with derivatives, N mm.
+Potential energy_of(const std::vector<CoordinateSpring>& springs, double varus_rad, const MovingPose& pose);
+
 // The potential of the equilibrium, ligament energy minus work of the loads, and its
 // certificate: whether compressive contact forces balance loads and ligaments.
 
@@ -57,10 +69,11 @@ struct NonContactForces {
   const LoadPotential* applied = nullptr;
 
   /// Whether the potential is linear in the coordinates, so that a plan needs no expansion.
-  bool is_linear() const { return ligaments.fibres.empty() && applied == nullptr; }
+  bool is_linear() const { return ligaments.fibres.empty() && applied == nullptr && loads.springs.empty(); }
 };
 
-/// Ligament energy minus work of the loads, N mm, with derivatives over the configuration (angles in rad).
+/// Energy of ligaments and springs minus work of the loads, N mm, with derivatives over the configuration
+/// (angles in rad).
 Potential potential_at(const NonContactForces& forces, const Configuration& configuration);
 
 /// Proximal term: stiffness / 2 times the squared step from the seed, without the height. Negligible against

@@ -15,6 +15,7 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "solve/prior.hpp"
 #include "solve/stability_search.hpp"
 
 namespace vrda::solve {
@@ -357,6 +358,8 @@ constexpr std::int32_t max_passes = 20;
 constexpr std::int32_t max_polish_rounds = 5;
 // Number of the first step of a polish, above those of chains, restarts and propagations.
 constexpr std::int32_t first_polish_number = 1000;
+// Of the start that the plan has, below the first step of a polish.
+constexpr std::int32_t plan_start_number = first_polish_number - 1;
 struct Stopped {};  // thrown and caught inside a worker to end it
 
 class Sweep {
@@ -550,6 +553,7 @@ class Sweep {
     task.attitude = {plan_.flexion_rad[static_cast<std::size_t>(key.flexion)],
                      plan_.varus_rad[static_cast<std::size_t>(key.varus)]};
     task.path_row = path_row_of(key);
+    task.springs = springs_of(task.path_row);
     task.worker = worker;
     return kept(solve_from_seeds(
         task, seeds, plan_.max_seed_step_rad, [this](const StepTask& part) { return solved(part); },
@@ -560,6 +564,12 @@ class Sweep {
   std::int32_t path_row_of(const StepKey& key) const
   {
     return key.kind == StepKind::free_spine ? key.flexion : path_row_[static_cast<std::size_t>(key.flexion)];
+  }
+
+  std::vector<CoordinateSpring> springs_of(std::int32_t path_row) const
+  {
+    return plan_.springs.empty() ? std::vector<CoordinateSpring>{}
+                                 : plan_.springs[static_cast<std::size_t>(path_row)];
   }
 
   Seed seed_of(const StepRecord& record) const
@@ -581,6 +591,7 @@ class Sweep {
     task.seed_path_row = seed.path_row;
     task.is_varus_free = true;
     task.band = band;
+    task.springs = springs_of(task.path_row);
     if (key.kind == StepKind::free_spine) task.known = &ends_[static_cast<std::size_t>(key.flexion)];
     task.is_measured = plan_.is_varus_free && !plan_.measures_chosen && band == 0;  // it may become a cell
     task.worker = worker;
@@ -661,10 +672,13 @@ class Sweep {
     }
   }
 
-  // Starts rotated and shifted from the lower result of both chains.
+  // Starts rotated and shifted from the lower result of both chains, and the start that the plan has.
   void restart(std::int32_t i, int worker)
   {
     const auto row = static_cast<std::size_t>(i);
+    if (!plan_.starts.empty() && plan_.starts[row])
+      ends_[row].push_back(
+          free_step({StepKind::free_spine, i, plan_start_number}, seed_of(*plan_.starts[row]), worker));
     const StepRecord lower = select_lowest(ends_[row]).chosen;
     const Seed from = lower.status == StepStatus::stable ? seed_of(lower) : path_seeds_[row];
     for (std::size_t k = 0; k < offsets_.size(); ++k) {
@@ -807,6 +821,7 @@ class Sweep {
 
 SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks, int n_threads)
 {
+  if (!plan.prior.empty()) return sweep_with_prior(plan, solve, hooks, n_threads);
   return Sweep(plan, solve, hooks).run(n_threads);
 }
 

@@ -165,6 +165,20 @@ struct SweepPlan {
   /// The flexions whose rows are solved, each once; absent: all, empty: the spine only. The spine is always
   /// needed, solved or recalled.
   std::optional<std::vector<std::int32_t>> rows;
+  /// Springs to published curves; with `free_varus` only. The spine is then solved without them first.
+  std::vector<PriorTerm> prior;
+  double band_moment_nmm = 0.0;  ///< of the steps with `band`: measures the joint's own stiffness
+  // Of a sweep with a prior, once it is estimated; each [n_path] or empty.
+  std::vector<std::vector<CoordinateSpring>> springs;
+  std::vector<std::optional<StepRecord>> starts;  ///< further starts of the spine
+};
+
+/// What the springs of a plan depend on besides its terms (solve/prior.hpp).
+struct PriorState {
+  std::vector<double> flexion_rad;    ///< [n_flexion] of the grid
+  std::vector<double> own_stiffness;  ///< [n_flexion] N mm per rad about Delta; NaN where not measured
+  std::vector<double> factor;         ///< [n_flexion] of the terms with a factor
+  std::vector<double> level;          ///< [n_terms] rad or mm
 };
 
 inline const std::vector<double>& path_of(const SweepPlan& plan)
@@ -184,7 +198,8 @@ struct StepTask {
   const std::vector<StepRecord>* known = nullptr;  ///< results of other starts of the same step
   int band = 0;             ///< -1 or +1: with the extra moment against theta or with it
   bool is_measured = true;  ///< false: only pose, status and energy are needed, under no key of the result
-  int worker = 0;           ///< index below the number of threads, for scratch memory kept between steps
+  std::vector<CoordinateSpring> springs = {};
+  int worker = 0;  ///< index below the number of threads, for scratch memory kept between steps
 };
 
 /// Pure but for logging under `task.key`; called from several threads at once. A spine cell is solved as a
@@ -203,6 +218,8 @@ struct SweepResult {
   std::vector<std::int32_t> spine_column;  ///< [n_flexion] varus index, -1 if stopped
   std::vector<FreeSpineStep> free_spine;   ///< [n_flexion] with SpineRule::free_varus, else empty
   bool is_complete = false;                ///< the spine and every requested row are solved
+  std::vector<FreeSpineStep> alone;        ///< [n_flexion] without the prior, else empty
+  PriorState prior;                        ///< of a plan with a prior
 };
 
 /// Rethrows the first exception of `solve` or a hook after the other workers have finished their steps.

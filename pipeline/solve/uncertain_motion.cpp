@@ -8,6 +8,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/sampled_case.hpp"
+#include "solve/prior.hpp"
 
 namespace vrda::solve {
 namespace {
@@ -417,6 +418,7 @@ class SampleMotion {
     task.seed_attitude = seed.attitude;
     task.seed_path_row = seed.path_row;
     task.is_varus_free = true;
+    task.springs = springs_at(options_.prior, job_.prior, plan_.flexion_rad[static_cast<std::size_t>(i)]);
     return task;
   }
 

@@ -122,6 +122,10 @@ class StructureCheck : public RegistryVisitor {
 
   static bool is_before(const SmoothedSet& a, const SmoothedSet& b) { return a.degree < b.degree; }
   static bool is_before(const AuditSet& a, const AuditSet& b) { return a.name < b.name; }
+  static bool is_before(const PriorTermRows& a, const PriorTermRows& b)
+  {
+    return a.coordinate < b.coordinate;
+  }
 
   void report(const std::string& where, const std::string& found, const std::string& wanted)
   {

@@ -85,6 +85,7 @@ std::vector<std::string> all_set_names(const store::MotionModel& model)
 {
   std::vector<std::string> sets = set_names(model);
   for (std::string& name : quantile_set_names(model)) sets.push_back(std::move(name));
+  if (model.prior) sets.emplace_back(store::bones_alone_name);
   return sets;
 }
 
@@ -553,6 +554,12 @@ Motion::Motion(const store::MotionModel& model, const std::string& set) : Motion
   } else if (set == "zero_varus") {
     check(has_pose(model.zero_varus), "the set is one of set_names");
     use_flexion_table(raw_.flexion_rad, model.zero_varus->source, *model.zero_varus);
+  } else if (set == store::bones_alone_name) {
+    check(model.prior.has_value(), "the set is one of all_set_names");
+    std::vector<std::int8_t> posed;
+    for (const std::int8_t status : model.prior->bones_alone.status)
+      posed.push_back(status == status_stable ? std::int8_t{0} : std::int8_t{-1});
+    use_flexion_table(raw_.flexion_rad, posed, model.prior->bones_alone);
   } else if (const auto sample = quantile_motion(model, set)) {
     use_flexion_table(raw_.flexion_rad, sample->contact, *sample);
   } else if (set != "raw") {

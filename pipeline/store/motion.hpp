@@ -163,7 +163,7 @@ std::string chosen_set(const store::MotionModel& model, const std::string& file,
 /// Of an uncertain job "quantile_0", "quantile_5", "quantile_50", "quantile_95" and "quantile_100", each the
 /// motion over flexion of the sample with that rank in internal rotation; of other models none.
 std::vector<std::string> quantile_set_names(const store::MotionModel& model);
-/// The names of both.
+/// The names of both, and "bones_alone" of a model with a prior: the motion over flexion without it.
 std::vector<std::string> all_set_names(const store::MotionModel& model);
 
 /// One set of a motion model, ready for evaluation. Copies the required data of the model.

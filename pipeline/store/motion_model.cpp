@@ -69,6 +69,29 @@ bool set_group_name(SmoothedSet& set, const std::string& name)
   return group_name(set) == name;
 }
 
+std::string group_name(const PriorTermRows& term)
+{
+  return name_of(static_cast<PriorCoordinate>(term.coordinate));
+}
+bool set_group_name(PriorTermRows& term, const std::string& name)
+{
+  const auto coordinate = value_named<PriorCoordinate>(name);
+  if (coordinate) term.coordinate = static_cast<std::int8_t>(*coordinate);
+  return coordinate.has_value();
+}
+
+double rotation_share_of(const PriorRows& prior)
+{
+  double sum = 0.0;
+  int n = 0;
+  for (const double share : prior.rotation_share) {
+    if (!std::isfinite(share)) continue;
+    sum += share;
+    ++n;
+  }
+  return n > 0 ? sum / n : nan;
+}
+
 std::string group_name(const AuditSet& audit)
 {
   return audit.name;
@@ -205,6 +228,7 @@ MotionModel with_pending_cells(MotionModel model)
   model.two_sided.reset();
   model.default_motion.reset();
   model.uncertainty.reset();
+  model.prior.reset();
   model.repair.reset();
   model.zero_varus.reset();
   model.audits.clear();
@@ -317,7 +341,10 @@ class Scale : public RegistryVisitor {
   bool may_change() const override { return true; }
 
  private:
-  double factor_of(const Unit& units) const { return units.length_power == 0 ? 1.0 : factor_; }
+  double factor_of(const Unit& units) const
+  {
+    return units.length_power == 0 ? 1.0 : units.length_power > 0 ? factor_ : 1.0 / factor_;
+  }
 
   void visit_attribute(const std::string&, const std::string&, Attribute value, const Unit& units) override
   {

@@ -136,6 +136,45 @@ struct DefaultMotion {
   std::string reason;  ///< why it is not the smoothed motion, one sentence; empty if that meets the criteria
 };
 
+/// One spring of a job with a prior, at the equilibria of the spine. NaN where that is not stable. Degrees or
+/// mm, N mm per rad or N per mm, N mm or N, by the coordinate.
+struct PriorTermRows {
+  std::int8_t coordinate = 0;                               ///< PriorCoordinate; the name of its group
+  std::string shape;                                        ///< "walker-1988" or "table"
+  double level = 0.0;                                       ///< added to the curve
+  bool is_level_free = false;                               ///< estimated from the motion
+  std::vector<double> curve;                                ///< [n_flexion] with the level
+  std::vector<double> value, stiffness, force, energy_nmm;  ///< [n_flexion]; force: on the coordinate
+};
+std::string group_name(const PriorTermRows& term);
+bool set_group_name(PriorTermRows& term, const std::string& name);
+inline const char* allowed_group_names(const PriorTermRows&)
+{
+  return "varus, internal, anterior, proximal, lateral or centre_anterior";
+}
+
+/// The motion of the spine without the prior.
+struct BonesAlone {
+  std::vector<std::int8_t> status;                     ///< [n_flexion] StepStatus
+  std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;  ///< [n_flexion] as the surfaces; NaN where not stable
+  std::vector<double> varus_deg, energy_nmm;
+  std::vector<std::int32_t> n_optima;  ///< distinct equilibria
+};
+/// Its name as a motion, after those of set_names().
+inline constexpr const char* bones_alone_name = "bones_alone";
+
+/// A prior (schemas/prior.md), its part in the motion, and the motion without it.
+struct PriorRows {
+  std::vector<PriorTermRows> terms;
+  std::vector<double> own_stiffness;  ///< [n_flexion] N mm per rad about Delta without it; NaN: not measured
+  /// [n_flexion] Shares of the prior: of the stiffness about Delta, which is the share of the rotation that
+  /// it decides; of the moments about Delta; of the energy. NaN where the spine is not stable.
+  std::vector<double> rotation_share, moment_share, energy_share;
+  BonesAlone bones_alone;
+};
+/// Mean share of the rotation over the flexions, NaN without one.
+double rotation_share_of(const PriorRows& prior);
+
 /// Which compartments are in contact in a two-sided pose.
 enum class TwoSidedContact : std::int8_t {
   no_pose = -1,
@@ -449,6 +488,7 @@ struct MotionModel {
   std::optional<TwoSided> two_sided;            ///< only with compartments
   std::optional<DefaultMotion> default_motion;  ///< as `run` decided it; files before 1.10 have none
   std::optional<UncertainMotion> uncertainty;   ///< if the job has [uncertainty], once it is solved
+  std::optional<PriorRows> prior;               ///< if the job has [[prior]], once it is solved
   std::optional<RepairedFrames> repair;         ///< of a repaired measurement; only with frames
   std::optional<ZeroVarus> zero_varus;          ///< after `reduce`
   std::vector<AuditSet> audits;                 ///< by name
@@ -496,8 +536,8 @@ MotionModel scaled_model(MotionModel model, double factor);
 // HDF5 file of the motion model (schemas/motion-model.md).
 
 inline constexpr const char* format_name = "vrda motion model";
-inline constexpr const char* format_version = "1.10";
-inline constexpr int format_minor_version = 10;
+inline constexpr const char* format_version = "1.11";
+inline constexpr int format_minor_version = 11;
 /// Smallest minor version that readers accept; later ones add objects, which are ignored.
 inline constexpr int least_minor_version = 7;
 

@@ -56,6 +56,41 @@ void visit_two_sided(TwoSided& motion, RegistryVisitor& visit)
   visit({group + "/gap_lateral", flexion, unit::mm, number(posed), "gap along Delta of the lateral compartment"}, motion.gap_lateral_mm);
 }
 
+void visit_prior(PriorRows& prior, RegistryVisitor& visit)
+{
+  const std::vector<std::string> flexion{"/flexion"};
+  visit.group("/prior");
+  visit({"/prior/own_stiffness", flexion, unit::nmm_per_radian, number_or_nan(), "stiffness of the joint about Delta without the prior; NaN: not measured"}, prior.own_stiffness);
+  visit({"/prior/rotation_share", flexion, unit::one, number_or_nan(), "share of the prior in the stiffness about Delta, and so in the rotation"}, prior.rotation_share);
+  visit({"/prior/moment_share", flexion, unit::one, number_or_nan(), "share of the prior in the moments about Delta"}, prior.moment_share);
+  visit({"/prior/energy_share", flexion, unit::one, number_or_nan(), "share of the prior in the energy of springs and fibres"}, prior.energy_share);
+  visit.group("/prior/terms");
+  visit.list("/prior/terms", prior.terms);
+  for (PriorTermRows& term : prior.terms) {
+    const std::string group = "/prior/terms/" + group_name(term);
+    const bool turns = is_angle(static_cast<PriorCoordinate>(term.coordinate));
+    const Unit units = turns ? unit::degree : unit::mm;
+    visit.group(group);
+    visit.attribute(group, "shape", term.shape);
+    visit.attribute(group, "level", term.level, units);
+    visit.attribute(group, "is_level_free", term.is_level_free);
+    visit({group + "/curve", flexion, units, number(), "target of the spring: published curve and level"}, term.curve);
+    visit({group + "/value", flexion, units, number_or_nan(), "value of the coordinate at equilibrium"}, term.value);
+    visit({group + "/stiffness", flexion, turns ? unit::nmm_per_radian : unit::n_per_mm, above_0(), "stiffness of the spring"}, term.stiffness);
+    visit({group + "/force", flexion, turns ? unit::nmm : unit::n, number_or_nan(), "generalised force of the spring on the coordinate"}, term.force);
+    visit({group + "/energy", flexion, unit::nmm, number_or_nan(), "energy of the spring"}, term.energy_nmm);
+  }
+  const std::string group = "/prior/bones_alone";
+  BonesAlone& alone = prior.bones_alone;
+  const ValueCondition stable = where_stable(alone.status);
+  visit.group(group);
+  visit({group + "/status", flexion, unit::none, codes(FlagSet::solver_status), "how the motion step without the prior ended"}, alone.status);
+  visit({group + "/varus", flexion, unit::degree, number(stable), "varus at equilibrium, adduction positive"}, alone.varus_deg);
+  visit_poses(alone, group, flexion, number(stable), visit);
+  visit({group + "/energy", flexion, unit::nmm, number(stable), "energy at equilibrium"}, alone.energy_nmm);
+  visit({group + "/n_optima", flexion, unit::one, count(), "distinct equilibria found from the different starts"}, alone.n_optima);
+}
+
 void visit_repair(RepairedFrames& repair, RegistryVisitor& visit)
 {
   const std::string group = "/repair";
@@ -579,6 +614,7 @@ void visit_registry(MotionModel& model, RegistryVisitor& visit)
   if (has_optional(visit, "/ligaments", model.ligaments)) visit_ligaments(model, visit);
   if (has_optional(visit, "/uncertainty", model.uncertainty))
     visit_uncertainty(*model.uncertainty, model.ligaments.has_value(), visit);
+  if (has_optional(visit, "/prior", model.prior)) visit_prior(*model.prior, visit);
   if (has_optional(visit, "/two_sided", model.two_sided)) visit_two_sided(*model.two_sided, visit);
   if (has_optional(visit, "/default_motion", model.default_motion)) {
     visit.group("/default_motion");

@@ -27,7 +27,7 @@ class RegistryVisitor {
                    std::vector<std::int8_t>*, std::vector<std::int32_t>*, std::vector<std::int64_t>*, GridD*,
                    GridB*, GridI*, Exponents*, Points*, Points32*, Triangles*>;
   using Attribute = std::variant<std::string*, bool*, double*, std::int32_t*, Eigen::Vector3d*>;
-  using List = std::variant<std::vector<SmoothedSet>*, std::vector<AuditSet>*>;
+  using List = std::variant<std::vector<SmoothedSet>*, std::vector<AuditSet>*, std::vector<PriorTermRows>*>;
 
   virtual ~RegistryVisitor() = default;
   /// Whether it fills or changes what it visits. The others may visit constant models.
@@ -245,6 +245,7 @@ void visit_equilibrium(MotionModel& model, RegistryVisitor& visit);
 void visit_coordinates(MotionModel& model, RegistryVisitor& visit);
 void visit_ligaments(MotionModel& model, RegistryVisitor& visit);
 void visit_uncertainty(UncertainMotion& motion, bool has_fibres, RegistryVisitor& visit);
+void visit_prior(PriorRows& prior, RegistryVisitor& visit);
 void visit_inputs(std::vector<InputFile>& inputs, RegistryVisitor& visit);
 
 }  // namespace registry

@@ -50,6 +50,12 @@ fs::path uncertain_knee(const Scratch& scratch)
   return scratch.write("uncertain.toml", test::coarse_knee_text + test::stiffness_and_strain);
 }
 
+/// The same knee with a prior, whose curve and the cartilage are uncertain.
+fs::path knee_with_prior(const Scratch& scratch)
+{
+  return scratch.write("prior.toml", test::coarse_knee_text + test::prior_and_its_spread);
+}
+
 const std::vector<std::string> equilibrium{"--set", "solver.method=equilibrium"};
 
 std::vector<std::string> equilibrium_and(const std::vector<std::string>& more)
@@ -66,6 +72,7 @@ const std::vector<Kind> kinds{
     {"offset", longer_knee, equilibrium_and({"--set", "reference.component.0.offset_mm=0.8"}), 20000},
     {"frames", frames, equilibrium},
     {"samples", uncertain_knee, {}, 12000},
+    {"prior", knee_with_prior, {}, 12000},
 };
 
 class SameBytes : public testing::TestWithParam<Kind> {

@@ -116,6 +116,34 @@ varus = "free"
 degrees = [1]
 )";
 
+const std::string prior_and_its_spread = R"(
+[[prior]]
+coordinate = "internal"
+shape = "walker-1988"
+stiffness = { at_least = 4126, times_own = 2.2 }
+[[prior]]
+coordinate = "centre_anterior"
+shape = "walker-1988"
+stiffness = { at_least = 4 }
+[uncertainty]
+samples = 12
+[[uncertainty.parameter]]
+quantity = "prior_shape"
+coordinate = "internal"
+distribution = "normal"
+sd = 5
+[[uncertainty.parameter]]
+quantity = "prior_level"
+coordinate = "internal"
+distribution = "normal"
+sd = 3
+[[uncertainty.parameter]]
+quantity = "thickness"
+body = "reference"
+distribution = "normal"
+sd = 0.4
+)";
+
 const std::string stiffness_and_strain = R"(
 [uncertainty]
 samples = 48

@@ -54,6 +54,7 @@ void expect_run_refused(const std::filesystem::path& job, const std::filesystem:
 
 /// A job of the generic knee, coarse, varus free; 48 samples of uncertain stiffnesses and strains for it.
 extern const std::string coarse_knee_text;
+extern const std::string prior_and_its_spread;
 extern const std::string stiffness_and_strain;
 
 /// A test in a folder of its own.
