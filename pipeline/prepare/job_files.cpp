@@ -36,7 +36,7 @@ constexpr const char* prior_text =
     "do\n# not determine the rotation about the tibia. vrda run solves the motion without it too. "
     "--no-prior leaves\n# it out; schemas/prior.md.\n"
     "[[prior]]\ncoordinate = \"internal\"                # N mm per rad\nshape = \"walker-1988\"\n"
-    "stiffness = { at_least = 4126, times_own = 2.2, at_most_times = 30 }\nlevel = \"free\"\n\n"
+    "stiffness = { at_least = 4126, times_own = 4, at_most_times = 30 }\nlevel = \"free\"\n\n"
     "[[prior]]\ncoordinate = \"centre_anterior\"         # N per mm, times the same factor\n"
     "shape = \"walker-1988\"\nstiffness = { at_least = 4 }\nlevel = \"free\"\n";
 

@@ -211,6 +211,39 @@ store::UncertainMotion sample_uncertainty(const store::MotionModel& model)
   return motion;
 }
 
+// Two terms; the spine without the prior fails at the first flexion.
+store::PriorRows sample_prior(const store::MotionModel& model)
+{
+  store::PriorRows prior;
+  for (const PriorCoordinate coordinate : {PriorCoordinate::internal, PriorCoordinate::centre_anterior}) {
+    store::PriorTermRows& term = prior.terms.emplace_back();
+    term.coordinate = static_cast<std::int8_t>(coordinate);
+    term.shape = "walker-1988";
+    term.level = -1.5;
+    term.is_level_free = true;
+  }
+  store::BonesAlone& alone = prior.bones_alone;
+  for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+    const double value = 0.25 * static_cast<double>(i);
+    for (store::PriorTermRows& term : prior.terms) {
+      term.curve.push_back(value);
+      term.value.push_back(i == 1 ? nan : 2.0 * value);
+      term.stiffness.push_back(4.0 + value);
+      term.force.push_back(i == 1 ? nan : -value);
+      term.energy_nmm.push_back(i == 1 ? nan : value);
+    }
+    prior.own_stiffness.push_back(i == 2 ? nan : 3000.0);
+    for (std::vector<double>* share : {&prior.rotation_share, &prior.moment_share, &prior.energy_share})
+      share->push_back(i == 1 ? nan : 0.75);
+    alone.status.push_back(i == 0 ? 3 : 0);
+    alone.n_optima.push_back(i == 0 ? 0 : 2);
+    for (std::vector<double>* column :
+         {&alone.tx_mm, &alone.ty_mm, &alone.tz_mm, &alone.theta_deg, &alone.varus_deg, &alone.energy_nmm})
+      column->push_back(i == 0 ? nan : value);
+  }
+  return prior;
+}
+
 void add_varus_surface(store::SmoothedSet& set)
 {
   store::SmoothedSurface surface = set.surfaces.front();
@@ -233,6 +266,7 @@ store::MotionModel with_derived(store::MotionModel model)
   if (model.has_compartments) model.two_sided = sample_two_sided(model);
   model.default_motion = store::DefaultMotion{"raw", "degree_1 is rough"};
   if (model.equilibrium) model.uncertainty = sample_uncertainty(model);
+  if (model.equilibrium) model.prior = sample_prior(model);
   for (const char* name : {"raw", "degree_1", "zero_varus", "degree_1_recontacted"})
     model.audits = store::with_audit(model.audits, sample_audit(name, model));
   return model;
