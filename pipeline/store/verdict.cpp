@@ -32,16 +32,17 @@ enum class Spread { published, assumed };
 
 struct Published {
   Quantity quantity;
-  double flexion_deg, mean, low, high;  ///< degrees, mm or %; NaN: not bounded there
+  double flexion_deg;      ///< NaN: of the whole motion
+  double mean, low, high;  ///< degrees, mm or %; NaN: not bounded there
   Spread spread;
   const char* source;
 };
 
 constexpr const char* walker = "Walker 1988, passive cadaver knees";
-constexpr const char* derived = "from Walker 1988: rotation and translation 22 mm from the centre";
+constexpr const char* derived = "Walker 1988, 22 mm from the middle";
 constexpr const char* chen = "Chen 2014, in vivo, active";
-constexpr const char* limit = "mean curve of Walker 1988, limit assumed";
-constexpr const char* judged = "judgement after Johal 2005, Freeman 2005, Walker 1988";
+constexpr const char* limit = "mean curve of Walker 1988";
+constexpr const char* judged = "judgement after Johal 2005, Freeman 2005";
 
 /// By quantity, then flexion. Ranges are two standard deviations. Assumed ones: 5 degrees; 2.5 mm of the
 /// middle, 3 and 4 mm of the facet centres, half of each at 15 degrees, where knees have moved less.
@@ -53,9 +54,9 @@ constexpr Published published_values[] = {
     {Quantity::rotation, 60, 13.2, 3.2, 23.2, Spread::assumed, walker},
     {Quantity::rotation, 75, 14.3, 4.3, 24.3, Spread::assumed, walker},
     {Quantity::rotation, 90, 14.9, 4.9, 24.9, Spread::assumed, walker},
-    {Quantity::drop, 90, 0, nan, 3, Spread::assumed, limit},
-    {Quantity::early_share, 90, 58, 55, nan, Spread::assumed, limit},
-    {Quantity::change, 90, 1.8, nan, 3, Spread::assumed, limit},
+    {Quantity::drop, nan, 0, nan, 3, Spread::assumed, limit},
+    {Quantity::early_share, nan, 58, 55, nan, Spread::assumed, limit},
+    {Quantity::change, nan, 1.8, nan, 3, Spread::assumed, limit},
     {Quantity::middle, 15, -1.8, -4.3, 0.7, Spread::assumed, walker},
     {Quantity::middle, 30, -3.4, -8.4, 1.6, Spread::assumed, walker},
     {Quantity::middle, 45, -4.8, -9.8, 0.2, Spread::assumed, walker},
@@ -87,7 +88,7 @@ const Published* published_near(Quantity quantity, double flexion_deg)
   const Published* nearest = nullptr;
   double least_deg = farthest_published_deg;
   for (const Published& row : published_values) {
-    const double away_deg = std::abs(row.flexion_deg - flexion_deg);
+    const double away_deg = std::isnan(row.flexion_deg) ? 0.0 : std::abs(row.flexion_deg - flexion_deg);
     const bool is_nearer = nearest == nullptr ? away_deg <= least_deg : away_deg < least_deg;
     if (row.quantity != quantity || !is_nearer) continue;
     nearest = &row;
@@ -310,9 +311,8 @@ void add_rotation(Verdict& verdict, const FlexionCurve& rotation)
   verdict.measures.push_back(compared({"share_by_30", "share of the peak reached by 30 degrees", "%"},
                                       {early_share_percent(rotation, peak), nan}, Quantity::early_share,
                                       end_deg));
-  verdict.measures.push_back(
-      compared({"largest_change_per_5", "largest change of rotation per 5 degrees", "degrees"}, change,
-               Quantity::change, end_deg));
+  verdict.measures.push_back(compared({"largest_change_per_5", "largest change per 5 degrees", "degrees"},
+                                      change, Quantity::change, end_deg));
 }
 
 void add_travel(Verdict& verdict, const MeasureName& name, const Curve& curve, Quantity quantity)
@@ -464,8 +464,8 @@ std::string line_of(const VerdictMeasure& m)
   std::string line = printed("  %-42s %6s %s", m.label.c_str(), tenths(m.value).c_str(), m.unit.c_str());
   if (std::isfinite(m.value) && std::isfinite(m.flexion_deg)) line += " at " + tenths(m.flexion_deg);
   if (std::isnan(m.published_mean)) return line + "; nothing published near that flexion";
-  line += "; published " + tenths(m.published_mean) + " (" + range_text(m) + ") at " +
-          tenths(m.published_flexion_deg);
+  line += "; published " + tenths(m.published_mean) + " (" + range_text(m) + ")";
+  if (std::isfinite(m.published_flexion_deg)) line += " at " + tenths(m.published_flexion_deg);
   return m.standing == Standing::not_compared ? line : line + ": " + name_of(m.standing);
 }
 

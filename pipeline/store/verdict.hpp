@@ -35,7 +35,7 @@ struct VerdictMeasure {
   double flexion_deg = nan;            ///< where the value is reached; NaN of a share
   double published_mean = nan;         ///< NaN, as those below, if nothing is published near that flexion
   double low = nan, high = nan;        ///< two standard deviations; NaN: not bounded there
-  double published_flexion_deg = nan;  ///< the nearest one
+  double published_flexion_deg = nan;  ///< the nearest one; NaN: of the whole motion
   bool is_spread_assumed = false;      ///< low and high are assumed, not published
   Standing standing = Standing::not_compared;
   std::string source = {};

@@ -218,6 +218,9 @@ TEST(Verdict, MissingFlexions)
     EXPECT_EQ(verdict.measures.empty(), row.sentence[0] == 'N');
     EXPECT_THAT(store::lines_of(verdict), testing::Contains(HasSubstr(row.sentence)));
   }
+  store::MotionModel frames = knee(rising);
+  frames.frames = store::FrameSequence{"time_s", frames.flexion_deg};
+  EXPECT_THAT(store::verdict_of(frames, "raw")->sentence, HasSubstr("a sequence of frames"));
   store::MotionModel hip = knee(rising);
   hip.joint = "hip";
   EXPECT_FALSE(store::verdict_of(hip, "raw").has_value());

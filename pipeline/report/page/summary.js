@@ -92,7 +92,7 @@ function statusTable(model) {
 function rangeText({ low, high, is_spread_assumed: isAssumed }) {
   if (low === null && high === null) return "–";
   const range = low === null ? `at most ${decimal(high, 1)}` : high === null ? `at least ${decimal(low, 1)}` : `${decimal(low, 1)} to ${decimal(high, 1)}`;
-  return isAssumed ? `${range}, spread assumed` : range;
+  return isAssumed ? `${range} (assumed)` : range;
 }
 
 function liftOffText(sides) {
@@ -101,17 +101,21 @@ function liftOffText(sides) {
   return `Lift-off, a gap above 0.145 mm: ${lifted.length > 0 ? lifted.join("; ") : "at no flexion"}.`;
 }
 
+const isBeyond = (m) => ["below", "above"].includes(m.standing);
+
 /** Table and sentence at the top of a report on a knee. */
 export function verdictSection(model) {
   const v = model.verdict;
-  const isOutside = v.measures.length === 0 || v.measures.some((m) => ["below", "above"].includes(m.standing));
+  const isOutside = v.measures.length === 0 || v.measures.some(isBeyond);
   const box = el("div", { class: `box ${isOutside ? "warning" : "good"}` }, el("strong", {}, `The motion: ${motionName(v.set)}`), v.sentence);
   if (v.measures.length === 0) return section("verdict", "Verdict", box);
-  const rows = v.measures.map((m) => [`${m.label}, ${m.unit}`, decimal(m.value, 1), m.value === null ? "–" : number(m.flexion_deg), decimal(m.published_mean, 1), rangeText(m), number(m.published_flexion_deg), m.standing.replace("_", " "), m.source]);
-  const headings = ["measure", "this knee", "at flexion, °", "published mean", "published range", "at flexion, °", "this knee is", "source"];
+  const at = (value, flexion) => `${decimal(value, 1)}${value === null || flexion === null ? "" : ` at ${number(flexion)}°`}`;
+  const standing = (m) => (isBeyond(m) ? el("strong", {}, m.standing) : m.standing.replace("_", " "));
+  const rows = v.measures.map((m) => [`${m.label}, ${m.unit}`, at(m.value, m.flexion_deg), at(m.published_mean, m.published_flexion_deg), rangeText(m), standing(m), m.source]);
+  const headings = ["measure", "this knee", "published mean", "published range", "result", "source"];
   const contacts = v.contacts_of && v.contacts_of !== v.set ? ` The contacts are those of the solved poses (${motionName(v.contacts_of)}).` : "";
   return section("verdict", "Verdict", box,
-    table("Rotation is that of the tibia, internal positive, from the first flexion; travel is that of points of the femur on the tibia, anterior positive", headings, rows, { kinds: ["", "", "", "", "text", "", "word", "text"], chosen: (r) => ["below", "above"].includes(v.measures[r].standing) }),
+    table("Rotation of the tibia from the first flexion, internal positive; travel of points of the femur on the tibia, anterior positive; “at”: degrees of flexion; assumed: the spread is not published", headings, rows, { kinds: ["", "", "", "word", "word", "text"] }),
     el("p", {}, `${liftOffText(v.lift_off)}${contacts}`));
 }
 
