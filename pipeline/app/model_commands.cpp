@@ -11,6 +11,7 @@
 #include "app/commands.hpp"
 #include "app/printing.hpp"
 #include "core/document.hpp"
+#include "core/fields_json.hpp"
 #include "core/text.hpp"
 #include "model/coordinates.hpp"
 #include "model/mesh.hpp"
@@ -19,6 +20,7 @@
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "store/solved_cells.hpp"
+#include "store/verdict.hpp"
 
 namespace vrda::app {
 namespace {
@@ -109,6 +111,12 @@ Json default_motion_json(const store::MotionModel& model)
 {
   const store::DefaultMotion shown = store::default_motion(model);
   return {{"set", shown.set}, {"reason", shown.reason}, {"is_compared", model.default_motion.has_value()}};
+}
+
+// On the default motion; null unless the joint is a knee.
+Json verdict_json(const store::MotionModel& model)
+{
+  return json_value(store::verdict_of(model, store::default_motion(model).set));
 }
 
 // Attitudes that are not stable, in attitude order.
@@ -320,6 +328,7 @@ Json summary_of(const store::MotionModel& model, const analysis::AuditFigures& m
             {"internal_rotation_deg", range_json(clinical.surfaces.internal_rotation_deg)}}},
           {"gimbal_lock_poses", clinical.n_locked},
           {"default_motion", default_motion_json(model)},
+          {"verdict", verdict_json(model)},
           {"screw_home", screw_home(model)},
           {"curves", curves_json(model)},
           {"spine_jump", spine_jump_json(model)},
@@ -415,6 +424,13 @@ void print_doubtful(const store::MotionModel& model)
   }
 }
 
+void print_verdict(const store::MotionModel& model)
+{
+  const auto verdict = store::verdict_of(model, store::default_motion(model).set);
+  if (!verdict) return;
+  for (const std::string& line : store::lines_of(*verdict)) std::printf("%s\n", line.c_str());
+}
+
 void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotion& motions)
 {
   print_filled("{title}: {joint}, {side} side, {method}\n", s);
@@ -453,6 +469,7 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
   std::printf("%s\n", run::default_motion_line(model).c_str());
   const std::string rotation = run::screw_home_line(model);
   if (!rotation.empty()) std::printf("%s\n", rotation.c_str());
+  print_verdict(model);
   for (const auto& [name, curve] : s["curves"].items())
     print_filled("{title}, {label}: {min%.4g} to {max%.4g} {unit} along the spine\n", curve);
   for (const std::string& jump : run::jump_lines(model)) std::printf("%s\n", jump.c_str());

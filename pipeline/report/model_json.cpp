@@ -5,12 +5,14 @@
 #include <cmath>
 #include <limits>
 
+#include "core/fields_json.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
 #include "report/clinical_curve.hpp"
 #include "solve/case_solver.hpp"
 #include "store/motion.hpp"
 #include "store/solved_cells.hpp"
+#include "store/verdict.hpp"
 
 namespace vrda::report {
 namespace {
@@ -823,6 +825,7 @@ Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
   json["provenance"] = provenance_json(model);
   json["spine"] = spine_json(model);
   if (!options.is_whole) return json;
+  json["verdict"] = json_value(store::verdict_of(model, store::default_motion(model).set));
   json["status_grid"] = grid_rows(model.status);
   json["plausibility_grid"] = grid_rows(model.plausibility);
   json["plausibilities"] = plausibilities_json();

@@ -69,7 +69,7 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
       gui_({options.title, store::all_set_names(model_), options.scale,
             store::displayed_name(model_, BodyIndex::reference),
             store::displayed_name(model_, BodyIndex::moving), model_.joint, view::model_warnings(model_),
-            view::has_doubtful_poses(model_)}),
+            view::has_doubtful_poses(model_), view::verdict_sentences(model_, store::all_set_names(model_))}),
       view_(options.view),
       width_(options.width),
       height_(options.height)

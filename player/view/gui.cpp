@@ -311,11 +311,11 @@ struct Panels {
     }
     label("set");
     ImGui::Text("%s", set_labels[state.set].c_str());
-    if (readout->message != nullptr) {
-      ImGui::PushTextWrapPos(message_width_em * em_px);
-      ImGui::TextColored(warning_colour, "%s", readout->message);
-      ImGui::PopTextWrapPos();
-    }
+    ImGui::PushTextWrapPos(message_width_em * em_px);
+    if (state.set < options.verdicts.size() && !options.verdicts[state.set].empty())
+      ImGui::TextUnformatted(options.verdicts[state.set].c_str());
+    if (readout->message != nullptr) ImGui::TextColored(warning_colour, "%s", readout->message);
+    ImGui::PopTextWrapPos();
     ImGui::End();
   }
 

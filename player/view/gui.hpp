@@ -28,6 +28,7 @@ struct GuiOptions {
   std::string joint = "knee";                         ///< kind, whose words the numbers have
   std::vector<std::string> warnings = {};             ///< of the model, above the picture
   bool has_doubtful_poses = false;                    ///< leaves room for Readout::doubt
+  std::vector<std::string> verdicts = {};             ///< of `sets`, one sentence each; or empty
 };
 
 /// The pointer, in pixels from the top left corner of the window.

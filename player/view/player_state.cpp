@@ -9,6 +9,7 @@
 
 #include "core/document.hpp"
 #include "core/text.hpp"
+#include "store/verdict.hpp"
 #include "view/image.hpp"
 
 namespace vrda::view {
@@ -454,6 +455,17 @@ std::string default_motion_remark(const store::MotionModel& model, const std::st
 {
   const store::DefaultMotion shown = store::default_motion(model);
   return shown.set != set || shown.reason.empty() ? "" : "The solved poses are shown: " + shown.reason;
+}
+
+std::vector<std::string> verdict_sentences(const store::MotionModel& model,
+                                           const std::vector<std::string>& sets)
+{
+  std::vector<std::string> sentences;
+  for (const std::string& set : sets) {
+    const std::optional<store::Verdict> verdict = store::verdict_of(model, set);
+    sentences.push_back(verdict ? verdict->sentence : "");
+  }
+  return sentences;
 }
 
 bool has_doubtful_poses(const store::MotionModel& model)

@@ -189,6 +189,9 @@ std::vector<std::string> model_warnings(const store::MotionModel& model);
 /// Why the solved poses of `set` are shown; empty unless it is the default motion in place of the smoothed
 /// one.
 std::string default_motion_remark(const store::MotionModel& model, const std::string& set);
+/// The verdict on each set (store/verdict.hpp), one sentence; empty texts for joints other than knees.
+std::vector<std::string> verdict_sentences(const store::MotionModel& model,
+                                           const std::vector<std::string>& sets);
 /// Whether a cell is doubtful or has no pose.
 bool has_doubtful_poses(const store::MotionModel& model);
 

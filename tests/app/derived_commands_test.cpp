@@ -101,6 +101,17 @@ TEST_F(DerivedCommands, AnalysesOverFlexionAreInInfoTheTableAndTheReport)
   EXPECT_THAT(test::text_of(path("page") + "/index.html"), HasSubstr("{\"title\":\"Contact area\""));
 }
 
+TEST_F(DerivedCommands, TheVerdictIsInInfoAndTheReport)
+{
+  const Json info = test::json_of({"info", file_}), &verdict = info.at("verdict");
+  const std::string sentence = verdict.at("sentence");
+  EXPECT_THAT(sentence, HasSubstr("more than 30 degrees"));  // the grid ends there
+  EXPECT_EQ(verdict.at("set"), info.at("default_motion").at("set"));
+  EXPECT_THAT(test::run_vrda({"info", file_}).out, HasSubstr(sentence));
+  succeed({"report", file_, "-o", path("verdict")});
+  EXPECT_THAT(test::text_of(path("verdict") + "/index.html"), HasSubstr(sentence));
+}
+
 TEST_F(DerivedCommands, TheTableNamesSetsAndWhereTheirWorstIs)
 {
   const test::Ended ended = test::run_vrda({"audit", file_});

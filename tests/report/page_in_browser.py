@@ -110,6 +110,10 @@ class Page(unittest.TestCase):
                            "On the femur", "Finite helical axes", "Instant centres in the sagittal plane", "Rolling and sliding", "Share of the load",
                            "Strain", "Tension", "The grid"):
                 self.assertIn(wanted, titles)
+            self.assertEqual(browser.value("document.querySelector('section').id"), "verdict")
+            rows = browser.value("[...document.querySelectorAll('#verdict tbody tr')].map((row) => row.textContent)")
+            self.assertEqual(len(rows), 10)
+            self.assertTrue(all("(assumed)" in row for row in rows if "Chen" not in row), rows)
             # The two surfaces of figure 16 turn together, and a chart reads what is under the pointer.
             surfaces = [f"document.querySelectorAll('#surfaces .drawing')[{k}]" for k in (0, 1)]
             before = [browser.element(one) for one in surfaces]

@@ -5,7 +5,7 @@ import { el } from "./page.js";
 import { drawAll, drawOver, followTheme } from "./plot.js";
 import { degreesSection, statusSection, uncertaintySection } from "./quality.js";
 import { laxitySections, rangeSections } from "./results.js";
-import { leadText, provenanceSection, stillsSection, summariesSection, summarySection } from "./summary.js";
+import { leadText, provenanceSection, stillsSection, summariesSection, summarySection, verdictSection } from "./summary.js";
 
 function coordinates(model) {
   return model.coordinates ? [coordinatesSection] : [];
@@ -19,12 +19,16 @@ function uncertainty(model) {
   return model.uncertainty ? [uncertaintySection] : [];
 }
 
+function verdict(model) {
+  return model.verdict ? [verdictSection] : [];
+}
+
 // A sequence of frames has no smoothed set, no flexion-only motion and no map over a grid.
 function sectionsOfFrames(data) {
   const model = data.models[0];
   drawOver(model.key_name);
   const repair = model.repair ? [repairSection] : [];
-  return [summarySection, stillsSection, ...repair, surfacesSection, rotationSection, translationsSection, ...uncertainty(model), ...coordinates(model), contactPathsSection, ...curves(model), fibresSection].map((make) => make(model)).concat(provenanceSection(data));
+  return [...verdict(model), summarySection, stillsSection, ...repair, surfacesSection, rotationSection, translationsSection, ...uncertainty(model), ...coordinates(model), contactPathsSection, ...curves(model), fibresSection].map((make) => make(model)).concat(provenanceSection(data));
 }
 
 function sectionsOfOne(data) {
@@ -33,7 +37,7 @@ function sectionsOfOne(data) {
   const of = [summarySection, stillsSection, surfacesSection, degreesSection, rotationSection, translationsSection, contactPathsSection, axesSection, branchesSection, forcesSection, ...curves(model), fibresSection, ...uncertainty(model), ...coordinates(model), statusSection];
   const sections = of.map((make) => make(model));
   const comparison = data.against.length > 0 ? [comparisonSection(data)] : [];
-  return [...sections.slice(0, 6), ...comparison, ...sections.slice(6), provenanceSection(data)];
+  return [...verdict(model).map((make) => make(model)), ...sections.slice(0, 6), ...comparison, ...sections.slice(6), provenanceSection(data)];
 }
 
 function sectionsOfSeveral(data) {

@@ -86,6 +86,39 @@ function statusTable(model) {
   return table("Attitudes by status", ["status", "attitudes", "meaning"], rows, { kinds: ["", "", "text"] });
 }
 
+// Verdict on a knee: its measures beside published ones.
+
+// Where a published range is not measured but assumed, the cell says so.
+function rangeText({ low, high, is_spread_assumed: isAssumed }) {
+  if (low === null && high === null) return "–";
+  const range = low === null ? `at most ${decimal(high, 1)}` : high === null ? `at least ${decimal(low, 1)}` : `${decimal(low, 1)} to ${decimal(high, 1)}`;
+  return isAssumed ? `${range} (assumed)` : range;
+}
+
+function liftOffText(sides) {
+  if (!sides) return "Lift-off: the gaps of this motion are not known.";
+  const lifted = sides.filter((side) => side.flexion_deg.length > 0).map((side) => `${side.compartment} at ${side.flexion_deg.map((flexion) => `${number(flexion)}°`).join(", ")}`);
+  return `Lift-off, a gap above 0.145 mm: ${lifted.length > 0 ? lifted.join("; ") : "at no flexion"}.`;
+}
+
+const isBeyond = (m) => ["below", "above"].includes(m.standing);
+
+/** Table and sentence at the top of a report on a knee. */
+export function verdictSection(model) {
+  const v = model.verdict;
+  const isOutside = v.measures.length === 0 || v.measures.some(isBeyond);
+  const box = el("div", { class: `box ${isOutside ? "warning" : "good"}` }, el("strong", {}, `The motion: ${motionName(v.set)}`), v.sentence);
+  if (v.measures.length === 0) return section("verdict", "Verdict", box);
+  const at = (value, flexion) => `${decimal(value, 1)}${value === null || flexion === null ? "" : ` at ${number(flexion)}°`}`;
+  const standing = (m) => (isBeyond(m) ? el("strong", {}, m.standing) : m.standing.replace("_", " "));
+  const rows = v.measures.map((m) => [`${m.label}, ${m.unit}`, at(m.value, m.flexion_deg), at(m.published_mean, m.published_flexion_deg), rangeText(m), standing(m), m.source]);
+  const headings = ["measure", "this knee", "published mean", "published range", "result", "source"];
+  const contacts = v.contacts_of && v.contacts_of !== v.set ? ` The contacts are those of the solved poses (${motionName(v.contacts_of)}).` : "";
+  return section("verdict", "Verdict", box,
+    table("Rotation of the tibia from the first flexion, internal positive; travel of points of the femur on the tibia, anterior positive; “at”: degrees of flexion; assumed: the spread is not published", headings, rows, { kinds: ["", "", "", "word", "word", "text"] }),
+    el("p", {}, `${liftOffText(v.lift_off)}${contacts}`));
+}
+
 /** Top of a report on one model. */
 export function summarySection(model) {
   return section("summary", "Summary", warningBox(model.warnings), cards(model), statusTable(model));

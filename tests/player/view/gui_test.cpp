@@ -109,6 +109,27 @@ Eigen::AlignedBox2d extent_of(const Overlay& overlay)
   return box;
 }
 
+// The numbers show the verdict on the shown set only.
+TEST(Gui, VerdictOfTheShownSet)
+{
+  const auto n_vertices = [](const std::vector<std::string>& verdicts, std::size_t set) {
+    GuiOptions options{"A knee", {"two_sided", "raw"}};
+    options.verdicts = verdicts;
+    Gui gui(options);
+    PlayerState state = sample_state();
+    state.set = set;
+    Readout readout;
+    readout.pose.status = store::PoseStatus::solved;
+    GuiFrame frame;
+    frame.width = 800;
+    frame.height = 600;
+    return gui.static_overlay(frame, state, sample_range(), readout).vertices.size();
+  };
+  const std::vector<std::string> of_raw{"", "outside the published range"};
+  EXPECT_EQ(n_vertices(of_raw, 0), n_vertices({}, 0));
+  EXPECT_GT(n_vertices(of_raw, 1), n_vertices({}, 1));
+}
+
 // The help page fits a small screen and can be closed.
 TEST(Gui, HelpPage)
 {
