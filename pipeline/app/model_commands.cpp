@@ -110,7 +110,10 @@ Json jump_json(const store::MotionModel& model)
 Json default_motion_json(const store::MotionModel& model)
 {
   const store::DefaultMotion shown = store::default_motion(model);
-  return {{"set", shown.set}, {"reason", shown.reason}, {"is_compared", model.default_motion.has_value()}};
+  return {{"set", shown.set},
+          {"reason", shown.reason},
+          {"is_compared", model.default_motion.has_value()},
+          {"statement", shown.statement}};
 }
 
 // On the default motion; null unless the joint is a knee.
@@ -434,6 +437,7 @@ void print_verdict(const store::MotionModel& model)
 void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotion& motions)
 {
   print_filled("{title}: {joint}, {side} side, {method}\n", s);
+  if (model.prior) print_filled("{default_motion.statement}\n", s);
   for (const std::string& warning : model.job.warnings) std::printf("warning: %s\n", warning.c_str());
   run::print_scaling(s["scaling"]);
   if (!s["scaling"].is_null()) {

@@ -130,8 +130,8 @@ std::optional<store::SmoothedSet> add_smoothed(const SmoothCommandOptions& optio
   model = store::with_smoothed(std::move(model), set);
   // `run` compared the two-sided motion, which this set does not change.
   if (!model.two_sided)
-    model.default_motion = run::evaluated_default_motion(model, model.smoothed.back().is_robust,
-                                                         run::thread_count_or_all(options.n_threads));
+    model = run::with_default_motion(std::move(model), set.is_robust,
+                                     run::thread_count_or_all(options.n_threads));
   store::write_motion_model(options.file, model);
   report_dropped_audits(audits, model.audits);
   core::log_info(run::default_motion_line(model));

@@ -152,6 +152,7 @@ std::vector<ClinicalCurve> clinical_curves(const store::MotionModel& model, cons
   for (const std::string& set : store::set_names(model)) {
     if (set != "raw" && set != "zero_varus") curves.push_back(curve_of_set(tracked, set));
   }
+  if (model.prior) curves.push_back(curve_of_set(tracked, store::bones_alone_name));
   curves.push_back(raw_curve(tracked));
   return curves;
 }

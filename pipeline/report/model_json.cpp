@@ -825,6 +825,7 @@ Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
   json["provenance"] = provenance_json(model);
   json["spine"] = spine_json(model);
   if (!options.is_whole) return json;
+  json["statement"] = store::default_motion(model).statement;
   json["verdict"] = json_value(store::verdict_of(model, store::default_motion(model).set));
   json["status_grid"] = grid_rows(model.status);
   json["plausibility_grid"] = grid_rows(model.plausibility);

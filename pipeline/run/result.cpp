@@ -21,6 +21,7 @@
 #include "solve/case_solver.hpp"
 #include "store/motion.hpp"
 #include "store/solved_cells.hpp"
+#include "store/verdict.hpp"
 
 namespace vrda::run {
 namespace {
@@ -184,6 +185,7 @@ void report_motion(const store::MotionModel& model)
 {
   if (model.frames || !(model.status == status_stable).any()) return;
   core::log_info(default_motion_line(model));
+  if (model.prior) core::log_info(model.prior->statement);
   if (const std::string rotation = screw_home_line(model); !rotation.empty()) core::log_info(rotation);
   for (const std::string& jump : jump_lines(model)) core::log_info(jump);
 }
@@ -262,7 +264,7 @@ std::optional<store::MotionModel> build_result(const job::Case& job_case, const 
   add_zero_varus(model);
   record.end_phase("two-sided, zero varus");
   if (is_stopped()) return std::nullopt;
-  model.default_motion = evaluated_default_motion(model, job_case.smooth_robust, n_threads);
+  model = with_default_motion(std::move(model), job_case.smooth_robust, n_threads);
   record.end_phase("default motion");
   return is_stopped() ? std::nullopt : std::optional(std::move(model));
 }
@@ -376,6 +378,13 @@ store::DefaultMotion evaluated_default_motion(const store::MotionModel& model, b
       std::ranges::find(comparison.recommendation.ranked, degree, &analysis::RankedDegree::degree);
   if (ranked->fault == analysis::Fault::none) return {smoothed, ""};
   return {"raw", name + " does not meet the criteria of vrda compare: " + ranked->fault_reason};
+}
+
+store::MotionModel with_default_motion(store::MotionModel model, bool is_robust, int n_threads)
+{
+  model.default_motion = evaluated_default_motion(model, is_robust, n_threads);
+  if (model.prior) model.prior->statement = store::prior_statement(model, model.default_motion->set);
+  return model;
 }
 
 std::string default_motion_line(const store::MotionModel& model)

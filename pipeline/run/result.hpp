@@ -82,6 +82,9 @@ analysis::MeasureContact contact_measure(int n_threads);
 /// fit per degree and, but for the degree of the two-sided motion, moving it into contact.
 store::DefaultMotion evaluated_default_motion(const store::MotionModel& model, bool is_robust, int n_threads);
 
+/// `model` with its default motion decided, and with the statement of its prior.
+store::MotionModel with_default_motion(store::MotionModel model, bool is_robust, int n_threads);
+
 /// "default motion: raw, the solved poses; two_sided (degree 4) does not meet ..."; for a model that was not
 /// compared with a remark.
 std::string default_motion_line(const store::MotionModel& model);

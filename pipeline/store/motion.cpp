@@ -507,7 +507,9 @@ store::DefaultMotion default_motion(const store::MotionModel& model)
   const std::vector<std::string> sets = set_names(model);
   const bool is_there =
       model.default_motion && std::find(sets.begin(), sets.end(), model.default_motion->set) != sets.end();
-  return is_there ? *model.default_motion : store::DefaultMotion{sets.front(), ""};
+  store::DefaultMotion shown = is_there ? *model.default_motion : store::DefaultMotion{sets.front(), ""};
+  if (model.prior) shown.statement = model.prior->statement;
+  return shown;
 }
 
 std::string chosen_set(const store::MotionModel& model, const std::string& file, const std::string& set)

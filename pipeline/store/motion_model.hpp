@@ -134,6 +134,7 @@ std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit);
 struct DefaultMotion {
   std::string set;     ///< "two_sided", "raw", "degree_6_recontacted", ...
   std::string reason;  ///< why it is not the smoothed motion, one sentence; empty if that meets the criteria
+  std::string statement = {};  ///< of a model with a prior: PriorRows::statement
 };
 
 /// One spring of a job with a prior, at the equilibria of the spine. NaN where that is not stable. Degrees or
@@ -165,6 +166,7 @@ inline constexpr const char* bones_alone_name = "bones_alone";
 
 /// A prior (schemas/prior.md), its part in the motion, and the motion without it.
 struct PriorRows {
+  std::string statement;  ///< on the default motion, for whoever sees it: prior_statement() of verdict.hpp
   std::vector<PriorTermRows> terms;
   std::vector<double> own_stiffness;  ///< [n_flexion] N mm per rad about Delta without it; NaN: not measured
   /// [n_flexion] Shares of the prior: of the stiffness about Delta, which is the share of the rotation that

@@ -60,6 +60,7 @@ void visit_prior(PriorRows& prior, RegistryVisitor& visit)
 {
   const std::vector<std::string> flexion{"/flexion"};
   visit.group("/prior");
+  visit.attribute("/prior", "statement", prior.statement);
   visit({"/prior/own_stiffness", flexion, unit::nmm_per_radian, number_or_nan(), "stiffness of the joint about Delta without the prior; NaN: not measured"}, prior.own_stiffness);
   visit({"/prior/rotation_share", flexion, unit::one, number_or_nan(), "share of the prior in the stiffness about Delta, and so in the rotation"}, prior.rotation_share);
   visit({"/prior/moment_share", flexion, unit::one, number_or_nan(), "share of the prior in the moments about Delta"}, prior.moment_share);

@@ -336,7 +336,7 @@ void add_facets(Verdict& verdict, const MotionCurves& curves)
 /// The motion that has contact paths, or is smoothed from them; empty of a sample.
 std::string contact_set(const MotionModel& model, const std::string& set)
 {
-  if (!model.contact_paths || set.starts_with("quantile_")) return "";
+  if (!model.contact_paths || set.starts_with("quantile_") || set == bones_alone_name) return "";
   return set == "zero_varus" && !model.zero_varus->medial_moving_mm.empty() ? set : "raw";
 }
 
@@ -437,10 +437,10 @@ std::optional<std::vector<LiftOff>> lift_off_of(const MotionModel& model, const 
   return both;
 }
 
-/// The part of the motion that a prior decided. No model has a prior yet.
-double prior_share_of(const MotionModel& /*model*/)
+/// The part of the motion that a prior decided.
+double prior_share_of(const MotionModel& model, const std::string& set)
 {
-  return nan;
+  return model.prior && set != bones_alone_name ? rotation_share_of(*model.prior) : nan;
 }
 
 // Texts.
@@ -529,9 +529,59 @@ std::optional<Verdict> verdict_of(const MotionModel& model, const std::string& s
   add_facets(verdict, curves);
   add_contacts(verdict, model);
   verdict.lift_off = lift_off_of(model, set);
-  verdict.prior_share = prior_share_of(model);
+  verdict.prior_share = prior_share_of(model, set);
   verdict.sentence = sentence_of(verdict);
   return verdict;
+}
+
+namespace {
+
+/// Net internal rotation of a set from 0 to 90 degrees of flexion, or as far as it goes.
+double net_rotation_deg(const MotionModel& model, const std::string& set)
+{
+  const std::optional<Verdict> verdict = verdict_of(model, set);
+  return verdict && !verdict->measures.empty() ? verdict->measures.front().value : nan;
+}
+
+/// " (90 % band 6.1 to 15)": of the net rotation of the samples that are solved at both ends.
+std::string band_text(const MotionModel& model)
+{
+  if (!model.uncertainty) return "";
+  const UncertainMotion& samples = *model.uncertainty;
+  const std::size_t n = model.flexion_deg.size();
+  std::vector<double> net_deg;
+  for (std::size_t s = 0; s < samples.n_samples(); ++s) {
+    constexpr std::size_t internal = 2;
+    const double net =
+        samples.rotation_deg[3 * (s * n + n - 1) + internal] - samples.rotation_deg[3 * s * n + internal];
+    if (std::isfinite(net)) net_deg.push_back(net);
+  }
+  if (net_deg.size() < 2) return "";
+  std::ranges::sort(net_deg);
+  const auto quantile = [&](double probability) {
+    const double at = probability * static_cast<double>(net_deg.size() - 1);
+    const auto below = std::min(static_cast<std::size_t>(at), net_deg.size() - 2);
+    return net_deg[below] + (at - static_cast<double>(below)) * (net_deg[below + 1] - net_deg[below]);
+  };
+  return " (90 % band " + tenths(quantile(0.05)) + " to " + tenths(quantile(0.95)) + ")";
+}
+
+}  // namespace
+
+std::string prior_statement(const MotionModel& model, const std::string& default_set)
+{
+  if (!model.prior) return "";
+  std::string shapes;
+  for (const PriorTermRows& term : model.prior->terms)
+    if (shapes.find(term.shape) == std::string::npos) shapes += (shapes.empty() ? "" : ", ") + term.shape;
+  std::string text = "A model, not a measurement: the population motion " + shapes + " fitted to these bones";
+  const double share = rotation_share_of(*model.prior);
+  if (std::isfinite(share))
+    text += " decides " + rounded_text(std::round(100.0 * share)) + " % of the rotation";
+  const double net_deg = net_rotation_deg(model, default_set);
+  if (std::isnan(net_deg)) return text + ".";
+  return text + ". Net internal rotation " + tenths(net_deg) + " degrees" + band_text(model) +
+         ", of the bones alone " + tenths(net_rotation_deg(model, bones_alone_name)) + ".";
 }
 
 std::vector<std::string> lines_of(const Verdict& verdict)

@@ -103,6 +103,10 @@ std::optional<Verdict> verdict_of(const MotionModel& model, const std::string& s
 /// internal rotation; decided by the prior to 80 %." from the measures and the prior's share.
 std::string sentence_of(const Verdict& verdict);
 
+/// Of a model with a prior: that its default motion is a model, what the prior decided, the net rotation with
+/// the band of the samples, and that of the bones alone; empty without a prior. Two sentences.
+std::string prior_statement(const MotionModel& model, const std::string& default_set);
+
 /// Heading, sentence, a line a measure, lift-off: as `vrda info` prints them.
 std::vector<std::string> lines_of(const Verdict& verdict);
 

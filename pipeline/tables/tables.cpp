@@ -433,7 +433,11 @@ FlexionMotion flexion_motion(const store::MotionModel& model, const std::string&
   FlexionMotion result;
   result.title = model.title;
   result.set = store::chosen_set(model, file, plan.set);
-  if (plan.set.empty()) result.reason = store::default_motion(model).reason;
+  if (plan.set.empty()) {
+    const store::DefaultMotion shown = store::default_motion(model);
+    result.reason = shown.reason;
+    result.statement = shown.statement;
+  }
   result.side = side_named(model.side);
   result.rotation_centre_mm = model.rotation_centre_mm;
   const store::Motion motion(model, result.set);
@@ -455,7 +459,8 @@ FlexionMotion flexion_motion(const store::MotionModel& model, const std::string&
 
 std::string set_text(const FlexionMotion& motion)
 {
-  return motion.set + (motion.reason.empty() ? "" : ": " + motion.reason);
+  return motion.set + (motion.reason.empty() ? "" : ": " + motion.reason) +
+         (motion.statement.empty() ? "" : ". " + motion.statement);
 }
 
 double abscissa(const FlexionMotion& motion, const FlexionFrame& frame)

@@ -48,7 +48,8 @@ struct OmittedFlexion {
 struct FlexionMotion {
   std::string title;  ///< of the model
   std::string set;
-  std::string reason;  ///< why the default motion is not the smoothed one; empty if the plan names a set
+  std::string reason;     ///< why the default motion is not the smoothed one; empty if the plan names a set
+  std::string statement;  ///< of a model with a prior, on its default motion; likewise
   Side side = Side::right;
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();  ///< canonical
   std::string key_name;                                          ///< of a sequence; else empty

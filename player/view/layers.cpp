@@ -270,15 +270,17 @@ struct BandEnd {
   const char* set;
   VertexColour colour;
 };
-constexpr BandEnd band_ends[] = {{"quantile_5", {70, 130, 220, 255}}, {"quantile_95", {235, 135, 50, 255}}};
+constexpr BandEnd band_ends[] = {{"quantile_5", {70, 130, 220, 255}},
+                                 {"quantile_95", {235, 135, 50, 255}},
+                                 {store::bones_alone_name, {150, 150, 150, 255}}};
 
-/// Translucent copies of the moving object's contact parts at the poses of the samples at 5 and 95 %
-/// (store::quantile_set_names).
+/// Translucent copies of the moving object's contact parts at the poses of the samples at 5 and 95 % and of
+/// the motion without the prior.
 class BandLayer final : public LayerDrawing {
  public:
   BandLayer(const store::MotionModel& model, Scene& scene)
   {
-    const std::vector<std::string> names = store::quantile_set_names(model);
+    const std::vector<std::string> names = store::all_set_names(model);
     for (const BandEnd& end : band_ends) {
       if (std::find(names.begin(), names.end(), end.set) == names.end()) continue;
       QuantileCopy copies{store::Motion(model, end.set), {}};

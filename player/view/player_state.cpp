@@ -454,7 +454,9 @@ std::vector<std::string> model_warnings(const store::MotionModel& model)
 std::string default_motion_remark(const store::MotionModel& model, const std::string& set)
 {
   const store::DefaultMotion shown = store::default_motion(model);
-  return shown.set != set || shown.reason.empty() ? "" : "The solved poses are shown: " + shown.reason;
+  if (shown.set != set) return "";
+  const std::string solved = shown.reason.empty() ? "" : "The solved poses are shown: " + shown.reason;
+  return shown.statement + (shown.statement.empty() || solved.empty() ? "" : " ") + solved;
 }
 
 std::vector<std::string> verdict_sentences(const store::MotionModel& model,

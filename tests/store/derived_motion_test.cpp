@@ -7,10 +7,10 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/frames.hpp"
-#include "store/solved_cells.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "store/sample_model.hpp"
+#include "store/solved_cells.hpp"
 #include "support/allocation_count.hpp"
 #include "support/models.hpp"
 

@@ -349,8 +349,7 @@ TEST(ScaledModel, WhateverHasALengthIsTwiceAsLong)
   for (const auto& [name, before] : small) {
     SCOPED_TRACE(name);
     // The landmarks are input to the scaling.
-    const bool has_length =
-        before.unit.find("mm") != std::string::npos && name.rfind("/job/scaling", 0) != 0;
+    const bool has_length = before.unit.find("mm") != std::string::npos && name.rfind("/job/scaling", 0) != 0;
     const double scale = before.unit == "N mm-1" ? 0.5 : 2.0;
     ++(has_length ? n_lengths : n_others);
     const std::vector<double>& after = large.at(name).values;

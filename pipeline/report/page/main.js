@@ -49,8 +49,13 @@ function contents(sections) {
   return el("nav", { class: "contents", "aria-label": "Contents" }, el("ul", {}, items));
 }
 
+// That the motion is a model of which a prior decided a part.
+function statement(model) {
+  return model.statement ? [el("p", { class: "lead", role: "note" }, el("strong", {}, model.statement))] : [];
+}
+
 function heading(data) {
-  if (data.models.length === 1) return [el("h1", {}, data.models[0].title), el("p", { class: "lead" }, leadText(data.models[0]))];
+  if (data.models.length === 1) return [el("h1", {}, data.models[0].title), ...statement(data.models[0]), el("p", { class: "lead" }, leadText(data.models[0]))];
   return [el("h1", {}, `Comparison of ${data.models.length} motion models`), el("p", { class: "lead" }, data.models.map((model) => `${model.name}: ${model.title}`).join("; "))];
 }
 

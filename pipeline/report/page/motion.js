@@ -14,7 +14,7 @@ function shownCurves(model) {
     ...curve,
     label: motionName(curve.name),
     isOff: (smoothed.includes(curve) && curve !== shown) || (curve.name === "two_sided" && model.default_motion !== "two_sided"),
-    width: curve.name === "raw" ? 1.4 : 2.4,
+    width: ["raw", "bones_alone"].includes(curve.name) ? 1.4 : 2.4,
     band: curve.name === "raw" ? bandOf(model) : undefined,
   }));
 }

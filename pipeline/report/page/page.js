@@ -72,6 +72,7 @@ export function percent(share) {
 export function motionName(set) {
   if (set === "raw") return "raw, along the spine";
   if (set === "two_sided") return "two-sided, both compartments in contact";
+  if (set === "bones_alone") return "bones alone, without the prior";
   if (set === "zero_varus") return "zero varus, both compartments in contact";
   const found = /^degree_(\d+)(_recontacted)?$/.exec(set);
   return found ? `smoothed, degree ${found[1]}${found[2] ? ", recontacted" : ""}` : set;

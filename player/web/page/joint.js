@@ -9,7 +9,7 @@ import { compartmentColours, pathAlong, unbroken } from "./plots.js";
 
 const tubeRadiusMm = 0.7, dotRadiusMm = 1.6;
 /// The ends of the band of an uncertain job, as in the window.
-const bandEnds = { quantile_5: "#4682dc", quantile_95: "#eb8732" }, ghostOpacity = 0.5, ghostDepthOffsetMm = 10;
+const bandEnds = { quantile_5: "#4682dc", quantile_95: "#eb8732", bones_alone: "#969696" }, ghostOpacity = 0.5, ghostDepthOffsetMm = 10;
 
 function meshesOf(body, origin) {
   const meshes = [];

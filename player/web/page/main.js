@@ -70,6 +70,7 @@ function noteOf(pose) {
   if (isBeyond(player.flexion, model.flexion)) notes.push(`Flexion ${formatNumber(player.flexion, 1)}° is outside the grid's range ${range(model.flexion, "°")}: drawn at ${formatNumber(pose.attitude.flexion / degree, 1)}°.`);
   if (player.motion().isVarusFree) notes.push(["two_sided", "zero_varus"].includes(player.set) ? "Varus is determined by this motion." : "Varus was free: the solved varus is shown.");
   else if (!player.isBalanced && isBeyond(player.varus, model.varus)) notes.push(`Varus ${formatNumber(player.varus, 1)}° is outside the grid's range ${range(model.varus, "°")}: drawn at ${formatNumber(pose.attitude.varus / degree, 1)}°.`);
+  if (player.shown.statement && player.set === player.shown.set) notes.push(player.shown.statement);
   if (player.reason && player.set === "raw") notes.push(`The solved poses are shown: ${player.reason}.`);
   const doubt = doubtText(model, pose, drawnAlone());
   if (doubt) notes.push(`${doubt[0].toUpperCase()}${doubt.slice(1)}.`);

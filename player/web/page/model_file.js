@@ -313,12 +313,21 @@ function readFlexionTable(file, group, state, n) {
 function readMotionsOverFlexion(file, model) {
   const [set, reason] = file.hasGroup("/default_motion") ? ["set", "reason"].map((name) => file.attribute(name, "/default_motion")?.[0]) : [];
   if (typeof set === "string") model.defaultMotion = { set, reason: reason ?? "" };
+  if (model.defaultMotion && file.hasGroup("/prior")) model.defaultMotion.statement = file.attribute("statement", "/prior")?.[0] ?? "";
   if (file.hasGroup("/two_sided")) {
     const flexion = axis(file, "/two_sided/flexion");
     model.twoSided = { flexion, ...readFlexionTable(file, "/two_sided", "contact", flexion.length) };
     for (const side of ["medial", "lateral"]) model.twoSided[side] = file.numbers(`/two_sided/gap_${side}`, [flexion.length]);
   }
   if (file.hasGroup("/zero_varus")) model.zeroVarus = readFlexionTable(file, "/zero_varus", "source", model.flexion.length);
+}
+
+/// The motion without the prior, a motion over flexion like those of the samples.
+function readBonesAlone(file, model) {
+  if (!file.hasGroup("/prior/bones_alone")) return;
+  const n = model.flexion.length, group = "/prior/bones_alone";
+  const state = Array.from(file.numbers(`${group}/status`, [n], "int8"), (s) => (s === 0 ? 0 : -1));
+  model.quantiles = [...(model.quantiles ?? []), { name: "bones_alone", state, ...datasets(file, group, coordinates, [n]) }];
 }
 
 /// The samples of an uncertain job: their motions at five probabilities, and the 5 to 95 % band of the clinical numbers.
@@ -361,6 +370,7 @@ function readAll(file) {
   readSmoothed(file, model);
   readMotionsOverFlexion(file, model);
   readUncertainty(file, model);
+  readBonesAlone(file, model);
   readContactPaths(file, model);
   model.warnings = file.hasDataset("/job/warnings") ? file.texts("/job/warnings") : [];
   model.ligaments = readLigaments(file, [model.flexion.length, model.varus.length]);

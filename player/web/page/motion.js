@@ -198,7 +198,7 @@ export class Motion {
     this.#useDeltas();
     if (set === "two_sided") this.#useTwoSided(model.twoSided);
     else if (set === "zero_varus") this.#useFlexionTable(this.axes.flexion, model.zeroVarus, model.zeroVarus.source);
-    else if (set.startsWith("quantile_")) this.#useQuantile(model.quantiles.find(({ name }) => name === set));
+    else if (set.startsWith("quantile_") || set === "bones_alone") this.#useQuantile(model.quantiles.find(({ name }) => name === set));
     else if (set !== "raw") this.#useSmoothed(set);
     const own = this.free.length ? this.free.map((a) => a[1]) : this.axes.varus;
     this.firstVarus = Math.min(...own);
@@ -306,7 +306,8 @@ export class Player {
     this.sets = setNames(model);
     this.motions = new Map();
     this.raw = this.motion("raw");
-    ({ set: this.set, reason: this.reason } = defaultMotion(model));
+    this.shown = defaultMotion(model);
+    ({ set: this.set, reason: this.reason } = this.shown);
     this.isBalanced = this.raw.spine.length > 0;
     this.flexion = Math.min(Math.max(0, model.flexion[0]), model.flexion.at(-1));
     this.varus = Math.min(Math.max(0, model.varus[0]), model.varus.at(-1));
