@@ -301,7 +301,9 @@ void read_settings(Job& job)
                      static_cast<int>(core::integer_at(root, "solver.equilibrium.max_iterations")),
                      core::number_at(root, "solver.equilibrium.contact_resolution_mm")};
   job.spine = {static_cast<int>(core::integer_at(root, "solver.equilibrium.restarts")),
-               core::number_at(root, "solver.equilibrium.band_moment_nmm")};
+               core::number_at(root, "solver.equilibrium.band_moment_nmm"),
+               core::text_or_empty(root, "solver.equilibrium.branch") == "continuous" ? BranchRule::continuous
+                                                                                      : BranchRule::lowest};
   job.ligaments = ligaments_of(job, root);
   if (const core::DocumentValue* compartments = core::find_at(root, "compartments")) {
     job.medial = compartment_of(core::value_at(*compartments, "medial"));
@@ -317,11 +319,13 @@ void read_settings(Job& job)
   job.fit = fit_of(job.document);
 }
 
-// An offset of 0 is no offset: the job is that without the key.
+// An offset of 0 is no offset: the job is that without the key. So is the lowest branch.
 void remove_zero_offsets(core::DocumentValue& root)
 {
   for (const char* body : {"reference", "moving"}) {
     for (core::DocumentValue& component : root[body]["component"]) {
+  core::DocumentValue& equilibrium = root["solver"]["equilibrium"];
+  if (equilibrium.contains("branch") && equilibrium["branch"] == "lowest") equilibrium.erase("branch");
       if (component.contains("offset_mm") && component["offset_mm"] == 0.0) component.erase("offset_mm");
     }
   }
