@@ -229,11 +229,13 @@ Json steps_json(const job::Case& job_case)
 Json equilibrium_json(const job::Case& job_case)
 {
   if (is_search(job_case)) return {};
-  return {{"tolerance_mm", job_case.equilibrium.tolerance_mm},
-          {"max_iterations", job_case.equilibrium.max_iterations},
-          {"contact_resolution_mm", job_case.equilibrium.contact_resolution_mm},
-          {"restarts", job_case.spine.n_restarts},
-          {"band_moment_nmm", job_case.spine.band_moment_nmm}};
+  Json json = {{"tolerance_mm", job_case.equilibrium.tolerance_mm},
+               {"max_iterations", job_case.equilibrium.max_iterations},
+               {"contact_resolution_mm", job_case.equilibrium.contact_resolution_mm},
+               {"restarts", job_case.spine.n_restarts},
+               {"band_moment_nmm", job_case.spine.band_moment_nmm}};
+  if (job_case.spine.branch == BranchRule::continuous) json["branch"] = "continuous";
+  return json;
 }
 
 // Bundles in the order of their first fibres.
@@ -358,6 +360,8 @@ void print_method(const Json& u)
       "{contact_resolution_mm%g} mm\n"
       "  along the spine {restarts} restarts per flexion, rotation band for {band_moment_nmm%g} N mm\n",
       u["equilibrium"]);
+  if (u["equilibrium"].contains("branch"))
+    std::puts("  of several equilibria those of the continuous path over flexion");
 }
 
 void print(const Json& u)

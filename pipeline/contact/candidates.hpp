@@ -38,6 +38,11 @@ struct Scene {
     return vrda::offset_mm(reference.mesh, pair.reference) +
            vrda::offset_mm(moving.tree_mesh.mesh, pair.moving);
   }
+  double overlap_mm(const geometry::TrianglePair& pair) const
+  {
+    return vrda::overlap_mm(reference.mesh, pair.reference) +
+           vrda::overlap_mm(moving.tree_mesh.mesh, pair.moving);
+  }
   geometry::Corners reference_corners(const geometry::TrianglePair& pair) const
   {
     return corners(reference.mesh, pair.reference);
@@ -47,6 +52,12 @@ struct Scene {
     return place(corners(moving.tree_mesh.mesh, pair.moving));
   }
 };
+/// Of a part with an allowed overlap only the side that faces the other object along Delta counts: where it
+/// is thinner than twice that, the limit of its far side is in front (inward_limit). All in the reference's
+/// frame.
+bool is_near_side(const Mesh& reference, const Mesh& moving, const geometry::TrianglePair& pair,
+                  const geometry::Corners& r, const geometry::Corners& m, const Eigen::Vector3d& delta);
+
 /// All pairs within the band with their distances in closed form, sorted by pair; their features are not set.
 std::vector<Candidate> close_pairs(const Scene& scene);
 

@@ -54,6 +54,8 @@ ComponentJob component_of(const Job& job, const core::DocumentValue& value, cons
     component.is_offset_fitted = offset->is_string();
     if (!component.is_offset_fitted) component.offset_mm = core::number_at(*offset, "");
   }
+  if (core::find_at(value, "overlap_mm") != nullptr)
+    component.overlap_mm = core::number_at(value, "overlap_mm");
   component.inset_mm = core::number_at(value, "inset_mm");
   component.shift_mm = core::vector3_at(value, "shift_mm");
   return component;
@@ -301,7 +303,9 @@ void read_settings(Job& job)
                      static_cast<int>(core::integer_at(root, "solver.equilibrium.max_iterations")),
                      core::number_at(root, "solver.equilibrium.contact_resolution_mm")};
   job.spine = {static_cast<int>(core::integer_at(root, "solver.equilibrium.restarts")),
-               core::number_at(root, "solver.equilibrium.band_moment_nmm")};
+               core::number_at(root, "solver.equilibrium.band_moment_nmm"),
+               core::text_or_empty(root, "solver.equilibrium.branch") == "continuous" ? BranchRule::continuous
+                                                                                      : BranchRule::lowest};
   job.prior = prior_of(job.document, job.push, job.spine.band_moment_nmm);
   job.ligaments = ligaments_of(job, root);
   if (const core::DocumentValue* compartments = core::find_at(root, "compartments")) {
@@ -318,12 +322,16 @@ void read_settings(Job& job)
   job.fit = fit_of(job.document);
 }
 
-// An offset of 0 is no offset: the job is that without the key.
+// An offset of 0 is no offset: the job is that without the key. So is the lowest branch.
 void remove_zero_offsets(core::DocumentValue& root)
 {
+  core::DocumentValue& equilibrium = root["solver"]["equilibrium"];
+  if (equilibrium.contains("branch") && equilibrium["branch"] == "lowest") equilibrium.erase("branch");
   for (const char* body : {"reference", "moving"}) {
     for (core::DocumentValue& component : root[body]["component"]) {
-      if (component.contains("offset_mm") && component["offset_mm"] == 0.0) component.erase("offset_mm");
+      for (const char* key : {"offset_mm", "overlap_mm"}) {
+        if (component.contains(key) && component[key] == 0.0) component.erase(key);
+      }
     }
   }
 }

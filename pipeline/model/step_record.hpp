@@ -346,10 +346,17 @@ struct EquilibriumOptions {
   double contact_resolution_mm = 0.01;  ///< surfaces closer than this are in contact (/contacts, flags)
 };
 
+/// Which of several equilibria of a flexion the motion takes.
+enum class BranchRule {
+  lowest,      ///< the one of lowest energy
+  continuous,  ///< the path over flexion with the least sum of energies and penalties on change
+};
+
 /// Settings of the spine: the continuation path along flexion, with varus free, from which each row starts.
 struct SpineOptions {
   int n_restarts = 4;              ///< additional starts at each flexion besides the two chains
   double band_moment_nmm = 500.0;  ///< extra moments about Delta for the theta band; 0: none
+  BranchRule branch = BranchRule::lowest;
 };
 
 /// A force at a material point of the moving object and a moment on it; their opposites act on the reference.

@@ -71,6 +71,49 @@ InitialBodies initial_bodies_of(const job::Case& job_case)
           geometry::make_tree_mesh(std::move(moving.mesh)), substep_mm};
 }
 
+namespace {
+
+// schemas/job.schema.json states the formula.
+constexpr double compliance_mm = 5.0;  // the force over the stiffness
+constexpr double most_work_mm = 0.5;   // a penalty enters and leaves a flexion: the force times 1 mm at most
+
+double total_force_n(const job::Push& push)
+{
+  double sum_n = push.force_n.norm();
+  for (const Eigen::Vector3d& force_n : push.load_force_n) sum_n += force_n.norm();
+  for (const double tension_n : push.line_tension_n) sum_n += tension_n;
+  return sum_n;
+}
+
+solve::ChangePenalty change_penalty_of(const job::Case& job_case)
+{
+  // Not every command that needs a plan solves steps.
+  struct LazyScale {
+    std::once_flag flag;
+    RotationScale scale;
+  };
+  return [&job_case, lazy = std::make_shared<LazyScale>()](const PathPoint& from, const PathPoint& to) {
+    std::call_once(lazy->flag, [&] {
+      lazy->scale = rotation_scale_of(solver_mesh(job_case.moving.contact.mesh, job_case.frame));
+    });
+    const auto push_at = [&](const PathPoint& point) -> const job::Push& {
+      return job_case.path_push.at(static_cast<std::size_t>(point.path_row));
+    };
+    // In world axes, since Delta may differ.
+    const auto middle_mm = [&](const PathPoint& point) {
+      const Configuration at = configuration_at(point.pose, point.varus_rad, lazy->scale);
+      return world_translation_mm(frame_of(job_case, push_at(point)), {at.pivot_mm, 0.0});
+    };
+    const double turned_mm =
+        lazy->scale.lever_mm *
+        Eigen::Vector2d(to.pose.theta_rad - from.pose.theta_rad, to.varus_rad - from.varus_rad).norm();
+    const double change_sq_mm2 = (middle_mm(to) - middle_mm(from)).squaredNorm() + turned_mm * turned_mm;
+    return total_force_n(push_at(to)) * std::min(change_sq_mm2 / (2.0 * compliance_mm), most_work_mm);
+  };
+}
+
+}  // namespace
+
 solve::SweepPlan plan_of(const job::Case& job_case)
 {
   solve::SweepPlan plan;
@@ -93,6 +136,8 @@ solve::SweepPlan plan_of(const job::Case& job_case)
     plan.n_restarts = job_case.spine.n_restarts;
     plan.prior = job_case.prior;
     plan.band_moment_nmm = job_case.spine.band_moment_nmm;
+    if (job_case.spine.branch == BranchRule::continuous)
+      plan.change_penalty_nmm = change_penalty_of(job_case);
     return plan;
   }
   if (job_case.compartment_of_triangle.empty()) plan.spine = solve::SpineRule::nearest_zero;

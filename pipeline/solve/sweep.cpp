@@ -10,6 +10,7 @@
 #include <exception>
 #include <limits>
 #include <mutex>
+#include <numeric>
 #include <thread>
 #include <utility>
 
@@ -323,10 +324,71 @@ FreeSpineStep select_lowest(const std::vector<StepRecord>& ends)
   step.chosen = lowest == nullptr ? ends.front() : *lowest;
   step.n_optima = static_cast<std::int32_t>(optima.size());
   for (const auto& [first, found] : optima)
-    step.equilibria.push_back({found->pose, found->varus_rad, found->balance.energy_nmm, found == lowest});
+    step.equilibria.push_back({found->pose, found->varus_rad, found->balance.energy_nmm, found == lowest,
+                               static_cast<std::size_t>(found - ends.data())});
   step.theta_spread_rad = most_rad - least_rad;
   step.energy_spread_nmm = most_nmm - least_nmm;
   return step;
+}
+
+namespace {
+
+// Least sum up to an equilibrium, and the equilibrium before it on that path.
+struct PathSum {
+  double sum_nmm = 0.0;
+  std::size_t before = 0;
+};
+
+PathPoint point_of(const SpineEquilibrium& equilibrium, std::int32_t path_row)
+{
+  return {equilibrium.pose, equilibrium.varus_rad, path_row};
+}
+
+void choose(FreeSpineStep& step, std::size_t k, const std::vector<StepRecord>& ends)
+{
+  for (SpineEquilibrium& equilibrium : step.equilibria) equilibrium.is_chosen = false;
+  step.equilibria[k].is_chosen = true;
+  step.chosen = ends[step.equilibria[k].end];
+}
+
+std::size_t least_of(const std::vector<PathSum>& sums)
+{
+  const auto is_less = [](const PathSum& a, const PathSum& b) { return a.sum_nmm < b.sum_nmm; };
+  return static_cast<std::size_t>(std::min_element(sums.begin(), sums.end(), is_less) - sums.begin());
+}
+
+}  // namespace
+
+std::vector<FreeSpineStep> select_continuous(const std::vector<std::vector<StepRecord>>& ends,
+                                             const std::vector<std::int32_t>& path_row,
+                                             const ChangePenalty& penalty_nmm)
+{
+  std::vector<FreeSpineStep> path;
+  std::vector<std::size_t> rows;  // those with an equilibrium
+  std::vector<std::vector<PathSum>> sums;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    path.push_back(ends[i].empty() ? FreeSpineStep{} : select_lowest(ends[i]));
+    if (path[i].equilibria.empty()) continue;
+    std::vector<PathSum> here;
+    for (const SpineEquilibrium& to : path[i].equilibria) {
+      std::vector<PathSum> ways;
+      for (std::size_t k = 0; !rows.empty() && k < sums.back().size(); ++k) {
+        const std::size_t last = rows.back();
+        const PathPoint from = point_of(path[last].equilibria[k], path_row[last]);
+        ways.push_back({sums.back()[k].sum_nmm + penalty_nmm(from, point_of(to, path_row[i])), k});
+      }
+      here.push_back(ways.empty() ? PathSum{} : ways[least_of(ways)]);
+      here.back().sum_nmm += to.energy_nmm - path[i].chosen.balance.energy_nmm;  // above the lowest
+    }
+    rows.push_back(i);
+    sums.push_back(std::move(here));
+  }
+  std::size_t k = rows.empty() ? 0 : least_of(sums.back());
+  for (std::size_t r = rows.size(); r-- > 0;) {
+    choose(path[rows[r]], k, ends[rows[r]]);
+    k = sums[r][k].before;
+  }
+  return path;
 }
 
 namespace {
@@ -727,6 +789,11 @@ class Sweep {
         is_changed |= try_neighbour(i - 1, i, 2 * pass, is_new_upward);
       for (std::int32_t i = n_path_ - 1; i-- > 0;)
         is_changed |= try_neighbour(i + 1, i, 2 * pass + 1, is_new_downward);
+    }
+    if (plan_.change_penalty_nmm) {
+      std::vector<std::int32_t> rows(path_rad_.size());
+      std::iota(rows.begin(), rows.end(), 0);
+      path_ = select_continuous(ends_, rows, plan_.change_penalty_nmm);
     }
     for (std::int32_t i = 0; i < n_flexion_; ++i) {
       const auto row = static_cast<std::size_t>(i), path_row = static_cast<std::size_t>(path_row_[row]);

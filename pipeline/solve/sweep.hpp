@@ -112,11 +112,12 @@ struct SpineEquilibrium {
   double varus_rad = 0.0;
   double energy_nmm = 0.0;
   bool is_chosen = false;
+  std::size_t end = 0;  ///< row of its result among the ends
 };
 
 /// Results of all starts of one flexion.
 struct FreeSpineStep {
-  StepRecord chosen;                         ///< lowest energy; if none is stable, the first result
+  StepRecord chosen;                         ///< by the branch rule; if none is stable, the first result
   std::int32_t n_optima = 0;                 ///< stable poses that differ by more than 0.1 mm or 0.1 degrees
   double theta_spread_rad = 0.0;             ///< largest minus smallest theta of them
   double energy_spread_nmm = 0.0;            ///< largest minus smallest energy of them
@@ -127,6 +128,23 @@ struct FreeSpineStep {
 
 /// `ends` in the order of their starts: of equal energies (within 1e-6 N mm) the earlier is chosen.
 FreeSpineStep select_lowest(const std::vector<StepRecord>& ends);
+
+/// An equilibrium and the row of its flexion in the path.
+struct PathPoint {
+  MovingPose pose;
+  double varus_rad = 0.0;
+  std::int32_t path_row = 0;
+};
+
+/// N mm, at least 0: penalty on the change between the equilibria of neighbouring flexions.
+using ChangePenalty = std::function<double(const PathPoint& from, const PathPoint& to)>;
+
+/// `ends` and `path_row` [n]: the results of each flexion, in order, and its row. Chooses among the
+/// equilibria of select_lowest() those with the least sum of energies and penalties, by dynamic programming;
+/// of equal sums that of the earlier starts. Flexions without an equilibrium are passed over.
+std::vector<FreeSpineStep> select_continuous(const std::vector<std::vector<StepRecord>>& ends,
+                                             const std::vector<std::int32_t>& path_row,
+                                             const ChangePenalty& penalty_nmm);
 
 // Solves every attitude of a flexion x varus grid along a fixed seeding graph (solve/README.md): a spine,
 // which is the continuation path along flexion through the cells where both compartments are nearest to
@@ -160,8 +178,9 @@ struct SweepPlan {
   /// With a free varus: the chosen equilibrium of each flexion is solved again and measured, so the starts
   /// need not be.
   bool measures_chosen = false;
-  bool has_band = false;  ///< each flexion is also solved with extra moments
-  int n_restarts = 0;     ///< starts besides the two chains along flexion (solve/sweep.hpp)
+  bool has_band = false;             ///< each flexion is also solved with extra moments
+  int n_restarts = 0;                ///< starts besides the two chains along flexion (solve/sweep.hpp)
+  ChangePenalty change_penalty_nmm;  ///< set: the continuous path is chosen; empty: the lowest energies
   /// The flexions whose rows are solved, each once; absent: all, empty: the spine only. The spine is always
   /// needed, solved or recalled.
   std::optional<std::vector<std::int32_t>> rows;

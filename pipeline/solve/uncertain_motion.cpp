@@ -398,6 +398,7 @@ class SampleMotion {
       if (i > 0) start_from_neighbour(i, i - 1);
     }
     for (std::int32_t i = n - 1; i-- > 0;) start_from_neighbour(i, i + 1);
+    if (plan_.change_penalty_nmm) path_ = select_continuous(ends_, path_row_, plan_.change_penalty_nmm);
     std::vector<StepRecord> records;
     for (std::int32_t i = 0; i < n; ++i) records.push_back(measured(i));
     return records;
@@ -472,8 +473,9 @@ class SampleMotion {
     StepRecord record;
     record.status = StepStatus::no_contact;  // no start at all: the job and both neighbours have no pose
     if (!ends(i).empty()) {
-      const StepRecord lowest = select_lowest(ends(i)).chosen;
-      record = lowest.status == StepStatus::stable ? solved(task_at(i, seed_of(i, lowest))) : lowest;
+      const StepRecord chosen =
+          path_.empty() ? select_lowest(ends(i)).chosen : path_[static_cast<std::size_t>(i)].chosen;
+      record = chosen.status == StepStatus::stable ? solved(task_at(i, seed_of(i, chosen))) : chosen;
     }
     record.key = {StepKind::sample, i, options_.sample};
     return record;
@@ -485,6 +487,7 @@ class SampleMotion {
   const SampleOptions& options_;
   std::vector<std::int32_t> path_row_;         // [n_flexion]
   std::vector<std::vector<StepRecord>> ends_;  // [n_flexion] results of all starts
+  std::vector<FreeSpineStep> path_;            // [n_flexion] with a continuous path
 };
 
 }  // namespace

@@ -8,7 +8,9 @@
 #include <stdexcept>
 
 #include "core/units.hpp"
+#include "solve/case_solver.hpp"
 #include "solve/sweep.hpp"
+#include "support/meshes.hpp"
 
 namespace vrda::sweep_test {
 
@@ -350,6 +352,91 @@ TEST(FreeSpine, OfEachEquilibriumTheLowestResultIsKept)
   EXPECT_TRUE(solve::select_lowest({end_at(1, 0, StepStatus::unbounded)}).equilibria.empty());
 }
 
+// Degrees of rotation; no more than 2 for a jump.
+const solve::ChangePenalty per_degree = [](const solve::PathPoint& from, const solve::PathPoint& to) {
+  return std::min(std::abs(deg_from_rad(to.pose.theta_rad - from.pose.theta_rad)), 2.0);
+};
+
+std::vector<double> thetas_of(const std::vector<solve::FreeSpineStep>& path)
+{
+  std::vector<double> thetas_deg;
+  for (const solve::FreeSpineStep& step : path)
+    thetas_deg.push_back(deg_from_rad(step.chosen.pose.theta_rad));
+  return thetas_deg;
+}
+
+// Branches at 0 and 8 degrees: by these gains the second is lower.
+TEST(FreeSpine, TheContinuousPathChangesBranchOnceAndOnlyForALowerSum)
+{
+  const std::vector<double> gains{-3, 1, 1, -1, 3, 3};
+  std::vector<std::vector<StepRecord>> ends;
+  std::vector<std::int32_t> rows;
+  for (const double gain : gains) {
+    rows.push_back(static_cast<std::int32_t>(ends.size()));
+    ends.push_back({end_at(0.0, 100.0), end_at(8.0, 100.0 - gain)});
+  }
+  std::vector<double> lowest_deg;
+  for (const std::vector<StepRecord>& of_flexion : ends)
+    lowest_deg.push_back(deg_from_rad(solve::select_lowest(of_flexion).chosen.pose.theta_rad));
+  EXPECT_EQ(lowest_deg, (std::vector<double>{0, 8, 8, 0, 8, 8})) << "three jumps";
+  // Sums above the lowest plus changes: to 8 at the second flexion 2 + 1, at the fifth 1 + 1 + 2, at none 4.
+  EXPECT_EQ(thetas_of(solve::select_continuous(ends, rows, per_degree)),
+            (std::vector<double>{0, 8, 8, 8, 8, 8}));
+  ends[3][1] = end_at(8.0, 102.5);  // 2.5 above the lowest: now the later change is cheaper
+  EXPECT_EQ(thetas_of(solve::select_continuous(ends, rows, per_degree)),
+            (std::vector<double>{0, 0, 0, 0, 8, 8}));
+  ends[1][0] = end_at(0.0, 104.5);  // 5.5 above the lowest, more than a change both ways: never taken
+  const std::vector<solve::FreeSpineStep> path = solve::select_continuous(ends, rows, per_degree);
+  EXPECT_EQ(path[1].chosen.pose.theta_rad, rad_from_deg(8.0));
+  EXPECT_FALSE(path[1].equilibria[0].is_chosen);
+  EXPECT_TRUE(path[1].equilibria[1].is_chosen);
+  EXPECT_EQ(path[1].n_optima, 2);
+  EXPECT_EQ(path[1].energy_spread_nmm, 5.5) << "as with the lowest";
+}
+
+// F min(d^2 / 10 mm, 0.5 mm): 20 N along Delta and 5 N of a line, a lever of 15 mm.
+TEST(FreeSpine, ThePenaltyOfAJobIsThatOfItsSchema)
+{
+  job::Case job_case;
+  job_case.method = "equilibrium";
+  job_case.moving.contact.mesh = test::box({4, 1, 2}, {30, 6, 20});
+  job_case.grid = {{0.0, 1.0}, {0.0}};
+  job_case.path_flexion_deg = {0.0, 1.0};
+  job_case.path_push.resize(2);
+  job_case.path_push[1].line_tension_n = {5.0};
+  EXPECT_FALSE(solve::plan_of(job_case).change_penalty_nmm);
+  job_case.spine.branch = BranchRule::continuous;
+  const solve::ChangePenalty penalty_nmm = solve::plan_of(job_case).change_penalty_nmm;
+  const solve::PathPoint from{{{1, 2, 3}, 0.2}, 0.1, 0};
+  const auto to = [](const Eigen::Vector3d& t_mm, double theta_rad, double varus_rad) {
+    return solve::PathPoint{{t_mm, theta_rad}, varus_rad, 1};
+  };
+  const auto turned_about_middle = [](const Eigen::Vector3d& t_mm, double from_rad, double to_rad) {
+    const Eigen::Vector3d middle_mm(4, 0, 2);
+    return Eigen::Vector3d(t_mm + rotation_y(from_rad) * middle_mm - rotation_y(to_rad) * middle_mm);
+  };
+  constexpr double rounding = 1e-12;
+  EXPECT_EQ(penalty_nmm(from, to({1, 2, 3}, 0.2, 0.1)), 0.0);
+  EXPECT_NEAR(penalty_nmm(from, to({1.3, 2, 3.4}, 0.2, 0.1)), 25 * 0.25 / 10, rounding);
+  EXPECT_NEAR(penalty_nmm(from, to(turned_about_middle({1, 2, 3}, 0.2, 0.24), 0.24, 0.13)), 25 * 0.5625 / 10,
+              rounding);
+  EXPECT_EQ(penalty_nmm(from, to({5, 2, 3}, 0.2, 0.1)), 25 * 0.5);
+}
+
+// A flexion without a result or without an equilibrium does not end the path.
+TEST(FreeSpine, TheContinuousPathPassesFlexionsWithoutEquilibrium)
+{
+  const std::vector<std::vector<StepRecord>> ends{{end_at(0, 0), end_at(8, 3)},
+                                                  {end_at(4, -9, StepStatus::unbounded)},
+                                                  {},
+                                                  {end_at(8, -0.5), end_at(0, 0)}};
+  const std::vector<solve::FreeSpineStep> path = solve::select_continuous(ends, {0, 1, 2, 3}, per_degree);
+  EXPECT_EQ(path[0].chosen.pose.theta_rad, 0.0);
+  EXPECT_EQ(path[1].chosen.status, StepStatus::unbounded);
+  EXPECT_EQ(path[2].chosen.status, StepStatus::pending);
+  EXPECT_EQ(path[3].chosen.pose.theta_rad, 0.0) << "half of what the change costs";
+}
+
 solve::SweepPlan free_plan_of(int n_flexion, int n_varus)
 {
   solve::SweepPlan plan = plan_of(n_flexion, n_varus);
@@ -432,6 +519,25 @@ TEST(FreeSpine, EachFlexionKeepsTheLowestOfBothChainsAndTheRestarts)
     }
     EXPECT_DOUBLE_EQ(result.cells[i * 5].pose.theta_rad, rad_from_deg(well_deg)) << "rows start from there";
     EXPECT_EQ(result.cells[i * 5].varus_rad, plan.varus_rad[0]);
+  }
+}
+
+// The right well is deeper from 22 degrees on by so little that a change never pays: the spine, its band and
+// its rows stay in the left one.
+TEST(FreeSpine, RowsStartFromTheContinuousPath)
+{
+  solve::SweepPlan plan = free_plan_of(10, 5);
+  plan.change_penalty_nmm = [](const solve::PathPoint& from, const solve::PathPoint& to) {
+    return 2.0 * per_degree(from, to);
+  };
+  for (const int n_threads : {1, 3}) {
+    const solve::SweepResult result = solve::sweep(plan, in_wells, {}, n_threads);
+    for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
+      EXPECT_DOUBLE_EQ(result.free_spine[i].chosen.pose.theta_rad, rad_from_deg(-5.0));
+      EXPECT_EQ(result.free_spine[i].n_optima, 2);
+      EXPECT_DOUBLE_EQ(result.free_spine[i].band_high.pose.theta_rad, rad_from_deg(-3.0));
+      EXPECT_DOUBLE_EQ(result.cells[i * 5].pose.theta_rad, rad_from_deg(-5.0));
+    }
   }
 }
 

@@ -127,7 +127,10 @@ export function axesSection(model) {
 
 // The distinct equilibria of the free spine at each flexion, and which of them the motion uses.
 
-const BRANCH_NAMES = { true: "chosen: lowest energy, the spine of the motion", false: "other equilibrium found" };
+// With solver.equilibrium.branch = "continuous" a chosen one may be higher than another.
+const takesLowest = (branches) => excess(branches).every((value) => value > -1e-6);
+const branchName = (branches, isChosen) => !isChosen ? "other equilibrium found"
+  : takesLowest(branches) ? "chosen: lowest energy, the spine of the motion" : "chosen: continuous path, the spine of the motion";
 
 // Energy above the chosen equilibrium of the same flexion.
 function excess({ flexion, energy, is_chosen: isChosen }) {
@@ -139,7 +142,7 @@ function branchLayers(branches, values, isChosen, unit) {
   const rows = branches.flexion.map((_, k) => k).filter((k) => (branches.is_chosen[k] === 1) === isChosen), above = excess(branches);
   const x = rows.map((k) => branches.flexion[k]), y = rows.map((k) => values[k]), { colour } = lineStyle(isChosen ? 0 : 1);
   const text = (k) => `flexion ${x[k]}°: ${decimal(y[k], 2)} ${unit}, energy ${decimal(above[rows[k]], 3)} N mm above the chosen`;
-  const points = { kind: "points", name: BRANCH_NAMES[isChosen], x, y, colour, size: isChosen ? 4 : 8, isOpen: !isChosen, text };
+  const points = { kind: "points", name: branchName(branches, isChosen), x, y, colour, size: isChosen ? 4 : 8, isOpen: !isChosen, text };
   return isChosen ? [{ kind: "line", name: points.name, x, y, colour, width: 1.6 }, points] : [points];
 }
 
@@ -154,7 +157,7 @@ export function branchesSection(model) {
   const { branches } = model.spine;
   const nOther = branches.is_chosen.filter((one) => one === 0).length;
   const nFlexions = model.spine.n_optima.filter((n) => n > 1).length;
-  const text = `From different starts the joint comes to rest in different poses. The motion uses the one of lowest energy. ${nOther} other equilibria were found, at ${nFlexions} of ${model.flexion.length} flexions. Equilibria are distinct if they differ by more than 0.1 mm, or 0.1 degrees of rotation or varus.`;
+  const text = `From different starts the joint comes to rest in different poses. ${takesLowest(branches) ? "The motion uses the one of lowest energy." : "The motion uses the path over flexion with the least sum of energy and penalty on change (branch = \"continuous\")."} ${nOther} other equilibria were found, at ${nFlexions} of ${model.flexion.length} flexions. Equilibria are distinct if they differ by more than 0.1 mm, or 0.1 degrees of rotation or varus.`;
   return section("branches", title, el("p", {}, text), el("div", { class: "columns" },
     branchFigure(model, { key: "energy", title: "Energy", label: "N mm", unit: "N mm", caption: "Energy of the ligaments minus the work of the loads, N mm." }),
     branchFigure(model, { key: "theta", title: "Rotation θ about Δ", label: "degrees", unit: "degrees", caption: "Rotation of each equilibrium, internal +, degrees." })));
