@@ -93,7 +93,8 @@ std::string job_text(const JobDescription& job)
   if (job.has_prior) text += prior_text + uncertainty_text(job);
   return text +
          "\n[grid]                                # degrees\nflexion = { from = 0, to = 90, step = 5 }\n"
-         "varus = \"free\"\n\n[solver]\nmethod = \"equilibrium\"\n\n[smooth]\ndegrees = [6]\n";
+         "varus = \"free\"\n\n[solver]\nmethod = \"equilibrium\"\n\n[solver.equilibrium]\n"
+         "branch = \"continuous\"\n\n[smooth]\ndegrees = [6]\n";
 }
 
 std::string ligament_table(const model::Ligaments& ligaments, const std::string& comment)

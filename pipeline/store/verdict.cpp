@@ -580,8 +580,8 @@ std::string prior_statement(const MotionModel& model, const std::string& default
     text += " decides " + rounded_text(std::round(100.0 * share)) + " % of the rotation";
   const double net_deg = net_rotation_deg(model, default_set);
   if (std::isnan(net_deg)) return text + ".";
-  return text + ". Net internal rotation " + tenths(net_deg) + " degrees" + band_text(model) +
-         ", of the bones alone " + tenths(net_rotation_deg(model, bones_alone_name)) + ".";
+  return text + ". Net internal rotation: " + tenths(net_deg) + " degrees" + band_text(model) +
+         "; of the bones alone: " + tenths(net_rotation_deg(model, bones_alone_name)) + ".";
 }
 
 std::vector<std::string> lines_of(const Verdict& verdict)

@@ -182,7 +182,8 @@ void declare_show(CLI::App& mode, show::ShowOptions& options)
       "Angle in degrees, adduction positive (default: the varus that balances both compartments "
       "at each flexion, interpolated linearly between solved flexions)");
   add(mode, "--set", "SET", options.set,
-      "two_sided, raw, degree_N, degree_N_recontacted, zero_varus, or quantile_0, 5, 50, 95 or 100 of an "
+      "two_sided, raw, degree_N, degree_N_recontacted, zero_varus, bones_alone of a job with a prior, or "
+      "quantile_0, 5, 50, 95 or 100 of an "
       "uncertain job (default: the model's default motion, which vrda info names)");
   add(mode, "--views", "VIEW,...", options.views,
       "front, back, left, right, medial, lateral (or side), top, oblique, inverted (oblique and "
