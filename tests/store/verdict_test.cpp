@@ -172,10 +172,13 @@ TEST(Verdict, NamesWhatIsOutside)
     return rising(flexion_deg) + (flexion_deg >= 10.0 ? 3.0 : 0.0);
   };
   const auto late = [](double flexion_deg) { return 12.0 * flexion_deg / 90.0; };
+  const auto dip = [](double flexion_deg) {
+    return 0.9 * parabola(flexion_deg) - std::max(0.0, 4.0 - 0.4 * std::abs(flexion_deg - 70.0));
+  };
   const auto falling = [](double flexion_deg) { return 1.3 * parabola(flexion_deg); };
   for (const Row& row :
        {Row{rising, 6, {}}, Row{none, 6, {"net_internal_rotation"}}, Row{jump, 6, {"largest_change_per_5"}},
-        Row{late, 6, {"share_by_30"}}, Row{falling, 6, {"drop_after_peak"}},
+        Row{late, 6, {"share_by_30"}}, Row{falling, 6, {"drop_after_peak"}}, Row{dip, 6, {"drop_after_peak"}},
         Row{rising, -1, {"middle_travel", "medial_facet_travel", "lateral_facet_travel"}}}) {
     const Verdict verdict = *store::verdict_of(knee(row.rotation, row.forward_mm), "raw");
     SCOPED_TRACE(verdict.sentence);
