@@ -161,6 +161,31 @@ prepare::TemplateJoint template_of(const PrepareOptions& options)
   return prepare::template_of(job::load_case(options.template_job, {options.data_directory, {}}));
 }
 
+job::MovedVertices moved_by_smoothing(const std::vector<SubjectPart>& parts)
+{
+  job::MovedVertices moved;
+  for (const SubjectPart& part : parts) {
+    for (std::size_t v = 0; v < part.moved_mm.size(); ++v) {
+      const Eigen::RowVector3f p = part.mesh.vertices_mm.row(static_cast<Eigen::Index>(v)).cast<float>();
+      moved[{p.x(), p.y(), p.z()}] = part.moved_mm[v];
+    }
+  }
+  return moved;
+}
+
+// For the caption of the picture.
+std::string smoothing_text(const Json& report)
+{
+  std::string text;
+  for (const Json& row : report.value("noise", Json::array())) {
+    if (!row["smoothed"].get<bool>()) continue;
+    text += (text.empty() ? " Smoothed, vertices moved (RMS, largest): " : ", ") +
+            row["component"].get<std::string>() + " " + rounded_text(row["moved_rms_mm"].get<double>(), 2) +
+            ", " + rounded_text(row["moved_largest_mm"].get<double>(), 2) + " mm";
+  }
+  return text + (text.empty() ? "" : ".");
+}
+
 bool is_thickness(const std::string& cartilage)
 {
   return cartilage != "auto" && cartilage != "none";
@@ -222,14 +247,15 @@ class Preparation {
     known.is_stopped = core::is_interrupted;
     fit_ = geometry::fit_knee(surfaces, reference_.knee, known);
     if (core::is_interrupted()) return;
-    Json specks = Json::object();
-    if (leave_specks_out(subject_, fit_, options_, specks, warnings_)) {
+    Json cleaned = Json::object();
+    const bool has_left_out = leave_specks_out(subject_, fit_, options_, cleaned, warnings_);
+    if (smooth_noise(subject_, fit_.unit_mm, options_, cleaned, warnings_) || has_left_out) {
       surfaces = {surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
       fit_ = geometry::fit_knee(surfaces, reference_.knee, known);
       if (core::is_interrupted()) return;
     }
     report_ = fit_json(fit_);
-    report_.update(specks);
+    report_.update(cleaned);
     const std::optional<InputError::Facts> wrong_part =
         app::wrong_part(subject_, surfaces, fit_.unit_mm, warnings_);
     move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
@@ -400,6 +426,8 @@ class Preparation {
     notes.n_warnings = warnings_.size();
     notes.refusal = refusal;
     notes.has_four_views = true;
+    notes.moved = {moved_by_smoothing(subject_.reference), moved_by_smoothing(subject_.moving)};
+    notes.smoothing = smoothing_text(report_);
     write_atomically(file(name), {job::case_picture(drawn, notes)});
   }
 
@@ -509,6 +537,9 @@ void declare_prepare(Command& c)
       "Write no prior of the motion: bones and fibres alone (schemas/prior.md)");
   c.flag("--keep-specks", o.keeps_specks,
          "Keep small separate pieces in the joint space; default: they are left out, with a warning");
+  c.flag("--no-smooth", o.keeps_noise,
+         "Leave rough surfaces as they are; default: where noise is measured, they are smoothed without "
+         "shrinking, with a warning");
   c.option("-o,--output", o.folder, "Output folder").required();
   c.flag("--replace", o.may_replace, "Replace existing files, such as those of an earlier preparation");
   c.threads(o.n_threads);

@@ -8,6 +8,9 @@
 #include <tuple>
 #include <utility>
 
+#include "core/console.hpp"
+#include "core/fields_json.hpp"
+#include "geometry/surface_noise.hpp"
 #include "job/case_warnings.hpp"
 #include "job/clean_mesh.hpp"
 #include "job/job.hpp"
@@ -41,7 +44,7 @@ void add_parts(std::vector<SubjectPart>& parts, const std::vector<std::string>& 
                std::vector<std::string>& warnings)
 {
   for (std::size_t i = 0; i < files.size(); ++i) {
-    SubjectPart part{component, files[i], mesh_of(files[i], option, warnings), {}};
+    SubjectPart part{component, files[i], mesh_of(files[i], option, warnings), {}, {}};
     const std::vector<job::Shell> shells = job::shells_of(part.mesh);
     part.small_shells = job::small_shells(shells, job::outermost_shells(part.mesh, shells));
     if (files.size() > 1) part.component.name += "_" + std::to_string(i + 1);
@@ -205,6 +208,71 @@ bool leave_specks_out(Subject& subject, const KneeFit& fit, const PrepareOptions
   return has_changed;
 }
 
+namespace {
+
+double rounded_mm(double mm)
+{
+  return std::round(1e3 * mm) / 1e3;
+}
+
+// Smooths the surface of a part; true if vertices moved.
+bool smooth_part(SubjectPart& part, double unit_mm, const PrepareOptions& options,
+                 nlohmann::ordered_json& row, std::vector<std::string>& warnings)
+{
+  const Mesh mesh = in_mm(part.mesh, unit_mm);
+  const geometry::SurfaceNoise noise = geometry::surface_noise(mesh);
+  const bool is_smoothed = noise.is_noisy() && !options.keeps_noise;
+  row = {{"component", part.component.name},
+         {"noise_mm", json_value(rounded_mm(noise.noise_mm))},
+         {"limit_mm", rounded_mm(noise.limit_mm)},
+         {"edge_mm", rounded_mm(noise.edge_mm)},
+         {"smoothed", is_smoothed}};
+  if (!noise.is_noisy()) return false;
+  std::string warning = part.file + ": " + option_of(part) + ": its surface is rough: vertices are about " +
+                        rounded_text(noise.noise_mm, 2) +
+                        " mm off it (standard deviation), clean ones with such edges at most " +
+                        rounded_text(noise.limit_mm, 2) + " mm; ";
+  if (is_smoothed) {
+    geometry::SmoothedSurface smoothed = geometry::smoothed_surface(mesh, noise);
+    part.moved_mm = std::move(smoothed.moved_mm);
+    part.mesh = std::move(smoothed.mesh);
+    part.mesh.vertices_mm /= unit_mm;
+    const Eigen::Map<const Eigen::VectorXd> moved_mm(part.moved_mm.data(),
+                                                     static_cast<Eigen::Index>(part.moved_mm.size()));
+    const double rms_mm = moved_mm.norm() / std::sqrt(static_cast<double>(moved_mm.size()));
+    row["passes"] = smoothed.n_passes;
+    row["moved_rms_mm"] = rounded_mm(rms_mm);
+    row["moved_largest_mm"] = rounded_mm(moved_mm.maxCoeff());
+    warning += "smoothed: vertices moved by " + rounded_text(rms_mm, 2) + " mm (RMS), at most " +
+               rounded_text(moved_mm.maxCoeff(), 2) + " mm; --no-smooth leaves it as it is";
+  } else {
+    warning += "not smoothed; it changes the motion";
+  }
+  warnings.push_back(warning);
+  return is_smoothed;
+}
+
+}  // namespace
+
+bool smooth_noise(Subject& subject, double unit_mm, const PrepareOptions& options,
+                  nlohmann::ordered_json& report, std::vector<std::string>& warnings)
+{
+  bool has_changed = false;
+  std::string found;
+  for (std::vector<SubjectPart>* parts : {&subject.reference, &subject.moving}) {
+    for (SubjectPart& part : *parts) {
+      nlohmann::ordered_json row;
+      has_changed |= smooth_part(part, unit_mm, options, row, warnings);
+      const nlohmann::ordered_json& mm = row["noise_mm"];
+      found += (found.empty() ? "" : ", ") + part.component.name + " " +
+               (mm.is_null() ? "not judged" : rounded_text(mm.get<double>(), 2) + " mm");
+      report["noise"].push_back(std::move(row));
+    }
+  }
+  core::log_info("noise of the surfaces: " + found);
+  return has_changed;
+}
+
 void warn_of_one_compartment(const Subject& subject, std::vector<std::string>& warnings)
 {
   for (const auto& [parts, option, facing] : {std::tuple(&subject.reference, "--femur-cartilage", -1.0),
@@ -290,7 +358,7 @@ std::vector<SubjectPart> scaled_parts(const Body& body, const Eigen::Vector3d& s
       const Component& component = body.components[c];
       Mesh mesh = select_triangles(part->mesh, rows[c]);
       mesh.vertices_mm = (mesh.vertices_mm.rowwise() - origin_mm.transpose()) * scale.asDiagonal();
-      parts.push_back({{component.name, component.material, part == &body.contact}, "", mesh, {}});
+      parts.push_back({{component.name, component.material, part == &body.contact}, "", mesh, {}, {}});
     }
   }
   return parts;

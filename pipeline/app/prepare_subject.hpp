@@ -26,6 +26,7 @@ struct PrepareOptions {
   bool has_ligaments = true;
   bool has_prior = true;
   bool keeps_specks = false;  ///< keep small separate pieces in the joint space
+  bool keeps_noise = false;   ///< leave rough surfaces as they are
   std::string folder;
   bool may_replace = false;
   int n_threads = 0;  ///< 0: one per processor
@@ -38,6 +39,7 @@ struct SubjectPart {
   std::string file;
   Mesh mesh;
   std::vector<std::vector<Eigen::Index>> small_shells;  ///< of job/clean_mesh.hpp
+  std::vector<double> moved_mm;                         ///< by smoothing, of each vertex; empty: not smoothed
 };
 
 struct Subject {
@@ -52,6 +54,12 @@ Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warn
 /// kept, the meshes are left without them: then true. In the scan's axes and unit.
 bool leave_specks_out(Subject& subject, const geometry::KneeFit& fit, const PrepareOptions& options,
                       nlohmann::ordered_json& report, std::vector<std::string>& warnings);
+
+/// Measures the noise of each surface (geometry/surface_noise.hpp) and smooths the noisy ones, unless noise
+/// is kept, with a warning; `report` has a row for each. True if one was smoothed. In the scan's axes and
+/// unit.
+bool smooth_noise(Subject& subject, double unit_mm, const PrepareOptions& options,
+                  nlohmann::ordered_json& report, std::vector<std::string>& warnings);
 
 /// Warns of cartilage of one compartment only. In the frames of the bones, mm.
 void warn_of_one_compartment(const Subject& subject, std::vector<std::string>& warnings);

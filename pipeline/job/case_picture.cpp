@@ -23,6 +23,8 @@ const Colour reference_colour(0.93F, 0.80F, 0.56F), moving_colour(0.55F, 0.74F, 
 const Colour inside_colour(0.55F, 0.16F, 0.20F);
 const Colour fibre_colour(0.0F, 0.47F, 0.16F), line_colour(0.75F, 0.32F, 0.0F),
     push_colour(0.76F, 0.0F, 0.62F);
+const Colour smoothed_colour(0.55F, 0.10F, 0.60F);
+constexpr double full_colour_mm = 1.0;  // of vertices moved by smoothing; the legend says so
 const std::array<Colour, 3> axis_colours{Colour(0.82F, 0.10F, 0.08F), Colour(0.10F, 0.20F, 0.85F),
                                          Colour(0.80F, 0.42F, 0.0F)};
 const std::array<const char*, 3> axis_names{"anterior", "proximal", "right"};
@@ -124,14 +126,29 @@ Arrow push_arrow(const job::Case& job_case, const Box& shown, double length_mm)
   return {to_mm - length_mm * delta, to_mm};
 }
 
-void draw_part(Canvas& canvas, const Projection& projected, const Part& part, const Colour& colour)
+// How much smoothing moved the corners of a triangle, from 0 to 1.
+float tint_of(const Mesh& mesh, Eigen::Index t, const MovedVertices& moved)
+{
+  if (moved.empty()) return 0.0F;
+  double sum_mm = 0.0;
+  for (const Eigen::Vector3d& corner : corners(mesh, t)) {
+    const Eigen::Vector3f p = corner.cast<float>();
+    const auto found = moved.find({p.x(), p.y(), p.z()});
+    if (found != moved.end()) sum_mm += std::min(found->second, full_colour_mm);
+  }
+  return static_cast<float>(sum_mm / (3.0 * full_colour_mm));
+}
+
+void draw_part(Canvas& canvas, const Projection& projected, const Part& part, const Colour& colour,
+               const MovedVertices& moved)
 {
   for (Eigen::Index t = 0; t < part.mesh.triangles.rows(); ++t) {
     const auto [a, b, c] = corners(part.mesh, t);
     const Eigen::Vector3d normal = face_normal(part.mesh, t);
     const double facing = normal.dot(projected.view.towards);
     const double lit = 0.45 + 0.45 * std::abs(facing) + 0.1 * std::max(0.0, normal.y());
-    const Colour shaded = static_cast<float>(lit) * (facing >= 0.0 ? colour : inside_colour);
+    const Colour outside = colour + tint_of(part.mesh, t, moved) * (smoothed_colour - colour);
+    const Colour shaded = static_cast<float>(lit) * (facing >= 0.0 ? outside : inside_colour);
     canvas.draw_triangle({projected(a), projected(b), projected(c)}, shaded.cwiseMin(1.0F));
   }
 }
@@ -234,10 +251,10 @@ void draw_view(Canvas& canvas, const Projection& projected, const job::Case& job
                const PictureNotes& notes)
 {
   const Colour pale = 0.5F * Colour::Ones();
-  draw_part(canvas, projected, job_case.reference.contact, reference_colour);
-  draw_part(canvas, projected, job_case.moving.contact, moving_colour);
-  draw_part(canvas, projected, job_case.reference.visual, 0.5F * reference_colour + pale);
-  draw_part(canvas, projected, job_case.moving.visual, 0.5F * moving_colour + pale);
+  draw_part(canvas, projected, job_case.reference.contact, reference_colour, notes.moved[0]);
+  draw_part(canvas, projected, job_case.moving.contact, moving_colour, notes.moved[1]);
+  draw_part(canvas, projected, job_case.reference.visual, 0.5F * reference_colour + pale, notes.moved[0]);
+  draw_part(canvas, projected, job_case.moving.visual, 0.5F * moving_colour + pale, notes.moved[1]);
   for (const model::Fibre& fibre : job_case.ligaments.fibres) {
     const Eigen::Vector3d a = projected(fibre.reference_mm), b = projected(fibre.moving_mm);
     canvas.draw_line(a, b, 3.0, fibre_colour);
@@ -270,6 +287,8 @@ void draw_legend(Canvas& canvas, const job::Case& job_case, const PictureNotes& 
                              {std::to_string(job_case.ligaments.fibres.size()) + " fibres", fibre_colour}};
   if (!job_case.lines.empty())
     entries.push_back({"lines of tension: " + std::to_string(job_case.lines.size()), line_colour});
+  if (!notes.moved[0].empty() || !notes.moved[1].empty())
+    entries.push_back({"moved by smoothing: 1 mm or more", smoothed_colour});
   double x = 30.0;
   for (const Entry& entry : entries) {
     canvas.draw_line({x, 938.0, 0.0}, {x + 24.0, 938.0, 0.0}, 16.0, entry.colour);
@@ -281,7 +300,7 @@ void draw_legend(Canvas& canvas, const job::Case& job_case, const PictureNotes& 
                    notes.refusal.empty()
                        ? "Ring: rotation centre. Pose of the mesh files; initial translation [" +
                              core::numbers_text(shift_mm) +
-                             "] mm. Warnings: " + std::to_string(notes.n_warnings) + "."
+                             "] mm. Warnings: " + std::to_string(notes.n_warnings) + "." + notes.smoothing
                        : notes.refusal,
                    TextAlign::left, black);
 }

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "app/scenes.hpp"
 #include "geometry/shapes.hpp"
@@ -19,6 +20,7 @@ namespace vrda::prepare_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
+using testing::Not;
 
 class Prepare : public testing::Test {
  protected:
@@ -181,6 +183,58 @@ TEST_F(Prepare, WhatDoesNotBelongToASurfaceIsLeftOut)
   prepared(written("changed.stl", with(speck)), {"--keep-specks"});
   EXPECT_NE(contents(folder_).at("femur.stl"), expected.at("femur.stl"));
   EXPECT_EQ(report().at("specks").at(0).at("left_out"), false);
+}
+
+// Noise is measured and smoothed away; clean surfaces keep their vertices bit for bit, and --no-smooth all.
+TEST_F(Prepare, RoughSurfacesAreSmoothedCleanOnesStay)
+{
+  const auto prepared = [&](const std::string& femur, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words{"prepare", "--femur",        femur,         "--tibia",
+                                   tibia_,    "--no-ligaments", "--cartilage", "none",
+                                   "-o",      folder_.string(), "--replace"};
+    words.insert(words.end(), more.begin(), more.end());
+    test::Ended ended = test::run_vrda(words);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return ended;
+  };
+  Mesh rough = joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.femur);
+  std::mt19937 random(1);
+  std::normal_distribution<double> across_mm(0.0, 0.5);
+  for (Eigen::Index v = 0; v < rough.vertices_mm.rows(); ++v)
+    rough.vertices_mm.row(v) += across_mm(random) * rough.normals.row(v);
+  const std::string rough_file = written("rough.stl", rough);
+
+  EXPECT_THAT(prepared(femur_).err, Not(HasSubstr("smooth")));
+  for (const nlohmann::json& row : report().at("noise")) EXPECT_EQ(row.at("smoothed"), false) << row;
+  const std::map<std::string, std::string> clean = contents(folder_);
+  prepared(femur_, {"--no-smooth"});
+  EXPECT_TRUE(contents(folder_) == clean);
+
+  const test::Ended smoothed = prepared(rough_file);
+  EXPECT_THAT(smoothed.err, test::warns("--femur", "smoothed: vertices moved by"));
+  EXPECT_THAT(smoothed.err, HasSubstr("noise of the surfaces: femur 0."));
+  const nlohmann::json femur = report().at("noise").at(0), tibia = report().at("noise").at(1);
+  EXPECT_EQ(femur.at("component"), "femur");
+  EXPECT_EQ(femur.at("smoothed"), true);
+  EXPECT_NEAR(femur.at("noise_mm").get<double>(), 0.5, 0.1);
+  EXPECT_GT(femur.at("moved_rms_mm").get<double>(), 0.3);
+  EXPECT_GT(femur.at("moved_largest_mm").get<double>(), femur.at("moved_rms_mm").get<double>());
+  EXPECT_EQ(tibia.at("smoothed"), false);
+  const std::map<std::string, std::string> after = contents(folder_);
+
+  EXPECT_THAT(prepared(rough_file, {"--no-smooth"}).err, test::warns("--femur", "not smoothed"));
+  EXPECT_EQ(report().at("noise").at(0).at("smoothed"), false);
+  EXPECT_NE(contents(folder_).at("femur.stl"), after.at("femur.stl"));
+  EXPECT_NE(contents(folder_).at("prepare.png"), after.at("prepare.png"));
+
+  // Idempotent: a prepared knee is clean.
+  prepared(rough_file);
+  for (const char* name : {"femur.stl", "tibia.stl"})
+    fs::copy_file(folder_ / name, scratch_.path() / name, fs::copy_options::overwrite_existing);
+  const test::Ended again = test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_, "--no-ligaments",
+                                            "-o", (scratch_.path() / "again").string()});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.err, Not(HasSubstr("is rough")));
 }
 
 TEST_F(Prepare, CartilageOfOneCompartmentIsWarnedOf)
