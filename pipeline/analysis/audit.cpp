@@ -713,11 +713,13 @@ class RowAssessor {
     for (std::int64_t i = rows.row_start[cell]; i < rows.row_start[cell + 1]; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const Eigen::Vector3d p_mm = solver_translation_mm(scene.frame, rows.point_world_mm.row(i).transpose());
-      // The moving surface is at most the contact's distance away from the point.
+      // The moving surface is at most the contact's distance away from the point, and where they overlap
+      // either of these surfaces (inward_limit) is.
+      const double inside_mm = std::max(0.0, -rows.distance_mm[k]);
       if (is_at_border(scene.reference.mesh, borders_.reference, rows.triangle_reference[k],
-                       R_reference_solver * p_mm, resolution_mm_) ||
+                       R_reference_solver * p_mm, resolution_mm_ + inside_mm) ||
           is_at_border(scene.moving.mesh, borders_.moving, rows.triangle_moving[k], X_moving_solver * p_mm,
-                       resolution_mm_ + rows.distance_mm[k]))
+                       resolution_mm_ + std::abs(rows.distance_mm[k])))
         return true;
     }
     return false;

@@ -253,6 +253,29 @@ void print_travel(const store::MotionModel& model)
       t.largest_mm, t.mean_mm, deg_from_rad(t.largest_rad), deg_from_rad(t.mean_rad));
 }
 
+// "1 mm in meniscus_medial" for each component with an allowed overlap.
+std::vector<std::string> soft_parts(const store::MotionModel& model)
+{
+  std::vector<std::string> parts;
+  for (const Body* body : {&model.reference, &model.moving}) {
+    const auto triangles = triangles_by_component(*body, body->contact);
+    for (std::size_t c = 0; c < triangles.size(); ++c) {
+      const double depth_mm = triangles[c].empty() ? 0.0 : overlap_mm(body->contact.mesh, triangles[c][0]);
+      if (depth_mm > 0.0) parts.push_back(shortest_decimal(depth_mm) + " mm in " + body->components[c].name);
+    }
+  }
+  return parts;
+}
+
+void print_soft_parts(const store::MotionModel& model)
+{
+  const std::vector<std::string> parts = soft_parts(model);
+  if (parts.empty()) return;
+  std::string list;
+  for (const std::string& part : parts) list += (list.empty() ? "" : ", ") + part;
+  std::printf("soft: up to %s; gaps and penetration are measured from there\n", list.c_str());
+}
+
 void print(const std::vector<store::AuditSet>& sets)
 {
   constexpr const char* row = "%-22s %6s %8s %11s  %-24s %-10s %-24s %-10s %s\n";
@@ -293,6 +316,7 @@ core::ExitCode audit_command(const AuditOptions& options)
   if (is_stored) store::write_motion_model(options.file, model);
   if (!options.as_json) {
     print(measured);
+    print_soft_parts(model);
     print_travel(model);
     return core::ExitCode::done;
   }

@@ -175,6 +175,7 @@ std::vector<Candidate> close_pairs(const Scene& scene)
   const double band_mm = scene.options.band_mm;
   const auto visit = [&](const geometry::TrianglePair& pair) {
     const geometry::Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
+    if (!geometry::may_touch(scene.overlap_mm(pair), r, m)) return false;
     const double offset_mm = scene.offset_mm(pair);
     // Pairs of a gap query are screened already.
     if (scene.candidates == nullptr && is_certainly_separated(r, m, band_mm + offset_mm)) return false;

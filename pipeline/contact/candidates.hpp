@@ -38,6 +38,11 @@ struct Scene {
     return vrda::offset_mm(reference.mesh, pair.reference) +
            vrda::offset_mm(moving.tree_mesh.mesh, pair.moving);
   }
+  double overlap_mm(const geometry::TrianglePair& pair) const
+  {
+    return vrda::overlap_mm(reference.mesh, pair.reference) +
+           vrda::overlap_mm(moving.tree_mesh.mesh, pair.moving);
+  }
   geometry::Corners reference_corners(const geometry::TrianglePair& pair) const
   {
     return corners(reference.mesh, pair.reference);

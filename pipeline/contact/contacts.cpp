@@ -196,6 +196,8 @@ std::optional<geometry::TrianglePair> first_collision(const Mesh& reference, con
   const auto overlaps = [&](const geometry::TrianglePair& pair) {
     const geometry::Corners r = corners(reference, pair.reference), m = place(corners(moving, pair.moving));
     const double offset = offset_mm(reference, pair.reference) + offset_mm(moving, pair.moving);
+    const double overlap = overlap_mm(reference, pair.reference) + overlap_mm(moving, pair.moving);
+    if (!geometry::may_cross(overlap, r, m)) return false;
     if (is_certainly_separated(r, m, offset) || !narrow_phase.overlap(r, m, offset)) return false;
     found = pair;
     return true;
@@ -359,6 +361,18 @@ Contact centre_contact(const Scene& scene, const Candidate& c)
   return {point, point, reaction, c.distance_mm, c.pair};
 }
 
+// Of a contact between limits (inward_limit) that of the surfaces, which are apart by less.
+Contact between_surfaces(const Scene& scene, Contact contact)
+{
+  const double of_both_mm = scene.overlap_mm(contact.triangles);
+  if (of_both_mm == 0.0) return contact;
+  const double of_reference_mm = overlap_mm(scene.reference.mesh, contact.triangles.reference);
+  contact.distance_mm -= of_both_mm;
+  contact.point_mm += of_reference_mm * contact.normal;
+  contact.application_mm += of_reference_mm * contact.normal;
+  return contact;
+}
+
 // All contacts that oppose Delta, nearest first, in the reference's frame.
 std::vector<Contact> contacts_of(const Scene& scene, const Eigen::Vector3d& delta)
 {
@@ -367,10 +381,11 @@ std::vector<Contact> contacts_of(const Scene& scene, const Eigen::Vector3d& delt
   if (scene.options.points == ContactPoints::triangle_centre) {
     for (const Candidate& pair : pairs) {
       if (const std::optional<Candidate> c = measured(scene, pair))
-        contacts.push_back(centre_contact(scene, *c));
+        contacts.push_back(between_surfaces(scene, centre_contact(scene, *c)));
     }
   } else {
-    for (const Candidate& c : touching_features(scene, pairs)) contacts.push_back(exact_contact(scene, c));
+    for (const Candidate& c : touching_features(scene, pairs))
+      contacts.push_back(between_surfaces(scene, exact_contact(scene, c)));
   }
   std::erase_if(contacts, [&](const Contact& c) { return c.normal.dot(delta) >= opposing; });
   std::sort(contacts.begin(), contacts.end(), [](const Contact& l, const Contact& r) {

@@ -109,6 +109,11 @@ struct GapQuery::State {
     return reference->faces[static_cast<std::size_t>(pair.reference)].offset_mm +
            moving->faces[static_cast<std::size_t>(pair.moving)].offset_mm;
   }
+  double overlap_of_mm(const TrianglePair& pair) const
+  {
+    return overlap_mm(reference->surface.mesh, pair.reference) +
+           overlap_mm(moving->surface.mesh, pair.moving);
+  }
   GapFace reference_face(std::int32_t row) const;
   unsigned reference_edges(std::int32_t row) const;
   GapFace moving_face(std::int32_t row, const Placement& place) const;
@@ -353,6 +358,7 @@ void GapQuery::State::find_features(const MovingPose& pose, const Placement& pla
 void GapQuery::State::try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const
 {
   const GapFace r = reference_face(pair.reference), m = moving_face(pair.moving, place);
+  if (!may_touch(overlap_of_mm(pair), r.corner, m.corner)) return;
   const auto take = [&](double travel_mm) {
     if (travel_mm < 0.0 || travel_mm > best.travel_mm) return;
     if (travel_mm < best.travel_mm || pair < best.pair) best = {travel_mm, pair};

@@ -16,8 +16,22 @@ namespace {
 // A mean of unit vectors shorter than this has no usable direction.
 constexpr double smallest_direction = 1e-6;
 
+void check_overlaps(const Job& job)
+{
+  for (const BodyJob* body : {&job.reference, &job.moving}) {
+    for (const ComponentJob& component : body->components) {
+      if (component.overlap_mm == 0.0) continue;
+      const std::string key = component.key + ".overlap_mm";
+      throw InputError({job.document.source_of_conflict({key, "solver.method"}), key,
+                        shortest_decimal(component.overlap_mm),
+                        "0, or solver.method = \"equilibrium\": \"stability-search\" allows no overlap"});
+    }
+  }
+}
+
 void check_method(const Job& job)
 {
+  if (job.method == SolverMethod::stability_search) check_overlaps(job);
   if (job.method == SolverMethod::equilibrium || !job.is_varus_free) return;
   throw InputError({job.document.source_of_conflict({"grid.varus", "solver.method"}), "grid.varus",
                     "\"free\"", "a table { from, to, step }: \"stability-search\" cannot leave varus free"});

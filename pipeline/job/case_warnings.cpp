@@ -291,6 +291,22 @@ void warn_of_equal_files(const Job& job, const Case& loaded, Warnings& warnings)
 
 }  // namespace
 
+namespace {
+
+void warn_of_overlap(const Job& job, Warnings& warnings)
+{
+  for (const BodyJob* body : {&job.reference, &job.moving}) {
+    for (const ComponentJob& component : body->components) {
+      if (!component.has_contact || component.overlap_mm == 0.0) continue;
+      warnings.push_back(component.key + ".overlap_mm: soft: the other object may be inside \"" +
+                         component.name + "\" by up to " + shortest_decimal(component.overlap_mm) +
+                         " mm; gaps, contacts and overlaps are measured from there");
+    }
+  }
+}
+
+}  // namespace
+
 std::vector<std::string> case_warnings(const Job& job, const Case& loaded)
 {
   Warnings warnings;
@@ -311,6 +327,7 @@ std::vector<std::string> case_warnings(const Job& job, const Case& loaded)
     warn_of_size(job, frame_of_component(job, i), loaded.survey[i], warnings);
   }
   warn_of_small_knee(job, loaded, warnings);
+  warn_of_overlap(job, warnings);
   return warnings;
 }
 

@@ -199,6 +199,10 @@ LoadedComponent ComponentLoader::load(const ComponentJob& component, const AxisM
     out.clean.mesh.offset_mm.assign(static_cast<std::size_t>(out.clean.mesh.triangles.rows()),
                                     component.offset_mm);
   }
+  if (component.has_contact && component.overlap_mm > 0.0) {
+    out.clean.mesh.overlap_mm.assign(static_cast<std::size_t>(out.clean.mesh.triangles.rows()),
+                                     component.overlap_mm);
+  }
   out.survey = survey_of(component, out.clean, out.input.name);
   return out;
 }

@@ -54,6 +54,8 @@ ComponentJob component_of(const Job& job, const core::DocumentValue& value, cons
     component.is_offset_fitted = offset->is_string();
     if (!component.is_offset_fitted) component.offset_mm = core::number_at(*offset, "");
   }
+  if (core::find_at(value, "overlap_mm") != nullptr)
+    component.overlap_mm = core::number_at(value, "overlap_mm");
   component.inset_mm = core::number_at(value, "inset_mm");
   component.shift_mm = core::vector3_at(value, "shift_mm");
   return component;
@@ -322,11 +324,13 @@ void read_settings(Job& job)
 // An offset of 0 is no offset: the job is that without the key. So is the lowest branch.
 void remove_zero_offsets(core::DocumentValue& root)
 {
-  for (const char* body : {"reference", "moving"}) {
-    for (core::DocumentValue& component : root[body]["component"]) {
   core::DocumentValue& equilibrium = root["solver"]["equilibrium"];
   if (equilibrium.contains("branch") && equilibrium["branch"] == "lowest") equilibrium.erase("branch");
-      if (component.contains("offset_mm") && component["offset_mm"] == 0.0) component.erase("offset_mm");
+  for (const char* body : {"reference", "moving"}) {
+    for (core::DocumentValue& component : root[body]["component"]) {
+      for (const char* key : {"offset_mm", "overlap_mm"}) {
+        if (component.contains(key) && component[key] == 0.0) component.erase(key);
+      }
     }
   }
 }

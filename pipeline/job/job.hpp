@@ -41,6 +41,7 @@ struct ComponentJob {
   Winding winding = Winding::outward;
   double offset_mm = 0.0;         ///< radius by which the surface is rounded outward for gaps and contacts
   bool is_offset_fitted = false;  ///< offset_mm = "fit": unknown until `vrda fit` finds it
+  double overlap_mm = 0.0;        ///< depth to which the other object may be inside, along the normal
   double inset_mm = 0.0;  ///< inward displacement of each vertex along its normal: reduces the thickness
   Eigen::Vector3d shift_mm{0.0, 0.0, 0.0};  ///< translation of the component, canonical axes
 };

@@ -57,6 +57,7 @@ Mesh scaled(const Mesh& mesh, const Eigen::Vector3d& centre_mm, const Eigen::Vec
     out.vertices_mm.row(v) = (centre_mm + factor.cwiseProduct(p_mm - centre_mm)).transpose();
   }
   for (double& offset_mm : out.offset_mm) offset_mm *= factor.x();
+  for (double& overlap_mm : out.overlap_mm) overlap_mm *= factor.x();
   if (is_uniform(factor)) return out;
   // Normals are covectors. Zero normals stay zero.
   for (Eigen::Index v = 0; v < out.normals.rows(); ++v) {
@@ -154,6 +155,8 @@ void check_uneven(const Case& loaded, const Job& job, const Eigen::Vector3d& fac
   for (const Body* body : {&loaded.reference, &loaded.moving}) {
     if (!body->contact.mesh.offset_mm.empty())
       refuse("offset_mm of a component", "one factor: an unevenly scaled sphere is not a sphere");
+    if (!body->contact.mesh.overlap_mm.empty())
+      refuse("overlap_mm of a component", "one factor: the overlap is a length along any direction");
   }
   if (!loaded.ligaments.wraps.empty()) {
     refuse("the wrapping surface \"" + loaded.ligaments.wraps.front().name + "\"",

@@ -84,7 +84,8 @@ Mesh solver_mesh(const Mesh& canonical, const SolverFrame& frame)
   // Subtracting first avoids rounding for a mesh far from its origin when Delta is +Y.
   Pose X_centre = Pose::Identity();
   X_centre.translation() = -of_right_side(frame, frame.rotation_centre_mm);
-  const Mesh right = frame.side == Side::left ? mirrored_z(canonical) : canonical;
+  const Mesh limit = inward_limit(canonical);
+  const Mesh right = frame.side == Side::left ? mirrored_z(limit) : limit;
   const Mesh centred = transformed(right, X_centre);
   return R.isIdentity(0.0) ? centred : transformed(centred, X_solver_canonical);
 }

@@ -70,7 +70,8 @@ Eigen::Matrix3d reference_rotation(const Attitude& attitude);
 /// X_S_moving of a pose.
 Pose pose_of(const MovingPose& pose);
 
-/// Canonical mesh in S at zero attitude: mirrored if left, recentred, rotated so that Delta is +Y.
+/// Canonical mesh in S at zero attitude: mirrored if left, recentred, rotated so that Delta is +Y. Where it
+/// has an allowed overlap: its inward_limit(), by which gaps, contacts and overlaps are measured.
 Mesh solver_mesh(const Mesh& canonical, const SolverFrame& frame);
 
 /// The pose, in C of the joint's own side, that maps stored moving vertices to stored reference

@@ -1,5 +1,7 @@
 #include "model/mesh.hpp"
 
+#include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <utility>
 
@@ -167,6 +169,11 @@ void append(Mesh& mesh, const Mesh& extra)
     for (Eigen::Index t = 0; t < extra.triangles.rows(); ++t)
       mesh.offset_mm.push_back(vrda::offset_mm(extra, t));
   }
+  if (!mesh.overlap_mm.empty() || !extra.overlap_mm.empty()) {
+    mesh.overlap_mm.resize(static_cast<std::size_t>(n_triangles), 0.0);
+    for (Eigen::Index t = 0; t < extra.triangles.rows(); ++t)
+      mesh.overlap_mm.push_back(vrda::overlap_mm(extra, t));
+  }
   if (!keeps_normals) {
     mesh.normals.resize(0, 3);
     return;
@@ -183,10 +190,74 @@ Mesh select_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept)
     check(kept[k] >= 0 && kept[k] < mesh.triangles.rows(), "with_triangles: index out of range");
     result.triangles.row(static_cast<Eigen::Index>(k)) = mesh.triangles.row(kept[k]);
   }
-  if (mesh.offset_mm.empty()) return result;
   result.offset_mm.clear();
-  for (const Eigen::Index t : kept) result.offset_mm.push_back(offset_mm(mesh, t));
+  result.overlap_mm.clear();
+  for (const Eigen::Index t : kept) {
+    if (!mesh.offset_mm.empty()) result.offset_mm.push_back(offset_mm(mesh, t));
+    if (!mesh.overlap_mm.empty()) result.overlap_mm.push_back(overlap_mm(mesh, t));
+  }
   return result;
+}
+
+namespace {
+
+// Weight of the displacement along the vertex normal, which decides what the faces' planes leave open.
+constexpr double tie_share = 1e-6;
+constexpr double most_overlaps = 2.0;  // by which a vertex of a sharp edge moves
+
+// Of each vertex, by which the planes of its faces move inward by their overlap.
+Points inward_displacements(const Mesh& mesh)
+{
+  const auto n_vertices = static_cast<std::size_t>(mesh.vertices_mm.rows());
+  const Points normals = vertex_normals(mesh);
+  std::vector<Eigen::Matrix3d> A(n_vertices, Eigen::Matrix3d::Zero());
+  std::vector<double> depth_mm(n_vertices, 0.0);
+  Points moved = Points::Zero(mesh.vertices_mm.rows(), 3);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const Eigen::Vector3d area = doubled_area_vector(mesh, t);
+    const double size = area.norm(), depth = overlap_mm(mesh, t);
+    if (!(size > 0.0 && depth > 0.0)) continue;
+    for (int k = 0; k < 3; ++k) {
+      const auto v = static_cast<std::size_t>(mesh.triangles(t, k));
+      A[v] += area * area.transpose() / size;
+      moved.row(mesh.triangles(t, k)) -= depth * area.transpose();
+      depth_mm[v] = std::max(depth_mm[v], depth);
+    }
+  }
+  for (std::size_t v = 0; v < n_vertices; ++v) {
+    if (depth_mm[v] == 0.0) continue;
+    const auto row = static_cast<Eigen::Index>(v);
+    const double tie = tie_share * A[v].trace();
+    const Eigen::Vector3d along = -depth_mm[v] * normals.row(row).transpose();
+    const Eigen::Vector3d wanted = moved.row(row).transpose() + tie * along;
+    const Eigen::Vector3d d = (A[v] + tie * Eigen::Matrix3d::Identity()).ldlt().solve(wanted);
+    moved.row(row) = d.transpose() * std::min(1.0, most_overlaps * depth_mm[v] / d.norm());
+  }
+  return moved;
+}
+
+}  // namespace
+
+Mesh inward_limit(const Mesh& mesh)
+{
+  if (mesh.overlap_mm.empty()) return mesh;
+  Mesh limit = mesh;
+  limit.vertices_mm += inward_displacements(mesh);
+  std::vector<bool> is_on_limit(static_cast<std::size_t>(mesh.vertices_mm.rows()), false);
+  std::vector<Eigen::Index> turned_over;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    if (overlap_mm(mesh, t) == 0.0) continue;
+    const bool is_kept = doubled_area_vector(mesh, t).dot(doubled_area_vector(limit, t)) > 0.0;
+    if (!is_kept) turned_over.push_back(t);
+    for (int k = 0; k < 3 && is_kept; ++k) is_on_limit[static_cast<std::size_t>(mesh.triangles(t, k))] = true;
+  }
+  for (const Eigen::Index t : turned_over) {
+    std::int32_t point = mesh.triangles(t, 0);
+    for (const std::int32_t v : mesh.triangles.row(t))
+      if (is_on_limit[static_cast<std::size_t>(v)]) point = v;
+    limit.triangles.row(t).setConstant(point);
+  }
+  return limit;
 }
 
 std::vector<std::vector<Eigen::Index>> triangles_by_component(const Body& body, const Part& part)

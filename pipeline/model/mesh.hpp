@@ -25,6 +25,8 @@ struct Mesh {
   /// [n_triangles] radius by which the surface is rounded outward (spheres at vertices, cylinders at edges,
   /// shifted faces) wherever gaps, contacts and overlaps are measured; empty: none.
   std::vector<double> offset_mm;
+  /// [n_triangles] depth to which another object may be inside the surface (inward_limit()); empty: none.
+  std::vector<double> overlap_mm;
 };
 
 /// Offset of triangle `t`, and the largest one.
@@ -33,6 +35,12 @@ inline double offset_mm(const Mesh& mesh, Eigen::Index t)
   return mesh.offset_mm.empty() ? 0.0 : mesh.offset_mm[static_cast<std::size_t>(t)];
 }
 double largest_offset_mm(const Mesh& mesh);
+
+/// Allowed overlap of triangle `t`.
+inline double overlap_mm(const Mesh& mesh, Eigen::Index t)
+{
+  return mesh.overlap_mm.empty() ? 0.0 : mesh.overlap_mm[static_cast<std::size_t>(t)];
+}
 
 struct Box {
   Eigen::Vector3d min_mm = Eigen::Vector3d::Zero();
@@ -79,6 +87,12 @@ void append(Mesh& mesh, const Mesh& extra);
 
 /// The mesh with only the listed triangles; all vertices are kept.
 Mesh select_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept);
+
+/// The surface that limits other objects: that of `mesh`, each triangle with an allowed overlap displaced
+/// inward by it along its normal. Vertices move so that their faces' planes do (least squares, at most twice
+/// the overlap). A triangle that turns over, at a rim sharper than the overlap, limits nothing: it becomes a
+/// point. The other rows, normals and overlap_mm stay.
+Mesh inward_limit(const Mesh& mesh);
 
 /// A named component of one of the two bodies of a joint.
 struct Component {

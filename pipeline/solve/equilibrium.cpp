@@ -639,6 +639,8 @@ ContactForce EquilibriumSolver::Run::contact_force(const ContactConstraint& cons
   ContactForce force;
   force.point_solver_mm = contact_point_mm(constraint, current_.configuration, rotations);
   force.normal_solver = c.gradient.head<3>().normalized();  // -n / n.y
+  const double overlap = overlap_mm(state_.joint.reference.tree_mesh.mesh, constraint.triangles.reference);
+  if (overlap > 0.0) force.point_solver_mm += overlap * force.normal_solver;
   force.along_delta_n = along_delta_n;
   force.triangle_reference = constraint.triangles.reference;
   force.triangle_moving = constraint.triangles.moving;

@@ -518,6 +518,10 @@ void visit_body(Body& body, const std::string& group, RegistryVisitor& visit)
   if (visit.has(group + "/offset", !offset_mm.empty())) {
     visit({group + "/offset", {group + "/triangle"}, unit::mm, at_least_0({}), "radius by which the surface of each triangle is rounded outward for gaps, contacts and overlap: a layer that the mesh lacks"}, offset_mm);
   }
+  auto& overlap_mm = body.contact.mesh.overlap_mm;
+  if (visit.has(group + "/overlap", !overlap_mm.empty())) {
+    visit({group + "/overlap", {group + "/triangle"}, unit::mm, at_least_0({}), "depth to which the other object may be inside the surface along the normal of each triangle: gaps, contact flags and penetration are measured from there"}, overlap_mm);
+  }
   const Mesh& drawn = body.visual.mesh;
   if (!visit.has(group + "/visual", drawn.vertices_mm.rows() > 0 || drawn.triangles.rows() > 0)) return;
   visit.group(group + "/visual");

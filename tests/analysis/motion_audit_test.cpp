@@ -45,6 +45,28 @@ TEST(PoseMeter, GapAndPenetrationOfTwoBoxes)
   EXPECT_TRUE(std::isinf(meter.measure({}, X, OverlapTest::narrow_phase).gap_mm));
 }
 
+// Of a soft box only what is deeper than its overlap counts, also where the box is thinner than twice that.
+TEST(PoseMeter, PenetrationOfASoftBoxCountsFromItsOverlap)
+{
+  for (const double thickness_mm : {4.0, 0.8}) {
+    Mesh soft = test::box({500, 408 + 0.5 * thickness_mm, 300}, {40, thickness_mm, 40});
+    soft.overlap_mm.assign(static_cast<std::size_t>(soft.triangles.rows()), 0.5);
+    Mesh ball = test::ball(2);
+    ball.vertices_mm.rowwise() += Eigen::RowVector3d(500, 400, 300);
+    const AuditScene scene = make_audit_scene(soft, ball, {Side::right, {500, 400, 300}, {0, 1, 0}});
+    PoseMeter meter(scene);
+    Pose X = Pose::Identity();
+    X.translation() << 0.5, 6.25, 0.7;  // 0.25 mm inside
+    const PoseAudit allowed = meter.measure({}, X, OverlapTest::narrow_phase);
+    EXPECT_FALSE(allowed.is_overlapping);
+    EXPECT_NEAR(allowed.gap_mm, 0.25, 1e-6);
+    X.translation().y() = 6.75;
+    const PoseAudit deep = meter.measure({}, X, OverlapTest::narrow_phase);
+    EXPECT_TRUE(deep.is_overlapping);
+    EXPECT_NEAR(deep.penetration_mm, 0.25, 1e-6);
+  }
+}
+
 // A ceiling at y = 10 with a lip at 0 below part of it; the moving box is 2 mm high and free between them.
 AuditScene socket_scene()
 {

@@ -64,6 +64,10 @@ const std::vector<Kind> kinds{
     {"equilibrium", longer_knee, equilibrium_and({"--trace"}), 20000, true},
     {"scaled", longer_knee, equilibrium_and({"--set", "scaling.factor=1.07"}), 20000},
     {"offset", longer_knee, equilibrium_and({"--set", "reference.component.0.offset_mm=0.8"}), 20000},
+    {"soft", longer_knee,
+     equilibrium_and(
+         {"--set", "moving.component.0.overlap_mm=0.5", "--set", "solver.equilibrium.branch=continuous"}),
+     20000},
     {"frames", frames, equilibrium},
     {"samples", uncertain_knee, {}, 12000},
 };

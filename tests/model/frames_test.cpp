@@ -56,6 +56,43 @@ TEST(Frames, stored_pose)
   }
 }
 
+Mesh soft(Mesh mesh, double overlap_mm)
+{
+  mesh.overlap_mm.assign(static_cast<std::size_t>(mesh.triangles.rows()), overlap_mm);
+  return mesh;
+}
+
+// Every plane of a box moves by the overlap, and solver_mesh() does it for either side.
+TEST(InwardLimit, of_a_box)
+{
+  const Mesh box = soft(test::box({440, 500, 70}, {10, 20, 30}), 1.0);
+  const Eigen::MatrixXd expected = test::box({440, 500, 70}, {8, 18, 28}).vertices_mm;
+  EXPECT_LT((inward_limit(box).vertices_mm - expected).cwiseAbs().maxCoeff(), 2e-5)
+      << "the weight of the tie";
+  for (const Side side : {Side::right, Side::left}) {
+    const SolverFrame frame = far_frame(side, Eigen::Vector3d::UnitY());
+    EXPECT_EQ(solver_mesh(box, frame).vertices_mm,
+              solver_mesh(soft(inward_limit(box), 0.0), frame).vertices_mm);
+  }
+}
+
+// At the edge of a disc thinner than the overlap triangles turn over and become points; the flat sides move
+// by all of it, each to the other side.
+TEST(InwardLimit, of_a_thin_disc)
+{
+  const Mesh disc = soft(test::box({0, 0, 0}, {40, 1, 40}), 0.8);
+  const Mesh limit = inward_limit(disc);
+  int n_points = 0;
+  for (Eigen::Index t = 0; t < disc.triangles.rows(); ++t) {
+    const Eigen::Vector3d n = face_normal(disc, t), after = face_normal(limit, t);
+    n_points += after.isZero(0.0) ? 1 : 0;
+    if (std::abs(n.y()) < 0.5) continue;
+    EXPECT_GT(n.dot(after), 0.999);
+    EXPECT_NEAR(corners(limit, t)[0].y(), n.y() * (0.5 - 0.8), 1e-5);
+  }
+  EXPECT_EQ(n_points, 8) << "the four narrow sides";
+}
+
 TEST(Frames, grood_suntay)
 {
   const double f = 0.9, v = 0.12, theta = -0.3;

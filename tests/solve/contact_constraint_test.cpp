@@ -62,6 +62,17 @@ Scene rounded_scene()
   return scene;
 }
 
+// Each may be inside the other.
+Scene soft_scene()
+{
+  Scene scene;
+  for (Mesh* mesh : {&scene.reference, &scene.moving}) {
+    mesh->overlap_mm.assign(static_cast<std::size_t>(mesh->triangles.rows()), 1.0);
+    *mesh = inward_limit(*mesh);
+  }
+  return scene;
+}
+
 using Kind = solve::ContactConstraint::Kind;
 using KindCounts = std::map<Kind, int>;
 
@@ -160,6 +171,7 @@ TEST(ContactConstraint, DerivativesMatchDifferences)
 {
   expect_derivatives(Scene());
   expect_derivatives(rounded_scene());
+  expect_derivatives(soft_scene());
 }
 
 TEST(ContactConstraint, IsExactUnderItsFace)

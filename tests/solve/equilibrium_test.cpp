@@ -98,6 +98,56 @@ TEST(Equilibrium, ABallUnderAPlateRestsWhereItWasSeeded)
   EXPECT_FALSE(r.theta_determined);
 }
 
+Mesh soft(Mesh mesh, double overlap_mm)
+{
+  mesh.overlap_mm.assign(static_cast<std::size_t>(mesh.triangles.rows()), overlap_mm);
+  return mesh;
+}
+
+StepRecord under_a_plate(const Mesh& plate, const Mesh& ball)
+{
+  const solve::Joint joint = solve::make_joint({inward_limit(plate), {}}, {inward_limit(ball), {}}, {});
+  return solve(joint, {{3, -40, 4}, 0.3});
+}
+
+// The first contact of the ball is its pole, whose facets are half a ring off the axis.
+TEST(Equilibrium, ASoftPlateLetsTheBallInByItsOverlap)
+{
+  const Mesh hard = test::box({0, 10, 0}, {100, 20, 100});
+  const double pole_mm = std::hypot(1.0, std::tan(pi / 32) / std::cos(pi / 32));
+  struct Row {
+    Mesh plate, ball;
+    double deeper_mm;
+  };
+  Mesh with_bone = soft(hard, 1.0);
+  append(with_bone, test::box({0, 10.4, 0}, {100, 20, 100}));
+  for (const Row& row :
+       {Row{soft(hard, 1.0), test::ball(10), 1.0}, Row{hard, soft(test::ball(10), 1.0), pole_mm},
+        Row{soft(hard, 1.0), soft(test::ball(10), 1.0), 1.0 + pole_mm},
+        Row{with_bone, test::ball(10), 0.4}}) {
+    SCOPED_TRACE(row.deeper_mm);
+    const StepRecord r = under_a_plate(row.plate, row.ball);
+    ASSERT_EQ(r.status, StepStatus::stable);
+    EXPECT_NEAR(r.pose.translation_mm.y(), -10 - standoff_mm + row.deeper_mm, exact_mm);
+    EXPECT_NEAR(r.balance.worst_gap_mm, standoff_mm, exact_mm) << "from the allowed overlap";
+    ASSERT_EQ(r.contacts.size(), 1u);
+  }
+  // The true distance, at the plate's surface.
+  const ContactRecord contact = under_a_plate(soft(hard, 1.0), test::ball(10)).contacts.front();
+  EXPECT_NEAR(contact.distance_mm, -1.0 + standoff_mm, exact_mm);
+  EXPECT_NEAR((contact.point_solver_mm - Eigen::Vector3d(3, 0, 4)).norm(), 0.0, exact_mm);
+}
+
+// A sheet thinner than twice its overlap: the limit of its far side is in front of that of its near side.
+TEST(Equilibrium, AThinSoftPartTouchesWithItsNearSide)
+{
+  const StepRecord r = under_a_plate(soft(test::box({0, 0.5, 0}, {100, 1, 100}), 0.8), test::ball(10));
+  ASSERT_EQ(r.status, StepStatus::stable);
+  EXPECT_NEAR(r.pose.translation_mm.y(), -10 - standoff_mm + 0.8, exact_mm);
+  ASSERT_EQ(r.contacts.size(), 1u);
+  EXPECT_NEAR(r.contacts.front().distance_mm, -0.8 + standoff_mm, exact_mm);
+}
+
 TEST(Equilibrium, AGrooveTurnsUntilBothSpikesLieInIt)
 {
   // Spikes of the reference at (10, 0, 1) and (-10, 0, -1), a groove along X below: it rotates by -atan(0.1)

@@ -162,8 +162,8 @@ class WholeFile {
 
 bool is_optional(const std::string& path)
 {
-  return path.ends_with("/normals") || path.ends_with("/offset") || path.ends_with("/recontact") ||
-         path == "/job/warnings";
+  return path.ends_with("/normals") || path.ends_with("/offset") || path.ends_with("/overlap") ||
+         path.ends_with("/recontact") || path == "/job/warnings";
 }
 
 TEST(EveryDataset, IsNeeded)

@@ -268,8 +268,10 @@ store::MotionModel whole_model()
 {
   store::MotionModel model = with_derived(sample_model({4, 3, true, true, true, true, 5, 2}));
   add_loads(model);
-  for (Mesh* mesh : {&model.reference.contact.mesh, &model.moving.contact.mesh})
+  for (Mesh* mesh : {&model.reference.contact.mesh, &model.moving.contact.mesh}) {
     mesh->offset_mm.assign(static_cast<std::size_t>(mesh->triangles.rows()), 0.5);
+    mesh->overlap_mm.assign(static_cast<std::size_t>(mesh->triangles.rows()), 0.25);
+  }
   model.job.warnings = {"side: the first warning", "a second one, in °"};
   Scaling& scaling = model.job.scaling.emplace();
   // 3 and 4 mm of model, 3.3 and 4 mm of subject.
