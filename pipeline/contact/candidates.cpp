@@ -169,13 +169,24 @@ std::optional<Candidate> measured(const Scene& scene, Candidate candidate)
   return with_features(scene, candidate);
 }
 
+bool is_near_side(const Mesh& reference, const Mesh& moving, const geometry::TrianglePair& pair,
+                  const geometry::Corners& r, const geometry::Corners& m, const Eigen::Vector3d& delta)
+{
+  const auto faces = [](const geometry::Corners& t, const Eigen::Vector3d& direction) {
+    return (t[1] - t[0]).cross(t[2] - t[0]).dot(direction) > 0.0;
+  };
+  return (overlap_mm(reference, pair.reference) == 0.0 || faces(r, -delta)) &&
+         (overlap_mm(moving, pair.moving) == 0.0 || faces(m, delta));
+}
+
 std::vector<Candidate> close_pairs(const Scene& scene)
 {
+  const Eigen::Vector3d delta = scene.place.direction(Eigen::Vector3d::UnitY());
   std::vector<Candidate> result;
   const double band_mm = scene.options.band_mm;
   const auto visit = [&](const geometry::TrianglePair& pair) {
     const geometry::Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
-    if (!geometry::may_touch(scene.overlap_mm(pair), r, m)) return false;
+    if (!is_near_side(scene.reference.mesh, scene.moving.tree_mesh.mesh, pair, r, m, delta)) return false;
     const double offset_mm = scene.offset_mm(pair);
     // Pairs of a gap query are screened already.
     if (scene.candidates == nullptr && is_certainly_separated(r, m, band_mm + offset_mm)) return false;

@@ -52,6 +52,12 @@ struct Scene {
     return place(corners(moving.tree_mesh.mesh, pair.moving));
   }
 };
+/// Of a part with an allowed overlap only the side that faces the other object along Delta counts: where it
+/// is thinner than twice that, the limit of its far side is in front (inward_limit). All in the reference's
+/// frame.
+bool is_near_side(const Mesh& reference, const Mesh& moving, const geometry::TrianglePair& pair,
+                  const geometry::Corners& r, const geometry::Corners& m, const Eigen::Vector3d& delta);
+
 /// All pairs within the band with their distances in closed form, sorted by pair; their features are not set.
 std::vector<Candidate> close_pairs(const Scene& scene);
 

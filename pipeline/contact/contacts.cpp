@@ -193,11 +193,12 @@ std::optional<geometry::TrianglePair> first_collision(const Mesh& reference, con
                                                       const AnyPair& any_pair)
 {
   std::optional<geometry::TrianglePair> found;
+  // The moving object turns about Delta only.
+  const Eigen::Vector3d delta = place.direction(Eigen::Vector3d::UnitY());
   const auto overlaps = [&](const geometry::TrianglePair& pair) {
     const geometry::Corners r = corners(reference, pair.reference), m = place(corners(moving, pair.moving));
     const double offset = offset_mm(reference, pair.reference) + offset_mm(moving, pair.moving);
-    const double overlap = overlap_mm(reference, pair.reference) + overlap_mm(moving, pair.moving);
-    if (!geometry::may_cross(overlap, r, m)) return false;
+    if (!is_near_side(reference, moving, pair, r, m, delta)) return false;
     if (is_certainly_separated(r, m, offset) || !narrow_phase.overlap(r, m, offset)) return false;
     found = pair;
     return true;

@@ -109,10 +109,12 @@ struct GapQuery::State {
     return reference->faces[static_cast<std::size_t>(pair.reference)].offset_mm +
            moving->faces[static_cast<std::size_t>(pair.moving)].offset_mm;
   }
-  double overlap_of_mm(const TrianglePair& pair) const
+  // Of a part with an allowed overlap only the near side counts: where it is thinner than twice that, the
+  // limit of its far side is in front (inward_limit).
+  bool is_near_side(const TrianglePair& pair, const GapFace& r, const GapFace& m) const
   {
-    return overlap_mm(reference->surface.mesh, pair.reference) +
-           overlap_mm(moving->surface.mesh, pair.moving);
+    return (r.faces_down() || overlap_mm(reference->surface.mesh, pair.reference) == 0.0) &&
+           (m.faces_up() || overlap_mm(moving->surface.mesh, pair.moving) == 0.0);
   }
   GapFace reference_face(std::int32_t row) const;
   unsigned reference_edges(std::int32_t row) const;
@@ -358,7 +360,7 @@ void GapQuery::State::find_features(const MovingPose& pose, const Placement& pla
 void GapQuery::State::try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const
 {
   const GapFace r = reference_face(pair.reference), m = moving_face(pair.moving, place);
-  if (!may_touch(overlap_of_mm(pair), r.corner, m.corner)) return;
+  if (!is_near_side(pair, r, m)) return;
   const auto take = [&](double travel_mm) {
     if (travel_mm < 0.0 || travel_mm > best.travel_mm) return;
     if (travel_mm < best.travel_mm || pair < best.pair) best = {travel_mm, pair};

@@ -78,27 +78,6 @@ TreeMesh rotated_reference(const TreeMesh& reference, const Attitude& attitude);
 
 using Corners = std::array<Eigen::Vector3d, 3>;
 
-/// Cosine between the normals of two triangles; not a number where one is a point.
-inline double cosine_between(const Corners& r, const Corners& m)
-{
-  const auto area = [](const Corners& t) { return Eigen::Vector3d((t[1] - t[0]).cross(t[2] - t[0])); };
-  const Eigen::Vector3d a = area(r), b = area(m);
-  return a.dot(b) / (a.norm() * b.norm());
-}
-
-/// Of a pair with an allowed overlap (Mesh::overlap_mm), displaced by it: whether its contact, or that it
-/// crosses, counts. A part thinner than twice its overlap has the limit of its far side in front of the near
-/// one: only faces that face each other touch, and none that face the same way cross.
-inline constexpr double perpendicular_cosine = 1e-9;  // rounding
-inline bool may_touch(double overlap_mm, const Corners& r, const Corners& m)
-{
-  return overlap_mm == 0.0 || cosine_between(r, m) < -perpendicular_cosine;
-}
-inline bool may_cross(double overlap_mm, const Corners& r, const Corners& m)
-{
-  return overlap_mm == 0.0 || cosine_between(r, m) <= perpendicular_cosine;
-}
-
 struct Extent {
   double least = 0.0;
   double most = 0.0;
