@@ -48,6 +48,16 @@ def optima_line(optima):
             f"{flexion:g} degrees: {spread:.1f} degrees of theta apart, {energy:.3f} N mm. The one of lowest energy is used.")
 
 
+def dess_table(rows):
+    """Rotation of pymskt-dess, one row per kind of menisci."""
+    lines = ["|  | at 15 degrees | 30 | 60 | 90 | largest change per 5 degrees | flexions solved |", "|---|" + "---:|" * 6]
+    for name, found in rows.items():
+        changes = ["not solved" if value is None else f"{value:.1f}" for value in found["change"].values()]
+        step = "-" if found["step"] is None else f"{found['step']:.1f}"
+        lines.append("| " + " | ".join([name, *changes, step, "{} of {}".format(*found["solved"])]) + " |")
+    return "\n".join(lines) + "\n"
+
+
 def page(n, stamp):
     """The page."""
     inside, near, width = n["band"]
@@ -64,8 +74,12 @@ def page(n, stamp):
               f"within the band, {100 * near:.0f} % within {NOISE_DEG:g} degrees (the noise of the measurement) of it.\n",
               "## The scanned pose\n", scan_line(n["scan"]["unloaded"]) + "\n", "## Comparison with the simulations\n", closer(n["trials"]) + "\n",
               "## Several equilibria\n", optima_line(n["optima"]) + "\n", "## With menisci\n",
-              "Rigid, fixed to the tibia, as supplied and thinned by 0.5 mm; against the passive trial:\n", comparison(n["menisci"])]
-    parts += [f"{name}: {scan_line(n['scan'][name])}\n" for name in ("menisci", "menisci-thinned")]
+              "Fixed to the tibia, rigid as supplied, thinned by 0.5 mm (`inset_mm`), and such that the femur may be inside them by 1 mm\n"
+              "(`overlap_mm`); against the passive trial:\n", comparison(n["menisci"]),
+              "One knee, a finding and not a rule: its scanned pose nearly equals the measured one, and the menisci were segmented there.\n"]
+    parts += [f"{name}: {scan_line(n['scan'][name])}\n" for name in ("menisci", "menisci-thinned", "menisci-soft")]
+    parts += ["The same with pymskt-dess, prepared from its meshes with the fibres of the first knee (`vrda prepare`). It has no measured motion;\n"
+              "internal rotation from 0 degrees, in degrees:\n", dess_table(n["dess"]), "One knee, a finding and not a rule.\n"]
     solved = ", ".join(f"{name} {count} of {total}" for name, (count, total, _) in n["solved"].items())
     residual = ", ".join(f"{name} {worst:.2g}" for name, (_, _, worst) in n["solved"].items())
     parts.append(f"Flexions solved: {solved}. Largest balance residual, N: {residual}.")
