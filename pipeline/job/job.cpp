@@ -277,6 +277,21 @@ void check_views(const Job& job)
   }
 }
 
+void read_contact(Job& job, const core::DocumentValue& root)
+{
+  const std::string key = "solver.equilibrium.contact";
+  const core::DocumentValue* contact = core::find_at(root, key);
+  if (contact == nullptr) return;
+  const auto refuse = [&](const std::string& found, const std::string& wanted) {
+    job.document.refuse(key + ".model", "\"compliant\" with " + found, wanted);
+  };
+  if (job.method != SolverMethod::equilibrium)
+    refuse("solver.method = \"stability-search\"", "\"exact\", or the method \"equilibrium\"");
+  if (job.coordinates) refuse("[coordinates] or [frames]", "\"exact\", or a job with [grid]");
+  job.equilibrium.contact_stiffness_n_per_mm3 = core::number_at(*contact, "stiffness_n_per_mm3");
+  job.equilibrium.contact_thickness_mm = core::number_at(*contact, "thickness_mm");
+}
+
 void read_settings(Job& job)
 {
   const core::DocumentValue& root = job.document.root;
@@ -302,6 +317,7 @@ void read_settings(Job& job)
   job.equilibrium = {core::number_at(root, "solver.equilibrium.tolerance_mm"),
                      static_cast<int>(core::integer_at(root, "solver.equilibrium.max_iterations")),
                      core::number_at(root, "solver.equilibrium.contact_resolution_mm")};
+  read_contact(job, root);
   job.spine = {static_cast<int>(core::integer_at(root, "solver.equilibrium.restarts")),
                core::number_at(root, "solver.equilibrium.band_moment_nmm"),
                core::text_or_empty(root, "solver.equilibrium.branch") == "continuous" ? BranchRule::continuous
@@ -334,6 +350,14 @@ void remove_zero_offsets(core::DocumentValue& root)
       }
     }
   }
+}
+
+// The default: the job is that without the key.
+void remove_exact_contact(core::DocumentValue& root)
+{
+  core::DocumentValue& equilibrium = root["solver"]["equilibrium"];
+  if (equilibrium.contains("contact") && equilibrium["contact"]["model"] == "exact")
+    equilibrium.erase("contact");
 }
 
 void set_texts(Job& job)
@@ -391,6 +415,7 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
     job.document.root.erase("grid");
   }
   remove_zero_offsets(job.document.root);
+  remove_exact_contact(job.document.root);
   set_texts(job);
   read_settings(job);
   return job;

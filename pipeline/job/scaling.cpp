@@ -138,6 +138,8 @@ std::string reason_for_rerun(const Case& loaded, const Eigen::Vector3d& factor)
   if (factor.x() == 1.0 || loaded.method != "equilibrium") return "";
   if (!loaded.prior.empty()) return "a prior acts, whose curves do not scale with the joint";
   if (!loaded.ligaments.fibres.empty()) return "ligaments constrain the joint";
+  if (loaded.equilibrium.contact_stiffness_n_per_mm3 > 0.0)
+    return "the stiffness of contact does not scale with the joint";
   const bool has_moment = std::any_of(loaded.push.begin(), loaded.push.end(), [](const Push& push) {
     const auto is_moment = [](const Eigen::Vector3d& moment_nmm) { return !moment_nmm.isZero(0.0); };
     return push.moment_nmm != 0.0 || push.varus_moment_nmm != 0.0 ||

@@ -343,7 +343,9 @@ struct SearchOptions {
 struct EquilibriumOptions {
   double tolerance_mm = 1e-4;  ///< convergence tolerance of the pose along Delta
   int max_iterations = 200;
-  double contact_resolution_mm = 0.01;  ///< surfaces closer than this are in contact (/contacts, flags)
+  double contact_resolution_mm = 0.01;       ///< surfaces closer than this are in contact (/contacts, flags)
+  double contact_stiffness_n_per_mm3 = 0.0;  ///< pressure over overlap of compliant contact; 0: exact contact
+  double contact_thickness_mm = 4.0;         ///< of both layers: the largest overlap of compliant contact
 };
 
 /// Which of several equilibria of a flexion the motion takes.

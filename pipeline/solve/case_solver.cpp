@@ -22,6 +22,7 @@ namespace {
 // Must change when the same job may give other bytes: journals of an older solver are then refused.
 constexpr const char* search_version = "stability-search 8";
 constexpr const char* equilibrium_version = "equilibrium 7";
+constexpr const char* compliant_version = "equilibrium 7, compliant contact 1";
 
 // Flexion held, varus held or free, the rest free, Delta proximal: what the faster solver solves.
 bool is_plain(const job::CoordinateRows& coordinates, const SolverFrame& frame)
@@ -203,7 +204,8 @@ JointBounds joint_bounds_of(const job::Case& job_case)
 
 std::string solver_version_of(const job::Case& job_case)
 {
-  return job_case.method == "equilibrium" ? equilibrium_version : search_version;
+  if (job_case.method != "equilibrium") return search_version;
+  return job_case.equilibrium.contact_stiffness_n_per_mm3 > 0.0 ? compliant_version : equilibrium_version;
 }
 
 namespace {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/units.hpp"
+#include "solve/compliant_contact.hpp"
 #include "solve/stability_search.hpp"
 
 namespace vrda::solve {
@@ -320,6 +321,8 @@ EquilibriumSolver::EquilibriumSolver(const Joint& joint, const model::Ligaments&
                                      const EquilibriumOptions& options)
     : state_(std::make_unique<State>(joint, ligaments, options))
 {
+  if (options.contact_stiffness_n_per_mm3 > 0.0)
+    state_->compliant = std::make_shared<CompliantSolver>(joint, ligaments, options);
 }
 
 EquilibriumSolver::~EquilibriumSolver() = default;
@@ -344,6 +347,7 @@ StepRecord unconverged(const StepRecord& record)
 
 StepRecord EquilibriumSolver::solve(const Task& task, const SearchObserver& observer)
 {
+  if (state_->compliant) return state_->compliant->solve(task, observer);
   if (task.loads.applied.empty() && task.loads.lines.empty())
     return Run(*state_, task, nullptr, observer).run();
   return solve_with_turned_loads(task, observer);

@@ -1,4 +1,5 @@
-/// Static equilibrium of the moving object under exact contact, loads and ligaments (solve/README.md).
+/// Static equilibrium of the moving object under exact or compliant contact, loads and ligaments
+/// (solve/README.md).
 #pragma once
 
 #include <memory>
@@ -39,7 +40,7 @@ class EquilibriumSolver {
   /// Applied loads that turn with an object are turned to the pose found and the step is solved again from
   /// there, until generalised forces change by less than 1e-6 of the push: the certificate holds for the
   /// final directions. `iteration_limit` after 50 times. `observer` gets every iterate and rejected trial:
-  /// the last iterate is the result.
+  /// the last iterate is the result. With compliant contact: CompliantSolver::solve().
   StepRecord solve(const Task& task, const SearchObserver& observer = {});
 
  private:
@@ -66,6 +67,8 @@ double feature_band_mm(const Mesh& reference, const Mesh& moving);
 
 /// False for a vertex in a flat or concave region, whose constraint would not exist.
 bool can_carry_load(const ContactConstraint& constraint, const Joint& joint);
+
+class CompliantSolver;
 
 struct EquilibriumSolver::State {
   State(const Joint& j, const model::Ligaments& l, const EquilibriumOptions& o)
@@ -103,6 +106,7 @@ struct EquilibriumSolver::State {
   contact::NarrowPhase narrow_phase;
   Attitude at;  // of `gap`
   bool is_set = false;
+  std::shared_ptr<CompliantSolver> compliant;  // if contact is compliant
 };
 
 /// Result of a gap query at one configuration.

@@ -16,6 +16,7 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "solve/compliant_contact.hpp"
 #include "solve/prior.hpp"
 #include "solve/stability_search.hpp"
 
@@ -943,6 +944,7 @@ Joint make_joint(const SolverBody& reference, const SolverBody& moving,
       contact::protruding_vertices(joint.reference.tree_mesh.mesh, joint.reference.features);
   joint.moving_protrudes = contact::protruding_vertices(joint.moving.tree_mesh.mesh, joint.moving.features);
   joint.substep_mm = substep_mm(reference, moving);
+  joint.compliant = std::make_shared<const LazyCompliantSurfaces>(reference.component);
   return joint;
 }
 

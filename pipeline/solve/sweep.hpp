@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -262,6 +263,8 @@ struct SolverBody {
   std::vector<std::int32_t> component;
 };
 
+class LazyCompliantSurfaces;
+
 struct Joint {
   contact::Collider reference;
   contact::Collider moving;
@@ -273,6 +276,7 @@ struct Joint {
   std::vector<bool> reference_protrudes;  ///< [n_vertices] convex: can touch a face first
   std::vector<bool> moving_protrudes;
   double substep_mm = 0.0;  ///< upper bound of one motion of any vertex: half the thinnest part
+  std::shared_ptr<const LazyCompliantSurfaces> compliant;  ///< for compliant contact (compliant_contact.hpp)
 };
 
 /// `compartment_of_triangle` is empty or has one entry per moving triangle. Neither mesh may be empty.

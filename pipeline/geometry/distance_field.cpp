@@ -1,0 +1,376 @@
+#include "geometry/distance_field.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "core/units.hpp"
+#include "geometry/nearest_surface.hpp"
+#include "geometry/placement.hpp"
+
+namespace vrda::geometry {
+namespace {
+
+constexpr double cell_mm = 1.0;
+constexpr double slope_bound_mm = 3.0;  // the spline differs less from its nearest coefficient
+constexpr std::int64_t block_nodes = 4;
+
+using Edge = std::pair<std::int32_t, std::int32_t>;
+
+Edge edge_of(const Mesh& mesh, Eigen::Index t, Eigen::Index corner)
+{
+  return std::minmax(mesh.triangles(t, corner), mesh.triangles(t, (corner + 1) % 3));
+}
+
+// Vertices where a sheet ends.
+std::vector<bool> rim_vertices(const Mesh& mesh)
+{
+  std::map<Edge, int> n_faces;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (Eigen::Index k = 0; k < 3; ++k) ++n_faces[edge_of(mesh, t, k)];
+  }
+  std::vector<bool> is_rim(static_cast<std::size_t>(mesh.vertices_mm.rows()), false);
+  for (const auto& [edge, n] : n_faces) {
+    if (n != 1) continue;
+    is_rim[static_cast<std::size_t>(edge.first)] = is_rim[static_cast<std::size_t>(edge.second)] = true;
+  }
+  return is_rim;
+}
+
+// Sign by pseudonormals. Source: Baerentzen and Aanaes (2005), IEEE Trans Vis Comput Graph 11:243-253.
+class SignedSurface {
+ public:
+  // Beyond an edge of one triangle between two vertices of `rim` the distance is positive. Beyond others,
+  // where hidden triangles are missing, the surface counts as continued.
+  SignedSurface(const Mesh& mesh, const std::vector<bool>& rim)
+      : nearest_(mesh),
+        at_vertex_(Points::Zero(mesh.vertices_mm.rows(), 3)),
+        is_rim_(static_cast<std::size_t>(mesh.vertices_mm.rows()), false)
+  {
+    for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) add(mesh, t);
+    for (auto& [edge, value] : edges_) {
+      const auto a = static_cast<std::size_t>(edge.first), b = static_cast<std::size_t>(edge.second);
+      value.is_rim = value.n == 1 && rim[a] && rim[b];
+      if (value.is_rim) is_rim_[a] = is_rim_[b] = true;
+    }
+  }
+
+  // Empty beyond `most_mm`.
+  std::optional<double> distance_mm(const Eigen::Vector3d& p_mm, double most_mm) const
+  {
+    NearestLimits limits;
+    limits.max_distance_mm = most_mm;
+    const SurfacePoint near = nearest_.nearest(p_mm, limits);
+    if (near.triangle < 0) return std::nullopt;
+    const auto [normal, is_rim] = normal_at(near);
+    if (is_rim) return near.distance_mm;
+    return (p_mm - near.p_mm).dot(normal) >= 0.0 ? near.distance_mm : -near.distance_mm;
+  }
+
+ private:
+  struct EdgeNormal {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    int n = 0;
+    bool is_rim = false;
+  };
+
+  void add(const Mesh& mesh, Eigen::Index t)
+  {
+    const auto corner = corners(mesh, t);
+    const Eigen::Vector3d normal = face_normal(mesh, t);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto c = static_cast<Eigen::Index>(k);
+      const Eigen::Vector3d u = corner[(k + 1) % 3] - corner[k], v = corner[(k + 2) % 3] - corner[k];
+      at_vertex_.row(mesh.triangles(t, c)) += arc_tangent2(u.cross(v).norm(), u.dot(v)) * normal.transpose();
+      EdgeNormal& edge = edges_[edge_of(mesh, t, c)];
+      edge.sum += normal;
+      ++edge.n;
+    }
+  }
+
+  std::pair<Eigen::Vector3d, bool> normal_at(const SurfacePoint& near) const
+  {
+    constexpr double on_feature = 1e-9;  // barycentric
+    const Mesh& mesh = nearest_.mesh();
+    const auto corner = corners(mesh, near.triangle);
+    const Eigen::Vector3d normal = face_normal(mesh, near.triangle);
+    const double twice_area = (corner[1] - corner[0]).cross(corner[2] - corner[0]).dot(normal);
+    std::array<bool, 3> is_zero{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Eigen::Vector3d u = corner[(k + 1) % 3] - near.p_mm, v = corner[(k + 2) % 3] - near.p_mm;
+      is_zero[k] = u.cross(v).dot(normal) <= on_feature * twice_area;
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t next = (k + 1) % 3, last = (k + 2) % 3;
+      if (!is_zero[k]) continue;
+      const std::int32_t a = mesh.triangles(near.triangle, static_cast<Eigen::Index>(next)),
+                         b = mesh.triangles(near.triangle, static_cast<Eigen::Index>(last));
+      if (is_zero[next]) return at_vertex(b);
+      if (is_zero[last]) return at_vertex(a);
+      const EdgeNormal& edge = edges_.at(edge_of(mesh, near.triangle, static_cast<Eigen::Index>(next)));
+      return {edge.sum, edge.is_rim};
+    }
+    return {normal, false};
+  }
+
+  std::pair<Eigen::Vector3d, bool> at_vertex(std::int32_t row) const
+  {
+    return {at_vertex_.row(row).transpose(), is_rim_[static_cast<std::size_t>(row)]};
+  }
+
+  NearestSurface nearest_;
+  Points at_vertex_;
+  std::map<Edge, EdgeNormal> edges_;
+  std::vector<bool> is_rim_;
+};
+
+// Triangles by component, or by offset.
+template <typename Key>
+std::map<Key, std::vector<Eigen::Index>> groups_of(Eigen::Index n_triangles, const auto& key_of)
+{
+  std::map<Key, std::vector<Eigen::Index>> groups;
+  for (Eigen::Index t = 0; t < n_triangles; ++t) groups[key_of(t)].push_back(t);
+  return groups;
+}
+
+struct Weights {
+  std::array<double, 4> value, first, second;
+};
+
+// Cubic B-spline at `t` of [0, 1) beyond the second of four nodes.
+Weights weights_of(double t)
+{
+  const double u = 1.0 - t;
+  return {{u * u * u / 6.0, (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0,
+           (4.0 - 6.0 * u * u + 3.0 * u * u * u) / 6.0, t * t * t / 6.0},
+          {-0.5 * u * u, 0.5 * (3.0 * t * t - 4.0 * t), 0.5 * (4.0 * u - 3.0 * u * u), 0.5 * t * t},
+          {u, 3.0 * t - 2.0, 3.0 * u - 2.0, t}};
+}
+
+// The spline of its own values: (1/6, 2/3, 1/6) along an axis is a binomial pass less a third of its change.
+void filter_by_spline(std::vector<double>& values, const std::array<std::int64_t, 3>& n, int axis)
+{
+  std::vector<double> once = values;
+  filter_binomially(once, n, axis, 1);
+  for (std::size_t k = 0; k < values.size(); ++k) values[k] += (once[k] - values[k]) * (2.0 / 3.0);
+}
+
+}  // namespace
+
+void filter_binomially(std::vector<double>& values, const std::array<std::int64_t, 3>& n, int axis,
+                       int n_passes)
+{
+  const auto a = static_cast<std::size_t>(axis);
+  const std::int64_t stride = axis == 0 ? 1 : axis == 1 ? n[0] : n[0] * n[1];
+  const std::int64_t n_lines = n[0] * n[1] * n[2] / n[a];
+  std::vector<double> line(static_cast<std::size_t>(n[a]) + 2);
+  for (std::int64_t l = 0; l < n_lines; ++l) {
+    // Lines along axis 0 follow each other; along axis 1 there are n[0] of them in each of n[2] planes.
+    const std::int64_t start = axis == 0 ? l * n[0] : axis == 1 ? (l / n[0]) * n[0] * n[1] + l % n[0] : l;
+    for (std::int64_t i = 0; i < n[a]; ++i)
+      line[static_cast<std::size_t>(i) + 1] = values[static_cast<std::size_t>(start + i * stride)];
+    for (int pass = 0; pass < n_passes; ++pass) {
+      line.front() = line[1];
+      line.back() = line[line.size() - 2];
+      double before = line.front();
+      for (std::size_t i = 1; i + 1 < line.size(); ++i) {
+        const double here = line[i];
+        line[i] = 0.25 * (before + line[i + 1]) + 0.5 * here;
+        before = here;
+      }
+    }
+    for (std::int64_t i = 0; i < n[a]; ++i)
+      values[static_cast<std::size_t>(start + i * stride)] = line[static_cast<std::size_t>(i) + 1];
+  }
+}
+
+std::vector<Eigen::Index> outer_triangles(const Mesh& mesh, const std::vector<std::int32_t>& component)
+{
+  // A triangle is hidden if another component is this near before it and beyond its surface, or near behind.
+  constexpr double probes_mm[] = {0.25, 0.5, 1.0};
+  constexpr double reach_mm = 6.0;  // of solids that belong together, above the thickness of cartilage
+  const Eigen::Index n = mesh.triangles.rows();
+  const auto groups = groups_of<std::int32_t>(
+      n, [&](Eigen::Index t) { return component.empty() ? 0 : component[static_cast<std::size_t>(t)]; });
+  const std::vector<bool> rim = rim_vertices(mesh);
+  std::vector<SignedSurface> surfaces;
+  for (const auto& [name, rows] : groups) {
+    if (groups.size() > 1) surfaces.emplace_back(select_triangles(mesh, rows), rim);
+  }
+  std::vector<Eigen::Index> outer;
+  std::size_t own = 0;
+  for (const auto& [name, rows] : groups) {
+    for (const Eigen::Index t : rows) {
+      const auto [a, b, c] = corners(mesh, t);
+      const Eigen::Vector3d middle = (a + b + c) / 3.0, normal = face_normal(mesh, t);
+      bool is_hidden = false;
+      for (std::size_t s = 0; s < surfaces.size(); ++s) {
+        for (const double probe_mm : probes_mm) {
+          if (s == own || is_hidden) continue;
+          const std::optional<double> d = surfaces[s].distance_mm(middle + probe_mm * normal, reach_mm);
+          is_hidden = d && *d < 0.0;
+        }
+      }
+      if (!is_hidden) outer.push_back(t);
+    }
+    ++own;
+  }
+  std::sort(outer.begin(), outer.end());
+  return outer;
+}
+
+DistanceField::DistanceField(const Mesh& mesh, const std::vector<std::int32_t>& component)
+{
+  set_grid(bounding_box(mesh));
+  value_.assign(static_cast<std::size_t>(n_[0] * n_[1] * n_[2]), band_mm);
+  const std::vector<bool> rim = rim_vertices(mesh);
+  const std::vector<Eigen::Index> outer = outer_triangles(mesh, component);
+  std::map<double, std::vector<Eigen::Index>> by_offset;
+  for (const Eigen::Index t : outer) by_offset[offset_mm(mesh, t)].push_back(t);
+  for (const auto& [offset, rows] : by_offset) add_surface(select_triangles(mesh, rows), rim, offset);
+  smooth();
+}
+
+void DistanceField::set_grid(const Box& surface_mm)
+{
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto axis = static_cast<Eigen::Index>(k);
+    first_[k] = static_cast<std::int64_t>(std::floor((surface_mm.min_mm[axis] - band_mm) / cell_mm)) - 2;
+    n_[k] =
+        static_cast<std::int64_t>(std::ceil((surface_mm.max_mm[axis] + band_mm) / cell_mm)) + 3 - first_[k];
+  }
+}
+
+std::vector<std::array<std::int64_t, 3>> DistanceField::blocks_near(const Mesh& surface) const
+{
+  std::array<std::int64_t, 3> n{};
+  for (std::size_t k = 0; k < 3; ++k) n[k] = (n_[k] + block_nodes - 1) / block_nodes;
+  std::vector<bool> is_near(static_cast<std::size_t>(n[0] * n[1] * n[2]), false);
+  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
+    const Corners c = corners(surface, t);
+    std::array<std::int64_t, 3> from{}, to{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Extent along = extent(c, static_cast<Eigen::Index>(k));
+      from[k] = (static_cast<std::int64_t>(std::floor((along.least - band_mm) / cell_mm)) - first_[k]) /
+                block_nodes;
+      to[k] =
+          (static_cast<std::int64_t>(std::ceil((along.most + band_mm) / cell_mm)) - first_[k]) / block_nodes;
+    }
+    for (std::int64_t z = from[2]; z <= to[2]; ++z) {
+      for (std::int64_t y = from[1]; y <= to[1]; ++y) {
+        for (std::int64_t x = from[0]; x <= to[0]; ++x)
+          is_near[static_cast<std::size_t>((z * n[1] + y) * n[0] + x)] = true;
+      }
+    }
+  }
+  std::vector<std::array<std::int64_t, 3>> blocks;
+  for (std::size_t row = 0; row < is_near.size(); ++row) {
+    const auto r = static_cast<std::int64_t>(row);
+    if (is_near[row]) blocks.push_back({r % n[0], r / n[0] % n[1], r / (n[0] * n[1])});
+  }
+  return blocks;
+}
+
+void DistanceField::add_surface(const Mesh& surface, const std::vector<bool>& rim, double offset)
+{
+  const SignedSurface exact(surface, rim);
+  std::vector<double> distance_mm(value_.size(), nan);
+  for (const std::array<std::int64_t, 3>& block : blocks_near(surface)) {
+    std::array<std::int64_t, 3> from{}, to{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      from[k] = block[k] * block_nodes;
+      to[k] = std::min(from[k] + block_nodes, n_[k]);
+    }
+    double most_mm = band_mm;  // the distance of the node before, and its distance
+    for (std::int64_t z = from[2]; z < to[2]; ++z) {
+      for (std::int64_t y = from[1]; y < to[1]; ++y) {
+        for (std::int64_t x = from[0]; x < to[0]; ++x) {
+          const Eigen::Vector3d p_mm = cell_mm * Eigen::Vector3d(static_cast<double>(x + first_[0]),
+                                                                 static_cast<double>(y + first_[1]),
+                                                                 static_cast<double>(z + first_[2]));
+          const std::optional<double> d = exact.distance_mm(p_mm, most_mm);
+          if (d) distance_mm[row_of(x, y, z)] = *d;
+          most_mm = d && x + 1 < to[0] ? std::min(band_mm, std::abs(*d) + 1.001 * cell_mm) : band_mm;
+        }
+      }
+    }
+  }
+  // Along a row the sign changes within the band only.
+  double far_mm = band_mm;
+  for (std::size_t row = 0; row < value_.size(); ++row) {
+    if (row % static_cast<std::size_t>(n_[0]) == 0) far_mm = band_mm;
+    const double d = distance_mm[row];
+    if (!std::isnan(d)) far_mm = d < 0.0 ? -band_mm : band_mm;
+    value_[row] = std::min(value_[row], std::clamp((std::isnan(d) ? far_mm : d) - offset, -band_mm, band_mm));
+  }
+}
+
+// With the filter F and the spline S of its own coefficients: the coefficients F (2 - S F) of the distances
+// keep planes and, to second order, curved surfaces in place.
+void DistanceField::smooth()
+{
+  std::vector<double> once = value_;
+  for (int axis = 0; axis < 3; ++axis) {
+    filter_binomially(once, n_, axis, surface_passes);
+    filter_by_spline(once, n_, axis);
+  }
+  for (std::size_t k = 0; k < value_.size(); ++k) value_[k] = 2.0 * value_[k] - once[k];
+  for (int axis = 0; axis < 3; ++axis) filter_binomially(value_, n_, axis, surface_passes);
+}
+
+double DistanceField::bound_mm(const Eigen::Vector3d& p_mm) const
+{
+  std::array<std::int64_t, 3> at{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double x = p_mm[static_cast<Eigen::Index>(k)] / cell_mm + 0.5 - static_cast<double>(first_[k]);
+    if (!(x >= 2.0 && x < static_cast<double>(n_[k] - 2))) return band_mm - slope_bound_mm;
+    at[k] = static_cast<std::int64_t>(x);
+  }
+  return value_[row_of(at[0], at[1], at[2])] - slope_bound_mm;
+}
+
+DistanceField::Sample DistanceField::sample(const Eigen::Vector3d& p_mm) const
+{
+  Sample out;
+  std::array<std::int64_t, 3> at{};
+  std::array<Weights, 3> w{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double x = p_mm[static_cast<Eigen::Index>(k)] / cell_mm - static_cast<double>(first_[k]);
+    if (!(x >= 1.0 && x < static_cast<double>(n_[k] - 2))) return out;
+    at[k] = static_cast<std::int64_t>(x);
+    w[k] = weights_of(x - static_cast<double>(at[k]));
+  }
+  // Rows: value, slope and curvature along x, summed over y and z with the weights of their derivatives.
+  double v = 0.0;
+  Eigen::Vector3d g = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  for (std::size_t c = 0; c < 4; ++c) {
+    for (std::size_t b = 0; b < 4; ++b) {
+      const double* const f = &value_[row_of(at[0] - 1, at[1] - 1 + static_cast<std::int64_t>(b),
+                                             at[2] - 1 + static_cast<std::int64_t>(c))];
+      const auto along = [&](const std::array<double, 4>& weight) {
+        return (weight[0] * f[0] + weight[1] * f[1]) + (weight[2] * f[2] + weight[3] * f[3]);
+      };
+      const double value = along(w[0].value), first = along(w[0].first), second = along(w[0].second);
+      const double y = w[1].value[b], dy = w[1].first[b], z = w[2].value[c], dz = w[2].first[c];
+      v += value * (y * z);
+      g += Eigen::Vector3d(first * (y * z), value * (dy * z), value * (y * dz));
+      H(0, 0) += second * (y * z);
+      H(1, 1) += value * (w[1].second[b] * z);
+      H(2, 2) += value * (y * w[2].second[c]);
+      H(1, 0) += first * (dy * z);
+      H(2, 0) += first * (y * dz);
+      H(2, 1) += value * (dy * dz);
+    }
+  }
+  out.distance_mm = v;
+  out.gradient = g / cell_mm;
+  out.hessian_per_mm = Eigen::Matrix3d(H.selfadjointView<Eigen::Lower>()) / (cell_mm * cell_mm);
+  return out;
+}
+
+}  // namespace vrda::geometry
