@@ -16,7 +16,8 @@ namespace vrda::geometry {
 namespace {
 
 constexpr double cell_mm = 1.0;
-constexpr double slope_bound_mm = 3.0;  // the spline differs less from its nearest coefficient
+// The spline differs less from its nearest coefficient, at most 0.87 mm away: its slope is about 1.
+constexpr double slope_bound_mm = 1.5;
 constexpr std::int64_t block_nodes = 4;
 
 using Edge = std::pair<std::int32_t, std::int32_t>;
@@ -149,6 +150,11 @@ Weights weights_of(double t)
            (4.0 - 6.0 * u * u + 3.0 * u * u * u) / 6.0, t * t * t / 6.0},
           {-0.5 * u * u, 0.5 * (3.0 * t * t - 4.0 * t), 0.5 * (4.0 * u - 3.0 * u * u), 0.5 * t * t},
           {u, 3.0 * t - 2.0, 3.0 * u - 2.0, t}};
+}
+
+double dot(const std::array<double, 4>& a, const std::array<double, 4>& b)
+{
+  return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]);
 }
 
 // The spline of its own values: (1/6, 2/3, 1/6) along an axis is a binomial pass less a third of its change.
@@ -333,7 +339,7 @@ double DistanceField::bound_mm(const Eigen::Vector3d& p_mm) const
   return value_[row_of(at[0], at[1], at[2])] - slope_bound_mm;
 }
 
-DistanceField::Sample DistanceField::sample(const Eigen::Vector3d& p_mm) const
+DistanceField::Sample DistanceField::sample(const Eigen::Vector3d& p_mm, double least_mm) const
 {
   Sample out;
   std::array<std::int64_t, 3> at{};
@@ -344,30 +350,37 @@ DistanceField::Sample DistanceField::sample(const Eigen::Vector3d& p_mm) const
     at[k] = static_cast<std::int64_t>(x);
     w[k] = weights_of(x - static_cast<double>(at[k]));
   }
-  // Rows: value, slope and curvature along x, summed over y and z with the weights of their derivatives.
-  double v = 0.0;
+  const auto along = [&](const std::array<double, 4>& weight, std::size_t b, std::size_t c) {
+    const double* const f = &value_[row_of(at[0] - 1, at[1] - 1 + static_cast<std::int64_t>(b),
+                                           at[2] - 1 + static_cast<std::int64_t>(c))];
+    return (weight[0] * f[0] + weight[1] * f[1]) + (weight[2] * f[2] + weight[3] * f[3]);
+  };
+  // Per plane of constant z, the sums over y of the values along x and their derivatives.
+  std::array<std::array<double, 4>, 4> value{};
+  out.distance_mm = 0.0;
+  for (std::size_t c = 0; c < 4; ++c) {
+    for (std::size_t b = 0; b < 4; ++b) value[c][b] = along(w[0].value, b, c);
+    out.distance_mm += dot(value[c], w[1].value) * w[2].value[c];
+  }
+  if (!(out.distance_mm < least_mm)) return out;
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   for (std::size_t c = 0; c < 4; ++c) {
+    std::array<double, 4> first{}, second{};
     for (std::size_t b = 0; b < 4; ++b) {
-      const double* const f = &value_[row_of(at[0] - 1, at[1] - 1 + static_cast<std::int64_t>(b),
-                                             at[2] - 1 + static_cast<std::int64_t>(c))];
-      const auto along = [&](const std::array<double, 4>& weight) {
-        return (weight[0] * f[0] + weight[1] * f[1]) + (weight[2] * f[2] + weight[3] * f[3]);
-      };
-      const double value = along(w[0].value), first = along(w[0].first), second = along(w[0].second);
-      const double y = w[1].value[b], dy = w[1].first[b], z = w[2].value[c], dz = w[2].first[c];
-      v += value * (y * z);
-      g += Eigen::Vector3d(first * (y * z), value * (dy * z), value * (y * dz));
-      H(0, 0) += second * (y * z);
-      H(1, 1) += value * (w[1].second[b] * z);
-      H(2, 2) += value * (y * w[2].second[c]);
-      H(1, 0) += first * (dy * z);
-      H(2, 0) += first * (y * dz);
-      H(2, 1) += value * (dy * dz);
+      first[b] = along(w[0].first, b, c);
+      second[b] = along(w[0].second, b, c);
     }
+    const double z = w[2].value[c], dz = w[2].first[c];
+    const double by_x = dot(first, w[1].value), by_y = dot(value[c], w[1].first);
+    g += Eigen::Vector3d(by_x * z, by_y * z, dot(value[c], w[1].value) * dz);
+    H(0, 0) += dot(second, w[1].value) * z;
+    H(1, 1) += dot(value[c], w[1].second) * z;
+    H(2, 2) += dot(value[c], w[1].value) * w[2].second[c];
+    H(1, 0) += dot(first, w[1].first) * z;
+    H(2, 0) += by_x * dz;
+    H(2, 1) += by_y * dz;
   }
-  out.distance_mm = v;
   out.gradient = g / cell_mm;
   out.hessian_per_mm = Eigen::Matrix3d(H.selfadjointView<Eigen::Lower>()) / (cell_mm * cell_mm);
   return out;

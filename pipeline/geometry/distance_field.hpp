@@ -29,10 +29,11 @@ class DistanceField {
     Eigen::Matrix3d hessian_per_mm = Eigen::Matrix3d::Zero();
   };
   /// Exact for planes and, to second order in the width of the filter over the radius of curvature, for
-  /// curved surfaces. Cost: 0.2 microseconds.
-  Sample sample(const Eigen::Vector3d& p_mm) const;
+  /// curved surfaces. Derivatives are left out where the distance is not below `least_mm`. Cost: 0.2
+  /// microseconds.
+  Sample sample(const Eigen::Vector3d& p_mm, double least_mm = band_mm) const;
 
-  /// A lower bound of the distance at most 5 mm below it, from the nearest node.
+  /// A lower bound of the distance at most 2.5 mm below it, from the nearest node.
   double bound_mm(const Eigen::Vector3d& p_mm) const;
 
  private:

@@ -12,10 +12,12 @@
 namespace vrda::solve {
 namespace {
 
-constexpr double spacing_mm = 0.5;  // of the height map
+constexpr double spacing_mm = 0.5;        // of the height map
+constexpr std::int64_t point_stride = 2;  // columns from one point to the next: a contact of 60 mm2 has 60
 // Passes at this spacing that smooth as much as DistanceField does with 1 mm.
 constexpr int point_passes = 4 * geometry::surface_passes;
-constexpr std::int64_t tile_points = 8;
+constexpr double area_mm2 = spacing_mm * spacing_mm * point_stride * point_stride;  // of a point, projected
+constexpr std::int64_t tile_columns = 8;
 // Area over projected area: steeper walls (76 degrees) bear no load along Delta, and heights there are vague.
 constexpr double steepest = 4.0;
 
@@ -107,18 +109,21 @@ std::vector<CompliantSurfaces::Point> points_of(const Mesh& mesh, std::vector<Co
 {
   const HeightMap map = height_map_of(mesh);
   std::vector<CompliantSurfaces::Point> points;
-  for (std::int64_t tile_k = 0; tile_k < map.n[1]; tile_k += tile_points) {
-    for (std::int64_t tile_i = 0; tile_i < map.n[0]; tile_i += tile_points) {
+  for (std::int64_t tile_k = 0; tile_k < map.n[1]; tile_k += tile_columns) {
+    for (std::int64_t tile_i = 0; tile_i < map.n[0]; tile_i += tile_columns) {
       const std::size_t begin = points.size();
-      for (std::int64_t k = tile_k; k < std::min(tile_k + tile_points, map.n[1]); ++k) {
-        for (std::int64_t i = tile_i; i < std::min(tile_i + tile_points, map.n[0]); ++i) {
-          if (!map.is_covered(i, k)) continue;
+      for (std::int64_t k = tile_k; k < std::min(tile_k + tile_columns, map.n[1]); ++k) {
+        for (std::int64_t i = tile_i; i < std::min(tile_i + tile_columns, map.n[0]); ++i) {
+          // Every second column in space, so that a larger map has the same points.
+          const bool is_point =
+              (i + map.first[0]) % point_stride == 0 && (k + map.first[1]) % point_stride == 0;
+          if (!is_point || !map.is_covered(i, k)) continue;
           const double sx = slope_of(map, i, k, 0), sz = slope_of(map, i, k, 1);
           const double stretch = std::sqrt(1.0 + sx * sx + sz * sz);
           if (stretch > steepest) continue;
           const std::int32_t triangle = map.triangle[map.row_of(i, k)];
           points.push_back({{map.x_mm(i), map.y_mm[map.row_of(i, k)], map.z_mm(k)},
-                            stretch * spacing_mm * spacing_mm,
+                            stretch * area_mm2,
                             offset_mm(mesh, triangle),
                             triangle});
         }
@@ -174,7 +179,7 @@ std::vector<Eigen::Index> near_side(const Mesh& mesh, const geometry::NearestSur
 geometry::DistanceField reference_field(const Joint& joint, const geometry::NearestSurface& surface,
                                         const std::vector<std::int32_t>& component)
 {
-  const Mesh& mesh = joint.reference.tree_mesh.mesh;
+  const Mesh& mesh = surface.mesh();
   const std::vector<Eigen::Index> kept =
       near_side(mesh, surface, geometry::NearestSurface(joint.moving.tree_mesh.mesh));
   std::vector<std::int32_t> of_kept;
@@ -214,7 +219,8 @@ void for_each_pressed(const FoundationState& state, const Visit& visit)
       at.p_mm = state.configuration.pivot_mm + at.arm_mm;
       const Eigen::Vector3d p_reference_mm = A.transpose() * at.p_mm;
       if (surfaces.reference.bound_mm(p_reference_mm) > point.offset_mm) continue;
-      const geometry::DistanceField::Sample field = surfaces.reference.sample(p_reference_mm);
+      const geometry::DistanceField::Sample field =
+          surfaces.reference.sample(p_reference_mm, point.offset_mm);
       at.overlap_mm = point.offset_mm - field.distance_mm;
       if (!(at.overlap_mm > 0.0)) continue;
       at.gradient = A * field.gradient;
@@ -227,8 +233,9 @@ void for_each_pressed(const FoundationState& state, const Visit& visit)
 }  // namespace
 
 CompliantSurfaces::CompliantSurfaces(const Joint& joint, const std::vector<std::int32_t>& component)
-    : points(points_of(joint.moving.tree_mesh.mesh, tiles)),
-      reference_surface(joint.reference.tree_mesh.mesh),
+    // Noise above the length of edges folds a surface, which then has no inside.
+    : points(points_of(geometry::without_noise(joint.moving.tree_mesh.mesh), tiles)),
+      reference_surface(geometry::without_noise(joint.reference.tree_mesh.mesh)),
       reference(reference_field(joint, reference_surface, component))
 {
 }
@@ -303,7 +310,7 @@ constexpr double rounding_share = 1e-13;                                  // of 
 // A saddle has a curvature below this, as a share of the push per mm.
 constexpr double saddle_share_per_mm = 1e-3;
 constexpr int max_seat_steps = 60;
-constexpr double seat_share = 1e-3;  // of the push: balance along Delta alone
+constexpr double seat_share = 0.1;  // of the push: balance along Delta alone
 // Smoothing and noise move a surface by some mm: a larger change of height is no recontact.
 constexpr double recontact_mm = 6.0;
 constexpr double first_bracket_rad = rad_from_deg(0.25), largest_bracket_rad = rad_from_deg(8.0);
@@ -384,16 +391,15 @@ class CompliantSolver::Run {
 
   Attitude attitude_at(double varus_rad) const { return {task_.attitude.flexion_rad, varus_rad}; }
 
-  Potential potential(const Configuration& at)
+  // Of foundation, fibres and loads.
+  Foundation total(const Configuration& at) const
   {
-    const Foundation foundation =
-        foundation_at(foundation_state(at), state_.options.contact_stiffness_n_per_mm3);
-    deepest_mm_ = foundation.deepest_mm;
-    Potential u = potential_at(forces_, at);
-    u.energy_nmm += foundation.potential.energy_nmm;
-    u.gradient += foundation.potential.gradient;
-    u.hessian += foundation.potential.hessian;
-    return u;
+    Foundation sum = foundation_at(foundation_state(at), state_.options.contact_stiffness_n_per_mm3);
+    const Potential u = potential_at(forces_, at);
+    sum.potential.energy_nmm += u.energy_nmm;
+    sum.potential.gradient += u.gradient;
+    sum.potential.hessian += u.hessian;
+    return sum;
   }
 
   StepStatus find_equilibrium()
@@ -431,7 +437,7 @@ class CompliantSolver::Run {
   void seat()
   {
     for (int k = 0; k < max_seat_steps; ++k) {
-      const Potential u = potential(at_);
+      const Potential u = total(at_).potential;
       const double slope_n = u.gradient(along_y), stiffness = u.hessian(along_y, along_y);
       if (std::abs(slope_n) <= seat_share * push_n_) return;
       const double most_mm = first_step_mm;
@@ -442,30 +448,30 @@ class CompliantSolver::Run {
 
   StepStatus minimise()
   {
-    Potential u = potential(at_);
+    end_ = total(at_);
     double radius_mm = first_step_mm;
     for (; iteration_ < state_.options.max_iterations; ++iteration_) {
       if (observer_) report(pose_at(at_, state_.scale));
-      const Trial trial = step(u, radius_mm);
+      const Trial trial = step(end_.potential, radius_mm);
       step_mm_ = trial.length_mm;
       if (trial.is_converged || radius_mm < shortest_step_mm) break;
       const Configuration next = moved(at_, trial.step_mm, state_.scale);
-      const Potential there = potential(next);
-      const double gain_nmm = u.energy_nmm - there.energy_nmm;
-      const double rounding_nmm = rounding_share * (std::abs(u.energy_nmm) + push_n_ * state_.scale.lever_mm);
+      const Foundation there = total(next);
+      const double here_nmm = end_.potential.energy_nmm, gain_nmm = here_nmm - there.potential.energy_nmm;
+      const double rounding_nmm = rounding_share * (std::abs(here_nmm) + push_n_ * state_.scale.lever_mm);
       const double share = gain_nmm / trial.gain_nmm;
-      const bool is_fall =
-          trial.gain_nmm <= rounding_nmm ? residual_n(there) < residual_n(u) : share > accepted_gain;
+      const bool is_fall = trial.gain_nmm <= rounding_nmm
+                               ? residual_n(there.potential) < residual_n(end_.potential)
+                               : share > accepted_gain;
       if (share < poor_gain || !is_fall) radius_mm = 0.25 * trial.length_mm;
       if (share > good_gain && trial.length_mm > 0.8 * radius_mm)
         radius_mm = std::min(2.0 * radius_mm, longest_step_mm);
       if (!is_fall) continue;
       at_ = next;
-      u = there;
+      end_ = there;
     }
-    u_ = potential(at_);
-    if (residual_n(u_) <= certified_share * push_n_) return StepStatus::stable;
-    return deepest_mm_ > 0.0 ? StepStatus::iteration_limit : StepStatus::unbounded;
+    if (residual_n(end_.potential) <= certified_share * push_n_) return StepStatus::stable;
+    return end_.deepest_mm > 0.0 ? StepStatus::iteration_limit : StepStatus::unbounded;
   }
 
   double residual_n(const Potential& u) const { return size_.cwiseProduct(u.gradient).norm(); }
@@ -522,7 +528,7 @@ class CompliantSolver::Run {
       Eigen::Vector3d apart = known.pose.translation_mm - pose.translation_mm;
       apart.y() = state_.scale.lever_mm * (known.pose.theta_rad - pose.theta_rad);
       return known.status == StepStatus::stable && apart.norm() <= same_mm &&
-             std::abs(known.balance.energy_nmm - u_.energy_nmm) <= same_energy_share * push_n_;
+             std::abs(known.balance.energy_nmm - end_.potential.energy_nmm) <= same_energy_share * push_n_;
     };
     const auto found = std::find_if(task_.known->begin(), task_.known->end(), is_here);
     return found == task_.known->end() ? nullptr : &*found;
@@ -543,16 +549,16 @@ class CompliantSolver::Run {
     const std::array<PressureSum, 3> pressures =
         pressures_at(foundation_state(at_), state_.options.contact_stiffness_n_per_mm3, state_.joint);
     Balance& out = record.balance;
-    out.energy_nmm = u_.energy_nmm;
-    out.residual_n = residual_n(u_);
-    out.varus_moment_nmm = task_.is_varus_free ? 0.0 : u_.gradient(about_varus);
+    out.energy_nmm = end_.potential.energy_nmm;
+    out.residual_n = residual_n(end_.potential);
+    out.varus_moment_nmm = task_.is_varus_free ? 0.0 : end_.potential.gradient(about_varus);
     out.flexion_moment_nmm = flexion_moment_nmm(pressures);
     for (std::size_t k = 0; k < pressures.size(); ++k) {
       bears_load_[k] = pressures[k].force_n.y() < 0.0;
       if (bears_load_[k]) out.forces.push_back(force_of(pressures[k], static_cast<std::int8_t>(k)));
     }
     // Turning by a degree costs the energy of the stiffness about Delta, the other coordinates free.
-    Matrix5d H = size_.asDiagonal() * u_.hessian * size_.asDiagonal();
+    Matrix5d H = size_.asDiagonal() * end_.potential.hessian * size_.asDiagonal();
     for (Eigen::Index k = 0; k < n_coordinates; ++k) H(k, k) += size_(k) == 0.0 ? push_n_ : 1e-9 * push_n_;
     const Vector5d turn = H.ldlt().solve(Vector5d(Vector5d::Unit(about_y)));
     const double compliance = turn(about_y);
@@ -658,7 +664,7 @@ class CompliantSolver::Run {
     const double travel_mm = state_.gap.travel_mm(record.pose);
     const double standoff_mm = standoff_tolerances * state_.options.tolerance_mm;
     const double thickness_mm = state_.options.contact_thickness_mm;
-    if (!(std::abs(travel_mm) <= recontact_mm + thickness_mm) || deepest_mm_ > thickness_mm) {
+    if (!(std::abs(travel_mm) <= recontact_mm + thickness_mm) || end_.deepest_mm > thickness_mm) {
       record.status = StepStatus::unbounded;
       record.balance = {};
       record.theta_determined = false;
@@ -703,9 +709,8 @@ class CompliantSolver::Run {
   NonContactForces forces_;
   double push_n_;
   Configuration at_;
-  Vector5d size_;  // of the coordinates in mm; 0 where held
-  Potential u_;    // at the end
-  double deepest_mm_ = 0.0;
+  Vector5d size_;   // of the coordinates in mm; 0 where held
+  Foundation end_;  // with fibres and loads, at at_
   double step_mm_ = nan;
   std::array<bool, 3> bears_load_{};  // by Compartment
   int iteration_ = 0;
