@@ -11,6 +11,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/case_picture.hpp"
+#include "job/case_warnings.hpp"
 #include "job/job.hpp"
 #include "model/frames.hpp"
 #include "run/run_command.hpp"
@@ -420,7 +421,9 @@ nlohmann::ordered_json check_json(const CheckOptions& options)
 {
   const job::Job job = job::read_job(options.job_file, options.overrides);
   const run::CheckedCase checked = run::load_checked_case(job, options.data_directory);
-  const job::Case job_case = job::scaled_to_subject(checked.job_case);
+  job::Case job_case = job::scaled_to_subject(checked.job_case);
+  for (const std::string& warning : job::bone_crossing_warnings(job_case))
+    job_case.warnings.push_back(warning);
   const Json result = job_json(job_case, checked.initial, job.push);
   if (!options.picture.empty()) write_picture(options.picture, job_case, job, job_case.warnings.size());
   return result;

@@ -20,6 +20,7 @@
 #include "job/job.hpp"
 #include "job/thesis_files.hpp"
 #include "model/frames.hpp"
+#include "prepare/bone_wraps.hpp"
 #include "prepare/job_files.hpp"
 #include "prepare/knee_landmarks.hpp"
 #include "prepare/template_joint.hpp"
@@ -151,6 +152,32 @@ Json fibres_json(const prepare::TransferredLigaments& transferred, const prepare
                     {"moved_tibia_mm", json_value(transferred.moves[i].moving_mm)},
                     {"largest_strain", slack.loads.largest_strain[i]},
                     {"template_strain", slack.template_strain[i]}});
+  }
+  return rows;
+}
+
+// Rounded to 0.01 mm, as printed.
+Json crossings_json(const std::vector<prepare::BundleCrossing>& crossings, std::vector<std::string>& warnings)
+{
+  constexpr double allowed_mm = 1.0;
+  const auto hundredths = [](double mm) { return std::round(100.0 * mm) / 100.0; };
+  Json rows = Json::array();
+  for (const prepare::BundleCrossing& bundle : crossings) {
+    const double straight_mm = hundredths(bundle.straight_mm), left_mm = hundredths(bundle.left_mm);
+    rows.push_back({{"bundle", bundle.bundle},
+                    {"bone", bundle.bone},
+                    {"fibres", bundle.n_fibres},
+                    {"wrapped", bundle.n_wrapped},
+                    {"straight_mm", straight_mm},
+                    {"flexion_deg", deg_from_rad(bundle.flexion_rad)},
+                    {"left_mm", left_mm}});
+    if (bundle.n_wrapped > 0)
+      core::log_info("ligament " + bundle.bundle + ": " + std::to_string(bundle.n_wrapped) + " of " +
+                     std::to_string(bundle.n_fibres) + " fibres go over the " + bundle.bone + "; straight " +
+                     shortest_decimal(straight_mm) + " mm inside bone, now " + shortest_decimal(left_mm));
+    if (bundle.left_mm > allowed_mm)
+      warnings.push_back("ligament " + bundle.bundle + ": " + shortest_decimal(left_mm) +
+                         " mm inside bone at the deepest, wanted at most 1");
   }
   return rows;
 }
@@ -404,7 +431,7 @@ class Preparation {
     for (const SubjectPart& part : subject_.moving) job.moving.push_back(part.component);
     job.has_ligaments = has_ligaments;
     job.has_prior = options_.has_prior;
-    job.has_wraps = has_ligaments && !reference_.joint.ligaments.wraps.empty();
+    job.has_wraps = has_ligaments && has_wraps_;
     return job;
   }
 
@@ -431,13 +458,14 @@ class Preparation {
     write_atomically(file(name), {job::case_picture(drawn, notes)});
   }
 
-  void write_ligaments(const model::Ligaments& ligaments) const
+  void write_ligaments(const model::Ligaments& ligaments)
   {
+    has_wraps_ = !ligaments.wraps.empty();
     write_atomically(
         file("ligaments.csv"),
         {prepare::ligament_table(ligaments, "Fibres of \"" + reference_.joint.title +
                                                 "\" transferred by vrda prepare; mm, anatomical frames")});
-    if (!ligaments.wraps.empty()) write_atomically(file("wraps.json"), {prepare::wraps_text(ligaments)});
+    if (has_wraps_) write_atomically(file("wraps.json"), {prepare::wraps_text(ligaments)});
   }
 
   job::Case case_with_ligaments()
@@ -452,16 +480,23 @@ class Preparation {
     job::Case prepared = written_case(true);
     core::log_info("slack lengths of " + std::to_string(transferred.ligaments.fibres.size()) +
                    " fibres: the knee is solved at 10 flexions, at most 5 times");
-    const prepare::SlackResult slack = prepare::set_slack_lengths(
-        prepared, reference_.joint, run::thread_count_or_all(options_.n_threads), core::is_interrupted);
+    const int n_threads = run::thread_count_or_all(options_.n_threads);
+    prepare::SlackResult slack =
+        prepare::set_slack_lengths(prepared, reference_.joint, n_threads, core::is_interrupted);
+    const std::vector<prepare::BundleCrossing> crossings =
+        core::is_interrupted()
+            ? std::vector<prepare::BundleCrossing>{}
+            : prepare::wrap_over_bones(prepared, slack, reference_.joint, n_threads, core::is_interrupted);
     if (core::is_interrupted()) return prepared;
     write_ligaments(prepared.ligaments);
+    if (has_wraps_) prepared = written_case(true);  // its job names the wraps
     report_["fibres"] = fibres_json(transferred, slack);
     report_["bundles"] = bundles_json(prepared.ligaments, slack, warnings_);
     report_["settled"] = {{"varus_deg", deg_from_rad(slack.settled.attitude.varus_rad)},
                           {"travel_mm", slack.settled.pose.translation_mm.y()},
                           {"has_contact", slack.settled.has_contact}};
     report_["fibres_lengthened"] = slack.lengthenings;
+    if (!crossings.empty()) report_["bone_crossings"] = crossings_json(crossings, warnings_);
     report_["solved_flexions"] = {slack.loads.n_solved, slack.loads.n_flexions};
     if (slack.loads.n_solved < slack.loads.n_flexions)
       warnings_.push_back("solved " + std::to_string(slack.loads.n_solved) + " of " +
@@ -492,6 +527,7 @@ class Preparation {
   prepare::KneeLandmarks landmarks_;
   Subject subject_;  // in the axes of the files, until the fit
   KneeFit fit_;
+  bool has_wraps_ = false;
   Json report_;
   std::vector<std::string> warnings_;
 };

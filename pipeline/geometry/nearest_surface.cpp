@@ -299,6 +299,7 @@ Mesh without_noise(Mesh mesh)
 NearestSurface::NearestSurface(Mesh mesh)
     : mesh_(std::move(mesh)),
       normals_(smoothed_normals(mesh_)),
+      is_rim_(rim_vertices(mesh_)),
       tree_(mesh_),
       normal_bounds_(tree_.nodes().size())
 {
@@ -315,6 +316,13 @@ NearestSurface::NearestSurface(Mesh mesh)
       bounds.add({normal, normal});
     }
   }
+}
+
+bool NearestSurface::is_at_rim(Eigen::Index triangle) const
+{
+  const Eigen::RowVector3i rows = mesh_.triangles.row(triangle);
+  return std::any_of(rows.begin(), rows.end(),
+                     [&](std::int32_t row) { return is_rim_[static_cast<std::size_t>(row)]; });
 }
 
 SurfacePoint NearestSurface::nearest(const Eigen::Vector3d& p_mm, const NearestLimits& limits) const

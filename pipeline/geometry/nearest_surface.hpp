@@ -102,6 +102,8 @@ class NearestSurface {
   const Mesh& mesh() const { return mesh_; }
   Eigen::Vector3d normal(Eigen::Index triangle) const { return normals_.row(triangle); }
   bool is_empty() const { return tree_.is_empty(); }
+  /// Whether the triangle has a vertex at a border of the surface.
+  bool is_at_rim(Eigen::Index triangle) const;
 
   /// Exact for the triangles that count.
   SurfacePoint nearest(const Eigen::Vector3d& p_mm, const NearestLimits& limits = {}) const;
@@ -109,6 +111,7 @@ class NearestSurface {
  private:
   Mesh mesh_;
   Points normals_;
+  std::vector<bool> is_rim_;  // of the vertices
   geometry::BoxTree tree_;
   std::vector<NormalBounds> normal_bounds_;  // of the tree's nodes
 };

@@ -1,6 +1,7 @@
 #include "job/case_warnings.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -9,6 +10,7 @@
 
 #include "core/text.hpp"
 #include "geometry/nearest_surface.hpp"
+#include "geometry/wrap_over.hpp"
 #include "job/auto_frame.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
@@ -862,6 +864,34 @@ std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Cas
   }
   warn_of_bundle_stiffness(loaded, warn_of_uneven_bundles(loaded, warnings), warnings);
   return warnings;
+}
+
+std::vector<std::string> bone_crossing_warnings(const Case& job_case)
+{
+  constexpr double allowed_mm = 2.0;
+  const model::Ligaments& ligaments = job_case.ligaments;
+  if (ligaments.fibres.empty()) return {};
+  const geometry::BonesOfJoint bones{geometry::bone_of(job_case.reference),
+                                     geometry::bone_of(job_case.moving)};
+  const std::array at_meshes{Pose(Pose::Identity())};
+  int n_inside = 0;
+  std::string deepest_name;
+  geometry::FibreCrossing deepest;
+  for (const model::Fibre& fibre : ligaments.fibres) {
+    const geometry::FibreCrossing crossing =
+        geometry::deepest_crossing(bones, fibre, ligaments.wraps, at_meshes);
+    if (crossing.depth_mm > allowed_mm) ++n_inside;
+    if (crossing.depth_mm <= deepest.depth_mm) continue;
+    deepest = crossing;
+    deepest_name = fibre.name;
+  }
+  if (n_inside == 0) return {};
+  const std::string& bone =
+      deepest.body == BodyIndex::moving ? job_case.moving.name : job_case.reference.name;
+  return {"ligaments: fibre \"" + deepest_name + "\" is " + rounded_text(deepest.depth_mm, 10.0) +
+          " mm inside the bone of \"" + bone + "\" at the pose of the meshes, wanted at most " +
+          shortest_decimal(allowed_mm) + "; fibres as deep: " + std::to_string(n_inside) +
+          "; wrap = \"...\" of a surface in ligaments.wraps leads a fibre over bone"};
 }
 
 namespace {

@@ -209,8 +209,9 @@ FibreLoads solved_loads(const job::Case& joint, int n_threads, const std::functi
     ++loads.n_solved;
     const double flexion_rad =
         rad_from_deg(coarse.grid.flexion_deg[static_cast<std::size_t>(cell.key.flexion)]);
-    const std::vector<model::FibreState> states =
-        model::fibre_states(ligaments, {flexion_rad, cell.varus_rad}, cell.pose);
+    const Attitude attitude{flexion_rad, cell.varus_rad};
+    loads.positions.push_back({attitude, cell.pose});
+    const std::vector<model::FibreState> states = model::fibre_states(ligaments, attitude, cell.pose);
     for (std::size_t i = 0; i < states.size(); ++i) {
       loads.largest_strain[i] = std::max(loads.largest_strain[i], states[i].strain);
       loads.largest_tension_n[i] = std::max(loads.largest_tension_n[i], states[i].force_n);

@@ -53,6 +53,7 @@ std::vector<double> fibre_lengths_mm(const job::Case& joint, const SettledPose& 
 struct FibreLoads {
   std::vector<double> largest_strain;     ///< [fibres]
   std::vector<double> largest_tension_n;  ///< [fibres]
+  std::vector<SolverPosition> positions;  ///< of the solved flexions
   int n_solved = 0;
   int n_flexions = 0;
 };
