@@ -168,6 +168,15 @@ double clean_limit_mm(double edge_mm)
   return share * edge_mm + edge_mm * edge_mm / radius_mm;
 }
 
+// The rims of thin bodies look like noise: menisci have 2 to 4 mm, a fibula 7 mm, bones more than 12 mm.
+bool is_thin(Mesh mesh)
+{
+  constexpr double thinnest_mm = 10.0;
+  const Eigen::RowVector3d middle = mesh.vertices_mm.colwise().mean();
+  mesh.vertices_mm.rowwise() -= middle;
+  return 2.0 * std::abs(signed_volume_mm3(mesh)) < thinnest_mm * area_mm2(mesh);
+}
+
 // Of edges and corners that are kept: at least that of cut shafts, and beyond what noise makes of flat parts,
 // where the angle between neighbouring triangles has a standard deviation of some 2.3 noise / edge. Beyond
 // 100 degrees noise looks the same: no edges.
@@ -253,7 +262,10 @@ SurfaceNoise surface_noise(const Mesh& mesh)
   noise.edge_mm = mean_edge_length_mm(smoothed);
   noise.limit_mm = clean_limit_mm(noise.edge_mm);
   const std::vector<std::size_t> inner = inner_vertices(edges, neighbours);
-  if (inner.size() < fewest_vertices) return noise;
+  constexpr double longest_of_thin_mm = 1.5, thin_factor = 2.0;
+  const bool has_rims = is_thin(smoothed);
+  if (has_rims) noise.limit_mm *= thin_factor;
+  if (inner.size() < fewest_vertices || (has_rims && noise.edge_mm > longest_of_thin_mm)) return noise;
   const Points normals = vertex_normals(smoothed);
   TwiceLaplacian twice(neighbours);
   std::vector<double> across_mm;

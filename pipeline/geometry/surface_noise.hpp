@@ -8,7 +8,8 @@
 namespace vrda::geometry {
 
 struct SurfaceNoise {
-  /// Standard deviation of the vertices across the surface; NaN: too few vertices away from borders to judge.
+  /// Standard deviation of the vertices across the surface; NaN: not judged, with too few
+  /// vertices away from borders, or a thin body with edges above 1.5 mm.
   double noise_mm = 0.0;
   double edge_mm = 0.0;  ///< mean length of an edge, without the noise
   double limit_mm =

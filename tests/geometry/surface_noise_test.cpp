@@ -180,7 +180,7 @@ TEST(SmoothedSurface, edges_of_a_box)
 // The border of a sheet keeps its shape from above and its corners.
 TEST(SmoothedSurface, border_of_a_sheet)
 {
-  constexpr double half_mm = 20.0, noise_mm = 0.1;
+  constexpr double half_mm = 20.0, noise_mm = 0.15;
   const Mesh flat = test::sheet(2.0 * half_mm, 40), noisy = with_noise(flat, noise_mm);
   const SurfaceNoise noise = geometry::surface_noise(noisy);
   ASSERT_TRUE(noise.is_noisy());
