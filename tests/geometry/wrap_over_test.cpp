@@ -118,7 +118,8 @@ TEST(InnerPoints, beyond_the_rim_of_a_sheet)
     const std::array line{Vector3d(x_mm, y_mm, -30), Vector3d(x_mm, y_mm, 30)};
     return geometry::inner_points(bone, line).size();
   };
-  EXPECT_GT(n_inner(0.0, -2.0), 15U);
+  // 20 mm less a triangle of 2.5 mm at each rim; one point per mm.
+  EXPECT_NEAR(static_cast<double>(n_inner(0.0, -2.0)), 15.0, 1.0);
   EXPECT_EQ(n_inner(0.0, 2.0), 0U);
   EXPECT_EQ(n_inner(14.0, -2.0), 0U);
 }
@@ -183,7 +184,7 @@ TEST(WrapOver, over_both_bones)
     const std::optional<model::Wrap> wrap = span.fitted(bones, body);
     ASSERT_TRUE(wrap);
     EXPECT_EQ(wrap->body, body);
-    EXPECT_LT(span.left_mm(bones, {*wrap}), 0.5);
+    EXPECT_LT(span.left_mm(bones, {*wrap}), 1.0);  // what prepare allows: no circle fits two balls exactly
   }
 }
 
