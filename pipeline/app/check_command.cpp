@@ -344,6 +344,8 @@ void print_ligaments(const Json& l)
   for (const Json& bundle : l["bundles"]) print_filled("  {name%-18s} {fibres} fibres\n", bundle);
   for (const Json& wrap : l["wraps"])
     print_filled("  {name%-18s} {shape} on the {body} object, for {fibres} fibres\n", wrap);
+  if (!l.contains("in_bone")) return;
+  for (const Json& line : l["in_bone"]) std::printf("  %s\n", line.get<std::string>().c_str());
 }
 
 void print_method(const Json& u)
@@ -421,10 +423,10 @@ nlohmann::ordered_json check_json(const CheckOptions& options)
 {
   const job::Job job = job::read_job(options.job_file, options.overrides);
   const run::CheckedCase checked = run::load_checked_case(job, options.data_directory);
-  job::Case job_case = job::scaled_to_subject(checked.job_case);
-  for (const std::string& warning : job::bone_crossing_warnings(job_case))
-    job_case.warnings.push_back(warning);
-  const Json result = job_json(job_case, checked.initial, job.push);
+  const job::Case job_case = job::scaled_to_subject(checked.job_case);
+  Json result = job_json(job_case, checked.initial, job.push);
+  const std::vector<std::string> in_bone = job::bone_crossing_warnings(job_case);
+  if (!in_bone.empty()) result["ligaments"]["in_bone"] = in_bone;
   if (!options.picture.empty()) write_picture(options.picture, job_case, job, job_case.warnings.size());
   return result;
 }

@@ -156,11 +156,11 @@ Json fibres_json(const prepare::TransferredLigaments& transferred, const prepare
   return rows;
 }
 
-// Rounded to 0.01 mm, as printed.
+// Rounded to 0.01, as printed.
 Json crossings_json(const std::vector<prepare::BundleCrossing>& crossings, std::vector<std::string>& warnings)
 {
   constexpr double allowed_mm = 1.0;
-  const auto hundredths = [](double mm) { return std::round(100.0 * mm) / 100.0; };
+  const auto hundredths = [](double value) { return std::round(100.0 * value) / 100.0; };
   Json rows = Json::array();
   for (const prepare::BundleCrossing& bundle : crossings) {
     const double straight_mm = hundredths(bundle.straight_mm), left_mm = hundredths(bundle.left_mm);
@@ -169,7 +169,7 @@ Json crossings_json(const std::vector<prepare::BundleCrossing>& crossings, std::
                     {"fibres", bundle.n_fibres},
                     {"wrapped", bundle.n_wrapped},
                     {"straight_mm", straight_mm},
-                    {"flexion_deg", deg_from_rad(bundle.flexion_rad)},
+                    {"flexion_deg", hundredths(deg_from_rad(bundle.flexion_rad))},
                     {"left_mm", left_mm}});
     if (bundle.n_wrapped > 0)
       core::log_info("ligament " + bundle.bundle + ": " + std::to_string(bundle.n_wrapped) + " of " +

@@ -888,7 +888,7 @@ std::vector<std::string> bone_crossing_warnings(const Case& job_case)
   if (n_inside == 0) return {};
   const std::string& bone =
       deepest.body == BodyIndex::moving ? job_case.moving.name : job_case.reference.name;
-  return {"ligaments: fibre \"" + deepest_name + "\" is " + rounded_text(deepest.depth_mm, 10.0) +
+  return {"fibre \"" + deepest_name + "\" is " + rounded_text(deepest.depth_mm, 10.0) +
           " mm inside the bone of \"" + bone + "\" at the pose of the meshes, wanted at most " +
           shortest_decimal(allowed_mm) + "; fibres as deep: " + std::to_string(n_inside) +
           "; wrap = \"...\" of a surface in ligaments.wraps leads a fibre over bone"};

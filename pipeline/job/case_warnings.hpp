@@ -25,7 +25,7 @@ std::vector<std::string> case_warnings(const Job& job, const Case& loaded);
 std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Case& job_case);
 
 /// Fibres that are more than 2 mm inside bone at the pose of the meshes: one sentence, naming the deepest.
-/// Not a part of a case's warnings, which are kept in motion models: only `vrda check` says it.
+/// Not a part of a case's warnings, which are kept in motion models: `vrda check` says it with the ligaments.
 std::vector<std::string> bone_crossing_warnings(const Case& job_case);
 
 /// The side of the knee whose collateral ligaments are where those of the case are, by the names of bundles

@@ -1,9 +1,13 @@
 // The template's ligaments on a subject, frames, and the files of a prepared job.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "core/units.hpp"
+#include "job/case_warnings.hpp"
 #include "job/job.hpp"
 #include "job/ligament_files.hpp"
+#include "prepare/bone_wraps.hpp"
 #include "prepare/job_files.hpp"
 #include "prepare/knee_landmarks.hpp"
 #include "prepare/template_joint.hpp"
@@ -65,6 +69,45 @@ TEST(SlackLengths, strained_fibre)
   ASSERT_GT(result.lengthenings.front(), 0);
   for (std::size_t i = 0; i < result.template_strain.size(); ++i)
     EXPECT_LT(result.loads.largest_strain[i], std::max(result.template_strain[i], 0.0) + 0.06);
+}
+
+// The superficial MCL of the template runs through its tibia.
+TEST(BoneWraps, onto_itself)
+{
+  const job::Case knee = prepare::generic_template().joint;
+  job::Case subject = knee;
+  prepare::SlackResult slack = set_slack_lengths(subject, knee, 2);
+  const std::vector<prepare::BundleCrossing> bundles = wrap_over_bones(subject, slack, knee, 2);
+  const auto mcl = std::ranges::find(bundles, "MCLs", &prepare::BundleCrossing::bundle);
+  ASSERT_NE(mcl, bundles.end());
+  EXPECT_GT(mcl->straight_mm, 3.0);
+  EXPECT_GT(mcl->n_wrapped, 0);
+  for (const prepare::BundleCrossing& bundle : bundles) EXPECT_LT(bundle.left_mm, 1.0) << bundle.bundle;
+  // The template's strains, from the wrapped lengths.
+  const std::vector<double> own_mm = fibre_lengths_mm(subject, slack.settled);
+  const std::vector<double> template_mm = fibre_lengths_mm(knee, settled_pose(knee));
+  for (std::size_t i = 0; i < own_mm.size() && slack.lengthenings.front() == 0; ++i)
+    EXPECT_NEAR(own_mm[i] / subject.ligaments.fibres[i].slack_length_mm,
+                template_mm[i] / knee.ligaments.fibres[i].slack_length_mm, 1e-9);
+  // Through the file.
+  model::Ligaments read = subject.ligaments;
+  read.wraps = job::read_wraps("wraps.json", prepare::wraps_text(read), {"femur", "tibia"});
+  subject.ligaments = read;
+  const std::vector<double> read_mm = fibre_lengths_mm(subject, slack.settled);
+  for (std::size_t i = 0; i < own_mm.size(); ++i) EXPECT_NEAR(read_mm[i], own_mm[i], 1e-9);
+}
+
+TEST(BoneWraps, warning_of_a_fibre_in_bone)
+{
+  job::Case knee = prepare::generic_template().joint;
+  knee.ligaments.fibres.erase(knee.ligaments.fibres.begin(), knee.ligaments.fibres.end() - 1);
+  model::Fibre& fibre = knee.ligaments.fibres.front();
+  ASSERT_EQ(fibre.bundle, "LCL");
+  EXPECT_THAT(job::bone_crossing_warnings(knee), testing::IsEmpty());
+  fibre.moving_mm.z() -= 25.0;
+  EXPECT_THAT(job::bone_crossing_warnings(knee),
+              testing::ElementsAre(testing::AllOf(testing::HasSubstr("\"" + fibre.name + "\""),
+                                                  testing::HasSubstr("inside the bone of \"tibia\""))));
 }
 
 TEST(ScannedGap, two_compartments)
