@@ -70,8 +70,8 @@ TEST_F(Prior, ALeftKneeHasTheNumbersOfItsMirrorImage)
   const store::MotionModel right = model_of(test::prior_and_its_spread),
                            left = model_of(test::prior_and_its_spread, {"side=\"left\""});
   EXPECT_EQ(left.side, "left");
-  EXPECT_EQ(left.clinical.internal_rotation_deg, right.clinical.internal_rotation_deg);
-  EXPECT_EQ(left.clinical.anterior_mm, right.clinical.anterior_mm);
+  EXPECT_TRUE((left.clinical.internal_rotation_deg == right.clinical.internal_rotation_deg).all());
+  EXPECT_TRUE((left.clinical.anterior_mm == right.clinical.anterior_mm).all());
   EXPECT_EQ(left.prior->terms.front().level, right.prior->terms.front().level);
 }
 
