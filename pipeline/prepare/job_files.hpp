@@ -25,7 +25,7 @@ struct JobDescription {
   std::vector<JobComponent> reference, moving;
   bool has_ligaments = true;
   bool has_wraps = false;
-  bool has_prior = true;  ///< a prior of the motion, and the band
+  bool has_prior = true;                       ///< a prior of the motion, and the band
   std::optional<ClinicalCoordinates> scanned;  ///< pose in the scan, for a comment
 };
 

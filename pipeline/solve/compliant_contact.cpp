@@ -628,7 +628,7 @@ class CompliantSolver::Run {
     return state_.medial.travel_mm(pose) - state_.lateral.travel_mm(pose);
   }
 
-  // The varus at which both compartments touch together; the given one if there is none near it.
+  // The varus at which both compartments touch together; else the given one.
   double balanced_varus_rad(const MovingPose& pose, double start_rad)
   {
     for (double reach_rad = first_bracket_rad; reach_rad <= largest_bracket_rad; reach_rad *= 2.0) {

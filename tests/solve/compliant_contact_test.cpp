@@ -90,8 +90,8 @@ TEST(CompliantContact, APlanePressedIntoASphere)
   }
 }
 
-// Known to fail: energy and force are 13 % too large at every depth, overlaps so 6 %. A sphere in a sphere and a
-// plane in a sphere agree with their closed forms.
+// Known to fail: energy and force are 13 % too large at every depth, overlaps so 6 %. A sphere in a sphere
+// and a plane in a sphere agree with their closed forms.
 TEST(CompliantContact, DISABLED_ASpherePressedIntoAPlane)
 {
   // A cap of height d: the area is 2 pi R per height.
