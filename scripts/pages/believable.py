@@ -34,8 +34,8 @@ def page(n, stamp):
             table(["with the prior", "limit", *knees], rows, len(knees)), "\nThe bones and fibres alone, from the same jobs:\n", table(["without the prior", *knees], alone, len(knees))]
     if "living" in n:
         trials = n["living"]["trials"]
-        text += ["\n## The knee measured in vivo\n\nThe jam-smith2019 knee with its own 55 fibres, the prior and its band, against dynamic MRI of the same person (Lenhart 2015). Nothing is fitted to it. A motion\n"
-                 "without any rotation is nearer to these measurements than either model.\n",
+        text += ["\n## The knee measured in vivo\n\nThe jam-smith2019 knee with its own 55 fibres, the prior and its band, against dynamic MRI of the same person (Lenhart 2015). Nothing is fitted to it;\n"
+                 "no rotation: the difference from a motion without any.\n",
                  table(["trial", "limit, degrees", "RMS of rotation with the prior", "bones alone", "no rotation", "measured frames in the 90 % band, %"],
                        [[name, LIVING_LIMITS[name], *(f"{t[key]:.1f}" for key in ("prior", "alone", "null")), f"{100 * t['inside']:.0f}"] for name, t in trials.items()], 4)]
     return "\n".join(text)
