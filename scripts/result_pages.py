@@ -83,7 +83,7 @@ PAGES = {
     "prepare": Page("results/prepare.md", ("scripts/prepare_trials",), "prepare", (Run(LIVING),),
                     ("data:knees", PREPARED), is_long=True),
     "believable": Page("results/believable.md", ("scripts/believable",), "believable", (Run(LIVING),),
-                       ("data:knees", "data:kinematics", "scripts/believable", PREPARED), is_long=True),
+                       ("data:knees", "data:kinematics", PREPARED), is_long=True),
     "player": Page("results/player.md", ("scripts/pictures",), "player", (Run(LIGAMENTS), Run(LIVING)), ("jobs/bench-desk.toml",), is_long=True),
     "fuzz": Page("results/fuzz.md", ("scripts/fuzz", "--record"), "fuzz", (), ("tests/fuzz/corpus",)),
     "benchmarks": Page("results/benchmarks.md", ("scripts/bench",), "benchmarks", (Run(CONTACT), Run(LIGAMENTS),

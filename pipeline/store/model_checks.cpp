@@ -106,13 +106,14 @@ class StructureCheck : public RegistryVisitor {
       if (path.rfind(group + "/", 0) != 0 || path.find('/', group.size() + 1) != std::string::npos) continue;
       Element element;
       if (set_group_name(element, path.substr(group.size() + 1))) {
-        list.push_back(std::move(element));
+        // In the order of the writer: degree_2 before degree_10.
+        list.insert(std::upper_bound(list.begin(), list.end(), element,
+                                     [](const Element& a, const Element& b) { return is_before(a, b); }),
+                    std::move(element));
       } else if (!is_later_) {
         report(path, "another name", allowed_group_names(element));
       }
     }
-    // In the order of the writer: degree_2 before degree_10.
-    std::ranges::stable_sort(list, [](const Element& a, const Element& b) { return is_before(a, b); });
   }
 
   void visit_dataset(const Dataset& dataset, Member member) override

@@ -39,6 +39,7 @@ ELSEWHERE = {
     "scripts/uncertainty": "results/uncertainty.md",
     "scripts/truth": "results/truth.md",
     "scripts/prepare_trials": "results/prepare.md",
+    "scripts/believable": "results/believable.md",
     "scripts/firmware": "tests/player/bench/board_test.cpp",
     "scripts/package": "tests/package/packages_test.py",
     "scripts/trial-packages": "tests/package/bare_root_test.py",
