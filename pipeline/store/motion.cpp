@@ -64,6 +64,13 @@ std::vector<Number> quantile_row(const std::vector<Number>& table, std::size_t r
   return {first, first + n};
 }
 
+// 0 where there is a pose, else -1, as use_flexion_table() reads it.
+std::vector<std::int8_t> posed_rows(std::vector<std::int8_t> status)
+{
+  for (std::int8_t& row : status) row = row == status_stable ? std::int8_t{0} : std::int8_t{-1};
+  return status;
+}
+
 bool has_quantile(const store::UncertainMotion& motion, std::size_t row)
 {
   const std::vector<std::int8_t> status = quantile_row(motion.quantile_status, row);
@@ -97,8 +104,7 @@ std::optional<store::TwoSided> quantile_motion(const store::MotionModel& model, 
   const store::UncertainMotion& table = *model.uncertainty;
   const auto row = static_cast<std::size_t>(name - quantile_names.begin());
   store::TwoSided motion;
-  for (const std::int8_t status : quantile_row(table.quantile_status, row))
-    motion.contact.push_back(status == status_stable ? std::int8_t{0} : std::int8_t{-1});
+  motion.contact = posed_rows(quantile_row(table.quantile_status, row));
   motion.tx_mm = quantile_row(table.tx_mm, row);
   motion.ty_mm = quantile_row(table.ty_mm, row);
   motion.tz_mm = quantile_row(table.tz_mm, row);
@@ -558,10 +564,8 @@ Motion::Motion(const store::MotionModel& model, const std::string& set) : Motion
     use_flexion_table(raw_.flexion_rad, model.zero_varus->source, *model.zero_varus);
   } else if (set == store::bones_alone_name) {
     check(model.prior.has_value(), "the set is one of all_set_names");
-    std::vector<std::int8_t> posed;
-    for (const std::int8_t status : model.prior->bones_alone.status)
-      posed.push_back(status == status_stable ? std::int8_t{0} : std::int8_t{-1});
-    use_flexion_table(raw_.flexion_rad, posed, model.prior->bones_alone);
+    use_flexion_table(raw_.flexion_rad, posed_rows(model.prior->bones_alone.status),
+                      model.prior->bones_alone);
   } else if (const auto sample = quantile_motion(model, set)) {
     use_flexion_table(raw_.flexion_rad, sample->contact, *sample);
   } else if (set != "raw") {
