@@ -159,8 +159,11 @@ class LaxityRun {
         tests_(tests_of(plan.loads)),
         joint_(solve::joint_of(job_case, job_case.frame)),
         map_(job_case.frame),
-        bundles_(bundles_of(job_case.ligaments))
+        bundles_(bundles_of(job_case.ligaments)),
+        equilibrium_(job_case.equilibrium)
   {
+    // Of exact contact: poses moved out of an overlap are not those that the loads balance.
+    equilibrium_.contact_stiffness_n_per_mm3 = 0.0;
     result_.loads = plan.loads;
     result_.states.emplace_back(whole_state);
     for (const job::LaxityJob::Cut& cut : plan.loads.cuts) result_.states.push_back(cut.name);
@@ -203,6 +206,7 @@ class LaxityRun {
     solve::SweepPlan plan = solve::plan_of(of_state);
     plan.has_band = false;
     plan.prior.clear();  // the laxity of the bones and fibres alone
+    of_state.equilibrium = equilibrium_;
     solve::CaseSolver solver(of_state, plan_.n_threads);
     solve::SweepHooks hooks;
     hooks.is_stopped = plan_.is_stopped;
@@ -215,7 +219,7 @@ class LaxityRun {
   // From the equilibria of the plan.
   std::vector<StepRecord> near_unloaded(const State& state) const
   {
-    solve::EquilibriumSolver solver(joint_, state.ligaments, case_.equilibrium);
+    solve::EquilibriumSolver solver(joint_, state.ligaments, equilibrium_);
     std::vector<StepRecord> records;
     for (std::size_t k = 0; k < plan_.unloaded.size(); ++k) {
       LaxityCurve curve;
@@ -247,7 +251,7 @@ class LaxityRun {
     curve.flexion = row % plan_.loads.flexion_deg.size();
     curve.state = row / plan_.loads.flexion_deg.size();
     const State& state = states_[curve.state];
-    solve::EquilibriumSolver solver(joint_, state.ligaments, case_.equilibrium);
+    solve::EquilibriumSolver solver(joint_, state.ligaments, equilibrium_);
     StepRecord unloaded = state.unloaded[curve.flexion];
     StepRecord last = unloaded;
     curve.poses.push_back(loaded_pose(curve, 0.0, unloaded));
@@ -345,6 +349,7 @@ class LaxityRun {
   solve::Joint joint_;
   solve::JointMap map_;
   std::vector<std::string> bundles_;
+  EquilibriumOptions equilibrium_;
   std::vector<State> states_;
   LaxityResult result_;
 };

@@ -116,12 +116,6 @@ Json default_motion_json(const store::MotionModel& model)
           {"statement", shown.statement}};
 }
 
-// On the default motion; null unless the joint is a knee.
-Json verdict_json(const store::MotionModel& model)
-{
-  return json_value(store::verdict_of(model, store::default_motion(model).set));
-}
-
 // Attitudes that are not stable, in attitude order.
 Json unsolved_json(const store::MotionModel& model)
 {
@@ -295,8 +289,9 @@ Json curves_json(const store::MotionModel& model)
   return list;
 }
 
+// `verdict`: on the default motion.
 Json summary_of(const store::MotionModel& model, const analysis::AuditFigures& measured,
-                const TwoSidedByMotion& motions)
+                const TwoSidedByMotion& motions, const std::optional<store::Verdict>& verdict)
 {
   const auto n_stable = (model.status == status_stable).count();
   const bool has_gap = n_stable > 0 && measured.n_nothing_ahead == 0;
@@ -331,7 +326,7 @@ Json summary_of(const store::MotionModel& model, const analysis::AuditFigures& m
             {"internal_rotation_deg", range_json(clinical.surfaces.internal_rotation_deg)}}},
           {"gimbal_lock_poses", clinical.n_locked},
           {"default_motion", default_motion_json(model)},
-          {"verdict", verdict_json(model)},
+          {"verdict", json_value(verdict)},
           {"screw_home", screw_home(model)},
           {"curves", curves_json(model)},
           {"spine_jump", spine_jump_json(model)},
@@ -427,14 +422,8 @@ void print_doubtful(const store::MotionModel& model)
   }
 }
 
-void print_verdict(const store::MotionModel& model)
-{
-  const auto verdict = store::verdict_of(model, store::default_motion(model).set);
-  if (!verdict) return;
-  for (const std::string& line : store::lines_of(*verdict)) std::printf("%s\n", line.c_str());
-}
-
-void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotion& motions)
+void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotion& motions,
+           const std::optional<store::Verdict>& verdict)
 {
   print_filled("{title}: {joint}, {side} side, {method}\n", s);
   if (model.prior) print_filled("{default_motion.statement}\n", s);
@@ -473,7 +462,9 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
   std::printf("%s\n", run::default_motion_line(model).c_str());
   const std::string rotation = run::screw_home_line(model);
   if (!rotation.empty()) std::printf("%s\n", rotation.c_str());
-  print_verdict(model);
+  if (verdict) {
+    for (const std::string& line : store::lines_of(*verdict)) std::printf("%s\n", line.c_str());
+  }
   for (const auto& [name, curve] : s["curves"].items())
     print_filled("{title}, {label}: {min%.4g} to {max%.4g} {unit} along the spine\n", curve);
   for (const std::string& jump : run::jump_lines(model)) std::printf("%s\n", jump.c_str());
@@ -501,9 +492,10 @@ core::ExitCode info_command(const InfoOptions& options)
   const analysis::AuditFigures measured =
       analysis::figures_of(analysis::audit(model, "raw", 1, run::thread_count_or_all(0)));
   const TwoSidedByMotion motions = two_sided_by_motion(model, measured);
-  const Json summary = summary_of(model, measured, motions);
+  const auto verdict = store::verdict_of(model, store::default_motion(model).set);
+  const Json summary = summary_of(model, measured, motions, verdict);
   if (options.as_json) return print_json(summary);
-  print(model, summary, motions);
+  print(model, summary, motions, verdict);
   return core::ExitCode::done;
 }
 

@@ -481,12 +481,11 @@ class Preparation {
     core::log_info("slack lengths of " + std::to_string(transferred.ligaments.fibres.size()) +
                    " fibres: the knee is solved at 10 flexions, at most 5 times");
     const int n_threads = run::thread_count_or_all(options_.n_threads);
-    prepare::SlackResult slack =
-        prepare::set_slack_lengths(prepared, reference_.joint, n_threads, core::is_interrupted);
+    prepare::SlackLengths lengths(prepared, reference_.joint, n_threads, core::is_interrupted);
+    prepare::SlackResult slack = lengths.set();
     const std::vector<prepare::BundleCrossing> crossings =
-        core::is_interrupted()
-            ? std::vector<prepare::BundleCrossing>{}
-            : prepare::wrap_over_bones(prepared, slack, reference_.joint, n_threads, core::is_interrupted);
+        core::is_interrupted() ? std::vector<prepare::BundleCrossing>{}
+                               : prepare::wrap_over_bones(prepared, lengths, slack);
     if (core::is_interrupted()) return prepared;
     write_ligaments(prepared.ligaments);
     if (has_wraps_) prepared = written_case(true);  // its job names the wraps

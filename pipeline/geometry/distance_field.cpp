@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <map>
 #include <optional>
 #include <utility>
@@ -18,7 +19,6 @@ namespace {
 constexpr double cell_mm = 1.0;
 // The spline differs less from its nearest coefficient, at most 0.87 mm away: its slope is about 1.
 constexpr double slope_bound_mm = 1.5;
-constexpr std::int64_t block_nodes = 4;
 
 using Edge = std::pair<std::int32_t, std::int32_t>;
 
@@ -27,28 +27,14 @@ Edge edge_of(const Mesh& mesh, Eigen::Index t, Eigen::Index corner)
   return std::minmax(mesh.triangles(t, corner), mesh.triangles(t, (corner + 1) % 3));
 }
 
-// Vertices where a sheet ends.
-std::vector<bool> rim_vertices(const Mesh& mesh)
-{
-  std::map<Edge, int> n_faces;
-  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    for (Eigen::Index k = 0; k < 3; ++k) ++n_faces[edge_of(mesh, t, k)];
-  }
-  std::vector<bool> is_rim(static_cast<std::size_t>(mesh.vertices_mm.rows()), false);
-  for (const auto& [edge, n] : n_faces) {
-    if (n != 1) continue;
-    is_rim[static_cast<std::size_t>(edge.first)] = is_rim[static_cast<std::size_t>(edge.second)] = true;
-  }
-  return is_rim;
-}
-
-// Sign by pseudonormals. Source: Baerentzen and Aanaes (2005), IEEE Trans Vis Comput Graph 11:243-253.
-class SignedSurface {
+// Sign of a distance by pseudonormals. Source: Baerentzen and Aanaes (2005), IEEE Trans Vis Comput Graph
+// 11:243-253.
+class SurfaceSides {
  public:
   // Beyond an edge of one triangle between two vertices of `rim` the distance is positive. Beyond others,
-  // where hidden triangles are missing, the surface counts as continued.
-  SignedSurface(const Mesh& mesh, const std::vector<bool>& rim)
-      : nearest_(mesh),
+  // where hidden triangles are missing, the surface counts as continued. The mesh must outlive it.
+  SurfaceSides(const Mesh& mesh, const std::vector<bool>& rim)
+      : mesh_(mesh),
         at_vertex_(Points::Zero(mesh.vertices_mm.rows(), 3)),
         is_rim_(static_cast<std::size_t>(mesh.vertices_mm.rows()), false)
   {
@@ -60,16 +46,10 @@ class SignedSurface {
     }
   }
 
-  // Empty beyond `most_mm`.
-  std::optional<double> distance_mm(const Eigen::Vector3d& p_mm, double most_mm) const
+  double signed_mm(const Eigen::Vector3d& p_mm, const SurfacePoint& near) const
   {
-    NearestLimits limits;
-    limits.max_distance_mm = most_mm;
-    const SurfacePoint near = nearest_.nearest(p_mm, limits);
-    if (near.triangle < 0) return std::nullopt;
     const auto [normal, is_rim] = normal_at(near);
-    if (is_rim) return near.distance_mm;
-    return (p_mm - near.p_mm).dot(normal) >= 0.0 ? near.distance_mm : -near.distance_mm;
+    return is_rim || (p_mm - near.p_mm).dot(normal) >= 0.0 ? near.distance_mm : -near.distance_mm;
   }
 
  private:
@@ -96,9 +76,8 @@ class SignedSurface {
   std::pair<Eigen::Vector3d, bool> normal_at(const SurfacePoint& near) const
   {
     constexpr double on_feature = 1e-9;  // barycentric
-    const Mesh& mesh = nearest_.mesh();
-    const auto corner = corners(mesh, near.triangle);
-    const Eigen::Vector3d normal = face_normal(mesh, near.triangle);
+    const auto corner = corners(mesh_, near.triangle);
+    const Eigen::Vector3d normal = face_normal(mesh_, near.triangle);
     const double twice_area = (corner[1] - corner[0]).cross(corner[2] - corner[0]).dot(normal);
     std::array<bool, 3> is_zero{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -108,11 +87,11 @@ class SignedSurface {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t next = (k + 1) % 3, last = (k + 2) % 3;
       if (!is_zero[k]) continue;
-      const std::int32_t a = mesh.triangles(near.triangle, static_cast<Eigen::Index>(next)),
-                         b = mesh.triangles(near.triangle, static_cast<Eigen::Index>(last));
+      const std::int32_t a = mesh_.triangles(near.triangle, static_cast<Eigen::Index>(next)),
+                         b = mesh_.triangles(near.triangle, static_cast<Eigen::Index>(last));
       if (is_zero[next]) return at_vertex(b);
       if (is_zero[last]) return at_vertex(a);
-      const EdgeNormal& edge = edges_.at(edge_of(mesh, near.triangle, static_cast<Eigen::Index>(next)));
+      const EdgeNormal& edge = edges_.at(edge_of(mesh_, near.triangle, static_cast<Eigen::Index>(next)));
       return {edge.sum, edge.is_rim};
     }
     return {normal, false};
@@ -123,10 +102,27 @@ class SignedSurface {
     return {at_vertex_.row(row).transpose(), is_rim_[static_cast<std::size_t>(row)]};
   }
 
-  NearestSurface nearest_;
+  const Mesh& mesh_;
   Points at_vertex_;
   std::map<Edge, EdgeNormal> edges_;
   std::vector<bool> is_rim_;
+};
+
+struct SignedSurface {
+  SignedSurface(const Mesh& mesh, const std::vector<bool>& rim) : nearest(mesh), sides(nearest.mesh(), rim) {}
+
+  // Empty beyond `most_mm`.
+  std::optional<double> distance_mm(const Eigen::Vector3d& p_mm, double most_mm) const
+  {
+    NearestLimits limits;
+    limits.max_distance_mm = most_mm;
+    const SurfacePoint near = nearest.nearest(p_mm, limits);
+    if (near.triangle < 0) return std::nullopt;
+    return sides.signed_mm(p_mm, near);
+  }
+
+  NearestSurface nearest;
+  SurfaceSides sides;
 };
 
 // Triangles by component, or by offset.
@@ -203,7 +199,7 @@ std::vector<Eigen::Index> outer_triangles(const Mesh& mesh, const std::vector<st
   const auto groups = groups_of<std::int32_t>(
       n, [&](Eigen::Index t) { return component.empty() ? 0 : component[static_cast<std::size_t>(t)]; });
   const std::vector<bool> rim = rim_vertices(mesh);
-  std::vector<SignedSurface> surfaces;
+  std::deque<SignedSurface> surfaces;  // which do not move
   for (const auto& [name, rows] : groups) {
     if (groups.size() > 1) surfaces.emplace_back(select_triangles(mesh, rows), rim);
   }
@@ -251,67 +247,126 @@ void DistanceField::set_grid(const Box& surface_mm)
   }
 }
 
-std::vector<std::array<std::int64_t, 3>> DistanceField::blocks_near(const Mesh& surface) const
-{
-  std::array<std::int64_t, 3> n{};
-  for (std::size_t k = 0; k < 3; ++k) n[k] = (n_[k] + block_nodes - 1) / block_nodes;
-  std::vector<bool> is_near(static_cast<std::size_t>(n[0] * n[1] * n[2]), false);
-  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
-    const Corners c = corners(surface, t);
-    std::array<std::int64_t, 3> from{}, to{};
+// The nearest triangle of every node within the band, spread from node to node in the order of the distance:
+// the nearest triangle of a node is that of one of its 26 neighbours, but for a few nodes between two
+// triangles that are about as near.
+class NearestTriangles {
+ public:
+  NearestTriangles(const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& n,
+                   const Mesh& mesh)
+      : first_(first), n_(n), nearest_(static_cast<std::size_t>(n[0] * n[1] * n[2])), queue_(n_buckets)
+  {
+    for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) corner_mm_.push_back(corners(mesh, t));
+    for (std::size_t t = 0; t < corner_mm_.size(); ++t) seed(static_cast<std::int32_t>(t));
+    for (; bucket_ < n_buckets; ++bucket_) {
+      for (std::size_t k = 0; k < queue_[bucket_].size(); ++k) spread(queue_[bucket_][k]);
+    }
+  }
+
+  // -1: none within the band.
+  SurfacePoint at(std::size_t row, const Eigen::Vector3d& p_mm) const
+  {
+    const Node& node = nearest_[row];
+    if (node.triangle < 0) return {};
+    return {node.triangle, nearest_in_triangle(p_mm, corner_mm_[static_cast<std::size_t>(node.triangle)]),
+            std::sqrt(node.sq_mm2)};
+  }
+
+ private:
+  static constexpr double bucket_mm = 0.25;
+  static constexpr auto n_buckets = static_cast<std::size_t>(DistanceField::band_mm / bucket_mm) + 1;
+  using Index = std::array<std::int64_t, 3>;
+  struct Node {
+    double sq_mm2 = DistanceField::band_mm * DistanceField::band_mm;
+    std::int32_t triangle = -1, spread = -1;  // `spread`: its triangle when its neighbours last got it
+  };
+
+  std::size_t row_of(const Index& at) const
+  {
+    return static_cast<std::size_t>((at[2] * n_[1] + at[1]) * n_[0] + at[0]);
+  }
+  Index index_of(std::size_t row) const
+  {
+    const auto r = static_cast<std::int64_t>(row);
+    return {r % n_[0], r / n_[0] % n_[1], r / (n_[0] * n_[1])};
+  }
+
+  // Nodes of the cells that the triangle may pass, and one further.
+  void seed(std::int32_t triangle)
+  {
+    const Corners& c = corner_mm_[static_cast<std::size_t>(triangle)];
+    Index from{}, to{};
     for (std::size_t k = 0; k < 3; ++k) {
       const Extent along = extent(c, static_cast<Eigen::Index>(k));
-      from[k] = (static_cast<std::int64_t>(std::floor((along.least - band_mm) / cell_mm)) - first_[k]) /
-                block_nodes;
-      to[k] =
-          (static_cast<std::int64_t>(std::ceil((along.most + band_mm) / cell_mm)) - first_[k]) / block_nodes;
+      from[k] = static_cast<std::int64_t>(std::floor(along.least / cell_mm)) - first_[k];
+      to[k] = static_cast<std::int64_t>(std::ceil(along.most / cell_mm)) - first_[k];
     }
-    for (std::int64_t z = from[2]; z <= to[2]; ++z) {
-      for (std::int64_t y = from[1]; y <= to[1]; ++y) {
-        for (std::int64_t x = from[0]; x <= to[0]; ++x)
-          is_near[static_cast<std::size_t>((z * n[1] + y) * n[0] + x)] = true;
+    offer_all(triangle, from, to);
+  }
+
+  void spread(std::size_t row)
+  {
+    Node& node = nearest_[row];
+    if (node.spread == node.triangle) return;
+    node.spread = node.triangle;
+    const Index at = index_of(row);
+    offer_all(node.triangle, {at[0] - 1, at[1] - 1, at[2] - 1}, {at[0] + 1, at[1] + 1, at[2] + 1});
+  }
+
+  void offer_all(std::int32_t triangle, const Index& from, const Index& to)
+  {
+    for (std::int64_t z = std::max<std::int64_t>(from[2], 0); z <= std::min(to[2], n_[2] - 1); ++z) {
+      for (std::int64_t y = std::max<std::int64_t>(from[1], 0); y <= std::min(to[1], n_[1] - 1); ++y) {
+        for (std::int64_t x = std::max<std::int64_t>(from[0], 0); x <= std::min(to[0], n_[0] - 1); ++x)
+          offer(triangle, {x, y, z});
       }
     }
   }
-  std::vector<std::array<std::int64_t, 3>> blocks;
-  for (std::size_t row = 0; row < is_near.size(); ++row) {
-    const auto r = static_cast<std::int64_t>(row);
-    if (is_near[row]) blocks.push_back({r % n[0], r / n[0] % n[1], r / (n[0] * n[1])});
+
+  void offer(std::int32_t triangle, const Index& at)
+  {
+    Node& node = nearest_[row_of(at)];
+    if (node.triangle == triangle) return;
+    const Eigen::Vector3d p_mm = cell_mm * Eigen::Vector3d(static_cast<double>(at[0] + first_[0]),
+                                                           static_cast<double>(at[1] + first_[1]),
+                                                           static_cast<double>(at[2] + first_[2]));
+    const double sq_mm2 =
+        (nearest_in_triangle(p_mm, corner_mm_[static_cast<std::size_t>(triangle)]) - p_mm).squaredNorm();
+    if (sq_mm2 > node.sq_mm2 || (sq_mm2 == node.sq_mm2 && triangle > node.triangle)) return;
+    node.sq_mm2 = sq_mm2;
+    node.triangle = triangle;
+    // One that turns out to be nearer than the nodes of this bucket follows them.
+    queue_[std::max(bucket_, static_cast<std::size_t>(std::sqrt(sq_mm2) / bucket_mm))].push_back(row_of(at));
   }
-  return blocks;
-}
+
+  const Index first_, n_;
+  std::vector<Corners> corner_mm_;
+  std::vector<Node> nearest_;
+  std::vector<std::vector<std::size_t>> queue_;  // rows by distance
+  std::size_t bucket_ = 0;
+};
 
 void DistanceField::add_surface(const Mesh& surface, const std::vector<bool>& rim, double offset)
 {
-  const SignedSurface exact(surface, rim);
-  std::vector<double> distance_mm(value_.size(), nan);
-  for (const std::array<std::int64_t, 3>& block : blocks_near(surface)) {
-    std::array<std::int64_t, 3> from{}, to{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      from[k] = block[k] * block_nodes;
-      to[k] = std::min(from[k] + block_nodes, n_[k]);
-    }
-    double most_mm = band_mm;  // the distance of the node before, and its distance
-    for (std::int64_t z = from[2]; z < to[2]; ++z) {
-      for (std::int64_t y = from[1]; y < to[1]; ++y) {
-        for (std::int64_t x = from[0]; x < to[0]; ++x) {
-          const Eigen::Vector3d p_mm = cell_mm * Eigen::Vector3d(static_cast<double>(x + first_[0]),
-                                                                 static_cast<double>(y + first_[1]),
-                                                                 static_cast<double>(z + first_[2]));
-          const std::optional<double> d = exact.distance_mm(p_mm, most_mm);
-          if (d) distance_mm[row_of(x, y, z)] = *d;
-          most_mm = d && x + 1 < to[0] ? std::min(band_mm, std::abs(*d) + 1.001 * cell_mm) : band_mm;
+  const NearestTriangles nearest(first_, n_, surface);
+  const SurfaceSides sides(surface, rim);
+  for (std::int64_t z = 0; z < n_[2]; ++z) {
+    for (std::int64_t y = 0; y < n_[1]; ++y) {
+      double far_mm = band_mm;  // along a row the sign changes within the band only
+      for (std::int64_t x = 0; x < n_[0]; ++x) {
+        const std::size_t row = row_of(x, y, z);
+        const Eigen::Vector3d p_mm =
+            cell_mm * Eigen::Vector3d(static_cast<double>(x + first_[0]), static_cast<double>(y + first_[1]),
+                                      static_cast<double>(z + first_[2]));
+        const SurfacePoint near = nearest.at(row, p_mm);
+        double d_mm = far_mm;
+        if (near.triangle >= 0) {
+          d_mm = sides.signed_mm(p_mm, near);
+          far_mm = std::copysign(band_mm, d_mm);
         }
+        value_[row] = std::min(value_[row], std::clamp(d_mm - offset, -band_mm, band_mm));
       }
     }
-  }
-  // Along a row the sign changes within the band only.
-  double far_mm = band_mm;
-  for (std::size_t row = 0; row < value_.size(); ++row) {
-    if (row % static_cast<std::size_t>(n_[0]) == 0) far_mm = band_mm;
-    const double d = distance_mm[row];
-    if (!std::isnan(d)) far_mm = d < 0.0 ? -band_mm : band_mm;
-    value_[row] = std::min(value_[row], std::clamp((std::isnan(d) ? far_mm : d) - offset, -band_mm, band_mm));
   }
 }
 

@@ -42,8 +42,6 @@ class DistanceField {
     return static_cast<std::size_t>((k * n_[1] + j) * n_[0] + i);
   }
   void set_grid(const Box& surface_mm);
-  // Blocks of nodes that may be within the band.
-  std::vector<std::array<std::int64_t, 3>> blocks_near(const Mesh& surface) const;
   void add_surface(const Mesh& surface, const std::vector<bool>& rim, double offset_mm);
   void smooth();
 

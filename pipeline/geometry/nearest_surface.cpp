@@ -211,20 +211,6 @@ Points smoothed_normals(const Mesh& mesh)
   return normals;
 }
 
-// Vertices whose triangles do not close a ring: their neighbours do not cancel out.
-std::vector<bool> rim_vertices(const Mesh& mesh)
-{
-  std::vector<std::int64_t> ring(static_cast<std::size_t>(mesh.vertices_mm.rows()), 0);
-  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    for (Eigen::Index k = 0; k < 3; ++k)
-      ring[static_cast<std::size_t>(mesh.triangles(t, k))] +=
-          mesh.triangles(t, (k + 1) % 3) - mesh.triangles(t, (k + 2) % 3);
-  }
-  std::vector<bool> is_rim;
-  for (const std::int64_t sum : ring) is_rim.push_back(sum != 0);
-  return is_rim;
-}
-
 // A pass of Laplacian smoothing; vertices with `is_fixed` stay.
 void relax(Mesh& mesh, const std::vector<bool>& is_fixed, double factor)
 {
@@ -243,7 +229,33 @@ void relax(Mesh& mesh, const std::vector<bool>& is_fixed, double factor)
   }
 }
 
-// Source: Ericson (2005), Real-Time Collision Detection, 5.1.5.
+double distance_sq_mm2(const Eigen::Vector3d& p, const geometry::BoxTree::Node& node)
+{
+  double sum = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double x = p[static_cast<Eigen::Index>(k)];
+    const double off = std::max({node.min_mm[k] - x, x - node.max_mm[k], 0.0});
+    sum += off * off;
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<bool> rim_vertices(const Mesh& mesh)
+{
+  // Where the triangles close a ring, its neighbours cancel out.
+  std::vector<std::int64_t> ring(static_cast<std::size_t>(mesh.vertices_mm.rows()), 0);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (Eigen::Index k = 0; k < 3; ++k)
+      ring[static_cast<std::size_t>(mesh.triangles(t, k))] +=
+          mesh.triangles(t, (k + 1) % 3) - mesh.triangles(t, (k + 2) % 3);
+  }
+  std::vector<bool> is_rim;
+  for (const std::int64_t sum : ring) is_rim.push_back(sum != 0);
+  return is_rim;
+}
+
 Eigen::Vector3d nearest_in_triangle(const Eigen::Vector3d& p, const std::array<Eigen::Vector3d, 3>& corner)
 {
   const auto& [a, b, c] = corner;
@@ -265,19 +277,6 @@ Eigen::Vector3d nearest_in_triangle(const Eigen::Vector3d& p, const std::array<E
   const double sum = va + vb + vc;
   return a + vb / sum * ab + vc / sum * ac;
 }
-
-double distance_sq_mm2(const Eigen::Vector3d& p, const geometry::BoxTree::Node& node)
-{
-  double sum = 0.0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double x = p[static_cast<Eigen::Index>(k)];
-    const double off = std::max({node.min_mm[k] - x, x - node.max_mm[k], 0.0});
-    sum += off * off;
-  }
-  return sum;
-}
-
-}  // namespace
 
 Mesh without_noise(Mesh mesh)
 {
@@ -333,13 +332,15 @@ SurfacePoint NearestSurface::nearest(const Eigen::Vector3d& p_mm, const NearestL
     std::int32_t node = 0;
     double least_sq_mm2 = 0.0;
   };
+  const bool is_limited = limits.least_cosine >= -1.0;
   double best_sq = limits.max_distance_mm * limits.max_distance_mm;
   std::array<Task, 64> stack;
   std::size_t n_tasks = 0;
   stack[n_tasks++] = {0, distance_sq_mm2(p_mm, tree_.nodes()[0])};
   while (n_tasks > 0) {
     const Task task = stack[--n_tasks];
-    if (task.least_sq_mm2 > best_sq ||
+    if (task.least_sq_mm2 > best_sq) continue;
+    if (is_limited &&
         !normal_bounds_[static_cast<std::size_t>(task.node)].may_exceed(limits.least_cosine, limits.normal))
       continue;
     const geometry::BoxTree::Node& node = tree_.nodes()[static_cast<std::size_t>(task.node)];
@@ -353,7 +354,7 @@ SurfacePoint NearestSurface::nearest(const Eigen::Vector3d& p_mm, const NearestL
     }
     for (std::int32_t k = node.first; k < node.first + node.count; ++k) {
       const Eigen::Index t = tree_.order()[static_cast<std::size_t>(k)];
-      if (normals_.row(t).dot(limits.normal.transpose()) <= limits.least_cosine) continue;
+      if (is_limited && normals_.row(t).dot(limits.normal.transpose()) <= limits.least_cosine) continue;
       const Eigen::Vector3d q_mm = nearest_in_triangle(p_mm, corners(mesh_, t));
       const double sq = (q_mm - p_mm).squaredNorm();
       if (sq > best_sq || (sq == best_sq && best.triangle >= 0 && t > best.triangle)) continue;

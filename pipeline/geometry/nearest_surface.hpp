@@ -1,6 +1,7 @@
 /// Points with normals on a surface, and the nearest of them.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -82,6 +83,13 @@ struct SurfacePoint {
   Eigen::Vector3d p_mm = Eigen::Vector3d::Zero();
   double distance_mm = 0.0;
 };
+
+/// Of each vertex, whether the surface ends there.
+std::vector<bool> rim_vertices(const Mesh& mesh);
+
+/// Of a triangle with these corners. Source: Ericson (2005), Real-Time Collision Detection, 5.1.5.
+Eigen::Vector3d nearest_in_triangle(const Eigen::Vector3d& p_mm,
+                                    const std::array<Eigen::Vector3d, 3>& corner_mm);
 
 /// Which points of a surface count.
 struct NearestLimits {

@@ -349,11 +349,16 @@ struct SampledCase::State {
     }
   }
 
+  double thickness_mm(std::size_t p, int sample) const
+  {
+    return changed(p, 0, sample, 0.0, -std::numeric_limits<double>::infinity());
+  }
+
   void change_thickness(std::size_t p, int sample, job::Case& sampled) const
   {
     const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
     Part& part = part_of(sampled, parameter.body).contact;
-    const double by_mm = changed(p, 0, sample, 0.0, -std::numeric_limits<double>::infinity());
+    const double by_mm = thickness_mm(p, sample);
     std::vector<bool> is_moved(static_cast<std::size_t>(part.mesh.vertices_mm.rows()), false);
     for (Eigen::Index t = 0; t < part.mesh.triangles.rows(); ++t) {
       const bool is_of_it =
@@ -403,12 +408,30 @@ const Eigen::MatrixXd& SampledCase::values() const
 
 bool SampledCase::has_same_geometry() const
 {
+  return n_geometry_changes() == 0;
+}
+
+std::optional<double> SampledCase::thickness_change_mm(int sample) const
+{
   const auto& parameters = state_->job_case.uncertainty->parameters;
-  return std::none_of(parameters.begin(), parameters.end(), [](const UncertainParameter& parameter) {
-    return parameter.quantity == UncertainQuantity::rotation_centre ||
-           parameter.quantity == UncertainQuantity::offset ||
-           parameter.quantity == UncertainQuantity::thickness;
-  });
+  double change_mm = 0.0;
+  std::ptrdiff_t n = 0;
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    if (parameters[p].quantity != UncertainQuantity::thickness || parameters[p].component >= 0) continue;
+    change_mm += state_->thickness_mm(p, sample);
+    ++n;
+  }
+  return n == n_geometry_changes() ? std::optional(change_mm) : std::nullopt;
+}
+
+std::ptrdiff_t SampledCase::n_geometry_changes() const
+{
+  return std::ranges::count_if(state_->job_case.uncertainty->parameters,
+                               [](const UncertainParameter& parameter) {
+                                 return parameter.quantity == UncertainQuantity::rotation_centre ||
+                                        parameter.quantity == UncertainQuantity::offset ||
+                                        parameter.quantity == UncertainQuantity::thickness;
+                               });
 }
 
 model::Ligaments SampledCase::ligaments_at(int sample) const

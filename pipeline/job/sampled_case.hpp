@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,8 +36,12 @@ class SampledCase {
   Eigen::Vector3d rotation_centre_mm_at(int sample) const;
   /// Whether the meshes and the rotation centre are those of the job for every sample.
   bool has_same_geometry() const;
+  /// Of both objects together, where every sample's meshes differ from the job's in the thickness of a whole
+  /// object only.
+  std::optional<double> thickness_change_mm(int sample) const;
 
  private:
+  std::ptrdiff_t n_geometry_changes() const;
   struct State;
   std::unique_ptr<State> state_;
 };

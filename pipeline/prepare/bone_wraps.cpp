@@ -96,9 +96,7 @@ std::vector<BundleCrossing> by_bundle(const job::Case& joint, const std::vector<
 
 }  // namespace
 
-std::vector<BundleCrossing> wrap_over_bones(job::Case& subject, SlackResult& slack,
-                                            const job::Case& reference, int n_threads,
-                                            const std::function<bool()>& is_stopped)
+std::vector<BundleCrossing> wrap_over_bones(job::Case& subject, SlackLengths& lengths, SlackResult& slack)
 {
   constexpr int most_rounds = 3;
   const BonesOfJoint bones{geometry::bone_of(subject.reference), geometry::bone_of(subject.moving)};
@@ -113,8 +111,8 @@ std::vector<BundleCrossing> wrap_over_bones(job::Case& subject, SlackResult& sla
       has_changed |=
           wrap_fibre(bones, all, left[i].depth_mm, subject.ligaments.fibres[i], subject.ligaments.wraps);
     }
-    if (!has_changed || (is_stopped && is_stopped())) break;
-    slack = set_slack_lengths(subject, reference, n_threads, is_stopped);
+    if (!has_changed || lengths.is_stopped()) break;
+    slack = lengths.set();
     const std::vector<Pose> now = poses_of(subject, slack.loads);
     left = crossings_of(bones, subject.ligaments, now);
     all.insert(all.end(), now.begin(), now.end());

@@ -1,7 +1,6 @@
 /// Wraps that keep transferred fibres out of the subject's bones.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,11 +21,10 @@ struct BundleCrossing {
 };
 
 /// Fits a wrap over bone to each fibre of `subject` that is deeper than 0.5 mm inside one at a pose of
-/// `slack`, and sets the slack lengths again, with the wrapped lengths. Other slack lengths give other poses:
-/// up to three times. A wrap of the template is replaced only where it leaves more than the fitted one. The
-/// bundles that cross or crossed bone, in order; `slack` is that of the last wraps.
-std::vector<BundleCrossing> wrap_over_bones(job::Case& subject, SlackResult& slack,
-                                            const job::Case& reference, int n_threads,
-                                            const std::function<bool()>& is_stopped = {});
+/// `slack`, and sets the slack lengths again by `lengths`, which is that of `subject`, with the wrapped
+/// lengths. Other slack lengths give other poses: up to three times. A wrap of the template is replaced only
+/// where it leaves more than the fitted one. The bundles that cross or crossed bone, in order; `slack` is
+/// that of the last wraps.
+std::vector<BundleCrossing> wrap_over_bones(job::Case& subject, SlackLengths& lengths, SlackResult& slack);
 
 }  // namespace vrda::prepare

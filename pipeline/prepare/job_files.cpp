@@ -5,6 +5,7 @@
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "prepare/template_joint.hpp"
 
 namespace vrda::prepare {
 namespace {
@@ -94,7 +95,9 @@ std::string job_text(const JobDescription& job)
   return text +
          "\n[grid]                                # degrees\nflexion = { from = 0, to = 90, step = 5 }\n"
          "varus = \"free\"\n\n[solver]\nmethod = \"equilibrium\"\n\n[solver.equilibrium]\n"
-         "branch = \"continuous\"\n\n[smooth]\ndegrees = [6]\n";
+         "branch = \"continuous\"\n"
+         "contact = { model = \"compliant\", stiffness_n_per_mm3 = " +
+         shortest_decimal(contact_stiffness_n_per_mm3) + ", thickness_mm = 4 }\n\n[smooth]\ndegrees = [6]\n";
 }
 
 std::string ligament_table(const model::Ligaments& ligaments, const std::string& comment)

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -10,6 +12,8 @@
 #include "job/job.hpp"
 #include "model/frames.hpp"
 #include "solve/case_solver.hpp"
+#include "solve/compliant_contact.hpp"
+#include "solve/potential.hpp"
 
 namespace vrda::prepare {
 namespace {
@@ -132,6 +136,39 @@ namespace {
 constexpr double eminence_half_width_mm = 6.0;
 constexpr double largest_varus_rad = rad_from_deg(12.0);
 
+// Balances the height and varus under a push on compliant surfaces, the other coordinates held: exact contact
+// rests on the highest points, which noise moves. A balance that is not found leaves the pose.
+void balance(const solve::Joint& bodies, double push_n, SettledPose& settled)
+{
+  constexpr double largest_step_mm = 0.5, balanced_share = 1e-6;
+  constexpr int most_steps = 60;
+  const solve::RotationScale scale = solve::rotation_scale_of(bodies.moving.tree_mesh.mesh);
+  const solve::CompliantSurfaces& surfaces = bodies.compliant->of(bodies);
+  const Eigen::Vector2d size(1.0, 1.0 / scale.lever_mm);
+  solve::Configuration at = solve::configuration_at(settled.pose, settled.attitude.varus_rad, scale);
+  for (int k = 0; k < most_steps; ++k) {
+    const model::Potential u =
+        solve::foundation_at({surfaces, at, scale}, contact_stiffness_n_per_mm3).potential;
+    Eigen::Vector2d slope_n(u.gradient(model::along_y) - push_n, u.gradient(model::about_varus));
+    Eigen::Matrix2d H;
+    H << u.hessian(model::along_y, model::along_y), u.hessian(model::along_y, model::about_varus),
+        u.hessian(model::about_varus, model::along_y), u.hessian(model::about_varus, model::about_varus);
+    slope_n = size.cwiseProduct(slope_n).eval();
+    H = (size.asDiagonal() * H * size.asDiagonal()).eval();
+    if (slope_n.norm() <= balanced_share * push_n) {
+      settled.attitude.varus_rad = at.varus_rad;
+      settled.pose = solve::pose_at(at, scale);
+      return;
+    }
+    // Where nothing is pressed yet, or one side only, the step is that of a stiff surface.
+    H += (push_n / largest_step_mm) * Eigen::Matrix2d::Identity() * (H.determinant() > 0.0 ? 0.0 : 1.0);
+    Eigen::Vector2d step_mm = -H.ldlt().solve(slope_n);
+    if (step_mm.norm() > largest_step_mm) step_mm *= largest_step_mm / step_mm.norm();
+    at.pivot_mm.y() += step_mm(0);
+    at.varus_rad += step_mm(1) / scale.lever_mm;
+  }
+}
+
 }  // namespace
 
 geometry::GapTree plateau_tree(const Mesh& tibia, double side)
@@ -144,9 +181,10 @@ geometry::GapTree plateau_tree(const Mesh& tibia, double side)
   return {tibia, rows};
 }
 
-SettledPose settled_pose(const job::Case& joint)
+namespace {
+
+SettledPose settled_pose_of(const job::Case& joint, const solve::Joint& bodies)
 {
-  const solve::Joint bodies = solve::joint_of(joint, joint.frame);
   const Mesh& moving = bodies.moving.tree_mesh.mesh;
   const geometry::GapTree medial_tree = plateau_tree(moving, -1.0), lateral_tree = plateau_tree(moving, 1.0);
   SettledPose settled;
@@ -170,7 +208,15 @@ SettledPose settled_pose(const job::Case& joint)
   medial_excess_mm(settled.attitude.varus_rad);
   settled.pose.translation_mm.y() = std::min(medial.travel_mm({}), lateral.travel_mm({}));
   settled.has_contact = std::isfinite(settled.pose.translation_mm.y());
+  if (settled.has_contact) balance(bodies, joint.push.front().force_n.norm(), settled);
   return settled;
+}
+
+}  // namespace
+
+SettledPose settled_pose(const job::Case& joint)
+{
+  return settled_pose_of(joint, solve::joint_of(joint, joint.frame));
 }
 
 std::vector<double> fibre_lengths_mm(const job::Case& joint, const SettledPose& at)
@@ -182,7 +228,7 @@ std::vector<double> fibre_lengths_mm(const job::Case& joint, const SettledPose& 
   return lengths;
 }
 
-FibreLoads solved_loads(const job::Case& joint, int n_threads, const std::function<bool()>& is_stopped)
+FibreLoads SlackLengths::solved_loads(const job::Case& joint, const Bodies& bodies) const
 {
   job::Case coarse = joint;
   coarse.grid = {{}, {0.0}};
@@ -195,10 +241,11 @@ FibreLoads solved_loads(const job::Case& joint, int n_threads, const std::functi
   coarse.path_push.assign(coarse.path_flexion_deg.size(), joint.push.front());
   coarse.spine = {0, 0.0};
   coarse.prior.clear();
-  solve::CaseSolver solver(coarse, n_threads);
+  coarse.equilibrium.contact_stiffness_n_per_mm3 = contact_stiffness_n_per_mm3;
+  solve::CaseSolver solver(coarse, n_threads_, bodies);
   const solve::SweepResult result = solve::sweep(
-      solve::plan_of(coarse), [&](const solve::StepTask& task) { return solver(task); }, {{}, {}, is_stopped},
-      n_threads);
+      solve::plan_of(coarse), [&](const solve::StepTask& task) { return solver(task); },
+      {{}, {}, is_stopped_}, n_threads_);
   const model::Ligaments ligaments = model::solver_ligaments(joint.ligaments, joint.frame);
   FibreLoads loads;
   loads.largest_strain.assign(ligaments.fibres.size(), -1.0);
@@ -220,22 +267,35 @@ FibreLoads solved_loads(const job::Case& joint, int n_threads, const std::functi
   return loads;
 }
 
-SlackResult set_slack_lengths(job::Case& subject, const job::Case& reference, int n_threads,
-                              const std::function<bool()>& is_stopped)
+SlackLengths::SlackLengths(job::Case& subject, const job::Case& reference, int n_threads,
+                           std::function<bool()> is_stopped)
+    : subject_(subject),
+      reference_(reference),
+      n_threads_(n_threads),
+      is_stopped_(std::move(is_stopped)),
+      bodies_(std::make_shared<const solve::Joint>(solve::joint_of(subject, subject.frame))),
+      settled_(settled_pose_of(subject, *bodies_))
+{
+  check(subject.ligaments.fibres.size() == reference.ligaments.fibres.size(),
+        "a transferred fibre for each of the template");
+  const auto of_template = std::make_shared<const solve::Joint>(solve::joint_of(reference, reference.frame));
+  template_mm_ = fibre_lengths_mm(reference, settled_pose_of(reference, *of_template));
+  template_strain_ = solved_loads(reference, of_template).largest_strain;
+}
+
+SlackResult SlackLengths::set()
 {
   constexpr double allowed_excess = 0.05;
   constexpr double tolerance = 0.005;  // of strain
   constexpr int most_solutions = 4;
-  std::vector<model::Fibre>& fibres = subject.ligaments.fibres;
-  check(fibres.size() == reference.ligaments.fibres.size(), "a transferred fibre for each of the template");
+  std::vector<model::Fibre>& fibres = subject_.ligaments.fibres;
   SlackResult result;
-  result.settled = settled_pose(subject);
-  const std::vector<double> own_mm = fibre_lengths_mm(subject, result.settled);
-  const std::vector<double> template_mm = fibre_lengths_mm(reference, settled_pose(reference));
+  result.settled = settled_;
+  const std::vector<double> own_mm = fibre_lengths_mm(subject_, settled_);
   for (std::size_t i = 0; i < fibres.size(); ++i)
-    fibres[i].slack_length_mm = reference.ligaments.fibres[i].slack_length_mm * own_mm[i] / template_mm[i];
-  result.template_strain = solved_loads(reference, n_threads, is_stopped).largest_strain;
-  result.loads = solved_loads(subject, n_threads, is_stopped);
+    fibres[i].slack_length_mm = reference_.ligaments.fibres[i].slack_length_mm * own_mm[i] / template_mm_[i];
+  result.template_strain = template_strain_;
+  result.loads = solved_loads(subject_, bodies_);
   for (int k = 0; k < most_solutions; ++k) {
     std::int32_t n = 0;
     for (std::size_t i = 0; i < fibres.size(); ++i) {
@@ -246,7 +306,7 @@ SlackResult set_slack_lengths(job::Case& subject, const job::Case& reference, in
     }
     result.lengthenings.push_back(n);
     if (n == 0) break;
-    result.loads = solved_loads(subject, n_threads, is_stopped);
+    result.loads = solved_loads(subject_, bodies_);
   }
   return result;
 }

@@ -2,12 +2,17 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "geometry/gap_query.hpp"
 #include "geometry/knee_fit.hpp"
 #include "job/case.hpp"
+
+namespace vrda::solve {
+struct Joint;
+}
 
 namespace vrda::prepare {
 
@@ -33,8 +38,12 @@ TemplateJoint mirrored(const TemplateJoint& joint);
 
 // Slack lengths of transferred fibres, from both knees at the neutral pose.
 
-/// The neutral pose after settling contact: varus until both compartments' gaps along Delta are equal, then
-/// along Delta to touch.
+/// Of the contact that `prepare` solves with and writes: the foundation of articular cartilage. Exact contact
+/// rests on single points of a scanned surface, which its noise moves.
+inline constexpr double contact_stiffness_n_per_mm3 = 2.0;
+
+/// The neutral pose after settling contact: varus until both compartments' gaps along Delta are equal, along
+/// Delta to touch, then both balanced under the push on compliant surfaces.
 struct SettledPose {
   Attitude attitude;  ///< flexion 0
   MovingPose pose;    ///< solver frame
@@ -57,9 +66,6 @@ struct FibreLoads {
   int n_solved = 0;
   int n_flexions = 0;
 };
-/// Solves the joint with free varus at 0, 10, ... 90 degrees of flexion.
-FibreLoads solved_loads(const job::Case& joint, int n_threads, const std::function<bool()>& is_stopped = {});
-
 struct SlackResult {
   SettledPose settled;
   FibreLoads loads;                        ///< of the last solution
@@ -67,13 +73,34 @@ struct SlackResult {
   std::vector<std::int32_t> lengthenings;  ///< fibres lengthened after each solution
 };
 
-/// Sets the slack lengths of `subject`, whose fibres are those of `reference` in the same order: the
-/// template's times the ratio of lengths at the settled poses. Then at most four solutions lengthen the
-/// fibres strained beyond the template's largest strain + 0.05. From the scan's pose, fibres were strained by
-/// 0.3 and more.
-/// `is_stopped` is polled; if it is true, the result means nothing.
-SlackResult set_slack_lengths(job::Case& subject, const job::Case& reference, int n_threads,
-                              const std::function<bool()>& is_stopped = {});
+/// Sets the slack lengths of `subject`, whose fibres are those of `reference` in the same order. The search
+/// trees and the template's strains are found once, for several calls. `is_stopped` is polled; if it is true,
+/// the results mean nothing. Both joints must outlive it.
+class SlackLengths {
+ public:
+  SlackLengths(job::Case& subject, const job::Case& reference, int n_threads,
+               std::function<bool()> is_stopped = {});
+
+  /// The template's lengths times the ratio of lengths at the settled poses. Then at most four solutions
+  /// lengthen the fibres strained beyond the template's largest strain + 0.05. From the scan's pose, fibres
+  /// were strained by 0.3 and more.
+  SlackResult set();
+
+  bool is_stopped() const { return is_stopped_ && is_stopped_(); }
+
+ private:
+  using Bodies = std::shared_ptr<const solve::Joint>;
+  // Solves the joint with free varus at 0, 10, ... 90 degrees of flexion.
+  FibreLoads solved_loads(const job::Case& joint, const Bodies& bodies) const;
+
+  job::Case& subject_;
+  const job::Case& reference_;
+  int n_threads_;
+  std::function<bool()> is_stopped_;
+  Bodies bodies_;
+  SettledPose settled_;
+  std::vector<double> template_mm_, template_strain_;
+};
 
 /// Where a scan shows bones only: mean over both compartments of the gap between the bones along the tibia's
 /// axis in the pose of the scan. NaN where a compartment has no bone above it.

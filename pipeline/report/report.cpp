@@ -312,8 +312,8 @@ void add_rotation(const store::MotionModel& model, const MotionSummary& numbers,
                 100.0 * numbers.theta_undetermined_share));
   if (numbers.n_several_optima > 0)
     lines.push_back(
-        printed("%lld of %zu flexions have several equilibria, up to %.3g degrees of theta apart; the "
-                "lowest energy is used.",
+        printed("%lld of %zu flexions have several equilibria, up to %.3g degrees of theta apart; "
+                "solver.equilibrium.branch chooses one.",
                 static_cast<long long>(numbers.n_several_optima), model.flexion_deg.size(),
                 numbers.largest_optima_spread_deg));
   if (!store::has_turned_axes(model))  // theta then also follows the other rotations

@@ -14,6 +14,7 @@
 #include "run/campaign.hpp"
 #include "run/submission.hpp"
 #include "solve/case_solver.hpp"
+#include "solve/compliant_contact.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::run {
@@ -243,10 +244,12 @@ class SampleRun {
             const std::vector<std::int32_t>& samples, StepLog& log)
       : plan_(plan), job_(job), samples_(samples), log_(log), inputs_(job_case), records_(samples.size())
   {
-    if (inputs_.has_same_geometry()) {
+    const bool is_compliant = job_case.equilibrium.contact_stiffness_n_per_mm3 > 0.0;
+    if (inputs_.has_same_geometry() || (is_compliant && inputs_.thickness_change_mm(0))) {
       joint_ = std::make_shared<const solve::Joint>(
           solve::joint_of(job_case, solve::frame_of(job_case, job_case.push.front())));
     }
+    if (joint_ && is_compliant) joint_->compliant->of(*joint_);
   }
 
   std::optional<std::vector<StepRecord>> run(int n_threads, const RunOptions& options)
@@ -296,9 +299,19 @@ class SampleRun {
   std::vector<StepRecord> solved_sample(std::int32_t sample) const
   {
     const job::Case sampled = inputs_.at(sample);
-    solve::CaseSolver solver(sampled, 1, joint_);
+    solve::CaseSolver solver(sampled, 1, joint_at(sample, sampled));
     const solve::SolveStep solve = [&](const solve::StepTask& task) { return solver(task); };
     return solve::sample_motion(plan_, job_, solve, {sample, sampled.prior, core::is_interrupted});
+  }
+
+  // The job's own; with other thicknesses, one with the distances of the job's, which are most of the work.
+  std::shared_ptr<const solve::Joint> joint_at(std::int32_t sample, const job::Case& sampled) const
+  {
+    if (!joint_ || inputs_.has_same_geometry()) return joint_;
+    solve::Joint joint = solve::joint_of(sampled, solve::frame_of(sampled, sampled.push.front()));
+    joint.compliant = joint_->compliant;
+    joint.thicker_than_compliant_mm = *inputs_.thickness_change_mm(sample);
+    return std::make_shared<const solve::Joint>(std::move(joint));
   }
 
   const solve::SweepPlan& plan_;
@@ -306,7 +319,7 @@ class SampleRun {
   const std::vector<std::int32_t>& samples_;
   StepLog& log_;
   const job::SampledCase inputs_;
-  std::shared_ptr<const solve::Joint> joint_;  // null: each sample has its own
+  std::shared_ptr<const solve::Joint> joint_;  // of the job; null: each sample has its own
   std::vector<std::vector<StepRecord>> records_;
 };
 

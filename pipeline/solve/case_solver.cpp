@@ -22,7 +22,7 @@ namespace {
 // Must change when the same job may give other bytes: journals of an older solver are then refused.
 constexpr const char* search_version = "stability-search 8";
 constexpr const char* equilibrium_version = "equilibrium 7";
-constexpr const char* compliant_version = "equilibrium 7, compliant contact 1";
+constexpr const char* compliant_version = "equilibrium 7, compliant contact 2";
 
 // Flexion held, varus held or free, the rest free, Delta proximal: what the faster solver solves.
 bool is_plain(const job::CoordinateRows& coordinates, const SolverFrame& frame)

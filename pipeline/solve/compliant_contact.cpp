@@ -209,7 +209,8 @@ void for_each_pressed(const FoundationState& state, const Visit& visit)
   };
   for (const CompliantSurfaces::Tile& tile : surfaces.tiles) {
     const Eigen::Vector3d centre_mm = state.configuration.pivot_mm + arm_of(tile.centre_mm);
-    if (surfaces.reference.bound_mm(A.transpose() * centre_mm) > tile.radius_mm + tile.largest_offset_mm)
+    if (surfaces.reference.bound_mm(A.transpose() * centre_mm) >
+        tile.radius_mm + tile.largest_offset_mm + state.thicker_mm)
       continue;
     for (std::size_t row = tile.begin; row < tile.end; ++row) {
       const CompliantSurfaces::Point& point = surfaces.points[row];
@@ -218,10 +219,10 @@ void for_each_pressed(const FoundationState& state, const Visit& visit)
       at.arm_mm = arm_of(point.p_mm);
       at.p_mm = state.configuration.pivot_mm + at.arm_mm;
       const Eigen::Vector3d p_reference_mm = A.transpose() * at.p_mm;
-      if (surfaces.reference.bound_mm(p_reference_mm) > point.offset_mm) continue;
-      const geometry::DistanceField::Sample field =
-          surfaces.reference.sample(p_reference_mm, point.offset_mm);
-      at.overlap_mm = point.offset_mm - field.distance_mm;
+      const double offset_mm = point.offset_mm + state.thicker_mm;
+      if (surfaces.reference.bound_mm(p_reference_mm) > offset_mm) continue;
+      const geometry::DistanceField::Sample field = surfaces.reference.sample(p_reference_mm, offset_mm);
+      at.overlap_mm = offset_mm - field.distance_mm;
       if (!(at.overlap_mm > 0.0)) continue;
       at.gradient = A * field.gradient;
       at.hessian_per_mm = A * field.hessian_per_mm * A.transpose();
@@ -386,7 +387,8 @@ class CompliantSolver::Run {
 
   FoundationState foundation_state(const Configuration& at) const
   {
-    return {state_.surfaces, at, state_.scale, task_.attitude.flexion_rad};
+    return {state_.surfaces, at, state_.scale, task_.attitude.flexion_rad,
+            state_.joint.thicker_than_compliant_mm};
   }
 
   Attitude attitude_at(double varus_rad) const { return {task_.attitude.flexion_rad, varus_rad}; }

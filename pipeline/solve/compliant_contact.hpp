@@ -42,7 +42,8 @@ struct CompliantSurfaces {
   geometry::DistanceField reference;
 };
 
-/// Surfaces that are prepared when they are first needed. Shared by all threads.
+/// Surfaces that are prepared when they are first needed, of the joint that first needs them. Shared by all
+/// threads.
 class LazyCompliantSurfaces {
  public:
   explicit LazyCompliantSurfaces(std::vector<std::int32_t> component) : component_(std::move(component)) {}
@@ -69,6 +70,7 @@ struct FoundationState {
   const Configuration& configuration;
   const RotationScale& scale;
   double flexion_rad = 0.0;
+  double thicker_mm = 0.0;  ///< added to every overlap
 };
 
 struct Foundation {

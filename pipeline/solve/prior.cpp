@@ -16,13 +16,6 @@ namespace {
 
 struct Stopped {};  // thrown and caught here to end the estimations
 
-// The latest pose at a flexion.
-struct Start {
-  MovingPose pose;
-  double varus_rad = 0.0;
-  bool is_set = false;
-};
-
 // Own stiffness, factors and levels from the spine without the prior.
 class PriorEstimate {
  public:
@@ -36,8 +29,7 @@ class PriorEstimate {
       path_row_.push_back(static_cast<std::int32_t>(at - path.begin()));
     }
     state_.flexion_rad = plan.flexion_rad;
-    for (const FreeSpineStep& step : alone)
-      starts_.push_back({step.chosen.pose, step.chosen.varus_rad, step.chosen.status == StepStatus::stable});
+    for (const FreeSpineStep& step : alone) starts_.push_back(prior_pose(step.chosen));
   }
 
   PriorState estimated()
@@ -120,62 +112,24 @@ class PriorEstimate {
     }
   }
 
-  // The level at which the springs of a term pull as much to either side, over all flexions: the minimum of
-  // the summed energy over the level. A fixed point of mean(q - curve); the secant through two passes takes
-  // its slope, which is near 1 for springs stiffer than the joint.
   void estimate_levels()
   {
-    const std::size_t n_terms = plan_.prior.size();
-    state_.level.assign(n_terms, 0.0);
-    set_levels(mean_offsets(starts_));
-    std::vector<double> level_before, offset_before;
+    state_.level.assign(plan_.prior.size(), 0.0);
+    PriorLevels levels(plan_.prior, state_);
+    levels.improve(starts_);
     for (std::int32_t pass = 0; pass < n_level_passes; ++pass) {
-      std::vector<Start> ends = starts_;
+      std::vector<PriorPose> ends = starts_;
       for_each_flexion([&](std::size_t i, int worker) {
         StepTask task = task_at(StepKind::prior_level, i, pass);
         task.springs = springs_at(plan_.prior, state_, plan_.flexion_rad[i]);
         task.worker = worker;
         const StepRecord end = step(task);
-        if (end.status == StepStatus::stable) ends[i] = {end.pose, end.varus_rad, true};
+        if (end.status == StepStatus::stable) ends[i] = prior_pose(end);
       });
       starts_ = std::move(ends);
-      const std::vector<double> level = state_.level, offset = mean_offsets(starts_);
-      std::vector<double> next = offset;
-      for (std::size_t k = 0; k < n_terms && pass > 0; ++k) {
-        const double run = level[k] - level_before[k];
-        const double slope = run != 0.0 ? (offset[k] - offset_before[k]) / run : 0.0;
-        constexpr double steepest = 0.95;  // an estimate nearer to 1 is noise of the facets
-        next[k] = level[k] + (offset[k] - level[k]) / (1.0 - std::clamp(slope, 0.0, steepest));
-      }
-      level_before = level;
-      offset_before = offset;
-      set_levels(next);
+      if (pass == 0) levels.restart();
+      levels.improve(starts_);
     }
-  }
-
-  void set_levels(const std::vector<double>& levels)
-  {
-    for (std::size_t k = 0; k < levels.size(); ++k)
-      state_.level[k] = plan_.prior[k].level.value_or(levels[k]);
-  }
-
-  // [n_terms] mean of coordinate minus curve, weighted by stiffness.
-  std::vector<double> mean_offsets(const std::vector<Start>& at) const
-  {
-    std::vector<double> offsets;
-    for (std::size_t k = 0; k < plan_.prior.size(); ++k) {
-      const PriorTerm& term = plan_.prior[k];
-      double sum = 0.0, weight = 0.0;
-      for (std::size_t i = 0; i < at.size(); ++i) {
-        if (!at[i].is_set) continue;
-        const double stiffness = term.has_factor ? state_.factor[i] : 1.0;
-        sum += stiffness * (coordinate_value(term.coordinate, at[i].varus_rad, at[i].pose).value -
-                            prior_value(term, plan_.flexion_rad[i]));
-        weight += stiffness;
-      }
-      offsets.push_back(weight > 0.0 ? sum / weight : 0.0);
-    }
-    return offsets;
   }
 
   const SweepPlan& plan_;
@@ -183,7 +137,7 @@ class PriorEstimate {
   const SweepHooks& hooks_;
   const int n_threads_;
   std::vector<std::int32_t> path_row_;  // [n_flexion]
-  std::vector<Start> starts_;           // [n_flexion]
+  std::vector<PriorPose> starts_;       // [n_flexion] the latest
   PriorState state_;
 };
 
@@ -209,6 +163,51 @@ SweepHooks hooks_alone(const SweepHooks& hooks)
 }
 
 }  // namespace
+
+PriorPose prior_pose(const StepRecord& record)
+{
+  return {record.pose, record.varus_rad, record.status == StepStatus::stable};
+}
+
+PriorLevels::PriorLevels(const std::vector<PriorTerm>& terms, PriorState& state)
+    : terms_(terms), state_(state)
+{
+  for (const PriorTerm& term : terms) has_free_ = has_free_ || !term.level;
+}
+
+void PriorLevels::improve(const std::vector<PriorPose>& at)
+{
+  const std::vector<double> level = state_.level, offset = mean_offsets(at);
+  for (std::size_t k = 0; k < terms_.size(); ++k) {
+    double next = offset[k];
+    if (!level_before_.empty()) {
+      constexpr double steepest = 0.95;  // an estimate nearer to 1 is noise of the facets
+      const double run = level[k] - level_before_[k];
+      const double slope = run != 0.0 ? (offset[k] - offset_before_[k]) / run : 0.0;
+      next = level[k] + (offset[k] - level[k]) / (1.0 - std::clamp(slope, 0.0, steepest));
+    }
+    state_.level[k] = terms_[k].level.value_or(next);
+  }
+  level_before_ = level;
+  offset_before_ = offset;
+}
+
+std::vector<double> PriorLevels::mean_offsets(const std::vector<PriorPose>& at) const
+{
+  std::vector<double> offsets;
+  for (const PriorTerm& term : terms_) {
+    double sum = 0.0, weight = 0.0;
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      if (!at[i].is_set) continue;
+      const double stiffness = term.has_factor ? state_.factor[i] : 1.0;
+      sum += stiffness * (coordinate_value(term.coordinate, at[i].varus_rad, at[i].pose).value -
+                          prior_value(term, state_.flexion_rad[i]));
+      weight += stiffness;
+    }
+    offsets.push_back(weight > 0.0 ? sum / weight : 0.0);
+  }
+  return offsets;
+}
 
 std::vector<CoordinateSpring> springs_at(const std::vector<PriorTerm>& terms, const PriorState& state,
                                          double flexion_rad)

@@ -14,6 +14,41 @@ namespace vrda::solve {
 /// in the last (results/believable.md).
 inline constexpr int n_level_passes = 4;
 
+/// Of the levels of a sample, from those of the job.
+inline constexpr int n_sample_level_passes = 2;
+
+/// A pose from which levels are estimated.
+struct PriorPose {
+  MovingPose pose;
+  double varus_rad = 0.0;
+  bool is_set = false;
+};
+PriorPose prior_pose(const StepRecord& record);
+
+/// Estimates the free levels of a state: at the level of a term its springs pull as much to either side, over
+/// all flexions, which is the minimum of the summed energy over the level. A fixed point of mean(q - curve);
+/// the secant through two estimates takes its slope, which is near 1 for springs stiffer than the joint.
+class PriorLevels {
+ public:
+  /// Both must outlive it.
+  PriorLevels(const std::vector<PriorTerm>& terms, PriorState& state);
+
+  bool has_free() const { return has_free_; }
+  /// Sets the levels from the poses [n_flexion] solved with those of the state.
+  void improve(const std::vector<PriorPose>& at);
+  /// Forgets the estimates so far.
+  void restart() { level_before_.clear(); }
+
+ private:
+  // [n_terms] mean of coordinate minus curve, weighted by stiffness.
+  std::vector<double> mean_offsets(const std::vector<PriorPose>& at) const;
+
+  const std::vector<PriorTerm>& terms_;
+  PriorState& state_;
+  bool has_free_ = false;
+  std::vector<double> level_before_, offset_before_;
+};
+
 /// The springs of `terms` at a flexion: factors are linear between flexions of the state.
 std::vector<CoordinateSpring> springs_at(const std::vector<PriorTerm>& terms, const PriorState& state,
                                          double flexion_rad);

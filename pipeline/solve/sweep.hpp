@@ -277,6 +277,8 @@ struct Joint {
   std::vector<bool> moving_protrudes;
   double substep_mm = 0.0;  ///< upper bound of one motion of any vertex: half the thinnest part
   std::shared_ptr<const LazyCompliantSurfaces> compliant;  ///< for compliant contact (compliant_contact.hpp)
+  /// By which the objects are thicker together than those of `compliant`.
+  double thicker_than_compliant_mm = 0.0;
 };
 
 /// `compartment_of_triangle` is empty or has one entry per moving triangle. Neither mesh may be empty.

@@ -380,7 +380,12 @@ class SampleMotion {
  public:
   SampleMotion(const SweepPlan& plan, const SweepResult& job, const SolveStep& solve,
                const SampleOptions& options)
-      : plan_(plan), job_(job), solve_(solve), options_(options), ends_(plan.flexion_rad.size())
+      : plan_(plan),
+        job_(job),
+        solve_(solve),
+        options_(options),
+        prior_(job.prior),
+        ends_(plan.flexion_rad.size())
   {
     check(job.free_spine.size() == plan.flexion_rad.size(), "sample_motion: a spine with free varus");
     const std::vector<double>& path = path_of(plan);
@@ -393,6 +398,7 @@ class SampleMotion {
   std::vector<StepRecord> run()
   {
     const auto n = static_cast<std::int32_t>(ends_.size());
+    estimate_levels();
     for (std::int32_t i = 0; i < n; ++i) {
       start_from_job(i);
       if (i > 0) start_from_neighbour(i, i - 1);
@@ -419,8 +425,36 @@ class SampleMotion {
     task.seed_attitude = seed.attitude;
     task.seed_path_row = seed.path_row;
     task.is_varus_free = true;
-    task.springs = springs_at(options_.prior, job_.prior, plan_.flexion_rad[static_cast<std::size_t>(i)]);
+    task.springs = springs_at(options_.prior, prior_, plan_.flexion_rad[static_cast<std::size_t>(i)]);
     return task;
+  }
+
+  // Free levels follow from the joint, which differs in a sample; its drawn change of the level is beside
+  // them.
+  void estimate_levels()
+  {
+    std::vector<PriorTerm> terms = options_.prior;
+    for (PriorTerm& term : terms) term.level_change = 0.0;
+    PriorLevels levels(terms, prior_);
+    for (const FreeSpineStep& step : job_.free_spine) starts_.push_back(step.chosen);
+    for (int pass = 0; pass < n_sample_level_passes && levels.has_free(); ++pass) {
+      std::vector<PriorPose> poses;
+      for (std::size_t i = 0; i < starts_.size(); ++i) {
+        if (starts_[i].status == StepStatus::stable) improve_start(i, terms);
+        poses.push_back(prior_pose(starts_[i]));
+      }
+      levels.improve(poses);
+    }
+  }
+
+  void improve_start(std::size_t i, const std::vector<PriorTerm>& terms)
+  {
+    const auto row = static_cast<std::int32_t>(i);
+    StepTask task = task_at(row, seed_of(row, starts_[i]));
+    task.springs = springs_at(terms, prior_, plan_.flexion_rad[i]);
+    task.is_measured = false;
+    const StepRecord end = solved(task);
+    if (end.status == StepStatus::stable) starts_[i] = end;
   }
 
   StepRecord solved(const StepTask& task) const
@@ -449,8 +483,9 @@ class SampleMotion {
   void start_from_job(std::int32_t i)
   {
     const FreeSpineStep& found = job_.free_spine[static_cast<std::size_t>(i)];
-    const bool is_stable = found.chosen.status == StepStatus::stable;
-    if (is_stable) start(i, seed_of(i, found.chosen));
+    const StepRecord& nearest = starts_[static_cast<std::size_t>(i)];
+    const bool is_stable = nearest.status == StepStatus::stable;
+    if (is_stable) start(i, seed_of(i, nearest));
     for (const SpineEquilibrium& other : found.equilibria) {
       if (other.is_chosen) continue;
       StepRecord at = found.chosen;
@@ -485,7 +520,9 @@ class SampleMotion {
   const SweepResult& job_;
   const SolveStep& solve_;
   const SampleOptions& options_;
+  PriorState prior_;                           // of the sample
   std::vector<std::int32_t> path_row_;         // [n_flexion]
+  std::vector<StepRecord> starts_;             // [n_flexion] the job's, or those of the sample's levels
   std::vector<std::vector<StepRecord>> ends_;  // [n_flexion] results of all starts
   std::vector<FreeSpineStep> path_;            // [n_flexion] with a continuous path
 };

@@ -158,8 +158,8 @@ TEST_P(DeformedKnee, ItsAttachmentsAreFoundAndItMovesAsWithItsOwnLigaments)
   RecordProperty("attachments_mm", std::to_string(attachments_mm));
 
   constexpr int n_threads = 1;
-  prepare::set_slack_lengths(own, joint.joint, n_threads);
-  const prepare::SlackResult slack = prepare::set_slack_lengths(subject, joint.joint, n_threads);
+  prepare::SlackLengths(own, joint.joint, n_threads).set();
+  const prepare::SlackResult slack = prepare::SlackLengths(subject, joint.joint, n_threads).set();
   EXPECT_EQ(slack.loads.n_solved, slack.loads.n_flexions);
   const std::vector<ClinicalCoordinates> expected = solved_motion(own), found = solved_motion(subject);
   RecordProperty("n_solved", static_cast<int>(found.size()));

