@@ -247,6 +247,8 @@ void DistanceField::set_grid(const Box& surface_mm)
   }
 }
 
+namespace {
+
 // The nearest triangle of every node within the band, spread from node to node in the order of the distance:
 // the nearest triangle of a node is that of one of its 26 neighbours, but for a few nodes between two
 // triangles that are about as near.
@@ -345,6 +347,8 @@ class NearestTriangles {
   std::vector<std::vector<std::size_t>> queue_;  // rows by distance
   std::size_t bucket_ = 0;
 };
+
+}  // namespace
 
 void DistanceField::add_surface(const Mesh& surface, const std::vector<bool>& rim, double offset)
 {

@@ -77,6 +77,10 @@ const std::vector<Kind> kinds{
     {"frames", frames, equilibrium},
     {"samples", uncertain_knee, {}, 12000},
     {"prior", knee_with_prior, {}, 12000},
+    {"prepared",
+     knee_with_prior,
+     {"--set", "solver.equilibrium.contact.model=compliant", "--set", "solver.equilibrium.branch=continuous"},
+     12000},
 };
 
 class SameBytes : public testing::TestWithParam<Kind> {

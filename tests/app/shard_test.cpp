@@ -194,28 +194,6 @@ INSTANTIATE_TEST_SUITE_P(Methods, Shards, testing::Values("stability-search", "e
                            return std::string(method.param) == "equilibrium" ? "Equilibrium" : "Search";
                          });
 
-TEST(CompliantShards, AnyNumberOfThreadsAndShardsGivesTheSameBytes)
-{
-  const test::Scratch scratch;
-  const fs::path job = test::small_knee_job(scratch, "right");
-  const auto run = [&](const fs::path& output, const std::vector<std::string>& more) {
-    std::vector<std::string> words{"run", job.string(), "-o", output.string()};
-    for (const char* setting : {"solver.method=equilibrium", "solver.equilibrium.contact.model=compliant"})
-      words.insert(words.end(), {"--set", setting});
-    words.insert(words.end(), more.begin(), more.end());
-    const test::Ended ended = test::run_vrda(words);
-    EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  };
-  const fs::path whole = scratch.path() / "whole.h5", threads = scratch.path() / "threads.h5",
-                 merged = scratch.path() / "out" / "knee.h5";
-  run(whole, {"--threads", "1"});
-  run(threads, {"--threads", "3"});
-  for (const char* shard : {"1/2", "2/2"}) run(merged, {"--shard", shard});
-  EXPECT_EQ(test::run_vrda({"merge", "-o", merged.string()}).exit_code, 0);
-  EXPECT_EQ(test::sha256_of_file(threads), test::sha256_of_file(whole));
-  EXPECT_EQ(test::sha256_of_file(merged), test::sha256_of_file(whole));
-}
-
 TEST(ShardWords, TheJobOfAMergeMayBeNamed)
 {
   const test::Scratch scratch;
