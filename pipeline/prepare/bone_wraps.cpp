@@ -12,6 +12,15 @@ using geometry::BonesOfJoint, geometry::FibreCrossing;
 
 constexpr double crossed_mm = 0.5;  // half of what is allowed: flexions between the solved ones
 
+// A cylinder that clears every bump of a noisy surface is too large: 1 mm of noise made the MCL 1 mm longer.
+std::vector<geometry::NearestSurface> bone_without_noise(const Body& body)
+{
+  std::vector<geometry::NearestSurface> surfaces;
+  for (const geometry::NearestSurface& surface : geometry::bone_of(body))
+    surfaces.emplace_back(geometry::without_noise(surface.mesh()));
+  return surfaces;
+}
+
 std::vector<Pose> poses_of(const job::Case& joint, const FibreLoads& loads)
 {
   std::vector<Pose> poses;
@@ -99,7 +108,7 @@ std::vector<BundleCrossing> by_bundle(const job::Case& joint, const std::vector<
 std::vector<BundleCrossing> wrap_over_bones(job::Case& subject, SlackLengths& lengths, SlackResult& slack)
 {
   constexpr int most_rounds = 3;
-  const BonesOfJoint bones{geometry::bone_of(subject.reference), geometry::bone_of(subject.moving)};
+  const BonesOfJoint bones{bone_without_noise(subject.reference), bone_without_noise(subject.moving)};
   const std::vector<SolverPosition> first = slack.loads.positions;
   std::vector<Pose> all = poses_of(subject, slack.loads);
   const std::vector<FibreCrossing> straight = crossings_of(bones, subject.ligaments, all);
