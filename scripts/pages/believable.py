@@ -38,7 +38,7 @@ def page(n, stamp):
             f"Share of the rotation that the prior decides: {share}.\n",
             table(["with the prior", "limit", *knees], rows, len(knees)),
             "\nThe same jobs with exact contact, which touches the highest points of a scanned surface, and the bones and fibres alone:\n",
-            *("\n" + part(of) for of in of_name)]
+            *(part(of) for of in of_name)]
     if "living" in n:
         trials = n["living"]["trials"]
         inside = sum(t["inside"] * t["frames"] for t in trials.values()) / sum(t["frames"] for t in trials.values())
