@@ -17,6 +17,7 @@ namespace vrda::geometry {
 namespace {
 
 constexpr double template_cell_mm = 3.0;
+constexpr double template_max_gradient = 1.42;               // of signed distances, with the next cell
 constexpr double femur_top_mm = 50.0, tibia_end_mm = -95.0;  // shafts vary considerably between people
 constexpr double template_clearance_mm = 2.0;                // of the tibia below the pose of the solids
 
@@ -147,10 +148,10 @@ bool is_articular_tibia(const Eigen::Vector3d& p, const Eigen::Vector3d& normal)
 Shape right_template_knee()
 {
   Shape shape;
-  const Mesh femur =
-      level_set_mesh(template_femur_field, {{-60, -60, -70}, {70, 60, 70}}, {template_cell_mm});
-  const Mesh tibia =
-      level_set_mesh(template_tibia_field, {{-60, -105, -70}, {70, 10, 70}}, {template_cell_mm});
+  const Mesh femur = level_set_mesh(template_femur_field, {{-60, -60, -70}, {70, 60, 70}},
+                                    {template_cell_mm, template_max_gradient});
+  const Mesh tibia = level_set_mesh(template_tibia_field, {{-60, -105, -70}, {70, 10, 70}},
+                                    {template_cell_mm, template_max_gradient});
   shape.reference = {{"femur", "bone", true, femur}};
   shape.moving = {{"tibia", "bone", true, tibia}, {"fibula", "bone", false, fibula_mesh(1.0)}};
   for (ShapePart& part : shape.moving) part.mesh.vertices_mm.col(1).array() -= template_clearance_mm;
@@ -299,8 +300,8 @@ JointRegion joint_region(const Mesh& femur, const Mesh& tibia)
 namespace {
 
 constexpr double sampled_radius_mm = 70.0, template_radius_mm = 50.0;
-constexpr int n_subject = 2500, n_template = 220;  // points per bone
-constexpr double least_cosine_coarse = 0.34;       // normals within 70 degrees
+constexpr int n_subject = 2500, n_template = 220, n_screened = 55;  // points per bone
+constexpr double least_cosine_coarse = 0.34;                        // normals within 70 degrees
 constexpr double least_scale = 0.7, most_scale = 1.45;
 constexpr double kept_coarse = 0.7, kept_fine = 0.8;
 constexpr int n_turns = 12, n_coarse = 8, n_fine = 30;
@@ -315,18 +316,30 @@ struct Bones {
   SurfacePoints femur, tibia;
 };
 
+Bones mirrored_z(const Bones& bones)
+{
+  return {mirrored_z(bones.femur), mirrored_z(bones.tibia)};
+}
+
 struct Pairs {
   Points from_mm, to_mm;  // template and subject
   std::vector<double> distance_sq_mm2;
 };
 
-void add_pairs(const SurfacePoints& points, const PointTree& subject, const SimilarityFit& fit, Pairs& pairs)
+// Of a bone's points, their nearest on the subject of the last fit; -1: none.
+using NearestRows = std::vector<Eigen::Index>;
+
+void add_pairs(const SurfacePoints& points, const PointTree& subject, const SimilarityFit& fit,
+               NearestRows& rows, Pairs& pairs)
 {
+  rows.resize(static_cast<std::size_t>(points.positions_mm.rows()), -1);
   for (Eigen::Index i = 0; i < points.positions_mm.rows(); ++i) {
     const Eigen::Vector3d p_mm = points.positions_mm.row(i);
     const Eigen::Vector3d placed_mm = fit.scale * fit.R * p_mm + fit.t_mm;
     const Eigen::Vector3d normal = fit.R * points.normals.row(i).transpose();
-    const PointTree::Nearest nearest = subject.nearest(placed_mm, normal, least_cosine_coarse);
+    Eigen::Index& last = rows[static_cast<std::size_t>(i)];
+    const PointTree::Nearest nearest = subject.nearest(placed_mm, normal, least_cosine_coarse, last);
+    last = nearest.row;
     if (nearest.row < 0) continue;
     const auto row = static_cast<Eigen::Index>(pairs.distance_sq_mm2.size());
     pairs.from_mm.row(row) = p_mm;
@@ -335,12 +348,18 @@ void add_pairs(const SurfacePoints& points, const PointTree& subject, const Simi
   }
 }
 
-Pairs pairs_of(const Bones& bones, const Subject& subject, const SimilarityFit& fit)
+struct BoneRows {
+  NearestRows femur, tibia;
+
+  bool operator==(const BoneRows&) const = default;
+};
+
+Pairs pairs_of(const Bones& bones, const Subject& subject, const SimilarityFit& fit, BoneRows& rows)
 {
   const Eigen::Index n = bones.femur.positions_mm.rows() + bones.tibia.positions_mm.rows();
   Pairs pairs{Points(n, 3), Points(n, 3), {}};
-  add_pairs(bones.femur, subject.femur, fit, pairs);
-  add_pairs(bones.tibia, subject.tibia, fit, pairs);
+  add_pairs(bones.femur, subject.femur, fit, rows.femur, pairs);
+  add_pairs(bones.tibia, subject.tibia, fit, rows.tibia, pairs);
   return pairs;
 }
 
@@ -394,14 +413,20 @@ SimilarityFit iterated(const Bones& bones, const Subject& subject, SimilarityFit
                        double kept)
 {
   const Eigen::Index n_points = bones.femur.positions_mm.rows() + bones.tibia.positions_mm.rows();
+  BoneRows counterparts, last_counterparts;
+  std::vector<Eigen::Index> last_rows;
+  Pairs pairs = pairs_of(bones, subject, fit, counterparts);
   for (int i = 0; i < n_iterations; ++i) {
-    const Pairs pairs = pairs_of(bones, subject, fit);
     const auto n = static_cast<std::size_t>(kept * static_cast<double>(n_points));
     const std::vector<Eigen::Index> rows = nearest_rows(pairs, n);
     if (static_cast<Eigen::Index>(rows.size()) < fewest_pairs) return {};
+    if (counterparts == last_counterparts && rows == last_rows) break;  // all further fits are this one
+    last_counterparts = counterparts;
+    last_rows = rows;
     fit = fitted(pairs, rows);
+    pairs = pairs_of(bones, subject, fit, counterparts);
   }
-  fit.residual_mm = residual_mm(pairs_of(bones, subject, fit), n_points, fit.scale);
+  fit.residual_mm = residual_mm(pairs, n_points, fit.scale);
   return fit;
 }
 
@@ -426,18 +451,25 @@ Eigen::Matrix3d axes_of(const Eigen::Vector3d& up, const Eigen::Vector3d& across
 
 // The bones' points within a radius of the joint; those of cartilage alone where only that is known of the
 // subject.
-Bones template_points(const KneeSurfaces& surfaces, const KneeSurfaces& subject, const Eigen::Vector3d& at_mm)
+Bones template_points(const KneeSurfaces& surfaces, const KneeSurfaces& subject, const Eigen::Vector3d& at_mm,
+                      int n_points)
 {
   const auto points = [&](const BoneSurfaces& bone, const BoneSurfaces& of_subject) {
     const bool is_cartilage = of_subject.bone.triangles.rows() == 0 && bone.cartilage.triangles.rows() > 0;
     return sample_surface(cropped(is_cartilage ? bone.cartilage : joined(bone), at_mm, template_radius_mm),
-                          n_template);
+                          n_points);
   };
   return {points(surfaces.femur, subject.femur), points(surfaces.tibia, subject.tibia)};
 }
 
-SimilarityFit best_fit(const Bones& bones, const JointRegion& from, const Subject& subject,
-                       const JointRegion& to)
+bool is_better(const SimilarityFit& a, const SimilarityFit& b)
+{
+  return a.residual_mm < b.residual_mm;
+}
+
+// From each of the turns, the best first.
+std::vector<SimilarityFit> coarse_fits(const Bones& bones, const JointRegion& from, const Subject& subject,
+                                       const JointRegion& to)
 {
   const SurfacePoints both = joined(bones.femur, bones.tibia);
   const SurfacePoints subject_points = joined(subject.femur.points(), subject.tibia.points());
@@ -450,10 +482,14 @@ SimilarityFit best_fit(const Bones& bones, const JointRegion& from, const Subjec
     start.t_mm = to.centre_mm - start.R * from.centre_mm;
     fits.push_back(iterated(bones, subject, start, n_coarse, kept_coarse));
   }
-  const auto is_better = [](const SimilarityFit& a, const SimilarityFit& b) {
-    return a.residual_mm < b.residual_mm;
-  };
   std::sort(fits.begin(), fits.end(), is_better);
+  return fits;
+}
+
+SimilarityFit best_fit(const Bones& bones, const JointRegion& from, const Subject& subject,
+                       const JointRegion& to)
+{
+  std::vector<SimilarityFit> fits = coarse_fits(bones, from, subject, to);
   fits.resize(n_finalists);
   for (SimilarityFit& fit : fits) {
     if (std::isfinite(fit.residual_mm)) fit = iterated(bones, subject, fit, n_fine, kept_fine);
@@ -463,7 +499,7 @@ SimilarityFit best_fit(const Bones& bones, const JointRegion& from, const Subjec
 
 }  // namespace
 
-CoarseFit coarse_fit(const KneeSurfaces& subject, const TemplateKnee& reference)
+CoarseFit coarse_fit(const KneeSurfaces& subject, const TemplateKnee& reference, double hopeless_mm)
 {
   const Mesh femur = joined(subject.femur), tibia = joined(subject.tibia);
   const JointRegion to = joint_region(femur, tibia);
@@ -472,14 +508,23 @@ CoarseFit coarse_fit(const KneeSurfaces& subject, const TemplateKnee& reference)
   };
   const Subject points{sampled(femur), sampled(tibia)};
   const KneeSurfaces& surfaces = reference.surfaces;
-  JointRegion from = joint_region(joined(surfaces.femur), joined(surfaces.tibia));
-  const Bones right = template_points(surfaces, subject, from.centre_mm);
+  const JointRegion from = joint_region(joined(surfaces.femur), joined(surfaces.tibia));
+  JointRegion mirrored_from = from;
+  mirrored_from.centre_mm.z() *= -1.0;
+  mirrored_from.up.z() *= -1.0;
+  const auto right_points = [&](int n) { return template_points(surfaces, subject, from.centre_mm, n); };
   CoarseFit fit;
   fit.nearest_mm = to.nearest_mm;
+  if (std::isfinite(hopeless_mm)) {
+    const Bones few = right_points(n_screened);
+    const auto residual = [&](const Bones& bones, const JointRegion& at) {
+      return coarse_fits(bones, at, points, to).front().residual_mm;
+    };
+    if (std::min(residual(few, from), residual(mirrored_z(few), mirrored_from)) > hopeless_mm) return fit;
+  }
+  const Bones right = right_points(n_template);
   fit.right = best_fit(right, from, points, to);
-  from.centre_mm.z() *= -1.0;
-  from.up.z() *= -1.0;
-  fit.left = best_fit({mirrored_z(right.femur), mirrored_z(right.tibia)}, from, points, to);
+  fit.left = best_fit(mirrored_z(right), mirrored_from, points, to);
   return fit;
 }
 

@@ -80,8 +80,10 @@ struct CoarseFit {
 
 /// Both bones as one: 12 turns about the direction through the joint, of the template and of the mirrored
 /// template, each followed by a trimmed similarity fit; the best four of each side are fitted further. Moved
-/// and mirrored subjects give moved and mirrored fits.
-CoarseFit coarse_fit(const KneeSurfaces& subject, const TemplateKnee& reference);
+/// and mirrored subjects give moved and mirrored fits. Where a quarter of the points find no turn with a
+/// residual below `hopeless_mm`, the search ends there, with infinite residuals.
+CoarseFit coarse_fit(const KneeSurfaces& subject, const TemplateKnee& reference,
+                     double hopeless_mm = std::numeric_limits<double>::infinity());
 
 // The precise fit of one bone, from a start within some degrees and millimetres.
 

@@ -92,9 +92,9 @@ void NormalBounds::add(const NormalBounds& other)
 
 bool NormalBounds::may_exceed(double least_cosine, const Eigen::Vector3d& normal) const
 {
-  constexpr double rounding = 1e-12;
-  const Eigen::Array3d n = normal.array();
-  return (least * n).max(most * n).sum() + rounding > least_cosine;
+  double most_cosine = 1e-12;  // for rounding
+  for (Eigen::Index k = 0; k < 3; ++k) most_cosine += normal[k] * (normal[k] > 0.0 ? most[k] : least[k]);
+  return most_cosine > least_cosine;
 }
 
 PointTree::PointTree(SurfacePoints points) : points_(std::move(points))
@@ -137,12 +137,16 @@ void PointTree::bound(Range range)
 
 double PointTree::Bounds::distance_sq_mm2(const Eigen::Vector3d& p_mm) const
 {
-  const Eigen::Array3d p = p_mm.array();
-  return (least_mm - p).max(p - most_mm).max(0.0).matrix().squaredNorm();
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const double off_mm = std::max({least_mm[k] - p_mm[k], p_mm[k] - most_mm[k], 0.0});
+    sum += off_mm * off_mm;
+  }
+  return sum;
 }
 
 PointTree::Nearest PointTree::nearest(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& normal,
-                                      double least_cosine) const
+                                      double least_cosine, Eigen::Index start) const
 {
   struct Task {
     Range range;
@@ -151,6 +155,11 @@ PointTree::Nearest PointTree::nearest(const Eigen::Vector3d& p_mm, const Eigen::
   std::array<Task, 64> stack;
   std::size_t n_tasks = 0;
   Nearest best{-1, std::numeric_limits<double>::infinity()};
+  const auto offer = [&](Eigen::Index row) {
+    const double distance_sq = (points_.positions_mm.row(row).transpose() - p_mm).squaredNorm();
+    if (distance_sq < best.distance_sq_mm2 && points_.normals.row(row).dot(normal.transpose()) > least_cosine)
+      best = {row, distance_sq};
+  };
   const auto add = [&](const Range& range) {
     if (range.is_empty()) return;
     const Bounds& bounds = bounds_[static_cast<std::size_t>(range.middle())];
@@ -158,16 +167,18 @@ PointTree::Nearest PointTree::nearest(const Eigen::Vector3d& p_mm, const Eigen::
     if (least_sq_mm2 < best.distance_sq_mm2 && bounds.normals.may_exceed(least_cosine, normal))
       stack[n_tasks++] = {range, least_sq_mm2};
   };
+  if (start >= 0) offer(start);
   add({0, points_.positions_mm.rows(), 0});
   while (n_tasks > 0) {
     const Task task = stack[--n_tasks];
     if (task.least_sq_mm2 >= best.distance_sq_mm2) continue;
     const Range& range = task.range;
+    if (range.end - range.begin <= most_at_once) {
+      for (Eigen::Index row = range.begin; row < range.end; ++row) offer(row);
+      continue;
+    }
     const Eigen::Index middle = range.middle();
-    const double distance_sq = (points_.positions_mm.row(middle).transpose() - p_mm).squaredNorm();
-    if (distance_sq < best.distance_sq_mm2 &&
-        points_.normals.row(middle).dot(normal.transpose()) > least_cosine)
-      best = {middle, distance_sq};
+    offer(middle);
     const bool is_below = p_mm[range.axis] < points_.positions_mm(middle, range.axis);
     add(is_below ? range.above() : range.below());
     add(is_below ? range.below() : range.above());

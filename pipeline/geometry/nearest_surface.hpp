@@ -49,8 +49,10 @@ class PointTree {
     double distance_sq_mm2 = 0.0;
   };
 
-  /// Nearest point whose normal has a component above `least_cosine` along `normal`; -1.1: any point.
-  Nearest nearest(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& normal, double least_cosine) const;
+  /// Nearest point whose normal has a component above `least_cosine` along `normal`; -1.1: any point. A row
+  /// that is near as `start` makes it faster; -1: none.
+  Nearest nearest(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& normal, double least_cosine,
+                  Eigen::Index start = -1) const;
 
  private:
   struct Range {
@@ -62,6 +64,7 @@ class PointTree {
     Range below() const { return {begin, middle(), (axis + 1) % 3}; }
     Range above() const { return {middle() + 1, end, (axis + 1) % 3}; }
   };
+  static constexpr Eigen::Index most_at_once = 8;  // ranges of so few are not divided
   // Of the positions and normals of a range.
   struct Bounds {
     Eigen::Array3d least_mm, most_mm;

@@ -97,7 +97,8 @@ std::string job_text(const JobDescription& job)
          "varus = \"free\"\n\n[solver]\nmethod = \"equilibrium\"\n\n[solver.equilibrium]\n"
          "branch = \"continuous\"\n"
          "contact = { model = \"compliant\", stiffness_n_per_mm3 = " +
-         shortest_decimal(contact_stiffness_n_per_mm3) + ", thickness_mm = 4 }\n\n[smooth]\ndegrees = [6]\n";
+         shortest_decimal(contact_stiffness_n_per_mm3) +
+         ", thickness_mm = " + shortest_decimal(contact_thickness_mm) + " }\n\n[smooth]\ndegrees = [6]\n";
 }
 
 std::string ligament_table(const model::Ligaments& ligaments, const std::string& comment)

@@ -242,6 +242,7 @@ FibreLoads SlackLengths::solved_loads(const job::Case& joint, const Bodies& bodi
   coarse.spine = {0, 0.0};
   coarse.prior.clear();
   coarse.equilibrium.contact_stiffness_n_per_mm3 = contact_stiffness_n_per_mm3;
+  coarse.equilibrium.contact_thickness_mm = contact_thickness_mm;
   solve::CaseSolver solver(coarse, n_threads_, bodies);
   const solve::SweepResult result = solve::sweep(
       solve::plan_of(coarse), [&](const solve::StepTask& task) { return solver(task); },
@@ -345,7 +346,7 @@ std::vector<std::string> frame_warnings(const job::Case& knee, const FrameKeys& 
     return {both(keys, ".unit") + ": the bones have the size of a knee in " + job::unit_of_mm(unit_mm) +
             remedy};
   const geometry::TemplateKnee reference = geometry::generic_template();
-  const geometry::CoarseFit fit = coarse_fit(bones, reference);
+  const geometry::CoarseFit fit = coarse_fit(bones, reference, 2.0 * largest_reliable_residual_mm);
   const bool is_left = fit.left.residual_mm < fit.right.residual_mm;
   const Side side = is_left ? Side::left : Side::right;
   const geometry::SimilarityFit& best = is_left ? fit.left : fit.right;

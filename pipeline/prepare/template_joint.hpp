@@ -40,7 +40,7 @@ TemplateJoint mirrored(const TemplateJoint& joint);
 
 /// Of the contact that `prepare` solves with and writes: the foundation of articular cartilage. Exact contact
 /// rests on single points of a scanned surface, which its noise moves.
-inline constexpr double contact_stiffness_n_per_mm3 = 2.0;
+inline constexpr double contact_stiffness_n_per_mm3 = 2.0, contact_thickness_mm = 4.0;
 
 /// The neutral pose after settling contact: varus until both compartments' gaps along Delta are equal, along
 /// Delta to touch, then both balanced under the push on compliant surfaces.

@@ -65,9 +65,10 @@ core::ExitCode solve_and_write(const job::Case& job_case, const RunOptions& opti
   const int n_threads = thread_count_or_all(options.n_threads);
   RunRecord record(n_threads, static_cast<int>(log.known.size()));
   const solve::SweepPlan plan = solve::plan_of(job_case);
-  const solve::SweepResult result = solve_part(job_case, plan, ProgressUnit::cells, options, log);
+  const SolvedPart part = solve_part(job_case, plan, ProgressUnit::cells, options, log);
+  const solve::SweepResult& result = part.result;
   if (!result.is_complete) return report_interrupted(log);
-  const auto samples = solve_samples(job_case, plan, result, all_samples(job_case), options, log);
+  const auto samples = solve_samples(job_case, plan, part, all_samples(job_case), options, log);
   if (!samples) return report_interrupted(log);
   record.end_phase(solving_phase);
   if (log.traces) write_trace_of(job_case, result, output);

@@ -59,9 +59,8 @@ int n_counted_of(const std::map<StepKey, StepRecord>& steps, const solve::SweepP
 
 }  // namespace
 
-solve::SweepResult solve_part(const job::Case& job_case, const solve::SweepPlan& plan, ProgressUnit counted,
-                              const RunOptions& options, StepLog& log,
-                              const std::map<StepKey, StepRecord>& spine)
+SolvedPart solve_part(const job::Case& job_case, const solve::SweepPlan& plan, ProgressUnit counted,
+                      const RunOptions& options, StepLog& log, const std::map<StepKey, StepRecord>& spine)
 {
   const int n_threads = thread_count_or_all(options.n_threads);
   solve::CaseSolver solver(job_case, n_threads);
@@ -94,7 +93,7 @@ solve::SweepResult solve_part(const job::Case& job_case, const solve::SweepPlan&
   solve::SweepResult result = solve::sweep(plan, solve, hooks, n_threads);
   if (log.traces) log.traces->flush();
   log.writer.flush();
-  return result;
+  return {std::move(result), solver.joint()};
 }
 
 core::ExitCode report_interrupted(const StepLog& log)
@@ -170,7 +169,7 @@ std::optional<Steps> solved_spine(const ShardedRun& run, const RunOptions& optio
   const bool is_complete = with_journal_restore(*log, run.output, [&] {
     write_shared_files(run, options);
     const solve::SweepPlan plan = plan_of_rows(run.job_case, {});
-    return solve_part(run.job_case, plan, ProgressUnit::spine, options, *log).is_complete;
+    return solve_part(run.job_case, plan, ProgressUnit::spine, options, *log).result.is_complete;
   });
   if (is_complete) return steps_in(path, run.key);
   report_interrupted(*log);
@@ -189,10 +188,9 @@ core::ExitCode solve_rows(const ShardedRun& run, const RunOptions& options, cons
   const auto n_rows = static_cast<std::int32_t>(run.job_case.grid.flexion_deg.size());
   const solve::SweepPlan plan = plan_of_rows(run.job_case, run::rows_of(*options.shard, n_rows));
   const bool is_complete = with_journal_restore(*log, run.output, [&] {
-    const solve::SweepResult result =
-        solve_part(run.job_case, plan, ProgressUnit::cells, options, *log, spine);
-    return result.is_complete &&
-           solve_samples(run.job_case, plan, result, run::rows_of(*options.shard, n_samples_of(run.job_case)),
+    const SolvedPart part = solve_part(run.job_case, plan, ProgressUnit::cells, options, *log, spine);
+    return part.result.is_complete &&
+           solve_samples(run.job_case, plan, part, run::rows_of(*options.shard, n_samples_of(run.job_case)),
                          options, *log)
                .has_value();
   });
@@ -240,15 +238,17 @@ std::vector<StepRecord> records_of(std::int32_t sample, std::size_t n_flexion,
 
 class SampleRun {
  public:
-  SampleRun(const job::Case& job_case, const solve::SweepPlan& plan, const solve::SweepResult& job,
+  SampleRun(const job::Case& job_case, const solve::SweepPlan& plan, const SolvedPart& job,
             const std::vector<std::int32_t>& samples, StepLog& log)
-      : plan_(plan), job_(job), samples_(samples), log_(log), inputs_(job_case), records_(samples.size())
+      : plan_(plan),
+        job_(job.result),
+        samples_(samples),
+        log_(log),
+        inputs_(job_case),
+        records_(samples.size())
   {
     const bool is_compliant = job_case.equilibrium.contact_stiffness_n_per_mm3 > 0.0;
-    if (inputs_.has_same_geometry() || (is_compliant && inputs_.thickness_change_mm(0))) {
-      joint_ = std::make_shared<const solve::Joint>(
-          solve::joint_of(job_case, solve::frame_of(job_case, job_case.push.front())));
-    }
+    if (inputs_.has_same_geometry() || (is_compliant && inputs_.thickness_change_mm(0))) joint_ = job.joint;
     if (joint_ && is_compliant) joint_->compliant->of(*joint_);
   }
 
@@ -338,7 +338,7 @@ std::vector<std::int32_t> all_samples(const job::Case& job_case)
 }
 
 std::optional<std::vector<StepRecord>> solve_samples(const job::Case& job_case, const solve::SweepPlan& plan,
-                                                     const solve::SweepResult& job,
+                                                     const SolvedPart& job,
                                                      const std::vector<std::int32_t>& samples,
                                                      const RunOptions& options, StepLog& log)
 {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "core/console.hpp"
@@ -17,11 +18,17 @@ namespace vrda::run {
 /// the starts of each flexion with free varus).
 enum class ProgressUnit { cells, spine };
 
+/// The steps, and the bodies in the frame of the first flexion that they were solved with.
+struct SolvedPart {
+  solve::SweepResult result;
+  std::shared_ptr<const solve::Joint> joint;
+};
+
 /// Recalls steps from `log` and `spine`, appends new ones to `log`, and checks for interrupts before each
 /// step. All appended steps are on disk when it returns.
-solve::SweepResult solve_part(const job::Case& job_case, const solve::SweepPlan& plan, ProgressUnit counted,
-                              const RunOptions& options, StepLog& log,
-                              const std::map<StepKey, StepRecord>& spine = {});
+SolvedPart solve_part(const job::Case& job_case, const solve::SweepPlan& plan, ProgressUnit counted,
+                      const RunOptions& options, StepLog& log,
+                      const std::map<StepKey, StepRecord>& spine = {});
 
 /// Reports where the solved steps are and how to resume.
 core::ExitCode report_interrupted(const StepLog& log);
@@ -38,11 +45,11 @@ core::ExitCode shard_command(const RunOptions& options);
 /// Number of samples of the job; 0 without [uncertainty].
 std::int32_t n_samples_of(const job::Case& job_case);
 
-/// Solves the samples with these numbers, each on one thread, from the spine in `job` (the result of `plan`).
+/// Solves the samples with these numbers, each on one thread, from the spine in `job` (the part of `plan`).
 /// Recalls samples from `log`, appends new ones, checks for interrupts. Records in the order of `samples`;
 /// empty when stopped.
 std::optional<std::vector<StepRecord>> solve_samples(const job::Case& job_case, const solve::SweepPlan& plan,
-                                                     const solve::SweepResult& job,
+                                                     const SolvedPart& job,
                                                      const std::vector<std::int32_t>& samples,
                                                      const RunOptions& options, StepLog& log);
 

@@ -96,8 +96,8 @@ function(add_schema room kind)
   target_sources(${program}_${room} PRIVATE ${source})
 endfunction()
 
-# add_room_test(contact SOURCES a_test.cpp USES pipeline::contact): one test program per room, run as one process or as
-# SHARDS parallel processes. TIMEOUT in seconds, for tests that may take longer than ten minutes under the sanitizers
+# add_room_test(contact SOURCES a_test.cpp / b_test.cpp USES pipeline::contact): one test program per room, its sources in groups
+# of vrda_groups, run as one process or as SHARDS parallel processes. TIMEOUT in seconds, for tests that may take longer than ten minutes under the sanitizers
 # on a busy machine. Tests with a higher COST (roughly seconds) start earlier. LIGHT: compiled without optimisation, in
 # half the time, since it computes little itself.
 function(add_room_test name)
@@ -112,7 +112,8 @@ function(add_room_test name)
     set(TEST_COST 1)
   endif()
   set(target test_${name})
-  add_executable(${target} ${TEST_SOURCES})
+  add_executable(${target})
+  vrda_groups(${target} ${TEST_SOURCES})
   target_link_libraries(${target} PRIVATE ${TEST_USES} test_support GTest::gmock GTest::gtest_main vrda_flags)
   if(TEST_LIGHT)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O0>)

@@ -62,7 +62,7 @@ fs::path bare_model(const test::Scratch& scratch)
   return file;
 }
 
-TEST(TwoWriters, NoCommittedChangeIsLostInTwoHundredInterleavingsAndKills)
+TEST(TwoWriters, NoCommittedChangeIsLostInInterleavingsAndKills)
 {
   const test::Scratch scratch;
   const fs::path bare = bare_model(scratch), file = scratch.path() / "m.h5";
@@ -70,7 +70,8 @@ TEST(TwoWriters, NoCommittedChangeIsLostInTwoHundredInterleavingsAndKills)
   std::mt19937 random(20261122);
   const auto any_of = [&](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };
   int n_both = 0, n_killed = 0;
-  for (int trial = 0; trial < 200; ++trial) {
+  const int n_trials = test::runs_full_set() ? 200 : 50;
+  for (int trial = 0; trial < n_trials; ++trial) {
     SCOPED_TRACE(trial);
     fs::copy_file(bare, file, fs::copy_options::overwrite_existing);
     const int first = any_of(4), second = (first + 1 + any_of(3)) % 4;
@@ -95,8 +96,8 @@ TEST(TwoWriters, NoCommittedChangeIsLostInTwoHundredInterleavingsAndKills)
     n_both += is_first_done ? 1 : 0;
     n_killed += is_first_done ? 0 : 1;
   }
-  EXPECT_GE(n_both, 60);
-  EXPECT_GE(n_killed, 20);
+  EXPECT_GE(n_both, 3 * n_trials / 10);
+  EXPECT_GE(n_killed, n_trials / 10);
   // The last writer has removed the files of killed ones.
   for (const auto& entry : fs::directory_iterator(scratch.path()))
     EXPECT_THAT(entry.path().filename().string(), testing::Not(HasSubstr(".partial")));
@@ -117,7 +118,7 @@ TEST(TwoWriters, TwoMergesOfWhichOneIsKilledLoseNothing)
   const std::string wanted = test::read_bytes(output);
   fs::remove(output);
   std::mt19937 random(5);
-  for (int trial = 0; trial < 40; ++trial) {
+  for (int trial = 0; trial < (test::runs_full_set() ? 40 : 8); ++trial) {
     SCOPED_TRACE(trial);
     const fs::path copy = scratch.path() / "copy";
     fs::remove_all(copy);

@@ -25,6 +25,7 @@ ELSEWHERE = {
     "scripts/fuzz": "tests/fuzz/CMakeLists.txt",
     "scripts/check_includes": "tests/scripts/CMakeLists.txt",
     "scripts/bench": "tests/scripts/bench_page_test.py",
+    "scripts/fingerprint": "tests/scripts/fingerprint_test.py",
     "scripts/validation": "tests/scripts/validation_page_test.py",
     "scripts/results": "tests/scripts/results_test.py",
     "scripts/thesis": "results/thesis.md",

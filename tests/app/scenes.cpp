@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <stdexcept>
@@ -158,6 +159,11 @@ correlation = 0.5
 distribution = "normal"
 sd = 0.01
 )";
+
+bool runs_full_set()
+{
+  return std::getenv("VRDA_FAULTS_ALL") != nullptr;
+}
 
 Command vrda(std::vector<std::string> words, const std::vector<std::string>& more)
 {

@@ -20,6 +20,9 @@ nlohmann::json json_of(const std::vector<std::string>& words, int exit_code = 0)
 store::MotionModel solved(const std::filesystem::path& job, const std::vector<std::string>& settings = {},
                           int exit_code = 0);
 
+/// With VRDA_FAULTS_ALL set tests of faults and kills cover more calls, settings and interleavings.
+bool runs_full_set();
+
 /// A ball under a dish given as STL files in the folder, 3 x 5 attitudes, joint = "other"; solved in well
 /// under a second. Returns the job file.
 std::filesystem::path small_job(const Scratch& scratch);

@@ -68,6 +68,7 @@ TEST_P(Run, DropsATornRecordAndKeepsAllBeforeIt)
   const int n = n_calls(whole_run(), {"count", "write", "1", "a.h5.journal"});
   EXPECT_GT(n, 6);
   for (int k = 2; k <= n; ++k) {  // the first is the header
+    if (!runs_full_set() && k > 3 && k < n - 1) continue;
     SCOPED_TRACE(k);
     EXPECT_EQ(run_from_empty({"torn", "write", std::to_string(k), "a.h5.journal"}).exit_code, -1);
     const store::JournalContent content = store::read_journal(journal());

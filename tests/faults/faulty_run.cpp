@@ -90,11 +90,6 @@ const Setting& traced_search()
   return setting;
 }
 
-bool runs_full_set()
-{
-  return std::getenv("VRDA_FAULTS_ALL") != nullptr;
-}
-
 std::vector<Setting> every_method()
 {
   if (runs_full_set()) return {search(), equilibrium(), traced_search()};
@@ -150,7 +145,9 @@ std::vector<std::string> calls_of(const FaultRow& row, int n)
   if (!at.starts_with("each")) return {at};
   std::vector<std::string> calls;
   const int n_faulty = n - row.n_last;
-  const int stride = runs_full_set() ? 1 : std::clamp(row.stride, 1, std::max(1, n_faulty));
+  constexpr int most_calls = 12;  // of a row
+  const int wanted_stride = std::max(row.stride, (n_faulty + most_calls - 1) / most_calls);
+  const int stride = runs_full_set() ? 1 : std::clamp(wanted_stride, 1, std::max(1, n_faulty));
   for (int k = 1; k <= n_faulty; ++k) {
     // Other faults of a table get other calls.
     if ((k + static_cast<int>(row.fault.what.size())) % stride == 0)

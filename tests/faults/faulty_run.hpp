@@ -39,8 +39,6 @@ const Setting& search();
 const Setting& equilibrium();
 const Setting& traced_search();  ///< writes more files than the search without traces
 
-/// With VRDA_FAULTS_ALL set the tests cover more calls and settings: minutes instead of seconds.
-bool runs_full_set();
 /// Equilibrium and traced search; all three in the full set.
 std::vector<Setting> every_method();
 /// One setting, for tests that do not depend on the method.

@@ -8,7 +8,7 @@
 #include "job/component_loader.hpp"
 #include "job/ligament_files.hpp"
 #include "job/thesis_files.hpp"
-#include "tables/imported_model.hpp"
+#include "tables/motion_table.hpp"
 
 namespace vrda::test {
 

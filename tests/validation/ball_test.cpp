@@ -79,7 +79,7 @@ void expect_rest_in_the_middle(Tally tally, const std::string& section, Size siz
   tally.measure = "distance from the middle, translation resolutions";
   tally.allowed = 2.0;  // halving from 1 mm can leave an error of 1.25
   Draw draw(tally.seed);
-  for (int k = 0; k < n_cases; ++k) {
+  for (int k = 0; k < n_tested(n_cases); ++k) {
     const BallCase ball = drawn(draw, section, size, is_stretched);
     const Solved solved = solve(scene_of(ball.request), ball.options);
     ++tally.outcomes[std::string(name_of(solved.record.status))];
@@ -129,7 +129,7 @@ TEST(BallInDish, AnalyticNormalsNeverTurnTheBall)
               .seed = 107};
   Draw draw(tally.seed);
   int n_slides = 0, n_wide = 0;
-  for (int k = 0; k < 300; ++k) {
+  for (int k = 0; k < n_tested(300); ++k) {
     BallCase ball = drawn(draw, k % 3 == 0 ? "bowl" : k % 3 == 1 ? "cone" : "wave", Size::any, false);
     ball.options.normals = ContactNormals::moving;
     const Solved solved = solve(scene_of(ball.request), ball.options);
@@ -141,8 +141,8 @@ TEST(BallInDish, AnalyticNormalsNeverTurnTheBall)
   }
   tally.outcomes["slid"] = n_slides;
   tally.outcomes["two contacts or more"] = n_wide;
-  EXPECT_GT(n_slides, 100);
-  EXPECT_GT(n_wide, 100);
+  EXPECT_GT(n_slides, n_tested(100));
+  EXPECT_GT(n_wide, n_tested(100));
   report(tally);
 }
 

@@ -178,7 +178,7 @@ TEST(BarOnPyramids, AWideBarIsTurnedIntoItsSeat)
               .seed = 301,
               .allowed = 0.01};  // rounding: 1e-5 mm
   Draw draw(angle.seed);
-  for (int k = 0; k < 300; ++k) {
+  for (int k = 0; k < n_tested(300); ++k) {
     SCOPED_TRACE(k);
     BarCase bar = drawn_pyramids(draw);
     bar.width = bar.gap + bar.base * draw.uniform(0.1, 0.7);
@@ -202,7 +202,7 @@ TEST(BarOnPyramids, AWideBarIsTurnedIntoItsSeat)
     EXPECT_TRUE(seat.add(std::abs(rest.middle_mm.y() - seat_mm) / (steepness * edge_mm)));
     EXPECT_TRUE(touch.add(height_off(bar, rest, touch_y_mm(bar, rest))));
   }
-  EXPECT_GT(angle.outcomes["turned"], 200);
+  EXPECT_GT(angle.outcomes["turned"], n_tested(200));
   for (const Tally& tally : {angle, aside, seat, touch}) report(tally);
 }
 
@@ -234,7 +234,7 @@ TEST(BarOnPyramids, ANarrowBarTurnsUntilItPassesBetweenTheBases)
               .seed = 302,
               .allowed = 0.01};  // rounding: 1e-5 mm
   Draw draw(turned.seed);
-  for (int k = 0; k < 800; ++k) {
+  for (int k = 0; k < n_tested(800); ++k) {
     SCOPED_TRACE(k);
     BarCase bar = drawn_pyramids(draw);
     const double passing = draw.uniform(0.05, 0.9) * std::atan2(bar.gap, bar.base);
@@ -258,8 +258,8 @@ TEST(BarOnPyramids, ANarrowBarTurnsUntilItPassesBetweenTheBases)
       ++turned.outcomes[start > passing ? "too steep" : "passes with clearance below two resolutions"];
     }
   }
-  EXPECT_GT(kept.outcomes["not turned"], 200);
-  EXPECT_GT(turned.outcomes["too steep"], 200);
+  EXPECT_GT(kept.outcomes["not turned"], n_tested(200));
+  EXPECT_GT(turned.outcomes["too steep"], n_tested(200));
   for (const Tally& tally : {turned, kept, touch}) report(tally);
 }
 
@@ -271,7 +271,7 @@ TEST(BarOnPyramids, AFlatTopRestsOnATip)
               .seed = 303,
               .allowed = 0.01};  // rounding: 1e-5 mm
   Draw draw(tally.seed);
-  for (int k = 0; k < 200; ++k) {
+  for (int k = 0; k < n_tested(200); ++k) {
     SCOPED_TRACE(k);
     BarCase bar = drawn_pyramids(draw);
     bar.length = draw.uniform(10, 60);
@@ -288,8 +288,8 @@ TEST(BarOnPyramids, AFlatTopRestsOnATip)
     EXPECT_TRUE(tally.add(height_off(bar, rest_of(bar, solved), -bar.height)));
     ++tally.outcomes[solved.record.contacts.size() > 1 ? "on both tips" : "on one tip"];
   }
-  EXPECT_GT(tally.outcomes["on both tips"], 5);
-  EXPECT_GT(tally.outcomes["on one tip"], 50);
+  EXPECT_GT(tally.outcomes["on both tips"], n_tested(5));
+  EXPECT_GT(tally.outcomes["on one tip"], n_tested(50));
   report(tally);
 }
 

@@ -69,7 +69,7 @@ TEST(CapInSink, SitsInTheSinkFromEveryAngle)
             .seed = 201,
             .allowed = 2.0};
   Draw draw(tally.seed);
-  for (int k = 0; k < 400; ++k) {
+  for (int k = 0; k < n_tested(400); ++k) {
     // One triangle per face (edges 1): the sink's triangles are not split.
     const CapCase cap = drawn(draw, draw.sign() * draw.uniform(0.0, 44.5), k % 2 == 0 ? 1 : draw.whole(2, 4));
     const Solved solved = solve(scene_of(cap.request), cap.options);
@@ -81,8 +81,8 @@ TEST(CapInSink, SitsInTheSinkFromEveryAngle)
     EXPECT_TRUE(tip.add(std::hypot(top_mm.x(), top_mm.z()) / cap.options.translation_resolution_mm));
     EXPECT_TRUE(solved.record.theta_determined);
   }
-  EXPECT_GT(tally.outcomes["rotated about Delta"], 150);
-  EXPECT_GT(tally.outcomes["rotated against Delta"], 150);
+  EXPECT_GT(tally.outcomes["rotated about Delta"], n_tested(150));
+  EXPECT_GT(tally.outcomes["rotated against Delta"], n_tested(150));
   report(tally);
   report(tip);
 }
@@ -95,7 +95,7 @@ TEST(CapInSink, AtFortyFiveDegreesTheTurnIsUndetermined)
               .measure = "cells with theta reported as determined",
               .seed = 202};
   Draw draw(tally.seed);
-  for (int k = 0; k < 100; ++k) {
+  for (int k = 0; k < n_tested(100); ++k) {
     CapCase cap = drawn(draw, draw.sign() * 45.0, draw.whole(1, 4));
     cap.request.numbers["offset_x"] = cap.request.numbers["offset_z"] = 0.0;
     const Solved solved = solve(scene_of(cap.request), cap.options);
@@ -131,7 +131,7 @@ TEST(CapInSink, TriangleCentresDoNotTurnTheCapAsTheThesisFound)
               .seed = 203,
               .allowed = 0.0};
   Draw draw(tally.seed);
-  for (int k = 0; k < 200; ++k) {
+  for (int k = 0; k < n_tested(200); ++k) {
     CapCase cap = drawn(draw, draw.sign() * draw.uniform(10.0, 44.0), 1);
     cap.request.numbers["turn"] = 0.0;
     cap.request.numbers["offset_x"] = cap.request.numbers["offset_z"] = 0.0;

@@ -86,7 +86,7 @@ void expect_hole_sorts(const std::string& scene, std::uint64_t seed, Stretch str
                 .seed = seed,
                 .allowed = 2.0};  // halving from 1 mm can leave an error of 1.25
   Draw draw(seed);
-  for (int k = 0; k < 240; ++k) {
+  for (int k = 0; k < n_tested(240); ++k) {
     SCOPED_TRACE(k);
     const SearchOptions options;
     const double resolution_mm = options.translation_resolution_mm;
@@ -108,8 +108,8 @@ void expect_hole_sorts(const std::string& scene, std::uint64_t seed, Stretch str
     EXPECT_FALSE(solved.record.contacts.empty());
     ++centred.outcomes[too_wide_mm.minCoeff() > 0.0 ? "on four sides" : "on two sides"];
   }
-  EXPECT_GT(passes.outcomes[name_of(StepStatus::no_contact)], 80);
-  EXPECT_GT(passes.outcomes[name_of(StepStatus::stable)], 80);
+  EXPECT_GT(3 * passes.outcomes[name_of(StepStatus::no_contact)], passes.cases);
+  EXPECT_GT(3 * passes.outcomes[name_of(StepStatus::stable)], passes.cases);
   for (const Tally& tally : {passes, centred}) report(tally);
 }
 

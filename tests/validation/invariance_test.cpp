@@ -236,7 +236,7 @@ void expect_same_rest_of(const Named& named, const InvarianceCase& variant)
               .seed = variant.seed,
               .allowed = 1.0};
   Draw draw(variant.seed);
-  for (int k = 0; k < 200; ++k) {
+  for (int k = 0; k < n_tested(200); ++k) {
     SCOPED_TRACE(named.scene + ", case " + std::to_string(k));
     const RestCase rest = named.draw(draw);
     const Scene scene = scene_of(rest.request);

@@ -44,6 +44,9 @@ Solved solve(const Scene& scene, const SearchOptions& options, const MovingPose&
 /// Final position of a point of the moving object, mm.
 Eigen::Vector3d placed(const Solved& solved, const Eigen::Vector3d& p_moving_mm);
 
+/// Of `n` cases of a property all with VRDA_VALIDATION set, otherwise the first quarter.
+int n_tested(int n);
+
 /// Statistics of a tested property: printed, kept in CTest's log, and appended as a JSON line to the folder
 /// $VRDA_VALIDATION if set (scripts/validation makes results/validation.md from them).
 struct Tally {
