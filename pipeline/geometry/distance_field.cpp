@@ -134,21 +134,29 @@ std::map<Key, std::vector<Eigen::Index>> groups_of(Eigen::Index n_triangles, con
   return groups;
 }
 
-struct Weights {
-  std::array<double, 4> value, first, second;
-};
+using Weights = std::array<double, 4>;
 
-// Cubic B-spline at `t` of [0, 1) beyond the second of four nodes.
+// Cubic B-spline at `t` of [0, 1) beyond the second of four nodes, and its derivatives.
 Weights weights_of(double t)
 {
   const double u = 1.0 - t;
-  return {{u * u * u / 6.0, (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0,
-           (4.0 - 6.0 * u * u + 3.0 * u * u * u) / 6.0, t * t * t / 6.0},
-          {-0.5 * u * u, 0.5 * (3.0 * t * t - 4.0 * t), 0.5 * (4.0 * u - 3.0 * u * u), 0.5 * t * t},
-          {u, 3.0 * t - 2.0, 3.0 * u - 2.0, t}};
+  return {u * u * u / 6.0, (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0,
+          (4.0 - 6.0 * u * u + 3.0 * u * u * u) / 6.0, t * t * t / 6.0};
 }
 
-double dot(const std::array<double, 4>& a, const std::array<double, 4>& b)
+Weights first_weights_of(double t)
+{
+  const double u = 1.0 - t;
+  return {-0.5 * u * u, 0.5 * (3.0 * t * t - 4.0 * t), 0.5 * (4.0 * u - 3.0 * u * u), 0.5 * t * t};
+}
+
+Weights second_weights_of(double t)
+{
+  const double u = 1.0 - t;
+  return {u, 3.0 * t - 2.0, 3.0 * u - 2.0, t};
+}
+
+double dot(const Weights& a, const double* b)
 {
   return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]);
 }
@@ -401,47 +409,49 @@ double DistanceField::bound_mm(const Eigen::Vector3d& p_mm) const
 DistanceField::Sample DistanceField::sample(const Eigen::Vector3d& p_mm, double least_mm) const
 {
   Sample out;
-  std::array<std::int64_t, 3> at{};
-  std::array<Weights, 3> w{};
+  std::int64_t at[3];
+  double t[3];
   for (std::size_t k = 0; k < 3; ++k) {
     const double x = p_mm[static_cast<Eigen::Index>(k)] / cell_mm - static_cast<double>(first_[k]);
     if (!(x >= 1.0 && x < static_cast<double>(n_[k] - 2))) return out;
     at[k] = static_cast<std::int64_t>(x);
-    w[k] = weights_of(x - static_cast<double>(at[k]));
+    t[k] = x - static_cast<double>(at[k]);
   }
-  const auto along = [&](const std::array<double, 4>& weight, std::size_t b, std::size_t c) {
-    const double* const f = &value_[row_of(at[0] - 1, at[1] - 1 + static_cast<std::int64_t>(b),
-                                           at[2] - 1 + static_cast<std::int64_t>(c))];
-    return (weight[0] * f[0] + weight[1] * f[1]) + (weight[2] * f[2] + weight[3] * f[3]);
-  };
-  // Per plane of constant z, the sums over y of the values along x and their derivatives.
-  std::array<std::array<double, 4>, 4> value{};
-  out.distance_mm = 0.0;
-  for (std::size_t c = 0; c < 4; ++c) {
-    for (std::size_t b = 0; b < 4; ++b) value[c][b] = along(w[0].value, b, c);
-    out.distance_mm += dot(value[c], w[1].value) * w[2].value[c];
+  const Weights x = weights_of(t[0]), y = weights_of(t[1]), z = weights_of(t[2]);
+  const double* const nodes = &value_[row_of(at[0] - 1, at[1] - 1, at[2] - 1)];
+  const std::int64_t n_row = n_[0], n_plane = n_[0] * n_[1];
+  // Per plane of constant z, the values along x and their sums over y.
+  double value[4][4], over_y[4];
+  for (std::int64_t c = 0; c < 4; ++c) {
+    for (std::int64_t b = 0; b < 4; ++b) value[c][b] = dot(x, nodes + c * n_plane + b * n_row);
+    over_y[c] = dot(y, value[c]);
   }
+  out.distance_mm = over_y[0] * z[0] + over_y[1] * z[1] + over_y[2] * z[2] + over_y[3] * z[3];
   if (!(out.distance_mm < least_mm)) return out;
-  Eigen::Vector3d g = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
-  for (std::size_t c = 0; c < 4; ++c) {
-    std::array<double, 4> first{}, second{};
-    for (std::size_t b = 0; b < 4; ++b) {
-      first[b] = along(w[0].first, b, c);
-      second[b] = along(w[0].second, b, c);
+  const Weights dx = first_weights_of(t[0]), dy = first_weights_of(t[1]), dz = first_weights_of(t[2]);
+  const Weights ddx = second_weights_of(t[0]), ddy = second_weights_of(t[1]), ddz = second_weights_of(t[2]);
+  double g[3] = {0.0, 0.0, 0.0}, xx = 0.0, yy = 0.0, zz = 0.0, yx = 0.0, zx = 0.0, zy = 0.0;
+  for (std::int64_t c = 0; c < 4; ++c) {
+    double first[4], second[4];
+    for (std::int64_t b = 0; b < 4; ++b) {
+      first[b] = dot(dx, nodes + c * n_plane + b * n_row);
+      second[b] = dot(ddx, nodes + c * n_plane + b * n_row);
     }
-    const double z = w[2].value[c], dz = w[2].first[c];
-    const double by_x = dot(first, w[1].value), by_y = dot(value[c], w[1].first);
-    g += Eigen::Vector3d(by_x * z, by_y * z, dot(value[c], w[1].value) * dz);
-    H(0, 0) += dot(second, w[1].value) * z;
-    H(1, 1) += dot(value[c], w[1].second) * z;
-    H(2, 2) += dot(value[c], w[1].value) * w[2].second[c];
-    H(1, 0) += dot(first, w[1].first) * z;
-    H(2, 0) += by_x * dz;
-    H(2, 1) += by_y * dz;
+    const auto k = static_cast<std::size_t>(c);
+    const double by_x = dot(y, first), by_y = dot(dy, value[c]);
+    g[0] += by_x * z[k];
+    g[1] += by_y * z[k];
+    g[2] += over_y[c] * dz[k];
+    xx += dot(y, second) * z[k];
+    yy += dot(ddy, value[c]) * z[k];
+    zz += over_y[c] * ddz[k];
+    yx += dot(dy, first) * z[k];
+    zx += by_x * dz[k];
+    zy += by_y * dz[k];
   }
-  out.gradient = g / cell_mm;
-  out.hessian_per_mm = Eigen::Matrix3d(H.selfadjointView<Eigen::Lower>()) / (cell_mm * cell_mm);
+  out.gradient = Eigen::Vector3d(g[0], g[1], g[2]) / cell_mm;
+  out.hessian_per_mm << xx, yx, zx, yx, yy, zy, zx, zy, zz;
+  out.hessian_per_mm /= cell_mm * cell_mm;
   return out;
 }
 

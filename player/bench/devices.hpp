@@ -1,6 +1,8 @@
 /// Samples of the devices, as the frame loop receives them and a recording stores them, and their queue.
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -33,9 +35,21 @@ struct ToolPose {
   double rotation[4] = {1.0, 0.0, 0.0, 0.0};
 };
 /// Tool to tracker; the quaternion is normalised.
-Pose pose_of(const ToolPose& place);
+inline Pose pose_of(const ToolPose& place)
+{
+  const double* q = place.rotation;
+  Pose X = Pose::Identity();
+  X.linear() = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+  X.translation() = Eigen::Vector3d(place.position_mm[0], place.position_mm[1], place.position_mm[2]);
+  return X;
+}
 /// `pose`: tool to tracker, mm.
-ToolPose place_of(const Pose& pose);
+inline ToolPose place_of(const Pose& pose)
+{
+  const Eigen::Quaterniond q = Eigen::Quaterniond(Eigen::Matrix3d(pose.linear())).normalized();
+  const Eigen::Vector3d p = pose.translation();
+  return {{p.x(), p.y(), p.z()}, {q.w(), q.x(), q.y(), q.z()}};
+}
 
 /// Trivially copyable without padding: equal samples have equal bytes.
 struct Sample {

@@ -96,10 +96,10 @@ function(add_schema room kind)
   target_sources(${program}_${room} PRIVATE ${source})
 endfunction()
 
-# add_room_test(contact SOURCES a_test.cpp / b_test.cpp USES pipeline::contact): one test program per room, its sources in groups
-# of vrda_groups, run as one process or as SHARDS parallel processes. TIMEOUT in seconds, for tests that may take longer than ten minutes under the sanitizers
-# on a busy machine. Tests with a higher COST (roughly seconds) start earlier. LIGHT: compiled without optimisation, in
-# half the time, since it computes little itself.
+# add_room_test(contact SOURCES a_test.cpp / b_test.cpp USES pipeline::contact): one test program per room, its sources in
+# groups of vrda_groups, run as one process or as SHARDS parallel processes. TIMEOUT in seconds, for tests that may take
+# longer than ten minutes under the sanitizers on a busy machine. Tests with a higher COST (roughly seconds) start
+# earlier. LIGHT: compiled without optimisation, in half the time, since it computes little itself.
 function(add_room_test name)
   cmake_parse_arguments(TEST "LIGHT" "TIMEOUT;SHARDS;COST" "SOURCES;USES" ${ARGN})
   if(NOT TEST_TIMEOUT)
