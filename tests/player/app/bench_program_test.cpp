@@ -267,9 +267,10 @@ TEST_F(BenchProgram, ASecondSimulatorLeavesTheLinkOfTheFirst)
 
 TEST_F(BenchProgram, ABodyOfMarkersIsMeasuredAndThenTracked)
 {
+  // The noise leaves 0.04 mm after a fit of six coordinates; of 0.05 mm one draw in 70 left more than 0.1 mm.
   std::string head = test::bench_text({.leg = "rigid",
                                        .tracker = tracker_ + "[board]\nport = \"" + board_ +
-                                                  "\"\n[simulation]\nnoise_mm = 0.05\nnoise_deg = 0\n"});
+                                                  "\"\n[simulation]\nnoise_mm = 0.03\nnoise_deg = 0\n"});
   head.resize(head.find("[body.leg]"));
   const std::string markers = "[body.leg]\nmarkers = [\"a\", \"b\", \"c\", \"d\"]\n";
   const std::string unmeasured = scratch_.write("unmeasured.toml", head + markers).string();
@@ -290,12 +291,8 @@ TEST_F(BenchProgram, ABodyOfMarkersIsMeasuredAndThenTracked)
   const test::Ended devices = run({"devices", measured, "--json", "--seconds", "1"});
   ASSERT_EQ(devices.exit_code, 0) << devices.out;
   EXPECT_THAT(devices.out,
-              HasSubstr("\"bodies\": [{\"role\": \"leg\", \"status\": \"fitted\", \"markers\": 4, "));
-  const std::string key = "\"residual_mm\": ";
-  const std::size_t at = devices.out.find(key);
-  ASSERT_NE(at, std::string::npos);
-  // 0.05 mm of noise leave 0.06 mm after a fit of six coordinates; above 0.16 once in a million.
-  EXPECT_LT(std::stod(devices.out.substr(at + key.size())), 0.16);
+              HasSubstr("\"bodies\": [{\"role\": \"leg\", \"status\": \"fitted\", \"markers\": 4, "
+                        "\"residual_mm\": 0.0"));
   EXPECT_THAT(run({"devices", measured, "--seconds", "1"}).out,
               HasSubstr(" mm at 4 markers, rotation sd 0."));
 }
