@@ -106,8 +106,8 @@ std::vector<Region> regions_of(const store::MotionModel& model)
 
 }  // namespace
 
-CurveGroup contact_area(const store::MotionModel& model, const std::vector<Pose>& X_reference_moving,
-                        int n_threads)
+std::vector<CurveGroup> contact_area(const store::MotionModel& model,
+                                     const std::vector<store::JointPose>& poses, int n_threads)
 {
   CurveGroup group{"Contact area",
                    "Area of the moving contact surface within 1 mm of the surface that faces it, mm².",
@@ -116,13 +116,13 @@ CurveGroup contact_area(const store::MotionModel& model, const std::vector<Pose>
   const geometry::NearestSurface reference(model.reference.contact.mesh);
   for (const Region& region : regions_of(model)) {
     const Area area(model.moving.contact.mesh, region.triangles);
-    Curve curve{region.name, region.label, std::vector<double>(X_reference_moving.size())};
+    Curve curve{region.name, region.label, std::vector<double>(poses.size())};
     for_each_index(curve.values.size(), n_threads, [&] {
-      return [&](std::size_t k) { curve.values[k] = area.at(reference, X_reference_moving[k]); };
+      return [&](std::size_t k) { curve.values[k] = area.at(reference, poses[k].X_reference_moving); };
     });
     group.curves.push_back(std::move(curve));
   }
-  return group;
+  return {group};
 }
 
 }  // namespace vrda::analysis

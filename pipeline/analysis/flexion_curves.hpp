@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/frames.hpp"
+#include "store/motion.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::analysis {
@@ -29,11 +30,11 @@ struct CurveGroup {
 
 /// All groups of `model` at the poses of a motion.
 /// model: with its meshes; of any joint.
-/// X_reference_moving: [n_poses] stored moving vertices to stored reference vertices, mm.
+/// poses: [n_poses] solved.
 /// n_threads: at least 1; the same bits for any number.
 /// Cost: some ms a pose.
 std::vector<CurveGroup> flexion_curves(const store::MotionModel& model,
-                                       const std::vector<Pose>& X_reference_moving, int n_threads);
+                                       const std::vector<store::JointPose>& poses, int n_threads);
 
 /// All groups along the raw spine: a value for each flexion of the grid, or for each frame of a sequence.
 /// Arguments as above.
@@ -51,7 +52,12 @@ inline constexpr double contact_area_distance_mm = 1.0;
 /// that faces it, of each compartment, or of the whole surface where the joint has no compartments. The
 /// distance is linear over a triangle between those of its vertices to the nearest facing triangle; an error
 /// of a few percent of the triangles along the edge of the area remains. Arguments as flexion_curves().
-CurveGroup contact_area(const store::MotionModel& model, const std::vector<Pose>& X_reference_moving,
-                        int n_threads);
+std::vector<CurveGroup> contact_area(const store::MotionModel& model,
+                                     const std::vector<store::JointPose>& poses, int n_threads);
+
+/// Rotations and displacements of each body that follows the joint (model/coordinates.hpp). Arguments as
+/// flexion_curves(); NaN where it has no pose.
+std::vector<CurveGroup> follower_curves(const store::MotionModel& model,
+                                        const std::vector<store::JointPose>& poses, int n_threads);
 
 }  // namespace vrda::analysis

@@ -666,6 +666,7 @@ std::vector<double> ModelEvaluation::spine_poses(const Eigen::VectorXd& x)
     const job::Case changed = changed_case(*data_.motion, plan_.unknowns, change(x));
     solve::SweepPlan plan = solve::plan_of(changed);
     plan.has_band = false;
+    plan.follow = nullptr;
     plan.prior.clear();  // fitted are bones and fibres
     solve::CaseSolver solver(changed, 1);
     solve::SweepHooks hooks;

@@ -205,6 +205,7 @@ class LaxityRun {
     }
     solve::SweepPlan plan = solve::plan_of(of_state);
     plan.has_band = false;
+    plan.follow = nullptr;
     plan.prior.clear();  // the laxity of the bones and fibres alone
     of_state.equilibrium = equilibrium_;
     solve::CaseSolver solver(of_state, plan_.n_threads);

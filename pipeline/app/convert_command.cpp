@@ -201,7 +201,7 @@ core::ExitCode shape_command(const ShapeOptions& options)
   const geometry::Shape shape = geometry::generate_shape(request);
   ResultFiles files;
   std::vector<std::string> remarks;
-  for (const std::vector<geometry::ShapePart>* parts : {&shape.reference, &shape.moving}) {
+  for (const std::vector<geometry::ShapePart>* parts : {&shape.reference, &shape.moving, &shape.followers}) {
     for (const geometry::ShapePart& part : *parts) {
       files.emplace_back((fs::path(options.folder) / (part.name + ".stl")).string(),
                          job::stl_bytes(part.mesh, "vrda shape, mm"));
@@ -212,6 +212,12 @@ core::ExitCode shape_command(const ShapeOptions& options)
   if (options.has_ligaments) {
     files.emplace_back((fs::path(options.folder) / "ligaments.csv").string(), table);
     remarks.push_back("ligaments: " + std::to_string(geometry::generate_fibres(request).size()) + " fibres");
+    if (!shape.followers.empty()) {
+      const geometry::FollowerTexts texts = geometry::follower_texts(request);
+      const std::string& name = shape.followers.front().name;
+      files.emplace_back((fs::path(options.folder) / (name + "_fibres.csv")).string(), texts.fibres);
+      files.emplace_back((fs::path(options.folder) / (name + "_wraps.json")).string(), texts.wraps);
+    }
   }
   const core::ExitCode code = publish(options.folder, "vrda shape", files);
   for (const auto& [path, bytes] : files) std::printf("%s\n", path.c_str());

@@ -238,8 +238,8 @@ std::string file_of(const ExportOptions& options, const store::MotionModel& mode
                     const tables::FlexionMotion& motion)
 {
   if (options.format == "csv") {
-    std::vector<Pose> poses;
-    for (const tables::FlexionFrame& frame : motion.frames) poses.push_back(frame.pose.X_reference_moving);
+    std::vector<store::JointPose> poses;
+    for (const tables::FlexionFrame& frame : motion.frames) poses.push_back(frame.pose);
     return tables::flexion_csv(motion, analysis::flexion_curves(model, poses, run::thread_count_or_all(0)));
   }
   if (options.format == "gltf") return tables::animated_glb(model, motion, options.degrees_per_second);

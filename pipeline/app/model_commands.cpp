@@ -289,6 +289,47 @@ Json curves_json(const store::MotionModel& model)
   return list;
 }
 
+std::string short_text(const Json& number)
+{
+  return number.is_null() ? "none" : formatted("%.4g", number.get<double>());
+}
+
+// Ranges of their coordinates and the certificate, over the cells with a pose.
+Json followers_json(const store::MotionModel& model)
+{
+  Json list = Json::array();
+  for (const store::FollowerRows* follower : store::in_order(model.followers)) {
+    Json one = {{"name", follower->name},
+                {"stable", (follower->status == status_stable).count()},
+                {"attitudes", follower->status.size()},
+                {"has_reaction", follower->has_reaction}};
+    const store::GridD* grids[] = {&follower->flexion_deg, &follower->rotation_deg, &follower->tilt_deg,
+                                   &follower->anterior_mm, &follower->proximal_mm,  &follower->lateral_mm};
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+      one[std::string(follower_coordinate_names[k]) + (is_rotation(k) ? "_deg" : "_mm")] =
+          range_json(*grids[k]);
+    one["worst_gap_mm"] = range_json(follower->worst_gap_mm)["min"];
+    one["largest_balance_residual_n"] = range_json(follower->balance_residual_n)["max"];
+    list.push_back(one);
+  }
+  return list;
+}
+
+void print_followers(const Json& s)
+{
+  for (const Json& follower : s["followers"]) {
+    print_filled("{name} follows: {stable} of {attitudes} attitudes solved", follower);
+    std::printf("%s\n", follower["has_reaction"].get<bool>() ? ", with its reaction on the joint" : "");
+    for (const char* name :
+         {"flexion_deg", "rotation_deg", "tilt_deg", "anterior_mm", "proximal_mm", "lateral_mm"}) {
+      const std::string key = name;
+      const std::string word = key.substr(0, key.find('_')), unit = key.substr(key.find('_') + 1);
+      std::printf("  %-9s %s to %s %s\n", word.c_str(), short_text(follower[key]["min"]).c_str(),
+                  short_text(follower[key]["max"]).c_str(), unit == "deg" ? "degrees" : "mm");
+    }
+  }
+}
+
 // `verdict`: on the default motion.
 Json summary_of(const store::MotionModel& model, const analysis::AuditFigures& measured,
                 const TwoSidedByMotion& motions, const std::optional<store::Verdict>& verdict)
@@ -343,12 +384,8 @@ Json summary_of(const store::MotionModel& model, const analysis::AuditFigures& m
                                                   : Json()},
           {"equilibrium", equilibrium_json(model)},
           {"fibres", model.ligaments ? model.ligaments->name.size() : 0},
+          {"followers", followers_json(model)},
           {"smoothed", smoothed_json(model)}};
-}
-
-std::string short_text(const Json& number)
-{
-  return number.is_null() ? "none" : formatted("%.4g", number.get<double>());
 }
 
 void print_extent(const char* name, const Json& axis)
@@ -477,6 +514,7 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
   const std::string cut_off = model.zero_varus ? analysis::cut_off_warning(*model.zero_varus) : "";
   if (!cut_off.empty()) std::printf("%s\n", cut_off.c_str());
   print_equilibrium(model, s);
+  print_followers(s);
   for (const Json& set : s["smoothed"]) {
     print_filled("smoothed, degree {degree}\n", set);
     for (const auto& [name, surface] : set["surfaces"].items()) {

@@ -270,7 +270,8 @@ const DocumentValue* find_at(const DocumentValue& root, std::string_view dotted_
   const DocumentValue* value = &root;
   while (value != nullptr && !dotted_key.empty()) {
     const std::size_t dot = dotted_key.find('.');
-    value = find_key(*value, std::string(dotted_key.substr(0, dot)));
+    const std::string name(dotted_key.substr(0, dot));
+    value = value->is_array() ? item_at(*value, name) : find_key(*value, name);
     dotted_key = dot == std::string_view::npos ? std::string_view{} : dotted_key.substr(dot + 1);
   }
   return value;

@@ -18,7 +18,7 @@ using DocumentValue = nlohmann::ordered_json;
 /// The value of `key` in a table; null if `value` is not a table or the key is missing.
 const DocumentValue* find_key(const DocumentValue& value, const std::string& key);
 
-/// The value of a key such as "display.width"; null if a part of the key is missing. Lists are not indexed.
+/// The value of a key such as "display.width" or "follower.0.name"; null if a part of the key is missing.
 const DocumentValue* find_at(const DocumentValue& root, std::string_view dotted_key);
 DocumentValue* find_at(DocumentValue& root, std::string_view dotted_key);
 

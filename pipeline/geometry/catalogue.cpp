@@ -56,7 +56,7 @@ ShapeParameter side(const char* meaning)
 Shape of_side(Shape shape, const std::string& side)
 {
   if (side == "right") return shape;
-  for (std::vector<ShapePart>* parts : {&shape.reference, &shape.moving}) {
+  for (std::vector<ShapePart>* parts : {&shape.reference, &shape.moving, &shape.followers}) {
     for (ShapePart& part : *parts) part.mesh = mirrored_z(part.mesh);
   }
   return shape;
@@ -97,13 +97,17 @@ Entry knee_entry()
   };
   // The upper end of the range gives a million triangles.
   Entry entry = entry_of<Plan>(
-      "knee", "a right or left knee: femur, tibia, both menisci; shafts and fibula drawn only",
+      "knee", "a right or left knee: femur, tibia, both menisci, patella; shafts and fibula drawn only",
       {number("resolution", "factor on the number of edges along a line; triangles grow with its square", "",
               &Plan::resolution, {0.5, 15.0}),
        {side("which knee"), {}}},
       [](const Plan& plan) { return right_knee(plan.resolution); });
   entry.fibres = [](const Values& values) { return of_side(right_knee_fibres(), values.word("side")); };
   entry.fibre_sources = knee_fibre_sources;
+  entry.follower = [](const Values& values) {
+    const bool is_left = values.word("side") == "left";
+    return FollowerTexts{patella_fibre_table(is_left), patella_wraps(is_left)};
+  };
   return entry;
 }
 

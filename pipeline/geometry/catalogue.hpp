@@ -34,6 +34,7 @@ struct CatalogueEntry {
   std::function<Shape(const ShapeValues&)> build = {};
   std::vector<ShapeFibre> (*fibres)(const ShapeValues&) = nullptr;  ///< null: no ligaments
   std::string fibre_sources = {};                                   ///< comment lines of the fibre table
+  FollowerTexts (*follower)(const ShapeValues&) = nullptr;          ///< null: no follower
 };
 
 /// In the order of the help text.

@@ -546,9 +546,6 @@ Mesh fibula_mesh(double resolution)
   return level_set_mesh(whole, {{-40, shaft_end_mm - 10, 15}, {10, -30, 60}}, options);
 }
 
-namespace {
-
-// The nearest point on the surface, by Newton steps along the gradient.
 Eigen::Vector3d on_surface(double (*field)(const Eigen::Vector3d&), const Eigen::Vector3d& near_mm)
 {
   constexpr int most_steps = 20;
@@ -564,8 +561,6 @@ Eigen::Vector3d on_surface(double (*field)(const Eigen::Vector3d&), const Eigen:
   }
   return p;
 }
-
-}  // namespace
 
 std::vector<ShapeFibre> fibres_of(const std::vector<Bundle>& bundles,
                                   double (*femur_field)(const Eigen::Vector3d&), double clearance_mm)
@@ -764,6 +759,7 @@ Shape right_knee(double resolution)
                   {"meniscus_lateral", "meniscus", true, meniscus_lateral_mesh(resolution)},
                   {"tibia_shaft", "bone", false, std::move(tibia.shaft)},
                   {"fibula", "bone", false, fibula_mesh(drawn)}};
+  shape.followers = {{"patella", "bone", true, patella_mesh(resolution)}};
   for (ShapePart& part : shape.moving) part.mesh.vertices_mm.col(1).array() -= initial_clearance_mm();
   return shape;
 }

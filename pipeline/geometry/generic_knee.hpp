@@ -132,6 +132,18 @@ Mesh fibula_mesh(double resolution);
 Mesh meniscus_medial_mesh(double resolution);
 Mesh meniscus_lateral_mesh(double resolution);
 
+/// The patella in front of the trochlea in extension, a quarter of a millimetre from it.
+double patella_field(const Eigen::Vector3d& p_mm);
+Mesh patella_mesh(double resolution);
+
+/// Its tendon, retinacula and lines of the quadriceps as a follower's table, and the cylinders that keep the
+/// lines outside the femur as wraps (schemas/followers.md); with the moving parts lowered.
+std::string patella_fibre_table(bool is_left);
+std::string patella_wraps(bool is_left);
+
+/// The point of a level set's surface that Newton steps along the gradient find from `near_mm`.
+Eigen::Vector3d on_surface(double (*field)(const Eigen::Vector3d&), const Eigen::Vector3d& near_mm);
+
 /// Distance of the generated moving parts below the design pose.
 double initial_clearance_mm();
 

@@ -159,6 +159,18 @@ std::string fibre_table(const ShapeRequest& request)
   return table;
 }
 
+FollowerTexts follower_texts(const ShapeRequest& request)
+{
+  const Entry& chosen = entry(request.shape);
+  if (chosen.follower != nullptr) return chosen.follower(values_of(request, chosen));
+  std::vector<std::string> able;
+  for (const Entry& each : shape_catalogue()) {
+    if (each.follower != nullptr) able.push_back(each.name);
+  }
+  throw InputError(
+      {"shape", "name", "\"" + request.shape + "\", which has no follower", one_of(request.shape, able)});
+}
+
 namespace {
 
 constexpr double rim_rounding_mm = 1.5;

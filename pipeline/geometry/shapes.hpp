@@ -29,6 +29,7 @@ struct ShapeRequest {
 struct Shape {
   std::vector<ShapePart> reference;
   std::vector<ShapePart> moving;
+  std::vector<ShapePart> followers = {};  ///< of bodies that may follow the joint
 };
 
 /// One ligament fibre of a shape, attached to its parts at their generated positions.
@@ -73,6 +74,13 @@ std::vector<ShapeFibre> generate_fibres(const ShapeRequest& request);
 
 /// The same as a table for a job's `ligaments.fibres` (schemas/ligaments.md), with its sources as comments.
 std::string fibre_table(const ShapeRequest& request);
+
+/// Fibres and lines of a shape's follower as a table, and its wraps, as texts of a job's files
+/// (schemas/followers.md). Throws InputError like generate_fibres().
+struct FollowerTexts {
+  std::string fibres, wraps;
+};
+FollowerTexts follower_texts(const ShapeRequest& request);
 
 // A hip-like pair: a spherical head with a neck, pushed up into a deep socket. Origin: the socket's centre.
 

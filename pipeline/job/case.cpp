@@ -78,40 +78,6 @@ void turn_with_reference(const Case& loaded, std::vector<Push>& pushes)
   }
 }
 
-void append_part(Part& part, const Mesh& mesh, std::int32_t component)
-{
-  append(part.mesh, mesh);
-  part.component.insert(part.component.end(), static_cast<std::size_t>(mesh.triangles.rows()), component);
-}
-
-// `small_shells`: those of the mesh files in contact, as triangles of the body.
-Body loaded_body(const Job& job, const BodyJob& body_job, ComponentLoader& source, Case& loaded,
-                 std::vector<std::vector<Eigen::Index>>& small_shells)
-{
-  const AxisMap map = body_map(job, body_job);
-  Body body;
-  body.name = body_job.name;
-  for (const ComponentJob& component : body_job.components) {
-    LoadedComponent part = source.load(component, map);
-    part.survey.body = body.name;
-    const auto index = static_cast<std::int32_t>(body.components.size());
-    if (component.has_contact && !component.generate) {
-      for (std::vector<Eigen::Index>& shell : part.clean.small_shells) {
-        for (Eigen::Index& t : shell) t += body.contact.mesh.triangles.rows();
-        small_shells.push_back(std::move(shell));
-      }
-    }
-    append_part(component.has_contact ? body.contact : body.visual, part.clean.mesh, index);
-    body.components.push_back({component.name, component.material});
-    loaded.inputs.push_back(part.input);
-    if (part.normals) loaded.inputs.push_back(*part.normals);
-    loaded.survey.push_back(part.survey);
-    const std::string coordinates = coordinate_warning(part.survey, part.native, map.unit_mm);
-    if (!coordinates.empty()) loaded.warnings.push_back(coordinates);
-  }
-  return body;
-}
-
 std::optional<LoadedCoordinates> coordinates_of(const Job& job, const std::string& data_directory)
 {
   if (!job.coordinates) return std::nullopt;
@@ -128,6 +94,12 @@ void require_offsets(const Job& job)
                           "a number; vrda fit JOB --motion FILE finds it from a measured motion");
     }
   }
+}
+
+void append_part(Part& part, const Mesh& mesh, std::int32_t component)
+{
+  append(part.mesh, mesh);
+  part.component.insert(part.component.end(), static_cast<std::size_t>(mesh.triangles.rows()), component);
 }
 
 // The part of the case that depends on the job file and the tables of its coordinates.
@@ -198,12 +170,40 @@ void check_fibre_names(const Job& job, const model::Ligaments& ligaments)
 
 }  // namespace
 
+Body loaded_body(const Job& job, const BodyJob& body_job, ComponentLoader& source, Case& loaded,
+                 std::vector<std::vector<Eigen::Index>>& small_shells)
+{
+  const AxisMap map = body_map(job, body_job);
+  Body body;
+  body.name = body_job.name;
+  for (const ComponentJob& component : body_job.components) {
+    LoadedComponent part = source.load(component, map);
+    part.survey.body = body.name;
+    const auto index = static_cast<std::int32_t>(body.components.size());
+    if (component.has_contact && !component.generate) {
+      for (std::vector<Eigen::Index>& shell : part.clean.small_shells) {
+        for (Eigen::Index& t : shell) t += body.contact.mesh.triangles.rows();
+        small_shells.push_back(std::move(shell));
+      }
+    }
+    append_part(component.has_contact ? body.contact : body.visual, part.clean.mesh, index);
+    body.components.push_back({component.name, component.material});
+    loaded.inputs.push_back(part.input);
+    if (part.normals) loaded.inputs.push_back(*part.normals);
+    loaded.survey.push_back(part.survey);
+    const std::string coordinates = coordinate_warning(part.survey, part.native, map.unit_mm);
+    if (!coordinates.empty()) loaded.warnings.push_back(coordinates);
+  }
+  return body;
+}
+
 Case case_with_joint(const Job& given, const std::string& data_directory, const Case& joint)
 {
   const Job job = joint.found_frames ? with_found_frames(given, *joint.found_frames) : given;
   Case loaded = settings_of(job, coordinates_of(job, data_directory));
   loaded.found_frames = joint.found_frames;
   loaded.ligaments = joint.ligaments;
+  loaded.followers = joint.followers;
   loaded.inputs = joint.inputs;
   loaded.compartment_of_triangle = joint.compartment_of_triangle;
   loaded.uncertainty = joint.uncertainty;
@@ -254,9 +254,10 @@ Case load_case(const Job& given, const std::string& data_directory)
   loaded.reference = loaded_body(job, job.reference, source, loaded, small_shells.reference);
   loaded.moving = loaded_body(job, job.moving, source, loaded, small_shells.moving);
   check_unit(job, loaded.survey);  // before the fibres: a wrong unit also misplaces attachments
-  check_attachments(ligaments, loaded.reference, loaded.moving);
+  check_attachments(ligaments, {&loaded.reference, &loaded.moving});
   loaded.ligaments = ligaments.ligaments;
   loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
+  loaded.followers = load_followers(job, data_directory, source, loaded);
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
   if (job.is_start_auto)
     loaded.initial.translation_mm = start_travel_mm(loaded) * loaded.push_at_meshes.delta;

@@ -188,6 +188,33 @@ struct CaseSettings {
   double unsolved_fraction = 0.0;
 };
 
+/// A spring on the direction of a bundle of fibres as the follower sees it ([[follower.direction]]): from the
+/// means of the fibres' ends, about an axis of the follower; at rest as in the scan.
+struct TendonDirection {
+  std::string bundle;
+  double stiffness_nmm = 0.0;                       ///< per rad
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, canonical axes
+};
+
+/// A body that follows the joint ([[follower]]; schemas/followers.md): solved at each attitude after it, with
+/// six free coordinates, against bodies already placed. Its body is BodyIndex 2 plus its row.
+struct Follower {
+  std::string name;
+  BodyIndex of = BodyIndex::reference;       ///< whose frame its coordinates use
+  std::vector<BodyIndex> touches;            ///< bodies before it that it may touch
+  bool touches_visual = false;               ///< also their drawn parts
+  Body body;                                 ///< canonical, where its files are
+  Eigen::Vector3d centre_mm{0.0, 0.0, 0.0};  ///< origin of its coordinates, canonical
+  Eigen::Vector3d delta{-1.0, 0.0, 0.0};     ///< unit, canonical axes, fixed to it
+  double push_n = 0.0;                       ///< along Delta
+  model::Ligaments ligaments;                ///< canonical; each fibre has one end on it
+  std::vector<TendonDirection> directions;
+  Pose X_of_scan = Pose::Identity();  ///< where slack lengths and directions are those of the scan,
+  Pose X_reference_moving_scan = Pose::Identity();  ///< and the joint then
+  bool has_reaction = false;                        ///< its fibres pull on the moving object
+  int n_restarts = 2;                               ///< further starts at each flexion
+};
+
 /// The joint to solve. If scaling keeps the steps, lengths are at factor 1 and scaled_to_subject() gives the
 /// subject's.
 struct Case : CaseSettings {
@@ -195,6 +222,7 @@ struct Case : CaseSettings {
   Body reference;     ///< canonical, own side
   Body moving;
   model::Ligaments ligaments;  ///< canonical, own side; empty if the job has none
+  std::vector<Follower> followers;
   /// Set if a coordinate has a role that a grid cannot express. Of a sequence of frames, `grid` has the
   /// flexion of each frame (0 where free).
   std::optional<CoordinateRows> coordinates;

@@ -105,7 +105,7 @@ namespace {
 std::vector<const geometry::ShapePart*> parts_of(const geometry::Shape& shape)
 {
   std::vector<const geometry::ShapePart*> all;
-  for (const std::vector<geometry::ShapePart>* parts : {&shape.reference, &shape.moving}) {
+  for (const std::vector<geometry::ShapePart>* parts : {&shape.reference, &shape.moving, &shape.followers}) {
     for (const geometry::ShapePart& part : *parts) all.push_back(&part);
   }
   return all;

@@ -13,12 +13,6 @@
 #include "model/coordinates.hpp"
 
 namespace vrda::job {
-namespace {
-
-constexpr std::uintmax_t largest_job_bytes = 16U << 20U;  // a job with ten thousand fibres is 2 MiB
-constexpr double largest_grid_cells = 1e6;                // more is probably a mistake
-
-// The parameters of the shape are numbers or words.
 GenerateJob generate_of(const core::DocumentValue& value)
 {
   GenerateJob generate;
@@ -34,6 +28,11 @@ GenerateJob generate_of(const core::DocumentValue& value)
   }
   return generate;
 }
+
+namespace {
+
+constexpr std::uintmax_t largest_job_bytes = 16U << 20U;  // a job with ten thousand fibres is 2 MiB
+constexpr double largest_grid_cells = 1e6;                // more is probably a mistake
 
 ComponentJob component_of(const Job& job, const core::DocumentValue& value, const std::string& key)
 {
@@ -61,10 +60,11 @@ ComponentJob component_of(const Job& job, const core::DocumentValue& value, cons
   return component;
 }
 
-BodyJob body_of(const Job& job, const core::DocumentValue& root, const std::string& key)
+BodyJob body_of(const Job& job, const core::DocumentValue& root, const std::string& key,
+                const std::string& name)
 {
   BodyJob body;
-  body.name = core::text_at(root, key + ".name");
+  body.name = name;
   body.frame = body_frame_at(job.document, key);
   std::vector<std::string> names;
   bool has_contact = false;
@@ -261,6 +261,12 @@ void complete(core::DocumentValue& root)
   }
   if (root.contains("scaling") && root["scaling"].empty()) root["scaling"]["factor"] = 1.0;
   complete_side(core::find_at(root, "ligaments.generate"), "knee", side);
+  for (std::size_t k = 0; k < core::list_or_empty(root, "follower").size(); ++k) {
+    core::DocumentValue& follower = root["follower"][k];
+    complete_side(core::find_at(follower, "generate"), "knee", side);
+    for (core::DocumentValue& component : follower["component"])
+      complete_side(core::find_at(component, "generate"), core::text_at(root, "joint"), side);
+  }
 }
 
 // [player] is kept as given. Checks what the schema cannot express: unique view numbers.
@@ -300,8 +306,8 @@ void read_settings(Job& job)
   job.side = side_named(core::text_at(root, "side"));
   job.frame = frame_at(root, "frame");
   job.scaling = scaling_of(job, root);
-  job.reference = body_of(job, root, "reference");
-  job.moving = body_of(job, root, "moving");
+  job.reference = body_of(job, root, "reference", core::text_at(root, "reference.name"));
+  job.moving = body_of(job, root, "moving", core::text_at(root, "moving.name"));
   job.is_start_auto = core::value_at(root, "moving.initial.translation_mm").is_string();
   if (!job.is_start_auto)
     job.initial.translation_mm = core::vector3_at(root, "moving.initial.translation_mm");
@@ -324,6 +330,8 @@ void read_settings(Job& job)
                                                                                       : BranchRule::lowest};
   job.prior = prior_of(job.document, job.push, job.spine.band_moment_nmm);
   job.ligaments = ligaments_of(job, root);
+  job.followers = followers_of(
+      job, [&](const std::string& key, const std::string& name) { return body_of(job, root, key, name); });
   if (const core::DocumentValue* compartments = core::find_at(root, "compartments")) {
     job.medial = compartment_of(core::value_at(*compartments, "medial"));
     job.lateral = compartment_of(core::value_at(*compartments, "lateral"));

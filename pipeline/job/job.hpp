@@ -146,8 +146,10 @@ struct FibreJob {
   std::optional<double> slack_length_mm;
   std::optional<double> reference_strain;  ///< at the pose of the meshes
   std::string wrap;
-  std::string source;  ///< file, for messages
-  std::string field;   ///< "ligaments.fibre.3" or "line 7"
+  std::string source;                                  ///< file, for messages
+  std::string field;                                   ///< "ligaments.fibre.3" or "line 7"
+  std::string from_body = {}, to_body = {};            ///< names; empty: the default of the table
+  std::optional<double> tension_share = std::nullopt;  ///< constant tension instead of stiffness and length
 };
 
 /// Exactly one of `fibres_file`, `fibres` and `generate` is given.
@@ -157,6 +159,25 @@ struct LigamentsJob {
   std::optional<GenerateJob> generate;  ///< `part` is empty
   std::string wraps_file;
   double transition_strain = 0.06;
+};
+
+/// One [[follower]].
+struct FollowerJob {
+  std::string key;  ///< "follower.0"
+  BodyJob body;
+  std::string of;
+  std::vector<std::string> touches;  ///< empty: the object of its coordinates
+  std::optional<Eigen::Vector3d> centre_native_mm;
+  Eigen::Vector3d delta{-1.0, 0.0, 0.0};
+  double push_n = 0.0;
+  std::string fibres_file, wraps_file;  ///< empty with `generate`
+  std::optional<GenerateJob> generate;  ///< `part` is empty
+  bool touches_visual = false;          ///< also the drawn parts of what it touches
+  double transition_strain = 0.06, tension_n = 30.0;
+  std::vector<TendonDirection> directions;
+  std::array<double, n_joint_coordinates> scan_joint{}, scan_follower{};  ///< degrees and mm
+  bool has_reaction = false;
+  int n_restarts = 2;
 };
 
 /// Either a half-space bounded by the rotation centre or the names of moving components.
@@ -220,6 +241,7 @@ struct Job : CaseSettings {
   std::optional<CoordinatesJob> coordinates;  ///< then the grid is empty
   SolverMethod method = SolverMethod::stability_search;
   std::optional<LigamentsJob> ligaments;
+  std::vector<FollowerJob> followers;
   std::optional<CompartmentJob> medial;  ///< set if and only if `lateral` is
   std::optional<CompartmentJob> lateral;
   std::optional<LaxityJob> laxity;

@@ -2,6 +2,7 @@
 /// [uncertainty].
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -77,6 +78,28 @@ LoadedCoordinates load_coordinates(const Job& job, const CoordinatesJob& coordin
 
 /// The grid's flexions with as many between them as keep steps of at most 1 degree.
 std::vector<double> path_of(const std::vector<double>& flexion_deg);
+
+// [[follower]]: bodies that follow the joint (schemas/followers.md).
+
+/// { shape = "knee", ... } of a document.
+GenerateJob generate_of(const core::DocumentValue& value);
+
+class ComponentLoader;
+
+/// The list, parsed; `bodies` reads the components. Throws InputError naming the key: a name twice, an
+/// object that is not before it, no direction.
+std::vector<FollowerJob> followers_of(
+    const Job& job, const std::function<BodyJob(const std::string& key, const std::string& name)>& bodies);
+
+/// Reads meshes, fibres and wraps; adds inputs, survey and warnings to `loaded`, which has its two objects.
+/// Throws InputError like load_ligaments().
+std::vector<Follower> load_followers(const Job& job, const std::string& data_directory,
+                                     ComponentLoader& source, Case& loaded);
+
+/// Components of a body in canonical axes. Adds inputs, survey and warnings to `loaded`. `small_shells`:
+/// those of the mesh files in contact, as triangles of the body.
+Body loaded_body(const Job& job, const BodyJob& body_job, ComponentLoader& source, Case& loaded,
+                 std::vector<std::vector<Eigen::Index>>& small_shells);
 
 // Reads [uncertainty] of a job.
 

@@ -26,6 +26,9 @@ enum Quantity : std::size_t {
   q_slack_length,
   q_strain,
   q_slack_length_sd,  // of vrda fit; not used
+  q_tension_share,
+  q_from_body,
+  q_to_body,
   n_quantities
 };
 
@@ -46,7 +49,9 @@ constexpr std::array<Unit, 3> units{{{"_mm", 1.0}, {"_cm", 10.0}, {"_m", 1000.0}
 constexpr const char* fibre_columns =
     "name, bundle, wrap, reference_x_mm, _y_mm, _z_mm (or femur_...), moving_x_mm, _y_mm, _z_mm (or "
     "tibia_...), "
-    "stiffness_n_per_strain (or stiffness_n), slack_length_mm or reference_strain, lengths also in _cm or _m";
+    "stiffness_n_per_strain (or stiffness_n), slack_length_mm or reference_strain, lengths also in _cm or "
+    "_m; "
+    "of a follower also from_body, to_body, tension_share";
 
 std::vector<ColumnName> known_columns()
 {
@@ -57,8 +62,10 @@ std::vector<ColumnName> known_columns()
   };
   for (const Object object : {Object{"reference", q_reference},
                               {"femur", q_reference},
+                              {"from", q_reference},
                               {"moving", q_moving},
-                              {"tibia", q_moving}}) {
+                              {"tibia", q_moving},
+                              {"to", q_moving}}) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::string name = std::string(object.word) + "_" + "xyz"[axis];
       for (const Unit& unit : units) known.push_back({name + unit.suffix, object.quantity + axis, unit.mm});
@@ -70,6 +77,9 @@ std::vector<ColumnName> known_columns()
     known.push_back({std::string("slack_length") + unit.suffix, q_slack_length, unit.mm});
   known.push_back({"reference_strain", q_strain});
   known.push_back({"slack_length_sd_mm", q_slack_length_sd});
+  known.push_back({"tension_share", q_tension_share});
+  known.push_back({"from_body", q_from_body});
+  known.push_back({"to_body", q_to_body});
   return known;
 }
 
@@ -89,10 +99,11 @@ class Fibres {
     for (const char* needed : {"name", "reference_x_mm", "reference_y_mm", "reference_z_mm", "moving_x_mm",
                                "moving_y_mm", "moving_z_mm", "stiffness_n_per_strain"}) {
       if (has(column_named(needed).quantity)) continue;
+      if (has(q_tension_share) && column_named(needed).quantity == q_stiffness) continue;
       table_.refuse(table_.header(), needed, "no such column",
                     "this column, in mm, cm or m (or femur for reference, tibia for moving)");
     }
-    if (has(q_slack_length) || has(q_strain)) return;
+    if (has(q_slack_length) || has(q_strain) || has(q_tension_share)) return;
     table_.refuse(table_.header(), "slack_length_mm", "no such column",
                   "slack_length_mm or reference_strain");
   }
@@ -109,9 +120,13 @@ class Fibres {
       if (column.quantity == q_name) fibre.name = fields[i];
       if (column.quantity == q_bundle) fibre.bundle = fields[i];
       if (column.quantity == q_wrap) fibre.wrap = fields[i];
+      if (column.quantity == q_from_body) fibre.from_body = fields[i];
+      if (column.quantity == q_to_body) fibre.to_body = fields[i];
       const bool may_be_empty = column.quantity == q_slack_length || column.quantity == q_strain ||
-                                column.quantity == q_slack_length_sd;
-      if (column.quantity >= q_reference && !(fields[i].empty() && may_be_empty))
+                                column.quantity == q_slack_length_sd || column.quantity == q_tension_share ||
+                                (column.quantity == q_stiffness && has(q_tension_share));
+      const bool is_number = column.quantity >= q_reference && column.quantity < q_from_body;
+      if (is_number && !(fields[i].empty() && may_be_empty))
         number[column.quantity] = number_in(line, column, fields[i]);
     }
     if (fibre.name.empty()) table_.refuse(line, "name", "nothing", "a unique name for each fibre");
@@ -119,6 +134,14 @@ class Fibres {
       fibre.reference_native_mm[axis] = *number[q_reference + static_cast<std::size_t>(axis)];
       fibre.moving_native_mm[axis] = *number[q_moving + static_cast<std::size_t>(axis)];
     }
+    fibre.tension_share = number[q_tension_share];
+    if (fibre.tension_share) {
+      if (number[q_stiffness] || number[q_slack_length] || number[q_strain])
+        table_.refuse(line, "", "a tension_share beside a stiffness or length", "one of both");
+      return fibre;
+    }
+    if (!number[q_stiffness])
+      table_.refuse(line, "stiffness_n_per_strain", "nothing", "a stiffness, or a tension_share");
     fibre.stiffness_n = *number[q_stiffness];
     fibre.slack_length_mm = number[q_slack_length];
     fibre.reference_strain = number[q_strain];
@@ -152,7 +175,9 @@ class Fibres {
   {
     const std::optional<double> value = parse_real(field);
     if (!value || !std::isfinite(column.scale * *value)) table_.refuse_number(line, column.name, field);
-    if ((column.quantity == q_stiffness || column.quantity == q_slack_length) && !(*value > 0.0))
+    const bool is_above_0 = column.quantity == q_stiffness || column.quantity == q_slack_length ||
+                            column.quantity == q_tension_share;
+    if (is_above_0 && !(*value > 0.0))
       table_.refuse(line, column.name, std::string(field), "a number above 0");
     if (column.quantity == q_strain && !(*value > -1.0 && *value <= 1.0))
       table_.refuse(line, column.name, std::string(field), "a strain above -1, at most 1 (3 % is 0.03)");
@@ -192,54 +217,6 @@ constexpr const char* generated_key = "ligaments.generate";
                          const std::string& wanted)
 {
   throw InputError({fibre.source, fibre_key(fibre, key), found, wanted});
-}
-
-void check_names(const std::vector<FibreJob>& fibres)
-{
-  std::vector<std::string> names;
-  for (const FibreJob& fibre : fibres) names.push_back(fibre.name);
-  std::sort(names.begin(), names.end());
-  const auto twice = std::adjacent_find(names.begin(), names.end());
-  if (twice == names.end()) return;
-  const auto is_named = [&](const FibreJob& fibre) { return fibre.name == *twice; };
-  const auto first = std::find_if(fibres.begin(), fibres.end(), is_named);
-  refuse(*std::find_if(first + 1, fibres.end(), is_named), "name", "\"" + *twice + "\" a second time",
-         "a unique name for each fibre");
-}
-
-int wrap_named(const FibreJob& fibre, const std::vector<model::Wrap>& wraps, const std::string& wraps_file)
-{
-  if (fibre.wrap.empty()) return -1;
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < wraps.size(); ++i) {
-    if (wraps[i].name == fibre.wrap) return static_cast<int>(i);
-    names.push_back(wraps[i].name);
-  }
-  refuse(fibre, "wrap", "\"" + fibre.wrap + "\"",
-         wraps_file.empty() ? "no wrap, or ligaments.wraps = \"wraps.json\" with this wrap"
-                            : "a wrap of \"" + wraps_file + "\"; the nearest is \"" +
-                                  nearest_word(fibre.wrap, names) + "\"");
-}
-
-// Slack lengths from reference strains and the lengths at the pose of the meshes.
-void set_slack_lengths(LoadedLigaments& loaded)
-{
-  const std::vector<model::FibreState> states = model::fibre_states(loaded.ligaments, {}, {});
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    const FibreJob& job = loaded.jobs[i];
-    if (!job.reference_strain) continue;
-    if (!(states[i].length_mm > 0.0))
-      refuse(job, "reference_strain", "a fibre without length", "two different attachments");
-    loaded.ligaments.fibres[i].slack_length_mm = states[i].length_mm / (1.0 + *job.reference_strain);
-  }
-}
-
-Pose canonical(const Pose& X_native, const AxisMap& map)
-{
-  Pose X = Pose::Identity();
-  X.linear() = map.X_canonical_native.linear() * X_native.linear();
-  X.translation() = map.X_canonical_native * Eigen::Vector3d(X_native.translation());
-  return X;
 }
 
 // Both files are read before either is parsed, so a missing file is reported first.
@@ -297,13 +274,17 @@ void add_fibres(const Job& job, const InputFile& file, const BodyMaps& maps, Loa
   }
   check_names(loaded.jobs);
   for (const FibreJob& fibre : loaded.jobs) {
+    if (fibre.tension_share || !fibre.from_body.empty() || !fibre.to_body.empty())
+      refuse(fibre, fibre.tension_share ? "tension_share" : "from_body", "a column of a follower's fibres",
+             "fibres of the joint; those of another object are in [[follower]]");
     loaded.ligaments.fibres.push_back(
         {fibre.name, fibre.bundle.empty() ? default_bundle(fibre.name) : fibre.bundle,
          maps.reference.X_canonical_native * fibre.reference_native_mm,
          maps.moving.X_canonical_native * fibre.moving_native_mm, fibre.stiffness_n,
-         fibre.slack_length_mm.value_or(1.0), wrap_named(fibre, loaded.ligaments.wraps, named.wraps_file)});
+         fibre.slack_length_mm.value_or(1.0),
+         wrap_named(fibre, loaded.ligaments.wraps, named.wraps_file, "ligaments.wraps")});
   }
-  set_slack_lengths(loaded);
+  set_slack_lengths(loaded, Pose::Identity());
 }
 
 std::string in_mm(const Eigen::Vector3d& p)
@@ -347,6 +328,57 @@ void check_fibre_unit(const LoadedLigaments& loaded)
 
 }  // namespace
 
+void check_names(const std::vector<FibreJob>& fibres)
+{
+  std::vector<std::string> names;
+  for (const FibreJob& fibre : fibres) names.push_back(fibre.name);
+  std::sort(names.begin(), names.end());
+  const auto twice = std::adjacent_find(names.begin(), names.end());
+  if (twice == names.end()) return;
+  const auto is_named = [&](const FibreJob& fibre) { return fibre.name == *twice; };
+  const auto first = std::find_if(fibres.begin(), fibres.end(), is_named);
+  refuse(*std::find_if(first + 1, fibres.end(), is_named), "name", "\"" + *twice + "\" a second time",
+         "a unique name for each fibre");
+}
+
+int wrap_named(const FibreJob& fibre, const std::vector<model::Wrap>& wraps, const std::string& wraps_file,
+               const std::string& key)
+{
+  if (fibre.wrap.empty()) return -1;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < wraps.size(); ++i) {
+    if (wraps[i].name == fibre.wrap) return static_cast<int>(i);
+    names.push_back(wraps[i].name);
+  }
+  refuse(fibre, "wrap", "\"" + fibre.wrap + "\"",
+         wraps_file.empty() ? "no wrap, or " + key + " = \"wraps.json\" with this wrap"
+                            : "a wrap of \"" + wraps_file + "\"; the nearest is \"" +
+                                  nearest_word(fibre.wrap, names) + "\"");
+}
+
+void set_slack_lengths(LoadedLigaments& loaded, const Pose& X_reference_moving)
+{
+  const model::JointPlacement placement{Eigen::Matrix3d::Identity(), X_reference_moving.linear(),
+                                        X_reference_moving.translation()};
+  for (std::size_t i = 0; i < loaded.jobs.size(); ++i) {
+    const FibreJob& job = loaded.jobs[i];
+    if (!job.reference_strain) continue;
+    model::Fibre& fibre = loaded.ligaments.fibres[i];
+    const double length_mm = model::fibre_path(fibre, loaded.ligaments.wraps, placement).length_mm;
+    if (!(length_mm > 0.0))
+      refuse(job, "reference_strain", "a fibre without length", "two different attachments");
+    fibre.slack_length_mm = length_mm / (1.0 + *job.reference_strain);
+  }
+}
+
+Pose canonical(const Pose& X_native, const AxisMap& map)
+{
+  Pose X = Pose::Identity();
+  X.linear() = map.X_canonical_native.linear() * X_native.linear();
+  X.translation() = map.X_canonical_native * Eigen::Vector3d(X_native.translation());
+  return X;
+}
+
 std::string fibre_key(const FibreJob& fibre, const std::string& key)
 {
   return fibre.field.starts_with("line ") ? fibre.field + ", " + key : fibre.field + "." + key;
@@ -367,14 +399,27 @@ LoadedLigaments load_ligaments(const Job& job, const std::string& data_directory
   return loaded;
 }
 
-void check_attachments(const LoadedLigaments& loaded, const Body& reference, const Body& moving)
+void check_attachments(const LoadedLigaments& loaded, const std::vector<const Body*>& bodies)
 {
   check_fibre_unit(loaded);
   for (std::size_t i = 0; i < loaded.jobs.size(); ++i) {
     const model::Fibre& fibre = loaded.ligaments.fibres[i];
-    check_inside(fibre.reference_mm, loaded.jobs[i], reference, "reference_mm");
-    check_inside(fibre.moving_mm, loaded.jobs[i], moving, "moving_mm");
+    const bool is_line = fibre.tension_n > 0.0;
+    if (!is_line || model::row_of(fibre.from) + 1 == bodies.size())
+      check_inside(fibre.reference_mm, loaded.jobs[i], *bodies.at(model::row_of(fibre.from)), "reference_mm");
+    if (!is_line || model::row_of(fibre.to) + 1 == bodies.size())
+      check_inside(fibre.moving_mm, loaded.jobs[i], *bodies.at(model::row_of(fibre.to)), "moving_mm");
   }
+}
+
+std::optional<BodyIndex> body_named(const std::string& name, const BodyNames& bodies)
+{
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    if (name == bodies[k] || (k > 1 && name.starts_with(bodies[k]))) return static_cast<BodyIndex>(k);
+  }
+  if (name == "reference" || name.starts_with("femur")) return BodyIndex::reference;
+  if (name == "moving" || name.starts_with("tibia")) return BodyIndex::moving;
+  return std::nullopt;
 }
 
 const core::DocumentSchema& wraps_schema();  // schemas/wraps.schema.json
@@ -441,14 +486,11 @@ model::WrapShape shape_of(const Entry& entry)
 
 BodyIndex body_of(const Entry& entry, const BodyNames& bodies)
 {
-  const std::string& name = core::text_at(entry.value, "body");
-  if (name == bodies.reference || name == "reference") return BodyIndex::reference;
-  if (name == bodies.moving || name == "moving") return BodyIndex::moving;
-  if (name.starts_with("femur")) return BodyIndex::reference;
-  if (name.starts_with("tibia")) return BodyIndex::moving;
-  entry.document.refuse_value(entry.key("body"), "\"reference\", \"moving\", \"" + bodies.reference +
-                                                     "\", \"" + bodies.moving +
-                                                     "\", or a name that begins with femur or tibia");
+  if (const std::optional<BodyIndex> body = body_named(core::text_at(entry.value, "body"), bodies))
+    return *body;
+  std::string names = "\"reference\", \"moving\", ";
+  for (const std::string& name : bodies) names += '"' + name + "\", ";
+  entry.document.refuse_value(entry.key("body"), names + "or a name that begins with femur or tibia");
 }
 
 Eigen::Vector3d radii_of(const Entry& entry, model::WrapShape shape)

@@ -1,6 +1,7 @@
 /// Ligament fibres in a CSV file: schemas/ligaments.md.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,17 +39,32 @@ LoadedLigaments load_ligaments(const Job& job, const std::string& data_directory
 std::string fibre_key(const FibreJob& fibre, const std::string& key);
 
 /// Throws InputError if all fibres are shorter than 1 mm (attachments in m), or if an attachment is outside
-/// its object: outside the bounding box of all components (visual ones included), enlarged on each side by
-/// half of its longest edge.
-void check_attachments(const LoadedLigaments& loaded, const Body& reference, const Body& moving);
+/// its object, one of `bodies` by BodyIndex: outside the bounding box of all components (visual ones
+/// included), enlarged on each side by half of its longest edge. Lines of constant tension may begin
+/// anywhere.
+void check_attachments(const LoadedLigaments& loaded, const std::vector<const Body*>& bodies);
+
+/// Slack lengths of the fibres whose job gives a strain, with the moving object at `X_reference_moving`.
+void set_slack_lengths(LoadedLigaments& loaded, const Pose& X_reference_moving);
+
+/// The row of the fibre's wrap, -1 without one. Throws InputError naming the nearest of `wraps`; `key`
+/// names their file.
+int wrap_named(const FibreJob& fibre, const std::vector<model::Wrap>& wraps, const std::string& wraps_file,
+               const std::string& key);
+
+/// A fibre's name a second time is an InputError.
+void check_names(const std::vector<FibreJob>& fibres);
+
+/// A pose of the mesh files in canonical axes.
+Pose canonical(const Pose& X_native, const AxisMap& map);
 
 // Wrapping surfaces of ligaments in a JSON file: schemas/ligaments.md.
 
-/// Names of the two objects in the job. A wrap names the object it is fixed to.
-struct BodyNames {
-  std::string reference;
-  std::string moving;
-};
+/// Names of the objects in the job, by BodyIndex. A wrap names the object it is fixed to.
+using BodyNames = std::vector<std::string>;
+
+/// The object of that name, or of "reference", "moving", "femur..." and "tibia..."; empty without one.
+std::optional<BodyIndex> body_named(const std::string& name, const BodyNames& bodies);
 
 /// The wraps of a file, in order, with poses in the axes of the mesh files and mm.
 /// Throws InputError naming file, wrap and key.

@@ -91,7 +91,9 @@ void update_survey(Case& loaded, const Eigen::Vector3d& factor)
 {
   const Eigen::Vector3d& centre_mm = loaded.frame.rotation_centre_mm;
   std::size_t entry = 0;
-  for (const Body* body : {&loaded.reference, &loaded.moving}) {
+  std::vector<const Body*> bodies{&loaded.reference, &loaded.moving};
+  for (const Follower& follower : loaded.followers) bodies.push_back(&follower.body);
+  for (const Body* body : bodies) {
     const auto contact = triangles_by_component(*body, body->contact);
     const auto visual = triangles_by_component(*body, body->visual);
     for (std::size_t c = 0; c < body->components.size(); ++c, ++entry) {
@@ -111,7 +113,19 @@ void update_survey(Case& loaded, const Eigen::Vector3d& factor)
 void scale_lengths(Case& loaded, const Eigen::Vector3d& factor)
 {
   const Eigen::Vector3d& centre_mm = loaded.frame.rotation_centre_mm;
-  for (Body* body : {&loaded.reference, &loaded.moving}) {
+  std::vector<Body*> bodies{&loaded.reference, &loaded.moving};
+  for (Follower& follower : loaded.followers) {
+    bodies.push_back(&follower.body);
+    scale(follower.ligaments, centre_mm, factor);
+    const auto scale_shift = [&](Pose& X) {  // uniform, so angles stay
+      X.translation() =
+          factor.x() * X.translation() + (1.0 - factor.x()) * (centre_mm - X.linear() * centre_mm);
+    };
+    scale_shift(follower.X_of_scan);
+    scale_shift(follower.X_reference_moving_scan);
+    follower.centre_mm = centre_mm + factor.cwiseProduct(follower.centre_mm - centre_mm);
+  }
+  for (Body* body : bodies) {
     for (Part* part : {&body->contact, &body->visual}) part->mesh = scaled(part->mesh, centre_mm, factor);
   }
   scale(loaded.ligaments, centre_mm, factor);
@@ -134,6 +148,7 @@ std::string reason_for_rerun(const Case& loaded, const Eigen::Vector3d& factor)
     return "coordinates are given, which do not scale with the joint";
   if (factor.x() != 1.0 && loaded.uncertainty)
     return "uncertain lengths and loads do not scale with the joint";
+  if (factor.x() != 1.0 && !loaded.followers.empty()) return "fibres hold a body that follows the joint";
   // The search uses contact and directions only.
   if (factor.x() == 1.0 || loaded.method != "equilibrium") return "";
   if (!loaded.prior.empty()) return "a prior acts, whose curves do not scale with the joint";
@@ -155,6 +170,7 @@ void check_uneven(const Case& loaded, const Job& job, const Eigen::Vector3d& fac
   const auto refuse = [&](const std::string& with, const std::string& wanted) {
     throw InputError({job.document.source_of(key), key, shown_factor(factor) + " with " + with, wanted});
   };
+  if (!loaded.followers.empty()) refuse("[[follower]]", "one factor");
   for (const Body* body : {&loaded.reference, &loaded.moving}) {
     if (!body->contact.mesh.offset_mm.empty())
       refuse("offset_mm of a component", "one factor: an unevenly scaled sphere is not a sphere");

@@ -50,6 +50,25 @@ JointCoordinates joint_coordinates(const Pose& X_reference_moving)
   return coordinates;
 }
 
+JointCoordinates follower_coordinates(const Pose& X, Side side, const Eigen::Vector3d& centre_mm)
+{
+  const ClinicalCoordinates c = clinical_coordinates(X, side, centre_mm);
+  const Eigen::Vector3d shift_mm = X * centre_mm - centre_mm;
+  JointCoordinates coordinates;
+  coordinates << c.flexion_rad, c.varus_rad, c.internal_rotation_rad, shift_mm.x(), shift_mm.y(),
+      side == Side::left ? -shift_mm.z() : shift_mm.z();
+  return coordinates;
+}
+
+Pose follower_pose(const JointCoordinates& coordinates, Side side, const Eigen::Vector3d& centre_mm)
+{
+  const Eigen::Vector3d own(1.0, 1.0, side == Side::left ? -1.0 : 1.0);
+  Pose X = Pose::Identity();
+  X.linear() = own.asDiagonal() * Eigen::Matrix3d(joint_pose(coordinates).linear()) * own.asDiagonal();
+  X.translation() = centre_mm + own.cwiseProduct(coordinates.tail<3>()) - X.linear() * centre_mm;
+  return X;
+}
+
 namespace {
 
 constexpr CoordinateWords anterior{"anterior", "posterior"};

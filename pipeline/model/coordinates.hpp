@@ -96,6 +96,20 @@ Pose joint_pose(const JointCoordinates& coordinates);
 /// The coordinates of such a pose.
 JointCoordinates joint_coordinates(const Pose& X_reference_moving);
 
+// Coordinates of a body that follows the joint, relative to the body whose frame they use
+// (schemas/followers.md): R = Rz(-flexion) Rx(rotation) Ry(tilt) on the right side, and the displacement of
+// the follower's centre along the axes of that body, lateral positive on both sides. Rows as those of
+// JointCoordinates.
+
+/// Names in files, with the unit of their values there.
+inline constexpr std::array<const char*, n_joint_coordinates> follower_coordinate_names{
+    "flexion", "rotation", "tilt", "anterior", "proximal", "lateral"};
+
+/// `X` maps the follower's stored vertices to those of the other body; `centre_mm` is in canonical axes of
+/// the joint's own side.
+JointCoordinates follower_coordinates(const Pose& X, Side side, const Eigen::Vector3d& centre_mm);
+Pose follower_pose(const JointCoordinates& coordinates, Side side, const Eigen::Vector3d& centre_mm);
+
 // The kinds of joints that a job may name, and their words for the six coordinates.
 //
 // Every kind has the same coordinates with the same signs (schemas/clinical.md); a kind says how they are

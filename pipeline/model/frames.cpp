@@ -22,6 +22,16 @@ Eigen::Matrix3d rotation_solver_world(const SolverFrame& frame)
 
 }  // namespace
 
+bool is_follower_name(const std::string& name)
+{
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  const auto is_allowed = [&](char c) {
+    return is_letter(c) || (c >= '0' && c <= '9') || c == '-' || c == '_';
+  };
+  return !name.empty() && name.size() <= 100 && is_letter(name.front()) &&
+         std::all_of(name.begin(), name.end(), is_allowed) && !value_named<BodyIndex>(name);
+}
+
 Eigen::Matrix3d rotation_x(double angle_rad)
 {
   const SinCos a = sin_cos(angle_rad);

@@ -37,6 +37,10 @@ auto& part_of(Bodies& its, BodyIndex body)
   return body == BodyIndex::moving ? its.moving : its.reference;
 }
 
+/// Whether a body that follows the joint may have this name: a letter, then letters, digits, - and _; no name
+/// of another body.
+bool is_follower_name(const std::string& name);
+
 enum class Side { right, left };
 
 struct Attitude {

@@ -43,9 +43,9 @@ ToSolver to_solver(const SolverFrame& frame)
           shortest_rotation(of_right(frame.delta), Eigen::Vector3d::UnitY())};
 }
 
-double strain_of(const Fibre& fibre, const FibrePath& path)
+double strain_of(const Fibre& fibre, double length_mm)
 {
-  return (path.length_mm - fibre.slack_length_mm) / fibre.slack_length_mm;
+  return fibre.tension_n > 0.0 ? 0.0 : (length_mm - fibre.slack_length_mm) / fibre.slack_length_mm;
 }
 
 // Second derivatives of `direction . end` over the coordinates, for an end on the moving object relative to
@@ -77,14 +77,7 @@ Matrix5d turning_of_reference_end(const FibrePath& path, const MovingPose& pose)
   return H.selfadjointView<Eigen::Upper>();
 }
 
-// The energy of a path as a function of its length.
-struct PathEnergy {
-  double energy_nmm = 0.0;
-  double force_n = 0.0;         // first derivative
-  double stiffness_n_mm = 0.0;  // second derivative
-};
-
-void add_path(const FibrePath& path, const PathEnergy& of_length, const MovingPose& pose, Potential& sum)
+void add_path(const FibrePath& path, const LengthEnergy& of_length, const MovingPose& pose, Potential& sum)
 {
   const Eigen::Matrix<double, 3, 5> J = point_jacobian(path.end_mm, pose);
   const Vector5d slope = J.transpose() * path.direction;
@@ -134,6 +127,35 @@ Ligaments solver_ligaments(const Ligaments& canonical, const SolverFrame& frame)
   return out;
 }
 
+Ligaments ligaments_between(const Ligaments& canonical, BodyIndex fixed, BodyIndex moved,
+                            const BodyPoses& placed)
+{
+  const auto X_fixed = [&](BodyIndex body) {
+    return body == fixed ? Pose(Pose::Identity())
+                         : Pose(placed.at(row_of(fixed)).inverse() * placed.at(row_of(body)));
+  };
+  Ligaments out;
+  out.transition_strain = canonical.transition_strain;
+  out.wraps = canonical.wraps;
+  for (Wrap& wrap : out.wraps) {
+    const bool is_on_moved = wrap.body == moved;
+    if (!is_on_moved) wrap.X_body_wrap = X_fixed(wrap.body) * wrap.X_body_wrap;
+    wrap.body = is_on_moved ? BodyIndex::moving : BodyIndex::reference;
+  }
+  for (const Fibre& fibre : canonical.fibres) {
+    if ((fibre.from == moved) == (fibre.to == moved)) continue;
+    Fibre between = fibre;
+    const bool is_turned = fibre.from == moved;
+    between.reference_mm =
+        is_turned ? X_fixed(fibre.to) * fibre.moving_mm : X_fixed(fibre.from) * fibre.reference_mm;
+    between.moving_mm = is_turned ? fibre.reference_mm : fibre.moving_mm;
+    between.from = BodyIndex::reference;
+    between.to = BodyIndex::moving;
+    out.fibres.push_back(std::move(between));
+  }
+  return out;
+}
+
 Tension tension_of(double strain, double stiffness_n, double transition_strain)
 {
   if (!(strain > 0.0)) return {};
@@ -148,6 +170,14 @@ Tension tension_of(double strain, double stiffness_n, double transition_strain)
   return {force_n, stiffness_n, toe_energy_n + mean_force_n * (strain - transition_strain)};
 }
 
+LengthEnergy energy_of(const Fibre& fibre, double length_mm, double transition_strain)
+{
+  if (fibre.tension_n > 0.0) return {fibre.tension_n * length_mm, fibre.tension_n, 0.0};
+  const Tension tension = tension_of(strain_of(fibre, length_mm), fibre.stiffness_n, transition_strain);
+  return {tension.energy_n * fibre.slack_length_mm, tension.force_n,
+          tension.stiffness_n / fibre.slack_length_mm};
+}
+
 std::vector<FibreState> fibre_states(const Ligaments& ligaments, const Attitude& attitude,
                                      const MovingPose& pose)
 {
@@ -156,10 +186,9 @@ std::vector<FibreState> fibre_states(const Ligaments& ligaments, const Attitude&
   states.reserve(ligaments.fibres.size());
   for (const Fibre& fibre : ligaments.fibres) {
     const FibrePath path = fibre_path(fibre, ligaments.wraps, placement);
-    const double strain = strain_of(fibre, path);
-    const Tension tension = tension_of(strain, fibre.stiffness_n, ligaments.transition_strain);
-    states.push_back(
-        {path.length_mm, strain, tension.force_n, tension.energy_n * fibre.slack_length_mm, path.is_wrapped});
+    const LengthEnergy energy = energy_of(fibre, path.length_mm, ligaments.transition_strain);
+    states.push_back({path.length_mm, strain_of(fibre, path.length_mm), energy.force_n, energy.energy_nmm,
+                      path.is_wrapped});
   }
   return states;
 }
@@ -170,14 +199,8 @@ Potential ligament_energy(const Ligaments& ligaments, const Attitude& attitude, 
   Potential sum;
   for (const Fibre& fibre : ligaments.fibres) {
     const FibrePath path = fibre_path(fibre, ligaments.wraps, placement);
-    const Tension tension =
-        tension_of(strain_of(fibre, path), fibre.stiffness_n, ligaments.transition_strain);
-    if (tension.force_n > 0.0) {
-      add_path(path,
-               {tension.energy_n * fibre.slack_length_mm, tension.force_n,
-                tension.stiffness_n / fibre.slack_length_mm},
-               pose, sum);
-    }
+    const LengthEnergy energy = energy_of(fibre, path.length_mm, ligaments.transition_strain);
+    if (energy.force_n > 0.0) add_path(path, energy, pose, sum);
   }
   return symmetric(sum);
 }

@@ -1,5 +1,5 @@
-/// Ligament fibres between the reference and the moving object: tension law, wrapping, energy and its
-/// derivatives (model/README.md).
+/// Ligament fibres between two bodies, as a rule the reference and the moving object: tension law, wrapping,
+/// energy and its derivatives (model/README.md).
 #pragma once
 
 #include <Eigen/Core>
@@ -33,11 +33,14 @@ struct Wrap {
 struct Fibre {
   std::string name;
   std::string bundle;            ///< the same for all fibres of one ligament
-  Eigen::Vector3d reference_mm;  ///< attachment, in the reference's frame
-  Eigen::Vector3d moving_mm;     ///< attachment, in the moving object's frame
+  Eigen::Vector3d reference_mm;  ///< attachment to `from`, in that body's frame
+  Eigen::Vector3d moving_mm;     ///< attachment to `to`, in that body's frame
   double stiffness_n = 0.0;      ///< per unit strain, above 0
   double slack_length_mm = 0.0;  ///< above 0
   int wrap = -1;                 ///< row of Ligaments::wraps, or -1
+  double tension_n = 0.0;        ///< above 0: constant, whatever stiffness and length
+  /// Of a body that follows the joint, another one and itself.
+  BodyIndex from = BodyIndex::reference, to = BodyIndex::moving;
 };
 
 /// Its attachment to a body, in the body's frame.
@@ -67,6 +70,33 @@ struct Ligaments {
 /// From canonical (own side, meshes' origin) to the solver's frames, like solver_mesh() for meshes.
 Ligaments solver_ligaments(const Ligaments& canonical, const SolverFrame& frame);
 
+/// [2 + n_followers] X_reference_body of stored vertices: the reference itself, the moving object, then the
+/// bodies that follow.
+using BodyPoses = std::vector<Pose>;
+
+/// Row of a body in such lists.
+inline std::size_t row_of(BodyIndex body)
+{
+  return static_cast<std::size_t>(body);
+}
+/// The body of a follower.
+inline BodyIndex follower_index(std::size_t follower)
+{
+  return static_cast<BodyIndex>(2 + follower);
+}
+/// Its inverse.
+inline std::size_t follower_row(BodyIndex body)
+{
+  return row_of(body) - 2;
+}
+/// Bodies that may follow a joint.
+inline constexpr std::size_t most_followers = 8;
+
+/// Fibres between any bodies as those between `fixed`, the reference, and `moved`: other bodies are fixed to
+/// the first, where they are placed. Canonical. Fibres without an end on `moved` are left out.
+Ligaments ligaments_between(const Ligaments& canonical, BodyIndex fixed, BodyIndex moved,
+                            const BodyPoses& placed);
+
 /// Tension of a fibre. Source: Blankevoort et al. 1991, J Biomech 24:1019-1031.
 struct Tension {
   double force_n = 0.0;
@@ -75,9 +105,17 @@ struct Tension {
 };
 Tension tension_of(double strain, double stiffness_n, double transition_strain);
 
+/// Energy of a fibre as a function of its length.
+struct LengthEnergy {
+  double energy_nmm = 0.0;
+  double force_n = 0.0;         ///< first derivative
+  double stiffness_n_mm = 0.0;  ///< second derivative
+};
+LengthEnergy energy_of(const Fibre& fibre, double length_mm, double transition_strain);
+
 struct FibreState {
   double length_mm = 0.0;
-  double strain = 0.0;  ///< negative: slack
+  double strain = 0.0;  ///< negative: slack; 0 at constant tension
   double force_n = 0.0;
   double energy_nmm = 0.0;
   bool is_wrapped = false;  ///< touches its wrap

@@ -66,6 +66,10 @@ enum class StepKind : std::uint8_t {
   /// Without the prior, with an extra moment about Delta as `band`: measures the joint's own stiffness.
   prior_probe = 7,
   prior_level = 8,  ///< with the prior at the level of one estimation, whose number is `varus`
+  /// A follower on the spine and in a row (solve/followers.hpp): `varus` is 64 times the number of the start,
+  /// or the column, plus the follower's number; 63: the joint with the followers' reaction.
+  follower_start = 9,
+  follower = 10,
 };
 
 inline constexpr Named<StepKind> step_kind_names[] = {{StepKind::spine_probe, "spine_probe"},
@@ -76,7 +80,9 @@ inline constexpr Named<StepKind> step_kind_names[] = {{StepKind::spine_probe, "s
                                                       {StepKind::sample, "sample"},
                                                       {StepKind::alone_spine, "alone_spine"},
                                                       {StepKind::prior_probe, "prior_probe"},
-                                                      {StepKind::prior_level, "prior_level"}};
+                                                      {StepKind::prior_level, "prior_level"},
+                                                      {StepKind::follower_start, "follower_start"},
+                                                      {StepKind::follower, "follower"}};
 constexpr const auto& names_of(StepKind)
 {
   return step_kind_names;
@@ -377,6 +383,16 @@ struct TensionLine {
   Eigen::Vector3d moving_mm{0.0, 0.0, 0.0};     ///< in the moving object's frame
 };
 
+/// A spring on the direction of a tendon as its body sees it: stiffness / 2 times the squared angle, about
+/// the axis, from the rest direction to the line from a point of the moving object to one of the reference.
+struct DirectionSpring {
+  double stiffness_nmm = 0.0;                   ///< per rad
+  Eigen::Vector3d reference_mm{0.0, 0.0, 0.0};  ///< in the reference's frame
+  Eigen::Vector3d moving_mm{0.0, 0.0, 0.0};     ///< in the moving object's frame
+  Eigen::Vector3d axis{0.0, 0.0, 1.0};          ///< unit, moving object's frame
+  Eigen::Vector3d rest{0.0, -1.0, 0.0};         ///< moving object's frame, not parallel to the axis
+};
+
 /// Coordinates that a prior may hold (schemas/prior.md), as stored. `centre_anterior`: the rotation centre of
 /// the reference, between the condyles of a prepared knee, along the moving object's anterior axis.
 enum class PriorCoordinate : std::int8_t {
@@ -439,7 +455,8 @@ struct Loads {
   Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
   std::vector<AppliedLoad> applied;
   std::vector<TensionLine> lines;
-  std::vector<CoordinateSpring> springs;  ///< Delta must be +Y
+  std::vector<CoordinateSpring> springs;    ///< Delta must be +Y
+  std::vector<DirectionSpring> directions;  ///< with CoordinateEquilibrium only
 };
 
 // Result of the independent check of a stable pose. The values are those of the motion model's

@@ -241,6 +241,7 @@ FibreLoads SlackLengths::solved_loads(const job::Case& joint, const Bodies& bodi
   coarse.path_push.assign(coarse.path_flexion_deg.size(), joint.push.front());
   coarse.spine = {0, 0.0};
   coarse.prior.clear();
+  coarse.followers.clear();
   coarse.equilibrium.contact_stiffness_n_per_mm3 = contact_stiffness_n_per_mm3;
   coarse.equilibrium.contact_thickness_mm = contact_thickness_mm;
   solve::CaseSolver solver(coarse, n_threads_, bodies);

@@ -74,7 +74,7 @@ SolvedPart solve_part(const job::Case& job_case, const solve::SweepPlan& plan, P
   if (options.on_progress) options.on_progress(n_known, n_total);
 
   const solve::SolveStep solve = [&](const solve::StepTask& task) {
-    if (!log.traces || !task.is_measured) return solver(task);
+    if (!log.traces || !task.is_measured || task.followers != nullptr) return solver(task);
     return solve_with_trace(*log.traces, task.key, task.seed,
                             [&](const SearchObserver& watch) { return solver(task, watch); });
   };

@@ -13,6 +13,7 @@
 #include "core/units.hpp"
 #include "job/job.hpp"
 #include "model/frames.hpp"
+#include "solve/followers.hpp"
 #include "solve/prior.hpp"
 #include "store/solved_cells.hpp"
 
@@ -124,6 +125,12 @@ solve::SweepPlan plan_of(const job::Case& job_case)
   plan.varus_rad = radians(job_case.grid.varus_deg);
   plan.initial = {solver_translation_mm(job_case.frame, job_case.initial.translation_mm),
                   job_case.initial.theta_rad};
+  if (!job_case.followers.empty()) {
+    plan.follow = [&job_case](const SweepPlan& whole, const SolveStep& solve, const SweepHooks& hooks,
+                              int n_threads, SweepResult& result) {
+      return follow(job_case, whole, solve, hooks, n_threads, result);
+    };
+  }
   if (job_case.method == "equilibrium") {
     plan.spine = solve::SpineRule::free_varus;
     if (!is_sequence) plan.path_flexion_rad = radians(job_case.path_flexion_deg);
@@ -388,6 +395,32 @@ StepRecord CaseSolver::search_coordinates(const solve::StepTask& task, const Mov
   return record;
 }
 
+// The cell solved again, with the fibres of its followers beside its own.
+StepRecord CaseSolver::solve_with_followers(const solve::StepTask& task, const MovingPose& seed,
+                                            const SolverFrame& frame, Loads loads, const Worker& worker) const
+{
+  const model::Ligaments further = model::solver_ligaments(task.followers->fibres, frame);
+  model::Ligaments ligaments = worker.push_frame->ligaments;
+  if (ligaments.fibres.empty()) ligaments.transition_strain = further.transition_strain;
+  const auto first_wrap = static_cast<int>(ligaments.wraps.size());
+  ligaments.wraps.insert(ligaments.wraps.end(), further.wraps.begin(), further.wraps.end());
+  for (model::Fibre fibre : further.fibres) {
+    if (fibre.wrap >= 0) fibre.wrap += first_wrap;
+    ligaments.fibres.push_back(std::move(fibre));
+  }
+  loads.applied.insert(loads.applied.end(), task.followers->loads.begin(), task.followers->loads.end());
+  if (case_.coordinates) {
+    solve::CoordinateEquilibrium solver(*worker.push_frame->joint, ligaments, frame, case_.equilibrium);
+    return solve_coordinates(task, seed, frame, loads, solver);
+  }
+  solve::EquilibriumSolver::Task solve;
+  solve.attitude = task.attitude;
+  solve.seed = seed;
+  solve.loads = std::move(loads);
+  solve.is_varus_free = task.is_varus_free;
+  return solve::EquilibriumSolver(*worker.push_frame->joint, ligaments, case_.equilibrium).solve(solve);
+}
+
 StepRecord CaseSolver::operator()(const solve::StepTask& task, const SearchObserver& observer)
 {
   const job::Push& push = case_.path_push.at(static_cast<std::size_t>(task.path_row));
@@ -398,6 +431,7 @@ StepRecord CaseSolver::operator()(const solve::StepTask& task, const SearchObser
   Loads loads = loads_of(case_, push);
   loads.moment_nmm += task.band * case_.spine.band_moment_nmm;
   loads.springs = task.springs;
+  if (task.followers != nullptr) return solve_with_followers(task, seed, frame, std::move(loads), worker);
   if (worker.coordinates) {
     return task.is_measured || !is_plain(*case_.coordinates, frame)
                ? solve_coordinates(task, seed, frame, loads, *worker.coordinates)
@@ -422,6 +456,9 @@ solve::SweepResult scaled(const solve::SweepResult& result, double factor)
 {
   solve::SweepResult out = result;
   for (StepRecord& r : out.cells) r = scaled(r, factor);
+  for (std::vector<StepRecord>& cell : out.followers) {
+    for (StepRecord& r : cell) r = scaled(r, factor);
+  }
   for (solve::FreeSpineStep& step : out.free_spine) {
     step.chosen = scaled(step.chosen, factor);
     step.band_low = scaled(step.band_low, factor);
@@ -494,6 +531,29 @@ store::PushRows push_rows(const job::Case& job_case)
   return rows;
 }
 
+store::FollowerRows follower_rows(const job::Follower& follower, std::size_t row)
+{
+  store::FollowerRows rows;
+  rows.name = follower.name;
+  rows.body_index = static_cast<std::int32_t>(model::follower_index(row));
+  rows.of = static_cast<std::int32_t>(follower.of);
+  for (const BodyIndex body : follower.touches) rows.touches.push_back(static_cast<std::int8_t>(body));
+  rows.centre_mm = follower.centre_mm;
+  rows.delta = follower.delta;
+  rows.push_n = follower.push_n;
+  rows.has_reaction = follower.has_reaction;
+  rows.body = follower.body;
+  rows.body.name = follower.name;
+  if (follower.ligaments.fibres.empty()) return rows;
+  rows.ligaments = ligament_rows(follower.ligaments);
+  for (const model::Fibre& fibre : follower.ligaments.fibres) {
+    rows.ligaments->from_body.push_back(static_cast<std::int8_t>(fibre.from));
+    rows.ligaments->to_body.push_back(static_cast<std::int8_t>(fibre.to));
+    rows.ligaments->constant_tension_n.push_back(fibre.tension_n);
+  }
+  return rows;
+}
+
 store::MotionModel pending_model_at_size(const job::Case& job_case)
 {
   store::MotionModel model;
@@ -528,8 +588,131 @@ store::MotionModel pending_model_at_size(const job::Case& job_case)
       model.coordinates->role.push_back(static_cast<std::int8_t>(role));
   }
   if (!job_case.ligaments.fibres.empty()) model.ligaments = ligament_rows(job_case.ligaments);
+  for (std::size_t k = 0; k < job_case.followers.size(); ++k)
+    model.followers.push_back(follower_rows(job_case.followers[k], k));
+  std::sort(model.followers.begin(), model.followers.end(),
+            [](const auto& a, const auto& b) { return a.name < b.name; });
   if (model.has_compartments) model.contact_paths.emplace();
   return store::with_pending_cells(std::move(model));
+}
+
+// The cells of one follower.
+class FollowerAssembly {
+ public:
+  FollowerAssembly(store::FollowerRows& rows, const job::Case& job_case)
+      : rows_(rows),
+        case_(job_case),
+        row_(static_cast<std::size_t>(rows.body_index) - 2),
+        follower_(job_case.followers.at(row_)),
+        frame_(follower_frame(job_case, follower_))
+  {
+    rows_.forces.row_start = {0};
+    rows_.forces.point_world_mm.resize(0, 3);
+    rows_.forces.normal_world.resize(0, 3);
+  }
+
+  // `placed` are the bodies before it; gets its own pose.
+  void add(std::size_t cell, const StepRecord& r, model::BodyPoses& placed)
+  {
+    rows_.status.data()[cell] = static_cast<std::int8_t>(r.status);
+    rows_.iterations.data()[cell] = r.iterations;
+    rows_.queries.data()[cell] = r.queries;
+    if (r.status == StepStatus::stable && placed.size() == 2 + row_) add_stable(cell, r, placed);
+    rows_.forces.row_start.push_back(static_cast<std::int64_t>(rows_.forces.along_delta_n.size()));
+  }
+
+  void finish()
+  {
+    for (auto* points : {&points_, &normals_}) {
+      auto& out = points == &points_ ? rows_.forces.point_world_mm : rows_.forces.normal_world;
+      out.resize(static_cast<Eigen::Index>(points->size()), 3);
+      for (std::size_t k = 0; k < points->size(); ++k)
+        out.row(static_cast<Eigen::Index>(k)) = (*points)[k].transpose();
+    }
+  }
+
+ private:
+  void add_stable(std::size_t cell, const StepRecord& r, model::BodyPoses& placed)
+  {
+    const Pose X = follower_pose_of(frame_, r);
+    placed.push_back(placed.at(model::row_of(follower_.of)) * X);
+    const JointCoordinates q = follower_coordinates(X, case_.frame.side, follower_.centre_mm);
+    store::GridD* grids[] = {&rows_.flexion_deg, &rows_.rotation_deg, &rows_.tilt_deg,
+                             &rows_.anterior_mm, &rows_.proximal_mm,  &rows_.lateral_mm};
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+      const double value = q(static_cast<Eigen::Index>(k));
+      grids[k]->data()[cell] = is_rotation(k) ? deg_from_rad(value) : value;
+    }
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j)
+        rows_.X_of_follower[16 * cell + 4 * static_cast<std::size_t>(i) + static_cast<std::size_t>(j)] =
+            X.matrix()(i, j);
+    }
+    rows_.energy_nmm.data()[cell] = r.balance.energy_nmm;
+    rows_.balance_residual_n.data()[cell] = r.balance.residual_n;
+    rows_.complementarity_mm.data()[cell] = r.balance.complementarity_mm;
+    rows_.worst_gap_mm.data()[cell] = r.balance.worst_gap_mm;
+    const Attitude attitude{r.coordinates->flexion_rad, r.varus_rad};
+    const Eigen::Matrix3d to_of = reference_rotation(attitude).transpose();
+    for (const ContactForce& f : r.balance.forces) {
+      points_.push_back(world_from_solver(frame_, to_of * f.point_solver_mm) + follower_.centre_mm);
+      normals_.push_back(world_from_solver(frame_, to_of * f.normal_solver).normalized());
+      rows_.forces.along_delta_n.push_back(f.along_delta_n);
+      rows_.forces.triangle_reference.push_back(f.triangle_reference);
+      rows_.forces.triangle_moving.push_back(f.triangle_moving);
+      rows_.forces.compartment.push_back(0);
+    }
+    if (rows_.ligaments) add_fibres(cell, attitude, r.pose, placed);
+  }
+
+  void add_fibres(std::size_t cell, const Attitude& attitude, const MovingPose& pose,
+                  const model::BodyPoses& placed)
+  {
+    const model::Ligaments between = model::solver_ligaments(
+        model::ligaments_between(follower_.ligaments, follower_.of, model::follower_index(row_), placed),
+        frame_);
+    const std::vector<model::FibreState> states = model::fibre_states(between, attitude, pose);
+    for (std::size_t k = 0; k < states.size(); ++k) {
+      const std::size_t at = cell * states.size() + k;
+      rows_.ligaments->length_mm[at] = states[k].length_mm;
+      rows_.ligaments->strain[at] = states[k].strain;
+      rows_.ligaments->tension_n[at] = states[k].force_n;
+      rows_.ligaments->energy_nmm[at] = states[k].energy_nmm;
+      rows_.ligaments->is_wrapped[at] = states[k].is_wrapped ? 1 : 0;
+    }
+  }
+
+  store::FollowerRows& rows_;
+  const job::Case& case_;
+  std::size_t row_;
+  const job::Follower& follower_;
+  SolverFrame frame_;
+  std::vector<Eigen::Vector3d> points_, normals_;
+};
+
+void add_followers(store::MotionModel& model, const job::Case& job_case, const solve::SweepResult& result)
+{
+  if (model.followers.empty()) return;
+  std::vector<FollowerAssembly> by_row;
+  for (std::size_t k = 0; k < model.followers.size(); ++k) {
+    const auto own = std::find_if(model.followers.begin(), model.followers.end(), [&](const auto& rows) {
+      return rows.body_index == static_cast<std::int32_t>(model::follower_index(k));
+    });
+    by_row.emplace_back(*own, job_case);
+  }
+  for (std::size_t c = 0; c < result.cells.size(); ++c) {
+    model::BodyPoses placed{Pose::Identity()};
+    if (result.cells[c].status == StepStatus::stable)
+      placed.push_back(joint_pose_of(job_case, result.cells[c]));
+    for (std::size_t k = 0; k < by_row.size(); ++k) {
+      const bool is_solved = c < result.followers.size() && k < result.followers[c].size();
+      StepRecord record = is_solved ? result.followers[c][k] : StepRecord{};
+      // The check of poses may have found the joint overlapping.
+      if (result.cells[c].status != StepStatus::stable) record.status = result.cells[c].status;
+      by_row[k].add(c, record, placed);
+    }
+  }
+  for (FollowerAssembly& assembly : by_row) assembly.finish();
 }
 
 store::MotionModel motion_model_at_size(const job::Case& job_case, const solve::SweepResult& result)
@@ -546,6 +729,7 @@ store::MotionModel motion_model_at_size(const job::Case& job_case, const solve::
   }
   model.contacts = store::contact_rows(model, result.cells);
   add_balance(model, job_case, result);
+  add_followers(model, job_case, result);
   return model;
 }
 

@@ -85,6 +85,8 @@ class CaseSolver {
                          const Loads& loads, solve::EquilibriumSolver& solver) const;
   JointCoordinates seed_coordinates(const solve::StepTask& task, const MovingPose& seed,
                                     const solve::JointMap& map) const;
+  StepRecord solve_with_followers(const solve::StepTask& task, const MovingPose& seed,
+                                  const SolverFrame& frame, Loads loads, const Worker& worker) const;
   StepRecord solve_coordinates(const solve::StepTask& task, const MovingPose& seed, const SolverFrame& frame,
                                const Loads& loads, solve::CoordinateEquilibrium& solver) const;
 

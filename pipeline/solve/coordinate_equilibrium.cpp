@@ -17,11 +17,23 @@ namespace vrda::solve {
 
 using namespace coordinate_rules;
 
+namespace {
+
+// Of tolerances: the push, and what pulls with a constant tension.
+double scale_n(const Loads& loads, const model::Ligaments& ligaments)
+{
+  double sum_n = loads.force_n.norm();
+  for (const model::Fibre& fibre : ligaments.fibres) sum_n += fibre.tension_n;
+  return sum_n > 0.0 ? sum_n : 1.0;
+}
+
+}  // namespace
+
 CoordinateEquilibrium::Run::Run(State& state, const Task& task)
     : state_(state),
       task_(task),
       is_free_(task.is_free),
-      push_n_(task.loads.force_n.norm() > 0.0 ? task.loads.force_n.norm() : 1.0),
+      push_n_(scale_n(task.loads, state.ligaments)),
       tolerance_mm_(state.options.tolerance_mm),
       standoff_mm_(standoff_share_of_tolerance * tolerance_mm_)
 {
@@ -300,16 +312,22 @@ double CoordinateEquilibrium::Run::fibre_energy_nmm(const SolverPosition& at, Ve
 {
   double energy = 0.0;
   wrench.setZero();
-  if (state_.ligaments.fibres.empty()) return energy;
+  if (state_.ligaments.fibres.empty() && task_.loads.directions.empty()) return energy;
   const model::JointPlacement placement = model::joint_placement(at.attitude, at.pose);
   for (const model::Fibre& fibre : state_.ligaments.fibres) {
     const model::FibrePath path = model::fibre_path(fibre, state_.ligaments.wraps, placement);
+    if (fibre.tension_n > 0.0) {
+      energy += fibre.tension_n * path.length_mm;
+      wrench += wrench_of(fibre.tension_n * path.direction, path.end_mm, at);
+      continue;
+    }
     const double strain = path.length_mm / fibre.slack_length_mm - 1.0;
     const model::Tension tension =
         model::tension_of(strain, fibre.stiffness_n, state_.ligaments.transition_strain);
     energy += tension.energy_n * fibre.slack_length_mm;
     wrench += wrench_of(tension.force_n * path.direction, path.end_mm, at);
   }
+  for (const DirectionSpring& spring : task_.loads.directions) energy += energy_of(spring, at, wrench);
   return energy;
 }
 
@@ -345,7 +363,7 @@ CoordinateEquilibrium::Run::FibreExpansion CoordinateEquilibrium::Run::fibre_exp
     const JointCoordinates& q) const
 {
   FibreExpansion out;
-  if (state_.ligaments.fibres.empty()) return out;
+  if (state_.ligaments.fibres.empty() && task_.loads.directions.empty()) return out;
   const auto over_free = [&](const JointCoordinates& c, Vector6d& gradient) {
     const SolverPosition at = position(c);
     Vector6d wrench;
@@ -620,7 +638,8 @@ void CoordinateEquilibrium::Run::measure(StepRecord& record)
   measure_gaps(state_.joint, at.attitude, at.pose, record);
   for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
     const double shift = is_rotation(k) ? trial_rotation_rad : trial_translation_mm;
-    if (is_free_[k]) record.coordinates->determined[k] = resists(k, -shift) && resists(k, shift) ? 1 : 0;
+    if (is_free_[k] && task_.tests_freedom)
+      record.coordinates->determined[k] = resists(k, -shift) && resists(k, shift) ? 1 : 0;
   }
   record.theta_determined = record.coordinates->determined[2] != 0;
 }

@@ -29,7 +29,8 @@ class CoordinateEquilibrium {
     JointCoordinates seed;  ///< held coordinates keep its values
     std::array<bool, n_joint_coordinates> is_free{};
     Loads loads;
-    bool is_measured = true;  ///< false: contacts, gaps and what is determined are not filled
+    bool is_measured = true;    ///< false: contacts, gaps and what is determined are not filled
+    bool tests_freedom = true;  ///< whether what determines a free coordinate is measured: most of the time
   };
 
   /// Pure: the same task gives the same bits. Statuses: `stable` is certified: the contact forces balance the

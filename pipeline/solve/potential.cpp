@@ -289,6 +289,40 @@ Vector6d wrench_of(const Eigen::Vector3d& force_n, const Eigen::Vector3d& p, con
   return wrench;
 }
 
+namespace {
+
+// Angle of the line to the point of the reference and its derivative over that point, in S.
+struct Turned {
+  double angle_rad = 0.0;
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+};
+
+Turned turned(const DirectionSpring& spring, const SolverPosition& at)
+{
+  const Eigen::Matrix3d R_S_moving = rotation_y(at.pose.theta_rad);
+  const Eigen::Vector3d end_mm = reference_rotation(at.attitude) * spring.reference_mm;
+  const Eigen::Vector3d line = R_S_moving.transpose() * (end_mm - at.pose.translation_mm) - spring.moving_mm;
+  const Eigen::Vector3d across = line - spring.axis.dot(line) * spring.axis;
+  const double sine = spring.axis.dot(spring.rest.cross(across)), cosine = spring.rest.dot(across);
+  return {arc_tangent2(sine, cosine), R_S_moving * spring.axis.cross(across) / across.squaredNorm()};
+}
+
+}  // namespace
+
+double energy_of(const DirectionSpring& spring, const SolverPosition& at, Vector6d& wrench)
+{
+  const Turned now = turned(spring, at);
+  const Eigen::Vector3d end_mm = reference_rotation(at.attitude) * spring.reference_mm;
+  wrench += wrench_of(-spring.stiffness_nmm * now.angle_rad * now.gradient, end_mm, at);
+  return 0.5 * spring.stiffness_nmm * now.angle_rad * now.angle_rad;
+}
+
+Eigen::Vector3d force_on_reference(const DirectionSpring& spring, const SolverPosition& at)
+{
+  const Turned now = turned(spring, at);
+  return -spring.stiffness_nmm * now.angle_rad * now.gradient;
+}
+
 JointMap::JointMap(const SolverFrame& frame)
 {
   SolverFrame right = frame;

@@ -156,6 +156,12 @@ struct Work {
 };
 Work work_of(const Loads& loads, const LoadPotential* applied, const SolverPosition& at);
 
+/// Energy of a spring, N mm; adds its derivative over the twist to `wrench`.
+double energy_of(const DirectionSpring& spring, const SolverPosition& at, Vector6d& wrench);
+/// The force by which the spring acts on the reference, at `spring.reference_mm` in S; the opposite acts on
+/// the moving object there.
+Eigen::Vector3d force_on_reference(const DirectionSpring& spring, const SolverPosition& at);
+
 // Distance of a contact constraint along its own normal, for every motion of the moving object.
 
 /// Positive: apart. `wrench` is the derivative over the twist, in (rad, mm): the moment and force of a unit

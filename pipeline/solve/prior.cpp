@@ -231,6 +231,7 @@ SweepResult sweep_with_prior(const SweepPlan& plan, const SolveStep& solve, cons
   SweepPlan without = plan;
   without.prior.clear();
   without.rows.emplace();
+  without.follow = nullptr;
   without.is_varus_free = false;  // no cell takes its poses, so their contacts are not measured
   SweepResult alone = sweep(without, solve, hooks_alone(hooks), n_threads);
   if (!alone.is_complete) return {};

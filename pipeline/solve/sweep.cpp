@@ -890,7 +890,10 @@ class Sweep {
 SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks, int n_threads)
 {
   if (!plan.prior.empty()) return sweep_with_prior(plan, solve, hooks, n_threads);
-  return Sweep(plan, solve, hooks).run(n_threads);
+  SweepResult result = Sweep(plan, solve, hooks).run(n_threads);
+  if (plan.follow && result.is_complete)
+    result.is_complete = plan.follow(plan, solve, hooks, n_threads, result);
+  return result;
 }
 
 double extent_along_delta_mm(const Mesh& mesh)

@@ -11,6 +11,7 @@
 
 #include "contact/contacts.hpp"
 #include "geometry/gap_query.hpp"
+#include "model/ligaments.hpp"
 #include "model/mesh.hpp"
 #include "model/step_record.hpp"
 #include "solve/contact_constraint.hpp"
@@ -159,6 +160,14 @@ enum class SpineRule {
   free_varus,       ///< nearest to the solution with free varus
 };
 
+struct SweepPlan;
+struct StepTask;
+struct SweepHooks;
+struct SweepResult;
+/// Pure but for logging under `task.key`; called from several threads at once. A spine cell is solved as a
+/// probe of the walk or as a start of a free spine; its own key is then used for `recall` and `keep` only.
+using SolveStep = std::function<StepRecord(const StepTask& task)>;
+
 struct SweepPlan {
   std::vector<double> flexion_rad;  ///< [n_flexion]; of a sequence of frames, the numbers of the rows
   std::vector<double> varus_rad;    ///< [n_varus]
@@ -191,6 +200,10 @@ struct SweepPlan {
   // Of a sweep with a prior, once it is estimated; each [n_path] or empty.
   std::vector<std::vector<CoordinateSpring>> springs;
   std::vector<std::optional<StepRecord>> starts;  ///< further starts of the spine
+  /// Solves the bodies that follow the joint in the cells of a complete result (solve/followers.hpp), and
+  /// those cells again where they react; false when stopped. Empty without followers.
+  std::function<bool(const SweepPlan&, const SolveStep&, const SweepHooks&, int n_threads, SweepResult&)>
+      follow;
 };
 
 /// What the springs of a plan depend on besides its terms (solve/prior.hpp).
@@ -206,6 +219,12 @@ inline const std::vector<double>& path_of(const SweepPlan& plan)
   return plan.path_flexion_rad.empty() ? plan.flexion_rad : plan.path_flexion_rad;
 }
 
+/// What the followers do to the joint: fibres between its objects, canonical, and loads in the frame S.
+struct FollowerForces {
+  model::Ligaments fibres;
+  std::vector<AppliedLoad> loads;
+};
+
 /// One step to solve.
 struct StepTask {
   StepKey key;
@@ -220,11 +239,8 @@ struct StepTask {
   bool is_measured = true;  ///< false: only pose, status and energy are needed, under no key of the result
   std::vector<CoordinateSpring> springs = {};
   int worker = 0;  ///< index below the number of threads, for scratch memory kept between steps
+  const FollowerForces* followers = nullptr;
 };
-
-/// Pure but for logging under `task.key`; called from several threads at once. A spine cell is solved as a
-/// probe of the walk or as a start of a free spine; its own key is then used for `recall` and `keep` only.
-using SolveStep = std::function<StepRecord(const StepTask& task)>;
 
 /// Each may be empty. `recall` and `keep` are called from the workers.
 struct SweepHooks {
@@ -234,6 +250,7 @@ struct SweepHooks {
 };
 
 struct SweepResult {
+  std::vector<std::vector<StepRecord>> followers;  ///< [n_cells, n_followers]; empty without followers
   std::vector<StepRecord> cells;           ///< [n_flexion * n_varus], flexion-major; `pending` if stopped
   std::vector<std::int32_t> spine_column;  ///< [n_flexion] varus index, -1 if stopped
   std::vector<FreeSpineStep> free_spine;   ///< [n_flexion] with SpineRule::free_varus, else empty

@@ -123,6 +123,7 @@ class StructureCheck : public RegistryVisitor {
 
   static bool is_before(const SmoothedSet& a, const SmoothedSet& b) { return a.degree < b.degree; }
   static bool is_before(const AuditSet& a, const AuditSet& b) { return a.name < b.name; }
+  static bool is_before(const FollowerRows& a, const FollowerRows& b) { return a.name < b.name; }
   static bool is_before(const PriorTermRows& a, const PriorTermRows& b)
   {
     return a.coordinate < b.coordinate;

@@ -536,6 +536,7 @@ Motion::Motion(const store::MotionModel& model)
       raw_(model.frames ? RawSurfaces{} : raw_surfaces(model))
 {
   check(model.side == "right" || model.side == "left", "the side of a motion model is right or left");
+  use_followers(model);
   if (model.frames) {
     use_frames(model);
     return;
@@ -673,6 +674,46 @@ void Motion::use_frames(const store::MotionModel& model)
   set_slopes(*track_);
 }
 
+void Motion::use_followers(const store::MotionModel& model)
+{
+  for (const FollowerRows* rows : in_order(model.followers)) {
+    FollowerTrack& track = followers_.emplace_back();
+    track.body = static_cast<BodyIndex>(rows->body_index);
+    track.of = static_cast<BodyIndex>(rows->of);
+    track.centre_mm = rows->centre_mm;
+    track.coordinates = {model.frames ? model.frames->key : raw_.flexion_rad,
+                         model.frames ? std::vector<double>{0.0} : raw_.varus_rad,
+                         std::vector<HermiteNode<6>>(static_cast<std::size_t>(rows->status.size()))};
+    for (std::size_t cell = 0; cell < track.coordinates.nodes.size(); ++cell) {
+      if (rows->status.data()[cell] != status_stable) continue;
+      HermiteNode<6>& node = track.coordinates.nodes[cell];
+      node.is_solved = true;
+      node.value = {rad_from_deg(rows->flexion_deg.data()[cell]),
+                    rad_from_deg(rows->rotation_deg.data()[cell]),
+                    rad_from_deg(rows->tilt_deg.data()[cell]),
+                    rows->anterior_mm.data()[cell],
+                    rows->proximal_mm.data()[cell],
+                    rows->lateral_mm.data()[cell]};
+    }
+    set_slopes(track.coordinates);
+  }
+}
+
+void Motion::place_followers(const Attitude& at, JointPose& pose) const
+{
+  if (pose.status != PoseStatus::solved) return;
+  for (const FollowerTrack& track : followers_) {
+    const bool has_of = model::row_of(track.of) < 2 || pose.has_follower.at(model::follower_row(track.of));
+    const HermiteSample<6> here = sample(track.coordinates, at);
+    if (!here.is_solved || !has_of) continue;
+    const JointCoordinates q = JointCoordinates::Map(here.values.data());
+    const std::size_t row = model::follower_row(track.body);
+    pose.X_reference_follower.at(row) =
+        pose.X_reference(track.of) * follower_pose(q, frame_.side, track.centre_mm);
+    pose.has_follower.at(row) = true;
+  }
+}
+
 JointPose Motion::at_frame(double key) const
 {
   check(track_.has_value(), "only a sequence of frames is evaluated by its key");
@@ -689,6 +730,7 @@ JointPose Motion::at_frame(double key) const
   }
   pose.key = used;
   pose.is_flexion_clamped = used != key;
+  place_followers({used, 0.0}, pose);
   return pose;
 }
 
@@ -807,6 +849,9 @@ JointPose Motion::posed(const Evaluation& found, const Attitude& wanted) const
   pose.attitude = found.attitude;
   pose.is_flexion_clamped = pose.attitude.flexion_rad != wanted.flexion_rad;
   pose.is_varus_clamped = pose.attitude.varus_rad != wanted.varus_rad;
+  place_followers({std::clamp(pose.attitude.flexion_rad, raw_.flexion_rad.front(), raw_.flexion_rad.back()),
+                   std::clamp(pose.attitude.varus_rad, raw_.varus_rad.front(), raw_.varus_rad.back())},
+                  pose);
   return pose;
 }
 
@@ -916,6 +961,11 @@ std::vector<JointLabel> joint_labels(const store::MotionModel& model)
   std::vector<JointLabel> labels;
   for (const BodyIndex body : all_bodies)
     add_point(labels, displayed_name(model, body), body, name_mm(model, body));
+  for (const FollowerRows& follower : model.followers) {
+    const Box box = bounding_box(follower.body.contact.mesh);
+    add_point(labels, follower.name, static_cast<BodyIndex>(follower.body_index),
+              0.5 * (box.min_mm + box.max_mm));
+  }
   add_ligaments(model, labels);
   if (!model.has_compartments) return labels;
   // The subject's right is +Z, so medial is -Z in a right joint.
@@ -931,11 +981,11 @@ std::vector<JointLabel> joint_labels(const store::MotionModel& model)
   return labels;
 }
 
-model::Ligaments ligaments_of(const store::MotionModel& model)
+namespace {
+
+model::Ligaments ligaments_of(const store::LigamentRows& rows)
 {
   model::Ligaments ligaments;
-  if (!model.ligaments) return ligaments;
-  const store::LigamentRows& rows = *model.ligaments;
   ligaments.transition_strain = rows.transition_strain;
   for (std::size_t i = 0; i < rows.wrap_name.size(); ++i) {
     model::Wrap wrap;
@@ -953,6 +1003,39 @@ model::Ligaments ligaments_of(const store::MotionModel& model)
                                 rows.slack_length_mm[i], rows.wrap[i]});
   }
   return ligaments;
+}
+
+}  // namespace
+
+model::Ligaments ligaments_of(const store::MotionModel& model)
+{
+  return model.ligaments ? ligaments_of(*model.ligaments) : model::Ligaments{};
+}
+
+model::Ligaments ligaments_of(const store::FollowerRows& follower)
+{
+  if (!follower.ligaments) return {};
+  model::Ligaments ligaments = ligaments_of(*follower.ligaments);
+  for (std::size_t k = 0; k < ligaments.fibres.size(); ++k) {
+    model::Fibre& fibre = ligaments.fibres[k];
+    fibre.from = static_cast<BodyIndex>(follower.ligaments->from_body[k]);
+    fibre.to = static_cast<BodyIndex>(follower.ligaments->to_body[k]);
+    fibre.tension_n = follower.ligaments->constant_tension_n[k];
+  }
+  for (model::Wrap& wrap : ligaments.wraps)
+    wrap.body = model::row_of(wrap.body) == static_cast<std::size_t>(follower.body_index)
+                    ? BodyIndex::moving
+                    : BodyIndex::reference;
+  return ligaments;
+}
+
+std::vector<const store::FollowerRows*> in_order(const std::vector<store::FollowerRows>& followers)
+{
+  std::vector<const store::FollowerRows*> order;
+  for (const store::FollowerRows& follower : followers) order.push_back(&follower);
+  std::sort(order.begin(), order.end(),
+            [](const auto* a, const auto* b) { return a->body_index < b->body_index; });
+  return order;
 }
 
 }  // namespace vrda::store

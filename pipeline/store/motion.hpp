@@ -140,10 +140,27 @@ struct JointPose {
   bool is_flexion_clamped = false;  ///< or the key
   bool is_varus_clamped = false;    ///< also if the set has its own varus and another was requested
   PoseStatus status = PoseStatus::unsolved_cell;
+  /// Bodies that follow the joint, by model::follower_row(); identity where they have no pose.
+  std::array<Pose, model::most_followers> X_reference_follower = no_poses();
+  std::array<bool, model::most_followers> has_follower{};
 
-  const Pose& X_world(BodyIndex body) const
+  Pose X_reference(BodyIndex body) const
   {
-    return body == BodyIndex::moving ? X_world_moving : X_world_reference;
+    return body == BodyIndex::reference ? Pose(Pose::Identity())
+           : body == BodyIndex::moving  ? X_reference_moving
+                                        : X_reference_follower.at(model::follower_row(body));
+  }
+  Pose X_world(BodyIndex body) const
+  {
+    return body == BodyIndex::moving ? X_world_moving : X_world_reference * X_reference(body);
+  }
+
+ private:
+  static std::array<Pose, model::most_followers> no_poses()
+  {
+    std::array<Pose, model::most_followers> none;
+    none.fill(Pose::Identity());
+    return none;
   }
 };
 
@@ -245,6 +262,16 @@ class Motion {
   Eigen::Matrix3d R_world_solver(const Eigen::Vector3d& delta) const;
   JointPose pose_along(const Eigen::Vector3d& delta, const Attitude& attitude,
                        const PoseCoordinates& numbers) const;
+  void use_followers(const store::MotionModel& model);
+  // `at`: of a sequence its key instead of the flexion.
+  void place_followers(const Attitude& at, JointPose& pose) const;
+
+  // A body that follows the joint: its six coordinates over the cells, whatever the set.
+  struct FollowerTrack {
+    BodyIndex body = model::follower_index(0), of = BodyIndex::reference;
+    Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
+    HermiteGrid<6> coordinates;
+  };
 
   SolverFrame frame_;                    ///< at the first flexion
   Eigen::Matrix3d R_world_solver_;       ///< for frame_; orthogonal, a reflection for a left joint
@@ -260,6 +287,7 @@ class Motion {
   std::vector<double> keys_;
   /// Of a sequence: x, y, z, theta, varus, flexion over the key, on the axis that grids use for flexion.
   std::optional<HermiteGrid<6>> track_;
+  std::vector<FollowerTrack> followers_;  ///< in the order in which they are solved
 };
 
 /// The motion of one sample of an uncertain job, of a set of quantile_set_names(model), as a table over the
@@ -288,5 +316,12 @@ std::vector<JointLabel> joint_labels(const store::MotionModel& model);
 
 /// The model's fibres; may be empty.
 model::Ligaments ligaments_of(const store::MotionModel& model);
+
+/// The fibres of a follower, from other bodies to it. Wraps on itself are on the moving body, the others on
+/// the reference: as `sample_fibre_path` needs them with the other body in place of the reference.
+model::Ligaments ligaments_of(const store::FollowerRows& follower);
+
+/// The followers in the order in which they are solved.
+std::vector<const store::FollowerRows*> in_order(const std::vector<store::FollowerRows>& followers);
 
 }  // namespace vrda::store

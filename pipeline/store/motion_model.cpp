@@ -80,6 +80,16 @@ bool set_group_name(PriorTermRows& term, const std::string& name)
   return coordinate.has_value();
 }
 
+std::string group_name(const FollowerRows& follower)
+{
+  return follower.name;
+}
+bool set_group_name(FollowerRows& follower, const std::string& name)
+{
+  follower.name = name;
+  return is_follower_name(name);
+}
+
 double rotation_share_of(const PriorRows& prior)
 {
   double sum = 0.0;
@@ -150,7 +160,9 @@ class EmptyCells : public RegistryVisitor {
         dimensions.size() >= 2 && dimensions[0] == "/flexion" && dimensions[1] == "/varus";
     const bool is_of_spine = dataset.path.starts_with("/equilibrium/spine/");
     const bool is_of_rows = dimensions == std::vector<std::string>{"/contacts/cell_bound"} ||
-                            dimensions == std::vector<std::string>{"/equilibrium/forces/cell_bound"};
+                            dimensions == std::vector<std::string>{"/equilibrium/forces/cell_bound"} ||
+                            (dimensions.size() == 1 && dataset.path.starts_with("/followers/") &&
+                             dimensions.front().ends_with("/cell_bound"));
     if (!is_of_cells && !is_of_spine && !is_of_rows) return;
     const bool has_unknown = std::ranges::count(flag_table(dataset.flags()).values, -1) > 0;
     const std::vector<std::int64_t> shape = shape_of(dataset);
@@ -224,6 +236,7 @@ MotionModel with_pending_cells(MotionModel model)
   model.contact_paths.reset();
   const double band_moment_nmm = model.equilibrium ? model.equilibrium->band_moment_nmm : 0.0;
   model.equilibrium.reset();
+  for (FollowerRows& follower : model.followers) follower.forces = {};
   model.smoothed.clear();
   model.two_sided.reset();
   model.default_motion.reset();

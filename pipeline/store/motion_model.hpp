@@ -431,12 +431,42 @@ struct LigamentRows {
   double transition_strain = 0.06;
   std::vector<std::string> wrap_name;   ///< [n_wraps]
   std::vector<std::int8_t> wrap_shape;  ///< [n_wraps] 0 cylinder, 1 ellipsoid
-  std::vector<std::int8_t> wrap_body;   ///< [n_wraps] 0 reference, 1 moving
+  std::vector<std::int8_t> wrap_body;   ///< [n_wraps] 0 reference, 1 moving; of a follower BodyIndex
   std::vector<double> X_body_wrap;      ///< [n_wraps, 4, 4] canonical axes of its body
   Points wrap_radii_mm;                 ///< [n_wraps, 3] ellipsoid: half-axes; cylinder: r, r, half length
   std::vector<double> length_mm, strain, tension_n, energy_nmm;  ///< [n_cells, n_fibres] NaN where not stable
   std::vector<std::int8_t> is_wrapped;                           ///< [n_cells, n_fibres] -1 where not stable
+  // Of a follower only, else empty.
+  std::vector<std::int8_t> from_body, to_body;  ///< [n_fibres] BodyIndex of both ends
+  std::vector<double> constant_tension_n;       ///< [n_fibres] above 0: instead of stiffness and slack length
 };
+
+/// A body that follows the joint (schemas/followers.md), over the cells of the joint.
+struct FollowerRows {
+  std::string name;                  ///< of its group
+  std::int32_t body_index = 2;       ///< BodyIndex; bodies of smaller ones are solved before it
+  std::int32_t of = 0;               ///< BodyIndex of the body whose frame its coordinates use
+  std::vector<std::int8_t> touches;  ///< BodyIndex of what it may touch
+  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< origin of its coordinates, canonical
+  Eigen::Vector3d delta = -Eigen::Vector3d::UnitX();    ///< unit, canonical axes, fixed to it
+  double push_n = 0.0;                                  ///< along Delta
+  bool has_reaction = false;                            ///< its fibres pull on the moving object
+  Body body;                                            ///< canonical, where its files are
+  GridB status;                                         ///< StepStatus
+  /// follower_coordinates() of model/coordinates.hpp; NaN where not stable, as all below.
+  GridD flexion_deg, rotation_deg, tilt_deg, anterior_mm, proximal_mm, lateral_mm;
+  std::vector<double> X_of_follower;  ///< [n_cells, 4, 4] stored vertices to those of the body `of`
+  GridI iterations, queries;
+  GridD energy_nmm, balance_residual_n, complementarity_mm, worst_gap_mm;
+  ForceRows forces;  ///< points and normals in canonical axes of the body `of`
+  std::optional<LigamentRows> ligaments;
+};
+std::string group_name(const FollowerRows& follower);
+bool set_group_name(FollowerRows& follower, const std::string& name);
+inline const char* allowed_group_names(const FollowerRows&)
+{
+  return "a letter, then letters, digits, - and _";
+}
 
 /// The key of each frame of a model that is a sequence of frames: time, percentage of gait, number.
 struct FrameSequence {
@@ -481,6 +511,7 @@ struct MotionModel {
   std::optional<EquilibriumSurfaces> equilibrium;  ///< if and only if method is "equilibrium"
   std::optional<CoordinateSurfaces> coordinates;   ///< if the job has roles that a grid cannot express
   std::optional<LigamentRows> ligaments;           ///< if the job has fibres
+  std::vector<FollowerRows> followers;             ///< by name
   std::optional<ContactPaths> contact_paths;       ///< if the joint has compartments
 
   ClinicalSurfaces clinical;
@@ -538,8 +569,8 @@ MotionModel scaled_model(MotionModel model, double factor);
 // HDF5 file of the motion model (schemas/motion-model.md).
 
 inline constexpr const char* format_name = "vrda motion model";
-inline constexpr const char* format_version = "1.11";
-inline constexpr int format_minor_version = 11;
+inline constexpr const char* format_version = "1.12";
+inline constexpr int format_minor_version = 12;
 /// Smallest minor version that readers accept; later ones add objects, which are ignored.
 inline constexpr int least_minor_version = 7;
 

@@ -343,41 +343,49 @@ void visit_coordinates(MotionModel& model, RegistryVisitor& visit)
 
 namespace {
 
-void visit_wraps(LigamentRows& ligaments, RegistryVisitor& visit)
+void visit_wraps(LigamentRows& ligaments, const std::string& group, std::size_t n_followers, RegistryVisitor& visit)
 {
-  const std::vector<std::string> wrap{"/ligaments/wrapping"};
-  visit.dimension("/ligaments/wrapping", DimensionSize::counted(ligaments.wrap_name.size()));
-  visit({"/ligaments/wrap_name", wrap, unit::none, rule(Rule::names), "names of the wrapping surfaces"}, ligaments.wrap_name);
-  visit({"/ligaments/wrap_shape", wrap, unit::none, codes(FlagSet::wrap_shape), "shape of the wrapping surface"}, ligaments.wrap_shape);
-  visit({"/ligaments/wrap_body", wrap, unit::none, codes(FlagSet::body), "body to which the wrapping surface is fixed"}, ligaments.wrap_body);
-  visit({"/ligaments/X_body_wrap", {"/ligaments/wrapping", "/row", "/column"}, unit::mm, rule(Rule::rigid), "pose taking points of the wrapping surface to canonical axes of its body; the rotation in columns 0 to 2 has no unit"}, ligaments.X_body_wrap);
-  visit({"/ligaments/wrap_radii", {"/ligaments/wrapping", "/xyz"}, unit::mm, above_0(), "half-axes of an ellipsoid; radius, radius and half length of a cylinder along its Z"}, ligaments.wrap_radii_mm);
+  const std::string wrapping = group + "/wrapping";
+  const std::vector<std::string> wrap{wrapping};
+  const bool is_followers = n_followers > 0;
+  visit.dimension(wrapping, DimensionSize::counted(ligaments.wrap_name.size()));
+  visit({group + "/wrap_name", wrap, unit::none, rule(Rule::names), "names of the wrapping surfaces"}, ligaments.wrap_name);
+  visit({group + "/wrap_shape", wrap, unit::none, codes(FlagSet::wrap_shape), "shape of the wrapping surface"}, ligaments.wrap_shape);
+  visit({group + "/wrap_body", wrap, is_followers ? unit::one : unit::none, is_followers ? body_number(n_followers) : codes(FlagSet::body), "body to which the wrapping surface is fixed"}, ligaments.wrap_body);
+  visit({group + "/X_body_wrap", {wrapping, "/row", "/column"}, unit::mm, rule(Rule::rigid), "pose taking points of the wrapping surface to canonical axes of its body; the rotation in columns 0 to 2 has no unit"}, ligaments.X_body_wrap);
+  visit({group + "/wrap_radii", {wrapping, "/xyz"}, unit::mm, above_0(), "half-axes of an ellipsoid; radius, radius and half length of a cylinder along its Z"}, ligaments.wrap_radii_mm);
 }
 
 }  // namespace
 
-void visit_ligaments(MotionModel& model, RegistryVisitor& visit)
+void visit_ligaments(LigamentRows& ligaments, const std::string& group, const GridB& status, std::size_t n_followers,
+                     RegistryVisitor& visit)
 {
-  auto& ligaments = *model.ligaments;
-  const std::vector<std::string> fibre{"/ligaments/fibre"}, vectors{"/ligaments/fibre", "/xyz"},
-      states{"/flexion", "/varus", "/ligaments/fibre"};
-  const ValueCondition stable = where_stable(model.status);
-  visit.group("/ligaments");
-  visit.attribute("/ligaments", "transition_strain", ligaments.transition_strain);
-  visit.dimension("/ligaments/fibre", DimensionSize::counted(ligaments.name.size()));
-  visit({"/ligaments/name", fibre, unit::none, rule(Rule::names), "names of the fibres"}, ligaments.name);
-  visit({"/ligaments/bundle", fibre, unit::none, rule(Rule::any), "ligament of the fibre"}, ligaments.bundle);
-  visit({"/ligaments/reference", vectors, unit::mm, number(), "attachment to the reference body, its canonical axes"}, ligaments.reference_mm);
-  visit({"/ligaments/moving", vectors, unit::mm, number(), "attachment to the moving body, its canonical axes"}, ligaments.moving_mm);
-  visit({"/ligaments/stiffness", fibre, unit::n, above_0(), "force per unit strain"}, ligaments.stiffness_n);
-  visit({"/ligaments/slack_length", fibre, unit::mm, above_0(), "length of zero strain"}, ligaments.slack_length_mm);
-  visit({"/ligaments/wrap", fibre, unit::one, row_of(static_cast<Eigen::Index>(ligaments.wrap_name.size()), -1), "row of wrap_name, -1 for none"}, ligaments.wrap);
-  visit_wraps(ligaments, visit);
-  visit({"/ligaments/length", states, unit::mm, at_least_0(stable), "length of the fibre"}, ligaments.length_mm);
-  visit({"/ligaments/strain", states, unit::one, number(stable), "strain of the fibre, negative is slack"}, ligaments.strain);
-  visit({"/ligaments/tension", states, unit::n, at_least_0(stable), "tension of the fibre"}, ligaments.tension_n);
-  visit({"/ligaments/energy", states, unit::nmm, at_least_0(stable), "energy of the fibre"}, ligaments.energy_nmm);
-  visit({"/ligaments/is_wrapped", states, unit::none, codes(FlagSet::optional_yes_no, stable), "whether the fibre is in contact with its wrapping surface"}, ligaments.is_wrapped);
+  const std::string fibres = group + "/fibre";
+  const std::vector<std::string> fibre{fibres}, vectors{fibres, "/xyz"}, states{"/flexion", "/varus", fibres};
+  const ValueCondition stable = where_stable(status);
+  const bool is_followers = n_followers > 0;
+  visit.group(group);
+  visit.attribute(group, "transition_strain", ligaments.transition_strain);
+  visit.dimension(fibres, DimensionSize::counted(ligaments.name.size()));
+  visit({group + "/name", fibre, unit::none, rule(Rule::names), "names of the fibres"}, ligaments.name);
+  visit({group + "/bundle", fibre, unit::none, rule(Rule::any), "ligament of the fibre"}, ligaments.bundle);
+  visit({group + "/reference", vectors, unit::mm, number(), is_followers ? "attachment to the body in from_body, its canonical axes" : "attachment to the reference body, its canonical axes"}, ligaments.reference_mm);
+  visit({group + "/moving", vectors, unit::mm, number(), is_followers ? "attachment to the body in to_body, its canonical axes" : "attachment to the moving body, its canonical axes"}, ligaments.moving_mm);
+  visit({group + "/stiffness", fibre, unit::n, is_followers ? at_least_0({}) : above_0(), "force per unit strain"}, ligaments.stiffness_n);
+  visit({group + "/slack_length", fibre, unit::mm, above_0(), "length of zero strain"}, ligaments.slack_length_mm);
+  visit({group + "/wrap", fibre, unit::one, row_of(static_cast<Eigen::Index>(ligaments.wrap_name.size()), -1), "row of wrap_name, -1 for none"}, ligaments.wrap);
+  if (is_followers) {
+    visit({group + "/from_body", fibre, unit::one, body_number(n_followers), "body of the first attachment: 0 the reference, 1 the moving body, then followers by their attribute body_index"}, ligaments.from_body);
+    visit({group + "/to_body", fibre, unit::one, body_number(n_followers), "body of the second attachment"}, ligaments.to_body);
+    visit({group + "/constant_tension", fibre, unit::n, at_least_0({}), "tension of a line of constant tension; 0: an elastic fibre"}, ligaments.constant_tension_n);
+  }
+  visit_wraps(ligaments, group, n_followers, visit);
+  visit({group + "/length", states, unit::mm, at_least_0(stable), "length of the fibre"}, ligaments.length_mm);
+  visit({group + "/strain", states, unit::one, number(stable), "strain of the fibre, negative is slack"}, ligaments.strain);
+  visit({group + "/tension", states, unit::n, at_least_0(stable), "tension of the fibre"}, ligaments.tension_n);
+  visit({group + "/energy", states, unit::nmm, at_least_0(stable), "energy of the fibre"}, ligaments.energy_nmm);
+  visit({group + "/is_wrapped", states, unit::none, codes(FlagSet::optional_yes_no, stable), "whether the fibre is in contact with its wrapping surface"}, ligaments.is_wrapped);
 }
 
 // clang-format on
@@ -538,7 +546,7 @@ void visit_part(Part& part, const std::string& group, const std::string& body, s
     visit({group + "/normals", {vertex, "/xyz"}, unit::one, rule(Rule::unit_or_zero_rows), "outward unit normals of the vertices, canonical axes"}, mesh.normals);
   }
   visit({group + "/triangles", {triangle, "/corner"}, unit::one, row_of(mesh.vertices_mm.rows()), "rows of vertices, counter-clockwise seen from outside"}, mesh.triangles);
-  visit({group + "/component", {triangle}, unit::one, row_of(static_cast<Eigen::Index>(n_components)), body == "/bodies/reference" ? "row of /bodies/reference/component_name of each triangle" : "row of /bodies/moving/component_name of each triangle"}, part.component);
+  visit({group + "/component", {triangle}, unit::one, row_of(static_cast<Eigen::Index>(n_components)), body == "/bodies/reference" ? "row of /bodies/reference/component_name of each triangle" : body == "/bodies/moving" ? "row of /bodies/moving/component_name of each triangle" : "row of the body's component_name of each triangle"}, part.component);
 }
 
 void visit_body(Body& body, const std::string& group, RegistryVisitor& visit)
@@ -564,7 +572,58 @@ void visit_body(Body& body, const std::string& group, RegistryVisitor& visit)
   visit_part(body.visual, group + "/visual", group, body.components.size(), visit);
 }
 
+// As those of the equilibrium, in canonical axes of the body whose frame the follower's coordinates use.
+void visit_follower_forces(FollowerRows& follower, const std::string& of_follower, RegistryVisitor& visit)
+{
+  auto& forces = follower.forces;
+  const std::string group = of_follower + "/contacts";
+  const std::size_t n = forces.along_delta_n.size();
+  const std::vector<std::string> force{group + "/force"}, vectors{group + "/force", "/xyz"};
+  visit.group(group);
+  visit.dimension(group + "/force", DimensionSize::counted(n));
+  visit.dimension(group + "/cell_bound", DimensionSize::fixed(visit.size("/flexion") * visit.size("/varus") + 1));
+  visit({group + "/row_start", {group + "/cell_bound"}, unit::one, row_starts(n), "first contact force of each cell, cells in the order of the grid, then the number of forces"}, forces.row_start);
+  visit({group + "/point", vectors, unit::mm, number(), "point of the contact, canonical axes of the body in the attribute of"}, forces.point_world_mm);
+  visit({group + "/normal", vectors, unit::one, rule(Rule::unit_rows), "unit direction of the force on the follower, in the same axes"}, forces.normal_world);
+  visit({group + "/along_delta", force, unit::n, above_0(), "share of the force along the follower's Delta"}, forces.along_delta_n);
+  visit({group + "/triangle_touched", force, unit::one, count(), "triangle of what it touches, the contact triangles of the bodies in touches one after the other"}, forces.triangle_reference);
+  visit({group + "/triangle", force, unit::one, row_of(follower.body.contact.mesh.triangles.rows()), "row of body/triangles"}, forces.triangle_moving);
+}
+
 }  // namespace
+
+void visit_follower(FollowerRows& follower, std::size_t n_followers, RegistryVisitor& visit)
+{
+  const std::string group = "/followers/" + follower.name;
+  const std::vector<std::string> grid{"/flexion", "/varus"};
+  const ValueCondition stable = where_stable(follower.status);
+  visit.group(group);
+  visit.attribute(group, "body_index", follower.body_index);
+  visit.attribute(group, "of", follower.of);
+  visit.attribute(group, "centre_mm", follower.centre_mm, unit::mm);
+  visit.attribute(group, "delta", follower.delta);
+  visit.attribute(group, "push_n", follower.push_n, unit::n);
+  visit.attribute(group, "has_reaction", follower.has_reaction);
+  visit.dimension(group + "/touched", DimensionSize::counted(follower.touches.size()));
+  visit({group + "/touches", {group + "/touched"}, unit::one, body_number(n_followers), "bodies that it may touch, by their number"}, follower.touches);
+  visit({group + "/status", grid, unit::none, codes(FlagSet::status), "how the step of the follower ended; that of the joint where the joint has no pose"}, follower.status);
+  visit({group + "/flexion_angle", grid, unit::degree, number(stable), "flexion of the follower"}, follower.flexion_deg);
+  visit({group + "/rotation_angle", grid, unit::degree, number(stable), "rotation about the floating axis, as varus of the joint"}, follower.rotation_deg);
+  visit({group + "/tilt", grid, unit::degree, number(stable), "rotation about the follower's long axis, as internal rotation of the joint"}, follower.tilt_deg);
+  visit({group + "/anterior", grid, unit::mm, number(stable), "anterior displacement of its centre in the body of its coordinates"}, follower.anterior_mm);
+  visit({group + "/proximal", grid, unit::mm, number(stable), "proximal displacement of its centre"}, follower.proximal_mm);
+  visit({group + "/lateral", grid, unit::mm, number(stable), "lateral displacement of its centre"}, follower.lateral_mm);
+  visit({group + "/X_of_follower", {"/flexion", "/varus", "/row", "/column"}, unit::mm, rule(Rule::rigid, stable), "pose taking stored vertices of the follower to those of the body of its coordinates; the rotation in columns 0 to 2 has no unit"}, follower.X_of_follower);
+  visit({group + "/iterations", grid, unit::one, count(), "iterations of the step"}, follower.iterations);
+  visit({group + "/queries", grid, unit::one, count(), "gap queries of the step"}, follower.queries);
+  visit({group + "/energy", grid, unit::nmm, number(stable), "energy of its fibres, lines and springs minus the work of its push"}, follower.energy_nmm);
+  visit({group + "/balance_residual", grid, unit::n, at_least_0(stable), "residual of the force balance, moments divided by a lever arm"}, follower.balance_residual_n);
+  visit({group + "/complementarity", grid, unit::mm, number(stable), "gaps of the load-bearing features, weighted by their share of the load"}, follower.complementarity_mm);
+  visit({group + "/worst_gap", grid, unit::mm, number(stable), "smallest signed gap of any feature along its Delta, negative is overlap"}, follower.worst_gap_mm);
+  visit_body(follower.body, group + "/body", visit);
+  visit_follower_forces(follower, group, visit);
+  if (has_optional(visit, group + "/ligaments", follower.ligaments)) visit_ligaments(*follower.ligaments, group + "/ligaments", follower.status, n_followers, visit);
+}
 
 void visit_inputs(std::vector<InputFile>& inputs, RegistryVisitor& visit)
 {
@@ -616,7 +675,8 @@ void visit_registry(MotionModel& model, RegistryVisitor& visit)
     visit_equilibrium(model, visit);
   }
   if (has_optional(visit, "/coordinates", model.coordinates)) visit_coordinates(model, visit);
-  if (has_optional(visit, "/ligaments", model.ligaments)) visit_ligaments(model, visit);
+  if (has_optional(visit, "/ligaments", model.ligaments))
+    visit_ligaments(*model.ligaments, "/ligaments", model.status, 0, visit);
   if (has_optional(visit, "/uncertainty", model.uncertainty))
     visit_uncertainty(*model.uncertainty, model.ligaments.has_value(), visit);
   if (has_optional(visit, "/prior", model.prior)) visit_prior(*model.prior, visit);
@@ -640,6 +700,11 @@ void visit_registry(MotionModel& model, RegistryVisitor& visit)
     // clang-format off
     visit({"/bodies/moving/compartment", {"/bodies/moving/triangle"}, unit::none, codes(FlagSet::compartment), "compartment of the triangle"}, model.compartment_of_triangle);
     // clang-format on
+  }
+  if (visit.has("/followers", !model.followers.empty())) {
+    visit.group("/followers");
+    visit.list("/followers", model.followers);
+    for (FollowerRows& follower : model.followers) visit_follower(follower, model.followers.size(), visit);
   }
   visit.group("/job");
   visit.dimension("/job/input", DimensionSize::counted(model.job.inputs.size()));

@@ -27,7 +27,8 @@ class RegistryVisitor {
                    std::vector<std::int8_t>*, std::vector<std::int32_t>*, std::vector<std::int64_t>*, GridD*,
                    GridB*, GridI*, Exponents*, Points*, Points32*, Triangles*>;
   using Attribute = std::variant<std::string*, bool*, double*, std::int32_t*, Eigen::Vector3d*>;
-  using List = std::variant<std::vector<SmoothedSet>*, std::vector<AuditSet>*, std::vector<PriorTermRows>*>;
+  using List = std::variant<std::vector<SmoothedSet>*, std::vector<AuditSet>*, std::vector<PriorTermRows>*,
+                            std::vector<FollowerRows>*>;
 
   virtual ~RegistryVisitor() = default;
   /// Whether it fills or changes what it visits. The others may visit constant models.
@@ -156,6 +157,11 @@ inline ValueRule row_of(Eigen::Index n, double least = 0)
 {
   return integer(least, static_cast<double>(n - 1));
 }
+/// BodyIndex of a body that is not the world.
+inline ValueRule body_number(std::size_t n_followers)
+{
+  return integer(0, static_cast<double>(1 + n_followers));
+}
 inline ValueRule row_starts(std::size_t n_entries)
 {
   return {.rule = Rule::row_starts, .largest = static_cast<double>(n_entries)};
@@ -243,7 +249,10 @@ void visit_audit(AuditSet& audit, const AuditedModel& model, RegistryVisitor& vi
 void visit_push(PushRows& push, RegistryVisitor& visit);
 void visit_equilibrium(MotionModel& model, RegistryVisitor& visit);
 void visit_coordinates(MotionModel& model, RegistryVisitor& visit);
-void visit_ligaments(MotionModel& model, RegistryVisitor& visit);
+/// `status` is that of the cells; `n_followers` is 0 for the ligaments of the joint.
+void visit_ligaments(LigamentRows& ligaments, const std::string& group, const GridB& status,
+                     std::size_t n_followers, RegistryVisitor& visit);
+void visit_follower(FollowerRows& follower, std::size_t n_followers, RegistryVisitor& visit);
 void visit_uncertainty(UncertainMotion& motion, bool has_fibres, RegistryVisitor& visit);
 void visit_prior(PriorRows& prior, RegistryVisitor& visit);
 void visit_inputs(std::vector<InputFile>& inputs, RegistryVisitor& visit);

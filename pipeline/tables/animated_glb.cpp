@@ -287,9 +287,13 @@ void add_links(Scene& scene, Animation& animation, Json& children, const Flexion
     std::vector<Eigen::Vector3d> sampled_mm(std::max<std::size_t>(path_mm.size(), 4));
     std::vector<Keys> links(path_mm.size() - 1);
     for (const FlexionFrame& frame : motion.frames) {
-      const Pose& X = frame.pose.X_reference_moving;
+      const Pose X_from = frame.pose.X_reference(fibre.from);
+      const Pose X = fibre.from == BodyIndex::reference ? frame.pose.X_reference(fibre.to)
+                                                        : X_from.inverse() * frame.pose.X_reference(fibre.to);
       model::sample_fibre_path(fibre, ligaments.wraps,
                                {Eigen::Matrix3d::Identity(), X.linear(), X.translation()}, sampled_mm);
+      if (fibre.from != BodyIndex::reference)
+        for (Eigen::Vector3d& p_mm : sampled_mm) p_mm = X_from * p_mm;
       path_mm = fibre.wrap < 0 ? std::vector{sampled_mm.front(), sampled_mm.back()} : sampled_mm;
       for (std::size_t k = 0; k < links.size(); ++k)
         add_key(links[k], path_mm[k] - motion.rotation_centre_mm, path_mm[k + 1] - motion.rotation_centre_mm,
@@ -310,15 +314,26 @@ void add_links(Scene& scene, Animation& animation, Json& children, const Flexion
   }
 }
 
+/// Whether a body that follows the joint has a pose in every frame; otherwise it is left out.
+bool is_posed(const FlexionMotion& motion, const store::FollowerRows& follower)
+{
+  const std::size_t row = model::follower_row(static_cast<BodyIndex>(follower.body_index));
+  return std::all_of(motion.frames.begin(), motion.frames.end(),
+                     [&](const FlexionFrame& frame) { return frame.pose.has_follower.at(row); });
+}
+
 /// Adds the fibres to the reference's node.
 void add_ligaments(Scene& scene, Animation& animation, std::size_t reference, const store::MotionModel& model,
                    const FlexionMotion& motion)
 {
-  const model::Ligaments ligaments = store::ligaments_of(model);
-  if (ligaments.fibres.empty()) return;
   Json children = Json::array();
-  add_links(scene, animation, children, motion, ligaments,
-            store::width_ratio(model.moving) * fibre_radius_mm);
+  const double radius_mm = store::width_ratio(model.moving) * fibre_radius_mm;
+  add_links(scene, animation, children, motion, store::ligaments_of(model), radius_mm);
+  for (const store::FollowerRows* follower : store::in_order(model.followers)) {
+    if (is_posed(motion, *follower))
+      add_links(scene, animation, children, motion, store::ligaments_of(*follower), radius_mm);
+  }
+  if (children.empty()) return;
   scene.nodes.push_back({{"name", "ligaments"}, {"children", children}});
   scene.nodes[reference]["children"].push_back(scene.nodes.size() - 1);
 }
@@ -389,6 +404,8 @@ Json add_labels(Scene& scene, Animation& animation, const store::MotionModel& mo
   Json nodes = Json::array();
   const double scale = store::width_ratio(model.moving);
   for (const store::JointLabel& label : store::joint_labels(model)) {
+    const bool is_follower = model::row_of(label.first) > 1;
+    if (is_follower && !motion.frames.front().pose.has_follower.at(model::follower_row(label.first))) continue;
     const auto n_letters = static_cast<double>(label.text.size());
     const int width_px = static_cast<int>(std::ceil((letter_width * n_letters + 0.6) * text_height_px));
     const double height_m = scale * label_height_mm * metres_per_mm;
@@ -441,6 +458,12 @@ std::string animated_glb(const store::MotionModel& model, const FlexionMotion& m
   add_ligaments(scene, animation, reference, model, motion);
   Json children = add_labels(scene, animation, model, motion);
   children.insert(children.begin(), {reference, moving});
+  for (const store::FollowerRows& follower : model.followers) {
+    if (!is_posed(motion, follower)) continue;
+    const std::size_t node = add_body(scene, follower.body, model.rotation_centre_mm);
+    animate(scene, animation, node, body_keys(motion, static_cast<BodyIndex>(follower.body_index)));
+    children.push_back(node);
+  }
   // A rotation by 90 degrees about Y maps anterior (+X) to glTF's front (+Z) and the subject's right to -X.
   const double half = std::sqrt(0.5);
   const Eigen::Vector3d& centre_mm = model.rotation_centre_mm;

@@ -172,6 +172,11 @@ std::string posed_vtp(const store::MotionModel& model, const FlexionFrame& frame
   Bodies all;
   add_body(all, model.reference, 0, frame.pose.X_world_reference);
   add_body(all, model.moving, 1, frame.pose.X_world_moving);
+  for (const store::FollowerRows* follower : store::in_order(model.followers)) {
+    const auto body = static_cast<BodyIndex>(follower->body_index);
+    if (frame.pose.has_follower.at(model::follower_row(body)))
+      add_body(all, follower->body, static_cast<std::uint8_t>(follower->body_index), frame.pose.X_world(body));
+  }
   Appended appended;
   std::string text =
       opening(attitude_fields(model, frame) + words_field("component_name", all.component_names) +

@@ -229,8 +229,9 @@ view::LayerSet bench_layers(const std::string& text)
 
 view::JointFrames joint_frames(const BenchFrame& frame)
 {
-  return {frame.X_tracker_reference, frame.X_tracker_moving,
-          frame.X_tracker_reference * frame.pose.X_world_reference.inverse()};
+  return view::with_followers({frame.X_tracker_reference, frame.X_tracker_moving,
+                               frame.X_tracker_reference * frame.pose.X_world_reference.inverse()},
+                              frame.pose);
 }
 
 }  // namespace

@@ -116,6 +116,12 @@ Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& mo
   if (is_moving_seen)
     append_transform(bytes, store::displayed_name(model, BodyIndex::moving), frame.X_tracker_moving,
                      streamed.utc_ns);
+  for (const store::FollowerRows& follower : model.followers) {
+    const std::size_t row = model::follower_row(static_cast<BodyIndex>(follower.body_index));
+    if (is_moving_seen && frame.pose.has_follower.at(row))
+      append_transform(bytes, follower.name, frame.X_tracker_reference * frame.pose.X_reference_follower.at(row),
+                       streamed.utc_ns);
+  }
   if (are_eyes_seen) append_transform(bytes, "eye", frame.X_tracker_eyes, streamed.utc_ns);
   if (streamed.X_tracker_probe) append_transform(bytes, "probe", *streamed.X_tracker_probe, streamed.utc_ns);
   append(bytes, string_bytes("angles", streamed.utc_ns,
@@ -131,6 +137,8 @@ Bytes mesh_messages(const store::MotionModel& model, std::int64_t utc_ns)
   };
   add(BodyIndex::reference, model.reference);
   add(BodyIndex::moving, model.moving);
+  for (const store::FollowerRows& follower : model.followers)
+    append(bytes, polydata_bytes(follower.name.substr(0, 15) + "_mesh", utc_ns, whole_mesh(follower.body)));
   return bytes;
 }
 

@@ -23,7 +23,7 @@ void JointView::show(const store::Motion& motion, const store::JointPose& pose, 
 {
   frames_ = view::frames_of(motion, pose, fixed_object, rotation_centre_mm_);
   view::place(scene_, frames_);
-  view::show_bodies(scene_, shown_bodies_, fixed_object, pose.status == store::PoseStatus::solved);
+  view::show_bodies(scene_, shown_bodies_, fixed_object, pose.status == store::PoseStatus::solved, frames_);
   layers_.update(scene_, motion, {pose, frames_, layers});
 }
 

@@ -728,6 +728,8 @@ constexpr std::size_t n_straight = 4, n_wrapped = 14;
 constexpr double thickness_mm = 0.45, narrowest_mm = 1.0, widest_mm = 2.4, band_overlap = 1.2;
 constexpr double slack_part = 0.7;  // of width and thickness
 constexpr VertexColour slack_colour{205, 203, 196, 255};
+// A line of constant tension, a muscle, has no strain.
+constexpr VertexColour line_colour{170, 74, 68, 255};
 
 std::size_t n_points(const model::Fibre& fibre)
 {
@@ -800,68 +802,104 @@ Legend legend_of(const store::MotionModel& model, std::size_t n_fibres)
 }
 
 /// A flat band along each fibre's path, over its wrap; the width is in the direction in which the bundle's
-/// fibres lie side by side.
+/// fibres lie side by side. The joint's fibres first, then those of the bodies that follow it.
 class LigamentLayer final : public LayerDrawing {
  public:
   LigamentLayer(const store::MotionModel& model, Scene& scene)
-      : ligaments_(store::ligaments_of(model)),
-        legend_(legend_of(model, ligaments_.fibres.size())),
-        drawable_(add_layer(scene, Layer::ligaments, BodyIndex::reference, "ligaments", model))
+      : drawable_(add_layer(scene, Layer::ligaments, BodyIndex::reference, "ligaments", model))
   {
     Drawable& drawable = scene.drawables[drawable_];
     drawable.is_solid = true;
     drawable.material = marker_material({255, 255, 255, 255});
+    groups_.push_back({store::ligaments_of(model), {}});
+    legend_ = legend_of(model, groups_.front().ligaments.fibres.size());
+    for (const store::FollowerRows* follower : store::in_order(model.followers))
+      groups_.push_back({store::ligaments_of(*follower), {}});
     const double scale = marker_scale(model);
-    for (const model::Fibre& fibre : ligaments_.fibres) {
-      add_tube(drawable.mesh, n_points(fibre));
-      const Arrangement arrangement = arrangement_of(ligaments_.fibres, fibre.bundle);
-      const double half_mm =
-          std::clamp(0.5 * band_overlap * arrangement.spacing_mm, scale * narrowest_mm, scale * widest_mm);
-      bands_.push_back({half_mm, scale * thickness_mm, arrangement.reference_mm, arrangement.moving_mm});
+    for (Group& group : groups_) {
+      for (const model::Fibre& fibre : group.ligaments.fibres) {
+        add_tube(drawable.mesh, n_points(fibre));
+        const Arrangement arrangement = arrangement_of(group.ligaments.fibres, fibre.bundle);
+        const double half_mm =
+            std::clamp(0.5 * band_overlap * arrangement.spacing_mm, scale * narrowest_mm, scale * widest_mm);
+        group.bands.push_back(
+            {half_mm, scale * thickness_mm, arrangement.reference_mm, arrangement.moving_mm});
+      }
+      is_empty_ = is_empty_ && group.ligaments.fibres.empty();
     }
     drawable.colours.resize(drawable.mesh.vertices.size());
   }
-  bool is_empty() const override { return ligaments_.fibres.empty(); }
+  bool is_empty() const override { return is_empty_; }
   const Legend* legend() const override { return &legend_; }
 
   void update(Scene& scene, const store::Motion& /*motion*/, const DisplayedPose& shown) override
   {
-    const Pose& X_reference_moving = shown.pose.X_reference_moving;
     scene.drawables[drawable_].is_shown = !is_empty();
-    if (!last_pose_.takes(X_reference_moving)) return;
+    bool is_new = last_pose_.takes(shown.pose.X_reference_moving);
+    for (std::size_t k = 0; k < last_followers_.size(); ++k)
+      is_new = last_followers_[k].takes(shown.pose.X_reference_follower[k]) || is_new;
+    if (!is_new) return;
     Drawable& drawable = scene.drawables[drawable_];
-    // Fibre lengths do not depend on the common frame: use the reference's.
-    const model::JointPlacement placement{Eigen::Matrix3d::Identity(), X_reference_moving.linear(),
-                                          X_reference_moving.translation()};
-    std::array<Eigen::Vector3d, n_wrapped> points_mm;
     std::size_t vertex = 0;
-    for (std::size_t i = 0; i < ligaments_.fibres.size(); ++i) {
-      const model::Fibre& fibre = ligaments_.fibres[i];
-      const std::span<Eigen::Vector3d> path_mm(points_mm.data(), n_points(fibre));
-      const model::SampledFibre path = model::sample_fibre_path(fibre, ligaments_.wraps, placement, path_mm);
-      const double strain = path.length_mm / fibre.slack_length_mm - 1.0;
-      for (Eigen::Vector3d& p_mm : path_mm) p_mm -= drawable.origin_mm;
-      BandSection band = bands_[i];
-      const double part = strain < 0.0 ? slack_part : 1.0;
-      band.half_width_mm *= part;
-      band.half_thickness_mm *= part;
-      band.across_last = placement.R_S_moving * band.across_last;
-      set_band(drawable.mesh, vertex, path_mm, band);
-      const auto first = drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex);
-      vertex += tube_size(path_mm.size()).n_vertices;
-      std::fill(first, drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex),
-                colour_of(legend_, 100.0 * strain));
+    for (const Group& group : groups_) {
+      for (std::size_t i = 0; i < group.ligaments.fibres.size(); ++i)
+        vertex = draw(drawable, group, i, shown, vertex);
     }
     update_box(drawable);
     ++drawable.revision;
   }
 
  private:
-  model::Ligaments ligaments_;
+  struct Group {
+    model::Ligaments ligaments;
+    std::vector<BandSection> bands;  ///< [n_fibres] of taut fibres; each end in its body's frame
+  };
+
+  // Returns the vertex after its own.
+  std::size_t draw(Drawable& drawable, const Group& group, std::size_t i, const DisplayedPose& shown,
+                   std::size_t vertex) const
+  {
+    const model::Fibre& fibre = group.ligaments.fibres[i];
+    // Fibre lengths do not depend on the common frame: that of the first body.
+    const Pose X_reference_from = shown.pose.X_reference(fibre.from);
+    const Pose X_from_to = fibre.from == BodyIndex::reference
+                               ? shown.pose.X_reference(fibre.to)
+                               : Pose(X_reference_from.inverse() * shown.pose.X_reference(fibre.to));
+    const model::JointPlacement placement{Eigen::Matrix3d::Identity(), X_from_to.linear(),
+                                          X_from_to.translation()};
+    std::array<Eigen::Vector3d, n_wrapped> points_mm;
+    const std::span<Eigen::Vector3d> path_mm(points_mm.data(), n_points(fibre));
+    const model::SampledFibre path =
+        model::sample_fibre_path(fibre, group.ligaments.wraps, placement, path_mm);
+    const bool is_line = fibre.tension_n > 0.0;
+    const double strain = is_line ? 0.0 : path.length_mm / fibre.slack_length_mm - 1.0;
+    for (Eigen::Vector3d& p_mm : path_mm) {
+      if (fibre.from != BodyIndex::reference) p_mm = X_reference_from * p_mm;
+      p_mm -= drawable.origin_mm;
+    }
+    BandSection band = group.bands[i];
+    // Without a pose of its body a fibre has no width.
+    const double part = !shown.frames.has(fibre.to) || !shown.frames.has(fibre.from) ? 1e-4
+                        : strain < 0.0                                               ? slack_part
+                                                                                     : 1.0;
+    band.half_width_mm *= part;
+    band.half_thickness_mm *= part;
+    band.across_first = X_reference_from.linear() * band.across_first;
+    band.across_last = X_reference_from.linear() * (placement.R_S_moving * band.across_last);
+    set_band(drawable.mesh, vertex, path_mm, band);
+    const auto first = drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex);
+    vertex += tube_size(path_mm.size()).n_vertices;
+    std::fill(first, drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex),
+              is_line ? line_colour : colour_of(legend_, 100.0 * strain));
+    return vertex;
+  }
+
+  std::vector<Group> groups_;
   Legend legend_;
   std::size_t drawable_ = 0;
-  std::vector<BandSection> bands_;  ///< [n_fibres] of taut fibres; each end in its body's frame
+  bool is_empty_ = true;
   LastPose last_pose_;
+  std::array<LastPose, model::most_followers> last_followers_;
 };
 
 }  // namespace
@@ -929,7 +967,7 @@ const std::vector<Label>& JointLayers::axis_labels()
 Eigen::Vector3d place_of(const store::JointLabel& label, const JointFrames& frames)
 {
   const auto placed = [&](BodyIndex body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
-    return body == BodyIndex::reference ? frames.X_world_reference * p_mm : frames.X_world_moving * p_mm;
+    return frames.of(body) * p_mm;
   };
   return 0.5 * (placed(label.first, label.first_mm) + placed(label.second, label.second_mm));
 }

@@ -330,8 +330,20 @@ Eigen::AlignedBox3d extent_of(const Scene& scene, BodyIndex parent)
 
 }  // namespace
 
-JointFrames frames_of(const store::JointPose& pose, BodyIndex fixed,
-                      const Eigen::Vector3d& rotation_centre_mm)
+JointFrames with_followers(JointFrames frames, const store::JointPose& pose)
+{
+  frames.has_follower = pose.has_follower;
+  for (std::size_t k = 0; k < frames.has_follower.size(); ++k) {
+    if (frames.has_follower[k])
+      frames.X_world_follower[k] = frames.X_world_reference * pose.X_reference_follower[k];
+  }
+  return frames;
+}
+
+namespace {
+
+JointFrames joint_frames_of(const store::JointPose& pose, BodyIndex fixed,
+                            const Eigen::Vector3d& rotation_centre_mm)
 {
   if (fixed == BodyIndex::world) return {pose.X_world_reference, pose.X_world_moving, Pose::Identity()};
   // The fixed object is only recentred; all motion is that of the other one.
@@ -342,6 +354,14 @@ JointFrames frames_of(const store::JointPose& pose, BodyIndex fixed,
             X_world_fixed * pose.X_world_reference.inverse()};
   return {X_world_fixed * pose.X_reference_moving.inverse(), X_world_fixed,
           X_world_fixed * pose.X_world_moving.inverse()};
+}
+
+}  // namespace
+
+JointFrames frames_of(const store::JointPose& pose, BodyIndex fixed,
+                      const Eigen::Vector3d& rotation_centre_mm)
+{
+  return with_followers(joint_frames_of(pose, fixed, rotation_centre_mm), pose);
 }
 
 JointFrames frames_of(const store::Motion& motion, const store::JointPose& pose, BodyIndex fixed,
@@ -369,6 +389,15 @@ Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d&
 Scene scene_of(const store::MotionModel& model, const Eigen::Vector3d& rotation_centre_mm)
 {
   Scene scene = scene_of(model.reference, model.moving, rotation_centre_mm);
+  Drawable drawn;
+  drawn.origin_mm = rotation_centre_mm;
+  for (const store::FollowerRows& follower : model.followers) {
+    const auto body = static_cast<BodyIndex>(follower.body_index);
+    for (const bool has_contact : {true, false}) {
+      drawn.has_contact = has_contact;
+      add_part(scene, follower.body, body, drawn, has_contact ? follower.body.contact : follower.body.visual);
+    }
+  }
   scene.reference_name = store::displayed_name(model, BodyIndex::reference);
   scene.moving_name = store::displayed_name(model, BodyIndex::moving);
   return scene;
@@ -378,8 +407,7 @@ void place(Scene& scene, const JointFrames& frames)
 {
   for (Drawable& drawable : scene.drawables) {
     if (drawable.parent == BodyIndex::world) continue;
-    place(drawable,
-          drawable.parent == BodyIndex::reference ? frames.X_world_reference : frames.X_world_moving);
+    if (frames.has(drawable.parent)) place(drawable, frames.of(drawable.parent));
   }
 }
 
@@ -390,13 +418,14 @@ std::vector<bool> shown_drawables(const Scene& scene)
   return shown;
 }
 
-void show_bodies(Scene& scene, const std::vector<bool>& shown, BodyIndex fixed, bool has_pose)
+void show_bodies(Scene& scene, const std::vector<bool>& shown, BodyIndex fixed, bool has_pose,
+                 const JointFrames& frames)
 {
   const BodyIndex missing = fixed == BodyIndex::moving ? BodyIndex::reference : BodyIndex::moving;
   for (std::size_t k = 0; k < shown.size(); ++k) {
     Drawable& drawable = scene.drawables[k];
     if (drawable.layer == Layer::bodies)
-      drawable.is_shown = shown[k] && (has_pose || drawable.parent != missing);
+      drawable.is_shown = shown[k] && frames.has(drawable.parent) && (has_pose || drawable.parent != missing);
   }
 }
 

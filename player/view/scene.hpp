@@ -186,7 +186,24 @@ struct JointFrames {
   Pose X_world_reference = Pose::Identity();
   Pose X_world_moving = Pose::Identity();
   Pose X_world_push = Pose::Identity();  ///< world W of the pose, for Delta and the axes
+  /// Of bodies that follow the joint, by model::follower_row(); undefined where they have no pose.
+  std::array<Pose, model::most_followers> X_world_follower{};
+  std::array<bool, model::most_followers> has_follower{};
+
+  bool has(BodyIndex body) const
+  {
+    return model::row_of(body) < 2 || has_follower.at(model::follower_row(body));
+  }
+  const Pose& of(BodyIndex body) const
+  {
+    return body == BodyIndex::reference ? X_world_reference
+           : body == BodyIndex::moving  ? X_world_moving
+                                        : X_world_follower.at(model::follower_row(body));
+  }
 };
+
+/// `frames` with the followers of the pose.
+JointFrames with_followers(JointFrames frames, const store::JointPose& pose);
 
 /// A fixed object is drawn relative to the rotation centre, as the world W of the poses is.
 JointFrames frames_of(const store::JointPose& pose, BodyIndex fixed = BodyIndex::world,
@@ -207,9 +224,10 @@ void place(Scene& scene, const JointFrames& frames);
 
 /// [n_drawables] as the appearance has set them.
 std::vector<bool> shown_drawables(const Scene& scene);
-/// Shows the bodies that `shown` says; without a pose only the fixed one, or the reference. Allocates
-/// nothing.
-void show_bodies(Scene& scene, const std::vector<bool>& shown, BodyIndex fixed, bool has_pose);
+/// Shows the bodies that `shown` says and that have a pose; without a pose of the joint only the fixed one,
+/// or the reference. Allocates nothing.
+void show_bodies(Scene& scene, const std::vector<bool>& shown, BodyIndex fixed, bool has_pose,
+                 const JointFrames& frames);
 
 /// Places the drawable of a body whose meshes' frame is at `X_world_body`.
 void place(Drawable& drawable, const Pose& X_world_body);

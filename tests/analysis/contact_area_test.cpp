@@ -22,14 +22,16 @@ store::MotionModel ball_under_plate()
   return model;
 }
 
-Pose at_gap(double gap_mm)
+store::JointPose at_gap(double gap_mm)
 {
-  return Pose(Eigen::Translation3d(0, -radius_mm - gap_mm, 0));
+  store::JointPose pose;
+  pose.X_reference_moving = Pose(Eigen::Translation3d(0, -radius_mm - gap_mm, 0));
+  return pose;
 }
 
-double area_mm2(const store::MotionModel& model, const Pose& X_reference_moving)
+double area_mm2(const store::MotionModel& model, const store::JointPose& pose)
 {
-  const CurveGroup group = contact_area(model, {X_reference_moving}, 1);
+  const CurveGroup group = contact_area(model, {pose}, 1).front();
   EXPECT_EQ(group.curves.size(), 1u);
   return group.curves.front().values.front();
 }
@@ -60,7 +62,9 @@ TEST(ContactArea, OffsetsBringTheSurfacesNearerAndAMovedJointHasTheSame)
   X.linear() = rotation_x(0.4) * rotation_z(-0.7);
   X.translation() << 300, -200, 100;
   model.reference.contact.mesh = transformed(model.reference.contact.mesh, X);
-  EXPECT_NEAR(area_mm2(model, X * at_gap(0.5)), bare_mm2, 1e-6);
+  store::JointPose turned = at_gap(0.5);
+  turned.X_reference_moving = X * turned.X_reference_moving;
+  EXPECT_NEAR(area_mm2(model, turned), bare_mm2, 1e-6);
 }
 
 TEST(ContactArea, OfCompartmentsIsThatOfTheirTriangles)
@@ -74,7 +78,7 @@ TEST(ContactArea, OfCompartmentsIsThatOfTheirTriangles)
     model.compartment_of_triangle.push_back(
         static_cast<std::int8_t>(is_lateral ? Compartment::lateral : Compartment::medial));
   }
-  const CurveGroup group = contact_area(model, {at_gap(0.3)}, 2);
+  const CurveGroup group = contact_area(model, {at_gap(0.3)}, 2).front();
   ASSERT_EQ(group.curves.size(), 2u);
   EXPECT_EQ(group.curves[0].name, "contact_area_medial_mm2");
   // Halves of a cap, to a row of facets along the border.

@@ -56,6 +56,11 @@ fs::path knee_with_prior(const Scratch& scratch)
   return scratch.write("prior.toml", test::coarse_knee_text + test::prior_and_its_spread);
 }
 
+fs::path knee_with_sesamoid(const Scratch& scratch)
+{
+  return test::sesamoid_job(scratch, test::longer_knee_job(scratch));
+}
+
 const std::vector<std::string> equilibrium{"--set", "solver.method=equilibrium"};
 
 std::vector<std::string> equilibrium_and(const std::vector<std::string>& more)
@@ -74,6 +79,8 @@ const std::vector<Kind> kinds{
      equilibrium_and(
          {"--set", "moving.component.0.overlap_mm=0.5", "--set", "solver.equilibrium.branch=continuous"}),
      20000},
+    {"follower", knee_with_sesamoid, equilibrium_and({"--trace"}), 40000, true},
+    {"reaction", knee_with_sesamoid, equilibrium_and({"--set", "follower.0.reaction=true"}), 40000},
     {"frames", frames, equilibrium},
     {"samples", uncertain_knee, {}, 12000},
     {"prior", knee_with_prior, {}, 12000},

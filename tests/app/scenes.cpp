@@ -269,6 +269,32 @@ std::filesystem::path longer_knee_job(const Scratch& scratch)
   return job;
 }
 
+std::filesystem::path sesamoid_job(const Scratch& scratch, const std::filesystem::path& job)
+{
+  scratch.write("bead.stl", stl_bytes(shifted(ball(5), {32, -20, 20})));
+  scratch.write("bead.csv",
+                "name,bundle,from_body,from_x_mm,from_y_mm,from_z_mm,to_body,to_x_mm,to_y_mm,to_z_mm,"
+                "stiffness_n_per_strain,reference_strain,tension_share\n"
+                "line1,line,femur,70,20,30,bead,34,-18,23,,,2\n"
+                "line2,line,femur,70,20,10,bead,34,-18,17,,,2\n"
+                "line3,line,femur,20,40,20,bead,29,-18,20,,,1\n"
+                "tendon1,tendon,tibia,5,-12,18,bead,29,-22,18,500,0.02,\n"
+                "tendon2,tendon,tibia,5,-12,22,bead,29,-22,22,500,0.02,\n");
+  return scratch.write(job.filename().string(), read_bytes(job) + R"(
+[[follower]]
+name = "bead"
+push = { delta = [0, 1, 0], force_n = 2 }
+tension_n = 20
+fibres = "bead.csv"
+[[follower.direction]]
+bundle = "tendon"
+stiffness_nmm_per_rad = 300
+[[follower.component]]
+name = "bead"
+file = "bead.stl"
+)");
+}
+
 void wait_for_bytes(Process& process, const std::filesystem::path& file, std::uintmax_t n)
 {
   std::error_code ignored;

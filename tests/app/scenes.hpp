@@ -39,6 +39,10 @@ std::filesystem::path small_knee_job(const Scratch& scratch, const std::string& 
 /// small_knee_job with some hundred attitudes: long enough to be interrupted.
 std::filesystem::path longer_knee_job(const Scratch& scratch);
 
+/// Adds a bead to a job of two balls (small_knee_job, right), pulled against the plate in front of the
+/// lateral ball by three lines, and tied to that ball by two fibres. Returns the job.
+std::filesystem::path sesamoid_job(const Scratch& scratch, const std::filesystem::path& job);
+
 /// Tables of a laxity test of the generic knee and of a fit to it.
 extern const char* const laxity_tables;
 extern const char* const fit_tables;

@@ -18,10 +18,11 @@ std::string replaced(std::string text, const std::string& old, const std::string
   return at == std::string::npos ? text : text.replace(at, old.size(), now);
 }
 
-/// The page's notation: B for both bodies, N for the degree, NAME for the audited motion.
+/// The page's notation: B for both bodies, N for the degree, NAME for the audited motion or the follower.
 std::string on_page(const std::string& path)
 {
-  if (path.rfind("/audit/", 0) == 0) return "/audit/NAME" + path.substr(path.find('/', 7));
+  for (const std::string group : {"/audit/", "/followers/"})
+    if (path.rfind(group, 0) == 0) return group + "NAME" + path.substr(path.find('/', group.size()));
   return replaced(replaced(replaced(path, "/bodies/reference", "/bodies/B"), "/bodies/moving", "/bodies/B"),
                   "degree_1", "degree_N");
 }

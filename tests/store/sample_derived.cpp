@@ -298,6 +298,53 @@ void add_loads(store::MotionModel& model)
 
 }  // namespace
 
+// A bead that follows wherever the joint has a pose, with a line and a fibre and a force in every cell.
+void add_follower(store::MotionModel& model)
+{
+  store::FollowerRows& bead = model.followers.emplace_back();
+  bead.name = "bead";
+  bead.touches = {0, 1};
+  bead.centre_mm = {40.0, -3.0, 2.0};
+  bead.push_n = 1.5;
+  bead.has_reaction = true;
+  bead.body = model.moving;
+  bead.body.name = "bead";
+  store::LigamentRows& fibres = bead.ligaments.emplace(*model.ligaments);
+  const std::size_t n_fibres = fibres.name.size();
+  fibres.from_body.assign(n_fibres, 0);
+  fibres.to_body.assign(n_fibres, 2);
+  fibres.from_body[1] = 1;
+  fibres.constant_tension_n.assign(n_fibres, 0.0);
+  fibres.constant_tension_n[0] = 12.5;
+  fibres.stiffness_n[0] = 0.0;
+  bead.status = model.status;
+  bead.iterations = model.iterations;
+  bead.queries = model.queries;
+  const store::GridD none = store::GridD::Constant(model.tx_mm.rows(), model.tx_mm.cols(), nan);
+  store::GridD* grids[] = {&bead.flexion_deg, &bead.rotation_deg,       &bead.tilt_deg,
+                           &bead.anterior_mm, &bead.proximal_mm,        &bead.lateral_mm,
+                           &bead.energy_nmm,  &bead.balance_residual_n, &bead.complementarity_mm,
+                           &bead.worst_gap_mm};
+  for (store::GridD* grid : grids) *grid = none;
+  bead.X_of_follower = model.X_reference_moving;
+  std::vector<double> points;
+  bead.forces.row_start = {0};
+  for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
+    if (model.status.data()[cell] == status_stable) {
+      for (std::size_t k = 0; k < std::size(grids); ++k)
+        grids[k]->data()[cell] = 0.25 * static_cast<double>(k) + 0.125 * static_cast<double>(cell);
+      bead.forces.along_delta_n.push_back(2.0 + static_cast<double>(cell));
+      bead.forces.triangle_reference.push_back(1);
+      bead.forces.triangle_moving.push_back(2);
+      bead.forces.compartment.push_back(0);
+    }
+    bead.forces.row_start.push_back(static_cast<std::int64_t>(bead.forces.along_delta_n.size()));
+  }
+  const auto n = static_cast<Eigen::Index>(bead.forces.along_delta_n.size());
+  bead.forces.point_world_mm = Eigen::RowVector3d(1.0, 2.0, 3.0).replicate(n, 1);
+  bead.forces.normal_world = Eigen::RowVector3d(0.6, 0.0, 0.8).replicate(n, 1);
+}
+
 store::MotionModel whole_model()
 {
   store::MotionModel model = with_derived(sample_model({4, 3, true, true, true, true, 5, 2}));
@@ -306,6 +353,7 @@ store::MotionModel whole_model()
     mesh->offset_mm.assign(static_cast<std::size_t>(mesh->triangles.rows()), 0.5);
     mesh->overlap_mm.assign(static_cast<std::size_t>(mesh->triangles.rows()), 0.25);
   }
+  add_follower(model);
   model.job.warnings = {"side: the first warning", "a second one, in °"};
   Scaling& scaling = model.job.scaling.emplace();
   // 3 and 4 mm of model, 3.3 and 4 mm of subject.

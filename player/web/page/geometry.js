@@ -55,6 +55,18 @@ export function placed(frame, attitude, translation, theta) {
   return { reference, moving, referenceMoving: { R: product(back, moving.R), t: turned(back, difference(moving.t, reference.t)) } };
 }
 
+export const composed = (A, B) => ({ R: product(A.R, B.R), t: sum(turned(A.R, B.t), A.t) });
+export const inverse = ({ R, t }) => ({ R: transposed(R), t: scaled(turned(transposed(R), t), -1) });
+export const still = { R: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], t: [0, 0, 0] };
+
+/// Pose of a body that follows the joint, by its six coordinates (schemas/followers.md), rad and mm.
+export function followerPose([flexion, rotation, tilt, ...shift], side, centre) {
+  const own = [1, 1, side === "left" ? -1 : 1];
+  const right = product(product(rotationZ(-flexion), rotationX(rotation)), rotationY(tilt));
+  const R = right.map((row, r) => row.map((x, c) => own[r] * x * own[c]));
+  return { R, t: difference(sum(centre, shift.map((x, k) => own[k] * x)), turned(R, centre)) };
+}
+
 /// Sixteen numbers in row-major order, as `X_reference_moving` in the file.
 export function rows({ R, t }) {
   return [...R[0], t[0], ...R[1], t[1], ...R[2], t[2], 0, 0, 0, 1];

@@ -1,7 +1,7 @@
 // The joint as three.js objects: two groups of meshes at the poses of their bodies; contact paths and gaps are attached to the
 // moving body, ligaments to the reference.
-import { BufferAttribute, BufferGeometry, CatmullRomCurve3, Group, Mesh, MeshBasicMaterial, SphereGeometry, TubeGeometry, Vector3 } from "three";
-import { drawMesh, rows, sum, transposed, turned } from "./geometry.js";
+import { BufferAttribute, BufferGeometry, CatmullRomCurve3, Group, Matrix4, Mesh, MeshBasicMaterial, SphereGeometry, TubeGeometry, Vector3 } from "three";
+import { composed, drawMesh, inverse, rows, still as atRest, sum, transposed, turned } from "./geometry.js";
 import { GapLayer, labelsOf, LigamentLayer } from "./layers.js";
 import { ghostMaterial, materialOf } from "./material.js";
 import { Motion } from "./motion.js";
@@ -42,7 +42,8 @@ export class Joint {
     this.group = new Group();
     // Meshes are relative to the rotation centre; `place` adds it.
     this.bodies = {};
-    for (const name of ["reference", "moving"]) {
+    this.followers = model.followers ?? [];
+    for (const name of Object.keys(model.bodies)) {
       const group = this.bodies[name] = new Group();
       group.matrixAutoUpdate = false;
       group.add(...meshesOf(model.bodies[name], model.rotationCentre));
@@ -57,9 +58,18 @@ export class Joint {
     this.ligamentGroup = new Group();
     this.bodies.reference.add(this.ligamentGroup);
     this.#makeGhosts();
-    if (!model.ligaments) return;
-    this.ligaments = new LigamentLayer(model, this.scale);
-    this.ligamentGroup.add(this.ligaments.mesh);
+    // The joint's fibres, then those of its followers by the body of their first ends.
+    this.ligaments = [];
+    const add = (ligaments, from, to) => {
+      const layer = new LigamentLayer(model, this.scale, ligaments);
+      this.ligaments.push({ layer, from, to });
+      this.ligamentGroup.add(layer.mesh);
+    };
+    if (model.ligaments) add(model.ligaments, null, null);
+    const named = (index) => this.followers.find((follower) => follower.index === index)?.name ?? null;
+    for (const { name, ligaments } of this.followers) {
+      for (const from of new Set(ligaments?.fibres.map((fibre) => fibre.from))) add({ ...ligaments, fibres: ligaments.fibres.filter((fibre) => fibre.from === from) }, from < 2 ? from : named(from), name);
+    }
   }
 
   /// Translucent copies of the moving body's contact meshes, in the frame of the reference.
@@ -73,7 +83,10 @@ export class Joint {
     });
   }
 
-  get meshes() { return [...this.bodies.reference.children, ...this.bodies.moving.children].filter((child) => child.isMesh); }
+  get meshes() {
+    const followers = this.followers.map(({ name }) => this.bodies[name]).filter(({ visible }) => visible);
+    return [this.bodies.reference, this.bodies.moving, ...followers].flatMap(({ children }) => children).filter((child) => child.isMesh);
+  }
 
   /// The joint's size relative to a knee, the scale factor for markers.
   #scale() {
@@ -97,12 +110,26 @@ export class Joint {
       const { R, t } = at.referenceMoving, centre = this.model.rotationCentre;
       ghost.group.matrix.set(...rows({ R, t: sum(turned(R, centre), t).map((x, k) => x - centre[k]) }));
     }
-    this.ligamentGroup.visible = hasLigaments && Boolean(this.ligaments);
-    if (this.ligamentGroup.visible) this.ligaments.update(pose.referenceMoving);
+    this.ligamentGroup.visible = hasLigaments && this.ligaments.length > 0;
+    if (this.ligamentGroup.visible && pose.isSolved) this.#showLigaments(pose);
     this.gapGroup.visible = hasGaps;
     if (!hasGaps) return;
     if (!this.gaps) this.gapGroup.add((this.gaps = new GapLayer(this.model, this.scale)).group);
     this.gaps.update(pose.referenceMoving, motion.delta(pose.attitude.flexion));
+  }
+
+  #showLigaments({ referenceMoving, followers }) {
+    const poseOf = (body) => (body === 0 ? atRest : body === 1 ? referenceMoving : followers[body]);
+    for (const { layer, from, to } of this.ligaments) {
+      const [first, second] = to === null ? [atRest, referenceMoving] : [poseOf(from), poseOf(to)];
+      layer.mesh.visible = Boolean(first && second);
+      if (!layer.mesh.visible) continue;
+      layer.update(to === null ? second : composed(inverse(first), second));
+      // Meshes are relative to the rotation centre.
+      const centre = this.model.rotationCentre;
+      layer.mesh.matrixAutoUpdate = false;
+      layer.mesh.matrix.set(...rows({ R: first.R, t: sum(turned(first.R, centre), first.t).map((x, k) => x - centre[k]) }));
+    }
   }
 
   /// `held`: what is fixed on screen. A fixed body, "reference" or "moving", has the same place at every pose, bit for bit; "push" is
@@ -113,6 +140,12 @@ export class Joint {
       this.bodies[name].visible = pose.isSolved || name !== other;
       if (name === still) this.bodies[name].matrix.identity();
       else if (pose.isSolved) this.bodies[name].matrix.set(...rows(this.#aboutCentre(still ? relative(pose.referenceMoving, name) : pose[name], still)));
+    }
+    for (const { name } of this.followers) {
+      const own = pose.isSolved ? pose.followers[name] : null, group = this.bodies[name];
+      group.visible = Boolean(own);
+      // In the frame of the reference, which has been placed.
+      if (own) group.matrix.copy(this.bodies.reference.matrix).multiply(new Matrix4().set(...rows(this.#aboutCentre(own, true))));
     }
     // The layers between the bodies have no place without a pose.
     for (const group of [this.ligamentGroup, this.gapGroup, ...this.ghosts.map((ghost) => ghost.group)]) if (!pose.isSolved) group.visible = false;

@@ -57,6 +57,7 @@ export function labelsOf(model, scale) {
     const { low, high } = boxOf(model.bodies[body]);
     return { text: names[body], points: [{ body, point: model.joint === "knee" ? [0, heights[body], 0] : relative(low.map((x, k) => (x + high[k]) / 2)) }] };
   });
+  for (const { name, body, centre: own } of model.followers ?? []) labels.push({ text: body.name ?? name, points: [{ body: name, point: relative(own) }] });
   const ligaments = new Map();
   for (const { bundle, reference, moving } of model.ligaments?.fibres ?? []) {
     const text = ligamentOf(bundle);
@@ -94,7 +95,8 @@ export class Labels {
       const place = new Vector3();
       for (const { body, point } of points) place.add(new Vector3(...point).applyMatrix4(this.joint.bodies[body].matrixWorld));
       place.divideScalar(points.length).project(camera);
-      const span = this.spans[k], isShown = Math.abs(place.x) <= 1 && Math.abs(place.y) <= 1 && place.z < 1;
+      const isPosed = points.every(({ body }) => this.joint.bodies[body].visible);
+      const span = this.spans[k], isShown = isPosed && Math.abs(place.x) <= 1 && Math.abs(place.y) <= 1 && place.z < 1;
       span.style.visibility = isShown ? "visible" : "hidden";
       if (!isShown) return;
       const { offsetWidth: width, offsetHeight: height } = span, left = (clientWidth * (1 + place.x) - width) / 2;
@@ -254,7 +256,7 @@ class Fibres {
     const ends = [fibre.reference, sum(turned(X.R, fibre.moving), X.t)];
     let points = ends;
     if (wrap) points = this.#over(k, wrap, ends, X);
-    return { points, strain: pathLength(points) / fibre.slackLength - 1 };
+    return { points, isLine: fibre.isLine, strain: fibre.isLine ? 0 : pathLength(points) / fibre.slackLength - 1 };
   }
 
   #over(k, wrap, ends, X) {
@@ -315,7 +317,7 @@ function arrangementOf(fibres, bundle) {
 
 // Half sizes; neighbouring bands overlap a little.
 const thicknessMm = 0.45, narrowestMm = 1, widestMm = 2.4, overlap = 1.2, slackPart = 0.7, nSides = 10;
-const slackColour = [205, 203, 196];
+const slackColour = [205, 203, 196], lineColour = [170, 74, 68];
 
 /// Strain at the end of the scale: the 95 % quantile of positive strains, rounded up to steps of 2 %.
 function highestStrain(model) {
@@ -354,15 +356,15 @@ function geometryOf(paths) {
 /// Bands of the bundles, coloured by strain.
 export class LigamentLayer {
   /// `scale`: the joint's size relative to a knee.
-  constructor(model, scale) {
+  constructor(model, scale, ligaments) {
     this.origin = model.rotationCentre;
     this.scale = scale;
-    this.fibres = new Fibres(model.ligaments);
+    this.fibres = new Fibres(ligaments);
     this.bands = this.fibres.fibres.map(({ bundle }) => {
       const { reference, moving, spacing } = arrangementOf(this.fibres.fibres, bundle);
       return { reference, moving, halfWidth: Math.min(Math.max(0.5 * overlap * spacing, scale * narrowestMm), scale * widestMm) };
     });
-    this.highest = highestStrain(model);
+    this.highest = model.ligaments ? highestStrain(model) : 0.02;
     this.mesh = new Mesh(new BufferGeometry(), markerMaterial());
     this.mesh.frustumCulled = false;
   }
@@ -384,10 +386,10 @@ export class LigamentLayer {
     for (const name of ["position", "normal", "color"]) this.mesh.geometry.getAttribute(name).needsUpdate = true;
   }
 
-  #setBand(firstRing, { points, strain }, { reference, moving, halfWidth }) {
+  #setBand(firstRing, { points, strain, isLine }, { reference, moving, halfWidth }) {
     const [position, normal, color] = ["position", "normal", "color"].map((name) => this.mesh.geometry.getAttribute(name).array);
     const part = strain < 0 ? slackPart : 1, wide = part * halfWidth, thick = part * this.scale * thicknessMm;
-    const rgb = strain < 0 ? slackColour : colourAt(strainPalette, strain / this.highest);
+    const rgb = isLine ? lineColour : strain < 0 ? slackColour : colourAt(strainPalette, strain / this.highest);
     crossSections(points, reference, moving).forEach(([u, v], k) => {
       for (let side = 0; side < nSides; ++side) {
         const angle = (2 * Math.PI * side) / nSides, at = 3 * ((firstRing + k) * nSides + side), [c, s] = [Math.cos(angle), Math.sin(angle)];

@@ -139,7 +139,7 @@ function draw() {
   const columns = columnsAlong(player.model, (f) => player.varusAt(f * degree) / degree);
   place(pose);
   byId("labels").hidden = !byId("named").checked;
-  byId("strain-scale").hidden = !(joint.ligaments && byId("ligaments").checked);
+  byId("strain-scale").hidden = !(joint.ligaments.length > 0 && byId("ligaments").checked);
   byId("gap-scale").hidden = !byId("gaps").checked;
   joint.paths.visible = byId("paths").checked;
   joint.showPaths(columns, flexion);
@@ -224,8 +224,8 @@ function show(model, name) {
   options(byId("quantity"), quantities.map((q) => q.name), quantities.map((q) => `${q.label}, ${q.unit}`));
   byId("plateau-figure").hidden = !model.contactPaths;
   plateau.setModel(model);
-  byId("ligaments-choice").hidden = !joint.ligaments;
-  if (joint.ligaments) byId("strain-highest").textContent = `${Math.round(100 * joint.ligaments.highest)} %`;
+  byId("ligaments-choice").hidden = joint.ligaments.length === 0;
+  if (joint.ligaments.length > 0) byId("strain-highest").textContent = `${Math.round(100 * joint.ligaments[0].layer.highest)} %`;
   viewer.show(joint);
   useSet(player.sets.includes(live?.stream.bench?.set) ? live.stream.bench.set : player.set);
   fitCamera();
@@ -399,7 +399,7 @@ window.vrda = {
   /// For tests: abscissae and values of the curves, and the band.
   curve: () => ({ x: curve.lines[0].x, curves: curve.lines.map(({ y }) => y), band: curve.band[0] && { low: curve.band[0].low, high: curve.band[0].high } }),
   /// For tests: strains at a pose { R, t } of the moving body in the reference, and the present gaps.
-  strains: (X) => joint.ligaments.strains(X),
+  strains: (X) => joint.ligaments[0].layer.strains(X),
   live: () => live && { pose: live.stream.pose, bench: live.stream.bench, marks: live.stream.marks() },
   xr: { state: () => xr.state(), point: (target) => xr.panelPoint(target), landmarks: () => landmarksOf(player.model, joint.scale, live?.stream.bench?.points) },
   usdz: async () => Array.from(await usdzOf(joint, byId("ligaments").checked)),

@@ -165,8 +165,7 @@ function part(file, group, nComponents) {
 }
 
 /// { components: [{ name, material }], parts: [{ vertices, triangles, component }] }; mm, canonical.
-function readBodies(file, name) {
-  const group = `/bodies/${name}`;
+function readBodies(file, name, group = `/bodies/${name}`) {
   const names = file.texts(`${group}/component_name`), materials = file.texts(`${group}/component_material`);
   if (names.length !== materials.length) refuse(`${group}/component_material`, `${materials.length} materials`, `${names.length}`);
   const parts = [part(file, group, names.length)];
@@ -174,35 +173,56 @@ function readBodies(file, name) {
   return { name: file.attribute("name", group)?.[0] ?? name, components: names.map((own, k) => ({ name: own, material: materials[k] })), parts };
 }
 
-function wrapsOf(file) {
-  const shapes = file.numbers("/ligaments/wrap_shape", [null], "int8"), n = shapes.length;
-  const bodies = file.numbers("/ligaments/wrap_body", [n], "int8");
-  const poses = file.numbers("/ligaments/X_body_wrap", [n, 4, 4]), radii = file.numbers("/ligaments/wrap_radii", [n, 3]);
-  if (!poses.every(Number.isFinite)) refuse("/ligaments/X_body_wrap", "a pose that is not finite", "finite numbers");
-  if (!radii.every((r) => r > 0 && Number.isFinite(r))) refuse("/ligaments/wrap_radii", "an invalid radius", "numbers above 0");
+function wrapsOf(file, group, moving) {
+  const shapes = file.numbers(`${group}/wrap_shape`, [null], "int8"), n = shapes.length;
+  const bodies = file.numbers(`${group}/wrap_body`, [n], "int8");
+  const poses = file.numbers(`${group}/X_body_wrap`, [n, 4, 4]), radii = file.numbers(`${group}/wrap_radii`, [n, 3]);
+  if (!poses.every(Number.isFinite)) refuse(`${group}/X_body_wrap`, "a pose that is not finite", "finite numbers");
+  if (!radii.every((r) => r > 0 && Number.isFinite(r))) refuse(`${group}/wrap_radii`, "an invalid radius", "numbers above 0");
   return Array.from(shapes, (shape, k) => {
     const row = (r) => poses.subarray(16 * k + 4 * r, 16 * k + 4 * r + 4);
     const R = [0, 1, 2].map((r) => Array.from(row(r).subarray(0, 3))), t = [0, 1, 2].map((r) => row(r)[3]);
-    return { shape, isOnMoving: bodies[k] === 1, R, t, radii: Array.from(radii.subarray(3 * k, 3 * k + 3)) };
+    return { shape, isOnMoving: bodies[k] === moving, R, t, radii: Array.from(radii.subarray(3 * k, 3 * k + 3)) };
   });
 }
 
-/// { fibres, wraps, strain: [flexion, varus, fibre] }, or undefined if the model has no ligaments. mm.
-function readLigaments(file, nCells) {
-  if (!file.hasGroup("/ligaments")) return undefined;
-  const names = file.texts("/ligaments/name"), bundles = file.texts("/ligaments/bundle"), n = names.length;
-  const reference = file.numbers("/ligaments/reference", [n, 3]), moving = file.numbers("/ligaments/moving", [n, 3]);
-  const slackLengths = file.numbers("/ligaments/slack_length", [n]), wrap = file.numbers("/ligaments/wrap", [n], "int32");
-  const strain = file.numbers("/ligaments/strain", [...nCells, n]);
-  const wraps = wrapsOf(file);
-  if (!reference.every(Number.isFinite) || !moving.every(Number.isFinite)) refuse("/ligaments/reference", "an attachment that is not finite", "finite numbers");
-  if (!slackLengths.every((length) => length > 0)) refuse("/ligaments/slack_length", "an invalid length", "numbers above 0");
-  if (!wrap.every((row) => row >= -1 && row < wraps.length)) refuse("/ligaments/wrap", "an invalid row", `-1 to ${wraps.length - 1}`);
+/// { fibres, wraps, strain: [flexion, varus, fibre] }, or undefined if the model has no ligaments. mm. `moving`: the index of the
+/// body of the second ends, that of the joint or of a follower, whose fibres also have `from`, the index of the other body.
+function readLigaments(file, nCells, group = "/ligaments", moving = 1) {
+  if (!file.hasGroup(group)) return undefined;
+  const names = file.texts(`${group}/name`), bundles = file.texts(`${group}/bundle`), n = names.length;
+  const reference = file.numbers(`${group}/reference`, [n, 3]), end = file.numbers(`${group}/moving`, [n, 3]);
+  const slackLengths = file.numbers(`${group}/slack_length`, [n]), wrap = file.numbers(`${group}/wrap`, [n], "int32");
+  const strain = file.numbers(`${group}/strain`, [...nCells, n]);
+  const wraps = wrapsOf(file, group, moving), isFollower = moving > 1;
+  const from = isFollower ? file.numbers(`${group}/from_body`, [n], "int8") : undefined;
+  const tension = isFollower ? file.numbers(`${group}/constant_tension`, [n]) : undefined;
+  if (!reference.every(Number.isFinite) || !end.every(Number.isFinite)) refuse(`${group}/reference`, "an attachment that is not finite", "finite numbers");
+  if (!slackLengths.every((length) => length > 0)) refuse(`${group}/slack_length`, "an invalid length", "numbers above 0");
+  if (!wrap.every((row) => row >= -1 && row < wraps.length)) refuse(`${group}/wrap`, "an invalid row", `-1 to ${wraps.length - 1}`);
+  if (from && !from.every((body) => body >= 0 && body < moving)) refuse(`${group}/from_body`, "an invalid body", `0 to ${moving - 1}`);
   const point = (table, k) => Array.from(table.subarray(3 * k, 3 * k + 3));
   const fibres = names.map((name, k) => ({
-    name, bundle: bundles[k] ?? "", reference: point(reference, k), moving: point(moving, k), slackLength: slackLengths[k], wrap: wraps[wrap[k]],
+    name, bundle: bundles[k] ?? "", reference: point(reference, k), moving: point(end, k), slackLength: slackLengths[k], wrap: wraps[wrap[k]],
+    from: from?.[k] ?? 0, isLine: tension?.[k] > 0,
   }));
   return { fibres, wraps, strain };
+}
+
+const followerCoordinates = ["flexion_angle", "rotation_angle", "tilt", "anterior", "proximal", "lateral"];
+
+/// Bodies that follow the joint, in the order in which they are solved.
+function readFollowers(file, model) {
+  const size = [model.flexion.length, model.varus.length];
+  const followers = file.groups("/followers").map((name) => {
+    const group = `/followers/${name}`, [index, of] = ["body_index", "of"].map((key) => Number(file.attribute(key, group)?.[0]));
+    const centre = file.attribute("centre_mm", group)?.map(Number) ?? [];
+    if (!(index >= 2 && of >= 0 && of < index)) refuse(group, `the bodies ${index} and ${of}`, "body_index above of");
+    if (centre.length !== 3 || !centre.every(Number.isFinite)) refuse(group, "no centre", "centre_mm");
+    return { name, index, of, centre, status: file.numbers(`${group}/status`, size, "int8"), ...datasets(file, group, followerCoordinates, size),
+             body: { ...readBodies(file, name, `${group}/body`), name }, ligaments: readLigaments(file, size, `${group}/ligaments`, index) };
+  });
+  return followers.sort((a, b) => a.index - b.index);
 }
 
 // Reads a motion model (schemas/motion-model.md) from the bytes of a file; angles in degrees as in the file.
@@ -375,6 +395,8 @@ function readAll(file) {
   model.warnings = file.hasDataset("/job/warnings") ? file.texts("/job/warnings") : [];
   model.ligaments = readLigaments(file, [model.flexion.length, model.varus.length]);
   model.bodies = { reference: readBodies(file, "reference"), moving: readBodies(file, "moving") };
+  model.followers = readFollowers(file, model);
+  for (const { name, body } of model.followers) model.bodies[name] = body;
   return model;
 }
 

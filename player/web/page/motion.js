@@ -1,5 +1,5 @@
 // Poses of a joint at any attitude, and the state of the player.
-import { degree, normalised, placed, rotationWorldSolver, rows, scaled, sum } from "./geometry.js";
+import { composed, degree, followerPose, normalised, placed, rotationWorldSolver, rows, scaled, still, sum } from "./geometry.js";
 
 // Bicubic Hermite interpolation of values on a grid of attitudes; as pipeline/store/motion. Angles in radians.
 
@@ -195,6 +195,9 @@ export class Motion {
     this.raw = gridOf(this.axes, [model.tx, model.ty, model.tz, model.theta], [1, 1, 1, degree], (k) => model.status[k] === stable);
     this.spine = solvedSpine(model, this.axes);
     this.free = freeVarus(model, this.axes);
+    this.followers = (model.followers ?? []).map((follower) => ({ ...follower, grid: gridOf(this.axes,
+      [follower.flexion_angle, follower.rotation_angle, follower.tilt, follower.anterior, follower.proximal, follower.lateral],
+      [degree, degree, degree, 1, 1, 1], (k) => follower.status[k] === stable) }));
     this.#useDeltas();
     if (set === "two_sided") this.#useTwoSided(model.twoSided);
     else if (set === "zero_varus") this.#useFlexionTable(this.axes.flexion, model.zeroVarus, model.zeroVarus.source);
@@ -289,7 +292,19 @@ export class Motion {
     if (!found.isSolved) return result;
     const frame = !this.deltas ? this.fixedFrame
       : { worldSolver: rotationWorldSolver(this.model.side, this.delta(attitude.flexion)), centre: this.model.rotationCentre };
-    return { ...result, ...placed(frame, attitude, found.translation, found.theta), translation: found.translation, theta: found.theta };
+    const poses = placed(frame, attitude, found.translation, found.theta);
+    return { ...result, ...poses, followers: this.#followersAt(attitude, poses.referenceMoving), translation: found.translation, theta: found.theta };
+  }
+
+  /// { name: its pose in the reference's frame } of the bodies that follow the joint and have a pose.
+  #followersAt({ flexion, varus }, referenceMoving) {
+    const { axes } = this, poses = {}, byIndex = [still, referenceMoving];
+    const at = [clamp(flexion, axes.flexion[0], axes.flexion.at(-1)), clamp(varus, axes.varus[0], axes.varus.at(-1))];
+    for (const { name, index, of, centre, grid } of this.followers) {
+      const numbers = sample(grid, ...at);
+      if (numbers && byIndex[of]) byIndex[index] = poses[name] = composed(byIndex[of], followerPose(numbers, this.model.side, centre));
+    }
+    return poses;
   }
 
   /// The varus at which the compartments are closest to balance.

@@ -1,6 +1,6 @@
 // Placement of the joint in an external space, by hand or by touched points.
 import { Matrix4 } from "three";
-import { cross, difference, dot, normalised, product, scaled, sum, transposed, turned } from "./geometry.js";
+import { composed, cross, difference, dot, inverse, normalised, product, scaled, sum, transposed, turned } from "./geometry.js";
 import { bodyNames } from "./layers.js";
 
 // Placement of the joint in an external space: { R, t, scale } maps points g of the joint (mm, the reference's axes, from the rotation
@@ -8,8 +8,7 @@ import { bodyNames } from "./layers.js";
 
 export const mmPerM = 1000;
 
-export const composed = (A, B) => ({ R: product(A.R, B.R), t: sum(turned(A.R, B.t), A.t) });
-export const inverse = ({ R, t }) => ({ R: transposed(R), t: scaled(turned(transposed(R), t), -1) });
+export { composed, inverse };
 
 /// A pose of the space in mm, from a matrix in metres.
 export function poseOf(matrix) {

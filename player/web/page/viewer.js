@@ -167,6 +167,7 @@ export async function usdzOf(joint, hasLigaments) {
   const turned = new Group(), made = [], place = new Vector3();
   let lowest = Infinity;
   for (const [name, body] of Object.entries(joint.bodies)) {
+    if (!body.visible) continue;
     const group = new Group();
     group.name = name;
     group.matrixAutoUpdate = false;
@@ -179,13 +180,20 @@ export async function usdzOf(joint, hasLigaments) {
       const position = mesh.geometry.getAttribute("position");
       for (let k = 0; k < position.count; ++k) lowest = Math.min(lowest, place.fromBufferAttribute(position, k).applyMatrix4(body.matrix).y);
     }
-    if (name === "reference" && hasLigaments && joint.ligaments) {
+    if (name === "reference" && hasLigaments) {
       let k = 0;
-      for (const { geometry, colour } of fibresOf(joint.ligaments.mesh)) {
-        const part = new Mesh(geometry, solid(colour));
-        part.name = `ligaments_${++k}`;
-        made.push(part.material, geometry);
-        group.add(part);
+      for (const { layer: { mesh } } of joint.ligaments) {
+        if (!mesh.visible) continue;
+        const own = new Group();
+        own.matrixAutoUpdate = false;
+        own.matrix.copy(mesh.matrix);
+        for (const { geometry, colour } of fibresOf(mesh)) {
+          const part = new Mesh(geometry, solid(colour));
+          part.name = `ligaments_${++k}`;
+          made.push(part.material, geometry);
+          own.add(part);
+        }
+        group.add(own);
       }
     }
     turned.add(group);

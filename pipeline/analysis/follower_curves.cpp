@@ -1,0 +1,47 @@
+// Rotations and displacements of bodies that follow the joint, over flexion.
+#include "analysis/flexion_curves.hpp"
+#include "core/units.hpp"
+#include "model/coordinates.hpp"
+#include "store/motion.hpp"
+
+namespace vrda::analysis {
+
+std::vector<CurveGroup> follower_curves(const store::MotionModel& model,
+                                        const std::vector<store::JointPose>& poses, int /*n_threads*/)
+{
+  std::vector<CurveGroup> groups;
+  for (const store::FollowerRows* follower : store::in_order(model.followers)) {
+    const auto body = static_cast<BodyIndex>(follower->body_index), of = static_cast<BodyIndex>(follower->of);
+    CurveGroup turns{
+        follower->name,
+        "Rotations of " + follower->name + " over flexion: R = Rz(-flexion) Rx(rotation) Ry(tilt).",
+        "degrees",
+        {}};
+    CurveGroup shifts{
+        follower->name,
+        "Displacement of the centre of " + follower->name + " along the axes of the body that it follows.",
+        "mm",
+        {}};
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+      Curve curve{"follower_" + follower->name + "_" + follower_coordinate_names[k] +
+                      (is_rotation(k) ? "_deg" : "_mm"),
+                  follower_coordinate_names[k],
+                  {}};
+      for (const store::JointPose& pose : poses) {
+        const bool is_posed = pose.has_follower.at(model::follower_row(body));
+        const double value =
+            is_posed ? follower_coordinates(pose.X_reference(of).inverse() * pose.X_reference(body),
+                                            side_named(model.side),
+                                            follower->centre_mm)(static_cast<Eigen::Index>(k))
+                     : nan;
+        curve.values.push_back(is_rotation(k) ? deg_from_rad(value) : value);
+      }
+      (is_rotation(k) ? turns : shifts).curves.push_back(std::move(curve));
+    }
+    groups.push_back(std::move(turns));
+    groups.push_back(std::move(shifts));
+  }
+  return groups;
+}
+
+}  // namespace vrda::analysis

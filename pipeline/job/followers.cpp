@@ -1,0 +1,316 @@
+// [[follower]] of a job: parsing, and loading of meshes, fibres and wraps.
+#include <algorithm>
+#include <numeric>
+
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "job/component_loader.hpp"
+#include "job/job_parts.hpp"
+
+namespace vrda::job {
+namespace {
+
+constexpr double shortest_direction = 1e-6;
+
+// Names by BodyIndex, of the objects before the follower in `row`, or all.
+BodyNames names_before(const Job& job, std::size_t row)
+{
+  BodyNames names{job.reference.name, job.moving.name};
+  for (std::size_t k = 0; k < row; ++k) names.push_back(job.followers[k].body.name);
+  return names;
+}
+
+std::string listed(const BodyNames& names)
+{
+  return std::accumulate(
+      names.begin() + 1, names.end(), '"' + names.front() + '"',
+      [](const std::string& sum, const std::string& name) { return sum + ", \"" + name + '"'; });
+}
+
+BodyIndex object_before(const Job& job, std::size_t row, const std::string& name, const std::string& key)
+{
+  const BodyNames names = names_before(job, row);
+  const std::optional<BodyIndex> found = body_named(name, names);
+  if (!found) job.document.refuse(key, '"' + name + '"', "an object before it: " + listed(names));
+  return *found;
+}
+
+Eigen::Vector3d direction_at(const Job& job, const core::DocumentValue& value, const std::string& name,
+                             const std::string& key)
+{
+  const Eigen::Vector3d direction = core::vector3_at(value, name);
+  if (!(direction.norm() > shortest_direction))
+    job.document.refuse(key + "." + name, core::numbers_text(direction), "a direction that is not zero");
+  return direction.normalized();
+}
+
+void read_scan(const core::DocumentValue& value, const char* name,
+               std::array<double, n_joint_coordinates>& coordinates)
+{
+  const std::vector<double> numbers = core::numbers_at(value, std::string("scan.") + name);
+  std::copy(numbers.begin(), numbers.end(), coordinates.begin());
+}
+
+FollowerJob follower_of(const Job& job, const core::DocumentValue& value, BodyJob body,
+                        const std::string& key)
+{
+  FollowerJob follower;
+  follower.key = key;
+  follower.body = std::move(body);
+  follower.of = core::text_at(value, "of");
+  follower.touches = core::texts_at(value, "touches");
+  if (core::find_at(value, "centre_mm") != nullptr)
+    follower.centre_native_mm = core::vector3_at(value, "centre_mm");
+  follower.delta = direction_at(job, value, "push.delta", key);
+  follower.push_n = core::number_at(value, "push.force_n");
+  follower.fibres_file = core::text_or_empty(value, "fibres");
+  follower.wraps_file = core::text_or_empty(value, "wraps");
+  if (const core::DocumentValue* generate = core::find_at(value, "generate"))
+    follower.generate = generate_of(*generate);
+  const bool has_files = !follower.fibres_file.empty() || !follower.wraps_file.empty();
+  if (has_files == follower.generate.has_value())
+    job.document.refuse(key, has_files ? "both files and generate" : "neither fibres nor generate",
+                        "one of fibres = \"fibres.csv\" and generate = { shape = \"knee\" }");
+  if (follower.fibres_file.empty() && !follower.generate)
+    job.document.refuse(key + ".fibres", "nothing", "the path of a CSV file");
+  follower.touches_visual = core::flag_at(value, "touches_visual");
+  follower.transition_strain = core::number_at(value, "transition_strain");
+  follower.tension_n = core::number_at(value, "tension_n");
+  for (const core::DocumentValue& item : core::list_or_empty(value, "direction")) {
+    const std::string at = key + ".direction." + std::to_string(follower.directions.size());
+    follower.directions.push_back({core::text_at(item, "bundle"),
+                                   core::number_at(item, "stiffness_nmm_per_rad"),
+                                   direction_at(job, item, "axis", at)});
+  }
+  read_scan(value, "joint", follower.scan_joint);
+  read_scan(value, "follower", follower.scan_follower);
+  follower.has_reaction = core::flag_at(value, "reaction");
+  if (follower.has_reaction && job.method != SolverMethod::equilibrium)
+    job.document.refuse(key + ".reaction", "true with solver.method = \"stability-search\"",
+                        "false, or the method \"equilibrium\"");
+  follower.n_restarts = static_cast<int>(core::integer_at(value, "restarts"));
+  return follower;
+}
+
+JointCoordinates coordinates_of(const std::array<double, n_joint_coordinates>& numbers)
+{
+  JointCoordinates q;
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+    q(static_cast<Eigen::Index>(k)) = is_rotation(k) ? rad_from_deg(numbers[k]) : numbers[k];
+  return q;
+}
+
+// Of stored vertices, by the six coordinates of the joint.
+Pose joint_pose_at(const SolverFrame& frame, const JointCoordinates& q)
+{
+  SolverFrame proximal = frame;
+  proximal.delta = Eigen::Vector3d::UnitY();
+  return X_reference_moving(proximal, {q(0), q(1)}, {floating_translation_mm(q), q(2)});
+}
+
+struct FollowerLoader {
+  const Job& job;
+  const std::string& data_directory;
+  std::size_t row;
+  const Case& loaded;
+  const std::vector<Follower>& before;
+
+  const FollowerJob& own() const { return job.followers[row]; }
+  BodyIndex index() const { return model::follower_index(row); }
+
+  AxisMap map_of(BodyIndex body) const
+  {
+    if (own().generate) return {};
+    if (body == BodyIndex::reference) return body_map(job, job.reference);
+    if (body == BodyIndex::moving) return body_map(job, job.moving);
+    return body_map(job, job.followers.at(model::row_of(body) - 2).body);
+  }
+
+  BodyIndex end_of(const FibreJob& fibre, const std::string& name, BodyIndex otherwise, const char* key) const
+  {
+    if (name.empty()) return otherwise;
+    const BodyNames names = names_before(job, row + 1);
+    if (const std::optional<BodyIndex> found = body_named(name, names)) return *found;
+    throw InputError({fibre.source, fibre_key(fibre, key), '"' + name + '"', "one of " + listed(names)});
+  }
+
+  void add_fibre(const FibreJob& fibre, BodyIndex of, LoadedLigaments& out) const
+  {
+    model::Fibre made;
+    made.name = fibre.name;
+    made.bundle = fibre.bundle.empty() ? default_bundle(fibre.name) : fibre.bundle;
+    made.from = end_of(fibre, fibre.from_body, of, "from_body");
+    made.to = end_of(fibre, fibre.to_body, index(), "to_body");
+    if ((made.from == index()) == (made.to == index()))
+      throw InputError({fibre.source, fibre_key(fibre, "to_body"),
+                        "a fibre without one end on " + own().body.name,
+                        "one end on it, the other on an object before it"});
+    made.reference_mm = map_of(made.from).X_canonical_native * fibre.reference_native_mm;
+    made.moving_mm = map_of(made.to).X_canonical_native * fibre.moving_native_mm;
+    made.stiffness_n = fibre.stiffness_n;
+    made.slack_length_mm = fibre.slack_length_mm.value_or(1.0);
+    made.tension_n = fibre.tension_share.value_or(0.0);
+    made.wrap = wrap_named(fibre, out.ligaments.wraps, own().wraps_file, own().key + ".wraps");
+    const auto is_end = [&](BodyIndex body) { return body == made.from || body == made.to; };
+    if (made.wrap >= 0 && !is_end(out.ligaments.wraps[static_cast<std::size_t>(made.wrap)].body))
+      throw InputError({fibre.source, fibre_key(fibre, "wrap"), "a wrap of a third object",
+                        "one that is fixed to an object of the fibre's ends"});
+    // The follower's end is the second.
+    if (made.from == index()) {
+      std::swap(made.from, made.to);
+      std::swap(made.reference_mm, made.moving_mm);
+    }
+    out.ligaments.fibres.push_back(std::move(made));
+  }
+
+  // Of generated fibres, which are canonical, as if they were files.
+  std::pair<InputFile, InputFile> generated(std::vector<LoadedInput>& inputs) const
+  {
+    const GenerateJob& generate = *own().generate;
+    const std::string key = own().key + ".generate", request = shape_request_text(generate);
+    return with_job_key(job, key, generate, [&] {
+      const geometry::FollowerTexts texts =
+          geometry::follower_texts({generate.shape, generate.numbers, generate.words});
+      inputs.push_back({request + " follower", sha256_of(texts.fibres + texts.wraps)});
+      return std::pair<InputFile, InputFile>{{request + " fibres", texts.fibres},
+                                             {request + " wraps", texts.wraps}};
+    });
+  }
+
+  std::pair<InputFile, InputFile> files(std::vector<LoadedInput>& inputs) const
+  {
+    if (own().generate) return generated(inputs);
+    std::pair<InputFile, InputFile> read;
+    read.first = input_file(job, data_directory, {own().key + ".fibres", own().fibres_file, "a CSV file"});
+    inputs.push_back({own().fibres_file, sha256_of(read.first.bytes)});
+    if (own().wraps_file.empty()) return read;
+    read.second = input_file(job, data_directory, {own().key + ".wraps", own().wraps_file, "a JSON file"});
+    inputs.push_back({own().wraps_file, sha256_of(read.second.bytes)});
+    return read;
+  }
+
+  LoadedLigaments ligaments(BodyIndex of, std::vector<LoadedInput>& inputs) const
+  {
+    LoadedLigaments out;
+    out.ligaments.transition_strain = own().transition_strain;
+    const auto [fibres, wraps] = files(inputs);
+    if (!wraps.bytes.empty()) {
+      out.ligaments.wraps = read_wraps(wraps.path, wraps.bytes, names_before(job, row + 1));
+      for (model::Wrap& wrap : out.ligaments.wraps)
+        wrap.X_body_wrap = canonical(wrap.X_body_wrap, map_of(wrap.body));
+    }
+    out.jobs = read_ligament_table(fibres.path, fibres.bytes);
+    check_names(out.jobs);
+    for (const FibreJob& fibre : out.jobs) add_fibre(fibre, of, out);
+    share_tension(out.ligaments);
+    return out;
+  }
+
+  // Shares become the tensions of the lines.
+  void share_tension(model::Ligaments& ligaments) const
+  {
+    double sum = 0.0;
+    for (const model::Fibre& fibre : ligaments.fibres) sum += fibre.tension_n;
+    for (model::Fibre& fibre : ligaments.fibres) {
+      if (sum > 0.0) fibre.tension_n *= own().tension_n / sum;
+    }
+    // Without tension a line does nothing.
+    std::erase_if(ligaments.fibres, [](const model::Fibre& fibre) {
+      return !(fibre.stiffness_n > 0.0) && !(fibre.tension_n > 0.0);
+    });
+  }
+
+  // Slack lengths where the scan found the objects.
+  void set_slack_lengths_at_scan(LoadedLigaments& fibres, const Follower& follower) const
+  {
+    model::BodyPoses scan{Pose::Identity(), follower.X_reference_moving_scan};
+    for (std::size_t k = 0; k < before.size(); ++k)
+      scan.push_back(scan.at(model::row_of(before[k].of)) * before[k].X_of_scan);
+    for (std::size_t k = 0; k < fibres.jobs.size(); ++k) {
+      if (!fibres.jobs[k].reference_strain) continue;
+      LoadedLigaments one;
+      one.ligaments = ligaments_between({{fibres.ligaments.fibres[k]}, fibres.ligaments.wraps}, follower.of,
+                                        index(), scan);
+      one.jobs = {fibres.jobs[k]};
+      set_slack_lengths(one, follower.X_of_scan);
+      fibres.ligaments.fibres[k].slack_length_mm = one.ligaments.fibres.front().slack_length_mm;
+    }
+  }
+
+  void check_directions(const Follower& follower) const
+  {
+    std::vector<std::string> bundles;
+    for (const model::Fibre& fibre : follower.ligaments.fibres) bundles.push_back(fibre.bundle);
+    for (std::size_t k = 0; k < follower.directions.size(); ++k) {
+      const std::string& name = follower.directions[k].bundle;
+      if (std::find(bundles.begin(), bundles.end(), name) != bundles.end()) continue;
+      job.document.refuse(own().key + ".direction." + std::to_string(k) + ".bundle", '"' + name + '"',
+                          "a bundle of its fibres; the nearest is \"" + nearest_word(name, bundles) + '"');
+    }
+  }
+
+  Follower follower(ComponentLoader& source, Case& all) const
+  {
+    Follower out;
+    out.name = own().body.name;
+    out.of = object_before(job, row, own().of, own().key + ".of");
+    for (std::size_t k = 0; k < own().touches.size(); ++k)
+      out.touches.push_back(
+          object_before(job, row, own().touches[k], own().key + ".touches." + std::to_string(k)));
+    if (out.touches.empty()) out.touches = {out.of};
+    std::vector<std::vector<Eigen::Index>> small_shells;
+    out.body = loaded_body(job, own().body, source, all, small_shells);
+    const Box box = box_of(out.body);
+    out.centre_mm = own().centre_native_mm ? map_of(index())(*own().centre_native_mm)
+                                           : Eigen::Vector3d(0.5 * (box.min_mm + box.max_mm));
+    out.delta = own().delta;
+    out.push_n = own().push_n;
+    out.touches_visual = own().touches_visual;
+    out.directions = own().directions;
+    out.has_reaction = own().has_reaction;
+    out.n_restarts = own().n_restarts;
+    out.X_of_scan = follower_pose(coordinates_of(own().scan_follower), job.side, out.centre_mm);
+    out.X_reference_moving_scan = joint_pose_at(all.frame, coordinates_of(own().scan_joint));
+    LoadedLigaments fibres = ligaments(out.of, all.inputs);
+    std::vector<const Body*> bodies{&all.reference, &all.moving};
+    for (const Follower& other : before) bodies.push_back(&other.body);
+    bodies.push_back(&out.body);
+    check_attachments(fibres, bodies);
+    set_slack_lengths_at_scan(fibres, out);
+    out.ligaments = std::move(fibres.ligaments);
+    check_directions(out);
+    return out;
+  }
+};
+
+}  // namespace
+
+std::vector<FollowerJob> followers_of(
+    const Job& job, const std::function<BodyJob(const std::string& key, const std::string& name)>& bodies)
+{
+  std::vector<FollowerJob> followers;
+  BodyNames names{job.reference.name, job.moving.name, "reference", "moving", "world"};
+  for (const core::DocumentValue& value : core::list_or_empty(job.document.root, "follower")) {
+    const std::string key = "follower." + std::to_string(followers.size());
+    const std::string& name = core::text_at(value, "name");
+    if (std::find(names.begin(), names.end(), name) != names.end())
+      job.document.refuse(key + ".name", '"' + name + "\" a second time", "a name that no other object has");
+    names.push_back(name);
+    FollowerJob follower = follower_of(job, value, bodies(key, name), key);
+    if (follower.body.frame && (follower.body.frame->is_origin_auto || follower.body.frame->is_align_auto))
+      job.document.refuse(key + ".frame", "\"auto\"", "numbers, or the frame of the job");
+    followers.push_back(std::move(follower));
+  }
+  return followers;
+}
+
+std::vector<Follower> load_followers(const Job& job, const std::string& data_directory,
+                                     ComponentLoader& source, Case& loaded)
+{
+  std::vector<Follower> followers;
+  for (std::size_t row = 0; row < job.followers.size(); ++row)
+    followers.push_back(FollowerLoader{job, data_directory, row, loaded, followers}.follower(source, loaded));
+  return followers;
+}
+
+}  // namespace vrda::job

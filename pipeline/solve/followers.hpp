@@ -1,0 +1,55 @@
+/// Bodies that follow the joint ([[follower]]): their equilibrium at a position of the joint, and their
+/// motion over the cells of a sweep (solve/README.md).
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "job/case.hpp"
+#include "model/step_record.hpp"
+#include "solve/sweep.hpp"
+
+namespace vrda::solve {
+
+/// Equilibrium of one follower, for one thread. Scratch memory does not affect results.
+class FollowerSolver {
+ public:
+  /// Its surfaces and those of the body of its coordinates, made when first needed; shared by threads.
+  struct Shared {
+    std::once_flag flag;
+    std::shared_ptr<const Joint> joint;
+  };
+
+  /// `follower` is a row of the case's followers; the case and `shared` must outlive the solver.
+  FollowerSolver(const job::Case& job_case, std::size_t follower, Shared& shared);
+  ~FollowerSolver();
+  FollowerSolver(FollowerSolver&&) noexcept;
+
+  /// Pure. `placed`: the bodies before it. `seeds`: poses relative to the body of its coordinates; the result
+  /// of the lowest energy is returned, of equal ones that of the earlier seed. Statuses:
+  /// CoordinateEquilibrium::Task. The record's pose is in the follower's own solver frame.
+  StepRecord solve(const BodyPoses& placed, const std::vector<Pose>& seeds);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// The frame in which records of a follower are: centred on its centre, Delta its own.
+SolverFrame follower_frame(const job::Case& job_case, const job::Follower& follower);
+
+/// Of a record: the follower relative to the body of its coordinates, as stored vertices.
+Pose follower_pose_of(const SolverFrame& frame, const StepRecord& record);
+
+/// Of a cell of the joint, as stored vertices.
+Pose joint_pose_of(const job::Case& job_case, const StepRecord& cell);
+
+/// Fills `result.followers`: the followers of every stable cell, along the spine from the flexion nearest to
+/// that of the meshes, or from the first frame, then along the rows of the plan. Cells of followers with a
+/// reaction are replaced by those solved with it. A follower of a cell that is not stable, or after one
+/// without a pose, has that status. False when stopped. Pure but for the hooks.
+bool follow(const job::Case& job_case, const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks,
+            int n_threads, SweepResult& result);
+
+}  // namespace vrda::solve
