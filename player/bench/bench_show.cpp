@@ -253,6 +253,7 @@ BenchView::BenchView(const store::MotionModel& model, const store::Motion& motio
   scene_.background = view::background_of(view::Backdrop::black);  // black is transparent on the display
   view::apply_appearance(scene_, look);
   for (const view::Drawable& drawable : scene_.drawables) materials_.push_back(drawable.material);
+  shown_bodies_ = view::shown_drawables(scene_);
   shown_layers_ = bench_layers(look.layers);
   if (shown_layers_ != view::LayerSet()) layers_.emplace(model, scene_);
 }
@@ -268,6 +269,7 @@ void BenchView::place(const BenchFrame& frame, const Calibration& calibration)
 {
   const view::JointFrames frames = joint_frames(frame);
   vrda::view::place(scene_, frames);
+  view::show_bodies(scene_, shown_bodies_, BodyIndex::reference, true, frames);
   for (std::size_t k = 0; k < materials_.size(); ++k) {
     Material& material = scene_.drawables[k].material;
     material = materials_[k];

@@ -127,6 +127,7 @@ class BenchView {
   std::string file_;  ///< for errors
   DisplaySettings display_;
   view::Scene scene_;
+  std::vector<bool> shown_bodies_;  ///< of scene_, as the appearance has them
   std::vector<Material> materials_;  ///< of the bodies of a leg that is shown as it is
   view::LayerSet shown_layers_;
   std::optional<view::JointLayers> layers_;  ///< if any is shown

@@ -11,6 +11,9 @@ LIMITS = (("tka-contact", "all", "rms", "varus", 0.5, None), ("tka-contact", "al
           ("subtalar", "second_half", "shape", "varus", 1.13, 1.10), ("subtalar", "second_half", "shape", "internal", 1.48, 1.36))
 TITLES = {"living-knee": "Knee in vivo, passive, 55 fibres"}  # other than in the record
 CASES = ("tka-contact", "tka-fibres", "tka-given", "subtalar", "subtalar-axis", "living-knee")
+# Of the patella: dataset, label, the largest RMS it may have with the tibia as measured, and predicted with the tibia.
+PATELLA = (("flexion_angle", "flexion, deg", 3.0, 5.5), ("anterior", "anterior, mm", 1.3, None), ("proximal", "proximal, mm", 1.8, None),
+           ("lateral", "lateral, mm", 0.7, None), ("rotation_angle", "rotation, deg", None, None), ("tilt", "tilt, deg", None, None))
 UNITS = {name: label.split(", ")[1] for name, label in COORDINATES}
 
 
@@ -75,6 +78,28 @@ def joint_rows(case):
                *(cell(case, c, f"{fixed(joint['coordinates'][c]['bias'])}; {fixed(joint['coordinates'][c]['shape'])}") for c, _ in COORDINATES)]
 
 
+def patella_rows(case, limit_column):
+    """RMS (bias; shape), what is allowed and the scatter of the measurement."""
+    found = case["all"][0]["coordinates"]
+    for name, label, *limits in PATELLA:
+        numbers, limit = found[name], limits[limit_column]
+        yield [label, f"{fixed(numbers['rms'])} ({fixed(numbers['bias'])}; {fixed(numbers['shape'])})", fixed(numbers["constant_rms"]),
+               "-" if limit is None else f"{limit:.1f}", "-" if limit is None else "yes" if numbers["rms"] <= limit else "no"]
+
+
+def patella(n):
+    """The section of the patella."""
+    parts = ["## Patella\n",
+             "RMS (bias; shape) of the patella's coordinates over the frames of the passive trial. The data have no scanned pose: the first frame takes its\n"
+             "place. It gives the slack lengths (2 % of strain in tendon and retinacula), the angle of the tendon and the offset of the cartilages, and is\n"
+             "left out of the score. Rotation and tilt scatter by a degree in the data and tell little, so they have no limit.\n"]
+    for limit_column, name in enumerate(("patella-given", "patella-predicted")):
+        if name in n:
+            parts += [f"{title_of(n, name)} ({n[name]['given']}); {frames(n[name])} frames:\n",
+                      table(["coordinate", "RMS (bias; shape)", "scatter measured", "at most", "passed"], patella_rows(n[name], limit_column), 4)]
+    return parts if len(parts) > 2 else []
+
+
 def limit_rows(n):
     """Acceptance limits and results."""
     for name, part, measure, coordinate, limit, aim in LIMITS:
@@ -121,5 +146,6 @@ def page(n, stamp):
     for name in ("subtalar", "subtalar-axis"):
         if name in n:
             parts += [f"## {n[name]['title']}: each foot\n", "Bias; shape.\n", table(["joint", "frames"] + labels, joint_rows(n[name]), len(labels))]
+    parts += patella(n)
     parts += ["## Frames not scored\n", not_scored(n)]
     return "\n".join(parts) + "\n"

@@ -583,4 +583,54 @@ TEST(EvaluateSmoothed, OneValue)
   EXPECT_THROW(store::axis_ranges({}, {0.0}), InternalError);
 }
 
+JointCoordinates follower_at(double flexion_deg, double varus_deg)
+{
+  JointCoordinates q;
+  q << 0.013 * flexion_deg, -0.02 * varus_deg, 0.1 + 0.001 * flexion_deg, 3.0 - 0.3 * flexion_deg,
+      -0.4 * flexion_deg, 0.2 * varus_deg;
+  return q;
+}
+
+// Linear coordinates are exact between the cells; a second follower moves with the first, or with the tibia.
+TEST(Followers, HaveTheirCoordinatesAtEveryAttitude)
+{
+  for (const std::string side : {"right", "left"}) {
+    SCOPED_TRACE(side);
+    store::MotionModel model = model_of(plan_of(side, {0, 1, 0}));
+    const Eigen::Vector3d centre(470.0, 530.0, 10.0);
+    test::add_follower(model, BodyIndex::reference, centre, follower_at);
+    test::add_follower(model, model::follower_index(0), centre, follower_at);
+    test::add_follower(model, BodyIndex::moving, centre, follower_at);
+    const store::Motion motion(model, "raw");
+    const store::JointPose pose = motion.at(attitude_deg(37.0, 1.3));
+    const Pose own = follower_pose(follower_at(37.0, 1.3), side_named(side), centre);
+    for (const std::size_t k : {0U, 1U, 2U}) ASSERT_TRUE(pose.has_follower[k]);
+    EXPECT_FALSE(pose.has_follower[3]);
+    EXPECT_LT((pose.X_reference_follower[0].matrix() - own.matrix()).norm(), 1e-9);
+    EXPECT_LT((pose.X_reference_follower[1].matrix() - (own * own).matrix()).norm(), 1e-9);
+    EXPECT_LT((pose.X_reference_follower[2].matrix() - (pose.X_reference_moving * own).matrix()).norm(),
+              1e-9);
+    EXPECT_LT(
+        (pose.X_world(model::follower_index(0)).matrix() - (pose.X_world_reference * own).matrix()).norm(),
+        1e-9);
+  }
+}
+
+// Beside a cell without a pose of its own it has none, nor has what follows it; the joint has.
+TEST(Followers, HaveNoPoseBesideAnUnsolvedCell)
+{
+  store::MotionModel model = model_of(plan_of("right", {0, 1, 0}));
+  test::add_follower(model, BodyIndex::reference, {0, 0, 0}, follower_at);
+  test::add_follower(model, model::follower_index(0), {0, 0, 0}, follower_at);
+  model.followers[0].status(2, 2) = static_cast<std::int8_t>(StepStatus::unbounded);
+  const store::Motion motion(model, "raw");
+  const store::JointPose beside = motion.at(attitude_deg(31.0, 0.5)),
+                         away = motion.at(attitude_deg(70.0, 0.5));
+  EXPECT_EQ(beside.status, store::PoseStatus::solved);
+  EXPECT_FALSE(beside.has_follower[0]);
+  EXPECT_FALSE(beside.has_follower[1]);
+  EXPECT_TRUE(away.has_follower[0]);
+  EXPECT_TRUE(away.has_follower[1]);
+}
+
 }  // namespace vrda::motion_test

@@ -102,6 +102,36 @@ store::MotionModel model_of(const ModelPlan& plan)
   return model;
 }
 
+void add_follower(store::MotionModel& model, BodyIndex of, const Eigen::Vector3d& centre_mm,
+                  const std::function<JointCoordinates(double, double)>& coordinates)
+{
+  store::FollowerRows rows;
+  rows.body_index = static_cast<std::int32_t>(2 + model.followers.size());
+  rows.name = "follower_" + std::to_string(rows.body_index);
+  rows.of = static_cast<std::int32_t>(of);
+  rows.touches = {0};
+  rows.centre_mm = centre_mm;
+  rows.body.name = rows.name;
+  rows.body.components = {{"bead", "bone"}};
+  rows.body.contact.mesh = box(centre_mm, {4, 6, 8});
+  rows.body.contact.component.assign(static_cast<std::size_t>(rows.body.contact.mesh.triangles.rows()), 0);
+  rows.status = model.status;
+  store::GridD* grids[] = {&rows.flexion_deg, &rows.rotation_deg, &rows.tilt_deg,
+                           &rows.anterior_mm, &rows.proximal_mm,  &rows.lateral_mm};
+  for (store::GridD* grid : grids) grid->resize(model.status.rows(), model.status.cols());
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
+      const JointCoordinates q = coordinates(model.flexion_deg[static_cast<std::size_t>(i)],
+                                             model.varus_deg[static_cast<std::size_t>(j)]);
+      for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+        const double value = q(static_cast<Eigen::Index>(k));
+        (*grids[k])(i, j) = is_rotation(k) ? deg_from_rad(value) : value;
+      }
+    }
+  }
+  model.followers.push_back(std::move(rows));
+}
+
 store::MotionModel frames_of(const store::MotionModel& column, const std::vector<std::size_t>& order,
                              const std::vector<double>& keys)
 {

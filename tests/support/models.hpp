@@ -43,6 +43,11 @@ store::MotionModel frames_of(const store::MotionModel& column, const std::vector
 /// Marks one cell as ended with no_contact, its numbers NaN.
 void unsolve(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus);
 
+/// Adds a body that follows the joint, a box about `centre_mm`, with the coordinates of each cell (rad, mm;
+/// model/coordinates.hpp) given by its angles. Its BodyIndex is the next free one; `of` is an earlier one.
+void add_follower(store::MotionModel& model, BodyIndex of, const Eigen::Vector3d& centre_mm,
+                  const std::function<JointCoordinates(double flexion_deg, double varus_deg)>& coordinates);
+
 /// Adds the set "degree_N" with coefficients of P_i(u) P_j(v) given by `coefficient(i, j)` for each of
 /// x, y, z (mm) and theta (degrees), i + j <= degree.
 void add_smoothed(store::MotionModel& model, int degree,

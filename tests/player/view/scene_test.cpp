@@ -282,4 +282,39 @@ TEST(LightsFile, TheExampleIsTheStudio)
   EXPECT_EQ(lights.background->bottom, background_of(Backdrop::studio).bottom);
 }
 
+// A follower is drawn in its own frame, whatever is fixed on screen, and hidden where it has no pose.
+TEST(Scene, DrawsWhatFollowsTheJoint)
+{
+  store::MotionModel model = moving_model("right");
+  test::add_follower(model, BodyIndex::reference, {40, 5, 0}, [](double flexion_deg, double) {
+    JointCoordinates q = JointCoordinates::Zero();
+    q(0) = rad_from_deg(flexion_deg);
+    q(4) = -0.3 * flexion_deg;
+    return q;
+  });
+  model.followers[0].status(6, 2) = static_cast<std::int8_t>(StepStatus::unbounded);
+  Scene scene = scene_of(model, model.rotation_centre_mm);
+  const std::vector<bool> shown = shown_drawables(scene);
+  const Drawable& bead = scene.drawables.back();
+  ASSERT_EQ(bead.name, "bead");
+  ASSERT_EQ(bead.parent, model::follower_index(0));
+  const store::Motion motion(model, "raw");
+  const store::JointPose pose = motion.at({rad_from_deg(30.0), 0.0}),
+                         none = motion.at({rad_from_deg(90.0), 0.0});
+  for (const BodyIndex fixed : holdable) {
+    const JointFrames frames = frames_of(pose, fixed, model.rotation_centre_mm);
+    place(scene, frames);
+    show_bodies(scene, shown, fixed, true, frames);
+    EXPECT_TRUE(bead.is_shown);
+    const Pose X_reference_bead = frames.X_world_reference.inverse() * frames.of(model::follower_index(0));
+    EXPECT_LT(difference(X_reference_bead, pose.X_reference_follower[0]), rounding);
+    EXPECT_LT((bead.X_world_mesh.translation() - frames.of(bead.parent) * bead.origin_mm).norm(), rounding);
+  }
+  const JointFrames frames = frames_of(none);
+  place(scene, frames);
+  show_bodies(scene, shown, BodyIndex::world, true, frames);
+  EXPECT_FALSE(bead.is_shown);
+  EXPECT_TRUE(scene.drawables.front().is_shown);
+}
+
 }  // namespace vrda::view::scene_test
