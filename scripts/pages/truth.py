@@ -124,7 +124,7 @@ def page(n, stamp):
     missing = [name for name in CASES if name not in n]
     parts = ["# Measured joints\n",
              "Written by `scripts/truth`: joints whose motion was measured, solved by the equilibrium and scored by `vrda score`. Nothing is fitted to a\n"
-             "measurement, except the offset of the third table. The data and their noise are described in their folders' READMEs.\n",
+             "measurement, except the offset of the third table and the first frame of the patella. The data and their noise are described in their folders' READMEs.\n",
              stamp + "\n"]
     if missing:
         parts.append(f"Cases without a record: {', '.join(f'`{name}`' for name in missing)}.\n")
