@@ -12,7 +12,7 @@ namespace {
 
 const Eigen::Vector3d middle_mm(37.0, 24.0, 1.0);
 // Half axes of the body; the facets meet in a ridge this far behind its middle.
-const Eigen::Vector3d half_axes_mm(11.0, 21.0, 21.5);
+const Eigen::Vector3d patella_half_axes_mm(11.0, 21.0, 21.5);
 constexpr double ridge_mm = 8.4;
 constexpr double medial_slope_rad = rad_from_deg(30.0), lateral_slope_rad = rad_from_deg(30.0);
 constexpr double patella_cell_mm = 2.6;
@@ -70,11 +70,11 @@ std::vector<Strand> strands()
 
 double patella_field(const Eigen::Vector3d& p_mm)
 {
-  const Eigen::Vector3d p = p_mm - middle_mm, scaled = p.cwiseQuotient(half_axes_mm);
+  const Eigen::Vector3d p = p_mm - middle_mm, scaled = p.cwiseQuotient(patella_half_axes_mm);
   // Narrower towards the apex.
   const double width = 1.0 - 0.28 * smooth_step(2.0, -21.0, p.y());
   const double body =
-      (Eigen::Vector3d(scaled.x(), scaled.y(), scaled.z() / width).norm() - 1.0) * half_axes_mm.x();
+      (Eigen::Vector3d(scaled.x(), scaled.y(), scaled.z() / width).norm() - 1.0) * patella_half_axes_mm.x();
   return smooth_max(smooth_max(body, behind(p, medial_slope_rad, -1.0), 2.0),
                     behind(p, lateral_slope_rad, 1.0), 2.0);
 }
@@ -83,7 +83,7 @@ Mesh patella_mesh(double resolution)
 {
   LevelSetOptions options;
   options.cell_mm = patella_cell_mm / resolution;
-  const Eigen::Vector3d reach = half_axes_mm + Eigen::Vector3d::Constant(6.0);
+  const Eigen::Vector3d reach = patella_half_axes_mm + Eigen::Vector3d::Constant(6.0);
   return level_set_mesh([](const Eigen::Vector3d& p) { return patella_field(p); },
                         {middle_mm - reach, middle_mm + reach}, options);
 }
