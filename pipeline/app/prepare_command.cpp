@@ -24,6 +24,7 @@
 #include "prepare/job_files.hpp"
 #include "prepare/knee_landmarks.hpp"
 #include "prepare/template_joint.hpp"
+#include "prepare/transfer.hpp"
 #include "run/run_output.hpp"
 
 namespace vrda::app {
@@ -182,6 +183,22 @@ Json crossings_json(const std::vector<prepare::BundleCrossing>& crossings, std::
   return rows;
 }
 
+Json kneecap_json(const prepare::Kneecap& cap, double offset_mm)
+{
+  Json scanned = Json::object();
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+    const double value = cap.scanned(static_cast<Eigen::Index>(k));
+    scanned[std::string(follower_coordinate_names[k]) + (is_rotation(k) ? "_deg" : "_mm")] =
+        is_rotation(k) ? deg_from_rad(value) : value;
+  }
+  return {{"is_template", std::isnan(cap.residual_mm)},
+          {"residual_mm", json_value(cap.residual_mm)},
+          {"scale", {cap.scale.x(), cap.scale.y(), cap.scale.z()}},
+          {"gap_mm", json_value(cap.gap_mm)},
+          {"offset_mm", offset_mm},
+          {"scanned", scanned}};
+}
+
 prepare::TemplateJoint template_of(const PrepareOptions& options)
 {
   if (options.template_job.empty()) return prepare::generic_template();
@@ -252,8 +269,9 @@ class Preparation {
       prepare_scaled_template();
     }
     if (core::is_interrupted()) return core::ExitCode::interrupted;
-    const job::Case prepared = options_.has_ligaments ? case_with_ligaments() : written_case(false);
+    job::Case prepared = options_.has_ligaments ? case_with_ligaments() : written_case(false);
     if (core::is_interrupted()) return core::ExitCode::interrupted;
+    if (has_patella()) prepared = case_with_patella();
     write(prepared);
     return core::ExitCode::done;
   }
@@ -287,6 +305,7 @@ class Preparation {
         app::wrong_part(subject_, surfaces, fit_.unit_mm, warnings_);
     move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
     move_to_frame(subject_.moving, fit_.unit_mm, fit_.X_scan_tibia);
+    move_to_frame(subject_.patella, fit_.unit_mm, fit_.X_scan_femur);
     refuse_other_objects(surfaces, known, wrong_part);
     if (core::is_interrupted()) return;
     if (wrong_part) throw InputError(*wrong_part);
@@ -333,7 +352,8 @@ class Preparation {
   {
     std::vector<std::string> names{"knee.toml", "prepare.json", "prepare.png"}, inputs;
     if (options_.has_ligaments) names.insert(names.end(), {"ligaments.csv", "wraps.json"});
-    for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving}) {
+    if (has_patella()) names.insert(names.end(), {"patella.stl", "patella_fibres.csv", "patella_wraps.json"});
+    for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving, &subject_.patella}) {
       for (const SubjectPart& part : *parts) {
         names.push_back(part.component.name + ".stl");
         if (!part.file.empty()) inputs.push_back(part.file);
@@ -432,13 +452,14 @@ class Preparation {
     job.has_ligaments = has_ligaments;
     job.has_prior = options_.has_prior;
     job.has_wraps = has_ligaments && has_wraps_;
+    job.patella = patella_;
     return job;
   }
 
   // The case of the files in the folder; the job is not written yet.
   job::Case written_case(bool has_ligaments)
   {
-    for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving}) {
+    for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving, &subject_.patella}) {
       for (const SubjectPart& part : *parts)
         write_atomically(file(part.component.name + ".stl"),
                          {job::stl_bytes(part.mesh, "vrda prepare, mm, anatomical frame")});
@@ -503,6 +524,79 @@ class Preparation {
     return prepared;
   }
 
+  bool has_patella() const { return options_.has_template_patella || !options_.patella.empty(); }
+
+  // Smaller than the joint's: it is not known how far the surfaces that are drawn were apart.
+  double kneecap_offset_mm(const prepare::Kneecap& cap)
+  {
+    constexpr double most_mm = 6.0, doubted_overlap_mm = -1.0;
+    if (std::isnan(cap.residual_mm) || options_.cartilage == "none") return 0.0;
+    double added_mm = 0.0;
+    for (const SubjectPart& part : subject_.reference)
+      added_mm = std::max(added_mm, -part.component.inset_mm);
+    const std::string where = options_.patella + ": --patella: ";
+    if (cap.gap_mm < doubted_overlap_mm)
+      warnings_.push_back(where + rounded_text(-cap.gap_mm, 1) + " mm inside the femur in the scan");
+    const double gap_mm = cap.gap_mm - added_mm;
+    if (gap_mm > most_mm)
+      warnings_.push_back(where + rounded_text(cap.gap_mm, 1) + " mm from the femur in the scan; layers of " +
+                          shortest_decimal(most_mm) + " mm in all are assumed");
+    return std::round(100.0 * std::clamp(gap_mm, 0.0, most_mm)) / 100.0;
+  }
+
+  job::Case case_with_patella()
+  {
+    constexpr double scan_strain = 0.02;  // of a relaxed knee
+    const prepare::SubjectBones bones{{surfaces_of(subject_.reference), surfaces_of(subject_.moving)}, {}};
+    const bool is_scanned = !subject_.patella.empty();
+    const prepare::Kneecap cap =
+        is_scanned ? prepare::registered_kneecap(reference_, fit_, bones, surfaces_of(subject_.patella),
+                                                 options_.patella)
+                   : prepare::fitted_kneecap(reference_, fit_, bones);
+    prepare::JobKneecap patella;
+    patella.centre_mm = cap.centre_mm;
+    patella.scanned = cap.scanned;
+    if (is_scanned && has_scan()) {
+      const ClinicalCoordinates& c = fit_.scanned;
+      patella.scanned_joint << c.flexion_rad, c.varus_rad, c.internal_rotation_rad, c.anterior_mm,
+          c.proximal_mm, c.lateral_mm;
+    }
+    patella.directions = reference_.patella->directions;
+    patella.has_wraps = !cap.ligaments.wraps.empty();
+    const double offset_mm = kneecap_offset_mm(cap);
+    place_patella(cap, offset_mm);
+    for (const SubjectPart& part : subject_.patella) patella.components.push_back(part.component);
+    patella_ = patella;
+    const std::string comment = "Patella of \"" + reference_.joint.title + "\" " +
+                                (is_scanned ? "registered" : "fitted to the femur") +
+                                " by vrda prepare; mm, anatomical frames";
+    write_atomically(file("patella_fibres.csv"),
+                     {prepare::kneecap_table(cap.ligaments, scan_strain, comment)});
+    if (patella.has_wraps) write_atomically(file("patella_wraps.json"), {prepare::wraps_text(cap.ligaments)});
+    report_["patella"] = kneecap_json(cap, offset_mm);
+    if (!is_scanned)
+      warnings_.push_back("patella: that of \"" + reference_.joint.title +
+                          "\", fitted to the femur: illustrative; --patella gives the scanned one");
+    return written_case(options_.has_ligaments);
+  }
+
+  // Its surfaces in the frame of the job, with the layer that the scan shows as a gap.
+  void place_patella(const prepare::Kneecap& cap, double offset_mm)
+  {
+    std::vector<SubjectPart> placed;
+    const auto add = [&](const Mesh& mesh, const char* name, const char* material) {
+      if (mesh.triangles.rows() == 0) return;
+      SubjectPart part;
+      part.component = {name, material};
+      part.component.inset_mm = offset_mm > 0.0 ? -offset_mm : 0.0;
+      part.mesh = mesh;
+      placed.push_back(part);
+    };
+    add(cap.surfaces.bone, "patella", "bone");
+    add(cap.surfaces.cartilage, "patella_cartilage", "cartilage");
+    subject_.patella = placed;
+  }
+
   void write(const job::Case& prepared)
   {
     write_picture(prepared, "prepare.png");
@@ -510,7 +604,8 @@ class Preparation {
     report_["warnings"] = warnings_;
     write_atomically(file("prepare.json"), {core::json_text(report_, 2) + "\n"});
     write_atomically(file("knee.toml"), {prepared.job_text});
-    files_.publish_all({"ligaments.csv", "wraps.json", "refused.png"});
+    files_.publish_all({"ligaments.csv", "wraps.json", "patella.stl", "patella_fibres.csv",
+                        "patella_wraps.json", "refused.png"});
     for (const std::string& warning : warnings_) core::log_warning(warning);
     if (options_.as_json) {
       print_json(report_);
@@ -526,6 +621,7 @@ class Preparation {
   prepare::KneeLandmarks landmarks_;
   Subject subject_;  // in the axes of the files, until the fit
   KneeFit fit_;
+  std::optional<prepare::JobKneecap> patella_;
   bool has_wraps_ = false;
   Json report_;
   std::vector<std::string> warnings_;
@@ -554,6 +650,14 @@ void declare_prepare(Command& c)
   add_files("--tibia-cartilage", o.tibia_cartilage, "Mesh of its cartilage; may be repeated");
   add_files("--meniscus", o.menisci, "Mesh of a meniscus, drawn only; may be repeated");
   c.option("--fibula", o.fibula, "Mesh of the fibula, for the lateral ligaments");
+  const Option patella =
+      c.option("--patella", o.patella, "Mesh of the patella, in the scan of the bones; it follows the joint");
+  c.option("--patella-cartilage", o.patella_cartilage, "Mesh of its cartilage; may be repeated")
+      .repeatable()
+      .needs(patella);
+  c.flag("--template-patella", o.has_template_patella,
+         "Without a mesh: the template's patella, fitted to the femur, as an illustration")
+      .excludes(patella);
   c.option("--landmarks", o.landmarks,
            "Known points of the knee (schemas/prepare.md); without meshes, they scale the template's "
            "bones");

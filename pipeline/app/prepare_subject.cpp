@@ -84,6 +84,8 @@ Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warn
   add(subject.moving, options.tibia_cartilage, {"tibia_cartilage", "cartilage"}, "--tibia-cartilage");
   add(subject.moving, options.menisci, {"meniscus", "meniscus", false}, "--meniscus");
   add(subject.moving, list_of(options.fibula), {"fibula", "bone", false}, "--fibula");
+  add(subject.patella, list_of(options.patella), {"patella", "bone"}, "--patella");
+  add(subject.patella, options.patella_cartilage, {"patella_cartilage", "cartilage"}, "--patella-cartilage");
   return subject;
 }
 
@@ -113,7 +115,7 @@ std::string option_of(const SubjectPart& part)
   const std::string& name = part.component.name;
   if (part.component.material == "meniscus") return "--meniscus";
   if (part.component.material != "cartilage") return "--" + name;
-  return name.starts_with("femur") ? "--femur-cartilage" : "--tibia-cartilage";
+  return "--" + name.substr(0, name.find('_')) + "-cartilage";
 }
 
 Mesh in_mm(Mesh mesh, double unit_mm)
@@ -259,7 +261,7 @@ bool smooth_noise(Subject& subject, double unit_mm, const PrepareOptions& option
 {
   bool has_changed = false;
   std::string found;
-  for (std::vector<SubjectPart>* parts : {&subject.reference, &subject.moving}) {
+  for (std::vector<SubjectPart>* parts : {&subject.reference, &subject.moving, &subject.patella}) {
     for (SubjectPart& part : *parts) {
       nlohmann::ordered_json row;
       has_changed |= smooth_part(part, unit_mm, options, row, warnings);

@@ -17,12 +17,15 @@ struct PrepareOptions {
   std::string femur, tibia;  ///< mesh files of the bones; may be empty where cartilage is given
   std::vector<std::string> femur_cartilage, tibia_cartilage, menisci;
   std::string fibula;
-  std::string landmarks;           ///< TOML file of points (schemas/prepare.md); alone: no mesh is given
-  std::string side;                ///< left or right; empty: found
-  std::string unit;                ///< mm, cm or m; empty: found
-  std::string cartilage = "auto";  ///< auto, none, or the thickness in mm on a bone without cartilage
-  std::string template_job;        ///< empty: the generic knee
-  std::string data_directory;      ///< of the template
+  std::string patella;  ///< mesh file
+  std::vector<std::string> patella_cartilage;
+  bool has_template_patella = false;  ///< the template's, fitted to the femur
+  std::string landmarks;              ///< TOML file of points (schemas/prepare.md); alone: no mesh is given
+  std::string side;                   ///< left or right; empty: found
+  std::string unit;                   ///< mm, cm or m; empty: found
+  std::string cartilage = "auto";     ///< auto, none, or the thickness in mm on a bone without cartilage
+  std::string template_job;           ///< empty: the generic knee
+  std::string data_directory;         ///< of the template
   bool has_ligaments = true;
   bool has_prior = true;
   bool keeps_specks = false;  ///< keep small separate pieces in the joint space
@@ -44,6 +47,7 @@ struct SubjectPart {
 
 struct Subject {
   std::vector<SubjectPart> reference, moving;
+  std::vector<SubjectPart> patella = {};  ///< empty: not scanned
 };
 
 /// Reads the files of the options, without surfaces that are inside others; `warnings` name what is left out.

@@ -105,8 +105,7 @@ Entry knee_entry()
   entry.fibres = [](const Values& values) { return of_side(right_knee_fibres(), values.word("side")); };
   entry.fibre_sources = knee_fibre_sources;
   entry.follower = [](const Values& values) {
-    const bool is_left = values.word("side") == "left";
-    return FollowerTexts{patella_fibre_table(is_left), patella_wraps(is_left)};
+    return patella_texts(generic_patella(), values.word("side") == "left");
   };
   return entry;
 }
@@ -114,14 +113,17 @@ Entry knee_entry()
 Entry template_knee_entry()
 {
   struct Plan {};
-  Entry entry =
-      entry_of<Plan>("knee-template",
-                     "the knee that vrda prepare registers onto a subject's: femur, tibia; fibula drawn only",
-                     {{side("which knee"), {}}}, [](const Plan&) { return right_template_knee(); });
+  Entry entry = entry_of<Plan>(
+      "knee-template",
+      "the knee that vrda prepare registers onto a subject's: femur, tibia, patella; fibula drawn only",
+      {{side("which knee"), {}}}, [](const Plan&) { return right_template_knee(); });
   entry.fibres = [](const Values& values) {
     return of_side(right_template_knee_fibres(), values.word("side"));
   };
   entry.fibre_sources = template_knee_fibre_sources;
+  entry.follower = [](const Values& values) {
+    return patella_texts(template_patella(), values.word("side") == "left");
+  };
   return entry;
 }
 

@@ -747,6 +747,12 @@ void hide_shaft_end(Mesh& shaft, const std::function<double(const Eigen::Vector3
   }
 }
 
+PatellaPlace generic_patella()
+{
+  return {
+      .femur = femur_field, .tibia = tibia_field, .clearance_mm = initial_clearance_mm(), .tendon_mm = 4.0};
+}
+
 Shape right_knee(double resolution)
 {
   const double drawn = std::min(resolution, finest_drawn_resolution);
@@ -759,7 +765,7 @@ Shape right_knee(double resolution)
                   {"meniscus_lateral", "meniscus", true, meniscus_lateral_mesh(resolution)},
                   {"tibia_shaft", "bone", false, std::move(tibia.shaft)},
                   {"fibula", "bone", false, fibula_mesh(drawn)}};
-  shape.followers = {{"patella", "bone", true, patella_mesh(resolution)}};
+  shape.followers = {{"patella", "bone", true, patella_mesh(resolution, generic_patella())}};
   for (ShapePart& part : shape.moving) part.mesh.vertices_mm.col(1).array() -= initial_clearance_mm();
   return shape;
 }

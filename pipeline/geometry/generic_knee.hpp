@@ -132,14 +132,28 @@ Mesh fibula_mesh(double resolution);
 Mesh meniscus_medial_mesh(double resolution);
 Mesh meniscus_lateral_mesh(double resolution);
 
-/// The patella in front of the trochlea in extension, a quarter of a millimetre from it.
+/// The patella in front of the generic knee's trochlea in extension, a quarter of a millimetre from it.
 double patella_field(const Eigen::Vector3d& p_mm);
-Mesh patella_mesh(double resolution);
 
-/// Its tendon, retinacula and lines of the quadriceps as a follower's table, and the cylinders that keep the
-/// lines outside the femur as wraps (schemas/followers.md); with the moving parts lowered.
-std::string patella_fibre_table(bool is_left);
-std::string patella_wraps(bool is_left);
+/// Where a generated knee has it.
+struct PatellaPlace {
+  double (*femur)(const Eigen::Vector3d&);  ///< fields of the bones to which its fibres attach
+  double (*tibia)(const Eigen::Vector3d&);
+  double clearance_mm;                                 ///< by which the moving parts are lowered
+  Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();  ///< from its place in the generic knee
+  Eigen::Vector3d tuberosity_shift_mm = Eigen::Vector3d::Zero();
+  double tendon_mm = 0.0;                      ///< its fibres run this far in front of the tibia
+  Eigen::Vector3d cylinder_mm{4.0, 4.0, 1.0};  ///< that keeps the quadriceps outside the femur
+  double cylinder_radius_mm = 30.5;
+};
+Mesh patella_mesh(double resolution, const PatellaPlace& place);
+
+/// Its tendon, retinacula and lines of the quadriceps as a follower's table, and the cylinders as wraps.
+FollowerTexts patella_texts(const PatellaPlace& place, bool is_left);
+
+/// That of the generic knee, in front of its flat tuberosity, and of the knee that `vrda prepare` registers.
+PatellaPlace generic_patella();
+PatellaPlace template_patella();
 
 /// The point of a level set's surface that Newton steps along the gradient find from `near_mm`.
 Eigen::Vector3d on_surface(double (*field)(const Eigen::Vector3d&), const Eigen::Vector3d& near_mm);

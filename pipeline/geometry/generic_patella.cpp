@@ -1,4 +1,4 @@
-// The patella of the generic knee as a level set, with its tendon, retinacula and quadriceps.
+// The patella of the generated knees as a level set, with its tendon, retinacula and quadriceps.
 #include <algorithm>
 #include <cmath>
 
@@ -16,8 +16,6 @@ const Eigen::Vector3d patella_half_axes_mm(11.0, 21.0, 21.5);
 constexpr double ridge_mm = 8.4;
 constexpr double medial_slope_rad = rad_from_deg(30.0), lateral_slope_rad = rad_from_deg(30.0);
 constexpr double patella_cell_mm = 2.6;
-// Its fibres run in the middle of the tendon, in front of this tibia's flat tuberosity.
-constexpr double tendon_mm = 4.0;
 
 // Behind a facet that rises from the ridge to one side.
 double behind(const Eigen::Vector3d& p, double slope_rad, double side)
@@ -37,7 +35,8 @@ struct Strand {
 
 // Stiffness and forces: Smith et al. 2019, J Biomech 82:124 (smith2019.osim): six fibres of 3000 N per unit
 // strain for the tendon, 150 N for each of the retinacula, and maximal forces of the four muscles as shares
-// of the pull. The attachments follow this model's bones; strains in extension: tendon 0.02, retinacula 0.03.
+// of the pull. The attachments follow the generic knee's bones; strains in extension: tendon 0.02, retinacula
+// 0.03.
 std::vector<Strand> strands()
 {
   return {{"PT1", "PT", "moving", {28, -38, -6}, {37, 3, -8}, 3000, 0.02, 0, ""},
@@ -66,6 +65,18 @@ std::vector<Strand> strands()
           {"vastus_medialis", "QUAD", "reference", {32, 118, -6}, {36, 37, -15}, 0, 0, 1443.7, "quadriceps"}};
 }
 
+std::string cylinder(const PatellaPlace& place, const char* name, double radius_mm, bool is_left)
+{
+  const Eigen::Vector3d& p_mm = place.cylinder_mm;
+  std::string text =
+      std::string("{\"name\": \"") + name +
+      "\", \"type\": \"WrapCylinder\", \"body\": \"reference\", \"xyz_body_rotation\": [0, 0, 0], "
+      "\"translation\": [";
+  for (const double x_mm : {p_mm.x(), p_mm.y(), is_left ? -p_mm.z() : p_mm.z()})
+    text += (text.back() == '[' ? "" : ", ") + shortest_decimal(x_mm / 1e3);
+  return text + "], \"radius\": " + shortest_decimal(radius_mm / 1e3) + ", \"length\": 0.18}";
+}
+
 }  // namespace
 
 double patella_field(const Eigen::Vector3d& p_mm)
@@ -79,31 +90,35 @@ double patella_field(const Eigen::Vector3d& p_mm)
                     behind(p, lateral_slope_rad, 1.0), 2.0);
 }
 
-Mesh patella_mesh(double resolution)
+Mesh patella_mesh(double resolution, const PatellaPlace& place)
 {
   LevelSetOptions options;
   options.cell_mm = patella_cell_mm / resolution;
   const Eigen::Vector3d reach = patella_half_axes_mm + Eigen::Vector3d::Constant(6.0);
-  return level_set_mesh([](const Eigen::Vector3d& p) { return patella_field(p); },
-                        {middle_mm - reach, middle_mm + reach}, options);
+  Mesh mesh = level_set_mesh([](const Eigen::Vector3d& p) { return patella_field(p); },
+                             {middle_mm - reach, middle_mm + reach}, options);
+  mesh.vertices_mm.rowwise() += place.shift_mm.transpose();
+  return mesh;
 }
 
-std::string patella_fibre_table(bool is_left)
+FollowerTexts patella_texts(const PatellaPlace& place, bool is_left)
 {
   std::string table =
-      "# Patella of the generic knee; mm in canonical axes. Stiffness and shares: Smith et al. 2019, J "
+      "# Patella of the generated knee; mm in canonical axes. Stiffness and shares: Smith et al. 2019, J "
       "Biomech 82:124.\n"
       "name,bundle,from_body,from_x_mm,from_y_mm,from_z_mm,to_x_mm,to_y_mm,to_z_mm,stiffness_n_per_strain,"
       "slack_length_mm,tension_share,wrap\n";
   for (const Strand& strand : strands()) {
     const bool is_line = strand.share > 0.0, is_moving = strand.from == std::string("moving");
-    const Eigen::Vector3d patella_mm = on_surface(patella_field, strand.patella_mm);
-    Eigen::Vector3d from_mm = is_line     ? strand.from_mm
-                              : is_moving ? on_surface(tibia_field, strand.from_mm)
-                                          : on_surface(femur_field, strand.from_mm);
-    const Eigen::Vector3d design_mm = from_mm + (is_moving ? tendon_mm : 0.0) * Eigen::Vector3d::UnitX();
+    const Eigen::Vector3d patella_mm = on_surface(patella_field, strand.patella_mm) + place.shift_mm;
+    Eigen::Vector3d from_mm = is_line ? Eigen::Vector3d(strand.from_mm + place.shift_mm)
+                              : is_moving
+                                  ? on_surface(place.tibia, strand.from_mm + place.tuberosity_shift_mm)
+                                  : on_surface(place.femur, strand.from_mm);
+    const Eigen::Vector3d design_mm =
+        from_mm + (is_moving ? place.tendon_mm : 0.0) * Eigen::Vector3d::UnitX();
     const double slack_mm = (design_mm - patella_mm).norm() / (1.0 + strand.strain);
-    if (is_moving) from_mm += Eigen::Vector3d(tendon_mm, -initial_clearance_mm(), 0.0);
+    if (is_moving) from_mm += Eigen::Vector3d(place.tendon_mm, -place.clearance_mm, 0.0);
     table += std::string(strand.name) + "," + strand.bundle + "," + strand.from;
     for (const Eigen::Vector3d& p_mm : {from_mm, patella_mm}) {
       for (const double x_mm : {p_mm.x(), p_mm.y(), is_left ? -p_mm.z() : p_mm.z()})
@@ -113,18 +128,8 @@ std::string patella_fibre_table(bool is_left)
                      : "," + shortest_decimal(strand.stiffness_n) + "," + shortest_decimal(slack_mm) + ",,";
     table += "\n";
   }
-  return table;
-}
-
-std::string patella_wraps(bool is_left)
-{
-  const auto cylinder = [&](const char* name, const char* radius_m) {
-    return std::string("{\"name\": \"") + name +
-           "\", \"type\": \"WrapCylinder\", \"body\": \"reference\", \"xyz_body_rotation\": [0, 0, 0], "
-           "\"translation\": [0.004, 0.004, " +
-           (is_left ? "-" : "") + "0.001], \"radius\": " + radius_m + ", \"length\": 0.18}";
-  };
-  return "[" + cylinder("quadriceps", "0.0305") + ",\n " + cylinder("quadriceps_deep", "0.0285") + "]\n";
+  return {table, "[" + cylinder(place, "quadriceps", place.cylinder_radius_mm, is_left) + ",\n " +
+                     cylinder(place, "quadriceps_deep", place.cylinder_radius_mm - 2.0, is_left) + "]\n"};
 }
 
 }  // namespace vrda::geometry

@@ -145,6 +145,17 @@ bool is_articular_tibia(const Eigen::Vector3d& p, const Eigen::Vector3d& normal)
   return normal.y() > 0.6 && u * u + w * w < 1.0;
 }
 
+PatellaPlace template_patella()
+{
+  return {.femur = template_femur_field,
+          .tibia = template_tibia_field,
+          .clearance_mm = template_clearance_mm,
+          .shift_mm = {8.6, -6.0, 2.0},
+          .tuberosity_shift_mm = {8.0, -14.0, 4.0},
+          .cylinder_mm = {8.0, 4.0, 2.0},
+          .cylinder_radius_mm = 33.5};
+}
+
 Shape right_template_knee()
 {
   Shape shape;
@@ -154,6 +165,7 @@ Shape right_template_knee()
                                     {template_cell_mm, template_max_gradient});
   shape.reference = {{"femur", "bone", true, femur}};
   shape.moving = {{"tibia", "bone", true, tibia}, {"fibula", "bone", false, fibula_mesh(1.0)}};
+  shape.followers = {{"patella", "bone", true, patella_mesh(1.0, template_patella())}};
   for (ShapePart& part : shape.moving) part.mesh.vertices_mm.col(1).array() -= template_clearance_mm;
   return shape;
 }

@@ -65,6 +65,35 @@ std::string uncertainty_text(const JobDescription& job)
          parameter_text("prior_level", normal("3") + "coordinate = \"internal\"             # degrees");
 }
 
+std::string coordinates_text(const JointCoordinates& q)
+{
+  std::string text = "[";
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+    const double value = q(static_cast<Eigen::Index>(k));
+    text += (k == 0 ? "" : ", ") +
+            shortest_decimal(std::round(1e4 * (is_rotation(k) ? deg_from_rad(value) : value)) / 1e4 + 0.0);
+  }
+  return text + "]";
+}
+
+std::string kneecap_text(const JobKneecap& patella)
+{
+  std::string text =
+      "\n[[follower]]                          # the kneecap: schemas/followers.md\nname = \"patella\"\n"
+      "centre_mm = [" +
+      core::numbers_text(patella.centre_mm, ", ") + "]\nfibres = \"patella_fibres.csv\"\n" +
+      (patella.has_wraps ? "wraps = \"patella_wraps.json\"\n" : "") +
+      "tension_n = 30                        # of the four lines of the quadriceps together\n"
+      "scan = { joint = " +
+      coordinates_text(patella.scanned_joint) + ", follower = " + coordinates_text(patella.scanned) + " }\n";
+  for (const job::TendonDirection& direction : patella.directions)
+    text += "\n[[follower.direction]]\nbundle = " + quoted_text(direction.bundle) +
+            "\nstiffness_nmm_per_rad = " + shortest_decimal(direction.stiffness_nmm) + "\naxis = [" +
+            core::numbers_text(direction.axis, ", ") + "]\n";
+  for (const JobComponent& component : patella.components) text += component_text("follower", component);
+  return text;
+}
+
 // R = Rx Ry Rz.
 Eigen::Vector3d body_fixed_angles_rad(const Eigen::Matrix3d& R)
 {
@@ -91,6 +120,7 @@ std::string job_text(const JobDescription& job)
     text += "\n[ligaments]\nfibres = \"ligaments.csv\"\n";
     if (job.has_wraps) text += "wraps = \"wraps.json\"\n";
   }
+  if (job.patella) text += kneecap_text(*job.patella);
   if (job.has_prior) text += prior_text + uncertainty_text(job);
   return text +
          "\n[grid]                                # degrees\nflexion = { from = 0, to = 90, step = 5 }\n"
@@ -115,6 +145,24 @@ std::string ligament_table(const model::Ligaments& ligaments, const std::string&
   return text;
 }
 
+std::string kneecap_table(const model::Ligaments& ligaments, double strain, const std::string& comment)
+{
+  const auto name = [](BodyIndex body) { return model::row_of(body) < 2 ? name_of(body) : "patella"; };
+  std::string text = "# " + comment +
+                     "\nname,bundle,from_body,from_x_mm,from_y_mm,from_z_mm,to_body,to_x_mm,to_y_mm,to_z_mm,"
+                     "stiffness_n_per_strain,reference_strain,tension_share,wrap\n";
+  for (const model::Fibre& fibre : ligaments.fibres) {
+    const bool is_line = fibre.tension_n > 0.0;
+    text += fibre.name + "," + fibre.bundle + "," + name(fibre.from) + "," +
+            core::numbers_text(fibre.reference_mm, ",") + "," + name(fibre.to) + "," +
+            core::numbers_text(fibre.moving_mm, ",") + "," +
+            (is_line ? ",," + shortest_decimal(fibre.tension_n)
+                     : shortest_decimal(fibre.stiffness_n) + "," + shortest_decimal(strain) + ",") +
+            "," + (fibre.wrap < 0 ? "" : ligaments.wraps[static_cast<std::size_t>(fibre.wrap)].name) + "\n";
+  }
+  return text;
+}
+
 std::string wraps_text(const model::Ligaments& ligaments)
 {
   std::string text = "[";
@@ -122,7 +170,8 @@ std::string wraps_text(const model::Ligaments& ligaments)
     const bool is_cylinder = wrap.shape == model::WrapShape::cylinder;
     text += std::string(text.size() > 1 ? "," : "") + "\n  {\"name\": " + quoted_text(wrap.name) +
             ", \"type\": \"" + (is_cylinder ? "WrapCylinder" : "WrapEllipsoid") + "\", \"body\": \"" +
-            name_of(wrap.body) + "\", \"unit\": \"mm\",\n   \"xyz_body_rotation\": [" +
+            (model::row_of(wrap.body) < 2 ? name_of(wrap.body) : "patella") +
+            "\", \"unit\": \"mm\",\n   \"xyz_body_rotation\": [" +
             core::numbers_text(body_fixed_angles_rad(wrap.X_body_wrap.linear()), ",") +
             "], \"translation\": [" + core::numbers_text(wrap.X_body_wrap.translation(), ",") + "],\n   ";
     if (is_cylinder) {

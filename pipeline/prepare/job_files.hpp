@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "job/case.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
 #include "model/ligaments.hpp"
@@ -19,6 +20,15 @@ struct JobComponent {
   double inset_mm = 0.0;  ///< negative: thickened, for cartilage that is not known
 };
 
+/// The kneecap of the job: a [[follower]] named "patella".
+struct JobKneecap {
+  std::vector<JobComponent> components;
+  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
+  JointCoordinates scanned_joint = JointCoordinates::Zero(), scanned = JointCoordinates::Zero();
+  std::vector<job::TendonDirection> directions;
+  bool has_wraps = false;
+};
+
 struct JobDescription {
   std::string title;
   Side side = Side::right;
@@ -27,6 +37,7 @@ struct JobDescription {
   bool has_wraps = false;
   bool has_prior = true;                       ///< a prior of the motion, and the band
   std::optional<ClinicalCoordinates> scanned;  ///< pose in the scan, for a comment
+  std::optional<JobKneecap> patella;
 };
 
 /// TOML: free varus, flexion 0 to 90 by 5, 20 N.
@@ -34,6 +45,9 @@ std::string job_text(const JobDescription& job);
 
 /// Table of schemas/ligaments.md. `comment`: one line without #.
 std::string ligament_table(const model::Ligaments& ligaments, const std::string& comment);
+
+/// Table of schemas/followers.md: fibres with the slack length of this strain in the scan, and lines.
+std::string kneecap_table(const model::Ligaments& ligaments, double strain, const std::string& comment);
 
 /// JSON of schemas/wraps.schema.json.
 std::string wraps_text(const model::Ligaments& ligaments);

@@ -40,6 +40,15 @@ varus = "free"
 method = "equilibrium"
 [ligaments]
 generate = { shape = "knee-template" }
+[[follower]]
+name = "patella"
+generate = { shape = "knee-template" }
+[[follower.direction]]
+bundle = "PT"
+stiffness_nmm_per_rad = 3000
+[[follower.component]]
+name = "patella"
+generate = { shape = "knee-template", part = "patella" }
 )";
 
 bool is_fibula(const std::string& name)
@@ -80,6 +89,16 @@ model::Ligaments mirrored(model::Ligaments ligaments)
   return ligaments;
 }
 
+job::Follower mirrored(job::Follower follower)
+{
+  follower.body = mirrored_z(follower.body);
+  follower.centre_mm = flipped(follower.centre_mm);
+  follower.delta = flipped(follower.delta);
+  follower.ligaments = mirrored(std::move(follower.ligaments));
+  for (job::TendonDirection& direction : follower.directions) direction.axis = -flipped(direction.axis);
+  return follower;
+}
+
 }  // namespace
 
 geometry::BoneSurfaces surfaces_of(const Body& body)
@@ -109,6 +128,7 @@ TemplateJoint mirrored(const TemplateJoint& joint)
   c.ligaments = mirrored(c.ligaments);
   other.knee = {mirrored_z(joint.knee.surfaces), flipped(joint.knee.origin_mm)};
   other.fibula = mirrored_z(joint.fibula);
+  if (joint.patella) other.patella = mirrored(*joint.patella);
   return other;
 }
 
@@ -121,6 +141,8 @@ TemplateJoint template_of(const job::Case& joint)
       joint,
       {{surfaces_of(joint.reference), surfaces_of(joint.moving)}, joint.frame.rotation_centre_mm},
       fibula_of(joint.moving)};
+  if (!joint.followers.empty()) found.patella = joint.followers.front();
+  found.joint.followers.clear();
   return joint.frame.side == Side::left ? mirrored(found) : found;
 }
 

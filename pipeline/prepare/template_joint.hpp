@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,8 @@ namespace vrda::prepare {
 struct TemplateJoint {
   job::Case joint;
   geometry::TemplateKnee knee;
-  Mesh fibula;  ///< empty: the template has none
+  Mesh fibula;                                ///< empty: the template has none
+  std::optional<job::Follower> patella = {};  ///< the first follower of the job; `joint` has none
 };
 
 /// The bone and cartilage of a body by the materials of its components; menisci and fibula are left out.

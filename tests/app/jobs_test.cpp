@@ -58,7 +58,6 @@ std::vector<std::string> shipped_jobs()
           "knee-generic-contact",
           "knee-jam-smith2019",
           "knee-jam-smith2019-ligaments",
-          "knee-patella",
           "knee-pymskt-dess",
           "knee-vhf-left",
           "knee-vhf-right",

@@ -50,6 +50,33 @@ class Prepare : public testing::Test {
   std::string femur_, tibia_, fibula_;
 };
 
+// The scanned patella of a left knee, and the template's, follow the joint at every flexion.
+TEST_F(Prepare, APatellaFollows)
+{
+  const prepare::TemplateJoint joint = prepare::mirrored(prepare::generic_template());
+  const std::string patella = written("patella.stl", joined(prepare::surfaces_of(joint.patella->body)));
+  for (const std::vector<std::string>& given :
+       {std::vector<std::string>{"--patella", patella}, std::vector<std::string>{"--template-patella"}}) {
+    std::vector<std::string> arguments{"prepare",  "--femur",        femur_,        "--tibia", tibia_,
+                                       "--fibula", fibula_,          "--cartilage", "none",    "--no-prior",
+                                       "-o",       folder_.string(), "--replace"};
+    arguments.insert(arguments.end(), given.begin(), given.end());
+    const test::Ended ended = test::run_vrda(arguments);
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    const nlohmann::json found = report().at("patella");
+    EXPECT_EQ(found.at("is_template"), given.size() == 1);
+    EXPECT_NEAR(found.at("scanned").at("flexion_deg").get<double>(), 0.0, 1.0);
+    EXPECT_NEAR(found.at("scanned").at("lateral_mm").get<double>(), 0.0, 0.5);
+    EXPECT_EQ(ended.err.find("illustrative") != std::string::npos, given.size() == 1) << ended.err;
+    const store::MotionModel model = test::solved(folder_ / "knee.toml", {"grid.flexion.step=45"});
+    ASSERT_EQ(model.followers.size(), 1U);
+    const store::FollowerRows& follower = model.followers.front();
+    EXPECT_EQ((follower.status == status_stable).count(), 3);
+    EXPECT_GT(follower.flexion_deg(2, 0), 50.0);
+    EXPECT_LT(follower.flexion_deg(2, 0), 80.0);
+  }
+}
+
 TEST_F(Prepare, WritesAJobThatSolves)
 {
   const test::Ended ended = test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia_, "--fibula",

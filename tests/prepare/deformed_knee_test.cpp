@@ -8,6 +8,7 @@
 #include "model/coordinates.hpp"
 #include "prepare/knee_landmarks.hpp"
 #include "prepare/template_joint.hpp"
+#include "prepare/transfer.hpp"
 #include "solve/case_solver.hpp"
 #include "support/real_knees.hpp"
 

@@ -11,6 +11,7 @@
 #include "prepare/job_files.hpp"
 #include "prepare/knee_landmarks.hpp"
 #include "prepare/template_joint.hpp"
+#include "prepare/transfer.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::template_joint_test {
@@ -239,6 +240,70 @@ TEST(TransferredLigaments, known_end)
   EXPECT_LT((placed_mm - on.p_mm).norm(), 4.0);
   copy.bones.surfaces.femur.bone = {};
   EXPECT_EQ(transferred_end(outside_mm), outside_mm);
+}
+
+geometry::BoneSurfaces patella_at(const TemplateJoint& joint, const JointCoordinates& q, double factor)
+{
+  geometry::BoneSurfaces patella = prepare::surfaces_of(joint.patella->body);
+  patella.bone.vertices_mm *= factor;
+  patella.bone =
+      transformed(patella.bone, follower_pose(q, joint.joint.frame.side, factor * joint.patella->centre_mm));
+  return patella;
+}
+
+// Known pose and size of the template's own patella, of both sides.
+TEST(Kneecap, registered)
+{
+  JointCoordinates q;
+  q << rad_from_deg(25.0), 0.0, rad_from_deg(4.0), -3.0, -12.0, 1.0;
+  const TemplateJoint right = prepare::generic_template();
+  for (const TemplateJoint& joint : {right, prepare::mirrored(right)}) {
+    const Copy copy = copy_of(joint, 1.1);
+    const prepare::Kneecap cap =
+        registered_kneecap(joint, copy.fit, copy.bones, patella_at(joint, q, 1.1), "patella.stl");
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      EXPECT_NEAR(deg_from_rad(cap.scanned(k)), deg_from_rad(q(k)), 1.0) << k;
+      EXPECT_NEAR(cap.scanned(k + 3), q(k + 3), 0.5) << k;
+    }
+    EXPECT_LT((cap.scale - Eigen::Vector3d::Constant(1.1)).norm(), 0.03);
+    EXPECT_LT(cap.residual_mm, 0.3);
+    const std::vector<model::Fibre>& own = joint.patella->ligaments.fibres;
+    ASSERT_EQ(cap.ligaments.fibres.size(), own.size());
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      EXPECT_LT((cap.ligaments.fibres[i].reference_mm - 1.1 * own[i].reference_mm).norm(), 0.5);
+      EXPECT_LT((cap.ligaments.fibres[i].moving_mm - 1.1 * own[i].moving_mm).norm(), 1.0);
+    }
+  }
+}
+
+// What is no patella: a bone, a patella of another size or behind the knee.
+TEST(Kneecap, refused)
+{
+  const TemplateJoint joint = prepare::generic_template();
+  const Copy copy = copy_of(joint, 1.0);
+  const auto registered = [&](const geometry::BoneSurfaces& patella) {
+    return registered_kneecap(joint, copy.fit, copy.bones, patella, "patella.stl");
+  };
+  JointCoordinates behind = JointCoordinates::Zero();
+  behind(3) = -80.0;
+  EXPECT_THROW(registered({joint.fibula, {}}), InputError);
+  EXPECT_THROW(registered(patella_at(joint, JointCoordinates::Zero(), 2.5)), InputError);
+  EXPECT_THROW(registered(patella_at(joint, behind, 1.0)), InputError);
+}
+
+// Moved until it touches a trochlea that is 3 mm nearer.
+TEST(Kneecap, fitted_to_the_femur)
+{
+  const TemplateJoint joint = prepare::generic_template();
+  Copy copy = copy_of(joint, 1.0);
+  const prepare::Kneecap own = fitted_kneecap(joint, copy.fit, copy.bones);
+  for (Mesh* mesh : {&copy.bones.surfaces.femur.bone, &copy.bones.surfaces.femur.cartilage})
+    mesh->vertices_mm.col(0).array() -= 3.0;
+  const prepare::Kneecap moved = fitted_kneecap(joint, copy.fit, copy.bones);
+  EXPECT_NEAR(own.gap_mm, 0.2, 0.1);
+  EXPECT_NEAR(moved.gap_mm, 0.2, 0.1);
+  EXPECT_NEAR(own.centre_mm.x() - moved.centre_mm.x(), 3.0, 0.2);
+  EXPECT_TRUE(std::isnan(own.residual_mm));
 }
 
 TEST(TemplateJoint, mirrored_twice)
