@@ -36,7 +36,7 @@ struct TransferredLigaments {
 TransferredLigaments transferred_ligaments(const TemplateJoint& own_side, const geometry::KneeFit& fit,
                                            const SubjectBones& subject);
 
-/// The kneecap in the frame of the femur, where the template's stands before the trochlea in extension.
+/// The kneecap in the frame of the femur, at the template's position in extension.
 struct Kneecap {
   geometry::BoneSurfaces surfaces;
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< origin of its coordinates
