@@ -9,6 +9,7 @@
 
 #include "core/parallel.hpp"
 #include "core/text.hpp"
+#include "solve/followers.hpp"
 #include "solve/potential.hpp"
 
 namespace vrda::analysis {
@@ -43,16 +44,23 @@ AuditPose stored_pose(const store::MotionModel& model, Eigen::Index flexion, Eig
   return pose;
 }
 
+store::JointPose joint_pose_at(const store::Motion& motion, const store::AuditSet& out, Eigen::Index i,
+                               Eigen::Index j)
+{
+  if (motion.is_sequence()) return motion.at_frame(out.frame_key[static_cast<std::size_t>(i)]);
+  return motion.at({rad_from_deg(out.flexion_deg[static_cast<std::size_t>(i)]),
+                    rad_from_deg(out.varus_deg[static_cast<std::size_t>(j)])});
+}
+
 AuditPose pose_at(const store::MotionModel& model, const store::Motion& motion, const store::AuditSet& out,
                   Eigen::Index i, Eigen::Index j)
 {
   if (out.name == "raw" && is_node(out, i, j)) return stored_pose(model, i / out.refine, j / out.refine);
-  if (motion.is_sequence()) return pose_of(motion.at_frame(out.frame_key[static_cast<std::size_t>(i)]));
-  return pose_of(motion.at({rad_from_deg(out.flexion_deg[static_cast<std::size_t>(i)]),
-                            rad_from_deg(out.varus_deg[static_cast<std::size_t>(j)])}));
+  return pose_of(joint_pose_at(motion, out, i, j));
 }
 
-void set_state(store::AuditSet& out, Eigen::Index i, Eigen::Index j, const PoseAudit& found)
+template <typename Audit>
+void set_state(Audit& out, Eigen::Index i, Eigen::Index j, const PoseAudit& found)
 {
   out.penetration_mm(i, j) = found.penetration_mm;
   store::AuditState state = store::AuditState::free;
@@ -125,6 +133,136 @@ void take_larger(AuditExtreme& extreme, const AuditExtreme& found)
   if (found.value_mm > extreme.value_mm) extreme = found;
 }
 
+// A follower and what it touches, for one thread.
+class FollowerMeter {
+ public:
+  // `shared`: the scene of a follower that touches only the body of its coordinates, else empty.
+  FollowerMeter(const store::MotionModel& model, const store::FollowerRows& rows,
+                std::shared_ptr<const AuditScene> shared)
+      : model_(model), rows_(rows), scene_(std::move(shared)), is_shared_(scene_ != nullptr)
+  {
+    if (is_shared_) meter_.emplace(*scene_);
+  }
+
+  static std::shared_ptr<const AuditScene> shared_scene(const store::MotionModel& model,
+                                                        const store::FollowerRows& rows)
+  {
+    if (rows.touches != std::vector<std::int8_t>{static_cast<std::int8_t>(rows.of)}) return nullptr;
+    return scene_at(model, rows, {});
+  }
+
+  // `pose` places the other bodies, X_of the follower relative to the body of its coordinates.
+  PoseAudit measure(const store::JointPose& pose, const Pose& X_of, OverlapTest judge)
+  {
+    place(pose);
+    return meter_->measure(attitude_of(X_of), X_of, judge);
+  }
+  double travel_mm(const store::JointPose& pose, const Pose& X_of)
+  {
+    place(pose);
+    return meter_->travel_into_contact_mm(attitude_of(X_of), X_of);
+  }
+
+ private:
+  static SolverFrame frame_of(const store::MotionModel& model, const store::FollowerRows& rows)
+  {
+    return {side_named(model.side), rows.centre_mm, rows.delta};
+  }
+
+  static std::shared_ptr<const AuditScene> scene_at(const store::MotionModel& model,
+                                                    const store::FollowerRows& rows,
+                                                    const store::JointPose& pose)
+  {
+    BodyPoses placed{Pose::Identity(), pose.X_reference_moving};
+    placed.insert(placed.end(), pose.X_reference_follower.begin(), pose.X_reference_follower.end());
+    std::vector<solve::TouchedBody> touched;
+    for (std::size_t k = 0; k < rows.touches.size(); ++k) {
+      const auto index = static_cast<BodyIndex>(rows.touches[k]);
+      const bool has_drawn = !rows.touches_drawn.empty() && rows.touches_drawn[k] == 1;
+      touched.push_back({&body_of(model, index), index, has_drawn});
+    }
+    return std::make_shared<const AuditScene>(
+        make_audit_scene(solve::touched_mesh(touched, static_cast<BodyIndex>(rows.of), placed),
+                         rows.body.contact.mesh, frame_of(model, rows)));
+  }
+
+  static const Body& body_of(const store::MotionModel& model, BodyIndex index)
+  {
+    if (index == BodyIndex::reference) return model.reference;
+    if (index == BodyIndex::moving) return model.moving;
+    return std::find_if(model.followers.begin(), model.followers.end(),
+                        [&](const auto& other) { return static_cast<BodyIndex>(other.body_index) == index; })
+        ->body;
+  }
+
+  void place(const store::JointPose& pose)
+  {
+    if (is_shared_) return;
+    meter_.reset();
+    scene_ = scene_at(model_, rows_, pose);
+    meter_.emplace(*scene_);
+  }
+
+  Attitude attitude_of(const Pose& X_of) const
+  {
+    return solver_position(frame_of(model_, rows_), X_of).attitude;
+  }
+
+  const store::MotionModel& model_;
+  const store::FollowerRows& rows_;
+  std::shared_ptr<const AuditScene> scene_;
+  bool is_shared_;
+  std::optional<PoseMeter> meter_;
+};
+
+// Calls `measure(row, meter)` once for every row, with a meter of the thread.
+template <typename Measure>
+void for_each_follower_row(const store::MotionModel& model, const store::FollowerRows& rows, std::size_t n,
+                           int n_threads, const Measure& measure)
+{
+  const std::shared_ptr<const AuditScene> shared = FollowerMeter::shared_scene(model, rows);
+  for_each_index(n, n_threads, [&] {
+    return [&, meter = std::make_shared<FollowerMeter>(model, rows, shared)](std::size_t row) {
+      measure(row, *meter);
+    };
+  });
+}
+
+std::optional<Pose> pose_of_follower(const store::JointPose& pose, const store::FollowerRows& rows)
+{
+  const auto body = static_cast<BodyIndex>(rows.body_index);
+  if (!pose.has_follower.at(model::follower_row(body))) return std::nullopt;
+  return pose.X_reference(static_cast<BodyIndex>(rows.of)).inverse() * pose.X_reference(body);
+}
+
+store::FollowerAudit follower_audit(const store::MotionModel& model, const store::Motion& motion,
+                                    const store::AuditSet& out, const store::FollowerRows& rows,
+                                    int n_threads)
+{
+  store::FollowerAudit found;
+  found.name = rows.name;
+  found.state = store::GridB::Constant(out.state.rows(), out.state.cols(),
+                                       static_cast<std::int8_t>(store::AuditState::no_pose));
+  found.gap_mm = found.penetration_mm = store::GridD::Constant(out.state.rows(), out.state.cols(), nan);
+  const auto n = static_cast<std::size_t>(out.state.rows());
+  for_each_follower_row(model, rows, n, n_threads, [&](std::size_t row, FollowerMeter& meter) {
+    const auto i = static_cast<Eigen::Index>(row);
+    for (Eigen::Index j = 0; j < out.state.cols(); ++j) {
+      const store::JointPose pose = joint_pose_at(motion, out, i, j);
+      std::optional<Pose> X_of = pose_of_follower(pose, rows);
+      if (out.name == "raw" && is_node(out, i, j)) {
+        const Eigen::Index cell = i / out.refine * rows.status.cols() + j / out.refine;
+        X_of.reset();
+        if (rows.status.data()[cell] == status_stable)
+          X_of = store::pose_in(rows.X_of_follower, static_cast<std::size_t>(cell));
+      }
+      const OverlapTest judge = is_node(out, i, j) ? OverlapTest::narrow_phase : OverlapTest::sweep;
+      if (X_of) set_state(found, i, j, meter.measure(pose, *X_of, judge));
+    }
+  });
+  return found;
+}
+
 }  // namespace
 
 store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads)
@@ -145,22 +283,26 @@ store::AuditSet audit(const store::MotionModel& model, const std::string& set, i
       out.gap_lateral_mm(i, j) = gaps.lateral_mm;
     }
   });
+  for (const store::FollowerRows& rows : model.followers)
+    out.followers.push_back(follower_audit(model, motion, out, rows, n_threads));
   return out;
 }
 
-AuditFigures figures_of(const store::AuditSet& audit)
+namespace {
+
+template <typename Audit>
+AuditFigures measured_figures(const store::AuditSet& axes, const Audit& audit)
 {
   AuditFigures figures;
-  figures.two_sided = store::two_sided_figures(audit);
   int n_free = 0;
   for (Eigen::Index i = 0; i < audit.state.rows(); ++i) {
     for (Eigen::Index j = 0; j < audit.state.cols(); ++j) {
       const auto state = static_cast<store::AuditState>(audit.state(i, j));
       if (state == store::AuditState::no_pose) continue;
       ++figures.n_poses;
-      const double flexion_deg = audit.flexion_deg[static_cast<std::size_t>(i)];
-      const double varus_deg = audit.varus_deg[static_cast<std::size_t>(j)];
-      const double key = audit.frame_key.empty() ? nan : audit.frame_key[static_cast<std::size_t>(i)];
+      const double flexion_deg = axes.flexion_deg[static_cast<std::size_t>(i)];
+      const double varus_deg = axes.varus_deg[static_cast<std::size_t>(j)];
+      const double key = axes.frame_key.empty() ? nan : axes.frame_key[static_cast<std::size_t>(i)];
       if (state == store::AuditState::overlapping) {
         ++figures.n_overlapping;
         figures.mean_penetration_mm += audit.penetration_mm(i, j);
@@ -177,6 +319,20 @@ AuditFigures figures_of(const store::AuditSet& audit)
   if (n_free > 0) figures.mean_gap_mm /= n_free;
   if (figures.n_overlapping > 0) figures.mean_penetration_mm /= figures.n_overlapping;
   return figures;
+}
+
+}  // namespace
+
+AuditFigures figures_of(const store::AuditSet& audit)
+{
+  AuditFigures figures = measured_figures(audit, audit);
+  figures.two_sided = store::two_sided_figures(audit);
+  return figures;
+}
+
+AuditFigures figures_of(const store::AuditSet& audit, const store::FollowerAudit& follower)
+{
+  return measured_figures(audit, follower);
 }
 
 FrameTravel frame_travel(const store::MotionModel& model)
@@ -222,6 +378,31 @@ store::GridD recontact(const store::MotionModel& model, const store::SmoothedSet
     }
   });
   return travel_mm;
+}
+
+void add_recontact(const store::MotionModel& model, store::SmoothedSet& set, int n_threads)
+{
+  set.recontact_mm = recontact(model, set, n_threads);
+  if (set.followers.empty()) return;
+  const store::Motion motion(store::with_smoothed(model, set),
+                             "degree_" + std::to_string(set.degree) + "_recontacted");
+  for (store::SmoothedFollower& follower : set.followers) {
+    const auto rows = std::find_if(model.followers.begin(), model.followers.end(),
+                                   [&](const auto& other) { return other.name == follower.name; });
+    check(rows != model.followers.end(), "a smoothed follower is one of the model");
+    store::GridD travel_mm = store::GridD::Constant(set.recontact_mm->rows(), set.recontact_mm->cols(), nan);
+    for_each_follower_row(model, *rows, model.flexion_deg.size(), n_threads,
+                          [&](std::size_t row, FollowerMeter& meter) {
+                            for (Eigen::Index j = 0; j < travel_mm.cols(); ++j) {
+                              const store::JointPose pose =
+                                  motion.at({rad_from_deg(model.flexion_deg[row]),
+                                             rad_from_deg(model.varus_deg[static_cast<std::size_t>(j)])});
+                              if (const std::optional<Pose> X_of = pose_of_follower(pose, *rows))
+                                travel_mm(static_cast<Eigen::Index>(row), j) = meter.travel_mm(pose, *X_of);
+                            }
+                          });
+    follower.recontact_mm = std::move(travel_mm);
+  }
 }
 
 namespace {

@@ -25,7 +25,8 @@ namespace vrda::analysis {
 /// Measures the motion `set` (one of set_names of store/motion.hpp) at the attitudes of the model's grid,
 /// with each cell subdivided into `refine` (at least 1) parts per axis; for "two_sided", on its own axis, and
 /// "zero_varus" only along flexion.
-/// A sequence of frames is measured over its key.
+/// A sequence of frames is measured over its key. Followers are measured at the same poses against what they
+/// touch.
 /// Poses: the stored X_reference_moving for "raw" at the model's own attitudes, otherwise from Motion. At the
 /// model's own attitudes the narrow phase tests every pose, between them the sweep if possible
 /// (analysis/audit.hpp). Same bits for any number of threads.
@@ -50,6 +51,8 @@ struct AuditFigures {
 };
 
 AuditFigures figures_of(const store::AuditSet& audit);
+/// Of a follower of the audit.
+AuditFigures figures_of(const store::AuditSet& audit, const store::FollowerAudit& follower);
 
 /// How far the moving object goes from one frame of a sequence to the next; frames without a pose are
 /// omitted.
@@ -68,6 +71,9 @@ FrameTravel frame_travel(const store::MotionModel& model);
 /// from there. Stops contact_margin_mm before contact, so that nothing overlaps. NaN without a contact ahead.
 /// Same bits for any number of threads. `set` need not belong to the model; its recontact_mm is ignored.
 store::GridD recontact(const store::MotionModel& model, const store::SmoothedSet& set, int n_threads);
+
+/// Sets recontact_mm of the set and of its followers; each of these along its own Delta.
+void add_recontact(const store::MotionModel& model, store::SmoothedSet& set, int n_threads);
 
 // Gap and penetration at one pose from meshes and poses only, independent of the solver's state.
 

@@ -302,6 +302,44 @@ Sequence sequence_of(const std::string& file, const store::MotionModel& model, c
   return sequence;
 }
 
+Sequence follower_sequence(const std::string& file, const store::MotionModel& model, const std::string& set,
+                           const std::string& follower, const std::vector<double>& flexion_deg)
+{
+  std::vector<std::string> names;
+  const store::FollowerRows* rows = nullptr;
+  for (const store::FollowerRows& one : model.followers) {
+    names.push_back(one.name);
+    if (one.name == follower) rows = &one;
+  }
+  if (rows == nullptr)
+    throw InputError({file, "--follower", "\"" + follower + "\"",
+                      names.empty() ? "a motion model with bodies that follow the joint"
+                                    : "a body that follows the joint: " + join_alternatives(names)});
+  const store::Motion motion(model, set);
+  Sequence sequence{file, "flexion_deg", flexion_deg.empty() ? model.flexion_deg : flexion_deg, {}};
+  if (model.frames) {
+    sequence.key_name = model.frames->key_name;
+    sequence.key = model.frames->key;
+  }
+  const auto body = static_cast<BodyIndex>(rows->body_index), of = static_cast<BodyIndex>(rows->of);
+  for (const double key : sequence.key) {
+    const store::JointPose pose =
+        model.frames ? motion.at_frame(key)
+                     : motion.at({rad_from_deg(key), motion.balanced_varus_rad(rad_from_deg(key))});
+    Row& row = sequence.rows.emplace_back();
+    if (pose.is_flexion_clamped) {
+      row.missing = outside_range;
+    } else if (!pose.has_follower.at(model::follower_row(body))) {
+      row.missing = unsolved_cell;
+    } else {
+      const JointCoordinates q = follower_coordinates(pose.X_reference(of).inverse() * pose.X_reference(body),
+                                                      side_named(model.side), rows->centre_mm);
+      std::copy(q.begin(), q.end(), row.value.begin());
+    }
+  }
+  return sequence;
+}
+
 std::vector<Row> rows_by_key(const Sequence& found, const Sequence& measured)
 {
   std::vector<Row> rows;

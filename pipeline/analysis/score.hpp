@@ -93,6 +93,12 @@ bool is_sequence(const store::MotionModel& model, const std::string& set);
 Sequence sequence_of(const std::string& file, const store::MotionModel& model, const std::string& set,
                      const Convention& convention);
 
+/// The coordinates of a follower (model/coordinates.hpp) in a set: at the frames of a sequence, or at the
+/// flexions `flexion_deg` (empty: the model's) with the set's own varus. Throws InputError naming `file` for
+/// a body that the model does not have.
+Sequence follower_sequence(const std::string& file, const store::MotionModel& model, const std::string& set,
+                           const std::string& follower, const std::vector<double>& flexion_deg = {});
+
 /// For each row of `measured` the row of `found` with the same key (to nine digits).
 std::vector<Row> rows_by_key(const Sequence& found, const Sequence& measured);
 

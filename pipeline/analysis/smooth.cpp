@@ -33,15 +33,21 @@ Exponents exponents_of(const SmoothInput& input, int degree)
   return terms_of_degree(degree, input.flexion_deg.size() > 1, input.varus_deg.size() > 1);
 }
 
-std::vector<Cell> cells_of(const SmoothInput& input, bool theta_only)
+std::vector<Cell> cells_where(const store::GridB& grid, std::int8_t code)
 {
   std::vector<Cell> cells;
-  for (Eigen::Index i = 0; i < input.status.rows(); ++i) {
-    for (Eigen::Index j = 0; j < input.status.cols(); ++j) {
-      const bool is_stable = input.status(i, j) == status_stable;
-      if (is_stable && (!theta_only || input.theta_determined(i, j) == 1)) cells.push_back({i, j});
-    }
+  for (Eigen::Index i = 0; i < grid.rows(); ++i) {
+    for (Eigen::Index j = 0; j < grid.cols(); ++j)
+      if (grid(i, j) == code) cells.push_back({i, j});
   }
+  return cells;
+}
+
+std::vector<Cell> cells_of(const SmoothInput& input, bool theta_only)
+{
+  std::vector<Cell> cells = cells_where(input.status, status_stable);
+  if (theta_only)
+    std::erase_if(cells, [&](const Cell& c) { return input.theta_determined(c.flexion, c.varus) != 1; });
   return cells;
 }
 
@@ -106,51 +112,85 @@ Eigen::VectorXd data_of(const store::GridD& grid, const std::vector<Cell>& cells
   return data;
 }
 
-/// Adds residuals and leave-one-out errors of a surface.
-void add_errors(SmoothFit& fit, store::SmoothedSurface& surface, const Problem& problem,
-                const store::GridD& grid, const Eigen::VectorXd& leverage)
+/// One surface with its errors, as in SmoothFit.
+struct FittedSurface {
+  store::SmoothedSurface surface;
+  store::GridD residual, leave_one_out, weight;
+  bool is_converged = true;
+};
+
+/// Sets residuals and leave-one-out errors.
+void set_errors(FittedSurface& fit, const Problem& problem, const store::GridD& grid,
+                const Eigen::VectorXd& leverage)
 {
-  store::GridD residuals = store::GridD::Constant(grid.rows(), grid.cols(), nan), left_out = residuals;
+  store::SmoothedSurface& surface = fit.surface;
+  fit.residual = fit.leave_one_out = store::GridD::Constant(grid.rows(), grid.cols(), nan);
   double sum_sq = 0.0, left_out_sum_sq = 0.0;
   for (std::size_t c = 0; c < problem.cells.size(); ++c) {
     const auto& [i, j] = problem.cells[c];
     const double residual = grid(i, j) - surface.values(i, j);
-    residuals(i, j) = residual;
+    fit.residual(i, j) = residual;
     const double own_leverage = leverage(static_cast<Eigen::Index>(c));
-    left_out(i, j) = own_leverage > saturated_leverage ? nan : residual / (1.0 - own_leverage);
+    fit.leave_one_out(i, j) = own_leverage > saturated_leverage ? nan : residual / (1.0 - own_leverage);
     surface.largest_residual = std::max(surface.largest_residual, std::abs(residual));
     sum_sq += residual * residual;
-    left_out_sum_sq += left_out(i, j) * left_out(i, j);
+    left_out_sum_sq += fit.leave_one_out(i, j) * fit.leave_one_out(i, j);
   }
   const double n = static_cast<double>(problem.cells.size());
   surface.rms = std::sqrt(sum_sq / n);
   surface.leave_one_out_rms = std::sqrt(left_out_sum_sq / n);
-  fit.residual.push_back(std::move(residuals));
-  fit.leave_one_out.push_back(std::move(left_out));
+}
+
+FittedSurface fitted_surface(const store::SmoothedSet& set, const std::string& name, const store::GridD& grid,
+                             const Problem& problem, const AxisTables& tables)
+{
+  const Eigen::VectorXd data = data_of(grid, problem.cells);
+  FittedSurface fit;
+  store::SmoothedSurface& surface = fit.surface;
+  surface.name = name;
+  surface.condition_number = problem.condition_number;
+  surface.n_cells = static_cast<std::int32_t>(data.size());
+  std::optional<HuberFit> huber;
+  if (set.is_robust) huber = huber_fit(problem.qr, data);
+  const Eigen::VectorXd coefficients = huber ? huber->coefficients : solve(problem.qr, data);
+  surface.coefficients.assign(coefficients.begin(), coefficients.end());
+  surface.values = grid_values(surface.coefficients, set.exponents, tables);
+  set_errors(fit, problem, grid, huber ? huber->leverage : problem.leverage);
+  fit.weight = store::GridD::Constant(grid.rows(), grid.cols(), nan);
+  for (std::size_t c = 0; c < problem.cells.size(); ++c) {
+    fit.weight(problem.cells[c].flexion, problem.cells[c].varus) =
+        huber ? huber->weights(static_cast<Eigen::Index>(c)) : 1.0;
+  }
+  fit.is_converged = !huber || huber->is_converged;
+  return fit;
 }
 
 void add_surface(SmoothFit& fit, const std::string& name, const store::GridD& grid, const Problem& problem,
                  const AxisTables& tables)
 {
-  const Eigen::VectorXd data = data_of(grid, problem.cells);
-  store::SmoothedSurface surface;
-  surface.name = name;
-  surface.condition_number = problem.condition_number;
-  surface.n_cells = static_cast<std::int32_t>(data.size());
-  std::optional<HuberFit> huber;
-  if (fit.set.is_robust) huber = huber_fit(problem.qr, data);
-  const Eigen::VectorXd coefficients = huber ? huber->coefficients : solve(problem.qr, data);
-  surface.coefficients.assign(coefficients.begin(), coefficients.end());
-  surface.values = grid_values(surface.coefficients, fit.set.exponents, tables);
-  add_errors(fit, surface, problem, grid, huber ? huber->leverage : problem.leverage);
-  store::GridD weights = store::GridD::Constant(grid.rows(), grid.cols(), nan);
-  for (std::size_t c = 0; c < problem.cells.size(); ++c) {
-    weights(problem.cells[c].flexion, problem.cells[c].varus) =
-        huber ? huber->weights(static_cast<Eigen::Index>(c)) : 1.0;
+  FittedSurface found = fitted_surface(fit.set, name, grid, problem, tables);
+  fit.residual.push_back(std::move(found.residual));
+  fit.leave_one_out.push_back(std::move(found.leave_one_out));
+  fit.weight.push_back(std::move(found.weight));
+  fit.is_converged.push_back(found.is_converged);
+  fit.set.surfaces.push_back(std::move(found.surface));
+}
+
+void add_follower(SmoothFit& fit, const FollowerInput& input, const AxisTables& tables)
+{
+  std::vector<Cell> cells = cells_where(input.status, status_stable);
+  PivotedQr qr = decompose_design(cells, fit.set.exponents, tables);
+  if (!is_full_rank(qr)) return;
+  const Problem problem = problem_of(std::move(cells), std::move(qr));
+  store::SmoothedFollower follower;
+  follower.name = input.name;
+  for (std::size_t k = 0; k < input.coordinates.size(); ++k) {
+    FittedSurface found =
+        fitted_surface(fit.set, store::follower_surface_names[k], input.coordinates[k], problem, tables);
+    fit.is_converged.push_back(found.is_converged);
+    follower.surfaces.push_back(std::move(found.surface));
   }
-  fit.weight.push_back(std::move(weights));
-  fit.is_converged.push_back(!huber || huber->is_converged);
-  fit.set.surfaces.push_back(std::move(surface));
+  fit.set.followers.push_back(std::move(follower));
 }
 
 void require_shapes(const SmoothInput& input)
@@ -179,16 +219,22 @@ bool is_varus_free(const store::MotionModel& model)
 SmoothInput smooth_input(const store::MotionModel& model, const std::string& name)
 {
   store::require_grid(model, name, "smoothing");
-  return {name,
-          model.flexion_deg,
-          model.varus_deg,
-          model.tx_mm,
-          model.ty_mm,
-          model.tz_mm,
-          model.theta_deg,
-          model.status,
-          model.theta_determined,
-          is_varus_free(model) ? model.varus_solved_deg : store::GridD()};
+  SmoothInput input{name,
+                    model.flexion_deg,
+                    model.varus_deg,
+                    model.tx_mm,
+                    model.ty_mm,
+                    model.tz_mm,
+                    model.theta_deg,
+                    model.status,
+                    model.theta_determined,
+                    is_varus_free(model) ? model.varus_solved_deg : store::GridD()};
+  for (const store::FollowerRows& follower : model.followers) {
+    FollowerInput& rows = input.followers.emplace_back(FollowerInput{follower.name, follower.status, {}});
+    for (std::size_t k = 0; k < rows.coordinates.size(); ++k)
+      rows.coordinates[k] = *follower.coordinates()[k];
+  }
+  return input;
 }
 
 SmoothFit smooth_fit(const SmoothInput& input, int degree, const SmoothOptions& options)
@@ -213,6 +259,7 @@ SmoothFit smooth_fit(const SmoothInput& input, int degree, const SmoothOptions& 
   add_surface(fit, "tz", input.tz_mm, solved, tables);
   add_surface(fit, "theta", input.theta_deg, theta ? *theta : solved, tables);
   if (input.varus_solved_deg.size() > 0) add_surface(fit, "varus", input.varus_solved_deg, solved, tables);
+  for (const FollowerInput& follower : input.followers) add_follower(fit, follower, tables);
   return fit;
 }
 

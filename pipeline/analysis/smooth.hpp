@@ -4,13 +4,22 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <string>
 #include <vector>
 
+#include "model/coordinates.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::analysis {
+
+/// The six coordinates of a body that follows the joint, mm and degrees.
+struct FollowerInput {
+  std::string name;
+  store::GridB status;
+  std::array<store::GridD, n_joint_coordinates> coordinates;
+};
 
 /// Surfaces to smooth. Residuals have the units of these values: mm and degrees.
 struct SmoothInput {
@@ -21,6 +30,7 @@ struct SmoothInput {
   store::GridB status;            ///< cells that are not StepStatus::stable are omitted
   store::GridB theta_determined;  ///< theta is fitted to cells with 1, if these determine the degree
   store::GridD varus_solved_deg;  ///< fifth surface if varus was free; otherwise empty
+  std::vector<FollowerInput> followers = {};  ///< by name
 };
 
 /// Varus counts as free if its axis has one value and a solved cell has another.
@@ -37,7 +47,8 @@ struct SmoothFit {
   std::vector<store::GridD>
       leave_one_out;  ///< residual of a fit without the cell; NaN also if the fit needs the cell
   std::vector<store::GridD> weight;  ///< of the cell in the fit, 1 unless robust; NaN if it is not fitted
-  std::vector<bool> is_converged;    ///< false if the Huber weights reached the iteration limit
+  /// False if the Huber weights reached the iteration limit; then those of followers.
+  std::vector<bool> is_converged;
 };
 
 /// Least squares on P_i(u) P_j(v), i + j <= degree: Legendre polynomials of flexion and varus, each axis
@@ -45,7 +56,8 @@ struct SmoothFit {
 /// rms, largest_residual and leave_one_out_rms weight every fitted cell equally, robust or not. Leave-one-out
 /// errors are exact for least squares; for a robust fit the other weights are kept. leave_one_out_rms is NaN
 /// if omitting a cell would leave the degree undetermined. Throws InputError if the cells do not determine
-/// the degree, with their number and the largest possible degree. Cost: cells times terms squared.
+/// the degree, with their number and the largest possible degree; a follower whose cells do not is left out.
+/// Cost: cells times terms squared.
 SmoothFit smooth_fit(const SmoothInput& input, int degree, const SmoothOptions& options = {});
 
 store::SmoothedSet smooth(const SmoothInput& input, int degree, const SmoothOptions& options = {});

@@ -159,6 +159,11 @@ Json smoothed_json(const store::MotionModel& model)
     for (const store::SmoothedSurface& s : set.surfaces) {
       surfaces[s.name] = {{"rms", s.rms}, {"largest_residual", s.largest_residual}, {"cells", s.n_cells}};
     }
+    for (const store::SmoothedFollower& follower : set.followers) {
+      for (const store::SmoothedSurface& s : follower.surfaces)
+        surfaces[follower.name + " " + s.name] = {
+            {"rms", s.rms}, {"largest_residual", s.largest_residual}, {"cells", s.n_cells}};
+    }
     sets.push_back({{"degree", set.degree}, {"surfaces", surfaces}});
   }
   return sets;
@@ -303,8 +308,7 @@ Json followers_json(const store::MotionModel& model)
                 {"stable", (follower->status == status_stable).count()},
                 {"attitudes", follower->status.size()},
                 {"has_reaction", follower->has_reaction}};
-    const store::GridD* grids[] = {&follower->flexion_deg, &follower->rotation_deg, &follower->tilt_deg,
-                                   &follower->anterior_mm, &follower->proximal_mm,  &follower->lateral_mm};
+    const auto grids = follower->coordinates();
     for (std::size_t k = 0; k < n_joint_coordinates; ++k)
       one[std::string(follower_coordinate_names[k]) + (is_rotation(k) ? "_deg" : "_mm")] =
           range_json(*grids[k]);

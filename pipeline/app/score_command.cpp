@@ -27,7 +27,8 @@ struct ScoreCommandOptions {
   std::string model;    ///< motion model, or a table of a motion
   std::string against;  ///< the same
   std::string set = "raw";
-  std::string match;  ///< key or flexion; empty: flexion for a grid, else key
+  std::string follower;  ///< a body that follows the joint; empty: the joint itself
+  std::string match;     ///< key or flexion; empty: flexion for a grid, else key
   std::string align = "none";
   std::string rows, fit_rows;  ///< A:B, first-half or second-half; empty: all, and those scored
   std::string line;            ///< flexion or key; empty: what the rows are matched by
@@ -185,6 +186,34 @@ std::vector<analysis::Row> matched_rows(const Source& found, const analysis::Seq
   return analysis::rows_by_key(rows, measured);
 }
 
+// The rows of a follower at the measured frames, or at the measured flexions of the joint.
+std::vector<analysis::Row> follower_rows(const Source& found, const analysis::Sequence& measured,
+                                         const ScoreCommandOptions& options)
+{
+  if (!found.model->frames) {
+    if (measured.key_name != "flexion_deg")
+      throw InputError({measured.file, "key", measured.key_name,
+                        "flexion_deg, of the joint, at which the follower of a grid is compared"});
+    return analysis::follower_sequence(found.file, *found.model, options.set, options.follower, measured.key)
+        .rows;
+  }
+  const analysis::Sequence rows =
+      analysis::follower_sequence(found.file, *found.model, options.set, options.follower);
+  if (rows.key_name != measured.key_name)
+    throw InputError({found.file, "key", rows.key_name, measured.key_name + ", as " + measured.file});
+  return analysis::rows_by_key(rows, measured);
+}
+
+void require_follower_options(const Source& found, const ScoreCommandOptions& options)
+{
+  if (!found.model) refuse_score("--follower", "the table " + found.file, "a motion model first");
+  if (options.align == "rigid") refuse_score("--align", "rigid with --follower", "none or constant");
+  if (options.translations != "rotation-centre" || !options.long_axis.empty() || !options.centre_mm.empty() ||
+      !options.match.empty() || options.bridges)
+    refuse_score("--follower", "--translations, --centre, --long-axis, --match or --bridge",
+                 "its own coordinates (schemas/followers.md), matched by the key");
+}
+
 analysis::ScoreOptions score_options(const ScoreCommandOptions& options,
                                      const analysis::Convention& convention, const std::string& match,
                                      std::size_t n)
@@ -208,6 +237,11 @@ struct Outcome {
   analysis::Sequence measured;
   analysis::Score score;
 };
+
+const char* name_of(const Outcome& o, std::size_t c)
+{
+  return o.options.follower.empty() ? analysis::coordinate_names[c].name : follower_coordinate_names[c];
+}
 
 double in_file_unit(double value, std::size_t c)
 {
@@ -305,9 +339,10 @@ Json json_of(const Outcome& o)
   Json missing = Json::object(), coordinates = Json::object();
   for (const auto& [reason, rows] : o.score.missing) missing[reason] = from_one(rows);
   for (std::size_t c = 0; c < analysis::n_scored; ++c)
-    coordinates[analysis::coordinate_names[c].name] = json_of(o.score.coordinates[c], c, o.measured);
+    coordinates[name_of(o, c)] = json_of(o.score.coordinates[c], c, o.measured);
   return {{"file", o.options.model},
           {"set", o.options.set},
+          {"follower", o.options.follower.empty() ? Json() : Json(o.options.follower)},
           {"against", o.options.against},
           {"side", o.convention.side == Side::left ? "left" : "right"},
           {"rotation_centre_mm", json_of(o.convention.rotation_centre_mm)},
@@ -356,8 +391,7 @@ void print_table(const Outcome& o)
     const analysis::CoordinateScore& s = o.score.coordinates[c];
     const analysis::Statistics& of = s.statistics;
     const auto cell = [&](double value) { return three_decimals(in_file_unit(value, c)); };
-    const std::string name =
-        std::string(analysis::coordinate_names[c].name) + ", " + analysis::coordinate_names[c].unit;
+    const std::string name = std::string(name_of(o, c)) + ", " + analysis::coordinate_names[c].unit;
     const std::string row = of.n == 0 ? "-" : std::to_string(s.largest_row + 1);
     std::printf("  %-18s %6zu %8s %8s %8s %8s %8s %8s %11s %9s %9s\n", name.c_str(), of.n,
                 cell(of.rms).c_str(), cell(of.bias).c_str(), cell(of.shape).c_str(), cell(s.offset).c_str(),
@@ -368,7 +402,8 @@ void print_table(const Outcome& o)
 
 void print(const Outcome& o)
 {
-  std::printf("%s (%s) against %s\n", o.options.model.c_str(), o.options.set.c_str(),
+  std::printf("%s (%s%s) against %s\n", o.options.model.c_str(), o.options.set.c_str(),
+              o.options.follower.empty() ? "" : (", " + o.options.follower).c_str(),
               o.options.against.c_str());
   std::printf("%zu of %zu frames scored, matched by %s; line over %s\n", o.score.n_scored_rows,
               o.measured.rows.size(), o.match == "key" ? o.measured.key_name.c_str() : "flexion",
@@ -380,8 +415,7 @@ void print(const Outcome& o)
   for (std::size_t c = 0; c < analysis::n_scored; ++c) {
     const std::vector<std::size_t>& rows = o.score.coordinates[c].undetermined;
     if (rows.empty()) continue;
-    std::printf("%s: %zu undetermined, rows %s\n", analysis::coordinate_names[c].name, rows.size(),
-                row_list(rows).c_str());
+    std::printf("%s: %zu undetermined, rows %s\n", name_of(o, c), rows.size(), row_list(rows).c_str());
   }
 }
 
@@ -391,11 +425,18 @@ core::ExitCode score_command(const ScoreCommandOptions& options)
 {
   Source found = source_of(options.model), against = source_of(options.against);
   require_set(found, options.set);
+  const bool is_follower = !options.follower.empty();
+  if (is_follower) require_follower_options(found, options);
   const analysis::Convention convention = convention_of(found, against, options);
   read_tables(found, against, options, convention);
-  const analysis::Sequence measured = sequence_of(against, "raw", convention);
-  const std::string match = match_of(found, options);
-  const std::vector<analysis::Row> rows = matched_rows(found, measured, match, options, convention);
+  const analysis::Sequence measured =
+      is_follower && against.model
+          ? analysis::follower_sequence(against.file, *against.model, "raw", options.follower)
+          : sequence_of(against, "raw", convention);
+  const std::string match = is_follower ? "key" : match_of(found, options);
+  const std::vector<analysis::Row> rows = is_follower
+                                              ? follower_rows(found, measured, options)
+                                              : matched_rows(found, measured, match, options, convention);
   const analysis::ScoreOptions with = score_options(options, convention, match, measured.rows.size());
   const Outcome outcome{options,  convention,
                         match,    options.line.empty() ? match : options.line,
@@ -415,6 +456,10 @@ void declare_score(Command& c)
   c.option("model", o.model, "Motion model (HDF5), or a table of a motion").required();
   c.option("--against", o.against, "Measured motion: a table, or a motion model (HDF5)").required();
   c.option("--set", o.set, "Motion of a model: raw, two_sided, degree_N, ...").shows_default();
+  c.option("--follower", o.follower,
+           "Score a body that follows the joint: its flexion, rotation, tilt and displacement "
+           "(schemas/followers.md), which --column names as flexion, varus, internal, anterior, proximal, "
+           "lateral");
   c.option("--match", o.match, "Match frames by flexion or by key; default: flexion for a grid, else key")
       .one_of({"flexion", "key"});
   c.option("--align", o.align,

@@ -68,47 +68,79 @@ Travels travels_of(const store::GridD& travel_mm)
 
 }  // namespace
 
+namespace {
+
+Json surfaces_json(const std::vector<store::SmoothedSurface>& surfaces)
+{
+  Json json = Json::object();
+  for (const store::SmoothedSurface& s : surfaces) {
+    json[s.name] = {{"rms", s.rms},
+                    {"largest_residual", s.largest_residual},
+                    {"leave_one_out_rms", s.leave_one_out_rms},
+                    {"cells", s.n_cells},
+                    {"condition_number", s.condition_number}};
+  }
+  return json;
+}
+
+Json travels_json(const std::optional<store::GridD>& recontact_mm)
+{
+  if (!recontact_mm) return {};
+  const Travels t = travels_of(*recontact_mm);
+  return {{"attitudes", recontact_mm->size()},
+          {"without_contact", t.n_without_contact},
+          {"least_travel_mm", t.least_mm},
+          {"largest_travel_mm", t.largest_mm},
+          {"rms_travel_mm", t.rms_mm}};
+}
+
+}  // namespace
+
 Json json_of(const store::SmoothedSet& set)
 {
-  Json surfaces = Json::object();
-  for (const store::SmoothedSurface& s : set.surfaces) {
-    surfaces[s.name] = {{"rms", s.rms},
-                        {"largest_residual", s.largest_residual},
-                        {"leave_one_out_rms", s.leave_one_out_rms},
-                        {"cells", s.n_cells},
-                        {"condition_number", s.condition_number}};
-  }
-  Json recontact;
-  if (set.recontact_mm) {
-    const Travels t = travels_of(*set.recontact_mm);
-    recontact = {{"attitudes", set.recontact_mm->size()},
-                 {"without_contact", t.n_without_contact},
-                 {"least_travel_mm", t.least_mm},
-                 {"largest_travel_mm", t.largest_mm},
-                 {"rms_travel_mm", t.rms_mm}};
-  }
-  return {
-      {"degree", set.degree}, {"robust", set.is_robust}, {"surfaces", surfaces}, {"recontact", recontact}};
+  Json json = {{"degree", set.degree},
+               {"robust", set.is_robust},
+               {"surfaces", surfaces_json(set.surfaces)},
+               {"recontact", travels_json(set.recontact_mm)}};
+  for (const store::SmoothedFollower& follower : set.followers)
+    json["followers"][follower.name] = {{"surfaces", surfaces_json(follower.surfaces)},
+                                        {"recontact", travels_json(follower.recontact_mm)}};
+  return json;
 }
 
 namespace {
+
+void print_surfaces(const std::vector<store::SmoothedSurface>& surfaces, int width)
+{
+  std::printf("  %-*s %-10s %-10s %-14s %-6s %s\n", width, "", "RMS", "largest", "leave-one-out", "cells",
+              "condition");
+  for (const store::SmoothedSurface& s : surfaces) {
+    std::printf("  %-*s %-10.4g %-10.4g %-14.4g %-6d %.3g\n", width, s.name.c_str(), s.rms,
+                s.largest_residual, s.leave_one_out_rms, s.n_cells, s.condition_number);
+  }
+}
+
+void print_travels(const std::optional<store::GridD>& recontact_mm)
+{
+  if (!recontact_mm) return;
+  const Travels t = travels_of(*recontact_mm);
+  std::printf(
+      "recontacted: travel along Delta %.4g to %.4g mm, RMS %.4g; %d of %d attitudes without contact\n",
+      t.least_mm, t.largest_mm, t.rms_mm, static_cast<int>(t.n_without_contact),
+      static_cast<int>(recontact_mm->size()));
+}
 
 void print(const store::SmoothedSet& set)
 {
   std::printf("smoothed, degree %d: %d terms%s; mm and degrees\n", set.degree,
               static_cast<int>(set.exponents.rows()), set.is_robust ? ", robust" : "");
-  std::printf("  %-6s %-10s %-10s %-14s %-6s %s\n", "", "RMS", "largest", "leave-one-out", "cells",
-              "condition");
-  for (const store::SmoothedSurface& s : set.surfaces) {
-    std::printf("  %-6s %-10.4g %-10.4g %-14.4g %-6d %.3g\n", s.name.c_str(), s.rms, s.largest_residual,
-                s.leave_one_out_rms, s.n_cells, s.condition_number);
+  print_surfaces(set.surfaces, 6);
+  print_travels(set.recontact_mm);
+  for (const store::SmoothedFollower& follower : set.followers) {
+    std::printf("%s\n", follower.name.c_str());
+    print_surfaces(follower.surfaces, 14);
+    print_travels(follower.recontact_mm);
   }
-  if (!set.recontact_mm) return;
-  const Travels t = travels_of(*set.recontact_mm);
-  std::printf(
-      "recontacted: travel along Delta %.4g to %.4g mm, RMS %.4g; %d of %d attitudes without contact\n",
-      t.least_mm, t.largest_mm, t.rms_mm, static_cast<int>(t.n_without_contact),
-      static_cast<int>(set.recontact_mm->size()));
 }
 
 }  // namespace
@@ -125,7 +157,7 @@ std::optional<store::SmoothedSet> add_smoothed(const SmoothCommandOptions& optio
     core::log_warning("the robust weights did not converge within the iteration limit");
   store::SmoothedSet set = std::move(fit.set);
   if (options.is_recontacted)
-    set.recontact_mm = analysis::recontact(model, set, run::thread_count_or_all(options.n_threads));
+    analysis::add_recontact(model, set, run::thread_count_or_all(options.n_threads));
   const std::vector<store::AuditSet> audits = model.audits;
   model = store::with_smoothed(std::move(model), set);
   // `run` compared the two-sided motion, which this set does not change.
@@ -204,17 +236,28 @@ Json json_of(const store::AuditSet& set)
 {
   const analysis::AuditFigures f = analysis::figures_of(set);
   const int n_free = f.n_poses - f.n_overlapping - f.n_nothing_ahead;
-  return {{"set", set.name},
-          {"refine", set.refine},
-          {"attitudes", set.state.size()},
-          {"poses", f.n_poses},
-          {"overlapping", f.n_overlapping},
-          {"nothing_ahead", f.n_nothing_ahead},
-          {"largest_penetration", json_of(f.largest_penetration, f.n_overlapping)},
-          {"mean_penetration_mm", f.n_overlapping > 0 ? Json(f.mean_penetration_mm) : Json()},
-          {"largest_gap", json_of(f.largest_gap, n_free)},
-          {"mean_gap_mm", n_free > 0 ? Json(f.mean_gap_mm) : Json()},
-          {"two_sided", two_sided_json(f.two_sided)}};
+  Json json = {{"set", set.name},
+               {"refine", set.refine},
+               {"attitudes", set.state.size()},
+               {"poses", f.n_poses},
+               {"overlapping", f.n_overlapping},
+               {"nothing_ahead", f.n_nothing_ahead},
+               {"largest_penetration", json_of(f.largest_penetration, f.n_overlapping)},
+               {"mean_penetration_mm", f.n_overlapping > 0 ? Json(f.mean_penetration_mm) : Json()},
+               {"largest_gap", json_of(f.largest_gap, n_free)},
+               {"mean_gap_mm", n_free > 0 ? Json(f.mean_gap_mm) : Json()},
+               {"two_sided", two_sided_json(f.two_sided)}};
+  for (const store::FollowerAudit& follower : set.followers) {
+    const analysis::AuditFigures own = analysis::figures_of(set, follower);
+    const int n_own = own.n_poses - own.n_overlapping - own.n_nothing_ahead;
+    json["followers"][follower.name] = {
+        {"poses", own.n_poses},
+        {"overlapping", own.n_overlapping},
+        {"nothing_ahead", own.n_nothing_ahead},
+        {"largest_penetration", json_of(own.largest_penetration, own.n_overlapping)},
+        {"largest_gap", json_of(own.largest_gap, n_own)}};
+  }
+  return json;
 }
 
 // "0.0123 at 45, -2.5", or a dash.
@@ -284,14 +327,19 @@ void print(const std::vector<store::AuditSet>& sets)
               has_frames ? "frames by their key" : "attitudes as flexion, varus in degrees");
   std::printf(row, "set", "refine", "poses", "overlapping", "largest penetration", "mean", "largest gap",
               "mean", "nothing ahead");
-  for (const store::AuditSet& set : sets) {
-    const analysis::AuditFigures f = analysis::figures_of(set);
+  const auto print_row = [&](const std::string& name, const store::AuditSet& set,
+                             const analysis::AuditFigures& f) {
     const int n_free = f.n_poses - f.n_overlapping - f.n_nothing_ahead;
     std::printf(
-        row, set.name.c_str(), std::to_string(set.refine).c_str(), std::to_string(f.n_poses).c_str(),
+        row, name.c_str(), std::to_string(set.refine).c_str(), std::to_string(f.n_poses).c_str(),
         std::to_string(f.n_overlapping).c_str(), text_of(f.largest_penetration, f.n_overlapping).c_str(),
         mean_text(f.mean_penetration_mm, f.n_overlapping).c_str(), text_of(f.largest_gap, n_free).c_str(),
         mean_text(f.mean_gap_mm, n_free).c_str(), std::to_string(f.n_nothing_ahead).c_str());
+  };
+  for (const store::AuditSet& set : sets) {
+    print_row(set.name, set, analysis::figures_of(set));
+    for (const store::FollowerAudit& follower : set.followers)
+      print_row("  " + follower.name, set, analysis::figures_of(set, follower));
   }
   std::vector<std::pair<std::string, store::TwoSidedFigures>> motions;
   for (const store::AuditSet& set : sets) motions.emplace_back(set.name, store::two_sided_figures(set));

@@ -135,7 +135,7 @@ void add_smoothed(store::MotionModel& model, const job::Case& job_case, const st
       continue;
     }
     store::SmoothedSet set = analysis::smooth(input, degree, {job_case.smooth_robust});
-    if (job_case.smooth_recontact) set.recontact_mm = analysis::recontact(model, set, n_threads);
+    if (job_case.smooth_recontact) analysis::add_recontact(model, set, n_threads);
     model = store::with_smoothed(std::move(model), std::move(set));
   }
 }

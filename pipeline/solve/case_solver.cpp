@@ -538,6 +538,7 @@ store::FollowerRows follower_rows(const job::Follower& follower, std::size_t row
   rows.body_index = static_cast<std::int32_t>(model::follower_index(row));
   rows.of = static_cast<std::int32_t>(follower.of);
   for (const BodyIndex body : follower.touches) rows.touches.push_back(static_cast<std::int8_t>(body));
+  if (follower.touches_visual) rows.touches_drawn.assign(rows.touches.size(), 1);
   rows.centre_mm = follower.centre_mm;
   rows.delta = follower.delta;
   rows.push_n = follower.push_n;

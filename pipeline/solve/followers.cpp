@@ -19,26 +19,16 @@
 namespace vrda::solve {
 namespace {
 
-// The fixed bodies as one, in the frame of the body of the coordinates; offsets and overlaps of triangles
-// come with them.
-Mesh touched_mesh(const job::Case& job_case, const job::Follower& follower, const BodyPoses& placed)
+std::vector<TouchedBody> touched_bodies(const job::Case& job_case, const job::Follower& follower)
 {
-  Mesh all;
-  const auto add = [&](const Mesh& mesh, BodyIndex body) {
-    if (body == follower.of) {
-      append(all, mesh);
-    } else {
-      append(all, transformed(mesh, placed.at(row_of(follower.of)).inverse() * placed.at(row_of(body))));
-    }
-  };
+  std::vector<TouchedBody> touched;
   for (const BodyIndex body : follower.touches) {
-    const Body& touched = body == BodyIndex::reference ? job_case.reference
+    const Body& of_case = body == BodyIndex::reference ? job_case.reference
                           : body == BodyIndex::moving  ? job_case.moving
                                                       : job_case.followers.at(model::follower_row(body)).body;
-    add(touched.contact.mesh, body);
-    if (follower.touches_visual) add(touched.visual.mesh, body);
+    touched.push_back({&of_case, body, follower.touches_visual});
   }
-  return all;
+  return touched;
 }
 
 bool touches_one_body(const job::Follower& follower)
@@ -50,9 +40,9 @@ std::shared_ptr<const Joint> touching_joint(const job::Case& job_case, const job
                                             const BodyPoses& placed)
 {
   const SolverFrame frame = follower_frame(job_case, follower);
-  return std::make_shared<const Joint>(
-      make_joint({solver_mesh(touched_mesh(job_case, follower, placed), frame), {}},
-                 {solver_mesh(follower.body.contact.mesh, frame), follower.body.contact.component}, {}));
+  return std::make_shared<const Joint>(make_joint(
+      {solver_mesh(touched_mesh(touched_bodies(job_case, follower), follower.of, placed), frame), {}},
+      {solver_mesh(follower.body.contact.mesh, frame), follower.body.contact.component}, {}));
 }
 
 Eigen::Vector3d mean_end_mm(const model::Ligaments& ligaments, const std::string& bundle,
@@ -78,6 +68,23 @@ BodyPoses scan_poses(const job::Follower& follower, const BodyPoses& placed)
 }
 
 }  // namespace
+
+Mesh touched_mesh(const std::vector<TouchedBody>& touched, BodyIndex of, const BodyPoses& placed)
+{
+  Mesh all;
+  const auto add = [&](const Mesh& mesh, BodyIndex body) {
+    if (body == of) {
+      append(all, mesh);
+    } else {
+      append(all, transformed(mesh, placed.at(row_of(of)).inverse() * placed.at(row_of(body))));
+    }
+  };
+  for (const TouchedBody& one : touched) {
+    add(one.body->contact.mesh, one.index);
+    if (one.has_drawn) add(one.body->visual.mesh, one.index);
+  }
+  return all;
+}
 
 SolverFrame follower_frame(const job::Case& job_case, const job::Follower& follower)
 {

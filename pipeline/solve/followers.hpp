@@ -36,6 +36,16 @@ class FollowerSolver {
   std::unique_ptr<State> state_;
 };
 
+/// A body that a follower touches.
+struct TouchedBody {
+  const Body* body = nullptr;
+  BodyIndex index = BodyIndex::reference;
+  bool has_drawn = false;  ///< also its drawn parts
+};
+
+/// All of them as one mesh in the frame of the body `of`; offsets and overlaps of triangles come with them.
+Mesh touched_mesh(const std::vector<TouchedBody>& touched, BodyIndex of, const BodyPoses& placed);
+
 /// The frame in which records of a follower are: centred on its centre, Delta its own.
 SolverFrame follower_frame(const job::Case& job_case, const job::Follower& follower);
 

@@ -123,7 +123,7 @@ class StructureCheck : public RegistryVisitor {
 
   static bool is_before(const SmoothedSet& a, const SmoothedSet& b) { return a.degree < b.degree; }
   static bool is_before(const AuditSet& a, const AuditSet& b) { return a.name < b.name; }
-  static bool is_before(const FollowerRows& a, const FollowerRows& b) { return a.name < b.name; }
+  static bool is_before(const OfFollower& a, const OfFollower& b) { return a.name < b.name; }
   static bool is_before(const PriorTermRows& a, const PriorTermRows& b)
   {
     return a.coordinate < b.coordinate;
@@ -726,15 +726,19 @@ class ModelRules {
     }
     if (model_.frames || !has_right_terms(set, group)) return;
     const AxisRanges ranges = axis_ranges(model_.flexion_deg, model_.varus_deg);
-    for (const SmoothedSurface& surface : set.surfaces) {
+    const auto check_surface = [&](const SmoothedSurface& surface, const std::string& path) {
       const double* values = surface.values.data();
-      findings_.report_numbers(
-          smoothed_path(set.degree, surface.name), values, n_cells_, "the value of the polynomial",
-          [&](std::size_t cell) {
-            const double wanted = evaluate(set, surface, ranges, model_.flexion_deg[cell / n_varus_],
-                                           model_.varus_deg[cell % n_varus_]);
-            return !(std::abs(values[cell] - wanted) <= smoothed_tolerance * (1.0 + std::abs(wanted)));
-          });
+      findings_.report_numbers(path, values, n_cells_, "the value of the polynomial", [&](std::size_t cell) {
+        const double wanted = evaluate(set, surface, ranges, model_.flexion_deg[cell / n_varus_],
+                                       model_.varus_deg[cell % n_varus_]);
+        return !(std::abs(values[cell] - wanted) <= smoothed_tolerance * (1.0 + std::abs(wanted)));
+      });
+    };
+    for (const SmoothedSurface& surface : set.surfaces)
+      check_surface(surface, smoothed_path(set.degree, surface.name));
+    for (const SmoothedFollower& follower : set.followers) {
+      for (const SmoothedSurface& surface : follower.surfaces)
+        check_surface(surface, group + "/followers/" + follower.name + "/" + surface.name);
     }
   }
 

@@ -355,42 +355,57 @@ const store::SmoothedSurface* surface_named(const store::SmoothedSet& set, std::
 
 }  // namespace
 
-SmoothedSurfaces smoothed_surfaces(const store::MotionModel& model, const store::SmoothedSet& set)
+namespace {
+
+// Null surfaces have coefficients of 0.
+template <std::size_t N>
+SmoothedTerms<N> terms_of(const store::MotionModel& model, const store::SmoothedSet& set,
+                          const std::array<const store::SmoothedSurface*, N>& surfaces,
+                          const std::array<bool, N>& is_angle)
 {
-  SmoothedSurfaces result;
+  SmoothedTerms<N> result;
   result.ranges = store::axis_ranges(model.flexion_deg, model.varus_deg);
-  std::array<const store::SmoothedSurface*, names.size()> surfaces{};
-  for (std::size_t number = 0; number < names.size(); ++number) surfaces[number] = surface_named(set, number);
-  result.has_varus = surfaces[varus] != nullptr;
   for (Eigen::Index k = 0; k < set.exponents.rows(); ++k) {
-    SmoothedTerm term{set.exponents(k, 0), set.exponents(k, 1), {}};
+    SmoothedTerm<N> term{set.exponents(k, 0), set.exponents(k, 1), {}};
     result.degree = std::max({result.degree, term.flexion_degree, term.varus_degree});
     check(
         std::min(term.flexion_degree, term.varus_degree) >= 0 && result.degree <= store::max_smoothed_degree,
         "the exponents of a smoothed set fit the table of polynomials");
-    for (std::size_t number = 0; number < names.size(); ++number) {
+    for (std::size_t number = 0; number < N; ++number) {
       if (surfaces[number] == nullptr) continue;
       const double c = surfaces[number]->coefficients[static_cast<std::size_t>(k)];
-      term.coefficient[number] = number < 3 ? c : rad_from_deg(c);
+      term.coefficient[number] = is_angle[number] ? rad_from_deg(c) : c;
     }
     result.terms.push_back(term);
   }
   return result;
 }
 
-PoseAndVarus evaluate(const SmoothedSurfaces& surfaces, const Attitude& attitude)
+}  // namespace
+
+SmoothedSurfaces smoothed_surfaces(const store::MotionModel& model, const store::SmoothedSet& set)
+{
+  std::array<const store::SmoothedSurface*, names.size()> surfaces{};
+  for (std::size_t number = 0; number < names.size(); ++number) surfaces[number] = surface_named(set, number);
+  return {terms_of<5>(model, set, surfaces, {false, false, false, true, true}), surfaces[varus] != nullptr};
+}
+
+template <std::size_t N>
+std::array<double, N> evaluate(const SmoothedTerms<N>& surfaces, const Attitude& attitude)
 {
   const double u = store::unit_coordinate(deg_from_rad(attitude.flexion_rad), surfaces.ranges.flexion);
   const double v = store::unit_coordinate(deg_from_rad(attitude.varus_rad), surfaces.ranges.varus);
   const store::LegendreTable P = store::legendre(u, surfaces.degree), Q = store::legendre(v, surfaces.degree);
-  PoseAndVarus numbers{};
-  for (const SmoothedTerm& term : surfaces.terms) {
+  std::array<double, N> numbers{};
+  for (const SmoothedTerm<N>& term : surfaces.terms) {
     const double basis = P.value[term.flexion_degree] * Q.value[term.varus_degree];
     for (std::size_t number = 0; number < numbers.size(); ++number)
       numbers[number] += term.coefficient[number] * basis;
   }
   return numbers;
 }
+template std::array<double, 5> evaluate(const SmoothedTerms<5>&, const Attitude&);
+template std::array<double, 6> evaluate(const SmoothedTerms<6>&, const Attitude&);
 
 namespace {
 
@@ -548,6 +563,7 @@ Motion::Motion(const store::MotionModel& model)
 Motion::Motion(const store::MotionModel& model, const store::SmoothedSet& set) : Motion(model)
 {
   use_smoothed(model, set);
+  use_smoothed_followers(model, set, false);
   set_varus_range();
 }
 
@@ -560,6 +576,10 @@ Motion::Motion(const store::MotionModel& model, const std::string& set) : Motion
   if (set == "two_sided") {
     check(model.two_sided.has_value(), "the set is one of set_names");
     use_flexion_table(radians(model.two_sided->flexion_deg), model.two_sided->contact, *model.two_sided);
+    // Its surfaces are those of a degree, which the model may have with the followers.
+    for (const SmoothedSet& of_degree : model.smoothed) {
+      if (of_degree.degree == model.two_sided->degree) use_smoothed_followers(model, of_degree, true);
+    }
   } else if (set == "zero_varus") {
     check(has_pose(model.zero_varus), "the set is one of set_names");
     use_flexion_table(raw_.flexion_rad, model.zero_varus->source, *model.zero_varus);
@@ -572,9 +592,10 @@ Motion::Motion(const store::MotionModel& model, const std::string& set) : Motion
   } else if (set != "raw") {
     check(found != model.smoothed.end(), "the set is one of set_names");
     use_smoothed(model, *found);
+    use_smoothed_followers(model, *found, set != name_of(*found));
     if (set != name_of(*found)) {
       check(found->recontact_mm.has_value(), "the recontacted set has travels");
-      use_travel(*found->recontact_mm);
+      travel_ = travels(*found->recontact_mm);
     }
   }
   set_varus_range();
@@ -602,18 +623,19 @@ void Motion::use_smoothed(const store::MotionModel& model, const store::Smoothed
   }
 }
 
-void Motion::use_travel(const store::GridD& travel_mm)
+HermiteGrid<1> Motion::travels(const store::GridD& travel_mm) const
 {
-  travel_ = HermiteGrid<1>{raw_.flexion_rad, raw_.varus_rad, {}};
+  HermiteGrid<1> travel{raw_.flexion_rad, raw_.varus_rad, {}};
   check(static_cast<std::size_t>(travel_mm.rows()) == raw_.flexion_rad.size() &&
             static_cast<std::size_t>(travel_mm.cols()) == raw_.varus_rad.size(),
         "a recontacted set has a travel at every attitude of the axes");
   for (Eigen::Index cell = 0; cell < travel_mm.size(); ++cell) {
-    HermiteNode<1>& node = travel_->nodes.emplace_back();
+    HermiteNode<1>& node = travel.nodes.emplace_back();
     node.is_solved = !std::isnan(travel_mm.data()[cell]);
     if (node.is_solved) node.value = {travel_mm.data()[cell]};
   }
-  set_slopes(*travel_);
+  set_slopes(travel);
+  return travel;
 }
 
 template <typename Table>
@@ -678,6 +700,8 @@ void Motion::use_followers(const store::MotionModel& model)
 {
   for (const FollowerRows* rows : in_order(model.followers)) {
     FollowerTrack& track = followers_.emplace_back();
+    track.name = rows->name;
+    track.delta = rows->delta;
     track.body = static_cast<BodyIndex>(rows->body_index);
     track.of = static_cast<BodyIndex>(rows->of);
     track.centre_mm = rows->centre_mm;
@@ -688,15 +712,44 @@ void Motion::use_followers(const store::MotionModel& model)
       if (rows->status.data()[cell] != status_stable) continue;
       HermiteNode<6>& node = track.coordinates.nodes[cell];
       node.is_solved = true;
-      node.value = {rad_from_deg(rows->flexion_deg.data()[cell]),
-                    rad_from_deg(rows->rotation_deg.data()[cell]),
-                    rad_from_deg(rows->tilt_deg.data()[cell]),
-                    rows->anterior_mm.data()[cell],
-                    rows->proximal_mm.data()[cell],
-                    rows->lateral_mm.data()[cell]};
+      for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+        const double value = rows->coordinates()[k]->data()[cell];
+        node.value[k] = is_rotation(k) ? rad_from_deg(value) : value;
+      }
     }
     set_slopes(track.coordinates);
   }
+}
+
+void Motion::use_smoothed_followers(const store::MotionModel& model, const store::SmoothedSet& set,
+                                    bool is_recontacted)
+{
+  std::array<bool, n_joint_coordinates> is_angle{};
+  for (std::size_t k = 0; k < n_joint_coordinates; ++k) is_angle[k] = is_rotation(k);
+  for (FollowerTrack& track : followers_) {
+    const auto found = std::find_if(set.followers.begin(), set.followers.end(),
+                                    [&](const SmoothedFollower& other) { return other.name == track.name; });
+    if (found == set.followers.end()) continue;
+    std::array<const SmoothedSurface*, n_joint_coordinates> surfaces{};
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k) surfaces[k] = &found->surfaces.at(k);
+    track.smoothed = terms_of<n_joint_coordinates>(model, set, surfaces, is_angle);
+    if (is_recontacted && found->recontact_mm) track.travel = travels(*found->recontact_mm);
+  }
+}
+
+bool Motion::place(const FollowerTrack& track, const Attitude& at, Pose& X_of) const
+{
+  if (track.smoothed) {
+    const std::array<double, n_joint_coordinates> values = evaluate(*track.smoothed, at);
+    X_of = follower_pose(JointCoordinates::Map(values.data()), frame_.side, track.centre_mm);
+    if (!track.travel) return true;
+    const HermiteSample<1> travel = sample(*track.travel, at);
+    X_of.translation() += travel.values[0] * (X_of.linear() * track.delta);
+    return travel.is_solved;
+  }
+  const HermiteSample<6> here = sample(track.coordinates, at);
+  X_of = follower_pose(JointCoordinates::Map(here.values.data()), frame_.side, track.centre_mm);
+  return here.is_solved;
 }
 
 void Motion::place_followers(const Attitude& at, JointPose& pose) const
@@ -704,12 +757,10 @@ void Motion::place_followers(const Attitude& at, JointPose& pose) const
   if (pose.status != PoseStatus::solved) return;
   for (const FollowerTrack& track : followers_) {
     const bool has_of = model::row_of(track.of) < 2 || pose.has_follower.at(model::follower_row(track.of));
-    const HermiteSample<6> here = sample(track.coordinates, at);
-    if (!here.is_solved || !has_of) continue;
-    const JointCoordinates q = JointCoordinates::Map(here.values.data());
+    Pose X_of;
+    if (!has_of || !place(track, at, X_of)) continue;
     const std::size_t row = model::follower_row(track.body);
-    pose.X_reference_follower.at(row) =
-        pose.X_reference(track.of) * follower_pose(q, frame_.side, track.centre_mm);
+    pose.X_reference_follower.at(row) = pose.X_reference(track.of) * X_of;
     pose.has_follower.at(row) = true;
   }
 }

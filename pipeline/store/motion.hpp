@@ -95,24 +95,30 @@ using RawSample = HermiteSample<4>;
 RawSurfaces raw_surfaces(const store::MotionModel& model);
 
 /// One basis polynomial of a smoothed set with its coefficient in every surface.
+template <std::size_t N>
 struct SmoothedTerm {
   int flexion_degree = 0;
   int varus_degree = 0;
-  PoseAndVarus coefficient{};  ///< mm, rad
+  std::array<double, N> coefficient{};  ///< mm, rad
 };
 
 /// Sum of coefficient P_i(u) P_j(v) as in store/motion.hpp, for all surfaces in one pass.
-struct SmoothedSurfaces {
+template <std::size_t N>
+struct SmoothedTerms {
   store::AxisRanges ranges;
-  int degree = 0;          ///< highest exponent
+  int degree = 0;  ///< highest exponent
+  std::vector<SmoothedTerm<N>> terms;
+};
+
+struct SmoothedSurfaces : SmoothedTerms<5> {
   bool has_varus = false;  ///< varus was free and has a surface; if false its coefficients are 0
-  std::vector<SmoothedTerm> terms;
 };
 
 SmoothedSurfaces smoothed_surfaces(const store::MotionModel& model, const store::SmoothedSet& set);
 
-/// Value at `attitude`, which should be within the axes. Allocates nothing.
-PoseAndVarus evaluate(const SmoothedSurfaces& surfaces, const Attitude& attitude);
+/// Value at `attitude`, which should be within the axes: of 5 or 6 surfaces. Allocates nothing.
+template <std::size_t N>
+std::array<double, N> evaluate(const SmoothedTerms<N>& surfaces, const Attitude& attitude);
 
 // Poses of a joint at any attitude from one set of surfaces of a motion model.
 
@@ -247,7 +253,7 @@ class Motion {
   explicit Motion(const store::MotionModel& model);
   void set_varus_range();
   void use_smoothed(const store::MotionModel& model, const store::SmoothedSet& set);
-  void use_travel(const store::GridD& travel_mm);
+  HermiteGrid<1> travels(const store::GridD& travel_mm) const;
   void use_frames(const store::MotionModel& model);
   template <typename Table>
   void use_flexion_table(const std::vector<double>& flexion_rad, const std::vector<std::int8_t>& state,
@@ -263,15 +269,23 @@ class Motion {
   JointPose pose_along(const Eigen::Vector3d& delta, const Attitude& attitude,
                        const PoseCoordinates& numbers) const;
   void use_followers(const store::MotionModel& model);
+  void use_smoothed_followers(const store::MotionModel& model, const store::SmoothedSet& set,
+                              bool is_recontacted);
   // `at`: of a sequence its key instead of the flexion.
   void place_followers(const Attitude& at, JointPose& pose) const;
 
-  // A body that follows the joint: its six coordinates over the cells, whatever the set.
+  // A body that follows the joint: its six coordinates over the cells, or those of a smoothed set.
   struct FollowerTrack {
+    std::string name;
     BodyIndex body = model::follower_index(0), of = BodyIndex::reference;
     Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
+    Eigen::Vector3d delta = -Eigen::Vector3d::UnitX();
     HermiteGrid<6> coordinates;
+    std::optional<SmoothedTerms<6>> smoothed;
+    std::optional<HermiteGrid<1>> travel;  // along its Delta, mm
   };
+  // False where it has no pose; X_of is relative to the body of its coordinates.
+  bool place(const FollowerTrack& track, const Attitude& at, Pose& X_of) const;
 
   SolverFrame frame_;                    ///< at the first flexion
   Eigen::Matrix3d R_world_solver_;       ///< for frame_; orthogonal, a reflection for a left joint

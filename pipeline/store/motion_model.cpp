@@ -36,11 +36,6 @@ std::string smoothed_path(std::int32_t degree, const std::string& name)
   return smoothed_group(degree) + "/" + dataset_of(name);
 }
 
-std::string coefficients_path(std::int32_t degree, const std::string& name)
-{
-  return smoothed_group(degree) + "/coefficients_" + dataset_of(name);
-}
-
 bool is_audit_name(const std::string& name)
 {
   if (name == "raw" || name == "two_sided" || name == "zero_varus") return true;
@@ -80,11 +75,11 @@ bool set_group_name(PriorTermRows& term, const std::string& name)
   return coordinate.has_value();
 }
 
-std::string group_name(const FollowerRows& follower)
+std::string group_name(const OfFollower& follower)
 {
   return follower.name;
 }
-bool set_group_name(FollowerRows& follower, const std::string& name)
+bool set_group_name(OfFollower& follower, const std::string& name)
 {
   follower.name = name;
   return is_follower_name(name);
@@ -182,18 +177,33 @@ bool have_equal_polynomials(const SmoothedSet& a, const SmoothedSet& b)
     return left.name == right.name && left.coefficients == right.coefficients;
   };
   return a.exponents.rows() == b.exponents.rows() && (a.exponents == b.exponents).all() &&
-         std::equal(a.surfaces.begin(), a.surfaces.end(), b.surfaces.begin(), b.surfaces.end(), are_equal);
+         std::equal(a.surfaces.begin(), a.surfaces.end(), b.surfaces.begin(), b.surfaces.end(), are_equal) &&
+         std::equal(a.followers.begin(), a.followers.end(), b.followers.begin(), b.followers.end(),
+                    [&](const SmoothedFollower& left, const SmoothedFollower& right) {
+                      return left.name == right.name &&
+                             std::equal(left.surfaces.begin(), left.surfaces.end(), right.surfaces.begin(),
+                                        right.surfaces.end(), are_equal);
+                    });
 }
 
-bool have_equal_recontact(const SmoothedSet& a, const SmoothedSet& b)
+bool are_equal_travels(const std::optional<GridD>& a, const std::optional<GridD>& b)
 {
-  if (!a.recontact_mm || !b.recontact_mm) return a.recontact_mm.has_value() == b.recontact_mm.has_value();
+  if (!a || !b) return a.has_value() == b.has_value();
   const auto are_equal = [](double left, double right) {
     return left == right || (std::isnan(left) && std::isnan(right));
   };
-  const GridD &left = *a.recontact_mm, &right = *b.recontact_mm;
-  return left.rows() == right.rows() && left.cols() == right.cols() &&
-         std::equal(left.data(), left.data() + left.size(), right.data(), are_equal);
+  return a->rows() == b->rows() && a->cols() == b->cols() &&
+         std::equal(a->data(), a->data() + a->size(), b->data(), are_equal);
+}
+
+// Of sets with equal polynomials.
+bool have_equal_recontact(const SmoothedSet& a, const SmoothedSet& b)
+{
+  return are_equal_travels(a.recontact_mm, b.recontact_mm) &&
+         std::equal(a.followers.begin(), a.followers.end(), b.followers.begin(), b.followers.end(),
+                    [](const SmoothedFollower& left, const SmoothedFollower& right) {
+                      return are_equal_travels(left.recontact_mm, right.recontact_mm);
+                    });
 }
 
 }  // namespace

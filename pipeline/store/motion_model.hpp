@@ -46,6 +46,26 @@ struct SmoothedSurface {
 
 using Exponents = Eigen::Array<std::int32_t, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
+/// What belongs to a body that follows the joint, by its name, which is that of its group.
+struct OfFollower {
+  std::string name;
+};
+std::string group_name(const OfFollower& follower);
+bool set_group_name(OfFollower& follower, const std::string& name);
+inline const char* allowed_group_names(const OfFollower&)
+{
+  return "a letter, then letters, digits, - and _";
+}
+
+/// Its coordinates as polynomials with the exponents of their set.
+struct SmoothedFollower : OfFollower {
+  std::vector<SmoothedSurface> surfaces;  ///< by follower_surface_names
+  std::optional<GridD> recontact_mm;      ///< as that of the set, along the follower's Delta
+};
+/// In the order of follower_coordinates() of model/coordinates.hpp, degrees and mm.
+inline constexpr const char* follower_surface_names[] = {"flexion_angle", "rotation_angle", "tilt",
+                                                         "anterior",      "proximal",       "lateral"};
+
 struct SmoothedSet {
   std::int32_t degree = 0;
   bool is_robust = false;                 ///< fitted with Huber's weights
@@ -54,6 +74,7 @@ struct SmoothedSet {
   /// Travel along Delta from the smoothed pose into contact, mm, added by the set "degree_N_recontacted". NaN
   /// where there is no contact along Delta.
   std::optional<GridD> recontact_mm;
+  std::vector<SmoothedFollower> followers;  ///< by name; those whose solved cells determine the degree
 };
 
 /// Names of a set's surfaces in order; the last only where varus was free.
@@ -63,8 +84,6 @@ inline constexpr const char* smoothed_names[] = {"tx", "ty", "tz", "theta", "var
 std::string smoothed_group(std::int32_t degree);
 /// "/smoothed/degree_6/tx" of surface "tx"; that of "varus" is `varus_solved`.
 std::string smoothed_path(std::int32_t degree, const std::string& name);
-/// "/smoothed/degree_6/coefficients_tx".
-std::string coefficients_path(std::int32_t degree, const std::string& name);
 
 /// Name of an element's group below /smoothed or /audit, and the inverse: false for an invalid name.
 std::string group_name(const SmoothedSet& set);
@@ -83,6 +102,12 @@ enum class AuditState : std::int8_t {
   nothing_ahead = 2,  ///< free, without any contact along Delta
 };
 
+/// The same of a follower against what it touches, along its own Delta.
+struct FollowerAudit : OfFollower {
+  GridB state;  ///< AuditState
+  GridD gap_mm, penetration_mm;
+};
+
 /// Gap and penetration of one motion on the audit's own grid.
 struct AuditSet {
   std::string name;                            ///< "raw", "degree_6", "degree_6_recontacted", "zero_varus"
@@ -93,6 +118,7 @@ struct AuditSet {
   GridD gap_mm;                   ///< travel along Delta to the next contact; NaN unless free
   GridD gap_medial_mm, gap_lateral_mm;  ///< signed, of each compartment; sized only with compartments
   GridD penetration_mm;  ///< travel opposite to Delta out of the overlap; 0 when free, NaN without a pose
+  std::vector<FollowerAudit> followers;  ///< by name
 };
 
 /// Whether an audit may have this name: "raw", "two_sided", "zero_varus", "degree_6" or
@@ -442,11 +468,12 @@ struct LigamentRows {
 };
 
 /// A body that follows the joint (schemas/followers.md), over the cells of the joint.
-struct FollowerRows {
-  std::string name;                  ///< of its group
+struct FollowerRows : OfFollower {
   std::int32_t body_index = 2;       ///< BodyIndex; bodies of smaller ones are solved before it
   std::int32_t of = 0;               ///< BodyIndex of the body whose frame its coordinates use
   std::vector<std::int8_t> touches;  ///< BodyIndex of what it may touch
+  /// [n touches] whether also the drawn parts of that body; empty: of none.
+  std::vector<std::int8_t> touches_drawn;
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< origin of its coordinates, canonical
   Eigen::Vector3d delta = -Eigen::Vector3d::UnitX();    ///< unit, canonical axes, fixed to it
   double push_n = 0.0;                                  ///< along Delta
@@ -460,13 +487,12 @@ struct FollowerRows {
   GridD energy_nmm, balance_residual_n, complementarity_mm, worst_gap_mm;
   ForceRows forces;  ///< points and normals in canonical axes of the body `of`
   std::optional<LigamentRows> ligaments;
+
+  std::array<const GridD*, n_joint_coordinates> coordinates() const
+  {
+    return {&flexion_deg, &rotation_deg, &tilt_deg, &anterior_mm, &proximal_mm, &lateral_mm};
+  }
 };
-std::string group_name(const FollowerRows& follower);
-bool set_group_name(FollowerRows& follower, const std::string& name);
-inline const char* allowed_group_names(const FollowerRows&)
-{
-  return "a letter, then letters, digits, - and _";
-}
 
 /// The key of each frame of a model that is a sequence of frames: time, percentage of gait, number.
 struct FrameSequence {
@@ -569,8 +595,8 @@ MotionModel scaled_model(MotionModel model, double factor);
 // HDF5 file of the motion model (schemas/motion-model.md).
 
 inline constexpr const char* format_name = "vrda motion model";
-inline constexpr const char* format_version = "1.12";
-inline constexpr int format_minor_version = 12;
+inline constexpr const char* format_version = "1.13";
+inline constexpr int format_minor_version = 13;
 /// Smallest minor version that readers accept; later ones add objects, which are ignored.
 inline constexpr int least_minor_version = 7;
 

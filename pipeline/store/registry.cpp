@@ -10,10 +10,45 @@ namespace registry {
 
 /// The optional fifth surface, of the varus found, is named `varus_solved` like the raw one: xarray cannot open a
 /// `varus` over (flexion, varus).
+void visit_surface(SmoothedSurface& surface, const std::string& group, const std::string& dataset, const std::string& term, const Unit& units, RegistryVisitor& visit)
+{
+  const std::string path = group + "/" + dataset;
+  visit({path, {"/flexion", "/varus"}, units, rule(Rule::any), "smoothed surface on the grid"}, surface.values);
+  visit({group + "/coefficients_" + dataset, {term}, units, number(), "coefficients of the terms"}, surface.coefficients);
+  visit.attribute(path, "n_cells", surface.n_cells);
+  visit.attribute(path, "rms", surface.rms, units);
+  visit.attribute(path, "largest_residual", surface.largest_residual, units);
+  visit.attribute(path, "leave_one_out_rms", surface.leave_one_out_rms, units);
+  visit.attribute(path, "condition_number", surface.condition_number);
+}
+
+void visit_recontact(std::optional<GridD>& travel_mm, const std::string& group, RegistryVisitor& visit)
+{
+  if (!has_optional(visit, group + "/recontact", travel_mm)) return;
+  visit({group + "/recontact", {"/flexion", "/varus"}, unit::mm, number_or_nan(), "travel along Delta from the smoothed pose into contact"}, *travel_mm);
+}
+
+void visit_smoothed_followers(SmoothedSet& set, const std::string& of_set, RegistryVisitor& visit)
+{
+  if (!visit.has(of_set + "/followers", !set.followers.empty())) return;
+  visit.group(of_set + "/followers");
+  visit.list(of_set + "/followers", set.followers);
+  for (auto& follower : set.followers) {
+    const std::string group = of_set + "/followers/" + follower.name;
+    visit.group(group);
+    if (visit.may_change()) {
+      follower.surfaces.resize(n_joint_coordinates);
+      for (std::size_t k = 0; k < n_joint_coordinates; ++k) follower.surfaces[k].name = follower_surface_names[k];
+    }
+    for (std::size_t k = 0; k < follower.surfaces.size(); ++k)
+      visit_surface(follower.surfaces[k], group, follower.surfaces[k].name, of_set + "/term", is_rotation(k) ? unit::degree : unit::mm, visit);
+    visit_recontact(follower.recontact_mm, group, visit);
+  }
+}
+
 void visit_smoothed(SmoothedSet& set, RegistryVisitor& visit)
 {
   const std::string group = smoothed_group(set.degree);
-  const std::vector<std::string> grid{"/flexion", "/varus"};
   visit.group(group);
   visit.derived_attribute(group, "degree", set.degree);
   visit.attribute(group, "is_robust", set.is_robust);
@@ -27,17 +62,10 @@ void visit_smoothed(SmoothedSet& set, RegistryVisitor& visit)
   }
   for (auto& surface : set.surfaces) {
     const Unit units = surface.name == "theta" || surface.name == "varus" ? unit::degree : unit::mm;
-    const std::string path = smoothed_path(set.degree, surface.name);
-    visit({path, grid, units, rule(Rule::any), "smoothed surface on the grid"}, surface.values);
-    visit({coefficients_path(set.degree, surface.name), {group + "/term"}, units, number(), "coefficients of the terms"}, surface.coefficients);
-    visit.attribute(path, "n_cells", surface.n_cells);
-    visit.attribute(path, "rms", surface.rms, units);
-    visit.attribute(path, "largest_residual", surface.largest_residual, units);
-    visit.attribute(path, "leave_one_out_rms", surface.leave_one_out_rms, units);
-    visit.attribute(path, "condition_number", surface.condition_number);
+    visit_surface(surface, group, surface.name == "varus" ? "varus_solved" : surface.name, group + "/term", units, visit);
   }
-  if (!has_optional(visit, group + "/recontact", set.recontact_mm)) return;
-  visit({group + "/recontact", grid, unit::mm, number_or_nan(), "travel along Delta from the smoothed pose into contact"}, *set.recontact_mm);
+  visit_recontact(set.recontact_mm, group, visit);
+  visit_smoothed_followers(set, group, visit);
 }
 
 void visit_two_sided(TwoSided& motion, RegistryVisitor& visit)
@@ -170,13 +198,22 @@ void visit_zero_varus(ZeroVarus& motion, bool has_compartments, RegistryVisitor&
   visit({group + "/lateral_sliding", interval, unit::mm, between, "sliding in the lateral compartment"}, motion.lateral_sliding_mm);
 }
 
+template <typename Audit>
+void visit_measured(Audit& audit, const std::string& group, const std::vector<std::string>& grid, RegistryVisitor& visit)
+{
+  using When = ValueCondition::When;
+  const ValueCondition free{When::at_code, values_of(audit.state), code_of(AuditState::free), "where state is free"};
+  const ValueCondition posed{When::not_at_code, values_of(audit.state), code_of(AuditState::no_pose), "where state is not no_pose"};
+  visit({group + "/state", grid, unit::none, codes(FlagSet::audit_state), "result of the audit"}, audit.state);
+  visit({group + "/gap", grid, unit::mm, at_least_0(free), "travel along Delta to the next contact"}, audit.gap_mm);
+  visit({group + "/penetration", grid, unit::mm, at_least_0(posed), "travel opposite to Delta to the first contact of an approach from far away"}, audit.penetration_mm);
+}
+
 void visit_audit(AuditSet& audit, const AuditedModel& model, RegistryVisitor& visit)
 {
   using When = ValueCondition::When;
   const std::string group = audit_group(audit.name), flexion = group + "/flexion", varus = group + "/varus";
   const std::vector<std::string> grid{flexion, varus};
-  const ValueCondition free{When::at_code, values_of(audit.state), code_of(AuditState::free),
-                      "where state is free"};
   const ValueCondition posed{When::not_at_code, values_of(audit.state), code_of(AuditState::no_pose),
                        "where state is not no_pose"};
   const AuditSummary summary = summary_of(audit);
@@ -189,9 +226,15 @@ void visit_audit(AuditSet& audit, const AuditedModel& model, RegistryVisitor& vi
   visit({flexion, {flexion}, unit::degree, model.has_frames ? number() : rule(Rule::axis), "flexion of the attitude"}, audit.flexion_deg);
   if (model.has_frames) visit({group + "/frame", {flexion}, unit::one, rule(Rule::ascending), "key of the frame, of the model or between two"}, audit.frame_key);
   visit({varus, {varus}, unit::degree, rule(Rule::axis), "varus of the attitude, adduction positive"}, audit.varus_deg);
-  visit({group + "/state", grid, unit::none, codes(FlagSet::audit_state), "result of the audit"}, audit.state);
-  visit({group + "/gap", grid, unit::mm, at_least_0(free), "travel along Delta to the next contact"}, audit.gap_mm);
-  visit({group + "/penetration", grid, unit::mm, at_least_0(posed), "travel opposite to Delta to the first contact of an approach from far away"}, audit.penetration_mm);
+  visit_measured(audit, group, grid, visit);
+  if (visit.has(group + "/followers", !audit.followers.empty())) {
+    visit.group(group + "/followers");
+    visit.list(group + "/followers", audit.followers);
+    for (auto& follower : audit.followers) {
+      visit.group(group + "/followers/" + follower.name);
+      visit_measured(follower, group + "/followers/" + follower.name, grid, visit);
+    }
+  }
   if (!model.has_compartments) return;
   visit({group + "/gap_medial", grid, unit::mm, number_or_nan(posed), "travel along Delta to the first contact of the medial compartment, negative: overlap"}, audit.gap_medial_mm);
   visit({group + "/gap_lateral", grid, unit::mm, number_or_nan(posed), "travel along Delta to the first contact of the lateral compartment, negative: overlap"}, audit.gap_lateral_mm);
@@ -606,6 +649,8 @@ void visit_follower(FollowerRows& follower, std::size_t n_followers, RegistryVis
   visit.attribute(group, "has_reaction", follower.has_reaction);
   visit.dimension(group + "/touched", DimensionSize::counted(follower.touches.size()));
   visit({group + "/touches", {group + "/touched"}, unit::one, body_number(n_followers), "bodies that it may touch, by their number"}, follower.touches);
+  if (visit.has(group + "/touches_drawn", !follower.touches_drawn.empty()))
+    visit({group + "/touches_drawn", {group + "/touched"}, unit::none, codes(FlagSet::yes_no), "whether it may also touch the drawn parts of that body"}, follower.touches_drawn);
   visit({group + "/status", grid, unit::none, codes(FlagSet::status), "how the step of the follower ended; that of the joint where the joint has no pose"}, follower.status);
   visit({group + "/flexion_angle", grid, unit::degree, number(stable), "flexion of the follower"}, follower.flexion_deg);
   visit({group + "/rotation_angle", grid, unit::degree, number(stable), "rotation about the floating axis, as varus of the joint"}, follower.rotation_deg);

@@ -27,8 +27,9 @@ class RegistryVisitor {
                    std::vector<std::int8_t>*, std::vector<std::int32_t>*, std::vector<std::int64_t>*, GridD*,
                    GridB*, GridI*, Exponents*, Points*, Points32*, Triangles*>;
   using Attribute = std::variant<std::string*, bool*, double*, std::int32_t*, Eigen::Vector3d*>;
-  using List = std::variant<std::vector<SmoothedSet>*, std::vector<AuditSet>*, std::vector<PriorTermRows>*,
-                            std::vector<FollowerRows>*>;
+  using List =
+      std::variant<std::vector<SmoothedSet>*, std::vector<AuditSet>*, std::vector<PriorTermRows>*,
+                   std::vector<FollowerRows>*, std::vector<SmoothedFollower>*, std::vector<FollowerAudit>*>;
 
   virtual ~RegistryVisitor() = default;
   /// Whether it fills or changes what it visits. The others may visit constant models.

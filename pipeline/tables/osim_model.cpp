@@ -232,15 +232,15 @@ class UniqueNames {
   std::set<std::string> used_;
 };
 
-struct BodyNames {
-  std::string reference, moving;
-};
-
-BodyNames body_names(const store::MotionModel& model)
+/// [BodyIndex] of the joint's bodies, then the followers.
+std::vector<std::string> body_names(const store::MotionModel& model)
 {
   UniqueNames unique;
-  const std::string reference = unique(model.reference.name);
-  return {reference, unique(model.moving.name)};
+  std::vector<std::string> names{unique(model.reference.name)};
+  names.push_back(unique(model.moving.name));
+  for (const store::FollowerRows* follower : store::in_order(model.followers))
+    names.push_back(unique(follower->name));
+  return names;
 }
 
 std::string body_path(const std::string& name)
@@ -298,6 +298,30 @@ std::vector<AxisFunction> axis_functions(const FlexionMotion& motion)
 double signed_value(double value, double sign)
 {
   return sign < 0.0 ? 0.0 - value : value;
+}
+
+// Of a follower, about and along the axes of the body of its coordinates.
+std::vector<AxisFunction> follower_functions(const store::FollowerRows& follower, Side side)
+{
+  const double sign = side == Side::left ? -1.0 : 1.0;
+  const auto coordinate = [&follower, side](Eigen::Index k) {
+    return [&follower, side, k](const FlexionFrame& frame) {
+      const auto body = static_cast<BodyIndex>(follower.body_index), of = static_cast<BodyIndex>(follower.of);
+      const Pose X = frame.pose.X_reference(of).inverse() * frame.pose.X_reference(body);
+      return k < 3 ? follower_coordinates(X, side, follower.centre_mm)[k]
+                   : metres_per_mm * (X * follower.centre_mm - follower.centre_mm)[k - 3];
+    };
+  };
+  return {{"rotation1", {0, 0, -1}, coordinate(0)},   {"rotation2", {sign, 0, 0}, coordinate(1)},
+          {"rotation3", {0, sign, 0}, coordinate(2)}, {"translation1", {1, 0, 0}, coordinate(3)},
+          {"translation2", {0, 1, 0}, coordinate(4)}, {"translation3", {0, 0, 1}, coordinate(5)}};
+}
+
+bool has_all_poses(const FlexionMotion& motion, const store::FollowerRows& follower)
+{
+  const std::size_t row = model::follower_row(static_cast<BodyIndex>(follower.body_index));
+  return std::all_of(motion.frames.begin(), motion.frames.end(),
+                     [&](const FlexionFrame& frame) { return frame.pose.has_follower.at(row); });
 }
 
 void add_spline(Node axis, const FlexionMotion& motion, const AxisFunction& function, double sign)
@@ -383,18 +407,57 @@ void add_joint(Node joints, const store::MotionModel& model, const FlexionMotion
                const OsimOptions& options)
 {
   if (!options.surfaces) require_rising_flexion(motion, options);
-  const BodyNames bodies = body_names(model);
+  const std::vector<std::string> bodies = body_names(model);
   Node joint = add_named(joints, "CustomJoint", component_name(model.joint));
-  add_text(joint, "socket_parent_frame", bodies.reference + "_offset");
-  add_text(joint, "socket_child_frame", bodies.moving + "_offset");
+  add_text(joint, "socket_parent_frame", bodies[0] + "_offset");
+  add_text(joint, "socket_child_frame", bodies[1] + "_offset");
   add_coordinates(joint, motion, options);
   Node frames = joint.append_child("frames");
-  add_offset_frame(frames, bodies.reference + "_offset", bodies.reference, motion.rotation_centre_mm);
-  add_offset_frame(frames, bodies.moving + "_offset", bodies.moving, motion.rotation_centre_mm);
+  add_offset_frame(frames, bodies[0] + "_offset", bodies[0], motion.rotation_centre_mm);
+  add_offset_frame(frames, bodies[1] + "_offset", bodies[1], motion.rotation_centre_mm);
   Node transform = joint.append_child("SpatialTransform");
   const std::vector<AxisFunction> functions = axis_functions(motion);
   for (std::size_t k = 0; k < functions.size(); ++k)
     add_function(add_named(transform, "TransformAxis", functions[k].name), k, functions[k], motion, options);
+}
+
+/// A coordinate of a joint depends on that joint's own only: that of a follower is coupled to the joint's.
+std::string follower_coordinate(const OsimOptions& options, const std::string& body)
+{
+  return options.coordinate + "_" + body;
+}
+
+void add_follower_joint(Node joints, const store::FollowerRows& follower, const FlexionMotion& motion,
+                        const std::vector<std::string>& bodies, const OsimOptions& options)
+{
+  const std::string& own = bodies.at(static_cast<std::size_t>(follower.body_index));
+  const std::string& of = bodies.at(static_cast<std::size_t>(follower.of));
+  const std::string coordinate = follower_coordinate(options, own);
+  Node joint = add_named(joints, "CustomJoint", own + "_joint");
+  add_text(joint, "socket_parent_frame", of + "_offset");
+  add_text(joint, "socket_child_frame", own + "_offset");
+  add_coordinate(joint.append_child("coordinates"), coordinate, motion.frames.front().clinical.flexion_rad,
+                 motion.frames.back().clinical.flexion_rad, options.flexion_sign);
+  Node frames = joint.append_child("frames");
+  add_offset_frame(frames, of + "_offset", of, follower.centre_mm);
+  add_offset_frame(frames, own + "_offset", own, follower.centre_mm);
+  Node transform = joint.append_child("SpatialTransform");
+  for (const AxisFunction& function : follower_functions(follower, motion.side)) {
+    Node axis = add_named(transform, "TransformAxis", function.name);
+    add_text(axis, "coordinates", coordinate);
+    add_text(axis, "axis", vector_text(function.axis));
+    add_spline(axis, motion, function, options.flexion_sign);
+  }
+}
+
+void add_coupling(Node constraints, const std::string& coordinate, const std::string& to)
+{
+  Node coupling = add_named(constraints, "CoordinateCouplerConstraint", coordinate + "_coupling");
+  add_text(coupling, "isEnforced", "true");
+  add_text(coupling.append_child("coupled_coordinates_function").append_child("LinearFunction"),
+           "coefficients", "1 0");
+  add_text(coupling, "independent_coordinate_names", to);
+  add_text(coupling, "dependent_coordinate_name", coordinate);
 }
 
 void add_wrap(Node wraps, const store::LigamentRows& ligaments, std::size_t row, const std::string& name)
@@ -432,14 +495,34 @@ void add_component(Node geometry, const Component& component, const std::string&
   add_text(mesh, "mesh_file", file);
 }
 
+/// The fibres of the joint or of a follower, with a name for each wrap.
+struct NamedFibres {
+  const store::LigamentRows* rows;
+  std::vector<std::string> wrap_names;
+};
+
+std::vector<NamedFibres> named_fibres(const store::MotionModel& model,
+                                      const std::vector<const store::FollowerRows*>& followers)
+{
+  std::vector<NamedFibres> all;
+  UniqueNames unique;
+  const auto add = [&](const std::optional<store::LigamentRows>& rows) {
+    if (!rows) return;
+    NamedFibres& named = all.emplace_back(NamedFibres{&*rows, {}});
+    for (const std::string& name : rows->wrap_name) named.wrap_names.push_back(unique(name));
+  };
+  add(model.ligaments);
+  for (const store::FollowerRows* follower : followers) add(follower->ligaments);
+  return all;
+}
+
 /// The bodies of a model while they are written.
 struct BodyWriter {
-  const store::MotionModel& model;
-  const std::vector<std::string>& wrap_names;
+  const std::vector<NamedFibres>& fibres;
   const std::string& mesh_stem;
   std::vector<OsimMesh>& meshes;
 
-  void add(Node bodies, const Body& body, const std::string& name, std::int8_t wrap_body)
+  void add(Node bodies, const Body& body, const std::string& name, std::int8_t index)
   {
     Node node = add_named(bodies, "Body", name);
     Node geometry = node.append_child("attached_geometry");
@@ -455,11 +538,11 @@ struct BodyWriter {
       add_component(geometry, body.components[k], file, component);
       meshes.push_back({file, std::move(mesh)});
     }
-    if (!wrap_names.empty()) {
-      Node wraps = add_set(node, "WrapObjectSet", "wrapobjectset");
-      for (std::size_t row = 0; row < wrap_names.size(); ++row) {
-        if (model.ligaments->wrap_body[row] == wrap_body)
-          add_wrap(wraps, *model.ligaments, row, wrap_names[row]);
+    Node wraps;
+    for (const NamedFibres& one : fibres) {
+      if (!one.wrap_names.empty() && !wraps) wraps = add_set(node, "WrapObjectSet", "wrapobjectset");
+      for (std::size_t row = 0; row < one.wrap_names.size(); ++row) {
+        if (one.rows->wrap_body[row] == index) add_wrap(wraps, *one.rows, row, one.wrap_names[row]);
       }
     }
     // A motion model has no masses; OpenSim needs some for a body that moves.
@@ -477,27 +560,35 @@ void add_path_point(Node points, const std::string& name, const std::string& bod
   add_text(point, "location", metres_text(at_mm));
 }
 
-void add_fibres(Node forces, const store::LigamentRows& ligaments, const BodyNames& bodies,
-                const std::vector<std::string>& wrap_names)
+/// Lines of constant tension are actuators whose control is 1 where they pull.
+void add_fibres(Node forces, const NamedFibres& fibres, const std::vector<std::string>& bodies,
+                UniqueNames& unique)
 {
-  UniqueNames unique;
-  for (std::size_t k = 0; k < ligaments.name.size(); ++k) {
-    const std::string name = unique(ligaments.name[k]);
+  const store::LigamentRows& rows = *fibres.rows;
+  for (std::size_t k = 0; k < rows.name.size(); ++k) {
+    const std::string name = unique(rows.name[k]);
     const auto row = static_cast<Eigen::Index>(k);
-    Node fibre = add_named(forces, "Blankevoort1991Ligament", name);
+    const bool is_line = !rows.constant_tension_n.empty() && rows.constant_tension_n[k] > 0.0;
+    const std::size_t from = rows.from_body.empty() ? 0 : static_cast<std::size_t>(rows.from_body[k]);
+    const std::size_t to = rows.to_body.empty() ? 1 : static_cast<std::size_t>(rows.to_body[k]);
+    Node fibre = add_named(forces, is_line ? "PathActuator" : "Blankevoort1991Ligament", name);
     Node path = add_named(fibre, "GeometryPath", "geometrypath");
     Node points = path.append_child("PathPointSet").append_child("objects");
-    add_path_point(points, name + "-P1", bodies.reference, ligaments.reference_mm.row(row));
-    add_path_point(points, name + "-P2", bodies.moving, ligaments.moving_mm.row(row));
-    if (ligaments.wrap[k] >= 0) {
+    add_path_point(points, name + "-P1", bodies.at(from), rows.reference_mm.row(row));
+    add_path_point(points, name + "-P2", bodies.at(to), rows.moving_mm.row(row));
+    if (rows.wrap[k] >= 0) {
       Node wrap = add_named(path.append_child("PathWrapSet").append_child("objects"), "PathWrap", "pathwrap");
-      add_text(wrap, "wrap_object", wrap_names[static_cast<std::size_t>(ligaments.wrap[k])]);
+      add_text(wrap, "wrap_object", fibres.wrap_names[static_cast<std::size_t>(rows.wrap[k])]);
       add_text(wrap, "method", "hybrid");
     }
-    add_text(fibre, "linear_stiffness", numbers({ligaments.stiffness_n[k]}));
-    add_text(fibre, "transition_strain", numbers({ligaments.transition_strain}));
+    if (is_line) {
+      add_text(fibre, "optimal_force", numbers({rows.constant_tension_n[k]}));
+      continue;
+    }
+    add_text(fibre, "linear_stiffness", numbers({rows.stiffness_n[k]}));
+    add_text(fibre, "transition_strain", numbers({rows.transition_strain}));
     add_text(fibre, "damping_coefficient", "0");
-    add_text(fibre, "slack_length", numbers({metres_per_mm * ligaments.slack_length_mm[k]}));
+    add_text(fibre, "slack_length", numbers({metres_per_mm * rows.slack_length_mm[k]}));
   }
 }
 
@@ -542,12 +633,13 @@ std::string osim_joint(const store::MotionModel& model, const FlexionMotion& mot
 OsimModel osim_model(const store::MotionModel& model, const FlexionMotion& motion, const OsimOptions& options)
 {
   OsimModel result;
-  const BodyNames bodies = body_names(model);
-  std::vector<std::string> wrap_names;
-  if (model.ligaments) {
-    UniqueNames unique;
-    for (const std::string& name : model.ligaments->wrap_name) wrap_names.push_back(unique(name));
-  }
+  const std::vector<std::string> bodies = body_names(model);
+  std::vector<const store::FollowerRows*> followers = store::in_order(model.followers);
+  // Splines over flexion; with --varus driven there is no function of the follower.
+  std::erase_if(followers, [&](const auto* follower) {
+    return options.surfaces.has_value() || !has_all_poses(motion, *follower);
+  });
+  const std::vector<NamedFibres> fibres = named_fibres(model, followers);
   pugi::xml_document document;
   Node declaration = document.append_child(pugi::node_declaration);
   declaration.append_attribute("version") = "1.0";
@@ -561,16 +653,33 @@ OsimModel osim_model(const store::MotionModel& model, const FlexionMotion& motio
   add_text(osim, "force_units", "N");
   add_named(osim, "Ground", "ground");
   Node set = add_set(osim, "BodySet", "bodyset");
-  BodyWriter writer{model, wrap_names, options.mesh_stem, result.meshes};
-  writer.add(set, model.reference, bodies.reference, 0);
-  writer.add(set, model.moving, bodies.moving, 1);
+  BodyWriter writer{fibres, options.mesh_stem, result.meshes};
+  writer.add(set, model.reference, bodies[0], 0);
+  writer.add(set, model.moving, bodies[1], 1);
+  for (const store::FollowerRows* follower : followers) {
+    const auto index = static_cast<std::int8_t>(follower->body_index);
+    writer.add(set, follower->body, bodies.at(static_cast<std::size_t>(index)), index);
+  }
   Node joints = add_set(osim, "JointSet", "jointset");
-  Node weld = add_named(joints, "WeldJoint", "ground_" + bodies.reference);
+  Node weld = add_named(joints, "WeldJoint", "ground_" + bodies[0]);
   add_text(weld, "socket_parent_frame", "/ground");
-  add_text(weld, "socket_child_frame", body_path(bodies.reference));
+  add_text(weld, "socket_child_frame", body_path(bodies[0]));
   add_joint(joints, model, motion, options);
-  if (model.ligaments)
-    add_fibres(add_set(osim, "ForceSet", "forceset"), *model.ligaments, bodies, wrap_names);
+  for (const store::FollowerRows* follower : followers)
+    add_follower_joint(joints, *follower, motion, bodies, options);
+  if (!followers.empty()) {
+    Node constraints = add_set(osim, "ConstraintSet", "constraintset");
+    for (const store::FollowerRows* follower : followers)
+      add_coupling(constraints,
+                   follower_coordinate(options, bodies.at(static_cast<std::size_t>(follower->body_index))),
+                   options.coordinate);
+  }
+  UniqueNames unique;
+  Node forces;
+  for (const NamedFibres& one : fibres) {
+    if (!forces) forces = add_set(osim, "ForceSet", "forceset");
+    add_fibres(forces, one, bodies, unique);
+  }
   result.xml = text_of(document, pugi::format_indent);
   return result;
 }

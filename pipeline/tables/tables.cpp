@@ -141,6 +141,13 @@ void add_smoothed(Columns& columns, const store::MotionModel& model)
       add(columns, prefix + with_unit(surface.name), surface.values);
     }
     if (set.recontact_mm) add(columns, prefix + "recontact_mm", *set.recontact_mm);
+    for (const store::SmoothedFollower& follower : set.followers) {
+      const std::string of_follower = prefix + follower.name + "_";
+      for (std::size_t k = 0; k < follower.surfaces.size(); ++k)
+        add(columns, of_follower + follower_coordinate_names[k] + (is_rotation(k) ? "_deg" : "_mm"),
+            follower.surfaces[k].values);
+      if (follower.recontact_mm) add(columns, of_follower + "recontact_mm", *follower.recontact_mm);
+    }
   }
 }
 

@@ -22,9 +22,12 @@ std::string replaced(std::string text, const std::string& old, const std::string
 std::string on_page(const std::string& path)
 {
   for (const std::string group : {"/audit/", "/followers/"})
-    if (path.rfind(group, 0) == 0) return group + "NAME" + path.substr(path.find('/', group.size()));
-  return replaced(replaced(replaced(path, "/bodies/reference", "/bodies/B"), "/bodies/moving", "/bodies/B"),
-                  "degree_1", "degree_N");
+    if (path.rfind(group, 0) == 0)
+      return replaced(group + "NAME" + path.substr(path.find('/', group.size())), "/bead/", "/FOLLOWER/");
+  return replaced(
+      replaced(replaced(replaced(path, "/bodies/reference", "/bodies/B"), "/bodies/moving", "/bodies/B"),
+               "degree_1", "degree_N"),
+      "/bead/", "/FOLLOWER/");
 }
 
 std::string codes_text(store::FlagSet flags)

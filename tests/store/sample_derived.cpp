@@ -340,6 +340,20 @@ void add_follower(store::MotionModel& model)
     }
     bead.forces.row_start.push_back(static_cast<std::int64_t>(bead.forces.along_delta_n.size()));
   }
+  bead.touches_drawn = {0, 1};
+  store::SmoothedSet& set = model.smoothed.front();
+  store::SmoothedFollower& smooth = set.followers.emplace_back();
+  smooth.name = bead.name;
+  for (const char* name : store::follower_surface_names) {
+    smooth.surfaces.push_back(set.surfaces.front());
+    smooth.surfaces.back().name = name;
+  }
+  smooth.recontact_mm = set.recontact_mm;
+  store::FollowerAudit& own = model.audits.front().followers.emplace_back();
+  own.name = bead.name;
+  own.state = model.audits.front().state;
+  own.gap_mm = model.audits.front().gap_mm;
+  own.penetration_mm = model.audits.front().penetration_mm;
   const auto n = static_cast<Eigen::Index>(bead.forces.along_delta_n.size());
   bead.forces.point_world_mm = Eigen::RowVector3d(1.0, 2.0, 3.0).replicate(n, 1);
   bead.forces.normal_world = Eigen::RowVector3d(0.6, 0.0, 0.8).replicate(n, 1);

@@ -123,6 +123,8 @@ void add_follower(store::MotionModel& model, BodyIndex of, const Eigen::Vector3d
     for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
       const JointCoordinates q = coordinates(model.flexion_deg[static_cast<std::size_t>(i)],
                                              model.varus_deg[static_cast<std::size_t>(j)]);
+      const Pose X = follower_pose(q, side_named(model.side), centre_mm);
+      for (Eigen::Index k = 0; k < 16; ++k) rows.X_of_follower.push_back(X.matrix()(k / 4, k % 4));
       for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
         const double value = q(static_cast<Eigen::Index>(k));
         (*grids[k])(i, j) = is_rotation(k) ? deg_from_rad(value) : value;

@@ -165,6 +165,26 @@ class Osim(unittest.TestCase):
                 numpy.testing.assert_allclose(found_R, R, atol=RAD)
                 numpy.testing.assert_allclose(found_t, t, atol=M)
 
+    def test_a_follower_is_a_joint_of_a_coupled_coordinate(self):
+        for side, sign in (("right", 1), ("left", -1)):
+            _, root = self.exported(side, "--coordinate", "flexion=" + "-" * (sign < 0) + "knee_angle")
+            (element,) = [one for one in root.findall("Model/JointSet/objects/CustomJoint") if one.get("name") == "patella_joint"]
+            joint, coupling = Joint(element), root.find("Model/ConstraintSet/objects/CoordinateCouplerConstraint")
+            self.assertEqual(joint.names, [coupling.find("dependent_coordinate_name").text])
+            self.assertEqual(coupling.find("independent_coordinate_names").text, "knee_angle")
+            numpy.testing.assert_allclose(floats(coupling.find("coupled_coordinates_function/LinearFunction"), "coefficients"), [1, 0])
+            with h5py.File(self.model[side]) as model:
+                centre = 1e-3 * model["followers/patella"].attrs["centre_mm"]
+            for row in exported_rows(self.model[side], "0:90:2.5"):
+                flexion, rotation, tilt = (numpy.radians(float(row[f"follower_patella_{name}_deg"])) for name in ("flexion", "rotation", "tilt"))
+                side_sign = -1 if side == "left" else 1
+                wanted = turn(numpy.array([0, 0, -1.0]), flexion) @ turn(numpy.array([side_sign, 0, 0.0]), rotation) @ turn(numpy.array([0, side_sign, 0.0]), tilt)
+                moved = 1e-3 * numpy.array([float(row[f"follower_patella_{name}_mm"]) for name in ("anterior", "proximal", "lateral")])
+                moved[2] *= side_sign
+                found_R, found_t = joint.pose(sign * numpy.radians(float(row["flexion_deg"])))
+                numpy.testing.assert_allclose(found_R, wanted, atol=RAD)
+                numpy.testing.assert_allclose(found_R @ centre + found_t - centre, moved, atol=M)
+
     def test_between_knots_of_a_smooth_set(self):
         _, root = self.exported("right", "--set", "degree_6")
         joint = Joint(root.find("Model/JointSet/objects/CustomJoint"))
@@ -201,14 +221,17 @@ class Osim(unittest.TestCase):
         joint = Joint(root.find("Model/JointSet/objects/CustomJoint"))
         fibres = root.findall("Model/ForceSet/objects/Blankevoort1991Ligament")
         with h5py.File(self.model["right"]) as model:
-            ligaments = model["ligaments"]
-            self.assertEqual(len(fibres), len(ligaments["name"]))
+            ligaments, own = model["ligaments"], model["followers/patella/ligaments"]
+            lines = root.findall("Model/ForceSet/objects/PathActuator")
+            self.assertEqual(len(fibres) + len(lines), len(ligaments["name"]) + len(own["name"]))
+            self.assertAlmostEqual(sum(floats(line, "optimal_force")[0] for line in lines), 30, delta=1e-9)
+            fibres = fibres[:len(ligaments["name"])]
             for i in (0, 9, 18):
                 R, t = joint.pose(numpy.radians(5.0 * i))
                 for k, fibre in enumerate(fibres):
                     points = [floats(point, "location") for point in fibre.iter("PathPoint")]
                     self.assertEqual([point.find("socket_parent_frame").text for point in fibre.iter("PathPoint")],
-                                     [f"/bodyset/{body.get('name')}" for body in root.iter("Body")])
+                                     [f"/bodyset/{body.get('name')}" for body in root.iter("Body")][:2])
                     slack, k_n, end = (floats(fibre, name)[0] for name in ("slack_length", "linear_stiffness", "transition_strain"))
                     if ligaments["is_wrapped"][i, 0, k]:
                         continue
