@@ -5,7 +5,6 @@ the offset of the cartilages, and is left out of the score.
 """
 import csv
 
-import h5py
 import numpy as np
 
 CENTRE_MM = (53, 5, 4)
@@ -15,7 +14,7 @@ RETINACULA_STRAIN = 0.02  # likewise
 TENDON_NMM_PER_RAD = 3000
 JOINT = ("flexion_deg", "varus_deg", "internal_deg", "ant_mm", "prox_mm", "lat_mm")
 PATELLA = ("flexion_deg", "rotation_deg", "tilt_deg", "ant_mm", "prox_mm", "lat_mm")
-DATASETS = ("flexion_angle", "rotation_angle", "tilt", "anterior", "proximal", "lateral")
+SCORED = ("flexion", "varus", "internal", "anterior", "proximal", "lateral")  # names of `vrda score --column` for those of PATELLA
 KNEE_FOLDER, FOLDER = "knees/jam-smith2019", "patella/jam-smith2019"
 CYLINDERS = {"recfem_r": "KnExt", "vasint_r": "KnExtI", "vaslat_r": "KnExt", "vasmed_r": "KnExt"}
 WRAPS = """[{"name": "KnExt", "type": "WrapCylinder", "body": "femur", "xyz_body_rotation": "0 0 0",
@@ -143,20 +142,6 @@ def write(data, out, is_given):
                       joint_scan=[float(first[f"knee_{key}"]) for key in JOINT], patella_scan=[float(first[f"patella_{key}"]) for key in PATELLA],
                       rest=(GIVEN if is_given else PREDICTED).format(knee=KNEE_FOLDER, folder=FOLDER))
     (out / f"{name}.toml").write_text(text, encoding="utf-8")
-    return [{"name": name, "motion": str(out / f"{name}.h5"), "against": str(data / FOLDER / "motion_passive.csv"), "follower": "patella"}]
-
-
-def scored(part):
-    """RMS, bias and shape (RMS without bias) of the follower's coordinates over the frames after the first."""
-    measured = rows_of(part["against"])[1:]
-    with h5py.File(part["motion"]) as file:
-        found = {name: np.ravel(file[f"followers/{part['follower']}/{name}"])[1:] for name in DATASETS}
-        is_solved = np.ravel(file[f"followers/{part['follower']}/status"])[1:] == 0
-    coordinates = {}
-    for name, key in zip(DATASETS, PATELLA):
-        reference = np.array([float(row[f"patella_{key}"]) for row in measured])[is_solved]
-        difference = found[name][is_solved] - reference
-        coordinates[name] = {"rms": float(np.sqrt(np.mean(difference**2))), "bias": float(np.mean(difference)), "shape": float(np.std(difference)),
-                             "constant_rms": float(np.std(reference))}
-    return {"name": part["name"], "frames": {"scored": int(is_solved.sum()), "measured": len(measured)},
-            "not_scored": {} if is_solved.all() else {"unsolved": int((~is_solved).sum())}, "coordinates": coordinates}
+    return [{"name": name, "motion": str(out / f"{name}.h5"), "against": str(data / FOLDER / "motion_passive.csv"),
+             "options": ["--follower", "patella", *(word for name, key in zip(SCORED, PATELLA) for word in ("--column", f"{name}=patella_{key}"))],
+             "rows": "2:60"}]

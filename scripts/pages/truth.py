@@ -11,9 +11,9 @@ LIMITS = (("tka-contact", "all", "rms", "varus", 0.5, None), ("tka-contact", "al
           ("subtalar", "second_half", "shape", "varus", 1.13, 1.10), ("subtalar", "second_half", "shape", "internal", 1.48, 1.36))
 TITLES = {"living-knee": "Knee in vivo, passive, 55 fibres"}  # other than in the record
 CASES = ("tka-contact", "tka-fibres", "tka-given", "subtalar", "subtalar-axis", "living-knee")
-# Of the patella: dataset, label, the largest RMS it may have with the tibia as measured, and predicted with the tibia.
-PATELLA = (("flexion_angle", "flexion, deg", 3.0, 5.5), ("anterior", "anterior, mm", 1.3, None), ("proximal", "proximal, mm", 1.8, None),
-           ("lateral", "lateral, mm", 0.7, None), ("rotation_angle", "rotation, deg", None, None), ("tilt", "tilt, deg", None, None))
+# Of the patella: coordinate, label, the largest RMS it may have with the tibia as measured, and predicted with the tibia.
+PATELLA = (("flexion", "flexion, deg", 3.0, 5.5), ("anterior", "anterior, mm", 1.3, None), ("proximal", "proximal, mm", 1.8, None),
+           ("lateral", "lateral, mm", 0.7, None), ("rotation", "rotation, deg", None, None), ("tilt", "tilt, deg", None, None))
 UNITS = {name: label.split(", ")[1] for name, label in COORDINATES}
 
 
