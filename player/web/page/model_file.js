@@ -219,7 +219,9 @@ function readFollowers(file, model) {
     const centre = file.attribute("centre_mm", group)?.map(Number) ?? [];
     if (!(index >= 2 && of >= 0 && of < index)) refuse(group, `the bodies ${index} and ${of}`, "body_index above of");
     if (centre.length !== 3 || !centre.every(Number.isFinite)) refuse(group, "no centre", "centre_mm");
-    return { name, index, of, centre, status: file.numbers(`${group}/status`, size, "int8"), ...datasets(file, group, followerCoordinates, size),
+    const delta = file.attribute("delta", group)?.map(Number) ?? [];
+    if (delta.length !== 3 || !delta.every(Number.isFinite)) refuse(group, "no direction", "delta");
+    return { name, index, of, centre, delta, status: file.numbers(`${group}/status`, size, "int8"), ...datasets(file, group, followerCoordinates, size),
              body: { ...readBodies(file, name, `${group}/body`), name }, ligaments: readLigaments(file, size, `${group}/ligaments`, index) };
   });
   return followers.sort((a, b) => a.index - b.index);
@@ -292,8 +294,8 @@ function readPush(file, model) {
   model.hasTurnedAxes = model.flexion.some((_, i) => model.pushDelta[3 * i + 1] !== 1);
 }
 
-function coefficients(file, group, nTerms) {
-  return surfaceNames.map((surface) => {
+function coefficients(file, group, nTerms, names = surfaceNames) {
+  return names.map((surface) => {
     const name = `${group}/coefficients_${surface}`;
     if (surface === "varus_solved" && !file.hasDataset(name)) return null;
     const found = file.numbers(name, [nTerms]);
@@ -312,6 +314,11 @@ function readSmoothed(file, model) {
     if (!exponents.every((n, k) => n >= 0 && (k % 2 === 0 || n + exponents[k - 1] <= degree))) refuse(`${group}/exponents`, "exponents beyond the degree", `sums up to ${degree}`);
     const set = { degree, exponents, coefficients: coefficients(file, group, exponents.length / 2) };
     if (file.hasDataset(`${group}/recontact`)) set.recontact = file.numbers(`${group}/recontact`, size);
+    set.followers = file.groups(`${group}/followers`).map((follower) => {
+      const own = `${group}/followers/${follower}`;
+      return { name: follower, coefficients: coefficients(file, own, exponents.length / 2, followerCoordinates),
+               recontact: file.hasDataset(`${own}/recontact`) ? file.numbers(`${own}/recontact`, size) : undefined };
+    });
     return set;
   });
 }
@@ -337,6 +344,7 @@ function readMotionsOverFlexion(file, model) {
   if (file.hasGroup("/two_sided")) {
     const flexion = axis(file, "/two_sided/flexion");
     model.twoSided = { flexion, ...readFlexionTable(file, "/two_sided", "contact", flexion.length) };
+    model.twoSided.degree = Number(file.attribute("degree", "/two_sided")?.[0]);
     for (const side of ["medial", "lateral"]) model.twoSided[side] = file.numbers(`/two_sided/gap_${side}`, [flexion.length]);
   }
   if (file.hasGroup("/zero_varus")) model.zeroVarus = readFlexionTable(file, "/zero_varus", "source", model.flexion.length);

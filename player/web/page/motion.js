@@ -105,14 +105,14 @@ function unitCoordinate(x, first, last) {
   return first === last ? 0 : (x - first - (last - x)) / (last - first);
 }
 
-/// [x, y, z mm, theta degree, varus degree] of a set at an attitude in degrees; 0 for a missing surface.
-function evaluateSmoothed(set, axes, flexionDeg, varusDeg) {
+/// One number per list of coefficients, mm and degrees, of a set at an attitude in degrees: by default [x, y, z, theta, varus]; 0 for a missing list.
+function evaluateSmoothed(set, axes, flexionDeg, varusDeg, coefficients = set.coefficients) {
   const P = legendre(unitCoordinate(flexionDeg, axes.flexion[0], axes.flexion.at(-1)), set.degree);
   const Q = legendre(unitCoordinate(varusDeg, axes.varus[0], axes.varus.at(-1)), set.degree);
-  const numbers = [0, 0, 0, 0, 0];
+  const numbers = Array(Math.max(coefficients.length, surfaceNames.length)).fill(0);
   for (let k = 0; k < set.exponents.length / 2; ++k) {
     const basis = P[set.exponents[2 * k]] * Q[set.exponents[2 * k + 1]];
-    for (let n = 0; n < numbers.length; ++n) numbers[n] += set.coefficients[n] ? set.coefficients[n][k] * basis : 0;
+    for (let n = 0; n < numbers.length; ++n) numbers[n] += coefficients[n] ? coefficients[n][k] * basis : 0;
   }
   return numbers;
 }
@@ -233,6 +233,7 @@ export class Motion {
   #useTwoSided(table) {
     const flexion = radians(table.flexion);
     this.#useFlexionTable(flexion, table, table.contact);
+    this.#useSmoothedFollowers(this.model.smoothed.find((s) => s.degree === table.degree), true);
     this.sideGaps = gridOf({ flexion, varus: [0] }, [table.medial, table.lateral], [1, 1], (k) => table.contact[k] !== -1);
   }
 
@@ -247,7 +248,19 @@ export class Motion {
     this.smoothed = set;
     this.hasVarusSurface = Boolean(set.coefficients[4]);
     if (this.hasVarusSurface) this.free = this.axes.flexion.map((f) => [f, evaluateSmoothed(set, this.degrees, f / degree, 0)[4] * degree]);
-    if (recontacted) this.travel = gridOf(this.axes, [set.recontact], [1], (k) => !Number.isNaN(set.recontact[k]));
+    if (recontacted) this.travel = this.#travels(set.recontact);
+    this.#useSmoothedFollowers(set, Boolean(recontacted));
+  }
+
+  #travels(mm) { return gridOf(this.axes, [mm], [1], (k) => !Number.isNaN(mm[k])); }
+
+  #useSmoothedFollowers(set, isRecontacted) {
+    for (const follower of this.followers) {
+      const found = set?.followers.find(({ name }) => name === follower.name);
+      if (!found) continue;
+      follower.smoothed = { set, coefficients: found.coefficients };
+      if (isRecontacted && found.recontact) follower.travel = this.#travels(found.recontact);
+    }
   }
 
   /// Unit vector, world W: the rows of the push interpolated linearly, then normalised.
@@ -300,11 +313,25 @@ export class Motion {
   #followersAt({ flexion, varus }, referenceMoving) {
     const { axes } = this, poses = {}, byIndex = [still, referenceMoving];
     const at = [clamp(flexion, axes.flexion[0], axes.flexion.at(-1)), clamp(varus, axes.varus[0], axes.varus.at(-1))];
-    for (const { name, index, of, centre, grid } of this.followers) {
-      const numbers = sample(grid, ...at);
-      if (numbers && byIndex[of]) byIndex[index] = poses[name] = composed(byIndex[of], followerPose(numbers, this.model.side, centre));
+    for (const follower of this.followers) {
+      const { name, index, of } = follower, own = byIndex[of] && this.#followerAt(follower, at);
+      if (own) byIndex[index] = poses[name] = composed(byIndex[of], own);
     }
     return poses;
+  }
+
+  /// Its pose relative to the body of its coordinates, or null.
+  #followerAt({ grid, smoothed, travel, centre, delta }, at) {
+    const { side } = this.model;
+    if (!smoothed) {
+      const numbers = sample(grid, ...at);
+      return numbers && followerPose(numbers, side, centre);
+    }
+    const numbers = evaluateSmoothed(smoothed.set, this.degrees, at[0] / degree, at[1] / degree, smoothed.coefficients);
+    const pose = followerPose(numbers.map((x, k) => (k < 3 ? x * degree : x)), side, centre);
+    if (!travel) return pose;
+    const shift = sample(travel, ...at);
+    return shift && composed(pose, { R: still.R, t: scaled(delta, shift[0]) });
   }
 
   /// The varus at which the compartments are closest to balance.
@@ -358,6 +385,8 @@ export class Player {
   poseOf(set, flexion, varus) {
     const pose = this.motion(set).at({ flexion: flexion * degree, varus: varus * degree });
     const result = { isSolved: pose.isSolved, isFlexionClamped: pose.isFlexionClamped, isVarusClamped: pose.isVarusClamped };
-    return pose.isSolved ? { ...result, X_reference_moving: rows(pose.referenceMoving), theta_rad: pose.theta } : result;
+    if (!pose.isSolved) return result;
+    const followers = this.model.followers.map(({ name }) => (pose.followers[name] ? rows(pose.followers[name]) : null));
+    return { ...result, X_reference_moving: rows(pose.referenceMoving), theta_rad: pose.theta, followers };
   }
 }

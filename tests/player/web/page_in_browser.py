@@ -37,7 +37,7 @@ LEAST_LAYER = 0.002
 # Least standard deviation of the grey levels of bones, on 0 to 255.
 LEAST_SHADING = 10
 ALL = ("(list) => list.map(([set, flexion, varus]) => { const p = window.vrda.pose(set, flexion, varus);"
-       " return [p.isSolved, p.isFlexionClamped, p.isVarusClamped, p.X_reference_moving ?? null, p.theta_rad ?? null]; })")
+       " return [p.isSolved, p.isFlexionClamped, p.isVarusClamped, p.X_reference_moving ?? null, p.theta_rad ?? null, p.followers ?? []]; })")
 
 
 def travel_to(mesh, point, direction):
@@ -113,7 +113,7 @@ class WebPage(unittest.TestCase):
             for name in MODELS:
                 self.opened(page, name)
                 self.assertEqual(page.browser.value("window.vrda.sets()"), list(self.poses[name]))
-                outcomes = set()
+                outcomes, followed = set(), 0
                 for motion, wanted in self.poses[name].items():
                     requested = [[motion, p["flexion"], p["varus"]] for p in wanted]
                     found = page.browser.value(f"({ALL})({json.dumps(requested)})")
@@ -126,8 +126,14 @@ class WebPage(unittest.TestCase):
                                 self.assertLess(apart[:, 3].max(), MM)
                                 self.assertLess(apart[:, :3].max(), RAD)
                                 self.assertLess(abs(ours[4] - theirs["theta_rad"]), RAD)
+                                self.assertEqual([X is None for X in ours[5]], [X is None for X in theirs["followers"]])
+                                for X, wanted_X in zip(ours[5], theirs["followers"]):
+                                    apart = numpy.abs(numpy.array(X or 0) - (wanted_X or 0))
+                                    self.assertLess(apart.max(), MM)
+                                    followed += X is not None
                 self.assertLessEqual({(True, False), (True, True)}, outcomes)
                 self.assertEqual((False, False) in outcomes, name == "holes")
+                self.assertGreater(followed, 0)
             self.is_quiet(page)
 
     def test_the_default_motion_is_shown_with_its_reason(self):

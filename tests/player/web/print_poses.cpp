@@ -10,16 +10,32 @@
 
 namespace {
 
-void print(const vrda::store::JointPose& pose, const vrda::Attitude& requested_deg)
+void print_matrix(const vrda::Pose& X)
+{
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column)
+      std::cout << (row + column > 0 ? "," : "[") << X.matrix()(row, column);
+  }
+  std::cout << "]";
+}
+
+// `followers`: by their BodyIndex from 2, null without a pose.
+void print(const vrda::store::JointPose& pose, const vrda::Attitude& requested_deg, std::size_t n_followers)
 {
   std::cout << std::boolalpha << R"({"flexion":)" << requested_deg.flexion_rad << R"(,"varus":)"
             << requested_deg.varus_rad << R"(,"is_solved":)"
             << (pose.status == vrda::store::PoseStatus::solved) << R"(,"is_flexion_clamped":)"
             << pose.is_flexion_clamped << R"(,"is_varus_clamped":)" << pose.is_varus_clamped
-            << R"(,"theta_rad":)" << pose.theta_rad << R"(,"X":[)";
-  for (int row = 0; row < 4; ++row) {
-    for (int column = 0; column < 4; ++column)
-      std::cout << (row + column > 0 ? "," : "") << pose.X_reference_moving.matrix()(row, column);
+            << R"(,"theta_rad":)" << pose.theta_rad << R"(,"X":)";
+  print_matrix(pose.X_reference_moving);
+  std::cout << R"(,"followers":[)";
+  for (std::size_t k = 0; k < n_followers; ++k) {
+    if (k > 0) std::cout << ",";
+    if (pose.has_follower[k]) {
+      print_matrix(pose.X_reference_follower[k]);
+    } else {
+      std::cout << "null";
+    }
   }
   std::cout << "]}";
 }
@@ -42,7 +58,8 @@ int main(int argc, char** argv)
       for (const vrda::Attitude& a : requested_deg) {
         std::cout << opening;
         opening = ",\n";
-        print(motion.at({vrda::rad_from_deg(a.flexion_rad), vrda::rad_from_deg(a.varus_rad)}), a);
+        print(motion.at({vrda::rad_from_deg(a.flexion_rad), vrda::rad_from_deg(a.varus_rad)}), a,
+              model.followers.size());
       }
     }
     std::cout << "]}\n";
