@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <iostream>
 
+#include "core/files.hpp"
 #include "core/text.hpp"
 #include "store/read_separately.hpp"
 
@@ -277,6 +278,9 @@ CLI::App& CommandLine::add_to(CLI::App& parent, const std::string& name, const s
   CLI::App& command = *parent.add_subcommand(name, what);
   command.footer("Example:\n  " + example);
   command.add_flag("-q,--quiet", is_quiet_, "Results, warnings and errors only");
+  command.add_flag_callback(
+      "--no-lock", [] { permit_missing_locks(core::log_warning); },
+      "Go on where the file system has no locks (flock): no other process may write the same output");
   return command;
 }
 

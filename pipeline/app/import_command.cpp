@@ -291,7 +291,7 @@ void declare_import(Command& c)
   };
   c.job(o.job_file, "Job file (TOML): meshes, frames, side, Delta; its grid is not used");
   c.option("--motion", o.motion, "Table with one pose per frame: .csv, .sto, .mot or .tra").required();
-  c.option("-o,--output", o.output, "Motion model; default: results/<job name>/<job name>.h5");
+  c.option("-o,--output", o.output, "Motion model; default: results/NAME/NAME.h5, named by job and folder");
   c.data(o.data_directory);
   add_repeated("--set", o.overrides, "key=value, overrides the job file; may be repeated");
   add_term("--unit", o.unit, {"mm", "cm", "m"}, "Unit of lengths");

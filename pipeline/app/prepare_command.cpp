@@ -292,6 +292,7 @@ class Preparation {
     known.is_stopped = core::is_interrupted;
     fit_ = geometry::fit_knee(surfaces, reference_.knee, known);
     if (core::is_interrupted()) return;
+    recognise_generated_knee(surfaces, known);
     Json cleaned = Json::object();
     const bool has_left_out = leave_specks_out(subject_, fit_, options_, cleaned, warnings_);
     if (smooth_noise(subject_, fit_.unit_mm, options_, cleaned, warnings_) || has_left_out) {
@@ -314,12 +315,26 @@ class Preparation {
                    " degrees of flexion");
     const std::vector<std::string> doubts = geometry::fit_warnings(fit_, surfaces, known.side.has_value());
     warnings_.insert(warnings_.end(), doubts.begin(), doubts.end());
+    if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
     check_fibula();
     warn_of_one_compartment(subject_, warnings_);
-    if (reference_.joint.frame.side != fit_.side) reference_ = prepare::mirrored(reference_);
     add_landmarks();
     add_cartilage(options_, fit_, surfaces, subject_, report_, warnings_);
     if (options_.menisci.empty()) warnings_.push_back("no menisci given: the knee is modelled without them");
+  }
+
+  // The knee of `vrda shape` has no shafts in its bones' files; its own template needs none.
+  void recognise_generated_knee(const KneeSurfaces& surfaces, const geometry::KneeFitOptions& known)
+  {
+    if (!options_.template_job.empty() || geometry::rejection_reasons(fit_, surfaces).empty()) return;
+    prepare::TemplateJoint generated = prepare::generated_knee();
+    const KneeFit fit = geometry::fit_knee(surfaces, generated.knee, known);
+    if (core::is_interrupted() || !geometry::is_template_itself(fit) ||
+        !geometry::rejection_reasons(fit, surfaces).empty())
+      return;
+    core::log_info("the bones are those of the generated knee, which is the template");
+    fit_ = fit;
+    reference_ = std::move(generated);
   }
 
   // Landmarks alone: the bones are the template's, by three factors each.
@@ -366,7 +381,14 @@ class Preparation {
   {
     for (const SubjectPart& part : subject_.moving) {
       if (part.component.name != "fibula") continue;
-      const std::string found = geometry::fibula_rejection(part.mesh, joined(surfaces_of(subject_.moving)));
+      BoneSurfaces tibia = surfaces_of(subject_.moving);
+      if (tibia.bone.triangles.rows() == 0) {  // only cartilage is given, far from the fibula: the template's
+        const Mesh& bone = reference_.knee.surfaces.tibia.bone;
+        tibia.bone = bone;
+        tibia.bone.vertices_mm = (bone.vertices_mm.rowwise() - reference_.knee.origin_mm.transpose()) *
+                                 fit_.tibia.scale.asDiagonal();
+      }
+      const std::string found = geometry::fibula_rejection(part.mesh, joined(tibia), fit_.size);
       if (!found.empty())
         throw InputError({part.file, "--fibula", found, "the fibula beside this tibia, in the scan's unit"});
       if (!geometry::is_fibula_lateral(part.mesh, fit_.side))

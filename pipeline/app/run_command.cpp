@@ -9,7 +9,7 @@ void declare_run(Command& c)
 {
   auto& o = c.options<run::RunOptions>();
   c.job(o.job_file);
-  c.option("-o,--output", o.output, "Motion model; default: results/<job name>/<job name>.h5");
+  c.option("-o,--output", o.output, "Motion model; default: results/NAME/NAME.h5, named by job and folder");
   c.data(o.data_directory);
   c.overrides(o.overrides);
   c.threads(o.n_threads);

@@ -12,6 +12,7 @@
 #include "app/printing.hpp"
 #include "core/console.hpp"
 #include "core/document.hpp"
+#include "core/files.hpp"
 #include "core/process.hpp"
 #include "core/text.hpp"
 #include "job/case.hpp"
@@ -39,7 +40,7 @@ struct StartOptions {
 /// `vrda submit` and `vrda resume`: run the cases of a job or campaign through Slurm or local processes.
 struct SubmitOptions {
   std::string job_file;  ///< a job or a campaign
-  std::string folder;    ///< empty: results/<job name>
+  std::string folder;    ///< empty: results/NAME
   std::string data_directory;
   std::vector<std::string> overrides;
   int n_shards = 1;  ///< shards per case
@@ -153,7 +154,7 @@ core::ExitCode start_tasks(const std::string& folder, const run::Submission& sub
 std::string folder_of(const SubmitOptions& options)
 {
   if (!options.folder.empty()) return run::absolute_folder(options.folder);
-  return run::absolute_folder((fs::path("results") / fs::path(options.job_file).stem()).string());
+  return run::absolute_folder("results/" + run::result_name_of(options.job_file));
 }
 
 std::string program_for_tasks()
@@ -183,6 +184,7 @@ run::Submission submission_of(const SubmitOptions& options)
   submission.axes = campaign.axes;
   submission.n_shards = options.n_shards;
   submission.slurm = options.slurm;
+  submission.permits_missing_locks = are_missing_locks_permitted();
   const bool is_single = campaign.axes.empty() && campaign.cases.size() == 1;
   for (const run::CampaignCase& c : campaign.cases) {
     const job::Job job = job_of(campaign, c);
@@ -356,9 +358,9 @@ core::ExitCode resume_command(const ResumeOptions& options)
   const run::MissingWork missing =
       run::find_missing_work(folder, submission, run::status_of(folder, submission, snapshot), snapshot);
   if (missing.work.is_empty()) return say_nothing_is_missing(folder, missing, options.start.as_json);
-  const run::SlurmOptions slurm = changed(submission.slurm, options.slurm);
-  const bool is_changed = !(slurm == submission.slurm);
-  submission.slurm = slurm;
+  const run::Submission before = submission;
+  submission.slurm = changed(submission.slurm, options.slurm);
+  submission.permits_missing_locks |= are_missing_locks_permitted();
   require_options(options, submission, missing);
   if (options.slurm.cases_per_task > 0)
     run::require_same_cases_per_task(snapshot.slurm, options.slurm.cases_per_task);
@@ -366,7 +368,7 @@ core::ExitCode resume_command(const ResumeOptions& options)
   if (options.start.is_dry) return start_tasks(folder, submission, missing.work, options.start);
   for (const std::string& one : {run::scripts_of(folder), run::logs_of(folder), run::tasks_of(folder)})
     run::make_folder(one);
-  if (is_changed) run::write_submission(folder, submission);
+  if (!(submission == before)) run::write_submission(folder, submission);
   if (const auto fault = run::cancel_jobs(missing.to_cancel)) throw InputError(*fault);
   return start_tasks(folder, submission, missing.work, options.start);
 }
@@ -414,7 +416,8 @@ void declare_submit(Command& c)
 {
   auto& o = c.options<SubmitOptions>();
   c.cases(o.job_file, o.data_directory, o.overrides, o.n_shards);
-  c.option("-o,--output", o.folder, "Folder of the submission; default results/<job name>");
+  c.option("-o,--output", o.folder,
+           "Folder of the submission; default: results/NAME, named by job and folder");
   declare_slurm(c, o.slurm);
   declare_start(c, o.start);
   c.runs([&o] {

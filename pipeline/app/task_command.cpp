@@ -316,6 +316,7 @@ core::ExitCode task_command(const TaskOptions& options)
   core::install_signal_handlers();
   const std::string folder = run::absolute_folder(options.folder);
   const run::Submission submission = run::read_submission(folder);
+  if (submission.permits_missing_locks) permit_missing_locks(core::log_warning);
   const std::vector<run::TaskId> tasks = requested_tasks(options, submission);
   if (options.recorded_exit_code > 0)
     return record_ended(folder, submission, tasks, options.recorded_exit_code);

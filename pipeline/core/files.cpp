@@ -9,7 +9,9 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -33,13 +35,54 @@ bool is_open_file_at(int descriptor, const std::string& path)
          opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
 }
 
+namespace {
+
+/// Of this process; set before it takes its first lock.
+struct MissingLocks {
+  std::function<void(const std::string&)> report;  ///< none: they are not permitted
+  std::string warning;
+};
+MissingLocks& missing_locks()
+{
+  static MissingLocks locks;
+  return locks;
+}
+
+}  // namespace
+
+void permit_missing_locks(std::function<void(const std::string& warning)> report)
+{
+  missing_locks().report = std::move(report);
+}
+
+bool are_missing_locks_permitted()
+{
+  return missing_locks().report != nullptr;
+}
+
+const std::string& missing_lock_warning()
+{
+  return missing_locks().warning;
+}
+
 bool try_lock_file(int descriptor, const std::string& path)
 {
   while (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) return false;
     if (errno == EINTR) continue;
-    throw InputError({path, "", std::string("a lock that cannot be taken (") + std::strerror(errno) + ")",
-                      "a file system with flock (Lustre: mounted with -o flock)"});
+    const std::string why = std::string(" (") + std::strerror(errno) + ")";
+    MissingLocks& locks = missing_locks();
+    if (!locks.report)
+      throw InputError({path, "", "a lock that cannot be taken" + why,
+                        "a file system with flock (Lustre: mounted with -o flock); --no-lock goes on without "
+                        "a lock"});
+    if (locks.warning.empty()) {
+      locks.warning = InputError({"--no-lock", "", "a file system without locks" + why,
+                                  "no other process that writes the same output"})
+                          .what();
+      locks.report(locks.warning);
+    }
+    return true;
   }
   return true;
 }
@@ -82,11 +125,27 @@ OpenFile opened(const std::string& path)
   return other;
 }
 
+std::string holder_name(const std::string& command, pid_t process)
+{
+  return command + ", process " + std::to_string(process) + " on " + host_name();
+}
+
 std::string holder_in(int descriptor)
 {
   std::array<char, 512> text{};
   const ssize_t n = pread(descriptor, text.data(), text.size(), 0);
   return n > 0 ? std::string(text.data(), static_cast<std::size_t>(n)) : "another process";
+}
+
+// Where the file system has no locks: a killed holder has left its name, one of another host is unknown.
+bool runs_here(const std::string& holder)
+{
+  const std::size_t command = holder.find(',');
+  const std::size_t number = holder.find_first_of("0123456789", command);
+  if (number == std::string::npos) return false;
+  const pid_t process = std::atoi(holder.c_str() + number);
+  return holder == holder_name(holder.substr(0, command), process) &&
+         (kill(process, 0) == 0 || errno == EPERM);
 }
 
 }  // namespace
@@ -102,7 +161,7 @@ std::optional<OutputLock> OutputLock::acquire(const std::string& output, const s
     }
     if (try_lock_file(file.get(), output)) {
       if (!is_open_file_at(file.get(), path)) continue;  // the previous holder has just removed it
-      const std::string holder = command + ", process " + std::to_string(getpid()) + " on " + host_name();
+      const std::string holder = holder_name(command, getpid());
       // Informative only: a write error (full disk) is ignored.
       if (ftruncate(file.get(), 0) == 0)
         static_cast<void>(!pwrite(file.get(), holder.data(), holder.size(), 0));
@@ -118,7 +177,8 @@ std::optional<OutputLock> OutputLock::acquire(const std::string& output, const s
 bool OutputLock::is_held(const std::string& output)
 {
   const OpenFile file(open((resolve_links(output) + ".lock").c_str(), O_RDONLY | O_CLOEXEC));
-  return file.is_open() && flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  if (!file.is_open() || flock(file.get(), LOCK_SH | LOCK_NB) == 0) return false;
+  return errno == EWOULDBLOCK || runs_here(holder_in(file.get()));
 }
 
 OutputLock::~OutputLock()

@@ -40,8 +40,15 @@ class OpenFile {
 bool is_open_file_at(int descriptor, const std::string& path);
 
 /// Locks the open file without blocking; false while another process holds the lock. Throws InputError naming
-/// `path` where the file system does not support locks.
+/// `path` where the file system does not support locks, unless permit_missing_locks() was called.
 bool try_lock_file(int descriptor, const std::string& path);
+
+/// From now on a lock that the file system does not support counts as taken (--no-lock). `report` gets a
+/// warning for the first one.
+void permit_missing_locks(std::function<void(const std::string& warning)> report);
+bool are_missing_locks_permitted();
+/// That warning, for the results of this process; empty while every lock was taken.
+const std::string& missing_lock_warning();
 
 /// Writes all bytes; on failure returns false and sets errno.
 bool write_all(int descriptor, std::string_view bytes);
@@ -65,7 +72,8 @@ class OutputLock {
   /// InputError where the folder is not writable or does not support locks.
   static std::optional<OutputLock> acquire(const std::string& output, const std::string& command,
                                            const WaitOptions& waiting);
-  /// Whether a process currently holds the lock.
+  /// Whether a process currently holds the lock; on a file system without locks, whether the process that
+  /// the file names runs on this host.
   static bool is_held(const std::string& output);
   ~OutputLock();
   OutputLock(OutputLock&&) = default;

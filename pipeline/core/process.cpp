@@ -1,6 +1,7 @@
 #include "core/process.hpp"
 
 #include <fcntl.h>
+#include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -10,9 +11,13 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
 #include <thread>
 
 #include "core/files.hpp"
@@ -162,6 +167,73 @@ std::string own_program()
   std::error_code error;
   const std::filesystem::path executable = std::filesystem::read_symlink("/proc/self/exe", error);
   return error ? "" : program_to_start(executable.string(), program_invocation_name);
+}
+
+namespace {
+
+bool has_cpu_controller(const std::string& controllers)
+{
+  return (',' + controllers + ',').find(",cpu,") != std::string::npos;
+}
+
+/// The process's cgroup in the hierarchy of version 2, or in that of version 1 with the controller cpu.
+std::string cgroup_path(const std::string& root, bool is_version_2)
+{
+  std::ifstream cgroups(root + "/proc/self/cgroup");  // "4:cpu,cpuacct:/path" or "0::/path"
+  std::string number, controllers, path;
+  while (std::getline(cgroups, number, ':') && std::getline(cgroups, controllers, ':') &&
+         std::getline(cgroups, path)) {
+    if (is_version_2 ? controllers.empty() : has_cpu_controller(controllers)) return path;
+  }
+  return "";
+}
+
+/// Processors that one cgroup may use; infinite without a quota.
+double quota_of(const std::string& cgroup)
+{
+  double quota = 0.0, period = 0.0;
+  if (std::ifstream version_2(cgroup + "/cpu.max"); version_2) {
+    version_2 >> quota >> period;  // "max 100000" without a quota
+  } else {
+    std::ifstream(cgroup + "/cpu.cfs_quota_us") >> quota;  // -1 without a quota
+    std::ifstream(cgroup + "/cpu.cfs_period_us") >> period;
+  }
+  return quota > 0.0 && period > 0.0 ? quota / period : std::numeric_limits<double>::infinity();
+}
+
+/// The smallest quota of the process's cgroups and those above them, as far as they are mounted.
+double cgroup_quota(const std::string& root)
+{
+  double least = std::numeric_limits<double>::infinity();
+  std::ifstream mounts(root + "/proc/self/mountinfo");
+  for (std::string line; std::getline(mounts, line);) {
+    // "32 31 0:29 /top /sys/fs/cgroup/cpu rw,relatime - cgroup cgroup rw,cpu"
+    std::istringstream words(line);
+    std::string skipped, top, point, type, options;
+    words >> skipped >> skipped >> skipped >> top >> point;
+    while (words >> skipped && skipped != "-") continue;
+    words >> type >> skipped >> options;
+    const bool is_version_2 = type == "cgroup2";
+    if (!is_version_2 && !(type == "cgroup" && has_cpu_controller(options))) continue;
+    std::string path = cgroup_path(root, is_version_2);
+    if (top != "/" && path.starts_with(top)) path.erase(0, top.size());  // a container's top
+    for (;; path.erase(path.rfind('/'))) {
+      least = std::min(least, quota_of(root + point + path));
+      if (path.rfind('/') == std::string::npos) break;
+    }
+  }
+  return least;
+}
+
+}  // namespace
+
+int usable_processors(const std::string& root)
+{
+  cpu_set_t processors;  // a system with more than 1,024 refuses the call
+  const double n = sched_getaffinity(0, sizeof processors, &processors) == 0
+                       ? CPU_COUNT(&processors)
+                       : std::thread::hardware_concurrency();
+  return std::max(1, static_cast<int>(std::ceil(std::min(n, cgroup_quota(root)))));
 }
 
 }  // namespace vrda::inline core

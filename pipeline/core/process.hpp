@@ -1,4 +1,5 @@
-/// Child processes of both programs: start, wait, capture output; and the path of this program.
+/// Child processes of both programs: start, wait, capture output; the path of this program, and the
+/// processors that it may use.
 #pragma once
 
 #include <sys/types.h>
@@ -60,5 +61,9 @@ std::string own_program();
 
 /// The same for a given executable (from /proc) and the name that the program was called by.
 std::string program_to_start(const std::string& executable, const std::string& called_by);
+
+/// Processors that this process may use, at least 1: those of its affinity, and at most the quota of its
+/// cgroups (version 1 or 2), rounded up. `root` is the folder with the system's /proc and /sys.
+int usable_processors(const std::string& root = "");
 
 }  // namespace vrda::inline core

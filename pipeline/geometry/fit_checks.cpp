@@ -16,6 +16,7 @@ constexpr double largest_coarse_mm = 3.5, largest_residual_mm = 1.9;
 constexpr double largest_varus_deg = 10.0, largest_internal_deg = 30.0;
 constexpr double least_flexion_deg = -15.0, largest_flexion_deg = 120.0;
 constexpr double refused_length_mm = 40.0;  // frames of shorter stumps are wrong by more than 5 degrees
+constexpr double identical_mm = 0.5;  // residual of a bone with the template's shape, whose frame is exact
 constexpr double short_length_mm = 45.0;
 constexpr double least_margin = 1.05;
 
@@ -63,7 +64,7 @@ struct Lengths {
 // The joint line is 20 mm below the rotation centre of a knee.
 Lengths lengths_of(const KneeFit& fit, const KneeSurfaces& subject)
 {
-  constexpr double line_mm = 20.0;
+  const double line_mm = 20.0 * fit.size;
   return {length_mm(subject.femur.bone, fit, fit.X_scan_femur, 1.0) + line_mm,
           length_mm(subject.tibia.bone, fit, fit.X_scan_tibia, -1.0) - line_mm};
 }
@@ -73,11 +74,25 @@ bool has_bone(const BoneSurfaces& surfaces)
   return surfaces.bone.triangles.rows() > 0;
 }
 
-void require_length(const char* name, double length_mm, std::vector<std::string>& found)
+void require_length(const char* name, const BoneFit& bone, double length_mm, double size,
+                    std::vector<std::string>& found)
 {
-  if (length_mm >= refused_length_mm) return;
-  found.push_back(std::string(name) + ": " + tenths(length_mm) + " mm of bone (at least " +
-                  shortest_decimal(refused_length_mm) + ")");
+  const double least_mm = refused_length_mm * size;
+  if (length_mm >= least_mm || bone.residual_mm < identical_mm) return;
+  found.push_back(std::string(name) + ": " + tenths(length_mm) + " mm of bone (at least " + tenths(least_mm) +
+                  ")");
+}
+
+// A size outside the template's explains a bad fit.
+void name_size(const KneeFit& fit, const KneeSurfaces& subject, std::vector<std::string>& found)
+{
+  if (found.empty()) return;
+  const double width_mm = fit.unit_mm * joint_width(joined(subject.femur), joined(subject.tibia));
+  const double size = width_mm / usual_joint_width_mm;
+  if (size >= least_knee_size && size <= largest_knee_size) return;
+  found.insert(found.begin(), "the size: a joint " + tenths(width_mm) + " mm wide (" +
+                                  tenths(least_knee_size * usual_joint_width_mm) + " to " +
+                                  tenths(largest_knee_size * usual_joint_width_mm) + ")");
 }
 
 std::vector<std::string> fit_rejections(const KneeFit& fit)
@@ -148,13 +163,20 @@ BoneSurfaces reversed(BoneSurfaces surfaces)
 
 }  // namespace
 
+bool is_template_itself(const KneeFit& fit)
+{
+  return fit.femur.residual_mm < identical_mm && fit.tibia.residual_mm < identical_mm;
+}
+
 std::vector<std::string> rejection_reasons(const KneeFit& fit, const KneeSurfaces& subject)
 {
   std::vector<std::string> found = fit_rejections(fit);
-  if (!found.empty()) return found;  // frames that are wrong give no length
-  const Lengths lengths = lengths_of(fit, subject);
-  if (has_bone(subject.femur)) require_length("femur", lengths.femur_mm, found);
-  if (has_bone(subject.tibia)) require_length("tibia", lengths.tibia_mm, found);
+  if (found.empty()) {  // frames that are wrong give no length
+    const Lengths lengths = lengths_of(fit, subject);
+    if (has_bone(subject.femur)) require_length("femur", fit.femur, lengths.femur_mm, fit.size, found);
+    if (has_bone(subject.tibia)) require_length("tibia", fit.tibia, lengths.tibia_mm, fit.size, found);
+  }
+  name_size(fit, subject, found);
   return found;
 }
 
@@ -202,7 +224,7 @@ std::vector<std::string> fit_warnings(const KneeFit& fit, const KneeSurfaces& su
     if (!has_bone(bone)) {
       if (has_any_bone)
         found.push_back(std::string(name) + ": cartilage only; its size is taken from the other bone");
-    } else if (mm < short_length_mm) {
+    } else if (mm < short_length_mm * fit.size) {
       found.push_back(std::string(name) + ": only " + tenths(mm) +
                       " mm of bone; its axes may be off by 5 degrees");
     }
@@ -285,10 +307,11 @@ PartCheck meniscus_check(const Mesh& part, const Mesh& tibia)
   return distance_check(distances_mm(part, tibia), high_mm, "tibia");
 }
 
-std::string fibula_rejection(const Mesh& fibula, const Mesh& tibia)
+std::string fibula_rejection(const Mesh& fibula, const Mesh& tibia, double size)
 {
   // Below the rotation centre by the joint line's 20 mm and at most the length of a stump.
-  constexpr double highest_mm = -15.0, lowest_mm = -90.0, largest_distance_mm = 15.0, same_mm = 0.1;
+  const double highest_mm = -15.0 * size, lowest_mm = -90.0 * size;
+  constexpr double largest_distance_mm = 15.0, same_mm = 0.1;
   if (quantile(distances_mm(fibula, tibia), 0.5) < same_mm) return "the surface of the tibia";
   const double top_mm = bounding_box(fibula).max_mm.y();
   if (top_mm > highest_mm || top_mm < lowest_mm)

@@ -279,10 +279,15 @@ KneeSurfaces mirrored_z(const KneeSurfaces& knee)
   return {mirrored(knee.femur), mirrored(knee.tibia)};
 }
 
+double joint_width(const Mesh& femur, const Mesh& tibia)
+{
+  return std::sqrt(second_extent(femur) * second_extent(tibia));
+}
+
 double unit_mm_of(const Mesh& femur, const Mesh& tibia)
 {
-  constexpr double joint_mm = 75.0;
-  const double width = std::sqrt(second_extent(femur) * second_extent(tibia));
+  constexpr double joint_mm = usual_joint_width_mm;
+  const double width = joint_width(femur, tibia);
   double best = 1.0, best_ratio = std::numeric_limits<double>::infinity();
   for (const double unit_mm : {1.0, 10.0, 1000.0}) {
     const double ratio = std::max(width * unit_mm / joint_mm, joint_mm / (width * unit_mm));
@@ -886,12 +891,12 @@ void fit_bones(KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& ow
   if (femur_last) fit.femur = near_other(femur, fit.tibia);
 }
 
-}  // namespace
-
-KneeFit fit_knee(const KneeSurfaces& subject, const TemplateKnee& reference, const KneeFitOptions& options)
+// With the subject enlarged by 1 / size.
+KneeFit fit_at_size(const KneeSurfaces& subject, const TemplateKnee& reference, const KneeFitOptions& options,
+                    double unit_mm, double size)
 {
   KneeFit fit;
-  fit.unit_mm = options.unit_mm ? *options.unit_mm : unit_mm_of(joined(subject.femur), joined(subject.tibia));
+  fit.unit_mm = unit_mm / size;
   KneeSurfaces in_mm = subject;
   scale_unit(in_mm, fit.unit_mm);
   const CoarseFit coarse = fit_in_flexion(in_mm, reference);
@@ -900,7 +905,7 @@ KneeFit fit_knee(const KneeSurfaces& subject, const TemplateKnee& reference, con
   fit.side = is_left ? Side::left : Side::right;
   const SimilarityFit& chosen = is_left ? coarse.left : coarse.right;
   fit.coarse_residual_mm = chosen.residual_mm;
-  fit.nearest_mm = coarse.nearest_mm;
+  fit.nearest_mm = coarse.nearest_mm * size;
   fit.side_margin = (is_left ? coarse.right : coarse.left).residual_mm / chosen.residual_mm;
   TemplateKnee own_side = reference;
   if (is_left) {
@@ -908,11 +913,33 @@ KneeFit fit_knee(const KneeSurfaces& subject, const TemplateKnee& reference, con
     own_side.origin_mm.z() *= -1.0;
   }
   fit_bones(fit, in_mm, own_side, chosen, options);
+  for (BoneFit* bone : {&fit.femur, &fit.tibia}) {
+    bone->scale *= size;
+    bone->t_mm *= size;
+  }
+  fit.unit_mm = unit_mm;
+  fit.size = size;
   fit.X_scan_femur = frame_of(fit.femur, own_side.origin_mm);
   fit.X_scan_tibia = frame_of(fit.tibia, own_side.origin_mm);
   fit.scanned =
       clinical_coordinates(fit.X_scan_femur.inverse() * fit.X_scan_tibia, fit.side, Eigen::Vector3d::Zero());
   return fit;
+}
+
+}  // namespace
+
+KneeFit fit_knee(const KneeSurfaces& subject, const TemplateKnee& reference, const KneeFitOptions& options)
+{
+  constexpr double smaller = 0.8;
+  const Mesh femur = joined(subject.femur), tibia = joined(subject.tibia);
+  const double unit_mm = options.unit_mm ? *options.unit_mm : unit_mm_of(femur, tibia);
+  KneeFit fit = fit_at_size(subject, reference, options, unit_mm, 1.0);
+  const bool is_stopped = options.is_stopped && options.is_stopped();
+  const double size = joint_width(femur, tibia) * unit_mm / usual_joint_width_mm;
+  const bool is_child = size >= least_knee_size && size < smaller;
+  if (is_stopped || !is_child || rejection_reasons(fit, subject).empty()) return fit;
+  KneeFit child = fit_at_size(subject, reference, options, unit_mm, size);
+  return rejection_reasons(child, subject).empty() ? child : fit;
 }
 
 }  // namespace vrda::geometry

@@ -42,9 +42,15 @@ struct TemplateKnee {
   Eigen::Vector3d origin_mm{0.0, 0.0, 0.0};  ///< the rotation centre
 };
 
-/// Factor from the unit of the meshes to mm: 1, 10 or 1000. The geometric mean over both bones of the
-/// second-largest extent along principal axes comes nearest to 75 mm: that is a joint's width, however much
-/// of the shafts is there.
+/// Width of a knee's joint, of the template too: the geometric mean over both bones of the second-largest
+/// extent along principal axes, however much of the shafts is there. In the unit of the meshes.
+double joint_width(const Mesh& femur, const Mesh& tibia);
+inline constexpr double usual_joint_width_mm = 75.0;
+/// Widths of knees that are fitted, over the usual one: from a small child's.
+inline constexpr double least_knee_size = 0.4, largest_knee_size = 1.45;
+
+/// Factor from the unit of the meshes to mm: 1, 10 or 1000, whichever makes the joint's width nearest to the
+/// usual one.
 double unit_mm_of(const Mesh& femur, const Mesh& tibia);
 
 /// Where both bones are near each other, and the direction from the tibia to the femur there.
@@ -153,6 +159,8 @@ constexpr double largest_gap_mm = 20.0;
 /// The template, mirrored for a left knee, placed on the subject.
 struct KneeFit {
   double unit_mm = 1.0;  ///< of the subject's meshes
+  /// Of a child's knee: its width over the template's, by which it was enlarged for the fit; else 1.
+  double size = 1.0;
   Side side = Side::right;
   double side_margin = 1.0;  ///< coarse residual of the other side over that of `side`
   double coarse_residual_mm = 0.0;
@@ -165,11 +173,15 @@ struct KneeFit {
   ClinicalCoordinates scanned;  ///< tibia in the femur's frame, as in the scan
 };
 
-/// `subject` is in any unit and orientation.
+/// `subject` is in any unit and orientation. A knee of 0.4 to 0.8 of the usual width that is refused as it
+/// is, is fitted at the usual width.
 KneeFit fit_knee(const KneeSurfaces& subject, const TemplateKnee& reference,
                  const KneeFitOptions& options = {});
 
 // Whether a fit is that of a knee.
+
+/// Whether both bones have the shape of the template's, not only one like it.
+bool is_template_itself(const KneeFit& fit);
 
 /// Why a knee is refused: which measure is out of range, with its limit; empty: accepted.
 std::vector<std::string> rejection_reasons(const KneeFit& fit, const KneeSurfaces& subject);
@@ -207,8 +219,8 @@ bool is_part_of(const Mesh& part, const Mesh& surface);
 PartCheck meniscus_check(const Mesh& part, const Mesh& tibia);
 
 /// Why a mesh is not the fibula of a tibia: a copy of the tibia, the height of its head, or its distance;
-/// empty: accepted. Both are in the tibia's anatomical frame, mm.
-std::string fibula_rejection(const Mesh& fibula, const Mesh& tibia);
+/// empty: accepted. Both are in the tibia's anatomical frame, mm; `size` is that of the fit.
+std::string fibula_rejection(const Mesh& fibula, const Mesh& tibia, double size = 1.0);
 
 /// Whether the head of the fibula, its highest 20 mm, is lateral of the rotation centre. `fibula` is in the
 /// tibia's anatomical frame.

@@ -211,21 +211,26 @@ std::vector<Face> initial_faces(const std::vector<Face>& half, double w_mm)
   return chosen;
 }
 
-// Faces near the sphere with a radial normal, on its posterior-distal side.
-std::vector<Face> faces_near(const std::vector<Face>& half, const Sphere& sphere, double spread)
+// Faces near the sphere with a radial normal, of those whose direction from its centre `is_there`.
+template <typename IsThere>
+std::vector<Face> faces_near(const std::vector<Face>& faces, const Sphere& sphere, double spread,
+                             const IsThere& is_there)
 {
   const double tolerance_mm = std::clamp(2.0 * spread, 0.3, 0.5);
   std::vector<Face> chosen;
-  for (const Face& face : half) {
+  for (const Face& face : faces) {
     const Eigen::Vector3d arm = face.centre_mm - sphere.centre_mm;
     const double distance_mm = arm.norm();
     if (std::abs(distance_mm - sphere.radius_mm) > tolerance_mm) continue;
     const Eigen::Vector3d radial = arm / distance_mm;
-    const bool is_radial = face.normal.dot(radial) > 0.9;
-    if (is_radial && radial.x() < 0.4 && radial.y() < 0.2 && std::abs(radial.z()) < 0.5)
-      chosen.push_back(face);
+    if (face.normal.dot(radial) > 0.9 && is_there(radial)) chosen.push_back(face);
   }
   return chosen;
+}
+
+bool is_posterior_distal(const Eigen::Vector3d& radial)
+{
+  return radial.x() < 0.4 && radial.y() < 0.2 && std::abs(radial.z()) < 0.5;
 }
 
 // The thresholds here and above were chosen on four real knees. Nearby values move the midpoint of the
@@ -242,7 +247,7 @@ std::optional<Sphere> condyle_sphere(const std::vector<Face>& half, double w_mm)
     sphere = fitted(chosen);
     if (!(sphere.radius_mm > 5.0) || sphere.radius_mm > 60.0 || !sphere.centre_mm.allFinite())
       return std::nullopt;
-    chosen = faces_near(half, sphere, spread_mm(chosen, sphere));
+    chosen = faces_near(half, sphere, spread_mm(chosen, sphere), is_posterior_distal);
   }
   return sphere;
 }
@@ -346,6 +351,39 @@ std::optional<BallFit> ball_fit(const Case& loaded)
   fit.is_ball = fit.rms_mm <= ball_rms_share * fit.sphere.radius_mm && direction.norm() <= flattest_cap &&
                 fit.sphere.radius_mm >= smallest_ball_mm && fit.sphere.radius_mm <= largest_ball_mm;
   return fit;
+}
+
+namespace {
+
+// The sphere near `start` through the faces on it; nothing unless they cover a good part of it.
+std::optional<Sphere> sphere_of_head(const std::vector<Face>& faces, const BallFit& start)
+{
+  constexpr int n_rounds = 20;
+  constexpr double least_share = 0.2;  // a head without its neck has 0.6, a condyle 0.05
+  Sphere sphere = start.sphere;
+  double spread = start.rms_mm, area_mm2 = 0.0;
+  for (int round = 0; round < n_rounds; ++round) {
+    const std::vector<Face> chosen =
+        faces_near(faces, sphere, spread, [](const Eigen::Vector3d&) { return true; });
+    if (chosen.size() < fewest_facing) return std::nullopt;
+    sphere = fitted(chosen);
+    spread = spread_mm(chosen, sphere);
+    area_mm2 = 0.0;
+    for (const Face& face : chosen) area_mm2 += face.area_mm2;
+  }
+  const bool is_head = sphere.radius_mm >= smallest_ball_mm && sphere.radius_mm <= largest_ball_mm &&
+                       area_mm2 >= least_share * 4.0 * pi * sphere.radius_mm * sphere.radius_mm;
+  return is_head ? std::optional(sphere) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Sphere> head_sphere(const Case& loaded)
+{
+  const std::optional<BallFit> start = ball_fit(loaded);
+  if (!start) return std::nullopt;
+  const std::optional<Sphere> head = sphere_of_head(faces_of(loaded.moving.contact.mesh), *start);
+  return head ? head : sphere_of_head(faces_of(loaded.reference.contact.mesh), *start);
 }
 
 std::string joint_shape_warning(const std::string& joint, const Case& loaded)

@@ -62,6 +62,10 @@ struct BallFit {
 /// of it, and its radius is 5 to 60 mm. Nothing if fewer than 20 vertices.
 std::optional<BallFit> ball_fit(const Case& loaded);
 
+/// The sphere of the head that either object has in the other's socket: from ball_fit() on by iterated least
+/// squares of the faces on the sphere, without fovea and neck. Nothing if there is no head.
+std::optional<Sphere> head_sphere(const Case& loaded);
+
 /// One sentence if the kind of the joint contradicts the shape, else empty.
 std::string joint_shape_warning(const std::string& joint, const Case& loaded);
 

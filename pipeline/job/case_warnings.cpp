@@ -508,16 +508,21 @@ void warn_of_centre_off_objects(const Job& job, const Case& loaded, Warnings& wa
 
 void warn_of_centre(const Job& job, const Case& loaded, Warnings& warnings)
 {
-  constexpr double farthest_mm = 30.0;  // from the midpoint of the condyles' centres
-  const std::optional<CondyleSpheres> spheres =
-      job.joint == "knee" ? condyle_spheres(loaded.reference.contact.mesh) : std::nullopt;
-  if (!spheres) return warn_of_centre_off_objects(job, loaded, warnings);
-  const Eigen::Vector3d middle_mm = 0.5 * (spheres->left.centre_mm + spheres->right.centre_mm);
-  const double off_mm = (loaded.frame.rotation_centre_mm - middle_mm).norm();
+  constexpr double farthest_mm = 30.0;  // from the midpoint of the condyles' centres, or the head's centre
+  std::optional<Eigen::Vector3d> middle_mm;
+  if (job.joint == "knee") {
+    if (const auto spheres = condyle_spheres(loaded.reference.contact.mesh))
+      middle_mm = 0.5 * (spheres->left.centre_mm + spheres->right.centre_mm);
+  } else if (job.joint == "hip") {
+    if (const auto head = head_sphere(loaded)) middle_mm = head->centre_mm;
+  }
+  if (!middle_mm) return warn_of_centre_off_objects(job, loaded, warnings);
+  const double off_mm = (loaded.frame.rotation_centre_mm - *middle_mm).norm();
   if (off_mm <= farthest_mm) return;
   warnings.push_back(frame_of(job, job.reference).key + ".origin: the rotation centre is " +
-                     tenths_text(off_mm) + " mm from the middle of the condyles, which is " +
-                     origin_text(job, middle_mm));
+                     tenths_text(off_mm) + " mm from the " +
+                     (job.joint == "knee" ? "middle of the condyles" : "centre of the head") + ", which is " +
+                     origin_text(job, *middle_mm));
 }
 
 }  // namespace

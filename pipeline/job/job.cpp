@@ -378,6 +378,15 @@ void set_texts(Job& job)
   job.unscaled_text = core::toml_text(steps);
 }
 
+// grid.varus = 0 is the one angle 0.
+void expand_angles(core::DocumentValue& root)
+{
+  for (const char* key : {"grid.flexion", "grid.varus"}) {
+    core::DocumentValue* angle = core::find_at(root, key);
+    if (angle != nullptr && angle->is_number()) *angle = {{"from", *angle}, {"to", *angle}, {"step", 1}};
+  }
+}
+
 }  // namespace
 
 std::vector<double> range_at(const core::Document& document, const std::string& key)
@@ -414,6 +423,7 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
   const bool is_push_given = core::find_at(job.document.root, "push.delta") != nullptr;
   const bool has_grid = job.document.root.contains("grid");
   job.document.root = checked_job(job.document);
+  expand_angles(job.document.root);
   complete(job.document.root);
   complete_kind(job.document.root, is_start_given, is_push_given);
   job.document.root = checked_job(job.document);  // again, to restore the order of keys

@@ -153,6 +153,15 @@ TemplateJoint generic_template()
   return knee;
 }
 
+TemplateJoint generated_knee()
+{
+  std::string text = generic_job;
+  const std::string_view shape = "knee-template";
+  for (std::size_t at = text.find(shape); at != std::string::npos; at = text.find(shape))
+    text.replace(at, shape.size(), "knee");
+  return template_of(job::load_case(job::parse_job("generated knee", text), ""));
+}
+
 namespace {
 
 constexpr double eminence_half_width_mm = 6.0;

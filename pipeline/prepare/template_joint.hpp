@@ -35,6 +35,9 @@ TemplateJoint template_of(const job::Case& joint);
 /// The generated knee "knee-template".
 TemplateJoint generic_template();
 
+/// The generated knee "knee" of `vrda shape`, without its shafts.
+TemplateJoint generated_knee();
+
 /// The template of the other side.
 TemplateJoint mirrored(const TemplateJoint& joint);
 

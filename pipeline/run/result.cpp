@@ -8,13 +8,13 @@
 #include <cstdio>
 #include <ctime>
 #include <set>
-#include <thread>
 #include <utility>
 
 #include "analysis/audit.hpp"
 #include "analysis/reduce.hpp"
 #include "analysis/smooth.hpp"
 #include "core/files.hpp"
+#include "core/process.hpp"
 #include "core/text.hpp"
 #include "run/run_output.hpp"
 #include "run/status.hpp"
@@ -87,7 +87,7 @@ void RunRecord::write(const std::string& path) const
                                          {"threads", n_threads_},
                                          {"steps_recalled", n_recalled_},
                                          {"host", run::host_name()},
-                                         {"processors", std::thread::hardware_concurrency()}};
+                                         {"processors", core::usable_processors()}};
   write_atomically(path, {record.dump(2) + '\n'});
 }
 

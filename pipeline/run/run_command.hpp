@@ -18,7 +18,7 @@ namespace vrda::run {
 
 struct RunOptions {
   std::string job_file;
-  std::string output;  ///< empty: results/<job name>/<job name>.h5
+  std::string output;  ///< empty: results/NAME/NAME.h5
   std::string data_directory;
   std::vector<std::string> overrides;
   int n_threads = 0;          ///< 0: one per processor

@@ -14,6 +14,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/process.hpp"
 #include "job/job.hpp"
 #include "run/run_command.hpp"
 #include "solve/case_solver.hpp"
@@ -146,10 +147,30 @@ InputError with_first_difference(const InputError& error, const job::Case& job_c
   return InputError(facts);
 }
 
+std::string result_name_of(const std::string& job_file)
+{
+  constexpr std::size_t most_folders = 2;
+  const fs::path folder = fs::absolute(job_file).lexically_normal().parent_path();
+  const fs::path here = folder.lexically_relative(fs::current_path());
+  const bool is_below = !here.empty() && *here.begin() != "..";
+  std::vector<std::string> names;
+  for (const fs::path& part : is_below ? here : folder.relative_path()) {
+    if (part == "jobs") {
+      names.clear();
+    } else if (!part.empty() && part != ".") {
+      names.push_back(part.string());
+    }
+  }
+  if (names.size() > most_folders) names.erase(names.begin(), names.end() - most_folders);
+  const std::string file = fs::path(job_file).stem().string();
+  if (names.empty() || !names.back().ends_with(file)) names.push_back(file);
+  return core::joined(names, "-");
+}
+
 std::string output_path_of(const std::string& requested, const std::string& job_file)
 {
   if (!requested.empty()) return requested;
-  const std::string name = fs::path(job_file).stem().string();
+  const std::string name = result_name_of(job_file);
   return (fs::path("results") / name / (name + ".h5")).string();
 }
 
@@ -428,7 +449,7 @@ store::MotionModel read_solved_model(const std::string& file)
 int thread_count_or_all(int requested)
 {
   if (requested > 0) return requested;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return core::usable_processors();
 }
 
 namespace {

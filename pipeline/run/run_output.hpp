@@ -50,7 +50,12 @@ auto with_difference_in_errors(const job::Case& job_case, const Work& work)
   }
 }
 
-/// `requested`, or results/<job name>/<job name>.h5 if that is empty.
+/// The name of a job's results: that of its file after those of its folders, at most two, joined by "-". No
+/// folder counts for a job in the working folder or in a folder "jobs", so two prepared knees have two names.
+/// Where the folder's name ends with that of the file, it is the name.
+std::string result_name_of(const std::string& job_file);
+
+/// `requested`, or results/NAME/NAME.h5 with result_name_of() if that is empty.
 std::string output_path_of(const std::string& requested, const std::string& job_file);
 
 std::string run_record_of(const std::string& output);

@@ -93,6 +93,7 @@ struct Submission {
   std::int32_t n_shards = 1;      ///< of each case
   std::vector<SubmittedCase> cases;
   SlurmOptions slurm;
+  bool permits_missing_locks = false;  ///< its tasks go on without locks (--no-lock)
 
   bool operator==(const Submission&) const = default;
   /// Whether a table of the cases is written at the end.
@@ -101,9 +102,14 @@ struct Submission {
 /// The keys of submission.json (schemas/submission.md).
 constexpr auto fields_of(const Submission*)
 {
-  return std::tuple{Field{"program", &Submission::program}, Field{"title", &Submission::title},
-                    Field{"axes", &Submission::axes},       Field{"shards", &Submission::n_shards},
-                    Field{"slurm", &Submission::slurm},     Field{"cases", &Submission::cases}};
+  return std::tuple{
+      Field{"program", &Submission::program},
+      Field{"title", &Submission::title},
+      Field{"axes", &Submission::axes},
+      Field{"shards", &Submission::n_shards},
+      Field{"slurm", &Submission::slurm},
+      Field{"no_lock", &Submission::permits_missing_locks, unit::none, "", Presence::unless_new},
+      Field{"cases", &Submission::cases}};
 }
 
 /// Absolute path without a trailing slash.

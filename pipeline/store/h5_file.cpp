@@ -529,6 +529,8 @@ H5Writer::H5Writer(const std::string& path) : file_name_(path), memory_(memory_f
   const H5Handle access = place("").own(H5Pcreate(H5P_FILE_ACCESS));
   // The default driver resolves the real path of a link, which an unnamed file does not have.
   place("").check(H5Pset_fapl_stdio(access.id()));
+  // Of this process alone, so HDF5 needs no lock, which some systems do not have.
+  place("").check(H5Pset_file_locking(access.id(), false, true));
   place("").check(H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18));
   const H5Handle creation = place("").own(H5Pcreate(H5P_FILE_CREATE));
   disable_times_and_order_attributes(creation.id(), place(""));

@@ -346,6 +346,13 @@ void require_written(const std::string& path, std::size_t n_bytes)
 
 void write_motion_model(const std::string& path, const MotionModel& model)
 {
+  const std::string& unlocked = missing_lock_warning();
+  if (const std::vector<std::string>& known = model.job.warnings;
+      !unlocked.empty() && std::find(known.begin(), known.end(), unlocked) == known.end()) {
+    MotionModel warned = model;
+    warned.job.warnings.push_back(unlocked);
+    return write_motion_model(path, warned);
+  }
   require_consistent(model);
   const std::string content = hdf5_bytes(path, {format_name, format_version}, model);
   const std::string seal = seal_of(content);

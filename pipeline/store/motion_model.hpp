@@ -601,7 +601,8 @@ inline constexpr int format_minor_version = 13;
 inline constexpr int least_minor_version = 7;
 
 /// Writes `model` to `path`: under a temporary name in the same folder, flushed to the disk, then renamed,
-/// so `path` is always a complete old or new file. Equal models give equal bytes.
+/// so `path` is always a complete old or new file. Equal models give equal bytes. A lock that was missing is
+/// a warning in the file.
 /// Every grid must have the shape of the axes, and row_start one entry more than there are cells. Values are
 /// not checked here (see validate_hdf5). Throws InputError when the file cannot be written, InternalError
 /// when the model's shapes are inconsistent.

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>
+#include <filesystem>
 #include <functional>
 #include <iostream>
 #include <map>
@@ -289,7 +290,7 @@ void declare_follow(CLI::App& mode, show::FollowOptions& options)
   add(mode, "--size", "WxH", options.size, "Image size in pixels (default: the job's, else 1280x960)");
   mode.add_flag("--quiet", options.is_quiet, "Print no progress");
   mode.footer(
-      "Keys: Space pauses, or plays the result; R resets the views; Q or Esc quits.\n"
+      "Keys: Space pauses, or plays the result; R resets the views; Q quits.\n"
       "Mouse: as for show.\n"
       "Reads the start file and the journals next to it, on this machine or in a shared folder, and never\n"
       "writes there. Ends when the result exists, or with Ctrl-C.\n"
@@ -554,11 +555,28 @@ void add_bench_modes(CLI::App& app, Modes& modes)
 
 // The program.
 
+/// The arguments, with the mode show before those of "vrda-player FILE.h5".
+std::vector<const char*> with_mode(const Modes& modes, int argc, char** argv)
+{
+  const auto is_model = [](const std::string& word) {
+    return word.ends_with(".h5") || word.ends_with(".hdf5") || std::filesystem::is_regular_file(word);
+  };
+  std::vector<const char*> words(argv, argv + argc);
+  const auto first =
+      std::find_if(words.begin() + std::min(argc, 1), words.end(),
+                   [](const std::string& word) { return word != "--unsealed" && word != "--no-lock"; });
+  const auto is_named = [&](const Mode& mode) { return mode.command->get_name() == *first; };
+  if (first == words.end() || std::any_of(modes.begin(), modes.end(), is_named)) return words;
+  const bool is_shown = **first == '-' ? std::any_of(first, words.end(), is_model) : is_model(*first);
+  if (is_shown) words.insert(first, "show");
+  return words;
+}
+
 /// Reports an unknown option before a missing one; CLI11 reports the missing one first.
-void parse(CLI::App& app, int argc, char** argv)
+void parse(CLI::App& app, const std::vector<const char*>& words)
 {
   try {
-    app.parse(argc, argv);
+    app.parse(static_cast<int>(words.size()), words.data());
   } catch (const CLI::RequiredError&) {
     const std::vector<std::string> unknown = app.remaining(true);
     if (unknown.empty()) throw;
@@ -571,7 +589,11 @@ int run(int argc, char** argv)
   CLI::App app("Shows the motion of a joint from a motion model", "vrda-player");
   app.add_flag_callback(
       "--unsealed", [] { store::accept_unsealed_files(); },
-      "Accept files without a seal, written or changed by another program (must precede the mode)");
+      "Accept files without a seal, written or changed by another program");
+  app.add_flag_callback(
+      "--no-lock", [] { permit_missing_locks([](const std::string& why) { std::cerr << why << "\n"; }); },
+      "Go on where the file system has no locks (flock): no other process may write the same output");
+  app.fallthrough();  // both options may follow the mode
   store::on_unconfined_read([](const std::string& why) {
     std::cerr << "vrda-player: this system does not sandbox the process that reads HDF5 (" << why
               << "); its resource limits still apply\n";
@@ -579,7 +601,7 @@ int run(int argc, char** argv)
   app.set_version_flag("--version", "vrda-player " VRDA_VERSION);
   app.require_subcommand(0, 1);
   app.footer(
-      "Example:\n  vrda-player show knee.h5\n\n"
+      "Example:\n  vrda-player knee.h5          (the same as vrda-player show knee.h5)\n\n"
       "Exit codes: 0 success, 2 invalid input, 3 unsolved attitudes (or a device that does not answer), 4 "
       "stopped before the followed run or the calibration was complete (the same command resumes), 5 "
       "internal error");
@@ -587,7 +609,7 @@ int run(int argc, char** argv)
   add_show_modes(app, modes);
   add_bench_modes(app, modes);
   try {
-    parse(app, argc, argv);
+    parse(app, with_mode(modes, argc, argv));
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {

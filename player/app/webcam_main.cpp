@@ -8,6 +8,7 @@
 #include <string>
 
 #include "bench/webcam.hpp"
+#include "core/files.hpp"
 #include "core/text.hpp"
 
 namespace {
@@ -31,6 +32,10 @@ int run(int argc, char** argv)
   CLI::App app("Tracks printed bodies with a webcam, for vrda-player", "vrda-webcam");
   app.set_version_flag("--version", "vrda-webcam " VRDA_VERSION);
   app.require_subcommand(1);
+  app.add_flag_callback(
+      "--no-lock", [] { permit_missing_locks([](const std::string& why) { std::cerr << why << "\n"; }); },
+      "Go on where the file system has no locks (flock): no other process may write the same output");
+  app.fallthrough();
   app.footer("Exit codes: 0 success, 2 invalid input or no camera, 5 internal error");
   std::string bench, pdf;
   bench::CalibrateOptions calibrate;

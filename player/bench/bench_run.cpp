@@ -397,7 +397,7 @@ class Replay final : public show::Mode {
     if (key == view::key_of('+') || key == view::key_of('=')) speed_ = std::min(fastest, 2.0 * speed_);
     if (key == view::key_of('-')) speed_ = std::max(slowest, 0.5 * speed_);
     if (key == view::key_of('T')) show_.panel().has_panel = !show_.panel().has_panel;
-    is_left_ = is_left_ || key == view::Key::escape || key == view::key_of('Q');
+    is_left_ = is_left_ || key == view::key_of('Q');
   }
 
   void advance(double elapsed_s) override
@@ -578,7 +578,8 @@ constexpr std::array key_lines{
     view::HelpLine{"T", "panel with devices and timing"},
     view::HelpLine{"S", "screenshot (PNG, in the current folder)"},
     view::HelpLine{"H or ?", "this page"},
-    view::HelpLine{"Q or Esc", "quit"},
+    view::HelpLine{"Esc", "close this page"},
+    view::HelpLine{"Q", "quit"},
 };
 
 /// "left" for "left.k1".
@@ -655,7 +656,7 @@ constexpr std::array bindings{
     Binding{view::key_of('H'), nullptr, BenchRequest::show_help},
     Binding{view::key_of('?'), nullptr, BenchRequest::show_help},
     Binding{view::key_of('Q'), nullptr, BenchRequest::quit},
-    Binding{view::Key::escape, nullptr, BenchRequest::quit},
+    Binding{view::Key::escape, nullptr, BenchRequest::close_help},
 };
 
 }  // namespace

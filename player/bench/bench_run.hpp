@@ -137,6 +137,7 @@ enum class BenchRequest {
   screenshot,
   show_panel,  ///< toggle
   show_help,   ///< toggle
+  close_help,
   quit
 };
 

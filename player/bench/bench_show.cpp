@@ -338,6 +338,7 @@ BenchRequests apply_input(BenchState& state, PanelContent& panel, std::span<cons
     requests.take_screenshot = requests.take_screenshot || request == BenchRequest::screenshot;
     if (request == BenchRequest::show_panel) panel.has_panel = !panel.has_panel;
     if (request == BenchRequest::show_help) panel.has_help = !panel.has_help;
+    if (request == BenchRequest::close_help) panel.has_help = false;
   }
   for (const Sample& sample : samples) state.take(sample);
   restore_unusable(state, before, panel);

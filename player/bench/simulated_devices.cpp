@@ -94,7 +94,8 @@ struct PtyBoard::State {
     termios settings{};
     if (!far_end.is_open() || tcgetattr(far_end.get(), &settings) != 0)
       throw terminal_error(path, "a pseudo-terminal");
-    if (flock(far_end.get(), LOCK_EX | LOCK_NB) != 0) throw terminal_error(path, "a terminal of its own");
+    if (flock(far_end.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+      throw terminal_error(path, "a terminal of its own");
     cfmakeraw(&settings);
     tcsetattr(far_end.get(), TCSANOW, &settings);
     if (!options.link.empty()) make_link(options.link, path);

@@ -14,6 +14,7 @@
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
 #include "core/files.hpp"
+#include "core/process.hpp"
 #include "core/text.hpp"
 #include "show/session.hpp"
 #include "store/motion_model.hpp"
@@ -259,7 +260,7 @@ CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetu
 
 void write_benches(const CalibrateOptions& options, const CalibrateSetup& setup, std::ostream& data)
 {
-  const int n_threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const int n_threads = usable_processors();
   if (options.step != "all" && !setup.joint)
     view::refuse_option("--model", "nothing", "the motion model that functional places in thigh and shank");
   const VirtualStatistics statistics =

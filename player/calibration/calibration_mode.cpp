@@ -523,11 +523,12 @@ void CalibrationMode::press(const view::KeyPress& press)
 {
   if (press.key == view::key_of('H')) {
     content_.has_help = !content_.has_help;
+  } else if (press.key == view::Key::escape) {
+    content_.has_help = false;
   } else if (session_.task() != nullptr) {
     press_in_task(press);
   } else {
-    is_over_ = is_over_ || press.key == view::Key::enter || press.key == view::Key::escape ||
-               press.key == view::key_of('Q');
+    is_over_ = is_over_ || press.key == view::Key::enter || press.key == view::key_of('Q');
   }
 }
 

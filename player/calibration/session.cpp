@@ -582,7 +582,7 @@ void CalibrationSession::zero_by_key()
 
 void CalibrationSession::take(const view::KeyPress& key)
 {
-  if (key.key == view::Key::escape || key.key == view::key_of('Q')) {
+  if (key.key == view::key_of('Q')) {
     has_quit_ = true;
     collector_.end();
     progress_.is_sampling = false;
@@ -639,7 +639,7 @@ double time_left_s(const Pace& pace, double typical_left_s)
 
 std::span<const view::HelpLine> session_key_lines()
 {
-  static constexpr std::array<view::HelpLine, 12> lines{
+  static constexpr std::array<view::HelpLine, 13> lines{
       {{"Left, Right", "decrease, increase the first (or the selected) number"},
        {"Up, Down", "increase, decrease the second number (cross: up, down), or select a number"},
        {"Shift, Control", "10, 100 steps at once"},
@@ -652,7 +652,8 @@ std::span<const view::HelpLine> session_key_lines()
        {"Backspace", "repeat the previous task; during sampling: stop it"},
        {"R", "repeat this part from its first task"},
        {"Z", "zero the stage at its stop, also after its board was switched on again"},
-       {"Escape, Q", "quit; finished tasks are kept"}}};
+       {"Esc", "close this page"},
+       {"Q", "quit; finished tasks are kept"}}};
   return lines;
 }
 

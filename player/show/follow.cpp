@@ -776,7 +776,7 @@ class FollowedRun final : public Mode {
 
   void press_key(view::Key key)
   {
-    if (key == view::Key::escape || key == view::key_of('Q')) is_left_ = true;
+    if (key == view::key_of('Q')) is_left_ = true;
     if (key == view::key_of('R')) screen_->fit_cameras();
     if (key != view::Key::space) return;
     if (playback_) {

@@ -145,6 +145,7 @@ void Session::do_action(view::Action action)
 {
   if (action == view::Action::screenshot) takes_picture_ = true;
   if (action == view::Action::full_screen) toggles_full_screen_ = true;
+  if (action == view::Action::leave && !state_.shows_help) leaves_full_screen_ = !gui_.close_menu();
   if (action == view::Action::reset_view) frame_joint();
   if (const std::optional<view::View> view = view::view_of(action)) set_view(*view);
   state_ = view::apply_action(state_, action, range_);
@@ -262,9 +263,10 @@ bool Session::consume_screenshot_request()
   return std::exchange(takes_picture_, false);
 }
 
-bool Session::consume_full_screen_request()
+bool Session::consume_full_screen_request(bool is_full)
 {
-  return std::exchange(toggles_full_screen_, false);
+  const bool leaves = std::exchange(leaves_full_screen_, false);
+  return std::exchange(toggles_full_screen_, false) ? !is_full : is_full && !leaves;
 }
 
 const view::Image& Session::draw_screenshot(view::Renderer& renderer)
@@ -513,7 +515,9 @@ class ShowMode final : public Mode {
     session.resize(sink_.renderer().width(), sink_.renderer().height());
     session.advance(elapsed_s);
     if (session.consume_screenshot_request()) save_picture();
-    if (session.consume_full_screen_request()) sink_.window()->toggle_full_screen();
+    view::Window& window = *sink_.window();
+    if (const bool is_full = window.is_full_screen(); session.consume_full_screen_request(is_full) != is_full)
+      window.toggle_full_screen();
   }
 
   void draw() override

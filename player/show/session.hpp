@@ -84,7 +84,8 @@ class Session {
 
   /// Return a pending request of the user and clear it.
   bool consume_screenshot_request();
-  bool consume_full_screen_request();
+  /// Whether full screen is wanted of a window that `is_full` screen now or not.
+  bool consume_full_screen_request(bool is_full);
 
   /// Renders a screenshot without controls at the renderer's size.
   const view::Image& draw_screenshot(view::Renderer& renderer);
@@ -139,7 +140,7 @@ class Session {
   bool is_disturbed_ = true;  ///< by an event since the last frame
   double still_s_ = 0.0;      ///< since the last change of the picture
   bool has_same_picture_ = false;
-  bool takes_picture_ = false, toggles_full_screen_ = false;
+  bool takes_picture_ = false, toggles_full_screen_ = false, leaves_full_screen_ = false;
   std::optional<std::size_t> remarked_set_;  ///< the default motion, if it is not the smoothed one
   std::string remark_;                       ///< why; shown with that set
   std::string message_;

@@ -140,7 +140,7 @@ namespace {
 constexpr double ball_fraction = 0.9;          // of the smaller side of the viewport
 constexpr double wheel_factor = 0.9;           // of the depth, per notch
 constexpr double largest_drag = 0.9;           // of the viewport height; the depth diverges at 1
-constexpr double least_depth_mm = 10.0;        // keeps the camera outside cartilage
+constexpr double least_depth_mm = 10.0;        // of the pivot and of a surface
 constexpr double most_depth_mm = 20000.0;      // a knee covers only a few pixels there
 constexpr double parallel_determinant = 1e-9;  // mm^2: triangles seen edge-on are skipped
 
@@ -320,6 +320,24 @@ std::optional<Eigen::Vector3d> point_under(const Scene& scene, const Camera& cam
   return from + nearest * direction;
 }
 
+OrbitCamera before_surface(const OrbitCamera& gaze, OrbitCamera next, const Scene& scene)
+{
+  const double ahead_mm = depth_mm(gaze) - depth_mm(next);
+  if (ahead_mm <= 0.0) return next;
+  double seen_mm = std::numeric_limits<double>::infinity();
+  const Viewport whole{-1, -1, 2, 2};
+  for (const Eigen::Vector2d& p :
+       {Eigen::Vector2d(0, 0), {-0.5, -0.5}, {-0.5, 0.5}, {0.5, -0.5}, {0.5, 0.5}}) {
+    if (const auto point = point_under(scene, gaze.camera, whole, p))
+      seen_mm = std::min(seen_mm, -(gaze.camera.X_world_camera.inverse() * *point).z());
+  }
+  const double clear_mm =
+      std::max(least_depth_mm, 1.1 * least_near_by_far * with_depth_range(next.camera, scene).far_mm);
+  const double back_mm = ahead_mm - std::clamp(seen_mm - clear_mm, 0.0, ahead_mm);
+  next.camera.X_world_camera.translation() += back_mm * next.camera.X_world_camera.linear().col(2);
+  return next;
+}
+
 DragKind drag_of(MouseButton button, bool has_shift, bool has_control)
 {
   switch (button) {
@@ -351,8 +369,11 @@ OrbitCamera Navigation::after(const InputEvent& event, const OrbitCamera& gaze, 
       button_ = event.button;
       return next;
     }
-    case InputKind::motion:
-      return drag_ ? dragged(*drag_, pointer_px, viewport) : gaze;
+    case InputKind::motion: {
+      if (!drag_) return gaze;
+      const OrbitCamera next = dragged(*drag_, pointer_px, viewport);
+      return drag_->kind == DragKind::depth ? before_surface(gaze, next, scene) : next;
+    }
     case InputKind::release:
       if (event.button == button_) stop();
       return gaze;
@@ -361,7 +382,7 @@ OrbitCamera Navigation::after(const InputEvent& event, const OrbitCamera& gaze, 
       return gaze;
     case InputKind::wheel:
       stop();
-      return moved_closer(gaze, event.wheel);
+      return before_surface(gaze, moved_closer(gaze, event.wheel), scene);
     default:
       return gaze;
   }

@@ -112,6 +112,10 @@ OrbitCamera dragged(const Drag& drag, const Eigen::Vector2d& pointer_px, const V
 /// away.
 OrbitCamera moved_closer(const OrbitCamera& gaze, double notches);
 
+/// `next` of a camera that moves straight ahead from `gaze`, at most to `least_depth_mm` (or the near plane)
+/// in front of what it sees of the visible bodies about the middle of its picture.
+OrbitCamera before_surface(const OrbitCamera& gaze, OrbitCamera next, const Scene& scene);
+
 /// Moves the camera so that the point is centred at its present depth and becomes the pivot.
 OrbitCamera centred_on(const OrbitCamera& gaze, const Eigen::Vector3d& point_world_mm);
 

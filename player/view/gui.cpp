@@ -127,6 +127,8 @@ void heading(const char* text)
   ImGui::TextDisabled("%s", text);
 }
 
+bool has_open_menu = false, closes_menu = false;  // of the frame that is built
+
 /// Combo box of `n` choices, whose names are `label_of(i)`; returns the chosen one.
 template <typename Labels>
 std::size_t chosen(const char* id, std::size_t n, std::size_t choice, const Labels& label_of,
@@ -134,6 +136,8 @@ std::size_t chosen(const char* id, std::size_t n, std::size_t choice, const Labe
 {
   ImGui::SetNextItemWidth(width);
   if (!ImGui::BeginCombo(id, label_of(choice))) return choice;
+  has_open_menu = true;
+  if (closes_menu) ImGui::CloseCurrentPopup();
   for (std::size_t i = 0; i < n; ++i) {
     if (ImGui::Selectable(label_of(i), i == choice)) choice = i;
   }
@@ -627,6 +631,7 @@ struct Gui::Inner : Panels {
   ImGuiContext* context = nullptr;
   OverlayFont font;
   Overlay overlay;
+  bool has_open_menu = false, closes_menu = false;
 };
 
 Gui::Gui(const GuiOptions& options) : inner_(std::make_unique<Inner>(options))
@@ -668,6 +673,8 @@ GuiResult Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
   panels.range = &range;
   panels.readout = &readout;
   panels.picture = free_area(frame.width, frame.height, state, frame.has_controls);
+  has_open_menu = false;
+  closes_menu = std::exchange(panels.closes_menu, false);
   GuiResult answer{state, Action::none};
   panels.draw_warnings();
   panels.draw_labels();
@@ -677,6 +684,7 @@ GuiResult Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
     if (state.shows_panel) answer = panels.with_panel(panels.with_bar(answer));
     if (answer.state.shows_help) answer = panels.with_help(answer);
   }
+  panels.has_open_menu = has_open_menu && !closes_menu;
   ImGui::Render();
   Overlay& overlay = inner_->overlay;
   overlay.vertices.clear();
@@ -695,6 +703,11 @@ const Overlay& Gui::static_overlay(GuiFrame frame, const PlayerState& state, con
   frame.has_controls = false;
   for (int i = 0; i < frames_to_fit; ++i) this->frame(frame, state, range, readout);
   return inner_->overlay;
+}
+
+bool Gui::close_menu()
+{
+  return inner_->closes_menu = inner_->has_open_menu;
 }
 
 const Overlay& Gui::overlay() const

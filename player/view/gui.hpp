@@ -90,6 +90,8 @@ class Gui {
   /// Builds the overlay of an image: readouts and legends without controls.
   const Overlay& static_overlay(GuiFrame frame, const PlayerState& state, const PlayerRange& range,
                                 const Readout& readout);
+  /// Closes an open menu in the next frame; false if none is open.
+  bool close_menu();
   /// The overlay of the last frame.
   const Overlay& overlay() const;
 

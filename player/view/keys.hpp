@@ -125,7 +125,7 @@ enum class Action {
   screenshot,
   full_screen,
   show_help,
-  leave,  ///< closes the help page, else the window
+  leave,  ///< closes an open menu, else the help page, else leaves full screen
   quit
 };
 

@@ -167,7 +167,7 @@ constexpr ActionRow action_rows[] = {
     {Action::show_panel, [](S& s, const R&) { s.shows_panel = !s.shows_panel; }},
     {Action::show_numbers, [](S& s, const R&) { s.shows_numbers = !s.shows_numbers; }},
     {Action::show_help, [](S& s, const R&) { s.shows_help = !s.shows_help; }},
-    {Action::leave, [](S& s, const R&) { s.is_done = !std::exchange(s.shows_help, false); }},
+    {Action::leave, [](S& s, const R&) { s.shows_help = false; }},
     {Action::quit, [](S& s, const R&) { s.is_done = true; }}};
 
 }  // namespace

@@ -226,11 +226,12 @@ class GlfwWindow final : public Window {
   bool should_close() const override { return glfwWindowShouldClose(window()) == GLFW_TRUE; }
   void close() override { glfwSetWindowShouldClose(window(), GLFW_TRUE); }
   void set_title(const std::string& title) override { glfwSetWindowTitle(window(), title.c_str()); }
+  bool is_full_screen() const override { return glfwGetWindowMonitor(window()) != nullptr; }
   void toggle_full_screen() override
   {
     GLFWwindow* const window = window_.get();
     std::array<int, 4>& place = place_;
-    if (glfwGetWindowMonitor(window) != nullptr) {
+    if (is_full_screen()) {
       glfwSetWindowMonitor(window, nullptr, place[0], place[1], place[2], place[3], GLFW_DONT_CARE);
       return;
     }

@@ -73,6 +73,7 @@ class Window {
   virtual bool is_software_rendered() const = 0;
   virtual void close() = 0;  ///< sets should_close()
   virtual void set_title(const std::string& title) = 0;
+  virtual bool is_full_screen() const = 0;
   virtual void toggle_full_screen() = 0;
   /// The monitor's scale factor for text and controls.
   virtual double content_scale() const = 0;

@@ -139,6 +139,24 @@ auto with_fibres(const std::string& prefix, const std::string& column, double fa
   return knee_and([=](const Scratch& scratch) { change_fibres(scratch, prefix, column, factor); });
 }
 
+/// A hip whose head, of radius 24 mm, has a fovea 5 mm deep, moved away from the files' origin.
+void hip_with_fovea(const Scratch& scratch)
+{
+  EXPECT_EQ(test::run_vrda({"shape", "hip", "-o", scratch.path().string()}).exit_code, 0);
+  const auto moved = [](Corner& corner) {
+    for (std::size_t k = 0; k < 3; ++k) corner[k] += std::array{31.0F, -7.0F, 250.0F}[k];
+  };
+  change_mesh(scratch, "socket.stl", moved);
+  change_mesh(scratch, "head.stl", [&](Corner& corner) {
+    const float r = std::hypot(corner[0], corner[1], corner[2]);
+    const float along = (-0.3F * corner[0] + 0.8F * corner[1] - 0.5F * corner[2]) / r;
+    const float depth_mm = 5.0F * std::max(0.0F, along - 0.9F) / 0.1F;
+    if (r < 25.0F)
+      for (float& value : corner) value *= 1.0F - depth_mm / r;
+    moved(corner);
+  });
+}
+
 const std::string stiffness = "stiffness_n_per_strain", length = "slack_length_mm";
 
 const test::Scenes scenes{
@@ -146,6 +164,7 @@ const test::Scenes scenes{
     {"knee_in_metres", knee_and([](const Scratch& s) { scale_meshes(s, 0.001F); })},
     {"knee_in_cm", knee_and([](const Scratch& s) { scale_meshes(s, 0.1F); })},
     {"femur_in_metres", knee_and([](const Scratch& s) { scale_meshes(s, 0.001F, {"femur.stl"}); })},
+    {"hip_with_fovea", hip_with_fovea},
     {"far_away", knee_and([](const Scratch& s) {
        for (const std::string& name : meshes) change_mesh(s, name, [](Corner& corner) { corner[0] += 1e6F; });
      })},

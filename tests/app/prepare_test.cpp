@@ -114,6 +114,55 @@ TEST_F(Prepare, WritesAJobThatSolves)
   EXPECT_EQ(run.exit_code, 0) << run.err;
 }
 
+// A child's bones, the program's own shape without its shafts, a fibula far from the tibia's only surface.
+TEST_F(Prepare, KneesThatAreRight)
+{
+  const prepare::TemplateJoint joint = prepare::mirrored(prepare::generic_template());
+  const auto scaled = [&](const std::string& name, Mesh mesh, double factor) {
+    mesh.vertices_mm *= factor;
+    return written(name, std::move(mesh));
+  };
+  const auto child = [&](double factor) {
+    const std::string size = shortest_decimal(factor);
+    return std::vector<std::string>{
+        "--femur",  scaled(size + "f.stl", joined(joint.knee.surfaces.femur), factor),
+        "--tibia",  scaled(size + "t.stl", joined(joint.knee.surfaces.tibia), factor),
+        "--fibula", scaled(size + "b.stl", joint.fibula, factor)};
+  };
+  const auto shape = [&](const std::string& name, const std::vector<std::string>& how) {
+    const std::string folder = (scratch_.path() / name).string();
+    EXPECT_EQ(test::run_vrda({"shape", "knee", "-o", folder, "-q"}, how).exit_code, 0);
+    return std::vector<std::string>{"--femur", folder + "/femur.stl", "--tibia", folder + "/tibia.stl"};
+  };
+  struct Row {
+    std::string name;
+    std::vector<std::string> words;
+    const char* side;
+    double scale;
+  };
+  for (const Row& row :
+       {Row{"child_045", child(0.45), "left", 0.45}, Row{"child_05", child(0.5), "left", 0.5},
+        Row{"child_06", child(0.6), "left", 0.6}, Row{"shape", shape("gk", {}), "right", 1.0},
+        Row{"left_shape", shape("gl", {"side=left", "resolution=2"}), "left", 1.0},
+        Row{"fibula_and_cartilage",
+            {"--femur", femur_, "--fibula", fibula_, "--tibia-cartilage",
+             written("cartilage.stl", joint.knee.surfaces.tibia.cartilage)},
+            "left",
+            1.0}}) {
+    SCOPED_TRACE(row.name);
+    std::vector<std::string> words = row.words;
+    words.insert(words.end(), {"--no-ligaments", "--replace", "-o", folder_.string()});
+    const test::Ended ended = test::run_vrda({"prepare"}, words);
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    const nlohmann::json found = report();
+    EXPECT_EQ(found.at("side"), row.side);
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(found.at("femur").at("scale").at(k).get<double>(), row.scale, 0.02 * row.scale);
+    EXPECT_NEAR(found.at("scanned").at("flexion_deg").get<double>(), 0.0, 2.0);
+    EXPECT_NEAR(found.at("scanned").at("internal_rotation_deg").get<double>(), 0.0, 2.0);
+  }
+}
+
 TEST_F(Prepare, ThickensBonesWithoutCartilageAndLeavesLigamentsOut)
 {
   const test::Ended ended =

@@ -65,8 +65,8 @@ ELSEWHERE = {
     "vrda-webcam calibrate": "tests/player/bench/webcam_test.cpp",
     "vrda-player web": "tests/player/web/CMakeLists.txt",
     # a window, which an operator closes
-    "vrda-player show results/my-knee": "tests/player/app/window_test.cpp",
-    "vrda-player show $K": "tests/player/app/window_test.cpp",
+    "vrda-player results/my-knee": "tests/player/app/window_test.cpp",
+    "vrda-player $K": "tests/player/app/window_test.cpp",
     "vrda-player calibrate all --virtual": "tests/player/app/window_test.cpp",
     "vrda-player calibrate all --bench": "tests/player/app/bench_program_test.cpp",
     "vrda-player calibrate person": "tests/player/app/bench_program_test.cpp",

@@ -136,6 +136,8 @@ void knee_bones(const Scratch& scratch)
   write("tibia.stl", tibia);
   write("fibula.stl", joint.fibula);
   write("large.stl", joint.fibula, 1.0);
+  write("newt_femur.stl", femur, 0.3);  // in mm
+  write("newt_tibia.stl", tibia, 0.3);
   write("head.stl", geometry::generate_shape({"hip", {}, {}}).moving.front().mesh);
   X.translation() += Eigen::Vector3d(150, 0, 0);
   write("elsewhere.stl", tibia);

@@ -64,6 +64,24 @@ TEST(Run, TheDefaultOutputIsNamedAfterTheJob)
   EXPECT_EQ(ended.out, "results/small/small.h5\n");
   EXPECT_THAT(ended.err, IsEmpty());
   EXPECT_TRUE(fs::exists(scratch.path() / "results/small/small.h5"));
+  // Jobs of one file name in folders of their own, as `vrda prepare` makes them, have outputs of their own.
+  struct Row {
+    const char *folder, *expected;
+  };
+  for (const Row& row : {Row{"jobs", "small/small"}, Row{"anna", "anna-small/anna-small"},
+                         Row{"ben/left", "ben-left-small/ben-left-small"},
+                         Row{"old/ben/left", "ben-left-small/ben-left-small"},
+                         Row{"so-small", "so-small/so-small"}, Row{"ben/jobs/x", "x-small/x-small"}}) {
+    const std::string job = (scratch.path() / row.folder / "small.toml").string();
+    fs::create_directories(fs::path(job).parent_path());
+    for (const char* name : {"small.toml", "ball.stl", "dish.stl"}) {
+      if (fs::exists(scratch.path() / name))
+        fs::copy(scratch.path() / name, fs::path(job).parent_path() / name);
+    }
+    fs::remove_all(scratch.path() / "results");
+    command.arguments = {"run", job, "--quiet"};
+    EXPECT_EQ(test::run(command).out, std::string("results/") + row.expected + ".h5\n");
+  }
 }
 
 TEST(Run, MoreUnsolvedThanAllowedExitsWithThree)

@@ -15,12 +15,12 @@
 namespace vrda::test {
 namespace {
 
-enum class Action { count, kill, torn, cut_short, full, enospc, eio, enolck, hold, clock };
+enum class Action { count, kill, torn, cut_short, full, enospc, eio, enolck, enosys, hold, clock };
 
 constexpr const char* call_names[] = {"write", "fsync",  "rename", "truncate", "open",
                                       "close", "unlink", "read",   "list",     "lock"};
-constexpr const char* action_names[] = {"count",  "kill", "torn",   "short", "full",
-                                        "enospc", "eio",  "enolck", "hold",  "clock"};
+constexpr const char* action_names[] = {"count", "kill",   "torn",   "short", "full", "enospc",
+                                        "eio",   "enolck", "enosys", "hold",  "clock"};
 
 /// Then a held process kills itself, so that an aborted test leaves no process behind.
 constexpr long longest_hold_s = 600;
@@ -165,6 +165,8 @@ CallDecision act(const Plan& plan, Call call, long k)
       return {CallOutcome::fail, EIO};
     case Action::enolck:
       return {CallOutcome::fail, ENOLCK};
+    case Action::enosys:
+      return {CallOutcome::fail, ENOSYS};
     case Action::hold:
       hold(plan.gate);
       return {};

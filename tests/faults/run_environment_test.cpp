@@ -41,22 +41,42 @@ TEST_P(Ground, AReadOnlyFolderIsReportedInOneLineAndUnchanged)
   expect_read_only(folder_.string() + "/a.h5", "permission");
 }
 
-// The failed lock is not held by another run, so there is nothing to wait for.
+// The failed lock is not held by another run, so there is nothing to wait for. With --no-lock the run goes
+// on, and its result keeps the warning.
 TEST_P(Ground, AFileSystemWithoutLocksIsReportedInOneLine)
 {
-  const Fault without{"enolck", "lock", "1+"};
-  const RefusalMatcher names_remedy = refuses({journal(), "", "No locks available", {"flock", "-o flock"}});
-  const Ended refused = run_from_empty(without);
-  expect_refused(refused);
-  EXPECT_THAT(refused, names_remedy);
-  EXPECT_THAT(names(), IsEmpty());
-  run({"kill", "write", "5", "a.h5.journal"});
-  const std::string before = read_bytes(journal());
-  const Ended again = run(without);
-  expect_refused(again);
-  EXPECT_THAT(again, names_remedy);
-  EXPECT_EQ(read_bytes(journal()), before);
-  expect_finishes();
+  struct Row {
+    std::string what, reason;
+  };
+  for (const Row& row : {Row{"enolck", "No locks available"}, Row{"enosys", "Function not implemented"}}) {
+    SCOPED_TRACE(row.what);
+    const Fault without{row.what, "lock", "1+"};
+    const RefusalMatcher names_remedy =
+        refuses({journal(), "", row.reason, {"flock", "-o flock", "--no-lock"}});
+    const Ended refused = run_from_empty(without);
+    expect_refused(refused);
+    EXPECT_THAT(refused, names_remedy);
+    EXPECT_THAT(names(), IsEmpty());
+    run({"kill", "write", "5", "a.h5.journal"});
+    const std::string before = read_bytes(journal());
+    const Ended again = run(without);
+    expect_refused(again);
+    EXPECT_THAT(again, names_remedy);
+    EXPECT_EQ(read_bytes(journal()), before);
+    Command unlocked = command();
+    unlocked.arguments.emplace_back("--no-lock");
+    const Ended went_on = test::run(with_fault(unlocked, in_folder(without)));
+    EXPECT_EQ(went_on.exit_code, 0);
+    EXPECT_THAT(messages_of(went_on), warns("--no-lock", row.reason));
+    EXPECT_EQ(n_steps_recalled(), 3);
+    const std::string file = (folder_ / "a.h5").string(), bytes = read_bytes(file);
+    EXPECT_THAT(test::run(vrda({"info", file})).out, HasSubstr("warning: --no-lock: found"));
+    EXPECT_EQ(run().exit_code, 0);  // the same job, finished
+    EXPECT_EQ(read_bytes(file), bytes);
+    clear();
+    EXPECT_EQ(test::run(unlocked).exit_code, 0);  // with locks the option changes nothing
+    expect_finished();
+  }
 }
 
 TEST_P(Ground, AClockThatJumpsChangesNoByteAndProgressStaysValid)

@@ -155,10 +155,19 @@ TEST_P(SubmissionFaults, ADamagedJournalIsRepairedByResume)
 TEST_P(SubmissionFaults, AFileSystemWithoutLocksIsReportedInOneLine)
 {
   fs::remove_all(folder_);
-  const Ended ended = test::run(with_fault(submit(), in_folder({"enolck", "lock", "1+", "submission.lock"})));
+  const Fault without = in_folder({"enolck", "lock", "1+"});
+  const Ended ended = test::run(with_fault(submit(), without));
   EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
-  EXPECT_THAT(ended, refuses({"submission.lock", "", "No locks available", {"flock", "-o flock"}}));
+  EXPECT_THAT(ended,
+              refuses({"submission.lock", "", "No locks available", {"flock", "-o flock", "--no-lock"}}));
   expect_goes_on();
+  fs::remove_all(folder_);
+  Command unlocked = submit();
+  unlocked.arguments.emplace_back("--no-lock");  // its tasks go on without locks, too
+  EXPECT_EQ(test::run(with_fault(unlocked, without)).exit_code, 0);
+  EXPECT_THAT(test::run(vrda({"info", model().string()})).out, testing::HasSubstr("warning: --no-lock"));
+  EXPECT_EQ(test::run(with_fault(vrda({"resume", folder_, "--local"}), without)).exit_code, 2);
+  EXPECT_EQ(test::run(with_fault(vrda({"resume", folder_, "--local", "--no-lock"}), without)).exit_code, 0);
 }
 
 // What a submission writes does not depend on the method; the search is faster here.

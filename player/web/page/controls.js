@@ -20,10 +20,11 @@ export function watchKeys(actions, isReady, isOverPicture) {
   addEventListener("keydown", (event) => {
     if (!isReady() || event.ctrlKey || event.metaKey || event.altKey) return;
     const target = event.target.closest?.("input, select, button, summary, a");
-    const isTyped = target && !(target.type === "range" && event.key !== " ") && target.type !== "checkbox";
+    const isLeaving = event.key === "Escape" && !target?.matches("select");
+    const isTyped = !isLeaving && target && !(target.type === "range" && event.key !== " ") && target.type !== "checkbox";
     if (isTyped && !(event.key === " " && target.type === "range")) return;
     if (target?.type === "checkbox" && event.key === " ") return;
-    if (target?.type === "range" && (event.key.startsWith("Arrow") || names[event.key]) && event.key !== " ") return;
+    if (target?.type === "range" && (event.key.startsWith("Arrow") || names[event.key]) && event.key !== " " && !isLeaving) return;
     if (scrolling.includes(names[event.key]) && !isOverPicture()) return;
     const action = actions[actionOf(event)];
     if (!action) return;
@@ -44,8 +45,8 @@ function tooLarge(name, size) {
 }
 
 /// Calls `load(bytes, name, isLatest)` for a readable file, otherwise `showError(message)`. Of several requested files only
-/// the last counts, regardless of their reading times.
-export function watchFiles({ input, overlay, load, showError }) {
+/// the last counts, regardless of their reading times. `showProgress(text, share)` while one arrives; no share: unknown.
+export function watchFiles({ input, overlay, load, showError, showProgress }) {
   let latest = 0;
   const request = () => {
     const own = ++latest;
@@ -79,15 +80,37 @@ export function watchFiles({ input, overlay, load, showError }) {
     open(event.dataTransfer.files[0]);
   });
   const served = new URLSearchParams(location.search).get("model");
-  if (served) fetchModel(served, request(), load, showError);
+  if (served) fetchModel(served, request(), { load, showError, showProgress });
+}
+
+/// The body of an answer, with its progress. A compressed one has more bytes than its Content-Length.
+async function bytesWithProgress(answer, name, showProgress) {
+  const isWhole = !answer.headers.get("Content-Encoding"), size = isWhole ? Number(answer.headers.get("Content-Length")) : 0;
+  const pieces = [], reader = answer.body.getReader(), mb = (n) => (n / bytesOfMb).toFixed(1);
+  let n = 0;
+  for (;;) {
+    showProgress(`Loading ${name}: ${mb(n)}${size > 0 ? ` of ${mb(size)}` : ""} MB`, size > 0 ? n / size : undefined);
+    const { done, value } = await reader.read();
+    if (done) break;
+    pieces.push(value);
+    n += value.length;
+  }
+  const bytes = new Uint8Array(n);
+  let at = 0;
+  for (const piece of pieces) {
+    bytes.set(piece, at);
+    at += piece.length;
+  }
+  return bytes;
 }
 
 /// Fetches a model, only from the page's own server.
-async function fetchModel(path, isLatest, load, showError) {
+async function fetchModel(path, isLatest, { load, showError, showProgress }) {
   const address = new URL(path, location.href);
   let name = address.pathname.split("/").at(-1);
   if (address.origin !== location.origin || address.protocol === "file:") return showError(`${name}: found another server, wanted a file of this page's own server`);
   document.documentElement.dataset.state = "loading";
+  showProgress(`Loading ${name}`);
   try {
     const answer = await fetch(address);
     if (!answer.ok) throw new Error(`server status ${answer.status}`);
@@ -95,7 +118,7 @@ async function fetchModel(path, isLatest, load, showError) {
     if (given) name = decodeURIComponent(given[1]);
     const size = Number(answer.headers.get("Content-Length"));
     if (size > largestFileMb * bytesOfMb) throw new Error(tooLarge(name, size));
-    const bytes = new Uint8Array(await answer.arrayBuffer());
+    const bytes = await bytesWithProgress(answer, name, (text, share) => { if (isLatest()) showProgress(text, share); });
     if (isLatest()) await load(bytes, name, isLatest);
   } catch (error) {
     if (!isLatest()) return;

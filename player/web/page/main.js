@@ -235,16 +235,29 @@ function show(model, name) {
 /// Shows the file, or an error message; the previous model then stays.
 async function load(bytes, name, isLatest) {
   document.documentElement.dataset.state = "loading";
+  showProgress(`Reading ${name}`);
   try {
+    await new Promise((drawn) => setTimeout(drawn, 30));  // the page shows it before reading blocks it
     const model = await readMotionModel(bytes);
     if (isLatest()) show(model, name);
   } catch (error) {
     if (isLatest()) showError(`${name}: ${error.message}`);
   }
-  if (isLatest()) document.documentElement.dataset.state = "ready";
+  if (!isLatest()) return;
+  byId("loading").hidden = true;
+  document.documentElement.dataset.state = "ready";
+}
+
+/// What is loading, and its share from 0 to 1 if that is known.
+function showProgress(text, share) {
+  byId("loading").hidden = false;
+  byId("loading-text").textContent = text;
+  if (share === undefined) byId("loading-share").removeAttribute("value");
+  else byId("loading-share").value = share;
 }
 
 function showError(message) {
+  byId("loading").hidden = true;
   byId("message").textContent = message;
   byId("message").hidden = false;
 }
@@ -353,7 +366,10 @@ const actions = {
   ...Object.fromEntries(Object.keys(views).map((name) => [`view_${name}`, () => useView(name)])),
   reset_view: () => useView(view), full_screen: () => toggleFull(),
   show_help: () => { byId("help").open = !byId("help").open; },
-  leave: () => toggleFull(false),
+  leave: () => {
+    if (byId("help").open) byId("help").open = false;
+    else toggleFull(false);
+  },
 };
 
 const live = connectLive(byId, { player: () => player, joint: () => joint, useSet, drawCurves, show: draw, isInSpace: () => xr.session !== null });
@@ -388,6 +404,7 @@ byId("full").addEventListener("click", () => toggleFull());
 addEventListener("fullscreenchange", () => { if (!document.fullscreenElement) toggleFull(false); });
 viewer.onDrawn = (camera) => labels.place(camera);
 byId("no-webgl").hidden = viewer.renderer !== null;
+viewer.onLost = (isLost) => { byId("context-lost").hidden = !isLost; };
 new ResizeObserver(fitPlateau).observe(byId("plateau"));
 window.vrda = {
   pose: (set, flexion, varus) => player.poseOf(set, flexion, varus),
@@ -398,6 +415,8 @@ window.vrda = {
   spans: () => curve.spans,
   /// For tests: abscissae and values of the curves, and the band.
   curve: () => ({ x: curve.lines[0].x, curves: curve.lines.map(({ y }) => y), band: curve.band[0] && { low: curve.band[0].low, high: curve.band[0].high } }),
+  /// For tests: depth of the nearest surface in the middle of the picture, mm.
+  seen: () => viewer.seen(),
   /// For tests: strains at a pose { R, t } of the moving body in the reference, and the present gaps.
   strains: (X) => joint.ligaments[0].layer.strains(X),
   live: () => live && { pose: live.stream.pose, bench: live.stream.bench, marks: live.stream.marks() },
@@ -406,4 +425,4 @@ window.vrda = {
   gaps: () => joint.gaps.sheets.flatMap(({ points, gaps }) => points.map((point, k) => [...point, Number.isFinite(gaps[k]) ? gaps[k] : null])),
 };
 document.documentElement.dataset.state = "ready";
-watchFiles({ input: byId("file"), overlay: byId("drop"), load, showError });
+watchFiles({ input: byId("file"), overlay: byId("drop"), load, showError, showProgress });

@@ -1,5 +1,5 @@
 // The 3-D view, and the joint as a file for phones.
-import { Box3, BufferAttribute, BufferGeometry, Color, Group, Mesh, MeshStandardMaterial, MOUSE, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
+import { Box3, BufferAttribute, BufferGeometry, Color, Group, Mesh, MeshStandardMaterial, MOUSE, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { USDZExporter } from "three/examples/jsm/exporters/USDZExporter.js";
 import { colourOf } from "./material.js";
@@ -9,6 +9,7 @@ import { mmPerM } from "./placement.js";
 
 const fieldOfViewDeg = 22;  // as in vrda-player
 const filled = 0.92;
+const clearance = 10;  // mm, as in the window
 const X = new Vector3(1, 0, 0), Y = new Vector3(0, 1, 0), Z = new Vector3(0, 0, 1);
 
 /// Directions from the joint to the camera in canonical axes, as in player/view/camera.
@@ -30,10 +31,22 @@ export class Viewer {
     this.renderer = hasWebGl ? new WebGLRenderer({ canvas, antialias: true, alpha: true }) : null;
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(fieldOfViewDeg, 1, 1, 10000);
+    this.ray = new Raycaster();
     this.controls = new OrbitControls(this.camera, canvas);
     // As in the window: left turns, right moves in the image plane, middle and wheel move in depth.
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
     this.onDrawn = () => {};
+    this.onLost = () => {};  // (isLost)
+    // The renderer makes its objects again before this listener draws them.
+    for (const [event, isLost] of [["webglcontextlost", true], ["webglcontextrestored", false]]) {
+      canvas.addEventListener(event, () => {
+        this.onLost(isLost);
+        this.redraw();
+      });
+    }
+    // Before the controls move the camera: not into what is in the middle of the picture.
+    canvas.addEventListener("wheel", () => this.#stopAtSurface(), { capture: true });
+    canvas.addEventListener("pointermove", ({ buttons, pointerType }) => { if (buttons === 4 || pointerType === "touch") this.#stopAtSurface(); }, { capture: true });
     this.controls.addEventListener("change", () => this.redraw());
     new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
     this.#resize();
@@ -115,12 +128,30 @@ export class Viewer {
     const eye = new Vector3().addScaledVector(right, (wide[0] + wide[1]) / 2).addScaledVector(up, (tall[0] + tall[1]) / 2).addScaledVector(from, distance);
     this.controls.target.copy(eye).addScaledVector(from, middle.dot(from) - distance);
     this.camera.position.copy(eye);
+    this.controls.minDistance = 0;
     const size = depth[1] - depth[0] + distance;
     this.camera.near = size / 200;
     this.camera.far = 5 * size;
     this.camera.updateProjectionMatrix();
     this.controls.update();
     this.redraw();
+  }
+
+  /// Depth of the nearest surface about the middle of the picture, mm.
+  seen() {
+    const meshes = this.joint.meshes.filter((mesh) => mesh.visible && mesh.parent.visible), camera = this.camera;
+    return Math.min(...[[0, 0], [-0.5, -0.5], [-0.5, 0.5], [0.5, -0.5], [0.5, 0.5]].map((at) => {
+      this.ray.setFromCamera(new Vector2(...at), camera);
+      const [hit] = this.ray.intersectObjects(meshes, false);
+      return hit ? -hit.point.applyMatrix4(camera.matrixWorldInverse).z : Infinity;
+    }));
+  }
+
+  /// The camera may come as near to the target as leaves `clearance` in front of that surface.
+  #stopAtSurface() {
+    if (!this.joint || this.isLent) return;
+    const distance = this.camera.position.distanceTo(this.controls.target);
+    this.controls.minDistance = Math.min(distance, Math.max(0, distance - this.seen() + Math.max(clearance, 1.1 * this.camera.near)));
   }
 
   redraw() {

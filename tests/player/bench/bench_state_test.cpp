@@ -385,6 +385,13 @@ TEST(BenchInputs, KeysChangeAnAngleForGoodWhileThePotentiometerRests)
   EXPECT_NEAR(listen(690), 690 * count_deg, count_deg);
 }
 
+TEST(BenchInputs, EscapeClosesTheHelpAndQQuits)
+{
+  SmallBench bench(test::rigid_text("flexion"));
+  EXPECT_EQ(bench::apply_key(bench.state, {view::Key::escape}), bench::BenchRequest::close_help);
+  EXPECT_EQ(bench::apply_key(bench.state, {view::key_of('Q')}), bench::BenchRequest::quit);
+}
+
 /// A bench with a leg 1 m in front of the eyes, and the pointer.
 struct Desk {
   explicit Desk(const view::Reflection& reflection = {})

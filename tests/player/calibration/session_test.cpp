@@ -48,7 +48,7 @@ TEST(CalibrationSession, EveryMarkMakesARevisionAndBackspaceAsksAgain)
   EXPECT_TRUE(trial.is_requested(CalibrationPart::viewport, "left eye, left edge, 1"));
 }
 
-TEST(CalibrationSession, RAsksForTheWholePartAgainAndEscapeLeaves)
+TEST(CalibrationSession, RAsksForTheWholePartAgainAndQLeaves)
 {
   Trial trial(bench());
   for (int k = 0; k < 5; ++k) trial.do_task();
@@ -57,6 +57,8 @@ TEST(CalibrationSession, RAsksForTheWholePartAgainAndEscapeLeaves)
   EXPECT_TRUE(trial.record(CalibrationPart::viewport).marks.empty());
   EXPECT_FALSE(trial.session->has_quit());
   trial.press(view::Key::escape);
+  EXPECT_FALSE(trial.session->has_quit());
+  trial.press('Q');
   EXPECT_TRUE(trial.session->has_quit());
 }
 

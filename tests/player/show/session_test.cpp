@@ -203,11 +203,29 @@ TEST_F(AtWindow, Requests)
   EXPECT_TRUE(session_.consume_screenshot_request());
   EXPECT_FALSE(session_.consume_screenshot_request());
   key(view::Key::f11);
-  EXPECT_TRUE(session_.consume_full_screen_request());
-  EXPECT_FALSE(session_.consume_full_screen_request());
+  EXPECT_TRUE(session_.consume_full_screen_request(false));
+  EXPECT_TRUE(session_.consume_full_screen_request(true));
+  key(view::Key::f11);
+  EXPECT_FALSE(session_.consume_full_screen_request(true));
   EXPECT_FALSE(session_.state().is_done);
-  key(view::Key::escape);
+  key('Q');
   EXPECT_TRUE(session_.state().is_done);
+}
+
+// Escape closes what is open, one at a time: an open menu, the help page, then full screen; never the window.
+TEST_F(AtWindow, EscapeClosesWhatIsOpen)
+{
+  EXPECT_TRUE(session_.consume_full_screen_request(true));
+  key(view::Key::escape);
+  EXPECT_FALSE(session_.consume_full_screen_request(true));
+  key('H');
+  EXPECT_TRUE(session_.state().shows_help);
+  key(view::Key::escape);
+  EXPECT_FALSE(session_.state().shows_help);
+  EXPECT_TRUE(session_.consume_full_screen_request(true));
+  key(view::Key::escape);
+  EXPECT_FALSE(session_.consume_full_screen_request(false));
+  EXPECT_FALSE(session_.state().is_done);
 }
 
 TEST_F(AtWindow, Idle)

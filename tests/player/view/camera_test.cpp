@@ -303,6 +303,38 @@ TEST(Gaze, PointUnderPointer)
   EXPECT_FALSE(point_under(scene, gaze.camera, viewport, {41, 21}).has_value());
 }
 
+// The pivot is inside the bone: the wheel and a drag in depth end 10 mm before its surface, and lead back.
+TEST(Gaze, ZoomStopsAtTheSurface)
+{
+  const OrbitCamera start = sample_gaze();
+  const Pose X_world_mesh = start.camera.X_world_camera * Eigen::Translation3d(0, 0, -300);
+  const Scene scene = one_triangle(X_world_mesh);
+  const auto to_surface_mm = [&](const OrbitCamera& gaze) {
+    return -(gaze.camera.X_world_camera.inverse() * X_world_mesh.translation()).z();
+  };
+  const auto event = [](InputKind kind, double y_px, double notches) {
+    InputEvent made;
+    made.kind = kind;
+    made.button = MouseButton::middle;
+    made.x_px = 440;
+    made.y_px = y_px;
+    made.wheel = notches;
+    return made;
+  };
+  Navigation navigation;
+  OrbitCamera gaze = start;
+  for (int i = 0; i < 40; ++i)
+    gaze = navigation.after(event(InputKind::wheel, 320, 1.0), gaze, scene, viewport);
+  EXPECT_NEAR(to_surface_mm(gaze), 10.0, rounding_mm);
+  EXPECT_GT(to_surface_mm(navigation.after(event(InputKind::wheel, 320, -1.0), gaze, scene, viewport)), 20.0);
+  gaze = navigation.after(event(InputKind::press, 320, 0.0), start, scene, viewport);
+  for (int y_px = 320; y_px < 2600; y_px += 100)
+    gaze = navigation.after(event(InputKind::motion, y_px, 0.0), gaze, scene, viewport);
+  EXPECT_NEAR(to_surface_mm(gaze), 10.0, rounding_mm);
+  gaze = navigation.after(event(InputKind::motion, 320, 0.0), gaze, scene, viewport);
+  expect_same(gaze, start);
+}
+
 // What is hidden behind the camera or a layer is not under the pointer.
 TEST(Gaze, NothingUnderPointer)
 {

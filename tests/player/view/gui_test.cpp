@@ -130,6 +130,28 @@ TEST(Gui, VerdictOfTheShownSet)
   EXPECT_GT(n_vertices(of_raw, 1), n_vertices({}, 1));
 }
 
+// A menu of the panel is closed by Escape alone, and only then is nothing left to close.
+TEST(Gui, MenuClosesWithoutAChoice)
+{
+  Desk desk;
+  const Viewport free = desk.gui_.free_area(800, 600, desk.state_);
+  desk.step();
+  int n_opened = 0;
+  for (int y = 60; y < 600; y += 8) {
+    desk.click(free.width + 40.0, y);
+    desk.step();
+    const PlayerState before = desk.state_;
+    if (!desk.gui_.close_menu()) continue;
+    ++n_opened;
+    desk.step();
+    desk.step();
+    EXPECT_FALSE(desk.gui_.close_menu());
+    EXPECT_EQ(desk.state_.set, before.set);
+    EXPECT_EQ(desk.state_.mode, before.mode);
+  }
+  EXPECT_GT(n_opened, 2);
+}
+
 // The help page fits a small screen and can be closed.
 TEST(Gui, HelpPage)
 {

@@ -114,7 +114,7 @@ TEST(PlayerState, Escape)
   const PlayerState closed = apply_action(helped, Action::leave, sample_range());
   EXPECT_FALSE(closed.shows_help);
   EXPECT_FALSE(closed.is_done);
-  EXPECT_TRUE(apply_action(closed, Action::leave, sample_range()).is_done);
+  EXPECT_FALSE(apply_action(closed, Action::leave, sample_range()).is_done);
   EXPECT_TRUE(apply_action(helped, Action::quit, sample_range()).is_done);
 }
 
@@ -409,11 +409,11 @@ TEST(Look, AnObjectHasItsOwnName)
     const char *reference, *moving, *hidden;
     BodyIndex parent;
   };
-  for (const Row& row : {Row{"tibia", "talus", "tibia", BodyIndex::reference},
-                         Row{"tibia", "talus", "talus", BodyIndex::moving},
-                         Row{"pelvis", "femur", "femur", BodyIndex::moving},
-                         Row{"pelvis", "femur", "reference", BodyIndex::reference},
-                         Row{"femur", "tibia", "tibia", BodyIndex::moving}}) {
+  for (const Row& row :
+       {Row{"tibia", "talus", "tibia", BodyIndex::reference},
+        Row{"tibia", "talus", "talus", BodyIndex::moving}, Row{"pelvis", "femur", "femur", BodyIndex::moving},
+        Row{"pelvis", "femur", "reference", BodyIndex::reference},
+        Row{"femur", "tibia", "tibia", BodyIndex::moving}}) {
     SCOPED_TRACE(row.hidden);
     Scene scene = some_scene();
     scene.reference_name = row.reference;

@@ -412,6 +412,68 @@ class WebPage(unittest.TestCase):
             self.assertIn("Left drag", page.text("help"))
             self.is_quiet(page)
 
+    def test_help_moves_nothing_and_escape_closes_it_first(self):
+        with Page(CHROMIUM) as page:
+            self.opened(page, "grid", width=1400, height=1000)
+            tops = "['curve', 'maps', 'plateau'].map((id) => document.getElementById(id).getBoundingClientRect().top + scrollY)"
+            before, help_open, full = page.browser.value(tops), "document.getElementById('help').open", "document.getElementById('picture').classList.contains('full')"
+            self.whole(page, "help-before")
+            self.key(page, "h")
+            self.assertTrue(page.browser.value(help_open))
+            self.assertEqual(page.browser.value(tops), before)
+            self.assertIn("leaves full screen", page.text("help"))
+            self.whole(page, "help")
+            page.browser.value("document.querySelector('#help summary').focus()")
+            self.key(page, "Escape")
+            self.assertFalse(page.browser.value(help_open))
+            page.browser.value("document.activeElement.blur(); document.getElementById('picture').classList.add('full')")
+            self.key(page, "h")
+            box = page.browser.value("(() => { const r = document.getElementById('help-lines').getBoundingClientRect(); const e = document.elementFromPoint(r.x + 9, r.y + 9); return e.closest('#help') !== null; })()")
+            self.assertTrue(box, "the help is over the full picture")
+            for wanted in ((False, True), (False, False), (False, False)):
+                self.key(page, "Escape")
+                self.assertEqual((page.browser.value(help_open), page.browser.value(full)), wanted)
+            self.is_quiet(page)
+
+    def test_zoom_stops_at_the_surface(self):
+        with Page(CHROMIUM) as page:
+            self.opened(page, "grid")
+            page.browser.value("document.getElementById('joint').scrollIntoView({ block: 'center', behavior: 'instant' })")
+            x, y = page.browser.value("(() => { const r = document.getElementById('joint').getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; })()")
+            before = page.browser.value("window.vrda.seen()")
+            self.picture(page, ".picture", "zoom-before")
+            for delta, n in ((-400, 25), (400, 2)):
+                for _ in range(n):
+                    page.browser.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=delta)
+                page.browser.settle()
+                self.picture(page, ".picture", f"zoom-{delta}")
+                seen = page.browser.value("window.vrda.seen()")
+                if delta < 0:
+                    nearest = seen
+                    self.assertTrue(9.9 < nearest < 0.2 * before, (nearest, before))
+            self.assertGreater(seen, 1.2 * nearest)
+            self.is_quiet(page)
+
+    def test_a_lost_context_is_said_and_the_joint_is_drawn_again(self):
+        with Page(CHROMIUM) as page:
+            self.opened(page, "grid")
+            before = self.picture(page, ".picture", "context-before")
+            message = "document.getElementById('context-lost')"
+            self.assertTrue(page.browser.value(f"{message}.hidden"))
+            page.browser.value("window.lost = document.getElementById('joint').getContext('webgl2').getExtension('WEBGL_lose_context'); window.lost.loseContext()")
+            page.browser.wait(f"!{message}.hidden")
+            self.assertIn("lost its WebGL context", page.text("context-lost"))
+            page.set("flexion", 40)  # the page stays usable
+            self.assertIn("flexion 40.0°", page.text("shown"))
+            page.set("flexion", 0)
+            lost = self.picture(page, ".picture", "context-lost")
+            self.assertGreater((numpy.abs(lost - before).sum(axis=2) > 30).mean(), 0.05)
+            page.browser.value("window.lost.restoreContext()")
+            page.browser.wait(f"{message}.hidden")
+            page.browser.settle()
+            numpy.testing.assert_array_equal(self.picture(page, ".picture", "context-restored"), before)
+            self.is_quiet(page)
+
     def test_words_and_labels(self):
         with Page(CHROMIUM) as page:
             self.opened(page, "grid", width=1400, height=1000)

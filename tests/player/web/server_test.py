@@ -322,6 +322,17 @@ class Server(unittest.TestCase):
             self.assertEqual(page.browser.value("location.href"), f"{served.address}?model=model.h5")
         self.assertEqual(list(folder.iterdir()), [])
 
+    def test_progress_while_the_model_arrives(self):
+        with Served(self.model) as served, Page(CHROMIUM) as page:
+            page.browser.call("Network.emulateNetworkConditions", offline=False, latency=0, downloadThroughput=150_000, uploadThroughput=-1)
+            bar = "document.getElementById('loading-share')"
+            page.browser.visit(served.address, f"{bar}?.value > 0 && {bar}.value < 1")
+            self.assertRegex(page.text("loading-text"), r"Loading .*: [0-9.]+ of [0-9.]+ MB")
+            self.assertFalse(page.browser.value("document.getElementById('loading').hidden"))
+            page.browser.wait(READY)
+            self.assertTrue(page.browser.value("document.getElementById('loading').hidden"))
+            self.assertEqual(page.browser.said, [])
+
     def test_in_a_browser(self):
         with Served(self.model) as served, Page(CHROMIUM) as page:
             page.browser.visit(served.address, READY)
