@@ -134,6 +134,7 @@ void knee_bones(const Scratch& scratch)
   write("femur.stl", femur);
   write("copy.stl", femur);
   write("tibia.stl", tibia);
+  write("tibia_mm.stl", tibia, 1.0);
   write("fibula.stl", joint.fibula);
   write("large.stl", joint.fibula, 1.0);
   write("head.stl", geometry::generate_shape({"hip", {}, {}}).moving.front().mesh);
