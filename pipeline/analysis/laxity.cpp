@@ -517,7 +517,7 @@ std::vector<PublishedValue> published_values(const std::string& file, std::strin
   const job::CsvTable table(file, text, {"value", "values", "values"});
   const std::vector<std::string> known(std::begin(field_names), std::end(field_names));
   std::vector<Field> columns;
-  for (const std::string_view name : job::split_fields(table.header().text)) {
+  for (const std::string_view name : table.columns()) {
     const auto at = std::find(known.begin(), known.end(), name);
     if (at == known.end())
       table.refuse_unknown_column(name, known, "test, flexion_deg, value, load, sd, source");

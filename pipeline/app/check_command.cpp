@@ -164,6 +164,7 @@ Json component_json(const job::ComponentSurvey& c)
           {"non_manifold_edges", c.n_non_manifold_edges},
           {"vertices_welded", c.n_welded},
           {"degenerate_faces_dropped", c.n_degenerate},
+          {"degenerate_places", c.degenerate_places},
           {"identical_triangles_dropped", c.n_identical},
           {"turned_outward", c.was_flipped},
           {"box_min_mm", numbers(c.box.min_mm)},
@@ -312,7 +313,7 @@ void print_component(const Json& c)
         ", an open sheet: the winding of its triangles defines its outside (winding = \"inward\" reverses "
         "it)");
   if (c["degenerate_faces_dropped"] > 0)
-    print_filled(", {degenerate_faces_dropped} degenerate faces dropped", c);
+    print_filled(", {degenerate_faces_dropped} degenerate faces dropped, {degenerate_places}", c);
   if (c["identical_triangles_dropped"] > 0)
     print_filled(", {identical_triangles_dropped} identical triangles dropped", c);
   std::printf(c["turned_outward"] ? ", turned outward\n" : "\n");

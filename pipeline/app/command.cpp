@@ -125,6 +125,12 @@ Option& Option::repeatable()
   return *this;
 }
 
+Option& Option::takes_several()
+{
+  option_->expected(1, -1)->take_all();
+  return *this;
+}
+
 Option& Option::takes(int n)
 {
   option_->expected(n);

@@ -34,6 +34,8 @@ class Option {
   Option& shows_default();
   /// May be given several times, each with one value.
   Option& repeatable();
+  /// Takes one value or several, and may be given several times.
+  Option& takes_several();
   /// Takes exactly `n` values.
   Option& takes(int n);
   /// All values are in one word.

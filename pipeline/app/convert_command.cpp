@@ -140,9 +140,11 @@ core::ExitCode convert_mesh_command(const ConvertMeshOptions& options)
     throw InputError({options.output, "output", "the input file", "another file"});
   std::string bytes =
       job::file_bytes(options.input, {options.input, "", "", "a mesh file"}, job::largest_mesh_bytes);
-  const job::RawMesh mesh = job::merge_equal_vertices(job::read_mesh(options.input, std::move(bytes)));
+  const job::RawMesh raw = job::read_mesh(options.input, std::move(bytes));
+  const job::RawMesh mesh = job::merge_equal_vertices(raw);
   const core::ExitCode code =
       run::publish(options.output, "vrda convert", job::mesh_bytes(options.output, mesh));
+  for (const std::string& note : raw.notes) core::log_warning(options.input + ": " + note);
   std::printf("%s\n", options.output.c_str());
   core::log_info(std::to_string(mesh.vertices.rows()) + " vertices, " + std::to_string(mesh.size.size()) +
                  " faces");
@@ -267,7 +269,7 @@ void declare_convert(Command& c)
   Command mesh = c.add("mesh", "Write a mesh in another format, selected by the extension.",
                        "vrda convert mesh femur.stl femur.vf");
   auto& file = mesh.options<ConvertMeshOptions>();
-  mesh.option("input", file.input, "STL, PLY, OBJ (Wavefront or Vertices-Faces) or VF").required();
+  mesh.option("input", file.input, "STL, PLY, OBJ (Wavefront or Vertices-Faces), VF, VTP or VTK").required();
   mesh.option("output", file.output, ".vf, .stl, .ply or .obj (Wavefront)").required();
   mesh.runs([&file] { return convert_mesh_command(file); });
 

@@ -74,8 +74,7 @@ struct Measurements {
 bool is_laxity_table(const std::string& file, const std::string& text)
 {
   const job::CsvTable table(file, text, {"row", "rows", "rows"});
-  const std::vector<std::string_view> columns = job::split_fields(table.header().text);
-  return std::find(columns.begin(), columns.end(), "test") != columns.end();
+  return std::ranges::find(table.columns(), "test") != table.columns().end();
 }
 
 Measurements measurements_of(const FitCommandOptions& o, const analysis::Convention& convention,

@@ -664,13 +664,13 @@ void declare_prepare(Command& c)
 {
   auto& o = c.options<PrepareOptions>();
   const auto add_files = [&](const char* name, std::vector<std::string>& files, const char* what) {
-    c.option(name, files, what).repeatable();
+    c.option(name, files, what).takes_several();
   };
   c.option("--femur", o.femur, "Mesh of the femur");
   c.option("--tibia", o.tibia, "Mesh of the tibia");
-  add_files("--femur-cartilage", o.femur_cartilage, "Mesh of its cartilage; may be repeated");
-  add_files("--tibia-cartilage", o.tibia_cartilage, "Mesh of its cartilage; may be repeated");
-  add_files("--meniscus", o.menisci, "Mesh of a meniscus, drawn only; may be repeated");
+  add_files("--femur-cartilage", o.femur_cartilage, "Meshes of its cartilage");
+  add_files("--tibia-cartilage", o.tibia_cartilage, "Meshes of its cartilage");
+  add_files("--meniscus", o.menisci, "Meshes of the menisci, drawn only");
   c.option("--fibula", o.fibula, "Mesh of the fibula, for the lateral ligaments");
   const Option patella =
       c.option("--patella", o.patella, "Mesh of the patella, in the scan of the bones; it follows the joint");

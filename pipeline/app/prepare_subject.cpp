@@ -22,8 +22,9 @@ namespace {
 Mesh mesh_of(const std::string& file, const std::string& option, std::vector<std::string>& warnings)
 {
   std::string bytes = job::file_bytes(file, {file, option, "", "a mesh file"}, job::largest_mesh_bytes);
-  const job::CleanMesh clean =
-      job::clean_mesh(job::read_mesh(file, std::move(bytes)), job::Winding::outward, Side::right);
+  const job::RawMesh raw = job::read_mesh(file, std::move(bytes));
+  for (const std::string& note : raw.notes) warnings.push_back(file + ": " + option + ": " + note);
+  const job::CleanMesh clean = job::clean_mesh(raw, job::Winding::outward, Side::right);
   if (clean.mesh.triangles.rows() == 0) throw InputError({file, option, "no faces", "a mesh with faces"});
   if (const std::string tangle = geometry::tangle_in(clean.mesh); !tangle.empty())
     throw InputError({file, option, tangle, "the surface of one part"});
@@ -286,7 +287,7 @@ void warn_of_one_compartment(const Subject& subject, std::vector<std::string>& w
     warnings.push_back(
         std::string(option) +
         ": cartilage of one compartment only; the knee tilts to the bare one: give the cartilage of "
-        "both (the option may be repeated), or leave it out, so that the bone is thickened");
+        "both (the option takes several), or leave it out, so that the bone is thickened");
   }
 }
 

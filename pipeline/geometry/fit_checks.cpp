@@ -168,6 +168,21 @@ bool is_template_itself(const KneeFit& fit)
   return fit.femur.residual_mm < identical_mm && fit.tibia.residual_mm < identical_mm;
 }
 
+// What sizes or a distance beyond any scan tell about the units; empty for bones of usual sizes.
+std::string suspected_units(const KneeFit& fit, const KneeSurfaces& subject)
+{
+  constexpr double longest_scan_mm = 1000.0, most_alike = 6.0;
+  const auto size_mm = [&](const BoneSurfaces& bone) {
+    const Box box = bounding_box(joined(bone));
+    return fit.unit_mm * (box.max_mm - box.min_mm).norm();
+  };
+  const double femur_mm = size_mm(subject.femur), tibia_mm = size_mm(subject.tibia);
+  const bool are_alike = std::max(femur_mm, tibia_mm) < most_alike * std::min(femur_mm, tibia_mm);
+  if (are_alike && fit.nearest_mm < longest_scan_mm) return "";
+  return "; probably the unit is wrong, or that of one file: in the same unit the femur is " +
+         tenths(femur_mm) + " mm across, the tibia " + tenths(tibia_mm) + " mm";
+}
+
 std::vector<std::string> rejection_reasons(const KneeFit& fit, const KneeSurfaces& subject)
 {
   std::vector<std::string> found = fit_rejections(fit);
@@ -202,7 +217,8 @@ std::string probable_cause(const KneeFit& fit, const KneeSurfaces& subject, cons
       return "the wrong side: the bones are those of a " + side_name(found->side) + " knee";
   }
   if (fit.nearest_mm > largest_gap_mm)
-    return "the bones are not in one pose: " + tenths(fit.nearest_mm) + " mm apart";
+    return "the bones are not in one pose: " + tenths(fit.nearest_mm) + " mm apart" +
+           suspected_units(fit, subject);
   if (fits({subject.tibia, subject.femur})) return "femur and tibia are exchanged";
   const bool femur_open = is_open(subject.femur), tibia_open = is_open(subject.tibia);
   if (femur_open && fits({reversed(subject.femur), subject.tibia}))

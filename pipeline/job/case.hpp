@@ -153,9 +153,12 @@ struct ComponentSurvey {
   Eigen::Index n_identical = 0;   ///< copies of triangles dropped
   Eigen::Index n_boundary_edges = 0;
   Eigen::Index n_non_manifold_edges = 0;
-  bool was_flipped = false;  ///< at least one shell was reversed to point outward
-  bool has_sheet = false;    ///< at least one shell is an open sheet, whose winding defines its outside
-  Box box;                   ///< canonical
+  /// Where such faces and edges are, mm in the axes of the file (places_text); empty without any.
+  std::string degenerate_places, boundary_places, non_manifold_places;
+  std::vector<std::string> notes;  ///< what of the file was ignored
+  bool was_flipped = false;        ///< at least one shell was reversed to point outward
+  bool has_sheet = false;          ///< at least one shell is an open sheet, whose winding defines its outside
+  Box box;                         ///< canonical
   double mean_edge_mm = 0.0;
   double area_mm2 = 0.0;
   double volume_mm3 = 0.0;  ///< meaningful when closed

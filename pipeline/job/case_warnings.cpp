@@ -113,14 +113,16 @@ void warn_of_unused(const Job& job, Warnings& warnings)
 
 void warn_of_edges(const ComponentSurvey& component, Warnings& warnings)
 {
+  for (const std::string& note : component.notes) warnings.push_back(named(component) + ": " + note);
   // The border of an open sheet is no fault; vrda check states it.
   if (component.n_boundary_edges > 0 && !component.has_sheet) {
     warnings.push_back(named(component) + ": nearly closed, with small holes (boundary edges: " +
-                       std::to_string(component.n_boundary_edges) + "); its outside is found by its volume");
+                       std::to_string(component.n_boundary_edges) + ") " + component.boundary_places +
+                       "; its outside is found by its volume");
   }
   if (component.n_non_manifold_edges > 0) {
     warnings.push_back(named(component) + ": edges with more than two faces or inconsistent winding: " +
-                       std::to_string(component.n_non_manifold_edges));
+                       std::to_string(component.n_non_manifold_edges) + ", " + component.non_manifold_places);
   }
 }
 

@@ -79,6 +79,10 @@ std::vector<Pose> flexed_poses(const Eigen::Vector3d& centre_mm, const std::vect
 /// "N triangles, S mm across, at [x, y, z] mm in the axes of the file", at a point in these axes.
 std::string speck_text(const Speck& speck, std::size_t n_triangles, const Eigen::Vector3d& file_mm);
 
+/// "at [x, y, z], [x, y, z] mm in the axes of the file": up to three places at least 5 mm apart, and how many
+/// others; empty without points.
+std::string places_text(const std::vector<Eigen::Vector3d>& points_mm);
+
 /// Share of the smaller of the two sides of z = `centre_z_mm` in the area that faces along `sign` times Y,
 /// the part that bears load: 0.5 where both compartments are covered alike, 0 for one compartment only.
 double lesser_side_share(const Mesh& mesh, double sign, double centre_z_mm);

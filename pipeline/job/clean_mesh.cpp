@@ -71,8 +71,7 @@ class Polygons {
   std::vector<Triangle> triangles_;
 };
 
-std::vector<Triangle> triangles_of(const RawMesh& raw, const WeldedVertices& merged,
-                                   Eigen::Index& n_degenerate)
+std::vector<Triangle> triangles_of(const RawMesh& raw, const WeldedVertices& merged, CleanMesh& counts)
 {
   std::vector<Triangle> kept;
   Polygons polygons;
@@ -90,10 +89,10 @@ std::vector<Triangle> triangles_of(const RawMesh& raw, const WeldedVertices& mer
     if (face.size() == 3) keep(Polygons::triangulated(face, merged.vertices));
     if (face.size() > 3) keep(polygons.triangles_of(face, merged.vertices));
     // A polygon of n corners has n - 2 triangles. If none is kept, one degenerate face is counted.
-    if (kept.size() == n_before)
-      ++n_degenerate;
-    else
-      n_degenerate += static_cast<Eigen::Index>(face.size() - 2 - (kept.size() - n_before));
+    const std::size_t n_kept = kept.size() - n_before;
+    const std::size_t n_lost = n_kept == 0 ? 1 : face.size() - 2 - n_kept;
+    counts.n_degenerate += static_cast<Eigen::Index>(n_lost);
+    if (n_lost > 0) counts.degenerate_at.emplace_back(merged.vertices.row(face.front()));
   }
   return kept;
 }
@@ -171,7 +170,7 @@ CleanMesh clean_mesh(const RawMesh& raw, Winding winding, Side side)
   WeldedVertices merged = weld_vertices(raw);
   out.n_welded = raw.vertices.rows() - merged.vertices.rows();
   Mesh mesh;
-  const std::vector<Triangle> all = triangles_of(raw, merged, out.n_degenerate);
+  const std::vector<Triangle> all = triangles_of(raw, merged, out);
   const std::vector<Triangle> each_once = without_copies(all);
   out.n_identical = static_cast<Eigen::Index>(all.size() - each_once.size());
   mesh.triangles = matrix_of(each_once);

@@ -14,6 +14,7 @@ struct CleanMesh {
   Mesh mesh;                      ///< axes and unit of the raw mesh; has normals, no unused vertices
   Eigen::Index n_welded = 0;      ///< vertices merged with an earlier one
   Eigen::Index n_degenerate = 0;  ///< faces and triangles removed: repeated corner or zero area
+  std::vector<Eigen::Vector3d> degenerate_at;  ///< a corner of each such face, in the unit of the raw mesh
   Eigen::Index n_identical = 0;  ///< triangles removed: the same three vertices as another, in either winding
   bool was_flipped = false;      ///< the winding of at least one shell was reversed
   bool has_sheet = false;        ///< at least one shell has no inside: its winding defines its outside

@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "geometry/gap_query.hpp"
 #include "job/auto_frame.hpp"
+#include "job/case_warnings.hpp"
 #include "job/mesh_file.hpp"
 
 namespace vrda::job {
@@ -146,7 +147,9 @@ void move_surface(Mesh& mesh, const ComponentJob& component)
   if (!component.shift_mm.isZero(0.0)) mesh.vertices_mm.rowwise() += component.shift_mm.transpose();
 }
 
-ComponentSurvey survey_of(const ComponentJob& component, const CleanMesh& clean, const std::string& source)
+// `vertices_mm` are those of the mesh in the axes of its file, `unit_mm` is the unit of the file.
+ComponentSurvey survey_of(const ComponentJob& component, const CleanMesh& clean, const std::string& source,
+                          const Points& vertices_mm, double unit_mm)
 {
   const EdgeCounts edges = edge_counts(clean.mesh);
   ComponentSurvey survey;
@@ -158,6 +161,16 @@ ComponentSurvey survey_of(const ComponentJob& component, const CleanMesh& clean,
   survey.n_welded = clean.n_welded;
   survey.n_degenerate = clean.n_degenerate;
   survey.n_identical = clean.n_identical;
+  std::vector<Eigen::Vector3d> degenerate_mm = clean.degenerate_at;
+  for (Eigen::Vector3d& p_mm : degenerate_mm) p_mm *= unit_mm;
+  survey.degenerate_places = places_text(degenerate_mm);
+  const auto places_of = [&](const std::vector<std::int32_t>& rows) {
+    std::vector<Eigen::Vector3d> places_mm;
+    for (const std::int32_t row : rows) places_mm.emplace_back(vertices_mm.row(row));
+    return places_text(places_mm);
+  };
+  survey.boundary_places = places_of(edges.boundary_vertex);
+  survey.non_manifold_places = places_of(edges.non_manifold_vertex);
   survey.n_boundary_edges = edges.boundary;
   survey.n_non_manifold_edges = edges.non_manifold;
   survey.was_flipped = clean.was_flipped;
@@ -203,7 +216,11 @@ LoadedComponent ComponentLoader::load(const ComponentJob& component, const AxisM
     out.clean.mesh.overlap_mm.assign(static_cast<std::size_t>(out.clean.mesh.triangles.rows()),
                                      component.overlap_mm);
   }
-  out.survey = survey_of(component, out.clean, out.input.name);
+  const bool is_generated = component.generate.has_value();
+  const double unit_mm = is_generated ? 1.0 : map.unit_mm;
+  const Points vertices_mm = is_generated ? out.clean.mesh.vertices_mm : Points(unit_mm * out.native);
+  out.survey = survey_of(component, out.clean, out.input.name, vertices_mm, unit_mm);
+  out.survey.notes = std::move(out.notes);
   return out;
 }
 
@@ -218,6 +235,7 @@ CleanMesh ComponentLoader::from_file(const ComponentJob& component, const AxisMa
   const bool has_normals_file =
       fs::path(file.path).extension() != ".stl" && is_vertices_faces(file.bytes) && fs::exists(normals_path);
   RawMesh mesh = read_mesh(file.path, std::move(file.bytes));
+  out.notes = mesh.notes;
   if (has_normals_file) {
     const std::string path = normals_path.string();
     const std::string bytes = file_bytes(path, {path, "", "", "a file of normals"}, largest_mesh_bytes);

@@ -50,6 +50,7 @@ struct LoadedComponent {
   LoadedInput input;
   std::optional<LoadedInput> normals;  ///< the file of a Vertices-Faces mesh's normals, where there is one
   Points native;                       ///< vertices of a file, in its axes and unit; else empty
+  std::vector<std::string> notes;      ///< of a file (RawMesh), until they are in the survey
   ComponentSurvey survey;              ///< without the name of the body
 };
 

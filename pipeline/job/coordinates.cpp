@@ -106,7 +106,7 @@ class NumberTable {
       : table_(std::move(name), text, {"row", "rows", "rows of a motion"})
   {
     table_.require_rows(largest_rows);
-    for (const std::string_view column : split_fields(table_.header().text)) names_.emplace_back(column);
+    for (const std::string_view column : table_.columns()) names_.emplace_back(column);
   }
 
   const std::string& first_column() const { return names_.front(); }

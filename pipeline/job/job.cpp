@@ -565,8 +565,12 @@ std::optional<Number> number_in(std::string_view word)
   if (has_plus) word.remove_prefix(1);
   Number value{};
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
-  return value;
+  if (end != word.data() + word.size()) return std::nullopt;
+  // from_chars reports 1e-400 like 1e400, which is no number.
+  if (error == std::errc::result_out_of_range && std::is_floating_point_v<Number> &&
+      std::abs(std::strtod(std::string(word).c_str(), nullptr)) < 1.0)
+    return Number{};
+  return error == std::errc() ? std::optional(value) : std::nullopt;
 }
 
 }  // namespace
@@ -576,33 +580,48 @@ bool is_space(char c)
   return c == ' ' || c == '\t' || c == '\n' || c == '\r';
 }
 
-std::string_view trimmed(std::string_view text)
+std::string_view trimmed(std::string_view text, std::string_view characters)
 {
-  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  return text;
+  const std::size_t begin = text.find_first_not_of(characters);
+  if (begin == text.npos) return {};
+  return text.substr(begin, text.find_last_not_of(characters) + 1 - begin);
 }
 
-std::vector<std::string_view> split_fields(std::string_view line)
+char separator_of(std::string_view names)
+{
+  names = trimmed(names);
+  for (const char separator : {',', ';', '\t'}) {
+    if (names.find(separator) != names.npos) return separator;
+  }
+  return ',';
+}
+
+std::vector<std::string_view> split_fields(std::string_view line, char separator)
 {
   std::vector<std::string_view> fields;
   while (true) {
-    const std::size_t comma = std::min(line.find(','), line.size());
-    fields.push_back(trimmed(line.substr(0, comma)));
-    if (comma == line.size()) return fields;
-    line.remove_prefix(comma + 1);
+    const std::size_t end = std::min(line.find(separator), line.size());
+    fields.push_back(trimmed(line.substr(0, end)));
+    if (end == line.size()) return fields;
+    line.remove_prefix(end + 1);
   }
+}
+
+std::string wanted_number(std::string_view field)
+{
+  return field.find(',') == field.npos ? "a number" : "a number with a decimal point, not a comma";
 }
 
 std::vector<TableLine> table_lines(std::string_view text)
 {
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
   if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
   std::vector<TableLine> lines;
   for (std::size_t number = 1; !text.empty(); ++number) {
     const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string_view line = trimmed(text.substr(0, end));
-    if (!line.empty() && line.front() != '#') lines.push_back({line, number});
+    const std::string_view words = trimmed(text.substr(0, end));
+    // Tabs at the ends may separate empty fields.
+    if (!words.empty() && words.front() != '#')
+      lines.push_back({trimmed(text.substr(0, end), " \r"), number});
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return lines;

@@ -322,13 +322,19 @@ bool is_space(char c);
 /// The words of a line, separated by blanks and tabs; a final carriage return is ignored.
 std::vector<std::string_view> split_words(std::string_view line);
 
-/// Without white space at either end.
-std::string_view trimmed(std::string_view text);
+/// Without white space (or other characters) at either end.
+std::string_view trimmed(std::string_view text, std::string_view characters = " \t\r\n");
 
-/// The fields between the commas of a line, trimmed; one more than the number of commas.
-std::vector<std::string_view> split_fields(std::string_view line);
+/// What separates the names of a table's columns: a comma, or without one a semicolon, or else a tab.
+char separator_of(std::string_view names);
+/// The fields between the separators of a line, trimmed; one more than the number of separators.
+std::vector<std::string_view> split_fields(std::string_view line, char separator = ',');
+/// What a field should be that is not a number: with a decimal point where it has a comma.
+std::string wanted_number(std::string_view field);
 
-/// A trimmed line of a table and its line number, from 1.
+inline constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";  ///< of UTF-8
+
+/// A line of a table, without blanks at its ends, and its line number, from 1.
 struct TableLine {
   std::string_view text;
   std::size_t number = 0;

@@ -87,8 +87,7 @@ class Fibres {
  public:
   explicit Fibres(const CsvTable& table) : table_(table)
   {
-    for (const std::string_view field : split_fields(table.header().text))
-      columns_.push_back(column_named(field));
+    for (const std::string_view field : table.columns()) columns_.push_back(column_named(field));
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
         if (columns_[i].quantity != columns_[j].quantity) continue;
@@ -550,7 +549,8 @@ CsvTable::CsvTable(std::string file, std::string_view text, const RowLabels& wor
     throw InputError(
         {file_, "", "no line except comments", std::string("column names, then ") + words_.full_plural});
   }
-  n_columns_ = split_fields(header().text).size();
+  separator_ = separator_of(header().text);
+  columns_ = split_fields(header().text, separator_);
 }
 
 void CsvTable::require_rows(std::size_t max_rows) const
@@ -564,11 +564,11 @@ void CsvTable::require_rows(std::size_t max_rows) const
 std::vector<std::string_view> CsvTable::fields(const TableLine& row) const
 {
   if (has_control_characters(row.text, "\t\r")) refuse(row, "", "control characters", "plain text");
-  std::vector<std::string_view> fields = split_fields(row.text);
-  if (fields.size() == n_columns_) return fields;
+  std::vector<std::string_view> fields = split_fields(row.text, separator_);
+  if (fields.size() == columns_.size()) return fields;
   refuse(row, "", std::to_string(fields.size()) + " fields",
          "as many as the columns of line " + std::to_string(header().number) + ", " +
-             std::to_string(n_columns_));
+             std::to_string(columns_.size()));
 }
 
 void CsvTable::refuse(const TableLine& line, const std::string& column, const std::string& found,
@@ -589,7 +589,7 @@ void CsvTable::refuse_unknown_column(std::string_view name, const std::vector<st
 
 void CsvTable::refuse_number(const TableLine& line, const std::string& column, std::string_view field) const
 {
-  refuse(line, column, field.empty() ? "nothing" : quoted(field), "a number");
+  refuse(line, column, field.empty() ? "nothing" : quoted(field), wanted_number(field));
 }
 
 std::string CsvTable::quoted(std::string_view text)
@@ -625,7 +625,7 @@ core::Document row_of(const CsvTable& table, const std::vector<std::string_view>
 
 std::vector<std::string_view> columns_of(const CsvTable& table)
 {
-  std::vector<std::string_view> columns = split_fields(table.header().text);
+  std::vector<std::string_view> columns = table.columns();
   const core::Document header = row_of(table, columns, columns, table.header());
   landmarks_schema().check_known_keys(header);
   landmarks_schema().check_required_keys(header);

@@ -88,6 +88,8 @@ class CsvTable {
 
   const std::string& file() const { return file_; }
   const TableLine& header() const { return lines_.front(); }
+  /// Names of the columns, which commas, semicolons or tabs separate (separator_of).
+  const std::vector<std::string_view>& columns() const { return columns_; }
   std::size_t n_rows() const { return lines_.size() - 1; }
   const TableLine& row(std::size_t i) const { return lines_.at(i + 1); }
 
@@ -112,7 +114,8 @@ class CsvTable {
   std::string file_;
   RowLabels words_;
   std::vector<TableLine> lines_;
-  std::size_t n_columns_ = 0;
+  char separator_ = ',';
+  std::vector<std::string_view> columns_;
 };
 
 // Distances between landmarks of the model and of a subject: schemas/scaling.md.

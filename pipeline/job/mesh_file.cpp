@@ -9,9 +9,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -88,6 +90,13 @@ RawMesh read_with_assimp(const std::string& file, const std::string& bytes, cons
   return mesh;
 }
 
+RawMesh read_checked(const std::string& file, const CheckedText& checked, const std::string& extension)
+{
+  RawMesh mesh = read_with_assimp(file, checked.bytes, extension);
+  mesh.notes = checked.notes;
+  return mesh;
+}
+
 void check_mesh(const std::string& file, const RawMesh& mesh)
 {
   if (mesh.size.empty()) {
@@ -122,15 +131,18 @@ std::string lower_extension(const std::string& file)
   return lower_case(std::filesystem::path(file).extension().string());
 }
 
-RawMesh read_by_extension(const std::string& file, std::string bytes)
+RawMesh read_by_extension(const std::string& file, const std::string& bytes)
 {
   const std::string extension = lower_extension(file);
-  if (extension == ".stl") return read_with_assimp(file, checked_stl(file, std::move(bytes)), "stl");
+  if (extension == ".stl") return read_checked(file, checked_stl(file, bytes), "stl");
   if (extension == ".ply") return read_ply(file, bytes);
   if (extension == ".vf" || (extension == ".obj" && is_vertices_faces(bytes)))
     return read_vertices_faces(file, bytes);
-  if (extension == ".obj") return read_with_assimp(file, checked_wavefront(file, bytes), "obj");
-  throw InputError({file, "", "the extension \"" + extension + "\"", "a mesh file: .stl, .ply, .obj or .vf"});
+  if (extension == ".obj") return read_checked(file, checked_wavefront(file, bytes), "obj");
+  if (extension == ".vtp") return read_vtp(file, bytes);
+  if (extension == ".vtk") return read_legacy_vtk(file, bytes);
+  throw InputError(
+      {file, "", "the extension \"" + extension + "\"", "a mesh file: .stl, .ply, .obj, .vf, .vtp or .vtk"});
 }
 
 }  // namespace
@@ -144,9 +156,20 @@ std::string quoted_word(std::string_view word)
 RawMesh read_mesh(const std::string& file, std::string bytes)
 {
   if (bytes.empty()) throw InputError({file, "", "an empty file", "a mesh"});
-  RawMesh mesh = read_by_extension(file, std::move(bytes));
-  check_mesh(file, mesh);
-  return mesh;
+  const std::string extension = lower_extension(file);
+  if (extension != ".stl" || (!is_binary_stl(bytes) && is_ascii_stl(bytes))) normalise_text(bytes);
+  try {
+    RawMesh mesh = read_by_extension(file, bytes);
+    check_mesh(file, mesh);
+    return mesh;
+  } catch (const InputError&) {
+    // Only of a refused file: bytes that look like another format may begin a valid one.
+    const FileContent content = content_of(bytes);
+    const bool is_as_named = content.extension == extension ||
+                             (content.extension == ".vf" && extension == ".obj");  // of the thesis
+    if (content.name.empty() || is_as_named) throw;
+    throw InputError({file, "", content.name, content.remedy});
+  }
 }
 
 // STL files that assimp would read wrongly or partly: refused with line or size, before it reads them.
@@ -155,17 +178,6 @@ namespace {
 
 constexpr std::size_t header_bytes = 80;
 constexpr std::size_t facet_bytes = 50;  // normal, three vertices, attribute
-
-// Whether the file begins with "solid" and is text: binary headers may also begin with "solid".
-bool is_ascii(const std::string& bytes)
-{
-  const std::size_t begin = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
-  const auto is_text = [](char c) { return is_space(c) || static_cast<unsigned char>(c) >= 0x20; };
-  return lower_case(bytes.substr(begin, 5)) == "solid" &&
-         std::all_of(bytes.begin(),
-                     bytes.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(bytes.size(), 1024)),
-                     is_text);
-}
 
 bool has_three_numbers(const std::vector<std::string_view>& words, std::size_t first)
 {
@@ -201,7 +213,8 @@ class AsciiReader {
   // The error of a line, or an empty text.
   std::string read(const std::vector<std::string_view>& words)
   {
-    const std::string keyword = lower_case(std::string(words[0]));
+    std::string keyword = lower_case(std::string(words[0]));
+    if (keyword == "end" && words.size() > 1) keyword += lower_case(std::string(words[1]));
     const bool is_solid_keyword = keyword == "solid" || keyword == "endsolid";
     if (is_solid_keyword || keyword == "facet") {
       if (n_begun_ != n_ended_) return "\"" + keyword + "\" within a facet";
@@ -223,8 +236,7 @@ class AsciiReader {
   std::string read_facet(const std::string& keyword, const std::vector<std::string_view>& words)
   {
     if (keyword == "facet") {
-      ++n_begun_;
-      if (!has_three_numbers(words, 2)) return "a facet without the three numbers of its normal";
+      ++n_begun_;  // whatever its normal is: it is not used
       out_ += "facet normal 0 0 0\nouter loop\n";
     } else if (keyword == "vertex") {
       ++n_vertices_;
@@ -235,7 +247,7 @@ class AsciiReader {
     } else if (keyword == "endfacet") {
       if (n_vertices_ != 3 * ++n_ended_) return "a facet without exactly three vertices";
       out_ += "endloop\nendfacet\n";
-    } else if (keyword != "outer" && keyword != "endloop") {
+    } else if (keyword != "outer" && keyword != "outerloop" && keyword != "endloop") {
       return "\"" + keyword.substr(0, 40) + "\"";
     }
     return "";
@@ -270,36 +282,91 @@ std::string checked_ascii(const std::string& file, const std::string& bytes)
   return reduced;
 }
 
-void check_binary(const std::string& file, std::size_t n_facets, std::size_t n_bytes,
-                  std::size_t wanted_bytes)
+// Three numbers of four bytes, in little-endian order.
+Eigen::Vector3f point_at(std::string_view bytes, std::size_t at)
 {
-  if (n_bytes < header_bytes + 4) {
-    throw InputError({file, "", std::to_string(n_bytes) + " bytes", "an STL file of at least 84 bytes"});
+  Eigen::Vector3f p;
+  for (Eigen::Index k = 0; k < 3; ++k, at += 4) {
+    std::uint32_t bits = 0;
+    for (std::size_t byte = 4; byte-- > 0;) bits = bits << 8U | static_cast<unsigned char>(bytes[at + byte]);
+    p[k] = std::bit_cast<float>(bits);
   }
-  if (n_bytes != wanted_bytes) {
-    throw InputError(
-        {file, "header",
-         std::to_string(n_facets) + " triangles in a file of " + std::to_string(n_bytes) + " bytes",
-         std::to_string(wanted_bytes) + " bytes for this number"});
+  return p;
+}
+
+// Whether the bytes are facets: three different vertices of a plausible size each.
+bool are_facets(std::string_view bytes)
+{
+  if (bytes.size() % facet_bytes != 0) return false;
+  for (std::size_t at = 0; at < bytes.size(); at += facet_bytes) {
+    const Eigen::Vector3f a = point_at(bytes, at + 12), b = point_at(bytes, at + 24),
+                          c = point_at(bytes, at + 36);
+    const auto is_plausible = [](const Eigen::Vector3f& p) {
+      return p.allFinite() && p.cwiseAbs().maxCoeff() <= static_cast<float>(largest_coordinate);
+    };
+    if (!is_plausible(a) || !is_plausible(b) || !is_plausible(c) || a == b || b == c || c == a) return false;
   }
+  return true;
+}
+
+std::size_t facets_of_header(std::string_view bytes)
+{
+  std::size_t n_facets = 0;
+  for (std::size_t k = 0; k < 4 && bytes.size() >= header_bytes + 4; ++k)
+    n_facets |= static_cast<std::size_t>(static_cast<unsigned char>(bytes[header_bytes + k])) << (8 * k);
+  return n_facets;
+}
+
+std::size_t binary_size(std::size_t n_facets)
+{
+  return header_bytes + 4 + facet_bytes * n_facets;
+}
+
+CheckedText checked_binary(const std::string& file, const std::string& bytes)
+{
+  if (bytes.size() < header_bytes + 4) {
+    throw InputError({file, "", std::to_string(bytes.size()) + " bytes", "an STL file of at least 84 bytes"});
+  }
+  const std::size_t n_facets = facets_of_header(bytes), size = binary_size(n_facets);
+  const std::string found =
+      std::to_string(n_facets) + " triangles in a file of " + std::to_string(bytes.size()) + " bytes";
+  if (bytes.size() < size)
+    throw InputError({file, "header", found, std::to_string(size) + " bytes for this number"});
+  const std::string_view rest = std::string_view(bytes).substr(size);
+  if (!rest.empty() && are_facets(rest))
+    throw InputError({file, "header", found,
+                      std::to_string(n_facets + rest.size() / facet_bytes) +
+                          " triangles, which its bytes hold, or a file of " + std::to_string(size) +
+                          " bytes"});
   check_count(file, "header", n_facets);
+  if (rest.empty()) return {bytes, {}};
+  return {bytes.substr(0, size),
+          {std::to_string(rest.size()) + " bytes after the last triangle are ignored"}};
 }
 
 }  // namespace
 
-std::string checked_stl(const std::string& file, std::string bytes)
+bool is_binary_stl(std::string_view bytes)
 {
-  std::size_t n_facets = 0;
-  if (bytes.size() >= header_bytes + 4) {
-    for (std::size_t k = 0; k < 4; ++k) {
-      n_facets |= static_cast<std::size_t>(static_cast<unsigned char>(bytes[header_bytes + k])) << (8 * k);
-    }
-  }
-  const std::size_t wanted_bytes = header_bytes + 4 + facet_bytes * n_facets;
+  const std::size_t n_facets = facets_of_header(bytes);
+  return n_facets > 0 && bytes.size() == binary_size(n_facets);
+}
+
+bool is_ascii_stl(std::string_view bytes)
+{
+  if (bytes.starts_with(byte_order_mark)) bytes.remove_prefix(byte_order_mark.size());
+  const std::size_t begin = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
+  const auto is_text = [](char c) { return is_space(c) || static_cast<unsigned char>(c) >= 0x20; };
+  return lower_case(std::string(bytes.substr(begin, 5))) == "solid" &&
+         std::ranges::all_of(bytes.substr(0, 1024), is_text);
+}
+
+CheckedText checked_stl(const std::string& file, const std::string& bytes)
+{
   // The size is tested before the first word: a binary header may begin with "solid".
-  if (bytes.size() != wanted_bytes && is_ascii(bytes)) return checked_ascii(file, bytes);
-  check_binary(file, n_facets, bytes.size(), wanted_bytes);
-  return bytes;
+  const bool has_binary_size = bytes.size() == binary_size(facets_of_header(bytes));
+  if (!has_binary_size && is_ascii_stl(bytes)) return {checked_ascii(file, bytes), {}};
+  return checked_binary(file, bytes);
 }
 
 // OBJ files that assimp would read wrongly: refused with the line, before it reads them.
@@ -311,17 +378,24 @@ using WordList = std::vector<std::string_view>;
 // Keywords without influence on vertices and faces.
 bool is_ignored(std::string_view keyword)
 {
-  constexpr std::array<std::string_view, 15> others{"g",      "o",      "s",      "mg",       "usemtl",
-                                                    "mtllib", "usemap", "maplib", "lod",      "vp",
-                                                    "l",      "p",      "bevel",  "c_interp", "d_interp"};
-  return std::find(others.begin(), others.end(), keyword) != others.end();
+  constexpr std::array<std::string_view, 17> others{
+      "g",  "o", "s", "mg",    "usemtl",   "mtllib",   "usemap",     "maplib",   "lod",
+      "vp", "l", "p", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj"};
+  return std::ranges::find(others, keyword) != others.end();
+}
+
+// Patches and curves of the format's first versions, beside which faces may be.
+bool is_old(std::string_view keyword)
+{
+  constexpr std::array<std::string_view, 5> old{"bsp", "bzp", "cdc", "cdp", "res"};
+  return std::ranges::find(old, keyword) != old.end();
 }
 
 class Checker {
  public:
   Checker(const std::string& file, const std::string& bytes) : file_(file), bytes_(bytes) {}
 
-  std::string reduced()
+  CheckedText reduced()
   {
     std::string joined;
     for (std::size_t begin = 0; begin < bytes_.size();) {
@@ -353,7 +427,13 @@ class Checker {
       throw InputError({file_, "", "an empty mesh: " + std::to_string(n_vertices_) + " vertices and no face",
                         "a mesh with faces"});
     }
-    return std::move(out_);
+    std::vector<std::string> notes;
+    if (n_unusable_ > 0)
+      notes.push_back("normals (vn) that are not three numbers: " + std::to_string(n_unusable_) +
+                      "; all are computed");
+    for (const auto& [keyword, n] : n_old_)
+      notes.push_back("lines \"" + keyword + "\" are ignored: " + std::to_string(n));
+    return {std::move(out_), notes};
   }
 
  private:
@@ -361,29 +441,42 @@ class Checker {
   {
     const std::string_view keyword = words[0];
     if (keyword == "v") {
-      read_numbers(words, 3, 7);  // a weight or a colour may follow
+      read_vertex(words);
       ++n_vertices_;
     } else if (keyword == "vn") {
-      read_numbers(words, 3, 3);
+      read_normal(words);
       ++n_normals_;
-    } else if (keyword == "f") {
+    } else if (keyword == "f" || keyword == "fo") {  // the name in the format's first versions
       read_face(words);
+    } else if (is_old(keyword)) {
+      ++n_old_[std::string(keyword)];
     } else if (keyword != "vt" && !is_ignored(keyword)) {
       refuse(quoted_word(keyword), "a keyword of a polygon mesh, such as v, vn, vt or f");
     }
   }
 
-  void read_numbers(const WordList& words, std::size_t fewest, std::size_t most)
+  // A weight or a colour may follow.
+  void read_vertex(const WordList& words)
   {
-    if (words.size() < 1 + fewest || words.size() > 1 + most) {
-      refuse(std::to_string(words.size() - 1) + " numbers",
-             "from " + std::to_string(fewest) + " to " + std::to_string(most));
-    }
-    out_ += words[0];
+    if (words.size() < 4 || words.size() > 8)
+      refuse(std::to_string(words.size() - 1) + " numbers", "from 3 to 7");
     for (std::size_t k = 1; k < words.size(); ++k) {
       if (!parse_real(words[k])) refuse(quoted_word(words[k]), "a number");
-      if (k <= fewest) (out_ += " ") += words[k];
     }
+    add_line(words);
+  }
+
+  // One that is not three numbers becomes zero, for which clean_mesh() computes the normals.
+  void read_normal(const WordList& words)
+  {
+    if (has_three_numbers(words, 1)) return add_line(words);
+    ++n_unusable_;
+    out_ += "vn 0 0 0\n";
+  }
+
+  void add_line(const WordList& words)
+  {
+    for (std::size_t k = 0; k < 4; ++k) (out_ += k == 0 ? "" : " ") += words[k];
     out_ += "\n";
   }
 
@@ -392,23 +485,31 @@ class Checker {
     if (words.size() < 4) refuse(std::to_string(words.size() - 1) + " corners", "at least 3");
     if (++n_faces_ > largest_face_count)
       refuse("more faces", "at most " + std::to_string(largest_face_count));
-    out_ += "f";
+    corners_.clear();
     for (std::size_t k = 1; k < words.size(); ++k) read_corner(words[k]);
+    // Of a face with and without normals all are dropped: assimp would give them to other corners.
+    const bool has_normals = std::ranges::all_of(corners_, [](const Corner& c) { return c.normal > 0; });
+    out_ += "f";
+    for (const Corner& corner : corners_) {
+      (out_ += " ") += std::to_string(corner.vertex);
+      if (has_normals) (out_ += "//") += std::to_string(corner.normal);
+    }
     out_ += "\n";
   }
 
-  // v, v/t, v//n or v/t/n; texture indices are dropped.
-  void read_corner(std::string_view corner)
+  // v, v/t, v//n or v/t/n; texture indices are dropped. A normal 0 counts as absent.
+  void read_corner(std::string_view word)
   {
-    const std::size_t slash = std::min(corner.find('/'), corner.size());
-    const std::size_t second = std::min(corner.find('/', slash + 1), corner.size());
-    const std::int64_t vertex = absolute(corner, corner.substr(0, slash), n_vertices_);
-    note(vertex, highest_vertex_);
-    (out_ += " ") += std::to_string(vertex);
-    if (second == corner.size()) return;
-    const std::int64_t normal = absolute(corner, corner.substr(second + 1), n_normals_);
-    note(normal, highest_normal_);
-    (out_ += "//") += std::to_string(normal);
+    const std::size_t slash = std::min(word.find('/'), word.size());
+    const std::size_t second = std::min(word.find('/', slash + 1), word.size());
+    Corner corner{absolute(word, word.substr(0, slash), n_vertices_)};
+    note(corner.vertex, highest_vertex_);
+    const std::string_view normal = word.substr(std::min(second + 1, word.size()));
+    if (!normal.empty() && normal != "0") {
+      corner.normal = absolute(word, normal, n_normals_);
+      note(corner.normal, highest_normal_);
+    }
+    corners_.push_back(corner);
   }
 
   // Negative indices count back from the last one so far.
@@ -438,16 +539,22 @@ class Checker {
     throw InputError({file_, "line " + std::to_string(line), found, wanted});
   }
 
+  struct Corner {
+    std::int64_t vertex = 0, normal = 0;  // from 1; 0: absent
+  };
+
   const std::string& file_;
   const std::string& bytes_;
   std::string out_;
-  std::size_t line_ = 0, highest_line_ = 0, n_faces_ = 0;
+  std::vector<Corner> corners_;               // of the current face
+  std::map<std::string, std::size_t> n_old_;  // lines of each old keyword
+  std::size_t line_ = 0, highest_line_ = 0, n_faces_ = 0, n_unusable_ = 0;
   std::int64_t n_vertices_ = 0, n_normals_ = 0, highest_vertex_ = 0, highest_normal_ = 0;
 };
 
 }  // namespace
 
-std::string checked_wavefront(const std::string& file, const std::string& bytes)
+CheckedText checked_wavefront(const std::string& file, const std::string& bytes)
 {
   return Checker(file, bytes).reduced();
 }
@@ -481,6 +588,8 @@ class Words {
     if (const std::string_view rest = next(); !rest.empty())
       refuse(quoted_word(rest), "the end of the file after " + last);
   }
+
+  void skip_byte_order_mark() { at_ = bytes_.starts_with(byte_order_mark) ? byte_order_mark.size() : 0; }
 
   std::size_t n_left() const { return bytes_.size() - at_; }
   std::size_t line() const { return line_; }
@@ -547,6 +656,7 @@ std::int32_t first_index(const std::string& file, const IndexRange& range, std::
 bool is_vertices_faces(const std::string& bytes)
 {
   Words words("", bytes);
+  words.skip_byte_order_mark();
   const std::string_view first = words.next();
   return !first.empty() && first.find_first_not_of("0123456789+-") == std::string_view::npos;
 }

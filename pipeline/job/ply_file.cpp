@@ -298,27 +298,9 @@ class PlyBody {
       if (!value || (sink != Sink::none && std::abs(*value) > largest_index)) return false;
       if (sink != Sink::none) corners.push_back(static_cast<std::int32_t>(*value));
     }
-    if (sink == Sink::strip) add_strips(corners);
-    if (sink == Sink::corners && n >= 3) add_face(corners);  // points and lines are not faces
+    if (sink == Sink::strip) add_strips(mesh_, corners);
+    if (sink == Sink::corners) add_face(mesh_, corners);
     return true;
-  }
-
-  void add_face(const std::vector<std::int32_t>& corners)
-  {
-    mesh_.corner.insert(mesh_.corner.end(), corners.begin(), corners.end());
-    mesh_.size.push_back(static_cast<std::int32_t>(corners.size()));
-  }
-
-  // Each corner from the third on makes a triangle with the two before it; every second one is turned.
-  void add_strips(const std::vector<std::int32_t>& corners)
-  {
-    std::size_t first = 0;
-    for (std::size_t k = 0; k < corners.size(); ++k) {
-      if (corners[k] < 0) first = k + 1;
-      if (k < first + 2) continue;
-      const std::size_t odd = (k - first) % 2;
-      add_face({corners[k - 2 + odd], corners[k - 1 - odd], corners[k]});
-    }
   }
 
   [[noreturn]] void refuse(const Element& element, std::size_t i) const
@@ -381,6 +363,25 @@ void check_properties(const std::string& file, const Header& header)
 }
 
 }  // namespace
+
+void add_face(RawMesh& mesh, std::span<const std::int32_t> corners)
+{
+  if (corners.size() < 3) return;
+  mesh.corner.insert(mesh.corner.end(), corners.begin(), corners.end());
+  mesh.size.push_back(static_cast<std::int32_t>(corners.size()));
+}
+
+// Each corner from the third on makes a triangle with the two before it; every second one is turned.
+void add_strips(RawMesh& mesh, std::span<const std::int32_t> corners)
+{
+  std::size_t first = 0;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    if (corners[k] < 0) first = k + 1;
+    if (k < first + 2) continue;
+    const std::size_t odd = (k - first) % 2;
+    add_face(mesh, std::array{corners[k - 2 + odd], corners[k - 1 - odd], corners[k]});
+  }
+}
 
 RawMesh read_ply(const std::string& file, const std::string& bytes)
 {

@@ -190,9 +190,27 @@ std::vector<Pose> flexed_poses(const Eigen::Vector3d& centre_mm, const std::vect
 
 std::string speck_text(const Speck& speck, std::size_t n_triangles, const Eigen::Vector3d& file_mm)
 {
-  const Eigen::Vector3d tenths_mm = (10.0 * file_mm).array().round() / 10.0 + 0.0;
-  return std::to_string(n_triangles) + " triangles, " + rounded_text(speck.size_mm, 10.0) +
-         " mm across, at [" + core::numbers_text(tenths_mm) + "] mm in the axes of the file";
+  return std::to_string(n_triangles) + " triangles, " + rounded_text(speck.size_mm, 10.0) + " mm across, " +
+         places_text({file_mm});
+}
+
+std::string places_text(const std::vector<Eigen::Vector3d>& points_mm)
+{
+  constexpr double apart_mm = 5.0;
+  constexpr std::size_t most = 3;
+  std::vector<Eigen::Vector3d> places_mm;
+  for (const Eigen::Vector3d& p_mm : points_mm) {
+    const auto is_near = [&](const Eigen::Vector3d& q_mm) { return (p_mm - q_mm).norm() < apart_mm; };
+    if (std::ranges::none_of(places_mm, is_near)) places_mm.push_back(p_mm);
+    if (places_mm.size() > most) break;
+  }
+  std::string text;
+  for (std::size_t k = 0; k < std::min(most, places_mm.size()); ++k) {
+    const Eigen::Vector3d tenths_mm = (10.0 * places_mm[k]).array().round() / 10.0 + 0.0;
+    text += (k == 0 ? "at [" : ", [") + core::numbers_text(tenths_mm) + "]";
+  }
+  if (!text.empty()) text += " mm in the axes of the file";
+  return text + (places_mm.size() > most ? ", and elsewhere" : "");
 }
 
 double lesser_side_share(const Mesh& mesh, double sign, double centre_z_mm)

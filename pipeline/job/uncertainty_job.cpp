@@ -314,7 +314,7 @@ class UncertaintyReader {
     const CsvTable table(input.path, input.bytes, {"value", "values", "values of a distribution"});
     table.require_rows(largest_value_table);
     std::vector<std::string> names;
-    for (const std::string_view column : split_fields(table.header().text)) names.emplace_back(column);
+    for (const std::string_view column : table.columns()) names.emplace_back(column);
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end())
       table.refuse(table.header(), name.empty() ? "column" : name, "no column of this name",

@@ -113,10 +113,12 @@ EdgeCounts edge_counts(const Mesh& mesh)
       ++last;
     }
     const std::size_t n = last - first;
-    if (n == 1) ++counts.boundary;
-    if (n > 2 || (n == 2 && forward != 1)) ++counts.non_manifold;
+    if (n == 1) counts.boundary_vertex.push_back(uses[first].low);
+    if (n > 2 || (n == 2 && forward != 1)) counts.non_manifold_vertex.push_back(uses[first].low);
     first = last;
   }
+  counts.boundary = static_cast<Eigen::Index>(counts.boundary_vertex.size());
+  counts.non_manifold = static_cast<Eigen::Index>(counts.non_manifold_vertex.size());
   return counts;
 }
 

@@ -69,6 +69,7 @@ double mean_edge_length_mm(const Mesh& mesh);
 struct EdgeCounts {
   Eigen::Index boundary = 0;
   Eigen::Index non_manifold = 0;
+  std::vector<std::int32_t> boundary_vertex, non_manifold_vertex;  ///< one of each edge
 };
 EdgeCounts edge_counts(const Mesh& mesh);
 

@@ -229,10 +229,10 @@ class CurveReader {
   void take(std::string_view line)
   {
     ++n_lines_;
-    line = job::trimmed(line);
-    if (line.empty()) return;
-    if (line.front() == '#') {
-      result_.comments.emplace_back(job::trimmed(line.substr(1)));
+    line = job::trimmed(line, " \r");  // tabs may separate empty fields
+    if (job::trimmed(line).empty()) return;
+    if (job::trimmed(line).front() == '#') {
+      result_.comments.emplace_back(job::trimmed(job::trimmed(line).substr(1)));
     } else if (columns_.empty()) {
       take_header(line);
     } else {
@@ -262,7 +262,8 @@ class CurveReader {
   void take_header(std::string_view line)
   {
     bool has_flexion = false, has_quantity = false;
-    for (const std::string_view name : job::split_fields(line)) {
+    separator_ = job::separator_of(line);
+    for (const std::string_view name : job::split_fields(line, separator_)) {
       const std::optional<Column> column = column_named(name);
       if (!column) refuse("column '" + std::string(name) + "'", "an unknown column", wanted_columns);
       const bool is_repeated = column->kind != Column::Kind::ignored &&
@@ -279,7 +280,7 @@ class CurveReader {
 
   void take_row(std::string_view line)
   {
-    const std::vector<std::string_view> fields = job::split_fields(line);
+    const std::vector<std::string_view> fields = job::split_fields(line, separator_);
     if (fields.size() != columns_.size())
       refuse(here(), std::to_string(fields.size()) + " fields",
              std::to_string(columns_.size()) + ", as in the header");
@@ -294,7 +295,8 @@ class CurveReader {
     if (!field.empty() || !may_be_empty) {
       const std::optional<double> read = job::parse_real(field);
       if (!read || !std::isfinite(*read))
-        refuse(here() + ", " + name, "'" + std::string(field) + "'", "a finite number");
+        refuse(here() + ", " + name, "'" + std::string(field) + "'",
+               read ? "a finite number" : job::wanted_number(field));
       number = *read;
     }
     if (column.kind == Column::Kind::flexion) {
@@ -313,6 +315,7 @@ class CurveReader {
   std::string file_;
   CurveFile result_;
   std::vector<std::string> names_;
+  char separator_ = ',';
   std::vector<Column> columns_;
   int n_lines_ = 0;
 };

@@ -222,6 +222,11 @@ bool lacks_bands(const store::MotionModel& model)
 core::ExitCode outcome_of(const job::Case& job_case, const store::MotionModel& model,
                           const std::string& output)
 {
+  const double unsolved = unsolved_fraction(model);
+  if (unsolved > job_case.unsolved_fraction && job_case.joint == "knee" && job_case.ligaments.fibres.empty())
+    core::log_warning(output +
+                      ": ligaments: found none, which is probably why attitudes are unsolved: contact alone "
+                      "hardly holds a knee; give [ligaments], as vrda prepare writes them");
   core::log_info(status_line(model));
   warn_of_doubtful(model, output);
   warn_of_past_border(model, output);
@@ -232,7 +237,6 @@ core::ExitCode outcome_of(const job::Case& job_case, const store::MotionModel& m
   if (lacks_bands(model))
     core::log_warning(output +
                       ": /uncertainty: found flexions with fewer than 2 stable samples, wanted 2 for a band");
-  const double unsolved = unsolved_fraction(model);
   if (unsolved <= job_case.unsolved_fraction)
     return lacks_bands(model) ? core::ExitCode::incomplete : core::ExitCode::done;
   core::log_warning(output + ": limits.unsolved_fraction: found " + std::to_string(unsolved) +

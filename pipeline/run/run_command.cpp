@@ -394,25 +394,34 @@ void warn_of_start(const job::Case& job_case, const InitialContact& start, Warni
 // Enough to identify a faulty component; the exact number is not needed.
 constexpr std::size_t most_overlaps = 100;
 
-// Components whose triangles intersect each other: their thickness is undefined.
-void warn_of_self_overlaps(const Body& body, Warnings& warnings)
+// Components whose triangles intersect each other: their thickness is undefined. The case is at the subject's
+// size, and places are those of the files.
+void warn_of_self_overlaps(const job::Job& job, const job::Case& at_size, BodyIndex index, Warnings& warnings)
 {
+  const Body& body = part_of(at_size, index);
+  const job::BodyJob& body_job = part_of(job, index);
+  const Pose X_file_canonical = job::body_map(job, body_job).X_canonical_native.inverse();
+  const Eigen::Vector3d centre_mm = at_size.frame.rotation_centre_mm;
+  const Eigen::Vector3d factor =
+      at_size.scaling ? at_size.scaling->factor : Eigen::Vector3d(Eigen::Vector3d::Ones());
+  const std::vector<std::vector<Eigen::Index>> rows = triangles_by_component(body, body.contact);
   contact::NarrowPhase narrow_phase;
   for (std::size_t c = 0; c < body.components.size(); ++c) {
-    std::vector<Eigen::Index> rows;
-    for (std::size_t t = 0; t < body.contact.component.size(); ++t) {
-      if (body.contact.component[t] == static_cast<std::int32_t>(c))
-        rows.push_back(static_cast<Eigen::Index>(t));
+    if (rows[c].empty()) continue;
+    const Mesh mesh = select_triangles(body.contact.mesh, rows[c]);
+    const std::vector<geometry::TrianglePair> pairs =
+        contact::find_self_overlaps(geometry::make_tree_mesh(mesh), narrow_phase, most_overlaps);
+    if (pairs.empty()) continue;
+    std::vector<Eigen::Vector3d> places_mm;
+    for (const geometry::TrianglePair& pair : pairs) {
+      const auto [p, q, r] = corners(mesh, pair.reference);
+      const Eigen::Vector3d at_mm = centre_mm + ((p + q + r) / 3.0 - centre_mm).cwiseQuotient(factor);
+      places_mm.push_back(body_job.components[c].generate ? at_mm : X_file_canonical * at_mm);
     }
-    if (rows.empty()) continue;
-    const std::size_t n =
-        contact::find_self_overlaps(geometry::make_tree_mesh(select_triangles(body.contact.mesh, rows)),
-                                    narrow_phase, most_overlaps)
-            .size();
-    if (n == 0) continue;
     warnings.push_back(body.name + " component \"" + body.components[c].name +
                        "\": its triangles intersect each other in " +
-                       (n == most_overlaps ? "at least " : "") + std::to_string(n) + " place(s)");
+                       (pairs.size() == most_overlaps ? "at least " : "") + std::to_string(pairs.size()) +
+                       " place(s), " + job::places_text(places_mm));
   }
 }
 
@@ -517,8 +526,8 @@ CheckedCase load_checked_case(const job::Job& job, const std::string& data_direc
   const InitialContact initial = initial_contact(at_size);
   Warnings& warnings = loaded.warnings;
   warn_of_start(at_size, initial, warnings);
-  warn_of_self_overlaps(at_size.reference, warnings);
-  warn_of_self_overlaps(at_size.moving, warnings);
+  for (const BodyIndex index : {BodyIndex::reference, BodyIndex::moving})
+    warn_of_self_overlaps(job, at_size, index, warnings);
   if (job::has_mesh_file(job)) {
     const prepare::FrameKeys keys{frame_of(job, job.reference).key, frame_of(job, job.moving).key};
     for (const std::string& warning : prepare::frame_warnings(at_size, keys)) warnings.push_back(warning);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <utility>
 
 #include "core/text.hpp"
@@ -93,12 +94,14 @@ struct FieldTable {
                               : value && std::isnan(*value)                ? "NaN"
                               : value && std::abs(*value) > largest_number ? std::string(text)
                                                                            : '"' + std::string(text) + '"';
-    refuse(row.line, name, found, "a finite number of magnitude up to 1e9; leave out frames without a pose");
+    refuse(row.line, name, found,
+           value ? "a finite number of magnitude up to 1e9; leave out frames without a pose"
+                 : job::wanted_number(text) + " of magnitude up to 1e9; leave out frames without a pose");
   }
 };
 
 void add_rows(FieldTable& table, const std::vector<job::TableLine>& lines, std::size_t first,
-              Fields (*split)(std::string_view))
+              const std::function<Fields(std::string_view)>& split)
 {
   if (lines.size() - first > max_frames) {
     table.refuse(0, "", std::to_string(lines.size() - first) + " rows",
@@ -136,8 +139,10 @@ FieldTable csv_table(const std::string& file, std::string_view text)
   if (lines.empty())
     table.refuse(0, "", "no line except comments", "column names, then one row for each frame");
   table.header = table_header(file, text, lines[0].number);  // of comments
-  set_names(table, lines[0], job::split_fields(lines[0].text));
-  add_rows(table, lines, 1, job::split_fields);
+  const char separator = job::separator_of(lines[0].text);
+  const auto split = [separator](std::string_view line) { return job::split_fields(line, separator); };
+  set_names(table, lines[0], split(lines[0].text));
+  add_rows(table, lines, 1, split);
   return table;
 }
 
@@ -146,7 +151,7 @@ FieldTable opensim_table(const std::string& file, std::string_view text)
   FieldTable table{file, 0, {}, {}};
   const std::vector<job::TableLine> lines = job::table_lines(text);
   std::size_t i = 0;
-  while (i < lines.size() && lower_case(std::string(lines[i].text)) != "endheader") ++i;
+  while (i < lines.size() && lower_case(std::string(job::trimmed(lines[i].text))) != "endheader") ++i;
   if (i >= lines.size()) table.refuse(0, "", "no line \"endheader\"", "the header of an OpenSim table");
   table.header = table_header(file, text, lines[i].number);
   if (i + 1 >= lines.size())
@@ -158,7 +163,9 @@ FieldTable opensim_table(const std::string& file, std::string_view text)
 
 Fields comma_or_blank_fields(std::string_view line)
 {
-  return line.find(',') == std::string_view::npos ? job::split_words(line) : job::split_fields(line);
+  const char separator = job::separator_of(line);
+  return separator == '\t' || line.find(separator) == line.npos ? job::split_words(line)
+                                                                : job::split_fields(line, separator);
 }
 
 FieldTable autoscoper_table(const std::string& file, std::string_view text)

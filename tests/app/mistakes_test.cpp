@@ -91,6 +91,15 @@ void make_holes(const Scratch& scratch)
   scratch.write("femur.stl", kept);
 }
 
+/// One vertex of the femur is beyond its opposite side.
+void make_spike(const Scratch& scratch)
+{
+  bool is_made = false;
+  change_mesh(scratch, "femur.stl", [&](Corner& corner) {
+    if (!is_made && corner[2] > 30.0F) corner[2] = -80.0F, is_made = true;
+  });
+}
+
 /// Multiplies a column of the fibres whose name begins with `prefix`; without a column removes them.
 void change_fibres(const Scratch& scratch, const std::string& prefix, const std::string& column,
                    double factor)
@@ -177,6 +186,10 @@ const test::Scenes scenes{
        add_noise(s, 0.12);
      }},
     {"holes", knee_and(make_holes)},
+    {"spike", knee_and(make_spike)},
+    {"tail", knee_and([](const Scratch& s) {
+       s.write("femur.stl", test::read_bytes(s.path() / "femur.stl") + std::string(92, '\0'));
+     })},
     {"stiffness_times_30", with_fibres("", stiffness, 30.0)},
     {"stiffness_in_kilonewtons", with_fibres("", stiffness, 0.001)},
     {"soft_mcls2", with_fibres("MCLs2", stiffness, 0.03)},

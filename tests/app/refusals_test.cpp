@@ -134,6 +134,7 @@ void knee_bones(const Scratch& scratch)
   write("femur.stl", femur);
   write("copy.stl", femur);
   write("tibia.stl", tibia);
+  write("tibia_mm.stl", tibia, 1.0);
   write("fibula.stl", joint.fibula);
   write("large.stl", joint.fibula, 1.0);
   write("newt_femur.stl", femur, 0.3);  // in mm

@@ -53,6 +53,18 @@ void wavefront(const std::string& bytes)
   read_and_clean("mesh.obj", bytes);
 }
 
+/// VTK PolyData as XML, ASCII and base64 inline or appended.
+void vtp(const std::string& bytes)
+{
+  read_and_clean("mesh.vtp", bytes);
+}
+
+/// VTK PolyData in the legacy format, ASCII and binary.
+void vtk(const std::string& bytes)
+{
+  read_and_clean("mesh.vtk", bytes);
+}
+
 /// The thesis's Vertices-Faces format.
 void vf(const std::string& bytes)
 {

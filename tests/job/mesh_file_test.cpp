@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cstring>
 #include <random>
+#include <sstream>
 
 #include "job/clean_mesh.hpp"
 #include "job/mesh_file.hpp"
@@ -37,36 +38,146 @@ void expect_is_odd_box(const Mesh& mesh)
   EXPECT_EQ(edge_counts(mesh).boundary, 0);
 }
 
+std::string edited(std::string text, const std::vector<std::pair<std::string, std::string>>& edits)
+{
+  for (const auto& [from, to] : edits) {
+    EXPECT_NE(text.find(from), std::string::npos) << from;
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+      text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+std::string upper_case(std::string text)
+{
+  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return text;
+}
+
+const std::string byte_order_mark = "\xEF\xBB\xBF";
+
+// The box with `form` after every index of a face, such as "//".
+std::string wavefront_with_corners(const Mesh& mesh, const std::string& form)
+{
+  std::string text = test::wavefront(mesh);
+  text.resize(text.find("f "));
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    text += "f";
+    for (int k = 0; k < 3; ++k) text += " " + std::to_string(mesh.triangles(t, k) + 1) + form;
+    text += "\n";
+  }
+  return text;
+}
+
+// The formats' other forms are in tests/job/vtk_test.py, which writes them by VTK.
+std::string vtp_of(const Mesh& box)
+{
+  std::ostringstream text;
+  text << "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\">\n<PolyData>\n<Piece "
+          "NumberOfPoints=\"8\" NumberOfPolys=\"12\">\n<Points>\n<DataArray type=\"Float32\" "
+          "NumberOfComponents=\"3\" format=\"ascii\">\n"
+       << box.vertices_mm
+       << "\n</DataArray></Points>\n<Polys><DataArray type=\"Int64\" "
+          "Name=\"connectivity\" format=\"ascii\">\n"
+       << box.triangles << "\n</DataArray><DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">";
+  for (int k = 1; k <= 12; ++k) text << 3 * k << ' ';
+  text << "</DataArray></Polys>\n</Piece>\n</PolyData>\n</VTKFile>\n";
+  return text.str();
+}
+
+std::string legacy_vtk_of(const Mesh& box, bool has_offsets)
+{
+  std::ostringstream text;
+  text
+      << "# vtk DataFile Version 3.0\nbox\nASCII\nDATASET POLYDATA\nFIELD FieldData 1\nnote 1 1 string\nfree "
+         "text\nPOINTS 8 double\n"
+      << box.vertices_mm << "\nMETADATA\nINFORMATION 0\n\nLINES 1 3\n2 0 1\nPOLYGONS ";
+  if (has_offsets) {
+    text << "13 36\nOFFSETS vtktypeint64\n0";
+    for (int k = 1; k <= 12; ++k) text << ' ' << 3 * k;
+    text << "\nCONNECTIVITY vtktypeint64\n" << box.triangles;
+  } else {
+    text << "12 48\n";
+    for (Eigen::Index t = 0; t < 12; ++t) text << "3 " << box.triangles.row(t) << '\n';
+  }
+  text << "\nPOINT_DATA 8\nSCALARS s float\nLOOKUP_TABLE default\n0 0 0 0 0 0 0 0\n";
+  return text.str();
+}
+
+// Each as other programs write it. `note`: a part of the only one of the file; empty: none.
 TEST(MeshFile, EveryFormatGivesTheSameBox)
 {
   const Mesh box = odd_box();
+  const std::string stl = test::ascii_stl(box), obj = test::wavefront(box), ply = test::ascii_ply(box),
+                    binary = test::binary_stl(box);
+  const std::string no_newline = stl.substr(0, stl.size() - 1);
   struct Row {
     const char* file;
     std::string bytes;
+    const char* note = "";
   };
   const std::vector<Row> rows{
-      {"a.stl", test::binary_stl(box)},        {"b.STL", test::ascii_stl(box)},
-      {"c.ply", test::ascii_ply(box)},         {"d.ply", test::binary_ply(box)},
-      {"e.obj", test::wavefront(box)},         {"f.obj", test::vertices_faces(box, 0)},
-      {"g.obj", test::vertices_faces(box, 1)}, {"h.vf", test::vertices_faces(box, 0)}};
+      {"a.stl", binary},
+      {"solid_header.stl", "solid" + binary.substr(5)},
+      {"tail.stl", binary + std::string(92, '\0'), "92 bytes after the last triangle"},
+      {"tail_of_facets_size.stl", binary + std::string(100, ' '), "100 bytes after the last triangle"},
+      {"solid_tail.stl", "solid" + binary.substr(5) + "xy", "2 bytes after the last triangle"},
+      {"b.STL", stl},
+      {"upper.stl", upper_case(stl)},
+      {"end_solid.stl", edited(stl, {{"endsolid", "end solid"}})},
+      {"two_words.stl",
+       edited(stl, {{"endsolid", "end solid"}, {"endfacet", "end facet"}, {"endloop", "end loop"}})},
+      {"no_newline.stl", edited(no_newline, {{"endsolid", "End Solid"}})},
+      {"mark.stl", byte_order_mark + stl},
+      {"returns.stl", edited(stl, {{"\n", "\r"}})},
+      {"ind.stl", edited(stl, {{"normal -1  0  0", "normal -1.#IND -1.#IND -1.#IND"}})},
+      {"qnan.stl", edited(stl, {{"normal -1  0  0", "normal 1.#QNAN 1.#QNAN 1.#QNAN"}})},
+      {"comma.stl", edited(stl, {{"normal -1  0  0", "normal -1,5 0 0"}})},
+      {"empty_normal.stl", edited(stl, {{"normal -1  0  0", "normal"}})},
+      {"no_normal.stl", edited(stl, {{"facet normal -1  0  0", "facet"}})},
+      {"c.ply", ply},
+      {"d.ply", test::binary_ply(box)},
+      {"mark.ply", byte_order_mark + ply},
+      {"binary_mark.ply", byte_order_mark + test::binary_ply(box)},
+      {"returns.ply", edited(ply, {{"\n", "\r"}})},
+      {"e.obj", obj},
+      {"mark.obj", byte_order_mark + obj},
+      {"mark_without_comment.obj", byte_order_mark + obj.substr(obj.find('\n') + 1)},
+      {"returns.obj", edited(obj, {{"\n", "\r"}})},
+      {"slashes.obj", wavefront_with_corners(box, "//")},
+      {"texture_slash.obj", "vt 0 0\n" + wavefront_with_corners(box, "/1/")},
+      {"zeros.obj", wavefront_with_corners(box, "/0/0")},
+      {"mixed.obj", edited("vn 0 0 1\n" + obj, {{"f 1 ", "f 1//1 "}, {" 2\n", " 2//\n"}})},
+      {"fo.obj", edited(obj, {{"f ", "fo "}})},
+      {"old.obj", "bsp 1 2 3 4\nbsp 1 2 3 4\n" + obj, "\"bsp\" are ignored: 2"},
+      {"ind.obj", "vn -1.#IND -1.#IND -1.#IND\n" + wavefront_with_corners(box, "//1"), "normals (vn)"},
+      {"f.obj", test::vertices_faces(box, 0)},
+      {"g.obj", test::vertices_faces(box, 1)},
+      {"h.vf", test::vertices_faces(box, 0)},
+      {"i.vtp", vtp_of(box)},
+      {"comments.vtp", edited(vtp_of(box), {{"<PolyData>", "<!-- made by code -->\n<PolyData>"}})},
+      {"j.vtk", legacy_vtk_of(box, false)},
+      {"k.vtk", legacy_vtk_of(box, true)},
+      {"returns_and_feeds.vtk", edited(legacy_vtk_of(box, false), {{"\n", "\r\n"}})},
+      {"mark.vf", byte_order_mark + test::vertices_faces(box, 0)}};
   for (const Row& row : rows) {
     SCOPED_TRACE(row.file);
-    expect_is_odd_box(read(row.file, row.bytes));
+    const job::RawMesh raw = job::read_mesh(row.file, row.bytes);
+    expect_is_odd_box(job::clean_mesh(raw, job::Winding::outward, Side::right).mesh);
+    EXPECT_EQ(raw.notes.empty(), *row.note == '\0');
+    for (const std::string& note : raw.notes) EXPECT_THAT(note, testing::HasSubstr(row.note));
   }
 }
 
-TEST(MeshFile, ABinaryStlWhoseHeaderBeginsWithSolidIsStillBinary)
+// Numbers below the least double are 0; a face without all its normals has none.
+TEST(MeshFile, TinyNumbersAndMixedNormals)
 {
-  std::string bytes = test::binary_stl(odd_box());
-  bytes.replace(0, 5, "solid");
-  expect_is_odd_box(read("a.stl", bytes));
-}
-
-TEST(MeshFile, AnAsciiStlMayShout)
-{
-  std::string bytes = test::ascii_stl(odd_box());
-  for (char& c : bytes) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  expect_is_odd_box(read("a.stl", bytes));
+  const job::RawMesh tiny = job::read_mesh("a.obj", "v 1e-400 1e-310 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_EQ(tiny.vertices.row(0), Eigen::RowVector3d(0, 0, 0));
+  const job::RawMesh mixed = job::read_mesh(
+      "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1 0 0\nvn 0 1 0\nf 1// 2//1 3//2\nf 1//2 3//2 2//2\n");
+  EXPECT_EQ(mixed.normals.topRows(3), Points(Points::Zero(3, 3)));
+  EXPECT_EQ(mixed.normals.row(3), Eigen::RowVector3d(0, 1, 0));
 }
 
 TEST(MeshFile, PlyNormalsAreRead)
