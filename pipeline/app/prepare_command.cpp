@@ -674,8 +674,8 @@ void declare_prepare(Command& c)
   c.option("--fibula", o.fibula, "Mesh of the fibula, for the lateral ligaments");
   const Option patella =
       c.option("--patella", o.patella, "Mesh of the patella, in the scan of the bones; it follows the joint");
-  c.option("--patella-cartilage", o.patella_cartilage, "Mesh of its cartilage; may be repeated")
-      .repeatable()
+  c.option("--patella-cartilage", o.patella_cartilage, "Meshes of its cartilage")
+      .takes_several()
       .needs(patella);
   c.flag("--template-patella", o.has_template_patella,
          "Without a mesh: the template's patella, fitted to the femur, as an illustration")

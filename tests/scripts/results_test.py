@@ -72,12 +72,17 @@ class Results(unittest.TestCase):
     def test_comments_of_a_job_do_not_count_and_values_do(self):
         with tempfile.TemporaryDirectory() as folder:
             hashes = []
-            for text in ("a = 1", "# why\na = 1  # so", "a = 2"):
-                job = pathlib.Path(folder, "job.toml")
+            follower = "a = 1\n[[follower]]\nname = \"f\"\n[[follower.direction]]\nk = 1\n"
+            job = pathlib.Path(folder, "job.toml")
+            for text in ("a = 1", "# why\na = 1  # so", "a = 2", f"{follower}[b]\n"):
                 job.write_text(text)
-                hashes.append(results.job_hash(job))
+                hashes.append(results.job_hash(results.Run(job)))
+            whole = results.job_hash(results.Run(job, with_followers=True))
+            job.write_text("a = 1\n[b]\n")
+            self.assertEqual(results.job_hash(results.Run(job)), hashes[3])
         self.assertEqual(hashes[0], hashes[1])
         self.assertNotEqual(hashes[0], hashes[2])
+        self.assertNotEqual(whole, hashes[3])
 
 
 if __name__ == "__main__":
