@@ -84,13 +84,17 @@ class Reality(unittest.TestCase):
         matrix[:3, 3] *= 1000
         return matrix
 
-    def vertices(self, page, model="grid"):
-        """All vertices of both bodies at the pose shown, mm from the rotation centre in the reference's axes."""
+    def vertices(self, page, model="grid", patella=False):
+        """All vertices of both bodies (and of the patella) at the pose shown, mm from the rotation centre in the reference's axes."""
         with h5py.File(self.models[model]) as file:
             centre, X = numpy.array(file.attrs["rotation_centre_mm"]), numpy.array(page.shown()["X_reference_moving"]).reshape(4, 4)
             parts = {body: numpy.vstack([file[f"/bodies/{body}{part}/vertices"][()] for part in ("", "/visual") if f"/bodies/{body}{part}" in file]) for body in ("reference", "moving")}
-        moving = parts["moving"] @ X[:3, :3].T + X[:3, 3]
-        return numpy.vstack([parts["reference"], moving]) - centre
+            follower = file["/followers/patella/body/vertices"][()]
+        placed = [parts["reference"], parts["moving"] @ X[:3, :3].T + X[:3, 3]]
+        if patella:
+            X = numpy.array(page.shown()["followers"][0]).reshape(4, 4)
+            placed.append(follower @ X[:3, :3].T + X[:3, 3])
+        return numpy.vstack(placed) - centre
 
     def put_points(self, page):
         """Starts to touch; returns the points, mm from the rotation centre in the reference's axes, at the pose shown."""
@@ -330,7 +334,7 @@ class Reality(unittest.TestCase):
             page.set("held", "reference", "change")
             page.set("flexion", 40)
             page.browser.settle()
-            vertices = self.vertices(page)
+            vertices = self.vertices(page, patella=True)
             data = bytes(page.browser.value("window.vrda.usdz()"))
             if KEPT:
                 (KEPT / "knee.usdz").write_bytes(data)
