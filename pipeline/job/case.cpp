@@ -204,6 +204,7 @@ Case case_with_joint(const Job& given, const std::string& data_directory, const 
   loaded.found_frames = joint.found_frames;
   loaded.ligaments = joint.ligaments;
   loaded.followers = joint.followers;
+  for (Follower& follower : loaded.followers) follower.body = {};  // as the bodies of the joint
   loaded.inputs = joint.inputs;
   loaded.compartment_of_triangle = joint.compartment_of_triangle;
   loaded.uncertainty = joint.uncertainty;
