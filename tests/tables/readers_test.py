@@ -72,18 +72,18 @@ def number(data, name):
 
 
 def posed(model, i, j):
-    """Both bodies in world W at a cell, of a right knee: Rx(-varus) Rz(flexion) about the rotation centre."""
+    """Both bodies and the patella in world W at a cell, of a right knee: Rx(-varus) Rz(flexion) about the rotation centre."""
     centre = model.attrs["rotation_centre_mm"]
     R = turned("x", -model["varus"][j]) @ turned("z", model["flexion"][i])
     X = model["X_reference_moving"][i, j]
     moving = vertices(model, "moving") @ X[:3, :3].T + X[:3, 3]
-    return [(p - centre) @ R.T for p in (vertices(model, "reference"), moving)]
+    patella, X = model["followers/patella/body/vertices"][()], model["followers/patella/X_of_follower"][i, j]
+    return [(p - centre) @ R.T for p in (vertices(model, "reference"), moving, patella @ X[:3, :3].T + X[:3, 3])]
 
 
 def check_bodies(data, model, i, j):
-    reference, moving = posed(model, i, j)
     points = vtk_to_numpy(data.GetPoints().GetData())
-    check(numpy.abs(points - numpy.concatenate([reference, moving])).max() < SINGLE_MM, "the bodies are elsewhere")
+    check(numpy.abs(points - numpy.concatenate(posed(model, i, j))).max() < SINGLE_MM, "the bodies are elsewhere")
     body = vtk_to_numpy(data.GetCellData().GetArray("body"))
     for number_of, name in enumerate(("reference", "moving")):
         group = model[f"bodies/{name}"]
