@@ -30,6 +30,20 @@ struct BoneMap {
   }
 };
 
+struct BoneMaps {
+  BoneMap femur, tibia;
+};
+
+BoneMaps bone_maps(const TemplateJoint& own_side, const geometry::KneeFit& fit, const SubjectBones& subject)
+{
+  const geometry::KneeSurfaces& known = own_side.knee.surfaces;
+  const Eigen::Vector3d& origin_mm = own_side.knee.origin_mm;
+  return {{fit.femur.scale, origin_mm, NearestSurface(known.femur.bone),
+           NearestSurface(subject.surfaces.femur.bone)},
+          {fit.tibia.scale, origin_mm, NearestSurface(known.tibia.bone),
+           NearestSurface(subject.surfaces.tibia.bone)}};
+}
+
 struct Attached {
   Eigen::Vector3d p_mm;
   double moved_mm = nan;
@@ -98,13 +112,8 @@ bool is_fibular(const model::Fibre& fibre)
 TransferredLigaments transferred_ligaments(const TemplateJoint& own_side, const geometry::KneeFit& fit,
                                            const SubjectBones& subject)
 {
-  const geometry::KneeSurfaces& known = own_side.knee.surfaces;
-  const Eigen::Vector3d& origin_mm = own_side.knee.origin_mm;
-  const BoneMap femur{fit.femur.scale, origin_mm, NearestSurface(known.femur.bone),
-                      NearestSurface(subject.surfaces.femur.bone)};
-  const BoneMap tibia{fit.tibia.scale, origin_mm, NearestSurface(known.tibia.bone),
-                      NearestSurface(subject.surfaces.tibia.bone)};
-  const BoneMap fibula{fit.tibia.scale, origin_mm, NearestSurface(own_side.fibula),
+  const auto [femur, tibia] = bone_maps(own_side, fit, subject);
+  const BoneMap fibula{fit.tibia.scale, own_side.knee.origin_mm, NearestSurface(own_side.fibula),
                        NearestSurface(subject.fibula), farthest_fibula_mm};
   TransferredLigaments result;
   result.ligaments = own_side.joint.ligaments;
@@ -163,17 +172,12 @@ model::Ligaments kneecap_ligaments(const TemplateJoint& own_side, const geometry
                                    const SubjectBones& subject, const KneecapMap& at, const Mesh& own)
 {
   const BodyIndex patella = model::follower_index(0);
-  const geometry::KneeSurfaces& known = own_side.knee.surfaces;
-  const Eigen::Vector3d& origin_mm = own_side.knee.origin_mm;
-  const BoneMap femur{fit.femur.scale, origin_mm, NearestSurface(known.femur.bone),
-                      NearestSurface(subject.surfaces.femur.bone)};
-  const BoneMap tibia{fit.tibia.scale, origin_mm, NearestSurface(known.tibia.bone),
-                      NearestSurface(subject.surfaces.tibia.bone)};
+  const BoneMaps bones = bone_maps(own_side, fit, subject);
   const BoneMap cap{at.scale, at.template_centre_mm,
                     NearestSurface(joined(surfaces_of(own_side.patella->body))),
                     NearestSurface(moved(own, -at.centre_mm))};
   const auto map_of = [&](BodyIndex body) -> const BoneMap& {
-    return body == BodyIndex::reference ? femur : body == BodyIndex::moving ? tibia : cap;
+    return body == BodyIndex::reference ? bones.femur : body == BodyIndex::moving ? bones.tibia : cap;
   };
   const auto placed = [&](BodyIndex body, const Eigen::Vector3d& p_mm) {
     const Eigen::Vector3d found_mm = attached(p_mm, map_of(body), std::nullopt).p_mm;
