@@ -319,7 +319,7 @@ class WebPage(unittest.TestCase):
             self.assertRegex(page.text("doubt"), r"^no pose at [0-9.]+ degrees: .* only the tibia is drawn$")
             self.assertIn("have no pose", page.text("warnings"))
             self.assertIn(False, [span["hasPose"] for span in page.browser.value("window.vrda.spans()")])
-            self.assertEqual({name: body["visible"] for name, body in page.browser.value("window.vrda.drawn()").items()}, {"reference": False, "moving": True})
+            self.assertEqual({name: body["visible"] for name, body in page.browser.value("window.vrda.drawn()").items()}, {"reference": False, "moving": True, "patella": False})
             self.assertIn("iteration limit", page.text("maps"))
             self.whole(page, "holes")
             self.is_quiet(page)
