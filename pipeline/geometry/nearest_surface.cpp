@@ -335,6 +335,13 @@ bool NearestSurface::is_at_rim(Eigen::Index triangle) const
                      [&](std::int32_t row) { return is_rim_[static_cast<std::size_t>(row)]; });
 }
 
+bool NearestSurface::is_behind(const Eigen::Vector3d& p_mm, const SurfacePoint& on) const
+{
+  // A point in front of a sharp edge may be behind one of its faces, but never along the normal.
+  constexpr double least_cosine = 0.5;
+  return !is_at_rim(on.triangle) && (p_mm - on.p_mm).dot(normal(on.triangle)) < -least_cosine * on.distance_mm;
+}
+
 SurfacePoint NearestSurface::nearest(const Eigen::Vector3d& p_mm, const NearestLimits& limits) const
 {
   SurfacePoint best;

@@ -115,6 +115,8 @@ class NearestSurface {
   bool is_empty() const { return tree_.is_empty(); }
   /// Whether the triangle has a vertex at a border of the surface.
   bool is_at_rim(Eigen::Index triangle) const;
+  /// Whether a point is behind the surface, whose nearest point is `on`. Behind a rim is outside.
+  bool is_behind(const Eigen::Vector3d& p_mm, const SurfacePoint& on) const;
 
   /// Exact for the triangles that count.
   SurfacePoint nearest(const Eigen::Vector3d& p_mm, const NearestLimits& limits = {}) const;

@@ -14,8 +14,6 @@ using Eigen::Vector3d;
 
 constexpr double excepted_mm = 3.0;  // below a surface by registration, not by a crossing
 constexpr double spacing_mm = 1.0;
-// A point in front of a sharp edge may be behind one of its faces, but never along the normal.
-constexpr double least_cosine = 0.5;
 
 InnerPoint inner_point(const std::vector<NearestSurface>& bone, const Vector3d& p_mm)
 {
@@ -23,10 +21,8 @@ InnerPoint inner_point(const std::vector<NearestSurface>& bone, const Vector3d& 
   deepest.p_mm = p_mm;
   for (const NearestSurface& surface : bone) {
     const SurfacePoint on = surface.nearest(p_mm);
-    if (surface.is_at_rim(on.triangle)) continue;
-    const Vector3d outward = surface.normal(on.triangle);
-    if ((p_mm - on.p_mm).dot(outward) >= -least_cosine * on.distance_mm) continue;
-    if (on.distance_mm > deepest.depth_mm) deepest = {p_mm, on.p_mm, outward, on.distance_mm};
+    if (surface.is_behind(p_mm, on) && on.distance_mm > deepest.depth_mm)
+      deepest = {p_mm, on.p_mm, surface.normal(on.triangle), on.distance_mm};
   }
   return deepest;
 }

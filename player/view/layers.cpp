@@ -13,6 +13,7 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "geometry/laid_path.hpp"
 #include "geometry/placement.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
@@ -721,9 +722,14 @@ class GapLayer final : public LayerDrawing {
 
 // Ligament fibres, coloured by strain.
 
-/// Points per fibre: four suffice for straight ones; on a wrap 12 points give a few degrees of bend per
-/// segment.
-constexpr std::size_t n_straight = 4, n_wrapped = 14;
+/// Points per fibre: on bone and on a wrap a few degrees of bend per segment.
+constexpr std::size_t n_points = 24;
+/// Of a path's middle above bone, so that a band's thickness is not in it.
+constexpr double above_bone_mm = 0.7;
+/// By which a band is wider at its footprints than in its middle.
+constexpr double flare = 0.35;
+/// A slack fibre is drawn as long as it is, in waves, unless they are higher than this.
+constexpr double n_waves = 3.0, highest_wave_mm = 1.5;
 // Half sizes of a band on a knee, where fibres lie 2 to 4 mm apart: neighbouring bands overlap a little.
 constexpr double thickness_mm = 0.45, narrowest_mm = 1.0, widest_mm = 2.4, band_overlap = 1.2;
 constexpr double slack_part = 0.7;  // of width and thickness
@@ -731,9 +737,25 @@ constexpr VertexColour slack_colour{205, 203, 196, 255};
 // A line of constant tension, a muscle, has no strain.
 constexpr VertexColour line_colour{170, 74, 68, 255};
 
-std::size_t n_points(const model::Fibre& fibre)
+/// The same line by points that are equally far from each other.
+void space_evenly(std::array<Eigen::Vector3d, n_points>& path_mm)
 {
-  return fibre.wrap < 0 ? n_straight : n_wrapped;
+  const std::array<Eigen::Vector3d, n_points> given_mm = path_mm;
+  double length_mm = 0.0;
+  for (std::size_t k = 1; k < n_points; ++k) length_mm += (given_mm[k] - given_mm[k - 1]).norm();
+  std::size_t next = 1;
+  double before_mm = 0.0;  // length up to the point before `next`
+  for (std::size_t k = 1; k + 1 < n_points; ++k) {
+    const double at_mm = length_mm * static_cast<double>(k) / static_cast<double>(n_points - 1);
+    double link_mm = (given_mm[next] - given_mm[next - 1]).norm();
+    while (before_mm + link_mm < at_mm && next + 1 < n_points) {
+      before_mm += link_mm;
+      ++next;
+      link_mm = (given_mm[next] - given_mm[next - 1]).norm();
+    }
+    const double part = link_mm > 0.0 ? (at_mm - before_mm) / link_mm : 0.0;
+    path_mm[k] = given_mm[next - 1] + part * (given_mm[next] - given_mm[next - 1]);
+  }
 }
 
 /// The direction in which the fibres of a bundle lie side by side, as vectors of the reference and of the
@@ -801,8 +823,8 @@ Legend legend_of(const store::MotionModel& model, std::size_t n_fibres)
   return legend;
 }
 
-/// A flat band along each fibre's path, over its wrap; the width is in the direction in which the bundle's
-/// fibres lie side by side. The joint's fibres first, then those of the bodies that follow it.
+/// A flat band along each fibre's path, over its wrap and over bone; the width is in the direction in which
+/// the bundle's fibres lie side by side. The joint's fibres first, then those of the bodies that follow it.
 class LigamentLayer final : public LayerDrawing {
  public:
   LigamentLayer(const store::MotionModel& model, Scene& scene)
@@ -815,17 +837,26 @@ class LigamentLayer final : public LayerDrawing {
     legend_ = legend_of(model, groups_.front().ligaments.fibres.size());
     for (const store::FollowerRows* follower : store::in_order(model.followers))
       groups_.push_back({store::ligaments_of(*follower), {}});
-    const double scale = marker_scale(model);
+    scale_ = marker_scale(model);
+    is_empty_ = std::all_of(groups_.begin(), groups_.end(),
+                            [](const Group& group) { return group.ligaments.fibres.empty(); });
+    if (!is_empty_) {
+      surfaces_.reserve(2 + model.followers.size());
+      surfaces_.emplace_back(model.reference);
+      surfaces_.emplace_back(model.moving);
+      for (const store::FollowerRows* follower : store::in_order(model.followers))
+        surfaces_.emplace_back(follower->body);
+      beside_.resize(surfaces_.size());
+    }
     for (Group& group : groups_) {
       for (const model::Fibre& fibre : group.ligaments.fibres) {
-        add_tube(drawable.mesh, n_points(fibre));
+        add_tube(drawable.mesh, n_points);
         const Arrangement arrangement = arrangement_of(group.ligaments.fibres, fibre.bundle);
-        const double half_mm =
-            std::clamp(0.5 * band_overlap * arrangement.spacing_mm, scale * narrowest_mm, scale * widest_mm);
+        const double half_mm = std::clamp(0.5 * band_overlap * arrangement.spacing_mm, scale_ * narrowest_mm,
+                                          scale_ * widest_mm);
         group.bands.push_back(
-            {half_mm, scale * thickness_mm, arrangement.reference_mm, arrangement.moving_mm});
+            {half_mm, scale_ * thickness_mm, arrangement.reference_mm, arrangement.moving_mm, flare});
       }
-      is_empty_ = is_empty_ && group.ligaments.fibres.empty();
     }
     drawable.colours.resize(drawable.mesh.vertices.size());
   }
@@ -839,6 +870,7 @@ class LigamentLayer final : public LayerDrawing {
     for (std::size_t k = 0; k < last_followers_.size(); ++k)
       is_new = last_followers_[k].takes(shown.pose.X_reference_follower[k]) || is_new;
     if (!is_new) return;
+    place_bodies(shown);
     Drawable& drawable = scene.drawables[drawable_];
     std::size_t vertex = 0;
     for (const Group& group : groups_) {
@@ -855,6 +887,29 @@ class LigamentLayer final : public LayerDrawing {
     std::vector<BandSection> bands;  ///< [n_fibres] of taut fibres; each end in its body's frame
   };
 
+  void place_bodies(const DisplayedPose& shown)
+  {
+    n_beside_ = 0;
+    for (std::size_t b = 0; b < surfaces_.size(); ++b) {
+      const auto body = static_cast<BodyIndex>(b);
+      if (shown.frames.has(body)) beside_[n_beside_++] = {&surfaces_[b], shown.pose.X_reference(body)};
+    }
+  }
+
+  // As a path of the fibre's length would be: its ends stay.
+  void wave(std::span<Eigen::Vector3d> path_mm, double strain, const Eigen::Vector3d& across) const
+  {
+    const Eigen::Vector3d chord_mm = path_mm.back() - path_mm.front();
+    const Eigen::Vector3d wanted = chord_mm.cross(across).cross(chord_mm);
+    const Eigen::Vector3d aside = wanted.norm() > 0.0 ? wanted.normalized() : chord_mm.unitOrthogonal();
+    const double height_mm = std::min(scale_ * highest_wave_mm,
+                                      chord_mm.norm() * std::sqrt(-strain / (1.0 + strain)) / (pi * n_waves));
+    for (std::size_t k = 0; k < path_mm.size(); ++k) {
+      const double part = static_cast<double>(k) / static_cast<double>(path_mm.size() - 1);
+      path_mm[k] += height_mm * std::sin(2.0 * pi * n_waves * part) * aside;
+    }
+  }
+
   // Returns the vertex after its own.
   std::size_t draw(Drawable& drawable, const Group& group, std::size_t i, const DisplayedPose& shown,
                    std::size_t vertex) const
@@ -867,25 +922,26 @@ class LigamentLayer final : public LayerDrawing {
                                : Pose(X_reference_from.inverse() * shown.pose.X_reference(fibre.to));
     const model::JointPlacement placement{Eigen::Matrix3d::Identity(), X_from_to.linear(),
                                           X_from_to.translation()};
-    std::array<Eigen::Vector3d, n_wrapped> points_mm;
-    const std::span<Eigen::Vector3d> path_mm(points_mm.data(), n_points(fibre));
+    std::array<Eigen::Vector3d, n_points> path_mm;
     const model::SampledFibre path =
         model::sample_fibre_path(fibre, group.ligaments.wraps, placement, path_mm);
     const bool is_line = fibre.tension_n > 0.0;
     const double strain = is_line ? 0.0 : path.length_mm / fibre.slack_length_mm - 1.0;
-    for (Eigen::Vector3d& p_mm : path_mm) {
-      if (fibre.from != BodyIndex::reference) p_mm = X_reference_from * p_mm;
-      p_mm -= drawable.origin_mm;
-    }
-    BandSection band = group.bands[i];
     // Without a pose of its body a fibre has no width.
-    const double part = !shown.frames.has(fibre.to) || !shown.frames.has(fibre.from) ? 1e-4
-                        : strain < 0.0                                               ? slack_part
-                                                                                     : 1.0;
+    const bool is_placed = shown.frames.has(fibre.to) && shown.frames.has(fibre.from);
+    const double part = !is_placed ? 1e-4 : strain < 0.0 ? slack_part : 1.0;
+    BandSection band = group.bands[i];
     band.half_width_mm *= part;
     band.half_thickness_mm *= part;
     band.across_first = X_reference_from.linear() * band.across_first;
     band.across_last = X_reference_from.linear() * (placement.R_S_moving * band.across_last);
+    for (Eigen::Vector3d& p_mm : path_mm) {
+      if (fibre.from != BodyIndex::reference) p_mm = X_reference_from * p_mm;
+    }
+    if (path.is_wrapped) space_evenly(path_mm);
+    if (is_placed) geometry::lay_over(path_mm, std::span(beside_).first(n_beside_), scale_ * above_bone_mm);
+    if (is_placed && strain < 0.0) wave(path_mm, strain, band.across_first + band.across_last);
+    for (Eigen::Vector3d& p_mm : path_mm) p_mm -= drawable.origin_mm;
     set_band(drawable.mesh, vertex, path_mm, band);
     const auto first = drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex);
     vertex += tube_size(path_mm.size()).n_vertices;
@@ -895,6 +951,10 @@ class LigamentLayer final : public LayerDrawing {
   }
 
   std::vector<Group> groups_;
+  std::vector<geometry::LazyDistance> surfaces_;  // of the reference, the moving body and those that follow
+  std::vector<geometry::BesidePath> beside_;      // of those that have a pose, `n_beside_`
+  std::size_t n_beside_ = 0;
+  double scale_ = 1.0;
   Legend legend_;
   std::size_t drawable_ = 0;
   bool is_empty_ = true;

@@ -216,8 +216,11 @@ void set_band(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen:
       }
       has_frame = true;
     }
+    const double off_middle = std::abs(2.0 * static_cast<double>(i) / static_cast<double>(last) - 1.0);
+    const double width_mm =
+        (1.0 + section.flare * off_middle * off_middle * off_middle) * section.half_width_mm;
     if (i == 0) set_section(points_mm[0], 0.0, -1.0);
-    set_section(points_mm[i], section.half_width_mm, 0.0);
+    set_section(points_mm[i], width_mm, 0.0);
     if (i == last) set_section(points_mm[last], 0.0, 1.0);
   }
 }

@@ -55,6 +55,7 @@ struct BandSection {
   /// Directions of the width at both ends, of any length; between the ends they are interpolated. Zero or
   /// along the band: any direction.
   Eigen::Vector3d across_first{0, 0, 0}, across_last{0, 0, 0};
+  double flare = 0.0;  ///< by which part the band is wider at its ends
 };
 /// A tube with an elliptic cross section, in the vertices of a tube.
 void set_band(RenderMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,

@@ -15,6 +15,7 @@
 
 namespace vrda::view::layers_test {
 
+constexpr std::size_t n_rings = 24;  // of a fibre, of 12 vertices each
 constexpr double force_ratio = 3.0;  // of the two contact forces of each cell
 
 Eigen::Vector3d single_precision(const std::array<float, 3>& v)
@@ -411,11 +412,11 @@ TEST(Layers, Fibres)
       const store::JointPose pose = stage.motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.0)});
       const Drawable& tubes = drawable_of(stage.scene, "ligaments");
       ASSERT_TRUE(tubes.is_shown);
-      // The first fibre is straight with four points; its rings follow the end ring.
+      // The first fibre is clear of both bodies; its rings follow the end ring.
       const Eigen::Vector3d from_mm = pose.X_world_reference * rows.reference_mm.row(0).transpose();
       const Eigen::Vector3d to_mm = pose.X_world_moving * rows.moving_mm.row(0).transpose();
       EXPECT_LT((middle_world_mm(tubes, 12, 12) - from_mm).norm(), single_rounding_mm);
-      EXPECT_LT((middle_world_mm(tubes, 48, 12) - to_mm).norm(), single_rounding_mm);
+      EXPECT_LT((middle_world_mm(tubes, 12 * n_rings, 12) - to_mm).norm(), single_rounding_mm);
       const double strain = (to_mm - from_mm).norm() / rows.slack_length_mm[0] - 1.0;
       const Legend& legend = stage.layers.legend(Layer::ligaments);
       EXPECT_EQ(tubes.colours[12], colour_of(legend, 100.0 * strain));
@@ -456,9 +457,32 @@ TEST(Layers, BundleOfBands)
     const std::array<float, 3>& p = bands.mesh.vertices[k].position_mm;
     box.extend(Eigen::Vector3d(p[0], p[1], p[2]));
   }
-  // Neighbouring bands overlap by a fifth of their distance, and are flat.
-  EXPECT_NEAR(box.sizes().x(), 1.2 * 3.0, 0.05 * 3.0);  // fibres are tilted by up to 18 degrees
+  // Neighbouring bands overlap by a fifth of their distance, at their footprints by more, and are flat.
+  EXPECT_NEAR(box.sizes().x(), 1.35 * 1.2 * 3.0, 0.05 * 1.35 * 3.0);  // fibres are tilted by up to 18 degrees
   EXPECT_LT(box.sizes().z(), 0.5 * box.sizes().x());
+}
+
+// Between their attachments fibres lie on bone; slack ones wave and are drawn as long as they are.
+TEST(Layers, FibresOnBone)
+{
+  store::MotionModel model = layered_model("right");
+  store::LigamentRows& rows = *model.ligaments;
+  const Eigen::RowVector3d centre_mm = model.rotation_centre_mm.transpose();
+  rows.wrap.assign(2, -1);
+  rows.reference_mm << centre_mm + Eigen::RowVector3d(-19, 6, 0), centre_mm + Eigen::RowVector3d(12, 0, 32);
+  rows.moving_mm << centre_mm + Eigen::RowVector3d(26, 6, 0), centre_mm + Eigen::RowVector3d(3, -32, 34);
+  rows.slack_length_mm = {1.0, 36.0};  // the second is slack by 3 mm of 33
+  Stage stage(model);
+  stage.show({0.0, 0.0}, {Layer::ligaments});
+  const Drawable& bands = drawable_of(stage.scene, "ligaments");
+  const store::JointPose pose = stage.motion.at({0.0, 0.0});
+  const Eigen::Vector3d ball_mm = pose.X_world_reference * model.rotation_centre_mm;
+  for (std::size_t k = 3; k + 1 < n_rings; ++k)  // the straight line comes to 6 mm
+    EXPECT_GT((middle_world_mm(bands, 12 * k, 12) - ball_mm).norm(), 20.0);
+  double waved_mm = 0.0;
+  for (std::size_t k = n_rings + 3; k + 1 < 2 * n_rings + 3; ++k)
+    waved_mm += (middle_world_mm(bands, 12 * (k + 1), 12) - middle_world_mm(bands, 12 * k, 12)).norm();
+  EXPECT_NEAR(waved_mm, rows.slack_length_mm[1], 0.5);  // chords of its waves
 }
 
 // Contact paths lie on both bodies and break at jumps.
