@@ -19,7 +19,7 @@ function actionOf(event) {
 export function watchKeys(actions, isReady, isOverPicture) {
   addEventListener("keydown", (event) => {
     if (!isReady() || event.ctrlKey || event.metaKey || event.altKey) return;
-    const target = event.target.closest?.("input, select, button, summary, a");
+    const target = event.target.closest?.("input, select, textarea, button, summary, a");
     const isLeaving = event.key === "Escape" && !target?.matches("select");
     const isTyped = !isLeaving && target && !(target.type === "range" && event.key !== " ") && target.type !== "checkbox";
     if (isTyped && !(event.key === " " && target.type === "range")) return;

@@ -3,15 +3,17 @@
 import { BufferAttribute, BufferGeometry, CatmullRomCurve3, Group, Matrix4, Mesh, MeshBasicMaterial, SphereGeometry, TubeGeometry, Vector3 } from "three";
 import { composed, drawMesh, inverse, rows, still as atRest, sum, transposed, turned } from "./geometry.js";
 import { GapLayer, labelsOf, LigamentLayer } from "./layers.js";
-import { ghostMaterial, materialOf } from "./material.js";
+import { ghostMaterial, materialOf, setLook, translucentLayer } from "./material.js";
 import { Motion } from "./motion.js";
 import { compartmentColours, pathAlong, unbroken } from "./plots.js";
+import { bodyPath, pathsStructure, structureOf } from "./structures.js";
 
 const tubeRadiusMm = 0.7, dotRadiusMm = 1.6;
 /// The ends of the band of an uncertain job, as in the window.
 const bandEnds = { quantile_5: "#4682dc", quantile_95: "#eb8732", bones_alone: "#969696" }, ghostOpacity = 0.5, ghostDepthOffsetMm = 10;
 
-function meshesOf(body, origin) {
+/// `path`: of the body in the file.
+function meshesOf(body, origin, path) {
   const meshes = [];
   body.parts.forEach((part, k) => body.components.forEach(({ name, material }, component) => {
     const { positions, normals } = drawMesh(part, component, origin, material);
@@ -22,7 +24,7 @@ function meshesOf(body, origin) {
     geometry.computeBoundingBox();
     const mesh = new Mesh(geometry, materialOf(material));
     mesh.name = name;
-    mesh.userData = { material, hasContact: k === 0 };
+    mesh.userData = { material, hasContact: k === 0, structure: `${path}/${structureOf(body.components, component)}` };
     meshes.push(mesh);
   }));
   return meshes;
@@ -46,7 +48,7 @@ export class Joint {
     for (const name of Object.keys(model.bodies)) {
       const group = this.bodies[name] = new Group();
       group.matrixAutoUpdate = false;
-      group.add(...meshesOf(model.bodies[name], model.rotationCentre));
+      group.add(...meshesOf(model.bodies[name], model.rotationCentre, bodyPath(name)));
       this.group.add(group);
     }
     this.scale = this.#scale();
@@ -60,15 +62,15 @@ export class Joint {
     this.#makeGhosts();
     // The joint's fibres, then those of its followers by the body of their first ends.
     this.ligaments = [];
-    const add = (ligaments, from, to) => {
-      const layer = new LigamentLayer(model, this.scale, ligaments);
+    const add = (ligaments, from, to, path) => {
+      const layer = new LigamentLayer(model, this.scale, ligaments, path);
       this.ligaments.push({ layer, from, to });
-      this.ligamentGroup.add(layer.mesh);
+      this.ligamentGroup.add(layer.group);
     };
-    if (model.ligaments) add(model.ligaments, null, null);
+    if (model.ligaments) add(model.ligaments, null, null, "ligaments");
     const named = (index) => this.followers.find((follower) => follower.index === index)?.name ?? null;
     for (const { name, ligaments } of this.followers) {
-      for (const from of new Set(ligaments?.fibres.map((fibre) => fibre.from))) add({ ...ligaments, fibres: ligaments.fibres.filter((fibre) => fibre.from === from) }, from < 2 ? from : named(from), name);
+      for (const from of new Set(ligaments?.fibres.map((fibre) => fibre.from))) add({ ...ligaments, fibres: ligaments.fibres.filter((fibre) => fibre.from === from) }, from < 2 ? from : named(from), name, `followers/${name}/ligaments`);
     }
   }
 
@@ -101,7 +103,7 @@ export class Joint {
   }
 
   /// Updates the layers at a pose. The gap layer is built on first use, since its tree takes time.
-  showLayers(pose, motion, { hasLigaments, hasGaps, hasBand }) {
+  showLayers(pose, motion, { hasGaps, hasBand }) {
     for (const ghost of this.ghosts) {
       const at = hasBand ? ghost.motion.at(pose.attitude) : null;
       ghost.group.visible = Boolean(at?.isSolved);
@@ -110,7 +112,7 @@ export class Joint {
       const { R, t } = at.referenceMoving, centre = this.model.rotationCentre;
       ghost.group.matrix.set(...rows({ R, t: sum(turned(R, centre), t).map((x, k) => x - centre[k]) }));
     }
-    this.ligamentGroup.visible = hasLigaments && this.ligaments.length > 0;
+    this.ligamentGroup.visible = this.ligaments.length > 0;
     if (this.ligamentGroup.visible && pose.isSolved) this.#showLigaments(pose);
     this.gapGroup.visible = hasGaps;
     if (!hasGaps) return;
@@ -118,18 +120,65 @@ export class Joint {
     this.gaps.update(pose.referenceMoving, motion.delta(pose.attitude.flexion));
   }
 
-  #showLigaments({ referenceMoving, followers }) {
+  /// The pose of a layer's first bodies in the reference and that of its second ones relative to them, or null.
+  #between({ from, to }, { referenceMoving, followers }) {
     const poseOf = (body) => (body === 0 ? atRest : body === 1 ? referenceMoving : followers[body]);
-    for (const { layer, from, to } of this.ligaments) {
-      const [first, second] = to === null ? [atRest, referenceMoving] : [poseOf(from), poseOf(to)];
-      layer.mesh.visible = Boolean(first && second);
-      if (!layer.mesh.visible) continue;
-      layer.update(to === null ? second : composed(inverse(first), second));
+    const [first, second] = to === null ? [atRest, referenceMoving] : [poseOf(from), poseOf(to)];
+    return first && second ? { first, X: to === null ? second : composed(inverse(first), second) } : null;
+  }
+
+  #showLigaments(pose) {
+    for (const one of this.ligaments) {
+      const found = this.#between(one, pose), { group } = one.layer;
+      group.visible = Boolean(found);
+      if (!found) continue;
+      one.layer.update(found.X);
       // Meshes are relative to the rotation centre.
-      const centre = this.model.rotationCentre;
-      layer.mesh.matrixAutoUpdate = false;
-      layer.mesh.matrix.set(...rows({ R: first.R, t: sum(turned(first.R, centre), first.t).map((x, k) => x - centre[k]) }));
+      const centre = this.model.rotationCentre, { R, t } = found.first;
+      group.matrix.set(...rows({ R, t: sum(turned(R, centre), t).map((x, k) => x - centre[k]) }));
     }
+  }
+
+  /// Strain and tension of a bundle, by its structure, at one of successive poses; null without a pose.
+  bundleReading(structure, pose) {
+    if (!pose.isSolved) return null;
+    const found = this.ligaments.flatMap((one) => {
+      const bundle = one.layer.bundles.find((own) => own.structure === structure), between = bundle && this.#between(one, pose);
+      return between ? [one.layer.reading(bundle, between.X)] : [];
+    });
+    return found.length === 0 ? null : { strain: Math.max(...found.map(({ strain }) => strain)), tension: found.reduce((total, { tension }) => total + tension, 0) };
+  }
+
+  /// Visibility, opacity and highlight of every mesh; `lookOf(structure)`: { visible, opacity, isHighlighted }.
+  applyLooks(lookOf) {
+    this.group.traverse((mesh) => {
+      const { structure } = mesh.userData;
+      if (!structure) return;
+      const look = lookOf(structure);
+      mesh.visible = look.visible;
+      setLook(mesh, look.opacity, look.isHighlighted);
+    });
+  }
+
+  /// The meshes of structures that are drawn by the page's shader, hence seen and touched.
+  pickable() {
+    const found = [];
+    this.group.traverseVisible((mesh) => { if (mesh.userData.structure && mesh.material.uniforms) found.push(mesh); });
+    return found;
+  }
+
+  /// The translucent meshes of each structure, the farthest from `eye` first.
+  translucent(eye) {
+    const byStructure = new Map(), mask = 1 << translucentLayer;
+    for (const mesh of this.pickable().filter(({ layers }) => layers.mask === mask)) {
+      const { structure } = mesh.userData;
+      byStructure.set(structure, [...(byStructure.get(structure) ?? []), mesh]);
+    }
+    const distance = (meshes) => Math.min(...meshes.map((mesh) => {
+      if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
+      return mesh.geometry.boundingSphere.center.clone().applyMatrix4(mesh.matrixWorld).distanceTo(eye);
+    }));
+    return [...byStructure.values()].map((meshes) => [distance(meshes), meshes]).sort(([a], [b]) => b - a).map(([, meshes]) => meshes);
   }
 
   /// `held`: what is fixed on screen. A fixed body, "reference" or "moving", has the same place at every pose, bit for bit; "push" is
@@ -166,7 +215,7 @@ export class Joint {
     this.pathsKey = key;
     for (const { dot, path } of this.compartments) {
       const here = path.find(({ isAt }) => isAt(flexionDeg));
-      dot.visible = Boolean(here);
+      dot.scale.setScalar(here ? 1 : 0);
       if (here) dot.position.copy(this.#drawn(here));
     }
   }
@@ -179,17 +228,20 @@ export class Joint {
     this.compartments = ["medial", "lateral"].map((compartment) => {
       const path = pathAlong(this.model, `${compartment}_moving`, columns);
       const material = new MeshBasicMaterial({ color: compartmentColours[compartment] });
-      for (const piece of unbroken(path)) {
-        if (piece.length < 2) continue;
-        const curve = new CatmullRomCurve3(piece.map((cell) => this.#drawn(cell)));
-        this.#add(new TubeGeometry(curve, 4 * piece.length, tubeRadiusMm, 6), material);
-      }
+      const tube = (cells, radius) => { if (cells.length > 1) this.#add(new TubeGeometry(new CatmullRomCurve3(cells.map((cell) => this.#drawn(cell))), 4 * cells.length, radius, 6), material); };
+      const pieces = unbroken(path);
+      pieces.forEach((piece, k) => {
+        tube(piece, tubeRadiusMm);
+        // A thin line across a jump to the next piece.
+        if (pieces[k + 1]) tube([piece.at(-1), pieces[k + 1][0]], tubeRadiusMm / 3);
+      });
       return { path, dot: this.#add(new SphereGeometry(dotRadiusMm, 16, 12), material) };
     });
   }
 
   #add(geometry, material) {
     const mesh = new Mesh(geometry, material);
+    mesh.userData.structure = pathsStructure;
     this.paths.add(mesh);
     return mesh;
   }

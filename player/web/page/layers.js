@@ -2,15 +2,18 @@
 import { Box3, BufferAttribute, BufferGeometry, Color, Group, Mesh, SRGBColorSpace, Vector3 } from "three";
 import { cross, difference, dot, drawMesh, normalised, product, RayTree, scaled, sum, transposed, turned } from "./geometry.js";
 import { colouredMaterialOf, colourOf, markerMaterial } from "./material.js";
-import { stable } from "./motion.js";
+import { bodyPath, gapStructure } from "./structures.js";
 
 // Palettes of the joint's layers, as player/view/scene. Stops in sRGB, evenly spaced.
 
 const stops = (text) => text.split(" ").map((hex) => [0, 2, 4].map((at) => parseInt(hex.slice(at, at + 2), 16)));
 /// "plasma" of matplotlib (Smith and van der Walt, CC0), reversed.
 export const gapPalette = stops("F0F921 FCCE25 FCA636 F2844B E16462 CC4778 B12A90 8F0DA4 6A00A8 41049D 0D0887");
-/// Moreland (2009), Diverging color maps for scientific visualization.
-export const strainPalette = stops("3B4CC0 5977E3 7B9FF9 9EBEFF C0D4F5 DDDCDC F2CBB7 F7AC8E EE8468 D65244 B40426");
+/// "OrRd" of ColorBrewer (Brewer, Apache 2.0) without its palest colours; then the colour beyond the end of the scale.
+export const strainPalette = stops("FDD49E FDBB84 FC8D59 EF6548 D7301F B30000 7F0000");
+const beyondColour = [84, 22, 140];
+/// The strain at the end of the scale, the same for every model.
+export const highestStrain = 0.08;
 
 const interpolated = (a, b, part) => a.map((x, k) => x + part * (b[k] - x));
 
@@ -49,15 +52,17 @@ export function boxOf(body) {
   return { low: min.toArray(), high: max.toArray() };
 }
 
-/// [{ text, points: [{ body, point }] }]: a label is at the mean of its points; mm from the rotation centre.
+/// [{ text, points: [{ body, point }], isOf }]: a label is at the mean of its points; mm from the rotation centre. It is drawn while one
+/// of the structures is visible for which isOf(id) holds.
 export function labelsOf(model, scale) {
   const names = bodyNames(model), centre = model.rotationCentre, relative = (p) => p.map((x, k) => x - centre[k]);
+  const isPartOf = (body) => (id) => id.startsWith(`${bodyPath(body)}/`);
   const heights = { reference: scale * femurHeightMm, moving: -scale * tibiaDepthMm };
   const labels = ["reference", "moving"].map((body) => {
     const { low, high } = boxOf(model.bodies[body]);
-    return { text: names[body], points: [{ body, point: model.joint === "knee" ? [0, heights[body], 0] : relative(low.map((x, k) => (x + high[k]) / 2)) }] };
+    return { text: names[body], isOf: isPartOf(body), points: [{ body, point: model.joint === "knee" ? [0, heights[body], 0] : relative(low.map((x, k) => (x + high[k]) / 2)) }] };
   });
-  for (const { name, body, centre: own } of model.followers ?? []) labels.push({ text: body.name ?? name, points: [{ body: name, point: relative(own) }] });
+  for (const { name, body, centre: own } of model.followers ?? []) labels.push({ text: body.name ?? name, isOf: isPartOf(name), points: [{ body: name, point: relative(own) }] });
   const ligaments = new Map();
   for (const { bundle, reference, moving } of model.ligaments?.fibres ?? []) {
     const text = ligamentOf(bundle);
@@ -65,12 +70,12 @@ export function labelsOf(model, scale) {
     if (!ligaments.has(text)) ligaments.set(text, []);
     ligaments.get(text).push({ body: "reference", point: relative(reference) }, { body: "moving", point: relative(moving) });
   }
-  for (const [text, points] of ligaments) labels.push({ text, points });
+  for (const [text, points] of ligaments) labels.push({ text, points, isOf: (id) => id.startsWith("ligaments/") && ligamentOf(id.slice(10)) === text });
   if (!model.contactPaths) return labels;
   const { low, high } = boxOf(model.bodies.moving);
   const lateral = model.side === "right" ? 1 : -1, half = (high[2] - low[2]) / 2 + scale * sideDistanceMm;
   for (const [text, side] of [["medial", -lateral], ["lateral", lateral]]) {
-    labels.push({ text, points: [{ body: "moving", point: relative([(low[0] + high[0]) / 2, high[1], (low[2] + high[2]) / 2 + side * half]) }] });
+    labels.push({ text, isOf: isPartOf("moving"), points: [{ body: "moving", point: relative([(low[0] + high[0]) / 2, high[1], (low[2] + high[2]) / 2 + side * half]) }] });
   }
   return labels;
 }
@@ -87,15 +92,15 @@ export class Labels {
     this.parent.replaceChildren(...this.spans);
   }
 
-  /// Places the spans; those that overlap move down.
-  place(camera) {
+  /// Places the spans; those that overlap move down. `visible`: ids of the visible structures.
+  place(camera, visible) {
     if (this.parent.hidden || !this.joint) return;
     const { clientWidth, clientHeight } = this.parent, taken = [];
-    this.joint.labels.forEach(({ points }, k) => {
+    this.joint.labels.forEach(({ points, isOf }, k) => {
       const place = new Vector3();
       for (const { body, point } of points) place.add(new Vector3(...point).applyMatrix4(this.joint.bodies[body].matrixWorld));
       place.divideScalar(points.length).project(camera);
-      const isPosed = points.every(({ body }) => this.joint.bodies[body].visible);
+      const isPosed = points.every(({ body }) => this.joint.bodies[body].visible) && visible.some(isOf);
       const span = this.spans[k], isShown = isPosed && Math.abs(place.x) <= 1 && Math.abs(place.y) <= 1 && place.z < 1;
       span.style.visibility = isShown ? "visible" : "hidden";
       if (!isShown) return;
@@ -142,6 +147,7 @@ function sheetOf(part, component, { material }, model, scale) {
   geometry.setAttribute("color", new BufferAttribute(new Float32Array(3 * corners.length), 3));
   geometry.setIndex(new BufferAttribute(new Uint32Array(corners.length), 1));
   const mesh = new Mesh(geometry, colouredMaterialOf(material));
+  mesh.userData = { structure: gapStructure };
   // Corners that share a vertex share its ray.
   const rowOf = new Map();
   const rows = corners.map((corner) => {
@@ -185,7 +191,6 @@ export class GapLayer {
       });
       mesh.geometry.setDrawRange(0, n);
       colour.needsUpdate = index.needsUpdate = true;
-      mesh.visible = n > 0;
     }
   }
 }
@@ -316,23 +321,13 @@ function arrangementOf(fibres, bundle) {
 // Ligaments as flat bands: narrow and grey if slack, otherwise coloured by strain. Constants as in player/view/layers.
 
 // Half sizes; neighbouring bands overlap a little.
-const thicknessMm = 0.45, narrowestMm = 1, widestMm = 2.4, overlap = 1.2, slackPart = 0.7, nSides = 10;
+const thicknessMm = 0.45, narrowestMm = 1, widestMm = 2.4, overlap = 1.2, slackPart = 0.7, highlightedPart = 1.6, nSides = 10;
 const slackColour = [205, 203, 196], lineColour = [170, 74, 68];
 
-/// Strain at the end of the scale: the 95 % quantile of positive strains, rounded up to steps of 2 %.
-function highestStrain(model) {
-  const step = 0.02, most = 0.95, { strain, fibres } = model.ligaments, taut = [];
-  const solved = [...model.status.keys()].filter((cell) => model.status[cell] === stable);
-  const spine = solved.filter((cell) => model.isSpine[cell] === 1);
-  for (const cell of spine.length ? spine : solved) {
-    for (let k = 0; k < fibres.length; ++k) {
-      const own = strain[cell * fibres.length + k];
-      if (own > 0) taut.push(own);
-    }
-  }
-  if (taut.length === 0) return step;
-  taut.sort((a, b) => a - b);
-  return Math.max(step, step * Math.ceil(taut[Math.trunc(most * (taut.length - 1))] / step - 1e-9));
+/// The tension law of schemas/ligaments.md, N.
+function tensionOf(strain, { stiffness, constantTension }, transition) {
+  if (constantTension > 0) return constantTension;
+  return strain <= 0 ? 0 : strain < transition ? (stiffness * strain * strain) / (2 * transition) : stiffness * (strain - transition / 2);
 }
 
 function geometryOf(paths) {
@@ -353,43 +348,59 @@ function geometryOf(paths) {
   return geometry;
 }
 
-/// Bands of the bundles, coloured by strain.
+/// Bands of the bundles, coloured by strain: one mesh a bundle.
 export class LigamentLayer {
-  /// `scale`: the joint's size relative to a knee.
-  constructor(model, scale, ligaments) {
+  /// `scale`: the joint's size relative to a knee; `path`: of the ligaments in the file.
+  constructor(model, scale, ligaments, path) {
     this.origin = model.rotationCentre;
     this.scale = scale;
+    this.law = ligaments;
     this.fibres = new Fibres(ligaments);
-    this.bands = this.fibres.fibres.map(({ bundle }) => {
-      const { reference, moving, spacing } = arrangementOf(this.fibres.fibres, bundle);
-      return { reference, moving, halfWidth: Math.min(Math.max(0.5 * overlap * spacing, scale * narrowestMm), scale * widestMm) };
+    this.sampled = new Fibres(ligaments);  // along curves, whose paths would spoil those of the pose shown
+    this.group = new Group();
+    this.group.matrixAutoUpdate = false;
+    this.bundles = [...new Set(ligaments.fibres.map(({ bundle }) => bundle))].map((bundle) => {
+      const { reference, moving, spacing } = arrangementOf(ligaments.fibres, bundle), mesh = new Mesh(new BufferGeometry(), markerMaterial());
+      mesh.userData = { structure: `${path}/${bundle}`, isThin: true };
+      mesh.frustumCulled = false;
+      this.group.add(mesh);
+      const own = [...ligaments.fibres.keys()].filter((k) => ligaments.fibres[k].bundle === bundle);
+      return { bundle, structure: mesh.userData.structure, fibres: own, mesh, sizes: "", reference, moving, halfWidth: Math.min(Math.max(0.5 * overlap * spacing, scale * narrowestMm), scale * widestMm) };
     });
-    this.highest = model.ligaments ? highestStrain(model) : 0.02;
-    this.mesh = new Mesh(new BufferGeometry(), markerMaterial());
-    this.mesh.frustumCulled = false;
   }
 
   strains(X) { return this.fibres.fibres.map((_, k) => this.fibres.at(k, X).strain); }
 
-  /// In the reference's frame; `X` maps moving to reference.
-  update(X) {
-    const paths = this.fibres.fibres.map((_, k) => this.fibres.at(k, X));
-    // The number of points changes when a fibre starts or stops wrapping.
-    const sizes = paths.map(({ points }) => points.length).join();
-    if (sizes !== this.sizes) {
-      this.mesh.geometry.dispose();
-      this.mesh.geometry = geometryOf(paths);
-      this.sizes = sizes;
-    }
-    let ring = 0;
-    paths.forEach((path, k) => { ring = this.#setBand(ring, path, { ...this.bands[k], moving: turned(X.R, this.bands[k].moving) }); });
-    for (const name of ["position", "normal", "color"]) this.mesh.geometry.getAttribute(name).needsUpdate = true;
+  /// The largest strain of a bundle's fibres, -1 if all are lines of constant tension, and their tension in N together, at one of successive poses.
+  reading({ fibres }, X) {
+    const all = fibres.map((k) => [this.sampled.at(k, X), this.sampled.fibres[k]]);
+    return { strain: Math.max(...all.map(([{ strain, isLine }]) => (isLine ? -1 : strain))), tension: all.reduce((sum, [{ strain }, fibre]) => sum + tensionOf(strain, fibre, this.law.transitionStrain), 0) };
   }
 
-  #setBand(firstRing, { points, strain, isLine }, { reference, moving, halfWidth }) {
-    const [position, normal, color] = ["position", "normal", "color"].map((name) => this.mesh.geometry.getAttribute(name).array);
+  /// In the reference's frame; `X` maps moving to reference.
+  update(X) {
+    for (const bundle of this.bundles) this.#updateBundle(bundle, X);
+  }
+
+  #updateBundle(bundle, X) {
+    const { mesh } = bundle, paths = bundle.fibres.map((k) => this.fibres.at(k, X));
+    // The number of points changes when a fibre starts or stops wrapping.
+    const sizes = paths.map(({ points }) => points.length).join();
+    if (sizes !== bundle.sizes) {
+      mesh.geometry.dispose();
+      mesh.geometry = geometryOf(paths);
+      bundle.sizes = sizes;
+    }
+    let ring = 0;
+    for (const path of paths) ring = this.#setBand(mesh.geometry, ring, path, { ...bundle, halfWidth: bundle.halfWidth * (mesh.material.uniforms.highlight.value > 0 ? highlightedPart : 1), moving: turned(X.R, bundle.moving) });
+    for (const name of ["position", "normal", "color"]) mesh.geometry.getAttribute(name).needsUpdate = true;
+    mesh.geometry.computeBoundingSphere();
+  }
+
+  #setBand(geometry, firstRing, { points, strain, isLine }, { reference, moving, halfWidth }) {
+    const [position, normal, color] = ["position", "normal", "color"].map((name) => geometry.getAttribute(name).array);
     const part = strain < 0 ? slackPart : 1, wide = part * halfWidth, thick = part * this.scale * thicknessMm;
-    const rgb = isLine ? lineColour : strain < 0 ? slackColour : colourAt(strainPalette, strain / this.highest);
+    const rgb = isLine ? lineColour : strain < 0 ? slackColour : strain > highestStrain ? beyondColour : colourAt(strainPalette, strain / highestStrain);
     crossSections(points, reference, moving).forEach(([u, v], k) => {
       for (let side = 0; side < nSides; ++side) {
         const angle = (2 * Math.PI * side) / nSides, at = 3 * ((firstRing + k) * nSides + side), [c, s] = [Math.cos(angle), Math.sin(angle)];

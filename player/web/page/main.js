@@ -1,30 +1,62 @@
 // The page: connects its controls, 3-D view and plots to a Player.
 import { helpLines, watchFiles, watchKeys } from "./controls.js";
 import { degree } from "./geometry.js";
+import { insideOf, pageMaker } from "./inside.mjs";
 import { Joint } from "./joint.js";
-import { bodyNames, gapPalette, gradientOf, Labels, strainPalette } from "./layers.js";
+import { bodyNames, gapPalette, gradientOf, highestStrain, Labels, strainPalette } from "./layers.js";
+import { Arrow, LessonEditor, LessonPlayer } from "./lesson.js";
 import { connectLive } from "./live.js";
 import { readMotionModel } from "./model_file.js";
 import { Player, stable } from "./motion.js";
 import { landmarksOf } from "./placement.js";
-import { columnsAlong, CurvePlot, Maps, PlateauPlot } from "./plots.js";
-import { clinicalNumbers, clinicalOf, doubtfulSpans, doubtText, formatNumber, modelWarnings, quantitiesOf } from "./readings.js";
+import { columnsAlong, CurvePlot, inkNow, lineStyle, Maps, pathAlong, PlateauPlot, sampledFlexion, valuesOf } from "./plots.js";
+import { clinicalNumbers, clinicalOf, doubtfulSpans, doubtText, formatNumber, modelWarnings, quantitiesOf, surfaceRows } from "./readings.js";
+import { bodyPath, Card, gapStructure, Looks, pathsStructure, StructureList, structuresOf } from "./structures.js";
 import { save, usdzOf, Viewer, views } from "./viewer.js";
+import { checkLesson, checkState, newState, readAddress, writeAddress } from "./view_state.js";
 import { connectXr } from "./xr.js";
 
 // Directions, positive and negative, of flexion and varus of the kinds whose words differ (schemas/clinical.md).
 const foot = [["plantarflexion", "dorsiflexion"], ["inversion", "eversion"]];
 const kindWords = { hip: [["extension", "flexion"], ["adduction", "abduction"]], ankle: foot, subtalar: foot };
 
+const makePage = pageMaker(document), inside = insideOf(document);
 const byId = (id) => document.getElementById(id);
 const framedPoses = 5;  // over flexion, to which the camera is fitted
 
-let player = null, joint = null, view = "oblique", quantities = [], lastFrame = null;
+let player = null, joint = null, view = "oblique", isFree = false, quantities = [], lastFrame = null;
+let looks = null, file = null, strainCurves = new Map(), touched = null;  // bytes and name of the model; readings of bundles over flexion; who waits for a point
 const viewer = new Viewer(byId("joint"));
 const labels = new Labels(byId("labels"));
 const plateau = new PlateauPlot(byId("plateau"));
 const maps = new Maps(byId("maps"), (flexion, varus) => goTo({ flexion, varus }));
-const curve = new CurvePlot(byId("curve"), (flexion) => goTo({ flexion }));
+const curveIn = (element) => new CurvePlot(element, (flexion) => goTo({ flexion }));
+const curve = curveIn(byId("curve")), quantityCurve = curveIn(byId("quantity-curve"));
+const otherCurves = Object.fromEntries([["clinical_varus", "Varus"], ["clinical_anterior", "Anterior translation"], ["contact", "Contact positions on the moving bone"], ["strain", "Strain of each bundle"], ["tension", "Force of each bundle"]].map(([name, caption]) => {
+  const figure = document.createElement("figure");
+  byId("plateau-figure").before(figure);
+  figure.append(Object.assign(document.createElement("figcaption"), { textContent: `${caption} over flexion` }));
+  return [name, { figure, plot: curveIn(figure.appendChild(document.createElement("div"))) }];
+}));
+const list = new StructureList(byId("structure-list"), { onChange: () => draw(), onSelect: (id) => highlight(id) });
+const card = new Card(byId, (act) => {
+  if (act === "close") return highlight(null);
+  looks[act](looks.highlighted);
+  draw();
+});
+const arrow = new Arrow(byId("arrow"));
+const lesson = new LessonPlayer(byId, { useState, nameOf, onStep: () => { firstState = JSON.stringify(currentState()); } });
+const editor = new LessonEditor(byId, {
+  state: () => currentState(), useState, nameOf, highlighted: () => looks.highlighted, onChange: () => viewer.redraw(), showError,
+  touchPoint: () => new Promise((done) => { touched = done; }),
+  save: async (made) => {
+    try {
+      save(await makePage({ ...file, lesson: made }), `${made.title}.html`, "text/html");
+    } catch (error) {
+      showError(`Lesson: cannot be saved (${error.message})`);
+    }
+  },
+});
 
 const clampToRange = (x, axis) => Math.min(Math.max(x, axis[0]), axis.at(-1));
 
@@ -57,32 +89,137 @@ function fitCamera() {
     joint.place(pose, byId("held").value);
     include();
   });
-  for (const button of byId("views").children) button.setAttribute("aria-pressed", String(button.value === view));
+  isFree = false;
+  pressView();
+}
+
+function pressView() {
+  for (const button of byId("views").children) button.setAttribute("aria-pressed", String(!isFree && button.value === view));
+}
+
+// Structures, and the state of the view (schemas/view-state.md).
+
+const nameOf = (id) => looks.structures.find((one) => one.id === id).name;
+
+function highlight(id) {
+  looks.highlighted = id;
+  draw();
+}
+
+function toggleStructure(id) {
+  if (!looks.byId.has(id)) return;
+  looks.change([id], { visible: !looks.of(id).visible });
+  draw();
+}
+
+const knownToState = () => ({ sets: player.sets, structures: looks.structures.map(({ id }) => id), views: Object.keys(views), fixed: [...byId("held").options].map(({ value }) => value), bodies: Object.keys(joint.bodies).map(bodyPath) });
+
+function currentState() {
+  const checked = (id) => byId(id).checked || undefined, structures = looks.data, rounded = (x) => Number(x.toFixed(3));
+  const { eye_mm: eye, target_mm: target } = viewer.place;
+  return JSON.parse(JSON.stringify(newState({
+    set: player.set, flexion: rounded(player.flexion), varus: player.isBalanced || player.motion().isVarusFree ? undefined : rounded(player.varus), fixed: byId("held").value,
+    view: isFree ? { eye_mm: eye.map(rounded), target_mm: target.map(rounded) } : view, whole: checked("whole"), labels: checked("named"), band: checked("band"),
+    structures: Object.keys(structures).length > 0 ? structures : undefined, highlighted: looks.highlighted ?? undefined,
+  })));
+}
+
+/// Shows a checked state.
+function useState(state) {
+  stop();
+  byId("follow").checked = false;
+  for (const [id, key] of [["whole", "whole"], ["named", "labels"], ["band", "band"]]) byId(id).checked = Boolean(state[key]);
+  byId("held").value = state.fixed;
+  looks.data = state.structures ?? {};
+  looks.highlighted = state.highlighted ?? null;
+  player.flexion = state.flexion;
+  player.isBalanced = state.varus === undefined;
+  if (state.varus !== undefined) player.varus = state.varus;
+  useSet(state.set);
+  view = typeof state.view === "string" ? state.view : "oblique";
+  fitCamera();
+  if (typeof state.view !== "string") {
+    viewer.place = state.view;
+    isFree = true;
+    pressView();
+  }
+  draw();
+}
+
+let addressTimer = null, firstState = "";
+/// Half a second after the last change; the first view of the model or step needs no address.
+function writeAddressSoon() {
+  clearTimeout(addressTimer);
+  addressTimer = setTimeout(() => {
+    if (!player || lastFrame !== null || byId("follow").checked || xr.session) return;
+    const state = currentState();
+    writeAddress({ step: lesson.number, state: JSON.stringify(state) === firstState ? null : state });
+  }, 500);
+}
+
+/// Shows the lesson inside this page and the state of the address.
+function useAddress() {
+  try {
+    const { step, state } = readAddress();
+    if (file.isInside && inside.lesson) lesson.open(checkLesson(inside.lesson, knownToState()), step);
+    if (state) useState(checkState(state, knownToState(), "address"));
+  } catch (error) {
+    showError(error.message);
+  }
+}
+
+/// A click or tap in the picture: a point for an arrow, an answer, or a structure to highlight.
+function touch({ x, y, reachPx }) {
+  const hit = viewer.pick(x, y, reachPx);
+  if (touched && hit) {
+    // Points are relative to the rotation centre, in the axes of the body; ligaments and gaps are on bodies.
+    const [name, group] = Object.entries(joint.bodies).find(([, own]) => { for (let up = hit.mesh; up; up = up.parent) if (up === own) return true; return false; });
+    touched({ body: bodyPath(name), point_mm: group.worldToLocal(hit.point.clone()).toArray().map((c) => Number(c.toFixed(2))) });
+    touched = null;
+    return;
+  }
+  if (lesson.isAsking && hit) lesson.answer(hit.structure);
+  highlight(hit && hit.structure !== looks.highlighted ? hit.structure : null);
+}
+
+/// Readings of a bundle over flexion in the motion shown.
+function strainCurve(id) {
+  const key = `${id} ${player.set} ${player.isBalanced ? "" : player.varus}`;
+  if (!strainCurves.has(key)) {
+    const x = sampledFlexion(player.model);
+    strainCurves.set(key, { x, readings: x.map((f) => joint.bundleReading(id, player.motion().at({ flexion: f * degree, varus: player.varusAt(f * degree) }))) });
+  }
+  return strainCurves.get(key);
+}
+
+function drawCard(pose) {
+  const one = lesson.isAsking ? undefined : looks.structures.find(({ id }) => id === looks.highlighted);
+  card.show(one, one?.isBundle && { now: joint.bundleReading(one.id, pose), flexion: pose.attitude.flexion / degree, curve: strainCurve(one.id), ink: inkNow() });
 }
 
 /// The body that is drawn where there is no pose.
 const drawnAlone = () => bodyNames(player.model)[heldNow() === "moving" ? "moving" : "reference"];
 const heldNow = () => (xr.session ? "reference" : byId("held").value);
 
-function noteOf(pose) {
+/// [text, whether it is a warning].
+function notesOf(pose) {
   const notes = [], range = (axis, unit) => `${formatNumber(axis[0], 1)} to ${formatNumber(axis.at(-1), 1)}${unit}`;
-  const { model } = player, isBeyond = (x, axis) => x < axis[0] || x > axis.at(-1);
-  if (isBeyond(player.flexion, model.flexion)) notes.push(`Flexion ${formatNumber(player.flexion, 1)}° is outside the grid's range ${range(model.flexion, "°")}: drawn at ${formatNumber(pose.attitude.flexion / degree, 1)}°.`);
-  if (player.motion().isVarusFree) notes.push(["two_sided", "zero_varus"].includes(player.set) ? "Varus is determined by this motion." : "Varus was free: the solved varus is shown.");
-  else if (!player.isBalanced && isBeyond(player.varus, model.varus)) notes.push(`Varus ${formatNumber(player.varus, 1)}° is outside the grid's range ${range(model.varus, "°")}: drawn at ${formatNumber(pose.attitude.varus / degree, 1)}°.`);
-  if (player.shown.statement && player.set === player.shown.set) notes.push(player.shown.statement);
-  if (player.reason && player.set === "raw") notes.push(`The solved poses are shown: ${player.reason}.`);
+  const { model } = player, isBeyond = (x, axis) => x < axis[0] || x > axis.at(-1), warn = (text) => notes.push([text, true]);
+  if (isBeyond(player.flexion, model.flexion)) warn(`Flexion ${formatNumber(player.flexion, 1)}° is outside the grid's range ${range(model.flexion, "°")}: drawn at ${formatNumber(pose.attitude.flexion / degree, 1)}°.`);
+  if (player.motion().isVarusFree) notes.push([["two_sided", "zero_varus"].includes(player.set) ? "Varus is determined by this motion." : "Varus was free: the solved varus is shown.", false]);
+  else if (!player.isBalanced && isBeyond(player.varus, model.varus)) warn(`Varus ${formatNumber(player.varus, 1)}° is outside the grid's range ${range(model.varus, "°")}: drawn at ${formatNumber(pose.attitude.varus / degree, 1)}°.`);
+  if (player.shown.statement && player.set === player.shown.set) notes.push([player.shown.statement, false]);
+  if (player.reason && player.set === "raw") warn(`The solved poses are shown: ${player.reason}.`);
   const doubt = doubtText(model, pose, drawnAlone());
-  if (doubt) notes.push(`${doubt[0].toUpperCase()}${doubt.slice(1)}.`);
-  return notes.join(" ");
+  if (doubt) warn(`${doubt[0].toUpperCase()}${doubt.slice(1)}.`);
+  return notes;
 }
 
 function rowsOf(pose) {
   const numbers = pose.isSolved ? clinicalOf(pose.referenceMoving, player.model.rotationCentre, player.model.side) : {};
   const clinical = clinicalNumbers.map(({ name, label, unit, note }) => [note ? `${label} (${note})` : label, `${formatNumber(numbers[name])} ${unit}`]);
-  const gaps = player.motion().sideGapsAt(pose.attitude.flexion)?.map((gap, k) => [`gap along Delta, ${["medial", "lateral"][k]}`, `${formatNumber(gap)} mm`]) ?? [];
-  const [x, y, z] = pose.translation ?? [NaN, NaN, NaN];
-  return [...clinical, ["x, world", `${formatNumber(x)} mm`], ["y, world", `${formatNumber(y)} mm`], ["z, world", `${formatNumber(z)} mm`], ["theta about Delta", `${formatNumber(pose.theta / degree)} °`], ...gaps];
+  const gaps = player.motion().sideGapsAt(pose.attitude.flexion)?.map((gap, k) => [`${["Medial", "Lateral"][k]} gap along the push`, `${formatNumber(gap)} mm`]) ?? [];
+  return [...clinical, ...surfaceRows(player.model, pose), ...gaps];
 }
 
 /// Rotation and translation that the attitude does not contain, with the names of their directions.
@@ -107,8 +244,8 @@ function setLabel(set) {
 
 function writeNumbers(pose) {
   const shown = { flexion: pose.attitude.flexion / degree, varus: pose.attitude.varus / degree };
-  byId("shown").textContent = `${player.model.hasTurnedAxes ? "attitude, about axes turned with Delta: " : ""}${angleText(0, shown.flexion)}, ${angleText(1, shown.varus)}${wordsOf(pose)}; ${setLabel(player.set)}`;
-  byId("note").textContent = noteOf(pose);
+  byId("shown").textContent = `${player.model.hasTurnedAxes ? "angles about axes turned with the push: " : ""}${angleText(0, shown.flexion)}, ${angleText(1, shown.varus)}${wordsOf(pose)}; ${setLabel(player.set)}`;
+  byId("note").replaceChildren(...notesOf(pose).flatMap(([text, isWarning], k) => [k > 0 ? " " : "", Object.assign(document.createElement("span"), { textContent: text, className: isWarning ? "warning" : "" })]));
   byId("doubt").textContent = byId("doubt").title = doubtText(player.model, pose, drawnAlone());
   byId("numbers").tBodies[0].replaceChildren(...rowsOf(pose).map(([label, value], k) => {
     const row = document.createElement("tr"), name = document.createElement("th"), number = document.createElement("td");
@@ -128,8 +265,8 @@ function writeNumbers(pose) {
 /// Places the joint and its layers; in space it is drawn there.
 function place(pose) {
   joint.place(pose, heldNow());
-  if (!pose.isSolved) return;
-  joint.showLayers(pose, player.motion(), { hasLigaments: byId("ligaments").checked, hasGaps: byId("gaps").checked, hasBand: byId("band").checked });
+  joint.applyLooks((id) => looks.of(id));
+  if (pose.isSolved) joint.showLayers(pose, player.motion(), { hasGaps: looks.of(gapStructure).visible, hasBand: byId("band").checked });
 }
 
 function draw() {
@@ -137,18 +274,31 @@ function draw() {
   if (xr.session) return place(pose);
   const flexion = pose.attitude.flexion / degree, varus = pose.attitude.varus / degree;
   const columns = columnsAlong(player.model, (f) => player.varusAt(f * degree) / degree);
+  const hasPaths = Boolean(player.model.contactPaths) && looks.of(pathsStructure).visible;
+  if (hasPaths) joint.showPaths(columns, flexion);
   place(pose);
+  list.update(looks);
+  byId("ligaments").checked = looks.bundles.some((id) => looks.of(id).visible);
   byId("labels").hidden = !byId("named").checked;
-  byId("strain-scale").hidden = !(joint.ligaments.length > 0 && byId("ligaments").checked);
-  byId("gap-scale").hidden = !byId("gaps").checked;
-  joint.paths.visible = byId("paths").checked;
-  joint.showPaths(columns, flexion);
+  byId("strain-scale").hidden = !byId("ligaments").checked;
+  byId("gap-scale").hidden = !looks.of(gapStructure).visible;
+  byId("paths-legend").hidden = !hasPaths;
+  drawCard(pose);
   viewer.redraw();
   writeNumbers(pose);
   byId("balanced").checked = player.isBalanced;
   maps.draw(flexion, varus);
-  curve.setMark(flexion, pose.isSolved ? quantity().of(pose) : NaN);
+  for (const [plot, of] of quantityPlots()) plot.setMark(flexion, pose.isSolved ? of.of(pose) : NaN);
+  for (const name of ["contact", "strain", "tension"]) otherCurves[name].plot.setMark(flexion);
   plateau.draw(columns, flexion);
+  writeAddressSoon();
+}
+
+/// The plots of one quantity: [plot, quantity]; the chosen one has its own unless it is among the others.
+function quantityPlots() {
+  const named = (name) => quantities.find((one) => one.name === name);
+  const shown = [[curve, named("clinical_internal")], ...["clinical_varus", "clinical_anterior"].map((name) => [otherCurves[name].plot, named(name)])];
+  return shown.some(([, one]) => one === quantity()) ? shown : [...shown, [quantityCurve, quantity()]];
 }
 
 const quantity = () => quantities.find(({ name }) => name === byId("quantity").value) ?? quantities[0];
@@ -163,9 +313,27 @@ function markSlider(spans) {
 function drawCurves() {
   const spans = doubtfulSpans(player.model, (f) => player.motion().at({ flexion: f * degree, varus: player.varusAt(f * degree) }));
   markSlider(spans);
-  const raw = { label: "raw", motion: player.raw, colour: "#c2500a", dash: player.set === "raw" ? undefined : [5, 3] };
-  const own = { label: setLabel(player.set), motion: player.motion(), colour: "#0b6aa8" };
-  curve.setCurves(player.model, player.set === "raw" ? [raw] : [own, raw], (flexion) => player.varusAt(flexion), quantity(), player.model.bands?.[quantity().name.replace("clinical_", "")], spans);
+  const { model } = player, x = sampledFlexion(model), plots = quantityPlots(), varusOf = (f) => player.varusAt(f), [rawInk, ownInk] = inkNow().lines;
+  byId("quantity-figure").hidden = plots.length < 4;
+  for (const [plot, of] of plots) {
+    plot.setCurves(model, () => {
+      const raw = { name: "raw", y: valuesOf(player.raw, x, varusOf, of), colour: rawInk, dash: player.set === "raw" ? undefined : [5, 3] };
+      const own = { name: setLabel(player.set), y: valuesOf(player.motion(), x, varusOf, of), colour: ownInk };
+      return { title: of.label, unit: of.unit, lines: player.set === "raw" ? [raw] : [own, raw], band: model.bands?.[of.name.replace("clinical_", "")], spans };
+    }, plot === curve);
+  }
+  otherCurves.contact.figure.hidden = !model.contactPaths;
+  if (model.contactPaths) {
+    const columns = columnsAlong(model, (f) => player.varusAt(f * degree) / degree), centre = model.rotationCentre[0];
+    otherCurves.contact.plot.setCurves(model, () => ({ title: "forwards", unit: "mm", spans, lines: ["medial", "lateral"].map((side, k) => {
+      const path = pathAlong(model, `${side}_moving`, columns);
+      return { name: side, x: path.map(({ flexion }) => flexion), y: path.map(({ point }) => point[0] - centre), colour: inkNow().lines[1 - k] };
+    }) }));
+  }
+  for (const [name, title, unit, of] of [["strain", "largest strain", "%", ({ strain }) => (strain === -1 ? null : 100 * strain)], ["tension", "force", "N", ({ tension }) => tension]]) {
+    otherCurves[name].figure.hidden = looks.bundles.length === 0;
+    otherCurves[name].plot.setCurves(model, () => ({ title, unit, spans, lines: looks.bundles.map((id, k) => ({ name: nameOf(id), y: strainCurve(id).readings.map((one) => (one ? of(one) : null)), ...lineStyle(k) })) }));
+  }
 }
 
 function drawPlots() {
@@ -190,12 +358,15 @@ function setRange(angle, low, high) {
   Object.assign(byId(angle), { min: low, max: high });
 }
 
-function show(model, name) {
+function show(model, opened) {
   stop();
   xr.leave();
-  const made = new Joint(model);
+  lesson.close();
+  const made = new Joint(model), { name } = opened, isFirst = player === null;
   player = new Player(model);
-  joint = made;
+  [joint, file, looks] = [made, opened, new Looks(structuresOf(model))];
+  strainCurves = new Map();
+  list.show(looks);
   byId("title").textContent = model.title || name;
   byId("band-choice").hidden = joint.ghosts.length === 0;
   if (byId("band-choice").hidden) byId("band").checked = false;
@@ -225,21 +396,23 @@ function show(model, name) {
   byId("plateau-figure").hidden = !model.contactPaths;
   plateau.setModel(model);
   byId("ligaments-choice").hidden = joint.ligaments.length === 0;
-  if (joint.ligaments.length > 0) byId("strain-highest").textContent = `${Math.round(100 * joint.ligaments[0].layer.highest)} %`;
   viewer.show(joint);
   useSet(player.sets.includes(live?.stream.bench?.set) ? live.stream.bench.set : player.set);
   fitCamera();
   draw();
+  firstState = JSON.stringify(currentState());
+  if (file.isInside && inside.lesson) editor.open(inside.lesson);
+  if (isFirst) useAddress();
 }
 
 /// Shows the file, or an error message; the previous model then stays.
-async function load(bytes, name, isLatest) {
+async function load(bytes, name, isLatest, isInside = false) {
   document.documentElement.dataset.state = "loading";
   showProgress(`Reading ${name}`);
   try {
     await new Promise((drawn) => setTimeout(drawn, 30));  // the page shows it before reading blocks it
     const model = await readMotionModel(bytes);
-    if (isLatest()) show(model, name);
+    if (isLatest()) show(model, { bytes, name, isInside });
   } catch (error) {
     if (isLatest()) showError(`${name}: ${error.message}`);
   }
@@ -316,7 +489,16 @@ function watchControls() {
   byId("set").addEventListener("change", () => useSet(byId("set").value));
   byId("quantity").addEventListener("change", drawPlots);
   byId("play").addEventListener("click", togglePlay);
-  for (const id of ["paths", "ligaments", "gaps", "named", "band"]) byId(id).addEventListener("change", draw);
+  for (const id of ["named", "band"]) byId(id).addEventListener("change", draw);
+  byId("ligaments").addEventListener("change", () => {
+    looks.change(looks.bundles, { visible: byId("ligaments").checked });
+    draw();
+  });
+  byId("show-all").addEventListener("click", () => {
+    looks.showAll();
+    draw();
+  });
+  byId("strain-highest").textContent = `${100 * highestStrain} %`;
   for (const [id, palette] of [["strain-scale", strainPalette], ["gap-scale", gapPalette]]) byId(id).querySelector("i").style.background = gradientOf(palette);
   for (const id of ["whole", "held"]) byId(id).addEventListener("change", () => useView(view));
   byId("views").append(...Object.keys(views).map((name) => {
@@ -361,13 +543,14 @@ const actions = {
   varus_up: () => stepVarus(1), varus_down: () => stepVarus(-1), varus_balanced: () => byId("balanced").click(),
   faster: () => stepSpeed(1), slower: () => stepSpeed(-1),
   next_set: () => stepSet(1), previous_set: () => stepSet(-1), next_fixed_object: nextHeld,
-  show_gap_map: () => byId("gaps").click(), show_ligaments: () => byId("ligaments").click(),
-  show_contact_paths: () => byId("paths").click(), show_labels: () => byId("named").click(), show_band: () => byId("band").click(),
+  show_gap_map: () => toggleStructure(gapStructure), show_ligaments: () => byId("ligaments").click(),
+  show_contact_paths: () => toggleStructure(pathsStructure), show_labels: () => byId("named").click(), show_band: () => byId("band").click(),
   ...Object.fromEntries(Object.keys(views).map((name) => [`view_${name}`, () => useView(name)])),
   reset_view: () => useView(view), full_screen: () => toggleFull(),
   show_help: () => { byId("help").open = !byId("help").open; },
   leave: () => {
     if (byId("help").open) byId("help").open = false;
+    else if (looks.highlighted) highlight(null);
     else toggleFull(false);
   },
 };
@@ -390,6 +573,7 @@ const xr = connectXr(byId, viewer, {
 }, showError);
 
 watchControls();
+byId("structures").open = !matchMedia("(max-width: 60rem)").matches;
 byId("usdz").addEventListener("click", async () => {
   try {
     if (!player.pose().isSolved) throw new Error(doubtText(player.model, player.pose(), drawnAlone()));
@@ -402,7 +586,20 @@ watchKeys(actions, () => player !== null, () => byId("picture").matches(":hover"
 byId("help-lines").append(...helpLines.flatMap((texts) => texts.slice(0, 2).map((text, k) => Object.assign(document.createElement(k === 0 ? "dt" : "dd"), { textContent: text }))));
 byId("full").addEventListener("click", () => toggleFull());
 addEventListener("fullscreenchange", () => { if (!document.fullscreenElement) toggleFull(false); });
-viewer.onDrawn = (camera) => labels.place(camera);
+viewer.onDrawn = (camera) => {
+  labels.place(camera, looks ? looks.structures.map(({ id }) => id).filter((id) => looks.of(id).visible) : []);
+  const own = byId("teach").open ? editor.arrow : lesson.step?.arrow;
+  arrow.place(own, own && Object.entries(joint.bodies).find(([name]) => bodyPath(name) === own.body)?.[1], camera);
+};
+viewer.onTouch = touch;
+viewer.onTurned = () => {
+  isFree = true;
+  pressView();
+  writeAddressSoon();
+};
+byId("teach").addEventListener("toggle", () => viewer.redraw());
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { if (player) drawPlots(); });
+addEventListener("hashchange", () => { if (player) useAddress(); });
 byId("no-webgl").hidden = viewer.renderer !== null;
 viewer.onLost = (isLost) => { byId("context-lost").hidden = !isLost; };
 new ResizeObserver(fitPlateau).observe(byId("plateau"));
@@ -415,6 +612,11 @@ window.vrda = {
   spans: () => curve.spans,
   /// For tests: abscissae and values of the curves, and the band.
   curve: () => ({ x: curve.lines[0].x, curves: curve.lines.map(({ y }) => y), band: curve.band[0] && { low: curve.band[0].low, high: curve.band[0].high } }),
+  /// For tests: the state of the view, and where a structure is in the picture.
+  state: () => currentState(),
+  useState: (state) => useState(checkState(state, knownToState())),
+  structures: () => looks.structures.map(({ id, name }) => ({ id, name, ...looks.of(id) })),
+  pick: (x, y) => viewer.pick(x, y, 0)?.structure ?? null,
   /// For tests: depth of the nearest surface in the middle of the picture, mm.
   seen: () => viewer.seen(),
   /// For tests: strains at a pose { R, t } of the moving body in the reference, and the present gaps.
@@ -426,3 +628,7 @@ window.vrda = {
 };
 document.documentElement.dataset.state = "ready";
 watchFiles({ input: byId("file"), overlay: byId("drop"), load, showError, showProgress });
+const openInside = async () => load(await inside.bytes(), inside.name, () => true, true);
+byId("sample").hidden = !inside || Boolean(inside.lesson);
+byId("sample").addEventListener("click", openInside);
+if (inside?.lesson) openInside();

@@ -1,15 +1,15 @@
 // Materials, lights and shader; values as in pipeline/model/mesh and player/view.
 // Colours are linear RGB on [0, 1].
-import { Color, DoubleSide, FrontSide, MeshBasicMaterial, ShaderMaterial, Vector3 } from "three";
+import { Color, DoubleSide, EqualDepth, FrontSide, LessDepth, LessEqualDepth, MeshBasicMaterial, ShaderMaterial, Vector3 } from "three";
 
 const materials = {
-  bone: { colour: [0.839, 0.745, 0.591], opacity: 1, specular: 0.1, shininess: 24, mottling: 0.13 },
-  cartilage: { colour: [0.617, 0.73, 0.776], opacity: 1, specular: 0.3, shininess: 60, mottling: 0.03 },
-  meniscus: { colour: [0.617, 0.231, 0.168], opacity: 1, specular: 0.22, shininess: 24, mottling: 0.09 },
-  other: { colour: [0.402, 0.456, 0.503], opacity: 1, specular: 0.12, shininess: 30, mottling: 0 },
+  bone: { colour: [0.839, 0.745, 0.591], specular: 0.1, shininess: 24, mottling: 0.13 },
+  cartilage: { colour: [0.617, 0.73, 0.776], specular: 0.3, shininess: 60, mottling: 0.03 },
+  meniscus: { colour: [0.617, 0.231, 0.168], specular: 0.22, shininess: 24, mottling: 0.09 },
+  other: { colour: [0.402, 0.456, 0.503], specular: 0.12, shininess: 30, mottling: 0 },
 };
 // Markers, as marker_material of player/view/scene.
-const marker = { colour: [1, 1, 1], opacity: 1, specular: 0.18, shininess: 40, mottling: 0 };
+const marker = { colour: [1, 1, 1], specular: 0.18, shininess: 40, mottling: 0 };
 
 const parametersOf = (name) => materials[name] ?? materials.other;
 export const colourOf = (name) => parametersOf(name).colour;
@@ -56,9 +56,12 @@ uniform vec3 sky;
 uniform vec3 ground;
 uniform vec3 light_direction[3];
 uniform vec3 light_colour[3];
+uniform float highlight;
 #ifdef USE_COLOR
 varying vec3 colour_surface;
 #endif
+uniform sampler2D solid_depth;
+uniform bool is_behind_solid;  // whether surfaces behind solid_depth are hidden
 
 // Integer hash (Jarzynski and Olano 2020, pcg3d) of a lattice point, on [0, 1].
 float lattice(ivec3 cell) {
@@ -86,6 +89,7 @@ float mottle(vec3 p_mm) {
 }
 
 void main() {
+  if (is_behind_solid && gl_FragCoord.z > texelFetch(solid_depth, ivec2(gl_FragCoord.xy), 0).r + 1e-6) discard;
   vec3 n = normalize(n_camera);
   if (!gl_FrontFacing) n = -n;
   vec3 to_eye = normalize(-p_camera);
@@ -104,7 +108,10 @@ void main() {
 #endif
   // Darker patches are warmer: blue falls more than red.
   if (mottling > 0.0) base *= vec3(1.0) + mottling * mottle(p_surface) * vec3(0.8, 1.1, 1.6);
-  gl_FragColor = vec4(base * diffuse + specular * shine, opacity);
+  vec3 lit = base * diffuse + specular * shine;
+  // A highlighted structure glows, most along its outline.
+  lit += highlight * vec3(0.0, 0.35, 0.6) * (0.25 + pow(1.0 - abs(dot(n, to_eye)), 2.0));
+  gl_FragColor = vec4(lit, opacity);
   #include <colorspace_fragment>
 }`;
 
@@ -127,20 +134,49 @@ export function ghostMaterial(colour, opacity, depthOffsetMm) {
   return material;
 }
 
+/// Opacity and highlight of a mesh; a thin one keeps its colour, which has a meaning. Materials without a shader of this page are blended as usual.
+export function setLook({ material, layers, userData }, opacity, isHighlighted) {
+  const isSolid = opacity === 1, { uniforms } = material;
+  if (!uniforms) return Object.assign(material, { opacity, transparent: !isSolid });
+  uniforms.opacity.value = opacity;
+  uniforms.highlight.value = isHighlighted ? (userData.isThin ? 0.1 : 1) : 0;
+  if (isSolid === material.transparent) {
+    Object.assign(material, { transparent: !isSolid, depthWrite: isSolid });
+    layers.set(isSolid ? 0 : translucentLayer);
+  }
+}
+
+/// Layer of translucent meshes, which are drawn after the solid ones: 1 and 2 are those of a headset's eyes.
+export const translucentLayer = 3;
+
+/// Draws one translucent structure by `draw(mesh)`: first the depth of its nearest surfaces, then only these, so that its parts do not
+/// show through each other. `solidDepth`: the texture of the depth of the solid surfaces. The depth buffer must be clear.
+export function drawTranslucent(meshes, solidDepth, draw) {
+  for (const isColour of [false, true]) {
+    for (const mesh of meshes) {
+      const { material } = mesh, { solid_depth: depth, is_behind_solid: isBehind } = material.uniforms;
+      [depth.value, isBehind.value] = [solidDepth, true];
+      Object.assign(material, { colorWrite: isColour, depthWrite: !isColour, depthFunc: isColour ? EqualDepth : LessDepth });
+      draw(mesh);
+      Object.assign(material, { colorWrite: true, depthWrite: false, depthFunc: LessEqualDepth });
+      [depth.value, isBehind.value] = [null, false];  // a texture that is drawn into must not be read
+    }
+  }
+}
+
 function shaded(parameters, hasColours) {
-  const isSolid = parameters.opacity === 1;
   return new ShaderMaterial({
     vertexShader,
     fragmentShader,
     vertexColors: hasColours,
-    // Translucent walls are drawn back to front without writing depth.
-    transparent: !isSolid,
-    depthWrite: isSolid,
     // The tubes of markers have open ends.
-    side: isSolid && parameters !== marker ? FrontSide : DoubleSide,
+    side: parameters === marker ? DoubleSide : FrontSide,
     uniforms: {
       colour: uniform(new Color(...parameters.colour)),
-      opacity: uniform(parameters.opacity),
+      opacity: uniform(1),
+      highlight: uniform(0),
+      solid_depth: uniform(null),
+      is_behind_solid: uniform(false),
       specular: uniform(parameters.specular),
       shininess: uniform(parameters.shininess),
       mottling: uniform(parameters.mottling),

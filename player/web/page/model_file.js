@@ -186,17 +186,17 @@ function wrapsOf(file, group, moving) {
   });
 }
 
-/// { fibres, wraps, strain: [flexion, varus, fibre] }, or undefined if the model has no ligaments. mm. `moving`: the index of the
+/// { fibres, wraps, transitionStrain }, or undefined if the model has no ligaments. mm. `moving`: the index of the
 /// body of the second ends, that of the joint or of a follower, whose fibres also have `from`, the index of the other body.
-function readLigaments(file, nCells, group = "/ligaments", moving = 1) {
+function readLigaments(file, group = "/ligaments", moving = 1) {
   if (!file.hasGroup(group)) return undefined;
   const names = file.texts(`${group}/name`), bundles = file.texts(`${group}/bundle`), n = names.length;
   const reference = file.numbers(`${group}/reference`, [n, 3]), end = file.numbers(`${group}/moving`, [n, 3]);
   const slackLengths = file.numbers(`${group}/slack_length`, [n]), wrap = file.numbers(`${group}/wrap`, [n], "int32");
-  const strain = file.numbers(`${group}/strain`, [...nCells, n]);
   const wraps = wrapsOf(file, group, moving), isFollower = moving > 1;
   const from = isFollower ? file.numbers(`${group}/from_body`, [n], "int8") : undefined;
   const tension = isFollower ? file.numbers(`${group}/constant_tension`, [n]) : undefined;
+  const stiffness = file.numbers(`${group}/stiffness`, [n]), transitionStrain = Number(file.attribute("transition_strain", group)?.[0]);
   if (!reference.every(Number.isFinite) || !end.every(Number.isFinite)) refuse(`${group}/reference`, "an attachment that is not finite", "finite numbers");
   if (!slackLengths.every((length) => length > 0)) refuse(`${group}/slack_length`, "an invalid length", "numbers above 0");
   if (!wrap.every((row) => row >= -1 && row < wraps.length)) refuse(`${group}/wrap`, "an invalid row", `-1 to ${wraps.length - 1}`);
@@ -204,9 +204,9 @@ function readLigaments(file, nCells, group = "/ligaments", moving = 1) {
   const point = (table, k) => Array.from(table.subarray(3 * k, 3 * k + 3));
   const fibres = names.map((name, k) => ({
     name, bundle: bundles[k] ?? "", reference: point(reference, k), moving: point(end, k), slackLength: slackLengths[k], wrap: wraps[wrap[k]],
-    from: from?.[k] ?? 0, isLine: tension?.[k] > 0,
+    from: from?.[k] ?? 0, isLine: tension?.[k] > 0, constantTension: tension?.[k] ?? 0, stiffness: stiffness[k],
   }));
-  return { fibres, wraps, strain };
+  return { fibres, wraps, transitionStrain };
 }
 
 const followerCoordinates = ["flexion_angle", "rotation_angle", "tilt", "anterior", "proximal", "lateral"];
@@ -222,7 +222,7 @@ function readFollowers(file, model) {
     const delta = file.attribute("delta", group)?.map(Number) ?? [];
     if (delta.length !== 3 || !delta.every(Number.isFinite)) refuse(group, "no direction", "delta");
     return { name, index, of, centre, delta, status: file.numbers(`${group}/status`, size, "int8"), ...datasets(file, group, followerCoordinates, size),
-             body: { ...readBodies(file, name, `${group}/body`), name }, ligaments: readLigaments(file, size, `${group}/ligaments`, index) };
+             body: { ...readBodies(file, name, `${group}/body`), name }, ligaments: readLigaments(file, `${group}/ligaments`, index) };
   });
   return followers.sort((a, b) => a.index - b.index);
 }
@@ -401,7 +401,7 @@ function readAll(file) {
   readBonesAlone(file, model);
   readContactPaths(file, model);
   model.warnings = file.hasDataset("/job/warnings") ? file.texts("/job/warnings") : [];
-  model.ligaments = readLigaments(file, [model.flexion.length, model.varus.length]);
+  model.ligaments = readLigaments(file);
   model.bodies = { reference: readBodies(file, "reference"), moving: readBodies(file, "moving") };
   model.followers = readFollowers(file, model);
   for (const { name, body } of model.followers) model.bodies[name] = body;

@@ -5,7 +5,20 @@ import { boxOf } from "./layers.js";
 import { stable } from "./motion.js";
 import { formatNumber, plausibilities } from "./readings.js";
 
-const ink = { text: "#1a222c", quiet: "#4a5563", rule: "#e2e6ea" };
+const darkScheme = matchMedia("(prefers-color-scheme: dark)");
+/// Colours of charts; `lines`: of the raw poses, and of the set shown.
+export const inkNow = () => (darkScheme.matches ? { text: "#e6ebf1", quiet: "#a9b4c0", rule: "#333d49", lines: ["#f0a35e", "#5fb4ea"] } : { text: "#1a222c", quiet: "#4a5563", rule: "#e2e6ea", lines: ["#c2500a", "#0b6aa8"] });
+
+/// Calls `onSeen` when the element comes into view, and says whether it is there: charts out of view are not drawn.
+class Sight {
+  constructor(element, onSeen) {
+    this.isSeen = false;
+    new IntersectionObserver((entries) => {
+      this.isSeen = entries.at(-1).isIntersecting;
+      if (this.isSeen) onSeen();
+    }).observe(element);
+  }
+}
 
 /// The statuses of attitudes in the order of their codes.
 const statuses = [
@@ -45,7 +58,8 @@ export class Maps {
     const place = Object.assign(document.createElement("div"), { className: "map" }), key = document.createElement("div");
     figure.append(caption, place, key);
     container.append(figure);
-    return { figure, caption, key, onSelect, chart: new Chart(place), mark: { kind: "ring", x: 0, y: 0 } };
+    const chart = new Chart(place);
+    return { figure, caption, key, onSelect, chart, sight: new Sight(figure, () => chart.redraw()), mark: { kind: "ring", x: 0, y: 0 } };
   }
 
   /// `of(k)`: colour and text of node k.
@@ -53,7 +67,7 @@ export class Maps {
     const [x, y] = [model.flexion, model.varus].map((axis) => Array.from(axis));
     const node = (i, j) => of(i * y.length + j);
     chart.show({
-      ink, onSelect, x: {}, y: { isPlain: y.length === 1 },
+      ink: inkNow(), onSelect, x: {}, y: { isPlain: y.length === 1 },
       layers: [{ kind: "cells", x, y, colourOf: (i, j) => node(i, j).colour, text: (i, j) => `flexion ${x[i]}°, varus ${y[j]}°: ${node(i, j).text}` }, mark],
     });
   }
@@ -102,17 +116,20 @@ export class Maps {
 
   /// Marks the attitude; degrees.
   draw(flexion, varus) {
-    for (const { figure, chart, mark } of Object.values(this.panels)) {
+    for (const { sight, chart, mark } of Object.values(this.panels)) {
       Object.assign(mark, { x: flexion, y: varus });
-      if (!figure.hidden) chart.redraw();
+      if (sight.isSeen) chart.redraw();
     }
   }
 }
 
-// Curves over flexion at the current varus: raw, the chosen set, and the current attitude.
+// Curves over flexion at the current varus, with the current attitude.
 
 const mostPoints = 181;
 const bandInk = "#8fb3cc", bandFill = "#0b6aa822";
+/// Of lines of one kind, colour-blind safe (Okabe and Ito 2008); the second round is dashed.
+const lineColours = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900", "#56b4e9", "#7f7f7f"];
+export const lineStyle = (k) => ({ colour: lineColours[k % lineColours.length], dash: k < lineColours.length ? undefined : [5, 3] });
 
 /// Linear between the model's flexions; null where an end is missing.
 function between(axis, values, x) {
@@ -123,55 +140,66 @@ function between(axis, values, x) {
 }
 
 /// Sampled flexions in degrees over the grid's range; includes the nodes.
-function sampledFlexion(model) {
+export function sampledFlexion(model) {
   const { flexion } = model;
   if (flexion.length >= 46 || flexion.length === 1) return Array.from(flexion);
   const n = Math.min(mostPoints, 4 * (flexion.length - 1) + 1);
   return Array.from({ length: n }, (_, k) => flexion[0] + (k / (n - 1)) * (flexion.at(-1) - flexion[0]));
 }
 
-function valuesOf(motion, flexion, varusOf, quantity) {
+/// A quantity at flexions in degrees, null without a pose; `varusOf(flexion)` in radians.
+export function valuesOf(motion, flexion, varusOf, quantity) {
   return flexion.map((f) => {
     const pose = motion.at({ flexion: f * degree, varus: varusOf(f * degree) });
     return pose.isSolved ? quantity.of(pose) : null;
   });
 }
 
-/// A quantity against flexion, with a mark at the present pose.
+/// Lines against flexion, with a mark at the present pose.
 export class CurvePlot {
   constructor(container, onSelect) {
     const place = container.appendChild(Object.assign(document.createElement("div"), { className: "curve" }));
     this.key = container.appendChild(Object.assign(document.createElement("p"), { className: "legend" }));
     this.chart = new Chart(place);
     this.onSelect = onSelect;
-    this.marks = [{ kind: "upright", x: 0, colour: "#11161d", width: 1 }, { kind: "points", x: [], y: [], colour: "#11161d", size: 9 }];
+    this.marks = [{ kind: "upright", x: 0, width: 1 }, { kind: "points", x: [], y: [], size: 9 }];
+    this.sight = new Sight(container, () => this.#draw());
   }
 
-  /// `curves`: [{ label, motion, colour, dash }]; `varusOf(flexion)` in radians; `band`: of the samples of an uncertain job, at the model's flexions;
-  /// `spans`: of doubtful flexions, amber, and of those without a pose, red.
-  setCurves(model, curves, varusOf, quantity, band, spans) {
+  /// `make()`, called when the plot is in view or `isNow`, gives { title, unit, lines: [{ name, y, colour, dash, x }], where x is sampledFlexion unless given, band: of the
+  /// samples of an uncertain job, at the model's flexions, spans: of doubtful flexions, amber, and of those without a pose, red }.
+  setCurves(model, make, isNow = false) {
+    Object.assign(this, { model, make });
+    if (this.sight.isSeen || isNow) this.#draw();
+  }
+
+  #draw() {
+    if (!this.make) return this.chart.redraw();
+    const { title, unit, lines, band, spans } = this.make(), { model } = this, ink = inkNow();
+    this.make = null;
     this.spans = spans;
-    const x = sampledFlexion(model), text = (label, y) => (k) => `${label}: ${formatNumber(y[k])} ${quantity.unit} at ${formatNumber(x[k])}°`;
-    const line = ({ label, colour, dash, width = 2 }, y) => ({ kind: "line", name: label, x, y, colour, dash, width, text: text(label, y) });
-    this.lines = curves.map((curve) => line(curve, valuesOf(curve.motion, x, varusOf, quantity)));
-    const ends = band ? ["high", "low"].map((end) => line({ label: end === "high" ? "95 % of the samples" : "5 %", colour: bandInk, width: 1 }, x.map((f) => between(model.flexion, band[end], f)))) : [];
+    const x = sampledFlexion(model), text = (label, at, y) => (k) => `${label}: ${formatNumber(y[k])} ${unit} at ${formatNumber(at[k])}°`;
+    const line = ({ name, colour, dash, width = 2, y, x: own = x }) => ({ kind: "line", name, x: own, y, colour, dash, width, text: text(name, own, y) });
+    this.lines = lines.map(line);
+    const ends = band ? ["high", "low"].map((end) => line({ name: end === "high" ? "95 % of the samples" : "5 %", colour: bandInk, width: 1, y: x.map((f) => between(model.flexion, band[end], f)) })) : [];
     this.band = band ? [{ kind: "band", x, low: ends[1].y, high: ends[0].y, colour: bandFill }, ...ends] : [];
+    for (const mark of this.marks) mark.colour = ink.text;
     this.chart.show({
-      ink, onSelect: this.onSelect, x: { title: "flexion, °" }, y: { title: `${quantity.label}, ${quantity.unit}` },
+      ink, onSelect: this.onSelect, x: { title: "flexion, °" }, y: { title: `${title}, ${unit}` },
       layers: [{ kind: "spans", spans: spans.map((span) => ({ ...span, colour: span.hasPose ? "#ffb02e55" : "#eb5a3c55" })) }, ...this.band, ...this.lines, ...this.marks],
     });
-    this.key.replaceChildren(...[...this.lines, ...ends].map(({ name, colour }) => {
-      const item = Object.assign(document.createElement("span"), { textContent: name });
+    this.key.replaceChildren(...[...this.lines, ...ends].map(({ name, colour, dash }) => {
+      const item = Object.assign(document.createElement("span"), { textContent: name, className: dash ? "dashed" : "" });
       item.style.setProperty("--c", colour);
       return item;
     }));
   }
 
-  /// Marks the current flexion in degrees and the quantity (NaN if unknown).
-  setMark(flexion, value) {
+  /// Marks the current flexion in degrees and, of one quantity, its value (NaN if unknown).
+  setMark(flexion, value = NaN) {
     Object.assign(this.marks[0], { x: flexion });
     Object.assign(this.marks[1], { x: [flexion], y: [value] });
-    this.chart.redraw();
+    if (this.sight.isSeen) this.chart.redraw();
   }
 }
 

@@ -9,9 +9,9 @@ export const clinicalNumbers = [
   { name: "flexion", label: "Flexion", unit: "°" },
   { name: "varus", label: "Varus", unit: "°", note: "adduction +" },
   { name: "internal", label: "Internal rotation", unit: "°" },
-  { name: "anterior", label: "Anterior", unit: "mm" },
-  { name: "proximal", label: "Proximal", unit: "mm", note: "distraction −" },
-  { name: "lateral", label: "Lateral", unit: "mm" },
+  { name: "anterior", label: "Anterior translation", unit: "mm" },
+  { name: "proximal", label: "Proximal translation", unit: "mm", note: "distraction −" },
+  { name: "lateral", label: "Lateral translation", unit: "mm" },
 ];
 
 /// Degrees and mm.
@@ -31,22 +31,27 @@ export function clinicalOf({ R, t }, centre, side) {
 
 // Quantities of a pose for the plots: names, units and values.
 
-const surfaces = [
-  { name: "tx", label: "x, world", unit: "mm", of: (pose) => pose.translation[0] },
-  { name: "ty", label: "y, world", unit: "mm", of: (pose) => pose.translation[1] },
-  { name: "tz", label: "z, world", unit: "mm", of: (pose) => pose.translation[2] },
-  { name: "theta", label: "theta about Delta", unit: "°", of: (pose) => pose.theta / degree },
+/// Positions of the file's surfaces; `hasTurnedAxes`: the push is not along the second axis.
+const surfacesOf = ({ hasTurnedAxes }) => [
+  { name: "tx", label: "Position forwards", unit: "mm", of: (pose) => pose.translation[0] },
+  { name: "ty", label: hasTurnedAxes ? "Position upwards" : "Position along the push", unit: "mm", of: (pose) => pose.translation[1] },
+  { name: "tz", label: "Position to the right", unit: "mm", of: (pose) => pose.translation[2] },
+  { name: "theta", label: "Rotation about the push", unit: "°", of: (pose) => pose.theta / degree },
 ];
 
-/// The quantities of a model: its surfaces, the solved varus if it was free, and the clinical numbers.
+/// The quantities of a model, those that most readers look for first: the clinical numbers, the solved varus if it was free, and the surfaces.
 export function quantitiesOf(model, isVarusFree) {
-  const found = { name: "varus_found", label: "solved varus", unit: "°", of: (pose) => pose.attitude.varus / degree };
-  const clinical = clinicalNumbers.map(({ name, label, unit, note }) => ({
+  const found = { name: "varus_found", label: "Solved varus", unit: "°", of: (pose) => pose.attitude.varus / degree };
+  const order = ["internal", "varus", "anterior", "proximal", "lateral", "flexion"];
+  const clinical = order.map((name) => clinicalNumbers.find((one) => one.name === name)).map(({ name, label, unit, note }) => ({
     name: `clinical_${name}`, label: note ? `${label} (${note})` : label, unit, isClinical: true,
     of: (pose) => clinicalOf(pose.referenceMoving, model.rotationCentre, model.side)[name],
   }));
-  return [...surfaces, ...(isVarusFree ? [found] : []), ...clinical];
+  return [...clinical, ...(isVarusFree ? [found] : []), ...surfacesOf(model)];
 }
+
+/// [label, text] of the surfaces of a pose.
+export const surfaceRows = (model, pose) => surfacesOf(model).map(({ label, unit, of }) => [label, `${formatNumber(pose.isSolved ? of(pose) : NaN)} ${unit}`]);
 
 /// Formats a number for the page; NaN as a dash.
 export const formatNumber = (x, digits = 2) => (Number.isFinite(x) ? x.toFixed(digits).replace(/^-(0\.?0*)$/, "$1").replace("-", "−") : "–");
@@ -59,7 +64,7 @@ export const plausibilities = [
   { code: 3, name: "dislocated", colour: [178, 58, 72], meaning: "further from the start pose in contact than half the joint's smallest width, or rotated by more than 45 degrees (a knee) or 90; add ligaments, check side, axes and frame.origin, or narrow the grid" },
   { code: 4, name: "border contact", colour: [217, 138, 31], meaning: "a contact at an edge where the mesh ends; use a mesh that covers more of the joint, or narrow the grid" },
   { code: 5, name: "overstrained", colour: [150, 80, 160], meaning: "a fibre's strain above 0.44 or a bundle's tension above 1730 N, where ligaments fail; check attachments and slack lengths, or narrow the grid" },
-  { code: 1, name: "nothing ahead", colour: [120, 120, 40], meaning: "no surface along Delta within the contact resolution, here or displaced sideways by it" },
+  { code: 1, name: "nothing ahead", colour: [120, 120, 40], meaning: "no surface along the push within the contact resolution, here or displaced sideways by it" },
   { code: 2, name: "unstable balance", colour: [200, 170, 60], meaning: "the energy is lower one contact resolution away in both senses of one direction" },
 ];
 

@@ -1,8 +1,8 @@
 // The 3-D view, and the joint as a file for phones.
-import { Box3, BufferAttribute, BufferGeometry, Color, Group, Mesh, MeshStandardMaterial, MOUSE, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer } from "three";
+import { Box3, BufferAttribute, BufferGeometry, Color, DepthTexture, Group, Mesh, MeshStandardMaterial, MOUSE, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { USDZExporter } from "three/examples/jsm/exporters/USDZExporter.js";
-import { colourOf } from "./material.js";
+import { colourOf, drawTranslucent, translucentLayer } from "./material.js";
 import { mmPerM } from "./placement.js";
 
 // The 3-D view: camera, trackball, named views. Renders only after changes.
@@ -10,6 +10,7 @@ import { mmPerM } from "./placement.js";
 const fieldOfViewDeg = 22;  // as in vrda-player
 const filled = 0.92;
 const clearance = 10;  // mm, as in the window
+const stillPx = 5, fingerPx = 12, mousePx = 4;
 const X = new Vector3(1, 0, 0), Y = new Vector3(0, 1, 0), Z = new Vector3(0, 0, 1);
 
 /// Directions from the joint to the camera in canonical axes, as in player/view/camera.
@@ -32,11 +33,15 @@ export class Viewer {
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(fieldOfViewDeg, 1, 1, 10000);
     this.ray = new Raycaster();
+    this.ray.layers.enable(translucentLayer);
+    this.solid = new WebGLRenderTarget(1, 1, { depthTexture: new DepthTexture(1, 1) });
     this.controls = new OrbitControls(this.camera, canvas);
     // As in the window: left turns, right moves in the image plane, middle and wheel move in depth.
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
     this.onDrawn = () => {};
     this.onLost = () => {};  // (isLost)
+    this.onTouch = () => {};  // ({ x, y, reachPx }) of a click or tap, in pixels of the picture
+    this.onTurned = () => {};  // the user moved the camera
     // The renderer makes its objects again before this listener draws them.
     for (const [event, isLost] of [["webglcontextlost", true], ["webglcontextrestored", false]]) {
       canvas.addEventListener(event, () => {
@@ -48,8 +53,26 @@ export class Viewer {
     canvas.addEventListener("wheel", () => this.#stopAtSurface(), { capture: true });
     canvas.addEventListener("pointermove", ({ buttons, pointerType }) => { if (buttons === 4 || pointerType === "touch") this.#stopAtSurface(); }, { capture: true });
     this.controls.addEventListener("change", () => this.redraw());
+    this.#watchTouch();
     new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
     this.#resize();
+  }
+
+  /// A press that is released where it began is a touch; one that moves turns the joint.
+  #watchTouch() {
+    const { canvas } = this;
+    let from = null;
+    canvas.addEventListener("pointerdown", ({ clientX, clientY, button, isPrimary }) => { from = button === 0 && isPrimary ? [clientX, clientY] : null; });
+    canvas.addEventListener("pointermove", ({ clientX, clientY }) => { if (from && Math.hypot(clientX - from[0], clientY - from[1]) > stillPx) from = null; });
+    canvas.addEventListener("pointerup", ({ clientX, clientY, pointerType }) => {
+      const box = canvas.getBoundingClientRect();
+      if (from && this.joint && !this.isLent) this.onTouch({ x: clientX - box.left, y: clientY - box.top, reachPx: pointerType === "touch" ? fingerPx : mousePx });
+      from = null;
+    });
+    // The controls report a start at every press: only a moved camera counts.
+    let place = "";
+    this.controls.addEventListener("start", () => { place = JSON.stringify(this.place); });
+    this.controls.addEventListener("end", () => { if (place !== JSON.stringify(this.place)) this.onTurned(); });
   }
 
   show(joint) {
@@ -154,13 +177,56 @@ export class Viewer {
     this.controls.minDistance = Math.min(distance, Math.max(0, distance - this.seen() + Math.max(clearance, 1.1 * this.camera.near)));
   }
 
+  /// The structure at a place of the picture in pixels: [{ mesh, point }] of the nearest one that is at least half opaque, else of the
+  /// nearest. `reachPx`: a thin structure counts when it is so near, for fingers.
+  pick(x, y, reachPx) {
+    const { clientWidth, clientHeight } = this.canvas, meshes = this.joint.pickable();
+    const at = (dx, dy) => {
+      this.ray.setFromCamera(new Vector2((2 * (x + dx)) / clientWidth - 1, 1 - (2 * (y + dy)) / clientHeight), this.camera);
+      const hits = this.ray.intersectObjects(meshes, false);
+      return hits.find(({ object }) => object.material.uniforms.opacity.value >= 0.5) ?? hits[0];
+    };
+    const hit = at(0, 0), isThin = (one) => one?.object.userData.isThin;
+    const around = isThin(hit) ? hit : [[-1, 0], [1, 0], [0, -1], [0, 1]].map(([dx, dy]) => at(dx * reachPx, dy * reachPx)).find(isThin) ?? hit;
+    return around && { structure: around.object.userData.structure, mesh: around.object, point: around.point };
+  }
+
+  /// Where the camera is and looks, mm, in the frame of the picture.
+  get place() { return { eye_mm: this.camera.position.toArray(), target_mm: this.controls.target.toArray() }; }
+
+  set place({ eye_mm: eye, target_mm: target }) {
+    this.camera.position.set(...eye);
+    this.controls.target.set(...target);
+    this.controls.update();
+  }
+
+  #draw() {
+    const { renderer, scene, camera, solid } = this;
+    renderer.render(scene, camera);
+    const translucent = this.joint?.translucent(camera.position) ?? [];
+    if (translucent.length === 0) return;
+    const { x, y } = renderer.getDrawingBufferSize(new Vector2());
+    solid.setSize(x, y);
+    renderer.setRenderTarget(solid);
+    renderer.render(scene, camera);
+    renderer.setRenderTarget(null);
+    renderer.autoClear = false;
+    camera.layers.set(translucentLayer);
+    for (const meshes of translucent) {
+      renderer.clearDepth();
+      drawTranslucent(meshes, solid.depthTexture, (mesh) => renderer.render(mesh, camera));
+    }
+    camera.layers.set(0);
+    renderer.autoClear = true;
+  }
+
   redraw() {
     if (this.isScheduled || this.isLent) return;
     this.isScheduled = true;
     requestAnimationFrame(() => {
       this.isScheduled = false;
       if (this.isLent) return;
-      this.renderer?.render(this.scene, this.camera);
+      if (this.renderer) this.#draw();
       this.onDrawn(this.camera);
     });
   }
@@ -203,7 +269,7 @@ export async function usdzOf(joint, hasLigaments) {
     group.name = name;
     group.matrixAutoUpdate = false;
     group.matrix.copy(body.matrix);
-    for (const mesh of body.children.filter((child) => child.isMesh)) {
+    for (const mesh of body.children.filter((child) => child.isMesh && child.visible)) {
       const part = new Mesh(mesh.geometry, solid(colourOf(mesh.userData.material)));
       part.name = mesh.name;
       made.push(part.material);
@@ -213,12 +279,12 @@ export async function usdzOf(joint, hasLigaments) {
     }
     if (name === "reference" && hasLigaments) {
       let k = 0;
-      for (const { layer: { mesh } } of joint.ligaments) {
-        if (!mesh.visible) continue;
+      for (const { layer } of joint.ligaments) {
+        if (!layer.group.visible) continue;
         const own = new Group();
         own.matrixAutoUpdate = false;
-        own.matrix.copy(mesh.matrix);
-        for (const { geometry, colour } of fibresOf(mesh)) {
+        own.matrix.copy(layer.group.matrix);
+        for (const { geometry, colour } of layer.group.children.filter((mesh) => mesh.visible).flatMap((mesh) => [...fibresOf(mesh)])) {
           const part = new Mesh(geometry, solid(colour));
           part.name = `ligaments_${++k}`;
           made.push(part.material, geometry);
