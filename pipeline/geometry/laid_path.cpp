@@ -91,67 +91,107 @@ LazyDistance::Sample sample_of(const BesidePath& beside, const Vector3d& p_mm)
   return sample;
 }
 
+// A path and the bodies that it comes close to.
+class Laying {
+ public:
+  Laying(std::span<Vector3d> path_mm, std::span<const BesidePath> bodies, double clearance_mm)
+      : path_mm_(path_mm), last_(path_mm.size() - 1), clearance_mm_(clearance_mm)
+  {
+    constexpr double near_mm = 6.0;
+    check(bodies.size() <= near_.size(), "a path is beside at most ten bodies");
+    for (const BesidePath& body : bodies) {
+      const bool is_near = std::any_of(path_mm_.begin(), path_mm_.end(), [&](const Vector3d& p_mm) {
+        return sample_of(body, p_mm).distance_mm < near_mm;
+      });
+      if (!is_near) continue;
+      const LazyDistance::Sample first = sample_of(body, path_mm_.front()),
+                                 last = sample_of(body, path_mm_.back());
+      near_[n_near_++] = {&body, first.distance_mm, last.distance_mm};
+      for (const LazyDistance::Sample& end : {first, last}) {
+        if (end.distance_mm < near_mm) outward_ += end.gradient;
+      }
+    }
+    const Vector3d along = (path_mm_.back() - path_mm_.front()).normalized();
+    outward_ -= along.dot(outward_) * along;
+  }
+
+  // Lifts a point deep inside to the side on which the ends are: its nearest surface may be another.
+  bool lift_to_side(std::size_t i)
+  {
+    constexpr double surface_mm = 0.5, most_mm = 40.0, least_side = 0.5;
+    const double side = outward_.norm();
+    if (side < least_side) return false;
+    bool is_lifted = false;
+    double way_mm = 0.0;
+    while (way_mm < most_mm) {
+      double deepest_mm = 0.0;
+      for (const Near& near : nears())
+        deepest_mm = std::min(deepest_mm, sample_of(*near.body, path_mm_[i]).distance_mm);
+      if (deepest_mm > -surface_mm) break;
+      path_mm_[i] -= deepest_mm / side * outward_;
+      way_mm -= deepest_mm;
+      is_lifted = true;
+    }
+    return is_lifted;
+  }
+
+  bool lift(std::size_t i)
+  {
+    constexpr double least_slope = 0.1;  // beyond the grid, and on ridges deep inside, there is no direction
+    bool is_lifted = false;
+    for (const Near& near : nears()) {
+      const LazyDistance::Sample sample = sample_of(*near.body, path_mm_[i]);
+      // An end inside a body is left at an angle of 45 degrees.
+      const double wanted_mm =
+          std::min({clearance_mm_, near.first_mm + (path_mm_[i] - path_mm_.front()).norm(),
+                    near.last_mm + (path_mm_[i] - path_mm_.back()).norm()});
+      const double missing_mm = wanted_mm - sample.distance_mm, slope = sample.gradient.norm();
+      if (missing_mm <= 0.0 || slope < least_slope) continue;
+      path_mm_[i] += missing_mm / slope * sample.gradient;
+      is_lifted = true;
+    }
+    return is_lifted;
+  }
+
+  // One sweep of successive over-relaxation.
+  void tighten(bool is_forwards)
+  {
+    constexpr double relaxation = 1.5;
+    for (std::size_t k = 1; k < last_; ++k) {
+      const std::size_t i = is_forwards ? k : last_ - k;
+      path_mm_[i] += relaxation * (0.5 * (path_mm_[i - 1] + path_mm_[i + 1]) - path_mm_[i]);
+      lift(i);
+    }
+  }
+
+ private:
+  struct Near {
+    const BesidePath* body = nullptr;
+    double first_mm = 0.0, last_mm = 0.0;  // distances of the path's ends
+  };
+  std::span<const Near> nears() const { return std::span(near_).first(n_near_); }
+
+  std::span<Vector3d> path_mm_;
+  std::size_t last_;
+  double clearance_mm_;
+  std::array<Near, 2 + model::most_followers> near_{};
+  std::size_t n_near_ = 0;
+  Vector3d outward_ = Vector3d::Zero();  // from the bodies at the ends, across the path
+};
+
 }  // namespace
 
 bool lay_over(std::span<Vector3d> path_mm, std::span<const BesidePath> bodies, double clearance_mm)
 {
   constexpr int n_sweeps = 30;
-  constexpr double relaxation = 1.5;   // of the successive over-relaxation
-  constexpr double least_slope = 0.1;  // beyond the grid, and on ridges deep inside, there is no direction
-  constexpr double near_mm = 6.0, surface_mm = 0.5, most_lift_mm = 40.0;
   if (path_mm.size() < 3) return false;
-  const std::size_t last = path_mm.size() - 1;
-  std::array<std::array<double, 2>, 2 + model::most_followers> end_mm{};
-  check(bodies.size() <= end_mm.size(), "a path is beside at most ten bodies");
-  for (std::size_t b = 0; b < bodies.size(); ++b)
-    end_mm[b] = {sample_of(bodies[b], path_mm.front()).distance_mm,
-                 sample_of(bodies[b], path_mm.back()).distance_mm};
-  // An end inside a body is left at an angle of 45 degrees.
-  const auto lift = [&](std::size_t i) {
-    bool is_lifted = false;
-    for (std::size_t b = 0; b < bodies.size(); ++b) {
-      const LazyDistance::Sample sample = sample_of(bodies[b], path_mm[i]);
-      const double wanted_mm = std::min({clearance_mm, end_mm[b][0] + (path_mm[i] - path_mm.front()).norm(),
-                                         end_mm[b][1] + (path_mm[i] - path_mm.back()).norm()});
-      const double missing_mm = wanted_mm - sample.distance_mm, slope = sample.gradient.norm();
-      if (missing_mm <= 0.0 || slope < least_slope) continue;
-      path_mm[i] += missing_mm / slope * sample.gradient;
-      is_lifted = true;
-    }
-    return is_lifted;
-  };
-  // A point deep inside is lifted to the side on which the ends are: its nearest surface may be another.
-  Vector3d outward = Vector3d::Zero();
-  for (const BesidePath& beside : bodies) {
-    for (const Vector3d& end_point_mm : {path_mm.front(), path_mm.back()}) {
-      const LazyDistance::Sample sample = sample_of(beside, end_point_mm);
-      if (sample.distance_mm < near_mm) outward += sample.gradient;
-    }
-  }
-  const Vector3d along = (path_mm.back() - path_mm.front()).normalized();
-  outward -= along.dot(outward) * along;
-  const bool has_side = outward.norm() > 0.5;
-  outward.normalize();
+  Laying laying(path_mm, bodies, clearance_mm);
   bool is_moved = false;
-  for (std::size_t i = 1; i < last; ++i) {
-    double deepest_mm = 0.0;
-    for (double way_mm = 0.0; way_mm < most_lift_mm && has_side; way_mm -= deepest_mm) {
-      deepest_mm = 0.0;
-      for (const BesidePath& beside : bodies)
-        deepest_mm = std::min(deepest_mm, sample_of(beside, path_mm[i]).distance_mm);
-      if (deepest_mm > -surface_mm) break;
-      path_mm[i] -= deepest_mm * outward;
-      is_moved = true;
-    }
-    is_moved = lift(i) || is_moved;
+  for (std::size_t i = 1; i + 1 < path_mm.size(); ++i) {
+    is_moved = laying.lift_to_side(i) || is_moved;
+    is_moved = laying.lift(i) || is_moved;
   }
-  for (int sweep = 0; is_moved && sweep < n_sweeps; ++sweep) {
-    for (std::size_t k = 1; k < last; ++k) {
-      const std::size_t i = sweep % 2 == 0 ? k : last - k;
-      path_mm[i] += relaxation * (0.5 * (path_mm[i - 1] + path_mm[i + 1]) - path_mm[i]);
-      lift(i);
-    }
-  }
+  for (int sweep = 0; is_moved && sweep < n_sweeps; ++sweep) laying.tighten(sweep % 2 == 0);
   return is_moved;
 }
 

@@ -128,6 +128,24 @@ export function drawMesh(part, component, origin, material) {
 
 const mostInLeaf = 4;
 
+/// Ericson (2005), Real-Time Collision Detection, 5.1.5: weights of b and c, in `out`. The corners are relative to the point.
+function nearestInTriangle([ax, ay, az, bx, by, bz, cx, cy, cz], out) {
+  const ux = bx - ax, uy = by - ay, uz = bz - az, vx = cx - ax, vy = cy - ay, vz = cz - az;
+  const d1 = -(ux * ax + uy * ay + uz * az), d2 = -(vx * ax + vy * ay + vz * az);
+  const d3 = -(ux * bx + uy * by + uz * bz), d4 = -(vx * bx + vy * by + vz * bz);
+  const d5 = -(ux * cx + uy * cy + uz * cz), d6 = -(vx * cx + vy * cy + vz * cz);
+  const va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+  if (d1 <= 0 && d2 <= 0) [out[0], out[1]] = [0, 0];
+  else if (d3 >= 0 && d4 <= d3) [out[0], out[1]] = [1, 0];
+  else if (vc <= 0 && d1 >= 0 && d3 <= 0) [out[0], out[1]] = [d1 / (d1 - d3), 0];
+  else if (d6 >= 0 && d5 <= d6) [out[0], out[1]] = [0, 1];
+  else if (vb <= 0 && d2 >= 0 && d6 <= 0) [out[0], out[1]] = [0, d2 / (d2 - d6)];
+  else if (va <= 0 && d4 >= d3 && d5 >= d6) {
+    out[1] = (d4 - d3) / (d4 - d3 + d5 - d6);
+    out[0] = 1 - out[1];
+  } else [out[0], out[1]] = [vb / (va + vb + vc), vc / (va + vb + vc)];
+}
+
 /// A bounding-box hierarchy of triangles, split at the median.
 export class RayTree {
   constructor({ vertices, triangles }) {
@@ -211,5 +229,33 @@ export class RayTree {
       }
     }
     return isHit ? shortest : Infinity;
+  }
+
+  /// { distance, triangle, point } of the nearest point of the mesh; triangle -1 if none is nearer than `limit`.
+  nearest(p, limit = Infinity) {
+    const d = new Float64Array(9), weight = new Float64Array(2), best = { distance: limit, triangle: -1, point: null };
+    const away = ({ box }) => {
+      let sum = 0;
+      for (let axis = 0; axis < 3; ++axis) sum += Math.max(0, box[axis] - p[axis], p[axis] - box[axis + 3]) ** 2;
+      return Math.sqrt(sum);
+    };
+    const visit = (node) => {
+      if (node.left >= 0) {
+        const left = this.nodes[node.left], right = this.nodes[node.right], toLeft = away(left), toRight = away(right);
+        if (Math.min(toLeft, toRight) < best.distance) visit(toLeft <= toRight ? left : right);
+        if (Math.max(toLeft, toRight) < best.distance) visit(toLeft <= toRight ? right : left);
+        return;
+      }
+      for (let i = node.first; i < node.last; ++i) {
+        const triangle = this.order[i];
+        for (let k = 0; k < 9; ++k) d[k] = this.vertices[3 * this.triangles[3 * triangle + Math.floor(k / 3)] + (k % 3)] - p[k % 3];
+        nearestInTriangle(d, weight);
+        const [v, w] = weight, x = (1 - v - w) * d[0] + v * d[3] + w * d[6], y = (1 - v - w) * d[1] + v * d[4] + w * d[7], z = (1 - v - w) * d[2] + v * d[5] + w * d[8];
+        const distance = Math.sqrt(x * x + y * y + z * z);
+        if (distance < best.distance) [best.distance, best.triangle, best.point] = [distance, triangle, [p[0] + x, p[1] + y, p[2] + z]];
+      }
+    };
+    if (this.nodes.length > 0 && away(this.nodes[0]) < limit) visit(this.nodes[0]);
+    return best;
   }
 }

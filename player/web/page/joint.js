@@ -2,6 +2,7 @@
 // moving body, ligaments to the reference.
 import { BufferAttribute, BufferGeometry, CatmullRomCurve3, Group, Matrix4, Mesh, MeshBasicMaterial, SphereGeometry, TubeGeometry, Vector3 } from "three";
 import { composed, drawMesh, inverse, rows, still as atRest, sum, transposed, turned } from "./geometry.js";
+import { LazyDistance } from "./laid_path.js";
 import { GapLayer, labelsOf, LigamentLayer } from "./layers.js";
 import { ghostMaterial, materialOf, setLook, translucentLayer } from "./material.js";
 import { Motion } from "./motion.js";
@@ -127,12 +128,19 @@ export class Joint {
     return first && second ? { first, X: to === null ? second : composed(inverse(first), second) } : null;
   }
 
+  #fieldOf(name) {
+    this.fields ??= {};
+    return (this.fields[name] ??= new LazyDistance(this.model.bodies[name]));
+  }
+
   #showLigaments(pose) {
+    const beside = Object.entries({ reference: atRest, moving: pose.referenceMoving, ...pose.followers }).filter(([, X]) => X);
     for (const one of this.ligaments) {
       const found = this.#between(one, pose), { group } = one.layer;
       group.visible = Boolean(found);
       if (!found) continue;
-      one.layer.update(found.X);
+      const back = inverse(found.first);
+      one.layer.update(found.X, beside.map(([name, X]) => ({ field: this.#fieldOf(name), X: composed(back, X) })));
       // Meshes are relative to the rotation centre.
       const centre = this.model.rotationCentre, { R, t } = found.first;
       group.matrix.set(...rows({ R, t: sum(turned(R, centre), t).map((x, k) => x - centre[k]) }));

@@ -1,6 +1,7 @@
 // Layers of the joint: names, gaps and ligaments, with their palettes.
 import { Box3, BufferAttribute, BufferGeometry, Color, Group, Mesh, SRGBColorSpace, Vector3 } from "three";
 import { cross, difference, dot, drawMesh, normalised, product, RayTree, scaled, sum, transposed, turned } from "./geometry.js";
+import { evenly, laidOver } from "./laid_path.js";
 import { colouredMaterialOf, colourOf, markerMaterial } from "./material.js";
 import { bodyPath, gapStructure } from "./structures.js";
 
@@ -320,8 +321,20 @@ function arrangementOf(fibres, bundle) {
 
 // Ligaments as flat bands: narrow and grey if slack, otherwise coloured by strain. Constants as in player/view/layers.
 
-// Half sizes; neighbouring bands overlap a little.
-const thicknessMm = 0.45, narrowestMm = 1, widestMm = 2.4, overlap = 1.2, slackPart = 0.7, highlightedPart = 1.6, nSides = 10;
+// Half sizes; neighbouring bands overlap a little, and are wider at their footprints.
+const thicknessMm = 0.45, narrowestMm = 1, widestMm = 2.4, overlap = 1.2, flare = 0.35, slackPart = 0.7, highlightedPart = 1.6, nSides = 10;
+// Points of a band, and its height over bone.
+const nPoints = 24, aboveBoneMm = 0.7;
+// A slack fibre is drawn as long as it is, in waves, unless they are higher than this.
+const nWaves = 3, highestWaveMm = 1.5;
+
+function waved(points, strain, across, scale) {
+  const chord = difference(points[points.length - 1], points[0]), length = Math.hypot(...chord);
+  const wanted = cross(cross(chord, across), chord), other = cross(chord, Math.abs(chord[0]) < 0.9 * length ? [1, 0, 0] : [0, 1, 0]);
+  const aside = normalised(dot(wanted, wanted) > 0 ? wanted : other);
+  const height = Math.min(scale * highestWaveMm, (length * Math.sqrt(-strain / (1 + strain))) / (Math.PI * nWaves));
+  return points.map((p, k) => sum(p, scaled(aside, height * Math.sin((2 * Math.PI * nWaves * k) / (points.length - 1)))));
+}
 const slackColour = [205, 203, 196], lineColour = [170, 74, 68];
 
 /// The tension law of schemas/ligaments.md, N.
@@ -330,20 +343,18 @@ function tensionOf(strain, { stiffness, constantTension }, transition) {
   return strain <= 0 ? 0 : strain < transition ? (stiffness * strain * strain) / (2 * transition) : stiffness * (strain - transition / 2);
 }
 
-function geometryOf(paths) {
-  const nRings = paths.reduce((n, { points }) => n + points.length, 0), indices = [];
-  let ring = 0;
-  for (const { points } of paths) {
-    for (let k = 0; k + 1 < points.length; ++k) {
+function geometryOf(nFibres) {
+  const indices = [];
+  for (let fibre = 0; fibre < nFibres; ++fibre) {
+    for (let k = 0; k + 1 < nPoints; ++k) {
       for (let side = 0; side < nSides; ++side) {
-        const a = (ring + k) * nSides + side, b = (ring + k) * nSides + ((side + 1) % nSides);
+        const ring = (fibre * nPoints + k) * nSides, a = ring + side, b = ring + ((side + 1) % nSides);
         indices.push(a, b, a + nSides, b, b + nSides, a + nSides);
       }
     }
-    ring += points.length;
   }
   const geometry = new BufferGeometry();
-  for (const name of ["position", "normal", "color"]) geometry.setAttribute(name, new BufferAttribute(new Float32Array(3 * nRings * nSides), 3));
+  for (const name of ["position", "normal", "color"]) geometry.setAttribute(name, new BufferAttribute(new Float32Array(3 * nFibres * nPoints * nSides), 3));
   geometry.setIndex(indices);
   return geometry;
 }
@@ -360,12 +371,12 @@ export class LigamentLayer {
     this.group = new Group();
     this.group.matrixAutoUpdate = false;
     this.bundles = [...new Set(ligaments.fibres.map(({ bundle }) => bundle))].map((bundle) => {
-      const { reference, moving, spacing } = arrangementOf(ligaments.fibres, bundle), mesh = new Mesh(new BufferGeometry(), markerMaterial());
+      const { reference, moving, spacing } = arrangementOf(ligaments.fibres, bundle), own = [...ligaments.fibres.keys()].filter((k) => ligaments.fibres[k].bundle === bundle);
+      const mesh = new Mesh(geometryOf(own.length), markerMaterial());
       mesh.userData = { structure: `${path}/${bundle}`, isThin: true };
       mesh.frustumCulled = false;
       this.group.add(mesh);
-      const own = [...ligaments.fibres.keys()].filter((k) => ligaments.fibres[k].bundle === bundle);
-      return { bundle, structure: mesh.userData.structure, fibres: own, mesh, sizes: "", reference, moving, halfWidth: Math.min(Math.max(0.5 * overlap * spacing, scale * narrowestMm), scale * widestMm) };
+      return { bundle, structure: mesh.userData.structure, fibres: own, mesh, reference, moving, halfWidth: Math.min(Math.max(0.5 * overlap * spacing, scale * narrowestMm), scale * widestMm) };
     });
   }
 
@@ -377,31 +388,29 @@ export class LigamentLayer {
     return { strain: Math.max(...all.map(([{ strain, isLine }]) => (isLine ? -1 : strain))), tension: all.reduce((sum, [{ strain }, fibre]) => sum + tensionOf(strain, fibre, this.law.transitionStrain), 0) };
   }
 
-  /// In the reference's frame; `X` maps moving to reference.
-  update(X) {
-    for (const bundle of this.bundles) this.#updateBundle(bundle, X);
+  /// In the reference's frame; `X` maps moving to reference, `bodies` are those of laidOver.
+  update(X, bodies) {
+    for (const bundle of this.bundles) this.#updateBundle(bundle, X, bodies);
   }
 
-  #updateBundle(bundle, X) {
-    const { mesh } = bundle, paths = bundle.fibres.map((k) => this.fibres.at(k, X));
-    // The number of points changes when a fibre starts or stops wrapping.
-    const sizes = paths.map(({ points }) => points.length).join();
-    if (sizes !== bundle.sizes) {
-      mesh.geometry.dispose();
-      mesh.geometry = geometryOf(paths);
-      bundle.sizes = sizes;
-    }
-    let ring = 0;
-    for (const path of paths) ring = this.#setBand(mesh.geometry, ring, path, { ...bundle, halfWidth: bundle.halfWidth * (mesh.material.uniforms.highlight.value > 0 ? highlightedPart : 1), moving: turned(X.R, bundle.moving) });
+  #updateBundle(bundle, X, bodies) {
+    const { mesh } = bundle, moving = turned(X.R, bundle.moving), halfWidth = bundle.halfWidth * (mesh.material.uniforms.highlight.value > 0 ? highlightedPart : 1);
+    bundle.fibres.forEach((k, own) => {
+      const path = this.fibres.at(k, X);
+      path.points = laidOver(evenly(path.points, nPoints), bodies, this.scale * aboveBoneMm);
+      if (path.strain < 0) path.points = waved(path.points, path.strain, sum(bundle.reference, moving), this.scale);
+      this.#setBand(mesh.geometry, own * nPoints, path, { ...bundle, halfWidth, moving });
+    });
     for (const name of ["position", "normal", "color"]) mesh.geometry.getAttribute(name).needsUpdate = true;
     mesh.geometry.computeBoundingSphere();
   }
 
   #setBand(geometry, firstRing, { points, strain, isLine }, { reference, moving, halfWidth }) {
     const [position, normal, color] = ["position", "normal", "color"].map((name) => geometry.getAttribute(name).array);
-    const part = strain < 0 ? slackPart : 1, wide = part * halfWidth, thick = part * this.scale * thicknessMm;
+    const part = strain < 0 ? slackPart : 1, thick = part * this.scale * thicknessMm;
     const rgb = isLine ? lineColour : strain < 0 ? slackColour : strain > highestStrain ? beyondColour : colourAt(strainPalette, strain / highestStrain);
     crossSections(points, reference, moving).forEach(([u, v], k) => {
+      const wide = part * halfWidth * (1 + flare * Math.abs((2 * k) / (nPoints - 1) - 1) ** 3);
       for (let side = 0; side < nSides; ++side) {
         const angle = (2 * Math.PI * side) / nSides, at = 3 * ((firstRing + k) * nSides + side), [c, s] = [Math.cos(angle), Math.sin(angle)];
         const length = Math.hypot(thick * c, wide * s);  // of the ellipse's gradient
@@ -412,6 +421,5 @@ export class LigamentLayer {
         setLinear(color, at, rgb);
       }
     });
-    return firstRing + points.length;
   }
 }
