@@ -190,7 +190,7 @@ class Lessons(unittest.TestCase):
                 wanted = json.loads(re.search(r'id="lesson-inside">(.*?)</script>', lesson.read_text(), re.DOTALL)[1])
                 self.opened(page, f"file://{lesson}")
                 self.assertEqual(page.text("message"), "")
-                n_asked = 0
+                n_questions = 0
                 for k, step in enumerate(wanted["steps"]):
                     if k > 0:
                         page.browser.value("document.getElementById('lesson-next').click()")
@@ -202,7 +202,7 @@ class Lessons(unittest.TestCase):
                     self.picture(page, f"{lesson.stem}-{k + 1}")
                     if "question" not in step:
                         continue
-                    n_asked += 1
+                    n_questions += 1
                     self.assertEqual(page.text("lesson-ask"), step["question"]["ask"])
                     answers = step["question"]["answers"]
                     visible = [one["id"] for one in page.browser.value("window.vrda.structures()") if one["visible"]]
@@ -213,7 +213,7 @@ class Lessons(unittest.TestCase):
                     shown.pop("highlighted", None)
                     self.click(page, *self.pixel_of(page, answers[0], self.only(page, answers[0]) if answers[0] != LCL else shown["structures"]))
                     self.assertIn(f"right. {step['question']['right']}", page.text("lesson-answer"))
-                self.assertGreater(n_asked, 0)
+                self.assertGreater(n_questions, 0)
                 self.assertTrue(page.browser.value("document.getElementById('lesson-next').disabled"))
                 page.browser.value("document.getElementById('lesson-back').click()")
                 self.assertEqual(page.text("lesson-count"), f"{len(wanted['steps']) - 1} of {len(wanted['steps'])}")
