@@ -596,7 +596,10 @@ struct Panels {
     ImGui::Text("%g to %g", legend.lowest, legend.highest);
     if (!legend.beyond_label.empty()) {
       ImGui::SameLine();
-      ImGui::TextColored(quiet_colour, "then %s", legend.beyond_label.c_str());
+      if (legend.beyond)
+        draw_swatch(*legend.beyond, legend.beyond_label);
+      else
+        ImGui::TextColored(quiet_colour, "then %s", legend.beyond_label.c_str());
     }
     ImGui::EndGroup();
   }

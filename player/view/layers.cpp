@@ -795,31 +795,17 @@ Arrangement arrangement_of(const std::vector<model::Fibre>& fibres, const std::s
   return found;
 }
 
-/// Scale from 0 to the 95 % quantile of positive strains in the informative cells, rounded up to steps of 2
-/// %.
-Legend legend_of(const store::MotionModel& model, std::size_t n_fibres)
+/// Of strains, the same for every model and on the page: taut fibres to 8 %.
+Legend strain_legend()
 {
-  constexpr double step = 0.02, most = 0.95;
-  std::vector<double> taut;
-  for (const std::size_t cell : informative_cells(model)) {
-    for (std::size_t fibre = 0; fibre < n_fibres; ++fibre) {
-      const double strain = model.ligaments->strain[cell * n_fibres + fibre];
-      if (strain > 0.0) taut.push_back(strain);
-    }
-  }
-  double highest = step;
-  if (!taut.empty()) {
-    const auto quantile =
-        taut.begin() + static_cast<std::ptrdiff_t>(most * static_cast<double>(taut.size() - 1));
-    std::nth_element(taut.begin(), quantile, taut.end());
-    highest = std::max(step, step * std::ceil(*quantile / step - 1e-9));
-  }
   Legend legend;
   legend.title = "strain, %";
-  legend.highest = 100.0 * highest;
+  legend.highest = 8.0;
   legend.palette = strain_palette();
   legend.below = slack_colour;
   legend.below_label = "slack";
+  legend.beyond = VertexColour{84, 22, 140, 255};
+  legend.beyond_label = "more";
   return legend;
 }
 
@@ -834,7 +820,7 @@ class LigamentLayer final : public LayerDrawing {
     drawable.is_solid = true;
     drawable.material = marker_material({255, 255, 255, 255});
     groups_.push_back({store::ligaments_of(model), {}});
-    legend_ = legend_of(model, groups_.front().ligaments.fibres.size());
+    legend_ = strain_legend();
     for (const store::FollowerRows* follower : store::in_order(model.followers))
       groups_.push_back({store::ligaments_of(*follower), {}});
     scale_ = marker_scale(model);

@@ -535,6 +535,7 @@ VertexColour interpolated_colour(const VertexColour& a, const VertexColour& b, d
 VertexColour colour_of(const Legend& legend, double value)
 {
   if (value < legend.lowest && !legend.below_label.empty()) return legend.below;
+  if (value > legend.highest && legend.beyond) return *legend.beyond;
   constexpr std::size_t last = std::tuple_size_v<Palette> - 1;
   const double position =
       std::clamp((value - legend.lowest) / (legend.highest - legend.lowest), 0.0, 1.0) * last;
@@ -581,9 +582,9 @@ const Palette& gap_palette()
 
 const Palette& strain_palette()
 {
-  static const Palette palette{rgb(0x3B4CC0), rgb(0x5977E3), rgb(0x7B9FF9), rgb(0x9EBEFF),
-                               rgb(0xC0D4F5), rgb(0xDDDCDC), rgb(0xF2CBB7), rgb(0xF7AC8E),
-                               rgb(0xEE8468), rgb(0xD65244), rgb(0xB40426)};
+  static const Palette palette{rgb(0xFDD49E), rgb(0xFDC58E), rgb(0xFDB27B), rgb(0xFC9662),
+                               rgb(0xF77D52), rgb(0xEF6548), rgb(0xE1452F), rgb(0xD02619),
+                               rgb(0xBA0A06), rgb(0x9E0000), rgb(0x7F0000)};
   return palette;
 }
 

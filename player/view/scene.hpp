@@ -276,8 +276,10 @@ struct Legend {
   double lowest = 0.0;
   double highest = 1.0;
   Palette palette{};
-  VertexColour below{};      ///< colour of values below the lowest
-  std::string below_label;   ///< empty: no such colour
+  VertexColour below{};     ///< colour of values below the lowest
+  std::string below_label;  ///< empty: no such colour
+  std::optional<VertexColour>
+      beyond;                ///< colour of values above the highest; without one, that of the highest
   std::string beyond_label;  ///< label for values above the highest
 };
 
@@ -297,8 +299,8 @@ Eigen::Vector3f linear_from_srgb(const VertexColour& colour);
 /// Source: "plasma" of matplotlib (Smith and van der Walt, CC0).
 const Palette& gap_palette();
 
-/// For strains: diverging from blue over grey to red.
-/// Source: Moreland (2009), Diverging color maps for scientific visualization.
+/// For strains of taut fibres, from light orange to dark red; as on the page (schemas/view-state.md).
+/// Source: "OrRd" of ColorBrewer (Brewer, Apache 2.0) without its palest colours.
 const Palette& strain_palette();
 
 inline constexpr std::size_t n_layers = 10;

@@ -10,8 +10,8 @@ import { bodyPath, gapStructure } from "./structures.js";
 const stops = (text) => text.split(" ").map((hex) => [0, 2, 4].map((at) => parseInt(hex.slice(at, at + 2), 16)));
 /// "plasma" of matplotlib (Smith and van der Walt, CC0), reversed.
 export const gapPalette = stops("F0F921 FCCE25 FCA636 F2844B E16462 CC4778 B12A90 8F0DA4 6A00A8 41049D 0D0887");
-/// "OrRd" of ColorBrewer (Brewer, Apache 2.0) without its palest colours; then the colour beyond the end of the scale.
-export const strainPalette = stops("FDD49E FDBB84 FC8D59 EF6548 D7301F B30000 7F0000");
+/// "OrRd" of ColorBrewer (Brewer, Apache 2.0) without its palest colours, at 11 places; then the colour beyond the end of the scale.
+export const strainPalette = stops("FDD49E FDC58E FDB27B FC9662 F77D52 EF6548 E1452F D02619 BA0A06 9E0000 7F0000");
 const beyondColour = [84, 22, 140];
 /// The strain at the end of the scale, the same for every model.
 export const highestStrain = 0.08;

@@ -135,7 +135,7 @@ export class LessonEditor {
     this.#write();
   }
 
-  /// An empty question is none.
+  /// A question without a text is removed.
   #question(what) {
     const question = { ask: "", answers: [], right: "", wrong: "", ...this.steps[this.k].question, ...what };
     if (question.ask === "") delete this.steps[this.k].question;

@@ -38,7 +38,7 @@ const otherCurves = Object.fromEntries([["clinical_varus", "Varus"], ["clinical_
   figure.append(Object.assign(document.createElement("figcaption"), { textContent: `${caption} over flexion` }));
   return [name, { figure, plot: curveIn(figure.appendChild(document.createElement("div"))) }];
 }));
-const list = new StructureList(byId("structure-list"), { onChange: () => draw(), onSelect: (id) => highlight(id) });
+const list = new StructureList(byId("structure-list"), { onChange: () => draw(), onSelect: (id) => select(id) });
 const card = new Card(byId, (act) => {
   if (act === "close") return highlight(null);
   looks[act](looks.highlighted);
@@ -99,7 +99,7 @@ function pressView() {
 
 // Structures, and the state of the view (schemas/view-state.md).
 
-const nameOf = (id) => looks.structures.find((one) => one.id === id).name;
+function nameOf(id) { return looks.structures.find((one) => one.id === id).name; }
 
 function highlight(id) {
   looks.highlighted = id;
@@ -178,8 +178,13 @@ function touch({ x, y, reachPx }) {
     touched = null;
     return;
   }
-  if (lesson.isAsking && hit) lesson.answer(hit.structure);
-  highlight(hit && hit.structure !== looks.highlighted ? hit.structure : null);
+  select(hit && hit.structure !== looks.highlighted ? hit.structure : null);
+}
+
+/// A structure chosen in the picture or in the list answers an open question.
+function select(id) {
+  if (lesson.isAsking && id) lesson.answer(id);
+  highlight(id);
 }
 
 /// Readings of a bundle over flexion in the motion shown.

@@ -1,6 +1,7 @@
 // The joint in augmented and virtual reality (WebXR).
 import { BufferGeometry, CanvasTexture, DoubleSide, Group, Line, LineBasicMaterial, Matrix4, Mesh, MeshBasicMaterial, PerspectiveCamera, PlaneGeometry, Raycaster, RingGeometry, Scene, SphereGeometry, SRGBColorSpace, Vector3 } from "three";
 import { product, rotationWorldSolver, transposed } from "./geometry.js";
+import { translucentLayer } from "./material.js";
 import { composed, fitLandmarks, FitRefusal, inverse, leastPoints, matrixOf, mmPerM, poseOf, standing, tracked } from "./placement.js";
 import { clinicalOf, formatNumber } from "./readings.js";
 
@@ -230,6 +231,7 @@ class XrView {
   #build() {
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(50, 1, nearM, farM);
+    this.camera.layers.enable(translucentLayer);
     this.anchor = new Group();
     this.anchor.matrixAutoUpdate = false;
     this.anchor.visible = false;
