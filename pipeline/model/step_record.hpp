@@ -465,7 +465,7 @@ struct Loads {
 enum class Plausibility : std::int8_t {
   not_judged = -1,       ///< no stable pose
   nothing_found = 0,     ///< the check found no objection
-  nothing_ahead = 1,     ///< no surface along Delta within the contact resolution
+  nothing_ahead = 1,     ///< no surface along the push within the contact resolution
   unstable_balance = 2,  ///< the energy decreases both ways along one direction
   dislocated = 3,        ///< further from the neutral pose than the joint's size allows
   border_contact = 4,    ///< a contact at an edge where a surface ends
@@ -479,7 +479,7 @@ inline constexpr Named<Plausibility> plausibility_names[] = {
     {Plausibility::not_judged, "not_judged", "no stable pose, or not checked"},
     {Plausibility::nothing_found, "nothing_found", "the check found no objection to the pose"},
     {Plausibility::nothing_ahead, "nothing_ahead",
-     "no surface along Delta within the contact resolution, here or displaced sideways by it"},
+     "no surface along the push within the contact resolution, here or displaced sideways by it"},
     {Plausibility::unstable_balance, "unstable_balance",
      "the energy is lower one contact resolution away in both senses of one direction"},
     {Plausibility::dislocated, "dislocated",
