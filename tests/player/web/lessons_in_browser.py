@@ -178,8 +178,10 @@ class Lessons(unittest.TestCase):
             left, top = page.browser.value("(() => { const r = document.getElementById('joint').getBoundingClientRect(); return [r.left, r.top]; })()")
             for kind, x in (("mousePressed", 200), ("mouseMoved", 260), ("mouseReleased", 260)):
                 page.browser.call("Input.dispatchMouseEvent", type=kind, x=left + x, y=top + 300, button="left", buttons=1, clickCount=1)
+            looks = {FEMUR: {"opacity": 0.3}, LCL: {"visible": False}, "layers/contact_paths": {"visible": True}}
             state = self.state(page, flexion=42.5, set="raw", fixed="reference", labels=True, whole=None, highlighted=ACL,
-                               section={"plane": "coronal", "at_mm": -4.5}, structures={FEMUR: {"opacity": 0.3}, LCL: {"visible": False}, "layers/contact_paths": {"visible": True}})
+                               section={"plane": "coronal", "at_mm": -4.5}, structures=looks)
+            self.assertEqual([state["structures"], state["flexion"], state["set"], state["fixed"], state["labels"], state["highlighted"]], [looks, 42.5, "raw", "reference", True, ACL])
             self.assertIn("eye_mm", state["view"])
             before = self.picture(page, "link")
             page.browser.wait("location.hash.includes('42.5')")
