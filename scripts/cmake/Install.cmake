@@ -23,7 +23,7 @@ if(VRDA_PLAYER)
   vrda_install(vrda-player player)
   # The web page for use without the program, with a sample inside, and lessons; vrda-player embeds the page too.
   install(FILES ${CMAKE_BINARY_DIR}/player/web/vrda-player.html DESTINATION ${CMAKE_INSTALL_DATADIR}/vrda COMPONENT player)
-  install(DIRECTORY ${CMAKE_BINARY_DIR}/player/web/lessons DESTINATION ${CMAKE_INSTALL_DATADIR}/vrda COMPONENT player)
+  install(DIRECTORY ${CMAKE_BINARY_DIR}/player/web/lessons DESTINATION ${CMAKE_INSTALL_DATADIR}/vrda COMPONENT player OPTIONAL)
 endif()
 if(TARGET vrda-webcam)
   vrda_install(vrda-webcam webcam)

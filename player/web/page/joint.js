@@ -157,14 +157,14 @@ export class Joint {
     return found.length === 0 ? null : { strain: Math.max(...found.map(({ strain }) => strain)), tension: found.reduce((total, { tension }) => total + tension, 0) };
   }
 
-  /// Visibility, opacity and highlight of every mesh; `lookOf(structure)`: { visible, opacity, isHighlighted }.
-  applyLooks(lookOf) {
+  /// Visibility, opacity and highlight of every mesh; `lookOf(structure)`: { visible, opacity, isHighlighted }; `isCut` by a section.
+  applyLooks(lookOf, isCut) {
     this.group.traverse((mesh) => {
       const { structure } = mesh.userData;
       if (!structure) return;
       const look = lookOf(structure);
       mesh.visible = look.visible;
-      setLook(mesh, look.opacity, look.isHighlighted);
+      setLook(mesh, { ...look, isCut });
     });
   }
 
@@ -175,18 +175,26 @@ export class Joint {
     return found;
   }
 
+  /// The visible meshes of each structure that are translucent, or opaque.
+  #byStructure(isTranslucent) {
+    const found = new Map();
+    for (const mesh of this.pickable().filter(({ layers }) => (layers.mask === 1 << translucentLayer) === isTranslucent)) {
+      const { structure } = mesh.userData;
+      found.set(structure, [...(found.get(structure) ?? []), mesh]);
+    }
+    return [...found.values()];
+  }
+
+  /// The opaque meshes of each part of a body.
+  solids() { return this.#byStructure(false).filter(([{ userData }]) => userData.hasContact !== undefined); }
+
   /// The translucent meshes of each structure, the farthest from `eye` first.
   translucent(eye) {
-    const byStructure = new Map(), mask = 1 << translucentLayer;
-    for (const mesh of this.pickable().filter(({ layers }) => layers.mask === mask)) {
-      const { structure } = mesh.userData;
-      byStructure.set(structure, [...(byStructure.get(structure) ?? []), mesh]);
-    }
     const distance = (meshes) => Math.min(...meshes.map((mesh) => {
       if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
       return mesh.geometry.boundingSphere.center.clone().applyMatrix4(mesh.matrixWorld).distanceTo(eye);
     }));
-    return [...byStructure.values()].map((meshes) => [distance(meshes), meshes]).sort(([a], [b]) => b - a).map(([, meshes]) => meshes);
+    return this.#byStructure(true).map((meshes) => [distance(meshes), meshes]).sort(([a], [b]) => b - a).map(([, meshes]) => meshes);
   }
 
   /// `held`: what is fixed on screen. A fixed body, "reference" or "moving", has the same place at every pose, bit for bit; "push" is

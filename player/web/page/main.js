@@ -1,6 +1,6 @@
 // The page: connects its controls, 3-D view and plots to a Player.
 import { helpLines, watchFiles, watchKeys } from "./controls.js";
-import { degree } from "./geometry.js";
+import { degree, difference, dot, normalised } from "./geometry.js";
 import { insideOf, pageMaker } from "./inside.mjs";
 import { Joint } from "./joint.js";
 import { bodyNames, gapPalette, gradientOf, highestStrain, Labels, strainPalette } from "./layers.js";
@@ -13,7 +13,7 @@ import { columnsAlong, CurvePlot, inkNow, lineStyle, Maps, pathAlong, PlateauPlo
 import { clinicalNumbers, clinicalOf, doubtfulSpans, doubtText, formatNumber, modelWarnings, quantitiesOf, surfaceRows } from "./readings.js";
 import { bodyPath, Card, gapStructure, Looks, pathsStructure, StructureList, structuresOf } from "./structures.js";
 import { save, usdzOf, Viewer, views } from "./viewer.js";
-import { checkLesson, checkState, newState, readAddress, writeAddress } from "./view_state.js";
+import { checkLesson, checkState, newState, readAddress, sectionNormals, writeAddress } from "./view_state.js";
 import { connectXr } from "./xr.js";
 
 // Directions, positive and negative, of flexion and varus of the kinds whose words differ (schemas/clinical.md).
@@ -112,6 +112,15 @@ function toggleStructure(id) {
   draw();
 }
 
+/// Cuts the joint by a plane: a name of sectionNormals, a unit vector, or undefined for none; at mm.
+function cut(plane, at) {
+  const normal = sectionNormals[plane] ?? plane, range = 60 * joint.scale;
+  viewer.section = normal ? { plane, normal, at } : null;
+  Object.assign(byId("section-at"), { hidden: !normal, min: -range, max: range, value: at });
+  byId("section").value = typeof plane === "string" || !plane ? plane ?? "" : "free";
+  draw();
+}
+
 const knownToState = () => ({ sets: player.sets, structures: looks.structures.map(({ id }) => id), views: Object.keys(views), fixed: [...byId("held").options].map(({ value }) => value), bodies: Object.keys(joint.bodies).map(bodyPath) });
 
 function currentState() {
@@ -120,6 +129,7 @@ function currentState() {
   return JSON.parse(JSON.stringify(newState({
     set: player.set, flexion: rounded(player.flexion), varus: player.isBalanced || player.motion().isVarusFree ? undefined : rounded(player.varus), fixed: byId("held").value,
     view: isFree ? { eye_mm: eye.map(rounded), target_mm: target.map(rounded) } : view, whole: checked("whole"), labels: checked("named"), band: checked("band"),
+    section: viewer.section ? { plane: viewer.section.plane, at_mm: viewer.section.at } : undefined,
     structures: Object.keys(structures).length > 0 ? structures : undefined, highlighted: looks.highlighted ?? undefined,
   })));
 }
@@ -138,6 +148,7 @@ function useState(state) {
   useSet(state.set);
   view = typeof state.view === "string" ? state.view : "oblique";
   fitCamera();
+  cut(state.section?.plane, state.section?.at_mm ?? 0);
   if (typeof state.view !== "string") {
     viewer.place = state.view;
     isFree = true;
@@ -270,7 +281,7 @@ function writeNumbers(pose) {
 /// Places the joint and its layers; in space it is drawn there.
 function place(pose) {
   joint.place(pose, heldNow());
-  joint.applyLooks((id) => looks.of(id));
+  joint.applyLooks((id) => looks.of(id), viewer.section !== null);
   if (pose.isSolved) joint.showLayers(pose, player.motion(), { hasGaps: looks.of(gapStructure).visible, hasBand: byId("band").checked });
 }
 
@@ -402,6 +413,7 @@ function show(model, opened) {
   plateau.setModel(model);
   byId("ligaments-choice").hidden = joint.ligaments.length === 0;
   viewer.show(joint);
+  cut(undefined, 0);
   useSet(player.sets.includes(live?.stream.bench?.set) ? live.stream.bench.set : player.set);
   fitCamera();
   draw();
@@ -499,6 +511,14 @@ function watchControls() {
     looks.change(looks.bundles, { visible: byId("ligaments").checked });
     draw();
   });
+  byId("section").addEventListener("change", () => {
+    const { value } = byId("section"), { eye_mm: eye, target_mm: target } = viewer.place;
+    // "As seen now": across the line of sight, through what the camera turns about.
+    const sight = normalised(difference(eye, target)).map((x) => Number(x.toFixed(3)));
+    if (value === "free") cut(sight, Number(dot(sight, target).toFixed(1)));
+    else cut(value || undefined, 0);
+  });
+  byId("section-at").addEventListener("input", () => cut(viewer.section.plane, number("section-at")));
   byId("show-all").addEventListener("click", () => {
     looks.showAll();
     draw();

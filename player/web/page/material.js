@@ -1,6 +1,6 @@
 // Materials, lights and shader; values as in pipeline/model/mesh and player/view.
 // Colours are linear RGB on [0, 1].
-import { Color, DoubleSide, EqualDepth, FrontSide, LessDepth, LessEqualDepth, MeshBasicMaterial, ShaderMaterial, Vector3 } from "three";
+import { AlwaysStencilFunc, BackSide, Color, DecrementWrapStencilOp, DoubleSide, EqualDepth, FrontSide, IncrementWrapStencilOp, LessDepth, LessEqualDepth, MeshBasicMaterial, NotEqualStencilFunc, ShaderMaterial, Vector3, Vector4 } from "three";
 
 const materials = {
   bone: { colour: [0.839, 0.745, 0.591], specular: 0.1, shininess: 24, mottling: 0.13 },
@@ -22,8 +22,11 @@ const lights = [
   { direction: [0.25, 0.55, -0.8], colour: [0.4, 0.42, 0.46] },
 ];
 
+const cutBrightness = 0.8;
+
 const vertexShader = `
 varying vec3 p_surface;  // mesh frame, mm: the mottling moves with the bone
+varying vec3 p_world;
 varying vec3 p_camera;
 varying vec3 n_camera;
 varying vec3 up_camera;
@@ -36,6 +39,7 @@ void main() {
 #endif
   vec4 p = modelViewMatrix * vec4(position, 1.0);
   p_surface = position;
+  p_world = (modelMatrix * vec4(position, 1.0)).xyz;
   p_camera = p.xyz;
   n_camera = normalMatrix * normal;
   up_camera = mat3(viewMatrix) * vec3(0.0, 1.0, 0.0);
@@ -44,6 +48,7 @@ void main() {
 
 const fragmentShader = `
 varying vec3 p_surface;
+varying vec3 p_world;
 varying vec3 p_camera;
 varying vec3 n_camera;
 varying vec3 up_camera;
@@ -57,6 +62,7 @@ uniform vec3 ground;
 uniform vec3 light_direction[3];
 uniform vec3 light_colour[3];
 uniform float highlight;
+uniform vec4 section;  // what is removed: dot(section.xyz, p_world) > section.w
 #ifdef USE_COLOR
 varying vec3 colour_surface;
 #endif
@@ -89,6 +95,7 @@ float mottle(vec3 p_mm) {
 }
 
 void main() {
+  if (dot(section.xyz, p_world) > section.w) discard;
   if (is_behind_solid && gl_FragCoord.z > texelFetch(solid_depth, ivec2(gl_FragCoord.xy), 0).r + 1e-6) discard;
   vec3 n = normalize(n_camera);
   if (!gl_FrontFacing) n = -n;
@@ -109,6 +116,8 @@ void main() {
   // Darker patches are warmer: blue falls more than red.
   if (mottling > 0.0) base *= vec3(1.0) + mottling * mottle(p_surface) * vec3(0.8, 1.1, 1.6);
   vec3 lit = base * diffuse + specular * shine;
+  // Of a cut solid the inner sides are seen through the section, which fill its outline with a flat colour.
+  if (!gl_FrontFacing && section.xyz != vec3(0.0)) lit = ${cutBrightness} * base;
   // A highlighted structure glows, most along its outline.
   lit += highlight * vec3(0.0, 0.35, 0.6) * (0.25 + pow(1.0 - abs(dot(n, to_eye)), 2.0));
   gl_FragColor = vec4(lit, opacity);
@@ -134,11 +143,28 @@ export function ghostMaterial(colour, opacity, depthOffsetMm) {
   return material;
 }
 
-/// Opacity and highlight of a mesh; a thin one keeps its colour, which has a meaning. Materials without a shader of this page are blended as usual.
-export function setLook({ material, layers, userData }, opacity, isHighlighted) {
+const noSection = new Vector4(0, 0, 0, 1), section = uniform(noSection.clone());
+
+/// What is removed of all meshes: the side of the plane dot(normal, p) = at on which `eye` is; mm, drawn axes. Null: nothing.
+export function setSection(plane, eye) {
+  if (!plane) return section.value.copy(noSection);
+  const side = isRemoved(plane, eye, eye) ? 1 : -1;
+  return section.value.set(...plane.normal.map((x) => side * x), side * plane.at);
+}
+
+/// Whether a point is on the removed side.
+export function isRemoved({ normal, at }, point, eye) {
+  const above = (p) => normal[0] * p.x + normal[1] * p.y + normal[2] * p.z > at;
+  return above(point) === above(eye);
+}
+
+/// Opacity and highlight of a mesh, and whether its inner sides are drawn; a thin one keeps its colour, which has a meaning. Materials without a shader of this page are blended as usual.
+export function setLook({ material, layers, userData }, { opacity, isHighlighted, isCut }) {
   const isSolid = opacity === 1, { uniforms } = material;
   if (!uniforms) return Object.assign(material, { opacity, transparent: !isSolid });
   uniforms.opacity.value = opacity;
+  const side = isCut || userData.isThin ? DoubleSide : FrontSide;
+  if (material.side !== side) Object.assign(material, { side, needsUpdate: true });
   uniforms.highlight.value = isHighlighted ? (userData.isThin ? 0.1 : 1) : 0;
   if (isSolid === material.transparent) {
     Object.assign(material, { transparent: !isSolid, depthWrite: isSolid });
@@ -164,6 +190,29 @@ export function drawTranslucent(meshes, solidDepth, draw) {
   }
 }
 
+// Caps of cut solids: back faces minus front faces of what remains is above 0 where the section is inside the solid.
+const counter = (side, stencilZPass) => new ShaderMaterial({
+  vertexShader: "varying vec3 p_world; void main() { vec4 p = modelMatrix * vec4(position, 1.0); p_world = p.xyz; gl_Position = projectionMatrix * viewMatrix * p; }",
+  fragmentShader: "varying vec3 p_world; uniform vec4 section; void main() { if (dot(section.xyz, p_world) > section.w) discard; gl_FragColor = vec4(1.0); }",
+  uniforms: { section }, side, colorWrite: false, depthWrite: false, depthTest: false, stencilWrite: true, stencilFunc: AlwaysStencilFunc, stencilZPass,
+});
+const counters = [counter(BackSide, IncrementWrapStencilOp), counter(FrontSide, DecrementWrapStencilOp)];
+export const capMaterial = () => new MeshBasicMaterial({ side: DoubleSide, stencilWrite: true, stencilFunc: NotEqualStencilFunc, stencilRef: 0 });
+
+/// Draws the cap of one solid, given by its meshes, on the plane `cap`; the stencil buffer must be clear.
+export function drawCap(meshes, cap, draw) {
+  for (const count of counters) {
+    for (const mesh of meshes) {
+      const { material } = mesh;
+      mesh.material = count;
+      draw(mesh);
+      mesh.material = material;
+    }
+  }
+  cap.material.color.copy(meshes[0].material.uniforms.colour.value).multiplyScalar(cutBrightness);
+  draw(cap);
+}
+
 function shaded(parameters, hasColours) {
   return new ShaderMaterial({
     vertexShader,
@@ -177,6 +226,7 @@ function shaded(parameters, hasColours) {
       highlight: uniform(0),
       solid_depth: uniform(null),
       is_behind_solid: uniform(false),
+      section,
       specular: uniform(parameters.specular),
       shininess: uniform(parameters.shininess),
       mottling: uniform(parameters.mottling),

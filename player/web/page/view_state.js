@@ -5,6 +5,9 @@ const largestMm = 1e5, largestDegrees = 360, mostSteps = 200, longestText = 2000
 
 function refuse(field, found, wanted) { throw new Error(`${field}: found ${typeof found === "string" ? `"${found}"` : JSON.stringify(found)}, wanted ${wanted}`); }
 
+/// Normals of the named sections in the axes of what is fixed.
+export const sectionNormals = { sagittal: [0, 0, 1], coronal: [1, 0, 0], axial: [0, 1, 0] };
+
 const isObject = (x) => typeof x === "object" && x !== null && !Array.isArray(x);
 const isNumber = (x, most) => typeof x === "number" && Number.isFinite(x) && Math.abs(x) <= most;
 const isText = (x) => typeof x === "string" && x.length <= longestText;
@@ -27,7 +30,7 @@ function checkView(field, view, views) {
 
 /// Throws an Error that says what is wrong with a view state; `of`: { sets, structures (ids), views, fixed } that the model and page have.
 export function checkState(state, of, field = "state") {
-  checkKeys(field, state, ["format", "version", "set", "flexion", "varus", "fixed", "view", "whole", "labels", "band", "structures", "highlighted"]);
+  checkKeys(field, state, ["format", "version", "set", "flexion", "varus", "fixed", "view", "whole", "labels", "band", "section", "structures", "highlighted"]);
   checkFormat(field, state, stateFormat);
   if (!of.sets.includes(state.set)) refuse(`${field}.set`, state.set, of.sets.join(", "));
   if (!isNumber(state.flexion, largestDegrees)) refuse(`${field}.flexion`, state.flexion, "degrees");
@@ -35,6 +38,12 @@ export function checkState(state, of, field = "state") {
   if (!of.fixed.includes(state.fixed)) refuse(`${field}.fixed`, state.fixed, of.fixed.join(", "));
   checkView(`${field}.view`, state.view, of.views);
   for (const key of ["whole", "labels", "band"]) if (![undefined, true, false].includes(state[key])) refuse(`${field}.${key}`, state[key], "true or false");
+  if (state.section !== undefined) {
+    checkKeys(`${field}.section`, state.section, ["plane", "at_mm"]);
+    const { plane, at_mm: at } = state.section, isUnit = isPoint(plane) && Math.abs(Math.hypot(...plane) - 1) < 1e-2;
+    if (!(plane in sectionNormals) && !isUnit) refuse(`${field}.section.plane`, plane, `${Object.keys(sectionNormals).join(", ")}, or a unit vector`);
+    if (!isNumber(at, largestMm)) refuse(`${field}.section.at_mm`, at, "mm");
+  }
   for (const [id, look] of Object.entries(state.structures ?? {})) {
     if (!of.structures.includes(id)) refuse(`${field}.structures`, id, "a structure of the model");
     checkKeys(`${field}.structures["${id}"]`, look, ["visible", "opacity"]);

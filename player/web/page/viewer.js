@@ -1,8 +1,8 @@
 // The 3-D view, and the joint as a file for phones.
-import { Box3, BufferAttribute, BufferGeometry, Color, DepthTexture, Group, Mesh, MeshStandardMaterial, MOUSE, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
+import { Box3, BufferAttribute, BufferGeometry, Color, DepthStencilFormat, DepthTexture, Group, Mesh, MeshStandardMaterial, MOUSE, PerspectiveCamera, PlaneGeometry, Raycaster, Scene, UnsignedInt248Type, Vector2, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { USDZExporter } from "three/examples/jsm/exporters/USDZExporter.js";
-import { colourOf, drawTranslucent, translucentLayer } from "./material.js";
+import { capMaterial, colourOf, drawCap, drawTranslucent, isRemoved, setSection, translucentLayer } from "./material.js";
 import { mmPerM } from "./placement.js";
 
 // The 3-D view: camera, trackball, named views. Renders only after changes.
@@ -10,6 +10,7 @@ import { mmPerM } from "./placement.js";
 const fieldOfViewDeg = 22;  // as in vrda-player
 const filled = 0.92;
 const clearance = 10;  // mm, as in the window
+const capMm = 1000;
 const stillPx = 5, fingerPx = 12, mousePx = 4;
 const X = new Vector3(1, 0, 0), Y = new Vector3(0, 1, 0), Z = new Vector3(0, 0, 1);
 
@@ -29,16 +30,20 @@ export class Viewer {
     this.canvas = canvas;
     // Without WebGL the page still has numbers and plots.
     const hasWebGl = Boolean(document.createElement("canvas").getContext("webgl2"));
-    this.renderer = hasWebGl ? new WebGLRenderer({ canvas, antialias: true, alpha: true }) : null;
+    this.renderer = hasWebGl ? new WebGLRenderer({ canvas, antialias: true, alpha: true, stencil: true }) : null;
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(fieldOfViewDeg, 1, 1, 10000);
     this.ray = new Raycaster();
     this.ray.layers.enable(translucentLayer);
-    this.solid = new WebGLRenderTarget(1, 1, { depthTexture: new DepthTexture(1, 1) });
+    const depthTexture = new DepthTexture(1, 1, UnsignedInt248Type);
+    depthTexture.format = DepthStencilFormat;
+    this.solid = new WebGLRenderTarget(1, 1, { depthTexture, stencilBuffer: true });
+    this.cap = new Mesh(new PlaneGeometry(2 * capMm, 2 * capMm), capMaterial());
     this.controls = new OrbitControls(this.camera, canvas);
     // As in the window: left turns, right moves in the image plane, middle and wheel move in depth.
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
     this.onDrawn = () => {};
+    this.section = null;  // { normal, at }, as in setSection
     this.onLost = () => {};  // (isLost)
     this.onTouch = () => {};  // ({ x, y, reachPx }) of a click or tap, in pixels of the picture
     this.onTurned = () => {};  // the user moved the camera
@@ -86,6 +91,7 @@ export class Viewer {
   /// The joint is drawn in another space until takeBack().
   lend() {
     this.isLent = true;
+    setSection(null);
     this.scene.remove(this.joint.group);
   }
 
@@ -183,7 +189,7 @@ export class Viewer {
     const { clientWidth, clientHeight } = this.canvas, meshes = this.joint.pickable();
     const at = (dx, dy) => {
       this.ray.setFromCamera(new Vector2((2 * (x + dx)) / clientWidth - 1, 1 - (2 * (y + dy)) / clientHeight), this.camera);
-      const hits = this.ray.intersectObjects(meshes, false);
+      const hits = this.ray.intersectObjects(meshes, false).filter(({ point }) => !this.section || !isRemoved(this.section, point, this.camera.position));
       return hits.find(({ object }) => object.material.uniforms.opacity.value >= 0.5) ?? hits[0];
     };
     const hit = at(0, 0), isThin = (one) => one?.object.userData.isThin;
@@ -202,13 +208,14 @@ export class Viewer {
 
   #draw() {
     const { renderer, scene, camera, solid } = this;
-    renderer.render(scene, camera);
+    setSection(this.section, camera.position);
+    this.#drawSolids();
     const translucent = this.joint?.translucent(camera.position) ?? [];
     if (translucent.length === 0) return;
     const { x, y } = renderer.getDrawingBufferSize(new Vector2());
     solid.setSize(x, y);
     renderer.setRenderTarget(solid);
-    renderer.render(scene, camera);
+    this.#drawSolids();
     renderer.setRenderTarget(null);
     renderer.autoClear = false;
     camera.layers.set(translucentLayer);
@@ -217,6 +224,22 @@ export class Viewer {
       drawTranslucent(meshes, solid.depthTexture, (mesh) => renderer.render(mesh, camera));
     }
     camera.layers.set(0);
+    renderer.autoClear = true;
+  }
+
+  /// What is opaque, and the caps of the section.
+  #drawSolids() {
+    const { renderer, scene, camera, cap, section } = this;
+    renderer.render(scene, camera);
+    if (!section || !this.joint) return;
+    const normal = new Vector3(...section.normal);
+    cap.quaternion.setFromUnitVectors(Z, normal);
+    cap.position.copy(normal).multiplyScalar(section.at / normal.lengthSq());
+    renderer.autoClear = false;
+    for (const meshes of this.joint.solids()) {
+      renderer.clear(false, false, true);
+      drawCap(meshes, cap, (mesh) => renderer.render(mesh, camera));
+    }
     renderer.autoClear = true;
   }
 

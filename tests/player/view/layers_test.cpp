@@ -421,6 +421,9 @@ TEST(Layers, Fibres)
       const Legend& legend = stage.layers.legend(Layer::ligaments);
       EXPECT_EQ(tubes.colours[12], colour_of(legend, 100.0 * strain));
       EXPECT_EQ(tubes.colours[12] == legend.below, strain < 0.0);
+      EXPECT_EQ(legend.highest, 8.0) << "as on the page";
+      EXPECT_EQ(colour_of(legend, 8.01), legend.beyond.value_or(legend.below));
+      EXPECT_NE(colour_of(legend, 8.0), legend.beyond.value_or(legend.below));
       n_slack += strain < 0.0 ? 1 : 0;
       n_taut += strain > 0.0 ? 1 : 0;
     }

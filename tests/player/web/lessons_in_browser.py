@@ -154,6 +154,23 @@ class Lessons(unittest.TestCase):
             self.assertGreater((numpy.abs(through - self.picture(page)).sum(axis=2) > 60).sum(), 200)
             self.is_quiet(page)
 
+    def test_a_section_is_filled_and_hides_what_is_behind_it(self):
+        linear = 0.8 * numpy.array([0.839, 0.745, 0.591])  # of bone
+        cap = 255 * (1.055 * linear ** (1 / 2.4) - 0.055)
+        with Page(CHROMIUM) as page:
+            self.opened(page)
+            pictures = []
+            for at, shown in ((10, (FEMUR,)), (10, (FEMUR, "ligaments/MCLs")), (-10, (FEMUR,))):
+                self.state(page, view="lateral", section={"plane": "sagittal", "at_mm": at}, structures=self.only(page, *shown))
+                pictures.append(self.picture(page, f"section-{len(pictures)}"))
+            filled = [numpy.abs(one - cap).max(axis=2) < 1.5 for one in pictures]
+            for one in filled:
+                self.assertGreater(one.mean(), 0.05)
+            # The medial ligament is behind the lateral plane's cap; elsewhere it is drawn.
+            numpy.testing.assert_array_equal(pictures[0][filled[0]], pictures[1][filled[0]])
+            self.assertGreater((filled[0] != filled[2]).mean(), 0.005)
+            self.is_quiet(page)
+
     def test_a_link_reopens_the_state(self):
         with Page(CHROMIUM) as page:
             self.opened(page)
@@ -161,8 +178,10 @@ class Lessons(unittest.TestCase):
             left, top = page.browser.value("(() => { const r = document.getElementById('joint').getBoundingClientRect(); return [r.left, r.top]; })()")
             for kind, x in (("mousePressed", 200), ("mouseMoved", 260), ("mouseReleased", 260)):
                 page.browser.call("Input.dispatchMouseEvent", type=kind, x=left + x, y=top + 300, button="left", buttons=1, clickCount=1)
+            looks = {FEMUR: {"opacity": 0.3}, LCL: {"visible": False}, "layers/contact_paths": {"visible": True}}
             state = self.state(page, flexion=42.5, set="raw", fixed="reference", labels=True, whole=None, highlighted=ACL,
-                               structures={FEMUR: {"opacity": 0.3}, LCL: {"visible": False}, "layers/contact_paths": {"visible": True}})
+                               section={"plane": "coronal", "at_mm": -4.5}, structures=looks)
+            self.assertEqual([state["structures"], state["flexion"], state["set"], state["fixed"], state["labels"], state["highlighted"]], [looks, 42.5, "raw", "reference", True, ACL])
             self.assertIn("eye_mm", state["view"])
             before = self.picture(page, "link")
             page.browser.wait("location.hash.includes('42.5')")
@@ -175,7 +194,7 @@ class Lessons(unittest.TestCase):
             for change, wanted in (({"structures": {"ligaments/ABC": {}}}, 'address.structures: found "ligaments/ABC", wanted a structure of the model'),
                                    ({"structures": {LCL: {"opacity": 0}}}, 'opacity: found 0, wanted a number above 0'), ({"version": 2}, "address.version: found 2, wanted 1"),
                                    ({"set": "degree_9"}, 'address.set: found "degree_9", wanted two_sided'), ({"flexion": "30"}, "address.flexion: found \"30\", wanted degrees"),
-                                   ({"view": "above"}, 'address.view: found "above", wanted oblique'), ({"hidden": []}, "address.hidden: found \"this key\", wanted format")):
+                                   ({"view": "above"}, 'address.view: found "above", wanted oblique'), ({"section": {"plane": [1, 1, 0], "at_mm": 0}}, "address.section.plane: found [1,1,0], wanted sagittal, coronal, axial, or a unit vector"), ({"hidden": []}, "address.hidden: found \"this key\", wanted format")):
                 page.browser.value("document.getElementById('message').hidden = true")
                 page.browser.value(f"location.hash = new URLSearchParams({{ view: {json.dumps(json.dumps({**state, **change}))} }})")
                 page.browser.wait("!document.getElementById('message').hidden")
