@@ -1,7 +1,7 @@
 """Jobs from OpenSim models: one written here from the real knee jam-smith2019, with its bodies' frames moved and turned, must be
 the job knee-jam-smith2019-ligaments; one exported by vrda must have the motion of the job that it came from.
 
-usage: osim_job_test.py VRDA
+usage: osim_job_test.py VRDA [TEST]
 """
 import csv
 import io
@@ -33,7 +33,7 @@ def run(*words):
 
 def poses(job, folder, *more):
     """The six coordinates of the solved poses over flexion."""
-    run("run", job, "-o", folder / "knee.h5", "-q", "--progress", "none", *more)
+    run("run", job, "-o", folder / "knee.h5", "--replace", "-q", "--progress", "none", *more)
     run("export", folder / "knee.h5", "--to", "csv", "--set", "raw", "-o", folder / "knee.csv", "-q")
     rows = list(csv.DictReader(io.StringIO((folder / "knee.csv").read_text(encoding="utf-8"))))
     return numpy.array([[float(row[name]) for name in COORDINATES] for row in rows])
@@ -192,4 +192,4 @@ class RoundTrip(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:], verbosity=2)
