@@ -19,11 +19,11 @@ namespace vrda::app {
 
 /// Declares the options of a command and what it does.
 using Declare = void(Command&);
-Declare declare_audit, declare_bands, declare_check, declare_compare, declare_convert, declare_export,
-    declare_fit, declare_import, declare_index, declare_info, declare_laxity, declare_merge, declare_plan,
-    declare_prepare, declare_reduce, declare_repair, declare_report, declare_resume, declare_rom, declare_run,
-    declare_score, declare_shape, declare_smooth, declare_status, declare_submit, declare_task, declare_trace,
-    declare_validate;
+Declare declare_audit, declare_bands, declare_check, declare_compare, declare_convert, declare_convert_osim,
+    declare_export, declare_fit, declare_import, declare_index, declare_info, declare_laxity, declare_merge,
+    declare_plan, declare_prepare, declare_reduce, declare_repair, declare_report, declare_resume,
+    declare_rom, declare_run, declare_score, declare_shape, declare_smooth, declare_status, declare_submit,
+    declare_task, declare_trace, declare_validate;
 
 struct CheckOptions {
   std::string job_file;
@@ -84,11 +84,13 @@ void print_two_sided(const std::vector<std::pair<std::string, store::TwoSidedFig
 
 /// `vrda export`: writes a motion model in formats of other programs (schemas/exports.md).
 struct ExportOptions {
-  std::string file;     ///< motion model
-  std::string format;   ///< sto, mot, osim, csv, gltf or vtk
-  std::string output;   ///< with the format's extension: .sto, .mot, .osim, .csv, .glb or .pvd
-  std::string set;      ///< empty: the player's default set
+  std::string file;    ///< motion model
+  std::string format;  ///< sto, mot, osim, csv, gltf, vtk, stl or mrk
+  std::string
+      output;       ///< with the format's extension: .sto, .mot, .osim, .csv, .glb, .pvd, .stl or .mrk.json
+  std::string set;  ///< empty: the player's default set
   std::string flexion;  ///< FROM:TO:STEP, degrees; empty: the model's
+  std::string pose;     ///< flexion=DEGREES of stl and mrk
   std::string varus;    ///< degrees, "spine" or "zero"; empty: zero if the model is reduced, else spine
   std::vector<std::string> coordinates;          ///< COORDINATE=NAME of sto, mot and osim
   bool in_degrees = false;                       ///< angles of sto and mot in degrees

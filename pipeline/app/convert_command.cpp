@@ -282,6 +282,8 @@ void declare_convert(Command& c)
       .one_of({"m", "cm", "mm"})
       .shows_default();
   config.runs([&words] { return convert_config_command(words); });
+
+  declare_convert_osim(c);
 }
 
 }  // namespace vrda::app

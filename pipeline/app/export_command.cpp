@@ -20,6 +20,7 @@
 #include "tables/formats.hpp"
 #include "tables/motion_table.hpp"
 #include "tables/osim_model.hpp"
+#include "tables/scan_files.hpp"
 
 namespace vrda::app {
 namespace {
@@ -31,16 +32,24 @@ struct Format {
   const char* extension;
 };
 constexpr const char* driven_varus = "driven";
-constexpr std::array<Format, 6> formats{{{"sto", ".sto"},
+constexpr std::array<Format, 8> formats{{{"sto", ".sto"},
                                          {"mot", ".mot"},
                                          {"osim", ".osim"},
                                          {"csv", ".csv"},
                                          {"gltf", ".glb"},
-                                         {"vtk", ".pvd"}}};
+                                         {"vtk", ".pvd"},
+                                         {"stl", ".stl"},
+                                         {"mrk", ".json"}}};
 
 bool is_opensim(const ExportOptions& options)
 {
   return options.format == "sto" || options.format == "mot";
+}
+
+/// One pose in the frame of the scan.
+bool is_in_scan(const ExportOptions& options)
+{
+  return options.format == "stl" || options.format == "mrk";
 }
 
 void refuse(const std::string& option, const std::string& found, const std::string& wanted)
@@ -62,6 +71,11 @@ void require_useful(const ExportOptions& options)
   if (options.varus == driven_varus && !options.flexion.empty())
     refuse("--flexion", options.flexion + " with --varus driven",
            "no value: the joint has the range of the model");
+  if (is_in_scan(options) == options.pose.empty())
+    refuse("--pose", options.pose.empty() ? "nothing" : "--to " + options.format,
+           "flexion=DEGREES, with --to stl and --to mrk");
+  if (is_in_scan(options) && !options.flexion.empty())
+    refuse("--flexion", "--to " + options.format, "--pose");
   if (!is_osim && options.only_joint) refuse("--joint-only", "--to " + options.format, "--to osim");
   if (!options.every_cell) return;
   if (options.format != "csv") refuse("--full", "--to " + options.format, "--to csv");
@@ -74,7 +88,7 @@ void require_output(const ExportOptions& options)
 {
   const auto format =
       std::find_if(formats.begin(), formats.end(), [&](const Format& f) { return options.format == f.name; });
-  if (format == formats.end()) refuse("--to", options.format, "sto, mot, osim, csv, gltf or vtk");
+  if (format == formats.end()) refuse("--to", options.format, "sto, mot, osim, csv, gltf, vtk, stl or mrk");
   const fs::path output = options.output;
   if (output.extension() != format->extension) {
     refuse("--output", options.output, std::string("a name that ends in ") + format->extension);
@@ -101,10 +115,18 @@ tables::FlexionPlan plan_of(const ExportOptions& options, const store::MotionMod
 {
   tables::FlexionPlan plan;
   plan.set = options.set;
+  if (is_in_scan(options)) {
+    constexpr std::string_view key = "flexion=";
+    const std::optional<double> flexion_deg =
+        options.pose.starts_with(key) ? finite_number(options.pose.substr(key.size())) : std::nullopt;
+    if (!flexion_deg) refuse("--pose", options.pose, "flexion=DEGREES");
+    plan.flexion_deg = {*flexion_deg};
+    if (plan.set.empty()) plan.set = "raw";  // which has contacts
+  }
   if (!options.flexion.empty()) plan.flexion_deg = angle_range({"vrda export", "--flexion"}, options.flexion);
   if (options.format == "osim" && options.flexion.empty() && !model.frames)
     plan.flexion_deg = tables::osim_flexions_deg(model, options.set);
-  plan.varus = tables::default_varus(model, options.set);
+  plan.varus = tables::default_varus(model, plan.set);
   if (options.varus == driven_varus) {
     if (plan.set.empty()) plan.set = smoothed_set(model, options.file);
     plan.flexion_deg.clear();
@@ -131,13 +153,35 @@ bool is_column_name(const std::string& name)
   });
 }
 
-tables::OpenSimOptions opensim_options(const ExportOptions& options, const std::string& joint, Side side)
+/// The names of [opensim] in the job that the command does not give, then those of the command.
+std::vector<std::string> named_coordinates(const ExportOptions& options, const store::MotionModel& model)
 {
+  std::vector<std::string> names;
+  if (model.job.resolved.empty()) return options.coordinates;
+  const core::DocumentValue job = core::parse_toml(model.job.resolved, options.file);
+  const core::DocumentValue of_job = job.value("opensim", core::DocumentValue::object());
+  for (const auto& [coordinate, name] : of_job.items()) {
+    const bool is_used = options.format != "osim" || coordinate == "flexion" ||
+                         (coordinate == "varus" && options.varus == driven_varus);
+    const auto is_given = [start = coordinate + "="](const std::string& one) {
+      return one.starts_with(start);
+    };
+    if (is_used && std::none_of(options.coordinates.begin(), options.coordinates.end(), is_given))
+      names.push_back(coordinate + "=" + name.get<std::string>());
+  }
+  names.insert(names.end(), options.coordinates.begin(), options.coordinates.end());
+  return names;
+}
+
+tables::OpenSimOptions opensim_options(const ExportOptions& options, const store::MotionModel& model,
+                                       Side side)
+{
+  const std::string& joint = model.joint;
   tables::OpenSimOptions opensim{tables::opensim_columns(joint, side), options.in_degrees,
                                  options.degrees_per_second, options.translations == "mesh-origin"};
   const bool has_two = options.varus == driven_varus;
   for (const auto& [coordinate, column] :
-       tables::names_by_coordinate("vrda export", "--coordinate", options.coordinates)) {
+       tables::names_by_coordinate("vrda export", "--coordinate", named_coordinates(options, model))) {
     const auto* found =
         std::find(tables::opensim_coordinates.begin(), tables::opensim_coordinates.end(), coordinate);
     const bool has_sign = column[0] == '-' || column[0] == '+';
@@ -212,7 +256,7 @@ std::vector<std::string> write_osim(const ExportOptions& options, const store::M
                                     const tables::FlexionMotion& motion)
 {
   const fs::path output = options.output, folder = output.parent_path() / "Geometry";
-  const tables::OpenSimOptions opensim = opensim_options(options, model.joint, motion.side);
+  const tables::OpenSimOptions opensim = opensim_options(options, model, motion.side);
   tables::OsimOptions osim{options.file, opensim.columns[0], output.stem().string()};
   osim.flexion_sign = opensim.sign[0];
   if (options.varus == driven_varus) {
@@ -234,6 +278,26 @@ std::vector<std::string> write_osim(const ExportOptions& options, const store::M
   return files;
 }
 
+/// For example knee_femur.stl and knee_tibia.stl of knee.stl.
+std::vector<std::string> write_stl(const ExportOptions& options, const store::MotionModel& model,
+                                   const tables::FlexionMotion& motion)
+{
+  const tables::ScanFrame scan = tables::scan_frame(model, options.file);
+  const fs::path output = options.output;
+  std::vector<std::string> files, contents;
+  for (const auto& [name, mesh] : tables::meshes_in_scan(model, motion.frames.front(), scan)) {
+    run::require_plain_text("name", name);
+    files.push_back((output.parent_path() / (output.stem().string() + "_" + name + ".stl")).string());
+    contents.push_back(
+        job::stl_bytes(mesh, "vrda export" + (scan.space.empty() ? "" : " SPACE=" + scan.space)));
+  }
+  std::optional<Publication> result = begin_export(files.front());
+  if (!result) return {};
+  for (std::size_t k = 1; k < files.size(); ++k) result->add(files[k], contents[k]);
+  result->publish(contents.front());
+  return files;
+}
+
 std::string file_of(const ExportOptions& options, const store::MotionModel& model,
                     const tables::FlexionMotion& motion)
 {
@@ -242,8 +306,10 @@ std::string file_of(const ExportOptions& options, const store::MotionModel& mode
     for (const tables::FlexionFrame& frame : motion.frames) poses.push_back(frame.pose);
     return tables::flexion_csv(motion, analysis::flexion_curves(model, poses, run::thread_count_or_all(0)));
   }
+  if (options.format == "mrk")
+    return tables::markups_in_scan(model, motion, tables::scan_frame(model, options.file));
   if (options.format == "gltf") return tables::animated_glb(model, motion, options.degrees_per_second);
-  return tables::opensim_table(motion, opensim_options(options, model.joint, motion.side));
+  return tables::opensim_table(motion, opensim_options(options, model, motion.side));
 }
 
 void warn_of_left_out(const tables::FlexionMotion& motion)
@@ -298,6 +364,8 @@ nlohmann::ordered_json write_export(const ExportOptions& options)
     run::require_plain_text("--output", output.filename().string());
   if (options.format == "vtk") {
     files = write_series(model, motion, output);
+  } else if (options.format == "stl") {
+    files = write_stl(options, model, motion);
   } else if (options.format == "osim") {
     files = write_osim(options, model, motion);
   } else {
@@ -329,13 +397,16 @@ void declare_export(Command& c)
   auto& o = c.options<ExportOptions>();
   c.model(o.file);
   c.option("--to", o.format,
-           "sto or mot (OpenSim motion), osim (OpenSim model), csv, gltf (.glb) or vtk (.pvd, ParaView)")
+           "sto or mot (OpenSim motion), osim (OpenSim model), csv, gltf (.glb), vtk (.pvd, ParaView), or "
+           "one pose in "
+           "the frame of the scan: stl, mrk (.mrk.json, points and axes for 3D Slicer)")
       .required()
-      .one_of({"sto", "mot", "osim", "csv", "gltf", "vtk"});
+      .one_of({"sto", "mot", "osim", "csv", "gltf", "vtk", "stl", "mrk"});
   c.option("-o,--output", o.output, "Output file, with the extension of the format").required();
   c.option("--set", o.set,
            "two_sided, raw, degree_N, ...; default: the default motion of the model (vrda info)");
   c.option("--flexion", o.flexion, "FROM:TO:STEP, degrees; default: the flexions of the model");
+  c.option("--pose", o.pose, "flexion=DEGREES: the pose of stl and mrk");
   c.option("--varus", o.varus,
            "Degrees, spine (balanced) or zero (the zero-varus table); default: spine for the raw poses, "
            "else zero if the table exists; in osim also driven: a second coordinate of the joint");

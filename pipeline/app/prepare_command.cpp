@@ -235,13 +235,14 @@ bool is_thickness(const std::string& cartilage)
   return cartilage != "auto" && cartilage != "none";
 }
 
-prepare::KneeLandmarks landmarks_of(const PrepareOptions& options)
+prepare::KneeLandmarks landmarks_of(const PrepareOptions& options, const std::string& space)
 {
   if (options.landmarks.empty()) return {};
-  const std::string wanted = "a TOML file of landmarks";
+  const std::string wanted = "a TOML file of landmarks, or points of 3D Slicer (.mrk.json, .fcsv)";
   if (!fs::is_regular_file(options.landmarks))
     throw InputError({options.landmarks, "--landmarks", "no file", wanted});
-  return prepare::read_knee_landmarks(options.landmarks, core::read_document_text(options.landmarks, wanted));
+  return prepare::read_knee_landmarks(options.landmarks, core::read_document_text(options.landmarks, wanted),
+                                      {space, options.unit.empty() ? 1.0 : job::mm_per_unit(options.unit)});
 }
 
 class Preparation {
@@ -251,7 +252,8 @@ class Preparation {
         folder_(options.folder),
         files_(options.folder, "knee.toml", "vrda prepare"),
         reference_(template_of(options)),
-        landmarks_(landmarks_of(options))
+        scan_space_(scan_space_of(options)),
+        landmarks_(landmarks_of(options, scan_space_))
   {
     prepare::check_fibre_names(landmarks_, reference_.joint.ligaments);
   }
@@ -468,7 +470,12 @@ class Preparation {
     job.title = folder_.stem().string();
     if (job.title.empty()) job.title = "knee";
     job.side = fit_.side;
-    if (has_scan()) job.scanned = fit_.scanned;
+    if (has_scan()) {
+      job.scanned = fit_.scanned;
+      job.X_scan_reference = fit_.X_scan_femur;
+      job.scan_space = scan_space_;
+      job.scan_unit = job::unit_of_mm(fit_.unit_mm);
+    }
     for (const SubjectPart& part : subject_.reference) job.reference.push_back(part.component);
     for (const SubjectPart& part : subject_.moving) job.moving.push_back(part.component);
     job.has_ligaments = has_ligaments;
@@ -640,6 +647,7 @@ class Preparation {
   fs::path folder_;
   StagedFolder files_;
   prepare::TemplateJoint reference_;  // of a right knee, until the side is known
+  std::string scan_space_;
   prepare::KneeLandmarks landmarks_;
   Subject subject_;  // in the axes of the files, until the fit
   KneeFit fit_;
@@ -681,7 +689,8 @@ void declare_prepare(Command& c)
          "Without a mesh: the template's patella, fitted to the femur, as an illustration")
       .excludes(patella);
   c.option("--landmarks", o.landmarks,
-           "Known points of the knee (schemas/prepare.md); without meshes, they scale the template's "
+           "Known points of the knee, TOML (schemas/prepare.md) or of 3D Slicer; without meshes, they scale "
+           "the template's "
            "bones");
   c.option("--side", o.side, "left or right; default: found").one_of({"left", "right"});
   c.option("--unit", o.unit, "mm, cm or m; default: found").one_of({"mm", "cm", "m"});

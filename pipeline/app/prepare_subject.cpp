@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <set>
 #include <tuple>
@@ -14,6 +15,7 @@
 #include "job/case_warnings.hpp"
 #include "job/clean_mesh.hpp"
 #include "job/job.hpp"
+#include "job/slicer_files.hpp"
 #include "prepare/template_joint.hpp"
 
 namespace vrda::app {
@@ -63,6 +65,24 @@ std::vector<std::string> list_of(const std::string& file)
 using geometry::BoneSurfaces;
 using geometry::KneeFit;
 using geometry::KneeSurfaces;
+
+std::string scan_space_of(const PrepareOptions& options)
+{
+  std::vector<job::FileSpace> spaces;
+  const auto add = [&](const std::vector<std::string>& files) {
+    for (const std::string& file : files) {
+      std::ifstream stream(file, std::ios::binary);
+      std::string header(1024, '\0');
+      stream.read(header.data(), static_cast<std::streamsize>(header.size()));
+      spaces.emplace_back(file, job::scan_space(file, header));
+    }
+  };
+  add({options.femur, options.tibia, options.fibula, options.patella});
+  for (const auto* files :
+       {&options.femur_cartilage, &options.tibia_cartilage, &options.menisci, &options.patella_cartilage})
+    add(*files);
+  return job::common_space(spaces);
+}
 
 Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warnings)
 {

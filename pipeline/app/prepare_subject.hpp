@@ -50,6 +50,10 @@ struct Subject {
   std::vector<SubjectPart> patella = {};  ///< empty: not scanned
 };
 
+/// The space (job/slicer_files.hpp) of the meshes, as far as they say it. Throws InputError where they
+/// differ.
+std::string scan_space_of(const PrepareOptions& options);
+
 /// Reads the files of the options, without surfaces that are inside others; `warnings` name what is left out.
 /// Throws InputError.
 Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warnings);

@@ -9,6 +9,7 @@
 #include "job/job.hpp"
 #include "job/job_parts.hpp"
 #include "job/ligament_files.hpp"
+#include "job/slicer_files.hpp"
 
 namespace vrda::job {
 namespace {
@@ -251,6 +252,7 @@ Case load_case(const Job& given, const std::string& data_directory)
   if (found) loaded.found_frames = found->frames;
   const LoadedLigaments ligaments = load_ligaments(job, data_directory, body_maps(job));
   const RequestedScaling scaling = load_scaling(job, data_directory, axis_map(job));
+  require_one_space(job, data_directory);
   SmallShells small_shells;
   loaded.reference = loaded_body(job, job.reference, source, loaded, small_shells.reference);
   loaded.moving = loaded_body(job, job.moving, source, loaded, small_shells.moving);

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "job/ligament_files.hpp"
+#include "job/slicer_files.hpp"
 
 namespace vrda::job {
 namespace {
@@ -190,6 +191,38 @@ void check_uneven(const Case& loaded, const Job& job, const Eigen::Vector3d& fac
 
 }  // namespace
 
+namespace {
+
+// All pairs of the labels that points of the model and of the subject have, in mm.
+std::vector<LandmarkPair> pairs_of(const InputFile& model_file, const InputFile& subject_file)
+{
+  const SlicerPoints model = read_slicer_points(model_file.path, model_file.bytes);
+  const SlicerPoints subject = read_slicer_points(subject_file.path, subject_file.bytes);
+  std::vector<std::pair<LabelledPoint, Eigen::Vector3d>> both;
+  for (const LabelledPoint& point : model.points)
+    for (const LabelledPoint& other : subject.points)
+      if (other.label == point.label) both.emplace_back(point, other.p_mm);
+  std::vector<LandmarkPair> pairs;
+  for (std::size_t i = 0; i < both.size(); ++i) {
+    for (std::size_t j = i + 1; j < both.size(); ++j) {
+      const auto& [a, a_mm] = both[i];
+      const auto& [b, b_mm] = both[j];
+      const double subject_mm = (a_mm - b_mm).norm();
+      if (a.p_mm == b.p_mm || subject_mm == 0.0)
+        throw InputError({a.p_mm == b.p_mm ? model_file.path : subject_file.path, "",
+                          quoted_text(a.label) + " and " + quoted_text(b.label) + " at one point",
+                          "different points"});
+      pairs.push_back({a.label + " - " + b.label, a.p_mm, b.p_mm, subject_mm});
+    }
+  }
+  if (pairs.empty())
+    throw InputError({subject_file.path, "", std::to_string(both.size()) + " labels of " + model_file.path,
+                      "at least two points with the same labels in both files"});
+  return pairs;
+}
+
+}  // namespace
+
 RequestedScaling load_scaling(const Job& job, const std::string& data_directory, const AxisMap& map)
 {
   RequestedScaling loaded;
@@ -200,8 +233,20 @@ RequestedScaling load_scaling(const Job& job, const std::string& data_directory,
     return loaded;
   }
   const std::string key = "scaling.landmarks";
-  const InputFile file = input_file(job, data_directory, {key, name, "a CSV file"});
-  loaded.scaling = fit_scaling(read_landmarks(file.path, file.bytes), map.unit_mm);
+  const std::string model_key = "scaling.model_landmarks";
+  const std::string& model_name = core::text_or_empty(job.document.root, model_key);
+  if (model_name.empty() == is_slicer_points(name))
+    job.document.refuse(model_key,
+                        model_name.empty() ? "nothing" : quoted_text(model_name) + " with a CSV file",
+                        "the points of the model, where landmarks are points of 3D Slicer");
+  const InputFile file = input_file(job, data_directory, {key, name, "a CSV file or points of 3D Slicer"});
+  if (model_name.empty()) {
+    loaded.scaling = fit_scaling(read_landmarks(file.path, file.bytes), map.unit_mm);
+  } else {
+    const InputFile model = input_file(job, data_directory, {model_key, model_name, "points of 3D Slicer"});
+    loaded.scaling = fit_scaling(pairs_of(model, file), 1.0);
+    loaded.inputs.push_back({model_name, sha256_of(model.bytes)});
+  }
   const double factor = loaded.scaling->factor.x();
   if (!(factor >= smallest_factor && factor <= largest_factor)) {
     throw InputError({file.path, "",

@@ -30,6 +30,17 @@ std::string scan_text(const ClinicalCoordinates& scanned)
          ", internal rotation " + degrees(scanned.internal_rotation_rad) + " degrees.\n";
 }
 
+std::string scan_frame_text(const JobDescription& job)
+{
+  std::string text = "\n[scan]                                # for vrda export --to stl and --to mrk\n";
+  if (!job.scan_space.empty()) text += "space = \"" + job.scan_space + "\"\n";
+  text += "unit = \"" + job.scan_unit + "\"\nX_scan_reference = [";
+  for (Eigen::Index i = 0; i < 3; ++i)
+    text += std::string(i == 0 ? "[" : ", [") + core::numbers_text(job.X_scan_reference->linear().row(i)) +
+            ", " + shortest_decimal(job.X_scan_reference->translation()[i]) + "]";
+  return text + "]\n";
+}
+
 // Stiffnesses and spreads of a trial on six real knees and three held out (results/believable.md).
 constexpr const char* prior_text =
     "\n# A weak pull to the mean passive motion of cadaver knees (Walker et al. 1988): bones and fibres "
@@ -115,6 +126,7 @@ std::string job_text(const JobDescription& job)
   for (const JobComponent& component : job.reference) text += component_text("reference", component);
   text += "\n[moving]\nname = \"tibia\"\n";
   for (const JobComponent& component : job.moving) text += component_text("moving", component);
+  if (job.X_scan_reference) text += scan_frame_text(job);
   text += "\n[push]\nforce_n = 20                          # along the tibia\n";
   if (job.has_ligaments) {
     text += "\n[ligaments]\nfibres = \"ligaments.csv\"\n";
@@ -145,19 +157,22 @@ std::string ligament_table(const model::Ligaments& ligaments, const std::string&
   return text;
 }
 
-std::string kneecap_table(const model::Ligaments& ligaments, double strain, const std::string& comment)
+std::string kneecap_table(const model::Ligaments& ligaments, std::optional<double> strain,
+                          const std::string& comment)
 {
   const auto name = [](BodyIndex body) { return model::row_of(body) < 2 ? name_of(body) : "patella"; };
   std::string text = "# " + comment +
                      "\nname,bundle,from_body,from_x_mm,from_y_mm,from_z_mm,to_body,to_x_mm,to_y_mm,to_z_mm,"
-                     "stiffness_n_per_strain,reference_strain,tension_share,wrap\n";
+                     "stiffness_n_per_strain," +
+                     (strain ? "reference_strain" : "slack_length_mm") + ",tension_share,wrap\n";
   for (const model::Fibre& fibre : ligaments.fibres) {
     const bool is_line = fibre.tension_n > 0.0;
     text += fibre.name + "," + fibre.bundle + "," + name(fibre.from) + "," +
             core::numbers_text(fibre.reference_mm, ",") + "," + name(fibre.to) + "," +
             core::numbers_text(fibre.moving_mm, ",") + "," +
             (is_line ? ",," + shortest_decimal(fibre.tension_n)
-                     : shortest_decimal(fibre.stiffness_n) + "," + shortest_decimal(strain) + ",") +
+                     : shortest_decimal(fibre.stiffness_n) + "," +
+                           shortest_decimal(strain.value_or(fibre.slack_length_mm)) + ",") +
             "," + (fibre.wrap < 0 ? "" : ligaments.wraps[static_cast<std::size_t>(fibre.wrap)].name) + "\n";
   }
   return text;

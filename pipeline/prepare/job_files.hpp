@@ -37,6 +37,8 @@ struct JobDescription {
   bool has_wraps = false;
   bool has_prior = true;                       ///< a prior of the motion, and the band
   std::optional<ClinicalCoordinates> scanned;  ///< pose in the scan, for a comment
+  std::optional<Pose> X_scan_reference;        ///< where the reference's files are in the scan, mm
+  std::string scan_space, scan_unit = "mm";    ///< LPS, RAS or empty; mm, cm or m
   std::optional<JobKneecap> patella;
 };
 
@@ -46,8 +48,10 @@ std::string job_text(const JobDescription& job);
 /// Table of schemas/ligaments.md. `comment`: one line without #.
 std::string ligament_table(const model::Ligaments& ligaments, const std::string& comment);
 
-/// Table of schemas/followers.md: fibres with the slack length of this strain in the scan, and lines.
-std::string kneecap_table(const model::Ligaments& ligaments, double strain, const std::string& comment);
+/// Table of schemas/followers.md: fibres with this strain in the scan, or with their slack lengths; and
+/// lines.
+std::string kneecap_table(const model::Ligaments& ligaments, std::optional<double> strain,
+                          const std::string& comment);
 
 /// JSON of schemas/wraps.schema.json.
 std::string wraps_text(const model::Ligaments& ligaments);

@@ -7,6 +7,7 @@
 #include "core/schema.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "job/slicer_files.hpp"
 
 namespace vrda::prepare {
 
@@ -236,10 +237,46 @@ Bone bone_of(const std::string& landmark)
   return landmark.ends_with("epicondyle") ? Bone::femur : Bone::tibia;
 }
 
-KneeLandmarks read_knee_landmarks(const std::string& file, std::string_view text)
+namespace {
+
+// As the TOML file would have them.
+DocumentValue document_of(const job::SlicerPoints& slicer, double unit_mm)
+{
+  DocumentValue root = DocumentValue::object();
+  const auto values = [unit_mm](const Eigen::Vector3d& p_mm) {
+    const Eigen::Vector3d p = p_mm / unit_mm;
+    return DocumentValue{p.x(), p.y(), p.z()};
+  };
+  for (const job::LabelledPoint& point : slicer.points) {
+    const std::size_t dot = point.label.rfind('.');
+    const std::string bone = dot == std::string::npos ? "" : point.label.substr(dot + 1);
+    if (bone != "femur" && bone != "tibia") {
+      root["landmarks"][point.label] = values(point.p_mm);
+      continue;
+    }
+    const std::string name = point.label.substr(0, dot);
+    DocumentValue& fibres = root["fibre"];
+    const auto found =
+        std::find_if(fibres.begin(), fibres.end(), [&](const DocumentValue& f) { return f["name"] == name; });
+    DocumentValue& fibre =
+        found != fibres.end() ? *found : (fibres.push_back({{"name", name}}), fibres.back());
+    fibre[bone] = values(point.p_mm);
+  }
+  return root;
+}
+
+}  // namespace
+
+KneeLandmarks read_knee_landmarks(const std::string& file, std::string_view text, const LandmarkSpace& meshes)
 {
   KneeLandmarks landmarks;
-  landmarks.document = knee_landmarks_schema().read(text, file);
+  if (job::is_slicer_points(file)) {
+    const job::SlicerPoints points = job::read_slicer_points(file, std::string(text));
+    landmarks.document = {file, document_of(job::in_space(points, meshes.space), meshes.unit_mm)};
+    landmarks.document.root = knee_landmarks_schema().checked(landmarks.document);
+  } else {
+    landmarks.document = knee_landmarks_schema().read(text, file);
+  }
   const DocumentValue& root = landmarks.document.root;
   for (const auto& [name, point] : core::value_at(root, "landmarks").items())
     landmarks.points.push_back({name, core::vector3_at(point, "")});

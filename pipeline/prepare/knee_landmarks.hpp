@@ -39,8 +39,15 @@ struct KneeLandmarks {
 };
 
 /// Throws InputError naming file, line and key for a text that violates schemas/knee_landmarks.schema.json, a
-/// fibre without an end or a second time, and a distance between two bones or of a point from itself.
-KneeLandmarks read_knee_landmarks(const std::string& file, std::string_view text);
+/// fibre without an end or a second time, and a distance between two bones or of a point from itself. Points
+/// of 3D Slicer are named by their labels: a landmark, or FIBRE.femur and FIBRE.tibia; they are converted to
+/// the space and the unit of the meshes.
+struct LandmarkSpace {
+  std::string space;  ///< LPS, RAS, or empty: unknown
+  double unit_mm = 1.0;
+};
+KneeLandmarks read_knee_landmarks(const std::string& file, std::string_view text,
+                                  const LandmarkSpace& meshes = {});
 
 /// Throws InputError for a fibre that the template does not have.
 void check_fibre_names(const KneeLandmarks& landmarks, const model::Ligaments& ligaments);

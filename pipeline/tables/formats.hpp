@@ -60,6 +60,9 @@ std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& opt
 /// indexed by `component` and `material`, the attitude and the clinical numbers.
 std::string posed_vtp(const store::MotionModel& model, const FlexionFrame& frame);
 
+/// The cell of the grid that has the pose of this frame of the set "raw", or -1.
+Eigen::Index raw_cell(const store::MotionModel& model, const FlexionFrame& frame);
+
 /// The contacts of the raw cell at this frame, as points in world W with `normal`, `distance_mm` and
 /// `compartment`; empty if the frame is not a cell of the grid. Only for a motion of the set "raw".
 std::string contacts_vtp(const store::MotionModel& model, const FlexionFrame& frame);

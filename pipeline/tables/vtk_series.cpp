@@ -149,8 +149,9 @@ std::string closing(const Appended& appended)
          "\n</AppendedData>\n</VTKFile>\n";
 }
 
-/// The raw cell of the frame, or -1.
-Eigen::Index cell_of(const store::MotionModel& model, const FlexionFrame& frame)
+}  // namespace
+
+Eigen::Index raw_cell(const store::MotionModel& model, const FlexionFrame& frame)
 {
   constexpr double same_deg = 1e-9;  // tolerance of conversion between degrees and radians
   for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
@@ -165,8 +166,6 @@ Eigen::Index cell_of(const store::MotionModel& model, const FlexionFrame& frame)
   return -1;
 }
 
-}  // namespace
-
 std::string posed_vtp(const store::MotionModel& model, const FlexionFrame& frame)
 {
   Bodies all;
@@ -175,7 +174,8 @@ std::string posed_vtp(const store::MotionModel& model, const FlexionFrame& frame
   for (const store::FollowerRows* follower : store::in_order(model.followers)) {
     const auto body = static_cast<BodyIndex>(follower->body_index);
     if (frame.pose.has_follower.at(model::follower_row(body)))
-      add_body(all, follower->body, static_cast<std::uint8_t>(follower->body_index), frame.pose.X_world(body));
+      add_body(all, follower->body, static_cast<std::uint8_t>(follower->body_index),
+               frame.pose.X_world(body));
   }
   Appended appended;
   std::string text =
@@ -194,7 +194,7 @@ std::string posed_vtp(const store::MotionModel& model, const FlexionFrame& frame
 
 std::string contacts_vtp(const store::MotionModel& model, const FlexionFrame& frame)
 {
-  const Eigen::Index cell = cell_of(model, frame);
+  const Eigen::Index cell = raw_cell(model, frame);
   if (cell < 0) return {};
   const store::ContactRows& rows = model.contacts;
   const auto c = static_cast<std::size_t>(cell);

@@ -8,6 +8,7 @@
 #include "geometry/shapes.hpp"
 #include "job/case.hpp"
 #include "job/case_picture.hpp"
+#include "job/job.hpp"
 #include "job/thesis_files.hpp"
 #include "prepare/knee_landmarks.hpp"
 #include "prepare/template_joint.hpp"
@@ -95,6 +96,14 @@ TEST_F(Prepare, WritesAJobThatSolves)
         found.at("femur").at("anatomical_from_file").at(static_cast<std::size_t>(k)).at(3).get<double>(),
         origin_mm[k], 0.05);
     EXPECT_NEAR(found.at("femur").at("scale").at(static_cast<std::size_t>(k)).get<double>(), 1.0, 1e-3);
+  }
+  // [scan] takes that point back to the file's origin.
+  const job::Job written = job::read_job((folder_ / "knee.toml").string());
+  for (const std::vector<double>& row : core::rows_at(written.document.root, "scan.X_scan_reference")) {
+    double p_mm = row.at(3);
+    for (std::size_t k = 0; k < 3; ++k)
+      p_mm += row.at(k) * found.at("femur").at("anatomical_from_file").at(k).at(3).get<double>();
+    EXPECT_NEAR(p_mm, 0.0, 1e-9);  // rounding
   }
   for (const char* name : {"femur.stl", "tibia.stl", "fibula.stl", "ligaments.csv", "prepare.png"})
     EXPECT_TRUE(fs::exists(folder_ / name)) << name;

@@ -1,13 +1,13 @@
 // [scaling] of a job: which lengths are scaled, and whether the steps are kept.
-#include "job/component_loader.hpp"
 #include <gmock/gmock.h>
+#include "job/component_loader.hpp"
 
 #include <cmath>
 
 #include "job/job.hpp"
+#include "job/job_parts.hpp"
 #include "job/ligament_files.hpp"
 #include "job/mesh_text.hpp"
-#include "job/job_parts.hpp"
 #include "support/meshes.hpp"
 #include "support/refusal.hpp"
 #include "support/scratch.hpp"
@@ -223,6 +223,24 @@ TEST(Scaling, LandmarksGiveTheFactorAndAreAnInput)
   EXPECT_TRUE(folder.load({"scaling.landmarks=marks.csv", "push.moment_nmm=1"}).inputs.back().affects_steps);
   EXPECT_NEAR(folder.load({"scaling.landmarks=marks.csv", "frame.unit=cm"}).scaling->factor.x(), 0.125,
               1e-15);
+}
+
+// Every pair of common labels; the subject's points in the other space and in cm.
+TEST(Scaling, PointsOfSlicerGiveTheFactor)
+{
+  const Folder folder;
+  const std::string rest = ",0,0,0,1,1,1,0,";
+  folder.scratch.write("model.fcsv", "# CoordinateSystem = RAS\n1,0,0,0" + rest + "a\n2,80,0,0" + rest +
+                                         "b\n3,0,0,40" + rest + "c\n4,9,9,9" + rest + "other\n");
+  folder.scratch.write("subject.mrk.json",
+                       R"({"markups": [{"coordinateSystem": "LPS", "coordinateUnits": "cm", "controlPoints": [
+                       {"label": "c", "position": [0, 0, 5]}, {"label": "b", "position": [-10, 0, 0]},
+                       {"label": "a", "position": [0, 0, 0]}]}]})");
+  const job::Case loaded =
+      folder.load({"scaling.landmarks=subject.mrk.json", "scaling.model_landmarks=model.fcsv"});
+  EXPECT_THAT(loaded.scaling->landmark, ElementsAre("a - b", "a - c", "b - c"));
+  EXPECT_NEAR(loaded.scaling->factor.x(), 1.25, 1e-12);  // rounding
+  EXPECT_LT(loaded.scaling->residual_rms_mm, 1e-9);
 }
 
 TEST(Scaling, LandmarksThatDoNotFitAreDoubted)

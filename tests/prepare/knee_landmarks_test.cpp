@@ -56,6 +56,37 @@ mm = 72.5
   EXPECT_EQ(marks.distances.at(0).mm, 72.5);
 }
 
+// Points of Slicer in either space and another unit, for meshes of either space: one point.
+TEST(KneeLandmarks, PointsOfSlicerAreInTheSpaceAndUnitOfTheMeshes)
+{
+  const std::string json =
+      R"({"markups": [{"coordinateSystem": "LPS", "coordinateUnits": "cm", "controlPoints": [
+      {"label": "medial_epicondyle", "position": [1, 2, 3.5]}, {"label": "ACLam1.tibia", "position": [4, 5, 6]},
+      {"label": "later", "positionStatus": "undefined"}]}]})";
+  const std::string rest = ",0,0,0,1,1,1,0,";
+  const std::string rows = "# columns = id,x,y,z\r\n1,10,20,35" + rest + "medial_epicondyle,,\r\n2,40,50,60" +
+                           rest + "ACLam1.tibia,,\r\n";
+  struct Row {
+    std::string file, text, space;
+    double unit_mm;
+    Eigen::Vector3d epicondyle;
+  };
+  for (const Row& row :
+       {Row{"a.mrk.json", json, "", 1.0, {10, 20, 35}}, Row{"a.mrk.json", json, "LPS", 10.0, {1, 2, 3.5}},
+        Row{"a.mrk.json", json, "RAS", 1.0, {-10, -20, 35}},
+        Row{"a.fcsv", "# CoordinateSystem = LPS\n" + rows, "LPS", 1.0, {10, 20, 35}},
+        Row{"a.fcsv", "# CoordinateSystem = 0\n" + rows, "LPS", 1.0, {-10, -20, 35}},
+        Row{"a.fcsv", "# CoordinateSystem = 1\n" + rows, "RAS", 1.0, {-10, -20, 35}}}) {
+    SCOPED_TRACE(row.text + row.space);
+    const KneeLandmarks marks = prepare::read_knee_landmarks(row.file, row.text, {row.space, row.unit_mm});
+    ASSERT_EQ(marks.points.size(), 1U);
+    EXPECT_EQ(marks.points[0].p, row.epicondyle);
+    EXPECT_EQ(marks.fibres.at(0).name, "ACLam1");
+    const double sign = row.epicondyle.x() < 0.0 ? -1.0 : 1.0;
+    EXPECT_EQ(*marks.fibres.at(0).tibia, Eigen::Vector3d(sign * 40, sign * 50, 60) / row.unit_mm);
+  }
+}
+
 TEST(KneeLandmarks, WhatIsNotOneIsRefusedByLineAndKey)
 {
   EXPECT_THAT(refused(""), refuses({"marks.toml", "", "no point", "[landmarks]"}));

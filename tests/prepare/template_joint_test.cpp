@@ -386,6 +386,12 @@ TEST(JobText, IsAJobWithItsComponents)
   EXPECT_TRUE(job.is_varus_free);
   EXPECT_EQ(job.grid.flexion_deg.size(), 19U);
   EXPECT_EQ(job.ligaments->wraps_file, "wraps.json");
+  description.X_scan_reference = Pose(Eigen::Translation3d(1, 2, 3.5));
+  description.scan_space = "RAS";
+  const job::Job in_scan = job::parse_job("knee.toml", job_text(description));
+  EXPECT_EQ(core::rows_at(in_scan.document.root, "scan.X_scan_reference"),
+            (std::vector<std::vector<double>>{{1, 0, 0, 1}, {0, 1, 0, 2}, {0, 0, 1, 3.5}}));
+  EXPECT_EQ(core::text_at(in_scan.document.root, "scan.space"), "RAS");
   description.has_ligaments = false;
   EXPECT_FALSE(job::parse_job("knee.toml", job_text(description)).ligaments.has_value());
 }
