@@ -228,7 +228,7 @@ void warn_of_range(const std::string& axis, const std::vector<double>& angles_de
   if (!is_above && *least >= usual.least_deg) return;
   const bool has_grid = job.document.root.contains("grid");
   warnings.push_back((has_grid ? "grid." : "coordinates.") + axis + ": " +
-                     shortest_decimal(is_above ? *most : *least) + " degrees, no " + job.joint +
+                     rounded_text(is_above ? *most : *least, 1e6) + " degrees, no " + job.joint +
                      " goes there: it has " + shortest_decimal(usual.least_deg) + " to " +
                      shortest_decimal(usual.most_deg) +
                      " degrees (schemas/clinical.md), and contact beyond is where the surfaces end; " +

@@ -140,6 +140,8 @@ void survey_shells(CleanMesh& out, Mesh& mesh, Winding winding)
   out.small_shells = small_shells(shells, outermost);
   for (std::size_t s = 0; s < shells.size(); ++s) {
     const Shell& shell = shells[s];
+    out.fold_at.insert(out.fold_at.end(), shell.fold_at.begin(), shell.fold_at.end());
+    out.needle_at.insert(out.needle_at.end(), shell.needle_at.begin(), shell.needle_at.end());
     if (!shell.has_inside) out.has_sheet = true;
     const bool is_reversed =
         shell.has_inside ? shells[outermost[s]].signed_volume < 0.0 : winding == Winding::inward;
@@ -281,6 +283,23 @@ struct EdgeFaults {
 constexpr double largest_open_share = 0.15;
 // A face with reversed winding has three inconsistent edges; with random windings half of the edges are.
 constexpr double largest_inconsistent_share = 0.2;
+// Normals of two faces of a fold are 165 degrees apart or more; at the rims of real menisci and cartilage at
+// most 160.
+constexpr double fold_cosine = -0.966;
+// Height of a needle over its longest edge.
+constexpr double needle_share = 0.01;
+
+Eigen::Vector3d doubled_area(const Mesh& mesh, Eigen::Index t)
+{
+  const auto [a, b, c] = corners(mesh, t);
+  return (b - a).cross(c - a);
+}
+
+bool is_fold(const Mesh& mesh, Eigen::Index t, Eigen::Index other)
+{
+  const Eigen::Vector3d a = doubled_area(mesh, t), b = doubled_area(mesh, other);
+  return a.dot(b) < fold_cosine * std::sqrt(a.squaredNorm() * b.squaredNorm());
+}
 
 void measure(const Mesh& mesh, const EdgeFaults& faults, Shell& shell)
 {
@@ -298,6 +317,8 @@ void measure(const Mesh& mesh, const EdgeFaults& faults, Shell& shell)
     six_volumes += (a - origin).dot(doubled);
     area_vector += doubled;
     area += doubled.norm();
+    const double longest_sq = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+    if (doubled.norm() < needle_share * longest_sq) shell.needle_at.push_back(a);
   }
   shell.signed_volume = six_volumes / 6.0;
   const bool is_whole = area_vector.norm() <= largest_open_share * area;
@@ -376,6 +397,7 @@ std::vector<Shell> shells_of(const Mesh& mesh)
   Groups groups(mesh.triangles.rows());
   std::vector<std::pair<Eigen::Index, std::size_t>>
       uses;  // a triangle of each faulty edge, number of its faces
+  std::vector<std::pair<Eigen::Index, std::int32_t>> folds;  // a triangle and a vertex of each
   for (std::size_t first = 0; first < edges.size();) {
     std::size_t last = first;
     int n_forward = 0;
@@ -385,7 +407,11 @@ std::vector<Shell> shells_of(const Mesh& mesh)
       n_forward += edges[last].is_forward ? 1 : 0;
       groups.join(edges[first].triangle, edges[last].triangle);
     }
-    if (last - first != 2 || n_forward != 1) uses.emplace_back(edges[first].triangle, last - first);
+    if (last - first != 2 || n_forward != 1) {
+      uses.emplace_back(edges[first].triangle, last - first);
+    } else if (is_fold(mesh, edges[first].triangle, edges[first + 1].triangle)) {
+      folds.emplace_back(edges[first].triangle, edges[first].low);
+    }
     first = last;
   }
   std::vector<Shell> shells;
@@ -403,6 +429,8 @@ std::vector<Shell> shells_of(const Mesh& mesh)
     shells[shell].is_closed = false;
     if (n_faces > 1) ++faults[shell].n_inconsistent;
   }
+  for (const auto& [t, v] : folds)
+    shells[shell_of[static_cast<std::size_t>(t)]].fold_at.emplace_back(mesh.vertices_mm.row(v));
   for (std::size_t s = 0; s < shells.size(); ++s) {
     faults[s].n_edges = static_cast<Eigen::Index>(3 * shells[s].triangles.size() / 2);
     measure(mesh, faults[s], shells[s]);

@@ -15,6 +15,7 @@ struct CleanMesh {
   Eigen::Index n_welded = 0;      ///< vertices merged with an earlier one
   Eigen::Index n_degenerate = 0;  ///< faces and triangles removed: repeated corner or zero area
   std::vector<Eigen::Vector3d> degenerate_at;  ///< a corner of each such face, in the unit of the raw mesh
+  std::vector<Eigen::Vector3d> fold_at, needle_at;  ///< those of all shells
   Eigen::Index n_identical = 0;  ///< triangles removed: the same three vertices as another, in either winding
   bool was_flipped = false;      ///< the winding of at least one shell was reversed
   bool has_sheet = false;        ///< at least one shell has no inside: its winding defines its outside
@@ -64,6 +65,8 @@ struct Shell {
   bool has_inside = true;      ///< closed, or closed but for some holes and odd faces; false: an open sheet
   double signed_volume = 0.0;  ///< cube of the mesh's unit; meaningful with an inside
   Box box;                     ///< in the mesh's unit
+  std::vector<Eigen::Vector3d> fold_at;  ///< a corner of each edge at which the surface turns back on itself
+  std::vector<Eigen::Vector3d> needle_at;  ///< a corner of each triangle of nearly no width
 };
 
 /// Shells, ordered by their first triangles.

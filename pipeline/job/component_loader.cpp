@@ -161,9 +161,17 @@ ComponentSurvey survey_of(const ComponentJob& component, const CleanMesh& clean,
   survey.n_welded = clean.n_welded;
   survey.n_degenerate = clean.n_degenerate;
   survey.n_identical = clean.n_identical;
-  std::vector<Eigen::Vector3d> degenerate_mm = clean.degenerate_at;
-  for (Eigen::Vector3d& p_mm : degenerate_mm) p_mm *= unit_mm;
-  survey.degenerate_places = places_text(degenerate_mm);
+  const auto places_at = [&](std::vector<Eigen::Vector3d> points) {
+    for (Eigen::Vector3d& p_mm : points) p_mm *= unit_mm;
+    return places_text(points);
+  };
+  survey.degenerate_places = places_at(clean.degenerate_at);
+  if (!clean.fold_at.empty() && !component.generate)
+    survey.notes.push_back("folds, edges at which the surface turns back on itself: " +
+                           std::to_string(clean.fold_at.size()) + ", " + places_at(clean.fold_at));
+  if (!clean.needle_at.empty() && !component.generate)
+    survey.notes.push_back("needles, triangles narrower than 1 % of their length: " +
+                           std::to_string(clean.needle_at.size()) + ", " + places_at(clean.needle_at));
   const auto places_of = [&](const std::vector<std::int32_t>& rows) {
     std::vector<Eigen::Vector3d> places_mm;
     for (const std::int32_t row : rows) places_mm.emplace_back(vertices_mm.row(row));
@@ -220,7 +228,7 @@ LoadedComponent ComponentLoader::load(const ComponentJob& component, const AxisM
   const double unit_mm = is_generated ? 1.0 : map.unit_mm;
   const Points vertices_mm = is_generated ? out.clean.mesh.vertices_mm : Points(unit_mm * out.native);
   out.survey = survey_of(component, out.clean, out.input.name, vertices_mm, unit_mm);
-  out.survey.notes = std::move(out.notes);
+  out.survey.notes.insert(out.survey.notes.begin(), out.notes.begin(), out.notes.end());
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <utility>
 
 #include "core/schema.hpp"
@@ -565,7 +566,14 @@ std::optional<Number> number_in(std::string_view word)
   if (has_plus) word.remove_prefix(1);
   Number value{};
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (end != word.data() + word.size()) return std::nullopt;
+  if (end != word.data() + word.size()) {
+    // Of Microsoft's older libraries, "-1.#IND00" for example.
+    const std::string_view size = word.substr(word.starts_with('-') ? 1 : 0);
+    const bool is_no_number =
+        std::is_floating_point_v<Number> && (size.starts_with("1.#IND") || size.starts_with("1.#QNAN") ||
+                                             size.starts_with("1.#SNAN") || size.starts_with("1.#INF"));
+    return is_no_number ? std::optional(std::numeric_limits<Number>::quiet_NaN()) : std::nullopt;
+  }
   // from_chars reports 1e-400 like 1e400, which is no number.
   if (error == std::errc::result_out_of_range && std::is_floating_point_v<Number> &&
       std::abs(std::strtod(std::string(word).c_str(), nullptr)) < 1.0)
@@ -601,7 +609,9 @@ std::vector<std::string_view> split_fields(std::string_view line, char separator
   std::vector<std::string_view> fields;
   while (true) {
     const std::size_t end = std::min(line.find(separator), line.size());
-    fields.push_back(trimmed(line.substr(0, end)));
+    std::string_view field = trimmed(line.substr(0, end));
+    const bool is_quoted = field.size() > 1 && field.front() == '"' && field.back() == '"';
+    fields.push_back(is_quoted ? trimmed(field.substr(1, field.size() - 2)) : field);
     if (end == line.size()) return fields;
     line.remove_prefix(end + 1);
   }
@@ -616,12 +626,15 @@ std::vector<TableLine> table_lines(std::string_view text)
 {
   if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
   std::vector<TableLine> lines;
+  const char line_end = text.find('\n') == text.npos ? '\r' : '\n';
   for (std::size_t number = 1; !text.empty(); ++number) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::size_t end = std::min(text.find(line_end), text.size());
     const std::string_view words = trimmed(text.substr(0, end));
+    // A spreadsheet may name its separator in the first line, "sep=;".
+    const bool is_data =
+        !words.empty() && words.front() != '#' && !(number == 1 && words.starts_with("sep="));
     // Tabs at the ends may separate empty fields.
-    if (!words.empty() && words.front() != '#')
-      lines.push_back({trimmed(text.substr(0, end), " \r"), number});
+    if (is_data) lines.push_back({trimmed(text.substr(0, end), " \r"), number});
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return lines;

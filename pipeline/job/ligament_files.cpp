@@ -10,6 +10,7 @@
 #include "core/schema.hpp"
 #include "core/text.hpp"
 #include "geometry/shapes.hpp"
+#include "job/mesh_file.hpp"
 
 namespace vrda::job {
 namespace {
@@ -545,6 +546,7 @@ std::vector<model::Wrap> read_wraps(const std::string& file, const std::string& 
 CsvTable::CsvTable(std::string file, std::string_view text, const RowLabels& words)
     : file_(std::move(file)), words_(words), lines_(table_lines(text))
 {
+  require_table(file_, text);
   if (lines_.empty()) {
     throw InputError(
         {file_, "", "no line except comments", std::string("column names, then ") + words_.full_plural});
@@ -568,7 +570,10 @@ std::vector<std::string_view> CsvTable::fields(const TableLine& row) const
   if (fields.size() == columns_.size()) return fields;
   refuse(row, "", std::to_string(fields.size()) + " fields",
          "as many as the columns of line " + std::to_string(header().number) + ", " +
-             std::to_string(columns_.size()));
+             std::to_string(columns_.size()) + ", separated by " +
+             (separator_ == ','   ? "commas"
+              : separator_ == ';' ? "semicolons"
+                                  : "tabs"));
 }
 
 void CsvTable::refuse(const TableLine& line, const std::string& column, const std::string& found,
@@ -583,8 +588,8 @@ void CsvTable::refuse_unknown_column(std::string_view name, const std::vector<st
 {
   constexpr std::size_t max_compared = 100;  // characters: bounds the cost of the edit distance
   refuse(header(), "", "the unknown column " + quoted(name),
-         description + "; the nearest is " +
-             quoted(nearest_word(std::string(name.substr(0, max_compared)), known)));
+         (columns_.size() == 1 ? "columns separated by commas, semicolons or tabs: " : "") + description +
+             "; the nearest is " + quoted(nearest_word(std::string(name.substr(0, max_compared)), known)));
 }
 
 void CsvTable::refuse_number(const TableLine& line, const std::string& column, std::string_view field) const

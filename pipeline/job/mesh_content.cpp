@@ -136,6 +136,13 @@ FileContent content_of(std::string_view bytes)
   return {};
 }
 
+void require_table(const std::string& file, std::string_view bytes)
+{
+  const FileContent content = content_of(bytes);
+  if (!content.name.empty() && content.extension.empty())
+    throw InputError({file, "", content.name, "a table as plain text in UTF-8 or ASCII, such as CSV"});
+}
+
 void normalise_text(std::string& bytes)
 {
   const bool has_mark = bytes.starts_with(byte_order_mark);
@@ -147,6 +154,7 @@ void normalise_text(std::string& bytes)
   if (is_ply && end < text.size()) end += "end_header\r"sv.size();
   const bool has_returns_only = !is_binary && text.substr(0, end).find('\n') == text.npos;
   if (has_mark) bytes.erase(0, byte_order_mark.size());
+  if (!is_ply && !is_binary && bytes.ends_with('\x1a')) bytes.pop_back();
   if (has_returns_only)
     std::replace(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(end), '\r', '\n');
 }

@@ -157,7 +157,9 @@ RawMesh read_mesh(const std::string& file, std::string bytes)
 {
   if (bytes.empty()) throw InputError({file, "", "an empty file", "a mesh"});
   const std::string extension = lower_extension(file);
-  if (extension != ".stl" || (!is_binary_stl(bytes) && is_ascii_stl(bytes))) normalise_text(bytes);
+  const bool has_mark = bytes.starts_with(byte_order_mark);
+  if (extension != ".stl" || (!is_binary_stl(bytes) && (has_mark || is_ascii_stl(bytes))))
+    normalise_text(bytes);
   try {
     RawMesh mesh = read_by_extension(file, bytes);
     check_mesh(file, mesh);
@@ -309,6 +311,13 @@ bool are_facets(std::string_view bytes)
   return true;
 }
 
+bool is_text(std::string_view bytes)
+{
+  // DOS ends a text with the character 1A.
+  return std::ranges::all_of(
+      bytes, [](char c) { return is_space(c) || c == '\x1a' || static_cast<unsigned char>(c) >= 0x20; });
+}
+
 std::size_t facets_of_header(std::string_view bytes)
 {
   std::size_t n_facets = 0;
@@ -356,9 +365,7 @@ bool is_ascii_stl(std::string_view bytes)
 {
   if (bytes.starts_with(byte_order_mark)) bytes.remove_prefix(byte_order_mark.size());
   const std::size_t begin = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
-  const auto is_text = [](char c) { return is_space(c) || static_cast<unsigned char>(c) >= 0x20; };
-  return lower_case(std::string(bytes.substr(begin, 5))) == "solid" &&
-         std::ranges::all_of(bytes.substr(0, 1024), is_text);
+  return lower_case(std::string(bytes.substr(begin, 5))) == "solid" && is_text(bytes.substr(0, 1024));
 }
 
 CheckedText checked_stl(const std::string& file, const std::string& bytes)
@@ -366,6 +373,11 @@ CheckedText checked_stl(const std::string& file, const std::string& bytes)
   // The size is tested before the first word: a binary header may begin with "solid".
   const bool has_binary_size = bytes.size() == binary_size(facets_of_header(bytes));
   if (!has_binary_size && is_ascii_stl(bytes)) return {checked_ascii(file, bytes), {}};
+  const std::string_view text = trimmed(bytes);
+  if (!has_binary_size && is_text(text.substr(0, 1024)))
+    throw InputError({file, "",
+                      "text that begins with " + quoted_word(text.substr(0, text.find_first_of("\r\n"))),
+                      "an STL file: \"solid\" or a binary header at its beginning"});
   return checked_binary(file, bytes);
 }
 

@@ -63,9 +63,12 @@ struct FileContent {
 };
 /// Formats of meshes, images and documents, compressed data, pointers to large files, UTF-16.
 FileContent content_of(std::string_view bytes);
+/// Throws InputError for a table that is other content (content_of), such as UTF-16 or an HTML page.
+void require_table(const std::string& file, std::string_view bytes);
 
-/// Removes a byte order mark, and writes line ends that are only carriage returns as line feeds. Binary data
-/// stay unchanged: that of PLY after its header, of VTK, and of STL.
+/// Removes a byte order mark and the last character 1A of a DOS text, and writes line ends that are only
+/// carriage returns as line feeds. Binary data stay unchanged: that of PLY after its header, of VTK, and of
+/// STL.
 void normalise_text(std::string& bytes);
 
 /// A word of a file for messages: in quotation marks, cut at 40 characters.

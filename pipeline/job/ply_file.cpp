@@ -105,7 +105,7 @@ class HeaderReader {
     if (at_ >= bytes_.size()) refuse("the end of the file", "\"end_header\"");
     const std::size_t end = std::min(bytes_.find('\n', at_), bytes_.size());
     std::string text = bytes_.substr(at_, std::min<std::size_t>(end - at_, 1000));
-    if (!text.empty() && text.back() == '\r') text.pop_back();
+    while (!text.empty() && is_space(text.back())) text.pop_back();
     at_ = std::min(end + 1, bytes_.size());
     ++line_;
     return text;

@@ -15,6 +15,7 @@
 
 #include "app/commands.hpp"
 #include "core/console.hpp"
+#include "core/files.hpp"
 #include "core/text.hpp"
 #include "job/job.hpp"
 #include "python/errors.hpp"
@@ -397,6 +398,7 @@ PYBIND11_MODULE(_core, module)
   register_errors();
   core::set_log_receiver(receive_message);
   module.attr("__version__") = VRDA_VERSION;
+  module.def("no_lock", [] { permit_missing_locks(core::log_warning); });
   module.def("job_facts", &job_facts, "file"_a, "overrides"_a);
   module.def("check", &check, "file"_a, "data"_a, "overrides"_a, "picture"_a);
   module.def("run", &run, "file"_a, "data"_a, "overrides"_a, "output"_a, "threads"_a, "fresh"_a, "replace"_a,

@@ -11,6 +11,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/job.hpp"
+#include "job/mesh_file.hpp"
 #include "model/coordinates.hpp"
 #include "store/motion.hpp"
 #include "store/solved_cells.hpp"
@@ -230,7 +231,7 @@ class CurveReader {
   {
     ++n_lines_;
     line = job::trimmed(line, " \r");  // tabs may separate empty fields
-    if (job::trimmed(line).empty()) return;
+    if (job::trimmed(line).empty() || (n_lines_ == 1 && line.starts_with("sep="))) return;
     if (job::trimmed(line).front() == '#') {
       result_.comments.emplace_back(job::trimmed(job::trimmed(line).substr(1)));
     } else if (columns_.empty()) {
@@ -392,8 +393,10 @@ CurveFile about_point(CurveFile file, Side side, const Eigen::Vector3d& point_mm
 
 CurveFile read_curve_file(const std::string& file)
 {
-  return curve_from_text(file,
-                         job::file_bytes(file, {file, "", "", "a CSV file of a curve"}, largest_curve_bytes));
+  std::string text = job::file_bytes(file, {file, "", "", "a CSV file of a curve"}, largest_curve_bytes);
+  job::require_table(file, text);
+  job::normalise_text(text);
+  return curve_from_text(file, text);
 }
 
 }  // namespace vrda::report

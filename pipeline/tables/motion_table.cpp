@@ -12,6 +12,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/job.hpp"
+#include "job/mesh_file.hpp"
 #include "model/coordinates.hpp"
 #include "model/linear_algebra.hpp"
 
@@ -472,7 +473,10 @@ void add_keys(MotionTable& motion, const FieldTable& table, const TableColumns& 
 
 std::string text_of_file(const std::string& file)
 {
-  return job::file_bytes(file, {file, "", "", "a table with one pose per frame"}, largest_file);
+  std::string text = job::file_bytes(file, {file, "", "", "a table with one pose per frame"}, largest_file);
+  job::require_table(file, text);
+  job::normalise_text(text);
+  return text;
 }
 
 FieldTable fields_of(const std::string& file, const std::string& text)

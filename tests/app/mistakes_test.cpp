@@ -100,6 +100,20 @@ void make_spike(const Scratch& scratch)
   });
 }
 
+/// Adds triangles to the femur after its own, beside it.
+void add_triangles(const Scratch& scratch, const std::vector<std::array<Corner, 3>>& triangles)
+{
+  std::string bytes = test::read_bytes(scratch.path() / "femur.stl");
+  for (const std::array<Corner, 3>& corners : triangles) {
+    std::string facet(50, '\0');
+    std::memcpy(facet.data() + 12, corners.data(), 36);
+    bytes += facet;
+  }
+  const auto n = static_cast<std::uint32_t>((bytes.size() - 84) / 50);
+  std::memcpy(bytes.data() + 80, &n, 4);
+  scratch.write("femur.stl", bytes);
+}
+
 /// Multiplies a column of the fibres whose name begins with `prefix`; without a column removes them.
 void change_fibres(const Scratch& scratch, const std::string& prefix, const std::string& column,
                    double factor)
@@ -187,6 +201,14 @@ const test::Scenes scenes{
      }},
     {"holes", knee_and(make_holes)},
     {"spike", knee_and(make_spike)},
+    // The second triangle lies 0.1 mm beside the first, which it turns back to.
+    {"fold", knee_and([](const Scratch& s) {
+       const Corner a{-20, 31, 0}, b{-20, 31, 3}, c{-17, 31, 0}, d{-17, 31.1F, 3};
+       add_triangles(s, {{a, b, c}, {b, a, d}});
+     })},
+    {"needle", knee_and([](const Scratch& s) {
+       add_triangles(s, {{Corner{-20, 31, 0}, Corner{-20, 31, 9}, Corner{-20, 31.05F, 4}}});
+     })},
     {"tail", knee_and([](const Scratch& s) {
        s.write("femur.stl", test::read_bytes(s.path() / "femur.stl") + std::string(92, '\0'));
      })},

@@ -3,6 +3,7 @@ import gc
 import hashlib
 import json
 import logging
+import os
 import pathlib
 import subprocess
 import sys
@@ -42,6 +43,16 @@ class Model(unittest.TestCase):
         before = self.file.stat().st_mtime_ns
         self.assertEqual(vrda.Job(KNEE, set=COARSE).run(self.file), self.file)
         self.assertEqual(self.file.stat().st_mtime_ns, before)
+
+    def test_no_lock_goes_on_without_locks(self):
+        """The shim of tests/faults makes flock fail."""
+        act = f"import vrda; {{}}print(vrda.Job({str(KNEE)!r}, set={COARSE!r}).run({str(self.folder / 'unlocked.h5')!r}))"
+        missing = {"LD_PRELOAD": os.environ["VRDA_FAULT_SHIM"], "VRDA_FAULT_FILE": "unlocked", "VRDA_FAULT_CALL": "lock", "VRDA_FAULT_AT": "1+", "VRDA_FAULT_DO": "enolck"}
+        run = [subprocess.run([sys.executable, "-c", act.format(first)], env={**os.environ, **missing}, capture_output=True, text=True, check=False)
+               for first in ("", "vrda.no_lock(); ")]
+        self.assertIn("--no-lock goes on without a lock", run[0].stderr)
+        self.assertEqual(run[1].returncode, 0, run[1].stderr)
+        self.assertIn("warning: --no-lock: found", program("info", self.folder / "unlocked.h5"))
 
     def test_open_selects_by_angle_in_root_and_clinical(self):
         with vrda.open(self.file) as knee:

@@ -30,8 +30,8 @@ from ._errors import InputError, InternalError
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["InputError", "InternalError", "Job", "Joint", "Solution", "__version__", "check", "compare", "export", "open",
-           "smooth", "validate"]
+__all__ = ["InputError", "InternalError", "Job", "Joint", "Solution", "__version__", "check", "compare", "export", "no_lock",
+           "open", "smooth", "validate"]
 
 Path = Union[str, "os.PathLike[str]"]
 Array = NDArray[np.float64]
@@ -245,6 +245,11 @@ def open(file: Path, group: Optional[str] = None) -> xarray.Dataset:
 def validate(file: Path) -> list[tuple[str, str, str]]:
     """What in a motion model or trace violates its specification: (where, found, wanted); empty if it is valid."""
     return _core.findings(os.fspath(file))
+
+
+def no_lock() -> None:
+    """From now on goes on where the file system has no locks (flock), as --no-lock of the commands; models keep a warning."""
+    _core.no_lock()
 
 
 def smooth(file: Path, degree: int = 6, *, robust: bool = False, recontact: bool = False, threads: int = 0) -> dict[str, Any]:
