@@ -209,8 +209,9 @@ void for_each_row(const store::MotionModel& model, const store::Motion& motion,
 
 /// One entry per cell of the grid.
 struct PoseAssessment {
-  store::GridB is_overlapping;  ///< 1 if the meshes of a stable pose overlap
-  store::GridB plausibility;    ///< Plausibility; `not_judged` if not stable or overlapping
+  store::GridB is_overlapping;            ///< 1 if the meshes of a stable pose overlap
+  store::GridB plausibility;              ///< Plausibility; `not_judged` if not stable or overlapping
+  std::vector<PoseAssessment> followers;  ///< of the model's followers, in its order
 };
 
 /// Measures every stable pose of the raw motion again (analysis/audit.hpp); the first of these that
@@ -224,6 +225,11 @@ struct PoseAssessment {
 /// Delta. unstable_balance: on both sides, after moving into contact, the energy of loads and ligaments is
 /// lower than in the pose by more than the work of the push over d / 1000. Poses held by fibres without
 /// contact are exempt from both.
+/// Followers by the same rules along their own Delta, but: dislocated is one whose centre is further from the
+/// box around what it touches than its own size, or which is rotated by more than 90 degrees about another
+/// axis than that of its flexion; nothing is ahead of a displaced one only beyond four contact resolutions;
+/// overstrained only by the strain, since tendons bear more tension; and the
+/// balance is not judged, since the energy of a tendon's direction is not in the model.
 /// `ligaments` are canonical. Same bits for any number of threads.
 PoseAssessment assess_poses(const store::MotionModel& model, const model::Ligaments& ligaments,
                             const JointBounds& bounds, int n_threads);

@@ -468,9 +468,12 @@ void include(AuditTotals& faults, store::AuditState state, double gap_mm, double
 
 }  // namespace
 
-MotionAuditTotals motion_audit_totals(const store::MotionModel& model, const store::AuditSet& audit)
+namespace {
+
+template <typename Audit>
+MotionAuditTotals totals_of(const store::MotionModel& model, const store::AuditSet& axes, const Audit& audit)
 {
-  const auto refine = static_cast<Eigen::Index>(audit.refine);
+  const auto refine = static_cast<Eigen::Index>(axes.refine);
   check(refine >= 1 && audit.state.rows() == (model.status.rows() - 1) * refine + 1 &&
             audit.state.cols() == (model.status.cols() - 1) * refine + 1,
         "an audit of a smoothed motion refines the grid of the model");
@@ -486,6 +489,13 @@ MotionAuditTotals motion_audit_totals(const store::MotionModel& model, const sto
     }
   }
   return result;
+}
+
+}  // namespace
+
+MotionAuditTotals motion_audit_totals(const store::MotionModel& model, const store::AuditSet& audit)
+{
+  return totals_of(model, audit, audit);
 }
 
 namespace {
@@ -562,10 +572,12 @@ namespace {
 
 constexpr std::size_t n_lengths = 3;  ///< tx, ty and tz come first; the others are angles
 
-std::vector<SurfaceRow> surface_rows(const store::SmoothedSet& set, const store::AxisRanges& ranges)
+std::vector<SurfaceRow> surface_rows(const store::SmoothedSet& set,
+                                     const std::vector<store::SmoothedSurface>& surfaces,
+                                     const store::AxisRanges& ranges)
 {
   std::vector<SurfaceRow> rows;
-  for (const store::SmoothedSurface& s : set.surfaces) {
+  for (const store::SmoothedSurface& s : surfaces) {
     rows.push_back({s.name,
                     s.n_cells,
                     s.condition_number,
@@ -680,21 +692,29 @@ Recommendation recommendation_of(const SmoothInput& input, const std::vector<Smo
 /// `model` must have no smoothed sets; it temporarily holds the set for the audit.
 DegreeRow row_of(store::MotionModel& model, SmoothFit& fit, const CompareOptions& options)
 {
-  if (options.recontact) fit.set.recontact_mm = options.recontact(model, fit.set);
+  if (options.recontact) options.recontact(model, fit.set);
+  const store::AxisRanges ranges = store::axis_ranges(model.flexion_deg, model.varus_deg);
   DegreeRow row;
-  row.surfaces = surface_rows(fit.set, store::axis_ranges(model.flexion_deg, model.varus_deg));
+  row.surfaces = surface_rows(fit.set, fit.set.surfaces, ranges);
+  for (const store::SmoothedFollower& follower : fit.set.followers)
+    row.followers.push_back({follower.name, surface_rows(fit.set, follower.surfaces, ranges), {}});
   row.translation = translation_of(fit, row.surfaces);
   row.is_converged =
       std::find(fit.is_converged.begin(), fit.is_converged.end(), false) == fit.is_converged.end();
   row.perceptible_share = perceptible_share(model, fit);
   row.set = fit.set;
-  row.second_difference = second_difference(fit.set, store::axis_ranges(model.flexion_deg, model.varus_deg));
+  row.second_difference = second_difference(fit.set, ranges);
   if (options.contact) row.contact = options.contact(model, fit.set);
   if (!options.audit) return row;
   model.smoothed = {fit.set};
   const std::string motion =
       "degree_" + std::to_string(fit.set.degree) + (options.recontact ? "_recontacted" : "");
-  row.audit_totals = motion_audit_totals(model, options.audit(model, motion));
+  const store::AuditSet audit = options.audit(model, motion);
+  row.audit_totals = motion_audit_totals(model, audit);
+  for (FollowerRow& follower : row.followers) {
+    for (const store::FollowerAudit& own : audit.followers)
+      if (own.name == follower.name) follower.audit_totals = totals_of(model, audit, own);
+  }
   model.smoothed.clear();
   return row;
 }

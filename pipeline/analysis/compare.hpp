@@ -186,6 +186,13 @@ struct SurfaceRow {
   ErrorMeasures errors;
 };
 
+/// A follower's part of a degree.
+struct FollowerRow {
+  std::string name;
+  std::vector<SurfaceRow> surfaces;               ///< by store::follower_surface_names
+  std::optional<MotionAuditTotals> audit_totals;  ///< against what it touches, if an audit was requested
+};
+
 /// The measures of one degree.
 struct DegreeRow {
   store::SmoothedSet set;            ///< with recontact_mm if requested
@@ -196,14 +203,15 @@ struct DegreeRow {
   /// in an angle that is fitted there. With recontact, the share of the recontacted motion.
   double perceptible_share = 0.0;
   std::optional<MotionAuditTotals> audit_totals;  ///< if an audit was requested
+  std::vector<FollowerRow> followers;             ///< whose cells determine the degree; by name
   double second_difference = 0.0;  ///< RMS over one degree of flexion, of the pose in perceptible errors
   std::optional<ContactFigures> contact;  ///< if requested
 };
 
 /// Audits the set "degree_N" or "degree_N_recontacted" of `model`; implemented by the `audit` room.
 using AuditMotion = std::function<store::AuditSet(const store::MotionModel& model, const std::string& set)>;
-/// Travel along Delta into contact at the attitudes of the grid, mm; implemented by the `audit` room.
-using Recontact = std::function<store::GridD(const store::MotionModel& model, const store::SmoothedSet& set)>;
+/// Sets the travels into contact of a set and of its followers: add_recontact() of analysis/audit.hpp.
+using Recontact = std::function<void(const store::MotionModel& model, store::SmoothedSet& set)>;
 
 /// Moves the motion of `set` into contact, two-sided or along Delta without compartments, and measures it;
 /// implemented by the `app` room.

@@ -11,7 +11,6 @@ std::vector<CurveGroup> follower_curves(const store::MotionModel& model,
 {
   std::vector<CurveGroup> groups;
   for (const store::FollowerRows* follower : store::in_order(model.followers)) {
-    const auto body = static_cast<BodyIndex>(follower->body_index), of = static_cast<BodyIndex>(follower->of);
     CurveGroup turns{
         follower->name,
         "Rotations of " + follower->name + " over flexion: R = Rz(-flexion) Rx(rotation) Ry(tilt).",
@@ -28,12 +27,10 @@ std::vector<CurveGroup> follower_curves(const store::MotionModel& model,
                   follower_coordinate_names[k],
                   {}};
       for (const store::JointPose& pose : poses) {
-        const bool is_posed = pose.has_follower.at(model::follower_row(body));
-        const double value =
-            is_posed ? follower_coordinates(pose.X_reference(of).inverse() * pose.X_reference(body),
-                                            side_named(model.side),
-                                            follower->centre_mm)(static_cast<Eigen::Index>(k))
-                     : nan;
+        const std::optional<Pose> X_of = pose.X_of(*follower);
+        const double value = X_of ? follower_coordinates(*X_of, side_named(model.side),
+                                                         follower->centre_mm)(static_cast<Eigen::Index>(k))
+                                  : nan;
         curve.values.push_back(is_rotation(k) ? deg_from_rad(value) : value);
       }
       (is_rotation(k) ? turns : shifts).curves.push_back(std::move(curve));

@@ -321,7 +321,6 @@ Sequence follower_sequence(const std::string& file, const store::MotionModel& mo
     sequence.key_name = model.frames->key_name;
     sequence.key = model.frames->key;
   }
-  const auto body = static_cast<BodyIndex>(rows->body_index), of = static_cast<BodyIndex>(rows->of);
   for (const double key : sequence.key) {
     const store::JointPose pose =
         model.frames ? motion.at_frame(key)
@@ -329,12 +328,11 @@ Sequence follower_sequence(const std::string& file, const store::MotionModel& mo
     Row& row = sequence.rows.emplace_back();
     if (pose.is_flexion_clamped) {
       row.missing = outside_range;
-    } else if (!pose.has_follower.at(model::follower_row(body))) {
-      row.missing = unsolved_cell;
-    } else {
-      const JointCoordinates q = follower_coordinates(pose.X_reference(of).inverse() * pose.X_reference(body),
-                                                      side_named(model.side), rows->centre_mm);
+    } else if (const std::optional<Pose> X_of = pose.X_of(*rows)) {
+      const JointCoordinates q = follower_coordinates(*X_of, side_named(model.side), rows->centre_mm);
       std::copy(q.begin(), q.end(), row.value.begin());
+    } else {
+      row.missing = unsolved_cell;
     }
   }
   return sequence;

@@ -7,6 +7,7 @@
 #include "app/commands.hpp"
 #include "core/document.hpp"
 #include "core/text.hpp"
+#include "model/coordinates.hpp"
 #include "solve/case_solver.hpp"
 
 namespace vrda::app {
@@ -66,12 +67,11 @@ class BandTables {
       Json one = {{"name", quantity.name}, {"unit", quantity.unit}};
       for (std::size_t p = 0; p < probability_names.size(); ++p) {
         Json values = Json::array();
-        for (std::size_t i = 0; i < key_.size(); ++i)
-          values.push_back(json_number(solve::band_at(motion_, p, i, quantity.row)));
+        for (std::size_t i = 0; i < key_.size(); ++i) values.push_back(json_number(quantity.band_at(p, i)));
         one[probability_names[p]] = std::move(values);
       }
       Json shares = Json::array();
-      for (const solve::SpreadShare& share : solve::spread_shares(motion_, quantity.row)) {
+      for (const solve::SpreadShare& share : solve::spread_shares(quantity)) {
         shares.push_back({{"draw", motion_.draw[share.draw]},
                           {"first_order", json_number(share.index)},
                           {"low", json_number(share.low)},
@@ -91,13 +91,14 @@ class BandTables {
   {
     std::printf("%s,solved", key_name_.c_str());
     for (const BandQuantity& quantity : quantities_) {
-      for (const char* p : probability_names) std::printf(",%s_%s%s", quantity.name, p, suffix_of(quantity));
+      for (const char* p : probability_names)
+        std::printf(",%s_%s%s", quantity.name.c_str(), p, suffix_of(quantity));
     }
     for (std::size_t i = 0; i < key_.size(); ++i) {
       std::printf("\n%s,%d", cell(key_[i]).c_str(), motion_.n_solved[i]);
       for (const BandQuantity& quantity : quantities_) {
         for (std::size_t p = 0; p < probability_names.size(); ++p)
-          std::printf(",%s", cell(solve::band_at(motion_, p, i, quantity.row)).c_str());
+          std::printf(",%s", cell(quantity.band_at(p, i)).c_str());
       }
     }
     std::printf("\n");
@@ -126,12 +127,12 @@ class BandTables {
     for (const BandQuantity& quantity : quantities_) {
       for (std::size_t d = 0; d < motion_.draw.size(); ++d) {
         for (std::size_t i = 0; i < key_.size(); ++i) {
-          const std::size_t at =
-              (i * store::uncertain_quantities.size() + quantity.row) * motion_.draw.size() + d;
-          std::printf("%s,%s,%s,%s,%s,%s,%s\n", quantity.name, quoted_csv(motion_.draw[d]).c_str(),
-                      cell(key_[i]).c_str(), cell(motion_.rank_correlation[at]).c_str(),
-                      cell(motion_.first_order[at]).c_str(), cell(motion_.first_order_low[at]).c_str(),
-                      cell(motion_.first_order_high[at]).c_str());
+          const store::UncertainPose& of = *quantity.of;
+          const std::size_t at = quantity.share_row(i, d);
+          std::printf("%s,%s,%s,%s,%s,%s,%s\n", quantity.name.c_str(), quoted_csv(motion_.draw[d]).c_str(),
+                      cell(key_[i]).c_str(), cell(of.rank_correlation[at]).c_str(),
+                      cell(of.first_order[at]).c_str(), cell(of.first_order_low[at]).c_str(),
+                      cell(of.first_order_high[at]).c_str());
         }
       }
     }
@@ -143,6 +144,12 @@ class BandTables {
     for (const char* name : {"flexion_deg", "varus_deg", "internal_deg", "anterior_mm", "proximal_mm",
                              "lateral_mm", "contact_force_n"})
       std::printf(",%s", std::string(name) == key_name_ ? "solved_flexion_deg" : name);
+    for (const store::UncertainFollower& follower : motion_.followers) {
+      std::printf(",%s_status", follower.name.c_str());
+      for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+        std::printf(",%s_%s%s", follower.name.c_str(), follower_coordinate_names[k],
+                    is_rotation(k) ? "_deg" : "_mm");
+    }
     for (const std::string& draw : motion_.draw) std::printf(",%s", quoted_csv(draw).c_str());
     std::printf("\n");
     for (std::size_t s = 0; s < motion_.n_samples(); ++s) {
@@ -150,14 +157,23 @@ class BandTables {
         const std::size_t at = s * key_.size() + i;
         std::printf("%zu,%s,%s", s + 1, cell(key_[i]).c_str(),
                     name_of(static_cast<StepStatus>(motion_.status[at])));
-        for (const auto* rows : {&motion_.rotation_deg, &motion_.translation_mm}) {
-          for (std::size_t k = 0; k < 3; ++k) std::printf(",%s", cell((*rows)[3 * at + k]).c_str());
-        }
+        print_coordinates(motion_, at);
         std::printf(",%s", cell(motion_.contact_force_n[3 * at]).c_str());
+        for (const store::UncertainFollower& follower : motion_.followers) {
+          std::printf(",%s", name_of(static_cast<StepStatus>(follower.status[at])));
+          print_coordinates(follower, at);
+        }
         for (std::size_t d = 0; d < motion_.draw.size(); ++d)
           std::printf(",%s", cell(motion_.value[s * motion_.draw.size() + d]).c_str());
         std::printf("\n");
       }
+    }
+  }
+
+  static void print_coordinates(const store::UncertainPose& of, std::size_t at)
+  {
+    for (const auto* rows : {&of.rotation_deg, &of.translation_mm}) {
+      for (std::size_t k = 0; k < 3; ++k) std::printf(",%s", cell((*rows)[3 * at + k]).c_str());
     }
   }
 

@@ -13,6 +13,7 @@
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "model/coordinates.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
 
@@ -39,11 +40,21 @@ constexpr double analysis::ErrorMeasures::*measures[] = {
     &analysis::ErrorMeasures::rms, &analysis::ErrorMeasures::largest, &analysis::ErrorMeasures::leave_one_out,
     &analysis::ErrorMeasures::roughness};
 
+constexpr const char* measure_names[] = {"RMS", "largest", "leave-one-out", "roughness"};
+
+void add_audit_headings(Cells& upper, Cells& lower)
+{
+  for (const char* fault : {"penetration", "gap"}) {
+    upper.insert(upper.end(), {fault, ""});
+    lower.insert(lower.end(), {"grid mm", "between mm"});
+  }
+}
+
 /// Two heading lines: the measure above its first column, the unit above every column.
 std::pair<Cells, Cells> headings(const analysis::DegreeRow& row)
 {
   Cells upper{""}, lower{"degree"};
-  for (const char* measure : {"RMS", "largest", "leave-one-out", "roughness"}) {
+  for (const char* measure : measure_names) {
     const bool is_roughness = std::string(measure) == "roughness";
     upper.push_back(measure);
     lower.push_back(is_roughness ? "mm/deg2" : "mm");
@@ -60,12 +71,18 @@ std::pair<Cells, Cells> headings(const analysis::DegreeRow& row)
     upper.insert(upper.end(), {"in contact", ""});
     lower.insert(lower.end(), {"overlap mm", "gap mm"});
   }
-  if (!row.audit_totals) return {upper, lower};
-  for (const char* fault : {"penetration", "gap"}) {
-    upper.insert(upper.end(), {fault, ""});
-    lower.insert(lower.end(), {"grid mm", "between mm"});
-  }
+  if (row.audit_totals) add_audit_headings(upper, lower);
   return {upper, lower};
+}
+
+void add_audit(const std::optional<analysis::MotionAuditTotals>& totals, Cells& cells)
+{
+  if (!totals) return;
+  for (const auto fault :
+       {&analysis::AuditTotals::largest_penetration_mm, &analysis::AuditTotals::largest_gap_mm}) {
+    cells.push_back(number(totals->at_grid.*fault));
+    cells.push_back(number(totals->between.*fault));
+  }
 }
 
 Cells cells_of(const analysis::DegreeRow& row, const analysis::RankedDegree& ranked)
@@ -78,13 +95,51 @@ Cells cells_of(const analysis::DegreeRow& row, const analysis::RankedDegree& ran
   cells.insert(cells.end(), {number(ranked.error), number(row.second_difference)});
   if (row.contact)
     cells.insert(cells.end(), {number(row.contact->largest_overlap_mm), number(row.contact->largest_gap_mm)});
-  if (!row.audit_totals) return cells;
-  for (const auto fault :
-       {&analysis::AuditTotals::largest_penetration_mm, &analysis::AuditTotals::largest_gap_mm}) {
-    cells.push_back(number(row.audit_totals->at_grid.*fault));
-    cells.push_back(number(row.audit_totals->between.*fault));
-  }
+  add_audit(row.audit_totals, cells);
   return cells;
+}
+
+// Residuals of a follower's coordinates, a line a degree.
+std::vector<Cells> follower_lines(const analysis::Comparison& comparison, const std::string& name)
+{
+  Cells upper{name}, lower{"degree"};
+  for (std::size_t m = 0; m < std::size(measures); ++m) {
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
+      upper.push_back(k == 0 ? measure_names[m] : "");
+      lower.push_back(std::string(follower_coordinate_names[k]) + (is_rotation(k) ? " deg" : " mm"));
+    }
+  }
+  std::vector<Cells> lines{upper, lower};
+  for (const analysis::DegreeRow& row : comparison.rows) {
+    for (const analysis::FollowerRow& follower : row.followers) {
+      if (follower.name != name) continue;
+      Cells cells{std::to_string(row.set.degree)};
+      for (const auto measure : measures) {
+        for (const analysis::SurfaceRow& surface : follower.surfaces)
+          cells.push_back(number(surface.errors.*measure));
+      }
+      if (follower.audit_totals && lines[1].size() == cells.size()) add_audit_headings(lines[0], lines[1]);
+      add_audit(follower.audit_totals, cells);
+      lines.push_back(cells);
+    }
+  }
+  return lines;
+}
+
+std::string aligned(const std::vector<Cells>& lines)
+{
+  std::vector<std::size_t> widths(lines[1].size(), 0);
+  for (const Cells& line : lines) {
+    for (std::size_t c = 0; c < line.size(); ++c) widths[c] = std::max(widths[c], line[c].size());
+  }
+  std::string text;
+  for (const Cells& line : lines) {
+    for (std::size_t c = 0; c < line.size(); ++c)
+      text += (c == 0 ? "" : "  ") + std::string(widths[c] - line[c].size(), ' ') + line[c];
+    text.erase(text.find_last_not_of(' ') + 1);
+    text += '\n';
+  }
+  return text;
 }
 
 Json json_of(const analysis::ErrorMeasures& errors)
@@ -123,6 +178,23 @@ Json json_of(const analysis::SurfaceRow& surface, bool is_length)
   return json;
 }
 
+void add_audit(const std::optional<analysis::MotionAuditTotals>& totals, Json& json)
+{
+  if (!totals) return;
+  json["at_grid"] = json_of(totals->at_grid);
+  json["between"] = json_of(totals->between);
+}
+
+Json json_of(const analysis::FollowerRow& follower)
+{
+  Json surfaces = Json::object();
+  for (std::size_t s = 0; s < follower.surfaces.size(); ++s)
+    surfaces[follower.surfaces[s].name] = json_of(follower.surfaces[s], !is_rotation(s));
+  Json json = {{"surfaces", surfaces}};
+  add_audit(follower.audit_totals, json);
+  return json;
+}
+
 Json json_of(const analysis::DegreeRow& row, const analysis::RankedDegree& ranked)
 {
   Json surfaces = Json::object();
@@ -142,10 +214,9 @@ Json json_of(const analysis::DegreeRow& row, const analysis::RankedDegree& ranke
                {"second_difference", row.second_difference},
                {"fault", name_of(ranked.fault)}};
   if (row.contact) json["contact"] = json_of(*row.contact);
-  if (row.audit_totals) {
-    json["at_grid"] = json_of(row.audit_totals->at_grid);
-    json["between"] = json_of(row.audit_totals->between);
-  }
+  add_audit(row.audit_totals, json);
+  for (const analysis::FollowerRow& follower : row.followers)
+    json["followers"][follower.name] = json_of(follower);
   return json;
 }
 
@@ -157,17 +228,10 @@ std::string comparison_table(const analysis::Comparison& comparison)
   std::vector<Cells> lines{upper, lower};
   for (std::size_t k = 0; k < comparison.rows.size(); ++k)
     lines.push_back(cells_of(comparison.rows[k], comparison.recommendation.ranked[k]));
-  std::vector<std::size_t> widths(lower.size(), 0);
-  for (const Cells& line : lines) {
-    for (std::size_t c = 0; c < line.size(); ++c) widths[c] = std::max(widths[c], line[c].size());
-  }
-  std::string text;
-  for (const Cells& line : lines) {
-    for (std::size_t c = 0; c < line.size(); ++c)
-      text += (c == 0 ? "" : "  ") + std::string(widths[c] - line[c].size(), ' ') + line[c];
-    text.erase(text.find_last_not_of(' ') + 1);
-    text += '\n';
-  }
+  std::string text = aligned(lines);
+  // The lowest degree has every follower that a higher one has.
+  for (const analysis::FollowerRow& follower : comparison.rows.front().followers)
+    text += aligned(follower_lines(comparison, follower.name));
   return text;
 }
 
@@ -223,9 +287,9 @@ analysis::CompareOptions compare_options(const CompareCommandOptions& options)
   compare.degrees = parse_degrees(options.degrees);
   compare.smooth.is_robust = options.is_robust;
   if (options.is_recontacted) {
-    compare.recontact = [n_threads, hook](const store::MotionModel& model, const store::SmoothedSet& set) {
+    compare.recontact = [n_threads, hook](const store::MotionModel& model, store::SmoothedSet& set) {
       if (hook) hook();
-      return analysis::recontact(model, set, n_threads);
+      analysis::add_recontact(model, set, n_threads);
     };
   }
   if (options.refine > 0) {

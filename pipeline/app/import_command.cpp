@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -39,8 +40,9 @@ struct ImportOptions {
   std::string reference_motion;  ///< file of the reference's poses in the same frame; may be empty
   /// Words of tables/motion_table.hpp, "auto" (try all), or empty: as the file states, else try all.
   std::string unit, angles, order, direction, axes, side, lengths;
-  std::string key;                   ///< column; empty: found
-  std::vector<std::string> columns;  ///< COORDINATE=COLUMN
+  std::string key;                            ///< column; empty: found
+  std::vector<std::string> columns;           ///< COORDINATE=COLUMN
+  std::vector<std::string> follower_columns;  ///< FOLLOWER.COORDINATE=COLUMN
   std::string moving_prefix, reference_prefix;
   std::string output;  ///< may be empty: as of `vrda run`
   bool may_replace = false;
@@ -175,6 +177,8 @@ std::string record_of(const ImportOptions& o, const tables::Convention& conventi
   std::string text = "\n[import]\nmotion = \"" + std::filesystem::path(o.motion).filename().string() + "\"\n";
   for (const Term term : tables::all_terms)
     text += std::string(core::name_of(term)) + " = \"" + tables::value_of(convention, term) + "\"\n";
+  for (const std::string& column : o.follower_columns)
+    text += "follower_column = " + Json(column).dump() + "\n";
   return text;
 }
 
@@ -184,6 +188,27 @@ void add_input(job::Case& job_case, const std::string& file)
   const std::string bytes =
       job::file_bytes(file, {file, "", "", "a table with one pose per frame"}, std::uintmax_t{1} << 28);
   job_case.inputs.push_back({std::filesystem::path(file).filename().string(), job::sha256_of(bytes), true});
+}
+
+/// The columns of each follower of the job by coordinate, as the user names them.
+std::vector<std::map<std::string, std::string>> follower_columns_of(const ImportOptions& o,
+                                                                    const job::Case& of)
+{
+  std::vector<std::map<std::string, std::string>> columns(of.followers.size());
+  for (const auto& [name, column] :
+       tables::names_by_coordinate("vrda import", "--follower-column", o.follower_columns)) {
+    const std::size_t dot = std::min(name.rfind('.'), name.size());
+    const std::string coordinate = name.substr(std::min(dot + 1, name.size()));
+    const auto follower = std::ranges::find(of.followers, name.substr(0, dot), &job::Follower::name);
+    const bool is_coordinate = std::any_of(follower_coordinate_names.begin(), follower_coordinate_names.end(),
+                                           [&](const char* known) { return coordinate == known; });
+    if (follower == of.followers.end() || !is_coordinate)
+      throw InputError({"vrda import", "--follower-column", name + "=" + column,
+                        "FOLLOWER.COORDINATE=COLUMN: a [[follower]] of the job, and flexion, rotation, tilt, "
+                        "anterior, proximal or lateral"});
+    columns[static_cast<std::size_t>(follower - of.followers.begin())][coordinate] = column;
+  }
+  return columns;
 }
 
 /// Both bodies of the job, and the table under the convention found.
@@ -215,6 +240,9 @@ Found found_motion(const ImportOptions& o, const job::Case& subject, const table
       table.key_name, table.key, tables::poses_of(table, convention, frame.joint), {}, table.warnings};
   for (const std::string& line : tables::unit_warnings(table, convention.angles, source, frame.joint))
     found.motion.warnings.push_back(line);
+  const auto columns = follower_columns_of(o, subject);
+  for (std::size_t k = 0; k < subject.followers.size(); ++k)
+    found.motion.followers.push_back(tables::read_follower(o.motion, subject.followers[k].name, columns[k]));
   return found;
 }
 
@@ -308,6 +336,10 @@ void declare_import(Command& c)
   add_repeated("--column", o.columns,
                "COORDINATE=COLUMN: column of flexion, varus, internal, rx, ry, rz, tx, ty, tz, ...; "
                "COORDINATE=-COLUMN: with the opposite sign; may be repeated");
+  add_repeated(
+      "--follower-column", o.follower_columns,
+      "FOLLOWER.COORDINATE=COLUMN: column of flexion, rotation, tilt (degrees), anterior, proximal or "
+      "lateral (mm) of a [[follower]]; default: follower_NAME_flexion_deg, ...; may be repeated");
   c.option("--moving-prefix", o.moving_prefix, "Before T11 to T34 of the moving object: tibia_");
   c.option("--reference-prefix", o.reference_prefix,
            "The same of the reference, where both are posed in a common frame");

@@ -139,6 +139,7 @@ Json doubtful_json(const store::MotionModel& model)
     list.push_back({{"flexion_deg", cell.flexion_deg},
                     {"varus_deg", cell.varus_deg},
                     {"plausibility", name_of(cell.plausibility)}});
+    if (!cell.follower.empty()) list.back()["follower"] = cell.follower;
   }
   return list;
 }
@@ -458,7 +459,7 @@ void print_doubtful(const store::MotionModel& model)
   if (run::doubtful_cells(model).empty()) return;
   std::printf("of the stable attitudes: %s\n", run::plausibility_line(model).c_str());
   for (const Plausibility plausibility : doubtful_plausibilities) {
-    if ((model.plausibility == static_cast<std::int8_t>(plausibility)).any())
+    if (run::has_any(model, plausibility))
       std::printf("  %s: %s\n", name_of(plausibility), meaning_of(plausibility));
   }
 }

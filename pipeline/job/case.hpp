@@ -42,15 +42,26 @@ enum class UncertainQuantity {
 /// Which fibres share one draw.
 enum class SharedBy { fibre, bundle, all };
 
-enum class UncertainLoad { force, anterior_force, right_force, moment, varus_moment, applied, line };
+enum class UncertainLoad {
+  force,
+  anterior_force,
+  right_force,
+  moment,
+  varus_moment,
+  applied,
+  line,
+  push,    ///< of a follower
+  tension  ///< of all lines of a follower together
+};
 
 /// One [[uncertainty.parameter]].
 struct UncertainParameter {
   std::string name;
   UncertainQuantity quantity = UncertainQuantity::stiffness;
   Distribution distribution;
-  bool is_factor = false;  ///< the distribution is that of a factor, else of a change
-  /// Of stiffness, reference strain and attachment: rows of the case's fibres.
+  bool is_factor = false;               ///< the distribution is that of a factor, else of a change
+  std::optional<std::size_t> follower;  ///< row of the follower whose fibres, component or load it is
+  /// Of stiffness, reference strain and attachment: rows of the case's fibres, or of the follower's.
   std::vector<std::size_t> fibres;
   SharedBy shared_by = SharedBy::bundle;
   double correlation = 0.0;               ///< of the fibres of one bundle, with SharedBy::fibre

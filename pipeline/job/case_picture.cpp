@@ -20,6 +20,7 @@ constexpr double shown_above_mm = 80.0, shown_below_mm = 110.0;
 
 const Colour black(0.1F, 0.1F, 0.1F), grey(0.45F, 0.45F, 0.45F);
 const Colour reference_colour(0.93F, 0.80F, 0.56F), moving_colour(0.55F, 0.74F, 0.93F);
+const Colour follower_colour(0.75F, 0.85F, 0.60F);
 const Colour inside_colour(0.55F, 0.16F, 0.20F);
 const Colour fibre_colour(0.0F, 0.47F, 0.16F), line_colour(0.75F, 0.32F, 0.0F),
     push_colour(0.76F, 0.0F, 0.62F);
@@ -99,8 +100,14 @@ void include(Box& box, const Eigen::Vector3d& p_mm)
 
 Box box_of_bones(const job::Case& job_case)
 {
-  const Box reference = box_of(job_case.reference), moving = box_of(job_case.moving);
-  return {reference.min_mm.cwiseMin(moving.min_mm), reference.max_mm.cwiseMax(moving.max_mm)};
+  Box box = box_of(job_case.reference);
+  const auto add = [&](const Body& body) {
+    const Box own = box_of(body);
+    box = {box.min_mm.cwiseMin(own.min_mm), box.max_mm.cwiseMax(own.max_mm)};
+  };
+  add(job_case.moving);
+  for (const Follower& follower : job_case.followers) add(follower.body);
+  return box;
 }
 
 // The part of a box near the rotation centre.
@@ -247,6 +254,18 @@ void draw_path(Canvas& canvas, const Projection& projected, const job::Case& job
   }
 }
 
+// Those of constant tension as the lines of the joint.
+void draw_fibres(Canvas& canvas, const Projection& projected, const model::Ligaments& ligaments)
+{
+  for (const model::Fibre& fibre : ligaments.fibres) {
+    const Colour& colour = fibre.tension_n > 0.0 ? line_colour : fibre_colour;
+    const Eigen::Vector3d a = projected(fibre.reference_mm), b = projected(fibre.moving_mm);
+    canvas.draw_line(a, b, 3.0, colour);
+    canvas.draw_disc(a.head<2>(), 4.0, colour);
+    canvas.draw_disc(b.head<2>(), 4.0, colour);
+  }
+}
+
 void draw_view(Canvas& canvas, const Projection& projected, const job::Case& job_case, const Arrow& push,
                const PictureNotes& notes)
 {
@@ -255,11 +274,11 @@ void draw_view(Canvas& canvas, const Projection& projected, const job::Case& job
   draw_part(canvas, projected, job_case.moving.contact, moving_colour, notes.moved[1]);
   draw_part(canvas, projected, job_case.reference.visual, 0.5F * reference_colour + pale, notes.moved[0]);
   draw_part(canvas, projected, job_case.moving.visual, 0.5F * moving_colour + pale, notes.moved[1]);
-  for (const model::Fibre& fibre : job_case.ligaments.fibres) {
-    const Eigen::Vector3d a = projected(fibre.reference_mm), b = projected(fibre.moving_mm);
-    canvas.draw_line(a, b, 3.0, fibre_colour);
-    canvas.draw_disc(a.head<2>(), 4.0, fibre_colour);
-    canvas.draw_disc(b.head<2>(), 4.0, fibre_colour);
+  draw_fibres(canvas, projected, job_case.ligaments);
+  for (const Follower& follower : job_case.followers) {
+    draw_part(canvas, projected, follower.body.contact, follower_colour, {});
+    draw_part(canvas, projected, follower.body.visual, 0.5F * follower_colour + pale, {});
+    draw_fibres(canvas, projected, follower.ligaments);
   }
   for (const job::LinePath& line : job_case.lines) draw_path(canvas, projected, job_case, line);
   draw_arrow(canvas, projected(push.from_mm), projected(push.to_mm), 8.0, push_colour);
@@ -285,6 +304,8 @@ void draw_legend(Canvas& canvas, const job::Case& job_case, const PictureNotes& 
                              {"not in contact: paler", Colour(0.85F, 0.85F, 0.85F)},
                              {"back face", inside_colour},
                              {std::to_string(job_case.ligaments.fibres.size()) + " fibres", fibre_colour}};
+  for (const Follower& follower : job_case.followers)
+    entries.insert(entries.begin() + 2, {follower.name + " (follows)", follower_colour});
   if (!job_case.lines.empty())
     entries.push_back({"lines of tension: " + std::to_string(job_case.lines.size()), line_colour});
   if (!notes.moved[0].empty() || !notes.moved[1].empty())

@@ -26,7 +26,8 @@ struct PictureNotes {
 };
 
 /// The bytes of a PNG file: bones in the pose of the mesh files, anatomical axes at the rotation centre,
-/// push, fibres and scale bar, from the front and from the lateral side (other joints: from the right).
+/// push, followers, fibres and scale bar, from the front and from the lateral side (other joints: from the
+/// right).
 std::string case_picture(const job::Case& job_case, const PictureNotes& notes);
 
 }  // namespace vrda::job

@@ -108,6 +108,16 @@ Pose joint_pose_at(const SolverFrame& frame, const JointCoordinates& q)
   return X_reference_moving(proximal, {q(0), q(1)}, {floating_translation_mm(q), q(2)});
 }
 
+// Of the bodies before the follower.
+model::BodyPoses scan_poses(const Follower& follower, const std::vector<Follower>& followers,
+                            std::size_t n_before)
+{
+  model::BodyPoses scan{Pose::Identity(), follower.X_reference_moving_scan};
+  for (std::size_t k = 0; k < n_before; ++k)
+    scan.push_back(scan.at(model::row_of(followers[k].of)) * followers[k].X_of_scan);
+  return scan;
+}
+
 struct FollowerLoader {
   const Job& job;
   const std::string& data_directory;
@@ -223,9 +233,7 @@ struct FollowerLoader {
   // Slack lengths where the scan found the objects.
   void set_slack_lengths_at_scan(LoadedLigaments& fibres, const Follower& follower) const
   {
-    model::BodyPoses scan{Pose::Identity(), follower.X_reference_moving_scan};
-    for (std::size_t k = 0; k < before.size(); ++k)
-      scan.push_back(scan.at(model::row_of(before[k].of)) * before[k].X_of_scan);
+    const model::BodyPoses scan = scan_poses(follower, before, before.size());
     for (std::size_t k = 0; k < fibres.jobs.size(); ++k) {
       if (!fibres.jobs[k].reference_strain) continue;
       LoadedLigaments one;
@@ -302,6 +310,27 @@ std::vector<FollowerJob> followers_of(
     followers.push_back(std::move(follower));
   }
   return followers;
+}
+
+std::vector<double> scan_strains(const std::vector<Follower>& followers, std::size_t row)
+{
+  const Follower& follower = followers.at(row);
+  const model::Ligaments between = ligaments_between(
+      follower.ligaments, follower.of, model::follower_index(row), scan_poses(follower, followers, row));
+  const model::JointPlacement placement{Eigen::Matrix3d::Identity(), follower.X_of_scan.linear(),
+                                        follower.X_of_scan.translation()};
+  std::vector<double> strains;
+  for (const model::Fibre& fibre : between.fibres)
+    strains.push_back(model::fibre_path(fibre, between.wraps, placement).length_mm / fibre.slack_length_mm -
+                      1.0);
+  return strains;
+}
+
+double tension_n(const Follower& follower)
+{
+  double sum_n = 0.0;
+  for (const model::Fibre& fibre : follower.ligaments.fibres) sum_n += fibre.tension_n;
+  return sum_n;
 }
 
 std::vector<Follower> load_followers(const Job& job, const std::string& data_directory,

@@ -96,6 +96,23 @@ std::vector<FollowerJob> followers_of(
 std::vector<Follower> load_followers(const Job& job, const std::string& data_directory,
                                      ComponentLoader& source, Case& loaded);
 
+/// The strains of its fibres where the scan found all objects.
+std::vector<double> scan_strains(const std::vector<Follower>& followers, std::size_t row);
+
+/// What an uncertain parameter changes: fibres, and the body of a component, of a follower or of the joint.
+template <typename AnyCase>
+auto& ligaments_of(AnyCase& of, const UncertainParameter& parameter)
+{
+  return parameter.follower ? of.followers.at(*parameter.follower).ligaments : of.ligaments;
+}
+template <typename AnyCase>
+auto& body_of(AnyCase& of, const UncertainParameter& parameter)
+{
+  return parameter.follower ? of.followers.at(*parameter.follower).body : part_of(of, parameter.body);
+}
+/// Tension of all its lines of constant tension together.
+double tension_n(const Follower& follower);
+
 /// Components of a body in canonical axes. Adds inputs, survey and warnings to `loaded`. `small_shells`:
 /// those of the mesh files in contact, as triangles of the body.
 Body loaded_body(const Job& job, const BodyJob& body_job, ComponentLoader& source, Case& loaded,

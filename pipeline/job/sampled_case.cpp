@@ -153,7 +153,7 @@ struct SampledCase::State {
   std::vector<std::string> names;
   std::vector<ParameterDraws> draws;  // [parameters]
   Eigen::MatrixXd scores, values;
-  std::vector<double> strain;  // [fibres] at the pose of the meshes
+  std::vector<std::vector<double>> strain;  // [1 + followers, fibres] where the scan found the objects
   struct {
     std::optional<geometry::NearestSurface> reference, moving;
   } surfaces;
@@ -163,7 +163,7 @@ struct SampledCase::State {
     check(given.uncertainty.has_value() && given.steps_scale == 1.0, "SampledCase: an uncertain case");
     const job::Uncertainty& uncertainty = *given.uncertainty;
     for (const UncertainParameter& parameter : uncertainty.parameters) {
-      draws.push_back(DrawColumns(parameter, given.ligaments.fibres, names).draws());
+      draws.push_back(DrawColumns(parameter, ligaments_of(given, parameter).fibres, names).draws());
       if (parameter.quantity != UncertainQuantity::attachment) continue;
       std::optional<geometry::NearestSurface>& surface = part_of(surfaces, parameter.body);
       if (!surface) surface = surface_of(part_of(given, parameter.body));
@@ -177,8 +177,11 @@ struct SampledCase::State {
                           static_cast<Eigen::Index>(names.size()), uncertainty.seed)
                  .unaryExpr(&score_of_probability);
     const std::vector<model::FibreState> states = model::fibre_states(given.ligaments, {}, {});
+    strain.emplace_back();
     for (std::size_t k = 0; k < states.size(); ++k)
-      strain.push_back(states[k].length_mm / given.ligaments.fibres[k].slack_length_mm - 1.0);
+      strain[0].push_back(states[k].length_mm / given.ligaments.fibres[k].slack_length_mm - 1.0);
+    for (std::size_t row = 0; row < given.followers.size(); ++row)
+      strain.push_back(scan_strains(given.followers, row));
     set_values();
   }
 
@@ -212,13 +215,15 @@ struct SampledCase::State {
     double largest = -std::numeric_limits<double>::infinity();
     if (parameter.quantity == UncertainQuantity::stiffness) {
       for (const std::size_t k : parameter.fibres)
-        largest = std::max(largest, job_case.ligaments.fibres[k].stiffness_n);
+        largest = std::max(largest, ligaments_of(job_case, parameter).fibres[k].stiffness_n);
     } else if (parameter.quantity == UncertainQuantity::offset) {
-      const Part& part = part_of(job_case, parameter.body).contact;
+      const Part& part = body_of(job_case, parameter).contact;
       for (std::size_t t = 0; t < part.component.size(); ++t) {
         if (part.component[t] == parameter.component)
           largest = std::max(largest, offset_mm(part.mesh, static_cast<Eigen::Index>(t)));
       }
+    } else if (parameter.quantity == UncertainQuantity::load && parameter.follower) {
+      largest = follower_load_n(parameter);
     } else if (parameter.quantity == UncertainQuantity::load) {
       for (const job::Push& push : job_case.push) {
         if (parameter.load == UncertainLoad::force) largest = std::max(largest, push.force_n.dot(push.delta));
@@ -229,10 +234,16 @@ struct SampledCase::State {
     return std::isfinite(largest) ? -largest : -std::numeric_limits<double>::infinity();
   }
 
+  double follower_load_n(const UncertainParameter& parameter) const
+  {
+    const Follower& follower = job_case.followers.at(*parameter.follower);
+    return parameter.load == UncertainLoad::push ? follower.push_n : tension_n(follower);
+  }
+
   static double least_factor(const UncertainParameter& parameter)
   {
     const bool is_signed = parameter.quantity == UncertainQuantity::reference_strain ||
-                           (parameter.quantity == UncertainQuantity::load &&
+                           (parameter.quantity == UncertainQuantity::load && !parameter.follower &&
                             parameter.load != UncertainLoad::force && parameter.load != UncertainLoad::line);
     return is_signed ? -std::numeric_limits<double>::infinity() : 0.0;
   }
@@ -270,16 +281,20 @@ struct SampledCase::State {
     }
   }
 
-  model::Ligaments ligaments_at(int sample) const
+  // Of the joint, or of a follower by its row.
+  model::Ligaments ligaments_at(int sample, std::optional<std::size_t> follower = {}) const
   {
     const job::Uncertainty& uncertainty = *job_case.uncertainty;
-    model::Ligaments ligaments = job_case.ligaments;
-    std::vector<double> new_strain = strain;
-    std::vector<bool> has_strain;  // the slack length follows from the strain
-    for (const double given : uncertainty.reference_strain) has_strain.push_back(!std::isnan(given));
+    model::Ligaments ligaments = follower ? job_case.followers[*follower].ligaments : job_case.ligaments;
+    const std::vector<double>& old_strain = strain.at(follower ? 1 + *follower : 0);
+    std::vector<double> new_strain = old_strain;
+    std::vector<bool> has_strain(new_strain.size(), false);  // the slack length follows from the strain
+    for (std::size_t k = 0; !follower && k < has_strain.size(); ++k)
+      has_strain[k] = !std::isnan(uncertainty.reference_strain[k]);
     bool is_moved = false, is_strained = false;
     for (std::size_t p = 0; p < uncertainty.parameters.size(); ++p) {
       const UncertainParameter& parameter = uncertainty.parameters[p];
+      if (parameter.follower != follower) continue;
       if (parameter.quantity == UncertainQuantity::attachment) {
         move_attachments(p, sample, ligaments);
         is_moved = true;
@@ -296,9 +311,13 @@ struct SampledCase::State {
       }
     }
     if (!is_moved && !is_strained) return ligaments;
+    for (std::size_t k = 0; follower && k < new_strain.size(); ++k) {
+      if (has_strain[k]) ligaments.fibres[k].slack_length_mm *= (1.0 + old_strain[k]) / (1.0 + new_strain[k]);
+    }
+    if (follower) return ligaments;
     const std::vector<model::FibreState> states = model::fibre_states(ligaments, {}, {});
     for (std::size_t k = 0; k < states.size(); ++k) {
-      const bool is_changed = new_strain[k] != strain[k] || is_moved;
+      const bool is_changed = new_strain[k] != old_strain[k] || is_moved;
       if (has_strain[k] && is_changed && states[k].length_mm > 0.0)
         ligaments.fibres[k].slack_length_mm = states[k].length_mm / (1.0 + new_strain[k]);
     }
@@ -315,6 +334,9 @@ struct SampledCase::State {
       push.force_n += (changed(p, 0, sample, before_n, least) - before_n) * axis;
     };
     switch (parameter.load) {
+      case UncertainLoad::push:
+      case UncertainLoad::tension:
+        throw InternalError("a follower's load is not the joint's");
       case UncertainLoad::force:
         return change_along(push.delta, 0.0);
       case UncertainLoad::anterior_force:
@@ -338,10 +360,24 @@ struct SampledCase::State {
     }
   }
 
+  // Lines keep their shares of the tension.
+  void change_follower_load(std::size_t p, int sample, Follower& follower) const
+  {
+    const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
+    if (parameter.load == UncertainLoad::push) {
+      follower.push_n = std::max(0.0, changed(p, 0, sample, follower.push_n, 0.0));
+      return;
+    }
+    const double before_n = tension_n(follower);
+    if (!(before_n > 0.0)) return;
+    const double factor = std::max(0.0, changed(p, 0, sample, before_n, 0.0)) / before_n;
+    for (model::Fibre& fibre : follower.ligaments.fibres) fibre.tension_n *= factor;
+  }
+
   void change_offset(std::size_t p, int sample, job::Case& sampled) const
   {
     const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
-    Part& part = part_of(sampled, parameter.body).contact;
+    Part& part = body_of(sampled, parameter).contact;
     part.mesh.offset_mm.resize(static_cast<std::size_t>(part.mesh.triangles.rows()), 0.0);
     for (std::size_t t = 0; t < part.component.size(); ++t) {
       double& offset_mm = part.mesh.offset_mm[t];
@@ -357,7 +393,7 @@ struct SampledCase::State {
   void change_thickness(std::size_t p, int sample, job::Case& sampled) const
   {
     const UncertainParameter& parameter = job_case.uncertainty->parameters[p];
-    Part& part = part_of(sampled, parameter.body).contact;
+    Part& part = body_of(sampled, parameter).contact;
     const double by_mm = thickness_mm(p, sample);
     std::vector<bool> is_moved(static_cast<std::size_t>(part.mesh.vertices_mm.rows()), false);
     for (Eigen::Index t = 0; t < part.mesh.triangles.rows(); ++t) {
@@ -417,7 +453,9 @@ std::optional<double> SampledCase::thickness_change_mm(int sample) const
   double change_mm = 0.0;
   std::ptrdiff_t n = 0;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
-    if (parameters[p].quantity != UncertainQuantity::thickness || parameters[p].component >= 0) continue;
+    if (parameters[p].quantity != UncertainQuantity::thickness || parameters[p].component >= 0 ||
+        parameters[p].follower)
+      continue;
     change_mm += state_->thickness_mm(p, sample);
     ++n;
   }
@@ -426,12 +464,12 @@ std::optional<double> SampledCase::thickness_change_mm(int sample) const
 
 std::ptrdiff_t SampledCase::n_geometry_changes() const
 {
-  return std::ranges::count_if(state_->job_case.uncertainty->parameters,
-                               [](const UncertainParameter& parameter) {
-                                 return parameter.quantity == UncertainQuantity::rotation_centre ||
-                                        parameter.quantity == UncertainQuantity::offset ||
-                                        parameter.quantity == UncertainQuantity::thickness;
-                               });
+  return std::ranges::count_if(
+      state_->job_case.uncertainty->parameters, [](const UncertainParameter& parameter) {
+        return !parameter.follower && (parameter.quantity == UncertainQuantity::rotation_centre ||
+                                       parameter.quantity == UncertainQuantity::offset ||
+                                       parameter.quantity == UncertainQuantity::thickness);
+      });
 }
 
 model::Ligaments SampledCase::ligaments_at(int sample) const
@@ -457,6 +495,8 @@ job::Case SampledCase::at(int sample) const
   job::Case sampled = state.job_case;
   sampled.uncertainty.reset();
   sampled.ligaments = state.ligaments_at(sample);
+  for (std::size_t row = 0; row < sampled.followers.size(); ++row)
+    sampled.followers[row].ligaments = state.ligaments_at(sample, row);
   sampled.frame.rotation_centre_mm = rotation_centre_mm_at(sample);
   const std::vector<UncertainParameter>& parameters = state.job_case.uncertainty->parameters;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
@@ -466,6 +506,10 @@ job::Case SampledCase::at(int sample) const
     if (quantity == UncertainQuantity::prior_shape || quantity == UncertainQuantity::prior_level)
       state.change_prior(p, sample, sampled);
     if (quantity != UncertainQuantity::load) continue;
+    if (parameters[p].follower) {
+      state.change_follower_load(p, sample, sampled.followers[*parameters[p].follower]);
+      continue;
+    }
     for (std::vector<job::Push>* rows : {&sampled.push, &sampled.path_push}) {
       for (job::Push& push : *rows) state.change_load(p, sample, push);
     }

@@ -77,6 +77,8 @@ class UncertaintyReader {
     parameter.is_factor =
         factor != nullptr ? core::flag_at(*factor, "") : parameter.quantity == UncertainQuantity::stiffness;
     parameter.name = quantity;
+    if (const core::DocumentValue* follower = core::find_at(value, "follower"))
+      set_follower(core::text_at(*follower, ""), parameter);
     if (is_of_fibres(parameter.quantity)) set_fibres(value, parameter);
     if (parameter.quantity == UncertainQuantity::load) set_load(value, parameter);
     if (parameter.quantity == UncertainQuantity::offset) set_component(value, parameter);
@@ -104,6 +106,28 @@ class UncertaintyReader {
     return quantity == UncertainQuantity::attachment || quantity == UncertainQuantity::rotation_centre;
   }
 
+  // What a parameter of a follower may change.
+  static bool may_be_of_follower(UncertainQuantity quantity)
+  {
+    return quantity == UncertainQuantity::stiffness || quantity == UncertainQuantity::reference_strain ||
+           quantity == UncertainQuantity::load || quantity == UncertainQuantity::offset ||
+           quantity == UncertainQuantity::thickness;
+  }
+
+  void set_follower(const std::string& name, UncertainParameter& parameter)
+  {
+    std::vector<std::string> names;
+    for (const Follower& follower : loaded_.followers) names.push_back(follower.name);
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end())
+      refuse("follower", "\"" + name + "\"",
+             names.empty()
+                 ? "a job with [[follower]]"
+                 : "a [[follower]] of the job; the nearest is \"" + nearest_word(name, names) + "\"");
+    parameter.follower = static_cast<std::size_t>(found - names.begin());
+    parameter.name += " " + name;
+  }
+
   // A key that the quantity or the distribution does not use is a mistake.
   void check_keys(const core::DocumentValue& value, UncertainQuantity quantity) const
   {
@@ -112,7 +136,8 @@ class UncertaintyReader {
     if (is_of_fibres(quantity)) used.insert({"fibre", "bundle", "shared_by", "correlation"});
     if (quantity == UncertainQuantity::attachment) used.insert("body");
     if (quantity == UncertainQuantity::offset || quantity == UncertainQuantity::thickness)
-      used.insert({"body", "component"});
+      used.insert({value.contains("follower") ? "follower" : "body", "component"});
+    if (may_be_of_follower(quantity)) used.insert("follower");
     if (is_of_prior(quantity)) used.insert("coordinate");
     if (quantity == UncertainQuantity::load) used.insert("load");
     if (!is_vector(quantity)) used.insert("factor");
@@ -129,10 +154,10 @@ class UncertaintyReader {
     }
   }
 
-  std::vector<std::string> fibre_words(bool is_bundle) const
+  static std::vector<std::string> fibre_words(const std::vector<model::Fibre>& fibres, bool is_bundle)
   {
     std::vector<std::string> words;
-    for (const model::Fibre& fibre : loaded_.ligaments.fibres) {
+    for (const model::Fibre& fibre : fibres) {
       const std::string& word = is_bundle ? fibre.bundle : fibre.name;
       if (words.empty() || words.back() != word) words.push_back(word);
     }
@@ -148,7 +173,7 @@ class UncertaintyReader {
 
   void set_fibres(const core::DocumentValue& value, UncertainParameter& parameter)
   {
-    const std::vector<model::Fibre>& fibres = loaded_.ligaments.fibres;
+    const std::vector<model::Fibre>& fibres = ligaments_of(loaded_, parameter).fibres;
     if (fibres.empty()) refuse("quantity", "a quantity of fibres", "[ligaments], or another quantity");
     if (parameter.quantity == UncertainQuantity::attachment) {
       parameter.body = body_at(value);
@@ -160,14 +185,15 @@ class UncertaintyReader {
     const std::string& word = fibre.empty() ? bundle : fibre;
     if (!word.empty()) parameter.name += " " + word;
     for (std::size_t k = 0; k < fibres.size(); ++k) {
-      if (word.empty() || (fibre.empty() ? fibres[k].bundle : fibres[k].name) == word)
+      const bool is_line = fibres[k].tension_n > 0.0;  // has neither stiffness nor strain
+      if (!is_line && (word.empty() || (fibre.empty() ? fibres[k].bundle : fibres[k].name) == word))
         parameter.fibres.push_back(k);
     }
     if (parameter.fibres.empty()) {
       const bool is_bundle = fibre.empty();
       refuse(is_bundle ? "bundle" : "fibre", "\"" + word + "\"",
              std::string(is_bundle ? "a bundle" : "a fibre") + " of the job; the nearest is \"" +
-                 nearest_word(word, fibre_words(is_bundle)) + "\"");
+                 nearest_word(word, fibre_words(fibres, is_bundle)) + "\"");
     }
     const std::string& shared = core::text_or_empty(value, "shared_by");
     parameter.shared_by = shared == "fibre" ? SharedBy::fibre
@@ -187,6 +213,14 @@ class UncertaintyReader {
     for (const NamedLoad& named : named_loads) {
       names.emplace_back(named.name);
       if (name == named.name) parameter.load = named.load;
+    }
+    if (parameter.follower) {
+      if (name != "push" && name != "tension")
+        refuse("load", name.empty() ? "nothing" : "\"" + name + "\"",
+               "\"push\" or \"tension\", of a follower");
+      parameter.load = name == "push" ? UncertainLoad::push : UncertainLoad::tension;
+      parameter.name += " " + name;
+      return;
     }
     bool is_found = std::find(names.begin(), names.end(), name) != names.end();
     const auto find_in = [&](const auto& list, UncertainLoad kind) {
@@ -213,9 +247,10 @@ class UncertaintyReader {
   void set_component(const core::DocumentValue& value, UncertainParameter& parameter)
   {
     const std::string& name = core::text_or_empty(value, "component");
-    parameter.body = body_at(value);
+    if (!parameter.follower) parameter.body = body_at(value);
     if (parameter.is_factor) refuse("factor", "true", "false: an offset changes by mm");
-    const BodyJob& body = part_of(job_, parameter.body);
+    const BodyJob& body =
+        parameter.follower ? job_.followers[*parameter.follower].body : part_of(job_, parameter.body);
     std::vector<std::string> names;
     for (const ComponentJob& component : body.components) {
       if (component.has_contact) names.push_back(component.name);
@@ -224,7 +259,7 @@ class UncertaintyReader {
     }
     if (std::find(names.begin(), names.end(), name) == names.end())
       refuse("component", name.empty() ? "nothing" : "\"" + name + "\"",
-             std::string("a component of ") + name_of(parameter.body) + " in contact; the nearest is \"" +
+             "a component of " + body_name(parameter) + " in contact; the nearest is \"" +
                  nearest_word(name, names) + "\"");
     parameter.name += " " + name;
   }
@@ -233,10 +268,15 @@ class UncertaintyReader {
   void set_thickness(const core::DocumentValue& value, UncertainParameter& parameter)
   {
     if (value.contains("component")) return set_component(value, parameter);
-    parameter.body = body_at(value);
+    if (!parameter.follower) parameter.body = body_at(value);
     parameter.component = -1;
     if (parameter.is_factor) refuse("factor", "true", "false: a thickness changes by mm");
-    parameter.name += std::string(" ") + name_of(parameter.body);
+    if (!parameter.follower) parameter.name += " " + body_name(parameter);
+  }
+
+  std::string body_name(const UncertainParameter& parameter) const
+  {
+    return parameter.follower ? loaded_.followers[*parameter.follower].name : name_of(parameter.body);
   }
 
   void set_term(const core::DocumentValue& value, UncertainParameter& parameter)
@@ -352,10 +392,10 @@ class UncertaintyReader {
     const bool is_factor = parameter.is_factor;
     if (parameter.quantity == UncertainQuantity::stiffness) {
       for (const std::size_t k : parameter.fibres)
-        require((is_factor ? 0.0 : loaded_.ligaments.fibres[k].stiffness_n) + smallest > 0.0,
+        require((is_factor ? 0.0 : ligaments_of(loaded_, parameter).fibres[k].stiffness_n) + smallest > 0.0,
                 "values that keep every stiffness above 0");
     } else if (parameter.quantity == UncertainQuantity::offset) {
-      const Part& part = part_of(loaded_, parameter.body).contact;
+      const Part& part = body_of(loaded_, parameter).contact;
       for (std::size_t t = 0; t < part.component.size(); ++t) {
         if (part.component[t] == parameter.component)
           return require(offset_mm(part.mesh, static_cast<Eigen::Index>(t)) + smallest >= 0.0,
@@ -365,6 +405,11 @@ class UncertaintyReader {
       require(parameter.load == UncertainLoad::moment || parameter.load == UncertainLoad::varus_moment ||
                   smallest >= 0.0,
               "factors at or above 0");
+    } else if (parameter.quantity == UncertainQuantity::load && parameter.follower) {
+      const Follower& follower = loaded_.followers[*parameter.follower];
+      require(
+          (parameter.load == UncertainLoad::push ? follower.push_n : tension_n(follower)) + smallest >= 0.0,
+          "changes that keep the force at or above 0");
     } else if (parameter.quantity == UncertainQuantity::load &&
                (parameter.load == UncertainLoad::force || parameter.load == UncertainLoad::line)) {
       for (const Push& push : loaded_.push)

@@ -70,6 +70,7 @@ enum class StepKind : std::uint8_t {
   /// or the column, plus the follower's number; 63: the joint with the followers' reaction.
   follower_start = 9,
   follower = 10,
+  sample_follower = 11,  ///< of a sample: `varus` is 64 times the number of the sample plus the follower's
 };
 
 inline constexpr Named<StepKind> step_kind_names[] = {{StepKind::spine_probe, "spine_probe"},
@@ -82,7 +83,8 @@ inline constexpr Named<StepKind> step_kind_names[] = {{StepKind::spine_probe, "s
                                                       {StepKind::prior_probe, "prior_probe"},
                                                       {StepKind::prior_level, "prior_level"},
                                                       {StepKind::follower_start, "follower_start"},
-                                                      {StepKind::follower, "follower"}};
+                                                      {StepKind::follower, "follower"},
+                                                      {StepKind::sample_follower, "sample_follower"}};
 constexpr const auto& names_of(StepKind)
 {
   return step_kind_names;

@@ -8,6 +8,7 @@
 #include "job/job_parts.hpp"
 #include "model/coordinates.hpp"
 #include "model/ligaments.hpp"
+#include "solve/followers.hpp"
 
 namespace vrda::python {
 namespace {
@@ -59,11 +60,41 @@ JointSolver::JointSolver(const std::string& job_file, const job::LoadOptions& op
   solver_ = std::make_unique<solve::CaseSolver>(case_, 1);
 }
 
-std::vector<std::string> JointSolver::fibre_names() const
+namespace {
+
+std::vector<std::string> names_of(const model::Ligaments& ligaments)
 {
   std::vector<std::string> names;
-  for (const model::Fibre& fibre : case_.ligaments.fibres) names.push_back(fibre.name);
+  for (const model::Fibre& fibre : ligaments.fibres) names.push_back(fibre.name);
   return names;
+}
+
+}  // namespace
+
+std::vector<std::string> JointSolver::fibre_names() const
+{
+  return names_of(case_.ligaments);
+}
+
+std::vector<std::string> JointSolver::follower_names() const
+{
+  std::vector<std::string> names;
+  for (const job::Follower& follower : case_.followers) names.push_back(follower.name);
+  return names;
+}
+
+const job::Follower& JointSolver::follower(const std::string& name) const
+{
+  const auto found = std::ranges::find(case_.followers, name, &job::Follower::name);
+  if (found != case_.followers.end()) return *found;
+  const std::vector<std::string> names = follower_names();
+  throw InputError({"Joint", "follower", '"' + name + '"',
+                    names.empty() ? "a job with [[follower]]" : "one of " + joined(names)});
+}
+
+std::vector<std::string> JointSolver::follower_fibre_names(const std::string& name) const
+{
+  return names_of(follower(name).ligaments);
 }
 
 job::Push JointSolver::push_at(const RowPlan& plan, std::size_t row) const
@@ -164,11 +195,76 @@ void JointSolver::add_row(RowResults& results, const StepRecord& record, double 
   }
 }
 
+void JointSolver::follow(StepRecord& record, RowResults& results, std::vector<Pose>& starts)
+{
+  const double flexion_rad =
+      record.coordinates ? record.coordinates->flexion_rad : rad_from_deg(case_.grid.flexion_deg[0]);
+  solve::SweepPlan plan;
+  plan.flexion_rad = {flexion_rad};
+  plan.varus_rad = {record.varus_rad};
+  plan.spine = is_varus_free_ ? solve::SpineRule::free_varus : solve::SpineRule::nearest_zero;
+  plan.is_varus_free = is_varus_free_;
+  solve::SweepResult row;
+  record.key = {StepKind::row, 0, 0};
+  row.cells = {record};
+  row.spine_column = {0};
+  row.free_spine.emplace_back().chosen = record;
+  const solve::SolveStep step = [this](const solve::StepTask& task) { return (*solver_)(task); };
+  solve::follow(case_, plan, step, {}, 1, row, starts);
+  record = row.cells.front();
+  const bool is_posed = std::ranges::all_of(
+      row.followers.front(), [](const StepRecord& r) { return r.status == StepStatus::stable; });
+  if (is_posed) starts.clear();
+  model::BodyPoses placed{Pose::Identity(), solve::joint_pose_of(case_, record)};
+  for (std::size_t k = 0; k < case_.followers.size(); ++k) {
+    const StepRecord& own = row.followers.front()[k];
+    add_follower(k, own, placed, results.followers[k]);
+    if (is_posed)
+      starts.push_back(solve::follower_pose_of(solve::follower_frame(case_, case_.followers[k]), own));
+  }
+}
+
+void JointSolver::add_follower(std::size_t k, const StepRecord& record, model::BodyPoses& placed,
+                               FollowerResults& results) const
+{
+  const job::Follower& follower = case_.followers[k];
+  const SolverFrame frame = solve::follower_frame(case_, follower);
+  const bool is_stable = record.status == StepStatus::stable;
+  results.status.push_back(static_cast<std::int8_t>(record.status));
+  JointCoordinates q = JointCoordinates::Constant(nan);
+  Eigen::Matrix4d X = Eigen::Matrix4d::Constant(nan);
+  std::vector<double> tension_n(follower.ligaments.fibres.size(), nan);
+  if (is_stable) {
+    const Pose X_of = solve::follower_pose_of(frame, record);
+    const Attitude attitude{record.coordinates->flexion_rad, record.varus_rad};
+    const auto fibres = model::solver_ligaments(
+        model::ligaments_between(follower.ligaments, follower.of, model::follower_index(k), placed), frame);
+    const std::vector<model::FibreState> states = model::fibre_states(fibres, attitude, record.pose);
+    for (std::size_t f = 0; f < states.size(); ++f) tension_n[f] = states[f].force_n;
+    placed.push_back(placed.at(model::row_of(follower.of)) * X_of);
+    q = follower_coordinates(X_of, frame.side, follower.centre_mm);
+    X = X_of.matrix();
+  }
+  std::vector<double>* columns[] = {&results.flexion_deg, &results.rotation_deg, &results.tilt_deg,
+                                    &results.anterior_mm, &results.proximal_mm,  &results.lateral_mm};
+  for (std::size_t c = 0; c < n_joint_coordinates; ++c) {
+    const double value = q(static_cast<Eigen::Index>(c));
+    columns[c]->push_back(is_rotation(c) ? deg_from_rad(value) : value);
+  }
+  for (Eigen::Index i = 0; i < 4; ++i)
+    for (Eigen::Index j = 0; j < 4; ++j) results.X_of_follower.push_back(X(i, j));
+  results.energy_nmm.push_back(is_stable ? record.balance.energy_nmm : nan);
+  results.tension_n.insert(results.tension_n.end(), tension_n.begin(), tension_n.end());
+}
+
 RowResults JointSolver::solve(const RowPlan& plan, const std::function<void()>& before_row)
 {
   require_solvable(plan);
   const std::lock_guard one_at_a_time(mutex_);
   RowResults results;
+  for (const job::Follower& follower : case_.followers) results.followers.emplace_back().name = follower.name;
+  std::vector<Pose> starts;  // of the followers; empty: of the scan
+  is_varus_free_ = plan.varus_deg.empty();
   // Row 0 of the pushes is that of the seed, row 1 that of the step.
   case_.path_push.assign(2, push_at(plan, 0));
   const SolverFrame first = solve::frame_of(case_, case_.path_push[1]);
@@ -188,7 +284,14 @@ RowResults JointSolver::solve(const RowPlan& plan, const std::function<void()>& 
     task.attitude.flexion_rad = rad_from_deg(plan.flexion_deg[row]);
     task.is_varus_free = plan.varus_deg.empty();
     task.attitude.varus_rad = task.is_varus_free ? last_varus_rad : rad_from_deg(plan.varus_deg[row]);
-    const StepRecord record = (*solver_)(task);
+    StepRecord record = (*solver_)(task);
+    if (!case_.followers.empty()) {
+      // The one cell of the plan, whose Delta is that of the row.
+      case_.grid.flexion_deg = {plan.flexion_deg[row]};
+      case_.push = {case_.path_push[1]};
+      if (record.status == StepStatus::stable) case_.path_push[0] = case_.path_push[1];
+      follow(record, results, starts);
+    }
     add_row(results, record, task.attitude.flexion_rad, frame);
     if (record.status != StepStatus::stable) continue;
     task.seed = record.pose;

@@ -39,6 +39,36 @@ struct RowPlan {
   std::optional<std::array<double, 16>> seed;
 };
 
+/// Columns of a follower over the rows: the attributes of vrda.FollowerSolution.
+struct FollowerResults {
+  std::string name;
+  std::vector<std::int8_t> status;  ///< StepStatus
+  std::vector<double> flexion_deg, rotation_deg, tilt_deg, anterior_mm, proximal_mm, lateral_mm;
+  std::vector<double> X_of_follower;          ///< [n, 4, 4]
+  std::vector<double> energy_nmm, tension_n;  ///< tension: [n, n_fibres]
+};
+
+/// The meanings are the docstrings.
+constexpr auto fields_of(const FollowerResults*)
+{
+  using R = FollowerResults;
+  return std::tuple{
+      Field{"flexion", &R::flexion_deg, unit::degree, "(n,) degrees: flexion of the follower."},
+      Field{"rotation", &R::rotation_deg, unit::degree, "(n,) degrees: rotation about the floating axis."},
+      Field{"tilt", &R::tilt_deg, unit::degree, "(n,) degrees: rotation about its long axis."},
+      Field{"anterior", &R::anterior_mm, unit::mm,
+            "(n,) mm: displacement of its centre along the axes of the body of its coordinates."},
+      Field{"proximal", &R::proximal_mm, unit::mm, "(n,) mm: the same, proximal."},
+      Field{"lateral", &R::lateral_mm, unit::mm, "(n,) mm: the same, lateral on both sides."},
+      Field{"energy", &R::energy_nmm, unit::nmm,
+            "(n,) N mm: energy of its fibres and springs minus the work of its push."},
+      Field{"tension", &R::tension_n, unit::n, "(n, fibres) N: tension of each of its fibres and lines."},
+      Field{"X_of_follower", &R::X_of_follower, unit::mm,
+            "(n, 4, 4) mm: takes its stored vertices to those of the body of its coordinates."},
+      Field{"status_code", &R::status, unit::none,
+            "(n,) int8: the codes of `status` in a motion model; 0 is stable."}};
+}
+
 /// Columns over the rows, which are the attributes of vrda.Solution under the names of fields_of().
 struct RowResults {
   std::vector<std::int8_t> status;  ///< StepStatus
@@ -48,6 +78,7 @@ struct RowResults {
   std::vector<double> energy_nmm, flexion_moment_nmm, varus_moment_nmm;
   std::vector<double> strain, tension_n;  ///< [n, n_fibres]
   std::vector<std::int32_t> iterations;
+  std::vector<FollowerResults> followers;  ///< in the order of the job
 };
 
 /// The meanings are the docstrings.
@@ -93,6 +124,10 @@ class JointSolver {
 
   const job::Case& job_case() const { return case_; }
   std::vector<std::string> fibre_names() const;
+  std::vector<std::string> follower_names() const;
+  /// Throws InputError for a name that the job does not have.
+  const job::Follower& follower(const std::string& name) const;
+  std::vector<std::string> follower_fibre_names(const std::string& name) const;
 
   /// Each row starts from the last stable one before it. `before_row` is called before each; what it throws
   /// ends the work. One call at a time: others wait. Throws InputError naming the argument.
@@ -103,11 +138,17 @@ class JointSolver {
   SolverPosition seed_position(const std::array<double, 16>& seed, const SolverFrame& frame) const;
   void add_row(RowResults& results, const StepRecord& record, double flexion_rad,
                const SolverFrame& frame) const;
+  // Solves the followers of a row's record, which those with a reaction replace; `starts` are their last
+  // poses, and become those of the row.
+  void follow(StepRecord& record, RowResults& results, std::vector<Pose>& starts);
+  void add_follower(std::size_t k, const StepRecord& record, model::BodyPoses& placed,
+                    FollowerResults& results) const;
   void require_solvable(const RowPlan& plan) const;
 
   job::Job job_;
   job::Case case_;
   std::unique_ptr<solve::CaseSolver> solver_;
+  bool is_varus_free_ = false;  ///< of the rows being solved
   std::mutex mutex_;
 };
 

@@ -163,19 +163,28 @@ py::array view_of(const Number* first, std::vector<py::ssize_t> shape, const py:
   return array;
 }
 
-/// A column of `self`: (n,), or with several values a row (n, width), or (n, 4, 4).
-template <typename Number>
-py::array column_of(const py::object& self, std::vector<Number> RowResults::*column)
+/// Columns with several values a row, poses first.
+std::array<const std::vector<double>*, 3> wide_columns(const RowResults& results)
 {
-  const auto& results = self.cast<const RowResults&>();
+  return {&results.X_reference_moving, &results.strain, &results.tension_n};
+}
+std::array<const std::vector<double>*, 2> wide_columns(const FollowerResults& results)
+{
+  return {&results.X_of_follower, &results.tension_n};
+}
+
+/// A column of `self`: (n,), or with several values a row (n, width), or (n, 4, 4).
+template <typename Results, typename Number>
+py::array column_of(const py::object& self, std::vector<Number> Results::*column)
+{
+  const auto& results = self.cast<const Results&>();
   const std::vector<Number>& values = results.*column;
   const auto n = static_cast<py::ssize_t>(results.status.size()),
              size = static_cast<py::ssize_t>(values.size());
-  if (static_cast<const void*>(&values) == &results.X_reference_moving)
-    return view_of(values.data(), {n, 4, 4}, self);
-  const bool is_table = static_cast<const void*>(&values) == &results.strain ||
-                        static_cast<const void*>(&values) == &results.tension_n;
-  if (is_table) return view_of(values.data(), {n, size / n}, self);
+  const auto wide = wide_columns(results);
+  const auto is_values = [&](const void* other) { return other == &values; };
+  if (is_values(wide.front())) return view_of(values.data(), {n, 4, 4}, self);
+  if (std::any_of(wide.begin(), wide.end(), is_values)) return view_of(values.data(), {n, size / n}, self);
   return view_of(values.data(), {n}, self);
 }
 
@@ -345,26 +354,46 @@ py::object export_model(const std::string& file, const std::string& to, const st
 
 // --- the module ---
 
-void define_solution(py::module_& module)
+template <typename Results>
+py::class_<Results> class_of_rows(py::module_& module, const char* name, const char* meaning)
 {
-  py::class_<RowResults> solution(
-      module, "Solution",
-      "Rows of Joint.solve as read-only arrays without copies; rows that are not stable "
-      "are NaN.");
-  for_each_field<RowResults>([&](const auto& field) {
-    solution.def_property_readonly(
+  py::class_<Results> rows(module, name, meaning);
+  for_each_field<Results>([&](const auto& field) {
+    rows.def_property_readonly(
         field.name, [member = field.member](const py::object& self) { return column_of(self, member); },
         field.meaning);
   });
-  solution.def_property_readonly(
+  rows.def_property_readonly(
       "status",
-      [](const RowResults& results) {
+      [](const Results& results) {
         py::list names;
         for (const std::int8_t code : results.status) names.append(name_of(static_cast<StepStatus>(code)));
         return py::module_::import("numpy").attr("array")(names, "dtype"_a = "U15");
       },
       "(n,) str: how each row ended: stable, no_contact, no_clearance, iteration_limit, unbounded.");
-  solution.def("__len__", [](const RowResults& results) { return results.status.size(); });
+  rows.def("__len__", [](const Results& results) { return results.status.size(); });
+  return rows;
+}
+
+void define_solution(py::module_& module)
+{
+  class_of_rows<FollowerResults>(
+      module, "FollowerSolution",
+      "A follower in the rows of Joint.solve; rows in which it is not stable are NaN.");
+  class_of_rows<RowResults>(
+      module, "Solution",
+      "Rows of Joint.solve as read-only arrays without copies; rows that are not stable "
+      "are NaN.")
+      .def_property_readonly(
+          "followers",
+          [](const py::object& self) {
+            py::dict named;
+            for (const FollowerResults& follower : self.cast<const RowResults&>().followers)
+              named[py::str(follower.name)] =
+                  py::cast(&follower, py::return_value_policy::reference_internal, self);
+            return named;
+          },
+          "Bodies that follow the joint in the same rows, by name.");
 }
 
 void define_joint(py::module_& module)
@@ -375,6 +404,20 @@ void define_joint(py::module_& module)
            "varus_moment_nmm"_a, "seed"_a)
       .def_property_readonly("method", [](const JointSolver& joint) { return joint.job_case().method; })
       .def_property_readonly("fibres", &JointSolver::fibre_names)
+      .def_property_readonly("followers", &JointSolver::follower_names)
+      .def("follower_fibres", &JointSolver::follower_fibre_names, "follower"_a)
+      .def(
+          "follower_vertices",
+          [](const py::object& self, const std::string& name) {
+            return vertices_of(self, self.cast<const JointSolver&>().follower(name).body);
+          },
+          "follower"_a)
+      .def(
+          "follower_triangles",
+          [](const py::object& self, const std::string& name) {
+            return triangles_of(self, self.cast<const JointSolver&>().follower(name).body);
+          },
+          "follower"_a)
       .def_property_readonly("rotation_centre",
                              [](const py::object& self) {
                                return view_of(case_of(self).frame.rotation_centre_mm.data(), {3}, self);

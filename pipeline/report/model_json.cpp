@@ -326,6 +326,20 @@ Json contact_json(const std::optional<analysis::ContactFigures>& contact)
           {"two_sided", contact->sides ? two_sided_json(*contact->sides) : Json()}};
 }
 
+Json followers_json(const std::vector<analysis::FollowerRow>& followers)
+{
+  Json list = Json::array();
+  for (const analysis::FollowerRow& follower : followers) {
+    Json errors = Json::array();
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+      errors.push_back(
+          errors_json(std::string(follower_coordinate_names[k]) + (is_rotation(k) ? ", degrees" : ", mm"),
+                      follower.surfaces[k].errors));
+    list.push_back({{"name", follower.name}, {"errors", errors}});
+  }
+  return list;
+}
+
 Json comparison_json(const std::optional<analysis::Comparison>& comparison)
 {
   if (!comparison) return nullptr;
@@ -345,7 +359,8 @@ Json comparison_json(const std::optional<analysis::Comparison>& comparison)
                     {"second_difference", row.second_difference},
                     {"contact", contact_json(row.contact)},
                     {"fault", name_of(r.ranked[k].fault)},
-                    {"faults", faults_json(row)}});
+                    {"faults", faults_json(row)},
+                    {"followers", followers_json(row.followers)}});
   }
   return {{"rows", rows},
           {"not_carried", comparison->undetermined_degrees},
@@ -783,12 +798,11 @@ Json uncertainty_json(const store::MotionModel& model)
     Json json = {{"name", quantity.name}, {"unit", quantity.unit}};
     for (std::size_t p = 0; p < store::band_probabilities.size(); ++p) {
       std::vector<double> values;
-      for (std::size_t i = 0; i < motion.n_solved.size(); ++i)
-        values.push_back(solve::band_at(motion, p, i, quantity.row));
+      for (std::size_t i = 0; i < motion.n_solved.size(); ++i) values.push_back(quantity.band_at(p, i));
       json[band_keys[p]] = values;
     }
     Json shares = Json::array();
-    for (const solve::SpreadShare& share : solve::spread_shares(motion, quantity.row)) {
+    for (const solve::SpreadShare& share : solve::spread_shares(quantity)) {
       if (shares.size() == most_shares) break;
       shares.push_back({{"draw", motion.draw[share.draw]},
                         {"index", share.index},

@@ -249,13 +249,14 @@ void add_unsolved(const store::MotionModel& model, Lines& lines)
         static_cast<long long>(n_missing), spine.size()));
 }
 
-void add_doubtful(const store::MotionModel& model, Lines& lines)
+// `of`: " of patella", or empty.
+void add_doubtful(const store::GridB& plausibilities, const std::string& of, Lines& lines)
 {
   for (const Plausibility plausibility : doubtful_plausibilities) {
-    const auto n = (model.plausibility == static_cast<std::int8_t>(plausibility)).count();
+    const auto n = (plausibilities == static_cast<std::int8_t>(plausibility)).count();
     if (n == 0) continue;
-    lines.push_back(printed("%lld stable attitudes are doubtful, %s: %s.", static_cast<long long>(n),
-                            name_of(plausibility), meaning_of(plausibility)));
+    lines.push_back(printed("%lld stable attitudes%s are doubtful, %s: %s.", static_cast<long long>(n),
+                            of.c_str(), name_of(plausibility), meaning_of(plausibility)));
   }
 }
 
@@ -380,7 +381,9 @@ std::vector<std::string> warnings_of(const ReportModel& entry)
   const MotionSummary numbers = motion_summary(model);
   Lines lines = model.job.warnings;
   add_unsolved(model, lines);
-  add_doubtful(model, lines);
+  add_doubtful(model.plausibility, "", lines);
+  for (const store::FollowerRows& follower : model.followers)
+    add_doubtful(follower.plausibility, " of " + follower.name, lines);
   add_raw_extremes(entry, lines);
   if (numbers.balance_residual_n > residual_share * numbers.push_n)
     lines.push_back(printed(

@@ -102,15 +102,32 @@ store::MotionModel audited_model_of(const job::Case& job_case, const solve::Swee
   store::MotionModel model = solve::motion_model_of(job_case, result);
   analysis::PoseAssessment verdicts =
       analysis::assess_poses(model, job_case.ligaments, solve::joint_bounds_of(job_case), n_threads);
-  if ((verdicts.is_overlapping == 1).any()) {
+  const auto overlaps = [](const analysis::PoseAssessment& of) { return (of.is_overlapping == 1).any(); };
+  if (overlaps(verdicts) || std::ranges::any_of(verdicts.followers, overlaps)) {
     solve::SweepResult accepted = result;
     for (StepRecord& cell : accepted.cells) {
       if (verdicts.is_overlapping(cell.key.flexion, cell.key.varus) == 1)
         cell.status = StepStatus::overlapping;
     }
+    for (std::size_t f = 0; f < model.followers.size(); ++f) {
+      const std::size_t row = model::follower_row(static_cast<BodyIndex>(model.followers[f].body_index));
+      for (std::size_t c = 0; c < accepted.followers.size(); ++c) {
+        if (verdicts.followers[f].is_overlapping.data()[c] != 1) continue;
+        // Those after it may depend on it.
+        for (std::size_t k = row; k < accepted.followers[c].size(); ++k)
+          accepted.followers[c][k].status = StepStatus::overlapping;
+      }
+    }
     model = solve::motion_model_of(job_case, accepted);
   }
   model.plausibility = std::move(verdicts.plausibility);
+  for (std::size_t f = 0; f < model.followers.size(); ++f) {
+    store::FollowerRows& rows = model.followers[f];
+    rows.plausibility =
+        (rows.status == status_stable)
+            .select(verdicts.followers[f].plausibility,
+                    store::GridB::Constant(rows.status.rows(), rows.status.cols(), plausibility_not_judged));
+  }
   return model;
 }
 
@@ -214,8 +231,10 @@ bool lacks_bands(const store::MotionModel& model)
 {
   constexpr std::int32_t fewest = 2;
   if (!model.uncertainty) return false;
-  const std::vector<std::int32_t>& n = model.uncertainty->n_solved;
-  return std::any_of(n.begin(), n.end(), [](std::int32_t n_solved) { return n_solved < fewest; });
+  const auto lacks = [](const store::UncertainPose& of) {
+    return std::ranges::any_of(of.n_solved, [](std::int32_t n_solved) { return n_solved < fewest; });
+  };
+  return lacks(*model.uncertainty) || std::ranges::any_of(model.uncertainty->followers, lacks);
 }
 
 /// Reports the statuses; warns if more attitudes are unsolved than the job allows, or a band is missing.

@@ -398,15 +398,30 @@ std::string samples_line(const store::MotionModel& model)
   return line;
 }
 
+namespace {
+
+// The grids of the joint and of its followers, by name; the joint's is empty.
+std::vector<std::pair<std::string, const store::GridB*>> plausibilities_of(const store::MotionModel& model)
+{
+  std::vector<std::pair<std::string, const store::GridB*>> all{{"", &model.plausibility}};
+  for (const store::FollowerRows& follower : model.followers)
+    all.emplace_back(follower.name, &follower.plausibility);
+  return all;
+}
+
+}  // namespace
+
 std::vector<DoubtfulCell> doubtful_cells(const store::MotionModel& model)
 {
   std::vector<DoubtfulCell> cells;
-  for (Eigen::Index i = 0; i < model.plausibility.rows(); ++i) {
-    for (Eigen::Index j = 0; j < model.plausibility.cols(); ++j) {
-      const auto plausibility = static_cast<Plausibility>(model.plausibility(i, j));
-      if (!is_doubtful(plausibility)) continue;
-      cells.push_back({model.flexion_deg[static_cast<std::size_t>(i)],
-                       model.varus_deg[static_cast<std::size_t>(j)], plausibility});
+  for (const auto& [name, grid] : plausibilities_of(model)) {
+    for (Eigen::Index i = 0; i < grid->rows(); ++i) {
+      for (Eigen::Index j = 0; j < grid->cols(); ++j) {
+        const auto plausibility = static_cast<Plausibility>((*grid)(i, j));
+        if (!is_doubtful(plausibility)) continue;
+        cells.push_back({model.flexion_deg[static_cast<std::size_t>(i)],
+                         model.varus_deg[static_cast<std::size_t>(j)], plausibility, name});
+      }
     }
   }
   return cells;
@@ -415,11 +430,22 @@ std::vector<DoubtfulCell> doubtful_cells(const store::MotionModel& model)
 std::string plausibility_line(const store::MotionModel& model)
 {
   std::vector<std::string> words;
-  for (const Plausibility plausibility : doubtful_plausibilities) {
-    const auto n = (model.plausibility == static_cast<std::int8_t>(plausibility)).count();
-    if (n > 0) words.push_back(std::to_string(n) + ' ' + name_of(plausibility));
+  for (const auto& [name, grid] : plausibilities_of(model)) {
+    for (const Plausibility plausibility : doubtful_plausibilities) {
+      const auto n = (*grid == static_cast<std::int8_t>(plausibility)).count();
+      if (n > 0)
+        words.push_back(std::to_string(n) + ' ' + name_of(plausibility) +
+                        (name.empty() ? "" : " of " + name));
+    }
   }
   return joined(words);
+}
+
+bool has_any(const store::MotionModel& model, Plausibility plausibility)
+{
+  return std::ranges::any_of(plausibilities_of(model), [&](const auto& of) {
+    return (*of.second == static_cast<std::int8_t>(plausibility)).any();
+  });
 }
 
 std::string status_line(const store::MotionModel& model)

@@ -125,15 +125,18 @@ std::string status_line(const store::MotionModel& model);
 /// "20 samples: 58 of 60 poses stable, 2 left out of the bands"; empty without samples.
 std::string samples_line(const store::MotionModel& model);
 
-/// Stable cells of doubtful plausibility, in attitude order.
+/// Stable cells of doubtful plausibility, in attitude order; then those of the followers.
 struct DoubtfulCell {
   double flexion_deg = 0.0, varus_deg = 0.0;
   Plausibility plausibility = Plausibility::nothing_found;
+  std::string follower;  ///< name; empty: the joint
 };
 std::vector<DoubtfulCell> doubtful_cells(const store::MotionModel& model);
 
-/// "2 nothing_ahead, 1 unstable_balance"; empty without any.
+/// "2 nothing_ahead, 1 unstable_balance, 1 border_contact of patella"; empty without any.
 std::string plausibility_line(const store::MotionModel& model);
+/// Whether a stable cell of the joint or of a follower has it.
+bool has_any(const store::MotionModel& model, Plausibility plausibility);
 
 /// load_checked_case(); prints its warnings and scaling.
 job::Case load_and_report_case(const std::string& job_file, const job::LoadOptions& options);

@@ -15,6 +15,7 @@
 #include "run/submission.hpp"
 #include "solve/case_solver.hpp"
 #include "solve/compliant_contact.hpp"
+#include "solve/followers.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::run {
@@ -223,15 +224,21 @@ core::ExitCode shard_command(const RunOptions& options)
 
 namespace {
 
-// All flexions of a sample, or nothing.
-std::vector<StepRecord> records_of(std::int32_t sample, std::size_t n_flexion,
+// All flexions of a sample and of its followers, or nothing.
+std::vector<StepRecord> records_of(std::int32_t sample, const job::Case& job_case,
                                    const std::map<StepKey, StepRecord>& steps)
 {
   std::vector<StepRecord> records;
-  for (std::int32_t i = 0; i < static_cast<std::int32_t>(n_flexion); ++i) {
-    const auto found = steps.find({StepKind::sample, i, sample});
-    if (found == steps.end()) return {};
-    records.push_back(found->second);
+  const auto add = [&](const StepKey& key) {
+    const auto found = steps.find(key);
+    if (found != steps.end()) records.push_back(found->second);
+    return found != steps.end();
+  };
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(job_case.grid.flexion_deg.size()); ++i) {
+    bool is_there = add({StepKind::sample, i, sample});
+    for (std::int32_t k = 0; is_there && k < static_cast<std::int32_t>(job_case.followers.size()); ++k)
+      is_there = add(solve::sample_follower_key(i, sample, k));
+    if (!is_there) return {};
   }
   return records;
 }
@@ -240,7 +247,8 @@ class SampleRun {
  public:
   SampleRun(const job::Case& job_case, const solve::SweepPlan& plan, const SolvedPart& job,
             const std::vector<std::int32_t>& samples, StepLog& log)
-      : plan_(plan),
+      : case_(job_case),
+        plan_(plan),
         job_(job.result),
         samples_(samples),
         log_(log),
@@ -256,7 +264,7 @@ class SampleRun {
   {
     std::vector<std::size_t> to_solve;
     for (std::size_t k = 0; k < samples_.size(); ++k) {
-      records_[k] = records_of(samples_[k], job_.free_spine.size(), log_.known);
+      records_[k] = records_of(samples_[k], case_, log_.known);
       if (records_[k].empty()) to_solve.push_back(k);
     }
     const auto n_total = static_cast<int>(samples_.size());
@@ -301,7 +309,13 @@ class SampleRun {
     const job::Case sampled = inputs_.at(sample);
     solve::CaseSolver solver(sampled, 1, joint_at(sample, sampled));
     const solve::SolveStep solve = [&](const solve::StepTask& task) { return solver(task); };
-    return solve::sample_motion(plan_, job_, solve, {sample, sampled.prior, core::is_interrupted});
+    solve::SampleOptions options{sample, sampled.prior, core::is_interrupted};
+    if (!sampled.followers.empty())
+      options.follow = [&](const solve::SweepPlan& plan, const solve::SolveStep& step,
+                           const solve::SweepHooks& hooks, int n_threads, solve::SweepResult& result) {
+        return solve::follow(sampled, plan, step, hooks, n_threads, result);
+      };
+    return solve::sample_motion(plan_, job_, solve, options);
   }
 
   // The job's own; with other thicknesses, one with the distances of the job's, which are most of the work.
@@ -314,6 +328,7 @@ class SampleRun {
     return std::make_shared<const solve::Joint>(std::move(joint));
   }
 
+  const job::Case& case_;
   const solve::SweepPlan& plan_;
   const solve::SweepResult& job_;
   const std::vector<std::int32_t>& samples_;
@@ -350,7 +365,7 @@ KnownSamples known_samples(const job::Case& job_case, const std::map<StepKey, St
 {
   KnownSamples known;
   for (const std::int32_t sample : all_samples(job_case)) {
-    std::vector<StepRecord> records = records_of(sample, job_case.grid.flexion_deg.size(), steps);
+    std::vector<StepRecord> records = records_of(sample, job_case, steps);
     if (records.empty()) known.missing.push_back(sample);
     for (StepRecord& record : records) known.records.push_back(std::move(record));
   }

@@ -691,6 +691,8 @@ class FollowerAssembly {
   std::vector<Eigen::Vector3d> points_, normals_;
 };
 
+}  // namespace
+
 void add_followers(store::MotionModel& model, const job::Case& job_case, const solve::SweepResult& result)
 {
   if (model.followers.empty()) return;
@@ -715,6 +717,8 @@ void add_followers(store::MotionModel& model, const job::Case& job_case, const s
   }
   for (FollowerAssembly& assembly : by_row) assembly.finish();
 }
+
+namespace {
 
 store::MotionModel motion_model_at_size(const job::Case& job_case, const solve::SweepResult& result)
 {

@@ -116,33 +116,40 @@ store::LigamentRows ligament_rows(const model::Ligaments& canonical);
 /// filled.
 void add_balance(store::MotionModel& model, const job::Case& job_case, const solve::SweepResult& result);
 
+/// Fills the cells of the model's followers from `result.followers`.
+void add_followers(store::MotionModel& model, const job::Case& job_case, const solve::SweepResult& result);
+
 /// `spine_column` as in SweepResult: identifies the probes that became spine cells.
 store::Trace trace_of(const job::Case& job_case, const std::string& job_key,
                       const std::map<StepKey, SearchTrace>& searches,
                       const std::vector<std::int32_t>& spine_column);
 
 /// Bands and shares of the spread from the solved samples of an uncertain job. `records`: of kind
-/// StepKind::sample, one for each flexion and sample, in any order. Clinical coordinates are about the
-/// rotation centre of the job, also where the samples' centres differ.
+/// StepKind::sample, one for each flexion and sample, and those of the samples' followers, in any order.
+/// Clinical coordinates are about the rotation centre of the job, also where the samples' centres differ.
 store::UncertainMotion uncertain_motion_of(const job::Case& job_case, const std::vector<StepRecord>& records);
 
 // Bands of an uncertain motion by quantity, and the contributions of the draws to the spread of a quantity.
 
-/// A quantity's place in the tables of the motion; its unit is degree, mm or N.
+/// A quantity and its place in the tables of the motion, which must outlive it.
 struct BandQuantity {
-  std::size_t row = 0;  ///< of store::uncertain_quantities
-  const char* name = "";
-  const char* unit = "";
+  std::string name;                              ///< of a follower "patella_flexion"
+  const char* unit = "";                         ///< degree, mm or N
+  const store::UncertainPose* of = nullptr;      ///< the motion or one of its followers
+  const std::vector<double>* samples = nullptr;  ///< in column row % 3 of three
+  const std::vector<double>* bands = nullptr;    ///< likewise
+  std::size_t row = 0, n_rows = 0;               ///< in the tables of shares
+
+  /// Quantile at a flexion; `probability` is a row of store::band_probabilities.
+  double band_at(std::size_t probability, std::size_t flexion) const;
+  /// Index in the tables of shares, [n_flexion, n_rows, n_draws].
+  std::size_t share_row(std::size_t flexion, std::size_t draw) const;
 };
-/// Those that the model has: the forces of compartments only where there are any.
+/// Those that the model has: the forces of compartments only where there are any; then those of followers.
 std::vector<BandQuantity> quantities_of(const store::UncertainMotion& motion);
 
-/// Quantile of a quantity at a flexion; `probability` is a row of store::band_probabilities.
-double band_at(const store::UncertainMotion& motion, std::size_t probability, std::size_t flexion,
-               std::size_t quantity);
-
 /// [n_flexion] variances over the samples.
-std::vector<double> variances_of(const store::UncertainMotion& motion, std::size_t quantity);
+std::vector<double> variances_of(const BandQuantity& quantity);
 
 /// Of one draw: first-order index with its interval, and rank correlation, as means over the flexions
 /// weighted by the variance of the quantity there: shares of the whole spread.
@@ -151,20 +158,22 @@ struct SpreadShare {
   double index = 0.0, low = 0.0, high = 0.0, rank_correlation = 0.0;
 };
 /// Largest first; draws without an index are left out.
-std::vector<SpreadShare> spread_shares(const store::UncertainMotion& motion, std::size_t quantity);
+std::vector<SpreadShare> spread_shares(const BandQuantity& quantity);
 
 // The motion of one sample of an uncertain job: one step at each flexion, varus free (or by the roles of its
 // coordinates), started from the equilibria of the job and from the sample's own neighbouring flexions.
 
 struct SampleOptions {
-  std::int32_t sample = 0;           ///< number of the sample, in the keys
-  std::vector<PriorTerm> prior;      ///< of the sample
-  std::function<bool()> is_stopped;  ///< polled
+  std::int32_t sample = 0;                  ///< number of the sample, in the keys
+  std::vector<PriorTerm> prior;             ///< of the sample
+  std::function<bool()> is_stopped;         ///< polled
+  decltype(SweepPlan::follow) follow = {};  ///< solves the sample's followers; empty without any
 };
 
 /// `job` is the result of `plan`, whose spine has a free varus; `solve` solves the steps of the sample's
 /// case. Records [n_flexion] of kind `sample`, measured; a flexion without an equilibrium keeps the status of
-/// its first start. Empty when stopped. Pure, like `solve`.
+/// its first start. Then those of its followers, of kind `sample_follower`. Empty when stopped. Pure, like
+/// `solve`.
 std::vector<StepRecord> sample_motion(const SweepPlan& plan, const SweepResult& job, const SolveStep& solve,
                                       const SampleOptions& options);
 

@@ -31,11 +31,6 @@ std::vector<TouchedBody> touched_bodies(const job::Case& job_case, const job::Fo
   return touched;
 }
 
-bool touches_one_body(const job::Follower& follower)
-{
-  return follower.touches.size() == 1 && follower.touches.front() == follower.of;
-}
-
 std::shared_ptr<const Joint> touching_joint(const job::Case& job_case, const job::Follower& follower,
                                             const BodyPoses& placed)
 {
@@ -68,6 +63,11 @@ BodyPoses scan_poses(const job::Follower& follower, const BodyPoses& placed)
 }
 
 }  // namespace
+
+bool touches_one_body(const std::vector<TouchedBody>& touched, BodyIndex of)
+{
+  return touched.size() == 1 && touched.front().index == of;
+}
 
 Mesh touched_mesh(const std::vector<TouchedBody>& touched, BodyIndex of, const BodyPoses& placed)
 {
@@ -174,9 +174,10 @@ StepRecord FollowerSolver::solve(const BodyPoses& placed, const std::vector<Pose
   State& s = *state_;
   s.ligaments =
       model::solver_ligaments(ligaments_between(s.follower.ligaments, s.follower.of, s.own, placed), s.frame);
-  if (!s.solver || !touches_one_body(s.follower)) {
+  const bool is_shared = touches_one_body(touched_bodies(s.job_case, s.follower), s.follower.of);
+  if (!s.solver || !is_shared) {
     s.solver.reset();
-    if (touches_one_body(s.follower)) {
+    if (is_shared) {
       std::call_once(s.shared.flag, [&] { s.shared.joint = touching_joint(s.job_case, s.follower, placed); });
       s.joint = s.shared.joint;
     } else {
@@ -204,8 +205,7 @@ StepRecord FollowerSolver::solve(const BodyPoses& placed, const std::vector<Pose
 namespace {
 
 // Keys: the follower's number is in `varus`, below the start or the column; the joint's is the last.
-constexpr std::int32_t most_in_cell = 64;
-constexpr std::int32_t joint_number = most_in_cell - 1;
+constexpr std::int32_t joint_number = most_in_step - 1;
 constexpr int most_passes = 3;  // of starts from the neighbours on the spine
 
 constexpr int most_rounds = 5;  // of a reaction
@@ -215,18 +215,27 @@ constexpr double settled_mm = 0.01;
 constexpr std::array<std::array<double, 3>, 4> offsets{
     {{4.0, 0.0, 2.0}, {-4.0, 0.0, -2.0}, {0.0, 4.0, 0.0}, {0.0, -4.0, 0.0}}};
 
+struct FollowInput {
+  const job::Case& job_case;
+  const SweepPlan& plan;
+  const SolveStep& solve;
+  const SweepHooks& hooks;
+  int n_threads;
+  const std::vector<Pose>& starts;
+};
+
 class Follow {
  public:
-  Follow(const job::Case& job_case, const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks,
-         int n_threads, SweepResult& result)
-      : case_(job_case),
-        plan_(plan),
-        solve_(solve),
-        hooks_(hooks),
-        n_threads_(n_threads),
+  Follow(const FollowInput& in, SweepResult& result)
+      : case_(in.job_case),
+        plan_(in.plan),
+        solve_(in.solve),
+        hooks_(in.hooks),
+        starts_(in.starts),
+        n_threads_(in.n_threads),
         joint_(result),
-        n_varus_(static_cast<std::int32_t>(plan.varus_rad.size())),
-        shared_(job_case.followers.size()),
+        n_varus_(static_cast<std::int32_t>(plan_.varus_rad.size())),
+        shared_(case_.followers.size()),
         cells_(result.cells.size())
   {
     for (const job::Follower& follower : case_.followers)
@@ -559,7 +568,7 @@ class Follow {
     Seeds seeds(n_followers());
     for (std::size_t k = 0; k < n_followers(); ++k) {
       const auto is_posed = [&](const Solved* s) { return s != nullptr && s->placed.size() > 2 + k; };
-      JointCoordinates q = coordinates_of(k, case_.followers[k].X_of_scan);
+      JointCoordinates q = coordinates_of(k, starts_.empty() ? case_.followers[k].X_of_scan : starts_[k]);
       if (is_posed(last)) {
         q = coordinates_of(k, X_of(k, last->placed));
         if (is_posed(before_last)) q += q - coordinates_of(k, X_of(k, before_last->placed));
@@ -617,7 +626,7 @@ class Follow {
           if (std::any_of(seeds.begin(), seeds.end(), [](const auto& s) { return s.empty(); })) return;
           better[i] =
               solved_cell(spine_record(i), seeds,
-                          {StepKind::follower_start, static_cast<std::int32_t>(i), pass * most_in_cell}, by);
+                          {StepKind::follower_start, static_cast<std::int32_t>(i), pass * most_in_step}, by);
           if (!better[i]->is_solved) is_stopped = true;
         };
       });
@@ -658,7 +667,7 @@ class Follow {
     for (std::size_t k = 0; k < n_followers(); ++k)
       seeds[k] = {last.placed.size() > 2 + k ? X_of(k, last.placed) : case_.followers[k].X_of_scan};
     Solved next =
-        solved_cell(joint_.cells[cell_of(i, j)], seeds, {StepKind::follower, i, j * most_in_cell}, by);
+        solved_cell(joint_.cells[cell_of(i, j)], seeds, {StepKind::follower, i, j * most_in_step}, by);
     if (!next.is_solved) return false;
     cells_[cell_of(i, j)] = next.cell;
     if (next.placed.size() > 2) last = std::move(next);
@@ -688,6 +697,7 @@ class Follow {
   const SweepPlan& plan_;
   const SolveStep& solve_;
   const SweepHooks& hooks_;
+  const std::vector<Pose>& starts_;
   int n_threads_;
   SweepResult& joint_;
   std::int32_t n_varus_;
@@ -701,9 +711,9 @@ class Follow {
 }  // namespace
 
 bool follow(const job::Case& job_case, const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks,
-            int n_threads, SweepResult& result)
+            int n_threads, SweepResult& result, const std::vector<Pose>& starts)
 {
-  return Follow(job_case, plan, solve, hooks, n_threads, result).run();
+  return Follow({job_case, plan, solve, hooks, n_threads, starts}, result).run();
 }
 
 }  // namespace vrda::solve

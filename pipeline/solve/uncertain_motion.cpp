@@ -8,12 +8,12 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/sampled_case.hpp"
+#include "model/coordinates.hpp"
+#include "solve/followers.hpp"
 #include "solve/prior.hpp"
 
 namespace vrda::solve {
 namespace {
-
-constexpr std::size_t n_kinds = 3;  // rotations, translations, contact forces: three columns each
 
 class UncertainAssembly {
  public:
@@ -40,36 +40,80 @@ class UncertainAssembly {
   store::UncertainMotion assembled()
   {
     add_samples();
-    for (const std::vector<double>* of : columns_of_kinds()) add_band(*of);
+    add_bands(motion_);
+    motion_.contact_force_band_n = band_of(motion_.contact_force_n, 3);
     add_tensions();
     add_quantile_motions();
-    add_shares();
+    const std::size_t n_forces = case_.compartment_of_triangle.empty() ? 1 : 3;
+    add_shares(motion_, columns_of_kinds(), 2 * 3 + n_forces);
+    for (store::UncertainFollower& follower : motion_.followers) {
+      add_bands(follower);
+      add_shares(follower, {&follower.rotation_deg, &follower.translation_mm}, n_joint_coordinates);
+    }
+    std::sort(motion_.followers.begin(), motion_.followers.end(),
+              [](const auto& a, const auto& b) { return a.name < b.name; });
     return std::move(motion_);
   }
 
  private:
-  std::array<std::vector<double>*, n_kinds> columns_of_kinds()
+  std::vector<std::vector<double>*> columns_of_kinds()
   {
     return {&motion_.rotation_deg, &motion_.translation_mm, &motion_.contact_force_n};
   }
 
   void add_samples()
   {
-    motion_.status.assign(n_samples_ * n_flexion_, status_pending);
-    motion_.n_solved.assign(n_flexion_, 0);
-    for (std::vector<double>* column : columns_of_kinds()) column->assign(n_samples_ * n_flexion_ * 3, nan);
+    motion_.contact_force_n.assign(n_samples_ * n_flexion_ * 3, nan);
+    prepare(motion_);
+    for (const job::Follower& follower : case_.followers) {
+      motion_.followers.push_back({{follower.name}, {}});
+      prepare(motion_.followers.back());
+    }
     for (std::vector<double>* column : columns_of_motion(samples_motion_))
       column->assign(n_samples_ * n_flexion_, nan);
     tension_n_.assign(n_samples_ * n_flexion_ * n_fibres_, nan);
     std::vector<const StepRecord*> ordered;
-    for (const StepRecord& record : records_) ordered.push_back(&record);
+    for (const StepRecord& record : records_) {
+      if (record.key.kind == StepKind::sample) ordered.push_back(&record);
+      if (record.key.kind == StepKind::sample_follower) add_follower(record);
+    }
     std::sort(ordered.begin(), ordered.end(), [](const StepRecord* a, const StepRecord* b) {
       return std::pair(a->key.varus, a->key.flexion) < std::pair(b->key.varus, b->key.flexion);
     });
     for (const StepRecord* record : ordered) add_sample(*record);
-    check(std::none_of(motion_.status.begin(), motion_.status.end(),
+    check_solved(motion_);
+    for (const store::UncertainFollower& follower : motion_.followers) check_solved(follower);
+  }
+
+  void prepare(store::UncertainPose& of) const
+  {
+    of.status.assign(n_samples_ * n_flexion_, status_pending);
+    of.n_solved.assign(n_flexion_, 0);
+    of.rotation_deg.assign(n_samples_ * n_flexion_ * 3, nan);
+    of.translation_mm = of.rotation_deg;
+  }
+
+  static void check_solved(const store::UncertainPose& of)
+  {
+    check(std::none_of(of.status.begin(), of.status.end(),
                        [](std::int8_t status) { return status == status_pending; }),
           "every sample is solved");
+  }
+
+  void add_follower(const StepRecord& r)
+  {
+    const auto flexion = static_cast<std::size_t>(r.key.flexion);
+    const auto row = static_cast<std::size_t>(r.key.varus % most_in_step);
+    const std::size_t at = static_cast<std::size_t>(r.key.varus / most_in_step) * n_flexion_ + flexion;
+    store::UncertainFollower& of = motion_.followers.at(row);
+    of.status.at(at) = static_cast<std::int8_t>(r.status);
+    if (r.status != StepStatus::stable) return;
+    ++of.n_solved[flexion];
+    const job::Follower& follower = case_.followers[row];
+    const JointCoordinates q = follower_coordinates(follower_pose_of(follower_frame(case_, follower), r),
+                                                    case_.frame.side, follower.centre_mm);
+    set(of.rotation_deg, at, deg_from_rad(q(0)), deg_from_rad(q(1)), deg_from_rad(q(2)));
+    set(of.translation_mm, at, q(3), q(4), q(5));
   }
 
   void add_sample(const StepRecord& r)
@@ -213,12 +257,10 @@ class UncertainAssembly {
     return band;
   }
 
-  void add_band(const std::vector<double>& rows)
+  void add_bands(store::UncertainPose& of) const
   {
-    std::vector<double>& band = &rows == &motion_.rotation_deg     ? motion_.rotation_band_deg
-                                : &rows == &motion_.translation_mm ? motion_.translation_band_mm
-                                                                   : motion_.contact_force_band_n;
-    band = band_of(rows, 3);
+    of.rotation_band_deg = band_of(of.rotation_deg, 3);
+    of.translation_band_mm = band_of(of.translation_mm, 3);
   }
 
   void add_tensions()
@@ -226,29 +268,30 @@ class UncertainAssembly {
     if (n_fibres_ > 0) motion_.tension_band_n = band_of(tension_n_, n_fibres_);
   }
 
-  // [n_samples, 9] results at a flexion.
-  Eigen::MatrixXd results_at(std::size_t flexion)
+  // [n_samples, 3 * columns] results at a flexion.
+  Eigen::MatrixXd results_at(const std::vector<std::vector<double>*>& columns, std::size_t flexion) const
   {
-    Eigen::MatrixXd results(static_cast<Eigen::Index>(n_samples_), static_cast<Eigen::Index>(3 * n_kinds));
-    const auto columns = columns_of_kinds();
+    Eigen::MatrixXd results(static_cast<Eigen::Index>(n_samples_),
+                            static_cast<Eigen::Index>(3 * columns.size()));
     for (std::size_t s = 0; s < n_samples_; ++s) {
-      for (std::size_t k = 0; k < 3 * n_kinds; ++k)
+      for (std::size_t k = 0; k < 3 * columns.size(); ++k)
         results(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(k)) =
             (*columns[k / 3])[3 * (s * n_flexion_ + flexion) + k % 3];
     }
     return results;
   }
 
-  void add_shares()
+  // Of the quantities in `columns`, of which the first `n_used` have numbers.
+  void add_shares(store::UncertainPose& of, const std::vector<std::vector<double>*>& columns,
+                  std::size_t n_used) const
   {
     const std::vector<int> group = job::jackknife_groups(n_samples_, case_.uncertainty->seed);
-    const std::size_t n_draws = motion_.draw.size(), n_quantities = 3 * n_kinds;
-    for (std::vector<double>* table : {&motion_.rank_correlation, &motion_.first_order,
-                                       &motion_.first_order_low, &motion_.first_order_high})
+    const std::size_t n_draws = motion_.draw.size(), n_quantities = 3 * columns.size();
+    for (std::vector<double>* table :
+         {&of.rank_correlation, &of.first_order, &of.first_order_low, &of.first_order_high})
       table->resize(n_flexion_ * n_quantities * n_draws);
     for (std::size_t i = 0; i < n_flexion_; ++i) {
-      Eigen::MatrixXd results = results_at(i);
-      const std::size_t n_used = case_.compartment_of_triangle.empty() ? n_quantities - 2 : n_quantities;
+      const Eigen::MatrixXd results = results_at(columns, i);
       for (std::size_t d = 0; d < n_draws; ++d) {
         const Eigen::VectorXd scores = samples_.scores().col(static_cast<Eigen::Index>(d));
         std::vector<job::FirstOrderIndex> indices =
@@ -257,13 +300,13 @@ class UncertainAssembly {
         for (std::size_t k = 0; k < n_quantities; ++k) {
           const std::size_t at = (i * n_quantities + k) * n_draws + d;
           const auto column = results.col(static_cast<Eigen::Index>(k));
-          motion_.rank_correlation[at] =
+          of.rank_correlation[at] =
               std::isnan(indices[k].index)
                   ? nan
                   : job::rank_correlation({scores.data(), n_samples_}, {column.data(), n_samples_});
-          motion_.first_order[at] = indices[k].index;
-          motion_.first_order_low[at] = indices[k].low;
-          motion_.first_order_high[at] = indices[k].high;
+          of.first_order[at] = indices[k].index;
+          of.first_order_low[at] = indices[k].low;
+          of.first_order_high[at] = indices[k].high;
         }
       }
     }
@@ -292,16 +335,12 @@ namespace {
 
 constexpr const char* units[] = {"degree", "mm", "N"};
 
-const std::vector<double>& samples_of(const store::UncertainMotion& motion, std::size_t quantity)
+bool has_number(const BandQuantity& quantity)
 {
-  return quantity < 3 ? motion.rotation_deg : quantity < 6 ? motion.translation_mm : motion.contact_force_n;
-}
-
-const std::vector<double>& bands_of(const store::UncertainMotion& motion, std::size_t quantity)
-{
-  return quantity < 3   ? motion.rotation_band_deg
-         : quantity < 6 ? motion.translation_band_mm
-                        : motion.contact_force_band_n;
+  for (std::size_t at = quantity.row % 3; at < quantity.samples->size(); at += 3) {
+    if (std::isfinite((*quantity.samples)[at])) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -309,33 +348,45 @@ const std::vector<double>& bands_of(const store::UncertainMotion& motion, std::s
 std::vector<BandQuantity> quantities_of(const store::UncertainMotion& motion)
 {
   std::vector<BandQuantity> quantities;
-  for (std::size_t q = 0; q < store::uncertain_quantities.size(); ++q) {
-    const std::vector<double>& samples = samples_of(motion, q);
-    bool has_number = false;
-    for (std::size_t at = q % 3; at < samples.size() && !has_number; at += 3)
-      has_number = std::isfinite(samples[at]);
-    if (has_number) quantities.push_back({q, store::uncertain_quantities[q], units[q / 3]});
+  const auto add = [&](const std::string& name, const store::UncertainPose& of, std::size_t q,
+                       std::size_t n) {
+    const auto& samples = q < 3 ? of.rotation_deg : q < 6 ? of.translation_mm : motion.contact_force_n;
+    const auto& bands = q < 3   ? of.rotation_band_deg
+                        : q < 6 ? of.translation_band_mm
+                                : motion.contact_force_band_n;
+    const BandQuantity quantity{name, units[q / 3], &of, &samples, &bands, q, n};
+    if (has_number(quantity)) quantities.push_back(quantity);
+  };
+  for (std::size_t q = 0; q < store::uncertain_quantities.size(); ++q)
+    add(store::uncertain_quantities[q], motion, q, store::uncertain_quantities.size());
+  for (const store::UncertainFollower& follower : motion.followers) {
+    for (std::size_t q = 0; q < n_joint_coordinates; ++q)
+      add(follower.name + "_" + follower_coordinate_names[q], follower, q, n_joint_coordinates);
   }
   return quantities;
 }
 
-double band_at(const store::UncertainMotion& motion, std::size_t probability, std::size_t flexion,
-               std::size_t quantity)
+double BandQuantity::band_at(std::size_t probability, std::size_t flexion) const
 {
-  const std::size_t n_flexion = motion.n_solved.size();
-  return bands_of(motion, quantity).at(3 * (probability * n_flexion + flexion) + quantity % 3);
+  return bands->at(3 * (probability * of->n_solved.size() + flexion) + row % 3);
 }
 
-std::vector<double> variances_of(const store::UncertainMotion& motion, std::size_t quantity)
+std::size_t BandQuantity::share_row(std::size_t flexion, std::size_t draw) const
 {
-  const std::vector<double>& samples = samples_of(motion, quantity);
-  const std::size_t n_flexion = motion.n_solved.size();
+  const std::size_t n_draws = of->first_order.size() / (of->n_solved.size() * n_rows);
+  return (flexion * n_rows + row) * n_draws + draw;
+}
+
+std::vector<double> variances_of(const BandQuantity& quantity)
+{
+  const std::vector<double>& samples = *quantity.samples;
+  const std::size_t n_flexion = quantity.of->n_solved.size();
   std::vector<double> variances;
   for (std::size_t i = 0; i < n_flexion; ++i) {
     double n = 0.0, sum = 0.0, squares = 0.0;
-    const double near = band_at(motion, 2, i, quantity);  // the median, against cancellation
-    for (std::size_t s = 0; s < motion.n_samples(); ++s) {
-      const double value = samples[3 * (s * n_flexion + i) + quantity % 3] - near;
+    const double near = quantity.band_at(2, i);  // the median, against cancellation
+    for (std::size_t s = 0; s < quantity.of->n_samples(); ++s) {
+      const double value = samples[3 * (s * n_flexion + i) + quantity.row % 3] - near;
       if (!std::isfinite(value)) continue;
       n += 1.0;
       sum += value;
@@ -346,22 +397,23 @@ std::vector<double> variances_of(const store::UncertainMotion& motion, std::size
   return variances;
 }
 
-std::vector<SpreadShare> spread_shares(const store::UncertainMotion& motion, std::size_t quantity)
+std::vector<SpreadShare> spread_shares(const BandQuantity& quantity)
 {
-  const std::vector<double> variances = variances_of(motion, quantity);
-  const std::size_t n_draws = motion.draw.size(), n_quantities = store::uncertain_quantities.size();
+  const std::vector<double> variances = variances_of(quantity);
+  const store::UncertainPose& of = *quantity.of;
   std::vector<SpreadShare> shares;
+  const std::size_t n_draws = of.first_order.size() / (variances.size() * quantity.n_rows);
   for (std::size_t d = 0; d < n_draws; ++d) {
     SpreadShare share{d};
     double weights = 0.0;
     for (std::size_t i = 0; i < variances.size(); ++i) {
-      const std::size_t at = (i * n_quantities + quantity) * n_draws + d;
-      if (!std::isfinite(motion.first_order[at])) continue;
+      const std::size_t at = quantity.share_row(i, d);
+      if (!std::isfinite(of.first_order[at])) continue;
       weights += variances[i];
-      share.index += variances[i] * motion.first_order[at];
-      share.low += variances[i] * motion.first_order_low[at];
-      share.high += variances[i] * motion.first_order_high[at];
-      share.rank_correlation += variances[i] * motion.rank_correlation[at];
+      share.index += variances[i] * of.first_order[at];
+      share.low += variances[i] * of.first_order_low[at];
+      share.high += variances[i] * of.first_order_high[at];
+      share.rank_correlation += variances[i] * of.rank_correlation[at];
     }
     if (!(weights > 0.0)) continue;
     for (double* value : {&share.index, &share.low, &share.high, &share.rank_correlation}) *value /= weights;
@@ -407,6 +459,7 @@ class SampleMotion {
     if (plan_.change_penalty_nmm) path_ = select_continuous(ends_, path_row_, plan_.change_penalty_nmm);
     std::vector<StepRecord> records;
     for (std::int32_t i = 0; i < n; ++i) records.push_back(measured(i));
+    if (options_.follow) follow(records);
     return records;
   }
 
@@ -427,6 +480,37 @@ class SampleMotion {
     task.is_varus_free = true;
     task.springs = springs_at(options_.prior, prior_, plan_.flexion_rad[static_cast<std::size_t>(i)]);
     return task;
+  }
+
+  // As those of a spine with free varus, whose cells are the records.
+  void follow(std::vector<StepRecord>& records) const
+  {
+    SweepPlan plan = plan_;
+    plan.varus_rad = {0.0};
+    plan.is_varus_free = true;
+    plan.measures_chosen = false;
+    plan.rows.reset();
+    plan.springs.clear();
+    for (const double flexion_rad : path_of(plan_))
+      plan.springs.push_back(springs_at(options_.prior, prior_, flexion_rad));
+    SweepResult result;
+    result.cells = records;
+    result.spine_column.assign(records.size(), 0);
+    for (const StepRecord& record : records) result.free_spine.emplace_back().chosen = record;
+    SweepHooks hooks;
+    hooks.is_stopped = options_.is_stopped;
+    if (!options_.follow(plan, solve_, hooks, 1, result)) throw SampleStopped{};
+    for (std::size_t i = 0; i < result.cells.size(); ++i) {
+      records[i] = result.cells[i];
+      records[i].key = {StepKind::sample, static_cast<std::int32_t>(i), options_.sample};
+    }
+    for (std::size_t i = 0; i < result.followers.size(); ++i) {
+      for (std::size_t k = 0; k < result.followers[i].size(); ++k) {
+        records.push_back(result.followers[i][k]);
+        records.back().key =
+            sample_follower_key(static_cast<std::int32_t>(i), options_.sample, static_cast<std::int32_t>(k));
+      }
+    }
   }
 
   // Free levels follow from the joint, which differs in a sample; its drawn change of the level is beside

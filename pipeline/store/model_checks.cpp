@@ -590,11 +590,12 @@ class ModelRules {
 
   void check_cells()
   {
-    const std::int8_t* plausibility = model_.plausibility.data();
-    findings_.report_each(
-        "/plausibility", n_cells_, "-1 where status is not stable",
-        [&](std::size_t cell) { return !is_stable(cell) && plausibility[cell] != plausibility_not_judged; },
-        [&](std::size_t cell) { return std::to_string(plausibility[cell]); });
+    check_plausibility("/plausibility", model_.status, model_.plausibility);
+    for (const FollowerRows& follower : model_.followers) {
+      if (follower.plausibility.size() > 0)
+        check_plausibility("/followers/" + follower.name + "/plausibility", follower.status,
+                           follower.plausibility);
+    }
     findings_.report_each(
         "/is_spine", model_.flexion_deg.size(), "at most one spine cell per flexion",
         [&](std::size_t i) { return (model_.is_spine.row(static_cast<Eigen::Index>(i)) == 1).count() > 1; },
@@ -607,6 +608,16 @@ class ModelRules {
                                return is_stable(cell) && is_number(wanted_deg) &&
                                       std::abs(solved_deg[cell] - wanted_deg) > exact_tolerance;
                              });
+  }
+
+  void check_plausibility(const std::string& where, const GridB& status, const GridB& plausibility)
+  {
+    findings_.report_each(
+        where, n_cells_, "-1 where status is not stable",
+        [&](std::size_t cell) {
+          return status.data()[cell] != status_stable && plausibility.data()[cell] != plausibility_not_judged;
+        },
+        [&](std::size_t cell) { return std::to_string(plausibility.data()[cell]); });
   }
 
   /// A motion derived over flexion has no meaning where flexion may repeat.

@@ -562,8 +562,7 @@ Motion::Motion(const store::MotionModel& model)
 
 Motion::Motion(const store::MotionModel& model, const store::SmoothedSet& set) : Motion(model)
 {
-  use_smoothed(model, set);
-  use_smoothed_followers(model, set, false);
+  use_smoothed(model, set, set.recontact_mm.has_value());
   set_varus_range();
 }
 
@@ -591,12 +590,7 @@ Motion::Motion(const store::MotionModel& model, const std::string& set) : Motion
     use_flexion_table(raw_.flexion_rad, sample->contact, *sample);
   } else if (set != "raw") {
     check(found != model.smoothed.end(), "the set is one of set_names");
-    use_smoothed(model, *found);
-    use_smoothed_followers(model, *found, set != name_of(*found));
-    if (set != name_of(*found)) {
-      check(found->recontact_mm.has_value(), "the recontacted set has travels");
-      travel_ = travels(*found->recontact_mm);
-    }
+    use_smoothed(model, *found, set != name_of(*found));
   }
   set_varus_range();
 }
@@ -613,8 +607,11 @@ void Motion::set_varus_range()
   }
 }
 
-void Motion::use_smoothed(const store::MotionModel& model, const store::SmoothedSet& set)
+void Motion::use_smoothed(const store::MotionModel& model, const store::SmoothedSet& set, bool is_recontacted)
 {
+  use_smoothed_followers(model, set, is_recontacted);
+  check(!is_recontacted || set.recontact_mm.has_value(), "the recontacted set has travels");
+  if (is_recontacted) travel_ = travels(*set.recontact_mm);
   smoothed_ = smoothed_surfaces(model, set);
   if (!smoothed_->has_varus) return;
   free_varus_.clear();

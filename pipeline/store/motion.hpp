@@ -160,6 +160,13 @@ struct JointPose {
   {
     return body == BodyIndex::moving ? X_world_moving : X_world_reference * X_reference(body);
   }
+  /// A follower relative to the body of its coordinates; empty where it has no pose.
+  std::optional<Pose> X_of(const FollowerRows& follower) const
+  {
+    const auto body = static_cast<BodyIndex>(follower.body_index);
+    if (!has_follower.at(model::follower_row(body))) return std::nullopt;
+    return X_reference(static_cast<BodyIndex>(follower.of)).inverse() * X_reference(body);
+  }
 
  private:
   static std::array<Pose, model::most_followers> no_poses()
@@ -194,7 +201,7 @@ class Motion {
  public:
   /// `set` must be one of all_set_names(model); the grids must have the size of the axes.
   Motion(const store::MotionModel& model, const std::string& set);
-  /// `set` need not belong to the model; its recontact travel is ignored.
+  /// `set` need not belong to the model; moved by its recontact travels, if it has any.
   Motion(const store::MotionModel& model, const store::SmoothedSet& set);
 
   /// The poses at `wanted` or at the nearest attitude of the measured range. Takes under a microsecond and
@@ -252,7 +259,7 @@ class Motion {
   };
   explicit Motion(const store::MotionModel& model);
   void set_varus_range();
-  void use_smoothed(const store::MotionModel& model, const store::SmoothedSet& set);
+  void use_smoothed(const store::MotionModel& model, const store::SmoothedSet& set, bool is_recontacted);
   HermiteGrid<1> travels(const store::GridD& travel_mm) const;
   void use_frames(const store::MotionModel& model);
   template <typename Table>

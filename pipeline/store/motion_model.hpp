@@ -292,21 +292,34 @@ inline constexpr std::array<const char*, 9> uncertain_quantities{"flexion",
                                                                  "contact_force_medial",
                                                                  "contact_force_lateral"};
 
-/// Samples whose pose is not stable at a flexion have NaN there and are left out of the statistics.
-struct UncertainMotion {
+/// Six coordinates of the joint, or of a follower, in the samples. Samples whose pose is not stable at a
+/// flexion have NaN there and are left out of the statistics.
+struct UncertainPose {
+  std::vector<std::int8_t> status;          ///< [n_samples, n_flexion] StepStatus
+  std::vector<double> rotation_deg;         ///< [n_samples, n_flexion, 3] flexion, varus, internal
+  std::vector<double> translation_mm;       ///< [n_samples, n_flexion, 3] anterior, proximal, lateral
+  std::vector<std::int32_t> n_solved;       ///< [n_flexion] stable samples
+  std::vector<double> rotation_band_deg;    ///< [5, n_flexion, 3] quantiles
+  std::vector<double> translation_band_mm;  ///< [5, n_flexion, 3]
+  /// [n_flexion, n_quantities, n_draws] Spearman's rank correlation, and first-order Sobol index with its 90
+  /// % interval; NaN where the quantity has no spread.
+  std::vector<double> rank_correlation, first_order, first_order_low, first_order_high;
+
+  std::size_t n_samples() const { return n_solved.empty() ? 0 : status.size() / n_solved.size(); }
+};
+
+/// Its quantities are its coordinates: flexion, rotation, tilt; anterior, proximal, lateral.
+struct UncertainFollower : OfFollower, UncertainPose {};
+
+/// Its quantities are `uncertain_quantities`.
+struct UncertainMotion : UncertainPose {
   std::string sequence;  ///< "sobol" or "latin-hypercube"
   std::int32_t seed = 0;
-  std::vector<std::string> draw;       ///< [n_draws] names of the independent draws
-  std::vector<double> value;           ///< [n_samples, n_draws] factors, changes or scores
-  std::vector<std::int8_t> status;     ///< [n_samples, n_flexion] StepStatus
-  std::vector<double> rotation_deg;    ///< [n_samples, n_flexion, 3] flexion, varus, internal
-  std::vector<double> translation_mm;  ///< [n_samples, n_flexion, 3] anterior, proximal, lateral
+  std::vector<std::string> draw;  ///< [n_draws] names of the independent draws
+  std::vector<double> value;      ///< [n_samples, n_draws] factors, changes or scores
   std::vector<double>
-      contact_force_n;  ///< [n_samples, n_flexion, 3] all, medial, lateral; NaN: no compartments
-  std::vector<std::int32_t> n_solved;        ///< [n_flexion] stable samples
-  std::vector<double> probability;           ///< [5] band_probabilities
-  std::vector<double> rotation_band_deg;     ///< [5, n_flexion, 3] quantiles
-  std::vector<double> translation_band_mm;   ///< [5, n_flexion, 3]
+      contact_force_n;              ///< [n_samples, n_flexion, 3] all, medial, lateral; NaN: no compartments
+  std::vector<double> probability;  ///< [5] band_probabilities
   std::vector<double> contact_force_band_n;  ///< [5, n_flexion, 3]
   std::vector<double> tension_band_n;        ///< [5, n_flexion, n_fibres]
   /// [5] At each of the probabilities a sample: when the samples that are solved at most flexions are ordered
@@ -315,11 +328,7 @@ struct UncertainMotion {
   std::vector<std::int8_t> quantile_status;                       ///< StepStatus
   std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg, varus_deg;  ///< NaN where not stable
   std::vector<std::string> quantity;                              ///< [9] uncertain_quantities
-  /// [n_flexion, 9, n_draws] Spearman's rank correlation, and first-order Sobol index with its 90 % interval;
-  /// NaN where the quantity has no spread.
-  std::vector<double> rank_correlation, first_order, first_order_low, first_order_high;
-
-  std::size_t n_samples() const { return n_solved.empty() ? 0 : status.size() / n_solved.size(); }
+  std::vector<UncertainFollower> followers;                       ///< by name
 };
 
 // The motion model as plain data. schemas/motion-model.md specifies its file.
@@ -480,6 +489,7 @@ struct FollowerRows : OfFollower {
   bool has_reaction = false;                            ///< its fibres pull on the moving object
   Body body;                                            ///< canonical, where its files are
   GridB status;                                         ///< StepStatus
+  GridB plausibility;                                   ///< Plausibility; empty in files before 1.14
   /// follower_coordinates() of model/coordinates.hpp; NaN where not stable, as all below.
   GridD flexion_deg, rotation_deg, tilt_deg, anterior_mm, proximal_mm, lateral_mm;
   std::vector<double> X_of_follower;  ///< [n_cells, 4, 4] stored vertices to those of the body `of`
@@ -595,8 +605,8 @@ MotionModel scaled_model(MotionModel model, double factor);
 // HDF5 file of the motion model (schemas/motion-model.md).
 
 inline constexpr const char* format_name = "vrda motion model";
-inline constexpr const char* format_version = "1.13";
-inline constexpr int format_minor_version = 13;
+inline constexpr const char* format_version = "1.14";
+inline constexpr int format_minor_version = 14;
 /// Smallest minor version that readers accept; later ones add objects, which are ignored.
 inline constexpr int least_minor_version = 7;
 

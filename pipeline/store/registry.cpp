@@ -442,12 +442,42 @@ namespace registry {
 // One line per dataset.
 // clang-format off
 
+namespace {
+
+void visit_shares(UncertainPose& of, const std::vector<std::string>& table, const std::string& group, RegistryVisitor& visit)
+{
+  const auto at_least_minus_1 = ValueRule{.rule = Rule::number_or_nan, .least = -1.0};
+  const auto at_least_0_or_nan = ValueRule{.rule = Rule::number_or_nan, .least = 0.0};
+  visit({group + "/rank_correlation", table, unit::one, at_least_minus_1, "Spearman's rank correlation of each result with each draw"}, of.rank_correlation);
+  visit({group + "/first_order", table, unit::one, at_least_0_or_nan, "first-order Sobol index: share of the variance that the draw explains alone"}, of.first_order);
+  visit({group + "/first_order_low", table, unit::one, at_least_0_or_nan, "lower end of its 90 % interval"}, of.first_order_low);
+  visit({group + "/first_order_high", table, unit::one, at_least_0_or_nan, "upper end of its 90 % interval"}, of.first_order_high);
+}
+
+// In the dimensions of the samples of the joint.
+void visit_uncertain_follower(UncertainFollower& of, const std::string& samples, RegistryVisitor& visit)
+{
+  const std::string group = samples + "/followers/" + of.name;
+  const std::string sample = samples + "/sample", band = samples + "/quantile", angle = samples + "/angle", direction = samples + "/direction";
+  const ValueCondition stable = where_stable(of.status);
+  visit.group(group);
+  visit.dimension(group + "/quantity", DimensionSize::fixed(static_cast<std::int64_t>(n_joint_coordinates)));
+  visit({group + "/status", {sample, "/flexion"}, unit::none, codes(FlagSet::solver_status), "how the step of the follower ended; that of the joint where the joint has no pose"}, of.status);
+  visit({group + "/rotation", {sample, "/flexion", angle}, unit::degree, number(stable), "flexion, rotation and tilt of the follower in each sample"}, of.rotation_deg);
+  visit({group + "/translation", {sample, "/flexion", direction}, unit::mm, number(stable), "anterior, proximal and lateral displacement of its centre in each sample"}, of.translation_mm);
+  visit({group + "/n_solved", {"/flexion"}, unit::one, count(), "samples with a stable pose of the follower"}, of.n_solved);
+  visit({group + "/rotation_band", {band, "/flexion", angle}, unit::degree, number_or_nan(), "quantiles of the rotations"}, of.rotation_band_deg);
+  visit({group + "/translation_band", {band, "/flexion", direction}, unit::mm, number_or_nan(), "quantiles of the displacements"}, of.translation_band_mm);
+  visit_shares(of, {"/flexion", group + "/quantity", samples + "/draw"}, group, visit);
+}
+
+}  // namespace
+
 void visit_uncertainty(UncertainMotion& motion, bool has_fibres, RegistryVisitor& visit)
 {
   const std::string group = "/uncertainty";
   const std::string sample = group + "/sample", draw = group + "/draw", band = group + "/quantile";
   const ValueCondition stable = where_stable(motion.status);
-  const auto at_least_minus_1 = ValueRule{.rule = Rule::number_or_nan, .least = -1.0};
   const auto at_least_0_or_nan = ValueRule{.rule = Rule::number_or_nan, .least = 0.0};
   visit.group(group);
   visit.attribute(group, "sequence", motion.sequence);
@@ -486,10 +516,11 @@ void visit_uncertainty(UncertainMotion& motion, bool has_fibres, RegistryVisitor
   visit({group + "/tz", motions, unit::mm, number(posed), "translation of that sample along Z of the world frame W"}, motion.tz_mm);
   visit({group + "/theta", motions, unit::degree, number(posed), "rotation of that sample about Delta, right-knee sign"}, motion.theta_deg);
   visit({group + "/varus", motions, unit::degree, number(posed), "varus of that sample, adduction positive"}, motion.varus_deg);
-  visit({group + "/rank_correlation", table, unit::one, at_least_minus_1, "Spearman's rank correlation of each result with each draw"}, motion.rank_correlation);
-  visit({group + "/first_order", table, unit::one, at_least_0_or_nan, "first-order Sobol index: share of the variance that the draw explains alone"}, motion.first_order);
-  visit({group + "/first_order_low", table, unit::one, at_least_0_or_nan, "lower end of its 90 % interval"}, motion.first_order_low);
-  visit({group + "/first_order_high", table, unit::one, at_least_0_or_nan, "upper end of its 90 % interval"}, motion.first_order_high);
+  visit_shares(motion, table, group, visit);
+  if (!visit.has(group + "/followers", !motion.followers.empty())) return;
+  visit.group(group + "/followers");
+  visit.list(group + "/followers", motion.followers);
+  for (UncertainFollower& follower : motion.followers) visit_uncertain_follower(follower, group, visit);
 }
 
 // clang-format on
@@ -635,11 +666,15 @@ void visit_follower_forces(FollowerRows& follower, const std::string& of_followe
 
 }  // namespace
 
-void visit_follower(FollowerRows& follower, std::size_t n_followers, RegistryVisitor& visit)
+void visit_follower(FollowerRows& follower, const MotionModel& model, RegistryVisitor& visit)
 {
+  const std::size_t n_followers = model.followers.size();
   const std::string group = "/followers/" + follower.name;
   const std::vector<std::string> grid{"/flexion", "/varus"};
   const ValueCondition stable = where_stable(follower.status);
+  // A measured pose is no equilibrium.
+  const bool is_measured = model.method == "import";
+  const ValueRule balance = is_measured ? number_or_nan() : number(stable), residual = is_measured ? number_or_nan() : at_least_0(stable);
   visit.group(group);
   visit.attribute(group, "body_index", follower.body_index);
   visit.attribute(group, "of", follower.of);
@@ -652,6 +687,8 @@ void visit_follower(FollowerRows& follower, std::size_t n_followers, RegistryVis
   if (visit.has(group + "/touches_drawn", !follower.touches_drawn.empty()))
     visit({group + "/touches_drawn", {group + "/touched"}, unit::none, codes(FlagSet::yes_no), "whether it may also touch the drawn parts of that body"}, follower.touches_drawn);
   visit({group + "/status", grid, unit::none, codes(FlagSet::status), "how the step of the follower ended; that of the joint where the joint has no pose"}, follower.status);
+  if (visit.has(group + "/plausibility", follower.plausibility.size() > 0))
+    visit({group + "/plausibility", grid, unit::none, codes(FlagSet::plausibility), "result of the plausibility check of its stable pose"}, follower.plausibility);
   visit({group + "/flexion_angle", grid, unit::degree, number(stable), "flexion of the follower"}, follower.flexion_deg);
   visit({group + "/rotation_angle", grid, unit::degree, number(stable), "rotation about the floating axis, as varus of the joint"}, follower.rotation_deg);
   visit({group + "/tilt", grid, unit::degree, number(stable), "rotation about the follower's long axis, as internal rotation of the joint"}, follower.tilt_deg);
@@ -661,10 +698,10 @@ void visit_follower(FollowerRows& follower, std::size_t n_followers, RegistryVis
   visit({group + "/X_of_follower", {"/flexion", "/varus", "/row", "/column"}, unit::mm, rule(Rule::rigid, stable), "pose taking stored vertices of the follower to those of the body of its coordinates; the rotation in columns 0 to 2 has no unit"}, follower.X_of_follower);
   visit({group + "/iterations", grid, unit::one, count(), "iterations of the step"}, follower.iterations);
   visit({group + "/queries", grid, unit::one, count(), "gap queries of the step"}, follower.queries);
-  visit({group + "/energy", grid, unit::nmm, number(stable), "energy of its fibres, lines and springs minus the work of its push"}, follower.energy_nmm);
-  visit({group + "/balance_residual", grid, unit::n, at_least_0(stable), "residual of the force balance, moments divided by a lever arm"}, follower.balance_residual_n);
-  visit({group + "/complementarity", grid, unit::mm, number(stable), "gaps of the load-bearing features, weighted by their share of the load"}, follower.complementarity_mm);
-  visit({group + "/worst_gap", grid, unit::mm, number(stable), "smallest signed gap of any feature along its Delta, negative is overlap"}, follower.worst_gap_mm);
+  visit({group + "/energy", grid, unit::nmm, balance, "energy of its fibres, lines and springs minus the work of its push"}, follower.energy_nmm);
+  visit({group + "/balance_residual", grid, unit::n, residual, "residual of the force balance, moments divided by a lever arm"}, follower.balance_residual_n);
+  visit({group + "/complementarity", grid, unit::mm, balance, "gaps of the load-bearing features, weighted by their share of the load"}, follower.complementarity_mm);
+  visit({group + "/worst_gap", grid, unit::mm, balance, "smallest signed gap of any feature along its Delta, negative is overlap"}, follower.worst_gap_mm);
   visit_body(follower.body, group + "/body", visit);
   visit_follower_forces(follower, group, visit);
   if (has_optional(visit, group + "/ligaments", follower.ligaments)) visit_ligaments(*follower.ligaments, group + "/ligaments", follower.status, n_followers, visit);
@@ -749,7 +786,7 @@ void visit_registry(MotionModel& model, RegistryVisitor& visit)
   if (visit.has("/followers", !model.followers.empty())) {
     visit.group("/followers");
     visit.list("/followers", model.followers);
-    for (FollowerRows& follower : model.followers) visit_follower(follower, model.followers.size(), visit);
+    for (FollowerRows& follower : model.followers) visit_follower(follower, model, visit);
   }
   visit.group("/job");
   visit.dimension("/job/input", DimensionSize::counted(model.job.inputs.size()));

@@ -27,9 +27,9 @@ class RegistryVisitor {
                    std::vector<std::int8_t>*, std::vector<std::int32_t>*, std::vector<std::int64_t>*, GridD*,
                    GridB*, GridI*, Exponents*, Points*, Points32*, Triangles*>;
   using Attribute = std::variant<std::string*, bool*, double*, std::int32_t*, Eigen::Vector3d*>;
-  using List =
-      std::variant<std::vector<SmoothedSet>*, std::vector<AuditSet>*, std::vector<PriorTermRows>*,
-                   std::vector<FollowerRows>*, std::vector<SmoothedFollower>*, std::vector<FollowerAudit>*>;
+  using List = std::variant<std::vector<SmoothedSet>*, std::vector<AuditSet>*, std::vector<PriorTermRows>*,
+                            std::vector<FollowerRows>*, std::vector<SmoothedFollower>*,
+                            std::vector<FollowerAudit>*, std::vector<UncertainFollower>*>;
 
   virtual ~RegistryVisitor() = default;
   /// Whether it fills or changes what it visits. The others may visit constant models.
@@ -253,7 +253,7 @@ void visit_coordinates(MotionModel& model, RegistryVisitor& visit);
 /// `status` is that of the cells; `n_followers` is 0 for the ligaments of the joint.
 void visit_ligaments(LigamentRows& ligaments, const std::string& group, const GridB& status,
                      std::size_t n_followers, RegistryVisitor& visit);
-void visit_follower(FollowerRows& follower, std::size_t n_followers, RegistryVisitor& visit);
+void visit_follower(FollowerRows& follower, const MotionModel& model, RegistryVisitor& visit);
 void visit_uncertainty(UncertainMotion& motion, bool has_fibres, RegistryVisitor& visit);
 void visit_prior(PriorRows& prior, RegistryVisitor& visit);
 void visit_inputs(std::vector<InputFile>& inputs, RegistryVisitor& visit);

@@ -7,6 +7,7 @@
 #include "job/component_loader.hpp"
 #include "model/coordinates.hpp"
 #include "solve/case_solver.hpp"
+#include "solve/followers.hpp"
 #include "store/solved_cells.hpp"
 #include "tables/convention_search.hpp"
 
@@ -58,6 +59,28 @@ job::Case import_case(const job::Case& job_case, const MotionSequence& motion, c
   return result;
 }
 
+namespace {
+
+// Pending if it was not measured. A measured pose is no equilibrium: it has no balance.
+StepRecord follower_record(const job::Case& job_case, std::size_t follower, std::size_t frame,
+                           const MotionSequence& motion)
+{
+  StepRecord r;
+  r.balance.energy_nmm = r.balance.residual_n = r.balance.complementarity_mm = r.balance.worst_gap_mm = nan;
+  if (follower >= motion.followers.size() || motion.followers[follower].empty()) return r;
+  const job::Follower& of = job_case.followers[follower];
+  const Pose X_of = follower_pose(motion.followers[follower][frame], job_case.frame.side, of.centre_mm);
+  const SolverPosition at = solver_position(solve::follower_frame(job_case, of), X_of);
+  r.status = StepStatus::stable;
+  r.pose = at.pose;
+  r.varus_rad = at.attitude.varus_rad;
+  r.coordinates.emplace();
+  r.coordinates->flexion_rad = at.attitude.flexion_rad;
+  return r;
+}
+
+}  // namespace
+
 store::MotionModel imported_model(const job::Case& job_case, const MotionSequence& motion, int n_threads)
 {
   store::MotionModel model = solve::pending_model_of(job_case);
@@ -74,6 +97,12 @@ store::MotionModel imported_model(const job::Case& job_case, const MotionSequenc
   }
   model.contacts = store::contact_rows(model, records);
   solve::add_balance(model, job_case, result);  // contact paths and fibres
+  result.followers.assign(records.size(), {});
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    for (std::size_t k = 0; k < job_case.followers.size(); ++k)
+      result.followers[i].push_back(follower_record(job_case, k, i, motion));
+  }
+  solve::add_followers(model, job_case, result);
   model.audits = {analysis::audit(model, "raw", 1, n_threads)};
   return model;
 }

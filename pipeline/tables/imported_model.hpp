@@ -18,6 +18,8 @@ struct MotionSequence {
   std::vector<Pose> X_reference_moving;          ///< [n] canonical, stored vertices, as in a motion model
   std::vector<std::string> absent_columns = {};  ///< as MotionTable
   std::vector<std::string> warnings = {};        ///< one line each: of the table, and unit_warnings()
+  /// [n followers of the job][n] coordinates of each frame; empty for one that was not measured.
+  std::vector<std::vector<JointCoordinates>> followers = {};
 };
 
 /// Reads a motion. What neither `convention` nor the file states has the default of Convention. Throws
@@ -40,7 +42,8 @@ job::Case import_case(const job::Case& job_case, const MotionSequence& motion, c
 
 /// The model of import_case(): each frame is a stable cell with attitude, theta and translation about Delta,
 /// signed gaps of the compartments, contact flags (gap at most the contact resolution) and contacts within
-/// it; and the audit of all frames. Same bits for any number of threads.
+/// it; measured followers likewise, without energy and balance; and the audit of all frames. Same bits for
+/// any number of threads.
 store::MotionModel imported_model(const job::Case& import_case, const MotionSequence& motion, int n_threads);
 
 }  // namespace vrda::tables

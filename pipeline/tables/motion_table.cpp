@@ -338,6 +338,37 @@ FoundFamily found_family(const FieldTable& table, const TableColumns& columns,
                "matrices (T11 to T34), or " + what + " named as in schemas/motion-files.md or by --column");
 }
 
+/// A column and what its numbers are multiplied by: rad or mm.
+struct NumberColumn {
+  std::size_t column = 0;
+  double factor = 1.0;
+};
+
+std::optional<NumberColumn> follower_column(const FieldTable& table, const std::string& follower,
+                                            std::size_t coordinate,
+                                            const std::map<std::string, std::string>& columns)
+{
+  const std::string word = follower_coordinate_names[coordinate];
+  const double standard = is_rotation(coordinate) ? rad_from_deg(1.0) : 1.0;
+  const auto named = columns.find(word);
+  if (named != columns.end())
+    return NumberColumn{required_column(table, without_sign(named->second)),
+                        named->second[0] == '-' ? -standard : standard};
+  for (const std::string& base : {"follower_" + follower + "_" + word, follower + "_" + word}) {
+    if (const auto column = column_named(table, base)) return NumberColumn{*column, standard};
+    const auto with_unit = [&](const auto& units) -> std::optional<NumberColumn> {
+      for (const Unit& unit : units) {
+        const auto column = column_named(table, base + unit.suffix);
+        if (column) return NumberColumn{*column, unit.value > 0.0 ? unit.value : standard};
+      }
+      return std::nullopt;
+    };
+    const auto column = is_rotation(coordinate) ? with_unit(angle_units) : with_unit(length_units);
+    if (column) return column;
+  }
+  return std::nullopt;
+}
+
 void require_known_coordinates(const FieldTable& table, const TableColumns& columns)
 {
   std::vector<std::string> known;
@@ -513,6 +544,32 @@ MotionTable motion_table_from_text(const std::string& file, const std::string& t
     add_coordinates(motion, table, columns);
   }
   return motion;
+}
+
+std::vector<JointCoordinates> read_follower(const std::string& file, const std::string& follower,
+                                            const std::map<std::string, std::string>& columns)
+{
+  const std::string text = text_of_file(file);
+  const FieldTable table = fields_of(file, text);
+  std::array<std::optional<NumberColumn>, n_joint_coordinates> found;
+  std::size_t n_found = 0, missing = 0;
+  for (std::size_t c = 0; c < n_joint_coordinates; ++c) {
+    found[c] = follower_column(table, follower, c, columns);
+    if (found[c]) ++n_found;
+    if (!found[c]) missing = c;
+  }
+  if (n_found == 0) return {};
+  if (n_found < n_joint_coordinates)
+    table.refuse(table.name_line, "",
+                 "no column follower_" + follower + "_" + follower_coordinate_names[missing],
+                 "all six coordinates of " + follower + ", or none");
+  std::vector<JointCoordinates> coordinates;
+  for (const Row& row : table.rows) {
+    JointCoordinates& q = coordinates.emplace_back();
+    for (std::size_t c = 0; c < n_joint_coordinates; ++c)
+      q(static_cast<Eigen::Index>(c)) = found[c]->factor * table.number(row, found[c]->column);
+  }
+  return coordinates;
 }
 
 MotionTable read_motion_table(const std::string& file, const TableColumns& columns)

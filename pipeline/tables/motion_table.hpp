@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/fields.hpp"
+#include "model/coordinates.hpp"
 #include "model/frames.hpp"
 #include "model/mesh.hpp"
 
@@ -175,6 +176,13 @@ MotionTable read_motion_table(const std::string& file, const TableColumns& colum
 /// The same from the text of a file. `columns.reference_file` is not read.
 MotionTable motion_table_from_text(const std::string& file, const std::string& text,
                                    const TableColumns& columns);
+
+/// The coordinates of a body that follows the joint in each frame; empty without its columns. Names: with
+/// `follower_NAME_` or `NAME_` before the names of its coordinates (schemas/followers.md) and a unit, as in
+/// an export, or those of `columns`, by COORDINATE, after an optional sign. Throws InputError as
+/// read_motion_table(), and for a part of the six.
+std::vector<JointCoordinates> read_follower(const std::string& file, const std::string& follower,
+                                            const std::map<std::string, std::string>& columns = {});
 
 /// The coordinate of an OpenSim column: "knee_flex_r" for "/jointset/knee_r/knee_flex_r/value".
 std::string coordinate_name(std::string_view column);

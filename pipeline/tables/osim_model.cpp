@@ -306,8 +306,7 @@ std::vector<AxisFunction> follower_functions(const store::FollowerRows& follower
   const double sign = side == Side::left ? -1.0 : 1.0;
   const auto coordinate = [&follower, side](Eigen::Index k) {
     return [&follower, side, k](const FlexionFrame& frame) {
-      const auto body = static_cast<BodyIndex>(follower.body_index), of = static_cast<BodyIndex>(follower.of);
-      const Pose X = frame.pose.X_reference(of).inverse() * frame.pose.X_reference(body);
+      const Pose X = frame.pose.X_of(follower).value();
       return k < 3 ? follower_coordinates(X, side, follower.centre_mm)[k]
                    : metres_per_mm * (X * follower.centre_mm - follower.centre_mm)[k - 3];
     };

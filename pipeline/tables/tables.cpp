@@ -42,6 +42,14 @@ void add_integers(Columns& columns, const std::string& name, const store::Grid<I
   columns.push_back({name, [&grid](Eigen::Index cell) { return std::to_string(int{grid.data()[cell]}); }});
 }
 
+template <typename Code>
+void add_names(Columns& columns, const std::string& name, const store::GridB& grid)
+{
+  columns.push_back({name, [&grid](Eigen::Index cell) {
+                       return std::string(name_of(static_cast<Code>(grid.data()[cell])));
+                     }});
+}
+
 void add_points(Columns& columns, const std::string& name, const std::vector<double>& points)
 {
   constexpr std::array<char, 3> axes{'x', 'y', 'z'};
@@ -68,13 +76,21 @@ void add_attitude(Columns& columns, const store::MotionModel& model)
   columns.push_back({"varus_deg", [&model, n_varus](Eigen::Index cell) {
                        return field(model.varus_deg[static_cast<std::size_t>(cell % n_varus)]);
                      }});
-  columns.push_back({"status", [&model](Eigen::Index cell) {
-                       return std::string(name_of(static_cast<StepStatus>(model.status.data()[cell])));
-                     }});
-  columns.push_back({"plausibility", [&model](Eigen::Index cell) {
-                       return std::string(
-                           name_of(static_cast<Plausibility>(model.plausibility.data()[cell])));
-                     }});
+  add_names<StepStatus>(columns, "status", model.status);
+  add_names<Plausibility>(columns, "plausibility", model.plausibility);
+}
+
+void add_followers(Columns& columns, const store::MotionModel& model)
+{
+  for (const store::FollowerRows* follower : store::in_order(model.followers)) {
+    const std::string prefix = "follower_" + follower->name + "_";
+    add_names<StepStatus>(columns, prefix + "status", follower->status);
+    if (follower->plausibility.size() > 0)
+      add_names<Plausibility>(columns, prefix + "plausibility", follower->plausibility);
+    const auto grids = follower->coordinates();
+    for (std::size_t k = 0; k < n_joint_coordinates; ++k)
+      add(columns, prefix + follower_coordinate_names[k] + (is_rotation(k) ? "_deg" : "_mm"), *grids[k]);
+  }
 }
 
 void add_raw(Columns& columns, const store::MotionModel& model, const store::ClinicalSurfaces& clinical)
@@ -216,6 +232,7 @@ std::string cells_csv(const store::MotionModel& model)
   add_attitude(columns, model);
   add_raw(columns, model, curves.surfaces);
   add_mechanics(columns, model);
+  add_followers(columns, model);
   add_smoothed(columns, model);
   if (model.frames) {
     std::vector<std::string> names;

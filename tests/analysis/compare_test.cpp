@@ -71,12 +71,11 @@ TEST(Compare, CountsWhatRecontactMoves)
   store::MotionModel model = noisy_model({.degree = 2});
   CompareOptions options = options_of({2});
   EXPECT_EQ(compare(model, options).rows[0].perceptible_share, 0.0);
-  options.recontact = [](const store::MotionModel& of, const store::SmoothedSet& set) {
+  options.recontact = [](const store::MotionModel& of, store::SmoothedSet& set) {
     EXPECT_EQ(set.degree, 2);
-    store::GridD travel_mm = store::GridD::Zero(of.status.rows(), of.status.cols());
-    travel_mm.row(0).setConstant(-2.0 * perceptible_mm);
-    travel_mm(1, 1) = std::numeric_limits<double>::quiet_NaN();
-    return travel_mm;
+    set.recontact_mm = store::GridD::Zero(of.status.rows(), of.status.cols());
+    set.recontact_mm->row(0).setConstant(-2.0 * perceptible_mm);
+    (*set.recontact_mm)(1, 1) = std::numeric_limits<double>::quiet_NaN();
   };
   const DegreeRow row = compare(model, options).rows[0];
   EXPECT_DOUBLE_EQ(row.perceptible_share, 13.0 / 273.0);
@@ -105,8 +104,8 @@ TEST(Compare, AuditsTheMotionOfEachDegree)
   EXPECT_EQ(comparison.rows[1].audit_totals.value().at_grid.largest_penetration_mm, 0.2);
   EXPECT_EQ(comparison.rows[1].audit_totals.value().at_grid.n_overlapping, 273);
   requested.clear();
-  options.recontact = [](const store::MotionModel& of, const store::SmoothedSet&) {
-    return store::GridD::Zero(of.status.rows(), of.status.cols()).eval();
+  options.recontact = [](const store::MotionModel& of, store::SmoothedSet& set) {
+    set.recontact_mm = store::GridD::Zero(of.status.rows(), of.status.cols());
   };
   compare(model, options);
   EXPECT_EQ(requested, (std::vector<std::string>{"degree_1_recontacted", "degree_2_recontacted"}));

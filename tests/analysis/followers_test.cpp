@@ -1,6 +1,8 @@
 // Smoothing, recontact and audit of bodies that follow the joint: closed forms.
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "analysis/audit.hpp"
 #include "analysis/smooth.hpp"
 #include "core/units.hpp"
@@ -119,6 +121,76 @@ TEST(AuditOfFollowers, MeasuresGapAndPenetration)
     EXPECT_NEAR(measured_mm, wanted_mm, 1e-6) << i;
   }
   EXPECT_EQ(analysis::figures_of(found, follower).n_poses, 34);
+}
+
+// In front of the wall at one attitude, 1e-3 mm from it, and what displaces or changes that.
+struct PlausibilityRow {
+  const char* name;
+  JointCoordinates at;
+  std::function<void(store::MotionModel&)> change;
+  Plausibility wanted;
+};
+
+JointCoordinates at(double tilt_deg, double anterior_mm, double proximal_mm)
+{
+  JointCoordinates q = JointCoordinates::Zero();
+  q << 0.0, 0.0, rad_from_deg(tilt_deg), anterior_mm, proximal_mm, 0.0;
+  return q;
+}
+
+void stretch(store::MotionModel& model, double constant_tension_n)
+{
+  store::LigamentRows& rows = model.followers[0].ligaments.emplace();
+  rows.name = rows.bundle = {"tendon"};
+  rows.constant_tension_n = {constant_tension_n};
+  rows.strain = {0.5};
+  rows.tension_n = {5000.0};
+}
+
+// A sheet that ends at y = 100, on the plane of the wall.
+void open_wall(store::MotionModel& model)
+{
+  Mesh& mesh = model.reference.contact.mesh;
+  mesh.vertices_mm.resize(4, 3);
+  mesh.vertices_mm << wall_mm, -100, -100, wall_mm, 100, -100, wall_mm, 100, 100, wall_mm, -100, 100;
+  mesh.triangles.resize(2, 3);
+  mesh.triangles << 0, 1, 2, 0, 2, 3;
+}
+
+TEST(PlausibilityOfFollowers, FirstObjection)
+{
+  using enum Plausibility;
+  const auto nothing = [](store::MotionModel&) {};
+  for (const PlausibilityRow& row : std::vector<PlausibilityRow>{
+           {"in contact", at(0, 0, 0), nothing, nothing_found},
+           {"a gap beyond the resolution", at(0, 0.2, 0), nothing, nothing_ahead},
+           {"beside the wall", at(0, 0, 110), nothing, nothing_ahead},
+           // Half a resolution of its width is in front of the wall.
+           {"at the edge of the wall", at(0, 0, 102.95), nothing, nothing_ahead},
+           {"turned away", at(100, 4, 0), nothing, dislocated},
+           {"far from the wall", at(0, 9, 0), nothing, dislocated},
+           {"at the border of a sheet", at(0, 0, 97), open_wall, border_contact},
+           {"a strained tendon", at(0, 0, 0), [](auto& model) { stretch(model, 0.0); }, overstrained},
+           {"a line", at(0, 0, 0), [](auto& model) { stretch(model, 10.0); }, nothing_found},
+           {"inside", at(0, -1, 0), nothing, not_judged}}) {
+    SCOPED_TRACE(row.name);
+    test::ModelPlan plan;
+    plan.flexion_deg = {0.0};
+    plan.varus_deg = {0.0};
+    store::MotionModel model = test::model_of(plan);
+    model.reference.contact.mesh = test::box({wall_mm - 50.0, 0, 0}, {100, 200, 200});
+    model.moving.contact.mesh = test::box({wall_mm - 50.0, -150, 0}, {50, 50, 50});
+    test::add_follower(model, BodyIndex::reference, {wall_mm + 2.001, 0, 0},
+                       [&](double, double) { return row.at; });
+    row.change(model);
+    store::ForceRows& forces = model.followers[0].forces;
+    forces.row_start = {0, 1};
+    forces.point_world_mm = Eigen::RowVector3d(wall_mm, row.at(4) + 3.0, 0.0);
+    forces.triangle_reference = forces.triangle_moving = {0};
+    const analysis::PoseAssessment found = analysis::assess_poses(model, {}, {}, 1).followers.at(0);
+    EXPECT_EQ(found.is_overlapping(0, 0), row.wanted == not_judged ? 1 : 0);
+    EXPECT_STREQ(name_of(static_cast<Plausibility>(found.plausibility(0, 0))), name_of(row.wanted));
+  }
 }
 
 }  // namespace vrda::analysis_followers_test

@@ -12,6 +12,7 @@
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "support/meshes.hpp"
+#include "support/messages.hpp"
 
 namespace vrda::followers_app_test {
 
@@ -137,7 +138,97 @@ TEST(Followers, ASesamoidOfAHipNeedsNoOtherCode)
   }
 }
 
+// Each sample is the run of a job with its inputs, and the bands are those of the samples.
+TEST(Followers, ASampleIsTheRunOfAJobWithItsInputs)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::sesamoid_job(scratch, test::small_knee_job(scratch, "right"));
+  const std::vector<std::string> settings{"solver.method=equilibrium", "grid.varus=free",
+                                          "grid.flexion={from=0,to=4,step=4}"};
+  const std::string text = test::text_of(job);
+  scratch.write("uncertain.toml", text + test::uncertain_sesamoid);
+  const store::MotionModel model = test::solved(scratch.path() / "uncertain.toml", settings);
+  ASSERT_TRUE(model.uncertainty);
+  const store::UncertainMotion& motion = *model.uncertainty;
+  EXPECT_THAT(motion.draw, testing::ElementsAre("load bead tension", "stiffness bead tendon"));
+  ASSERT_EQ(motion.followers.size(), 1u);
+  const store::UncertainFollower& bead = motion.followers[0];
+  EXPECT_THAT(bead.n_solved, testing::ElementsAre(10, 10));
+  for (const std::size_t s : {2u, 7u}) {
+    SCOPED_TRACE(s);
+    const std::string stiffness_n = shortest_decimal(500.0 * motion.value[2 * s + 1]);
+    std::string fibres = test::text_of(scratch.path() / "bead.csv");
+    for (std::size_t at = 0; (at = fibres.find(",500,", at)) != std::string::npos;)
+      fibres.replace(at + 1, 3, stiffness_n);
+    scratch.write("stiffer.csv", fibres);
+    std::vector<std::string> own = settings;
+    own.push_back("follower.0.tension_n=" + shortest_decimal(20.0 + motion.value[2 * s]));
+    own.push_back("follower.0.fibres=stiffer.csv");
+    const store::FollowerRows alone = follower_of(test::solved(job, own));
+    for (std::size_t i = 0; i < 2; ++i) {
+      // The joint starts elsewhere: its equilibria agree within the solver's tolerance.
+      EXPECT_NEAR(bead.translation_mm[3 * (2 * s + i) + 1], alone.proximal_mm.data()[i], 0.05);
+      EXPECT_NEAR(bead.rotation_deg[3 * (2 * s + i)], alone.flexion_deg.data()[i], 0.5);
+    }
+  }
+  EXPECT_GT(bead.translation_band_mm[3 * 4 * 2 + 1] - bead.translation_band_mm[1], 0.1)
+      << "the inputs change too little";
+}
+
 using FollowerCommands = test::CommandTest;
+
+TEST_F(FollowerCommands, BandsAndPlansNameThem)
+{
+  const fs::path job = test::sesamoid_job(scratch_, test::small_knee_job(scratch_, "right"));
+  scratch_.write("uncertain.toml", test::text_of(job) + test::uncertain_sesamoid);
+  const std::string model = path("model.h5");
+  succeed({"run", path("uncertain.toml"), "-o", model, "--progress", "none", "--set",
+           "solver.method=equilibrium", "--set", "grid.varus=free", "--set",
+           "grid.flexion={from=0,to=2,step=2}"});
+  EXPECT_THAT(succeed({"bands", model}).out, testing::HasSubstr(",bead_proximal_p50_mm,"));
+  EXPECT_THAT(succeed({"bands", model, "--table", "shares"}).out,
+              testing::HasSubstr("\nbead_tilt,load bead tension,2,"));
+  EXPECT_THAT(succeed({"bands", model, "--table", "samples"}).out,
+              testing::HasSubstr(",bead_status,bead_flexion_deg,"));
+  const nlohmann::json plan = test::json_of(
+      {"plan",
+       scratch_
+           .write("study.toml",
+                  "[campaign]\ntitle = \"Beads\"\n[[campaign.subject]]\nname = \"knee\"\njob = \"" +
+                      job.filename().string() +
+                      "\"\n[[campaign.tension]]\nname = \"low\"\nset = { follower.0.tension_n = 10 }\n"
+                      "[[campaign.tension]]\nname = \"high\"\nset = { follower.0.tension_n = 30 }\n")
+           .string()});
+  ASSERT_EQ(plan.at("cases").size(), 2u);
+  EXPECT_EQ(plan.at("cases").at(1).at("name"), "knee_high");
+}
+
+// What `export` writes of a model is read again as measured frames, and a column with the other sign.
+TEST_F(FollowerCommands, MeasuredFramesAreImported)
+{
+  const fs::path job = test::sesamoid_job(scratch_, test::small_knee_job(scratch_, "right"));
+  const std::string model = path("model.h5"), frames = path("frames.h5");
+  succeed({"run", job.string(), "-o", model, "--progress", "none", "--set", "solver.method=equilibrium"});
+  succeed({"export", model, "--to", "csv", "-o", path("t.csv"), "--set", "raw"});
+  succeed({"import", job.string(), "--motion", path("t.csv"), "-o", frames});
+  const store::MotionModel solved = store::read_motion_model(model),
+                           measured = store::read_motion_model(frames);
+  const store::FollowerRows& bead = follower_of(measured);
+  ASSERT_EQ(solved_share(bead), 1.0);
+  EXPECT_EQ(bead.status.rows(), 7);
+  for (Eigen::Index i = 0; i < 7; ++i)
+    EXPECT_NEAR(bead.proximal_mm(i, 0), follower_of(solved).proximal_mm(i, 2), 1e-9) << i;
+  EXPECT_EQ(measured.audits.at(0).followers.at(0).name, "bead");
+  succeed({"import", job.string(), "--motion", path("t.csv"), "-o", path("other.h5"), "--follower-column",
+           "bead.proximal=-follower_bead_proximal_mm"});
+  EXPECT_NEAR(follower_of(store::read_motion_model(path("other.h5"))).proximal_mm(3, 0),
+              -bead.proximal_mm(3, 0), 1e-9);
+  std::string table = test::text_of(path("t.csv"));
+  table.replace(table.find("follower_bead_tilt_deg"), 22, "unknown_column_of_tilt");
+  scratch_.write("part.csv", table);
+  EXPECT_THAT(test::run_vrda({"import", job.string(), "--motion", path("part.csv"), "-o", path("part.h5")}),
+              test::refuses({path("part.csv"), "", {"follower_bead_tilt", "all six coordinates of bead"}}));
+}
 
 TEST_F(FollowerCommands, InfoTablesAndScenesShowIt)
 {
@@ -152,6 +243,17 @@ TEST_F(FollowerCommands, InfoTablesAndScenesShowIt)
   EXPECT_THAT(succeed({"info", model}).out, testing::HasSubstr("bead follows: 35 of 35 attitudes solved"));
   succeed({"export", model, "--to", "csv", "-o", path("t.csv")});
   EXPECT_THAT(test::text_of(path("t.csv")), testing::HasSubstr("follower_bead_proximal_mm"));
+  succeed({"export", model, "--to", "csv", "--full", "-o", path("full.csv")});
+  EXPECT_THAT(test::text_of(path("full.csv")), testing::HasSubstr(",follower_bead_plausibility,"));
+  const nlohmann::json compared =
+      test::json_of({"compare", model, "--degrees", "1,2", "--refine", "1", "--json"});
+  const nlohmann::json& bead = compared["degrees"][1]["followers"]["bead"];
+  EXPECT_EQ(bead["surfaces"].size(), 6u);
+  EXPECT_LT(bead["surfaces"]["proximal"]["rms"],
+            compared["degrees"][0]["followers"]["bead"]["surfaces"]["proximal"]["rms"]);
+  EXPECT_EQ(bead["at_grid"]["attitudes"], 35);
+  EXPECT_THAT(succeed({"compare", model, "--degrees", "1", "--refine", "0"}).out,
+              testing::HasSubstr("flexion deg  rotation deg"));
   succeed({"export", model, "--to", "gltf", "-o", path("t.glb")});
   EXPECT_THAT(test::text_of(path("t.glb")), testing::HasSubstr("tendon1"));
 }

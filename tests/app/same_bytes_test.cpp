@@ -61,6 +61,15 @@ fs::path knee_with_sesamoid(const Scratch& scratch)
   return test::sesamoid_job(scratch, test::longer_knee_job(scratch));
 }
 
+/// The tension of its lines and the stiffness of its tendon are uncertain, and pull on the tibia.
+fs::path knee_with_uncertain_sesamoid(const Scratch& scratch)
+{
+  const fs::path job = test::sesamoid_job(scratch, test::small_knee_job(scratch, "right"));
+  scratch.write(job.filename().string(), test::text_of(job) + test::uncertain_sesamoid);
+  test::edit(job, "tension_n = 20", "tension_n = 20\nreaction = true");
+  return job;
+}
+
 const std::vector<std::string> equilibrium{"--set", "solver.method=equilibrium"};
 
 std::vector<std::string> equilibrium_and(const std::vector<std::string>& more)
@@ -83,6 +92,7 @@ const std::vector<Kind> kinds{
     {"reaction", knee_with_sesamoid, equilibrium_and({"--set", "follower.0.reaction=true"}), 40000},
     {"frames", frames, equilibrium},
     {"samples", uncertain_knee, {}, 12000},
+    {"sampled follower", knee_with_uncertain_sesamoid, equilibrium_and({"--set", "grid.varus=free"}), 12000},
     {"prior", knee_with_prior, {}, 12000},
     {"prepared",
      knee_with_prior,

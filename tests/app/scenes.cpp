@@ -160,6 +160,26 @@ distribution = "normal"
 sd = 0.01
 )";
 
+const std::string uncertain_sesamoid = R"(
+[uncertainty]
+samples = 10
+sequence = "latin-hypercube"
+[[uncertainty.parameter]]
+quantity = "load"
+follower = "bead"
+load = "tension"
+distribution = "uniform"
+from = -8
+to = 8
+[[uncertainty.parameter]]
+quantity = "stiffness"
+follower = "bead"
+bundle = "tendon"
+distribution = "uniform"
+from = 0.5
+to = 2
+)";
+
 bool runs_full_set()
 {
   return std::getenv("VRDA_FAULTS_ALL") != nullptr;

@@ -63,6 +63,8 @@ void expect_run_refused(const std::filesystem::path& job, const std::filesystem:
 extern const std::string coarse_knee_text;
 extern const std::string prior_and_its_spread;
 extern const std::string stiffness_and_strain;
+/// [uncertainty] of sesamoid_job(): ten samples of the tension of its lines and the stiffness of its tendon.
+extern const std::string uncertain_sesamoid;
 
 /// A test in a folder of its own.
 class CommandTest : public testing::Test {

@@ -80,6 +80,18 @@ class Model(unittest.TestCase):
             # Both are equilibria of the solver's tolerance, 1e-4 mm; the path there differs.
             np.testing.assert_allclose(solved.X_reference_moving, knee.X_reference_moving.values[:, 0], atol=0.02)
             np.testing.assert_allclose(solved.internal, knee.internal_rotation.values[:, 0], atol=0.05)
+        patella = solved.followers["patella"]
+        with vrda.open(self.file, group="followers/patella") as followed:
+            self.assertEqual(set(patella.status), {"stable"})
+            # Its own starts differ too: a flexion of a patella is determined to a tenth of a degree.
+            np.testing.assert_allclose(patella.flexion, followed.flexion_angle.values[:, 0], atol=0.2)
+            np.testing.assert_allclose(patella.proximal, followed.proximal.values[:, 0], atol=0.1)
+            np.testing.assert_allclose(patella.X_of_follower, followed.X_of_follower.values[:, 0], atol=0.5)
+        self.assertEqual(joint.followers, ["patella"])
+        self.assertEqual(patella.tension.shape, (7, len(joint.follower_fibres("patella"))))
+        self.assertEqual(joint.follower_vertices("patella").shape[1], 3)
+        with self.assertRaisesRegex(vrda.InputError, "patela.*wanted one of patella"):
+            joint.follower_triangles("patela")
 
     def test_smooth_compare_and_export_do_what_the_commands_do(self):
         copy = self.folder / "copy.h5"

@@ -20,6 +20,7 @@ joint = vrda.Job("knee.toml", set={"grid.varus": "free"}).joint()
 solved: vrda.Solution = joint.solve(flexion=range(3), loads={"moment_nmm": np.zeros(3)}, seed=np.eye(4))
 total: float = float(solved.internal.sum())
 names: list[str] = joint.fibres
+kneecap: vrda.FollowerSolution = solved.followers[joint.followers[0]]
 found = vrda.open("knee.h5").theta
 """
 BAD = """

@@ -326,7 +326,16 @@ void add_follower(store::MotionModel& model)
                            &bead.energy_nmm,  &bead.balance_residual_n, &bead.complementarity_mm,
                            &bead.worst_gap_mm};
   for (store::GridD* grid : grids) *grid = none;
+  bead.plausibility = model.plausibility;
   bead.X_of_follower = model.X_reference_moving;
+  store::UncertainFollower& uncertain = model.uncertainty->followers.emplace_back();
+  static_cast<store::UncertainPose&>(uncertain) = *model.uncertainty;
+  uncertain.name = bead.name;
+  const std::size_t n_shares =
+      model.flexion_deg.size() * n_joint_coordinates * model.uncertainty->draw.size();
+  for (std::vector<double>* table : {&uncertain.rank_correlation, &uncertain.first_order,
+                                     &uncertain.first_order_low, &uncertain.first_order_high})
+    table->resize(n_shares);
   std::vector<double> points;
   bead.forces.row_start = {0};
   for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {

@@ -24,13 +24,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._core import Solution, __version__
+from ._core import FollowerSolution, Solution, __version__
 from ._errors import InputError, InternalError
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["InputError", "InternalError", "Job", "Joint", "Solution", "__version__", "check", "compare", "export", "no_lock",
+__all__ = ["FollowerSolution", "InputError", "InternalError", "Job", "Joint", "Solution", "__version__", "check", "compare", "export", "no_lock",
            "open", "smooth", "validate"]
 
 Path = Union[str, "os.PathLike[str]"]
@@ -129,6 +129,23 @@ class Joint:
         return self._core.fibres
 
     @property
+    def followers(self) -> list[str]:
+        """Names of the bodies that follow the joint (schemas/followers.md); solve() solves them too."""
+        return self._core.followers
+
+    def follower_fibres(self, follower: str) -> list[str]:
+        """Names of its fibres and lines, in the order of the columns of FollowerSolution.tension."""
+        return self._core.follower_fibres(follower)
+
+    def follower_vertices(self, follower: str) -> Array:
+        """(vertices, 3) mm of its contact meshes, canonical axes."""
+        return self._core.follower_vertices(follower)
+
+    def follower_triangles(self, follower: str) -> NDArray[np.int32]:
+        """(triangles, 3) rows of follower_vertices(), counter-clockwise from outside."""
+        return self._core.follower_triangles(follower)
+
+    @property
     def rotation_centre(self) -> Array:
         """(3,) mm, canonical axes."""
         return self._core.rotation_centre
@@ -166,6 +183,8 @@ class Joint:
             varus_moment_nmm  N mm, adduction positive
         seed: a Solution, whose stable row of nearest flexion is the start, or a pose X_reference_moving (4, 4);
             default the start pose of the job. A joint may have several equilibria: the seed selects one.
+        Followers are solved after the joint, from their last poses: `followers` of the result has their coordinates and
+        poses by name. One with `reaction = true` pulls on the joint as in a run.
         Rows that are not stable have NaN and their reason in `status`. Other threads run while this solves.
         """
         flexion_rows = np.asarray(list(flexion) if isinstance(flexion, range) else flexion, dtype=np.float64)

@@ -98,12 +98,19 @@ const COMPARED_ERRORS = { translation: ["translation", "mm"], theta: ["θ", "deg
 
 const MEASURES = [["rms", "RMS"], ["largest", "largest"], ["leave_one_out", "leave-one-out"], ["roughness", "roughness"]];
 
-function errorsTable({ rows, recommended }) {
-  const names = rows[0].errors.map((one) => one.name);
-  const headings = names.flatMap((name) => MEASURES.map(([, text], k) => (k === 0 ? `${COMPARED_ERRORS[name].join(", ")}: ${text}` : text)));
+// `of` are the rows with the errors of the joint, or of a follower.
+function errorsTable(of, caption, recommended) {
+  const names = of[0].errors.map((one) => one.name);
+  const headings = names.flatMap((name) => MEASURES.map(([, text], k) => (k === 0 ? `${COMPARED_ERRORS[name]?.join(", ") ?? name}: ${text}` : text)));
   const cells = (row) => row.errors.flatMap((one) => MEASURES.map(([key]) => number(one[key])));
-  return table("Each degree fitted to the raw motion. Roughness is the RMS second derivative, per degree²; the recommended degree is highlighted.",
-    ["degree", ...headings], rows.map((row) => [String(row.degree), ...cells(row)]), { kinds: Array(headings.length + 1).fill("tight"), chosen: (r) => rows[r].degree === recommended });
+  return table(`${caption} Roughness is the RMS second derivative, per degree²; the recommended degree is highlighted.`,
+    ["degree", ...headings], of.map((row) => [String(row.degree), ...cells(row)]), { kinds: Array(headings.length + 1).fill("tight"), chosen: (r) => of[r].degree === recommended });
+}
+
+function errorTables({ rows, recommended }) {
+  const ofFollower = (name) => rows.flatMap(({ degree, followers }) => followers.filter((one) => one.name === name).map(({ errors }) => ({ degree, errors })));
+  return [errorsTable(rows, "Each degree fitted to the raw motion.", recommended),
+    ...rows[0].followers.map(({ name }) => errorsTable(ofFollower(name), `Each degree fitted to the solved coordinates of ${name}.`, recommended))];
 }
 
 // Names of faults: pipeline/analysis/compare.hpp.
@@ -151,7 +158,7 @@ function comparedParts(comparison) {
   const figures = ["mm", "degrees"].map((unit) => comparedFigure(comparison, `Error by degree, ${unit}`, caption, () => comparedErrors(rows, unit), unit));
   if (rows[0].faults) figures.push(comparedFigure(comparison, "Penetration and gap by degree", "Largest penetration and gap along Δ of the smoothed motion at the attitudes of the grid, mm.", () => faultLayers(rows), "mm"));
   const box = recommended < 0 ? el("div", { class: "box warning" }, el("strong", {}, "No degree meets the criteria"), `${reason[0].toUpperCase()}${reason.slice(1)}.`) : el("div", { class: "box good" }, `Recommended: ${reason}.`);
-  return [box, el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), judgementTable(comparison), errorsTable(comparison), faultsTable(comparison)];
+  return [box, el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), judgementTable(comparison), ...errorTables(comparison), faultsTable(comparison)];
 }
 
 export function degreesSection(model) {
