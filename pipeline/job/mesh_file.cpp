@@ -373,10 +373,9 @@ CheckedText checked_stl(const std::string& file, const std::string& bytes)
   // The size is tested before the first word: a binary header may begin with "solid".
   const bool has_binary_size = bytes.size() == binary_size(facets_of_header(bytes));
   if (!has_binary_size && is_ascii_stl(bytes)) return {checked_ascii(file, bytes), {}};
-  const std::string_view text = trimmed(bytes);
-  if (!has_binary_size && is_text(text.substr(0, 1024)))
-    throw InputError({file, "",
-                      "text that begins with " + quoted_word(text.substr(0, text.find_first_of("\r\n"))),
+  const std::string_view text = trimmed(bytes), line = text.substr(0, text.find_first_of("\r\n"));
+  if (!has_binary_size && !line.empty() && is_utf8(line) && is_text(text.substr(0, 1024)))
+    throw InputError({file, "", "text that begins with " + quoted_word(line),
                       "an STL file: \"solid\" or a binary header at its beginning"});
   return checked_binary(file, bytes);
 }
