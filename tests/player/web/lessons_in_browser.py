@@ -25,6 +25,7 @@ PAGE, CHROMIUM, PACKAGES = sys.argv[1:4]
 KEPT = pathlib.Path(sys.argv[4]) if len(sys.argv) > 4 else None
 LESSONS = sorted((pathlib.Path(PAGE).parent / "lessons").glob("*.html"))
 FINGER_PX = 44
+DEADLINE_S = 400  # of a browser; measured: 40 s, and 120 s beside ten compilers
 # Of 255: rounding of two colours and of their sum.
 BLENDED = 2
 INTERACTIVE = "button, input:not([type=file]), select, textarea, summary, canvas[tabindex]"
@@ -99,7 +100,7 @@ class Lessons(unittest.TestCase):
         return float(columns[k]), float(rows[k])
 
     def test_a_touched_structure_is_the_one_drawn_there(self):
-        with Page(CHROMIUM) as page:
+        with Page(CHROMIUM, DEADLINE_S) as page:
             self.opened(page)
             names = {one["id"]: one["name"] for one in page.browser.value("window.vrda.structures()")}
             for view, structure in (("lateral", FEMUR), ("front", "bodies/moving/tibia"), ("front", "followers/patella/body/patella"), ("front", "bodies/moving/meniscus_medial"),
@@ -120,7 +121,7 @@ class Lessons(unittest.TestCase):
             self.is_quiet(page)
 
     def test_the_card_has_the_strains_of_the_file(self):
-        with inside(PAGE) as model, Page(CHROMIUM) as page:
+        with inside(PAGE) as model, Page(CHROMIUM, DEADLINE_S) as page:
             own = model["/ligaments/bundle"].asstr()[()] == "LCL"
             strains, tension = (model[f"/ligaments/{name}"][:, 0, own] for name in ("strain", "tension"))
             flexion = model["/flexion"][()].tolist()
@@ -135,7 +136,7 @@ class Lessons(unittest.TestCase):
             self.is_quiet(page)
 
     def test_parts_of_a_translucent_structure_do_not_show_through_each_other(self):
-        with Page(CHROMIUM) as page:
+        with Page(CHROMIUM, DEADLINE_S) as page:
             self.opened(page)
             # Shaft and condyles of the femur overlap; each pixel has its nearest surface only.
             pictures = {}
@@ -157,7 +158,7 @@ class Lessons(unittest.TestCase):
     def test_a_section_is_filled_and_hides_what_is_behind_it(self):
         linear = 0.8 * numpy.array([0.839, 0.745, 0.591])  # of bone
         cap = 255 * (1.055 * linear ** (1 / 2.4) - 0.055)
-        with Page(CHROMIUM) as page:
+        with Page(CHROMIUM, DEADLINE_S) as page:
             self.opened(page)
             pictures = []
             for at, shown in ((10, (FEMUR,)), (10, (FEMUR, "ligaments/MCLs")), (-10, (FEMUR,))):
@@ -172,7 +173,7 @@ class Lessons(unittest.TestCase):
             self.is_quiet(page)
 
     def test_a_link_reopens_the_state(self):
-        with Page(CHROMIUM) as page:
+        with Page(CHROMIUM, DEADLINE_S) as page:
             self.opened(page)
             page.browser.value("document.querySelector('#views [value=lateral]').click()")
             left, top = page.browser.value("(() => { const r = document.getElementById('joint').getBoundingClientRect(); return [r.left, r.top]; })()")
@@ -205,7 +206,7 @@ class Lessons(unittest.TestCase):
     def test_lessons_open_without_a_network(self):
         self.assertEqual([lesson.stem for lesson in LESSONS], ["knee-without-acl", "ligaments", "screw-home"])
         for lesson in LESSONS:
-            with self.subTest(lesson.stem), Page(CHROMIUM) as page:
+            with self.subTest(lesson.stem), Page(CHROMIUM, DEADLINE_S) as page:
                 wanted = json.loads(re.search(r'id="lesson-inside">(.*?)</script>', lesson.read_text(), re.DOTALL)[1])
                 self.opened(page, f"file://{lesson}")
                 self.assertEqual(page.text("message"), "")
@@ -239,7 +240,7 @@ class Lessons(unittest.TestCase):
                 self.is_quiet(page)
 
     def test_a_lesson_that_was_made_and_saved(self):
-        with tempfile.TemporaryDirectory(prefix="vrda-lesson-") as folder, Page(CHROMIUM) as page:
+        with tempfile.TemporaryDirectory(prefix="vrda-lesson-") as folder, Page(CHROMIUM, DEADLINE_S) as page:
             self.opened(page)
             press = lambda name: page.browser.value(f"document.getElementById('{name}').click()")  # noqa: E731
             page.browser.value("document.getElementById('teach').open = true")
@@ -277,7 +278,7 @@ class Lessons(unittest.TestCase):
             self.is_quiet(page)
 
     def test_the_first_plots_are_those_that_most_readers_look_for(self):
-        with Page(CHROMIUM) as page:
+        with Page(CHROMIUM, DEADLINE_S) as page:
             self.opened(page)
             captions = page.browser.value("[...document.querySelectorAll('figcaption')].filter((e) => e.checkVisibility()).map((e) => e.textContent)")
             self.assertEqual(captions[:6], ["Internal rotation over flexion", "Varus over flexion", "Anterior translation over flexion", "Contact positions on the moving bone over flexion",
@@ -288,7 +289,7 @@ class Lessons(unittest.TestCase):
             self.assertNotRegex(page.browser.value("document.body.innerText"), "Delta|theta")
 
     def test_keys_reach_everything(self):
-        with Page(CHROMIUM) as page:
+        with Page(CHROMIUM, DEADLINE_S) as page:
             self.opened(page, f"file://{LESSONS[0]}")
             self.state(page, highlighted=LCL)
             page.browser.value("document.getElementById('teach').open = true; document.activeElement.blur()")
@@ -303,7 +304,7 @@ class Lessons(unittest.TestCase):
 
     def test_fingers_and_axe(self):
         axe = (pathlib.Path(PACKAGES) / "axe-core/axe.min.js").read_text()
-        with Page(CHROMIUM) as page:
+        with Page(CHROMIUM, DEADLINE_S) as page:
             page.browser.call("Page.addScriptToEvaluateOnNewDocument", source=axe)
             for address, how in ((f"file://{PAGE}", {}), (f"file://{LESSONS[1]}", {"is_dark": True}), (f"file://{LESSONS[1]}", {"width": 390, "height": 844, "is_phone": True})):
                 self.opened(page, address, **how)
