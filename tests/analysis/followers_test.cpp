@@ -164,7 +164,7 @@ TEST(PlausibilityOfFollowers, FirstObjection)
   for (const PlausibilityRow& row : std::vector<PlausibilityRow>{
            {"in contact", at(0, 0, 0), nothing, nothing_found},
            {"a gap beyond the resolution", at(0, 0.2, 0), nothing, nothing_ahead},
-           {"beside the wall", at(0, 0, 110), nothing, nothing_ahead},
+           {"beside the wall", at(0, 0, 105), nothing, nothing_ahead},
            // Half a resolution of its width is in front of the wall.
            {"at the edge of the wall", at(0, 0, 102.95), nothing, nothing_ahead},
            {"turned away", at(100, 4, 0), nothing, dislocated},
