@@ -92,7 +92,7 @@ const std::vector<Kind> kinds{
     {"reaction", knee_with_sesamoid, equilibrium_and({"--set", "follower.0.reaction=true"}), 40000},
     {"frames", frames, equilibrium},
     {"samples", uncertain_knee, {}, 12000},
-    {"sampled follower", knee_with_uncertain_sesamoid, equilibrium_and({"--set", "grid.varus=free"}), 12000},
+    {"sampled_follower", knee_with_uncertain_sesamoid, equilibrium_and({"--set", "grid.varus=free"}), 12000},
     {"prior", knee_with_prior, {}, 12000},
     {"prepared",
      knee_with_prior,

@@ -88,7 +88,7 @@ class Lessons(unittest.TestCase):
         alone = self.picture(page)
         self.state(page, structures=shown)
         seen = (numpy.abs(alone - nothing).sum(axis=2) > 60) & (numpy.abs(alone - self.picture(page)).sum(axis=2) < 6)
-        for _ in range(3 if seen.sum() > 400 else 1):  # away from its outline
+        for _ in range(14 if seen.sum() > 4000 else 3 if seen.sum() > 400 else 1):  # away from its outline, and thin ones beside it
             inner = seen.copy()
             for axis in (0, 1):
                 inner &= numpy.roll(seen, 1, axis) & numpy.roll(seen, -1, axis)
