@@ -115,6 +115,11 @@ def job_hash(run):
     return sha256(json.dumps(tomllib.loads(job_text(run)), sort_keys=True, default=str))
 
 
+def without_scan(text):
+    """A prepared job without [scan], which only places exports in the frame of the scan."""
+    return re.sub(rb"(?ms)^\[scan\].*?(?=^\[)", b"", text)
+
+
 def inputs_in(folder):
     """The files of a folder."""
     return [path for path in sorted(folder.rglob("*")) if path.is_file()]
@@ -151,7 +156,7 @@ class Today:
             for words in (("shape", "knee-template", "-o", "bones"),
                           ("prepare", "--femur", "bones/femur.stl", "--tibia", "bones/tibia.stl", "-o", "prepared")):
                 subprocess.run([pathlib.Path(self.vrda).resolve(), *words], cwd=folder, check=True, capture_output=True)
-            return sha256("".join(f"{file.name} {sha256(file.read_bytes())}\n" for file in inputs_in(pathlib.Path(folder, "prepared"))))
+            return sha256("".join(f"{file.name} {sha256(without_scan(file.read_bytes()))}\n" for file in inputs_in(pathlib.Path(folder, "prepared"))))
 
     def file(self, name):
         """Hash of a file or of all files of a folder, without what changes no number; None for data that are missing."""

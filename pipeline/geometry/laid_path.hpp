@@ -13,7 +13,7 @@
 namespace vrda::geometry {
 
 /// Signed distance to all surfaces of a body on a grid of 2 mm, whose nodes are computed when they are first
-/// asked for.
+/// needed.
 class LazyDistance {
  public:
   /// Of all components of both parts. Cost: that of the trees of the nearest triangle.
@@ -33,7 +33,7 @@ class LazyDistance {
   std::vector<NearestSurface> surfaces_;
   Eigen::Array3d first_mm_ = Eigen::Array3d::Zero();
   Eigen::Array3i n_ = Eigen::Array3i::Zero();
-  std::vector<float> value_mm_;  // [n_[2], n_[1], n_[0]], NaN where it was not asked for
+  std::vector<float> value_mm_;  // [n_[2], n_[1], n_[0]], NaN where it was not needed
 };
 
 /// A body beside a path, and its pose in the path's frame.

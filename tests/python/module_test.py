@@ -46,9 +46,9 @@ class Model(unittest.TestCase):
 
     def test_no_lock_goes_on_without_locks(self):
         """The shim of tests/faults makes flock fail."""
-        act = f"import vrda; {{}}print(vrda.Job({str(KNEE)!r}, set={COARSE!r}).run({str(self.folder / 'unlocked.h5')!r}))"
+        act = f"print(vrda.Job({str(KNEE)!r}, set={COARSE!r}).run({str(self.folder / 'unlocked.h5')!r}))"
         missing = {"LD_PRELOAD": os.environ["VRDA_FAULT_SHIM"], "VRDA_FAULT_FILE": "unlocked", "VRDA_FAULT_CALL": "lock", "VRDA_FAULT_AT": "1+", "VRDA_FAULT_DO": "enolck"}
-        run = [subprocess.run([sys.executable, "-c", act.format(first)], env={**os.environ, **missing}, capture_output=True, text=True, check=False)
+        run = [subprocess.run([sys.executable, "-c", f"import vrda; {first}{act}"], env={**os.environ, **missing}, capture_output=True, text=True, check=False)
                for first in ("", "vrda.no_lock(); ")]
         self.assertIn("--no-lock goes on without a lock", run[0].stderr)
         self.assertEqual(run[1].returncode, 0, run[1].stderr)

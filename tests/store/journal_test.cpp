@@ -114,7 +114,7 @@ TEST(Journal, UnusableValues)
       [](StepRecord& r) { r.coordinates->flexion_rad = 1e10; },
       [](StepRecord& r) { r.coordinates->determined[3] = 2; },
       [](StepRecord& r) { r.status = static_cast<StepStatus>(9); },
-      [](StepRecord& r) { r.key.kind = static_cast<StepKind>(11); }};
+      [](StepRecord& r) { r.key.kind = static_cast<StepKind>(12); }};
   EXPECT_TRUE(core::value_of_bytes<StepRecord>(core::bytes_of_value(sound)).has_value());
   for (const auto& damage : damages) {
     StepRecord damaged = sound;

@@ -134,6 +134,10 @@ export class Joint {
   }
 
   #showLigaments(pose) {
+    // Laying the bands over bone takes longer than to draw them.
+    const key = JSON.stringify([pose.referenceMoving, pose.followers, this.ligaments.map(({ layer }) => layer.highlights)]);
+    if (key === this.laid) return;
+    this.laid = key;
     const beside = Object.entries({ reference: atRest, moving: pose.referenceMoving, ...pose.followers }).filter(([, X]) => X);
     for (const one of this.ligaments) {
       const found = this.#between(one, pose), { group } = one.layer;

@@ -40,7 +40,7 @@ class Surface {
   }
 }
 
-/// Signed distance to all surfaces of a body on a grid of 3 mm, whose nodes are computed when they are first asked for.
+/// Signed distance to all surfaces of a body on a grid of 3 mm, whose nodes are computed when they are first needed.
 export class LazyDistance {
   constructor({ parts }) {
     this.surfaces = [];

@@ -380,6 +380,9 @@ export class LigamentLayer {
     });
   }
 
+  /// How much each bundle is highlighted, hence widened.
+  get highlights() { return this.bundles.map(({ mesh }) => mesh.material.uniforms.highlight.value); }
+
   strains(X) { return this.fibres.fibres.map((_, k) => this.fibres.at(k, X).strain); }
 
   /// The largest strain of a bundle's fibres, -1 if all are lines of constant tension, and their tension in N together, at one of successive poses.
