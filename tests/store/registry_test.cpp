@@ -163,7 +163,8 @@ class WholeFile {
 bool is_optional(const std::string& path)
 {
   return path.ends_with("/normals") || path.ends_with("/offset") || path.ends_with("/overlap") ||
-         path.ends_with("/recontact") || path.ends_with("/touches_drawn") || path == "/job/warnings";
+         path.ends_with("/recontact") || path.ends_with("/touches_drawn") || path == "/job/warnings" ||
+         (path.starts_with("/followers/") && path.ends_with("/plausibility"));  // since 1.14
 }
 
 TEST(EveryDataset, IsNeeded)

@@ -326,7 +326,7 @@ class Live(unittest.TestCase):
         with Served(self.model, "--bench", bench) as served, Headset(CHROMIUM, PACKAGES) as page:
             page.browser.visit(served.address, READY, width=800, height=700)
             # Absent tracker: marked, and the page is usable.
-            page.browser.wait("/tracker.*not seen yet/.test(document.getElementById('marks').textContent)")
+            page.browser.wait("['tracker', 'not seen yet'].every((said) => document.getElementById('marks').textContent.includes(said))")
             self.assertFalse(page.browser.value("document.getElementById('follow-choice').hidden"))
             self.keep(page, "live-absent")
             with self.simulated(bench):
