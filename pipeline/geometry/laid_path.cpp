@@ -16,7 +16,9 @@ using Eigen::Array3d;
 using Eigen::Array3i;
 using Eigen::Vector3d;
 
+// Beyond the margin around a body no distance is known, and a path is not close to it.
 constexpr double cell_mm = 2.0, margin_mm = 6.0;
+
 double signed_distance_mm(const NearestSurface& surface, const Vector3d& p_mm)
 {
   const SurfacePoint on = surface.nearest(p_mm);
@@ -97,18 +99,17 @@ class Laying {
   Laying(std::span<Vector3d> path_mm, std::span<const BesidePath> bodies, double clearance_mm)
       : path_mm_(path_mm), last_(path_mm.size() - 1), clearance_mm_(clearance_mm)
   {
-    constexpr double near_mm = 6.0;
     check(bodies.size() <= near_.size(), "a path is beside at most ten bodies");
     for (const BesidePath& body : bodies) {
       const bool is_near = std::any_of(path_mm_.begin(), path_mm_.end(), [&](const Vector3d& p_mm) {
-        return sample_of(body, p_mm).distance_mm < near_mm;
+        return sample_of(body, p_mm).distance_mm < margin_mm;
       });
       if (!is_near) continue;
       const LazyDistance::Sample first = sample_of(body, path_mm_.front()),
                                  last = sample_of(body, path_mm_.back());
       near_[n_near_++] = {&body, first.distance_mm, last.distance_mm};
       for (const LazyDistance::Sample& end : {first, last}) {
-        if (end.distance_mm < near_mm) outward_ += end.gradient;
+        if (end.distance_mm < margin_mm) outward_ += end.gradient;
       }
     }
     const Vector3d along = (path_mm_.back() - path_mm_.front()).normalized();

@@ -1,6 +1,7 @@
 // Paths over bone, as pipeline/geometry/laid_path: the taut string over bodies.
 import { RayTree, cross, difference, dot, scaled, sum } from "./geometry.js";
 
+// Beyond the margin around a body no distance is known, and a path is not close to it.
 const cellMm = 3, marginMm = 6, deepestMm = 20;
 // A point in front of a sharp edge may be behind one of its faces, but never along the normal.
 const leastCosine = 0.5;
@@ -99,14 +100,14 @@ function sampleAt({ field, X: { R, t } }, x, y, z) {
 /// The points of `path` (evenly spaced) as a taut string over `bodies`, [{ field, X }] with poses in the path's frame: at least
 /// `clearance` above them, less towards an end that is itself closer or inside.
 export function laidOver(path, bodies, clearance) {
-  const nSweeps = 30, relaxation = 1.5, leastSlope = 0.1, nearMm = 6, surfaceMm = 0.5, mostLiftMm = 40;
+  const nSweeps = 30, relaxation = 1.5, leastSlope = 0.1, surfaceMm = 0.5, mostLiftMm = 40;
   const at = Float64Array.from(path.flat()), last = path.length - 1, first = path[0], final = path[last];
-  const isNear = (body) => path.some((p) => { sampleAt(body, ...p); return found[0] < nearMm; });
+  const isNear = (body) => path.some((p) => { sampleAt(body, ...p); return found[0] < marginMm; });
   // A point deep inside is lifted to the side on which the ends are: its nearest surface may be another.
   let side = [0, 0, 0];
   const besides = bodies.filter(isNear).map((body) => ({ body, ends: [first, final].map((p) => {
     sampleAt(body, ...p);
-    if (found[0] < nearMm) side = sum(side, [...found.subarray(1)]);
+    if (found[0] < marginMm) side = sum(side, [...found.subarray(1)]);
     return found[0];
   }) }));
   const lift = (i) => {
