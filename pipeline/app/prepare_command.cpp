@@ -283,6 +283,7 @@ class Preparation {
   {
     subject_ = subject_of(options_, warnings_);
     check_output();
+    simplify_copies(subject_, scanned_unit_mm(), options_.n_threads);
     KneeSurfaces surfaces{surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
     geometry::KneeFitOptions known;
     if (!options_.side.empty()) known.side = side_named(options_.side);
@@ -298,6 +299,7 @@ class Preparation {
     Json cleaned = Json::object();
     const bool has_left_out = leave_specks_out(subject_, fit_, options_, cleaned, warnings_);
     if (smooth_noise(subject_, fit_.unit_mm, options_, cleaned, warnings_) || has_left_out) {
+      simplify_copies(subject_, fit_.unit_mm, options_.n_threads);
       surfaces = {surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
       fit_ = geometry::fit_knee(surfaces, reference_.knee, known);
       if (core::is_interrupted()) return;
@@ -323,6 +325,14 @@ class Preparation {
     add_landmarks();
     add_cartilage(options_, fit_, surfaces, subject_, report_, warnings_);
     if (options_.menisci.empty()) warnings_.push_back("no menisci given: the knee is modelled without them");
+  }
+
+  // Before the fit, which finds the same one.
+  double scanned_unit_mm() const
+  {
+    if (!options_.unit.empty()) return job::mm_per_unit(options_.unit);
+    return geometry::unit_mm_of(joined(surfaces_of(subject_.reference)),
+                                joined(surfaces_of(subject_.moving)));
   }
 
   // The knee of `vrda shape` has no shafts in its bones' files; its own template needs none.
@@ -390,10 +400,10 @@ class Preparation {
         tibia.bone.vertices_mm = (bone.vertices_mm.rowwise() - reference_.knee.origin_mm.transpose()) *
                                  fit_.tibia.scale.asDiagonal();
       }
-      const std::string found = geometry::fibula_rejection(part.mesh, joined(tibia), fit_.size);
+      const std::string found = geometry::fibula_rejection(part.working(), joined(tibia), fit_.size);
       if (!found.empty())
         throw InputError({part.file, "--fibula", found, "the fibula beside this tibia, in the scan's unit"});
-      if (!geometry::is_fibula_lateral(part.mesh, fit_.side))
+      if (!geometry::is_fibula_lateral(part.working(), fit_.side))
         warnings_.push_back("--fibula: its head is not lateral of the tibia; check it and the side");
     }
   }
@@ -485,13 +495,16 @@ class Preparation {
     return job;
   }
 
+  void write_mesh(const std::string& name, const Mesh& mesh) const
+  {
+    write_atomically(file(name + ".stl"), {job::stl_bytes(mesh, "vrda prepare, mm, anatomical frame")});
+  }
+
   // The case of the files in the folder; the job is not written yet.
   job::Case written_case(bool has_ligaments)
   {
     for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving, &subject_.patella}) {
-      for (const SubjectPart& part : *parts)
-        write_atomically(file(part.component.name + ".stl"),
-                         {job::stl_bytes(part.mesh, "vrda prepare, mm, anatomical frame")});
+      for (const SubjectPart& part : *parts) write_mesh(part.component.name, part.working());
     }
     return job::load_case(job::parse_job(file("knee.toml"), prepare::job_text(description(has_ligaments))),
                           "");
@@ -522,7 +535,7 @@ class Preparation {
   {
     prepare::SubjectBones bones{{surfaces_of(subject_.reference), surfaces_of(subject_.moving)}, {}};
     for (const SubjectPart& part : subject_.moving) {
-      if (part.component.name == "fibula") bones.fibula = part.mesh;
+      if (part.component.name == "fibula") bones.fibula = part.working();
     }
     if (has_scan()) bones.known_ends = known_ends();
     const prepare::TransferredLigaments transferred = prepare::transferred_ligaments(reference_, fit_, bones);
@@ -629,6 +642,11 @@ class Preparation {
   void write(const job::Case& prepared)
   {
     write_picture(prepared, "prepare.png");
+    for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving, &subject_.patella}) {
+      for (const SubjectPart& part : *parts) {
+        if (part.simpler.triangles.rows() > 0) write_mesh(part.component.name, part.mesh);
+      }
+    }
     report_["template"] = reference_.joint.title;
     report_["warnings"] = warnings_;
     write_atomically(file("prepare.json"), {core::json_text(report_, 2) + "\n"});

@@ -3,55 +3,74 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <exception>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
 
 #include "core/console.hpp"
 #include "core/fields_json.hpp"
+#include "core/parallel.hpp"
+#include "geometry/simplified.hpp"
 #include "geometry/surface_noise.hpp"
 #include "job/case_warnings.hpp"
 #include "job/clean_mesh.hpp"
 #include "job/job.hpp"
 #include "job/slicer_files.hpp"
 #include "prepare/template_joint.hpp"
+#include "run/run_output.hpp"
 
 namespace vrda::app {
 namespace {
 
-Mesh mesh_of(const std::string& file, const std::string& option, std::vector<std::string>& warnings)
+// A file of an option, or several.
+struct PartFile {
+  std::vector<SubjectPart>* parts = nullptr;  // to which it belongs
+  SubjectPart part;                           // without its mesh
+  std::string option;
+  std::vector<std::string> warnings;
+  std::exception_ptr failure;
+};
+
+void read_part(PartFile& from)
 {
-  std::string bytes = job::file_bytes(file, {file, option, "", "a mesh file"}, job::largest_mesh_bytes);
-  const job::RawMesh raw = job::read_mesh(file, std::move(bytes));
-  for (const std::string& note : raw.notes) warnings.push_back(file + ": " + option + ": " + note);
-  const job::CleanMesh clean = job::clean_mesh(raw, job::Winding::outward, Side::right);
-  if (clean.mesh.triangles.rows() == 0) throw InputError({file, option, "no faces", "a mesh with faces"});
+  SubjectPart& part = from.part;
+  std::string bytes =
+      job::file_bytes(part.file, {part.file, from.option, "", "a mesh file"}, job::largest_mesh_bytes);
+  const job::RawMesh raw = job::read_mesh(part.file, std::move(bytes));
+  const std::string where = part.file + ": " + from.option + ": ";
+  for (const std::string& note : raw.notes) from.warnings.push_back(where + note);
+  job::CleanMesh clean = job::clean_mesh(raw, job::Winding::outward, Side::right);
+  if (clean.mesh.triangles.rows() == 0)
+    throw InputError({part.file, from.option, "no faces", "a mesh with faces"});
   if (const std::string tangle = geometry::tangle_in(clean.mesh); !tangle.empty())
-    throw InputError({file, option, tangle, "the surface of one part"});
-  Mesh outer = job::outer_surface(clean.mesh);
-  const Eigen::Index n_enclosed = clean.mesh.triangles.rows() - outer.triangles.rows();
-  const std::string named = file + ": " + option + ": left out: ";
+    throw InputError({part.file, from.option, tangle, "the surface of one part"});
   if (clean.n_identical > 0)
-    warnings.push_back(named + std::to_string(clean.n_identical) + " copies of other triangles");
+    from.warnings.push_back(where + "left out: " + std::to_string(clean.n_identical) +
+                            " copies of other triangles");
+  part.mesh = job::outer_surface(clean.mesh);
+  const Eigen::Index n_enclosed = clean.mesh.triangles.rows() - part.mesh.triangles.rows();
   if (n_enclosed > 0)
-    warnings.push_back(named + std::to_string(n_enclosed) +
-                       " triangles of surfaces inside another (an inner wall or a void)");
-  return outer;
+    from.warnings.push_back(where + "left out: " + std::to_string(n_enclosed) +
+                            " triangles of surfaces inside another (an inner wall or a void)");
+  part.small_shells = std::move(clean.small_shells);
+  if (n_enclosed == 0) return;
+  const std::vector<job::Shell> shells = job::shells_of(part.mesh);
+  part.small_shells = job::small_shells(shells, job::outermost_shells(part.mesh, shells));
 }
 
 // NAME, or NAME_1, NAME_2, ... for several files.
-void add_parts(std::vector<SubjectPart>& parts, const std::vector<std::string>& files,
-               const prepare::JobComponent& component, const std::string& option,
-               std::vector<std::string>& warnings)
+void add_files(std::vector<PartFile>& all, std::vector<SubjectPart>& parts,
+               const std::vector<std::string>& files, const prepare::JobComponent& component,
+               const std::string& option)
 {
   for (std::size_t i = 0; i < files.size(); ++i) {
-    SubjectPart part{component, files[i], mesh_of(files[i], option, warnings), {}, {}};
-    const std::vector<job::Shell> shells = job::shells_of(part.mesh);
-    part.small_shells = job::small_shells(shells, job::outermost_shells(part.mesh, shells));
-    if (files.size() > 1) part.component.name += "_" + std::to_string(i + 1);
-    parts.push_back(part);
+    PartFile file{&parts, {component, files[i], {}, {}, {}}, option, {}, {}};
+    if (files.size() > 1) file.part.component.name += "_" + std::to_string(i + 1);
+    all.push_back(std::move(file));
   }
 }
 
@@ -96,17 +115,32 @@ Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warn
     throw InputError(
         {"--tibia", "", "cartilage alone", "the tibia's bone, to which ligaments attach, or --no-ligaments"});
   Subject subject;
-  const auto add = [&](std::vector<SubjectPart>& parts, const std::vector<std::string>& files,
-                       const prepare::JobComponent& component,
-                       const char* option) { add_parts(parts, files, component, option, warnings); };
-  add(subject.reference, list_of(options.femur), {"femur", "bone"}, "--femur");
-  add(subject.reference, options.femur_cartilage, {"femur_cartilage", "cartilage"}, "--femur-cartilage");
-  add(subject.moving, list_of(options.tibia), {"tibia", "bone"}, "--tibia");
-  add(subject.moving, options.tibia_cartilage, {"tibia_cartilage", "cartilage"}, "--tibia-cartilage");
-  add(subject.moving, options.menisci, {"meniscus", "meniscus", false}, "--meniscus");
-  add(subject.moving, list_of(options.fibula), {"fibula", "bone", false}, "--fibula");
-  add(subject.patella, list_of(options.patella), {"patella", "bone"}, "--patella");
-  add(subject.patella, options.patella_cartilage, {"patella_cartilage", "cartilage"}, "--patella-cartilage");
+  std::vector<PartFile> all;
+  add_files(all, subject.reference, list_of(options.femur), {"femur", "bone"}, "--femur");
+  add_files(all, subject.reference, options.femur_cartilage, {"femur_cartilage", "cartilage"},
+            "--femur-cartilage");
+  add_files(all, subject.moving, list_of(options.tibia), {"tibia", "bone"}, "--tibia");
+  add_files(all, subject.moving, options.tibia_cartilage, {"tibia_cartilage", "cartilage"},
+            "--tibia-cartilage");
+  add_files(all, subject.moving, options.menisci, {"meniscus", "meniscus", false}, "--meniscus");
+  add_files(all, subject.moving, list_of(options.fibula), {"fibula", "bone", false}, "--fibula");
+  add_files(all, subject.patella, list_of(options.patella), {"patella", "bone"}, "--patella");
+  add_files(all, subject.patella, options.patella_cartilage, {"patella_cartilage", "cartilage"},
+            "--patella-cartilage");
+  for_each_index(all.size(), run::thread_count_or_all(options.n_threads), [&] {
+    return [&](std::size_t k) {
+      try {
+        read_part(all[k]);
+      } catch (...) {
+        all[k].failure = std::current_exception();  // of several, the first file's is reported
+      }
+    };
+  });
+  for (PartFile& file : all) {
+    if (file.failure) std::rethrow_exception(file.failure);
+    warnings.insert(warnings.end(), file.warnings.begin(), file.warnings.end());
+    file.parts->push_back(std::move(file.part));
+  }
   return subject;
 }
 
@@ -115,8 +149,8 @@ BoneSurfaces surfaces_of(const std::vector<SubjectPart>& parts)
   BoneSurfaces surfaces;
   for (const SubjectPart& part : parts) {
     if (part.component.name.starts_with("fibula")) continue;
-    if (part.component.material == "bone") append(surfaces.bone, part.mesh);
-    if (part.component.material == "cartilage") append(surfaces.cartilage, part.mesh);
+    if (part.component.material == "bone") append(surfaces.bone, part.working());
+    if (part.component.material == "cartilage") append(surfaces.cartilage, part.working());
   }
   return surfaces;
 }
@@ -124,8 +158,10 @@ BoneSurfaces surfaces_of(const std::vector<SubjectPart>& parts)
 void move_to_frame(std::vector<SubjectPart>& parts, double unit_mm, const Pose& X_scan_bone)
 {
   for (SubjectPart& part : parts) {
-    part.mesh.vertices_mm *= unit_mm;
-    part.mesh = transformed(part.mesh, X_scan_bone.inverse());
+    for (Mesh* mesh : {&part.mesh, &part.simpler}) {
+      mesh->vertices_mm *= unit_mm;
+      *mesh = transformed(*mesh, X_scan_bone.inverse());
+    }
   }
 }
 
@@ -149,12 +185,44 @@ Mesh in_mm(Mesh mesh, double unit_mm)
 const SubjectPart* original_of(const std::vector<SubjectPart>& parts, std::size_t part, double unit_mm)
 {
   const auto is_original = [&](const SubjectPart& earlier) {
-    return geometry::is_part_of(in_mm(parts[part].mesh, unit_mm), in_mm(earlier.mesh, unit_mm));
+    return geometry::is_part_of(in_mm(parts[part].working(), unit_mm), in_mm(earlier.working(), unit_mm));
   };
   const auto end = parts.begin() + static_cast<std::ptrdiff_t>(part);
   const auto found = std::find_if(parts.begin(), end, is_original);
   return found == end ? nullptr : &*found;
 }
+
+}  // namespace
+
+void simplify_copies(Subject& subject, double unit_mm, int n_threads)
+{
+  constexpr Eigen::Index most_triangles = 200'000;
+  constexpr double within_mm = 0.05;  // a tenth of a voxel
+  std::vector<SubjectPart*> all;      // a patella is small
+  for (std::vector<SubjectPart>* parts : {&subject.reference, &subject.moving}) {
+    for (SubjectPart& part : *parts) all.push_back(&part);
+  }
+  Eigen::Index n_all = 0, n_left = 0;
+  for (const SubjectPart* part : all) n_all += part->mesh.triangles.rows();
+  if (n_all <= most_triangles) return;
+  std::vector<double> largest_mm(all.size(), 0.0);
+  for_each_index(all.size(), run::thread_count_or_all(n_threads), [&] {
+    return [&](std::size_t k) {
+      SubjectPart& part = *all[k];
+      std::optional<geometry::SimplifiedMesh> simpler = geometry::simplified(
+          in_mm(part.mesh, unit_mm), part.mesh.triangles.rows() * most_triangles / n_all, within_mm);
+      part.simpler = simpler ? std::move(simpler->mesh) : Mesh{};
+      part.simpler.vertices_mm /= unit_mm;
+      if (simpler) largest_mm[k] = simpler->largest_mm;
+    };
+  });
+  for (const SubjectPart* part : all) n_left += part->working().triangles.rows();
+  core::log_info("works on copies of the surfaces with " + std::to_string(n_left) + " of " +
+                 std::to_string(n_all) + " triangles, within " +
+                 rounded_text(*std::ranges::max_element(largest_mm), 3) + " mm of them");
+}
+
+namespace {
 
 // The parts in contact as one mesh in the scan's axes, mm, with their small shells.
 struct ScannedBody {
@@ -280,17 +348,31 @@ bool smooth_part(SubjectPart& part, double unit_mm, const PrepareOptions& option
 bool smooth_noise(Subject& subject, double unit_mm, const PrepareOptions& options,
                   nlohmann::ordered_json& report, std::vector<std::string>& warnings)
 {
+  struct Row {
+    SubjectPart* part = nullptr;
+    bool has_changed = false;
+    nlohmann::ordered_json noise;
+    std::vector<std::string> warnings;
+  };
+  std::vector<Row> rows;
+  for (std::vector<SubjectPart>* parts : {&subject.reference, &subject.moving, &subject.patella}) {
+    for (SubjectPart& part : *parts) rows.push_back({&part, false, {}, {}});
+  }
+  for_each_index(rows.size(), run::thread_count_or_all(options.n_threads), [&] {
+    return [&](std::size_t k) {
+      Row& row = rows[k];
+      row.has_changed = smooth_part(*row.part, unit_mm, options, row.noise, row.warnings);
+    };
+  });
   bool has_changed = false;
   std::string found;
-  for (std::vector<SubjectPart>* parts : {&subject.reference, &subject.moving, &subject.patella}) {
-    for (SubjectPart& part : *parts) {
-      nlohmann::ordered_json row;
-      has_changed |= smooth_part(part, unit_mm, options, row, warnings);
-      const nlohmann::ordered_json& mm = row["noise_mm"];
-      found += (found.empty() ? "" : ", ") + part.component.name + " " +
-               (mm.is_null() ? "not judged" : rounded_text(mm.get<double>(), 2) + " mm");
-      report["noise"].push_back(std::move(row));
-    }
+  for (Row& row : rows) {
+    has_changed |= row.has_changed;
+    warnings.insert(warnings.end(), row.warnings.begin(), row.warnings.end());
+    const nlohmann::ordered_json& mm = row.noise["noise_mm"];
+    found += (found.empty() ? "" : ", ") + row.part->component.name + " " +
+             (mm.is_null() ? "not judged" : rounded_text(mm.get<double>(), 2) + " mm");
+    report["noise"].push_back(std::move(row.noise));
   }
   core::log_info("noise of the surfaces: " + found);
   return has_changed;
@@ -327,9 +409,10 @@ std::optional<InputError::Facts> wrong_part(const Subject& subject, const KneeSu
                                  wanted};
       geometry::PartCheck check;
       if (part.component.material == "cartilage")
-        check = geometry::cartilage_check(in_mm(part.mesh, unit_mm), bone, *own, *other);
+        check = geometry::cartilage_check(in_mm(part.working(), unit_mm), bone, *own, *other);
       if (part.component.material == "meniscus")
-        check = geometry::meniscus_check(in_mm(part.mesh, unit_mm), in_mm(joined(surfaces.tibia), unit_mm));
+        check =
+            geometry::meniscus_check(in_mm(part.working(), unit_mm), in_mm(joined(surfaces.tibia), unit_mm));
       if (!check.rejection.empty())
         return InputError::Facts{part.file, option_of(part), check.rejection, wanted};
       if (!check.doubt.empty()) warnings.push_back(part.file + ": " + option_of(part) + ": " + check.doubt);

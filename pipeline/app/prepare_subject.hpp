@@ -41,8 +41,11 @@ struct SubjectPart {
   prepare::JobComponent component;
   std::string file;
   Mesh mesh;
-  std::vector<std::vector<Eigen::Index>> small_shells;  ///< of job/clean_mesh.hpp
+  std::vector<std::vector<Eigen::Index>> small_shells;  ///< of job/clean_mesh.hpp, in `mesh`
   std::vector<double> moved_mm;                         ///< by smoothing, of each vertex; empty: not smoothed
+  Mesh simpler = {};  ///< a copy of `mesh` that stands for it until the job is written; empty: `mesh` itself
+
+  const Mesh& working() const { return simpler.triangles.rows() > 0 ? simpler : mesh; }
 };
 
 struct Subject {
@@ -57,6 +60,10 @@ std::string scan_space_of(const PrepareOptions& options);
 /// Reads the files of the options, without surfaces that are inside others; `warnings` name what is left out.
 /// Throws InputError.
 Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warnings);
+
+/// Gives each part of a subject with more than 200,000 triangles a simpler copy, within 0.05 mm. In the scan's
+/// axes and unit.
+void simplify_copies(Subject& subject, double unit_mm, int n_threads);
 
 /// The small shells in the joint space (job/case_warnings.hpp), each with a warning. Unless they are
 /// kept, the meshes are left without them: then true. In the scan's axes and unit.

@@ -209,9 +209,10 @@ Points smoothed_normals(const Mesh& mesh)
     for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
       for (const std::int32_t row : mesh.triangles.row(t)) at_vertex.row(row) += area[t] * normals.row(t);
     }
+    for (auto sum : at_vertex.rowwise()) sum.stableNormalize();
     for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
       Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-      for (const std::int32_t row : mesh.triangles.row(t)) sum += at_vertex.row(row).stableNormalized();
+      for (const std::int32_t row : mesh.triangles.row(t)) sum += at_vertex.row(row);
       if (sum.squaredNorm() > 0.0) normals.row(t) = sum.normalized();
     }
   }
@@ -339,7 +340,8 @@ bool NearestSurface::is_behind(const Eigen::Vector3d& p_mm, const SurfacePoint& 
 {
   // A point in front of a sharp edge may be behind one of its faces, but never along the normal.
   constexpr double least_cosine = 0.5;
-  return !is_at_rim(on.triangle) && (p_mm - on.p_mm).dot(normal(on.triangle)) < -least_cosine * on.distance_mm;
+  return !is_at_rim(on.triangle) &&
+         (p_mm - on.p_mm).dot(normal(on.triangle)) < -least_cosine * on.distance_mm;
 }
 
 SurfacePoint NearestSurface::nearest(const Eigen::Vector3d& p_mm, const NearestLimits& limits) const

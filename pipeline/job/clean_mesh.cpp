@@ -1,11 +1,13 @@
 #include "job/clean_mesh.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <utility>
 
+#include "core/bucket_sort.hpp"
 #include "core/units.hpp"
 
 namespace vrda::job {
@@ -186,25 +188,42 @@ CleanMesh clean_mesh(const RawMesh& raw, Winding winding, Side side)
 
 // Merges vertices with equal coordinates.
 
+namespace {
+
+std::size_t hash_of(const Eigen::RowVector3d& p)
+{
+  std::uint64_t hash = 0;
+  for (const double x : p) {
+    hash = (hash ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9E3779B97F4A7C15U;  // -0 is 0
+    hash ^= hash >> 32U;
+  }
+  return hash;
+}
+
+// For each vertex the first one with its coordinates, by a table of rows with linear probing.
+std::vector<std::int32_t> first_of_equal(const Points& vertices)
+{
+  const auto n = static_cast<std::size_t>(vertices.rows());
+  const std::size_t mask = std::bit_ceil(2 * n + 1) - 1;
+  std::vector<std::int32_t> table(mask + 1, -1), first(n);
+  for (std::size_t v = 0; v < n; ++v) {
+    const auto row = static_cast<Eigen::Index>(v);
+    std::size_t slot = hash_of(vertices.row(row)) & mask;
+    while (table[slot] >= 0 && vertices.row(table[slot]) != vertices.row(row)) slot = (slot + 1) & mask;
+    if (table[slot] < 0) table[slot] = static_cast<std::int32_t>(v);
+    first[v] = table[slot];
+  }
+  return first;
+}
+
+}  // namespace
+
 WeldedVertices weld_vertices(const RawMesh& raw)
 {
   const Eigen::Index n = raw.vertices.rows();
-  std::vector<std::int32_t> order(static_cast<std::size_t>(n));
-  std::iota(order.begin(), order.end(), 0);
-  const auto row = [&](std::int32_t v) { return raw.vertices.data() + 3 * static_cast<std::ptrdiff_t>(v); };
-  const auto compare = [&](std::int32_t a, std::int32_t b) {
-    return std::lexicographical_compare(row(a), row(a) + 3, row(b), row(b) + 3);
-  };
-  // Stable: the first of equal vertices in the file represents the others.
-  std::stable_sort(order.begin(), order.end(), compare);
-  std::vector<std::int32_t> earliest(order.size());
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const bool is_new = k == 0 || compare(order[k - 1], order[k]);
-    earliest[static_cast<std::size_t>(order[k])] =
-        is_new ? order[k] : earliest[static_cast<std::size_t>(order[k - 1])];
-  }
+  const std::vector<std::int32_t> earliest = first_of_equal(raw.vertices);
   WeldedVertices out;
-  out.index_of_raw.resize(order.size());
+  out.index_of_raw.resize(earliest.size());
   out.vertices.resize(n, 3);
   out.normal_sums = Points::Zero(raw.normals.rows(), 3);
   std::int32_t n_merged = 0;
@@ -241,10 +260,11 @@ std::vector<EdgeUse> sorted_edges(const Mesh& mesh)
       edges.push_back({std::min(from, to), std::max(from, to), from < to, t});
     }
   }
-  std::sort(edges.begin(), edges.end(), [](const EdgeUse& a, const EdgeUse& b) {
-    if (a.low != b.low) return a.low < b.low;
-    return a.high != b.high ? a.high < b.high : a.triangle < b.triangle;
-  });
+  core::sort_by_row(
+      edges, static_cast<std::size_t>(mesh.vertices_mm.rows()), [](const EdgeUse& e) { return e.low; },
+      [](const EdgeUse& a, const EdgeUse& b) {
+        return a.high != b.high ? a.high < b.high : a.triangle < b.triangle;
+      });
   return edges;
 }
 

@@ -598,7 +598,7 @@ std::string_view trimmed(std::string_view text, std::string_view characters)
 char separator_of(std::string_view names)
 {
   names = trimmed(names);
-  for (const char separator : {',', ';', '\t'}) {
+  for (const char separator : {',', ';', '\t', '|'}) {
     if (names.find(separator) != names.npos) return separator;
   }
   return ',';

@@ -325,7 +325,7 @@ std::vector<std::string_view> split_words(std::string_view line);
 /// Without white space (or other characters) at either end.
 std::string_view trimmed(std::string_view text, std::string_view characters = " \t\r\n");
 
-/// What separates the names of a table's columns: a comma, or without one a semicolon, or else a tab.
+/// What separates the names of a table's columns: the first that they have of , ; tab and |; else a comma.
 char separator_of(std::string_view names);
 /// The fields between the separators of a line, trimmed; one more than the number of separators.
 std::vector<std::string_view> split_fields(std::string_view line, char separator = ',');

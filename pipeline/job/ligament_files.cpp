@@ -573,6 +573,7 @@ std::vector<std::string_view> CsvTable::fields(const TableLine& row) const
              std::to_string(columns_.size()) + ", separated by " +
              (separator_ == ','   ? "commas"
               : separator_ == ';' ? "semicolons"
+              : separator_ == '|' ? "vertical bars"
                                   : "tabs"));
 }
 
@@ -588,7 +589,7 @@ void CsvTable::refuse_unknown_column(std::string_view name, const std::vector<st
 {
   constexpr std::size_t max_compared = 100;  // characters: bounds the cost of the edit distance
   refuse(header(), "", "the unknown column " + quoted(name),
-         (columns_.size() == 1 ? "columns separated by commas, semicolons or tabs: " : "") + description +
+         (columns_.size() == 1 ? "columns separated by commas, semicolons, tabs or |: " : "") + description +
              "; the nearest is " + quoted(nearest_word(std::string(name.substr(0, max_compared)), known)));
 }
 

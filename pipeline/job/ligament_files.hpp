@@ -88,7 +88,7 @@ class CsvTable {
 
   const std::string& file() const { return file_; }
   const TableLine& header() const { return lines_.front(); }
-  /// Names of the columns, which commas, semicolons or tabs separate (separator_of).
+  /// Names of the columns, by separator_of().
   const std::vector<std::string_view>& columns() const { return columns_; }
   std::size_t n_rows() const { return lines_.size() - 1; }
   const TableLine& row(std::size_t i) const { return lines_.at(i + 1); }

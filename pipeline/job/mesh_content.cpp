@@ -145,6 +145,8 @@ void require_table(const std::string& file, std::string_view bytes)
 
 void normalise_text(std::string& bytes)
 {
+  const std::size_t n_used = bytes.find_last_not_of('\0') + 1;  // texts of some programs are padded
+  if (std::string_view(bytes).substr(0, n_used).find('\0') == bytes.npos) bytes.resize(n_used);
   const bool has_mark = bytes.starts_with(byte_order_mark);
   const std::string_view text = std::string_view(bytes).substr(has_mark ? byte_order_mark.size() : 0);
   const bool is_ply = text.starts_with("ply");

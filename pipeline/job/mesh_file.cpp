@@ -199,7 +199,7 @@ class AsciiReader {
       const std::vector<std::string_view> words =
           split_words(std::string_view(bytes_).substr(begin, end - begin));
       begin = end + 1;
-      const std::string found = words.empty() ? "" : read(words);
+      const std::string found = words.empty() || is_comment(words[0]) ? "" : read_line(words);
       if (found.empty()) continue;
       if (end == bytes_.size()) break;  // truncated last line: is_complete() reports it
       throw InputError({file_, "line " + std::to_string(line), found,
@@ -212,7 +212,41 @@ class AsciiReader {
   bool is_complete() const { return n_begun_ == n_ended_ && n_vertices_ == 3 * n_ended_ && !is_solid_open_; }
 
  private:
-  // The error of a line, or an empty text.
+  static bool is_word(std::string_view word, std::string_view wanted)
+  {
+    return word.size() == wanted.size() && lower_case(std::string(word)) == wanted;
+  }
+
+  static bool is_comment(std::string_view word)
+  {
+    return word.starts_with('#') || word.starts_with("//") || is_word(word, "color");
+  }
+
+  // The error of a line, or an empty text. Some programs write several statements a line, or all.
+  std::string read_line(const std::vector<std::string_view>& words)
+  {
+    constexpr std::array<std::string_view, 6> first_words{"facet",   "outer",    "vertex",
+                                                          "endloop", "endfacet", "endsolid"};
+    const auto is_first = [&](std::string_view word) {
+      return std::ranges::any_of(first_words, [&](std::string_view first) { return is_word(word, first); });
+    };
+    constexpr std::size_t most_of_one = 5;  // but for names of solids
+    if (words.size() <= most_of_one ||
+        std::ranges::none_of(words, [](std::string_view word) { return is_word(word, "vertex"); }))
+      return read(words);
+    std::vector<std::string_view> statement;
+    std::string found;
+    for (const std::string_view word : words) {
+      if (!statement.empty() && is_first(word) && found.empty()) {
+        found = read(statement);
+        statement.clear();
+      }
+      statement.push_back(word);
+    }
+    return found.empty() ? read(statement) : found;
+  }
+
+  // The error of a statement, or an empty text.
   std::string read(const std::vector<std::string_view>& words)
   {
     std::string keyword = lower_case(std::string(words[0]));

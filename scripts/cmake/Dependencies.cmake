@@ -37,6 +37,8 @@ find_path(STB_INCLUDE_DIR stb/stb_truetype.h REQUIRED)
 add_library(vrda_stb INTERFACE)
 target_include_directories(vrda_stb SYSTEM INTERFACE ${STB_INCLUDE_DIR})
 
+find_package(meshoptimizer REQUIRED)
+
 if(VRDA_PIPELINE)
   find_package(pugixml REQUIRED)
   pkg_check_modules(bullet REQUIRED IMPORTED_TARGET bullet-float64)
@@ -62,7 +64,6 @@ if(VRDA_PLAYER)
   pkg_check_modules(egl REQUIRED IMPORTED_TARGET egl)
   pkg_check_modules(imgui REQUIRED IMPORTED_TARGET imgui)
   find_package(glfw3 3.3 REQUIRED)
-  find_package(meshoptimizer REQUIRED)
   # Header-only use: Boost.Asio, Boost.Beast and Boost.Math.
   find_package(Boost 1.74 REQUIRED)
   # TLS and QR codes of the web server; the QR library is linked statically (40 KB).

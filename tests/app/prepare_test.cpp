@@ -322,6 +322,51 @@ TEST_F(Prepare, RoughSurfacesAreSmoothedCleanOnesStay)
   EXPECT_THAT(again.err, Not(HasSubstr("is rough")));
 }
 
+// Each triangle divided into 4^n.
+Mesh divided(const Mesh& mesh, int n)
+{
+  if (n == 0) return mesh;
+  Mesh finer;
+  finer.vertices_mm.resize(6 * mesh.triangles.rows(), 3);
+  finer.triangles.resize(4 * mesh.triangles.rows(), 3);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners(mesh, t);
+    const auto v = static_cast<std::int32_t>(6 * t);
+    finer.vertices_mm.middleRows<6>(6 * t) << a.transpose(), b.transpose(), c.transpose(),
+        0.5 * (a + b).transpose(), 0.5 * (b + c).transpose(), 0.5 * (c + a).transpose();
+    finer.triangles.middleRows<4>(4 * t) << v, v + 3, v + 5, v + 3, v + 1, v + 4, v + 5, v + 4, v + 2, v + 3,
+        v + 4, v + 5;
+  }
+  finer.normals = vertex_normals(finer);
+  return divided(finer, n - 1);
+}
+
+// A large mesh is registered by a simpler copy, and written as it is.
+TEST_F(Prepare, ALargeMeshHasTheFramesOfItsSurface)
+{
+  const auto prepared = [&](const std::string& tibia) {
+    const test::Ended ended =
+        test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia, "--no-ligaments", "--cartilage",
+                        "none", "-o", folder_.string(), "--replace"});
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return ended.err;
+  };
+  EXPECT_THAT(prepared(tibia_), Not(HasSubstr("copies of the surfaces")));
+  const nlohmann::json before = report();
+  const Mesh fine = divided(joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.tibia), 3);
+  ASSERT_GT(fine.triangles.rows(), 200'000);
+  EXPECT_THAT(prepared(written("fine.stl", fine)), HasSubstr("works on copies of the surfaces with "));
+  constexpr double tolerance = 0.05;  // degrees and mm: that of the copies
+  for (const char* key :
+       {"flexion_deg", "varus_deg", "internal_rotation_deg", "anterior_mm", "proximal_mm", "lateral_mm"})
+    EXPECT_NEAR(report().at("scanned").at(key).get<double>(), before.at("scanned").at(key).get<double>(),
+                tolerance)
+        << key;
+  constexpr std::uintmax_t header_bytes = 84, triangle_bytes = 50;
+  EXPECT_EQ(fs::file_size(folder_ / "tibia.stl"),
+            header_bytes + triangle_bytes * static_cast<std::uintmax_t>(fine.triangles.rows()));
+}
+
 TEST_F(Prepare, CartilageOfOneCompartmentIsWarnedOf)
 {
   const auto prepared = [&](const std::string& option, const std::string& file) {

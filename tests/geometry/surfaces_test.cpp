@@ -10,6 +10,7 @@
 #include "geometry/generated_knee.hpp"
 #include "geometry/nearest_surface.hpp"
 #include "geometry/placement.hpp"
+#include "geometry/simplified.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::surfaces_test {
@@ -287,6 +288,34 @@ TEST(JointRegion, IsBetweenTheBonesAndPointsToTheFemur)
   EXPECT_NEAR(region.centre_mm.y(), 0.0, 1.0);
   EXPECT_NEAR(region.centre_mm.x(), 7.0, 1.0);
   EXPECT_GT(region.up.y(), 0.99);
+}
+
+// A ball far from the origin, where single precision has steps of 0.06 mm, and a flat sheet.
+TEST(Simplified, StaysWithinItsDistance)
+{
+  constexpr double radius_mm = 60.0, within_mm = 0.05;
+  Mesh ball = test::ball(radius_mm, 150, 300);
+  const Eigen::RowVector3d centre_mm(1e6, 0.0, -1e6);
+  ball.vertices_mm.rowwise() += centre_mm;
+  const std::optional<SimplifiedMesh> fewer = simplified(ball, 10'000, within_mm);
+  ASSERT_TRUE(fewer);
+  EXPECT_LT(fewer->mesh.triangles.rows(), 0.5 * static_cast<double>(ball.triangles.rows()));
+  EXPECT_LE(fewer->largest_mm, within_mm);
+  EXPECT_EQ(edge_counts(fewer->mesh).boundary, 0);
+  const Eigen::VectorXd off_mm = (fewer->mesh.vertices_mm.rowwise() - centre_mm).rowwise().norm();
+  EXPECT_NEAR(off_mm.minCoeff(), radius_mm, 1e-6);  // vertices are those of the ball
+  double deepest_mm = 0.0;
+  for (Eigen::Index t = 0; t < fewer->mesh.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners(fewer->mesh, t);
+    deepest_mm = std::max(deepest_mm, radius_mm - ((a + b + c) / 3.0 - centre_mm.transpose()).norm());
+  }
+  EXPECT_LT(deepest_mm, 2.0 * within_mm);  // with the sagitta of the ball's own triangles
+
+  const Mesh sheet = test::sheet(80.0, 100);
+  const std::optional<SimplifiedMesh> flat = simplified(sheet, 5'000, within_mm);
+  ASSERT_TRUE(flat);
+  EXPECT_NEAR(area_mm2(flat->mesh), area_mm2(sheet), 1e-6);  // its border stays
+  EXPECT_FALSE(simplified(sheet, sheet.triangles.rows(), within_mm));
 }
 
 }  // namespace vrda::surfaces_test
