@@ -285,8 +285,6 @@ def _write_mesh(mesh: SurfaceMesh, name: str, file: pathlib.Path) -> None:
     for part, array in (("vertices", vertices), ("faces", faces)):
         if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in ("iuf" if part == "vertices" else "iu"):
             raise refuse(part, f"{array.dtype} of shape {array.shape}", "(n, 3) numbers" if part == "vertices" else "(n, 3) integers")
-    if faces.size and not (0 <= faces.min() and faces.max() < len(vertices)):
-        raise refuse("faces", f"vertices {faces.min()} to {faces.max()}", f"0 to {len(vertices) - 1}")
     triangles = np.zeros(len(faces), dtype=[("n", "u1"), ("corners", "<i4", 3)])
     triangles["n"], triangles["corners"] = 3, faces
     header = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
