@@ -2,9 +2,9 @@
 import re
 
 
-def page(numbers, stamp):
+def page(record, stamp):
     """The page: TEXT, in which [[NAME: ALT]] is the step NAME with its picture, and [[cells]] the notebook."""
-    steps = {step["name"]: step for step in numbers["steps"]}
+    steps = {step["name"]: step for step in record["steps"]}
 
     def shown(match):
         name, alt = match.groups()
@@ -12,8 +12,8 @@ def page(numbers, stamp):
         parts = [f"```sh\n{commands}\n```"] * bool(commands) + [f"```text\n{output}\n```"] * bool(output) + [f"![{alt}](tutorial/{name}.jpg)"] * bool(alt)
         return "\n\n".join(parts)
 
-    text = re.sub(r"\[\[([\w-]+)(?:: ([^\]]+))?\]\]", shown, TEXT.replace("[[cells]]", cells(numbers["cells"])))
-    seconds = sum(step["seconds"] for step in numbers["steps"])
+    text = re.sub(r"\[\[([\w-]+)(?:: ([^\]]+))?\]\]", shown, TEXT.replace("[[cells]]", cells(record["cells"])))
+    seconds = sum(step["seconds"] for step in record["steps"])
     return text.replace("STAMP", stamp).replace("SECONDS", f"{seconds:.0f}")
 
 
