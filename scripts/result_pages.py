@@ -88,6 +88,8 @@ PAGES = {
     "believable": Page("results/believable.md", ("scripts/believable",), "believable", (Run(LIVING),),
                        ("data:knees", "data:kinematics", PREPARED), is_long=True),
     "player": Page("results/player.md", ("scripts/pictures",), "player", (Run(LIGAMENTS, with_followers=True), Run(LIVING)), ("jobs/bench-desk.toml",), is_long=True),
+    "tutorial": Page("results/tutorial.md", ("scripts/tutorial",), "tutorial", (Run(LIGAMENTS, with_followers=True),),
+                     ("scripts/tutorial", "pipeline/python/examples/knee.ipynb", PREPARED), is_long=True),
     "fuzz": Page("results/fuzz.md", ("scripts/fuzz", "--record"), "fuzz", (), ("tests/fuzz/corpus",), is_long=True),
     "benchmarks": Page("results/benchmarks.md", ("scripts/bench",), "benchmarks", (Run(CONTACT), Run(LIGAMENTS, with_followers=True),
     Run("jobs/knee-jam-smith2019.toml")), is_long=True),

@@ -65,8 +65,8 @@ step() {
   exit "$code"
 }
 
-# configure_release: keeps the tests if scripts/test has configured them, so that all commands share their objects.
+# configure_release [OPTION...]: keeps the tests if scripts/test has configured them, so that all commands share their objects.
 release=$root/build/release
 configure_release() {
-  if [[ -e $release/build.ninja ]]; then cmake --preset release; else cmake --preset release -DVRDA_TESTS=OFF; fi
+  if [[ -e $release/build.ninja ]]; then cmake --preset release "$@"; else cmake --preset release -DVRDA_TESTS=OFF "$@"; fi
 }

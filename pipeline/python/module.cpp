@@ -7,10 +7,14 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <future>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <utility>
 
 #include "app/commands.hpp"
@@ -352,6 +356,95 @@ py::object export_model(const std::string& file, const std::string& to, const st
   return python_of(run_interruptibly([&] { return app::write_export(options); }));
 }
 
+// --- commands that are called by the words of their command line ---
+
+constexpr app::CommandRow commands[] = {{"prepare", app::declare_prepare, "", ""},
+                                        {"score", app::declare_score, "", "", true}};
+
+/// What is printed to a stream of the C library (stdout, stderr), until the end of the scope. Python's
+/// streams are others.
+class Captured {
+ public:
+  explicit Captured(FILE*& stream)
+      : stream_(stream), before_(std::exchange(stream, open_memstream(&text_, &size_)))
+  {
+  }
+  ~Captured()
+  {
+    std::fclose(std::exchange(stream_, before_));
+    std::free(text_);
+  }
+  Captured(const Captured&) = delete;
+  Captured& operator=(const Captured&) = delete;
+  std::string text()
+  {
+    std::fflush(stream_);
+    return {text_, size_};
+  }
+
+ private:
+  char* text_ = nullptr;
+  std::size_t size_ = 0;
+  FILE*& stream_;
+  FILE* before_;
+};
+
+/// Commands install handlers of signals; Python's stay in place.
+class PythonHandlers {
+ public:
+  PythonHandlers()
+  {
+    for (std::size_t i = 0; i < signals_.size(); ++i) sigaction(signals_[i], nullptr, &before_[i]);
+  }
+  ~PythonHandlers() { restore(); }
+  PythonHandlers(const PythonHandlers&) = delete;
+  PythonHandlers& operator=(const PythonHandlers&) = delete;
+  void restore() const
+  {
+    for (std::size_t i = 0; i < signals_.size(); ++i) sigaction(signals_[i], &before_[i], nullptr);
+  }
+
+ private:
+  std::array<int, 3> signals_{SIGINT, SIGTERM, SIGHUP};
+  std::array<struct sigaction, 3> before_{};
+};
+
+/// Of a line "vrda: FIELD: found X, wanted Y (see ...)" of the command line, or of another message of CLI11.
+InputError usage_error(const std::string& command, const std::string& line)
+{
+  static const std::regex whole(R"((?:vrda: )?(.*?)(?: \(see [^)]*\))?\s*)"),
+      form("(.*?):? ?found (.*), wanted (.*)");
+  std::smatch parts;
+  const std::string text = std::regex_match(line, parts, whole) ? parts[1].str() : line;
+  if (std::regex_match(text, parts, form))
+    return InputError({"vrda." + command, parts[1], parts[2], parts[3]});
+  return InputError({"vrda." + command, "", text, "arguments of the command"});
+}
+
+/// Runs a command with --json and returns what it prints. One at a time.
+py::object command(std::vector<std::string> words)
+{
+  const std::string name = words.front();
+  words.insert(words.begin(), "vrda");
+  words.emplace_back("--json");
+  const PythonHandlers handlers;
+  const auto work = [&] {
+    static std::mutex one_at_a_time;
+    const std::lock_guard lock(one_at_a_time);
+    Captured output(stdout), errors(stderr);
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    app::CommandLine line({"vrda", "", "", VRDA_VERSION});
+    for (const app::CommandRow& row : commands) line.add(row);
+    const int n = static_cast<int>(arguments.size());
+    if (line.parse(n, arguments.data())) throw usage_error(name, errors.text());
+    if (line.run() == core::ExitCode::interrupted) throw Interrupted();
+    return output.text();
+  };
+  const std::string printed = run_interruptibly(work, [&] { handlers.restore(); });
+  return py::module_::import("json").attr("loads")(printed);
+}
+
 // --- the module ---
 
 template <typename Results>
@@ -452,6 +545,7 @@ PYBIND11_MODULE(_core, module)
   module.def("compare", &compare, "file"_a, "degrees"_a, "robust"_a, "recontact"_a, "refine"_a, "threads"_a);
   module.def("export", &export_model, "file"_a, "to"_a, "output"_a, "set"_a, "flexion"_a, "varus"_a,
              "coordinates"_a, "degrees"_a, "joint_only"_a, "full"_a, "rate"_a, "translations"_a);
+  module.def("command", &command, "words"_a);
   define_solution(module);
   define_joint(module);
 }

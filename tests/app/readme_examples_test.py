@@ -29,6 +29,9 @@ ELSEWHERE = {
     "scripts/validation": "tests/scripts/validation_page_test.py",
     "scripts/results": "tests/scripts/results_test.py",
     "scripts/thesis": "results/thesis.md",
+    "scripts/tutorial": "tests/python/CMakeLists.txt",
+    "/usr/bin/python3 -m venv": "tests/python/install_test.py",
+    "my-venv/bin/pip": "tests/python/install_test.py",
     "scripts/generic-knee": "results/knee-generic.md",
     "scripts/calibration": "results/calibration.md",
     "scripts/real-knees": "results/real-knees.md",  # as the next: minutes to an hour; the page is what it wrote

@@ -13,7 +13,7 @@ PACKAGES = pathlib.Path(os.environ["VRDA_PACKAGES"])
 PYTHON = "VRDA_PYTHON:BOOL=ON" in (BUILD / "CMakeCache.txt").read_text()
 PYTHON_FOLDER = "lib/python3/dist-packages/vrda"
 PYTHON_FILES = {f"{PYTHON_FOLDER}/{name}" for name in ("__init__.py", "_errors.py", "_core.pyi", "py.typed")} | {
-    "share/doc/python3-vrda/examples/knee.py"} | {
+    f"share/doc/python3-vrda/examples/knee.{kind}" for kind in ("py", "ipynb")} | {
     f"{PYTHON_FOLDER}/{path.name}" for path in (BUILD / "python/vrda").glob("_core.*.so")} if PYTHON else set()
 TARBALLS = ("vrda", "vrda-player")
 PROGRAMS = TARBALLS + (("vrda-webcam",) if (BUILD / "vrda-webcam").exists() else ())

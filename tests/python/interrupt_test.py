@@ -4,6 +4,7 @@ import logging
 import os
 import pathlib
 import signal
+import subprocess
 import sys
 import tempfile
 import threading
@@ -13,7 +14,7 @@ import unittest
 import numpy as np
 
 import vrda
-from support import COARSE, KNEE
+from support import COARSE, KNEE, VRDA
 
 FINE = {"grid.flexion": {"from": 0, "to": 90, "step": 3}}  # 31 x 21 attitudes: a second
 
@@ -82,6 +83,17 @@ class Interrupt(unittest.TestCase):
             with self.assertRaises(KeyboardInterrupt):
                 job.run(pathlib.Path(folder, "knee.h5"))
             self.assertEqual(logger.handlers, [])
+
+    def test_a_preparation_ends_with_nothing_written_and_leaves_python_its_handler(self):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([VRDA, "shape", "knee-template", "-o", f"{folder}/scan"], check=True, capture_output=True)
+            press_later(0.5)
+            with self.assertRaises(KeyboardInterrupt):
+                vrda.prepare(f"{folder}/knee", femur=f"{folder}/scan/femur.stl", tibia=f"{folder}/scan/tibia.stl")
+            self.assertFalse(pathlib.Path(folder, "knee/knee.toml").exists())
+            with self.assertRaises(KeyboardInterrupt):
+                os.kill(os.getpid(), signal.SIGINT)
+                time.sleep(5)
 
     def test_the_handler_of_python_stays(self):
         before = signal.getsignal(signal.SIGINT)

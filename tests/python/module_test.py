@@ -1,4 +1,5 @@
 """The package vrda: jobs, runs, single attitudes, motion models, errors. usage: module_test.py VRDA"""
+import collections
 import gc
 import hashlib
 import json
@@ -116,6 +117,59 @@ class Model(unittest.TestCase):
         self.assertEqual(refusal.exception.file, str(changed))
 
 
+Mesh = collections.namedtuple("Mesh", "vertices faces")  # what trimesh's have
+
+
+def mesh_of(file):
+    facets = np.fromfile(file, dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")], offset=84)
+    vertices, rows = np.unique(facets["corners"].reshape(-1, 3), axis=0, return_inverse=True)
+    return Mesh(vertices, rows.reshape(-1, 3))
+
+
+class Prepare(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory(prefix="python-prepare-")))
+        program("shape", "knee-template", "-o", cls.folder / "scan")
+        cls.meshes = {bone: mesh_of(cls.folder / f"scan/{bone}.stl") for bone in ("femur", "tibia", "fibula")}
+
+    def test_meshes_in_memory_give_the_job_of_their_files(self):
+        files = {bone: self.folder / f"scan/{bone}.stl" for bone in self.meshes}
+        with self.assertLogs("vrda", logging.WARNING) as logs:
+            made = vrda.prepare(self.folder / "mesh", **self.meshes, no_ligaments=True)
+        vrda.prepare(self.folder / "file", femur=files["femur"], tibia=files["tibia"], fibula=files["fibula"], no_ligaments=True)
+        self.assertEqual(made.file, self.folder / "mesh/knee.toml")
+        self.assertTrue(any("no menisci given" in line for line in logs.output))
+        for name in ("femur.stl", "tibia.stl", "fibula.stl"):  # order of the triangles and of the vertices differs from the file's
+            one, other = (np.sort(mesh_of(self.folder / kind / name).vertices, axis=None) for kind in ("mesh", "file"))
+            np.testing.assert_allclose(one, other, atol=1e-4)  # float32 of STL, and the fit's rounding
+
+    def test_refusals_name_the_argument(self):
+        femur, tibia = self.meshes["femur"], self.meshes["tibia"]
+        for given, field in (({"femur": 3.5, "tibia": tibia}, "--femur"), ({"femur": object(), "tibia": tibia}, "femur.vertices"),
+                             ({"femur": Mesh(femur.vertices[:, :2], femur.faces), "tibia": tibia}, "femur.vertices"),
+                             ({"femur": femur, "tibia": Mesh(tibia.vertices, 1.0 * tibia.faces)}, "tibia.faces"),
+                             ({"femur": femur, "tibia": Mesh(tibia.vertices, tibia.faces + 1)}, "tibia: face"),
+                             ({"femur": femur, "tibia": tibia, "side": "top"}, "--side"), ({"femur": femur, "tibia": tibia, "sides": "left"}, "--sides")):
+            with self.subTest(field=field), self.assertRaises(vrda.InputError) as refusal:
+                vrda.prepare(self.folder / "refused", **given)
+            text = str(refusal.exception)
+            self.assertIn(field, text)
+            self.assertRegex(text, "found .*, wanted ")
+            self.assertFalse((self.folder / "refused").exists())
+        with self.assertRaises(vrda.InputError) as refusal:
+            vrda.prepare(self.folder / "refused", femur=femur, tibia=Mesh(femur.vertices, femur.faces))
+        self.assertNotIn(".ply", str(refusal.exception))
+        self.assertNotIn("/tmp/vrda-", str(refusal.exception))
+
+    def test_a_score_is_that_of_the_program(self):
+        files = [vrda.Job(KNEE, set={**COARSE, "push.force_n": force_n}).run(self.folder / f"{force_n}.h5") for force_n in (20, 200)]
+        self.assertEqual(vrda.score(files[0], files[1], align="constant"),
+                         json.loads(program("score", files[0], "--against", files[1], "--align", "constant", "--json", "-q")))
+        with self.assertRaisesRegex(vrda.InputError, "absent.csv"):
+            vrda.score(files[0], "absent.csv")
+
+
 class Joint(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -132,6 +186,15 @@ class Joint(unittest.TestCase):
         self.assertTrue((solved.tension[solved.strain < 0] == 0).all())
         # One push of 20 N along Delta, fibres that pull more: the contacts carry both.
         self.assertTrue((solved.force_medial + solved.force_lateral > 20).all())
+
+    def test_rows_are_an_xarray_data_set_too(self):
+        rows = self.joint.dataset(self.passive)
+        np.testing.assert_array_equal(rows.tension.sel(fibre=self.joint.fibres[3], row=2), self.passive.tension[2, 3])
+        np.testing.assert_array_equal(rows.X_reference_moving, self.passive.X_reference_moving)
+        self.assertEqual(set(rows.coords), {"flexion", "varus", "fibre"})
+        self.assertIn("degrees", rows.internal.long_name)
+        kneecap = self.joint.dataset(self.passive, follower="patella")
+        np.testing.assert_array_equal(kneecap.tilt, self.passive.followers["patella"].tilt)
 
     def test_a_pull_moves_the_tibia_along_it(self):
         force_n = np.array([-50.0, 0.0, 50.0])

@@ -22,6 +22,11 @@ total: float = float(solved.internal.sum())
 names: list[str] = joint.fibres
 kneecap: vrda.FollowerSolution = solved.followers[joint.followers[0]]
 found = vrda.open("knee.h5").theta
+from typing import NamedTuple
+class Mesh(NamedTuple):
+    vertices: object
+    faces: object
+vrda.prepare(femur=Mesh([], []), tibia="tibia.stl", fibula=None).run()
 """
 BAD = """
 import vrda
@@ -29,6 +34,7 @@ vrda.Job(3)
 vrda.Joint("knee.toml").solve(flexion=0, loads=5)
 vrda.smooth("knee.h5", degree="six")
 vrda.Solution().internal = 3
+vrda.prepare(femur=3)
 """
 
 
@@ -48,7 +54,7 @@ class Types(unittest.TestCase):
             bad.write_text(BAD)
             done = mypy("mypy", "--strict", "-p", "vrda", "-m", "good", "-m", "bad", path=folder)
             found = re.findall(r"(\w+\.py):(\d+): error:", done.stdout)
-            self.assertEqual({line for file, line in found if file == "bad.py"}, {"3", "4", "5", "6"}, done.stdout)
+            self.assertEqual({line for file, line in found if file == "bad.py"}, {"3", "4", "5", "6", "7"}, done.stdout)
             self.assertEqual({file for file, _ in found}, {"bad.py"}, done.stdout)
 
     def test_the_stubs_are_those_of_the_module(self):

@@ -49,6 +49,16 @@ class Quickstart(unittest.TestCase):
         self.assertEqual(len(machine.calls("fake-vrda run")), 1)
         self.assertEqual(machine.calls("cmake")[2], "cmake --preset release")
 
+    def test_python_is_built_if_wanted(self):
+        machine = self.machine()
+        machine.write("scripts/packages.txt", "[programs]\nalpha\n[python]\nomega\n")
+        done = machine.run("quickstart", "--python")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(machine.calls("cmake")[0], "cmake --preset release -DVRDA_TESTS=OFF -DVRDA_PYTHON=ON")
+        self.assertTrue(machine.calls("cmake")[1].endswith(" vrda_python"))
+        self.assertIn("omega", machine.calls("apt-get")[-1])
+        self.assertIn("build/release/python python3 -c", done.stdout)
+
     def test_a_changed_job_is_solved_again(self):
         machine = self.machine()
         machine.run("quickstart")

@@ -6,6 +6,7 @@
     knee = vrda.open(job.run(progress=print))    # as vrda run: resumable, same bytes; an xarray data set
     joint = job.joint()                          # single attitudes, in memory
     joint.solve(flexion=range(0, 91), loads={"moment_nmm": 500}).internal
+    vrda.prepare(femur=mesh, tibia="tibia.stl")  # a job from meshes: files, or objects with vertices and faces
 
 Lengths are mm, angles degrees, forces N, moments N mm. Canonical axes: X anterior, Y proximal, Z to the subject's right.
 Clinical numbers are those of Grood and Suntay, positive on both sides: flexion, varus (adduction), internal rotation;
@@ -17,8 +18,9 @@ from __future__ import annotations
 import json
 import os
 import pathlib
+import tempfile
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Optional, Union
+from typing import TYPE_CHECKING, Any, Optional, Protocol, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,11 +32,26 @@ from ._errors import InputError, InternalError
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["FollowerSolution", "InputError", "InternalError", "Job", "Joint", "Solution", "__version__", "check", "compare", "export", "no_lock",
-           "open", "smooth", "validate"]
+__all__ = ["FollowerSolution", "InputError", "InternalError", "Job", "Joint", "Solution", "SurfaceMesh", "__version__", "check", "compare",
+           "export", "no_lock", "open", "prepare", "score", "smooth", "validate"]
 
 Path = Union[str, "os.PathLike[str]"]
 Array = NDArray[np.float64]
+
+
+class SurfaceMesh(Protocol):
+    """Any object with these two, such as a mesh of trimesh."""
+
+    @property
+    def vertices(self) -> Any:
+        """(vertices, 3), in the unit and the axes of the scan."""
+
+    @property
+    def faces(self) -> Any:
+        """(triangles, 3) rows of vertices, counter-clockwise from outside."""
+
+
+Mesh = Union[Path, SurfaceMesh]
 
 _LOADS = {"force_n": 1, "lateral_force_n": 2, "moment_nmm": 1, "varus_moment_nmm": 1}
 
@@ -67,7 +84,13 @@ class Job:
         return f"<vrda.Job {self._file}: {self.title}>"
 
     @property
+    def file(self) -> pathlib.Path:
+        """The job file."""
+        return pathlib.Path(self._file)
+
+    @property
     def title(self) -> str:
+        """The title that the job states."""
         return self._facts["title"]
 
     @property
@@ -201,6 +224,21 @@ class Joint:
                                 rows.get("moment_nmm"), rows.get("varus_moment_nmm"),
                                 self._pose(seed, float(rows["flexion"][0]) if rows["flexion"].size else 0.0))
 
+    def dataset(self, solution: Solution, follower: Optional[str] = None) -> xarray.Dataset:
+        """The rows of solve(), or those of one of its followers, as an xarray data set over `row` and `fibre`.
+
+        Its variables are the arrays of the solution, with their meanings in the attribute long_name.
+        """
+        import xarray
+
+        rows: Any = solution if follower is None else solution.followers[follower]
+        dimensions = {1: ("row",), 2: ("row", "fibre"), 3: ("row", "to", "from")}
+        columns = {name: (getattr(rows, name), getattr(type(rows), name).__doc__) for name in dir(type(rows))
+                   if not name.startswith("_") and name != "followers"}
+        fibres = self.fibres if follower is None else self.follower_fibres(follower)
+        return xarray.Dataset({name: (dimensions[array.ndim], array, {"long_name": meaning}) for name, (array, meaning) in columns.items()},
+                              coords={"fibre": fibres}).set_coords([name for name in ("flexion", "varus") if name in columns])
+
     @staticmethod
     def _broadcast(columns: Mapping[str, Array]) -> dict[str, Array]:
         def refuse(name: str, array: Array, wanted: str) -> InputError:
@@ -233,6 +271,74 @@ class Joint:
                              "no stable row", "at least one")
         nearest: Array = seed.X_reference_moving[int(np.nanargmin(distance))]
         return nearest
+
+
+def _write_mesh(mesh: SurfaceMesh, name: str, file: pathlib.Path) -> None:
+    """A binary PLY file, which keeps double precision."""
+    def refuse(part: str, found: str, wanted: str) -> InputError:
+        return InputError(f"vrda.prepare: {name}.{part}: found {found}, wanted {wanted}", "vrda.prepare", f"{name}.{part}", found, wanted)
+
+    for part in ("vertices", "faces"):
+        if not hasattr(mesh, part):
+            raise refuse(part, f"{type(mesh).__name__} without it", "a path, or an object with vertices and faces")
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    for part, array in (("vertices", vertices), ("faces", faces)):
+        if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in ("iuf" if part == "vertices" else "iu"):
+            raise refuse(part, f"{array.dtype} of shape {array.shape}", "(n, 3) numbers" if part == "vertices" else "(n, 3) integers")
+    triangles = np.zeros(len(faces), dtype=[("n", "u1"), ("corners", "<i4", 3)])
+    triangles["n"], triangles["corners"] = 3, faces
+    header = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+              f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n")
+    file.write_bytes(header.encode() + vertices.astype("<f8").tobytes() + triangles.tobytes())
+
+
+def _command(name: str, arguments: Iterable[str], options: Mapping[str, Any]) -> dict[str, Any]:
+    """A command with options by name: no_prior=True is --no-prior, a list repeats the option; None and False are left out."""
+    words = [name, *arguments]
+    for key, value in options.items():
+        if value is None or value is False:
+            continue
+        option = "--" + key.replace("_", "-")
+        words += [option] if value is True else [f"{option}={one}" for one in (value if isinstance(value, (list, tuple)) else [value])]
+    return _core.command(words)
+
+
+def prepare(output: Path = "my-knee", *, femur: Optional[Mesh] = None, tibia: Optional[Mesh] = None, replace: bool = False,
+            **options: Any) -> Job:
+    """Makes a job from the meshes of a knee, as `vrda prepare` does, and returns it; its folder is `output`.
+
+    A mesh is a path, or an object with vertices (n, 3) and faces (m, 3) such as trimesh's, in the unit and axes of the scan.
+    options: the other options of the command, with _ for -: meshes (femur_cartilage, tibia_cartilage, meniscus, fibula,
+        patella, patella_cartilage; one or a list), landmarks="points.mrk.json", side="left", unit="mm", no_ligaments=True, ...
+    replace: allows replacing an earlier job in this folder. prepare.json there has the numbers of the fit; warnings go to the logger.
+    """
+    def file_of(value: Any, name: str) -> Any:
+        """The value of an option: of a mesh in memory a file with it."""
+        if isinstance(value, (list, tuple)) and not hasattr(value, "vertices"):
+            return [file_of(one, f"{name}{i}") for i, one in enumerate(value)]
+        if isinstance(value, (str, os.PathLike, int, float, type(None))):
+            return value
+        mesh: Any = value
+        _write_mesh(mesh, name, pathlib.Path(folder, f"{name}.ply"))
+        return pathlib.Path(folder, f"{name}.ply")
+
+    with tempfile.TemporaryDirectory(prefix="vrda-") as folder:
+        given = {name: file_of(value, name) for name, value in {"femur": femur, "tibia": tibia, **options}.items()}
+        try:
+            _command("prepare", [], {**given, "output": os.fspath(output), "replace": replace})
+        except InputError as error:
+            # Meshes in memory have no file: the message has the argument's name.
+            text, file = (part.replace(folder + os.sep, "").replace(".ply", "") if folder in part else part for part in (str(error), error.file))
+            raise InputError(text, file, error.field, error.found, error.wanted, error.line) from None
+    return Job(pathlib.Path(output, "knee.toml"))
+
+
+def score(model: Path, against: Path, **options: Any) -> dict[str, Any]:
+    """Compares a motion with a measured one: the dictionary of `vrda score --json`.
+
+    options: those of the command, with _ for -: align="rigid", rows="second-half", match="flexion", column=["flexion=-knee_angle_r"], ...
+    """
+    return _command("score", [os.fspath(model)], {"against": os.fspath(against), **options})
 
 
 def open(file: Path, group: Optional[str] = None) -> xarray.Dataset:
