@@ -322,7 +322,7 @@ function arrangementOf(fibres, bundle) {
 // Ligaments as flat bands: narrow and grey if slack, otherwise coloured by strain. Constants as in player/view/layers.
 
 // Half sizes; neighbouring bands overlap a little, and are wider at their footprints.
-const thicknessMm = 0.45, narrowestMm = 1, widestMm = 2.4, overlap = 1.2, flare = 0.35, slackPart = 0.7, highlightedPart = 1.6, nSides = 10;
+const thicknessMm = 0.45, narrowestMm = 1, widestMm = 2.4, overlap = 1.2, flare = 0.35, slackPart = 0.7, highlightedPart = 1.6, nSides = 6;
 // Points of a band, and its height over bone.
 const nPoints = 24, aboveBoneMm = 0.7;
 // A slack fibre is drawn as long as it is, in waves, unless they are higher than this.

@@ -644,6 +644,8 @@ window.vrda = {
   pick: (x, y) => viewer.pick(x, y, 0)?.structure ?? null,
   /// For tests: depth of the nearest surface in the middle of the picture, mm.
   seen: () => viewer.seen(),
+  /// For tests: whether all changes are drawn, sharp.
+  isStill: () => viewer.isStill,
   /// For tests: strains at a pose { R, t } of the moving body in the reference, and the present gaps.
   strains: (X) => joint.ligaments[0].layer.strains(X),
   live: () => live && { pose: live.stream.pose, bench: live.stream.bench, marks: live.stream.marks() },

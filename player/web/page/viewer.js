@@ -1,5 +1,5 @@
 // The 3-D view, and the joint as a file for phones.
-import { Box3, BufferAttribute, BufferGeometry, Color, DepthStencilFormat, DepthTexture, Group, Mesh, MeshStandardMaterial, MOUSE, PerspectiveCamera, PlaneGeometry, Raycaster, Scene, UnsignedInt248Type, Vector2, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
+import { Box3, BufferAttribute, BufferGeometry, Color, DepthStencilFormat, DepthTexture, Group, Mesh, MeshBasicMaterial, MeshStandardMaterial, MOUSE, NoBlending, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Raycaster, Scene, SRGBColorSpace, UnsignedInt248Type, Vector2, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { USDZExporter } from "three/examples/jsm/exporters/USDZExporter.js";
 import { capMaterial, colourOf, drawCap, drawTranslucent, isRemoved, setSection, translucentLayer } from "./material.js";
@@ -11,7 +11,10 @@ const fieldOfViewDeg = 22;  // as in vrda-player
 const filled = 0.92;
 const clearance = 10;  // mm, as in the window
 const capMm = 1000;
+// While something moves: as many pixels as a frame of this time allows; what moved is drawn sharp when so many frames passed without change.
+const fastMs = 30, slowMs = 60, leastSharpness = 0.35, stillFrames = 3;
 const stillPx = 5, fingerPx = 12, mousePx = 4;
+const flatCamera = new OrthographicCamera(-1, 1, 1, -1, -1, 1);
 const X = new Vector3(1, 0, 0), Y = new Vector3(0, 1, 0), Z = new Vector3(0, 0, 1);
 
 /// Directions from the joint to the camera in canonical axes, as in player/view/camera.
@@ -38,11 +41,15 @@ export class Viewer {
     const depthTexture = new DepthTexture(1, 1, UnsignedInt248Type);
     depthTexture.format = DepthStencilFormat;
     this.solid = new WebGLRenderTarget(1, 1, { depthTexture, stencilBuffer: true });
+    // Without smoothed edges, which take most of the time without a graphics card.
+    this.quick = new WebGLRenderTarget(1, 1, { stencilBuffer: true, colorSpace: SRGBColorSpace });
+    this.copy = new Mesh(new PlaneGeometry(2, 2), new MeshBasicMaterial({ map: this.quick.texture, blending: NoBlending }));
     this.cap = new Mesh(new PlaneGeometry(2 * capMm, 2 * capMm), capMaterial());
     this.controls = new OrbitControls(this.camera, canvas);
     // As in the window: left turns, right moves in the image plane, middle and wheel move in depth.
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
     this.onDrawn = () => {};
+    this.framesLeft = 0;  // in which a change belongs to a motion
     this.section = null;  // { normal, at }, as in setSection
     this.onLost = () => {};  // (isLost)
     this.onTouch = () => {};  // ({ x, y, reachPx }) of a click or tap, in pixels of the picture
@@ -105,8 +112,8 @@ export class Viewer {
     if (this.isLent) return;
     const { clientWidth, clientHeight } = this.canvas.parentElement;
     if (clientWidth === 0 || clientHeight === 0) return;
-    this.renderer?.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer?.setSize(clientWidth, clientHeight, false);
+    this.#sharpen(1);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
     this.redraw();
@@ -207,16 +214,25 @@ export class Viewer {
   }
 
   #draw() {
-    const { renderer, scene, camera, solid } = this;
-    setSection(this.section, camera.position);
+    const { renderer, quick, copy } = this;
+    setSection(this.section, this.camera.position);
+    if (this.sharpness === 1) return this.#drawTo(null);
+    quick.setSize(...renderer.getDrawingBufferSize(new Vector2()).toArray());
+    this.#drawTo(quick);
+    renderer.setRenderTarget(null);
+    renderer.render(copy, flatCamera);
+  }
+
+  #drawTo(target) {
+    const { renderer, camera, solid } = this;
+    renderer.setRenderTarget(target);
     this.#drawSolids();
     const translucent = this.joint?.translucent(camera.position) ?? [];
     if (translucent.length === 0) return;
-    const { x, y } = renderer.getDrawingBufferSize(new Vector2());
-    solid.setSize(x, y);
+    solid.setSize(...renderer.getDrawingBufferSize(new Vector2()).toArray());
     renderer.setRenderTarget(solid);
     this.#drawSolids();
-    renderer.setRenderTarget(null);
+    renderer.setRenderTarget(target);
     renderer.autoClear = false;
     camera.layers.set(translucentLayer);
     for (const meshes of translucent) {
@@ -243,16 +259,47 @@ export class Viewer {
     renderer.autoClear = true;
   }
 
+  /// Pixels of the canvas a pixel of the screen, by side.
+  #sharpen(sharpness) {
+    if (this.sharpness !== sharpness) this.renderer?.setPixelRatio(sharpness * Math.min(window.devicePixelRatio, 2));
+    this.sharpness = sharpness;
+  }
+
+  /// Fewer pixels if the frames of a motion are slow, more if they are fast.
+  #adapt(now) {
+    const ms = now - this.drawnAt, isMoving = this.framesLeft > 0;
+    this.drawnAt = now;
+    if (!isMoving) return;
+    const wanted = ms > slowMs ? this.sharpness * Math.sqrt(slowMs / ms) : ms < fastMs ? 1.25 * this.sharpness : this.sharpness;
+    this.#sharpen(Math.min(1, Math.max(leastSharpness, wanted)));
+  }
+
   redraw() {
     if (this.isScheduled || this.isLent) return;
     this.isScheduled = true;
-    requestAnimationFrame(() => {
+    requestAnimationFrame((now) => {
       this.isScheduled = false;
       if (this.isLent) return;
+      this.#adapt(now);
       if (this.renderer) this.#draw();
       this.onDrawn(this.camera);
+      if (!this.framesLeft) this.#countDown();
+      this.framesLeft = stillFrames;
     });
   }
+
+  /// Counts frames without change; then the picture is still, and sharp.
+  #countDown() {
+    requestAnimationFrame(() => {
+      if (this.isScheduled || --this.framesLeft > 0) return this.#countDown();
+      this.framesLeft = 0;
+      if (this.sharpness === 1 || this.isLent) return;
+      this.#sharpen(1);
+      this.redraw();
+    });
+  }
+
+  get isStill() { return !this.isScheduled && !this.framesLeft; }
 }
 
 // The joint at the pose shown as USDZ (Apple phones): metres, Y up, standing on its lowest point.

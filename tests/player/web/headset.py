@@ -48,7 +48,7 @@ class Headset(Page):
             raise FileNotFoundError(f"{packages}: found no iwer, wanted the npm packages of the tests; run scripts/setup")
         code = [(packages / name).read_text() for name in ("iwer/build/iwer.min.js", "@iwer/sem/build/iwer-sem.min.js")]
         room = (packages / f"@iwer/sem/captures/{ROOM}.json").read_text()
-        self.browser.call("Page.addScriptToEvaluateOnNewDocument", source="\n;".join([*code, START % room]))
+        self.run_first("\n;".join([*code, START % room]))
 
     def start(self, mode):
         self.browser.wait("document.querySelector('#xr-buttons button') !== null")

@@ -19,12 +19,13 @@ import h5py
 import numpy
 from PIL import Image
 
-from web_scenes import Page
+from web_scenes import Page, SAMPLE
 
 PAGE, CHROMIUM, PACKAGES = sys.argv[1:4]
 KEPT = pathlib.Path(sys.argv[4]) if len(sys.argv) > 4 else None
 LESSONS = sorted((pathlib.Path(PAGE).parent / "lessons").glob("*.html"))
 FINGER_PX = 44
+SIZE = {"width": 1440, "height": 900} if KEPT else {}
 DEADLINE_S = 400  # of a browser; measured: 40 s, and 120 s beside ten compilers
 # Of 255: rounding of two colours and of their sum.
 BLENDED = 2
@@ -42,11 +43,8 @@ def inside(page):
 class Lessons(unittest.TestCase):
     def opened(self, page, address=f"file://{PAGE}", **how):
         page.browser.call("Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=0, uploadThroughput=0)
-        page.visit(address, **{"width": 1440, "height": 900, **how})
-        if "/lessons/" not in address and "saved" not in address:
-            page.browser.value("document.getElementById('sample').click()")
-        page.browser.wait("!document.getElementById('player').hidden && document.documentElement.dataset.state === 'ready'")
-        page.browser.settle()
+        is_sample = "/lessons/" not in address and "saved" not in address
+        page.open(address, SAMPLE if is_sample else None, **{**SIZE, **how})
 
     def is_quiet(self, page):
         self.assertEqual(page.browser.said, [])
@@ -63,7 +61,7 @@ class Lessons(unittest.TestCase):
         """Shows the present state with changes; returns it."""
         state = {**page.browser.value("window.vrda.state()"), **change}
         page.browser.value(f"window.vrda.useState({json.dumps({key: value for key, value in state.items() if value is not None})})")
-        page.browser.settle()
+        page.settle()
         return page.browser.value("window.vrda.state()")
 
     def structures(self, page):
@@ -77,7 +75,7 @@ class Lessons(unittest.TestCase):
         left, top = page.browser.value("(() => { const r = document.getElementById('joint').getBoundingClientRect(); return [r.left, r.top]; })()")
         for kind in ("mousePressed", "mouseReleased"):
             page.browser.call("Input.dispatchMouseEvent", type=kind, x=left + x, y=top + y, button="left", buttons=1, clickCount=1)
-        page.browser.settle()
+        page.settle()
 
     def pixel_of(self, page, structure, shown):
         """A pixel in the middle of the structure, where nothing is in front of it: from pictures of it alone, and of `shown`."""
@@ -214,7 +212,7 @@ class Lessons(unittest.TestCase):
                 for k, step in enumerate(wanted["steps"]):
                     if k > 0:
                         page.browser.value("document.getElementById('lesson-next').click()")
-                        page.browser.settle()
+                        page.settle()
                     shown = page.browser.value("window.vrda.state()")
                     self.assertEqual([page.text("lesson-title"), page.text("lesson-count"), page.text("lesson-text")], [wanted["title"], f"{k + 1} of {len(wanted['steps'])}", step["text"]])
                     self.assertEqual(shown, step["state"])
@@ -305,12 +303,12 @@ class Lessons(unittest.TestCase):
     def test_fingers_and_axe(self):
         axe = (pathlib.Path(PACKAGES) / "axe-core/axe.min.js").read_text()
         with Page(CHROMIUM, DEADLINE_S) as page:
-            page.browser.call("Page.addScriptToEvaluateOnNewDocument", source=axe)
+            page.run_first(axe)
             for address, how in ((f"file://{PAGE}", {}), (f"file://{LESSONS[1]}", {"is_dark": True}), (f"file://{LESSONS[1]}", {"width": 390, "height": 844, "is_phone": True})):
                 self.opened(page, address, **how)
                 self.state(page, highlighted=ACL)
                 page.browser.value("for (const id of ['teach', 'structures']) document.getElementById(id).open = true; document.getElementById('teach-add').click()")
-                page.browser.settle()
+                page.settle()
                 found = page.browser.value("axe.run(document).then(({ violations }) => violations.filter((v) => ['serious', 'critical'].includes(v.impact))"
                                            ".map((v) => [v.id, v.nodes.map((n) => n.html + n.failureSummary).join('\\n')]))")
                 self.assertEqual(found, [], how)

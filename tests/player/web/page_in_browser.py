@@ -24,6 +24,7 @@ from web_scenes import MODELS, Page, bad_files, make_models
 
 VRDA, PRINT_POSES, PAGE, CHROMIUM, JOB = sys.argv[1:6]
 KEPT = pathlib.Path(sys.argv[6]) if len(sys.argv) > 6 else None
+SIZE = {"width": 1400, "height": 1000} if KEPT else {}
 # Required accuracy; measured: both below 1e-12.
 MM, RAD = 1e-6, 1e-9
 ATTITUDES, SEED = 200, 7
@@ -86,9 +87,7 @@ class WebPage(unittest.TestCase):
         cls.folder.cleanup()
 
     def opened(self, page, model, **how):
-        page.visit(f"file://{PAGE}", **how)
-        self.assertEqual(page.give(self.models[model]), "")
-        page.browser.settle()
+        self.assertEqual(page.open(f"file://{PAGE}", self.models[model], **how), "")
 
     def is_quiet(self, page):
         """Checks that there are no console messages and no network requests."""
@@ -155,7 +154,7 @@ class WebPage(unittest.TestCase):
             self.opened(page, "uncertain")
             page.set("flexion", 30)
             page.set("quantity", "clinical_internal", "change")
-            page.browser.settle()
+            page.settle()
             with h5py.File(self.models["uncertain"]) as file:
                 self.assertEqual(page.browser.value("window.vrda.sets()")[-5:], [f"quantile_{percent}" for percent in (0, 5, 50, 95, 100)])
                 wanted = [file["/uncertainty/rotation_band"][k, :, 2] for k in (3, 1)]
@@ -166,12 +165,12 @@ class WebPage(unittest.TestCase):
                 numpy.testing.assert_allclose(at, ends, rtol=0, atol=1e-9)
             without = self.picture(page, "#joint", "band-off")
             page.browser.value("document.getElementById('band').click()")
-            page.browser.settle()
+            page.settle()
             # The ghosts show beyond the outline of the tibia, not as patches on it.
             changed = (numpy.abs(self.picture(page, "#joint", "band-on") - without).sum(axis=2) > 20).mean()
             self.assertTrue(0.001 < changed < 0.01, changed)
             page.browser.value("document.getElementById('band').click()")
-            page.browser.settle()
+            page.settle()
             numpy.testing.assert_array_equal(self.picture(page, "#joint", "band-off-again"), without)
             self.is_quiet(page)
 
@@ -183,7 +182,7 @@ class WebPage(unittest.TestCase):
             page.set("set", "raw", "change")
             page.set("flexion", node["flexion"])
             page.set("varus", node["varus"])
-            page.browser.settle()
+            page.settle()
             shown = page.shown()
             self.assertAlmostEqual(shown["flexion"], node["flexion"])
             self.assertLess(numpy.abs(numpy.array(shown["X_reference_moving"]) - node["X"]).max(), MM)
@@ -199,7 +198,7 @@ class WebPage(unittest.TestCase):
             poses, curves = [], []
             for motion in ("degree_4", "degree_2", "degree_4"):
                 page.set("set", motion, "change")
-                page.browser.settle()
+                page.settle()
                 poses.append(page.shown()["X_reference_moving"])
                 curves.append(self.picture(page, "#curve canvas", f"curve-{motion}"))
             self.assertEqual(poses[0], poses[2])
@@ -208,16 +207,16 @@ class WebPage(unittest.TestCase):
             self.assertEqual(numpy.abs(curves[0] - curves[2]).max(), 0)
             for quantity in ("ty", "clinical_internal"):
                 page.set("quantity", quantity, "change")
-                page.browser.settle()
+                page.settle()
                 self.assertGreater(numpy.abs(self.picture(page, "#maps canvas", quantity)).std(), 10)
             self.is_quiet(page)
 
     def test_it_looks_like_a_knee(self):
         with Page(CHROMIUM) as page:
-            self.opened(page, "grid", width=1400, height=1000)
+            self.opened(page, "grid", **SIZE)
             for view in ("oblique", "front", "lateral", "top"):
                 page.browser.value(f"document.querySelector('#views [value={view}]').click()")
-                page.browser.settle()
+                page.settle()
                 pixels = self.picture(page, ".picture", f"view-{view}")
                 red, green, blue = pixels[..., 0], pixels[..., 1], pixels[..., 2]
                 bone = (red > green) & (green > blue) & (red - blue > 15)
@@ -243,7 +242,7 @@ class WebPage(unittest.TestCase):
 
     def test_layers_show_and_hide(self):
         with Page(CHROMIUM) as page:
-            self.opened(page, "grid", width=1400, height=1000)
+            self.opened(page, "grid", **SIZE)
             page.set("set", "degree_4_recontacted", "change")
             page.set("flexion", 10)
             pictures = {}
@@ -251,7 +250,7 @@ class WebPage(unittest.TestCase):
                 for name, wanted in (("ligaments", ligaments), ("gaps", gaps)):
                     if page.browser.value(f"document.getElementById('{name}').checked") != wanted:
                         page.browser.value(f"document.getElementById('{name}').click()")
-                page.browser.settle()
+                page.settle()
                 pictures[ligaments, gaps] = self.picture(page, ".picture", f"layers-{ligaments}-{gaps}".lower())
             differs = lambda a, b: (numpy.abs(pictures[a] - pictures[b]).sum(axis=2) > 60).mean()  # noqa: E731
             self.assertGreater(differs((True, False), (False, False)), LEAST_LAYER)
@@ -265,7 +264,7 @@ class WebPage(unittest.TestCase):
             self.opened(page, "grid")
             page.set("flexion", 25)
             page.browser.value("document.getElementById('gaps').click()")
-            page.browser.settle()
+            page.settle()
             found = page.browser.value("window.vrda.gaps()")
             X, delta = numpy.array(page.shown()["X_reference_moving"]).reshape(-1, 4), file.attrs["delta"]
             mesh = file["/bodies/reference/vertices"][()][file["/bodies/reference/triangles"][()]]
@@ -287,7 +286,7 @@ class WebPage(unittest.TestCase):
             self.assertEqual(page.text("play"), "Pause")
             page.browser.call("Input.dispatchKeyEvent", type="keyDown", key=" ", code="Space", text=" ")
             stopped = page.shown()["flexion"]
-            page.browser.settle()
+            page.settle()
             self.assertEqual(page.shown()["flexion"], stopped)
             self.is_quiet(page)
 
@@ -343,7 +342,7 @@ class WebPage(unittest.TestCase):
                 for is_full in (False, True):
                     if is_full:
                         page.browser.value("document.getElementById('full').click()")
-                        page.browser.settle()
+                        page.settle()
                     boxes = page.browser.value("""Object.fromEntries(["joint", "flexion", "play", "full"].map((id) => {
                         const box = document.getElementById(id).getBoundingClientRect();
                         return [id, [box.left, box.top, box.right, box.bottom]]; }))""")
@@ -374,7 +373,7 @@ class WebPage(unittest.TestCase):
 
     def test_the_page_says_that_webgl_is_missing(self):
         with Page(CHROMIUM) as page:
-            page.browser.call("Page.addScriptToEvaluateOnNewDocument", source="""
+            page.run_first("""
                 const real = HTMLCanvasElement.prototype.getContext;
                 HTMLCanvasElement.prototype.getContext = function (kind, ...rest) { return kind.startsWith("webgl") ? null : real.call(this, kind, ...rest); };""")
             self.opened(page, "grid")
@@ -390,7 +389,7 @@ class WebPage(unittest.TestCase):
     def key(self, page, key):
         page.browser.call("Input.dispatchKeyEvent", type="keyDown", key=key)
         page.browser.call("Input.dispatchKeyEvent", type="keyUp", key=key)
-        page.browser.settle()
+        page.settle()
 
     def test_keys_are_those_of_the_window(self):
         with Page(CHROMIUM) as page:
@@ -414,7 +413,7 @@ class WebPage(unittest.TestCase):
 
     def test_help_moves_nothing_and_escape_closes_it_first(self):
         with Page(CHROMIUM) as page:
-            self.opened(page, "grid", width=1400, height=1000)
+            self.opened(page, "grid", **SIZE)
             tops = "['curve', 'maps', 'plateau'].map((id) => document.getElementById(id).getBoundingClientRect().top + scrollY)"
             before, help_open, full = page.browser.value(tops), "document.getElementById('help').open", "document.getElementById('picture').classList.contains('full')"
             self.whole(page, "help-before")
@@ -445,7 +444,7 @@ class WebPage(unittest.TestCase):
             for delta, n in ((-400, 25), (400, 2)):
                 for _ in range(n):
                     page.browser.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=delta)
-                page.browser.settle()
+                page.settle()
                 self.picture(page, ".picture", f"zoom-{delta}")
                 seen = page.browser.value("window.vrda.seen()")
                 if delta < 0:
@@ -470,13 +469,13 @@ class WebPage(unittest.TestCase):
             self.assertGreater((numpy.abs(lost - before).sum(axis=2) > 30).mean(), 0.05)
             page.browser.value("window.lost.restoreContext()")
             page.browser.wait(f"{message}.hidden")
-            page.browser.settle()
+            page.settle()
             numpy.testing.assert_array_equal(self.picture(page, ".picture", "context-restored"), before)
             self.is_quiet(page)
 
     def test_words_and_labels(self):
         with Page(CHROMIUM) as page:
-            self.opened(page, "grid", width=1400, height=1000)
+            self.opened(page, "grid", **SIZE)
             self.assertRegex(page.text("shown"), "(internal|external) rotation [0-9.]+°, (anterior|posterior) [0-9.]+ mm")
             self.assertNotIn("_", page.text("shown") + page.text("set") + page.text("held"))
             self.assertIn("femur", page.text("held"))
@@ -484,7 +483,7 @@ class WebPage(unittest.TestCase):
             self.assertTrue(page.browser.value("document.getElementById('ligaments').checked"))
             self.assertTrue(page.browser.value("document.getElementById('labels').hidden"))
             page.browser.value("document.getElementById('named').click()")
-            page.browser.settle()
+            page.settle()
             shown = page.browser.value("""[...document.querySelectorAll("#labels span")].filter((e) => e.style.visibility === "visible").map((e) => {
                 const box = e.getBoundingClientRect(); return [e.textContent, box.left, box.top, box.right, box.bottom]; })""")
             self.assertLessEqual({"femur", "tibia", "ACL", "PCL", "MCL", "LCL", "medial", "lateral"}, {text for text, *_ in shown})
@@ -519,7 +518,7 @@ class WebPage(unittest.TestCase):
             facts = page.text("facts")
             self.assertTrue(facts.startswith(self.models["grid"].name), facts)
             page.browser.value("window.goOn()")
-            page.browser.settle()
+            page.settle()
             self.assertEqual(page.text("facts"), facts)
 
     def test_bad_files_leave_the_page_usable(self):

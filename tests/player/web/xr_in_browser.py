@@ -60,7 +60,7 @@ class Reality(unittest.TestCase):
 
     def opened(self, page, model="grid", mode="immersive-ar"):
         # Small, since the room is drawn without a graphics card.
-        width, height = (1200, 900) if KEPT else (480, 360)
+        width, height = (1200, 900) if KEPT else (320, 240)
         page.visit(f"file://{PAGE}", width=width, height=height)
         self.assertEqual(page.give(self.models[model]), "")
         page.start(mode)
@@ -141,7 +141,7 @@ class Reality(unittest.TestCase):
             page.use("leave")
             page.browser.wait("!window.vrda.xr.state().isPresenting")
             # The page goes on where the session ended.
-            page.browser.settle()
+            page.settle()
             self.assertIn("flexion 72.0°", page.text("shown"))
             page.set("flexion", 30)
             self.assertIn("flexion 30.0°", page.text("shown"))
@@ -267,7 +267,7 @@ class Reality(unittest.TestCase):
                 self.keep(page, mode)
                 page.browser.value("window.device.activeSession.end()")
                 page.browser.wait("!window.vrda.xr.state().isPresenting")
-                page.browser.settle()
+                page.settle()
             # A model that is opened ends the session that shows another.
             page.start("immersive-ar")
             self.assertEqual(page.give(self.models["left"]), "")
@@ -297,14 +297,14 @@ class Reality(unittest.TestCase):
         with Page(CHROMIUM) as page:
             page.visit(f"file://{PAGE}")
             self.assertEqual(page.give(self.models["grid"]), "")
-            page.browser.settle()
+            page.settle()
             self.assertEqual(page.text("xr-buttons"), "")
             self.assertTrue(page.browser.value("document.getElementById('xr-note').hidden"))
 
     def test_no_serious_accessibility_fault(self):
         axe = (pathlib.Path(PACKAGES) / "axe-core/axe.min.js").read_text()
         with Headset(CHROMIUM, PACKAGES) as page:
-            page.browser.call("Page.addScriptToEvaluateOnNewDocument", source=axe)
+            page.run_first(axe)
 
             def check(state):
                 found = page.browser.value("axe.run(document).then(({ violations }) => violations.filter((v) => ['serious', 'critical'].includes(v.impact))"
@@ -318,13 +318,13 @@ class Reality(unittest.TestCase):
             page.browser.wait("document.querySelector('#xr-buttons button') !== null")
             page.browser.value("document.getElementById('marks').textContent = 'tibia hidden for 1.0 s'; document.getElementById('help').open = true")
             page.browser.value("for (const id of ['follow-choice', 'placed-choice', 'xr-note']) document.getElementById(id).hidden = false")
-            page.browser.settle()
+            page.settle()
             check("model")
             page.visit(f"file://{PAGE}", width=390, height=844, is_phone=True)
             page.give(self.models["left"])
             check("phone")
             page.browser.value("document.getElementById('full').click()")
-            page.browser.settle()
+            page.settle()
             check("full screen")
 
     def test_usdz_has_the_joint_in_metres(self):
@@ -333,7 +333,7 @@ class Reality(unittest.TestCase):
             self.assertEqual(page.give(self.models["grid"]), "")
             page.set("held", "reference", "change")
             page.set("flexion", 40)
-            page.browser.settle()
+            page.settle()
             vertices = self.vertices(page, patella=True)
             data = bytes(page.browser.value("window.vrda.usdz()"))
             if KEPT:
