@@ -1,6 +1,6 @@
 // Materials, lights and shader; values as in pipeline/model/mesh and player/view.
 // Colours are linear RGB on [0, 1].
-import { AlwaysStencilFunc, BackSide, Color, Data3DTexture, DecrementWrapStencilOp, DoubleSide, EqualDepth, FrontSide, IncrementWrapStencilOp, LessDepth, LessEqualDepth, LinearFilter, MeshBasicMaterial, NotEqualStencilFunc, RedFormat, RepeatWrapping, ShaderMaterial, Vector3, Vector4 } from "three";
+import { AlwaysStencilFunc, BackSide, Color, Data3DTexture, DecrementWrapStencilOp, DoubleSide, EqualDepth, FrontSide, IncrementWrapStencilOp, LessDepth, LessEqualDepth, LinearFilter, MeshBasicMaterial, NoBlending, NotEqualStencilFunc, RedFormat, RepeatWrapping, ShaderMaterial, Vector3, Vector4 } from "three";
 
 const materials = {
   bone: { colour: [0.839, 0.745, 0.591], specular: 0.1, shininess: 24, mottling: 0.13 },
@@ -198,11 +198,26 @@ export function drawTranslucent(meshes, solidDepth, draw) {
   }
 }
 
+/// Draws meshes in the colour of the number numberOf(mesh).
+export function drawNumbers(meshes, numberOf, draw) {
+  for (const mesh of meshes) {
+    const { material } = mesh;
+    mesh.material = numberMaterial;
+    numberMaterial.uniforms.number.value = numberOf(mesh) / 255;
+    numberMaterial.uniformsNeedUpdate = true;
+    draw(mesh);
+    mesh.material = material;
+  }
+}
+
 // Caps of cut solids: back faces minus front faces of what remains is above 0 where the section is inside the solid.
-const counter = (side, stencilZPass) => new ShaderMaterial({
+const flat = {
   vertexShader: "varying vec3 p_world; void main() { vec4 p = modelMatrix * vec4(position, 1.0); p_world = p.xyz; gl_Position = projectionMatrix * viewMatrix * p; }",
-  fragmentShader: "varying vec3 p_world; uniform vec4 section; void main() { if (dot(section.xyz, p_world) > section.w) discard; gl_FragColor = vec4(1.0); }",
-  uniforms: { section }, side, colorWrite: false, depthWrite: false, depthTest: false, stencilWrite: true, stencilFunc: AlwaysStencilFunc, stencilZPass,
+  fragmentShader: "varying vec3 p_world; uniform vec4 section; uniform float number; void main() { if (dot(section.xyz, p_world) > section.w) discard; gl_FragColor = vec4(number); }",
+};
+const numberMaterial = new ShaderMaterial({ ...flat, uniforms: { section, number: uniform(0) }, side: DoubleSide, blending: NoBlending });
+const counter = (side, stencilZPass) => new ShaderMaterial({
+  ...flat, uniforms: { section, number: uniform(1) }, side, colorWrite: false, depthWrite: false, depthTest: false, stencilWrite: true, stencilFunc: AlwaysStencilFunc, stencilZPass,
 });
 const counters = [counter(BackSide, IncrementWrapStencilOp), counter(FrontSide, DecrementWrapStencilOp)];
 export const capMaterial = () => new MeshBasicMaterial({ side: DoubleSide, stencilWrite: true, stencilFunc: NotEqualStencilFunc, stencilRef: 0 });

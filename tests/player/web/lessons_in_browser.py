@@ -313,6 +313,13 @@ class Lessons(unittest.TestCase):
                                            ".map((v) => [v.id, v.nodes.map((n) => n.html + n.failureSummary).join('\\n')]))")
                 self.assertEqual(found, [], how)
             self.assertLessEqual(page.browser.value("document.documentElement.scrollWidth"), 390)
+            # In the full picture the lesson's text and the controls are on top.
+            page.browser.value("document.getElementById('teach').open = false; document.getElementById('full').click()")
+            self.state(page, highlighted=None)
+            for element in ("lesson-text", "lesson-next", "play", "flexion"):
+                self.assertTrue(page.browser.value(f"(() => {{ const e = document.getElementById('{element}'), r = e.getBoundingClientRect(), top = document.elementFromPoint(r.x + r.width / 2, r.y + Math.min(10, r.height / 2)); return e.contains(top); }})()"), element)
+            page.browser.value("document.getElementById('full').click(); document.getElementById('teach').open = true")
+            page.settle()
             small = page.browser.value(f"{VISIBLE}.map((e) => e.type === 'checkbox' ? e.closest('label') : e).filter((e) => {{ const r = e.getBoundingClientRect(); return r.height < {FINGER_PX} || r.width < {FINGER_PX}; }}).map((e) => e.outerHTML)")
             self.assertEqual(small, [])
 

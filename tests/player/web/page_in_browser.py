@@ -163,6 +163,20 @@ class WebPage(unittest.TestCase):
             for ends, values in zip(wanted, (drawn["band"]["high"], drawn["band"]["low"]), strict=True):
                 at = [values[drawn["x"].index(f)] for f in (0, 30, 60, 90)]
                 numpy.testing.assert_allclose(at, ends, rtol=0, atol=1e-9)
+            # Of contacts and bundles: around the motion shown, and as wide as its poses are apart.
+            for name in ("contact", "strain"):
+                page.browser.wait(f"(document.querySelectorAll('figure.of-{name}')[0].scrollIntoView(), window.vrda.band('{name}'))")
+            band = page.browser.value("window.vrda.band('strain')")
+            with h5py.File(self.models["uncertain"]) as file:
+                poses = [page.browser.value(f"window.vrda.pose('quantile_{percent}', 30, 0).X_reference_moving") for percent in (5, 95)]
+                own = file["/ligaments/bundle"].asstr()[()] == page.browser.value("window.vrda.structures().find((one) => one.id.startsWith('ligaments/')).id").removeprefix("ligaments/")
+            strains = [100 * numpy.array(page.browser.value(f"window.vrda.strains({{ R: {X[:3, :3].tolist()}, t: {X[:3, 3].tolist()} }})"))[own].max() for X in (numpy.reshape(one, (4, 4)) for one in poses)]
+            k = band["x"].index(30)
+            self.assertLess(max(band["low"][k] - min(strains), max(strains) - band["high"][k]), 1e-9)
+            self.assertGreater(max(numpy.subtract(band["high"], band["low"])), 0)
+            contact = page.browser.value("window.vrda.band('contact')")
+            self.assertTrue(all(low <= high for low, high in zip(contact["low"], contact["high"], strict=True)))
+            self.assertGreater(max(numpy.subtract(contact["high"], contact["low"])), 0.1)
             without = self.picture(page, "#joint", "band-off")
             page.browser.value("document.getElementById('band').click()")
             page.settle()
@@ -484,13 +498,80 @@ class WebPage(unittest.TestCase):
             self.assertTrue(page.browser.value("document.getElementById('labels').hidden"))
             page.browser.value("document.getElementById('named').click()")
             page.settle()
-            shown = page.browser.value("""[...document.querySelectorAll("#labels span")].filter((e) => e.style.visibility === "visible").map((e) => {
-                const box = e.getBoundingClientRect(); return [e.textContent, box.left, box.top, box.right, box.bottom]; })""")
-            self.assertLessEqual({"femur", "tibia", "ACL", "PCL", "MCL", "LCL", "medial", "lateral"}, {text for text, *_ in shown})
-            for k, (_, left, top, right, bottom) in enumerate(shown):
-                for _, other_left, other_top, other_right, other_bottom in shown[:k]:
-                    self.assertTrue(right <= other_left or left >= other_right or bottom <= other_top or top >= other_bottom)
+            names = {"femur": "bodies/reference/femur", "tibia": "bodies/moving/tibia", "patella": "followers/patella/body/patella"}
+            unseen = {"bodies/reference/femur": {"visible": False}, "bodies/moving/tibia": {"visible": False}}
+            for view, structures, wanted, absent in (("oblique", {}, {"femur", "tibia", "patella", "LCL", "medial", "lateral"}, set()), ("medial", {}, {"femur", "tibia", "MCL"}, {"ACL", "PCL", "medial", "lateral"}),
+                                                     ("medial", unseen, {"ACL", "PCL", "MCL"}, {"femur", "tibia"})):
+                state = {**page.browser.value("window.vrda.state()"), "view": view, "structures": structures}
+                page.browser.value(f"window.vrda.useState({json.dumps(state)})")
+                page.settle()
+                # Box of each label, and where its line ends: on what it names, which is not behind bone.
+                shown = page.browser.value("""[...document.querySelectorAll("#labels span")].flatMap((e, k) => {
+                    const box = e.getBoundingClientRect(), end = document.querySelector(`#labels [data-of="${k}"] circle`), at = end && [end.cx.baseVal.value, end.cy.baseVal.value];
+                    return e.style.visibility === "visible" ? [[e.textContent, box.left, box.top, box.right, box.bottom, at, at && window.vrda.pick(...at)]] : []; })""")
+                texts = {text for text, *_ in shown}
+                self.assertLessEqual(wanted, texts)
+                self.assertFalse(absent & texts, view)
+                for k, (text, left, top, right, bottom, _, on) in enumerate(shown):
+                    self.assertTrue(text in ("medial", "lateral") or (on or "").startswith(names.get(text, f"ligaments/{text}")), (view, text, on))
+                    for _, other_left, other_top, other_right, other_bottom, *_ in shown[:k]:
+                        self.assertTrue(right <= other_left or left >= other_right or bottom <= other_top or top >= other_bottom)
+                if view == "oblique":
+                    places = {text: left for text, left, *_ in shown}
+                    self.assertLess(abs(places["LCL"] - places["lateral"]), abs(places["LCL"] - places["medial"]))
             self.whole(page, "page-labels")
+            self.is_quiet(page)
+
+    def test_two_motions_are_compared(self):
+        with Page(CHROMIUM) as page:
+            self.opened(page, "free")
+            other = page.browser.value("window.vrda.curve()")
+            self.opened(page, "uncertain")
+            own, motion = page.browser.value("window.vrda.curve()"), page.shown()["set"]
+
+            def differences(name):
+                page.browser.wait(f"window.vrda.differences('{name}') !== null")
+                return page.browser.value(f"window.vrda.differences('{name}')")
+
+            def halves(name):
+                picture = self.picture(page, "#joint", name)[60:-70]  # without the texts and the slider
+                half = picture.shape[1] // 2
+                return picture[:, :half], picture[:, half : 2 * half]
+
+            # The same motion: nothing differs, and both sides show the same.
+            page.set("compare", motion, "change")
+            page.settle()
+            for name in ("rotation", "translation", "bundles"):
+                for line in differences(name):
+                    self.assertEqual({abs(y) for y in line["y"] if y is not None}, {0}, name)
+            first, second = halves("compare-same")
+            self.assertGreater(first.std(), LEAST_SHADING)
+            self.assertLess((numpy.abs(first - second).sum(axis=2) > 60).mean(), 0.01)
+            # Without a ligament on the right.
+            page.set("compare-without", "ligaments/LCL", "change")
+            page.settle()
+            left, right = halves("compare-without")
+            numpy.testing.assert_array_equal(left, first)
+            self.assertGreater((numpy.abs(right - second).sum(axis=2) > 60).mean(), LEAST_LAYER)
+            self.assertIn("without LCL", page.text("shown-other"))
+            # Another model, over the first.
+            page.set("compare-as", "over", "change")
+            page.browser.give("#other", self.models["free"])
+            page.browser.wait("document.getElementById('shown-other').textContent.includes('free.h5')")
+            page.set("flexion", 60)
+            page.settle()
+            self.assertIn("translucent: free.h5: flexion 60.0°", page.text("shown-other"))
+            over = self.picture(page, "#joint", "compare-over")
+            line = differences("rotation")[0]
+            for f in (0, 30, 60, 90):
+                k, k_own, k_other = line["x"].index(f), own["x"].index(f), other["x"].index(f)
+                self.assertAlmostEqual(line["y"][k], other["curves"][0][k_other] - own["curves"][0][k_own], delta=RAD)
+                self.assertAlmostEqual(line["band"]["low"][k], -abs(own["band"]["low"][k_own] - own["curves"][0][k_own]), delta=RAD)
+                self.assertAlmostEqual(line["band"]["high"][k], abs(own["band"]["high"][k_own] - own["curves"][0][k_own]), delta=RAD)
+            page.set("compare", "", "change")
+            page.settle()
+            self.assertGreater((numpy.abs(self.picture(page, "#joint", "compare-nothing") - over).sum(axis=2) > 20).mean(), LEAST_LAYER)
+            self.assertTrue(page.browser.value("document.getElementById('differences').hidden"))
             self.is_quiet(page)
 
     def test_as_wide_as_a_phone(self):
@@ -523,15 +604,15 @@ class WebPage(unittest.TestCase):
 
     def test_bad_files_leave_the_page_usable(self):
         with Page(CHROMIUM) as page:
-            page.visit(f"file://{PAGE}")
+            self.opened(page, "grid")
             for path, wanted in bad_files(self.models["grid"], self.root):
                 with self.subTest(path.name):
                     message = page.give(path)
                     if wanted:
                         self.assertIn(wanted, message)
                         self.assertTrue(message.startswith(path.name), message)
-                    self.assertEqual(page.give(self.models["grid"]), "")
                     self.assertTrue(page.browser.value("window.vrda.pose('raw', 30, 0).isSolved"))
+            self.assertEqual(page.give(self.models["grid"]), "")
             # The console may contain only the messages of HDF5.
             self.assertEqual([word for word in page.browser.said if not HDF5_MESSAGES.match(word)], [])
 

@@ -119,8 +119,11 @@ RESET = """(() => { const byId = (id) => document.getElementById(id), quantity =
     for (const id of ["help", "teach"]) byId(id).open = false;
     byId("message").hidden = true;
     byId("speed").selectedIndex = 1;
-    quantity.selectedIndex = 0;
-    quantity.dispatchEvent(new Event("change"));
+    for (const select of [quantity, byId("compare")]) {
+      if (select.selectedIndex === 0) continue;
+      select.selectedIndex = 0;
+      select.dispatchEvent(new Event("change"));
+    }
     document.activeElement.blur();
     scrollTo(0, 0);
     window.vrda.useState(window.atFirst); })()"""
@@ -130,7 +133,7 @@ SAMPLE = "sample"
 class Page:
     """The page in a tab. Use it in a `with`. The pages of a process share one browser, until one fails."""
 
-    shared, shown = None, None
+    shared, current = None, None
 
     def __init__(self, chromium, deadline_s=120):
         if not Page.shared:
@@ -147,7 +150,7 @@ class Page:
         if failure:
             return Page.end()
         if len(self.scripts) > 1:
-            Page.shown = None
+            Page.current = None
         for script in self.scripts:
             self.browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
         self.browser.call("Network.emulateNetworkConditions", offline=False, latency=0, downloadThroughput=-1, uploadThroughput=-1)
@@ -156,20 +159,20 @@ class Page:
     def end():
         if Page.shared:
             Page.shared.__exit__()
-        Page.shared = Page.shown = None
+        Page.shared = Page.current = None
 
     def run_first(self, script):
         """Runs a script before those of each document that is visited."""
         self.scripts.append(self.browser.call("Page.addScriptToEvaluateOnNewDocument", source=script)["identifier"])
 
     def visit(self, address, ready=READY, **how):
-        Page.shown = None
+        Page.current = None
         self.browser.visit(address, ready, **{"width": 1000, "height": 600, **how})
 
     def open(self, address, model=None, **how):
         """The page with a model, at first or as at first. Returns its message, or an empty text."""
         wanted = (address, model, how)
-        if Page.shown == wanted and len(self.scripts) == 1:
+        if Page.current == wanted and len(self.scripts) == 1:
             self.browser.value(RESET)
             self.settle()
             return ""
@@ -183,7 +186,7 @@ class Page:
             self.browser.wait(f"!document.getElementById('player').hidden && {READY}")
             self.settle()
             self.browser.value("window.atFirst = window.vrda.state()")
-            Page.shown = wanted
+            Page.current = wanted
         return said
 
     def settle(self):

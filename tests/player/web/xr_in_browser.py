@@ -138,6 +138,7 @@ class Reality(unittest.TestCase):
             bent = self.keep(page, "ar-bent")
             self.assertGreater((numpy.abs(bent - straight).sum(axis=2) > 60).mean(), 0.002)
             self.assertEqual(page.browser.value("document.documentElement.dataset.space"), "on")
+            self.structures_in_space(page)
             page.use("leave")
             page.browser.wait("!window.vrda.xr.state().isPresenting")
             # The page goes on where the session ended.
@@ -147,6 +148,47 @@ class Reality(unittest.TestCase):
             self.assertIn("flexion 30.0°", page.text("shown"))
             self.keep(page, "after-leaving")
             self.is_quiet(page)
+
+    def structures_in_space(self, page):
+        """The list, opacity, labels and card in the panel, and a structure that is pointed at."""
+        look = lambda: next(one for one in page.browser.value("window.vrda.structures()") if one["id"] == page.browser.value("window.vrda.state().highlighted"))  # noqa: E731
+        page.use("structures")
+        first = look()
+        self.assertEqual(json.loads(page.state()["drawnPanel"])[0], first["name"])
+        page.use("previous")  # from the first one around the list, past the layers of contact
+        for _ in range(3):
+            page.use("previous")
+        bundle = look()
+        self.assertIn("ligaments/", bundle["id"])
+        title, does, reading = json.loads(page.state()["drawnPanel"])[:3]
+        self.assertEqual(title, bundle["name"])
+        self.assertTrue(does)
+        self.assertRegex(reading, "^(Strain|Slack|Pulls with) .* (72°|every angle)")
+        before = self.keep(page, "ar-structures")
+        page.use("labels")
+        self.assertTrue(page.browser.value("document.getElementById('named').checked"))
+        self.assertGreater((numpy.abs(self.keep(page, "ar-labels") - before).sum(axis=2) > 60).mean(), 0.001)
+        page.use("labels")
+        # At the joint: the first structure along the ray.
+        drawn = self.drawn(page)
+        page.aim(drawn[:3, 3] / 1000)
+        page.press()
+        pointed = look()
+        self.assertIn("/", pointed["id"])
+        self.assertNotIn("layers/", pointed["id"])
+        self.assertNotEqual(pointed["id"], bundle["id"])
+        self.assertEqual(page.shown()["flexion"], 72)
+        page.aim_at_panel(0.3)
+        page.press()
+        self.assertAlmostEqual(look()["opacity"], 0.3, delta=0.01)
+        page.use("isolate")
+        self.assertEqual([one["id"] for one in page.browser.value("window.vrda.structures()") if one["visible"]], [pointed["id"]])
+        page.use("shown")
+        self.assertFalse(look()["visible"])
+        page.use("isolate")  # all again
+        self.assertTrue(look()["visible"])
+        page.use("back")
+        self.assertNotIn("highlighted", page.browser.value("window.vrda.state()"))
 
     def test_landmarks_place_as_the_closed_form(self):
         generator = numpy.random.default_rng(SEED)
