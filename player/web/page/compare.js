@@ -113,7 +113,7 @@ export class Comparison {
           const strain = (joint, pose) => { const found = joint.bundleReading(id, pose); return found && found.strain !== -1 ? 100 * found.strain : null; };
           const y = poses.map(([a, b]) => { const [p, q] = [strain(this.host.joint(), a), strain(this.joint, b)]; return p === null || q === null ? null : q - p; });
           return line(this.host.nameOf(id), y, k, this.host.bundleBand(id, x));
-        }),
+        }).filter(({ y }) => y.some((value) => value !== null)),
       }));
     }
   }
