@@ -56,6 +56,10 @@ class Headset(Page):
         self.browser.wait("window.vrda.xr.state().isPresenting || !document.getElementById('message').hidden")
         self.frames()
 
+    def hide_joint(self):
+        """Frames in which nothing but the panel is drawn take a tenth of the time."""
+        self.browser.value("for (const box of document.querySelectorAll('#structure-list input[type=checkbox]:checked')) box.click()")
+
     def state(self):
         return self.browser.value("window.vrda.xr.state()")
 

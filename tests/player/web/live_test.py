@@ -328,6 +328,8 @@ class Live(unittest.TestCase):
             # Absent tracker: marked, and the page is usable.
             page.browser.wait("['tracker', 'not seen yet'].every((said) => document.getElementById('marks').textContent.includes(said))")
             self.assertFalse(page.browser.value("document.getElementById('follow-choice').hidden"))
+            if not KEPT:
+                page.hide_joint()
             self.keep(page, "live-absent")
             with self.simulated(bench):
                 page.browser.wait("document.getElementById('marks').textContent === ''")
@@ -397,6 +399,7 @@ class Live(unittest.TestCase):
         with self.simulated(bench), Served(self.model, "--bench", bench) as served, Headset(CHROMIUM, PACKAGES) as page:
             page.visit(served.address, width=320, height=240)
             page.browser.wait("document.getElementById('marks').textContent === '' && window.vrda.live()?.pose")
+            page.hide_joint()
             page.start("immersive-ar")
             page.aim((0.3, 0.75, -0.9))
             page.press()
