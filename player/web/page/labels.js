@@ -124,6 +124,13 @@ export class Labels {
     });
   }
 
+  /// Places the spans of a still picture, where they are whatever was before.
+  settle(...how) {
+    this.before?.fill(null);
+    if (this.hasHistory) this.place(...how);
+    this.before?.fill(null);
+  }
+
   /// Places the spans. `seen(numberOf, step)`: { ids, columns, rows } of the picture, as in anchorsOf, of the labels numberOf(structure).
   place(camera, seen) {
     if (this.parent.hidden || !this.joint) return;
@@ -135,6 +142,7 @@ export class Labels {
     const isCovered = (x, y) => (ids[columns * (rows - 1 - Math.floor(y / step)) + Math.floor(x / step)] ?? nothing) !== nothing;
     const boxes = layOut(measured, { left: edgePx, top: shownPx, right: clientWidth - edgePx, bottom: clientHeight - transportPx }, isCovered);
     for (const span of this.spans) span.style.visibility = "hidden";
+    this.hasHistory = this.before.some((offset) => offset !== null);
     this.before.fill(null);
     this.svg.innerHTML = boxes.map((box, n) => {
       const { k, x, y, isSide } = shown[n];
@@ -144,7 +152,7 @@ export class Labels {
       this.before[k] = box.offset;
       if (isSide) return "";
       const [toX, toY] = [[x + box.offset[0], box.left, box.right], [y + box.offset[1], box.top, box.bottom]].map(([at, low, high]) => Math.min(Math.max(at, low), high));
-      return `<g data-of="${k}"><path d="M${x} ${y}L${toX} ${toY}"/><circle cx="${x}" cy="${y}" r="3"/></g>`;
+      return `<g data-of="${k}"><path class="halo" d="M${x} ${y}L${toX} ${toY}"/><path d="M${x} ${y}L${toX} ${toY}"/><circle cx="${x}" cy="${y}" r="3"/></g>`;
     }).join("");
   }
 }

@@ -650,6 +650,7 @@ viewer.onDrawn = (camera) => {
   const own = comparison.isSide ? undefined : byId("teach").open ? editor.arrow : lesson.step?.arrow;
   arrow.place(own, own && Object.entries(joint.bodies).find(([name]) => bodyPath(name) === own.body)?.[1], camera);
 };
+viewer.onStill = (camera) => { if (viewer.renderer) labels.settle(camera, (...which) => viewer.seenIds(...which)); };
 viewer.onTouch = touch;
 viewer.onTurned = () => {
   isFree = true;

@@ -51,6 +51,7 @@ export class Viewer {
     // As in the window: left turns, right moves in the image plane, middle and wheel move in depth.
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
     this.onDrawn = () => {};
+    this.onStill = () => {};
     this.framesLeft = 0;  // in which a change belongs to a motion
     this.section = null;  // { normal, at }, as in setSection
     this.onLost = () => {};  // (isLost)
@@ -360,7 +361,8 @@ export class Viewer {
     requestAnimationFrame(() => {
       if (this.isScheduled || --this.framesLeft > 0) return this.#countDown();
       this.framesLeft = 0;
-      if (this.sharpness === 1 || this.isLent) return;
+      if (this.isLent) return;
+      if (this.sharpness === 1) return this.onStill(this.camera);
       this.#sharpen(1);
       this.redraw();
     });
