@@ -324,7 +324,7 @@ class Live(unittest.TestCase):
     def test_a_browser_follows_the_bench_and_marks_what_is_wrong(self):
         bench = self.bench(BENDING)
         with Served(self.model, "--bench", bench) as served, Headset(CHROMIUM, PACKAGES) as page:
-            page.visit(served.address)
+            page.visit(served.address, READY)
             # Absent tracker: marked, and the page is usable.
             page.browser.wait("['tracker', 'not seen yet'].every((said) => document.getElementById('marks').textContent.includes(said))")
             self.assertFalse(page.browser.value("document.getElementById('follow-choice').hidden"))
@@ -369,7 +369,7 @@ class Live(unittest.TestCase):
                 };
                 window.opened = () => window.sockets.at(-1).dispatchEvent(new Event("open"));
                 window.said = (data) => window.sockets.at(-1).dispatchEvent(new MessageEvent("message", { data }));""")
-            page.visit(served.address)
+            page.visit(served.address, READY)
             self.assertEqual(page.browser.value("String(window.sockets[0].address)"), served.address.replace("http", "ws") + "live")
             say = lambda data: page.browser.value(f"window.said({json.dumps(data)})")  # noqa: E731
             page.browser.value("window.opened()")
@@ -397,7 +397,7 @@ class Live(unittest.TestCase):
     def test_in_ar_the_joint_follows_the_leg(self):
         bench = self.bench(BENDING)
         with self.simulated(bench), Served(self.model, "--bench", bench) as served, Headset(CHROMIUM, PACKAGES) as page:
-            page.visit(served.address, width=320, height=240)
+            page.visit(served.address, READY, width=320, height=240)
             page.browser.wait("document.getElementById('marks').textContent === '' && window.vrda.live()?.pose")
             page.hide_joint()
             page.start("immersive-ar")

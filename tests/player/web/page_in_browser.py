@@ -302,6 +302,16 @@ class WebPage(unittest.TestCase):
             stopped = page.shown()["flexion"]
             page.settle()
             self.assertEqual(page.shown()["flexion"], stopped)
+            # While frames are slow, here by their times, a motion has fewer pixels; the still picture has all.
+            width = "document.getElementById('joint').width"
+            sharp = page.browser.value(width)
+            page.browser.value("window.requestAnimationFrame = ((real) => (act) => real((now) => act(10 * now)))(window.requestAnimationFrame)")
+            page.browser.value("document.getElementById('play').click()")
+            page.browser.wait(f"{width} < {sharp}")
+            page.browser.value("document.getElementById('play').click()")
+            page.settle()
+            self.assertEqual(page.browser.value(width), sharp)
+            Page.current = None  # its frames have other times
             self.is_quiet(page)
 
     def test_says_that_it_clamps(self):

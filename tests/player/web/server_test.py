@@ -318,7 +318,7 @@ class Server(unittest.TestCase):
             file, mode = kept.read_text().splitlines()
             self.assertEqual(mode, "600")
             self.assertNotIn(served.below[1:], file)
-            page.visit(f"file://{file}")
+            page.visit(f"file://{file}", READY)
             self.assertEqual(page.browser.value("location.href"), f"{served.address}?model=model.h5")
         self.assertEqual(list(folder.iterdir()), [])
 
@@ -335,7 +335,7 @@ class Server(unittest.TestCase):
 
     def test_in_a_browser(self):
         with Served(self.model) as served, Page(CHROMIUM) as page:
-            page.visit(served.address)
+            page.visit(served.address, READY)
             page.set("flexion", 45)
             self.assertTrue(page.shown()["isSolved"])
             self.assertIn("my knee é.h5", page.text("facts"))
