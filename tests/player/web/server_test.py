@@ -117,7 +117,7 @@ class Server(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory(prefix="vrda-web-server-")
         cls.root = pathlib.Path(cls.folder.name)
-        made = make_models(VRDA, JOB, cls.root)
+        made = make_models(VRDA, JOB, cls.root, ("grid", "left"))
         cls.model = made["grid"].rename(cls.root / "my knee é.h5")
         cls.left = made["left"]
 
