@@ -38,6 +38,12 @@ class Browser:
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{domain}.enable")
 
+    def begin(self, deadline_s):
+        """For another use: nothing is recorded, and there is time."""
+        self._deadline = time.monotonic() + deadline_s
+        self.said.clear()
+        self.requests.clear()
+
     def __enter__(self):
         return self
 

@@ -6,6 +6,7 @@ Checks that no plot is blank, that the console has no errors and that there are 
 model and of several, in light and dark colours and at phone width. PICTURES: folder to keep the plots in.
 """
 import base64
+import contextlib
 import io
 import pathlib
 import subprocess
@@ -33,6 +34,7 @@ load_steps = 2
 name = "ACL"
 bundles = ["ACLam", "ACLpl"]
 """
+BROWSER_S = 150  # deadline of a case
 # Axes, ticks and one thin line cover more than this share of a plot; a blank plot has one colour.
 LEAST_INK = 0.004
 # Perceptible difference of two 8-bit colours on a screen.
@@ -75,10 +77,18 @@ class Page(unittest.TestCase):
         run("laxity", loads, "-o", root / "laxity", "--set", f'title="{NASTY}"', "--against", published, "--progress", "none")
         run("rom", JOB, "-o", root / "rom", "--flexion", "0:60:30", "--varus", "-4:4:4", "--internal", "-10:10:10", "--set", f'title="{NASTY}"', "--progress", "none")
         cls.root = root
+        cls.shared = Browser(CHROMIUM)
 
     @classmethod
     def tearDownClass(cls):
+        cls.shared.__exit__()
         cls.folder.cleanup()
+
+    @contextlib.contextmanager
+    def browser(self):
+        """The one of all cases, with nothing recorded."""
+        self.shared.begin(BROWSER_S)
+        yield self.shared
 
     def opened(self, browser, name, **how):
         """Opens a page and checks the requirements on every page."""
@@ -103,7 +113,7 @@ class Page(unittest.TestCase):
         return titles
 
     def test_one_model(self):
-        with Browser(CHROMIUM) as browser:
+        with self.browser() as browser:
             self.opened(browser, "one")
             titles = self.plots(browser, "one")
             for wanted in ("Raw", "Smoothed", "Smoothed minus raw", "Penetration and gap by degree", "Screw-home: internal rotation", "anterior", "On the tibmen",
@@ -129,7 +139,7 @@ class Page(unittest.TestCase):
             self.assertGreater(browser.value("document.querySelectorAll('table caption').length"), 5)
 
     def test_choices_redraw(self):
-        with Browser(CHROMIUM) as browser:
+        with self.browser() as browser:
             self.opened(browser, "one")
             place = "document.querySelector('#surfaces .drawing')"
             seen = [browser.element(place)]
@@ -149,7 +159,7 @@ class Page(unittest.TestCase):
             self.assertEqual(browser.said, [])
 
     def test_free_varus_in_the_dark(self):
-        with Browser(CHROMIUM) as browser:
+        with self.browser() as browser:
             self.opened(browser, "free", is_dark=True)
             titles = self.plots(browser, "free")
             self.assertIn("solved varus, adduction +", titles)
@@ -157,12 +167,12 @@ class Page(unittest.TestCase):
             self.assertLess(max(paper), 64)
 
     def test_one_attitude(self):
-        with Browser(CHROMIUM) as browser:
+        with self.browser() as browser:
             self.opened(browser, "alone")
             self.plots(browser, "alone")
 
     def test_several_models_as_wide_as_a_phone(self):
-        with Browser(CHROMIUM) as browser:
+        with self.browser() as browser:
             self.opened(browser, "several", width=390, height=800, is_phone=True)
             # The curve lacks two of the mesh origin's three translations, so they are compared at that origin too.
             compared = ["internal rotation", "varus", "anterior", "proximal", "lateral"]
@@ -171,7 +181,7 @@ class Page(unittest.TestCase):
 
     def test_laxity_and_range_of_motion(self):
         for name, least, titles in (("laxity", 6, {"Laxity over flexion", "Displacement over load"}), ("rom", 3, None)):
-            with Browser(CHROMIUM) as browser:
+            with self.browser() as browser:
                 self.opened(browser, name, is_dark=True)
                 plots = self.plots(browser, name)
                 self.assertGreaterEqual(len(plots), least)
@@ -181,7 +191,7 @@ class Page(unittest.TestCase):
                 self.assertIn(NASTY, browser.value("document.querySelector('h1').textContent"))
 
     def test_prints(self):
-        with Browser(CHROMIUM) as browser:
+        with self.browser() as browser:
             self.opened(browser, "one", is_dark=True)
             printed = base64.b64decode(browser.call("Page.printToPDF", printBackground=True)["data"])
             self.assertTrue(printed.startswith(b"%PDF"))

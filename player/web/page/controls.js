@@ -45,30 +45,32 @@ function tooLarge(name, size) {
 }
 
 /// Calls `load(bytes, name, isLatest)` for a readable file, otherwise `showError(message)`. Of several requested files only
-/// the last counts, regardless of their reading times. `showProgress(text, share)` while one arrives; no share: unknown.
-export function watchFiles({ input, overlay, load, showError, showProgress }) {
+/// the last counts, regardless of their reading times. A file of the input `other` is for `loadOther`, which is as `load`. `showProgress(text, share)` while one arrives; no share: unknown.
+export function watchFiles({ input, other, overlay, load, loadOther, showError, showProgress }) {
   let latest = 0;
   const request = () => {
     const own = ++latest;
     return () => own === latest;
   };
-  const open = async (file) => {
+  const open = async (file, use = load) => {
     if (!file) return;
     if (file.size > largestFileMb * bytesOfMb) return showError(tooLarge(file.name, file.size));
     const isLatest = request();
     try {
       const bytes = new Uint8Array(await file.arrayBuffer());
-      if (isLatest()) await load(bytes, file.name, isLatest);
+      if (isLatest()) await use(bytes, file.name, isLatest);
     } catch (error) {
       if (!isLatest()) return;
       showError(`${file.name}: cannot be read (${error.message})`);
       document.documentElement.dataset.state = "ready";
     }
   };
-  input.addEventListener("change", async () => {
-    await open(input.files[0]);
-    input.value = "";  // allows opening the same file again
-  });
+  for (const [element, use] of [[input, load], [other, loadOther]]) {
+    element.addEventListener("change", async () => {
+      await open(element.files[0], use);
+      element.value = "";  // allows opening the same file again
+    });
+  }
   addEventListener("dragover", (event) => {
     event.preventDefault();
     overlay.hidden = false;

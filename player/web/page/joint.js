@@ -3,12 +3,15 @@
 import { BufferAttribute, BufferGeometry, CatmullRomCurve3, Group, Matrix4, Mesh, MeshBasicMaterial, SphereGeometry, TubeGeometry, Vector3 } from "three";
 import { composed, drawMesh, inverse, rows, still as atRest, sum, transposed, turned } from "./geometry.js";
 import { LazyDistance } from "./laid_path.js";
-import { GapLayer, labelsOf, LigamentLayer } from "./layers.js";
+import { labelsOf } from "./labels.js";
+import { GapLayer, LigamentLayer } from "./layers.js";
 import { ghostMaterial, materialOf, setLook, translucentLayer } from "./material.js";
 import { Motion } from "./motion.js";
 import { compartmentColours, pathAlong, unbroken } from "./plots.js";
 import { bodyPath, pathsStructure, structureOf } from "./structures.js";
 
+// About a contact, where it may be at the poses of samples; and how much farther than the closest point still counts.
+const aboutMm = 12, closestMm = 0.2;
 const tubeRadiusMm = 0.7, dotRadiusMm = 1.6;
 /// The ends of the band of an uncertain job, as in the window.
 const bandEnds = { quantile_5: "#4682dc", quantile_95: "#eb8732", bones_alone: "#969696" }, ghostOpacity = 0.5, ghostDepthOffsetMm = 10;
@@ -117,8 +120,23 @@ export class Joint {
     if (this.ligamentGroup.visible && pose.isSolved) this.#showLigaments(pose);
     this.gapGroup.visible = hasGaps;
     if (!hasGaps) return;
+    this.#gapLayer().update(pose.referenceMoving, motion.delta(pose.attitude.flexion));
+  }
+
+  #gapLayer() {
     if (!this.gaps) this.gapGroup.add((this.gaps = new GapLayer(this.model, this.scale)).group);
-    this.gaps.update(pose.referenceMoving, motion.delta(pose.attitude.flexion));
+    return this.gaps;
+  }
+
+  /// Where a contact that is at `near` in the motion shown is at another pose, in the moving body's frame: the mean of the points about it that are closest along
+  /// the push; null without a pose.
+  contactAbout(near, pose, motion) {
+    if (!pose.isSolved) return null;
+    const layer = this.#gapLayer(), delta = motion.delta(pose.attitude.flexion), away = (p) => Math.hypot(...p.map((x, k) => x - near[k]));
+    const points = layer.sheets.flatMap((sheet) => sheet.points).filter((p) => away(p) <= aboutMm * this.scale);
+    const gaps = points.map((p) => layer.gap(p, pose.referenceMoving, delta)), least = Math.min(...gaps);
+    const closest = points.filter((_, k) => gaps[k] <= least + closestMm);
+    return Number.isFinite(least) ? [0, 1, 2].map((axis) => closest.reduce((total, p) => total + p[axis], 0) / closest.length) : null;
   }
 
   /// The pose of a layer's first bodies in the reference and that of its second ones relative to them, or null.
@@ -192,13 +210,13 @@ export class Joint {
   /// The opaque meshes of each part of a body.
   solids() { return this.#byStructure(false).filter(([{ userData }]) => userData.hasContact !== undefined); }
 
-  /// The translucent meshes of each structure, the farthest from `eye` first.
+  /// [distance, meshes]: the translucent meshes of each structure and their distance from `eye`.
   translucent(eye) {
     const distance = (meshes) => Math.min(...meshes.map((mesh) => {
       if (!mesh.geometry.boundingSphere) mesh.geometry.computeBoundingSphere();
       return mesh.geometry.boundingSphere.center.clone().applyMatrix4(mesh.matrixWorld).distanceTo(eye);
     }));
-    return this.#byStructure(true).map((meshes) => [distance(meshes), meshes]).sort(([a], [b]) => b - a).map(([, meshes]) => meshes);
+    return this.#byStructure(true).map((meshes) => [distance(meshes), meshes]);
   }
 
   /// `held`: what is fixed on screen. A fixed body, "reference" or "moving", has the same place at every pose, bit for bit; "push" is

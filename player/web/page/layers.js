@@ -1,9 +1,9 @@
-// Layers of the joint: names, gaps and ligaments, with their palettes.
-import { Box3, BufferAttribute, BufferGeometry, Color, Group, Mesh, SRGBColorSpace, Vector3 } from "three";
+// Layers of the joint: gaps and ligaments, with their palettes.
+import { Box3, BufferAttribute, BufferGeometry, Color, Group, Mesh, SRGBColorSpace } from "three";
 import { cross, difference, dot, drawMesh, normalised, product, RayTree, scaled, sum, transposed, turned } from "./geometry.js";
 import { evenly, laidOver } from "./laid_path.js";
 import { colouredMaterialOf, colourOf, markerMaterial } from "./material.js";
-import { bodyPath, gapStructure } from "./structures.js";
+import { gapStructure } from "./structures.js";
 
 // Palettes of the joint's layers, as player/view/scene. Stops in sRGB, evenly spaced.
 
@@ -38,12 +38,6 @@ function srgbFromLinear(linear) {
 
 export const gradientOf = (palette) => `linear-gradient(to right, ${palette.map((rgb) => `rgb(${rgb})`).join(", ")})`;
 
-// Names of bones, ligaments and sides over the picture; points as in joint_labels of pipeline/store/motion.
-
-const femurHeightMm = 38, tibiaDepthMm = 62, sideDistanceMm = 7;  // on a knee
-
-const ligamentOf = (bundle) => ["ACL", "PCL", "MCL", "LCL"].find((known) => bundle.startsWith(known)) ?? bundle;
-
 /// The bodies' names for the user; a knee's bones do not depend on the names in the file.
 export const bodyNames = (model) => (model.joint === "knee" ? { reference: "femur", moving: "tibia" } : { reference: model.bodies.reference.name, moving: model.bodies.moving.name });
 
@@ -51,69 +45,6 @@ export const bodyNames = (model) => (model.joint === "knee" ? { reference: "femu
 export function boxOf(body) {
   const { min, max } = new Box3().setFromArray(body.parts[0].vertices);
   return { low: min.toArray(), high: max.toArray() };
-}
-
-/// [{ text, points: [{ body, point }], isOf }]: a label is at the mean of its points; mm from the rotation centre. It is drawn while one
-/// of the structures is visible for which isOf(id) holds.
-export function labelsOf(model, scale) {
-  const names = bodyNames(model), centre = model.rotationCentre, relative = (p) => p.map((x, k) => x - centre[k]);
-  const isPartOf = (body) => (id) => id.startsWith(`${bodyPath(body)}/`);
-  const heights = { reference: scale * femurHeightMm, moving: -scale * tibiaDepthMm };
-  const labels = ["reference", "moving"].map((body) => {
-    const { low, high } = boxOf(model.bodies[body]);
-    return { text: names[body], isOf: isPartOf(body), points: [{ body, point: model.joint === "knee" ? [0, heights[body], 0] : relative(low.map((x, k) => (x + high[k]) / 2)) }] };
-  });
-  for (const { name, body, centre: own } of model.followers ?? []) labels.push({ text: body.name ?? name, isOf: isPartOf(name), points: [{ body: name, point: relative(own) }] });
-  const ligaments = new Map();
-  for (const { bundle, reference, moving } of model.ligaments?.fibres ?? []) {
-    const text = ligamentOf(bundle);
-    if (!text) continue;
-    if (!ligaments.has(text)) ligaments.set(text, []);
-    ligaments.get(text).push({ body: "reference", point: relative(reference) }, { body: "moving", point: relative(moving) });
-  }
-  for (const [text, points] of ligaments) labels.push({ text, points, isOf: (id) => id.startsWith("ligaments/") && ligamentOf(id.slice(10)) === text });
-  if (!model.contactPaths) return labels;
-  const { low, high } = boxOf(model.bodies.moving);
-  const lateral = model.side === "right" ? 1 : -1, half = (high[2] - low[2]) / 2 + scale * sideDistanceMm;
-  for (const [text, side] of [["medial", -lateral], ["lateral", lateral]]) {
-    labels.push({ text, isOf: isPartOf("moving"), points: [{ body: "moving", point: relative([(low[0] + high[0]) / 2, high[1], (low[2] + high[2]) / 2 + side * half]) }] });
-  }
-  return labels;
-}
-
-/// The spans of a joint's labels, children of `parent`.
-export class Labels {
-  constructor(parent) {
-    this.parent = parent;
-  }
-
-  show(joint) {
-    this.joint = joint;
-    this.spans = joint.labels.map(({ text }) => Object.assign(document.createElement("span"), { textContent: text }));
-    this.parent.replaceChildren(...this.spans);
-  }
-
-  /// Places the spans; those that overlap move down. `visible`: ids of the visible structures.
-  place(camera, visible) {
-    if (this.parent.hidden || !this.joint) return;
-    const { clientWidth, clientHeight } = this.parent, taken = [];
-    this.joint.labels.forEach(({ points, isOf }, k) => {
-      const place = new Vector3();
-      for (const { body, point } of points) place.add(new Vector3(...point).applyMatrix4(this.joint.bodies[body].matrixWorld));
-      place.divideScalar(points.length).project(camera);
-      const isPosed = points.every(({ body }) => this.joint.bodies[body].visible) && visible.some(isOf);
-      const span = this.spans[k], isShown = isPosed && Math.abs(place.x) <= 1 && Math.abs(place.y) <= 1 && place.z < 1;
-      span.style.visibility = isShown ? "visible" : "hidden";
-      if (!isShown) return;
-      const { offsetWidth: width, offsetHeight: height } = span, left = (clientWidth * (1 + place.x) - width) / 2;
-      let top = (clientHeight * (1 - place.y) - height) / 2;
-      for (let tries = 0; tries < taken.length; ++tries) {
-        for (const other of taken) if (left < other.right && left + width > other.left && top < other.bottom && top + height > other.top) top = other.bottom + 1;
-      }
-      taken.push({ left, right: left + width, top, bottom: top + height });
-      span.style.transform = `translate(${Math.round(left)}px, ${Math.round(top)}px)`;
-    });
-  }
 }
 
 // Directional gaps from the moving body's upward faces to the reference, as colours. Constants as in player/view/layers.
@@ -322,7 +253,7 @@ function arrangementOf(fibres, bundle) {
 // Ligaments as flat bands: narrow and grey if slack, otherwise coloured by strain. Constants as in player/view/layers.
 
 // Half sizes; neighbouring bands overlap a little, and are wider at their footprints.
-const thicknessMm = 0.45, narrowestMm = 1, widestMm = 2.4, overlap = 1.2, flare = 0.35, slackPart = 0.7, highlightedPart = 1.6, nSides = 10;
+const thicknessMm = 0.45, narrowestMm = 1, widestMm = 2.4, overlap = 1.2, flare = 0.35, slackPart = 0.7, highlightedPart = 1.6, nSides = 6;
 // Points of a band, and its height over bone.
 const nPoints = 24, aboveBoneMm = 0.7;
 // A slack fibre is drawn as long as it is, in waves, unless they are higher than this.

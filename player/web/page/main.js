@@ -1,17 +1,19 @@
 // The page: connects its controls, 3-D view and plots to a Player.
+import { Comparison } from "./compare.js";
 import { helpLines, watchFiles, watchKeys } from "./controls.js";
 import { degree, difference, dot, normalised } from "./geometry.js";
 import { insideOf, pageMaker } from "./inside.mjs";
 import { Joint } from "./joint.js";
-import { bodyNames, gapPalette, gradientOf, highestStrain, Labels, strainPalette } from "./layers.js";
+import { Labels } from "./labels.js";
+import { bodyNames, gapPalette, gradientOf, highestStrain, strainPalette } from "./layers.js";
 import { Arrow, LessonEditor, LessonPlayer } from "./lesson.js";
 import { connectLive } from "./live.js";
 import { readMotionModel } from "./model_file.js";
 import { Player, stable } from "./motion.js";
 import { landmarksOf } from "./placement.js";
-import { columnsAlong, CurvePlot, inkNow, lineStyle, Maps, pathAlong, PlateauPlot, sampledFlexion, valuesOf } from "./plots.js";
+import { bandOf, columnsAlong, CurvePlot, inkNow, lineStyle, Maps, pathAlong, PlateauPlot, sampledFlexion, valuesOf } from "./plots.js";
 import { clinicalNumbers, clinicalOf, doubtfulSpans, doubtText, formatNumber, modelWarnings, quantitiesOf, surfaceRows } from "./readings.js";
-import { bodyPath, Card, gapStructure, Looks, pathsStructure, StructureList, structuresOf } from "./structures.js";
+import { bodyPath, Card, gapStructure, Looks, pathsStructure, readingText, StructureList, structuresOf } from "./structures.js";
 import { save, usdzOf, Viewer, views } from "./viewer.js";
 import { checkLesson, checkState, newState, readAddress, sectionNormals, writeAddress } from "./view_state.js";
 import { connectXr } from "./xr.js";
@@ -22,6 +24,7 @@ const kindWords = { hip: [["extension", "flexion"], ["adduction", "abduction"]],
 
 const makePage = pageMaker(document), inside = insideOf(document);
 const byId = (id) => document.getElementById(id);
+const mostContacts = 16;  // in a band of contact positions, each of which is searched
 const framedPoses = 5;  // over flexion, to which the camera is fitted
 
 let player = null, joint = null, view = "oblique", isFree = false, quantities = [], lastFrame = null;
@@ -33,7 +36,7 @@ const maps = new Maps(byId("maps"), (flexion, varus) => goTo({ flexion, varus })
 const curveIn = (element) => new CurvePlot(element, (flexion) => goTo({ flexion }));
 const curve = curveIn(byId("curve")), quantityCurve = curveIn(byId("quantity-curve"));
 const otherCurves = Object.fromEntries([["clinical_varus", "Varus"], ["clinical_anterior", "Anterior translation"], ["contact", "Contact positions on the moving bone"], ["strain", "Strain of each bundle"], ["tension", "Force of each bundle"]].map(([name, caption]) => {
-  const figure = document.createElement("figure");
+  const figure = Object.assign(document.createElement("figure"), { className: `of-${name}` });
   byId("plateau-figure").before(figure);
   figure.append(Object.assign(document.createElement("figcaption"), { textContent: `${caption} over flexion` }));
   return [name, { figure, plot: curveIn(figure.appendChild(document.createElement("div"))) }];
@@ -43,6 +46,20 @@ const card = new Card(byId, (act) => {
   if (act === "close") return highlight(null);
   looks[act](looks.highlighted);
   draw();
+});
+const comparison = new Comparison(byId, {
+  player: () => player, joint: () => joint, nameOf, setLabel, goTo, bundles: () => looks.bundles,
+  bundleBand: (id, x) => {
+    const own = hasEnds() && [...ends().map(({ pose }) => pose), (f) => player.motion().at({ flexion: f * degree, varus: player.varusAt(f * degree) })].map((pose) => x.map((f) => joint.bundleReading(id, pose(f))));
+    return own ? bandOf(x, (n) => own.map((one) => (one[n] && own[2][n] ? 100 * (one[n].strain - own[2][n].strain) : null))) : undefined;
+  },
+  onChange: (other) => {
+    viewer.showOther(other, comparison.isSide);
+    byId("labels").style.width = comparison.isSide ? "50%" : "";
+    fitCamera();
+    drawCurves();
+    draw();
+  },
 });
 const arrow = new Arrow(byId("arrow"));
 const lesson = new LessonPlayer(byId, { useState, nameOf, onStep: () => { firstState = JSON.stringify(currentState()); } });
@@ -210,8 +227,10 @@ function strainCurve(id) {
 
 function drawCard(pose) {
   const one = lesson.isAsking ? undefined : looks.structures.find(({ id }) => id === looks.highlighted);
-  card.show(one, one?.isBundle && { now: joint.bundleReading(one.id, pose), flexion: pose.attitude.flexion / degree, curve: strainCurve(one.id), ink: inkNow() });
+  card.show(one, one?.isBundle && readingOf(one, pose));
 }
+
+const readingOf = ({ id }, pose) => ({ now: joint.bundleReading(id, pose), flexion: pose.attitude.flexion / degree, curve: strainCurve(id), ink: inkNow() });
 
 /// The body that is drawn where there is no pose.
 const drawnAlone = () => bodyNames(player.model)[heldNow() === "moving" ? "moving" : "reference"];
@@ -282,7 +301,9 @@ function writeNumbers(pose) {
 function place(pose) {
   joint.place(pose, heldNow());
   joint.applyLooks((id) => looks.of(id), viewer.section !== null);
-  if (pose.isSolved) joint.showLayers(pose, player.motion(), { hasGaps: looks.of(gapStructure).visible, hasBand: byId("band").checked });
+  const layers = { hasGaps: looks.of(gapStructure).visible, hasBand: byId("band").checked };
+  if (pose.isSolved) joint.showLayers(pose, player.motion(), layers);
+  if (!xr.session) comparison.place(heldNow(), (id) => (looks.byId.has(id) ? looks.of(id) : null), viewer.section !== null, layers);
 }
 
 function draw() {
@@ -342,15 +363,25 @@ function drawCurves() {
   if (model.contactPaths) {
     const columns = columnsAlong(model, (f) => player.varusAt(f * degree) / degree), centre = model.rotationCentre[0];
     otherCurves.contact.plot.setCurves(model, () => ({ title: "forwards", unit: "mm", spans, lines: ["medial", "lateral"].map((side, k) => {
-      const path = pathAlong(model, `${side}_moving`, columns);
-      return { name: side, x: path.map(({ flexion }) => flexion), y: path.map(({ point }) => point[0] - centre), colour: inkNow().lines[1 - k] };
+      const path = pathAlong(model, `${side}_moving`, columns), few = path.filter((_, n) => n % Math.ceil(path.length / mostContacts) === 0 || n + 1 === path.length);
+      const at = ({ flexion, point }) => ends().map(({ pose, motion }) => joint.contactAbout(point, pose(flexion), motion)).map((p) => (p ? p[0] - centre : null));
+      return { name: side, x: path.map(({ flexion }) => flexion), y: path.map(({ point }) => point[0] - centre), colour: inkNow().lines[1 - k],
+        band: hasEnds() ? bandOf(few.map(({ flexion }) => flexion), (n) => [...at(few[n]), few[n].point[0] - centre]) : undefined };
     }) }));
   }
   for (const [name, title, unit, of] of [["strain", "largest strain", "%", ({ strain }) => (strain === -1 ? null : 100 * strain)], ["tension", "force", "N", ({ tension }) => tension]]) {
     otherCurves[name].figure.hidden = looks.bundles.length === 0;
-    otherCurves[name].plot.setCurves(model, () => ({ title, unit, spans, lines: looks.bundles.map((id, k) => ({ name: nameOf(id), y: strainCurve(id).readings.map((one) => (one ? of(one) : null)), ...lineStyle(k) })) }));
+    otherCurves[name].plot.setCurves(model, () => ({ title, unit, spans, lines: looks.bundles.map((id, k) => {
+      const { x, readings } = strainCurve(id), y = readings.map((one) => (one ? of(one) : null)), all = hasEnds() ? ends().map(({ pose }) => x.map((f) => joint.bundleReading(id, pose(f)))) : [];
+      return { name: nameOf(id), y, ...lineStyle(k), band: hasEnds() ? bandOf(x, (n) => [y[n], ...all.map((one) => (one[n] ? of(one[n]) : null))]) : undefined };
+    }) }));
   }
+  comparison.drawCurves(spans);
 }
+
+/// The motions of the samples at 5 % and 95 % of internal rotation.
+const hasEnds = () => player.sets.includes("quantile_5") && !player.set.startsWith("quantile_");
+const ends = () => ["quantile_5", "quantile_95"].map((set) => player.motion(set)).map((motion) => ({ motion, pose: (flexion) => motion.at({ flexion: flexion * degree, varus: 0 }) }));
 
 function drawPlots() {
   maps.setModel(player.model, player.raw, player.motion(), player.set, quantity());
@@ -413,6 +444,7 @@ function show(model, opened) {
   plateau.setModel(model);
   byId("ligaments-choice").hidden = joint.ligaments.length === 0;
   viewer.show(joint);
+  comparison.reset();
   cut(undefined, 0);
   useSet(player.sets.includes(live?.stream.bench?.set) ? live.stream.bench.set : player.set);
   fitCamera();
@@ -422,21 +454,22 @@ function show(model, opened) {
   if (isFirst) useAddress();
 }
 
-/// Shows the file, or an error message; the previous model then stays.
-async function load(bytes, name, isLatest, isInside = false) {
+/// Uses the model of a file, or shows an error message; the previous one then stays.
+const loadFor = (use) => async (bytes, name, isLatest, isInside = false) => {
   document.documentElement.dataset.state = "loading";
   showProgress(`Reading ${name}`);
   try {
     await new Promise((drawn) => setTimeout(drawn, 30));  // the page shows it before reading blocks it
     const model = await readMotionModel(bytes);
-    if (isLatest()) show(model, { bytes, name, isInside });
+    if (isLatest()) use(model, { bytes, name, isInside });
   } catch (error) {
     if (isLatest()) showError(`${name}: ${error.message}`);
   }
   if (!isLatest()) return;
   byId("loading").hidden = true;
   document.documentElement.dataset.state = "ready";
-}
+};
+const load = loadFor(show), loadOther = loadFor((model, { name }) => comparison.open(model, name));
 
 /// What is loading, and its share from 0 to 1 if that is known.
 function showProgress(text, share) {
@@ -586,7 +619,8 @@ const xr = connectXr(byId, viewer, {
   joint: () => joint, model: () => player.model, flexion: () => player.flexion, range: () => [player.model.flexion[0], player.model.flexion.at(-1)],
   delta: () => player.motion().delta(player.pose().attitude.flexion),
   setFlexion: (flexion) => { stop(); goTo({ flexion }); },
-  isPlaying: () => lastFrame !== null, togglePlay,
+  isPlaying: () => lastFrame !== null, togglePlay, looks: () => looks, labels: () => byId("named"), redraw: draw,
+  readingOf: (one) => (one.isBundle ? readingText(readingOf(one, player.pose())) : ""),
   live: () => live?.stream, isFollowing: () => live !== null && byId("follow").checked, setFollowing: (on) => { stop(); byId("follow").checked = on; },
   advance: (now) => {
     if (live?.apply() || lastFrame !== null) { advance(now); draw(); }
@@ -612,10 +646,11 @@ byId("help-lines").append(...helpLines.flatMap((texts) => texts.slice(0, 2).map(
 byId("full").addEventListener("click", () => toggleFull());
 addEventListener("fullscreenchange", () => { if (!document.fullscreenElement) toggleFull(false); });
 viewer.onDrawn = (camera) => {
-  labels.place(camera, looks ? looks.structures.map(({ id }) => id).filter((id) => looks.of(id).visible) : []);
-  const own = byId("teach").open ? editor.arrow : lesson.step?.arrow;
+  if (viewer.renderer) labels.place(camera, (...which) => viewer.seenIds(...which));
+  const own = comparison.isSide ? undefined : byId("teach").open ? editor.arrow : lesson.step?.arrow;
   arrow.place(own, own && Object.entries(joint.bodies).find(([name]) => bodyPath(name) === own.body)?.[1], camera);
 };
+viewer.onStill = (camera) => { if (viewer.renderer) labels.settle(camera, (...which) => viewer.seenIds(...which)); };
 viewer.onTouch = touch;
 viewer.onTurned = () => {
   isFree = true;
@@ -635,7 +670,9 @@ window.vrda = {
   /// For tests: where the bodies are drawn, and the marked spans of the slider and the curves.
   drawn: () => Object.fromEntries(Object.entries(joint.bodies).map(([name, { matrix, visible }]) => [name, { matrix: [...matrix.elements], visible }])),
   spans: () => curve.spans,
-  /// For tests: abscissae and values of the curves, and the band.
+  /// For tests: abscissae and values of the curves, bands, and differences from a second model.
+  differences: (name) => comparison.lines(name),
+  band: (name) => otherCurves[name].plot.band?.[0] ?? null,
   curve: () => ({ x: curve.lines[0].x, curves: curve.lines.map(({ y }) => y), band: curve.band[0] && { low: curve.band[0].low, high: curve.band[0].high } }),
   /// For tests: the state of the view, and where a structure is in the picture.
   state: () => currentState(),
@@ -644,6 +681,8 @@ window.vrda = {
   pick: (x, y) => viewer.pick(x, y, 0)?.structure ?? null,
   /// For tests: depth of the nearest surface in the middle of the picture, mm.
   seen: () => viewer.seen(),
+  /// For tests: whether all changes are drawn, sharp.
+  isStill: () => viewer.isStill,
   /// For tests: strains at a pose { R, t } of the moving body in the reference, and the present gaps.
   strains: (X) => joint.ligaments[0].layer.strains(X),
   live: () => live && { pose: live.stream.pose, bench: live.stream.bench, marks: live.stream.marks() },
@@ -652,7 +691,7 @@ window.vrda = {
   gaps: () => joint.gaps.sheets.flatMap(({ points, gaps }) => points.map((point, k) => [...point, Number.isFinite(gaps[k]) ? gaps[k] : null])),
 };
 document.documentElement.dataset.state = "ready";
-watchFiles({ input: byId("file"), overlay: byId("drop"), load, showError, showProgress });
+watchFiles({ input: byId("file"), other: byId("other"), overlay: byId("drop"), load, loadOther, showError, showProgress });
 const openInside = async () => load(await inside.bytes(), inside.name, () => true, true);
 byId("sample").hidden = !inside || Boolean(inside.lesson);
 byId("sample").addEventListener("click", openInside);

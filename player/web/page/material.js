@@ -1,6 +1,6 @@
 // Materials, lights and shader; values as in pipeline/model/mesh and player/view.
 // Colours are linear RGB on [0, 1].
-import { AlwaysStencilFunc, BackSide, Color, DecrementWrapStencilOp, DoubleSide, EqualDepth, FrontSide, IncrementWrapStencilOp, LessDepth, LessEqualDepth, MeshBasicMaterial, NotEqualStencilFunc, ShaderMaterial, Vector3, Vector4 } from "three";
+import { AlwaysStencilFunc, BackSide, Color, Data3DTexture, DecrementWrapStencilOp, DoubleSide, EqualDepth, FrontSide, IncrementWrapStencilOp, LessDepth, LessEqualDepth, LinearFilter, MeshBasicMaterial, NoBlending, NotEqualStencilFunc, RedFormat, RepeatWrapping, ShaderMaterial, Vector3, Vector4 } from "three";
 
 const materials = {
   bone: { colour: [0.839, 0.745, 0.591], specular: 0.1, shininess: 24, mottling: 0.13 },
@@ -66,27 +66,15 @@ uniform vec4 section;  // what is removed: dot(section.xyz, p_world) > section.w
 #ifdef USE_COLOR
 varying vec3 colour_surface;
 #endif
+uniform highp sampler3D lattice;
+#ifdef TRANSLUCENT
 uniform sampler2D solid_depth;
 uniform bool is_behind_solid;  // whether surfaces behind solid_depth are hidden
-
-// Integer hash (Jarzynski and Olano 2020, pcg3d) of a lattice point, on [0, 1].
-float lattice(ivec3 cell) {
-  uvec3 v = uvec3(cell) * 1664525u + 1013904223u;
-  v.x += v.y * v.z; v.y += v.z * v.x; v.z += v.x * v.y;
-  v ^= v >> 16u;
-  v.x += v.y * v.z;
-  return float(v.x >> 8u) * (1.0 / 16777216.0);
-}
+#endif
 
 float value_noise(vec3 p) {
   vec3 whole = floor(p), s = p - whole;
-  ivec3 c = ivec3(whole);
-  s = s * s * (3.0 - 2.0 * s);
-  vec4 x0 = vec4(lattice(c), lattice(c + ivec3(0, 1, 0)), lattice(c + ivec3(0, 0, 1)), lattice(c + ivec3(0, 1, 1)));
-  vec4 x1 = vec4(lattice(c + ivec3(1, 0, 0)), lattice(c + ivec3(1, 1, 0)), lattice(c + ivec3(1, 0, 1)), lattice(c + ivec3(1, 1, 1)));
-  vec4 x = mix(x0, x1, s.x);
-  vec2 y = mix(x.xz, x.yw, s.y);
-  return mix(y.x, y.y, s.z);
+  return texture(lattice, (whole + s * s * (3.0 - 2.0 * s) + 0.5) / float(textureSize(lattice, 0).x)).r;
 }
 
 // Mean zero; patches of 11 mm and grain of 2 mm.
@@ -95,8 +83,13 @@ float mottle(vec3 p_mm) {
 }
 
 void main() {
+  // Only where they are needed: with a discard the hidden pixels are shaded, too.
+#ifdef CUT
   if (dot(section.xyz, p_world) > section.w) discard;
+#endif
+#ifdef TRANSLUCENT
   if (is_behind_solid && gl_FragCoord.z > texelFetch(solid_depth, ivec2(gl_FragCoord.xy), 0).r + 1e-6) discard;
+#endif
   vec3 n = normalize(n_camera);
   if (!gl_FrontFacing) n = -n;
   vec3 to_eye = normalize(-p_camera);
@@ -125,6 +118,21 @@ void main() {
 }`;
 
 const uniform = (value) => ({ value });
+
+/// The hash of the window's shaders (Jarzynski and Olano 2020, pcg3d) at lattice points, which repeat after 32.
+function latticeTexture() {
+  const n = 32, values = new Uint8Array(n ** 3), { imul } = Math;
+  for (let k = 0; k < n ** 3; ++k) {
+    let [x, y, z] = [k % n, Math.floor(k / n) % n, Math.floor(k / n ** 2)].map((c) => imul(c, 1664525) + 1013904223);
+    x += imul(y, z); y += imul(z, x); z += imul(x, y);
+    [x, y, z] = [x, y, z].map((c) => c ^ (c >>> 16));
+    values[k] = (x + imul(y, z)) >>> 24;
+  }
+  const made = new Data3DTexture(values, n, n, n);
+  Object.assign(made, { format: RedFormat, minFilter: LinearFilter, magFilter: LinearFilter, wrapS: RepeatWrapping, wrapT: RepeatWrapping, wrapR: RepeatWrapping, needsUpdate: true });
+  return made;
+}
+const lattice = uniform(latticeTexture());
 
 /// The material of that name; grey if unknown.
 export const materialOf = (name) => shaded(parametersOf(name), false);
@@ -163,8 +171,8 @@ export function setLook({ material, layers, userData }, { opacity, isHighlighted
   const isSolid = opacity === 1, { uniforms } = material;
   if (!uniforms) return Object.assign(material, { opacity, transparent: !isSolid });
   uniforms.opacity.value = opacity;
-  const side = isCut || userData.isThin ? DoubleSide : FrontSide;
-  if (material.side !== side) Object.assign(material, { side, needsUpdate: true });
+  const side = isCut || userData.isThin ? DoubleSide : FrontSide, defines = { ...(isCut && { CUT: 1 }), ...(!isSolid && { TRANSLUCENT: 1 }) };
+  if (material.side !== side || Object.keys(defines).join() !== Object.keys(material.defines).join()) Object.assign(material, { side, defines, needsUpdate: true });
   uniforms.highlight.value = isHighlighted ? (userData.isThin ? 0.1 : 1) : 0;
   if (isSolid === material.transparent) {
     Object.assign(material, { transparent: !isSolid, depthWrite: isSolid });
@@ -190,11 +198,26 @@ export function drawTranslucent(meshes, solidDepth, draw) {
   }
 }
 
+/// Draws meshes in the colour of the number numberOf(mesh).
+export function drawNumbers(meshes, numberOf, draw) {
+  for (const mesh of meshes) {
+    const { material } = mesh;
+    mesh.material = numberMaterial;
+    numberMaterial.uniforms.number.value = numberOf(mesh) / 255;
+    numberMaterial.uniformsNeedUpdate = true;
+    draw(mesh);
+    mesh.material = material;
+  }
+}
+
 // Caps of cut solids: back faces minus front faces of what remains is above 0 where the section is inside the solid.
-const counter = (side, stencilZPass) => new ShaderMaterial({
+const flat = {
   vertexShader: "varying vec3 p_world; void main() { vec4 p = modelMatrix * vec4(position, 1.0); p_world = p.xyz; gl_Position = projectionMatrix * viewMatrix * p; }",
-  fragmentShader: "varying vec3 p_world; uniform vec4 section; void main() { if (dot(section.xyz, p_world) > section.w) discard; gl_FragColor = vec4(1.0); }",
-  uniforms: { section }, side, colorWrite: false, depthWrite: false, depthTest: false, stencilWrite: true, stencilFunc: AlwaysStencilFunc, stencilZPass,
+  fragmentShader: "varying vec3 p_world; uniform vec4 section; uniform float number; void main() { if (dot(section.xyz, p_world) > section.w) discard; gl_FragColor = vec4(number); }",
+};
+const numberMaterial = new ShaderMaterial({ ...flat, uniforms: { section, number: uniform(0) }, side: DoubleSide, blending: NoBlending });
+const counter = (side, stencilZPass) => new ShaderMaterial({
+  ...flat, uniforms: { section, number: uniform(1) }, side, colorWrite: false, depthWrite: false, depthTest: false, stencilWrite: true, stencilFunc: AlwaysStencilFunc, stencilZPass,
 });
 const counters = [counter(BackSide, IncrementWrapStencilOp), counter(FrontSide, DecrementWrapStencilOp)];
 export const capMaterial = () => new MeshBasicMaterial({ side: DoubleSide, stencilWrite: true, stencilFunc: NotEqualStencilFunc, stencilRef: 0 });
@@ -227,6 +250,7 @@ function shaded(parameters, hasColours) {
       solid_depth: uniform(null),
       is_behind_solid: uniform(false),
       section,
+      lattice,
       specular: uniform(parameters.specular),
       shininess: uniform(parameters.shininess),
       mottling: uniform(parameters.mottling),

@@ -126,6 +126,7 @@ export class Maps {
 // Curves over flexion at the current varus, with the current attitude.
 
 const mostPoints = 181;
+const sampleBand = "bands: between the poses of the samples at 5 % and 95 % of internal rotation";
 const bandInk = "#8fb3cc", bandFill = "#0b6aa822";
 /// Of lines of one kind, colour-blind safe (Okabe and Ito 2008); the second round is dashed.
 const lineColours = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900", "#56b4e9", "#7f7f7f"];
@@ -147,6 +148,13 @@ export function sampledFlexion(model) {
   return Array.from({ length: n }, (_, k) => flexion[0] + (k / (n - 1)) * (flexion.at(-1) - flexion[0]));
 }
 
+/// { x, low, high } of values over flexion at several motions: `valuesAt(k)` of each at x[k].
+export function bandOf(x, valuesAt) {
+  const all = x.map((_, k) => valuesAt(k).filter((value) => value !== null));
+  const end = (of) => all.map((values) => (values.length > 0 ? of(...values) : null));
+  return { x, low: end(Math.min), high: end(Math.max) };
+}
+
 /// A quantity at flexions in degrees, null without a pose; `varusOf(flexion)` in radians.
 export function valuesOf(motion, flexion, varusOf, quantity) {
   return flexion.map((f) => {
@@ -166,7 +174,8 @@ export class CurvePlot {
     this.sight = new Sight(container, () => this.#draw());
   }
 
-  /// `make()`, called when the plot is in view or `isNow`, gives { title, unit, lines: [{ name, y, colour, dash, x }], where x is sampledFlexion unless given, band: of the
+  /// `make()`, called when the plot is in view or `isNow`, gives { title, unit, lines: [{ name, y, colour, dash, x, band: { x, low, high } of the samples' motions, which bandText explains }],
+  /// where x is sampledFlexion unless given, band: of the
   /// samples of an uncertain job, at the model's flexions, spans: of doubtful flexions, amber, and of those without a pose, red }.
   setCurves(model, make, isNow = false) {
     Object.assign(this, { model, make });
@@ -175,7 +184,7 @@ export class CurvePlot {
 
   #draw() {
     if (!this.make) return this.chart.redraw();
-    const { title, unit, lines, band, spans } = this.make(), { model } = this, ink = inkNow();
+    const { title, unit, lines, band, spans, bandText = sampleBand } = this.make(), { model } = this, ink = inkNow();
     this.make = null;
     this.spans = spans;
     const x = sampledFlexion(model), text = (label, at, y) => (k) => `${label}: ${formatNumber(y[k])} ${unit} at ${formatNumber(at[k])}°`;
@@ -183,6 +192,8 @@ export class CurvePlot {
     this.lines = lines.map(line);
     const ends = band ? ["high", "low"].map((end) => line({ name: end === "high" ? "95 % of the samples" : "5 %", colour: bandInk, width: 1, y: x.map((f) => between(model.flexion, band[end], f)) })) : [];
     this.band = band ? [{ kind: "band", x, low: ends[1].y, high: ends[0].y, colour: bandFill }, ...ends] : [];
+    const ofLines = lines.filter((one) => one.band).map((one) => ({ kind: "band", ...one.band, colour: `${one.colour}33` }));
+    this.band.push(...ofLines);
     for (const mark of this.marks) mark.colour = ink.text;
     this.chart.show({
       ink, onSelect: this.onSelect, x: { title: "flexion, °" }, y: { title: `${title}, ${unit}` },
@@ -192,7 +203,7 @@ export class CurvePlot {
       const item = Object.assign(document.createElement("span"), { textContent: name, className: dash ? "dashed" : "" });
       item.style.setProperty("--c", colour);
       return item;
-    }));
+    }), ...(ofLines.length > 0 ? [bandText] : []));
   }
 
   /// Marks the current flexion in degrees and, of one quantity, its value (NaN if unknown).

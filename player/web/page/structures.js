@@ -179,6 +179,15 @@ export class StructureList {
 
 const percent = (strain) => `${formatNumber(100 * strain, 1)} %`;
 
+/// What the card says of a bundle: its strain and force now, and where it is tightest.
+export function readingText({ now, flexion, curve: { x, readings } }) {
+  const strains = readings.map((one) => (one ? 100 * one.strain : null)), tightest = strains.indexOf(Math.max(...strains.filter((strain) => strain !== null)));
+  if (!now) return "No pose here.";
+  const force = `${formatNumber(now.tension, 0)} N`;
+  if (now.strain === -1) return `Pulls with ${force} at every angle.`;
+  return `${now.strain > 0 ? `Strain ${percent(now.strain)}, ${force}` : `Slack (${percent(now.strain)})`} at ${formatNumber(flexion, 0)}°. ${strains[tightest] > 0 ? "Tightest" : "Never taut; least slack"} at ${formatNumber(x[tightest], 0)}°: ${formatNumber(strains[tightest], 1)} %.`;
+}
+
 export class Card {
   /// `byId`: elements of the page; `act(name)`: one of the card's buttons was pressed.
   constructor(byId, act) {
@@ -197,13 +206,10 @@ export class Card {
     if (readings) this.#showReadings(readings);
   }
 
-  #showReadings({ now, flexion, curve: { x, readings }, ink }) {
-    const strains = readings.map((one) => (one ? 100 * one.strain : null)), tightest = strains.indexOf(Math.max(...strains.filter((strain) => strain !== null)));
-    const isLine = now && now.strain === -1, force = now && `${formatNumber(now.tension, 0)} N`;
+  #showReadings(reading) {
+    const { flexion, curve: { x, readings }, ink } = reading, strains = readings.map((one) => (one ? 100 * one.strain : null)), isLine = reading.now?.strain === -1;
     this.byId("card-curve").hidden = isLine;
-    this.byId("card-strain").textContent = !now ? "No pose here."
-      : isLine ? `Pulls with ${force} at every angle.`
-        : `${now.strain > 0 ? `Strain ${percent(now.strain)}, ${force}` : `Slack (${percent(now.strain)})`} at ${formatNumber(flexion, 0)}°. ${strains[tightest] > 0 ? "Tightest" : "Never taut; least slack"} at ${formatNumber(x[tightest], 0)}°: ${formatNumber(strains[tightest], 1)} %.`;
+    this.byId("card-strain").textContent = readingText(reading);
     if (isLine) return;
     this.chart.show({
       ink, x: { title: "flexion, °" }, y: { title: "strain, %" },

@@ -1,8 +1,9 @@
 // The 3-D view, and the joint as a file for phones.
-import { Box3, BufferAttribute, BufferGeometry, Color, DepthStencilFormat, DepthTexture, Group, Mesh, MeshStandardMaterial, MOUSE, PerspectiveCamera, PlaneGeometry, Raycaster, Scene, UnsignedInt248Type, Vector2, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
+import { Box3, BufferAttribute, BufferGeometry, Color, DepthStencilFormat, DepthTexture, Group, Mesh, MeshBasicMaterial, MeshStandardMaterial, MOUSE, NoBlending, OrthographicCamera, PerspectiveCamera, PlaneGeometry, Raycaster, Scene, SRGBColorSpace, UnsignedInt248Type, Vector2, Vector3, Vector4, WebGLRenderer, WebGLRenderTarget } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { USDZExporter } from "three/examples/jsm/exporters/USDZExporter.js";
-import { capMaterial, colourOf, drawCap, drawTranslucent, isRemoved, setSection, translucentLayer } from "./material.js";
+import { unnamed } from "./labels.js";
+import { capMaterial, colourOf, drawCap, drawNumbers, drawTranslucent, isRemoved, setSection, translucentLayer } from "./material.js";
 import { mmPerM } from "./placement.js";
 
 // The 3-D view: camera, trackball, named views. Renders only after changes.
@@ -11,7 +12,10 @@ const fieldOfViewDeg = 22;  // as in vrda-player
 const filled = 0.92;
 const clearance = 10;  // mm, as in the window
 const capMm = 1000;
+// While something moves: as many pixels as a frame of this time allows; what moved is drawn sharp when so many frames passed without change.
+const fastMs = 30, slowMs = 60, leastSharpness = 0.35, stillFrames = 3;
 const stillPx = 5, fingerPx = 12, mousePx = 4;
+const flatCamera = new OrthographicCamera(-1, 1, 1, -1, -1, 1);
 const X = new Vector3(1, 0, 0), Y = new Vector3(0, 1, 0), Z = new Vector3(0, 0, 1);
 
 /// Directions from the joint to the camera in canonical axes, as in player/view/camera.
@@ -38,11 +42,17 @@ export class Viewer {
     const depthTexture = new DepthTexture(1, 1, UnsignedInt248Type);
     depthTexture.format = DepthStencilFormat;
     this.solid = new WebGLRenderTarget(1, 1, { depthTexture, stencilBuffer: true });
+    // Without smoothed edges, which take most of the time without a graphics card.
+    this.quick = new WebGLRenderTarget(1, 1, { stencilBuffer: true, colorSpace: SRGBColorSpace });
+    this.numbers = new WebGLRenderTarget(1, 1);
+    this.copy = new Mesh(new PlaneGeometry(2, 2), new MeshBasicMaterial({ map: this.quick.texture, blending: NoBlending }));
     this.cap = new Mesh(new PlaneGeometry(2 * capMm, 2 * capMm), capMaterial());
     this.controls = new OrbitControls(this.camera, canvas);
     // As in the window: left turns, right moves in the image plane, middle and wheel move in depth.
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
     this.onDrawn = () => {};
+    this.onStill = () => {};
+    this.framesLeft = 0;  // in which a change belongs to a motion
     this.section = null;  // { normal, at }, as in setSection
     this.onLost = () => {};  // (isLost)
     this.onTouch = () => {};  // ({ x, y, reachPx }) of a click or tap, in pixels of the picture
@@ -88,6 +98,20 @@ export class Viewer {
     this.lateral = joint.model.side === "left" ? Z.clone().negate() : Z.clone();
   }
 
+  /// A second joint, or null: beside the first, in the right half, or over it.
+  showOther(joint, isSide) {
+    if (this.other) this.scene.remove(this.other.group);
+    if (joint) this.scene.add(joint.group);
+    [this.other, this.isSide] = [joint, isSide];
+    this.#resize();
+  }
+
+  /// The joints of each pane, from left to right.
+  get #panes() {
+    if (!this.other) return [this.joint ? [this.joint] : []];
+    return this.isSide ? [[this.joint], [this.other]] : [[this.joint, this.other]];
+  }
+
   /// The joint is drawn in another space until takeBack().
   lend() {
     this.isLent = true;
@@ -105,9 +129,9 @@ export class Viewer {
     if (this.isLent) return;
     const { clientWidth, clientHeight } = this.canvas.parentElement;
     if (clientWidth === 0 || clientHeight === 0) return;
-    this.renderer?.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer?.setSize(clientWidth, clientHeight, false);
-    this.camera.aspect = clientWidth / clientHeight;
+    this.#sharpen(1);
+    this.camera.aspect = clientWidth / this.#panes.length / clientHeight;
     this.camera.updateProjectionMatrix();
     this.redraw();
   }
@@ -186,15 +210,41 @@ export class Viewer {
   /// The structure at a place of the picture in pixels: [{ mesh, point }] of the nearest one that is at least half opaque, else of the
   /// nearest. `reachPx`: a thin structure counts when it is so near, for fingers.
   pick(x, y, reachPx) {
-    const { clientWidth, clientHeight } = this.canvas, meshes = this.joint.pickable();
+    const panes = this.#panes, { clientHeight } = this.canvas, width = this.canvas.clientWidth / panes.length, pane = Math.min(Math.floor(x / width), panes.length - 1);
+    const meshes = panes[pane].flatMap((joint) => joint.pickable());
     const at = (dx, dy) => {
-      this.ray.setFromCamera(new Vector2((2 * (x + dx)) / clientWidth - 1, 1 - (2 * (y + dy)) / clientHeight), this.camera);
+      this.ray.setFromCamera(new Vector2((2 * (x - pane * width + dx)) / width - 1, 1 - (2 * (y + dy)) / clientHeight), this.camera);
       const hits = this.ray.intersectObjects(meshes, false).filter(({ point }) => !this.section || !isRemoved(this.section, point, this.camera.position));
       return hits.find(({ object }) => object.material.uniforms.opacity.value >= 0.5) ?? hits[0];
     };
     const hit = at(0, 0), isThin = (one) => one?.object.userData.isThin;
     const around = isThin(hit) ? hit : [[-1, 0], [1, 0], [0, -1], [0, 1]].map(([dx, dy]) => at(dx * reachPx, dy * reachPx)).find(isThin) ?? hit;
     return around && { structure: around.object.userData.structure, mesh: around.object, point: around.point };
+  }
+
+  /// { ids, columns, rows }: the number numberOf(structure) of what is seen at every `step` pixels of the picture; `unnamed` if that is negative, `nothing` beside
+  /// the joint. Faded structures hide nothing.
+  seenIds(numberOf, step) {
+    const { renderer, camera, numbers } = this, columns = Math.ceil(this.canvas.clientWidth / this.#panes.length / step), rows = Math.ceil(this.canvas.clientHeight / step);
+    const bytes = new Uint8Array(4 * columns * rows), colour = renderer.getClearColor(new Color()), alpha = renderer.getClearAlpha();
+    const number = ({ userData }) => { const k = numberOf(userData.structure); return k < 0 ? unnamed : k; };
+    numbers.setSize(columns, rows);
+    renderer.setRenderTarget(numbers);
+    renderer.setClearColor(new Color().setRGB(1, 1, 1), 1);
+    renderer.clear();
+    renderer.autoClear = false;
+    camera.layers.enable(translucentLayer);
+    const meshes = this.joint?.pickable() ?? [], isFaded = ({ material }) => material.uniforms.opacity.value < 0.5;
+    for (const [own, isOver] of [[meshes.filter(isFaded), false], [meshes.filter((mesh) => !isFaded(mesh)), true]]) {
+      if (isOver) renderer.clearDepth();
+      drawNumbers(own, number, (mesh) => renderer.render(mesh, camera));
+    }
+    renderer.readRenderTargetPixels(numbers, 0, 0, columns, rows, bytes);
+    camera.layers.set(0);
+    renderer.autoClear = true;
+    renderer.setClearColor(colour, alpha);
+    renderer.setRenderTarget(null);
+    return { ids: bytes.filter((_, k) => k % 4 === 0), columns, rows };
   }
 
   /// Where the camera is and looks, mm, in the frame of the picture.
@@ -207,19 +257,53 @@ export class Viewer {
   }
 
   #draw() {
-    const { renderer, scene, camera, solid } = this;
-    setSection(this.section, camera.position);
-    this.#drawSolids();
-    const translucent = this.joint?.translucent(camera.position) ?? [];
-    if (translucent.length === 0) return;
-    const { x, y } = renderer.getDrawingBufferSize(new Vector2());
-    solid.setSize(x, y);
-    renderer.setRenderTarget(solid);
-    this.#drawSolids();
+    const { renderer, quick, copy } = this;
+    setSection(this.section, this.camera.position);
+    if (this.sharpness === 1) return this.#drawTo(null);
+    quick.setSize(...renderer.getDrawingBufferSize(new Vector2()).toArray());
+    this.#drawTo(quick);
     renderer.setRenderTarget(null);
+    renderer.render(copy, flatCamera);
+  }
+
+  #drawTo(target) {
+    const panes = this.#panes, size = this.renderer.getDrawingBufferSize(new Vector2()), all = [this.joint, this.other].filter(Boolean);
+    panes.forEach((joints, k) => {
+      for (const joint of all) joint.group.visible = joints.includes(joint);
+      this.#drawPane(target, joints, new Vector4((k * size.x) / panes.length, 0, size.x / panes.length, size.y), panes.length > 1);
+    });
+    for (const joint of all) joint.group.visible = true;
+    this.#aim(null, new Vector4(0, 0, size.x, size.y), false);
+  }
+
+  /// Draws to a part of a target, or of the screen.
+  #aim(target, box, isPart) {
+    const { renderer } = this;
+    if (target) {
+      for (const own of [target.viewport, target.scissor]) own.copy(box);
+      target.scissorTest = isPart;
+    } else {
+      const own = box.clone().divideScalar(renderer.getPixelRatio());
+      renderer.setViewport(own);
+      renderer.setScissor(own);
+      renderer.setScissorTest(isPart);
+    }
+    renderer.setRenderTarget(target);
+  }
+
+  #drawPane(target, joints, box, isPart) {
+    const { renderer, camera, solid } = this;
+    this.#aim(target, box, isPart);
+    this.#drawSolids(joints);
+    const translucent = joints.flatMap((joint) => joint.translucent(camera.position)).sort(([a], [b]) => b - a);
+    if (translucent.length === 0) return;
+    solid.setSize(...renderer.getDrawingBufferSize(new Vector2()).toArray());
+    this.#aim(solid, box, isPart);
+    this.#drawSolids(joints);
+    this.#aim(target, box, isPart);
     renderer.autoClear = false;
     camera.layers.set(translucentLayer);
-    for (const meshes of translucent) {
+    for (const [, meshes] of translucent) {
       renderer.clearDepth();
       drawTranslucent(meshes, solid.depthTexture, (mesh) => renderer.render(mesh, camera));
     }
@@ -228,31 +312,63 @@ export class Viewer {
   }
 
   /// What is opaque, and the caps of the section.
-  #drawSolids() {
+  #drawSolids(joints) {
     const { renderer, scene, camera, cap, section } = this;
     renderer.render(scene, camera);
-    if (!section || !this.joint) return;
+    if (!section) return;
     const normal = new Vector3(...section.normal);
     cap.quaternion.setFromUnitVectors(Z, normal);
     cap.position.copy(normal).multiplyScalar(section.at / normal.lengthSq());
     renderer.autoClear = false;
-    for (const meshes of this.joint.solids()) {
+    for (const meshes of joints.flatMap((joint) => joint.solids())) {
       renderer.clear(false, false, true);
       drawCap(meshes, cap, (mesh) => renderer.render(mesh, camera));
     }
     renderer.autoClear = true;
   }
 
+  /// Pixels of the canvas a pixel of the screen, by side.
+  #sharpen(sharpness) {
+    if (this.sharpness !== sharpness) this.renderer?.setPixelRatio(sharpness * Math.min(window.devicePixelRatio, 2));
+    this.sharpness = sharpness;
+  }
+
+  /// Fewer pixels if the frames of a motion are slow, more if they are fast.
+  #adapt(now) {
+    const ms = now - this.drawnAt, isMoving = this.framesLeft > 0;
+    this.drawnAt = now;
+    if (!isMoving) return;
+    const wanted = ms > slowMs ? this.sharpness * Math.sqrt(slowMs / ms) : ms < fastMs ? 1.25 * this.sharpness : this.sharpness;
+    this.#sharpen(Math.min(1, Math.max(leastSharpness, wanted)));
+  }
+
   redraw() {
     if (this.isScheduled || this.isLent) return;
     this.isScheduled = true;
-    requestAnimationFrame(() => {
+    requestAnimationFrame((now) => {
       this.isScheduled = false;
       if (this.isLent) return;
+      this.#adapt(now);
       if (this.renderer) this.#draw();
       this.onDrawn(this.camera);
+      if (!this.framesLeft) this.#countDown();
+      this.framesLeft = stillFrames;
     });
   }
+
+  /// Counts frames without change; then the picture is still, and sharp.
+  #countDown() {
+    requestAnimationFrame(() => {
+      if (this.isScheduled || --this.framesLeft > 0) return this.#countDown();
+      this.framesLeft = 0;
+      if (this.isLent) return;
+      if (this.sharpness === 1) return this.onStill(this.camera);
+      this.#sharpen(1);
+      this.redraw();
+    });
+  }
+
+  get isStill() { return !this.isScheduled && !this.framesLeft; }
 }
 
 // The joint at the pose shown as USDZ (Apple phones): metres, Y up, standing on its lowest point.

@@ -2,8 +2,10 @@
 import { BufferGeometry, CanvasTexture, DoubleSide, Group, Line, LineBasicMaterial, Matrix4, Mesh, MeshBasicMaterial, PerspectiveCamera, PlaneGeometry, Raycaster, RingGeometry, Scene, SphereGeometry, SRGBColorSpace, Vector3 } from "three";
 import { product, rotationWorldSolver, transposed } from "./geometry.js";
 import { translucentLayer } from "./material.js";
+import { SpaceLabels } from "./labels.js";
 import { composed, fitLandmarks, FitRefusal, inverse, leastPoints, matrixOf, mmPerM, poseOf, standing, tracked } from "./placement.js";
 import { clinicalOf, formatNumber } from "./readings.js";
+import { leastOpacity } from "./structures.js";
 
 // Controllers, hands and taps of a session: rays, touching tips, and whether they are tracked. Metres, in the reference space.
 
@@ -108,8 +110,8 @@ class XrPanel {
   }
 
   /// Draws again when something changed. `buttons`: [{ name, label, isPressed, isOff }]; `share` of the slider; `ends`: its texts.
-  draw({ title, note, marks, share, ends, buttons }) {
-    const key = JSON.stringify([title, note, marks, share.toFixed(3), ends, buttons]);
+  draw({ title, note, detail, marks, share, ends, buttons }) {
+    const key = JSON.stringify([title, note, detail, marks, share.toFixed(3), ends, buttons]);
     if (key === this.drawn) return;
     this.drawn = key;
     const w = (width - 2 * margin - (columns - 1) * gap) / columns;
@@ -134,6 +136,7 @@ class XrPanel {
       c.globalAlpha = 1;
     }
     this.#slider(c, share, ends);
+    this.#text(c, detail, margin, marks.length > 1 ? height : marks.length > 0 ? 690 : 640, 36, ink, width - 2 * margin);
     marks.slice(0, 2).forEach((mark, k) => this.#text(c, `⚠ ${mark}`, margin, 640 + 50 * k, 36, amber, width - 2 * margin));
     this.texture.needsUpdate = true;
   }
@@ -198,7 +201,7 @@ const metres = (p) => new Vector3(...p).divideScalar(mmPerM);
 
 class XrView {
   /// `host`: joint, model, flexion, range and marks of the page as functions, `setFlexion(deg)`, `advance(now)`, `togglePlay()`,
-  /// `isPlaying()`, `live()`, `setFollowing(on)`, `isFollowing()`, `landmarks()`, `onStart()`, `onEnd()`.
+  /// `looks()` of the structures, `labels()` the box that shows them, `readingOf(structure)` what the card says of a bundle, `redraw()`, `isPlaying()`, `live()`, `setFollowing(on)`, `isFollowing()`, `landmarks()`, `onStart()`, `onEnd()`.
   constructor(viewer, host) {
     Object.assign(this, { viewer, host, session: null });
   }
@@ -238,7 +241,8 @@ class XrView {
     this.joint = this.host.joint();
     this.viewer.lend();
     this.dots = new Group();
-    this.anchor.add(this.joint.group, this.dots);
+    this.labels = new SpaceLabels(this.joint);
+    this.anchor.add(this.joint.group, this.dots, this.labels.group);
     this.panel = new XrPanel();
     this.pointers = new Pointers();
     this.reticle = new Mesh(new RingGeometry(0.035, 0.045, 40).rotateX(-Math.PI / 2), new MeshBasicMaterial({ color: nextColour }));
@@ -255,6 +259,7 @@ class XrView {
       this.panel.dispose();
       this.pointers.dispose();
       this.#clearDots();
+      this.labels.dispose();
       this.reticle.geometry.dispose();
       this.reticle.material.dispose();
       this.anchor.remove(this.joint.group);
@@ -276,6 +281,8 @@ class XrView {
     this.#movePinned(frame, reference);
     this.#moveGrabbed(frame, reference);
     this.#follow();
+    this.labels.group.visible = this.host.labels().checked;
+    if (this.labels.group.visible) this.labels.update((isOf) => this.host.looks().structures.some(({ id }) => isOf(id) && this.host.looks().of(id).visible));
     this.pointers.update(frame, this.session.inputSources, reference);
     if (this.placement) this.anchor.matrix.copy(matrixOf(this.placement));
     this.anchor.visible = this.placement !== null;
@@ -435,6 +442,10 @@ class XrView {
   // Flexion
 
   #setShare(share) {
+    if (this.task === "structures") {
+      this.host.looks().change([this.#structure().id], { opacity: Math.max(leastOpacity, share) });
+      return this.host.redraw();
+    }
     const [low, high] = this.host.range();
     this.host.setFlexion(low + share * (high - low));
   }
@@ -468,6 +479,40 @@ class XrView {
     this.host.setFlexion(Math.min(Math.max(flexion, low), high));
   }
 
+  // Structures
+
+  #structure() {
+    const { structures, highlighted } = this.host.looks();
+    return structures.find(({ id }) => id === highlighted) ?? structures[0];
+  }
+
+  #highlight(id) {
+    this.host.looks().highlighted = id;
+    this.host.redraw();
+  }
+
+  #stepStructure(by) {
+    const { structures } = this.host.looks();
+    this.#highlight(structures.at((structures.indexOf(this.#structure()) + by) % structures.length).id);
+  }
+
+  /// A press at a structure chooses it.
+  #pick({ origin, direction }) {
+    const caster = new Raycaster(origin, direction);
+    caster.layers.enable(translucentLayer);
+    const hits = caster.intersectObjects(this.joint.pickable(), false), hit = hits.find(({ object }) => object.material.uniforms.opacity.value >= 0.5) ?? hits[0];
+    if (hit) this.#highlight(hit.object.userData.structure);
+  }
+
+  #useStructures() {
+    const looks = this.host.looks(), { id } = this.#structure(), isAll = looks.structures.every((one) => looks.of(one.id).visible || one.group === "Contact");
+    return {
+      previous: () => this.#stepStructure(-1), next: () => this.#stepStructure(1), shown: () => looks.change([id], { visible: !looks.of(id).visible }),
+      isolate: () => (isAll ? looks.isolate(id) : looks.showAll()), labels: () => { this.host.labels().checked = !this.host.labels().checked; },
+      back: () => { this.#highlight(null); this.#finish(""); },
+    };
+  }
+
   // The panel
 
   #say(note) { this.note = note; }
@@ -495,6 +540,7 @@ class XrView {
   }
 
   #instruction() {
+    if (this.task === "structures") return this.#structure().does;
     if (this.note) return this.note;
     if (this.task === "touch") return `Touch ${this.points[this.next]?.name ?? ""} (${this.next + 1} of ${this.points.length}), shown amber, and press. Three or more; bend the leg as shown.`;
     const word = this.placement ? "move" : "place";
@@ -503,13 +549,20 @@ class XrView {
 
   #buttons() {
     if (this.task === "touch") return [{ name: "fit", label: "Fit", isOff: this.touches.length < leastPoints }, { name: "skip", label: "Skip point", isOff: this.next >= this.points.length }, { name: "undo", label: "Undo", isOff: this.next === 0 }, { name: "cancel", label: "Cancel" }];
+    if (this.task === "structures") {
+      const looks = this.host.looks(), isAll = looks.structures.every((one) => looks.of(one.id).visible || one.group === "Contact"), { visible } = looks.of(this.#structure().id);
+      return [{ name: "previous", label: "Previous" }, { name: "next", label: "Next" }, { name: "shown", label: "Shown", isPressed: visible },
+        { name: "isolate", label: isAll ? "Isolate" : "Show all" }, { name: "labels", label: "Labels", isPressed: this.host.labels().checked }, { name: "back", label: "Back" }];
+    }
     return [{ name: "touch", label: "Touch points" }, { name: "pin", label: "Pin to shank", isPressed: Boolean(this.pin), isOff: !this.placement }, { name: "play", label: "Play", isPressed: this.host.isPlaying() },
-      { name: "live", label: "Bench", isPressed: this.host.isFollowing(), isOff: !this.host.live() }, { name: "leave", label: "Leave" }];
+      { name: "live", label: "Bench", isPressed: this.host.isFollowing(), isOff: !this.host.live() }, { name: "structures", label: "Structures" }, { name: "leave", label: "Leave" }];
   }
 
   #drawPanel() {
-    const [low, high] = this.host.range(), flexion = this.host.flexion();
-    this.panel.draw({ title: this.host.title(), note: this.#instruction(), marks: this.#marks(), share: high > low ? (flexion - low) / (high - low) : 0, ends: [`${formatNumber(low, 0)}°`, `${formatNumber(high, 0)}°`], buttons: this.#buttons() });
+    const [low, high] = this.host.range(), flexion = this.host.flexion(), ofStructure = this.task === "structures" && this.#structure();
+    const slider = ofStructure ? { title: ofStructure.name, share: this.host.looks().of(ofStructure.id).opacity, ends: ["faint", "opaque"] }
+      : { title: this.host.title(), share: high > low ? (flexion - low) / (high - low) : 0, ends: [`${formatNumber(low, 0)}°`, `${formatNumber(high, 0)}°`] };
+    this.panel.draw({ ...slider, note: this.#instruction(), detail: ofStructure ? this.host.readingOf(ofStructure) : "", marks: this.#marks(), buttons: this.#buttons() });
   }
 
   #press({ frame, inputSource }) {
@@ -519,6 +572,7 @@ class XrView {
     if (typeof target === "string") return this.#use(target, frame, inputSource, reference);
     if (target) { this.grab = inputSource; this.pin = null; return this.#setShare(target.share); }
     if (uv) return;
+    if (this.task === "structures") return ray && this.#pick(ray);
     if (this.task === "touch") return this.#touch(frame, inputSource, reference);
     if (this.hasHitTest) return this.#placeOnSurface();
     if (ray) this.#placeAhead(ray);
@@ -528,16 +582,17 @@ class XrView {
     const uses = {
       touch: () => this.#startTouching(), fit: () => this.#fit(), skip: () => this.#advance(), undo: () => this.#undo(), cancel: () => this.#finish(""),
       pin: () => this.#togglePin(frame, source, reference), play: () => this.host.togglePlay(), leave: () => this.leave(),
-      live: () => this.host.setFollowing(!this.host.isFollowing()),
+      live: () => this.host.setFollowing(!this.host.isFollowing()), structures: () => { this.task = "structures"; this.#highlight(this.#structure().id); }, ...this.#useStructures(),
     };
     uses[button]();
+    this.host.redraw();
   }
 
   /// For tests: the state, and where in space to point at a button or a share of the slider.
   state() {
     if (!this.session || !this.scene) return { isPresenting: false };
     const { task, placement, touches, fit, note, xrMode, next } = this;
-    return { isPresenting: true, task, placement, touches, fit, note, xrMode, next, instruction: this.#instruction(), marks: this.#marks(), lowest: this.lowest(), hit: this.hit?.elements ?? null, isPinned: Boolean(this.pin), points: this.points,
+    return { isPresenting: true, task, placement, touches, fit, note, xrMode, next, instruction: this.#instruction(), marks: this.#marks(), drawnPanel: this.panel.drawn, lowest: this.lowest(), hit: this.hit?.elements ?? null, isPinned: Boolean(this.pin), points: this.points,
       drawn: this.anchor.visible ? [...this.anchor.matrix.elements] : null };
   }
 

@@ -324,10 +324,12 @@ class Live(unittest.TestCase):
     def test_a_browser_follows_the_bench_and_marks_what_is_wrong(self):
         bench = self.bench(BENDING)
         with Served(self.model, "--bench", bench) as served, Headset(CHROMIUM, PACKAGES) as page:
-            page.browser.visit(served.address, READY, width=800, height=700)
+            page.visit(served.address, READY)
             # Absent tracker: marked, and the page is usable.
             page.browser.wait("['tracker', 'not seen yet'].every((said) => document.getElementById('marks').textContent.includes(said))")
             self.assertFalse(page.browser.value("document.getElementById('follow-choice').hidden"))
+            if not KEPT:
+                page.hide_joint()
             self.keep(page, "live-absent")
             with self.simulated(bench):
                 page.browser.wait("document.getElementById('marks').textContent === ''")
@@ -338,7 +340,7 @@ class Live(unittest.TestCase):
                 self.assertEqual(page.shown()["set"], "two_sided")
                 # The user's slider takes over until the box is ticked.
                 page.set("flexion", 5)
-                page.browser.settle()
+                page.settle()
                 self.assertEqual(page.shown()["flexion"], 5)
                 page.browser.value("document.getElementById('follow').click()")
                 page.browser.wait("window.vrda.shown().flexion !== 5")
@@ -359,7 +361,7 @@ class Live(unittest.TestCase):
                 json.dumps({"kind": "bench", "version": 2}), json.dumps({"kind": "bench", "version": 1, "title": "t", "set": "raw", "scale": 9, "points": []}), json.dumps({**pose, "number": "1"}))
         bench = self.bench()
         with Served(self.model, "--bench", bench) as served, Page(CHROMIUM) as page:
-            page.browser.call("Page.addScriptToEvaluateOnNewDocument", source="""
+            page.run_first("""
                 window.sockets = [];
                 window.WebSocket = class extends EventTarget {
                   constructor(address) { super(); this.address = address; window.sockets.push(this); }
@@ -367,18 +369,18 @@ class Live(unittest.TestCase):
                 };
                 window.opened = () => window.sockets.at(-1).dispatchEvent(new Event("open"));
                 window.said = (data) => window.sockets.at(-1).dispatchEvent(new MessageEvent("message", { data }));""")
-            page.browser.visit(served.address, READY)
+            page.visit(served.address, READY)
             self.assertEqual(page.browser.value("String(window.sockets[0].address)"), served.address.replace("http", "ws") + "live")
             say = lambda data: page.browser.value(f"window.said({json.dumps(data)})")  # noqa: E731
             page.browser.value("window.opened()")
             say(json.dumps(pose))
-            page.browser.settle()
+            page.settle()
             self.assertEqual(page.shown()["flexion"], 20)
             for lie in lies:
                 with self.subTest(lie[:90]):
                     say(lie)
                     self.assertRegex(page.browser.value("window.vrda.live().marks[0]"), "^bench: found .*, wanted ")
-                    page.browser.settle()
+                    page.settle()
                     self.assertEqual(page.shown()["flexion"], 20)
             hidden = json.dumps({**pose, "flexion": 25.0, "marks": ["tibia hidden for 1.0 s"]})
             self.assertEqual(page.browser.value(f"window.said({json.dumps(hidden)}), window.vrda.live().marks"), ["tibia hidden for 1.0 s"])
@@ -395,8 +397,9 @@ class Live(unittest.TestCase):
     def test_in_ar_the_joint_follows_the_leg(self):
         bench = self.bench(BENDING)
         with self.simulated(bench), Served(self.model, "--bench", bench) as served, Headset(CHROMIUM, PACKAGES) as page:
-            page.browser.visit(served.address, READY, width=480, height=360)
+            page.visit(served.address, READY, width=320, height=240)
             page.browser.wait("document.getElementById('marks').textContent === '' && window.vrda.live()?.pose")
+            page.hide_joint()
             page.start("immersive-ar")
             page.aim((0.3, 0.75, -0.9))
             page.press()

@@ -24,6 +24,7 @@ from web_scenes import MODELS, Page, bad_files, make_models
 
 VRDA, PRINT_POSES, PAGE, CHROMIUM, JOB = sys.argv[1:6]
 KEPT = pathlib.Path(sys.argv[6]) if len(sys.argv) > 6 else None
+SIZE = {"width": 1400, "height": 1000} if KEPT else {}
 # Required accuracy; measured: both below 1e-12.
 MM, RAD = 1e-6, 1e-9
 ATTITUDES, SEED = 200, 7
@@ -86,9 +87,7 @@ class WebPage(unittest.TestCase):
         cls.folder.cleanup()
 
     def opened(self, page, model, **how):
-        page.visit(f"file://{PAGE}", **how)
-        self.assertEqual(page.give(self.models[model]), "")
-        page.browser.settle()
+        self.assertEqual(page.open(f"file://{PAGE}", self.models[model], **how), "")
 
     def is_quiet(self, page):
         """Checks that there are no console messages and no network requests."""
@@ -155,7 +154,7 @@ class WebPage(unittest.TestCase):
             self.opened(page, "uncertain")
             page.set("flexion", 30)
             page.set("quantity", "clinical_internal", "change")
-            page.browser.settle()
+            page.settle()
             with h5py.File(self.models["uncertain"]) as file:
                 self.assertEqual(page.browser.value("window.vrda.sets()")[-5:], [f"quantile_{percent}" for percent in (0, 5, 50, 95, 100)])
                 wanted = [file["/uncertainty/rotation_band"][k, :, 2] for k in (3, 1)]
@@ -164,14 +163,28 @@ class WebPage(unittest.TestCase):
             for ends, values in zip(wanted, (drawn["band"]["high"], drawn["band"]["low"]), strict=True):
                 at = [values[drawn["x"].index(f)] for f in (0, 30, 60, 90)]
                 numpy.testing.assert_allclose(at, ends, rtol=0, atol=1e-9)
+            # Of contacts and bundles: around the motion shown, and as wide as its poses are apart.
+            for name in ("contact", "strain"):
+                page.browser.wait(f"(document.querySelectorAll('figure.of-{name}')[0].scrollIntoView(), window.vrda.band('{name}'))")
+            band = page.browser.value("window.vrda.band('strain')")
+            with h5py.File(self.models["uncertain"]) as file:
+                poses = [page.browser.value(f"window.vrda.pose('quantile_{percent}', 30, 0).X_reference_moving") for percent in (5, 95)]
+                own = file["/ligaments/bundle"].asstr()[()] == page.browser.value("window.vrda.structures().find((one) => one.id.startsWith('ligaments/')).id").removeprefix("ligaments/")
+            strains = [100 * numpy.array(page.browser.value(f"window.vrda.strains({{ R: {X[:3, :3].tolist()}, t: {X[:3, 3].tolist()} }})"))[own].max() for X in (numpy.reshape(one, (4, 4)) for one in poses)]
+            k = band["x"].index(30)
+            self.assertLess(max(band["low"][k] - min(strains), max(strains) - band["high"][k]), 1e-9)
+            self.assertGreater(max(numpy.subtract(band["high"], band["low"])), 0)
+            contact = page.browser.value("window.vrda.band('contact')")
+            self.assertTrue(all(low <= high for low, high in zip(contact["low"], contact["high"], strict=True)))
+            self.assertGreater(max(numpy.subtract(contact["high"], contact["low"])), 0.1)
             without = self.picture(page, "#joint", "band-off")
             page.browser.value("document.getElementById('band').click()")
-            page.browser.settle()
+            page.settle()
             # The ghosts show beyond the outline of the tibia, not as patches on it.
             changed = (numpy.abs(self.picture(page, "#joint", "band-on") - without).sum(axis=2) > 20).mean()
             self.assertTrue(0.001 < changed < 0.01, changed)
             page.browser.value("document.getElementById('band').click()")
-            page.browser.settle()
+            page.settle()
             numpy.testing.assert_array_equal(self.picture(page, "#joint", "band-off-again"), without)
             self.is_quiet(page)
 
@@ -183,7 +196,7 @@ class WebPage(unittest.TestCase):
             page.set("set", "raw", "change")
             page.set("flexion", node["flexion"])
             page.set("varus", node["varus"])
-            page.browser.settle()
+            page.settle()
             shown = page.shown()
             self.assertAlmostEqual(shown["flexion"], node["flexion"])
             self.assertLess(numpy.abs(numpy.array(shown["X_reference_moving"]) - node["X"]).max(), MM)
@@ -199,7 +212,7 @@ class WebPage(unittest.TestCase):
             poses, curves = [], []
             for motion in ("degree_4", "degree_2", "degree_4"):
                 page.set("set", motion, "change")
-                page.browser.settle()
+                page.settle()
                 poses.append(page.shown()["X_reference_moving"])
                 curves.append(self.picture(page, "#curve canvas", f"curve-{motion}"))
             self.assertEqual(poses[0], poses[2])
@@ -208,16 +221,16 @@ class WebPage(unittest.TestCase):
             self.assertEqual(numpy.abs(curves[0] - curves[2]).max(), 0)
             for quantity in ("ty", "clinical_internal"):
                 page.set("quantity", quantity, "change")
-                page.browser.settle()
+                page.settle()
                 self.assertGreater(numpy.abs(self.picture(page, "#maps canvas", quantity)).std(), 10)
             self.is_quiet(page)
 
     def test_it_looks_like_a_knee(self):
         with Page(CHROMIUM) as page:
-            self.opened(page, "grid", width=1400, height=1000)
+            self.opened(page, "grid", **SIZE)
             for view in ("oblique", "front", "lateral", "top"):
                 page.browser.value(f"document.querySelector('#views [value={view}]').click()")
-                page.browser.settle()
+                page.settle()
                 pixels = self.picture(page, ".picture", f"view-{view}")
                 red, green, blue = pixels[..., 0], pixels[..., 1], pixels[..., 2]
                 bone = (red > green) & (green > blue) & (red - blue > 15)
@@ -243,7 +256,7 @@ class WebPage(unittest.TestCase):
 
     def test_layers_show_and_hide(self):
         with Page(CHROMIUM) as page:
-            self.opened(page, "grid", width=1400, height=1000)
+            self.opened(page, "grid", **SIZE)
             page.set("set", "degree_4_recontacted", "change")
             page.set("flexion", 10)
             pictures = {}
@@ -251,7 +264,7 @@ class WebPage(unittest.TestCase):
                 for name, wanted in (("ligaments", ligaments), ("gaps", gaps)):
                     if page.browser.value(f"document.getElementById('{name}').checked") != wanted:
                         page.browser.value(f"document.getElementById('{name}').click()")
-                page.browser.settle()
+                page.settle()
                 pictures[ligaments, gaps] = self.picture(page, ".picture", f"layers-{ligaments}-{gaps}".lower())
             differs = lambda a, b: (numpy.abs(pictures[a] - pictures[b]).sum(axis=2) > 60).mean()  # noqa: E731
             self.assertGreater(differs((True, False), (False, False)), LEAST_LAYER)
@@ -265,7 +278,7 @@ class WebPage(unittest.TestCase):
             self.opened(page, "grid")
             page.set("flexion", 25)
             page.browser.value("document.getElementById('gaps').click()")
-            page.browser.settle()
+            page.settle()
             found = page.browser.value("window.vrda.gaps()")
             X, delta = numpy.array(page.shown()["X_reference_moving"]).reshape(-1, 4), file.attrs["delta"]
             mesh = file["/bodies/reference/vertices"][()][file["/bodies/reference/triangles"][()]]
@@ -287,8 +300,18 @@ class WebPage(unittest.TestCase):
             self.assertEqual(page.text("play"), "Pause")
             page.browser.call("Input.dispatchKeyEvent", type="keyDown", key=" ", code="Space", text=" ")
             stopped = page.shown()["flexion"]
-            page.browser.settle()
+            page.settle()
             self.assertEqual(page.shown()["flexion"], stopped)
+            # While frames are slow, here by their times, a motion has fewer pixels; the still picture has all.
+            width = "document.getElementById('joint').width"
+            sharp = page.browser.value(width)
+            page.browser.value("window.requestAnimationFrame = ((real) => (act) => real((now) => act(10 * now)))(window.requestAnimationFrame)")
+            page.browser.value("document.getElementById('play').click()")
+            page.browser.wait(f"{width} < {sharp}")
+            page.browser.value("document.getElementById('play').click()")
+            page.settle()
+            self.assertEqual(page.browser.value(width), sharp)
+            Page.current = None  # its frames have other times
             self.is_quiet(page)
 
     def test_says_that_it_clamps(self):
@@ -343,7 +366,7 @@ class WebPage(unittest.TestCase):
                 for is_full in (False, True):
                     if is_full:
                         page.browser.value("document.getElementById('full').click()")
-                        page.browser.settle()
+                        page.settle()
                     boxes = page.browser.value("""Object.fromEntries(["joint", "flexion", "play", "full"].map((id) => {
                         const box = document.getElementById(id).getBoundingClientRect();
                         return [id, [box.left, box.top, box.right, box.bottom]]; }))""")
@@ -374,7 +397,7 @@ class WebPage(unittest.TestCase):
 
     def test_the_page_says_that_webgl_is_missing(self):
         with Page(CHROMIUM) as page:
-            page.browser.call("Page.addScriptToEvaluateOnNewDocument", source="""
+            page.run_first("""
                 const real = HTMLCanvasElement.prototype.getContext;
                 HTMLCanvasElement.prototype.getContext = function (kind, ...rest) { return kind.startsWith("webgl") ? null : real.call(this, kind, ...rest); };""")
             self.opened(page, "grid")
@@ -390,7 +413,7 @@ class WebPage(unittest.TestCase):
     def key(self, page, key):
         page.browser.call("Input.dispatchKeyEvent", type="keyDown", key=key)
         page.browser.call("Input.dispatchKeyEvent", type="keyUp", key=key)
-        page.browser.settle()
+        page.settle()
 
     def test_keys_are_those_of_the_window(self):
         with Page(CHROMIUM) as page:
@@ -414,7 +437,7 @@ class WebPage(unittest.TestCase):
 
     def test_help_moves_nothing_and_escape_closes_it_first(self):
         with Page(CHROMIUM) as page:
-            self.opened(page, "grid", width=1400, height=1000)
+            self.opened(page, "grid", **SIZE)
             tops = "['curve', 'maps', 'plateau'].map((id) => document.getElementById(id).getBoundingClientRect().top + scrollY)"
             before, help_open, full = page.browser.value(tops), "document.getElementById('help').open", "document.getElementById('picture').classList.contains('full')"
             self.whole(page, "help-before")
@@ -445,7 +468,7 @@ class WebPage(unittest.TestCase):
             for delta, n in ((-400, 25), (400, 2)):
                 for _ in range(n):
                     page.browser.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=delta)
-                page.browser.settle()
+                page.settle()
                 self.picture(page, ".picture", f"zoom-{delta}")
                 seen = page.browser.value("window.vrda.seen()")
                 if delta < 0:
@@ -470,13 +493,13 @@ class WebPage(unittest.TestCase):
             self.assertGreater((numpy.abs(lost - before).sum(axis=2) > 30).mean(), 0.05)
             page.browser.value("window.lost.restoreContext()")
             page.browser.wait(f"{message}.hidden")
-            page.browser.settle()
+            page.settle()
             numpy.testing.assert_array_equal(self.picture(page, ".picture", "context-restored"), before)
             self.is_quiet(page)
 
     def test_words_and_labels(self):
         with Page(CHROMIUM) as page:
-            self.opened(page, "grid", width=1400, height=1000)
+            self.opened(page, "grid", **SIZE)
             self.assertRegex(page.text("shown"), "(internal|external) rotation [0-9.]+°, (anterior|posterior) [0-9.]+ mm")
             self.assertNotIn("_", page.text("shown") + page.text("set") + page.text("held"))
             self.assertIn("femur", page.text("held"))
@@ -484,14 +507,81 @@ class WebPage(unittest.TestCase):
             self.assertTrue(page.browser.value("document.getElementById('ligaments').checked"))
             self.assertTrue(page.browser.value("document.getElementById('labels').hidden"))
             page.browser.value("document.getElementById('named').click()")
-            page.browser.settle()
-            shown = page.browser.value("""[...document.querySelectorAll("#labels span")].filter((e) => e.style.visibility === "visible").map((e) => {
-                const box = e.getBoundingClientRect(); return [e.textContent, box.left, box.top, box.right, box.bottom]; })""")
-            self.assertLessEqual({"femur", "tibia", "ACL", "PCL", "MCL", "LCL", "medial", "lateral"}, {text for text, *_ in shown})
-            for k, (_, left, top, right, bottom) in enumerate(shown):
-                for _, other_left, other_top, other_right, other_bottom in shown[:k]:
-                    self.assertTrue(right <= other_left or left >= other_right or bottom <= other_top or top >= other_bottom)
+            page.settle()
+            names = {"femur": "bodies/reference/femur", "tibia": "bodies/moving/tibia", "patella": "followers/patella/body/patella"}
+            unseen = {"bodies/reference/femur": {"visible": False}, "bodies/moving/tibia": {"visible": False}}
+            for view, structures, wanted, absent in (("oblique", {}, {"femur", "tibia", "patella", "LCL", "medial", "lateral"}, set()), ("medial", {}, {"femur", "tibia", "MCL"}, {"ACL", "PCL", "medial", "lateral"}),
+                                                     ("medial", unseen, {"ACL", "PCL", "MCL"}, {"femur", "tibia"})):
+                state = {**page.browser.value("window.vrda.state()"), "view": view, "structures": structures}
+                page.browser.value(f"window.vrda.useState({json.dumps(state)})")
+                page.settle()
+                # Box of each label, and where its line ends: on what it names, which is not behind bone.
+                shown = page.browser.value("""[...document.querySelectorAll("#labels span")].flatMap((e, k) => {
+                    const box = e.getBoundingClientRect(), end = document.querySelector(`#labels [data-of="${k}"] circle`), at = end && [end.cx.baseVal.value, end.cy.baseVal.value];
+                    return e.style.visibility === "visible" ? [[e.textContent, box.left, box.top, box.right, box.bottom, at, at && window.vrda.pick(...at)]] : []; })""")
+                texts = {text for text, *_ in shown}
+                self.assertLessEqual(wanted, texts)
+                self.assertFalse(absent & texts, view)
+                for k, (text, left, top, right, bottom, _, on) in enumerate(shown):
+                    self.assertTrue(text in ("medial", "lateral") or (on or "").startswith(names.get(text, f"ligaments/{text}")), (view, text, on))
+                    for _, other_left, other_top, other_right, other_bottom, *_ in shown[:k]:
+                        self.assertTrue(right <= other_left or left >= other_right or bottom <= other_top or top >= other_bottom)
+                if view == "oblique":
+                    places = {text: left for text, left, *_ in shown}
+                    self.assertLess(abs(places["LCL"] - places["lateral"]), abs(places["LCL"] - places["medial"]))
             self.whole(page, "page-labels")
+            self.is_quiet(page)
+
+    def test_two_motions_are_compared(self):
+        with Page(CHROMIUM) as page:
+            self.opened(page, "free")
+            other = page.browser.value("window.vrda.curve()")
+            self.opened(page, "uncertain")
+            own, motion = page.browser.value("window.vrda.curve()"), page.shown()["set"]
+
+            def differences(name):
+                page.browser.wait(f"window.vrda.differences('{name}') !== null")
+                return page.browser.value(f"window.vrda.differences('{name}')")
+
+            def halves(name):
+                picture = self.picture(page, "#joint", name)[60:-70]  # without the texts and the slider
+                half = picture.shape[1] // 2
+                return picture[:, :half], picture[:, half : 2 * half]
+
+            # The same motion: nothing differs, and both sides show the same.
+            page.set("compare", motion, "change")
+            page.settle()
+            for name in ("rotation", "translation", "bundles"):
+                for line in differences(name):
+                    self.assertEqual({abs(y) for y in line["y"] if y is not None}, {0}, name)
+            first, second = halves("compare-same")
+            self.assertGreater(first.std(), LEAST_SHADING)
+            self.assertLess((numpy.abs(first - second).sum(axis=2) > 60).mean(), 0.01)
+            # Without a ligament on the right.
+            page.set("compare-without", "ligaments/LCL", "change")
+            page.settle()
+            left, right = halves("compare-without")
+            numpy.testing.assert_array_equal(left, first)
+            self.assertGreater((numpy.abs(right - second).sum(axis=2) > 60).mean(), LEAST_LAYER)
+            self.assertIn("without LCL", page.text("shown-other"))
+            # Another model, over the first.
+            page.set("compare-as", "over", "change")
+            page.browser.give("#other", self.models["free"])
+            page.browser.wait("document.getElementById('shown-other').textContent.includes('free.h5')")
+            page.set("flexion", 60)
+            page.settle()
+            self.assertIn("translucent: free.h5: flexion 60.0°", page.text("shown-other"))
+            over = self.picture(page, "#joint", "compare-over")
+            line = differences("rotation")[0]
+            for f in (0, 30, 60, 90):
+                k, k_own, k_other = line["x"].index(f), own["x"].index(f), other["x"].index(f)
+                self.assertAlmostEqual(line["y"][k], other["curves"][0][k_other] - own["curves"][0][k_own], delta=RAD)
+                self.assertAlmostEqual(line["band"]["low"][k], -abs(own["band"]["low"][k_own] - own["curves"][0][k_own]), delta=RAD)
+                self.assertAlmostEqual(line["band"]["high"][k], abs(own["band"]["high"][k_own] - own["curves"][0][k_own]), delta=RAD)
+            page.set("compare", "", "change")
+            page.settle()
+            self.assertGreater((numpy.abs(self.picture(page, "#joint", "compare-nothing") - over).sum(axis=2) > 20).mean(), LEAST_LAYER)
+            self.assertTrue(page.browser.value("document.getElementById('differences').hidden"))
             self.is_quiet(page)
 
     def test_as_wide_as_a_phone(self):
@@ -519,20 +609,20 @@ class WebPage(unittest.TestCase):
             facts = page.text("facts")
             self.assertTrue(facts.startswith(self.models["grid"].name), facts)
             page.browser.value("window.goOn()")
-            page.browser.settle()
+            page.settle()
             self.assertEqual(page.text("facts"), facts)
 
     def test_bad_files_leave_the_page_usable(self):
         with Page(CHROMIUM) as page:
-            page.visit(f"file://{PAGE}")
+            self.opened(page, "grid")
             for path, wanted in bad_files(self.models["grid"], self.root):
                 with self.subTest(path.name):
                     message = page.give(path)
                     if wanted:
                         self.assertIn(wanted, message)
                         self.assertTrue(message.startswith(path.name), message)
-                    self.assertEqual(page.give(self.models["grid"]), "")
                     self.assertTrue(page.browser.value("window.vrda.pose('raw', 30, 0).isSolved"))
+            self.assertEqual(page.give(self.models["grid"]), "")
             # The console may contain only the messages of HDF5.
             self.assertEqual([word for word in page.browser.said if not HDF5_MESSAGES.match(word)], [])
 

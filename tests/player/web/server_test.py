@@ -117,7 +117,7 @@ class Server(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory(prefix="vrda-web-server-")
         cls.root = pathlib.Path(cls.folder.name)
-        made = make_models(VRDA, JOB, cls.root)
+        made = make_models(VRDA, JOB, cls.root, ("grid", "left"))
         cls.model = made["grid"].rename(cls.root / "my knee é.h5")
         cls.left = made["left"]
 
@@ -318,7 +318,7 @@ class Server(unittest.TestCase):
             file, mode = kept.read_text().splitlines()
             self.assertEqual(mode, "600")
             self.assertNotIn(served.below[1:], file)
-            page.browser.visit(f"file://{file}", READY)
+            page.visit(f"file://{file}", READY)
             self.assertEqual(page.browser.value("location.href"), f"{served.address}?model=model.h5")
         self.assertEqual(list(folder.iterdir()), [])
 
@@ -326,7 +326,7 @@ class Server(unittest.TestCase):
         with Served(self.model) as served, Page(CHROMIUM) as page:
             page.browser.call("Network.emulateNetworkConditions", offline=False, latency=0, downloadThroughput=150_000, uploadThroughput=-1)
             bar = "document.getElementById('loading-share')"
-            page.browser.visit(served.address, f"{bar}?.value > 0 && {bar}.value < 1")
+            page.visit(served.address, f"{bar}?.value > 0 && {bar}.value < 1")
             self.assertRegex(page.text("loading-text"), r"Loading .*: [0-9.]+ of [0-9.]+ MB")
             self.assertFalse(page.browser.value("document.getElementById('loading').hidden"))
             page.browser.wait(READY)
@@ -335,7 +335,7 @@ class Server(unittest.TestCase):
 
     def test_in_a_browser(self):
         with Served(self.model) as served, Page(CHROMIUM) as page:
-            page.browser.visit(served.address, READY)
+            page.visit(served.address, READY)
             page.set("flexion", 45)
             self.assertTrue(page.shown()["isSolved"])
             self.assertIn("my knee é.h5", page.text("facts"))
