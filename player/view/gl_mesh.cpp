@@ -436,6 +436,7 @@ void SurfacePainter::set_material(const GlProgram& program, const Drawable& draw
   program.set("shininess", material.shininess);
   program.set("mottling", material.mottling);
   program.set("highlight", drawable.highlight);
+  program.set("unlit", drawable.layer == Layer::caps ? 1.0F : 0.0F);  // as on the page
 }
 
 void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Variant variant)

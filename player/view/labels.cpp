@@ -106,7 +106,13 @@ bool LabelAnchors::is_visible(const Scene& scene, const Eigen::Vector3d& p_mm,
     ray.from_mm = body.X_world_mesh.inverse() * from_mm;
     ray.direction = body.X_world_mesh.linear().transpose() * direction;
     ray.max_length_mm = length_mm;
-    return length_mm > 0.0 && geometry::ray_distance_mm(surface.mesh, surface.tree, ray) < length_mm;
+    if (!(length_mm > 0.0)) return false;
+    if (geometry::ray_distance_mm(surface.mesh, surface.tree, ray) < length_mm) return true;
+    if (!scene.section) return false;
+    // Behind the cut of a solid the way there only leaves that solid.
+    ray.from_mm += length_mm * ray.direction;
+    ray.direction = -ray.direction;
+    return geometry::ray_distance_mm(surface.mesh, surface.tree, ray) < length_mm;
   });
 }
 

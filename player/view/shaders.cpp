@@ -85,6 +85,7 @@ uniform float opacity;
 uniform float specular;
 uniform float mottling;
 uniform float highlight;
+uniform float unlit;
 #ifdef VERTEX_LIT
 in vec3 diffuse;
 in vec3 shine;
@@ -189,6 +190,7 @@ void main()
 #endif
   vec4 own = base();
   vec3 lit = own.rgb * diffuse + specular * shine;
+  lit = mix(lit, 0.8 * own.rgb, unlit);
   if (highlight > 0.0) {
     float aside = 1.0 - abs(dot(normalize(n_camera), normalize(p_camera)));
     lit += highlight * vec3(0.0, 0.35, 0.6) * (0.25 + aside * aside);
