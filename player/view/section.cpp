@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/text.hpp"
+#include "view/gl_mesh.hpp"
 #include "view/keys.hpp"
 
 namespace vrda::view {
@@ -183,7 +184,8 @@ SectionCaps::SectionCaps(Scene& scene)
 {
   const std::size_t n_solids = scene.drawables.size();
   for (std::size_t k = 0; k < n_solids; ++k) {
-    if (scene.drawables[k].layer != Layer::bodies) continue;
+    // An open surface, such as a sheet of cartilage, has no inside.
+    if (scene.drawables[k].layer != Layer::bodies || !is_closed(scene.drawables[k].mesh)) continue;
     const std::string structure = scene.drawables[k].structure;
     auto found = std::ranges::find_if(
         cuts_, [&](const Cut& cut) { return scene.drawables[cut.drawable].structure == structure; });
