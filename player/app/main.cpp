@@ -108,10 +108,10 @@ void add_appearance_options(CLI::App& mode, view::AppearanceOptions& look)
       ->needs(texture)
       ->capture_default_str();
   add(mode, "--lights", "FILE.toml", look.lights, "Lights and background (default: studio)");
-  add(mode, "--see-through", "NAME", look.see_through,
-      "Transparent objects: one by its name (femur, talus, ... or reference, moving), or both");
-  add(mode, "--hide", "NAME", look.hidden,
-      "Object to hide, except its layers: by its name (femur, talus, ... or reference, moving)");
+  add(mode, "--see-through", "NAME,...", look.see_through,
+      "Transparent structures: a bone with its cartilage (femur, talus, ... or reference, moving), both, a "
+      "part or a bundle (meniscus_medial, ACLam, ...)");
+  add(mode, "--hide", "NAME,...", look.hidden, "Structures to hide; names as for --see-through");
 }
 
 // show, web and follow.
@@ -193,6 +193,17 @@ void declare_show(CLI::App& mode, show::ShowOptions& options)
   add_video(mode, options);
   add_framing(mode, options);
   add_appearance_options(mode, options.appearance);
+  CLI::Option* section =
+      add(mode, "--section", "PLANE=MM", options.section_text,
+          "Cut by a plane: sagittal, coronal, axial or a normal X,Y,Z (axes of what is fixed on screen), and "
+          "its distance from the rotation centre; the camera's side is not drawn");
+  CLI::Option* view =
+      add(mode, "--view", "STATE", options.view,
+          "State of a view (schemas/view-state.md): a file, an address of the page or the JSON");
+  for (const char* other : {"--set", "--flexion", "--key", "--varus", "--views", "--hold", "--frame",
+                            "--layers", "--hide", "--see-through", "--trace"})
+    view->excludes(mode.get_option(other));
+  view->excludes(section);
   mode.add_flag("--quiet", options.is_quiet, "Print only paths and warnings");
   mode.footer(view::help_text() +
               "Examples:\n  vrda-player show knee.h5\n"
@@ -371,7 +382,7 @@ void declare_bench(CLI::App& mode, bench::BenchOptions& options)
   // A callback, because CLI11 also stores false in a bound flag when the option is absent.
   mode.add_flag_function(
       "--panel,!--no-panel", [&options](std::int64_t given) { options.has_panel = given > 0; },
-      "Show the operator's panel at the start (default: only in a window)");
+      "Show the operator's panel at the start (default: in a window with room beside the eyes' views)");
   add_appearance_options(mode, options.look);
   mode.add_flag("--quiet", options.is_quiet, "Print only warnings");
   mode.footer(key_help_text(bench::bench_key_lines(), 16) +

@@ -36,13 +36,26 @@ const char* name_of(LinkState state)
 std::optional<view::Viewport> operator_area(const DisplaySettings& display)
 {
   const view::Viewport &l = display.windows.left, &r = display.windows.right;
-  const std::array<view::Viewport, 2> strips{
-      view::Viewport{0, 0, std::min(l.x, r.x), display.height},
-      view::Viewport{std::max(l.x + l.width, r.x + r.width), 0,
-                     display.width - std::max(l.x + l.width, r.x + r.width), display.height}};
-  const view::Viewport& widest = strips[0].width >= strips[1].width ? strips[0] : strips[1];
-  if (widest.width < least_width_px || widest.height < least_height_px) return std::nullopt;
-  return widest;
+  const int left = std::min(l.x, r.x), right = std::max(l.x + l.width, r.x + r.width);
+  const int top = std::min(l.y, r.y), bottom = std::max(l.y + l.height, r.y + r.height);
+  const std::array<view::Viewport, 4> strips{{{0, 0, left, display.height},
+                                              {right, 0, display.width - right, display.height},
+                                              {0, 0, display.width, top},
+                                              {0, bottom, display.width, display.height - bottom}}};
+  const view::Viewport* best = nullptr;
+  for (const view::Viewport& strip : strips) {
+    if (strip.width < least_width_px || strip.height < least_height_px) continue;
+    if (best == nullptr || strip.width * strip.height > best->width * best->height) best = &strip;
+  }
+  return best == nullptr ? std::nullopt : std::optional(*best);
+}
+
+std::string next_step_text(const BenchFrame& frame, const PanelContent& content)
+{
+  if (content.tracker.link != LinkState::up) return "next: 1 start the tracker";
+  if (frame.stage.is_used && !stage_status_text(frame).empty())
+    return "next: 2 zero the stage: move it to its stop, press Z";
+  return content.is_calibrated ? "" : "next: 3 calibrate: vrda-player calibrate all";
 }
 
 std::string device_text(const std::string& name, const DeviceReport& report)
@@ -131,10 +144,23 @@ void BenchPanel::add_panel(const view::Viewport& area, const BenchState& state, 
                            const PanelContent& content)
 {
   float top_px = static_cast<float>(area.y) + margin_px;
-  const auto line = [&](const std::string& words, const view::VertexColour& colour = ink) {
-    text_.add_text(overlay_, static_cast<float>(area.x) + margin_px, top_px,
-                   text_.fitted(words, static_cast<float>(area.width) - 2.0F * margin_px), colour);
+  const float room_px = static_cast<float>(area.width) - 2.0F * margin_px;
+  const auto row = [&](const std::string& words, const view::VertexColour& colour) {
+    text_.add_text(overlay_, static_cast<float>(area.x) + margin_px, top_px, text_.fitted(words, room_px),
+                   colour);
     top_px += text_.line_px();
+  };
+  // In as many rows as its words need.
+  const auto line = [&](const std::string& words, const view::VertexColour& colour = ink) {
+    std::string filled;
+    for (const std::string& word : view::split(words, ' ')) {
+      const std::string longer = filled.empty() ? word : filled + " " + word;
+      if (!filled.empty() && text_.width_px(longer) > room_px)
+        row(std::exchange(filled, word), colour);
+      else
+        filled = longer;
+    }
+    row(filled, colour);
   };
   if (content.has_help) {
     for (const view::HelpLine& help : bench_key_lines())
@@ -142,6 +168,7 @@ void BenchPanel::add_panel(const view::Viewport& area, const BenchState& state, 
     return;
   }
   line(state.bench().title, faint);
+  if (const std::string next = next_step_text(frame, content); !next.empty()) line(next, green);
   if (!content.error_message.empty()) line(content.error_message, amber);
   line("> " + parameter_text(state, state.selected()), green);
   const Attitude& at = frame.pose.attitude;
@@ -354,7 +381,10 @@ BenchOutput::BenchOutput(const BenchOptions& options, const BenchSetup& setup)
       doubts_(setup.model)
 {
   view_.load_into(sink_.renderer());
-  panel_.has_panel = options.has_panel.value_or(!options.is_headless);
+  // Unasked, it does not cover what the eyes see.
+  panel_.has_panel =
+      options.has_panel.value_or(!options.is_headless && operator_area(setup.bench.display).has_value());
+  panel_.is_calibrated = !setup.facts.calibration_text.empty();
   panel_.has_board = setup.bench.board.has_value();
 }
 

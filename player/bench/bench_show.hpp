@@ -14,7 +14,7 @@ namespace vrda::bench {
 struct PanelContent {
   bool has_panel = true, has_help = false;
   DeviceReport tracker, board;
-  bool has_board = false;
+  bool has_board = false, is_calibrated = true;  ///< false: the values are nominal
   const BenchTiming* timing = nullptr;
   std::string error_message;  ///< problem of the display; may be empty
   std::string message;        ///< newest message, shown for some seconds
@@ -26,7 +26,8 @@ class BenchPanel {
   explicit BenchPanel(const BenchFile& bench);
 
   const view::OverlayFont& font() const { return text_.font(); }
-  /// Valid until the next call. The panel is beside the eyes' windows or over the left one.
+  /// Valid until the next call. The panel is beside the eyes' windows, or over the left one where they leave
+  /// no room.
   const view::Overlay& drawn(const BenchState& state, const BenchFrame& frame, const PanelContent& content);
 
  private:
@@ -41,7 +42,11 @@ class BenchPanel {
   view::OverlayReflector reflector_;
 };
 
-/// Largest area beside the eyes' windows that is large enough for a panel.
+/// What the operator does next, until the bench is ready: "1 start the tracker, 2 zero the stage, 3
+/// calibrate"; empty then.
+std::string next_step_text(const BenchFrame& frame, const PanelContent& content);
+
+/// Largest area beside, above or below the eyes' windows that is large enough for a panel.
 std::optional<view::Viewport> operator_area(const DisplaySettings& display);
 
 /// "internal rotation 9.2 deg, anterior 3.1 mm", or external and posterior.
@@ -127,7 +132,7 @@ class BenchView {
   std::string file_;  ///< for errors
   DisplaySettings display_;
   view::Scene scene_;
-  std::vector<bool> shown_bodies_;  ///< of scene_, as the appearance has them
+  std::vector<bool> shown_bodies_;   ///< of scene_, as the appearance has them
   std::vector<Material> materials_;  ///< of the bodies of a leg that is shown as it is
   view::LayerSet shown_layers_;
   std::optional<view::JointLayers> layers_;  ///< if any is shown

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <utility>
 
 #include "core/text.hpp"
@@ -16,6 +17,7 @@ namespace vrda::show {
 namespace {
 
 constexpr int n_framed_poses = 7;          // samples of the motion for framing; its outline changes slowly
+constexpr int frames_after_input = 3;      // the interface library needs two frames to react to a button
 constexpr double session_message_s = 4.0;  // long enough to read a path
 constexpr double most_elapsed_s = 0.25;    // a suspended program resumes where it stopped
 
@@ -91,7 +93,14 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
   range_ = range_now();
   job_view_ = options.job_view;
   zoom_ = options.zoom;
+  state_.section = options.section;
+  list_.section_range_mm = 60.0 * view::marker_scale(model_);
+  if (options.state) joint_.use(*options.state);
   frame_fixed_object();
+  if (options.state && options.state->place) {
+    gaze_.camera = placed(gaze_.camera, *options.state->place);
+    gaze_.pivot_world_mm = options.state->place->target_mm;
+  }
   advance(0.0);
 }
 
@@ -141,6 +150,14 @@ void Session::resize(int width, int height)
   is_disturbed_ = true;
 }
 
+void Session::set_scale(double scale, view::Renderer& renderer)
+{
+  if (!gui_.set_scale(scale)) return;
+  renderer.load(gui_.font());
+  is_disturbed_ = true;
+  n_frames_due_ = frames_after_input;
+}
+
 void Session::do_action(view::Action action)
 {
   if (action == view::Action::screenshot) takes_picture_ = true;
@@ -148,7 +165,119 @@ void Session::do_action(view::Action action)
   if (action == view::Action::leave && !state_.shows_help) leaves_full_screen_ = !gui_.close_menu();
   if (action == view::Action::reset_view) frame_joint();
   if (const std::optional<view::View> view = view::view_of(action)) set_view(*view);
+  do_structure_action(action);
+  const view::SectionKind section = state_.section.kind;
   state_ = view::apply_action(state_, action, range_);
+  update_section(section);
+}
+
+/// A new free plane faces the camera, through the middle of the joint.
+void Session::update_section(view::SectionKind before)
+{
+  view::Section& section = state_.section;
+  if (section.kind == before) return;
+  const bool is_free = section.kind == view::SectionKind::free;
+  if (is_free) section.normal = gaze_.camera.X_world_camera.linear().col(2);
+  section.at_mm = is_free ? section.normal.dot(gaze_.pivot_world_mm) : 0.0;
+}
+
+void Session::do_structure_action(view::Action action)
+{
+  using view::Action;
+  view::Looks& looks = joint_.looks();
+  const std::size_t n = joint_.structures().size();
+  const auto change = [&](view::LookChange how) { view::change(looks, joint_.structures(), how); };
+  if (action == Action::save_view) saves_view_ = true;
+  if (action == Action::show_all_structures) change(view::LookChange::show_all);
+  if (action == Action::isolate_structure) change(view::LookChange::isolate);
+  if (action == Action::fade_other_structures) change(view::LookChange::fade_others);
+  if (action == Action::next_structure)
+    looks.highlighted = looks.highlighted ? (*looks.highlighted + 1) % n : 0;
+  if (action == Action::previous_structure) looks.highlighted = (looks.highlighted.value_or(0) + n - 1) % n;
+  const bool is_chosen = action == Action::next_structure || action == Action::previous_structure;
+  if (is_chosen) state_.shows_structures = true;
+  if (!looks.highlighted) return;
+  view::StructureLook& look = looks.of[*looks.highlighted];
+  const view::Layer layer = view::layer_of(joint_.structures()[*looks.highlighted]);
+  if (action == Action::switch_structure) {
+    look.is_visible = !look.is_visible;
+    if (layer != view::Layer::bodies && layer != view::Layer::ligaments)
+      state_.layers.set(layer, !state_.layers.has(layer));
+  }
+  constexpr float opacity_step = 0.1F;
+  const float by = action == Action::less_opaque   ? -opacity_step
+                   : action == Action::more_opaque ? opacity_step
+                                                   : 0.0F;
+  look.opacity = std::clamp(look.opacity + by, view::least_opacity, 1.0F);
+}
+
+/// Highlights what is there; of a highlighted structure, no longer.
+void Session::touch(const Eigen::Vector2d& pointer_px)
+{
+  constexpr double reach_px = 4.0;  // as on the page
+  view::Looks& looks = joint_.looks();
+  const auto pick = view::picked(scene(), shot_.camera, area(), pointer_px, reach_px);
+  const auto row = pick ? joint_.structure_row(scene().drawables[pick->drawable].structure) : std::nullopt;
+  looks.highlighted = row == looks.highlighted ? std::nullopt : row;
+  if (looks.highlighted) state_.shows_structures = true;
+}
+
+/// The curve when structure, set or varus changes; the numbers at every frame.
+void Session::update_card()
+{
+  constexpr std::size_t n_curve = 61;
+  const std::optional<std::size_t> row = joint_.looks().highlighted;
+  view::StructureCard& card = list_.card;
+  card.reading[0] = 0;
+  card.strain_percent = {};
+  if (!row || joint_.structures()[*row].group != view::StructureGroup::ligaments) {
+    card_row_ = row;
+    return;
+  }
+  const std::string& id = joint_.structures()[*row].id;
+  const view::Timeline& timeline = state_.timeline;
+  const double span = timeline.last - timeline.first;
+  if (row != card_row_ || card_set_ != state_.set || card_varus_rad_ != state_.varus_rad) {
+    card_row_ = row;
+    card_set_ = state_.set;
+    card_varus_rad_ = state_.varus_rad;
+    strain_percent_.clear();
+    double highest = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < n_curve; ++k) {
+      const double at = timeline.first + span * static_cast<double>(k) / (n_curve - 1);
+      const double varus_rad =
+          motion().is_sequence() ? 0.0 : state_.varus_rad.value_or(motion().balanced_varus_rad(at));
+      const auto reading = joint_.bundles().at(id, view::pose_at(motion(), at, varus_rad));
+      const double strain = reading && !reading->is_line ? 100.0 * reading->strain : std::nan("");
+      strain_percent_.push_back(static_cast<float>(strain));
+      if (strain <= highest) continue;
+      if (std::isfinite(strain)) highest = strain, tightest_ = at;
+    }
+    // A gap without poses continues what is before it, or else what is behind it.
+    for (std::size_t k = 1; k < n_curve; ++k)
+      if (std::isnan(strain_percent_[k])) strain_percent_[k] = strain_percent_[k - 1];
+    for (std::size_t k = n_curve - 1; k-- > 0;)
+      if (std::isnan(strain_percent_[k])) strain_percent_[k] = strain_percent_[k + 1];
+  }
+  const auto now = joint_.bundles().at(id, readout_.pose);
+  const bool has_curve = !std::isnan(strain_percent_.front());
+  const auto shown_position = [&](double position) {
+    return view::steps_of_position(timeline.axis, position);
+  };
+  if (!now) {
+    std::snprintf(card.reading.data(), card.reading.size(), "no pose here");
+  } else if (now->is_line) {
+    std::snprintf(card.reading.data(), card.reading.size(), "pulls with %.0f N at every angle",
+                  now->tension_n);
+  } else {
+    const char* unit = motion().is_sequence() ? "" : "°";
+    std::snprintf(card.reading.data(), card.reading.size(), "%s %.1f %%, %.0f N; %s at %.0f%s",
+                  now->strain > 0.0 ? "strain" : "slack", 100.0 * now->strain, now->tension_n,
+                  std::ranges::max(strain_percent_) > 0.0F ? "tightest" : "never taut, least slack",
+                  shown_position(tightest_), unit);
+  }
+  if (has_curve) card.strain_percent = strain_percent_;
+  card.now = span > 0.0 ? (timeline.position - timeline.first) / span : 0.0;
 }
 
 void Session::set_view(view::View view)
@@ -170,6 +299,7 @@ void Session::frame_joint()
   view::CameraFit fit(view.R_world_camera, options);
   fit.include(framed_points_);
   gaze_.camera = view::placed_camera(fit, view, zoom_);
+  X_world_framed_ = job_view_ ? Pose::Identity() : gaze_.camera.X_world_camera;
   gaze_.pivot_world_mm = view::joint_sphere(scene()).centre_world_mm;
 }
 
@@ -178,6 +308,7 @@ void Session::place_joint()
   range_ = range_now();
   const store::JointPose pose =
       view::pose_at(motion(), state_.timeline.position, view::wanted_varus_rad(state_, range_));
+  joint_.scene().section = view::plane_of(state_.section);
   joint_.show(motion(), pose, state_.layers);
   readout_ = joint_.readout(sets_[state_.set], pose, doubts_.at(pose));
   readout_.is_varus_balanced = !state_.varus_rad.has_value();
@@ -219,10 +350,14 @@ void Session::draw_interface(double elapsed_s)
   readout_.message = message_left_s_ > 0.0         ? message_.c_str()
                      : state_.set == remarked_set_ ? remark_.c_str()
                                                    : nullptr;
+  update_card();
+  frame.list = &list_;
+  const view::SectionKind section = state_.section.kind;
   const view::GuiResult answer = gui_.frame(frame, state_, range_, readout_);
   pointer_.wheel = 0.0;
   was_left_pressed_ = false;
   state_ = answer.state;
+  update_section(section);
   do_action(answer.action);
 }
 
@@ -282,17 +417,43 @@ const view::Image& Session::draw_screenshot(view::Renderer& renderer)
   return renderer.draw(scene(), shots(), &gui_.static_overlay(frame, state_, range_, readout));
 }
 
+ViewState Session::view_state() const
+{
+  ViewState state;
+  state.set = store::all_set_names(model_)[state_.set];
+  state.flexion_deg = deg_from_rad(readout_.pose.attitude.flexion_rad);
+  if (state_.varus_rad) state.varus_deg = deg_from_rad(*state_.varus_rad);
+  state.fixed = state_.fixed_object;
+  const std::string name = view::view_names()[static_cast<std::size_t>(view_)];
+  const bool is_named = gaze_.camera.X_world_camera.matrix() == X_world_framed_.matrix() &&
+                        view_ != view::View::left && view_ != view::View::right &&
+                        view_ != view::View::inverted;
+  state.view = name;
+  if (!is_named) state.place = CameraPlace{gaze_.camera.X_world_camera.translation(), gaze_.pivot_world_mm};
+  state.whole = framing_ == view::Framing::all;
+  state.labels = state_.layers.has(view::Layer::labels);
+  state.band = state_.layers.has(view::Layer::band);
+  state.section = state_.section;
+  const view::Looks& looks = joint_.looks();
+  for (std::size_t k = 0; k < looks.of.size(); ++k) {
+    const view::Structure& structure = joint_.structures()[k];
+    const view::Layer layer = view::layer_of(structure);
+    view::StructureLook look = looks.of[k];
+    const bool is_contact = structure.group == view::StructureGroup::contact;
+    look.is_visible = layer == view::Layer::bodies
+                          ? look.is_visible
+                          : (is_contact || look.is_visible) && state_.layers.has(layer);
+    if (look != view::StructureLook{!is_contact, 1.0F}) state.structures.emplace_back(structure.id, look);
+  }
+  if (looks.highlighted) state.highlighted = joint_.structures()[*looks.highlighted].id;
+  return state;
+}
+
 void Session::show_message(const std::string& message)
 {
   message_ = message;
   message_left_s_ = session_message_s;
 }
-
-namespace {
-
-constexpr int frames_after_input = 3;  // the interface library needs two frames to react to a button
-
-}  // namespace
 
 void Session::take_key(const view::InputEvent& event)
 {
@@ -338,6 +499,16 @@ void Session::take(const view::InputEvent& event)
   }
   pointer_.x_px = pointer_px.x();
   pointer_.y_px = pointer_px.y();
+  // A press that is released where it began is a touch; one that moves turns the joint.
+  constexpr double still_px = 5.0;
+  if (press_px_ && (pointer_px - *press_px_).norm() > still_px) press_px_.reset();
+  if (event.kind == view::InputKind::press)
+    press_px_ = is_left && event.n_clicks == 1 && is_over_picture(pointer_px) ? std::optional(pointer_px)
+                                                                              : std::nullopt;
+  if (event.kind == view::InputKind::release && is_left && press_px_) {
+    press_px_.reset();
+    touch(pointer_px);
+  }
   // The wheel acts where the pointer is, a drag also beyond the picture.
   const bool is_dragging = navigation_.is_dragging() && event.kind != view::InputKind::wheel;
   if (is_dragging || is_over_picture(pointer_px)) gaze_ = navigation_.after(event, gaze_, scene(), area());
@@ -460,6 +631,8 @@ SessionOptions session_options(const ShowOptions& options, const store::MotionMo
   session.backdrop = options.backdrop;
   session.fixed_object = options.fixed_object;
   session.appearance = look.appearance;
+  session.section = options.section;
+  session.state = options.state;
   session.framing = options.framing;
   session.width = look.size.width;
   session.height = look.size.height;
@@ -481,6 +654,12 @@ view::WindowOptions window_options(const ShowOptions& options, const SessionOpti
   window.height = session.height;
   window.samples = options.samples;
   return window;
+}
+
+/// Of the monitor that the window is on.
+double text_scale(const view::Window& window)
+{
+  return std::clamp(window.content_scale(), 1.0, 4.0);
 }
 
 /// Runs a session in a window and opens dropped files.
@@ -512,9 +691,11 @@ class ShowMode final : public Mode {
   void advance(double elapsed_s) override
   {
     Session& session = shown_.session();
+    session.set_scale(text_scale(*sink_.window()), sink_.renderer());
     session.resize(sink_.renderer().width(), sink_.renderer().height());
     session.advance(elapsed_s);
     if (session.consume_screenshot_request()) save_picture();
+    if (session.consume_save_request()) save_view();
     view::Window& window = *sink_.window();
     if (const bool is_full = window.is_full_screen(); session.consume_full_screen_request(is_full) != is_full)
       window.toggle_full_screen();
@@ -549,6 +730,21 @@ class ShowMode final : public Mode {
     session.show_message(refused ? refused->what() : "image written: " + name);
   }
 
+  void save_view()
+  {
+    Session& session = shown_.session();
+    std::string name;
+    const auto refused = catch_input_error([&] {
+      const std::string stem = std::filesystem::path(shown_.file()).stem().string() + "_view";
+      name = write_with_free_name(
+          [&](std::size_t number) {
+            return stem + (number == 1 ? "" : "_" + std::to_string(number)) + ".json";
+          },
+          [&](const std::string& free) { write_atomically(free, {view_state_text(session.view_state())}); });
+    });
+    session.show_message(refused ? refused->what() : "state of the view written: " + name);
+  }
+
   Sink& sink_;
   ShownModel shown_;
   bool has_moving_quality_;  ///< one sample per pixel while something moves, else samples_at_rest
@@ -562,7 +758,7 @@ void show_in_window(const ShowOptions& options, store::MotionModel model, const 
   SessionOptions chosen = session_options(options, model, set);
   Sink sink(window_options(options, chosen));
   chosen.is_plain_while_moving = sink.window()->is_software_rendered();
-  chosen.scale = std::clamp(sink.window()->content_scale(), 1.0, 4.0);
+  chosen.scale = text_scale(*sink.window());
   ShowMode mode(options, std::move(model), chosen, sink);
   StopSignals stop;
   run_loop(mode, sink, stop);

@@ -8,9 +8,11 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "show/joint_view.hpp"
+#include "show/view_state.hpp"
 #include "store/motion.hpp"
 #include "store/motion_model.hpp"
 #include "view/camera.hpp"
@@ -34,6 +36,8 @@ struct SessionOptions {
   view::Backdrop backdrop = view::Backdrop::studio;
   BodyIndex fixed_object = BodyIndex::moving;
   view::AppearanceOptions appearance;
+  view::Section section;
+  std::optional<ViewState> state;  ///< whose structures and camera are used
   view::Framing framing = view::Framing::joint;
   int width = 1280, height = 960;
   double scale = 1.0;  ///< factor for text and controls
@@ -58,6 +62,8 @@ class Session {
   void take(const view::InputEvent& event);
   void press_key(const view::KeyPress& press) { do_action(view::action_of(press)); }
   void resize(int width, int height);
+  /// Of text and controls, of the monitor that the window is on; loads its font.
+  void set_scale(double scale, view::Renderer& renderer);
 
   /// Advances by `elapsed_s` (not negative) and updates scene, shots and overlay. Allocates nothing once
   /// warm.
@@ -84,17 +90,24 @@ class Session {
 
   /// Return a pending request of the user and clear it.
   bool consume_screenshot_request();
+  bool consume_save_request() { return std::exchange(saves_view_, false); }
   /// Whether full screen is wanted of a window that `is_full` screen now or not.
   bool consume_full_screen_request(bool is_full);
 
   /// Renders a screenshot without controls at the renderer's size.
   const view::Image& draw_screenshot(view::Renderer& renderer);
+  /// What is shown; without the roll of the camera.
+  ViewState view_state() const;
   /// Displays a message for some seconds.
   void show_message(const std::string& message);
 
  private:
   const store::Motion& motion() const { return sets_[state_.set].motion; }
   void do_action(view::Action action);
+  void do_structure_action(view::Action action);
+  void touch(const Eigen::Vector2d& pointer_px);
+  void update_card();
+  void update_section(view::SectionKind before);
   void take_key(const view::InputEvent& event);
   void set_view(view::View view);
   void frame_joint();
@@ -130,6 +143,14 @@ class Session {
       view::Backdrop::studio;  ///< last applied to the scene; a lights file may replace it
   view::Shot shot_;
   view::Navigation navigation_;
+  view::StructureList list_{joint_.structures(), joint_.looks(), {}, 60.0};
+  /// Of the highlighted bundle over the timeline, percent, and what it belongs to.
+  std::vector<float> strain_percent_;
+  std::optional<std::size_t> card_row_, card_set_;
+  std::optional<double> card_varus_rad_;
+  double tightest_ = 0.0;                    ///< position on the timeline
+  std::optional<Eigen::Vector2d> press_px_;  ///< of a click, until the pointer moves
+  Pose X_world_framed_ = Pose::Identity();   ///< the camera as the named view placed it
   view::GuiPointer pointer_;
   view::Key held_key_ = view::Key::none;
   int n_frames_due_ = 0;           ///< frames to draw until the interface settles
@@ -140,7 +161,7 @@ class Session {
   bool is_disturbed_ = true;  ///< by an event since the last frame
   double still_s_ = 0.0;      ///< since the last change of the picture
   bool has_same_picture_ = false;
-  bool takes_picture_ = false, toggles_full_screen_ = false, leaves_full_screen_ = false;
+  bool takes_picture_ = false, saves_view_ = false, toggles_full_screen_ = false, leaves_full_screen_ = false;
   std::optional<std::size_t> remarked_set_;  ///< the default motion, if it is not the smoothed one
   std::string remark_;                       ///< why; shown with that set
   std::string message_;

@@ -112,7 +112,9 @@ class SeriesRenderer {
         renderer_(std::move(renderer))
   {
     joint_.fixed_object = options.fixed_object;
-    if (options.appearance.layers != view::AppearanceOptions{}.layers)
+    joint_.scene().section = view::plane_of(options.section);
+    if (options.state) joint_.use(*options.state);
+    if (!options.state && options.appearance.layers != view::AppearanceOptions{}.layers)
       require_layers(options.file, wanted_, joint_.layers().available());
     area_ = {0, 0, look_.size.width, look_.size.height};
     make_interface(model, set, poses);
@@ -171,8 +173,11 @@ class SeriesRenderer {
     }
     std::vector<view::Camera> cameras;
     cameras.reserve(fits.size());
-    for (std::size_t k = 0; k < fits.size(); ++k)
+    for (std::size_t k = 0; k < fits.size(); ++k) {
       cameras.push_back(view::placed_camera(fits[k], look_.views[k], look_.zoom));
+      if (options_.state && options_.state->place)
+        cameras.back() = placed(cameras.back(), *options_.state->place);
+    }
     return cameras;
   }
 
@@ -600,8 +605,40 @@ ResolvedPictures resolved_pictures(const PictureOptions& options, const store::M
   return look;
 }
 
-ShowSummary show(const ShowOptions& options, const Streams& streams)
+namespace {
+
+/// The options with what `--view` and `--section` say.
+ShowOptions with_state(ShowOptions options)
 {
+  if (!options.section_text.empty())
+    options.section = view::parsed_section("--section", options.section_text);
+  if (options.view.empty()) return options;
+  options.state = read_view_state(options.view);
+  const ViewState& state = *options.state;
+  options.set = state.set;
+  options.flexion = shortest_decimal(state.flexion_deg);
+  options.varus_deg = state.varus_deg;
+  options.fixed_object = state.fixed;
+  options.views = state.view;
+  options.framing = state.whole ? view::Framing::all : view::Framing::joint;
+  options.section = state.section;
+  std::string layers = "ligaments";
+  const auto add = [&](view::Layer layer) { layers += "," + view::name_of(layer); };
+  if (state.labels) add(view::Layer::labels);
+  if (state.band) add(view::Layer::band);
+  for (const auto& [id, look] : state.structures) {
+    if (id == view::gap_structure && look.is_visible) add(view::Layer::gap_map);
+    if (id == view::paths_structure && look.is_visible) add(view::Layer::contact_paths);
+  }
+  options.appearance.layers = layers;
+  return options;
+}
+
+}  // namespace
+
+ShowSummary show(const ShowOptions& given, const Streams& streams)
+{
+  const ShowOptions options = with_state(given);
   if (!options.views.empty()) view::parsed_views(options.views);
   if (!options.size.empty()) view::parsed_size(options.size);
   view::parsed_layers(options.appearance.layers);
@@ -612,6 +649,7 @@ ShowSummary show(const ShowOptions& options, const Streams& streams)
   const bool has_window = options.folder.empty() && options.video.empty();
   std::unique_ptr<view::Renderer> renderer = has_window ? nullptr : warm_renderer(options);
   store::MotionModel model = reading.model();
+  if (options.state) require_of_model(*options.state, options.view, model);
   if (has_window) {
     const std::string set = store::chosen_set(model, options.file, options.set);
     require_own_options(store::Motion(model, set), options);

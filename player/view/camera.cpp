@@ -320,6 +320,63 @@ std::optional<Eigen::Vector3d> point_under(const Scene& scene, const Camera& cam
   return from + nearest * direction;
 }
 
+namespace {
+
+/// Without reach.
+std::optional<Pick> picked_at(const Scene& scene, const Camera& camera, const Viewport& viewport,
+                              const Eigen::Vector2d& pointer_px)
+{
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const Eigen::Vector3d eye = camera.X_world_camera.translation();
+  const Eigen::Vector3d direction = camera.X_world_camera.linear() * ray_camera(camera, viewport, pointer_px);
+  // From the section on.
+  Eigen::Vector3d from = eye;
+  if (scene.section) {
+    const double towards = scene.section->normal.dot(direction);
+    const double along = (scene.section->at_mm - scene.section->normal.dot(eye)) / towards;
+    if (!(along > 0.0) || !std::isfinite(along)) return std::nullopt;
+    from += along * (1.0 - 1e-9) * direction;
+  }
+  double nearest = infinity, nearest_solid = infinity;
+  std::size_t own = 0, solid = 0;
+  for (std::size_t k = 0; k < scene.drawables.size(); ++k) {
+    const Drawable& drawable = scene.drawables[k];
+    if (drawable.structure.empty() || !drawable.is_shown) continue;
+    const Pose X_mesh_world = drawable.X_world_mesh.inverse();
+    const double at = nearest_hit(drawable.mesh, X_mesh_world * from, X_mesh_world.linear() * direction);
+    if (at < nearest) {
+      nearest = at;
+      own = k;
+    }
+    if (at < nearest_solid && drawable.material.opacity >= 0.5F) {
+      nearest_solid = at;
+      solid = k;
+    }
+  }
+  if (nearest == infinity) return std::nullopt;
+  const bool has_solid = nearest_solid < infinity;
+  return Pick{has_solid ? solid : own, from + (has_solid ? nearest_solid : nearest) * direction};
+}
+
+bool is_thin(const Scene& scene, const std::optional<Pick>& pick)
+{
+  return pick && scene.drawables[pick->drawable].layer == Layer::ligaments;
+}
+
+}  // namespace
+
+std::optional<Pick> picked(const Scene& scene, const Camera& camera, const Viewport& viewport,
+                           const Eigen::Vector2d& pointer_px, double reach_px)
+{
+  const std::optional<Pick> found = picked_at(scene, camera, viewport, pointer_px);
+  if (is_thin(scene, found)) return found;
+  for (const Eigen::Vector2d& aside : {Eigen::Vector2d(-1, 0), {1, 0}, {0, -1}, {0, 1}}) {
+    const std::optional<Pick> near = picked_at(scene, camera, viewport, pointer_px + reach_px * aside);
+    if (is_thin(scene, near)) return near;
+  }
+  return found;
+}
+
 OrbitCamera before_surface(const OrbitCamera& gaze, OrbitCamera next, const Scene& scene)
 {
   const double ahead_mm = depth_mm(gaze) - depth_mm(next);

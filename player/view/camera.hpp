@@ -123,6 +123,15 @@ OrbitCamera centred_on(const OrbitCamera& gaze, const Eigen::Vector3d& point_wor
 std::optional<Eigen::Vector3d> point_under(const Scene& scene, const Camera& camera, const Viewport& viewport,
                                            const Eigen::Vector2d& pointer_px);
 
+/// The drawable of a structure under a pixel: the nearest one that is at least half opaque, else the nearest.
+/// A bundle of fibres counts within `reach_px`.
+struct Pick {
+  std::size_t drawable = 0;
+  Eigen::Vector3d point_world_mm = Eigen::Vector3d::Zero();
+};
+std::optional<Pick> picked(const Scene& scene, const Camera& camera, const Viewport& viewport,
+                           const Eigen::Vector2d& pointer_px, double reach_px);
+
 /// Left rotates, right (or left with shift or control) translates in the image plane, middle moves in depth:
 /// the same in the page. Differs from thesis 6.2.1, where left translates and middle rotates.
 DragKind drag_of(MouseButton button, bool has_shift, bool has_control);

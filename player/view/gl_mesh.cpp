@@ -167,17 +167,20 @@ void add_levels(const GlTable& gl, const MeshLevels& levels, GpuMesh& mesh)
   gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, bytes_of(indices), indices.data(), GL_STATIC_DRAW);
 }
 
-/// Uploads a new revision. Throws InternalError if the mesh is larger than at its upload.
+/// Uploads a new revision.
 void upload_revision(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
 {
   if (drawable.revision == mesh.revision) return;
   const RenderMesh& changed = drawable.mesh;
-  check(changed.vertices.size() <= mesh.n_vertices && changed.triangles.size() <= mesh.n_indices,
-        "a new revision of a mesh is not larger than at its upload");
   gl.BindVertexArray(mesh.geometry.array);
   gl.BindBuffer(GL_ARRAY_BUFFER, mesh.geometry.vertices);
-  gl.BufferSubData(GL_ARRAY_BUFFER, 0, bytes_of(changed.vertices), changed.vertices.data());
-  gl.BufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, bytes_of(changed.triangles), changed.triangles.data());
+  const auto fill = [&](GLenum kind, std::size_t& room, const auto& items) {
+    if (items.size() <= room) return gl.BufferSubData(kind, 0, bytes_of(items), items.data());
+    room = items.size();
+    gl.BufferData(kind, bytes_of(items), items.data(), GL_DYNAMIC_DRAW);
+  };
+  fill(GL_ARRAY_BUFFER, mesh.n_vertices, changed.vertices);
+  fill(GL_ELEMENT_ARRAY_BUFFER, mesh.n_indices, changed.triangles);
   upload_colours(gl, drawable, mesh);
   // Only the full level is overwritten; the coarser ones are invalid now.
   mesh.is_changed = true;
@@ -292,6 +295,15 @@ void SurfacePainter::begin(const Scene& scene, const Camera& camera, const Pixel
   projection_ = projection(camera).cast<float>();
   px_mm_at_1_mm_ = view.height / (2.0 * camera.half_height_tangent);
   near_mm_ = camera.near_mm;
+  has_section_ = scene.section.has_value();
+  section_normal_.setZero();
+  section_at_mm_ = 1.0F;
+  if (has_section_) {
+    const Eigen::Vector3d eye_mm = camera.X_world_camera.translation();
+    const double side = scene.section->normal.dot(eye_mm) > scene.section->at_mm ? 1.0 : -1.0;
+    section_normal_ = (side * X_camera_world_.linear() * scene.section->normal).cast<float>();
+    section_at_mm_ = static_cast<float>(side * (scene.section->at_mm - scene.section->normal.dot(eye_mm)));
+  }
   translucent_box_ = bounds(scene, view, true);
   content_box_ = is_line_mode(mode_) ? view : bounds(scene, view, false);
 }
@@ -402,6 +414,7 @@ void SurfacePainter::set_shot(Program& program)
   const auto n_lights = static_cast<int>(lights.size());
   const GlProgram& linked = program.linked;
   linked.set("projection", projection_);
+  linked.set("section_normal", section_normal_.data());
   linked.set("up_camera", up_camera.data());
   linked.set("sky", lighting_->sky.data());
   linked.set("ground", lighting_->ground.data());
@@ -422,6 +435,8 @@ void SurfacePainter::set_material(const GlProgram& program, const Drawable& draw
   program.set("specular", material.specular);
   program.set("shininess", material.shininess);
   program.set("mottling", material.mottling);
+  program.set("highlight", drawable.highlight);
+  program.set("unlit", drawable.layer == Layer::caps ? 1.0F : 0.0F);  // as on the page
 }
 
 void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Variant variant)
@@ -436,7 +451,12 @@ void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Var
   program.linked.set("X_camera_mesh", X_camera_mesh);
   program.linked.set("depth_offset_mm", static_cast<float>(drawable.depth_offset_mm));
   if (!is_depth) set_material(program.linked, drawable, variant.shading);
+  // Caps lie in the plane. Software rendering clips by the distances whether or not that is enabled.
+  constexpr float never_mm = 1e9F;
+  program.linked.set("section_at_mm", drawable.layer == Layer::caps ? never_mm : section_at_mm_);
+  if (has_section_) gl_.Enable(GL_CLIP_DISTANCE0);
   draw_level(gl_, mesh, allowed_error_mm(drawable));
+  if (has_section_) gl_.Disable(GL_CLIP_DISTANCE0);
 }
 
 void SurfacePainter::draw_lines(const Scene& scene)

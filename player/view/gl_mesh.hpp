@@ -122,6 +122,9 @@ class SurfacePainter {
   Pose X_camera_world_ = Pose::Identity();
   double px_mm_at_1_mm_ = 0.0;  ///< pixels per mm, times the depth in mm
   double near_mm_ = 1.0;
+  bool has_section_ = false;
+  Eigen::Vector3f section_normal_{0.0F, 0.0F, 0.0F};  ///< camera axes, towards the camera
+  float section_at_mm_ = 1.0F;                        ///< along it, from the camera
   Eigen::Matrix4f projection_ = Eigen::Matrix4f::Identity();
   PixelBox translucent_box_, content_box_;
 };

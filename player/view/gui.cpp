@@ -23,6 +23,11 @@ constexpr float pose_lines = 2.0F;  // of the longest reason at 800 pixels
 constexpr float column_em = 5.0F, legend_width_em = 10.0F, message_width_em = 22.0F;
 constexpr int labels_a_row = 3;
 constexpr std::size_t most_labels = 64;  // over all views
+// Text over a picture is smaller in a picture smaller than this, and its boxes leave out what is not a
+// number.
+constexpr float full_size_px = 900.0F, least_scale = 0.7F, folded_below = 0.85F;
+constexpr float label_aside_part = 0.06F;  // between what is named and the names
+constexpr float opacity_width_em = 4.0F, card_height_em = 17.0F, curve_height_em = 4.5F;
 // Opacity of numbers and legends; less leaves too little contrast, since blending is in linear light.
 constexpr float backing = 0.85F;
 const ImVec4 warning_colour(1.0F, 0.72F, 0.30F, 1.0F), quiet_colour(0.72F, 0.76F, 0.80F, 1.0F);
@@ -270,31 +275,96 @@ struct Panels {
     ImGui::PopStyleVar();
   }
 
+  /// On both sides of what is named, from top to bottom, with a line to each anchor.
   void draw_labels()
   {
-    const ImU32 plate = IM_COL32(24, 27, 32, 190), text_colour = IM_COL32(240, 243, 246, 255);
-    const float margin = 0.3F * em_px;
-    ImDrawList& list = *ImGui::GetBackgroundDrawList();
-    std::array<ImVec4, most_labels> taken{};
-    std::size_t n_taken = 0;
-    for (const ScreenLabel& own : frame->labels) {
-      if (!own.is_shown || n_taken == taken.size()) continue;
-      const ImVec2 size = ImGui::CalcTextSize(own.text.c_str());
-      ImVec2 corner(std::round(static_cast<float>(own.centre_px.x()) - 0.5F * size.x),
-                    std::round(static_cast<float>(own.centre_px.y()) - 0.5F * size.y));
-      // Moved down below the labels that it would overlap.
-      for (std::size_t tries = 0; tries < n_taken; ++tries) {
-        for (const ImVec4& other : std::span(taken).first(n_taken)) {
-          const bool is_beside =
-              corner.x + size.x + 2.0F * margin < other.x || corner.x > other.z + 2.0F * margin;
-          if (!is_beside && corner.y < other.w && corner.y + size.y > other.y) corner.y = other.w + 1.0F;
-        }
-      }
-      taken[n_taken++] = {corner.x, corner.y, corner.x + size.x, corner.y + size.y};
-      list.AddRectFilled(ImVec2(corner.x - margin, corner.y),
-                         ImVec2(corner.x + size.x + margin, corner.y + size.y), plate, margin);
-      list.AddText(corner, text_colour, own.text.c_str());
+    for (std::size_t first = 0; first < frame->labels.size();) {
+      std::size_t last = first;
+      while (last < frame->labels.size() && frame->labels[last].picture == frame->labels[first].picture)
+        ++last;
+      draw_labels_of(frame->labels.subspan(first, last - first));
+      first = last;
     }
+  }
+
+  void draw_labels_of(std::span<const ScreenLabel> labels)
+  {
+    std::array<const ScreenLabel*, most_labels> shown{};
+    std::size_t n_shown = 0;
+    float left = FLT_MAX, right = -FLT_MAX;
+    double sum = 0.0;
+    for (const ScreenLabel& label : labels) {
+      if (!label.is_shown || n_shown == shown.size()) continue;
+      shown[n_shown++] = &label;
+      left = std::min(left, static_cast<float>(label.anchor_px.x()));
+      right = std::max(right, static_cast<float>(label.anchor_px.x()));
+      sum += label.anchor_px.x();
+    }
+    const std::span<const ScreenLabel*> all(shown.data(), n_shown);
+    std::ranges::sort(all, {}, [](const ScreenLabel* label) { return label->anchor_px.y(); });
+    const double middle = sum / static_cast<double>(std::max<std::size_t>(n_shown, 1));
+    const Viewport& area = labels[0].picture;
+    const float aside = label_aside_part * static_cast<float>(std::min(area.width, area.height));
+    for (const bool is_left : {true, false})
+      draw_label_column(all, area, middle, is_left, is_left ? left - aside : right + aside);
+  }
+
+  /// The labels left or right of the middle; `edge`: where their texts end or begin.
+  void draw_label_column(std::span<const ScreenLabel*> all, const Viewport& area, double middle, bool is_left,
+                         float edge)
+  {
+    constexpr ImU32 plate = IM_COL32(24, 27, 32, 210), text_colour = IM_COL32(240, 243, 246, 255);
+    const float size = em_px * picture_scale(area), margin = 0.3F * size;
+    const auto width_of = [&](const ScreenLabel& label) {
+      return ImGui::GetFont()->CalcTextSizeA(size, FLT_MAX, 0.0F, label.text.c_str()).x;
+    };
+    const auto is_own = [&](const ScreenLabel* label) { return (label->anchor_px.x() < middle) == is_left; };
+    float height = 0.0F;
+    for (const ScreenLabel* label : all) height += is_own(label) ? size + margin : 0.0F;
+    const float top = static_cast<float>(area.y) + margin, bottom = top + static_cast<float>(area.height);
+    float next = top;
+    for (const ScreenLabel* label : all) {
+      if (!is_own(label)) continue;
+      const ImVec2 anchor(static_cast<float>(label->anchor_px.x()), static_cast<float>(label->anchor_px.y()));
+      const float width = width_of(*label), most = static_cast<float>(area.x + area.width) - width - margin;
+      const float x = std::round(std::clamp(is_left ? edge - width : edge,
+                                            static_cast<float>(area.x) + margin, std::max(most, 0.0F)));
+      // Below the text above it, and so that those below it still fit.
+      float y = std::clamp(anchor.y - 0.5F * size, next, std::max(next, bottom - height - margin));
+      y = below_boxes(std::round(y), x, width, size);
+      next = y + size + margin;
+      height -= size + margin;
+      ImDrawList& list = *ImGui::GetBackgroundDrawList();
+      const float from = is_left ? x + width + margin : x - margin;
+      list.AddLine(ImVec2(from, y + 0.5F * size), anchor, plate, 3.0F);
+      list.AddLine(ImVec2(from, y + 0.5F * size), anchor, text_colour, 1.0F);
+      list.AddCircleFilled(anchor, 0.16F * size, text_colour, 12);
+      list.AddRectFilled(ImVec2(x - margin, y), ImVec2(x + width + margin, y + size), plate, margin);
+      list.AddText(ImGui::GetFont(), size, ImVec2(x, y), text_colour, label->text.c_str());
+    }
+  }
+
+  /// `y`, or below the boxes of numbers and legends of the last frame.
+  float below_boxes(float y, float x, float width, float height) const
+  {
+    for (const ImVec4& box : {numbers_px, legends_px})
+      if (x < box.z && x + width > box.x && y < box.w && y + height > box.y) y = box.w + 0.3F * height;
+    return y;
+  }
+
+  /// Of text over a picture of this size.
+  static float picture_scale(const Viewport& area)
+  {
+    return std::clamp(static_cast<float>(std::min(area.width, area.height * 4 / 3)) / full_size_px,
+                      least_scale, 1.0F);
+  }
+  bool is_small() const { return picture_scale(picture) < folded_below; }
+
+  /// The rectangle of the window that is being drawn.
+  static ImVec4 window_px()
+  {
+    const ImVec2 at = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
+    return {at.x, at.y, at.x + size.x, at.y + size.y};
   }
 
   void draw_numbers(const PlayerState& state)
@@ -303,7 +373,8 @@ struct Panels {
     ImGui::SetNextWindowPos(ImVec2(0.0F, static_cast<float>(picture.y)));
     ImGui::SetNextWindowBgAlpha(backing);
     ImGui::Begin("numbers", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
-    if (!options.title.empty()) ImGui::Text("%s", options.title.c_str());
+    ImGui::SetWindowFontScale(picture_scale(picture));
+    if (!options.title.empty() && !is_small()) ImGui::Text("%s", options.title.c_str());
     if (readout->clinical) draw_own_angles(*readout->clinical);
     draw_rotation(0, pose.attitude.flexion_rad, pose.is_flexion_clamped ? "end of the range" : nullptr);
     draw_rotation(1, pose.attitude.varus_rad, varus_remark());
@@ -316,10 +387,11 @@ struct Panels {
     label("set");
     ImGui::Text("%s", set_labels[state.set].c_str());
     ImGui::PushTextWrapPos(message_width_em * em_px);
-    if (state.set < options.verdicts.size() && !options.verdicts[state.set].empty())
+    if (!is_small() && state.set < options.verdicts.size() && !options.verdicts[state.set].empty())
       ImGui::TextUnformatted(options.verdicts[state.set].c_str());
     if (readout->message != nullptr) ImGui::TextColored(warning_colour, "%s", readout->message);
     ImGui::PopTextWrapPos();
+    numbers_px = window_px();
     ImGui::End();
   }
 
@@ -332,10 +404,12 @@ struct Panels {
     ImGui::SetNextWindowPos(ImVec2(0.0F, bottom), ImGuiCond_Always, ImVec2(0.0F, 1.0F));
     ImGui::SetNextWindowBgAlpha(backing);
     ImGui::Begin("legends", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
+    ImGui::SetWindowFontScale(picture_scale(picture));
     draw_axis_labels(key.axes);
     if (key.gaps != nullptr) draw_legend(*key.gaps);
     if (key.gaps != nullptr && key.strain != nullptr) ImGui::SameLine(0.0F, em_px);
     if (key.strain != nullptr) draw_legend(*key.strain);
+    legends_px = window_px();
     ImGui::End();
   }
 
@@ -379,8 +453,17 @@ struct Panels {
     ImGui::SetNextWindowPos(ImVec2(left, 0.0F));
     ImGui::SetNextWindowSize(ImVec2(panel_width_px, static_cast<float>(frame->height)));
     ImGui::Begin("panel", nullptr, fixed);
-    ImGui::TextDisabled("set (S)");
     PlayerState& state = answer.state;
+    if (state.shows_structures && frame->list != nullptr) {
+      answer = with_structures(answer);
+      ImGui::End();
+      return answer;
+    }
+    ImGui::TextDisabled("set (S)");
+    if (frame->list != nullptr) {
+      ImGui::SameLine(0.0F, em_px);
+      if (ImGui::SmallButton("structures (Y)")) answer.action = Action::show_structures;
+    }
     state.set =
         chosen("##set", set_labels.size(), state.set, [&](std::size_t i) { return set_labels[i].c_str(); });
     state = with_varus(state);
@@ -399,12 +482,109 @@ struct Panels {
     return answer;
   }
 
+  GuiResult with_structures(GuiResult answer)
+  {
+    StructureList& list = *frame->list;
+    if (ImGui::SmallButton("controls (Y)")) answer.action = Action::show_structures;
+    ImGui::SameLine(0.0F, em_px);
+    if (ImGui::SmallButton("show all (Shift Z)")) answer.action = Action::show_all_structures;
+    answer.state.section = with_section(answer.state.section, static_cast<float>(list.section_range_mm));
+    const bool has_card = list.looks.highlighted.has_value();
+    const float room = ImGui::GetContentRegionAvail().y - (has_card ? card_height_em * em_px : 0.0F);
+    ImGui::BeginChild("list", ImVec2(0.0F, std::max(room, 6.0F * em_px)));
+    for (std::size_t k = 0; k < list.structures.size(); ++k) {
+      const StructureGroup group = list.structures[k].group;
+      if (k == 0 || group != list.structures[k - 1].group) heading(heading_of(group));
+      answer.state.layers = with_structure(k, answer.state.layers);
+    }
+    ImGui::EndChild();
+    if (!has_card) return answer;
+    const Action pressed = draw_card(list.structures[*list.looks.highlighted]);
+    if (pressed != Action::none) answer.action = pressed;
+    return answer;
+  }
+
+  /// A row of the list: visibility, name, opacity.
+  LayerSet with_structure(std::size_t k, LayerSet layers)
+  {
+    const Structure& structure = frame->list->structures[k];
+    Looks& looks = frame->list->looks;
+    StructureLook& look = looks.of[k];
+    const Layer layer = layer_of(structure);
+    bool is_visible = look.is_visible && (layer == Layer::bodies || layers.has(layer));
+    ImGui::PushID(static_cast<int>(k));
+    if (ImGui::Checkbox("##visible", &is_visible)) {
+      look.is_visible = is_visible;
+      if (is_visible || structure.group == StructureGroup::contact) layers.set(layer, is_visible);
+    }
+    ImGui::SameLine();
+    const bool is_own = looks.highlighted == k;
+    const float width = ImGui::GetContentRegionAvail().x - (opacity_width_em + 0.4F) * em_px;
+    if (ImGui::Selectable(structure.name.c_str(), is_own, 0, ImVec2(width, 0.0F)))
+      looks.highlighted = is_own ? std::nullopt : std::optional(k);
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(-1.0F);
+    ImGui::SliderFloat("##opacity", &look.opacity, least_opacity, 1.0F, "%.1f", sliding);
+    ImGui::PopID();
+    return layers;
+  }
+
+  Section with_section(Section section, float range_mm)
+  {
+    heading("section (W, 8, 9)");
+    section.kind = chosen("##section", section.kind, SectionKind::free, 6.0F * em_px);
+    if (section.kind == SectionKind::none) return section;
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(-1.0F);
+    auto at_mm = static_cast<float>(section.at_mm);
+    if (ImGui::SliderFloat("##at", &at_mm, -range_mm, range_mm, "%.1f mm", sliding))
+      section.at_mm = static_cast<double>(at_mm);
+    return section;
+  }
+
+  Action draw_card(const Structure& structure)
+  {
+    const StructureCard& card = frame->list->card;
+    ImGui::Separator();
+    ImGui::PushTextWrapPos(0.0F);
+    ImGui::TextUnformatted(structure.name.c_str());
+    ImGui::TextColored(quiet_colour, "%s", structure.does.c_str());
+    if (card.reading[0] != 0) ImGui::TextUnformatted(card.reading.data());
+    ImGui::PopTextWrapPos();
+    if (!card.strain_percent.empty()) draw_curve(card);
+    return rows_of(std::array{Press{"isolate (J)", Action::isolate_structure},
+                              Press{"hide (Z)", Action::switch_structure}},
+                   std::array{Press{"fade others (Shift J)", Action::fade_other_structures}});
+  }
+
+  /// Strain over flexion; where it is taut is above the line of zero.
+  void draw_curve(const StructureCard& card)
+  {
+    const auto [low, high] = std::ranges::minmax(card.strain_percent);
+    const float lowest = std::min(low, 0.0F) - 0.5F, highest = std::max(high, 0.0F) + 0.5F;
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    const ImVec2 size(ImGui::GetContentRegionAvail().x, curve_height_em * em_px);
+    ImGui::PlotLines("##curve", card.strain_percent.data(), static_cast<int>(card.strain_percent.size()), 0,
+                     nullptr, lowest, highest, size);
+    const ImVec2 inset = ImGui::GetStyle().FramePadding;
+    const float width = size.x - 2.0F * inset.x, height = size.y - 2.0F * inset.y;
+    const float zero = corner.y + inset.y + height * highest / (highest - lowest);
+    const float now = corner.x + inset.x + width * static_cast<float>(card.now);
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    const ImU32 quiet = ImGui::GetColorU32(quiet_colour);
+    list.AddLine(ImVec2(corner.x + inset.x, zero), ImVec2(corner.x + inset.x + width, zero), quiet);
+    list.AddLine(ImVec2(now, corner.y), ImVec2(now, corner.y + size.y), ImGui::GetColorU32(warning_colour));
+    ImGui::TextColored(quiet_colour, "strain %.1f to %.1f %% over flexion", static_cast<double>(low),
+                       static_cast<double>(high));
+  }
+
   GuiResult with_help(GuiResult answer)
   {
     const ImVec2 middle(0.5F * static_cast<float>(frame->width), 0.5F * static_cast<float>(frame->height));
     ImGui::SetNextWindowPos(middle, ImGuiCond_Always, ImVec2(0.5F, 0.5F));
     ImGui::SetNextWindowFocus();
     ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1.0F);
+    ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, ImVec2(0.4F * em_px, 0.13F * em_px));  // for small screens
     ImGui::Begin("help", nullptr, fixed | ImGuiWindowFlags_AlwaysAutoResize);
     draw_help_lines("Keys", key_help());
     ImGui::Spacing();
@@ -412,7 +592,7 @@ struct Panels {
     ImGui::Spacing();
     if (is_pressed("close (Esc)", 8.0F * em_px)) answer.state.shows_help = false;
     ImGui::End();
-    ImGui::PopStyleVar();
+    ImGui::PopStyleVar(2);
     return answer;
   }
 
@@ -566,6 +746,7 @@ struct Panels {
       label("gap");
       ImGui::Text("not measured");
     }
+    if (is_small()) return;
     label("");
     ImGui::TextColored(quiet_colour, "%s", name_of(gap.source));
   }
@@ -623,7 +804,8 @@ struct Panels {
   const GuiFrame* frame = nullptr;
   const PlayerRange* range = nullptr;
   const Readout* readout = nullptr;
-  Viewport picture;  ///< below the warnings
+  Viewport picture;               ///< below the warnings
+  ImVec4 numbers_px, legends_px;  ///< boxes of the last frame
 };
 
 }  // namespace
@@ -637,9 +819,15 @@ struct Gui::Inner : Panels {
   bool has_open_menu = false, closes_menu = false;
 };
 
-Gui::Gui(const GuiOptions& options) : inner_(std::make_unique<Inner>(options))
+Gui::Gui(const GuiOptions& options)
 {
   ImGui::SetAllocatorFunctions(counted_allocation, counted_release);
+  open(options);
+}
+
+void Gui::open(const GuiOptions& options)
+{
+  inner_ = std::make_unique<Inner>(options);
   inner_->context = ImGui::CreateContext();
   ImGui::SetCurrentContext(inner_->context);
   ImGuiIO& io = ImGui::GetIO();
@@ -653,6 +841,15 @@ Gui::Gui(const GuiOptions& options) : inner_(std::make_unique<Inner>(options))
 Gui::~Gui()
 {
   ImGui::DestroyContext(inner_->context);
+}
+
+bool Gui::set_scale(double scale)
+{
+  GuiOptions options = inner_->options;
+  if (std::exchange(options.scale, scale) == scale) return false;
+  ImGui::DestroyContext(inner_->context);
+  open(options);
+  return true;
 }
 
 const OverlayFont& Gui::font() const
@@ -680,7 +877,9 @@ GuiResult Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
   closes_menu = std::exchange(panels.closes_menu, false);
   GuiResult answer{state, Action::none};
   panels.draw_warnings();
+  if (!state.shows_numbers) panels.numbers_px = {};
   panels.draw_labels();
+  panels.legends_px = {};
   if (state.shows_numbers) panels.draw_numbers(state);
   panels.draw_legends(state);
   if (frame.has_controls) {

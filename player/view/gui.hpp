@@ -3,6 +3,7 @@
 /// in degrees.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -12,10 +13,12 @@
 
 #include "model/coordinates.hpp"
 #include "view/gap_reading.hpp"
+#include "view/labels.hpp"
 #include "view/overlay_text.hpp"
 #include "view/player_state.hpp"
 #include "view/renderer.hpp"
 #include "view/scene.hpp"
+#include "view/structures.hpp"
 
 namespace vrda::view {
 
@@ -60,6 +63,21 @@ struct ColourKey {
 /// `layers` must outlive the key.
 ColourKey colour_key(const JointLayers& layers, const LayerSet& shown);
 
+/// What is known of the highlighted structure besides its name.
+struct StructureCard {
+  std::array<char, 200> reading{};        ///< of a bundle, zero-terminated; empty for others
+  std::span<const float> strain_percent;  ///< of a bundle over the timeline; empty for others
+  double now = 0.0;                       ///< position in the curve, from 0 to 1
+};
+
+/// The list of structures, which the interface changes.
+struct StructureList {
+  const std::vector<Structure>& structures;
+  Looks& looks;
+  StructureCard card;
+  double section_range_mm = 60.0;  ///< to both sides of the rotation centre
+};
+
 struct GuiFrame {
   int width = 0, height = 0;  ///< of the window, pixels
   double elapsed_s = 0.0;     ///< since the last frame
@@ -67,6 +85,7 @@ struct GuiFrame {
   ColourKey key;
   std::span<const ScreenLabel> labels;  ///< of the joint
   std::span<const MarkedSpan> marks;    ///< on the timeline
+  StructureList* list = nullptr;        ///< null: none
   bool has_controls = true;             ///< false: only readouts and legends, as for a video
 };
 
@@ -81,8 +100,10 @@ class Gui {
   explicit Gui(const GuiOptions& options);
   ~Gui();
 
-  /// For Renderer::load, once.
+  /// For Renderer::load, once and after a change of scale.
   const OverlayFont& font() const;
+  /// For a monitor of another content scale; true if it changes the size of the text.
+  bool set_scale(double scale);
 
   /// Builds one frame. Allocates nothing once every part was shown.
   GuiResult frame(const GuiFrame& frame, const PlayerState& state, const PlayerRange& range,
@@ -99,6 +120,8 @@ class Gui {
   Viewport free_area(int width, int height, const PlayerState& state, bool has_controls = true) const;
 
  private:
+  void open(const GuiOptions& options);
+
   struct Inner;
   std::unique_ptr<Inner> inner_;
 };

@@ -47,8 +47,20 @@ Action action_of(const KeyPress& press)
 
 bool repeats_while_held(Action action)
 {
-  constexpr std::array steps{Action::step_forward, Action::step_back, Action::leap_forward,
-                             Action::leap_back,    Action::varus_up,  Action::varus_down};
+  constexpr std::array steps{Action::step_forward,
+                             Action::step_back,
+                             Action::leap_forward,
+                             Action::leap_back,
+                             Action::varus_up,
+                             Action::varus_down,
+                             Action::next_structure,
+                             Action::previous_structure,
+                             Action::less_opaque,
+                             Action::more_opaque,
+                             Action::section_forward,
+                             Action::section_back,
+                             Action::section_leap_forward,
+                             Action::section_leap_back};
   return std::ranges::find(steps, action) != steps.end();
 }
 
@@ -168,6 +180,11 @@ bool is_beyond(double wanted_rad, double used_rad)
 }
 
 }  // namespace
+
+std::optional<double> parsed_number(const std::string& text)
+{
+  return whole_number<double>(text);
+}
 
 std::vector<std::string> split(const std::string& text, char separator)
 {

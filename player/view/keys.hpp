@@ -3,6 +3,7 @@
 
 #include <array>
 #include <iosfwd>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -120,6 +121,21 @@ enum class Action {
   view_top,
   view_oblique,
   reset_view,
+  next_structure,
+  previous_structure,
+  switch_structure,  ///< the highlighted one: shows or hides it
+  show_all_structures,
+  isolate_structure,
+  fade_other_structures,
+  less_opaque,
+  more_opaque,
+  next_section,
+  section_forward,
+  section_back,
+  section_leap_forward,
+  section_leap_back,
+  show_structures,
+  save_view,
   show_panel,
   show_numbers,
   screenshot,
@@ -175,6 +191,9 @@ struct AngleRange {
 
 /// The parts between separators, including empty ones; at least one.
 std::vector<std::string> split(const std::string& text, char separator);
+
+/// The number, if the whole text is one.
+std::optional<double> parsed_number(const std::string& text);
 
 /// Throws InputError for an option.
 [[noreturn]] void refuse_option(const char* option, const std::string& found, const std::string& wanted);

@@ -20,6 +20,7 @@
 #include "model/ligaments.hpp"
 #include "model/step_record.hpp"
 #include "store/motion.hpp"
+#include "view/structures.hpp"
 
 namespace vrda::view {
 
@@ -290,6 +291,7 @@ class BandLayer final : public LayerDrawing {
         const Drawable& body = scene.drawables[k];
         if (body.layer != Layer::bodies || body.parent != BodyIndex::moving || !body.has_contact) continue;
         Drawable copy = body;
+        copy.structure.clear();
         copy.name += ", " + std::string(end.set);
         copy.layer = Layer::band;
         copy.parent = BodyIndex::world;
@@ -551,6 +553,7 @@ class ContactPathLayer final : public LayerDrawing {
       if (pieces.empty()) continue;
       drawables_.push_back(add_layer(scene, Layer::contact_paths, row.parent, row.name, model));
       Drawable& drawable = scene.drawables.back();
+      drawable.structure = paths_structure;
       drawable.material = marker_material(row.colour);
       for (const std::vector<Eigen::Vector3d>& piece : pieces) {
         const std::size_t first = drawable.mesh.vertices.size();
@@ -670,6 +673,7 @@ class GapLayer final : public LayerDrawing {
     Sheet sheet;
     sheet.drawable = add_layer(scene, Layer::gap_map, BodyIndex::moving, "gaps on " + part.name, model);
     Drawable& drawable = scene.drawables[sheet.drawable];
+    drawable.structure = gap_structure;
     drawable.mesh = std::move(upward);
     drawable.material = material_of(part.material);
     drawable.material.mottling = 0.0F;
@@ -809,69 +813,91 @@ Legend strain_legend()
   return legend;
 }
 
-/// A flat band along each fibre's path, over its wrap and over bone; the width is in the direction in which
-/// the bundle's fibres lie side by side. The joint's fibres first, then those of the bodies that follow it.
+/// One drawable a bundle: a flat band along each fibre's path, over its wrap and over bone; the width is in
+/// the direction in which the bundle's fibres lie side by side. The joint's fibres first, then those of the
+/// bodies that follow it.
 class LigamentLayer final : public LayerDrawing {
  public:
   LigamentLayer(const store::MotionModel& model, Scene& scene)
-      : drawable_(add_layer(scene, Layer::ligaments, BodyIndex::reference, "ligaments", model))
   {
-    Drawable& drawable = scene.drawables[drawable_];
-    drawable.is_solid = true;
-    drawable.material = marker_material({255, 255, 255, 255});
-    groups_.push_back({store::ligaments_of(model), {}});
+    groups_.push_back({store::ligaments_of(model), {}, {}});
     legend_ = strain_legend();
-    for (const store::FollowerRows* follower : store::in_order(model.followers))
-      groups_.push_back({store::ligaments_of(*follower), {}});
     scale_ = marker_scale(model);
-    is_empty_ = std::all_of(groups_.begin(), groups_.end(),
-                            [](const Group& group) { return group.ligaments.fibres.empty(); });
-    if (!is_empty_) {
-      surfaces_.reserve(2 + model.followers.size());
-      surfaces_.emplace_back(model.reference);
-      surfaces_.emplace_back(model.moving);
-      for (const store::FollowerRows* follower : store::in_order(model.followers))
-        surfaces_.emplace_back(follower->body);
-      beside_.resize(surfaces_.size());
+    add_bundles(groups_.back(), model, scene, ligaments_path(""));
+    for (const store::FollowerRows* follower : store::in_order(model.followers)) {
+      groups_.push_back({store::ligaments_of(*follower), {}, {}});
+      add_bundles(groups_.back(), model, scene, ligaments_path(follower->name));
     }
-    for (Group& group : groups_) {
-      for (const model::Fibre& fibre : group.ligaments.fibres) {
-        add_tube(drawable.mesh, n_points);
-        const Arrangement arrangement = arrangement_of(group.ligaments.fibres, fibre.bundle);
-        const double half_mm = std::clamp(0.5 * band_overlap * arrangement.spacing_mm, scale_ * narrowest_mm,
-                                          scale_ * widest_mm);
-        group.bands.push_back(
-            {half_mm, scale_ * thickness_mm, arrangement.reference_mm, arrangement.moving_mm, flare});
-      }
-    }
-    drawable.colours.resize(drawable.mesh.vertices.size());
+    if (is_empty()) return;
+    surfaces_.reserve(2 + model.followers.size());
+    surfaces_.emplace_back(model.reference);
+    surfaces_.emplace_back(model.moving);
+    for (const store::FollowerRows* follower : store::in_order(model.followers))
+      surfaces_.emplace_back(follower->body);
+    beside_.resize(surfaces_.size());
   }
-  bool is_empty() const override { return is_empty_; }
+  bool is_empty() const override
+  {
+    return std::ranges::all_of(groups_, [](const Group& group) { return group.ligaments.fibres.empty(); });
+  }
   const Legend* legend() const override { return &legend_; }
 
   void update(Scene& scene, const store::Motion& /*motion*/, const DisplayedPose& shown) override
   {
-    scene.drawables[drawable_].is_shown = !is_empty();
     bool is_new = last_pose_.takes(shown.pose.X_reference_moving);
     for (std::size_t k = 0; k < last_followers_.size(); ++k)
       is_new = last_followers_[k].takes(shown.pose.X_reference_follower[k]) || is_new;
-    if (!is_new) return;
-    place_bodies(shown);
-    Drawable& drawable = scene.drawables[drawable_];
-    std::size_t vertex = 0;
+    if (is_new) place_bodies(shown);
     for (const Group& group : groups_) {
-      for (std::size_t i = 0; i < group.ligaments.fibres.size(); ++i)
-        vertex = draw(drawable, group, i, shown, vertex);
+      for (const Bundle& bundle : group.bundles) {
+        Drawable& drawable = scene.drawables[bundle.drawable];
+        drawable.is_shown = true;
+        if (!is_new) continue;
+        std::size_t vertex = 0;
+        for (const std::size_t i : bundle.fibres) vertex = draw(drawable, group, i, shown, vertex);
+        update_box(drawable);
+        ++drawable.revision;
+      }
     }
-    update_box(drawable);
-    ++drawable.revision;
   }
 
  private:
+  struct Bundle {
+    std::size_t drawable = 0;
+    std::vector<std::size_t> fibres;
+  };
   struct Group {
     model::Ligaments ligaments;
     std::vector<BandSection> bands;  ///< [n_fibres] of taut fibres; each end in its body's frame
+    std::vector<Bundle> bundles;
   };
+
+  void add_bundles(Group& group, const store::MotionModel& model, Scene& scene, const std::string& path)
+  {
+    const std::vector<model::Fibre>& fibres = group.ligaments.fibres;
+    for (std::size_t i = 0; i < fibres.size(); ++i) {
+      const std::string id = path + "/" + fibres[i].bundle;
+      auto bundle = std::ranges::find_if(group.bundles, [&](const Bundle& other) {
+        return scene.drawables[other.drawable].structure == id;
+      });
+      if (bundle == group.bundles.end()) {
+        const std::size_t drawable = add_layer(scene, Layer::ligaments, BodyIndex::reference, id, model);
+        scene.drawables[drawable].structure = id;
+        scene.drawables[drawable].is_solid = true;
+        scene.drawables[drawable].material = marker_material({255, 255, 255, 255});
+        bundle = group.bundles.insert(group.bundles.end(), Bundle{drawable, {}});
+      }
+      bundle->fibres.push_back(i);
+      Drawable& drawable = scene.drawables[bundle->drawable];
+      add_tube(drawable.mesh, n_points);
+      drawable.colours.resize(drawable.mesh.vertices.size());
+      const Arrangement arrangement = arrangement_of(fibres, fibres[i].bundle);
+      const double half_mm =
+          std::clamp(0.5 * band_overlap * arrangement.spacing_mm, scale_ * narrowest_mm, scale_ * widest_mm);
+      group.bands.push_back(
+          {half_mm, scale_ * thickness_mm, arrangement.reference_mm, arrangement.moving_mm, flare});
+    }
+  }
 
   void place_bodies(const DisplayedPose& shown)
   {
@@ -903,11 +929,7 @@ class LigamentLayer final : public LayerDrawing {
     const model::Fibre& fibre = group.ligaments.fibres[i];
     // Fibre lengths do not depend on the common frame: that of the first body.
     const Pose X_reference_from = shown.pose.X_reference(fibre.from);
-    const Pose X_from_to = fibre.from == BodyIndex::reference
-                               ? shown.pose.X_reference(fibre.to)
-                               : Pose(X_reference_from.inverse() * shown.pose.X_reference(fibre.to));
-    const model::JointPlacement placement{Eigen::Matrix3d::Identity(), X_from_to.linear(),
-                                          X_from_to.translation()};
+    const model::JointPlacement placement = placement_of(fibre, shown.pose);
     std::array<Eigen::Vector3d, n_points> path_mm;
     const model::SampledFibre path =
         model::sample_fibre_path(fibre, group.ligaments.wraps, placement, path_mm);
@@ -942,8 +964,6 @@ class LigamentLayer final : public LayerDrawing {
   std::size_t n_beside_ = 0;
   double scale_ = 1.0;
   Legend legend_;
-  std::size_t drawable_ = 0;
-  bool is_empty_ = true;
   LastPose last_pose_;
   std::array<LastPose, model::most_followers> last_followers_;
 };
@@ -987,6 +1007,8 @@ void JointLayers::update(Scene& scene, const store::Motion& motion, const Displa
   for (const auto& [layer, drawing] : parts_->all) {
     if (shown.layers.has(layer)) drawing->update(scene, motion, shown);
   }
+  for (Drawable& drawable : scene.drawables)
+    if (drawable.is_hidden) drawable.is_shown = false;
 }
 
 const Legend& JointLayers::legend(Layer layer) const
@@ -1006,16 +1028,6 @@ const std::vector<Label>& JointLayers::axis_labels()
     return made;
   }();
   return labels;
-}
-
-// Where the names of bones, ligaments and compartments are drawn.
-
-Eigen::Vector3d place_of(const store::JointLabel& label, const JointFrames& frames)
-{
-  const auto placed = [&](BodyIndex body, const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
-    return frames.of(body) * p_mm;
-  };
-  return 0.5 * (placed(label.first, label.first_mm) + placed(label.second, label.second_mm));
 }
 
 }  // namespace vrda::view

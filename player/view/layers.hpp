@@ -35,7 +35,4 @@ class ContactMarkers {
   std::vector<std::uint32_t> triangles_;  ///< of all markers
 };
 
-/// Where the name of a bone, ligament or compartment is drawn, world.
-Eigen::Vector3d place_of(const store::JointLabel& label, const JointFrames& frames);
-
 }  // namespace vrda::view

@@ -257,22 +257,4 @@ void OverlayReflector::reflect(Overlay& overlay)
   }
 }
 
-void place(std::span<ScreenLabel> shown, const std::vector<store::JointLabel>& labels,
-           const JointFrames& frames, const Shot& shot)
-{
-  check(shown.size() == labels.size(), "there is a screen label for each label");
-  const Eigen::Matrix4d X_clip_world =
-      projection(shot.camera) * shot.camera.X_world_camera.inverse().matrix();
-  const Viewport& view = shot.viewport;
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    shown[i].is_shown = frames.has(labels[i].first) && frames.has(labels[i].second);
-    if (!shown[i].is_shown) continue;
-    const Eigen::Vector4d p_clip = X_clip_world * place_of(labels[i], frames).homogeneous();
-    const Eigen::Vector2d device = p_clip.head<2>() / p_clip.w();
-    shown[i].is_shown = p_clip.w() > 0.0 && device.cwiseAbs().maxCoeff() <= 1.0;
-    shown[i].centre_px = {view.x + 0.5 * (1.0 + device.x()) * view.width,
-                          view.y + 0.5 * (1.0 - device.y()) * view.height};
-  }
-}
-
 }  // namespace vrda::view

@@ -89,16 +89,4 @@ void clip_overlay(Overlay& overlay, const OverlayBox& box);
 /// Completes the overlay; must be called once before it is drawn.
 void finish_overlay(Overlay& overlay);
 
-// The labels of a joint on screen.
-
-struct ScreenLabel {
-  std::string text;
-  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< from the top left corner of the window
-  bool is_shown = false;                                ///< within the shot
-};
-
-/// Places the labels, which have the order of `labels`. Allocates nothing.
-void place(std::span<ScreenLabel> shown, const std::vector<store::JointLabel>& labels,
-           const JointFrames& frames, const Shot& shot);
-
 }  // namespace vrda::view

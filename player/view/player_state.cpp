@@ -145,6 +145,8 @@ struct ActionRow {
 using S = PlayerState;
 using R = PlayerRange;
 /// Those of layers are apart.
+constexpr double section_step_mm = 1.0;
+
 constexpr ActionRow action_rows[] = {
     {Action::play_pause, [](S& s, const R&) { s.timeline = toggled(s.timeline); }},
     {Action::step_forward, [](S& s, const R&) { s.timeline = stepped(s.timeline, 1.0); }},
@@ -164,6 +166,13 @@ constexpr ActionRow action_rows[] = {
     {Action::next_mode, [](S& s, const R&) { s.mode = next_of(s.mode, DrawMode::textured); }},
     {Action::next_backdrop, [](S& s, const R&) { s.backdrop = next_of(s.backdrop, Backdrop::black); }},
     {Action::next_fixed_object, [](S& s, const R&) { s.fixed_object = next_held(s.fixed_object); }},
+    {Action::next_section,
+     [](S& s, const R&) { s.section.kind = next_of(s.section.kind, SectionKind::free); }},
+    {Action::section_forward, [](S& s, const R&) { s.section.at_mm += section_step_mm; }},
+    {Action::section_back, [](S& s, const R&) { s.section.at_mm -= section_step_mm; }},
+    {Action::section_leap_forward, [](S& s, const R&) { s.section.at_mm += leap_steps * section_step_mm; }},
+    {Action::section_leap_back, [](S& s, const R&) { s.section.at_mm -= leap_steps * section_step_mm; }},
+    {Action::show_structures, [](S& s, const R&) { s.shows_structures = !s.shows_structures; }},
     {Action::show_panel, [](S& s, const R&) { s.shows_panel = !s.shows_panel; }},
     {Action::show_numbers, [](S& s, const R&) { s.shows_numbers = !s.shows_numbers; }},
     {Action::show_help, [](S& s, const R&) { s.shows_help = !s.shows_help; }},
@@ -242,41 +251,32 @@ void set_texture(Scene& scene, const AppearanceOptions& look)
   scene.texture.scale_mm = look.texture_scale_mm;
 }
 
-/// Applies `change` to the bodies of "reference", "moving" or "both"; their layers stay as they are.
-void change_bodies(Scene& scene, const std::string& object, void (*change)(Drawable&))
+/// Applies `change` to the structures that `names` lists. Throws InputError naming `option`.
+void change_structures(Scene& scene, const std::string& names, const char* option, void (*change)(Drawable&))
 {
-  for (Drawable& drawable : scene.drawables) {
-    const bool is_other =
-        object == name_of(drawable.parent == BodyIndex::reference ? BodyIndex::moving : BodyIndex::reference);
-    if (drawable.layer == Layer::bodies && !is_other) change(drawable);
+  if (names.empty()) return;
+  for (const std::string& name : split(names, ',')) {
+    bool is_found = false;
+    for (Drawable& drawable : scene.drawables) {
+      const std::string& id = drawable.structure;
+      const bool is_body = drawable.layer == Layer::bodies;
+      const bool is_of_object =
+          (drawable.parent == BodyIndex::reference &&
+           (name == "reference" || name == scene.reference_name)) ||
+          (drawable.parent == BodyIndex::moving && (name == "moving" || name == scene.moving_name)) ||
+          (model::row_of(drawable.parent) < 2 && name == "both");
+      if (id.empty() || !(name == id || id.ends_with("/" + name) || (is_body && is_of_object))) continue;
+      change(drawable);
+      is_found = true;
+    }
+    if (is_found) continue;
+    std::vector<std::string> known{scene.reference_name, scene.moving_name, "both"};
+    for (const Drawable& drawable : scene.drawables) {
+      const std::string own = drawable.structure.substr(drawable.structure.rfind('/') + 1);
+      if (std::ranges::find(known, own) == known.end() && !own.empty()) known.push_back(own);
+    }
+    throw InputError({option, "", "\"" + name + "\"", "some of " + join_alternatives(known)});
   }
-}
-
-/// "reference" or "moving" by this word or the displayed name; `more` is another accepted word. Throws
-/// InputError naming `option`.
-std::string object_named(const Scene& scene, const std::string& name, const char* option,
-                         const std::string& more)
-{
-  if (name == "reference" || name == scene.reference_name) return "reference";
-  if (name == "moving" || name == scene.moving_name) return "moving";
-  if (!more.empty() && name == more) return name;
-  throw InputError({option, "", "\"" + name + "\"",
-                    scene.reference_name + " or " + scene.moving_name + " (or reference, moving" +
-                        (more.empty() ? "" : ", " + more) + ")"});
-}
-
-void set_transparency(Scene& scene, const std::string& name)
-{
-  if (name.empty()) return;
-  change_bodies(scene, object_named(scene, name, "--see-through", "both"),
-                [](Drawable& body) { body.material.opacity *= transparent_opacity; });
-}
-
-void set_hidden(Scene& scene, const std::string& name)
-{
-  if (name.empty()) return;
-  change_bodies(scene, object_named(scene, name, "--hide", ""),
-                [](Drawable& body) { body.is_shown = false; });
 }
 
 }  // namespace
@@ -316,8 +316,12 @@ void apply_appearance(Scene& scene, const AppearanceOptions& look)
     scene.lighting = lights.lighting;
     if (lights.background) scene.background = *lights.background;
   }
-  set_transparency(scene, look.see_through);
-  set_hidden(scene, look.hidden);
+  change_structures(scene, look.see_through, "--see-through",
+                    [](Drawable& drawable) { drawable.material.opacity *= transparent_opacity; });
+  change_structures(scene, look.hidden, "--hide", [](Drawable& drawable) {
+    drawable.is_hidden = true;
+    drawable.is_shown = false;
+  });
 }
 
 namespace {

@@ -20,6 +20,7 @@
 #include "view/camera.hpp"
 #include "view/keys.hpp"
 #include "view/scene.hpp"
+#include "view/section.hpp"
 
 namespace vrda::view {
 
@@ -89,6 +90,8 @@ struct PlayerState {
   BodyIndex fixed_object = BodyIndex::moving;
   bool shows_numbers = true;
   bool shows_panel = true;
+  bool shows_structures = false;  ///< in the panel, in place of the controls
+  Section section;
   bool shows_help = false;
   bool is_done = false;  ///< the window should close
 };
@@ -132,8 +135,9 @@ struct AppearanceOptions {
   std::string texture;             ///< PNG file for bone; empty: mottled
   double texture_scale_mm = 40.0;  ///< width of one tile
   std::string lights;              ///< TOML file (schemas/lights.md); empty: studio_lighting()
-  std::string see_through;         ///< "reference", "moving", one's name, or "both"; empty for none
-  std::string hidden;              ///< "reference", "moving" or one's name; empty for none
+  /// Structures, separated by commas: ids, names in the model, or the parts of "reference", "moving" (or that
+  /// body's name) or "both"; empty for none.
+  std::string see_through, hidden;
 };
 
 /// What the cameras are fitted to.

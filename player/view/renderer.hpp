@@ -76,8 +76,8 @@ class Renderer {
   virtual int height() const = 0;  ///< pixels
 
   /// Renders the loaded meshes with the poses, materials and lights of `scene`, which must have the same
-  /// drawables; uploads meshes and colours of a new revision, which must not be larger than at load. The
-  /// image is valid until the next draw. Allocates nothing except for a growing overlay.
+  /// drawables; uploads meshes and colours of a new revision. The image is valid until the next draw.
+  /// Allocates nothing except for a growing overlay or mesh.
   virtual const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
   /// Renders to the window, if any, without reading back an image; returns when the frame is complete.
   virtual void present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;

@@ -6,6 +6,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/step_record.hpp"
+#include "view/structures.hpp"
 
 namespace vrda::view {
 namespace {
@@ -310,6 +311,7 @@ void add_part(Scene& scene, const Body& body, BodyIndex parent, const Drawable& 
     if (triangles[c].empty()) continue;
     Drawable drawable = model;
     drawable.name = body.components[c].name;
+    drawable.structure = model.structure + "/" + structure_name(body.components, c);
     drawable.parent = parent;
     drawable.mesh = make_render_mesh(part.mesh, triangles[c], drawable.origin_mm,
                                      crease_rad_of(body.components[c].material));
@@ -381,8 +383,10 @@ Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d&
   model.origin_mm = rotation_centre_mm;
   for (const bool has_contact : {true, false}) {
     model.has_contact = has_contact;
+    model.structure = body_path(BodyIndex::reference);
     add_part(scene, reference, BodyIndex::reference, model,
              has_contact ? reference.contact : reference.visual);
+    model.structure = body_path(BodyIndex::moving);
     add_part(scene, moving, BodyIndex::moving, model, has_contact ? moving.contact : moving.visual);
   }
   scene.occlusion_radius_mm = occlusion_radius_of_knee_mm * store::width_ratio(moving);
@@ -396,6 +400,7 @@ Scene scene_of(const store::MotionModel& model, const Eigen::Vector3d& rotation_
   drawn.origin_mm = rotation_centre_mm;
   for (const store::FollowerRows& follower : model.followers) {
     const auto body = static_cast<BodyIndex>(follower.body_index);
+    drawn.structure = body_path(body, follower.name);
     for (const bool has_contact : {true, false}) {
       drawn.has_contact = has_contact;
       add_part(scene, follower.body, body, drawn, has_contact ? follower.body.contact : follower.body.visual);
@@ -586,6 +591,11 @@ const Palette& strain_palette()
                                rgb(0xF77D52), rgb(0xEF6548), rgb(0xE1452F), rgb(0xD02619),
                                rgb(0xBA0A06), rgb(0x9E0000), rgb(0x7F0000)};
   return palette;
+}
+
+bool is_removed(const SectionPlane& section, const Eigen::Vector3d& p_mm, const Eigen::Vector3d& eye_mm)
+{
+  return (section.normal.dot(p_mm) > section.at_mm) == (section.normal.dot(eye_mm) > section.at_mm);
 }
 
 const std::vector<std::string>& layer_names()

@@ -127,7 +127,8 @@ enum class Layer {
   ligaments,
   contact_paths,
   labels,
-  band
+  band,
+  caps  ///< of solids cut by the scene's section; without a name
 };
 
 /// sRGB with straight alpha.
@@ -137,6 +138,10 @@ struct Drawable {
   std::string name;
   Layer layer = Layer::bodies;
   BodyIndex parent = BodyIndex::reference;  ///< to whose frame it is attached
+  /// Id of the structure (schemas/view-state.md); empty: of none.
+  std::string structure = {};
+  bool is_hidden = false;  ///< by its structure, whatever its layer shows
+  float highlight = 0.0F;  ///< glow, from 0 to 1
   bool is_shown = true;
   bool has_contact = true;  ///< false: visual part only
   /// Closed whatever its revision: with vertex lighting it is culled and lit at its vertices.
@@ -160,8 +165,19 @@ enum class DrawMode {
   textured      ///< smooth, with the bone's texture
 };
 
+/// A plane n . p = at_mm in the axes of the screen's world; n is a unit vector. What is on the camera's side
+/// is not drawn and not picked.
+struct SectionPlane {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  double at_mm = 0.0;
+  bool operator==(const SectionPlane&) const = default;
+};
+/// Whether the section removes a point for a camera at `eye_mm`; world.
+bool is_removed(const SectionPlane& section, const Eigen::Vector3d& p_mm, const Eigen::Vector3d& eye_mm);
+
 struct Scene {
   std::vector<Drawable> drawables;
+  std::optional<SectionPlane> section;
   std::string reference_name, moving_name;  ///< displayed: "femur", "tibia"
   Texture texture;                          ///< for bone in DrawMode::textured; if empty, bone is mottled
   DrawMode mode = DrawMode::textured;
@@ -303,7 +319,7 @@ const Palette& gap_palette();
 /// Source: "OrRd" of ColorBrewer (Brewer, Apache 2.0) without its palest colours.
 const Palette& strain_palette();
 
-inline constexpr std::size_t n_layers = 10;
+inline constexpr std::size_t n_layers = 10;  // without the caps
 
 class LayerSet {
  public:

@@ -35,7 +35,10 @@ layout(location = 1) in vec3 n_mesh;
 uniform mat4 X_camera_mesh;
 uniform mat4 projection;
 uniform float depth_offset_mm;
+uniform vec3 section_normal;  // camera axes, towards what is removed
+uniform float section_at_mm;
 invariant gl_Position;
+out float gl_ClipDistance[1];
 out vec3 p_surface;  // mesh frame, mm: the pattern moves with the bone
 out vec3 n_surface;
 out vec3 p_camera;
@@ -52,6 +55,7 @@ vec3 linear(vec3 c) { return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)),
 void main()
 {
   vec4 p = X_camera_mesh * vec4(p_mesh, 1.0);
+  gl_ClipDistance[0] = section_at_mm - dot(section_normal, p.xyz);
   p_surface = p_mesh;
   n_surface = n_mesh;
   p_camera = p.xyz;
@@ -80,6 +84,8 @@ uniform vec3 colour;
 uniform float opacity;
 uniform float specular;
 uniform float mottling;
+uniform float highlight;
+uniform float unlit;
 #ifdef VERTEX_LIT
 in vec3 diffuse;
 in vec3 shine;
@@ -183,7 +189,13 @@ void main()
   add_light(n, to_eye, diffuse, shine);
 #endif
   vec4 own = base();
-  give(vec4(own.rgb * diffuse + specular * shine, own.a));
+  vec3 lit = own.rgb * diffuse + specular * shine;
+  lit = mix(lit, 0.8 * own.rgb, unlit);
+  if (highlight > 0.0) {
+    float aside = 1.0 - abs(dot(normalize(n_camera), normalize(p_camera)));
+    lit += highlight * vec3(0.0, 0.35, 0.6) * (0.25 + aside * aside);
+  }
+  give(vec4(lit, own.a));
 #endif
 }
 )";

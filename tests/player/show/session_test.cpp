@@ -184,6 +184,69 @@ TEST_F(AtWindow, DoubleClick)
   EXPECT_NEAR(seen.y(), 0.0, 1e-9);
 }
 
+// A click highlights what is there, a second one no longer; a drag does not; keys change what is shown.
+TEST_F(AtWindow, TouchedStructure)
+{
+  const view::Viewport free = session_.shots()[0].viewport;
+  const Eigen::Vector2d middle(free.x + 0.5 * free.width, free.y + 0.5 * free.height);
+  const auto click = [&] {
+    take({pointer_event(view::InputKind::press, middle.x(), middle.y()),
+          pointer_event(view::InputKind::release, middle.x(), middle.y())});
+  };
+  const auto highlighted = [&] { return session_.view_state().highlighted; };
+  drag(middle, middle + Eigen::Vector2d(30, 0));
+  EXPECT_EQ(highlighted(), "");
+  key('6');
+  click();
+  EXPECT_EQ(highlighted(), "bodies/reference/ball");
+  click();
+  EXPECT_EQ(highlighted(), "");
+  click();
+  key('Z');
+  ASSERT_EQ(session_.view_state().structures.size(), 1U);
+  EXPECT_EQ(session_.view_state().structures[0].first, "bodies/reference/ball");
+  EXPECT_FALSE(session_.view_state().structures[0].second.is_visible);
+  click();
+  EXPECT_NE(highlighted(), "bodies/reference/ball") << "what is behind it";
+  key('Z', true);
+  EXPECT_TRUE(session_.view_state().structures.empty());
+}
+
+// What one window writes another reads, and an address of the page has the same.
+TEST_F(AtWindow, StateOfTheView)
+{
+  key(view::Key::right, true);
+  key('O');
+  key('W');
+  key('9');
+  key('.');
+  key('.');
+  key('7');
+  key('D');
+  drag({200, 200}, {260, 230});
+  const std::string text = view_state_text(session_.view_state());
+  const ViewState read = read_view_state(text);
+  EXPECT_EQ(view_state_text(read), text);
+  EXPECT_EQ(read.section.kind, view::SectionKind::sagittal);
+  EXPECT_EQ(read.section.at_mm, 1.0);
+  ASSERT_TRUE(read.place.has_value());
+  SessionOptions options = small_options();
+  options.state = read;
+  options.section = read.section;
+  options.fixed_object = read.fixed;
+  options.flexion_rad = rad_from_deg(read.flexion_deg);
+  options.appearance.layers = "ligaments,labels";
+  UsedSession other(options);
+  EXPECT_EQ(view_state_text(other.session_.view_state()), text);
+  std::string address = "http://127.0.0.1/#step=2&view=";
+  for (const char c : text) {
+    char escaped[4];
+    std::snprintf(escaped, sizeof escaped, "%%%02X", static_cast<unsigned>(static_cast<unsigned char>(c)));
+    address += c == ' ' ? "+" : escaped;
+  }
+  EXPECT_EQ(view_state_text(read_view_state(address)), text);
+}
+
 TEST_F(AtWindow, ALostFocusEndsADrag)
 {
   take({pointer_event(view::InputKind::press, 200, 200)});
