@@ -160,6 +160,8 @@ class JointPreparation {
     job.axes = frame_.found;
     job.delta = frame_.delta;
     job.axis = frame_.axis;
+    job.least_flexion_deg = frame_.least_flexion_deg;
+    job.most_flexion_deg = frame_.most_flexion_deg;
     return job;
   }
 

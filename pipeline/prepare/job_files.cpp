@@ -154,11 +154,11 @@ std::string about_axis_text(const JobDescription& job)
     add(internal, q.internal_rotation_rad);
   }
   const auto table = [&](const std::string& values) {
-    return " = { driving = [" + driving + "],\n  value = [" + values + "] }\n";
+    return "]\ndriving = [" + driving + "]\nvalue = [" + values + "]\n";
   };
   return "varus = { from = -10, to = 10, step = 1 }         # inversion about the axis of the joint, " +
-         core::numbers_text(rounded_to(job.axis, 1e3), ", ") + "\nflexion" + table(flexion) + "internal" +
-         table(internal);
+         core::numbers_text(rounded_to(job.axis, 1e3), ", ") + "\n\n[coordinates.flexion" + table(flexion) +
+         "\n[coordinates.internal" + table(internal);
 }
 
 std::string other_joint_text(const JobDescription& job)
@@ -176,9 +176,9 @@ std::string other_joint_text(const JobDescription& job)
   if (job.joint != "ankle") text += "frame = \"reference\"\n";
   text += "\n[coordinates]                         # degrees\n";
   if (job.joint == "hip")
-    text +=
-        "flexion = { from = -100, to = 20, step = 5 }      # extension is positive\nvarus = 0\ninternal = "
-        "0\n";
+    text += "flexion = { from = " + shortest_decimal(job.least_flexion_deg) +
+            ", to = " + shortest_decimal(job.most_flexion_deg) +
+            ", step = 5 }      # extension is positive\nvarus = 0\ninternal = 0\n";
   if (job.joint == "ankle")
     text +=
         "flexion = { from = -20, to = 40, step = 5 }       # plantarflexion is positive\nvarus = \"free\"\n"

@@ -802,6 +802,35 @@ void set_axes(const JointFrameOptions& options, Found& found)
   frame.axis = R * frame.axis;
 }
 
+// The flexions about the centre at which no part of the femur but its head is inside the pelvis.
+void limit_flexion(const JointSurfaces& scan, JointFrame& frame)
+{
+  constexpr double step_deg = 5.0, deepest_mm = 0.3, farthest_mm = 30.0;
+  constexpr Index most_faces = 8000;
+  const Pose X = frame.X_scan_joint.inverse();
+  const geometry::NearestSurface pelvis(transformed(in_mm(scan.reference, frame.unit_mm), X));
+  const Faces femur = faces_of(transformed(in_mm(scan.moving, frame.unit_mm), X));
+  const Index every = std::max<Index>(1, femur.size() / most_faces);
+  const auto is_free = [&](double flexion_deg) {
+    const Matrix3d R = rotation_z(-rad_from_deg(flexion_deg));
+    for (Index i = 0; i < femur.size(); i += every) {
+      const Vector3d p = R * femur.centre(i);
+      if (p.norm() < 1.1 * frame.radius_mm || p.norm() > 6.0 * frame.radius_mm) continue;
+      const geometry::SurfacePoint on = pelvis.nearest(p, {farthest_mm});
+      if (on.triangle >= 0 && on.distance_mm > deepest_mm && pelvis.is_behind(p, on)) return false;
+    }
+    return true;
+  };
+  if (!is_free(-step_deg) || !is_free(step_deg)) return;  // as the scan is
+  double least_deg = 0.0, most_deg = 0.0;
+  while (least_deg > frame.least_flexion_deg && is_free(least_deg - step_deg)) least_deg -= step_deg;
+  while (most_deg < frame.most_flexion_deg && is_free(most_deg + step_deg)) most_deg += step_deg;
+  if (least_deg > frame.least_flexion_deg) frame.least_flexion_deg = least_deg + step_deg;
+  if (most_deg < frame.most_flexion_deg) frame.most_flexion_deg = most_deg - step_deg;
+  frame.found.push_back("flexion " + shortest_decimal(-frame.least_flexion_deg) + " to extension " +
+                        shortest_decimal(frame.most_flexion_deg) + " degrees: free of impingement");
+}
+
 }  // namespace
 
 JointBones bones_of(const std::string& joint)
@@ -818,6 +847,7 @@ JointFrame joint_frame(const JointSurfaces& surfaces, const JointFrameOptions& o
                 : options.joint == "ankle" ? ankle(surfaces, options)
                                            : subtalar(surfaces, options);
   set_axes(options, found);
+  if (options.joint == "hip") limit_flexion(surfaces, found.frame);
   return found.frame;
 }
 

@@ -44,7 +44,9 @@ struct JointFrame {
   double gap_mm = 0.0;  ///< lower quartile of the distance between the facing surfaces
   Eigen::Vector3d delta = Eigen::Vector3d::UnitY();  ///< the push, canonical
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   ///< ankle, subtalar: about which they turn, canonical
-  std::vector<std::string> found;                    ///< from what each axis is
+  /// Of a hip: what is free of impingement within -100 to 20 degrees, without the last 5.
+  double least_flexion_deg = -100.0, most_flexion_deg = 20.0;
+  std::vector<std::string> found;  ///< from what each axis is
   std::vector<std::string> warnings;
 };
 

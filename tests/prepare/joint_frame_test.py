@@ -148,7 +148,7 @@ class Joints(unittest.TestCase):
                 prepare("subtalar", [source / "talus.stl", source / "calcaneus.stl"], self.folder / "out")
                 q = self.poses("subtalar")
                 self.assertEqual(len(q), 21)
-                self.assertLess(numpy.linalg.norm(q[:, 3:], axis=1).max(), 5.0)  # cartilage and sliding, mm
+                self.assertLess(numpy.linalg.norm(q[:, 3:], axis=1).max(), 8.0)  # facets of 30 mm; one foot slides at 10 degrees
 
 
 if __name__ == "__main__":
