@@ -25,7 +25,7 @@ STL = numpy.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<
 # Which triangles a shorter scan would not have, by their centres in the files' own axes: nothing that faces the other bone.
 CUT = {"hip": (lambda p: p[:, 1] > 27, lambda p: numpy.linalg.norm(p, axis=1) > 46),
        "ankle": (lambda p: p[:, 1] > 28, lambda p: p[:, 1] < -8),
-       "subtalar": (lambda p: p[:, 0] > 32, lambda p: p[:, 0] < -32)}
+       "subtalar": (lambda p: p[:, 0] > 36, lambda p: p[:, 0] < -45)}
 TURN = numpy.array([[-2, 2, 1], [1, 2, -2], [-2, -1, -2]]) / 3
 if numpy.linalg.det(TURN) < 0:
     TURN = -TURN
