@@ -101,8 +101,8 @@ constexpr CommandRow rows[] = {
      "samples), or the share of their variance that each random input explains.",
      "vrda bands results/my-knee/my-knee.h5 --table shares", true},
     {"prepare", declare_prepare,
-     "Make a job from meshes of femur and tibia: finds unit, side and anatomical frames, transfers "
-     "the ligaments of a template.",
+     "Make a job from the meshes of two bones: finds unit, side and anatomical frames. Of femur and tibia, "
+     "with the ligaments of a template; --joint: of a hip, an ankle or a subtalar joint.",
      "vrda prepare --femur femur.stl --tibia tibia.stl -o my-knee"},
     {"shape", declare_shape, "Write a generated joint as STL files.",
      "vrda shape knee -o knee side=left resolution=2"},

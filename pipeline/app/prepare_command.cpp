@@ -1,4 +1,4 @@
-// `vrda prepare`: a job from the meshes of two bones, or from landmarks alone, by a template knee.
+// `vrda prepare`: a job from the meshes of two bones; of a knee, by a template, from landmarks alone too.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,6 +22,7 @@
 #include "model/frames.hpp"
 #include "prepare/bone_wraps.hpp"
 #include "prepare/job_files.hpp"
+#include "prepare/joint_frame.hpp"
 #include "prepare/knee_landmarks.hpp"
 #include "prepare/template_joint.hpp"
 #include "prepare/transfer.hpp"
@@ -203,31 +204,6 @@ prepare::TemplateJoint template_of(const PrepareOptions& options)
 {
   if (options.template_job.empty()) return prepare::generic_template();
   return prepare::template_of(job::load_case(options.template_job, {options.data_directory, {}}));
-}
-
-job::MovedVertices moved_by_smoothing(const std::vector<SubjectPart>& parts)
-{
-  job::MovedVertices moved;
-  for (const SubjectPart& part : parts) {
-    for (std::size_t v = 0; v < part.moved_mm.size(); ++v) {
-      const Eigen::RowVector3f p = part.mesh.vertices_mm.row(static_cast<Eigen::Index>(v)).cast<float>();
-      moved[{p.x(), p.y(), p.z()}] = part.moved_mm[v];
-    }
-  }
-  return moved;
-}
-
-// For the caption of the picture.
-std::string smoothing_text(const Json& report)
-{
-  std::string text;
-  for (const Json& row : report.value("noise", Json::array())) {
-    if (!row["smoothed"].get<bool>()) continue;
-    text += (text.empty() ? " Smoothed, vertices moved (RMS, largest): " : ", ") +
-            row["component"].get<std::string>() + " " + rounded_text(row["moved_rms_mm"].get<double>(), 2) +
-            ", " + rounded_text(row["moved_largest_mm"].get<double>(), 2) + " mm";
-  }
-  return text + (text.empty() ? "" : ".");
 }
 
 bool is_thickness(const std::string& cartilage)
@@ -675,12 +651,50 @@ class Preparation {
   std::vector<std::string> warnings_;
 };
 
+// Each option that only some joints have.
+void require_options_of_joint(const PrepareOptions& o)
+{
+  struct Row {
+    const char* option;
+    bool is_given;
+    std::vector<std::string> joints;
+  };
+  for (const auto& [option, is_given, joints] : {
+           Row{"--pelvis", !o.pelvis.empty(), {"hip"}},
+           Row{"--pelvis-cartilage", !o.pelvis_cartilage.empty(), {"hip"}},
+           Row{"--femur", !o.femur.empty(), {"knee", "hip"}},
+           Row{"--femur-cartilage", !o.femur_cartilage.empty(), {"knee", "hip"}},
+           Row{"--tibia", !o.tibia.empty(), {"knee", "ankle"}},
+           Row{"--tibia-cartilage", !o.tibia_cartilage.empty(), {"knee", "ankle"}},
+           Row{"--fibula", !o.fibula.empty(), {"knee", "ankle"}},
+           Row{"--talus", !o.talus.empty(), {"ankle", "subtalar"}},
+           Row{"--talus-cartilage", !o.talus_cartilage.empty(), {"ankle", "subtalar"}},
+           Row{"--calcaneus", !o.calcaneus.empty(), {"subtalar"}},
+           Row{"--calcaneus-cartilage", !o.calcaneus_cartilage.empty(), {"subtalar"}},
+           Row{"--meniscus", !o.menisci.empty(), {"knee"}},
+           Row{"--patella", !o.patella.empty(), {"knee"}},
+           Row{"--template-patella", o.has_template_patella, {"knee"}},
+           Row{"--template", !o.template_job.empty(), {"knee"}},
+           Row{"--no-ligaments", !o.has_ligaments, {"knee"}},
+           Row{"--no-prior", !o.has_prior, {"knee"}},
+           Row{"--keep-specks", o.keeps_specks, {"knee"}},
+       }) {
+    if (!is_given || std::find(joints.begin(), joints.end(), o.joint) != joints.end()) continue;
+    const prepare::JointBones bones = prepare::bones_of(o.joint);
+    throw InputError({option, "", "--joint " + o.joint,
+                      "--joint " + joints[0] + (joints.size() > 1 ? " or " + joints[1] : "") + "; a " +
+                          o.joint + " joint has --" + bones.reference + " and --" + bones.moving});
+  }
+}
+
 // Writes meshes in anatomical frames, job, ligaments, prepare.json and prepare.png, all at the end. Throws
 // InputError for objects that are not the bones of one knee: then refused.png is the only file written.
 core::ExitCode prepare_command(const PrepareOptions& options)
 {
   run::require_plain_text("--output", fs::path(options.folder).stem().string());
+  require_options_of_joint(options);
   core::install_signal_handlers();
+  if (options.joint != "knee") return prepare_other_joint(options);
   return Preparation(options).run();
 }
 
@@ -692,12 +706,22 @@ void declare_prepare(Command& c)
   const auto add_files = [&](const char* name, std::vector<std::string>& files, const char* what) {
     c.option(name, files, what).takes_several();
   };
+  c.option("--joint", o.joint,
+           "knee (femur, tibia), hip (pelvis, femur), ankle (tibia, talus) or subtalar (talus, calcaneus)")
+      .one_of({"knee", "hip", "ankle", "subtalar"})
+      .shows_default();
   c.option("--femur", o.femur, "Mesh of the femur");
   c.option("--tibia", o.tibia, "Mesh of the tibia");
+  c.option("--pelvis", o.pelvis, "Mesh of the pelvis, or of the hip bone");
+  c.option("--talus", o.talus, "Mesh of the talus");
+  c.option("--calcaneus", o.calcaneus, "Mesh of the calcaneus");
   add_files("--femur-cartilage", o.femur_cartilage, "Meshes of its cartilage");
   add_files("--tibia-cartilage", o.tibia_cartilage, "Meshes of its cartilage");
+  add_files("--pelvis-cartilage", o.pelvis_cartilage, "Meshes of its cartilage");
+  add_files("--talus-cartilage", o.talus_cartilage, "Meshes of its cartilage");
+  add_files("--calcaneus-cartilage", o.calcaneus_cartilage, "Meshes of its cartilage");
   add_files("--meniscus", o.menisci, "Meshes of the menisci, drawn only");
-  c.option("--fibula", o.fibula, "Mesh of the fibula, for the lateral ligaments");
+  c.option("--fibula", o.fibula, "Mesh of the fibula, for the lateral ligaments; part of an ankle's mortise");
   const Option patella =
       c.option("--patella", o.patella, "Mesh of the patella, in the scan of the bones; it follows the joint");
   c.option("--patella-cartilage", o.patella_cartilage, "Meshes of its cartilage")
@@ -706,10 +730,10 @@ void declare_prepare(Command& c)
   c.flag("--template-patella", o.has_template_patella,
          "Without a mesh: the template's patella, fitted to the femur, as an illustration")
       .excludes(patella);
-  c.option("--landmarks", o.landmarks,
-           "Known points of the knee, TOML (schemas/prepare.md) or of 3D Slicer; without meshes, they scale "
-           "the template's "
-           "bones");
+  c.option(
+      "--landmarks", o.landmarks,
+      "Known points of the joint, TOML (schemas/prepare.md) or of 3D Slicer; of a knee without meshes, they "
+      "scale the template's bones");
   c.option("--side", o.side, "left or right; default: found").one_of({"left", "right"});
   c.option("--unit", o.unit, "mm, cm or m; default: found").one_of({"mm", "cm", "m"});
   c.option("--cartilage", o.cartilage, "auto, none, or mm: thickness added to a bone without cartilage")

@@ -20,6 +20,7 @@
 #include "job/clean_mesh.hpp"
 #include "job/job.hpp"
 #include "job/slicer_files.hpp"
+#include "prepare/joint_frame.hpp"
 #include "prepare/template_joint.hpp"
 #include "run/run_output.hpp"
 
@@ -96,34 +97,49 @@ std::string scan_space_of(const PrepareOptions& options)
       spaces.emplace_back(file, job::scan_space(file, header));
     }
   };
-  add({options.femur, options.tibia, options.fibula, options.patella});
+  add({options.femur, options.tibia, options.fibula, options.patella, options.pelvis, options.talus,
+       options.calcaneus});
   for (const auto* files :
-       {&options.femur_cartilage, &options.tibia_cartilage, &options.menisci, &options.patella_cartilage})
+       {&options.femur_cartilage, &options.tibia_cartilage, &options.menisci, &options.patella_cartilage,
+        &options.pelvis_cartilage, &options.talus_cartilage, &options.calcaneus_cartilage})
     add(*files);
   return job::common_space(spaces);
 }
 
+BoneFiles files_of(const PrepareOptions& o, const std::string& bone)
+{
+  if (bone == "pelvis") return {&o.pelvis, &o.pelvis_cartilage};
+  if (bone == "femur") return {&o.femur, &o.femur_cartilage};
+  if (bone == "tibia") return {&o.tibia, &o.tibia_cartilage};
+  if (bone == "talus") return {&o.talus, &o.talus_cartilage};
+  return {&o.calcaneus, &o.calcaneus_cartilage};
+}
+
 Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warnings)
 {
-  for (const auto& [bone, cartilage, option] :
-       {std::tuple(&options.femur, &options.femur_cartilage, "--femur"),
-        std::tuple(&options.tibia, &options.tibia_cartilage, "--tibia")}) {
-    if (bone->empty() && cartilage->empty())
-      throw InputError({option, "", "nothing", "the mesh of the bone, or of its cartilage"});
+  const prepare::JointBones bones = prepare::bones_of(options.joint);
+  for (const char* bone : {bones.reference, bones.moving}) {
+    const BoneFiles files = files_of(options, bone);
+    if (files.bone->empty() && files.cartilage->empty())
+      throw InputError(
+          {"--" + std::string(bone), "", "nothing", "the mesh of the bone, or of its cartilage"});
   }
-  if (options.tibia.empty() && options.has_ligaments)
+  if (options.joint == "knee" && options.tibia.empty() && options.has_ligaments)
     throw InputError(
         {"--tibia", "", "cartilage alone", "the tibia's bone, to which ligaments attach, or --no-ligaments"});
   Subject subject;
   std::vector<PartFile> all;
-  add_files(all, subject.reference, list_of(options.femur), {"femur", "bone"}, "--femur");
-  add_files(all, subject.reference, options.femur_cartilage, {"femur_cartilage", "cartilage"},
-            "--femur-cartilage");
-  add_files(all, subject.moving, list_of(options.tibia), {"tibia", "bone"}, "--tibia");
-  add_files(all, subject.moving, options.tibia_cartilage, {"tibia_cartilage", "cartilage"},
-            "--tibia-cartilage");
+  for (auto& [parts, name] :
+       {std::pair(&subject.reference, bones.reference), std::pair(&subject.moving, bones.moving)}) {
+    const std::string bone = name, cartilage = bone + "_cartilage";
+    const BoneFiles files = files_of(options, bone);
+    add_files(all, *parts, list_of(*files.bone), {bone, "bone"}, "--" + bone);
+    add_files(all, *parts, *files.cartilage, {cartilage, "cartilage"}, "--" + bone + "-cartilage");
+  }
+  const bool is_knee = options.joint == "knee";
   add_files(all, subject.moving, options.menisci, {"meniscus", "meniscus", false}, "--meniscus");
-  add_files(all, subject.moving, list_of(options.fibula), {"fibula", "bone", false}, "--fibula");
+  add_files(all, is_knee ? subject.moving : subject.reference, list_of(options.fibula),
+            {"fibula", "bone", !is_knee}, "--fibula");
   add_files(all, subject.patella, list_of(options.patella), {"patella", "bone"}, "--patella");
   add_files(all, subject.patella, options.patella_cartilage, {"patella_cartilage", "cartilage"},
             "--patella-cartilage");
@@ -451,6 +467,31 @@ void add_cartilage(const PrepareOptions& options, const KneeFit& fit, const Knee
                        shortest_decimal(each_mm) + " mm" + (is_auto ? source : ""));
   }
   report["cartilage"] = {{"scanned_gap_mm", gap_mm}, {"thickness_mm", each_mm}};
+}
+
+job::MovedVertices moved_by_smoothing(const std::vector<SubjectPart>& parts)
+{
+  job::MovedVertices moved;
+  for (const SubjectPart& part : parts) {
+    for (std::size_t v = 0; v < part.moved_mm.size(); ++v) {
+      const Eigen::RowVector3f p = part.mesh.vertices_mm.row(static_cast<Eigen::Index>(v)).cast<float>();
+      moved[{p.x(), p.y(), p.z()}] = part.moved_mm[v];
+    }
+  }
+  return moved;
+}
+
+// For the caption of the picture.
+std::string smoothing_text(const nlohmann::ordered_json& report)
+{
+  std::string text;
+  for (const nlohmann::ordered_json& row : report.value("noise", nlohmann::ordered_json::array())) {
+    if (!row["smoothed"].get<bool>()) continue;
+    text += (text.empty() ? " Smoothed, vertices moved (RMS, largest): " : ", ") +
+            row["component"].get<std::string>() + " " + rounded_text(row["moved_rms_mm"].get<double>(), 2) +
+            ", " + rounded_text(row["moved_largest_mm"].get<double>(), 2) + " mm";
+  }
+  return text + (text.empty() ? "" : ".");
 }
 
 std::vector<SubjectPart> scaled_parts(const Body& body, const Eigen::Vector3d& scale,

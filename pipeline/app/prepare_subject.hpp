@@ -6,14 +6,19 @@
 #include <string>
 #include <vector>
 
+#include "core/console.hpp"
 #include "core/text.hpp"
 #include "geometry/knee_fit.hpp"
+#include "job/case_picture.hpp"
 #include "prepare/job_files.hpp"
 
 namespace vrda::app {
 
 /// `vrda prepare`: a job from the meshes of two bones.
 struct PrepareOptions {
+  std::string joint = "knee";
+  std::string pelvis, talus, calcaneus;
+  std::vector<std::string> pelvis_cartilage, talus_cartilage, calcaneus_cartilage;
   std::string femur, tibia;  ///< mesh files of the bones; may be empty where cartilage is given
   std::vector<std::string> femur_cartilage, tibia_cartilage, menisci;
   std::string fibula;
@@ -52,6 +57,13 @@ struct Subject {
   std::vector<SubjectPart> reference, moving;
   std::vector<SubjectPart> patella = {};  ///< empty: not scanned
 };
+
+/// The mesh of a bone and those of its cartilage, by its name.
+struct BoneFiles {
+  const std::string* bone;
+  const std::vector<std::string>* cartilage;
+};
+BoneFiles files_of(const PrepareOptions& options, const std::string& bone);
 
 /// The space (job/slicer_files.hpp) of the meshes, as far as they say it. Throws InputError where they
 /// differ.
@@ -97,6 +109,14 @@ void add_cartilage(const PrepareOptions& options, const geometry::KneeFit& fit,
 /// The components of a body of the template in its bone's frame, scaled.
 std::vector<SubjectPart> scaled_parts(const Body& body, const Eigen::Vector3d& scale,
                                       const Eigen::Vector3d& origin_mm);
+
+/// The vertices that smoothing moved, for the picture.
+job::MovedVertices moved_by_smoothing(const std::vector<SubjectPart>& parts);
+/// The sentence of the picture's caption, from the report; empty: nothing was smoothed.
+std::string smoothing_text(const nlohmann::ordered_json& report);
+
+/// `vrda prepare --joint` of a hip, an ankle or a subtalar joint: its meshes in its frame and a job.
+core::ExitCode prepare_other_joint(const PrepareOptions& options);
 
 /// Names of components are names of files, too; in the template's job they may be any text.
 void set_file_names(Subject& subject);

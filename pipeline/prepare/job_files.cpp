@@ -5,6 +5,7 @@
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "prepare/joint_frame.hpp"
 #include "prepare/template_joint.hpp"
 
 namespace vrda::prepare {
@@ -111,10 +112,86 @@ Eigen::Vector3d body_fixed_angles_rad(const Eigen::Matrix3d& R)
   return {arc_tangent2(-R(1, 2), R(2, 2)), arc_sine(R(0, 2)), arc_tangent2(-R(0, 1), R(0, 0))};
 }
 
+Eigen::Vector3d rounded_to(const Eigen::Vector3d& v, double per_unit)
+{
+  return ((v * per_unit).array().round() / per_unit + 0.0).matrix();
+}
+
+std::string bodies_text(const JobDescription& job)
+{
+  const JointBones bones = bones_of(job.joint);
+  std::string text = "\n[reference]\nname = \"" + std::string(bones.reference) + "\"\n";
+  for (const JobComponent& component : job.reference) text += component_text("reference", component);
+  text += "\n[moving]\nname = \"" + std::string(bones.moving) + "\"\n";
+  for (const JobComponent& component : job.moving) text += component_text("moving", component);
+  if (job.X_scan_reference) text += scan_frame_text(job);
+  return text;
+}
+
+// Inversion about an oblique axis: the other two rotations over the one that is driven.
+std::string about_axis_text(const JobDescription& job)
+{
+  constexpr int most_deg = 10;
+  const auto at = [&](double turn_rad) {
+    Pose X = Pose::Identity();
+    const SinCos turn = sin_cos(turn_rad);
+    Eigen::Matrix3d K;
+    K << 0.0, -job.axis.z(), job.axis.y(), job.axis.z(), 0.0, -job.axis.x(), -job.axis.y(), job.axis.x(), 0.0;
+    X.linear() = Eigen::Matrix3d::Identity() + turn.sin * K + (1.0 - turn.cos) * K * K;
+    return clinical_coordinates(X, job.side, Eigen::Vector3d::Zero());
+  };
+  std::string driving, flexion, internal;
+  for (int inversion_deg = -most_deg; inversion_deg <= most_deg; ++inversion_deg) {
+    const double wanted_rad = rad_from_deg(inversion_deg), slope = at(1e-3).varus_rad / 1e-3;
+    double turn_rad = 0.0;
+    for (int round = 0; round < 30; ++round) turn_rad += (wanted_rad - at(turn_rad).varus_rad) / slope;
+    const ClinicalCoordinates q = at(turn_rad);
+    const auto add = [&](std::string& list, double rad) {
+      list += (list.empty() ? "" : ", ") + shortest_decimal(std::round(1e4 * deg_from_rad(rad)) / 1e4 + 0.0);
+    };
+    add(driving, wanted_rad);
+    add(flexion, q.flexion_rad);
+    add(internal, q.internal_rotation_rad);
+  }
+  const auto table = [&](const std::string& values) {
+    return "]\ndriving = [" + driving + "]\nvalue = [" + values + "]\n";
+  };
+  return "varus = { from = -10, to = 10, step = 1 }         # inversion about the axis of the joint, " +
+         core::numbers_text(rounded_to(job.axis, 1e3), ", ") + "\n\n[coordinates.flexion" + table(flexion) +
+         "\n[coordinates.internal" + table(internal);
+}
+
+std::string other_joint_text(const JobDescription& job)
+{
+  std::string text =
+      "# Written by vrda prepare; details in prepare.json. Both bones are in the frame of the joint: zero is "
+      "the pose\n# of the scan.\n";
+  for (const std::string& axis : job.axes) text += "# " + axis + ".\n";
+  text += "title = " + quoted_text(job.title) + "\njoint = \"" + job.joint + "\"\nside = \"" +
+          side_name(job.side) +
+          "\"\n\n[frame]                               # origin: the centre of the joint\nunit = \"mm\"\n"
+          "anterior = \"+X\"\nproximal = \"+Y\"\nright = \"+Z\"\n" +
+          bodies_text(job) + "\n[push]\nforce_n = 20\ndelta = [" +
+          core::numbers_text(rounded_to(job.delta, 1e4), ", ") + "]\n";
+  if (job.joint != "ankle") text += "frame = \"reference\"\n";
+  text += "\n[coordinates]                         # degrees\n";
+  if (job.joint == "hip")
+    text += "flexion = { from = " + shortest_decimal(job.least_flexion_deg) +
+            ", to = " + shortest_decimal(job.most_flexion_deg) +
+            ", step = 5 }      # extension is positive\nvarus = 0\ninternal = 0\n";
+  if (job.joint == "ankle")
+    text +=
+        "flexion = { from = -20, to = 40, step = 5 }       # plantarflexion is positive\nvarus = \"free\"\n"
+        "internal = \"free\"\n";
+  if (job.joint == "subtalar") text += about_axis_text(job);
+  return text + "\n[solver]\nmethod = \"equilibrium\"\n\n[smooth]\ndegrees = []\n";
+}
+
 }  // namespace
 
 std::string job_text(const JobDescription& job)
 {
+  if (job.joint != "knee") return other_joint_text(job);
   std::string text =
       "# Written by vrda prepare; details in prepare.json. Each bone is in its own anatomical frame, so zero "
       "is the\n"
@@ -122,11 +199,8 @@ std::string job_text(const JobDescription& job)
       (job.scanned ? scan_text(*job.scanned) : std::string()) + "title = " + quoted_text(job.title) +
       "\njoint = \"knee\"\nside = \"" + side_name(job.side) +
       "\"\n\n[frame]                               # origin: the rotation centre\nunit = \"mm\"\n"
-      "anterior = \"+X\"\nproximal = \"+Y\"\nright = \"+Z\"\n\n[reference]\nname = \"femur\"\n";
-  for (const JobComponent& component : job.reference) text += component_text("reference", component);
-  text += "\n[moving]\nname = \"tibia\"\n";
-  for (const JobComponent& component : job.moving) text += component_text("moving", component);
-  if (job.X_scan_reference) text += scan_frame_text(job);
+      "anterior = \"+X\"\nproximal = \"+Y\"\nright = \"+Z\"\n" +
+      bodies_text(job);
   text += "\n[push]\nforce_n = 20                          # along the tibia\n";
   if (job.has_ligaments) {
     text += "\n[ligaments]\nfibres = \"ligaments.csv\"\n";

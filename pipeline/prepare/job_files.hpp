@@ -31,6 +31,7 @@ struct JobKneecap {
 
 struct JobDescription {
   std::string title;
+  std::string joint = "knee";
   Side side = Side::right;
   std::vector<JobComponent> reference, moving;
   bool has_ligaments = true;
@@ -40,9 +41,14 @@ struct JobDescription {
   std::optional<Pose> X_scan_reference;        ///< where the reference's files are in the scan, mm
   std::string scan_space, scan_unit = "mm";    ///< LPS, RAS or empty; mm, cm or m
   std::optional<JobKneecap> patella;
+  // Of another joint than a knee (prepare/joint_frame.hpp).
+  std::vector<std::string> axes;  ///< from what each is, for comments
+  Eigen::Vector3d delta = Eigen::Vector3d::UnitY(), axis = Eigen::Vector3d::UnitX();
+  double least_flexion_deg = -100.0, most_flexion_deg = 20.0;  ///< of a hip
 };
 
-/// TOML: free varus, flexion 0 to 90 by 5, 20 N.
+/// TOML. A knee: free varus, flexion 0 to 90 by 5, 20 N. Another joint: as its job in jobs/; the subtalar
+/// joint turns about `axis`.
 std::string job_text(const JobDescription& job);
 
 /// Table of schemas/ligaments.md. `comment`: one line without #.

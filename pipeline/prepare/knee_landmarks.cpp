@@ -11,7 +11,8 @@
 
 namespace vrda::prepare {
 
-const core::DocumentSchema& knee_landmarks_schema();  // schemas/knee_landmarks.schema.json
+const core::DocumentSchema& joint_landmarks_schema();  // schemas/joint_landmarks.schema.json
+const core::DocumentSchema& knee_landmarks_schema();   // schemas/knee_landmarks.schema.json
 
 namespace {
 
@@ -265,21 +266,37 @@ DocumentValue document_of(const job::SlicerPoints& slicer, double unit_mm)
   return root;
 }
 
+core::Document checked_document(const core::DocumentSchema& schema, const std::string& file,
+                                std::string_view text, const LandmarkSpace& meshes)
+{
+  if (!job::is_slicer_points(file)) return schema.read(text, file);
+  const job::SlicerPoints points = job::read_slicer_points(file, std::string(text));
+  core::Document document{file, document_of(job::in_space(points, meshes.space), meshes.unit_mm)};
+  document.root = schema.checked(document);
+  return document;
+}
+
+std::vector<NamedPoint> points_of(const core::Document& document)
+{
+  std::vector<NamedPoint> points;
+  for (const auto& [name, point] : core::value_at(document.root, "landmarks").items())
+    points.push_back({name, core::vector3_at(point, "")});
+  return points;
+}
+
 }  // namespace
+
+std::vector<NamedPoint> read_joint_landmarks(const std::string& file, std::string_view text,
+                                             const LandmarkSpace& meshes)
+{
+  return points_of(checked_document(joint_landmarks_schema(), file, text, meshes));
+}
 
 KneeLandmarks read_knee_landmarks(const std::string& file, std::string_view text, const LandmarkSpace& meshes)
 {
   KneeLandmarks landmarks;
-  if (job::is_slicer_points(file)) {
-    const job::SlicerPoints points = job::read_slicer_points(file, std::string(text));
-    landmarks.document = {file, document_of(job::in_space(points, meshes.space), meshes.unit_mm)};
-    landmarks.document.root = knee_landmarks_schema().checked(landmarks.document);
-  } else {
-    landmarks.document = knee_landmarks_schema().read(text, file);
-  }
-  const DocumentValue& root = landmarks.document.root;
-  for (const auto& [name, point] : core::value_at(root, "landmarks").items())
-    landmarks.points.push_back({name, core::vector3_at(point, "")});
+  landmarks.document = checked_document(knee_landmarks_schema(), file, text, meshes);
+  landmarks.points = points_of(landmarks.document);
   read_fibres(landmarks);
   read_distances(landmarks);
   if (landmarks.points.empty() && landmarks.fibres.empty() && landmarks.distances.empty())

@@ -1,4 +1,4 @@
-/// Points that the user knows of a knee (`vrda prepare --landmarks`): schemas/prepare.md.
+/// Points that the user knows of a joint (`vrda prepare --landmarks`): schemas/prepare.md.
 #pragma once
 
 #include <optional>
@@ -48,6 +48,10 @@ struct LandmarkSpace {
 };
 KneeLandmarks read_knee_landmarks(const std::string& file, std::string_view text,
                                   const LandmarkSpace& meshes = {});
+
+/// The same for another joint: schemas/joint_landmarks.schema.json.
+std::vector<NamedPoint> read_joint_landmarks(const std::string& file, std::string_view text,
+                                             const LandmarkSpace& meshes = {});
 
 /// Throws InputError for a fibre that the template does not have.
 void check_fibre_names(const KneeLandmarks& landmarks, const model::Ligaments& ligaments);

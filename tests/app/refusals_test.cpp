@@ -139,7 +139,9 @@ void knee_bones(const Scratch& scratch)
   write("large.stl", joint.fibula, 1.0);
   write("newt_femur.stl", femur, 0.3);  // in mm
   write("newt_tibia.stl", tibia, 0.3);
-  write("head.stl", geometry::generate_shape({"hip", {}, {}}).moving.front().mesh);
+  const geometry::Shape hip = geometry::generate_shape({"hip", {}, {}});
+  write("head.stl", hip.moving.front().mesh);
+  write("socket.stl", hip.reference.front().mesh);
   X.translation() += Eigen::Vector3d(150, 0, 0);
   write("elsewhere.stl", tibia);
   test::small_job(scratch);
