@@ -227,7 +227,10 @@ double t_95(double dof)
 {
   constexpr double normal_95 = 1.959963984540054;
   if (std::isinf(dof)) return normal_95;
-  return boost::math::quantile(boost::math::students_t(dof), 0.975);
+  // Without long double, whose code is as long again.
+  using namespace boost::math::policies;
+  return boost::math::quantile(
+      boost::math::students_t_distribution<double, policy<promote_double<false>>>(dof), 0.975);
 }
 
 double half_width_95(const Estimate& estimate, Eigen::Index k)

@@ -156,15 +156,14 @@ const noSection = new Vector4(0, 0, 0, 1), section = uniform(noSection.clone());
 /// What is removed of all meshes: the side of the plane dot(normal, p) = at on which `eye` is; mm, drawn axes. Null: nothing.
 export function setSection(plane, eye) {
   if (!plane) return section.value.copy(noSection);
-  const side = isRemoved(plane, eye, eye) ? 1 : -1;
+  const side = isAbove(plane, eye) ? 1 : -1;
   return section.value.set(...plane.normal.map((x) => side * x), side * plane.at);
 }
 
-/// Whether a point is on the removed side.
-export function isRemoved({ normal, at }, point, eye) {
-  const above = (p) => normal[0] * p.x + normal[1] * p.y + normal[2] * p.z > at;
-  return above(point) === above(eye);
-}
+const isAbove = ({ normal, at }, p) => normal[0] * p.x + normal[1] * p.y + normal[2] * p.z > at;
+
+/// Whether a point is on the removed side: that of the eye.
+export const isRemoved = (plane, point, eye) => isAbove(plane, point) === isAbove(plane, eye);
 
 /// Opacity and highlight of a mesh, and whether its inner sides are drawn; a thin one keeps its colour, which has a meaning. Materials without a shader of this page are blended as usual.
 export function setLook({ material, layers, userData }, { opacity, isHighlighted, isCut }) {
