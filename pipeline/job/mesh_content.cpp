@@ -145,8 +145,9 @@ void require_table(const std::string& file, std::string_view bytes)
 
 void normalise_text(std::string& bytes)
 {
-  const std::size_t n_used = bytes.find_last_not_of('\0') + 1;  // texts of some programs are padded
-  if (std::string_view(bytes).substr(0, n_used).find('\0') == bytes.npos) bytes.resize(n_used);
+  // Texts of some programs are padded; a binary STL file has zeros elsewhere, too.
+  const std::size_t n_used = bytes.find_last_not_of('\0') + 1;
+  if (lower_case(bytes.substr(0, 5)) == "solid" && bytes.find('\0') >= n_used) bytes.resize(n_used);
   const bool has_mark = bytes.starts_with(byte_order_mark);
   const std::string_view text = std::string_view(bytes).substr(has_mark ? byte_order_mark.size() : 0);
   const bool is_ply = text.starts_with("ply");

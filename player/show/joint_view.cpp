@@ -27,7 +27,7 @@ JointView::JointView(const store::MotionModel& model, const view::AppearanceOpti
   shown_bodies_ = view::shown_drawables(scene_);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const view::Drawable& drawable = scene_.drawables[k];
-    if (rows_[k].structure)
+    if (rows_[k].structure && drawable.layer != view::Layer::caps)  // which follow their solids
       looks_.of[*rows_[k].structure] = {!drawable.is_hidden, drawable.material.opacity / rows_[k].opacity};
   }
 }

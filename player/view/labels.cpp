@@ -9,6 +9,7 @@
 #include "core/text.hpp"
 #include "model/ligaments.hpp"
 #include "store/motion.hpp"
+#include "view/gl_mesh.hpp"
 
 namespace vrda::view {
 namespace {
@@ -24,6 +25,29 @@ Eigen::Vector3d vertex_mm(const Drawable& drawable, std::uint32_t vertex)
 {
   const std::array<float, 3>& p = drawable.mesh.vertices[vertex].position_mm;
   return {p[0], p[1], p[2]};
+}
+
+/// Times that a ray enters a solid.
+int n_entries(const Mesh& mesh, const geometry::BoxTree& tree, geometry::Ray ray)
+{
+  constexpr double beyond_mm = 1e-6;
+  int n = 0;
+  while (true) {
+    const double mm = geometry::ray_distance_mm(mesh, tree, ray) + beyond_mm;
+    if (!(mm < ray.max_length_mm)) return n;
+    ++n;
+    ray.from_mm += mm * ray.direction;
+    ray.max_length_mm -= mm;
+  }
+}
+
+bool starts_inside(const Mesh& mesh, const geometry::BoxTree& tree, geometry::Ray ray)
+{
+  ray.max_length_mm = 1000.0;  // beyond any bone
+  geometry::Ray back = ray;
+  back.from_mm += ray.max_length_mm * ray.direction;
+  back.direction = -ray.direction;
+  return n_entries(mesh, tree, back) > n_entries(mesh, tree, ray);
 }
 
 /// At most `n_points` of all.
@@ -84,11 +108,11 @@ void LabelAnchors::find_surfaces(const Scene& scene)
       mesh.triangles(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)) =
           static_cast<int>(body.mesh.triangles[i]);
     const geometry::BoxTree tree(mesh);
-    surfaces_.push_back({std::move(mesh), tree, k});
+    surfaces_.push_back({std::move(mesh), tree, k, is_closed(body.mesh)});
   }
 }
 
-bool LabelAnchors::is_visible(const Scene& scene, const Eigen::Vector3d& p_mm,
+bool LabelAnchors::is_visible(const Scene& scene, std::size_t drawable, const Eigen::Vector3d& p_mm,
                               const Eigen::Vector3d& eye_mm) const
 {
   if (scene.section && is_removed(*scene.section, p_mm, eye_mm)) return false;
@@ -109,7 +133,9 @@ bool LabelAnchors::is_visible(const Scene& scene, const Eigen::Vector3d& p_mm,
     if (!(length_mm > 0.0)) return false;
     if (geometry::ray_distance_mm(surface.mesh, surface.tree, ray) < length_mm) return true;
     if (!scene.section) return false;
-    // Behind the cut of a solid the way there only leaves that solid.
+    if (surface.is_closed)  // a filled cut hides all but its own solid
+      return surface.drawable != drawable && starts_inside(surface.mesh, surface.tree, ray);
+    // The inner side of a sheet.
     ray.from_mm += length_mm * ray.direction;
     ray.direction = -ray.direction;
     return geometry::ray_distance_mm(surface.mesh, surface.tree, ray) < length_mm;
@@ -135,7 +161,7 @@ void LabelAnchors::place(std::span<ScreenLabel> shown, const Scene& scene, const
       const Eigen::Vector4d p_clip = X_clip_world * p_mm.homogeneous();
       const Eigen::Vector2d device = p_clip.head<2>() / p_clip.w();
       if (!(p_clip.w() > 0.0) || device.cwiseAbs().maxCoeff() > 1.0) continue;
-      if (!is_visible(scene, p_mm, eye_mm)) continue;
+      if (!is_visible(scene, k, p_mm, eye_mm)) continue;
       const Eigen::Vector2d px(view.x + 0.5 * (1.0 + device.x()) * view.width,
                                view.y + 0.5 * (1.0 - device.y()) * view.height);
       seen.at(n_seen++) = {p_mm, px};

@@ -42,10 +42,13 @@ class LabelAnchors {
     Mesh mesh;
     geometry::BoxTree tree;
     std::size_t drawable = 0;
+    bool is_closed = false;
   };
   using Points = std::vector<std::pair<std::size_t, std::uint32_t>>;  ///< drawable, vertex
 
-  bool is_visible(const Scene& scene, const Eigen::Vector3d& p_mm, const Eigen::Vector3d& eye_mm) const;
+  /// A point of a drawable.
+  bool is_visible(const Scene& scene, std::size_t drawable, const Eigen::Vector3d& p_mm,
+                  const Eigen::Vector3d& eye_mm) const;
   void find_surfaces(const Scene& scene);
 
   std::vector<std::string> texts_;

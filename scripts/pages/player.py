@@ -22,7 +22,17 @@ As a video: [player/knee-generic.mp4](player/knee-generic.mp4).
 
 ![0, 30, 60 and 90 degrees](player/knee-generic-motion.jpg)
 
-0, 30, 60 and 90 degrees of flexion. Each bundle is a band of tissue, grey where slack, otherwise blue to red at a strain of 6 %: the lateral collateral ligament is taut in extension and slack at 90 degrees.
+0, 30, 60 and 90 degrees of flexion. Each bundle lies on the bones; it is grey and waves where slack, otherwise light orange to dark red from 0 to 8 % of strain: the lateral collateral ligament is taut in
+extension and slack at 90 degrees. The lines of the quadriceps pull with a constant force and have no strain.
+
+![Six views at 30 degrees, with names](player/knee-generic-views.jpg)
+
+Six views at 30 degrees. Names lead to a visible part of the structure; what bone hides has no name.
+
+![Structures and sections](player/knee-generic-structures.jpg)
+
+- Top: the femur transparent, the kneecap hidden (`--see-through femur --hide patella`); both bones transparent; the section through the lateral compartment (`--section sagittal=20`), from its medial side.
+- Bottom: sections through the middle, from the front (`coronal=0`) and through the plateau (`axial=-22`). Cuts of solids are filled.
 
 ![Every layer at once, with numbers and legends](player/knee-generic-screen.jpg)
 
@@ -53,7 +63,15 @@ towards 90 degrees, and the medial collateral ligament wraps around the tibia (w
 - Middle: gaps and contacts at 10 and 80 degrees: both condyles are in contact with their plateaus; the medial contact has moved back by 15 mm, the lateral one by 3.
 - Bottom: contact forces at 30 degrees; axes at 45 degrees.
 
+![Six views at 30 degrees, with names](player/knee-jam-smith2019-ligaments-views.jpg)
+
 Meshes: Lenhart et al. 2015, Smith et al. 2019 (OpenSim-JAM, Apache-2.0).
+
+## A prepared knee (`vrda prepare`, meshes of pymskt-dess)
+
+![Six views at 30 degrees, with names](player/knee-prepared-views.jpg)
+
+The meshes are two bones and their cartilage; ligaments and kneecap are the template's, transferred.
 
 ## The bench (`jobs/bench-desk.toml`)
 
@@ -81,5 +99,7 @@ shared cores.
 - The generic tibia and menisci are thesis-sized: outlines show their facets, and the meniscus's ends are cut off flat.
 - The gap map is sampled at vertices: on the coarse plateau its outer border is irregular by the size of a facet.
 - Contacts belong to the nearest raw cell and jump from cell to cell; on a smoothed motion they need not be where the gap map is 0.
-- Fibres without a wrapping surface pass through bone.
+- Fibres are drawn over the bones; the solver's own are straight where their job has no wrap.
+- Open sheets of cartilage are not filled by a section, since they have no inside.
+- A cut is filled for each solid alone; translucent solids show their inner sides.
 """

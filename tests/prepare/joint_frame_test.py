@@ -79,12 +79,12 @@ class Joints(unittest.TestCase):
         parts = {"hip": ("socket", "head"), "ankle": ("tibia", "talus")}[joint]
         return [self.folder / joint / f"{part}.stl" for part in parts]
 
-    def follow(self, joint, meshes, has_side):
+    def follow(self, joint, meshes, has_side, changes=CHANGES):
         """The frame of the meshes goes with them. `has_side`: the bones show their side."""
         known = [] if has_side else ["--side", "right"]
         report = prepare(joint, meshes, self.folder / "out", *known)
         A, centre = axes(report)
-        for name, M, unit_mm, is_cut in CHANGES:
+        for name, M, unit_mm, is_cut in changes:
             with self.subTest(name):
                 is_mirrored = numpy.linalg.det(M) < 0
                 changed = []
@@ -137,10 +137,11 @@ class Joints(unittest.TestCase):
 
     @unittest.skipUnless((DATA / "subtalar").is_dir(), "no subtalar joints: set VRDA_DATA")
     def test_four_feet(self):
-        for foot in FEET:
+        for n, foot in enumerate(FEET):
             source = DATA / "subtalar" / foot
             with self.subTest(foot=foot):
-                report = self.follow("subtalar", [source / "talus.stl", source / "calcaneus.stl"], has_side=True)
+                report = self.follow("subtalar", [source / "talus.stl", source / "calcaneus.stl"], has_side=True,
+                                     changes=CHANGES[n % 2 :: 2])
                 known = json.loads((source / "dataset.json").read_text(encoding="utf-8"))
                 self.assertEqual(report["side"], known["side"])
                 A, _ = axes(report)

@@ -122,6 +122,7 @@ export class Comparison {
   lines(name) {
     const { plot, figure } = this.plots.find((one) => one.name === name);
     figure.scrollIntoView();
+    if (plot.make) return null;  // until it is seen and drawn
     return plot.lines?.map(({ name: own, x, y }, k) => ({ name: own, x, y, band: plot.band[k] ?? null })) ?? null;
   }
 }
