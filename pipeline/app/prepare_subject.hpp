@@ -73,8 +73,8 @@ std::string scan_space_of(const PrepareOptions& options);
 /// Throws InputError.
 Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warnings);
 
-/// Gives each part of a subject with more than 200,000 triangles a simpler copy, within 0.05 mm. In the scan's
-/// axes and unit.
+/// Gives each part of a subject with more than 200,000 triangles a simpler copy, within 0.05 mm. In the
+/// scan's axes and unit.
 void simplify_copies(Subject& subject, double unit_mm, int n_threads);
 
 /// The small shells in the joint space (job/case_warnings.hpp), each with a warning. Unless they are

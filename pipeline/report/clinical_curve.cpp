@@ -188,7 +188,8 @@ namespace {
 
 constexpr std::uintmax_t largest_curve_bytes = 64u << 20;
 constexpr const char* wanted_columns =
-    "a header, separated by commas, semicolons, tabs or |, with flexion_deg and at least one of internal_deg, "
+    "a header, separated by commas, semicolons, tabs or |, with flexion_deg and at least one of "
+    "internal_deg, "
     "varus_deg, anterior_mm, proximal_mm, lateral_mm, ant_mm, prox_mm, lat_mm";
 
 /// The content of a column.

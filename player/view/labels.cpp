@@ -112,7 +112,7 @@ void LabelAnchors::find_surfaces(const Scene& scene)
   }
 }
 
-bool LabelAnchors::is_visible(const Scene& scene, std::size_t drawable, const Eigen::Vector3d& p_mm,
+bool LabelAnchors::is_visible(const Scene& scene, const Drawable& own, const Eigen::Vector3d& p_mm,
                               const Eigen::Vector3d& eye_mm) const
 {
   if (scene.section && is_removed(*scene.section, p_mm, eye_mm)) return false;
@@ -133,8 +133,9 @@ bool LabelAnchors::is_visible(const Scene& scene, std::size_t drawable, const Ei
     if (!(length_mm > 0.0)) return false;
     if (geometry::ray_distance_mm(surface.mesh, surface.tree, ray) < length_mm) return true;
     if (!scene.section) return false;
-    if (surface.is_closed)  // a filled cut hides all but its own solid
-      return surface.drawable != drawable && starts_inside(surface.mesh, surface.tree, ray);
+    // A filled cut hides all but its own object.
+    const bool is_own = own.layer == Layer::bodies && own.parent == body.parent;
+    if (surface.is_closed) return !is_own && starts_inside(surface.mesh, surface.tree, ray);
     // The inner side of a sheet.
     ray.from_mm += length_mm * ray.direction;
     ray.direction = -ray.direction;
@@ -161,7 +162,7 @@ void LabelAnchors::place(std::span<ScreenLabel> shown, const Scene& scene, const
       const Eigen::Vector4d p_clip = X_clip_world * p_mm.homogeneous();
       const Eigen::Vector2d device = p_clip.head<2>() / p_clip.w();
       if (!(p_clip.w() > 0.0) || device.cwiseAbs().maxCoeff() > 1.0) continue;
-      if (!is_visible(scene, k, p_mm, eye_mm)) continue;
+      if (!is_visible(scene, drawable, p_mm, eye_mm)) continue;
       const Eigen::Vector2d px(view.x + 0.5 * (1.0 + device.x()) * view.width,
                                view.y + 0.5 * (1.0 - device.y()) * view.height);
       seen.at(n_seen++) = {p_mm, px};

@@ -47,7 +47,7 @@ class LabelAnchors {
   using Points = std::vector<std::pair<std::size_t, std::uint32_t>>;  ///< drawable, vertex
 
   /// A point of a drawable.
-  bool is_visible(const Scene& scene, std::size_t drawable, const Eigen::Vector3d& p_mm,
+  bool is_visible(const Scene& scene, const Drawable& own, const Eigen::Vector3d& p_mm,
                   const Eigen::Vector3d& eye_mm) const;
   void find_surfaces(const Scene& scene);
 

@@ -29,8 +29,8 @@ std::optional<SectionPlane> plane_of(const Section& section);
 /// `option`.
 Section parsed_section(const std::string& option, const std::string& text);
 
-/// The cuts of all visible closed solids by the scene's section, one drawable a structure. Overlapping solids of one
-/// structure have one cut; a cut is exact to `row_mm` across its rows.
+/// The cuts of all visible closed solids by the scene's section, one drawable a structure. Overlapping solids
+/// of one structure have one cut; a cut is exact to `row_mm` across its rows.
 class SectionCaps {
  public:
   /// Appends the drawables, hidden, to `scene`, whose order must not change afterwards.

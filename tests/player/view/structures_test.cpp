@@ -201,7 +201,7 @@ TEST(Labels, InFrontOfBone)
         SCOPED_TRACE(side + " " + view_names()[static_cast<std::size_t>(view)]);
         const Camera camera = stage.camera(view);
         stage.scene.section.reset();
-        if (is_cut) stage.scene.section = SectionPlane{camera.X_world_camera.linear().col(2), 1.0};
+        if (is_cut) stage.scene.section = SectionPlane{camera.X_world_camera.linear().col(2), 5.0};
         stage.place();
         anchors.place(labels, stage.scene, {camera, square});
         Eigen::Vector2d medial_px(0, 0), lateral_px(0, 0);
