@@ -33,7 +33,8 @@ class Fields {
       : source_(std::move(source)), path_(std::move(path)), value_(value)
   {
     if (!value.is_object()) refuse("", value, "an object");
-    for (const auto& [key, entry] : value.items()) {
+    for (const auto& item : value.items()) {
+      const std::string& key = item.key();
       const bool is_known = std::ranges::any_of(keys, [&](const char* known) { return key == known; });
       if (!is_known) throw InputError({source_, joined_key(path_, key), "this key", names_of(keys)});
     }
