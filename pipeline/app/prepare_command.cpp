@@ -37,25 +37,9 @@ namespace fs = std::filesystem;
 using geometry::BoneSurfaces;
 using geometry::KneeSurfaces;
 
-Json matrix_json(const Eigen::Matrix4d& X)
-{
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < 4; ++i) rows.push_back({X(i, 0), X(i, 1), X(i, 2), X(i, 3)});
-  return rows;
-}
-
-// Takes vertices of the files to the bone's anatomical frame.
-Eigen::Matrix4d anatomical_from_file(const KneeFit& fit, const Pose& X_scan_bone)
-{
-  Eigen::Matrix4d X = X_scan_bone.inverse().matrix();
-  X.leftCols<3>() *= fit.unit_mm;
-  X(3, 3) = 1.0;
-  return X;
-}
-
 Json bone_json(const KneeFit& fit, const geometry::BoneFit& bone, const Pose& X_scan_bone)
 {
-  return {{"anatomical_from_file", matrix_json(anatomical_from_file(fit, X_scan_bone))},
+  return {{"anatomical_from_file", matrix_json(anatomical_from_file(fit.unit_mm, X_scan_bone))},
           {"scale", {bone.scale.x(), bone.scale.y(), bone.scale.z()}},
           {"residual_mm", bone.residual_mm}};
 }
@@ -214,10 +198,7 @@ bool is_thickness(const std::string& cartilage)
 prepare::KneeLandmarks landmarks_of(const PrepareOptions& options, const std::string& space)
 {
   if (options.landmarks.empty()) return {};
-  const std::string wanted = "a TOML file of landmarks, or points of 3D Slicer (.mrk.json, .fcsv)";
-  if (!fs::is_regular_file(options.landmarks))
-    throw InputError({options.landmarks, "--landmarks", "no file", wanted});
-  return prepare::read_knee_landmarks(options.landmarks, core::read_document_text(options.landmarks, wanted),
+  return prepare::read_knee_landmarks(options.landmarks, landmark_text(options.landmarks),
                                       {space, options.unit.empty() ? 1.0 : job::mm_per_unit(options.unit)});
 }
 

@@ -89,10 +89,8 @@ class JointPreparation {
   {
     const std::string& file = options_.landmarks;
     if (file.empty()) return {};
-    const std::string wanted = "a TOML file of landmarks, or points of 3D Slicer (.mrk.json, .fcsv)";
-    if (!fs::is_regular_file(file)) throw InputError({file, "--landmarks", "no file", wanted});
     return prepare::read_joint_landmarks(
-        file, core::read_document_text(file, wanted),
+        file, landmark_text(file),
         {scan_space_, options_.unit.empty() ? 1.0 : job::mm_per_unit(options_.unit)});
   }
 
@@ -167,11 +165,7 @@ class JointPreparation {
 
   void set_report()
   {
-    Eigen::Matrix4d X = frame_.X_scan_joint.inverse().matrix();
-    X.leftCols<3>() *= frame_.unit_mm;
-    X(3, 3) = 1.0;
-    Json rows = Json::array();
-    for (Eigen::Index i = 0; i < 4; ++i) rows.push_back({X(i, 0), X(i, 1), X(i, 2), X(i, 3)});
+    const Json rows = matrix_json(anatomical_from_file(frame_.unit_mm, frame_.X_scan_joint));
     const Eigen::Vector3d centre = frame_.X_scan_joint.translation() / frame_.unit_mm, &axis = frame_.axis;
     Json report = {{"joint", options_.joint},
                    {"unit", job::unit_of_mm(frame_.unit_mm)},

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <optional>
@@ -12,6 +13,7 @@
 #include <utility>
 
 #include "core/console.hpp"
+#include "core/document.hpp"
 #include "core/fields_json.hpp"
 #include "core/parallel.hpp"
 #include "geometry/simplified.hpp"
@@ -169,6 +171,28 @@ BoneSurfaces surfaces_of(const std::vector<SubjectPart>& parts)
     if (part.component.material == "cartilage") append(surfaces.cartilage, part.working());
   }
   return surfaces;
+}
+
+std::string landmark_text(const std::string& file)
+{
+  const std::string wanted = "a TOML file of landmarks, or points of 3D Slicer (.mrk.json, .fcsv)";
+  if (!std::filesystem::is_regular_file(file)) throw InputError({file, "--landmarks", "no file", wanted});
+  return core::read_document_text(file, wanted);
+}
+
+Eigen::Matrix4d anatomical_from_file(double unit_mm, const Pose& X_scan_bone)
+{
+  Eigen::Matrix4d X = X_scan_bone.inverse().matrix();
+  X.leftCols<3>() *= unit_mm;
+  X(3, 3) = 1.0;
+  return X;
+}
+
+nlohmann::ordered_json matrix_json(const Eigen::Matrix4d& X)
+{
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (Eigen::Index i = 0; i < 4; ++i) rows.push_back({X(i, 0), X(i, 1), X(i, 2), X(i, 3)});
+  return rows;
 }
 
 void move_to_frame(std::vector<SubjectPart>& parts, double unit_mm, const Pose& X_scan_bone)

@@ -99,6 +99,15 @@ geometry::BoneSurfaces surfaces_of(const std::vector<SubjectPart>& parts);
 std::optional<InputError::Facts> wrong_part(const Subject& subject, const geometry::KneeSurfaces& surfaces,
                                             double unit_mm, std::vector<std::string>& warnings);
 
+/// The text of a file of landmarks. Throws InputError naming `--landmarks` for an absent file.
+std::string landmark_text(const std::string& file);
+
+/// Takes vertices of the files to the anatomical frame of a bone.
+Eigen::Matrix4d anatomical_from_file(double unit_mm, const Pose& X_scan_bone);
+
+/// Four rows.
+nlohmann::ordered_json matrix_json(const Eigen::Matrix4d& X);
+
 void move_to_frame(std::vector<SubjectPart>& parts, double unit_mm, const Pose& X_scan_bone);
 
 /// Thickens bones whose cartilage is not given.

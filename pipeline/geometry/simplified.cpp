@@ -91,11 +91,11 @@ std::optional<SimplifiedMesh> simplified(const Mesh& mesh, Eigen::Index n_wanted
 {
   if (mesh.triangles.rows() <= n_wanted) return std::nullopt;
   const double kept = static_cast<double>(n_wanted) / static_cast<double>(mesh.triangles.rows());
+  const auto cells = cells_of(mesh);
   // Its error is a mean over the planes around a vertex: the largest distance is some times that.
   for (double error_mm = 0.5 * largest_mm; error_mm > 0.05 * largest_mm; error_mm *= 0.5) {
     std::vector<std::int32_t> corner;
-    for (const auto& [cell, triangles] : cells_of(mesh))
-      add_simplified(mesh, triangles, kept, error_mm, corner);
+    for (const auto& [cell, triangles] : cells) add_simplified(mesh, triangles, kept, error_mm, corner);
     if (static_cast<Eigen::Index>(corner.size()) == mesh.triangles.size()) break;
     SimplifiedMesh out{with_triangles(mesh, corner)};
     out.largest_mm = largest_distance_mm(mesh, out.mesh);
