@@ -656,7 +656,7 @@ void require_options_of_joint(const PrepareOptions& o)
            Row{"--patella", !o.patella.empty(), {"knee"}},
            Row{"--template-patella", o.has_template_patella, {"knee"}},
            Row{"--template", !o.template_job.empty(), {"knee"}},
-           Row{"--no-ligaments", !o.has_ligaments, {"knee"}},
+           Row{"--no-ligaments", !o.has_ligaments, {"knee", "ankle"}},
            Row{"--no-prior", !o.has_prior, {"knee"}},
            Row{"--keep-specks", o.keeps_specks, {"knee"}},
        }) {

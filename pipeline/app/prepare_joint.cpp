@@ -158,6 +158,7 @@ class JointPreparation {
     job.axes = frame_.found;
     job.delta = frame_.delta;
     job.axis = frame_.axis;
+    if (options_.has_ligaments) job.fibres = frame_.fibres;
     job.least_flexion_deg = frame_.least_flexion_deg;
     job.most_flexion_deg = frame_.most_flexion_deg;
     return job;

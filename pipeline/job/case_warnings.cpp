@@ -570,13 +570,13 @@ class SurfaceDistance {
   std::optional<geometry::NearestSurface> surface_;
 };
 
-// Fibres of real knees attach up to 14 mm from tibia and femur (fibular attachments without a fibula mesh)
-// and up to 25 mm from cartilage without bone meshes.
+// Fibres of real knees attach up to 14 mm from tibia and femur (fibular attachments without a fibula mesh),
+// those of a lateral malleolus without one up to 24 mm, and up to 25 mm from cartilage without bone meshes.
 double farthest_attachment_mm(const Body& body)
 {
   const bool has_bone = std::any_of(body.components.begin(), body.components.end(),
                                     [](const Component& c) { return c.material == "bone"; });
-  return has_bone ? 20.0 : 30.0;
+  return has_bone ? 25.0 : 30.0;
 }
 
 // "ligaments.csv: line 3, moving_mm: fibre "ACL" ".

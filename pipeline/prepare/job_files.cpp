@@ -174,6 +174,17 @@ std::string other_joint_text(const JobDescription& job)
           bodies_text(job) + "\n[push]\nforce_n = 20\ndelta = [" +
           core::numbers_text(rounded_to(job.delta, 1e4), ", ") + "]\n";
   if (job.joint != "ankle") text += "frame = \"reference\"\n";
+  if (!job.fibres.empty())
+    text +=
+        "\n# Not from the scan: fans from the ends of the axis, where the malleoli are, to the talus. Nearly "
+        "isometric as\n# the collateral ligaments are, they hold the bones together; --no-ligaments leaves "
+        "them "
+        "out.\n";
+  for (const model::Fibre& fibre : job.fibres)
+    text += "[[ligaments.fibre]]\nname = \"" + fibre.name + "\"\nbundle = \"" + fibre.bundle +
+            "\"\nreference_mm = [" + core::numbers_text(rounded_to(fibre.reference_mm, 1e2), ", ") +
+            "]\nmoving_mm = [" + core::numbers_text(rounded_to(fibre.moving_mm, 1e2), ", ") +
+            "]\nstiffness_n = 1000\nreference_strain = 0.02\n";
   text += "\n[coordinates]                         # degrees\n";
   if (job.joint == "hip")
     text += "flexion = { from = " + shortest_decimal(job.least_flexion_deg) +

@@ -45,6 +45,7 @@ struct JobDescription {
   std::vector<std::string> axes;  ///< from what each is, for comments
   Eigen::Vector3d delta = Eigen::Vector3d::UnitY(), axis = Eigen::Vector3d::UnitX();
   double least_flexion_deg = -100.0, most_flexion_deg = 20.0;  ///< of a hip
+  std::vector<model::Fibre> fibres;                            ///< of an ankle: their ends
 };
 
 /// TOML. A knee: free varus, flexion 0 to 90 by 5, 20 N. Another joint: as its job in jobs/; the subtalar

@@ -113,13 +113,13 @@ struct Contact {
   Facing facing;
 };
 
-// Distances of the facing faces, a quarter of whose weight is nearer.
-double lower_quartile_mm(const Contact& contact)
+// Distances of faces, a quarter of whose weight is nearer.
+double lower_quartile_mm(const Contact& contact, const Weight& weight)
 {
   std::vector<std::pair<double, double>> rows;
   double total = 0.0;
   for (Index i = 0; i < contact.faces.size(); ++i) {
-    const double w = contact.facing.weight(i) * contact.faces.areas_mm2[i];
+    const double w = weight(i) * contact.faces.areas_mm2[i];
     if (!(w > 0.0)) continue;
     rows.emplace_back(contact.facing.distance_mm[i], w);
     total += w;
@@ -132,10 +132,16 @@ double lower_quartile_mm(const Contact& contact)
   return 0.0;
 }
 
+double lower_quartile_mm(const Contact& contact)
+{
+  return lower_quartile_mm(contact, [&](Index i) { return contact.facing.weight(i); });
+}
+
 // Of each surface to the other.
 std::array<Contact, 2> facing_surfaces(const Mesh& reference, const Mesh& moving)
 {
   constexpr double of_root_area = 0.12, start_mm = 8.0;
+  constexpr double least_mm = 2.0;  // else the reach shrinks to a point where bones touch
   std::array<Contact, 2> both{Contact{faces_of(reference), {}}, Contact{faces_of(moving), {}}};
   both[0].facing.distance_mm = distances_mm(both[0].faces, geometry::NearestSurface(moving));
   both[1].facing.distance_mm = distances_mm(both[1].faces, geometry::NearestSurface(reference));
@@ -147,7 +153,7 @@ std::array<Contact, 2> facing_surfaces(const Mesh& reference, const Mesh& moving
       area_mm2 += 0.5 * area_of(one.faces, [&](Index i) { return one.facing.weight(i); });
     }
     const double gap_mm = std::max(lower_quartile_mm(both[0]), lower_quartile_mm(both[1]));
-    reach_mm = std::max(0.01, std::sqrt(gap_mm * gap_mm + of_root_area * of_root_area * area_mm2));
+    reach_mm = std::max(least_mm, std::sqrt(gap_mm * gap_mm + of_root_area * of_root_area * area_mm2));
   }
   return both;
 }
@@ -198,9 +204,9 @@ struct Shaft {
 };
 
 std::optional<Shaft> shaft_of(const Faces& faces, const Vector3d& centre_mm, Vector3d direction,
-                              double radius_mm)
+                              double radius_mm, double shortest = 3.5)
 {
-  constexpr double shortest = 3.5, whole = 12.0, steepest = 0.6, roughest = 0.3;
+  constexpr double whole = 12.0, steepest = 0.6, roughest = 0.3;
   Shaft shaft;
   for (int round = 0; round < 6; ++round) {
     const auto along = [&](Index i) { return (faces.centre(i) - centre_mm).dot(direction) / radius_mm; };
@@ -569,9 +575,141 @@ Found hip(const JointSurfaces& scan, const JointFrameOptions& options)
 
 // Ankle.
 
+// A part of a bone that is a surface of revolution.
+struct Trochlea {
+  Line axis;
+  Vector3d up = Vector3d::Zero();  // the middle of its arc
+  double radius_mm = 0.0, residual_mm = 0.0, area_mm2 = 0.0;
+  std::vector<char> is_on;  // [faces]
+};
+
+// The point of an axis along `a` that the normals of the top pass most closely, by least squares with the
+// weights of Cauchy; nothing if they are parallel.
+std::optional<Vector3d> foot_of(const Faces& faces, const std::vector<Index>& top, const Vector3d& a)
+{
+  constexpr double usual_mm = 1.5, flattest = 0.02;
+  Vector3d p = Vector3d::Zero();
+  for (int round = 0; round < 8; ++round) {
+    Matrix3d M = 1e-9 * Matrix3d::Identity();
+    Vector3d b = Vector3d::Zero();
+    double total = 0.0;
+    for (const Index i : top) {
+      const Vector3d t = a.cross(faces.normal(i));
+      const double off_mm = t.dot(faces.centre(i) - p) / usual_mm;
+      const double w = faces.areas_mm2[i] / (round == 0 ? 1.0 : 1.0 + off_mm * off_mm);
+      M += w * t * t.transpose();
+      b += w * t * t.dot(faces.centre(i));
+      total += w;
+    }
+    const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(M);
+    if (solver.eigenvalues()[1] < flattest * total) return std::nullopt;  // [0] is along a
+    p = Vector3d::Zero();
+    for (Index k = 1; k < 3; ++k) {
+      const Vector3d e = solver.eigenvectors().col(k);
+      p += e * e.dot(b) / solver.eigenvalues()[k];
+    }
+  }
+  return p;
+}
+
+// From the top to the whole trochlea, as far as it is of revolution.
+std::optional<Trochlea> grown(const Faces& faces, const std::vector<Index>& top, Line axis)
+{
+  constexpr double radial = 0.6, sliding = 0.25, widest_deg = 65.0, least_mm = 8.0, most_mm = 45.0;
+  const double least_cosine = sin_cos(rad_from_deg(widest_deg)).cos;
+  Trochlea out;
+  out.is_on.resize(static_cast<std::size_t>(faces.size()));
+  for (int round = 0; round < 25; ++round) {
+    const auto arm_of = [&](Index i) {
+      const Vector3d off = faces.centre(i) - axis.p_mm;
+      return Vector3d(off - off.dot(axis.direction) * axis.direction);
+    };
+    const auto slides = [&](Index i, const Vector3d& arm) {
+      const Vector3d out_of = arm.normalized();
+      return faces.normal(i).dot(out_of) > radial &&
+             std::abs(faces.normal(i).dot(axis.direction.cross(out_of))) < sliding;
+    };
+    double total = 0.0, sum_mm = 0.0;
+    Vector3d sum = Vector3d::Zero();
+    std::vector<std::pair<double, double>> along;
+    for (const Index i : top) {
+      const Vector3d arm = arm_of(i);
+      if (!slides(i, arm)) continue;
+      const double w = faces.areas_mm2[i];
+      total += w;
+      sum_mm += w * arm.norm();
+      sum += w * arm.normalized();
+      along.emplace_back((faces.centre(i) - axis.p_mm).dot(axis.direction), w);
+    }
+    if (!(total > 0.0)) return std::nullopt;
+    out.radius_mm = sum_mm / total;
+    if (round == 0) out.up = sum.normalized();
+    if (!(out.radius_mm > least_mm) || out.radius_mm > most_mm) return std::nullopt;
+    std::sort(along.begin(), along.end());
+    double passed = 0.0, from_mm = along.front().first, to_mm = from_mm;
+    for (const auto& [z, w] : along) {
+      if (passed < 0.02 * total) from_mm = z;
+      if (passed < 0.98 * total) to_mm = z;
+      passed += w;
+    }
+    out.area_mm2 = 0.0;
+    Vector3d middle = Vector3d::Zero();
+    for (Index i = 0; i < faces.size(); ++i) {
+      const Vector3d arm = arm_of(i);
+      const double z = (faces.centre(i) - axis.p_mm).dot(axis.direction);
+      const bool is_on = slides(i, arm) && std::abs(arm.norm() - out.radius_mm) < 0.3 * out.radius_mm &&
+                         z > from_mm - 0.1 * out.radius_mm && z < to_mm + 0.1 * out.radius_mm &&
+                         arm.normalized().dot(out.up) > least_cosine;
+      out.is_on[static_cast<std::size_t>(i)] = is_on ? 1 : 0;
+      if (!is_on) continue;
+      out.area_mm2 += faces.areas_mm2[i];
+      middle += faces.areas_mm2[i] * arm.normalized();
+    }
+    if (!(out.area_mm2 > 0.0)) return std::nullopt;
+    const Weight chosen = [&](Index i) {
+      return static_cast<double>(out.is_on[static_cast<std::size_t>(i)]);
+    };
+    const Slide slide = slide_of({{&faces, chosen}}, mean_of(faces, chosen));
+    out.residual_mm = slide.residual_mm;
+    axis = slide.axis;
+    out.up = across(middle.normalized(), axis.direction);
+  }
+  out.axis = axis;
+  return out;
+}
+
+// The trochlea of a talus: of all axes across the direction of the tibia the one with the largest surface of
+// revolution.
+std::optional<Trochlea> trochlea_of(const Contact& contact, const Vector3d& towards_tibia)
+{
+  constexpr double step_deg = 15.0, tilt_deg = 20.0, steepest = 0.5, behind_nearest_mm = 10.0;
+  const Faces& faces = contact.faces;
+  double nearest_mm = std::numeric_limits<double>::infinity();
+  for (Index i = 0; i < faces.size(); ++i) nearest_mm = std::min(nearest_mm, contact.facing.distance_mm[i]);
+  std::vector<Index> top;
+  for (Index i = 0; i < faces.size(); ++i) {
+    if (contact.facing.distance_mm[i] < nearest_mm + behind_nearest_mm &&
+        faces.normal(i).dot(towards_tibia) > steepest)
+      top.push_back(i);
+  }
+  const Vector3d x = towards_tibia.unitOrthogonal(), y = towards_tibia.cross(x);
+  std::optional<Trochlea> best;
+  for (double turn_deg = 0.0; turn_deg < 180.0; turn_deg += step_deg) {
+    for (const double up_deg : {-tilt_deg, 0.0, tilt_deg}) {
+      const SinCos turn = sin_cos(rad_from_deg(turn_deg)), up = sin_cos(rad_from_deg(up_deg));
+      const Vector3d a = up.cos * (turn.cos * x + turn.sin * y) + up.sin * towards_tibia;
+      const std::optional<Vector3d> p = foot_of(faces, top, a);
+      if (!p) continue;
+      std::optional<Trochlea> found = grown(faces, top, {*p, a});
+      if (found && (!best || found->area_mm2 > best->area_mm2)) best = std::move(found);
+    }
+  }
+  return best;
+}
+
 Found ankle(const JointSurfaces& scan, const JointFrameOptions& options)
 {
-  constexpr double usual_mm = 58.0;
+  constexpr double usual_mm = 58.0, shortest_tibia = 2.8;
   Found out;
   JointFrame& frame = out.frame;
   Directions& to = out.directions;
@@ -582,72 +720,42 @@ Found ankle(const JointSurfaces& scan, const JointFrameOptions& options)
   const std::array<Contact, 2> contact = facing_surfaces(bones.reference, bones.moving);
   require_facing(options, contact);
   const Faces &tibia = contact[0].faces, &talus = contact[1].faces;
-  const Weight facing = [&](Index i) { return contact[1].facing.weight(i); };
-  Slide slide = slide_of({{&talus, facing}}, mean_of(talus, facing));
-  frame.gap_mm = lower_quartile_mm(contact[1]);
-  // From the surface under the tibia to the whole trochlea, as far as it is one of revolution.
-  constexpr double radial = 0.6, sliding = 0.25, widest_deg = 80.0;
-  const double least_cosine = sin_cos(rad_from_deg(widest_deg)).cos;
-  Vector3d up = Vector3d::Zero();
-  double radius_mm = 0.0, least_mm = 0.0, most_mm = 0.0;
-  Weight chosen = facing;
-  const auto arm_of = [&](Index i) {
-    const Vector3d off = talus.centre(i) - slide.axis.p_mm;
-    return Vector3d(off - off.dot(slide.axis.direction) * slide.axis.direction);
-  };
-  std::vector<double> is_on(static_cast<std::size_t>(talus.size()), 0.0);
-  for (int round = 0; round < 15; ++round) {
-    double total = 0.0, sum_mm = 0.0;
-    Vector3d sum = Vector3d::Zero();
-    std::vector<std::pair<double, double>> along;
-    for (Index i = 0; i < talus.size(); ++i) {
-      const Vector3d arm = arm_of(i);
-      const double w = facing(i) * talus.areas_mm2[i];
-      if (!(w > 0.0) || talus.normal(i).dot(arm.normalized()) < radial) continue;
-      total += w;
-      sum_mm += w * arm.norm();
-      sum += w * arm.normalized();
-      along.emplace_back((talus.centre(i) - slide.axis.p_mm).dot(slide.axis.direction), w);
-    }
-    if (!(total > 0.0))
-      refuse(options, Which::both, "no trochlea that faces the tibia",
-             "tibia and talus of one ankle in the pose of one scan");
-    radius_mm = sum_mm / total;
-    up = sum.normalized();
-    std::sort(along.begin(), along.end());
-    double passed = 0.0;
-    for (const auto& [z, w] : along) {
-      if (passed < 0.02 * total) least_mm = z;
-      if (passed < 0.98 * total) most_mm = z;
-      passed += w;
-    }
-    for (Index i = 0; i < talus.size(); ++i) {
-      const Vector3d arm = arm_of(i), out_of = arm.normalized(), n = talus.normal(i);
-      const double z = (talus.centre(i) - slide.axis.p_mm).dot(slide.axis.direction);
-      const bool is_trochlea = n.dot(out_of) > radial && std::abs(arm.norm() - radius_mm) < 0.3 * radius_mm &&
-                               std::abs(n.dot(slide.axis.direction.cross(out_of))) < sliding &&
-                               z > least_mm - 0.1 * radius_mm && z < most_mm + 0.1 * radius_mm &&
-                               out_of.dot(up) > least_cosine;
-      is_on[static_cast<std::size_t>(i)] = is_trochlea ? 1.0 : 0.0;
-    }
-    chosen = [&](Index i) { return is_on[static_cast<std::size_t>(i)]; };
-    slide = slide_of({{&talus, chosen}}, mean_of(talus, chosen));
+  Vector3d towards_tibia = Vector3d::Zero();
+  for (Index i = 0; i < talus.size(); ++i) {
+    if (std::isfinite(contact[1].facing.distance_mm[i]))
+      towards_tibia += talus.areas_mm2[i] * talus.normal(i);
   }
-  const Vector3d a = slide.axis.direction;
+  towards_tibia.normalize();
+  const std::optional<Trochlea> trochlea = trochlea_of(contact[1], towards_tibia);
+  if (!trochlea)
+    refuse(options, Which::moving, "no trochlea of 8 to 45 mm radius that faces the tibia",
+           "tibia and talus of one ankle in the pose of one scan");
+  const double radius_mm = trochlea->radius_mm;
+  const Vector3d a = trochlea->axis.direction;
+  const Weight chosen = [&](Index i) {
+    return static_cast<double>(trochlea->is_on[static_cast<std::size_t>(i)]);
+  };
+  Vector3d up = Vector3d::Zero();  // to where it faces the tibia
+  for (Index i = 0; i < talus.size(); ++i) {
+    const Vector3d out_of = across(talus.centre(i) - trochlea->axis.p_mm, a);
+    if (talus.normal(i).dot(out_of) > 0.6) up += contact[1].facing.weight(i) * talus.areas_mm2[i] * out_of;
+  }
+  up.normalize();
   const Vector3d middle = mean_of(talus, chosen);
-  to.centre_mm = slide.axis.p_mm + (middle - slide.axis.p_mm).dot(a) * a;
+  to.centre_mm = trochlea->axis.p_mm + (middle - trochlea->axis.p_mm).dot(a) * a;
   frame.radius_mm = radius_mm;
-  frame.residual_mm = slide.residual_mm;
-  if (!(radius_mm > 8.0) || radius_mm > 45.0)
-    refuse(options, Which::moving, "a trochlea of " + shortest_decimal(std::round(radius_mm)) + " mm radius",
-           "8 to 45 mm, about 20; tibia and talus of one ankle in the pose of one scan");
-  up = across(up, a);
+  frame.residual_mm = trochlea->residual_mm;
+  frame.gap_mm = lower_quartile_mm(
+      contact[1], [&](Index i) { return std::isfinite(contact[1].facing.distance_mm[i]) ? chosen(i) : 0.0; });
   const Vector3d c = to.centre_mm;
   to.lateral = a;
   to.is_lateral_exact = true;
   frame.found = {"lateral: the axis of the trochlea, a surface of revolution of " +
                  shortest_decimal(std::round(10.0 * radius_mm) / 10.0) + " mm radius"};
-  const std::optional<Shaft> shaft = shaft_of(tibia, c, up, radius_mm);
+  const Weight is_far = [&](Index i) { return (tibia.centre(i) - c).norm() > 2.2 * radius_mm ? 1.0 : 0.0; };
+  std::optional<Shaft> shaft;  // not from `up`: the foot of a scan may be pointed
+  if (area_of(tibia, is_far) > 0.0)
+    shaft = shaft_of(tibia, c, (mean_of(tibia, is_far) - c).normalized(), radius_mm, shortest_tibia);
   to.proximal = shaft ? shaft->axis.direction : up;
   frame.found.push_back(shaft ? "proximal: the shaft of the tibia"
                               : "proximal: the middle of the trochlea, since the tibia has no shaft");
@@ -661,18 +769,23 @@ Found ankle(const JointSurfaces& scan, const JointFrameOptions& options)
     outward = (mean_of(faces_of(bones.fibula), [](Index) { return 1.0; }) - c).dot(a) / radius_mm;
     frame.found.push_back("medial and lateral: the fibula");
   } else {
-    const Weight low = [&](Index i) {  // the medial malleolus, beside the trochlea
+    // The lowest part of a tibia is its medial malleolus, whose tip is about as high as the axis.
+    const auto height = [&](Index i) {
       const Vector3d off = tibia.centre(i) - c;
-      return off.dot(to.proximal) < 0.4 * radius_mm && off.norm() < 3.0 * radius_mm ? 1.0 : 0.0;
+      return off.norm() < 3.0 * radius_mm ? off.dot(to.proximal) / radius_mm : 1e9;
     };
-    if (area_of(tibia, low) > 0.02 * radius_mm * radius_mm) {
+    double tip = 1e9;
+    for (Index i = 0; i < tibia.size(); ++i) tip = std::min(tip, height(i));
+    const Weight low = [&](Index i) { return height(i) < tip + 0.3 ? 1.0 : 0.0; };
+    if (tip < 0.75) {
       outward = -(mean_of(tibia, low) - c).dot(a) / radius_mm;
-      frame.found.push_back("medial and lateral: the medial malleolus");
+      if (std::abs(outward) >= undetermined)
+        frame.found.push_back("medial and lateral: the medial malleolus");
     }
   }
   if (outward < 0.0) to.lateral = -a;
   to.lateral_margin = std::abs(outward);
-  frame.delta = to.proximal;
+  frame.delta = across(to.proximal, a);  // along the shaft the talus would slide off where there is no fibula
   frame.axis = a;
   return out;
 }
@@ -802,6 +915,29 @@ void set_axes(const JointFrameOptions& options, Found& found)
   frame.axis = R * frame.axis;
 }
 
+// Source of the form, fibres that are isometric in passive motion: Leardini et al. (1999), J Biomech
+// 32:585-591. One scale, the radius of the trochlea.
+void add_ankle_fibres(const JointSurfaces& scan, JointFrame& frame)
+{
+  constexpr double malleolus = 1.15, side = 0.75;
+  constexpr std::array<std::pair<const char*, std::array<double, 2>>, 3> ends{
+      {{"anterior", {0.65, -0.15}}, {"posterior", {-0.65, -0.15}}, {"inferior", {0.0, -0.5}}}};
+  const geometry::NearestSurface talus(
+      transformed(in_mm(scan.moving, frame.unit_mm), frame.X_scan_joint.inverse()));
+  for (const bool is_medial : {true, false}) {
+    const double out = (frame.side == Side::right) == is_medial ? -1.0 : 1.0;
+    for (const auto& [name, at] : ends) {
+      model::Fibre fibre;
+      fibre.bundle = is_medial ? "deltoid" : "lateral";
+      fibre.name = fibre.bundle + "-" + name;
+      fibre.reference_mm = Vector3d(0.0, 0.0, out * malleolus * frame.radius_mm);
+      const Vector3d near = frame.radius_mm * Vector3d(at[0], at[1], out * side);
+      fibre.moving_mm = talus.nearest(near, {2.0 * frame.radius_mm}).p_mm;
+      frame.fibres.push_back(fibre);
+    }
+  }
+}
+
 // The flexions about the centre at which no part of the femur but its head is inside the pelvis.
 void limit_flexion(const JointSurfaces& scan, JointFrame& frame)
 {
@@ -848,6 +984,7 @@ JointFrame joint_frame(const JointSurfaces& surfaces, const JointFrameOptions& o
                                            : subtalar(surfaces, options);
   set_axes(options, found);
   if (options.joint == "hip") limit_flexion(surfaces, found.frame);
+  if (options.joint == "ankle") add_ankle_fibres(surfaces, found.frame);
   return found.frame;
 }
 

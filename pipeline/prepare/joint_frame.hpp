@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "model/frames.hpp"
+#include "model/ligaments.hpp"
 #include "model/mesh.hpp"
 #include "prepare/knee_landmarks.hpp"
 
@@ -46,6 +47,9 @@ struct JointFrame {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   ///< ankle, subtalar: about which they turn, canonical
   /// Of a hip: what is free of impingement within -100 to 20 degrees, without the last 5.
   double least_flexion_deg = -100.0, most_flexion_deg = 20.0;
+  /// Of an ankle, canonical: from the ends of the axis, where the malleoli are, fans to both sides of the talus,
+  /// which are nearly isometric as the collateral ligaments are.
+  std::vector<model::Fibre> fibres;
   std::vector<std::string> found;  ///< from what each axis is
   std::vector<std::string> warnings;
 };

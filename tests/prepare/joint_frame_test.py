@@ -47,6 +47,20 @@ def write(file, corners):
     file.write_bytes(bytes(80) + numpy.uint32(len(rows)).tobytes() + rows.tobytes())
 
 
+def box(least, most, n=12):
+    """A box whose faces have n x n squares."""
+    u = numpy.linspace(0, 1, n + 1)
+    rows = []
+    for axis in range(3):
+        for end in (0, 1):
+            i, j = ((axis + 1) % 3, (axis + 2) % 3) if end else ((axis + 2) % 3, (axis + 1) % 3)
+            p = numpy.zeros((n + 1, n + 1, 3))
+            p[..., axis], p[..., i], p[..., j] = end, u[:, None], u[None, :]
+            a, b, c, d = p[:-1, :-1], p[1:, :-1], p[1:, 1:], p[:-1, 1:]
+            rows += [numpy.stack([a, b, c], axis=2).reshape(-1, 3, 3), numpy.stack([a, c, d], axis=2).reshape(-1, 3, 3)]
+    return least + numpy.concatenate(rows) * (most - least)
+
+
 def vrda(*words, code=0):
     done = subprocess.run([VRDA, *map(str, words)], capture_output=True, text=True, check=False)
     assert done.returncode == code, done.stderr
@@ -150,6 +164,27 @@ class Joints(unittest.TestCase):
                 q = self.poses("subtalar")
                 self.assertEqual(len(q), 21)
                 self.assertLess(numpy.linalg.norm(q[:, 3:], axis=1).max(), 8.0)  # facets of 30 mm; one foot slides at 10 degrees
+
+    @unittest.skipUnless((DATA / "subtalar").is_dir(), "no tali: set VRDA_DATA")
+    def test_the_trochlea_of_real_tali(self):
+        """The axis is that of the talus, however the foot of the scan is pointed and however near the bones are."""
+        for foot in FEET[:3]:  # the trochlea of the last is worn, beside a replaced ankle
+            talus = DATA / "subtalar" / foot / "talus.stl"
+            top = triangles(talus)[..., 1].max()
+            side = json.loads((talus.parent / "dataset.json").read_text(encoding="utf-8"))["side"]
+            found = []
+            for pointed_deg, gap_mm in ((0, 0.05), (-20, 2), (20, 4)):
+                c, s = numpy.cos(numpy.radians(pointed_deg)), numpy.sin(numpy.radians(pointed_deg))
+                plafond = box(numpy.array([-14.0, top + gap_mm, -14.0]), numpy.array([16.0, top + gap_mm + 40, 14.0]))
+                tibia = self.folder / "plafond.stl"
+                write(tibia, (plafond - [0, top, 0]) @ numpy.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + [0, top, 0])
+                report = prepare("ankle", [tibia, talus], self.folder / "out", "--side", side)
+                A, _ = axes(report)
+                found.append(A[2])
+                self.assertTrue(16 < report["radius_mm"] < 25, report["radius_mm"])  # of adults: 18 to 24
+            for other in found[1:]:
+                with self.subTest(foot=foot):
+                    self.assertLess(numpy.degrees(numpy.arccos(min(1.0, abs(found[0] @ other)))), 2.5)  # its ends, in cut or not
 
 
 if __name__ == "__main__":
