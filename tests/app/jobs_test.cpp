@@ -179,7 +179,7 @@ TEST(Jobs, EveryCaseOfTheCampaignHasTheKnownWarnings)
   const fs::path folder = test::source_directory() / "jobs", output = scratch.path() / "out";
   scratch.write("knee-generic.toml", test::text_of(folder / "knee-generic.toml"));
   const fs::path campaign = scratch.write("campaign.toml", test::text_of(folder / "campaign-example.toml"));
-  test::edit(campaign, "step = 5 }", "step = 45 }");  // the fine grid
+  test::edit(campaign, "step = 5 }", "step = 15 }");  // the fine grid
   const test::Ended ended =
       test::run_vrda({"submit", campaign.string(), "-o", output.string(), "--local", "--workers", "1"});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
