@@ -47,7 +47,7 @@ TEST_P(Run, LosesNothingByAKill)
 }
 
 // Every file and call on which a result depends.
-TEST_P(Run, RefusesAnError)
+TEST_P(RunOneWay, RefusesAnError)
 {
   for (const auto& [call, files] : std::map<std::string, std::vector<std::string>>{
            {"write", {"a.h5.journal", "a.h5.start.h5.partial", "a.h5.partial"}},
@@ -78,7 +78,7 @@ TEST_P(Run, DropsATornRecordAndKeepsAllBeforeIt)
   }
 }
 
-TEST_P(Run, FinishesThoughEachOfItsStartsIsKilled)
+TEST_P(RunOneWay, FinishesThoughEachOfItsStartsIsKilled)
 {
   // Each adds one step: the second write of a resumed run is its second record.
   clear();
