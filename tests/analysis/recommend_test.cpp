@@ -183,7 +183,7 @@ TEST_P(TrueDegree, IsRecommended)
     EXPECT_EQ(recommended({.degree = GetParam(), .noise_mm = 0.0}, {is_robust}), GetParam());
 }
 
-INSTANTIATE_TEST_SUITE_P(OneToEight, TrueDegree, testing::Range(1, 9));
+INSTANTIATE_TEST_SUITE_P(OneToEight, TrueDegree, testing::Values(1, 2, 5, 8));
 
 Comparison compared(const store::MotionModel& model)
 {

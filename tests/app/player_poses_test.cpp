@@ -26,7 +26,7 @@ struct Variant {
 store::MotionModel solved(const Variant& variant)
 {
   std::vector<std::string> sets = variant.sets;
-  sets.insert(sets.end(), {"solver.method=equilibrium", "grid.flexion.step=15", "smooth.degrees=[1, 3]",
+  sets.insert(sets.end(), {"solver.equilibrium.restarts=0", "grid.flexion.step=15", "smooth.degrees=[1, 3]",
                            "smooth.recontact=true"});
   return test::solved(VRDA_SOURCE_DIR "/jobs/knee-generic.toml", sets);
 }
@@ -142,13 +142,10 @@ int expect_zero_varus(const store::MotionModel& model)
 TEST(PlayerPoses, AreThePipelinesAtEveryAttitudeOfEverySet)
 {
   const Variant variants[] = {
-      {"right", {"grid.varus.step=5"}},
-      {"left", {"grid.varus.step=5", "side=left"}},
       {"oblique Delta", {"grid.varus.step=5", "push.delta=[0.1, 0.98, 0.05]"}},
       {"left, Delta that turns",
        {"grid.varus.step=5", "side=left",
         "push.delta={ flexion_deg = [0, 90], value = [[0, 1, 0], [0.2, 1, 0.1]] }"}},
-      {"free varus", {"grid.varus=free"}},
       {"left, free varus", {"grid.varus=free", "side=left"}},
   };
   for (const Variant& variant : variants) {

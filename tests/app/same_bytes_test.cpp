@@ -137,68 +137,52 @@ class SameBytes : public testing::TestWithParam<Kind> {
     return process.wait();
   }
 
+  /// Killed and interrupted on its way, with a damaged journal.
+  void expect_same_after_stops() const
+  {
+    const std::string file = output("stopped"), journal = file + ".journal";
+    std::signal(SIGHUP, SIG_DFL);  // as if not under nohup
+    EXPECT_EQ(stopped("stopped", SIGKILL).exit_code, -1);
+    EXPECT_FALSE(fs::exists(file));
+    EXPECT_THAT(store::validate_hdf5(file + ".start.h5"), testing::IsEmpty());
+    for (const int signal : {SIGTERM, SIGHUP}) {
+      const test::Ended ended = stopped("stopped", signal);
+      EXPECT_EQ(ended.exit_code, 4);
+      EXPECT_THAT(ended.err, test::reports("interrupted", journal));
+    }
+    // The tail is torn, and damaged before; a trace must have every step of the journal.
+    if (!GetParam().has_trace) {
+      std::string bytes = test::read_bytes(journal);
+      bytes.resize(bytes.size() - 100);
+      bytes[bytes.size() - 200] = static_cast<char>(bytes[bytes.size() - 200] ^ 0x10);
+      scratch_.write("stopped.h5.journal", bytes);
+    }
+    const test::Ended last = test::run(command("stopped"));
+    EXPECT_EQ(last.exit_code, 0) << last.err;
+    EXPECT_THAT(last.err, test::reports("resuming", journal));
+    EXPECT_EQ(test::names_value(last.err, "warning: " + journal), !GetParam().has_trace);
+    expect_same("stopped");
+  }
+
   void SetUp() override { expect_solved(command("whole", {"--threads", "1"})); }
 
   Scratch scratch_;
   fs::path job_ = GetParam().job(scratch_);
 };
 
-TEST_P(SameBytes, ForThreadsAndProcessors)
+// Another number of threads, on a processor without vector instructions; a job that takes long enough is
+// stopped; shards have no trace, and shard_test.cpp has the other jobs.
+TEST_P(SameBytes, HoweverItIsSolved)
 {
-  for (const char* threads : {"2", "8"}) {
-    expect_solved(command(threads, {"--threads", threads}));
-    expect_same(threads);
-  }
-  test::Command plain = command("plain");
+  test::Command plain = command("plain", {"--threads", "3"});
   plain.environment["GLIBC_TUNABLES"] = "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX2_Usable,-FMA_Usable";
   expect_solved(plain);
   expect_same("plain");
-}
-
-/// Jobs that take long enough to be stopped.
-class LongRun : public SameBytes {};
-
-TEST_P(LongRun, IsTheSameAfterKillsAndInterrupts)
-{
-  const std::string file = output("stopped"), journal = file + ".journal";
-  std::signal(SIGHUP, SIG_DFL);  // as if not under nohup
-  EXPECT_EQ(stopped("stopped", SIGKILL).exit_code, -1);
-  EXPECT_FALSE(fs::exists(file));
-  EXPECT_THAT(store::validate_hdf5(file + ".start.h5"), testing::IsEmpty());
-  for (const int signal : {SIGTERM, SIGHUP}) {
-    const test::Ended ended = stopped("stopped", signal);
-    EXPECT_EQ(ended.exit_code, 4);
-    EXPECT_THAT(ended.err, test::reports("interrupted", journal));
-  }
-  // The tail is torn, and damaged before; a trace must have every step of the journal.
-  if (!GetParam().has_trace) {
-    std::string bytes = test::read_bytes(journal);
-    bytes.resize(bytes.size() - 100);
-    bytes[bytes.size() - 200] = static_cast<char>(bytes[bytes.size() - 200] ^ 0x10);
-    scratch_.write("stopped.h5.journal", bytes);
-  }
-  const test::Ended last = test::run(command("stopped"));
-  EXPECT_EQ(last.exit_code, 0) << last.err;
-  EXPECT_THAT(last.err, test::reports("resuming", journal));
-  EXPECT_EQ(test::names_value(last.err, "warning: " + journal), !GetParam().has_trace);
-  expect_same("stopped");
-}
-
-/// Shards have no trace; shard_test.cpp has the other jobs.
-class Untraced : public SameBytes {};
-
-TEST_P(Untraced, IsTheSameInShards)
-{
+  if (GetParam().n_bytes > 0) expect_same_after_stops();
+  if (GetParam().has_trace) return;
   for (const char* shard : {"1/3", "2/3", "3/3"}) expect_solved(command("parts", {"--shard", shard}));
   expect_solved(test::vrda({"merge", "-o", output("parts")}));
   expect_same("parts");
-}
-
-std::vector<Kind> kinds_with(bool (*is_chosen)(const Kind&))
-{
-  std::vector<Kind> chosen;
-  std::copy_if(kinds.begin(), kinds.end(), std::back_inserter(chosen), is_chosen);
-  return chosen;
 }
 
 std::string name_of(const testing::TestParamInfo<Kind>& kind)
@@ -207,11 +191,5 @@ std::string name_of(const testing::TestParamInfo<Kind>& kind)
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, SameBytes, testing::ValuesIn(kinds), name_of);
-INSTANTIATE_TEST_SUITE_P(Each, LongRun,
-                         testing::ValuesIn(kinds_with([](const Kind& kind) { return kind.n_bytes > 0; })),
-                         name_of);
-INSTANTIATE_TEST_SUITE_P(Each, Untraced,
-                         testing::ValuesIn(kinds_with([](const Kind& kind) { return !kind.has_trace; })),
-                         name_of);
 
 }  // namespace vrda::same_bytes_test

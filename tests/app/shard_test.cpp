@@ -68,6 +68,9 @@ class Shards : public testing::TestWithParam<const char*> {
   fs::path output_ = scratch_.path() / "out" / "knee.h5";
 };
 
+/// What does not depend on the method.
+class ShardsOneWay : public Shards {};
+
 TEST_P(Shards, AnyNumberOfThemGivesTheBytesOfOneRun)
 {
   const std::string wanted = whole_run();
@@ -89,7 +92,7 @@ TEST_P(Shards, AnyNumberOfThemGivesTheBytesOfOneRun)
   }
 }
 
-TEST_P(Shards, StartedAtOnceOneOfThemSolvesTheSpineForAll)
+TEST_P(ShardsOneWay, StartedAtOnceOneOfThemSolvesTheSpineForAll)
 {
   const std::string wanted = whole_run();
   std::vector<std::unique_ptr<test::Process>> processes;
@@ -140,7 +143,7 @@ TEST_P(Shards, ASpineThatIsMissingIsNamed)
                                       is_search ? test::Values{"7", "35", "flexion 0", "spine"} : "spine"}));
 }
 
-TEST_P(Shards, DuplicateStepsAreReportedAndDoNotChangeTheResult)
+TEST_P(ShardsOneWay, DuplicateStepsAreReportedAndDoNotChangeTheResult)
 {
   const std::string wanted = whole_run();
   run_shards(2);
@@ -155,7 +158,7 @@ TEST_P(Shards, DuplicateStepsAreReportedAndDoNotChangeTheResult)
   EXPECT_TRUE(fs::exists(copy)) << "a copy elsewhere belongs to the user";
 }
 
-TEST_P(Shards, JournalsOfAnotherJobAreRefused)
+TEST_P(ShardsOneWay, JournalsOfAnotherJobAreRefused)
 {
   run_shards(2);
   const std::string elsewhere = scratch_.path() / "other.h5";
@@ -174,7 +177,7 @@ TEST_P(Shards, JournalsOfAnotherJobAreRefused)
   EXPECT_FALSE(fs::exists(output_));
 }
 
-TEST_P(Shards, ADamagedCaseFileIsNamed)
+TEST_P(ShardsOneWay, ADamagedCaseFileIsNamed)
 {
   run_shards(2);
   const std::string case_file = run::case_file_of(output_);
@@ -194,6 +197,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, Shards, testing::Values("stability-search", "e
                          [](const auto& method) {
                            return std::string(method.param) == "equilibrium" ? "Equilibrium" : "Search";
                          });
+
+INSTANTIATE_TEST_SUITE_P(Methods, ShardsOneWay, testing::Values("stability-search"));
 
 TEST(ShardWords, TheJobOfAMergeMayBeNamed)
 {

@@ -47,7 +47,7 @@ TEST_P(Run, LosesNothingByAKill)
 }
 
 // Every file and call on which a result depends.
-TEST_P(Run, RefusesAnError)
+TEST_P(RunOneWay, RefusesAnError)
 {
   for (const auto& [call, files] : std::map<std::string, std::vector<std::string>>{
            {"write", {"a.h5.journal", "a.h5.start.h5.partial", "a.h5.partial"}},
@@ -78,7 +78,7 @@ TEST_P(Run, DropsATornRecordAndKeepsAllBeforeIt)
   }
 }
 
-TEST_P(Run, FinishesThoughEachOfItsStartsIsKilled)
+TEST_P(RunOneWay, FinishesThoughEachOfItsStartsIsKilled)
 {
   // Each adds one step: the second write of a resumed run is its second record.
   clear();
@@ -416,9 +416,11 @@ TEST_P(JournalDamage, EveryLengthIsReadUpToItsLastWholeRecord)
   }
 }
 
+// Of the first two records and the last one; those between have the same form.
 TEST_P(JournalDamage, EveryFlippedBitIsDetected)
 {
   for (std::size_t byte = ends_[0]; byte < bytes_.size(); ++byte) {
+    if (byte == ends_[2]) byte = ends_[ends_.size() - 2];
     for (int bit = 0; bit < 8; ++bit) {
       SCOPED_TRACE(std::to_string(byte) + " " + std::to_string(bit));
       const std::size_t n = n_whole_before(byte);
@@ -449,11 +451,11 @@ TEST_P(JournalDamage, ARunResumesBeforeTheDamage)
 {
   // Offsets with a stride that is coprime to a record's length, and the ends of each record.
   const std::size_t n = ends_.size() - 1;
-  for (const std::size_t size : {ends_[0] + 1, ends_[0] + 7, ends_[1] - 1, ends_[2] + 8, ends_[n] - 1}) {
+  for (const std::size_t size : {ends_[0] + 7, ends_[2] + 8, ends_[n] - 1}) {
     SCOPED_TRACE(size);
     expect_goes_on(bytes_.substr(0, size), n_whole_before(size));
   }
-  for (std::size_t byte = ends_[0]; byte < bytes_.size(); byte += (bytes_.size() - ends_[0]) / 9) {
+  for (std::size_t byte = ends_[0]; byte < bytes_.size(); byte += (bytes_.size() - ends_[0]) / 4) {
     SCOPED_TRACE(byte);
     expect_goes_on(flipped(byte, static_cast<int>(byte % 8)), n_whole_before(byte));
   }
@@ -475,6 +477,6 @@ TEST_P(JournalDamage, ADamagedHeaderIsReportedAndTheJournalKept)
   expect_finished();
 }
 
-INSTANTIATE_TEST_SUITE_P(All, JournalDamage, testing::Values(search(), equilibrium()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, JournalDamage, testing::ValuesIn(untraced_or(equilibrium())), name_of);
 
 }  // namespace vrda::test::fault_table_test

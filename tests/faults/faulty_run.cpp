@@ -145,7 +145,7 @@ std::vector<std::string> calls_of(const FaultRow& row, int n)
   if (!at.starts_with("each")) return {at};
   std::vector<std::string> calls;
   const int n_faulty = n - row.n_last;
-  constexpr int most_calls = 6;  // of a row
+  constexpr int most_calls = 3;  // of a row
   const int wanted_stride = std::max(row.stride, (n_faulty + most_calls - 1) / most_calls);
   const int stride = runs_full_set() ? 1 : std::clamp(wanted_stride, 1, std::max(1, n_faulty));
   for (int k = 1; k <= n_faulty; ++k) {

@@ -35,7 +35,7 @@ constexpr double most_processor_s = 10.0;
 int n_mutants()
 {
   const char* requested = std::getenv("VRDA_MUTANTS");
-  return requested != nullptr ? std::atoi(requested) : 500;
+  return requested != nullptr ? std::atoi(requested) : 200;
 }
 
 /// One to three changes, with repaired checksums.

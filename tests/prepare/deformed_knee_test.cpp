@@ -1,6 +1,7 @@
 // A template's own knee, deformed, as a subject whose attachments are known; real knees.
 #include <gmock/gmock.h>
 #include <cstdlib>
+#include <map>
 #include <random>
 
 #include "core/units.hpp"
@@ -208,11 +209,35 @@ void expect_near(const Pose& a, const Pose& b, double most_deg, double most_mm)
   EXPECT_LT((a.translation() - b.translation()).norm(), most_mm);
 }
 
+const geometry::TemplateKnee& reference()
+{
+  static const geometry::TemplateKnee knee = prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
+  return knee;
+}
+
+/// A real knee as scanned and its fit to the reference, made once for all tests.
+struct RealKnee {
+  explicit RealKnee(const std::string& name) : RealKnee(load_knee(name)) {}
+  explicit RealKnee(const job::Case& knee)
+      : surfaces{prepare::surfaces_of(knee.reference), prepare::surfaces_of(knee.moving)},
+        fit(fit_knee(surfaces, reference()))
+  {
+  }
+
+  KneeSurfaces surfaces;
+  KneeFit fit;
+};
+
+const RealKnee& real_knee(const std::string& name)
+{
+  static std::map<std::string, RealKnee> knees;
+  return knees.try_emplace(name, name).first->second;
+}
+
 // One orientation of each knee, by both templates.
 TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
 {
   VRDA_REQUIRE_REAL_KNEES();
-  const geometry::TemplateKnee reference = prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
   const geometry::TemplateKnee generic = prepare::generic_template().knee;
   Pose X = Pose::Identity();
   X.linear() = Eigen::Quaterniond(1, -2, 3, 1).normalized().toRotationMatrix();
@@ -221,9 +246,7 @@ TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
        {std::tuple("jam-smith2019", Side::right, 10.0), std::tuple("pymskt-dess", Side::right, 1000.0),
         std::tuple("vhf-left", Side::left, 1.0), std::tuple("vhf-right", Side::right, 10.0)}) {
     SCOPED_TRACE(name);
-    const job::Case knee = load_knee(name);
-    const KneeSurfaces surfaces{prepare::surfaces_of(knee.reference), prepare::surfaces_of(knee.moving)};
-    const KneeFit fit = fit_knee(surfaces, reference);
+    const auto& [surfaces, fit] = real_knee(name);
     const KneeFit other = fit_knee(moved(surfaces, X, unit_mm), generic);
     EXPECT_DOUBLE_EQ(fit.unit_mm, 1.0);
     EXPECT_DOUBLE_EQ(other.unit_mm, unit_mm);
@@ -243,38 +266,30 @@ TEST(PrepareRealKnees, UnitSideAndFramesAreFoundInAnyOrientation)
 TEST(PrepareRealKnees, AMovedKneeGivesTheMovedFrames)
 {
   VRDA_REQUIRE_REAL_KNEES();
-  const geometry::TemplateKnee reference = prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
-  const job::Case knee = load_knee("vhf-left");
-  const KneeSurfaces surfaces{prepare::surfaces_of(knee.reference), prepare::surfaces_of(knee.moving)};
+  const RealKnee& knee = real_knee("vhf-left");
   Pose X = Pose::Identity();
   X.linear() = Eigen::Quaterniond(2, 1, -1, 3).normalized().toRotationMatrix();
   X.translation() = Eigen::Vector3d(-130, 250, 400);
-  const KneeFit fit = fit_knee(surfaces, reference), other = fit_knee(moved(surfaces, X, 1.0), reference);
-  expect_near(X * fit.X_scan_femur, other.X_scan_femur, 0.1, 0.1);
-  expect_near(X * fit.X_scan_tibia, other.X_scan_tibia, 0.1, 0.1);
+  const KneeFit other = fit_knee(moved(knee.surfaces, X, 1.0), reference());
+  expect_near(X * knee.fit.X_scan_femur, other.X_scan_femur, 0.1, 0.1);
+  expect_near(X * knee.fit.X_scan_tibia, other.X_scan_tibia, 0.1, 0.1);
 }
 
-// As one, the bones of these knees are refused at 90 degrees.
+// As one, the bones of this knee are refused at 90 degrees.
 TEST(PrepareRealKnees, AFlexedScanGivesTheFramesOfTheOther)
 {
   VRDA_REQUIRE_REAL_KNEES();
-  const geometry::TemplateKnee reference = prepare::template_of(load_knee("jam-smith2019-ligaments")).knee;
-  for (const char* name : {"vhf-left", "vhf-right"}) {
-    SCOPED_TRACE(name);
-    const job::Case knee = load_knee(name);
-    KneeSurfaces surfaces{prepare::surfaces_of(knee.reference), prepare::surfaces_of(knee.moving)};
-    const KneeFit straight = fit_knee(surfaces, reference);
-    Pose X_femur_flexed = Pose::Identity();
-    X_femur_flexed.linear() = rotation_z(rad_from_deg(90.0));
-    const Pose X = straight.X_scan_femur * X_femur_flexed * straight.X_scan_femur.inverse();
-    surfaces.femur.cartilage = transformed(surfaces.femur.cartilage, X);
-    const KneeFit fit = fit_knee(surfaces, reference);
-    EXPECT_THAT(geometry::rejection_reasons(fit, surfaces), testing::IsEmpty());
-    expect_near(X * straight.X_scan_femur, fit.X_scan_femur, 0.5, 0.5);
-    expect_near(straight.X_scan_tibia, fit.X_scan_tibia, 0.5, 0.5);
-    EXPECT_NEAR(fit.scanned.flexion_rad, straight.scanned.flexion_rad + rad_from_deg(90.0),
-                rad_from_deg(2.0));
-  }
+  KneeSurfaces surfaces = real_knee("vhf-right").surfaces;
+  const KneeFit& straight = real_knee("vhf-right").fit;
+  Pose X_femur_flexed = Pose::Identity();
+  X_femur_flexed.linear() = rotation_z(rad_from_deg(90.0));
+  const Pose X = straight.X_scan_femur * X_femur_flexed * straight.X_scan_femur.inverse();
+  surfaces.femur.cartilage = transformed(surfaces.femur.cartilage, X);
+  const KneeFit fit = fit_knee(surfaces, reference());
+  EXPECT_THAT(geometry::rejection_reasons(fit, surfaces), testing::IsEmpty());
+  expect_near(X * straight.X_scan_femur, fit.X_scan_femur, 0.5, 0.5);
+  expect_near(straight.X_scan_tibia, fit.X_scan_tibia, 0.5, 0.5);
+  EXPECT_NEAR(fit.scanned.flexion_rad, straight.scanned.flexion_rad + rad_from_deg(90.0), rad_from_deg(2.0));
 }
 
 }  // namespace vrda::deformed_knee_test

@@ -32,9 +32,8 @@ if numpy.linalg.det(TURN) < 0:
 MIRROR = TURN @ numpy.diag([1, -1, 1])
 SHIFT_MM = numpy.array([120.0, -340.0, 610.0])
 # Name, matrix, unit of the files in mm, whether cut.
-CHANGES = (("turned", TURN, 1, False), ("in cm", TURN, 10, False), ("in m", TURN, 1000, False),
-           ("larger", 1.15 * TURN, 1, False), ("smaller", 0.85 * TURN, 1, False), ("mirrored", MIRROR, 1, False),
-           ("cut", TURN, 1, True), ("mirrored and cut", MIRROR, 1, True))
+CHANGES = (("larger, in cm", 1.15 * TURN, 10, False), ("mirrored and cut", MIRROR, 1, True),
+           ("smaller, in m", 0.85 * TURN, 1000, False))
 
 
 def triangles(file):

@@ -62,7 +62,7 @@ class Page(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory(prefix="vrda-report-test-")
         root = pathlib.Path(cls.folder.name)
-        small = ["--set", "grid.flexion.step=15", "--set", "grid.varus.step=4", "--set", "smooth.degrees=[1,2]", "-q", "--progress", "none"]
+        small = ["--set", "solver.equilibrium.restarts=0", "--set", "grid.flexion.step=15", "--set", "grid.varus.step=4", "--set", "smooth.degrees=[1,2]", "-q", "--progress", "none"]
         for name, more in (("knee", ["--set", f'title="{NASTY}"']), ("free", ["--set", "grid.varus=free"]), ("alone", ALONE)):
             run("run", JOB, "-o", root / f"{name}.h5", *small, *more)
         curve = root / "curve.csv"

@@ -126,7 +126,7 @@ class Cluster:
         while not (value := condition()):
             if time.monotonic() > deadline:
                 raise AssertionError(f"not within {timeout} s: {what}\n{show()}\n{self.snapshot()}")
-            time.sleep(0.1)
+            time.sleep(0.3)
         return value
 
     def snapshot(self):

@@ -37,9 +37,8 @@ TEST(MotionModelFile, RoundTrip)
   std::vector<store::MotionModel> models{test::whole_model(), test::frames_model(),
                                          test::model_of(test::Intact::stretched)};
   for (const test::SampleOptions& options :
-       {test::SampleOptions{}, test::SampleOptions{91, 21, true, true, true},
-        test::SampleOptions{4, 3, false, false, false}, test::SampleOptions{3, 1, true, true, false},
-        test::SampleOptions{1, 1, false, true, false},
+       {test::SampleOptions{}, test::SampleOptions{4, 3, false, false, false},
+        test::SampleOptions{3, 1, true, true, false}, test::SampleOptions{1, 1, false, true, false},
         test::SampleOptions{91, 21, true, true, true, true, 55, 3},
         test::SampleOptions{4, 3, false, false, true, true, 2, 0},
         test::SampleOptions{4, 3, true, false, true, false, 1, 1},
@@ -49,7 +48,7 @@ TEST(MotionModelFile, RoundTrip)
     models.push_back(test::with_derived(model));
     models.push_back(std::move(model));
   }
-  for (std::size_t k = models.size(); k-- > 0;) models.push_back(store::with_pending_cells(models[k]));
+  for (std::size_t k = 0; k < 6; ++k) models.push_back(store::with_pending_cells(models[k]));
   for (std::size_t k = 0; k < models.size(); ++k) {
     SCOPED_TRACE(k);
     store::write_motion_model(path, models[k]);
@@ -118,7 +117,8 @@ TEST(MotionModelFile, Misshapen)
 using test::change;
 using test::expect_first;
 
-// The finding names the object, the value and the rule; reading is refused with the same.
+// The finding names the object, the value and the rule. That reading is refused with the same is checked of
+// every change of hostile_file_test.cpp, and here of the first of each model.
 TEST(DamagedModels, EachIsNamed)
 {
   const test::Scratch scratch;
@@ -126,7 +126,8 @@ TEST(DamagedModels, EachIsNamed)
   std::map<test::Intact, store::MotionModel> models;
   for (const test::Damage& damage : test::damages()) {
     SCOPED_TRACE(damage.name);
-    if (models.count(damage.intact) == 0) models[damage.intact] = test::model_of(damage.intact);
+    const bool is_first = models.count(damage.intact) == 0;
+    if (is_first) models[damage.intact] = test::model_of(damage.intact);
     store::MotionModel model = models[damage.intact];
     const auto* of_values = std::get_if<test::ValueDamage>(&damage.act);
     if (of_values != nullptr) (*of_values)(model);
@@ -135,6 +136,7 @@ TEST(DamagedModels, EachIsNamed)
     const std::vector<store::Finding> findings = store::validate_hdf5(path);
     EXPECT_TRUE(of_values == nullptr || findings.size() == 1);
     expect_first(findings, damage.where, damage.found, damage.wanted);
+    if (!is_first) continue;
     EXPECT_THAT(test::input_error([&] { store::read_motion_model(path); }),
                 test::refuses({path, damage.where}));
   }
@@ -222,7 +224,7 @@ TEST(DamagedFile, Anywhere)
   store::write_motion_model(path, test::sample_model());
   const std::string whole = test::read_bytes(path);
   // A prime step, so that the flips hit every position within aligned structures.
-  for (std::size_t at = 0; at < whole.size(); at += 199) {
+  for (std::size_t at = 0; at < whole.size(); at += 1999) {
     SCOPED_TRACE(at);
     std::string flipped = whole;
     flipped[at] = static_cast<char>(flipped[at] ^ (1 << at % 8));
@@ -235,7 +237,7 @@ TEST(DamagedFile, Anywhere)
     zeroed.replace(at, size, std::string(size, '\0'));
     expect_refused(scratch, zeroed);
   }
-  for (std::size_t size = 0; size < whole.size(); size += 499) {
+  for (std::size_t size = 0; size < whole.size(); size += 4999) {
     SCOPED_TRACE(size);
     expect_refused(scratch, whole.substr(0, size));
   }

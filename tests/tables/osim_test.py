@@ -140,7 +140,7 @@ class Osim(unittest.TestCase):
         for side in ("right", "left"):
             cls.model[side] = cls.root / f"{side}.h5"
             run("run", ROOT / "jobs/knee-generic.toml", "-o", cls.model[side], "--set", f"side={side}", "--set", 'grid.varus="free"',
-                "--set", "grid.flexion={from=0,to=90,step=5}", "-q", "--progress", "none")
+                "--set", "grid.flexion={from=0,to=90,step=5}", "--set", "solver.equilibrium.restarts=0", "-q", "--progress", "none")
 
     @classmethod
     def tearDownClass(cls):
@@ -198,7 +198,7 @@ class Osim(unittest.TestCase):
         for side, sign in (("right", "+"), ("left", "-")):
             grid = self.root / f"grid_{side}.h5"
             run("run", ROOT / "jobs/knee-generic.toml", "-o", grid, "--set", f"side={side}", "--set", "grid.flexion={from=0,to=90,step=10}",
-                "--set", "grid.varus={from=-6,to=6,step=2}", "--set", "smooth.degrees=[4]", "-q", "--progress", "none")
+                "--set", "grid.varus={from=-6,to=6,step=2}", "--set", "solver.equilibrium.restarts=0", "--set", "smooth.degrees=[4]", "-q", "--progress", "none")
             output = self.root / f"grid_{side}.osim"
             run("export", grid, "--to", "osim", "-o", output, "--varus", "driven", "--joint-only", "--coordinate", f"varus={sign}knee_varus",
                 "--coordinate", f"flexion={sign}knee_flex")

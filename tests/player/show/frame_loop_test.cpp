@@ -70,7 +70,7 @@ TEST(FrameLoop, Memory)
 {
   VRDA_REQUIRE_ALLOCATION_COUNT();
   const std::string wanted = environment("VRDA_FRAMES");
-  const long n_frames = wanted.empty() ? 2000 : std::stol(wanted);
+  const long n_frames = wanted.empty() ? 600 : std::stol(wanted);
   SessionOptions options;
   options.set = "raw";
   options.width = 320;

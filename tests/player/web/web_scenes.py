@@ -11,19 +11,21 @@ import numpy
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "scripts"))
 from browser import Browser  # noqa: E402
 
-SMALL = ["--set", "grid.flexion.step=10", "--set", "grid.varus={from=-6,to=6,step=3}"]
+GRID = ["--set", "grid.flexion.step=10", "--set", "grid.varus={from=-6,to=6,step=3}"]
+ONCE = ["--set", "solver.equilibrium.restarts=0"]  # half of the time
+SMALL = [*GRID, *ONCE]
 MODELS = {
     "grid": [*SMALL, "--set", "smooth.degrees=[2,4]"],
-    "free": ["--set", "grid.flexion.step=10", "--set", "grid.varus=free", "--set", "smooth.degrees=[2,4]"],
+    "free": [*ONCE, "--set", "grid.flexion.step=10", "--set", "grid.varus=free", "--set", "smooth.degrees=[2,4]"],
     "left": [*SMALL, "--set", "smooth.degrees=[4]", "--set", "side=left"],
     # Delta differs over flexion.
     "turning": [*SMALL, "--set", "smooth.degrees=[3]", "--set", "side=left",
                 "--set", "push.lateral_force_n={flexion_deg=[0,90],value=[[0,0],[6,-4]]}"],
     # Samples of an uncertain job, at quantiles.
-    "uncertain": ["--set", "grid.flexion.step=30", "--set", "grid.varus=free", "--set", "smooth.degrees=[2]", "--set", "uncertainty.samples=10",
+    "uncertain": [*ONCE, "--set", "grid.flexion.step=30", "--set", "grid.varus=free", "--set", "smooth.degrees=[2]", "--set", "uncertainty.samples=10",
                   "--set", 'uncertainty.parameter=[{quantity="reference_strain",distribution="normal",sd=0.05}]'],
     # So few steps that several attitudes do not converge.
-    "holes": [*SMALL, "--set", "smooth.degrees=[1]", "--set", "solver.method=stability-search", "--set", "solver.search.max_steps=12",
+    "holes": [*GRID, "--set", "smooth.degrees=[1]", "--set", "solver.method=stability-search", "--set", "solver.search.max_steps=12",
               "--set", "limits.unsolved_fraction=1"],
 }
 READY = "document.documentElement?.dataset.state === 'ready'"
