@@ -537,8 +537,7 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
 core::ExitCode info_command(const InfoOptions& options)
 {
   const store::MotionModel model = store::read_motion_model(options.file);
-  const analysis::AuditFigures measured =
-      analysis::figures_of(measured_again(model, "raw"));
+  const analysis::AuditFigures measured = analysis::figures_of(measured_again(model, "raw"));
   const TwoSidedByMotion motions = two_sided_by_motion(model, measured);
   const auto verdict = store::verdict_of(model, store::default_motion(model).set);
   const Json summary = summary_of(model, measured, motions, verdict);
