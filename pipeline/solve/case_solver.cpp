@@ -251,7 +251,6 @@ std::string fingerprint_of(const job::Case& job_case)
 {
   std::string all = solver_version_of(job_case) + '\n' + job_case.steps_job_text;
   if (has_lateral_force_across(job_case)) all += "\nlateral force across Delta";
-  if (job_case.uncertainty) all += "\nneighbours by the job's own change";  // since then, samples start so
   for (const job::LoadedInput& input : job_case.inputs) {
     if (input.affects_steps) all += '\n' + input.name + ' ' + input.sha256;
   }

@@ -584,21 +584,7 @@ class SampleMotion {
   {
     if (ends(from).empty()) return;
     const StepRecord lowest = select_lowest(ends(from)).chosen;
-    if (lowest.status == StepStatus::stable) start(to, seed_near(to, from, lowest));
-  }
-
-  // A sample differs from the job by about as much at the next flexion.
-  Seed seed_near(std::int32_t to, std::int32_t from, const StepRecord& of_sample) const
-  {
-    const StepRecord &here = starts_[static_cast<std::size_t>(from)],
-                     &there = starts_[static_cast<std::size_t>(to)];
-    const bool is_known = here.status == StepStatus::stable && there.status == StepStatus::stable;
-    if (!is_known) return seed_of(from, of_sample);
-    Seed seed = seed_of(to, there);
-    seed.pose.translation_mm += of_sample.pose.translation_mm - here.pose.translation_mm;
-    seed.pose.theta_rad += of_sample.pose.theta_rad - here.pose.theta_rad;
-    seed.attitude->varus_rad += of_sample.varus_rad - here.varus_rad;
-    return seed;
+    if (lowest.status == StepStatus::stable) start(to, seed_of(from, lowest));
   }
 
   StepRecord measured(std::int32_t i)
