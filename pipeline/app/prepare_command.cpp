@@ -602,7 +602,7 @@ class Preparation {
     write_picture(prepared, "prepare.png");
     for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving, &subject_.patella}) {
       for (const SubjectPart& part : *parts) {
-        if (options_.keeps_triangles && part.simpler.triangles.rows() > 0)
+        if (!options_.is_simplified && part.simpler.triangles.rows() > 0)
           write_mesh(part.component.name, part.mesh);
       }
     }
@@ -661,7 +661,7 @@ void require_options_of_joint(const PrepareOptions& o)
            Row{"--no-ligaments", !o.has_ligaments, {"knee"}},
            Row{"--no-prior", !o.has_prior, {"knee"}},
            Row{"--keep-specks", o.keeps_specks, {"knee"}},
-           Row{"--keep-triangles", o.keeps_triangles, {"knee"}},
+           Row{"--simplify", o.is_simplified, {"knee"}},
        }) {
     if (!is_given || std::find(joints.begin(), joints.end(), o.joint) != joints.end()) continue;
     const prepare::JointBones bones = prepare::bones_of(o.joint);
@@ -733,8 +733,9 @@ void declare_prepare(Command& c)
       "Write no prior of the motion: bones and fibres alone (schemas/prior.md)");
   c.flag("--keep-specks", o.keeps_specks,
          "Keep small separate pieces in the joint space; default: they are left out, with a warning");
-  c.flag("--keep-triangles", o.keeps_triangles,
-         "Write large meshes as they are; default: beyond 200,000 triangles, copies within 0.05 mm");
+  c.flag(
+      "--simplify", o.is_simplified,
+      "Write simpler copies of meshes beyond 200,000 triangles in all, within 0.05 mm: vrda run is faster");
   c.flag("--no-smooth", o.keeps_noise,
          "Leave rough surfaces as they are; default: where noise is measured, they are smoothed without "
          "shrinking, with a warning");

@@ -276,10 +276,10 @@ nlohmann::ordered_json simplify_copies(Subject& subject, double unit_mm, const P
   });
   for (const SubjectPart* part : all) n_left += part->working().triangles.rows();
   const double within_found_mm = *std::ranges::max_element(largest_mm);
-  core::log_info((options.keeps_triangles ? "works on" : "works on and writes") +
+  core::log_info((options.is_simplified ? "works on and writes" : "works on") +
                  std::string(" copies of the surfaces with ") + std::to_string(n_left) + " of " +
                  std::to_string(n_all) + " triangles, within " + rounded_text(within_found_mm, 3) +
-                 " mm of them" + (options.keeps_triangles ? "" : "; --keep-triangles writes all"));
+                 " mm of them" + (options.is_simplified ? "" : "; --simplify writes them, for a faster run"));
   return {{"triangles", n_left}, {"of", n_all}, {"within_mm", rounded_mm(within_found_mm)}};
 }
 

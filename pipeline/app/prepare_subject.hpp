@@ -33,9 +33,9 @@ struct PrepareOptions {
   std::string data_directory;         ///< of the template
   bool has_ligaments = true;
   bool has_prior = true;
-  bool keeps_specks = false;     ///< keep small separate pieces in the joint space
-  bool keeps_noise = false;      ///< leave rough surfaces as they are
-  bool keeps_triangles = false;  ///< write large meshes with all of their triangles
+  bool keeps_specks = false;   ///< keep small separate pieces in the joint space
+  bool keeps_noise = false;    ///< leave rough surfaces as they are
+  bool is_simplified = false;  ///< write the simpler copies of large meshes
   std::string folder;
   bool may_replace = false;
   int n_threads = 0;  ///< 0: one per processor
