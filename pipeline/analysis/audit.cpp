@@ -133,7 +133,7 @@ void take_larger(AuditExtreme& extreme, const AuditExtreme& found)
 
 store::FollowerAudit follower_audit(const store::MotionModel& model, const store::Motion& motion,
                                     const store::AuditSet& out, const store::FollowerRows& rows,
-                                    int n_threads)
+                                    int n_threads, OverlapTest at_grid)
 {
   store::FollowerAudit found;
   found.name = rows.name;
@@ -152,7 +152,7 @@ store::FollowerAudit follower_audit(const store::MotionModel& model, const store
         if (rows.status.data()[cell] == status_stable)
           X_of = store::pose_in(rows.X_of_follower, static_cast<std::size_t>(cell));
       }
-      const OverlapTest judge = is_node(out, i, j) ? OverlapTest::narrow_phase : OverlapTest::sweep;
+      const OverlapTest judge = is_node(out, i, j) ? at_grid : OverlapTest::sweep;
       if (X_of) set_state(found, i, j, meter.measure(pose, *X_of, judge));
     }
   });
@@ -161,7 +161,8 @@ store::FollowerAudit follower_audit(const store::MotionModel& model, const store
 
 }  // namespace
 
-store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads)
+store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads,
+                      OverlapTest at_grid)
 {
   check(refine >= 1, "an audit divides a cell into at least one part");
   const store::Motion motion(model, set);
@@ -170,7 +171,7 @@ store::AuditSet audit(const store::MotionModel& model, const std::string& set, i
     const auto i = static_cast<Eigen::Index>(row);
     for (Eigen::Index j = 0; j < out.state.cols(); ++j) {
       const AuditPose pose = pose_at(model, motion, out, i, j);
-      const OverlapTest judge = is_node(out, i, j) ? OverlapTest::narrow_phase : OverlapTest::sweep;
+      const OverlapTest judge = is_node(out, i, j) ? at_grid : OverlapTest::sweep;
       if (!pose.has_pose) continue;
       set_state(out, i, j, meter.measure(pose.attitude, pose.X_reference_moving, judge));
       if (!model.has_compartments) continue;
@@ -180,7 +181,7 @@ store::AuditSet audit(const store::MotionModel& model, const std::string& set, i
     }
   });
   for (const store::FollowerRows& rows : model.followers)
-    out.followers.push_back(follower_audit(model, motion, out, rows, n_threads));
+    out.followers.push_back(follower_audit(model, motion, out, rows, n_threads, at_grid));
   return out;
 }
 

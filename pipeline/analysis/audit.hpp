@@ -22,15 +22,22 @@
 
 namespace vrda::analysis {
 
+/// Which test may classify a pose as free.
+enum class OverlapTest {
+  narrow_phase,  ///< only the narrow phase: independent of the queries that the equilibrium uses
+  sweep,  ///< also the directional gap, if it finds no contact on the way from far below; ten times as fast
+};
+
 /// Measures the motion `set` (one of set_names of store/motion.hpp) at the attitudes of the model's grid,
 /// with each cell subdivided into `refine` (at least 1) parts per axis; for "two_sided", on its own axis, and
 /// "zero_varus" only along flexion.
 /// A sequence of frames is measured over its key. Followers are measured at the same poses against what they
 /// touch.
 /// Poses: the stored X_reference_moving for "raw" at the model's own attitudes, otherwise from Motion. At the
-/// model's own attitudes the narrow phase tests every pose, between them the sweep if possible
-/// (analysis/audit.hpp). Same bits for any number of threads.
-store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads);
+/// model's own attitudes `at_grid` tests every pose, between them the sweep if possible: both find the same
+/// states, and gaps that differ by rounding. Same bits for any number of threads.
+store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads,
+                      OverlapTest at_grid = OverlapTest::narrow_phase);
 
 /// An extreme value of an audit and its attitude.
 struct AuditExtreme {
@@ -103,12 +110,6 @@ struct PoseAudit {
   bool is_overlapping = false;  ///< the narrow phase finds triangles with a common point
   double penetration_mm = 0.0;  ///< retreat along Delta until nothing overlaps; 0 if free
   double gap_mm = 0.0;  ///< travel along Delta to the next contact; infinite without one, 0 if overlapping
-};
-
-/// Which test may classify a pose as free.
-enum class OverlapTest {
-  narrow_phase,  ///< only the narrow phase: independent of the queries that the equilibrium uses
-  sweep,  ///< also the directional gap, if it finds no contact on the way from far below; ten times as fast
 };
 
 /// Measures poses in one thread. Its cached state affects the time, not the results.

@@ -709,7 +709,9 @@ DegreeRow row_of(store::MotionModel& model, SmoothFit& fit, const CompareOptions
   model.smoothed = {fit.set};
   const std::string motion =
       "degree_" + std::to_string(fit.set.degree) + (options.recontact ? "_recontacted" : "");
+  const bool has_compartments = std::exchange(model.has_compartments, false);  // the totals have none
   const store::AuditSet audit = options.audit(model, motion);
+  model.has_compartments = has_compartments;
   row.audit_totals = motion_audit_totals(model, audit);
   for (FollowerRow& follower : row.followers) {
     for (const store::FollowerAudit& own : audit.followers)

@@ -302,7 +302,7 @@ analysis::CompareOptions compare_options(const CompareCommandOptions& options)
                                                                const std::string& set) {
       if (hook) hook();
       core::log_info("measuring " + set);
-      return analysis::audit(model, set, refine, n_threads);
+      return analysis::audit(model, set, refine, n_threads, analysis::OverlapTest::sweep);
     };
   }
   return compare;

@@ -257,13 +257,18 @@ Json frames_json(const store::MotionModel& model)
 
 using TwoSidedByMotion = std::vector<std::pair<std::string, store::TwoSidedFigures>>;
 
+// The gap alone finds most poses free, in a tenth of the time of `vrda audit`.
+store::AuditSet measured_again(const store::MotionModel& model, const std::string& set)
+{
+  return analysis::audit(model, set, 1, run::thread_count_or_all(0), analysis::OverlapTest::sweep);
+}
+
 // Raw and two-sided motion measured again, the others as audited.
 TwoSidedByMotion two_sided_by_motion(const store::MotionModel& model, const analysis::AuditFigures& raw)
 {
   TwoSidedByMotion motions{{"raw", raw.two_sided}};
   if (model.two_sided)
-    motions.emplace_back("two_sided", store::two_sided_figures(analysis::audit(model, "two_sided", 1,
-                                                                               run::thread_count_or_all(0))));
+    motions.emplace_back("two_sided", store::two_sided_figures(measured_again(model, "two_sided")));
   for (const store::AuditSet& audit : model.audits) {
     if (audit.name != "raw" && audit.name != "two_sided")
       motions.emplace_back(audit.name, store::two_sided_figures(audit));
@@ -532,8 +537,7 @@ void print(const store::MotionModel& model, const Json& s, const TwoSidedByMotio
 core::ExitCode info_command(const InfoOptions& options)
 {
   const store::MotionModel model = store::read_motion_model(options.file);
-  const analysis::AuditFigures measured =
-      analysis::figures_of(analysis::audit(model, "raw", 1, run::thread_count_or_all(0)));
+  const analysis::AuditFigures measured = analysis::figures_of(measured_again(model, "raw"));
   const TwoSidedByMotion motions = two_sided_by_motion(model, measured);
   const auto verdict = store::verdict_of(model, store::default_motion(model).set);
   const Json summary = summary_of(model, measured, motions, verdict);

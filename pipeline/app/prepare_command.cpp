@@ -240,7 +240,7 @@ class Preparation {
   {
     subject_ = subject_of(options_, warnings_);
     check_output();
-    simplify_copies(subject_, scanned_unit_mm(), options_.n_threads);
+    Json copies = simplify_copies(subject_, scanned_unit_mm(), options_);
     KneeSurfaces surfaces{surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
     geometry::KneeFitOptions known;
     if (!options_.side.empty()) known.side = side_named(options_.side);
@@ -256,13 +256,14 @@ class Preparation {
     Json cleaned = Json::object();
     const bool has_left_out = leave_specks_out(subject_, fit_, options_, cleaned, warnings_);
     if (smooth_noise(subject_, fit_.unit_mm, options_, cleaned, warnings_) || has_left_out) {
-      simplify_copies(subject_, fit_.unit_mm, options_.n_threads);
+      copies = simplify_copies(subject_, fit_.unit_mm, options_);
       surfaces = {surfaces_of(subject_.reference), surfaces_of(subject_.moving)};
       fit_ = geometry::fit_knee(surfaces, reference_.knee, known);
       if (core::is_interrupted()) return;
     }
     report_ = fit_json(fit_);
     report_.update(cleaned);
+    if (!copies.is_null()) report_["copies"] = copies;
     const std::optional<InputError::Facts> wrong_part =
         app::wrong_part(subject_, surfaces, fit_.unit_mm, warnings_);
     move_to_frame(subject_.reference, fit_.unit_mm, fit_.X_scan_femur);
@@ -601,7 +602,8 @@ class Preparation {
     write_picture(prepared, "prepare.png");
     for (const std::vector<SubjectPart>* parts : {&subject_.reference, &subject_.moving, &subject_.patella}) {
       for (const SubjectPart& part : *parts) {
-        if (part.simpler.triangles.rows() > 0) write_mesh(part.component.name, part.mesh);
+        if (!options_.is_simplified && part.simpler.triangles.rows() > 0)
+          write_mesh(part.component.name, part.mesh);
       }
     }
     report_["template"] = reference_.joint.title;
@@ -659,6 +661,7 @@ void require_options_of_joint(const PrepareOptions& o)
            Row{"--no-ligaments", !o.has_ligaments, {"knee", "ankle"}},
            Row{"--no-prior", !o.has_prior, {"knee"}},
            Row{"--keep-specks", o.keeps_specks, {"knee"}},
+           Row{"--simplify", o.is_simplified, {"knee"}},
        }) {
     if (!is_given || std::find(joints.begin(), joints.end(), o.joint) != joints.end()) continue;
     const prepare::JointBones bones = prepare::bones_of(o.joint);
@@ -730,6 +733,9 @@ void declare_prepare(Command& c)
       "Write no prior of the motion: bones and fibres alone (schemas/prior.md)");
   c.flag("--keep-specks", o.keeps_specks,
          "Keep small separate pieces in the joint space; default: they are left out, with a warning");
+  c.flag(
+      "--simplify", o.is_simplified,
+      "Write simpler copies of meshes beyond 200,000 triangles in all, within 0.05 mm: vrda run is faster");
   c.flag("--no-smooth", o.keeps_noise,
          "Leave rough surfaces as they are; default: where noise is measured, they are smoothed without "
          "shrinking, with a warning");

@@ -77,6 +77,13 @@ void add_files(std::vector<PartFile>& all, std::vector<SubjectPart>& parts,
   }
 }
 
+// Into a log, messages are enough.
+core::ProgressStyle bar_on_terminal()
+{
+  const core::ProgressStyle style = core::progress_style_of("auto");
+  return style == core::ProgressStyle::bar ? style : core::ProgressStyle::none;
+}
+
 std::vector<std::string> list_of(const std::string& file)
 {
   return file.empty() ? std::vector<std::string>{} : std::vector<std::string>{file};
@@ -145,15 +152,19 @@ Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warn
   add_files(all, subject.patella, list_of(options.patella), {"patella", "bone"}, "--patella");
   add_files(all, subject.patella, options.patella_cartilage, {"patella_cartilage", "cartilage"},
             "--patella-cartilage");
-  for_each_index(all.size(), run::thread_count_or_all(options.n_threads), [&] {
-    return [&](std::size_t k) {
-      try {
-        read_part(all[k]);
-      } catch (...) {
-        all[k].failure = std::current_exception();  // of several, the first file's is reported
-      }
-    };
-  });
+  {
+    core::Progress progress(bar_on_terminal(), "surfaces read", static_cast<int>(all.size()), 0);
+    for_each_index(all.size(), run::thread_count_or_all(options.n_threads), [&] {
+      return [&](std::size_t k) {
+        try {
+          read_part(all[k]);
+        } catch (...) {
+          all[k].failure = std::current_exception();  // of several, the first file's is reported
+        }
+        progress.advance();
+      };
+    });
+  }
   for (PartFile& file : all) {
     if (file.failure) std::rethrow_exception(file.failure);
     warnings.insert(warnings.end(), file.warnings.begin(), file.warnings.end());
@@ -215,6 +226,11 @@ std::string option_of(const SubjectPart& part)
   return "--" + name.substr(0, name.find('_')) + "-cartilage";
 }
 
+double rounded_mm(double mm)
+{
+  return std::round(1e3 * mm) / 1e3;
+}
+
 Mesh in_mm(Mesh mesh, double unit_mm)
 {
   mesh.vertices_mm *= unit_mm;
@@ -234,7 +250,7 @@ const SubjectPart* original_of(const std::vector<SubjectPart>& parts, std::size_
 
 }  // namespace
 
-void simplify_copies(Subject& subject, double unit_mm, int n_threads)
+nlohmann::ordered_json simplify_copies(Subject& subject, double unit_mm, const PrepareOptions& options)
 {
   constexpr Eigen::Index most_triangles = 200'000;
   constexpr double within_mm = 0.05;  // a tenth of a voxel
@@ -244,9 +260,10 @@ void simplify_copies(Subject& subject, double unit_mm, int n_threads)
   }
   Eigen::Index n_all = 0, n_left = 0;
   for (const SubjectPart* part : all) n_all += part->mesh.triangles.rows();
-  if (n_all <= most_triangles) return;
+  if (n_all <= most_triangles) return {};
   std::vector<double> largest_mm(all.size(), 0.0);
-  for_each_index(all.size(), run::thread_count_or_all(n_threads), [&] {
+  core::Progress progress(bar_on_terminal(), "surfaces simplified", static_cast<int>(all.size()), 0);
+  for_each_index(all.size(), run::thread_count_or_all(options.n_threads), [&] {
     return [&](std::size_t k) {
       SubjectPart& part = *all[k];
       std::optional<geometry::SimplifiedMesh> simpler = geometry::simplified(
@@ -254,12 +271,16 @@ void simplify_copies(Subject& subject, double unit_mm, int n_threads)
       part.simpler = simpler ? std::move(simpler->mesh) : Mesh{};
       part.simpler.vertices_mm /= unit_mm;
       if (simpler) largest_mm[k] = simpler->largest_mm;
+      progress.advance();
     };
   });
   for (const SubjectPart* part : all) n_left += part->working().triangles.rows();
-  core::log_info("works on copies of the surfaces with " + std::to_string(n_left) + " of " +
-                 std::to_string(n_all) + " triangles, within " +
-                 rounded_text(*std::ranges::max_element(largest_mm), 3) + " mm of them");
+  const double within_found_mm = *std::ranges::max_element(largest_mm);
+  core::log_info((options.is_simplified ? "works on and writes" : "works on") +
+                 std::string(" copies of the surfaces with ") + std::to_string(n_left) + " of " +
+                 std::to_string(n_all) + " triangles, within " + rounded_text(within_found_mm, 3) +
+                 " mm of them" + (options.is_simplified ? "" : "; --simplify writes them, for a faster run"));
+  return {{"triangles", n_left}, {"of", n_all}, {"within_mm", rounded_mm(within_found_mm)}};
 }
 
 namespace {
@@ -340,11 +361,6 @@ bool leave_specks_out(Subject& subject, const KneeFit& fit, const PrepareOptions
 }
 
 namespace {
-
-double rounded_mm(double mm)
-{
-  return std::round(1e3 * mm) / 1e3;
-}
 
 // Smooths the surface of a part; true if vertices moved.
 bool smooth_part(SubjectPart& part, double unit_mm, const PrepareOptions& options,

@@ -33,8 +33,9 @@ struct PrepareOptions {
   std::string data_directory;         ///< of the template
   bool has_ligaments = true;
   bool has_prior = true;
-  bool keeps_specks = false;  ///< keep small separate pieces in the joint space
-  bool keeps_noise = false;   ///< leave rough surfaces as they are
+  bool keeps_specks = false;   ///< keep small separate pieces in the joint space
+  bool keeps_noise = false;    ///< leave rough surfaces as they are
+  bool is_simplified = false;  ///< write the simpler copies of large meshes
   std::string folder;
   bool may_replace = false;
   int n_threads = 0;  ///< 0: one per processor
@@ -48,7 +49,7 @@ struct SubjectPart {
   Mesh mesh;
   std::vector<std::vector<Eigen::Index>> small_shells;  ///< of job/clean_mesh.hpp, in `mesh`
   std::vector<double> moved_mm;                         ///< by smoothing, of each vertex; empty: not smoothed
-  Mesh simpler = {};  ///< a copy of `mesh` that stands for it until the job is written; empty: `mesh` itself
+  Mesh simpler = {};  ///< a copy of `mesh` that stands for it; empty: `mesh` itself
 
   const Mesh& working() const { return simpler.triangles.rows() > 0 ? simpler : mesh; }
 };
@@ -74,8 +75,8 @@ std::string scan_space_of(const PrepareOptions& options);
 Subject subject_of(const PrepareOptions& options, std::vector<std::string>& warnings);
 
 /// Gives each part of a subject with more than 200,000 triangles a simpler copy, within 0.05 mm. In the
-/// scan's axes and unit.
-void simplify_copies(Subject& subject, double unit_mm, int n_threads);
+/// scan's axes and unit. Returns what was done as `prepare.json` has it; null: nothing.
+nlohmann::ordered_json simplify_copies(Subject& subject, double unit_mm, const PrepareOptions& options);
 
 /// The small shells in the joint space (job/case_warnings.hpp), each with a warning. Unless they are
 /// kept, the meshes are left without them: then true. In the scan's axes and unit.

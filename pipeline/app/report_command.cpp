@@ -152,18 +152,24 @@ namespace {
 #error "the version of the program"
 #endif
 
-// The audit at the grid's attitudes: from the file, otherwise measured now.
-store::AuditSet grid_audit(const store::MotionModel& model, const std::string& set)
+// The gap alone finds most poses free, in a tenth of the time of `vrda audit`.
+store::AuditSet quick_audit(const store::MotionModel& model, const std::string& set)
 {
-  for (const store::AuditSet& stored : model.audits) {
-    if (stored.name == set && stored.refine == 1) return stored;
-  }
-  return analysis::audit(model, set, 1, run::thread_count_or_all(0));
+  return analysis::audit(model, set, 1, run::thread_count_or_all(0), analysis::OverlapTest::sweep);
 }
 
-report::RawExtremes raw_extremes(const store::MotionModel& model)
+// The audit of the raw motion at the grid's attitudes: from the file, otherwise measured now.
+store::AuditSet raw_audit(const store::MotionModel& model)
 {
-  const analysis::AuditFigures figures = analysis::figures_of(grid_audit(model, "raw"));
+  for (const store::AuditSet& stored : model.audits) {
+    if (stored.name == "raw" && stored.refine == 1) return stored;
+  }
+  return quick_audit(model, "raw");
+}
+
+report::RawExtremes raw_extremes(const store::AuditSet& raw)
+{
+  const analysis::AuditFigures figures = analysis::figures_of(raw);
   const double gap_mm =
       figures.n_nothing_ahead > 0 ? std::numeric_limits<double>::infinity() : figures.largest_gap.value_mm;
   return {figures.n_overlapping, figures.largest_penetration.value_mm, gap_mm};
@@ -179,20 +185,18 @@ std::optional<analysis::Comparison> comparison_of(const store::MotionModel& mode
   compare_with.name = options.files.front();
   if (!options.is_quick) {
     compare_with.contact = run::contact_measure(run::thread_count_or_all(0));
-    compare_with.audit = [](const store::MotionModel& smoothed, const std::string& set) {
-      return analysis::audit(smoothed, set, 1, run::thread_count_or_all(0));
-    };
+    compare_with.audit = quick_audit;
   }
   return analysis::compare(model, compare_with);
 }
 
-// Adds the audits that are missing from the file.
-void add_audits(store::MotionModel& model)
+// Adds the audits that are missing from the file, of which `raw` is measured already.
+void add_audits(store::MotionModel& model, const store::AuditSet& raw)
 {
   for (const std::string& set : store::set_names(model)) {
     const bool is_there = std::any_of(model.audits.begin(), model.audits.end(),
                                       [&](const store::AuditSet& a) { return a.name == set; });
-    if (!is_there) model.audits.push_back(analysis::audit(model, set, 1, run::thread_count_or_all(0)));
+    if (!is_there) model.audits.push_back(set == raw.name ? raw : quick_audit(model, set));
   }
 }
 
@@ -244,11 +248,12 @@ report::Report gathered(const ReportOptions& options)
   require_alone(report, options);
   for (const std::string& file : options.against) report.against.push_back(report::read_curve_file(file));
   const std::string player = find_player(options.player);
-  for (report::ReportModel& entry : report.models) entry.raw = raw_extremes(entry.model);
+  store::AuditSet raw;
+  for (report::ReportModel& entry : report.models) entry.raw = raw_extremes(raw = raw_audit(entry.model));
   if (report.models.size() == 1) {
     report::ReportModel& only = report.models.front();
     only.comparison = comparison_of(only.model, options);
-    if (!options.is_quick) add_audits(only.model);
+    if (!options.is_quick) add_audits(only.model, raw);
     only.flexion_curves = analysis::spine_curves(only.model, run::thread_count_or_all(0));
     only.images = render_images(player, options.files.front(), only.model);
     if (!only.images.note.empty()) core::log_warning(only.images.note);

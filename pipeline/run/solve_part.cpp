@@ -318,11 +318,12 @@ class SampleRun {
     return solve::sample_motion(plan_, job_, solve, options);
   }
 
-  // The job's own; with other thicknesses, one with the distances of the job's, which are most of the work.
+  // The job's own; with other thicknesses, one with the distances of the job's, which are most of the work,
+  // and its moving object where that is the same.
   std::shared_ptr<const solve::Joint> joint_at(std::int32_t sample, const job::Case& sampled) const
   {
     if (!joint_ || inputs_.has_same_geometry()) return joint_;
-    solve::Joint joint = solve::joint_of(sampled, solve::frame_of(sampled, sampled.push.front()));
+    solve::Joint joint = solve::joint_like(*joint_, sampled, solve::frame_of(sampled, sampled.push.front()));
     joint.compliant = joint_->compliant;
     joint.thicker_than_compliant_mm = *inputs_.thickness_change_mm(sample);
     return std::make_shared<const solve::Joint>(std::move(joint));

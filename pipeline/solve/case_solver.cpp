@@ -64,6 +64,23 @@ solve::Joint joint_of(const job::Case& job_case, const SolverFrame& frame)
                            job_case.compartment_of_triangle);
 }
 
+solve::Joint joint_like(const solve::Joint& joint, const job::Case& job_case, const SolverFrame& frame)
+{
+  const solve::SolverBody moving = solver_body(job_case.moving, frame);
+  const Mesh& known = joint.moving.tree_mesh.mesh;
+  const bool is_same = known.vertices_mm == moving.mesh.vertices_mm &&
+                       known.triangles == moving.mesh.triangles && known.offset_mm == moving.mesh.offset_mm;
+  if (!is_same) return joint_of(job_case, frame);
+  const solve::SolverBody reference = solver_body(job_case.reference, frame);
+  solve::Joint like = joint;
+  like.reference = contact::make_collider(reference.mesh);
+  like.reference_gap = geometry::GapTree(reference.mesh);
+  like.reference_protrudes =
+      contact::protruding_vertices(like.reference.tree_mesh.mesh, like.reference.features);
+  like.substep_mm = solve::substep_mm(reference, moving);
+  return like;
+}
+
 InitialBodies initial_bodies_of(const job::Case& job_case)
 {
   solve::SolverBody reference = solver_body(job_case.reference, job_case.frame);

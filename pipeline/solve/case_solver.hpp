@@ -21,6 +21,8 @@ namespace vrda::solve {
 
 /// Both objects in the solver frame with the Delta of `frame`.
 solve::Joint joint_of(const job::Case& job_case, const SolverFrame& frame);
+/// The same, with what `joint` has of a moving object that is the same: of the case, or of a sample of it.
+solve::Joint joint_like(const solve::Joint& joint, const job::Case& job_case, const SolverFrame& frame);
 
 /// What `joint_of` gives at the job's own Delta, without the parts for solving: a third of its memory.
 struct InitialBodies {

@@ -2,7 +2,7 @@
 
 usage: python3 scripts/pages/benchmarks.py FILE.json...      prints the page, for scripts/bench --quick and --filter
 A benchmark named room/what/case is a row of the room's table; its counters are columns. Of repetitions the median is used.
-Below the room "scaling": the exponent of time over the counter "triangles".
+Below the room "scaling": the exponent of time over the counter "triangles"; below "growth": of time and memory over both counters.
 Exit code 1 if a benchmark reported an error or none ran.
 """
 import json
@@ -88,17 +88,33 @@ def seconds(run):
     return run["real_time"] * SECONDS[run.get("time_unit", "ns")]
 
 
-def power_line(runs):
-    """Least-squares slope of log time over log triangles; empty with fewer than two sizes."""
-    points = [(math.log(run["triangles"]), math.log(seconds(run))) for run in runs if run.get("triangles", 0) > 0]
+def power(runs, size, value=seconds):
+    """Least-squares slope of log value over log size, and that from the first size to the last; None with fewer than two sizes."""
+    points = [(math.log(run[size]), math.log(value(run))) for run in runs if run.get(size, 0) > 0]
     if len({x for x, _ in points}) < 2:
-        return []
+        return None
     x_mean, y_mean = (sum(values) / len(points) for values in zip(*points))
-    power = (sum((x - x_mean) * (y - y_mean) for x, y in points) / sum((x - x_mean) ** 2 for x, _ in points))
+    slope = sum((x - x_mean) * (y - y_mean) for x, y in points) / sum((x - x_mean) ** 2 for x, _ in points)
     (x_first, y_first), (x_last, y_last) = min(points), max(points)
-    ends = (y_last - y_first) / (x_last - x_first)
-    return ["", f"Time grows with triangles to the power {power:.2f} (least squares of the logarithms; "
-                f"{ends:.2f} from the first size to the last)."]
+    return slope, (y_last - y_first) / (x_last - x_first)
+
+
+def power_line(runs):
+    """Of the time over triangles."""
+    powers = power(runs, "triangles")
+    return ["", "Time grows with triangles to the power {:.2f} (least squares of the logarithms; "
+                "{:.2f} from the first size to the last).".format(*powers)] if powers else []
+
+
+def growth_lines(runs):
+    """Of time and memory over triangles and attitudes."""
+    lines = []
+    for size in ("triangles", "attitudes"):
+        of_size = [run for run in runs if parts(run)[1] == size]
+        time, memory = power(of_size, size), power(of_size, size, lambda run: run["peak memory, MB"])
+        if time:
+            lines += ["", f"With {size}, time grows to the power {time[0]:.2f}, memory to the power {memory[0]:.2f} (least squares of the logarithms)."]
+    return lines
 
 
 def table(room, runs):
@@ -117,6 +133,8 @@ def table(room, runs):
         lines.append(f"| {' | '.join(cells)} |")
     if room == "scaling":
         lines += power_line(runs)
+    if room == "growth":
+        lines += growth_lines(runs)
     return "\n".join(lines)
 
 

@@ -329,30 +329,37 @@ Mesh divided(const Mesh& mesh, int n)
   return divided(finer, n - 1);
 }
 
-// A large mesh is registered by a simpler copy, and written as it is.
+// A large mesh is registered by a simpler copy, which the job has only where that is wanted.
 TEST_F(Prepare, ALargeMeshHasTheFramesOfItsSurface)
 {
-  const auto prepared = [&](const std::string& tibia) {
+  const auto prepared = [&](const std::string& tibia, const std::string& flag) {
     const test::Ended ended =
         test::run_vrda({"prepare", "--femur", femur_, "--tibia", tibia, "--no-ligaments", "--cartilage",
-                        "none", "-o", folder_.string(), "--replace"});
+                        "none", "-o", folder_.string(), "--replace", flag});
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
     return ended.err;
   };
-  EXPECT_THAT(prepared(tibia_), Not(HasSubstr("copies of the surfaces")));
+  const auto n_written = [&] {
+    constexpr std::uintmax_t header_bytes = 84, triangle_bytes = 50;
+    return static_cast<Eigen::Index>((fs::file_size(folder_ / "tibia.stl") - header_bytes) / triangle_bytes);
+  };
+  EXPECT_THAT(prepared(tibia_, "--simplify"), Not(HasSubstr("copies of the surfaces")));
   const nlohmann::json before = report();
   const Mesh fine = divided(joined(prepare::mirrored(prepare::generic_template()).knee.surfaces.tibia), 3);
   ASSERT_GT(fine.triangles.rows(), 200'000);
-  EXPECT_THAT(prepared(written("fine.stl", fine)), HasSubstr("works on copies of the surfaces with "));
+  const std::string file = written("fine.stl", fine);
+  EXPECT_THAT(prepared(file, "--no-smooth"), HasSubstr("works on copies of the surfaces with "));
+  EXPECT_EQ(n_written(), fine.triangles.rows());
+  EXPECT_THAT(prepared(file, "--simplify"), HasSubstr("works on and writes copies of the surfaces with "));
+  EXPECT_LT(n_written(), report().at("copies").at("triangles").get<Eigen::Index>());  // both bones
+  EXPECT_LT(report().at("copies").at("triangles"), report().at("copies").at("of"));
   constexpr double tolerance = 0.05;  // degrees and mm: that of the copies
+  EXPECT_LE(report().at("copies").at("within_mm").get<double>(), tolerance);
   for (const char* key :
        {"flexion_deg", "varus_deg", "internal_rotation_deg", "anterior_mm", "proximal_mm", "lateral_mm"})
     EXPECT_NEAR(report().at("scanned").at(key).get<double>(), before.at("scanned").at(key).get<double>(),
                 tolerance)
         << key;
-  constexpr std::uintmax_t header_bytes = 84, triangle_bytes = 50;
-  EXPECT_EQ(fs::file_size(folder_ / "tibia.stl"),
-            header_bytes + triangle_bytes * static_cast<std::uintmax_t>(fine.triangles.rows()));
 }
 
 TEST_F(Prepare, CartilageOfOneCompartmentAndAFibulaThatIsNotLateralAreWarnedOf)

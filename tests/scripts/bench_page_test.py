@@ -50,6 +50,14 @@ class BenchPage(unittest.TestCase):
         done = self.table(*(run(f"scaling/step/x {n}", 1e3 * n, triangles=float(n * n)) for n in (1, 3, 10)))
         self.assertIn("to the power 0.50 (least squares of the logarithms; 0.50 from the first", done.stdout)
 
+    def test_the_powers_of_growth_are_of_time_and_memory_by_size(self):
+        # time = triangles^(1/2), memory = triangles; of attitudes there is one
+        done = self.table(*(run(f"growth/triangles/{n}", 1e3 * n, triangles=float(n * n), attitudes=7.0, **{"peak memory, MB": 5.0 * n * n})
+                            for n in (1, 3, 10)),
+                          run("growth/attitudes/7", 1.0, triangles=1.0, attitudes=7.0, **{"peak memory, MB": 5.0}))
+        self.assertEqual(done.stdout.count("to the power"), 2, done.stderr)
+        self.assertIn("With triangles, time grows to the power 0.50, memory to the power 1.00 (least", done.stdout)
+
     def test_one_size_has_no_power(self):
         done = self.table(run("scaling/step/generic", 1.0, triangles=4666.0), run("solve/step/generic", 1.0, triangles=4.0))
         self.assertEqual(done.returncode, 0, done.stderr)
