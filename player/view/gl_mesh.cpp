@@ -492,6 +492,8 @@ void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Var
   const Eigen::Matrix4f X_camera_mesh = (X_camera_world_ * drawable.X_world_mesh).matrix().cast<float>();
   program.linked.set("X_camera_mesh", X_camera_mesh);
   program.linked.set("depth_offset_mm", static_cast<float>(drawable.depth_offset_mm));
+  // As a part of the range of depths 0.01 mm: below the thickness of anything drawn; 2: of all depths.
+  program.linked.set("behind_front", drawable.structure.empty() ? 2.0F : 1e-6F);
   if (!is_depth) set_material(program.linked, drawable, variant.shading);
   // Caps lie in the plane. Software rendering clips by the distances whether or not that is enabled.
   constexpr float never_mm = 1e9F;

@@ -364,7 +364,7 @@ class OcclusionPainter {
 /// Limit for malicious scenes; further (nearer) layers are omitted.
 constexpr int most_layers = 64;
 
-/// The depth of the nearest surfaces of a structure; outside a structure that of the far plane.
+/// The depth of the nearest surfaces of a structure.
 class FrontSurfaces {
  public:
   FrontSurfaces(const GlTable& gl, const TargetPlan& plan, const Target& drawn)
@@ -391,13 +391,14 @@ class FrontSurfaces {
  private:
   void find(SurfacePainter& surfaces, const Scene& scene, const SurfacePainter::Group& group)
   {
-    gl_.BindFramebuffer(GL_FRAMEBUFFER, depth_.frame);
-    gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     gl_.DepthMask(GL_TRUE);
     gl_.DepthFunc(GL_LESS);
+    if (!group.is_structure) return;
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, depth_.frame);
+    gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     gl_.ClearDepth(1.0);
     gl_.Clear(GL_DEPTH_BUFFER_BIT);
-    if (group.is_structure) surfaces.draw(scene, SurfacePass::front_depth, group.row);
+    surfaces.draw(scene, SurfacePass::front_depth, group.row);
     gl_.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   }
 
