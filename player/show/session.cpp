@@ -107,6 +107,7 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
     gaze_.camera = placed(gaze_.camera, *options.state->place);
     gaze_.pivot_world_mm = options.state->place->target_mm;
   }
+  shots_.resize(1);  // names are placed by the shots of the frame before
   advance(0.0);
 }
 

@@ -626,9 +626,11 @@ struct Panels {
       const auto point = [&](std::size_t i, float value) {
         return ImVec2(corner.x + size.x * static_cast<float>(i) / n, y_of(value));
       };
+      list.Flags &= ~ImDrawListFlags_AntiAliasedFill;  // the parts of a band meet without seams
       for (std::size_t i = 1; i < line.low.size(); ++i)
         list.AddQuadFilled(point(i - 1, line.low[i - 1]), point(i, line.low[i]), point(i, line.high[i]),
                            point(i - 1, line.high[i - 1]), with_alpha(line_colour(k), band_alpha));
+      list.Flags |= ImDrawListFlags_AntiAliasedFill;
       for (std::size_t i = 0; i < line.values.size(); ++i) {
         const bool has_value = !std::isnan(line.values[i]);
         if (has_value) list.PathLineTo(point(i, line.values[i]));
@@ -655,12 +657,14 @@ struct Panels {
   }
 
   /// The plots below the picture, side by side.
-  void draw_differences()
+  void draw_differences(const PlayerState& state)
   {
     const Differences& all = *frame->differences;
     const auto width = static_cast<float>(picture.width), n = static_cast<float>(all.plots.size());
     ImGui::SetNextWindowPos(ImVec2(0.0F, static_cast<float>(picture.y + picture.height)));
-    ImGui::SetNextWindowSize(ImVec2(width, differences_height_px(picture)));
+    const float bar_px = frame->has_controls && state.shows_panel ? bar_height_px : 0.0F;
+    const auto bottom = static_cast<float>(frame->height - picture.y - picture.height);
+    ImGui::SetNextWindowSize(ImVec2(width, bottom - bar_px));
     ImGui::Begin("differences", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
     ImGui::SetWindowFontScale(picture_scale(picture));
     ImGui::TextUnformatted(all.caption);
@@ -995,7 +999,7 @@ GuiResult Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
   panels.legends_px = {};
   if (state.shows_numbers) panels.draw_numbers(state);
   panels.draw_legends();
-  if (frame.differences != nullptr) panels.draw_differences();
+  if (frame.differences != nullptr) panels.draw_differences(state);
   if (frame.has_controls) {
     if (state.shows_panel) answer = panels.with_panel(panels.with_bar(answer));
     if (answer.state.shows_help) answer = panels.with_help(answer);
