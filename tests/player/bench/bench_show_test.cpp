@@ -67,44 +67,6 @@ TEST(BenchView, AJointThatIsNotTheLegsIsAmber)
   EXPECT_EQ(colour_at(60.0, 3 * ms_in_ns), own);
 }
 
-// The panel is beside the eyes' windows, its texts end within it, and it begins with the next step.
-TEST(BenchPanel, BesideTheEyes)
-{
-  test::SmallBench bench(test::two_bodies_text());
-  bench::BenchFile file = bench.bench;
-  file.display.width = 1800;
-  file.display.height = 900;
-  file.display.windows.left = {500, 0, 640, 900};
-  file.display.windows.right = {1160, 0, 640, 900};
-  const std::optional<view::Viewport> area = bench::operator_area(file.display);
-  ASSERT_TRUE(area.has_value());
-  EXPECT_EQ(area->x + area->width, 500);
-  bench::BenchPanel panel(file);
-  bench::PanelContent content;
-  content.has_panel = true;
-  content.tracker.peer = "a-tracker-with-a-long-name.example.org:18944";
-  const view::Overlay& overlay = panel.drawn(bench.state, bench.state.frame(ms_in_ns), content);
-  ASSERT_FALSE(overlay.vertices.empty());
-  for (const view::OverlayVertex& vertex : overlay.vertices) {
-    const bool is_mark = vertex.y_px > 400.0F;  // at the bottom of an eye's picture of 512
-    EXPECT_TRUE(vertex.x_px <= 500.0F || is_mark) << vertex.x_px << ", " << vertex.y_px;
-  }
-  // What is next follows from what is missing; a rigid leg has no stage.
-  test::SmallBench rigid(test::rigid_text());
-  const auto next_steps = [&](test::SmallBench& of) {
-    bench::PanelContent now;
-    std::string all = bench::next_step_text(of.state.frame(ms_in_ns), now);
-    now.tracker.link = bench::LinkState::up;
-    all += "; " + bench::next_step_text(of.state.frame(ms_in_ns), now);
-    now.is_calibrated = true;
-    return all + "; " + bench::next_step_text(of.state.frame(ms_in_ns), now);
-  };
-  EXPECT_EQ(next_steps(bench),
-            "next: 1 start the tracker; next: 2 zero the stage: move it to its stop, press Z; "
-            "next: 2 zero the stage: move it to its stop, press Z");
-  EXPECT_EQ(next_steps(rigid), "next: 1 start the tracker; next: 3 calibrate: vrda-player calibrate all; ");
-}
-
 TEST(BenchView, DrawsTheRequestedLayersAndRefusesOthers)
 {
   const test::SmallBench bench(test::two_bodies_text());
