@@ -171,6 +171,16 @@ void add_framing(CLI::App& mode, show::ShowOptions& options)
 void declare_show(CLI::App& mode, show::ShowOptions& options)
 {
   mode.add_option("FILE", options.file, "Motion model (.h5)")->required();
+  mode.add_option(
+      "OTHER", options.other.file,
+      "Second motion model: both joints side by side, with plots of the differences over flexion");
+  add(mode, "--other-set", "SET", options.other.set,
+      "Set of the second joint; without OTHER, of the same model again");
+  add(mode, "--other-varus", "DEG", options.other.varus_deg,
+      "Varus of the second joint minus that of the first");
+  add(mode, "--without", "BUNDLE", options.other.without, "The second joint lacks this bundle")
+      ->check(empty_value_error);
+  mode.add_flag("--overlay", options.other.is_over, "The second joint over the first, translucent");
   add(mode, "--offscreen", "DIR", options.folder,
       "Folder for images named VIEW_flexion_ANGLE.png, instead of a window")
       ->check(empty_value_error);
@@ -208,7 +218,9 @@ void declare_show(CLI::App& mode, show::ShowOptions& options)
   mode.footer(view::help_text() +
               "Examples:\n  vrda-player show knee.h5\n"
               "  vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15 --views front,lateral\n"
-              "  vrda-player show knee.h5 --video knee.mp4 --views front,lateral --to-and-fro");
+              "  vrda-player show knee.h5 --video knee.mp4 --views front,lateral --to-and-fro\n"
+              "  vrda-player show left.h5 other.h5 --overlay\n"
+              "  vrda-player show knee.h5 --without ACLam");
   mode.callback([&mode, &options] { options.has_mode = mode.count("--mode") > 0; });
 }
 

@@ -36,8 +36,9 @@ std::size_t row_of(const store::MotionModel& model, const std::string& set)
   return static_cast<std::size_t>(found - names.begin());
 }
 
-/// The points to be framed over the whole motion, world.
-std::vector<Eigen::Vector3d> points_over(JointView& joint, const store::Motion& motion, view::Framing framing)
+/// The points to be framed over the whole motion of both joints, world.
+std::vector<Eigen::Vector3d> points_over(JointView& joint, std::optional<Comparison>& other,
+                                         const store::Motion& motion, view::Framing framing)
 {
   std::vector<Eigen::Vector3d> all;
   const view::Timeline range = view::timeline_over(motion);
@@ -49,6 +50,9 @@ std::vector<Eigen::Vector3d> points_over(JointView& joint, const store::Motion& 
     if (pose.status != store::PoseStatus::solved) continue;
     const std::vector<Eigen::Vector3d> points = joint.framed_points(pose, framing);
     all.insert(all.end(), points.begin(), points.end());
+    if (!other) continue;
+    const auto more = other->framed_points(pose, std::nullopt, joint.fixed_object, framing);
+    all.insert(all.end(), more.begin(), more.end());
   }
   return all.empty() ? view::framed_points(joint.scene(), view::Framing::joint) : all;
 }
@@ -71,11 +75,13 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
       gui_({options.title, store::all_set_names(model_), options.scale,
             store::displayed_name(model_, BodyIndex::reference),
             store::displayed_name(model_, BodyIndex::moving), model_.joint, view::model_warnings(model_),
-            view::has_doubtful_poses(model_), view::verdict_sentences(model_, store::all_set_names(model_))}),
+            view::has_doubtful_poses(model_), options.other.is_wanted(),
+            view::verdict_sentences(model_, store::all_set_names(model_))}),
       view_(options.view),
       width_(options.width),
       height_(options.height)
 {
+  if (options.other.is_wanted()) other_.emplace(model_, options.other, options.appearance, options.backdrop);
   state_.set = row_of(model_, options.set);
   const std::string shown = store::default_motion(model_).set;
   remark_ = view::default_motion_remark(model_, shown);
@@ -101,14 +107,23 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
     gaze_.camera = placed(gaze_.camera, *options.state->place);
     gaze_.pivot_world_mm = options.state->place->target_mm;
   }
+  shots_.resize(1);  // names are placed by the shots of the frame before
   advance(0.0);
 }
 
 void Session::frame_fixed_object()
 {
   joint_.fixed_object = state_.fixed_object;
-  framed_points_ = points_over(joint_, motion(), framing_);
+  framed_points_ = points_over(joint_, other_, motion(), framing_);
   frame_joint();
+}
+
+view::Viewport Session::pane(const std::optional<Eigen::Vector2d>& pointer_px) const
+{
+  const view::Viewport whole = area();
+  if (!other_ || !other_->is_beside()) return whole;
+  const bool is_second = pointer_px && pointer_px->x() >= whole.x + whole.width / 2;
+  return column(whole, is_second ? 1 : 0, 2);
 }
 
 void Session::load_into(view::Renderer& renderer) const
@@ -216,8 +231,10 @@ void Session::touch(const Eigen::Vector2d& pointer_px)
 {
   constexpr double reach_px = 4.0;  // as on the page
   view::Looks& looks = joint_.looks();
-  const auto pick = view::picked(scene(), shot_.camera, area(), pointer_px, reach_px);
-  const auto row = pick ? joint_.structure_row(scene().drawables[pick->drawable].structure) : std::nullopt;
+  const view::Viewport shown = pane(pointer_px);
+  const view::Scene& there = shown.x == area().x ? scene() : other_->joint().scene();
+  const auto pick = view::picked(there, shots_[0].camera, shown, pointer_px, reach_px);
+  const auto row = pick ? joint_.structure_row(there.drawables[pick->drawable].structure) : std::nullopt;
   looks.highlighted = row == looks.highlighted ? std::nullopt : row;
   if (looks.highlighted) state_.shows_structures = true;
 }
@@ -229,7 +246,7 @@ void Session::update_card()
   const std::optional<std::size_t> row = joint_.looks().highlighted;
   view::StructureCard& card = list_.card;
   card.reading[0] = 0;
-  card.strain_percent = {};
+  card.strain = {};
   if (!row || joint_.structures()[*row].group != view::StructureGroup::ligaments) {
     card_row_ = row;
     return;
@@ -241,7 +258,7 @@ void Session::update_card()
     card_row_ = row;
     card_set_ = state_.set;
     card_varus_rad_ = state_.varus_rad;
-    strain_percent_.clear();
+    strain_.values.clear();
     double highest = -std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < n_curve; ++k) {
       const double at = timeline.first + span * static_cast<double>(k) / (n_curve - 1);
@@ -249,18 +266,14 @@ void Session::update_card()
           motion().is_sequence() ? 0.0 : state_.varus_rad.value_or(motion().balanced_varus_rad(at));
       const auto reading = joint_.bundles().at(id, view::pose_at(motion(), at, varus_rad));
       const double strain = reading && !reading->is_line ? 100.0 * reading->strain : std::nan("");
-      strain_percent_.push_back(static_cast<float>(strain));
+      strain_.values.push_back(static_cast<float>(strain));
       if (strain <= highest) continue;
       if (std::isfinite(strain)) highest = strain, tightest_ = at;
     }
-    // A gap without poses continues what is before it, or else what is behind it.
-    for (std::size_t k = 1; k < n_curve; ++k)
-      if (std::isnan(strain_percent_[k])) strain_percent_[k] = strain_percent_[k - 1];
-    for (std::size_t k = n_curve - 1; k-- > 0;)
-      if (std::isnan(strain_percent_[k])) strain_percent_[k] = strain_percent_[k + 1];
   }
   const auto now = joint_.bundles().at(id, readout_.pose);
-  const bool has_curve = !std::isnan(strain_percent_.front());
+  const auto tightest = std::ranges::max_element(
+      strain_.values, {}, [](float value) { return std::isnan(value) ? -1e9F : value; });
   const auto shown_position = [&](double position) {
     return view::steps_of_position(timeline.axis, position);
   };
@@ -273,10 +286,9 @@ void Session::update_card()
     const char* unit = motion().is_sequence() ? "" : "°";
     std::snprintf(card.reading.data(), card.reading.size(), "%s %.1f %%, %.0f N; %s at %.0f%s",
                   now->strain > 0.0 ? "strain" : "slack", 100.0 * now->strain, now->tension_n,
-                  std::ranges::max(strain_percent_) > 0.0F ? "tightest" : "never taut, least slack",
-                  shown_position(tightest_), unit);
+                  *tightest > 0.0F ? "tightest" : "never taut, least slack", shown_position(tightest_), unit);
   }
-  if (has_curve) card.strain_percent = strain_percent_;
+  if (!std::isnan(*tightest)) card.strain = {&strain_, 1};
   card.now = span > 0.0 ? (timeline.position - timeline.first) / span : 0.0;
 }
 
@@ -292,7 +304,7 @@ void Session::set_view(view::View view)
 void Session::frame_joint()
 {
   navigation_.stop();
-  const view::Viewport free = area();
+  const view::Viewport free = pane();
   view::FrameOptions options;
   options.aspect = static_cast<double>(free.width) / free.height;
   const view::CameraView view = job_view_.value_or(view::named_view("", view_, side_));
@@ -310,6 +322,7 @@ void Session::place_joint()
       view::pose_at(motion(), state_.timeline.position, view::wanted_varus_rad(state_, range_));
   joint_.scene().section = view::plane_of(state_.section);
   joint_.show(motion(), pose, state_.layers);
+  if (other_) other_->show(joint_, pose, state_.varus_rad, state_.layers);
   readout_ = joint_.readout(sets_[state_.set], pose, doubts_.at(pose));
   readout_.is_varus_balanced = !state_.varus_rad.has_value();
   joint_.scene().mode = state_.mode;
@@ -333,7 +346,8 @@ view::GuiFrame Session::frame_of(int width, int height)
   frame.width = width;
   frame.height = height;
   frame.key = view::colour_key(joint_.layers(), state_.layers);
-  if (state_.layers.has(view::Layer::labels)) frame.labels = joint_.labels(shots());
+  if (state_.layers.has(view::Layer::labels)) frame.labels = joint_.labels(shots().first(1));
+  if (other_) frame.differences = &other_->differences(motion(), state_.varus_rad);
   return frame;
 }
 
@@ -363,9 +377,13 @@ void Session::draw_interface(double elapsed_s)
 
 void Session::aim(const view::Viewport& viewport)
 {
-  shot_.viewport = viewport;
-  gaze_.camera.aspect = static_cast<double>(viewport.width) / viewport.height;
-  shot_.camera = view::with_depth_range(gaze_.camera, scene());
+  shots_.clear();
+  if (other_)
+    other_->add_shots(shots_, gaze_.camera, viewport);
+  else
+    shots_.push_back({gaze_.camera, viewport});
+  gaze_.camera.aspect = static_cast<double>(shots_[0].viewport.width) / shots_[0].viewport.height;
+  for (view::Shot& shot : shots_) shot.camera = view::with_depth_range(gaze_.camera, scene());
 }
 
 void Session::advance(double elapsed_s)
@@ -409,7 +427,8 @@ const view::Image& Session::draw_screenshot(view::Renderer& renderer)
   aim(gui_.free_area(renderer.width(), renderer.height(), state_, false));
   joint_.scene().occlusion_radius_mm = occlusion_radius_mm_;  // until the next frame
   joint_.scene().has_vertex_lighting = false;
-  if (!state_.shows_numbers && !state_.layers.has(view::Layer::labels) && shot_.viewport.y == 0)
+  if (!state_.shows_numbers && !state_.layers.has(view::Layer::labels) && shots_[0].viewport.y == 0 &&
+      !other_)
     return renderer.draw(scene(), shots(), nullptr);
   const view::GuiFrame frame = frame_of(renderer.width(), renderer.height());
   view::Readout readout = readout_;
@@ -511,7 +530,8 @@ void Session::take(const view::InputEvent& event)
   }
   // The wheel acts where the pointer is, a drag also beyond the picture.
   const bool is_dragging = navigation_.is_dragging() && event.kind != view::InputKind::wheel;
-  if (is_dragging || is_over_picture(pointer_px)) gaze_ = navigation_.after(event, gaze_, scene(), area());
+  if (is_dragging || is_over_picture(pointer_px))
+    gaze_ = navigation_.after(event, gaze_, scene(), pane(pointer_px));
 }
 
 namespace {
@@ -633,6 +653,7 @@ SessionOptions session_options(const ShowOptions& options, const store::MotionMo
   session.appearance = look.appearance;
   session.section = options.section;
   session.state = options.state;
+  session.other = options.other;
   session.framing = options.framing;
   session.width = look.size.width;
   session.height = look.size.height;

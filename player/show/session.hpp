@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "show/comparison.hpp"
 #include "show/joint_view.hpp"
 #include "show/view_state.hpp"
 #include "store/motion.hpp"
@@ -38,6 +39,7 @@ struct SessionOptions {
   view::AppearanceOptions appearance;
   view::Section section;
   std::optional<ViewState> state;  ///< whose structures and camera are used
+  ComparisonOptions other;
   view::Framing framing = view::Framing::joint;
   int width = 1280, height = 960;
   double scale = 1.0;  ///< factor for text and controls
@@ -77,7 +79,7 @@ class Session {
   bool is_idle() const;
 
   const view::Scene& scene() const { return joint_.scene(); }
-  std::span<const view::Shot> shots() const { return {&shot_, 1}; }
+  std::span<const view::Shot> shots() const { return shots_; }
   const view::Overlay& overlay() const { return gui_.overlay(); }
   const view::PlayerState& state() const { return state_; }
   const store::JointPose& pose() const { return readout_.pose; }
@@ -113,6 +115,8 @@ class Session {
   void frame_joint();
   bool is_over_picture(const Eigen::Vector2d& pointer_px) const;
   view::Viewport area() const { return gui_.free_area(width_, height_, state_); }
+  /// The part of the area that has one picture: that at the pointer, or the first.
+  view::Viewport pane(const std::optional<Eigen::Vector2d>& pointer_px = {}) const;
   view::PlayerRange range_now() const;
   void place_joint();
   void frame_fixed_object();
@@ -124,6 +128,7 @@ class Session {
   store::MotionModel model_;
   std::vector<PlayedSet> sets_;
   JointView joint_;
+  std::optional<Comparison> other_;
   std::vector<Eigen::Vector3d> framed_points_;  ///< over the whole motion, world
   Side side_ = Side::right;
   view::DoubtReader doubts_{model_};
@@ -141,11 +146,11 @@ class Session {
   double zoom_ = 1.0;                         ///< of the view at the start
   view::Backdrop backdrop_ =
       view::Backdrop::studio;  ///< last applied to the scene; a lights file may replace it
-  view::Shot shot_;
+  std::vector<view::Shot> shots_;
   view::Navigation navigation_;
   view::StructureList list_{joint_.structures(), joint_.looks(), {}, 60.0};
   /// Of the highlighted bundle over the timeline, percent, and what it belongs to.
-  std::vector<float> strain_percent_;
+  view::CurveLine strain_;
   std::optional<std::size_t> card_row_, card_set_;
   std::optional<double> card_varus_rad_;
   double tightest_ = 0.0;                    ///< position on the timeline

@@ -24,15 +24,6 @@ namespace {
 
 // Pictures of a series of poses: one fixed camera a view, so that they are comparable.
 
-/// The viewport of view `row` of `n` views tiled side by side.
-view::Viewport column(const view::Viewport& area, std::size_t row, std::size_t n)
-{
-  const auto edge = [&](std::size_t i) {
-    return static_cast<int>(static_cast<std::size_t>(area.width) * i / n);
-  };
-  return {edge(row), area.y, edge(row + 1) - edge(row), area.height};
-}
-
 double aspect_of(const view::Viewport& viewport)
 {
   return static_cast<double>(viewport.width) / viewport.height;
@@ -114,13 +105,19 @@ class SeriesRenderer {
     joint_.fixed_object = options.fixed_object;
     joint_.scene().section = view::plane_of(options.section);
     if (options.state) joint_.use(*options.state);
+    if (options.other.is_wanted()) other_.emplace(model, options.other, look_.appearance, options.backdrop);
     if (!options.state && options.appearance.layers != view::AppearanceOptions{}.layers)
       require_layers(options.file, wanted_, joint_.layers().available());
     area_ = {0, 0, look_.size.width, look_.size.height};
     make_interface(model, set, poses);
     renderer_->resize(look_.size.width, look_.size.height);
-    single_ = cameras_for(poses, aspect_of(area_));
-    tiled_ = cameras_for(poses, aspect_of(column(area_, 0, look_.views.size())));
+    place_shots(area_, {});
+    single_ = cameras_for(poses, aspect_of(shots_[0].viewport));
+    shots_.clear();
+    place_shots(column(area_, 0, look_.views.size()), {});
+    tiled_ = cameras_for(poses, aspect_of(shots_[0].viewport));
+    joint_.show(set_.motion, poses.front(), wanted_);
+    if (other_) other_->show(joint_, poses.front(), varus_rad(), wanted_);
     renderer_->load(joint_.scene());
     if (gui_) renderer_->load(gui_->font());
   }
@@ -131,7 +128,8 @@ class SeriesRenderer {
   /// Renders one view (index into look().views) at full size. The result is valid until the next call.
   const view::Image& draw_single(std::size_t view, const store::JointPose& pose)
   {
-    shots_.assign({view::Shot{single_[view], area_}});
+    shots_.clear();
+    place_shots(area_, single_[view]);
     return drawn(pose);
   }
 
@@ -139,6 +137,20 @@ class SeriesRenderer {
   const view::Image& draw_tiled(const store::JointPose& pose);
 
  private:
+  std::optional<double> varus_rad() const
+  {
+    return options_.varus_deg ? std::optional(rad_from_deg(*options_.varus_deg)) : std::nullopt;
+  }
+
+  /// Appends those of one view.
+  void place_shots(const view::Viewport& area, const view::Camera& camera)
+  {
+    if (other_)
+      other_->add_shots(shots_, camera, area);
+    else
+      shots_.push_back({camera, area});
+  }
+
   /// The warnings of a model whose poses are not doubtful belong to the numbers.
   void make_interface(const store::MotionModel& model, const PosedSet& set,
                       const std::vector<store::JointPose>& poses)
@@ -148,12 +160,13 @@ class SeriesRenderer {
     };
     const bool is_doubtful_drawn = set.has_gaps && (std::ranges::any_of(poses, is_doubtful) ||
                                                     std::ranges::any_of(set.played, is_doubtful));
-    if (!options_.has_numbers && !wanted_.has(view::Layer::labels) && !is_doubtful_drawn) return;
+    if (!options_.has_numbers && !wanted_.has(view::Layer::labels) && !is_doubtful_drawn && !other_) return;
     view::GuiOptions interface;
     interface.title = model.title;
     interface.sets = {set.name};
     interface.joint = model.joint;
     interface.has_doubtful_poses = is_doubtful_drawn;
+    interface.has_differences = other_.has_value();
     if (options_.has_numbers) interface.verdicts = view::verdict_sentences(model, interface.sets);
     if (options_.has_numbers || is_doubtful_drawn) interface.warnings = view::model_warnings(model);
     if (set.has_gaps) remark_ = view::default_motion_remark(model, set.name);
@@ -170,6 +183,10 @@ class SeriesRenderer {
     for (const store::JointPose& pose : poses) {
       const std::vector<Eigen::Vector3d> points = joint_.framed_points(pose, options_.framing);
       for (view::CameraFit& fit : fits) fit.include(points);
+      if (!other_) continue;
+      const std::vector<Eigen::Vector3d> more =
+          other_->framed_points(pose, varus_rad(), joint_.fixed_object, options_.framing);
+      for (view::CameraFit& fit : fits) fit.include(more);
     }
     std::vector<view::Camera> cameras;
     cameras.reserve(fits.size());
@@ -189,6 +206,7 @@ class SeriesRenderer {
     frame.height = look_.size.height;
     if (options_.has_numbers) frame.key = view::colour_key(joint_.layers(), wanted_);
     if (wanted_.has(view::Layer::labels)) frame.labels = joint_.labels(shots_);
+    if (other_) frame.differences = &other_->differences(set_.motion, varus_rad());
     view::PlayerRange range;
     range.is_varus_free = set_.motion.is_varus_free();
     view::Readout readout = joint_.readout(set_, pose, doubts_.at(pose));
@@ -206,6 +224,7 @@ class SeriesRenderer {
   const view::Image& drawn(const store::JointPose& pose)
   {
     joint_.show(set_.motion, pose, wanted_);
+    if (other_) other_->show(joint_, pose, varus_rad(), wanted_);
     for (view::Shot& shot : shots_) shot.camera = view::with_depth_range(shot.camera, joint_.scene());
     return renderer_->draw(joint_.scene(), shots_, overlay_for(pose));
   }
@@ -216,6 +235,7 @@ class SeriesRenderer {
   bool has_gaps_ = true;
   view::DoubtReader doubts_;
   JointView joint_;
+  std::optional<Comparison> other_;
   view::LayerSet wanted_;
   std::unique_ptr<view::Renderer> renderer_;
   std::string remark_;            ///< why the solved poses are the default motion, or empty
@@ -228,10 +248,9 @@ class SeriesRenderer {
 const view::Image& SeriesRenderer::draw_tiled(const store::JointPose& pose)
 {
   shots_.clear();
-  for (std::size_t view = 0; view < look_.views.size(); ++view) {
-    view::Shot& shot = shots_.emplace_back(view::Shot{tiled_[view], column(area_, view, look_.views.size())});
-    shot.camera.aspect = aspect_of(shot.viewport);
-  }
+  for (std::size_t view = 0; view < look_.views.size(); ++view)
+    place_shots(column(area_, view, look_.views.size()), tiled_[view]);
+  for (view::Shot& shot : shots_) shot.camera.aspect = aspect_of(shot.viewport);
   return drawn(pose);
 }
 
@@ -638,17 +657,26 @@ ShowOptions with_state(ShowOptions options)
 
 ShowSummary show(const ShowOptions& given, const Streams& streams)
 {
-  const ShowOptions options = with_state(given);
+  ShowOptions options = with_state(given);
   if (!options.views.empty()) view::parsed_views(options.views);
   if (!options.size.empty()) view::parsed_size(options.size);
   view::parsed_layers(options.appearance.layers);
   require_trace_options(options);
   require_video_options(options);
   if (options.varus_deg) view::require_angle("--varus", *options.varus_deg);
+  if (options.other.varus_deg) view::require_angle("--other-varus", *options.other.varus_deg);
+  if (options.other.is_over && !options.other.is_wanted())
+    view::refuse_option("--overlay", "one joint", "a second model, --other-set, --other-varus or --without");
+  if (options.other.is_wanted() && !options.trace.empty())
+    view::refuse_option("--trace", options.trace, "no comparison: it shows one search");
   store::SeparateModelRead reading(options.file);
   const bool has_window = options.folder.empty() && options.video.empty();
   std::unique_ptr<view::Renderer> renderer = has_window ? nullptr : warm_renderer(options);
   store::MotionModel model = reading.model();
+  if (!options.other.file.empty()) {
+    store::SeparateModelRead other(options.other.file);
+    options.other.model = std::make_shared<const store::MotionModel>(other.model());
+  }
   if (options.state) require_of_model(*options.state, options.view, model);
   if (has_window) {
     const std::string set = store::chosen_set(model, options.file, options.set);

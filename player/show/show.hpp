@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "show/comparison.hpp"
 #include "show/loop.hpp"
 #include "show/view_state.hpp"
 #include "store/motion_model.hpp"
@@ -50,10 +51,11 @@ struct ShowOptions : PictureOptions {
   int every = 1;              ///< with `trace`: only every N-th frame, and the last
   BodyIndex fixed_object = BodyIndex::moving;
   view::Framing framing = view::Framing::joint;
-  std::string view;                   ///< `--view`: see read_view_state
-  std::string section_text;           ///< `--section`: see parsed_section
-  view::Section section;              ///< of either
-  std::optional<ViewState> state;     ///< of `view`
+  std::string view;                ///< `--view`: see read_view_state
+  std::string section_text;        ///< `--section`: see parsed_section
+  view::Section section;           ///< of either
+  std::optional<ViewState> state;  ///< of `view`
+  ComparisonOptions other;
   bool has_numbers = false;           ///< draw angles and gaps on the images
   std::string video;                  ///< video file, all views side by side
   std::optional<int> frames_per_s;    ///< of the video; default 25

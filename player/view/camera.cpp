@@ -103,8 +103,8 @@ Camera with_depth_range(Camera camera, const Scene& scene)
 {
   double nearest_mm = std::numeric_limits<double>::infinity(), farthest_mm = 1.0;
   const Pose X_camera_world = camera.X_world_camera.inverse();
-  for (const Drawable& drawable : scene.drawables) {
-    if (!drawable.is_shown) continue;
+  const auto include = [&](const Drawable& drawable) {
+    if (!drawable.is_shown) return;
     const Pose X_camera_mesh = X_camera_world * drawable.X_world_mesh;
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3d p_mm =
@@ -113,7 +113,9 @@ Camera with_depth_range(Camera camera, const Scene& scene)
       nearest_mm = std::min(nearest_mm, depth_mm);
       farthest_mm = std::max(farthest_mm, depth_mm);
     }
-  }
+  };
+  for (const Scene* part = &scene; part != nullptr; part = part->other)
+    for (const Drawable& drawable : part->drawables) include(drawable);
   camera.far_mm = 1.01 * farthest_mm;
   camera.near_mm = std::clamp(0.99 * nearest_mm, least_near_by_far * camera.far_mm, 0.9 * camera.far_mm);
   return camera;

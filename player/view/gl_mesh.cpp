@@ -226,7 +226,15 @@ Eigen::Vector3f line_shade(const Background& background)
 void SurfacePainter::load(const Scene& scene)
 {
   meshes_.clear();
-  for (const Drawable& drawable : scene.drawables) meshes_.push_back(upload_mesh(gl_, drawable));
+  for (const Scene* part = &scene; part != nullptr; part = part->other)
+    for (const Drawable& drawable : part->drawables) meshes_.push_back(upload_mesh(gl_, drawable));
+  group_.clear();
+  for (std::size_t i = 0; i < meshes_.size(); ++i) {
+    const std::string& structure = drawable_of(scene, i).structure;
+    std::size_t first = i < scene.drawables.size() ? 0 : scene.drawables.size();
+    while (first < i && (structure.empty() || drawable_of(scene, first).structure != structure)) ++first;
+    group_.push_back(first);
+  }
   load_texture(scene.texture);
   levels_ = {};
   if (options_.coarseness_px <= 0.0) return;
@@ -238,8 +246,10 @@ void SurfacePainter::load(const Scene& scene)
 void SurfacePainter::find_levels(const Scene& scene)
 {
   std::vector<RenderMesh> wanted;
-  for (const Drawable& drawable : scene.drawables)
+  for (std::size_t i = 0; i < meshes_.size(); ++i) {
+    const Drawable& drawable = drawable_of(scene, i);
     wanted.push_back(drawable.colours.empty() ? drawable.mesh : RenderMesh{});
+  }
   levels_ = std::async(std::launch::async, [wanted = std::move(wanted)] {
     std::vector<MeshLevels> levels;
     levels.reserve(wanted.size());
@@ -276,15 +286,29 @@ void SurfacePainter::load_texture(const Texture& texture)
 
 void SurfacePainter::refresh(const Scene& scene)
 {
-  check(scene.drawables.size() == meshes_.size(), "a scene is loaded before it is drawn");
+  check(scene.drawables.size() + (scene.other ? scene.other->drawables.size() : 0) == meshes_.size(),
+        "a scene is loaded before it is drawn");
   if (levels_.valid() && levels_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
     take_levels();
-  for (std::size_t i = 0; i < meshes_.size(); ++i) upload_revision(gl_, scene.drawables[i], meshes_[i]);
+  for (std::size_t i = 0; i < meshes_.size(); ++i) upload_revision(gl_, drawable_of(scene, i), meshes_[i]);
 }
 
-void SurfacePainter::begin(const Scene& scene, const Camera& camera, const PixelBox& view,
-                           bool is_multisampled)
+const Drawable& SurfacePainter::drawable_of(const Scene& scene, std::size_t i)
 {
+  const std::size_t n = scene.drawables.size();
+  return i < n ? scene.drawables[i] : scene.other->drawables[i - n];
+}
+
+bool SurfacePainter::is_shown(const Scene& scene, std::size_t i) const
+{
+  return drawable_of(scene, i).is_shown && (i < scene.drawables.size() ? has_own_ : has_other_);
+}
+
+void SurfacePainter::begin(const Scene& scene, const Shot& shot, const PixelBox& view, bool is_multisampled)
+{
+  const Camera& camera = shot.camera;
+  has_own_ = shot.has_own;
+  has_other_ = shot.has_other;
   check(scene.lighting.lights.size() <= most_lights, "a scene has at most four lights");
   ++n_begun_;
   mode_ = scene.mode;
@@ -305,7 +329,20 @@ void SurfacePainter::begin(const Scene& scene, const Camera& camera, const Pixel
     section_at_mm_ = static_cast<float>(side * (scene.section->at_mm - scene.section->normal.dot(eye_mm)));
   }
   translucent_box_ = bounds(scene, view, true);
+  find_groups(scene, view);
   content_box_ = is_line_mode(mode_) ? view : bounds(scene, view, false);
+}
+
+void SurfacePainter::find_groups(const Scene& scene, const PixelBox& view)
+{
+  translucent_groups_.clear();
+  for (std::size_t i = 0; i < meshes_.size(); ++i) {
+    const Drawable& drawable = drawable_of(scene, i);
+    if (!is_shown(scene, i) || !is_translucent(drawable, meshes_[i])) continue;
+    if (std::ranges::find(translucent_groups_, group_[i], &Group::row) != translucent_groups_.end()) continue;
+    const PixelBox box = bounds(scene, view, true, group_[i]);
+    if (!box.is_empty()) translucent_groups_.push_back({group_[i], !drawable.structure.empty(), box});
+  }
 }
 
 bool SurfacePainter::is_translucent(const Drawable& drawable, const GpuMesh& mesh) const
@@ -315,7 +352,8 @@ bool SurfacePainter::is_translucent(const Drawable& drawable, const GpuMesh& mes
 }
 
 /// The bounds of the projected boxes of the drawables; the whole viewport if a corner is behind the camera.
-PixelBox SurfacePainter::bounds(const Scene& scene, const PixelBox& view, bool is_only_translucent) const
+PixelBox SurfacePainter::bounds(const Scene& scene, const PixelBox& view, bool is_only_translucent,
+                                std::size_t group) const
 {
   Eigen::Array2d low = Eigen::Array2d::Ones(), high = -low;  // normalised device coordinates
   const auto include = [&](const Eigen::Vector4d& p_clip) {
@@ -326,8 +364,9 @@ PixelBox SurfacePainter::bounds(const Scene& scene, const PixelBox& view, bool i
     high = high.max(is_in_front ? p : Eigen::Array2d::Ones());
   };
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
-    const Drawable& drawable = scene.drawables[i];
-    if (!drawable.is_shown || (is_only_translucent && !is_translucent(drawable, meshes_[i]))) continue;
+    const Drawable& drawable = drawable_of(scene, i);
+    if (!is_shown(scene, i) || (is_only_translucent && !is_translucent(drawable, meshes_[i]))) continue;
+    if (group != all_groups && group_[i] != group) continue;
     const Eigen::Matrix4d X_clip_mesh =
         projection_.cast<double>() * (X_camera_world_ * drawable.X_world_mesh).matrix();
     for (int corner = 0; corner < 8; ++corner) {
@@ -376,7 +415,8 @@ double SurfacePainter::allowed_error_mm(const Drawable& drawable) const
 
 SurfacePainter::Program& SurfacePainter::compiled(const Variant& variant)
 {
-  const bool is_depth = variant.shading == Shading::depth;
+  const bool is_front = variant.shading == Shading::front;
+  const bool is_depth = variant.shading == Shading::depth || is_front;
   const std::size_t n_lights = is_depth ? 0 : lighting_->lights.size();
   const std::size_t kind = 16 * static_cast<std::size_t>(variant.shading) + (variant.is_coloured ? 8 : 0) +
                            (variant.is_stored ? 4 : 0) + (variant.is_vertex_lit ? 2 : 0) +
@@ -384,7 +424,8 @@ SurfacePainter::Program& SurfacePainter::compiled(const Variant& variant)
   Program& program = programs_[(most_lights + 1) * kind + n_lights];
   if (program.linked.is_linked()) return program;
   constexpr std::array<const char*, n_shadings> names{
-      "", "#define MOTTLED\n", "#define TEXTURED\n", "#define FLAT\n", "#define LINES\n", ""};
+      "", "#define MOTTLED\n", "#define TEXTURED\n", "#define FLAT\n", "#define LINES\n",
+      "", "#define FRONT\n"};
   std::string first = variant.is_stored ? "#version 430 core\n#define STORED\n" : "#version 330 core\n";
   first += "#define N_LIGHTS " + std::to_string(n_lights) + "\n";
   first += names[static_cast<std::size_t>(variant.shading)];
@@ -421,6 +462,7 @@ void SurfacePainter::set_shot(Program& program)
   if (n_lights > 0) linked.set("light_direction", direction.data(), n_lights);
   if (n_lights > 0) linked.set("light_colour", colour.data(), n_lights);
   linked.set("behind", behind_unit);
+  linked.set("front", front_unit);
   linked.set("image", image_unit);
   linked.set("repeats_by_mm", repeats_by_mm_);
 }
@@ -441,7 +483,7 @@ void SurfacePainter::set_material(const GlProgram& program, const Drawable& draw
 
 void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Variant variant)
 {
-  const bool is_depth = variant.shading == Shading::depth;
+  const bool is_depth = variant.shading == Shading::depth || variant.shading == Shading::front;
   variant.is_coloured = mesh.has_colours && !is_depth;
   variant.is_multisampled = is_multisampled_ && is_depth;
   Program& program = compiled(variant);
@@ -450,6 +492,8 @@ void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Var
   const Eigen::Matrix4f X_camera_mesh = (X_camera_world_ * drawable.X_world_mesh).matrix().cast<float>();
   program.linked.set("X_camera_mesh", X_camera_mesh);
   program.linked.set("depth_offset_mm", static_cast<float>(drawable.depth_offset_mm));
+  // As a part of the range of depths 0.01 mm: below the thickness of anything drawn; 2: of all depths.
+  program.linked.set("behind_front", drawable.structure.empty() ? 2.0F : 1e-6F);
   if (!is_depth) set_material(program.linked, drawable, variant.shading);
   // Caps lie in the plane. Software rendering clips by the distances whether or not that is enabled.
   constexpr float never_mm = 1e9F;
@@ -463,8 +507,8 @@ void SurfacePainter::draw_lines(const Scene& scene)
 {
   const auto draw_bodies = [&] {
     for (std::size_t i = 0; i < meshes_.size(); ++i) {
-      const Drawable& drawable = scene.drawables[i];
-      if (drawable.is_shown && drawable.layer == Layer::bodies)
+      const Drawable& drawable = drawable_of(scene, i);
+      if (is_shown(scene, i) && drawable.layer == Layer::bodies)
         draw_one(drawable, meshes_[i], {Shading::lines});
     }
   };
@@ -484,19 +528,21 @@ void SurfacePainter::draw_lines(const Scene& scene)
   gl_.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
 
-void SurfacePainter::draw(const Scene& scene, SurfacePass pass)
+void SurfacePainter::draw(const Scene& scene, SurfacePass pass, std::size_t group)
 {
   const bool is_line_drawing = is_line_mode(mode_);
   if (pass == SurfacePass::opaque && is_line_drawing) draw_lines(scene);
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
-    const Drawable& drawable = scene.drawables[i];
-    if (!drawable.is_shown || (is_line_drawing && drawable.layer == Layer::bodies)) continue;
+    const Drawable& drawable = drawable_of(scene, i);
+    if (!is_shown(scene, i) || (is_line_drawing && drawable.layer == Layer::bodies)) continue;
     if (is_translucent(drawable, meshes_[i]) == (pass == SurfacePass::opaque)) continue;
-    const bool is_depth = pass == SurfacePass::translucent_depth;
+    if (group != all_groups && group_[i] != group) continue;
     const bool is_closed = meshes_[i].is_closed || (drawable.is_solid && scene.has_vertex_lighting);
     const bool is_culled = pass == SurfacePass::opaque && is_closed;
     if (is_culled) gl_.Enable(GL_CULL_FACE);
-    const Shading shading = is_depth ? Shading::depth : shading_of(drawable);
+    const Shading shading = pass == SurfacePass::translucent_depth ? Shading::depth
+                            : pass == SurfacePass::front_depth     ? Shading::front
+                                                                   : shading_of(drawable);
     const bool is_vertex_lit = is_culled && scene.has_vertex_lighting && shading != Shading::flat;
     draw_one(drawable, meshes_[i], {shading, false, pass == SurfacePass::translucent_store, is_vertex_lit});
     if (is_culled) gl_.Disable(GL_CULL_FACE);

@@ -51,9 +51,12 @@ struct GpuMesh {
 // Draws the surfaces of a scene with its materials, lights and draw mode.
 
 enum class SurfacePass {
-  opaque,             ///< colour and depth of opaque surfaces
-  translucent_store,  ///< fragments of translucent surfaces, to the fragment lists of gl_renderer.cpp
-  translucent_depth,  ///< depth of translucent surfaces in front of the depth texture in unit 0
+  opaque,       ///< colour and depth of opaque surfaces
+  front_depth,  ///< depth of translucent surfaces
+  /// Fragments of translucent surfaces in front of the depth texture in unit 2, to the fragment lists of
+  /// gl_renderer.cpp.
+  translucent_store,
+  translucent_depth,  ///< depth of translucent surfaces between the depth textures in units 0 and 2
   translucent_colour  ///< translucent surfaces, blended over the frame buffer
 };
 
@@ -62,16 +65,29 @@ struct SurfaceOptions {
   bool has_deferred_levels = false;  ///< as in RenderOptions
 };
 
+/// Texture unit of the depth of the nearest surfaces of a structure.
+inline constexpr int front_unit = 2;
+
 class SurfacePainter {
  public:
+  static constexpr std::size_t all_groups = static_cast<std::size_t>(-1);
+  /// The translucent drawables of one structure, of which only the nearest surface is drawn: the shaft and
+  /// the end of a bone overlap. A drawable without a structure is one of its own, and drawn completely.
+  struct Group {
+    std::size_t row = 0;
+    bool is_structure = false;
+    PixelBox box;  ///< within the viewport
+  };
   SurfacePainter(const GlTable& gl, const SurfaceOptions& options) : gl_(gl), options_(options) {}
 
   void load(const Scene& scene);
   /// Uploads drawables with a new revision. The scene must have the loaded drawables.
   void refresh(const Scene& scene);
   /// Sets camera, lights and mode for the following passes; `view` is the viewport.
-  void begin(const Scene& scene, const Camera& camera, const PixelBox& view, bool is_multisampled);
-  void draw(const Scene& scene, SurfacePass pass);
+  void begin(const Scene& scene, const Shot& shot, const PixelBox& view, bool is_multisampled);
+  void draw(const Scene& scene, SurfacePass pass, std::size_t group = all_groups);
+  /// Of the shot of begin().
+  const std::vector<Group>& translucent_groups() const { return translucent_groups_; }
   /// Bounds of the translucent surfaces within the viewport; empty without such surfaces.
   const PixelBox& translucent_box() const { return translucent_box_; }
   /// Bounds of all shown surfaces within the viewport; the whole viewport for lines, which are wider.
@@ -82,8 +98,8 @@ class SurfacePainter {
     GlProgram linked;
     std::uint64_t n_begun = 0;  ///< number of the shot whose uniforms are set
   };
-  enum class Shading { smooth, mottled, textured, flat, lines, depth };
-  static constexpr std::size_t n_shadings = 6;
+  enum class Shading { smooth, mottled, textured, flat, lines, depth, front };
+  static constexpr std::size_t n_shadings = 7;
   struct Variant {
     Shading shading = Shading::smooth;
     bool is_coloured = false;  ///< by vertex
@@ -92,6 +108,9 @@ class SurfacePainter {
     bool is_multisampled = false;  ///< Shading::depth only
   };
 
+  /// That of meshes_[i]: those of the scene, then those of Scene::other.
+  static const Drawable& drawable_of(const Scene& scene, std::size_t i);
+  bool is_shown(const Scene& scene, std::size_t i) const;
   Shading shading_of(const Drawable& drawable) const;
   double allowed_error_mm(const Drawable& drawable) const;
   bool is_translucent(const Drawable& drawable, const GpuMesh& mesh) const;
@@ -103,18 +122,22 @@ class SurfacePainter {
   void find_levels(const Scene& scene);
   void take_levels();
   void load_texture(const Texture& texture);
-  PixelBox bounds(const Scene& scene, const PixelBox& view, bool is_only_translucent) const;
+  PixelBox bounds(const Scene& scene, const PixelBox& view, bool is_only_translucent,
+                  std::size_t group = all_groups) const;
+  void find_groups(const Scene& scene, const PixelBox& view);
 
   const GlTable& gl_;
   SurfaceOptions options_;
   std::vector<GpuMesh> meshes_;
+  std::vector<std::size_t> group_;  ///< [n_meshes]
+  std::vector<Group> translucent_groups_;
   std::future<std::vector<MeshLevels>> levels_;  ///< one entry per mesh, while being computed
   static constexpr std::size_t n_variants = n_shadings * 16 * (most_lights + 1);
   /// Indexed by variant and number of lights; compiled on first use.
   std::array<Program, n_variants> programs_{};
   std::uint64_t n_begun_ = 0;
   DrawMode mode_ = DrawMode::smooth;
-  bool is_multisampled_ = false;
+  bool is_multisampled_ = false, has_own_ = true, has_other_ = true;
   const Lighting* lighting_ = nullptr;  ///< of the scene of begin()
   GlObject texture_;
   float repeats_by_mm_ = 0.0F;  ///< texture tiles per mm; 0 without a texture

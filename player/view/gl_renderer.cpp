@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <optional>
 #include <span>
 #include <string>
@@ -41,10 +42,11 @@ class OverlayPainter {
         "a font image has one byte per pixel");
     font_ = create_texture(gl_, {font.width, font.height, GL_R8, GL_RED, GL_UNSIGNED_BYTE, GL_LINEAR, true},
                            font.coverage.data());
+    kept_.clear();
   }
 
-  /// Draws onto the bound frame buffer of `width` x `height` pixels.
-  void draw(const Overlay& overlay, int width, int height)
+  /// Draws onto the bound frame buffer `frame` of `width` x `height` pixels.
+  void draw(const Overlay& overlay, unsigned frame, int width, int height)
   {
     if (overlay.commands.empty() || overlay.indices.empty()) return;
     check(font_ != 0, "a font is loaded before an overlay is drawn");
@@ -58,25 +60,81 @@ class OverlayPainter {
     gl_.Enable(GL_BLEND);
     gl_.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     gl_.Enable(GL_SCISSOR_TEST);
-    const auto pixel = [](float value_px, int most) {
-      return static_cast<int>(std::clamp(value_px, 0.0F, static_cast<float>(most)));
-    };
-    for (const OverlayCommand& command : overlay.commands) {
-      check(std::size_t{command.first_index} + command.n_indices <= overlay.indices.size(),
-            "an overlay's commands are within its indices");
-      const int left = pixel(command.clip_px[0], width), top = pixel(command.clip_px[1], height);
-      const int right = pixel(command.clip_px[2], width), bottom = pixel(command.clip_px[3], height);
-      if (right <= left || bottom <= top) continue;
-      gl_.Scissor(left, height - bottom, right - left, bottom - top);
-      gl_.DrawElementsBaseVertex(GL_TRIANGLES, static_cast<GLsizei>(command.n_indices), GL_UNSIGNED_INT,
-                                 buffer_offset(command.first_index * sizeof(std::uint32_t)),
-                                 static_cast<GLint>(command.first_vertex));
+    size_ = {width, height};
+    std::size_t next = 0;
+    for (std::size_t k = 0; k < overlay.panels.size() && frame != 0; ++k) {
+      const OverlayPanel& panel = overlay.panels[k];
+      draw_commands(overlay, next, panel.first_command);
+      next = panel.first_command + panel.n_commands;
+      draw_panel(overlay, k, frame);
     }
+    draw_commands(overlay, next, overlay.commands.size());
     gl_.Disable(GL_SCISSOR_TEST);
     gl_.Disable(GL_BLEND);
   }
 
  private:
+  struct Kept {
+    std::vector<OverlayVertex> vertices;
+    std::array<float, 4> box_px{};
+  };
+
+  void draw_commands(const Overlay& overlay, std::size_t first, std::size_t last)
+  {
+    const auto pixel = [](float value_px, int most) {
+      return static_cast<int>(std::clamp(value_px, 0.0F, static_cast<float>(most)));
+    };
+    for (std::size_t k = first; k < last; ++k) {
+      const OverlayCommand& command = overlay.commands[k];
+      check(std::size_t{command.first_index} + command.n_indices <= overlay.indices.size(),
+            "an overlay's commands are within its indices");
+      const int left = pixel(command.clip_px[0], size_[0]), top = pixel(command.clip_px[1], size_[1]);
+      const int right = pixel(command.clip_px[2], size_[0]), bottom = pixel(command.clip_px[3], size_[1]);
+      if (right <= left || bottom <= top) continue;
+      gl_.Scissor(left, size_[1] - bottom, right - left, bottom - top);
+      gl_.DrawElementsBaseVertex(GL_TRIANGLES, static_cast<GLsizei>(command.n_indices), GL_UNSIGNED_INT,
+                                 buffer_offset(command.first_index * sizeof(std::uint32_t)),
+                                 static_cast<GLint>(command.first_vertex));
+    }
+  }
+
+  /// Triangles of the interface follow from their vertices.
+  void draw_panel(const Overlay& overlay, std::size_t row, unsigned frame)
+  {
+    const OverlayPanel& panel = overlay.panels[row];
+    if (panels_size_ != size_) {
+      panels_ = create_target(gl_, {size_[0], size_[1], 0, false});
+      panels_size_ = size_;
+      kept_.clear();
+    }
+    if (kept_.size() <= row) kept_.resize(row + 1);
+    Kept& kept = kept_[row];
+    const std::span<const OverlayVertex> vertices =
+        std::span(overlay.vertices).subspan(panel.first_vertex, panel.n_vertices);
+    const bool is_kept = kept.box_px == panel.box_px && kept.vertices.size() == vertices.size() &&
+                         std::memcmp(kept.vertices.data(), vertices.data(), vertices.size_bytes()) == 0;
+    const std::array<float, 4>& at = panel.box_px;
+    const int left = std::max(0, static_cast<int>(at[0])), top = std::max(0, static_cast<int>(at[1]));
+    const int right = std::min(size_[0], static_cast<int>(at[2])),
+              bottom = std::min(size_[1], static_cast<int>(at[3]));
+    const PixelBox box{left, size_[1] - bottom, right - left, bottom - top};
+    if (box.width <= 0 || box.height <= 0) return;
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, frame);
+    if (!is_kept) draw_commands(overlay, panel.first_command, panel.first_command + panel.n_commands);
+    gl_.Disable(GL_SCISSOR_TEST);
+    gl_.Disable(GL_FRAMEBUFFER_SRGB);  // values are copied unchanged
+    if (is_kept)
+      copy_box(gl_, panels_.frame, frame, box, GL_COLOR_BUFFER_BIT);
+    else
+      copy_box(gl_, frame, panels_.frame, box, GL_COLOR_BUFFER_BIT);
+    gl_.Enable(GL_FRAMEBUFFER_SRGB);
+    gl_.Enable(GL_SCISSOR_TEST);
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, frame);
+    if (is_kept) return;
+    kept.vertices.assign(vertices.begin(), vertices.end());
+    kept.box_px = panel.box_px;
+  }
+
   void upload(const Overlay& overlay)
   {
     const auto fill = [&](GLsizeiptr& room_bytes, GLenum kind, std::size_t n_bytes, const void* data) {
@@ -99,6 +157,9 @@ class OverlayPainter {
   Geometry geometry_;
   GlObject font_;
   GLsizeiptr vertex_bytes_ = 0, index_bytes_ = 0;  // room in the buffers
+  std::array<int, 2> size_{}, panels_size_{};
+  Target panels_;           // pixels of the panels
+  std::vector<Kept> kept_;  // what they show
 };
 
 /// Of the extension EXT_texture_sRGB_decode.
@@ -303,6 +364,49 @@ class OcclusionPainter {
 /// Limit for malicious scenes; further (nearer) layers are omitted.
 constexpr int most_layers = 64;
 
+/// The depth of the nearest surfaces of a structure.
+class FrontSurfaces {
+ public:
+  FrontSurfaces(const GlTable& gl, const TargetPlan& plan, const Target& drawn)
+      : gl_(gl), is_multisampled_(plan.samples > 0), depth_(create_target(gl, plan, &drawn))
+  {
+  }
+
+  /// Calls `draw(row)` for each translucent group of the shot with its depth in the unit `front_unit`, the
+  /// frame buffer `to` bound and the scissor box of the group set.
+  template <typename Draw>
+  void for_each(SurfacePainter& surfaces, const Scene& scene, unsigned to, const Draw& draw)
+  {
+    gl_.ActiveTexture(GL_TEXTURE0 + front_unit);
+    gl_.BindTexture(is_multisampled_ ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D, depth_.depth);
+    gl_.ActiveTexture(GL_TEXTURE0);
+    for (const SurfacePainter::Group& group : surfaces.translucent_groups()) {
+      set_scissor(gl_, group.box);
+      find(surfaces, scene, group);
+      gl_.BindFramebuffer(GL_FRAMEBUFFER, to);
+      draw(group.row);
+    }
+  }
+
+ private:
+  void find(SurfacePainter& surfaces, const Scene& scene, const SurfacePainter::Group& group)
+  {
+    gl_.DepthMask(GL_TRUE);
+    gl_.DepthFunc(GL_LESS);
+    if (!group.is_structure) return;
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, depth_.frame);
+    gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    gl_.ClearDepth(1.0);
+    gl_.Clear(GL_DEPTH_BUFFER_BIT);
+    surfaces.draw(scene, SurfacePass::front_depth, group.row);
+    gl_.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  }
+
+  const GlTable& gl_;
+  bool is_multisampled_;
+  Target depth_;
+};
+
 /// Depth peeling from the farthest layer: one pass finds the farthest translucent depth in front of the
 /// previous layer, a second one blends the fragments of exactly that depth. Source: Everitt (2001),
 /// "Interactive order-independent transparency"; here back to front, which needs no second colour buffer.
@@ -318,13 +422,11 @@ class LayerPeeler {
   }
 
   /// Blends over the opaque surfaces in `drawn`, which stays bound.
-  void draw(SurfacePainter& surfaces, const Scene& scene, const Target& drawn)
+  void draw(SurfacePainter& surfaces, FrontSurfaces& fronts, const Scene& scene, const Target& drawn)
   {
     const PixelBox& box = surfaces.translucent_box();
     if (box.is_empty()) return;
     gl_.Enable(GL_SCISSOR_TEST);
-    set_scissor(gl_, box);
-    gl_.ClearDepth(0.0);
     gl_.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     // Reading a query waits until the layer is drawn. Therefore as many layers as in the previous frame are
     // drawn without queries (an empty one draws nothing), and the query of the last one is read a frame
@@ -333,20 +435,26 @@ class LayerPeeler {
     unsigned behind = drawn.depth;
     for (int i = 0; i < most_layers; ++i) {
       const Target& layer = layers_[static_cast<std::size_t>(i % 2)];
-      gl_.BindFramebuffer(GL_FRAMEBUFFER, layer.frame);
       const bool is_expected = i < n_expected_;
       const bool is_last_expected = i + 1 == n_expected_;
-      peel(surfaces, scene, behind, is_last_expected ? last_query_ : is_expected ? 0U : query_);
+      set_scissor(gl_, box);
+      clear(layer);
+      fronts.for_each(surfaces, scene, layer.frame,
+                      [&](std::size_t group) { peel(surfaces, scene, behind, group); });
+      set_scissor(gl_, box);
+      gl_.DepthMask(GL_FALSE);
+      gl_.DepthFunc(GL_EQUAL);
+      gl_.Enable(GL_BLEND);
+      const unsigned query = is_last_expected ? last_query_ : is_expected ? 0U : query_;
+      if (query != 0) gl_.BeginQuery(GL_ANY_SAMPLES_PASSED, query);
+      surfaces.draw(scene, SurfacePass::translucent_colour);
+      if (query != 0) gl_.EndQuery(GL_ANY_SAMPLES_PASSED);
+      gl_.Disable(GL_BLEND);
       if (!is_expected) {
         if (!is_found(query_)) break;
         n_expected_ = i + 1;
         std::swap(query_, last_query_);
       }
-      gl_.DepthMask(GL_FALSE);
-      gl_.DepthFunc(GL_EQUAL);
-      gl_.Enable(GL_BLEND);
-      surfaces.draw(scene, SurfacePass::translucent_colour);
-      gl_.Disable(GL_BLEND);
       behind = layer.depth;
     }
     gl_.DepthMask(GL_TRUE);
@@ -363,17 +471,22 @@ class LayerPeeler {
     return is_found != 0;
   }
 
-  /// Finds the farthest depths in front of `behind`; `query`, unless 0, records whether there are any.
-  void peel(SurfacePainter& surfaces, const Scene& scene, unsigned behind, unsigned query)
+  /// Before the farthest depths are found.
+  void clear(const Target& layer)
+  {
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, layer.frame);
+    gl_.DepthMask(GL_TRUE);
+    gl_.ClearDepth(0.0);
+    gl_.Clear(GL_DEPTH_BUFFER_BIT);
+  }
+
+  /// Finds the farthest depths of a group in front of `behind`.
+  void peel(SurfacePainter& surfaces, const Scene& scene, unsigned behind, std::size_t group)
   {
     gl_.BindTexture(is_multisampled_ ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D, behind);
     gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    gl_.DepthMask(GL_TRUE);
     gl_.DepthFunc(GL_GREATER);
-    gl_.Clear(GL_DEPTH_BUFFER_BIT);
-    if (query != 0) gl_.BeginQuery(GL_ANY_SAMPLES_PASSED, query);
-    surfaces.draw(scene, SurfacePass::translucent_depth);
-    if (query != 0) gl_.EndQuery(GL_ANY_SAMPLES_PASSED);
+    surfaces.draw(scene, SurfacePass::translucent_depth, group);
     gl_.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   }
 
@@ -420,21 +533,21 @@ class FragmentLists {
     is_open_ = false;
   }
 
-  /// Blends over the opaque surfaces in the bound frame buffer. Returns false without drawing if the
+  /// Blends over the opaque surfaces in `drawn`, which is bound. Returns false without drawing if the
   /// fragments exceed the largest buffer.
-  bool draw(SurfacePainter& surfaces, const Scene& scene)
+  bool draw(SurfacePainter& surfaces, FrontSurfaces& fronts, const Scene& scene, const Target& drawn)
   {
     const PixelBox& box = surfaces.translucent_box();
     if (box.is_empty()) return true;
     if (!is_open_) open();
-    set_scissor(gl_, box);
-    const std::size_t n_nodes = store(surfaces, scene);
+    const std::size_t n_nodes = store(surfaces, fronts, scene, drawn);
     if (n_nodes > capacity_) {
       clear_heads();
       if (n_nodes > most_nodes_) return false;
       reserve(2 * n_nodes);
-      store(surfaces, scene);
+      store(surfaces, fronts, scene, drawn);
     }
+    set_scissor(gl_, box);
     gl_.Disable(GL_DEPTH_TEST);
     gl_.Enable(GL_BLEND);
     gl_.BlendFuncSeparate(GL_ONE, GL_SRC_ALPHA, GL_ZERO, GL_ONE);
@@ -480,7 +593,7 @@ class FragmentLists {
   }
 
   /// Fills the lists; returns the number of nodes required, which may exceed the capacity.
-  std::size_t store(SurfacePainter& surfaces, const Scene& scene)
+  std::size_t store(SurfacePainter& surfaces, FrontSurfaces& fronts, const Scene& scene, const Target& drawn)
   {
     // Node 0 is the end of every list.
     const std::array<std::uint32_t, 2> begun{1U, width_};
@@ -488,11 +601,13 @@ class FragmentLists {
     gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, heads_);
     gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, nodes_);
     gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, count_);
-    gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    gl_.DepthMask(GL_FALSE);
-    surfaces.draw(scene, SurfacePass::translucent_store);
-    gl_.DepthMask(GL_TRUE);
-    gl_.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    fronts.for_each(surfaces, scene, drawn.frame, [&](std::size_t group) {
+      gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+      gl_.DepthMask(GL_FALSE);
+      surfaces.draw(scene, SurfacePass::translucent_store, group);
+      gl_.DepthMask(GL_TRUE);
+      gl_.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    });
     gl_.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
     std::uint32_t n_nodes = 0;
     gl_.BindBuffer(GL_SHADER_STORAGE_BUFFER, count_);
@@ -633,6 +748,7 @@ class GlRenderer final : public Renderer {
     const int w = options_.width, h = options_.height;
     set_.drawn = create_target(gl_, plan());
     set_.samples = options_.samples;
+    set_.fronts = std::make_unique<FrontSurfaces>(gl_, plan(), set_.drawn);
     set_.peeler = std::make_unique<LayerPeeler>(gl_, plan(), set_.drawn);
     if (!lists_ && !is_multisampled() && FragmentLists::is_supported(gl_)) lists_.emplace(gl_);
     if (lists_) lists_->resize(w, h);
@@ -681,7 +797,7 @@ class GlRenderer final : public Renderer {
   {
     const Viewport& view = shot.viewport;
     const PixelBox box{view.x, options_.height - view.y - view.height, view.width, view.height};
-    surfaces_->begin(scene, shot.camera, box, is_multisampled());
+    surfaces_->begin(scene, shot, box, is_multisampled());
     const PixelBox used = is_sparse_ ? surfaces_->content_box() : box;
     changed_[row] = is_sparse_ ? bounding_box(used, used_[row]) : box;
     used_[row] = used;
@@ -695,8 +811,10 @@ class GlRenderer final : public Renderer {
     gl_.Enable(GL_DEPTH_TEST);
     surfaces_->draw(scene, SurfacePass::opaque);
     draw_occlusion(scene, shot.camera, box);
-    const bool is_blended = !is_multisampled() && lists_ && lists_->draw(*surfaces_, scene);
-    if (!is_blended) set_.peeler->draw(*surfaces_, scene, set_.drawn);
+    FrontSurfaces& fronts = *set_.fronts;
+    const bool is_blended =
+        !is_multisampled() && lists_ && lists_->draw(*surfaces_, fronts, scene, set_.drawn);
+    if (!is_blended) set_.peeler->draw(*surfaces_, fronts, scene, set_.drawn);
     gl_.Disable(GL_SCISSOR_TEST);
   }
 
@@ -735,7 +853,7 @@ class GlRenderer final : public Renderer {
       copy_box(gl_, set_.drawn.frame, set_.resolved.frame, {0, 0, options_.width, options_.height},
                GL_COLOR_BUFFER_BIT);
     gl_.BindFramebuffer(GL_FRAMEBUFFER, frame);
-    if (overlay != nullptr) overlays_->draw(*overlay, shown_width(), shown_height());
+    if (overlay != nullptr) overlays_->draw(*overlay, frame, shown_width(), shown_height());
   }
 
   void show_on_screen()
@@ -804,6 +922,7 @@ class GlRenderer final : public Renderer {
   struct TargetSet {
     int samples = 0;  ///< 0: not open
     Target drawn, resolved;
+    std::unique_ptr<FrontSurfaces> fronts;
     std::unique_ptr<LayerPeeler> peeler;
     std::unique_ptr<OcclusionPainter> occlusion;  ///< from its first use on
   };

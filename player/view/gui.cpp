@@ -7,7 +7,9 @@
 #include <atomic>
 #include <cfloat>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
+#include <string_view>
 #include <utility>
 
 #include "core/units.hpp"
@@ -26,6 +28,10 @@ constexpr std::size_t most_labels = 64;  // over all views
 // Text over a picture is smaller in a picture smaller than this, and its boxes leave out what is not a
 // number.
 constexpr float full_size_px = 900.0F, least_scale = 0.7F, folded_below = 0.85F;
+constexpr float differences_height_em = 12.0F, legend_rows = 2.0F;
+constexpr float least_plot_margin = 0.05F;  // of values: a line without differences is flat
+constexpr ImU32 plot_backing = IM_COL32(41, 44, 50, 255);
+constexpr ImU32 band_alpha = 70;
 constexpr float label_aside_part = 0.06F;  // between what is named and the names
 constexpr float opacity_width_em = 4.0F, card_height_em = 17.0F, curve_height_em = 4.5F;
 // Opacity of numbers and legends; less leaves too little contrast, since blending is in linear light.
@@ -81,12 +87,16 @@ OverlayVertex vertex_of(const ImDrawVert& vertex)
           {byte(IM_COL32_R_SHIFT), byte(IM_COL32_G_SHIFT), byte(IM_COL32_B_SHIFT), byte(IM_COL32_A_SHIFT)}};
 }
 
+/// Windows without anything behind them.
+constexpr std::array<std::string_view, 4> panel_names{"panel", "timeline", "warnings", "differences"};
+
 void append(Overlay& overlay, const ImDrawList& list)
 {
   const auto first_vertex = static_cast<std::uint32_t>(overlay.vertices.size());
   const auto first_index = static_cast<std::uint32_t>(overlay.indices.size());
   for (const ImDrawVert& vertex : list.VtxBuffer) overlay.vertices.push_back(vertex_of(vertex));
   for (const ImDrawIdx index : list.IdxBuffer) overlay.indices.push_back(index);
+  const std::size_t first_command = overlay.commands.size();
   for (const ImDrawCmd& command : list.CmdBuffer) {
     if (command.ElemCount == 0) continue;
     const ImVec4& clip = command.ClipRect;
@@ -95,6 +105,29 @@ void append(Overlay& overlay, const ImDrawList& list)
                                 command.ElemCount,
                                 first_vertex + command.VtxOffset});
   }
+  const auto* panel = std::ranges::find(panel_names, std::string_view(list._OwnerName));
+  if (panel == panel_names.end() || list.VtxBuffer.Size < 4) return;
+  const ImVec2 low = list.VtxBuffer[0].pos, high = list.VtxBuffer[2].pos;  // the background is drawn first
+  overlay.panels.push_back({{low.x, low.y, high.x, high.y},
+                            first_command,
+                            overlay.commands.size() - first_command,
+                            first_vertex,
+                            static_cast<std::size_t>(list.VtxBuffer.Size)});
+}
+
+/// Colour-blind safe (Okabe and Ito 2008), the lighter ones first.
+ImU32 line_colour(std::size_t k)
+{
+  constexpr std::array colours{IM_COL32(86, 180, 233, 255), IM_COL32(230, 159, 0, 255),
+                               IM_COL32(0, 178, 130, 255),  IM_COL32(224, 140, 187, 255),
+                               IM_COL32(240, 228, 66, 255), IM_COL32(233, 110, 40, 255),
+                               IM_COL32(190, 190, 190, 255)};
+  return colours[k % colours.size()];
+}
+
+ImU32 with_alpha(ImU32 colour, ImU32 alpha)
+{
+  return (colour & ~IM_COL32_A_MASK) | (alpha << IM_COL32_A_SHIFT);
 }
 
 struct Press {
@@ -395,12 +428,11 @@ struct Panels {
     ImGui::End();
   }
 
-  void draw_legends(const PlayerState& state)
+  void draw_legends()
   {
     const ColourKey& key = frame->key;
     if (key.gaps == nullptr && key.strain == nullptr && key.axes.empty()) return;
-    const bool is_bar_there = frame->has_controls && state.shows_panel;
-    const float bottom = static_cast<float>(frame->height) - (is_bar_there ? bar_height_px : 0.0F);
+    const float bottom = static_cast<float>(picture.y + picture.height);
     ImGui::SetNextWindowPos(ImVec2(0.0F, bottom), ImGuiCond_Always, ImVec2(0.0F, 1.0F));
     ImGui::SetNextWindowBgAlpha(backing);
     ImGui::Begin("legends", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
@@ -551,7 +583,7 @@ struct Panels {
     ImGui::TextColored(quiet_colour, "%s", structure.does.c_str());
     if (card.reading[0] != 0) ImGui::TextUnformatted(card.reading.data());
     ImGui::PopTextWrapPos();
-    if (!card.strain_percent.empty()) draw_curve(card);
+    if (!card.strain.empty()) draw_curve(card);
     return rows_of(std::array{Press{"isolate (J)", Action::isolate_structure},
                               Press{"hide (Z)", Action::switch_structure}},
                    std::array{Press{"fade others (Shift J)", Action::fade_other_structures}});
@@ -560,22 +592,107 @@ struct Panels {
   /// Strain over flexion; where it is taut is above the line of zero.
   void draw_curve(const StructureCard& card)
   {
-    const auto [low, high] = std::ranges::minmax(card.strain_percent);
-    const float lowest = std::min(low, 0.0F) - 0.5F, highest = std::max(high, 0.0F) + 0.5F;
-    const ImVec2 corner = ImGui::GetCursorScreenPos();
-    const ImVec2 size(ImGui::GetContentRegionAvail().x, curve_height_em * em_px);
-    ImGui::PlotLines("##curve", card.strain_percent.data(), static_cast<int>(card.strain_percent.size()), 0,
-                     nullptr, lowest, highest, size);
-    const ImVec2 inset = ImGui::GetStyle().FramePadding;
-    const float width = size.x - 2.0F * inset.x, height = size.y - 2.0F * inset.y;
-    const float zero = corner.y + inset.y + height * highest / (highest - lowest);
-    const float now = corner.x + inset.x + width * static_cast<float>(card.now);
+    const float left = ImGui::GetCursorPosX();
+    draw_plot(card.strain, card.now, ImVec2(ImGui::GetContentRegionAvail().x, curve_height_em * em_px));
+    ImGui::SetCursorPosX(left);
+    ImGui::TextColored(quiet_colour, "strain over flexion, %%");
+  }
+
+  /// Lines with their bands, the lowest and highest value, zero and the present position, from 0 to 1.
+  void draw_plot(std::span<const CurveLine> lines, double now, const ImVec2& size)
+  {
+    float lowest = 0.0F, highest = 0.0F;
+    for (const CurveLine& line : lines) {
+      for (const std::vector<float>* values : {&line.values, &line.low, &line.high}) {
+        for (const float value : *values) {
+          lowest = std::fmin(lowest, value);
+          highest = std::fmax(highest, value);
+        }
+      }
+    }
+    const float margin = std::max(0.08F * (highest - lowest), least_plot_margin);
+    const float size_px = ImGui::GetFontSize();
+    const ImVec2 corner = ImGui::GetCursorScreenPos(), end(corner.x + size.x, corner.y + size.y);
+    const auto y_of = [&](float value) {
+      return corner.y + size.y * (highest + margin - value) / (highest - lowest + 2.0F * margin);
+    };
     ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.AddRectFilled(corner, end, plot_backing);
     const ImU32 quiet = ImGui::GetColorU32(quiet_colour);
-    list.AddLine(ImVec2(corner.x + inset.x, zero), ImVec2(corner.x + inset.x + width, zero), quiet);
-    list.AddLine(ImVec2(now, corner.y), ImVec2(now, corner.y + size.y), ImGui::GetColorU32(warning_colour));
-    ImGui::TextColored(quiet_colour, "strain %.1f to %.1f %% over flexion", static_cast<double>(low),
-                       static_cast<double>(high));
+    list.AddLine(ImVec2(corner.x, y_of(0.0F)), ImVec2(end.x, y_of(0.0F)), quiet);
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      const CurveLine& line = lines[k];
+      const auto n = static_cast<float>(std::max<std::size_t>(line.values.size(), 2) - 1);
+      const auto point = [&](std::size_t i, float value) {
+        return ImVec2(corner.x + size.x * static_cast<float>(i) / n, y_of(value));
+      };
+      list.Flags &= ~ImDrawListFlags_AntiAliasedFill;  // the parts of a band meet without seams
+      for (std::size_t i = 1; i < line.low.size(); ++i)
+        list.AddQuadFilled(point(i - 1, line.low[i - 1]), point(i, line.low[i]), point(i, line.high[i]),
+                           point(i - 1, line.high[i - 1]), with_alpha(line_colour(k), band_alpha));
+      list.Flags |= ImDrawListFlags_AntiAliasedFill;
+      for (std::size_t i = 0; i < line.values.size(); ++i) {
+        const bool has_value = !std::isnan(line.values[i]);
+        if (has_value) list.PathLineTo(point(i, line.values[i]));
+        if (!has_value || i + 1 == line.values.size()) list.PathStroke(line_colour(k), 0, 1.5F);
+      }
+    }
+    if (now >= 0.0 && now <= 1.0) {
+      const float x = corner.x + size.x * static_cast<float>(now);
+      list.AddLine(ImVec2(x, corner.y), ImVec2(x, end.y), ImGui::GetColorU32(warning_colour));
+    }
+    std::array<char, 16> text{};
+    for (const float value : {highest, lowest}) {
+      std::snprintf(text.data(), text.size(), "%.1f", static_cast<double>(value));
+      const float y = std::clamp(y_of(value) - 0.5F * size_px, corner.y, end.y - size_px);
+      list.AddText(ImVec2(corner.x + 2.0F, y), quiet, text.data());
+    }
+    ImGui::Dummy(size);
+  }
+
+  /// Height of the strip of differences below a picture of this size; 0 without.
+  float differences_height_px(const Viewport& area) const
+  {
+    return options.has_differences ? differences_height_em * em_px * picture_scale(area) : 0.0F;
+  }
+
+  /// The plots below the picture, side by side.
+  void draw_differences(const PlayerState& state)
+  {
+    const Differences& all = *frame->differences;
+    const auto width = static_cast<float>(picture.width), n = static_cast<float>(all.plots.size());
+    ImGui::SetNextWindowPos(ImVec2(0.0F, static_cast<float>(picture.y + picture.height)));
+    const float bar_px = frame->has_controls && state.shows_panel ? bar_height_px : 0.0F;
+    const auto bottom = static_cast<float>(frame->height - picture.y - picture.height);
+    ImGui::SetNextWindowSize(ImVec2(width, bottom - bar_px));
+    ImGui::Begin("differences", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
+    ImGui::SetWindowFontScale(picture_scale(picture));
+    ImGui::TextUnformatted(all.caption);
+    const double span_rad = all.last_flexion_rad - all.first_flexion_rad;
+    const double now =
+        (readout->pose.attitude.flexion_rad - all.first_flexion_rad) / std::max(span_rad, 1e-9);
+    const float gap = ImGui::GetStyle().WindowPadding.x, wide = (width - gap) / n - gap;
+    const float line_px = ImGui::GetTextLineHeightWithSpacing();
+    const float top = ImGui::GetCursorPosY();
+    const float high = ImGui::GetContentRegionAvail().y - (1.0F + legend_rows) * line_px;
+    for (std::size_t k = 0; k < all.plots.size(); ++k) {
+      const float left = gap + static_cast<float>(k) * (wide + gap);
+      ImGui::SetCursorPos(ImVec2(left, top));
+      ImGui::TextColored(quiet_colour, "%s, second minus first", all.plots[k].title.c_str());
+      ImGui::SetCursorPosX(left);
+      draw_plot(all.plots[k].lines, now, ImVec2(wide, std::max(high, line_px)));
+      float x = left;
+      float y = ImGui::GetCursorPosY();
+      for (std::size_t i = 0; i < all.plots[k].lines.size(); ++i) {
+        const char* name = all.plots[k].lines[i].name.c_str();
+        const float needed = ImGui::CalcTextSize(name).x;
+        if (x > left && x + needed > left + wide) x = left, y += line_px;
+        ImGui::SetCursorPos(ImVec2(x, y));
+        ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(line_colour(i)), "%s", name);
+        x += needed + 0.8F * ImGui::GetFontSize();
+      }
+    }
+    ImGui::End();
   }
 
   GuiResult with_help(GuiResult answer)
@@ -881,7 +998,8 @@ GuiResult Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
   panels.draw_labels();
   panels.legends_px = {};
   if (state.shows_numbers) panels.draw_numbers(state);
-  panels.draw_legends(state);
+  panels.draw_legends();
+  if (frame.differences != nullptr) panels.draw_differences(state);
   if (frame.has_controls) {
     if (state.shows_panel) answer = panels.with_panel(panels.with_bar(answer));
     if (answer.state.shows_help) answer = panels.with_help(answer);
@@ -892,6 +1010,7 @@ GuiResult Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
   overlay.vertices.clear();
   overlay.indices.clear();
   overlay.commands.clear();
+  overlay.panels.clear();
   const ImDrawData& data = *ImGui::GetDrawData();
   for (int i = 0; i < data.CmdListsCount; ++i) append(overlay, *data.CmdLists[i]);
   return answer;
@@ -926,7 +1045,8 @@ Viewport Gui::free_area(int width, int height, const PlayerState& state, bool ha
     area = {0, 0, std::max(1, width - covered(inner_->panel_width_px)),
             std::max(1, height - covered(inner_->bar_height_px))};
   const int strip_px = covered(inner_->warnings_height_px(area));
-  return {0, strip_px, area.width, std::max(1, area.height - strip_px)};
+  const int plots_px = covered(inner_->differences_height_px(area));
+  return {0, strip_px, area.width, std::max(1, area.height - strip_px - plots_px)};
 }
 
 ColourKey colour_key(const JointLayers& layers, const LayerSet& shown)

@@ -31,6 +31,7 @@ struct GuiOptions {
   std::string joint = "knee";                         ///< kind, whose words the numbers have
   std::vector<std::string> warnings = {};             ///< of the model, above the picture
   bool has_doubtful_poses = false;                    ///< leaves room for Readout::doubt
+  bool has_differences = false;                       ///< leaves room for GuiFrame::differences
   std::vector<std::string> verdicts = {};             ///< of `sets`, one sentence each; or empty
 };
 
@@ -63,11 +64,28 @@ struct ColourKey {
 /// `layers` must outlive the key.
 ColourKey colour_key(const JointLayers& layers, const LayerSet& shown);
 
+/// A curve at evenly spaced positions of the timeline; NaN: none there.
+struct CurveLine {
+  std::string name;
+  std::vector<float> values, low = {}, high = {};  ///< without a band the last two are empty
+};
+
 /// What is known of the highlighted structure besides its name.
 struct StructureCard {
-  std::array<char, 200> reading{};        ///< of a bundle, zero-terminated; empty for others
-  std::span<const float> strain_percent;  ///< of a bundle over the timeline; empty for others
-  double now = 0.0;                       ///< position in the curve, from 0 to 1
+  std::array<char, 200> reading{};    ///< of a bundle, zero-terminated; empty for others
+  std::span<const CurveLine> strain;  ///< of a bundle, percent; empty for others
+  double now = 0.0;                   ///< position in the curve, from 0 to 1
+};
+
+/// Plots of a second joint minus the first.
+struct Differences {
+  struct Plot {
+    std::string title;  ///< with the unit
+    std::vector<CurveLine> lines;
+  };
+  std::vector<Plot> plots;
+  double first_flexion_rad = 0.0, last_flexion_rad = 0.0;
+  const char* caption = "";  ///< of the second joint at the shown pose
 };
 
 /// The list of structures, which the interface changes.
@@ -86,7 +104,8 @@ struct GuiFrame {
   std::span<const ScreenLabel> labels;  ///< of the joint
   std::span<const MarkedSpan> marks;    ///< on the timeline
   StructureList* list = nullptr;        ///< null: none
-  bool has_controls = true;             ///< false: only readouts and legends, as for a video
+  const Differences* differences = nullptr;
+  bool has_controls = true;  ///< false: only readouts and legends, as for a video
 };
 
 /// The user's changes in this frame.
@@ -116,7 +135,7 @@ class Gui {
   /// The overlay of the last frame.
   const Overlay& overlay() const;
 
-  /// The area of the window not covered by warnings, panel and timeline.
+  /// The area of the window not covered by warnings, differences, panel and timeline.
   Viewport free_area(int width, int height, const PlayerState& state, bool has_controls = true) const;
 
  private:

@@ -234,9 +234,9 @@ const char* name_of(Backdrop backdrop)
 
 namespace {
 
-/// Opacity of transparent bodies. At most four walls of a closed bone are in front of an object inside it:
-/// about half of its light still passes, and the bone stays visible.
-constexpr float transparent_opacity = 0.18F;
+/// Opacity of transparent bodies, of which the nearest surface alone is drawn: two of them pass about half of
+/// the light of what is inside, and a bone stays visible.
+constexpr float transparent_opacity = 0.3F;
 
 constexpr double least_scale_mm = 0.1, most_scale_mm = 1000.0;
 
@@ -354,9 +354,43 @@ std::string words_of(Plausibility plausibility)
   return words;
 }
 
-bool is_hole(const store::MotionModel& model, Eigen::Index cell)
+/// The number of cells without a pose.
+Eigen::Index n_holes_of(const store::GridB& status)
 {
-  return model.status.data()[cell] != status_stable;
+  return (status != status_stable).count();
+}
+
+/// The first of doubtful_plausibilities in these cells of the joint or of a follower, and whether one has no
+/// pose.
+PoseDoubt doubt_in(const store::GridB& status, const store::GridB& plausibility, const Rows& flexion,
+                   const Rows& varus)
+{
+  PoseDoubt doubt;
+  std::size_t worst = std::size(doubtful_plausibilities);
+  for (Eigen::Index i = flexion.first; i <= flexion.last; ++i) {
+    for (Eigen::Index j = varus.first; j <= varus.last; ++j) {
+      doubt.is_beside_hole |= status(i, j) != status_stable;
+      if (plausibility.size() == 0) continue;
+      const auto here = static_cast<Plausibility>(plausibility(i, j));
+      const auto found = std::ranges::find(doubtful_plausibilities, here);
+      worst = std::min(worst, static_cast<std::size_t>(found - std::begin(doubtful_plausibilities)));
+    }
+  }
+  if (worst < std::size(doubtful_plausibilities)) doubt.plausibility = doubtful_plausibilities[worst];
+  return doubt;
+}
+
+/// Appends the counts of implausible poses; `prefix`: of a follower.
+void add_counts(std::vector<std::string>& warnings, const std::string& prefix, const store::GridB& status,
+                const store::GridB& plausibility)
+{
+  const Eigen::Index n_poses = status.size() - n_holes_of(status);
+  for (const Plausibility doubtful : doubtful_plausibilities) {
+    const Eigen::Index n = (plausibility == static_cast<std::int8_t>(doubtful)).count();
+    if (n > 0)
+      warnings.push_back(prefix + std::to_string(n) + " of " + std::to_string(n_poses) +
+                         " poses: " + words_of(doubtful) + ": " + meaning_of(doubtful));
+  }
 }
 
 }  // namespace
@@ -372,17 +406,13 @@ PoseDoubt DoubtReader::at(const store::JointPose& pose) const
   const Rows varus = model_.varus_deg.size() > 1
                          ? rows_around(model_.varus_deg, deg_from_rad(pose.attitude.varus_rad))
                          : Rows{};
-  std::size_t worst = std::size(doubtful_plausibilities);
-  for (Eigen::Index i = flexion.first; i <= flexion.last; ++i) {
-    for (Eigen::Index j = varus.first; j <= varus.last; ++j) {
-      doubt.is_beside_hole |= model_.status(i, j) != status_stable;
-      if (model_.plausibility.size() == 0) continue;
-      const auto here = static_cast<Plausibility>(model_.plausibility(i, j));
-      const auto found = std::ranges::find(doubtful_plausibilities, here);
-      worst = std::min(worst, static_cast<std::size_t>(found - std::begin(doubtful_plausibilities)));
-    }
+  doubt = doubt_in(model_.status, model_.plausibility, flexion, varus);
+  doubt.is_beside_hole |= pose.status != store::PoseStatus::solved;
+  for (const store::FollowerRows& follower : model_.followers) {
+    if (doubt.is_any()) break;
+    doubt = doubt_in(follower.status, follower.plausibility, flexion, varus);
+    doubt.follower = &follower;
   }
-  if (worst < std::size(doubtful_plausibilities)) doubt.plausibility = doubtful_plausibilities[worst];
   return doubt;
 }
 
@@ -400,7 +430,7 @@ std::vector<MarkedSpan> DoubtReader::marks(const store::Motion& motion, std::opt
             ? motion.at_frame(motion.key_at(middle))
             : motion.at({middle, varus_rad ? *varus_rad : motion.balanced_varus_rad(middle)});
     const PoseDoubt doubt = at(pose);
-    if (!doubt.is_beside_hole && !is_doubtful(doubt.plausibility)) continue;
+    if (!doubt.is_any()) continue;
     const MarkedSpan span{position(k), position(k + 1), pose.status == store::PoseStatus::solved};
     const bool continues =
         !spans.empty() && spans.back().last == span.first && spans.back().has_pose == span.has_pose;
@@ -425,10 +455,17 @@ DoubtText doubt_text(const store::JointPose& pose, const PoseDoubt& doubt, const
                   drawn);
   } else if (is_doubtful(doubt.plausibility)) {
     const char* meaning = meaning_of(doubt.plausibility);
-    std::snprintf(text.data(), text.size(), "%s: %.*s", name_of(doubt.plausibility), reason_length(meaning),
-                  meaning);
+    const std::string_view name = name_of(doubt.plausibility),
+                           whose = doubt.follower ? doubt.follower->name : "";
+    std::snprintf(text.data(), text.size(), "%.*s%s%.*s: %.*s", static_cast<int>(whose.size()), whose.data(),
+                  whose.empty() ? "" : ": ", static_cast<int>(name.size()), name.data(),
+                  reason_length(meaning), meaning);
     // The names end before the meaning begins.
-    std::replace(text.begin(), std::find(text.begin(), text.end(), ':'), '_', ' ');
+    std::replace(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(whose.size() + name.size() + 2),
+                 '_', ' ');
+  } else if (doubt.is_beside_hole && doubt.follower != nullptr) {
+    std::snprintf(text.data(), text.size(), "%s: no pose at or beside this attitude",
+                  doubt.follower->name.c_str());
   } else if (doubt.is_beside_hole) {
     std::snprintf(text.data(), text.size(),
                   "beside an attitude without a pose: the smoothed motion is extrapolated here");
@@ -439,18 +476,18 @@ DoubtText doubt_text(const store::JointPose& pose, const PoseDoubt& doubt, const
 std::vector<std::string> model_warnings(const store::MotionModel& model)
 {
   std::vector<std::string> warnings;
-  Eigen::Index n_holes = 0;
-  for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) n_holes += is_hole(model, cell) ? 1 : 0;
-  const Eigen::Index n_poses = model.status.size() - n_holes;
-  for (const Plausibility plausibility : doubtful_plausibilities) {
-    const Eigen::Index n = (model.plausibility == static_cast<std::int8_t>(plausibility)).count();
-    if (n > 0)
-      warnings.push_back(std::to_string(n) + " of " + std::to_string(n_poses) +
-                         " poses: " + words_of(plausibility) + ": " + meaning_of(plausibility));
-  }
+  add_counts(warnings, "", model.status, model.plausibility);
+  const Eigen::Index n_holes = n_holes_of(model.status);
   if (n_holes > 0)
     warnings.push_back(std::to_string(n_holes) + " of " + std::to_string(model.status.size()) +
                        " attitudes have no pose");
+  for (const store::FollowerRows& follower : model.followers) {
+    add_counts(warnings, follower.name + ": ", follower.status, follower.plausibility);
+    const Eigen::Index n_lacking = n_holes_of(follower.status) - n_holes;  // where the joint has a pose
+    if (n_lacking > 0)
+      warnings.push_back(follower.name + ": no pose at " + std::to_string(n_lacking) + " of " +
+                         std::to_string(model.status.size() - n_holes) + " attitudes");
+  }
   warnings.insert(warnings.end(), model.job.warnings.begin(), model.job.warnings.end());
   return warnings;
 }

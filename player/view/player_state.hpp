@@ -161,6 +161,10 @@ void apply_appearance(Scene& scene, const AppearanceOptions& look);
 struct PoseDoubt {
   Plausibility plausibility = Plausibility::nothing_found;  ///< the first of doubtful_plausibilities around
   bool is_beside_hole = false;  ///< a cell around has no pose, or the pose itself is missing
+  /// Whose pose that is; null: the joint's. A follower has a doubt only if the joint has none.
+  const store::FollowerRows* follower = nullptr;
+
+  bool is_any() const { return is_beside_hole || is_doubtful(plausibility); }
 };
 
 /// A part of the timeline whose poses are doubtful or missing, in positions of the timeline.

@@ -35,6 +35,7 @@ struct RenderOptions {
 struct Shot {
   Camera camera;
   Viewport viewport;
+  bool has_own = true, has_other = true;  ///< whether it shows the scene itself and Scene::other, if any
 };
 
 /// Triangles drawn over the rendered scene, as produced by user interfaces.
@@ -47,10 +48,16 @@ struct OverlayCommand {
   std::array<float, 4> clip_px{};  ///< left, top, right, bottom
   std::uint32_t first_index = 0, n_indices = 0, first_vertex = 0;
 };
+/// An opaque rectangle: while its triangles are those of the last frame, its pixels are copied.
+struct OverlayPanel {
+  std::array<float, 4> box_px{};  ///< left, top, right, bottom
+  std::size_t first_command = 0, n_commands = 0, first_vertex = 0, n_vertices = 0;
+};
 struct Overlay {
   std::vector<OverlayVertex> vertices;
   std::vector<std::uint32_t> indices;
   std::vector<OverlayCommand> commands;
+  std::vector<OverlayPanel> panels = {};  ///< by first_command
 };
 
 /// Glyph coverage image; one corner is fully covered, for areas without glyphs.
@@ -76,8 +83,8 @@ class Renderer {
   virtual int height() const = 0;  ///< pixels
 
   /// Renders the loaded meshes with the poses, materials and lights of `scene`, which must have the same
-  /// drawables; uploads meshes and colours of a new revision. The image is valid until the next draw.
-  /// Allocates nothing except for a growing overlay or mesh.
+  /// drawables (and Scene::other); uploads meshes and colours of a new revision. The image is valid until the
+  /// next draw. Allocates nothing except for a growing overlay or mesh.
   virtual const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
   /// Renders to the window, if any, without reading back an image; returns when the frame is complete.
   virtual void present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;

@@ -187,6 +187,8 @@ struct Scene {
   /// Closed opaque surfaces are lit at their vertices instead of every pixel: faster in software rendering.
   bool has_vertex_lighting = false;
   Background background = background_of(Backdrop::studio);
+  /// Another joint, drawn with the lights, section and mode of this scene where a shot has it; or null.
+  const Scene* other = nullptr;
 };
 
 /// What can be fixed on screen, in the order of the choices: an object, whose canonical axes are then those

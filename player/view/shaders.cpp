@@ -91,6 +91,8 @@ in vec3 diffuse;
 in vec3 shine;
 #endif
 #ifdef STORED
+uniform sampler2D front;
+uniform float behind_front;
 // Fragment lists (gl_renderer.cpp): heads is the last node of each pixel; a node holds its predecessor.
 layout(early_fragment_tests) in;
 layout(std430, binding = 0) buffer Heads { uint heads[]; };
@@ -98,6 +100,7 @@ layout(std430, binding = 1) buffer Nodes { uvec4 nodes[]; };
 layout(std430, binding = 2) buffer Count { uint n_nodes; uint width; };
 void give(vec4 c)
 {
+  if (gl_FragCoord.z > texelFetch(front, ivec2(gl_FragCoord.xy), 0).r + behind_front) return;
   uint node = atomicAdd(n_nodes, 1u);
   if (node >= uint(nodes.length())) return;
   uint at = uint(gl_FragCoord.y) * width + uint(gl_FragCoord.x);
@@ -203,20 +206,29 @@ void main()
 const char* const peel_fragment_shader = R"(
 #ifdef MULTISAMPLED
 #extension GL_ARB_sample_shading : enable
-uniform sampler2DMS behind;
+#endif
+#ifdef FRONT
+void main() {}
+#else
+uniform float behind_front;
+#ifdef MULTISAMPLED
+uniform sampler2DMS behind, front;
 #ifdef GL_ARB_sample_shading
 #define SAMPLE gl_SampleID
 #else
 #define SAMPLE 0
 #endif
 #else
-uniform sampler2D behind;
+uniform sampler2D behind, front;
 #define SAMPLE 0
 #endif
 void main()
 {
-  if (gl_FragCoord.z >= texelFetch(behind, ivec2(gl_FragCoord.xy), SAMPLE).r) discard;
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  float z = gl_FragCoord.z;
+  if (z >= texelFetch(behind, at, SAMPLE).r || z > texelFetch(front, at, SAMPLE).r + behind_front) discard;
 }
+#endif
 )";
 
 // Back to front; at equal depth in drawing order. Clears the lists.

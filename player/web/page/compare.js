@@ -2,8 +2,9 @@
 import { degree } from "./geometry.js";
 import { Joint } from "./joint.js";
 import { Player } from "./motion.js";
-import { bandOf, CurvePlot, lineStyle, sampledFlexion } from "./plots.js";
+import { bandOf, columnsAlong, CurvePlot, lineStyle, sampledFlexion } from "./plots.js";
 import { clinicalNumbers, clinicalOf, formatNumber } from "./readings.js";
+import { pathsStructure } from "./structures.js";
 
 const overlaidOpacity = 0.4, another = "file";
 
@@ -78,6 +79,7 @@ export class Comparison {
     const { player, joint, byId, host } = this, first = host.player(), without = byId("compare-without").value;
     Object.assign(player, { flexion: first.flexion, ...(first.isBalanced ? {} : { isBalanced: false, varus: first.varus }) });
     const pose = player.pose();
+    if (lookOf(pathsStructure)?.visible) joint.showPaths(columnsAlong(player.model, (f) => player.varusAt(f * degree) / degree), pose.attitude.flexion / degree);
     joint.place(pose, held);
     joint.applyLooks((id) => {
       const look = lookOf(id) ?? { visible: !id.startsWith("layers/"), opacity: 1, isHighlighted: false };

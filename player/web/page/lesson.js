@@ -60,15 +60,15 @@ export class LessonPlayer {
 export class Arrow {
   constructor(svg) { this.svg = svg; }
 
-  /// `arrow` of a step or undefined; `group`: the drawn body, with points relative to the rotation centre.
-  place(arrow, group, camera) {
+  /// `arrow` of a step or undefined; `group`: the drawn body, with points relative to the rotation centre; in pane `k` of `n` side by side.
+  place(arrow, group, camera, k = 0, n = 1) {
     const place = arrow && group?.visible ? new Vector3(...arrow.point_mm).applyMatrix4(group.matrixWorld).project(camera) : null;
     const isShown = place !== null && Math.abs(place.x) <= 1 && Math.abs(place.y) <= 1 && place.z < 1;
     this.svg.style.visibility = isShown ? "visible" : "hidden";
     if (!isShown) return;
     const { clientWidth, clientHeight } = this.svg.parentElement;
     // From the side on which the picture has more room; the tip is the middle of the drawing.
-    this.svg.style.transform = `translate(${(clientWidth * (1 + place.x)) / 2}px, ${(clientHeight * (1 - place.y)) / 2}px) scale(${place.x > 0 ? -1 : 1}, ${place.y > 0.4 ? -1 : 1})`;
+    this.svg.style.transform = `translate(${(clientWidth * (k + (1 + place.x) / 2)) / n}px, ${(clientHeight * (1 - place.y)) / 2}px) scale(${place.x > 0 ? -1 : 1}, ${place.y > 0.4 ? -1 : 1})`;
   }
 }
 

@@ -30,7 +30,7 @@ const framedPoses = 5;  // over flexion, to which the camera is fitted
 let player = null, joint = null, view = "oblique", isFree = false, quantities = [], lastFrame = null;
 let looks = null, file = null, strainCurves = new Map(), touched = null;  // bytes and name of the model; readings of bundles over flexion; who waits for a point
 const viewer = new Viewer(byId("joint"));
-const labels = new Labels(byId("labels"));
+const labels = new Labels(byId("labels")), otherLabels = new Labels(byId("labels-other"));
 const plateau = new PlateauPlot(byId("plateau"));
 const maps = new Maps(byId("maps"), (flexion, varus) => goTo({ flexion, varus }));
 const curveIn = (element) => new CurvePlot(element, (flexion) => goTo({ flexion }));
@@ -56,12 +56,13 @@ const comparison = new Comparison(byId, {
   onChange: (other) => {
     viewer.showOther(other, comparison.isSide);
     byId("labels").style.width = comparison.isSide ? "50%" : "";
+    if (other) otherLabels.show(other);
     fitCamera();
     drawCurves();
     draw();
   },
 });
-const arrow = new Arrow(byId("arrow"));
+const arrows = ["arrow", "arrow-other"].map((id) => new Arrow(byId(id)));
 const lesson = new LessonPlayer(byId, { useState, nameOf, onStep: () => { firstState = JSON.stringify(currentState()); } });
 const editor = new LessonEditor(byId, {
   state: () => currentState(), useState, nameOf, highlighted: () => looks.highlighted, onChange: () => viewer.redraw(), showError,
@@ -317,6 +318,7 @@ function draw() {
   list.update(looks);
   byId("ligaments").checked = looks.bundles.some((id) => looks.of(id).visible);
   byId("labels").hidden = !byId("named").checked;
+  byId("labels-other").hidden = byId("labels").hidden || !comparison.isSide;
   byId("strain-scale").hidden = !byId("ligaments").checked;
   byId("gap-scale").hidden = !looks.of(gapStructure).visible;
   byId("paths-legend").hidden = !hasPaths;
@@ -645,12 +647,15 @@ watchKeys(actions, () => player !== null, () => byId("picture").matches(":hover"
 byId("help-lines").append(...helpLines.flatMap((texts) => texts.slice(0, 2).map((text, k) => Object.assign(document.createElement(k === 0 ? "dt" : "dd"), { textContent: text }))));
 byId("full").addEventListener("click", () => toggleFull());
 addEventListener("fullscreenchange", () => { if (!document.fullscreenElement) toggleFull(false); });
+/// The labels of each joint with a picture of its own, and what is seen of it.
+const namedJoints = () => (viewer.renderer ? [labels, otherLabels] : []).map((one) => [one, (numberOf, step) => viewer.seenIds(numberOf, step, one.joint)]);
 viewer.onDrawn = (camera) => {
-  if (viewer.renderer) labels.place(camera, (...which) => viewer.seenIds(...which));
-  const own = comparison.isSide ? undefined : byId("teach").open ? editor.arrow : lesson.step?.arrow;
-  arrow.place(own, own && Object.entries(joint.bodies).find(([name]) => bodyPath(name) === own.body)?.[1], camera);
+  for (const [one, seen] of namedJoints()) one.place(camera, seen);
+  const own = byId("teach").open ? editor.arrow : lesson.step?.arrow, drawn = comparison.isSide ? [joint, comparison.joint] : [joint];
+  const bodyOf = ({ bodies }) => Object.entries(bodies).find(([name]) => bodyPath(name) === own.body)?.[1];
+  arrows.forEach((arrow, k) => arrow.place(k < drawn.length ? own : undefined, k < drawn.length && own && bodyOf(drawn[k]), camera, k, drawn.length));
 };
-viewer.onStill = (camera) => { if (viewer.renderer) labels.settle(camera, (...which) => viewer.seenIds(...which)); };
+viewer.onStill = (camera) => { for (const [one, seen] of namedJoints()) one.settle(camera, seen); };
 viewer.onTouch = touch;
 viewer.onTurned = () => {
   isFree = true;

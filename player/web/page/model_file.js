@@ -221,7 +221,8 @@ function readFollowers(file, model) {
     if (centre.length !== 3 || !centre.every(Number.isFinite)) refuse(group, "no centre", "centre_mm");
     const delta = file.attribute("delta", group)?.map(Number) ?? [];
     if (delta.length !== 3 || !delta.every(Number.isFinite)) refuse(group, "no direction", "delta");
-    return { name, index, of, centre, delta, status: file.numbers(`${group}/status`, size, "int8"), ...datasets(file, group, followerCoordinates, size),
+    const plausibility = file.hasDataset(`${group}/plausibility`) ? file.numbers(`${group}/plausibility`, size, "int8") : undefined;
+    return { name, index, of, centre, delta, plausibility, status: file.numbers(`${group}/status`, size, "int8"), ...datasets(file, group, followerCoordinates, size),
              body: { ...readBodies(file, name, `${group}/body`), name }, ligaments: readLigaments(file, `${group}/ligaments`, index) };
   });
   return followers.sort((a, b) => a.index - b.index);

@@ -78,21 +78,25 @@ function around(axis, value) {
   return row === last || value - axis[row] <= rounding ? [row] : [row, row + 1];
 }
 
-/// { plausibility: one of `plausibilities` or undefined, isBesideHole } of the attitudes around a pose.
+/// { plausibility: one of `plausibilities` or undefined, isBesideHole, follower: whose, if not the joint's } of the attitudes around a pose; a
+/// follower has a doubt only if the joint has none.
 function doubtOf(model, pose) {
   const n = model.varus.length, cells = [];
   for (const i of around(model.flexion, pose.attitude.flexion / degree)) {
     for (const j of n > 1 ? around(model.varus, pose.attitude.varus / degree) : [0]) cells.push(i * n + j);
   }
-  return { plausibility: plausibilities.find(({ code }) => cells.some((cell) => model.plausibility?.[cell] === code)),
-    isBesideHole: !pose.isSolved || cells.some((cell) => model.status[cell] !== stable) };
+  const found = ({ status, plausibility }, follower) => ({ follower, plausibility: plausibilities.find(({ code }) => cells.some((cell) => plausibility?.[cell] === code)),
+    isBesideHole: (!follower && !pose.isSolved) || cells.some((cell) => status[cell] !== stable) });
+  const all = [found(model), ...(model.followers ?? []).map((one) => found(one, one.name))];
+  return all.find(({ plausibility, isBesideHole }) => plausibility || isBesideHole) ?? all[0];
 }
 
 /// As one line; `drawn` is the name of the body that is drawn without a pose. Empty: nothing to say.
 export function doubtText(model, pose, drawn) {
-  const { plausibility, isBesideHole } = doubtOf(model, pose);
+  const { plausibility, isBesideHole, follower } = doubtOf(model, pose);
   if (!pose.isSolved) return `no pose at ${Number((pose.attitude.flexion / degree).toFixed(3))} degrees: a neighbouring attitude is unsolved; only the ${drawn} is drawn`;
-  if (plausibility) return `${plausibility.name}: ${plausibility.meaning.split(";")[0]}`;
+  if (plausibility) return `${follower ? `${follower}: ` : ""}${plausibility.name}: ${plausibility.meaning.split(";")[0]}`;
+  if (follower && isBesideHole) return `${follower}: no pose at or beside this attitude`;
   return isBesideHole ? "beside an attitude without a pose: the smoothed motion is extrapolated here" : "";
 }
 
@@ -111,8 +115,10 @@ export function doubtfulSpans(model, poseAt) {
 
 /// The counts of doubtful and missing poses with their reasons, then the warnings about the job.
 export function modelWarnings(model) {
-  const holes = model.status.filter((status) => status !== stable).length, poses = model.status.length - holes;
-  const counts = plausibilities.map((one) => [one, model.plausibility?.filter((code) => code === one.code).length ?? 0]).filter(([, n]) => n > 0);
-  return [...counts.map(([{ name, meaning }, n]) => `${n} of ${poses} poses: ${name}: ${meaning}`),
-    ...(holes > 0 ? [`${holes} of ${model.status.length} attitudes have no pose`] : []), ...model.warnings];
+  const holesOf = ({ status }) => status.filter((one) => one !== stable).length, holes = holesOf(model), poses = model.status.length - holes;
+  const counts = (of, prefix) => plausibilities.map((one) => [one, of.plausibility?.filter((code) => code === one.code).length ?? 0]).filter(([, n]) => n > 0)
+    .map(([{ name, meaning }, n]) => `${prefix}${n} of ${of.status.length - holesOf(of)} poses: ${name}: ${meaning}`);
+  const ofFollowers = (model.followers ?? []).flatMap((one) => [...counts(one, `${one.name}: `),
+    ...(holesOf(one) > holes ? [`${one.name}: no pose at ${holesOf(one) - holes} of ${poses} attitudes`] : [])]);
+  return [...counts(model, ""), ...(holes > 0 ? [`${holes} of ${model.status.length} attitudes have no pose`] : []), ...ofFollowers, ...model.warnings];
 }

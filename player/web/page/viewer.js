@@ -224,7 +224,7 @@ export class Viewer {
 
   /// { ids, columns, rows }: the number numberOf(structure) of what is seen at every `step` pixels of the picture; `unnamed` if that is negative, `nothing` beside
   /// the joint. Faded structures hide nothing.
-  seenIds(numberOf, step) {
+  seenIds(numberOf, step, joint = this.joint) {
     const { renderer, camera, numbers } = this, columns = Math.ceil(this.canvas.clientWidth / this.#panes.length / step), rows = Math.ceil(this.canvas.clientHeight / step);
     const bytes = new Uint8Array(4 * columns * rows), colour = renderer.getClearColor(new Color()), alpha = renderer.getClearAlpha();
     const number = ({ userData }) => { const k = numberOf(userData.structure); return k < 0 ? unnamed : k; };
@@ -234,7 +234,7 @@ export class Viewer {
     renderer.clear();
     renderer.autoClear = false;
     camera.layers.enable(translucentLayer);
-    const meshes = this.joint?.pickable() ?? [], isFaded = ({ material }) => material.uniforms.opacity.value < 0.5;
+    const meshes = joint?.pickable() ?? [], isFaded = ({ material }) => material.uniforms.opacity.value < 0.5;
     for (const [own, isOver] of [[meshes.filter(isFaded), false], [meshes.filter((mesh) => !isFaded(mesh)), true]]) {
       if (isOver) renderer.clearDepth();
       drawNumbers(own, number, (mesh) => renderer.render(mesh, camera));

@@ -133,6 +133,20 @@ bench::Estimate one(const std::string& name, double value, double variance, doub
   return estimate;
 }
 
+TEST(T95, AgreesWithTables)
+{
+  // Fisher and Yates, six digits; 1,000 is where the series begins
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (const auto& [dof, t] : {std::pair{1.0, 12.7062},
+                               {2.0, 4.30265},
+                               {10.0, 2.22814},
+                               {100.0, 1.98397},
+                               {999.999, 1.96234},
+                               {1000.0, 1.96234},
+                               {infinite, 1.95996}})
+    EXPECT_NEAR(bench::t_95(dof), t, 5e-6 * t) << dof;
+}
+
 TEST(IntervalText, LeavesTwoDigitsOfTheInterval)
 {
   const auto text = [](double value, double half_width, const std::string& unit) {

@@ -146,6 +146,16 @@ TEST_F(AtWindow, MissingPose)
   EXPECT_STREQ(session_.doubt(), "");
 }
 
+// Text and controls are those of the monitor that the window is on.
+TEST_F(AtWindow, ScaleOfTheMonitor)
+{
+  const std::unique_ptr<view::Renderer> renderer = view::make_offscreen_renderer({width, height});
+  const int panel_px = width - session_.shots()[0].viewport.width;
+  session_.set_scale(2.0, *renderer);
+  session_.advance(frame_s);
+  EXPECT_EQ(width - session_.shots()[0].viewport.width, 2 * panel_px);
+}
+
 TEST_F(AtWindow, DragFromThePanel)
 {
   const Eigen::Matrix4d at_first = camera();
@@ -210,6 +220,65 @@ TEST_F(AtWindow, TouchedStructure)
   EXPECT_NE(highlighted(), "bodies/reference/ball") << "what is behind it";
   key('Z', true);
   EXPECT_TRUE(session_.view_state().structures.empty());
+}
+
+// The second joint minus the first: varus by the given angle, bands of both models about no difference.
+TEST(Comparison, Differences)
+{
+  store::MotionModel model = small_model();
+  const store::Motion motion(model, "raw");
+  const std::size_t n = model.flexion_deg.size();
+  store::UncertainMotion& bands = model.uncertainty.emplace();
+  bands.rotation_band_deg.assign(5 * n * 3, 0.0);
+  bands.translation_band_mm.assign(5 * n * 3, 0.0);
+  const auto numbers = [&](std::size_t i, double varus_deg) {
+    const store::JointPose pose = motion.at({rad_from_deg(model.flexion_deg[i]), rad_from_deg(varus_deg)});
+    return clinical_coordinates(pose.X_reference_moving, Side::right, model.rotation_centre_mm);
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    bands.rotation_band_deg[3 * (1 * n + i) + 1] = deg_from_rad(numbers(i, 0.0).varus_rad) - 3.0;
+    bands.rotation_band_deg[3 * (3 * n + i) + 1] = deg_from_rad(numbers(i, 0.0).varus_rad) + 4.0;
+  }
+  ComparisonOptions options;
+  options.set = "raw";
+  options.varus_deg = 0.0;
+  Comparison same(model, options, {}, view::Backdrop::studio);
+  const view::CurveLine& varus = same.differences(motion, 0.0).plots[0].lines[0];
+  EXPECT_EQ(varus.values.front(), 0.0F);
+  EXPECT_NEAR(varus.low.front(), -3.0 * std::sqrt(2.0), 1e-5);
+  EXPECT_NEAR(varus.high.front(), 4.0 * std::sqrt(2.0), 1e-5);
+  options.varus_deg = -1.0;
+  Comparison other(model, options, {}, view::Backdrop::studio);
+  const view::Differences& found = other.differences(motion, 0.0);
+  for (const auto& [k, i] : {std::pair<std::size_t, std::size_t>{0, 0}, {60, n - 1}}) {
+    const ClinicalCoordinates own = numbers(i, -1.0), first = numbers(i, 0.0);
+    EXPECT_NEAR(found.plots[0].lines[0].values[k], deg_from_rad(own.varus_rad - first.varus_rad), 1e-4);
+    EXPECT_NEAR(found.plots[1].lines[0].values[k], own.anterior_mm - first.anterior_mm, 1e-4);
+  }
+  EXPECT_EQ(found.plots[0].lines[0].name, "varus");
+  EXPECT_EQ(found.plots[1].lines[0].name, "anterior");
+}
+
+// In two halves with one camera, of which the right one has the second joint; a touch there counts.
+TEST(Comparison, InTheWindow)
+{
+  SessionOptions options = small_options();
+  options.other.varus_deg = 0.5;
+  UsedSession used(options);
+  const std::span<const view::Shot> shots = used.session_.shots();
+  ASSERT_EQ(shots.size(), 2U);
+  EXPECT_EQ(shots[0].viewport.width, shots[1].viewport.width);
+  EXPECT_EQ(shots[0].camera.X_world_camera.matrix(), shots[1].camera.X_world_camera.matrix());
+  EXPECT_TRUE(shots[0].has_own && !shots[0].has_other && !shots[1].has_own && shots[1].has_other);
+  ASSERT_NE(used.session_.scene().other, nullptr);
+  EXPECT_NE(used.session_.scene().other->drawables[0].X_world_mesh.matrix(),
+            used.session_.scene().drawables[0].X_world_mesh.matrix());
+  const view::Viewport right = shots[1].viewport;
+  const Eigen::Vector2d middle(right.x + 0.5 * right.width, right.y + 0.5 * right.height);
+  used.key('6');
+  used.take({pointer_event(view::InputKind::press, middle.x(), middle.y()),
+             pointer_event(view::InputKind::release, middle.x(), middle.y())});
+  EXPECT_EQ(used.session_.view_state().highlighted, "bodies/reference/ball");
 }
 
 // What one window writes another reads, and an address of the page has the same.

@@ -152,6 +152,23 @@ TEST(Gui, MenuClosesWithoutAChoice)
   EXPECT_GT(n_opened, 2);
 }
 
+// Over a small picture the numbers are smaller and leave out what is not a number.
+TEST(Gui, SmallPicture)
+{
+  const auto corner_px = [](int width, int height) {
+    Desk desk(width, height);
+    Eigen::Array2f corner(0.0F, 0.0F);
+    for (const OverlayVertex& vertex :
+         desk.gui_.static_overlay(desk.frame_, desk.state_, desk.range_, desk.readout_).vertices)
+      corner = corner.max(Eigen::Array2f(vertex.x_px, vertex.y_px));
+    return corner;
+  };
+  // A window of 800 x 600 with its panel leaves a picture of this width.
+  const Eigen::Array2f large = corner_px(1280, 960), small = corner_px(560, 531);
+  EXPECT_LT(small.x(), 0.85F * large.x());
+  EXPECT_LT(small.y(), 0.8F * large.y() - 15.0F) << "without the title";
+}
+
 // The help page fits a small screen and can be closed.
 TEST(Gui, HelpPage)
 {

@@ -49,6 +49,7 @@ void add(view::Scene& scene, const Mesh& mesh, const Material& material, const E
   body.contact.mesh = mesh;
   body.contact.component.resize(static_cast<std::size_t>(mesh.triangles.rows()), 0);
   view::Scene made = view::scene_of(body, {}, {0, 0, 0});
+  made.drawables[0].structure.clear();  // each sheet and box for itself, with its inner surfaces
   made.drawables[0].material = material;
   made.drawables[0].X_world_mesh.translation() = at_mm;
   scene.drawables.push_back(made.drawables[0]);

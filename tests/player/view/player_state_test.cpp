@@ -257,6 +257,32 @@ TEST(Doubts, CellsAroundAPose)
   }
 }
 
+// A follower is named where the joint has no doubt.
+TEST(Doubts, OfAFollower)
+{
+  store::MotionModel model = doubtful_model();
+  test::add_follower(model, BodyIndex::reference, {40, 0, 0},
+                     [](double, double) { return JointCoordinates(JointCoordinates::Zero()); });
+  store::FollowerRows& follower = model.followers[0];
+  follower.name = "patella";
+  follower.plausibility = store::GridB::Constant(5, 3, static_cast<std::int8_t>(Plausibility::nothing_found));
+  follower.plausibility(1, 0) = follower.plausibility(2, 1) =
+      static_cast<std::int8_t>(Plausibility::dislocated);
+  follower.status(4, 1) = 5;  // overlapping
+  const store::Motion motion(model, "raw");
+  const auto text_at = [&](double flexion_deg, double varus_deg) -> std::string {
+    const store::JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(varus_deg)});
+    return doubt_text(pose, DoubtReader(model).at(pose), "femur").data();
+  };
+  EXPECT_THAT(text_at(10, -1), StartsWith("patella: dislocated: further from"));
+  EXPECT_THAT(text_at(20, 0), StartsWith("border contact")) << "of the joint";
+  EXPECT_EQ(text_at(40, 0), "patella: no pose at or beside this attitude");
+  EXPECT_EQ(text_at(10, 1), "");
+  EXPECT_THAT(model_warnings(model),
+              testing::IsSupersetOf({StartsWith("patella: 2 of 13 poses: dislocated: "),
+                                     StartsWith("patella: no pose at 1 of 14 attitudes")}));
+}
+
 // Are marked on the timeline between the neighbours.
 TEST(Doubts, MarkedSpans)
 {

@@ -356,6 +356,61 @@ TEST(Overlay, Glyphs)
   EXPECT_NEAR(at(image, 56, 20)[1], srgb_code(0.2), code_tolerance);
 }
 
+// The pixels of an unchanged panel are those of a new one, and a changed one is drawn.
+TEST(Overlay, KeptPanel)
+{
+  const Scene scene = dark_scene();
+  const auto overlay_of = [](VertexColour panel) {
+    Overlay overlay;
+    const auto add = [&](float left, float right, VertexColour colour) {
+      const auto first = static_cast<std::uint32_t>(overlay.vertices.size());
+      for (const auto& [x, y] : {std::pair{left, 0.0F}, {right, 0.0F}, {right, 48.0F}, {left, 48.0F}})
+        overlay.vertices.push_back({x, y, 0, 0, colour});
+      overlay.commands.push_back(
+          {{0, 0, 64, 48}, static_cast<std::uint32_t>(overlay.indices.size()), 6, first});
+      for (const std::uint32_t k : {0U, 1U, 2U, 0U, 2U, 3U}) overlay.indices.push_back(k);
+    };
+    add(0, 32, panel);
+    overlay.panels.push_back({{0, 0, 32, 48}, 0, 1, 0, 4});
+    add(24, 40, {0, 255, 0, 128});  // over a part of the panel
+    return overlay;
+  };
+  const OverlayFont font{2, 2, {255, 255, 255, 255}};
+  const Shot shot{camera_at(100), {0, 0, 64, 48}};
+  const std::unique_ptr<Renderer> kept = make_offscreen_renderer({64, 48});
+  kept->load(scene);
+  kept->load(font);
+  for (const std::uint8_t red : std::array<std::uint8_t, 5>{100, 100, 200, 200, 100}) {
+    const Overlay overlay = overlay_of({red, 10, 10, 255});
+    const std::unique_ptr<Renderer> fresh = make_offscreen_renderer({64, 48});
+    fresh->load(scene);
+    fresh->load(font);
+    EXPECT_EQ(kept->draw(scene, {&shot, 1}, &overlay).rgba, fresh->draw(scene, {&shot, 1}, &overlay).rgba);
+    EXPECT_NEAR(at(kept->draw(scene, {&shot, 1}, &overlay), 8, 20)[0], red, code_tolerance);
+  }
+}
+
+// Two joints side by side, and one over the other.
+TEST(Shots, OfTwoJoints)
+{
+  Scene scene = dark_scene(), other = dark_scene();
+  add(scene, test::facing_sheet(600), test::plain({1, 0, 0}));
+  add(other, test::facing_sheet(600), test::plain({0, 0, 1}, 0.5F), {0, 0, 10});
+  scene.other = &other;
+  Camera half = camera_at(100);
+  half.aspect = 32.0 / 48.0;
+  const Shot left{half, {0, 0, 32, 48}, true, false}, right{half, {32, 0, 32, 48}, false, true};
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({64, 48});
+  renderer->load(scene);
+  const Image beside = renderer->draw(scene, std::array{left, right}, nullptr);
+  EXPECT_EQ(at(beside, 16, 24), (test::Codes{255, 0, 0, 255}));
+  EXPECT_EQ(at(beside, 48, 24)[0], 0);
+  EXPECT_NEAR(at(beside, 48, 24)[2], srgb_code(0.5), code_tolerance);
+  const Image over = renderer->draw(scene, camera_at(100));
+  EXPECT_NEAR(at(over, 32, 24)[0], srgb_code(0.5), code_tolerance);
+  EXPECT_NEAR(at(over, 32, 24)[2], srgb_code(0.5), code_tolerance);
+}
+
 class RendererAllocation : public testing::TestWithParam<int> {
 };  // samples: they select the transparency algorithm
 

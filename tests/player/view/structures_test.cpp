@@ -138,6 +138,7 @@ TEST(Pick, KnownPixels)
   EXPECT_EQ(at({0, -15, -26}), "ligaments/MCLs");
   stage.of("ligaments/ACLam").is_shown = false;
   EXPECT_EQ(at(middle), femur);
+  EXPECT_EQ(at({0, -19.8, 0}, View::top), femur) << "in front of the plate";
   EXPECT_EQ(at({0, -22.5, 0}), plate);
   EXPECT_EQ(at({0, -30, 26}), "bodies/moving/block");
   EXPECT_EQ(at({0, 60, 60}), "");
@@ -217,6 +218,8 @@ TEST(Labels, InFrontOfBone)
           const auto seen = picked(stage.scene, camera, square, labels[k].anchor_px, 0.0);
           const double nearest_mm = seen ? (seen->point_world_mm - eye_mm).norm() : 1e9;
           EXPECT_TRUE(!labels[k].is_shown || (p_mm - eye_mm).norm() < nearest_mm + 1.5) << text;
+          const double towards_mm = camera.X_world_camera.linear().col(2).dot(p_mm);
+          EXPECT_FALSE(is_cut && labels[k].is_shown && towards_mm > 5.001) << text << " is cut away";
           const bool is_in_ball = p_mm.norm() < 18.5;  // of 20 mm, behind its filled cut
           EXPECT_FALSE(is_cut && labels[k].is_shown && is_in_ball && text != "femur") << text;
         }

@@ -117,6 +117,22 @@ TEST(Translucency, CrossingSheets)
   EXPECT_GE(orders.size(), 4U * 5U);  // at least five orders from left to right for each permutation
 }
 
+// Of a structure only the nearest surface counts, in front of those of others.
+TEST(Translucency, InsideOfAStructure)
+{
+  for (const int samples : {1, 4}) {
+    Scene scene = scene_of_sheets({{{0, 0, -10}, 0.0, {1, 0, 0}, 0.5F},
+                                   {{0, 0, 10}, 0.0, {1, 0, 0}, 0.5F},
+                                   {{0, 0, 0}, 0.0, {0, 1, 0}, 0.5F}});
+    scene.drawables[0].structure = scene.drawables[1].structure = "bone";
+    scene.drawables[2].structure = "meniscus";
+    const Image image = test::drawn(scene, test::camera_at(distance_mm), {width, height, samples});
+    const test::Codes found = test::at(image, width / 2, height / 2);
+    EXPECT_NEAR(found[0], test::srgb_code(0.5), sheets_tolerance) << samples;
+    EXPECT_NEAR(found[1], test::srgb_code(0.25), sheets_tolerance) << samples;
+  }
+}
+
 /// Eight sheets that cover an image of `large` pixels: with llvmpipe more fragments than a buffer holds.
 TEST(Translucency, ManyFragments)
 {

@@ -557,6 +557,25 @@ class WebPage(unittest.TestCase):
             first, second = halves("compare-same")
             self.assertGreater(first.std(), LEAST_SHADING)
             self.assertLess((numpy.abs(first - second).sum(axis=2) > 60).mean(), 0.01)
+            # Names and contact paths are those of both.
+            names = ["[...document.querySelectorAll('#%s span')].filter((one) => one.style.visibility === 'visible').map((one) => one.textContent).sort()" % of
+                     for of in ("labels", "labels-other")]
+            for of_both in ("named", "paths"):
+                page.browser.value(f"document.getElementById('{of_both}').click()")
+            page.settle()
+            self.assertGreater(len(page.browser.value(names[0])), 2)
+            self.assertEqual(*map(page.browser.value, names))
+
+            def press(*ids):
+                for of in ids:
+                    page.browser.value(f"document.{of}.click()")
+                page.settle()
+                return halves("compare-paths")[1]
+
+            named, paths, femur = "getElementById('named')", "getElementById('paths')", "querySelector('[aria-label=\"Show: Femur\"]')"
+            with_paths, without = press(named, femur), press(paths)
+            self.assertGreater((numpy.abs(with_paths - without).sum(axis=2) > 60).mean(), LEAST_LAYER / 10)
+            press(femur)
             # Without a ligament on the right.
             page.set("compare-without", "ligaments/LCL", "change")
             page.settle()
