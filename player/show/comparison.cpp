@@ -119,7 +119,7 @@ Comparison::Comparison(const store::MotionModel& first, const ComparisonOptions&
   if (options.varus_deg)
     name_ += ", varus " + std::string(*options.varus_deg < 0.0 ? "" : "+") +
              shortest_decimal(*options.varus_deg) + "°";
-  if (!options.without.empty()) name_ += " without " + options.without;
+  if (!options.without.empty()) name_ += ", " + options.without + " not drawn";
 }
 
 store::JointPose Comparison::pose_at(double flexion_rad, std::optional<double> varus_rad) const

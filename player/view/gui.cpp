@@ -33,6 +33,7 @@ constexpr float least_plot_margin = 0.05F;  // of values: a line without differe
 constexpr ImU32 plot_backing = IM_COL32(41, 44, 50, 255);
 constexpr ImU32 band_alpha = 70;
 constexpr float label_aside_part = 0.06F;  // between what is named and the names
+constexpr double varus_for_s = 0.25;
 constexpr float opacity_width_em = 4.0F, card_height_em = 17.0F, curve_height_em = 4.5F;
 // Opacity of numbers and legends; less leaves too little contrast, since blending is in linear light.
 constexpr float backing = 0.85F;
@@ -756,6 +757,13 @@ struct Panels {
   PlayerState with_varus(PlayerState state)
   {
     float varus_deg = as_deg(wanted_varus_rad(state, *range));
+    // A number that changes with every frame could not be read, and the panel would be drawn each time.
+    if (state.timeline.is_playing && ImGui::GetTime() < varus_until_s) {
+      varus_deg = shown_varus_deg;
+    } else {
+      shown_varus_deg = varus_deg;
+      varus_until_s = ImGui::GetTime() + varus_for_s;
+    }
     ImGui::Spacing();
     ImGui::TextDisabled("%s (Up, Down)", kind().words[1].positive);
     ImGui::SameLine(10.0F * em_px);
@@ -917,6 +925,8 @@ struct Panels {
   std::vector<std::string> set_labels;
   std::array<std::string, 3> held_labels;      ///< in the order of holdable
   float em_px, panel_width_px, bar_height_px;  ///< size of the text, and of the controls
+  float shown_varus_deg = 0.0F;  ///< while playing, until then
+  double varus_until_s = 0.0;
   // Of the present frame.
   const GuiFrame* frame = nullptr;
   const PlayerRange* range = nullptr;

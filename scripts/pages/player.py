@@ -101,5 +101,5 @@ shared cores.
 - Contacts belong to the nearest raw cell and jump from cell to cell; on a smoothed motion they need not be where the gap map is 0.
 - Fibres are drawn over the bones; the solver's own are straight where their job has no wrap.
 - Open sheets of cartilage are not filled by a section, since they have no inside.
-- A cut is filled for each solid alone; translucent solids show their inner sides.
+- A cut is filled for each solid alone.
 """

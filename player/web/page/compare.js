@@ -62,7 +62,7 @@ export class Comparison {
     [this.joint, this.player, this.name] = model ? [new Joint(model), new Player(model), name] : [null, null, ""];
     if (set) this.player.set = set;
     const bundles = model ? this.joint.ligaments.flatMap(({ layer }) => layer.bundles.map(({ structure }) => structure)) : [];
-    byId("compare-without").replaceChildren(...["", ...new Set(bundles)].map((id) => Object.assign(document.createElement("option"), { value: id, textContent: id ? `without ${id.split("/").at(-1)}` : "whole" })));
+    byId("compare-without").replaceChildren(...["", ...new Set(bundles)].map((id) => Object.assign(document.createElement("option"), { value: id, textContent: id ? `${id.split("/").at(-1)} not drawn` : "whole" })));
     for (const id of ["compare-as", "compare-without", "differences", "shown-other"]) byId(id).hidden = !model;
     byId("compare-without").hidden ||= bundles.length === 0;
     if (before || model) this.host.onChange(this.joint);
@@ -87,7 +87,7 @@ export class Comparison {
     }, isCut);
     if (pose.isSolved) joint.showLayers(pose, player.motion(), layers);
     const { internal, anterior } = pose.isSolved ? clinicalOf(pose.referenceMoving, player.model.rotationCentre, player.model.side) : {};
-    byId("shown-other").textContent = `${this.isSide ? "" : "translucent: "}${this.name}${without ? ` ${byId("compare-without").selectedOptions[0].textContent}` : ""}: flexion ${formatNumber(pose.attitude.flexion / degree, 1)}°, internal rotation ${formatNumber(internal, 1)}°, anterior ${formatNumber(anterior, 1)} mm`;
+    byId("shown-other").textContent = `${this.isSide ? "" : "translucent: "}${this.name}${without ? `, ${byId("compare-without").selectedOptions[0].textContent}` : ""}: flexion ${formatNumber(pose.attitude.flexion / degree, 1)}°, internal rotation ${formatNumber(internal, 1)}°, anterior ${formatNumber(anterior, 1)} mm`;
     byId("shown-other").classList.toggle("beside", this.isSide);
     for (const { plot } of this.plots) plot.setMark(pose.attitude.flexion / degree);
   }

@@ -582,7 +582,7 @@ class WebPage(unittest.TestCase):
             left, right = halves("compare-without")
             numpy.testing.assert_array_equal(left, first)
             self.assertGreater((numpy.abs(right - second).sum(axis=2) > 60).mean(), LEAST_LAYER)
-            self.assertIn("without LCL", page.text("shown-other"))
+            self.assertIn("LCL not drawn", page.text("shown-other"))
             # Another model, over the first.
             page.set("compare-as", "over", "change")
             page.browser.give("#other", self.models["free"])
