@@ -47,8 +47,8 @@ struct JointFrame {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   ///< ankle, subtalar: about which they turn, canonical
   /// Of a hip: what is free of impingement within -100 to 20 degrees, without the last 5.
   double least_flexion_deg = -100.0, most_flexion_deg = 20.0;
-  /// Of an ankle, canonical: from the ends of the axis, where the malleoli are, fans to both sides of the talus,
-  /// which are nearly isometric as the collateral ligaments are.
+  /// Of an ankle, canonical: from the ends of the axis, where the malleoli are, fans to both sides of the
+  /// talus, which are nearly isometric as the collateral ligaments are.
   std::vector<model::Fibre> fibres;
   std::vector<std::string> found;  ///< from what each axis is
   std::vector<std::string> warnings;

@@ -178,7 +178,8 @@ void declare_show(CLI::App& mode, show::ShowOptions& options)
       "Set of the second joint; without OTHER, of the same model again");
   add(mode, "--other-varus", "DEG", options.other.varus_deg,
       "Varus of the second joint minus that of the first");
-  add(mode, "--without", "BUNDLE", options.other.without, "The second joint is drawn without this bundle; its motion is that of the file")
+  add(mode, "--without", "BUNDLE", options.other.without,
+      "The second joint is drawn without this bundle; its motion is that of the file")
       ->check(empty_value_error);
   mode.add_flag("--overlay", options.other.is_over, "The second joint over the first, translucent");
   add(mode, "--offscreen", "DIR", options.folder,

@@ -925,7 +925,7 @@ struct Panels {
   std::vector<std::string> set_labels;
   std::array<std::string, 3> held_labels;      ///< in the order of holdable
   float em_px, panel_width_px, bar_height_px;  ///< size of the text, and of the controls
-  float shown_varus_deg = 0.0F;  ///< while playing, until then
+  float shown_varus_deg = 0.0F;                ///< while playing, until then
   double varus_until_s = 0.0;
   // Of the present frame.
   const GuiFrame* frame = nullptr;

@@ -455,8 +455,8 @@ DoubtText doubt_text(const store::JointPose& pose, const PoseDoubt& doubt, const
                   drawn);
   } else if (is_doubtful(doubt.plausibility)) {
     const char* meaning = meaning_of(doubt.plausibility);
-    const std::string_view name = name_of(doubt.plausibility),
-                           whose = doubt.follower ? doubt.follower->name : "";
+    const std::string_view name = name_of(doubt.plausibility);
+    const std::string whose = doubt.follower ? doubt.follower->name : std::string();
     std::snprintf(text.data(), text.size(), "%.*s%s%.*s: %.*s", static_cast<int>(whose.size()), whose.data(),
                   whose.empty() ? "" : ": ", static_cast<int>(name.size()), name.data(),
                   reason_length(meaning), meaning);
