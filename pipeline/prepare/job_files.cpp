@@ -178,8 +178,7 @@ std::string other_joint_text(const JobDescription& job)
     text +=
         "\n# Not from the scan: fans from the ends of the axis, where the malleoli are, to the talus. Nearly "
         "isometric as\n# the collateral ligaments are, they hold the bones together; --no-ligaments leaves "
-        "them "
-        "out.\n";
+        "them out.\n";
   for (const model::Fibre& fibre : job.fibres)
     text += "[[ligaments.fibre]]\nname = \"" + fibre.name + "\"\nbundle = \"" + fibre.bundle +
             "\"\nreference_mm = [" + core::numbers_text(rounded_to(fibre.reference_mm, 1e2), ", ") +

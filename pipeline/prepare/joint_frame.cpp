@@ -578,7 +578,6 @@ Found hip(const JointSurfaces& scan, const JointFrameOptions& options)
 // A part of a bone that is a surface of revolution.
 struct Trochlea {
   Line axis;
-  Vector3d up = Vector3d::Zero();  // the middle of its arc
   double radius_mm = 0.0, residual_mm = 0.0, area_mm2 = 0.0;
   std::vector<char> is_on;  // [faces]
 };
@@ -618,6 +617,7 @@ std::optional<Trochlea> grown(const Faces& faces, const std::vector<Index>& top,
   constexpr double radial = 0.6, sliding = 0.25, widest_deg = 65.0, least_mm = 8.0, most_mm = 45.0;
   const double least_cosine = sin_cos(rad_from_deg(widest_deg)).cos;
   Trochlea out;
+  Vector3d up = Vector3d::Zero();  // the middle of the arc
   out.is_on.resize(static_cast<std::size_t>(faces.size()));
   for (int round = 0; round < 25; ++round) {
     const auto arm_of = [&](Index i) {
@@ -643,7 +643,7 @@ std::optional<Trochlea> grown(const Faces& faces, const std::vector<Index>& top,
     }
     if (!(total > 0.0)) return std::nullopt;
     out.radius_mm = sum_mm / total;
-    if (round == 0) out.up = sum.normalized();
+    if (round == 0) up = sum.normalized();
     if (!(out.radius_mm > least_mm) || out.radius_mm > most_mm) return std::nullopt;
     std::sort(along.begin(), along.end());
     double passed = 0.0, from_mm = along.front().first, to_mm = from_mm;
@@ -659,7 +659,7 @@ std::optional<Trochlea> grown(const Faces& faces, const std::vector<Index>& top,
       const double z = (faces.centre(i) - axis.p_mm).dot(axis.direction);
       const bool is_on = slides(i, arm) && std::abs(arm.norm() - out.radius_mm) < 0.3 * out.radius_mm &&
                          z > from_mm - 0.1 * out.radius_mm && z < to_mm + 0.1 * out.radius_mm &&
-                         arm.normalized().dot(out.up) > least_cosine;
+                         arm.normalized().dot(up) > least_cosine;
       out.is_on[static_cast<std::size_t>(i)] = is_on ? 1 : 0;
       if (!is_on) continue;
       out.area_mm2 += faces.areas_mm2[i];
@@ -672,7 +672,7 @@ std::optional<Trochlea> grown(const Faces& faces, const std::vector<Index>& top,
     const Slide slide = slide_of({{&faces, chosen}}, mean_of(faces, chosen));
     out.residual_mm = slide.residual_mm;
     axis = slide.axis;
-    out.up = across(middle.normalized(), axis.direction);
+    up = across(middle.normalized(), axis.direction);
   }
   out.axis = axis;
   return out;
