@@ -572,11 +572,12 @@ class SurfaceDistance {
 
 // Fibres of real knees attach up to 14 mm from tibia and femur (fibular attachments without a fibula mesh),
 // those of a lateral malleolus without one up to 24 mm, and up to 25 mm from cartilage without bone meshes.
-double farthest_attachment_mm(const Body& body)
+double farthest_attachment_mm(const Body& body, const std::string& joint)
 {
   const bool has_bone = std::any_of(body.components.begin(), body.components.end(),
                                     [](const Component& c) { return c.material == "bone"; });
-  return has_bone ? 25.0 : 30.0;
+  if (!has_bone) return 30.0;
+  return joint == "ankle" ? 25.0 : 20.0;
 }
 
 // "ligaments.csv: line 3, moving_mm: fibre "ACL" ".
@@ -597,10 +598,11 @@ struct End {
   const Body* body;
 };
 
-void warn_of_far_attachments(const LoadedLigaments& loaded, const End& end, Warnings& warnings)
+void warn_of_far_attachments(const LoadedLigaments& loaded, const End& end, const std::string& joint,
+                             Warnings& warnings)
 {
   SurfaceDistance contact(end.body->contact.mesh), visual(end.body->visual.mesh);
-  const double enough_mm = farthest_attachment_mm(*end.body);
+  const double enough_mm = farthest_attachment_mm(*end.body, joint);
   std::size_t first = 0, n_far = 0;
   double first_mm = 0.0;
   for (std::size_t i = 0; i < loaded.jobs.size(); ++i) {
@@ -858,7 +860,7 @@ std::vector<std::string> fibre_warnings(const LoadedLigaments& loaded, const Cas
   if (loaded.jobs.empty()) return warnings;
   for (const End& end : {End{"reference_mm", &model::Fibre::reference_mm, &job_case.reference},
                          End{"moving_mm", &model::Fibre::moving_mm, &job_case.moving}}) {
-    warn_of_far_attachments(loaded, end, warnings);
+    warn_of_far_attachments(loaded, end, job_case.joint, warnings);
     warn_of_scattered_bundles(loaded, end, warnings);
   }
   const std::vector<double> strains = strains_of(loaded);
