@@ -17,7 +17,8 @@ using Eigen::Array3i;
 using Eigen::Vector3d;
 
 // Beyond the margin around a body no distance is known, and a path is not close to it.
-constexpr double cell_mm = 2.0, margin_mm = 6.0;
+constexpr double margin_mm = 6.0;
+constexpr double most_nodes = 2e7;  // of 4 bytes: a cube of half a metre of cells of 2 mm
 
 double signed_distance_mm(const NearestSurface& surface, const Vector3d& p_mm)
 {
@@ -40,7 +41,9 @@ LazyDistance::LazyDistance(const Body& body)
   }
   if (surfaces_.empty()) return;
   first_mm_ = box.min().array() - margin_mm;
-  n_ = ((box.sizes().array() + 2.0 * margin_mm) / cell_mm).ceil().cast<int>() + 1;
+  const auto n_cells = [&] { return ((box.sizes().array() + 2.0 * margin_mm) / cell_mm_).ceil().eval(); };
+  while ((n_cells() + 1.0).prod() > most_nodes) cell_mm_ *= 2.0;
+  n_ = n_cells().cast<int>() + 1;
   value_mm_.assign(static_cast<std::size_t>(n_.cast<std::int64_t>().prod()),
                    std::numeric_limits<float>::quiet_NaN());
 }
@@ -49,7 +52,7 @@ double LazyDistance::node_mm(std::size_t row, const Array3i& node)
 {
   float& value_mm = value_mm_[row];
   if (std::isnan(value_mm)) {
-    const Vector3d p_mm = first_mm_ + cell_mm * node.cast<double>();
+    const Vector3d p_mm = first_mm_ + cell_mm_ * node.cast<double>();
     double least_mm = std::numeric_limits<double>::infinity();
     for (const NearestSurface& surface : surfaces_)
       least_mm = std::min(least_mm, signed_distance_mm(surface, p_mm));
@@ -60,7 +63,7 @@ double LazyDistance::node_mm(std::size_t row, const Array3i& node)
 
 LazyDistance::Sample LazyDistance::sample(const Vector3d& p_mm)
 {
-  const Array3d at = (p_mm.array() - first_mm_) / cell_mm;
+  const Array3d at = (p_mm.array() - first_mm_) / cell_mm_;
   const Array3i low = at.floor().cast<int>();
   if ((low < 0).any() || (low + 1 >= n_).any()) return {margin_mm, Vector3d::Zero()};
   const Array3d t = at - low.cast<double>();
@@ -76,7 +79,7 @@ LazyDistance::Sample LazyDistance::sample(const Vector3d& p_mm)
                   sign = 2.0 * high - 1.0;
     const double value_mm = node_mm(row, node);
     sample.distance_mm += weight.prod() * value_mm;
-    sample.gradient += value_mm / cell_mm *
+    sample.gradient += value_mm / cell_mm_ *
                        Vector3d(sign.x() * weight.y() * weight.z(), sign.y() * weight.x() * weight.z(),
                                 sign.z() * weight.x() * weight.y());
   }

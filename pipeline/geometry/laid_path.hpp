@@ -12,8 +12,8 @@
 
 namespace vrda::geometry {
 
-/// Signed distance to all surfaces of a body on a grid of 2 mm, whose nodes are computed when they are first
-/// needed.
+/// Signed distance to all surfaces of a body on a grid of 2 mm (coarser for a body larger than any bone), whose
+/// nodes are computed when they are first needed.
 class LazyDistance {
  public:
   /// Of all components of both parts. Cost: that of the trees of the nearest triangle.
@@ -31,6 +31,7 @@ class LazyDistance {
   double node_mm(std::size_t row, const Eigen::Array3i& node);
 
   std::vector<NearestSurface> surfaces_;
+  double cell_mm_ = 2.0;
   Eigen::Array3d first_mm_ = Eigen::Array3d::Zero();
   Eigen::Array3i n_ = Eigen::Array3i::Zero();
   std::vector<float> value_mm_;  // [n_[2], n_[1], n_[0]], NaN where it was not needed

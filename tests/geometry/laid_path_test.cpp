@@ -89,6 +89,15 @@ TEST(LaidPath, MovesWithTheBody)
   for (std::size_t k = 0; k < path.size(); ++k) EXPECT_LT((moved[k] - X * path[k]).norm(), 1e-9);
 }
 
+// A damaged file may hold a body of any size; its grid is coarser then, not larger.
+TEST(LaidPath, AHugeBodyHasFewNodes)
+{
+  constexpr double huge_mm = 1e9;
+  LazyDistance ball(body_of(test::ball(huge_mm)));
+  EXPECT_NEAR(ball.sample(Vector3d::Zero()).distance_mm, -huge_mm, 0.02 * huge_mm);
+  EXPECT_GT(ball.sample({2.0 * huge_mm, 0, 0}).distance_mm, 0.0);
+}
+
 // Deep in a slab the other face is nearer; the ends are on this one.
 TEST(LaidPath, StaysOnTheSideOfItsEnds)
 {

@@ -2,7 +2,7 @@
 import { RayTree, cross, difference, dot, scaled, sum } from "./geometry.js";
 
 // Beyond the margin around a body no distance is known, and a path is not close to it.
-const cellMm = 3, marginMm = 6, deepestMm = 20;
+const marginMm = 6, deepestMm = 20, mostNodes = 2e7;
 // A point in front of a sharp edge may be behind one of its faces, but never along the normal.
 const leastCosine = 0.5;
 
@@ -41,7 +41,8 @@ class Surface {
   }
 }
 
-/// Signed distance to all surfaces of a body on a grid of 3 mm, whose nodes are computed when they are first needed.
+/// Signed distance to all surfaces of a body on a grid of 3 mm (coarser for a body larger than any bone), whose nodes are
+/// computed when they are first needed.
 export class LazyDistance {
   constructor({ parts }) {
     this.surfaces = [];
@@ -53,14 +54,17 @@ export class LazyDistance {
       vertices.forEach((x, k) => { low[k % 3] = Math.min(low[k % 3], x); high[k % 3] = Math.max(high[k % 3], x); });
     }
     this.first = low.map((x) => x - marginMm);
-    this.n = low.map((x, k) => Math.max(0, Math.ceil((high[k] - x + 2 * marginMm) / cellMm) + 1));
+    this.cellMm = 3;
+    const nodes = () => low.map((x, k) => Math.max(0, Math.ceil((high[k] - x + 2 * marginMm) / this.cellMm) + 1));
+    while (nodes().reduce((product, n) => product * n, 1) > mostNodes) this.cellMm *= 2;
+    this.n = nodes();
     this.values = new Float32Array(this.surfaces.length > 0 ? this.n[0] * this.n[1] * this.n[2] : 0).fill(NaN);
   }
 
   #node(i, j, k) {
     const row = (k * this.n[1] + j) * this.n[0] + i;
     if (Number.isNaN(this.values[row])) {
-      const p = [i, j, k].map((at, axis) => this.first[axis] + cellMm * at);
+      const p = [i, j, k].map((at, axis) => this.first[axis] + this.cellMm * at);
       this.values[row] = Math.min(...this.surfaces.map((surface) => surface.distance(p, deepestMm)));
     }
     return this.values[row];
@@ -68,7 +72,7 @@ export class LazyDistance {
 
   /// Distance and gradient, in `out`, at a point in the body's frame; trilinear.
   sample(x, y, z, out) {
-    const ax = (x - this.first[0]) / cellMm, ay = (y - this.first[1]) / cellMm, az = (z - this.first[2]) / cellMm;
+    const ax = (x - this.first[0]) / this.cellMm, ay = (y - this.first[1]) / this.cellMm, az = (z - this.first[2]) / this.cellMm;
     const i = Math.floor(ax), j = Math.floor(ay), k = Math.floor(az), [nx, ny, nz] = this.n;
     out.fill(0);
     out[0] = marginMm;
@@ -79,9 +83,9 @@ export class LazyDistance {
       const a = corner & 1, b = (corner >> 1) & 1, c = corner >> 2, value = this.#node(i + a, j + b, k + c);
       const p = a ? u : 1 - u, q = b ? v : 1 - v, r = c ? w : 1 - w;
       out[0] += p * q * r * value;
-      out[1] += ((2 * a - 1) * q * r * value) / cellMm;
-      out[2] += ((2 * b - 1) * p * r * value) / cellMm;
-      out[3] += ((2 * c - 1) * p * q * value) / cellMm;
+      out[1] += ((2 * a - 1) * q * r * value) / this.cellMm;
+      out[2] += ((2 * b - 1) * p * r * value) / this.cellMm;
+      out[3] += ((2 * c - 1) * p * q * value) / this.cellMm;
     }
   }
 }
