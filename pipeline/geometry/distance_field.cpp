@@ -136,27 +136,27 @@ std::map<Key, std::vector<Eigen::Index>> groups_of(Eigen::Index n_triangles, con
 
 using Weights = std::array<double, 4>;
 
-// Cubic B-spline at `t` of [0, 1) beyond the second of four nodes, and its derivatives.
-Weights weights_of(double t)
+// Cubic B-spline at `t` of [0, 1) beyond the second of four nodes.
+inline Weights weights_of(double t)
 {
-  const double u = 1.0 - t;
-  return {u * u * u / 6.0, (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0,
-          (4.0 - 6.0 * u * u + 3.0 * u * u * u) / 6.0, t * t * t / 6.0};
+  const double u = 1.0 - t, sixth = 1.0 / 6.0, two_thirds = 4.0 / 6.0;
+  return {sixth * u * u * u, two_thirds - t * t + 0.5 * t * t * t, two_thirds - u * u + 0.5 * u * u * u,
+          sixth * t * t * t};
 }
 
-Weights first_weights_of(double t)
+inline Weights first_weights_of(double t)
 {
   const double u = 1.0 - t;
   return {-0.5 * u * u, 0.5 * (3.0 * t * t - 4.0 * t), 0.5 * (4.0 * u - 3.0 * u * u), 0.5 * t * t};
 }
 
-Weights second_weights_of(double t)
+inline Weights second_weights_of(double t)
 {
   const double u = 1.0 - t;
   return {u, 3.0 * t - 2.0, 3.0 * u - 2.0, t};
 }
 
-double dot(const Weights& a, const double* b)
+inline double dot(const Weights& a, const double* b)
 {
   return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]);
 }

@@ -503,8 +503,7 @@ StepCounts step_counts(const solve::SweepPlan& plan)
   if (plan.spine == solve::SpineRule::free_varus) {
     const auto n_path = static_cast<std::int64_t>(path_of(plan).size());
     // Each neighbour's equilibrium is tried once at least, each set of small offsets too.
-    const auto n_offsets =
-        plan.n_restarts > 0 ? static_cast<std::int64_t>(solve::polish_offsets().size()) : 0;
+    const auto n_offsets = static_cast<std::int64_t>(polish_offsets(plan).size());
     counts.chain = 2 * n_path + 2 * (n_path - 1);
     counts.restarts = n_path * (plan.n_restarts + n_offsets);
     counts.bands = plan.has_band ? 2 * n_rows : 0;

@@ -23,7 +23,7 @@ namespace {
 // Must change when the same job may give other bytes: journals of an older solver are then refused.
 constexpr const char* search_version = "stability-search 8";
 constexpr const char* equilibrium_version = "equilibrium 7";
-constexpr const char* compliant_version = "equilibrium 7, compliant contact 2";
+constexpr const char* compliant_version = "equilibrium 7, compliant contact 3";
 
 // Flexion held, varus held or free, the rest free, Delta proximal: what the faster solver solves.
 bool is_plain(const job::CoordinateRows& coordinates, const SolverFrame& frame)
@@ -159,6 +159,7 @@ solve::SweepPlan plan_of(const job::Case& job_case)
     plan.has_band =
         job_case.spine.band_moment_nmm > 0.0 && !job_case.ligaments.fibres.empty() && is_internal_free;
     plan.n_restarts = job_case.spine.n_restarts;
+    plan.has_facets = job_case.equilibrium.contact_stiffness_n_per_mm3 == 0.0;
     plan.prior = job_case.prior;
     plan.band_moment_nmm = job_case.spine.band_moment_nmm;
     if (job_case.spine.branch == BranchRule::continuous)

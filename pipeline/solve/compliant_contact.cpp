@@ -204,26 +204,29 @@ void for_each_pressed(const FoundationState& state, const Visit& visit)
   const CompliantSurfaces& surfaces = state.surfaces;
   const Rotations rotations(state.configuration, state.flexion_rad);
   const Eigen::Matrix3d A = rotations.of_reference;
-  const auto arm_of = [&](const Eigen::Vector3d& p_moving_mm) {
-    return Eigen::Vector3d(rotations.of_moving * (p_moving_mm - state.scale.pivot_mm));
+  // By columns: Eigen's products of a pose and of a matrix are calls.
+  const Eigen::Matrix3d R = A.transpose() * rotations.of_moving;
+  const Eigen::Vector3d Rx = R.col(0), Ry = R.col(1), Rz = R.col(2), t_mm =
+      A.transpose() * (state.configuration.pivot_mm - rotations.of_moving * state.scale.pivot_mm);
+  const auto in_reference = [&](const Eigen::Vector3d& p_mm) {
+    return Eigen::Vector3d(Rx * p_mm.x() + Ry * p_mm.y() + Rz * p_mm.z() + t_mm);
   };
   for (const CompliantSurfaces::Tile& tile : surfaces.tiles) {
-    const Eigen::Vector3d centre_mm = state.configuration.pivot_mm + arm_of(tile.centre_mm);
-    if (surfaces.reference.bound_mm(A.transpose() * centre_mm) >
+    if (surfaces.reference.bound_mm(in_reference(tile.centre_mm)) >
         tile.radius_mm + tile.largest_offset_mm + state.thicker_mm)
       continue;
     for (std::size_t row = tile.begin; row < tile.end; ++row) {
       const CompliantSurfaces::Point& point = surfaces.points[row];
-      Pressed at;
-      at.row = row;
-      at.arm_mm = arm_of(point.p_mm);
-      at.p_mm = state.configuration.pivot_mm + at.arm_mm;
-      const Eigen::Vector3d p_reference_mm = A.transpose() * at.p_mm;
+      const Eigen::Vector3d p_reference_mm = in_reference(point.p_mm);
       const double offset_mm = point.offset_mm + state.thicker_mm;
       if (surfaces.reference.bound_mm(p_reference_mm) > offset_mm) continue;
       const geometry::DistanceField::Sample field = surfaces.reference.sample(p_reference_mm, offset_mm);
+      Pressed at;
       at.overlap_mm = offset_mm - field.distance_mm;
       if (!(at.overlap_mm > 0.0)) continue;
+      at.row = row;
+      at.p_mm = A * p_reference_mm;
+      at.arm_mm = at.p_mm - state.configuration.pivot_mm;
       at.gradient = A * field.gradient;
       at.hessian_per_mm = A * field.hessian_per_mm * A.transpose();
       visit(at);
@@ -252,27 +255,29 @@ Foundation foundation_at(const FoundationState& state, double stiffness_n_per_mm
   Foundation out;
   Potential& u = out.potential;
   for_each_pressed(state, [&](const Pressed& at) {
-    const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY();
     const double weight = stiffness_n_per_mm3 * state.surfaces.points[at.row].area_mm2;
-    // The point's velocities, as point_jacobian() with the pivot for the moving object's origin.
-    Eigen::Matrix<double, 3, 5> J;
-    J.leftCols<3>().setIdentity();
-    J.col(about_y) = y.cross(at.arm_mm);
-    J.col(about_varus) = x.cross(at.p_mm);
-    const Vector5d slope = J.transpose() * at.gradient;
-    Matrix5d curvature = J.transpose() * at.hessian_per_mm * J;
-    const Eigen::Vector3d& g = at.gradient;
-    curvature(about_y, about_y) += g.dot(y.cross(y.cross(at.arm_mm)));
-    curvature(about_varus, about_varus) += g.dot(x.cross(x.cross(at.p_mm)));
-    Eigen::Vector4d mixed;
-    mixed << g.cross(x), g.dot(x.cross(y.cross(at.arm_mm)));
-    curvature.col(about_varus).head<4>() += mixed;
-    curvature.row(about_varus).head<4>() += mixed.transpose();
+    // The point's velocities, as point_jacobian() with the pivot for the moving object's origin: the axes,
+    // v = y x arm and w = x x p; written out, since this is where a solve spends its time.
+    const Eigen::Vector3d &g = at.gradient, &arm = at.arm_mm, &p = at.p_mm;
+    const Eigen::Vector3d v(arm.z(), 0.0, -arm.x()), w(0.0, -p.z(), p.y());
+    const Eigen::Vector3d Hv = at.hessian_per_mm * v, Hw = at.hessian_per_mm * w;
+    Vector5d slope;
+    slope << g, g.dot(v), g.dot(w);
+    Matrix5d curvature;
+    curvature.topLeftCorner<3, 3>() = at.hessian_per_mm;
+    curvature.col(about_y) << Hv, v.dot(Hv) - (g.x() * arm.x() + g.z() * arm.z()), 0.0;
+    curvature.col(about_varus) << Hw.x(), Hw.y() + g.z(), Hw.z() - g.y(), v.dot(Hw) + g.y() * arm.x(),
+        w.dot(Hw) - (g.y() * p.y() + g.z() * p.z());
     u.energy_nmm += 0.5 * weight * at.overlap_mm * at.overlap_mm;
     u.gradient -= weight * at.overlap_mm * slope;
-    u.hessian += weight * (slope * slope.transpose() - at.overlap_mm * curvature);
+    for (int column = 0; column < 5; ++column) {
+      for (int row = 0; row <= column; ++row)
+        u.hessian(row, column) +=
+            weight * (slope(row) * slope(column) - at.overlap_mm * curvature(row, column));
+    }
     out.deepest_mm = std::max(out.deepest_mm, at.overlap_mm);
   });
+  u.hessian.triangularView<Eigen::StrictlyLower>() = u.hessian.transpose();
   return out;
 }
 

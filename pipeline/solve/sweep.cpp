@@ -281,8 +281,9 @@ std::vector<SpineOffset> spine_offsets(int n)
   return {all.begin(), all.begin() + n};
 }
 
-std::vector<SpineOffset> polish_offsets()
+std::vector<SpineOffset> polish_offsets(const SweepPlan& plan)
 {
+  if (plan.n_restarts == 0 || !plan.has_facets) return {};
   // The smaller ones reach equilibria on neighbouring facets, which the larger ones pass over.
   constexpr double rotation_rad = rad_from_deg(0.5), shift_mm = 0.3;
   std::vector<SpineOffset> offsets;
@@ -752,16 +753,16 @@ class Sweep {
     polish(i, worker);
   }
 
-  // Facets make equilibria a fraction of a degree apart: small offsets from the lowest one, until none leads
-  // to a lower one.
+  // Small offsets from the lowest equilibrium, until none leads to a lower one.
   void polish(std::int32_t i, int worker)
   {
     const auto row = static_cast<std::size_t>(i);
     std::int32_t number = first_polish_number;
-    bool is_lower = !offsets_.empty() && path_[row].chosen.status == StepStatus::stable;
+    const std::vector<SpineOffset> offsets = polish_offsets(plan_);
+    bool is_lower = !offsets.empty() && path_[row].chosen.status == StepStatus::stable;
     for (std::int32_t round = 0; is_lower && round < max_polish_rounds; ++round) {
       const StepRecord from = path_[row].chosen;
-      for (const SpineOffset& offset : polish_offsets()) {
+      for (const SpineOffset& offset : offsets) {
         ends_[row].push_back(
             free_step({StepKind::free_spine, i, number++}, moved(seed_of(from), offset), worker));
       }

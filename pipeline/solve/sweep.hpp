@@ -105,9 +105,6 @@ struct SpineOffset {
 /// The first `n` (at most 8) of a fixed list of rotations and shifts, small ones first.
 std::vector<SpineOffset> spine_offsets(int n);
 
-/// Small offsets to either side, in theta, x and z, of two sizes.
-std::vector<SpineOffset> polish_offsets();
-
 /// One of the distinct equilibria of a flexion: no other one is within 0.1 mm and 0.1 degrees.
 struct SpineEquilibrium {
   MovingPose pose;
@@ -190,6 +187,8 @@ struct SweepPlan {
   bool measures_chosen = false;
   bool has_band = false;             ///< each flexion is also solved with extra moments
   int n_restarts = 0;                ///< starts besides the two chains along flexion (solve/sweep.hpp)
+  /// Exact contact: facets make equilibria a fraction of a degree apart, between which small offsets lead.
+  bool has_facets = true;
   ChangePenalty change_penalty_nmm;  ///< set: the continuous path is chosen; empty: the lowest energies
   /// The flexions whose rows are solved, each once; absent: all, empty: the spine only. The spine is always
   /// needed, solved or recalled.
@@ -205,6 +204,9 @@ struct SweepPlan {
   std::function<bool(const SweepPlan&, const SolveStep&, const SweepHooks&, int n_threads, SweepResult&)>
       follow;
 };
+
+/// Small offsets to either side, in theta, x and z, of two sizes; none without restarts or facets.
+std::vector<SpineOffset> polish_offsets(const SweepPlan& plan);
 
 /// What the springs of a plan depend on besides its terms (solve/prior.hpp).
 struct PriorState {
