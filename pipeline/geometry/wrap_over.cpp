@@ -107,6 +107,9 @@ namespace {
 
 // Points closer to each other than rounding of files must not decide on which side an attachment is.
 constexpr double clear_start_mm = 0.01, clear_end_mm = 2.0;
+// A fibre wraps on the side of its line. Solved poses differ from these by some mm: beside the axis the fibre
+// would change sides, and its force would jump.
+constexpr double clear_line_mm = 3.0;
 constexpr double least_radius_mm = 4.0, most_radius_mm = 80.0;
 constexpr double half_length_mm = 200.0;  // beyond every knee: the path never slips off an end
 constexpr double settled_mm = 0.25;       // of depth, below the 1 mm that is allowed
@@ -173,16 +176,22 @@ double protrusion_mm(const Circle& circle, const Contact& contact, const Vector2
   return off_mm.norm() - circle.radius_mm;
 }
 
-// Mean length of the paths, in mm, with a penalty on the surface outside them.
+// Of the centre above the fibre's line.
+double height_mm(const Circle& circle, const PlanePose& pose)
+{
+  return cross(pose.end_mm, circle.centre_mm) / pose.end_mm.norm();
+}
+
+// Mean length of the paths, in mm, with penalties on the surface outside them and on lines beside the axis.
 double cost_of(const Circle& circle, const std::vector<PlanePose>& poses)
 {
   constexpr double per_mm = 50.0;  // so that 0.1 mm of protrusion costs more than a detour of 0.3 mm
+  constexpr double per_line_mm = 5.0;
   constexpr double refused = 1e6;
   double excess_mm = std::max({0.0, least_radius_mm - circle.radius_mm, circle.radius_mm - most_radius_mm,
                                circle.radius_mm + clear_start_mm - circle.centre_mm.norm()});
   for (const PlanePose& pose : poses) {
-    // A fibre wraps on the side of its line, which must be outward of the centre.
-    const double line_mm = cross(pose.end_mm, circle.centre_mm) / pose.end_mm.norm();
+    const double line_mm = height_mm(circle, pose);
     const double end_mm = (pose.end_mm - circle.centre_mm).norm();
     excess_mm = std::max({excess_mm, line_mm, circle.radius_mm + clear_end_mm - end_mm});
   }
@@ -193,7 +202,9 @@ double cost_of(const Circle& circle, const std::vector<PlanePose>& poses)
     double most_mm = 0.0;
     for (const Vector2d& p_mm : pose.surface_mm)
       most_mm = std::max(most_mm, protrusion_mm(circle, contact, pose.end_mm, p_mm));
-    sum += length_mm(circle, contact, pose.end_mm) + per_mm * most_mm * most_mm;
+    const double beside_mm = std::max(0.0, height_mm(circle, pose) + clear_line_mm);
+    sum += length_mm(circle, contact, pose.end_mm) + per_mm * most_mm * most_mm +
+           per_line_mm * beside_mm * beside_mm;
   }
   return sum / static_cast<double>(poses.size());
 }

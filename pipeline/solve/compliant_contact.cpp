@@ -206,8 +206,9 @@ void for_each_pressed(const FoundationState& state, const Visit& visit)
   const Eigen::Matrix3d A = rotations.of_reference;
   // By columns: Eigen's products of a pose and of a matrix are calls.
   const Eigen::Matrix3d R = A.transpose() * rotations.of_moving;
-  const Eigen::Vector3d Rx = R.col(0), Ry = R.col(1), Rz = R.col(2), t_mm =
-      A.transpose() * (state.configuration.pivot_mm - rotations.of_moving * state.scale.pivot_mm);
+  const Eigen::Vector3d Rx = R.col(0), Ry = R.col(1), Rz = R.col(2),
+                        t_mm = A.transpose() *
+                               (state.configuration.pivot_mm - rotations.of_moving * state.scale.pivot_mm);
   const auto in_reference = [&](const Eigen::Vector3d& p_mm) {
     return Eigen::Vector3d(Rx * p_mm.x() + Ry * p_mm.y() + Rz * p_mm.z() + t_mm);
   };

@@ -185,8 +185,8 @@ struct SweepPlan {
   /// With a free varus: the chosen equilibrium of each flexion is solved again and measured, so the starts
   /// need not be.
   bool measures_chosen = false;
-  bool has_band = false;             ///< each flexion is also solved with extra moments
-  int n_restarts = 0;                ///< starts besides the two chains along flexion (solve/sweep.hpp)
+  bool has_band = false;  ///< each flexion is also solved with extra moments
+  int n_restarts = 0;     ///< starts besides the two chains along flexion (solve/sweep.hpp)
   /// Exact contact: facets make equilibria a fraction of a degree apart, between which small offsets lead.
   bool has_facets = true;
   ChangePenalty change_penalty_nmm;  ///< set: the continuous path is chosen; empty: the lowest energies

@@ -173,6 +173,24 @@ TEST(WrapOver, outside_every_pose)
   EXPECT_LT(span.left_mm(bones, {*wrap}), fitted_mm + 0.05);  // points of the polyline differ a little
 }
 
+// A solved pose differs from those of the fit: the fibre stays over the bone where its line sinks by 2 mm
+// more.
+TEST(WrapOver, on_one_side_beyond_the_poses)
+{
+  constexpr double radius_mm = 5.0;
+  const BonesOfJoint bones{bone_of(tube(radius_mm, 60.0)), {}};
+  Span span({-30, 0.5, 3}, {{30, 0.5, 3}, {30, 1.5, 3}});
+  const std::optional<model::Wrap> wrap = span.fitted(bones);
+  ASSERT_TRUE(wrap);
+  EXPECT_LT(span.left_mm(bones, {*wrap}), fitted_mm + 0.05);
+  span.fibre.wrap = 0;
+  std::array<Vector3d, 25> line_mm;
+  model::sample_fibre_path(span.fibre, {*wrap},
+                           {Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), {30, -3.5, 3}},
+                           line_mm);
+  EXPECT_GT(line_mm[12].y(), radius_mm - fitted_mm);
+}
+
 TEST(WrapOver, over_both_bones)
 {
   // Two balls beside each other; the second one moves with the fibre's end.
