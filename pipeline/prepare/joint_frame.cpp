@@ -311,6 +311,42 @@ void require_facing(const JointFrameOptions& options, const std::array<Contact, 
          "both bones of one joint in the pose of one scan");
 }
 
+// Mean curvature of a weighted surface by the spread of its normals, 1/mm; positive: convex.
+double convexity(const Faces& faces, const Weight& weight)
+{
+  const Vector3d middle = mean_of(faces, weight);
+  Vector3d normal = Vector3d::Zero();
+  double total = 0.0;
+  for (Index i = 0; i < faces.size(); ++i) {
+    normal += weight(i) * faces.areas_mm2[i] * faces.normal(i);
+    total += weight(i) * faces.areas_mm2[i];
+  }
+  normal /= total;
+  double spread = 0.0, size = 0.0;
+  for (Index i = 0; i < faces.size(); ++i) {
+    const Vector3d arm = faces.centre(i) - middle;
+    const double w = weight(i) * faces.areas_mm2[i];
+    spread += w * arm.dot(faces.normal(i) - normal);
+    size += w * arm.squaredNorm();
+  }
+  return spread / size;
+}
+
+// The convex one of the facing surfaces is the moving bone's: the trochlea of a talus, the posterior facet of
+// a calcaneus. In four feet the difference is 0.008 to 0.02 per mm.
+void require_order(const JointFrameOptions& options, const std::array<Contact, 2>& contact)
+{
+  constexpr double least_per_mm = 0.002;
+  const auto of = [&](std::size_t k) {
+    return convexity(contact[k].faces, [&](Index i) { return contact[k].facing.weight(i); });
+  };
+  if (of(0) - of(1) < least_per_mm) return;
+  const auto bones = bones_of(options.joint);
+  refuse(options, Which::reference, "the bone with the convex surface of the two",
+         "the " + std::string(bones.reference) + ", whose surface is concave; exchange --" +
+             std::string(bones.reference) + " and --" + std::string(bones.moving));
+}
+
 // Hip.
 
 std::optional<job::Sphere> head_of(const Mesh& pelvis, const Mesh& femur)
@@ -719,6 +755,7 @@ Found ankle(const JointSurfaces& scan, const JointFrameOptions& options)
   require_size(options, bones.moving, usual_mm);
   const std::array<Contact, 2> contact = facing_surfaces(bones.reference, bones.moving);
   require_facing(options, contact);
+  require_order(options, contact);
   const Faces &tibia = contact[0].faces, &talus = contact[1].faces;
   Vector3d towards_tibia = Vector3d::Zero();
   for (Index i = 0; i < talus.size(); ++i) {
@@ -803,6 +840,7 @@ Found subtalar(const JointSurfaces& scan, const JointFrameOptions& options)
   require_size(options, bones.moving, usual_mm);
   const std::array<Contact, 2> contact = facing_surfaces(bones.reference, bones.moving);
   require_facing(options, contact);
+  require_order(options, contact);
   const Faces &talus = contact[0].faces, &calcaneus = contact[1].faces;
   const std::array<Weight, 2> weight{[&](Index i) { return contact[0].facing.weight(i); },
                                      [&](Index i) { return contact[1].facing.weight(i); }};
@@ -979,6 +1017,9 @@ JointBones bones_of(const std::string& joint)
 
 JointFrame joint_frame(const JointSurfaces& surfaces, const JointFrameOptions& options)
 {
+  if (surfaces.reference.vertices_mm.rows() == surfaces.moving.vertices_mm.rows() &&
+      surfaces.reference.vertices_mm == surfaces.moving.vertices_mm)
+    refuse(options, Which::both, "the same mesh twice", "a mesh of each bone");
   Found found = options.joint == "hip"     ? hip(surfaces, options)
                 : options.joint == "ankle" ? ankle(surfaces, options)
                                            : subtalar(surfaces, options);
