@@ -18,19 +18,12 @@ const core::DocumentSchema& bench_schema();  // schemas/bench.schema.json
 
 namespace {
 
-SimulatedBody simulated_body(const BodySettings& settings, const char* name)
-{
-  SimulatedBody body;
-  // A body of markers has no tool; occlusions refer to it by its role name.
-  body.tool = settings.tool.empty() ? name : settings.tool;
-  body.markers_mm = settings.markers_body_mm;
-  return body;
-}
-
 void add_bodies(const BenchFile& bench, SimulationScript& script)
 {
-  const auto body = [&](BodyRole role) {
-    return simulated_body(*bench.bodies[static_cast<std::size_t>(role)], name_of(role));
+  const auto body = [&](BodyRole role) -> SimulatedBody {
+    const BodySettings& settings = *bench.bodies[role];
+    // A body of markers has no tool; occlusions refer to it by its role name.
+    return {settings.tool.empty() ? name_of(role) : settings.tool, settings.markers_body_mm};
   };
   script.femur = body(bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur);
   if (bench.leg == LegKind::two_bodies) {
@@ -88,12 +81,6 @@ void add_faults(const core::DocumentValue& table, SimulationScript& script)
     script.clock.steps.push_back({core::number_at(item, "at_s"), core::number_at(item, "by_ms")});
 }
 
-PoseParameters six_at(const core::DocumentValue& table, const char* key)
-{
-  const std::vector<double> v = core::numbers_at(table, key);
-  return {{v[0], v[1], v[2]}, Eigen::Vector3d(v[3], v[4], v[5]) * rad_from_deg(1.0)};
-}
-
 /// Numeric listening address of the simulated tracker; loopback unless the file sets another.
 std::string simulation_address_of(const core::Document& document)
 {
@@ -118,7 +105,8 @@ SimulationScript simulation_of(const core::Document& document, const BenchFile& 
   for (Occlusion& occlusion : script.occlusions) occlusion.tool = script.tibia.tool;
   if (bench.leg == LegKind::rigid) script.occlusions.clear();
   script.X_tracker_head = pose_of(nominal_calibration(bench).X_table_eyes);
-  if (table.contains("femur")) script.X_tracker_femur = pose_of(six_at(table, "femur"));
+  if (table.contains("femur"))
+    script.X_tracker_femur = pose_of(pose_parameters_of(core::numbers_at(table, "femur")));
   add_motion(table, script);
   add_faults(table, script);
   require_usable(script, document.file);
@@ -376,8 +364,7 @@ void add_bodies(const core::Document& document, MarkerPositions places, BenchFil
 {
   std::vector<std::string>& tools = bench.tracker->tools;
   for (const BodyRole role : wanted_roles(bench)) {
-    const BodySettings& body =
-        bench.bodies[static_cast<std::size_t>(role)].emplace(body_of(document, name_of(role), places));
+    const BodySettings& body = bench.bodies[role].emplace(body_of(document, name_of(role), places));
     std::vector<std::string> names = body.markers;
     if (!body.tool.empty()) names.push_back(body.tool);
     for (const std::string& name : names) {
@@ -440,9 +427,9 @@ CameraSettings camera_of(const core::Document& document)
 void require_webcam_tools(const core::Document& document, const BenchFile& bench)
 {
   constexpr std::size_t most = 12;
-  for (std::size_t k = 0; k < n_body_roles; ++k) {
-    if (bench.bodies[k] && !bench.bodies[k]->markers.empty())
-      document.refuse(std::string("body.") + name_of(static_cast<BodyRole>(k)) + ".markers",
+  for (const BodyRole role : body_roles) {
+    if (bench.bodies[role] && !bench.bodies[role]->markers.empty())
+      document.refuse(std::string("body.") + name_of(role) + ".markers",
                       "single markers with tracker = \"aruco\"", "a tool: the name of a printed body");
   }
   if (bench.tracker->tools.size() > most)
@@ -508,8 +495,7 @@ BenchFile bench_in(const core::Document& document, MarkerPositions places)
 
 const char* name_of(BodyRole role)
 {
-  static constexpr std::array<const char*, n_body_roles> names{"leg", "femur", "tibia", "head"};
-  return names[static_cast<std::size_t>(role)];
+  return ByRole<const char*>{"leg", "femur", "tibia", "head"}[role];
 }
 
 std::size_t n_tools(const BodySettings& body)

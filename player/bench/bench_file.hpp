@@ -96,7 +96,15 @@ enum class HeadKind {
 
 /// What a tracked body is attached to.
 enum class BodyRole { leg, femur, tibia, head };
-inline constexpr std::size_t n_body_roles = 4;
+inline constexpr std::array body_roles{BodyRole::leg, BodyRole::femur, BodyRole::tibia, BodyRole::head};
+inline constexpr std::size_t n_body_roles = body_roles.size();
+/// A value for each role.
+template <typename Value>
+struct ByRole : std::array<Value, n_body_roles> {
+  using std::array<Value, n_body_roles>::operator[];
+  constexpr Value& operator[](BodyRole role) { return (*this)[static_cast<std::size_t>(role)]; }
+  constexpr const Value& operator[](BodyRole role) const { return (*this)[static_cast<std::size_t>(role)]; }
+};
 /// Key of the role in files and its name on screen: "femur".
 const char* name_of(BodyRole role);
 
@@ -130,7 +138,7 @@ struct BenchFile {
   DisplaySettings display;
   LegKind leg = LegKind::two_bodies;
   HeadKind head = HeadKind::stage;
-  std::array<std::optional<BodySettings>, n_body_roles> bodies;  ///< for the roles that leg and head require
+  ByRole<std::optional<BodySettings>> bodies;  ///< for the roles that leg and head require
   /// Tools in order: those of the bodies, then with [calibration] the probe and the marker; each once.
   std::optional<TrackerSettings> tracker;
   std::optional<CameraSettings> camera;  ///< the tracker is a webcam

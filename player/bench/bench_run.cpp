@@ -277,11 +277,7 @@ std::string seal_of_file(const std::string& path)
   file.read(last.data(), static_cast<std::streamsize>(last.size()));
   if (!file) throw InputError({path, "", "an unreadable file", "a motion model"});
   std::string text = std::to_string(n) + " ";
-  for (const char c : last) {
-    constexpr const char* digits = "0123456789abcdef";
-    const auto byte = static_cast<unsigned char>(c);
-    text += {digits[byte >> 4], digits[byte & 15]};
-  }
+  for (const char c : last) text += printed("%02x", static_cast<unsigned char>(c));
   return text;
 }
 
@@ -370,7 +366,7 @@ class Replay final : public show::Mode {
   {
     next_ = pictures_.index_at(options.from_s);
     until_ = options.seconds ? pictures_.index_at(options.from_s + *options.seconds) : pictures_.n_frames();
-    rebase();
+    at_s_ = next_s();
   }
 
   show::Sink& sink() { return show_.sink(); }
@@ -425,13 +421,12 @@ class Replay final : public show::Mode {
     show_.show(state_.state(), state_.at(n), n, pictures_.seconds(n) / options_.speed.value_or(1.0));
   }
 
-  void rebase() { at_s_ = pictures_.seconds(std::min(next_, pictures_.n_frames() - 1)); }
+  double next_s() { return pictures_.seconds(std::min(next_, pictures_.n_frames() - 1)); }
   void leap(double s)
   {
-    const double from_s = pictures_.seconds(std::min(next_, pictures_.n_frames() - 1));
-    next_ = std::min(pictures_.index_at(std::max(0.0, from_s + s)), pictures_.n_frames() - 1);
+    next_ = std::min(pictures_.index_at(std::max(0.0, next_s() + s)), pictures_.n_frames() - 1);
     is_dirty_ = true;
-    rebase();
+    at_s_ = next_s();
   }
 
   const BenchOptions& options_;
@@ -488,26 +483,7 @@ namespace {
 /// Screens of phones show no more.
 constexpr double most_rate_hz = 60.0;
 
-// JSON and TOML have the same escapes in strings, and number_text() is valid in both for finite numbers.
-using show::list_text, show::number_text;
-
-std::string rows_text(const Pose& X)
-{
-  std::array<double, 12> rows{};
-  for (std::size_t k = 0; k < rows.size(); ++k)
-    rows[k] = X.matrix()(static_cast<Eigen::Index>(k / 4), static_cast<Eigen::Index>(k % 4));
-  return list_text(rows);
-}
-
-void add_points(std::string& text, const std::vector<CalibrationPoint>& points, const char* body)
-{
-  for (const CalibrationPoint& point : points) {
-    if (point.is_target) continue;
-    if (text.back() != '[') text += ", ";
-    text += "{\"name\": " + core::quoted_text(point.name) + ", \"body\": \"" + body +
-            "\", \"point\": " + list_text(std::span(point.p_model_mm.data(), 3)) + "}";
-  }
-}
+using Json = core::DocumentValue;
 
 }  // namespace
 
@@ -525,13 +501,23 @@ double LiveBench::interval_s() const
 
 std::string LiveBench::greeting() const
 {
-  std::string text =
-      "{\"kind\": \"bench\", \"version\": 1, \"title\": " + core::quoted_text(setup_.bench.title) +
-      ", \"set\": " + core::quoted_text(setup_.facts.set) +
-      ", \"scale\": " + number_text(setup_.calibration.subject_scale) + ", \"points\": [";
-  add_points(text, setup_.bench.calibration.points, "reference");
-  add_points(text, setup_.bench.calibration.tibia_points, "moving");
-  return text + "]}";
+  Json points = Json::array();
+  const auto add = [&points](const std::vector<CalibrationPoint>& list, const char* body) {
+    for (const CalibrationPoint& point : list) {
+      const Eigen::Vector3d& p = point.p_model_mm;
+      if (!point.is_target)
+        points.push_back({{"name", point.name}, {"body", body}, {"point", {p.x(), p.y(), p.z()}}});
+    }
+  };
+  add(setup_.bench.calibration.points, "reference");
+  add(setup_.bench.calibration.tibia_points, "moving");
+  const Json greeting{{"kind", "bench"},
+                      {"version", 1},
+                      {"title", setup_.bench.title},
+                      {"set", setup_.facts.set},
+                      {"scale", setup_.calibration.subject_scale},
+                      {"points", points}};
+  return json_text(greeting, -1);
 }
 
 std::string LiveBench::next()
@@ -544,20 +530,24 @@ std::string LiveBench::next()
 
 std::string live_message(const BenchFrame& frame, std::uint64_t number, const std::string& error_message)
 {
-  std::string text = "{\"kind\": \"pose\", \"number\": " + std::to_string(number);
-  text += ", \"flexion\": " + number_text(deg_from_rad(frame.pose.attitude.flexion_rad));
-  text += ", \"varus\": " + number_text(deg_from_rad(frame.pose.attitude.varus_rad));
-  text += ", \"placement\": " + rows_text(frame.X_tracker_reference) + ", \"marks\": [";
-  const auto mark = [&text](const std::string& words) {
-    if (!words.empty()) text += (text.back() == '[' ? "" : ", ") + core::quoted_text(words);
+  Json placement = Json::array(), marks = Json::array();
+  for (Eigen::Index k = 0; k < 12; ++k) placement.push_back(frame.X_tracker_reference.matrix()(k / 4, k % 4));
+  const auto mark = [&marks](const std::string& words) {
+    if (!words.empty()) marks.push_back(words);
   };
   mark(error_message);
   // The display and its stage do not matter to a browser.
   for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia})
-    mark(input_status_text(name_of(role), frame.bodies[static_cast<std::size_t>(role)]));
+    mark(input_status_text(name_of(role), frame.bodies[role]));
   mark(leg_check_text(frame.leg));
   mark(input_status_text("potentiometer", frame.potentiometer));
-  return text + "]}";
+  const Json message{{"kind", "pose"},
+                     {"number", number},
+                     {"flexion", deg_from_rad(frame.pose.attitude.flexion_rad)},
+                     {"varus", deg_from_rad(frame.pose.attitude.varus_rad)},
+                     {"placement", placement},
+                     {"marks", marks}};
+  return json_text(message, -1);
 }
 
 namespace {
@@ -770,25 +760,20 @@ std::string hundredths(double value)
 
 }  // namespace
 
-MotionCollector::MotionCollector(const BenchFile& bench) : bodies_(bench) {}
-
-void MotionCollector::end_message(BodyTracker& tracker)
+void MotionCollector::end_message(BodyRole role)
 {
-  if (!tracker.end_message()) return;
-  for (std::size_t role = 0; role < motions_.size(); ++role) {
-    std::vector<TimedPose>& motion = motions_[role];
-    const std::optional<BodyTracker>& own = bodies_[static_cast<BodyRole>(role)];
-    if (!own || &*own != &tracker || motion.size() == most_poses) continue;
-    if (motion.empty() || tracker.seen_s() > motion.back().time_s)
-      motion.push_back({tracker.seen_s(), tracker.last()});
-  }
+  BodyTracker& tracker = *bodies_[role];
+  std::vector<TimedPose>& motion = motions_[role];
+  if (!tracker.end_message() || motion.size() == most_poses) return;
+  if (motion.empty() || tracker.seen_s() > motion.back().time_s)
+    motion.push_back({tracker.seen_s(), tracker.last()});
 }
 
 void MotionCollector::take(const RecordedFrame& frame)
 {
   for (const Sample& sample : frame.samples) {
     if (sample.kind == SampleKind::tool_pose)
-      bodies_.take(sample, [this](BodyTracker& tracker) { end_message(tracker); });
+      bodies_.take(sample, [this](BodyRole role) { end_message(role); });
   }
 }
 
@@ -800,20 +785,18 @@ bool MotionCollector::is_full() const
 
 const std::vector<TimedPose>& MotionCollector::motion(BodyRole role)
 {
-  if (std::optional<BodyTracker>& own = bodies_[role]) end_message(*own);
-  return motions_[static_cast<std::size_t>(role)];
+  if (bodies_[role]) end_message(role);
+  return motions_[role];
 }
 
 std::vector<BodyPrediction> predictions_of(MotionCollector& collector)
 {
   std::vector<BodyPrediction> predictions;
-  for (std::size_t role = 0; role < n_body_roles; ++role) {
-    const std::vector<TimedPose>& motion = collector.motion(static_cast<BodyRole>(role));
+  for (const BodyRole role : body_roles) {
+    const std::vector<TimedPose>& motion = collector.motion(role);
     if (motion.size() < 2) continue;
-    for (const double horizon_ms : {16.0, 33.0, 50.0}) {
-      predictions.push_back(
-          {static_cast<BodyRole>(role), horizon_ms, prediction_error(motion, horizon_ms / 1000.0)});
-    }
+    for (const double horizon_ms : {16.0, 33.0, 50.0})
+      predictions.push_back({role, horizon_ms, prediction_error(motion, horizon_ms / 1000.0)});
   }
   return predictions;
 }

@@ -186,7 +186,7 @@ class MotionCollector {
  public:
   static constexpr std::size_t most_poses = 36'000;  ///< 10 minutes at 60 Hz; 5 MB a body
 
-  explicit MotionCollector(const BenchFile& bench);
+  explicit MotionCollector(const BenchFile& bench) : bodies_(bench) {}
   /// The next frame of the recording.
   void take(const RecordedFrame& frame);
   bool is_full() const;
@@ -194,10 +194,10 @@ class MotionCollector {
   const std::vector<TimedPose>& motion(BodyRole role);
 
  private:
-  void end_message(BodyTracker& tracker);
+  void end_message(BodyRole role);
 
   TrackedBodies bodies_;
-  std::array<std::vector<TimedPose>, n_body_roles> motions_;
+  ByRole<std::vector<TimedPose>> motions_;
 };
 
 struct BodyPrediction {

@@ -31,6 +31,23 @@ const char* name_of(LinkState state)
   return std::array{"closed", "opening", "up"}.at(static_cast<std::size_t>(state));
 }
 
+/// What the operator does next, until the bench is ready.
+std::string next_step_text(const BenchFrame& frame, const PanelContent& content)
+{
+  if (content.tracker.link != LinkState::up) return "next: 1 start the tracker";
+  if (frame.stage.is_used && !stage_status_text(frame).empty())
+    return "next: 2 zero the stage: move it to its stop, press Z";
+  return content.is_calibrated ? "" : "next: 3 calibrate: vrda-player calibrate all";
+}
+
+/// "internal rotation 9.2 deg, anterior 3.1 mm", or external and posterior.
+std::string joint_text(const ClinicalCoordinates& joint)
+{
+  return (joint.internal_rotation_rad < 0.0 ? "external rotation " : "internal rotation ") +
+         tenths(std::abs(deg_from_rad(joint.internal_rotation_rad))) + " deg, " +
+         (joint.anterior_mm < 0.0 ? "posterior " : "anterior ") + tenths(std::abs(joint.anterior_mm)) + " mm";
+}
+
 }  // namespace
 
 std::optional<view::Viewport> operator_area(const DisplaySettings& display)
@@ -48,14 +65,6 @@ std::optional<view::Viewport> operator_area(const DisplaySettings& display)
     if (best == nullptr || strip.width * strip.height > best->width * best->height) best = &strip;
   }
   return best == nullptr ? std::nullopt : std::optional(*best);
-}
-
-std::string next_step_text(const BenchFrame& frame, const PanelContent& content)
-{
-  if (content.tracker.link != LinkState::up) return "next: 1 start the tracker";
-  if (frame.stage.is_used && !stage_status_text(frame).empty())
-    return "next: 2 zero the stage: move it to its stop, press Z";
-  return content.is_calibrated ? "" : "next: 3 calibrate: vrda-player calibrate all";
 }
 
 std::string device_text(const std::string& name, const DeviceReport& report)
@@ -80,6 +89,22 @@ std::string stage_status_text(const BenchFrame& frame)
   if (mark.state != ToolVisibility::seen) return input_status_text("stage", mark);
   if (!frame.is_stage_zeroed) return "stage not zeroed: press Z at its stop";
   return frame.stage_has_lost_counts ? "stage has lost counts: press Z at its stop" : "";
+}
+
+std::vector<std::string> wrapped(const view::OverlayText& text, const std::string& words, float width_px)
+{
+  std::vector<std::string> lines;
+  for (const std::string& paragraph : view::split(words, '\n')) {
+    lines.emplace_back();
+    for (const std::string& word : view::split(paragraph, ' ')) {
+      const std::string longer = lines.back().empty() ? word : lines.back() + " " + word;
+      if (!lines.back().empty() && text.width_px(longer) > width_px)
+        lines.push_back(word);
+      else
+        lines.back() = longer;
+    }
+  }
+  return lines;
 }
 
 BenchPanel::BenchPanel(const BenchFile& bench)
@@ -122,8 +147,7 @@ void BenchPanel::add_marks(const view::Viewport& visible, const BenchFrame& fram
     text_.add_text(overlay_, left_px, bottom_px, fitted, amber);
     bottom_px -= text_.line_px();
   };
-  for (std::size_t role = 0; role < n_body_roles; ++role)
-    add(input_status_text(name_of(static_cast<BodyRole>(role)), frame.bodies[role]));
+  for (const BodyRole role : body_roles) add(input_status_text(name_of(role), frame.bodies[role]));
   add(leg_check_text(frame.leg));
   if (frame.is_pose_held) add("the model has no pose here: the last one is drawn");
   if (frame.is_moved_aside) add("moved off the leg by the pointer: R puts it back");
@@ -133,34 +157,18 @@ void BenchPanel::add_marks(const view::Viewport& visible, const BenchFrame& fram
   add(content.error_message);
 }
 
-std::string joint_text(const ClinicalCoordinates& joint)
-{
-  return (joint.internal_rotation_rad < 0.0 ? "external rotation " : "internal rotation ") +
-         tenths(std::abs(deg_from_rad(joint.internal_rotation_rad))) + " deg, " +
-         (joint.anterior_mm < 0.0 ? "posterior " : "anterior ") + tenths(std::abs(joint.anterior_mm)) + " mm";
-}
-
 void BenchPanel::add_panel(const view::Viewport& area, const BenchState& state, const BenchFrame& frame,
                            const PanelContent& content)
 {
   float top_px = static_cast<float>(area.y) + margin_px;
   const float room_px = static_cast<float>(area.width) - 2.0F * margin_px;
-  const auto row = [&](const std::string& words, const view::VertexColour& colour) {
-    text_.add_text(overlay_, static_cast<float>(area.x) + margin_px, top_px, text_.fitted(words, room_px),
-                   colour);
-    top_px += text_.line_px();
-  };
   // In as many rows as its words need.
   const auto line = [&](const std::string& words, const view::VertexColour& colour = ink) {
-    std::string filled;
-    for (const std::string& word : view::split(words, ' ')) {
-      const std::string longer = filled.empty() ? word : filled + " " + word;
-      if (!filled.empty() && text_.width_px(longer) > room_px)
-        row(std::exchange(filled, word), colour);
-      else
-        filled = longer;
+    for (const std::string& row : wrapped(text_, words, room_px)) {
+      text_.add_text(overlay_, static_cast<float>(area.x) + margin_px, top_px, text_.fitted(row, room_px),
+                     colour);
+      top_px += text_.line_px();
     }
-    row(filled, colour);
   };
   if (content.has_help) {
     for (const view::HelpLine& help : bench_key_lines())
@@ -183,8 +191,7 @@ void BenchPanel::add_panel(const view::Viewport& area, const BenchState& state, 
        tenths(state.values().prediction_ms) + " ms");
   line(device_text("tracker", content.tracker), content.tracker.link == LinkState::up ? ink : amber);
   for (const std::string& note : content.tracker.notes) line(note, amber);
-  for (std::size_t k = 0; k < n_body_roles; ++k) {
-    const auto role = static_cast<BodyRole>(k);
+  for (const BodyRole role : body_roles) {
     const PoseFit* const fit = state.fit(role);
     if (fit != nullptr)
       line(std::string(name_of(role)) + ": " + fit_text(*fit),
@@ -436,11 +443,6 @@ void BenchOutput::save_screenshot(BenchState& state, const BenchFrame& frame)
   panel_.message = refused ? refused->what() : "screenshot written: " + name;
 }
 
-void BenchOutput::finish()
-{
-  sink_.finish();
-}
-
 void BenchOutput::show_message(const std::string& message, double now_s)
 {
   panel_.message = message;
@@ -572,11 +574,6 @@ const std::string& WindowCheck::error_message(const show::Sink& sink)
   error_message_ = "found " + facts->found + ", wanted " + facts->wanted;
   if (!std::exchange(was_warned_, true)) warning_ = InputError(*facts).what();
   return error_message_;
-}
-
-std::string WindowCheck::take_warning()
-{
-  return std::exchange(warning_, {});
 }
 
 show::Sink bench_window(const BenchFile& bench, const std::string& title, int samples)

@@ -2,6 +2,8 @@
 /// with devices, parameter and timing.
 #pragma once
 
+#include <utility>
+
 #include "bench/bench_run.hpp"
 #include "show/loop.hpp"
 #include "view/overlay_text.hpp"
@@ -20,6 +22,9 @@ struct PanelContent {
   std::string message;        ///< newest message, shown for some seconds
   view::DoubtText doubt{};    ///< what is wrong with the model's pose; may be empty
 };
+
+/// The words in lines that are no wider than the width unless a word is; a line feed ends a line.
+std::vector<std::string> wrapped(const view::OverlayText& text, const std::string& words, float width_px);
 
 class BenchPanel {
  public:
@@ -42,15 +47,8 @@ class BenchPanel {
   view::OverlayReflector reflector_;
 };
 
-/// What the operator does next, until the bench is ready: "1 start the tracker, 2 zero the stage, 3
-/// calibrate"; empty then.
-std::string next_step_text(const BenchFrame& frame, const PanelContent& content);
-
 /// Largest area beside, above or below the eyes' windows that is large enough for a panel.
 std::optional<view::Viewport> operator_area(const DisplaySettings& display);
-
-/// "internal rotation 9.2 deg, anterior 3.1 mm", or external and posterior.
-std::string joint_text(const ClinicalCoordinates& joint);
 
 /// "tracker 127.0.0.1:18944: up, 100 a second".
 std::string device_text(const std::string& name, const DeviceReport& report);
@@ -90,7 +88,7 @@ class WindowCheck {
   /// Message for the panel; empty: the window is correct. Allocates only on a change.
   const std::string& error_message(const show::Sink& sink);
   /// The same for the log, returned once.
-  std::string take_warning();
+  std::string take_warning() { return std::exchange(warning_, {}); }
 
  private:
   const BenchFile& bench_;
@@ -165,7 +163,7 @@ class BenchOutput {
   /// Saves the last frame to a new file in the current folder.
   void save_screenshot(BenchState& state, const BenchFrame& frame);
   /// Closes the video.
-  void finish();
+  void finish() { sink_.finish(); }
   /// Shows a message for some seconds.
   void show_message(const std::string& message, double now_s);
   /// Removes an expired message.

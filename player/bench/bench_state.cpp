@@ -108,7 +108,7 @@ void BenchState::take(const Sample& sample)
 void BenchState::take_place(const Sample& sample)
 {
   // Several messages may arrive between two frames.
-  trackers_.take(sample, [&](BodyTracker&) { end_messages(); });
+  trackers_.take(sample, [&](BodyRole) { end_messages(); });
   if (!sample.is(ToolVisibility::seen)) return;
   newest_arrival_ns_ = sample.arrival_ns;
   ++n_samples_;
@@ -176,8 +176,7 @@ bool BenchState::is_turning(double time_s)
 void BenchState::end_messages()
 {
   bool is_leg_new = false;
-  for (std::size_t k = 0; k < n_body_roles; ++k) {
-    const auto role = static_cast<BodyRole>(k);
+  for (const BodyRole role : body_roles) {
     const bool is_new = trackers_[role] && trackers_[role]->end_message();
     is_leg_new = is_leg_new || (is_new && role != BodyRole::head);
   }
@@ -190,9 +189,8 @@ void BenchState::update_leg()
   const BodyTracker& tibia = *trackers_[BodyRole::tibia];
   if (!femur.is_live() || !tibia.is_live()) return;
   const double time_s = std::max(femur.seen_s(), tibia.seen_s());
-  LegBodies bodies;
-  bodies.X_thigh_femur = pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(BodyRole::femur)]);
-  bodies.X_shank_tibia = pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(BodyRole::tibia)]);
+  const ByRole<PoseParameters>& models = values_.calibration.X_body_model;
+  const LegBodies bodies{pose_of(models[BodyRole::femur]), pose_of(models[BodyRole::tibia])};
   const LegAngles raw =
       leg_angles(X_femur_tibia(bodies, femur.at(time_s), tibia.at(time_s)), frame_of_model_);
   exchanged_ = leg_angles(X_femur_tibia(bodies, tibia.at(time_s), femur.at(time_s)), frame_of_model_);
@@ -204,11 +202,6 @@ void BenchState::update_leg()
   }
   angles_ = TimedAngles{time_s, is_filtered_ ? filter_.filtered(raw, time_s) : raw};
   angles_predictor_.add(*angles_);
-}
-
-double BenchState::stage_mm() const
-{
-  return bench_.stage_mm_per_count * static_cast<double>(stage_.count);
 }
 
 Pose BenchState::X_tracker_eyes(double time_s) const
@@ -240,9 +233,8 @@ void BenchState::place_model(double time_s)
   if (is_solved || shown_.pose.status != store::PoseStatus::solved) shown_.pose = pose;
   shown_.is_pose_held = !is_solved;
   const BodyRole role = is_rigid ? BodyRole::leg : BodyRole::femur;
-  shown_.X_tracker_reference = trackers_[role]->at(time_s) *
-                               pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(role)]) *
-                               X_leg_joint_;
+  shown_.X_tracker_reference =
+      trackers_[role]->at(time_s) * pose_of(values_.calibration.X_body_model[role]) * X_leg_joint_;
   shown_.is_moved_aside = !X_leg_joint_.isApprox(Pose::Identity(), 0.0);
   shown_.X_tracker_moving = shown_.X_tracker_reference * shown_.pose.X_reference_moving;
 }
@@ -269,10 +261,8 @@ const BenchFrame& BenchState::frame(std::int64_t now_ns)
   const double time_s = is_predicted ? now_s + values_.prediction_ms / 1000.0 : 0.0;
   place_model(time_s);
   shown_.X_tracker_eyes = X_tracker_eyes(time_s);
-  for (std::size_t k = 0; k < n_body_roles; ++k) {
-    const std::optional<BodyTracker>& tracker = trackers_[static_cast<BodyRole>(k)];
-    shown_.bodies[k] = tracker ? mark_of(*tracker, now_s) : InputStatus{};
-  }
+  for (const BodyRole role : body_roles)
+    shown_.bodies[role] = trackers_[role] ? mark_of(*trackers_[role], now_s) : InputStatus{};
   shown_.stage = bench_.board && bench_.board->has_stage ? mark_of(stage_, now_s) : InputStatus{};
   shown_.potentiometer =
       bench_.board && bench_.board->has_potentiometer ? mark_of(potentiometer_, now_s) : InputStatus{};
@@ -330,11 +320,6 @@ void TimeHistogram::add(double time_ms)
   longest_ms_ = std::max(longest_ms_, time_ms);
 }
 
-double TimeHistogram::mean_ms() const
-{
-  return n_ == 0 ? 0.0 : sum_ms_ / static_cast<double>(n_);
-}
-
 double TimeHistogram::spread_ms() const
 {
   return spread_of(sum_ms_, sum_squares_, static_cast<double>(n_));
@@ -371,11 +356,6 @@ bool StreamStatistics::follow_pace(double step_ns)
     short_sum_ns_ = 0.0;
   }
   return true;
-}
-
-void StreamStatistics::add(const Sample& sample)
-{
-  if (sample.device_ns != 0) add(sample.device_ns, sample.arrival_ns);
 }
 
 void StreamStatistics::add(std::int64_t device_ns, std::int64_t arrival_ns)

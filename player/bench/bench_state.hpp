@@ -30,7 +30,7 @@ struct BenchFrame {
   Pose X_tracker_reference = Pose::Identity();
   Pose X_tracker_moving = Pose::Identity();
   Pose X_tracker_eyes = Pose::Identity();
-  std::array<InputStatus, n_body_roles> bodies;
+  ByRole<InputStatus> bodies;
   InputStatus stage, potentiometer;
   double stage_mm = 0.0;
   bool is_stage_zeroed = false, stage_has_lost_counts = false;
@@ -95,7 +95,7 @@ class BenchState {
   void place_model(double time_s);
   static InputStatus mark_of(const BodyTracker& tracker, double now_s);
   static InputStatus mark_of(const BoardInput& input, double now_s);
-  double stage_mm() const;
+  double stage_mm() const { return bench_.stage_mm_per_count * static_cast<double>(stage_.count); }
 
   BenchFile bench_;
   BenchValues values_;
@@ -135,7 +135,7 @@ class TimeHistogram {
   /// A negative time counts in the first bin.
   void add(double time_ms);
   std::uint64_t n() const { return n_; }
-  double mean_ms() const;
+  double mean_ms() const { return n_ == 0 ? 0.0 : sum_ms_ / static_cast<double>(n_); }
   double max_ms() const { return longest_ms_; }
   /// Smallest bin edge that `share` of the times do not exceed; from 250 ms the longest time; 0 if empty.
   double percentile_ms(double share) const;
@@ -153,7 +153,10 @@ class TimeHistogram {
 class StreamStatistics {
  public:
   /// Samples of a hidden tool count as received; samples without a stamp are ignored.
-  void add(const Sample& sample);
+  void add(const Sample& sample)
+  {
+    if (sample.device_ns != 0) add(sample.device_ns, sample.arrival_ns);
+  }
   void add(std::int64_t device_ns, std::int64_t arrival_ns);
   std::uint64_t n() const { return n_; }
   std::uint64_t n_missed() const { return n_missed_; }  ///< gaps of whole intervals between stamps

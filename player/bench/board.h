@@ -12,7 +12,6 @@ extern "C" {
 
 /* Hardware abstraction: the only board-specific part, filled in by a port. */
 
-
 typedef struct {
   void* self; /* passed to every function */
   /* Next received byte, or -1 when none is available. */
@@ -28,7 +27,6 @@ typedef struct {
 } hal;
 
 /* Quadrature decoder: two square signals 90 degrees apart, four states a period (00, 01, 11, 10). */
-
 
 /* Written by the interrupt of either signal, read and reset by the port's hal with interrupts disabled. */
 typedef struct {
@@ -47,12 +45,9 @@ uint16_t quadrature_read_and_reset_lost(quadrature* q);
 
 /* CRC-16/CCITT-FALSE: polynomial 0x1021, initial value 0xFFFF, not reflected. */
 
-
 uint16_t crc16(const uint8_t* bytes, size_t n);
 
 /* State of the board and its answers (schemas/serial-protocol.md). */
-
-
 
 enum {
   board_protocol_version = 1,

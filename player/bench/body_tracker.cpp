@@ -179,9 +179,7 @@ ErrorSummary summary_of(std::vector<double> errors)
   ErrorSummary summary;
   summary.n = errors.size();
   if (errors.empty()) return summary;
-  double sum_sq = 0.0;
-  for (const double error : errors) sum_sq += error * error;
-  summary.rms = std::sqrt(sum_sq / static_cast<double>(errors.size()));
+  summary.rms = rms_of(errors);
   std::ranges::sort(errors);
   const std::size_t n_within = (95 * errors.size() + 99) / 100;
   summary.percentile_95 = errors[n_within - 1];
@@ -320,10 +318,10 @@ Pose BodyTracker::at(double time_s) const
 
 TrackedBodies::TrackedBodies(const BenchFile& bench)
 {
-  for (std::size_t k = 0; k < n_body_roles; ++k) {
-    const std::optional<BodySettings>& body = bench.bodies[k];
-    if (!body || body->markers_body_mm.size() != body->markers.size()) continue;
-    trackers_[k].emplace(*body, first_tool_index(bench, static_cast<BodyRole>(k)));
+  for (const BodyRole role : body_roles) {
+    const std::optional<BodySettings>& body = bench.bodies[role];
+    if (body && body->markers_body_mm.size() == body->markers.size())
+      trackers_[role].emplace(*body, first_tool_index(bench, role));
   }
 }
 

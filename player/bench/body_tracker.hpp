@@ -208,22 +208,20 @@ class TrackedBodies {
   /// Without bodies of markers whose positions are unknown.
   explicit TrackedBodies(const BenchFile& bench);
 
-  std::optional<BodyTracker>& operator[](BodyRole role) { return trackers_[static_cast<std::size_t>(role)]; }
-  const std::optional<BodyTracker>& operator[](BodyRole role) const
-  {
-    return trackers_[static_cast<std::size_t>(role)];
-  }
+  std::optional<BodyTracker>& operator[](BodyRole role) { return trackers_[role]; }
+  const std::optional<BodyTracker>& operator[](BodyRole role) const { return trackers_[role]; }
 
-  /// Passes a tool's sample to its body; calls `end_message(tracker)` before a sample that starts the body's
+  /// Passes a tool's sample to its body; calls `end_message(role)` before a sample that starts the body's
   /// next message. Returns the time of the sample on the local clock; hidden tools do not update the clock.
   template <typename EndMessage>
   double take(const Sample& sample, EndMessage end_message)
   {
     const double time_s = sample.is(ToolVisibility::seen) ? clock_.time_s(sample.device_ns, sample.arrival_ns)
                                                           : static_cast<double>(sample.arrival_ns) * s_per_ns;
-    for (std::optional<BodyTracker>& tracker : trackers_) {
+    for (const BodyRole role : body_roles) {
+      std::optional<BodyTracker>& tracker = trackers_[role];
       if (!tracker || !tracker->has_tool(sample.source)) continue;
-      if (tracker->has_received(sample.source)) end_message(*tracker);
+      if (tracker->has_received(sample.source)) end_message(role);
       tracker->take(sample, time_s);
     }
     return time_s;
@@ -232,7 +230,7 @@ class TrackedBodies {
   void disconnect();
 
  private:
-  std::array<std::optional<BodyTracker>, n_body_roles> trackers_;
+  ByRole<std::optional<BodyTracker>> trackers_;
   ClockMap clock_;
 };
 

@@ -194,9 +194,15 @@ void CalibrationFile::write(const Calibration& calibration)
   text_ = std::move(text);
 }
 
-std::string text(double value, int decimals, const char* unit)
+std::string text(double value, int decimals, const std::string& unit)
 {
-  return show::rounded_text(value, decimals) + " " + unit;
+  return show::rounded_text(value, decimals) + (unit.empty() ? "" : " " + unit);
+}
+
+double rounded(double value, int decimals)
+{
+  const double parts = std::pow(10.0, decimals);
+  return std::round(value * parts) / parts;
 }
 
 std::vector<std::string> pose_number_names(const std::string& name)
@@ -263,9 +269,8 @@ std::string interval_text(const Estimate& estimate, Eigen::Index k)
 {
   const double half_width = half_width_95(estimate, k);
   const int decimals = decimals_for(half_width);
-  const std::string& unit = estimate.units[static_cast<std::size_t>(k)];
   return show::rounded_text(estimate.values[k], decimals) + " +- " +
-         show::rounded_text(half_width, decimals) + (unit.empty() ? "" : " " + unit);
+         text(half_width, decimals, estimate.units[static_cast<std::size_t>(k)]);
 }
 
 void append(Estimate& whole, const Estimate& part)
@@ -294,11 +299,9 @@ void append(Estimate& whole, const Estimate& part)
 
 void set_residuals(Estimate& estimate, const std::vector<double>& residuals, const std::string& unit)
 {
-  double sum_sq = 0.0;
-  for (const double residual : residuals) sum_sq += residual * residual;
   estimate.residuals = residuals;
   estimate.residual_unit = unit;
-  estimate.residual_rms = residuals.empty() ? 0.0 : std::sqrt(sum_sq / static_cast<double>(residuals.size()));
+  estimate.residual_rms = rms_of(residuals);
 }
 
 Eigen::Index index_of(const Estimate& estimate, const std::string& name)
@@ -559,47 +562,33 @@ namespace {
 
 using Parameters = std::vector<Parameter>;
 
-double& eye_position(BenchValues& values, view::Eye view::EyePair::*side, Eigen::Index axis)
-{
-  return (values.calibration.eyes.*side).position_head_mm[axis];
-}
-
 /// "left.sight_x"
 std::string with_axis(const std::string& name, const char* what, Eigen::Index axis)
 {
   return name + what + "xyz"[axis];
 }
 
-/// Adds a parameter whose unit is `scale` units of the value at `at`.
-void add(Parameters& list, const Parameter& parameter, std::function<double&(BenchValues&)> at,
-         double scale = 1.0)
-{
-  list.push_back(parameter);
-  list.back().at = std::move(at);
-  list.back().scale = scale;
-}
-
 void add_eye(Parameters& list, const std::string& name, view::Eye view::EyePair::*side)
 {
   const auto eye = [side](BenchValues& v) -> view::Eye& { return v.calibration.eyes.*side; };
   constexpr double px = 20000.0;
-  add(list, {name + ".distance", "px", 10.0, 100000.0, 1.0},
-      [eye](BenchValues& v) -> double& { return eye(v).distance_px; });
-  add(list, {name + ".pixel_aspect", "", 0.1, 10.0, 0.001},
-      [eye](BenchValues& v) -> double& { return eye(v).pixel_aspect; });
+  list.push_back({name + ".distance", "px", 10.0, 100000.0, 1.0,
+                  [eye](BenchValues& v) -> double& { return eye(v).distance_px; }});
+  list.push_back({name + ".pixel_aspect", "", 0.1, 10.0, 0.001,
+                  [eye](BenchValues& v) -> double& { return eye(v).pixel_aspect; }});
   for (const Eigen::Index axis : {0, 1}) {
-    add(list, {with_axis(name, ".sight_", axis), "px", -px, px, 0.5},
-        [eye, axis](BenchValues& v) -> double& { return eye(v).sight_px[axis]; });
-    add(list, {with_axis(name, ".centre_", axis), "px", -px, px, 0.5},
-        [eye, axis](BenchValues& v) -> double& { return eye(v).distortion.centre_px[axis]; });
+    list.push_back({with_axis(name, ".sight_", axis), "px", -px, px, 0.5,
+                    [eye, axis](BenchValues& v) -> double& { return eye(v).sight_px[axis]; }});
+    list.push_back({with_axis(name, ".centre_", axis), "px", -px, px, 0.5,
+                    [eye, axis](BenchValues& v) -> double& { return eye(v).distortion.centre_px[axis]; }});
   }
-  add(list, {name + ".k1", "", -1.0, 1.0, 0.001},
-      [eye](BenchValues& v) -> double& { return eye(v).distortion.k1; });
-  add(list, {name + ".k2", "", -1.0, 1.0, 0.001},
-      [eye](BenchValues& v) -> double& { return eye(v).distortion.k2; });
+  list.push_back({name + ".k1", "", -1.0, 1.0, 0.001,
+                  [eye](BenchValues& v) -> double& { return eye(v).distortion.k1; }});
+  list.push_back({name + ".k2", "", -1.0, 1.0, 0.001,
+                  [eye](BenchValues& v) -> double& { return eye(v).distortion.k2; }});
   for (const Eigen::Index axis : {1, 2}) {
-    add(list, {name + (axis == 1 ? ".eye_up" : ".eye_back"), "mm", -200.0, 200.0, 0.5},
-        [side, axis](BenchValues& v) -> double& { return eye_position(v, side, axis); });
+    list.push_back({name + (axis == 1 ? ".eye_up" : ".eye_back"), "mm", -200.0, 200.0, 0.5,
+                    [eye, axis](BenchValues& v) -> double& { return eye(v).position_head_mm[axis]; }});
   }
 }
 
@@ -608,21 +597,14 @@ void add_six(Parameters& list, const std::string& name, At at)
 {
   constexpr double most_mm = 10000.0, most_deg = 180.0;
   for (const Eigen::Index axis : {0, 1, 2}) {
-    add(list, {with_axis(name, ".shift_", axis), "mm", -most_mm, most_mm, 0.5},
-        [at, axis](BenchValues& v) -> double& { return at(v).shift_mm[axis]; });
+    list.push_back({with_axis(name, ".shift_", axis), "mm", -most_mm, most_mm, 0.5,
+                    [at, axis](BenchValues& v) -> double& { return at(v).shift_mm[axis]; }});
   }
   for (const Eigen::Index axis : {0, 1, 2}) {
-    add(
-        list, {with_axis(name, ".turn_", axis), "deg", -most_deg, most_deg, 0.1},
-        [at, axis](BenchValues& v) -> double& { return at(v).turn_rad[axis]; }, rad_from_deg(1.0));
+    list.push_back({with_axis(name, ".turn_", axis), "deg", -most_deg, most_deg, 0.1,
+                    [at, axis](BenchValues& v) -> double& { return at(v).turn_rad[axis]; },
+                    rad_from_deg(1.0)});
   }
-}
-
-void add_model(Parameters& list, BodyRole role)
-{
-  add_six(list, name_of(role), [role](BenchValues& v) -> PoseParameters& {
-    return v.calibration.X_body_model[static_cast<std::size_t>(role)];
-  });
 }
 
 double pupillary_distance_mm(const view::EyePair& eyes)
@@ -633,8 +615,8 @@ double pupillary_distance_mm(const view::EyePair& eyes)
 /// Moves both eyes symmetrically: their midpoint does not change.
 void set_pupillary_distance(BenchValues& values, double distance_mm)
 {
-  double &left = eye_position(values, &view::EyePair::left, 0),
-         &right = eye_position(values, &view::EyePair::right, 0);
+  double &left = values.calibration.eyes.left.position_head_mm.x(),
+         &right = values.calibration.eyes.right.position_head_mm.x();
   const double middle = 0.5 * (left + right);
   left = middle - 0.5 * distance_mm;
   right = middle + 0.5 * distance_mm;
@@ -643,19 +625,18 @@ void set_pupillary_distance(BenchValues& values, double distance_mm)
 Parameters build_list()
 {
   Parameters list;
-  add(
-      list, {"flexion", "deg", -30.0, 180.0, 1.0}, [](BenchValues& v) -> double& { return v.flexion_rad; },
-      rad_from_deg(1.0));
-  add(
-      list, {"varus", "deg", -30.0, 30.0, 0.5}, [](BenchValues& v) -> double& { return v.varus_rad; },
-      rad_from_deg(1.0));
-  add(list, {"prediction", "ms", 0.0, 200.0, 1.0}, [](BenchValues& v) -> double& { return v.prediction_ms; });
-  add(list, {"eyes.distance_apart", "mm", 40.0, 90.0, 0.25}, nullptr);
-  add(list, {"image_distance", "mm", 100.0, 10000.0, 10.0},
-      [](BenchValues& v) -> double& { return v.calibration.image_distance_mm; });
-  add_model(list, BodyRole::leg);
-  add_model(list, BodyRole::femur);
-  add_model(list, BodyRole::tibia);
+  list.push_back({"flexion", "deg", -30.0, 180.0, 1.0,
+                  [](BenchValues& v) -> double& { return v.flexion_rad; }, rad_from_deg(1.0)});
+  list.push_back({"varus", "deg", -30.0, 30.0, 0.5, [](BenchValues& v) -> double& { return v.varus_rad; },
+                  rad_from_deg(1.0)});
+  list.push_back(
+      {"prediction", "ms", 0.0, 200.0, 1.0, [](BenchValues& v) -> double& { return v.prediction_ms; }});
+  list.push_back({"eyes.distance_apart", "mm", 40.0, 90.0, 0.25});
+  list.push_back({"image_distance", "mm", 100.0, 10000.0, 10.0,
+                  [](BenchValues& v) -> double& { return v.calibration.image_distance_mm; }});
+  for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia})
+    add_six(list, name_of(role),
+            [role](BenchValues& v) -> PoseParameters& { return v.calibration.X_body_model[role]; });
   add_six(list, "eyes", [](BenchValues& v) -> PoseParameters& { return v.calibration.X_table_eyes; });
   add_six(list, "head", [](BenchValues& v) -> PoseParameters& { return v.calibration.X_headbody_eyes; });
   add_six(list, "table", [](BenchValues& v) -> PoseParameters& { return v.calibration.X_tracker_table; });

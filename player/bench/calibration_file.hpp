@@ -27,8 +27,11 @@ struct Estimate {
   std::vector<std::string> remarks;  ///< one line each for the operator
 };
 
-/// "12.3 mm"
-std::string text(double value, int decimals, const char* unit);
+/// "12.3 mm"; "12.3" without a unit.
+std::string text(double value, int decimals, const std::string& unit);
+
+/// Rounded as in text().
+double rounded(double value, int decimals);
 
 /// Throws FitError for an estimate `name`, which may be empty, of a calibration file.
 struct FitErrorContext {
@@ -126,7 +129,7 @@ struct Calibration {
   Eigen::Vector3d stage_direction_table = Eigen::Vector3d::UnitX();  ///< unit; eye motion per mm of stage
   PoseParameters X_headbody_eyes;                                    ///< head tracked by a body
   /// Per role except head: stored vertices (tibia: of the moving object, else of the reference) -> body.
-  std::array<PoseParameters, n_body_roles> X_body_model;
+  ByRole<PoseParameters> X_body_model;
   double subject_scale = 1.0;                            ///< scales the model's lengths, motion included
   std::map<CalibrationPart, CalibrationRecord> records;  ///< of parts started or finished
 };

@@ -1,10 +1,12 @@
 // Commands that look at the devices: `vrda-player devices` lists them, `vrda-player body` measures a body of
 // markers.
+#include <algorithm>
 #include <chrono>
 #include <ostream>
 #include <sstream>
 
 #include "bench/bench_run.hpp"
+#include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "show/session.hpp"
@@ -33,14 +35,14 @@ struct LastValues {
       if (sample.is(ToolVisibility::seen)) rates[sample.source].count(sample.arrival_ns);
     }
     if (sample.kind == SampleKind::tool_pose)
-      bodies.take(sample, [](BodyTracker& body) { body.end_message(); });
+      bodies.take(sample, [this](BodyRole role) { bodies[role]->end_message(); });
     if (sample.kind == SampleKind::potentiometer) potentiometer = sample;
     if (sample.kind == SampleKind::stage) stage = sample;
   }
   /// Of a body of markers with known positions, or nullptr.
-  const PoseFit* fit(std::size_t role) const
+  const PoseFit* fit(BodyRole role) const
   {
-    const std::optional<BodyTracker>& body = bodies[static_cast<BodyRole>(role)];
+    const std::optional<BodyTracker>& body = bodies[role];
     return body && body->has_markers() ? &body->fit() : nullptr;
   }
 };
@@ -92,13 +94,12 @@ void write_table(std::ostream& out, const BenchFile& bench, const Devices& devic
     out << "  " << show::rounded_text(values.rates[k].rate_hz(devices.now_ns()), 1) << " a second";
     out << "\n";
   }
-  for (std::size_t k = 0; k < n_body_roles; ++k) {
-    if (!bench.bodies[k] || bench.bodies[k]->markers.empty()) continue;
-    const char* const role = name_of(static_cast<BodyRole>(k));
-    out << "  body " << role << "  "
-        << (values.fit(k) != nullptr ? fit_text(*values.fit(k))
-                                     : "no markers_mm yet: vrda-player body " + std::string(role))
-        << "\n";
+  for (const BodyRole role : body_roles) {
+    if (!bench.bodies[role] || bench.bodies[role]->markers.empty()) continue;
+    const PoseFit* const fit = values.fit(role);
+    const std::string name = name_of(role);
+    out << "  body " << name << "  "
+        << (fit != nullptr ? fit_text(*fit) : "no markers_mm yet: vrda-player body " + name) << "\n";
   }
   if (!bench.board) return;
   write_report(out, "board", devices.report(DeviceId::board));
@@ -109,68 +110,71 @@ void write_table(std::ostream& out, const BenchFile& bench, const Devices& devic
   }
 }
 
-/// JSON and TOML strings have the same escapes, so core::quoted_text() is valid here.
-std::string json_of(const DeviceReport& report)
+using Json = core::DocumentValue;
+
+Json json_of(const DeviceReport& report)
 {
-  std::string notes;
-  for (const std::string& note : report.notes) notes += (notes.empty() ? "" : ", ") + core::quoted_text(note);
-  return "\"peer\": " + core::quoted_text(report.peer) +
-         ", \"answers\": " + (report.link == LinkState::up ? "true" : "false") +
-         ", \"rate_hz\": " + show::rounded_text(report.rate_hz, 2) +
-         ", \"samples\": " + std::to_string(report.n_samples) +
-         ", \"refused\": " + std::to_string(report.n_refused) +
-         ", \"lost\": " + std::to_string(report.n_lost) +
-         ", \"trouble\": " + core::quoted_text(report.error_message) + ", \"notes\": [" + notes + "]";
+  return {{"peer", report.peer},
+          {"answers", report.link == LinkState::up},
+          {"rate_hz", rounded(report.rate_hz, 2)},
+          {"samples", report.n_samples},
+          {"refused", report.n_refused},
+          {"lost", report.n_lost},
+          {"trouble", report.error_message},
+          {"notes", report.notes}};
 }
 
-std::string json_of(BodyRole role, const PoseFit& fit)
+Json json_of(BodyRole role, const PoseFit& fit)
 {
   const FitQuality quality = quality_of(fit);
-  return std::string("{\"role\": \"") + name_of(role) + "\", \"status\": \"" + name_of(fit.status) +
-         "\", \"markers\": " + std::to_string(quality.n_markers) +
-         ", \"residual_mm\": " + show::rounded_text(quality.residual_mm, 4) +
-         ", \"turn_sd_deg\": " + show::rounded_text(deg_from_rad(quality.rotation_sd_rad), 4) +
-         ", \"middle_sd_mm\": " + show::rounded_text(quality.centroid_sd_mm, 4) + "}";
+  return {{"role", name_of(role)},
+          {"status", name_of(fit.status)},
+          {"markers", quality.n_markers},
+          {"residual_mm", rounded(quality.residual_mm, 4)},
+          {"turn_sd_deg", rounded(deg_from_rad(quality.rotation_sd_rad), 4)},
+          {"middle_sd_mm", rounded(quality.centroid_sd_mm, 4)}};
+}
+
+Json tools_json(const BenchFile& bench, const Devices& devices, const LastValues& values)
+{
+  Json tools = Json::array();
+  for (std::size_t k = 0; k < values.tools.size(); ++k) {
+    Json& tool = tools.emplace_back(Json{{"name", bench.tracker->tools[k]}, {"state", nullptr}});
+    if (!values.tools[k]) continue;
+    tool["state"] = name_of(static_cast<ToolVisibility>(values.tools[k]->state));
+    tool["rate_hz"] = rounded(values.rates[k].rate_hz(devices.now_ns()), 2);
+    for (const double mm : values.tools[k]->tool_pose.position_mm)
+      tool["position_mm"].push_back(rounded(mm, 2));
+  }
+  return tools;
 }
 
 void write_json(std::ostream& out, const BenchFile& bench, const Devices& devices, const LastValues& values)
 {
-  out << "{\"tracker\": {" << json_of(devices.report(DeviceId::tracker)) << ", \"tools\": [";
-  for (std::size_t k = 0; k < values.tools.size(); ++k) {
-    out << (k == 0 ? "" : ", ") << "{\"name\": " << core::quoted_text(bench.tracker->tools[k])
-        << ", \"state\": ";
-    if (!values.tools[k]) {
-      out << "null}";
-      continue;
-    }
-    out << "\"" << name_of(static_cast<ToolVisibility>(values.tools[k]->state))
-        << "\", \"rate_hz\": " << show::rounded_text(values.rates[k].rate_hz(devices.now_ns()), 2)
-        << ", \"position_mm\": [" << place_text(values.tools[k]->tool_pose) << "]}";
+  Json json;
+  Json& tracker = json["tracker"] = json_of(devices.report(DeviceId::tracker));
+  tracker["tools"] = tools_json(bench, devices, values);
+  Json& bodies = tracker["bodies"] = Json::array();
+  for (const BodyRole role : body_roles) {
+    if (values.fit(role) != nullptr) bodies.push_back(json_of(role, *values.fit(role)));
   }
-  out << "], \"bodies\": [";
-  const char* comma = "";
-  for (std::size_t k = 0; k < n_body_roles; ++k) {
-    if (values.fit(k) == nullptr) continue;
-    out << comma << json_of(static_cast<BodyRole>(k), *values.fit(k));
-    comma = ", ";
-  }
-  out << "]}";
   if (bench.board) {
-    out << ", \"board\": {" << json_of(devices.report(DeviceId::board)) << ", \"potentiometer\": "
-        << (values.potentiometer ? std::to_string(values.potentiometer->count) : "null") << ", \"stage_mm\": "
-        << (values.stage ? show::rounded_text(bench.stage_mm_per_count * values.stage->count, 3) : "null")
-        << "}";
+    Json& board = json["board"] = json_of(devices.report(DeviceId::board));
+    board["potentiometer"] = values.potentiometer ? Json(values.potentiometer->count) : Json();
+    board["stage_mm"] =
+        values.stage ? Json(rounded(bench.stage_mm_per_count * values.stage->count, 3)) : Json();
   }
-  out << ", \"monitors\": [";
-  comma = "";
+  Json& monitors = json["monitors"] = Json::array();
   for (const view::Monitor& monitor : view::connected_monitors()) {
     const view::WindowGeometry& g = monitor.geometry;
-    out << comma << "{\"name\": " << core::quoted_text(monitor.name) << ", \"x\": " << g.x
-        << ", \"y\": " << g.y << ", \"width\": " << g.width << ", \"height\": " << g.height
-        << ", \"refresh_hz\": " << monitor.refresh_hz << "}";
-    comma = ", ";
+    monitors.push_back({{"name", monitor.name},
+                        {"x", g.x},
+                        {"y", g.y},
+                        {"width", g.width},
+                        {"height", g.height},
+                        {"refresh_hz", monitor.refresh_hz}});
   }
-  out << "]}\n";
+  out << json_text(json, -1) << "\n";
 }
 
 }  // namespace
@@ -217,40 +221,33 @@ std::string key_of(BodyRole role)
 
 const BodySettings& settings_of(const BenchFile& bench, BodyRole role)
 {
-  return *bench.bodies[static_cast<std::size_t>(role)];
+  return *bench.bodies[role];
 }
 
 BodyRole wanted_role(const BenchFile& bench, const std::string& name)
 {
-  std::string known;
-  for (std::size_t k = 0; k < n_body_roles; ++k) {
-    const auto role = static_cast<BodyRole>(k);
-    if (!bench.bodies[k] || bench.bodies[k]->markers.empty()) continue;
+  std::vector<std::string> known;
+  for (const BodyRole role : body_roles) {
+    if (!bench.bodies[role] || bench.bodies[role]->markers.empty()) continue;
     if (name == name_of(role)) return role;
-    known += std::string(known.empty() ? "" : " or ") + name_of(role);
+    known.emplace_back(name_of(role));
   }
   throw InputError({bench.path, "body",
                     known.empty() ? "no body of markers" : "no body of markers '" + name + "'",
-                    known.empty() ? "a body with the key markers" : known});
-}
-
-int n_seen_in(const std::vector<MarkerRow>& frames, std::size_t marker)
-{
-  int n = 0;
-  for (const MarkerRow& frame : frames) n += frame[marker] ? 1 : 0;
-  return n;
+                    known.empty() ? "a body with the key markers" : joined(known, " or ")});
 }
 
 void require_seen(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role)
 {
   const std::vector<std::string>& names = settings_of(bench, role).markers;
-  std::string unseen;
+  std::vector<std::string> unseen;
   for (std::size_t k = 0; k < names.size(); ++k) {
-    if (n_seen_in(frames, k) == 0) unseen += (unseen.empty() ? "'" : ", '") + names[k] + "'";
+    if (std::ranges::none_of(frames, [k](const MarkerRow& frame) { return frame[k].has_value(); }))
+      unseen.push_back("'" + names[k] + "'");
   }
   if (unseen.empty()) return;
   throw InputError({bench.path, key_of(role) + ".markers",
-                    unseen + " in none of " + std::to_string(frames.size()) + " frames",
+                    joined(unseen) + " in none of " + std::to_string(frames.size()) + " frames",
                     "each marker visible together with three others"});
 }
 

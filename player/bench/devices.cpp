@@ -47,11 +47,6 @@ bool SampleQueue::stage(const Sample& sample)
   return true;
 }
 
-void SampleQueue::publish()
-{
-  n_put_.store(n_staged_, std::memory_order_release);
-}
-
 bool SampleQueue::take(Sample& sample)
 {
   const std::uint64_t n_taken = n_taken_.load(std::memory_order_relaxed);
@@ -94,8 +89,7 @@ DeviceOutput::DeviceOutput(DeviceId device, std::string peer, SampleQueue& queue
 void DeviceOutput::put_one(const Sample& sample)
 {
   if (!queue_.stage(sample)) ++report_.n_lost;
-  if (sample.kind == SampleKind::link) return;
-  if (sample.kind == SampleKind::tool_pose && !sample.is(ToolVisibility::seen)) return;
+  if (!is_reading(sample)) return;
   ++report_.n_samples;
   rate_.count(sample.arrival_ns);
 }

@@ -81,7 +81,7 @@ class SampleQueue {
   /// Appends a sample that becomes visible at publish(), so that the samples of a message are taken
   /// together. False if full.
   bool stage(const Sample& sample);
-  void publish();
+  void publish() { n_put_.store(n_staged_, std::memory_order_release); }
   /// False if empty. Never blocks or allocates.
   bool take(Sample& sample);
 

@@ -120,6 +120,31 @@ std::optional<Stripped> stripped(int version, ByteView body)
   return message;
 }
 
+/// The nearest rotation; nullopt if mirrored, not finite, or off by more than max_rotation_error.
+std::optional<Eigen::Matrix3d> corrected_rotation(const Eigen::Matrix3d& matrix)
+{
+  const Eigen::Matrix3d error = matrix.transpose() * matrix - Eigen::Matrix3d::Identity();
+  // allFinite first: a maximum may ignore NaN.
+  if (!error.allFinite() || error.cwiseAbs().maxCoeff() > max_rotation_error) return std::nullopt;
+  if (matrix.determinant() <= 0.0) return std::nullopt;
+  // Newton's iteration to the orthogonal factor squares the error each time: 1e-3, 1e-6, 1e-12, rounding.
+  Eigen::Matrix3d R = matrix;
+  for (int n = 0; n < 3; ++n) {
+    const Eigen::Matrix3d inverse = R.inverse();
+    R = 0.5 * (R + inverse.transpose()).eval();
+  }
+  return R;
+}
+
+/// The normalised quaternion (w, x, y, z); nullopt under the same conditions.
+std::optional<Eigen::Quaterniond> unit_quaternion(const Eigen::Vector4d& wxyz)
+{
+  const double length_sq = wxyz.squaredNorm();
+  if (!(std::abs(length_sq - 1.0) <= max_rotation_error)) return std::nullopt;
+  const Eigen::Vector4d unit = wxyz / std::sqrt(length_sq);
+  return Eigen::Quaterniond(unit(0), unit(1), unit(2), unit(3));
+}
+
 /// Far beyond the volume of any tracker.
 constexpr double farthest_mm = 100'000.0;
 
@@ -272,29 +297,6 @@ static std::optional<IgtlMessage> message_of(const IgtlHeader& head, ByteView bo
     if (!inner->is_seen) tool.visibility = ToolVisibility::missing;
   }
   return message;
-}
-
-std::optional<Eigen::Matrix3d> corrected_rotation(const Eigen::Matrix3d& matrix)
-{
-  const Eigen::Matrix3d error = matrix.transpose() * matrix - Eigen::Matrix3d::Identity();
-  // allFinite first: a maximum may ignore NaN.
-  if (!error.allFinite() || error.cwiseAbs().maxCoeff() > max_rotation_error) return std::nullopt;
-  if (matrix.determinant() <= 0.0) return std::nullopt;
-  // Newton's iteration to the orthogonal factor squares the error each time: 1e-3, 1e-6, 1e-12, rounding.
-  Eigen::Matrix3d R = matrix;
-  for (int n = 0; n < 3; ++n) {
-    const Eigen::Matrix3d inverse = R.inverse();
-    R = 0.5 * (R + inverse.transpose()).eval();
-  }
-  return R;
-}
-
-std::optional<Eigen::Quaterniond> unit_quaternion(const Eigen::Vector4d& wxyz)
-{
-  const double length_sq = wxyz.squaredNorm();
-  if (!(std::abs(length_sq - 1.0) <= max_rotation_error)) return std::nullopt;
-  const Eigen::Vector4d unit = wxyz / std::sqrt(length_sq);
-  return Eigen::Quaterniond(unit(0), unit(1), unit(2), unit(3));
 }
 
 void IgtlStream::set_broken(const std::string& found, const std::string& wanted)

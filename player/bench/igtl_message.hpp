@@ -72,12 +72,6 @@ std::vector<std::uint8_t> bytes_of(const IgtlMessage& message);
 /// % fails.
 constexpr double max_rotation_error = 1.8e-3;
 
-/// The nearest rotation; nullopt if mirrored, not finite, or off by more than max_rotation_error.
-std::optional<Eigen::Matrix3d> corrected_rotation(const Eigen::Matrix3d& matrix);
-
-/// The normalised quaternion (w, x, y, z); nullopt under the same conditions.
-std::optional<Eigen::Quaterniond> unit_quaternion(const Eigen::Vector4d& wxyz);
-
 // Header and checksum.
 
 constexpr std::size_t igtl_header_bytes = 58;

@@ -34,11 +34,6 @@ void append_transform(Bytes& bytes, const std::string& name, const Pose& X, std:
   append(bytes, bytes_of(message));
 }
 
-const InputStatus& status_of(const BenchFrame& frame, BodyRole role)
-{
-  return frame.bodies[static_cast<std::size_t>(role)];
-}
-
 bool is_usable(const InputStatus& status)
 {
   return !status.is_used || status.is_live;
@@ -52,19 +47,11 @@ std::vector<std::string> marks_of(const StreamedFrame& streamed)
   const auto add = [&](const std::string& mark) {
     if (!mark.empty()) marks.push_back(mark);
   };
-  for (std::size_t role = 0; role < n_body_roles; ++role)
-    add(input_status_text(name_of(static_cast<BodyRole>(role)), frame.bodies[role]));
+  for (const BodyRole role : body_roles) add(input_status_text(name_of(role), frame.bodies[role]));
   add(leg_check_text(frame.leg));
   add(stage_status_text(frame));
   add(input_status_text("probe", streamed.probe));
   return marks;
-}
-
-/// A mesh's device name: the suffix must fit into the field of 20 bytes.
-std::string mesh_name(const store::MotionModel& model, BodyIndex body)
-{
-  constexpr std::size_t longest = 15;
-  return store::displayed_name(model, body).substr(0, longest) + "_mesh";
 }
 
 /// The parts of a bone in one mesh.
@@ -104,11 +91,11 @@ Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& mo
 {
   const BenchFrame& frame = streamed.frame;
   const bool is_reference_seen =
-      is_usable(status_of(frame, BodyRole::leg)) && is_usable(status_of(frame, BodyRole::femur));
-  const bool is_moving_seen = is_reference_seen && is_usable(status_of(frame, BodyRole::tibia)) &&
+      is_usable(frame.bodies[BodyRole::leg]) && is_usable(frame.bodies[BodyRole::femur]);
+  const bool is_moving_seen = is_reference_seen && is_usable(frame.bodies[BodyRole::tibia]) &&
                               frame.pose.status == store::PoseStatus::solved;
   const bool are_eyes_seen =
-      streamed.has_eyes && is_usable(status_of(frame, BodyRole::head)) && is_usable(frame.stage);
+      streamed.has_eyes && is_usable(frame.bodies[BodyRole::head]) && is_usable(frame.stage);
   Bytes bytes;
   if (is_reference_seen)
     append_transform(bytes, store::displayed_name(model, BodyIndex::reference), frame.X_tracker_reference,
@@ -119,8 +106,8 @@ Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& mo
   for (const store::FollowerRows& follower : model.followers) {
     const std::size_t row = model::follower_row(static_cast<BodyIndex>(follower.body_index));
     if (is_moving_seen && frame.pose.has_follower.at(row))
-      append_transform(bytes, follower.name, frame.X_tracker_reference * frame.pose.X_reference_follower.at(row),
-                       streamed.utc_ns);
+      append_transform(bytes, follower.name,
+                       frame.X_tracker_reference * frame.pose.X_reference_follower.at(row), streamed.utc_ns);
   }
   if (are_eyes_seen) append_transform(bytes, "eye", frame.X_tracker_eyes, streamed.utc_ns);
   if (streamed.X_tracker_probe) append_transform(bytes, "probe", *streamed.X_tracker_probe, streamed.utc_ns);
@@ -132,13 +119,13 @@ Bytes frame_messages(const StreamedFrame& streamed, const store::MotionModel& mo
 Bytes mesh_messages(const store::MotionModel& model, std::int64_t utc_ns)
 {
   Bytes bytes;
-  const auto add = [&](BodyIndex which, const Body& body) {
-    append(bytes, polydata_bytes(mesh_name(model, which), utc_ns, whole_mesh(body)));
+  const auto add = [&](const std::string& name, const Body& body) {
+    constexpr std::size_t longest = 15;  // the suffix must fit into the field of 20 bytes
+    append(bytes, polydata_bytes(name.substr(0, longest) + "_mesh", utc_ns, whole_mesh(body)));
   };
-  add(BodyIndex::reference, model.reference);
-  add(BodyIndex::moving, model.moving);
-  for (const store::FollowerRows& follower : model.followers)
-    append(bytes, polydata_bytes(follower.name.substr(0, 15) + "_mesh", utc_ns, whole_mesh(follower.body)));
+  add(store::displayed_name(model, BodyIndex::reference), model.reference);
+  add(store::displayed_name(model, BodyIndex::moving), model.moving);
+  for (const store::FollowerRows& follower : model.followers) add(follower.name, follower.body);
   return bytes;
 }
 

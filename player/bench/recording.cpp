@@ -144,11 +144,6 @@ void Recorder::add(std::int64_t now_ns, std::span<const view::KeyPress> keys, st
   writer_->append(bytes_of(now_ns, keys, samples));
 }
 
-void Recorder::close()
-{
-  writer_->close();
-}
-
 std::string bytes_of(std::int64_t now_ns, std::span<const view::KeyPress> keys,
                      std::span<const Sample> samples)
 {

@@ -39,7 +39,7 @@ class Recorder {
   /// Throws InputError if the disk is full or missing; earlier records stay readable.
   void add(std::int64_t now_ns, std::span<const view::KeyPress> keys, std::span<const Sample> samples);
   /// Blocks until the data are on disk.
-  void close();
+  void close() { writer_->close(); }
 
  private:
   std::unique_ptr<core::FrameWriter> writer_;

@@ -383,10 +383,31 @@ Screw screw_of(const Pose& pose)
   return screw;
 }
 
+Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& by)
+{
+  Pose result = X;
+  result.translation() += by.head<3>();
+  result.linear() = rotation_of(by.tail<3>()) * X.linear();
+  return result;
+}
+
+double rms_of(std::span<const double> values)
+{
+  double sum_sq = 0.0;
+  for (const double value : values) sum_sq += value * value;
+  return values.empty() ? 0.0 : std::sqrt(sum_sq / static_cast<double>(values.size()));
+}
+
 Pose between(const Pose& X_start, const Pose& X_end, double s)
 {
   const Pose X_between = pose_of(scaled(screw_of(X_start.inverse() * X_end), s));
   return X_start * X_between;
+}
+
+PoseParameters pose_parameters_of(std::span<const double> numbers)
+{
+  check(numbers.size() == 6, "a pose has six numbers");
+  return {Eigen::Vector3d::Map(numbers.data()), Eigen::Vector3d::Map(&numbers[3]) * rad_from_deg(1.0)};
 }
 
 Pose pose_of(const PoseParameters& numbers)

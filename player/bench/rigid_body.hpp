@@ -150,6 +150,12 @@ Eigen::Matrix3d rotation_of(const Eigen::Vector3d& turn_rad);
 /// Rotation vector of length up to pi. `R` must be a rotation to rounding.
 Eigen::Vector3d turn_of(const Eigen::Matrix3d& R);
 
+/// X after `by`: shifted (mm), and rotated about the fixed axes through its origin (rotation vector, rad).
+Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& by);
+
+/// Root mean square; 0 without values.
+double rms_of(std::span<const double> values);
+
 /// Interpolates along the screw from `X_start` to `X_end`, at fraction `s`.
 Pose between(const Pose& X_start, const Pose& X_end, double s);
 
@@ -164,6 +170,8 @@ struct PoseParameters {
   Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
 };
+/// From six numbers in mm and degrees, as in files and on screen.
+PoseParameters pose_parameters_of(std::span<const double> numbers);
 /// First the rotations about x, y and z, then the translation.
 Pose pose_of(const PoseParameters& numbers);
 /// The inverse. With y at 90 degrees only a combination of x and z is defined: z is 0.

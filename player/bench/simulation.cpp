@@ -412,7 +412,7 @@ std::vector<SentTool> sent_tools(const BenchFile& bench, const Simulation& simul
     ++at;
     for (const std::string& marker : settings->markers) sent.push_back({at++, marker});
   };
-  const auto settings = [&](BodyRole role) { return bench.bodies[static_cast<std::size_t>(role)]; };
+  const auto settings = [&](BodyRole role) { return bench.bodies[role]; };
   if (bench.leg == LegKind::rigid) {
     add(settings(BodyRole::leg));
     ++at;  // the tibia, which is not tracked

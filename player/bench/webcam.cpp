@@ -325,15 +325,8 @@ PoseFinder::PoseFinder(const Camera& camera, const PoseFinderOptions& options)
   state_->detection->cornerRefinementMethod = cv::aruco::CORNER_REFINE_SUBPIX;
   state_->detection->cornerRefinementWinSize = 2;
   state_->detection->perspectiveRemovePixelPerCell = 8;
-  state_->K = {camera.focal_px.x(),
-               0.0,
-               camera.centre_px.x(),
-               0.0,
-               camera.focal_px.y(),
-               camera.centre_px.y(),
-               0.0,
-               0.0,
-               1.0};
+  const Eigen::Vector2d &f = camera.focal_px, &c = camera.centre_px;
+  state_->K = cv::Matx33d(f.x(), 0.0, c.x(), 0.0, f.y(), c.y(), 0.0, 0.0, 1.0);
   state_->distortion.assign(camera.distortion.begin(), camera.distortion.end());
   state_->last.resize(options.n_bodies);
   std::vector<std::vector<cv::Point3f>> corners;

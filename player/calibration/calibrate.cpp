@@ -1,6 +1,5 @@
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
@@ -13,6 +12,7 @@
 #include "calibration/calibration_mode.hpp"
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
+#include "core/fields_json.hpp"
 #include "core/files.hpp"
 #include "core/process.hpp"
 #include "core/text.hpp"
@@ -23,6 +23,383 @@
 namespace vrda::calibration {
 namespace {
 
+view::AppearanceOptions plain_look()
+{
+  view::AppearanceOptions look;
+  look.mode = view::DrawMode::smooth;
+  look.layers = "none";
+  return look;
+}
+
+}  // namespace
+
+ModelOnBench::ModelOnBench(const BenchFile& bench, const Calibration& calibration, store::MotionModel scaled,
+                           const std::string& set)
+    : scale(calibration.subject_scale),
+      model(std::move(scaled)),
+      motion(model, set),
+      state(bench, calibration, motion, store::solver_frame(model, 0)),
+      view(model, motion, bench, calibration, plain_look())
+{
+}
+
+AdjustedModel::AdjustedModel(const BenchFile& bench, store::MotionModel model, const std::string& file,
+                             const std::string& set)
+    : bench_(bench), model_(std::move(model)), set_(store::chosen_set(model_, file, set))
+{
+}
+
+void AdjustedModel::take(const bench::Sample& sample)
+{
+  if (shown_) shown_->state.take(sample);
+}
+
+void AdjustedModel::place(const CalibrationSession& session, std::int64_t now_ns, view::Renderer& renderer)
+{
+  const Calibration& calibration = session.calibration();
+  if (!shown_ || shown_->scale != calibration.subject_scale) {
+    shown_ = std::make_unique<ModelOnBench>(bench_, calibration,
+                                            store::scaled_model(model_, calibration.subject_scale), set_);
+    renderer.load(shown_->view.scene());
+    renderer.load(shown_->view.warp());
+  }
+  Calibration& tried = shown_->state.values().calibration;
+  tried = calibration;
+  tried.X_body_model[static_cast<std::size_t>(session.task()->body.value())] =
+      bench::pose_parameters_of(session.values());
+  if (shown_->view.take(tried.eyes)) renderer.load(shown_->view.warp());
+  shown_->view.place(shown_->state.frame(now_ns), tried);
+}
+
+namespace {
+
+/// Scales a displayed line into the eye's window: the optics can display more than the window's pixels.
+void fit_into_window(DrawnLine& line, const view::Eye& eye)
+{
+  const view::ShownBox seen = view::shown_box(eye), window = view::box_of(eye.window);
+  const Eigen::Vector2d seen_px = seen.high_px - seen.low_px, window_px = window.high_px - window.low_px;
+  constexpr double filled = 0.98;
+  const double scale = filled * window_px.cwiseQuotient(seen_px).minCoeff();
+  const Eigen::Vector2d from = 0.5 * (seen.low_px + seen.high_px),
+                        to = 0.5 * (window.low_px + window.high_px);
+  for (Eigen::Vector2d& p : line.points_px) p = to + scale * (p - from);
+}
+
+class LiveBench final : public CalibrationBench {
+ public:
+  explicit LiveBench(const BenchFile& bench) : bench_(bench), devices_(bench.tracker, bench.board) {}
+
+  void send_samples(CalibrationSession& session, AdjustedModel* model) override
+  {
+    for (bench::Sample sample; devices_.take(sample);) {
+      session.take(sample);
+      if (model != nullptr) model->take(sample);
+    }
+  }
+  std::int64_t now_ns() const override { return devices_.now_ns(); }
+  void zero_stage() override { devices_.zero_stage(); }
+  std::vector<std::string> device_problems(const Task& task) const override
+  {
+    std::vector<std::string> lines;
+    const auto add = [&](const char* name, bench::DeviceId device) {
+      const bench::DeviceReport report = devices_.report(device);
+      if (report.link != bench::LinkState::up) lines.push_back(bench::device_text(name, report));
+    };
+    const bool wants_tracker = !task.tool.empty() || task.kind->traits().places_model;
+    const bool wants_board = task.kind->traits().uses_stage;
+    if (wants_tracker && bench_.tracker) {
+      add("tracker", bench::DeviceId::tracker);
+      for (const std::string& note : devices_.report(bench::DeviceId::tracker).notes)
+        if (note.starts_with(task.tool + ":")) lines.push_back(note);
+    }
+    if (wants_board && bench_.board) add("board", bench::DeviceId::board);
+    return lines;
+  }
+  CalibrationView view(const CalibrationSession& session) const override
+  {
+    if (session.task() == nullptr) return {};
+    const Task& task = *session.task();
+    return {task.kind->draw(task, session.values(), session.drawing_calibration()), std::nullopt, {}};
+  }
+
+ private:
+  const BenchFile& bench_;
+  bench::Devices devices_;
+};
+
+class VirtualBench final : public CalibrationBench {
+ public:
+  VirtualBench(const BenchFile& bench, const VirtualTruth& truth, const VirtualNoise& noise)
+      : truth_(truth), operator_(bench, truth, noise)
+  {
+  }
+
+  void send_samples(CalibrationSession& session, AdjustedModel*) override
+  {
+    if (session.task() != nullptr) operator_.send_samples(session);
+  }
+  std::optional<Deviation> deviation(const CalibrationSession& session) const override
+  {
+    return operator_.deviation(session);
+  }
+  CalibrationView view(const CalibrationSession& session) const override
+  {
+    const view::EyePair& eyes = truth_.calibration.eyes;
+    CalibrationView seen;
+    seen.boxes = {view::box_of(eyes.left.window), view::box_of(eyes.right.window)};
+    if (session.task() == nullptr) return seen;
+    seen.lines = operator_.seen(session);
+    for (DrawnLine& line : seen.lines) fit_into_window(line, view::side_of(eyes, line.is_right));
+    if (const std::optional<double> reading = operator_.reading(session))
+      seen.notes.push_back("Reading: " + bench::text(*reading, 2, session.task()->dials.front().unit));
+    return seen;
+  }
+
+ private:
+  VirtualTruth truth_;
+  VirtualOperator operator_;
+};
+
+}  // namespace
+
+// Reports of a calibration as text and JSON.
+
+namespace {
+
+using Json = core::DocumentValue;
+
+std::string padded(std::string text, std::size_t width)
+{
+  text.resize(std::max(width, text.size()), ' ');
+  return text;
+}
+
+const char* state_of(const CalibrationRecord* record)
+{
+  if (record == nullptr || (record->marks.empty() && !record->estimate)) return "missing";
+  if (!record->estimate) return "begun";
+  return record->is_outdated ? "outdated" : "done";
+}
+
+void write_part(std::ostream& out, CalibrationPart part, const CalibrationRecord* record)
+{
+  const std::string state = state_of(record);
+  out << padded(bench::name_of(part), 12) << state;
+  if (state == "missing") {
+    out << (part_object(part).traits().is_optional ? ", optional\n" : "\n");
+    return;
+  }
+  if (state == "begun")
+    out << ": " << record->marks.size() << (record->marks.size() == 1 ? " mark so far" : " marks so far");
+  if (state == "outdated") out << ": must be repeated";
+  out << ", " << record->date << "\n";
+  if (!record->estimate) return;
+  const Estimate& estimate = *record->estimate;
+  for (std::size_t k = 0; k < estimate.names.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    out << "  " << padded(estimate.names[k], 22) << bench::interval_text(estimate, row) << "\n";
+  }
+  if (!estimate.residuals.empty()) {
+    out << "  residual rms "
+        << show::rounded_text(estimate.residual_rms, bench::decimals_for(estimate.residual_rms)) << " "
+        << estimate.residual_unit << " of " << estimate.residuals.size() << "\n";
+  }
+  for (const std::string& remark : estimate.remarks) out << "  " << remark << "\n";
+}
+
+void add_estimate(Json& row, const Estimate& estimate)
+{
+  Json& numbers = row["numbers"] = Json::array();
+  for (std::size_t k = 0; k < estimate.names.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    numbers.push_back({{"name", estimate.names[k]},
+                       {"unit", estimate.units[k]},
+                       {"value", json_value(estimate.values[at])},
+                       {"half_width_95", json_value(bench::half_width_95(estimate, at))}});
+  }
+  row["residual_rms"] = json_value(estimate.residual_rms);
+  row["residual_unit"] = estimate.residual_unit;
+  row["residuals"] = estimate.residuals.size();
+  row["remarks"] = estimate.remarks;
+}
+
+Json names_json(std::span<const CalibrationPart> parts)
+{
+  Json names = Json::array();
+  for (const CalibrationPart part : parts) names.push_back(bench::name_of(part));
+  return names;
+}
+
+/// Parts that are not done or outdated.
+std::vector<CalibrationPart> missing_parts(const Calibration& calibration,
+                                           std::span<const CalibrationPart> parts)
+{
+  std::vector<CalibrationPart> missing;
+  for (const CalibrationPart part : parts) {
+    if (!part_object(part).traits().is_optional && !is_done(calibration, part)) missing.push_back(part);
+  }
+  return missing;
+}
+
+/// The state and the results of `parts`, in order.
+void write_status(std::ostream& out, const Calibration& calibration, std::span<const CalibrationPart> parts)
+{
+  for (const CalibrationPart part : parts) write_part(out, part, find_record(calibration, part));
+  const std::vector<CalibrationPart> missing = missing_parts(calibration, parts);
+  if (!missing.empty()) out << "to be done: " << names_of(missing) << "\n";
+}
+
+Json status_json(const BenchFile& bench, const Calibration& calibration,
+                 std::span<const CalibrationPart> parts)
+{
+  Json rows = Json::array();
+  for (const CalibrationPart part : parts) {
+    const CalibrationRecord* record = find_record(calibration, part);
+    Json& row = rows.emplace_back(Json::object());
+    row["name"] = bench::name_of(part);
+    row["once"] = bench::is_per_bench(part) ? "bench" : "person";
+    row["state"] = state_of(record);
+    if (record == nullptr) continue;
+    row["date"] = record->date;
+    row["marks"] = record->marks.size();
+    if (record->estimate) add_estimate(row, *record->estimate);
+  }
+  return {
+      {"bench", bench.title}, {"parts", rows}, {"to_be_done", names_json(missing_parts(calibration, parts))}};
+}
+
+/// By nearest rank.
+Quantiles quantiles_of(std::vector<double> values)
+{
+  if (values.empty()) return {};
+  std::ranges::sort(values);
+  const auto at = [&](double share) {
+    const double rank = std::ceil(share * static_cast<double>(values.size()));
+    return values[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
+  };
+  return {at(0.5), at(0.9), values.back()};
+}
+
+void write_summary(std::ostream& out, const char* name, std::span<const TargetError> errors)
+{
+  const TargetSummary s = summary_of(errors);
+  const auto text = [](double mm, double arc_min) {
+    return show::rounded_text(mm, 2) + " mm (" + show::rounded_text(arc_min, 1) + "')";
+  };
+  out << "  " << padded(name, 8) << "median " << text(s.mm.median, s.arc_min.median) << ", 9 of 10 within "
+      << text(s.mm.p90, s.arc_min.p90) << ", largest " << text(s.mm.largest, s.arc_min.largest) << "\n";
+}
+
+/// `missing`: parts that are not done; if not empty, `after` is not written (JSON: null).
+void write_targets(std::ostream& out, std::span<const TargetError> before, std::span<const TargetError> after,
+                   std::span<const CalibrationPart> missing)
+{
+  out << "overlay error at " << before.size() << " targets (mm across the line of sight, arc minutes)\n";
+  write_summary(out, "before", before);
+  if (missing.empty()) {
+    write_summary(out, "after", after);
+  } else {
+    out << "  " << padded("after", 8) << "unknown until these parts are done: " << names_of(missing) << "\n";
+  }
+}
+
+Json targets_json(std::span<const TargetError> before, std::span<const TargetError> after,
+                  std::span<const CalibrationPart> missing)
+{
+  return {{"n", before.size()},
+          {"before", summary_of(before)},
+          {"after", missing.empty() ? Json(summary_of(after)) : Json()},
+          {"to_be_done", names_json(missing)}};
+}
+
+/// Error of the placements at the joint.
+void write_joint(std::ostream& out, const JointError& error)
+{
+  out << "error at the joint (root mean square of both bones): by landmarks "
+      << show::rounded_text(error.by_landmarks_mm, 2) << " mm, by motion "
+      << show::rounded_text(error.functional_mm, 2) << " mm\n";
+}
+
+struct JointSummary {
+  std::size_t n = 0;
+  Quantiles by_landmarks, functional;
+  std::ptrdiff_t n_halved = 0;
+};
+
+constexpr auto fields_of(const JointSummary*)
+{
+  return std::tuple{Field{"n", &JointSummary::n}, Field{"by_landmarks_mm", &JointSummary::by_landmarks},
+                    Field{"by_motion_mm", &JointSummary::functional},
+                    Field{"halved", &JointSummary::n_halved}};
+}
+
+JointSummary summary_of(std::span<const JointError> joints)
+{
+  std::vector<double> by_landmarks, functional;
+  for (const JointError& error : joints) {
+    by_landmarks.push_back(error.by_landmarks_mm);
+    functional.push_back(error.functional_mm);
+  }
+  const auto is_halved = [](const JointError& e) { return e.functional_mm <= 0.5 * e.by_landmarks_mm; };
+  return {joints.size(), quantiles_of(std::move(by_landmarks)), quantiles_of(std::move(functional)),
+          std::ranges::count_if(joints, is_halved)};
+}
+
+void write_joints(std::ostream& out, const JointSummary& s)
+{
+  const auto row = [&](const char* name, const Quantiles& of) {
+    out << "  " << padded(name, 16) << "median " << show::rounded_text(of.median, 2) << " mm, 9 of 10 within "
+        << show::rounded_text(of.p90, 2) << " mm, largest " << show::rounded_text(of.largest, 2) << " mm\n";
+  };
+  out << "error at the joint of " << s.n << " legs (root mean square of both bones)\n";
+  row("by landmarks", s.by_landmarks);
+  row("by motion", s.functional);
+  out << "  at least halved in " << s.n_halved << " of " << s.n << "\n";
+}
+
+void write_statistics(std::ostream& out, const VirtualStatistics& statistics)
+{
+  out << statistics.n_benches << " benches; a part was rejected and repeated on " << statistics.n_refused
+      << "\n"
+      << padded("part", 12) << padded("number", 22) << padded("within 95 %", 14) << padded("rms error", 12)
+      << "mean half width\n";
+  for (const NumberStatistics& number : statistics.numbers) {
+    out << padded(number.part, 12) << padded(number.name, 22)
+        << padded(show::rounded_text(100.0 * number.n_within / number.n, 1) + " %", 14)
+        << padded(show::rounded_text(number.rms_error, bench::decimals_for(number.rms_error)), 12)
+        << bench::text(number.mean_half_width, bench::decimals_for(number.mean_half_width), number.unit)
+        << "\n";
+  }
+  if (!statistics.joints.empty()) return write_joints(out, summary_of(statistics.joints));
+  write_targets(out, statistics.before, statistics.after, {});
+}
+
+Json statistics_json(const VirtualStatistics& statistics)
+{
+  Json json{{"benches", statistics.n_benches},
+            {"refused", statistics.n_refused},
+            {"numbers", json_value(statistics.numbers)}};
+  if (statistics.joints.empty())
+    json["targets"] = targets_json(statistics.before, statistics.after, {});
+  else
+    json["joint"] = summary_of(statistics.joints);
+  return json;
+}
+
+}  // namespace
+
+TargetSummary summary_of(std::span<const TargetError> errors)
+{
+  std::vector<double> mm, arc_min;
+  for (const TargetError& error : errors) {
+    mm.push_back(error.mm);
+    arc_min.push_back(error.arc_min);
+  }
+  return {quantiles_of(std::move(mm)), quantiles_of(std::move(arc_min))};
+}
+
+namespace {
+
 /// Fixed date of virtual benches, so that their files are reproducible.
 constexpr const char* virtual_date = "2000-01-01";
 
@@ -31,9 +408,7 @@ std::string today()
   const std::time_t now = std::time(nullptr);
   std::tm local{};
   localtime_r(&now, &local);
-  std::array<char, 16> text{};
-  const std::size_t n = std::strftime(text.data(), text.size(), "%Y-%m-%d", &local);
-  return {text.data(), n};
+  return printed("%04d-%02d-%02d", local.tm_year + 1900, local.tm_mon + 1, local.tm_mday);
 }
 
 struct CalibrateSetup {
@@ -147,8 +522,7 @@ void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup, c
                  std::ostream& data)
 {
   if (options.has_json) {
-    write_status_json(data, setup.bench, calibration, setup.parts);
-    data << "\n";
+    data << json_text(status_json(setup.bench, calibration, setup.parts), -1) << "\n";
   } else if (!options.is_quiet) {
     write_status(data, calibration, setup.parts);
   }
@@ -198,9 +572,12 @@ CalibrateEnd run_attended(const CalibrateOptions& options, const CalibrateSetup&
   CalibrationSession session(setup.bench, setup.begun, session_options(options, setup));
   CalibrationWriter kept(setup.bench, options.calibration);
   CalibrationMode mode(options, setup.bench, session, kept, streams);
-  const std::unique_ptr<CalibrationBench> calibration_bench =
-      options.is_virtual ? open_virtual_bench(setup.bench, truth_of(options, setup), setup.noise)
-                         : open_live_bench(setup.bench);
+  std::unique_ptr<CalibrationBench> calibration_bench;
+  if (options.is_virtual) {
+    calibration_bench = std::make_unique<VirtualBench>(setup.bench, truth_of(options, setup), setup.noise);
+  } else {
+    calibration_bench = std::make_unique<LiveBench>(setup.bench);
+  }
   mode.set_bench(*calibration_bench);
   show::run_loop(mode, mode.sink(), stop);
   kept.write(session);
@@ -239,11 +616,10 @@ CalibrateEnd run_unattended(const CalibrateOptions& options, const CalibrateSetu
   const std::vector<TargetError> after = target_errors(found, setup.bench, truth, noise);
   const std::vector<CalibrationPart> missing = missing_parts(found, parts_of(setup.bench));
   if (options.has_json) {
-    streams.data << "{\"seed\": " << options.seed << ", \"calibration\": ";
-    write_status_json(streams.data, setup.bench, found, setup.parts);
-    streams.data << ", \"targets\": ";
-    write_targets_json(streams.data, before, after, missing);
-    streams.data << "}\n";
+    const Json json{{"seed", options.seed},
+                    {"calibration", status_json(setup.bench, found, setup.parts)},
+                    {"targets", targets_json(before, after, missing)}};
+    streams.data << json_text(json, -1) << "\n";
   } else if (!options.is_quiet) {
     write_status(streams.data, found, setup.parts);
     write_targets(streams.data, before, after, missing);
@@ -266,8 +642,7 @@ void write_benches(const CalibrateOptions& options, const CalibrateSetup& setup,
   const VirtualStatistics statistics =
       virtual_statistics(setup.bench, {options.seed, options.n_benches, n_threads, setup.noise, setup.joint});
   if (options.has_json) {
-    write_statistics_json(data, statistics);
-    data << "\n";
+    data << json_text(statistics_json(statistics), -1) << "\n";
   } else {
     write_statistics(data, statistics);
   }
@@ -295,20 +670,16 @@ VirtualNoise noise_of(const std::string& list)
       {"model_deg", &noise.model_deg}};
   if (list.empty()) return noise;
   for (const std::string& item : view::split(list, ',')) {
-    const std::size_t at = item.find('=');
-    const auto known =
-        std::ranges::find_if(named, [&](const auto& each) { return item.substr(0, at) == each.first; });
-    double value = -1.0;
-    if (at != std::string::npos && known != std::end(named)) {
-      const char* const end = item.data() + item.size();
-      const auto [stop, error] = std::from_chars(item.data() + at + 1, end, value);
-      if (error != std::errc() || stop != end) value = -1.0;
-    }
+    const std::vector<std::string> words = view::split(item, '=');
+    const auto known = std::ranges::find_if(named, [&](const auto& each) { return words[0] == each.first; });
+    const bool is_pair = words.size() == 2 && known != std::end(named);
+    const double value = is_pair ? view::parsed_number(words[1]).value_or(-1.0) : -1.0;
     constexpr double most = 1000.0;
     if (!(value >= 0.0 && value <= most)) {
-      std::string names;
-      for (const auto& each : named) names += (names.empty() ? "" : ", ") + std::string(each.first);
-      view::refuse_option("--noise", "\"" + item + "\"", "NAME=VALUE, 0 to 1000, with a NAME of " + names);
+      std::vector<std::string> names;
+      for (const auto& each : named) names.emplace_back(each.first);
+      view::refuse_option("--noise", "\"" + item + "\"",
+                          "NAME=VALUE, 0 to 1000, with a NAME of " + joined(names));
     }
     *known->second = value;
   }
@@ -341,424 +712,6 @@ CalibrateEnd calibrate(const CalibrateOptions& options, const show::Streams& str
   if (needs_screen || has_screen()) return run_attended(options, setup, streams);
   if (!options.is_quiet) streams.messages << "no screen: runs unattended, as with --headless\n";
   return run_unattended(options, setup, streams);
-}
-
-namespace {
-
-view::AppearanceOptions plain_look()
-{
-  view::AppearanceOptions look;
-  look.mode = view::DrawMode::smooth;
-  look.layers = "none";
-  return look;
-}
-
-}  // namespace
-
-ModelOnBench::ModelOnBench(const BenchFile& bench, const Calibration& calibration, store::MotionModel scaled,
-                           const std::string& set)
-    : scale(calibration.subject_scale),
-      model(std::move(scaled)),
-      motion(model, set),
-      state(bench, calibration, motion, store::solver_frame(model, 0)),
-      view(model, motion, bench, calibration, plain_look())
-{
-}
-
-AdjustedModel::AdjustedModel(const BenchFile& bench, store::MotionModel model, const std::string& file,
-                             const std::string& set)
-    : bench_(bench), model_(std::move(model)), set_(store::chosen_set(model_, file, set))
-{
-}
-
-void AdjustedModel::take(const bench::Sample& sample)
-{
-  if (shown_) shown_->state.take(sample);
-}
-
-void AdjustedModel::place(const CalibrationSession& session, std::int64_t now_ns, view::Renderer& renderer)
-{
-  const Calibration& calibration = session.calibration();
-  if (!shown_ || shown_->scale != calibration.subject_scale) {
-    shown_ = std::make_unique<ModelOnBench>(bench_, calibration,
-                                            store::scaled_model(model_, calibration.subject_scale), set_);
-    renderer.load(shown_->view.scene());
-    renderer.load(shown_->view.warp());
-  }
-  Calibration& tried = shown_->state.values().calibration;
-  tried = calibration;
-  tried.X_body_model[static_cast<std::size_t>(session.task()->body.value())] =
-      placed_model_pose(session.values());
-  if (shown_->view.take(tried.eyes)) renderer.load(shown_->view.warp());
-  shown_->view.place(shown_->state.frame(now_ns), tried);
-}
-
-namespace {
-
-/// Scales a displayed line into the eye's window: the optics can display more than the window's pixels.
-void fit_into_window(DrawnLine& line, const view::Eye& eye)
-{
-  const view::ShownBox seen = view::shown_box(eye), window = view::box_of(eye.window);
-  const Eigen::Vector2d seen_px = seen.high_px - seen.low_px, window_px = window.high_px - window.low_px;
-  constexpr double filled = 0.98;
-  const double scale = filled * window_px.cwiseQuotient(seen_px).minCoeff();
-  const Eigen::Vector2d from = 0.5 * (seen.low_px + seen.high_px),
-                        to = 0.5 * (window.low_px + window.high_px);
-  for (Eigen::Vector2d& p : line.points_px) p = to + scale * (p - from);
-}
-
-class LiveBench final : public CalibrationBench {
- public:
-  explicit LiveBench(const BenchFile& bench) : bench_(bench), devices_(bench.tracker, bench.board) {}
-
-  void send_samples(CalibrationSession& session, AdjustedModel* model) override
-  {
-    for (bench::Sample sample; devices_.take(sample);) {
-      session.take(sample);
-      if (model != nullptr) model->take(sample);
-    }
-  }
-  std::int64_t now_ns() const override { return devices_.now_ns(); }
-  void zero_stage() override { devices_.zero_stage(); }
-  std::vector<std::string> device_problems(const Task& task) const override
-  {
-    std::vector<std::string> lines;
-    const auto add = [&](const char* name, bench::DeviceId device) {
-      const bench::DeviceReport report = devices_.report(device);
-      if (report.link != bench::LinkState::up) lines.push_back(bench::device_text(name, report));
-    };
-    const bool wants_tracker = !task.tool.empty() || task.kind->traits().places_model;
-    const bool wants_board = task.kind->traits().uses_stage;
-    if (wants_tracker && bench_.tracker) {
-      add("tracker", bench::DeviceId::tracker);
-      for (const std::string& note : devices_.report(bench::DeviceId::tracker).notes)
-        if (note.starts_with(task.tool + ":")) lines.push_back(note);
-    }
-    if (wants_board && bench_.board) add("board", bench::DeviceId::board);
-    return lines;
-  }
-  std::optional<Deviation> deviation(const CalibrationSession&) const override { return std::nullopt; }
-  CalibrationView view(const CalibrationSession& session) const override
-  {
-    if (session.task() == nullptr) return {};
-    const Task& task = *session.task();
-    return {task.kind->draw(task, session.values(), session.drawing_calibration()), std::nullopt, {}};
-  }
-
- private:
-  const BenchFile& bench_;
-  bench::Devices devices_;
-};
-
-class VirtualBench final : public CalibrationBench {
- public:
-  VirtualBench(const BenchFile& bench, const VirtualTruth& truth, const VirtualNoise& noise)
-      : truth_(truth), operator_(bench, truth, noise)
-  {
-  }
-
-  void send_samples(CalibrationSession& session, AdjustedModel*) override
-  {
-    if (session.task() != nullptr) operator_.send_samples(session);
-  }
-  std::int64_t now_ns() const override { return 0; }
-  void zero_stage() override {}
-  std::vector<std::string> device_problems(const Task&) const override { return {}; }
-  std::optional<Deviation> deviation(const CalibrationSession& session) const override
-  {
-    return operator_.deviation(session);
-  }
-  CalibrationView view(const CalibrationSession& session) const override
-  {
-    const view::EyePair& eyes = truth_.calibration.eyes;
-    CalibrationView seen;
-    seen.boxes = {view::box_of(eyes.left.window), view::box_of(eyes.right.window)};
-    if (session.task() == nullptr) return seen;
-    seen.lines = operator_.seen(session);
-    for (DrawnLine& line : seen.lines) fit_into_window(line, view::side_of(eyes, line.is_right));
-    if (const std::optional<double> reading = operator_.reading(session)) {
-      const std::vector<Dial>& dials = session.task()->dials;
-      seen.notes.push_back("Reading: " + show::rounded_text(*reading, 2) +
-                           (dials.empty() ? "" : " " + dials.front().unit));
-    }
-    return seen;
-  }
-
- private:
-  VirtualTruth truth_;
-  VirtualOperator operator_;
-};
-
-}  // namespace
-
-std::unique_ptr<CalibrationBench> open_live_bench(const BenchFile& bench)
-{
-  return std::make_unique<LiveBench>(bench);
-}
-
-std::unique_ptr<CalibrationBench> open_virtual_bench(const BenchFile& bench, const VirtualTruth& truth,
-                                                     const VirtualNoise& noise)
-{
-  return std::make_unique<VirtualBench>(bench, truth, noise);
-}
-
-namespace {
-
-std::string padded(std::string text, std::size_t width)
-{
-  text.resize(std::max(width, text.size()), ' ');
-  return text;
-}
-
-/// JSON has no NaN or infinity.
-std::string json_number(double value)
-{
-  return std::isfinite(value) ? show::number_text(value) : "null";
-}
-
-const char* state_of(const CalibrationRecord* record)
-{
-  if (record == nullptr || (record->marks.empty() && !record->estimate)) return "missing";
-  if (!record->estimate) return "begun";
-  return record->is_outdated ? "outdated" : "done";
-}
-
-void write_part(std::ostream& out, CalibrationPart part, const CalibrationRecord* record)
-{
-  const std::string state = state_of(record);
-  out << padded(bench::name_of(part), 12) << state;
-  if (state == "missing") {
-    out << (part_object(part).traits().is_optional ? ", optional\n" : "\n");
-    return;
-  }
-  if (state == "begun")
-    out << ": " << record->marks.size() << (record->marks.size() == 1 ? " mark so far" : " marks so far");
-  if (state == "outdated") out << ": must be repeated";
-  out << ", " << record->date << "\n";
-  if (!record->estimate) return;
-  const Estimate& estimate = *record->estimate;
-  for (std::size_t k = 0; k < estimate.names.size(); ++k) {
-    const auto row = static_cast<Eigen::Index>(k);
-    out << "  " << padded(estimate.names[k], 22) << bench::interval_text(estimate, row) << "\n";
-  }
-  if (!estimate.residuals.empty()) {
-    out << "  residual rms "
-        << show::rounded_text(estimate.residual_rms, bench::decimals_for(estimate.residual_rms)) << " "
-        << estimate.residual_unit << " of " << estimate.residuals.size() << "\n";
-  }
-  for (const std::string& remark : estimate.remarks) out << "  " << remark << "\n";
-}
-
-std::string json_of(const Estimate& estimate)
-{
-  std::string text = "\"numbers\": [";
-  for (std::size_t k = 0; k < estimate.names.size(); ++k) {
-    const auto row = static_cast<Eigen::Index>(k);
-    text += std::string(k == 0 ? "" : ", ") + "{\"name\": " + core::quoted_text(estimate.names[k]) +
-            ", \"unit\": " + core::quoted_text(estimate.units[k]) +
-            ", \"value\": " + json_number(estimate.values[row]) +
-            ", \"half_width_95\": " + json_number(bench::half_width_95(estimate, row)) + "}";
-  }
-  text += "], \"residual_rms\": " + json_number(estimate.residual_rms) +
-          ", \"residual_unit\": " + core::quoted_text(estimate.residual_unit) +
-          ", \"residuals\": " + std::to_string(estimate.residuals.size()) + ", \"remarks\": [";
-  for (std::size_t k = 0; k < estimate.remarks.size(); ++k)
-    text += (k == 0 ? "" : ", ") + core::quoted_text(estimate.remarks[k]);
-  return text + "]";
-}
-
-std::string json_of(std::span<const CalibrationPart> parts)
-{
-  std::string text = "[";
-  for (const CalibrationPart part : parts)
-    text += (text.size() > 1 ? ", \"" : "\"") + std::string(bench::name_of(part)) + "\"";
-  return text + "]";
-}
-
-/// By nearest rank.
-Quantiles quantiles_of(std::vector<double> values)
-{
-  if (values.empty()) return {};
-  std::ranges::sort(values);
-  const auto at = [&](double share) {
-    const double rank = std::ceil(share * static_cast<double>(values.size()));
-    return values[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
-  };
-  return {at(0.5), at(0.9), values.back()};
-}
-
-std::string json_of(const Quantiles& of)
-{
-  return "{\"median\": " + json_number(of.median) + ", \"p90\": " + json_number(of.p90) +
-         ", \"largest\": " + json_number(of.largest) + "}";
-}
-
-std::string json_of(const TargetSummary& s)
-{
-  return "{\"mm\": " + json_of(s.mm) + ", \"arc_min\": " + json_of(s.arc_min) + "}";
-}
-
-void write_summary(std::ostream& out, const char* name, std::span<const TargetError> errors)
-{
-  const TargetSummary s = summary_of(errors);
-  const auto text = [](double mm, double arc_min) {
-    return show::rounded_text(mm, 2) + " mm (" + show::rounded_text(arc_min, 1) + "')";
-  };
-  out << "  " << padded(name, 8) << "median " << text(s.mm.median, s.arc_min.median) << ", 9 of 10 within "
-      << text(s.mm.p90, s.arc_min.p90) << ", largest " << text(s.mm.largest, s.arc_min.largest) << "\n";
-}
-
-double share_of(const NumberStatistics& number)
-{
-  return number.n > 0 ? 100.0 * number.n_within / number.n : 0.0;
-}
-
-}  // namespace
-
-std::vector<CalibrationPart> missing_parts(const Calibration& calibration,
-                                           std::span<const CalibrationPart> parts)
-{
-  std::vector<CalibrationPart> missing;
-  for (const CalibrationPart part : parts) {
-    if (!part_object(part).traits().is_optional && !is_done(calibration, part)) missing.push_back(part);
-  }
-  return missing;
-}
-
-void write_status(std::ostream& out, const Calibration& calibration, std::span<const CalibrationPart> parts)
-{
-  for (const CalibrationPart part : parts) write_part(out, part, find_record(calibration, part));
-  const std::vector<CalibrationPart> missing = missing_parts(calibration, parts);
-  if (!missing.empty()) out << "to be done: " << names_of(missing) << "\n";
-}
-
-void write_status_json(std::ostream& out, const BenchFile& bench, const Calibration& calibration,
-                       std::span<const CalibrationPart> parts)
-{
-  out << "{\"bench\": " << core::quoted_text(bench.title) << ", \"parts\": [";
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    const CalibrationRecord* record = find_record(calibration, parts[k]);
-    out << (k == 0 ? "" : ", ") << "{\"name\": \"" << bench::name_of(parts[k]) << "\", \"once\": \""
-        << (bench::is_per_bench(parts[k]) ? "bench" : "person") << "\", \"state\": \"" << state_of(record)
-        << "\"";
-    if (record != nullptr)
-      out << ", \"date\": " << core::quoted_text(record->date) << ", \"marks\": " << record->marks.size();
-    if (record != nullptr && record->estimate) out << ", " << json_of(*record->estimate);
-    out << "}";
-  }
-  out << "], \"to_be_done\": " << json_of(missing_parts(calibration, parts)) << "}";
-}
-
-TargetSummary summary_of(std::span<const TargetError> errors)
-{
-  std::vector<double> mm, arc_min;
-  for (const TargetError& error : errors) {
-    mm.push_back(error.mm);
-    arc_min.push_back(error.arc_min);
-  }
-  return {quantiles_of(std::move(mm)), quantiles_of(std::move(arc_min))};
-}
-
-void write_targets(std::ostream& out, std::span<const TargetError> before, std::span<const TargetError> after,
-                   std::span<const CalibrationPart> missing)
-{
-  out << "overlay error at " << before.size() << " targets (mm across the line of sight, arc minutes)\n";
-  write_summary(out, "before", before);
-  if (missing.empty()) {
-    write_summary(out, "after", after);
-  } else {
-    out << "  " << padded("after", 8) << "unknown until these parts are done: " << names_of(missing) << "\n";
-  }
-}
-
-void write_targets_json(std::ostream& out, std::span<const TargetError> before,
-                        std::span<const TargetError> after, std::span<const CalibrationPart> missing)
-{
-  out << "{\"n\": " << before.size() << ", \"before\": " << json_of(summary_of(before))
-      << ", \"after\": " << (missing.empty() ? json_of(summary_of(after)) : "null")
-      << ", \"to_be_done\": " << json_of(missing) << "}";
-}
-
-void write_joint(std::ostream& out, const JointError& error)
-{
-  out << "error at the joint (root mean square of both bones): by landmarks "
-      << show::rounded_text(error.by_landmarks_mm, 2) << " mm, by motion "
-      << show::rounded_text(error.functional_mm, 2) << " mm\n";
-}
-
-namespace {
-
-struct JointSummary {
-  Quantiles by_landmarks, functional;
-  std::ptrdiff_t n_halved = 0;
-};
-
-JointSummary summary_of(std::span<const JointError> joints)
-{
-  std::vector<double> by_landmarks, functional;
-  for (const JointError& error : joints) {
-    by_landmarks.push_back(error.by_landmarks_mm);
-    functional.push_back(error.functional_mm);
-  }
-  const auto is_halved = [](const JointError& e) { return e.functional_mm <= 0.5 * e.by_landmarks_mm; };
-  return {quantiles_of(std::move(by_landmarks)), quantiles_of(std::move(functional)),
-          std::ranges::count_if(joints, is_halved)};
-}
-
-void write_joints(std::ostream& out, std::span<const JointError> joints)
-{
-  const JointSummary s = summary_of(joints);
-  const auto row = [&](const char* name, const Quantiles& of) {
-    out << "  " << padded(name, 16) << "median " << show::rounded_text(of.median, 2) << " mm, 9 of 10 within "
-        << show::rounded_text(of.p90, 2) << " mm, largest " << show::rounded_text(of.largest, 2) << " mm\n";
-  };
-  out << "error at the joint of " << joints.size() << " legs (root mean square of both bones)\n";
-  row("by landmarks", s.by_landmarks);
-  row("by motion", s.functional);
-  out << "  at least halved in " << s.n_halved << " of " << joints.size() << "\n";
-}
-
-}  // namespace
-
-void write_statistics(std::ostream& out, const VirtualStatistics& statistics)
-{
-  out << statistics.n_benches << " benches; a part was rejected and repeated on " << statistics.n_refused
-      << "\n"
-      << padded("part", 12) << padded("number", 22) << padded("within 95 %", 14) << padded("rms error", 12)
-      << "mean half width\n";
-  for (const NumberStatistics& number : statistics.numbers) {
-    out << padded(number.part, 12) << padded(number.name, 22)
-        << padded(show::rounded_text(share_of(number), 1) + " %", 14)
-        << padded(show::rounded_text(number.rms_error, bench::decimals_for(number.rms_error)), 12)
-        << show::rounded_text(number.mean_half_width, bench::decimals_for(number.mean_half_width))
-        << (number.unit.empty() ? "" : " " + number.unit) << "\n";
-  }
-  if (!statistics.joints.empty()) return write_joints(out, statistics.joints);
-  write_targets(out, statistics.before, statistics.after, {});
-}
-
-void write_statistics_json(std::ostream& out, const VirtualStatistics& statistics)
-{
-  out << "{\"benches\": " << statistics.n_benches << ", \"refused\": " << statistics.n_refused
-      << ", \"numbers\": [";
-  for (std::size_t k = 0; k < statistics.numbers.size(); ++k) {
-    const NumberStatistics& number = statistics.numbers[k];
-    out << (k == 0 ? "" : ", ") << "{\"part\": " << core::quoted_text(number.part)
-        << ", \"name\": " << core::quoted_text(number.name)
-        << ", \"unit\": " << core::quoted_text(number.unit) << ", \"n\": " << number.n
-        << ", \"within\": " << number.n_within << ", \"rms_error\": " << json_number(number.rms_error)
-        << ", \"mean_half_width_95\": " << json_number(number.mean_half_width) << "}";
-  }
-  if (!statistics.joints.empty()) {
-    const JointSummary s = summary_of(std::span<const JointError>(statistics.joints));
-    out << "], \"joint\": {\"n\": " << statistics.joints.size()
-        << ", \"by_landmarks_mm\": " << json_of(s.by_landmarks)
-        << ", \"by_motion_mm\": " << json_of(s.functional) << ", \"halved\": " << s.n_halved << "}}";
-    return;
-  }
-  out << "], \"targets\": ";
-  write_targets_json(out, statistics.before, statistics.after, {});
-  out << "}";
 }
 
 }  // namespace vrda::calibration

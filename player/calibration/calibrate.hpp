@@ -12,6 +12,7 @@
 #include "calibration/functional_fit.hpp"
 #include "calibration/operator.hpp"
 #include "calibration/statistics.hpp"
+#include "core/fields.hpp"
 #include "show/loop.hpp"
 
 namespace vrda::calibration {
@@ -101,57 +102,38 @@ class CalibrationBench {
   /// Passes the device samples since the last call to session and model.
   virtual void send_samples(CalibrationSession& session, AdjustedModel* model) = 0;
   /// Clock of the samples, ns.
-  virtual std::int64_t now_ns() const = 0;
-  virtual void zero_stage() = 0;
+  virtual std::int64_t now_ns() const { return 0; }
+  virtual void zero_stage() {}
   /// Problems of the devices that the task needs; empty: none.
-  virtual std::vector<std::string> device_problems(const Task& task) const = 0;
+  virtual std::vector<std::string> device_problems(const Task&) const { return {}; }
   /// How far the dials are from the truth; empty if the truth is unknown or there are no dials.
-  virtual std::optional<Deviation> deviation(const CalibrationSession& session) const = 0;
+  virtual std::optional<Deviation> deviation(const CalibrationSession&) const { return std::nullopt; }
   /// View of the current task.
   virtual CalibrationView view(const CalibrationSession& session) const = 0;
 };
-
-/// Tracker and board of the bench file.
-std::unique_ptr<CalibrationBench> open_live_bench(const BenchFile& bench);
-/// Virtual bench, drawn as its person sees it.
-std::unique_ptr<CalibrationBench> open_virtual_bench(const BenchFile& bench, const VirtualTruth& truth,
-                                                     const VirtualNoise& noise);
 
 /// Motion of the file's model along its flexion, mm and rad, unscaled: poses at steps of about 2 degrees,
 /// each at the set's own or balanced varus. Throws InputError with the file: a sequence of frames, one
 /// flexion only, an unsolved pose.
 JointCurve joint_curve(const std::string& file, const std::string& set);
 
-// Reports of a calibration as text and JSON.
-
-/// Writes the state and the results of `parts`, in order.
-void write_status(std::ostream& out, const Calibration& calibration, std::span<const CalibrationPart> parts);
-/// The same as a JSON object without a final line feed.
-void write_status_json(std::ostream& out, const BenchFile& bench, const Calibration& calibration,
-                       std::span<const CalibrationPart> parts);
-
-/// Parts that are not done or outdated.
-std::vector<CalibrationPart> missing_parts(const Calibration& calibration,
-                                           std::span<const CalibrationPart> parts);
-
 /// Distribution of target errors, by nearest rank.
 struct Quantiles {
   double median = 0.0, p90 = 0.0, largest = 0.0;
+  bool operator==(const Quantiles&) const = default;
 };
+constexpr auto fields_of(const Quantiles*)
+{
+  return std::tuple{Field{"median", &Quantiles::median}, Field{"p90", &Quantiles::p90},
+                    Field{"largest", &Quantiles::largest}};
+}
 struct TargetSummary {
   Quantiles mm, arc_min;
 };
+constexpr auto fields_of(const TargetSummary*)
+{
+  return std::tuple{Field{"mm", &TargetSummary::mm}, Field{"arc_min", &TargetSummary::arc_min}};
+}
 TargetSummary summary_of(std::span<const TargetError> errors);
-
-/// `missing`: parts that are not done; if not empty, `after` is not written (JSON: null).
-void write_targets(std::ostream& out, std::span<const TargetError> before, std::span<const TargetError> after,
-                   std::span<const CalibrationPart> missing);
-void write_targets_json(std::ostream& out, std::span<const TargetError> before,
-                        std::span<const TargetError> after, std::span<const CalibrationPart> missing);
-
-/// Error of the placements at the joint.
-void write_joint(std::ostream& out, const JointError& error);
-void write_statistics(std::ostream& out, const VirtualStatistics& statistics);
-void write_statistics_json(std::ostream& out, const VirtualStatistics& statistics);
 
 }  // namespace vrda::calibration

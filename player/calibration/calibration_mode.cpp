@@ -81,8 +81,7 @@ int decimals_of_step(double step)
 
 std::string dial_text(const Dial& dial, double value)
 {
-  return dial.name + " " + show::rounded_text(value, decimals_of_step(dial.step)) +
-         (dial.unit.empty() ? "" : " " + dial.unit);
+  return dial.name + " " + bench::text(value, decimals_of_step(dial.step), dial.unit);
 }
 
 void add_drawn_line(view::Overlay& overlay, const view::OverlayText& text, const DrawnLine& line)
@@ -127,28 +126,7 @@ struct TextBlock {
 
   void add(const std::string& words, const view::VertexColour& colour)
   {
-    std::string line, word;
-    const auto end_word = [&] {
-      const std::string longer = line.empty() ? word : line + " " + word;
-      if (!line.empty() && text.width_px(longer) > width_px) {
-        lines.push_back({line, colour});
-        line = word;
-      } else {
-        line = longer;
-      }
-      word.clear();
-    };
-    for (const char c : words + "\n") {
-      if (c != ' ' && c != '\n') {
-        word += c;
-        continue;
-      }
-      end_word();
-      if (c == '\n') {
-        lines.push_back({line, colour});
-        line.clear();
-      }
-    }
+    for (const std::string& line : bench::wrapped(text, words, width_px)) lines.push_back({line, colour});
   }
 };
 
@@ -340,9 +318,7 @@ ScriptLine parsed_line(const std::vector<std::string>& words, const Where& where
   } else if (words[0] == "wait" && words.size() == 2) {
     line.wait_s = parsed_number(words[1], where, longest_s, "seconds above 0, up to 3600");
   } else {
-    std::string whole;
-    for (const std::string& word : words) whole += (whole.empty() ? "" : " ") + word;
-    refuse(where, whole, "\"press KEY\", \"press KEY TIMES\" or \"wait SECONDS\"");
+    refuse(where, joined(words, " "), "\"press KEY\", \"press KEY TIMES\" or \"wait SECONDS\"");
   }
   return line;
 }
@@ -392,8 +368,7 @@ std::string task_name(const CalibrationSession& session)
 
 std::string text_of(const Deviation& off)
 {
-  return "You were " + show::rounded_text(off.value, off.unit.empty() ? 3 : 1) +
-         (off.unit.empty() ? "" : " " + off.unit) + " from the truth" +
+  return "You were " + bench::text(off.value, off.unit.empty() ? 3 : 1, off.unit) + " from the truth" +
          (off.value > large_deviation ? ": again. Backspace takes it back." : ".");
 }
 

@@ -12,79 +12,91 @@
 namespace vrda::calibration {
 namespace {
 
-constexpr int samples_of_sheet = 1;  // lines are anti-aliased by the overlay
+/// Placement of a part of a frame buffer on a sheet.
+struct SheetFrame {
+  view::ShownBox source;
+  Eigen::Vector2d at_px = Eigen::Vector2d::Zero();  ///< upper left corner on the sheet
+  double scale = 1.0;                               ///< sheet px per frame buffer px
 
-Eigen::Vector2d placed(const SheetFrame& frame, const Eigen::Vector2d& p_px)
-{
-  return frame.at_px + frame.scale * (p_px - frame.source.low_px);
-}
-
-}  // namespace
-
-Sheet::Sheet(int width, int height)
-    : renderer_(view::make_offscreen_renderer({width, height, samples_of_sheet, 0.0})),
-      text_(view::panel_text_px)
-{
-  nothing_.background = view::background_of(view::Backdrop::black);
-  renderer_->load(nothing_);
-  renderer_->load(text_.font());
-  view::clear_overlay(overlay_, width, height);
-}
-
-view::OverlayBox Sheet::clip_of(const SheetFrame& frame) const
-{
-  // Room for an outline on the border.
-  constexpr float rim_px = 2.0F;
-  const Eigen::Vector2f low = placed(frame, frame.source.low_px).cast<float>();
-  const Eigen::Vector2f high = placed(frame, frame.source.high_px).cast<float>();
-  return {low.x() - rim_px, low.y() - rim_px, high.x() + rim_px, high.y() + rim_px};
-}
-
-void Sheet::add_lines(const SheetFrame& frame, std::span<const DrawnLine> lines)
-{
-  view::clip_overlay(overlay_, clip_of(frame));
-  for (DrawnLine line : lines) {
-    for (Eigen::Vector2d& p : line.points_px) p = placed(frame, p);
-    line.is_smooth = true;
-    add_drawn_line(overlay_, text_, line);
+  Eigen::Vector2d placed(const Eigen::Vector2d& p_px) const { return at_px + scale * (p_px - source.low_px); }
+  view::OverlayBox placed(const view::ShownBox& box) const
+  {
+    const Eigen::Vector2f low = placed(box.low_px).cast<float>(), high = placed(box.high_px).cast<float>();
+    return {low.x(), low.y(), high.x(), high.y()};
   }
-}
+};
 
-void Sheet::add_area(const SheetFrame& frame, const view::ShownBox& box, const view::VertexColour& colour)
-{
-  view::clip_overlay(overlay_, clip_of(frame));
-  const Eigen::Vector2f low = placed(frame, box.low_px).cast<float>();
-  const Eigen::Vector2f high = placed(frame, box.high_px).cast<float>();
-  text_.add_area(overlay_, {low.x(), low.y(), high.x(), high.y()}, colour);
-}
+/// An off-screen picture with frames, lines and text.
+class Sheet {
+ public:
+  Sheet(int width, int height)
+      : renderer_(view::make_offscreen_renderer({width, height, 1, 0.0})), text_(view::panel_text_px)
+  {
+    nothing_.background = view::background_of(view::Backdrop::black);
+    renderer_->load(nothing_);
+    renderer_->load(text_.font());
+    view::clear_overlay(overlay_, width, height);
+  }
 
-void Sheet::add_words(const Eigen::Vector2d& at_px, const std::string& words,
-                      const view::VertexColour& colour)
-{
-  view::clip_overlay(overlay_, {0.0F, 0.0F, static_cast<float>(renderer_->width()),
-                                static_cast<float>(renderer_->height())});
-  const Eigen::Vector2f at = at_px.cast<float>();
-  text_.add_text(overlay_, at.x(), at.y(), words, colour);
-}
+  /// Line widths are not scaled; lines are clipped at the frame.
+  void add_lines(const SheetFrame& frame, std::span<const DrawnLine> lines)
+  {
+    clip_at(frame);
+    for (DrawnLine line : lines) {
+      for (Eigen::Vector2d& p : line.points_px) p = frame.placed(p);
+      line.is_smooth = true;
+      add_drawn_line(overlay_, text_, line);
+    }
+  }
+  void add_area(const SheetFrame& frame, const view::ShownBox& box, const view::VertexColour& colour)
+  {
+    clip_at(frame);
+    text_.add_area(overlay_, frame.placed(box), colour);
+  }
+  /// `at_px`: on the sheet.
+  void add_words(const Eigen::Vector2d& at_px, const std::string& words, const view::VertexColour& colour)
+  {
+    view::clip_overlay(overlay_, {0.0F, 0.0F, static_cast<float>(renderer_->width()),
+                                  static_cast<float>(renderer_->height())});
+    const Eigen::Vector2f at = at_px.cast<float>();
+    text_.add_text(overlay_, at.x(), at.y(), words, colour);
+  }
+  float width_px(const std::string& words) const { return text_.width_px(words); }
 
-const view::Image& Sheet::image()
-{
-  view::finish_overlay(overlay_);
-  return renderer_->draw(nothing_, {}, &overlay_);
-}
+  /// Valid until the next call.
+  const view::Image& image()
+  {
+    view::finish_overlay(overlay_);
+    return renderer_->draw(nothing_, {}, &overlay_);
+  }
 
-DrawnLine outline_of(const view::ShownBox& box, const std::array<float, 3>& colour, double width_px)
-{
-  return {false, rectangle_points(box.low_px, box.high_px), width_px, true, colour};
-}
+ private:
+  void clip_at(const SheetFrame& frame)
+  {
+    constexpr float rim_px = 2.0F;  // room for an outline on the border
+    const view::OverlayBox box = frame.placed(frame.source);
+    view::clip_overlay(
+        overlay_, {box.left_px - rim_px, box.top_px - rim_px, box.right_px + rim_px, box.bottom_px + rim_px});
+  }
 
-namespace {
+  std::unique_ptr<view::Renderer> renderer_;
+  view::OverlayText text_;
+  view::Overlay overlay_;
+  view::Scene nothing_;
+};
 
 using Colour = std::array<float, 3>;
 constexpr view::VertexColour window_area{30, 34, 40, 255}, visible_area{24, 56, 40, 255};
 constexpr Colour grey{0.45F, 0.48F, 0.52F}, green{0.38F, 0.85F, 0.5F}, amber{1.0F, 0.69F, 0.18F},
     white{0.9F, 0.92F, 0.95F}, blue{0.4F, 0.65F, 1.0F};
 constexpr double line_px = 1.5;
+
+/// Outline of a box as a closed line.
+DrawnLine outline_of(const view::ShownBox& box, const Colour& colour)
+{
+  return {false, rectangle_points(box.low_px, box.high_px), line_px, true, colour};
+}
+
 constexpr double words_px = 24.0, gap_px = 16.0;  // line height of text; gap between frames
 
 std::vector<DrawnLine> cross_at(const Eigen::Vector2d& p, double arm_px, const Colour& colour, bool is_right)
@@ -132,8 +144,8 @@ std::string write_viewport(const PictureRequest& request, const std::string& fol
     sheet.add_lines(frame, cross_at(centre, 12.0, white, is_right));
     sheet.add_lines(frame, cross_at(view::middle_px(eye.window), 6.0, grey, is_right));
     const Eigen::Vector2d corner = frame.at_px + scale * Eigen::Vector2d(seen.x, seen.y);
-    sheet.add_words(corner + Eigen::Vector2d(8.0, 6.0),
-                    std::string(is_right ? "right" : "left") + " eye: visible " + size_text(seen), ink);
+    sheet.add_words(corner + Eigen::Vector2d(8.0, 6.0), eye_text(is_right) + ": visible " + size_text(seen),
+                    ink);
     sheet.add_words(corner + Eigen::Vector2d(8.0, 26.0),
                     "centre " + show::rounded_text(centre.x(), 1) + ", " + show::rounded_text(centre.y(), 1),
                     ink);
@@ -217,22 +229,17 @@ std::vector<double> dials_of(const Task& task, const CalibrationMark& mark, cons
   return {p.x(), p.y()};
 }
 
-struct AlignedTask {
-  const Task* task;
-  const CalibrationMark* mark;
-};
-
 /// The left eye's first task of each index.
-std::vector<AlignedTask> aligned_tasks(const PictureRequest& request, CalibrationPart part)
+std::vector<MarkedTask> aligned_tasks(const PictureRequest& request, CalibrationPart part)
 {
-  std::vector<AlignedTask> found;
+  std::vector<MarkedTask> found;
   const CalibrationRecord* record = find_record(request.found, part);
   if (record == nullptr) return found;
   for (const Task& task : request.tasks) {
-    const auto is_same = [&](const AlignedTask& other) { return other.task->index == task.index; };
+    const auto is_same = [&](const MarkedTask& other) { return other.task.index == task.index; };
     const CalibrationMark* mark = find_mark(*record, task.name);
     if (mark != nullptr && !task.is_right && std::ranges::none_of(found, is_same))
-      found.push_back({&task, mark});
+      found.push_back({task, mark});
   }
   return found;
 }
@@ -249,7 +256,7 @@ std::vector<std::string> write_aligned(const PictureRequest& request, const std:
                                        const AlignedSheet& plan)
 {
   constexpr double scale = 0.42;
-  std::vector<AlignedTask> tasks = aligned_tasks(request, plan.part);
+  std::vector<MarkedTask> tasks = aligned_tasks(request, plan.part);
   if (tasks.empty()) return {};
   tasks.resize(std::min(tasks.size(), plan.most));
   const view::ShownBox box = view::shown_box(request.truth.calibration.eyes.left);
@@ -258,7 +265,7 @@ std::vector<std::string> write_aligned(const PictureRequest& request, const std:
   Sheet sheet(static_cast<int>(n * size.x() + (n + 1.0) * gap_px),
               static_cast<int>(2.0 * (size.y() + words_px + gap_px) + gap_px));
   for (std::size_t k = 0; k < tasks.size(); ++k) {
-    const Task& task = *tasks[k].task;
+    const Task& task = tasks[k].task;
     std::vector<double> begun;
     for (const Dial& dial : task.dials) begun.push_back(dial.value);
     const std::array<std::vector<double>, 2> moments{begun, dials_of(task, *tasks[k].mark, request.found)};
@@ -291,56 +298,15 @@ void copy_into(view::Image& all, const view::Image& part, int x, int y)
   }
 }
 
-/// Figure 26.
-std::string write_overlay(const PictureRequest& request, const CalibrateOptions& options)
-{
-  const store::MotionModel model = store::read_motion_model(options.model);
-  store::require_grid(model, options.model, "a calibration");
-  const OverlayPictureOptions plan{store::chosen_set(model, options.model, options.set), 560};
-  const view::Image before =
-      overlay_picture(request.bench, request.truth, uncalibrated(request.bench, request.truth), model, plan);
-  const view::Image after = overlay_picture(request.bench, request.truth, request.found, model, plan);
-  const int gap = static_cast<int>(gap_px), words = static_cast<int>(words_px);
-  Sheet sheet(before.width + after.width + 3 * gap, before.height + 2 * gap + words);
-  const int second = 2 * gap + before.width;
-  sheet.add_words({gap_px, gap_px}, "before: nominal eyes; grey: the real leg", ink);
-  sheet.add_words({static_cast<double>(second), gap_px}, "after: calibrated", ink);
-  view::Image both = sheet.image();
-  copy_into(both, before, gap, gap + words);
-  copy_into(both, after, second, gap + words);
-  const std::string path = options.pictures + "/overlay.png";
-  view::write_png(both, path);
-  return path;
-}
-
-}  // namespace
-
-std::vector<std::string> write_calibration_pictures(const PictureRequest& request,
-                                                    const CalibrateOptions& options)
-{
-  std::filesystem::create_directories(options.pictures);
-  std::vector<std::string> paths{write_viewport(request, options.pictures),
-                                 write_distortion(request, options.pictures)};
-  const auto add = [&](const AlignedSheet& plan) {
-    for (std::string& path : write_aligned(request, options.pictures, plan)) paths.push_back(std::move(path));
-  };
-  add({"rectangles.png", CalibrationPart::eyepoints, 4, "rectangle"});
-  const CalibrationPart eyes =
-      request.bench.head == HeadKind::tracker ? CalibrationPart::head : CalibrationPart::bullseye;
-  add({"bullseye.png", eyes, 3, "marker position"});
-  if (!options.model.empty()) paths.push_back(write_overlay(request, options));
-  return paths;
-}
-
 // An image of the drawn model over the real leg as one eye sees them, for calibrations of a virtual bench.
-
-namespace {
 
 constexpr int smoothing_samples = 4;
 
-/// Sends the true body poses as noise-free tracker samples.
+/// Sends the true poses without noise, the stage where the midpoint of the eyes is in front of the origin of
+/// the leg's model.
 void send_truth(bench::BenchState& state, const BenchFile& bench, const VirtualTruth& truth)
 {
+  const Calibration& c = truth.calibration;
   BenchPoses poses = resting_poses(truth);
   poses.X_tracker_headbody = truth.X_tracker_headbody;
   FrameFacts facts;
@@ -349,15 +315,9 @@ void send_truth(bench::BenchState& state, const BenchFile& bench, const VirtualT
   for (const bench::Sample& sample : tracker_frame(bench, truth, poses, facts, draws)) {
     if (sample.is(bench::ToolVisibility::seen)) state.take(sample);
   }
-}
-
-/// Moves the stage until the midpoint of the eyes is in front of the origin of the leg's model.
-void send_stage(bench::BenchState& state, const BenchFile& bench, const VirtualTruth& truth)
-{
-  const Calibration& c = truth.calibration;
+  if (bench.head != HeadKind::stage) return;
   const BodyRole role = bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur;
-  const Pose X_tracker_model =
-      truth.X_tracker_leg * bench::pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
+  const Pose X_tracker_model = truth.X_tracker_leg * X_body_model(c, role);
   const Eigen::Vector3d p_table_mm =
       bench::pose_of(c.X_tracker_table).inverse() * X_tracker_model.translation();
   const double stage_mm =
@@ -509,27 +469,69 @@ void add_display(view::Image& seen, const view::ShownBox& box, const view::Image
   }
 }
 
-}  // namespace
-
+/// Simulated view of the left eye through its true optics, with the stage in front of the leg: the real leg
+/// in grey (the model in the subject's true size) plus the picture that a bench with `calibration` draws;
+/// black is transparent.
 view::Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth, const Calibration& calibration,
-                            const store::MotionModel& model, const OverlayPictureOptions& options)
+                            const store::MotionModel& model, const std::string& set)
 {
   const auto on_bench = [&](const store::MotionModel& shown, const Calibration& known) {
-    auto joint = std::make_unique<ModelOnBench>(bench, known, store::scaled_model(shown, known.subject_scale),
-                                                options.set);
+    auto joint =
+        std::make_unique<ModelOnBench>(bench, known, store::scaled_model(shown, known.subject_scale), set);
     send_truth(joint->state, bench, truth);
-    if (bench.head == HeadKind::stage) send_stage(joint->state, bench, truth);
     return joint;
   };
   const view::Eye& eye = truth.calibration.eyes.left;
   const std::unique_ptr<ModelOnBench> real = on_bench(model, truth.calibration);
   const view::ShownBox box = box_of_leg(*real, eye);
-  const double scale = options.height / (box.high_px.y() - box.low_px.y());
+  constexpr double height_px = 560.0;  // filled by the leg
+  const double scale = height_px / (box.high_px.y() - box.low_px.y());
   view::Image seen = real_leg(*real, model, eye, box, scale);
   store::MotionModel bones = model;
   for (Body* body : {&bones.reference, &bones.moving}) *body = without_skin(std::move(*body));
   add_display(seen, box, drawn_by_bench(*on_bench(bones, calibration), bench), eye);
   return seen;
+}
+
+/// Figure 26.
+std::string write_overlay(const PictureRequest& request, const CalibrateOptions& options)
+{
+  const store::MotionModel model = store::read_motion_model(options.model);
+  store::require_grid(model, options.model, "a calibration");
+  const std::string set = store::chosen_set(model, options.model, options.set);
+  const view::Image before =
+      overlay_picture(request.bench, request.truth, uncalibrated(request.bench, request.truth), model, set);
+  const view::Image after = overlay_picture(request.bench, request.truth, request.found, model, set);
+  const int gap = static_cast<int>(gap_px), words = static_cast<int>(words_px);
+  Sheet sheet(before.width + after.width + 3 * gap, before.height + 2 * gap + words);
+  const int second = 2 * gap + before.width;
+  sheet.add_words({gap_px, gap_px}, "before: nominal eyes; grey: the real leg", ink);
+  sheet.add_words({static_cast<double>(second), gap_px}, "after: calibrated", ink);
+  view::Image both = sheet.image();
+  copy_into(both, before, gap, gap + words);
+  copy_into(both, after, second, gap + words);
+  const std::string path = options.pictures + "/overlay.png";
+  view::write_png(both, path);
+  return path;
+}
+
+}  // namespace
+
+std::vector<std::string> write_calibration_pictures(const PictureRequest& request,
+                                                    const CalibrateOptions& options)
+{
+  std::filesystem::create_directories(options.pictures);
+  std::vector<std::string> paths{write_viewport(request, options.pictures),
+                                 write_distortion(request, options.pictures)};
+  const auto add = [&](const AlignedSheet& plan) {
+    for (std::string& path : write_aligned(request, options.pictures, plan)) paths.push_back(std::move(path));
+  };
+  add({"rectangles.png", CalibrationPart::eyepoints, 4, "rectangle"});
+  const CalibrationPart eyes =
+      request.bench.head == HeadKind::tracker ? CalibrationPart::head : CalibrationPart::bullseye;
+  add({"bullseye.png", eyes, 3, "marker position"});
+  if (!options.model.empty()) paths.push_back(write_overlay(request, options));
+  return paths;
 }
 
 }  // namespace vrda::calibration

@@ -2,6 +2,7 @@
 // distortion of the optics from a real grid that is seen through it (thesis 8.2).
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "calibration/marks.hpp"
 #include "calibration/parts.hpp"
@@ -22,8 +23,8 @@ bool is_first(Edge edge)
 
 double true_border_px(const Task& task, const VirtualTruth& truth)
 {
-  const VirtualTruth::Edges& e = truth.edges_px[task.is_right ? 1 : 0];
-  return std::array{e.left, e.right, e.top, e.bottom}.at(static_cast<std::size_t>(task.index));
+  const view::ShownBox& edges = truth.edges_px[task.is_right ? 1 : 0];
+  return (is_first(static_cast<Edge>(task.index)) ? edges.low_px : edges.high_px)[task.is_row ? 1 : 0];
 }
 
 struct ScanLine final : TaskKind {
@@ -78,8 +79,8 @@ struct ScanLine final : TaskKind {
 
   DrawnLines outlines(const Task& task, const BenchFile&, const VirtualTruth& truth) const override
   {
-    const VirtualTruth::Edges& e = truth.edges_px[task.is_right ? 1 : 0];
-    Points2d border = with_points_between(rectangle_points({e.left, e.top}, {e.right, e.bottom}));
+    const view::ShownBox& edges = truth.edges_px[task.is_right ? 1 : 0];
+    Points2d border = with_points_between(rectangle_points(edges.low_px, edges.high_px));
     const view::Distortion& optics = view::side_of(truth.calibration.eyes, task.is_right).distortion;
     for (Eigen::Vector2d& point : border) point = view::shown_px(optics, point);
     return {real_outline(task.is_right, std::move(border))};
@@ -112,48 +113,42 @@ const ScreenSize screen_size(
 
 Task scan_task(const view::Viewport& window, bool is_right, Edge edge, int repeat)
 {
-  Task task;
-  task.kind = &scan_line;
-  task.is_right = is_right;
-  const bool is_column = edge == Edge::left || edge == Edge::right;
-  task.is_row = !is_column;
-  task.index = static_cast<int>(edge);
-  const std::string side = name_of(edge);
-  task.name = eye_text(is_right) + ", " + side + " edge, " + std::to_string(repeat + 1);
-  const bool is_near = is_first(edge);
-  const double least = is_column ? window.x : window.y;
-  const double most = least + (is_column ? window.width : window.height) - 1.0;
-  task.instruction = "Use only the " + eye_text(is_right) + ". Move the line to the " + side +
-                     " edge of the visible part:\nthe " + (is_near ? "first" : "last") +
-                     (is_column ? " column" : " row") +
-                     " of which at least half is visible. Approach from alternating sides.";
+  const bool is_row = edge == Edge::top || edge == Edge::bottom, is_near = is_first(edge);
+  const std::string eye = eye_text(is_right), side = name_of(edge), line = is_row ? "row" : "column";
+  const double least = is_row ? window.y : window.x;
+  const double most = least + (is_row ? window.height : window.width) - 1.0;
   // The window's border is hidden: the line starts a quarter of the window inside it, where it is seen.
   const double inside = std::floor(0.25 * (most - least));
   // Less than a third of an image is hidden at one side, or the display is unusable.
   const double third = (most - least) / 3.0;
-  task.dials = {within(
-      dial(is_column ? "column" : "row", "px", is_near ? least + inside : most - inside, least, most, 1.0),
-      is_near ? least : std::ceil(most - third), is_near ? std::floor(least + third) : most)};
-  return task;
+  const Dial at = dial(line, "px", is_near ? least + inside : most - inside, least, most, 1.0);
+  return {.kind = &scan_line,
+          .name = eye + ", " + side + " edge, " + std::to_string(repeat + 1),
+          .instruction = "Use only the " + eye + ". Move the line to the " + side +
+                         " edge of the visible part:\nthe " + (is_near ? "first " : "last ") + line +
+                         " of which at least half is visible. Approach from alternating sides.",
+          .is_right = is_right,
+          .is_row = is_row,
+          .dials = {within(at, is_near ? least : std::ceil(most - third),
+                           is_near ? std::floor(least + third) : most)},
+          .index = static_cast<int>(edge)};
 }
 
 Task screen_task(const view::Viewport& window, bool is_right, bool is_height)
 {
   // Start value for a typical pixel size.
   constexpr double usual_pixel_mm = 0.1, most_mm = 5000.0;
-  Task task;
-  task.kind = &screen_size;
-  task.is_right = is_right;
-  task.index = is_height ? 1 : 0;
   const char* what = is_height ? "height" : "width";
-  task.name = eye_text(is_right) + ", " + what;
-  task.instruction = "Measure with a ruler on the screen of the " + eye_text(is_right) + " the " + what +
-                     "\nof the visible part, from edge to edge.";
   const double begin_mm = usual_pixel_mm * (is_height ? window.height : window.width);
-  // Pixels of 0.02 mm (head-mounted) to 1 mm (projected).
-  task.dials = {
-      within(dial(what, "mm", begin_mm, 1.0, most_mm, dial_step_mm), 0.2 * begin_mm, 10.0 * begin_mm)};
-  return task;
+  const Dial size = dial(what, "mm", begin_mm, 1.0, most_mm, dial_step_mm);
+  return {.kind = &screen_size,
+          .name = eye_text(is_right) + ", " + what,
+          .instruction = "Measure with a ruler on the screen of the " + eye_text(is_right) + " the " + what +
+                         "\nof the visible part, from edge to edge.",
+          .is_right = is_right,
+          // Pixels of 0.02 mm (head-mounted) to 1 mm (projected).
+          .dials = {within(size, 0.2 * begin_mm, 10.0 * begin_mm)},
+          .index = is_height ? 1 : 0};
 }
 
 struct ViewportPart final : EyePart {
@@ -178,13 +173,12 @@ struct ViewportPart final : EyePart {
     for (const bool is_right : {false, true}) {
       view::Eye& eye = view::side_of(eyes, is_right);
       const std::string name = side_name(is_right);
-      const Eigen::Vector2d low(value_in(found, name + ".edge_left"), value_in(found, name + ".edge_top")),
-          high(value_in(found, name + ".edge_right"), value_in(found, name + ".edge_bottom"));
-      const auto whole = [](double x) { return static_cast<int>(std::lround(x)); };
-      eye.visible = {whole(low.x()), whole(low.y()), whole(high.x()) - whole(low.x()),
-                     whole(high.y()) - whole(low.y())};
+      const view::ShownBox edges{
+          {value_in(found, name + ".edge_left"), value_in(found, name + ".edge_top")},
+          {value_in(found, name + ".edge_right"), value_in(found, name + ".edge_bottom")}};
+      eye.visible = nearest_pixels(edges);
       eye.pixel_aspect = eye.distortion.pixel_aspect = value_in(found, name + ".pixel_aspect");
-      eye.sight_px = 0.5 * (low + high);
+      eye.sight_px = 0.5 * (edges.low_px + edges.high_px);
       if (eye.distortion.k1 == 0.0 && eye.distortion.k2 == 0.0) eye.distortion.centre_px = eye.sight_px;
     }
   }
@@ -222,19 +216,14 @@ struct ViewportPart final : EyePart {
   }
 };
 
-struct ScannedLine {
-  std::string task;
-  double at_px = 0.0;
-};
-
-/// Marked scans of an edge, for the eye of `task`.
-std::vector<ScannedLine> scans_of(Edge edge, const Task& task, const std::vector<Task>& tasks,
-                                  const CalibrationRecord& record)
+/// Marks of an edge, for the eye of `task`.
+std::vector<CalibrationMark> scans_of(Edge edge, const Task& task, const std::vector<Task>& tasks,
+                                      const CalibrationRecord& record)
 {
-  std::vector<ScannedLine> scans;
+  std::vector<CalibrationMark> scans;
   for (const Task& t : tasks) {
     if (t.kind != &scan_line || t.is_right != task.is_right || t.index != static_cast<int>(edge)) continue;
-    if (const CalibrationMark* mark = find_mark(record, t.name)) scans.push_back({t.name, mark->rows[0][0]});
+    if (const CalibrationMark* mark = find_mark(record, t.name)) scans.push_back(*mark);
   }
   return scans;
 }
@@ -251,14 +240,14 @@ void require_edge_order(const std::vector<Task>& tasks, const CalibrationRecord&
   const auto edge = static_cast<Edge>(last.index);
   const auto opposite = static_cast<Edge>(last.index ^ 1);  // left and right, top and bottom
   const double at_px = find_mark(record, last.name)->rows[0][0];
-  const std::vector<ScannedLine> scans = scans_of(opposite, last, tasks, record);
-  const bool is_crossed = std::ranges::any_of(scans, [&](const ScannedLine& other) {
-    return is_first(edge) ? at_px >= other.at_px : at_px <= other.at_px;
-  });
+  const bool is_crossed =
+      std::ranges::any_of(scans_of(opposite, last, tasks, record), [&](const CalibrationMark& other) {
+        return is_first(edge) ? at_px >= other.rows[0][0] : at_px <= other.rows[0][0];
+      });
   if (!is_crossed) return;
   std::vector<std::string> rejected;
-  for (const ScannedLine& scan : scans) rejected.push_back(scan.task);
-  for (const ScannedLine& scan : scans_of(edge, last, tasks, record)) rejected.push_back(scan.task);
+  for (const Edge each : {opposite, edge})
+    for (const CalibrationMark& scan : scans_of(each, last, tasks, record)) rejected.push_back(scan.task);
   throw PartRefusal({path, bench::name_of(CalibrationPart::viewport),
                      "crossed edges of the " + eye_text(last.is_right) + ": " + name_of(edge) + " beyond " +
                          name_of(opposite),
@@ -272,15 +261,24 @@ const Part& viewport_part = viewport_object;
 
 namespace {
 
-/// Nodes of the grid, relative to its centre: columns to the right, rows up.
+/// Nodes of the grid, relative to its centre: columns to the right, rows up; from the lowest row.
 std::vector<Eigen::Vector2d> nodes_of(const CalibrationSettings& settings)
 {
-  std::vector<Eigen::Vector2d> nodes;
-  for (int row = 0; row < settings.grid_rows; ++row) {
-    for (int column = 0; column < settings.grid_columns; ++column)
-      nodes.emplace_back(column - 0.5 * (settings.grid_columns - 1), row - 0.5 * (settings.grid_rows - 1));
-  }
-  return nodes;
+  return grid_nodes(settings.grid_columns, settings.grid_rows);
+}
+
+/// The lines of the grid between their outer nodes: columns, then rows.
+std::vector<std::array<Eigen::Vector2d, 2>> grid_lines(const CalibrationSettings& settings)
+{
+  const double x = 0.5 * (settings.grid_columns - 1), y = 0.5 * (settings.grid_rows - 1);
+  std::vector<std::array<Eigen::Vector2d, 2>> lines;
+  lines.reserve(static_cast<std::size_t>(settings.grid_columns) +
+                static_cast<std::size_t>(settings.grid_rows));
+  for (int k = 0; k < settings.grid_columns; ++k)
+    lines.push_back({Eigen::Vector2d(k - x, -y), Eigen::Vector2d(k - x, y)});
+  for (int k = 0; k < settings.grid_rows; ++k)
+    lines.push_back({Eigen::Vector2d(-x, k - y), Eigen::Vector2d(x, k - y)});
+  return lines;
 }
 
 Eigen::Vector2d drawn_node_px(const VirtualTruth& truth, bool is_right, const Eigen::Vector2d& node)
@@ -294,13 +292,9 @@ DrawnLines physical_grid(const Task& task, const BenchFile& bench, const Virtual
 {
   const double aspect = view::side_of(truth.calibration.eyes, task.is_right).pixel_aspect;
   const GridPose& grid = truth.grids[task.is_right ? 1 : 0];
-  const int columns = bench.calibration.grid_columns, rows = bench.calibration.grid_rows;
-  const double x = 0.5 * (columns - 1), y = 0.5 * (rows - 1);
-  const auto at = [&](double column, double row) { return shown_px(grid, aspect, {column, row}); };
   DrawnLines lines;
-  for (int k = 0; k < columns; ++k)
-    lines.push_back(real_outline(task.is_right, {at(k - x, -y), at(k - x, y)}));
-  for (int k = 0; k < rows; ++k) lines.push_back(real_outline(task.is_right, {at(-x, k - y), at(x, k - y)}));
+  for (const auto& [from, to] : grid_lines(bench.calibration))
+    lines.push_back(real_outline(task.is_right, {shown_px(grid, aspect, from), shown_px(grid, aspect, to)}));
   return lines;
 }
 
@@ -311,20 +305,16 @@ double sketch_grid(Sketch& sketch, const CalibrationSettings& settings, DiagramI
   const int columns = settings.grid_columns, rows = settings.grid_rows;
   const double spacing = std::min(0.8 / (columns - 1), 0.5 / (rows - 1));
   const Point half = 0.5 * spacing * Point(columns - 1, rows - 1);
-  const auto add = [&](const Point& from, const Point& to) {
+  for (const auto& [from, to] : grid_lines(settings)) {
     constexpr int n = 12;
     Points2d points;
     for (int k = 0; k <= n; ++k) {
-      const Point p = from + (to - from) * k / n;
+      const Point p = spacing * (from + (to - from) * k / n);
       const double r_sq = p.squaredNorm() / half.squaredNorm();
       points.emplace_back(Point(0.5, 0.3) + (1.0 - bend * r_sq) * p);
     }
     sketch.line(ink, std::move(points));
-  };
-  for (int k = 0; k < columns; ++k)
-    add({-half.x() + k * spacing, -half.y()}, {-half.x() + k * spacing, half.y()});
-  for (int k = 0; k < rows; ++k)
-    add({-half.x(), -half.y() + k * spacing}, {half.x(), -half.y() + k * spacing});
+  }
   return spacing;
 }
 
@@ -372,35 +362,28 @@ struct GridNode final : TaskKind {
   }
 };
 
-/// A drawn grid as the operator adjusts it; its row is {k1, k2, centre_x, centre_y, at_x, at_y, spacing,
-/// turn_rad}, px as displayed, centre as drawn. The dial of the turn is in degrees.
-GridValues grid_values(std::span<const double> v, double turn_rad)
+/// Of the dials, of which the turn is in degrees.
+GridValues grid_values(std::span<const double> dials)
 {
-  return {v[0], v[1], {v[2], v[3]}, {{v[4], v[5]}, v[6], turn_rad}};
+  GridValues values = GridValues::Map(dials.data());
+  values[7] = rad_from_deg(values[7]);
+  return values;
 }
 
-/// The eye with the distortion of a grid.
-view::Eye with_distortion(view::Eye eye, const GridValues& grid)
-{
-  eye.distortion.k1 = grid.k1;
-  eye.distortion.k2 = grid.k2;
-  eye.distortion.centre_px = grid.centre_px;
-  return eye;
-}
-
+/// A drawn grid as the operator adjusts it; its row is GridValues, px as displayed, centre as drawn.
 struct WholeGrid final : TaskKind {
   using TaskKind::TaskKind;
 
   DrawnLines draw(const Task& task, std::span<const double> values, const Calibration& found) const override
   {
-    const view::Eye& eye = view::side_of(found.eyes, task.is_right);
-    const GridValues v = grid_values(values, rad_from_deg(values[7]));
-    const view::Eye dialled = with_distortion(eye, v);
+    view::Eye dialled = view::side_of(found.eyes, task.is_right);
+    const GridValues v = grid_values(values);
+    dialled.distortion = distortion_of(dialled, v.head<4>(), dialled.pixel_aspect);
     DrawnLines lines;
     Pen pen(dialled, task.is_right, lines);
     const Eigen::Vector2d corner = 0.5 * (task.node - Eigen::Vector2d::Ones());
     const auto shown = [&](double column, double row) {
-      return shown_px(v.grid, eye.pixel_aspect, Eigen::Vector2d(column, row));
+      return shown_px(grid_of(v.tail<4>()), dialled.pixel_aspect, Eigen::Vector2d(column, row));
     };
     for (double x = -corner.x(); x <= corner.x(); x += 1.0)
       pen.draw_shown(shown(x, -corner.y()), shown(x, corner.y()));
@@ -417,9 +400,8 @@ struct WholeGrid final : TaskKind {
 
   std::vector<double> mark_row(const Task&, std::span<const double> values, const Calibration&) const override
   {
-    std::vector<double> row(values.begin(), values.end());
-    row.back() = rad_from_deg(row.back());
-    return row;
+    const GridValues row = grid_values(values);
+    return {row.begin(), row.end()};
   }
 
   /// Fits the eight parameters to all nodes, each with alignment noise: better than a person achieves.
@@ -434,26 +416,22 @@ struct WholeGrid final : TaskKind {
     const DistortionFit fit =
         fit_distortion(marks, drawing, {drawing.pixel_aspect, held}, "grid", "virtual bench");
     const view::Distortion& d = fit.distortion;
-    return {d.k1,
-            d.k2,
-            d.centre_px.x(),
-            d.centre_px.y(),
-            fit.grid.origin_px.x(),
-            fit.grid.origin_px.y(),
-            fit.grid.spacing_px,
-            fit.grid.turn_rad / rad_from_deg(1.0)};
+    GridValues values;
+    values << d.k1, d.k2, d.centre_px, fit.grid.origin_px, fit.grid.spacing_px,
+        fit.grid.turn_rad / rad_from_deg(1.0);
+    return {values.begin(), values.end()};
   }
 
   /// Of the nodes drawn by the dials from where the true grid needs them.
   Deviation deviation(const TaskContext& context, std::span<const double> values) const override
   {
     const view::Eye& eye = view::side_of(context.found.eyes, context.task.is_right);
-    const GridValues v = grid_values(values, rad_from_deg(values[7]));
-    const view::Distortion dialled = with_distortion(eye, v).distortion;
+    const GridValues v = grid_values(values);
+    const view::Distortion dialled = distortion_of(eye, v.head<4>(), eye.pixel_aspect);
     const std::vector<Eigen::Vector2d> nodes = nodes_of(context.bench.calibration);
     double sum_sq = 0.0;
     for (const Eigen::Vector2d& at : nodes)
-      sum_sq += (view::drawn_px(dialled, shown_px(v.grid, eye.pixel_aspect, at)) -
+      sum_sq += (view::drawn_px(dialled, shown_px(grid_of(v.tail<4>()), eye.pixel_aspect, at)) -
                  drawn_node_px(context.truth, context.task.is_right, at))
                     .squaredNorm();
     return {std::sqrt(sum_sq / static_cast<double>(nodes.size())), "px"};
@@ -477,56 +455,49 @@ double likely_spacing_px(const view::Eye& eye, const CalibrationSettings& settin
                           eye.visible.height / (settings.grid_rows - 1.0));
 }
 
-Task node_task(const view::Eye& eye, const CalibrationSettings& settings, bool is_right, int column, int row)
+/// Dials of a position in the eye's window, px of the frame buffer.
+std::array<Dial, 2> position_dials(const view::Eye& eye, const std::string& name, const Eigen::Vector2d& px)
 {
-  Task task;
-  task.kind = &grid_node;
-  task.is_right = is_right;
-  task.node = {column - 0.5 * (settings.grid_columns - 1), row - 0.5 * (settings.grid_rows - 1)};
-  const std::string place =
-      show::rounded_text(task.node.x(), 1) + ", " + show::rounded_text(task.node.y(), 1);
-  task.name = eye_text(is_right) + ", node " + place;
-  task.instruction = "Look at the grid with the " + eye_text(is_right) + ". Move the cross to node " + place +
-                     "\n(columns to the right of the centre, rows above it).";
-  const Eigen::Vector2d up(1.0, -1.0);
-  const Eigen::Vector2d begin =
-      view::middle_px(eye.visible) + likely_spacing_px(eye, settings) * task.node.cwiseProduct(up);
   const view::Viewport& w = eye.window;
-  task.dials = {dial("x", "px", begin.x(), w.x, w.x + w.width, dial_step_px),
-                dial("y", "px", begin.y(), w.y, w.y + w.height, dial_step_px)};
-  return task;
+  return {dial(name + "x", "px", px.x(), w.x, w.x + w.width, dial_step_px),
+          dial(name + "y", "px", px.y(), w.y, w.y + w.height, dial_step_px)};
+}
+
+Task node_task(const view::Eye& eye, const CalibrationSettings& settings, bool is_right,
+               const Eigen::Vector2d& node)
+{
+  const std::string place = show::rounded_text(node.x(), 1) + ", " + show::rounded_text(node.y(), 1);
+  const Eigen::Vector2d up(1.0, -1.0);
+  const auto [x, y] = position_dials(
+      eye, "", view::middle_px(eye.visible) + likely_spacing_px(eye, settings) * node.cwiseProduct(up));
+  return {.kind = &grid_node,
+          .name = eye_text(is_right) + ", node " + place,
+          .instruction = "Look at the grid with the " + eye_text(is_right) + ". Move the cross to node " +
+                         place + "\n(columns to the right of the centre, rows above it).",
+          .is_right = is_right,
+          .dials = {x, y},
+          .node = node};
 }
 
 Task grid_task(const view::Eye& eye, const CalibrationSettings& settings, bool is_right, int repeat)
 {
-  Task task;
-  task.kind = &whole_grid;
-  task.is_right = is_right;
-  task.index = repeat;
-  task.node = {settings.grid_columns, settings.grid_rows};
-  task.name = eye_text(is_right) + ", grid " + std::to_string(repeat + 1);
-  task.instruction =
-      "Use only the " + eye_text(is_right) +
-      ". Adjust the drawn grid until it covers the real one:\nfirst position and spacing at the centre, "
-      "then k1 for the edges, k2 for the corners.";
-  const Eigen::Vector2d middle = view::middle_px(eye.visible);
   constexpr double most_k = 1.0, step_k = 0.001, step_deg = 0.02, step_spacing_px = 0.05;
-  const view::Viewport& w = eye.window;
-  const auto across = [&](const char* name, double value) {
-    return dial(name, "px", value, w.x, w.x + w.width, dial_step_px);
-  };
-  const auto down = [&](const char* name, double value) {
-    return dial(name, "px", value, w.y, w.y + w.height, dial_step_px);
-  };
-  task.dials = {dial("k1", "", 0.0, -most_k, most_k, step_k),
-                dial("k2", "", 0.0, -most_k, most_k, step_k),
-                across("centre x", middle.x()),
-                down("centre y", middle.y()),
-                across("grid x", middle.x()),
-                down("grid y", middle.y()),
-                dial("spacing", "px", likely_spacing_px(eye, settings), 1.0, w.width, step_spacing_px),
-                dial("turn", "deg", 0.0, -45.0, 45.0, step_deg)};
-  return task;
+  const auto centre = position_dials(eye, "centre ", view::middle_px(eye.visible));
+  const auto grid = position_dials(eye, "grid ", view::middle_px(eye.visible));
+  const double spacing_px = likely_spacing_px(eye, settings);
+  return {.kind = &whole_grid,
+          .name = eye_text(is_right) + ", grid " + std::to_string(repeat + 1),
+          .instruction =
+              "Use only the " + eye_text(is_right) +
+              ". Adjust the drawn grid until it covers the real one:\nfirst position and spacing at the "
+              "centre, then k1 for the edges, k2 for the corners.",
+          .is_right = is_right,
+          .dials = {dial("k1", "", 0.0, -most_k, most_k, step_k),
+                    dial("k2", "", 0.0, -most_k, most_k, step_k), centre[0], centre[1], grid[0], grid[1],
+                    dial("spacing", "px", spacing_px, 1.0, eye.window.width, step_spacing_px),
+                    dial("turn", "deg", 0.0, -45.0, 45.0, step_deg)},
+          .node = {settings.grid_columns, settings.grid_rows},
+          .index = repeat};
 }
 
 struct DistortionPart final : EyePart {
@@ -543,10 +514,9 @@ struct DistortionPart final : EyePart {
           tasks.push_back(grid_task(eye, settings, is_right, repeat));
         continue;
       }
-      for (int row = settings.grid_rows - 1; row >= 0; --row) {
-        for (int column = 0; column < settings.grid_columns; ++column)
-          tasks.push_back(node_task(eye, settings, is_right, column, row));
-      }
+      std::vector<Eigen::Vector2d> nodes = nodes_of(settings);
+      std::ranges::stable_sort(nodes, std::greater(), [](const Eigen::Vector2d& node) { return node.y(); });
+      for (const Eigen::Vector2d& node : nodes) tasks.push_back(node_task(eye, settings, is_right, node));
     }
     return tasks;
   }
@@ -581,7 +551,7 @@ struct DistortionPart final : EyePart {
       if (t.task.kind == &grid_node) {
         nodes.push_back({t.task.node, {v[0], v[1]}});
       } else {
-        grids.values.push_back(grid_values(v, v[7]));
+        grids.values.emplace_back(GridValues::Map(v.data()));
       }
     }
     return run_fit(names_of(tasks),

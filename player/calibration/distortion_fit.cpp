@@ -22,29 +22,17 @@ struct GridProblem {
   const AspectPrior& aspect;
 };
 
-view::Distortion distortion_of(const view::Eye& eye, double k1_value, double k2_value,
-                               const Eigen::Vector2d& centre_px, double aspect)
+view::Distortion distortion_at(const GridProblem& problem, const Eigen::VectorXd& x)
 {
-  return {k1_value, k2_value, centre_px, 0.5 * eye.window.width, aspect};
-}
-
-view::Distortion distortion_of(const GridProblem& problem, const Eigen::VectorXd& x)
-{
-  return distortion_of(problem.eye, x[k1], x[k2], {x[centre_x], x[centre_y]},
-                       problem.aspect.value + problem.aspect.sd * x[aspect_sds]);
-}
-
-GridPose grid_of(const Eigen::VectorXd& x)
-{
-  return {{x[at_x], x[at_y]}, x[spacing], x[turn]};
+  return distortion_of(problem.eye, x.head<4>(), problem.aspect.value + problem.aspect.sd * x[aspect_sds]);
 }
 
 /// Residuals of the marks in units of `noise_px`, of the aspect prior and, if `is_held`, of the centre prior.
 Eigen::VectorXd residuals(const GridProblem& problem, double noise_px, bool is_held, const Eigen::VectorXd& x)
 {
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
-  const view::Distortion distortion = distortion_of(problem, x);
-  const GridPose grid = grid_of(x);
+  const view::Distortion distortion = distortion_at(problem, x);
+  const GridPose grid = grid_of(x.segment<4>(at_x));
   Eigen::VectorXd r(2 * n + (is_held ? 3 : 1));
   for (Eigen::Index i = 0; i < n; ++i) {
     const GridMark& mark = problem.marks[static_cast<std::size_t>(i)];
@@ -131,17 +119,10 @@ void require_spread(std::span<const GridMark> marks, const bench::FitErrorContex
   }
 }
 
-void refuse_outlier(const GridProblem& problem, const GridFit& fit, const bench::FitErrorContext& context)
+std::string field_of(const Eigen::Vector2d& node)
 {
-  constexpr double most_deviations = 6.0, most_off_px = 3.0;
-  const OutlierCandidate furthest = largest_outlier(fit.fit, static_cast<Eigen::Index>(problem.marks.size()));
-  const double off_px = fit.noise_px * furthest.off.norm();
-  if (furthest.deviations <= most_deviations || off_px <= most_off_px) return;
-  const Eigen::Vector2d& node = problem.marks[static_cast<std::size_t>(furthest.mark)].node;
-  context.fail(std::string(".distortion: node (") + show::rounded_text(node.x(), 2) + ", " +
-                   show::rounded_text(node.y(), 2) + ")",
-               "a mark " + bench::text(off_px, 1, "px") + " from the position predicted by all others",
-               "a consistent mark: mark this node again", {static_cast<std::size_t>(furthest.mark)});
+  return ".distortion: node (" + show::rounded_text(node.x(), 2) + ", " + show::rounded_text(node.y(), 2) +
+         ")";
 }
 
 void require_unfolded(const view::Distortion& distortion, const view::Eye& eye,
@@ -223,22 +204,18 @@ void add_remarks(DistortionFit& fit, const view::Eye& eye, const std::string& wh
                       "is used");
 }
 
-DistortionFit result_of(const GridProblem& problem, const GridFit& found, const std::string& name)
+DistortionFit result_of(const GridProblem& problem, const MarksFit& found, const std::string& name)
 {
-  const auto n = static_cast<Eigen::Index>(problem.marks.size());
   DistortionFit result;
-  result.distortion = distortion_of(problem, found.fit.x);
-  result.grid = grid_of(found.fit.x);
+  result.distortion = distortion_at(problem, found.fit.x);
+  result.grid = grid_of(found.fit.x.segment<4>(at_x));
   Eigen::MatrixXd covariance = found.fit.covariance.topLeftCorner<5, 5>();
   covariance.row(aspect_sds) *= problem.aspect.sd;
   covariance.col(aspect_sds) *= problem.aspect.sd;
   result.estimate = estimate_of(result.distortion, covariance, name);
-  result.estimate.dof = noise_dof(found.fit, n);
-  std::vector<double> left_px;
-  for (Eigen::Index i = 0; i < n; ++i)
-    left_px.push_back(found.noise_px * found.fit.residuals.segment<2>(2 * i).norm());
-  bench::set_residuals(result.estimate, left_px, "px");
-  result.noise_px = found.noise_px;
+  result.estimate.dof = noise_dof(found.fit, found.n());
+  bench::set_residuals(result.estimate, found.residuals_px(), "px");
+  result.noise_px = found.sds_px[0];
   return result;
 }
 
@@ -253,39 +230,28 @@ bool is_centre_determined(const GridFit& fit)
              most_centre_sd_px * most_centre_sd_px;
 }
 
-using Vector8d = Eigen::Matrix<double, 8, 1>;
-
-Vector8d numbers_of(const GridValues& v)
-{
-  Vector8d numbers;
-  numbers << v.k1, v.k2, v.centre_px, v.grid.origin_px, v.grid.spacing_px, v.grid.turn_rad;
-  return numbers;
-}
-
 /// Jacobian of the drawn node positions with respect to the eight parameters and, last column, the aspect.
-Eigen::MatrixXd node_jacobian(const AdjustedGrids& adjusted, const view::Eye& eye, const Vector8d& numbers,
+Eigen::MatrixXd node_jacobian(const AdjustedGrids& adjusted, const view::Eye& eye, const GridValues& numbers,
                               double aspect)
 {
-  const auto drawn = [&](const Vector8d& v, double a) {
-    const view::Distortion distortion = distortion_of(eye, v[0], v[1], v.segment<2>(2), a);
-    const GridPose grid{v.segment<2>(4), v[6], v[7]};
+  const auto drawn = [&](const GridValues& v, double a) {
+    const view::Distortion distortion = distortion_of(eye, v.head<4>(), a);
+    const GridPose grid = grid_of(v.tail<4>());
     Eigen::VectorXd px(2 * adjusted.columns * adjusted.rows);
     Eigen::Index at = 0;
-    for (int row = 0; row < adjusted.rows; ++row) {
-      for (int column = 0; column < adjusted.columns; ++column, at += 2) {
-        const Eigen::Vector2d node(column - 0.5 * (adjusted.columns - 1), row - 0.5 * (adjusted.rows - 1));
-        px.segment<2>(at) = view::drawn_px(distortion, shown_px(grid, a, node));
-      }
+    for (const Eigen::Vector2d& node : grid_nodes(adjusted.columns, adjusted.rows)) {
+      px.segment<2>(at) = view::drawn_px(distortion, shown_px(grid, a, node));
+      at += 2;
     }
     return px;
   };
   // Central differences; the truncation error is about 1e-6.
   constexpr double step_k = 1e-4, step_px = 1e-2, step_rad = 1e-5, step_aspect = 1e-5;
-  Vector8d steps;
+  GridValues steps;
   steps << step_k, step_k, step_px, step_px, step_px, step_px, step_px, step_rad;
   Eigen::MatrixXd J(2 * adjusted.columns * adjusted.rows, 9);
   for (Eigen::Index k = 0; k < 8; ++k) {
-    const Vector8d step = steps[k] * Vector8d::Unit(k);
+    const GridValues step = steps[k] * GridValues::Unit(k);
     J.col(k) = (drawn(numbers + step, aspect) - drawn(numbers - step, aspect)) / (2.0 * steps[k]);
   }
   J.col(8) =
@@ -302,6 +268,26 @@ double centre_variance(const Eigen::MatrixXd& N, double variance)
 }
 
 }  // namespace
+
+std::vector<Eigen::Vector2d> grid_nodes(int columns, int rows)
+{
+  std::vector<Eigen::Vector2d> nodes;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column)
+      nodes.emplace_back(column - 0.5 * (columns - 1), row - 0.5 * (rows - 1));
+  }
+  return nodes;
+}
+
+view::Distortion distortion_of(const view::Eye& eye, const Eigen::Vector4d& values, double aspect)
+{
+  return {values[0], values[1], values.tail<2>(), 0.5 * eye.window.width, aspect};
+}
+
+GridPose grid_of(const Eigen::Vector4d& values)
+{
+  return {values.head<2>(), values[2], values[3]};
+}
 
 Eigen::Vector2d shown_px(const GridPose& grid, double pixel_aspect, const Eigen::Vector2d& node)
 {
@@ -323,12 +309,14 @@ DistortionFit fit_distortion(std::span<const GridMark> marks, const view::Eye& e
   const GridFit held = weighted_fit(problem, start, true);
   const GridFit free = weighted_fit(problem, held, false);
   const bool is_held = !is_centre_determined(free);
-  const GridFit& found = is_held ? held : free;
-  if (found.fit.status != LeastSquaresStatus::converged) {
-    context.fail(".distortion", std::string("a grid fit with status: ") + name_of(found.fit.status),
-                 "marks on the requested nodes, distributed over the visible part");
-  }
-  refuse_outlier(problem, found, context);
+  const GridFit& best = is_held ? held : free;
+  require_converged(best.fit, ".distortion", "a grid fit",
+                    "marks on the requested nodes, distributed over the visible part", context);
+  const MarksFit found{best.fit,
+                       Eigen::VectorXd::Constant(static_cast<Eigen::Index>(marks.size()), best.noise_px)};
+  refuse_outlier(
+      found, {6.0, 3.0, "mark this node again"}, [&](std::size_t mark) { return field_of(marks[mark].node); },
+      context);
   DistortionFit result = result_of(problem, found, name);
   require_unfolded(result.distortion, eye, context);
   result.has_centre_prior = is_held;
@@ -345,14 +333,13 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const view::Eye& ey
                  "two or more, because their spread gives the uncertainty");
   }
   const auto n = static_cast<double>(adjusted.values.size());
-  Vector8d mean = Vector8d::Zero();
-  for (const GridValues& v : adjusted.values) mean += numbers_of(v) / n;
+  GridValues mean = GridValues::Zero();
+  for (const GridValues& v : adjusted.values) mean += v / n;
   const Eigen::MatrixXd J = node_jacobian(adjusted, eye, mean, aspect.value);
   const Eigen::MatrixXd by_numbers = J.leftCols<8>();
   Eigen::MatrixXd N = square(by_numbers.transpose());
   double square_sum = 0.0;
-  for (const GridValues& v : adjusted.values)
-    square_sum += transformed(by_numbers, numbers_of(v) - mean).squaredNorm();
+  for (const GridValues& v : adjusted.values) square_sum += transformed(by_numbers, v - mean).squaredNorm();
   const double dof = 8.0 * (n - 1.0);
 
   DistortionFit result;
@@ -374,14 +361,14 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const view::Eye& ey
   by_aspect *= aspect.sd * bench::t_95(std::numeric_limits<double>::infinity()) / bench::t_95(dof);
   covariance += by_aspect * by_aspect.transpose();
 
-  result.distortion = distortion_of(eye, mean[0], mean[1], mean.segment<2>(2), aspect.value);
-  result.grid = {mean.segment<2>(4), mean[6], mean[7]};
+  result.distortion = distortion_of(eye, mean.head<4>(), aspect.value);
+  result.grid = grid_of(mean.tail<4>());
   require_unfolded(result.distortion, eye, context);
   result.estimate = estimate_of(result.distortion, covariance, name);
   result.estimate.dof = dof;
   std::vector<double> apart_px;
   for (const GridValues& v : adjusted.values) {
-    const view::Distortion one = distortion_of(eye, v.k1, v.k2, v.centre_px, aspect.value);
+    const view::Distortion one = distortion_of(eye, v.head<4>(), aspect.value);
     apart_px.push_back(rms_difference_px(one, result.distortion, eye));
   }
   bench::set_residuals(result.estimate, apart_px, "px");

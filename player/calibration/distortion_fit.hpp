@@ -5,13 +5,14 @@
 
 namespace vrda::calibration {
 
-/// Nodes that a distortion takes at least.
-
 /// A cross drawn at `drawn_px` coincided with a node of a grid perpendicular to the optical axis.
 struct GridMark {
   Eigen::Vector2d node = Eigen::Vector2d::Zero();  ///< columns right and rows up from the grid centre
   Eigen::Vector2d drawn_px = Eigen::Vector2d::Zero();
 };
+
+/// Nodes of a grid, row by row from the lowest.
+std::vector<Eigen::Vector2d> grid_nodes(int columns, int rows);
 
 /// Image of a grid: a node appears at origin_px + spacing_px * R(turn) node; y down, heights in pixel widths.
 struct GridPose {
@@ -25,12 +26,12 @@ struct AspectPrior {
   double value = 1.0, sd = 0.0;
 };
 
-/// The eight parameters of an adjusted or fitted grid, in this order.
-struct GridValues {
-  double k1 = 0.0, k2 = 0.0;
-  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  GridPose grid;
-};
+/// The eight parameters of an adjusted or fitted grid: k1, k2, centre x, y of the distortion, then position
+/// x, y, spacing and turn (rad) of the grid.
+using GridValues = Eigen::Matrix<double, 8, 1>;
+/// Of the first and the last four.
+view::Distortion distortion_of(const view::Eye& eye, const Eigen::Vector4d& values, double aspect);
+GridPose grid_of(const Eigen::Vector4d& values);
 
 /// Grids of columns x rows nodes that an operator adjusted to cover the physical grid.
 struct AdjustedGrids {

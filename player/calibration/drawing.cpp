@@ -58,13 +58,11 @@ Points2d with_points_between(const Points2d& line)
   return dense;
 }
 
-Points2d ring(const Eigen::Vector2d& middle_px, double radius_px)
+Points2d ring(const Eigen::Vector2d& middle_px, double radius_px, int n_pieces)
 {
-  constexpr int n_points = 24;
   Points2d points;
-  points.reserve(n_points + 1);
-  for (int k = 0; k <= n_points; ++k) {
-    const SinCos at = sin_cos(2.0 * pi * k / n_points);
+  for (int k = 0; k <= n_pieces; ++k) {
+    const SinCos at = sin_cos(2.0 * pi * k / n_pieces);
     points.emplace_back(middle_px + radius_px * Eigen::Vector2d(at.cos, at.sin));
   }
   return points;
@@ -73,6 +71,13 @@ Points2d ring(const Eigen::Vector2d& middle_px, double radius_px)
 Points2d rectangle_points(const Eigen::Vector2d& low, const Eigen::Vector2d& high)
 {
   return {low, {high.x(), low.y()}, high, {low.x(), high.y()}, low};
+}
+
+view::Viewport nearest_pixels(const view::ShownBox& box)
+{
+  const Eigen::Vector2d low = box.low_px.array().round(), high = box.high_px.array().round();
+  const Eigen::Vector2i at = low.cast<int>(), size = (high - low).cast<int>();
+  return {at.x(), at.y(), size.x(), size.y()};
 }
 
 DrawnLine real_outline(bool is_right, Points2d points_px)
@@ -146,12 +151,7 @@ BodyOutline outline_of(const Body& body)
 
 void Sketch::circle(DiagramInk ink, const Eigen::Vector2d& middle, double radius)
 {
-  constexpr int n = 24;
-  Points2d points;
-  for (int k = 0; k <= n; ++k)
-    points.emplace_back(middle +
-                        radius * Eigen::Vector2d(std::cos(2.0 * pi * k / n), std::sin(2.0 * pi * k / n)));
-  line(ink, std::move(points));
+  line(ink, ring(middle, radius));
 }
 
 void Sketch::arrow(DiagramInk ink, const Eigen::Vector2d& from, const Eigen::Vector2d& to)

@@ -22,10 +22,13 @@ std::vector<Points2d> pieces_within(const Points2d& line, const view::ShownBox& 
 Points2d with_points_between(const Points2d& line);
 
 /// A closed ring of straight pieces.
-Points2d ring(const Eigen::Vector2d& middle_px, double radius_px);
+Points2d ring(const Eigen::Vector2d& middle_px, double radius_px, int n_pieces = 24);
 
 /// Corners of a rectangle, the first one again at the end.
 Points2d rectangle_points(const Eigen::Vector2d& low, const Eigen::Vector2d& high);
+
+/// The whole pixels nearest to a box.
+view::Viewport nearest_pixels(const view::ShownBox& box);
 
 /// Outline of a physical thing, in its colour.
 DrawnLine real_outline(bool is_right, Points2d points_px);

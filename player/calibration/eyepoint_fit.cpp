@@ -351,11 +351,7 @@ Eigen::Vector2d expected_eyepoint_sd(std::span<const RectangleMark> rectangles, 
                                      double noise_px)
 {
   std::vector<SeenWidth> seen;
-  for (const RectangleMark& r : rectangles) {
-    seen.emplace_back();
-    seen.back().width_mm = r.width_mm;
-    seen.back().depth_mm = r.depth_mm;
-  }
+  for (const RectangleMark& r : rectangles) seen.push_back({r.width_mm, r.depth_mm});
   const std::optional<Eigen::Matrix2d> inverse = inverse_of(information_of(seen, about));
   if (!inverse) return Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
   return noise_px * inverse->diagonal().cwiseSqrt();

@@ -6,9 +6,6 @@
 
 namespace vrda::calibration {
 
-/// What an eyepoint takes at least: aligned rectangles, and the difference of their depths, which is the
-/// resolution of a ruler.
-
 /// Two lines, drawn with pre-distortion, coincided with the sides of a rectangle.
 struct RectangleMark {
   double width_mm = 0.0;
@@ -84,8 +81,7 @@ struct ViewportMarks {
   double screen_sd_mm = 0.1;                            ///< of both
 };
 
-/// bench::Estimate of the edges and of a pixel's height divided by its width: "NAME.edge_left",
-/// ".edge_right",
+/// Estimate of the edges and of a pixel's height divided by its width: "NAME.edge_left", ".edge_right",
 /// ".edge_top", ".edge_bottom" (px), ".pixel_aspect". The noise of a reading is pooled over the four edges;
 /// without repeats it is the rounding. The aspect's variance is scaled so that half_width_95 is correct with
 /// the dof of the readings.

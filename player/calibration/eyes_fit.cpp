@@ -99,15 +99,6 @@ Eigen::MatrixXd covariance_of(const EyesPrior& prior)
   return covariance;
 }
 
-/// X translated, and rotated by a rotation vector about the fixed axes.
-Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& by)
-{
-  Pose result = X;
-  result.translation() += by.head<3>();
-  result.linear() = bench::rotation_of(by.tail<3>()) * X.linear();
-  return result;
-}
-
 /// Clamps a point to at least 1 mm in front of the eye; iterates may be behind it.
 Eigen::Vector3d before_eye(const view::Eye& eye, const Eigen::Vector3d& p_head_mm)
 {
@@ -169,7 +160,7 @@ Eigen::VectorXd residuals(const EyesProblem& problem, const Pose& X_start, const
 {
   const Eigen::VectorXd z = x.tail(x.size() - n_pose);
   const view::EyePair eyes = eyes_of(problem, z);
-  const Pose X_eyes_carrier = moved(X_start, x.head<n_pose>()).inverse();
+  const Pose X_eyes_carrier = bench::moved(X_start, x.head<n_pose>()).inverse();
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   Eigen::VectorXd r(2 * n + z.size());
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -200,7 +191,7 @@ Pose start_of(const EyesProblem& problem, const Pose& X_guess)
   least.scale.resize(n_pose);
   least.scale << 10.0, 10.0, 10.0, 0.1, 0.1, 0.1;
   least.residuals = [&](const Eigen::VectorXd& x) {
-    const Pose X_eyes_carrier = moved(X_guess, x).inverse();
+    const Pose X_eyes_carrier = bench::moved(X_guess, x).inverse();
     Eigen::VectorXd r(2 * n);
     for (Eigen::Index i = 0; i < n; ++i) {
       const BullseyeMark& mark = problem.marks[static_cast<std::size_t>(i)];
@@ -209,7 +200,7 @@ Pose start_of(const EyesProblem& problem, const Pose& X_guess)
     }
     return r;
   };
-  return moved(X_guess, fit_least_squares(least).x);
+  return bench::moved(X_guess, fit_least_squares(least).x);
 }
 
 /// Alignment noise for which the weighted sum of squares equals the degrees of freedom.
@@ -234,10 +225,8 @@ double noise_px_of(const Eigen::VectorXd& residual_px, const Eigen::VectorXd& tr
   return high;
 }
 
-struct EyesSolution {
-  LeastSquares fit;
+struct EyesSolution : MarksFit {
   EyesGuess guess;
-  Eigen::VectorXd sds_px;  ///< [n_marks] standard deviations used as weights
 };
 
 /// Repeats the fit, each time weighted with the noise estimated by the previous one.
@@ -264,7 +253,7 @@ EyesSolution solve_eyes(const EyesProblem& problem, const Pose& X_guess)
       return residuals(problem, X_start, solution.sds_px, x);
     };
     solution.fit = fit_least_squares(least);
-    guess.X_carrier_eyes = moved(X_start, solution.fit.x.head<n_pose>());
+    guess.X_carrier_eyes = bench::moved(X_start, solution.fit.x.head<n_pose>());
     guess.z = solution.fit.x.tail(guess.z.size());
     if (solution.fit.status != LeastSquaresStatus::converged || round + 1 == n_rounds) break;
     Eigen::VectorXd residual_px = solution.fit.residuals.head(2 * n);
@@ -278,8 +267,7 @@ void require_marks(std::span<const BullseyeMark> marks, const bench::FitErrorCon
 {
   constexpr std::ptrdiff_t fewest = 6;
   for (const bool is_right : {false, true}) {
-    const std::ptrdiff_t n =
-        std::ranges::count_if(marks, [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
+    const std::ptrdiff_t n = std::ranges::count(marks, is_right, &BullseyeMark::is_right);
     if (n >= fewest) continue;
     context.fail(is_right ? ": right eye" : ": left eye", std::to_string(n) + " aligned bull's-eyes",
                  "6 or more for each eye");
@@ -316,27 +304,16 @@ void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess,
   require(off_line_mm, "all on a line", "positions 50 mm or more away from the line");
 }
 
-void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution,
-                    const bench::FitErrorContext& context)
+/// ": bull's-eye 3 of the left eye"
+std::string field_of(std::span<const BullseyeMark> marks, std::size_t mark)
 {
-  constexpr double most_deviations = 6.0, most_off_px = 4.0;
-  const OutlierCandidate furthest =
-      largest_outlier(solution.fit, static_cast<Eigen::Index>(problem.marks.size()));
-  const double off_px = solution.sds_px[furthest.mark] * furthest.off.norm();
-  if (furthest.deviations <= most_deviations || off_px <= most_off_px) return;
-  const auto end = problem.marks.begin() + furthest.mark;
-  const bool is_right = end->is_right;
-  const std::ptrdiff_t before = std::count_if(
-      problem.marks.begin(), end, [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
-  context.fail(std::string(": bull's-eye ") + std::to_string(before + 1) + " of the " +
-                   (is_right ? "right" : "left") + " eye",
-               "a mark " + bench::text(off_px, 1, "px") + " from the position predicted by all others",
-               "a consistent mark: align this one again", {static_cast<std::size_t>(furthest.mark)});
+  const bool is_right = marks[mark].is_right;
+  const auto before = std::ranges::count(marks.first(mark), is_right, &BullseyeMark::is_right);
+  return ": bull's-eye " + std::to_string(before + 1) + " of the " + (is_right ? "right" : "left") + " eye";
 }
 
 bench::Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, const std::string& name)
 {
-  const auto n = static_cast<Eigen::Index>(problem.marks.size());
   const Eigen::MatrixXd& C = solution.fit.covariance;
   bench::Estimate estimate =
       bench::pose_estimate(name, solution.guess.X_carrier_eyes, C.topLeftCorner<n_pose, n_pose>());
@@ -360,11 +337,8 @@ bench::Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solu
   to_numbers.diagonal().segment<3>(3).setConstant(deg_from_rad(1.0));
   to_numbers.bottomRightCorner(n_known, problem.L.cols()) = problem.L;
   estimate.covariance = propagated(to_numbers, C);
-  estimate.dof = interval_dof(solution.fit, n, to_numbers);
-  std::vector<double> residuals_px;
-  for (Eigen::Index i = 0; i < n; ++i)
-    residuals_px.push_back(solution.sds_px[i] * solution.fit.residuals.segment<2>(2 * i).norm());
-  bench::set_residuals(estimate, residuals_px, "px");
+  estimate.dof = interval_dof(solution.fit, solution.n(), to_numbers);
+  bench::set_residuals(estimate, solution.residuals_px(), "px");
   return estimate;
 }
 
@@ -378,11 +352,11 @@ EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, co
   require_spread(marks, X_start, context);
   const EyesProblem problem{marks, prior, known_of(prior.eyes), root_of(covariance_of(prior))};
   const EyesSolution solution = solve_eyes(problem, X_start);
-  if (solution.fit.status != LeastSquaresStatus::converged) {
-    context.fail("", std::string("a bull's-eye fit with status: ") + name_of(solution.fit.status),
-                 "bull's-eyes aligned with the tracked marker at different positions");
-  }
-  refuse_outlier(problem, solution, context);
+  require_converged(solution.fit, "", "a bull's-eye fit",
+                    "bull's-eyes aligned with the tracked marker at different positions", context);
+  refuse_outlier(
+      solution, {6.0, 4.0, "align this one again"}, [&](std::size_t mark) { return field_of(marks, mark); },
+      context);
   EyesFit result;
   result.X_carrier_eyes = solution.guess.X_carrier_eyes;
   result.eyes = eyes_of(problem, solution.guess.z);

@@ -98,11 +98,7 @@ double side_value(const view::Eye& drawing, const VirtualTruth& truth, bool is_r
 }
 
 struct RectangleLines final : TaskKind {
-  RectangleLines()
-      : TaskKind(
-            {.name = "rectangle", .typical_s = 30.0, .thing = "lines", .n_numbers = 4, .has_two_lines = true})
-  {
-  }
+  using TaskKind::TaskKind;
 
   DrawnLines draw(const Task& task, std::span<const double> values, const Calibration& found) const override
   {
@@ -179,24 +175,14 @@ struct RectangleLines final : TaskKind {
   }
 };
 
-const RectangleLines rectangle_lines;
+const RectangleLines rectangle_lines(
+    {.name = "rectangle", .typical_s = 30.0, .thing = "lines", .n_numbers = 4, .has_two_lines = true});
 
 Task sides_task(const Calibration& calibration, const CalibrationSettings& settings, bool is_right,
                 std::size_t rectangle, int repeat)
 {
   const view::Eye& eye = view::side_of(calibration.eyes, is_right);
   const CalibrationRectangle& r = settings.rectangles[rectangle];
-  Task task;
-  task.kind = &rectangle_lines;
-  task.is_right = is_right;
-  task.index = static_cast<int>(rectangle);
-  task.name =
-      eye_text(is_right) + ", rectangle " + std::to_string(rectangle + 1) + ", " + std::to_string(repeat + 1);
-  task.instruction = "Place the rectangle " + show::rounded_text(r.width_mm, 1) + " mm wide " +
-                     show::rounded_text(r.depth_mm, 1) + " mm behind the plane of the first one.\nWith the " +
-                     eye_text(is_right) +
-                     ", align one line with each vertical side: Left and Right move the left line, Up and "
-                     "Down the right one.";
   // Start value for a nominal eye at a nominal position.
   const view::Eye usual;
   const double half_px =
@@ -206,9 +192,18 @@ Task sides_task(const Calibration& calibration, const CalibrationSettings& setti
     return dial(name, "px", std::clamp(x, box.low_px.x(), box.high_px.x()), box.low_px.x(), box.high_px.x(),
                 dial_step_px);
   };
-  task.dials = {side("left side", eye.sight_px.x() - half_px),
-                side("right side", eye.sight_px.x() + half_px)};
-  return task;
+  return {.kind = &rectangle_lines,
+          .name = eye_text(is_right) + ", rectangle " + std::to_string(rectangle + 1) + ", " +
+                  std::to_string(repeat + 1),
+          .instruction = "Place the rectangle " + bench::text(r.width_mm, 1, "mm") + " wide " +
+                         bench::text(r.depth_mm, 1, "mm") + " behind the plane of the first one.\nWith the " +
+                         eye_text(is_right) +
+                         ", align one line with each vertical side: Left and Right move the left line, Up "
+                         "and Down the right one.",
+          .is_right = is_right,
+          .dials = {side("left side", eye.sight_px.x() - half_px),
+                    side("right side", eye.sight_px.x() + half_px)},
+          .index = static_cast<int>(rectangle)};
 }
 
 struct EyepointsPart final : EyePart {
@@ -346,13 +341,9 @@ struct Bullseye final : TaskKind {
     for (const Eigen::Vector2d& direction :
          {Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)})
       pen.draw_shown(at + open_px * direction, at + arm_px * direction);
-    constexpr int n = 48;
     for (const double radius_px : {6.0, 12.0}) {
-      const auto on_ring = [&](int k) {
-        const double angle = 2.0 * pi * k / n;
-        return Eigen::Vector2d(at + radius_px * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-      };
-      for (int k = 0; k < n; ++k) pen.draw_shown(on_ring(k), on_ring(k + 1));
+      const Points2d points = ring(at, radius_px, 48);
+      for (std::size_t k = 1; k < points.size(); ++k) pen.draw_shown(points[k - 1], points[k]);
     }
     return lines;
   }
@@ -545,22 +536,20 @@ struct EyesPart final : Part {
   {
     const view::Eye& eye = view::side_of(calibration.eyes, is_right);
     const view::ShownBox box = view::shown_box(eye);
-    Task task;
-    task.kind = &bullseye;
-    task.is_right = is_right;
-    task.index = place;
-    task.tool = bench.calibration.marker;
-    task.n_samples = bench.calibration.hold_samples;
-    if (is_head_) task.body = BodyRole::head;
-    task.name = eye_text(is_right) + ", place " + std::to_string(place + 1);
-    task.instruction =
-        "Put the marker " + place_text(place) +
-        (is_head_ ? " and change the orientation of the head." : "; the stage may be at any position.") +
-        "\nWith the " + eye_text(is_right) +
-        ", align the cross with it and press Enter. Keep still until sampling is done.";
-    task.dials = {dial("x", "px", eye.sight_px.x(), box.low_px.x(), box.high_px.x(), dial_step_px),
-                  dial("y", "px", eye.sight_px.y(), box.low_px.y(), box.high_px.y(), dial_step_px)};
-    return task;
+    return {.kind = &bullseye,
+            .name = eye_text(is_right) + ", place " + std::to_string(place + 1),
+            .instruction = "Put the marker " + place_text(place) +
+                           (is_head_ ? " and change the orientation of the head."
+                                     : "; the stage may be at any position.") +
+                           "\nWith the " + eye_text(is_right) +
+                           ", align the cross with it and press Enter. Keep still until sampling is done.",
+            .is_right = is_right,
+            .dials = {dial("x", "px", eye.sight_px.x(), box.low_px.x(), box.high_px.x(), dial_step_px),
+                      dial("y", "px", eye.sight_px.y(), box.low_px.y(), box.high_px.y(), dial_step_px)},
+            .n_samples = bench.calibration.hold_samples,
+            .tool = bench.calibration.marker,
+            .body = is_head_ ? std::optional(BodyRole::head) : std::nullopt,
+            .index = place};
   }
 
   bool is_head_;
@@ -583,7 +572,6 @@ Eigen::Vector3i requested_marker_position(int index)
   return {place[0], place[1], place[2]};
 }
 
-const Part& bullseye_part = bullseye_object;
-const Part& head_part = head_object;
+const Part &bullseye_part = bullseye_object, &head_part = head_object;
 
 }  // namespace vrda::calibration

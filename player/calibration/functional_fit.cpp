@@ -41,11 +41,7 @@ JointCurve::Knot coordinates_at(const JointCurve& curve, double flexion_rad)
 
 Pose JointCurve::at(double flexion_rad) const
 {
-  const Knot six = coordinates_at(*this, flexion_rad);
-  Pose X = Pose::Identity();
-  X.linear() = bench::rotation_of(six.tail<3>());
-  X.translation() = six.head<3>();
-  return X;
+  return bench::moved(Pose::Identity(), coordinates_at(*this, flexion_rad));
 }
 
 JointCurve scaled(const JointCurve& curve, double scale)
@@ -122,14 +118,6 @@ constexpr double shift_step_mm = 1e-3, turn_step_rad = 1e-5;
 double step_of(Eigen::Index coordinate)
 {
   return coordinate % 6 < 3 ? shift_step_mm : turn_step_rad;
-}
-
-Pose moved_pose(const Pose& X, const Eigen::Vector3d& shift_mm, const Eigen::Vector3d& turn_rad)
-{
-  Pose moved = X;
-  moved.linear() = bench::rotation_of(turn_rad) * X.linear();
-  moved.translation() += shift_mm;
-  return moved;
 }
 
 Pose at_centre(const Pose& X, const Eigen::Vector3d& centre_mm)
@@ -313,8 +301,8 @@ class FunctionalProblem {
   };
   Moved moved(const Eigen::VectorXd& x) const
   {
-    return {moved_pose(X_body_bone_[0], x.segment<3>(0), x.segment<3>(3)).inverse(),
-            moved_pose(X_body_bone_[1], x.segment<3>(6), x.segment<3>(9))};
+    return {bench::moved(X_body_bone_[0], x.segment<6>(0)).inverse(),
+            bench::moved(X_body_bone_[1], x.segment<6>(6))};
   }
 
   std::array<Sides, n_placement> moved_sides(const Eigen::VectorXd& x) const
@@ -353,7 +341,7 @@ class FunctionalProblem {
   Vector6 twist_at(double flexion_rad, const Pose& X_femur_tibia, const Eigen::VectorXd& x) const
   {
     const Vector6 six = deviation(x, flexion_rad);
-    const Pose X_deviation = moved_pose(Pose::Identity(), six.head<3>(), six.tail<3>());
+    const Pose X_deviation = bench::moved(Pose::Identity(), six);
     return twist_of(X_deviation.inverse() * (X_femur_tibia_of_model(flexion_rad).inverse() * X_femur_tibia));
   }
 
@@ -450,7 +438,7 @@ class FunctionalProblem {
     const Vector6 six = deviation(x, flexion_rad);
     const Pose X_tibia_femur = X_femur_tibia_of_model(flexion_rad).inverse();
     const auto twist = [&](const Vector6& off, const Moved& at) {
-      const Pose X_deviation = moved_pose(Pose::Identity(), off.head<3>(), off.tail<3>());
+      const Pose X_deviation = bench::moved(Pose::Identity(), off);
       return twist_of(X_deviation.inverse() *
                       (X_tibia_femur * (at.X_femur_thigh * sample.X_thigh_shank * at.X_shank_tibia)));
     };
@@ -503,10 +491,6 @@ class FunctionalProblem {
   int n_beyond_ = 0;
 };
 
-}  // namespace
-
-namespace {
-
 constexpr std::size_t least_trials = 2;
 constexpr double least_factor = 1e-3;  // of the noise; keeps weights finite if the motion fits exactly
 /// The samples of a trial, held out or not, must fit within this multiple of the tracker's stated noise. A
@@ -531,17 +515,18 @@ std::string error_text(const MotionError& error)
 /// Root mean squares of twists.
 class TwistSum {
  public:
-  void add(const Vector6& twist, double weight = 1.0)
+  void add(const Vector6& twist)
   {
-    mm2_ += weight * twist.head<3>().squaredNorm();
-    rad2_ += weight * twist.tail<3>().squaredNorm();
-    n_ += weight;
+    mm2_ += twist.head<3>().squaredNorm();
+    rad2_ += twist.tail<3>().squaredNorm();
+    n_ += 1.0;
   }
   MotionError rms() const
   {
     if (n_ <= 0.0) return {};
     return {std::sqrt(mm2_ / n_), std::sqrt(rad2_ / n_)};
   }
+  double n() const { return n_; }
 
  private:
   double mm2_ = 0.0, rad2_ = 0.0, n_ = 0.0;
@@ -571,23 +556,39 @@ void require_trials(std::span<const FlexionTrial> trials, const bench::FitErrorC
   }
 }
 
+/// Differences of a trial, with its residual in units of the stated noise.
+struct TrialError {
+  TwistSum sum;
+  double whitened = 0.0;
+};
+
+TrialError error_of(const FunctionalProblem& problem, const Eigen::VectorXd& x, std::size_t trial)
+{
+  constexpr double n_free = 5.0;  // of the six coordinates: flexion is fitted
+  TrialError error;
+  double sum_sq = 0.0;
+  for (const FunctionalSample& sample : problem.samples()) {
+    if (sample.trial != trial) continue;
+    const FunctionalProblem::Difference found = problem.difference(sample, x);
+    error.sum.add(found.twist);
+    sum_sq += found.whitened.squaredNorm();
+  }
+  error.whitened = std::sqrt(sum_sq / (n_free * error.sum.n()));
+  return error;
+}
+
 /// Checks each trial with the placements by landmarks.
 void require_start(const FunctionalProblem& problem, std::span<const FlexionTrial> trials,
                    const bench::FitErrorContext& context)
 {
   const Eigen::VectorXd landmarks = Eigen::VectorXd::Zero(n_functional);
   for (std::size_t k = 0; k < trials.size(); ++k) {
-    TwistSum sum;
-    std::size_t n = 0;
-    for (const FunctionalSample& sample : problem.samples()) {
-      if (sample.trial != k) continue;
-      sum.add(problem.difference(sample, landmarks).twist);
-      ++n;
-    }
-    constexpr std::size_t least_samples = 10;
-    if (n < least_samples) {
+    const TwistSum sum = error_of(problem, landmarks, k).sum;
+    constexpr int least_samples = 10;
+    if (sum.n() < least_samples) {
       context.fail(
-          trials[k].name, std::to_string(n) + " samples within the model's flexions, by the landmarks",
+          trials[k].name,
+          show::rounded_text(sum.n(), 0) + " samples within the model's flexions, by the landmarks",
           std::to_string(least_samples) + " or more; bend within the model's range, and check the landmarks",
           {k});
     }
@@ -608,9 +609,8 @@ void require_start(const FunctionalProblem& problem, std::span<const FlexionTria
 
 void require_converged(const LeastSquares& fit, const bench::FitErrorContext& context)
 {
-  if (fit.status == LeastSquaresStatus::converged) return;
-  context.fail("bends", std::string("a fit with status: ") + name_of(fit.status),
-               "bends that determine the placement; repeat them, or the landmarks");
+  require_converged(fit, "bends", "a fit",
+                    "bends that determine the placement; repeat them, or the landmarks", context);
 }
 
 /// Factor of the tracker's stated noise that the residuals of the motion have.
@@ -641,28 +641,6 @@ Solution solve(const FunctionalProblem& problem)
     if (round + 1 < n_rounds) solution.factor = noise_factor(problem, solution.fit, solution.factor);
   }
   return solution;
-}
-
-/// Differences of a trial, with its residual in units of the stated noise.
-struct TrialError {
-  TwistSum sum;
-  double whitened = 0.0;
-};
-
-TrialError error_of(const FunctionalProblem& problem, const Eigen::VectorXd& x, std::size_t trial)
-{
-  constexpr double n_free = 5.0;  // of the six coordinates: flexion is fitted
-  TrialError error;
-  double sum_sq = 0.0, n = 0.0;
-  for (const FunctionalSample& sample : problem.samples()) {
-    if (sample.trial != trial) continue;
-    const FunctionalProblem::Difference found = problem.difference(sample, x);
-    error.sum.add(found.twist);
-    sum_sq += found.whitened.squaredNorm();
-    n += n_free;
-  }
-  error.whitened = std::sqrt(sum_sq / n);
-  return error;
 }
 
 MotionError rms_of(const std::vector<MotionError>& errors)

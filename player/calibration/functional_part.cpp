@@ -132,21 +132,20 @@ struct FunctionalPart final : Part {
 
   std::vector<Task> tasks(const BenchFile& bench, const Calibration&) const override
   {
-    const std::optional<bench::BodySettings>& tibia = bench.bodies[static_cast<std::size_t>(BodyRole::tibia)];
+    const std::optional<bench::BodySettings>& tibia = bench.bodies[BodyRole::tibia];
     std::vector<Task> tasks;
     for (int bend = 0; bend < bench.calibration.bends; ++bend) {
-      Task task;
-      task.kind = &leg_bend;
-      task.name = "bend " + std::to_string(bend + 1);
-      task.index = bend;
-      task.tool = tibia->tool.empty() ? tibia->markers.front() : tibia->tool;
-      task.n_samples = bench.calibration.bend_samples;
-      task.instruction =
-          "Stretch the leg and press Enter. Bend it slowly as far as the model reaches and stretch it again, "
-          "evenly\n"
-          "until sampling is done, without pressing it sideways. Both bodies must be visible and must not "
-          "slip.";
-      tasks.push_back(task);
+      tasks.push_back(
+          {.kind = &leg_bend,
+           .name = "bend " + std::to_string(bend + 1),
+           .instruction =
+               "Stretch the leg and press Enter. Bend it slowly as far as the model reaches and stretch it "
+               "again, evenly\n"
+               "until sampling is done, without pressing it sideways. Both bodies must be visible and must "
+               "not slip.",
+           .n_samples = bench.calibration.bend_samples,
+           .tool = tibia->tool.empty() ? tibia->markers.front() : tibia->tool,
+           .index = bend});
     }
     return tasks;
   }

@@ -221,6 +221,34 @@ OutlierCandidate largest_outlier(const LeastSquares& fit, Eigen::Index n_marks)
   return furthest;
 }
 
+std::vector<double> MarksFit::residuals_px() const
+{
+  std::vector<double> lengths_px;
+  for (Eigen::Index i = 0; i < n(); ++i)
+    lengths_px.push_back(sds_px[i] * fit.residuals.segment<2>(2 * i).norm());
+  return lengths_px;
+}
+
+void require_converged(const LeastSquares& fit, const std::string& field, const std::string& what,
+                       const std::string& wanted, const bench::FitErrorContext& context)
+{
+  if (fit.status != LeastSquaresStatus::converged)
+    context.fail(field, what + " with status: " + name_of(fit.status), wanted);
+}
+
+void refuse_outlier(const MarksFit& marks, const OutlierLimits& limits,
+                    const std::function<std::string(std::size_t)>& field_of,
+                    const bench::FitErrorContext& context)
+{
+  const OutlierCandidate furthest = largest_outlier(marks.fit, marks.n());
+  const double off_px = marks.sds_px[furthest.mark] * furthest.off.norm();
+  if (furthest.deviations <= limits.deviations || off_px <= limits.px) return;
+  const auto mark = static_cast<std::size_t>(furthest.mark);
+  context.fail(field_of(mark),
+               "a mark " + bench::text(off_px, 1, "px") + " from the position predicted by all others",
+               std::string("a consistent mark: ") + limits.again, {mark});
+}
+
 // Lazy products are loops of scalar products: fast enough for these sizes, and quick to compile.
 
 // Of a square positive semi-definite matrix the singular values are the eigenvalues. Jacobi rotations compile

@@ -5,6 +5,8 @@
 
 #include <functional>
 
+#include "bench/calibration_file.hpp"
+
 namespace vrda::calibration {
 
 struct FitProblem {
@@ -57,6 +59,29 @@ struct OutlierCandidate {
 };
 /// Mark with the largest deviation. The fit without a mark follows from the full fit by linearisation.
 OutlierCandidate largest_outlier(const LeastSquares& fit, Eigen::Index n_marks);
+
+/// A fit to marks on the screen, weighted with `sds_px` [n_marks].
+struct MarksFit {
+  LeastSquares fit;
+  Eigen::VectorXd sds_px;
+
+  Eigen::Index n() const { return sds_px.size(); }
+  /// Of the marks, weighted off: their lengths, px.
+  std::vector<double> residuals_px() const;
+};
+
+/// Throws FitError unless the fit, `what`, has converged.
+void require_converged(const LeastSquares& fit, const std::string& field, const std::string& what,
+                       const std::string& wanted, const bench::FitErrorContext& context);
+
+struct OutlierLimits {
+  double deviations, px;  ///< an outlier exceeds both
+  const char* again;      ///< what to do with the mark
+};
+/// Throws FitError for the worst mark if it is an outlier; `field_of` names it.
+void refuse_outlier(const MarksFit& marks, const OutlierLimits& limits,
+                    const std::function<std::string(std::size_t)>& field_of,
+                    const bench::FitErrorContext& context);
 
 // Dense linear algebra of dynamic size, compiled once: each instance of Eigen's templates takes seconds.
 

@@ -54,9 +54,10 @@ double successive_noise_mm(const std::vector<Eigen::Vector3d>& places)
   return places.size() < 2 ? 0.0 : std::sqrt(0.5 * sum_sq / static_cast<double>(places.size() - 1));
 }
 
-std::string with_unit(double value, const std::string& unit)
+/// "0.5 to 2 mm"
+std::string range_text(double least, double most, const std::string& unit)
 {
-  return show::rounded_text(value, 2) + (unit.empty() ? "" : " " + unit);
+  return show::rounded_text(least, 2) + " to " + bench::text(most, 2, unit);
 }
 
 }  // namespace
@@ -204,10 +205,9 @@ double value_in(const Estimate& estimate, const std::string& name)
 
 Pose pose_in(const Estimate& estimate, const std::string& name)
 {
-  Eigen::Matrix<double, 6, 1> six;
-  Eigen::Index k = 0;
-  for (const std::string& number : bench::pose_number_names(name)) six[k++] = value_in(estimate, number);
-  return bench::pose_of(bench::PoseParameters{six.head<3>(), six.tail<3>() * rad_from_deg(1.0)});
+  std::vector<double> six;
+  for (const std::string& number : bench::pose_number_names(name)) six.push_back(value_in(estimate, number));
+  return bench::pose_of(bench::pose_parameters_of(six));
 }
 
 MeanPosition mean_position(const std::vector<Eigen::Vector3d>& places)
@@ -284,9 +284,9 @@ std::string implausible_text(const Task& task, std::span<const double> values)
   for (std::size_t k = 0; k < task.dials.size(); ++k) {
     const Dial& dial = task.dials[k];
     if (values[k] >= dial.least_plausible && values[k] <= dial.most_plausible) continue;
-    return "Not taken: " + dial.name + " " + with_unit(values[k], dial.unit) +
-           " is implausible, expected is " + with_unit(dial.least_plausible, "") + " to " +
-           with_unit(dial.most_plausible, dial.unit) +
+    return "Not taken: " + dial.name + " " + bench::text(values[k], 2, dial.unit) +
+           " is implausible, expected is " +
+           range_text(dial.least_plausible, dial.most_plausible, dial.unit) +
            ". Read again and correct it. If it is right, press Enter again.";
   }
   return {};
@@ -312,16 +312,19 @@ std::string same_place_text(const std::vector<Task>& tasks, const CalibrationRec
 std::string unexpected_text(const std::vector<Task>& tasks, const CalibrationRecord& record,
                             const Estimate& estimate, const Calibration& nominal)
 {
-  const std::string again =
-      ". The readings agree with each other, so they must be measured again: check the instrument, its unit "
-      "and what is measured. The same readings are then accepted.";
+  const auto text = [](const std::string& name, double value, double least, double most,
+                       const std::string& unit) {
+    return name + " " + bench::text(value, 2, unit) + " is far from the expected " +
+           range_text(least, most, unit) +
+           ". The readings agree with each other, so they must be measured again: check the instrument, its "
+           "unit and what is measured. The same readings are then accepted.";
+  };
   for (const Task& task : tasks) {
     const CalibrationMark* const mark = find_mark(record, task.name);
     const bool has_reading = task.kind->traits().is_reading;
     if (!has_reading || mark == nullptr || implausible_text(task, mark->rows[0]).empty()) continue;
-    return task.name + ": " + with_unit(mark->rows[0][0], task.dials[0].unit) + " is far from the expected " +
-           with_unit(task.dials[0].least_plausible, "") + " to " +
-           with_unit(task.dials[0].most_plausible, task.dials[0].unit) + again;
+    const Dial& dial = task.dials[0];
+    return text(task.name + ":", mark->rows[0][0], dial.least_plausible, dial.most_plausible, dial.unit);
   }
   struct Expected {
     const char* name;
@@ -330,22 +333,17 @@ std::string unexpected_text(const std::vector<Task>& tasks, const CalibrationRec
   const double eye_px = nominal.eyes.left.distance_px, image_mm = nominal.image_distance_mm;
   // Adults are 0.75 to 1.3 times as large as a reference body; displays and rectangles are built near their
   // nominal sizes, and square pixels are usual.
-  const std::array<Expected, 8> expected{{{"subject.scale", 0.75, 1.35},
-                                          {"ipd", 45.0, 80.0},
-                                          {"left.distance", 0.5 * eye_px, 2.0 * eye_px},
-                                          {"right.distance", 0.5 * eye_px, 2.0 * eye_px},
-                                          {"left.depth", 0.3 * image_mm, 3.0 * image_mm},
-                                          {"right.depth", 0.3 * image_mm, 3.0 * image_mm},
-                                          {"left.pixel_aspect", 0.7, 1.4},
-                                          {"right.pixel_aspect", 0.7, 1.4}}};
-  for (const Expected& e : expected) {
-    const auto found = std::ranges::find(estimate.names, e.name);
-    if (found == estimate.names.end()) continue;
-    const auto k = static_cast<std::size_t>(found - estimate.names.begin());
-    const double value = estimate.values[static_cast<Eigen::Index>(k)];
-    if (value >= e.least && value <= e.most) continue;
-    return std::string(e.name) + " " + with_unit(value, estimate.units[k]) + " is far from the expected " +
-           with_unit(e.least, "") + " to " + with_unit(e.most, estimate.units[k]) + again;
+  for (const Expected& e : {Expected{"subject.scale", 0.75, 1.35},
+                            {"ipd", 45.0, 80.0},
+                            {"left.distance", 0.5 * eye_px, 2.0 * eye_px},
+                            {"right.distance", 0.5 * eye_px, 2.0 * eye_px},
+                            {"left.depth", 0.3 * image_mm, 3.0 * image_mm},
+                            {"right.depth", 0.3 * image_mm, 3.0 * image_mm},
+                            {"left.pixel_aspect", 0.7, 1.4},
+                            {"right.pixel_aspect", 0.7, 1.4}}) {
+    const Eigen::Index k = bench::index_of(estimate, e.name);
+    if (k < 0 || (estimate.values[k] >= e.least && estimate.values[k] <= e.most)) continue;
+    return text(e.name, estimate.values[k], e.least, e.most, estimate.units[static_cast<std::size_t>(k)]);
   }
   return {};
 }

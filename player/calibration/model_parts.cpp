@@ -114,8 +114,8 @@ struct PlacedModel final : TaskKind {
                                                               : resting_poses(truth).X_tracker_headbody *
                                                                     bench::pose_of(found.X_headbody_eyes);
     const BodyRole role = task.body.value();
-    const Pose X_eyes_model =
-        X_tracker_head.inverse() * X_tracker_body(truth, role) * bench::pose_of(placed_model_pose(values));
+    const Pose X_eyes_model = X_tracker_head.inverse() * X_tracker_body(truth, role) *
+                              bench::pose_of(bench::pose_parameters_of(values));
     DrawnLines lines;
     for (const bool is_right : {false, true}) {
       const view::Eye& eye = view::side_of(found.eyes, is_right);
@@ -150,10 +150,10 @@ struct PlacedModel final : TaskKind {
   {
     constexpr double distance_mm = 800.0, distance_px = 880.0, about_mm = 100.0;
     const double noise_mm = context.noise.alignment_px * distance_mm / distance_px;
-    Pose X = X_body_model(context.truth.calibration, context.task.body.value());
-    X.translation() += noise_mm * context.draws.normal_vector();
-    X.linear() = bench::rotation_of(noise_mm / about_mm * context.draws.normal_vector()) * X.linear();
-    const bench::PoseParameters six = bench::pose_parameters_of(X);
+    Eigen::Matrix<double, 6, 1> off;
+    off << noise_mm * context.draws.normal_vector(), noise_mm / about_mm * context.draws.normal_vector();
+    const Pose X = X_body_model(context.truth.calibration, context.task.body.value());
+    const bench::PoseParameters six = bench::pose_parameters_of(bench::moved(X, off));
     std::vector<double> values(six.shift_mm.begin(), six.shift_mm.end());
     for (const double turn_rad : six.turn_rad) values.push_back(turn_rad / rad_from_deg(1.0));
     return values;
@@ -163,7 +163,7 @@ struct PlacedModel final : TaskKind {
   {
     const BodyRole role = context.task.body.value();
     const Calibration& c = context.truth.calibration;
-    const Pose X = bench::pose_of(placed_model_pose(values)), X_true = X_body_model(c, role);
+    const Pose X = bench::pose_of(bench::pose_parameters_of(values)), X_true = X_body_model(c, role);
     const std::vector<CalibrationPoint>& points = points_of(role, context.bench.calibration);
     double sum_sq = 0.0;
     for (const CalibrationPoint& point : points) {
@@ -205,22 +205,22 @@ Task place_task(BodyRole role, const bench::PoseParameters& begin, int repeat)
 {
   // Well below the scatter of a hand: otherwise equal rounded poses would seem exact.
   constexpr double most_mm = 10000.0, step_mm = 0.1, step_deg = 0.1;
-  Task task;
-  task.kind = &placed_model;
-  task.body = role;
-  task.index = repeat;
-  task.name = "place " + std::to_string(repeat + 1);
-  task.instruction = std::string("Move and rotate the model of the ") + bench::name_of(role) +
-                     " until it matches the real one;\nthen check from other positions and correct. "
-                     "Up and Down select, Left and Right change.";
-  const std::string axes = "xyz";
-  for (Eigen::Index k = 0; k < 3; ++k)
-    task.dials.push_back(dial(std::string("shift ") + axes[static_cast<std::size_t>(k)], "mm",
-                              begin.shift_mm[k], -most_mm, most_mm, step_mm));
-  for (Eigen::Index k = 0; k < 3; ++k)
-    task.dials.push_back(dial(std::string("turn ") + axes[static_cast<std::size_t>(k)], "deg",
-                              deg_from_rad(begin.turn_rad[k]), -360.0, 360.0, step_deg));
-  return task;
+  const auto shift = [&](const char* name, double mm) {
+    return dial(name, "mm", mm, -most_mm, most_mm, step_mm);
+  };
+  const auto turn = [&](const char* name, double rad) {
+    return dial(name, "deg", deg_from_rad(rad), -360.0, 360.0, step_deg);
+  };
+  return {.kind = &placed_model,
+          .name = "place " + std::to_string(repeat + 1),
+          .instruction = std::string("Move and rotate the model of the ") + bench::name_of(role) +
+                         " until it matches the real one;\nthen check from other positions and correct. "
+                         "Up and Down select, Left and Right change.",
+          .dials = {shift("shift x", begin.shift_mm.x()), shift("shift y", begin.shift_mm.y()),
+                    shift("shift z", begin.shift_mm.z()), turn("turn x", begin.turn_rad.x()),
+                    turn("turn y", begin.turn_rad.y()), turn("turn z", begin.turn_rad.z())},
+          .body = role,
+          .index = repeat};
 }
 
 /// Touched points in the body frame and the orientation of the probe.
@@ -354,23 +354,21 @@ struct ModelPart final : Part {
     const CalibrationSettings& settings = bench.calibration;
     std::vector<Task> tasks;
     if (settings.is_model_adjusted) {
-      const bench::PoseParameters& begin = calibration.X_body_model[static_cast<std::size_t>(role_)];
+      const bench::PoseParameters& begin = calibration.X_body_model[role_];
       for (int repeat = 0; repeat < settings.model_repeats; ++repeat)
         tasks.push_back(place_task(role_, begin, repeat));
       return tasks;
     }
     for (const CalibrationPoint& point : points_of(role_, settings)) {
-      Task task;
-      task.kind = &touched_point;
-      task.body = role_;
-      task.name = point.name;
-      task.index = static_cast<int>(tasks.size());
-      task.tool = settings.probe;
-      task.n_samples = settings.hold_samples;
-      task.instruction = "Touch with the probe's tip: " + point.name +
-                         (point.is_target ? " (target, not part of the fit).\n" : ".\n") +
-                         "Press Enter and keep probe and leg still until sampling is done.";
-      tasks.push_back(task);
+      tasks.push_back({.kind = &touched_point,
+                       .name = point.name,
+                       .instruction = "Touch with the probe's tip: " + point.name +
+                                      (point.is_target ? " (target, not part of the fit).\n" : ".\n") +
+                                      "Press Enter and keep probe and leg still until sampling is done.",
+                       .n_samples = settings.hold_samples,
+                       .tool = settings.probe,
+                       .body = role_,
+                       .index = static_cast<int>(tasks.size())});
     }
     return tasks;
   }
@@ -420,16 +418,9 @@ const ModelPart tibia_object(BodyRole::tibia);
 
 }  // namespace
 
-bench::PoseParameters placed_model_pose(std::span<const double> values)
-{
-  check(values.size() == 6, "a pose has six dials");
-  return {{values[0], values[1], values[2]},
-          Eigen::Vector3d(values[3], values[4], values[5]) * rad_from_deg(1.0)};
-}
-
 void put_model(Calibration& c, BodyRole role, const Pose& X_body_model)
 {
-  c.X_body_model[static_cast<std::size_t>(role)] = bench::pose_parameters_of(X_body_model);
+  c.X_body_model[role] = bench::pose_parameters_of(X_body_model);
 }
 
 std::vector<Fiducial> touched_points(BodyRole role, const PartInput& in)
@@ -440,8 +431,6 @@ std::vector<Fiducial> touched_points(BodyRole role, const PartInput& in)
       .points;
 }
 
-const Part& leg_part = leg_object;
-const Part& femur_part = femur_object;
-const Part& tibia_part = tibia_object;
+const Part &leg_part = leg_object, &femur_part = femur_object, &tibia_part = tibia_object;
 
 }  // namespace vrda::calibration

@@ -187,10 +187,9 @@ TaskGroup task_group_of(CalibrationPart id, const std::vector<Task>& tasks, std:
 
 std::string names_of(std::span<const CalibrationPart> parts)
 {
-  std::string text;
-  for (const CalibrationPart id : parts)
-    text += (text.empty() ? "" : ", ") + std::string(part_object(id).name());
-  return text;
+  std::vector<std::string> names;
+  for (const CalibrationPart id : parts) names.emplace_back(bench::name_of(id));
+  return joined(names);
 }
 
 bool has_stage(const BenchFile& bench)
@@ -420,8 +419,8 @@ std::vector<std::string> result_lines(CalibrationPart id, const Estimate& estima
   for (Eigen::Index k = 0; k < estimate.values.size(); ++k)
     lines.push_back(estimate.names[static_cast<std::size_t>(k)] + " " + bench::interval_text(estimate, k));
   if (!estimate.residuals.empty()) {
-    lines.push_back("residual " + show::rounded_text(estimate.residual_rms, 3) + " " +
-                    estimate.residual_unit + " (root mean square)");
+    lines.push_back("residual " + bench::text(estimate.residual_rms, 3, estimate.residual_unit) +
+                    " (root mean square)");
   }
   lines.insert(lines.end(), estimate.remarks.begin(), estimate.remarks.end());
   return lines;

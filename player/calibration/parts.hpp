@@ -90,8 +90,6 @@ inline constexpr double test_frame_size_mm = 100.0;
 /// Requested marker position of a bull's-eye: -1, 0 or 1 for left to right, low to high, near to far. The
 /// first six spread in all directions.
 Eigen::Vector3i requested_marker_position(int index);
-/// Pose of a model whose dials are at `values`: mm and degrees.
-bench::PoseParameters placed_model_pose(std::span<const double> values);
 void put_model(Calibration& c, BodyRole role, const Pose& X_body_model);
 /// Touched points of a model, in the frame of its body.
 std::vector<Fiducial> touched_points(BodyRole role, const PartInput& in);

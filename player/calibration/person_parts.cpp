@@ -135,18 +135,6 @@ const Look look({.name = "look", .typical_s = 10.0, .n_numbers = 0, .shows_resul
 const LandmarkDistanceTask landmark_distance(
     {.name = "landmarks", .typical_s = 20.0, .is_reading = true, .is_seen = false});
 
-Task number_task(const TaskKind& kind, const std::string& name, int index, const std::string& instruction,
-                 const Dial& dial)
-{
-  Task task;
-  task.kind = &kind;
-  task.name = name;
-  task.index = index;
-  task.instruction = instruction;
-  task.dials = {dial};
-  return task;
-}
-
 Estimate given(const std::string& name, const std::string& unit, double value, double sd)
 {
   Estimate estimate;
@@ -189,7 +177,11 @@ struct IpdPart final : Part {
     constexpr double usual_image_mm = 800.0, most_image_mm = 10000.0;
     std::vector<Task> tasks;
     const auto add = [&](HeadNumber number, const std::string& instruction, const Dial& dial) {
-      tasks.push_back(number_task(head_number, head_numbers.at(number), number, instruction, dial));
+      tasks.push_back({.kind = &head_number,
+                       .name = head_numbers.at(number),
+                       .instruction = instruction,
+                       .dials = {dial},
+                       .index = number});
     };
     if (bench.calibration.has_pupillometer) {
       add(pupils, "Measure the distance between the pupils with the pupillometer, set to the image distance.",
@@ -207,12 +199,13 @@ struct IpdPart final : Part {
     add(image, "Set the distance of the virtual image. Nominal: 800 mm.",
         within(dial("distance", "mm", usual_image_mm, 100.0, most_image_mm, 1.0), 200.0, 5000.0));
     tasks.back().is_start_valid = true;
-    Task& check = tasks.emplace_back();
-    check.kind = &look;
-    check.name = "look";
-    check.instruction =
-        "With both eyes: a frame 100 mm wide is drawn at the image distance. Hold a real one of that size\n"
-        "there. If both appear at the same depth, press Enter; otherwise press R to measure again.";
+    tasks.push_back(
+        {.kind = &look,
+         .name = "look",
+         .instruction =
+             "With both eyes: a frame 100 mm wide is drawn at the image distance. Hold a real one of that "
+             "size\n"
+             "there. If both appear at the same depth, press Enter; otherwise press R to measure again."});
     return tasks;
   }
 
@@ -266,11 +259,13 @@ struct SubjectPart final : Part {
     std::vector<Task> tasks;
     for (const CalibrationLandmarks& pair : bench.calibration.landmarks) {
       const double mm = pair.model_mm;
-      tasks.push_back(
-          number_task(landmark_distance, pair.name, static_cast<int>(tasks.size()),
-                      "Measure on the subject: " + pair.name +
-                          ".\nDistance in the model: " + show::rounded_text(mm, 1) + " mm.",
-                      within(dial("distance", "mm", mm, 0.1, 10.0 * mm, dial_step_mm), 0.5 * mm, 2.0 * mm)));
+      const Dial distance = dial("distance", "mm", mm, 0.1, 10.0 * mm, dial_step_mm);
+      tasks.push_back({.kind = &landmark_distance,
+                       .name = pair.name,
+                       .instruction = "Measure on the subject: " + pair.name +
+                                      ".\nDistance in the model: " + show::rounded_text(mm, 1) + " mm.",
+                       .dials = {within(distance, 0.5 * mm, 2.0 * mm)},
+                       .index = static_cast<int>(tasks.size())});
     }
     return tasks;
   }
@@ -304,7 +299,6 @@ const SubjectPart subject_object({.id = CalibrationPart::subject, .bench_key = "
 
 }  // namespace
 
-const Part& ipd_part = ipd_object;
-const Part& subject_part = subject_object;
+const Part &ipd_part = ipd_object, &subject_part = subject_object;
 
 }  // namespace vrda::calibration

@@ -46,15 +46,20 @@ void Dials::change(std::size_t dial, double steps)
   if (dial < dials_.size()) set(dial, values_[dial] + steps * dials_[dial].step);
 }
 
-void Dials::set(std::size_t dial, double value)
+void Dials::assign(std::size_t dial, double value)
 {
-  select(dial);
   touched_[dial] = true;
   // A step and back gives exactly the start value.
   const Dial& limits = dials_[dial];
   const double rounded = rounded_value(value);
   values_[dial] = std::clamp(rounded == rounded_value(limits.value) ? limits.value : rounded, limits.minimum,
                              limits.maximum);
+}
+
+void Dials::set(std::size_t dial, double value)
+{
+  select(dial);
+  assign(dial, value);
   // The potentiometer continues from the value that was set.
   start_count_.reset();
 }
@@ -110,10 +115,7 @@ void Dials::turn(int count, double time_s)
   const double steps = std::round((filtered - *start_count_) / most_count * steps_a_turn);
   if (steps == last_steps_) return;
   last_steps_ = steps;
-  touched_[selected_] = true;
-  const Dial& limits = dials_[selected_];
-  values_[selected_] =
-      std::clamp(rounded_value(start_value_ + steps * limits.step), limits.minimum, limits.maximum);
+  assign(selected_, start_value_ + steps * dials_[selected_].step);
 }
 
 // Rows of numbers for a task, from tracker and board samples.
@@ -155,8 +157,6 @@ double rounded_mm(double value)
   return rounded(value, 1e5);
 }
 
-SampleCollector::SampleCollector(const BenchFile& bench) : bench_(bench), trackers_(bench) {}
-
 void SampleCollector::begin(const Task& task)
 {
   const std::vector<std::string>& tools = bench_.tracker->tools;
@@ -170,12 +170,6 @@ void SampleCollector::begin(const Task& task)
   thigh_.reset();
   shank_.reset();
   is_taking_ = true;
-}
-
-void SampleCollector::zero_stage()
-{
-  stage_mm_ = 0.0;
-  is_stage_zeroed_ = true;
 }
 
 bool SampleCollector::take(const bench::Sample& sample)
@@ -207,17 +201,13 @@ const bench::BodyTracker* SampleCollector::fresh_body(double time_s)
   return tracker.is_live() && std::abs(time_s - tracker.seen_s()) <= oldest_s ? &tracker : nullptr;
 }
 
-void SampleCollector::end_message(bench::BodyTracker& tracker)
+void SampleCollector::end_message(BodyRole role)
 {
+  bench::BodyTracker& tracker = *trackers_[role];
   if (!tracker.end_message() || samples_ != TaskKind::Samples::leg) return;
-  const auto is_of = [&](BodyRole role) { return trackers_[role] && &*trackers_[role] == &tracker; };
   const bench::TimedPose pose{tracker.seen_s(), tracker.last()};
-  if (is_of(BodyRole::femur)) {
-    thigh_before_ = thigh_;
-    thigh_ = pose;
-  } else if (is_of(BodyRole::tibia)) {
-    shank_ = pose;
-  }
+  if (role == BodyRole::femur) thigh_before_ = std::exchange(thigh_, pose);
+  if (role == BodyRole::tibia) shank_ = pose;
 }
 
 /// Adds the shank's pose with that of the thigh at its time: the leg moves, so poses of different messages
@@ -250,7 +240,7 @@ bool SampleCollector::take_leg()
 bool SampleCollector::take_place(const bench::Sample& sample)
 {
   const bool is_seen = sample.is(bench::ToolVisibility::seen) && is_finite(sample.tool_pose);
-  const double time_s = trackers_.take(sample, [this](bench::BodyTracker& tracker) { end_message(tracker); });
+  const double time_s = trackers_.take(sample, [this](BodyRole role) { end_message(role); });
   if (is_taking_ && samples_ == TaskKind::Samples::leg) return take_leg();
   if (!is_taking_ || !is_seen || sample.source != tool_) return false;
   std::vector<double> row;

@@ -41,6 +41,7 @@ class Dials {
 
  private:
   void change(std::size_t dial, double steps);
+  void assign(std::size_t dial, double value);
   void set(std::size_t dial, double value);
   void select(std::size_t dial);
 
@@ -61,7 +62,7 @@ class Dials {
 
 class SampleCollector {
  public:
-  explicit SampleCollector(const BenchFile& bench);
+  explicit SampleCollector(const BenchFile& bench) : bench_(bench), trackers_(bench) {}
 
   /// Starts collecting rows for `task`.
   void begin(const Task& task);
@@ -77,11 +78,11 @@ class SampleCollector {
   /// Whether the stage was zeroed since the board was switched on.
   bool is_stage_zeroed() const { return is_stage_zeroed_; }
   /// Mirrors the zero command that is sent to the board.
-  void zero_stage();
+  void zero_stage() { stage_mm_ = 0.0, is_stage_zeroed_ = true; }
 
  private:
   bool take_place(const bench::Sample& sample);
-  void end_message(bench::BodyTracker& tracker);
+  void end_message(BodyRole role);
   bool take_leg();
   const bench::BodyTracker* fresh_body(double time_s);
 

@@ -127,21 +127,15 @@ JointError joint_error(const Calibration& found, const VirtualTruth& truth)
 {
   check(truth.joint.has_value(), "the error at the joint needs the joint");
   const Eigen::Vector3d& centre_mm = truth.joint->curve.centre_mm;
-  const auto pose_of = [](CalibrationPart part, const Calibration& c, const char* name) {
-    return pose_in(*c.records.at(part).estimate, name);
-  };
   JointError error;
   for (const CalibrationPart part : {CalibrationPart::femur, CalibrationPart::tibia}) {
-    const BodyRole role = role_of(part);
-    const char* name = bench::name_of(part);
-    const Pose X_true = bench::pose_of(truth.calibration.X_body_model[static_cast<std::size_t>(role)]);
-    error.by_landmarks_mm =
-        std::hypot(error.by_landmarks_mm,
-                   std::sqrt(0.5) * joint_error_mm(pose_of(part, found, name), X_true, centre_mm));
-    error.functional_mm =
-        std::hypot(error.functional_mm,
-                   std::sqrt(0.5) *
-                       joint_error_mm(pose_of(CalibrationPart::functional, found, name), X_true, centre_mm));
+    const Pose X_true = X_body_model(truth.calibration, role_of(part));
+    const auto add = [&](CalibrationPart by, double& sum_mm) {
+      const Pose X_found = pose_in(*found.records.at(by).estimate, bench::name_of(part));
+      sum_mm = std::hypot(sum_mm, std::sqrt(0.5) * joint_error_mm(X_found, X_true, centre_mm));
+    };
+    add(part, error.by_landmarks_mm);
+    add(CalibrationPart::functional, error.functional_mm);
   }
   return error;
 }
@@ -179,29 +173,24 @@ namespace {
 
 double true_number_of_eye(const VirtualTruth& truth, bool is_right, std::string_view name)
 {
-  const view::Eye& eye = view::side_of(truth.calibration.eyes, is_right);
-  const VirtualTruth::Edges& edges = truth.edges_px[is_right ? 1 : 0];
-  if (name == "edge_left") return edges.left;
-  if (name == "edge_right") return edges.right;
-  if (name == "edge_top") return edges.top;
-  if (name == "edge_bottom") return edges.bottom;
-  if (name == "pixel_aspect") return eye.pixel_aspect;
-  if (name == "k1") return eye.distortion.k1;
-  if (name == "k2") return eye.distortion.k2;
-  if (name == "centre_x") return eye.distortion.centre_px.x();
-  if (name == "centre_y") return eye.distortion.centre_px.y();
-  if (name == "sight_x") return eye.sight_px.x();
-  if (name == "sight_y") return eye.sight_px.y();
-  if (name == "distance") return eye.distance_px;
+  const view::ShownBox& edges = truth.edges_px[is_right ? 1 : 0];
+  if (name == "edge_left") return edges.low_px.x();
+  if (name == "edge_right") return edges.high_px.x();
+  if (name == "edge_top") return edges.low_px.y();
+  if (name == "edge_bottom") return edges.high_px.y();
   check(name == "depth", "no true value for a parameter of an eye");
+  const view::Eye& eye = view::side_of(truth.calibration.eyes, is_right);
   return (bench::pose_of(truth.calibration.X_table_eyes) * eye.position_head_mm).z() -
          truth.reference_plane_table_mm;
 }
 
-double true_number(const VirtualTruth& truth, const std::string& name)
+/// Of the bench's parameters by their names, and of what only a calibration has.
+double true_number(const VirtualTruth& truth, const bench::BenchValues& values, const std::string& name)
 {
   const Calibration& c = truth.calibration;
   const Eigen::Vector3d apart_mm = c.eyes.right.position_head_mm - c.eyes.left.position_head_mm;
+  if (const std::optional<std::size_t> parameter = bench::find_parameter(name))
+    return bench::value_of(values, *parameter);
   if (name.starts_with("left.")) return true_number_of_eye(truth, false, std::string_view(name).substr(5));
   if (name.starts_with("right.")) return true_number_of_eye(truth, true, std::string_view(name).substr(6));
   if (name == "ipd") return apart_mm.x();
@@ -222,18 +211,15 @@ const bench::PoseParameters* true_pose(const VirtualTruth& truth, const std::str
   if (name == "eyes") return &c.X_table_eyes;
   if (name == "head") return &c.X_headbody_eyes;
   for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia}) {
-    if (name == bench::name_of(role)) return &c.X_body_model[static_cast<std::size_t>(role)];
+    if (name == bench::name_of(role)) return &c.X_body_model[role];
   }
   return nullptr;
 }
 
 /// mm and degrees: translation error, and rotation error about the fixed axes.
-Eigen::Matrix<double, 6, 1> pose_error(const Eigen::Matrix<double, 6, 1>& found,
-                                       const bench::PoseParameters& truth)
+Eigen::Matrix<double, 6, 1> pose_error(std::span<const double> found, const bench::PoseParameters& truth)
 {
-  bench::PoseParameters six;
-  six.shift_mm = found.head<3>();
-  six.turn_rad = found.tail<3>() * rad_from_deg(1.0);
+  const bench::PoseParameters six = bench::pose_parameters_of(found);
   const Eigen::Matrix3d R_wanted = bench::pose_of(truth).linear() * bench::pose_of(six).linear().transpose();
   Eigen::Matrix<double, 6, 1> error;
   error.head<3>() = six.shift_mm - truth.shift_mm;
@@ -264,6 +250,8 @@ TargetError error_for_eye(const view::Eye& found_eye, const Eigen::Vector3d& p_f
 Eigen::VectorXd errors_of(const Estimate& estimate, const VirtualTruth& truth)
 {
   Eigen::VectorXd errors(estimate.values.size());
+  bench::BenchValues values;
+  values.calibration = truth.calibration;
   Eigen::Index k = 0;
   while (k < errors.size()) {
     const std::string& name = estimate.names[static_cast<std::size_t>(k)];
@@ -271,10 +259,10 @@ Eigen::VectorXd errors_of(const Estimate& estimate, const VirtualTruth& truth)
     const bench::PoseParameters* place =
         dot == std::string::npos ? nullptr : true_pose(truth, name.substr(0, dot));
     if (place) {
-      errors.segment<6>(k) = pose_error(estimate.values.segment<6>(k), *place);
+      errors.segment<6>(k) = pose_error({&estimate.values[k], 6}, *place);
       k += 6;
     } else {
-      errors[k] = estimate.values[k] - true_number(truth, name);
+      errors[k] = estimate.values[k] - true_number(truth, values, name);
       ++k;
     }
   }

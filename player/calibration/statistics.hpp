@@ -2,6 +2,7 @@
 #pragma once
 
 #include "calibration/virtual_bench.hpp"
+#include "core/fields.hpp"
 
 namespace vrda::calibration {
 
@@ -29,6 +30,16 @@ struct NumberStatistics {
   double rms_error = 0.0;        ///< of found minus true values
   double mean_half_width = 0.0;  ///< of the intervals
 };
+constexpr auto fields_of(const NumberStatistics*)
+{
+  return std::tuple{Field{"part", &NumberStatistics::part},
+                    Field{"name", &NumberStatistics::name},
+                    Field{"unit", &NumberStatistics::unit},
+                    Field{"n", &NumberStatistics::n},
+                    Field{"within", &NumberStatistics::n_within},
+                    Field{"rms_error", &NumberStatistics::rms_error},
+                    Field{"mean_half_width_95", &NumberStatistics::mean_half_width}};
+}
 
 /// Overlay error of both bones at the joint (joint_error_mm, root mean square).
 struct JointError {

@@ -102,18 +102,6 @@ const RailSweepTask rail_sweep({.name = "rail", .typical_s = 30.0, .samples = Ta
 const StageStop stage_stop({.name = "stop", .typical_s = 10.0, .uses_stage = true});
 const ProbeSweep probe_sweep({.name = "probe", .typical_s = 30.0, .samples = TaskKind::Samples::sweep});
 
-Task sweep_task(const TaskKind& kind, const std::string& name, const std::string& tool, int n_samples,
-                const std::string& instruction)
-{
-  Task task;
-  task.kind = &kind;
-  task.name = name;
-  task.tool = tool;
-  task.n_samples = n_samples;
-  task.instruction = instruction;
-  return task;
-}
-
 /// The marks of a rail; only the x rail is the stage's.
 RailSweep sweep_of(Rail rail, const PartInput& in)
 {
@@ -139,15 +127,20 @@ struct RailsPart final : Part {
   {
     const std::string& tool = bench.calibration.marker;
     const int n = bench.calibration.rail_samples;
-    std::vector<Task> tasks{
-        sweep_task(rail_sweep, rail_names[0], tool, n,
-                   "Attach the marker to the stage. Press Enter, then move the stage slowly along its whole "
-                   "rail,\nfrom left to right, with the marker visible to the tracker."),
-        sweep_task(rail_sweep, rail_names[1], tool, n,
-                   "Attach the marker to the slide of the rail along the table. Press Enter, then move it "
-                   "slowly\nalong the whole rail, towards the viewer.")};
-    tasks[1].index = static_cast<int>(Rail::z);
-    return tasks;
+    const char* const along_x =
+        "Attach the marker to the stage. Press Enter, then move the stage slowly along its whole rail,\n"
+        "from left to right, with the marker visible to the tracker.";
+    const char* const along_z =
+        "Attach the marker to the slide of the rail along the table. Press Enter, then move it slowly\n"
+        "along the whole rail, towards the viewer.";
+    return {
+        {.kind = &rail_sweep, .name = rail_names[0], .instruction = along_x, .n_samples = n, .tool = tool},
+        {.kind = &rail_sweep,
+         .name = rail_names[1],
+         .instruction = along_z,
+         .n_samples = n,
+         .tool = tool,
+         .index = static_cast<int>(Rail::z)}};
   }
 
   void solve(const PartInput& in, Calibration& c) const override
@@ -174,8 +167,9 @@ struct StopPart final : Part {
 
   std::vector<Task> tasks(const BenchFile&, const Calibration&) const override
   {
-    return {sweep_task(stage_stop, "stop", "", 0,
-                       "Move the stage against its stop, hold it there and press Enter to zero it.")};
+    return {{.kind = &stage_stop,
+             .name = "stop",
+             .instruction = "Move the stage against its stop, hold it there and press Enter to zero it."}};
   }
 
   /// An empty estimate: the part only zeroes the stage.
@@ -192,10 +186,14 @@ struct ProbePart final : Part {
 
   std::vector<Task> tasks(const BenchFile& bench, const Calibration&) const override
   {
-    return {sweep_task(probe_sweep, "sweep", bench.calibration.probe, bench.calibration.pivot_samples,
-                       "Put the probe's tip into a small hole. Press Enter, then tilt the probe forwards, "
-                       "backwards,\nto the "
-                       "left and to the right over a range of 40 degrees or more. The tip must not slip.")};
+    return {
+        {.kind = &probe_sweep,
+         .name = "sweep",
+         .instruction =
+             "Put the probe's tip into a small hole. Press Enter, then tilt the probe forwards, backwards,\n"
+             "to the left and to the right over a range of 40 degrees or more. The tip must not slip.",
+         .n_samples = bench.calibration.pivot_samples,
+         .tool = bench.calibration.probe}};
   }
 
   void solve(const PartInput& in, Calibration& c) const override
@@ -213,8 +211,6 @@ const ProbePart probe_object({.id = CalibrationPart::probe, .is_tracking = true}
 
 }  // namespace
 
-const Part& rails_part = rails_object;
-const Part& stop_part = stop_object;
-const Part& probe_part = probe_object;
+const Part &rails_part = rails_object, &stop_part = stop_object, &probe_part = probe_object;
 
 }  // namespace vrda::calibration

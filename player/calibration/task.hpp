@@ -49,16 +49,17 @@ struct Dial {
 
 struct Task {
   const TaskKind* kind = nullptr;  ///< never null for a task of a part
-  std::string name;                ///< unique within its part: "left eye, left edge, 2"
-  std::string instruction;         ///< for the screen, up to three lines
+  std::string name = {};           ///< unique within its part: "left eye, left edge, 2"
+  std::string instruction = {};    ///< for the screen, up to three lines
   bool is_right = false;           ///< eye, for tasks of one eye
   bool is_row = false;             ///< scan line: a row, which moves vertically; else a column
   /// Start values, in the units of the dials; empty for a task that only samples or confirms.
-  std::vector<Dial> dials;
-  bool is_start_valid = false;   ///< the start values may be confirmed as they are: a setting, not a reading
-  int n_samples = 0;             ///< number of tracker samples; 0: none
-  std::string tool;              ///< tracker tool that is sampled
-  std::optional<BodyRole> body;  ///< body whose pose is sampled with the tool, or that carries the model
+  std::vector<Dial> dials = {};
+  bool is_start_valid = false;  ///< the start values may be confirmed as they are: a setting, not a reading
+  int n_samples = 0;            ///< number of tracker samples; 0: none
+  std::string tool = {};        ///< tracker tool that is sampled
+  std::optional<BodyRole> body =
+      std::nullopt;  ///< body whose pose is sampled with the tool, or that carries the model
   /// whole grid: columns and rows; node: column and row relative to the grid centre.
   Eigen::Vector2d node = Eigen::Vector2d::Zero();
   int index = 0;  ///< of the edge, rectangle, model point, marker position or number

@@ -388,11 +388,9 @@ ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::strin
                  "0.5 to 2; check the unit (mm) and the landmarks of each distance");
   }
   std::vector<double> residuals_mm;
+  for (const LandmarkDistance& d : distances) residuals_mm.push_back(d.subject_mm - fit.scale * d.model_mm);
   double sum_sq_mm2 = 0.0;
-  for (const LandmarkDistance& d : distances) {
-    residuals_mm.push_back(d.subject_mm - fit.scale * d.model_mm);
-    sum_sq_mm2 += residuals_mm.back() * residuals_mm.back();
-  }
+  for (const double residual_mm : residuals_mm) sum_sq_mm2 += residual_mm * residual_mm;
   bench::Estimate& estimate = fit.estimate;
   estimate.names = {"subject.scale"};
   estimate.units = {""};
@@ -571,13 +569,6 @@ std::vector<double> residual_lengths(std::span<const Fiducial> points, const Pos
   return lengths;
 }
 
-double rms_of(const std::vector<double>& lengths)
-{
-  double sum_sq = 0.0;
-  for (const double length : lengths) sum_sq += length * length;
-  return lengths.empty() ? 0.0 : std::sqrt(sum_sq / static_cast<double>(lengths.size()));
-}
-
 /// Assumes the same touching noise at targets and fiducials.
 double expected_target_rms(std::span<const Fiducial> points, const bench::PoseFit& fit)
 {
@@ -588,7 +579,7 @@ double expected_target_rms(std::span<const Fiducial> points, const bench::PoseFi
       expected.push_back(
           std::hypot(std::sqrt(3.0) * noise, bench::target_error_mm(fit.cloud, noise, p.p_model_mm)));
   }
-  return rms_of(expected);
+  return bench::rms_of(expected);
 }
 
 void add_remarks(FiducialFit& fit, bool has_targets)
@@ -638,12 +629,12 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
   fit.fiducial_rms_mm = pose.residual_rms_mm;
   std::vector<double> residuals_mm = residual_lengths(points, fit.X_body_model, false);
   const std::vector<double> at_targets_mm = residual_lengths(points, fit.X_body_model, true);
-  fit.target_rms_mm = rms_of(at_targets_mm);
+  fit.target_rms_mm = bench::rms_of(at_targets_mm);
   fit.expected_target_rms_mm = expected_target_rms(points, pose);
   std::vector<double> left_out_mm;
   for (const LeftOut& each : out)
     if (!std::isinf(each.others_mm)) left_out_mm.push_back(each.error_mm);
-  fit.leave_one_out_rms_mm = rms_of(left_out_mm);
+  fit.leave_one_out_rms_mm = bench::rms_of(left_out_mm);
   const double noise = options.is_size_known ? bench::noise_mm(pose) : noise_of_any_size_mm(used, pose);
   fit.estimate = bench::pose_estimate(name, fit.X_body_model, covariance_of(pose, noise));
   fit.estimate.dof = 3.0 * static_cast<double>(used.places.size()) - (options.is_size_known ? 6.0 : 7.0);

@@ -53,22 +53,15 @@ Pose any_pose(RandomSequence& draws, double most_deg, const Eigen::Vector3d& abo
   return bench::pose_of(six);
 }
 
-view::Viewport nearest_pixels(const VirtualTruth::Edges& edges)
-{
-  const auto whole = [](double px) { return static_cast<int>(std::lround(px)); };
-  return {whole(edges.left), whole(edges.top), whole(edges.right) - whole(edges.left),
-          whole(edges.bottom) - whole(edges.top)};
-}
-
-VirtualTruth::Edges drawn_edges(RandomSequence& draws, const view::Viewport& window)
+view::ShownBox drawn_edges(RandomSequence& draws, const view::Viewport& window)
 {
   // Inside the window's borders by 2 to 6 % of its size, drawn per border.
   const auto share = [&](double size) { return between(draws, 0.02, 0.06) * size; };
-  VirtualTruth::Edges edges;
-  edges.left = window.x + share(window.width);
-  edges.right = window.x + window.width - share(window.width);
-  edges.top = window.y + share(window.height);
-  edges.bottom = window.y + window.height - share(window.height);
+  view::ShownBox edges;
+  edges.low_px.x() = window.x + share(window.width);
+  edges.high_px.x() = window.x + window.width - share(window.width);
+  edges.low_px.y() = window.y + share(window.height);
+  edges.high_px.y() = window.y + window.height - share(window.height);
   return edges;
 }
 
@@ -79,14 +72,13 @@ void add_display(const BenchFile& bench, bool is_right, VirtualTruth& truth)
   RandomSequence draws = draws_for(truth.seed, is_right ? Group::right_display : Group::left_display);
   view::Eye& eye = view::side_of(truth.calibration.eyes, is_right);
   eye.window = view::side_of(bench.display.windows, is_right);
-  truth.edges_px[k] = drawn_edges(draws, eye.window);
-  eye.visible = nearest_pixels(truth.edges_px[k]);
+  const view::ShownBox edges = truth.edges_px[k] = drawn_edges(draws, eye.window);
+  eye.visible = nearest_pixels(edges);
   eye.pixel_aspect = between(draws, 0.97, 1.03);
   const double pixel_mm = between(draws, 95.0, 105.0) / eye.window.width;
-  const VirtualTruth::Edges& edges = truth.edges_px[k];
-  truth.screen_mm[k] =
-      pixel_mm * Eigen::Vector2d(edges.right - edges.left, (edges.bottom - edges.top) * eye.pixel_aspect);
-  const Eigen::Vector2d middle = 0.5 * Eigen::Vector2d(edges.left + edges.right, edges.top + edges.bottom);
+  const Eigen::Vector2d size_px = edges.high_px - edges.low_px;
+  truth.screen_mm[k] = pixel_mm * Eigen::Vector2d(size_px.x(), size_px.y() * eye.pixel_aspect);
+  const Eigen::Vector2d middle = 0.5 * (edges.low_px + edges.high_px);
   const auto off = [&](double sd_px) -> Eigen::Vector2d {
     const double x = draws.normal(), y = draws.normal();
     return {sd_px * x, sd_px * y};
@@ -169,12 +161,11 @@ void add_leg(const BenchFile& bench, VirtualTruth& truth)
       vector_within(draws, 20.0);
   for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia}) {
     const double y_mm = role == BodyRole::tibia ? 120.0 : -120.0;
-    c.X_body_model[static_cast<std::size_t>(role)] =
-        bench::pose_parameters_of(any_pose(draws, 60.0, {-60.0, y_mm, 0.0}, 30.0));
+    c.X_body_model[role] = bench::pose_parameters_of(any_pose(draws, 60.0, {-60.0, y_mm, 0.0}, 30.0));
   }
   const Pose X_tracker_model = bench::pose_of(c.X_tracker_table) * X_table_model;
   const auto body_at = [&](BodyRole role) -> Pose {
-    return X_tracker_model * bench::pose_of(c.X_body_model[static_cast<std::size_t>(role)]).inverse();
+    return X_tracker_model * X_body_model(c, role).inverse();
   };
   truth.X_tracker_leg = body_at(bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur);
   truth.X_tracker_shank = body_at(BodyRole::tibia);
@@ -285,7 +276,7 @@ const Pose& X_tracker_body(const VirtualTruth& truth, BodyRole role)
 
 Pose X_body_model(const Calibration& calibration, BodyRole role)
 {
-  return bench::pose_of(calibration.X_body_model[static_cast<std::size_t>(role)]);
+  return bench::pose_of(calibration.X_body_model[role]);
 }
 
 /// Random numbers of where a hand puts something, by `kind` and `index`.
@@ -315,10 +306,9 @@ std::optional<Pose> true_tool_pose(const BenchFile& bench, const VirtualTruth& t
                                    const std::string& used, const std::string& tool)
 {
   if (tool == used && !poses.X_tracker_shank) return poses.X_tracker_tool;
-  for (std::size_t k = 0; k < bench::n_body_roles; ++k) {
-    if (!bench.bodies[k]) continue;
-    const bench::BodySettings& body = *bench.bodies[k];
-    const auto role = static_cast<BodyRole>(k);
+  for (const BodyRole role : bench::body_roles) {
+    if (!bench.bodies[role]) continue;
+    const bench::BodySettings& body = *bench.bodies[role];
     const Pose X = role == BodyRole::head    ? poses.X_tracker_headbody
                    : role == BodyRole::tibia ? poses.X_tracker_shank.value_or(truth.X_tracker_shank)
                                              : X_tracker_body(truth, role);
@@ -337,10 +327,9 @@ std::optional<Pose> true_tool_pose(const BenchFile& bench, const VirtualTruth& t
 
 Pose measured(const Pose& X, const VirtualNoise& noise, RandomSequence& draws)
 {
-  Pose seen = X;
-  seen.translation() += noise.tracker_mm * draws.normal_vector();
-  seen.linear() = bench::rotation_of(rad_from_deg(noise.tracker_deg) * draws.normal_vector()) * X.linear();
-  return seen;
+  Eigen::Matrix<double, 6, 1> off;
+  off << noise.tracker_mm * draws.normal_vector(), rad_from_deg(noise.tracker_deg) * draws.normal_vector();
+  return bench::moved(X, off);
 }
 
 std::vector<bench::Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& truth,
@@ -378,9 +367,8 @@ std::vector<DrawnLine> seen_lines(std::span<const DrawnLine> drawn, const Virtua
   std::vector<DrawnLine> seen;
   for (const DrawnLine& line : drawn) {
     const view::Distortion& optics = view::side_of(truth.calibration.eyes, line.is_right).distortion;
-    const VirtualTruth::Edges& edges = truth.edges_px[line.is_right ? 1 : 0];
-    for (Points2d& piece : pieces_within(with_points_between(line.points_px),
-                                         {{edges.left, edges.top}, {edges.right, edges.bottom}})) {
+    const view::ShownBox& edges = truth.edges_px[line.is_right ? 1 : 0];
+    for (Points2d& piece : pieces_within(with_points_between(line.points_px), edges)) {
       for (Eigen::Vector2d& point : piece) point = view::shown_px(optics, point);
       DrawnLine& part = seen.emplace_back(line);
       part.points_px = std::move(piece);

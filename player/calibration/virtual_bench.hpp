@@ -34,10 +34,7 @@ struct VirtualTruth {
   std::uint64_t seed = 1;
   /// True eyes (their `visible` is rounded from `edges_px` to whole pixels), poses and scale.
   Calibration calibration;
-  struct Edges {
-    double left = 0, right = 0, top = 0, bottom = 0;
-  };
-  std::array<Edges, 2> edges_px;  ///< borders of the visible area, fractional px
+  std::array<view::ShownBox, 2> edges_px;  ///< borders of the visible area, fractional px
   std::array<Eigen::Vector2d, 2> screen_mm;
   Eigen::Vector3d z_rail_table = Eigen::Vector3d::UnitZ();  ///< unit vector, not exactly perpendicular to X
   double z_rail_above_mm = 0.0;           ///< y on the table where the z rail crosses the x rail

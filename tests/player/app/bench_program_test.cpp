@@ -3,6 +3,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -147,14 +149,20 @@ TEST_F(BenchProgram, DevicesAreListedWhileTheyAnswer)
 {
   const test::Ended silent = run({"devices", bench_, "--json", "--seconds", "0.5"});
   EXPECT_EQ(silent.exit_code, 3);
-  EXPECT_THAT(silent.out, HasSubstr("{\"tracker\": {\"peer\": \"127.0.0.1:" + std::to_string(port_) +
-                                    "\", \"answers\": false"));
-  EXPECT_THAT(silent.out, HasSubstr("\"board\": {\"peer\": \"" + board_ + "\", \"answers\": false"));
+  const nlohmann::json before = nlohmann::json::parse(silent.out);
+  EXPECT_EQ(before["tracker"]["peer"], "127.0.0.1:" + std::to_string(port_));
+  EXPECT_EQ(before["tracker"]["answers"], false);
+  EXPECT_EQ(before["board"]["peer"], board_);
+  EXPECT_EQ(before["board"]["answers"], false);
   simulate();
   const test::Ended up = run({"devices", bench_, "--json", "--seconds", "3"});
   EXPECT_EQ(up.exit_code, 0) << up.out;
-  EXPECT_THAT(up.out, HasSubstr("{\"name\": \"femur\", \"state\": \"seen\", \"rate_hz\": "));
-  EXPECT_THAT(up.out, HasSubstr("\"board\": {\"peer\": \"" + board_ + "\", \"answers\": true"));
+  const nlohmann::json now = nlohmann::json::parse(up.out);
+  EXPECT_EQ(now["tracker"]["tools"][0]["name"], "femur");
+  EXPECT_EQ(now["tracker"]["tools"][0]["state"], "seen");
+  EXPECT_GT(now["tracker"]["tools"][0]["rate_hz"], 0.0);
+  EXPECT_EQ(now["board"]["peer"], board_);
+  EXPECT_EQ(now["board"]["answers"], true);
   EXPECT_THAT(up.out, testing::Not(HasSubstr("null")));
   simulator_->send(SIGTERM);
   EXPECT_EQ(simulator_->wait().err, "");
@@ -290,9 +298,11 @@ TEST_F(BenchProgram, ABodyOfMarkersIsMeasuredAndThenTracked)
   const std::string measured = scratch_.write("measured.toml", head + body.out).string();
   const test::Ended devices = run({"devices", measured, "--json", "--seconds", "1"});
   ASSERT_EQ(devices.exit_code, 0) << devices.out;
-  EXPECT_THAT(devices.out,
-              HasSubstr("\"bodies\": [{\"role\": \"leg\", \"status\": \"fitted\", \"markers\": 4, "
-                        "\"residual_mm\": 0.0"));
+  const nlohmann::json fitted = nlohmann::json::parse(devices.out)["tracker"]["bodies"].at(0);
+  EXPECT_EQ(fitted["role"], "leg");
+  EXPECT_EQ(fitted["status"], "fitted");
+  EXPECT_EQ(fitted["markers"], 4);
+  EXPECT_LT(fitted["residual_mm"], 0.1);
   EXPECT_THAT(run({"devices", measured, "--seconds", "1"}).out,
               HasSubstr(" mm at 4 markers, rotation sd 0."));
 }

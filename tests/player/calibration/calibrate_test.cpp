@@ -399,7 +399,7 @@ TEST_F(FunctionalStep, NeedsAMotionOfFlexion)
 TEST(Practice, ReportsTheErrorOfATask)
 {
   const BenchFile bench = bench::parse_bench_file(virtual_bench_text(), "virtual bench");
-  const double left = virtual_truth(bench, 1).edges_px[0].left;
+  const double left = virtual_truth(bench, 1).edges_px[0].low_px.x();
   const std::vector<Task> tasks =
       calibration::tasks_of(CalibrationPart::viewport, bench, bench::nominal_calibration(bench));
   const double start = tasks.front().dials[0].value;

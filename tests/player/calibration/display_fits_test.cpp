@@ -186,7 +186,10 @@ TEST(DistortionFits, OpticsThatFoldAreRefused)
 
 GridValues values_of(const DistortionFit& fit)
 {
-  return {fit.distortion.k1, fit.distortion.k2, fit.distortion.centre_px, fit.grid};
+  GridValues values;
+  values << fit.distortion.k1, fit.distortion.k2, fit.distortion.centre_px, fit.grid.origin_px,
+      fit.grid.spacing_px, fit.grid.turn_rad;
+  return values;
 }
 
 /// Grid of an operator who matches all nodes as well as the eight numbers allow, for the drawn aspect.
@@ -209,12 +212,11 @@ DistortionFit mean_of(const AdjustedGrids& grids, const AspectPrior& aspect = {1
 TEST(AdjustedGrids, TheirMeanAndTheirNoiseMatchTheClosedForm)
 {
   GridValues a;
-  a.centre_px = middle_px();
-  a.grid = {middle_px(), 80.0, 0.01};
+  a << 0.0, 0.0, middle_px(), middle_px(), 80.0, 0.01;
   GridValues b = a;
   constexpr double turn_rad = 1e-3;
-  a.grid.turn_rad -= turn_rad;
-  b.grid.turn_rad += turn_rad;
+  a[7] -= turn_rad;
+  b[7] += turn_rad;
   const DistortionFit fit = mean_of({{a, b}, 7, 5}, {1.0, 0.001});
   double nodes_sq = 0.0;
   for (int row = -2; row <= 2; ++row) {
@@ -238,10 +240,7 @@ TEST(AdjustedGrids, OneIsNotEnoughAndFoldsAreRefused)
   EXPECT_THAT(input_error([&] { mean_of(grids); }),
               test::refuses({.field = "left.distortion", .found = "1"}));
   grids = adjusted_grids(3, sample_truth(), 1.02, noise);
-  for (GridValues& grid : grids.values) {
-    grid.k1 = -0.3;
-    grid.k2 = 0.0;
-  }
+  for (GridValues& grid : grids.values) grid.head<2>() << -0.3, 0.0;
   EXPECT_THAT(input_error([&] { mean_of(grids); }),
               test::refuses({.field = "left.distortion", .found = "folds"}));
 }

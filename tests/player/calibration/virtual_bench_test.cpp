@@ -193,8 +193,8 @@ TEST(RealThings, AScanLineIsBentAsTheEdgeIs)
         return seen_lines(task.kind->draw(task, std::vector{value}, nominal), truth);
       };
       EXPECT_EQ(seen_at(task.dials[0].value).size(), 1u) << "it starts where it can be seen";
-      const VirtualTruth::Edges& e = truth.edges_px[task.is_right ? 1 : 0];
-      const std::array borders{e.left, e.right, e.top, e.bottom};
+      const view::ShownBox& e = truth.edges_px[task.is_right ? 1 : 0];
+      const std::array borders{e.low_px.x(), e.high_px.x(), e.low_px.y(), e.high_px.y()};
       const bool is_last = task.index == 1 || task.index == 3;
       const double border = borders.at(static_cast<std::size_t>(task.index));
       const std::vector<DrawnLine> seen =
@@ -297,8 +297,8 @@ TEST(VirtualTruth, WhatIsStatedAsKnownIsDrawnWithThoseDeviations)
     const VirtualTruth truth = virtual_truth(bench, seed);
     const Calibration& c = truth.calibration;
     for (std::size_t k = 0; k < 2; ++k) {
-      const VirtualTruth::Edges& e = truth.edges_px[k];
-      const Eigen::Vector2d middle = 0.5 * Eigen::Vector2d(e.left + e.right, e.top + e.bottom);
+      const view::ShownBox& e = truth.edges_px[k];
+      const Eigen::Vector2d middle = 0.5 * (e.low_px + e.high_px);
       sights += ((k == 0 ? c.eyes.left : c.eyes.right).sight_px - middle).squaredNorm();
     }
     heights += std::pow(c.eyes.left.position_head_mm.y() - c.eyes.right.position_head_mm.y(), 2);
@@ -322,9 +322,9 @@ TEST(SeenLines, AreCurvedByTheOpticsAndEndWithWhatIsSeen)
   const std::vector<DrawnLine> seen = seen_lines(std::span(&line, 1), truth);
   ASSERT_EQ(seen.size(), 1u);
   const std::vector<Eigen::Vector2d>& points = seen.front().points_px;
-  const VirtualTruth::Edges& edges = truth.edges_px[0];
-  EXPECT_NEAR((points.front() - view::shown_px(eye.distortion, {edges.left, row})).norm(), 0.0, solved_px);
-  EXPECT_NEAR((points.back() - view::shown_px(eye.distortion, {edges.right, row})).norm(), 0.0, solved_px);
+  const double left = truth.edges_px[0].low_px.x(), right = truth.edges_px[0].high_px.x();
+  EXPECT_NEAR((points.front() - view::shown_px(eye.distortion, {left, row})).norm(), 0.0, solved_px);
+  EXPECT_NEAR((points.back() - view::shown_px(eye.distortion, {right, row})).norm(), 0.0, solved_px);
   EXPECT_GT(points.size(), 60u);
   // Pincushion distortion: the ends of a line above the centre are seen higher than its middle.
   EXPECT_LT(points.front().y(), points[points.size() / 2].y() - 1.0);
@@ -333,16 +333,14 @@ TEST(SeenLines, AreCurvedByTheOpticsAndEndWithWhatIsSeen)
 TEST(SeenLines, OneThatLeavesAndComesBackIsTwo)
 {
   const VirtualTruth truth = virtual_truth(test::bench(), 2);
-  const VirtualTruth::Edges& e = truth.edges_px[1];
+  const view::ShownBox& e = truth.edges_px[1];
   DrawnLine line;
   line.is_right = true;
-  const double middle = 0.5 * (e.top + e.bottom);
-  line.points_px = {{e.right - 50, middle},
-                    {e.right + 20, middle},
-                    {e.right + 20, middle + 40},
-                    {e.right - 50, middle + 40}};
+  const double middle = 0.5 * (e.low_px.y() + e.high_px.y()), right = e.high_px.x();
+  line.points_px = {
+      {right - 50, middle}, {right + 20, middle}, {right + 20, middle + 40}, {right - 50, middle + 40}};
   EXPECT_EQ(seen_lines(std::span(&line, 1), truth).size(), 2u);
-  line.points_px = {{e.right + 5, middle}, {e.right + 20, middle}};
+  line.points_px = {{right + 5, middle}, {right + 20, middle}};
   EXPECT_TRUE(seen_lines(std::span(&line, 1), truth).empty());
 }
 
@@ -450,7 +448,8 @@ TEST(Rehearsal, EveryTaskCanBeDoneWithWhatItSendsAndPrints)
         EXPECT_NE(said.find(task.name), std::string::npos) << said;
         set_dials(session, numbers_in(said, task));
       } else {
-        set_dials(session, {static_cast<double>(std::lround(virtual_truth(bench, seed).edges_px[0].left))});
+        set_dials(session,
+                  {static_cast<double>(std::lround(virtual_truth(bench, seed).edges_px[0].low_px.x()))});
       }
       if (task.name.ends_with("rail"))
         while (rehearsal.prompt(now_s).empty()) send();
