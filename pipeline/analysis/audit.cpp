@@ -122,7 +122,7 @@ store::AuditSet unmeasured(const store::MotionModel& model, const store::Motion&
   out.state = store::GridB::Constant(rows, columns, static_cast<std::int8_t>(store::AuditState::no_pose));
   out.gap_mm = store::GridD::Constant(rows, columns, nan);
   out.penetration_mm = store::GridD::Constant(rows, columns, nan);
-  if (model.has_compartments) out.gap_medial_mm = out.gap_lateral_mm = out.penetration_mm;
+  if (model.has_compartments) out.compartment_gap_mm.fill(out.penetration_mm);
   return out;
 }
 
@@ -176,8 +176,7 @@ store::AuditSet audit(const store::MotionModel& model, const std::string& set, i
       set_state(out, i, j, meter.measure(pose.attitude, pose.X_reference_moving, judge));
       if (!model.has_compartments) continue;
       const CompartmentGaps gaps = meter.compartment_gaps(pose.attitude, pose.X_reference_moving);
-      out.gap_medial_mm(i, j) = gaps.medial_mm;
-      out.gap_lateral_mm(i, j) = gaps.lateral_mm;
+      for (std::size_t side = 0; side < gaps.size(); ++side) out.compartment_gap_mm[side](i, j) = gaps[side];
     }
   });
   for (const store::FollowerRows& rows : model.followers)
@@ -336,12 +335,9 @@ Pose at_attitude(const Attitude& attitude, const Pose& X_zero)
   return X;
 }
 
-/// Signed travel along Delta; NaN if nothing faces.
-double gap_mm(geometry::GapQuery& query, const Attitude& attitude, const MovingPose& pose)
+CompartmentGaps gaps_of(OfCompartments<geometry::GapQuery>& queries, const solve::SolverPosition& at)
 {
-  query.set_attitude(attitude);
-  const double travel_mm = query.travel_mm(pose);
-  return std::isfinite(travel_mm) ? travel_mm : nan;
+  return {queries[0].gap_mm(at.attitude, at.pose), queries[1].gap_mm(at.attitude, at.pose)};
 }
 
 double radius_mm(const Mesh& mesh)
@@ -361,15 +357,14 @@ AuditScene make_audit_scene(const Mesh& reference_canonical, const Mesh& moving_
           geometry::make_tree_mesh(moving),
           geometry::GapTree(reference),
           geometry::GapTree(moving),
-          geometry::GapTree(moving, triangles_of(compartment_of_triangle, Compartment::medial)),
-          geometry::GapTree(moving, triangles_of(compartment_of_triangle, Compartment::lateral))};
+          {geometry::GapTree(moving, triangles_of(compartment_of_triangle, Compartment::medial)),
+           geometry::GapTree(moving, triangles_of(compartment_of_triangle, Compartment::lateral))}};
 }
 
 PoseMeter::PoseMeter(const AuditScene& scene)
     : scene_(scene),
       query_(scene.reference_gap, scene.moving_gap),
-      medial_query_(scene.reference_gap, scene.medial_gap),
-      lateral_query_(scene.reference_gap, scene.lateral_gap),
+      compartment_queries_(solve::compartment_queries(scene.reference_gap, scene.compartment_gap)),
       X_zero_(Pose::Identity()),
       radii_mm_(radius_mm(scene.reference.mesh) + radius_mm(scene.moving.mesh))
 {
@@ -513,49 +508,42 @@ PoseAudit PoseMeter::measure(const Attitude& attitude, const Pose& X_reference_m
 
 CompartmentGaps PoseMeter::compartment_gaps(const Attitude& attitude, const Pose& X_reference_moving)
 {
-  if (scene_.medial_gap.is_empty() || scene_.lateral_gap.is_empty()) return {};
+  if (!scene_.has_compartments()) return {nan, nan};
   // Without place(): the whole joint's query need not follow the attitude.
   const std::optional<MovingPose> pose =
       about_delta(at_attitude(attitude, X_solver_reference_moving(scene_.frame, X_reference_moving)));
-  if (!pose) return {};
-  return {gap_mm(medial_query_, attitude, *pose), gap_mm(lateral_query_, attitude, *pose)};
+  if (!pose) return {nan, nan};
+  return gaps_of(compartment_queries_, {attitude, *pose});
 }
 
 FrameMeter::FrameMeter(const solve::Joint& joint, double resolution_mm)
     : joint_(joint),
       resolution_mm_(resolution_mm),
       whole_(joint.reference_gap, joint.moving_gap),
-      medial_(joint.reference_gap, joint.medial_gap),
-      lateral_(joint.reference_gap, joint.lateral_gap)
+      compartments_(solve::compartment_queries(joint.reference_gap, joint.compartment_gap))
 {
 }
 
-CompartmentGaps FrameMeter::gaps(const SolverPosition& at)
+CompartmentGaps FrameMeter::gaps(const solve::SolverPosition& at)
 {
-  if (joint_.compartment_of_triangle.empty()) return {};
-  return {gap_mm(medial_, at.attitude, at.pose), gap_mm(lateral_, at.attitude, at.pose)};
+  if (joint_.compartment_of_triangle.empty()) return {nan, nan};
+  return gaps_of(compartments_, at);
 }
 
-StepRecord FrameMeter::record(std::int32_t frame, const SolverPosition& at, const CompartmentGaps& gaps)
+StepRecord FrameMeter::record(std::int32_t frame, const solve::SolverPosition& at,
+                              const CompartmentGaps& gaps)
 {
   StepRecord r;
   r.key = {StepKind::row, frame, 0};
   r.status = StepStatus::stable;
   r.pose = at.pose;
   r.varus_rad = at.attitude.varus_rad;
-  r.theta_determined = true;  // measured
   whole_.set_attitude(at.attitude);
-  contact::ContactOptions options;
-  options.band_mm = resolution_mm_;
-  for (const contact::Contact& contact :
-       contact::find_contacts(joint_.reference, joint_.moving, {at.attitude, at.pose},
-                              whole_.close_pairs(at.pose, resolution_mm_), narrow_phase_, options))
-    r.contacts.push_back(solve::contact_record(joint_, contact));
+  solve::measure_contacts(joint_, at.attitude, whole_, narrow_phase_, resolution_mm_, r);
+  r.theta_determined = true;  // measured
   if (joint_.compartment_of_triangle.empty()) return r;
-  r.gap_medial_mm = gaps.medial_mm;
-  r.gap_lateral_mm = gaps.lateral_mm;
-  r.contact_medial = r.gap_medial_mm <= resolution_mm_;
-  r.contact_lateral = r.gap_lateral_mm <= resolution_mm_;
+  r.gap_mm = gaps;
+  for (const Compartment side : all_compartments) r.is_in_contact[side] = gaps[side] <= resolution_mm_;
   return r;
 }
 

@@ -2,6 +2,7 @@
 /// contact.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -89,8 +90,13 @@ struct AuditScene {
   SolverFrame frame;
   geometry::TreeMesh reference, moving;
   geometry::GapTree reference_gap, moving_gap;
-  geometry::GapTree medial_gap,
-      lateral_gap;  ///< moving triangles of each compartment; empty without compartments
+  /// Of the moving triangles of each compartment; empty without compartments.
+  OfCompartments<geometry::GapTree> compartment_gap;
+
+  bool has_compartments() const
+  {
+    return std::ranges::none_of(compartment_gap, &geometry::GapTree::is_empty);
+  }
 };
 
 /// Expects contact meshes in canonical axes of the joint's own side. `compartment_of_triangle` is empty or
@@ -101,9 +107,7 @@ AuditScene make_audit_scene(const Mesh& reference_canonical, const Mesh& moving_
 
 /// Signed travel along Delta until each compartment's first contact from below; negative: overlap. NaN where
 /// the compartment faces nothing, the joint has none, or the pose is not a rotation about Delta alone.
-struct CompartmentGaps {
-  double medial_mm = nan, lateral_mm = nan;
-};
+using CompartmentGaps = OfCompartments<double>;
 
 /// Measurement of one pose.
 struct PoseAudit {
@@ -156,7 +160,7 @@ class PoseMeter {
   const AuditScene& scene_;
   contact::NarrowPhase narrow_phase_;
   geometry::GapQuery query_;
-  geometry::GapQuery medial_query_, lateral_query_;
+  OfCompartments<geometry::GapQuery> compartment_queries_;
   std::optional<geometry::GapQuery> tilted_query_;  ///< for a pose that is not a rotation about Delta alone
   Attitude attitude_;                               ///< attitude of the query
   MovingPose pose_;                                 ///< in S, at the placed attitude
@@ -176,14 +180,15 @@ class FrameMeter {
   FrameMeter(const solve::Joint& joint, double resolution_mm);
 
   /// Signed travels along Delta until each compartment's first contact; NaN without compartments.
-  CompartmentGaps gaps(const SolverPosition& at);
+  CompartmentGaps gaps(const solve::SolverPosition& at);
   /// The stable cell of a frame: its contacts, and flags of the compartments by `gaps`.
-  StepRecord record(std::int32_t frame, const SolverPosition& at, const CompartmentGaps& gaps);
+  StepRecord record(std::int32_t frame, const solve::SolverPosition& at, const CompartmentGaps& gaps);
 
  private:
   const solve::Joint& joint_;
   double resolution_mm_;
-  geometry::GapQuery whole_, medial_, lateral_;
+  geometry::GapQuery whole_;
+  OfCompartments<geometry::GapQuery> compartments_;
   contact::NarrowPhase narrow_phase_;
 };
 

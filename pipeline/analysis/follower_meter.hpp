@@ -66,7 +66,7 @@ class FollowerMeter {
   }
   Attitude attitude_of(const Pose& X_of) const
   {
-    return solver_position(frame_of(model_, rows_), X_of).attitude;
+    return solve::solver_position(frame_of(model_, rows_), X_of).attitude;
   }
   /// Of the last pose.
   PoseMeter& meter() { return *meter_; }

@@ -76,7 +76,7 @@ Loads with_load(Loads loads, LaxityTest test, double load)
 }
 
 // Each fibre's tension as a line that pulls along its free segment.
-std::vector<TensionLine> tensions_of(const model::Ligaments& ligaments, const SolverPosition& at)
+std::vector<TensionLine> tensions_of(const model::Ligaments& ligaments, const solve::SolverPosition& at)
 {
   const std::vector<model::FibreState> states = model::fibre_states(ligaments, at.attitude, at.pose);
   const model::JointPlacement placement = model::joint_placement(at.attitude, at.pose);
@@ -284,13 +284,14 @@ class LaxityRun {
     return grown(solver, curve, record, {middle, step.to}, n_halvings + 1);
   }
 
-  SolverPosition position_of(const LaxityCurve& curve, const StepRecord& record) const
+  solve::SolverPosition position_of(const LaxityCurve& curve, const StepRecord& record) const
   {
     return {{rad_from_deg(plan_.loads.flexion_deg[curve.flexion]), record.varus_rad}, record.pose};
   }
 
-  StepRecord solve(solve::EquilibriumSolver& solver, const LaxityCurve& curve, const SolverPosition& seed,
-                   double load, const std::vector<TensionLine>& lines) const
+  StepRecord solve(solve::EquilibriumSolver& solver, const LaxityCurve& curve,
+                   const solve::SolverPosition& seed, double load,
+                   const std::vector<TensionLine>& lines) const
   {
     solve::EquilibriumSolver::Task task;
     task.attitude = seed.attitude;
@@ -313,10 +314,10 @@ class LaxityRun {
     const TestKind& kind = kind_of(curve.test);
     const Coordinate coordinate = solver_coordinate(kind.coordinate);
     const double load = curve.poses.back().load;
-    const SolverPosition from = position_of(curve, unloaded), to = position_of(curve, last);
+    const solve::SolverPosition from = position_of(curve, unloaded), to = position_of(curve, last);
     for (std::size_t k = 0; k < bundles_.size(); ++k) {
       // The energy's gradient is the force that the fibres exert against the coordinate.
-      const auto against = [&](const SolverPosition& at) {
+      const auto against = [&](const solve::SolverPosition& at) {
         return kind.sign *
                model::ligament_energy(state.bundles[k], at.attitude, at.pose).gradient(coordinate);
       };
@@ -336,7 +337,7 @@ class LaxityRun {
                                                  tests_.begin())) %
                        n_of_state];
     if (!whole.is_complete()) return;
-    const SolverPosition at = map_.position_at(whole.poses.back().coordinates);
+    const solve::SolverPosition at = map_.position_at(whole.poses.back().coordinates);
     const StepRecord record = solve(solver, curve, at, whole.poses.back().load, tensions_of(state.cut, at));
     if (record.status != StepStatus::stable) return;
     curve.replaced_mm = (record.pose.translation_mm - at.pose.translation_mm).norm();

@@ -123,10 +123,8 @@ std::vector<double> gaps_at_offset(const job::Case& job_case, const OffsetFitInp
       query.emplace(geometry::GapTree(solver_mesh(reference, frame)),
                     geometry::GapTree(solver_mesh(moving, frame)));
     }
-    const SolverPosition at = solver_position(frame, X);
-    query->set_attitude(at.attitude);
-    const double travel_mm = query->travel_mm(at.pose);
-    gaps.push_back(std::isfinite(travel_mm) ? travel_mm : nan);
+    const solve::SolverPosition at = solve::solver_position(frame, X);
+    gaps.push_back(query->gap_mm(at.attitude, at.pose));
   }
   return gaps;
 }

@@ -50,7 +50,7 @@ class RomScene {
   {
     JointCoordinates q = JointCoordinates::Zero();
     q.head<3>() = rotations_rad;
-    const SolverPosition at = solve::JointMap(frame_).position_at(q);
+    const solve::SolverPosition at = solve::JointMap(frame_).position_at(q);
     Pose X = X_reference_moving(frame_, at.attitude, at.pose);
     X.translation() = centre_mm() + displacement_mm - X.linear() * centre_mm();
     return X;
@@ -59,11 +59,11 @@ class RomScene {
   Eigen::Vector3d displacement_mm(const Pose& X) const { return X * centre_mm() - centre_mm(); }
 
   /// Numbers of the query for a pose, and back.
-  SolverPosition query_position(const Pose& X) const
+  solve::SolverPosition query_position(const Pose& X) const
   {
-    return solver_position(query_frame_, is_swapped_ ? X.inverse() : X);
+    return solve::solver_position(query_frame_, is_swapped_ ? X.inverse() : X);
   }
-  Pose pose_of_query(const SolverPosition& at) const
+  Pose pose_of_query(const solve::SolverPosition& at) const
   {
     const Pose X = X_reference_moving(query_frame_, at.attitude, at.pose);
     return is_swapped_ ? X.inverse() : X;
@@ -72,7 +72,7 @@ class RomScene {
   void set_largest_strain(const Pose& X, RomCell& cell) const
   {
     if (ligaments_.fibres.empty()) return;
-    const SolverPosition at = solver_position(frame_, X);
+    const solve::SolverPosition at = solve::solver_position(frame_, X);
     const std::vector<model::FibreState> states = model::fibre_states(ligaments_, at.attitude, at.pose);
     const auto largest = std::max_element(
         states.begin(), states.end(),
@@ -81,7 +81,7 @@ class RomScene {
     cell.fibre = static_cast<std::int32_t>(largest - states.begin());
   }
 
-  bool is_at_border(const SolverPosition& at, const geometry::GapFeature& contact) const
+  bool is_at_border(const solve::SolverPosition& at, const geometry::GapFeature& contact) const
   {
     const Eigen::Vector3d of_first = reference_rotation(at.attitude).transpose() * contact.point_mm;
     const Eigen::Vector3d of_second = pose_of(at.pose).inverse() * contact.point_mm;
@@ -126,7 +126,7 @@ class CellSolver {
   std::optional<Eigen::Vector3d> free_seat(const Eigen::Vector3d& rotations_rad,
                                            const Eigen::Vector3d& start_mm)
   {
-    SolverPosition at = scene_.query_position(scene_.pose_at(rotations_rad, start_mm));
+    solve::SolverPosition at = scene_.query_position(scene_.pose_at(rotations_rad, start_mm));
     query_.set_attitude(at.attitude);
     const Seat seat =
         highest_seat(query_, {at.pose, std::numeric_limits<double>::infinity(), Eigen::Vector2d::Zero()});
@@ -138,7 +138,7 @@ class CellSolver {
   SolvedCell solve(const Eigen::Vector3d& rotations_rad, const Eigen::Vector3d& neutral_mm,
                    const SolvedCell* inward)
   {
-    const SolverPosition neutral = scene_.query_position(scene_.pose_at(rotations_rad, neutral_mm));
+    const solve::SolverPosition neutral = scene_.query_position(scene_.pose_at(rotations_rad, neutral_mm));
     query_.set_attitude(neutral.attitude);
     SolvedCell best;
     best.cell.status = RomStatus::nothing_ahead;
@@ -172,7 +172,7 @@ class CellSolver {
     return a.cell.opening_mm < b.cell.opening_mm;
   }
 
-  SolvedCell solve_from(const SolverPosition& neutral, const Eigen::Vector3d& neutral_mm,
+  SolvedCell solve_from(const solve::SolverPosition& neutral, const Eigen::Vector3d& neutral_mm,
                         const Eigen::Vector2d& from_mm)
   {
     SolvedCell solved;
@@ -181,7 +181,7 @@ class CellSolver {
       solved.cell.status = RomStatus::nothing_ahead;
       return solved;
     }
-    const SolverPosition at{neutral.attitude, seat.pose};
+    const solve::SolverPosition at{neutral.attitude, seat.pose};
     const Eigen::Vector3d moved_mm = seat.pose.translation_mm - neutral.pose.translation_mm;
     const Pose X = scene_.pose_of_query(at);
     solved.across_mm = {moved_mm.x(), moved_mm.z()};
@@ -193,7 +193,7 @@ class CellSolver {
     return solved;
   }
 
-  RomStatus status_of(const SolverPosition& at, const Seat& seat, const RomCell& cell) const
+  RomStatus status_of(const solve::SolverPosition& at, const Seat& seat, const RomCell& cell) const
   {
     if (cell.opening_mm > limits_.opening_mm)
       return seat.is_converged ? RomStatus::contact : RomStatus::not_converged;

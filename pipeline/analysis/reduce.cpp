@@ -9,6 +9,7 @@
 
 #include "analysis/audit.hpp"
 #include "analysis/smooth.hpp"
+#include "core/axis.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
@@ -31,12 +32,12 @@ struct Row {
   bool is_solved(Eigen::Index j) const { return model.status(flexion, j) == status_stable; }
   bool has_both_contacts(Eigen::Index j) const
   {
-    return model.contact_medial(flexion, j) == 1 && model.contact_lateral(flexion, j) == 1;
+    return model.is_in_contact[0](flexion, j) == 1 && model.is_in_contact[1](flexion, j) == 1;
   }
   /// NaN if a compartment has no facing surface.
   double imbalance_mm(Eigen::Index j) const
   {
-    return model.gap_medial_mm(flexion, j) - model.gap_lateral_mm(flexion, j);
+    return model.gap_mm[0](flexion, j) - model.gap_mm[1](flexion, j);
   }
 };
 
@@ -241,31 +242,25 @@ store::ZeroVarus empty_table(const store::MotionModel& model)
   store::ZeroVarus z;
   z.source.assign(n, static_cast<std::int8_t>(store::ZeroVarusSource::none));
   z.is_cut_off.assign(n, 0);
-  for (auto* of_flexion : {&z.varus_deg, &z.varus_first_deg, &z.varus_last_deg, &z.tx_mm, &z.ty_mm, &z.tz_mm,
-                           &z.theta_deg, &z.clinical_flexion_deg, &z.clinical_varus_deg,
-                           &z.internal_rotation_deg, &z.anterior_mm, &z.proximal_mm, &z.lateral_mm})
+  z.resize(n);
+  for (auto* of_flexion :
+       {&z.varus_first_deg, &z.varus_last_deg, &z.clinical_flexion_deg, &z.clinical_varus_deg,
+        &z.internal_rotation_deg, &z.anterior_mm, &z.proximal_mm, &z.lateral_mm})
     of_flexion->assign(n, nan);
   z.X_reference_moving.assign(16 * n, nan);
   for (auto* of_step : {&z.helical_rotation_deg, &z.helical_translation_mm}) of_step->assign(n_steps, nan);
   for (auto* of_step : {&z.helical_direction, &z.helical_point_mm}) of_step->assign(3 * n_steps, nan);
   z.instant_centre_mm.assign(2 * n_steps, nan);
   if (!model.has_compartments) return z;
-  for (auto* point :
-       {&z.medial_reference_mm, &z.medial_moving_mm, &z.lateral_reference_mm, &z.lateral_moving_mm})
-    point->assign(3 * n, nan);
-  for (auto* of_step :
-       {&z.medial_rolling_mm, &z.medial_sliding_mm, &z.lateral_rolling_mm, &z.lateral_sliding_mm})
-    of_step->assign(n_steps, nan);
+  const std::vector<double> no_points(3 * n, nan), no_steps(n_steps, nan);
+  z.centres.fill({no_points, no_points});
+  z.rolling.fill({no_steps, no_steps});
   return z;
 }
 
 void put_pose(store::ZeroVarus& z, const store::MotionModel& model, std::size_t i, const ReducedPose& pose)
 {
-  z.varus_deg[i] = pose.varus_deg;
-  z.tx_mm[i] = pose.t_mm.x();
-  z.ty_mm[i] = pose.t_mm.y();
-  z.tz_mm[i] = pose.t_mm.z();
-  z.theta_deg[i] = pose.theta_deg;
+  z.PoseRows::set(i, pose.t_mm, pose.theta_deg, pose.varus_deg);
   Eigen::Map<Matrix4>(&z.X_reference_moving[16 * i]) = pose.X_reference_moving.matrix();
   const ClinicalCoordinates clinical =
       clinical_coordinates(pose.X_reference_moving, side_named(model.side), model.rotation_centre_mm);
@@ -302,12 +297,12 @@ void put_contacts(store::ZeroVarus& z, const store::MotionModel& model, std::siz
                   const VarusChoice& choice)
 {
   if (!model.contact_paths) return;
-  const store::ContactPaths& paths = *model.contact_paths;
   const std::size_t first_cell = i * model.varus_deg.size();
-  put_row3(z.medial_reference_mm, i, point_between(paths.medial_reference_mm, first_cell, choice));
-  put_row3(z.medial_moving_mm, i, point_between(paths.medial_moving_mm, first_cell, choice));
-  put_row3(z.lateral_reference_mm, i, point_between(paths.lateral_reference_mm, first_cell, choice));
-  put_row3(z.lateral_moving_mm, i, point_between(paths.lateral_moving_mm, first_cell, choice));
+  for (const Compartment side : all_compartments) {
+    const store::ContactPath& path = (*model.contact_paths)[side];
+    put_row3(z.centres[side].reference_mm, i, point_between(path.reference_mm, first_cell, choice));
+    put_row3(z.centres[side].moving_mm, i, point_between(path.moving_mm, first_cell, choice));
+  }
 }
 
 void put_axes(store::ZeroVarus& z, std::size_t k, const Eigen::Vector3d& centre_mm)
@@ -325,27 +320,24 @@ void put_axes(store::ZeroVarus& z, std::size_t k, const Eigen::Vector3d& centre_
 }
 
 /// Empty unless the compartment is in contact at both ends.
-std::optional<Rolling> rolling_of(const store::ZeroVarus& z, std::size_t k,
-                                  const std::vector<double>& reference_mm,
-                                  const std::vector<double>& moving_mm)
+std::optional<Rolling> rolling_of(const store::ZeroVarus& z, std::size_t k, const store::ContactPath& path)
 {
-  const CompartmentContact start{store::pose_in(z.X_reference_moving, k), row3(reference_mm, k),
-                                 row3(moving_mm, k)};
-  const CompartmentContact end{store::pose_in(z.X_reference_moving, k + 1), row3(reference_mm, k + 1),
-                               row3(moving_mm, k + 1)};
+  const auto at = [&](std::size_t row) {
+    return CompartmentContact{store::pose_in(z.X_reference_moving, row), row3(path.reference_mm, row),
+                              row3(path.moving_mm, row)};
+  };
+  const CompartmentContact start = at(k), end = at(k + 1);
   if (std::isnan(start.p_reference_mm.x()) || std::isnan(end.p_reference_mm.x())) return {};
   return rolling_between(start, end);
 }
 
 void put_rolling(store::ZeroVarus& z, std::size_t k)
 {
-  if (const auto medial = rolling_of(z, k, z.medial_reference_mm, z.medial_moving_mm)) {
-    z.medial_rolling_mm[k] = medial->rolling_mm;
-    z.medial_sliding_mm[k] = medial->sliding_mm;
-  }
-  if (const auto lateral = rolling_of(z, k, z.lateral_reference_mm, z.lateral_moving_mm)) {
-    z.lateral_rolling_mm[k] = lateral->rolling_mm;
-    z.lateral_sliding_mm[k] = lateral->sliding_mm;
+  for (const Compartment side : all_compartments) {
+    const std::optional<Rolling> found = rolling_of(z, k, z.centres[side]);
+    if (!found) continue;
+    z.rolling[side].rolling_mm[k] = found->rolling_mm;
+    z.rolling[side].sliding_mm[k] = found->sliding_mm;
   }
 }
 
@@ -428,9 +420,7 @@ store::GridD column_of(const std::vector<double>& values)
   return Eigen::Map<const store::GridD>(values.data(), static_cast<Eigen::Index>(values.size()), 1);
 }
 
-/// `Poses` is FreeSpine or ZeroVarus.
-template <typename Poses>
-SmoothInput course_of(const store::MotionModel& model, const Poses& poses, store::GridB status)
+SmoothInput course_of(const store::MotionModel& model, const store::PoseRows& poses, store::GridB status)
 {
   SmoothInput input;
   input.name = model.title;
@@ -480,19 +470,9 @@ std::vector<double> lift_off_mm(const store::MotionModel& model, const store::Mo
         attitude,
         {course.tx_mm(i, 0), course.ty_mm(i, 0), course.tz_mm(i, 0), rad_from_deg(course.theta_deg(i, 0))});
     const CompartmentGaps gaps = meter.compartment_gaps(attitude, pose.X_reference_moving);
-    if (std::max(gaps.medial_mm, gaps.lateral_mm) > model.contact_resolution_mm)
-      difference_mm[row] = gaps.medial_mm - gaps.lateral_mm;
+    if (std::max(gaps[0], gaps[1]) > model.contact_resolution_mm) difference_mm[row] = gaps[0] - gaps[1];
   });
   return difference_mm;
-}
-
-double linear_at(const std::vector<double>& axis, const std::vector<double>& values, double x)
-{
-  const auto after = std::lower_bound(axis.begin(), axis.end(), x);
-  const auto i = static_cast<std::size_t>(after - axis.begin());
-  if (i == 0 || axis[i] == x) return values[i];
-  const double s = (x - axis[i - 1]) / (axis[i] - axis[i - 1]);
-  return values[i - 1] + s * (values[i] - values[i - 1]);
 }
 
 /// The varus near `start_rad` at which `imbalance_mm` (of varus) is 0.
@@ -521,16 +501,15 @@ store::TwoSided without_poses(std::vector<double> flexion_deg, int degree)
   result.degree = degree;
   result.flexion_deg = std::move(flexion_deg);
   result.contact.assign(n, store::code_of(store::TwoSidedContact::no_pose));
-  for (std::vector<double>* column : {&result.tx_mm, &result.ty_mm, &result.tz_mm, &result.theta_deg,
-                                      &result.varus_deg, &result.gap_medial_mm, &result.gap_lateral_mm})
-    column->assign(n, nan);
+  result.resize(n);
+  result.gap_mm.fill(std::vector<double>(n, nan));
   return result;
 }
 
 store::TwoSidedContact contact_of(const CompartmentGaps& gaps)
 {
-  if (std::max(gaps.medial_mm, gaps.lateral_mm) <= contact_gap_mm) return store::TwoSidedContact::both;
-  return gaps.medial_mm < gaps.lateral_mm ? store::TwoSidedContact::medial : store::TwoSidedContact::lateral;
+  if (std::max(gaps[0], gaps[1]) <= contact_gap_mm) return store::TwoSidedContact::both;
+  return gaps[0] < gaps[1] ? store::TwoSidedContact::medial : store::TwoSidedContact::lateral;
 }
 
 int steps_per_interval(const std::vector<double>& flexion_deg, double spacing_deg)
@@ -573,10 +552,12 @@ std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const 
     const auto gaps_at = [&](double varus_rad) {
       return meter.compartment_gaps({flexion_rad, varus_rad}, pose_at(varus_rad));
     };
-    const double wanted_mm = linear_at(course.flexion_deg, difference_mm, flexion_deg);
+    const auto [before, share] = position_on(course.flexion_deg, flexion_deg);
+    double wanted_mm = difference_mm[before];
+    if (share > 0.0) wanted_mm += share * (difference_mm[before + 1] - wanted_mm);
     const auto imbalance_mm = [&](double varus_rad) {
       const CompartmentGaps gaps = gaps_at(varus_rad);
-      return gaps.medial_mm - gaps.lateral_mm - wanted_mm;
+      return gaps[0] - gaps[1] - wanted_mm;
     };
     const std::optional<double> varus_rad = balanced_varus_rad(imbalance_mm, smooth_pose[4]);
     if (!varus_rad) return;
@@ -586,13 +567,8 @@ std::optional<store::TwoSided> two_sided(const store::MotionModel& model, const 
     for (std::size_t axis = 0; axis < 3; ++axis) numbers[axis] += shift_mm[static_cast<Eigen::Index>(axis)];
     const CompartmentGaps gaps = gaps_at(*varus_rad);
     result.contact[row] = store::code_of(contact_of(gaps));
-    result.tx_mm[row] = numbers[0];
-    result.ty_mm[row] = numbers[1];
-    result.tz_mm[row] = numbers[2];
-    result.theta_deg[row] = deg_from_rad(numbers[3]);
-    result.varus_deg[row] = deg_from_rad(*varus_rad);
-    result.gap_medial_mm[row] = gaps.medial_mm;
-    result.gap_lateral_mm[row] = gaps.lateral_mm;
+    result.set(row, {numbers[0], numbers[1], numbers[2]}, deg_from_rad(numbers[3]), deg_from_rad(*varus_rad));
+    for (std::size_t side = 0; side < gaps.size(); ++side) result.gap_mm[side][row] = gaps[side];
   });
   if (std::ranges::all_of(result.contact,
                           [](std::int8_t c) { return c == store::code_of(store::TwoSidedContact::no_pose); }))

@@ -26,7 +26,7 @@ struct VarusChoice {
 
 /// [n_flexion]. If varus was free: the solved varus. Else the mean of the first and last solved column in
 /// contact in both compartments; other solved columns between them split them into runs, of which the one
-/// nearest to the spine counts. Without such columns: the root nearest to the spine of gap_medial -
+/// nearest to the spine counts. Without such columns: the root nearest to the spine of medial -
 /// gap_lateral, linear between neighbouring solved columns. Else none. `raw` is the motion of the model's raw
 /// surfaces. Source: thesis 5.4, which has a single run.
 std::vector<VarusChoice> varus_choices(const store::MotionModel& model, const store::Motion& raw);

@@ -211,22 +211,23 @@ class Repair {
   void finish(std::size_t k, PoseMeter& meter)
   {
     RepairedFrame& frame = out_.frames[k];
-    const SolverPosition before = placed(X_measured_[k]);
-    frame.before = measurement(before.attitude, measured_.X_reference_moving[k], meter);
+    frame.at = solve::solver_position(X_measured_[k]);
+    frame.X_reference_moving = measured_.X_reference_moving[k];
+    frame.before = frame.after = measurement(frame, meter);
     const bool is_moved = twist_[k].cwiseAbs().maxCoeff() > negligible;
-    const SolverPosition after = is_moved ? placed(X_[k]) : before;
-    frame.attitude = after.attitude;
-    frame.pose = after.pose;
-    frame.X_reference_moving = is_moved ? X_reference_moving(scene_.frame, after.attitude, after.pose)
-                                        : measured_.X_reference_moving[k];
-    frame.after = is_moved ? measurement(after.attitude, frame.X_reference_moving, meter) : frame.before;
-    if (is_moved) frame.displacement = twist_[k];
+    if (is_moved) {
+      frame.at = solve::solver_position(X_[k]);
+      frame.X_reference_moving = X_reference_moving(scene_.frame, frame.at.attitude, frame.at.pose);
+      frame.after = measurement(frame, meter);
+      frame.displacement = twist_[k];
+    }
     frame.status = status(k, is_moved);
   }
 
-  static FrameMeasurement measurement(const Attitude& attitude, const Pose& X, PoseMeter& meter)
+  static FrameMeasurement measurement(const RepairedFrame& frame, PoseMeter& meter)
   {
-    return {meter.measure(attitude, X, OverlapTest::narrow_phase), meter.compartment_gaps(attitude, X)};
+    return {meter.measure(frame.at.attitude, frame.X_reference_moving, OverlapTest::narrow_phase),
+            meter.compartment_gaps(frame.at.attitude, frame.X_reference_moving)};
   }
 
   FrameStatus status(std::size_t k, bool is_moved) const
@@ -360,7 +361,7 @@ store::MotionModel repaired_model(const store::MotionModel& model, const Measure
 {
   store::MotionModel out = model;
   for (std::size_t k = 0; k < motion.frames.size(); ++k)
-    out.flexion_deg[k] = deg_from_rad(motion.frames[k].attitude.flexion_rad);
+    out.flexion_deg[k] = deg_from_rad(motion.frames[k].at.attitude.flexion_rad);
   out.ligaments.reset();
   const store::PushRows push = out.push;
   out = store::with_pending_cells(std::move(out));
@@ -370,8 +371,7 @@ store::MotionModel repaired_model(const store::MotionModel& model, const Measure
   std::vector<StepRecord> cells;
   for (std::size_t k = 0; k < motion.frames.size(); ++k) {
     const RepairedFrame& frame = motion.frames[k];
-    cells.push_back(
-        meter.record(static_cast<std::int32_t>(k), {frame.attitude, frame.pose}, frame.after.compartments));
+    cells.push_back(meter.record(static_cast<std::int32_t>(k), frame.at, frame.after.compartments));
     store::set_cell(out, cells.back());
     out.is_spine(static_cast<Eigen::Index>(k), 0) = 1;
   }
@@ -575,26 +575,15 @@ FeatureMeasure measured(const FeatureConstraint& feature, const Pose& X)
   return out;
 }
 
-SolverPosition placed(const Pose& X)
-{
-  const ClinicalCoordinates angles = clinical_coordinates(X, Side::right, Eigen::Vector3d::Zero());
-  SolverPosition out;
-  out.attitude = {angles.flexion_rad, angles.varus_rad};
-  out.pose = {reference_rotation(out.attitude) * X.translation(), angles.internal_rotation_rad};
-  return out;
-}
-
 ContactSampler::ContactSampler(const AuditScene& scene)
     : scene_(scene),
       query_(scene.reference_gap, scene.moving_gap),
-      medial_query_(scene.reference_gap, scene.medial_gap),
-      lateral_query_(scene.reference_gap, scene.lateral_gap),
-      has_compartments_(!scene.medial_gap.is_empty() && !scene.lateral_gap.is_empty())
+      compartment_queries_(solve::compartment_queries(scene.reference_gap, scene.compartment_gap))
 {
 }
 
 FeatureConstraint ContactSampler::constraint_of(const geometry::GapFeature& feature,
-                                                const SolverPosition& at) const
+                                                const solve::SolverPosition& at) const
 {
   const solve::Configuration configuration{at.pose.translation_mm, at.pose.theta_rad, at.attitude.varus_rad};
   const solve::Rotations rotations(configuration, at.attitude.flexion_rad);
@@ -609,7 +598,7 @@ FeatureConstraint ContactSampler::constraint_of(const geometry::GapFeature& feat
   return out;
 }
 
-Measure ContactSampler::nearest(geometry::GapQuery& query, const SolverPosition& at, const Pose& X)
+Measure ContactSampler::nearest(geometry::GapQuery& query, const solve::SolverPosition& at, const Pose& X)
 {
   query.set_attitude(at.attitude);
   const geometry::GapResult& found = query.features(at.pose, 0.0);
@@ -619,7 +608,7 @@ Measure ContactSampler::nearest(geometry::GapQuery& query, const SolverPosition&
 
 FrameContact ContactSampler::sample(const Pose& X, FrameFeatures& known)
 {
-  const SolverPosition at = placed(X);
+  const solve::SolverPosition at = solve::solver_position(X);
   query_.set_attitude(at.attitude);
   const geometry::GapResult& found = query_.features(at.pose, known.band_mm);
   std::vector<FeatureConstraint> features;
@@ -646,8 +635,8 @@ FrameContact ContactSampler::sample(const Pose& X, FrameFeatures& known)
     out.separations.push_back(at_pose.separation);
     known.kept.push_back(feature);
   }
-  if (has_compartments_) {
-    out.travels = {nearest(medial_query_, at, X), nearest(lateral_query_, at, X)};
+  if (scene_.has_compartments()) {
+    for (geometry::GapQuery& query : compartment_queries_) out.travels.push_back(nearest(query, at, X));
   } else {
     out.travels = {known.kept.empty() || found.features.empty() ? Measure{no_contact, Vector6d::Zero()}
                                                                 : measured(known.kept.front(), X).travel};

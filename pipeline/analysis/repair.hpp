@@ -61,8 +61,7 @@ struct FrameMeasurement {
 
 struct RepairedFrame {
   Pose X_reference_moving = Pose::Identity();
-  Attitude attitude;  ///< at which the pose is a rotation about Delta alone
-  MovingPose pose;    ///< in S, at that attitude
+  solve::SolverPosition at;
   /// Repaired from measured in units of the noise: rotations, then translations, about and along the
   /// canonical axes (of a left joint: of its mirror image). Its norm is the Mahalanobis distance; that of
   /// pure noise has a mean square of the number of coordinates with noise.
@@ -150,10 +149,6 @@ struct FrameFeatures {
 /// moves with the moving object, whose +Y it is.
 FeatureMeasure measured(const FeatureConstraint& feature, const Pose& X);
 
-/// The attitude at which X is a rotation about Delta alone, and that pose: R = Rz(-flexion) Rx(varus)
-/// Ry(theta).
-SolverPosition placed(const Pose& X);
-
 /// What a frame's constraints need of the current pose.
 struct FrameContact {
   std::vector<Measure> separations;  ///< of the features near contact: at least 0
@@ -172,13 +167,13 @@ class ContactSampler {
   FrameContact sample(const Pose& X, FrameFeatures& known);
 
  private:
-  Measure nearest(geometry::GapQuery& query, const SolverPosition& at, const Pose& X);
-  FeatureConstraint constraint_of(const geometry::GapFeature& feature, const SolverPosition& at) const;
+  Measure nearest(geometry::GapQuery& query, const solve::SolverPosition& at, const Pose& X);
+  FeatureConstraint constraint_of(const geometry::GapFeature& feature, const solve::SolverPosition& at) const;
 
   const AuditScene& scene_;
   solve::RotationScale scale_;  // pivot at the origin
-  geometry::GapQuery query_, medial_query_, lateral_query_;
-  bool has_compartments_ = false;
+  geometry::GapQuery query_;
+  OfCompartments<geometry::GapQuery> compartment_queries_;
 };
 
 }  // namespace vrda::analysis

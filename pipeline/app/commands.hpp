@@ -76,9 +76,6 @@ std::vector<int> parse_degrees(const std::string& text);
 /// All measures of each degree; a value that is not a number is null.
 nlohmann::ordered_json json_of(const analysis::Comparison& comparison);
 
-/// Contact of both compartments in a motion; null without compartments.
-nlohmann::ordered_json two_sided_json(const store::TwoSidedFigures& figures);
-
 /// One row per motion with compartments; prints nothing without any.
 void print_two_sided(const std::vector<std::pair<std::string, store::TwoSidedFigures>>& motions);
 

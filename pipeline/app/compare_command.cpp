@@ -14,6 +14,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/coordinates.hpp"
+#include "report/model_json.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
 
@@ -165,7 +166,7 @@ Json json_of(const analysis::ContactFigures& contact)
                {"lifted_off", contact.n_lifted_off},
                {"largest_gap_mm", contact.largest_gap_mm},
                {"largest_overlap_mm", contact.largest_overlap_mm}};
-  if (contact.sides) json["two_sided"] = two_sided_json(*contact.sides);
+  if (contact.sides) json["two_sided"] = report::two_sided_json(*contact.sides);
   return json;
 }
 

@@ -15,6 +15,7 @@
 #include "core/text.hpp"
 #include "model/coordinates.hpp"
 #include "model/mesh.hpp"
+#include "report/model_json.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
 #include "store/motion.hpp"
@@ -280,7 +281,7 @@ Json motions_json(const TwoSidedByMotion& motions)
 {
   Json list = Json::object();
   for (const auto& [name, figures] : motions) {
-    if (figures.n_poses > 0) list[name] = two_sided_json(figures);
+    if (figures.n_poses > 0) list[name] = report::two_sided_json(figures);
   }
   return list;
 }

@@ -30,44 +30,50 @@ struct ReduceOptions {
 
 /// Columns of the table; their headings are `name` + each of `parts` + `unit`.
 struct Column {
-  const char* name;
-  std::vector<double> store::ZeroVarus::*values;
+  std::string name;
+  const std::vector<double>& values;
   std::vector<const char*> parts;  ///< e.g. _x, _y, _z; one empty text for a single number
   const char* unit;
 };
 
 const std::vector<const char*> single{""}, xyz{"_x", "_y", "_z"};
 
-const std::vector<Column> flexion_columns{
-    {"varus", &store::ZeroVarus::varus_deg, single, "_deg"},
-    {"varus_first", &store::ZeroVarus::varus_first_deg, single, "_deg"},
-    {"varus_last", &store::ZeroVarus::varus_last_deg, single, "_deg"},
-    {"tx", &store::ZeroVarus::tx_mm, single, "_mm"},
-    {"ty", &store::ZeroVarus::ty_mm, single, "_mm"},
-    {"tz", &store::ZeroVarus::tz_mm, single, "_mm"},
-    {"theta", &store::ZeroVarus::theta_deg, single, "_deg"},
-    {"clinical_flexion", &store::ZeroVarus::clinical_flexion_deg, single, "_deg"},
-    {"clinical_varus", &store::ZeroVarus::clinical_varus_deg, single, "_deg"},
-    {"internal_rotation", &store::ZeroVarus::internal_rotation_deg, single, "_deg"},
-    {"anterior", &store::ZeroVarus::anterior_mm, single, "_mm"},
-    {"proximal", &store::ZeroVarus::proximal_mm, single, "_mm"},
-    {"lateral", &store::ZeroVarus::lateral_mm, single, "_mm"},
-    {"medial_reference", &store::ZeroVarus::medial_reference_mm, xyz, "_mm"},
-    {"medial_moving", &store::ZeroVarus::medial_moving_mm, xyz, "_mm"},
-    {"lateral_reference", &store::ZeroVarus::lateral_reference_mm, xyz, "_mm"},
-    {"lateral_moving", &store::ZeroVarus::lateral_moving_mm, xyz, "_mm"}};
+std::vector<Column> flexion_columns(const store::ZeroVarus& z)
+{
+  std::vector<Column> columns{{"varus", z.varus_deg, single, "_deg"},
+                              {"varus_first", z.varus_first_deg, single, "_deg"},
+                              {"varus_last", z.varus_last_deg, single, "_deg"},
+                              {"tx", z.tx_mm, single, "_mm"},
+                              {"ty", z.ty_mm, single, "_mm"},
+                              {"tz", z.tz_mm, single, "_mm"},
+                              {"theta", z.theta_deg, single, "_deg"},
+                              {"clinical_flexion", z.clinical_flexion_deg, single, "_deg"},
+                              {"clinical_varus", z.clinical_varus_deg, single, "_deg"},
+                              {"internal_rotation", z.internal_rotation_deg, single, "_deg"},
+                              {"anterior", z.anterior_mm, single, "_mm"},
+                              {"proximal", z.proximal_mm, single, "_mm"},
+                              {"lateral", z.lateral_mm, single, "_mm"}};
+  for (const auto& [side, name, meaning] : compartment_names) {
+    columns.push_back({std::string(name) + "_reference", z.centres[side].reference_mm, xyz, "_mm"});
+    columns.push_back({std::string(name) + "_moving", z.centres[side].moving_mm, xyz, "_mm"});
+  }
+  return columns;
+}
 
 /// Values of the step from the row's flexion to the next one.
-const std::vector<Column> step_columns{
-    {"helical_rotation", &store::ZeroVarus::helical_rotation_deg, single, "_deg"},
-    {"helical_translation", &store::ZeroVarus::helical_translation_mm, single, "_mm"},
-    {"helical_direction", &store::ZeroVarus::helical_direction, xyz, ""},
-    {"helical_point", &store::ZeroVarus::helical_point_mm, xyz, "_mm"},
-    {"instant_centre", &store::ZeroVarus::instant_centre_mm, {"_anterior", "_proximal"}, "_mm"},
-    {"medial_rolling", &store::ZeroVarus::medial_rolling_mm, single, "_mm"},
-    {"medial_sliding", &store::ZeroVarus::medial_sliding_mm, single, "_mm"},
-    {"lateral_rolling", &store::ZeroVarus::lateral_rolling_mm, single, "_mm"},
-    {"lateral_sliding", &store::ZeroVarus::lateral_sliding_mm, single, "_mm"}};
+std::vector<Column> step_columns(const store::ZeroVarus& z)
+{
+  std::vector<Column> columns{{"helical_rotation", z.helical_rotation_deg, single, "_deg"},
+                              {"helical_translation", z.helical_translation_mm, single, "_mm"},
+                              {"helical_direction", z.helical_direction, xyz, ""},
+                              {"helical_point", z.helical_point_mm, xyz, "_mm"},
+                              {"instant_centre", z.instant_centre_mm, {"_anterior", "_proximal"}, "_mm"}};
+  for (const auto& [side, name, meaning] : compartment_names) {
+    columns.push_back({std::string(name) + "_rolling", z.rolling[side].rolling_mm, single, "_mm"});
+    columns.push_back({std::string(name) + "_sliding", z.rolling[side].sliding_mm, single, "_mm"});
+  }
+  return columns;
+}
 
 constexpr Named<store::ZeroVarusSource> source_names[] = {
     {store::ZeroVarusSource::none, "none"},
@@ -82,30 +88,30 @@ const char* source_name(const store::ZeroVarus& z, std::size_t i)
       ->name;
 }
 
-void add_json(Json& row, const store::ZeroVarus& z, const std::vector<Column>& columns, std::size_t i)
+void add_json(Json& row, const std::vector<Column>& columns, std::size_t i)
 {
   for (const Column& c : columns) {
-    const std::vector<double>& values = z.*c.values;
     const std::size_t n = c.parts.size();
-    if (values.empty()) continue;  // a joint without compartments
+    if (c.values.empty()) continue;  // a joint without compartments
     Json numbers = Json::array();
-    for (std::size_t k = 0; k < n; ++k) numbers.push_back(values[n * i + k]);
-    row[std::string(c.name) + c.unit] = n == 1 ? numbers[0] : numbers;
+    for (std::size_t k = 0; k < n; ++k) numbers.push_back(c.values[n * i + k]);
+    row[c.name + c.unit] = n == 1 ? numbers[0] : numbers;
   }
 }
 
 Json json_of(const store::MotionModel& model, const store::ZeroVarus& z, const std::string& set)
 {
+  const std::vector<Column> of_flexions = flexion_columns(z), of_steps = step_columns(z);
   Json flexions = Json::array(), steps = Json::array();
   for (std::size_t i = 0; i < z.source.size(); ++i) {
     Json row = {{"flexion_deg", model.flexion_deg[i]},
                 {"source", source_name(z, i)},
                 {"is_cut_off", z.is_cut_off[i] == 1}};
-    add_json(row, z, flexion_columns, i);
+    add_json(row, of_flexions, i);
     flexions.push_back(row);
     if (i == 0) continue;
     Json step = {{"from_deg", model.flexion_deg[i - 1]}, {"to_deg", model.flexion_deg[i]}};
-    add_json(step, z, step_columns, i - 1);
+    add_json(step, of_steps, i - 1);
     steps.push_back(step);
   }
   const Eigen::Vector3d& centre_mm = model.rotation_centre_mm;
@@ -121,19 +127,18 @@ Json json_of(const store::MotionModel& model, const store::ZeroVarus& z, const s
 void print_names(const std::vector<Column>& columns)
 {
   for (const Column& c : columns) {
-    for (const char* part : c.parts) std::printf(",%s%s%s", c.name, part, c.unit);
+    for (const char* part : c.parts) std::printf(",%s%s%s", c.name.c_str(), part, c.unit);
   }
 }
 
 /// Prints an empty field for an unknown value and beyond the last step.
-void print_numbers(const store::ZeroVarus& z, const std::vector<Column>& columns, std::size_t i)
+void print_numbers(const std::vector<Column>& columns, std::size_t i)
 {
   for (const Column& c : columns) {
-    const std::vector<double>& values = z.*c.values;
     for (std::size_t k = 0; k < c.parts.size(); ++k) {
       const std::size_t at = c.parts.size() * i + k;
-      if (at < values.size() && std::isfinite(values[at])) {
-        std::printf(",%.6f", values[at]);
+      if (at < c.values.size() && std::isfinite(c.values[at])) {
+        std::printf(",%.6f", c.values[at]);
       } else {
         std::printf(",");
       }
@@ -143,14 +148,14 @@ void print_numbers(const store::ZeroVarus& z, const std::vector<Column>& columns
 
 void print_csv(const store::MotionModel& model, const store::ZeroVarus& z)
 {
+  std::vector<Column> columns = flexion_columns(z);
+  std::ranges::move(step_columns(z), std::back_inserter(columns));
   std::printf("flexion_deg,source");
-  print_names(flexion_columns);
-  print_names(step_columns);
+  print_names(columns);
   std::printf(",centre_x_mm,centre_y_mm,centre_z_mm\n");
   for (std::size_t i = 0; i < z.source.size(); ++i) {
     std::printf("%g,%s", model.flexion_deg[i], source_name(z, i));
-    print_numbers(z, flexion_columns, i);
-    print_numbers(z, step_columns, i);
+    print_numbers(columns, i);
     for (const double mm : model.rotation_centre_mm) std::printf(",%.6f", mm);
     std::printf("\n");
   }

@@ -13,6 +13,7 @@
 #include "core/document.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "report/model_json.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
 #include "store/motion.hpp"
@@ -179,17 +180,6 @@ core::ExitCode smooth_command(const SmoothCommandOptions& options)
   return core::ExitCode::done;
 }
 
-Json two_sided_json(const store::TwoSidedFigures& figures)
-{
-  if (figures.n_poses == 0) return {};
-  return {{"poses", figures.n_poses},
-          {"both_in_contact", figures.n_both_in_contact},
-          {"largest_gap_medial_mm", figures.largest_gap_medial_mm},
-          {"largest_overlap_medial_mm", figures.largest_overlap_medial_mm},
-          {"largest_gap_lateral_mm", figures.largest_gap_lateral_mm},
-          {"largest_overlap_lateral_mm", figures.largest_overlap_lateral_mm}};
-}
-
 void print_two_sided(const std::vector<std::pair<std::string, store::TwoSidedFigures>>& motions)
 {
   constexpr const char* row = "%-22s %-17s %-11s %-15s %-12s %s\n";
@@ -208,8 +198,8 @@ void print_two_sided(const std::vector<std::pair<std::string, store::TwoSidedFig
     }
     std::printf(row, name.c_str(),
                 (std::to_string(f.n_both_in_contact) + " of " + std::to_string(f.n_poses)).c_str(),
-                number(f.largest_gap_medial_mm).c_str(), number(f.largest_overlap_medial_mm).c_str(),
-                number(f.largest_gap_lateral_mm).c_str(), number(f.largest_overlap_lateral_mm).c_str());
+                number(f.largest_gap_mm[0]).c_str(), number(f.largest_overlap_mm[0]).c_str(),
+                number(f.largest_gap_mm[1]).c_str(), number(f.largest_overlap_mm[1]).c_str());
   }
 }
 
@@ -246,7 +236,7 @@ Json json_of(const store::AuditSet& set)
                {"mean_penetration_mm", f.n_overlapping > 0 ? Json(f.mean_penetration_mm) : Json()},
                {"largest_gap", json_of(f.largest_gap, n_free)},
                {"mean_gap_mm", n_free > 0 ? Json(f.mean_gap_mm) : Json()},
-               {"two_sided", two_sided_json(f.two_sided)}};
+               {"two_sided", report::two_sided_json(f.two_sided)}};
   for (const store::FollowerAudit& follower : set.followers) {
     const analysis::AuditFigures own = analysis::figures_of(set, follower);
     const int n_own = own.n_poses - own.n_overlapping - own.n_nothing_ahead;

@@ -473,22 +473,18 @@ std::vector<Contact> find_contacts(const ContactObjects& objects, const MovingPo
   return contacts_of(scene, Eigen::Vector3d::UnitY());
 }
 
-std::vector<Contact> find_contacts(const Collider& reference, const Collider& moving,
-                                   const SolverPosition& at,
-                                   const std::vector<geometry::TrianglePair>& candidates,
-                                   NarrowPhase& narrow_phase, const ContactOptions& options)
+std::vector<Contact> find_contacts(const ContactObjects& objects, const Attitude& attitude,
+                                   const MovingPose& pose, NarrowPhase& narrow_phase,
+                                   const ContactOptions& options)
 {
   Pose X_solver_reference = Pose::Identity();
-  X_solver_reference.linear() = reference_rotation(at.attitude);
+  X_solver_reference.linear() = reference_rotation(attitude);
   Pose X_reference_solver = Pose::Identity();
   X_reference_solver.linear() = X_solver_reference.linear().transpose();
-  const Scene scene{reference.tree_mesh,
-                    reference.features,
-                    moving,
-                    geometry::RigidPlacement(X_reference_solver * pose_of(at.pose)),
-                    narrow_phase,
-                    options,
-                    &candidates};
+  const Scene scene{objects.reference, objects.reference_features,
+                    objects.moving,    geometry::RigidPlacement(X_reference_solver * pose_of(pose)),
+                    narrow_phase,      options,
+                    objects.candidates};
   std::vector<Contact> contacts = contacts_of(scene, X_reference_solver.linear() * Eigen::Vector3d::UnitY());
   for (Contact& c : contacts) {
     c.point_mm = X_solver_reference * c.point_mm;

@@ -156,11 +156,9 @@ struct ContactObjects {
 /// contact, so the objects should not overlap.
 std::vector<Contact> find_contacts(const ContactObjects& objects, const MovingPose& pose,
                                    NarrowPhase& narrow_phase, const ContactOptions& options);
-/// The same without a rotated copy of the reference: `reference` is at zero attitude, `candidates` contain
-/// every pair within the band (GapQuery::close_pairs).
-std::vector<Contact> find_contacts(const Collider& reference, const Collider& moving,
-                                   const SolverPosition& at,
-                                   const std::vector<geometry::TrianglePair>& candidates,
-                                   NarrowPhase& narrow_phase, const ContactOptions& options);
+/// The same without a rotated copy of the reference, which is at zero attitude.
+std::vector<Contact> find_contacts(const ContactObjects& objects, const Attitude& attitude,
+                                   const MovingPose& pose, NarrowPhase& narrow_phase,
+                                   const ContactOptions& options);
 
 }  // namespace vrda::contact

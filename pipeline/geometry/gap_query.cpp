@@ -413,6 +413,13 @@ double GapQuery::travel_mm(const MovingPose& pose)
   return state_->answer.travel_mm;
 }
 
+double GapQuery::gap_mm(const Attitude& attitude, const MovingPose& pose)
+{
+  set_attitude(attitude);
+  const double found_mm = travel_mm(pose);
+  return std::isfinite(found_mm) ? found_mm : nan;
+}
+
 double GapQuery::travel_upper_bound_mm(const MovingPose& pose)
 {
   return state_->least_travel_mm(state_->signed_hints, pose);

@@ -98,6 +98,8 @@ class GapQuery {
   /// Signed travel to the first contact of an object approaching from far below, over facing pairs: negative
   /// when the pose is beyond it.
   double travel_mm(const MovingPose& pose);
+  /// The same at an attitude; NaN where nothing faces.
+  double gap_mm(const Attitude& attitude, const MovingPose& pose);
 
   /// Upper bound of travel_mm(pose) from the hints, often equal to it; infinite where no hint applies. Runs
   /// no query. Depends on earlier queries, so it must not decide anything that travel_mm() would decide

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 
+#include "core/axis.hpp"
 #include "core/document.hpp"
 #include "core/units.hpp"
 
@@ -276,14 +277,10 @@ LineJob line_of(const core::Document& document, const core::DocumentValue& value
 
 Eigen::VectorXd value_at_flexion(const FlexionTable& setting, double flexion_rad)
 {
-  const std::vector<double>& angles = setting.flexion_rad;
-  const auto above =
-      static_cast<Eigen::Index>(std::upper_bound(angles.begin(), angles.end(), flexion_rad) - angles.begin());
-  if (above == 0) return setting.value.row(0).transpose();
-  if (above == setting.value.rows()) return setting.value.row(above - 1).transpose();
-  const double from_rad = angles[static_cast<std::size_t>(above - 1)];
-  const double share = (flexion_rad - from_rad) / (angles[static_cast<std::size_t>(above)] - from_rad);
-  return ((1.0 - share) * setting.value.row(above - 1) + share * setting.value.row(above)).transpose();
+  const auto [at, share] = position_on(setting.flexion_rad, flexion_rad);
+  const auto row = static_cast<Eigen::Index>(at);
+  if (share == 0.0) return setting.value.row(row).transpose();
+  return ((1.0 - share) * setting.value.row(row) + share * setting.value.row(row + 1)).transpose();
 }
 
 PushJob push_of(const core::Document& document)

@@ -386,13 +386,12 @@ using Assignment = std::vector<Compartment>;  // [n components] compartment of e
 
 Assignment with_named(Assignment assigned, const Job& job, const Body& moving, Compartment which)
 {
-  const bool is_medial = which == Compartment::medial;
-  const std::string key = std::string("compartments.") + (is_medial ? "medial" : "lateral") + ".components";
+  const std::string key = std::string("compartments.") + name_of(which) + ".components";
   const std::vector<std::string> known = contact_names(moving);
   const auto refuse = [&](const std::string& found, const std::string& wanted) {
     throw InputError({job.document.source_of(key), key, found, wanted});
   };
-  for (const std::string& name : (is_medial ? job.medial : job.lateral)->components) {
+  for (const std::string& name : (*job.compartments)[which].components) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       refuse("\"" + name + "\"",
              "a moving contact component; the nearest is \"" + nearest_word(name, known) + "\"");
@@ -421,10 +420,11 @@ bool is_in(const std::string& half_space, double z_mm, double centre_z_mm)
 
 std::vector<Compartment> compartments_of(const Job& job, const Body& moving, double centre_z_mm)
 {
-  if (!job.medial || !job.lateral) return {};
-  if (!job.medial->half_space.empty() && job.medial->half_space == job.lateral->half_space) {
+  if (!job.compartments) return {};
+  const std::string& half_space = (*job.compartments)[0].half_space;
+  if (!half_space.empty() && half_space == (*job.compartments)[1].half_space) {
     throw InputError({job.document.source_of("compartments"), "compartments",
-                      "medial and lateral both \"" + job.medial->half_space + "\"", "one half-space each"});
+                      "medial and lateral both \"" + half_space + "\"", "one half-space each"});
   }
   const Assignment assigned = assigned_by_name(job, moving);
   const Mesh& mesh = moving.contact.mesh;
@@ -434,10 +434,9 @@ std::vector<Compartment> compartments_of(const Job& job, const Body& moving, dou
     const double z_mm = (a.z() + b.z() + c.z()) / 3.0;
     Compartment compartment =
         assigned[static_cast<std::size_t>(moving.contact.component[static_cast<std::size_t>(t)])];
-    if (compartment == Compartment::none && is_in(job.medial->half_space, z_mm, centre_z_mm))
-      compartment = Compartment::medial;
-    if (compartment == Compartment::none && is_in(job.lateral->half_space, z_mm, centre_z_mm))
-      compartment = Compartment::lateral;
+    for (const Compartment side : all_compartments)
+      if (compartment == Compartment::none && is_in((*job.compartments)[side].half_space, z_mm, centre_z_mm))
+        compartment = side;
     out.push_back(compartment);
   }
   return out;

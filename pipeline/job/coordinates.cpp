@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/axis.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 
@@ -158,16 +159,6 @@ class NumberTable {
   std::vector<std::string> names_;
 };
 
-double interpolated(const std::vector<double>& at, const std::vector<double>& value, double x)
-{
-  const auto above = std::upper_bound(at.begin(), at.end(), x) - at.begin();
-  if (above == 0) return value.front();
-  const auto i = static_cast<std::size_t>(above);
-  if (i == at.size()) return value.back();
-  const double share = (x - at[i - 1]) / (at[i] - at[i - 1]);
-  return (1.0 - share) * value[i - 1] + share * value[i];
-}
-
 class Loader {
  public:
   Loader(const Job& job, const CoordinatesJob& coordinates, std::string data_directory)
@@ -313,9 +304,9 @@ class Loader {
     }
     for (const PushTable& setting : tables_of(out_.push)) set_rows(*setting.table, values);
     for (const double value : values) {
-      add_row(
-          [&](std::size_t k, double drive) { return interpolated(columns[k].at, columns[k].value, drive); },
-          value);
+      add_row([&](std::size_t k,
+                  double drive) { return linear_at(columns[k].value, position_on(columns[k].at, drive)); },
+              value);
     }
   }
 

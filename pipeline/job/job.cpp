@@ -334,8 +334,9 @@ void read_settings(Job& job)
   job.followers = followers_of(
       job, [&](const std::string& key, const std::string& name) { return body_of(job, root, key, name); });
   if (const core::DocumentValue* compartments = core::find_at(root, "compartments")) {
-    job.medial = compartment_of(core::value_at(*compartments, "medial"));
-    job.lateral = compartment_of(core::value_at(*compartments, "lateral"));
+    job.compartments.emplace();
+    for (const auto& [side, name, meaning] : compartment_names)
+      (*job.compartments)[side] = compartment_of(core::value_at(*compartments, name));
   }
   for (const double degree : core::numbers_at(root, "smooth.degrees")) {
     job.smooth_degrees.push_back(static_cast<std::int32_t>(degree));

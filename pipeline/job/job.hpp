@@ -242,8 +242,7 @@ struct Job : CaseSettings {
   SolverMethod method = SolverMethod::stability_search;
   std::optional<LigamentsJob> ligaments;
   std::vector<FollowerJob> followers;
-  std::optional<CompartmentJob> medial;  ///< set if and only if `lateral` is
-  std::optional<CompartmentJob> lateral;
+  std::optional<OfCompartments<CompartmentJob>> compartments;
   std::optional<LaxityJob> laxity;
   std::optional<FitJob> fit;
 };

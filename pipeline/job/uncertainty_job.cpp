@@ -7,6 +7,7 @@
 #include <limits>
 #include <set>
 
+#include "core/axis.hpp"
 #include "core/text.hpp"
 
 namespace vrda::job {
@@ -497,12 +498,8 @@ double table_quantile(const std::vector<double>& values, double probability)
 // The probability of values at or below `value`.
 double table_probability(const std::vector<double>& values, double value)
 {
-  const auto above = std::upper_bound(values.begin(), values.end(), value);
-  if (above == values.begin()) return 0.0;
-  if (above == values.end()) return 1.0;
-  const double before = *(above - 1);
-  const double share = (value - before) / (*above - before);
-  return (static_cast<double>(above - values.begin() - 1) + share) / static_cast<double>(values.size() - 1);
+  const auto [row, share] = position_on(values, value);
+  return (static_cast<double>(row) + share) / static_cast<double>(values.size() - 1);
 }
 
 double probability_below(const job::Distribution& distribution, double value)

@@ -98,16 +98,6 @@ Eigen::Vector3d solver_moment_nmm(const SolverFrame& frame, const Eigen::Vector3
 /// A point or direction of S, in W of the joint's own side; both frames have the same origin.
 Eigen::Vector3d world_from_solver(const SolverFrame& frame, const Eigen::Vector3d& v_solver);
 
-/// Attitude of the reference and pose of the moving object, in S.
-struct SolverPosition {
-  Attitude attitude;
-  MovingPose pose;
-};
-
-/// Inverse of X_reference_moving(): every pose has such numbers. Flexion and theta are
-/// in (-pi, pi], varus in [-pi/2, pi/2]; at its ends only the sum or difference of the other two is defined.
-SolverPosition solver_position(const SolverFrame& frame, const Pose& X_reference_moving);
-
 // Names of the sides of the body, as in job files, motion models and messages.
 
 /// "right" or "left".

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/fields.hpp"
 #include "core/units.hpp"
 
 namespace vrda::inline model {
@@ -120,8 +121,23 @@ std::vector<std::vector<Eigen::Index>> triangles_by_component(const Body& body, 
 /// Both parts of `body` reflected in Z = 0.
 Body mirrored_z(const Body& body);
 
-/// The two sides of a joint that are evaluated separately.
+/// The sides of a joint that are evaluated separately, by their codes in files.
 enum class Compartment : std::int8_t { none = 0, medial = 1, lateral = 2 };
+inline constexpr Named<Compartment> compartment_names[] = {{Compartment::medial, "medial"},
+                                                           {Compartment::lateral, "lateral"}};
+constexpr const auto& names_of(Compartment)
+{
+  return compartment_names;
+}
+inline constexpr auto all_compartments = values_in(compartment_names);
+
+/// An entry for each of `all_compartments`, by the compartment or its row.
+template <typename Entry>
+struct OfCompartments : std::array<Entry, all_compartments.size()> {
+  using std::array<Entry, all_compartments.size()>::operator[];
+  Entry& operator[](Compartment side) { return this->at(static_cast<std::size_t>(side) - 1); }
+  const Entry& operator[](Compartment side) const { return this->at(static_cast<std::size_t>(side) - 1); }
+};
 
 /// Rows of the triangles in compartment `wanted`; `Code` is Compartment or its stored code.
 template <typename Code>

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/axis.hpp"
+
 namespace vrda::inline model {
 namespace {
 
@@ -49,29 +51,9 @@ StepRecord scaled(const StepRecord& record, double factor)
 
 double prior_value(const PriorTerm& term, double flexion_rad)
 {
-  const auto above = std::lower_bound(term.flexion_rad.begin(), term.flexion_rad.end(), flexion_rad);
-  const auto k = static_cast<std::size_t>(above - term.flexion_rad.begin());
   // A change of shape grows up to 45 degrees, as the spread of the published curves does.
   const double change = term.shape_change * std::min(1.0, std::abs(flexion_rad) / rad_from_deg(45.0));
-  if (k == 0) return term.value.front() + change;
-  if (k == term.value.size()) return term.value.back() + change;
-  const double share =
-      (flexion_rad - term.flexion_rad[k - 1]) / (term.flexion_rad[k] - term.flexion_rad[k - 1]);
-  return (1.0 - share) * term.value[k - 1] + share * term.value[k] + change;
-}
-
-// From a pose to the numbers of a motion step.
-
-SolverPosition solver_position(const SolverFrame& frame, const Pose& X_reference_moving)
-{
-  // R = Rz(-f) Rx(v) Ry(theta), as in model/coordinates.cpp but about the axes of S.
-  const Pose X = X_solver_reference_moving(frame, X_reference_moving);
-  const Eigen::Matrix3d R = X.linear();
-  SolverPosition result;
-  result.attitude = {arc_tangent2(R(0, 1), R(1, 1)), arc_sine(R(2, 1))};
-  result.pose.theta_rad = arc_tangent2(-R(2, 0), R(2, 2));
-  result.pose.translation_mm = reference_rotation(result.attitude) * X.translation();
-  return result;
+  return linear_at(term.value, position_on(term.flexion_rad, flexion_rad)) + change;
 }
 
 }  // namespace vrda::inline model

@@ -157,10 +157,8 @@ struct StepRecord {
   std::int32_t queries = 0;  ///< collision and gap queries
   double residual_mm = nan;  ///< last predicted translation
   /// Remaining directional gap of each compartment; NaN without facing surfaces.
-  double gap_medial_mm = nan;
-  double gap_lateral_mm = nan;
-  bool contact_medial = false;
-  bool contact_lateral = false;
+  OfCompartments<double> gap_mm{nan, nan};
+  OfCompartments<bool> is_in_contact{};
   bool theta_determined = false;
   std::vector<ContactRecord> contacts;
   double varus_rad = 0.0;  ///< solved where varus is free, else the attitude's
@@ -230,10 +228,8 @@ constexpr auto fields_of(const StepRecord*)
                     Field{"iterations", &R::iterations},
                     Field{"queries", &R::queries},
                     Field{"residual", &R::residual_mm, unit::mm},
-                    Field{"gap_medial", &R::gap_medial_mm, unit::mm},
-                    Field{"gap_lateral", &R::gap_lateral_mm, unit::mm},
-                    Field{"contact_medial", &R::contact_medial},
-                    Field{"contact_lateral", &R::contact_lateral},
+                    Field{"gap", &R::gap_mm, unit::mm},
+                    Field{"is_in_contact", &R::is_in_contact},
                     Field{"theta_determined", &R::theta_determined},
                     Field{"varus", &R::varus_rad, unit::radian},
                     Field{"balance", &R::balance},

@@ -21,14 +21,6 @@ std::vector<geometry::NearestSurface> bone_without_noise(const Body& body)
   return surfaces;
 }
 
-std::vector<Pose> poses_of(const job::Case& joint, const FibreLoads& loads)
-{
-  std::vector<Pose> poses;
-  for (const SolverPosition& at : loads.positions)
-    poses.push_back(X_reference_moving(joint.frame, at.attitude, at.pose));
-  return poses;
-}
-
 std::vector<FibreCrossing> crossings_of(const BonesOfJoint& bones, const model::Ligaments& ligaments,
                                         const std::vector<Pose>& X_reference_moving)
 {
@@ -77,7 +69,7 @@ bool wrap_fibre(const BonesOfJoint& bones, const std::vector<Pose>& X_reference_
 
 std::vector<BundleCrossing> by_bundle(const job::Case& joint, const std::vector<FibreCrossing>& straight,
                                       const std::vector<FibreCrossing>& left,
-                                      const std::vector<SolverPosition>& positions)
+                                      const std::vector<double>& flexion_rad)
 {
   std::vector<BundleCrossing> bundles;
   const model::Ligaments& ligaments = joint.ligaments;
@@ -95,7 +87,7 @@ std::vector<BundleCrossing> by_bundle(const job::Case& joint, const std::vector<
     if (straight[i].depth_mm <= found->straight_mm) continue;
     found->straight_mm = straight[i].depth_mm;
     found->bone = (straight[i].body == BodyIndex::moving ? joint.moving : joint.reference).name;
-    found->flexion_rad = positions[straight[i].pose].attitude.flexion_rad;
+    found->flexion_rad = flexion_rad[straight[i].pose];
   }
   std::erase_if(bundles, [](const BundleCrossing& bundle) {
     return bundle.n_wrapped == 0 && bundle.straight_mm <= crossed_mm && bundle.left_mm <= crossed_mm;
@@ -109,8 +101,8 @@ std::vector<BundleCrossing> wrap_over_bones(job::Case& subject, SlackLengths& le
 {
   constexpr int most_rounds = 3;
   const BonesOfJoint bones{bone_without_noise(subject.reference), bone_without_noise(subject.moving)};
-  const std::vector<SolverPosition> first = slack.loads.positions;
-  std::vector<Pose> all = poses_of(subject, slack.loads);
+  const std::vector<double> first_rad = slack.loads.flexion_rad;
+  std::vector<Pose> all = slack.loads.X_reference_moving;
   const std::vector<FibreCrossing> straight = crossings_of(bones, subject.ligaments, all);
   std::vector<FibreCrossing> left = straight;
   for (int round = 0; round < most_rounds; ++round) {
@@ -122,11 +114,11 @@ std::vector<BundleCrossing> wrap_over_bones(job::Case& subject, SlackLengths& le
     }
     if (!has_changed || lengths.is_stopped()) break;
     slack = lengths.set();
-    const std::vector<Pose> now = poses_of(subject, slack.loads);
+    const std::vector<Pose>& now = slack.loads.X_reference_moving;
     left = crossings_of(bones, subject.ligaments, now);
     all.insert(all.end(), now.begin(), now.end());
   }
-  return by_bundle(subject, straight, left, first);
+  return by_bundle(subject, straight, left, first_rad);
 }
 
 }  // namespace vrda::prepare

@@ -290,7 +290,8 @@ FibreLoads SlackLengths::solved_loads(const job::Case& joint, const Bodies& bodi
     const double flexion_rad =
         rad_from_deg(coarse.grid.flexion_deg[static_cast<std::size_t>(cell.key.flexion)]);
     const Attitude attitude{flexion_rad, cell.varus_rad};
-    loads.positions.push_back({attitude, cell.pose});
+    loads.flexion_rad.push_back(flexion_rad);
+    loads.X_reference_moving.push_back(X_reference_moving(joint.frame, attitude, cell.pose));
     const std::vector<model::FibreState> states = model::fibre_states(ligaments, attitude, cell.pose);
     for (std::size_t i = 0; i < states.size(); ++i) {
       loads.largest_strain[i] = std::max(loads.largest_strain[i], states[i].strain);

@@ -67,7 +67,8 @@ std::vector<double> fibre_lengths_mm(const job::Case& joint, const SettledPose& 
 struct FibreLoads {
   std::vector<double> largest_strain;     ///< [fibres]
   std::vector<double> largest_tension_n;  ///< [fibres]
-  std::vector<SolverPosition> positions;  ///< of the solved flexions
+  std::vector<double> flexion_rad;        ///< [n_solved], as the next
+  std::vector<Pose> X_reference_moving;
   int n_solved = 0;
   int n_flexions = 0;
 };

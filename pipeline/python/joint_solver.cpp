@@ -108,7 +108,8 @@ job::Push JointSolver::push_at(const RowPlan& plan, std::size_t row) const
   return job::push_at(push, job::value_at_flexion(push.delta, flexion_rad).normalized(), flexion_rad);
 }
 
-SolverPosition JointSolver::seed_position(const std::array<double, 16>& seed, const SolverFrame& frame) const
+solve::SolverPosition JointSolver::seed_position(const std::array<double, 16>& seed,
+                                                 const SolverFrame& frame) const
 {
   Pose X;
   X.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(seed.data());
@@ -118,7 +119,7 @@ SolverPosition JointSolver::seed_position(const std::array<double, 16>& seed, co
   if (!(error < rounding) || R.determinant() < 0.0 || !X.translation().allFinite())
     throw InputError({"Joint.solve", "seed", "a matrix that is not a rigid transform",
                       "a rotation and a finite translation"});
-  return solver_position(frame, X);
+  return solve::solver_position(frame, X);
 }
 
 void JointSolver::require_solvable(const RowPlan& plan) const
@@ -180,8 +181,8 @@ void JointSolver::add_row(RowResults& results, const StepRecord& record, double 
   add(results.theta_deg, deg_from_rad(record.pose.theta_rad));
   for (Eigen::Index i = 0; i < 4; ++i)
     for (Eigen::Index j = 0; j < 4; ++j) add(results.X_reference_moving, X.matrix()(i, j));
-  add(results.gap_medial_mm, record.gap_medial_mm);
-  add(results.gap_lateral_mm, record.gap_lateral_mm);
+  add(results.gap_medial_mm, record.gap_mm[0]);
+  add(results.gap_lateral_mm, record.gap_mm[1]);
   const bool has_forces = case_.method == "equilibrium" && !case_.compartment_of_triangle.empty();
   add(results.force_medial_n, has_forces ? along_delta_n(record.balance, Compartment::medial) : nan);
   add(results.force_lateral_n, has_forces ? along_delta_n(record.balance, Compartment::lateral) : nan);
@@ -273,7 +274,7 @@ RowResults JointSolver::solve(const RowPlan& plan, const std::function<void()>& 
   task.seed = {solver_translation_mm(first, case_.initial.translation_mm), case_.initial.theta_rad};
   double last_varus_rad = 0.0;
   if (plan.seed) {
-    const SolverPosition seed = seed_position(*plan.seed, first);
+    const solve::SolverPosition seed = seed_position(*plan.seed, first);
     task.seed = seed.pose;
     last_varus_rad = seed.attitude.varus_rad;
   }

@@ -135,7 +135,7 @@ class JointSolver {
 
  private:
   job::Push push_at(const RowPlan& plan, std::size_t row) const;
-  SolverPosition seed_position(const std::array<double, 16>& seed, const SolverFrame& frame) const;
+  solve::SolverPosition seed_position(const std::array<double, 16>& seed, const SolverFrame& frame) const;
   void add_row(RowResults& results, const StepRecord& record, double flexion_rad,
                const SolverFrame& frame) const;
   // Solves the followers of a row's record, which those with a reaction replace; `starts` are their last

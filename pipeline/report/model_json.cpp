@@ -227,17 +227,6 @@ Json largest_json(const store::GridD& grid)
   return most < 0.0 ? Json() : Json(most);
 }
 
-Json two_sided_json(const store::TwoSidedFigures& f)
-{
-  if (f.n_poses == 0) return nullptr;
-  return {{"poses", f.n_poses},
-          {"both_in_contact", f.n_both_in_contact},
-          {"largest_gap_medial_mm", f.largest_gap_medial_mm},
-          {"largest_overlap_medial_mm", f.largest_overlap_medial_mm},
-          {"largest_gap_lateral_mm", f.largest_gap_lateral_mm},
-          {"largest_overlap_lateral_mm", f.largest_overlap_lateral_mm}};
-}
-
 Json audits_json(const store::MotionModel& model)
 {
   Json list = Json::array();
@@ -287,11 +276,10 @@ Json provenance_json(const store::MotionModel& model)
 Json contacts_json(const store::MotionModel& model)
 {
   if (!model.has_compartments) return nullptr;
-  store::GridB contacts = model.contact_medial;
+  store::GridB contacts = model.is_in_contact[0];
   for (Eigen::Index k = 0; k < contacts.size(); ++k) {
     if (contacts.data()[k] < 0) continue;
-    contacts.data()[k] =
-        static_cast<std::int8_t>(model.contact_medial.data()[k] + 2 * model.contact_lateral.data()[k]);
+    contacts.data()[k] = static_cast<std::int8_t>(contacts.data()[k] + 2 * model.is_in_contact[1].data()[k]);
   }
   return grid_rows(contacts);
 }
@@ -507,22 +495,16 @@ std::vector<double> along_spine(const store::MotionModel& model, const std::vect
   return rows;
 }
 
-struct Path {
-  const char* compartment;
-  std::vector<double> reference_mm, moving_mm;  ///< [n_flexion, 3]
-};
-
-std::vector<Path> paths_of(const store::MotionModel& model)
+/// [n_flexion, 3]
+std::optional<store::ContactPaths> paths_of(const store::MotionModel& model)
 {
-  if (model.zero_varus && !model.zero_varus->medial_reference_mm.empty()) {
-    const store::ZeroVarus& z = *model.zero_varus;
-    return {{"medial", z.medial_reference_mm, z.medial_moving_mm},
-            {"lateral", z.lateral_reference_mm, z.lateral_moving_mm}};
-  }
-  if (!model.contact_paths) return {};
-  const store::ContactPaths& c = *model.contact_paths;
-  return {{"medial", along_spine(model, c.medial_reference_mm), along_spine(model, c.medial_moving_mm)},
-          {"lateral", along_spine(model, c.lateral_reference_mm), along_spine(model, c.lateral_moving_mm)}};
+  if (model.zero_varus && !model.zero_varus->centres[0].reference_mm.empty())
+    return model.zero_varus->centres;
+  std::optional<store::ContactPaths> paths = model.contact_paths;
+  if (!paths) return paths;
+  for (store::ContactPath& path : *paths)
+    path = {along_spine(model, path.reference_mm), along_spine(model, path.moving_mm)};
+  return paths;
 }
 
 /// Extends the height range (canonical Y) to include the points.
@@ -612,10 +594,13 @@ Json contact_paths_json(const store::MotionModel& model)
   reference.from_mm = moving.from_mm = std::numeric_limits<double>::infinity();
   reference.to_mm = moving.to_mm = -std::numeric_limits<double>::infinity();
   Json compartments = Json::array();
-  for (const Path& path : paths_of(model)) {
+  const std::optional<store::ContactPaths> paths = paths_of(model);
+  for (const auto& [side, name, meaning] : compartment_names) {
+    if (!paths) break;
+    const store::ContactPath& path = (*paths)[side];
     include_heights(path.reference_mm, reference);
     include_heights(path.moving_mm, moving);
-    compartments.push_back({{"name", path.compartment},
+    compartments.push_back({{"name", name},
                             {"reference", rows_of(path.reference_mm, 3)},
                             {"moving", rows_of(path.moving_mm, 3)}});
   }
@@ -643,10 +628,10 @@ Json axes_json(const store::MotionModel& model)
           {"direction", rows_of(z.helical_direction, 3)},
           {"point_mm", rows_of(from_point(z.helical_point_mm, centre_mm), 3)},
           {"instant_centre_mm", rows_of(from_point(z.instant_centre_mm, centre_mm.head<2>()), 2)},
-          {"medial_rolling_mm", z.medial_rolling_mm},
-          {"medial_sliding_mm", z.medial_sliding_mm},
-          {"lateral_rolling_mm", z.lateral_rolling_mm},
-          {"lateral_sliding_mm", z.lateral_sliding_mm}};
+          {"medial_rolling_mm", z.rolling[0].rolling_mm},
+          {"medial_sliding_mm", z.rolling[0].sliding_mm},
+          {"lateral_rolling_mm", z.rolling[1].rolling_mm},
+          {"lateral_sliding_mm", z.rolling[1].sliding_mm}};
 }
 
 Json forces_json(const store::MotionModel& model)
@@ -819,6 +804,17 @@ Json uncertainty_json(const store::MotionModel& model)
 }
 
 }  // namespace
+
+Json two_sided_json(const store::TwoSidedFigures& f)
+{
+  if (f.n_poses == 0) return nullptr;
+  Json json{{"poses", f.n_poses}, {"both_in_contact", f.n_both_in_contact}};
+  for (const auto& [side, name, meaning] : compartment_names) {
+    json[std::string("largest_gap_") + name + "_mm"] = f.largest_gap_mm[side];
+    json[std::string("largest_overlap_") + name + "_mm"] = f.largest_overlap_mm[side];
+  }
+  return json;
+}
 
 Json curve_json(const ClinicalCurve& curve)
 {

@@ -41,6 +41,9 @@ std::string data_text(Json data);
 /// A page with that title and data_text() of one of the kinds of page/main.js.
 std::string page_of(const std::string& title, Json data);
 
+/// Contact of both compartments in a motion; null without compartments.
+Json two_sided_json(const store::TwoSidedFigures& figures);
+
 /// A curve over flexion with the page's keys.
 Json curve_json(const ClinicalCurve& curve);
 

@@ -270,16 +270,16 @@ std::vector<double> balanced_varus(const Subject& s)
 }
 
 // Anterior coordinate of a compartment's centre of contact on the moving object.
-std::vector<double> contact_x_mm(const Subject& s, const std::vector<double> store::ZeroVarus::*of_zero,
-                                 const std::vector<double> store::ContactPaths::*of_cell)
+std::vector<double> contact_x_mm(const Subject& s, Compartment side)
 {
   const auto at = [](const std::vector<double>& points, std::size_t k) {
     return points.empty() ? nan : points[3 * k];
   };
   return along_curve(
-      s, [&](const store::ZeroVarus& zero, std::size_t i) { return at(zero.*of_zero, i); },
+      s, [&](const store::ZeroVarus& zero, std::size_t i) { return at(zero.centres[side].moving_mm, i); },
       [&](Eigen::Index c) {
-        return s.model.contact_paths ? at(*s.model.contact_paths.*of_cell, static_cast<std::size_t>(c)) : nan;
+        if (!s.model.contact_paths) return nan;
+        return at((*s.model.contact_paths)[side].moving_mm, static_cast<std::size_t>(c));
       });
 }
 
@@ -487,15 +487,13 @@ std::vector<Column> curve_columns()
       {{"rollback_medial_mm", "mm",
         "posterior travel of the medial centre of contact on the moving object, first to last flexion"},
        [](const Subject& s) {
-         const auto x =
-             contact_x_mm(s, &store::ZeroVarus::medial_moving_mm, &store::ContactPaths::medial_moving_mm);
+         const auto x = contact_x_mm(s, Compartment::medial);
          return first_of(x) - last_of(x);
        }},
       {{"rollback_lateral_mm", "mm",
         "posterior travel of the lateral centre of contact on the moving object, first to last flexion"},
        [](const Subject& s) {
-         const auto x =
-             contact_x_mm(s, &store::ZeroVarus::lateral_moving_mm, &store::ContactPaths::lateral_moving_mm);
+         const auto x = contact_x_mm(s, Compartment::lateral);
          return first_of(x) - last_of(x);
        }},
       {{"medial_share", "1", "medial share of the contact forces along Delta, mean over the spine"},

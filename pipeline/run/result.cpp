@@ -323,8 +323,8 @@ analysis::ContactFigures two_sided_figures(const std::optional<store::TwoSided>&
   for (std::size_t i = 0; i < motion->contact.size(); ++i) {
     const auto contact = static_cast<store::TwoSidedContact>(motion->contact[i]);
     if (contact == store::TwoSidedContact::no_pose) continue;
-    const double medial_mm = motion->gap_medial_mm[i], lateral_mm = motion->gap_lateral_mm[i];
-    figures.sides->include(medial_mm, lateral_mm);
+    const double medial_mm = motion->gap_mm[0][i], lateral_mm = motion->gap_mm[1][i];
+    figures.sides->include({medial_mm, lateral_mm});
     ++figures.n_poses;
     figures.n_lifted_off += contact == store::TwoSidedContact::both ? 0 : 1;
     for (const auto& [gap_mm, lifted] : {std::pair{medial_mm, store::TwoSidedContact::lateral},

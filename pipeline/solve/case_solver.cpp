@@ -827,13 +827,12 @@ class BalanceAssembly {
     surfaces.flexion_moment_nmm.data()[at] = r.balance.flexion_moment_nmm;
     surfaces.varus_moment_nmm.data()[at] = r.balance.varus_moment_nmm;
     if (!model_.has_compartments) return;
-    Eigen::Vector3d medial_n = Eigen::Vector3d::Zero(), lateral_n = Eigen::Vector3d::Zero();
-    for (const ContactForce& f : r.balance.forces) {
-      if (f.compartment == static_cast<std::int8_t>(Compartment::medial)) medial_n += force_n(f);
-      if (f.compartment == static_cast<std::int8_t>(Compartment::lateral)) lateral_n += force_n(f);
+    for (const Compartment side : all_compartments) {
+      Eigen::Vector3d sum_n = Eigen::Vector3d::Zero();
+      for (const ContactForce& f : r.balance.forces)
+        if (static_cast<Compartment>(f.compartment) == side) sum_n += force_n(f);
+      set_row(surfaces.force_n[side], cell, world_from_solver(frame_, sum_n));
     }
-    set_row(surfaces.force_medial_n, cell, world_from_solver(frame_, medial_n));
-    set_row(surfaces.force_lateral_n, cell, world_from_solver(frame_, lateral_n));
   }
 
   void add_coordinates(const CoordinateForces& forces, std::size_t cell)
@@ -880,12 +879,10 @@ void add_branches(store::SpineBranches& branches, const SolverFrame& frame, cons
 {
   if (branches.row_start.empty()) branches.row_start.push_back(0);
   for (const solve::SpineEquilibrium& equilibrium : step.equilibria) {
-    const Eigen::Vector3d t_mm = world_translation_mm(frame, equilibrium.pose);
-    branches.varus_deg.push_back(deg_from_rad(equilibrium.varus_rad));
-    branches.tx_mm.push_back(t_mm.x());
-    branches.ty_mm.push_back(t_mm.y());
-    branches.tz_mm.push_back(t_mm.z());
-    branches.theta_deg.push_back(deg_from_rad(equilibrium.pose.theta_rad));
+    const std::size_t row = branches.energy_nmm.size();
+    branches.resize(row + 1);
+    branches.set(row, world_translation_mm(frame, equilibrium.pose), deg_from_rad(equilibrium.pose.theta_rad),
+                 deg_from_rad(equilibrium.varus_rad));
     branches.energy_nmm.push_back(equilibrium.energy_nmm);
     branches.is_chosen.push_back(equilibrium.is_chosen ? 1 : 0);
   }
@@ -901,12 +898,8 @@ void set_spine(store::FreeSpine& spine, const job::Case& job_case, const solve::
     spine.n_optima[i] = step.n_optima;
     add_branches(spine.branches, frame_of(job_case, job_case.push.at(i)), step);
     if (!is_stable(step.chosen)) continue;
-    const Eigen::Vector3d t = world_translation_mm(frame_of(job_case, job_case.push.at(i)), step.chosen.pose);
-    spine.varus_deg[i] = deg_from_rad(step.chosen.varus_rad);
-    spine.tx_mm[i] = t.x();
-    spine.ty_mm[i] = t.y();
-    spine.tz_mm[i] = t.z();
-    spine.theta_deg[i] = deg_from_rad(step.chosen.pose.theta_rad);
+    spine.set(i, world_translation_mm(frame_of(job_case, job_case.push.at(i)), step.chosen.pose),
+              deg_from_rad(step.chosen.pose.theta_rad), deg_from_rad(step.chosen.varus_rad));
     spine.energy_nmm[i] = step.chosen.balance.energy_nmm;
     spine.optima_theta_spread_deg[i] = deg_from_rad(step.theta_spread_rad);
     spine.optima_energy_spread_nmm[i] = step.energy_spread_nmm;
@@ -965,19 +958,15 @@ void add_shares(store::PriorRows& rows, const SpineForces& at, double own_stiffn
 store::BonesAlone bones_alone_rows(const SolverFrame& frame, const std::vector<solve::FreeSpineStep>& steps)
 {
   store::BonesAlone alone;
-  for (const solve::FreeSpineStep& step : steps) {
-    const StepRecord& r = step.chosen;
-    const bool is_posed = is_stable(r);
-    const Eigen::Vector3d t_mm =
-        is_posed ? world_translation_mm(frame, r.pose) : Eigen::Vector3d(Eigen::Vector3d::Constant(nan));
+  alone.resize(steps.size());
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const StepRecord& r = steps[i].chosen;
     alone.status.push_back(static_cast<std::int8_t>(r.status));
-    alone.tx_mm.push_back(t_mm.x());
-    alone.ty_mm.push_back(t_mm.y());
-    alone.tz_mm.push_back(t_mm.z());
-    alone.theta_deg.push_back(is_posed ? deg_from_rad(r.pose.theta_rad) : nan);
-    alone.varus_deg.push_back(is_posed ? deg_from_rad(r.varus_rad) : nan);
-    alone.energy_nmm.push_back(is_posed ? r.balance.energy_nmm : nan);
-    alone.n_optima.push_back(step.n_optima);
+    alone.energy_nmm.push_back(is_stable(r) ? r.balance.energy_nmm : nan);
+    alone.n_optima.push_back(steps[i].n_optima);
+    if (!is_stable(r)) continue;
+    alone.set(i, world_translation_mm(frame, r.pose), deg_from_rad(r.pose.theta_rad),
+              deg_from_rad(r.varus_rad));
   }
   return alone;
 }

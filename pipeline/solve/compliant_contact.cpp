@@ -344,7 +344,8 @@ struct CompliantSolver::State {
   EquilibriumOptions options;
   RotationScale scale;
   const CompliantSurfaces& surfaces;
-  geometry::GapQuery gap, medial, lateral;
+  geometry::GapQuery gap;
+  OfCompartments<geometry::GapQuery> compartment_gap;
   contact::NarrowPhase narrow_phase;
 };
 
@@ -388,7 +389,8 @@ class CompliantSolver::Run {
  private:
   int n_queries() const
   {
-    return state_.gap.n_queries() + state_.medial.n_queries() + state_.lateral.n_queries();
+    return state_.gap.n_queries() + state_.compartment_gap[0].n_queries() +
+           state_.compartment_gap[1].n_queries();
   }
 
   FoundationState foundation_state(const Configuration& at) const
@@ -631,9 +633,8 @@ class CompliantSolver::Run {
 
   double imbalance_mm(const MovingPose& pose, double varus_rad)
   {
-    state_.medial.set_attitude(attitude_at(varus_rad));
-    state_.lateral.set_attitude(attitude_at(varus_rad));
-    return state_.medial.travel_mm(pose) - state_.lateral.travel_mm(pose);
+    const Attitude at = attitude_at(varus_rad);
+    return state_.compartment_gap[0].gap_mm(at, pose) - state_.compartment_gap[1].gap_mm(at, pose);
   }
 
   // The varus at which both compartments touch together; else the given one.
@@ -690,25 +691,13 @@ class CompliantSolver::Run {
   void measure(StepRecord& record)
   {
     const bool is_determined = record.theta_determined;
-    contact::ContactOptions exact;
-    exact.band_mm = state_.options.contact_resolution_mm;
     const Attitude attitude = attitude_at(record.varus_rad);
-    measure_contacts(state_.joint,
-                     contact::find_contacts(
-                         state_.joint.reference, state_.joint.moving, {attitude, record.pose},
-                         state_.gap.close_pairs(record.pose, exact.band_mm), state_.narrow_phase, exact),
-                     exact.band_mm, record);
+    measure_contacts(state_.joint, attitude, state_.gap, state_.narrow_phase,
+                     state_.options.contact_resolution_mm, record);
     record.theta_determined = is_determined;
     if (state_.joint.compartment_of_triangle.empty()) return;
-    record.gap_medial_mm = gap_mm(state_.medial, attitude, record.pose);
-    record.gap_lateral_mm = gap_mm(state_.lateral, attitude, record.pose);
-  }
-
-  static double gap_mm(geometry::GapQuery& query, const Attitude& attitude, const MovingPose& pose)
-  {
-    query.set_attitude(attitude);
-    const double travel_mm = query.travel_mm(pose);
-    return std::isfinite(travel_mm) ? travel_mm : nan;
+    for (const Compartment side : all_compartments)
+      record.gap_mm[side] = state_.compartment_gap[side].gap_mm(attitude, record.pose);
   }
 
   State& state_;
@@ -733,8 +722,7 @@ CompliantSolver::CompliantSolver(const Joint& joint, const model::Ligaments& lig
                        rotation_scale_of(joint.moving.tree_mesh.mesh),
                        joint.compliant->of(joint),
                        {joint.reference_gap, joint.moving_gap},
-                       {joint.reference_gap, joint.medial_gap},
-                       {joint.reference_gap, joint.lateral_gap},
+                       compartment_queries(joint.reference_gap, joint.compartment_gap),
                        {}})
 {
 }

@@ -627,14 +627,9 @@ void CoordinateEquilibrium::Run::fill_balance(StepRecord& record)
 void CoordinateEquilibrium::Run::measure(StepRecord& record)
 {
   const SolverPosition at = position(current_);
-  contact::ContactOptions exact;
-  exact.band_mm = state_.options.contact_resolution_mm;
   state_.gap.set_attitude(at.attitude);
-  measure_contacts(
-      state_.joint,
-      contact::find_contacts(state_.joint.reference, state_.joint.moving, {at.attitude, at.pose},
-                             state_.gap.close_pairs(at.pose, exact.band_mm), state_.narrow_phase, exact),
-      exact.band_mm, record);
+  measure_contacts(state_.joint, at.attitude, state_.gap, state_.narrow_phase,
+                   state_.options.contact_resolution_mm, record);
   measure_gaps(state_.joint, at.attitude, at.pose, record);
   for (std::size_t k = 0; k < n_joint_coordinates; ++k) {
     const double shift = is_rotation(k) ? trial_rotation_rad : trial_translation_mm;

@@ -147,7 +147,8 @@ StepStatus EquilibriumSolver::Run::find_equilibrium()
 
 int EquilibriumSolver::Run::n_gap_queries() const
 {
-  return state_.gap.n_queries() + state_.medial.n_queries() + state_.lateral.n_queries();
+  return state_.gap.n_queries() + state_.compartment_gap[0].n_queries() +
+         state_.compartment_gap[1].n_queries();
 }
 
 Attitude EquilibriumSolver::Run::attitude_at(const Configuration& configuration) const
@@ -529,17 +530,12 @@ void EquilibriumSolver::Run::update_balance()
 void EquilibriumSolver::Run::measure(StepRecord& record)
 {
   const Attitude attitude = attitude_at(current_.configuration);
-  contact::ContactOptions exact;
-  exact.band_mm = state_.options.contact_resolution_mm;
   state_.set_attitude(attitude);
-  measure_contacts(
-      state_.joint,
-      contact::find_contacts(state_.joint.reference, state_.joint.moving, {attitude, record.pose},
-                             state_.gap.close_pairs(record.pose, exact.band_mm), state_.narrow_phase, exact),
-      state_.options.contact_resolution_mm, record);
+  measure_contacts(state_.joint, attitude, state_.gap, state_.narrow_phase,
+                   state_.options.contact_resolution_mm, record);
   if (!state_.joint.compartment_of_triangle.empty()) {
-    record.gap_medial_mm = gap_left_mm(Compartment::medial, state_.medial, attitude, record.pose);
-    record.gap_lateral_mm = gap_left_mm(Compartment::lateral, state_.lateral, attitude, record.pose);
+    for (const Compartment side : all_compartments)
+      record.gap_mm[side] = gap_left_mm(side, attitude, record.pose);
   }
   record.theta_determined = resists_turn(-turn_rad) && resists_turn(turn_rad);
 }
@@ -580,8 +576,8 @@ void EquilibriumSolver::Run::report_iterate()
   observer_(move);
 }
 
-double EquilibriumSolver::Run::gap_left_mm(Compartment compartment, geometry::GapQuery& query,
-                                           const Attitude& attitude, const MovingPose& pose)
+double EquilibriumSolver::Run::gap_left_mm(Compartment compartment, const Attitude& attitude,
+                                           const MovingPose& pose)
 {
   std::vector<geometry::TrianglePair> touching;
   for (const ContactConstraint& constraint : sample_.constraints) {
@@ -591,9 +587,7 @@ double EquilibriumSolver::Run::gap_left_mm(Compartment compartment, geometry::Ga
   // No compartment is nearer than the whole object, so one in contact needs no query.
   const double bound_mm = state_.gap.travel_upper_bound_mm(pose, touching);
   if (bound_mm <= sample_.ceiling_mm - current_.configuration.pivot_mm.y() + rounding_mm) return bound_mm;
-  query.set_attitude(attitude);
-  const double travel_mm = query.travel_mm(pose);
-  return std::isfinite(travel_mm) ? travel_mm : std::numeric_limits<double>::quiet_NaN();
+  return state_.compartment_gap[compartment].gap_mm(attitude, pose);
 }
 
 bool EquilibriumSolver::Run::resists_turn(double turn)
@@ -687,15 +681,15 @@ double EquilibriumSolver::Run::flexion_moment_nmm(const std::vector<ContactForce
 
 double imbalance_mm(const StepRecord& record)
 {
-  const double difference = std::abs(record.gap_medial_mm - record.gap_lateral_mm);
+  const double difference = std::abs(record.gap_mm[0] - record.gap_mm[1]);
   const bool is_known = record.status == StepStatus::stable && std::isfinite(difference);
   return is_known ? difference : std::numeric_limits<double>::infinity();
 }
 
 bool is_better_balanced(const StepRecord& a, const StepRecord& b)
 {
-  const bool a_touches = a.status == StepStatus::stable && a.contact_medial && a.contact_lateral;
-  const bool b_touches = b.status == StepStatus::stable && b.contact_medial && b.contact_lateral;
+  const bool a_touches = a.status == StepStatus::stable && a.is_in_contact[0] && a.is_in_contact[1];
+  const bool b_touches = b.status == StepStatus::stable && b.is_in_contact[0] && b.is_in_contact[1];
   if (a_touches != b_touches) return a_touches;
   if (a_touches) return a.pose.translation_mm.y() > b.pose.translation_mm.y();
   return imbalance_mm(a) < imbalance_mm(b);

@@ -80,8 +80,7 @@ struct EquilibriumSolver::State {
                         extent_along_delta_mm(j.moving.tree_mesh.mesh))),
         band_mm(feature_band_mm(j.reference.tree_mesh.mesh, j.moving.tree_mesh.mesh)),
         gap(j.reference_gap, j.moving_gap),
-        medial(j.reference_gap, j.medial_gap),
-        lateral(j.reference_gap, j.lateral_gap)
+        compartment_gap(compartment_queries(j.reference_gap, j.compartment_gap))
   {
   }
 
@@ -101,8 +100,7 @@ struct EquilibriumSolver::State {
   double reach_mm;
   double band_mm;
   geometry::GapQuery gap;
-  geometry::GapQuery medial;
-  geometry::GapQuery lateral;
+  OfCompartments<geometry::GapQuery> compartment_gap;
   contact::NarrowPhase narrow_phase;
   Attitude at;  // of `gap`
   bool is_set = false;
@@ -169,8 +167,7 @@ class EquilibriumSolver::Run {
   void report_iterate();
   void report_trial(const Configuration& configuration);
   SearchMove move_of(MoveKind kind, const Configuration& configuration) const;
-  double gap_left_mm(Compartment compartment, geometry::GapQuery& query, const Attitude& attitude,
-                     const MovingPose& pose);
+  double gap_left_mm(Compartment compartment, const Attitude& attitude, const MovingPose& pose);
   // All other coordinates adapt to the constraints; those found at each trial are added.
   bool resists_turn(double turn);
   void fill_balance(StepRecord& record) const;

@@ -323,13 +323,18 @@ Eigen::Vector3d force_on_reference(const DirectionSpring& spring, const SolverPo
   return -spring.stiffness_nmm * now.angle_rad * now.gradient;
 }
 
-JointMap::JointMap(const SolverFrame& frame)
+SolverPosition solver_position(const Pose& X_reference_moving)
 {
-  SolverFrame right = frame;
-  right.side = Side::right;
-  if (frame.side == Side::left) right.delta.z() = -right.delta.z();
+  const JointCoordinates angles = joint_coordinates(X_reference_moving);
+  const Attitude attitude{angles(0), angles(1)};
+  return {attitude, {reference_rotation(attitude) * X_reference_moving.translation(), angles(2)}};
+}
+
+JointMap::JointMap(const SolverFrame& frame) : frame_{Side::right, Eigen::Vector3d::Zero(), frame.delta}
+{
+  if (frame.side == Side::left) frame_.delta.z() = -frame_.delta.z();
   for (Eigen::Index k = 0; k < 3; ++k)
-    R_solver_joint_.col(k) = solver_translation_mm(right, Eigen::Matrix3d::Identity().col(k));
+    R_solver_joint_.col(k) = solver_translation_mm(frame_, Eigen::Matrix3d::Identity().col(k));
 }
 
 SolverPosition JointMap::position_at(const JointCoordinates& coordinates) const
@@ -337,25 +342,12 @@ SolverPosition JointMap::position_at(const JointCoordinates& coordinates) const
   // With Delta along the moving object's axis the coordinates are those of S: no rounding.
   if (R_solver_joint_.isIdentity(0.0))
     return {{coordinates(0), coordinates(1)}, {floating_translation_mm(coordinates), coordinates(2)}};
-  const Pose X = joint_pose(coordinates);
-  Pose X_solver = Pose::Identity();
-  X_solver.linear() = R_solver_joint_ * X.linear() * R_solver_joint_.transpose();
-  const JointCoordinates angles = joint_coordinates(X_solver);
-  SolverPosition at;
-  at.attitude = {angles(0), angles(1)};
-  at.pose.theta_rad = angles(2);
-  at.pose.translation_mm = reference_rotation(at.attitude) * (R_solver_joint_ * X.translation());
-  return at;
+  return solver_position(frame_, joint_pose(coordinates));
 }
 
 JointCoordinates JointMap::coordinates_at(const SolverPosition& position) const
 {
-  const Eigen::Matrix3d A_transposed = reference_rotation(position.attitude).transpose();
-  Pose X = Pose::Identity();
-  X.linear() =
-      R_solver_joint_.transpose() * (A_transposed * rotation_y(position.pose.theta_rad)) * R_solver_joint_;
-  X.translation() = R_solver_joint_.transpose() * (A_transposed * position.pose.translation_mm);
-  return joint_coordinates(X);
+  return joint_coordinates(X_reference_moving(frame_, position.attitude, position.pose));
 }
 
 Matrix6d JointMap::twists(const JointCoordinates& coordinates, const SolverPosition& position) const

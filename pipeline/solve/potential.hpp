@@ -123,6 +123,21 @@ ContactForceBalance balance_contact_forces(const Potential& potential, const std
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
+/// A pose as gap queries take it: the attitude at which it is a rotation about Delta alone, and that pose.
+struct SolverPosition {
+  Attitude attitude;
+  MovingPose pose;
+};
+
+/// Of a pose in S at zero attitude; the inverse of X_solver_reference_moving(). Flexion and theta are in
+/// (-pi, pi], varus in [-pi/2, pi/2]; near its ends only the sum or difference of the other two is defined.
+SolverPosition solver_position(const Pose& X_reference_moving);
+/// Of a canonical pose: the inverse of X_reference_moving().
+inline SolverPosition solver_position(const SolverFrame& frame, const Pose& X_reference_moving)
+{
+  return solver_position(X_solver_reference_moving(frame, X_reference_moving));
+}
+
 /// A twist of the moving object relative to the reference, in S: angular velocity (rad), then the velocity of
 /// the moving object's origin (mm). A point at `p` moves by u + omega x (p - pose.translation_mm). Forces
 /// are moments about that origin (N mm), then forces (N), so that their product is work.
@@ -145,6 +160,7 @@ class JointMap {
   Matrix6d twists(const JointCoordinates& coordinates, const SolverPosition& position) const;
 
  private:
+  SolverFrame frame_;  // right, about the origin
   Eigen::Matrix3d R_solver_joint_;
 };
 

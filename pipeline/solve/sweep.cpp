@@ -938,18 +938,22 @@ Joint make_joint(const SolverBody& reference, const SolverBody& moving,
   joint.reference = contact::make_collider(reference.mesh);
   joint.moving = contact::make_collider(moving.mesh);
   joint.compartment_of_triangle = compartment_of_triangle;
-  const std::vector<std::int32_t> medial = triangles_of(compartment_of_triangle, Compartment::medial);
-  const std::vector<std::int32_t> lateral = triangles_of(compartment_of_triangle, Compartment::lateral);
   joint.reference_gap = geometry::GapTree(reference.mesh);
   joint.moving_gap = geometry::GapTree(moving.mesh);
-  joint.medial_gap = geometry::GapTree(moving.mesh, medial);
-  joint.lateral_gap = geometry::GapTree(moving.mesh, lateral);
+  for (const Compartment side : all_compartments)
+    joint.compartment_gap[side] = geometry::GapTree(moving.mesh, triangles_of(compartment_of_triangle, side));
   joint.reference_protrudes =
       contact::protruding_vertices(joint.reference.tree_mesh.mesh, joint.reference.features);
   joint.moving_protrudes = contact::protruding_vertices(joint.moving.tree_mesh.mesh, joint.moving.features);
   joint.substep_mm = substep_mm(reference, moving);
   joint.compliant = std::make_shared<const LazyCompliantSurfaces>(reference.component);
   return joint;
+}
+
+OfCompartments<geometry::GapQuery> compartment_queries(const geometry::GapTree& reference,
+                                                       const OfCompartments<geometry::GapTree>& moving)
+{
+  return {geometry::GapQuery(reference, moving[0]), geometry::GapQuery(reference, moving[1])};
 }
 
 ContactRecord contact_record(const Joint& joint, const contact::Contact& contact)
@@ -970,26 +974,34 @@ void measure_contacts(const Joint& joint, const std::vector<contact::Contact>& c
   int n_resisting = 0;
   for (const contact::Contact& c : contacts) {
     record.contacts.push_back(contact_record(joint, c));
-    const auto compartment = static_cast<Compartment>(record.contacts.back().compartment);
-    record.contact_medial = record.contact_medial || compartment == Compartment::medial;
-    record.contact_lateral = record.contact_lateral || compartment == Compartment::lateral;
+    const auto side = static_cast<Compartment>(record.contacts.back().compartment);
+    if (side != Compartment::none) record.is_in_contact[side] = true;
     n_resisting += std::abs(moment_about_mm(c, middle)) > resolution_mm ? 1 : 0;
   }
   record.theta_determined = n_resisting >= 2;
 }
 
+void measure_contacts(const Joint& joint, const Attitude& attitude, geometry::GapQuery& gap,
+                      contact::NarrowPhase& narrow_phase, double resolution_mm, StepRecord& record)
+{
+  contact::ContactOptions exact;
+  exact.band_mm = resolution_mm;
+  const contact::ContactObjects objects{joint.reference.tree_mesh, joint.reference.features, joint.moving,
+                                        &gap.close_pairs(record.pose, resolution_mm)};
+  measure_contacts(joint, contact::find_contacts(objects, attitude, record.pose, narrow_phase, exact),
+                   resolution_mm, record);
+}
+
 void measure_gaps(const Joint& joint, const Attitude& attitude, const MovingPose& pose, StepRecord& record)
 {
   if (joint.compartment_of_triangle.empty()) return;
-  const auto gap_mm = [&](const geometry::GapTree& compartment) {
-    geometry::GapQuery query(joint.reference_gap, compartment);
+  for (const Compartment side : all_compartments) {
+    geometry::GapQuery query(joint.reference_gap, joint.compartment_gap[side]);
     query.set_attitude(attitude);
     ++record.queries;
     const double travel_mm = query.next_contact(pose).travel_mm;
-    return std::isfinite(travel_mm) ? travel_mm : nan;
-  };
-  record.gap_medial_mm = gap_mm(joint.medial_gap);
-  record.gap_lateral_mm = gap_mm(joint.lateral_gap);
+    record.gap_mm[side] = std::isfinite(travel_mm) ? travel_mm : nan;
+  }
 }
 
 namespace {

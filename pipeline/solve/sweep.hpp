@@ -264,7 +264,7 @@ struct SweepResult {
 /// Rethrows the first exception of `solve` or a hook after the other workers have finished their steps.
 SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks, int n_threads);
 
-/// Imbalance of the compartments, for the rule of the spine by search: |gap_medial - gap_lateral|; infinite
+/// Imbalance of the compartments, for the rule of the spine by search: |medial - lateral gap|; infinite
 /// if the record is not stable or a compartment has no gap.
 double imbalance_mm(const StepRecord& record);
 
@@ -290,15 +290,18 @@ struct Joint {
   std::vector<Compartment> compartment_of_triangle;  ///< [n_moving_triangles], empty without compartments
   geometry::GapTree reference_gap;                   ///< the same objects, prepared for gap queries
   geometry::GapTree moving_gap;
-  geometry::GapTree medial_gap;  ///< moving triangles of the compartment
-  geometry::GapTree lateral_gap;
-  std::vector<bool> reference_protrudes;  ///< [n_vertices] convex: can touch a face first
+  OfCompartments<geometry::GapTree> compartment_gap;  ///< of their moving triangles
+  std::vector<bool> reference_protrudes;              ///< [n_vertices] convex: can touch a face first
   std::vector<bool> moving_protrudes;
   double substep_mm = 0.0;  ///< upper bound of one motion of any vertex: half the thinnest part
   std::shared_ptr<const LazyCompliantSurfaces> compliant;  ///< for compliant contact (compliant_contact.hpp)
   /// By which the objects are thicker together than those of `compliant`.
   double thicker_than_compliant_mm = 0.0;
 };
+
+/// One a compartment.
+OfCompartments<geometry::GapQuery> compartment_queries(const geometry::GapTree& reference,
+                                                       const OfCompartments<geometry::GapTree>& moving);
 
 /// `compartment_of_triangle` is empty or has one entry per moving triangle. Neither mesh may be empty.
 Joint make_joint(const SolverBody& reference, const SolverBody& moving,
@@ -321,6 +324,10 @@ ContactRecord contact_record(const Joint& joint, const contact::Contact& contact
 /// `resolution_mm`.
 void measure_contacts(const Joint& joint, const std::vector<contact::Contact>& contacts, double resolution_mm,
                       StepRecord& record);
+/// The same from the features of both objects within `resolution_mm`; `gap` is a query between them at the
+/// attitude.
+void measure_contacts(const Joint& joint, const Attitude& attitude, geometry::GapQuery& gap,
+                      contact::NarrowPhase& narrow_phase, double resolution_mm, StepRecord& record);
 
 /// Fills the gap that each compartment has left along Delta at the pose; nothing without compartments. Adds
 /// its queries to the record.

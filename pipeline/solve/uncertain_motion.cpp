@@ -69,8 +69,7 @@ class UncertainAssembly {
       motion_.followers.push_back({{follower.name}, {}});
       prepare(motion_.followers.back());
     }
-    for (std::vector<double>* column : columns_of_motion(samples_motion_))
-      column->assign(n_samples_ * n_flexion_, nan);
+    samples_motion_.resize(n_samples_ * n_flexion_);
     tension_n_.assign(n_samples_ * n_flexion_ * n_fibres_, nan);
     std::vector<const StepRecord*> ordered;
     for (const StepRecord& record : records_) {
@@ -166,16 +165,6 @@ class UncertainAssembly {
         has_compartments ? sum_n[2].norm() : nan);
   }
 
-  // The columns of a motion over flexion.
-  struct WorldMotion {
-    std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg, varus_deg;
-  };
-  template <typename Motion>
-  static std::array<std::vector<double>*, 5> columns_of_motion(Motion& of)
-  {
-    return {&of.tx_mm, &of.ty_mm, &of.tz_mm, &of.theta_deg, &of.varus_deg};
-  }
-
   // In the frame of the job, whose rotation centre may differ from that of the sample's `frame`.
   void add_world(const StepRecord& r, std::size_t at, const Attitude& attitude, const SolverFrame& frame)
   {
@@ -195,12 +184,8 @@ class UncertainAssembly {
       }
       pose.translation_mm += slope.inverse() * (relative_mm(frame, r.pose) - relative_mm(of_job, pose));
     }
-    const Eigen::Vector3d t_mm = world_translation_mm(of_job, pose);
-    samples_motion_.tx_mm[at] = t_mm.x();
-    samples_motion_.ty_mm[at] = t_mm.y();
-    samples_motion_.tz_mm[at] = t_mm.z();
-    samples_motion_.theta_deg[at] = deg_from_rad(pose.theta_rad);
-    samples_motion_.varus_deg[at] = deg_from_rad(r.varus_rad);
+    samples_motion_.set(at, world_translation_mm(of_job, pose), deg_from_rad(pose.theta_rad),
+                        deg_from_rad(r.varus_rad));
   }
 
   // Samples that are solved at most flexions, by increasing internal rotation.
@@ -239,7 +224,8 @@ class UncertainAssembly {
                   from.begin() + static_cast<std::ptrdiff_t>(first + n_flexion_));
       };
       from_row(motion_.quantile_status, motion_.status);
-      const auto to = columns_of_motion(motion_), from = columns_of_motion(samples_motion_);
+      const auto to = store::PoseRows::columns_of(motion_);
+      const auto from = store::PoseRows::columns_of(samples_motion_);
       for (std::size_t k = 0; k < to.size(); ++k) from_row(*to[k], *from[k]);
     }
   }
@@ -317,9 +303,9 @@ class UncertainAssembly {
   const job::SampledCase samples_;
   const std::size_t n_samples_, n_flexion_, n_fibres_;
   store::UncertainMotion motion_;
-  WorldMotion samples_motion_;     // [n_samples, n_flexion]
-  std::vector<double> tension_n_;  // [n_samples, n_flexion, n_fibres]
-  int sample_ = -1;                // of the next two
+  store::PoseRows samples_motion_;  // [n_samples, n_flexion]
+  std::vector<double> tension_n_;   // [n_samples, n_flexion, n_fibres]
+  int sample_ = -1;                 // of the next two
   model::Ligaments ligaments_;
   Eigen::Vector3d centre_mm_ = Eigen::Vector3d::Zero();
 };

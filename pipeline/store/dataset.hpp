@@ -132,7 +132,7 @@ struct Dataset {
   std::vector<std::string> dimensions;  ///< paths of the scales, slowest first; empty: one value
   Unit units;
   ValueRule valid;
-  const char* long_name;
+  std::string long_name;
 
   FlagSet flags() const { return valid.flags; }
 };

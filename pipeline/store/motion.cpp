@@ -5,6 +5,7 @@
 #include <functional>
 #include <utility>
 
+#include "core/axis.hpp"
 #include "core/text.hpp"
 #include "model/mesh.hpp"
 
@@ -105,11 +106,9 @@ std::optional<store::TwoSided> quantile_motion(const store::MotionModel& model, 
   const auto row = static_cast<std::size_t>(name - quantile_names.begin());
   store::TwoSided motion;
   motion.contact = posed_rows(quantile_row(table.quantile_status, row));
-  motion.tx_mm = quantile_row(table.tx_mm, row);
-  motion.ty_mm = quantile_row(table.ty_mm, row);
-  motion.tz_mm = quantile_row(table.tz_mm, row);
-  motion.theta_deg = quantile_row(table.theta_deg, row);
-  motion.varus_deg = quantile_row(table.varus_deg, row);
+  const auto to = PoseRows::columns_of(motion);
+  const auto from = PoseRows::columns_of(table);
+  for (std::size_t k = 0; k < to.size(); ++k) *to[k] = quantile_row(*from[k], row);
   return motion;
 }
 
@@ -635,15 +634,12 @@ HermiteGrid<1> Motion::travels(const store::GridD& travel_mm) const
   return travel;
 }
 
-template <typename Table>
 void Motion::use_flexion_table(const std::vector<double>& flexion_rad, const std::vector<std::int8_t>& state,
-                               const Table& table)
+                               const PoseRows& table)
 {
   const std::size_t n = flexion_rad.size();
-  for (const std::vector<double>* column :
-       {&table.tx_mm, &table.ty_mm, &table.tz_mm, &table.theta_deg, &table.varus_deg}) {
+  for (const std::vector<double>* column : PoseRows::columns_of(table))
     check(column->size() == n && state.size() == n, "a motion over flexion has one row per flexion");
-  }
   by_flexion_ = HermiteGrid<5>{flexion_rad, {0.0}, {}};
   free_varus_.clear();
   for (std::size_t i = 0; i < n; ++i) {
@@ -795,11 +791,8 @@ double Motion::key_at(double position) const
 double Motion::position_of(double key) const
 {
   check(track_.has_value(), "only a sequence of frames has keys");
-  const auto above = std::upper_bound(keys_.begin(), keys_.end(), key);
-  if (above == keys_.begin()) return 0.0;
-  const double i = static_cast<double>(above - keys_.begin() - 1);
-  if (above == keys_.end()) return i;
-  return i + (key - *(above - 1)) / (*above - *(above - 1));
+  const auto [row, share] = position_on(keys_, key);
+  return static_cast<double>(row) + share;
 }
 
 Eigen::Vector3d Motion::delta_of(const JointPose& pose) const
@@ -861,13 +854,9 @@ Eigen::Vector3d Motion::delta(double flexion_rad) const
 Eigen::Vector3d Motion::delta_on(const std::vector<double>& at, double x) const
 {
   if (deltas_.empty()) return frame_.delta;
-  if (x <= at.front()) return deltas_.front();
-  if (x >= at.back()) return deltas_.back();
-  const auto after = std::upper_bound(at.begin(), at.end(), x);
-  const auto i = static_cast<std::size_t>(after - at.begin());
-  if (at[i - 1] == x) return deltas_[i - 1];
-  const double s = (x - at[i - 1]) / (at[i] - at[i - 1]);
-  return (deltas_[i - 1] + s * (deltas_[i] - deltas_[i - 1])).normalized();
+  const auto [row, share] = position_on(at, x);
+  if (share == 0.0) return deltas_[row];
+  return (deltas_[row] + share * (deltas_[row + 1] - deltas_[row])).normalized();
 }
 
 Eigen::Matrix3d Motion::R_world_solver(const Eigen::Vector3d& delta) const

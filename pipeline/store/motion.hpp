@@ -262,9 +262,8 @@ class Motion {
   void use_smoothed(const store::MotionModel& model, const store::SmoothedSet& set, bool is_recontacted);
   HermiteGrid<1> travels(const store::GridD& travel_mm) const;
   void use_frames(const store::MotionModel& model);
-  template <typename Table>
   void use_flexion_table(const std::vector<double>& flexion_rad, const std::vector<std::int8_t>& state,
-                         const Table& table);
+                         const PoseRows& table);
   Attitude clamped(const Attitude& wanted) const;
   Evaluation evaluation_at(const Attitude& attitude) const;
   Attitude with_set_varus(const Attitude& wanted) const;

@@ -113,23 +113,33 @@ AuditSummary summary_of(const AuditSet& audit)
   return {largest_of(audit.penetration_mm), largest_of(audit.gap_mm)};
 }
 
-void TwoSidedFigures::include(double medial_mm, double lateral_mm)
+void PoseRows::set(std::size_t row, const Eigen::Vector3d& t_mm, double of_theta_deg, double of_varus_deg)
+{
+  tx_mm[row] = t_mm.x();
+  ty_mm[row] = t_mm.y();
+  tz_mm[row] = t_mm.z();
+  theta_deg[row] = of_theta_deg;
+  varus_deg[row] = of_varus_deg;
+}
+
+void TwoSidedFigures::include(const OfCompartments<double>& gap_mm)
 {
   ++n_poses;
-  if (std::abs(medial_mm) <= perceptible_mm && std::abs(lateral_mm) <= perceptible_mm) ++n_both_in_contact;
-  largest_gap_medial_mm = std::fmax(largest_gap_medial_mm, medial_mm);
-  largest_overlap_medial_mm = std::fmax(largest_overlap_medial_mm, -medial_mm);
-  largest_gap_lateral_mm = std::fmax(largest_gap_lateral_mm, lateral_mm);
-  largest_overlap_lateral_mm = std::fmax(largest_overlap_lateral_mm, -lateral_mm);
+  if (std::ranges::all_of(gap_mm, [](double mm) { return std::abs(mm) <= perceptible_mm; }))
+    ++n_both_in_contact;
+  for (std::size_t side = 0; side < gap_mm.size(); ++side) {
+    largest_gap_mm[side] = std::fmax(largest_gap_mm[side], gap_mm[side]);
+    largest_overlap_mm[side] = std::fmax(largest_overlap_mm[side], -gap_mm[side]);
+  }
 }
 
 TwoSidedFigures two_sided_figures(const AuditSet& audit)
 {
   TwoSidedFigures figures;
-  if (audit.gap_medial_mm.size() == 0) return figures;
+  if (audit.compartment_gap_mm[0].size() == 0) return figures;
   for (Eigen::Index k = 0; k < audit.state.size(); ++k) {
     if (audit.state.data()[k] != code_of(AuditState::no_pose))
-      figures.include(audit.gap_medial_mm.data()[k], audit.gap_lateral_mm.data()[k]);
+      figures.include({audit.compartment_gap_mm[0].data()[k], audit.compartment_gap_mm[1].data()[k]});
   }
   return figures;
 }
@@ -227,10 +237,8 @@ PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion)
 void set_no_compartments(MotionModel& model)
 {
   const Eigen::Index n_flexion = model.tx_mm.rows(), n_varus = model.tx_mm.cols();
-  model.gap_medial_mm = GridD::Constant(n_flexion, n_varus, std::numeric_limits<double>::quiet_NaN());
-  model.gap_lateral_mm = model.gap_medial_mm;
-  model.contact_medial = GridB::Constant(n_flexion, n_varus, -1);
-  model.contact_lateral = model.contact_medial;
+  model.gap_mm.fill(GridD::Constant(n_flexion, n_varus, nan));
+  model.is_in_contact.fill(GridB::Constant(n_flexion, n_varus, -1));
 }
 
 MotionModel with_pending_cells(MotionModel model)

@@ -116,7 +116,7 @@ struct AuditSet {
   std::vector<double> frame_key;  ///< [n_flexion] in a sequence of frames, and flexion then in any order
   GridB state;                    ///< AuditState
   GridD gap_mm;                   ///< travel along Delta to the next contact; NaN unless free
-  GridD gap_medial_mm, gap_lateral_mm;  ///< signed, of each compartment; sized only with compartments
+  OfCompartments<GridD> compartment_gap_mm;  ///< signed; sized only with compartments
   GridD penetration_mm;  ///< travel opposite to Delta out of the overlap; 0 when free, NaN without a pose
   std::vector<FollowerAudit> followers;  ///< by name
 };
@@ -144,12 +144,11 @@ AuditSummary summary_of(const AuditSet& audit);
 /// Contact of both compartments over some poses of a motion. Signed gaps; one of NaN faces nothing and is not
 /// in contact.
 struct TwoSidedFigures {
-  int n_poses = 0;                                                      ///< 0 without compartments
-  int n_both_in_contact = 0;                                            ///< both gaps within perceptible_mm
-  double largest_gap_medial_mm = 0.0, largest_overlap_medial_mm = 0.0;  ///< at least 0
-  double largest_gap_lateral_mm = 0.0, largest_overlap_lateral_mm = 0.0;
+  int n_poses = 0;                                                ///< 0 without compartments
+  int n_both_in_contact = 0;                                      ///< both gaps within perceptible_mm
+  OfCompartments<double> largest_gap_mm{}, largest_overlap_mm{};  ///< at least 0
 
-  void include(double medial_mm, double lateral_mm);
+  void include(const OfCompartments<double>& gap_mm);
 };
 TwoSidedFigures two_sided_figures(const AuditSet& audit);
 
@@ -180,11 +179,26 @@ inline const char* allowed_group_names(const PriorTermRows&)
   return "varus, internal, anterior, proximal, lateral or centre_anterior";
 }
 
-/// The motion of the spine without the prior.
-struct BonesAlone {
-  std::vector<std::int8_t> status;                     ///< [n_flexion] StepStatus
-  std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;  ///< [n_flexion] as the surfaces; NaN where not stable
-  std::vector<double> varus_deg, energy_nmm;
+/// Poses in rows, as the surfaces of those names; NaN in a row without a pose.
+struct PoseRows {
+  std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg, varus_deg;
+
+  template <typename Rows>
+  static auto columns_of(Rows& rows)
+  {
+    return std::array{&rows.tx_mm, &rows.ty_mm, &rows.tz_mm, &rows.theta_deg, &rows.varus_deg};
+  }
+  void resize(std::size_t n)
+  {
+    for (std::vector<double>* column : columns_of(*this)) column->resize(n, nan);
+  }
+  void set(std::size_t row, const Eigen::Vector3d& t_mm, double of_theta_deg, double of_varus_deg);
+};
+
+/// The motion of the spine without the prior; NaN where it is not stable.
+struct BonesAlone : PoseRows {
+  std::vector<std::int8_t> status;  ///< [n_flexion] StepStatus
+  std::vector<double> energy_nmm;
   std::vector<std::int32_t> n_optima;  ///< distinct equilibria
 };
 /// Its name as a motion, after those of set_names().
@@ -213,13 +227,11 @@ enum class TwoSidedContact : std::int8_t {
 
 /// The motion over flexion alone in which both compartments are in contact (thesis 5.4): x, z and theta are
 /// polynomials of flexion, the position along Delta and varus follow from the gaps of both compartments.
-struct TwoSided {
-  std::int32_t degree = 0;                             ///< of the polynomials
-  std::vector<double> flexion_deg;                     ///< own axis, finer than the model's
-  std::vector<std::int8_t> contact;                    ///< TwoSidedContact
-  std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;  ///< as the surfaces of those names; NaN without a pose
-  std::vector<double> varus_deg;
-  std::vector<double> gap_medial_mm, gap_lateral_mm;  ///< measured
+struct TwoSided : PoseRows {
+  std::int32_t degree = 0;                     ///< of the polynomials
+  std::vector<double> flexion_deg;             ///< own axis, finer than the model's
+  std::vector<std::int8_t> contact;            ///< TwoSidedContact
+  OfCompartments<std::vector<double>> gap_mm;  ///< measured
 };
 
 /// How the repair of a frame ended (analysis/repair.hpp).
@@ -246,33 +258,40 @@ struct RepairedFrames {
 enum class ZeroVarusSource : std::int8_t {
   none = -1,         ///< no pose
   both_touch = 0,    ///< mean of the first and last varus with both compartments in contact
-  interpolated = 1,  ///< root of gap_medial - gap_lateral between two columns
+  interpolated = 1,  ///< root of medial - lateral gap between two columns
   free = 2,          ///< varus was free
 };
 
+/// Centre of contact of each cell and compartment: mean of its contacts, weighted by force if the model has
+/// an equilibrium. NaN where the compartment is not in contact.
+struct ContactPath {
+  std::vector<double> reference_mm;  ///< [n_cells, 3] canonical axes of the reference body
+  std::vector<double> moving_mm;     ///< [n_cells, 3] canonical axes of the moving body
+};
+using ContactPaths = OfCompartments<ContactPath>;
+
 /// The flexion-only motion with both condyles in contact. NaN where `source` is `none`.
-struct ZeroVarus {
+struct ZeroVarus : PoseRows {
   std::string set = "raw";          ///< motion of these poses: a name as in AuditSet, except "zero_varus"
   std::vector<std::int8_t> source;  ///< [n_flexion] ZeroVarusSource
-  std::vector<double> varus_deg;    ///< [n_flexion]
   std::vector<double> varus_first_deg, varus_last_deg;  ///< [n_flexion] of both_touch only
   /// [n_flexion] 1 if the band from varus_first to varus_last reaches the border of the grid, which cuts it
   /// off: the mean is then not that of the whole band.
   std::vector<std::int8_t> is_cut_off;
-  std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;  ///< [n_flexion] as the surfaces of those names
-  std::vector<double> X_reference_moving;              ///< [n_flexion, 4, 4] row-major
+  std::vector<double> X_reference_moving;  ///< [n_flexion, 4, 4] row-major
   std::vector<double> clinical_flexion_deg, clinical_varus_deg, internal_rotation_deg;  ///< [n_flexion]
   std::vector<double> anterior_mm, proximal_mm, lateral_mm;                             ///< [n_flexion]
-  /// [n_flexion, 3] centres of contact; only with compartments (as ContactPaths).
-  std::vector<double> medial_reference_mm, medial_moving_mm, lateral_reference_mm, lateral_moving_mm;
+  ContactPaths centres;  ///< [n_flexion, 3] of contact; only with compartments
   /// [n_flexion - 1] Finite helical axis of the moving body between flexion k and k + 1, in canonical axes of
   /// the reference body. NaN where an end has no pose or the rotation is too small for an axis.
   std::vector<double> helical_rotation_deg, helical_translation_mm;
   std::vector<double> helical_direction, helical_point_mm;  ///< [n_flexion - 1, 3]
   std::vector<double> instant_centre_mm;  ///< [n_flexion - 1, 2] anterior, proximal in the sagittal plane
-  /// [n_flexion - 1] Rolling and sliding of the centre of contact; only with compartments. Formulas:
-  /// schemas/clinical.md.
-  std::vector<double> medial_rolling_mm, medial_sliding_mm, lateral_rolling_mm, lateral_sliding_mm;
+  /// [n_flexion - 1] Of the centre of contact; only with compartments. Formulas: schemas/clinical.md.
+  struct RollingRows {
+    std::vector<double> rolling_mm, sliding_mm;
+  };
+  OfCompartments<RollingRows> rolling;
 };
 
 // Motion over flexion of the samples of an uncertain job, their bands, and the inputs that the spread comes
@@ -312,7 +331,7 @@ struct UncertainPose {
 struct UncertainFollower : OfFollower, UncertainPose {};
 
 /// Its quantities are `uncertain_quantities`.
-struct UncertainMotion : UncertainPose {
+struct UncertainMotion : UncertainPose, PoseRows {
   std::string sequence;  ///< "sobol" or "latin-hypercube"
   std::int32_t seed = 0;
   std::vector<std::string> draw;  ///< [n_draws] names of the independent draws
@@ -323,12 +342,11 @@ struct UncertainMotion : UncertainPose {
   std::vector<double> contact_force_band_n;  ///< [5, n_flexion, 3]
   std::vector<double> tension_band_n;        ///< [5, n_flexion, n_fibres]
   /// [5] At each of the probabilities a sample: when the samples that are solved at most flexions are ordered
-  /// by internal rotation, as mean over flexion. Its motion as that of the two-sided motion, [5, n_flexion].
+  /// by internal rotation, as mean over flexion. The pose rows are its motion, [5, n_flexion].
   std::vector<std::int32_t> quantile_sample;
-  std::vector<std::int8_t> quantile_status;                       ///< StepStatus
-  std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg, varus_deg;  ///< NaN where not stable
-  std::vector<std::string> quantity;                              ///< [9] uncertain_quantities
-  std::vector<UncertainFollower> followers;                       ///< by name
+  std::vector<std::int8_t> quantile_status;  ///< StepStatus
+  std::vector<std::string> quantity;         ///< [9] uncertain_quantities
+  std::vector<UncertainFollower> followers;  ///< by name
 };
 
 // The motion model as plain data. schemas/motion-model.md specifies its file.
@@ -394,15 +412,6 @@ struct PushRows {
   std::optional<LineRows> lines = std::nullopt;
 };
 
-/// Centre of contact of each cell and compartment: mean of its contacts, weighted by force if the model has
-/// an equilibrium. NaN where the compartment is not in contact.
-struct ContactPaths {
-  std::vector<double> medial_reference_mm;  ///< [n_cells, 3] canonical axes of the reference body
-  std::vector<double> medial_moving_mm;     ///< [n_cells, 3] canonical axes of the moving body
-  std::vector<double> lateral_reference_mm;
-  std::vector<double> lateral_moving_mm;
-};
-
 /// The contact forces of all cells in compressed rows, like ContactRows. A force on the moving object is
 /// along_delta_n * normal / -(normal . Delta).
 struct ForceRows {
@@ -416,19 +425,16 @@ struct ForceRows {
 };
 
 /// The distinct equilibria found at each flexion in compressed rows, like ContactRows.
-struct SpineBranches {
+struct SpineBranches : PoseRows {
   std::vector<std::int64_t> row_start;  ///< [n_flexion + 1]
-  std::vector<double> varus_deg, tx_mm, ty_mm, tz_mm, theta_deg;
   std::vector<double> energy_nmm;
   std::vector<std::int8_t> is_chosen;  ///< 1 for that of the spine
 };
 
 /// The spine, the continuation path along flexion from which each row starts, solved with free varus.
-struct FreeSpine {
-  std::vector<std::int8_t> status;                     ///< [n_flexion] StepStatus
-  std::vector<double> varus_deg;                       ///< [n_flexion] NaN where not stable, as all below
-  std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;  ///< as the surfaces of those names
-  std::vector<double> energy_nmm;
+struct FreeSpine : PoseRows {
+  std::vector<std::int8_t> status;  ///< [n_flexion] StepStatus
+  std::vector<double> energy_nmm;   ///< NaN where not stable, as all below
   /// Theta under an additional moment of -band and +band about Delta; NaN without a band or if unstable.
   std::vector<double> theta_low_deg, theta_high_deg;
   std::vector<std::int32_t> n_optima;            ///< distinct equilibria found from the different starts
@@ -442,8 +448,9 @@ struct EquilibriumSurfaces {
   double band_moment_nmm = 0.0;  ///< 0: no band
   GridD energy_nmm, balance_residual_n, complementarity_mm, worst_gap_mm;
   GridD flexion_moment_nmm, varus_moment_nmm;
-  std::vector<double> force_medial_n;   ///< [n_cells, 3] sum of the contact forces on the moving object, W;
-  std::vector<double> force_lateral_n;  ///< only with compartments; NaN where not stable
+  /// [n_cells, 3] Sum of the contact forces on the moving object, W; only with compartments; NaN where not
+  /// stable.
+  OfCompartments<std::vector<double>> force_n;
   ForceRows forces;
   FreeSpine spine;
 };
@@ -536,9 +543,10 @@ struct MotionModel {
   GridB status;                            ///< StepStatus
   GridB plausibility;                      ///< Plausibility
   GridI iterations, queries;
-  GridD residual_mm;                    ///< last translation predicted by the solver
-  GridD gap_medial_mm, gap_lateral_mm;  ///< remaining directional gap; NaN where nothing faces
-  GridB contact_medial, contact_lateral, theta_determined;
+  GridD residual_mm;             ///< last translation predicted by the solver
+  OfCompartments<GridD> gap_mm;  ///< remaining directional gap; NaN where nothing faces
+  OfCompartments<GridB> is_in_contact;
+  GridB theta_determined;
   GridB is_spine;  ///< 1 on the spine cell of each flexion
 
   GridD varus_solved_deg;  ///< of each cell; differs from the axis where varus was free

@@ -3,6 +3,8 @@
 
 namespace vrda::store {
 
+using namespace std::string_literals;
+
 namespace registry {
 
 // One line per dataset.
@@ -80,8 +82,8 @@ void visit_two_sided(TwoSided& motion, RegistryVisitor& visit)
   visit({group + "/contact", flexion, unit::none, codes(FlagSet::two_sided_contact), "compartments in contact"}, motion.contact);
   visit({group + "/varus", flexion, unit::degree, number(posed), "varus of the attitude, adduction positive"}, motion.varus_deg);
   visit_poses(motion, group, flexion, number(posed), visit);
-  visit({group + "/gap_medial", flexion, unit::mm, number(posed), "gap along Delta of the medial compartment"}, motion.gap_medial_mm);
-  visit({group + "/gap_lateral", flexion, unit::mm, number(posed), "gap along Delta of the lateral compartment"}, motion.gap_lateral_mm);
+  for (const auto& [side, name, meaning] : compartment_names)
+    visit({group + "/gap_" + name, flexion, unit::mm, number(posed), "gap along Delta of the "s + name + " compartment"}, motion.gap_mm[side]);
 }
 
 void visit_prior(PriorRows& prior, RegistryVisitor& visit)
@@ -181,7 +183,7 @@ void visit_zero_varus(ZeroVarus& motion, bool has_compartments, RegistryVisitor&
   const std::int8_t none = code_of(ZeroVarusSource::none);
   const ValueCondition posed{ValueCondition::When::not_at_code, values_of(motion.source), none,
                        "where source is not none"};
-  if (has_compartments) visit_paths(motion, group, {"/flexion", "/xyz"}, posed, visit);
+  if (has_compartments) visit_paths(motion.centres, group, {"/flexion", "/xyz"}, posed, visit);
   visit.dimension(group + "/interval", DimensionSize::fixed(visit.size("/flexion") - 1));
   visit.dimension(group + "/sagittal", DimensionSize::fixed(2));
   const ValueRule between =
@@ -192,10 +194,10 @@ void visit_zero_varus(ZeroVarus& motion, bool has_compartments, RegistryVisitor&
   visit({group + "/helical_point", vectors, unit::mm, between, "point of the finite helical axis, canonical axes of the reference body"}, motion.helical_point_mm);
   visit({group + "/instant_centre", {group + "/interval", group + "/sagittal"}, unit::mm, between, "instant centre in the sagittal plane: anterior, proximal"}, motion.instant_centre_mm);
   if (!has_compartments) return;
-  visit({group + "/medial_rolling", interval, unit::mm, between, "rolling in the medial compartment"}, motion.medial_rolling_mm);
-  visit({group + "/medial_sliding", interval, unit::mm, between, "sliding in the medial compartment"}, motion.medial_sliding_mm);
-  visit({group + "/lateral_rolling", interval, unit::mm, between, "rolling in the lateral compartment"}, motion.lateral_rolling_mm);
-  visit({group + "/lateral_sliding", interval, unit::mm, between, "sliding in the lateral compartment"}, motion.lateral_sliding_mm);
+  for (const auto& [side, name, meaning] : compartment_names) {
+    visit({group + '/' + name + "_rolling", interval, unit::mm, between, "rolling in the "s + name + " compartment"}, motion.rolling[side].rolling_mm);
+    visit({group + '/' + name + "_sliding", interval, unit::mm, between, "sliding in the "s + name + " compartment"}, motion.rolling[side].sliding_mm);
+  }
 }
 
 template <typename Audit>
@@ -236,8 +238,8 @@ void visit_audit(AuditSet& audit, const AuditedModel& model, RegistryVisitor& vi
     }
   }
   if (!model.has_compartments) return;
-  visit({group + "/gap_medial", grid, unit::mm, number_or_nan(posed), "travel along Delta to the first contact of the medial compartment, negative: overlap"}, audit.gap_medial_mm);
-  visit({group + "/gap_lateral", grid, unit::mm, number_or_nan(posed), "travel along Delta to the first contact of the lateral compartment, negative: overlap"}, audit.gap_lateral_mm);
+  for (const auto& [side, name, meaning] : compartment_names)
+    visit({group + "/gap_" + name, grid, unit::mm, number_or_nan(posed), "travel along Delta to the first contact of the "s + name + " compartment, negative: overlap"}, audit.compartment_gap_mm[side]);
 }
 
 // clang-format on
@@ -361,10 +363,8 @@ void visit_equilibrium(MotionModel& model, RegistryVisitor& visit)
   visit({"/equilibrium/worst_gap", grid, unit::mm, number(stable), "smallest signed gap of any feature, negative is overlap"}, found.worst_gap_mm);
   visit({"/equilibrium/flexion_moment", grid, unit::nmm, number(stable), "moment that holds the flexion of the moving object relative to the reference"}, found.flexion_moment_nmm);
   visit({"/equilibrium/varus_moment", grid, unit::nmm, number(stable), "moment that holds the varus of the moving object relative to the reference"}, found.varus_moment_nmm);
-  if (model.has_compartments) {
-    visit({"/equilibrium/force_medial", vectors, unit::n, number(stable), "sum of the medial contact forces on the moving object, world W"}, found.force_medial_n);
-    visit({"/equilibrium/force_lateral", vectors, unit::n, number(stable), "sum of the lateral contact forces on the moving object, world W"}, found.force_lateral_n);
-  }
+  for (const auto& [side, name, meaning] : compartment_names)
+    if (model.has_compartments) visit({"/equilibrium/force_"s + name, vectors, unit::n, number(stable), "sum of the "s + name + " contact forces on the moving object, world W"}, found.force_n[side]);
   visit_forces(model, visit);
   visit_free_spine(found.spine, visit);
 }
@@ -571,10 +571,10 @@ void visit_root(MotionModel& model, RegistryVisitor& visit)
     visit({"/frame", {"/flexion"}, unit::one, rule(Rule::ascending), "key of the frame: time, percentage of gait, number"}, model.frames->key);
   }
   if (!model.has_compartments) return;
-  visit({"/gap_medial_mm", grid, unit::mm, number_or_nan(stable), "remaining gap along Delta in the medial compartment"}, model.gap_medial_mm);
-  visit({"/gap_lateral_mm", grid, unit::mm, number_or_nan(stable), "remaining gap along Delta in the lateral compartment"}, model.gap_lateral_mm);
-  visit({"/contact_medial", grid, unit::none, codes(FlagSet::optional_yes_no, stable), "whether the medial compartment is in contact"}, model.contact_medial);
-  visit({"/contact_lateral", grid, unit::none, codes(FlagSet::optional_yes_no, stable), "whether the lateral compartment is in contact"}, model.contact_lateral);
+  for (const auto& [side, name, meaning] : compartment_names)
+    visit({"/gap_"s + name + "_mm", grid, unit::mm, number_or_nan(stable), "remaining gap along Delta in the "s + name + " compartment"}, model.gap_mm[side]);
+  for (const auto& [side, name, meaning] : compartment_names)
+    visit({"/contact_"s + name, grid, unit::none, codes(FlagSet::optional_yes_no, stable), "whether the "s + name + " compartment is in contact"}, model.is_in_contact[side]);
 }
 
 void visit_clinical(MotionModel& model, RegistryVisitor& visit)

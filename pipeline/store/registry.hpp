@@ -219,23 +219,19 @@ void visit_poses(Poses& poses, const std::string& group, const std::vector<std::
 }
 
 /// Centres of contact of the compartments, of the cells or of the zero-varus motion.
-template <typename Paths>
-void visit_paths(Paths& paths, const std::string& group, const std::vector<std::string>& dimensions,
-                 const ValueCondition& answered, RegistryVisitor& visit)
+inline void visit_paths(ContactPaths& paths, const std::string& group,
+                        const std::vector<std::string>& dimensions, const ValueCondition& answered,
+                        RegistryVisitor& visit)
 {
   const ValueRule points = rule(Rule::whole_rows, answered);
-  visit({group + "/medial_reference", dimensions, unit::mm, points,
-         "centre of contact of the medial compartment, canonical axes of the reference body"},
-        paths.medial_reference_mm);
-  visit({group + "/medial_moving", dimensions, unit::mm, points,
-         "centre of contact of the medial compartment, canonical axes of the moving body"},
-        paths.medial_moving_mm);
-  visit({group + "/lateral_reference", dimensions, unit::mm, points,
-         "centre of contact of the lateral compartment, canonical axes of the reference body"},
-        paths.lateral_reference_mm);
-  visit({group + "/lateral_moving", dimensions, unit::mm, points,
-         "centre of contact of the lateral compartment, canonical axes of the moving body"},
-        paths.lateral_moving_mm);
+  for (const auto& [side, name, meaning] : compartment_names) {
+    const std::string of =
+        std::string("centre of contact of the ") + name + " compartment, canonical axes of the ";
+    const std::string path = group + '/' + name;
+    visit({path + "_reference", dimensions, unit::mm, points, of + "reference body"},
+          paths[side].reference_mm);
+    visit({path + "_moving", dimensions, unit::mm, points, of + "moving body"}, paths[side].moving_mm);
+  }
 }
 
 struct AuditedModel {

@@ -7,6 +7,7 @@
 #include <span>
 #include <sstream>
 
+#include "core/axis.hpp"
 #include "core/text.hpp"
 #include "model/coordinates.hpp"
 #include "model/frames.hpp"
@@ -133,10 +134,10 @@ void set_cell(MotionModel& model, const StepRecord& r)
   if (r.status != StepStatus::stable) return;
   set_pose(model, r);
   model.residual_mm(i, j) = r.residual_mm;
-  model.gap_medial_mm(i, j) = r.gap_medial_mm;
-  model.gap_lateral_mm(i, j) = r.gap_lateral_mm;
-  model.contact_medial(i, j) = r.contact_medial ? 1 : 0;
-  model.contact_lateral(i, j) = r.contact_lateral ? 1 : 0;
+  for (const Compartment side : all_compartments) {
+    model.gap_mm[side](i, j) = r.gap_mm[side];
+    model.is_in_contact[side](i, j) = r.is_in_contact[side] ? 1 : 0;
+  }
   model.theta_determined(i, j) = r.theta_determined ? 1 : 0;
 }
 
@@ -150,10 +151,7 @@ ContactRows contact_rows(const MotionModel& model, const std::vector<StepRecord>
 
 namespace {
 
-struct CellPoints {
-  Eigen::Vector3d medial_world_mm = Eigen::Vector3d::Constant(nan);
-  Eigen::Vector3d lateral_world_mm = Eigen::Vector3d::Constant(nan);
-};
+using CellPoints = OfCompartments<Eigen::Vector3d>;  // world W
 
 /// Weighted means of the rows [first, last); `weight(row)` is above 0.
 template <typename Rows, typename Weight>
@@ -167,11 +165,10 @@ CellPoints weighted_means(const Rows& rows, std::int64_t first, std::int64_t las
     sums[compartment] += w;
     moments[compartment] += w * rows.point_world_mm.row(row).transpose();
   }
-  constexpr int medial = static_cast<int>(Compartment::medial),
-                lateral = static_cast<int>(Compartment::lateral);
   CellPoints points;
-  if (sums[medial] > 0.0) points.medial_world_mm = moments[medial] / sums[medial];
-  if (sums[lateral] > 0.0) points.lateral_world_mm = moments[lateral] / sums[lateral];
+  for (std::size_t side = 0; side < points.size(); ++side)
+    points[side] = sums[side + 1] > 0.0 ? Eigen::Vector3d(moments[side + 1] / sums[side + 1])
+                                        : Eigen::Vector3d::Constant(nan);
   return points;
 }
 
@@ -201,7 +198,8 @@ ContactPaths contact_paths_of(const MotionModel& model)
   using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
   const std::size_t n_varus = model.varus_deg.size(), n_cells = model.flexion_deg.size() * n_varus;
   const std::vector<double> no_points(3 * n_cells, nan);
-  ContactPaths paths{no_points, no_points, no_points, no_points};
+  ContactPaths paths;
+  paths.fill({no_points, no_points});
   SolverFrame frame{side_named(model.side), model.rotation_centre_mm, {}};
   for (std::size_t cell = 0; cell < n_cells; ++cell) {
     if (model.status.data()[cell] != status_stable) continue;
@@ -220,12 +218,11 @@ ContactPaths contact_paths_of(const MotionModel& model)
       return X.topLeftCorner<3, 3>().transpose() * (p_reference_mm - X.topRightCorner<3, 1>());
     };
     const CellPoints points = points_of(model, cell, frame.delta);
-    const Eigen::Vector3d medial_mm = in_reference(points.medial_world_mm);
-    const Eigen::Vector3d lateral_mm = in_reference(points.lateral_world_mm);
-    set_point(paths.medial_reference_mm, cell, medial_mm);
-    set_point(paths.medial_moving_mm, cell, in_moving(medial_mm));
-    set_point(paths.lateral_reference_mm, cell, lateral_mm);
-    set_point(paths.lateral_moving_mm, cell, in_moving(lateral_mm));
+    for (const Compartment side : all_compartments) {
+      const Eigen::Vector3d centre_mm = in_reference(points[side]);
+      set_point(paths[side].reference_mm, cell, centre_mm);
+      set_point(paths[side].moving_mm, cell, in_moving(centre_mm));
+    }
   }
   return paths;
 }
@@ -240,7 +237,7 @@ std::size_t n_rows_of(const IndexTable& table)
 
 Dataset dataset_of(const IndexColumn& column, const std::string& dimension)
 {
-  Dataset dataset{"/" + column.name, {dimension}, {column.units.c_str(), 0}, {}, column.long_name.c_str()};
+  Dataset dataset{"/" + column.name, {dimension}, {column.units.c_str(), 0}, {}, column.long_name};
   if (std::holds_alternative<std::vector<double>>(column.values)) dataset.valid.rule = Rule::number_or_nan;
   if (std::holds_alternative<std::vector<std::int8_t>>(column.values))
     dataset.valid = {.rule = Rule::codes, .flags = column.flags};
@@ -303,12 +300,9 @@ namespace {
 
 double value_at(const FlexionCurve& curve, double flexion_deg)
 {
-  const auto& at = curve.flexion_deg;
-  const auto after = std::lower_bound(at.begin(), at.end(), flexion_deg);
-  const auto i = static_cast<std::size_t>(after - at.begin());
-  if (i == 0 || *after == flexion_deg) return curve.value_deg[i];
-  const double share = (flexion_deg - at[i - 1]) / (at[i] - at[i - 1]);
-  return curve.value_deg[i - 1] + share * (curve.value_deg[i] - curve.value_deg[i - 1]);
+  const auto [row, share] = position_on(curve.flexion_deg, flexion_deg);
+  const double here_deg = curve.value_deg[row];
+  return share == 0.0 ? here_deg : here_deg + share * (curve.value_deg[row + 1] - here_deg);
 }
 
 /// Of a polygon, the largest change within a window has a corner at one end, and at the other a corner or the

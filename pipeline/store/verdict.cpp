@@ -337,7 +337,7 @@ void add_facets(Verdict& verdict, const MotionCurves& curves)
 std::string contact_set(const MotionModel& model, const std::string& set)
 {
   if (!model.contact_paths || set.starts_with("quantile_") || set == bones_alone_name) return "";
-  return set == "zero_varus" && !model.zero_varus->medial_moving_mm.empty() ? set : "raw";
+  return set == "zero_varus" && !model.zero_varus->centres[0].moving_mm.empty() ? set : "raw";
 }
 
 /// Anterior positions of a centre of contact on the tibia, of rows [n, 3]; `cells` are the rows, -1: no pose.
@@ -353,22 +353,19 @@ Curve contact_curve(const std::vector<double>& flexion_deg, const std::vector<do
 void add_contacts(Verdict& verdict, const MotionModel& model)
 {
   verdict.contacts_of = contact_set(model, verdict.set);
-  Curve medial, lateral;
+  OfCompartments<Curve> travelled;
   if (!verdict.contacts_of.empty()) {
     const std::vector<double> flexion_deg = curves_of(model, verdict.contacts_of).flexion_deg;
     const bool is_raw = verdict.contacts_of == "raw";
     std::vector<Eigen::Index> cells = solved_spine(model);
     for (std::size_t i = 0; !is_raw && i < cells.size(); ++i) cells[i] = static_cast<Eigen::Index>(i);
-    medial = contact_curve(
-        flexion_deg, is_raw ? model.contact_paths->medial_moving_mm : model.zero_varus->medial_moving_mm,
-        cells);
-    lateral = contact_curve(
-        flexion_deg, is_raw ? model.contact_paths->lateral_moving_mm : model.zero_varus->lateral_moving_mm,
-        cells);
+    const ContactPaths& paths = is_raw ? *model.contact_paths : model.zero_varus->centres;
+    for (const Compartment side : all_compartments)
+      travelled[side] = contact_curve(flexion_deg, paths[side].moving_mm, cells);
   }
-  add_travel(verdict, {"medial_contact_travel", "travel of the medial contact", "mm"}, medial,
+  add_travel(verdict, {"medial_contact_travel", "travel of the medial contact", "mm"}, travelled[0],
              Quantity::medial_contact);
-  add_travel(verdict, {"lateral_contact_travel", "travel of the lateral contact", "mm"}, lateral,
+  add_travel(verdict, {"lateral_contact_travel", "travel of the lateral contact", "mm"}, travelled[1],
              Quantity::lateral_contact);
 }
 
@@ -376,13 +373,14 @@ void add_contacts(Verdict& verdict, const MotionModel& model)
 
 /// Gaps of both compartments at the flexions that have a pose; NaN where nothing faces.
 struct SideGaps {
-  std::vector<double> flexion_deg, medial_mm, lateral_mm;
+  std::vector<double> flexion_deg;
+  OfCompartments<std::vector<double>> gap_mm;
 
   void add(double flexion, double medial, double lateral)
   {
     flexion_deg.push_back(flexion);
-    medial_mm.push_back(medial);
-    lateral_mm.push_back(lateral);
+    gap_mm[0].push_back(medial);
+    gap_mm[1].push_back(lateral);
   }
 };
 
@@ -392,8 +390,7 @@ SideGaps raw_gaps(const MotionModel& model)
   const std::vector<Eigen::Index> spine = solved_spine(model);
   for (std::size_t i = 0; i < spine.size(); ++i)
     if (spine[i] >= 0)
-      gaps.add(model.flexion_deg[i], model.gap_medial_mm.data()[spine[i]],
-               model.gap_lateral_mm.data()[spine[i]]);
+      gaps.add(model.flexion_deg[i], model.gap_mm[0].data()[spine[i]], model.gap_mm[1].data()[spine[i]]);
   return gaps;
 }
 
@@ -402,7 +399,7 @@ SideGaps two_sided_gaps(const TwoSided& motion)
   SideGaps gaps;
   for (std::size_t i = 0; i < motion.contact.size(); ++i)
     if (motion.contact[i] != code_of(TwoSidedContact::no_pose))
-      gaps.add(motion.flexion_deg[i], motion.gap_medial_mm[i], motion.gap_lateral_mm[i]);
+      gaps.add(motion.flexion_deg[i], motion.gap_mm[0][i], motion.gap_mm[1][i]);
   return gaps;
 }
 
@@ -415,7 +412,8 @@ std::optional<SideGaps> audited_gaps(const MotionModel& model, const std::string
   for (std::size_t i = 0; i < audit->flexion_deg.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     if (audit->state(row, 0) != code_of(AuditState::no_pose))
-      gaps.add(audit->flexion_deg[i], audit->gap_medial_mm(row, 0), audit->gap_lateral_mm(row, 0));
+      gaps.add(audit->flexion_deg[i], audit->compartment_gap_mm[0](row, 0),
+               audit->compartment_gap_mm[1](row, 0));
   }
   return gaps;
 }
@@ -428,11 +426,10 @@ std::optional<std::vector<LiftOff>> lift_off_of(const MotionModel& model, const 
                                                             : audited_gaps(model, set);
   if (!gaps) return std::nullopt;
   std::vector<LiftOff> both;
-  for (const auto& [name, gap_mm] :
-       {std::pair{"medial", &gaps->medial_mm}, std::pair{"lateral", &gaps->lateral_mm}}) {
+  for (const auto& [side, name, meaning] : compartment_names) {
     LiftOff& lift_off = both.emplace_back(LiftOff{name, {}});
-    for (std::size_t i = 0; i < gap_mm->size(); ++i)
-      if (!((*gap_mm)[i] <= perceptible_mm)) lift_off.flexion_deg.push_back(gaps->flexion_deg[i]);
+    for (std::size_t i = 0; i < gaps->flexion_deg.size(); ++i)
+      if (!(gaps->gap_mm[side][i] <= perceptible_mm)) lift_off.flexion_deg.push_back(gaps->flexion_deg[i]);
   }
   return both;
 }

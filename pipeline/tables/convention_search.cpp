@@ -83,8 +83,8 @@ class GapMeter {
     if (joint.compartment_of_triangle.empty()) {
       queries_.emplace_back(joint.reference_gap, joint.moving_gap);
     } else {
-      queries_.emplace_back(joint.reference_gap, joint.medial_gap);
-      queries_.emplace_back(joint.reference_gap, joint.lateral_gap);
+      for (const geometry::GapTree& gap : joint.compartment_gap)
+        queries_.emplace_back(joint.reference_gap, gap);
     }
   }
 
@@ -93,11 +93,10 @@ class GapMeter {
   {
     std::vector<std::vector<double>> gaps_mm(queries_.size());
     for (const Pose& X : poses) {
-      const SolverPosition coordinates = solver_position(frame_, X);
+      const solve::SolverPosition at = solve::solver_position(frame_, X);
       for (std::size_t k = 0; k < queries_.size(); ++k) {
-        queries_[k].set_attitude(coordinates.attitude);
-        const double gap_mm = queries_[k].travel_mm(coordinates.pose);
-        if (!std::isfinite(gap_mm)) return {};
+        const double gap_mm = queries_[k].gap_mm(at.attitude, at.pose);
+        if (std::isnan(gap_mm)) return {};
         gaps_mm[k].push_back(gap_mm);
       }
     }

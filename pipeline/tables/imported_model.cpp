@@ -50,7 +50,8 @@ job::Case import_case(const job::Case& job_case, const MotionSequence& motion, c
   result.coordinates.reset();  // roles of a solver
   result.grid = {{}, {0.0}};
   for (const Pose& X : motion.X_reference_moving)
-    result.grid.flexion_deg.push_back(deg_from_rad(solver_position(result.frame, X).attitude.flexion_rad));
+    result.grid.flexion_deg.push_back(
+        deg_from_rad(solve::solver_position(result.frame, X).attitude.flexion_rad));
   result.push.assign(motion.key.size(), push);
   result.path_flexion_deg.clear();
   result.path_push.clear();
@@ -70,7 +71,7 @@ StepRecord follower_record(const job::Case& job_case, std::size_t follower, std:
   if (follower >= motion.followers.size() || motion.followers[follower].empty()) return r;
   const job::Follower& of = job_case.followers[follower];
   const Pose X_of = follower_pose(motion.followers[follower][frame], job_case.frame.side, of.centre_mm);
-  const SolverPosition at = solver_position(solve::follower_frame(job_case, of), X_of);
+  const solve::SolverPosition at = solve::solver_position(solve::follower_frame(job_case, of), X_of);
   r.status = StepStatus::stable;
   r.pose = at.pose;
   r.varus_rad = at.attitude.varus_rad;
@@ -90,7 +91,7 @@ store::MotionModel imported_model(const job::Case& job_case, const MotionSequenc
   solve::SweepResult result;
   std::vector<StepRecord>& records = result.cells;
   for (std::size_t i = 0; i < motion.key.size(); ++i) {
-    const SolverPosition at = solver_position(job_case.frame, motion.X_reference_moving[i]);
+    const solve::SolverPosition at = solve::solver_position(job_case.frame, motion.X_reference_moving[i]);
     records.push_back(meter.record(static_cast<std::int32_t>(i), at, meter.gaps(at)));
     store::set_cell(model, records.back());
     model.is_spine(static_cast<Eigen::Index>(i), 0) = 1;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/axis.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "model/frames.hpp"
@@ -111,10 +112,10 @@ void add_raw(Columns& columns, const store::MotionModel& model, const store::Cli
         {std::string("centre_") + "xyz"[axis] + "_mm",
          [centre_mm = model.rotation_centre_mm[axis]](Eigen::Index) { return field(centre_mm); }});
   }
-  add(columns, "gap_medial_mm", model.gap_medial_mm);
-  add(columns, "gap_lateral_mm", model.gap_lateral_mm);
-  add_integers(columns, "contact_medial", model.contact_medial);
-  add_integers(columns, "contact_lateral", model.contact_lateral);
+  for (const auto& [side, name, meaning] : compartment_names)
+    add(columns, std::string("gap_") + name + "_mm", model.gap_mm[side]);
+  for (const auto& [side, name, meaning] : compartment_names)
+    add_integers(columns, std::string("contact_") + name, model.is_in_contact[side]);
   add_integers(columns, "theta_determined", model.theta_determined);
   add_integers(columns, "is_spine", model.is_spine);
   add_integers(columns, "iterations", model.iterations);
@@ -124,12 +125,11 @@ void add_raw(Columns& columns, const store::MotionModel& model, const store::Cli
 
 void add_mechanics(Columns& columns, const store::MotionModel& model)
 {
-  if (model.contact_paths) {
-    const store::ContactPaths& paths = *model.contact_paths;
-    add_points(columns, "medial_reference_mm", paths.medial_reference_mm);
-    add_points(columns, "medial_moving_mm", paths.medial_moving_mm);
-    add_points(columns, "lateral_reference_mm", paths.lateral_reference_mm);
-    add_points(columns, "lateral_moving_mm", paths.lateral_moving_mm);
+  for (const auto& [side, name, meaning] : compartment_names) {
+    if (!model.contact_paths) break;
+    const store::ContactPath& path = (*model.contact_paths)[side];
+    add_points(columns, std::string(name) + "_reference_mm", path.reference_mm);
+    add_points(columns, std::string(name) + "_moving_mm", path.moving_mm);
   }
   if (!model.equilibrium) return;
   const store::EquilibriumSurfaces& e = *model.equilibrium;
@@ -140,8 +140,8 @@ void add_mechanics(Columns& columns, const store::MotionModel& model)
   add(columns, "flexion_moment_nmm", e.flexion_moment_nmm);
   add(columns, "varus_moment_nmm", e.varus_moment_nmm);
   if (!model.has_compartments) return;
-  add_points(columns, "force_medial_n", e.force_medial_n);
-  add_points(columns, "force_lateral_n", e.force_lateral_n);
+  for (const auto& [side, name, meaning] : compartment_names)
+    add_points(columns, std::string("force_") + name + "_n", e.force_n[side]);
 }
 
 std::string with_unit(const std::string& surface)
@@ -367,15 +367,12 @@ bool has_zero_varus(const store::ZeroVarus& table, std::size_t flexion)
 std::optional<double> zero_varus_deg(const store::MotionModel& model, double flexion_deg)
 {
   const store::ZeroVarus& table = *model.zero_varus;
-  const std::vector<double>& grid_deg = model.flexion_deg;
-  const auto after = std::lower_bound(grid_deg.begin(), grid_deg.end(), flexion_deg);
-  if (after == grid_deg.end()) return {};
-  const auto i = static_cast<std::size_t>(after - grid_deg.begin());
-  if (!has_zero_varus(table, i)) return {};
-  if (grid_deg[i] == flexion_deg) return table.varus_deg[i];
-  if (i == 0 || !has_zero_varus(table, i - 1)) return {};
-  const double s = (flexion_deg - grid_deg[i - 1]) / (grid_deg[i] - grid_deg[i - 1]);
-  return table.varus_deg[i - 1] + s * (table.varus_deg[i] - table.varus_deg[i - 1]);
+  const auto [row, share] = position_on(model.flexion_deg, flexion_deg);
+  if (!has_zero_varus(table, row)) return {};
+  const double here_deg = table.varus_deg[row];
+  if (share == 0.0) return here_deg;
+  if (!has_zero_varus(table, row + 1)) return {};
+  return here_deg + share * (table.varus_deg[row + 1] - here_deg);
 }
 
 std::optional<double> varus_deg_at(const store::MotionModel& model, const store::Motion& motion,

@@ -21,8 +21,8 @@ enum class GapSource {
 /// mm; NaN if unknown.
 struct GapReading {
   GapSource source = GapSource::none;
-  double medial_mm = 0.0, lateral_mm = 0.0;   ///< for sources `cells`, `two_sided`
-  double gap_mm = 0.0, penetration_mm = 0.0;  ///< for other sources: one is 0, or both are NaN
+  OfCompartments<double> compartment_mm{nan, nan};  ///< for sources `cells`, `two_sided`
+  double gap_mm = nan, penetration_mm = nan;        ///< for other sources: one is 0, or both are NaN
 };
 
 /// Reads the gaps of one set. `model` must outlive it.

@@ -860,9 +860,9 @@ struct Panels {
     const GapReading& gap = readout->gap;
     if (gap.source == GapSource::cells || gap.source == GapSource::two_sided) {
       label("gap");
-      draw_mm("medial", gap.medial_mm);
+      draw_mm("medial", gap.compartment_mm[0]);
       label("");
-      draw_mm("lateral", gap.lateral_mm);
+      draw_mm("lateral", gap.compartment_mm[1]);
     } else if (gap.source != GapSource::none) {
       const bool is_overlapping = gap.penetration_mm > 0.0;
       label(is_overlapping ? "overlap" : "gap");

@@ -545,10 +545,10 @@ class ContactPathLayer final : public LayerDrawing {
     const std::vector<std::size_t> cells = path_cells(model);
     const double scale = marker_scale(model);
     for (const Row& row :
-         {Row{"medial path, reference", paths.medial_reference_mm, BodyIndex::reference, medial_colour},
-          Row{"medial path, moving", paths.medial_moving_mm, BodyIndex::moving, medial_colour},
-          Row{"lateral path, reference", paths.lateral_reference_mm, BodyIndex::reference, lateral_colour},
-          Row{"lateral path, moving", paths.lateral_moving_mm, BodyIndex::moving, lateral_colour}}) {
+         {Row{"medial path, reference", paths[0].reference_mm, BodyIndex::reference, medial_colour},
+          Row{"medial path, moving", paths[0].moving_mm, BodyIndex::moving, medial_colour},
+          Row{"lateral path, reference", paths[1].reference_mm, BodyIndex::reference, lateral_colour},
+          Row{"lateral path, moving", paths[1].moving_mm, BodyIndex::moving, lateral_colour}}) {
       const auto pieces = pieces_of(row.centre_mm, cells, model.rotation_centre_mm, scale);
       if (pieces.empty()) continue;
       drawables_.push_back(add_layer(scene, Layer::contact_paths, row.parent, row.name, model));

@@ -44,10 +44,10 @@ store::MotionModel knee(const std::string& side, const Eigen::Vector3d& delta = 
     return numbers;
   };
   store::MotionModel model = model_of(plan);
-  model.contact_medial << 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1,
-      1, 1, 0, 1, 1, 1, 1;
-  model.contact_lateral.leftCols(3).setOnes();
-  model.contact_lateral.rightCols(2).setZero();
+  model.is_in_contact[0] << 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 1, 1, 0, 1,
+      1, 1, 1, 0, 1, 1, 1, 1;
+  model.is_in_contact[1].leftCols(3).setOnes();
+  model.is_in_contact[1].rightCols(2).setZero();
   const std::size_t n_varus = model.varus_deg.size();
   store::ContactPaths& paths = *model.contact_paths;
   for (std::size_t cell = 0; cell < model.flexion_deg.size() * n_varus; ++cell) {
@@ -57,10 +57,10 @@ store::MotionModel knee(const std::string& side, const Eigen::Vector3d& delta = 
       path[3 * cell + 1] = y_mm;
       path[3 * cell + 2] = mirror * z_mm;
     };
-    put(paths.medial_reference_mm, -20.0 * u, -22.0 + 10.0 * u, -20.0 + v);
-    put(paths.medial_moving_mm, -6.0 * u, 1.0, -20.0 + v);
-    put(paths.lateral_reference_mm, -18.0 * u, -20.0 + 9.0 * u, 22.0 + v);
-    put(paths.lateral_moving_mm, -12.0 * u, 1.0, 22.0 + v);
+    put(paths[0].reference_mm, -20.0 * u, -22.0 + 10.0 * u, -20.0 + v);
+    put(paths[0].moving_mm, -6.0 * u, 1.0, -20.0 + v);
+    put(paths[1].reference_mm, -18.0 * u, -20.0 + 9.0 * u, 22.0 + v);
+    put(paths[1].moving_mm, -12.0 * u, 1.0, 22.0 + v);
   }
   return model;
 }
@@ -111,7 +111,7 @@ TEST(Reduce, PosesLieBetweenTheTwoColumns)
 TEST(Reduce, ACellItselfIsTakenToTheLastBit)
 {
   store::MotionModel model = knee("right");
-  model.contact_medial.col(1).setZero();
+  model.is_in_contact[0].col(1).setZero();
   const store::ZeroVarus z = reduce(model, "raw");
   const std::size_t cell = 4 * model.varus_deg.size() + 2;
   EXPECT_EQ(z.varus_deg[4], 0.0);
@@ -119,7 +119,7 @@ TEST(Reduce, ACellItselfIsTakenToTheLastBit)
   for (std::size_t k = 0; k < 16; ++k)
     EXPECT_EQ(z.X_reference_moving[16 * 4 + k], model.X_reference_moving[16 * cell + k]);
   EXPECT_EQ(z.anterior_mm[4], model.clinical.anterior_mm(4, 2));
-  EXPECT_EQ(z.medial_moving_mm[3 * 4], model.contact_paths->medial_moving_mm[3 * cell]);
+  EXPECT_EQ(z.centres[0].moving_mm[3 * 4], model.contact_paths->at(0).moving_mm[3 * cell]);
 }
 
 TEST(Reduce, AHingeIsFound)
@@ -153,28 +153,28 @@ TEST(Reduce, ContactPointsLieBetweenTheColumnsToo)
   const std::size_t n_varus = model.varus_deg.size();
   for (const std::size_t cell : {n_varus + 2, 2 * n_varus + 1, 2 * n_varus + 2}) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      model.contact_paths->medial_reference_mm[3 * cell + axis] = nan;
-      model.contact_paths->medial_moving_mm[3 * cell + axis] = nan;
+      model.contact_paths->at(0).reference_mm[3 * cell + axis] = nan;
+      model.contact_paths->at(0).moving_mm[3 * cell + axis] = nan;
     }
   }
   const store::ZeroVarus z = reduce(model, "raw");
-  EXPECT_NEAR(z.medial_reference_mm[2], -21.0, rounding_mm);  // z = -20 + varus
-  EXPECT_NEAR(z.medial_reference_mm[3 + 2], -22.0, rounding_mm);
-  EXPECT_NEAR(z.lateral_moving_mm[3 + 2], 21.0, rounding_mm);
-  EXPECT_TRUE(std::isnan(z.medial_reference_mm[2 * 3 + 2]));
+  EXPECT_NEAR(z.centres[0].reference_mm[2], -21.0, rounding_mm);  // z = -20 + varus
+  EXPECT_NEAR(z.centres[0].reference_mm[3 + 2], -22.0, rounding_mm);
+  EXPECT_NEAR(z.centres[1].moving_mm[3 + 2], 21.0, rounding_mm);
+  EXPECT_TRUE(std::isnan(z.centres[0].reference_mm[2 * 3 + 2]));
   for (const std::size_t k : {1u, 2u}) {
-    EXPECT_TRUE(std::isnan(z.medial_rolling_mm[k]));
-    EXPECT_TRUE(std::isnan(z.medial_sliding_mm[k]));
-    EXPECT_FALSE(std::isnan(z.lateral_rolling_mm[k]));
+    EXPECT_TRUE(std::isnan(z.rolling[0].rolling_mm[k]));
+    EXPECT_TRUE(std::isnan(z.rolling[0].sliding_mm[k]));
+    EXPECT_FALSE(std::isnan(z.rolling[1].rolling_mm[k]));
   }
-  EXPECT_FALSE(std::isnan(z.medial_rolling_mm[0]));
-  EXPECT_FALSE(std::isnan(z.medial_sliding_mm[3]));
+  EXPECT_FALSE(std::isnan(z.rolling[0].rolling_mm[0]));
+  EXPECT_FALSE(std::isnan(z.rolling[0].sliding_mm[3]));
   // Per step the condyle's contact moves back by 20/6 and up by 10/6 mm, the plateau's back by 1 mm. Femur
   // and tibia differ by half a step of flexion and theta at the start, which changes lengths by a cosine
   // only.
   const double travel_mm = std::sqrt(500.0) / 6.0, out_of_plane = rad_from_deg(15.0);
-  EXPECT_NEAR(z.medial_rolling_mm[0], -1.0, rounding_mm);
-  EXPECT_NEAR(z.medial_sliding_mm[0], travel_mm - 1.0, travel_mm * out_of_plane * out_of_plane / 2.0);
+  EXPECT_NEAR(z.rolling[0].rolling_mm[0], -1.0, rounding_mm);
+  EXPECT_NEAR(z.rolling[0].sliding_mm[0], travel_mm - 1.0, travel_mm * out_of_plane * out_of_plane / 2.0);
 }
 
 TEST(Reduce, ASmoothedSetIsEvaluatedAtTheVarusOfTheRawCells)
@@ -271,8 +271,8 @@ TEST(Reduce, AFreeVarusNeedsNoCompartments)
               model.clinical.internal_rotation_deg(static_cast<Eigen::Index>(i), 0));
     EXPECT_TRUE(std::isnan(z.varus_first_deg[i]));
   }
-  EXPECT_TRUE(z.medial_reference_mm.empty());
-  EXPECT_TRUE(z.lateral_sliding_mm.empty());
+  EXPECT_TRUE(z.centres[0].reference_mm.empty());
+  EXPECT_TRUE(z.rolling[1].sliding_mm.empty());
   EXPECT_EQ(z.helical_direction.size(), 18u);
 }
 
@@ -285,12 +285,12 @@ TEST(Reduce, AFlexionWithoutAnAnswerLeavesAHole)
   EXPECT_EQ(z.source[3], static_cast<std::int8_t>(store::ZeroVarusSource::none));
   EXPECT_TRUE(std::isnan(z.varus_deg[3]));
   EXPECT_TRUE(std::isnan(z.X_reference_moving[16 * 3]));
-  EXPECT_TRUE(std::isnan(z.medial_moving_mm[3 * 3]));
+  EXPECT_TRUE(std::isnan(z.centres[0].moving_mm[3 * 3]));
   for (const std::size_t k : {2u, 3u}) {
     EXPECT_TRUE(std::isnan(z.helical_rotation_deg[k]));
     EXPECT_TRUE(std::isnan(z.helical_point_mm[3 * k]));
     EXPECT_TRUE(std::isnan(z.instant_centre_mm[2 * k]));
-    EXPECT_TRUE(std::isnan(z.lateral_rolling_mm[k]));
+    EXPECT_TRUE(std::isnan(z.rolling[1].rolling_mm[k]));
   }
   EXPECT_FALSE(std::isnan(z.helical_rotation_deg[1]));
 }
@@ -318,10 +318,10 @@ store::MotionModel row_of(const std::string& marks,
   for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
     const char mark = marks[static_cast<std::size_t>(j)];
     const double imbalance = imbalance_mm[static_cast<std::size_t>(j)];
-    model.contact_medial(0, j) = mark == 'B' || mark == 'm' ? 1 : 0;
-    model.contact_lateral(0, j) = mark == 'B' || mark == 'l' ? 1 : 0;
-    model.gap_medial_mm(0, j) = imbalance < 0.0 ? 0.0 : imbalance;
-    model.gap_lateral_mm(0, j) = imbalance > 0.0 ? 0.0 : -imbalance;
+    model.is_in_contact[0](0, j) = mark == 'B' || mark == 'm' ? 1 : 0;
+    model.is_in_contact[1](0, j) = mark == 'B' || mark == 'l' ? 1 : 0;
+    model.gap_mm[0](0, j) = imbalance < 0.0 ? 0.0 : imbalance;
+    model.gap_mm[1](0, j) = imbalance > 0.0 ? 0.0 : -imbalance;
     if (mark == 'x') test::unsolve(model, 0, j);
   }
   return model;
@@ -408,7 +408,7 @@ TEST(VarusChoice, AFreeVarusIsTaken)
   plan.varus_deg = {0};
   plan.free_varus_deg = [](double flexion_deg) { return 1.0 + 0.01 * flexion_deg; };
   store::MotionModel model = model_of(plan);
-  model.contact_medial.setZero();
+  model.is_in_contact[0].setZero();
   test::unsolve(model, 2, 0);
   const std::vector<VarusChoice> choices = varus_choices(model, store::Motion(model, "raw"));
   ASSERT_EQ(choices.size(), 7u);

@@ -68,8 +68,8 @@ TEST(TwoSided, BothGapsCloseAtTheVarusOfTheClosedForm)
     for (std::size_t i = 0; i < found->flexion_deg.size(); ++i) {
       ASSERT_EQ(found->contact[i], store::code_of(store::TwoSidedContact::both)) << i;
       EXPECT_NEAR(balance(found->flexion_deg[i], found->varus_deg[i]), 0.0, rounding_mm);
-      EXPECT_NEAR(found->gap_medial_mm[i], contact_margin_mm, rounding_mm);
-      EXPECT_NEAR(found->gap_lateral_mm[i], contact_margin_mm, rounding_mm);
+      EXPECT_NEAR(found->gap_mm[0][i], contact_margin_mm, rounding_mm);
+      EXPECT_NEAR(found->gap_mm[1][i], contact_margin_mm, rounding_mm);
       // The first corner of the lateral box to reach the face.
       const Eigen::Vector3d n = face_normal(found->flexion_deg[i], found->varus_deg[i]);
       const Eigen::Vector3d centre = 0.5 * Eigen::Vector3d(0, step_mm, apart_mm);
@@ -96,9 +96,9 @@ TEST(TwoSided, ALiftOffOfTheRawEquilibriumIsKept)
   const store::TwoSided found = analysis::two_sided(model, {}, 1).value();
   for (std::size_t i = 0; i < found.flexion_deg.size(); ++i) {
     EXPECT_EQ(found.contact[i], store::code_of(store::TwoSidedContact::lateral));
-    EXPECT_NEAR(found.gap_lateral_mm[i], contact_margin_mm, rounding_mm);
+    EXPECT_NEAR(found.gap_mm[1][i], contact_margin_mm, rounding_mm);
   }
-  EXPECT_NEAR(found.gap_medial_mm.front(), step_mm + contact_margin_mm, rounding_mm);
+  EXPECT_NEAR(found.gap_mm[0].front(), step_mm + contact_margin_mm, rounding_mm);
   EXPECT_NEAR(found.varus_deg.front(), 0.0, rounding_mm);
 }
 
@@ -145,13 +145,13 @@ TEST(TwoSided, TheAuditMeasuresEachSide)
   model.two_sided = analysis::two_sided(model, {}, 1);
   const store::AuditSet two_sided = audit(model, "two_sided", 4, 2);
   EXPECT_EQ(two_sided.flexion_deg.size(), 4 * (model.two_sided->flexion_deg.size() - 1) + 1);
-  EXPECT_LT(two_sided.gap_medial_mm.abs().maxCoeff(), 1e-4);
-  EXPECT_LT(two_sided.gap_lateral_mm.abs().maxCoeff(), 1e-4);
+  EXPECT_LT(two_sided.compartment_gap_mm[0].abs().maxCoeff(), 1e-4);
+  EXPECT_LT(two_sided.compartment_gap_mm[1].abs().maxCoeff(), 1e-4);
   // At flexion 0 and varus 0 the raw pose of height 0 leaves the medial box `step_mm` more than the lateral
   // one.
   const store::AuditSet raw = audit(model, "raw", 1, 1);
-  EXPECT_NEAR(raw.gap_lateral_mm(0, 1), face_mm - 1.0 - 0.5 * step_mm, rounding_mm);
-  EXPECT_NEAR(raw.gap_medial_mm(0, 1), face_mm - 1.0 + 0.5 * step_mm, rounding_mm);
+  EXPECT_NEAR(raw.compartment_gap_mm[1](0, 1), face_mm - 1.0 - 0.5 * step_mm, rounding_mm);
+  EXPECT_NEAR(raw.compartment_gap_mm[0](0, 1), face_mm - 1.0 + 0.5 * step_mm, rounding_mm);
 }
 
 }  // namespace vrda::analysis::two_sided_test

@@ -317,13 +317,13 @@ TEST_F(Reduce, TableAndJsonSayWhatTheFileHolds)
     EXPECT_EQ(all.at("flexions")[i].at("is_cut_off"), z.is_cut_off[i] == 1);
     EXPECT_EQ(all.at("flexions")[i].at("internal_rotation_deg"), z.internal_rotation_deg[i]);
     EXPECT_NEAR(std::stod(rows[i + 1][column("internal_rotation_deg")]), z.internal_rotation_deg[i], printed);
-    EXPECT_NEAR(std::stod(rows[i + 1][column("lateral_moving_z_mm")]), z.lateral_moving_mm[3 * i + 2],
+    EXPECT_NEAR(std::stod(rows[i + 1][column("lateral_moving_z_mm")]), z.centres[1].moving_mm[3 * i + 2],
                 printed);
   }
   for (std::size_t k = 0; k < 6; ++k) {
     EXPECT_EQ(all.at("steps")[k].at("from_deg"), 2.0 * static_cast<double>(k));
     EXPECT_EQ(all.at("steps")[k].at("helical_direction")[2], z.helical_direction[3 * k + 2]);
-    EXPECT_EQ(all.at("steps")[k].at("medial_rolling_mm"), z.medial_rolling_mm[k]);
+    EXPECT_EQ(all.at("steps")[k].at("medial_rolling_mm"), z.rolling[0].rolling_mm[k]);
     EXPECT_NEAR(std::stod(rows[k + 1][column("instant_centre_proximal_mm")]), z.instant_centre_mm[2 * k + 1],
                 printed);
   }
@@ -335,9 +335,9 @@ TEST_F(Reduce, ABandThatTheGridCutsOffIsAWarning)
   // One column in contact on both sides at its border, at three flexions.
   const std::string file = solved_knee("right");
   store::MotionModel model = store::read_motion_model(file);
-  model.contact_medial.setZero();
-  model.contact_lateral.setOnes();
-  model.contact_medial.topRightCorner(3, 1).setOnes();
+  model.is_in_contact[0].setZero();
+  model.is_in_contact[1].setOnes();
+  model.is_in_contact[0].topRightCorner(3, 1).setOnes();
   store::write_motion_model(file, model);
   EXPECT_THAT(test::run_vrda({"reduce", file}).err, test::warns(file, {"3", "7", "grid.varus"}));
   EXPECT_THAT(test::run_vrda({"info", file}).out, test::reports("", {"3", "7", "grid.varus"}));
@@ -366,7 +366,8 @@ TEST_F(Reduce, AnAuditOfPosesThatAreNoMoreIsDropped)
   audit.flexion_deg = model.flexion_deg;
   audit.varus_deg = {0.0};
   audit.state = store::GridB::Zero(7, 1);
-  audit.gap_mm = audit.gap_medial_mm = audit.gap_lateral_mm = audit.penetration_mm = store::GridD::Zero(7, 1);
+  audit.gap_mm = audit.compartment_gap_mm[0] = audit.compartment_gap_mm[1] = audit.penetration_mm =
+      store::GridD::Zero(7, 1);
   model.audits.push_back(audit);
   store::write_motion_model(file, model);
   EXPECT_EQ(test::run_vrda({"reduce", file}).exit_code, 0);

@@ -39,14 +39,14 @@ void expect_balanced_spine(const store::MotionModel& model)
 {
   const std::vector<Eigen::Index> spine = spine_of(model);
   const auto difference = [&](Eigen::Index i, Eigen::Index j) {
-    return model.gap_medial_mm(i, j) - model.gap_lateral_mm(i, j);
+    return model.gap_mm[0](i, j) - model.gap_mm[1](i, j);
   };
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
     SCOPED_TRACE(model.flexion_deg[static_cast<std::size_t>(i)]);
     const Eigen::Index j = spine[static_cast<std::size_t>(i)];
     ASSERT_GT(j, 0);
     ASSERT_LT(j, model.status.cols() - 1);
-    const bool both_touch = model.contact_medial(i, j) == 1 && model.contact_lateral(i, j) == 1;
+    const bool both_touch = model.is_in_contact[0](i, j) == 1 && model.is_in_contact[1](i, j) == 1;
     EXPECT_TRUE(both_touch || difference(i, j - 1) * difference(i, j + 1) < 0.0)
         << difference(i, j - 1) << ' ' << difference(i, j) << ' ' << difference(i, j + 1);
   }

@@ -155,10 +155,10 @@ TEST_F(Import, MakesAValidSequenceOfFrames)
       EXPECT_NEAR(model.theta_deg.data()[row], grid.theta_deg.data()[cell], 1e3 * same_pose);
       EXPECT_NEAR(model.ty_mm.data()[row], grid.ty_mm.data()[cell], same_pose);
       // Gaps and contacts as after the run.
-      EXPECT_NEAR(model.gap_medial_mm.data()[row], grid.gap_medial_mm.data()[cell], 1e-6);
-      EXPECT_NEAR(model.gap_lateral_mm.data()[row], grid.gap_lateral_mm.data()[cell], 1e-6);
-      EXPECT_EQ(model.contact_medial.data()[row], grid.contact_medial.data()[cell]);
-      EXPECT_EQ(model.contact_lateral.data()[row], grid.contact_lateral.data()[cell]);
+      EXPECT_NEAR(model.gap_mm[0].data()[row], grid.gap_mm[0].data()[cell], 1e-6);
+      EXPECT_NEAR(model.gap_mm[1].data()[row], grid.gap_mm[1].data()[cell], 1e-6);
+      EXPECT_EQ(model.is_in_contact[0].data()[row], grid.is_in_contact[0].data()[cell]);
+      EXPECT_EQ(model.is_in_contact[1].data()[row], grid.is_in_contact[1].data()[cell]);
       EXPECT_EQ(model.status.data()[row], 0);
       ++row;
     }

@@ -36,17 +36,17 @@ TEST(EquilibriumRun, WithVarusFreeBothSidesTouchAndShareThePush)
   ASSERT_TRUE(model.equilibrium);
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
     SCOPED_TRACE(i);
-    EXPECT_EQ(model.contact_medial(i, 0), 1);
-    EXPECT_EQ(model.contact_lateral(i, 0), 1);
-    EXPECT_LT(model.gap_medial_mm(i, 0), touch_mm);
-    EXPECT_LT(model.gap_lateral_mm(i, 0), touch_mm);
+    EXPECT_EQ(model.is_in_contact[0](i, 0), 1);
+    EXPECT_EQ(model.is_in_contact[1](i, 0), 1);
+    EXPECT_LT(model.gap_mm[0](i, 0), touch_mm);
+    EXPECT_LT(model.gap_mm[1](i, 0), touch_mm);
     EXPECT_NE(model.varus_solved_deg(i, 0), 0.0) << "the lateral dent is shallower";
     EXPECT_EQ(model.varus_solved_deg(i, 0), model.equilibrium->spine.varus_deg[static_cast<std::size_t>(i)]);
     EXPECT_LE(model.equilibrium->balance_residual_n(i, 0), 0.01 * 20.0);
     EXPECT_EQ(model.equilibrium->varus_moment_nmm(i, 0), 0.0);
     // Along Delta the two compartments carry the whole push.
     const auto y = static_cast<std::size_t>(3 * i + 1);
-    const double borne_n = -model.equilibrium->force_medial_n[y] - model.equilibrium->force_lateral_n[y];
+    const double borne_n = -model.equilibrium->force_n[0][y] - model.equilibrium->force_n[1][y];
     EXPECT_NEAR(borne_n, 20.0, 0.01 * 20.0);
   }
   const analysis::AuditFigures measured = analysis::figures_of(analysis::audit(model, "raw", 1, 1));
@@ -331,7 +331,7 @@ TEST_F(CoordinateRun, GivenCoordinatesOfFramesAreKept)
     // Conversion to radians and back.
     EXPECT_NEAR(model.clinical.flexion_deg(i, 0), flexion[static_cast<std::size_t>(i)], 1e-12);
     EXPECT_NEAR(model.clinical.internal_rotation_deg(i, 0), internal[static_cast<std::size_t>(i)], 1e-12);
-    EXPECT_LT(std::max(model.gap_medial_mm(i, 0), model.gap_lateral_mm(i, 0)), 1e-4);  // both balls bear
+    EXPECT_LT(std::max(model.gap_mm[0](i, 0), model.gap_mm[1](i, 0)), 1e-4);  // both balls bear
   }
   ASSERT_TRUE(model.coordinates);
   EXPECT_THAT(model.coordinates->role, ElementsAre(1, 2, 1, 2, 2, 2));

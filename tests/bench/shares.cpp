@@ -120,20 +120,18 @@ std::vector<contact::Contact> timed_contacts_of_turned(const contact::ContactObj
 }
 
 // Of the equilibrium.
-using Pairs = std::vector<geometry::TrianglePair>;
 VRDA_REDIRECT(
     std::vector<contact::Contact>, contacts,
-    "_ZN4vrda7contact13find_contactsERKNS0_8ColliderES3_RKNS0_14SolverPositionERKSt6vectorINS_8geometry"
-    "12TrianglePairESaIS9_EERNS0_11NarrowPhaseERKNS0_14ContactOptionsE",
-    const contact::Collider&, const contact::Collider&, const SolverPosition&, const Pairs&,
-    contact::NarrowPhase&, const contact::ContactOptions&)
-std::vector<contact::Contact> timed_contacts(const contact::Collider& reference,
-                                             const contact::Collider& moving, const SolverPosition& poses,
-                                             const Pairs& candidates, contact::NarrowPhase& narrow_phase,
+    "_ZN4vrda7contact13find_contactsERKNS0_14ContactObjectsERKNS_5model8AttitudeERKNS4_10MovingPoseE"
+    "RNS0_11NarrowPhaseERKNS0_14ContactOptionsE",
+    const contact::ContactObjects&, const Attitude&, const MovingPose&, contact::NarrowPhase&,
+    const contact::ContactOptions&)
+std::vector<contact::Contact> timed_contacts(const contact::ContactObjects& objects, const Attitude& attitude,
+                                             const MovingPose& pose, contact::NarrowPhase& narrow_phase,
                                              const contact::ContactOptions& options)
 {
   const Clock clock(contacts);
-  return real_contacts(reference, moving, poses, candidates, narrow_phase, options);
+  return real_contacts(objects, attitude, pose, narrow_phase, options);
 }
 
 using Detector = btDiscreteCollisionDetectorInterface;

@@ -7,9 +7,9 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "job/job_parts.hpp"
 #include "job/component_loader.hpp"
 #include "job/job.hpp"
+#include "job/job_parts.hpp"
 #include "job/mesh_text.hpp"
 #include "job/thesis_files.hpp"
 #include "support/real_knees.hpp"
@@ -57,9 +57,9 @@ TEST(Job, DefaultsAreThoseOfTheSpecification)
   EXPECT_TRUE(job.smooth_recontact);
   EXPECT_FALSE(job.smooth_robust);
   EXPECT_EQ(job.unsolved_fraction, 0.0);
-  ASSERT_TRUE(job.medial && job.lateral);
-  EXPECT_EQ(job.medial->half_space, "left");
-  EXPECT_EQ(job.lateral->half_space, "right");
+  ASSERT_TRUE(job.compartments);
+  EXPECT_EQ(job.compartments->at(0).half_space, "left");
+  EXPECT_EQ(job.compartments->at(1).half_space, "right");
 }
 
 const char* const every_key = R"(
@@ -178,7 +178,7 @@ TEST(Job, EveryKeyArrivesInInternalUnits)
   EXPECT_EQ(job.ligaments->fibres.at(0).slack_length_mm, 30.0);
   EXPECT_FALSE(job.ligaments->fibres.at(0).reference_strain.has_value());
   EXPECT_EQ(job.ligaments->transition_strain, 0.03);
-  EXPECT_THAT(job.lateral->components, ElementsAre("c"));
+  EXPECT_THAT(job.compartments->at(1).components, ElementsAre("c"));
   EXPECT_THAT(job.smooth_degrees, ElementsAre(2, 4));
   EXPECT_FALSE(job.smooth_recontact);
   EXPECT_TRUE(job.smooth_robust);
@@ -240,7 +240,7 @@ generate = { shape = "knee", part = "tibia", side = "right" }
   const job::Job job = job_of(text, {"side=left"});
   EXPECT_EQ(job.reference.components[0].generate->words.at("side"), "left");
   EXPECT_EQ(job.moving.components[0].generate->words.at("side"), "right");
-  EXPECT_EQ(job.medial->half_space, "right");
+  EXPECT_EQ(job.compartments->at(0).half_space, "right");
 }
 
 TEST(Job, ACampaignIsCheckedAndLeftOutOfTheResolvedJob)

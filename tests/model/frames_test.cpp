@@ -124,25 +124,6 @@ TEST(Clinical, attitude_and_theta)
   }
 }
 
-TEST(Frames, solver_position)
-{
-  for (const Side side : {Side::right, Side::left}) {
-    for (const Eigen::Vector3d& delta : {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(-1, 0, 0),
-                                         Eigen::Vector3d(Eigen::Vector3d(0.3, 1, -0.2).normalized())}) {
-      for (const double flexion_rad : {-2.9, 0.0, 1.1, 3.0}) {
-        const SolverFrame frame = far_frame(side, delta);
-        const Attitude attitude{flexion_rad, 0.07};
-        const MovingPose pose{{1.25, -3.5, 0.75}, -0.21};
-        const SolverPosition found = solver_position(frame, X_reference_moving(frame, attitude, pose));
-        EXPECT_NEAR(found.attitude.flexion_rad, flexion_rad, rounding);
-        EXPECT_NEAR(found.attitude.varus_rad, 0.07, rounding);
-        EXPECT_NEAR(found.pose.theta_rad, -0.21, rounding);
-        EXPECT_LT((found.pose.translation_mm - pose.translation_mm).norm(), rounding);
-      }
-    }
-  }
-}
-
 TEST(Clinical, translations)
 {
   Pose X = Pose::Identity();

@@ -178,7 +178,7 @@ Solved solved_by(const solve::SweepPlan& plan)
     ++solved.by_kind[task.key.kind];
     StepRecord record;
     record.status = StepStatus::stable;
-    record.contact_medial = record.contact_lateral = true;
+    record.is_in_contact[0] = record.is_in_contact[1] = true;
     record.varus_rad = task.is_varus_free ? 0.0 : task.attitude.varus_rad;
     record.pose.translation_mm = {0.0, -std::abs(task.attitude.varus_rad), 0.0};
     return record;

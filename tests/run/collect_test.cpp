@@ -37,8 +37,8 @@ StepRecord solved(const solve::StepTask& task)
   record.pose.translation_mm =
       0.5 * task.seed.translation_mm + Eigen::Vector3d(task.attitude.flexion_rad, 1, 0);
   record.pose.theta_rad = task.attitude.varus_rad + 0.1 * task.band;
-  record.gap_medial_mm = 0.3 * task.attitude.flexion_rad;
-  record.gap_lateral_mm = task.attitude.varus_rad;
+  record.gap_mm[0] = 0.3 * task.attitude.flexion_rad;
+  record.gap_mm[1] = task.attitude.varus_rad;
   record.balance.energy_nmm = task.seed.theta_rad;
   return record;
 }

@@ -321,9 +321,9 @@ TEST(CompliantEquilibrium, BothCompartmentsTouchWithoutOverlap)
   ASSERT_EQ(r.status, StepStatus::stable);
   EXPECT_LE(r.balance.residual_n, 1e-6 * push_n);
   EXPECT_FALSE(overlaps(knee.joint, r, 0.1));
-  EXPECT_TRUE(r.contact_medial && r.contact_lateral);
-  EXPECT_NEAR(r.gap_medial_mm, 1e-5, 1e-6);
-  EXPECT_NEAR(r.gap_lateral_mm, 1e-5, 1e-6);
+  EXPECT_TRUE(r.is_in_contact[0] && r.is_in_contact[1]);
+  EXPECT_NEAR(r.gap_mm[0], 1e-5, 1e-6);
+  EXPECT_NEAR(r.gap_mm[1], 1e-5, 1e-6);
   EXPECT_EQ(r.balance.forces.size(), 2U);
   EXPECT_TRUE(r.theta_determined);
 }

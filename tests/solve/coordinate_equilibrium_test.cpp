@@ -48,17 +48,37 @@ SolverFrame tilted(Side side)
   return frame;
 }
 
+TEST(SolverPosition, IsTheInverseOfThePose)
+{
+  constexpr double rounding = 1e-12;  // mm or rad, coordinates of hundreds of mm
+  for (const Side side : {Side::right, Side::left}) {
+    for (const Eigen::Vector3d& delta : {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(-1, 0, 0),
+                                         Eigen::Vector3d(Eigen::Vector3d(0.3, 1, -0.2).normalized())}) {
+      for (const double flexion_rad : {-2.9, 0.0, 1.1, 3.0}) {
+        const SolverFrame frame{side, {430.0, 510.0, side == Side::left ? -75.0 : 75.0}, delta};
+        const MovingPose pose{{1.25, -3.5, 0.75}, -0.21};
+        const solve::SolverPosition found =
+            solve::solver_position(frame, X_reference_moving(frame, {flexion_rad, 0.07}, pose));
+        EXPECT_NEAR(found.attitude.flexion_rad, flexion_rad, rounding);
+        EXPECT_NEAR(found.attitude.varus_rad, 0.07, rounding);
+        EXPECT_NEAR(found.pose.theta_rad, -0.21, rounding);
+        EXPECT_LT((found.pose.translation_mm - pose.translation_mm).norm(), rounding);
+      }
+    }
+  }
+}
+
 // The displacement of a moving point and of its own position in the reference, by central differences.
 TEST(JointMap, TwistsMatchDifferences)
 {
   for (const SolverFrame& frame : {SolverFrame{}, tilted(Side::right), tilted(Side::left)}) {
     const solve::JointMap map(frame);
     const JointCoordinates q = at(40, 7, -12, 3, -25, 5);
-    const SolverPosition here = map.position_at(q);
+    const solve::SolverPosition here = map.position_at(q);
     const solve::Matrix6d twists = map.twists(q, here);
     const Eigen::Vector3d p_moving(11, -4, 6);
     const auto in_reference = [&](const JointCoordinates& c) {
-      const SolverPosition s = map.position_at(c);
+      const solve::SolverPosition s = map.position_at(c);
       return Eigen::Vector3d(reference_rotation(s.attitude).transpose() * (pose_of(s.pose) * p_moving));
     };
     const Eigen::Vector3d p = pose_of(here.pose) * p_moving;
@@ -88,7 +108,7 @@ TEST(JointMap, WorkOfLoadsMatchesDifferences)
                    {BodyIndex::moving, {1, 2, 3}, {50, 0, -20}, {4, 4, -4}}};
   loads.lines = {{35, {10, 20, 5}, {-3, -8, 6}}};
   const JointCoordinates q = at(40, 7, -12, 3, -25, 5);
-  const SolverPosition here = map.position_at(q);
+  const solve::SolverPosition here = map.position_at(q);
   const solve::LoadPotential applied = solve::potential_near(loads, here.attitude, here.pose);
   const solve::Vector6d by_twist =
       map.twists(q, here).transpose() * solve::work_of(loads, &applied, here).wrench;
@@ -123,7 +143,7 @@ TEST(FeatureDistance, MatchesDifferences)
       c.reference_direction = vector(1).normalized();
       c.moving_direction = vector(1).normalized();
       const JointCoordinates q = at(30, 5, 10, 2, -20, 3);
-      const SolverPosition here = map.position_at(q);
+      const solve::SolverPosition here = map.position_at(q);
       const solve::FeatureDistance d = solve::feature_distance(c, here, pivot);
       const solve::Vector6d slope = map.twists(q, here).transpose() * d.wrench;
       for (Eigen::Index k = 0; k < 6; ++k) {

@@ -203,7 +203,7 @@ TEST(Equilibrium, FreeVarusTurnsUntilBothSidesTouch)
     ASSERT_EQ(r.status, StepStatus::stable);
     EXPECT_NEAR(r.varus_rad, tilt, exact_mm);
     EXPECT_NEAR(r.pose.translation_mm.y(), 0.0, 2 * standoff_mm);
-    EXPECT_TRUE(r.contact_medial && r.contact_lateral);
+    EXPECT_TRUE(r.is_in_contact[0] && r.is_in_contact[1]);
     EXPECT_EQ(r.balance.varus_moment_nmm, 0.0);
   }
 }
@@ -236,9 +236,9 @@ TEST(Equilibrium, AHeldVarusIsHeldByAMoment)
   ASSERT_EQ(r.balance.forces.size(), 2u);  // both flanks
   // The contact pushes down in front of the axis or behind it; the flexion moment balances it.
   EXPECT_NEAR(r.balance.flexion_moment_nmm, -20 * r.balance.forces[0].point_solver_mm.x(), 1e-3);
-  EXPECT_TRUE(r.contact_lateral);
-  EXPECT_FALSE(r.contact_medial);
-  EXPECT_NEAR(r.gap_medial_mm, 3.0, 1e-3);
+  EXPECT_TRUE(r.is_in_contact[1]);
+  EXPECT_FALSE(r.is_in_contact[0]);
+  EXPECT_NEAR(r.gap_mm[0], 3.0, 1e-3);
 }
 
 TEST(Equilibrium, FlanksShareALateralForceUntilItSlidesOut)
@@ -355,13 +355,13 @@ TEST(Equilibrium, CompartmentsInContactAndOffItReportTheirGaps)
     const Attitude attitude{0.0, rad_from_deg(varus_deg)};
     const StepRecord r = solver.solve({attitude, {{1, -30, 1}, 0.2}, {}});
     ASSERT_EQ(r.status, StepStatus::stable);
-    geometry::GapQuery medial(joint.reference_gap, joint.medial_gap),
-        lateral(joint.reference_gap, joint.lateral_gap);
+    geometry::GapQuery medial(joint.reference_gap, joint.compartment_gap[0]),
+        lateral(joint.reference_gap, joint.compartment_gap[1]);
     medial.set_attitude(attitude);
     lateral.set_attitude(attitude);
-    EXPECT_NEAR(r.gap_medial_mm, medial.travel_mm(r.pose), 1e-9);
-    EXPECT_NEAR(r.gap_lateral_mm, lateral.travel_mm(r.pose), 1e-9);
-    EXPECT_NEAR(std::min(r.gap_medial_mm, r.gap_lateral_mm), standoff_mm, 1e-9);
+    EXPECT_NEAR(r.gap_mm[0], medial.travel_mm(r.pose), 1e-9);
+    EXPECT_NEAR(r.gap_mm[1], lateral.travel_mm(r.pose), 1e-9);
+    EXPECT_NEAR(std::min(r.gap_mm[0], r.gap_mm[1]), standoff_mm, 1e-9);
   }
 }
 

@@ -218,7 +218,7 @@ TEST(DirectionSpring, WrenchMatchesDifferences)
   spring.rest = spring.axis.cross(Eigen::Vector3d(0.8, 0.3, 0.1)).normalized();
   JointCoordinates q;
   q << 0.4, 0.1, -0.2, 3, -25, 5;
-  const SolverPosition here = map.position_at(q);
+  const solve::SolverPosition here = map.position_at(q);
   solve::Vector6d wrench = solve::Vector6d::Zero();
   const auto energy_at = [&](const JointCoordinates& c) {
     solve::Vector6d unused = solve::Vector6d::Zero();

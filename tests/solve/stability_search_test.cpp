@@ -262,10 +262,10 @@ TEST(StabilitySearch, CompartmentsReportTheirGapsAndFlags)
   const SearchOptions options;
   const StepRecord r = solve::find_stable_pose(joint, {}, {{0.3, -20, 0.1}, 0}, options);
   ASSERT_EQ(r.status, StepStatus::stable);
-  EXPECT_FALSE(r.contact_medial);
-  EXPECT_TRUE(r.contact_lateral);
-  EXPECT_NEAR(r.gap_medial_mm - r.gap_lateral_mm, 0.4, 1e-9);
-  EXPECT_LE(r.gap_lateral_mm, options.translation_resolution_mm);
+  EXPECT_FALSE(r.is_in_contact[0]);
+  EXPECT_TRUE(r.is_in_contact[1]);
+  EXPECT_NEAR(r.gap_mm[0] - r.gap_mm[1], 0.4, 1e-9);
+  EXPECT_LE(r.gap_mm[1], options.translation_resolution_mm);
   EXPECT_FALSE(r.theta_determined);
 }
 

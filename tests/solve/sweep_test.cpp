@@ -33,8 +33,8 @@ StepRecord drifting(const Attitude& attitude, const MovingPose& seed)
       0.5 * seed.translation_mm + Eigen::Vector3d(attitude.flexion_rad, attitude.varus_rad, 1);
   r.pose.theta_rad = 0.9 * seed.theta_rad + attitude.flexion_rad;
   const double balance_rad = 0.1 * attitude.flexion_rad;
-  r.gap_medial_mm = std::max(0.0, 40.0 * (attitude.varus_rad - balance_rad));
-  r.gap_lateral_mm = std::max(0.0, -40.0 * (attitude.varus_rad - balance_rad));
+  r.gap_mm[0] = std::max(0.0, 40.0 * (attitude.varus_rad - balance_rad));
+  r.gap_mm[1] = std::max(0.0, -40.0 * (attitude.varus_rad - balance_rad));
   return r;
 }
 
@@ -167,9 +167,9 @@ TEST(Sweep, WithContactOnBothSidesTheSpineMaximisesTheHeight)
     r.status = StepStatus::stable;
     const double from_peak = task.attitude.varus_rad - rad_from_deg(2.0);
     r.pose.translation_mm.y() = -std::abs(from_peak);
-    r.contact_medial = r.contact_lateral = from_peak > rad_from_deg(-0.5) && from_peak < rad_from_deg(6.5);
-    r.gap_medial_mm = r.contact_lateral ? 0.0 : std::abs(from_peak);
-    r.gap_lateral_mm = 0.0;
+    r.is_in_contact[0] = r.is_in_contact[1] = from_peak > rad_from_deg(-0.5) && from_peak < rad_from_deg(6.5);
+    r.gap_mm[0] = r.is_in_contact[1] ? 0.0 : std::abs(from_peak);
+    r.gap_mm[1] = 0.0;
     return r;
   };
   EXPECT_EQ(solve::sweep(plan, locked, {}, 1).spine_column, std::vector<std::int32_t>(3, 6));

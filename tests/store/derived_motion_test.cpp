@@ -265,12 +265,12 @@ TEST(ContactPaths, AreTheMeansOfTheContactsInBothBodiesAxes)
       add_contact(model, 1, world_of_reference(model, second_mm).transpose());
       const store::ContactPaths paths = store::contact_paths_of(model);
       const Eigen::Vector3d mean_mm = 0.5 * (first_mm + second_mm);
-      EXPECT_LT((at(paths.medial_reference_mm, 0) - mean_mm).norm(), rounding_mm);
+      EXPECT_LT((at(paths[0].reference_mm, 0) - mean_mm).norm(), rounding_mm);
       const Matrix4 X = Eigen::Map<const Matrix4>(model.X_reference_moving.data());
-      const Eigen::Vector4d back = X * at(paths.medial_moving_mm, 0).homogeneous();
+      const Eigen::Vector4d back = X * at(paths[0].moving_mm, 0).homogeneous();
       EXPECT_LT((back.head<3>() - mean_mm).norm(), rounding_mm);
-      EXPECT_TRUE(at(paths.lateral_reference_mm, 0).array().isNaN().all());
-      EXPECT_TRUE(at(paths.lateral_moving_mm, 0).array().isNaN().all());
+      EXPECT_TRUE(at(paths[1].reference_mm, 0).array().isNaN().all());
+      EXPECT_TRUE(at(paths[1].moving_mm, 0).array().isNaN().all());
     }
   }
 }
@@ -293,16 +293,16 @@ TEST(ContactPaths, OfAnEquilibriumTheForcesWeigh)
   add_contact(model, 2, {0.0, 0.0, 0.0});  // belongs to no compartment
   const store::ContactPaths paths = store::contact_paths_of(model);
   const Eigen::Vector3d mean_mm = 0.25 * first_mm + 0.75 * second_mm;
-  EXPECT_LT((at(paths.lateral_reference_mm, 0) - mean_mm).norm(), rounding_mm);
-  EXPECT_TRUE(at(paths.medial_reference_mm, 0).array().isNaN().all());
+  EXPECT_LT((at(paths[1].reference_mm, 0) - mean_mm).norm(), rounding_mm);
+  EXPECT_TRUE(at(paths[0].reference_mm, 0).array().isNaN().all());
 }
 
 TEST(ContactPaths, UnsolvedCellsHaveNone)
 {
   const store::MotionModel model = test::sample_model();  // cell (1, 2) failed
   const store::ContactPaths paths = store::contact_paths_of(model);
-  EXPECT_TRUE(at(paths.medial_reference_mm, 5).array().isNaN().all());
-  EXPECT_TRUE(at(paths.medial_reference_mm, 4).array().isFinite().all());
+  EXPECT_TRUE(at(paths[0].reference_mm, 5).array().isNaN().all());
+  EXPECT_TRUE(at(paths[0].reference_mm, 4).array().isFinite().all());
 }
 
 using testing::NanSensitiveDoubleEq;
@@ -377,19 +377,19 @@ TEST(TwoSidedFigures, CountsPosesWithBothGapsWithinThePerceptible)
   store::AuditSet audit;
   audit.state = store::GridB::Zero(1, 7);
   audit.state(0, 6) = store::code_of(store::AuditState::no_pose);
-  audit.gap_medial_mm.resize(1, 7);
-  audit.gap_lateral_mm.resize(1, 7);
+  audit.compartment_gap_mm[0].resize(1, 7);
+  audit.compartment_gap_mm[1].resize(1, 7);
   // Both sides at the limits; either side beyond, in either direction; a side that faces nothing; no pose.
-  audit.gap_medial_mm << 0.145, 0.15, 0.0, -0.15, 0.0, nan, 9.0;
-  audit.gap_lateral_mm << -0.145, 0.0, 0.3, 0.0, -0.4, 0.0, 0.0;
+  audit.compartment_gap_mm[0] << 0.145, 0.15, 0.0, -0.15, 0.0, nan, 9.0;
+  audit.compartment_gap_mm[1] << -0.145, 0.0, 0.3, 0.0, -0.4, 0.0, 0.0;
   const store::TwoSidedFigures f = store::two_sided_figures(audit);
   EXPECT_EQ(f.n_poses, 6);
   EXPECT_EQ(f.n_both_in_contact, 1);
-  EXPECT_EQ(f.largest_gap_medial_mm, 0.15);
-  EXPECT_EQ(f.largest_overlap_medial_mm, 0.15);
-  EXPECT_EQ(f.largest_gap_lateral_mm, 0.3);
-  EXPECT_EQ(f.largest_overlap_lateral_mm, 0.4);
-  audit.gap_medial_mm.resize(0, 0);
+  EXPECT_EQ(f.largest_gap_mm[0], 0.15);
+  EXPECT_EQ(f.largest_overlap_mm[0], 0.15);
+  EXPECT_EQ(f.largest_gap_mm[1], 0.3);
+  EXPECT_EQ(f.largest_overlap_mm[1], 0.4);
+  audit.compartment_gap_mm[0].resize(0, 0);
   EXPECT_EQ(store::two_sided_figures(audit).n_poses, 0) << "without compartments";
 }
 

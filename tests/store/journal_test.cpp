@@ -35,9 +35,9 @@ StepRecord record(int n, int n_contacts = 2)
   step.iterations = 1000 + n;
   step.queries = 2000000000;
   step.residual_mm = 0.05 / (n + 1);
-  step.gap_medial_mm = n % 2 == 0 ? std::numeric_limits<double>::quiet_NaN() : -0.0;
-  step.gap_lateral_mm = std::numeric_limits<double>::denorm_min();
-  step.contact_medial = n % 2 == 0;
+  step.gap_mm[0] = n % 2 == 0 ? std::numeric_limits<double>::quiet_NaN() : -0.0;
+  step.gap_mm[1] = std::numeric_limits<double>::denorm_min();
+  step.is_in_contact[0] = n % 2 == 0;
   step.theta_determined = n % 3 == 0;
   step.varus_rad = 0.01 * n;
   step.balance.energy_nmm = -20.0 / 7.0 * n;

@@ -48,7 +48,7 @@ class Rows : public store::RegistryVisitor {
   {
     SCOPED_TRACE(dataset.path);
     EXPECT_TRUE(paths.insert(dataset.path).second) << "twice";
-    EXPECT_NE(*dataset.long_name, '\0');
+    EXPECT_FALSE(dataset.long_name.empty());
     const store::ValueKind kind = store::kind_of(member);
     EXPECT_EQ(*dataset.units.name == '\0',
               kind == store::ValueKind::text || dataset.flags() != store::FlagSet::none);

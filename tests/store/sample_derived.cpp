@@ -30,8 +30,8 @@ void put_numbers(store::ZeroVarus& motion, const store::MotionModel& model, cons
   if (!model.has_compartments) return;
   // The lateral compartment is not in contact and remains NaN.
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    motion.medial_reference_mm[3 * row.i + axis] = 1.0 + static_cast<double>(axis);
-    motion.medial_moving_mm[3 * row.i + axis] = -2.0 * static_cast<double>(axis);
+    motion.centres[0].reference_mm[3 * row.i + axis] = 1.0 + static_cast<double>(axis);
+    motion.centres[0].moving_mm[3 * row.i + axis] = -2.0 * static_cast<double>(axis);
   }
 }
 
@@ -56,8 +56,8 @@ void put_interval(store::ZeroVarus& motion, std::size_t i, bool has_compartments
   const double x = static_cast<double>(i);
   motion.helical_rotation_deg[i] = 0.01 * x;
   if (has_compartments) {
-    motion.medial_rolling_mm[i] = 0.2;
-    motion.medial_sliding_mm[i] = -0.1 * x;
+    motion.rolling[0].rolling_mm[i] = 0.2;
+    motion.rolling[0].sliding_mm[i] = -0.1 * x;
   }
   if (i == 0) return;  // rotation too small for an axis
   motion.helical_translation_mm[i] = 0.003;
@@ -84,12 +84,12 @@ store::ZeroVarus empty_motion(std::size_t n, bool has_compartments)
   motion.helical_point_mm.assign(3 * (n - 1), nan);
   motion.instant_centre_mm.assign(2 * (n - 1), nan);
   if (!has_compartments) return motion;
-  for (std::vector<double>* values : {&motion.medial_reference_mm, &motion.medial_moving_mm,
-                                      &motion.lateral_reference_mm, &motion.lateral_moving_mm}) {
+  for (std::vector<double>* values : {&motion.centres[0].reference_mm, &motion.centres[0].moving_mm,
+                                      &motion.centres[1].reference_mm, &motion.centres[1].moving_mm}) {
     values->assign(3 * n, nan);
   }
-  for (std::vector<double>* values : {&motion.medial_rolling_mm, &motion.medial_sliding_mm,
-                                      &motion.lateral_rolling_mm, &motion.lateral_sliding_mm}) {
+  for (std::vector<double>* values : {&motion.rolling[0].rolling_mm, &motion.rolling[0].sliding_mm,
+                                      &motion.rolling[1].rolling_mm, &motion.rolling[1].sliding_mm}) {
     values->assign(n - 1, nan);
   }
   return motion;
@@ -127,7 +127,7 @@ store::AuditSet sample_audit(const std::string& name, const store::MotionModel& 
   audit.state = store::GridB::Zero(n_flexion, n_varus);
   audit.gap_mm = store::GridD::Constant(n_flexion, n_varus, nan);
   audit.penetration_mm = store::GridD::Zero(n_flexion, n_varus);
-  if (model.has_compartments) audit.gap_medial_mm = audit.gap_lateral_mm = audit.gap_mm;
+  if (model.has_compartments) audit.compartment_gap_mm[0] = audit.compartment_gap_mm[1] = audit.gap_mm;
   for (Eigen::Index k = 0; k < audit.state.size(); ++k) {
     const auto state = static_cast<store::AuditState>(k % 4 - 1);
     const double level = 0.25 * static_cast<double>(k - k % 4);
@@ -136,8 +136,8 @@ store::AuditSet sample_audit(const std::string& name, const store::MotionModel& 
     if (state == store::AuditState::free) audit.gap_mm.data()[k] = 0.125 * level;
     if (state == store::AuditState::overlapping) audit.penetration_mm.data()[k] = 0.25 * level;
     if (!model.has_compartments || state == store::AuditState::no_pose) continue;
-    audit.gap_medial_mm.data()[k] = 0.125 * level;
-    audit.gap_lateral_mm.data()[k] = state == store::AuditState::overlapping ? -0.25 * level : nan;
+    audit.compartment_gap_mm[0].data()[k] = 0.125 * level;
+    audit.compartment_gap_mm[1].data()[k] = state == store::AuditState::overlapping ? -0.25 * level : nan;
   }
   return audit;
 }
@@ -158,8 +158,8 @@ store::TwoSided sample_two_sided(const store::MotionModel& model)
     motion.ty_mm.push_back(-0.125 * x * value);
     motion.tz_mm.push_back(0.5 * value);
     motion.theta_deg.push_back(2.0 * x * value);
-    motion.gap_medial_mm.push_back(contact == store::TwoSidedContact::lateral ? 0.5 : 0.0 * value);
-    motion.gap_lateral_mm.push_back(contact == store::TwoSidedContact::medial ? 0.25 : 0.0 * value);
+    motion.gap_mm[0].push_back(contact == store::TwoSidedContact::lateral ? 0.5 : 0.0 * value);
+    motion.gap_mm[1].push_back(contact == store::TwoSidedContact::medial ? 0.25 : 0.0 * value);
   }
   return motion;
 }

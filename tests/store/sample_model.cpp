@@ -41,9 +41,9 @@ void fill_cell(store::MotionModel& model, Eigen::Index i, Eigen::Index j)
   model.queries(i, j) = static_cast<std::int32_t>(30 + j);
   model.residual_mm(i, j) = 0.01;
   model.is_spine(i, j) = j == (model.varus_deg.size() > 1 ? 1 : 0) ? 1 : 0;
-  if (model.has_compartments) model.gap_medial_mm(i, j) = 0.02;  // the lateral one faces nothing: NaN
-  model.contact_medial(i, j) = model.has_compartments ? 1 : -1;
-  model.contact_lateral(i, j) = model.has_compartments ? 0 : -1;
+  if (model.has_compartments) model.gap_mm[0](i, j) = 0.02;  // the lateral one faces nothing: NaN
+  model.is_in_contact[0](i, j) = model.has_compartments ? 1 : -1;
+  model.is_in_contact[1](i, j) = model.has_compartments ? 0 : -1;
 }
 
 store::ContactRows sample_contacts(const store::MotionModel& model)
@@ -201,8 +201,8 @@ void fill_equilibrium(store::MotionModel& model)
       sums[equilibrium.forces.compartment[row]] +=
           (equilibrium.forces.along_delta_n[row] / -normal.dot(delta)) * normal.transpose();
     }
-    Eigen::Map<Eigen::Vector3d>(&equilibrium.force_medial_n[3 * cell]) = sums[1];
-    Eigen::Map<Eigen::Vector3d>(&equilibrium.force_lateral_n[3 * cell]) = sums[2];
+    Eigen::Map<Eigen::Vector3d>(&equilibrium.force_n[0][3 * cell]) = sums[1];
+    Eigen::Map<Eigen::Vector3d>(&equilibrium.force_n[1][3 * cell]) = sums[2];
   }
 }
 

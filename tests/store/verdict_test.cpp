@@ -47,8 +47,8 @@ store::MotionModel knee(const Rotation& rotation, double forward_mm = 6.0,
     return store::PoseCoordinates{forward_mm * flexion / 90.0, 0.0, 0.0, rotation(flexion)};
   };
   store::MotionModel model = test::model_of(plan);
-  model.gap_medial_mm.setZero();
-  model.gap_lateral_mm.setZero();
+  model.gap_mm[0].setZero();
+  model.gap_mm[1].setZero();
   return model;
 }
 
@@ -87,8 +87,8 @@ void set_contacts(store::MotionModel& model, double medial_mm, double lateral_mm
   const std::size_t n_varus = model.varus_deg.size();
   for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
     const std::size_t x = 3 * (i * n_varus + 1);
-    model.contact_paths->medial_moving_mm[x] = 5.0 + medial_mm * model.flexion_deg[i] / 90.0;
-    model.contact_paths->lateral_moving_mm[x] = 2.0 + lateral_mm * model.flexion_deg[i] / 90.0;
+    model.contact_paths->at(0).moving_mm[x] = 5.0 + medial_mm * model.flexion_deg[i] / 90.0;
+    model.contact_paths->at(1).moving_mm[x] = 2.0 + lateral_mm * model.flexion_deg[i] / 90.0;
   }
 }
 
@@ -243,10 +243,10 @@ TEST(Verdict, UnsolvedEnds)
 TEST(Verdict, LiftOffOfTheRawAndTheTwoSidedMotion)
 {
   store::MotionModel model = knee(rising);
-  model.gap_lateral_mm(1, 1) = model.gap_lateral_mm(2, 1) = 0.146;
-  model.gap_lateral_mm(3, 1) = 0.144;
-  model.gap_medial_mm(18, 1) = nan;
-  model.gap_medial_mm(5, 0) = 3.0;  // not a cell of the spine
+  model.gap_mm[1](1, 1) = model.gap_mm[1](2, 1) = 0.146;
+  model.gap_mm[1](3, 1) = 0.144;
+  model.gap_mm[0](18, 1) = nan;
+  model.gap_mm[0](5, 0) = 3.0;  // not a cell of the spine
   const std::vector<store::LiftOff> raw = *store::verdict_of(model, "raw")->lift_off;
   EXPECT_THAT(raw[0].flexion_deg, ElementsAre(90.0));
   EXPECT_THAT(raw[1].flexion_deg, ElementsAre(5.0, 10.0));
@@ -256,9 +256,9 @@ TEST(Verdict, LiftOffOfTheRawAndTheTwoSidedMotion)
     motion.contact.push_back(store::code_of(store::TwoSidedContact::both));
     motion.tx_mm.push_back(6.0 * flexion_deg / 90.0);
     motion.theta_deg.push_back(rising(flexion_deg));
-    for (auto* column : {&motion.ty_mm, &motion.tz_mm, &motion.varus_deg, &motion.gap_medial_mm})
+    for (auto* column : {&motion.ty_mm, &motion.tz_mm, &motion.varus_deg, &motion.gap_mm[0]})
       column->push_back(0.0);
-    motion.gap_lateral_mm.push_back(flexion_deg == 87.5 ? 1.0 : -1.0);
+    motion.gap_mm[1].push_back(flexion_deg == 87.5 ? 1.0 : -1.0);
   }
   model.two_sided = motion;
   const Verdict two_sided = *store::verdict_of(model, "two_sided");

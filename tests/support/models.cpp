@@ -53,10 +53,8 @@ void solve_cell(store::MotionModel& model, Eigen::Index flexion, Eigen::Index va
                                                clinical.lateral_mm};
   for (std::size_t k = 0; k < 6; ++k)
     (model.clinical.*clinical_grids[k])(flexion, varus) = clinical_numbers[k];
-  for (const auto grid : {&store::MotionModel::contact_medial, &store::MotionModel::contact_lateral,
-                          &store::MotionModel::theta_determined}) {
-    (model.*grid)(flexion, varus) = 1;
-  }
+  for (store::GridB& grid : model.is_in_contact) grid(flexion, varus) = 1;
+  model.theta_determined(flexion, varus) = 1;
   model.status(flexion, varus) = status_stable;
 }
 
@@ -162,10 +160,8 @@ void unsolve(store::MotionModel& model, Eigen::Index flexion, Eigen::Index varus
   }
   for (const auto grid : clinical_grids)
     (model.clinical.*grid)(flexion, varus) = (pending.clinical.*grid)(flexion, varus);
-  for (const auto grid : {&store::MotionModel::contact_medial, &store::MotionModel::contact_lateral,
-                          &store::MotionModel::theta_determined}) {
-    (model.*grid)(flexion, varus) = -1;
-  }
+  for (store::GridB& grid : model.is_in_contact) grid(flexion, varus) = -1;
+  model.theta_determined(flexion, varus) = -1;
   std::fill_n(model.X_reference_moving.begin() +
                   static_cast<std::ptrdiff_t>(16 * (row * model.varus_deg.size() + column)),
               16, std::numeric_limits<double>::quiet_NaN());

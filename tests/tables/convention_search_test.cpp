@@ -40,8 +40,8 @@ std::vector<Compartment> halves(const Mesh& mesh)
 /// The pose with both gaps zero at the flexion, theta and place across Delta: regula falsi on varus.
 MovingPose two_sided(const solve::Joint& joint, Attitude& attitude, MovingPose pose)
 {
-  geometry::GapQuery medial(joint.reference_gap, joint.medial_gap),
-      lateral(joint.reference_gap, joint.lateral_gap);
+  geometry::GapQuery medial(joint.reference_gap, joint.compartment_gap[0]),
+      lateral(joint.reference_gap, joint.compartment_gap[1]);
   const auto gaps_mm = [&](double varus_rad) {
     attitude.varus_rad = varus_rad;
     medial.set_attitude(attitude);

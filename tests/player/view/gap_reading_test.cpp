@@ -23,9 +23,9 @@ store::MotionModel sample_model()
   store::MotionModel model;
   model.flexion_deg = {0, 10, 20};
   model.varus_deg = {-5, 5};
-  model.gap_medial_mm.resize(3, 2);
-  model.gap_medial_mm << 0, 1, 2, 3, 4, nan;
-  model.gap_lateral_mm = store::GridD::Constant(3, 2, 0.5);
+  model.gap_mm[0].resize(3, 2);
+  model.gap_mm[0] << 0, 1, 2, 3, 4, nan;
+  model.gap_mm[1] = store::GridD::Constant(3, 2, 0.5);
   store::SmoothedSet set;
   set.degree = 4;
   set.recontact_mm = store::GridD(3, 2);
@@ -39,10 +39,10 @@ TEST(GapReading, RawCells)
   const store::MotionModel model = sample_model();
   const GapReader reader(model, "raw");
   EXPECT_EQ(reader.at(at_deg(0, -5)).source, GapSource::cells);
-  EXPECT_NEAR(reader.at(at_deg(5, 0)).medial_mm, 1.5, rounding_mm);
-  EXPECT_NEAR(reader.at(at_deg(5, 0)).lateral_mm, 0.5, rounding_mm);
-  EXPECT_NEAR(reader.at(at_deg(20, -5)).medial_mm, 4.0, rounding_mm);
-  EXPECT_TRUE(std::isnan(reader.at(at_deg(15, 0)).medial_mm));
+  EXPECT_NEAR(reader.at(at_deg(5, 0)).compartment_mm[0], 1.5, rounding_mm);
+  EXPECT_NEAR(reader.at(at_deg(5, 0)).compartment_mm[1], 0.5, rounding_mm);
+  EXPECT_NEAR(reader.at(at_deg(20, -5)).compartment_mm[0], 4.0, rounding_mm);
+  EXPECT_TRUE(std::isnan(reader.at(at_deg(15, 0)).compartment_mm[0]));
 }
 
 // The way into contact is a gap forward and a penetration back.
@@ -92,16 +92,16 @@ TEST(GapReading, TwoSided)
   store::MotionModel model = sample_model();
   model.two_sided.emplace();
   model.two_sided->flexion_deg = {0, 10, 20};
-  model.two_sided->gap_medial_mm = {0.0, 0.5, nan};
-  model.two_sided->gap_lateral_mm = {0.25, -0.75, nan};
+  model.two_sided->gap_mm[0] = {0.0, 0.5, nan};
+  model.two_sided->gap_mm[1] = {0.25, -0.75, nan};
   const GapReader reader(model, "two_sided");
   const GapReading at_row = reader.at(at_deg(10, 3)), between = reader.at(at_deg(5, 3));
   EXPECT_EQ(at_row.source, GapSource::two_sided);
-  EXPECT_EQ(at_row.medial_mm, 0.5);
-  EXPECT_EQ(at_row.lateral_mm, -0.75);
-  EXPECT_DOUBLE_EQ(between.medial_mm, 0.25);
-  EXPECT_DOUBLE_EQ(between.lateral_mm, -0.25);
-  EXPECT_TRUE(std::isnan(reader.at(at_deg(20, 0)).medial_mm));
+  EXPECT_EQ(at_row.compartment_mm[0], 0.5);
+  EXPECT_EQ(at_row.compartment_mm[1], -0.75);
+  EXPECT_DOUBLE_EQ(between.compartment_mm[0], 0.25);
+  EXPECT_DOUBLE_EQ(between.compartment_mm[1], -0.25);
+  EXPECT_TRUE(std::isnan(reader.at(at_deg(20, 0)).compartment_mm[0]));
   model.two_sided.reset();
   EXPECT_EQ(GapReader(model, "two_sided").at(at_deg(5, 0)).source, GapSource::none);
 }
@@ -130,15 +130,15 @@ TEST(GapReading, Sequence)
   model.varus_deg = {0};
   model.flexion_deg = {20, 0, 20};
   model.frames = store::FrameSequence{"time_s", {0.0, 1.0, 3.0}};
-  model.gap_medial_mm = model.gap_medial_mm.leftCols(1).eval();
-  model.gap_lateral_mm = model.gap_lateral_mm.leftCols(1).eval();
+  model.gap_mm[0] = model.gap_mm[0].leftCols(1).eval();
+  model.gap_mm[1] = model.gap_mm[1].leftCols(1).eval();
   const GapReader reader(model, "raw");
   store::JointPose pose;
   pose.attitude = at_deg(20, 0);
   for (const auto& [key, medial_mm] :
        {std::pair(0.0, 0.0), std::pair(1.0, 2.0), std::pair(2.0, 3.0), std::pair(3.0, 4.0)}) {
     pose.key = key;
-    EXPECT_NEAR(reader.at(pose).medial_mm, medial_mm, rounding_mm);
+    EXPECT_NEAR(reader.at(pose).compartment_mm[0], medial_mm, rounding_mm);
   }
 }
 

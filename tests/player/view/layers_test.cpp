@@ -93,9 +93,9 @@ void set_contact_paths(store::MotionModel& model, std::size_t n_cells, double z_
     const Eigen::Vector3d medial =
         model.rotation_centre_mm + Eigen::Vector3d(x + jump_mm, -20, -8.0 * z_sign);
     const Eigen::Vector3d lateral = model.rotation_centre_mm + Eigen::Vector3d(x, -20, 8.0 * z_sign);
-    for (std::vector<double>* own : {&paths.medial_reference_mm, &paths.medial_moving_mm})
+    for (std::vector<double>* own : {&paths[0].reference_mm, &paths[0].moving_mm})
       own->insert(own->end(), medial.begin(), medial.end());
-    for (std::vector<double>* own : {&paths.lateral_reference_mm, &paths.lateral_moving_mm})
+    for (std::vector<double>* own : {&paths[1].reference_mm, &paths[1].moving_mm})
       own->insert(own->end(), lateral.begin(), lateral.end());
   }
   model.contact_paths = paths;
@@ -505,7 +505,7 @@ TEST(Layers, ContactPaths)
       // One ring a point and two for the ends of each piece; the medial path has two pieces.
       EXPECT_EQ(lateral.mesh.vertices.size(), 12 * (n_flexion + 2));
       EXPECT_EQ(medial.mesh.vertices.size(), 12 * (n_flexion + 4));
-      const auto first = Eigen::RowVector3d::Map(&stage.model.contact_paths->lateral_moving_mm[0]);
+      const auto first = Eigen::RowVector3d::Map(&stage.model.contact_paths->at(1).moving_mm[0]);
       const Eigen::Vector3d start_mm = first.transpose() - stage.model.rotation_centre_mm;
       Eigen::Vector3d mean_mm = Eigen::Vector3d::Zero();
       for (std::size_t k = 12; k < 24; ++k) {
