@@ -44,12 +44,14 @@ class Area {
   double at(const geometry::NearestSurface& reference, const Pose& X_reference_moving) const
   {
     std::vector<std::optional<double>> excess(offset_mm_.size());  // of each vertex
+    const double largest_mm = largest_offset_mm(reference.mesh());
     double area_mm2 = 0.0;
     for (std::size_t k = 0; k < triangles_.size(); ++k) {
       std::array<double, 3> of_corner{};
       for (const std::size_t corner : {0u, 1u, 2u}) {
         std::optional<double>& known = excess[vertex(triangles_[k], corner)];
-        if (!known) known = excess_mm(reference, X_reference_moving, vertex(triangles_[k], corner));
+        if (!known)
+          known = excess_mm(reference, largest_mm, X_reference_moving, vertex(triangles_[k], corner));
         of_corner[corner] = *known;
       }
       area_mm2 += share_below(of_corner) * area_mm2_[k];
@@ -64,16 +66,17 @@ class Area {
   }
 
   // Distance between both surfaces, rounded by their offsets, less the distance that counts. Where nothing is
-  // near it is an edge's length, more than a triangle with a counting corner can have.
-  double excess_mm(const geometry::NearestSurface& reference, const Pose& X_reference_moving,
-                   std::size_t vertex) const
+  // near it is an edge's length, more than a triangle with a counting corner can have. `largest_mm`: offset
+  // of the reference.
+  double excess_mm(const geometry::NearestSurface& reference, double largest_mm,
+                   const Pose& X_reference_moving, std::size_t vertex) const
   {
     const auto row = static_cast<Eigen::Index>(vertex);
     const Eigen::Vector3d p_mm = X_reference_moving * moving_.vertices_mm.row(row).transpose();
     const Eigen::Vector3d facing = -(X_reference_moving.linear() * normals_.row(row).transpose());
     const double counts_mm = contact_area_distance_mm + offset_mm_[vertex];
     const geometry::SurfacePoint nearest =
-        reference.nearest(p_mm, {counts_mm + largest_offset_mm(reference.mesh()) + longest_mm_, 0.0, facing});
+        reference.nearest(p_mm, {counts_mm + largest_mm + longest_mm_, 0.0, facing});
     if (nearest.triangle < 0) return longest_mm_;
     return nearest.distance_mm - counts_mm - offset_mm(reference.mesh(), nearest.triangle);
   }

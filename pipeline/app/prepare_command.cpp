@@ -250,6 +250,7 @@ class Preparation {
     known.tibia_points = prepare::known_points(landmarks_, reference_, prepare::Bone::tibia);
     core::log_info("registering \"" + reference_.joint.title + "\" onto the bones");
     known.is_stopped = core::is_interrupted;
+    known.n_threads = run::thread_count_or_all(options_.n_threads);
     fit_ = geometry::fit_knee(surfaces, reference_.knee, known);
     if (core::is_interrupted()) return;
     recognise_generated_knee(surfaces, known);

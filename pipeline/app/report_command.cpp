@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <future>
 #include <limits>
 #include <optional>
 
@@ -185,7 +186,11 @@ std::optional<analysis::Comparison> comparison_of(const store::MotionModel& mode
   compare_with.name = options.files.front();
   if (!options.is_quick) {
     compare_with.contact = run::contact_measure(run::thread_count_or_all(0));
-    compare_with.audit = quick_audit;
+    // The page has no faults of followers.
+    compare_with.audit = [](store::MotionModel joint, const std::string& set) {
+      joint.followers.clear();
+      return quick_audit(joint, set);
+    };
   }
   return analysis::compare(model, compare_with);
 }
@@ -252,10 +257,13 @@ report::Report gathered(const ReportOptions& options)
   for (report::ReportModel& entry : report.models) entry.raw = raw_extremes(raw = raw_audit(entry.model));
   if (report.models.size() == 1) {
     report::ReportModel& only = report.models.front();
+    // The player draws meanwhile.
+    std::future<report::RenderedImages> images = std::async(
+        std::launch::async, [&] { return render_images(player, options.files.front(), only.model); });
     only.comparison = comparison_of(only.model, options);
     if (!options.is_quick) add_audits(only.model, raw);
     only.flexion_curves = analysis::spine_curves(only.model, run::thread_count_or_all(0));
-    only.images = render_images(player, options.files.front(), only.model);
+    only.images = images.get();
     if (!only.images.note.empty()) core::log_warning(only.images.note);
   }
   return report;

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "geometry/generic_knee.hpp"
 #include "geometry/level_set.hpp"
@@ -886,8 +887,13 @@ void fit_bones(KneeFit& fit, const KneeSurfaces& subject, const TemplateKnee& ow
   };
   const bool femur_last = is_cartilage_only(subject.femur) && !is_cartilage_only(subject.tibia);
   const bool tibia_last = is_cartilage_only(subject.tibia) && !is_cartilage_only(subject.femur);
-  if (!femur_last) fit.femur = free(femur);
-  fit.tibia = tibia_last ? near_other(tibia, fit.femur) : free(tibia);
+  for_each_index(2, options.n_threads, [&] {
+    return [&](std::size_t bone) {
+      if (bone == 0 && !femur_last) fit.femur = free(femur);
+      if (bone == 1 && !tibia_last) fit.tibia = free(tibia);
+    };
+  });
+  if (tibia_last) fit.tibia = near_other(tibia, fit.femur);
   if (femur_last) fit.femur = near_other(femur, fit.tibia);
 }
 

@@ -150,7 +150,8 @@ struct KneeFitOptions {
   std::optional<double> unit_mm;  ///< known unit; absent: found
   /// Points known of each bone; the subject's in its own unit.
   std::vector<KnownPoint> femur_points = {}, tibia_points = {};
-  std::function<bool()> is_stopped = {};  ///< polled; true: returns a fit that means nothing
+  std::function<bool()> is_stopped = {};  ///< polled by any thread; true: returns a fit that means nothing
+  int n_threads = 1;                      ///< two fit both bones at once; the same bits for any number
 };
 
 /// Between the bones of one knee with 5 mm of cartilage, with room for flexed scans.

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "core/parallel.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "job/clean_mesh.hpp"
@@ -307,13 +308,20 @@ SlackLengths::SlackLengths(job::Case& subject, const job::Case& reference, int n
       reference_(reference),
       n_threads_(n_threads),
       is_stopped_(std::move(is_stopped)),
-      bodies_(std::make_shared<const solve::Joint>(solve::joint_of(subject, subject.frame))),
-      settled_(settled_pose_of(subject, *bodies_))
+      bodies_(std::make_shared<const solve::Joint>(solve::joint_of(subject, subject.frame)))
 {
   check(subject.ligaments.fibres.size() == reference.ligaments.fibres.size(),
         "a transferred fibre for each of the template");
   const auto of_template = std::make_shared<const solve::Joint>(solve::joint_of(reference, reference.frame));
-  template_mm_ = fibre_lengths_mm(reference, settled_pose_of(reference, *of_template));
+  // Half of the time is that of both distance fields.
+  SettledPose of_reference;
+  for_each_index(2, n_threads, [&] {
+    return [&](std::size_t k) {
+      if (k == 0) settled_ = settled_pose_of(subject, *bodies_);
+      if (k == 1) of_reference = settled_pose_of(reference, *of_template);
+    };
+  });
+  template_mm_ = fibre_lengths_mm(reference, of_reference);
   template_strain_ = solved_loads(reference, of_template).largest_strain;
 }
 

@@ -62,6 +62,16 @@ TEST(KneeFit, AMirroredKneeGivesTheMirroredFrames)
   EXPECT_NEAR(of_right.scanned.lateral_mm, of_left.scanned.lateral_mm, fit_mm);
 }
 
+TEST(KneeFit, TwoThreadsGiveTheSameBits)
+{
+  KneeFitOptions both_at_once;
+  both_at_once.n_threads = 2;
+  const KneeFit one = fit_knee(generated_knee(), generated_template());
+  const KneeFit two = fit_knee(generated_knee(), generated_template(), both_at_once);
+  EXPECT_EQ(one.X_scan_femur.matrix(), two.X_scan_femur.matrix());
+  EXPECT_EQ(one.X_scan_tibia.matrix(), two.X_scan_tibia.matrix());
+}
+
 TEST(KneeFit, TheScannedPoseIsReportedAndDoesNotMoveTheFrames)
 {
   for (const double flexion_deg : {30.0, 60.0, 90.0}) {
