@@ -12,7 +12,7 @@
 
 namespace vrda::geometry {
 
-/// Signed distance to all surfaces of a body on a grid of 2 mm, coarser for a body larger than any bone, whose
+/// Signed distance to all surfaces of a body on a grid of 2 mm, coarser for one larger than any bone, whose
 /// nodes are computed when they are first needed.
 class LazyDistance {
  public:
