@@ -428,8 +428,19 @@ std::optional<std::vector<LiftOff>> lift_off_of(const MotionModel& model, const 
   std::vector<LiftOff> both;
   for (const auto& [side, name, meaning] : compartment_names) {
     LiftOff& lift_off = both.emplace_back(LiftOff{name, {}});
-    for (std::size_t i = 0; i < gaps->flexion_deg.size(); ++i)
-      if (!(gaps->gap_mm[side][i] <= perceptible_mm)) lift_off.flexion_deg.push_back(gaps->flexion_deg[i]);
+    bool is_run = false;
+    for (std::size_t i = 0; i < gaps->flexion_deg.size(); ++i) {
+      const double flexion_deg = gaps->flexion_deg[i];
+      const bool was_run = std::exchange(is_run, !(gaps->gap_mm[side][i] <= perceptible_mm));
+      if (!is_run) continue;
+      lift_off.flexion_deg.push_back(flexion_deg);
+      if (was_run) {
+        lift_off.to_deg.back() = flexion_deg;
+      } else {
+        lift_off.from_deg.push_back(flexion_deg);
+        lift_off.to_deg.push_back(flexion_deg);
+      }
+    }
   }
   return both;
 }
@@ -471,7 +482,10 @@ std::string line_of(const std::vector<LiftOff>& both)
   std::vector<std::string> sides;
   for (const LiftOff& side : both) {
     std::vector<std::string> flexions;
-    for (const double flexion_deg : side.flexion_deg) flexions.push_back(tenths(flexion_deg));
+    for (std::size_t k = 0; k < side.from_deg.size(); ++k)
+      flexions.push_back(side.from_deg[k] == side.to_deg[k]
+                             ? tenths(side.from_deg[k])
+                             : tenths(side.from_deg[k]) + " to " + tenths(side.to_deg[k]));
     if (!flexions.empty()) sides.push_back(side.compartment + " at flexion " + joined(flexions));
   }
   return "  lift-off (gap above " + rounded_text(perceptible_mm) +

@@ -64,12 +64,14 @@ constexpr auto fields_of(const VerdictMeasure*)
 struct LiftOff {
   std::string compartment;  ///< "medial" or "lateral"
   std::vector<double> flexion_deg;
+  std::vector<double> from_deg = {}, to_deg = {};  ///< first and last of those that follow each other
 };
 
 constexpr auto fields_of(const LiftOff*)
 {
-  return std::tuple{Field{"compartment", &LiftOff::compartment},
-                    Field{"flexion_deg", &LiftOff::flexion_deg, unit::degree}};
+  return std::tuple{
+      Field{"compartment", &LiftOff::compartment}, Field{"flexion_deg", &LiftOff::flexion_deg, unit::degree},
+      Field{"from_deg", &LiftOff::from_deg, unit::degree}, Field{"to_deg", &LiftOff::to_deg, unit::degree}};
 }
 
 struct Verdict {

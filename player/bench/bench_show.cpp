@@ -31,15 +31,6 @@ const char* name_of(LinkState state)
   return std::array{"closed", "opening", "up"}.at(static_cast<std::size_t>(state));
 }
 
-/// What the operator does next, until the bench is ready.
-std::string next_step_text(const BenchFrame& frame, const PanelContent& content)
-{
-  if (content.tracker.link != LinkState::up) return "next: 1 start the tracker";
-  if (frame.stage.is_used && !stage_status_text(frame).empty())
-    return "next: 2 zero the stage: move it to its stop, press Z";
-  return content.is_calibrated ? "" : "next: 3 calibrate: vrda-player calibrate all";
-}
-
 /// "internal rotation 9.2 deg, anterior 3.1 mm", or external and posterior.
 std::string joint_text(const ClinicalCoordinates& joint)
 {
@@ -49,6 +40,14 @@ std::string joint_text(const ClinicalCoordinates& joint)
 }
 
 }  // namespace
+
+std::string next_step_text(const BenchFrame& frame, const PanelContent& content)
+{
+  if (content.tracker.link != LinkState::up) return "next: 1 start the tracker";
+  if (frame.stage.is_used && !stage_status_text(frame).empty())
+    return "next: 2 zero the stage: move it to its stop, press Z";
+  return content.is_calibrated ? "" : "next: 3 calibrate: vrda-player calibrate all";
+}
 
 std::optional<view::Viewport> operator_area(const DisplaySettings& display)
 {

@@ -47,6 +47,10 @@ class BenchPanel {
   view::OverlayReflector reflector_;
 };
 
+/// What the operator does next, until the bench is ready: start the tracker, zero the stage, calibrate. Empty
+/// then.
+std::string next_step_text(const BenchFrame& frame, const PanelContent& content);
+
 /// Largest area beside, above or below the eyes' windows that is large enough for a panel.
 std::optional<view::Viewport> operator_area(const DisplaySettings& display);
 

@@ -249,7 +249,11 @@ TEST(Verdict, LiftOffOfTheRawAndTheTwoSidedMotion)
   model.gap_mm[0](5, 0) = 3.0;  // not a cell of the spine
   const std::vector<store::LiftOff> raw = *store::verdict_of(model, "raw")->lift_off;
   EXPECT_THAT(raw[0].flexion_deg, ElementsAre(90.0));
+  EXPECT_THAT(raw[0].from_deg, ElementsAre(90.0));
+  EXPECT_THAT(raw[0].to_deg, ElementsAre(90.0));
   EXPECT_THAT(raw[1].flexion_deg, ElementsAre(5.0, 10.0));
+  EXPECT_THAT(raw[1].from_deg, ElementsAre(5.0));
+  EXPECT_THAT(raw[1].to_deg, ElementsAre(10.0));
   store::TwoSided motion;
   motion.flexion_deg = flexions(0, 90, 2.5);
   for (const double flexion_deg : motion.flexion_deg) {

@@ -97,7 +97,8 @@ function rangeText({ low, high, is_spread_assumed: isAssumed }) {
 
 function liftOffText(sides) {
   if (!sides) return "Lift-off: the gaps of this motion are not known.";
-  const lifted = sides.filter((side) => side.flexion_deg.length > 0).map((side) => `${side.compartment} at ${side.flexion_deg.map((flexion) => `${number(flexion)}°`).join(", ")}`);
+  const run = (from, to) => (from === to ? `${number(from)}°` : `${number(from)} to ${number(to)}°`);
+  const lifted = sides.filter((side) => side.from_deg.length > 0).map((side) => `${side.compartment} at ${side.from_deg.map((from, k) => run(from, side.to_deg[k])).join(", ")}`);
   return `Lift-off, a gap above 0.145 mm: ${lifted.length > 0 ? lifted.join("; ") : "at no flexion"}.`;
 }
 

@@ -13,16 +13,16 @@ TEST(BenchPanel, SaysTheNextStepUntilTheBenchIsReady)
   frame.stage.is_used = true;
   bench::PanelContent content;
   content.is_calibrated = false;
-  EXPECT_EQ(next_step_text(frame, content), "next: 1 start the tracker");
+  EXPECT_EQ(bench::next_step_text(frame, content), "next: 1 start the tracker");
   content.tracker.link = bench::LinkState::up;
-  EXPECT_EQ(next_step_text(frame, content), "next: 2 zero the stage: move it to its stop, press Z");
+  EXPECT_EQ(bench::next_step_text(frame, content), "next: 2 zero the stage: move it to its stop, press Z");
   frame.stage.state = bench::ToolVisibility::seen;
   frame.stage.was_seen = frame.stage.is_live = frame.is_stage_zeroed = true;
-  EXPECT_EQ(next_step_text(frame, content), "next: 3 calibrate: vrda-player calibrate all");
+  EXPECT_EQ(bench::next_step_text(frame, content), "next: 3 calibrate: vrda-player calibrate all");
   content.is_calibrated = true;
-  EXPECT_EQ(next_step_text(frame, content), "");
+  EXPECT_EQ(bench::next_step_text(frame, content), "");
   frame.stage_has_lost_counts = true;
-  EXPECT_EQ(next_step_text(frame, content), "next: 2 zero the stage: move it to its stop, press Z");
+  EXPECT_EQ(bench::next_step_text(frame, content), "next: 2 zero the stage: move it to its stop, press Z");
 }
 
 // Everything that the panel can say at once, in sentences longer than it is wide.
