@@ -269,7 +269,7 @@ struct FollowerLoader {
     std::vector<std::vector<Eigen::Index>> small_shells;
     out.body = loaded_body(job, own().body, source, all, small_shells);
     const Box box = box_of(out.body);
-    out.centre_mm = own().centre_native_mm ? map_of(index())(*own().centre_native_mm)
+    out.centre_mm = own().centre_native_mm ? map_of(index()).X_canonical_native * *own().centre_native_mm
                                            : Eigen::Vector3d(0.5 * (box.min_mm + box.max_mm));
     out.delta = own().delta;
     out.push_n = own().push_n;

@@ -986,6 +986,19 @@ class Conversion {
                : "";
   }
 
+  // The stiffest bundle from the moving object: its width resists turning, which lines do not.
+  std::string tendon_text() const
+  {
+    std::map<std::string, double> stiffness_n;
+    for (const model::Fibre& fibre : follower_.fibres)
+      if (fibre.from == BodyIndex::moving) stiffness_n[fibre.bundle] += fibre.stiffness_n;
+    const auto stiffest = std::ranges::max_element(stiffness_n, {}, [](const auto& of) { return of.second; });
+    if (stiffest == stiffness_n.end() || !(stiffest->second > 0.0)) return "";
+    return "\n[[follower.direction]]                # not of the model: its width keeps its "
+           "direction\nbundle = " +
+           quoted_text(stiffest->first) + "\nstiffness_nmm_per_rad = 3000\n";
+  }
+
   std::string follower_text(OsimJob& job)
   {
     const auto body = std::find_if(order_.begin(), order_.end(), [&](const std::string& path) {
@@ -1003,6 +1016,10 @@ class Conversion {
     }
     text += transition_text();
     if (tension_n > 0.0) text += "tension_n = " + shortest_decimal(tension_n) + "\n";
+    if (std::ranges::any_of(components_.at(Part::reference),
+                            [](const Component& c) { return !c.has_contact; }))
+      text += "touches_visual = true                 # also what is drawn only\n";
+    text += tendon_text();
     job.files.emplace_back("patella_fibres.csv",
                            kneecap_table(follower_, std::nullopt, "from an OpenSim model"));
     taken_.push_back(last_name(*body) + " as a follower with " + std::to_string(follower_.fibres.size()) +

@@ -32,11 +32,12 @@ def run(*words):
 
 
 def poses(job, folder, *more):
-    """The six coordinates of the solved poses over flexion."""
+    """The six coordinates of the solved poses over flexion, then those of the kneecap, if there is one."""
     run("run", job, "-o", folder / "knee.h5", "--replace", "-q", "--progress", "none", *more)
     run("export", folder / "knee.h5", "--to", "csv", "--set", "raw", "-o", folder / "knee.csv", "-q")
     rows = list(csv.DictReader(io.StringIO((folder / "knee.csv").read_text(encoding="utf-8"))))
-    return numpy.array([[float(row[name]) for name in COORDINATES] for row in rows])
+    names = COORDINATES + [name for name in rows[0] if name.startswith("follower_")]
+    return numpy.array([[float(row[name]) for name in names] for row in rows])
 
 
 def turn(x, y, z):
@@ -184,6 +185,7 @@ class RoundTrip(unittest.TestCase):
             step = ("--set", "grid.flexion={from=0,to=90,step=30}")
             for side in ("right", "left"):
                 wanted = poses(ROOT / "jobs/knee-generic.toml", folder, "--set", f"side={side}", "--set", 'grid.varus="free"', *step)
+                self.assertEqual((wanted.shape[1], numpy.isfinite(wanted).all()), (2 * len(COORDINATES), True))
                 run("export", folder / "knee.h5", "--to", "osim", "-o", folder / f"{side}.osim", "-q")
                 run("convert", "osim", folder / f"{side}.osim", "--joint", "knee", "-o", folder / side, "--drawn", "femur_shaft", "tibia_shaft", "fibula",
                     "--muscles", "1")
