@@ -90,7 +90,7 @@ menisci of this knee carry load, so `--drawn` names the meshes that are only dra
 
 [[osim-convert: The joint of the OpenSim model]]
 
-Its motion is that of the knee before the way through OpenSim, to the last digit that `score` prints:
+Its motion, and that of its kneecap, are those of the knee before the way through OpenSim, to the last digit that `score` prints:
 
 [[osim-run: The joint of the OpenSim model at 0, 30, 60 and 90 degrees]]
 
