@@ -814,13 +814,13 @@ class Conversion {
                is_actuator = std::string(node.name()) == "PathActuator";
     const bool crosses = n_reference > 0 && n_reference < static_cast<std::ptrdiff_t>(points.size());
     if (points.size() < 2 || (!crosses && !has_patella)) return;
-    if (!options_.muscle_share) return void(++n_muscles_);
+    if (!options_.muscle_share && !has_patella) return void(++n_muscles_);
     const auto leave_out = [&](const std::string& why) {
       left_out_.push_back("muscle " + path + ": " + why);
     };
     const double largest_n = file_.number(path, node, is_actuator ? "optimal_force" : "max_isometric_force",
                                           is_actuator ? 1.0 : 1000.0);
-    const double tension_n = largest_n * (is_actuator ? 1.0 : *options_.muscle_share);
+    const double tension_n = largest_n * (is_actuator ? 1.0 : options_.muscle_share.value_or(1.0));
     if (!problem.empty()) leave_out(problem + (points.empty() ? "" : ": the line has the others"));
     if (has_patella) return add_patellar_line(points, patella, tension_n, path, node);
     if (node.find_node([](Node n) { return std::string(n.name()) == "PathWrap"; }))
@@ -843,6 +843,9 @@ class Conversion {
     taken_.push_back("muscle " + path + " as a line of " + rounded_text(tension_n) + " N");
   }
 
+  // Without --muscles: a patella that nothing pulls up slips off the femur.
+  static constexpr double quadriceps_n = 30.0;
+
   void add_patellar_line(const std::vector<PathPoint>& points, std::vector<PathPoint>::const_iterator patella,
                          double tension_n, const std::string& path, Node node)
   {
@@ -853,10 +856,12 @@ class Conversion {
     from.part = is_reference_side(from.part) ? Part::reference : Part::moving;
     model::Fibre line;
     line.name = last_name(path);
-    line.bundle = line.name;
+    line.bundle = "quadriceps";
     line.tension_n = tension_n;
     add_fibre(from, *patella, line, path, node);
-    taken_.push_back("muscle " + path + " as a line of the patella, " + rounded_text(tension_n) + " N");
+    taken_.push_back("muscle " + path + " as a line of the patella, " +
+                     (options_.muscle_share ? rounded_text(tension_n) + " N"
+                                            : "its share of " + rounded_text(quadriceps_n) + " N"));
   }
 
   std::string components_text(const std::string& body, Part part) const
@@ -1015,7 +1020,11 @@ class Conversion {
       job.files.emplace_back("patella_wraps.json", wraps_text(follower_));
     }
     text += transition_text();
-    if (tension_n > 0.0) text += "tension_n = " + shortest_decimal(tension_n) + "\n";
+    if (tension_n > 0.0)
+      text += options_.muscle_share
+                  ? "tension_n = " + shortest_decimal(tension_n) + "\n"
+                  : "tension_n = " + shortest_decimal(quadriceps_n) +
+                        "                        # of its lines together; --muscles: the model's\n";
     if (std::ranges::any_of(components_.at(Part::reference),
                             [](const Component& c) { return !c.has_contact; }))
       text += "touches_visual = true                 # also what is drawn only\n";
