@@ -161,8 +161,8 @@ store::FollowerAudit follower_audit(const store::MotionModel& model, const store
 
 }  // namespace
 
-store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads,
-                      OverlapTest at_grid)
+store::AuditSet audit_joint(const store::MotionModel& model, const std::string& set, int refine,
+                            int n_threads, OverlapTest at_grid)
 {
   check(refine >= 1, "an audit divides a cell into at least one part");
   const store::Motion motion(model, set);
@@ -179,6 +179,15 @@ store::AuditSet audit(const store::MotionModel& model, const std::string& set, i
       for (std::size_t side = 0; side < gaps.size(); ++side) out.compartment_gap_mm[side](i, j) = gaps[side];
     }
   });
+  return out;
+}
+
+store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads,
+                      OverlapTest at_grid)
+{
+  store::AuditSet out = audit_joint(model, set, refine, n_threads, at_grid);
+  if (model.followers.empty()) return out;
+  const store::Motion motion(model, set);
   for (const store::FollowerRows& rows : model.followers)
     out.followers.push_back(follower_audit(model, motion, out, rows, n_threads, at_grid));
   return out;

@@ -39,6 +39,9 @@ enum class OverlapTest {
 /// states, and gaps that differ by rounding. Same bits for any number of threads.
 store::AuditSet audit(const store::MotionModel& model, const std::string& set, int refine, int n_threads,
                       OverlapTest at_grid = OverlapTest::narrow_phase);
+/// The same without the followers.
+store::AuditSet audit_joint(const store::MotionModel& model, const std::string& set, int refine,
+                            int n_threads, OverlapTest at_grid);
 
 /// An extreme value of an audit and its attitude.
 struct AuditExtreme {

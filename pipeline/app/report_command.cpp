@@ -187,9 +187,8 @@ std::optional<analysis::Comparison> comparison_of(const store::MotionModel& mode
   if (!options.is_quick) {
     compare_with.contact = run::contact_measure(run::thread_count_or_all(0));
     // The page has no faults of followers.
-    compare_with.audit = [](store::MotionModel joint, const std::string& set) {
-      joint.followers.clear();
-      return quick_audit(joint, set);
+    compare_with.audit = [](const store::MotionModel& fitted, const std::string& set) {
+      return analysis::audit_joint(fitted, set, 1, run::thread_count_or_all(0), analysis::OverlapTest::sweep);
     };
   }
   return analysis::compare(model, compare_with);

@@ -259,6 +259,16 @@ enum class Which { reference, moving, both };
       {options.reference_file + ", " + options.moving_file, reference + ", " + moving, found, wanted});
 }
 
+// `what_else` follows the name of the bone that is wanted.
+[[noreturn]] void refuse_exchanged(const JointFrameOptions& options, const std::string& found,
+                                   const std::string& what_else = "")
+{
+  const auto bones = bones_of(options.joint);
+  const std::string reference = bones.reference, moving = bones.moving;
+  refuse(options, Which::reference, found,
+         "the " + reference + what_else + "; exchange --" + reference + " and --" + moving);
+}
+
 // What the bones say of the axes, each with the sine by which it is known.
 struct Directions {
   Vector3d centre_mm = Vector3d::Zero();
@@ -311,22 +321,16 @@ void require_facing(const JointFrameOptions& options, const std::array<Contact, 
          "both bones of one joint in the pose of one scan");
 }
 
-// Mean curvature of a weighted surface by the spread of its normals, 1/mm; positive: convex.
+// Mean curvature of a weighted surface by the spread of its normals, 1/mm; positive: convex. Their mean does
+// not count, since the arms from the middle add up to zero.
 double convexity(const Faces& faces, const Weight& weight)
 {
   const Vector3d middle = mean_of(faces, weight);
-  Vector3d normal = Vector3d::Zero();
-  double total = 0.0;
-  for (Index i = 0; i < faces.size(); ++i) {
-    normal += weight(i) * faces.areas_mm2[i] * faces.normal(i);
-    total += weight(i) * faces.areas_mm2[i];
-  }
-  normal /= total;
   double spread = 0.0, size = 0.0;
   for (Index i = 0; i < faces.size(); ++i) {
     const Vector3d arm = faces.centre(i) - middle;
     const double w = weight(i) * faces.areas_mm2[i];
-    spread += w * arm.dot(faces.normal(i) - normal);
+    spread += w * arm.dot(faces.normal(i));
     size += w * arm.squaredNorm();
   }
   return spread / size;
@@ -341,10 +345,7 @@ void require_order(const JointFrameOptions& options, const std::array<Contact, 2
     return convexity(contact[k].faces, [&](Index i) { return contact[k].facing.weight(i); });
   };
   if (of(0) - of(1) < least_per_mm) return;
-  const auto bones = bones_of(options.joint);
-  refuse(options, Which::reference, "the bone with the convex surface of the two",
-         "the " + std::string(bones.reference) + ", whose surface is concave; exchange --" +
-             std::string(bones.reference) + " and --" + std::string(bones.moving));
+  refuse_exchanged(options, "the bone with the convex surface of the two", ", whose surface is concave");
 }
 
 // Hip.
@@ -491,8 +492,7 @@ Found hip(const JointSurfaces& scan, const JointFrameOptions& options)
   const std::array<Contact, 2> contact = facing_surfaces(bones.reference, bones.moving);
   require_facing(options, contact);
   const Faces &pelvis = contact[0].faces, &femur = contact[1].faces;
-  if (area_on(pelvis, *head) > area_on(femur, *head))
-    refuse(options, Which::reference, "the bone with the head", "the pelvis; exchange --pelvis and --femur");
+  if (area_on(pelvis, *head) > area_on(femur, *head)) refuse_exchanged(options, "the bone with the head");
   const Vector3d c = to.centre_mm = head->centre_mm;
   const double r = frame.radius_mm = head->radius_mm;
   frame.gap_mm = lower_quartile_mm(contact[1]);
