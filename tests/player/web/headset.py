@@ -64,8 +64,11 @@ class Headset(Page):
         return self.browser.value("window.vrda.xr.state()")
 
     def frames(self, n=0):
-        """Waits for a frame of the session, which has all that was set before, and n more; without a session, of the window."""
+        """Waits for a frame of the session, which has all that was set before, and n more; without a session, of the window.
+
+        A frame that ends the session drops what waits for the next."""
         self.browser.value(f"""new Promise((done) => {{ let n = {n}; const session = window.device.activeSession ?? window;
+            session.addEventListener("end", () => done(), {{ once: true }});
             const next = () => (n-- > 0 ? session.requestAnimationFrame(next) : done()); session.requestAnimationFrame(next); }})""")
 
     def hold(self, position, quaternion=None, hand="right"):
