@@ -76,7 +76,8 @@ Session::Session(store::MotionModel model, const SessionOptions& options)
             store::displayed_name(model_, BodyIndex::reference),
             store::displayed_name(model_, BodyIndex::moving), model_.joint, view::model_warnings(model_),
             view::has_doubtful_poses(model_), options.other.is_wanted(),
-            view::verdict_sentences(model_, store::all_set_names(model_))}),
+            view::verdict_sentences(model_, store::all_set_names(model_)),
+            view::rotation_plots(model_, store::all_set_names(model_))}),
       view_(options.view),
       width_(options.width),
       height_(options.height)

@@ -167,7 +167,10 @@ class SeriesRenderer {
     interface.joint = model.joint;
     interface.has_doubtful_poses = is_doubtful_drawn;
     interface.has_differences = other_.has_value();
-    if (options_.has_numbers) interface.verdicts = view::verdict_sentences(model, interface.sets);
+    if (options_.has_numbers) {
+      interface.verdicts = view::verdict_sentences(model, interface.sets);
+      interface.rotations = view::rotation_plots(model, interface.sets);
+    }
     if (options_.has_numbers || is_doubtful_drawn) interface.warnings = view::model_warnings(model);
     if (set.has_gaps) remark_ = view::default_motion_remark(model, set.name);
     gui_.emplace(interface);

@@ -34,6 +34,7 @@ constexpr ImU32 plot_backing = IM_COL32(41, 44, 50, 255);
 constexpr ImU32 band_alpha = 70;
 constexpr float label_aside_part = 0.06F;  // between what is named and the names
 constexpr double varus_for_s = 0.25;
+constexpr std::size_t n_of_rotation_plot = 61;
 constexpr float opacity_width_em = 4.0F, card_height_em = 17.0F, curve_height_em = 4.5F;
 // Opacity of numbers and legends; less leaves too little contrast, since blending is in linear light.
 constexpr float backing = 0.85F;
@@ -425,8 +426,21 @@ struct Panels {
       ImGui::TextUnformatted(options.verdicts[state.set].c_str());
     if (readout->message != nullptr) ImGui::TextColored(warning_colour, "%s", readout->message);
     ImGui::PopTextWrapPos();
+    if (!is_small() && state.set < options.rotations.of_sets.size()) draw_rotations(state.set);
     numbers_px = window_px();
     ImGui::End();
+  }
+
+  void draw_rotations(std::size_t set)
+  {
+    const RotationPlots& all = options.rotations;
+    ImGui::TextColored(quiet_colour, "internal rotation over flexion, °");
+    const double span_rad = all.last_flexion_rad - all.first_flexion_rad;
+    const double now =
+        (readout->pose.attitude.flexion_rad - all.first_flexion_rad) / std::max(span_rad, 1e-9);
+    const float wide = message_width_em * ImGui::GetFontSize();
+    draw_plot(all.of_sets[set], now, ImVec2(wide, curve_height_em * ImGui::GetFontSize()));
+    draw_names(all.of_sets[set], ImGui::GetCursorPosX(), wide);
   }
 
   void draw_legends()
@@ -635,7 +649,7 @@ struct Panels {
       for (std::size_t i = 0; i < line.values.size(); ++i) {
         const bool has_value = !std::isnan(line.values[i]);
         if (has_value) list.PathLineTo(point(i, line.values[i]));
-        if (!has_value || i + 1 == line.values.size()) list.PathStroke(line_colour(k), 0, 1.5F);
+        if (!has_value || i + 1 == line.values.size()) list.PathStroke(line_colour(k), 0, line.width_px);
       }
     }
     if (now >= 0.0 && now <= 1.0) {
@@ -649,6 +663,20 @@ struct Panels {
       list.AddText(ImVec2(corner.x + 2.0F, y), quiet, text.data());
     }
     ImGui::Dummy(size);
+  }
+
+  /// The names of lines in their colours, in rows of a width from `left`.
+  void draw_names(std::span<const CurveLine> lines, float left, float wide)
+  {
+    float x = left, y = ImGui::GetCursorPosY();
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      const char* name = lines[k].name.c_str();
+      const float needed = ImGui::CalcTextSize(name).x;
+      if (x > left && x + needed > left + wide) x = left, y += ImGui::GetTextLineHeightWithSpacing();
+      ImGui::SetCursorPos(ImVec2(x, y));
+      ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(line_colour(k)), "%s", name);
+      x += needed + 0.8F * ImGui::GetFontSize();
+    }
   }
 
   /// Height of the strip of differences below a picture of this size; 0 without.
@@ -682,16 +710,7 @@ struct Panels {
       ImGui::TextColored(quiet_colour, "%s, second minus first", all.plots[k].title.c_str());
       ImGui::SetCursorPosX(left);
       draw_plot(all.plots[k].lines, now, ImVec2(wide, std::max(high, line_px)));
-      float x = left;
-      float y = ImGui::GetCursorPosY();
-      for (std::size_t i = 0; i < all.plots[k].lines.size(); ++i) {
-        const char* name = all.plots[k].lines[i].name.c_str();
-        const float needed = ImGui::CalcTextSize(name).x;
-        if (x > left && x + needed > left + wide) x = left, y += line_px;
-        ImGui::SetCursorPos(ImVec2(x, y));
-        ImGui::TextColored(ImGui::ColorConvertU32ToFloat4(line_colour(i)), "%s", name);
-        x += needed + 0.8F * ImGui::GetFontSize();
-      }
+      draw_names(all.plots[k].lines, left, wide);
     }
     ImGui::End();
   }
@@ -1057,6 +1076,34 @@ Viewport Gui::free_area(int width, int height, const PlayerState& state, bool ha
   const int strip_px = covered(inner_->warnings_height_px(area));
   const int plots_px = covered(inner_->differences_height_px(area));
   return {0, strip_px, area.width, std::max(1, area.height - strip_px - plots_px)};
+}
+
+RotationPlots rotation_plots(const store::MotionModel& model, const std::vector<std::string>& sets)
+{
+  if (!model.prior) return {};
+  const store::Motion alone(model, store::bones_alone_name);
+  const auto line = [&](const std::string& set, float width_px) {
+    const store::Motion motion(model, set);
+    CurveLine curve{set_label(set), {}, {}, {}, width_px};
+    for (std::size_t i = 0; i < n_of_rotation_plot; ++i) {
+      const double flexion_rad = std::lerp(alone.first_flexion_rad(), alone.last_flexion_rad(),
+                                           static_cast<double>(i) / (n_of_rotation_plot - 1));
+      const store::JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
+      const auto rotation_deg = [&] {
+        return as_deg(
+            clinical_coordinates(pose.X_reference_moving, side_named(model.side), model.rotation_centre_mm)
+                .internal_rotation_rad);
+      };
+      curve.values.push_back(pose.status == store::PoseStatus::solved ? rotation_deg() : NAN);
+    }
+    return curve;
+  };
+  RotationPlots plots{{}, alone.first_flexion_rad(), alone.last_flexion_rad()};
+  for (const std::string& set : sets) {
+    plots.of_sets.push_back({line(set, 2.0F)});
+    if (set != store::bones_alone_name) plots.of_sets.back().push_back(line(store::bones_alone_name, 1.0F));
+  }
+  return plots;
 }
 
 ColourKey colour_key(const JointLayers& layers, const LayerSet& shown)

@@ -22,6 +22,22 @@
 
 namespace vrda::view {
 
+/// A curve at evenly spaced positions of the timeline; NaN: none there.
+struct CurveLine {
+  std::string name;
+  std::vector<float> values, low = {}, high = {};  ///< without a band the last two are empty
+  float width_px = 1.5F;
+};
+
+/// Internal rotation of the shown motion and, thin, of the bones alone, degrees.
+struct RotationPlots {
+  std::vector<std::vector<CurveLine>> of_sets;  ///< empty for a model without a prior
+  double first_flexion_rad = 0.0, last_flexion_rad = 0.0;
+};
+
+/// At the balanced varus of each of `sets`.
+RotationPlots rotation_plots(const store::MotionModel& model, const std::vector<std::string>& sets);
+
 /// Constant while a file is shown.
 struct GuiOptions {
   std::string title;
@@ -33,6 +49,7 @@ struct GuiOptions {
   bool has_doubtful_poses = false;                    ///< leaves room for Readout::doubt
   bool has_differences = false;                       ///< leaves room for GuiFrame::differences
   std::vector<std::string> verdicts = {};             ///< of `sets`, one sentence each; or empty
+  RotationPlots rotations = {};                       ///< of `sets`
 };
 
 /// The pointer, in pixels from the top left corner of the window.
@@ -63,12 +80,6 @@ struct ColourKey {
 
 /// `layers` must outlive the key.
 ColourKey colour_key(const JointLayers& layers, const LayerSet& shown);
-
-/// A curve at evenly spaced positions of the timeline; NaN: none there.
-struct CurveLine {
-  std::string name;
-  std::vector<float> values, low = {}, high = {};  ///< without a band the last two are empty
-};
 
 /// What is known of the highlighted structure besides its name.
 struct StructureCard {

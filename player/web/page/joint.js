@@ -14,7 +14,7 @@ import { bodyPath, pathsStructure, structureOf } from "./structures.js";
 const aboutMm = 12, closestMm = 0.2;
 const tubeRadiusMm = 0.7, dotRadiusMm = 1.6;
 /// The ends of the band of an uncertain job, as in the window.
-const bandEnds = { quantile_5: "#4682dc", quantile_95: "#eb8732", bones_alone: "#969696" }, ghostOpacity = 0.5, ghostDepthOffsetMm = 10;
+export const bandEnds = { quantile_5: "#4682dc", quantile_95: "#eb8732", bones_alone: "#969696" }, ghostOpacity = 0.5, ghostDepthOffsetMm = 10;
 
 /// `path`: of the body in the file.
 function meshesOf(body, origin, path) {

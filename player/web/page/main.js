@@ -3,7 +3,7 @@ import { Comparison } from "./compare.js";
 import { helpLines, watchFiles, watchKeys } from "./controls.js";
 import { degree, difference, dot, normalised } from "./geometry.js";
 import { insideOf, pageMaker } from "./inside.mjs";
-import { Joint } from "./joint.js";
+import { bandEnds, Joint } from "./joint.js";
 import { Labels } from "./labels.js";
 import { bodyNames, gapPalette, gradientOf, highestStrain, strainPalette } from "./layers.js";
 import { Arrow, LessonEditor, LessonPlayer } from "./lesson.js";
@@ -353,12 +353,14 @@ function drawCurves() {
   const spans = doubtfulSpans(player.model, (f) => player.motion().at({ flexion: f * degree, varus: player.varusAt(f * degree) }));
   markSlider(spans);
   const { model } = player, x = sampledFlexion(model), plots = quantityPlots(), varusOf = (f) => player.varusAt(f), [rawInk, ownInk] = inkNow().lines;
+  const hasBonesAlone = player.sets.includes("bones_alone") && player.set !== "bones_alone";
   byId("quantity-figure").hidden = plots.length < 4;
   for (const [plot, of] of plots) {
     plot.setCurves(model, () => {
       const raw = { name: "raw", y: valuesOf(player.raw, x, varusOf, of), colour: rawInk, dash: player.set === "raw" ? undefined : [5, 3] };
       const own = { name: setLabel(player.set), y: valuesOf(player.motion(), x, varusOf, of), colour: ownInk };
-      return { title: of.label, unit: of.unit, lines: player.set === "raw" ? [raw] : [own, raw], band: model.bands?.[of.name.replace("clinical_", "")], spans };
+      const alone = hasBonesAlone ? [{ name: setLabel("bones_alone"), y: valuesOf(player.motion("bones_alone"), x, varusOf, of), colour: bandEnds.bones_alone, width: 1 }] : [];
+      return { title: of.label, unit: of.unit, lines: [...(player.set === "raw" ? [raw] : [own, raw]), ...alone], band: model.bands?.[of.name.replace("clinical_", "")], spans };
     }, plot === curve);
   }
   otherCurves.contact.figure.hidden = !model.contactPaths;
@@ -678,7 +680,7 @@ window.vrda = {
   /// For tests: abscissae and values of the curves, bands, and differences from a second model.
   differences: (name) => comparison.lines(name),
   band: (name) => otherCurves[name].plot.band?.[0] ?? null,
-  curve: () => ({ x: curve.lines[0].x, curves: curve.lines.map(({ y }) => y), band: curve.band[0] && { low: curve.band[0].low, high: curve.band[0].high } }),
+  curve: () => ({ x: curve.lines[0].x, curves: curve.lines.map(({ y }) => y), lines: curve.lines.map(({ name, width }) => [name, width]), band: curve.band[0] && { low: curve.band[0].low, high: curve.band[0].high } }),
   /// For tests: the state of the view, and where a structure is in the picture.
   state: () => currentState(),
   useState: (state) => useState(checkState(state, knownToState())),

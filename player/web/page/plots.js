@@ -174,7 +174,7 @@ export class CurvePlot {
     this.sight = new Sight(container, () => this.#draw());
   }
 
-  /// `make()`, called when the plot is in view or `isNow`, gives { title, unit, lines: [{ name, y, colour, dash, x, band: { x, low, high } of the samples' motions, which bandText explains }],
+  /// `make()`, called when the plot is in view or `isNow`, gives { title, unit, lines: [{ name, y, colour, dash, width, x, band: { x, low, high } of the samples' motions, which bandText explains }],
   /// where x is sampledFlexion unless given, band: of the
   /// samples of an uncertain job, at the model's flexions, spans: of doubtful flexions, amber, and of those without a pose, red }.
   setCurves(model, make, isNow = false) {

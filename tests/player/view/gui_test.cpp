@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "store/sample_model.hpp"
 #include "view/overlay_text.hpp"
 
 namespace vrda::view::gui_test {
@@ -128,6 +129,34 @@ TEST(Gui, VerdictOfTheShownSet)
   const std::vector<std::string> of_raw{"", "outside the published range"};
   EXPECT_EQ(n_vertices(of_raw, 0), n_vertices({}, 0));
   EXPECT_GT(n_vertices(of_raw, 1), n_vertices({}, 1));
+}
+
+// The shown motion and, thinner, that of the bones alone, which has no pose at the first flexion; only of a
+// model with a prior.
+TEST(Gui, RotationBesideThatOfTheBonesAlone)
+{
+  store::MotionModel model = test::whole_model();
+  const std::vector<std::string> sets{"raw", "bones_alone"};
+  const RotationPlots plots = rotation_plots(model, sets);
+  ASSERT_EQ(plots.of_sets.size(), 2);
+  ASSERT_EQ(plots.of_sets[0].size(), 2);
+  EXPECT_EQ(plots.of_sets[1].size(), 1);
+  const CurveLine &raw = plots.of_sets[0][0], &alone = plots.of_sets[0][1];
+  EXPECT_EQ(alone.name, "bones alone");
+  EXPECT_LT(alone.width_px, raw.width_px);
+  EXPECT_TRUE(std::isnan(alone.values.front()));
+  const double last_rad = rad_from_deg(model.flexion_deg.back());
+  EXPECT_DOUBLE_EQ(plots.last_flexion_rad, last_rad);
+  const auto wanted_deg = [&](const std::string& set) {
+    const store::Motion motion(model, set);
+    const store::JointPose pose = motion.at({last_rad, motion.balanced_varus_rad(last_rad)});
+    return deg_from_rad(motion.own_coordinates(pose)->internal_rotation_rad);
+  };
+  EXPECT_NEAR(raw.values.back(), wanted_deg("raw"), 1e-5);
+  EXPECT_NEAR(alone.values.back(), wanted_deg("bones_alone"), 1e-5);
+  EXPECT_NE(raw.values.back(), alone.values.back());
+  model.prior.reset();
+  EXPECT_TRUE(rotation_plots(model, sets).of_sets.empty());
 }
 
 // A menu of the panel is closed by Escape alone, and only then is nothing left to close.

@@ -156,13 +156,18 @@ class WebPage(unittest.TestCase):
             page.set("quantity", "clinical_internal", "change")
             page.settle()
             with h5py.File(self.models["uncertain"]) as file:
-                self.assertEqual(page.browser.value("window.vrda.sets()")[-5:], [f"quantile_{percent}" for percent in (0, 5, 50, 95, 100)])
+                self.assertEqual(page.browser.value("window.vrda.sets()")[-6:], [*(f"quantile_{percent}" for percent in (0, 5, 50, 95, 100)), "bones_alone"])
                 wanted = [file["/uncertainty/rotation_band"][k, :, 2] for k in (3, 1)]
             # The ends of the band at the model's flexions.
             drawn = page.browser.value("window.vrda.curve()")
             for ends, values in zip(wanted, (drawn["band"]["high"], drawn["band"]["low"]), strict=True):
                 at = [values[drawn["x"].index(f)] for f in (0, 30, 60, 90)]
                 numpy.testing.assert_allclose(at, ends, rtol=0, atol=1e-9)
+            # The bones alone: a thin line behind the others.
+            self.assertEqual([(name, width) for name, width in drawn["lines"] if width < 2], [("bones alone", 1)])
+            alone = [numpy.degrees(page.browser.value(f"window.vrda.pose('bones_alone', {f}, 0).theta_rad")) for f in (0, 30, 60, 90)]
+            numpy.testing.assert_allclose([drawn["curves"][-1][drawn["x"].index(f)] for f in (0, 30, 60, 90)], alone, rtol=0, atol=1e-9)
+            self.assertGreater(max(numpy.abs(numpy.subtract(alone, [drawn["curves"][0][drawn["x"].index(f)] for f in (0, 30, 60, 90)]))), 0.1)
             # Of contacts and bundles: around the motion shown, and as wide as its poses are apart.
             for name in ("contact", "strain"):
                 page.browser.wait(f"(document.querySelectorAll('figure.of-{name}')[0].scrollIntoView(), window.vrda.band('{name}'))")

@@ -21,9 +21,10 @@ MODELS = {
     # Delta differs over flexion.
     "turning": [*SMALL, "--set", "smooth.degrees=[3]", "--set", "side=left",
                 "--set", "push.lateral_force_n={flexion_deg=[0,90],value=[[0,0],[6,-4]]}"],
-    # Samples of an uncertain job, at quantiles.
+    # Samples of an uncertain job, at quantiles; with a prior.
     "uncertain": [*ONCE, "--set", "grid.flexion.step=30", "--set", "grid.varus=free", "--set", "smooth.degrees=[2]", "--set", "uncertainty.samples=10",
-                  "--set", 'uncertainty.parameter=[{quantity="reference_strain",distribution="normal",sd=0.05}]'],
+                  "--set", 'uncertainty.parameter=[{quantity="reference_strain",distribution="normal",sd=0.05}]',
+                  "--set", 'prior=[{coordinate="internal",shape="walker-1988",stiffness=1000}]'],
     # So few steps that several attitudes do not converge.
     "holes": [*GRID, "--set", "smooth.degrees=[1]", "--set", "solver.method=stability-search", "--set", "solver.search.max_steps=12",
               "--set", "limits.unsolved_fraction=1"],
