@@ -14,6 +14,7 @@
 #include "core/units.hpp"
 #include "job/component_loader.hpp"
 #include "job/job.hpp"
+#include "job/job_parts.hpp"
 #include "solve/case_solver.hpp"
 
 namespace vrda::analysis {
@@ -22,13 +23,30 @@ namespace {
 using core::DocumentValue;
 using FitsJson = nlohmann::ordered_json;
 
-FitsJson misfit_json(const Misfit& misfit)
+// The flexion of the joint is given, that of a follower is not.
+FitsJson misfit_json(const Misfit& misfit, bool is_follower)
 {
   FitsJson json = FitsJson::object();
-  for (std::size_t c = 1; c < n_scored; ++c) {
+  for (std::size_t c = is_follower ? 0 : 1; c < n_scored; ++c) {
+    const char* name = is_follower ? follower_coordinate_names[c] : coordinate_names[c].name;
     const double value = c < n_angles ? deg_from_rad(misfit[c]) : misfit[c];
-    json[std::string(coordinate_names[c].name) + (c < n_angles ? "_deg" : "_mm")] = core::json_value(value);
+    json[std::string(name) + (c < n_angles ? "_deg" : "_mm")] = core::json_value(value);
   }
+  return json;
+}
+
+FitsJson body_json(const BodyMisfit& misfit, bool is_follower)
+{
+  return {{"rms_before", misfit_json(misfit.before, is_follower)},
+          {"rms_after", misfit_json(misfit.after, is_follower)},
+          {"rms_left_out", misfit_json(misfit.without, is_follower)}};
+}
+
+FitsJson trial_json(const TrialMisfit& trial)
+{
+  FitsJson json{{"name", trial.name}, {"rows", trial.n_rows}};
+  json.update(body_json(trial.joint, false));
+  for (const auto& [name, misfit] : trial.followers) json["followers"][name] = body_json(misfit, true);
   return json;
 }
 
@@ -132,12 +150,7 @@ std::string fit_json(const FitDocument& document)
   for (const job::LoadedInput& input : document.inputs)
     inputs.push_back({{"name", input.name}, {"sha256", input.sha256}});
   for (std::size_t k = 0; k < document.unknowns.size(); ++k) unknowns.push_back(unknown_json(document, k));
-  for (const TrialMisfit& trial : found.trials)
-    trials.push_back({{"name", trial.name},
-                      {"rows", trial.n_rows},
-                      {"rms_before", misfit_json(trial.before)},
-                      {"rms_after", misfit_json(trial.after)},
-                      {"rms_left_out", misfit_json(trial.without)}});
+  for (const TrialMisfit& trial : found.trials) trials.push_back(trial_json(trial));
   for (const LaxityMisfit& row : found.laxities)
     laxities.push_back({{"test", row.measured.test},
                         {"flexion_deg", row.measured.flexion_deg},
@@ -171,42 +184,71 @@ std::string fit_json(const FitDocument& document)
 }
 
 std::string fitted_ligaments_csv(const job::Job& job, const job::Case& job_case,
-                                 const std::vector<Unknown>& unknowns, const Identification& found)
+                                 const std::vector<Unknown>& unknowns, const Identification& found,
+                                 std::optional<std::size_t> follower)
 {
-  const job::BodyMaps maps = job::body_maps(job);
-  const model::Ligaments ligaments = changed_ligaments(job_case, unknowns, found.change());
-  const Pose X_reference = maps.reference.X_canonical_native.inverse();
-  const Pose X_moving = maps.moving.X_canonical_native.inverse();
-  std::string csv =
-      "name,bundle,reference_x_mm,reference_y_mm,reference_z_mm,moving_x_mm,moving_y_mm,moving_z_mm,"
-      "stiffness_n_per_strain,slack_length_mm,slack_length_sd_mm,wrap\n";
+  const model::Ligaments ligaments = changed_ligaments(job_case, unknowns, found.change(), follower);
+  const std::vector<double> lengths_mm = reference_lengths_mm(job_case, ligaments, follower);
+  std::vector<const job::BodyJob*> bodies{&job.reference, &job.moving};
+  for (const job::FollowerJob& one : job.followers) bodies.push_back(&one.body);
+  const auto native = [&](BodyIndex body, const Eigen::Vector3d& p_mm) {
+    const Pose X_native = job::body_map(job, *bodies.at(model::row_of(body))).X_canonical_native.inverse();
+    return ',' + core::numbers_text(X_native * p_mm, ",");
+  };
+  std::string csv = follower ? "name,bundle,from_body,from_x_mm,from_y_mm,from_z_mm,to_body,to_x_mm,to_y_mm,"
+                               "to_z_mm,tension_share,"
+                             : "name,bundle,reference_x_mm,reference_y_mm,reference_z_mm,moving_x_mm,"
+                               "moving_y_mm,moving_z_mm,";
+  csv += "stiffness_n_per_strain,slack_length_mm,slack_length_sd_mm,wrap\n";
   for (std::size_t row = 0; row < ligaments.fibres.size(); ++row) {
     const model::Fibre& fibre = ligaments.fibres[row];
+    const auto name_of_end = [&](BodyIndex body) {
+      return follower ? ',' + bodies.at(model::row_of(body))->name : "";
+    };
+    const bool is_line = fibre.tension_n > 0.0;
     // dl0 / de = -l0 / (1 + e); the attachments' part is in the length at the pose of the meshes.
     double variance = 0.0;
-    const double length_mm = model::fibre_states(ligaments, {}, {})[row].length_mm;
     for (std::size_t k = 0; k < unknowns.size(); ++k) {
       const bool changes =
-          unknowns[k].quantity == job::FitQuantity::reference_strain &&
+          unknowns[k].quantity == job::FitQuantity::reference_strain && unknowns[k].follower == follower &&
           std::find(unknowns[k].fibres.begin(), unknowns[k].fibres.end(), row) != unknowns[k].fibres.end();
       if (changes) variance += found.unknowns[k].sd * found.unknowns[k].sd;
     }
-    const double sd_mm = std::sqrt(variance) * fibre.slack_length_mm * fibre.slack_length_mm / length_mm;
-    csv += fibre.name + ',' + fibre.bundle + ',' + core::numbers_text(X_reference * fibre.reference_mm, ",") +
-           ',' + core::numbers_text(X_moving * fibre.moving_mm, ",") + ',' +
-           shortest_decimal(fibre.stiffness_n) + ',' + shortest_decimal(fibre.slack_length_mm) + ',' +
-           shortest_decimal(sd_mm) + ',' +
-           (fibre.wrap < 0 ? "" : ligaments.wraps[static_cast<std::size_t>(fibre.wrap)].name) + '\n';
+    const double sd_mm =
+        std::sqrt(variance) * fibre.slack_length_mm * fibre.slack_length_mm / lengths_mm[row];
+    csv += fibre.name + ',' + fibre.bundle + name_of_end(fibre.from) +
+           native(fibre.from, fibre.reference_mm) + name_of_end(fibre.to) +
+           native(fibre.to, fibre.moving_mm) + ',';
+    if (follower) csv += (is_line ? shortest_decimal(fibre.tension_n) : "") + ',';
+    csv += is_line ? ",,,"
+                   : shortest_decimal(fibre.stiffness_n) + ',' + shortest_decimal(fibre.slack_length_mm) +
+                         ',' + shortest_decimal(sd_mm) + ',';
+    csv += (fibre.wrap < 0 ? "" : ligaments.wraps[static_cast<std::size_t>(fibre.wrap)].name) + '\n';
   }
   return csv;
 }
 
-std::string fitted_job_text(const job::Job& job, const std::string& ligaments_file,
+std::string fitted_job_text(const job::Job& job, const job::Case& job_case, const FibreFiles& files,
                             const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change)
 {
   DocumentValue root = job.document.root;
-  if (!ligaments_file.empty()) set_fibres(root["ligaments"], ligaments_file);
+  for (const auto& [follower, file] : files) {
+    if (follower)
+      root["follower"].at(*follower)["fibres"] = file;
+    else
+      set_fibres(root["ligaments"], file);
+  }
   set_loads(root["push"], job, unknowns, change);
+  const job::Case changed = changed_case(job_case, unknowns, change);
+  for (const Unknown& unknown : unknowns) {
+    if (!unknown.follower || unknown.quantity != job::FitQuantity::load) continue;
+    DocumentValue& follower = root["follower"].at(*unknown.follower);
+    const job::Follower& found = changed.followers.at(*unknown.follower);
+    if (unknown.load == FittedLoad::push)
+      follower["push"]["force_n"] = found.push_n;
+    else
+      follower["tension_n"] = job::tension_n(found);
+  }
   root.erase("fit");
   return core::toml_text(root);
 }

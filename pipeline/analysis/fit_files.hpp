@@ -1,6 +1,8 @@
 /// Files of an identification (schemas/fit.md): the result, the ligaments and the job with it.
 #pragma once
 
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,14 +22,17 @@ struct FitDocument {
 /// Text of the JSON document. Angles in degrees; every number reads back exactly.
 std::string fit_json(const FitDocument& document);
 
-/// The fibres as a table of [ligaments] (schemas/ligaments.md) in the axes of the mesh files, with the
-/// standard deviation of each slack length that is due to the unknowns.
+/// The fibres of the joint, or of a follower by its row, as a table (schemas/ligaments.md) in the axes of the
+/// mesh files, with the standard deviation of each slack length that is due to the unknowns.
 std::string fitted_ligaments_csv(const job::Job& job, const job::Case& job_case,
-                                 const std::vector<Unknown>& unknowns, const Identification& found);
+                                 const std::vector<Unknown>& unknowns, const Identification& found,
+                                 std::optional<std::size_t> follower = std::nullopt);
 
-/// The resolved job with the table `ligaments_file` (if not empty) and the changed loads. `job` has numbers
-/// for all frames.
-std::string fitted_job_text(const job::Job& job, const std::string& ligaments_file,
+/// Names of tables in the place of the job's own: of the joint (no number) and of followers by row.
+using FibreFiles = std::map<std::optional<std::size_t>, std::string>;
+
+/// The resolved job with these tables and the changed loads. `job` has numbers for all frames.
+std::string fitted_job_text(const job::Job& job, const job::Case& job_case, const FibreFiles& files,
                             const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change);
 
 // The append-only journal of an identification, from which an interrupted one continues: a frame of

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/axis.hpp"
 #include "core/parallel.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "job/job_parts.hpp"
 #include "model/linear_algebra.hpp"
 #include "solve/case_solver.hpp"
 #include "solve/quadratic_program.hpp"
@@ -13,8 +15,8 @@
 namespace vrda::analysis {
 namespace {
 
-constexpr std::array<const char*, 5> load_names{"force", "anterior_force", "right_force", "moment",
-                                                "varus_moment"};
+constexpr std::array<const char*, 7> load_names{"force",        "anterior_force", "right_force", "moment",
+                                                "varus_moment", "push",           "tension"};
 constexpr std::array<const char*, 3> axis_names{"anterior", "proximal", "right"};
 constexpr double least_strain = -0.9, largest_strain = 1.0;  // as an uncertain strain
 
@@ -28,6 +30,16 @@ std::size_t row_of_name(const std::array<const char*, n>& names, const std::stri
   return 0;
 }
 
+BodyIndex body_of_attachment(const job::Job& job, std::size_t number)
+{
+  const job::FitParameterJob& parameter = job.fit->parameters[number];
+  job::BodyNames names{job.reference.name, job.moving.name};
+  for (const job::FollowerJob& follower : job.followers) names.push_back(follower.body.name);
+  if (const std::optional<BodyIndex> found = job::body_named(parameter.body, names)) return *found;
+  job.document.refuse("fit.parameter." + std::to_string(number) + ".body", '"' + parameter.body + '"',
+                      "\"reference\", \"moving\" or a follower");
+}
+
 // Names of the groups that share an unknown, in the order of the fibres, with their rows.
 struct FibreGroup {
   std::string name;
@@ -35,13 +47,20 @@ struct FibreGroup {
 };
 
 std::vector<FibreGroup> groups_of(const job::Job& job, const std::vector<model::Fibre>& fibres,
-                                  std::size_t number)
+                                  std::size_t number, const Unknown& unknown)
 {
   const job::FitParameterJob& parameter = job.fit->parameters[number];
+  const bool is_strain = parameter.quantity == job::FitQuantity::reference_strain;
   std::vector<FibreGroup> groups;
+  bool is_known = false;
   for (std::size_t k = 0; k < fibres.size(); ++k) {
     if (!parameter.fibre.empty() && fibres[k].name != parameter.fibre) continue;
     if (!parameter.bundle.empty() && fibres[k].bundle != parameter.bundle) continue;
+    is_known = true;
+    // Lines have no strain; only some fibres of a follower end on the body.
+    if (is_strain ? fibres[k].tension_n > 0.0
+                  : fibres[k].from != unknown.body && fibres[k].to != unknown.body)
+      continue;
     const std::string name = parameter.shared_by == "all"     ? "all"
                              : parameter.shared_by == "fibre" ? fibres[k].name
                                                               : fibres[k].bundle;
@@ -51,6 +70,10 @@ std::vector<FibreGroup> groups_of(const job::Job& job, const std::vector<model::
     at->fibres.push_back(k);
   }
   if (!groups.empty()) return groups;
+  if (is_known)
+    job.document.refuse("fit.parameter." + std::to_string(number) + (is_strain ? ".quantity" : ".body"),
+                        is_strain ? "reference_strain of lines of constant tension" : parameter.body,
+                        is_strain ? "fibres with a stiffness" : "an object on which these fibres end");
   const bool is_fibre = !parameter.fibre.empty();
   std::vector<std::string> known;
   for (const model::Fibre& fibre : fibres) known.push_back(is_fibre ? fibre.name : fibre.bundle);
@@ -77,13 +100,21 @@ double hat(const Unknown& unknown, double flexion_rad)
   return 0.0;
 }
 
-void add_load(const job::Job& job, std::size_t number, Unknown unknown, std::vector<Unknown>& all)
+// Of a follower: its push, or the tension of its lines together.
+double load_n(const job::Follower& follower, FittedLoad load)
+{
+  return load == FittedLoad::push ? follower.push_n : job::tension_n(follower);
+}
+
+void add_load(const job::Job& job, const job::Case& job_case, std::size_t number, Unknown unknown,
+              std::vector<Unknown>& all)
 {
   const job::FitParameterJob& parameter = job.fit->parameters[number];
   unknown.load = static_cast<FittedLoad>(row_of_name(load_names, parameter.load));
-  unknown.name = parameter.load;
+  unknown.name += parameter.load;
   const std::string key = "fit.parameter." + std::to_string(number);
-  if (unknown.load == FittedLoad::force && !(job.push.force_n.value.minCoeff() + parameter.from > 0.0))
+  if (unknown.follower &&
+      load_n(job_case.followers.at(*unknown.follower), unknown.load) + parameter.from < 0.0)
     job.document.refuse(key + ".from", shortest_decimal(parameter.from),
                         "a change that leaves push.force_n above 0");
   if (parameter.flexion_deg.empty()) all.push_back(unknown);
@@ -124,19 +155,31 @@ std::vector<Unknown> unknowns_of(const job::Job& job, const job::Case& job_case)
     unknown.sd = parameter.sd;
     unknown.from = parameter.from;
     unknown.to = parameter.to;
+    if (!parameter.follower.empty()) {
+      const auto own = std::ranges::find(job_case.followers, parameter.follower, &job::Follower::name);
+      unknown.follower = static_cast<std::size_t>(own - job_case.followers.begin());
+      unknown.name = parameter.follower + ' ';
+    }
     if (parameter.quantity == job::FitQuantity::load) {
-      add_load(job, k, unknown, all);
+      add_load(job, job_case, k, unknown, all);
       continue;
     }
+    if (unknown.follower && job.followers.at(*unknown.follower).generate)
+      job.document.refuse("fit.parameter." + std::to_string(k) + ".follower", "generated fibres",
+                          "a follower with fibres = \"fibres.csv\"; vrda shape writes them");
     const bool is_strain = parameter.quantity == job::FitQuantity::reference_strain;
     if (!is_strain) {
-      unknown.body = core::value_named<BodyIndex>(parameter.body).value();
+      unknown.body = body_of_attachment(job, k);
       unknown.axis = static_cast<Eigen::Index>(row_of_name(axis_names, parameter.axis));
     }
-    for (const FibreGroup& group : groups_of(job, job_case.ligaments.fibres, k)) {
+    const model::Ligaments& ligaments =
+        unknown.follower ? job_case.followers[*unknown.follower].ligaments : job_case.ligaments;
+    const std::string owner = unknown.name;
+    for (const FibreGroup& group : groups_of(job, ligaments.fibres, k, unknown)) {
       unknown.fibres = group.fibres;
-      unknown.name = is_strain ? "reference_strain " + group.name
-                               : "attachment " + parameter.body + ' ' + group.name + ' ' + parameter.axis;
+      unknown.name =
+          owner + (is_strain ? "reference_strain " + group.name
+                             : "attachment " + parameter.body + ' ' + group.name + ' ' + parameter.axis);
       all.push_back(unknown);
     }
   }
@@ -155,9 +198,12 @@ double& component(LoadChange& change, FittedLoad load)
     case FittedLoad::moment:
       return change.moment_nmm;
     case FittedLoad::varus_moment:
+      return change.varus_moment_nmm;
+    case FittedLoad::push:
+    case FittedLoad::tension:
       break;
   }
-  return change.varus_moment_nmm;
+  throw InternalError("a follower's load is not the joint's");
 }
 
 LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change,
@@ -165,39 +211,54 @@ LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::Vec
 {
   LoadChange loads;
   for (std::size_t k = 0; k < unknowns.size(); ++k) {
-    if (unknowns[k].quantity == job::FitQuantity::load)
+    if (unknowns[k].quantity == job::FitQuantity::load && !unknowns[k].follower)
       component(loads, unknowns[k].load) +=
           hat(unknowns[k], flexion_rad) * change(static_cast<Eigen::Index>(k));
   }
   return loads;
 }
 
-model::Ligaments changed_ligaments(const job::Case& job_case, const std::vector<Unknown>& unknowns,
-                                   const Eigen::VectorXd& change)
+std::vector<double> reference_lengths_mm(const job::Case& job_case, const model::Ligaments& ligaments,
+                                         std::optional<std::size_t> follower)
 {
-  model::Ligaments ligaments = job_case.ligaments;
+  std::vector<double> lengths_mm;
+  if (!follower) {
+    for (const model::FibreState& state : model::fibre_states(ligaments, {}, {}))
+      lengths_mm.push_back(state.length_mm);
+    return lengths_mm;
+  }
+  for (const double strain : job::scan_strains(job_case.followers, *follower, ligaments))
+    lengths_mm.push_back((1.0 + strain) * ligaments.fibres[lengths_mm.size()].slack_length_mm);
+  return lengths_mm;
+}
+
+model::Ligaments changed_ligaments(const job::Case& job_case, const std::vector<Unknown>& unknowns,
+                                   const Eigen::VectorXd& change, std::optional<std::size_t> follower)
+{
+  const model::Ligaments& given = follower ? job_case.followers.at(*follower).ligaments : job_case.ligaments;
+  model::Ligaments ligaments = given;
   std::vector<double> strain_change(ligaments.fibres.size(), 0.0);
   std::vector<bool> is_changed(ligaments.fibres.size(), false);
   for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    if (unknowns[k].follower != follower) continue;
     const double by = change(static_cast<Eigen::Index>(k));
     for (const std::size_t row : unknowns[k].fibres) {
       is_changed[row] = is_changed[row] || by != 0.0;
       model::Fibre& fibre = ligaments.fibres[row];
       if (unknowns[k].quantity == job::FitQuantity::attachment) {
-        model::attachment_mm(fibre, unknowns[k].body)(unknowns[k].axis) += by;
+        (unknowns[k].body == fibre.to ? fibre.moving_mm : fibre.reference_mm)(unknowns[k].axis) += by;
       } else {
         strain_change[row] += by;
       }
     }
   }
-  const std::vector<model::FibreState> before = model::fibre_states(job_case.ligaments, {}, {});
-  const std::vector<model::FibreState> after = model::fibre_states(ligaments, {}, {});
-  for (std::size_t row = 0; row < before.size(); ++row) {
-    if (!is_changed[row] || !(after[row].length_mm > 0.0)) continue;
-    const double strain =
-        before[row].length_mm / ligaments.fibres[row].slack_length_mm - 1.0 + strain_change[row];
-    ligaments.fibres[row].slack_length_mm =
-        after[row].length_mm / (1.0 + std::clamp(strain, least_strain, largest_strain));
+  const std::vector<double> before_mm = reference_lengths_mm(job_case, given, follower);
+  const std::vector<double> after_mm = reference_lengths_mm(job_case, ligaments, follower);
+  for (std::size_t row = 0; row < before_mm.size(); ++row) {
+    model::Fibre& fibre = ligaments.fibres[row];
+    if (!is_changed[row] || fibre.tension_n > 0.0 || !(after_mm[row] > 0.0)) continue;
+    const double strain = before_mm[row] / fibre.slack_length_mm - 1.0 + strain_change[row];
+    fibre.slack_length_mm = after_mm[row] / (1.0 + std::clamp(strain, least_strain, largest_strain));
   }
   return ligaments;
 }
@@ -214,6 +275,18 @@ job::Case changed_case(const job::Case& job_case, const std::vector<Unknown>& un
   };
   change_rows(changed.push, changed.grid.flexion_deg);
   change_rows(changed.path_push, changed.path_flexion_deg);
+  for (std::size_t row = 0; row < changed.followers.size(); ++row)
+    changed.followers[row].ligaments = changed_ligaments(job_case, unknowns, change, row);
+  for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    if (!unknowns[k].follower || unknowns[k].quantity != job::FitQuantity::load) continue;
+    job::Follower& follower = changed.followers[*unknowns[k].follower];
+    const double by = change(static_cast<Eigen::Index>(k)), before_n = load_n(follower, unknowns[k].load);
+    if (unknowns[k].load == FittedLoad::push) {
+      follower.push_n += by;
+    } else if (before_n > 0.0) {
+      for (model::Fibre& fibre : follower.ligaments.fibres) fibre.tension_n *= (before_n + by) / before_n;
+    }
+  }
   return changed;
 }
 
@@ -401,17 +474,19 @@ Eigen::VectorXd weights_without(const ModelEvaluation& model, const DataPart* le
   return weights;
 }
 
-Misfit misfit_of(const ModelEvaluation& model, const DataPart& part, const Residuals& residuals)
+Misfit misfit_of(const ModelEvaluation& model, const DataPart& part, const Residuals& residuals,
+                 std::optional<std::size_t> follower)
 {
   Misfit rms;
   rms.fill(nan);
-  for (std::size_t c = 1; c < n_scored; ++c) {
+  for (std::size_t c = 0; c < n_scored; ++c) {
     double sum = 0.0;
     int n = 0;
     for (std::size_t k = 0; k < model.rows().size(); ++k) {
       const ModelEvaluation::Row& row = model.rows()[k];
       const double residual = residuals(static_cast<Eigen::Index>(k));
-      if (!part.contains(row) || row.coordinate != c || !std::isfinite(residual)) continue;
+      if (!part.contains(row) || row.follower != follower || row.coordinate != c || !std::isfinite(residual))
+        continue;
       sum += residual * residual * row.noise * row.noise;
       ++n;
     }
@@ -524,9 +599,17 @@ Identification identify(const FitData& data, const IdentifyPlan& plan)
   found.misfit_after = fits.front().data_squares(end.residuals);
   set_posterior(found, end, fits.front(), plan.unknowns);
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    found.trials.push_back({name_of_part(data, parts, k), parts[k].last - parts[k].first,
-                            misfit_of(model, parts[k], before), misfit_of(model, parts[k], end.residuals),
-                            misfit_of(model, parts[k], ends[k + 1].residuals)});
+    const auto misfit = [&](std::optional<std::size_t> follower) {
+      return BodyMisfit{misfit_of(model, parts[k], before, follower),
+                        misfit_of(model, parts[k], end.residuals, follower),
+                        misfit_of(model, parts[k], ends[k + 1].residuals, follower)};
+    };
+    TrialMisfit trial{name_of_part(data, parts, k), parts[k].last - parts[k].first, misfit({}), {}};
+    for (std::size_t f = 0; f < data.motion->followers.size(); ++f) {
+      if (model.is_measured(parts[k].trial, f))
+        trial.followers.emplace_back(data.motion->followers[f].name, misfit(f));
+    }
+    found.trials.push_back(std::move(trial));
   }
   const std::vector<double> first = model.laxities_at(origin), last = model.laxities_at(end.x);
   for (std::size_t k = 0; k < data.laxities.size(); ++k)
@@ -564,6 +647,25 @@ void append_pose(std::vector<double>& values, const StepRecord& record)
   values.push_back(record.varus_rad);
 }
 
+constexpr std::size_t n_follower_values = 1 + n_joint_coordinates;  // status, coordinates; behind all poses
+
+void append_follower(std::vector<double>& values, const job::Case& job_case, std::size_t follower,
+                     const StepRecord& record)
+{
+  const job::Follower& own = job_case.followers.at(follower);
+  values.push_back(static_cast<double>(record.status));
+  JointCoordinates q = JointCoordinates::Constant(nan);
+  if (record.status == StepStatus::stable)
+    q = follower_coordinates(solve::follower_pose_of(solve::follower_frame(job_case, own), record),
+                             job_case.frame.side, own.centre_mm);
+  values.insert(values.end(), q.begin(), q.end());
+}
+
+StepStatus status_of(const double* follower_values)
+{
+  return static_cast<StepStatus>(static_cast<std::int8_t>(follower_values[0]));
+}
+
 StepRecord record_at(const std::vector<double>& values, std::size_t row)
 {
   const double* v = values.data() + n_pose_values * row;
@@ -572,6 +674,13 @@ StepRecord record_at(const std::vector<double>& values, std::size_t row)
   record.pose = {{v[1], v[2], v[3]}, v[4]};
   record.varus_rad = v[5];
   return record;
+}
+
+// Of a follower's coordinates.
+bool is_same_branch(const JointCoordinates& a, const JointCoordinates& b)
+{
+  return (a - b).head<3>().cwiseAbs().maxCoeff() <= same_branch_rad &&
+         (a - b).tail<3>().norm() <= same_branch_mm;
 }
 
 bool is_same_branch(const StepRecord& a, const StepRecord& b)
@@ -583,7 +692,8 @@ bool is_same_branch(const StepRecord& a, const StepRecord& b)
 
 }  // namespace
 
-ModelEvaluation::ModelEvaluation(const FitData& data, const IdentifyPlan& plan) : data_(data), plan_(plan)
+ModelEvaluation::ModelEvaluation(const FitData& data, const IdentifyPlan& plan)
+    : data_(data), plan_(plan), surfaces_(data.motion == nullptr ? 0 : data.motion->followers.size())
 {
   if (data.motion != nullptr) joint_ = solve::joint_of(*data.motion, data.motion->frame);
   for (const Evaluation& known : plan.known) known_.emplace(Key{known.kind, known.at}, known.values);
@@ -606,6 +716,24 @@ ModelEvaluation::ModelEvaluation(const FitData& data, const IdentifyPlan& plan) 
   }
 }
 
+bool ModelEvaluation::is_measured(std::size_t trial, std::size_t follower) const
+{
+  return trial < data_.followers.size() && !data_.followers[trial].at(follower).empty();
+}
+
+void ModelEvaluation::add_follower_rows(std::size_t trial, std::size_t row, double weight)
+{
+  for (std::size_t f = 0; f < data_.motion->followers.size(); ++f) {
+    const auto noise = plan_.fit.follower_noise.find(data_.motion->followers[f].name);
+    if (noise == plan_.fit.follower_noise.end() || !is_measured(trial, f)) continue;
+    for (std::size_t c = 0; c < n_joint_coordinates; ++c) {
+      if (!std::isfinite(noise->second[c])) continue;
+      rows_.push_back({trial, row, c, weight, noise->second[c], f});
+      has_followers_ = true;
+    }
+  }
+}
+
 void ModelEvaluation::add_rows()
 {
   const double independent_rad = rad_from_deg(plan_.fit.independent_deg);
@@ -621,6 +749,7 @@ void ModelEvaluation::add_rows()
         if (rows[r].is_determined[c] && std::isfinite(plan_.fit.noise[c]))
           rows_.push_back({t, r, c, 1.0 / static_cast<double>(n_near), plan_.fit.noise[c]});
       }
+      add_follower_rows(t, r, 1.0 / static_cast<double>(n_near));
     }
   }
   for (std::size_t r = 0; r < data_.laxities.size(); ++r) {
@@ -666,7 +795,7 @@ std::vector<double> ModelEvaluation::spine_poses(const Eigen::VectorXd& x)
     const job::Case changed = changed_case(*data_.motion, plan_.unknowns, change(x));
     solve::SweepPlan plan = solve::plan_of(changed);
     plan.has_band = false;
-    plan.follow = nullptr;
+    if (!has_followers_) plan.follow = nullptr;
     plan.prior.clear();  // fitted are bones and fibres
     solve::CaseSolver solver(changed, 1);
     solve::SweepHooks hooks;
@@ -674,13 +803,60 @@ std::vector<double> ModelEvaluation::spine_poses(const Eigen::VectorXd& x)
     const solve::SweepResult swept = solve::sweep(
         plan, [&](const solve::StepTask& task) { return solver(task); }, hooks, 1);
     std::vector<double> values;
-    for (const solve::FreeSpineStep& step : swept.free_spine) append_pose(values, step.chosen);
+    const std::size_t n = swept.free_spine.size();
+    // A reaction moves the cells.
+    const bool is_followed = has_followers_ && !is_stopped();
+    check(!is_followed || swept.followers.size() == n, "a sweep that ended has its followers");
+    for (std::size_t k = 0; k < n; ++k)
+      append_pose(values, is_followed ? swept.cells[k] : swept.free_spine[k].chosen);
+    for (std::size_t k = 0; k < n && is_followed; ++k) {
+      for (std::size_t f = 0; f < changed.followers.size(); ++f)
+        append_follower(values, changed, f, swept.followers[k][f]);
+    }
     return values;
   });
 }
 
+const double* ModelEvaluation::follower_values(const std::vector<double>& poses, std::size_t flexion,
+                                               std::size_t follower) const
+{
+  const std::size_t n_flexions = data_.motion->grid.flexion_deg.size();
+  return poses.data() + n_pose_values * n_flexions +
+         n_follower_values * (flexion * data_.motion->followers.size() + follower);
+}
+
+void ModelEvaluation::append_near_followers(std::vector<double>& values, const job::Case& changed,
+                                            const StepRecord& cell, const std::vector<double>& from)
+{
+  const auto i = static_cast<std::size_t>(cell.key.flexion);
+  model::BodyPoses placed{Pose::Identity()};
+  if (cell.status == StepStatus::stable) placed.push_back(solve::joint_pose_of(changed, cell));
+  for (std::size_t f = 0; f < changed.followers.size(); ++f) {
+    const job::Follower& follower = changed.followers[f];
+    const double* seed = follower_values(from, i, f);
+    const JointCoordinates q_seed = Eigen::Map<const JointCoordinates>(seed + 1);
+    StepRecord record;
+    if (placed.size() == 2 + f && status_of(seed) == StepStatus::stable)
+      record = solve::FollowerSolver(changed, f, surfaces_[f])
+                   .solve(placed, {follower_pose(q_seed, changed.frame.side, follower.centre_mm)});
+    append_follower(values, changed, f, record);
+    double* found = values.data() + values.size() - n_follower_values;
+    if (record.status != StepStatus::stable) continue;
+    const JointCoordinates q = Eigen::Map<const JointCoordinates>(found + 1);
+    if (!is_same_branch(q_seed, q)) {
+      found[0] = static_cast<double>(StepStatus::iteration_limit);
+    } else {
+      placed.push_back(placed.at(model::row_of(follower.of)) *
+                       follower_pose(q, changed.frame.side, follower.centre_mm));
+    }
+  }
+}
+
 std::vector<double> ModelEvaluation::near_poses(const Eigen::VectorXd& base, const Eigen::VectorXd& x)
 {
+  // Joint and followers that react are solved in turn, which the spine does.
+  if (has_followers_ && std::ranges::any_of(data_.motion->followers, &job::Follower::has_reaction))
+    return spine_poses(x);
   const std::vector<double> from = spine_poses(base);
   return recalled({near_spine, joined(base, x)}, [&] {
     const job::Case& job_case = *data_.motion;
@@ -688,7 +864,9 @@ std::vector<double> ModelEvaluation::near_poses(const Eigen::VectorXd& base, con
     const model::Ligaments ligaments =
         model::solver_ligaments(changed_ligaments(job_case, plan_.unknowns, changes), job_case.frame);
     solve::EquilibriumSolver solver(joint_, ligaments, job_case.equilibrium);
-    std::vector<double> values;
+    std::optional<job::Case> changed;
+    if (has_followers_) changed = changed_case(job_case, plan_.unknowns, changes);
+    std::vector<double> values, of_followers;
     for (std::size_t k = 0; k < job_case.push.size() && !from.empty(); ++k) {
       const StepRecord seed = record_at(from, k);
       const double flexion_rad = rad_from_deg(job_case.grid.flexion_deg[k]);
@@ -706,7 +884,11 @@ std::vector<double> ModelEvaluation::near_poses(const Eigen::VectorXd& base, con
       if (record.status == StepStatus::stable && !is_same_branch(seed, record))
         record.status = StepStatus::iteration_limit;
       append_pose(values, record);
+      if (!changed) continue;
+      record.key.flexion = static_cast<std::int32_t>(k);
+      append_near_followers(of_followers, *changed, record, from);
     }
+    values.insert(values.end(), of_followers.begin(), of_followers.end());
     return values;
   });
 }
@@ -745,6 +927,21 @@ std::vector<double> ModelEvaluation::near_laxity_values(const Eigen::VectorXd& b
   });
 }
 
+double ModelEvaluation::follower_difference(const std::vector<double>& poses, const Row& row) const
+{
+  const std::vector<double>& flexions_deg = data_.motion->grid.flexion_deg;
+  const auto [at, share] =
+      position_on(flexions_deg, deg_from_rad(data_.trials[row.trial].rows[row.row].value[at_flexion]));
+  double value = 0.0;
+  for (std::size_t end = 0; end < (share > 0.0 ? 2 : 1); ++end) {
+    const double* found = follower_values(poses, at + end, *row.follower);
+    if (status_of(found) != StepStatus::stable) return nan;
+    value += (end == 0 ? 1.0 - share : share) * found[1 + row.coordinate];
+  }
+  return value -
+         data_.followers[row.trial][*row.follower][row.row](static_cast<Eigen::Index>(row.coordinate));
+}
+
 Residuals ModelEvaluation::residuals(const std::vector<double>& poses,
                                      const std::vector<double>& laxities) const
 {
@@ -769,7 +966,9 @@ Residuals ModelEvaluation::residuals(const std::vector<double>& poses,
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const Row& row = rows_[k];
     double difference = nan;
-    if (row.trial == data_.trials.size()) {
+    if (row.follower) {
+      if (!poses.empty()) difference = follower_difference(poses, row);
+    } else if (row.trial == data_.trials.size()) {
       if (!laxities.empty()) difference = laxities[row.row] - data_.laxities[row.row].value;
     } else if (!found.empty() && found[row.trial][row.row].missing.empty()) {
       difference = found[row.trial][row.row].value[row.coordinate] -

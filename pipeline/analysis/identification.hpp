@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,19 +17,21 @@
 #include "job/case.hpp"
 #include "job/job.hpp"
 #include "solve/equilibrium.hpp"
+#include "solve/followers.hpp"
 
 namespace vrda::analysis {
 
-/// The loads that may change.
-enum class FittedLoad { force, anterior_force, right_force, moment, varus_moment };
+/// The loads that may change; the last two of a follower.
+enum class FittedLoad { force, anterior_force, right_force, moment, varus_moment, push, tension };
 
 /// One number that is fitted: a change of strain, length (mm), force (N) or moment (N mm).
 struct Unknown {
   std::string name;  ///< "reference_strain ACLam", "moment at 30"
   job::FitQuantity quantity = job::FitQuantity::reference_strain;
-  std::vector<std::size_t> fibres;        ///< rows that change together
-  BodyIndex body = BodyIndex::reference;  ///< of an attachment
-  Eigen::Index axis = 0;                  ///< of an attachment, canonical
+  std::optional<std::size_t> follower = std::nullopt;  ///< row, of whose fibres or load it is
+  std::vector<std::size_t> fibres;                     ///< rows that change together
+  BodyIndex body = BodyIndex::reference;               ///< of an attachment
+  Eigen::Index axis = 0;                               ///< of an attachment, canonical
   FittedLoad load = FittedLoad::force;
   double flexion_rad = nan;               ///< of a load that changes over flexion
   std::vector<double> all_flexions_rad;   ///< of the same load, ascending; empty: constant
@@ -51,10 +54,16 @@ double& component(LoadChange& change, FittedLoad load);
 LoadChange load_change_at(const std::vector<Unknown>& unknowns, const Eigen::VectorXd& change,
                           double flexion_rad);
 
-/// Fibres with changed attachments and slack lengths: the reference strain (at the pose of the meshes) is the
-/// case's plus its change, wherever the attachments are.
+/// Fibres of the joint, or of a follower by its row, with changed attachments and slack lengths: the
+/// reference strain (at the pose of the meshes, of a follower of the scan) is the case's plus its change,
+/// wherever the attachments are.
 model::Ligaments changed_ligaments(const job::Case& job_case, const std::vector<Unknown>& unknowns,
-                                   const Eigen::VectorXd& change);
+                                   const Eigen::VectorXd& change,
+                                   std::optional<std::size_t> follower = std::nullopt);
+
+/// Lengths of fibres there.
+std::vector<double> reference_lengths_mm(const job::Case& job_case, const model::Ligaments& ligaments,
+                                         std::optional<std::size_t> follower);
 
 /// The case with the changes applied to fibres and loads.
 job::Case changed_case(const job::Case& job_case, const std::vector<Unknown>& unknowns,
@@ -69,6 +78,8 @@ struct FitData {
   Convention convention;         ///< of their coordinates
   /// Of job::over_flexions() over ascending flexions that cover those of the trials; null without trials.
   const job::Case* motion = nullptr;
+  /// [n_trials, n_followers of `motion`, n_rows] their measured coordinates; no rows where not measured.
+  std::vector<std::vector<std::vector<JointCoordinates>>> followers = {};
   std::vector<PublishedValue> laxities;  ///< measured ones
   job::LaxityJob loads;                  ///< of the laxities, without cuts
   const job::Case* laxity = nullptr;     ///< over the flexions of `loads`; null without laxities
@@ -123,12 +134,18 @@ struct FittedUnknown {
 /// Root mean square differences of the coordinates (rad, mm); NaN where not measured.
 using Misfit = std::array<double, n_scored>;
 
+/// Of the joint in a trial, or of a follower.
+struct BodyMisfit {
+  Misfit before{}, after{};
+  Misfit without{};  ///< after a fit to the other trials
+};
+
 /// A trial, or half of the only one.
 struct TrialMisfit {
   std::string name;
   std::size_t n_rows = 0;
-  Misfit before{}, after{};
-  Misfit without{};  ///< after a fit to the others
+  BodyMisfit joint;
+  std::vector<std::pair<std::string, BodyMisfit>> followers;  ///< by name, those measured
 };
 
 struct LaxityMisfit {
@@ -176,9 +193,11 @@ class ModelEvaluation {
     std::size_t row = 0;         ///< of the trial, or of the laxities
     std::size_t coordinate = 0;  ///< of a motion
     double weight = 1.0;
-    double noise = 1.0;  ///< rad or mm; of a laxity mm or degrees
+    double noise = 1.0;                                  ///< rad or mm; of a laxity mm or degrees
+    std::optional<std::size_t> follower = std::nullopt;  ///< of the case's followers; else of the joint
   };
   const std::vector<Row>& rows() const { return rows_; }
+  bool is_measured(std::size_t trial, std::size_t follower) const;
 
   /// At changes `x`, in units of the prior's deviation, by the whole spine.
   Residuals at(const Eigen::VectorXd& x);
@@ -204,10 +223,18 @@ class ModelEvaluation {
   std::vector<double> solved_laxities(const Eigen::VectorXd& x, const std::vector<StepRecord>& unloaded);
   Residuals residuals(const std::vector<double>& poses, const std::vector<double>& laxities) const;
   void add_rows();
+  void add_follower_rows(std::size_t trial, std::size_t row, double weight);
+  const double* follower_values(const std::vector<double>& poses, std::size_t flexion,
+                                std::size_t follower) const;
+  void append_near_followers(std::vector<double>& values, const job::Case& changed, const StepRecord& cell,
+                             const std::vector<double>& from);
+  double follower_difference(const std::vector<double>& poses, const Row& row) const;
 
   const FitData& data_;
   const IdentifyPlan& plan_;
   std::vector<Row> rows_;
+  bool has_followers_ = false;  ///< measured ones
+  std::vector<solve::FollowerSolver::Shared> surfaces_;
   solve::Joint joint_;           ///< of the motion's case
   std::vector<bool> is_needed_;  ///< [n_flexion] next to the flexion of a row
   std::map<Key, std::vector<double>> known_;

@@ -67,6 +67,7 @@ constexpr double normal_95 = 1.96;  // both sides of a normal distribution
 /// The measurements and the cases over their flexions; `data` refers to the cases.
 struct Measurements {
   std::vector<analysis::Sequence> trials;
+  std::vector<std::vector<std::vector<JointCoordinates>>> followers;  ///< [n_trials, n_followers]
   std::vector<analysis::PublishedValue> laxities;
   std::vector<job::LoadedInput> inputs;
 };
@@ -77,8 +78,32 @@ bool is_laxity_table(const std::string& file, const std::string& text)
   return std::ranges::find(table.columns(), "test") != table.columns().end();
 }
 
+// Of those that [fit] names.
+std::vector<std::vector<JointCoordinates>> measured_followers(const std::string& file, const job::Job& job)
+{
+  std::vector<std::vector<JointCoordinates>> all;
+  for (const job::FollowerJob& follower : job.followers) {
+    const bool is_fitted = job.fit->follower_noise.contains(follower.body.name);
+    all.push_back(is_fitted ? tables::read_follower(file, follower.body.name, {})
+                            : std::vector<JointCoordinates>{});
+  }
+  return all;
+}
+
+// A follower of [fit] that no table has is a mistake.
+void require_followers(const FitCommandOptions& o, const job::Job& job, const Measurements& measured)
+{
+  for (std::size_t k = 0; k < job.followers.size(); ++k) {
+    const std::string& name = job.followers[k].body.name;
+    const auto has_rows = [&](const auto& trial) { return !trial[k].empty(); };
+    if (job.fit->follower_noise.contains(name) && std::ranges::none_of(measured.followers, has_rows))
+      throw InputError({o.to_files.back(), "follower_" + name + "_flexion_deg", "no table with this column",
+                        "the measured coordinates of " + name + ", which [[fit.follower]] names"});
+  }
+}
+
 Measurements measurements_of(const FitCommandOptions& o, const analysis::Convention& convention,
-                             const std::string& joint)
+                             const job::Job& job)
 {
   Measurements all;
   for (const std::string& file : o.to_files) {
@@ -93,7 +118,7 @@ Measurements measurements_of(const FitCommandOptions& o, const analysis::Convent
     tables::MotionConvention of_table;
     of_table.joint.side = convention.side;
     of_table.joint.rotation_centre_mm = convention.rotation_centre_mm;
-    of_table.joint.has_large_flexion = joint_kind(joint).has_large_flexion;
+    of_table.joint.has_large_flexion = joint_kind(job.joint).has_large_flexion;
     of_table.stated.angles = core::value_named<tables::AngleUnit>(o.angles);
     const tables::MotionSequence motion = tables::read_motion(file, of_table);
     for (const std::string& line : motion.warnings) core::log_warning(line);
@@ -104,7 +129,9 @@ Measurements measurements_of(const FitCommandOptions& o, const analysis::Convent
       if (!rows.contains(k)) trial.rows[k].missing = "not among --rows";
     }
     all.trials.push_back(std::move(trial));
+    all.followers.push_back(measured_followers(file, job));
   }
+  require_followers(o, job, all);
   return all;
 }
 
@@ -169,15 +196,24 @@ void print_unknowns(const analysis::FitDocument& document)
   }
 }
 
+void print_misfit(const analysis::BodyMisfit& misfit, std::size_t c, const char* name)
+{
+  std::printf("  %-10s %8s %8s %8s\n", name, as_shown(misfit.before[c], c).c_str(),
+              as_shown(misfit.after[c], c).c_str(), as_shown(misfit.without[c], c).c_str());
+}
+
 void print_misfits(const analysis::Identification& found)
 {
   std::printf("root mean square difference (degrees, mm): before, after, after a fit without it\n");
   for (const analysis::TrialMisfit& trial : found.trials) {
     std::printf("%s, %zu rows\n", trial.name.c_str(), trial.n_rows);
     for (std::size_t c = 1; c < analysis::n_scored; ++c)
-      std::printf("  %-10s %8s %8s %8s\n", analysis::coordinate_names[c].name,
-                  as_shown(trial.before[c], c).c_str(), as_shown(trial.after[c], c).c_str(),
-                  as_shown(trial.without[c], c).c_str());
+      print_misfit(trial.joint, c, analysis::coordinate_names[c].name);
+    for (const auto& [follower, misfit] : trial.followers) {
+      std::printf("%s\n", follower.c_str());
+      for (std::size_t c = 0; c < analysis::n_scored; ++c)
+        print_misfit(misfit, c, follower_coordinate_names[c]);
+    }
   }
   for (const analysis::LaxityMisfit& row : found.laxities)
     std::printf("%-18s %6.4g degrees: measured %s, before %s, after %s\n", row.measured.test.c_str(),
@@ -208,6 +244,12 @@ std::string stem_of(const std::string& output)
 {
   const std::filesystem::path path = output;
   return (path.parent_path() / path.stem()).string();
+}
+
+// "fitted.ligaments.csv", "fitted.patella.ligaments.csv".
+std::string ligaments_file(const std::string& stem, const job::Job& job, std::optional<std::size_t> follower)
+{
+  return stem + (follower ? '.' + job.followers.at(*follower).body.name : "") + ".ligaments.csv";
 }
 
 std::string journal_of(const FitCommandOptions& o)
@@ -245,7 +287,8 @@ void require_replaceable_output(const Publication& result, const FitCommandOptio
                                 const std::vector<job::LoadedInput>& inputs)
 {
   const std::string stem = stem_of(o.output), facts = stem + ".fit.json";
-  const std::vector<std::string> files{o.output, facts, stem + ".ligaments.csv"};
+  std::vector<std::string> files{o.output, facts, ligaments_file(stem, job, {})};
+  for (std::size_t k = 0; k < job.followers.size(); ++k) files.push_back(ligaments_file(stem, job, k));
   std::error_code error;
   const bool is_read =
       std::any_of(files.begin(), files.end(), [&](const auto& file) { return is_input(file, o, inputs); });
@@ -261,17 +304,17 @@ void write_fitted(Publication& result, const FitCommandOptions& o, const job::Jo
                   const job::Case& job_case, const analysis::FitDocument& document)
 {
   const std::string stem = stem_of(o.output);
-  std::string table;
-  const bool has_fibres =
-      std::any_of(document.unknowns.begin(), document.unknowns.end(),
-                  [](const analysis::Unknown& unknown) { return !unknown.fibres.empty(); });
-  if (has_fibres) {
-    const std::string path = stem + ".ligaments.csv";
-    table = std::filesystem::path(path).filename().string();
-    result.add(path, analysis::fitted_ligaments_csv(job, job_case, document.unknowns, document.found));
+  analysis::FibreFiles tables;
+  for (const analysis::Unknown& unknown : document.unknowns) {
+    if (unknown.fibres.empty()) continue;
+    const std::string path = ligaments_file(stem, job, unknown.follower);
+    if (tables.emplace(unknown.follower, std::filesystem::path(path).filename().string()).second)
+      result.add(path, analysis::fitted_ligaments_csv(job, job_case, document.unknowns, document.found,
+                                                      unknown.follower));
   }
   result.add(stem + ".fit.json", analysis::fit_json(document));
-  result.publish(analysis::fitted_job_text(job, table, document.unknowns, document.found.change()));
+  result.publish(
+      analysis::fitted_job_text(job, job_case, tables, document.unknowns, document.found.change()));
   run::remove_obsolete_files({journal_of(o)});
 }
 
@@ -280,8 +323,12 @@ analysis::Identification identified(const FitCommandOptions& o, const analysis::
 {
   std::vector<std::string> hashes{o.rows, o.translations};
   for (const job::LoadedInput& input : inputs) hashes.push_back(input.sha256);
-  for (const double noise : plan.fit.noise)
-    hashes.push_back(std::isfinite(noise) ? shortest_decimal(noise) : "inf");
+  std::vector<double> noises(plan.fit.noise.begin(), plan.fit.noise.end());
+  for (const auto& [follower, of_follower] : plan.fit.follower_noise) {
+    hashes.push_back(follower);
+    noises.insert(noises.end(), of_follower.begin(), of_follower.end());
+  }
+  for (const double noise : noises) hashes.push_back(std::isfinite(noise) ? shortest_decimal(noise) : "inf");
   std::optional<core::FrameWriter> journal;
   if (!o.output.empty()) {
     journal.emplace(analysis::open_evaluations(
@@ -313,7 +360,7 @@ core::ExitCode identify_command(const FitCommandOptions& o)
   convention.side = job.side;
   convention.rotation_centre_mm = first_case.frame.rotation_centre_mm;
   if (o.translations == "mesh-origin") convention.translations = analysis::Translations::mesh_origin;
-  Measurements measured = measurements_of(o, convention, job.joint);
+  Measurements measured = measurements_of(o, convention, job);
   if (!measured.laxities.empty() && !job.laxity)
     throw InputError({o.job_file, "laxity", "nothing", "[laxity] with the loads of the measured laxities"});
   analysis::FitData data;
@@ -337,6 +384,7 @@ core::ExitCode identify_command(const FitCommandOptions& o)
   if (!result && !o.output.empty()) return core::ExitCode::interrupted;
   if (result) require_replaceable_output(*result, o, job, inputs);
   data.trials = std::move(measured.trials);
+  data.followers = std::move(measured.followers);
   data.laxities = std::move(measured.laxities);
   for (const std::string& warning : first_case.warnings) core::log_warning(warning);
   analysis::IdentifyPlan plan;

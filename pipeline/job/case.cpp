@@ -145,27 +145,29 @@ Case settings_of(const Job& job, const std::optional<LoadedCoordinates>& coordin
 }
 
 // Of [laxity] and [fit], whose commands may run long after a check.
-void check_fibre_names(const Job& job, const model::Ligaments& ligaments)
+void check_fibre_names(const Job& job, const Case& loaded)
 {
-  std::vector<std::string> fibres, bundles;
-  for (const model::Fibre& fibre : ligaments.fibres) {
-    fibres.push_back(fibre.name);
-    bundles.push_back(fibre.bundle);
-  }
-  const auto check_name = [&](const std::string& name, const std::vector<std::string>& known,
-                              const std::string& key) {
+  // One without fibres is refused by the command.
+  const auto check_name = [&](const std::string& name, const model::Ligaments& ligaments,
+                              std::string model::Fibre::*of, const std::string& key) {
+    std::vector<std::string> known;
+    for (const model::Fibre& fibre : ligaments.fibres) known.push_back(fibre.*of);
     if (name.empty() || known.empty() || std::find(known.begin(), known.end(), name) != known.end()) return;
     job.document.refuse(key, '"' + name + '"',
                         "one of the job; the nearest is \"" + nearest_word(name, known) + '"');
   };
   for (std::size_t k = 0; job.laxity && k < job.laxity->cuts.size(); ++k) {
     for (const std::string& bundle : job.laxity->cuts[k].bundles)
-      check_name(bundle, bundles, "laxity.cut." + std::to_string(k) + ".bundles");
+      check_name(bundle, loaded.ligaments, &model::Fibre::bundle,
+                 "laxity.cut." + std::to_string(k) + ".bundles");
   }
   for (std::size_t k = 0; job.fit && k < job.fit->parameters.size(); ++k) {
+    const FitParameterJob& parameter = job.fit->parameters[k];
+    const auto own = std::ranges::find(loaded.followers, parameter.follower, &Follower::name);
+    const model::Ligaments& ligaments = own == loaded.followers.end() ? loaded.ligaments : own->ligaments;
     const std::string key = "fit.parameter." + std::to_string(k);
-    check_name(job.fit->parameters[k].bundle, bundles, key + ".bundle");
-    check_name(job.fit->parameters[k].fibre, fibres, key + ".fibre");
+    check_name(parameter.bundle, ligaments, &model::Fibre::bundle, key + ".bundle");
+    check_name(parameter.fibre, ligaments, &model::Fibre::name, key + ".fibre");
   }
 }
 
@@ -264,7 +266,7 @@ Case load_case(const Job& given, const std::string& data_directory)
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
   if (job.is_start_auto)
     loaded.initial.translation_mm = start_travel_mm(loaded) * loaded.push_at_meshes.delta;
-  check_fibre_names(job, loaded.ligaments);
+  check_fibre_names(job, loaded);
   LoadedUncertainty uncertainty = load_uncertainty(job, data_directory, loaded, ligaments);
   loaded.uncertainty = std::move(uncertainty.uncertainty);
   loaded.inputs.insert(loaded.inputs.end(), uncertainty.inputs.begin(), uncertainty.inputs.end());

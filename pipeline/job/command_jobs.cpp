@@ -7,6 +7,7 @@
 
 #include "core/axis.hpp"
 #include "core/document.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 
 namespace vrda::job {
@@ -28,10 +29,40 @@ const QuantityKeys& keys_of(FitQuantity quantity)
   return all[static_cast<std::size_t>(quantity)];
 }
 
+// Refuses what only the joint or only a follower has.
+void check_owner(const core::Document& document, const FitParameterJob& parameter, const std::string& key)
+{
+  const bool is_joint = parameter.follower.empty();
+  const bool is_load_of_follower = parameter.load == "push" || parameter.load == "tension";
+  if (!parameter.load.empty() && is_load_of_follower == is_joint)
+    document.refuse(
+        key + ".load", '"' + parameter.load + '"',
+        is_joint ? "a load of [push], or the key follower" : "\"push\" or \"tension\", of a follower");
+  if (is_joint && !parameter.body.empty() && parameter.body != "reference" && parameter.body != "moving")
+    document.refuse(key + ".body", '"' + parameter.body + '"', "\"reference\" or \"moving\"");
+  if (!is_joint && !parameter.flexion_deg.empty())
+    document.refuse(key + ".flexion_deg", "this key", "no value: the load of a follower is constant");
+}
+
+// Throws unless a follower of the job has the name.
+void require_follower(const core::Document& document, const std::string& key, const std::string& name)
+{
+  std::vector<std::string> names;
+  for (const core::DocumentValue& value : core::list_or_empty(document.root, "follower"))
+    names.push_back(core::text_at(value, "name"));
+  if (std::ranges::find(names, name) != names.end()) return;
+  document.refuse(key, '"' + name + '"',
+                  names.empty()
+                      ? "a job with [[follower]]"
+                      : "a [[follower]] of the job; the nearest is \"" + nearest_word(name, names) + '"');
+}
+
 FitParameterJob parameter_of(const core::Document& document, const core::DocumentValue& value,
                              const std::string& key)
 {
   FitParameterJob parameter;
+  parameter.follower = core::text_or_empty(value, "follower");
+  if (!parameter.follower.empty()) require_follower(document, key + ".follower", parameter.follower);
   const std::string& quantity = core::text_at(value, "quantity");
   for (const FitQuantity known :
        {FitQuantity::reference_strain, FitQuantity::attachment, FitQuantity::load}) {
@@ -61,11 +92,30 @@ FitParameterJob parameter_of(const core::Document& document, const core::Documen
   if (std::adjacent_find(flexions.begin(), flexions.end(), std::greater_equal<>()) != flexions.end())
     document.refuse(key + ".flexion_deg", core::shown(core::value_at(value, "flexion_deg")),
                     "ascending angles");
+  check_owner(document, parameter, key);
   parameter.sd = core::number_at(value, "sd");
   parameter.from = core::number_at(value, "from");
   parameter.to = core::number_at(value, "to");
   if (parameter.from == parameter.to) document.refuse(key + ".to", "0, as from", "a range of changes");
   return parameter;
+}
+
+}  // namespace
+
+namespace {
+
+// Coordinates from `first` on by their names; true if one is finite.
+bool read_noise(const core::DocumentValue& value, const std::array<const char*, n_joint_coordinates>& names,
+                std::size_t first, std::array<double, n_joint_coordinates>& noise)
+{
+  bool is_fitted = false;
+  for (std::size_t k = first; k < n_joint_coordinates; ++k) {
+    const double given =
+        core::number_at(value, std::string("noise.") + names[k] + (is_rotation(k) ? "_deg" : "_mm"));
+    noise[k] = is_rotation(k) ? rad_from_deg(given) : given;
+    is_fitted = is_fitted || given < std::numeric_limits<double>::infinity();
+  }
+  return is_fitted;
 }
 
 }  // namespace
@@ -76,13 +126,14 @@ std::optional<FitJob> fit_of(const core::Document& document)
   if (table == nullptr) return std::nullopt;
   FitJob fit;
   fit.noise.fill(std::numeric_limits<double>::infinity());
-  bool is_fitted = false;
-  for (std::size_t k = 1; k < n_joint_coordinates; ++k) {
-    const std::string key =
-        std::string("noise.") + joint_coordinate_names[k] + (is_rotation(k) ? "_deg" : "_mm");
-    const double noise = core::number_at(*table, key);
-    fit.noise[k] = is_rotation(k) ? rad_from_deg(noise) : noise;
-    is_fitted = is_fitted || noise < std::numeric_limits<double>::infinity();
+  bool is_fitted = read_noise(*table, joint_coordinate_names, 1, fit.noise);
+  for (const core::DocumentValue& value : core::list_or_empty(*table, "follower")) {
+    const std::string& name = core::text_at(value, "name");
+    const std::string key = "fit.follower." + std::to_string(fit.follower_noise.size());
+    require_follower(document, key + ".name", name);
+    const auto [noise, is_new] = fit.follower_noise.emplace(name, std::array<double, n_joint_coordinates>{});
+    if (!is_new) document.refuse(key + ".name", '"' + name + "\" a second time", "each follower once");
+    is_fitted = read_noise(value, follower_coordinate_names, 0, noise->second) || is_fitted;
   }
   if (!is_fitted) document.refuse("fit.noise", "no coordinate to fit", "at least one that is not inf");
   fit.independent_deg = core::number_at(*table, "independent_deg");

@@ -312,11 +312,12 @@ std::vector<FollowerJob> followers_of(
   return followers;
 }
 
-std::vector<double> scan_strains(const std::vector<Follower>& followers, std::size_t row)
+std::vector<double> scan_strains(const std::vector<Follower>& followers, std::size_t row,
+                                 const model::Ligaments& ligaments)
 {
   const Follower& follower = followers.at(row);
-  const model::Ligaments between = ligaments_between(
-      follower.ligaments, follower.of, model::follower_index(row), scan_poses(follower, followers, row));
+  const model::Ligaments between = ligaments_between(ligaments, follower.of, model::follower_index(row),
+                                                     scan_poses(follower, followers, row));
   const model::JointPlacement placement{Eigen::Matrix3d::Identity(), follower.X_of_scan.linear(),
                                         follower.X_of_scan.translation()};
   std::vector<double> strains;

@@ -205,6 +205,7 @@ enum class FitQuantity { reference_strain, attachment, load };
 
 /// One [[fit.parameter]]: changes of an input, in strain, mm, N or N mm.
 struct FitParameterJob {
+  std::string follower;  ///< whose fibres or load; empty: the joint's
   FitQuantity quantity = FitQuantity::reference_strain;
   std::string fibre, bundle;         ///< empty: all fibres
   std::string shared_by = "bundle";  ///< "fibre", "bundle" or "all": which fibres share an unknown
@@ -219,6 +220,8 @@ struct FitJob {
   std::vector<FitParameterJob> parameters;
   /// [n_joint_coordinates] rad or mm; infinite: not fitted, as the flexion.
   std::array<double, n_joint_coordinates> noise{};
+  /// Of followers by name, rad or mm; infinite: not fitted.
+  std::map<std::string, std::array<double, n_joint_coordinates>> follower_noise;
   double independent_deg = 5.0;  ///< frames closer in flexion than this count as one
 };
 

@@ -96,8 +96,13 @@ std::vector<FollowerJob> followers_of(
 std::vector<Follower> load_followers(const Job& job, const std::string& data_directory,
                                      ComponentLoader& source, Case& loaded);
 
-/// The strains of its fibres where the scan found all objects.
-std::vector<double> scan_strains(const std::vector<Follower>& followers, std::size_t row);
+/// The strains of a follower's fibres, or of `ligaments` in their place, where the scan found all objects.
+std::vector<double> scan_strains(const std::vector<Follower>& followers, std::size_t row,
+                                 const model::Ligaments& ligaments);
+inline std::vector<double> scan_strains(const std::vector<Follower>& followers, std::size_t row)
+{
+  return scan_strains(followers, row, followers.at(row).ligaments);
+}
 
 /// What an uncertain parameter changes: fibres, and the body of a component, of a follower or of the joint.
 template <typename AnyCase>

@@ -10,6 +10,7 @@
 #include "analysis/plates.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
+#include "geometry/shapes.hpp"
 #include "job/job_parts.hpp"
 #include "model/frames.hpp"
 #include "support/meshes.hpp"
@@ -221,7 +222,8 @@ TEST(FitFiles, TheWrittenFibresHaveTheChangedStrains)
   const std::string csv = fitted_ligaments_csv(job, job_case, unknowns, found);
   const test::Scratch scratch;
   scratch.write("fitted.ligaments.csv", csv);
-  const std::string text = fitted_job_text(job, "fitted.ligaments.csv", unknowns, found.change());
+  const std::string text =
+      fitted_job_text(job, job_case, {{std::nullopt, "fitted.ligaments.csv"}}, unknowns, found.change());
   EXPECT_THAT(text, testing::HasSubstr("fibres = \"fitted.ligaments.csv\""));
   const std::string fitted_file = scratch.write("fitted.toml", text).string();
   const job::Case fitted = job::load_case(job::over_flexions(job::read_job(fitted_file), {0.0}), "");
@@ -243,6 +245,77 @@ TEST(FitFiles, TheWrittenFibresHaveTheChangedStrains)
   EXPECT_NEAR(std::stod(row.substr(at)), 0.01 * l0_mm / (1.0 + after[0]), 1e-6);
 }
 
+constexpr const char* unknowns_of_the_patella = R"(
+[fit]
+[[fit.parameter]]
+quantity = "reference_strain"
+follower = "patella"
+bundle = "PT"
+sd = 0.03
+from = -0.1
+to = 0.1
+[[fit.parameter]]
+quantity = "attachment"
+follower = "patella"
+body = "tibia"
+axis = "proximal"
+sd = 2
+from = -5
+to = 5
+[[fit.parameter]]
+quantity = "load"
+follower = "patella"
+load = "tension"
+sd = 5
+from = -30
+to = 30
+)";
+
+// Of the generic knee with its patella's fibres in files: the fitted files, read again.
+TEST(FitFiles, TheWrittenFibresOfAFollowerHaveTheChangedStrainsEndsAndTension)
+{
+  const test::Scratch scratch;
+  const geometry::FollowerTexts texts = geometry::follower_texts({"knee", {}, {}});
+  scratch.write("patella.csv", texts.fibres);
+  scratch.write("patella.json", texts.wraps);
+  std::string knee = *read_text_file(VRDA_SOURCE_DIR "/jobs/knee-generic.toml") + unknowns_of_the_patella;
+  const std::string generated = "generate = { shape = \"knee\" }         # fibres";
+  ASSERT_NE(knee.find(generated), std::string::npos);
+  EXPECT_THAT(test::input_error([&] {
+                const job::Job job = generic_knee(unknowns_of_the_patella);
+                unknowns_of(job, job::load_case(job::over_flexions(job, {0.0}), ""));
+              }),
+              test::refuses({.field = "fit.parameter.0.follower", .found = "generated"}));
+  knee.replace(knee.find(generated), generated.size(),
+               "fibres = \"patella.csv\"\nwraps = \"patella.json\" #");
+  const job::Job job = job::read_job(scratch.write("knee.toml", knee).string());
+  const job::Case job_case = job::load_case(job::over_flexions(job, {0.0}), "");
+  const std::vector<Unknown> unknowns = unknowns_of(job, job_case);
+  ASSERT_EQ(unknowns.size(), 3u);
+  EXPECT_EQ(unknowns[0].name, "patella reference_strain PT");
+  EXPECT_EQ(unknowns[1].name, "patella attachment tibia PT proximal");
+  EXPECT_EQ(unknowns[2].name, "patella tension");
+  Identification found;
+  found.unknowns.resize(3);
+  for (std::size_t k = 0; k < 3; ++k) found.unknowns[k].change = std::array{0.02, 3.0, 6.0}[k];
+  scratch.write("fitted.csv", fitted_ligaments_csv(job, job_case, unknowns, found, 0));
+  const std::string text = fitted_job_text(job, job_case, {{0, "fitted.csv"}}, unknowns, found.change());
+  const job::Job fitted_job = job::read_job(scratch.write("fitted.toml", text).string());
+  const job::Case fitted = job::load_case(job::over_flexions(fitted_job, {0.0}), "");
+  EXPECT_NEAR(job::tension_n(fitted.followers[0]), 36.0, 1e-9);
+  const std::vector<double> before = job::scan_strains(job_case.followers, 0);
+  const std::vector<double> after = job::scan_strains(fitted.followers, 0);
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const model::Fibre &fibre = fitted.followers[0].ligaments.fibres[k],
+                       &given = job_case.followers[0].ligaments.fibres[k];
+    const bool is_tendon = fibre.bundle == "PT";
+    EXPECT_NEAR(after[k] - before[k], is_tendon ? 0.02 : 0.0, 1e-12) << fibre.name;
+    EXPECT_NEAR(fibre.reference_mm.y() - given.reference_mm.y(), is_tendon ? 3.0 : 0.0, 1e-9) << fibre.name;
+    EXPECT_NEAR((fibre.moving_mm - given.moving_mm).norm(), 0.0, 1e-9) << fibre.name;
+  }
+}
+
 TEST(FitFiles, ATableOfLoadsKeepsTheAnglesOfTheJob)
 {
   const std::string file = VRDA_SOURCE_DIR "/jobs/knee-generic.toml";
@@ -254,7 +327,7 @@ TEST(FitFiles, ATableOfLoadsKeepsTheAnglesOfTheJob)
   const job::Job job = job::parse_job("knee.toml", knee + many_unknowns);
   const job::Case job_case = job::load_case(job::over_flexions(job, {0.0}), "");
   const std::vector<Unknown> unknowns = unknowns_of(job, job_case);
-  const std::string text = fitted_job_text(job, "", unknowns, Eigen::VectorXd::Zero(15));
+  const std::string text = fitted_job_text(job, job_case, {}, unknowns, Eigen::VectorXd::Zero(15));
   // Converted from radians, 3, 30 and 59 are off by their last bit, and 30 is in both tables.
   const job::Job fitted = job::parse_job("fitted.toml", text);
   const job::Push at = job::load_case(job::over_flexions(fitted, {30.0}), "").push.front();

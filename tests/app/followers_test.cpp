@@ -4,9 +4,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "app/scenes.hpp"
 #include "contact/contacts.hpp"
+#include "core/files.hpp"
 #include "core/text.hpp"
 #include "job/thesis_files.hpp"
 #include "store/motion.hpp"
@@ -136,6 +138,61 @@ TEST(Followers, ASesamoidOfAHipNeedsNoOtherCode)
     EXPECT_LT(centre.x(), -34.0);
     EXPECT_FALSE(crosses(model, follower, cell));
   }
+}
+
+// A strain of the tendon that only the bead's measured motion shows, by the fit of a job that does not have
+// it.
+TEST(Followers, AFitFindsTheStrainOfATendonInTheMotionOfItsBody)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::sesamoid_job(scratch, test::small_knee_job(scratch, "right"));
+  const std::vector<std::string> settings{"solver.method=equilibrium", "grid.flexion.step=4",
+                                          "grid.varus=free", "smooth.degrees=[]"};
+  const std::string text = test::text_of(job), fibres = *read_text_file(scratch.path() / "bead.csv");
+  const auto with_strain = [&](const char* strain) {
+    return std::regex_replace(fibres, std::regex("500,0.02"), std::string("500,") + strain);
+  };
+  scratch.write("bead.csv", with_strain("0.3"));
+  scratch.write("true.csv", with_strain("0.33"));
+  scratch.write("true.toml", std::regex_replace(text, std::regex("bead.csv"), "true.csv"));
+  const auto at = [&](const char* file) { return (scratch.path() / file).string(); };
+  const auto run = [&](std::vector<std::string> words) {
+    for (const std::string& setting : words.front() == "run" ? settings : std::vector<std::string>{})
+      words.insert(words.end(), {"--set", setting});
+    const test::Ended ended = test::run_vrda(words);
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  };
+  run({"run", at("true.toml"), "-o", at("true.h5"), "--progress", "none"});
+  run({"export", at("true.h5"), "--to", "csv", "-o", at("motion.csv"), "--set", "raw"});
+  const std::string question = R"(
+[fit]
+noise = { varus_deg = inf, internal_deg = inf, anterior_mm = inf, proximal_mm = inf, lateral_mm = inf }
+[[fit.follower]]
+name = "bead"
+noise = { flexion_deg = 0.1, rotation_deg = 0.1, tilt_deg = 0.1, anterior_mm = 0.05, proximal_mm = 0.05, lateral_mm = 0.05 }
+[[fit.parameter]]
+quantity = "reference_strain"
+follower = "bead"
+sd = 0.05
+from = -0.1
+to = 0.1
+)";
+  scratch.write("fit.toml", text + question);
+  run({"fit", at("fit.toml"), "--to", at("motion.csv"), "-o", at("fitted.toml"), "--progress", "none",
+       "--set", "solver.method=equilibrium"});
+  const auto facts = nlohmann::json::parse(*read_text_file(scratch.path() / "fitted.fit.json"));
+  EXPECT_EQ(facts["status"], "converged");
+  const nlohmann::json& strain = facts["unknowns"][0];
+  EXPECT_EQ(strain["name"], "bead reference_strain tendon");
+  EXPECT_NEAR(strain["change"].get<double>(), 0.03, 3e-4);  // settled_decrease, in these deviations
+  const nlohmann::json& misfit = facts["trials"][0]["followers"]["bead"];
+  EXPECT_GT(misfit["rms_before"]["proximal_mm"].get<double>(), 0.1);
+  EXPECT_LT(misfit["rms_after"]["proximal_mm"].get<double>(), 0.01);
+  // The fitted job moves the bead as the true one does.
+  run({"run", at("fitted.toml"), "-o", at("fitted.h5"), "--progress", "none"});
+  const store::MotionModel truth = store::read_motion_model(at("true.h5"));
+  const store::MotionModel fitted = store::read_motion_model(at("fitted.h5"));
+  EXPECT_LT((follower_of(truth).proximal_mm - follower_of(fitted).proximal_mm).abs().maxCoeff(), 0.02);
 }
 
 // Each sample is the run of a job with its inputs, and the bands are those of the samples.
