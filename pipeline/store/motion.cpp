@@ -587,6 +587,9 @@ Motion::Motion(const store::MotionModel& model, const std::string& set) : Motion
                       model.prior->bones_alone);
   } else if (const auto sample = quantile_motion(model, set)) {
     use_flexion_table(raw_.flexion_rad, sample->contact, *sample);
+    use_sampled_followers(
+        *model.uncertainty,
+        static_cast<std::size_t>(std::ranges::find(quantile_names, set) - quantile_names.begin()));
   } else if (set != "raw") {
     check(found != model.smoothed.end(), "the set is one of set_names");
     use_smoothed(model, *found, set != name_of(*found));
@@ -727,6 +730,26 @@ void Motion::use_smoothed_followers(const store::MotionModel& model, const store
     for (std::size_t k = 0; k < n_joint_coordinates; ++k) surfaces[k] = &found->surfaces.at(k);
     track.smoothed = terms_of<n_joint_coordinates>(model, set, surfaces, is_angle);
     if (is_recontacted && found->recontact_mm) track.travel = travels(*found->recontact_mm);
+  }
+}
+
+void Motion::use_sampled_followers(const store::UncertainMotion& samples, std::size_t quantile)
+{
+  const std::size_t n = raw_.flexion_rad.size();
+  const std::size_t first = static_cast<std::size_t>(samples.quantile_sample.at(quantile)) * n;
+  for (FollowerTrack& track : followers_) {
+    const auto found = std::ranges::find(samples.followers, track.name, &UncertainFollower::name);
+    if (found == samples.followers.end()) continue;
+    track.coordinates = {raw_.flexion_rad, {0.0}, std::vector<HermiteNode<6>>(n)};
+    for (std::size_t i = 0; i < n; ++i) {
+      HermiteNode<6>& node = track.coordinates.nodes[i];
+      node.is_solved = found->status.at(first + i) == status_stable;
+      for (std::size_t k = 0; k < 3 && node.is_solved; ++k) {
+        node.value[k] = rad_from_deg(found->rotation_deg.at(3 * (first + i) + k));
+        node.value[3 + k] = found->translation_mm.at(3 * (first + i) + k);
+      }
+    }
+    set_slopes(track.coordinates);
   }
 }
 

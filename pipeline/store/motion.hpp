@@ -277,6 +277,8 @@ class Motion {
   void use_followers(const store::MotionModel& model);
   void use_smoothed_followers(const store::MotionModel& model, const store::SmoothedSet& set,
                               bool is_recontacted);
+  // Of the sample at row `quantile` of band_probabilities.
+  void use_sampled_followers(const store::UncertainMotion& samples, std::size_t quantile);
   // `at`: of a sequence its key instead of the flexion.
   void place_followers(const Attitude& at, JointPose& pose) const;
 

@@ -616,6 +616,29 @@ TEST(Followers, HaveTheirCoordinatesAtEveryAttitude)
   }
 }
 
+// Of the sample that a quantile is, not those of the solved attitude.
+TEST(Followers, OfAQuantileAreThoseOfItsSample)
+{
+  const store::MotionModel model = test::whole_model();
+  const store::FollowerRows& rows = model.followers.at(0);
+  const std::size_t n = model.flexion_deg.size(), i = 2;
+  for (const auto& [set, sample] :
+       {std::pair{"quantile_5", std::size_t{0}}, std::pair{"quantile_95", std::size_t{0}},
+        std::pair{"quantile_100", std::size_t{2}}}) {
+    SCOPED_TRACE(set);
+    const store::JointPose pose = store::Motion(model, set).at({rad_from_deg(model.flexion_deg[i]), 0.0});
+    ASSERT_TRUE(pose.X_of(rows));
+    const double value = 0.5 * static_cast<double>(sample * n + i);
+    JointCoordinates wanted;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      wanted(k) = rad_from_deg(static_cast<double>(k + 1) * value);
+      wanted(3 + k) = -static_cast<double>(k + 1) * value;
+    }
+    const Pose X = follower_pose(wanted, side_named(model.side), rows.centre_mm);
+    EXPECT_LT((pose.X_of(rows)->matrix() - X.matrix()).norm(), 1e-9);
+  }
+}
+
 // Beside a cell without a pose of its own it has none, nor has what follows it; the joint has.
 TEST(Followers, HaveNoPoseBesideAnUnsolvedCell)
 {

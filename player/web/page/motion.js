@@ -228,7 +228,13 @@ export class Motion {
     this.free = flexion.flatMap((f, i) => (state[i] === -1 ? [] : [[f, table.varus[i] * degree]]));
   }
 
-  #useQuantile(table) { this.#useFlexionTable(this.axes.flexion, table, table.state); }
+  #useQuantile(table) {
+    this.#useFlexionTable(this.axes.flexion, table, table.state);
+    for (const follower of this.followers) {
+      const own = table.followers?.[follower.name];
+      if (own) follower.grid = gridOf({ flexion: this.axes.flexion, varus: [0] }, own.columns, [degree, degree, degree, 1, 1, 1], (k) => own.status[k] === stable);
+    }
+  }
 
   #useTwoSided(table) {
     const flexion = radians(table.flexion);
